@@ -1,0 +1,73 @@
+/** @file
+ * A device group: devices that share one servo, with its servo and ingest threads. The control thread's handle on the
+ * real-time side.
+ */
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rt/base/clock.h"
+#include "rt/cycle/realtime.h"
+#include "rt/cycle/servo.h"
+
+namespace hapticd {
+
+struct GroupOptions {
+  CycleConfig cycle;
+  IngestConfig ingest;
+  int servo_priority = 80;
+  int ingest_priority = 70;
+  bool allow_no_rt = false;
+  bool threads = true;  ///< False: stepped by hand with step() (tests, benchmarks).
+};
+
+/** Control thread only, but for the threads it owns. */
+class DeviceGroup {
+ public:
+  /** Devices are open. kNoRealtime when rights are missing and allow_no_rt is not set. */
+  [[nodiscard]] static Result<std::unique_ptr<DeviceGroup>> start(const GroupOptions& options,
+                                                                  std::vector<std::unique_ptr<Device>> devices,
+                                                                  const MeshTable& meshes, Clock& clock);
+  /** Stops the threads, then safe() and close() on each device. */
+  ~DeviceGroup();
+
+  /** Queues an order for the servo, in order. False when 512 wait (the servo is dead). */
+  [[nodiscard]] bool send(const Command& command);
+  /** Number of the last order sent; the servo has taken it once taken() >= it. Reclaim memory by these. */
+  [[nodiscard]] std::uint64_t sent() const { return sent_; }
+  [[nodiscard]] std::uint64_t taken();
+
+  [[nodiscard]] std::size_t deviceCount() const { return devices_.size(); }
+  [[nodiscard]] Device& device(std::size_t i) { return *devices_[i]; }
+  [[nodiscard]] Servo& servo() { return *servo_; }
+  [[nodiscard]] Ingest& ingest() { return *ingest_; }
+  [[nodiscard]] bool realtime() const { return realtime_; }
+  /** Why not, when realtime() is false. */
+  [[nodiscard]] const std::string& schedulingNote() const { return note_; }
+  [[nodiscard]] const GroupOptions& options() const { return options_; }
+
+  /** Without threads: one ingest round and one cycle. */
+  void step();
+
+ private:
+  DeviceGroup(const GroupOptions& options, std::vector<std::unique_ptr<Device>> devices, const MeshTable& meshes,
+              Clock& clock);
+  Result<void> startThreads();
+
+  GroupOptions options_;
+  std::vector<std::unique_ptr<Device>> devices_;
+  Clock& clock_;
+  std::unique_ptr<Ingest> ingest_;
+  std::unique_ptr<Servo> servo_;
+  std::atomic<bool> stop_{false};
+  RtThread ingest_thread_, servo_thread_;
+  bool realtime_ = false;
+  std::string note_;
+  std::uint64_t sent_ = 0;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,42 @@
+/** @file
+ * From device URIs to devices: scheme://authority?key=value&... (thesis section 5.2: `phantom://default?mode=direct`).
+ */
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "rt/base/error.h"
+#include "rt/device.h"
+
+namespace hapticd {
+
+/** A parsed URI; query keys keep their order, values are percent-decoded. */
+struct DeviceUri {
+  std::string scheme;
+  std::string authority;  ///< Preset, serial, or file for replay.
+  std::vector<std::pair<std::string, std::string>> query;
+};
+
+/** kInvalidArgument names the character at fault. Fuzzed. */
+[[nodiscard]] Result<DeviceUri> parseDeviceUri(std::string_view text);
+
+/** A device found but not opened. */
+struct DeviceFound {
+  DeviceInfo info;
+  bool real = false;  ///< Hardware, not a simulator.
+};
+
+/** What this machine has: real devices first, then the simulator. Control thread. */
+[[nodiscard]] std::vector<DeviceFound> findDevices();
+
+/**
+ * Makes (does not open) the device of that URI or serial. Empty: the first real device, else sim://default.
+ * kNotFound names the scheme or serial and lists what there is.
+ */
+[[nodiscard]] Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial);
+
+}  // namespace hapticd

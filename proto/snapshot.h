@@ -1,0 +1,85 @@
+/** @file
+ * The flat form of a built mesh: one block of offsets and arrays that the builder writes, the daemon validates and the
+ * servo reads in place. Also the upload format a client fills. Both cross process boundaries as sealed memfds.
+ *
+ * A snapshot is position independent: sections are byte offsets from its start, 64-byte aligned, in the order of
+ * hd_snapshot_section. Lengths in metres, in the object's frame. Triangles are counter-clockwise seen from outside.
+ */
+#ifndef HAPTICD_PROTO_SNAPSHOT_H
+#define HAPTICD_PROTO_SNAPSHOT_H
+
+#include <stdint.h>
+
+#define HD_SNAPSHOT_MAGIC UINT64_C(0x31504e5354504148) /**< "HAPTSNP1" */
+#define HD_SNAPSHOT_VERSION 1u
+#define HD_UPLOAD_MAGIC UINT64_C(0x3150554d54504148) /**< "HAPTMUP1" */
+
+#define HD_NO_INDEX UINT32_C(0xffffffff)
+#define HD_BVH_LEAF_TRIANGLES 4u /**< At most this many triangles in a leaf. */
+#define HD_BVH_MAX_DEPTH 64u     /**< Deepest path, root included; the builder keeps it, the validator checks it. */
+#define HD_MAX_VERTICES 16000000u
+#define HD_MAX_TRIANGLES 16000000u
+
+enum hd_snapshot_kind { HD_SNAPSHOT_TRIANGLES = 1 };
+
+enum hd_snapshot_section {
+  HD_SECTION_VERTICES = 0,         /**< float[3] per vertex. */
+  HD_SECTION_TRIANGLES = 1,        /**< uint32[3] per triangle, in leaf order. */
+  HD_SECTION_NEIGHBOURS = 2,       /**< uint32[3] per triangle: across edges 01, 12, 20; HD_NO_INDEX at a border. */
+  HD_SECTION_NODES = 3,            /**< hd_bvh_node; the root is node 0, children come after their parent. */
+  HD_SECTION_PARENTS = 4,          /**< uint32 per node; HD_NO_INDEX for the root. Empty unless deformable. */
+  HD_SECTION_VERTEX_FIRST = 5,     /**< uint32 per vertex + 1: start of its triangles. Empty unless deformable. */
+  HD_SECTION_VERTEX_TRIANGLES = 6, /**< uint32: triangles about each vertex. Empty unless deformable. */
+  HD_SECTION_TRIANGLE_LEAF = 7,    /**< uint32 per triangle: the leaf that holds it. Empty unless deformable. */
+  HD_SECTION_SOURCE_VERTEX =
+      8, /**< uint32 per uploaded vertex: its vertex here after welding. Empty unless deformable. */
+  HD_SECTIONS = 9
+};
+
+/** Bits of hd_snapshot_header.flags. */
+enum hd_snapshot_flag {
+  HD_MESH_CLOSED = 1u << 0,    /**< Every edge has two triangles of one orientation: inside and outside exist. */
+  HD_MESH_DEFORMABLE = 1u << 1 /**< The sections for vertex moves are present. */
+};
+
+struct hd_section {
+  uint64_t offset; /**< From the start of the snapshot. */
+  uint64_t bytes;
+};
+
+struct hd_snapshot_header {
+  uint64_t magic;
+  uint32_t version;
+  uint32_t kind; /**< hd_snapshot_kind */
+  uint64_t total_bytes;
+  uint64_t checksum; /**< FNV-1a over everything after this header. */
+  uint32_t flags;    /**< hd_snapshot_flag */
+  uint32_t vertex_count;
+  uint32_t triangle_count;
+  uint32_t node_count;
+  float lower[3]; /**< Bounding box. */
+  float upper[3];
+  uint32_t depth;       /**< Of the tree, root counted as 1. */
+  uint32_t max_valence; /**< Most triangles about one vertex. */
+  struct hd_section section[HD_SECTIONS];
+};
+
+/** A node of a binary bounding volume hierarchy: 32 bytes, two a cache line. */
+struct hd_bvh_node {
+  float lower[3];
+  uint32_t first; /**< Leaf: first triangle. Inner: the left child; the right child is first + 1. */
+  float upper[3];
+  uint32_t count; /**< Leaf: triangles, 1 to HD_BVH_LEAF_TRIANGLES. Inner: 0. */
+};
+
+/** Start of an upload: vertices then triangles follow at once, tightly packed. */
+struct hd_mesh_upload {
+  uint64_t magic;
+  uint32_t vertex_count;
+  uint32_t triangle_count;
+  uint32_t flags; /**< HD_MESH_DEFORMABLE or 0. */
+  uint32_t reserved;
+  /* float vertices[vertex_count][3]; uint32_t triangles[triangle_count][3]; */
+};
+
+#endif /* HAPTICD_PROTO_SNAPSHOT_H */

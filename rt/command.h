@@ -1,0 +1,114 @@
+/** @file
+ * One change to the cycle's state, as it enters through CycleInput: a client's message that ingest has checked, or an
+ * order of the control thread. Plain data, so that a recording can hold it.
+ */
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#include "proto/shm_layout.h"
+#include "proto/snapshot.h"
+
+namespace hapticd {
+
+inline constexpr std::uint32_t kMaxSessions = 16;  ///< Of one device group.
+inline constexpr std::uint32_t kMaxObjects = 256;  ///< Slots of the scene, slot 0 is the root.
+inline constexpr std::uint32_t kMaxMeshes = 256;   ///< Entries of the mesh table.
+inline constexpr std::uint32_t kMaxDevices = HD_MAX_DEVICES;
+inline constexpr std::uint32_t kControlSession = 0xffff;  ///< Command::session of the control thread.
+
+/** Kinds of command. Those below 64 are the client's (hd_command_kind) with the same payload. */
+enum class CommandKind : std::uint32_t {
+  kNone = HD_COMMAND_NONE,
+  kObjectPose = HD_COMMAND_OBJECT_POSE,
+  kObjectMaterial = HD_COMMAND_OBJECT_MATERIAL,
+  kObjectFlags = HD_COMMAND_OBJECT_FLAGS,
+  kObjectVertices = HD_COMMAND_OBJECT_VERTICES,
+  kLocalModel = HD_COMMAND_LOCAL_MODEL,
+  kForceField = HD_COMMAND_FORCE_FIELD,
+  kClearModel = HD_COMMAND_CLEAR_MODEL,
+  kClientForce = HD_COMMAND_CLIENT_FORCE,
+  kIntent = HD_COMMAND_INTENT,
+  kLimits = HD_COMMAND_LIMITS,
+
+  kAddObject = 64,  ///< AddObject
+  kRemoveObject,    ///< ObjectRef; children were removed before.
+  kSetShape,        ///< SetShape
+  kAddSession,      ///< SessionRef: the slot starts alive and empty.
+  kLoseSession,     ///< SessionRef: client gone or stuck; its share fades.
+  kReviveSession,   ///< SessionRef: heartbeat is back before the slot was freed.
+  kFreeSession,     ///< SessionRef: the slot may be used again.
+  kArm,             ///< DeviceRef
+  kDisarm,          ///< DeviceRef
+  kStop,            ///< DeviceRef: latch HD_FAULT_STOP_LINE.
+  kDeviceLimits,    ///< DeviceLimits
+};
+
+/** An object id for the rings: slot in the low 16 bits, generation above, never 0. */
+[[nodiscard]] constexpr std::uint32_t objectSlot(std::uint32_t id) { return id & 0xffffu; }
+[[nodiscard]] constexpr std::uint32_t makeObjectId(std::uint32_t slot, std::uint32_t generation) {
+  return slot | (generation << 16);
+}
+
+struct ShapeParameters {
+  std::uint32_t kind;  ///< ShapeKind
+  std::uint32_t mesh;  ///< Entry of the mesh table, for meshes.
+  double size[3];
+};
+
+struct AddObject {
+  std::uint32_t object;
+  std::uint32_t parent;  ///< Object id, 0 for the root.
+  std::uint32_t flags;   ///< hd_object_flag
+  std::uint32_t reserved;
+  ShapeParameters shape;
+  hd_material material;
+  double p[3];
+  double q[4];
+};
+
+struct ObjectRef {
+  std::uint32_t object;
+};
+struct SetShape {
+  std::uint32_t object;
+  std::uint32_t reserved;
+  ShapeParameters shape;
+};
+struct SessionRef {
+  std::uint32_t slot;
+  std::uint32_t reserved;
+  std::uint64_t id;
+};
+struct DeviceRef {
+  std::uint32_t device;
+};
+struct DeviceLimits {
+  std::uint32_t device;
+  std::uint32_t reserved;
+  double force, torque, force_slew, torque_slew, velocity, power, active_power;
+};
+
+/** A checked command. `payload` is read with as<T>() according to `kind`. */
+struct Command {
+  CommandKind kind = CommandKind::kNone;
+  std::uint32_t session = kControlSession;  ///< Slot of the sender.
+  std::uint64_t seq = 0;                    ///< Sender's number, for the acknowledgement.
+  std::uint64_t at_tick = 0;                ///< Takes effect at this tick; 0: at once.
+  alignas(8) unsigned char payload[HD_SLOT_BYTES - 32] = {};
+
+  template <class T>
+  [[nodiscard]] const T& as() const noexcept {
+    static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= sizeof payload && alignof(T) <= 8);
+    return *reinterpret_cast<const T*>(payload);
+  }
+  template <class T>
+  [[nodiscard]] T& as() noexcept {
+    static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= sizeof payload && alignof(T) <= 8);
+    return *reinterpret_cast<T*>(payload);
+  }
+};
+static_assert(std::is_trivially_copyable_v<Command>);
+
+}  // namespace hapticd

@@ -1,0 +1,84 @@
+/** @file
+ * The cycle: estimate -> render -> guard, without a thread, a device or a clock. The servo wraps it; tests and
+ * benchmarks step it by hand.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "rt/cycle/cycle_input.h"
+#include "rt/cycle/event.h"
+#include "rt/cycle/session_share.h"
+#include "rt/cycle/velocity_estimator.h"
+#include "rt/guard/guard.h"
+#include "rt/render/proxy.h"
+#include "rt/scene/scene.h"
+
+namespace hapticd {
+
+struct CycleConfig {
+  std::int64_t period_ns = 1'000'000;
+  std::uint32_t device_count = 1;
+  std::array<GuardConfig, kMaxDevices> guard;
+  std::int64_t loss_fade_ns = 50'000'000;  ///< A lost session's share is gone after this.
+};
+
+/** What one device's tick came to. */
+struct DeviceOutput {
+  DeviceCommand command;
+  SurfaceContact contact;
+  GuardOutput guard;
+  Twist velocity;
+  DeviceIntent intent;
+  bool has_intent = false;
+};
+
+struct CycleOutput {
+  std::array<DeviceOutput, kMaxDevices> device;
+  EventBatch events;
+  std::uint32_t applied_commands = 0;
+};
+
+/** State of one device group. Allocates when constructed and never again. */
+class Cycle {
+ public:
+  Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept;
+
+  void step(const CycleInput& input, CycleOutput& output) HD_RT;
+
+  /** After the commands are in: one stage each, so that the servo can time them. step() is the three in a row. */
+  void applyCommands(const CycleInput& input, CycleOutput& output) HD_RT;
+  void render(const CycleInput& input, CycleOutput& output) HD_RT;
+  void guard(const CycleInput& input, CycleOutput& output) HD_RT;
+
+  [[nodiscard]] const Scene& scene() const HD_RT { return scene_; }
+  [[nodiscard]] const SessionShare& session(std::uint32_t slot) const HD_RT { return sessions_[slot]; }
+  [[nodiscard]] const Guard& deviceGuard(std::uint32_t device) const HD_RT { return devices_[device].guard; }
+  [[nodiscard]] const CycleConfig& config() const HD_RT { return config_; }
+
+ private:
+  struct DeviceState {
+    explicit DeviceState(const GuardConfig& config) noexcept : guard(config) {}
+    Guard guard;
+    ProxyRenderer proxy;
+    VelocityEstimator velocity;
+    bool started = false;
+    std::uint32_t buttons = 0;
+    std::uint32_t last_fault = HD_FAULT_NONE;
+    bool last_armed = false;
+  };
+  static constexpr std::uint32_t kMaxPending = 128;
+
+  void apply(const Command& command, const CycleInput& input, CycleOutput& output) HD_RT;
+
+  CycleConfig config_;
+  Scene scene_;
+  std::array<SessionShare, kMaxSessions> sessions_;
+  std::array<DeviceState, kMaxDevices> devices_;
+  std::array<Command, kMaxPending> pending_;  ///< Commands whose tick has not come.
+  std::uint32_t pending_count_ = 0;
+  std::array<std::array<Wrench, HD_SOURCES>, kMaxDevices> sources_;
+};
+
+}  // namespace hapticd

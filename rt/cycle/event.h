@@ -1,0 +1,54 @@
+/** @file
+ * What a cycle has to tell the control thread: touches, buttons, faults. Fixed size; what does not fit is counted.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "rt/base/contract.h"
+
+namespace hapticd {
+
+/** Numbers of EventKind in control.capnp; the servo raises these. */
+enum class ServoEventKind : std::uint32_t {
+  kTouch = 0,
+  kUntouch = 1,
+  kButton = 2,
+  kFault = 3,
+  kArmed = 4,
+  kDisarmed = 5,
+  kOverrun = 10,
+  kModelExpired = 13,
+  kCommandRefused = 64,  ///< For the log: `value` is the error, `object` the object or slot.
+};
+
+struct ServoEvent {
+  ServoEventKind kind = ServoEventKind::kTouch;
+  std::uint32_t device = 0;
+  std::uint32_t object = 0;
+  std::uint32_t session = 0;  ///< Slot.
+  std::uint32_t value = 0;
+  std::int64_t t_ns = 0;
+  std::uint64_t tick = 0;
+  double point[3] = {};
+  double force = 0;
+};
+
+/** Events of one cycle. */
+struct EventBatch {
+  static constexpr std::uint32_t kCapacity = 32;
+  std::array<ServoEvent, kCapacity> event;
+  std::uint32_t count = 0;
+  std::uint32_t dropped = 0;
+
+  void add(const ServoEvent& e) HD_RT {
+    if (count < kCapacity) {
+      event[count++] = e;
+    } else {
+      ++dropped;
+    }
+  }
+};
+
+}  // namespace hapticd

@@ -1,0 +1,90 @@
+/** @file
+ * The servo: one device group's loop. Wakes at absolute deadlines, reads the devices, gathers the CycleInput, steps the
+ * cycle, writes the devices and publishes to every session.
+ */
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "rt/base/clock.h"
+#include "rt/base/histogram.h"
+#include "rt/cycle/cycle.h"
+#include "rt/ingest/ingest.h"
+#include "rt/ring/state.h"
+
+namespace hapticd {
+
+/** Where the servo publishes for one session. Set by control before kAddSession, cleared after kFreeSession passed. */
+struct SessionPort {
+  std::atomic<hd_region_a*> region{nullptr};
+};
+
+/** Durations of the stages of a cycle. */
+struct ServoHistograms {
+  Histogram wake, read, render, guard, write, cycle;
+};
+
+/** Counters for status and watchdog; written by the servo, read by anybody. */
+struct ServoCounters {
+  std::atomic<std::uint64_t> tick{0};
+  std::atomic<std::uint64_t> cycles{0};
+  std::atomic<std::uint64_t> missed{0};
+  std::atomic<std::uint64_t> overruns{0};
+  std::atomic<std::uint64_t> stale{0};
+  std::atomic<std::uint64_t> contacts{0};
+  std::atomic<std::uint64_t> faults{0};
+  std::atomic<std::uint64_t> events_dropped{0};
+  std::atomic<std::int64_t> last_cycle_ns{0};     ///< Clock at the end of the last cycle: the heartbeat.
+  std::atomic<std::uint32_t> control_applied{0};  ///< Commands of the control thread taken so far (wraps).
+};
+
+class Servo {
+ public:
+  /** Devices are open and outlive the servo; so does everything else referred to. */
+  Servo(const CycleConfig& config, std::array<Device*, kMaxDevices> devices, const MeshTable& meshes, Clock& clock);
+
+  /** Sets the first deadline to the next period from now. */
+  void begin() HD_RT;
+  /** Waits for the next deadline on the clock, then runs one cycle. Missed periods are counted and skipped. */
+  void runOnce() HD_RT;
+  /** The last act: safe commands to the devices. */
+  void end() HD_RT;
+
+  // Inlets. Each has one producer.
+  ControlToServo from_control;
+  Ingest* ingest = nullptr;  ///< Its commands are taken; null in tests without one.
+  std::array<SessionPort, kMaxSessions> ports;
+  std::atomic<bool> stop_line{false};
+  std::atomic<bool> deadman_open{false};
+  std::atomic<bool> no_realtime{false};  ///< Only shown.
+
+  // Outlets.
+  SpscRing<ServoEvent, 1024> events;
+  ServoCounters counters;
+  ServoHistograms histograms;
+
+  [[nodiscard]] const Cycle& cycle() const HD_RT { return cycle_; }
+  [[nodiscard]] const CycleInput& lastInput() const HD_RT { return *input_; }
+  [[nodiscard]] const CycleOutput& lastOutput() const HD_RT { return *output_; }
+
+ private:
+  void gather() HD_RT;
+  void publish(std::int64_t wake_latency_ns) HD_RT;
+  void count() HD_RT;
+
+  CycleConfig config_;
+  std::array<Device*, kMaxDevices> devices_;
+  Clock& clock_;
+  Cycle cycle_;
+  std::unique_ptr<CycleInput> input_;
+  std::unique_ptr<CycleOutput> output_;
+  std::array<StateWriter, kMaxSessions> writers_;
+  std::int64_t deadline_ns_ = 0;
+  std::uint64_t tick_ = 0;
+  std::int64_t last_cycle_duration_ns_ = 0;
+};
+
+}  // namespace hapticd

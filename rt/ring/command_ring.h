@@ -1,0 +1,82 @@
+/** @file
+ * The command ring of region B: the client pushes, the daemon pops and trusts nothing.
+ *
+ * Neither side reads its own index back from shared memory. The consumer copies a slot once to private memory; whoever
+ * uses it checks the copy (rt/ingest/validate.h). A fill above the capacity is a protocol violation.
+ */
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "proto/shm_layout.h"
+#include "rt/base/contract.h"
+#include "rt/base/error.h"
+
+namespace hapticd {
+
+/** Client side. One thread. */
+class CommandProducer {
+ public:
+  /** Both regions mapped; the ring is new (a session is never re-joined). `start_index` is for tests of the wrap. */
+  CommandProducer(hd_region_b* b, const hd_region_a* a, std::uint32_t start_index = 0) noexcept;
+
+  /** Writes one slot; `seq` receives its number. kWouldBlock when full, kInvalidArgument when too long. */
+  ErrorCode push(std::uint32_t kind, std::span<const std::byte> payload, std::uint64_t at_tick,
+                 std::uint64_t& seq) HD_RT;
+  /** Tells the daemon that the client lives; at least every 100 ms. */
+  void heartbeat(std::int64_t now_ns) HD_RT;
+  /** Slots that can be pushed now. */
+  [[nodiscard]] std::uint32_t space() const HD_RT;
+
+ private:
+  hd_region_b* b_;
+  const hd_region_a* a_;
+  std::uint32_t tail_;
+  std::uint64_t seq_ = 0;
+};
+
+/** Daemon side. Ingest thread only. */
+class CommandConsumer {
+ public:
+  enum class Pop : std::uint8_t { kEmpty, kSlot, kViolation };
+
+  CommandConsumer(const hd_region_b* b, hd_region_a* a, std::uint32_t start_index = 0) noexcept;
+
+  /** Copies the next slot once into `copy`. After kViolation nothing more comes. */
+  Pop pop(hd_slot& copy) HD_RT;
+  [[nodiscard]] std::int64_t heartbeat() const HD_RT;
+
+ private:
+  const hd_region_b* b_;
+  hd_region_a* a_;
+  std::uint32_t head_;
+  bool violated_ = false;
+};
+
+/** Client side of one latest-value mailbox. One thread per mailbox. */
+class MailboxWriter {
+ public:
+  explicit MailboxWriter(hd_slot* slot) noexcept : slot_(slot) {}
+  ErrorCode write(std::uint32_t kind, std::span<const std::byte> payload, std::uint64_t& seq) HD_RT;
+
+ private:
+  hd_slot* slot_;
+  std::uint32_t guard_ = 0;
+  std::uint64_t seq_ = 0;
+};
+
+/** Daemon side of one mailbox. */
+class MailboxReader {
+ public:
+  enum class Read : std::uint8_t { kSame, kNew, kBusy };
+  explicit MailboxReader(const hd_slot* slot) noexcept : slot_(slot) {}
+  /** At most two tries; kBusy keeps what was. */
+  Read read(hd_slot& copy) HD_RT;
+
+ private:
+  const hd_slot* slot_;
+  std::uint32_t guard_ = 0;
+};
+
+}  // namespace hapticd

@@ -106,6 +106,7 @@ struct Limits {
   velocity @4 :Float64;       # m/s: beyond it the guard latches
   power @5 :Float64;          # W delivered to the hand
   activePower @6 :Float64;    # W: budget of sources declared active
+  gripperForce @7 :Float64;   # N
 }
 
 enum CalibrationState { notNeeded @0; needed @1; running @2; done @3; }
@@ -180,6 +181,12 @@ struct DeviceState {
   force @15 :Vec3;
   group @16 :Text;
   schedulingPolicy @17 :Text; # "SCHED_FIFO 80" or "SCHED_OTHER"
+  flags @18 :UInt32;          # hd_sample_flag
+  velocity @19 :Vec3;         # m/s
+  torque @20 :Vec3;           # N m
+  proxy @21 :Vec3;            # m
+  buttons @22 :UInt32;
+  index @23 :UInt32;          # in the group: hd_sample.device
 }
 
 struct ClientState {
@@ -206,6 +213,7 @@ struct DaemonState {
   triangles @4 :UInt64;
   lockedBytes @5 :UInt64;
   uptimeNs @6 :Int64;
+  meshes @7 :UInt32;
 }
 
 struct Histogram {
@@ -283,8 +291,10 @@ struct ObjectState {
   id @1 :UInt32;      # for the rings
   worldPose @2 :Pose;
   path @3 :Text;      # /_objects/A/B/C
-  owner @4 :Text;
+  owner @4 :Text;       # name of the client that made it, empty when that has left
   triangles @5 :UInt32;
+  velocity @6 :Vec3;    # m/s, in the parent's frame
+  angularVelocity @7 :Vec3;
 }
 
 struct MeshReport {
@@ -297,6 +307,9 @@ struct MeshReport {
   closed @6 :Bool;
   notes @7 :List(Text);  # repairs, each naming its triangle
   buildNs @8 :Int64;
+  deformable @9 :Bool;   # vertex moves through the ring are possible
+  uses @10 :UInt32;      # objects that show it
+  owner @11 :Text;
 }
 
 interface Progress {
@@ -321,6 +334,8 @@ interface Scene {
   beginUpload @8 (bytes :UInt64) -> (status :Status, upload :Upload);
   # bytes: sizeof(hd_mesh_upload) + 12 per vertex + 12 per triangle.
   dropMesh @9 (mesh :UInt64) -> (status :Status);
+  # Refused while an object shows it. A mesh goes with the client that made it once no object shows it.
+  listMeshes @10 () -> (status :Status, meshes :List(MeshReport));
 }
 
 # ---------------------------------------------------------------- events

@@ -12,6 +12,7 @@
 #include "rt/base/clock.h"
 #include "rt/base/histogram.h"
 #include "rt/cycle/cycle.h"
+#include "rt/cycle/pose_board.h"
 #include "rt/ingest/ingest.h"
 #include "rt/ring/state.h"
 
@@ -65,6 +66,7 @@ class Servo {
   SpscRing<ServoEvent, 1024> events;
   ServoCounters counters;
   ServoHistograms histograms;
+  PoseBoard poses;  ///< Published once a cycle, after the commands: poses.publish(cycle_.scene(), tick_, applied).
 
   [[nodiscard]] const Cycle& cycle() const HD_RT { return cycle_; }
   [[nodiscard]] const CycleInput& lastInput() const HD_RT { return *input_; }

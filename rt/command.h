@@ -96,6 +96,9 @@ struct Command {
   std::uint32_t session = kControlSession;  ///< Slot of the sender.
   std::uint64_t seq = 0;                    ///< Sender's number, for the acknowledgement.
   std::uint64_t at_tick = 0;                ///< Takes effect at this tick; 0: at once.
+  /** Where it came from: 0 the ring, k + 1 mailbox k. Each counts its own seq; applied_seq speaks of the ring's. */
+  std::uint32_t channel = 0;
+  std::uint32_t reserved = 0;
   alignas(8) unsigned char payload[HD_SLOT_BYTES - 32] = {};
 
   template <class T>

@@ -19,7 +19,7 @@ class Histogram {
  public:
   static constexpr std::uint32_t kSubBuckets = 32;
   static constexpr std::uint32_t kPowers = 32;
-  static constexpr std::uint32_t kBuckets = kSubBuckets * (kPowers - 4);
+  static constexpr std::uint32_t kBuckets = kSubBuckets * (kPowers - 4);  ///< Powers 0 to 4 share the first 32.
 
   /** Summary of what was recorded since the last reset. Percentiles are upper bounds of their bucket [ns]. */
   struct Summary {

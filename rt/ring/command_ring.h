@@ -1,11 +1,14 @@
 /** @file
- * The command ring of region B: the client pushes, the daemon pops and trusts nothing.
+ * The command ring and the mailboxes of region B: the client writes, the daemon reads and trusts nothing.
  *
- * Neither side reads its own index back from shared memory. The consumer copies a slot once to private memory; whoever
- * uses it checks the copy (rt/ingest/validate.h). A fill above the capacity is a protocol violation.
+ * Neither side reads its own index back from shared memory, and each caches the other's and reads it only when it must.
+ * The consumer copies a slot once to private memory; whoever uses it checks the copy (rt/ingest/validate.h). A fill
+ * above the capacity is a protocol violation. Indices run freely and wrap at 2^32, which the capacity divides, so that
+ * tail - head is the fill even across the wrap.
  */
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -33,6 +36,7 @@ class CommandProducer {
   hd_region_b* b_;
   const hd_region_a* a_;
   std::uint32_t tail_;
+  std::uint32_t head_seen_;
   std::uint64_t seq_ = 0;
 };
 
@@ -41,23 +45,30 @@ class CommandConsumer {
  public:
   enum class Pop : std::uint8_t { kEmpty, kSlot, kViolation };
 
+  /** Publishes `start_index` as the head. Null regions make a consumer that must not be used. */
   CommandConsumer(const hd_region_b* b, hd_region_a* a, std::uint32_t start_index = 0) noexcept;
 
-  /** Copies the next slot once into `copy`. After kViolation nothing more comes. */
+  /**
+   * Copies the next slot once into `copy`; payload beyond its length, and the guard, keep what was there before. After
+   * kViolation nothing more comes.
+   */
   Pop pop(hd_slot& copy) HD_RT;
+  /** The client's clock when it was last alive, as it claims. */
   [[nodiscard]] std::int64_t heartbeat() const HD_RT;
 
  private:
   const hd_region_b* b_;
   hd_region_a* a_;
   std::uint32_t head_;
+  std::uint32_t tail_seen_;
   bool violated_ = false;
 };
 
-/** Client side of one latest-value mailbox. One thread per mailbox. */
+/** Client side of one latest-value mailbox. One thread per mailbox; a mailbox is never re-joined. */
 class MailboxWriter {
  public:
   explicit MailboxWriter(hd_slot* slot) noexcept : slot_(slot) {}
+  /** Replaces what stands there, read or not. kInvalidArgument when too long. Takes effect at once. */
   ErrorCode write(std::uint32_t kind, std::span<const std::byte> payload, std::uint64_t& seq) HD_RT;
 
  private:
@@ -70,12 +81,13 @@ class MailboxWriter {
 class MailboxReader {
  public:
   enum class Read : std::uint8_t { kSame, kNew, kBusy };
+  MailboxReader() noexcept = default;
   explicit MailboxReader(const hd_slot* slot) noexcept : slot_(slot) {}
-  /** At most two tries; kBusy keeps what was. */
+  /** At most two tries; kBusy: the writer was in the way both times, `copy` is then worthless. */
   Read read(hd_slot& copy) HD_RT;
 
  private:
-  const hd_slot* slot_;
+  const hd_slot* slot_ = nullptr;
   std::uint32_t guard_ = 0;
 };
 

@@ -24,6 +24,8 @@ class SpscRing {
   static_assert(std::is_trivially_copyable_v<T>);
 
  public:
+  static constexpr std::uint32_t kCapacity = N;
+
   /** Producer. False when full. */
   bool push(const T& value) HD_RT {
     const std::uint32_t tail = tail_.load(std::memory_order_relaxed);
@@ -48,7 +50,7 @@ class SpscRing {
     return true;
   }
 
-  /** Either side; exact only for the caller's own end. */
+  /** Either side. The other may have moved since: a bound from above for the producer, from below for the consumer. */
   [[nodiscard]] std::uint32_t size() const HD_RT {
     return tail_.load(std::memory_order_acquire) - head_.load(std::memory_order_acquire);
   }

@@ -45,9 +45,14 @@ class Cycle {
  public:
   Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept;
 
+  /** What the velocity estimator may take for noise [m, rad]. Before the first step. */
+  void setResolution(std::uint32_t device, double position, double rotation) HD_RT {
+    devices_[device].velocity.setResolution(position, rotation);
+  }
+
   void step(const CycleInput& input, CycleOutput& output) HD_RT;
 
-  /** After the commands are in: one stage each, so that the servo can time them. step() is the three in a row. */
+  /** One stage each, so that the servo can time them; step() is the three in a row. */
   void applyCommands(const CycleInput& input, CycleOutput& output) HD_RT;
   void render(const CycleInput& input, CycleOutput& output) HD_RT;
   void guard(const CycleInput& input, CycleOutput& output) HD_RT;
@@ -65,12 +70,20 @@ class Cycle {
     VelocityEstimator velocity;
     bool started = false;
     std::uint32_t buttons = 0;
+    std::uint32_t touched = 0;  ///< Object of the last contact, named when it ends.
     std::uint32_t last_fault = HD_FAULT_NONE;
     bool last_armed = false;
   };
   static constexpr std::uint32_t kMaxPending = 128;
 
   void apply(const Command& command, const CycleInput& input, CycleOutput& output) HD_RT;
+  ErrorCode applyToSession(const Command& command, const CycleInput& input) HD_RT;
+  ErrorCode applySessionOrder(const Command& command, const CycleInput& input) HD_RT;
+  ErrorCode applyDeviceOrder(const Command& command) HD_RT;
+  void refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT;
+  void renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT;
+  void noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT;
+  void raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT;
 
   CycleConfig config_;
   Scene scene_;

@@ -51,7 +51,7 @@ class Servo {
   void begin() HD_RT;
   /** Waits for the next deadline on the clock, then runs one cycle. Missed periods are counted and skipped. */
   void runOnce() HD_RT;
-  /** The last act: safe commands to the devices. */
+  /** The last act: zeros to the devices. */
   void end() HD_RT;
 
   // Inlets. Each has one producer.
@@ -75,7 +75,8 @@ class Servo {
  private:
   void gather() HD_RT;
   void publish(std::int64_t wake_latency_ns) HD_RT;
-  void count() HD_RT;
+  void publishSession(std::uint32_t slot) HD_RT;
+  void count(std::int64_t done_ns) HD_RT;
 
   CycleConfig config_;
   std::array<Device*, kMaxDevices> devices_;
@@ -87,6 +88,9 @@ class Servo {
   std::int64_t deadline_ns_ = 0;
   std::uint64_t tick_ = 0;
   std::int64_t last_cycle_duration_ns_ = 0;
+  std::uint32_t orders_taken_ = 0;
+  std::uint32_t max_wake_ns_ = 0;
+  std::uint32_t max_cycle_ns_ = 0;
 };
 
 }  // namespace hapticd

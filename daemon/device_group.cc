@@ -1,0 +1,110 @@
+#include "daemon/device_group.h"
+
+#include <future>
+
+namespace hapticd {
+namespace {
+
+constexpr std::size_t kStackBytes = 512 * 1024;
+constexpr std::size_t kPrefaultBytes = 256 * 1024;
+
+}  // namespace
+
+DeviceGroup::DeviceGroup(const GroupOptions& options, std::vector<std::unique_ptr<Device>> devices,
+                         const MeshTable& meshes, Clock& clock)
+    : options_(options),
+      devices_(std::move(devices)),
+      clock_(clock),
+      ingest_(std::make_unique<Ingest>(options.ingest)) {
+  options_.cycle.device_count = static_cast<std::uint32_t>(devices_.size());
+  std::array<Device*, kMaxDevices> raw{};
+  for (std::size_t i = 0; i < devices_.size(); ++i) raw[i] = devices_[i].get();
+  servo_ = std::make_unique<Servo>(options_.cycle, raw, meshes, clock_);
+  servo_->ingest = ingest_.get();
+}
+
+Result<std::unique_ptr<DeviceGroup>> DeviceGroup::start(const GroupOptions& options,
+                                                        std::vector<std::unique_ptr<Device>> devices,
+                                                        const MeshTable& meshes, Clock& clock) {
+  if (devices.empty() || devices.size() > kMaxDevices) {
+    return Error{ErrorCode::kInvalidArgument, "device group", std::to_string(devices.size()) + " devices",
+                 "a group holds 1 to " + std::to_string(kMaxDevices) + " devices"};
+  }
+  std::unique_ptr<DeviceGroup> group(new DeviceGroup(options, std::move(devices), meshes, clock));
+  if (!options.threads) {
+    group->servo_->begin();
+    return group;
+  }
+  if (auto started = group->startThreads(); !started) return started.error();
+  return group;
+}
+
+Result<void> DeviceGroup::startThreads() {
+  // Each thread says how it was scheduled before it begins; the servo starts last, when its inlets are served.
+  const auto run = [this](RtThread& thread, const char* name, int priority, auto loop) -> Result<void> {
+    std::promise<Result<void>> scheduled;
+    auto answer = scheduled.get_future();
+    auto started = thread.start(name, kStackBytes, [this, priority, loop, &scheduled] {
+      prefaultStack(kPrefaultBytes);
+      disableDenormals();
+      Result<void> rights = becomeRealtime(priority);
+      const bool go = rights.ok() || options_.allow_no_rt;
+      scheduled.set_value(std::move(rights));
+      if (go) loop();
+    });
+    if (!started) return started;
+    Result<void> rights = answer.get();
+    if (!rights) note_ = toString(rights.error());
+    return options_.allow_no_rt ? Result<void>() : rights;
+  };
+
+  auto ingest = run(ingest_thread_, "ingest", options_.ingest_priority, [this] {
+    std::int64_t deadline_ns = clock_.now();
+    while (!stop_.load(std::memory_order_relaxed)) {
+      ingest_->step(clock_.now(), servo_->counters.tick.load(std::memory_order_relaxed));
+      deadline_ns += options_.cycle.period_ns;
+      const std::int64_t now_ns = clock_.now();
+      if (deadline_ns < now_ns) deadline_ns = now_ns + options_.cycle.period_ns;
+      clock_.sleepUntil(deadline_ns);
+    }
+  });
+  if (!ingest) return ingest;
+  auto servo = run(servo_thread_, "servo", options_.servo_priority, [this] {
+    servo_->begin();
+    while (!stop_.load(std::memory_order_relaxed)) servo_->runOnce();
+    servo_->end();
+  });
+  if (!servo) return servo;
+  realtime_ = note_.empty();
+  servo_->no_realtime.store(!realtime_, std::memory_order_relaxed);
+  return {};
+}
+
+DeviceGroup::~DeviceGroup() {
+  stop_.store(true, std::memory_order_relaxed);
+  servo_thread_.join();
+  ingest_thread_.join();
+  for (auto& device : devices_) {
+    device->safe();
+    device->close();
+  }
+}
+
+bool DeviceGroup::send(const Command& command) {
+  if (!servo_->from_control.push(command)) return false;
+  ++sent_;
+  return true;
+}
+
+std::uint64_t DeviceGroup::taken() {
+  // A2, pairs with R2 in Servo::count(). The counter wraps; at most 512 orders are under way.
+  const std::uint32_t applied = servo_->counters.control_applied.load(std::memory_order_acquire);
+  return sent_ - (static_cast<std::uint32_t>(sent_) - applied);
+}
+
+void DeviceGroup::step() {
+  ingest_->step(clock_.now(), servo_->counters.tick.load(std::memory_order_relaxed));
+  servo_->runOnce();
+}
+
+}  // namespace hapticd

@@ -1,0 +1,288 @@
+#include "rt/cycle/cycle.h"
+
+namespace hapticd {
+namespace {
+
+double seconds(std::int64_t ns) HD_RT { return static_cast<double>(ns) * 1e-9; }
+
+bool usable(const DeviceSample& sample) HD_RT {
+  return isFinite(sample.p) && isFinite(sample.q) && isFinite(sample.v) && isFinite(sample.w);
+}
+
+ServoEvent eventAt(ServoEventKind kind, std::uint32_t device, const CycleInput& input) HD_RT {
+  ServoEvent event;
+  event.kind = kind;
+  event.device = device;
+  event.t_ns = input.now_ns;
+  event.tick = input.tick;
+  return event;
+}
+
+}  // namespace
+
+Cycle::Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept
+    : config_(config),
+      scene_(meshes),
+      devices_{DeviceState(config.guard[0]), DeviceState(config.guard[1]), DeviceState(config.guard[2]),
+               DeviceState(config.guard[3])} {
+  static_assert(kMaxDevices == 4, "one DeviceState each above");
+}
+
+void Cycle::step(const CycleInput& input, CycleOutput& output) HD_RT {
+  applyCommands(input, output);
+  render(input, output);
+  guard(input, output);
+}
+
+void Cycle::applyCommands(const CycleInput& input, CycleOutput& output) HD_RT {
+  output.events.count = 0;
+  output.events.dropped = 0;
+  output.applied_commands = 0;
+  for (std::uint32_t d = 0; d < config_.device_count; ++d) output.device[d].has_intent = false;
+
+  // Those whose tick has come, in the order they arrived; the rest close up.
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < pending_count_; ++i) {
+    if (pending_[i].at_tick <= input.tick) {
+      apply(pending_[i], input, output);
+    } else {
+      if (kept != i) pending_[kept] = pending_[i];
+      ++kept;
+    }
+  }
+  pending_count_ = kept;
+
+  for (std::uint32_t i = 0; i < input.command_count; ++i) {
+    const Command& command = input.command[i];
+    if (command.at_tick <= input.tick) {
+      apply(command, input, output);
+    } else if (pending_count_ < kMaxPending) {
+      pending_[pending_count_++] = command;
+    } else {
+      refuse(command, ErrorCode::kQuotaExceeded, input, output);
+    }
+  }
+}
+
+void Cycle::refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT {
+  ServoEvent event = eventAt(ServoEventKind::kCommandRefused, 0, input);
+  event.session = command.session;
+  event.value = static_cast<std::uint32_t>(code);
+  event.object = static_cast<std::uint32_t>(command.kind);
+  output.events.add(event);
+}
+
+ErrorCode Cycle::applyToSession(const Command& command, const CycleInput& input) HD_RT {
+  if (command.session >= kMaxSessions) return ErrorCode::kInvalidArgument;
+  SessionShare& session = sessions_[command.session];
+  if (session.life() != SessionShare::Life::kAlive) return ErrorCode::kDisconnected;
+  return session.apply(command, input.now_ns, scene_);
+}
+
+ErrorCode Cycle::applySessionOrder(const Command& command, const CycleInput& input) HD_RT {
+  const std::uint32_t slot = command.as<SessionRef>().slot;
+  if (slot >= kMaxSessions) return ErrorCode::kInvalidArgument;
+  SessionShare& session = sessions_[slot];
+  switch (command.kind) {
+    case CommandKind::kAddSession:
+      session.start(command.as<SessionRef>().id);
+      break;
+    case CommandKind::kLoseSession:
+      if (session.life() == SessionShare::Life::kAlive) session.lose(input.now_ns, config_.loss_fade_ns);
+      break;
+    case CommandKind::kReviveSession:
+      if (session.life() == SessionShare::Life::kLost) session.revive();
+      break;
+    default:
+      session.free();
+      break;
+  }
+  return ErrorCode::kOk;
+}
+
+ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
+  const std::uint32_t device = command.as<DeviceRef>().device;
+  if (device >= config_.device_count) return ErrorCode::kInvalidArgument;
+  Guard& guard = devices_[device].guard;
+  switch (command.kind) {
+    case CommandKind::kArm:
+      return guard.arm();
+    case CommandKind::kDisarm:
+      guard.disarm();
+      return ErrorCode::kOk;
+    case CommandKind::kStop:
+      guard.latch(HD_FAULT_STOP_LINE);
+      return ErrorCode::kOk;
+    default: {
+      const auto& wanted = command.as<DeviceLimits>();
+      GuardLimits limits = guard.limits();
+      limits.force = wanted.force;
+      limits.torque = wanted.torque;
+      limits.force_slew = wanted.force_slew;
+      limits.torque_slew = wanted.torque_slew;
+      limits.velocity = wanted.velocity;
+      limits.power = wanted.power;
+      limits.active_power = wanted.active_power;
+      return guard.setLimits(limits);
+    }
+  }
+}
+
+void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& output) HD_RT {
+  ErrorCode code = ErrorCode::kOk;
+  switch (command.kind) {
+    case CommandKind::kNone:
+      return;
+    case CommandKind::kObjectPose:
+    case CommandKind::kObjectMaterial:
+    case CommandKind::kObjectFlags:
+    case CommandKind::kObjectVertices:
+    case CommandKind::kAddObject:
+    case CommandKind::kRemoveObject:
+    case CommandKind::kSetShape:
+      code = scene_.apply(command);
+      break;
+    case CommandKind::kLocalModel:
+    case CommandKind::kForceField:
+    case CommandKind::kClearModel:
+    case CommandKind::kClientForce:
+    case CommandKind::kLimits:
+      code = applyToSession(command, input);
+      break;
+    case CommandKind::kIntent: {
+      const auto& wish = command.as<hd_intent>();
+      if (wish.device >= config_.device_count) {
+        code = ErrorCode::kInvalidArgument;
+        break;
+      }
+      DeviceOutput& out = output.device[wish.device];
+      out.intent = {vec3(wish.p), quat(wish.q), wish.gripper_rad};
+      out.has_intent = true;
+      break;
+    }
+    case CommandKind::kAddSession:
+    case CommandKind::kLoseSession:
+    case CommandKind::kReviveSession:
+    case CommandKind::kFreeSession:
+      code = applySessionOrder(command, input);
+      break;
+    case CommandKind::kArm:
+    case CommandKind::kDisarm:
+    case CommandKind::kStop:
+    case CommandKind::kDeviceLimits:
+      code = applyDeviceOrder(command);
+      break;
+  }
+  if (code != ErrorCode::kOk) {
+    refuse(command, code, input, output);
+  } else {
+    ++output.applied_commands;
+  }
+  if (command.session < kMaxSessions) sessions_[command.session].noteApplied(command.seq, input.tick);
+}
+
+void Cycle::render(const CycleInput& input, CycleOutput& output) HD_RT {
+  const double dt = seconds(config_.period_ns);
+  scene_.advance(dt * (1.0 + input.missed));
+  for (std::uint32_t d = 0; d < config_.device_count; ++d) renderDevice(d, input, output.device[d]);
+  noteExpiredModels(input, output);
+}
+
+void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT {
+  DeviceState& device = devices_[d];
+  const DeviceSample& sample = input.device[d];
+  auto& source = sources_[d];
+  source.fill(Wrench{});
+  out.contact = SurfaceContact{};
+  if (!usable(sample)) {  // the guard latches on it; nothing here may see it
+    device.started = false;
+    device.velocity.reset();
+    out.velocity = Twist{};
+    return;
+  }
+  out.velocity = device.velocity.update(sample);
+  if (!device.started) {
+    device.proxy.reset(sample.p);
+    device.started = true;
+  }
+  device.proxy.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), out.contact);
+  source[HD_SOURCE_SURFACE].force = out.contact.force;
+
+  const ToolPoint tool{sample.p, out.velocity.v, d};
+  for (SessionShare& session : sessions_) {
+    if (session.life() == SessionShare::Life::kFree) continue;
+    const SessionShare::Share share = session.evaluate(tool, input.now_ns, scene_);
+    source[HD_SOURCE_LOCAL_MODEL].force += share.local_model;
+    source[HD_SOURCE_CLIENT].force += share.client_force;
+    source[HD_SOURCE_CLIENT].torque += share.client_torque;
+  }
+}
+
+void Cycle::noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT {
+  for (std::uint32_t s = 0; s < kMaxSessions; ++s) {
+    if (sessions_[s].life() == SessionShare::Life::kFree) continue;
+    for (std::uint32_t m = 0; m < HD_MODEL_SLOTS; ++m) {
+      if (!sessions_[s].model(m).takeExpired()) continue;
+      ServoEvent event = eventAt(ServoEventKind::kModelExpired, 0, input);
+      event.session = s;
+      event.value = m;
+      output.events.add(event);
+    }
+  }
+}
+
+void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
+  for (std::uint32_t d = 0; d < config_.device_count; ++d) {
+    DeviceState& device = devices_[d];
+    DeviceOutput& out = output.device[d];
+    GuardInput in;
+    in.now_ns = input.now_ns;
+    in.dt = seconds(config_.period_ns);
+    in.sample = &input.device[d];
+    in.velocity = out.velocity;
+    in.source = sources_[d];
+    in.stop_line = input.stop_line;
+    in.deadman_open = input.deadman_open;
+    in.missed = input.missed;
+    device.guard.step(in, out.guard);
+    out.command = out.guard.command;
+    raiseEvents(d, input, output);
+  }
+}
+
+void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
+  DeviceState& device = devices_[d];
+  DeviceOutput& out = output.device[d];
+  const SurfaceContact& contact = out.contact;
+  if (contact.touch || contact.untouch) {
+    ServoEvent event = eventAt(contact.touch ? ServoEventKind::kTouch : ServoEventKind::kUntouch, d, input);
+    event.object = contact.touch ? contact.object : device.touched;
+    event.force = contact.force.norm();
+    store(contact.proxy, event.point);
+    output.events.add(event);
+  }
+  if (contact.object != 0) device.touched = contact.object;
+
+  const std::uint32_t buttons = input.device[d].buttons;
+  if (buttons != device.buttons) {
+    ServoEvent event = eventAt(ServoEventKind::kButton, d, input);
+    event.value = buttons;
+    output.events.add(event);
+    device.buttons = buttons;
+  }
+  if (out.guard.fault != device.last_fault) {
+    if (out.guard.fault != HD_FAULT_NONE) {
+      ServoEvent event = eventAt(ServoEventKind::kFault, d, input);
+      event.value = out.guard.fault;
+      output.events.add(event);
+    }
+    device.last_fault = out.guard.fault;
+  }
+  const bool armed = device.guard.armed();
+  if (armed != device.last_armed) {
+    output.events.add(eventAt(armed ? ServoEventKind::kArmed : ServoEventKind::kDisarmed, d, input));
+    device.last_armed = armed;
+  }
+}
+
+}  // namespace hapticd

@@ -156,6 +156,7 @@ void Servo::publish(std::int64_t wake_latency_ns) HD_RT {
   for (std::uint32_t s = 0; s < kMaxSessions; ++s) {
     if (writers_[s].region() != nullptr) publishSession(s);
   }
+  poses.publish(cycle_.scene(), tick_, orders_taken_);
   const EventBatch& batch = output_->events;
   std::uint32_t dropped = batch.dropped;
   for (std::uint32_t i = 0; i < batch.count; ++i) {

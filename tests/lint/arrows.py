@@ -1,0 +1,84 @@
+#!/usr/bin/python3
+"""Keeps the include arrows of docs/architecture.md: which room may include which.
+
+Usage: arrows.py ROOT. Prints each include that breaks an arrow and exits 1.
+"""
+import pathlib
+import re
+import sys
+
+# A room is the longest prefix that fits. (rooms it may include, libraries it may include besides the standard ones)
+ROOMS = {
+    "proto": ({"proto"}, set()),
+    "rt": ({"rt", "proto"}, {"Eigen"}),
+    "drivers": ({"drivers", "rt", "proto"}, {"Eigen", "libusb-1.0", "hidapi", "gpiod.h"}),
+    "daemon": ({"daemon", "drivers", "rt", "proto"},
+               {"Eigen", "capnp", "kj", "spdlog", "fmt", "toml++", "CLI", "nlohmann", "systemd"}),
+    "daemon/builder": ({"daemon/builder", "daemon/memfd.h", "rt", "proto"}, {"Eigen", "openvdb"}),
+    "libclient/include": ({"libclient/include"}, set()),
+    "libclient/src": ({"libclient", "proto", "rt/ring", "rt/base/contract.h", "rt/base/error.h"}, {"capnp", "kj"}),
+    "examples": ({"libclient/include"}, set()),
+    "tools/hapticctl": ({"tools/hapticctl", "libclient/include"}, {"CLI", "fmt", "nlohmann", "assimp"}),
+    "tools/haptic-bench": ({"tools/haptic-bench", "daemon", "drivers", "rt", "proto", "libclient/include"},
+                           {"Eigen", "CLI", "fmt", "nlohmann", "benchmark"}),
+}
+# Libraries that only one place may see, whatever the table says.
+LIBRARIES = {"Eigen", "libusb-1.0", "hidapi", "gpiod.h", "capnp", "kj", "spdlog", "fmt", "toml++", "CLI", "nlohmann",
+             "systemd", "openvdb", "assimp", "benchmark"}
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+
+
+def room_of(path):
+    fits = [room for room in ROOMS if path == room or path.startswith(room + "/")]
+    return max(fits, key=len) if fits else None
+
+
+def resolve(root, here, name):
+    """The project file an include names, relative to the root; None for a library's."""
+    for base in (root, here.parent, root / "libclient/include", root / "tools", root / "tests"):
+        if (base / name).is_file():
+            return (base / name).resolve().relative_to(root.resolve()).as_posix()
+    return None
+
+
+def allowed(target, rooms):
+    return any(target == room or target.startswith(room + "/") for room in rooms)
+
+
+def check(root):
+    broken = []
+    for path in sorted(root.rglob("*")):
+        if path.suffix not in {".h", ".hpp", ".cc", ".c"}:
+            continue
+        name = path.relative_to(root).as_posix()
+        room = room_of(name)
+        if room is None:
+            continue
+        rooms, libraries = ROOMS[room]
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            match = INCLUDE.match(line)
+            if not match:
+                continue
+            include = match.group(2)
+            target = resolve(root, path, include)
+            if target is not None:
+                if not allowed(target, rooms):
+                    broken.append(f"{name}:{number}: {room} may not include {target}")
+            elif include.endswith(".capnp.h"):
+                if "capnp" not in libraries:
+                    broken.append(f"{name}:{number}: {room} may not include the schema {include}")
+            else:
+                library = include.split("/")[0]
+                if library in LIBRARIES and library not in libraries:
+                    broken.append(f"{name}:{number}: {room} may not include the library {library}")
+    return broken
+
+
+def main():
+    broken = check(pathlib.Path(sys.argv[1]))
+    print("\n".join(broken) if broken else "every include follows the arrows")
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -178,7 +178,8 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
   } else {
     ++output.applied_commands;
   }
-  if (command.session < kMaxSessions) sessions_[command.session].noteApplied(command.seq, input.tick);
+  if (command.session < kMaxSessions && command.channel == 0)
+    sessions_[command.session].noteApplied(command.seq, input.tick);
 }
 
 void Cycle::render(const CycleInput& input, CycleOutput& output) HD_RT {

@@ -68,7 +68,7 @@ class PoseBoard {
       for (std::size_t i = 0; i < words.size(); ++i) words[i] = entry.word[i].load(std::memory_order_relaxed);
       std::atomic_thread_fence(std::memory_order_acquire);  // A1, pairs with R1: a torn word shows in the guard
       if (entry.guard.load(std::memory_order_relaxed) != before) continue;
-      std::memcpy(&out, words.data(), sizeof out);
+      std::memcpy(static_cast<void*>(&out), words.data(), sizeof out);
       return true;
     }
     return false;

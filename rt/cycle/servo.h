@@ -66,7 +66,6 @@ class Servo {
   SpscRing<ServoEvent, 1024> events;
   ServoCounters counters;
   ServoHistograms histograms;
-  PoseBoard poses;
   PoseBoard poses;  ///< Published once a cycle, after the commands: poses.publish(cycle_.scene(), tick_, applied).
 
   [[nodiscard]] const Cycle& cycle() const HD_RT { return cycle_; }

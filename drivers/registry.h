@@ -21,8 +21,15 @@ struct DeviceUri {
   std::vector<std::pair<std::string, std::string>> query;
 };
 
-/** kInvalidArgument names the character at fault. Fuzzed. */
+/**
+ * kInvalidArgument names the character at fault. Scheme in lower case; authority and values percent-decoded and free of
+ * control characters; keys are letters, digits, '_', '-' and '.', each at most once. At most kMaxUriBytes. Fuzzed.
+ */
 [[nodiscard]] Result<DeviceUri> parseDeviceUri(std::string_view text);
+inline constexpr std::size_t kMaxUriBytes = 4096;
+
+/** The text that parses to `uri` again. */
+[[nodiscard]] std::string formatDeviceUri(const DeviceUri& uri);
 
 /** A device found but not opened. */
 struct DeviceFound {
@@ -35,7 +42,8 @@ struct DeviceFound {
 
 /**
  * Makes (does not open) the device of that URI or serial. Empty: the first real device, else sim://default.
- * kNotFound names the scheme or serial and lists what there is.
+ * kNotFound names the scheme or serial and lists what there is; kUnsupported says of a known scheme why it cannot be
+ * opened here; kInvalidArgument names the key of the query that is wrong. Files named in the query are read now.
  */
 [[nodiscard]] Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial);
 

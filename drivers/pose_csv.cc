@@ -1,0 +1,269 @@
+/** @file
+ * CSV to PoseTrack. Every fault names file, line and column.
+ */
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "drivers/number.h"
+#include "drivers/pose_track.h"
+
+namespace hapticd {
+namespace {
+
+enum Column : std::size_t { kTime, kX, kY, kZ, kQw, kQx, kQy, kQz, kGripper, kButtons, kColumns };
+constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
+constexpr std::size_t kMaxFields = 256;
+constexpr double kMaxPosition_m = 10;
+constexpr double kMaxTime_s = 1e7;
+
+struct Layout {
+  std::array<std::size_t, kColumns> field;
+  std::int64_t origin_ns = 0;  ///< Time of the first row, whichever of the two is in use.
+  double origin_s = 0;
+  bool integer_time = false;
+};
+
+constexpr std::string_view kNames[kColumns] = {"t", "x", "y", "z", "qw", "qx", "qy", "qz", "gripper_rad", "buttons"};
+
+std::string_view nextLine(std::string_view& rest) {
+  const std::size_t end = std::min(rest.find('\n'), rest.size());
+  std::string_view line = rest.substr(0, end);
+  rest.remove_prefix(std::min(end + 1, rest.size()));
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return line;
+}
+
+/** Splits at commas; false if there are more than kMaxFields. */
+bool split(std::string_view line, std::vector<std::string_view>& fields) {
+  fields.clear();
+  for (std::size_t begin = 0; begin <= line.size();) {
+    if (fields.size() == kMaxFields) return false;
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    fields.push_back(trimmed(line.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return true;
+}
+
+Column columnOf(std::string_view name, bool& nanoseconds) {
+  nanoseconds = name == "t_ns" || name == "time_ns";
+  if (nanoseconds || name == "t" || name == "t_s" || name == "time" || name == "time_s") return kTime;
+  if (name == "px" || name == "p_x" || name == "x_m") return kX;
+  if (name == "py" || name == "p_y" || name == "y_m") return kY;
+  if (name == "pz" || name == "p_z" || name == "z_m") return kZ;
+  if (name == "gripper") return kGripper;
+  for (std::size_t i = kX; i < kColumns; ++i) {
+    if (name == kNames[i]) return static_cast<Column>(i);
+  }
+  return kColumns;
+}
+
+class Parser {
+ public:
+  Parser(std::string_view text, std::string_view name) : rest_(text), name_(name) {}
+
+  Result<void> run(std::vector<PoseRow>& rows, Layout& layout) {
+    if (rest_.substr(0, 3) == "\xef\xbb\xbf") rest_.remove_prefix(3);  // Byte order mark.
+    bool started = false;
+    while (!rest_.empty()) {
+      const std::string_view line = trimmed(nextLine(rest_));
+      ++line_;
+      if (line.empty() || line.front() == '#') continue;
+      if (!split(line, fields_)) return fault(0, fmt::format("more than {} columns", kMaxFields), "is it a CSV file?");
+      if (!started) {
+        started = true;
+        const bool header = !parseNumber(fields_.front());
+        Result<void> read = header ? readHeader(layout) : assumeLayout(layout);
+        if (!read) return read;
+        width_ = fields_.size();
+        if (header) continue;
+      }
+      if (rows.size() == PoseTrack::kMaxRows) {
+        return fault(0, fmt::format("more than {} rows", PoseTrack::kMaxRows), "split the file or thin it out");
+      }
+      PoseRow row;
+      Result<void> read = readRow(layout, row, rows);
+      if (!read) return read;
+      rows.push_back(row);
+    }
+    if (rows.empty()) return fault(0, "there are no rows", "give rows of t,x,y,z in s and m");
+    return {};
+  }
+
+ private:
+  Error fault(std::size_t field, std::string what, std::string remedy) const {
+    std::string where = fmt::format("{}, line {}", name_, line_);
+    if (field > 0) where += fmt::format(", column {}", field);
+    return {ErrorCode::kInvalidArgument, std::move(where), std::move(what), std::move(remedy)};
+  }
+
+  Result<void> assumeLayout(Layout& layout) const {
+    layout.field.fill(kAbsent);
+    if (fields_.size() != 4 && fields_.size() != 8) {
+      return fault(0, fmt::format("{} columns without a header", fields_.size()),
+                   "give t,x,y,z or t,x,y,z,qw,qx,qy,qz, or name the columns in the first line");
+    }
+    for (std::size_t i = 0; i < fields_.size(); ++i) layout.field[i] = i;
+    return {};
+  }
+
+  Result<void> readHeader(Layout& layout) const {
+    layout.field.fill(kAbsent);
+    for (std::size_t i = 0; i < fields_.size(); ++i) {
+      std::string_view name = fields_[i];
+      if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
+      bool nanoseconds = false;
+      const Column column = columnOf(name, nanoseconds);
+      if (column == kColumns) continue;
+      if (layout.field[column] != kAbsent) {
+        return fault(i + 1, fmt::format("a second column for {}", kNames[column]), "keep one of them");
+      }
+      layout.field[column] = i;
+      if (nanoseconds) layout.integer_time = true;
+    }
+    for (const Column column : {kTime, kX, kY, kZ}) {
+      if (layout.field[column] == kAbsent) {
+        return fault(0, fmt::format("the header names no column {}", kNames[column]),
+                     "name time t or t_ns and position x, y, z (or px, py, pz)");
+      }
+    }
+    const bool any = layout.field[kQw] != kAbsent || layout.field[kQx] != kAbsent || layout.field[kQy] != kAbsent ||
+                     layout.field[kQz] != kAbsent;
+    for (const Column column : {kQw, kQx, kQy, kQz}) {
+      if (any && layout.field[column] == kAbsent) {
+        return fault(0, fmt::format("the header names no column {}", kNames[column]), "give all of qw, qx, qy, qz");
+      }
+    }
+    return {};
+  }
+
+  Result<void> readRow(Layout& layout, PoseRow& row, const std::vector<PoseRow>& earlier) const {
+    if (fields_.size() != width_) {
+      return fault(0, fmt::format("{} columns where the first line has {}", fields_.size(), width_),
+                   "is the file complete?");
+    }
+    std::array<double, kColumns> value{};
+    for (std::size_t i = 0; i < kColumns; ++i) {
+      if (layout.field[i] == kAbsent) continue;
+      const std::string_view text = fields_[layout.field[i]];
+      if (i == kTime && layout.integer_time) {
+        const std::optional<std::uint64_t> t_ns = parseInteger(text);
+        if (!t_ns || *t_ns > (std::uint64_t{1} << 62)) return badNumber(layout, i, text);
+        // Differences of integers: nanoseconds since boot do not fit a double for long.
+        if (earlier.empty()) layout.origin_ns = static_cast<std::int64_t>(*t_ns);
+        value[i] = static_cast<double>(static_cast<std::int64_t>(*t_ns) - layout.origin_ns) * 1e-9;
+        continue;
+      }
+      const std::optional<double> number = parseNumber(text);
+      if (!number) return badNumber(layout, i, text);
+      value[i] = *number;
+    }
+    return check(layout, value, row, earlier);
+  }
+
+  Error badNumber(const Layout& layout, std::size_t column, std::string_view text) const {
+    return fault(layout.field[column] + 1, fmt::format("\"{}\" is not a finite number", text.substr(0, 40)),
+                 fmt::format("{} takes a number with a decimal point", kNames[column]));
+  }
+
+  Result<void> check(Layout& layout, const std::array<double, kColumns>& value, PoseRow& row,
+                     const std::vector<PoseRow>& earlier) const {
+    if (!layout.integer_time && earlier.empty()) layout.origin_s = value[kTime];
+    row.t_s = value[kTime] - layout.origin_s;
+    const bool rises = earlier.empty() || row.t_s > earlier.back().t_s;
+    if (!rises || !(row.t_s <= kMaxTime_s)) {
+      return fault(layout.field[kTime] + 1, rises ? "the time is too far from the first" : "the time does not rise",
+                   "rows must be in order of time, each later than the one before, within 1e7 s");
+    }
+    row.p = Vec3(value[kX], value[kY], value[kZ]);
+    for (int i = 0; i < 3; ++i) {
+      if (std::abs(row.p[i]) > kMaxPosition_m) {
+        return fault(layout.field[kX + static_cast<std::size_t>(i)] + 1,
+                     fmt::format("{} m is more than {} m from the origin", formatNumber(row.p[i]), kMaxPosition_m),
+                     "positions are in metres");
+      }
+    }
+    if (layout.field[kQw] != kAbsent) {
+      const Quat q(value[kQw], value[kQx], value[kQy], value[kQz]);
+      const double norm = q.norm();
+      if (!(norm > 0.5 && norm < 2)) {
+        return fault(layout.field[kQw] + 1, "qw,qx,qy,qz is not a unit quaternion", "w comes first");
+      }
+      row.q = q.normalized();
+    }
+    row.gripper_rad = value[kGripper];
+    if (layout.field[kButtons] != kAbsent) {
+      if (!(value[kButtons] >= 0 && value[kButtons] < 4294967296.0)) {
+        return fault(layout.field[kButtons] + 1, "buttons is not a bit mask of 32 bits", "0 for none");
+      }
+      row.buttons = static_cast<std::uint32_t>(value[kButtons]);
+    }
+    return {};
+  }
+
+  std::string_view rest_;
+  std::string_view name_;
+  std::size_t line_ = 0;
+  std::size_t width_ = 0;
+  std::vector<std::string_view> fields_;
+};
+
+Error systemFault(const std::string& path, int number) {
+  const bool missing = number == ENOENT || number == ENOTDIR;
+  return {missing ? ErrorCode::kNotFound : ErrorCode::kSystem, path, std::strerror(number),
+          missing ? "give the path as the daemon sees it" : "the daemon's user must be able to read it"};
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name) {
+  auto track = std::make_shared<PoseTrack>();
+  Layout layout;
+  Result<void> parsed = Parser(text, name).run(track->rows_, layout);
+  if (!parsed) return parsed.error();
+  track->rows_.shrink_to_fit();
+  track->has_rotation_ = layout.field[kQw] != kAbsent;
+  track->has_gripper_ = layout.field[kGripper] != kAbsent;
+  track->has_buttons_ = layout.field[kButtons] != kAbsent;
+  return std::shared_ptr<const PoseTrack>(std::move(track));
+}
+
+Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path) {
+  // O_NONBLOCK: a FIFO must not hang the control thread before it is refused.
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  if (fd < 0) return systemFault(path, errno);
+  struct stat status {};
+  std::string text;
+  Result<void> read;
+  if (fstat(fd, &status) != 0) {
+    read = systemFault(path, errno);
+  } else if (!S_ISREG(status.st_mode)) {
+    read = Error{ErrorCode::kInvalidArgument, path, "not a regular file", "give a CSV file"};
+  } else if (static_cast<std::uint64_t>(status.st_size) > PoseTrack::kMaxFileBytes) {
+    read = Error{ErrorCode::kQuotaExceeded, path,
+                 fmt::format("{} bytes, more than the {} a motion may have", status.st_size, PoseTrack::kMaxFileBytes),
+                 "split the file or thin it out"};
+  } else {
+    text.resize(static_cast<std::size_t>(status.st_size));
+    std::size_t size = 0;
+    while (size < text.size()) {
+      const ssize_t n = ::read(fd, text.data() + size, text.size() - size);
+      if (n < 0 && errno == EINTR) continue;
+      if (n < 0) read = systemFault(path, errno);
+      if (n <= 0) break;
+      size += static_cast<std::size_t>(n);
+    }
+    text.resize(size);
+  }
+  ::close(fd);
+  if (!read) return read.error();
+  return parsePoseCsv(text, path);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,77 @@
+#include "drivers/registry.h"
+
+#include <fmt/format.h>
+
+#include "drivers/driver.h"
+#include "drivers/parameters.h"
+#include "drivers/sim/sim_driver.h"
+
+namespace hapticd {
+namespace {
+
+/** Every driver, hardware first. A driver folder adds one line. */
+constexpr const Driver* kDrivers[] = {
+    &kSimDriver,
+};
+
+/** Schemes that mean something to haptics people and that this build cannot open. */
+struct KnownScheme {
+  std::string_view scheme, why, remedy;
+};
+constexpr KnownScheme kUnsupportedSchemes[] = {
+    {"remote", "devices of another machine are not reached through a URI of this one",
+     "run hapticd on that machine and connect a client to it"},
+    {"phantom", "Phantom and Touch devices need the vendor's closed library, which this build does not have",
+     "try sim://touch for a simulated one"},
+    {"ehap", "e-Haptik channels are not carried by this build", "open the device itself, e.g. sim://default"},
+};
+
+std::string listForms() {
+  std::vector<std::string_view> forms;
+  for (const Driver* driver : kDrivers) forms.push_back(driver->form);
+  return fmt::format("{}", fmt::join(forms, ", "));
+}
+
+Result<std::unique_ptr<Device>> makeBySerial(std::string_view serial) {
+  std::vector<std::string> known;
+  for (const DeviceFound& found : findDevices()) {
+    if (found.info.serial == serial) return makeDevice(found.info.uri);
+    known.push_back(fmt::format("{} ({})", found.info.serial, found.info.uri));
+  }
+  return Error{ErrorCode::kNotFound, fmt::format("device \"{}\"", serial.substr(0, 80)), "no device has that serial",
+               fmt::format("there are {}; or give a URI: {}", fmt::join(known, ", "), listForms())};
+}
+
+}  // namespace
+
+std::vector<DeviceFound> findDevices() {
+  std::vector<DeviceFound> found;
+  for (const Driver* driver : kDrivers) driver->find(found);
+  return found;
+}
+
+Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial) {
+  if (uri_or_serial.empty()) {
+    for (const DeviceFound& found : findDevices()) {
+      if (found.real) return makeDevice(found.info.uri);
+    }
+    return makeDevice("sim://default");
+  }
+  if (uri_or_serial.find("://") == std::string_view::npos) return makeBySerial(uri_or_serial);
+  Result<DeviceUri> uri = parseDeviceUri(uri_or_serial);
+  if (!uri) return uri.error();
+  std::vector<std::string_view> schemes;
+  for (const Driver* driver : kDrivers) {
+    if (driver->scheme == uri->scheme) return driver->make(*uri);
+    schemes.push_back(driver->scheme);
+  }
+  for (const KnownScheme& known : kUnsupportedSchemes) {
+    if (known.scheme == uri->scheme) {
+      return Error{ErrorCode::kUnsupported, uri->scheme + "://", std::string(known.why), std::string(known.remedy)};
+    }
+  }
+  return Error{ErrorCode::kNotFound, uri->scheme.substr(0, 80) + "://", "no driver has this scheme",
+               fmt::format("there are {}", listForms())};
+}
+
+}  // namespace hapticd

@@ -1,0 +1,61 @@
+#include "drivers/sim/body.h"
+
+#include <algorithm>
+
+namespace hapticd {
+
+PointBody::PointBody(const BodyParameters& body, const Stops& stops, double step_s)
+    : body_(body),
+      stops_(stops),
+      step_s_(step_s),
+      linear_(LinearStep::make(body.mass, body.viscous + body.hand_damping, body.hand_stiffness, step_s)),
+      stop_scale_(1 / (1 + step_s / body.mass * (stops.damping + stops.stiffness * step_s / 2))) {}
+
+Vec3 PointBody::stopForce() const HD_RT {
+  Vec3 force = Vec3::Zero();
+  const Vec3 middle = x_ + v_ * (step_s_ / 2);
+  for (int i = 0; i < 3; ++i) {
+    const double below = stops_.lower[i] - middle[i];
+    const double above = middle[i] - stops_.upper[i];
+    // A stop pushes, never pulls: damping on the way out only takes away from the spring.
+    if (below > 0) force[i] += std::max(0.0, (stops_.stiffness * below - stops_.damping * v_[i]) * stop_scale_);
+    if (above > 0) force[i] -= std::max(0.0, (stops_.stiffness * above + stops_.damping * v_[i]) * stop_scale_);
+  }
+  return force;
+}
+
+void PointBody::step(const Vec3& force, const Vec3& goal, const Vec3& goal_v) HD_RT {
+  // Coordinates about the goal keep the spring term small and exact.
+  Vec3 offset = x_ - goal;
+  const Vec3 u = force + stopForce() + body_.hand_damping * goal_v;
+  linear_.advance(offset, v_, u, body_.hand_stiffness, body_.coulomb);
+  x_ = goal + offset;
+}
+
+RotatingBody::RotatingBody(const BodyParameters& body, double step_s)
+    : body_(body),
+      linear_(LinearStep::make(body.mass, body.viscous + body.hand_damping, body.hand_stiffness, step_s)) {}
+
+void RotatingBody::step(const Vec3& torque, const Quat& goal, const Vec3& goal_w) HD_RT {
+  const Vec3 before = body_.hand_stiffness > 0 ? rotationVector(q_ * goal.conjugate()) : Vec3(Vec3::Zero());
+  Vec3 offset = before;
+  linear_.advance(offset, w_, torque + body_.hand_damping * goal_w, body_.hand_stiffness, body_.coulomb);
+  q_ = (fromRotationVector(offset - before) * q_).normalized();
+}
+
+Vec3 rotationVector(const Quat& q) HD_RT {
+  const double sine = q.vec().norm();
+  // For small angles sine / w is the half angle to rounding; the limit of 2 atan2(s, w) / s is 2 / w.
+  if (sine < 1e-12) return q.vec() * (q.w() < 0 ? -2.0 : 2.0);
+  const double sign = q.w() < 0 ? -1 : 1;
+  return q.vec() * (2 * sign * std::atan2(sine, std::abs(q.w())) / sine);
+}
+
+Quat fromRotationVector(const Vec3& r) HD_RT {
+  const double angle = r.norm();
+  if (angle < 1e-12) return Quat(1, r.x() / 2, r.y() / 2, r.z() / 2).normalized();
+  const Vec3 axis = r * (std::sin(angle / 2) / angle);
+  return {std::cos(angle / 2), axis.x(), axis.y(), axis.z()};
+}
+
+}  // namespace hapticd

@@ -1,0 +1,90 @@
+#include "drivers/sim/sim_parameters.h"
+
+namespace hapticd {
+
+const std::vector<Parameter<SimParameters>>& simParameterTable() {
+  using S = SimParameters;
+  static const std::vector<Parameter<S>> kTable = {
+      // Device, translation.
+      {{"rate", "Hz", 100, 16000, "Periods of the device per second: it samples and takes a force once in each."},
+       &S::rate},
+      {{"mass", "kg", 0.005, 10, "Apparent mass at the device point, the same in every direction."}, &S::mass},
+      {{"viscous", "N s/m", 0, 100, "Viscous friction."}, &S::viscous},
+      {{"coulomb", "N", 0, 20, "Dry friction; static equals kinetic."}, &S::coulomb},
+      {{"resolution", "m", 0, 0.001, "Step of the measured position on each axis; 0 is exact."}, &S::resolution},
+      {{"max_force", "N", 0, 200, "Largest force; a larger command is shortened in its direction."}, &S::max_force},
+      {{"continuous_force", "N", 0, 200, "Force the motors bear for ever; 0 is unpublished. Only reported."},
+       &S::continuous_force},
+      {{"force_resolution", "N", 0, 1, "Step of the force on each axis; 0 is exact."}, &S::force_resolution},
+      {{"delay", "periods", 0, 64, "Device periods from a command to its force; 0 acts within the period."}, &S::delay},
+      {{"position_delay", "periods", 0, 64, "Device periods from a measurement to its reading."}, &S::position_delay},
+      {{"lower", "m", -2, 2, "Lower corner of the workspace; a soft stop lies beyond."}, &S::lower},
+      {{"upper", "m", -2, 2, "Upper corner of the workspace; a soft stop lies beyond."}, &S::upper},
+      {{"stop_stiffness", "N/m", 0, 100000, "Stiffness of the end stops."}, &S::stop_stiffness},
+      {{"stop_damping", "N s/m", 0, 1000, "Damping of the end stops while pressed in."}, &S::stop_damping},
+      {{"max_stiffness", "N/m", 0, 100000, "Reported closed-loop stiffness limit; 0 computes it (see below)."},
+       &S::max_stiffness},
+      {{"max_damping", "N s/m", 0, 1000, "Reported closed-loop damping limit; 0 computes it (see below)."},
+       &S::max_damping},
+      // Device, rotation.
+      {{"dof", "", 3, 6, "Actuated degrees of freedom: 3 (force) or 6 (force and torque)."}, &S::dof},
+      {{"sense_rotation", "", 0, 1, "A device of 3 degrees of freedom that also measures its orientation."},
+       &S::sense_rotation},
+      {{"inertia", "kg m^2", 1e-7, 0.1, "Rotational inertia, the same about every axis."}, &S::inertia},
+      {{"angular_viscous", "N m s/rad", 0, 1, "Viscous friction of the rotation."}, &S::angular_viscous},
+      {{"angular_coulomb", "N m", 0, 1, "Dry friction of the rotation."}, &S::angular_coulomb},
+      {{"rotation_resolution", "rad", 0, 0.1, "Step of each component of the measured rotation vector; 0 is exact."},
+       &S::rotation_resolution},
+      {{"max_torque", "N m", 0, 20, "Largest torque."}, &S::max_torque},
+      {{"torque_resolution", "N m", 0, 0.1, "Step of the torque on each axis; 0 is exact."}, &S::torque_resolution},
+      // Gripper.
+      {{"gripper", "", 0, 1, "It has a gripper, sensed and actuated."}, &S::gripper},
+      {{"gripper_mass", "kg", 0.001, 1, "Apparent mass at the finger."}, &S::gripper_mass},
+      {{"gripper_lever", "m", 0.005, 0.5, "Distance of the finger from the hinge."}, &S::gripper_lever},
+      {{"gripper_max_angle", "rad", 0.01, 3.2, "Opening; closed is 0. Stops as above at both ends."},
+       &S::gripper_max_angle},
+      {{"gripper_resolution", "rad", 0, 0.1, "Step of the measured angle; 0 is exact."}, &S::gripper_resolution},
+      {{"max_gripper_force", "N", 0, 100, "Largest gripper force, positive opens."}, &S::max_gripper_force},
+      {{"buttons", "", 0, 32, "How many buttons it has; the column `buttons` of a file presses them."}, &S::buttons},
+      // Hand.
+      {{"hand_stiffness", "N/m", 0, 10000, "Stiffness of the grip toward the intended position."}, &S::hand_stiffness},
+      {{"hand_damping", "N s/m", 0, 1000, "Damping of the grip relative to the intended motion."}, &S::hand_damping},
+      {{"hand_mass", "kg", 0, 10, "Mass of the hand that moves with the device."}, &S::hand_mass},
+      {{"hand_angular_stiffness", "N m/rad", 0, 100, "Stiffness of the grip toward the intended orientation."},
+       &S::hand_angular_stiffness},
+      {{"hand_angular_damping", "N m s/rad", 0, 10, "Damping of the grip in rotation."}, &S::hand_angular_damping},
+      {{"hand_inertia", "kg m^2", 0, 0.1, "Inertia of the hand that turns with the device."}, &S::hand_inertia},
+      {{"hand_pinch_stiffness", "N/m", 0, 10000, "Stiffness of the fingers toward the intended gripper angle."},
+       &S::hand_pinch_stiffness},
+      {{"hand_pinch_damping", "N s/m", 0, 1000, "Damping of the fingers."}, &S::hand_pinch_damping},
+      // Intended motion.
+      {{"motion", "", 0, 0, "What the hand wants to do.", kMotionNames}, &S::motion},
+      {{"centre", "m", -1, 1, "Where it holds, taps, circles, or waits for a live client."}, &S::centre},
+      {{"period", "s", 0.01, 3600, "Time of one tap, circle, stroke to and fro, Lissajous cycle or reach."},
+       &S::period},
+      {{"wait", "s", 0, 3600, "Holds its first pose this long before it starts."}, &S::wait},
+      {{"direction", "", -1, 1, "tap: direction."}, &S::direction},
+      {{"depth", "m", 0, 1, "tap: how far."}, &S::depth},
+      {{"from", "m", -1, 1, "stroke: one end."}, &S::from},
+      {{"to", "m", -1, 1, "stroke: other end."}, &S::to},
+      {{"radius", "m", 0, 1, "circle: radius."}, &S::radius},
+      {{"normal", "", -1, 1, "circle: axis; it turns counter-clockwise about it."}, &S::normal},
+      {{"amplitude", "m", -1, 1, "lissajous: amplitude on each axis."}, &S::amplitude},
+      {{"ratio", "", -100, 100, "lissajous: cycles per period on each axis."}, &S::ratio},
+      {{"phase", "rad", -10, 10, "lissajous: phase on each axis."}, &S::phase},
+      {{"box_lower", "m", -1, 1, "minjerk: lower corner of the box its random targets lie in."}, &S::box_lower},
+      {{"box_upper", "m", -1, 1, "minjerk: upper corner."}, &S::box_upper},
+      {{"seed", "", 0, 9007199254740992, "Seed of the targets and of the tremor."}, &S::seed},
+      {{"tremor", "m", 0, 0.01, "Peak of an 8-12 Hz tremor on each axis; with minjerk 0.0001 unless given."},
+       &S::tremor},
+      {{"orientation", "rad", -3.2, 3.2, "Intended orientation: axis times angle."}, &S::orientation},
+      {{"sway", "rad", -3.2, 3.2, "Axis times amplitude of a swing about it, once a period."}, &S::sway},
+      {{"gripper_angle", "rad", 0, 3.2, "Intended gripper angle."}, &S::gripper_angle},
+      {{"file", "", 0, 0, "csv: path of the recorded motion, as the daemon sees it."}, &S::file},
+      {{"loop", "", 0, 1, "csv: starts again at the end, else holds the last pose."}, &S::loop},
+      {{"serial", "", 0, 0, "Serial number, to tell simulators apart; else derived from the URI."}, &S::serial},
+  };
+  return kTable;
+}
+
+}  // namespace hapticd

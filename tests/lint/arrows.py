@@ -11,7 +11,7 @@ import sys
 ROOMS = {
     "proto": ({"proto"}, set()),
     "rt": ({"rt", "proto"}, {"Eigen"}),
-    "drivers": ({"drivers", "rt", "proto"}, {"Eigen", "libusb-1.0", "hidapi", "gpiod.h"}),
+    "drivers": ({"drivers", "rt", "proto"}, {"Eigen", "fmt", "libusb-1.0", "hidapi", "gpiod.h"}),
     "daemon": ({"daemon", "drivers", "rt", "proto"},
                {"Eigen", "capnp", "kj", "spdlog", "fmt", "toml++", "CLI", "nlohmann", "systemd"}),
     "daemon/builder": ({"daemon/builder", "daemon/memfd.h", "rt", "proto"}, {"Eigen", "openvdb"}),

@@ -83,9 +83,9 @@ void Ingest::take(std::uint32_t index, std::uint32_t most, std::uint64_t tick) H
 bool Ingest::takeOne(std::uint32_t index, std::uint64_t tick) HD_RT {
   // In turns, so that neither a full ring nor busy mailboxes starve the other.
   Slot& slot = slots_[index];
-  slot.ring_next = !slot.ring_next;
-  return slot.ring_next ? takeFromRing(index, tick) || takeFromMailboxes(index, tick)
-                        : takeFromMailboxes(index, tick) || takeFromRing(index, tick);
+  slot.ring_first = !slot.ring_first;
+  return slot.ring_first ? takeFromRing(index, tick) || takeFromMailboxes(index, tick)
+                         : takeFromMailboxes(index, tick) || takeFromRing(index, tick);
 }
 
 bool Ingest::takeFromRing(std::uint32_t index, std::uint64_t tick) HD_RT {
@@ -106,7 +106,7 @@ bool Ingest::takeFromRing(std::uint32_t index, std::uint64_t tick) HD_RT {
 
 bool Ingest::takeFromMailboxes(std::uint32_t index, std::uint64_t tick) HD_RT {
   Slot& slot = slots_[index];
-  while (slot.mailboxes_left > 0) {
+  while (slot.mailboxes_left > 0 && !slot.violated) {
     --slot.mailboxes_left;
     const std::uint32_t m = slot.mailbox_next;
     slot.mailbox_next = (m + 1) % HD_MAILBOXES;

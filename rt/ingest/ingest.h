@@ -84,7 +84,7 @@ class Ingest {
     bool violated = false;
     bool lost = false;              ///< By the heartbeat or a violation.
     bool told_lost = false;         ///< What the servo was last told.
-    bool ring_next = true;          ///< Whose turn it is, the ring's or the mailboxes'.
+    bool ring_first = false;        ///< Whose turn it was, the ring's or the mailboxes'.
     std::uint32_t reports_due = 0;  ///< One bit per IngestReport::Kind.
     IngestSession session;
     CommandConsumer consumer{nullptr, nullptr};

@@ -1,0 +1,98 @@
+/** @file
+ * The daemon's hold on hapticd-builder: the unprivileged process that parses uploaded meshes and builds snapshots.
+ *
+ * The builder reads hostile data, so it is small, limited and not trusted: what it sends back is checked like any
+ * client's memory (openSnapshot() in snapshot_memory.h). Its crash is an Error of the job it ran; the next job starts a
+ * new builder. Jobs run one after the other in the order of submit().
+ */
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/unique_fd.h"
+#include "proto/snapshot.h"
+#include "rt/base/error.h"
+
+namespace hapticd {
+
+struct BuilderOptions {
+  std::string program;                           ///< Path of hapticd-builder; see findBuilder().
+  std::uint64_t memory_bytes = 2'147'483'648;    ///< Address space of the builder. Beyond it a job fails.
+  std::int64_t job_timeout_ns = 60'000'000'000;  ///< A job that takes longer is ended and fails.
+};
+
+/** Figures of a finished build. */
+struct BuildStats {
+  std::uint32_t vertices = 0;
+  std::uint32_t triangles = 0;
+  std::uint32_t nodes = 0;
+  std::uint32_t depth = 0;
+  std::uint32_t flags = 0;  ///< hd_snapshot_flag
+  std::uint64_t bytes = 0;  ///< Of the snapshot.
+  float lower[3] = {}, upper[3] = {};
+  std::int64_t build_ns = 0;
+  std::uint64_t peak_bytes = 0;  ///< Resident memory of the builder at its highest.
+};
+
+/** One message about one job. The last one of a job is kDone or kFailed. */
+struct BuildReport {
+  enum class Kind { kProgress, kDone, kFailed };
+  Kind kind = Kind::kProgress;
+  std::uint64_t job = 0;
+  float fraction = 0;              ///< kProgress: 0 to 1, never falling.
+  std::string stage;               ///< kProgress: what it does now.
+  UniqueFd snapshot;               ///< kDone: hand it to openSnapshot(). Not yet trusted.
+  BuildStats stats;                ///< kDone
+  std::vector<std::string> notes;  ///< kDone: repairs, each naming its triangle.
+  Error error;                     ///< kFailed
+};
+
+/** Control thread only. Never blocks. */
+class BuilderLeash {
+ public:
+  /**
+   * Starts the builder. kBuilderFailed if the program is not there or does not start.
+   * It is spawned without copying this process (vfork), so a restart under locked memory disturbs no thread.
+   */
+  [[nodiscard]] static Result<std::unique_ptr<BuilderLeash>> start(const BuilderOptions& options);
+  /** Ends the builder; jobs not yet reported are dropped. */
+  ~BuilderLeash();
+  BuilderLeash(const BuilderLeash&) = delete;
+  BuilderLeash& operator=(const BuilderLeash&) = delete;
+
+  /** Readable when next() has something. The same descriptor for life, through restarts. */
+  [[nodiscard]] int fd() const noexcept;
+
+  /**
+   * Queues a build of an upload memfd (sealed Seals::kFrozen; the leash keeps its own descriptor) and returns the job's
+   * number, rising from 1. Failures come as a report.
+   */
+  [[nodiscard]] Result<std::uint64_t> submit(int upload_fd);
+
+  /** The job ends with a kFailed report of kCancelled. Unknown and finished jobs are ignored. */
+  void cancel(std::uint64_t job);
+
+  /** Fills `report` and returns true, or returns false when there is nothing now. Call until false. */
+  [[nodiscard]] bool next(BuildReport& report);
+
+  /** Process id of the builder now running, 0 if none. */
+  [[nodiscard]] int pid() const noexcept;
+  /** Builders started after the first one. */
+  [[nodiscard]] std::uint32_t restarts() const noexcept;
+
+ private:
+  struct State;
+  explicit BuilderLeash(std::unique_ptr<State> state) noexcept;
+  std::unique_ptr<State> state_;
+};
+
+/**
+ * Where hapticd-builder is: `configured` if not empty, else beside the running program (a build tree), else the
+ * libexec directory of the installation. kNotFound lists what was tried.
+ */
+[[nodiscard]] Result<std::string> findBuilder(const std::string& configured);
+
+}  // namespace hapticd

@@ -1,0 +1,86 @@
+#include "daemon/config.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+
+#include "daemon/unique_fd.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::size_t kMostBytes = 1 << 20;  ///< A configuration is a few kilobytes; this stops /dev/zero.
+
+Result<std::string> readFile(const std::string& path) {
+  const UniqueFd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (!fd.valid()) {
+    Error error = systemError(path, "open", errno);
+    if (errno == ENOENT) error.code = ErrorCode::kNotFound;
+    return error;
+  }
+  std::string text;
+  char buffer[4096];
+  for (;;) {
+    const ssize_t n = ::read(fd.get(), buffer, sizeof buffer);
+    if (n < 0) return systemError(path, "read", errno);
+    if (n == 0) return text;
+    text.append(buffer, static_cast<std::size_t>(n));
+    if (text.size() > kMostBytes)
+      return Error{ErrorCode::kInvalidArgument, path, "is larger than a configuration may be (1 MiB)", {}};
+  }
+}
+
+bool exists(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 || errno != ENOENT;
+}
+
+std::string variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? std::string() : std::string(value);
+}
+
+}  // namespace
+
+std::vector<GroupConfig> Config::effectiveGroups() const {
+  std::vector<GroupConfig> all = groups;
+  if (all.empty()) all.push_back({"default", {""}, 0, {}});
+  for (GroupConfig& group : all)
+    if (group.rate_hz == 0) group.rate_hz = servo.rate_hz;
+  return all;
+}
+
+const LimitsConfig& Config::limitsFor(std::string_view uri, std::string_view serial) const {
+  for (const DeviceConfig& device : devices)
+    if (device.uri == uri || (!serial.empty() && device.uri == serial)) return device.limits;
+  return limits;
+}
+
+ConfigEnvironment ConfigEnvironment::fromProcess() {
+  ConfigEnvironment e;
+  e.hapticd_config = variable("HAPTICD_CONFIG");
+  e.configuration_directory = variable("CONFIGURATION_DIRECTORY");
+  e.config_home = variable("XDG_CONFIG_HOME");
+  const std::string home = variable("HOME");
+  if (e.config_home.empty() && !home.empty()) e.config_home = home + "/.config";
+  return e;
+}
+
+Result<LoadedConfig> loadConfig(const std::string& option, const ConfigEnvironment& environment) {
+  std::string file = !option.empty() ? option : environment.hapticd_config;
+  if (file.empty() && !environment.configuration_directory.empty())
+    if (const std::string path = environment.configuration_directory + "/hapticd.toml"; exists(path)) file = path;
+  if (file.empty() && environment.configuration_directory.empty() && !environment.config_home.empty())
+    if (const std::string path = environment.config_home + "/hapticd/hapticd.toml"; exists(path)) file = path;
+  if (file.empty()) return LoadedConfig{};
+  auto text = readFile(file);
+  if (!text) return text.error();
+  auto config = parseConfig(*text, file);
+  if (!config) return config.error();
+  return LoadedConfig{std::move(config).value(), file};
+}
+
+}  // namespace hapticd

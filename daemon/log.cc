@@ -1,0 +1,138 @@
+#include "daemon/log.h"
+
+#define SD_JOURNAL_SUPPRESS_LOCATION
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/sinks/systemd_sink.h>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <charconv>
+#include <cstdlib>
+#include <memory>
+
+namespace hapticd::log {
+namespace {
+
+constexpr std::array<std::string_view, 6> kNames = {"trace", "debug", "info", "warn", "error", "off"};
+
+std::atomic<Level> g_level{Level::kInfo};
+std::string_view g_sink = "stderr";
+
+spdlog::level::level_enum spdlogLevel(Level level) {
+  switch (level) {
+    case Level::kTrace:
+      return spdlog::level::trace;
+    case Level::kDebug:
+      return spdlog::level::debug;
+    case Level::kInfo:
+      return spdlog::level::info;
+    case Level::kWarn:
+      return spdlog::level::warn;
+    case Level::kError:
+      return spdlog::level::err;
+    case Level::kOff:
+      return spdlog::level::off;
+  }
+  return spdlog::level::info;
+}
+
+std::shared_ptr<spdlog::logger>& logger() {
+  static auto instance =
+      std::make_shared<spdlog::logger>("hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+  return instance;
+}
+
+}  // namespace
+
+Result<Level> parseLevel(std::string_view text) {
+  for (std::size_t i = 0; i < kNames.size(); ++i)
+    if (text == kNames[i]) return static_cast<Level>(i);
+  return Error{ErrorCode::kInvalidArgument, "log level", '"' + printable(text) + "\" is not a level",
+               "one of trace, debug, info, warn, error, off"};
+}
+
+std::string_view toString(Level level) { return kNames[static_cast<std::size_t>(level)]; }
+
+bool isJournalStream(std::string_view journal_stream, int fd) {
+  const std::size_t colon = journal_stream.find(':');
+  if (colon == std::string_view::npos) return false;
+  const char* const end = journal_stream.data() + journal_stream.size();
+  const char* const middle = journal_stream.data() + colon;
+  unsigned long long device = 0, inode = 0;
+  if (std::from_chars(journal_stream.data(), middle, device).ptr != middle) return false;
+  if (std::from_chars(middle + 1, end, inode).ptr != end) return false;
+  struct stat status {};
+  return ::fstat(fd, &status) == 0 && status.st_dev == device && status.st_ino == inode;
+}
+
+void start(Level level) {
+  const char* const stream = std::getenv("JOURNAL_STREAM");
+  if (stream != nullptr && isJournalStream(stream, STDERR_FILENO)) {
+    logger() = std::make_shared<spdlog::logger>("hapticd", std::make_shared<spdlog::sinks::systemd_sink_mt>("hapticd"));
+    g_sink = "journal";
+  } else {
+    logger() = std::make_shared<spdlog::logger>("hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+    logger()->set_pattern("%H:%M:%S.%e %^%l%$ %v");
+    g_sink = "stderr";
+  }
+  logger()->flush_on(spdlog::level::trace);
+  logger()->set_level(spdlog::level::trace);  // enabled() decides
+  setLevel(level);
+}
+
+void setLevel(Level level) { g_level.store(level, std::memory_order_relaxed); }
+
+bool enabled(Level level) noexcept {
+  const Level least = g_level.load(std::memory_order_relaxed);
+  return least != Level::kOff && level >= least;
+}
+
+std::string_view sinkName() { return g_sink; }
+
+std::string printable(std::string_view text) {
+  static constexpr char kHex[] = "0123456789abcdef";
+  std::string out;
+  out.reserve(text.size());
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if ((byte < 0x20 && c != '\t') || byte == 0x7f) {
+      out += "\\x";
+      out += kHex[byte >> 4];
+      out += kHex[byte & 15];
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+void write(Level level, std::string_view message) {
+  if (!enabled(level)) return;
+  const std::string text = printable(message);
+  logger()->log(spdlogLevel(level), spdlog::string_view_t(text.data(), text.size()));
+}
+
+bool RateLimit::allow(std::int64_t now_ns, std::uint64_t& suppressed) noexcept {
+  if (!started_ || now_ns - begin_ns_ >= interval_ns_) {
+    started_ = true;
+    begin_ns_ = now_ns;
+    passed_ = 0;
+  }
+  if (passed_ >= burst_) {
+    ++suppressed_;
+    return false;
+  }
+  ++passed_;
+  suppressed = suppressed_;
+  suppressed_ = 0;
+  return true;
+}
+
+std::string suppressedNote(std::uint64_t suppressed) {
+  return suppressed == 0 ? std::string() : fmt::format(" ({} suppressed)", suppressed);
+}
+
+}  // namespace hapticd::log

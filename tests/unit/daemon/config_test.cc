@@ -1,0 +1,179 @@
+#include "daemon/config.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+namespace hapticd {
+namespace {
+
+Error refused(std::string_view text) {
+  auto config = parseConfig(text, "f");
+  EXPECT_FALSE(config.ok()) << text;
+  return config.ok() ? Error{} : config.error();
+}
+
+TEST(Config, EmptyFileIsTheDefault) {
+  const auto config = parseConfig("", "f");
+  ASSERT_TRUE(config.ok());
+  EXPECT_EQ(*config, Config{});
+}
+
+TEST(Config, UnknownKeysNameLineColumnAndTheNearestKey) {
+  const Error key = refused("[servo]\nrate_hz = 2000\n  ingest_prio = 5\n");
+  EXPECT_EQ(toString(key), "f:3:3: unknown key \"ingest_prio\" in [servo] (did you mean \"ingest_priority\"?)");
+  EXPECT_EQ(refused("[servos]\n").remedy, "did you mean \"servo\"?");
+  EXPECT_EQ(refused("x = 1\n").where, "f:1:1");
+  EXPECT_EQ(refused("[[group]]\nname='a'\ndevices=['']\nrat_hz=1000").where, "f:4:1");
+}
+
+TEST(Config, WrongTypesAreNamed) {
+  EXPECT_EQ(toString(refused("[servo]\nrate_hz = \"fast\"\n")), "f:2:11: rate_hz is text (it must be a number)");
+  EXPECT_EQ(refused("[servo]\nallow_no_rt = 1\n").remedy, "it must be true or false");
+  EXPECT_EQ(refused("servo = 3\n").remedy, "it must be a table, [servo]");
+  EXPECT_EQ(refused("[group]\nname = 'x'\n").remedy, "it must be an array of tables, [[group]]");
+  EXPECT_EQ(refused("[sockets]\nmode = '0660'\n").remedy, "it must be file permissions such as 0o660");
+  EXPECT_EQ(refused("[log]\nlevel = 'loud'\n").remedy, "one of trace, debug, info, warn, error, off");
+  EXPECT_EQ(refused("[servo]\nservo_priority = 80.5\n").what, "servo_priority is a number");
+}
+
+TEST(Config, RangesAreNamed) {
+  EXPECT_EQ(toString(refused("[servo]\nrate_hz = 9000\n")), "f:2:11: rate_hz = 9000 is out of range (1000 to 4000)");
+  EXPECT_EQ(refused("[limits]\nforce_n = nan\n").what, "force_n = nan is out of range");
+  EXPECT_EQ(refused("[limits]\nforce_n = -1\n").what, "force_n = -1 is out of range");
+  EXPECT_EQ(refused("[servo]\nservo_priority = 99\n").what, "servo_priority = 99 is out of range");
+  EXPECT_EQ(refused("[quotas]\nsessions = 99999999999999\n").what, "sessions = 99999999999999 is out of range");
+  EXPECT_EQ(refused("[sockets]\nmode = 0o7777\n").what, "mode = 4095 is not a set of file permissions");
+}
+
+TEST(Config, TheFirstErrorOfTheFileIsReported) {
+  EXPECT_EQ(refused("[servo]\nrate_hz = 1\n[guard]\npassivity = 2\n[log]\nlevel = 3\n").where, "f:2:11");
+}
+
+TEST(Config, ValuesThatDoNotFitTogetherAreRefused) {
+  EXPECT_EQ(refused("[servo]\ningest_priority = 80\n").where, "f:2:19");
+  EXPECT_EQ(refused("[servo]\nservo_priority = 10\n").what, "ingest_priority 70 is not below servo_priority 10");
+  EXPECT_EQ(refused("[[group]]\nname='a'\ndevices=['x']\n[[group]]\nname='a'\ndevices=['y']").what,
+            "group \"a\" stands twice");
+  EXPECT_EQ(refused("[[group]]\nname='a'\ndevices=['x','x']").what, "device \"x\" stands in two places");
+  EXPECT_EQ(refused("[[group]]\nname='a'\ndevices=['1','2','3','4','5']").remedy, "one servo serves at most 4");
+  EXPECT_EQ(refused("[[group]]\nname='a'").what, "group \"a\" has no devices");
+  EXPECT_EQ(refused("[[device]]\nforce_n=1").what, "a [[device]] has no uri");
+}
+
+TEST(Config, BadTomlIsRefusedWithItsPlace) {
+  const Error error = refused("[log]\nlevel = \n");
+  EXPECT_EQ(error.code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(error.where.substr(0, 4), "f:2:");
+  EXPECT_EQ(refused("[a").code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(refused("a = '\xff'").code, ErrorCode::kInvalidArgument);
+}
+
+TEST(Config, ReadsGroupsDevicesAndLimits) {
+  const auto config = parseConfig(R"(
+[limits]
+force_n = 5
+torque_nm = 0.25
+[[group]]
+name = "desk"
+devices = ["sim://falcon", "touch-123"]
+rate_hz = 2000
+cpus = [1]
+[[device]]
+uri = "touch-123"
+force_n = 3.3
+)",
+                                  "f");
+  ASSERT_TRUE(config.ok()) << toString(config.error());
+  const auto groups = config->effectiveGroups();
+  ASSERT_EQ(groups.size(), 1u);
+  EXPECT_EQ(groups[0].name, "desk");
+  EXPECT_EQ(groups[0].devices, (std::vector<std::string>{"sim://falcon", "touch-123"}));
+  EXPECT_EQ(groups[0].rate_hz, 2000);
+  EXPECT_EQ(groups[0].cpus, std::vector<std::uint32_t>{1});
+  EXPECT_EQ(config->limitsFor("touch://0", "touch-123").force_n, 3.3);
+  EXPECT_EQ(config->limitsFor("touch://0", "touch-123").torque_nm, 0.25) << "not given: as [limits]";
+  EXPECT_EQ(config->limitsFor("sim://falcon", "").force_n, 5);
+}
+
+TEST(Config, WithoutGroupsThereIsOneDefaultGroup) {
+  const auto groups = Config{}.effectiveGroups();
+  ASSERT_EQ(groups.size(), 1u);
+  EXPECT_EQ(groups[0].devices, std::vector<std::string>{""});
+  EXPECT_EQ(groups[0].rate_hz, 1000);
+}
+
+TEST(Config, WritesWhatItReads) {
+  Config config;
+  config.servo.rate_hz = 1333.25;
+  config.guard.passivity = false;
+  config.log.level = log::Level::kDebug;
+  config.sockets.control = "/run/\"odd\\ näme\"\n";
+  config.sockets.mode = 0640;
+  config.quotas.memory_mb = 0.1 + 64;
+  config.groups.push_back({"a", {"sim://falcon?x=1", "s"}, 4000, {0, 1}});
+  config.devices.push_back({"s", {}});
+  config.devices[0].limits.force_n = 1.0 / 3;
+  const auto again = parseConfig(toToml(config), "f");
+  ASSERT_TRUE(again.ok()) << toString(again.error()) << toToml(config);
+  EXPECT_EQ(*again, config);
+  const auto plain = parseConfig(toToml(Config{}), "f");
+  ASSERT_TRUE(plain.ok());
+  EXPECT_EQ(*plain, Config{});
+}
+
+class ConfigSearch : public testing::Test {
+ protected:
+  void SetUp() override {
+    char name[] = "/tmp/hapticd-config-XXXXXX";
+    ASSERT_NE(::mkdtemp(name), nullptr);
+    directory_ = name;
+    ASSERT_EQ(::mkdir((directory_ + "/etc").c_str(), 0700), 0);
+    ASSERT_EQ(::mkdir((directory_ + "/home").c_str(), 0700), 0);
+    ASSERT_EQ(::mkdir((directory_ + "/home/hapticd").c_str(), 0700), 0);
+  }
+  void TearDown() override {
+    for (const char* path : {"/etc/hapticd.toml", "/home/hapticd/hapticd.toml", "/own.toml"})
+      ::unlink((directory_ + path).c_str());
+    for (const char* path : {"/etc", "/home/hapticd", "/home", ""}) ::rmdir((directory_ + path).c_str());
+  }
+  std::string write(const std::string& path, const std::string& text) {
+    std::ofstream(directory_ + path) << text;
+    return directory_ + path;
+  }
+  std::string directory_;
+};
+
+TEST_F(ConfigSearch, OptionThenVariableThenServiceThenHome) {
+  ConfigEnvironment environment{"", "", directory_ + "/home"};
+  auto loaded = loadConfig("", environment);
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_EQ(loaded->file, "");
+  const std::string home = write("/home/hapticd/hapticd.toml", "[servo]\nrate_hz = 1001\n");
+  const std::string etc = write("/etc/hapticd.toml", "[servo]\nrate_hz = 1002\n");
+  const std::string own = write("/own.toml", "[servo]\nrate_hz = 1003\n");
+  EXPECT_EQ(loadConfig("", environment)->file, home);
+  environment.configuration_directory = directory_ + "/etc";
+  EXPECT_EQ(loadConfig("", environment)->file, etc);
+  environment.hapticd_config = own;
+  EXPECT_EQ(loadConfig("", environment)->config.servo.rate_hz, 1003);
+  EXPECT_EQ(loadConfig(home, environment)->config.servo.rate_hz, 1001);
+}
+
+TEST_F(ConfigSearch, ANamedFileMustExistAndBeSane) {
+  const auto missing = loadConfig(directory_ + "/own.toml", {});
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(missing.error().where, directory_ + "/own.toml");
+  EXPECT_FALSE(loadConfig(directory_, {}).ok()) << "a directory";
+  EXPECT_EQ(loadConfig("/dev/zero", {}).error().code, ErrorCode::kInvalidArgument);
+  const std::string bad = write("/own.toml", "[servo]\nrate_hz = 1\n");
+  EXPECT_EQ(loadConfig(bad, {}).error().where, bad + ":2:11");
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -133,13 +133,13 @@ class ConfigSearch : public testing::Test {
     ASSERT_NE(::mkdtemp(name), nullptr);
     directory_ = name;
     ASSERT_EQ(::mkdir((directory_ + "/etc").c_str(), 0700), 0);
-    ASSERT_EQ(::mkdir((directory_ + "/home").c_str(), 0700), 0);
-    ASSERT_EQ(::mkdir((directory_ + "/home/hapticd").c_str(), 0700), 0);
+    ASSERT_EQ(::mkdir((directory_ + "/user").c_str(), 0700), 0);
+    ASSERT_EQ(::mkdir((directory_ + "/user/hapticd").c_str(), 0700), 0);
   }
   void TearDown() override {
-    for (const char* path : {"/etc/hapticd.toml", "/home/hapticd/hapticd.toml", "/own.toml"})
+    for (const char* path : {"/etc/hapticd.toml", "/user/hapticd/hapticd.toml", "/own.toml"})
       ::unlink((directory_ + path).c_str());
-    for (const char* path : {"/etc", "/home/hapticd", "/home", ""}) ::rmdir((directory_ + path).c_str());
+    for (const char* path : {"/etc", "/user/hapticd", "/user", ""}) ::rmdir((directory_ + path).c_str());
   }
   std::string write(const std::string& path, const std::string& text) {
     std::ofstream(directory_ + path) << text;
@@ -149,11 +149,11 @@ class ConfigSearch : public testing::Test {
 };
 
 TEST_F(ConfigSearch, OptionThenVariableThenServiceThenHome) {
-  ConfigEnvironment environment{"", "", directory_ + "/home"};
+  ConfigEnvironment environment{"", "", directory_ + "/user"};
   auto loaded = loadConfig("", environment);
   ASSERT_TRUE(loaded.ok());
   EXPECT_EQ(loaded->file, "");
-  const std::string home = write("/home/hapticd/hapticd.toml", "[servo]\nrate_hz = 1001\n");
+  const std::string home = write("/user/hapticd/hapticd.toml", "[servo]\nrate_hz = 1001\n");
   const std::string etc = write("/etc/hapticd.toml", "[servo]\nrate_hz = 1002\n");
   const std::string own = write("/own.toml", "[servo]\nrate_hz = 1003\n");
   EXPECT_EQ(loadConfig("", environment)->file, home);

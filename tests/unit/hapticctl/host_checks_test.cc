@@ -1,0 +1,93 @@
+// The doctor's look at the machine, on machines made up for it.
+#include "tools/hapticctl/host_checks.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+namespace hapticctl {
+namespace {
+
+class HostChecksTest : public ::testing::Test {
+ protected:
+  HostChecksTest() {
+    std::string name = (std::filesystem::temp_directory_path() / "hapticctl_host_XXXXXX").string();
+    root_ = mkdtemp(name.data());
+  }
+  ~HostChecksTest() override { std::filesystem::remove_all(root_); }
+
+  void write(const std::string& path, const std::string& text) {
+    const std::filesystem::path full = root_.string() + path;
+    std::filesystem::create_directories(full.parent_path());
+    std::ofstream(full) << text << '\n';
+  }
+  HostCheck check(const std::string& name) {
+    const auto all = hostChecks({root_.string()});
+    const auto at = std::find_if(all.begin(), all.end(), [&](const HostCheck& c) { return c.name == name; });
+    EXPECT_NE(at, all.end()) << name;
+    return at == all.end() ? HostCheck{} : *at;
+  }
+
+  std::filesystem::path root_;
+};
+
+TEST_F(HostChecksTest, WhatIsNotThereDoesNotApply) {
+  for (const char* name : {"CPU frequency governor", "CPU sleep states", "real-time throttling",
+                           "transparent huge pages", "NUMA balancing", "compaction of locked pages"}) {
+    EXPECT_EQ(check(name).state, CheckState::kNotApplicable) << name;
+  }
+  EXPECT_EQ(check("udev rules").state, CheckState::kRed);
+}
+
+TEST_F(HostChecksTest, OneSlowCpuIsRed) {
+  write("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "performance");
+  write("/sys/devices/system/cpu/cpu11/cpufreq/scaling_governor", "performance");
+  write("/sys/devices/system/cpu/cpufreq/boost", "1");
+  EXPECT_EQ(check("CPU frequency governor").state, CheckState::kGreen);
+  write("/sys/devices/system/cpu/cpu11/cpufreq/scaling_governor", "powersave");
+  EXPECT_EQ(check("CPU frequency governor").state, CheckState::kRed);
+  EXPECT_EQ(check("CPU frequency governor").detail, "powersave");
+}
+
+TEST_F(HostChecksTest, TunablesAreReadAsTheKernelWritesThem) {
+  write("/sys/kernel/mm/transparent_hugepage/enabled", "always [madvise] never");
+  EXPECT_EQ(check("transparent huge pages").state, CheckState::kGreen);
+  write("/sys/kernel/mm/transparent_hugepage/enabled", "[always] madvise never");
+  EXPECT_EQ(check("transparent huge pages").state, CheckState::kRed);
+  for (const auto& [value, state] :
+       {std::pair{"950000", CheckState::kGreen}, {"-1", CheckState::kGreen}, {"0", CheckState::kRed}}) {
+    write("/proc/sys/kernel/sched_rt_runtime_us", value);
+    EXPECT_EQ(check("real-time throttling").state, state) << value;
+  }
+  write("/proc/sys/vm/compact_unevictable_allowed", "1");
+  EXPECT_EQ(check("compaction of locked pages").state, CheckState::kRed);
+  write("/proc/sys/kernel/numa_balancing", "0");
+  EXPECT_EQ(check("NUMA balancing").state, CheckState::kGreen);
+}
+
+TEST_F(HostChecksTest, RealTimeKernelAndRulesAreFound) {
+  write("/sys/kernel/realtime", "1");
+  write("/usr/lib/udev/rules.d/60-hapticd.rules", "");
+  EXPECT_EQ(check("kernel preemption").state, CheckState::kGreen);
+  EXPECT_EQ(check("udev rules").detail, "/usr/lib/udev/rules.d/60-hapticd.rules");
+}
+
+TEST_F(HostChecksTest, EveryRedHasItsRemedyInOneLine) {
+  write("/sys/fs/cgroup/cpu.rt_runtime_us", "0");
+  write("/proc/sys/kernel/sched_rt_runtime_us", "0");
+  write("/proc/sys/kernel/numa_balancing", "1");
+  std::size_t red = 0;
+  for (const HostCheck& c : hostChecks({root_.string()})) {
+    if (c.state != CheckState::kRed) continue;
+    ++red;
+    EXPECT_FALSE(c.remedy.empty()) << c.name;
+    EXPECT_EQ(c.remedy.find('\n'), std::string::npos) << c.name;
+  }
+  EXPECT_GE(red, 4u);
+}
+
+}  // namespace
+}  // namespace hapticctl

@@ -1,0 +1,105 @@
+// hapticctl add SHAPE: an exact plane, sphere, box, capsule, cylinder, or a group for others to hang on.
+#include <CLI/CLI.hpp>
+
+#include "tools/hapticctl/command.h"
+#include "tools/hapticctl/daemon.h"
+#include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/output.h"
+#include "tools/hapticctl/placement.h"
+#include "tools/hapticctl/to_json.h"
+
+namespace hapticctl {
+namespace {
+
+struct Options {
+  std::string kind, size;
+  Placement placement;
+};
+
+struct Kind {
+  const char* name;
+  haptic_shape_kind kind;
+  std::size_t numbers;
+  const char* size;
+};
+constexpr Kind kKinds[] = {{"plane", HAPTIC_SHAPE_PLANE, 0, "none: solid below its z = 0"},
+                           {"sphere", HAPTIC_SHAPE_SPHERE, 1, "RADIUS"},
+                           {"box", HAPTIC_SHAPE_BOX, 3, "HALF_X,HALF_Y,HALF_Z"},
+                           {"capsule", HAPTIC_SHAPE_CAPSULE, 2, "RADIUS,HALF_LENGTH (along z, without the caps)"},
+                           {"cylinder", HAPTIC_SHAPE_CYLINDER, 2, "RADIUS,HALF_LENGTH (along z)"},
+                           {"group", HAPTIC_SHAPE_GROUP, 0, "none: a parent for others"}};
+
+haptic_shape makeShape(const Options& options) {
+  for (const Kind& kind : kKinds) {
+    if (options.kind != kind.name) continue;
+    haptic_shape shape{};
+    shape.kind = kind.kind;
+    if (kind.numbers == 0) {
+      if (!options.size.empty()) failUsage("--size", fmt::format("a {} has no size", kind.name));
+      return shape;
+    }
+    if (options.size.empty())
+      failUsage("--size", fmt::format("a {} needs its size in metres", kind.name), fmt::format("--size {}", kind.size));
+    const auto numbers = parseNumbers("--size", options.size, kind.numbers);
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      if (!(numbers[i] > 0))
+        failUsage("--size", fmt::format("{} is not above zero", exact(numbers[i])),
+                  fmt::format("--size {}", kind.size));
+      shape.size[i] = numbers[i];
+    }
+    return shape;
+  }
+  failUsage(options.kind, "no such shape", "there is: plane, sphere, box, capsule, cylinder, group");
+}
+
+}  // namespace
+
+void addAdd(CLI::App& app, Action& chosen) {
+  CLI::App* command = app.add_subcommand("add", "Add a plane, sphere, box, capsule, cylinder or group to the scene");
+  auto o = std::make_shared<Options>();
+  command->add_option("SHAPE", o->kind, "plane, sphere, box, capsule, cylinder or group")->required();
+  command->add_option("--size", o->size, "Metres. sphere: R; box: half X,Y,Z; capsule, cylinder: R,half length")
+      ->type_name("NUMBERS");
+  addPlacement(*command, o->placement);
+  command->callback([&chosen, o] {
+    chosen = [o](const Globals& globals) {
+      if (o->placement.name.empty()) o->placement.name = o->kind;
+      haptic_object object = makeObject(o->placement);
+      object.shape = makeShape(*o);
+      const Daemon daemon(globals);
+      const std::uint32_t id = place(daemon, o->placement, object);
+      if (globals.json) {
+        putJson({{"name", o->placement.name}, {"object", id}});
+      } else {
+        print("{}: {}, object {}\n", o->placement.name, o->kind, id);
+      }
+      return kExitOk;
+    };
+  });
+}
+
+void addRemove(CLI::App& app, Action& chosen) {
+  CLI::App* command = app.add_subcommand("remove", "Remove objects from the scene, with their children");
+  auto names = std::make_shared<std::vector<std::string>>();
+  command->add_option("NAME", *names, "Names of objects")->required();
+  command->callback([&chosen, names] {
+    chosen = [names](const Globals& globals) {
+      const Daemon daemon(globals);
+      for (const std::string& name : *names) {
+        haptic_object_state* found = nullptr;
+        haptic_error error = HAPTIC_ERROR_INIT;
+        check(haptic_object_find(daemon.client(), name.c_str(), &found, &error), error);
+        const Owned<haptic_object_state> old(found);
+        daemon.tell(haptic_object_remove, name.c_str());
+        // Its mesh goes too, unless another object shows it: then the daemon refuses, and is right.
+        if (old->object->shape.kind == HAPTIC_SHAPE_MESH)
+          haptic_mesh_drop(daemon.client(), old->object->shape.mesh, nullptr);
+      }
+      if (globals.json) putJson({{"removed", *names}});
+      return kExitOk;
+    };
+  });
+}
+
+}  // namespace hapticctl

@@ -1,0 +1,77 @@
+// hapticctl doctor: what keeps this machine, this user and this daemon from a steady servo, and the line that fixes it.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "tools/hapticctl/command.h"
+#include "tools/hapticctl/daemon.h"
+#include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/host_checks.h"
+#include "tools/hapticctl/output.h"
+
+namespace hapticctl {
+namespace {
+
+/** Asks the daemon; adds how reachable it is, and its own checks. */
+void askDaemon(const Globals& globals, std::vector<HostCheck>& checks) {
+  try {
+    const Daemon daemon(globals);
+    const auto info = daemon.ask<haptic_daemon_info>(haptic_get_daemon_info);
+    checks.push_back({"daemon",
+                      CheckState::kGreen,
+                      fmt::format("hapticd {} (pid {}) answers on {}", info->version, info->pid, info->socket),
+                      {}});
+    checks.push_back({"real-time servo", info->realtime != 0 ? CheckState::kGreen : CheckState::kRed,
+                      info->realtime != 0                ? "the servo runs under SCHED_FIFO"
+                      : info->scheduling_note[0] != '\0' ? info->scheduling_note
+                                                         : "the servo runs as an ordinary thread",
+                      "grant real-time priority (see above), then start hapticd without --allow-no-rt"});
+    const auto list = daemon.ask<haptic_check_list>(haptic_run_doctor);
+    for (std::uint32_t i = 0; i < list->count; ++i) {
+      const haptic_check& c = *list->items[i];
+      const CheckState state = c.state == HAPTIC_CHECK_GREEN ? CheckState::kGreen
+                               : c.state == HAPTIC_CHECK_RED ? CheckState::kRed
+                                                             : CheckState::kNotApplicable;
+      checks.push_back({fmt::format("daemon: {}", c.name), state, c.detail, c.remedy});
+    }
+  } catch (const Failure& failure) {
+    const bool installed = std::filesystem::exists("/usr/lib/systemd/system/hapticd.service") ||
+                           std::filesystem::exists("/lib/systemd/system/hapticd.service");
+    checks.push_back({"daemon", CheckState::kRed,
+                      failure.where.empty() ? failure.what : failure.where + ": " + failure.what,
+                      failure.exit == kExitNoDaemon && installed ? "systemctl start hapticd" : failure.remedy});
+  }
+}
+
+}  // namespace
+
+void addDoctor(CLI::App& app, Action& chosen) {
+  CLI::App* command =
+      app.add_subcommand("doctor", "Check kernel, rights, devices and daemon; name the line that fixes each fault");
+  command->callback([&chosen] {
+    chosen = [](const Globals& globals) {
+      std::vector<HostCheck> checks = hostChecks();
+      askDaemon(globals, checks);
+      std::size_t red = 0, width = 0;
+      for (const HostCheck& c : checks) {
+        red += c.state == CheckState::kRed ? 1 : 0;
+        width = std::max(width, c.name.size());
+      }
+      if (globals.json) {
+        putJson({{"red", red}, {"checks", toJson(checks)}});
+        return red == 0 ? kExitOk : kExitRefused;
+      }
+      for (const HostCheck& c : checks) {
+        const Style style = c.state == CheckState::kGreen ? Style::kGood
+                            : c.state == CheckState::kRed ? Style::kBad
+                                                          : Style::kDim;
+        const char* word = c.state == CheckState::kGreen ? "green" : c.state == CheckState::kRed ? "RED  " : "n/a  ";
+        print("{}  {:<{}}  {}\n", styled(style, word), c.name, width, c.detail);
+        if (c.state == CheckState::kRed && !c.remedy.empty()) print("       {}\n", styled(Style::kBold, c.remedy));
+      }
+      print("{}\n", red == 0 ? "all is well" : fmt::format("{} to mend", red));
+      return red == 0 ? kExitOk : kExitRefused;
+    };
+  });
+}
+
+}  // namespace hapticctl

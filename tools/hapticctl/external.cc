@@ -1,0 +1,81 @@
+#include "tools/hapticctl/external.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <numeric>
+
+#ifndef HAPTICCTL_LIBEXEC
+#define HAPTICCTL_LIBEXEC "/usr/libexec/hapticd"
+#endif
+
+namespace hapticctl {
+namespace {
+
+/** Levenshtein distance: how many letters to add, drop or change. */
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::string findExternal(std::string_view name) {
+  // A word of the command line becomes part of a path: only plain words may.
+  if (name.empty() || name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") != std::string_view::npos)
+    return {};
+  const std::string program = "hapticctl-" + std::string(name);
+  std::vector<std::filesystem::path> places;
+  std::error_code error;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (!error) places.push_back(self.parent_path());
+  places.emplace_back(HAPTICCTL_LIBEXEC);
+  if (const char* path = std::getenv("PATH")) {
+    for (std::string_view rest = path; !rest.empty();) {
+      const std::size_t colon = std::min(rest.find(':'), rest.size());
+      if (colon > 0) places.emplace_back(rest.substr(0, colon));
+      rest.remove_prefix(std::min(colon + 1, rest.size()));
+    }
+  }
+  for (const auto& place : places) {
+    const auto candidate = place / program;
+    if (std::filesystem::is_regular_file(candidate, error) && access(candidate.c_str(), X_OK) == 0)
+      return candidate.string();
+  }
+  return {};
+}
+
+void runExternal(const std::string& program, int argc, char** argv, int first_argument) {
+  std::vector<char*> arguments{const_cast<char*>(program.c_str())};
+  for (int i = first_argument; i < argc; ++i) arguments.push_back(argv[i]);
+  arguments.push_back(nullptr);
+  execv(program.c_str(), arguments.data());
+}
+
+std::vector<std::string> suggestions(std::string_view word, const std::vector<std::string>& known) {
+  std::vector<std::pair<std::size_t, std::string>> near;
+  for (const std::string& candidate : known) {
+    const bool begins = word.size() >= 2 && std::string_view(candidate).starts_with(word);
+    const std::size_t d = begins ? 0 : distance(word, candidate);
+    if (begins || d <= std::max<std::size_t>(1, std::min(word.size(), candidate.size()) / 3))
+      near.emplace_back(d, candidate);
+  }
+  std::sort(near.begin(), near.end());
+  std::vector<std::string> out;
+  for (auto& [d, candidate] : near) out.push_back(std::move(candidate));
+  return out;
+}
+
+}  // namespace hapticctl

@@ -1,0 +1,19 @@
+/** @file
+ * Subcommands that are programs of their own (hapticctl-NAME), and advice for those that do not exist.
+ */
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hapticctl {
+
+/** Where hapticctl-NAME is: beside this program, in the installed libexec directory or on PATH; empty if nowhere. */
+[[nodiscard]] std::string findExternal(std::string_view name);
+/** Becomes that program; returns only on failure, with errno set. */
+void runExternal(const std::string& program, int argc, char** argv, int first_argument);
+/** Those of `known` that `word` may have meant, nearest first. */
+[[nodiscard]] std::vector<std::string> suggestions(std::string_view word, const std::vector<std::string>& known);
+
+}  // namespace hapticctl

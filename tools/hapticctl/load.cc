@@ -1,0 +1,136 @@
+// hapticctl load FILE --scale S: a mesh file becomes something to touch.
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "tools/hapticctl/command.h"
+#include "tools/hapticctl/daemon.h"
+#include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/mesh_file.h"
+#include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/output.h"
+#include "tools/hapticctl/placement.h"
+#include "tools/hapticctl/terminal.h"
+#include "tools/hapticctl/to_json.h"
+
+namespace hapticctl {
+namespace {
+
+struct Options {
+  std::string file, scale;
+  double size_m = 0;
+  bool centre = false, deformable = false;
+  Placement placement;
+};
+
+/** The scale is the user's to give: a file does not know its unit, and a guess would be felt. */
+double chooseScale(const Options& options, const MeshFile& mesh) {
+  if (!options.scale.empty()) return parseScale(options.scale);
+  if (options.size_m > 0) {
+    double longest = 0;
+    for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, mesh.upper[i] - mesh.lower[i]);
+    return options.size_m / longest;
+  }
+  if (!stdinIsTerminal() || !stdoutIsTerminal()) {
+    failUsage(mesh.path, "a scale is needed: the file does not say its unit", scaleAdvice(mesh));
+  }
+  print("{}: the file does not say its unit\n{}\nUnit, or metres per file unit: ", mesh.path, scaleAdvice(mesh));
+  flush();
+  std::string answer;
+  if (!std::getline(std::cin, answer) || answer.empty()) failUsage(mesh.path, "no scale given, nothing loaded");
+  return parseScale(answer);
+}
+
+/** Draws the bar; a signal cancels the build. */
+int onProgress(float fraction, const char* stage, void* live) {
+  static_cast<LiveLine*>(live)->show(progressBar(static_cast<double>(fraction), stage));
+  return Interrupt::asked() ? 1 : 0;
+}
+
+std::string describe(const std::string& name, const MeshFile& mesh, const haptic_mesh_report& r) {
+  std::string out = fmt::format("{}: {} triangles, {} vertices, {} x {} x {}, {}", name, grouped(r.triangles),
+                                grouped(r.vertices), length(r.upper[0] - r.lower[0]), length(r.upper[1] - r.lower[1]),
+                                length(r.upper[2] - r.lower[2]), r.closed != 0 ? "closed" : "open");
+  if (mesh.meshes > 1) out += fmt::format(", {} meshes merged", mesh.meshes);
+  if (mesh.skipped > 0) out += fmt::format(", {} points or lines left out", mesh.skipped);
+  out += fmt::format("; {} in the daemon, built in {}\n", bytes(r.bytes), duration(static_cast<double>(r.build_ns)));
+  for (std::uint32_t i = 0; i < r.note_count; ++i) out += fmt::format("  repaired: {}\n", r.notes[i]);
+  return out;
+}
+
+int load(Options& options, const Globals& globals) {
+  const Interrupt interrupt;
+  LiveLine live;
+  if (!options.scale.empty()) (void)parseScale(options.scale);  // A wrong one is told before the long work.
+  live.show("reading " + options.file);
+  MeshFile mesh = readMesh(options.file);
+  live.clear();
+  const double metres_per_unit = chooseScale(options, mesh);
+  if (options.centre) centre(mesh);
+  scale(mesh, metres_per_unit);
+  Placement& placement = options.placement;
+  if (placement.name.empty()) placement.name = nameOf(options.file);
+  haptic_object object = makeObject(placement);
+
+  const Daemon daemon(globals);
+  if (mesh.vertices.size() > UINT32_MAX || mesh.triangles.size() > UINT32_MAX) {
+    throw Failure{kExitFile, mesh.path, "has more than 2^32 vertices or triangles", "make it coarser", "BAD_MESH"};
+  }
+  live.show(progressBar(0, "uploading"));
+  haptic_mesh_report* built = nullptr;
+  haptic_error error = HAPTIC_ERROR_INIT;
+  const int code = haptic_upload_mesh(
+      daemon.client(), mesh.vertices.front().data(), static_cast<std::uint32_t>(mesh.vertices.size()),
+      mesh.triangles.front().data(), static_cast<std::uint32_t>(mesh.triangles.size()),
+      options.deformable ? HAPTIC_MESH_DEFORMABLE : 0, onProgress, &live, &built, &error);
+  const Owned<haptic_mesh_report> report(built);
+  live.clear();
+  if (code == HAPTIC_CANCELLED)
+    throw Failure{kExitRefused, mesh.path, "cancelled; nothing was loaded", {}, "CANCELLED"};
+  if (code == HAPTIC_BAD_MESH && error.where[0] == '\0') {
+    throw Failure{kExitRefused, mesh.path, error.what, error.remedy, "BAD_MESH"};
+  }
+  check(code, error);
+
+  object.shape.kind = HAPTIC_SHAPE_MESH;
+  object.shape.mesh = report->id;
+  std::uint32_t id = 0;
+  try {
+    id = place(daemon, placement, object);
+  } catch (...) {
+    haptic_mesh_drop(daemon.client(), report->id, nullptr);  // All or nothing.
+    throw;
+  }
+  if (globals.json) {
+    Json json = toJson(*report);
+    json["name"] = placement.name;
+    json["object"] = id;
+    json["scale"] = metres_per_unit;
+    json["merged"] = mesh.meshes;
+    json["skipped"] = mesh.skipped;
+    putJson(json);
+  } else {
+    put(describe(placement.name, mesh, *report));
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void addLoad(CLI::App& app, Action& chosen) {
+  CLI::App* command = app.add_subcommand("load", "Load a mesh file (STL, OBJ, PLY, 3DS, glTF, ...) into the scene");
+  auto o = std::make_shared<Options>();
+  command->add_option("FILE", o->file, "The mesh file")->required();
+  auto* scale =
+      command->add_option("--scale", o->scale, "The file's unit (mm, cm, m, inch, um, ft) or metres per unit; needed")
+          ->type_name("UNIT|NUMBER");
+  command->add_option("--size", o->size_m, "Instead of a scale: how long the longest side shall be")
+      ->type_name("METRES")
+      ->check(CLI::PositiveNumber)
+      ->excludes(scale);
+  command->add_flag("--center,--centre", o->centre, "Move the middle of its box to the object's origin");
+  command->add_flag("--deformable", o->deformable, "Its vertices may be moved by clients");
+  addPlacement(*command, o->placement);
+  command->callback([&chosen, o] { chosen = [o](const Globals& globals) { return load(*o, globals); }; });
+}
+
+}  // namespace hapticctl

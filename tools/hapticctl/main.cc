@@ -1,0 +1,113 @@
+/** @file
+ * hapticctl: look at, feed and stop a running hapticd. A client like any other: it uses libhapticclient alone.
+ */
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "tools/hapticctl/command.h"
+#include "tools/hapticctl/daemon.h"
+#include "tools/hapticctl/external.h"
+#include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/output.h"
+
+namespace hapticctl {
+namespace {
+
+constexpr AddCommand kCommands[] = {addStatus, addList,    addInfo, addTop,    addMonitor, addEvents,
+                                    addArm,    addDisarm,  addStop, addLimits, addLoad,    addAdd,
+                                    addRemove, addObjects, addGet,  addSet,    addDoctor,  addDump};
+
+constexpr const char* kFooter =
+    "Exit: 0 done; 1 refused, or a check is red; 2 wrong command line; 3 no daemon answers; 4 the daemon went away;\n"
+    "5 a file is unreadable or holds nothing usable. A program hapticctl-NAME becomes the subcommand NAME.\n"
+    "Sockets: --socket, else $HAPTICD_SOCKET, else $XDG_RUNTIME_DIR/hapticd, else /run/hapticd. Manual: hapticctl(1).";
+
+/** The index of the first word that is no option (nor an option's value); argc if there is none. */
+int firstWord(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    if (std::strcmp(argv[i], "--socket") == 0 || std::strcmp(argv[i], "--timeout") == 0) {
+      ++i;
+    } else if (argv[i][0] != '-') {
+      return i;
+    }
+  }
+  return argc;
+}
+
+[[noreturn]] void failUnknown(std::string_view word, const std::vector<std::string>& names) {
+  std::string near;
+  for (const std::string& name : suggestions(word, names)) near += (near.empty() ? "did you mean " : " or ") + name;
+  failUsage(std::string(word), "no such subcommand", near.empty() ? "hapticctl --help lists them" : near + "?");
+}
+
+int run(int argc, char** argv, Globals& globals) {
+  CLI::App app{"Look at, feed and stop a running hapticd, the haptic device server.", "hapticctl"};
+  app.footer(kFooter);
+  app.set_version_flag("--version", std::string("hapticctl ") + haptic_version());
+  app.add_flag("--json", globals.json, "Answer in JSON (streams: one value a line)");
+  app.add_option("--socket", globals.socket, "Socket of the daemon")->type_name("PATH");
+  app.add_flag("--admin", globals.admin, "Use the administration socket (raising limits, resetting statistics)");
+  app.add_option("--timeout", globals.timeout_s, "Wait at most so long for an answer")
+      ->type_name("SECONDS")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 3600.0));
+  app.require_subcommand(1);
+
+  Action chosen;
+  std::vector<std::string> names;
+  for (const AddCommand add : kCommands) add(app, chosen);
+  for (CLI::App* command : app.get_subcommands({})) {
+    command->fallthrough();
+    names.push_back(command->get_name());
+  }
+
+  if (const int word = firstWord(argc, argv);
+      word < argc && std::find(names.begin(), names.end(), argv[word]) == names.end()) {
+    const std::string program = findExternal(argv[word]);
+    if (program.empty()) failUnknown(argv[word], names);
+    runExternal(program, argc, argv, word + 1);
+    throw Failure{kExitRefused, program, std::strerror(errno), {}};
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {  // --help, --version
+      app.exit(error);
+      return kExitOk;
+    }
+    std::string command = "hapticctl";
+    for (const CLI::App* named : app.get_subcommands()) command += " " + named->get_name();
+    failUsage({}, error.what(), command + " --help tells how");
+  }
+  const int code = chosen(globals);
+  flush();
+  return code;
+}
+
+}  // namespace
+}  // namespace hapticctl
+
+int main(int argc, char** argv) {
+  using namespace hapticctl;
+  std::signal(SIGPIPE, SIG_IGN);  // A reader that leaves is seen as EPIPE: what is armed must still be disarmed.
+  Globals globals;
+  try {
+    return run(argc, argv, globals);
+  } catch (const Failure& failure) {
+    try {
+      flush();
+    } catch (...) {  // The failure is what matters.
+    }
+    report(failure, globals.json);
+    return failure.exit;
+  } catch (const OutputClosed&) {
+    return kExitOk;
+  } catch (const std::exception& error) {
+    report({kExitRefused, {}, error.what(), "this is a defect in hapticctl; please report it", "INTERNAL"},
+           globals.json);
+    return kExitRefused;
+  }
+}

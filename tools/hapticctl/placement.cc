@@ -1,0 +1,90 @@
+#include "tools/hapticctl/placement.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+
+#include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/numbers.h"
+
+namespace hapticctl {
+
+void addPlacement(CLI::App& command, Placement& p) {
+  command.add_option("--name", p.name, "Name of the object")->type_name("NAME");
+  command.add_option("--parent", p.parent, "Object that it moves with")->type_name("NAME");
+  command.add_option("--at", p.at, "Place in the parent's frame, metres")->type_name("X,Y,Z");
+  command.add_option("--rotate", p.rotate, "Turn by degrees about an axis (x,90), or a quaternion; several: in order")
+      ->type_name("AXIS,DEG|W,X,Y,Z")
+      ->take_all();
+  command.add_option("--stiffness", p.stiffness, "N/m")->capture_default_str()->check(CLI::PositiveNumber);
+  command.add_option("--damping", p.damping, "N s/m, while touched")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--friction", p.friction, "Static and dynamic coefficient")->type_name("S,D");
+  command.add_flag("--two-sided", p.two_sided, "Both faces of an open mesh stop the hand");
+  command.add_flag("--disabled", p.disabled, "Not to be touched yet");
+  command.add_flag("--replace", p.replace, "Take the place of the object of that name");
+}
+
+haptic_object makeObject(const Placement& p) {
+  haptic_object object = HAPTIC_OBJECT_INIT;
+  object.name = p.name.c_str();
+  object.parent = p.parent.c_str();
+  object.flags |= HAPTIC_OBJECT_KEEP;
+  if (p.two_sided) object.flags |= HAPTIC_OBJECT_TWO_SIDED;
+  if (p.disabled) object.flags &= ~static_cast<std::uint32_t>(HAPTIC_OBJECT_ENABLED);
+  if (!p.at.empty()) {
+    const auto at = parseVec3("--at", p.at);
+    std::copy(at.begin(), at.end(), object.pose.p);
+  }
+  std::array<double, 4> q{1, 0, 0, 0};
+  for (const std::string& turn : p.rotate) q = multiply(parseRotation("--rotate", turn), q);
+  std::copy(q.begin(), q.end(), object.pose.q);
+  object.material.stiffness = p.stiffness;
+  object.material.damping = p.damping;
+  if (!p.friction.empty()) {
+    const auto mu = parseNumbers("--friction", p.friction, 0);
+    if (mu.empty() || mu.size() > 2 || *std::min_element(mu.begin(), mu.end()) < 0 || mu.back() > mu.front()) {
+      failUsage("--friction", fmt::format("'{}' is no pair of coefficients", p.friction),
+                "write static,dynamic with dynamic at most static: 0.4,0.3");
+    }
+    object.material.friction_static = mu.front();
+    object.material.friction_dynamic = mu.back();
+  }
+  return object;
+}
+
+std::uint32_t place(const Daemon& daemon, const Placement& placement, const haptic_object& object) {
+  std::uint32_t id = 0;
+  if (placement.replace) {
+    haptic_object_state* found = nullptr;
+    haptic_error error = HAPTIC_ERROR_INIT;
+    const int code = haptic_object_find(daemon.client(), object.name, &found, &error);
+    const Owned<haptic_object_state> old(found);
+    if (code == HAPTIC_OK) {
+      daemon.tell(haptic_object_set_shape, object.name, &object.shape);
+      daemon.tell(haptic_object_set_pose, object.name, &object.pose);
+      daemon.tell(haptic_object_set_material, object.name, &object.material);
+      daemon.tell(haptic_object_set_flags, object.name, object.flags & 7u);
+      // Nobody asked for the old mesh any more, unless another object shows it: then the daemon keeps it.
+      if (old->object->shape.kind == HAPTIC_SHAPE_MESH)
+        haptic_mesh_drop(daemon.client(), old->object->shape.mesh, nullptr);
+      return old->id;
+    }
+    if (code != HAPTIC_NOT_FOUND) check(code, error);
+  }
+  daemon.tell(haptic_object_create, &object, &id);
+  return id;
+}
+
+std::string nameOf(const std::string& path) {
+  std::string name = std::filesystem::path(path).stem().string().substr(0, 63);
+  for (char& c : name) {
+    const bool plain =
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-';
+    if (!plain) c = '_';
+  }
+  return name.empty() ? "mesh" : name;
+}
+
+}  // namespace hapticctl

@@ -1,0 +1,218 @@
+// hapticctl top: devices and clients live.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tools/hapticctl/command.h"
+#include "tools/hapticctl/daemon.h"
+#include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/output.h"
+#include "tools/hapticctl/terminal.h"
+#include "tools/hapticctl/to_json.h"
+
+namespace hapticctl {
+namespace {
+
+struct Options {
+  bool batch = false;
+  std::uint64_t count = 0;
+  double delay_s = 1;
+};
+
+/** Counts at the time 'c' was pressed, so that the screen starts anew from there. */
+struct Baseline {
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> devices;  ///< missed, stale
+  std::map<std::uint64_t, std::array<std::uint64_t, 3>> clients;           ///< received, rejected, stale
+};
+
+/** One look at the daemon. */
+struct Look {
+  Owned<haptic_status> status;
+  std::vector<Owned<haptic_statistics>> statistics;  ///< By device.
+};
+
+Look look(const Daemon& daemon) {
+  Look out{daemon.ask<haptic_status>(haptic_get_status), {}};
+  for (std::uint32_t i = 0; i < out.status->device_count; ++i) {
+    out.statistics.push_back(daemon.ask<haptic_statistics>(haptic_get_statistics, out.status->devices[i]->uri, 0));
+  }
+  return out;
+}
+
+const haptic_histogram* histogram(const haptic_statistics& statistics, std::string_view name) {
+  for (std::uint32_t i = 0; i < statistics.histogram_count; ++i) {
+    if (name == statistics.histograms[i]->name) return statistics.histograms[i];
+  }
+  return nullptr;
+}
+
+std::string microseconds(double ns) { return fixed(ns * 1e-3, 1); }
+
+std::string screen(const Look& now, const Baseline& base) {
+  const haptic_status& status = *now.status;
+  std::string out =
+      fmt::format("hapticd {}  {}  {} devices, {} clients, {} objects, {} triangles\n", status.info->version,
+                  status.info->realtime != 0 ? "real-time" : styled(Style::kBad, "NOT REAL-TIME"), status.device_count,
+                  status.client_count, status.objects, grouped(status.triangles));
+  const auto since = [](std::uint64_t value, std::uint64_t start) {
+    return grouped(value >= start ? value - start : value);
+  };
+
+  Table devices({{"DEVICE"},
+                 {"STATE"},
+                 {"RATE Hz", true},
+                 {"WAKE p50 us", true},
+                 {"p99 us", true},
+                 {"BUSY %", true},
+                 {"CYCLE p99 us", true},
+                 {"MISSES", true},
+                 {"STALE", true},
+                 {"FORCE N", true}});
+  for (std::uint32_t i = 0; i < status.device_count; ++i) {
+    const haptic_device_status& d = *status.devices[i];
+    const haptic_histogram* wake = histogram(*now.statistics[i], "wake");
+    const haptic_histogram* cycle = histogram(*now.statistics[i], "cycle");
+    const auto start = base.devices.find(d.uri);
+    const auto [missed, stale] =
+        start == base.devices.end() ? std::pair<std::uint64_t, std::uint64_t>{} : start->second;
+    const double force = std::sqrt(d.force[0] * d.force[0] + d.force[1] * d.force[1] + d.force[2] * d.force[2]);
+    devices.row({d.name,
+                 d.fault != 0   ? "FAULT"
+                 : d.armed != 0 ? "armed"
+                                : "disarmed",
+                 fixed(d.rate_hz, 0), wake != nullptr ? microseconds(static_cast<double>(wake->p50_ns)) : "-",
+                 wake != nullptr ? microseconds(static_cast<double>(wake->p99_ns)) : "-", fixed(d.busy * 100, 1),
+                 cycle != nullptr ? microseconds(static_cast<double>(cycle->p99_ns)) : "-", since(d.missed, missed),
+                 since(d.stale, stale), fixed(force, 2)},
+                d.fault != 0   ? Style::kBad
+                : d.armed != 0 ? Style::kGood
+                               : Style::kPlain);
+  }
+  out += devices.text();
+
+  Table clients({{"CLIENT"},
+                 {"PID", true},
+                 {"DEVICE"},
+                 {"LEASE"},
+                 {"RECEIVED", true},
+                 {"REJECTED", true},
+                 {"STALE", true},
+                 {"MODELS", true},
+                 {"FADE", true},
+                 {"BEAT ms", true}});
+  for (std::uint32_t i = 0; i < status.client_count; ++i) {
+    const haptic_client_status& c = *status.clients[i];
+    const auto start = base.clients.find(c.session);
+    const auto from = start == base.clients.end() ? std::array<std::uint64_t, 3>{} : start->second;
+    clients.row({c.name, std::to_string(c.pid), c.device, c.lease != 0 ? "yes" : "", since(c.received, from[0]),
+                 since(c.rejected, from[1]), since(c.stale, from[2]), std::to_string(c.models),
+                 fixed(static_cast<double>(c.fade), 2), fixed(static_cast<double>(c.heartbeat_age_ns) * 1e-6, 1)},
+                c.fade < 1 ? Style::kWarn : Style::kPlain);
+  }
+  return out + clients.text();
+}
+
+Json asJson(const Look& now) {
+  Json out = toJson(*now.status);
+  out["statistics"] = Json::array();
+  for (const auto& statistics : now.statistics) out["statistics"].push_back(toJson(*statistics));
+  return out;
+}
+
+/** Starts the counts anew; the daemon's histograms too where this connection may reset them. Returns what to tell. */
+std::string clear(const Daemon& daemon, const Look& now, Baseline& base) {
+  for (std::uint32_t i = 0; i < now.status->device_count; ++i) {
+    const haptic_device_status& d = *now.status->devices[i];
+    base.devices[d.uri] = {d.missed, d.stale};
+  }
+  for (std::uint32_t i = 0; i < now.status->client_count; ++i) {
+    const haptic_client_status& c = *now.status->clients[i];
+    base.clients[c.session] = {c.received, c.rejected, c.stale};
+  }
+  if (now.status->info->administration == 0) return "counts cleared; histograms need --admin";
+  for (std::uint32_t i = 0; i < now.status->device_count; ++i) {
+    (void)daemon.ask<haptic_statistics>(haptic_get_statistics, now.status->devices[i]->uri, 1);
+  }
+  return "counts and histograms cleared";
+}
+
+/** The other screen of the terminal, so that what stood there comes back. */
+class FullScreen {
+ public:
+  FullScreen() { put("\x1b[?1049h\x1b[?25l"); }
+  ~FullScreen() {
+    try {
+      put("\x1b[?25h\x1b[?1049l");
+      flush();
+    } catch (...) {  // The terminal has gone.
+    }
+  }
+  FullScreen(const FullScreen&) = delete;
+  FullScreen& operator=(const FullScreen&) = delete;
+};
+
+int live(const Daemon& daemon, const Options& options, std::chrono::milliseconds delay) {
+  const Interrupt interrupt;
+  const RawKeys keys;
+  const FullScreen full;
+  Baseline base;
+  std::string message;
+  for (std::uint64_t n = 0; !Interrupt::asked() && (options.count == 0 || n < options.count); ++n) {
+    const Look now = look(daemon);
+    std::string text =
+        screen(now, base) + "\n" + styled(Style::kDim, message.empty() ? "q quit  c clear counts" : message) + "\n";
+    message.clear();
+    for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 4) text.replace(at, 1, "\x1b[K\n");
+    put("\x1b[H" + text + "\x1b[J");
+    flush();
+    const char key = interrupt.wait(delay, keys.active());
+    if (key == 'q' || key == 'Q') break;
+    if (key == 'c' || key == 'C') message = clear(daemon, now, base);
+  }
+  return kExitOk;
+}
+
+int batch(const Daemon& daemon, const Options& options, std::chrono::milliseconds delay, bool json) {
+  const Interrupt interrupt;
+  const Baseline none;
+  for (std::uint64_t n = 0; !Interrupt::asked(); ++n) {
+    const Look now = look(daemon);
+    if (json) {
+      putJson(asJson(now), true);
+    } else {
+      put((n == 0 ? "" : "\n") + screen(now, none));
+    }
+    flush();
+    if (options.count != 0 && n + 1 >= options.count) break;
+    interrupt.wait(delay);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void addTop(CLI::App& app, Action& chosen) {
+  CLI::App* command = app.add_subcommand("top", "Watch devices and clients live: q quits, c clears the counts");
+  auto options = std::make_shared<Options>();
+  command->add_flag("-b,--batch", options->batch, "Print screen after screen, for scripts and files");
+  command->add_option("-n,--count", options->count, "Stop after so many screens")->type_name("COUNT");
+  command->add_option("-d,--delay", options->delay_s, "Time between screens")
+      ->type_name("SECONDS")
+      ->capture_default_str()
+      ->check(CLI::Range(0.02, 3600.0));
+  command->callback([&chosen, options] {
+    chosen = [options](const Globals& globals) {
+      const Daemon daemon(globals);
+      const auto delay = std::chrono::milliseconds(static_cast<std::int64_t>(options->delay_s * 1e3));
+      if (options->batch || globals.json) return batch(daemon, *options, delay, globals.json);
+      if (!stdoutIsTerminal()) {
+        failUsage("top", "standard output is no terminal", "hapticctl top -b -n 1 prints one screen");
+      }
+      return live(daemon, *options, delay);
+    };
+  });
+}
+
+}  // namespace hapticctl

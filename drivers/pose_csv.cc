@@ -168,8 +168,10 @@ class Parser {
   }
 
   Error badNumber(const Layout& layout, std::size_t column, std::string_view text) const {
-    return fault(layout.field[column] + 1, fmt::format("\"{}\" is not a finite number", text.substr(0, 40)),
-                 fmt::format("{} takes a number with a decimal point", kNames[column]));
+    // The text itself stays out of the message: the daemon may read files that the one who names them may not.
+    return fault(layout.field[column] + 1,
+                 text.empty() ? "there is no number" : fmt::format("{} is not a finite number", kNames[column]),
+                 "write numbers like -0.0125 or 1e-3");
   }
 
   Result<void> check(Layout& layout, const std::array<double, kColumns>& value, PoseRow& row,
@@ -220,6 +222,10 @@ Error systemFault(const std::string& path, int number) {
           missing ? "give the path as the daemon sees it" : "the daemon's user must be able to read it"};
 }
 
+Error notAFile(const std::string& path) {
+  return {ErrorCode::kInvalidArgument, path, "not a regular file", "give a CSV file"};
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name) {
@@ -235,16 +241,18 @@ Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std
 }
 
 Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path) {
-  // O_NONBLOCK: a FIFO must not hang the control thread before it is refused.
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return systemFault(path, errno);
+  if (!S_ISREG(status.st_mode)) return notAFile(path);
+  // O_NONBLOCK: should a FIFO have taken its place meanwhile, the control thread must not hang on it.
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
   if (fd < 0) return systemFault(path, errno);
-  struct stat status {};
   std::string text;
   Result<void> read;
   if (fstat(fd, &status) != 0) {
     read = systemFault(path, errno);
   } else if (!S_ISREG(status.st_mode)) {
-    read = Error{ErrorCode::kInvalidArgument, path, "not a regular file", "give a CSV file"};
+    read = notAFile(path);
   } else if (static_cast<std::uint64_t>(status.st_size) > PoseTrack::kMaxFileBytes) {
     read = Error{ErrorCode::kQuotaExceeded, path,
                  fmt::format("{} bytes, more than the {} a motion may have", status.st_size, PoseTrack::kMaxFileBytes),

@@ -4,6 +4,7 @@
 
 #include "drivers/driver.h"
 #include "drivers/parameters.h"
+#include "drivers/replay/replay_driver.h"
 #include "drivers/sim/sim_driver.h"
 
 namespace hapticd {
@@ -12,6 +13,7 @@ namespace {
 /** Every driver, hardware first. A driver folder adds one line. */
 constexpr const Driver* kDrivers[] = {
     &kSimDriver,
+    &kReplayDriver,
 };
 
 /** Schemes that mean something to haptics people and that this build cannot open. */

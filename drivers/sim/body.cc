@@ -3,6 +3,17 @@
 #include <algorithm>
 
 namespace hapticd {
+namespace {
+
+/** d/dt of the rotation vector e at angular velocity w (inverse of the left Jacobian of SO(3); |e| <= pi). */
+Vec3 rotationVectorRate(const Vec3& e, const Vec3& w) HD_RT {
+  const double angle = e.norm();
+  const double c = angle < 1e-4 ? 1.0 / 12 : (1 - angle / 2 / std::tan(angle / 2)) / (angle * angle);
+  const Vec3 turn = e.cross(w);
+  return w - turn / 2 + c * e.cross(turn);
+}
+
+}  // namespace
 
 PointBody::PointBody(const BodyParameters& body, const Stops& stops, double step_s)
     : body_(body),
@@ -34,12 +45,19 @@ void PointBody::step(const Vec3& force, const Vec3& goal, const Vec3& goal_v) HD
 
 RotatingBody::RotatingBody(const BodyParameters& body, double step_s)
     : body_(body),
+      step_s_(step_s),
       linear_(LinearStep::make(body.mass, body.viscous + body.hand_damping, body.hand_stiffness, step_s)) {}
 
 void RotatingBody::step(const Vec3& torque, const Quat& goal, const Vec3& goal_w) HD_RT {
-  const Vec3 before = body_.hand_stiffness > 0 ? rotationVector(q_ * goal.conjugate()) : Vec3(Vec3::Zero());
+  Vec3 u = torque + body_.hand_damping * goal_w;
+  Vec3 before = Vec3::Zero();
+  if (body_.hand_stiffness > 0) {
+    before = rotationVector(q_ * goal.conjugate());
+    // The rotation vector e does not grow by w but by J^-1(e) w; the spring torque of the difference, at mid-step.
+    u -= body_.hand_stiffness * (step_s_ / 2) * (rotationVectorRate(before, w_) - w_);
+  }
   Vec3 offset = before;
-  linear_.advance(offset, w_, torque + body_.hand_damping * goal_w, body_.hand_stiffness, body_.coulomb);
+  linear_.advance(offset, w_, u, body_.hand_stiffness, body_.coulomb);
   q_ = (fromRotationVector(offset - before) * q_).normalized();
 }
 

@@ -72,6 +72,7 @@ class RotatingBody {
 
  private:
   BodyParameters body_;
+  double step_s_;
   LinearStep linear_;
   Quat q_ = Quat::Identity();
   Vec3 w_ = Vec3::Zero();

@@ -43,7 +43,7 @@ struct MotionParameters {
   double gripper = 0;
   // csv
   std::shared_ptr<const PoseTrack> track;
-  bool loop = true;
+  bool loop = false;
 };
 
 /** An intended motion: a function of simulated time alone, but for kLive. Real-time safe but for the constructor. */

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "drivers/resident.h"
+
 namespace hapticd {
 namespace {
 
@@ -58,6 +60,7 @@ Result<void> SimDevice::open() {
   rotating_.place(start.q, start.w);
   gripper_.place(Vec3(start.gripper_rad * setup_.parameters.gripper_lever, 0, 0), Vec3::Zero());
   started_ = false;
+  offset_ = 0;
   period_ = 0;
   reported_ = -1;
   skipped_ = 0;
@@ -66,6 +69,11 @@ Result<void> SimDevice::open() {
   pending_.fill({});
   safe_.store(false, std::memory_order_relaxed);
   measure();
+  keepResident(this, sizeof *this);
+  if (setup_.motion.track) {
+    const std::vector<PoseRow>& rows = setup_.motion.track->rows();
+    keepResident(rows.data(), rows.size() * sizeof(PoseRow));
+  }
   return {};
 }
 
@@ -144,9 +152,9 @@ void SimDevice::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
   } else {
     sample = measured_[static_cast<std::size_t>(seen) % measured_.size()];
     sample.fresh = true;
+    sample.status = acting_status_;
     reported_ = seen;
   }
-  sample.status = acting_status_;
 }
 
 SimDevice::Pending SimDevice::limited(const DeviceCommand& command) const HD_RT {

@@ -26,7 +26,7 @@ struct SimParameters {
   double force_resolution = 0;
   std::uint64_t delay = 1;
   std::uint64_t position_delay = 0;
-  Vec3 lower = Vec3(-0.08, -0.08, -0.055), upper = Vec3(0.08, 0.08, 0.055);
+  Vec3 lower = Vec3::Constant(-0.08), upper = Vec3::Constant(0.08);
   double stop_stiffness = 5000;
   double stop_damping = 20;
   double max_stiffness = 0;
@@ -73,7 +73,7 @@ struct SimParameters {
   Vec3 orientation = Vec3::Zero(), sway = Vec3::Zero();
   double gripper_angle = 0.2;
   std::string file;
-  bool loop = true;
+  bool loop = false;
   std::string serial;
 };
 

@@ -3,7 +3,9 @@
  */
 #include <fmt/format.h>
 
-#include "drivers/number.h"
+#include <algorithm>
+
+#include "drivers/hash.h"
 #include "drivers/sim/sim_parameters.h"
 
 namespace hapticd {
@@ -81,25 +83,23 @@ Result<MotionParameters> motionOf(const SimParameters& p) {
   return m;
 }
 
-/** 64-bit FNV-1a. */
-std::uint64_t hashOf(std::string_view text) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  return hash;
+/** Half of a host period at 1 kHz, on average what a held force lags by, and the device's own delay [s]. */
+double lag(const SimParameters& p) { return 0.5e-3 + static_cast<double>(p.delay + p.position_delay) / p.rate; }
+
+/**
+ * Half of the stiffest virtual wall, K = (b + B) / (T/2 + t_d), that stays stable at T = 1 ms with the damping b of the
+ * device and B of the hand and a delay t_d (Gil, Sanchez, Hulin, Preusche, Hirzinger, J. Computing and Information
+ * Science in Engineering 9(1), 2009). Dry friction adds to it and is left out.
+ */
+double wallStiffness(double device_damping, double hand_damping, double lag_s) {
+  return 0.5 * (device_damping + hand_damping) / lag_s;
 }
 
 /**
- * Largest virtual wall that is passive for a device nobody holds, at 1 kHz and the device's own delay t_d:
- * K = b / (T/2 + t_d) by viscous friction (Colgate and Schenkel, J. Robotic Systems 14(1), 1997, with B = 0), or
- * K = 2 f_c / Delta by dry friction and encoder step Delta (Diolaiti, Niemeyer, Barbagli, Salisbury, IEEE Trans.
- * Robotics 22(2), 2006). A hand adds to it.
+ * Half of the strongest virtual damper that leaves a mass m stable when velocity is the difference of two samples:
+ * B = m / (T/2 + t_d), which for t_d = 0 is the exact 2 m / T.
  */
-double passiveStiffness(const SimParameters& p) {
-  const double delay_s = static_cast<double>(p.delay + p.position_delay) / p.rate;
-  const double viscous = p.viscous / (0.5e-3 + delay_s);
-  const double dry = p.resolution > 0 ? 2 * p.coulomb / p.resolution : 0;
-  return std::max(viscous, dry);
-}
+double virtualDamping(double mass, double lag_s) { return 0.5 * mass / lag_s; }
 
 DeviceInfo infoOf(const SimSetup& setup) {
   const SimParameters& p = setup.parameters;
@@ -107,30 +107,28 @@ DeviceInfo infoOf(const SimSetup& setup) {
   info.uri = setup.uri;
   info.model = fmt::format("{} (simulated)", setup.preset->model);
   info.manufacturer = setup.preset->manufacturer;
-  info.serial = p.serial.empty() ? fmt::format("sim-{:016x}", hashOf(setup.uri)) : p.serial;
+  info.serial = p.serial.empty() ? "sim-" + hashText(setup.uri) : p.serial;
   info.firmware = "none";
   info.driver = "sim";
   info.driver_version = "1";
-  const double half_s = 0.5e-3 + static_cast<double>(p.delay + p.position_delay) / p.rate;
+  const double lag_s = lag(p);
   info.max_force = p.max_force;
   info.continuous_force = p.continuous_force;
-  info.max_stiffness = p.max_stiffness > 0 ? p.max_stiffness : passiveStiffness(p);
-  // A damper computed at 1 kHz from position differences turns the apparent mass unstable near m / (T/2 + t_d); half.
-  info.max_damping = p.max_damping > 0 ? p.max_damping : 0.5 * p.mass / half_s;
+  info.max_stiffness = p.max_stiffness > 0 ? p.max_stiffness : wallStiffness(p.viscous, p.hand_damping, lag_s);
+  info.max_damping = p.max_damping > 0 ? p.max_damping : virtualDamping(p.mass + p.hand_mass, lag_s);
   info.sensed_rotation = p.dof == 6 || p.sense_rotation;
   info.actuated_rotation = p.dof == 6;
   if (info.sensed_rotation) info.rotation_resolution = p.rotation_resolution;
   if (info.actuated_rotation) {
     info.max_torque = p.max_torque;
-    info.max_angular_stiffness = std::max(
-        p.angular_viscous / half_s, p.rotation_resolution > 0 ? 2 * p.angular_coulomb / p.rotation_resolution : 0.0);
-    info.max_angular_damping = 0.5 * p.inertia / half_s;
+    info.max_angular_stiffness = wallStiffness(p.angular_viscous, p.hand_angular_damping, lag_s);
+    info.max_angular_damping = virtualDamping(p.inertia + p.hand_inertia, lag_s);
   }
   info.sensed_gripper = info.actuated_gripper = p.gripper;
   if (p.gripper) {
     info.max_gripper_force = p.max_gripper_force;
     info.gripper_max_angle = p.gripper_max_angle;
-    info.max_gripper_stiffness = 0.1 * p.gripper_mass / (half_s * half_s);
+    info.max_gripper_stiffness = wallStiffness(0, p.hand_pinch_damping, lag_s);
   }
   info.workspace_lower = info.max_workspace_lower = p.lower;
   info.workspace_upper = info.max_workspace_upper = p.upper;

@@ -1,7 +1,11 @@
 /** @file
  * Velocity from quantised positions: first-order adaptive windowing (Janabi-Sharifi, Hayward, Chen, IEEE Trans. Control
- * Systems Technology 8(6), 2000, pp. 1003-1009): the longest window, up to kWindow samples, over which a straight line
- * stays within the position resolution of every sample between.
+ * Systems Technology 8(6), 2000, pp. 1003-1009), the end-fit form.
+ *
+ * The velocity is the slope from the oldest to the newest sample of the longest window, up to kWindow samples, over
+ * which that straight line passes every sample between within the position resolution. At rest and in slow motion the
+ * window is long and quantisation noise is divided by its length; in a fast change it shrinks to two samples and the
+ * estimate follows at once. No tuning beyond the resolution, no phase lag longer than the window.
  */
 #pragma once
 
@@ -13,24 +17,34 @@
 
 namespace hapticd {
 
+/** One device point. Servo thread. Each Cartesian axis has its own window. Cost: at most 3 kWindow^2 per sample. */
 class VelocityEstimator {
  public:
-  static constexpr std::uint32_t kWindow = 16;
+  static constexpr std::uint32_t kWindow = 16;  ///< Samples, the newest included.
 
-  void reset() HD_RT { count_ = 0; }
-  void setResolution(double position, double rotation) HD_RT {
-    resolution_ = position;
-    rotation_resolution_ = rotation;
-  }
-  /** Takes the sample if it is fresh; the device's own velocity wins where it has one. */
+  /** Forgets all samples; the next estimate needs two. */
+  void reset() HD_RT;
+  /** Peak error of a reading [m], [rad]: the device's resolution. Values that are not positive and finite are ignored.
+   */
+  void setResolution(double position, double rotation) HD_RT;
+  /**
+   * Takes the sample if it is fresh; the device's own velocity wins where it has one. A reading that is not fresh, not
+   * finite or not newer than the last leaves the estimate as it was; a clock that runs backwards starts anew.
+   */
   [[nodiscard]] Twist update(const DeviceSample& sample) HD_RT;
 
  private:
   struct Entry {
-    std::int64_t t_ns;
-    Vec3 p;
-    Quat q;
+    std::int64_t t_ns = 0;
+    Vec3 p = Vec3::Zero();
+    Quat q = Quat::Identity();
   };
+
+  /** Sample `age` places before the newest. */
+  [[nodiscard]] const Entry& back(std::uint32_t age) const HD_RT {
+    return ring_[(next_ + kWindow - 1 - age) % kWindow];
+  }
+
   std::array<Entry, kWindow> ring_{};
   std::uint32_t next_ = 0;
   std::uint32_t count_ = 0;

@@ -1,16 +1,16 @@
 /** @file
  * The guard: the only way from computed forces to a device, and the last thing before it.
  *
- * Order (docs/safety.md): each source checked finite -> sum -> passivity -> arming ramp -> force, torque and power
- * limit
- * -> slew -> finite check. Slew binds increases and ordinary changes; a latched fault goes to zero in one tick and
- * stays until armed again. A lowered limit clamps at once.
+ * Order (docs/safety.md): each source checked finite -> sum -> passivity -> arming ramp -> force, torque, gripper and
+ * power limit -> slew -> finite check. Slew binds increases and ordinary changes; a latched fault goes to zero in one
+ * tick and stays until armed again. A lowered limit clamps at once.
  */
 #pragma once
 
 #include <array>
 #include <cstdint>
 
+#include "rt/base/error.h"
 #include "rt/base/math.h"
 #include "rt/command.h"
 #include "rt/device.h"
@@ -18,16 +18,16 @@
 
 namespace hapticd {
 
-/** Bounds on what reaches the hand. All >= 0 and finite. */
+/** Bounds on what reaches the hand. All >= 0 and finite; zero means none at all. */
 struct GuardLimits {
   double force = 0;          ///< [N]
   double torque = 0;         ///< [N m]
-  double force_slew = 0;     ///< [N/s]
+  double force_slew = 0;     ///< [N/s], of the gripper too.
   double torque_slew = 0;    ///< [N m/s]
   double gripper_force = 0;  ///< [N]
   double velocity = 0;       ///< Above it the guard latches [m/s].
   double power = 0;          ///< Most power delivered to the hand [W].
-  double active_power = 0;   ///< Budget of active sources (client force, moving bodies, cues) [W].
+  double active_power = 0;   ///< Budget of active sources (client force, springs, moving bodies, cues) [W].
 };
 
 /** Fixed behaviour; limits can change while running. */
@@ -35,10 +35,13 @@ struct GuardConfig {
   GuardLimits limits;
   std::int64_t ramp_ns = 2'000'000'000;  ///< Arming ramp from zero to full.
   double small_force = 0.2;              ///< The ramp starts once the force asked for stays below this [N] ...
-  std::uint32_t small_force_ticks = 4;   ///< ... for so many ticks.
+  double small_torque = 0.02;            ///< ... and the torque below this [N m] ...
+  std::uint32_t small_force_ticks = 4;   ///< ... for so many ticks. Gravity compensation does not count.
   std::int64_t stale_ns = 20'000'000;    ///< No fresh sample for so long: HD_FAULT_DEVICE_LOST.
   std::uint32_t missed_limit = 50;       ///< Periods missed in one overrun that latch HD_FAULT_OVERRUN.
   bool passivity = true;
+  double max_damping = 2;      ///< Most the passivity controller adds [N s/m]: what the device can show.
+  double energy_limit = 0.25;  ///< Passive sources gave so much more than they got [J]: HD_FAULT_ENERGY.
 };
 
 /** What one tick asks of the device. */
@@ -52,26 +55,43 @@ struct GuardInput {
   bool stop_line = false;  ///< Emergency stop is open.
   bool deadman_open = false;
   std::uint32_t missed = 0;  ///< Periods missed just before this tick.
+
+  /** Part of source[HD_SOURCE_LOCAL_MODEL] that springs and force fields make: active, not passive [N]. */
+  Vec3 local_active = Vec3::Zero();
+  /** Power, by axis, that clients put into passive sources by moving them: force times velocity of the body [W]. */
+  Vec3 carried = Vec3::Zero();
+  /** Elastic energy that the passive sources hold now [J]; negative: unknown. */
+  double stored = -1;
 };
 
 struct GuardOutput {
   DeviceCommand command;
-  std::array<Vec3, HD_SOURCES> by_source;  ///< Sums to command.force.
+  std::array<Vec3, HD_SOURCES> by_source;  ///< Sums, in order, to command.force exactly.
   std::uint32_t flags = 0;                 ///< hd_sample_flag bits of the guard.
   std::uint32_t fault = HD_FAULT_NONE;
-  double energy = 0;  ///< Least of the observers' energies [J].
+  double energy = 0;  ///< What the passivity observer holds [J]; negative: active.
 };
 
-/** One device's guard. Servo thread only; hand-stepped in tests. */
+/**
+ * One device's guard. Servo thread only; hand-stepped in tests. Whatever enters: |force| <= limits.force and so on, and
+ * |change| <= slew dt but for the three falls of docs/safety.md (fault, lowered limit, end of lowering).
+ */
 class Guard {
  public:
+  /** Disarming takes at most this long: what the slew limit has not lowered by then goes to zero at once. */
+  static constexpr double kLower_s = 1.0;
+
+  /** Limits that setLimits() would refuse become zero: nothing passes. */
   explicit Guard(const GuardConfig& config) noexcept;
 
-  /** Starts waiting for small force, then the ramp. Clears a fault whose cause is gone; kFaultLatched if it is not. */
+  /**
+   * Starts waiting for small force, then the ramp. Clears a fault whose cause is gone. kFaultLatched while a cause
+   * stands (fault() then names it); nothing else changes. Armed already: nothing happens.
+   */
   ErrorCode arm() HD_RT;
-  /** Ramps down at the slew limit, then off. */
+  /** Lowers to zero at the slew limit, in min(force / slew, kLower_s), then off. */
   void disarm() HD_RT;
-  /** Latches `cause` (hd_fault): zero from this tick on. */
+  /** Latches `cause` (hd_fault): zero from this tick on. The first cause stays. */
   void latch(std::uint32_t cause) HD_RT;
   /** Clamps at once where lower. kInvalidArgument if not finite or negative: nothing changes. */
   ErrorCode setLimits(const GuardLimits& limits) HD_RT;
@@ -79,24 +99,58 @@ class Guard {
   void step(const GuardInput& input, GuardOutput& output) HD_RT;
 
   [[nodiscard]] const GuardLimits& limits() const HD_RT { return config_.limits; }
+  /** Waiting, ramping, in full force or being lowered: the amplifiers may be on. */
   [[nodiscard]] bool armed() const HD_RT { return state_ != State::kDisarmed && fault_ == HD_FAULT_NONE; }
   [[nodiscard]] std::uint32_t fault() const HD_RT { return fault_; }
 
  private:
   enum class State : std::uint8_t { kDisarmed, kWaiting, kArmed, kLowering };
 
-  std::uint32_t causeOf(const GuardInput& input) const HD_RT;
+  /** What is asked for, finite, on the grid, split as the stages need it. */
+  struct Wanted {
+    std::array<Vec3, HD_SOURCES> by_source;
+    Vec3 passive = Vec3::Zero();  ///< Surface and local contact models.
+    Vec3 active = Vec3::Zero();   ///< Effects, springs, fields, client forces.
+    Vec3 gravity = Vec3::Zero();
+    Vec3 torque = Vec3::Zero();
+    double gripper = 0;
+    Vec3 carried = Vec3::Zero();
+  };
+  /** What went out. */
+  struct Sent {
+    Vec3 force = Vec3::Zero();
+    Vec3 torque = Vec3::Zero();
+    double gripper = 0;
+  };
+
+  /** False when anything is not finite; by_source then has zeros in its place. */
+  [[nodiscard]] static bool gather(const GuardInput& input, Wanted& wanted) HD_RT;
+  [[nodiscard]] std::uint32_t causeOf(const GuardInput& input, bool sources_finite) const HD_RT;
+  void bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT;
+  void advanceState(const Wanted& wanted, double dt) HD_RT;
+  [[nodiscard]] Sent pass(const GuardInput& input, const Wanted& wanted, std::uint32_t& flags) HD_RT;
+  [[nodiscard]] Sent limit(const GuardInput& input, const Wanted& wanted, const Sent& target,
+                           std::uint32_t& flags) const HD_RT;
+  [[nodiscard]] Sent slew(const Sent& target, double dt) const HD_RT;
 
   GuardConfig config_;
   State state_ = State::kDisarmed;
   std::uint32_t fault_ = HD_FAULT_NONE;
   std::uint32_t present_cause_ = HD_FAULT_NONE;  ///< Cause seen in the last tick, whether latched or not.
   std::uint32_t small_ticks_ = 0;
+  std::int64_t ramped_ns_ = 0;
   double ramp_ = 0;
+  double lowered_s_ = 0;
+  bool started_ = false;
   std::int64_t last_fresh_ns_ = 0;
-  Vec3 last_force_ = Vec3::Zero();
-  Vec3 last_torque_ = Vec3::Zero();
+  Vec3 last_p_ = Vec3::Zero();
+  Sent last_;
+  Vec3 last_passive_ = Vec3::Zero();  ///< Passive part of last_.force.
+  Vec3 last_carried_ = Vec3::Zero();  ///< Energy carried in over the last tick [J].
   Passivity passivity_;
 };
+
+/** Whether each limit is finite and not negative. */
+[[nodiscard]] bool valid(const GuardLimits& limits) HD_RT;
 
 }  // namespace hapticd

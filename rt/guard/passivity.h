@@ -1,34 +1,61 @@
 /** @file
- * Passivity observer and controller (Hannaford and Ryu, IEEE Trans. Robotics and Automation 18(1), 2002, pp. 1-10), one
- * port per Cartesian axis, in the impedance form: the observer integrates -f v of the force actually sent; when it says
- * that the virtual world has given more energy than it received, the controller adds damping that dissipates the
- * difference, bounded by the largest damping the device can show.
+ * Passivity observer and controller for a 3-DOF port, in the impedance form (Hannaford and Ryu, IEEE Trans. Robotics
+ * and Automation 18(1), 2002, pp. 1-10), with an exact observer and a bounded store.
+ *
+ * Observer: the device holds the force f it was sent while the hand moves by dx, so the virtual world receives exactly
+ * -f.dx (Ryu, Kim, Hannaford 2004): no velocity estimate enters, and jitter of one encoder count cancels instead of
+ * adding up. Each Cartesian axis has its own book E_i; the port is active when their sum is negative. One axis alone
+ * may be negative in a passive world: on a sphere, energy that goes in along x comes out along y (docs/safety.md).
+ *
+ * Store: what has been dissipated (damping, friction) is gone and must not pay for later activity. So the sum is kept
+ * at or below what the world can really give back plus kMargin (reference energy following: Ryu, Preusche, Hannaford,
+ * Hirzinger, IEEE Trans. Control Systems Technology 13(5), 2005).
+ *
+ * Controller: while the sum is below -kDeadZone, damping on the axes whose book is negative repays the debt over
+ * kRepay_s, never with more than the largest damping the device can show. Zero velocity gives zero damping force.
  */
 #pragma once
-
-#include <array>
 
 #include "rt/base/math.h"
 
 namespace hapticd {
 
+/** Servo thread only. All arguments finite. */
 class Passivity {
  public:
+  static constexpr double kDeadZone = 0.5e-3;  ///< Debt that is let be [J]: 10 N over an encoder count of 50 um.
+  static constexpr double kMargin = 0.5e-3;    ///< Kept above the stored energy [J].
+  static constexpr double kMaxStored = 1.0;    ///< Store when nobody says what the world holds [J].
+  static constexpr double kRepay_s = 5e-3;     ///< A debt is repaid over this time [s].
+
   explicit Passivity(double max_damping = 0) noexcept : max_damping_(max_damping) {}
 
   void reset() HD_RT;
-  /** Force after the controller, for passive force `f` at velocity `v`; both finite. */
-  [[nodiscard]] Vec3 control(const Vec3& f, const Vec3& v, double dt) HD_RT;
-  /** Books the passive part of what was really sent over this tick. `active` sources are booked apart by the guard. */
-  void observe(const Vec3& sent, const Vec3& v, double dt) HD_RT;
-  /** Least energy of the three axes [J]. */
-  [[nodiscard]] double energy() const HD_RT;
+
+  /**
+   * Books one tick: `sent` is the passive part of the force that was really sent [N], `moved` the hand's displacement
+   * under it [m], `carried` the energy that moving bodies put into the world over it, by axis [J].
+   */
+  void observe(const Vec3& sent, const Vec3& moved, const Vec3& carried) HD_RT;
+  /** Lowers the store to what the world can give back [J]; negative: unknown, kMaxStored. */
+  void limitStore(double stored) HD_RT;
+
+  /**
+   * The passive force after the controller. `f` is what is wanted now, `v` the velocity, `carried_power` by axis [W].
+   * Looks one tick ahead, so that the damping comes with the debt and not after it.
+   */
+  [[nodiscard]] Vec3 control(const Vec3& f, const Vec3& v, const Vec3& carried_power, double dt) HD_RT;
+
+  /** Net energy the world has received [J]: negative means that it has given more than it got. */
+  [[nodiscard]] double energy() const HD_RT { return energy_.sum(); }
+  [[nodiscard]] const Vec3& byAxis() const HD_RT { return energy_; }
+  /** Whether the last control() added damping. */
   [[nodiscard]] bool acting() const HD_RT { return acting_; }
   void setMaxDamping(double b) HD_RT { max_damping_ = b; }
 
  private:
   double max_damping_;  ///< [N s/m]
-  std::array<double, 3> energy_{};
+  Vec3 energy_ = Vec3::Zero();
   bool acting_ = false;
 };
 

@@ -10,6 +10,7 @@
 
 #include "rt/base/math.h"
 #include "rt/command.h"
+#include "rt/render/model_force.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {
@@ -22,56 +23,69 @@ struct ToolPoint {
 };
 
 /**
- * One slot: the model in force and the one it replaces. Between them the force is
- * F = F_old + s (F_new - F_old), with s rising linearly over blend_ns, so that per tick
- * |change| <= |change of either model| + (dt / blend) |F_new - F_old|; blend_ns is at least kMinBlendNs.
+ * One slot: the model in force and what it replaces. Between them the force is
+ *
+ *   F = w (s F_new + (1 - s) (c F_old + r)),  s rising linearly from 0 to 1 over blend_ns (at least kMinBlendNs)
+ *
+ * where w fades from 1 to 0 after the lease, c is the weight the old model had at the moment of replacement and the
+ * constant r what else was in force then (the rest of an unfinished blend). So at that moment the force is exactly what
+ * it was, and per tick
+ *
+ *   |change| <= max(|change of F_new|, |change of c F_old|) + (dt / blend) |F_new - c F_old - r| + (dt / kFadeNs) |F|
+ *
+ * A replaced model hands its friction anchor on: a hand that sticks goes on sticking through updates of one surface. A
+ * frame that moves takes its models along; when its object is gone the model stays where it was and fades.
  */
 class LocalModelSlot {
  public:
   static constexpr std::int64_t kMinBlendNs = 5'000'000;
   static constexpr std::int64_t kFadeNs = 50'000'000;  ///< After the lease has run out.
 
-  /** Takes effect now; what stood here is blended out from its present force. */
-  void set(const Command& command, std::int64_t now_ns, const Scene& scene) HD_RT;
+  LocalModelSlot() noexcept { reset(); }
+
+  /** Takes effect now; what stood here is blended out from its present force. kInvalidArgument: nothing changes. */
+  ErrorCode set(const Command& command, std::int64_t now_ns, const Scene& scene) HD_RT;
   void clear(std::int64_t now_ns, std::int64_t blend_ns) HD_RT;
   void reset() HD_RT;
 
-  /** Force on the hand at `tool` [N]; zero for another device's model. */
-  [[nodiscard]] Vec3 evaluate(const ToolPoint& tool, std::int64_t now_ns, const Scene& scene) HD_RT;
+  /** Force on the hand at `tool`; zero for another device's model. Once per tick and device. */
+  [[nodiscard]] ModelForce evaluate(const ToolPoint& tool, std::int64_t now_ns, const Scene& scene) HD_RT;
 
   [[nodiscard]] hd_model_status status(std::int64_t now_ns) const HD_RT;
   [[nodiscard]] bool empty() const HD_RT { return state_ == State::kEmpty; }
-  /** True once, in the tick in which the lease ran out. */
+  /** True once, after the lease ran out. */
   [[nodiscard]] bool takeExpired() HD_RT;
 
  private:
   enum class State : std::uint8_t { kEmpty, kInForce, kFading };
 
-  /** One model with its memory (friction anchor, last frame pose). */
-  struct Model {
-    CommandKind kind = CommandKind::kNone;
-    union {
-      hd_local_model local;
-      hd_force_field field;
-    };
-    Vec3 anchor = Vec3::Zero();
-    bool touching = false;
-    bool slip = false;
-    Model() noexcept : local{} {}
+  /** A model and the place of its frame. */
+  struct Framed {
+    LocalModel model;
+    ModelFrame frame;
+    bool frame_gone = false;
   };
 
-  static Vec3 force(Model& model, const ToolPoint& tool, const Scene& scene) HD_RT;
+  static void follow(Framed& framed, const Scene& scene) HD_RT;
+  void replace(const Framed& next, std::uint64_t seq, std::int64_t now_ns, std::int64_t blend_ns) HD_RT;
+  [[nodiscard]] double blend(std::int64_t now_ns) const HD_RT;
+  [[nodiscard]] double weight(std::int64_t now_ns) const HD_RT;
 
   State state_ = State::kEmpty;
-  Model now_, before_;
+  Framed now_, before_;
   bool blending_ = false;
+  bool evaluated_ = false;  ///< Since the last replacement.
   bool expired_ = false;
   std::uint64_t seq_ = 0;
   std::int64_t applied_ns_ = 0;
   std::int64_t lease_ns_ = 0;
-  std::int64_t blend_ns_ = 0;
-  Vec3 frozen_ = Vec3::Zero();  ///< Force at the moment of replacement beyond what `before_` explains.
-  std::uint32_t device_ = 0;
+  std::int64_t blend_ns_ = kMinBlendNs;
+  std::int64_t fade_start_ns_ = 0;
+  double now_weight_ = 1;                      ///< w s at the last evaluation.
+  double before_weight_ = 0;                   ///< c
+  std::array<Vec3, kMaxDevices> residual_;     ///< r, by device [N].
+  std::array<Vec3, kMaxDevices> last_;         ///< Force at the last evaluation, by device [N].
+  std::array<Vec3, kMaxDevices> last_of_now_;  ///< What now_ alone made of it, before weights [N].
 };
 
 }  // namespace hapticd

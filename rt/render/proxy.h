@@ -1,11 +1,15 @@
 /** @file
- * 3-DOF rendering by a proxy (god-object) with the thesis's two-state friction cone (section 2.2.1).
+ * 3-DOF rendering by a proxy (god-object: Zilles and Salisbury, IROS 1995; proxy: Ruspini, Kolarov, Khatib, SIGGRAPH
+ * 1997) with the thesis's two-state friction cone (section 2.2.1). docs/rendering.md tells the method.
  */
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "rt/base/math.h"
+#include "rt/geometry/half_spaces.h"
+#include "rt/geometry/sweep.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {
@@ -13,37 +17,83 @@ namespace hapticd {
 /** Contact of one device point. Vectors in W. */
 struct SurfaceContact {
   Vec3 force = Vec3::Zero();   ///< On the hand [N].
-  Vec3 proxy = Vec3::Zero();   ///< [m]
+  Vec3 proxy = Vec3::Zero();   ///< On the surface; the hip in free space [m].
   Vec3 normal = Vec3::Zero();  ///< Outward, unit; zero in free space.
-  double depth = 0;            ///< |hip - proxy| along the normal [m].
+  double depth = 0;            ///< Of the hip below the surface, along the normal [m].
   std::uint32_t object = 0;    ///< Id of the object in contact, 0 for none.
   bool slip = false;
   bool touch = false;      ///< Contact began this tick.
   bool untouch = false;    ///< Contact ended this tick.
-  std::uint32_t work = 0;  ///< Tree nodes and triangles visited: bounded, see kMaxWork.
+  std::uint32_t left = 0;  ///< With untouch: the object of the contact that ended.
+  std::uint32_t work = 0;  ///< Tree nodes, triangles and primitives visited: bounded, see kMaxWork.
 };
 
-/** Proxy of one device point. Servo thread only; deterministic. */
+/**
+ * Proxy of one device point. Servo thread only; deterministic.
+ *
+ * The proxy moves only along swept segments and so never enters a solid from outside. It is kept a hair above the
+ * surfaces it touches: 2^-40 of the coordinates involved, about 8000 times their rounding; forces are computed from
+ * the surface itself, without the hair.
+ */
 class ProxyRenderer {
  public:
-  /** Most nodes and triangles one step visits. Beyond it the proxy stays where it was: late, never wrong side. */
-  static constexpr std::uint32_t kMaxWork = 200'000;
+  /** Most nodes, triangles and primitives one step visits. Beyond it the proxy stays: late, never on a wrong side. */
+  static constexpr std::uint32_t kMaxWork = 50'000;
+  /** Most segments one step sweeps. */
+  static constexpr std::uint32_t kMaxSweeps = 64;
 
   /** Starts anew with the proxy at the hip. */
   void reset(const Vec3& hip_W) HD_RT;
 
   /**
    * Moves the proxy toward `hip_W` and computes the force k (proxy - hip) plus damping against the relative velocity
-   * of hip and surface along the normal (never pulling). Objects' motion since the last tick is swept.
+   * of hip and surface along the normal (never pulling). Objects' motion since the last tick is swept. A hip that is
+   * not finite changes nothing and gives no force.
    */
   void step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W, double dt, SurfaceContact& contact) HD_RT;
 
  private:
+  /** A surface that holds the proxy in this step. */
+  struct Constraint {
+    std::uint32_t slot = 0;
+    std::uint32_t feature = 0;
+    HalfSpace surface;  ///< Tangent plane, in W at this tick's pose.
+    double skin = 0;    ///< The proxy stays this far above it.
+  };
+  /** What is swept next. */
+  struct Plan {
+    Vec3 target = Vec3::Zero();
+    Vec3 then = Vec3::Zero();  ///< After it, without a new look at the surfaces.
+    bool has_then = false;
+    bool stay = false;  ///< The proxy is where it belongs.
+  };
+  struct Step;
+
+  void begin(Step& step) HD_RT;
+  void settle(Step& step) HD_RT;
+  bool sweepTo(Step& step, const Vec3& target, bool& hit, std::uint32_t& slot, SweepHit& first) HD_RT;
+  void moveBy(Step& step, const Vec3& target, double t) HD_RT;
+  void arrive(Step& step, const Vec3& target) HD_RT;
+  void hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT;
+  Plan plan(Step& step) HD_RT;
+  Plan planOnCurve(Step& step, const Vec3& here) HD_RT;
+  void finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT;
+  [[nodiscard]] int foremost(const Step& step, std::uint32_t active) const HD_RT;
+  [[nodiscard]] Vec3 startIn(const Step& step, std::uint32_t slot) const HD_RT;
+  [[nodiscard]] Vec3 here(const Step& step) const HD_RT;
+
   Vec3 proxy_ = Vec3::Zero();
-  std::uint32_t object_ = 0;      ///< Object of the last contact.
-  Vec3 anchor_O_ = Vec3::Zero();  ///< The proxy in that object's frame.
+  std::uint32_t object_ = 0;  ///< Id of the object in contact, 0 in free space.
   bool slip_ = false;
   bool started_ = false;
+
+  /**
+   * Where a step ends before the proxy stands at one place relative to all moving objects (squeezed, or out of work),
+   * the places in each object's frame are kept and swept on from in the next tick.
+   */
+  bool behind_ = false;
+  std::array<Vec3, kMaxObjects> start_{};              ///< By slot, in the object's frame.
+  std::array<std::uint32_t, kMaxObjects> start_id_{};  ///< Which object that was.
 };
 
 }  // namespace hapticd

@@ -32,9 +32,15 @@ struct SceneObject {
   Twist V_PO;                ///< Velocity in the parent's frame, about the object's origin.
   Pose X_WO;                 ///< In the world, this tick.
   Pose X_WO_before;          ///< In the world, the tick before: contact sweeps relative to it.
-  Twist V_WO;                ///< Velocity in the world.
+  Twist V_WO;                ///< Velocity of the frame's origin and its rotation, in the world.
   Shape shape;
   hd_material material{};
+  Vec3 center_W = Vec3::Zero();  ///< Of a ball about the shape, this tick.
+  double radius = 0;             ///< Of that ball; infinite for a plane, 0 for a group.
+  bool moved = false;            ///< X_WO differs from X_WO_before.
+
+  /** Velocity of the body's point that is now at x_W. */
+  [[nodiscard]] Vec3 velocityAt(const Vec3& x_W) const HD_RT { return V_WO.v + V_WO.w.cross(x_W - X_WO.p); }
 };
 
 /**
@@ -52,12 +58,29 @@ class MeshTable {
   std::array<std::atomic<MeshView*>, kMaxMeshes> views_{};
 };
 
-/** The servo's scene. One thread. Construction allocates nothing but itself. */
+/**
+ * The servo's scene. One thread. Construction allocates nothing but itself.
+ *
+ * Motion. Between pose commands an object moves on by its velocity; in the tick of a pose command it stands exactly at
+ * the commanded pose. A pose command is a motion that contact sweeps along, if it is credible: at most kTeleportSpeed
+ * over the time since the object's last pose (one tick to kPoseHold) and at most kTeleportAngle. Otherwise it is a
+ * teleport, as are creation and a change of shape: X_WO_before is X_WO, and a hand that finds itself inside feels
+ * nothing until it has left. V_WO follows the given velocity, or, where that is zero, the poses' difference.
+ */
 class Scene {
  public:
+  static constexpr double kTeleportSpeed = 10.0;  ///< [m/s]
+  static constexpr double kTeleportAngle = 1.0;   ///< In one command [rad].
+  static constexpr double kPoseHold = 0.02;       ///< [s]
+
   explicit Scene(const MeshTable& meshes) noexcept : meshes_(&meshes) {}
 
-  /** Applies a scene command (object pose, material, flags, vertices, add, remove, shape). */
+  /**
+   * Applies a scene command (object pose, material, flags, vertices, add, remove, shape). A refused command changes
+   * nothing, but that vertices before a refused one have moved. kNotFound: no such object (a stale generation
+   * included), parent, mesh or vertex. kAlreadyExists: the slot is taken. kInvalidArgument: a value is not finite or
+   * out of range, or the object to remove has children. kUnsupported: not a scene command, or vertices of a rigid mesh.
+   */
   ErrorCode apply(const Command& command) HD_RT;
 
   /** Moves objects on by their velocities and recomputes world poses; X_WO_before is last tick's X_WO. */
@@ -70,15 +93,37 @@ class Scene {
   [[nodiscard]] const SceneObject* find(std::uint32_t id) const HD_RT;
 
  private:
+  /** What advance() needs beside the object itself. */
+  struct Motion {
+    Pose X_PO_before;          ///< At the last advance().
+    double pose_time = 0;      ///< Of the last pose command, on the scene's clock [s].
+    bool pose_set = false;     ///< A pose command came since the last advance().
+    bool jump = false;         ///< The next advance() is no motion.
+    bool teleported = false;   ///< In the last advance(): children were carried along.
+    bool world_moved = false;  ///< In the last advance(): children follow.
+  };
+
   SceneObject* findMutable(std::uint32_t id) HD_RT;
-  void rebuildOrder() HD_RT;
+  ErrorCode add(const AddObject& order) HD_RT;
+  ErrorCode remove(std::uint32_t id) HD_RT;
+  ErrorCode setPose(const hd_object_pose& pose) HD_RT;
+  ErrorCode setShape(const SetShape& order) HD_RT;
+  ErrorCode setMaterial(const hd_object_material& order) HD_RT;
+  ErrorCode setFlags(const hd_object_flags& order) HD_RT;
+  ErrorCode moveVertices(const hd_object_vertices& order) HD_RT;
+  ErrorCode makeShape(const ShapeParameters& parameters, Shape& shape) const HD_RT;
+  bool advanceObject(std::uint32_t slot, double dt) HD_RT;
+  void rebuildTouchable() HD_RT;
 
   const MeshTable* meshes_;
   std::array<SceneObject, kMaxObjects> objects_{};
+  std::array<Motion, kMaxObjects> motion_{};
   std::array<std::uint16_t, kMaxObjects> order_{};  ///< Used slots, parents first.
   std::uint32_t order_count_ = 0;
   std::array<std::uint16_t, kMaxObjects> touchable_{};
   std::uint32_t touchable_count_ = 0;
+  double time_ = 0;      ///< Sum of all dt [s].
+  bool settled_ = true;  ///< Nothing moves and nothing moved last tick: advance() has nothing to do.
 };
 
 }  // namespace hapticd

@@ -1,0 +1,62 @@
+/** @file
+ * A point swept along a segment against one shape: where it first enters the solid, and the tangent plane there.
+ *
+ * All in the shape's frame. A solid is entered from outside only: a segment that starts inside, deeper than the
+ * tolerance, meets nothing. The tolerance belongs to rounding, not to the surface: it catches a start that lies on the
+ * surface or behind it by a few units in the last place, and moves no surface. Servo-safe.
+ */
+#pragma once
+
+#include <cstdint>
+
+#include "rt/base/math.h"
+#include "rt/scene/scene.h"
+
+namespace hapticd {
+
+/** The swept point: a + t d, t in [0, 1]. */
+struct Sweep {
+  Vec3 a = Vec3::Zero();
+  Vec3 d = Vec3::Zero();
+  double tolerance = 0;     ///< Depth at which a start still counts as outside [m].
+  bool two_sided = false;   ///< Both faces of triangles stop the point.
+  std::uint32_t work = 0;   ///< In and out: tree nodes and triangles visited, primitives too.
+  std::uint32_t limit = 0;  ///< Of `work`.
+};
+
+/** First entry. */
+struct SweepHit {
+  double t = 1;                ///< Fraction of the segment, in [0, 1).
+  double height = 0;           ///< Of the start above the tangent plane or surface [m]; may be negative by rounding.
+  Vec3 normal = Vec3::Zero();  ///< Outward, unit.
+  double offset = 0;           ///< The tangent plane is normal . x = offset.
+  std::uint32_t feature = 0;   ///< Triangle, or face of the primitive.
+};
+
+enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
+
+/** First entry earlier than hit.t; `hit` is written only then. kExhausted: the work limit was met, nothing is known. */
+[[nodiscard]] SweepResult sweepShape(const Shape& shape, Sweep& sweep, SweepHit& hit) HD_RT;
+
+[[nodiscard]] bool sweepPlane(const Sweep& sweep, SweepHit& hit) HD_RT;
+[[nodiscard]] bool sweepSphere(double radius, const Sweep& sweep, SweepHit& hit) HD_RT;
+[[nodiscard]] bool sweepBox(const Vec3& half, const Sweep& sweep, SweepHit& hit) HD_RT;
+[[nodiscard]] bool sweepCapsule(double radius, double half, const Sweep& sweep, SweepHit& hit) HD_RT;
+[[nodiscard]] bool sweepCylinder(double radius, double half, const Sweep& sweep, SweepHit& hit) HD_RT;
+[[nodiscard]] SweepResult sweepMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT;
+
+/**
+ * Normal and offset of the tangent plane of a curved feature at its point nearest to x. False for flat features and
+ * where it is not unique (x on the axis or in the centre).
+ */
+[[nodiscard]] bool tangentNearest(const Shape& shape, std::uint32_t feature, const Vec3& x, Vec3& normal,
+                                  double& offset) HD_RT;
+
+struct Ball {
+  Vec3 center = Vec3::Zero();
+  double radius = 0;
+};
+/** A ball about the shape; radius infinite for a plane, 0 for a group. */
+[[nodiscard]] Ball boundingBall(const Shape& shape) HD_RT;
+
+}  // namespace hapticd

@@ -1,0 +1,300 @@
+#include "rt/guard/guard.h"
+
+#include <algorithm>
+
+namespace hapticd {
+namespace {
+
+/** No device makes a kilonewton; what asks for more is brought to this, direction kept, so that no sum overflows. */
+constexpr double kLargest = 1024;  // [N], [N m], [W]
+/** Forces are whole multiples of 2^-40 N: sums and differences below 2^13 N are exact, denormals cannot occur. */
+constexpr double kGrid = 0x1p-40;
+constexpr double kPerGrid = 0x1p40;
+/** Faster than this is a broken sensor whatever the limit says. */
+constexpr double kFastest = 100;       // [m/s]
+constexpr double kFastestTurn = 1000;  // [rad/s]
+/** Below this no power is counted; the division by v^2 stays finite. */
+constexpr double kSlowest = 1e-6;     // [m/s], [rad/s]
+constexpr double kLongestTick = 0.1;  // [s]
+
+double toGrid(double x) HD_RT { return std::trunc(x * kPerGrid) * kGrid; }
+/** Toward zero: never longer than x. */
+Vec3 toGrid(const Vec3& x) HD_RT { return {toGrid(x.x()), toGrid(x.y()), toGrid(x.z())}; }
+
+/** Finite x within kLargest by component, on the grid. */
+Vec3 bounded(const Vec3& x) HD_RT {
+  const double most = x.cwiseAbs().maxCoeff();
+  return toGrid(most > kLargest ? Vec3(x * (kLargest / most)) : x);
+}
+
+/** clampNorm with the rounding on the safe side. */
+Vec3 clampStrictly(const Vec3& x, double limit) HD_RT {
+  const double n = x.norm();
+  return n > limit ? Vec3(x * (limit * (1 - 1e-14) / n)) : x;
+}
+
+/** Radius of the ball that forces are kept in: a few grid steps inside the limit, so that rounding never leaves it. */
+double radiusOf(double limit) HD_RT { return std::max(0.0, std::min(limit, kLargest) - 4 * kGrid); }
+
+bool finite(const Twist& x) HD_RT { return isFinite(x.v) && isFinite(x.w); }
+
+bool finite(const DeviceSample& s) HD_RT {
+  if (!isFinite(s.p) || !isFinite(s.q) || !std::isfinite(s.gripper_rad)) return false;
+  return !s.has_velocity || (isFinite(s.v) && isFinite(s.w));
+}
+
+/** Causes that latch even while disarmed: they say that something is broken. The others are daily life there. */
+bool latchesWhileDisarmed(std::uint32_t cause) HD_RT {
+  return cause == HD_FAULT_STOP_LINE || cause == HD_FAULT_NOT_FINITE || cause == HD_FAULT_DEVICE_LOST ||
+         cause == HD_FAULT_DEVICE_ERROR;
+}
+
+}  // namespace
+
+bool valid(const GuardLimits& l) HD_RT {
+  for (const double x :
+       {l.force, l.torque, l.force_slew, l.torque_slew, l.gripper_force, l.velocity, l.power, l.active_power}) {
+    if (!std::isfinite(x) || x < 0) return false;
+  }
+  return true;
+}
+
+Guard::Guard(const GuardConfig& config) noexcept : config_(config), passivity_(config.max_damping) {
+  if (!valid(config_.limits)) config_.limits = GuardLimits{};
+}
+
+ErrorCode Guard::arm() HD_RT {
+  if (present_cause_ != HD_FAULT_NONE) {
+    fault_ = HD_FAULT_NONE;
+    latch(present_cause_);
+    return ErrorCode::kFaultLatched;
+  }
+  fault_ = HD_FAULT_NONE;
+  if (state_ == State::kWaiting || state_ == State::kArmed) return ErrorCode::kOk;
+  if (state_ == State::kDisarmed) {
+    passivity_.reset();
+    lowered_s_ = 0;
+  }
+  state_ = State::kWaiting;
+  small_ticks_ = 0;
+  ramped_ns_ = 0;
+  ramp_ = 0;
+  return ErrorCode::kOk;
+}
+
+void Guard::disarm() HD_RT {
+  if (state_ == State::kDisarmed || state_ == State::kLowering) return;
+  if (state_ == State::kArmed) lowered_s_ = 0;
+  state_ = State::kLowering;
+}
+
+void Guard::latch(std::uint32_t cause) HD_RT {
+  if (cause == HD_FAULT_NONE || cause >= HD_FAULT_COUNT) return;
+  if (fault_ == HD_FAULT_NONE) fault_ = cause;
+  state_ = State::kDisarmed;
+  last_ = Sent{};
+  last_passive_.setZero();
+  last_carried_.setZero();
+  passivity_.reset();
+}
+
+ErrorCode Guard::setLimits(const GuardLimits& limits) HD_RT {
+  if (!valid(limits)) return ErrorCode::kInvalidArgument;
+  config_.limits = limits;
+  return ErrorCode::kOk;
+}
+
+bool Guard::gather(const GuardInput& input, Wanted& wanted) HD_RT {
+  bool all_finite = true;
+  Vec3 torque = Vec3::Zero();
+  for (std::size_t i = 0; i < HD_SOURCE_GUARD; ++i) {
+    const Wrench& source = input.source[i];
+    const bool good = isFinite(source.force) && isFinite(source.torque);
+    all_finite = all_finite && good;
+    wanted.by_source[i] = good ? bounded(source.force) : Vec3(Vec3::Zero());
+    if (good) torque += bounded(source.torque);
+  }
+  all_finite =
+      all_finite && std::isfinite(input.gripper_force) && isFinite(input.local_active) && isFinite(input.carried);
+  wanted.by_source[HD_SOURCE_GUARD].setZero();
+  if (!all_finite) return false;
+  const Vec3 springs = bounded(input.local_active);
+  wanted.passive = wanted.by_source[HD_SOURCE_SURFACE] + (wanted.by_source[HD_SOURCE_LOCAL_MODEL] - springs);
+  wanted.active = wanted.by_source[HD_SOURCE_EFFECT] + springs + wanted.by_source[HD_SOURCE_CLIENT];
+  wanted.gravity = wanted.by_source[HD_SOURCE_GRAVITY];
+  wanted.torque = torque;
+  wanted.gripper = std::clamp(input.gripper_force, -kLargest, kLargest);
+  wanted.carried = bounded(input.carried);
+  return true;
+}
+
+std::uint32_t Guard::causeOf(const GuardInput& input, bool sources_finite) const HD_RT {
+  if (input.stop_line) return HD_FAULT_STOP_LINE;
+  const std::uint32_t status = input.sample != nullptr ? input.sample->status : std::uint32_t{kDeviceOk};
+  if (input.deadman_open || (status & kDeviceDeadmanOpen) != 0) return HD_FAULT_DEADMAN;
+  if ((status & (kDeviceError | kDeviceGone)) != 0) return HD_FAULT_DEVICE_ERROR;
+  const bool tick_usable = input.dt > 0 && input.dt <= kLongestTick;  // False for NaN.
+  if (!sources_finite || !tick_usable || !finite(input.velocity)) return HD_FAULT_NOT_FINITE;
+  if (input.sample != nullptr && !finite(*input.sample)) return HD_FAULT_NOT_FINITE;
+  if (!(input.velocity.v.norm() <= std::min(config_.limits.velocity, kFastest))) return HD_FAULT_VELOCITY;
+  if (!(input.velocity.w.norm() <= kFastestTurn)) return HD_FAULT_VELOCITY;
+  // Unsigned: a clock that ran backwards is as bad as a silent device.
+  const auto silent = static_cast<std::uint64_t>(input.now_ns) - static_cast<std::uint64_t>(last_fresh_ns_);
+  if (silent > static_cast<std::uint64_t>(config_.stale_ns)) return HD_FAULT_DEVICE_LOST;
+  if (input.missed != 0 && input.missed >= config_.missed_limit) return HD_FAULT_OVERRUN;
+  return HD_FAULT_NONE;
+}
+
+void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
+  Vec3 moved = Vec3::Zero();
+  if (input.sample != nullptr) {
+    moved = input.sample->p - last_p_;
+    // A metre within a tick is no motion of a hand; the velocity limit deals with it.
+    if (!(moved.cwiseAbs().maxCoeff() <= 1)) moved.setZero();
+  }
+  passivity_.observe(last_passive_, moved, last_carried_);
+  passivity_.limitStore(wanted.passive.isZero(0) ? 0.0 : input.stored);
+}
+
+void Guard::advanceState(const Wanted& wanted, double dt) HD_RT {
+  switch (state_) {
+    case State::kDisarmed:
+      return;
+    case State::kWaiting: {
+      lowered_s_ += dt;
+      const bool small = (wanted.passive + wanted.active).norm() < config_.small_force &&
+                         wanted.torque.norm() < config_.small_torque &&
+                         std::abs(wanted.gripper) < config_.small_force && last_.force.isZero(0);
+      small_ticks_ = small ? small_ticks_ + 1 : 0;
+      if (small_ticks_ >= config_.small_force_ticks) state_ = State::kArmed;
+      return;
+    }
+    case State::kArmed: {
+      ramped_ns_ = std::min(ramped_ns_ + static_cast<std::int64_t>(dt * 1e9 + 0.5), config_.ramp_ns);
+      ramp_ =
+          ramped_ns_ < config_.ramp_ns ? static_cast<double>(ramped_ns_) / static_cast<double>(config_.ramp_ns) : 1.0;
+      return;
+    }
+    case State::kLowering:
+      lowered_s_ += dt;
+      return;
+  }
+}
+
+Guard::Sent Guard::limit(const GuardInput& input, const Wanted& wanted, const Sent& target,
+                         std::uint32_t& flags) const HD_RT {
+  const GuardLimits& limits = config_.limits;
+  Sent out;
+  out.force = clampStrictly(target.force, radiusOf(limits.force));
+  out.torque = clampStrictly(target.torque, radiusOf(limits.torque));
+  const double grip = radiusOf(limits.gripper_force);
+  out.gripper = std::clamp(target.gripper, -grip, grip);
+  bool limited = out.force != target.force || out.torque != target.torque || out.gripper != target.gripper;
+
+  const Vec3& v = input.velocity.v;
+  const Vec3& w = input.velocity.w;
+  const double vv = v.squaredNorm();
+  const double ww = w.squaredNorm();
+  const double linear = vv > kSlowest * kSlowest ? std::max(0.0, out.force.dot(v)) : 0.0;
+  const double angular = ww > kSlowest * kSlowest ? std::max(0.0, out.torque.dot(w)) : 0.0;
+  const double delivered = linear + angular;
+  // What active sources put in, as far as the limits above let them.
+  const double wanted_norm = (wanted.passive + wanted.active + wanted.gravity).norm();
+  const double share = wanted_norm > 0 ? std::min(1.0, out.force.norm() / wanted_norm) : 0.0;
+  const double active = share * (wanted.active.dot(v) + wanted.carried.sum()) + angular;
+  const double allowed = std::min(limits.power, std::max(0.0, delivered - std::max(0.0, active - limits.active_power)));
+  if (delivered > allowed) {
+    const double cut = 1 - allowed / delivered;
+    if (linear > 0) out.force -= (cut * linear / vv) * v;
+    if (angular > 0) out.torque -= (cut * angular / ww) * w;
+    limited = true;
+  }
+  if (limited) flags |= HD_SAMPLE_LIMITED;
+  out.force = toGrid(out.force);
+  out.torque = toGrid(out.torque);
+  return out;
+}
+
+Guard::Sent Guard::slew(const Sent& target, double dt) const HD_RT {
+  const GuardLimits& limits = config_.limits;
+  const auto step = [dt](const Vec3& from, const Vec3& to, double rate) {
+    return Vec3(from + toGrid(clampStrictly(to - from, rate * dt)));
+  };
+  Sent out;
+  // A limit that was lowered clamps what stands at once; the slew binds from there.
+  out.force = step(toGrid(clampStrictly(last_.force, radiusOf(limits.force))), target.force, limits.force_slew);
+  out.torque = step(toGrid(clampStrictly(last_.torque, radiusOf(limits.torque))), target.torque, limits.torque_slew);
+  const double grip = radiusOf(limits.gripper_force);
+  const double from = std::clamp(last_.gripper, -grip, grip);
+  const double by = limits.force_slew * dt;
+  out.gripper = from + std::clamp(target.gripper - from, -by, by);
+  return out;
+}
+
+Guard::Sent Guard::pass(const GuardInput& input, const Wanted& wanted, std::uint32_t& flags) HD_RT {
+  const Vec3 passive = config_.passivity
+                           ? passivity_.control(wanted.passive, input.velocity.v, wanted.carried, input.dt)
+                           : wanted.passive;
+  if (config_.passivity && passivity_.acting()) flags |= HD_SAMPLE_PASSIVITY;
+  const Vec3 total = passive + wanted.active + wanted.gravity;
+
+  Sent target;
+  if (state_ == State::kArmed) target = {ramp_ * total, ramp_ * wanted.torque, ramp_ * wanted.gripper};
+  Sent out = slew(limit(input, wanted, target, flags), input.dt);
+  if (state_ != State::kArmed && lowered_s_ >= kLower_s) out = Sent{};
+
+  // Who made what was sent: all sources shrink alike under ramp and limits; what the slew leaves counts as passive.
+  const double tt = total.squaredNorm();
+  const double share = tt > 0 ? std::clamp(out.force.dot(total) / tt, 0.0, 1.0) : 0.0;
+  last_passive_ = out.force - share * (wanted.active + wanted.gravity);
+  last_carried_ = share * input.dt * wanted.carried;
+  return out;
+}
+
+void Guard::step(const GuardInput& input, GuardOutput& output) HD_RT {
+  Wanted wanted;
+  const bool sources_finite = gather(input, wanted);
+  if (!started_ || (input.sample != nullptr && input.sample->fresh)) last_fresh_ns_ = input.now_ns;
+  started_ = true;
+
+  present_cause_ = causeOf(input, sources_finite);
+  if (present_cause_ == HD_FAULT_NONE && armed()) {
+    bookEnergy(input, wanted);
+    if (config_.passivity && passivity_.energy() < -config_.energy_limit) latch(HD_FAULT_ENERGY);
+  }
+  if (present_cause_ != HD_FAULT_NONE && (armed() || latchesWhileDisarmed(present_cause_))) latch(present_cause_);
+  if (input.sample != nullptr && isFinite(input.sample->p)) last_p_ = input.sample->p;
+
+  output.flags = 0;
+  Sent sent;
+  if (armed()) {
+    advanceState(wanted, input.dt);
+    sent = pass(input, wanted, output.flags);
+    if (!isFinite(sent.force) || !isFinite(sent.torque) || !std::isfinite(sent.gripper)) {
+      latch(HD_FAULT_NOT_FINITE);
+      sent = Sent{};
+    }
+    const bool nothing = sent.force.isZero(0) && sent.torque.isZero(0) && sent.gripper == 0;
+    if (state_ == State::kLowering && nothing) state_ = State::kDisarmed;
+  }
+  last_ = sent;
+
+  output.command.force = sent.force;
+  output.command.torque = sent.torque;
+  output.command.gripper_force = sent.gripper;
+  output.command.enabled = armed();
+  if (armed()) output.flags |= HD_SAMPLE_ARMED;
+  if (armed() && state_ != State::kLowering && ramp_ < 1) output.flags |= HD_SAMPLE_RAMPING;
+  if (fault_ != HD_FAULT_NONE) output.flags = (output.flags & ~std::uint32_t{HD_SAMPLE_PASSIVITY}) | HD_SAMPLE_FAULT;
+  output.fault = fault_;
+  output.energy = passivity_.energy();
+
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < HD_SOURCE_GUARD; ++i) {
+    output.by_source[i] = wanted.by_source[i];
+    sum += wanted.by_source[i];
+  }
+  output.by_source[HD_SOURCE_GUARD] = sent.force - sum;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,200 @@
+#include "rt/render/model_force.h"
+
+#include <algorithm>
+
+#include "rt/render/halfspaces.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kCore = 0.1;                ///< Part of a radius over which a direction fades toward a centre.
+constexpr double kFieldEdge = 0.2;           ///< Outer part of a field's radius over which it fades.
+constexpr double kDefaultRounding = 0.5e-3;  ///< Of the edges between half-spaces [m].
+constexpr double kLeastLength = 1e-9;        ///< Keeps divisions finite [m].
+
+/** x / |x|, shrinking to zero over the inner `core`. */
+Vec3 fadedDirection(const Vec3& x, double distance, double core) HD_RT {
+  return x / std::max({distance, core, kLeastLength});
+}
+
+/** False when x is no direction at all. */
+template <class T>
+bool makeUnit(T (&n)[3]) HD_RT {
+  const Vec3 x(n[0], n[1], n[2]);
+  const double length = x.norm();
+  if (!(length > 0.5 && length < 2)) return false;
+  for (int i = 0; i < 3; ++i) n[i] = static_cast<T>(x[i] / length);
+  return true;
+}
+
+bool prepare(hd_local_model& m) HD_RT {
+  switch (m.kind) {
+    case HD_MODEL_PLANE:
+      return makeUnit(m.normal);
+    case HD_MODEL_SPRING:
+      return m.radius >= 0;
+    case HD_MODEL_SPHERE:
+      return m.radius != 0;
+    case HD_MODEL_HALFSPACES: {
+      if (m.count < 1 || m.count > HD_HALFSPACES) return false;
+      for (std::uint32_t i = 0; i < m.count; ++i) {
+        float n[3] = {m.halfspace[i][0], m.halfspace[i][1], m.halfspace[i][2]};
+        if (!makeUnit(n)) return false;
+        std::copy(n, n + 3, m.halfspace[i]);
+      }
+      return true;
+    }
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+ErrorCode LocalModel::set(const Command& command) HD_RT {
+  LocalModel next;
+  next.kind_ = command.kind;
+  if (command.kind == CommandKind::kLocalModel) {
+    next.local_ = command.as<hd_local_model>();
+    if (next.local_.device >= kMaxDevices || !prepare(next.local_)) return ErrorCode::kInvalidArgument;
+  } else if (command.kind == CommandKind::kForceField) {
+    next.field_ = command.as<hd_force_field>();
+    if (next.field_.device >= kMaxDevices || !(next.field_.radius > 0)) return ErrorCode::kInvalidArgument;
+  } else {
+    return ErrorCode::kInvalidArgument;
+  }
+  *this = next;
+  return ErrorCode::kOk;
+}
+
+void LocalModel::inherit(const LocalModel& former, const ModelFrame& former_frame, const ModelFrame& frame) HD_RT {
+  if (kind_ != CommandKind::kLocalModel || former.kind_ != CommandKind::kLocalModel || !former.touching_) return;
+  anchor_ = frame.X_WF.inverse() * (former_frame.X_WF * former.anchor_);
+  touching_ = true;
+  slip_ = former.slip_;
+}
+
+std::uint32_t LocalModel::frame() const HD_RT {
+  return kind_ == CommandKind::kForceField ? field_.frame : local_.frame;
+}
+std::uint32_t LocalModel::device() const HD_RT {
+  return kind_ == CommandKind::kForceField ? field_.device : local_.device;
+}
+std::int64_t LocalModel::lease_ns() const HD_RT {
+  return std::max<std::int64_t>(0, kind_ == CommandKind::kForceField ? field_.lease_ns : local_.lease_ns);
+}
+std::int64_t LocalModel::blend_ns() const HD_RT {
+  return std::max<std::int64_t>(0, kind_ == CommandKind::kForceField ? field_.blend_ns : local_.blend_ns);
+}
+
+LocalModel::Contact LocalModel::findContact(const Vec3& x) const HD_RT {
+  const double k = local_.material.stiffness;
+  const Vec3 from_origin = x - vec3(local_.origin);
+  Contact c;
+  double share = 1;  // Of the full elastic force: below one at edges and near a sphere's centre.
+  switch (local_.kind) {
+    case HD_MODEL_PLANE:
+      c.normal = vec3(local_.normal);
+      c.depth = -c.normal.dot(from_origin);
+      break;
+    case HD_MODEL_SPHERE: {
+      const double distance = from_origin.norm();
+      if (local_.radius > 0) {
+        c.depth = local_.radius - distance;
+        share = std::min(1.0, distance / (kCore * local_.radius));
+        c.normal = from_origin / std::max(distance, kLeastLength);
+      } else {
+        c.depth = distance + local_.radius;
+        c.normal = -from_origin / std::max(distance, kLeastLength);
+      }
+      break;
+    }
+    case HD_MODEL_HALFSPACES: {
+      const double rounding = local_.radius > 0 ? local_.radius : kDefaultRounding;
+      const SolidDepth solid = solidDepth(local_.halfspace, local_.count, rounding, from_origin);
+      c.depth = solid.depth;
+      share = solid.normal.norm();
+      c.normal = solid.normal / std::max(share, kLeastLength);
+      break;
+    }
+    default:
+      return c;
+  }
+  const double full = k * std::max(0.0, c.depth);
+  c.stored = 0.5 * full * c.depth;
+  c.elastic = full * share;
+  c.depth *= share;  // The friction cone closes where the normal force vanishes.
+  return c;
+}
+
+Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3& v, double& stored) HD_RT {
+  if (!(contact.depth > 0)) {
+    touching_ = false;
+    return Vec3::Zero();
+  }
+  const Vec3& n = contact.normal;
+  const Vec3 surface = x + contact.depth * n;
+  if (!touching_) {
+    anchor_ = surface;
+    touching_ = true;
+    slip_ = false;
+  }
+  const double mu_d = std::max(0.0, local_.material.friction_dynamic);
+  const double mu_s = std::max(mu_d, local_.material.friction_static);
+  Vec3 t = anchor_ - x;
+  t -= n * n.dot(t);
+  const double r = t.norm();
+  if (slip_) {
+    slip_ = r > mu_d * contact.depth;
+  } else {
+    slip_ = r > 0 && r >= mu_s * contact.depth;
+  }
+  if (slip_) {
+    t *= mu_d * contact.depth / r;
+    anchor_ = surface + t;
+  }
+  const double damping = std::clamp(-local_.material.damping * n.dot(v), -contact.elastic, contact.elastic);
+  stored = contact.stored + 0.5 * local_.material.stiffness * t.squaredNorm();
+  return (contact.elastic + damping) * n + local_.material.stiffness * t;
+}
+
+Vec3 LocalModel::springForce(const Vec3& x, const Vec3& v) const HD_RT {
+  const double k = local_.material.stiffness;
+  const double b = local_.material.damping;
+  const Vec3 r = x - vec3(local_.origin);
+  if (local_.radius == 0) return -k * r - b * v;
+  const double distance = r.norm();
+  const Vec3 u = fadedDirection(r, distance, kCore * local_.radius);
+  return (-k * (distance - local_.radius) - b * u.dot(v)) * u;
+}
+
+Vec3 LocalModel::fieldForce(const Vec3& x) const HD_RT {
+  const Vec3 r = x - vec3(field_.x0);
+  const double weight = std::clamp((1 - r.norm() / field_.radius) / kFieldEdge, 0.0, 1.0);
+  if (weight == 0) return Vec3::Zero();
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  const Eigen::Map<const RowMajor, Eigen::Unaligned> J(field_.jacobian);
+  return weight * (vec3(field_.f0) + J * r);
+}
+
+ModelForce LocalModel::evaluate(const Vec3& p, const Vec3& v, const ModelFrame& frame) HD_RT {
+  ModelForce out;
+  if (none()) return out;
+  const Quat R_FW = frame.X_WF.q.conjugate();
+  const Vec3 v_frame = frame.V_WF.v + frame.V_WF.w.cross(p - frame.X_WF.p);
+  const Vec3 x = R_FW * (p - frame.X_WF.p);
+  const Vec3 v_F = R_FW * (v - v_frame);
+  if (kind_ == CommandKind::kForceField) {
+    out.force = frame.X_WF.q * fieldForce(x);
+    out.active = out.force;
+  } else if (local_.kind == HD_MODEL_SPRING) {
+    out.force = frame.X_WF.q * springForce(x, v_F);
+    out.active = out.force;
+  } else {
+    out.force = frame.X_WF.q * contactForce(findContact(x), x, v_F, out.stored);
+    out.carried = out.force.cwiseProduct(v_frame);
+  }
+  return out;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,273 @@
+#include "rt/scene/scene.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "rt/geometry/sweep.h"
+
+namespace hapticd {
+namespace {
+
+bool isRotation(const Quat& q) HD_RT { return isFinite(q) && std::abs(q.squaredNorm() - 1.0) < 1e-3; }
+
+bool isValid(const hd_material& m) HD_RT {
+  const auto good = [](double x) { return std::isfinite(x) && x >= 0; };
+  return good(m.stiffness) && good(m.damping) && good(m.friction_static) && good(m.friction_dynamic) &&
+         m.friction_dynamic <= m.friction_static;
+}
+
+bool isZero(const Twist& V) HD_RT { return V.v.isZero(0) && V.w.isZero(0); }
+
+bool same(const Pose& a, const Pose& b) HD_RT { return a.p == b.p && a.q.coeffs() == b.q.coeffs(); }
+
+void updateBall(SceneObject& object) HD_RT {
+  const Ball ball = boundingBall(object.shape);
+  object.center_W = object.X_WO * ball.center;
+  object.radius = ball.radius;
+}
+
+/** Angular velocity that takes `from` to `to` in dt: the shorter way, in the frame both map to. */
+Vec3 angularVelocity(const Quat& from, const Quat& to, double dt) HD_RT {
+  Quat d = to * from.conjugate();
+  if (d.w() < 0) d.coeffs() = -d.coeffs();
+  const double s = d.vec().norm();
+  if (s == 0) return Vec3::Zero();
+  return d.vec() * (2 * std::atan2(s, d.w()) / (s * dt));
+}
+
+}  // namespace
+
+/** A mesh library without vertex moves refuses them; mesh_view.cc has the real one. */
+[[gnu::weak]] ErrorCode moveVertex(MeshView&, std::uint32_t, const float (&)[3]) HD_RT {
+  return ErrorCode::kUnsupported;
+}
+
+const SceneObject* Scene::find(std::uint32_t id) const HD_RT {
+  const std::uint32_t slot = objectSlot(id);
+  return id != 0 && slot != 0 && slot < kMaxObjects && objects_[slot].id == id ? &objects_[slot] : nullptr;
+}
+
+SceneObject* Scene::findMutable(std::uint32_t id) HD_RT { return const_cast<SceneObject*>(find(id)); }
+
+ErrorCode Scene::apply(const Command& command) HD_RT {
+  switch (command.kind) {
+    case CommandKind::kAddObject:
+      return add(command.as<AddObject>());
+    case CommandKind::kRemoveObject:
+      return remove(command.as<ObjectRef>().object);
+    case CommandKind::kSetShape:
+      return setShape(command.as<SetShape>());
+    case CommandKind::kObjectPose:
+      return setPose(command.as<hd_object_pose>());
+    case CommandKind::kObjectMaterial:
+      return setMaterial(command.as<hd_object_material>());
+    case CommandKind::kObjectFlags:
+      return setFlags(command.as<hd_object_flags>());
+    case CommandKind::kObjectVertices:
+      return moveVertices(command.as<hd_object_vertices>());
+    default:
+      return ErrorCode::kUnsupported;
+  }
+}
+
+ErrorCode Scene::makeShape(const ShapeParameters& parameters, Shape& shape) const HD_RT {
+  shape.kind = static_cast<ShapeKind>(parameters.kind);
+  shape.size = vec3(parameters.size);
+  shape.mesh = nullptr;
+  const auto positive = [&](int i) { return std::isfinite(shape.size[i]) && shape.size[i] > 0; };
+  bool good = true;
+  switch (shape.kind) {
+    case ShapeKind::kGroup:
+    case ShapeKind::kPlane:
+      break;
+    case ShapeKind::kSphere:
+      good = positive(0);
+      break;
+    case ShapeKind::kBox:
+      good = positive(0) && positive(1) && positive(2);
+      break;
+    case ShapeKind::kCapsule:
+      good = positive(0) && std::isfinite(shape.size[1]) && shape.size[1] >= 0;
+      break;
+    case ShapeKind::kCylinder:
+      good = positive(0) && positive(1);
+      break;
+    case ShapeKind::kMesh:
+      shape.mesh = meshes_->get(parameters.mesh);
+      if (!shape.mesh) return ErrorCode::kNotFound;
+      break;
+    default:
+      good = false;
+  }
+  return good ? ErrorCode::kOk : ErrorCode::kInvalidArgument;
+}
+
+ErrorCode Scene::add(const AddObject& order) HD_RT {
+  const std::uint32_t slot = objectSlot(order.object);
+  const Quat q = quat(order.q);
+  if (slot == 0 || slot >= kMaxObjects || !isRotation(q) || !isFinite(vec3(order.p)) || !isValid(order.material)) {
+    return ErrorCode::kInvalidArgument;
+  }
+  if (objects_[slot].id != 0) return ErrorCode::kAlreadyExists;
+  const SceneObject* parent = &objects_[0];
+  if (order.parent != 0 && !(parent = find(order.parent))) return ErrorCode::kNotFound;
+  SceneObject object;
+  if (const ErrorCode code = makeShape(order.shape, object.shape); code != ErrorCode::kOk) return code;
+  object.id = order.object;
+  object.parent = static_cast<std::uint32_t>(parent - objects_.data());
+  object.flags = order.flags;
+  object.X_PO = {vec3(order.p), q.normalized()};
+  object.X_WO = object.X_WO_before = parent->X_WO * object.X_PO;
+  object.material = order.material;
+  updateBall(object);
+  objects_[slot] = object;
+  motion_[slot] = Motion{};
+  motion_[slot].X_PO_before = object.X_PO;
+  motion_[slot].jump = true;
+  motion_[slot].pose_time = time_;
+  order_[order_count_++] = static_cast<std::uint16_t>(slot);  // The parent stands before it already.
+  settled_ = false;
+  rebuildTouchable();
+  return ErrorCode::kOk;
+}
+
+ErrorCode Scene::remove(std::uint32_t id) HD_RT {
+  SceneObject* object = findMutable(id);
+  if (!object) return ErrorCode::kNotFound;
+  const std::uint32_t slot = objectSlot(id);
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < order_count_; ++i) {
+    if (objects_[order_[i]].parent == slot) return ErrorCode::kInvalidArgument;
+  }
+  for (std::uint32_t i = 0; i < order_count_; ++i) {
+    if (order_[i] != slot) order_[kept++] = order_[i];
+  }
+  order_count_ = kept;
+  *object = SceneObject{};
+  rebuildTouchable();
+  return ErrorCode::kOk;
+}
+
+ErrorCode Scene::setPose(const hd_object_pose& pose) HD_RT {
+  SceneObject* object = findMutable(pose.object);
+  if (!object) return ErrorCode::kNotFound;
+  const Pose X{vec3(pose.p), quat(pose.q)};
+  const Twist V{vec3(pose.v), vec3(pose.w)};
+  if (!isFinite(X.p) || !isRotation(X.q) || !isFinite(V.v) || !isFinite(V.w)) return ErrorCode::kInvalidArgument;
+  object->X_PO = {X.p, X.q.normalized()};
+  object->V_PO = V;
+  motion_[objectSlot(pose.object)].pose_set = true;
+  settled_ = false;
+  return ErrorCode::kOk;
+}
+
+ErrorCode Scene::setShape(const SetShape& order) HD_RT {
+  SceneObject* object = findMutable(order.object);
+  if (!object) return ErrorCode::kNotFound;
+  Shape shape;
+  if (const ErrorCode code = makeShape(order.shape, shape); code != ErrorCode::kOk) return code;
+  object->shape = shape;
+  updateBall(*object);
+  motion_[objectSlot(order.object)].jump = true;
+  settled_ = false;
+  rebuildTouchable();
+  return ErrorCode::kOk;
+}
+
+ErrorCode Scene::setMaterial(const hd_object_material& order) HD_RT {
+  SceneObject* object = findMutable(order.object);
+  if (!object) return ErrorCode::kNotFound;
+  if (!isValid(order.material)) return ErrorCode::kInvalidArgument;
+  object->material = order.material;
+  return ErrorCode::kOk;
+}
+
+ErrorCode Scene::setFlags(const hd_object_flags& order) HD_RT {
+  SceneObject* object = findMutable(order.object);
+  if (!object) return ErrorCode::kNotFound;
+  object->flags = (object->flags & ~order.mask) | (order.value & order.mask);
+  rebuildTouchable();
+  return ErrorCode::kOk;
+}
+
+ErrorCode Scene::moveVertices(const hd_object_vertices& order) HD_RT {
+  SceneObject* object = findMutable(order.object);
+  if (!object) return ErrorCode::kNotFound;
+  if (order.count > HD_VERTEX_MOVES) return ErrorCode::kInvalidArgument;
+  if (object->shape.kind != ShapeKind::kMesh) return ErrorCode::kUnsupported;
+  MeshView* mesh = object->shape.mesh;
+  ErrorCode result = ErrorCode::kOk;
+  for (std::uint32_t i = 0; i < order.count && result == ErrorCode::kOk; ++i) {
+    result = moveVertex(*mesh, order.move[i].index, order.move[i].p);
+  }
+  for (std::uint32_t i = 0; i < order_count_; ++i) {  // Others may show the same mesh.
+    SceneObject& other = objects_[order_[i]];
+    if (other.shape.mesh == mesh) updateBall(other);
+  }
+  return result;
+}
+
+void Scene::rebuildTouchable() HD_RT {
+  touchable_count_ = 0;
+  for (std::uint32_t slot = 1; slot < kMaxObjects; ++slot) {
+    const SceneObject& object = objects_[slot];
+    if (object.id == 0 || !(object.flags & HD_OBJECT_ENABLED) || object.shape.kind == ShapeKind::kGroup) continue;
+    touchable_[touchable_count_++] = static_cast<std::uint16_t>(slot);
+  }
+}
+
+void Scene::advance(double dt) HD_RT {
+  time_ += dt;
+  if (settled_) return;
+  settled_ = true;
+  for (std::uint32_t i = 0; i < order_count_; ++i) {
+    if (advanceObject(order_[i], dt)) settled_ = false;
+  }
+}
+
+/** True if the object must be looked at next tick as well. */
+bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
+  SceneObject& object = objects_[slot];
+  Motion& motion = motion_[slot];
+  const SceneObject& parent = objects_[object.parent];
+  const Motion& above = motion_[object.parent];
+  const bool driven = !isZero(object.V_PO);
+  if (!driven && !motion.pose_set && !motion.jump && !motion.world_moved && !object.moved && !above.world_moved) {
+    motion.teleported = false;
+    return false;
+  }
+
+  if (motion.pose_set) {
+    const double time = std::clamp(time_ - motion.pose_time, dt, std::max(dt, kPoseHold));
+    const Vec3 step = object.X_PO.p - motion.X_PO_before.p;
+    if (step.norm() > kTeleportSpeed * time || object.X_PO.q.angularDistance(motion.X_PO_before.q) > kTeleportAngle) {
+      motion.jump = true;
+    }
+    motion.pose_time = time_;
+  } else if (driven) {
+    object.X_PO.p += object.V_PO.v * dt;
+    object.X_PO.q = rotated(object.X_PO.q, object.V_PO.w, dt);
+  }
+  motion.world_moved = motion.jump || above.world_moved || !same(object.X_PO, motion.X_PO_before);
+  motion.teleported = motion.jump || above.teleported;
+
+  Twist V_PO = object.V_PO;
+  if (!driven && !motion.jump && dt > 0) {
+    V_PO.v = (object.X_PO.p - motion.X_PO_before.p) / dt;
+    V_PO.w = angularVelocity(motion.X_PO_before.q, object.X_PO.q, dt);
+  }
+  object.X_WO_before = object.X_WO;
+  object.X_WO = parent.X_WO * object.X_PO;
+  if (motion.teleported) object.X_WO_before = object.X_WO;
+  const Vec3 arm = object.X_WO.p - parent.X_WO.p;
+  object.V_WO.v = parent.V_WO.v + parent.V_WO.w.cross(arm) + parent.X_WO.q * V_PO.v;
+  object.V_WO.w = parent.V_WO.w + parent.X_WO.q * V_PO.w;
+  object.moved = !same(object.X_WO, object.X_WO_before);
+  updateBall(object);
+  motion.X_PO_before = object.X_PO;
+  motion.pose_set = false;
+  motion.jump = false;
+  return driven || motion.world_moved;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,166 @@
+/** @file
+ * Small meshes with a tree, made in the test itself: median splits, no builder process.
+ */
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <numeric>
+#include <vector>
+
+#include "rt/scene/mesh_view.h"
+
+namespace hapticd::testing {
+
+/** Owns the arrays of a MeshView. Not movable once view() was taken. */
+class TestMesh {
+ public:
+  std::vector<std::array<float, 3>> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<hd_bvh_node> nodes;
+  std::uint32_t flags = 0;
+
+  std::uint32_t addVertex(const Vec3& x) {
+    vertices.push_back({static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z())});
+    return static_cast<std::uint32_t>(vertices.size() - 1);
+  }
+  void addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) { triangles.push_back({a, b, c}); }
+  void addQuad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    addTriangle(a, b, c);
+    addTriangle(a, c, d);
+  }
+
+  /** Builds the tree (reordering the triangles) and points into the arrays. */
+  MeshView* view() {
+    nodes.clear();
+    nodes.reserve(2 * triangles.size() + 1);
+    nodes.emplace_back();
+    depth_ = 0;
+    if (triangles.empty()) {
+      nodes.clear();
+    } else {
+      build(0, 0, static_cast<std::uint32_t>(triangles.size()), 1);
+    }
+    view_.vertices = reinterpret_cast<const MeshView::Float3*>(vertices.data());
+    view_.triangles = reinterpret_cast<const MeshView::Index3*>(triangles.data());
+    view_.nodes = nodes.data();
+    view_.vertex_count = static_cast<std::uint32_t>(vertices.size());
+    view_.triangle_count = static_cast<std::uint32_t>(triangles.size());
+    view_.node_count = static_cast<std::uint32_t>(nodes.size());
+    view_.depth = depth_;
+    view_.flags = flags;
+    return &view_;
+  }
+
+ private:
+  Vec3 center(std::uint32_t t) const {
+    Vec3 c = Vec3::Zero();
+    for (const std::uint32_t v : triangles[t]) c += Vec3(vertices[v][0], vertices[v][1], vertices[v][2]);
+    return c / 3;
+  }
+
+  void build(std::uint32_t node, std::uint32_t first, std::uint32_t end, std::uint32_t depth) {
+    depth_ = std::max(depth_, depth);
+    hd_bvh_node n{{INFINITY, INFINITY, INFINITY}, first, {-INFINITY, -INFINITY, -INFINITY}, end - first};
+    Vec3 low = Vec3::Constant(INFINITY), high = -low;
+    for (std::uint32_t t = first; t < end; ++t) {
+      for (const std::uint32_t v : triangles[t]) {
+        for (int i = 0; i < 3; ++i) {
+          n.lower[i] = std::min(n.lower[i], vertices[v][i]);
+          n.upper[i] = std::max(n.upper[i], vertices[v][i]);
+        }
+      }
+      low = low.cwiseMin(center(t));
+      high = high.cwiseMax(center(t));
+    }
+    if (end - first > HD_BVH_LEAF_TRIANGLES) {
+      int axis = 0;
+      (high - low).maxCoeff(&axis);
+      std::vector<std::uint32_t> order(end - first);
+      std::iota(order.begin(), order.end(), first);
+      std::vector<double> key(end - first);
+      for (std::uint32_t t = first; t < end; ++t) key[t - first] = center(t)[axis];
+      std::stable_sort(order.begin(), order.end(),
+                       [&](std::uint32_t a, std::uint32_t b) { return key[a - first] < key[b - first]; });
+      std::vector<std::array<std::uint32_t, 3>> sorted;
+      for (const std::uint32_t t : order) sorted.push_back(triangles[t]);
+      std::copy(sorted.begin(), sorted.end(), triangles.begin() + first);
+      const auto left = static_cast<std::uint32_t>(nodes.size());
+      nodes.resize(nodes.size() + 2);
+      const std::uint32_t middle = first + (end - first) / 2;
+      build(left, first, middle, depth + 1);
+      build(left + 1, middle, end, depth + 1);
+      n.first = left;
+      n.count = 0;
+    }
+    nodes[node] = n;
+  }
+
+  MeshView view_;
+  std::uint32_t depth_ = 0;
+};
+
+/** A closed box, outward. */
+inline TestMesh boxMesh(const Vec3& half, const Vec3& center = Vec3::Zero(), bool inward = false) {
+  TestMesh m;
+  for (int i = 0; i < 8; ++i) {
+    m.addVertex(center +
+                Vec3(i & 1 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(), i & 4 ? half.z() : -half.z()));
+  }
+  const std::uint32_t q[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& f : q) {
+    if (inward) {
+      m.addQuad(f[3], f[2], f[1], f[0]);
+    } else {
+      m.addQuad(f[0], f[1], f[2], f[3]);
+    }
+  }
+  m.flags = HD_MESH_CLOSED;
+  return m;
+}
+
+/** A sphere of `stacks` x 2 stacks quads, the poles fans: 4 stacks (stacks - 1) triangles. */
+inline TestMesh sphereMesh(double radius, std::uint32_t stacks, const Vec3& center = Vec3::Zero()) {
+  TestMesh m;
+  const std::uint32_t slices = 2 * stacks;
+  m.addVertex(center + Vec3(0, 0, radius));
+  for (std::uint32_t i = 1; i < stacks; ++i) {
+    for (std::uint32_t j = 0; j < slices; ++j) {
+      const double theta = M_PI * i / stacks, phi = 2 * M_PI * j / slices;
+      m.addVertex(center + radius * Vec3(sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)));
+    }
+  }
+  const std::uint32_t south = m.addVertex(center + Vec3(0, 0, -radius));
+  const auto at = [&](std::uint32_t i, std::uint32_t j) { return 1 + (i - 1) * slices + j % slices; };
+  for (std::uint32_t j = 0; j < slices; ++j) {
+    m.addTriangle(0, at(1, j), at(1, j + 1));
+    for (std::uint32_t i = 1; i + 1 < stacks; ++i) m.addQuad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+    m.addTriangle(south, at(stacks - 1, j + 1), at(stacks - 1, j));
+  }
+  m.flags = HD_MESH_CLOSED;
+  return m;
+}
+
+/** z = f(x, y) over a square of n x n quads, facing +z. Open. */
+inline TestMesh heightMesh(double half, std::uint32_t n, const std::function<double(double, double)>& f) {
+  TestMesh m;
+  for (std::uint32_t j = 0; j <= n; ++j) {
+    for (std::uint32_t i = 0; i <= n; ++i) {
+      const double x = -half + 2 * half * i / n, y = -half + 2 * half * j / n;
+      m.addVertex({x, y, f(x, y)});
+    }
+  }
+  for (std::uint32_t j = 0; j < n; ++j) {
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t a = j * (n + 1) + i;
+      m.addQuad(a, a + 1, a + n + 2, a + n + 1);
+    }
+  }
+  return m;
+}
+
+}  // namespace hapticd::testing

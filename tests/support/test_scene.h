@@ -1,0 +1,87 @@
+/** @file
+ * A scene, a proxy and the commands to move them, in few words.
+ */
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "rt/render/proxy.h"
+#include "rt/scene/scene.h"
+
+namespace hapticd::testing {
+
+inline constexpr double kTick = 1e-3;
+
+/** Scene with its mesh table. */
+class TestScene {
+ public:
+  std::uint32_t add(ShapeKind kind, const Vec3& size, const Pose& X = {}, const hd_material& material = {1000, 0, 0, 0},
+                    std::uint32_t flags = HD_OBJECT_ENABLED, std::uint32_t parent = 0, MeshView* mesh = nullptr) {
+    Command command;
+    command.kind = CommandKind::kAddObject;
+    auto& order = command.as<AddObject>();
+    const std::uint32_t slot = next_++;
+    order.object = makeObjectId(slot, 1);
+    order.parent = parent;
+    order.flags = flags;
+    order.shape.kind = static_cast<std::uint32_t>(kind);
+    order.shape.mesh = slot;
+    table->publish(slot, mesh);
+    store(size, order.shape.size);
+    order.material = material;
+    store(X.p, order.p);
+    store(X.q, order.q);
+    return scene->apply(command) == ErrorCode::kOk ? order.object : 0;
+  }
+  std::uint32_t addMesh(MeshView* mesh, const Pose& X = {}, const hd_material& material = {1000, 0, 0, 0},
+                        std::uint32_t flags = HD_OBJECT_ENABLED) {
+    return add(ShapeKind::kMesh, Vec3::Zero(), X, material, flags, 0, mesh);
+  }
+  ErrorCode pose(std::uint32_t id, const Pose& X, const Twist& V = {}) {
+    Command command;
+    command.kind = CommandKind::kObjectPose;
+    auto& order = command.as<hd_object_pose>();
+    order.object = id;
+    store(X.p, order.p);
+    store(X.q, order.q);
+    store(V.v, order.v);
+    store(V.w, order.w);
+    return scene->apply(command);
+  }
+  void material(std::uint32_t id, const hd_material& material) {
+    Command command;
+    command.kind = CommandKind::kObjectMaterial;
+    command.as<hd_object_material>() = {id, 0, material};
+    scene->apply(command);
+  }
+  void flags(std::uint32_t id, std::uint32_t mask, std::uint32_t value) {
+    Command command;
+    command.kind = CommandKind::kObjectFlags;
+    command.as<hd_object_flags>() = {id, mask, value, 0};
+    scene->apply(command);
+  }
+  ErrorCode remove(std::uint32_t id) {
+    Command command;
+    command.kind = CommandKind::kRemoveObject;
+    command.as<ObjectRef>() = {id};
+    return scene->apply(command);
+  }
+
+  /** One tick of scene and proxy with the hip at `hip`. */
+  const SurfaceContact& tick(const Vec3& hip, const Vec3& v = Vec3::Zero()) {
+    scene->advance(kTick);
+    proxy.step(*scene, hip, v, kTick, contact);
+    return contact;
+  }
+
+  std::unique_ptr<MeshTable> table = std::make_unique<MeshTable>();
+  std::unique_ptr<Scene> scene = std::make_unique<Scene>(*table);
+  ProxyRenderer proxy;
+  SurfaceContact contact;
+
+ private:
+  std::uint32_t next_ = 1;
+};
+
+}  // namespace hapticd::testing

@@ -1,0 +1,101 @@
+#include "rt/render/proxy.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using testing::TestMesh;
+using testing::TestScene;
+
+constexpr double kStiffness = 1000;
+
+TEST(Proxy, PlaneForceIsStiffnessTimesDepthAtEveryDepth) {
+  for (const double depth : {1e-6, 1e-5, 1e-3, 0.1, 1.0}) {
+    TestScene t;
+    t.add(ShapeKind::kPlane, Vec3::Zero(),
+          {Vec3(0, 0, 0.05), Quat(Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()))});
+    const Vec3 n = Quat(Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized())) * Vec3::UnitZ();
+    t.tick(Vec3(0, 0, 0.05) + 0.01 * n);
+    const SurfaceContact& c = t.tick(Vec3(0, 0, 0.05) - depth * n);
+    EXPECT_NEAR(c.force.dot(n) / (kStiffness * depth), 1, 1e-9) << depth;
+    EXPECT_NEAR((c.force - c.force.dot(n) * n).norm() / (kStiffness * depth), 0, 1e-9) << depth;
+    EXPECT_TRUE(c.touch);
+    EXPECT_NEAR(c.depth, depth, 1e-9 * depth);
+    EXPECT_LT(c.work, 10u);
+  }
+}
+
+TEST(Proxy, SphereForceIsRadialAndExact) {
+  TestScene t;
+  t.add(ShapeKind::kSphere, Vec3(0.05, 0, 0), {Vec3(0.1, 0.2, 0.3), Quat::Identity()});
+  const Vec3 c(0.1, 0.2, 0.3);
+  t.tick(c + Vec3(0, 0, 0.06));
+  for (int i = 0; i < 1000; ++i) {
+    const double a = 0.01 * i;
+    const Vec3 u(std::sin(a), 0.3 * std::cos(0.7 * a), std::cos(a));
+    const Vec3 n = u.normalized();
+    const SurfaceContact& s = t.tick(c + 0.049 * n);
+    ASSERT_LT((s.force - kStiffness * 0.001 * n).norm(), 1e-9) << i;
+  }
+}
+
+TEST(Proxy, MeshBoxIsThePrimitiveBox) {
+  TestMesh mesh = testing::boxMesh(Vec3(0.03, 0.02, 0.01));
+  TestScene a, b;
+  a.addMesh(mesh.view());
+  b.add(ShapeKind::kBox, Vec3(0.03f, 0.02f, 0.01f));
+  for (TestScene* t : {&a, &b}) t->tick(Vec3(0, 0, 0.02));
+  for (int i = 0; i < 3000; ++i) {
+    const double w = 0.003 * i;
+    const Vec3 hip = Vec3(0.035 * std::sin(w), 0.024 * std::sin(1.3 * w), 0.008 + 0.003 * std::cos(5 * w));
+    const Vec3 fa = a.tick(hip).force, fb = b.tick(hip).force;
+    ASSERT_LT((fa - fb).norm(), 1e-9) << i;
+  }
+}
+
+TEST(Proxy, RisingPlatePushesAtEverySpeed) {
+  for (const double speed : {0.01, 0.1, 1.0, 5.0}) {
+    TestScene t;
+    const auto id = t.add(ShapeKind::kBox, Vec3(1, 1, 0.0005), {Vec3(0, 0, -0.02), Quat::Identity()});
+    t.tick(Vec3::Zero());
+    t.pose(id, {Vec3(0, 0, -0.02), Quat::Identity()}, {Vec3(0, 0, speed), Vec3::Zero()});
+    const int ticks = static_cast<int>(0.03 / (speed * testing::kTick)) + 2;
+    double top = 0;
+    for (int i = 0; i < ticks; ++i) {
+      const SurfaceContact& c = t.tick(Vec3::Zero());
+      top = -0.02 + 0.0005 + speed * testing::kTick * i;
+      ASSERT_NEAR(c.force.z(), kStiffness * std::max(top, 0.0), 1e-6) << speed << " " << i;
+    }
+    EXPECT_GT(top, 0.005);
+  }
+}
+
+TEST(Proxy, StaticFrictionHoldsUntilItsConeAndDynamicFrictionAfter) {
+  for (const double depth : {1e-5, 3e-4, 5e-3}) {
+    TestScene t;
+    t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kStiffness, 0, 0.6, 0.4});
+    t.tick(Vec3(0, 0, 0.001));
+    t.tick(Vec3(0, 0, -depth));
+    bool slipped = false;
+    for (int i = 1; i <= 2000; ++i) {
+      const double x = 1e-3 * depth * i;
+      const SurfaceContact& c = t.tick(Vec3(x, 0, -depth));
+      const double ratio = -c.force.x() / c.force.z();
+      if (x < 0.6 * depth * (1 - 1e-6)) {
+        ASSERT_NEAR(ratio, x / depth, 1e-6) << depth;
+        ASSERT_FALSE(c.slip);
+      } else if (x > 0.6 * depth * (1 + 1e-6)) {
+        ASSERT_NEAR(ratio, 0.4, 1e-6) << depth << " " << i;
+        slipped = slipped || c.slip;
+      }
+    }
+    EXPECT_TRUE(slipped);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,130 @@
+#include "rt/cycle/velocity_estimator.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace hapticd {
+namespace {
+
+constexpr double kResolution = 1e-5;
+
+DeviceSample sampleAt(std::int64_t t_ns, const Vec3& p) {
+  DeviceSample s;
+  s.t_ns = t_ns;
+  s.p = p;
+  s.fresh = true;
+  return s;
+}
+
+Vec3 quantised(const Vec3& p) { return (p / kResolution).array().round().matrix() * kResolution; }
+
+VelocityEstimator estimator() {
+  VelocityEstimator e;
+  e.setResolution(kResolution, 1e-4);
+  return e;
+}
+
+TEST(VelocityEstimator, ConstantVelocityIsExactAfterTwoSamples) {
+  VelocityEstimator e = estimator();
+  const Vec3 v(0.1, -0.2, 0.05);
+  EXPECT_TRUE(e.update(sampleAt(0, Vec3::Zero())).v.isZero(0));
+  for (int i = 1; i < 40; ++i) {
+    EXPECT_LT((e.update(sampleAt(i * 1'000'000, v * i * 1e-3)).v - v).norm(), 1e-12);
+  }
+}
+
+TEST(VelocityEstimator, QuantisationNoiseFallsWithTheWindow) {
+  // Slow motion: 3 mm/s is 0.3 counts a tick. A plain difference is wrong by up to 10 mm/s.
+  VelocityEstimator e = estimator();
+  double worst = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Twist v = e.update(sampleAt(i * 1'000'000, quantised({3e-3 * i * 1e-3, 0, 0})));
+    if (i > 20) worst = std::max(worst, std::abs(v.v.x() - 3e-3));
+  }
+  EXPECT_LT(worst, kResolution / (15 * 1e-3) * 1.01) << "one count over the whole window";
+}
+
+TEST(VelocityEstimator, CountDitherAtRestIsAlmostSilent) {
+  VelocityEstimator e = estimator();
+  double worst = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Twist v = e.update(sampleAt(i * 1'000'000, {(i * 7 % 3 == 0) ? kResolution : 0.0, 0, 0}));
+    if (i > 20) worst = std::max(worst, v.v.norm());
+  }
+  EXPECT_LE(worst, kResolution / (15 * 1e-3) * 1.0001);
+}
+
+TEST(VelocityEstimator, FollowsASuddenStartWithinTwoSamples) {
+  VelocityEstimator e = estimator();
+  for (int i = 0; i < 50; ++i) (void)e.update(sampleAt(i * 1'000'000, Vec3::Zero()));
+  (void)e.update(sampleAt(50'000'000, {0.2e-3, 0, 0}));
+  const Twist v = e.update(sampleAt(51'000'000, {0.4e-3, 0, 0}));
+  EXPECT_NEAR(v.v.x(), 0.2, 1e-9);
+}
+
+TEST(VelocityEstimator, AgreesWithTheDefinitionByBruteForce) {
+  // The longest window whose end-fit line passes all samples within the resolution, each axis for itself.
+  VelocityEstimator e = estimator();
+  std::vector<double> y, t;
+  std::uint32_t state = 12345;
+  double x = 0;
+  for (int i = 0; i < 3000; ++i) {
+    state = state * 1664525u + 1013904223u;
+    x += ((state >> 8) % 1000) * 1e-7 * std::sin(i * 0.01);
+    const std::int64_t t_ns = std::int64_t{i} * 1000000 + (state >> 20) % 200'000;
+    const double q = std::round(x / kResolution) * kResolution;
+    y.push_back(q);
+    t.push_back(static_cast<double>(t_ns) * 1e-9);
+    const double got = e.update(sampleAt(t_ns, {0, q, 0})).v.y();
+    double want = 0;
+    for (int n = 1; n < 16 && n <= i; ++n) {
+      const double slope = (y[i] - y[i - n]) / (t[i] - t[i - n]);
+      bool fits = true;
+      for (int j = i - n; j <= i; ++j) fits = fits && std::abs(y[i] + slope * (t[j] - t[i]) - y[j]) <= kResolution;
+      if (!fits) break;
+      want = slope;
+    }
+    ASSERT_NEAR(got, want, 1e-6 * (1 + std::abs(want))) << "sample " << i;
+  }
+}
+
+TEST(VelocityEstimator, AngularVelocityOfASteadyTurn) {
+  VelocityEstimator e = estimator();
+  const Vec3 w(0.4, -1.5, 0.8);
+  Twist got;
+  for (int i = 0; i < 100; ++i) {
+    DeviceSample s = sampleAt(i * 1'000'000, Vec3::Zero());
+    s.q = rotated(Quat(Eigen::AngleAxisd(2.0, Vec3(1, 2, 3).normalized())), w, i * 1e-3);
+    if (i % 2 == 1) s.q.coeffs() = -s.q.coeffs();  // The same rotation.
+    got = e.update(s);
+  }
+  EXPECT_LT((got.w - w).norm(), 1e-6);
+}
+
+TEST(VelocityEstimator, TheDevicesOwnVelocityWins) {
+  VelocityEstimator e = estimator();
+  DeviceSample s = sampleAt(0, Vec3::Zero());
+  s.has_velocity = true;
+  s.v = {1, 2, 3};
+  s.w = {4, 5, 6};
+  const Twist got = e.update(s);
+  EXPECT_EQ(got.v, s.v);
+  EXPECT_EQ(got.w, s.w);
+}
+
+TEST(VelocityEstimator, StaleRepeatedOrBrokenReadingsChangeNothing) {
+  VelocityEstimator e = estimator();
+  Twist before;
+  for (int i = 0; i < 20; ++i) before = e.update(sampleAt(i * 1'000'000, {1e-4 * i, 0, 0}));
+  DeviceSample stale = sampleAt(25'000'000, {9, 9, 9});
+  stale.fresh = false;
+  EXPECT_EQ(e.update(stale).v, before.v);
+  EXPECT_EQ(e.update(sampleAt(19'000'000, {9, 9, 9})).v, before.v) << "same time";
+  EXPECT_EQ(e.update(sampleAt(25'000'000, {std::nan(""), 0, 0})).v, before.v);
+  EXPECT_TRUE(e.update(sampleAt(1'000'000, {9, 9, 9})).v.isZero(0)) << "a clock that runs backwards starts anew";
+}
+
+}  // namespace
+}  // namespace hapticd

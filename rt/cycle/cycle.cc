@@ -193,7 +193,9 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
   DeviceState& device = devices_[d];
   const DeviceSample& sample = input.device[d];
   auto& source = sources_[d];
+  Energy& energy = energy_[d];
   source.fill(Wrench{});
+  energy = Energy{};
   out.contact = SurfaceContact{};
   if (!usable(sample)) {  // the guard latches on it; nothing here may see it
     device.started = false;
@@ -208,6 +210,10 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
   }
   device.proxy.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), out.contact);
   source[HD_SOURCE_SURFACE].force = out.contact.force;
+  if (const SceneObject* touched = scene_.find(out.contact.object)) {
+    energy.carried = out.contact.force.cwiseProduct(touched->velocityAt(out.contact.proxy));
+    energy.stored = 0.5 * touched->material.stiffness * (out.contact.proxy - sample.p).squaredNorm();
+  }
 
   const ToolPoint tool{sample.p, out.velocity.v, d};
   for (SessionShare& session : sessions_) {
@@ -216,6 +222,9 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     source[HD_SOURCE_LOCAL_MODEL].force += share.local_model;
     source[HD_SOURCE_CLIENT].force += share.client_force;
     source[HD_SOURCE_CLIENT].torque += share.client_torque;
+    energy.local_active += share.local_active;
+    energy.carried += share.carried;
+    energy.stored += share.stored;
   }
 }
 
@@ -245,6 +254,9 @@ void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
     in.stop_line = input.stop_line;
     in.deadman_open = input.deadman_open;
     in.missed = input.missed;
+    in.local_active = energy_[d].local_active;
+    in.carried = energy_[d].carried;
+    in.stored = energy_[d].stored;
     device.guard.step(in, out.guard);
     out.command = out.guard.command;
     raiseEvents(d, input, output);

@@ -74,6 +74,12 @@ class Cycle {
     std::uint32_t last_fault = HD_FAULT_NONE;
     bool last_armed = false;
   };
+  /** What the guard must know of the sources beside their force (GuardInput). */
+  struct Energy {
+    Vec3 local_active = Vec3::Zero();
+    Vec3 carried = Vec3::Zero();
+    double stored = 0;
+  };
   static constexpr std::uint32_t kMaxPending = 128;
 
   void apply(const Command& command, const CycleInput& input, CycleOutput& output) HD_RT;
@@ -92,6 +98,7 @@ class Cycle {
   std::array<Command, kMaxPending> pending_;  ///< Commands whose tick has not come.
   std::uint32_t pending_count_ = 0;
   std::array<std::array<Wrench, HD_SOURCES>, kMaxDevices> sources_;
+  std::array<Energy, kMaxDevices> energy_;
 };
 
 }  // namespace hapticd

@@ -95,6 +95,7 @@ void Guard::latch(std::uint32_t cause) HD_RT {
   last_ = Sent{};
   last_passive_.setZero();
   last_carried_.setZero();
+  carried_power_ = 0;
   passivity_.reset();
 }
 
@@ -201,7 +202,7 @@ Guard::Sent Guard::limit(const GuardInput& input, const Wanted& wanted, const Se
   // What active sources put in, as far as the limits above let them.
   const double wanted_norm = (wanted.passive + wanted.active + wanted.gravity).norm();
   const double share = wanted_norm > 0 ? std::min(1.0, out.force.norm() / wanted_norm) : 0.0;
-  const double active = share * (wanted.active.dot(v) + wanted.carried.sum()) + angular;
+  const double active = share * (wanted.active.dot(v) + carried_power_) + angular;
   const double allowed = std::min(limits.power, std::max(0.0, delivered - std::max(0.0, active - limits.active_power)));
   if (delivered > allowed) {
     const double cut = 1 - allowed / delivered;
@@ -237,6 +238,7 @@ Guard::Sent Guard::pass(const GuardInput& input, const Wanted& wanted, std::uint
                            : wanted.passive;
   if (config_.passivity && passivity_.acting()) flags |= HD_SAMPLE_PASSIVITY;
   const Vec3 total = passive + wanted.active + wanted.gravity;
+  carried_power_ += (wanted.carried.sum() - carried_power_) * std::min(1.0, input.dt / kCarried_s);
 
   Sent target;
   if (state_ == State::kArmed) target = {ramp_ * total, ramp_ * wanted.torque, ramp_ * wanted.gripper};

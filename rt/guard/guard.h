@@ -80,6 +80,8 @@ class Guard {
  public:
   /** Disarming takes at most this long: what the slew limit has not lowered by then goes to zero at once. */
   static constexpr double kLower_s = 1.0;
+  /** Bodies that clients move by steps, at their own rate, are charged for the average over this time. */
+  static constexpr double kCarried_s = 50e-3;
 
   /** Limits that setLimits() would refuse become zero: nothing passes. */
   explicit Guard(const GuardConfig& config) noexcept;
@@ -147,6 +149,7 @@ class Guard {
   Sent last_;
   Vec3 last_passive_ = Vec3::Zero();  ///< Passive part of last_.force.
   Vec3 last_carried_ = Vec3::Zero();  ///< Energy carried in over the last tick [J].
+  double carried_power_ = 0;          ///< Carried power, averaged over kCarried_s [W].
   Passivity passivity_;
 };
 

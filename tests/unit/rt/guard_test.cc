@@ -235,7 +235,7 @@ TEST(Guard, ActiveSourcesHaveTheirOwnBudget) {
   moving.armFully();
   moving.in.velocity.v = {0.5, 0, 0};
   moving.in.carried = {1, 0, 0};  // The wall itself moves at 0.5 m/s.
-  moving.step(100);
+  moving.step(2000);
   EXPECT_NEAR(moving.out.command.force.x(), 0.5, 1e-9);
 }
 

@@ -1,0 +1,235 @@
+#include "rt/cycle/servo.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "support/scripted_device.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::int64_t kPeriodNs = 1'000'000;
+
+GuardConfig openGuard() {
+  GuardConfig guard;
+  guard.limits = {.force = 10,
+                  .torque = 1,
+                  .force_slew = 1e6,
+                  .torque_slew = 1e6,
+                  .gripper_force = 1,
+                  .velocity = 10,
+                  .power = 1e3,
+                  .active_power = 1e3};
+  guard.ramp_ns = kPeriodNs;
+  guard.small_force_ticks = 1;
+  return guard;
+}
+
+template <class T>
+Command order(CommandKind kind, const T& payload, std::uint64_t at_tick = 0) {
+  Command command;
+  command.kind = kind;
+  command.at_tick = at_tick;
+  command.as<T>() = payload;
+  return command;
+}
+
+AddObject plane(std::uint32_t id, double stiffness) {
+  AddObject object{};
+  object.object = id;
+  object.flags = HD_OBJECT_ENABLED;
+  object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
+  object.material = {stiffness, 0, 0, 0};
+  object.q[0] = 1;
+  return object;
+}
+
+struct ServoFixture : testing::Test {
+  ServoFixture() {
+    CycleConfig config;
+    config.period_ns = kPeriodNs;
+    config.guard.fill(openGuard());
+    servo = std::make_unique<Servo>(config, std::array<Device*, kMaxDevices>{&device}, meshes, clock);
+    servo->begin();
+  }
+  void run(int cycles) {
+    for (int i = 0; i < cycles; ++i) servo->runOnce();
+  }
+  void arm() {
+    ASSERT_TRUE(servo->from_control.push(order(CommandKind::kArm, DeviceRef{0})));
+    run(10);
+    ASSERT_TRUE(servo->cycle().deviceGuard(0).armed());
+  }
+
+  ManualClock clock{123'456};
+  test::ScriptedDevice device;
+  MeshTable meshes;
+  std::unique_ptr<Servo> servo;
+};
+
+TEST_F(ServoFixture, WakesOnMultiplesOfThePeriod) {
+  run(3);
+  EXPECT_EQ(device.reads, (std::vector<std::int64_t>{kPeriodNs, 2 * kPeriodNs, 3 * kPeriodNs}));
+}
+
+TEST_F(ServoFixture, OverrunKeepsThePhaseAndNeverRunsAPeriodTwice) {
+  device.clock = &clock;
+  run(1);
+  device.read_cost_ns = 3 * kPeriodNs + kPeriodNs / 2;  // cycle 2 lasts three and a half periods
+  run(3);
+  // Cycle 2 starts at 2 ms and ends at 5.5 ms; the next one belongs to 5 ms, then 6 ms.
+  EXPECT_EQ(device.reads, (std::vector<std::int64_t>{1 * kPeriodNs, 2 * kPeriodNs, 5 * kPeriodNs, 6 * kPeriodNs}));
+  EXPECT_EQ(servo->counters.missed.load(), 2u);
+  EXPECT_EQ(servo->counters.tick.load(), 6u);
+  EXPECT_EQ(servo->counters.cycles.load(), 4u);
+}
+
+TEST_F(ServoFixture, ASmallOverrunMissesNothingButCounts) {
+  device.clock = &clock;
+  device.read_cost_ns = kPeriodNs + kPeriodNs / 4;
+  run(3);
+  EXPECT_EQ(device.reads, (std::vector<std::int64_t>{kPeriodNs, 2 * kPeriodNs, 3 * kPeriodNs}));
+  EXPECT_EQ(servo->counters.missed.load(), 0u);
+  EXPECT_EQ(servo->counters.overruns.load(), 1u);
+}
+
+TEST_F(ServoFixture, SendsNothingUntilArmed) {
+  servo->from_control.push(order(CommandKind::kAddObject, plane(makeObjectId(1, 1), 1000)));
+  run(2);
+  device.sample.p = Vec3(0, 0, -0.001);
+  run(5);
+  EXPECT_NEAR(servo->lastOutput().device[0].contact.force.z(), 1.0, 1e-9);
+  for (const DeviceCommand& command : device.sent) {
+    EXPECT_EQ(command.force, Vec3::Zero());
+    EXPECT_FALSE(command.enabled);
+  }
+}
+
+TEST_F(ServoFixture, APlaneIsFeltOnceArmed) {
+  servo->from_control.push(order(CommandKind::kAddObject, plane(makeObjectId(1, 1), 1000)));
+  device.sample.p = Vec3(0, 0, 0.001);
+  arm();
+  device.sample.p = Vec3(0, 0, -0.001);
+  run(50);
+  EXPECT_NEAR(device.sent.back().force.z(), 1.0, 1e-6);
+  EXPECT_TRUE(device.sent.back().enabled);
+}
+
+TEST_F(ServoFixture, ACommandTakesEffectAtItsTick) {
+  run(1);
+  servo->from_control.push(order(CommandKind::kAddObject, plane(makeObjectId(1, 1), 1000), 5));
+  while (servo->counters.tick.load() < 4) {
+    run(1);
+    EXPECT_EQ(servo->cycle().scene().find(makeObjectId(1, 1)), nullptr);
+  }
+  run(1);
+  EXPECT_NE(servo->cycle().scene().find(makeObjectId(1, 1)), nullptr);
+}
+
+TEST_F(ServoFixture, TakesABoundedNumberOfOrdersEachCycle) {
+  for (std::uint32_t i = 0; i < 3 * kControlCommandsPerCycle; ++i) {
+    servo->from_control.push(order(CommandKind::kDisarm, DeviceRef{0}));
+  }
+  run(1);
+  EXPECT_EQ(servo->counters.control_applied.load(), kControlCommandsPerCycle);
+  run(2);
+  EXPECT_EQ(servo->counters.control_applied.load(), 3 * kControlCommandsPerCycle);
+}
+
+TEST_F(ServoFixture, ARefusedCommandIsToldAndChangesNothing) {
+  servo->from_control.push(order(CommandKind::kRemoveObject, ObjectRef{makeObjectId(7, 1)}));
+  run(1);
+  ServoEvent event;
+  ASSERT_TRUE(servo->events.pop(event));
+  EXPECT_EQ(event.kind, ServoEventKind::kCommandRefused);
+  EXPECT_EQ(event.value, static_cast<std::uint32_t>(ErrorCode::kNotFound));
+}
+
+TEST_F(ServoFixture, PublishesEverySampleToASession) {
+  auto a = std::make_unique<hd_region_a>();
+  auto b = std::make_unique<hd_region_b>();
+  initialiseRegions(a.get(), b.get(), {.epoch = 1, .session = 9, .device_count = 1, .period_ns = kPeriodNs});
+  servo->ports[3].region.store(a.get());
+  servo->from_control.push(order(CommandKind::kAddSession, SessionRef{3, 0, 9}));
+  StateReader reader(a.get());
+  device.script = [](std::int64_t now_ns, DeviceSample& sample) { sample.p.x() = static_cast<double>(now_ns); };
+  run(20);
+  std::vector<hd_sample> samples(64);
+  std::uint64_t lost = 0;
+  const std::uint32_t n = reader.drain(samples, lost);
+  ASSERT_EQ(n, 20u);
+  EXPECT_EQ(lost, 0u);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    EXPECT_EQ(samples[i].tick, i + 1);
+    EXPECT_EQ(samples[i].p[0], static_cast<double>((i + 1) * kPeriodNs));
+  }
+  servo->from_control.push(order(CommandKind::kFreeSession, SessionRef{3, 0, 9}));
+  run(5);
+  EXPECT_EQ(reader.drain(samples, lost), 0u);
+}
+
+TEST_F(ServoFixture, AStopLineZeroesTheVeryNextTick) {
+  servo->from_control.push(order(CommandKind::kAddObject, plane(makeObjectId(1, 1), 1000)));
+  device.sample.p = Vec3(0, 0, 0.001);
+  arm();
+  device.sample.p = Vec3(0, 0, -0.001);
+  run(50);
+  ASSERT_GT(device.sent.back().force.norm(), 0.5);
+  servo->stop_line.store(true);
+  run(1);
+  EXPECT_EQ(device.sent.back().force, Vec3::Zero());
+  EXPECT_FALSE(device.sent.back().enabled);
+  EXPECT_EQ(servo->cycle().deviceGuard(0).fault(), static_cast<std::uint32_t>(HD_FAULT_STOP_LINE));
+}
+
+TEST_F(ServoFixture, PassesIntentToTheDevice) {
+  hd_intent wish{};
+  wish.p[1] = 0.25;
+  wish.q[0] = 1;
+  servo->from_control.push(order(CommandKind::kIntent, wish));
+  run(1);
+  EXPECT_EQ(device.intent.p.y(), 0.25);
+}
+
+// The same inputs give the same bits, whatever memory the cycle stands in.
+TEST(Cycle, IsDeterministicToTheBit) {
+  const auto trace = [] {
+    MeshTable meshes;
+    CycleConfig config;
+    config.guard.fill(openGuard());
+    auto cycle = std::make_unique<Cycle>(config, meshes);
+    auto input = std::make_unique<CycleInput>();
+    auto output = std::make_unique<CycleOutput>();
+    std::vector<double> forces;
+    for (int i = 0; i < 3000; ++i) {
+      input->tick = static_cast<std::uint64_t>(i) + 1;
+      input->now_ns = i * kPeriodNs;
+      input->device[0].fresh = true;
+      input->device[0].t_ns = input->now_ns;
+      input->device[0].p = Vec3(0.02 * std::sin(0.01 * i), 0.01 * std::cos(0.013 * i), 0.002 * std::sin(0.05 * i));
+      input->command_count = 0;
+      if (i == 0) {
+        AddObject object = plane(makeObjectId(1, 1), 700);
+        object.material = {700, 2, 0.6, 0.4};
+        input->command[input->command_count++] = order(CommandKind::kAddObject, object);
+        input->command[input->command_count++] = order(CommandKind::kArm, DeviceRef{0});
+      }
+      cycle->step(*input, *output);
+      for (int axis = 0; axis < 3; ++axis) forces.push_back(output->device[0].command.force[axis]);
+    }
+    return forces;
+  };
+  const std::vector<double> first = trace();
+  const auto padding = std::make_unique<char[]>(12345);
+  const std::vector<double> second = trace();
+  ASSERT_EQ(first.size(), second.size());
+  EXPECT_EQ(std::memcmp(first.data(), second.data(), first.size() * sizeof(double)), 0);
+  EXPECT_NE(first[3 * 2000 + 2], 0.0);
+}
+
+}  // namespace
+}  // namespace hapticd

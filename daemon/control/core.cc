@@ -1,0 +1,184 @@
+#include "daemon/control/core.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "daemon/device/limits.h"
+
+namespace hapticd {
+
+Core::Core(const CoreOptions& options, Clock& clock)
+    : options_(options),
+      clock_(clock),
+      started_ns_(clock.now()),
+      scene_(meshes_),
+      sessions_({options.epoch, options.config.quotas.sessions,
+                 options.config.servo.lock_memory && !options.config.servo.allow_no_rt},
+                {[](Session& session) { log::info("session {} is live on {}", session.id, session.device->name); },
+                 [this](Session& session) {
+                   if (session.device->lease == session.id) loseLease(*session.device, session.why);
+                 },
+                 [this](std::uint32_t uid, std::uint64_t bytes) { return checkQuota(uid, bytes, 0); }}),
+      uploads_(meshes_, [this](std::uint32_t uid, std::uint64_t bytes,
+                               std::uint64_t triangles) { return checkQuota(uid, bytes, triangles); }),
+      devices_(options_.config, clock, meshes_, scene_, options.threads) {
+  scene_.setQuota(options_.config.quotas.objects);
+  meshes_.setLock(options_.config.servo.lock_memory && !options_.config.servo.allow_no_rt);
+  scene_.onChange([this](const std::string& name, const char* what) {
+    Event event;
+    event.kind = EventKind::kObjectChanged;
+    event.t_ns = clock_.now();
+    event.object = name;
+    event.text = what;
+    events_.publish(event);
+  });
+}
+
+Core::~Core() { devices_.closeAll(); }
+
+Result<void> Core::openConfigured() {
+  for (const GroupConfig& group : options_.config.effectiveGroups()) {
+    if (auto r = devices_.openGroup(group); !r) return r;
+  }
+  return {};
+}
+
+void Core::poll() {
+  const std::int64_t now = clock_.now();
+  busy_ = false;
+  for (const auto& link : devices_.links()) {
+    busy_ = link->flush() || busy_;
+    drain(*link);
+  }
+  pollArms();
+  sessions_.poll(now);
+  meshes_.reclaim();
+  uploads_.poll();
+}
+
+void Core::beginShutdown() {
+  for (const auto& device : devices_.devices()) order(*device, CommandKind::kDisarm);
+}
+
+bool Core::quiet(std::int64_t since_ns) {
+  constexpr std::int64_t kPatienceNs = 500'000'000;
+  if (clock_.now() - since_ns > kPatienceNs) return true;
+  return std::all_of(devices_.devices().begin(), devices_.devices().end(), [](const auto& device) {
+    hd_sample sample;
+    if (!device->link->latest(device->index, sample)) return true;
+    return (sample.flags & HD_SAMPLE_ARMED) == 0 && sample.force[0] == 0 && sample.force[1] == 0 &&
+           sample.force[2] == 0;
+  });
+}
+
+Result<std::uint64_t> Core::connect(std::int32_t pid, std::uint32_t uid, bool administration) {
+  const auto same = std::count_if(clients_.begin(), clients_.end(), [&](const auto& c) { return c.second.uid == uid; });
+  if (clients_.size() >= kConnections || static_cast<std::size_t>(same) >= kConnectionsPerUser) {
+    return Error{ErrorCode::kQuotaExceeded, "connection",
+                 fmt::format("user {} has {} of {} connections", uid, same, clients_.size()), "close some"};
+  }
+  Client client;
+  client.connection = next_connection_;
+  client.pid = pid;
+  client.uid = uid;
+  client.administration = administration;
+  clients_.emplace(next_connection_, client);
+  log::debug("connection {}: pid {} uid {}{}", next_connection_, pid, uid, administration ? " (administration)" : "");
+  return next_connection_++;
+}
+
+void Core::introduce(std::uint64_t connection, std::string name) {
+  const auto it = clients_.find(connection);
+  if (it == clients_.end()) return;
+  const bool first = it->second.name.empty();
+  it->second.name = std::move(name);
+  if (!first) return;
+  log::info("client '{}' (pid {}, uid {}) joins", log::printable(it->second.name), it->second.pid, it->second.uid);
+  publish(EventKind::kClientJoined, {}, it->second.name);
+}
+
+const Client& Core::client(std::uint64_t connection) const {
+  static const Client kNobody{};
+  const auto it = clients_.find(connection);
+  return it == clients_.end() ? kNobody : it->second;
+}
+
+void Core::disconnect(std::uint64_t connection) {
+  const auto it = clients_.find(connection);
+  if (it == clients_.end()) return;
+  const Client gone = it->second;
+  sessions_.endAllOf(connection, "the client has left");
+  scene_.clientLeft(connection);
+  meshes_.dropUnusedOf(connection);
+  clients_.erase(connection);
+  if (gone.name.empty()) return;
+  log::info("client '{}' (pid {}) leaves", log::printable(gone.name), gone.pid);
+  publish(EventKind::kClientLeft, {}, gone.name);
+}
+
+Result<OpenDevice*> Core::openDevice(std::string_view uri) {
+  const std::size_t before = devices_.devices().size();
+  auto device = devices_.open(uri);
+  if (!device) return device;
+  for (std::size_t i = before; i < devices_.devices().size(); ++i) {
+    publish(EventKind::kDeviceAdded, devices_.devices()[i]->name, devices_.devices()[i]->info().uri);
+  }
+  return device;
+}
+
+Result<void> Core::closeDevice(std::string_view uri, std::uint64_t connection) {
+  if (!client(connection).administration) {
+    return Error{ErrorCode::kPermissionDenied, "closeDevice", "closing a device needs the administration socket",
+                 "connect to " + (facts_.admin_socket.empty() ? std::string("it") : facts_.admin_socket)};
+  }
+  auto device = devices_.find(uri);
+  if (!device) return device.error();
+  std::vector<std::string> names;
+  const GroupLink* link = (*device)->link;
+  for (const auto& other : devices_.devices()) {
+    if (other->link == link) names.push_back(other->name);
+  }
+  if (auto r = devices_.close(**device); !r) return r;
+  events_dropped_.erase(link);
+  for (const std::string& name : names) publish(EventKind::kDeviceRemoved, name);
+  return {};
+}
+
+Result<void> Core::checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles) const {
+  const auto most = static_cast<std::uint64_t>(options_.config.quotas.memory_mb * 1e6);
+  const std::uint64_t have = bytesOf(uid);
+  if (bytes > most || have > most - bytes) {
+    return Error{ErrorCode::kQuotaExceeded, "memory",
+                 fmt::format("user {} has {} bytes and wants {} more; {} are allowed", uid, have, bytes, most),
+                 "drop meshes or end sessions, or raise quotas.memory_mb in the configuration"};
+  }
+  const std::uint64_t shown = meshes_.trianglesOf(uid);
+  if (shown + triangles > options_.config.quotas.triangles) {
+    return Error{ErrorCode::kQuotaExceeded, "triangles",
+                 fmt::format("user {} has {} triangles and wants {} more; {} are allowed", uid, shown, triangles,
+                             options_.config.quotas.triangles),
+                 "drop meshes, or raise quotas.triangles in the configuration"};
+  }
+  return {};
+}
+
+std::uint64_t Core::bytesOf(std::uint32_t uid) const {
+  return sessions_.bytesOf(uid) + meshes_.bytesOf(uid) + uploads_.bytesOf(uid);
+}
+
+std::uint64_t Core::lockedBytes() const {
+  return sessions_.bytes() + meshes_.lockedBytes() + devices_.links().size() * GroupLink::monitorBytes();
+}
+
+void Core::publish(EventKind kind, const std::string& device, const std::string& text, std::uint64_t session) {
+  Event event;
+  event.kind = kind;
+  event.t_ns = clock_.now();
+  event.device = device;
+  event.text = text;
+  event.session = session;
+  events_.publish(event);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,144 @@
+/** @file
+ * The control thread's whole state and every rule of who may do what, without the socket: stepped by hand in tests, by
+ * the event loop in the daemon.
+ */
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/config.h"
+#include "daemon/device/device_manager.h"
+#include "daemon/event/event_hub.h"
+#include "daemon/log.h"
+#include "daemon/scene/mesh_store.h"
+#include "daemon/scene/scene_model.h"
+#include "daemon/scene/uploads.h"
+#include "daemon/session/session_manager.h"
+
+namespace hapticd {
+
+inline constexpr const char* kVersion = "0.1.0";
+
+/** What the process knows of itself; for status and doctor. */
+struct ProcessFacts {
+  std::string config_file;  ///< Empty: the embedded default.
+  std::string control_socket, admin_socket;
+  bool memory_locked = false;
+  std::string memory_note;  ///< Why not.
+  bool cpu_latency_held = false;
+  std::string cpu_latency_note;
+};
+
+struct CoreOptions {
+  Config config;
+  bool threads = true;      ///< False: groups are stepped by hand.
+  std::uint64_t epoch = 0;  ///< Random, never 0.
+};
+
+/** Control thread only. */
+class Core {
+ public:
+  static constexpr std::size_t kConnections = 256;  ///< Of all users together.
+  static constexpr std::size_t kConnectionsPerUser = 64;
+  static constexpr std::int64_t kArmAnswerNs = 1'000'000'000;
+
+  Core(const CoreOptions& options, Clock& clock);
+  ~Core();
+  Core(const Core&) = delete;
+  Core& operator=(const Core&) = delete;
+
+  /** Opens the configured groups. */
+  [[nodiscard]] Result<void> openConfigured();
+  /** Moves everything on; never blocks. Call every few milliseconds, at once again after busy(). */
+  void poll();
+  /** Orders wait for a servo that has no room at the moment. */
+  [[nodiscard]] bool busy() const { return busy_; }
+  /** Disarms every device and says true once all force is gone or `since_ns` is half a second ago. */
+  void beginShutdown();
+  [[nodiscard]] bool quiet(std::int64_t since_ns);
+
+  // Connections.
+  [[nodiscard]] Result<std::uint64_t> connect(std::int32_t pid, std::uint32_t uid, bool administration);
+  void introduce(std::uint64_t connection, std::string name);
+  [[nodiscard]] const Client& client(std::uint64_t connection) const;
+  /** Ends its sessions, removes its objects, gives back what it held. */
+  void disconnect(std::uint64_t connection);
+
+  // Sessions and leases.
+  [[nodiscard]] Result<Session*> openSession(std::string_view uri, std::uint64_t connection, const std::string& name,
+                                             std::uint16_t major, std::uint16_t minor);
+  [[nodiscard]] Result<void> acquireLease(std::uint64_t session);
+  [[nodiscard]] Result<void> releaseLease(std::uint64_t session);
+  /** Takes the lease and arms. `done` is called once, when the servo has answered. */
+  void arm(std::uint64_t session, std::function<void(Result<void>)> done);
+  [[nodiscard]] Result<void> disarm(std::uint64_t session);
+  /** Anybody; an empty URI stops every device. */
+  [[nodiscard]] Result<void> stop(std::string_view uri, std::uint64_t connection);
+  [[nodiscard]] Result<GuardLimits> setLimits(std::string_view uri, const GuardLimits& wanted,
+                                              std::uint64_t connection);
+  [[nodiscard]] Result<OpenDevice*> openDevice(std::string_view uri);
+  [[nodiscard]] Result<void> closeDevice(std::string_view uri, std::uint64_t connection);
+
+  /** kQuotaExceeded if that user may not have so many more bytes and triangles. */
+  [[nodiscard]] Result<void> checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles) const;
+  [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
+  [[nodiscard]] std::uint64_t lockedBytes() const;
+
+  [[nodiscard]] DeviceManager& devices() { return devices_; }
+  [[nodiscard]] SceneModel& scene() { return scene_; }
+  [[nodiscard]] MeshStore& meshes() { return meshes_; }
+  [[nodiscard]] Uploads& uploads() { return uploads_; }
+  [[nodiscard]] SessionManager& sessions() { return sessions_; }
+  [[nodiscard]] EventHub& events() { return events_; }
+  [[nodiscard]] const Config& config() const { return options_.config; }
+  [[nodiscard]] ProcessFacts& facts() { return facts_; }
+  [[nodiscard]] std::uint64_t epoch() const { return options_.epoch; }
+  [[nodiscard]] std::int64_t now() { return clock_.now(); }
+  [[nodiscard]] std::int64_t started() const { return started_ns_; }
+  [[nodiscard]] const std::map<std::uint64_t, Client>& clients() const { return clients_; }
+
+  void publish(EventKind kind, const std::string& device, const std::string& text = {}, std::uint64_t session = 0);
+
+ private:
+  struct PendingArm {
+    std::uint64_t session;
+    std::uint64_t ticket;
+    std::int64_t since_ns;
+    std::function<void(Result<void>)> done;
+  };
+
+  Result<Session*> leaseHolder(std::uint64_t id, const char* to_do);
+  void order(OpenDevice& device, CommandKind kind);
+  void loseLease(OpenDevice& device, const std::string& why);
+  void pollArms();
+  void drain(GroupLink& link);
+  void translate(GroupLink& link, const ServoEvent& event);
+
+  CoreOptions options_;
+  Clock& clock_;
+  ProcessFacts facts_;
+  std::int64_t started_ns_;
+  EventHub events_;
+  MeshStore meshes_;
+  SceneModel scene_;
+  SessionManager sessions_;
+  Uploads uploads_;
+  DeviceManager devices_;  // last: its servos stop before what they read goes
+  std::map<std::uint64_t, Client> clients_;
+  std::uint64_t next_connection_ = 1;
+  std::vector<PendingArm> arms_;
+  std::map<const GroupLink*, std::uint64_t> events_dropped_;
+  log::RateLimit refused_log_{1'000'000'000, 5};
+  log::RateLimit overrun_log_{1'000'000'000, 1};
+  bool busy_ = false;
+};
+
+/** "stop line", "velocity", ... for hd_fault. */
+[[nodiscard]] const char* faultText(std::uint32_t fault) noexcept;
+
+}  // namespace hapticd

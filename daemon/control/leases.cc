@@ -1,0 +1,188 @@
+// Who may energise a device: the rules of lease, arm, disarm, stop and limits.
+#include <fmt/format.h>
+
+#include "daemon/control/core.h"
+#include "daemon/device/limits.h"
+
+namespace hapticd {
+namespace {
+
+Error gone() { return {ErrorCode::kTimeout, "session", "the session has ended", "open a new session"}; }
+
+Error notLive() {
+  return {ErrorCode::kInvalidArgument, "session", "its regions are not mapped yet", "call mapped() first"};
+}
+
+bool live(const Session& session) { return session.state != Session::State::kOffered; }
+
+}  // namespace
+
+Result<Session*> Core::openSession(std::string_view uri, std::uint64_t connection, const std::string& name,
+                                   std::uint16_t major, std::uint16_t minor) {
+  if (major != HD_SHM_MAJOR || minor > HD_SHM_MINOR) {
+    return Error{
+        ErrorCode::kVersionMismatch, "layoutMajor",
+        fmt::format("the client's shared memory layout is {}.{}, the daemon's {}.{}", major, minor, HD_SHM_MAJOR,
+                    HD_SHM_MINOR),
+        major > HD_SHM_MAJOR || minor > HD_SHM_MINOR ? "update hapticd" : "update the client's libhapticclient"};
+  }
+  auto device = openDevice(uri);
+  if (!device) return device.error();
+  Client by = client(connection);
+  if (!name.empty()) by.name = name;
+  return sessions_.open(**device, by, clock_.now());
+}
+
+Result<void> Core::acquireLease(std::uint64_t id) {
+  Session* session = sessions_.find(id);
+  if (session == nullptr) return gone();
+  if (!live(*session)) return notLive();
+  OpenDevice& device = *session->device;
+  if (device.lease == id) return {};
+  if (device.lease != 0) {
+    const Session* holder = sessions_.find(device.lease);
+    return Error{ErrorCode::kLeaseHeld, device.name,
+                 holder == nullptr
+                     ? "another client holds the lease"
+                     : fmt::format("'{}' (pid {}) holds the lease", holder->client.name, holder->client.pid),
+                 "ask it to release the lease, or end it"};
+  }
+  device.lease = id;
+  log::info("{}: lease to '{}' (pid {})", device.name, log::printable(session->client.name), session->client.pid);
+  publish(EventKind::kLeaseTaken, device.name, session->client.name, id);
+  return {};
+}
+
+Result<void> Core::releaseLease(std::uint64_t id) {
+  auto session = leaseHolder(id, "release the lease");
+  if (!session) return session.error();
+  loseLease(*(*session)->device, "released by its holder");
+  return {};
+}
+
+void Core::loseLease(OpenDevice& device, const std::string& why) {
+  const std::uint64_t session = std::exchange(device.lease, 0);
+  order(device, CommandKind::kDisarm);
+  log::info("{}: lease of session {} ends, disarmed: {}", device.name, session, why);
+  publish(EventKind::kLeaseLost, device.name, why, session);
+}
+
+Result<Session*> Core::leaseHolder(std::uint64_t id, const char* to_do) {
+  Session* session = sessions_.find(id);
+  if (session == nullptr) return gone();
+  if (session->device->lease == id) return session;
+  return Error{ErrorCode::kLeaseRequired, session->device->name, fmt::format("only the lease holder may {}", to_do),
+               "acquire the lease first"};
+}
+
+void Core::arm(std::uint64_t id, std::function<void(Result<void>)> done) {
+  if (auto r = acquireLease(id); !r) return done(r);
+  OpenDevice& device = *sessions_.find(id)->device;
+  if (device.device().calibration() == Calibration::kNeeded || device.device().calibration() == Calibration::kRunning) {
+    return done(Error{ErrorCode::kUnsupported, device.name, "the device is not calibrated", "calibrate it, then arm"});
+  }
+  if (!device.link->accepting()) {
+    return done(Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"});
+  }
+  const std::uint64_t ticket = device.link->post(makeCommand(CommandKind::kArm, DeviceRef{device.index}));
+  arms_.push_back({id, ticket, clock_.now(), std::move(done)});
+}
+
+void Core::pollArms() {
+  std::vector<PendingArm> waiting;
+  std::swap(waiting, arms_);  // done() may arm again
+  for (PendingArm& arm : waiting) {
+    const Session* session = sessions_.find(arm.session);
+    if (session == nullptr) {
+      arm.done(gone());
+      continue;
+    }
+    OpenDevice& device = *session->device;
+    hd_sample sample;
+    if (device.link->passed(arm.ticket) && device.link->latest(device.index, sample)) {
+      if (sample.fault != HD_FAULT_NONE) {
+        arm.done(Error{ErrorCode::kFaultLatched, device.name,
+                       fmt::format("the cause is still there: {}", faultText(sample.fault)),
+                       "clear the cause, then arm again"});
+      } else if (device.lease != arm.session) {
+        arm.done(Error{ErrorCode::kLeaseRequired, device.name, "the lease was lost meanwhile", {}});
+      } else {
+        arm.done({});
+      }
+    } else if (clock_.now() - arm.since_ns > kArmAnswerNs) {
+      arm.done(Error{ErrorCode::kTimeout, device.name, "the servo did not answer", "see hapticctl status"});
+    } else {
+      arms_.push_back(std::move(arm));
+    }
+  }
+}
+
+Result<void> Core::disarm(std::uint64_t id) {
+  auto session = leaseHolder(id, "disarm it; anybody may stop it");
+  if (!session) return session.error();
+  order(*(*session)->device, CommandKind::kDisarm);
+  return {};
+}
+
+Result<void> Core::stop(std::string_view uri, std::uint64_t connection) {
+  const Client& by = client(connection);
+  std::vector<OpenDevice*> targets;
+  if (uri.empty()) {
+    for (const auto& device : devices_.devices()) targets.push_back(device.get());
+  } else {
+    auto device = devices_.find(uri);
+    if (!device) return device.error();
+    targets.push_back(*device);
+  }
+  for (OpenDevice* device : targets) {
+    log::warn("{}: stopped by '{}' (pid {})", device->name, log::printable(by.name), by.pid);
+    order(*device, CommandKind::kStop);
+  }
+  return {};
+}
+
+/** Disarm and stop overtake everything; a servo that takes no order any more is bypassed. */
+void Core::order(OpenDevice& device, CommandKind kind) {
+  if (device.link->urgent(makeCommand(kind, DeviceRef{device.index}))) return;
+  log::error("{}: the servo is dead; the device is made safe without it", device.name);
+  device.link->group().device(device.index).safe();
+}
+
+Result<GuardLimits> Core::setLimits(std::string_view uri, const GuardLimits& wanted, std::uint64_t connection) {
+  auto found = devices_.find(uri);
+  if (!found) return found.error();
+  OpenDevice& device = **found;
+  auto merged = mergeLimits(device.limits, wanted);
+  if (!merged) return merged;
+  const Client& by = client(connection);
+  const Session* holder = device.lease == 0 ? nullptr : sessions_.find(device.lease);
+  const bool holds = holder != nullptr && holder->client.uid == by.uid;
+  if (!by.administration && raises(*merged, device.limits)) {
+    return Error{ErrorCode::kPermissionDenied, device.name, "raising limits needs the administration socket",
+                 facts_.admin_socket.empty() ? "" : "connect to " + facts_.admin_socket};
+  }
+  if (!by.administration && !holds) {
+    return Error{ErrorCode::kLeaseRequired, device.name,
+                 "lowering limits is for the lease holder's user or administration", "acquire the lease first"};
+  }
+  if (raises(*merged, device.maxima)) {
+    return Error{ErrorCode::kInvalidArgument, "limits", fmt::format("above what {} itself allows", device.name),
+                 fmt::format("at most {:g} N, {:g} N m, {:g} m/s", device.maxima.force, device.maxima.torque,
+                             device.maxima.velocity)};
+  }
+  if (!device.link->accepting()) {
+    return Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"};
+  }
+  device.limits = *merged;
+  const DeviceLimits payload{device.index,        0,
+                             merged->force,       merged->torque,
+                             merged->force_slew,  merged->torque_slew,
+                             merged->velocity,    merged->power,
+                             merged->active_power};
+  (void)device.link->post(makeCommand(CommandKind::kDeviceLimits, payload));
+  log::info("{}: limits {:g} N, {:g} N m, {:g} m/s by '{}' (pid {})", device.name, merged->force, merged->torque,
+            merged->velocity, log::printable(by.name), by.pid);
+  return *merged;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,80 @@
+// What the servo and ingest have to tell, put into words for subscribers and the log.
+#include <fmt/format.h>
+
+#include "daemon/control/core.h"
+
+namespace hapticd {
+
+const char* faultText(std::uint32_t fault) noexcept {
+  static constexpr const char* kText[HD_FAULT_COUNT] = {
+      "none",
+      "emergency stop",
+      "a force or a sample was not finite",
+      "the hand moved faster than the limit",
+      "the device's samples stopped coming",
+      "the device reports an error",
+      "the dead-man switch opened",
+      "the servo missed too many periods in a row",
+      "the energy could not be kept passive",
+  };
+  return fault < HD_FAULT_COUNT ? kText[fault] : "unknown fault";
+}
+
+void Core::drain(GroupLink& link) {
+  Servo& servo = link.group().servo();
+  ServoEvent event;
+  for (int i = 0; i < 1024 && servo.events.pop(event); ++i) translate(link, event);
+  const std::uint64_t dropped = servo.counters.events_dropped.load(std::memory_order_relaxed);
+  std::uint64_t& seen = events_dropped_[&link];
+  if (dropped != seen) events_.lost(dropped - seen);
+  seen = dropped;
+  IngestReport report;
+  for (int i = 0; i < 256 && link.group().ingest().reports.pop(report); ++i)
+    sessions_.report(link, report, clock_.now());
+}
+
+void Core::translate(GroupLink& link, const ServoEvent& e) {
+  const OpenDevice* device = devices_.at(link, e.device);
+  const Session* session = sessions_.bySlot(link, e.session);
+  const std::string name = device == nullptr ? link.name() : device->name;
+  std::uint64_t suppressed = 0;
+  if (e.kind == ServoEventKind::kCommandRefused) {
+    if (refused_log_.allow(clock_.now(), suppressed)) {
+      log::warn("{}: the servo refused an order about object or slot {}: {}{}", name, e.object,
+                describe(static_cast<ErrorCode>(e.value)), log::suppressedNote(suppressed));
+    }
+    return;
+  }
+  Event event;
+  event.kind = static_cast<EventKind>(e.kind);
+  event.t_ns = e.t_ns;
+  event.tick = e.tick;
+  event.device = name;
+  event.object = e.object == 0 ? std::string() : scene_.nameOf(e.object);
+  event.session = session == nullptr ? 0 : session->id;
+  event.value = e.value;
+  for (int i = 0; i < 3; ++i) event.point[i] = e.point[i];
+  event.force = e.force;
+  switch (e.kind) {
+    case ServoEventKind::kFault:
+      event.text = faultText(e.value);
+      log::warn("{}: fault, force off: {}", name, event.text);
+      break;
+    case ServoEventKind::kArmed:
+      log::info("{}: armed", name);
+      break;
+    case ServoEventKind::kDisarmed:
+      log::info("{}: disarmed", name);
+      break;
+    case ServoEventKind::kOverrun:
+      if (overrun_log_.allow(clock_.now(), suppressed)) {
+        log::warn("{}: missed {} periods{}", name, e.value, log::suppressedNote(suppressed));
+      }
+      break;
+    default:
+      break;
+  }
+  events_.publish(event);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,222 @@
+#include "daemon/device/device_manager.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/device/limits.h"
+#include "daemon/log.h"
+
+namespace hapticd {
+
+DeviceManager::DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads)
+    : config_(config), clock_(clock), meshes_(meshes), scene_(scene), threads_(threads), make_(makeDevice) {}
+
+DeviceManager::~DeviceManager() { closeAll(); }
+
+Result<void> DeviceManager::openGroup(const GroupConfig& group) {
+  const std::string where = fmt::format("group '{}'", group.name);
+  if (links_.size() == kMaxGroups) {
+    return Error{ErrorCode::kQuotaExceeded, where, fmt::format("there are {} device groups, the most", kMaxGroups),
+                 "close a device first"};
+  }
+  if (group.devices.empty() || group.devices.size() > kMaxDevices) {
+    return Error{ErrorCode::kInvalidArgument, where, fmt::format("a group has 1 to {} devices", kMaxDevices), {}};
+  }
+  std::vector<std::unique_ptr<Device>> opened;
+  const auto closeOpened = [&] {
+    for (auto& device : opened) device->close();
+  };
+  for (const std::string& uri : group.devices) {
+    auto device = make_(uri);
+    if (device) {
+      if (auto r = (*device)->open(); !r) device = r.error();
+    }
+    if (!device) {
+      closeOpened();
+      return device.error();
+    }
+    const std::string& canonical = (*device)->info().uri;
+    const bool here =
+        std::any_of(opened.begin(), opened.end(), [&](const auto& d) { return d->info().uri == canonical; });
+    if (here || lookUp(canonical) != nullptr) {
+      (*device)->close();
+      closeOpened();
+      return Error{ErrorCode::kDeviceBusy, where, fmt::format("{} is open already", canonical),
+                   "name each device once"};
+    }
+    opened.push_back(std::move(*device));
+  }
+
+  std::vector<std::unique_ptr<OpenDevice>> rows;
+  std::vector<std::string> taken = names();
+  for (std::uint32_t i = 0; i < opened.size(); ++i) {
+    const DeviceInfo& info = opened[i]->info();
+    auto row = std::make_unique<OpenDevice>();
+    row->name = shortName(info, taken);
+    taken.push_back(row->name);
+    row->index = i;
+    row->maxima = deviceMaxima(info);
+    row->limits = startLimits(config_.limitsFor(info.uri, info.serial), info);
+    if (group.devices[i] != info.uri) row->aliases.push_back(group.devices[i]);
+    rows.push_back(std::move(row));
+  }
+  const GroupOptions group_options = options(group, opened);
+  auto link = GroupLink::start(group.name, group_options, std::move(opened), clock_);
+  if (!link) return link.error();
+  if (auto r = meshes_.attach(**link); !r) return r;
+  scene_.attach(**link);
+  for (auto& row : rows) {
+    row->link = link->get();
+    log::info("device {}: {} ({}), group {}, {:g} Hz, {}", row->name, row->info().uri,
+              log::printable(row->info().model), group.name, 1e9 / static_cast<double>(group_options.cycle.period_ns),
+              (*link)->group().realtime() ? "real-time" : "not real-time: " + (*link)->group().schedulingNote());
+    devices_.push_back(std::move(row));
+  }
+  links_.push_back(std::move(*link));
+  return {};
+}
+
+Result<OpenDevice*> DeviceManager::open(std::string_view uri) {
+  if (uri.empty() && !devices_.empty()) return devices_.front().get();
+  if (OpenDevice* device = lookUp(uri)) return device;
+  auto probe = make_(uri);
+  if (!probe) return probe.error();
+  if (OpenDevice* device = lookUp((*probe)->info().uri)) return device;
+  probe->reset();
+  GroupConfig group;
+  do {
+    group.name = fmt::format("group{}", next_group_++);
+  } while (std::any_of(links_.begin(), links_.end(), [&](const auto& l) { return l->name() == group.name; }));
+  group.devices = {std::string(uri)};
+  group.rate_hz = config_.servo.rate_hz;
+  if (auto r = openGroup(group); !r) return r.error();
+  return devices_.back().get();
+}
+
+Result<void> DeviceManager::close(OpenDevice& device) {
+  GroupLink* link = device.link;
+  for (const auto& other : devices_) {
+    if (other->link == link && other->sessions != 0) {
+      return Error{ErrorCode::kDeviceBusy, other->name, fmt::format("{} sessions use it", other->sessions),
+                   "end them first; hapticctl status lists them"};
+    }
+  }
+  log::info("device group {} closes", link->name());
+  scene_.detach(*link);
+  meshes_.detach(*link);
+  devices_.erase(std::remove_if(devices_.begin(), devices_.end(), [&](const auto& d) { return d->link == link; }),
+                 devices_.end());
+  links_.erase(std::remove_if(links_.begin(), links_.end(), [&](const auto& l) { return l.get() == link; }),
+               links_.end());
+  return {};
+}
+
+void DeviceManager::closeAll() {
+  devices_.clear();
+  for (auto& link : links_) {
+    scene_.detach(*link);
+    meshes_.detach(*link);
+  }
+  links_.clear();
+}
+
+Result<OpenDevice*> DeviceManager::find(std::string_view text) {
+  if (text.empty() && !devices_.empty()) return devices_.front().get();
+  if (OpenDevice* device = lookUp(text)) return device;
+  return Error{ErrorCode::kNotFound, "device",
+               fmt::format("no open device is called '{}'", log::printable(text.substr(0, 200))),
+               devices_.empty() ? "open one first" : "open devices: " + nearestNames(text, names())};
+}
+
+OpenDevice* DeviceManager::lookUp(std::string_view text) {
+  if (text.empty()) return nullptr;
+  for (const auto& device : devices_) {
+    const DeviceInfo& info = device->info();
+    if (device->name == text || info.uri == text || info.serial == text ||
+        std::find(device->aliases.begin(), device->aliases.end(), text) != device->aliases.end()) {
+      return device.get();
+    }
+  }
+  return nullptr;
+}
+
+OpenDevice* DeviceManager::at(const GroupLink& link, std::uint32_t index) {
+  for (const auto& device : devices_) {
+    if (device->link == &link && device->index == index) return device.get();
+  }
+  return nullptr;
+}
+
+std::vector<std::string> DeviceManager::names() const {
+  std::vector<std::string> all;
+  for (const auto& device : devices_) all.push_back(device->name);
+  return all;
+}
+
+std::vector<DeviceInfo> DeviceManager::found() const {
+  std::vector<DeviceInfo> all;
+  for (auto& device : findDevices()) {
+    const bool open =
+        std::any_of(devices_.begin(), devices_.end(), [&](const auto& d) { return d->info().uri == device.info.uri; });
+    if (!open) all.push_back(std::move(device.info));
+  }
+  return all;
+}
+
+bool DeviceManager::realtime() const {
+  return std::all_of(links_.begin(), links_.end(), [](const auto& l) { return l->group().realtime(); });
+}
+
+std::string DeviceManager::schedulingNote() const {
+  for (const auto& link : links_) {
+    if (!link->group().realtime()) return link->group().schedulingNote();
+  }
+  return {};
+}
+
+GroupOptions DeviceManager::options(const GroupConfig& group,
+                                    const std::vector<std::unique_ptr<Device>>& devices) const {
+  constexpr double kNsPerMs = 1e6;
+  const double rate_hz = group.rate_hz > 0 ? group.rate_hz : config_.servo.rate_hz;
+  GroupOptions o;
+  o.cycle.period_ns = std::llround(1e9 / rate_hz);
+  o.cycle.device_count = static_cast<std::uint32_t>(devices.size());
+  o.cycle.loss_fade_ns = std::llround(config_.sessions.loss_fade_ms * kNsPerMs);
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    const DeviceInfo& info = devices[i]->info();
+    GuardConfig& guard = o.cycle.guard[i];
+    guard.limits = startLimits(config_.limitsFor(info.uri, info.serial), info);
+    guard.ramp_ns = std::llround(config_.guard.arm_ramp_ms * kNsPerMs);
+    guard.small_force = config_.guard.small_force_n;
+    guard.small_force_ticks = config_.guard.small_force_ticks;
+    guard.stale_ns = std::llround(config_.guard.device_stale_ms * kNsPerMs);
+    guard.missed_limit = config_.servo.missed_limit;
+    guard.passivity = config_.guard.passivity;
+  }
+  o.ingest.budget_per_session = config_.sessions.budget_per_tick;
+  o.ingest.stale_after_ns = std::llround(config_.sessions.stale_after_ms * kNsPerMs);
+  o.ingest.max_ahead_ticks = static_cast<std::uint64_t>(config_.sessions.max_ahead_s * rate_hz);
+  o.servo_priority = static_cast<int>(config_.servo.servo_priority);
+  o.ingest_priority = static_cast<int>(config_.servo.ingest_priority);
+  o.allow_no_rt = config_.servo.allow_no_rt;
+  o.threads = threads_;
+  return o;
+}
+
+std::string DeviceManager::shortName(const DeviceInfo& info, const std::vector<std::string>& taken) const {
+  std::string base;
+  for (const char c : info.driver.empty() ? info.uri.substr(0, info.uri.find(':')) : info.driver) {
+    const bool allowed = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+    const bool upper = c >= 'A' && c <= 'Z';
+    if (allowed || upper) base.push_back(upper ? static_cast<char>(c - 'A' + 'a') : c);
+  }
+  base = base.substr(0, 32);
+  if (base.empty()) base = "device";
+  std::string name = base;
+  for (int n = 2; std::find(taken.begin(), taken.end(), name) != taken.end(); ++n) name = fmt::format("{}{}", base, n);
+  return name;
+}
+
+}  // namespace hapticd

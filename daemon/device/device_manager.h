@@ -1,0 +1,83 @@
+/** @file
+ * The devices the daemon has open, each with its short name, its limits and its lease.
+ */
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/config.h"
+#include "daemon/device/group_link.h"
+#include "daemon/scene/scene_model.h"
+#include "drivers/registry.h"
+
+namespace hapticd {
+
+/** A device in use. */
+struct OpenDevice {
+  std::string name;  ///< Short, unique in this daemon.
+  GroupLink* link = nullptr;
+  std::uint32_t index = 0;           ///< In the group.
+  GuardLimits limits;                ///< In force.
+  GuardLimits maxima;                ///< The device's own.
+  std::uint64_t lease = 0;           ///< Session that holds it, 0 if free.
+  std::uint32_t sessions = 0;        ///< Sessions on it.
+  std::vector<std::string> aliases;  ///< Other texts by which it was opened.
+
+  [[nodiscard]] const DeviceInfo& info() const { return link->group().device(index).info(); }
+  [[nodiscard]] const Device& device() const { return link->group().device(index); }
+};
+
+/** Control thread only. */
+class DeviceManager {
+ public:
+  /** Makes a device of a URI or serial; tests put their own here. */
+  using Factory = std::function<Result<std::unique_ptr<Device>>(std::string_view)>;
+
+  DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads);
+  ~DeviceManager();
+  void setFactory(Factory factory) { make_ = std::move(factory); }
+
+  /** Opens the devices of a group and starts its servo. All or nothing. */
+  [[nodiscard]] Result<void> openGroup(const GroupConfig& group);
+  /** By URI, serial or name. What is open is answered as it is; else it becomes a group of its own. */
+  [[nodiscard]] Result<OpenDevice*> open(std::string_view uri);
+  /** Closes the device and those that share its servo. Refused while any of them has a session. */
+  [[nodiscard]] Result<void> close(OpenDevice& device);
+
+  /** By short name, URI, serial or the text it was opened by; "" is the first device. kNotFound lists the names. */
+  [[nodiscard]] Result<OpenDevice*> find(std::string_view text);
+  [[nodiscard]] OpenDevice* at(const GroupLink& link, std::uint32_t index);
+  [[nodiscard]] const std::vector<std::unique_ptr<OpenDevice>>& devices() const { return devices_; }
+  [[nodiscard]] const std::vector<std::unique_ptr<GroupLink>>& links() const { return links_; }
+  [[nodiscard]] std::vector<std::string> names() const;
+  /** Found but not open. */
+  [[nodiscard]] std::vector<DeviceInfo> found() const;
+  [[nodiscard]] bool realtime() const;
+  /** Why not, when realtime() is false. */
+  [[nodiscard]] std::string schedulingNote() const;
+
+  /** Stops every servo; devices are safe and closed. */
+  void closeAll();
+
+ private:
+  GroupOptions options(const GroupConfig& group, const std::vector<std::unique_ptr<Device>>& devices) const;
+  std::string shortName(const DeviceInfo& info, const std::vector<std::string>& taken) const;
+  OpenDevice* lookUp(std::string_view text);
+
+  const Config& config_;
+  Clock& clock_;
+  MeshStore& meshes_;
+  SceneModel& scene_;
+  bool threads_;
+  Factory make_;
+  std::vector<std::unique_ptr<GroupLink>> links_;
+  std::vector<std::unique_ptr<OpenDevice>> devices_;
+  std::uint32_t next_group_ = 1;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,72 @@
+#include "daemon/device/group_link.h"
+
+#include <sys/mman.h>
+
+#include "rt/ring/state.h"
+
+namespace hapticd {
+
+GroupLink::GroupLink(std::string name) : name_(std::move(name)), meshes_(std::make_unique<MeshTable>()) {}
+
+Result<std::unique_ptr<GroupLink>> GroupLink::start(std::string name, const GroupOptions& options,
+                                                    std::vector<std::unique_ptr<Device>> devices, Clock& clock) {
+  std::unique_ptr<GroupLink> link(new GroupLink(std::move(name)));
+  void* memory =
+      mmap(nullptr, sizeof(hd_region_a), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+  if (memory == MAP_FAILED) return Error{ErrorCode::kSystem, link->name_, "no memory for the group's monitor", {}};
+  link->monitor_ = static_cast<hd_region_a*>(memory);
+  (void)mlock(memory, sizeof(hd_region_a));  // the group's own check says whether memory can be locked at all
+  const auto b = std::make_unique<hd_region_b>();
+  RegionIdentity identity;
+  identity.device_count = static_cast<std::uint32_t>(devices.size());
+  identity.period_ns = options.cycle.period_ns;
+  initialiseRegions(link->monitor_, b.get(), identity);
+  auto group = DeviceGroup::start(options, std::move(devices), *link->meshes_, clock);
+  if (!group) return group.error();
+  link->group_ = std::move(*group);
+  // Release, pairs with the servo's acquire when it takes kAddSession: the region is initialised.
+  link->group_->servo().ports[kClientSessions].region.store(link->monitor_, std::memory_order_release);
+  (void)link->urgent(makeCommand(CommandKind::kAddSession, SessionRef{kClientSessions, 0, 0}));  // the ring is empty
+  return link;
+}
+
+GroupLink::~GroupLink() {
+  group_.reset();  // joins the servo, which writes the monitor
+  if (monitor_ != nullptr) munmap(monitor_, sizeof(hd_region_a));
+}
+
+std::uint64_t GroupLink::post(const Command& command) {
+  outbox_.push_back(command);
+  flush();
+  return posted();
+}
+
+bool GroupLink::flush() {
+  while (!outbox_.empty() && group_->sent() - group_->taken() < kInFlight && group_->send(outbox_.front())) {
+    outbox_.pop_front();
+    ++sent_;
+  }
+  return !outbox_.empty();
+}
+
+bool GroupLink::urgent(const Command& command) {
+  if (!group_->send(command)) return false;
+  ++urgent_;
+  return true;
+}
+
+// A ticket's number among all orders is at most ticket + urgent_: equal once everything sent has been taken, so the
+// answer is late at worst, never early.
+bool GroupLink::passed(std::uint64_t ticket) { return ticket <= sent_ && group_->taken() >= ticket + urgent_; }
+
+bool GroupLink::posed(std::uint32_t slot, std::uint64_t ticket, PosedObject& out) {
+  if (ticket > sent_ || !group_->servo().poses.read(slot, out)) return false;
+  const auto needed = static_cast<std::uint32_t>(ticket + urgent_);
+  return static_cast<std::int32_t>(out.control_applied - needed) >= 0;  // both wrap at 2^32
+}
+
+bool GroupLink::latest(std::uint32_t device, hd_sample& out) const { return StateReader(monitor_).latest(device, out); }
+
+std::uint64_t GroupLink::cycles() const { return group_->servo().counters.cycles.load(std::memory_order_relaxed); }
+
+}  // namespace hapticd

@@ -1,0 +1,65 @@
+/** @file
+ * The control thread's end of one device group: an orderly outbox to the servo, the group's mesh table, and a monitor
+ * that sees what every session sees.
+ */
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <string>
+
+#include "daemon/device_group.h"
+#include "daemon/scene/command_sink.h"
+
+namespace hapticd {
+
+/** Session slots of a group that clients can have; the last slot is the monitor's. */
+inline constexpr std::uint32_t kClientSessions = kMaxSessions - 1;
+
+/** Control thread only. */
+class GroupLink final : public CommandSink {
+ public:
+  /** Starts the group. Devices are open. */
+  [[nodiscard]] static Result<std::unique_ptr<GroupLink>> start(std::string name, const GroupOptions& options,
+                                                                std::vector<std::unique_ptr<Device>> devices,
+                                                                Clock& clock);
+  ~GroupLink() override;
+  GroupLink(const GroupLink&) = delete;
+  GroupLink& operator=(const GroupLink&) = delete;
+
+  std::uint64_t post(const Command& command) override;
+  [[nodiscard]] std::uint64_t posted() const override { return sent_ + outbox_.size(); }
+  [[nodiscard]] bool passed(std::uint64_t ticket) override;
+  [[nodiscard]] bool accepting() const override { return outbox_.size() < kOutbox; }
+  [[nodiscard]] MeshTable& meshes() override { return *meshes_; }
+  [[nodiscard]] bool posed(std::uint32_t slot, std::uint64_t ticket, PosedObject& out) override;
+
+  /** Overtakes what waits in the outbox: stop, disarm, loss of a session. False when the servo is dead. */
+  [[nodiscard]] bool urgent(const Command& command);
+  /** Hands on what the servo has room for. True when orders still wait. */
+  bool flush();
+
+  /** Latest sample of a device; false before the first. */
+  [[nodiscard]] bool latest(std::uint32_t device, hd_sample& out) const;
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] DeviceGroup& group() { return *group_; }
+  [[nodiscard]] std::uint64_t cycles() const;
+  /** Bytes of the monitor. */
+  [[nodiscard]] static constexpr std::size_t monitorBytes() { return sizeof(hd_region_a); }
+
+ private:
+  static constexpr std::size_t kOutbox = 4096;    ///< Beyond it edits are refused.
+  static constexpr std::uint64_t kInFlight = 64;  ///< Four cycles' worth: an urgent order waits no longer.
+
+  explicit GroupLink(std::string name);
+
+  std::string name_;
+  std::unique_ptr<MeshTable> meshes_;
+  std::unique_ptr<DeviceGroup> group_;
+  hd_region_a* monitor_ = nullptr;
+  std::deque<Command> outbox_;
+  std::uint64_t sent_ = 0;    ///< Orders handed on from the outbox.
+  std::uint64_t urgent_ = 0;  ///< Orders that overtook.
+};
+
+}  // namespace hapticd

@@ -1,0 +1,80 @@
+#include "daemon/device/limits.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hapticd {
+namespace {
+
+struct Field {
+  const char* name;
+  double GuardLimits::*value;
+};
+constexpr Field kFields[] = {
+    {"force", &GuardLimits::force},
+    {"torque", &GuardLimits::torque},
+    {"forceSlew", &GuardLimits::force_slew},
+    {"torqueSlew", &GuardLimits::torque_slew},
+    {"velocity", &GuardLimits::velocity},
+    {"power", &GuardLimits::power},
+    {"activePower", &GuardLimits::active_power},
+    {"gripperForce", &GuardLimits::gripper_force},
+};
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+double knownOr(double value, double otherwise) { return value > 0 ? value : otherwise; }
+
+}  // namespace
+
+GuardLimits deviceMaxima(const DeviceInfo& info) {
+  GuardLimits most;
+  for (const Field& f : kFields) most.*f.value = kUnbounded;
+  most.force = info.actuated_position ? knownOr(info.max_force, kUnbounded) : 0;
+  most.torque = info.actuated_rotation ? knownOr(info.max_torque, kUnbounded) : 0;
+  most.gripper_force = info.actuated_gripper ? knownOr(info.max_gripper_force, kUnbounded) : 0;
+  most.velocity = knownOr(info.max_velocity, kUnbounded);
+  return most;
+}
+
+GuardLimits startLimits(const LimitsConfig& config, const DeviceInfo& info) {
+  GuardLimits wanted;
+  wanted.force = config.force_n;
+  wanted.torque = config.torque_nm;
+  wanted.gripper_force = config.gripper_force_n;
+  wanted.force_slew = config.force_slew_n_per_s;
+  wanted.torque_slew = config.torque_slew_nm_per_s;
+  wanted.velocity = config.velocity_m_per_s;
+  wanted.power = config.power_w;
+  wanted.active_power = config.active_power_w;
+  GuardLimits limits = lower(wanted, deviceMaxima(info));
+  if (info.continuous_force > 0) limits.force = std::min(limits.force, info.continuous_force);
+  return limits;
+}
+
+GuardLimits lower(const GuardLimits& a, const GuardLimits& b) {
+  GuardLimits least;
+  for (const Field& f : kFields) least.*f.value = std::min(a.*f.value, b.*f.value);
+  return least;
+}
+
+bool raises(const GuardLimits& a, const GuardLimits& b) {
+  return std::any_of(std::begin(kFields), std::end(kFields), [&](const Field& f) { return a.*f.value > b.*f.value; });
+}
+
+Result<GuardLimits> mergeLimits(const GuardLimits& now, GuardLimits wanted) {
+  for (const Field& f : kFields) {
+    double& value = wanted.*f.value;
+    if (std::isnan(value)) value = now.*f.value;
+    if (!std::isfinite(value) || value < 0) {
+      return Error{ErrorCode::kInvalidArgument, std::string("limits.") + f.name,
+                   fmt::format("{} is not a finite number of at least 0", value),
+                   "NaN keeps the limit that is in force"};
+    }
+  }
+  return wanted;
+}
+
+}  // namespace hapticd

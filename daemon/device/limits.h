@@ -1,0 +1,27 @@
+/** @file
+ * How strong a device may be: the lower of what the configuration allows and what the device can.
+ */
+#pragma once
+
+#include "daemon/config.h"
+#include "rt/device.h"
+#include "rt/guard/guard.h"
+
+namespace hapticd {
+
+/** What the device itself bounds; infinite where it says nothing. Torque is zero where rotation is not actuated. */
+[[nodiscard]] GuardLimits deviceMaxima(const DeviceInfo& info);
+
+/** The limits a device starts with: the configuration's, the device's, and its continuous force. */
+[[nodiscard]] GuardLimits startLimits(const LimitsConfig& config, const DeviceInfo& info);
+
+/** Each the lower of the two. */
+[[nodiscard]] GuardLimits lower(const GuardLimits& a, const GuardLimits& b);
+
+/** Some limit of `a` is above that of `b`. */
+[[nodiscard]] bool raises(const GuardLimits& a, const GuardLimits& b);
+
+/** NaN in `wanted` keeps what `now` has. kInvalidArgument names the field that is infinite or negative. */
+[[nodiscard]] Result<GuardLimits> mergeLimits(const GuardLimits& now, GuardLimits wanted);
+
+}  // namespace hapticd

@@ -1,0 +1,51 @@
+/** @file
+ * Hands each event to every subscriber that wants its kind, through a bounded queue that counts what it lost.
+ */
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <vector>
+
+#include "daemon/event/event.h"
+
+namespace hapticd {
+
+/** Control thread only. */
+class EventHub {
+ public:
+  static constexpr std::size_t kQueue = 1024;       ///< Events that wait for one subscriber.
+  static constexpr std::size_t kMostPerCall = 256;  ///< Events of one take().
+
+  /** What a subscriber gets at once. */
+  struct Batch {
+    std::vector<Event> events;
+    std::uint64_t lost = 0;  ///< Events that did not fit since the last batch.
+  };
+
+  /** `kinds`: a bit (1 << EventKind) each, 0 for all. `wake` is called when the queue stops being empty. */
+  std::uint64_t subscribe(std::uint32_t kinds, std::function<void()> wake);
+  void unsubscribe(std::uint64_t id) { subscribers_.erase(id); }
+  [[nodiscard]] std::size_t subscribers() const { return subscribers_.size(); }
+
+  void publish(const Event& event);
+  /** Adds to what every subscriber is told it lost: the servo's own queue was full. */
+  void lost(std::uint64_t count);
+  /** Oldest first; empty when there is nothing to tell. */
+  [[nodiscard]] Batch take(std::uint64_t id);
+  [[nodiscard]] bool waiting(std::uint64_t id) const;
+
+ private:
+  struct Subscriber {
+    std::uint32_t kinds = 0;
+    std::function<void()> wake;
+    std::deque<Event> queue;
+    std::uint64_t lost = 0;
+  };
+  std::map<std::uint64_t, Subscriber> subscribers_;
+  std::uint64_t next_ = 1;
+};
+
+}  // namespace hapticd

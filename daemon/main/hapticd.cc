@@ -1,0 +1,163 @@
+// hapticd: options, rights, sockets and the order in which they come; the work is in the library.
+#include <fmt/format.h>
+#include <kj/async-io.h>
+#include <sys/random.h>
+
+#include <csignal>
+
+#include "daemon/control/core.h"
+#include "daemon/main/options.h"
+#include "daemon/main/supervisor.h"
+#include "daemon/rpc/listen_socket.h"
+#include "daemon/rpc/server.h"
+#include "rt/cycle/realtime.h"
+
+namespace hapticd {
+namespace {
+
+int fail(const Error& error, int code) {
+  log::error("{}", log::printable(toString(error)));
+  return code;
+}
+
+std::uint64_t drawEpoch() {
+  std::uint64_t epoch = 0;
+  while (epoch == 0) {
+    if (getrandom(&epoch, sizeof epoch, 0) != sizeof epoch) epoch = static_cast<std::uint64_t>(MonotonicClock().now());
+  }
+  return epoch;
+}
+
+struct Sockets {
+  ListenSocket control, admin;
+};
+
+/** Those of systemd, else our own. Done first: a second daemon ends here, before it touches a device. */
+Result<Sockets> openSockets(const Config& config) {
+  Sockets sockets;
+  auto activated = activatedSockets();
+  if (!activated) return activated.error();
+  sockets.control = std::move(activated->control);
+  sockets.admin = std::move(activated->admin);
+  if (sockets.control.valid()) return sockets;  // systemd's choice of sockets is complete
+  auto paths = defaultSocketPaths(config.sockets.control, config.sockets.admin);
+  if (!paths) return paths.error();
+  auto control = ListenSocket::bind(paths->control, config.sockets.mode, config.sockets.group);
+  if (!control) return control.error();
+  auto admin = ListenSocket::bind(paths->admin, config.sockets.admin_mode, {});
+  if (!admin) return admin.error();
+  sockets.control = std::move(*control);
+  sockets.admin = std::move(*admin);
+  return sockets;
+}
+
+/** Before memory is locked, so that the builder starts from a small process. Without it meshes are refused. */
+void startBuilder(Core& core) {
+  const Config& config = core.config();
+  auto program = findBuilder(config.builder.program);
+  Result<std::unique_ptr<BuilderLeash>> builder = program ? [&] {
+    BuilderOptions options;
+    options.program = *program;
+    options.memory_bytes = static_cast<std::uint64_t>(config.builder.memory_mb * 1e6);
+    options.job_timeout_ns = static_cast<std::int64_t>(config.builder.timeout_s * 1e9);
+    return BuilderLeash::start(options);
+  }() : Result<std::unique_ptr<BuilderLeash>>(program.error());
+  if (builder) return core.uploads().setBuilder(std::move(*builder));
+  log::warn("meshes cannot be loaded: {}", toString(builder.error()));
+  core.uploads().setBuilder(nullptr, toString(builder.error()));
+}
+
+/** Memory of the real-time threads. */
+Result<void> lockPages(Core& core) {
+  if (!core.config().servo.lock_memory) {
+    core.facts().memory_note = "servo.lock_memory is off";
+    return {};
+  }
+  if (auto r = lockMemory(); !r) {
+    core.facts().memory_note = toString(r.error());
+    if (!core.config().servo.allow_no_rt) return r;
+    log::warn("memory is not locked: {}", core.facts().memory_note);
+    return {};
+  }
+  core.facts().memory_locked = true;
+  return {};
+}
+
+/** Serves until SIGTERM or SIGINT, then brings every force to zero. */
+void run(kj::AsyncIoContext& io, Core& core, Sockets& sockets) {
+  Supervisor supervisor(core, true);
+  ControlServer server(core, *io.lowLevelProvider, io.provider->getTimer());
+  server.onStep([&] { supervisor.step(); });
+  if (auto fd = sockets.control.share()) server.serve(std::move(*fd), false);
+  if (sockets.admin.valid()) {
+    if (auto fd = sockets.admin.share()) server.serve(std::move(*fd), true);
+  }
+  auto ended = io.unixEventPort.onSignal(SIGTERM).exclusiveJoin(io.unixEventPort.onSignal(SIGINT));
+  const siginfo_t info = ended.wait(io.waitScope);
+  log::info("{}: stopping", info.si_signo == SIGTERM ? "SIGTERM" : "SIGINT");
+  supervisor.stopping();
+  server.closeAll();  // sessions end, leases with them
+  core.beginShutdown();
+  const std::int64_t since = core.now();
+  while (!core.quiet(since)) io.provider->getTimer().afterDelay(2 * kj::MILLISECONDS).wait(io.waitScope);
+}
+
+int start(const Options& options) {
+  const Config& config = options.loaded.config;
+  log::start(config.log.level);
+  std::signal(SIGPIPE, SIG_IGN);
+  kj::UnixEventPort::captureSignal(SIGTERM);  // before any thread: they inherit the mask
+  kj::UnixEventPort::captureSignal(SIGINT);
+  auto io = kj::setupAsyncIo();
+  log::info("hapticd {}, configuration: {}", kVersion, options.loaded.file.empty() ? "built in" : options.loaded.file);
+
+  auto sockets = openSockets(config);
+  if (!sockets) return fail(sockets.error(), kExitSocket);
+
+  MonotonicClock clock;
+  CpuLatencyHold latency;
+  CoreOptions core_options;
+  core_options.config = config;
+  core_options.epoch = drawEpoch();
+  Core core(core_options, clock);
+  core.facts().config_file = options.loaded.file;
+  core.facts().control_socket = sockets->control.path();
+  core.facts().admin_socket = sockets->admin.path();
+  startBuilder(core);
+  if (config.servo.hold_cpu_latency) {
+    const auto held = latency.hold();
+    core.facts().cpu_latency_held = held.ok();
+    if (!held) core.facts().cpu_latency_note = toString(held.error());
+  }
+  if (auto r = core.openConfigured(); !r) {
+    return fail(r.error(), r.error().code == ErrorCode::kNoRealtime ? kExitNoRealtime : kExitDevice);
+  }
+  if (auto r = lockPages(core); !r) return fail(r.error(), kExitNoRealtime);
+  run(io, core, *sockets);
+  log::info("stopped");
+  return kExitOk;
+}
+
+}  // namespace
+}  // namespace hapticd
+
+int main(int argc, char** argv) {
+  using namespace hapticd;
+  int exit_code = kExitOk;
+  const auto options = readOptions(argc, argv, exit_code);
+  if (!options) return exit_code;
+  if (options->print_config) fmt::print("{}", toToml(options->loaded.config));
+  if (options->print_config) return kExitOk;
+  if (options->check_config) {
+    fmt::print("{}: good\n", options->loaded.file.empty() ? "built-in configuration" : options->loaded.file);
+    return kExitOk;
+  }
+  try {
+    return start(*options);
+  } catch (const kj::Exception& e) {
+    log::error("{}", log::printable(e.getDescription().cStr()));
+  } catch (const std::exception& e) {
+    log::error("{}", log::printable(e.what()));
+  }
+  return kExitFailure;
+}

@@ -1,0 +1,128 @@
+#include <cmath>
+
+#include "daemon/resource/properties.h"
+
+namespace hapticd {
+namespace {
+
+using Json = nlohmann::json;
+
+Json getInfo(const OpenDevice& device, const DeviceNow&, Core&) {
+  const DeviceInfo& i = device.info();
+  return {{"model", i.model},
+          {"manufacturer", i.manufacturer},
+          {"serial", i.serial},
+          {"firmware", i.firmware},
+          {"driver", i.driver},
+          {"driver_version", i.driver_version},
+          {"max_force", number(i.max_force)},
+          {"continuous_force", number(i.continuous_force)},
+          {"max_torque", number(i.max_torque)},
+          {"max_stiffness", number(i.max_stiffness)},
+          {"max_damping", number(i.max_damping)},
+          {"workspace_radius", number(i.workspace_radius)},
+          {"workspace_lower", toJson(i.workspace_lower)},
+          {"workspace_upper", toJson(i.workspace_upper)},
+          {"position_resolution", number(i.position_resolution)},
+          {"force_resolution", number(i.force_resolution)},
+          {"native_rate_hz", number(i.native_rate_hz)},
+          {"buttons", i.buttons}};
+}
+
+Json getLease(const OpenDevice& device, const DeviceNow&, Core& core) {
+  const Session* holder = device.lease == 0 ? nullptr : core.sessions().find(device.lease);
+  if (holder == nullptr) return nullptr;
+  return {{"session", holder->id}, {"client", holder->client.name}, {"pid", holder->client.pid}};
+}
+
+Json getBySource(const OpenDevice&, const DeviceNow& s, Core&) {
+  static constexpr const char* kNames[HD_SOURCES] = {"surface", "effect", "local_model", "client", "gravity", "guard"};
+  Json json;
+  for (std::uint32_t i = 0; i < HD_SOURCES; ++i) {
+    const float* f = s.sample.by_source[i];
+    json[kNames[i]] = {number(f[0]), number(f[1]), number(f[2])};
+  }
+  return json;
+}
+
+Json getCounts(const OpenDevice&, const DeviceNow& s, Core&) {
+  return {{"cycles", s.cycles}, {"missed", s.missed}, {"overruns", s.overruns}, {"stale", s.stale}};
+}
+
+constexpr DeviceProperty kProperties[] = {
+    {"uri", "opens this device and no other",
+     [](const OpenDevice& d, const DeviceNow&, Core&) { return Json(d.info().uri); }},
+    {"info", "what it is and can do", getInfo},
+    {"pos", "device point in the world [m]",
+     [](const OpenDevice&, const DeviceNow& s, Core&) { return toJson(vec3(s.sample.p)); }},
+    {"rot", "w,x,y,z", [](const OpenDevice&, const DeviceNow& s, Core&) { return toJson(quat(s.sample.q)); }},
+    {"velocity", "[m/s]", [](const OpenDevice&, const DeviceNow& s, Core&) { return toJson(vec3(s.sample.v)); }},
+    {"force", "sent to the device [N]",
+     [](const OpenDevice&, const DeviceNow& s, Core&) { return toJson(vec3(s.sample.force)); }},
+    {"torque", "sent to the device [N m]",
+     [](const OpenDevice&, const DeviceNow& s, Core&) { return toJson(vec3(s.sample.torque)); }},
+    {"by_source", "the force by owner [N]", getBySource},
+    {"proxy", "[m]", [](const OpenDevice&, const DeviceNow& s, Core&) { return toJson(vec3(s.sample.proxy)); }},
+    {"depth", "penetration [m]", [](const OpenDevice&, const DeviceNow& s, Core&) { return number(s.sample.depth_m); }},
+    {"contact", "object in contact, empty for none",
+     [](const OpenDevice&, const DeviceNow& s, Core& core) {
+       return Json(core.scene().nameOf(s.sample.contact_object));
+     }},
+    {"buttons", "bit mask", [](const OpenDevice&, const DeviceNow& s, Core&) { return Json(s.sample.buttons); }},
+    {"gripper", "[rad]", [](const OpenDevice&, const DeviceNow& s, Core&) { return number(s.sample.gripper_rad); }},
+    {"armed", "forces reach it", [](const OpenDevice&, const DeviceNow& s, Core&) { return Json(s.armed); }},
+    {"ramping", "the arming ramp is below one",
+     [](const OpenDevice&, const DeviceNow& s, Core&) { return Json((s.sample.flags & HD_SAMPLE_RAMPING) != 0); }},
+    {"fault", "latched fault",
+     [](const OpenDevice&, const DeviceNow& s, Core&) { return Json(faultText(s.sample.fault)); }},
+    {"lease", "who may arm it", getLease},
+    {"limits", "in force", [](const OpenDevice& d, const DeviceNow&, Core&) { return toJson(d.limits); }},
+    {"rate", "[Hz]", [](const OpenDevice&, const DeviceNow& s, Core&) { return number(s.rate_hz); }},
+    {"counts", "cycles, missed, overruns, stale", getCounts},
+    {"busy", "median share of the period spent in the cycle",
+     [](const OpenDevice&, const DeviceNow& s, Core&) { return number(s.busy); }},
+    {"group", "devices of one group share a servo",
+     [](const OpenDevice& d, const DeviceNow&, Core&) { return Json(d.link->name()); }},
+    {"policy", "scheduling", [](const OpenDevice&, const DeviceNow& s, Core&) { return Json(s.policy); }},
+    {"temperature", "hottest motor [deg C], null where not sensed",
+     [](const OpenDevice& d, const DeviceNow&, Core&) { return number(d.device().temperature()); }},
+};
+
+}  // namespace
+
+std::span<const DeviceProperty> deviceProperties() { return kProperties; }
+
+nlohmann::json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+nlohmann::json toJson(const Vec3& x) { return {number(x.x()), number(x.y()), number(x.z())}; }
+
+nlohmann::json toJson(const Quat& q) { return {number(q.w()), number(q.x()), number(q.y()), number(q.z())}; }
+
+nlohmann::json toJson(const Pose& pose) { return {{"pos", toJson(pose.p)}, {"rot", toJson(pose.q)}}; }
+
+nlohmann::json toJson(const hd_material& m) {
+  return {{"stiffness", number(m.stiffness)},
+          {"damping", number(m.damping)},
+          {"friction_static", number(m.friction_static)},
+          {"friction_dynamic", number(m.friction_dynamic)}};
+}
+
+nlohmann::json toJson(const GuardLimits& l) {
+  return {{"force", number(l.force)},
+          {"torque", number(l.torque)},
+          {"force_slew", number(l.force_slew)},
+          {"torque_slew", number(l.torque_slew)},
+          {"velocity", number(l.velocity)},
+          {"power", number(l.power)},
+          {"active_power", number(l.active_power)},
+          {"gripper_force", number(l.gripper_force)}};
+}
+
+nlohmann::json toJson(const MeshInfo& m) {
+  return {{"id", m.id},         {"vertices", m.vertices},     {"triangles", m.triangles},
+          {"bytes", m.bytes},   {"lower", toJson(m.lower)},   {"upper", toJson(m.upper)},
+          {"closed", m.closed}, {"deformable", m.deformable}, {"notes", m.notes},
+          {"uses", m.uses},     {"owner", m.owner.name}};
+}
+
+}  // namespace hapticd

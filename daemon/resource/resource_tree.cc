@@ -1,0 +1,280 @@
+#include "daemon/resource/resource_tree.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/resource/properties.h"
+
+namespace hapticd {
+namespace {
+
+using Json = nlohmann::json;
+
+const std::vector<std::string>& roots() {
+  static const std::vector<std::string> kRoots{"objects", "_objects", "devices", "statistics",
+                                               "clients", "meshes",   "config"};
+  return kRoots;
+}
+
+std::string print(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+template <class Table>
+std::vector<std::string> namesOf(const Table& table) {
+  std::vector<std::string> names;
+  for (const auto& row : table) names.emplace_back(row.name);
+  return names;
+}
+
+template <class Table>
+auto* findRow(const Table& table, const std::string& name) {
+  for (const auto& row : table) {
+    if (name == row.name) return &row;
+  }
+  return static_cast<decltype(&*table.begin())>(nullptr);
+}
+
+Error tooDeep(const ResourceName& name, std::size_t i) {
+  return {ErrorCode::kNotFound, name.upTo(i), fmt::format("there is nothing below {}", name.upTo(i - 1)), {}};
+}
+
+Json describe(const ObjectNow& object, Core& core) {
+  Json json = Json::object();
+  for (const ObjectProperty& property : objectProperties()) json[property.name] = property.get(object, core);
+  return json;
+}
+
+Json describe(const OpenDevice& device, Core& core) {
+  const DeviceNow status = statusOf(device);
+  Json json{{"name", device.name}};
+  for (const DeviceProperty& property : deviceProperties()) json[property.name] = property.get(device, status, core);
+  return json;
+}
+
+Json statistics(const OpenDevice& device) {
+  const DeviceNow status = statusOf(device);
+  Json json{{"period_ns", device.link->group().options().cycle.period_ns},
+            {"cycles", status.cycles},
+            {"missed", status.missed},
+            {"overruns", status.overruns},
+            {"stale", status.stale},
+            {"busy", number(status.busy)}};
+  for (const Stage& stage : stagesOf(device.link->group().servo().histograms)) {
+    const Histogram::Summary s = stage.histogram->summary();
+    json["stages"][stage.name] = {{"count", s.count},      {"p50_ns", s.p50_ns},      {"p99_ns", s.p99_ns},
+                                  {"p99.9_ns", s.p999_ns}, {"p99.99_ns", s.p9999_ns}, {"max_ns", s.max_ns}};
+  }
+  return json;
+}
+
+Json clients(Core& core) {
+  Json json = Json::array();
+  for (const auto& [id, client] : core.clients()) {
+    Json c{{"name", client.name}, {"pid", client.pid}, {"uid", client.uid}, {"administration", client.administration}};
+    c["sessions"] = Json::array();
+    for (const Session* session : core.sessions().all()) {
+      if (session->client.connection != id || core.sessions().find(session->id) == nullptr) continue;
+      const SessionNow status = statusOf(*session);
+      c["sessions"].push_back({{"id", session->id},
+                               {"device", session->device->name},
+                               {"lease", session->device->lease == session->id},
+                               {"received", status.received},
+                               {"rejected", status.rejected},
+                               {"stale", status.stale},
+                               {"models", status.models},
+                               {"fade", number(status.fade)},
+                               {"heartbeat_age_ns", status.heartbeat_age_ns},
+                               {"bytes", session->regions.bytes()}});
+    }
+    json.push_back(std::move(c));
+  }
+  return json;
+}
+
+Json branch(SceneModel& scene, const std::string& name) {
+  Json json = Json::object();
+  for (const std::string& child : scene.childrenOf(name)) json[child] = branch(scene, child);
+  return json;
+}
+
+}  // namespace
+
+Error noSuchElement(const ResourceName& name, std::size_t i, std::vector<std::string> valid) {
+  const std::string near = nearestNames(name.element[i], std::move(valid), 8);
+  return {ErrorCode::kNotFound, name.upTo(i),
+          fmt::format("there is no '{}' in {}", name.element[i].substr(0, 80), i == 0 ? "/" : name.upTo(i - 1)),
+          near.empty() ? "it is empty" : "there is " + near};
+}
+
+Result<std::string> ResourceTree::get(std::string_view path, const Client&) {
+  auto name = parseResourceName(path);
+  if (!name) return name.error();
+  if (!name->query.empty()) {
+    return Error{ErrorCode::kInvalidArgument, name->upTo(name->element.size()), "a read takes no query",
+                 "write with set"};
+  }
+  auto json = read(*name);
+  if (!json) return json.error();
+  return print(*json);
+}
+
+Result<std::string> ResourceTree::set(std::string_view uri, const Client&) {
+  auto name = parseResourceName(uri);
+  if (!name) return name.error();
+  const std::string* value = name->find("value");
+  if (value == nullptr || name->query.size() != 1) {
+    return Error{ErrorCode::kInvalidArgument, name->upTo(name->element.size()), "a write has one query: ?value=...",
+                 "for example /objects/motor/pos?value=0,0,0.02"};
+  }
+  const std::size_t last = name->element.size();
+  if (last < 3 || (name->element[0] != "objects" && name->element[0] != "_objects")) {
+    return Error{ErrorCode::kPermissionDenied, name->upTo(last), "only properties of objects can be written",
+                 "limits, arming and the rest have commands of their own"};
+  }
+  std::string object = name->element[1];
+  std::size_t at = 2;
+  if (name->element[0] == "_objects") {
+    auto walked = walk(*name, 1);
+    if (!walked) return walked.error();
+    std::tie(object, at) = *walked;
+  } else if (!core_.scene().has(object)) {
+    return noSuchElement(*name, 1, core_.scene().names());
+  }
+  if (at + 1 != last)
+    return at >= last ? Error{ErrorCode::kInvalidArgument, name->upTo(last), "that is an object, not a property",
+                              "name one of its properties"}
+                      : tooDeep(*name, at + 1);
+  const ObjectProperty* property = findRow(objectProperties(), name->element[at]);
+  if (property == nullptr) return noSuchElement(*name, at, namesOf(objectProperties()));
+  if (property->set == nullptr) {
+    return Error{
+        ErrorCode::kPermissionDenied, name->upTo(at), fmt::format("'{}' cannot be written", property->name), {}};
+  }
+  auto now = core_.scene().find(object);
+  if (!now) return now.error();
+  if (auto r = property->set(core_, *now, *value, name->upTo(at)); !r) {
+    Error error = r.error();
+    if (error.where.rfind('/', 0) != 0) error.where = name->upTo(at) + " (" + error.where + ")";
+    return error;
+  }
+  now = core_.scene().find(object);
+  if (!now) return now.error();
+  return print(property->get(*now, core_));
+}
+
+Result<nlohmann::json> ResourceTree::read(const ResourceName& name) {
+  if (name.element.empty()) return Json(roots());
+  const std::string& root = name.element[0];
+  if (root == "objects") {
+    if (name.element.size() == 1) {
+      Json all = Json::object();
+      for (const ObjectNow& object : core_.scene().list()) all[object.spec.name] = describe(object, core_);
+      return all;
+    }
+    if (!core_.scene().has(name.element[1])) return noSuchElement(name, 1, core_.scene().names());
+    return readObject(name, 2, name.element[1]);
+  }
+  if (root == "_objects") return readTree(name);
+  if (root == "devices") return readDevices(name);
+  if (root == "statistics") return readStatistics(name);
+  if (root == "meshes") return readMeshes(name);
+  if (root != "clients" && root != "config") return noSuchElement(name, 0, roots());
+  if (name.element.size() > 1) return tooDeep(name, 1);
+  return root == "clients" ? clients(core_) : Json(toToml(core_.config()));
+}
+
+Result<nlohmann::json> ResourceTree::readObject(const ResourceName& name, std::size_t at, const std::string& object) {
+  auto now = core_.scene().find(object);
+  if (!now) return now.error();
+  if (at >= name.element.size()) return describe(*now, core_);
+  const ObjectProperty* property = findRow(objectProperties(), name.element[at]);
+  if (property == nullptr) return noSuchElement(name, at, namesOf(objectProperties()));
+  if (at + 1 < name.element.size()) return tooDeep(name, at + 1);
+  return property->get(*now, core_);
+}
+
+Result<nlohmann::json> ResourceTree::readTree(const ResourceName& name) {
+  if (name.element.size() == 1) return branch(core_.scene(), "");
+  auto walked = walk(name, 1);
+  if (!walked) return walked.error();
+  if (walked->second < name.element.size()) return readObject(name, walked->second, walked->first);
+  return branch(core_.scene(), walked->first);
+}
+
+Result<std::pair<std::string, std::size_t>> ResourceTree::walk(const ResourceName& name, std::size_t at) {
+  std::string object;
+  for (; at < name.element.size(); ++at) {
+    const std::vector<std::string> children = core_.scene().childrenOf(object);
+    const std::string& wanted = name.element[at];
+    if (std::find(children.begin(), children.end(), wanted) != children.end()) {
+      object = wanted;
+      continue;
+    }
+    if (!object.empty() && findRow(objectProperties(), wanted) != nullptr) break;
+    std::vector<std::string> valid = children;
+    if (!object.empty()) {
+      for (auto& property : namesOf(objectProperties())) valid.push_back(std::move(property));
+    }
+    return noSuchElement(name, at, std::move(valid));
+  }
+  return std::make_pair(object, at);
+}
+
+Result<nlohmann::json> ResourceTree::readDevices(const ResourceName& name) {
+  if (name.element.size() == 1) {
+    Json all = Json::object();
+    for (const auto& device : core_.devices().devices()) all[device->name] = describe(*device, core_);
+    return all;
+  }
+  auto device = core_.devices().find(name.element[1]);
+  if (!device) return noSuchElement(name, 1, core_.devices().names());
+  if (name.element.size() == 2) return describe(**device, core_);
+  const DeviceProperty* property = findRow(deviceProperties(), name.element[2]);
+  if (property == nullptr) return noSuchElement(name, 2, namesOf(deviceProperties()));
+  if (name.element.size() > 3) return tooDeep(name, 3);
+  return property->get(**device, statusOf(**device), core_);
+}
+
+Result<nlohmann::json> ResourceTree::readStatistics(const ResourceName& name) {
+  if (name.element.size() == 1) {
+    Json all = Json::object();
+    for (const auto& device : core_.devices().devices()) all[device->name] = statistics(*device);
+    return all;
+  }
+  auto device = core_.devices().find(name.element[1]);
+  if (!device) return noSuchElement(name, 1, core_.devices().names());
+  if (name.element.size() > 2) return tooDeep(name, 2);
+  return statistics(**device);
+}
+
+Result<nlohmann::json> ResourceTree::readMeshes(const ResourceName& name) {
+  Json all = Json::object();
+  std::vector<std::string> ids;
+  for (const MeshInfo* mesh : core_.meshes().list()) {
+    ids.push_back(std::to_string(mesh->id));
+    all[ids.back()] = toJson(*mesh);
+  }
+  if (name.element.size() == 1) return all;
+  if (!all.contains(name.element[1])) return noSuchElement(name, 1, std::move(ids));
+  if (name.element.size() > 2) return tooDeep(name, 2);
+  return all[name.element[1]];
+}
+
+std::string ResourceTree::dump() {
+  Json json;
+  for (const std::string& root : roots()) {
+    ResourceName name;
+    name.element = {root};
+    if (auto part = read(name)) json[root] = std::move(*part);
+  }
+  json["daemon"] = {{"version", kVersion},
+                    {"epoch", fmt::format("{:016x}", core_.epoch())},
+                    {"realtime", core_.devices().realtime()},
+                    {"scheduling_note", core_.devices().schedulingNote()},
+                    {"config_file", core_.facts().config_file},
+                    {"uptime_ns", core_.now() - core_.started()},
+                    {"locked_bytes", core_.lockedBytes()}};
+  return print(json);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,15 @@
+#include "daemon/rpc/answer.h"
+
+#include "daemon/log.h"
+
+namespace hapticd {
+
+Error defect(const char* text) noexcept {
+  try {
+    log::error("a defect in a control method: {}", log::printable(text));
+  } catch (...) {  // the answer matters more than the line
+  }
+  return {ErrorCode::kInternal, {}, {}, {}};
+}
+
+}  // namespace hapticd

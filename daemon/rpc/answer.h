@@ -1,0 +1,59 @@
+/** @file
+ * How a method answers: every refusal becomes a Status, no exception crosses to the client.
+ */
+#pragma once
+
+#include <kj/async.h>
+#include <kj/exception.h>
+
+#include <exception>
+
+#include "daemon/rpc/convert.h"
+
+namespace hapticd {
+
+/** Logs a defect and words it for the client, without its text. */
+[[nodiscard]] Error defect(const char* text) noexcept;
+
+/** The result of `body`, or kInternal for whatever it throws. */
+template <class Body>
+[[nodiscard]] Result<void> caught(Body&& body) noexcept {
+  try {
+    return body();
+  } catch (const kj::Exception& e) {
+    return defect(e.getDescription().cStr());
+  } catch (const std::exception& e) {
+    return defect(e.what());
+  } catch (...) {
+    return defect("an unknown exception");
+  }
+}
+
+/** Runs `body(params, results)`, which returns Result<void>, and sets the status of the answer. */
+template <class Context, class Body>
+kj::Promise<void> answer(Context context, Body&& body) {
+  const Result<void> result = caught([&] { return body(context.getParams(), context.getResults()); });
+  setStatus(context.getResults().initStatus(), result);
+  return kj::READY_NOW;
+}
+
+/** An answer that comes later: done(result) once; nothing happens when the caller has gone meanwhile. */
+template <class Context>
+class LaterAnswer {
+ public:
+  LaterAnswer(Context context, kj::Own<kj::PromiseFulfiller<void>> fulfiller)
+      : context_(context), fulfiller_(kj::mv(fulfiller)) {}
+  [[nodiscard]] bool waiting() { return fulfiller_->isWaiting(); }
+  auto results() { return context_.getResults(); }
+  void done(const Result<void>& result) {
+    if (!fulfiller_->isWaiting()) return;
+    setStatus(context_.getResults().initStatus(), result);
+    fulfiller_->fulfill();
+  }
+
+ private:
+  Context context_;
+  kj::Own<kj::PromiseFulfiller<void>> fulfiller_;
+};
+
+}  // namespace hapticd

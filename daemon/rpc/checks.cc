@@ -1,0 +1,116 @@
+// What doctor can learn from the daemon alone.
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include "daemon/device/device_status.h"
+#include "daemon/rpc/status.h"
+
+namespace hapticd {
+namespace {
+
+using State = proto::Check::State;
+
+std::string limitText(rlim_t limit, const char* unit) {
+  return limit == RLIM_INFINITY ? "unlimited" : fmt::format("{}{}", limit, unit);
+}
+
+CheckLine scheduling(Core& core) {
+  if (core.devices().links().empty()) return {"real-time scheduling", State::NOT_APPLICABLE, "no device is open", {}};
+  if (core.devices().realtime()) {
+    return {"real-time scheduling",
+            State::GREEN,
+            fmt::format("SCHED_FIFO {}, ingest {}", core.config().servo.servo_priority,
+                        core.config().servo.ingest_priority),
+            {}};
+  }
+  return {"real-time scheduling", State::RED, core.devices().schedulingNote(),
+          fmt::format("as root: echo '@haptic - rtprio 85' > /etc/security/limits.d/hapticd.conf, then log in again")};
+}
+
+CheckLine rtprioLimit(Core& core) {
+  rlimit limit{};
+  getrlimit(RLIMIT_RTPRIO, &limit);
+  const bool enough = limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= core.config().servo.device_priority;
+  const bool has = enough || core.devices().realtime();  // root needs no limit
+  return {"RLIMIT_RTPRIO", has ? State::GREEN : State::RED, limitText(limit.rlim_cur, ""),
+          has ? ""
+              : fmt::format("LimitRTPRIO={} in the unit, or rtprio in /etc/security/limits.d",
+                            core.config().servo.device_priority)};
+}
+
+CheckLine memory(Core& core) {
+  rlimit limit{};
+  getrlimit(RLIMIT_MEMLOCK, &limit);
+  const std::string detail =
+      fmt::format("limit {}, {} bytes locked for clients", limitText(limit.rlim_cur, " bytes"), core.lockedBytes());
+  if (core.facts().memory_locked) return {"memory lock", State::GREEN, detail, {}};
+  if (!core.config().servo.lock_memory) return {"memory lock", State::NOT_APPLICABLE, "servo.lock_memory is off", {}};
+  return {"memory lock", State::RED, core.facts().memory_note + "; " + detail,
+          "LimitMEMLOCK=512M in the unit, or memlock in /etc/security/limits.d"};
+}
+
+CheckLine latency(Core& core) {
+  if (!core.config().servo.hold_cpu_latency)
+    return {"cpu_dma_latency", State::NOT_APPLICABLE, "servo.hold_cpu_latency is off", {}};
+  if (core.facts().cpu_latency_held) return {"cpu_dma_latency", State::GREEN, "held at 0", {}};
+  return {"cpu_dma_latency", State::RED, core.facts().cpu_latency_note,
+          "install the udev rules: KERNEL==\"cpu_dma_latency\", GROUP=\"haptic\", MODE=\"0660\""};
+}
+
+CheckLine builder(Core& core) {
+  const BuilderLeash* leash = core.uploads().builder();
+  if (leash == nullptr) {
+    return {"builder", State::RED, core.uploads().builderNote(),
+            "install hapticd-builder beside hapticd, or set builder.program"};
+  }
+  return {"builder",
+          State::GREEN,
+          leash->pid() != 0 ? fmt::format("pid {}, {} restarts", leash->pid(), leash->restarts())
+                            : std::string("starts with the next mesh"),
+          {}};
+}
+
+CheckLine socketLine(const char* name, const std::string& path) {
+  if (path.empty()) return {name, State::NOT_APPLICABLE, "not served", {}};
+  return {name, State::GREEN, path, {}};
+}
+
+CheckLine device(const OpenDevice& device) {
+  const DeviceNow s = statusOf(device);
+  const std::string name = "device " + device.name;
+  if (s.sample.fault != HD_FAULT_NONE) {
+    return {name, State::RED, fmt::format("fault: {}", faultText(s.sample.fault)),
+            fmt::format("clear the cause, then: hapticctl arm {}", device.name)};
+  }
+  return {name,
+          State::GREEN,
+          fmt::format("{}, {:g} Hz, {} of {} periods missed, {}", device.info().uri, s.rate_hz, s.missed,
+                      s.cycles + s.missed, s.armed ? "armed" : "disarmed"),
+          {}};
+}
+
+CheckLine heartbeat(Core& core, GroupLink& link) {
+  constexpr std::int64_t kLateNs = 100'000'000;
+  const std::int64_t age_ns = core.now() - link.group().servo().counters.last_cycle_ns.load(std::memory_order_relaxed);
+  const std::string name = "servo " + link.name();
+  if (link.cycles() != 0 && age_ns < kLateNs) return {name, State::GREEN, fmt::format("{} cycles", link.cycles()), {}};
+  return {name, State::RED, fmt::format("no cycle for {:.1f} ms", static_cast<double>(age_ns) * 1e-6),
+          "restart hapticd and report it"};
+}
+
+}  // namespace
+
+std::vector<CheckLine> makeChecks(Core& core) {
+  std::vector<CheckLine> lines{scheduling(core),
+                               rtprioLimit(core),
+                               memory(core),
+                               latency(core),
+                               builder(core),
+                               socketLine("control socket", core.facts().control_socket),
+                               socketLine("administration socket", core.facts().admin_socket)};
+  for (const auto& link : core.devices().links()) lines.push_back(heartbeat(core, *link));
+  for (const auto& d : core.devices().devices()) lines.push_back(device(*d));
+  return lines;
+}
+
+}  // namespace hapticd

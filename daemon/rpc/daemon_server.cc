@@ -1,0 +1,198 @@
+#include <fmt/format.h>
+
+#include "daemon/rpc/servers.h"
+#include "daemon/rpc/status.h"
+
+namespace hapticd {
+namespace {
+
+capnp::Text::Reader text(const std::string& in) { return {in.data(), in.size()}; }
+
+Result<std::string> readUri(capnp::Text::Reader in) { return readText(in, kMostUri, "uri"); }
+
+}  // namespace
+
+kj::Promise<void> DaemonServer::hello(HelloContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    auto name = readText(params.getClientName(), kMostName, "clientName");
+    if (!name) return name.error();
+    if (params.getProtocolMajor() != proto::PROTOCOL_MAJOR) {
+      return Error{ErrorCode::kVersionMismatch, "protocolMajor",
+                   fmt::format("the client speaks {}.{}, the daemon {}.{}", params.getProtocolMajor(),
+                               params.getProtocolMinor(), proto::PROTOCOL_MAJOR, proto::PROTOCOL_MINOR),
+                   params.getProtocolMajor() > proto::PROTOCOL_MAJOR ? "update hapticd" : "update the client"};
+    }
+    core_.introduce(connection_, name->empty() ? fmt::format("pid {}", client().pid) : std::move(*name));
+    writeInfo(results.initInfo(), core_, client().administration);
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::listDevices(ListDevicesContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    const auto& open = core_.devices().devices();
+    const auto found = core_.devices().found();
+    auto list = results.initDevices(static_cast<unsigned>(open.size() + found.size()));
+    for (unsigned i = 0; i < open.size(); ++i) write(list[i], *open[i]);
+    for (unsigned i = 0; i < found.size(); ++i) write(list[static_cast<unsigned>(open.size()) + i], found[i]);
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::openDevice(OpenDeviceContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    auto uri = readUri(params.getUri());
+    if (!uri) return uri.error();
+    auto device = core_.openDevice(*uri);
+    if (!device) return device.error();
+    write(results.initDevice(), **device);
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::closeDevice(CloseDeviceContext context) {
+  return answer(context, [&](auto params, auto) -> Result<void> {
+    auto uri = readUri(params.getUri());
+    if (!uri) return uri.error();
+    return core_.closeDevice(*uri, connection_);
+  });
+}
+
+kj::Promise<void> DaemonServer::openSession(OpenSessionContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    auto uri = readUri(params.getUri());
+    if (!uri) return uri.error();
+    auto name = readText(params.getClientName(), kMostName, "clientName");
+    if (!name) return name.error();
+    auto opened = core_.openSession(*uri, connection_, *name, params.getLayoutMajor(), params.getLayoutMinor());
+    if (!opened) return opened.error();
+    const Session& session = **opened;
+    results.setSession(kj::heap<SessionServer>(core_, session.id));
+    auto info = results.initInfo();
+    info.setId(session.id);
+    info.setEpoch(core_.epoch());
+    write(info.initDevice(), *session.device);
+    info.setDeviceIndex(session.device->index);
+    info.setDeviceCount(static_cast<std::uint32_t>(session.link->group().deviceCount()));
+    info.setPeriodNs(session.link->group().options().cycle.period_ns);
+    info.setRegionABytes(session.regions.fileA().size());
+    info.setRegionBBytes(session.regions.fileB().size());
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::scene(SceneContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    results.setScene(kj::heap<SceneServer>(core_, connection_));
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::get(GetContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    const auto path = params.getPath();
+    auto json = ResourceTree(core_).get({path.begin(), path.size()}, client());
+    if (!json) return json.error();
+    results.setJson(text(*json));
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::set(SetContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    const auto uri = params.getUri();
+    auto json = ResourceTree(core_).set({uri.begin(), uri.size()}, client());
+    if (!json) return json.error();
+    results.setJson(text(*json));
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::state(StateContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    writeState(results.initState(), core_, client().administration);
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::statistics(StatisticsContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    auto uri = readUri(params.getUri());
+    if (!uri) return uri.error();
+    auto device = core_.devices().find(*uri);
+    if (!device) return device.error();
+    if (params.getReset() && !client().administration) {
+      return Error{ErrorCode::kPermissionDenied, "reset", "resetting statistics needs the administration socket", {}};
+    }
+    writeStatistics(results.initStatistics(), **device);
+    if (params.getReset()) resetStatistics(**device);
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::subscribe(SubscribeContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    constexpr std::uint32_t kAll = (1u << kEventKinds) - 1;
+    if (!params.hasListener())
+      return Error{ErrorCode::kInvalidArgument, "listener", "there is none", "pass a listener"};
+    if ((params.getKinds() & ~kAll) != 0) {
+      return Error{ErrorCode::kInvalidArgument, "kinds", fmt::format("bits beyond {} name no event", kEventKinds - 1),
+                   "0 means all"};
+    }
+    if (core_.events().subscribers() >= Core::kConnections) {
+      return Error{ErrorCode::kQuotaExceeded, "subscribe", "too many subscriptions", "drop some"};
+    }
+    results.setSubscription(kj::heap<SubscriptionServer>(core_, params.getListener(), params.getKinds()));
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::stop(StopContext context) {
+  return answer(context, [&](auto params, auto) -> Result<void> {
+    auto uri = readUri(params.getUri());
+    if (!uri) return uri.error();
+    return core_.stop(*uri, connection_);
+  });
+}
+
+kj::Promise<void> DaemonServer::setLimits(SetLimitsContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    auto uri = readUri(params.getUri());
+    if (!uri) return uri.error();
+    if (!params.hasLimits()) return Error{ErrorCode::kInvalidArgument, "limits", "there are none", "give limits"};
+    auto limits = core_.setLimits(*uri, read(params.getLimits()), connection_);
+    if (!limits) return limits.error();
+    write(results.initLimits(), *limits);
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::configuration(ConfigurationContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    results.setToml(text(toToml(core_.config())));
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::doctor(DoctorContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    const auto checks = makeChecks(core_);
+    auto list = results.initChecks(static_cast<unsigned>(checks.size()));
+    for (unsigned i = 0; i < checks.size(); ++i) {
+      list[i].setName(text(checks[i].name));
+      list[i].setState(checks[i].state);
+      list[i].setDetail(text(checks[i].detail));
+      list[i].setRemedy(text(checks[i].remedy));
+    }
+    return {};
+  });
+}
+
+kj::Promise<void> DaemonServer::dump(DumpContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    results.setJson(text(ResourceTree(core_).dump()));
+    return {};
+  });
+}
+
+}  // namespace hapticd

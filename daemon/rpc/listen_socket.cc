@@ -1,0 +1,190 @@
+#include "daemon/rpc/listen_socket.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <grp.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <systemd/sd-daemon.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+namespace hapticd {
+namespace {
+
+constexpr int kBacklog = 64;
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? std::string() : std::string(value);
+}
+
+std::string folderOf(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
+}
+
+/** Takes the lock for as long as the descriptor lives. Its file holds our pid. */
+Result<UniqueFd> lockFile(const std::string& path, const std::string& socket) {
+  UniqueFd fd;
+  bool locked = false;
+  for (int attempt = 0; attempt < 10; ++attempt) {
+    fd = UniqueFd(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+    if (!fd.valid()) return systemError(path, "open", errno);
+    locked = flock(fd.get(), LOCK_EX | LOCK_NB) == 0;
+    struct stat ours {
+    }, there{};
+    const bool same = fstat(fd.get(), &ours) == 0 && stat(path.c_str(), &there) == 0 && ours.st_ino == there.st_ino;
+    if (same || !locked) break;
+    locked = false;  // its former owner removed the file after we had opened it: lock the new one
+  }
+  if (!locked) {
+    char pid[16] = {};
+    (void)!pread(fd.get(), pid, sizeof pid - 1, 0);
+    pid[std::strspn(pid, "0123456789")] = 0;
+    return Error{ErrorCode::kAlreadyExists, socket,
+                 fmt::format("another hapticd{} serves this socket", *pid == 0 ? "" : fmt::format(" (pid {})", pid)),
+                 "stop it, or give this one another --socket"};
+  }
+  const std::string pid = std::to_string(getpid()) + "\n";
+  if (ftruncate(fd.get(), 0) != 0 || pwrite(fd.get(), pid.data(), pid.size(), 0) < 0)
+    return systemError(path, "write", errno);
+  return fd;
+}
+
+Result<void> setGroup(const std::string& path, const std::string& group) {
+  if (group.empty()) return {};
+  const struct group* entry = getgrnam(group.c_str());
+  if (entry == nullptr) {
+    return Error{ErrorCode::kNotFound, "sockets.group", fmt::format("there is no group '{}'", group),
+                 "create it, or leave the key out"};
+  }
+  if (chown(path.c_str(), static_cast<uid_t>(-1), entry->gr_gid) != 0) return systemError(path, "chown", errno);
+  return {};
+}
+
+}  // namespace
+
+ListenSocket& ListenSocket::operator=(ListenSocket&& other) noexcept {
+  if (this == &other) return *this;
+  close();
+  fd_ = std::move(other.fd_);
+  lock_ = std::move(other.lock_);
+  path_ = std::move(other.path_);
+  ours_ = std::exchange(other.ours_, false);
+  return *this;
+}
+
+Result<ListenSocket> ListenSocket::bind(const std::string& path, unsigned mode, const std::string& group) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.empty() || path.size() >= sizeof address.sun_path) {
+    return Error{ErrorCode::kInvalidArgument, path,
+                 fmt::format("a socket's path has 1 to {} bytes", sizeof address.sun_path - 1), "choose a shorter one"};
+  }
+  std::memcpy(address.sun_path, path.data(), path.size());
+  const std::string folder = folderOf(path);
+  if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) return systemError(folder, "mkdir", errno);
+
+  ListenSocket out;
+  out.path_ = path;
+  auto lock = lockFile(path + ".lock", path);
+  if (!lock) return lock.error();
+  out.lock_ = std::move(*lock);
+  struct stat info {};
+  if (lstat(path.c_str(), &info) == 0) {
+    if (!S_ISSOCK(info.st_mode)) {
+      return Error{ErrorCode::kAlreadyExists, path, "it exists and is not a socket",
+                   "remove it, or choose another path"};
+    }
+    (void)unlink(path.c_str());  // nobody holds the lock: its daemon is dead
+  }
+  out.fd_ = UniqueFd(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!out.fd_.valid()) return systemError(path, "socket", errno);
+  const mode_t before = umask(0177);  // nobody connects before mode and group are right
+  const int bound = ::bind(out.fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  const int bind_errno = errno;
+  umask(before);
+  if (bound != 0) return systemError(path, "bind", bind_errno);
+  out.ours_ = true;
+  if (auto r = setGroup(path, group); !r) return r.error();
+  if (chmod(path.c_str(), mode) != 0) return systemError(path, "chmod", errno);
+  if (listen(out.fd_.get(), kBacklog) != 0) return systemError(path, "listen", errno);
+  return out;
+}
+
+ListenSocket ListenSocket::adopt(UniqueFd fd, std::string path) {
+  ListenSocket out;
+  out.fd_ = std::move(fd);
+  out.path_ = std::move(path);
+  return out;
+}
+
+void ListenSocket::close() noexcept {
+  if (ours_) {
+    (void)unlink(path_.c_str());
+    (void)unlink((path_ + ".lock").c_str());
+  }
+  ours_ = false;
+  fd_.reset();
+  lock_.reset();
+}
+
+Result<SocketPaths> defaultSocketPaths(const std::string& control, const std::string& admin) {
+  SocketPaths paths{control, admin};
+  if (paths.control.empty()) {
+    const std::string service = environment("RUNTIME_DIRECTORY");
+    const std::string user = environment("XDG_RUNTIME_DIR");
+    if (!service.empty()) {
+      paths.control = service.substr(0, service.find(':')) + "/control.sock";
+    } else if (!user.empty()) {
+      paths.control = user + "/hapticd/control.sock";
+    } else if (geteuid() == 0) {
+      paths.control = "/run/hapticd/control.sock";
+    } else {
+      return Error{ErrorCode::kNotFound, "XDG_RUNTIME_DIR",
+                   "it is not set, so there is no place for the control socket", "set it, or give --socket PATH"};
+    }
+  }
+  if (paths.admin.empty()) paths.admin = folderOf(paths.control) + "/admin.sock";
+  if (paths.admin == paths.control) {
+    return Error{ErrorCode::kInvalidArgument, paths.admin, "control and administration need a socket each",
+                 "give --admin-socket PATH"};
+  }
+  return paths;
+}
+
+Result<ActivatedSockets> activatedSockets() {
+  ActivatedSockets out;
+  char** names = nullptr;
+  const int count = sd_listen_fds_with_names(1, &names);
+  if (count < 0) return systemError("systemd", "sd_listen_fds_with_names", -count);
+  Result<void> result;
+  for (int i = 0; i < count; ++i) {
+    UniqueFd fd(SD_LISTEN_FDS_START + i);
+    const std::string name = names != nullptr && names[i] != nullptr ? names[i] : "";
+    sockaddr_un address{};
+    socklen_t length = sizeof address - 1;  // keeps the path terminated
+    (void)getsockname(fd.get(), reinterpret_cast<sockaddr*>(&address), &length);
+    (void)fcntl(fd.get(), F_SETFL, fcntl(fd.get(), F_GETFL) | O_NONBLOCK);
+    const bool admin = name == "admin" || name.find("admin") != std::string::npos;
+    ListenSocket& slot = admin ? out.admin : out.control;
+    if (sd_is_socket_unix(fd.get(), SOCK_STREAM, 1, nullptr, 0) <= 0 || slot.valid()) {
+      result = Error{ErrorCode::kInvalidArgument, fmt::format("systemd socket '{}'", name),
+                     slot.valid() ? "there are two of its kind" : "it is not a listening Unix stream socket",
+                     "use one ListenStream= with FileDescriptorName=control and one with FileDescriptorName=admin"};
+    } else {
+      slot = ListenSocket::adopt(std::move(fd), address.sun_path);
+    }
+    if (names != nullptr) std::free(names[i]);
+  }
+  std::free(names);
+  if (!result) return result.error();
+  return out;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,57 @@
+/** @file
+ * Where clients find the daemon: paths, takeover from systemd, refusal of a second daemon.
+ */
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "daemon/unique_fd.h"
+
+namespace hapticd {
+
+/** A listening Unix socket; its file and lock go with it if the daemon made them. */
+class ListenSocket {
+ public:
+  ListenSocket() noexcept = default;
+  ListenSocket(ListenSocket&& other) noexcept { *this = std::move(other); }
+  ListenSocket& operator=(ListenSocket&& other) noexcept;
+  ListenSocket(const ListenSocket&) = delete;
+  ListenSocket& operator=(const ListenSocket&) = delete;
+  ~ListenSocket() { close(); }
+
+  /**
+   * Locks `path`.lock, removes a socket that a dead daemon left, binds and listens. A missing folder is made, mode
+   * 0700. kAlreadyExists names the pid of the daemon that serves the path. `group`: empty, or the group that may
+   * connect.
+   */
+  [[nodiscard]] static Result<ListenSocket> bind(const std::string& path, unsigned mode, const std::string& group);
+  /** A socket that systemd listens on. */
+  [[nodiscard]] static ListenSocket adopt(UniqueFd fd, std::string path);
+
+  /** A descriptor for the event loop. */
+  [[nodiscard]] Result<UniqueFd> share() const { return duplicate(fd_.get()); }
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] bool valid() const { return fd_.valid(); }
+  void close() noexcept;
+
+ private:
+  UniqueFd fd_, lock_;
+  std::string path_;
+  bool ours_ = false;  ///< We made the file.
+};
+
+/** The two sockets of this daemon. */
+struct SocketPaths {
+  std::string control, admin;
+};
+/** Empty ones by default: in $RUNTIME_DIRECTORY (a service), $XDG_RUNTIME_DIR/hapticd, or as root /run/hapticd. */
+[[nodiscard]] Result<SocketPaths> defaultSocketPaths(const std::string& control, const std::string& admin);
+
+/** Sockets that systemd passed, by FileDescriptorName= "control" and "admin"; others are refused by name. */
+struct ActivatedSockets {
+  ListenSocket control, admin;
+};
+[[nodiscard]] Result<ActivatedSockets> activatedSockets();
+
+}  // namespace hapticd

@@ -1,0 +1,158 @@
+#include "daemon/rpc/servers.h"
+
+namespace hapticd {
+namespace {
+
+Result<std::string> readName(capnp::Text::Reader in) { return readText(in, kMostName, "name"); }
+
+/** The last answer to a commit is out; the client may be slow, so only the newest report of progress waits. */
+class ProgressSender : public kj::Refcounted {
+ public:
+  explicit ProgressSender(proto::Progress::Client client) : client_(kj::mv(client)) {}
+
+  void report(float fraction, const std::string& stage) {
+    if (busy_ || failed_) return;
+    busy_ = true;
+    auto request = client_.reportRequest();
+    request.setFraction(fraction);
+    request.setStage(capnp::Text::Reader(stage.data(), stage.size()));
+    request.send()
+        .then([self = kj::addRef(*this)]() mutable { self->busy_ = false; })
+        .detach([self = kj::addRef(*this)](kj::Exception&&) mutable { self->failed_ = true; });
+  }
+
+ private:
+  proto::Progress::Client client_;
+  bool busy_ = false;
+  bool failed_ = false;
+};
+
+}  // namespace
+
+kj::Promise<void> SceneServer::create(CreateContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    auto spec = read(params.getObject());
+    if (!spec) return spec.error();
+    auto id = core_.scene().create(std::move(*spec), core_.client(connection_));
+    if (!id) return id.error();
+    results.setId(*id);
+    return {};
+  });
+}
+
+kj::Promise<void> SceneServer::remove(RemoveContext context) {
+  return answer(context, [&](auto params, auto) -> Result<void> {
+    auto name = readName(params.getName());
+    if (!name) return name.error();
+    return core_.scene().remove(*name, core_.client(connection_));
+  });
+}
+
+kj::Promise<void> SceneServer::list(ListContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    const auto all = core_.scene().list();
+    auto out = results.initObjects(static_cast<unsigned>(all.size()));
+    for (unsigned i = 0; i < all.size(); ++i) write(out[i], all[i]);
+    return {};
+  });
+}
+
+kj::Promise<void> SceneServer::find(FindContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    auto name = readName(params.getName());
+    if (!name) return name.error();
+    auto object = core_.scene().find(*name);
+    if (!object) return object.error();
+    write(results.initObject(), *object);
+    return {};
+  });
+}
+
+kj::Promise<void> SceneServer::setPose(SetPoseContext context) {
+  return answer(context, [&](auto params, auto) -> Result<void> {
+    auto name = readName(params.getName());
+    if (!name) return name.error();
+    return core_.scene().setPose(*name, read(params.getPose()));
+  });
+}
+
+kj::Promise<void> SceneServer::setMaterial(SetMaterialContext context) {
+  return answer(context, [&](auto params, auto) -> Result<void> {
+    auto name = readName(params.getName());
+    if (!name) return name.error();
+    return core_.scene().setMaterial(*name, read(params.getMaterial()));
+  });
+}
+
+kj::Promise<void> SceneServer::setFlags(SetFlagsContext context) {
+  return answer(context, [&](auto params, auto) -> Result<void> {
+    auto name = readName(params.getName());
+    if (!name) return name.error();
+    return core_.scene().setFlags(*name, params.getEnabled(), params.getVisible(), params.getTwoSided());
+  });
+}
+
+kj::Promise<void> SceneServer::setShape(SetShapeContext context) {
+  return answer(context, [&](auto params, auto) -> Result<void> {
+    auto name = readName(params.getName());
+    if (!name) return name.error();
+    return core_.scene().setShape(*name, read(params.getShape()));
+  });
+}
+
+kj::Promise<void> SceneServer::beginUpload(BeginUploadContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    auto id = core_.uploads().begin(params.getBytes(), core_.client(connection_));
+    if (!id) return id.error();
+    results.setUpload(kj::heap<UploadServer>(core_, *id));
+    return {};
+  });
+}
+
+kj::Promise<void> SceneServer::dropMesh(DropMeshContext context) {
+  return answer(context,
+                [&](auto params, auto) { return core_.meshes().drop(params.getMesh(), core_.client(connection_)); });
+}
+
+kj::Promise<void> SceneServer::listMeshes(ListMeshesContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    const auto all = core_.meshes().list();
+    auto out = results.initMeshes(static_cast<unsigned>(all.size()));
+    for (unsigned i = 0; i < all.size(); ++i) write(out[i], *all[i]);
+    return {};
+  });
+}
+
+kj::Promise<void> UploadServer::region(RegionContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    auto fd = core_.uploads().region(id_);
+    if (!fd) return fd.error();
+    results.setRegion(kj::heap<RegionServer>(std::move(*fd)));
+    return {};
+  });
+}
+
+kj::Promise<void> UploadServer::commit(CommitContext context) {
+  auto paf = kj::newPromiseAndFulfiller<void>();
+  auto later = std::make_shared<LaterAnswer<CommitContext>>(context, kj::mv(paf.fulfiller));
+  const Result<void> asked = caught([&]() -> Result<void> {
+    Uploads::Progress progress;
+    if (context.getParams().hasProgress()) {
+      auto sender =
+          std::make_shared<kj::Own<ProgressSender>>(kj::refcounted<ProgressSender>(context.getParams().getProgress()));
+      progress = [sender](float fraction, const std::string& stage) { (*sender)->report(fraction, stage); };
+    }
+    return core_.uploads().commit(id_, std::move(progress), [later](Result<MeshInfo> mesh) {
+      if (!later->waiting()) return;
+      later->done(caught([&]() -> Result<void> {
+        if (!mesh) return mesh.error();
+        write(later->results().initMesh(), *mesh);
+        return {};
+      }));
+    });
+  });
+  if (!asked) later->done(asked);
+  return kj::mv(paf.promise);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,117 @@
+#include "daemon/rpc/server.h"
+
+#include <capnp/rpc-twoparty.h>
+
+#include "daemon/rpc/servers.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::uint64_t kMessageWords = 128 * 1024;  ///< 1 MiB: the largest request; meshes go by shared memory.
+constexpr int kMessageNesting = 16;
+constexpr std::size_t kFlowWords = 128 * 1024;  ///< Requests under way of one client before its reading pauses.
+
+capnp::ReaderOptions readerOptions() {
+  capnp::ReaderOptions options;
+  options.traversalLimitInWords = kMessageWords;
+  options.nestingLimit = kMessageNesting;
+  return options;
+}
+
+}  // namespace
+
+/** One client. Its capabilities go with it. */
+struct ControlServer::Connection {
+  // maxFdsPerMessage bounds sending as well as receiving in Cap'n Proto 0.9: with 0 no region would ever arrive. A
+  // descriptor that a client sends is closed with its message; nobody takes it.
+  static constexpr unsigned kDescriptors = 1;
+
+  Connection(kj::Own<kj::AsyncIoStream> s, Core& core, std::uint64_t connection)
+      : stream(kj::mv(s).downcast<kj::AsyncCapabilityStream>()),
+        network(*stream, kDescriptors, capnp::rpc::twoparty::Side::SERVER, readerOptions()),
+        rpc(capnp::makeRpcServer(network, proto::Daemon::Client(kj::heap<DaemonServer>(core, connection)))) {
+    rpc.setFlowLimit(kFlowWords);
+  }
+
+  kj::Own<kj::AsyncCapabilityStream> stream;
+  capnp::TwoPartyVatNetwork network;
+  capnp::RpcSystem<capnp::rpc::twoparty::VatId> rpc;
+};
+
+ControlServer::ControlServer(Core& core, kj::LowLevelAsyncIoProvider& io, kj::Timer& timer)
+    : core_(core), io_(io), timer_(timer), tasks_(*this) {
+  tasks_.add(stepLoop());
+}
+
+ControlServer::~ControlServer() { closeAll(); }
+
+void ControlServer::serve(UniqueFd socket, bool administration) {
+  auto receiver = io_.wrapListenSocketFd(
+      socket.release(), kj::LowLevelAsyncIoProvider::TAKE_OWNERSHIP | kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC);
+  auto& r = *receiver;
+  tasks_.add(acceptLoop(r, administration).attach(kj::mv(receiver)));
+}
+
+kj::Promise<void> ControlServer::acceptLoop(kj::ConnectionReceiver& receiver, bool administration) {
+  return receiver.acceptAuthenticated()
+      .then([this, administration](kj::AuthenticatedStream stream) { accept(kj::mv(stream), administration); })
+      .catch_([this](kj::Exception&& exception) -> kj::Promise<void> {
+        std::uint64_t suppressed = 0;
+        if (refused_log_.allow(core_.now(), suppressed)) {
+          log::warn("a connection was not accepted: {}{}", log::printable(exception.getDescription().cStr()),
+                    log::suppressedNote(suppressed));
+        }
+        return timer_.afterDelay(100 * kj::MILLISECONDS);  // out of descriptors, perhaps: do not spin
+      })
+      .then([this, &receiver, administration] { return acceptLoop(receiver, administration); });
+}
+
+void ControlServer::accept(kj::AuthenticatedStream stream, bool administration) {
+  auto* peer = dynamic_cast<kj::LocalPeerIdentity*>(stream.peerIdentity.get());
+  if (peer == nullptr) return;  // not a Unix socket: dropped
+  const auto credentials = peer->getCredentials();
+  KJ_IF_MAYBE (uid, credentials.uid) {
+    std::int32_t pid = 0;
+    KJ_IF_MAYBE (p, credentials.pid) {
+      pid = *p;
+    }
+    auto id = core_.connect(pid, *uid, administration);
+    if (!id) {
+      std::uint64_t suppressed = 0;
+      if (refused_log_.allow(core_.now(), suppressed)) {
+        log::warn("pid {} is not served: {}{}", pid, toString(id.error()), log::suppressedNote(suppressed));
+      }
+      return;
+    }
+    auto connection = std::make_unique<Connection>(kj::mv(stream.stream), core_, *id);
+    tasks_.add(connection->network.onDisconnect().then([this, number = *id] {
+      connections_.erase(number);  // drops its capabilities, which ends its sessions
+      core_.disconnect(number);
+    }));
+    connections_.emplace(*id, std::move(connection));
+  }
+}
+
+kj::Promise<void> ControlServer::stepLoop() {
+  const Result<void> stepped = caught([this]() -> Result<void> {  // whatever fails, the daemon goes on
+    core_.poll();
+    if (after_step_) after_step_();
+    return {};
+  });
+  (void)stepped;
+  return timer_.afterDelay((core_.busy() ? 1 : 5) * kj::MILLISECONDS).then([this] { return stepLoop(); });
+}
+
+void ControlServer::closeAll() {
+  while (!connections_.empty()) {
+    const std::uint64_t id = connections_.begin()->first;
+    connections_.erase(id);
+    core_.disconnect(id);
+  }
+}
+
+void ControlServer::taskFailed(kj::Exception&& exception) {
+  log::error("control: {}", log::printable(exception.getDescription().cStr()));
+}
+
+}  // namespace hapticd

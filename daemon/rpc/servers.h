@@ -1,0 +1,131 @@
+/** @file
+ * The capabilities of the control schema over a Core. Each ends what it stands for when its client drops it.
+ */
+#pragma once
+
+#include <kj/async.h>
+
+#include "daemon/resource/resource_tree.h"
+#include "daemon/rpc/answer.h"
+
+namespace hapticd {
+
+/** Carries one descriptor. */
+class RegionServer final : public proto::Region::Server {
+ public:
+  explicit RegionServer(UniqueFd fd) : fd_(std::move(fd)) {}
+  kj::Maybe<int> getFd() override { return fd_.get(); }
+
+ private:
+  UniqueFd fd_;
+};
+
+class SessionServer final : public proto::Session::Server {
+ public:
+  SessionServer(Core& core, std::uint64_t id) : core_(core), id_(id) {}
+  ~SessionServer() { core_.sessions().end(id_, "the client has dropped it"); }
+  SessionServer(const SessionServer&) = delete;
+  SessionServer& operator=(const SessionServer&) = delete;
+
+ protected:
+  kj::Promise<void> regions(RegionsContext context) override;
+  kj::Promise<void> mapped(MappedContext context) override;
+  kj::Promise<void> acquireLease(AcquireLeaseContext context) override;
+  kj::Promise<void> releaseLease(ReleaseLeaseContext context) override;
+  kj::Promise<void> arm(ArmContext context) override;
+  kj::Promise<void> disarm(DisarmContext context) override;
+
+ private:
+  Core& core_;
+  std::uint64_t id_;
+};
+
+class UploadServer final : public proto::Upload::Server {
+ public:
+  UploadServer(Core& core, std::uint64_t id) : core_(core), id_(id) {}
+  ~UploadServer() { core_.uploads().cancel(id_); }
+  UploadServer(const UploadServer&) = delete;
+  UploadServer& operator=(const UploadServer&) = delete;
+
+ protected:
+  kj::Promise<void> region(RegionContext context) override;
+  kj::Promise<void> commit(CommitContext context) override;
+
+ private:
+  Core& core_;
+  std::uint64_t id_;
+};
+
+class SceneServer final : public proto::Scene::Server {
+ public:
+  SceneServer(Core& core, std::uint64_t connection) : core_(core), connection_(connection) {}
+
+ protected:
+  kj::Promise<void> create(CreateContext context) override;
+  kj::Promise<void> remove(RemoveContext context) override;
+  kj::Promise<void> list(ListContext context) override;
+  kj::Promise<void> find(FindContext context) override;
+  kj::Promise<void> setPose(SetPoseContext context) override;
+  kj::Promise<void> setMaterial(SetMaterialContext context) override;
+  kj::Promise<void> setFlags(SetFlagsContext context) override;
+  kj::Promise<void> setShape(SetShapeContext context) override;
+  kj::Promise<void> beginUpload(BeginUploadContext context) override;
+  kj::Promise<void> dropMesh(DropMeshContext context) override;
+  kj::Promise<void> listMeshes(ListMeshesContext context) override;
+
+ private:
+  Core& core_;
+  std::uint64_t connection_;
+};
+
+/** Calls the listener with what happened, one call in flight at a time. */
+class SubscriptionServer final : public proto::Subscription::Server, private kj::TaskSet::ErrorHandler {
+ public:
+  SubscriptionServer(Core& core, proto::EventListener::Client listener, std::uint32_t kinds);
+  ~SubscriptionServer() { core_.events().unsubscribe(id_); }
+  SubscriptionServer(const SubscriptionServer&) = delete;
+  SubscriptionServer& operator=(const SubscriptionServer&) = delete;
+
+ private:
+  void wake();
+  kj::Promise<void> pump();
+  void taskFailed(kj::Exception&& exception) override;
+
+  Core& core_;
+  proto::EventListener::Client listener_;
+  std::uint64_t id_;
+  bool pumping_ = false;
+  kj::TaskSet tasks_;
+};
+
+/** What a connection gets first. */
+class DaemonServer final : public proto::Daemon::Server {
+ public:
+  DaemonServer(Core& core, std::uint64_t connection) : core_(core), connection_(connection) {}
+
+ protected:
+  kj::Promise<void> hello(HelloContext context) override;
+  kj::Promise<void> listDevices(ListDevicesContext context) override;
+  kj::Promise<void> openDevice(OpenDeviceContext context) override;
+  kj::Promise<void> closeDevice(CloseDeviceContext context) override;
+  kj::Promise<void> openSession(OpenSessionContext context) override;
+  kj::Promise<void> scene(SceneContext context) override;
+  kj::Promise<void> get(GetContext context) override;
+  kj::Promise<void> set(SetContext context) override;
+  kj::Promise<void> state(StateContext context) override;
+  kj::Promise<void> statistics(StatisticsContext context) override;
+  kj::Promise<void> subscribe(SubscribeContext context) override;
+  kj::Promise<void> stop(StopContext context) override;
+  kj::Promise<void> setLimits(SetLimitsContext context) override;
+  kj::Promise<void> configuration(ConfigurationContext context) override;
+  kj::Promise<void> doctor(DoctorContext context) override;
+  kj::Promise<void> dump(DumpContext context) override;
+
+ private:
+  [[nodiscard]] const Client& client() const { return core_.client(connection_); }
+
+  Core& core_;
+  std::uint64_t connection_;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,37 @@
+#include "daemon/log.h"
+#include "daemon/rpc/servers.h"
+
+namespace hapticd {
+
+SubscriptionServer::SubscriptionServer(Core& core, proto::EventListener::Client listener, std::uint32_t kinds)
+    : core_(core),
+      listener_(kj::mv(listener)),
+      id_(core.events().subscribe(kinds, [this] { wake(); })),
+      tasks_(*this) {}
+
+void SubscriptionServer::wake() {
+  if (pumping_) return;
+  pumping_ = true;
+  // Later: whoever publishes is in the middle of something, and the next events then share a call.
+  tasks_.add(kj::evalLater([this] { return pump(); }));
+}
+
+kj::Promise<void> SubscriptionServer::pump() {
+  const EventHub::Batch batch = core_.events().take(id_);
+  if (batch.events.empty()) {
+    pumping_ = false;
+    return kj::READY_NOW;
+  }
+  auto request = listener_.eventsRequest();
+  request.setLost(batch.lost);
+  auto list = request.initEvents(static_cast<unsigned>(batch.events.size()));
+  for (unsigned i = 0; i < batch.events.size(); ++i) write(list[i], batch.events[i]);
+  return request.send().ignoreResult().then([this] { return pump(); });
+}
+
+void SubscriptionServer::taskFailed(kj::Exception&& exception) {
+  log::debug("a subscriber is dropped: {}", log::printable(exception.getDescription().cStr()));
+  core_.events().unsubscribe(id_);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,83 @@
+/** @file
+ * Built meshes: mapped, checked, locked and published to the servos; given back once every servo has passed.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/scene/command_sink.h"
+#include "daemon/scene/object.h"
+#include "daemon/unique_fd.h"
+
+namespace hapticd {
+
+/** What the builder says of a mesh, and who made it. */
+struct MeshInfo {
+  std::uint64_t id = 0;
+  std::uint32_t vertices = 0;
+  std::uint32_t triangles = 0;
+  std::uint64_t bytes = 0;
+  Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();  ///< Bounding box [m].
+  bool closed = false;
+  bool deformable = false;
+  std::vector<std::string> notes;  ///< Repairs, each naming its triangle.
+  std::int64_t build_ns = 0;
+  std::uint32_t uses = 0;  ///< Objects that show it.
+  Client owner;
+};
+
+/** Control thread only. */
+class MeshStore {
+ public:
+  MeshStore();
+  ~MeshStore();
+
+  /** Whether what the servos read must be locked (it may not be under --allow-no-rt). */
+  void setLock(bool lock) { lock_ = lock; }
+
+  /**
+   * Takes what the builder made: checks seals and every index, maps, locks and publishes it to every servo. Counts,
+   * box, flags and size of `info` are read from the snapshot itself.
+   */
+  [[nodiscard]] Result<std::uint64_t> add(UniqueFd snapshot, MeshInfo info);
+  /** Refused while an object shows it. */
+  [[nodiscard]] Result<void> drop(std::uint64_t id, const Client& by);
+  /** The meshes of a connection that no object shows. */
+  void dropUnusedOf(std::uint64_t connection);
+
+  [[nodiscard]] const MeshInfo* find(std::uint64_t id) const;
+  [[nodiscard]] std::vector<const MeshInfo*> list() const;
+  /** Entry of the mesh tables. */
+  [[nodiscard]] std::uint32_t entryOf(std::uint64_t id) const;
+  [[nodiscard]] std::uint64_t lockedBytes() const;
+  [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
+  [[nodiscard]] std::uint64_t trianglesOf(std::uint32_t uid) const;
+
+  // By the scene model.
+  void use(std::uint64_t id);
+  void release(std::uint64_t id);
+  /** Publishes every mesh to a new sink, before the scene is replayed to it. */
+  [[nodiscard]] Result<void> attach(CommandSink& sink);
+  void detach(CommandSink& sink);
+
+  /** Unmaps what every servo has passed. Call every few milliseconds. */
+  void reclaim();
+
+ private:
+  struct Entry;
+  Result<void> publish(std::uint32_t index, CommandSink& sink);
+  void unpublish(std::uint32_t index);
+
+  bool lock_ = true;
+  std::vector<CommandSink*> sinks_;
+  std::array<std::unique_ptr<Entry>, kMaxMeshes> entries_;
+  std::map<std::uint64_t, std::uint32_t> by_id_;
+  std::uint64_t next_id_ = 1;
+};
+
+}  // namespace hapticd

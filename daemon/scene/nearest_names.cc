@@ -1,0 +1,41 @@
+#include <algorithm>
+#include <numeric>
+
+#include "daemon/scene/scene_model.h"
+
+namespace hapticd {
+namespace {
+
+std::size_t editDistance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::string nearestNames(std::string_view wanted, std::vector<std::string> names, std::size_t most) {
+  wanted = wanted.substr(0, 64);
+  if (names.size() > most) {
+    std::vector<std::pair<std::size_t, std::string>> ranked;
+    ranked.reserve(names.size());
+    for (auto& name : names) ranked.emplace_back(editDistance(wanted, name), std::move(name));
+    std::sort(ranked.begin(), ranked.end());
+    names.clear();
+    for (std::size_t i = 0; i < most; ++i) names.push_back(std::move(ranked[i].second));
+  }
+  std::string joined;
+  for (const auto& name : names) joined += (joined.empty() ? "" : ", ") + name;
+  return joined;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,65 @@
+/** @file
+ * An object as clients describe it, in the control thread's terms.
+ */
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "proto/shm_layout.h"
+#include "rt/base/error.h"
+#include "rt/base/math.h"
+#include "rt/scene/scene.h"
+
+namespace hapticd {
+
+/** Who is at the other end of a connection. */
+struct Client {
+  std::uint64_t connection = 0;  ///< Number of the connection, never reused.
+  std::string name;              ///< As it calls itself; empty before hello.
+  std::int32_t pid = 0;
+  std::uint32_t uid = 0;
+  bool administration = false;  ///< It came by the administration socket.
+};
+
+/** Geometry with the mesh by its id. */
+struct ShapeSpec {
+  ShapeKind kind = ShapeKind::kGroup;
+  Vec3 size = Vec3::Zero();  ///< As Shape in control.capnp [m].
+  std::uint64_t mesh = 0;    ///< For kMesh.
+};
+
+/** What a client asks for. */
+struct ObjectSpec {
+  std::string name;
+  std::string parent;  ///< Name of the parent, empty for the root.
+  Pose X_PO;
+  ShapeSpec shape;
+  hd_material material{};
+  bool enabled = true;
+  bool visible = true;
+  bool two_sided = false;
+  bool keep = false;  ///< Stays when its maker leaves.
+};
+
+/** A surface that every device class can render: 500 N/m, light damping, skin on plastic. */
+inline constexpr hd_material kDefaultMaterial{500.0, 0.5, 0.4, 0.3};
+
+/** Largest length and coordinate of a scene [m]: beyond it double-precision contact loses micrometres. */
+inline constexpr double kMaxLength = 1000.0;
+
+// Each names the field at fault under `where`. They never change their argument but for normalising a quaternion that
+// is unit to 1e-3.
+[[nodiscard]] Result<void> checkName(const std::string& name, const std::string& where);
+[[nodiscard]] Result<void> checkPose(Pose& pose, const std::string& where);
+[[nodiscard]] Result<void> checkMaterial(const hd_material& material, const std::string& where);
+/** Sizes of a primitive; a mesh is checked by who knows meshes. */
+[[nodiscard]] Result<void> checkShape(const ShapeSpec& shape, const std::string& where);
+
+/** The word of control.capnp and of resource names: group, plane, sphere, ... */
+[[nodiscard]] const char* shapeName(ShapeKind kind) noexcept;
+
+/** Bits for the servo. */
+[[nodiscard]] std::uint32_t objectFlags(const ObjectSpec& spec) noexcept;
+
+}  // namespace hapticd

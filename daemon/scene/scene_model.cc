@@ -1,0 +1,266 @@
+#include "daemon/scene/scene_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hapticd {
+namespace {
+
+ShapeParameters parameters(const ShapeSpec& shape, const MeshStore& meshes) {
+  ShapeParameters out{};
+  out.kind = static_cast<std::uint32_t>(shape.kind);
+  out.mesh = shape.kind == ShapeKind::kMesh ? meshes.entryOf(shape.mesh) : 0;
+  store(shape.size, out.size);
+  return out;
+}
+
+bool mayRemove(const Client& owner, const Client& by) { return by.administration || owner.uid == by.uid; }
+
+}  // namespace
+
+Result<std::uint32_t> SceneModel::create(ObjectSpec spec, const Client& by) {
+  if (auto r = checkName(spec.name, "object.name"); !r) return r.error();
+  if (has(spec.name)) {
+    return Error{ErrorCode::kAlreadyExists, "object.name", fmt::format("there is an object '{}' already", spec.name),
+                 "choose another name, or change that object"};
+  }
+  std::uint32_t parent = 0;
+  if (!spec.parent.empty()) {
+    const auto it = by_name_.find(spec.parent);
+    if (it == by_name_.end()) return notFound(spec.parent, "object.parent");
+    parent = it->second;
+  }
+  if (auto r = checkPose(spec.X_PO, "object.pose"); !r) return r.error();
+  if (auto r = checkMaterial(spec.material, "object.material"); !r) return r.error();
+  if (auto r = checkShapeMesh(spec.shape, "object.shape"); !r) return r.error();
+  if (countOf(by.uid) >= quota_) {
+    return Error{ErrorCode::kQuotaExceeded, "object",
+                 fmt::format("user {} owns {} objects, the most allowed", by.uid, quota_),
+                 "remove some, or raise quota.objects in the configuration"};
+  }
+  if (auto r = accepting(); !r) return r.error();
+  const std::uint32_t slot = takeSlot();
+  if (slot == 0) {
+    return Error{ErrorCode::kQuotaExceeded, "object",
+                 fmt::format("the scene holds {} objects, its most", kMaxObjects - 1), "remove some"};
+  }
+  Object& object = slots_[slot];
+  object = {};
+  object.spec = std::move(spec);
+  object.owner = by;
+  object.id = makeObjectId(slot, generation_[slot]);
+  object.parent_slot = parent;
+  by_name_.emplace(object.spec.name, slot);
+  if (object.spec.shape.kind == ShapeKind::kMesh) meshes_.use(object.spec.shape.mesh);
+  post(object, addCommand(object));
+  changed(object.spec.name, "created");
+  return object.id;
+}
+
+Result<void> SceneModel::remove(std::string_view name, const Client& by) {
+  Object* object = lookUp(name);
+  if (object == nullptr) return notFound(name, "name");
+  std::vector<std::uint32_t> subtree{objectSlot(object->id)};
+  for (std::size_t i = 0; i < subtree.size(); ++i) {
+    const Object& o = slots_[subtree[i]];
+    if (!mayRemove(o.owner, by)) {
+      return Error{ErrorCode::kPermissionDenied, "name",
+                   fmt::format("'{}' belongs to '{}' of user {}", o.spec.name, o.owner.name, o.owner.uid),
+                   "ask that user, or use the administration socket"};
+    }
+    for (const std::uint32_t child : childSlots(subtree[i])) subtree.push_back(child);
+  }
+  if (auto r = accepting(); !r) return r;
+  removeSubtree(subtree.front());
+  return {};
+}
+
+Result<void> SceneModel::setPose(std::string_view name, Pose X_PO) {
+  Object* object = lookUp(name);
+  if (object == nullptr) return notFound(name, "name");
+  if (auto r = checkPose(X_PO, "pose"); !r) return r;
+  if (auto r = accepting(); !r) return r;
+  object->spec.X_PO = X_PO;
+  object->V_PO = {};
+  post(*object, poseCommand(*object));
+  changed(object->spec.name, "pose");
+  return {};
+}
+
+Result<void> SceneModel::setVelocity(std::string_view name, const Twist& V_PO) {
+  Object* object = lookUp(name);
+  if (object == nullptr) return notFound(name, "name");
+  if (!isFinite(V_PO.v) || !isFinite(V_PO.w) || V_PO.v.norm() > 100 || V_PO.w.norm() > 1000) {
+    return Error{ErrorCode::kInvalidArgument, "velocity", "it is not finite or beyond 100 m/s or 1000 rad/s", {}};
+  }
+  if (auto r = accepting(); !r) return r;
+  refresh(*object);
+  object->V_PO = V_PO;
+  post(*object, poseCommand(*object));
+  changed(object->spec.name, "velocity");
+  return {};
+}
+
+Result<void> SceneModel::setMaterial(std::string_view name, const hd_material& material) {
+  Object* object = lookUp(name);
+  if (object == nullptr) return notFound(name, "name");
+  if (auto r = checkMaterial(material, "material"); !r) return r;
+  if (auto r = accepting(); !r) return r;
+  object->spec.material = material;
+  hd_object_material payload{};
+  payload.object = object->id;
+  payload.material = material;
+  post(*object, makeCommand(CommandKind::kObjectMaterial, payload));
+  changed(object->spec.name, "material");
+  return {};
+}
+
+Result<void> SceneModel::setFlags(std::string_view name, bool enabled, bool visible, bool two_sided) {
+  Object* object = lookUp(name);
+  if (object == nullptr) return notFound(name, "name");
+  if (auto r = accepting(); !r) return r;
+  object->spec.enabled = enabled;
+  object->spec.visible = visible;
+  object->spec.two_sided = two_sided;
+  hd_object_flags payload{};
+  payload.object = object->id;
+  payload.mask = HD_OBJECT_ENABLED | HD_OBJECT_VISIBLE | HD_OBJECT_TWO_SIDED;
+  payload.value = objectFlags(object->spec);
+  post(*object, makeCommand(CommandKind::kObjectFlags, payload));
+  changed(object->spec.name, "flags");
+  return {};
+}
+
+Result<void> SceneModel::setShape(std::string_view name, const ShapeSpec& shape) {
+  Object* object = lookUp(name);
+  if (object == nullptr) return notFound(name, "name");
+  if (auto r = checkShapeMesh(shape, "shape"); !r) return r;
+  if (auto r = accepting(); !r) return r;
+  const ShapeSpec before = object->spec.shape;
+  if (shape.kind == ShapeKind::kMesh) meshes_.use(shape.mesh);
+  object->spec.shape = shape;
+  SetShape payload{};
+  payload.object = object->id;
+  payload.shape = parameters(shape, meshes_);
+  post(*object, makeCommand(CommandKind::kSetShape, payload));
+  if (before.kind == ShapeKind::kMesh) meshes_.release(before.mesh);
+  changed(object->spec.name, "shape");
+  return {};
+}
+
+void SceneModel::clientLeft(std::uint64_t connection) {
+  // Who carries somebody else's object stays and becomes that one's; deepest first would not see it, so parents first.
+  const auto foreign = [&](std::uint32_t root) -> const Object* {
+    std::vector<std::uint32_t> open = childSlots(root);
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      const Object& o = slots_[open[i]];
+      if (o.owner.connection != connection || o.spec.keep) return &o;
+      for (const std::uint32_t child : childSlots(open[i])) open.push_back(child);
+    }
+    return nullptr;
+  };
+  for (std::uint32_t slot = 1; slot < kMaxObjects; ++slot) {
+    Object& object = slots_[slot];
+    if (object.id == 0 || object.owner.connection != connection) continue;
+    if (object.spec.keep) {
+      object.owner.connection = 0;
+      object.owner.name.clear();
+    } else if (const Object* heir = foreign(slot)) {
+      object.owner = heir->owner;
+      if (heir->spec.keep) object.spec.keep = true;
+    } else {
+      removeSubtree(slot);
+    }
+  }
+}
+
+void SceneModel::attach(CommandSink& sink) {
+  const auto free = std::find(sinks_.begin(), sinks_.end(), nullptr);
+  if (free == sinks_.end()) return;
+  *free = &sink;
+  const auto index = static_cast<std::size_t>(free - sinks_.begin());
+  std::vector<std::uint32_t> open = childSlots(0);
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    Object& object = slots_[open[i]];
+    refresh(object);
+    object.edit[index] = sink.post(addCommand(object));
+    if (!object.V_PO.v.isZero() || !object.V_PO.w.isZero()) object.edit[index] = sink.post(poseCommand(object));
+    for (const std::uint32_t child : childSlots(open[i])) open.push_back(child);
+  }
+}
+
+void SceneModel::detach(CommandSink& sink) {
+  std::replace(sinks_.begin(), sinks_.end(), &sink, static_cast<CommandSink*>(nullptr));
+}
+
+Result<void> SceneModel::accepting() const {
+  for (const CommandSink* sink : sinks_) {
+    if (sink != nullptr && !sink->accepting()) {
+      return Error{ErrorCode::kWouldBlock, "scene", "a servo has stopped taking orders", "see hapticctl status"};
+    }
+  }
+  return {};
+}
+
+Result<void> SceneModel::checkShapeMesh(const ShapeSpec& shape, const std::string& where) const {
+  if (auto r = checkShape(shape, where); !r) return r;
+  if (shape.kind != ShapeKind::kMesh || meshes_.find(shape.mesh) != nullptr) return {};
+  return Error{ErrorCode::kNotFound, where + ".mesh", fmt::format("there is no mesh {}", shape.mesh),
+               "upload it first"};
+}
+
+void SceneModel::post(Object& object, const Command& command) {
+  for (std::size_t i = 0; i < sinks_.size(); ++i) {
+    if (sinks_[i] != nullptr) object.edit[i] = sinks_[i]->post(command);
+  }
+}
+
+Command SceneModel::addCommand(const Object& object) const {
+  AddObject add{};
+  add.object = object.id;
+  add.parent = slots_[object.parent_slot].id;
+  add.flags = objectFlags(object.spec);
+  add.shape = parameters(object.spec.shape, meshes_);
+  add.material = object.spec.material;
+  store(object.spec.X_PO.p, add.p);
+  store(object.spec.X_PO.q, add.q);
+  return makeCommand(CommandKind::kAddObject, add);
+}
+
+Command SceneModel::poseCommand(const Object& object) {
+  hd_object_pose pose{};
+  pose.object = object.id;
+  store(object.spec.X_PO.p, pose.p);
+  store(object.spec.X_PO.q, pose.q);
+  store(object.V_PO.v, pose.v);
+  store(object.V_PO.w, pose.w);
+  return makeCommand(CommandKind::kObjectPose, pose);
+}
+
+void SceneModel::removeSubtree(std::uint32_t slot) {
+  for (const std::uint32_t child : childSlots(slot)) removeSubtree(child);
+  Object& object = slots_[slot];
+  post(object, makeCommand(CommandKind::kRemoveObject, ObjectRef{object.id}));
+  if (object.spec.shape.kind == ShapeKind::kMesh) meshes_.release(object.spec.shape.mesh);
+  const std::string name = object.spec.name;
+  by_name_.erase(name);
+  object = {};
+  free_.push_back(slot);
+  changed(name, "removed");
+}
+
+std::uint32_t SceneModel::takeSlot() {
+  if (!free_filled_) {
+    for (std::uint32_t slot = 1; slot < kMaxObjects; ++slot) free_.push_back(slot);
+    free_filled_ = true;
+  }
+  if (free_.empty()) return 0;
+  const std::uint32_t slot = free_.front();
+  free_.pop_front();
+  if (++generation_[slot] == 0) generation_[slot] = 1;
+  return slot;
+}
+
+}  // namespace hapticd

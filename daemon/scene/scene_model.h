@@ -1,0 +1,120 @@
+/** @file
+ * The scene as the control thread knows it: named objects in a tree. Every edit is checked here and then becomes the
+ * same order to every servo; a servo that comes later gets the whole scene replayed.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/scene/command_sink.h"
+#include "daemon/scene/mesh_store.h"
+#include "daemon/scene/object.h"
+
+namespace hapticd {
+
+inline constexpr std::size_t kMaxGroups = 8;  ///< Servos of one daemon.
+
+/** An object with what is in force now. */
+struct ObjectNow {
+  ObjectSpec spec;
+  std::uint32_t id = 0;
+  Pose X_WO;
+  Twist V_PO;
+  std::string path;   ///< /_objects/A/B/C
+  std::string owner;  ///< Name of the client that made it, empty when that has left.
+  std::uint32_t triangles = 0;
+};
+
+/** Control thread only. Every refusal leaves the scene as it was. */
+class SceneModel {
+ public:
+  explicit SceneModel(MeshStore& meshes) : meshes_(meshes) {}
+
+  /** Objects one user may own. */
+  void setQuota(std::uint32_t objects_per_user) { quota_ = objects_per_user; }
+  /** Told of each object made, changed ("pose", "material", "flags", "shape") or removed. */
+  void onChange(std::function<void(const std::string& name, const char* what)> f) { changed_ = std::move(f); }
+
+  [[nodiscard]] Result<std::uint32_t> create(ObjectSpec spec, const Client& by);
+  /** With its children. Only its maker's user or administration, and likewise for each child. */
+  [[nodiscard]] Result<void> remove(std::string_view name, const Client& by);
+  [[nodiscard]] Result<void> setPose(std::string_view name, Pose X_PO);
+  [[nodiscard]] Result<void> setVelocity(std::string_view name, const Twist& V_PO);
+  [[nodiscard]] Result<void> setMaterial(std::string_view name, const hd_material& material);
+  [[nodiscard]] Result<void> setFlags(std::string_view name, bool enabled, bool visible, bool two_sided);
+  [[nodiscard]] Result<void> setShape(std::string_view name, const ShapeSpec& shape);
+
+  /** kNotFound lists the nearest names. */
+  [[nodiscard]] Result<ObjectNow> find(std::string_view name);
+  [[nodiscard]] std::vector<ObjectNow> list();
+  [[nodiscard]] std::vector<std::string> names() const;
+  /** Children of an object in the order of their names; of the root for "". */
+  [[nodiscard]] std::vector<std::string> childrenOf(std::string_view name) const;
+  [[nodiscard]] bool has(std::string_view name) const { return by_name_.count(std::string(name)) != 0; }
+  /** Name of the object with that id, empty when it is gone. */
+  [[nodiscard]] std::string nameOf(std::uint32_t id) const;
+  /** World pose of an object, or identity for "". */
+  [[nodiscard]] Pose worldPose(std::string_view name);
+  [[nodiscard]] std::size_t size() const { return by_name_.size(); }
+  [[nodiscard]] std::uint64_t triangles() const;
+  [[nodiscard]] std::uint32_t countOf(std::uint32_t uid) const;
+
+  /** A connection ended: its objects go, but for those to keep; one that carries another's object becomes that one's.
+   */
+  void clientLeft(std::uint64_t connection);
+
+  /** Replays the whole scene to a servo that has just started. */
+  void attach(CommandSink& sink);
+  void detach(CommandSink& sink);
+
+ private:
+  struct Object {
+    ObjectSpec spec;
+    Client owner;
+    std::uint32_t id = 0;
+    std::uint32_t parent_slot = 0;
+    Twist V_PO;
+    std::array<std::uint64_t, kMaxGroups> edit{};  ///< Ticket of the last order about it, by sink.
+  };
+
+  Object* lookUp(std::string_view name);
+  Error notFound(std::string_view name, const std::string& where) const;
+  Result<void> accepting() const;
+  Result<void> checkShapeMesh(const ShapeSpec& shape, const std::string& where) const;
+  void post(Object& object, const Command& command);
+  [[nodiscard]] Command addCommand(const Object& object) const;
+  [[nodiscard]] static Command poseCommand(const Object& object);
+  void removeSubtree(std::uint32_t slot);
+  std::vector<std::uint32_t> childSlots(std::uint32_t slot) const;
+  /** Takes over what clients changed through their rings. */
+  void refresh(Object& object);
+  ObjectNow describe(std::uint32_t slot);
+  Pose worldPoseOf(std::uint32_t slot);
+  std::string pathOf(std::uint32_t slot) const;
+  std::uint32_t takeSlot();
+  void changed(const std::string& name, const char* what) {
+    if (changed_) changed_(name, what);
+  }
+
+  MeshStore& meshes_;
+  std::uint32_t quota_ = kMaxObjects;
+  std::function<void(const std::string&, const char*)> changed_;
+  std::array<CommandSink*, kMaxGroups> sinks_{};
+  std::array<Object, kMaxObjects> slots_;
+  std::array<std::uint16_t, kMaxObjects> generation_{};
+  std::deque<std::uint32_t> free_;  ///< Longest free first, so that a stale id stays refused for long.
+  bool free_filled_ = false;
+  std::map<std::string, std::uint32_t, std::less<>> by_name_;
+};
+
+/** The names nearest to `wanted` by edit distance, at most `most`, joined by ", "; all when there are few. */
+[[nodiscard]] std::string nearestNames(std::string_view wanted, std::vector<std::string> names, std::size_t most = 5);
+
+}  // namespace hapticd

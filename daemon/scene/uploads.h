@@ -1,0 +1,65 @@
+/** @file
+ * Meshes on their way in: the daemon's memfd that a client fills, its freezing, its build, its place in the mesh store.
+ */
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "daemon/builder_leash.h"
+#include "daemon/memfd.h"
+#include "daemon/scene/mesh_store.h"
+
+namespace hapticd {
+
+/** Control thread only. */
+class Uploads {
+ public:
+  using Progress = std::function<void(float fraction, const std::string& stage)>;
+  using Done = std::function<void(Result<MeshInfo>)>;
+  /** Says whether a user may take so many more bytes and triangles. */
+  using Quota = std::function<Result<void>(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles)>;
+
+  Uploads(MeshStore& meshes, Quota quota) : meshes_(meshes), quota_(std::move(quota)) {}
+
+  /** The builder, or why there is none. */
+  void setBuilder(std::unique_ptr<BuilderLeash> builder, std::string why_not = {});
+  [[nodiscard]] const BuilderLeash* builder() const { return builder_.get(); }
+  [[nodiscard]] const std::string& builderNote() const { return note_; }
+
+  /** A memfd of `bytes` for the client to fill. Size and quota are checked before it is made. */
+  [[nodiscard]] Result<std::uint64_t> begin(std::uint64_t bytes, const Client& by);
+  [[nodiscard]] Result<UniqueFd> region(std::uint64_t id) const;
+  /** kStillMapped while the client has it mapped; it may try again. `done` is called once, from poll() or at once. */
+  [[nodiscard]] Result<void> commit(std::uint64_t id, Progress progress, Done done);
+  /** Forgets the upload; a build under way is cancelled and `done` not called. */
+  void cancel(std::uint64_t id);
+
+  /** Takes what the builder says. Call every few milliseconds. */
+  void poll();
+
+  [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
+  [[nodiscard]] std::size_t size() const { return uploads_.size(); }
+
+ private:
+  struct Upload {
+    Memfd file;
+    Client by;
+    std::uint64_t job = 0;  ///< 0: not committed.
+    Progress progress;
+    Done done;
+  };
+  void finish(std::uint64_t id, BuildReport& report);
+
+  MeshStore& meshes_;
+  Quota quota_;
+  std::unique_ptr<BuilderLeash> builder_;
+  std::string note_ = "not started";
+  std::map<std::uint64_t, Upload> uploads_;
+  std::uint64_t next_ = 1;
+};
+
+}  // namespace hapticd

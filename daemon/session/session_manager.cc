@@ -1,0 +1,251 @@
+#include "daemon/session/session_manager.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "daemon/log.h"
+#include "rt/ring/state.h"
+
+namespace hapticd {
+namespace {
+
+Command sessionCommand(CommandKind kind, const Session& session) {
+  return makeCommand(kind, SessionRef{session.slot, 0, session.id});
+}
+
+bool inUse(const Session& session) {
+  return session.state == Session::State::kOffered || session.state == Session::State::kAdding ||
+         session.state == Session::State::kLive;
+}
+
+}  // namespace
+
+SessionManager::~SessionManager() = default;
+
+Result<Session*> SessionManager::open(OpenDevice& device, const Client& client, std::int64_t now_ns) {
+  if (countOf(client.uid) >= options_.per_user) {
+    return Error{ErrorCode::kQuotaExceeded, "session",
+                 fmt::format("user {} has {} sessions, the most allowed", client.uid, options_.per_user),
+                 "end one, or raise quotas.sessions in the configuration"};
+  }
+  if (hooks_.quota) {
+    if (auto r = hooks_.quota(client.uid, kSessionBytes); !r) return r.error();
+  }
+  std::array<bool, kClientSessions> used{};
+  for (const auto& [id, session] : sessions_) {
+    if (session->link == device.link) used[session->slot] = true;
+  }
+  std::uint32_t slot = 0;
+  while (slot < kClientSessions && used[slot]) ++slot;
+  if (slot == kClientSessions) {
+    return Error{
+        ErrorCode::kQuotaExceeded, "session",
+        fmt::format("the devices of group '{}' have {} sessions, their most", device.link->name(), kClientSessions),
+        "wait until a client leaves"};
+  }
+  RegionIdentity identity;
+  identity.epoch = options_.epoch;
+  identity.session = next_id_;
+  identity.device_count = static_cast<std::uint32_t>(device.link->group().deviceCount());
+  identity.period_ns = device.link->group().options().cycle.period_ns;
+  auto regions = SessionRegions::create(identity);
+  if (!regions) return regions.error();
+
+  auto session = std::make_unique<Session>();
+  session->id = next_id_++;
+  session->client = client;
+  session->device = &device;
+  session->link = device.link;
+  session->slot = slot;
+  session->regions = std::move(*regions);
+  session->offered_ns = now_ns;
+  ++device.sessions;
+  Session* raw = session.get();
+  sessions_.emplace(raw->id, std::move(session));
+  return raw;
+}
+
+Result<void> SessionManager::mapped(std::uint64_t id) {
+  Session* session = find(id);
+  if (session == nullptr) {
+    return Error{ErrorCode::kTimeout, "session", "the handshake took too long or the session has ended",
+                 "open a new session"};
+  }
+  if (session->state != Session::State::kOffered) return {};
+  if (auto r = session->regions.sealAndLock(options_.must_lock); !r) {
+    end(id, "its memory could not be sealed and locked");
+    return r;
+  }
+  // Release, pairs with the servo's acquire when it takes kAddSession: region A is initialised.
+  session->link->group().servo().ports[session->slot].region.store(session->regions.a(), std::memory_order_release);
+  session->ticket = session->link->post(sessionCommand(CommandKind::kAddSession, *session));
+  session->state = Session::State::kAdding;
+  return {};
+}
+
+void SessionManager::end(std::uint64_t id, std::string why) {
+  Session* session = find(id);
+  if (session == nullptr) return;
+  session->why = std::move(why);
+  const bool added = session->state != Session::State::kOffered;
+  const bool attached = session->state == Session::State::kLive;
+  log::info("session {} of '{}' (pid {}) ends: {}", id, log::printable(session->client.name), session->client.pid,
+            session->why);
+  session->regions.markEnded();
+  if (hooks_.ending) hooks_.ending(*session);
+  if (attached) {
+    (void)session->link->post(sessionCommand(CommandKind::kLoseSession, *session));
+    session->state = Session::State::kEnding;
+  } else {
+    if (added) session->ticket = session->link->post(sessionCommand(CommandKind::kFreeSession, *session));
+    session->state = Session::State::kFreeing;
+  }
+}
+
+void SessionManager::endAllOf(std::uint64_t connection, const std::string& why) {
+  for (Session* session : all()) {
+    if (session->client.connection == connection) end(session->id, why);
+  }
+}
+
+void SessionManager::poll(std::int64_t now_ns) {
+  for (auto it = sessions_.begin(); it != sessions_.end();) {
+    if (step(*it->second, now_ns)) {
+      --it->second->device->sessions;
+      it = sessions_.erase(it);
+    } else {
+      ++it;
+    }
+  }
+}
+
+bool SessionManager::step(Session& session, std::int64_t now_ns) {
+  GroupLink& link = *session.link;
+  Servo& servo = link.group().servo();
+  Ingest& ingest = link.group().ingest();
+  switch (session.state) {
+    case Session::State::kOffered:
+      if (now_ns - session.offered_ns > kHandshakeNs) end(session.id, "the client did not map its regions in time");
+      return false;
+    case Session::State::kAdding: {
+      if (!link.passed(session.ticket)) return false;
+      IngestOrder order;
+      order.kind = IngestOrder::Kind::kAttach;
+      order.slot = session.slot;
+      order.session = {session.id, session.regions.b(), session.regions.a(),
+                       static_cast<std::uint32_t>(link.group().deviceCount())};
+      if (!ingest.orders.push(order)) return false;
+      session.state = Session::State::kLive;
+      if (hooks_.live) hooks_.live(session);
+      return false;
+    }
+    case Session::State::kLive:
+      return false;
+    case Session::State::kEnding: {
+      if (!session.detach_sent) {
+        IngestOrder order;
+        order.kind = IngestOrder::Kind::kDetach;
+        order.slot = session.slot;
+        order.session.id = session.id;
+        session.detach_sent = ingest.orders.push(order);
+        return false;
+      }
+      if (!session.detached) return false;
+      // Ingest may have revived the slot between our first loss order and its letting go: the fade that counts starts
+      // now, when nothing can revive it any more. For a share that fades already the order changes nothing.
+      if (!session.fading) {
+        session.ticket = link.post(sessionCommand(CommandKind::kLoseSession, session));
+        session.fading = true;
+        return false;
+      }
+      if (!link.passed(session.ticket)) return false;
+      const std::uint64_t tick = servo.counters.tick.load(std::memory_order_relaxed);
+      if (!session.fade_started) {
+        session.fade_started = true;
+        session.fade_tick = tick;
+      }
+      const CycleConfig& cycle = link.group().options().cycle;
+      const auto fade_ticks = static_cast<std::uint64_t>(cycle.loss_fade_ns / cycle.period_ns) + 2;
+      if (tick < session.fade_tick + fade_ticks) return false;
+      session.ticket = link.post(sessionCommand(CommandKind::kFreeSession, session));
+      session.state = Session::State::kFreeing;
+      return false;
+    }
+    case Session::State::kFreeing:
+      if (!link.passed(session.ticket)) return false;
+      servo.ports[session.slot].region.store(nullptr, std::memory_order_release);
+      return true;
+  }
+  return false;
+}
+
+void SessionManager::report(GroupLink& link, const IngestReport& report, std::int64_t) {
+  Session* session = bySlot(link, report.slot);
+  if (session == nullptr) return;
+  switch (report.kind) {
+    case IngestReport::Kind::kDetached:
+      if (session->detach_sent) session->detached = true;
+      return;
+    case IngestReport::Kind::kViolation:
+      log::warn("session {} of '{}' (pid {}) broke the ring's protocol", session->id,
+                log::printable(session->client.name), session->client.pid);
+      end(session->id, "it broke the ring's protocol");
+      return;
+    case IngestReport::Kind::kRejected:
+      log::warn("session {} of '{}': command {} refused: {}{}", session->id, log::printable(session->client.name),
+                report.seq, describe(static_cast<ErrorCode>(report.code)), log::suppressedNote(report.suppressed));
+      return;
+    case IngestReport::Kind::kStale:
+      session->stale = true;
+      log::warn("session {} of '{}' (pid {}): heartbeat is late, its force fades", session->id,
+                log::printable(session->client.name), session->client.pid);
+      return;
+    case IngestReport::Kind::kKinds:
+      return;
+    case IngestReport::Kind::kAlive:
+      session->stale = false;
+      log::info("session {}: heartbeat is back", session->id);
+      return;
+  }
+}
+
+Session* SessionManager::find(std::uint64_t id) {
+  const auto it = sessions_.find(id);
+  return it == sessions_.end() || !inUse(*it->second) ? nullptr : it->second.get();
+}
+
+Session* SessionManager::bySlot(const GroupLink& link, std::uint32_t slot) {
+  for (const auto& [id, session] : sessions_) {
+    if (session->link == &link && session->slot == slot) return session.get();
+  }
+  return nullptr;
+}
+
+std::vector<Session*> SessionManager::all() const {
+  std::vector<Session*> out;
+  for (const auto& [id, session] : sessions_) out.push_back(session.get());
+  return out;
+}
+
+std::uint64_t SessionManager::bytesOf(std::uint32_t uid) const {
+  std::uint64_t sum = 0;
+  for (const auto& [id, session] : sessions_) {
+    if (session->client.uid == uid) sum += session->regions.bytes();
+  }
+  return sum;
+}
+
+std::uint64_t SessionManager::bytes() const {
+  std::uint64_t sum = 0;
+  for (const auto& [id, session] : sessions_) sum += session->regions.bytes();
+  return sum;
+}
+
+std::uint32_t SessionManager::countOf(std::uint32_t uid) const {
+  std::uint32_t count = 0;
+  for (const auto& [id, session] : sessions_) count += session->client.uid == uid ? 1 : 0;
+  return count;
+}
+
+}  // namespace hapticd

@@ -11,6 +11,9 @@
 namespace hapticd {
 namespace {
 
+/** Tremor that comes with minimum-jerk reaches: a steady hand's is of this order (Riviere, Rader, Khosla 1997). */
+constexpr double kHandTremor_m = 1e-4;
+
 Error fault(std::string_view key, std::string what, std::string remedy) {
   return {ErrorCode::kInvalidArgument, fmt::format("device URI, key {}", key), std::move(what), std::move(remedy)};
 }
@@ -152,20 +155,20 @@ Result<SimSetup> resolveSim(const DeviceUri& uri) {
   if (!preset) return preset.error();
   SimSetup setup;
   setup.preset = *preset;
-  setup.parameters = setup.preset->parameters;
+  SimParameters base = setup.preset->parameters;
+  for (const auto& [key, value] : uri.query) {
+    if (key == "motion" && value == "minjerk") base.tremor = kHandTremor_m;
+  }
+  setup.parameters = base;
   Result<void> applied = applyQuery(simParameterTable(), uri.query, setup.parameters);
   if (!applied) return applied.error();
-  bool tremor_given = false;
-  for (const auto& [key, value] : uri.query) tremor_given = tremor_given || key == "tremor";
-  // The tremor of a steady hand is of the order of 0.1 mm (Riviere, Rader, Khosla, IEEE EMBS 1997).
-  if (setup.parameters.motion == "minjerk" && !tremor_given) setup.parameters.tremor = 1e-4;
   Result<void> checked = checkTogether(setup.parameters);
   if (!checked) return checked.error();
   Result<MotionParameters> motion = motionOf(setup.parameters);
   if (!motion) return motion.error();
   setup.motion = std::move(*motion);
-  setup.uri = formatDeviceUri({"sim", std::string(setup.preset->name),
-                               difference(simParameterTable(), setup.parameters, setup.preset->parameters)});
+  setup.uri = formatDeviceUri(
+      {"sim", std::string(setup.preset->name), difference(simParameterTable(), setup.parameters, base)});
   setup.info = infoOf(setup);
   return setup;
 }

@@ -60,7 +60,10 @@ struct BoxTest {
   Vec3 a, inverse;
   double margin;
 
-  explicit BoxTest(const Sweep& sweep) noexcept : a(sweep.a), margin(sweep.tolerance) {
+  explicit BoxTest(const Sweep& sweep) noexcept : a(sweep.a) {
+    // A line may meet a triangle at a corner of its box: rounding must not part them.
+    const double scale = std::max(sweep.a.cwiseAbs().maxCoeff(), (sweep.a + sweep.d).cwiseAbs().maxCoeff());
+    margin = std::max(sweep.tolerance, 0x1p-49 * scale);
     for (int i = 0; i < 3; ++i) {
       // A finite stand-in for 1/0 keeps 0 * inf out; its slab is then either always or never.
       inverse[i] = std::abs(sweep.d[i]) > 1e-280 ? 1.0 / sweep.d[i] : (sweep.d[i] < 0 ? -1e280 : 1e280);

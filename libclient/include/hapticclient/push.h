@@ -83,8 +83,8 @@ typedef struct haptic_local_model {
   uint32_t kind;    /**< haptic_model_kind */
   uint32_t frame;   /**< 0: world; else an object id: the model moves along with it. */
   uint32_t device;  /**< Device of the group; see haptic_session_info.device_index. */
-  int64_t lease_ns; /**< In force this long after it was applied, then fades. */
-  int64_t blend_ns; /**< Time over which it replaces the former model of the slot. */
+  int64_t lease_ns; /**< In force this long after it was applied, then fades; at most 10 s. */
+  int64_t blend_ns; /**< Time over which it replaces the former model of the slot; at most 1 s. */
   haptic_material material;
   double origin[3];
   double normal[3]; /**< Unit, outward (plane). */

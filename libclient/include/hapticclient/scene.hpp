@@ -1,0 +1,152 @@
+/** @file
+ * Objects and meshes. Object and Upload end with their scope; both need their Client alive.
+ */
+#pragma once
+
+#include <hapticclient/scene.h>
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <hapticclient/result.hpp>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace haptic {
+
+/** Told how far a build is; false cancels it. */
+using Progress = std::function<bool(float fraction, const char* stage)>;
+
+namespace detail {
+inline int callProgress(float fraction, const char* stage, void* user) {
+  return (*static_cast<const Progress*>(user))(fraction, stage) ? 0 : 1;
+}
+}  // namespace detail
+
+/** A mesh being filled in the daemon's memory. Destroyed uncommitted, it is cancelled. */
+class Upload {
+ public:
+  Upload(haptic_upload* handle, std::uint32_t vertices, std::uint32_t triangles) noexcept
+      : handle_(handle), vertices_(vertices), triangles_(triangles) {}
+
+  /** x, y, z of each vertex [m]; empty once committed. */
+  [[nodiscard]] std::span<float> vertices() const noexcept {
+    float* first = haptic_upload_vertices(handle_.get());
+    return {first, first == nullptr ? 0 : std::size_t{vertices_} * 3};
+  }
+  /** Three indices of each triangle, counter-clockwise seen from outside; empty once committed. */
+  [[nodiscard]] std::span<std::uint32_t> triangles() const noexcept {
+    std::uint32_t* first = haptic_upload_triangles(handle_.get());
+    return {first, first == nullptr ? 0 : std::size_t{triangles_} * 3};
+  }
+  Result<Reply<haptic_mesh_report>> commit(const Progress& progress = {}, std::chrono::nanoseconds timeout = {}) {
+    return detail::ask<haptic_mesh_report>([&](auto** out, auto* e) {
+      return haptic_upload_commit(handle_.get(), progress ? detail::callProgress : nullptr,
+                                  const_cast<Progress*>(&progress), timeout.count(), out, e);
+    });
+  }
+
+ private:
+  struct Close {
+    void operator()(haptic_upload* handle) const noexcept { haptic_upload_close(handle); }
+  };
+  std::unique_ptr<haptic_upload, Close> handle_;
+  std::uint32_t vertices_, triangles_;
+};
+
+/** An object of the scene that is removed with this handle, unless released. */
+class Object {
+ public:
+  Object(haptic_client* client, std::string name, std::uint32_t id)
+      : client_(client), name_(std::move(name)), id_(id) {}
+  Object(Object&& other) noexcept
+      : client_(std::exchange(other.client_, nullptr)), name_(std::move(other.name_)), id_(other.id_) {}
+  Object& operator=(Object&& other) noexcept {
+    std::swap(client_, other.client_);
+    std::swap(name_, other.name_);
+    std::swap(id_, other.id_);
+    return *this;
+  }
+  ~Object() {
+    if (client_ != nullptr) haptic_object_remove(client_, name_.c_str(), nullptr);
+  }
+
+  [[nodiscard]] const std::string& name() const noexcept { return name_; }
+  /** For pushes. */
+  [[nodiscard]] std::uint32_t id() const noexcept { return id_; }
+  /** Leaves the object in the scene. */
+  void release() noexcept { client_ = nullptr; }
+
+  Result<void> setPose(const haptic_pose& pose) {
+    return detail::run([&](auto* e) { return haptic_object_set_pose(client_, name_.c_str(), &pose, e); });
+  }
+  Result<void> setMaterial(const haptic_material& material) {
+    return detail::run([&](auto* e) { return haptic_object_set_material(client_, name_.c_str(), &material, e); });
+  }
+  Result<void> setFlags(std::uint32_t flags) {
+    return detail::run([&](auto* e) { return haptic_object_set_flags(client_, name_.c_str(), flags, e); });
+  }
+  Result<void> setShape(const haptic_shape& shape) {
+    return detail::run([&](auto* e) { return haptic_object_set_shape(client_, name_.c_str(), &shape, e); });
+  }
+  [[nodiscard]] Result<Reply<haptic_object_state>> state() const {
+    return detail::ask<haptic_object_state>(
+        [&](auto** out, auto* e) { return haptic_object_find(client_, name_.c_str(), out, e); });
+  }
+
+ private:
+  haptic_client* client_;
+  std::string name_;
+  std::uint32_t id_;
+};
+
+/** The daemon's scene, seen through a client. */
+class Scene {
+ public:
+  explicit Scene(haptic_client* client) noexcept : client_(client) {}
+
+  Result<Object> create(const haptic_object& object) {
+    std::uint32_t id = 0;
+    auto done = detail::run([&](auto* e) { return haptic_object_create(client_, &object, &id, e); });
+    if (!done) return done.error();
+    return Object(client_, object.name, id);
+  }
+  Result<void> remove(const std::string& name) {
+    return detail::run([&](auto* e) { return haptic_object_remove(client_, name.c_str(), e); });
+  }
+  [[nodiscard]] Result<Reply<haptic_object_list>> list() const {
+    return detail::ask<haptic_object_list>(
+        [&](auto** out, auto* e) { return haptic_object_list_all(client_, out, e); });
+  }
+  [[nodiscard]] Result<Reply<haptic_object_state>> find(const std::string& name) const {
+    return detail::ask<haptic_object_state>(
+        [&](auto** out, auto* e) { return haptic_object_find(client_, name.c_str(), out, e); });
+  }
+
+  Result<Upload> beginUpload(std::uint32_t vertices, std::uint32_t triangles, std::uint32_t flags = 0) {
+    haptic_upload* handle = nullptr;
+    auto done =
+        detail::run([&](auto* e) { return haptic_upload_begin(client_, vertices, triangles, flags, &handle, e); });
+    if (!done) return done.error();
+    return Upload(handle, vertices, triangles);
+  }
+  /** Uploads and builds a mesh: x, y, z per vertex and three indices per triangle. */
+  Result<Reply<haptic_mesh_report>> upload(std::span<const float> vertices, std::span<const std::uint32_t> triangles,
+                                           std::uint32_t flags = 0, const Progress& progress = {}) {
+    return detail::ask<haptic_mesh_report>([&](auto** out, auto* e) {
+      return haptic_upload_mesh(client_, vertices.data(), static_cast<std::uint32_t>(vertices.size() / 3),
+                                triangles.data(), static_cast<std::uint32_t>(triangles.size() / 3), flags,
+                                progress ? detail::callProgress : nullptr, const_cast<Progress*>(&progress), out, e);
+    });
+  }
+  Result<void> dropMesh(std::uint64_t mesh) {
+    return detail::run([&](auto* e) { return haptic_mesh_drop(client_, mesh, e); });
+  }
+
+ private:
+  haptic_client* client_;
+};
+
+}  // namespace haptic

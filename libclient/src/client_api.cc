@@ -1,0 +1,202 @@
+// client.h and status.h.
+#include <errno.h>
+
+#include "libclient/src/convert.h"
+#include "libclient/src/loop.h"
+
+using hapticd::client::Connection;
+using hapticd::client::Failure;
+using hapticd::client::Link;
+using hapticd::client::Reply;
+namespace client = hapticd::client;
+
+namespace {
+
+/** The last reference may go on the library's own thread (in a callback), which cannot wait for itself. */
+void destroy(Connection* connection) {
+  if (!connection->ownProcess()) return;  // its thread is in the parent
+  if (connection->onOwnThread()) {
+    std::thread([connection] { delete connection; }).detach();
+  } else {
+    delete connection;
+  }
+}
+
+/** A call that answers with something for the caller to keep. */
+template <class Out, class Make, class Use>
+int reply(haptic_client* c, Out** out, haptic_error* error, Make&& make, Use&& use) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    if (out == nullptr) return client::badArgument("result", "is null");
+    Reply memory;
+    Out* made = nullptr;
+    if (Failure failure =
+            client::callDaemon(*c->connection, make, [&](auto& results) { made = use(results, memory); })) {
+      return failure;
+    }
+    *out = memory.release(made);
+    return {};
+  });
+}
+
+haptic_text* text(Reply& memory, capnp::Text::Reader from) {
+  auto* to = memory.make<haptic_text>();
+  to->length = from.size();
+  to->text = memory.text({from.cStr(), from.size()});
+  return to;
+}
+
+}  // namespace
+
+extern "C" {
+
+int haptic_connect(const haptic_connect_options* options, haptic_client** c, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    haptic_connect_options full = HAPTIC_CONNECT_OPTIONS_INIT;
+    if (options != nullptr) {
+      const std::size_t minimum = offsetof(haptic_connect_options, socket);
+      if (Failure bad = client::readSized(options, full, minimum, "haptic_connect_options")) return bad;
+    }
+    if ((full.flags & ~std::uint32_t{HAPTIC_CONNECT_ADMINISTRATION}) != 0) {
+      return {HAPTIC_UNSUPPORTED, "haptic_connect_options.flags", "has bits that are not defined", {}};
+    }
+    Connection::Options o;
+    if (full.socket != nullptr) o.socket = full.socket;
+    o.name = full.name == nullptr ? program_invocation_short_name : full.name;
+    o.administration = (full.flags & HAPTIC_CONNECT_ADMINISTRATION) != 0;
+    o.timeout_ns = full.timeout_ns;
+    auto made = std::make_unique<haptic_client>();
+    made->connection = std::shared_ptr<Connection>(new Connection(std::move(o)), destroy);
+    if (Failure failure = made->connection->connect()) return failure;
+    *c = made.release();
+    return {};
+  });
+}
+
+void haptic_disconnect(haptic_client* c) {
+  if (c == nullptr) return;
+  c->connection->disconnect();
+  delete c;
+}
+
+int haptic_connected(const haptic_client* c) {
+  return c != nullptr && c->connection->ownProcess() && c->connection->connected() ? 1 : 0;
+}
+
+int haptic_reconnect(haptic_client* c, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    return c->connection->connect();
+  });
+}
+
+int haptic_set_timeout(haptic_client* c, int64_t timeout_ns) {
+  if (c == nullptr || timeout_ns < 0) return HAPTIC_INVALID_ARGUMENT;
+  c->connection->setTimeout(timeout_ns);
+  return HAPTIC_OK;
+}
+
+int haptic_get_daemon_info(haptic_client* c, haptic_daemon_info** info, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    if (info == nullptr) return client::badArgument("info", "is null");
+    Reply memory;
+    *info = memory.release(client::convert(c->connection->info(), memory));
+    return {};
+  });
+}
+
+int haptic_get(haptic_client* c, const char* path, haptic_text** json, haptic_error* error) {
+  if (path == nullptr) return client::report(client::badArgument("path", "is null"), error);
+  return reply(
+      c, json, error,
+      [&](Link& link) {
+        auto request = link.daemon.getRequest();
+        request.setPath(path);
+        return request;
+      },
+      [](auto& results, Reply& memory) { return text(memory, results.getJson()); });
+}
+
+int haptic_set(haptic_client* c, const char* uri, haptic_text** json, haptic_error* error) {
+  if (uri == nullptr) return client::report(client::badArgument("uri", "is null"), error);
+  haptic_text* answer = nullptr;
+  const int code = reply(
+      c, &answer, error,
+      [&](Link& link) {
+        auto request = link.daemon.setRequest();
+        request.setUri(uri);
+        return request;
+      },
+      [](auto& results, Reply& memory) { return text(memory, results.getJson()); });
+  if (json != nullptr && code == HAPTIC_OK) {
+    *json = answer;
+  } else {
+    haptic_free(answer);
+  }
+  return code;
+}
+
+int haptic_get_configuration(haptic_client* c, haptic_text** toml, haptic_error* error) {
+  return reply(
+      c, toml, error, [](Link& link) { return link.daemon.configurationRequest(); },
+      [](auto& results, Reply& memory) { return text(memory, results.getToml()); });
+}
+
+int haptic_get_dump(haptic_client* c, haptic_text** json, haptic_error* error) {
+  return reply(
+      c, json, error, [](Link& link) { return link.daemon.dumpRequest(); },
+      [](auto& results, Reply& memory) { return text(memory, results.getJson()); });
+}
+
+int haptic_get_status(haptic_client* c, haptic_status** status, haptic_error* error) {
+  return reply(
+      c, status, error, [](Link& link) { return link.daemon.stateRequest(); },
+      [&](auto& results, Reply& memory) { return client::convert(results.getState(), c->connection->info(), memory); });
+}
+
+int haptic_get_statistics(haptic_client* c, const char* uri, int reset, haptic_statistics** statistics,
+                          haptic_error* error) {
+  return reply(
+      c, statistics, error,
+      [&](Link& link) {
+        auto request = link.daemon.statisticsRequest();
+        request.setUri(uri == nullptr ? "" : uri);
+        request.setReset(reset != 0);
+        return request;
+      },
+      [](auto& results, Reply& memory) { return client::convert(results.getStatistics(), memory); });
+}
+
+int haptic_run_doctor(haptic_client* c, haptic_check_list** checks, haptic_error* error) {
+  return reply(
+      c, checks, error, [](Link& link) { return link.daemon.doctorRequest(); },
+      [](auto& results, Reply& memory) { return client::convert(results.getChecks(), memory); });
+}
+
+int haptic_list_devices(haptic_client* c, haptic_device_list** devices, haptic_error* error) {
+  return reply(
+      c, devices, error, [](Link& link) { return link.daemon.listDevicesRequest(); },
+      [](auto& results, Reply& memory) { return client::convert(results.getDevices(), memory); });
+}
+
+int haptic_open_device(haptic_client* c, const char* uri, haptic_device_info** device, haptic_error* error) {
+  haptic_device_info* answer = nullptr;
+  const int code = reply(
+      c, &answer, error,
+      [&](Link& link) {
+        auto request = link.daemon.openDeviceRequest();
+        request.setUri(uri == nullptr ? "" : uri);
+        return request;
+      },
+      [](auto& results, Reply& memory) { return client::convert(results.getDevice(), memory); });
+  if (device != nullptr && code == HAPTIC_OK) {
+    *device = answer;
+  } else {
+    haptic_free(answer);
+  }
+  return code;
+}
+
+}  // extern "C"

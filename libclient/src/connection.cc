@@ -1,0 +1,258 @@
+#include "libclient/src/connection.h"
+
+#include <errno.h>
+#include <pthread.h>
+#include <signal.h>
+
+#include <future>
+
+#include "libclient/src/fork_guard.h"
+#include "libclient/src/loop.h"
+#include "libclient/src/socket_search.h"
+
+namespace hapticd::client {
+namespace {
+
+constexpr std::int64_t kDefaultTimeoutNs = 5'000'000'000;
+/** The daemon takes a client for lost after 100 ms without a heartbeat. */
+constexpr auto kHeartbeat = 20 * kj::MILLISECONDS;
+/** An answer of the daemon carries at most this many descriptors; a session's two regions are the most. */
+constexpr unsigned kDescriptors = 4;
+
+std::int64_t orDefault(std::int64_t timeout_ns) { return timeout_ns > 0 ? timeout_ns : kDefaultTimeoutNs; }
+
+}  // namespace
+
+Failure toFailure(proto::Status::Reader status) {
+  if (status.getCode() == HAPTIC_OK) return {};
+  return {status.getCode(), status.getWhere().cStr(), status.getWhat().cStr(), status.getRemedy().cStr()};
+}
+
+Failure toFailure(const kj::Exception& exception) {
+  const char* what = exception.getDescription().cStr();
+  switch (exception.getType()) {
+    case kj::Exception::Type::DISCONNECTED:
+      return {HAPTIC_DISCONNECTED, "daemon", "the connection is gone", "call haptic_reconnect()"};
+    case kj::Exception::Type::UNIMPLEMENTED:
+      return {HAPTIC_UNSUPPORTED, "daemon", "an older daemon does not know this call", "update hapticd"};
+    case kj::Exception::Type::OVERLOADED:
+      return {HAPTIC_QUOTA_EXCEEDED, "daemon", what, {}};
+    case kj::Exception::Type::FAILED:
+      break;
+  }
+  return {HAPTIC_INTERNAL, "daemon", what, {}};
+}
+
+Link::Link(kj::Own<kj::AsyncCapabilityStream> socket, int descriptor)
+    : fd(descriptor),
+      stream(kj::mv(socket)),
+      rpc(*stream, kDescriptors),
+      daemon(rpc.bootstrap().castAs<proto::Daemon>()) {
+  closeInChildren(fd);
+}
+
+Link::~Link() { forgetDescriptor(fd); }
+
+Connection::Loop::Loop(Connection& owner)
+    : connection(owner), io(kj::setupAsyncIo()), stop(kj::newPromiseAndFulfiller<void>()) {}
+
+void Connection::Loop::lose() noexcept {
+  connection.connected_.store(false, std::memory_order_release);
+  for (Dependent* dependent : dependents) dependent->lost();
+}
+
+kj::Promise<void> Connection::Loop::beat() {
+  return io.provider->getTimer().afterDelay(kHeartbeat).then([this]() -> kj::Promise<void> {
+    const std::int64_t now = haptic_now_ns();
+    for (Dependent* dependent : dependents) dependent->beat(now);
+    if (dependents.empty()) return kj::READY_NOW;
+    return beat();
+  });
+}
+
+void Connection::add(Loop& loop, Dependent& dependent) {
+  loop.dependents.push_back(&dependent);
+  if (loop.dependents.size() == 1) loop.heart = loop.beat().eagerlyEvaluate(nullptr);
+}
+
+void Connection::remove(Loop& loop, Dependent& dependent) { std::erase(loop.dependents, &dependent); }
+
+Connection::Connection(Options options)
+    : options_(std::move(options)), process_(forkGeneration()), timeout_ns_(orDefault(options_.timeout_ns)) {
+  // Signals are the program's affair: none is delivered to this thread. KJ ignores SIGPIPE for the whole process; the
+  // program gets its own setting back, and on this thread it is blocked.
+  sigset_t all, before;
+  sigfillset(&all);
+  struct sigaction pipe {};
+  sigaction(SIGPIPE, nullptr, &pipe);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  std::promise<void> ready;
+  auto started = ready.get_future();
+  thread_ = std::thread([this, &ready] {
+    pthread_setname_np(pthread_self(), "hapticclient");
+    try {
+      Loop loop(*this);
+      loop_ = &loop;
+      executor_ = kj::getCurrentThreadExecutor().addRef();
+      ready.set_value();
+      loop.stop.promise.wait(loop.io.waitScope);
+    } catch (...) {
+      if (loop_ == nullptr) ready.set_exception(std::current_exception());
+    }
+  });
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  try {
+    started.get();
+  } catch (...) {
+    thread_.join();
+    throw;
+  }
+  sigaction(SIGPIPE, &pipe, nullptr);
+}
+
+Connection::~Connection() {
+  run([](Loop& loop) {
+    loop.lose();
+    loop.link = nullptr;
+    loop.stop.fulfiller->fulfill();
+  });
+  thread_.join();
+}
+
+bool Connection::ownProcess() const noexcept { return process_ == forkGeneration(); }
+
+void Connection::setTimeout(std::int64_t timeout_ns) noexcept {
+  timeout_ns_.store(orDefault(timeout_ns), std::memory_order_relaxed);
+}
+
+Connection::Info Connection::info() const {
+  const std::lock_guard lock(info_mutex_);
+  return info_;
+}
+
+Failure Connection::refused() const {
+  if (!ownProcess()) {
+    return {HAPTIC_DISCONNECTED, "process", "the connection was made before fork()", "connect anew in the child"};
+  }
+  if (onOwnThread()) return badArgument("thread", "a callback may not wait for the daemon", "call from another thread");
+  return {};
+}
+
+void Connection::run(kj::FunctionParam<void(Loop&)> work) noexcept {
+  if (!ownProcess()) return;
+  if (onOwnThread()) return work(*loop_);
+  executor_->executeSync([&] { work(*loop_); });
+}
+
+Failure Connection::call(kj::FunctionParam<kj::Promise<void>(Link&)> work) {
+  if (Failure failure = refused()) return failure;
+  if (!connected()) return {HAPTIC_DISCONNECTED, "daemon", "not connected", "call haptic_reconnect()"};
+  const std::int64_t patience = timeout();
+  try {
+    const bool answered = executor_->executeSync([&]() -> kj::Promise<bool> {
+      if (loop_->link == nullptr) return KJ_EXCEPTION(DISCONNECTED, "no link");
+      auto late = loop_->io.provider->getTimer().afterDelay(patience * kj::NANOSECONDS).then([] { return false; });
+      return work(*loop_->link).then([] { return true; }).exclusiveJoin(kj::mv(late));
+    });
+    if (answered) return {};
+    return {HAPTIC_TIMEOUT, "daemon", "no answer within " + std::to_string(patience / 1'000'000) + " ms",
+            "see whether hapticd runs: hapticctl doctor"};
+  } catch (const kj::Exception& exception) {
+    return toFailure(exception);
+  }
+}
+
+void Connection::disconnect() {
+  run([](Loop& loop) {
+    loop.lose();
+    loop.link = nullptr;
+  });
+}
+
+Failure Connection::connect() {
+  if (Failure failure = refused()) return failure;
+  const std::lock_guard lock(connecting_);
+  if (connected()) return {};
+  const auto paths = candidates(searchHere(options_.socket, options_.administration));
+  std::vector<Failure> why;
+  for (const std::string& path : paths) {
+    Failure failure = attach(path);
+    if (!failure) return {};
+    const bool absent = failure.code == HAPTIC_DISCONNECTED || failure.code == HAPTIC_PERMISSION_DENIED;
+    if (!absent) return failure;
+    why.push_back(std::move(failure));
+  }
+  return nobodyAnswers(paths, why);
+}
+
+Failure Connection::attach(const std::string& path) {
+  int fd = -1;
+  if (Failure failure = connectTo(path, timeout(), fd)) return failure;
+  run([&](Loop& loop) {
+    loop.link = nullptr;
+    auto stream = loop.io.lowLevelProvider->wrapUnixSocketFd(fd, kj::LowLevelAsyncIoProvider::TAKE_OWNERSHIP |
+                                                                     kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC |
+                                                                     kj::LowLevelAsyncIoProvider::ALREADY_NONBLOCK);
+    loop.link = std::make_unique<Link>(kj::mv(stream), fd);
+    loop.link->watch = loop.link->rpc.onDisconnect().then([&loop] { loop.lose(); }).eagerlyEvaluate(nullptr);
+    connected_.store(true, std::memory_order_release);
+  });
+  Failure failure = greet(path);
+  if (failure) {
+    disconnect();
+    if (failure.code == HAPTIC_DISCONNECTED) failure = {HAPTIC_DISCONNECTED, path, "the daemon hung up", {}};
+  }
+  return failure;
+}
+
+Failure Connection::greet(const std::string& path) {
+  Info info;
+  const auto hello = [&](Link& link) {
+    auto request = link.daemon.helloRequest();
+    request.setClientName(options_.name.c_str());
+    request.setProtocolMajor(proto::PROTOCOL_MAJOR);
+    request.setProtocolMinor(proto::PROTOCOL_MINOR);
+    return request;
+  };
+  if (Failure failure = callDaemon(*this, hello, [&](auto& results) {
+        const proto::DaemonInfo::Reader from = results.getInfo();
+        info = {from.getVersion().cStr(),
+                from.getSchedulingNote().cStr(),
+                path,
+                from.getConfigFile().cStr(),
+                from.getPid(),
+                from.getProtocolMajor(),
+                from.getProtocolMinor(),
+                from.getEpoch(),
+                from.getAdministration(),
+                from.getRealtime(),
+                from.getStartedNs()};
+      })) {
+    return failure;
+  }
+  if (info.major != proto::PROTOCOL_MAJOR) {
+    return {HAPTIC_VERSION_MISMATCH, path,
+            "the daemon speaks protocol " + std::to_string(info.major) + ", this library " +
+                std::to_string(proto::PROTOCOL_MAJOR),
+            "install hapticd and libhapticclient of the same release"};
+  }
+  if (options_.administration && !info.administration) {
+    return {HAPTIC_PERMISSION_DENIED, path, "is not the administration socket", "give the path of admin.sock"};
+  }
+  {
+    const std::lock_guard lock(info_mutex_);
+    info_ = std::move(info);
+  }
+  Failure refusal;
+  Failure broken = call([&](Link& link) {
+    return ask(link.daemon.sceneRequest(), refusal, [&link](auto& results) { link.scene = results.getScene(); })
+        .then([this, &link] {
+          auto renewals = kj::heapArrayBuilder<kj::Promise<void>>(loop_->dependents.size());
+          for (Dependent* dependent : loop_->dependents) renewals.add(dependent->renew(link));
+          return kj::joinPromises(renewals.finish());
+        });
+  });
+  return broken ? std::move(broken) : std::move(refusal);
+}
+
+}  // namespace hapticd::client

@@ -1,0 +1,150 @@
+// scene.h: objects.
+#include "libclient/src/convert.h"
+#include "libclient/src/loop.h"
+
+using hapticd::client::Failure;
+using hapticd::client::Link;
+using hapticd::client::Reply;
+namespace client = hapticd::client;
+
+namespace {
+
+constexpr std::uint32_t kFlags =
+    HAPTIC_OBJECT_ENABLED | HAPTIC_OBJECT_VISIBLE | HAPTIC_OBJECT_TWO_SIDED | HAPTIC_OBJECT_KEEP;
+
+/** A change of a named object that is answered by a status alone. */
+template <class Make>
+int change(haptic_client* c, const char* name, const void* value, haptic_error* error, Make&& make) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    if (name == nullptr) return client::badArgument("name", "is null");
+    if (value == nullptr) return client::badArgument("value", "is null");
+    return client::callDaemon(*c->connection, [&](Link& link) {
+      auto request = make(link.scene);
+      request.setName(name);
+      return request;
+    });
+  });
+}
+
+Failure checkShape(const haptic_shape& shape) {
+  if (shape.kind <= HAPTIC_SHAPE_MESH) return {};
+  return client::badArgument("shape.kind", "is " + std::to_string(shape.kind), "use a haptic_shape_kind");
+}
+
+}  // namespace
+
+extern "C" {
+
+int haptic_object_create(haptic_client* c, const haptic_object* object, uint32_t* id, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    haptic_object full = HAPTIC_OBJECT_INIT;
+    if (Failure bad = client::readSized(object, full, offsetof(haptic_object, material), "haptic_object")) return bad;
+    if (full.name == nullptr) return client::badArgument("haptic_object.name", "is null");
+    if ((full.flags & ~kFlags) != 0) return client::badArgument("haptic_object.flags", "has bits that are not defined");
+    if (Failure bad = checkShape(full.shape)) return bad;
+    const auto make = [&](Link& link) {
+      auto request = link.scene.createRequest();
+      client::convert(full, request.initObject());
+      return request;
+    };
+    return client::callDaemon(*c->connection, make, [&](auto& results) {
+      if (id != nullptr) *id = results.getId();
+    });
+  });
+}
+
+int haptic_object_remove(haptic_client* c, const char* name, haptic_error* error) {
+  return change(c, name, name, error, [](auto& scene) { return scene.removeRequest(); });
+}
+
+int haptic_object_list_all(haptic_client* c, haptic_object_list** objects, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    if (objects == nullptr) return client::badArgument("objects", "is null");
+    Reply memory;
+    haptic_object_list* made = nullptr;
+    if (Failure failure = client::callDaemon(
+            *c->connection, [](Link& link) { return link.scene.listRequest(); },
+            [&](auto& results) { made = client::convert(results.getObjects(), memory); })) {
+      return failure;
+    }
+    *objects = memory.release(made);
+    return {};
+  });
+}
+
+int haptic_object_find(haptic_client* c, const char* name, haptic_object_state** state, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    if (name == nullptr) return client::badArgument("name", "is null");
+    if (state == nullptr) return client::badArgument("state", "is null");
+    Reply memory;
+    haptic_object_state* made = nullptr;
+    const auto make = [&](Link& link) {
+      auto request = link.scene.findRequest();
+      request.setName(name);
+      return request;
+    };
+    if (Failure failure = client::callDaemon(
+            *c->connection, make, [&](auto& results) { made = client::convert(results.getObject(), memory); })) {
+      return failure;
+    }
+    *state = memory.release(made);
+    return {};
+  });
+}
+
+int haptic_object_set_pose(haptic_client* c, const char* name, const haptic_pose* pose, haptic_error* error) {
+  return change(c, name, pose, error, [&](auto& scene) {
+    auto request = scene.setPoseRequest();
+    client::convert(*pose, request.initPose());
+    return request;
+  });
+}
+
+int haptic_object_set_material(haptic_client* c, const char* name, const haptic_material* material,
+                               haptic_error* error) {
+  return change(c, name, material, error, [&](auto& scene) {
+    auto request = scene.setMaterialRequest();
+    client::convert(*material, request.initMaterial());
+    return request;
+  });
+}
+
+int haptic_object_set_flags(haptic_client* c, const char* name, uint32_t flags, haptic_error* error) {
+  if ((flags & ~kFlags) != 0)
+    return client::report(client::badArgument("flags", "has bits that are not defined"), error);
+  return change(c, name, name, error, [&](auto& scene) {
+    auto request = scene.setFlagsRequest();
+    request.setEnabled((flags & HAPTIC_OBJECT_ENABLED) != 0);
+    request.setVisible((flags & HAPTIC_OBJECT_VISIBLE) != 0);
+    request.setTwoSided((flags & HAPTIC_OBJECT_TWO_SIDED) != 0);
+    return request;
+  });
+}
+
+int haptic_object_set_shape(haptic_client* c, const char* name, const haptic_shape* shape, haptic_error* error) {
+  if (shape != nullptr) {
+    if (const Failure bad = checkShape(*shape)) return client::report(bad, error);
+  }
+  return change(c, name, shape, error, [&](auto& scene) {
+    auto request = scene.setShapeRequest();
+    client::convert(*shape, request.initShape());
+    return request;
+  });
+}
+
+int haptic_mesh_drop(haptic_client* c, uint64_t mesh, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    return client::callDaemon(*c->connection, [&](Link& link) {
+      auto request = link.scene.dropMeshRequest();
+      request.setMesh(mesh);
+      return request;
+    });
+  });
+}
+
+}  // extern "C"

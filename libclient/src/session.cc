@@ -1,0 +1,210 @@
+#include "libclient/src/session.h"
+
+#include <capnp/message.h>
+
+#include "libclient/src/convert.h"
+#include "libclient/src/loop.h"
+#include "rt/ring/shared.h"
+
+using hapticd::client::Connection;
+using hapticd::client::Failure;
+using hapticd::client::Link;
+using hapticd::client::Mapping;
+using hapticd::client::Opened;
+using hapticd::client::Reply;
+namespace client = hapticd::client;
+namespace proto = hapticd::proto;
+
+namespace {
+
+/** Maps what a Region capability carries, on the library's thread. */
+kj::Promise<void> mapRegion(proto::Region::Client region, std::size_t bytes, bool writable, const char* name,
+                            Mapping& mapping, Failure& failure) {
+  // The descriptor lives as long as the capability, the mapping longer.
+  auto fd = region.getFd();
+  return fd.then([bytes, writable, name, &mapping, &failure, keep = kj::mv(region)](kj::Maybe<int> received) {
+    KJ_IF_MAYBE (descriptor, received) {
+      failure = Mapping::map(*descriptor, bytes, writable, name, mapping);
+    } else {
+      failure = {HAPTIC_INTERNAL, name, "the daemon sent no descriptor", {}};
+    }
+  });
+}
+
+/** Both regions hold what this library was built for. */
+Failure checkRegions(const Opened& opened) {
+  if (hapticd::headerMatches(opened.a()->header, 'A', opened.map_a.bytes()) &&
+      hapticd::headerMatches(opened.b()->header, 'B', opened.map_b.bytes())) {
+    return {};
+  }
+  return {HAPTIC_VERSION_MISMATCH, "shared memory", "has another layout than this library",
+          "install hapticd and libhapticclient of the same release"};
+}
+
+/** Runs a call on the session's capability that answers with a status alone. */
+template <class Make>
+int order(haptic_session* session, haptic_error* error, Make&& make) {
+  return client::edge(error, [&]() -> Failure {
+    if (session == nullptr) return client::badArgument("session", "is null");
+    if (session->connection->connected() && session->check() != HAPTIC_OK) {
+      return {HAPTIC_DISCONNECTED, "session", "the daemon has ended this session", "call haptic_session_reopen()"};
+    }
+    return client::callDaemon(*session->connection, [&](Link&) { return make(session->opened->capability); });
+  });
+}
+
+}  // namespace
+
+Failure haptic_session::open() {
+  auto fresh = std::make_unique<Opened>();
+  std::size_t a_bytes = 0, b_bytes = 0;
+  const auto ask_session = [&](Link& link) {
+    auto request = link.daemon.openSessionRequest();
+    request.setUri(uri.c_str());
+    request.setClientName(name.c_str());
+    request.setLayoutMajor(HD_SHM_MAJOR);
+    request.setLayoutMinor(HD_SHM_MINOR);
+    return request;
+  };
+  Failure refusal;
+  Failure broken = connection->call([&](Link& link) {
+    return client::ask(ask_session(link), refusal, [&](auto& results) {
+      const proto::SessionInfo::Reader info = results.getInfo();
+      fresh->capability = results.getSession();
+      fresh->id = info.getId();
+      fresh->epoch = info.getEpoch();
+      fresh->device_index = info.getDeviceIndex();
+      fresh->device_count = info.getDeviceCount();
+      fresh->period_ns = info.getPeriodNs();
+      a_bytes = info.getRegionABytes();
+      b_bytes = info.getRegionBBytes();
+      fresh->device = std::make_unique<capnp::MallocMessageBuilder>();
+      fresh->device->setRoot(info.getDevice());
+      if (uri.empty()) uri = info.getDevice().getUri().cStr();  // a reopening gets the same device
+    });
+  });
+  // From here on the capability must go on its own thread, also on failure.
+  const auto drop = [&](Failure failure) {
+    connection->run([&](Connection::Loop&) { fresh->capability = nullptr; });
+    return failure;
+  };
+  if (broken) return drop(std::move(broken));
+  if (refusal) return drop(std::move(refusal));
+  if (a_bytes < sizeof(hd_region_a) || b_bytes < sizeof(hd_region_b)) {
+    return drop({HAPTIC_VERSION_MISMATCH, "shared memory", "is smaller than this library expects",
+                 "install hapticd and libhapticclient of the same release"});
+  }
+  Failure bad_a, bad_b;
+  broken = connection->call([&](Link&) -> kj::Promise<void> {
+    return fresh->capability.regionsRequest().send().then([&](auto&& results) -> kj::Promise<void> {
+      refusal = client::toFailure(results.getStatus());
+      if (refusal) return kj::READY_NOW;
+      return kj::joinPromises(kj::arr(mapRegion(results.getA(), a_bytes, false, "region A", fresh->map_a, bad_a),
+                                      mapRegion(results.getB(), b_bytes, true, "region B", fresh->map_b, bad_b)));
+    });
+  });
+  for (Failure* failure : {&broken, &refusal, &bad_a, &bad_b}) {
+    if (*failure) return drop(std::move(*failure));
+  }
+  if (Failure failure = checkRegions(*fresh)) return drop(std::move(failure));
+  fresh->reader.emplace(fresh->a());
+  fresh->producer.emplace(fresh->b(), fresh->a());
+  fresh->producer->heartbeat(haptic_now_ns());
+  if (Failure failure = client::callDaemon(*connection, [&](Link&) { return fresh->capability.mappedRequest(); })) {
+    return drop(std::move(failure));
+  }
+  connection->run([&](Connection::Loop& loop) {
+    if (opened != nullptr) Connection::remove(loop, *this);
+    std::swap(opened, fresh);
+    if (fresh != nullptr) fresh->capability = nullptr;
+    Connection::add(loop, *this);
+    alive.store(connection->connected(), std::memory_order_release);
+  });
+  return {};
+}
+
+void haptic_session::end() noexcept {
+  connection->run([&](Connection::Loop& loop) {
+    alive.store(false, std::memory_order_release);
+    Connection::remove(loop, *this);
+    if (opened != nullptr) opened->capability = nullptr;
+  });
+}
+
+int haptic_session::check() const noexcept {
+  if (!alive.load(std::memory_order_acquire) || !connection->ownProcess()) return HAPTIC_DISCONNECTED;
+  return hapticd::loadRelaxed(opened->a()->acks.ended) == 0 ? HAPTIC_OK : HAPTIC_DISCONNECTED;
+}
+
+extern "C" {
+
+int haptic_session_open(haptic_client* c, const haptic_session_options* options, haptic_session** session,
+                        haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    if (session == nullptr) return client::badArgument("session", "is null");
+    haptic_session_options full = HAPTIC_SESSION_OPTIONS_INIT;
+    if (options != nullptr) {
+      if (Failure bad =
+              client::readSized(options, full, offsetof(haptic_session_options, uri), "haptic_session_options")) {
+        return bad;
+      }
+    }
+    if (full.flags != 0) {
+      return {HAPTIC_UNSUPPORTED, "haptic_session_options.flags", "has bits that are not defined", "set it to 0"};
+    }
+    auto made = std::make_unique<haptic_session>(c->connection, full.uri == nullptr ? "" : full.uri,
+                                                 full.name == nullptr ? c->connection->name() : full.name);
+    if (Failure failure = made->open()) return failure;
+    *session = made.release();
+    return {};
+  });
+}
+
+void haptic_session_close(haptic_session* session) {
+  if (session == nullptr || !session->connection->ownProcess()) return;
+  session->end();
+  delete session;
+}
+
+int haptic_session_reopen(haptic_session* session, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (session == nullptr) return client::badArgument("session", "is null");
+    session->end();
+    return session->open();
+  });
+}
+
+int haptic_session_describe(haptic_session* session, haptic_session_info** info, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (session == nullptr) return client::badArgument("session", "is null");
+    if (info == nullptr) return client::badArgument("info", "is null");
+    if (session->opened == nullptr) return {HAPTIC_DISCONNECTED, "session", "is not open", {}};
+    Opened& opened = *session->opened;
+    Reply reply;
+    auto* to = reply.make<haptic_session_info>();
+    to->device = client::convert(opened.device->getRoot<proto::DeviceInfo>().asReader(), reply);
+    to->device_index = opened.device_index;
+    to->device_count = opened.device_count;
+    to->id = opened.id;
+    to->epoch = opened.epoch;
+    to->period_ns = opened.period_ns;
+    *info = reply.release(to);
+    return {};
+  });
+}
+
+int haptic_session_acquire_lease(haptic_session* session, haptic_error* error) {
+  return order(session, error, [](auto& capability) { return capability.acquireLeaseRequest(); });
+}
+int haptic_session_release_lease(haptic_session* session, haptic_error* error) {
+  return order(session, error, [](auto& capability) { return capability.releaseLeaseRequest(); });
+}
+int haptic_session_arm(haptic_session* session, haptic_error* error) {
+  return order(session, error, [](auto& capability) { return capability.armRequest(); });
+}
+int haptic_session_disarm(haptic_session* session, haptic_error* error) {
+  return order(session, error, [](auto& capability) { return capability.disarmRequest(); });
+}
+
+}  // extern "C"

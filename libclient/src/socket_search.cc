@@ -1,0 +1,94 @@
+#include "libclient/src/socket_search.h"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <ctime>
+
+namespace hapticd::client {
+namespace {
+
+std::string environment(const char* name) {
+  const char* value = secure_getenv(name);
+  return value == nullptr ? std::string() : value;
+}
+
+std::string besides(const std::string& path, const char* name) {
+  const std::size_t slash = path.rfind('/');
+  return slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
+}
+
+}  // namespace
+
+SocketSearch searchHere(std::string given, bool administration) {
+  return {std::move(given), environment("HAPTICD_SOCKET"), environment("XDG_RUNTIME_DIR"), administration};
+}
+
+std::vector<std::string> candidates(const SocketSearch& search) {
+  if (!search.given.empty()) return {search.given};
+  const char* name = search.administration ? "admin.sock" : "control.sock";
+  if (!search.environment.empty()) {
+    return {search.administration ? besides(search.environment, name) : search.environment};
+  }
+  std::vector<std::string> paths;
+  if (!search.runtime_dir.empty()) paths.push_back(search.runtime_dir + "/hapticd/" + name);
+  paths.push_back(std::string("/run/hapticd/") + name);
+  return paths;
+}
+
+Failure connectTo(const std::string& path, std::int64_t timeout_ns, int& fd) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) {
+    return badArgument(path, "is longer than a socket path can be",
+                       "use a path of at most " + std::to_string(sizeof address.sun_path - 1) + " bytes");
+  }
+  path.copy(address.sun_path, path.size());
+  const int made = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (made < 0) return {HAPTIC_SYSTEM, path, std::string("no socket: ") + strerror(errno), {}};
+  const std::int64_t deadline = haptic_now_ns() + timeout_ns;
+  for (;;) {
+    if (connect(made, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
+      fd = made;
+      return {};
+    }
+    if (errno == EINTR) continue;
+    if (errno != EAGAIN || haptic_now_ns() >= deadline) break;
+    const timespec pause{0, 2'000'000};  // the daemon's backlog is full
+    nanosleep(&pause, nullptr);
+  }
+  const int error = errno;
+  close(made);
+  switch (error) {
+    case ENOENT:
+      return {HAPTIC_DISCONNECTED, path, "no such socket", {}};
+    case ECONNREFUSED:
+      return {HAPTIC_DISCONNECTED, path, "nobody listens", {}};
+    case EACCES:
+    case EPERM:
+      return {HAPTIC_PERMISSION_DENIED, path, "you may not connect", "join the group haptic, then log in again"};
+    case EAGAIN:
+      return {HAPTIC_TIMEOUT, path, "the daemon does not take connections", {}};
+    default:
+      return {HAPTIC_SYSTEM, path, strerror(error), {}};
+  }
+}
+
+Failure nobodyAnswers(const std::vector<std::string>& paths, const std::vector<Failure>& why) {
+  if (why.size() == 1 && why[0].code != HAPTIC_DISCONNECTED) return why[0];
+  Failure all{HAPTIC_DISCONNECTED, {}, {}, "start the daemon: systemctl start hapticd, or hapticd --allow-no-rt"};
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    all.where += (i == 0 ? "" : ", ") + paths[i];
+    all.what += (i == 0 ? "" : "; ") + (paths.size() == 1 ? std::string() : paths[i] + ": ") + why[i].what;
+    if (why[i].code == HAPTIC_PERMISSION_DENIED) {
+      all.code = HAPTIC_PERMISSION_DENIED;
+      all.remedy = why[i].remedy;
+    }
+  }
+  return all;
+}
+
+}  // namespace hapticd::client

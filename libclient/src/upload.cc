@@ -1,0 +1,244 @@
+// scene.h: meshes on their way to the builder.
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+
+#include "libclient/src/convert.h"
+#include "libclient/src/loop.h"
+#include "libclient/src/mapping.h"
+#include "proto/snapshot.h"
+
+using hapticd::client::Connection;
+using hapticd::client::Failure;
+using hapticd::client::Link;
+using hapticd::client::Mapping;
+using hapticd::client::Reply;
+namespace client = hapticd::client;
+namespace proto = hapticd::proto;
+
+namespace {
+
+constexpr std::int64_t kDefaultPatienceNs = 600'000'000'000;
+
+/** What the library's thread tells the one that waits for the builder. */
+struct Waiting {
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool news = false;
+  float fraction = 0;
+  std::string stage;
+  bool done = false;
+  Failure failure;
+  Reply memory;
+  haptic_mesh_report* report = nullptr;
+
+  void finish(Failure how) {
+    const std::lock_guard lock(mutex);
+    failure = std::move(how);
+    done = true;
+    changed.notify_all();
+  }
+};
+
+class ProgressServer final : public proto::Progress::Server {
+ public:
+  explicit ProgressServer(std::shared_ptr<Waiting> waiting) : waiting_(std::move(waiting)) {}
+  kj::Promise<void> report(ReportContext context) override {
+    const auto params = context.getParams();
+    const std::lock_guard lock(waiting_->mutex);
+    waiting_->fraction = params.getFraction();
+    waiting_->stage = params.getStage().cStr();
+    waiting_->news = true;
+    waiting_->changed.notify_all();
+    return kj::READY_NOW;
+  }
+
+ private:
+  std::shared_ptr<Waiting> waiting_;
+};
+
+std::size_t uploadBytes(std::uint32_t vertices, std::uint32_t triangles) {
+  return sizeof(hd_mesh_upload) + 12 * (std::size_t{vertices} + triangles);
+}
+
+}  // namespace
+
+/** The handle of scene.h. */
+struct haptic_upload {
+  std::shared_ptr<Connection> connection;
+  std::uint32_t vertices = 0;
+  Mapping mapping;
+  proto::Upload::Client capability = nullptr;  ///< Library's thread.
+  kj::Promise<void> commit = nullptr;          ///< Library's thread.
+
+  ~haptic_upload() {
+    connection->run([this](Connection::Loop&) {
+      commit = nullptr;
+      capability = nullptr;
+    });
+  }
+};
+
+namespace {
+
+Failure begin(haptic_client* c, std::uint32_t vertices, std::uint32_t triangles, std::uint32_t flags,
+              std::unique_ptr<haptic_upload>& upload) {
+  if (c == nullptr) return client::badArgument("client", "is null");
+  if (vertices == 0 || vertices > HD_MAX_VERTICES) {
+    return client::badArgument("vertices", "is " + std::to_string(vertices),
+                               "give 1 to " + std::to_string(HD_MAX_VERTICES));
+  }
+  if (triangles == 0 || triangles > HD_MAX_TRIANGLES) {
+    return client::badArgument("triangles", "is " + std::to_string(triangles),
+                               "give 1 to " + std::to_string(HD_MAX_TRIANGLES));
+  }
+  if ((flags & ~std::uint32_t{HAPTIC_MESH_DEFORMABLE}) != 0) {
+    return client::badArgument("flags", "has bits that are not defined");
+  }
+  auto made = std::make_unique<haptic_upload>();
+  made->connection = c->connection;
+  made->vertices = vertices;
+  const std::size_t bytes = uploadBytes(vertices, triangles);
+  Failure refusal;
+  Failure broken = c->connection->call([&](Link& link) {
+    auto request = link.scene.beginUploadRequest();
+    request.setBytes(bytes);
+    return client::ask(kj::mv(request), refusal, [&](auto& results) { made->capability = results.getUpload(); })
+        .then([&]() -> kj::Promise<void> {
+          if (refusal) return kj::READY_NOW;
+          return made->capability.regionRequest().send().then([&](auto&& results) -> kj::Promise<void> {
+            refusal = client::toFailure(results.getStatus());
+            if (refusal) return kj::READY_NOW;
+            proto::Region::Client region = results.getRegion();
+            auto fd = region.getFd();
+            return fd.then([&, keep = kj::mv(region)](kj::Maybe<int> received) {
+              KJ_IF_MAYBE (descriptor, received) {
+                refusal = Mapping::map(*descriptor, bytes, true, "upload", made->mapping);
+              } else {
+                refusal = {HAPTIC_INTERNAL, "upload", "the daemon sent no descriptor", {}};
+              }
+            });
+          });
+        });
+  });
+  if (broken) return broken;
+  if (refusal) return refusal;
+  *static_cast<hd_mesh_upload*>(made->mapping.address()) = {HD_UPLOAD_MAGIC, vertices, triangles, flags, 0};
+  upload = std::move(made);
+  return {};
+}
+
+/** Starts the commit on the library's thread; `waiting` hears how it ends. */
+void startCommit(haptic_upload& upload, const std::shared_ptr<Waiting>& waiting) {
+  upload.connection->run([&](Connection::Loop&) {
+    auto request = upload.capability.commitRequest();
+    request.setProgress(kj::heap<ProgressServer>(waiting));
+    upload.commit = request.send()
+                        .then(
+                            [waiting](auto&& results) {
+                              Failure failure = client::toFailure(results.getStatus());
+                              if (!failure) waiting->report = client::convert(results.getMesh(), waiting->memory);
+                              waiting->finish(std::move(failure));
+                            },
+                            [waiting](kj::Exception&& e) { waiting->finish(client::toFailure(e)); })
+                        .eagerlyEvaluate([waiting](kj::Exception&& e) { waiting->finish(client::toFailure(e)); });
+  });
+}
+
+/** Calls `progress` on this thread until the builder is done; gives why it went no further, if so. */
+Failure waitForBuilder(Waiting& waiting, haptic_progress progress, void* user, std::int64_t patience) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::nanoseconds(patience);
+  std::unique_lock lock(waiting.mutex);
+  for (;;) {
+    if (!waiting.changed.wait_until(lock, deadline, [&] { return waiting.done || waiting.news; })) {
+      return {HAPTIC_TIMEOUT, "upload",
+              "the builder was not done within " + std::to_string(patience / 1'000'000) + " ms", "give it more time"};
+    }
+    if (waiting.news && progress != nullptr) {
+      const float fraction = waiting.fraction;
+      const std::string stage = waiting.stage;
+      waiting.news = false;
+      lock.unlock();
+      const bool stop = progress(fraction, stage.c_str(), user) != 0;
+      lock.lock();
+      if (stop && !waiting.done) return {HAPTIC_CANCELLED, "upload", "the progress callback asked to stop", {}};
+    }
+    waiting.news = false;
+    if (waiting.done) return waiting.failure;
+  }
+}
+
+Failure commit(haptic_upload& upload, haptic_progress progress, void* user, std::int64_t timeout_ns,
+               haptic_mesh_report** report) {
+  Connection& connection = *upload.connection;
+  if (!connection.ownProcess() || !connection.connected()) {
+    return {HAPTIC_DISCONNECTED, "upload", "the connection is gone", "call haptic_reconnect() and upload again"};
+  }
+  if (connection.onOwnThread()) return client::badArgument("thread", "a callback may not wait for the daemon");
+  upload.mapping.unmap();
+  const auto waiting = std::make_shared<Waiting>();
+  startCommit(upload, waiting);
+  Failure failure = waitForBuilder(*waiting, progress, user, timeout_ns > 0 ? timeout_ns : kDefaultPatienceNs);
+  connection.run([&](Connection::Loop&) {
+    upload.commit = nullptr;
+    // Dropping the capability is how a build is cancelled.
+    if (failure.code == HAPTIC_CANCELLED || failure.code == HAPTIC_TIMEOUT) upload.capability = nullptr;
+  });
+  if (failure) return failure;
+  if (report != nullptr) *report = waiting->memory.release(waiting->report);
+  return {};
+}
+
+}  // namespace
+
+extern "C" {
+
+int haptic_upload_begin(haptic_client* c, uint32_t vertices, uint32_t triangles, uint32_t flags, haptic_upload** upload,
+                        haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (upload == nullptr) return client::badArgument("upload", "is null");
+    std::unique_ptr<haptic_upload> made;
+    if (Failure failure = begin(c, vertices, triangles, flags, made)) return failure;
+    *upload = made.release();
+    return {};
+  });
+}
+
+float* haptic_upload_vertices(haptic_upload* upload) {
+  if (upload == nullptr || upload->mapping.address() == nullptr) return nullptr;
+  return reinterpret_cast<float*>(static_cast<hd_mesh_upload*>(upload->mapping.address()) + 1);
+}
+
+uint32_t* haptic_upload_triangles(haptic_upload* upload) {
+  float* vertices = haptic_upload_vertices(upload);
+  return vertices == nullptr ? nullptr : reinterpret_cast<uint32_t*>(vertices + std::size_t{3} * upload->vertices);
+}
+
+int haptic_upload_commit(haptic_upload* upload, haptic_progress progress, void* user, int64_t timeout_ns,
+                         haptic_mesh_report** report, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (upload == nullptr) return client::badArgument("upload", "is null");
+    return commit(*upload, progress, user, timeout_ns, report);
+  });
+}
+
+void haptic_upload_close(haptic_upload* upload) {
+  if (upload != nullptr && upload->connection->ownProcess()) delete upload;
+}
+
+int haptic_upload_mesh(haptic_client* c, const float* vertices, uint32_t vertex_count, const uint32_t* triangles,
+                       uint32_t triangle_count, uint32_t flags, haptic_progress progress, void* user,
+                       haptic_mesh_report** report, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (vertices == nullptr) return client::badArgument("vertices", "is null");
+    if (triangles == nullptr) return client::badArgument("triangles", "is null");
+    std::unique_ptr<haptic_upload> upload;
+    if (Failure failure = begin(c, vertex_count, triangle_count, flags, upload)) return failure;
+    std::memcpy(haptic_upload_vertices(upload.get()), vertices, std::size_t{12} * vertex_count);
+    std::memcpy(haptic_upload_triangles(upload.get()), triangles, std::size_t{12} * triangle_count);
+    return commit(*upload, progress, user, 0, report);
+  });
+}
+
+}  // extern "C"

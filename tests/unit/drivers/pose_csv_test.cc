@@ -1,0 +1,136 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <clocale>
+#include <filesystem>
+#include <fstream>
+
+#include "drivers/pose_track.h"
+#include "support/temporary_directory.h"
+
+namespace hapticd {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::shared_ptr<const PoseTrack> good(std::string_view text) {
+  Result<std::shared_ptr<const PoseTrack>> track = parsePoseCsv(text, "test.csv");
+  if (track.ok()) return *track;
+  ADD_FAILURE() << toString(track.error());
+  return *parsePoseCsv("0,0,0,0\n1,0,0,0\n", "stand-in");
+}
+
+std::string refusal(std::string_view text) {
+  Result<std::shared_ptr<const PoseTrack>> track = parsePoseCsv(text, "test.csv");
+  EXPECT_FALSE(track.ok()) << text;
+  return track.ok() ? "" : toString(track.error());
+}
+
+TEST(PoseCsv, ReadsRowsWithoutAHeader) {
+  const auto track = good("0,0.01,0.02,0.03\r\n# a comment\n\n 0.5 , 1e-2,\t-0.02,0\n");
+  ASSERT_EQ(track->rows().size(), 2u);
+  EXPECT_EQ(track->rows()[0].p, Vec3(0.01, 0.02, 0.03));
+  EXPECT_EQ(track->rows()[1].p, Vec3(0.01, -0.02, 0));
+  EXPECT_EQ(track->rows()[1].t_s, 0.5);
+  EXPECT_FALSE(track->hasRotation());
+}
+
+TEST(PoseCsv, FindsColumnsByName) {
+  const auto track = good(
+      "tick,t_ns,device,px,py,pz,fx,qx,qy,qz,qw,buttons,gripper_rad,note\n"
+      "1,4000000000000000001,0,0.01,0.02,0.03,9,0,0,0,1.5,0,0.1,start\n"
+      "2,4000000000001000001,0,0.02,0.02,0.03,9,0,0,1,1,5,0.2,\n");
+  ASSERT_EQ(track->rows().size(), 2u);
+  EXPECT_EQ(track->rows()[0].t_s, 0);
+  EXPECT_DOUBLE_EQ(track->rows()[1].t_s, 1e-3) << "nanoseconds since boot keep their last digit";
+  EXPECT_TRUE(track->hasRotation() && track->hasButtons() && track->hasGripper());
+  EXPECT_NEAR(track->rows()[1].q.z(), std::sqrt(0.5), 1e-15);
+  EXPECT_EQ(track->rows()[1].buttons, 5u);
+}
+
+TEST(PoseCsv, QuotedHeaderByteOrderMarkAndMissingLastNewline) {
+  const auto track = good("\xef\xbb\xbf\"time_s\",\"x\",\"y\",\"z\"\n1,1,2,3\n2,1,2,4");
+  ASSERT_EQ(track->rows().size(), 2u);
+  EXPECT_EQ(track->rows()[1].t_s, 1);
+}
+
+TEST(PoseCsv, TheLocaleChangesNothing) {
+  const std::string before = std::setlocale(LC_ALL, nullptr);
+  for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8"}) {
+    if (std::setlocale(LC_ALL, name) == nullptr) continue;
+    EXPECT_EQ(good("0,0.5,0,0\n")->rows()[0].p.x(), 0.5);
+  }
+  std::setlocale(LC_ALL, before.c_str());
+}
+
+TEST(PoseCsv, FaultsNameFileLineAndColumn) {
+  EXPECT_THAT(refusal(""), HasSubstr("no rows"));
+  EXPECT_THAT(refusal("t,x,y,z\n"), HasSubstr("test.csv, line 1: there are no rows"));
+  EXPECT_THAT(refusal("0,0,0,0\n1,0,zero,0\n"), HasSubstr("test.csv, line 2, column 3: y is not a finite number"));
+  EXPECT_THAT(refusal("0,0,0,0\n1,0,,0\n"), HasSubstr("line 2, column 3: there is no number"));
+  EXPECT_THAT(refusal("0,0,0,nan\n"), HasSubstr("line 1, column 4"));
+  EXPECT_THAT(refusal("0,0,0,1e999\n"), HasSubstr("line 1, column 4"));
+  EXPECT_THAT(refusal("0,0,0,0\n0,0,0,0\n"), HasSubstr("line 2, column 1: the time does not rise"));
+  EXPECT_THAT(refusal("0,0,0,0\n1,0,0\n"), HasSubstr("3 columns where the first line has 4"));
+  EXPECT_THAT(refusal("0,0,0\n"), HasSubstr("3 columns without a header"));
+  EXPECT_THAT(refusal("0,12,0,0\n"), HasSubstr("column 2: 12 m is more than 10 m"));
+  EXPECT_THAT(refusal("0,0,0,0,0,0,0,0\n"), HasSubstr("column 5: qw,qx,qy,qz is not a unit quaternion"));
+  EXPECT_THAT(refusal("t,x,y\n0,0,0\n"), HasSubstr("no column z"));
+  EXPECT_THAT(refusal("t,x,y,z,px\n0,0,0,0,0\n"), HasSubstr("column 5: a second column for x"));
+  EXPECT_THAT(refusal("t,x,y,z,qw\n0,0,0,0,1\n"), HasSubstr("no column qx"));
+  EXPECT_THAT(refusal("t,x,y,z,buttons\n0,0,0,0,-1\n"), HasSubstr("column 5: buttons"));
+  EXPECT_THAT(refusal("t_ns,x,y,z\n0.5,0,0,0\n"), HasSubstr("column 1"));
+  EXPECT_THAT(refusal(std::string(1000, ',')), HasSubstr("more than 256 columns"));
+}
+
+TEST(PoseCsv, WhatAFileHoldsIsNotToldToWhoNamedIt) {
+  EXPECT_THAT(refusal("t,x,y,z\n0,secret,0,0\n"), ::testing::Not(HasSubstr("secret")));
+  EXPECT_THAT(refusal("secret:x:0\n"), ::testing::Not(HasSubstr("secret")));
+}
+
+TEST(PoseCsv, FilesThatAreNotFilesAreRefused) {
+  const test::TemporaryDirectory directory;
+  EXPECT_EQ(loadPoseCsv(directory.path() + "/none.csv").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(loadPoseCsv(directory.path()).error().code, ErrorCode::kInvalidArgument);
+  const std::string fifo = directory.path() + "/fifo";
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_EQ(loadPoseCsv(fifo).error().code, ErrorCode::kInvalidArgument) << "and it does not hang";
+  const std::string huge = directory.path() + "/huge.csv";
+  std::ofstream(huge) << "0,0,0,0\n";
+  std::filesystem::resize_file(huge, PoseTrack::kMaxFileBytes + 1);
+  EXPECT_EQ(loadPoseCsv(huge).error().code, ErrorCode::kQuotaExceeded);
+}
+
+TEST(PoseTrack, RunsStraightBetweenRowsAndHitsThem) {
+  const auto track =
+      good("10,0,0,0,1,0,0,0\n11,0.1,0,0,0.7071067811865476,0,0,0.7071067811865476\n13,0.1,0.2,0,1,0,0,0\n");
+  for (const PoseRow& row : track->rows()) {
+    EXPECT_LT((track->at(row.t_s, false).p - row.p).norm(), 1e-15);
+    EXPECT_LT(track->at(row.t_s, false).q.angularDistance(row.q), 1e-12);
+  }
+  const PoseOnTrack middle = track->at(0.5, false);
+  EXPECT_LT((middle.p - Vec3(0.05, 0, 0)).norm(), 1e-15);
+  EXPECT_LT((middle.v - Vec3(0.1, 0, 0)).norm(), 1e-15);
+  EXPECT_NEAR(2 * std::atan2(middle.q.z(), middle.q.w()), EIGEN_PI / 4, 1e-12);
+  EXPECT_NEAR(middle.w.z(), EIGEN_PI / 2, 1e-12);
+  EXPECT_LT((track->at(2, false).v - Vec3(0, 0.1, 0)).norm(), 1e-15);
+}
+
+TEST(PoseTrack, HoldsItsEndsOrStartsAgain) {
+  const auto track = good("0,0,0,0\n2,0.2,0,0\n");
+  EXPECT_EQ(track->at(-1, false).p.x(), 0);
+  EXPECT_EQ(track->at(-1, true).p.x(), 0);
+  EXPECT_EQ(track->at(5, false).p.x(), 0.2);
+  EXPECT_EQ(track->at(5, false).v, Vec3(Vec3::Zero()));
+  EXPECT_NEAR(track->at(5, true).p.x(), 0.1, 1e-12);
+  const auto single = good("3,0.1,0,0\n");
+  for (const double t : {-1.0, 0.0, 1e6}) {
+    EXPECT_EQ(single->at(t, false).p.x(), 0.1);
+    EXPECT_EQ(single->at(t, true).p.x(), 0.1);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

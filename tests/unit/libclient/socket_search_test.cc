@@ -1,0 +1,51 @@
+#include "libclient/src/socket_search.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace hapticd::client {
+namespace {
+
+using Paths = std::vector<std::string>;
+
+TEST(SocketSearch, WhatTheProgramGivesIsTakenAsItIs) {
+  EXPECT_EQ(candidates({"/a/b.sock", "/env/control.sock", "/run/user/1", false}), Paths{"/a/b.sock"});
+  EXPECT_EQ(candidates({"/a/b.sock", "/env/control.sock", "/run/user/1", true}), Paths{"/a/b.sock"});
+}
+
+TEST(SocketSearch, TheEnvironmentComesNextAndAlone) {
+  EXPECT_EQ(candidates({"", "/env/my.sock", "/run/user/1", false}), Paths{"/env/my.sock"});
+  EXPECT_EQ(candidates({"", "/env/my.sock", "/run/user/1", true}), Paths{"/env/admin.sock"});
+  EXPECT_EQ(candidates({"", "my.sock", "", true}), Paths{"admin.sock"});
+}
+
+TEST(SocketSearch, TheUsersDaemonBeforeTheSystems) {
+  EXPECT_EQ(candidates({"", "", "/run/user/1", false}),
+            (Paths{"/run/user/1/hapticd/control.sock", "/run/hapticd/control.sock"}));
+  EXPECT_EQ(candidates({"", "", "/run/user/1", true}),
+            (Paths{"/run/user/1/hapticd/admin.sock", "/run/hapticd/admin.sock"}));
+  EXPECT_EQ(candidates({"", "", "", false}), Paths{"/run/hapticd/control.sock"});
+}
+
+TEST(SocketSearch, APathThatIsTooLongIsNamed) {
+  int fd = -1;
+  const std::string path(200, 'x');
+  const Failure failure = connectTo(path, 0, fd);
+  EXPECT_EQ(failure.code, HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(failure.where, path);
+  EXPECT_EQ(fd, -1);
+}
+
+TEST(SocketSearch, AFailedSearchNamesEveryPathAndItsReason) {
+  const Failure failure =
+      nobodyAnswers({"/a", "/b"}, {{HAPTIC_DISCONNECTED, "/a", "no such socket", {}},
+                                   {HAPTIC_PERMISSION_DENIED, "/b", "you may not connect", "join the group haptic"}});
+  EXPECT_EQ(failure.code, HAPTIC_PERMISSION_DENIED);
+  EXPECT_EQ(failure.where, "/a, /b");
+  EXPECT_EQ(failure.what, "/a: no such socket; /b: you may not connect");
+  EXPECT_EQ(failure.remedy, "join the group haptic");
+}
+
+}  // namespace
+}  // namespace hapticd::client

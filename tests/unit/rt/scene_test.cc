@@ -1,0 +1,202 @@
+#include "rt/scene/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using testing::kTick;
+using testing::TestMesh;
+using testing::TestScene;
+
+const Quat kNoTurn = Quat::Identity();
+
+Command addOrder(std::uint32_t id, std::uint32_t parent = 0) {
+  Command command;
+  command.kind = CommandKind::kAddObject;
+  auto& order = command.as<AddObject>();
+  order.object = id;
+  order.parent = parent;
+  order.flags = HD_OBJECT_ENABLED;
+  order.shape.kind = static_cast<std::uint32_t>(ShapeKind::kSphere);
+  order.shape.size[0] = 0.1;
+  order.q[0] = 1;
+  return command;
+}
+
+TEST(Scene, AStaleIdIsNotFound) {
+  TestScene t;
+  Scene& scene = *t.scene;
+  EXPECT_EQ(scene.apply(addOrder(makeObjectId(7, 1))), ErrorCode::kOk);
+  EXPECT_EQ(scene.apply(addOrder(makeObjectId(7, 2))), ErrorCode::kAlreadyExists);
+  EXPECT_EQ(t.remove(makeObjectId(7, 2)), ErrorCode::kNotFound);
+  EXPECT_EQ(t.remove(makeObjectId(7, 1)), ErrorCode::kOk);
+  EXPECT_EQ(scene.apply(addOrder(makeObjectId(7, 2))), ErrorCode::kOk);
+  EXPECT_EQ(scene.find(makeObjectId(7, 1)), nullptr);
+  EXPECT_EQ(t.pose(makeObjectId(7, 1), {}), ErrorCode::kNotFound);
+  EXPECT_EQ(t.pose(makeObjectId(7, 2), {}), ErrorCode::kOk);
+  for (const std::uint32_t bad : {0u, makeObjectId(0, 1), makeObjectId(256, 1), makeObjectId(0xffff, 9)}) {
+    EXPECT_EQ(t.pose(bad, {}), ErrorCode::kNotFound) << bad;
+    EXPECT_EQ(scene.apply(addOrder(bad)), ErrorCode::kInvalidArgument) << bad;
+  }
+}
+
+TEST(Scene, ARefusedCommandChangesNothing) {
+  TestScene t;
+  Scene& scene = *t.scene;
+  const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {}, {1000, 1, 0.5, 0.4});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(t.pose(id, {Vec3(nan, 0, 0), kNoTurn}), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(t.pose(id, {Vec3::Zero(), Quat(0, 0, 0, 0)}), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(t.pose(id, {}, {Vec3(0, nan, 0), Vec3::Zero()}), ErrorCode::kInvalidArgument);
+  for (const hd_material& m : {hd_material{-1, 0, 0, 0}, {1, nan, 0, 0}, {1, 0, 0.3, 0.4}}) {
+    Command command;
+    command.kind = CommandKind::kObjectMaterial;
+    command.as<hd_object_material>() = {id, 0, m};
+    EXPECT_EQ(scene.apply(command), ErrorCode::kInvalidArgument);
+  }
+  for (const std::uint32_t kind : {7u, 0xffffffffu}) {
+    Command command = addOrder(makeObjectId(9, 1));
+    command.as<AddObject>().shape.kind = kind;
+    EXPECT_EQ(scene.apply(command), ErrorCode::kInvalidArgument);
+  }
+  Command mesh = addOrder(makeObjectId(9, 1));
+  mesh.as<AddObject>().shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
+  mesh.as<AddObject>().shape.mesh = 200;
+  EXPECT_EQ(scene.apply(mesh), ErrorCode::kNotFound);
+  Command orphan = addOrder(makeObjectId(9, 1), makeObjectId(99, 1));
+  EXPECT_EQ(scene.apply(orphan), ErrorCode::kNotFound);
+  Command vertices;
+  vertices.kind = CommandKind::kObjectVertices;
+  vertices.as<hd_object_vertices>().object = id;
+  EXPECT_EQ(scene.apply(vertices), ErrorCode::kUnsupported);
+  vertices.as<hd_object_vertices>().count = HD_VERTEX_MOVES + 1;
+  EXPECT_EQ(scene.apply(vertices), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(scene.apply(Command{}), ErrorCode::kUnsupported);
+  scene.advance(kTick);
+  EXPECT_EQ(scene.touchable().size(), 1u);
+  EXPECT_EQ(scene.find(id)->X_WO.p, Vec3(Vec3::Zero()));
+  EXPECT_EQ(scene.find(id)->material.stiffness, 1000);
+}
+
+TEST(Scene, ChildrenAreRemovedFirst) {
+  TestScene t;
+  const auto a = t.add(ShapeKind::kGroup, Vec3::Zero());
+  const auto b = t.add(ShapeKind::kSphere, Vec3(1, 0, 0), {}, {}, HD_OBJECT_ENABLED, a);
+  EXPECT_EQ(t.remove(a), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(t.remove(b), ErrorCode::kOk);
+  EXPECT_EQ(t.remove(a), ErrorCode::kOk);
+  EXPECT_TRUE(t.scene->touchable().empty());
+}
+
+TEST(Scene, ParentsComeFirstWhateverTheSlots) {
+  TestScene t;
+  EXPECT_EQ(t.scene->apply(addOrder(makeObjectId(200, 1))), ErrorCode::kOk);
+  EXPECT_EQ(t.scene->apply(addOrder(makeObjectId(3, 1), makeObjectId(200, 1))), ErrorCode::kOk);
+  EXPECT_EQ(t.scene->apply(addOrder(makeObjectId(100, 1), makeObjectId(3, 1))), ErrorCode::kOk);
+  const Quat turn(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ()));
+  t.pose(makeObjectId(200, 1), {Vec3(1, 0, 0), turn});
+  t.pose(makeObjectId(3, 1), {Vec3(1, 0, 0), turn});
+  t.pose(makeObjectId(100, 1), {Vec3(1, 0, 0), kNoTurn});
+  t.scene->advance(kTick);
+  EXPECT_LT((t.scene->find(makeObjectId(100, 1))->X_WO.p - Vec3(0, 1, 0)).norm(), 1e-12);
+  const auto touchable = t.scene->touchable();
+  EXPECT_EQ(std::vector<int>(touchable.begin(), touchable.end()), (std::vector<int>{3, 100, 200}));
+}
+
+TEST(Scene, VelocityMovesOnAndComposesUpTheTree) {
+  TestScene t;
+  const auto arm = t.add(ShapeKind::kGroup, Vec3::Zero(), {Vec3(0.1, 0, 0), kNoTurn});
+  const auto tip = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(0, 1, 0), kNoTurn}, {}, HD_OBJECT_ENABLED, arm);
+  t.pose(arm, {Vec3(0.1, 0, 0), kNoTurn}, {Vec3(0.5, 0, 0), Vec3(0, 0, 2)});
+  t.pose(tip, {Vec3(0, 1, 0), kNoTurn}, {Vec3(0, 0.25, 0), Vec3::Zero()});
+  t.scene->advance(kTick);
+  EXPECT_EQ(t.scene->find(tip)->X_WO.p, Vec3(0.1, 1, 0)) << "the tick of the command stands at the command";
+  for (int i = 0; i < 500; ++i) t.scene->advance(kTick);
+  const double a = 2 * 0.5, r = 1 + 0.25 * 0.5;
+  const SceneObject& o = *t.scene->find(tip);
+  EXPECT_LT((o.X_WO.p - Vec3(0.1 + 0.25 - r * std::sin(a), r * std::cos(a), 0)).norm(), 1e-9);
+  const Vec3 v(0.5 - 2 * r * std::cos(a) - 0.25 * std::sin(a), -2 * r * std::sin(a) + 0.25 * std::cos(a), 0);
+  EXPECT_LT((o.V_WO.v - v).norm(), 1e-9);
+  EXPECT_LT((o.V_WO.w - Vec3(0, 0, 2)).norm(), 1e-12);
+  EXPECT_LT(((o.X_WO.p - o.X_WO_before.p) / kTick - v).norm(), 3e-3);
+  EXPECT_TRUE(o.moved);
+  EXPECT_LT((o.velocityAt(o.X_WO.p + Vec3(1, 0, 0)) - v - Vec3(0, 2, 0)).norm(), 1e-9);
+}
+
+TEST(Scene, PosesWithoutVelocityGiveTheirDifferenceAndThenRest) {
+  TestScene t;
+  const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0));
+  t.scene->advance(kTick);
+  const Quat turn(Eigen::AngleAxisd(0.01, Vec3::UnitX()));
+  t.pose(id, {Vec3(0, 0, 0.001), turn});
+  t.scene->advance(kTick);
+  const SceneObject& o = *t.scene->find(id);
+  EXPECT_LT((o.V_WO.v - Vec3(0, 0, 1)).norm(), 1e-12);
+  EXPECT_LT((o.V_WO.w - Vec3(10, 0, 0)).norm(), 1e-9);
+  EXPECT_EQ(o.X_WO_before.p, Vec3(Vec3::Zero()));
+  t.scene->advance(kTick);
+  EXPECT_EQ(o.V_WO.v, Vec3(Vec3::Zero()));
+  EXPECT_EQ(o.X_WO_before.p, o.X_WO.p);
+  EXPECT_FALSE(o.moved);
+}
+
+TEST(Scene, AStepIsAMotionIfCredibleOverTheTimeSinceTheLastPose) {
+  struct Case {
+    int ticks;
+    double step;
+    bool motion;
+  };
+  for (const Case& c : {Case{1, 0.009, true},
+                        {1, 0.011, false},
+                        {16, 0.15, true},
+                        {16, 0.17, false},
+                        {1000, 0.19, true},
+                        {1000, 0.21, false}}) {
+    TestScene t;
+    const auto arm = t.add(ShapeKind::kGroup, Vec3::Zero());
+    const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {}, {}, HD_OBJECT_ENABLED, arm);
+    t.scene->advance(kTick);
+    t.pose(arm, {});
+    for (int i = 0; i < c.ticks; ++i) t.scene->advance(kTick);
+    t.pose(arm, {Vec3(c.step, 0, 0), kNoTurn});
+    t.scene->advance(kTick);
+    EXPECT_EQ(t.scene->find(id)->moved, c.motion) << c.ticks << " " << c.step;
+    EXPECT_EQ(t.scene->find(id)->X_WO.p, Vec3(c.step, 0, 0));
+    EXPECT_EQ(t.scene->find(id)->V_WO.v.isZero(0), !c.motion);
+  }
+}
+
+TEST(Scene, CreationAndShapeChangeAreNoMotion) {
+  TestScene t;
+  const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(1, 0, 0), kNoTurn});
+  t.scene->advance(kTick);
+  EXPECT_FALSE(t.scene->find(id)->moved);
+  Command command;
+  command.kind = CommandKind::kSetShape;
+  command.as<SetShape>().object = id;
+  command.as<SetShape>().shape = {static_cast<std::uint32_t>(ShapeKind::kBox), 0, {0.1, 0.2, 0.2}};
+  EXPECT_EQ(t.scene->apply(command), ErrorCode::kOk);
+  t.scene->advance(kTick);
+  EXPECT_FALSE(t.scene->find(id)->moved);
+  EXPECT_NEAR(t.scene->find(id)->radius, 0.3, 1e-12);
+}
+
+TEST(Scene, TheBallHoldsTheMeshWhereverItIs) {
+  TestMesh mesh = testing::sphereMesh(0.1, 8, Vec3(1, 2, 3));
+  TestScene t;
+  const auto id = t.addMesh(mesh.view(), {Vec3(0.5, 0, 0), Quat(Eigen::AngleAxisd(1, Vec3::UnitY()))});
+  t.scene->advance(kTick);
+  const SceneObject& o = *t.scene->find(id);
+  for (const auto& v : mesh.vertices) {
+    EXPECT_LE((o.X_WO * Vec3(v[0], v[1], v[2]) - o.center_W).norm(), o.radius * (1 + 1e-12));
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,250 @@
+#include "rt/guard/passivity.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "tests/unit/rt/hand_sim.h"
+
+namespace hapticd {
+namespace {
+
+/** Solid below n.x = 0: force k d - b v.n, seen `delay` ticks late. */
+struct Wall {
+  Vec3 n = Vec3::UnitX();
+  double k = 600, b = 0;
+  std::size_t delay = 0;
+  bool tell_stored = true;
+  std::array<double, 32> past{};
+  std::size_t tick = 0;
+
+  void operator()(GuardInput& in, const Vec3& x, const Vec3& v) {
+    const double d = -n.dot(x);
+    past[tick % past.size()] = d > 0 ? std::max(0.0, k * d - b * n.dot(v)) : 0.0;
+    const Vec3 f = tick >= delay ? Vec3(past[(tick - delay) % past.size()] * n) : Vec3(Vec3::Zero());
+    ++tick;
+    in.source[HD_SOURCE_SURFACE].force = f;
+    in.stored = tell_stored ? 0.5 * k * std::max(0.0, d) * std::max(0.0, d) : -1;
+  }
+};
+
+GuardConfig open() {
+  GuardConfig config = rigConfig();
+  config.limits.force = 100;
+  config.limits.force_slew = 1e6;
+  config.limits.velocity = 10;
+  config.limits.power = config.limits.active_power = 1000;
+  return config;
+}
+
+TEST(Passivity, ObserverBooksTheWorkOfTheForceHeld) {
+  Passivity p(1);
+  p.observe({2, -1, 0.5}, {1e-3, 2e-3, 0}, {0, 0, 0});
+  EXPECT_DOUBLE_EQ(p.byAxis().x(), -2e-3);
+  EXPECT_DOUBLE_EQ(p.byAxis().y(), 2e-3);
+  EXPECT_DOUBLE_EQ(p.energy(), 0);
+  p.observe({0, 0, 0}, {1, 1, 1}, {1e-3, 0, 0});
+  EXPECT_DOUBLE_EQ(p.energy(), 1e-3) << "what a moving body puts in may be given back";
+}
+
+TEST(Passivity, StoreIsBoundByWhatTheWorldHolds) {
+  Passivity p(1);
+  p.observe({-10, -5, 0}, {0.02, 0.02, 0}, Vec3::Zero());
+  ASSERT_DOUBLE_EQ(p.energy(), 0.3);
+  p.limitStore(0.05);
+  EXPECT_NEAR(p.energy(), 0.05 + Passivity::kMargin, 1e-15);
+  EXPECT_NEAR(p.byAxis().x() / p.byAxis().y(), 2, 1e-12);
+  p.limitStore(0);
+  EXPECT_NEAR(p.energy(), Passivity::kMargin, 1e-15);
+}
+
+TEST(Passivity, ControllerRepaysTheDebtAndNoMore) {
+  Passivity p(100);
+  p.observe({1, 0, 0}, {3e-3, 0, 0}, Vec3::Zero());  // 3 mJ given away.
+  const Vec3 v(0.2, 0, 0);
+  const Vec3 f = p.control(Vec3::Zero(), v, Vec3::Zero(), 1e-3);
+  ASSERT_TRUE(p.acting());
+  EXPECT_NEAR(-f.dot(v) * Passivity::kRepay_s, 3e-3 - Passivity::kDeadZone, 1e-12);
+  EXPECT_EQ(p.control(Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), 1e-3), Vec3(0, 0, 0)) << "no force at rest";
+  EXPECT_FALSE(p.acting());
+}
+
+TEST(Passivity, ControllerDampingIsBounded) {
+  Passivity p(5);
+  p.observe({1, 1, 1}, {0.1, 0.05, -0.01}, Vec3::Zero());
+  const Vec3 v(0.01, -0.02, 0.3);
+  const Vec3 f = p.control(Vec3::Zero(), v, Vec3::Zero(), 1e-3);
+  EXPECT_NEAR(f.x(), -5 * 0.01, 1e-12) << "the axis with the largest debt has it all";
+  EXPECT_NEAR(f.y(), 5 * 0.5 * 0.02, 1e-12);
+  EXPECT_EQ(f.z(), 0) << "an axis in credit has none";
+}
+
+/** Runs a tap against the wall; true if every force came through as it was wanted. */
+bool untouched(HandSim<Wall> sim, int ticks) {
+  for (int i = 0; i < ticks; ++i) {
+    const GuardOutput& out = sim.tick();
+    if ((out.flags & HD_SAMPLE_PASSIVITY) != 0 || out.fault != HD_FAULT_NONE) return false;
+    if ((out.command.force - sim.rig.in.source[HD_SOURCE_SURFACE].force).norm() > 1e-11) return false;
+  }
+  return true;
+}
+
+TEST(Passivity, DampedWallIsUntouched) {
+  // Passive with zero-order hold once b > k T / 2 = 0.3 N s/m (Colgate and Schenkel 1994).
+  for (const Vec3& n : {Vec3(1, 0, 0), Vec3(Vec3(1, -2, 0.5).normalized())}) {
+    for (const double speed : {0.02, 0.1, 0.3}) {
+      for (const double resolution : {0.0, 1e-5, 5e-5}) {
+        for (const bool told : {true, false}) {
+          HandSim sim(open(), Wall{.n = n, .k = 600, .b = 1.5, .tell_stored = told});
+          sim.resolution = resolution;
+          sim.x = 2e-3 * n;
+          sim.v = -speed * n;
+          sim.push = -0.8 * n;
+          EXPECT_TRUE(untouched(sim, 2000)) << n.transpose() << " " << speed << " " << resolution << " " << told;
+        }
+      }
+    }
+  }
+}
+
+TEST(Passivity, RestAtAWallIsSilent) {
+  HandSim sim(open(), Wall{.k = 1500, .b = 2});
+  sim.resolution = 2e-5;
+  sim.friction = 2;
+  sim.push = {-2, 0, 0};
+  for (int i = 0; i < 4000; ++i) {
+    const GuardOutput& out = sim.tick();
+    ASSERT_FALSE(out.flags & HD_SAMPLE_PASSIVITY) << i;
+    ASSERT_LT((out.command.force - sim.rig.in.source[HD_SOURCE_SURFACE].force).norm(), 1e-11);
+  }
+  EXPECT_NEAR(sim.rig.out.command.force.x(), 2, 2 * (1500 + 2 / 15e-3) * 2e-5) << "within a count or two";
+}
+
+/** A ball of 40 mm that is pressed unevenly and stroked around: energy goes in along one axis, comes out along another.
+ */
+struct Ball {
+  double k = 800;
+  void operator()(GuardInput& in, const Vec3& x, const Vec3&) {
+    const double d = 0.04 - x.norm();
+    in.source[HD_SOURCE_SURFACE].force = d > 0 ? Vec3(k * d / x.norm() * x) : Vec3(Vec3::Zero());
+    in.stored = d > 0 ? 0.5 * k * d * d : 0;
+  }
+};
+
+TEST(Passivity, CurvedPassiveSurfaceIsNotTakenForActive) {
+  // The hand's path is given, not simulated: circles with a pressure that makes the books of single axes drift.
+  GuardRig rig(open());
+  rig.armFully();
+  Passivity books(0);
+  Ball ball;
+  for (int i = 0; i < 20000; ++i) {
+    const double a = i * 2e-3;
+    const double r = 0.04 - 3e-3 * (1 + 0.8 * std::sin(2 * a)) * std::min(1.0, i / 200.0);
+    const Vec3 x = r * Vec3(std::cos(a), std::sin(a), 0);
+    const Vec3 moved = i > 0 ? Vec3(x - rig.sample.p) : Vec3(Vec3::Zero());
+    books.observe(rig.out.command.force, moved, Vec3::Zero());
+    rig.in.velocity.v = moved * 1e3;
+    rig.sample.p = x;
+    ball(rig.in, x, {});
+    rig.step();
+    ASSERT_FALSE(rig.out.flags & HD_SAMPLE_PASSIVITY) << i << " " << rig.out.energy;
+    ASSERT_EQ(rig.out.fault, std::uint32_t{HD_FAULT_NONE});
+  }
+  EXPECT_LT(books.byAxis().minCoeff(), -0.05) << "one axis alone looks very active";
+  EXPECT_GT(books.energy(), 0) << "the port is not";
+}
+
+struct Outcome {
+  double delivered = 0, energy = 0, last_speed = 0, peak_speed = 0;
+};
+Outcome bounce(bool controlled, std::size_t delay, double k) {
+  GuardConfig config = open();
+  config.passivity = controlled;
+  config.max_damping = 10;
+  config.energy_limit = 1;
+  HandSim sim(config, Wall{.k = k, .delay = delay});
+  sim.resolution = 1e-5;
+  sim.x = {1e-3, 0, 0};
+  sim.push = {-0.5, 0, 0};
+  Outcome out;
+  for (int i = 0; i < 6000; ++i) {
+    sim.tick();
+    out.energy = std::min(out.energy, sim.rig.out.energy);
+    out.peak_speed = std::max(out.peak_speed, std::abs(sim.v.x()));
+    if (i >= 5000) out.last_speed = std::max(out.last_speed, std::abs(sim.v.x()));
+  }
+  out.delivered = sim.delivered;
+  return out;
+}
+
+TEST(Passivity, DelayedWallBouncesWithoutAndRestsWithTheController) {
+  for (const std::size_t delay : {2, 4, 8}) {
+    for (const double k : {400.0, 1000.0}) {
+      SCOPED_TRACE(testing::Message() << "delay " << delay << " k " << k);
+      const Outcome without = bounce(false, delay, k);
+      const Outcome with = bounce(true, delay, k);
+      EXPECT_GT(without.last_speed, 0.5) << "left alone the wall throws the hand about for ever";
+      EXPECT_GT(without.delivered, 0.1);
+      EXPECT_LT(with.peak_speed, 0.25);
+      EXPECT_LT(with.last_speed, 0.05) << "the hand comes to rest, but for what a tick of delay leaves";
+      EXPECT_LT(with.delivered, 2e-3);
+      EXPECT_GT(with.energy, -5e-3);
+    }
+  }
+}
+
+TEST(Passivity, FaultsWhenTheWorldKeepsPushing) {
+  // A "surface" that pulls the hand along for ever: no damping can repay that.
+  struct Tug {
+    void operator()(GuardInput& in, const Vec3&, const Vec3&) { in.source[HD_SOURCE_SURFACE].force = {3, 0, 0}; }
+  };
+  HandSim<Tug> sim(open(), {});
+  for (int i = 0; i < 5000 && sim.rig.out.fault == HD_FAULT_NONE; ++i) sim.tick();
+  EXPECT_EQ(sim.rig.out.fault, std::uint32_t{HD_FAULT_ENERGY});
+  EXPECT_LT(sim.delivered, sim.rig.config.energy_limit + 0.02);
+  EXPECT_GT(sim.delivered, sim.rig.config.energy_limit - 0.02);
+}
+
+TEST(Passivity, ActiveSourcesAreNotTheObserversBusiness) {
+  struct Push {
+    void operator()(GuardInput& in, const Vec3&, const Vec3&) {
+      in.source[HD_SOURCE_CLIENT].force = {1, 0, 0};
+      in.source[HD_SOURCE_LOCAL_MODEL].force = {0, 1, 0};
+      in.local_active = {0, 1, 0};
+    }
+  };
+  HandSim<Push> sim(open(), {});
+  sim.friction = 5;
+  for (int i = 0; i < 5000; ++i) sim.tick();
+  EXPECT_GT(sim.delivered, 1.0);
+  EXPECT_EQ(sim.rig.out.fault, std::uint32_t{HD_FAULT_NONE});
+  EXPECT_NEAR(sim.rig.out.energy, 0, 1e-9);
+}
+
+TEST(Passivity, AWallThatMovesIsCharged) {
+  // The wall travels at 50 mm/s and takes the hand along. Told of it, the observer stays calm; else it sees activity.
+  struct Mover {
+    bool told = true;
+    double at = 0;
+    void operator()(GuardInput& in, const Vec3& x, const Vec3&) {
+      at += 0.05 * 1e-3;
+      const double d = at - x.x();
+      in.source[HD_SOURCE_SURFACE].force = {std::max(0.0, 800 * d), 0, 0};
+      in.carried = told ? Vec3(in.source[HD_SOURCE_SURFACE].force * 0.05) : Vec3(Vec3::Zero());
+      in.stored = 0.5 * 800 * std::max(0.0, d) * std::max(0.0, d);
+    }
+  };
+  for (const bool told : {true, false}) {
+    HandSim<Mover> sim(open(), {.told = told});
+    sim.friction = 30;  // A hand that resists: 1.5 N.
+    double least = 0;
+    for (int i = 0; i < 6000; ++i) least = std::min(least, sim.tick().energy);
+    EXPECT_EQ(sim.rig.out.fault, std::uint32_t(told ? HD_FAULT_NONE : HD_FAULT_ENERGY));
+    if (told) {
+      EXPECT_GT(least, -Passivity::kDeadZone);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -243,10 +243,11 @@ struct hd_object_vertices {
 };
 
 enum hd_model_kind {
-  HD_MODEL_PLANE = 1,     /**< Half-space behind n.x = n.origin (plane and probe). */
-  HD_MODEL_SPRING = 2,    /**< Spring from the device point to `origin`. */
-  HD_MODEL_SPHERE = 3,    /**< Sphere of `radius` about `origin`; negative radius: the hand is kept inside. */
-  HD_MODEL_HALFSPACES = 4 /**< Convex patch: the intersection of up to 16 half-spaces is solid. */
+  HD_MODEL_PLANE = 1,      /**< Half-space behind n.x = n.origin (plane and probe). */
+  HD_MODEL_SPRING = 2,     /**< Spring from the device point to `origin`. */
+  HD_MODEL_SPHERE = 3,     /**< Sphere of `radius` about `origin`; negative radius: the hand is kept inside. */
+  HD_MODEL_HALFSPACES = 4, /**< Convex solid: where all of up to 16 half-spaces overlap (a bump, an outer edge). */
+  HD_MODEL_CORNER = 5 /**< Solid where any of them is: the hand stays outside all (inner edge, god-object planes). */
 };
 
 /** A local model: geometry near the tool, rendered by the servo at full rate until its lease runs out. */
@@ -264,7 +265,7 @@ struct hd_local_model {
   uint32_t count;   /**< Half-spaces in use. */
   uint32_t reserved;
   float halfspace[HD_HALFSPACES]
-                 [4]; /**< Unit outward normal n and offset d about `origin`: solid where n.(x-origin) <= d. */
+                 [4]; /**< Unit outward normal n and offset d about `origin`: behind it n.(x-origin) <= d. */
 };
 
 /** Force f0 + J (x - x0) within `radius` of x0, fading to zero over the outer fifth. */

@@ -86,6 +86,7 @@ bool checkShape(hd_local_model& x) HD_RT {
       x.radius = given.radius;
       return between(std::abs(x.radius), limits::kRadiusMin, limits::kCoordinate);
     case HD_MODEL_HALFSPACES:
+    case HD_MODEL_CORNER:
       if (given.count < 1 || given.count > HD_HALFSPACES) return false;
       x.count = given.count;
       std::memcpy(x.halfspace, given.halfspace, x.count * sizeof x.halfspace[0]);

@@ -51,4 +51,51 @@ SolidDepth solidDepth(const float (*halfspace)[4], std::uint32_t count, double r
   return out;
 }
 
+Vec3 wayOut(const float (*halfspace)[4], std::uint32_t count, const Vec3& x) HD_RT {
+  count = std::min(count, HD_HALFSPACES);
+  std::array<Vec3, HD_HALFSPACES> n;
+  std::array<double, HD_HALFSPACES> depth;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    n[i] = Vec3(halfspace[i][0], halfspace[i][1], halfspace[i][2]);
+    depth[i] = halfspace[i][3] - n[i].dot(x);
+  }
+  // Twice the cost at e, times kCornerSoftness.
+  const auto cost = [&](const Vec3& e) {
+    double sum = kCornerSoftness * e.squaredNorm();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const double left = std::max(0.0, depth[i] - n[i].dot(e));
+      sum += left * left;
+    }
+    return sum;
+  };
+  Vec3 e = Vec3::Zero();
+  double present = cost(e);
+  for (int step = 0; step < kCornerSteps; ++step) {
+    Mat3 hessian = kCornerSoftness * Mat3::Identity();
+    Vec3 downhill = -kCornerSoftness * e;
+    bool any = false;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const double left = depth[i] - n[i].dot(e);
+      if (left <= 0) continue;
+      any = true;
+      hessian += n[i] * n[i].transpose();
+      downhill += left * n[i];
+    }
+    if (!any && e.isZero(0)) return e;
+    const Vec3 move = hessian.llt().solve(downhill);
+    // A full step is exact while the same planes hold; else it is halved until it is downhill enough.
+    double length = 1;
+    double next = cost(e + move);
+    const double slope = downhill.dot(move);
+    for (int halved = 0; halved < 10 && next > present - 0.5 * length * slope; ++halved) {
+      length *= 0.5;
+      next = cost(e + length * move);
+    }
+    if (!(next < present)) break;
+    e += length * move;
+    present = next;
+  }
+  return (1 + kCornerSoftness) * e;
+}
+
 }  // namespace hapticd

@@ -1,5 +1,6 @@
 /** @file
- * Depth in a convex solid made of half-spaces, with rounded edges so that the force has no jump between faces.
+ * Depth in solids made of half-spaces: all of them together (convex) or any of them (a corner). Both are conservative,
+ * and their force has no jump between faces.
  */
 #pragma once
 
@@ -10,7 +11,7 @@
 
 namespace hapticd {
 
-/** A smooth depth: the force k depth * normal is the gradient of k depth^2 / 2, so the solid is conservative. */
+/** A smooth depth: the force k depth * normal is minus the gradient of k depth^2 / 2, so the solid is conservative. */
 struct SolidDepth {
   double depth = 0;            ///< [m]; positive inside.
   Vec3 normal = Vec3::Zero();  ///< -grad(depth): unit on a face, shorter at an edge.
@@ -29,5 +30,20 @@ struct SolidDepth {
  */
 [[nodiscard]] SolidDepth solidDepth(const float (*halfspace)[4], std::uint32_t count, double rounding,
                                     const Vec3& x) HD_RT;
+
+/**
+ * Way from x to the nearest point outside all half-spaces: the proxy of a god-object held by these planes (Zilles and
+ * Salisbury, IROS 1995), found by projection on the intersection of their outsides,
+ *
+ *   min over e of |e|^2 / 2 + sum(max(0, d_i - n_i.(x + e))^2) / (2 kCornerSoftness),   result (1 + kCornerSoftness) e
+ *
+ * The softness keeps it defined where no outside is left (planes that face each other across a gap too small) and the
+ * solution unique; one plane, or planes square to each other, are exact. Lipschitz: |change of e| <= |change of x|.
+ * Newton's method on a piecewise quadratic in three unknowns: ends exactly, within kCornerSteps.
+ */
+[[nodiscard]] Vec3 wayOut(const float (*halfspace)[4], std::uint32_t count, const Vec3& x) HD_RT;
+
+inline constexpr double kCornerSoftness = 1e-3;
+inline constexpr int kCornerSteps = 32;
 
 }  // namespace hapticd

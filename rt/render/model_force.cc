@@ -7,10 +7,10 @@
 namespace hapticd {
 namespace {
 
-constexpr double kCore = 0.1;                ///< Part of a radius over which a direction fades toward a centre.
-constexpr double kFieldEdge = 0.2;           ///< Outer part of a field's radius over which it fades.
-constexpr double kDefaultRounding = 0.5e-3;  ///< Of the edges between half-spaces [m].
-constexpr double kLeastLength = 1e-9;        ///< Keeps divisions finite [m].
+constexpr double kCore = 0.1;          ///< Part of a radius over which a direction fades toward a centre.
+constexpr double kFieldEdge = 0.2;     ///< Outer part of a field's radius over which it fades.
+constexpr double kRounding = 0.5e-3;   ///< Of the edges between half-spaces [m].
+constexpr double kLeastLength = 1e-9;  ///< Keeps divisions finite [m].
 
 /** x / |x|, shrinking to zero over the inner `core`. */
 Vec3 fadedDirection(const Vec3& x, double distance, double core) HD_RT {
@@ -35,7 +35,8 @@ bool prepare(hd_local_model& m) HD_RT {
       return m.radius >= 0;
     case HD_MODEL_SPHERE:
       return m.radius != 0;
-    case HD_MODEL_HALFSPACES: {
+    case HD_MODEL_HALFSPACES:
+    case HD_MODEL_CORNER: {
       if (m.count < 1 || m.count > HD_HALFSPACES) return false;
       for (std::uint32_t i = 0; i < m.count; ++i) {
         float n[3] = {m.halfspace[i][0], m.halfspace[i][1], m.halfspace[i][2]};
@@ -110,11 +111,16 @@ LocalModel::Contact LocalModel::findContact(const Vec3& x) const HD_RT {
       break;
     }
     case HD_MODEL_HALFSPACES: {
-      const double rounding = local_.radius > 0 ? local_.radius : kDefaultRounding;
-      const SolidDepth solid = solidDepth(local_.halfspace, local_.count, rounding, from_origin);
+      const SolidDepth solid = solidDepth(local_.halfspace, local_.count, kRounding, from_origin);
       c.depth = solid.depth;
       share = solid.normal.norm();
       c.normal = solid.normal / std::max(share, kLeastLength);
+      break;
+    }
+    case HD_MODEL_CORNER: {
+      const Vec3 out = wayOut(local_.halfspace, local_.count, from_origin);
+      c.depth = out.norm();
+      c.normal = out / std::max(c.depth, kLeastLength);
       break;
     }
     default:

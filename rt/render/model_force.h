@@ -28,7 +28,7 @@ struct ModelFrame {
 };
 
 /**
- * One model with its memory. Contact kinds (plane, sphere, half-spaces):
+ * One model with its memory. Contact kinds (plane, sphere, half-spaces, corner):
  *
  *   normal   F_n = k d + c, c = -b v_n held within +-k d: never pulling, zero at the surface, dissipative
  *   friction F_t = k (a - x)_t with the anchor a in F (thesis section 2.2.1): sticks while r = |(a - x)_t| < mu_s d;

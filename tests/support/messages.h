@@ -48,7 +48,7 @@ inline hd_local_model goodModel(hd_model_kind kind) {
   if (kind == HD_MODEL_PLANE) x.normal[2] = 1;
   if (kind == HD_MODEL_SPRING) x.radius = 0.01;
   if (kind == HD_MODEL_SPHERE) x.radius = -0.05;
-  if (kind == HD_MODEL_HALFSPACES) {
+  if (kind == HD_MODEL_HALFSPACES || kind == HD_MODEL_CORNER) {
     x.count = 2;
     x.halfspace[0][2] = 1;
     x.halfspace[1][0] = 0.6f;
@@ -82,6 +82,7 @@ inline std::vector<Message> goodMessages() {
           {"spring", slotOf(HD_COMMAND_LOCAL_MODEL, goodModel(HD_MODEL_SPRING))},
           {"sphere", slotOf(HD_COMMAND_LOCAL_MODEL, goodModel(HD_MODEL_SPHERE))},
           {"halfspaces", slotOf(HD_COMMAND_LOCAL_MODEL, goodModel(HD_MODEL_HALFSPACES))},
+          {"corner", slotOf(HD_COMMAND_LOCAL_MODEL, goodModel(HD_MODEL_CORNER))},
           {"field", slotOf(HD_COMMAND_FORCE_FIELD, goodField())},
           {"clear", slotOf(HD_COMMAND_CLEAR_MODEL, goodClear())},
           {"force", slotOf(HD_COMMAND_CLIENT_FORCE, goodForce())},

@@ -71,10 +71,12 @@ typedef struct haptic_object_vertices {
 } haptic_object_vertices;
 
 typedef enum haptic_model_kind {
-  HAPTIC_MODEL_PLANE = 1,     /**< Solid behind the plane through `origin` with outward `normal`. */
-  HAPTIC_MODEL_SPRING = 2,    /**< Spring from the device point to `origin`. */
-  HAPTIC_MODEL_SPHERE = 3,    /**< Sphere of `radius` about `origin`; negative radius: the hand is kept inside. */
-  HAPTIC_MODEL_HALFSPACES = 4 /**< Convex patch: the intersection of up to 16 half-spaces is solid. */
+  HAPTIC_MODEL_PLANE = 1,      /**< Solid behind the plane through `origin` with outward `normal`. */
+  HAPTIC_MODEL_SPRING = 2,     /**< Spring from the device point to `origin`. */
+  HAPTIC_MODEL_SPHERE = 3,     /**< Sphere of `radius` about `origin`; negative radius: the hand is kept inside. */
+  HAPTIC_MODEL_HALFSPACES = 4, /**< Convex solid: where all of up to 16 half-spaces overlap (a bump, an outer edge). */
+  HAPTIC_MODEL_CORNER =
+      5 /**< Solid where any of them is: the hand stays outside all (inner edge, constraint planes). */
 } haptic_model_kind;
 
 /** Geometry near the tool, rendered by the servo at full rate until its lease runs out. */
@@ -91,7 +93,7 @@ typedef struct haptic_local_model {
   double radius;    /**< Sphere: radius; spring: free length [m]. */
   uint32_t count;   /**< Half-spaces in use. */
   uint32_t reserved;
-  float halfspace[HAPTIC_HALFSPACES][4]; /**< Unit outward normal n and offset d: solid where n.(x-origin) <= d. */
+  float halfspace[HAPTIC_HALFSPACES][4]; /**< Unit outward normal n and offset d: behind it n.(x-origin) <= d. */
 } haptic_local_model;
 
 /** Force f0 + J (x - x0) within `radius` of x0, fading to zero over the outer fifth. */

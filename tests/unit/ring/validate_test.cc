@@ -134,7 +134,7 @@ TEST(Validate, BoundsEveryReal) {
   ALONG(all, "field", hd_force_field, f0, 3, {-900, 900}, {-kForce * 1.001});
   ALONG(all, "field", hd_force_field, jacobian, 9, {-kStiffness, kStiffness}, {kStiffness * 1.001});
   ALONG(all, "field", hd_force_field, radius, 1, {kRadiusMin, c}, {0, -0.02, c * 1.001});
-  for (const char* model : {"plane", "spring", "sphere", "halfspaces"}) {
+  for (const char* model : {"plane", "spring", "sphere", "halfspaces", "corner"}) {
     ALONG(all, model, hd_local_model, origin, 3, {-c, c}, {-c * 1.001});
     addMaterial(all, model, AT(hd_local_model, material));
   }
@@ -193,9 +193,9 @@ TEST(Validate, BoundsEveryInteger) {
       {"intent", AT(hd_intent, device), 4, {0, kDevices - 1}, bad_device},
       {"intent", AT(hd_intent, reserved), 4, {0}, {1}},
       {"halfspaces", AT(hd_local_model, count), 4, {1, 2}, {0, 3, HD_HALFSPACES + 1, 0xffffffff}},  // the third is zero
-      {"plane", AT(hd_local_model, kind), 4, {}, {0, HD_MODEL_SPHERE, HD_MODEL_HALFSPACES, 5, 0xffffffff}},
+      {"plane", AT(hd_local_model, kind), 4, {}, {0, HD_MODEL_SPHERE, HD_MODEL_HALFSPACES, 6, 0xffffffff}},
   };
-  for (const char* model : {"plane", "spring", "sphere", "halfspaces"}) {
+  for (const char* model : {"plane", "spring", "sphere", "halfspaces", "corner"}) {
     all.push_back({model, AT(hd_local_model, slot), 4, {0, HD_MODEL_SLOTS - 1}, bad_slot});
     all.push_back({model, AT(hd_local_model, device), 4, {0, kDevices - 1}, bad_device});
     all.push_back({model, AT(hd_local_model, reserved), 4, {0}, {1}});
@@ -246,12 +246,13 @@ TEST(Validate, BoundsTheMagnitudeNotOnlyTheComponents) {
 
 // A number the servo does not expect may not reach it, so unused fields are cleared, not refused.
 TEST(Validate, ClearsWhatTheKindOfModelDoesNotUse) {
-  for (const auto kind : {HD_MODEL_PLANE, HD_MODEL_SPRING, HD_MODEL_SPHERE, HD_MODEL_HALFSPACES}) {
+  for (const auto kind : {HD_MODEL_PLANE, HD_MODEL_SPRING, HD_MODEL_SPHERE, HD_MODEL_HALFSPACES, HD_MODEL_CORNER}) {
     const hd_local_model good = goodModel(kind);
     hd_local_model x = good;
     if (kind != HD_MODEL_PLANE) x.normal[1] = kNan;
-    if (kind == HD_MODEL_PLANE || kind == HD_MODEL_HALFSPACES) x.radius = kInf;
-    if (kind != HD_MODEL_HALFSPACES) x.count = 99;
+    const bool faces = kind == HD_MODEL_HALFSPACES || kind == HD_MODEL_CORNER;
+    if (kind == HD_MODEL_PLANE || faces) x.radius = kInf;
+    if (!faces) x.count = 99;
     x.halfspace[5][2] = std::numeric_limits<float>::quiet_NaN();
     Command out;
     ASSERT_EQ(validate(slotOf(HD_COMMAND_LOCAL_MODEL, x), 1, out), ErrorCode::kOk) << kind;

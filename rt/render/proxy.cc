@@ -7,11 +7,14 @@
 namespace hapticd {
 namespace {
 
-constexpr double kSkin = 0x1p-40;       // Of the coordinates involved.
-constexpr double kNear = 1.0 / 16;      // Of the skin: differences that are rounding.
-constexpr double kConeRounding = 1e-9;  // Of the radius of a friction cone.
-constexpr double kMaxTurnCosine = 0.5;  // A curved surface's normal turns at most 60 degrees per plan.
-constexpr int kMaxRounds = 12;          // Hits before the surfaces are looked at afresh.
+constexpr double kSkin = 0x1p-40;         // Of the coordinates involved.
+constexpr double kNear = 1.0 / 16;        // Of the skin: differences that are rounding.
+constexpr double kSettled = 0x1p-30;      // Of the depth: a smaller move is not worth another look,
+constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a step that comes nearer by ever less.
+constexpr std::uint32_t kLate = 16;       // Sweeps.
+constexpr double kConeRounding = 1e-9;    // Of the radius of a friction cone.
+constexpr double kMaxTurnCosine = 0.5;    // A curved surface's normal turns at most 60 degrees per plan.
+constexpr int kMaxRounds = 12;            // Hits before the surfaces are looked at afresh.
 
 Vec3 toLocal(const Pose& X, const Vec3& x) HD_RT { return X.q.conjugate() * (x - X.p); }
 
@@ -29,9 +32,11 @@ struct ProxyRenderer::Step {
   bool slip = false;
   std::uint32_t work = 0;
   std::uint32_t sweeps = 0;
+  std::uint32_t met = 0;  ///< Slot of the last surface met in this step, 0 for none.
   Constraint held[kMaxHalfSpaces];
   int count = 0;
 
+  double settled() const HD_RT { return sweeps < kLate ? kSettled : kSettledLate; }
   double skin(const SceneObject& object) const HD_RT {
     const double size = std::isfinite(object.radius) ? object.radius : 0;
     return kSkin * (scale + extent(object.X_WO.p) + size);
@@ -157,7 +162,7 @@ int ProxyRenderer::foremost(const Step& step, std::uint32_t active) const HD_RT 
 void ProxyRenderer::hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT {
   const SceneObject& object = step.scene->slot(slot);
   Constraint met;
-  met.slot = slot;
+  met.slot = step.met = slot;
   met.feature = hit.feature;
   met.surface.normal = object.X_WO.q * hit.normal;
   met.surface.offset = hit.offset + met.surface.normal.dot(object.X_WO.p);
@@ -190,7 +195,7 @@ ProxyRenderer::Plan ProxyRenderer::planOnCurve(Step& step, const Vec3& here) HD_
   if (!nearestOnPlanes(planes, 2, last)) return plan;
   Vec3 over = last;
   if (!nearestOnPlanes(planes, 3, over)) return plan;
-  if ((last - here).squaredNorm() <= c.skin * c.skin) return plan;
+  if ((last - here).norm() <= std::max(c.skin, step.settled() * (last - step.goal).norm())) return plan;
   plan.target = over;
   plan.then = last;
   plan.has_then = true;
@@ -214,6 +219,7 @@ ProxyRenderer::Plan ProxyRenderer::plan(Step& step) HD_RT {
     plan.stay = true;
     return plan;
   }
+  const double settled = std::max(kNear * skin, step.settled() * (foot - step.goal).norm());
   const hd_material& material = step.scene->slot(step.held[foremost(step, active)].slot).material;
   if (material.friction_static > 0) {
     Vec3 on_surface = step.goal;
@@ -232,6 +238,7 @@ ProxyRenderer::Plan ProxyRenderer::plan(Step& step) HD_RT {
     }
     step.slip = true;
     plan.target = foot + lag * (material.friction_dynamic * d / r);
+    plan.stay = (plan.target - at).norm() <= settled;
     return plan;
   }
   if (step.count == 1) {
@@ -239,7 +246,7 @@ ProxyRenderer::Plan ProxyRenderer::plan(Step& step) HD_RT {
     if (curved.has_then) return curved;
   }
   plan.target = foot;
-  plan.stay = (foot - at).norm() <= kNear * skin;
+  plan.stay = (foot - at).norm() <= settled;
   return plan;
 }
 
@@ -295,7 +302,8 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   if (held && !nearestOnPlanes(exact, active, on_surface)) on_surface = proxy_;
   const Vec3 pull = on_surface - step.goal;
   const bool touching = held || (pull.norm() > 0 && (step.count > 0 || proxy_ != step.goal));
-  const std::uint32_t object = step.count > 0 ? step.scene->slot(step.held[foremost(step, active)].slot).id : object_;
+  if (step.count > 0) step.met = step.held[foremost(step, active)].slot;
+  const std::uint32_t object = step.met != 0 ? step.scene->slot(step.met).id : object_;
   const SceneObject* surface = touching ? step.scene->find(object) : nullptr;
   const bool before = object_ != 0;
   if (!surface) {

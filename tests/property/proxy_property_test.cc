@@ -1,0 +1,291 @@
+/** @file
+ * Random scenes and hands: what must hold of the proxy whatever comes. A failure names its seed.
+ */
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using testing::kTick;
+using testing::TestMesh;
+using testing::TestScene;
+
+class Random {
+ public:
+  explicit Random(std::uint32_t seed) : engine_(seed) {}
+  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
+  Vec3 inCube(double size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
+  Quat turn() { return Quat(Eigen::AngleAxisd(uniform(0, 3), inCube(1).normalized())); }
+  int below(int n) { return std::uniform_int_distribution<int>(0, n - 1)(engine_); }
+
+ private:
+  std::mt19937 engine_;
+};
+
+/** A hand that wanders, throws itself about, and now and then rests. */
+class Hand {
+ public:
+  Hand(Random& random, double size, std::vector<Vec3> about = {Vec3::Zero()})
+      : random_(random), size_(size), about_(std::move(about)) {}
+  const Vec3& next() {
+    if (random_.below(20) == 0) {
+      aim_ = about_[static_cast<std::size_t>(random_.below(static_cast<int>(about_.size())))] + random_.inCube(size_);
+    }
+    if (random_.below(30) == 0) speed_ = std::pow(10.0, random_.uniform(-3, -0.3));
+    if (random_.below(200) == 0) p_ = random_.inCube(size_);
+    p_ += speed_ * (aim_ - p_);
+    return p_;
+  }
+
+ private:
+  Random& random_;
+  double size_, speed_ = 0.01;
+  std::vector<Vec3> about_;
+  Vec3 p_ = Vec3::Zero(), aim_ = Vec3::Zero();
+};
+
+/** Solid angle of a closed mesh seen from x, over 4 pi: 1 inside, 0 outside (van Oosterom and Strackee 1983). */
+double winding(const MeshView& mesh, const Vec3& x) {
+  double sum = 0;
+  for (std::uint32_t t = 0; t < mesh.triangle_count; ++t) {
+    const Vec3 a = mesh.vertex(t, 0) - x, b = mesh.vertex(t, 1) - x, c = mesh.vertex(t, 2) - x;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    sum += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return sum / (4 * M_PI);
+}
+
+/** How far x is inside the solid; at most about 0 outside. */
+double depthIn(const SceneObject& o, const Vec3& x_W) {
+  const Vec3 x = o.X_WO.inverse() * x_W;
+  const Vec3& s = o.shape.size;
+  switch (o.shape.kind) {
+    case ShapeKind::kPlane:
+      return -x.z();
+    case ShapeKind::kSphere:
+      return s.x() - x.norm();
+    case ShapeKind::kBox:
+      return (s - x.cwiseAbs()).minCoeff();
+    case ShapeKind::kCapsule:
+      return s.x() - (x - Vec3(0, 0, std::clamp(x.z(), -s.y(), s.y()))).norm();
+    case ShapeKind::kCylinder:
+      return std::min(s.x() - x.head<2>().norm(), s.y() - std::abs(x.z()));
+    case ShapeKind::kMesh: {
+      // A little out of every surface that is near, so that the winding number is decided.
+      if (winding(*o.shape.mesh, x) < 0.9) return 0;
+      for (int i = 0; i < 20; ++i) {
+        const Vec3 u = Vec3(std::sin(1.0 + i), std::sin(2.0 + 3 * i), std::cos(5.0 * i)).normalized();
+        if (winding(*o.shape.mesh, x + 1e-8 * u) < 0.5) return 0;
+      }
+      return 1;
+    }
+    default:
+      return 0;
+  }
+}
+
+/** A closed bumpy ball: not convex. */
+TestMesh bumpyBall(double radius, std::uint32_t stacks, Random& random) {
+  TestMesh mesh = testing::sphereMesh(radius, stacks);
+  for (auto& v : mesh.vertices) {
+    const auto f = static_cast<float>(random.uniform(0.7, 1.1));
+    for (float& x : v) x *= f;
+  }
+  return mesh;
+}
+
+hd_material randomMaterial(Random& random) {
+  const double mu = random.below(2) ? random.uniform(0, 1.2) : 0;
+  return {random.uniform(100, 3000), 0, mu, mu * random.uniform(0.3, 1)};
+}
+
+struct World {
+  TestScene t;
+  std::vector<TestMesh> meshes;
+  std::vector<std::uint32_t> ids;
+};
+
+/** Solids anywhere, overlapping as they like; or each alone in its own cell. */
+void fill(World& w, Random& random, bool apart) {
+  w.meshes.reserve(8);
+  int cell = 0;
+  for (int i = 0; i < 6; ++i, ++cell) {
+    const Vec3 center = apart ? Vec3(0.1 * (cell % 3 - 1), 0.1 * (cell / 3) - 0.05, 0) : Vec3(random.inCube(0.05));
+    const Pose X{center, random.turn()};
+    const hd_material material = randomMaterial(random);
+    const double a = random.uniform(0.005, 0.03), b = random.uniform(0.005, 0.03), c = random.uniform(0.0001, 0.02);
+    switch (random.below(7)) {
+      case 0:
+        w.ids.push_back(w.t.add(ShapeKind::kSphere, Vec3(a, 0, 0), X, material));
+        break;
+      case 1:
+        w.ids.push_back(w.t.add(ShapeKind::kBox, Vec3(a, b, c), X, material));
+        break;
+      case 2:
+        w.ids.push_back(w.t.add(ShapeKind::kCapsule, Vec3(c, b, 0), X, material));
+        break;
+      case 3:
+        w.ids.push_back(w.t.add(ShapeKind::kCylinder, Vec3(a, c, 0), X, material));
+        break;
+      case 4:
+        w.meshes.push_back(testing::boxMesh(Vec3(a, b, c)));
+        w.ids.push_back(w.t.addMesh(w.meshes.back().view(), X, material));
+        break;
+      case 5:
+        w.meshes.push_back(bumpyBall(a, 6, random));
+        w.ids.push_back(w.t.addMesh(w.meshes.back().view(), X, material));
+        break;
+      default:
+        w.meshes.push_back(testing::sphereMesh(b, 9));
+        w.ids.push_back(w.t.addMesh(w.meshes.back().view(), X, material));
+    }
+  }
+  if (!apart) w.ids.push_back(w.t.add(ShapeKind::kPlane, Vec3::Zero(), {Vec3(0, 0, -0.05), Quat::Identity()}));
+}
+
+/** The first tick starts outside of everything. */
+void expectOutside(const World& w, const Vec3& proxy, int tick) {
+  for (std::size_t k = 0; k < w.ids.size(); ++k) {
+    ASSERT_LT(depthIn(*w.t.scene->find(w.ids[k]), proxy), 1e-9) << "tick " << tick << " object " << k;
+  }
+}
+
+/** Runs `check` for many seeds; stops at the first that fails and names it. */
+template <class Check>
+void forSeeds(std::uint32_t count, Check check) {
+  for (std::uint32_t seed = 1; seed <= count; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    check(seed);
+    if (::testing::Test::HasFailure()) return;
+  }
+}
+
+void neverEntersSolidsAtRest(std::uint32_t seed) {
+  Random random(seed);
+  World w;
+  fill(w, random, false);
+  Hand hand(random, 0.07);
+  Vec3 hip = Vec3(0, 0, 0.5);
+  w.t.tick(hip);
+  std::uint32_t most = 0;
+  int contacts = 0;
+  for (int i = 0; i < 1500; ++i) {
+    hip = hand.next();
+    const SurfaceContact& c = w.t.tick(hip);
+    ASSERT_NO_FATAL_FAILURE(expectOutside(w, c.proxy, i));
+    const double k = c.object ? w.t.scene->find(c.object)->material.stiffness : 0;
+    ASSERT_LT((c.force - k * (c.proxy - hip)).norm(), 1e-9) << i;
+    ASSERT_GE(c.force.dot(c.normal), 0);
+    if (!c.object) {
+      ASSERT_EQ(c.proxy, hip) << i;
+    }
+    most = std::max(most, c.work);
+    contacts += c.object != 0;
+  }
+  EXPECT_LT(most, 20000u);
+  EXPECT_GT(contacts, 2);
+}
+
+void neverEntersSolidsInMotion(std::uint32_t seed) {
+  Random random(seed);
+  World w;
+  fill(w, random, true);
+  std::vector<Pose> home;
+  w.t.scene->advance(kTick);
+  for (const auto id : w.ids) home.push_back(w.t.scene->find(id)->X_WO);
+  std::vector<Vec3> spin;
+  std::vector<double> phase;
+  for (std::size_t k = 0; k < w.ids.size(); ++k) {
+    spin.push_back(random.inCube(30));
+    phase.push_back(random.uniform(0, 6));
+  }
+  std::vector<Vec3> centers;
+  for (const Pose& X : home) centers.push_back(X.p);
+  Hand hand(random, 0.02, centers);
+  Vec3 hip = Vec3(0, 0, 0.5);
+  w.t.tick(hip);
+  int contacts = 0;
+  for (int i = 1; i < 1500; ++i) {
+    for (std::size_t k = 0; k < w.ids.size(); ++k) {
+      const Pose& at = home[k];  // Each within its own cell: they never squeeze the hand between them.
+      const Vec3 sway = 0.004 * Vec3(std::sin(0.2 * i + phase[k]), std::cos(0.13 * i), std::sin(0.31 * i));
+      const Pose X{at.p + sway, rotated(at.q, spin[k], kTick * i)};
+      ASSERT_EQ(w.t.pose(w.ids[k], X, k % 2 ? Twist{} : Twist{Vec3::Zero(), spin[k]}), ErrorCode::kOk);
+    }
+    hip = hand.next();
+    const SurfaceContact& c = w.t.tick(hip);
+    ASSERT_NO_FATAL_FAILURE(expectOutside(w, c.proxy, i));
+    const double k = c.object ? w.t.scene->find(c.object)->material.stiffness : 0;
+    ASSERT_LT((c.force - k * (c.proxy - hip)).norm(), 1e-9) << i;
+    contacts += c.object != 0;
+  }
+  EXPECT_GT(contacts, 2);
+}
+
+void sameInputsSameBits(std::uint32_t seed) {
+  const auto run = [&] {
+    Random random(seed);
+    World w;
+    fill(w, random, false);
+    Hand hand(random, 0.07);
+    w.t.tick(Vec3(0, 0, 0.5));
+    std::vector<double> trace;
+    for (int i = 0; i < 400; ++i) {
+      if (i == 100) w.t.pose(w.ids[0], {}, {random.inCube(0.1), random.inCube(3)});
+      const SurfaceContact& c = w.t.tick(hand.next(), random.inCube(0.1));
+      trace.insert(trace.end(), {c.force.x(), c.force.y(), c.force.z(), c.proxy.x(), c.depth, double(c.work)});
+    }
+    return trace;
+  };
+  EXPECT_EQ(run(), run());
+}
+
+void scaledScenesGiveScaledProxies(std::uint32_t seed) {
+  // Frictionless: where two ways are equally good rounding may choose, so the run stops being compared there.
+  const auto run = [&](double scale) {
+    Random random(seed);
+    TestScene t;
+    static std::vector<TestMesh> meshes;
+    meshes.clear();
+    meshes.reserve(2);
+    meshes.push_back(bumpyBall(0.03, 8, random));
+    for (auto& v : meshes[0].vertices) {
+      for (float& x : v) x = static_cast<float>(x * static_cast<float>(scale));
+    }
+    const Pose X{scale * random.inCube(0.02), random.turn()};
+    t.addMesh(meshes[0].view(), X, {1000, 0, 0, 0});
+    t.add(ShapeKind::kBox, scale * Vec3(0.05, 0.05, 0.01), {scale * Vec3(0, 0, -0.04), Quat::Identity()},
+          {1000, 0, 0, 0});
+    t.add(ShapeKind::kCapsule, scale * Vec3(0.01, 0.03, 0), {scale * Vec3(0.03, 0, 0), Quat::Identity()},
+          {1000, 0, 0, 0});
+    Hand hand(random, 0.08);
+    t.tick(scale * Vec3(0, 0, 0.5));
+    std::vector<Vec3> proxies;
+    for (int i = 0; i < 600; ++i) proxies.push_back(t.tick(scale * hand.next()).proxy / scale);
+    return proxies;
+  };
+  const auto one = run(1);
+  for (const double scale : {0x1p-10, 0x1p10}) {
+    const auto other = run(scale);
+    for (std::size_t i = 0; i < one.size(); ++i) ASSERT_EQ(one[i], other[i]) << scale << " tick " << i;
+  }
+  for (const double scale : {1e-3, 1e3}) {
+    const auto other = run(scale);
+    std::size_t same = 0;
+    for (std::size_t i = 0; i < one.size(); ++i) same += (one[i] - other[i]).norm() < 1e-7;
+    EXPECT_GT(same, one.size() * 95 / 100) << scale;
+  }
+}
+
+TEST(ProxyProperty, NeverEntersSolidsAtRest) { forSeeds(60, neverEntersSolidsAtRest); }
+TEST(ProxyProperty, NeverEntersSolidsInMotion) { forSeeds(40, neverEntersSolidsInMotion); }
+TEST(ProxyProperty, SameInputsSameBits) { forSeeds(10, sameInputsSameBits); }
+TEST(ProxyProperty, ScaledScenesGiveScaledProxies) { forSeeds(30, scaledScenesGiveScaledProxies); }
+
+}  // namespace
+}  // namespace hapticd

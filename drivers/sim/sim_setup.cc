@@ -100,9 +100,13 @@ double wallStiffness(double device_damping, double hand_damping, double lag_s) {
 
 /**
  * Half of the strongest virtual damper that leaves a mass m stable when velocity is the difference of two samples:
- * B = m / (T/2 + t_d), which for t_d = 0 is the exact 2 m / T.
+ * B = m / (T/2 + t_d), which for t_d = 0 is the exact 2 m / T. But no more than lets one encoder step in one
+ * millisecond push with a twentieth of the largest force, else the damper is felt as a buzz.
  */
-double virtualDamping(double mass, double lag_s) { return 0.5 * mass / lag_s; }
+double virtualDamping(double mass, double lag_s, double max_force, double resolution) {
+  const double stable = 0.5 * mass / lag_s;
+  return resolution > 0 ? std::min(stable, 0.05 * max_force * 1e-3 / resolution) : stable;
+}
 
 DeviceInfo infoOf(const SimSetup& setup) {
   const SimParameters& p = setup.parameters;
@@ -118,14 +122,15 @@ DeviceInfo infoOf(const SimSetup& setup) {
   info.max_force = p.max_force;
   info.continuous_force = p.continuous_force;
   info.max_stiffness = p.max_stiffness > 0 ? p.max_stiffness : wallStiffness(p.viscous, p.hand_damping, lag_s);
-  info.max_damping = p.max_damping > 0 ? p.max_damping : virtualDamping(p.mass + p.hand_mass, lag_s);
+  info.max_damping =
+      p.max_damping > 0 ? p.max_damping : virtualDamping(p.mass + p.hand_mass, lag_s, p.max_force, p.resolution);
   info.sensed_rotation = p.dof == 6 || p.sense_rotation;
   info.actuated_rotation = p.dof == 6;
   if (info.sensed_rotation) info.rotation_resolution = p.rotation_resolution;
   if (info.actuated_rotation) {
     info.max_torque = p.max_torque;
     info.max_angular_stiffness = wallStiffness(p.angular_viscous, p.hand_angular_damping, lag_s);
-    info.max_angular_damping = virtualDamping(p.inertia + p.hand_inertia, lag_s);
+    info.max_angular_damping = virtualDamping(p.inertia + p.hand_inertia, lag_s, p.max_torque, p.rotation_resolution);
   }
   info.sensed_gripper = info.actuated_gripper = p.gripper;
   if (p.gripper) {

@@ -1,7 +1,6 @@
 #include "rt/ring/command_ring.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 
 #include "rt/ring/shared.h"
@@ -14,20 +13,20 @@ constexpr std::uint32_t kMask = HD_RING_SLOTS - 1;
 static_assert((HD_RING_SLOTS & kMask) == 0, "the capacity divides 2^32");
 static_assert(offsetof(hd_slot, payload) % 8 == 0 && kPayloadBytes % 8 == 0, "slots are copied by words");
 
-/** Everything but the guard, which belongs to the mailbox alone. */
-template <int Order>
-void writeSlot(hd_slot& slot, std::uint32_t kind, std::span<const std::byte> payload, std::uint64_t seq,
-               std::uint64_t at_tick) HD_RT {
-  alignas(8) std::array<std::byte, kPayloadBytes> words;
-  if (!payload.empty()) std::memcpy(words.data(), payload.data(), payload.size());
-  const std::size_t n = sharedWords(payload.size());
-  std::fill(words.begin() + payload.size(), words.begin() + 8 * n, std::byte{0});
-  __atomic_store_n(&slot.kind, kind, Order);
-  __atomic_store_n(&slot.length, static_cast<std::uint32_t>(payload.size()), Order);
-  __atomic_store_n(&slot.reserved, 0u, Order);
-  __atomic_store_n(&slot.seq, seq, Order);
-  __atomic_store_n(&slot.at_tick, at_tick, Order);
-  copyToShared<Order>(slot.payload, words.data(), n);
+/** Everything but the guard, for a mailbox: the reader may look at any moment. The last word is filled up with zeros.
+ */
+void writeMailbox(hd_slot& slot, std::uint32_t kind, std::span<const std::byte> payload, std::uint64_t seq) HD_RT {
+  storeRelease(slot.kind, kind);
+  storeRelease(slot.length, static_cast<std::uint32_t>(payload.size()));
+  storeRelease(slot.reserved, 0u);
+  storeRelease(slot.seq, seq);
+  storeRelease(slot.at_tick, std::uint64_t{0});
+  auto* out = reinterpret_cast<SharedWord*>(slot.payload);
+  for (std::size_t i = 0; i < payload.size(); i += 8) {
+    std::uint64_t word = 0;  // the caller's bytes may stand anywhere
+    std::memcpy(&word, payload.data() + i, std::min<std::size_t>(8, payload.size() - i));
+    __atomic_store_n(out++, word, __ATOMIC_RELEASE);
+  }
 }
 
 /** Reads each field once. A length beyond the slot is left for validate() to refuse. */
@@ -56,7 +55,14 @@ ErrorCode CommandProducer::push(std::uint32_t kind, std::span<const std::byte> p
     if (tail_ - head_seen_ >= HD_RING_SLOTS) return ErrorCode::kWouldBlock;
   }
   seq = ++seq_;
-  writeSlot<__ATOMIC_RELAXED>(b_->ring[tail_ & kMask], kind, payload, seq, at_tick);
+  // Plain writes: until the tail moves, the slot is ours alone.
+  hd_slot& slot = b_->ring[tail_ & kMask];
+  slot.kind = kind;
+  slot.length = static_cast<std::uint32_t>(payload.size());
+  slot.reserved = 0;
+  slot.seq = seq;
+  slot.at_tick = at_tick;
+  if (!payload.empty()) std::memcpy(slot.payload, payload.data(), payload.size());
   storeRelease(b_->tail, ++tail_);  // R0, pairs with A0: the slot is whole
   return ErrorCode::kOk;
 }
@@ -97,9 +103,9 @@ std::int64_t CommandConsumer::heartbeat() const HD_RT { return loadRelaxed(b_->h
 ErrorCode MailboxWriter::write(std::uint32_t kind, std::span<const std::byte> payload, std::uint64_t& seq) HD_RT {
   if (payload.size() > kPayloadBytes) return ErrorCode::kInvalidArgument;
   seq = ++seq_;
-  storeRelaxed(slot_->guard, guard_ + 1);                      // odd: being written
-  writeSlot<__ATOMIC_RELEASE>(*slot_, kind, payload, seq, 0);  // R2, pairs with A2
-  storeRelease(slot_->guard, guard_ += 2);                     // R3, pairs with A3: it stands
+  storeRelaxed(slot_->guard, guard_ + 1);    // odd: being written
+  writeMailbox(*slot_, kind, payload, seq);  // R2, pairs with A2
+  storeRelease(slot_->guard, guard_ += 2);   // R3, pairs with A3: it stands
   return ErrorCode::kOk;
 }
 

@@ -1,0 +1,58 @@
+/** @file
+ * What the subcommands of haptic-bench share: options, estimates and output.
+ */
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace haptic_bench {
+
+/** Options of every subcommand. */
+struct Common {
+  bool csv = false;
+  int rounds = 15;  ///< A/B rounds, interleaved.
+};
+
+/** What to run once the command line is read; the value is the exit code. */
+using Run = std::function<int(const Common&)>;
+
+/** Adds one subcommand to `app`; it sets `chosen` when it is called for. One per file; the table is in main.cc. */
+using AddBenchmark = void (*)(CLI::App& app, Run& chosen);
+
+void addRing(CLI::App& app, Run& chosen);
+
+/** Median of some rounds and its interval. */
+struct Estimate {
+  double median = 0, low = 0, high = 0;
+};
+
+/**
+ * Median with an interval that holds the true one with at least 95 % (by order statistics, whatever the distribution;
+ * Conover, Practical Nonparametric Statistics, 3.2). With fewer than 6 samples the interval is their range and holds
+ * less.
+ */
+[[nodiscard]] Estimate estimate(std::vector<double> samples);
+
+/** One measured quantity, a value for each round. */
+struct Series {
+  std::string name;
+  std::string unit;
+  std::vector<double> rounds;
+};
+
+/** a / b, round by round. */
+[[nodiscard]] Series ratio(std::string name, const Series& a, const Series& b);
+
+/**
+ * Prints series. As a table: machine, then median and interval of each. As CSV: the machine as comment lines, then
+ * benchmark,quantity,unit,round,value with one line per round.
+ */
+void print(const Common& common, const std::string& benchmark, const std::vector<Series>& all);
+
+}  // namespace haptic_bench

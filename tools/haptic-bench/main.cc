@@ -1,0 +1,30 @@
+/** @file
+ * haptic-bench: measures what the daemon's parts cost, against the plain thing beside it in the same run.
+ */
+#include <CLI/CLI.hpp>
+
+#include "tools/haptic-bench/bench.h"
+
+namespace {
+
+constexpr haptic_bench::AddBenchmark kBenchmarks[] = {haptic_bench::addRing};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Measures hapticd's parts against the plain thing beside them. Numbers from a busy or virtual machine\n"
+      "say little; the ratios within one run say more.",
+      "haptic-bench"};
+  haptic_bench::Common common;
+  haptic_bench::Run chosen;
+  app.add_flag("--csv", common.csv, "One line per round, for scripts");
+  app.add_option("--rounds", common.rounds, "Interleaved A/B rounds")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000));
+  app.require_subcommand(1);
+  app.fallthrough();  // so that they may follow the subcommand's name
+  for (const auto add : kBenchmarks) add(app, chosen);
+  CLI11_PARSE(app, argc, argv);
+  return chosen(common);
+}

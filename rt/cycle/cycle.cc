@@ -43,6 +43,7 @@ void Cycle::applyCommands(const CycleInput& input, CycleOutput& output) HD_RT {
   // Those whose tick has come, in the order they arrived; the rest close up.
   std::uint32_t kept = 0;
   for (std::uint32_t i = 0; i < pending_count_; ++i) {
+    if (pending_[i].kind == CommandKind::kNone) continue;  // its sender is gone
     if (pending_[i].at_tick <= input.tick) {
       apply(pending_[i], input, output);
     } else {
@@ -95,6 +96,10 @@ ErrorCode Cycle::applySessionOrder(const Command& command, const CycleInput& inp
       break;
     default:
       session.free();
+      // The slot's next owner may not inherit what this one sent ahead.
+      for (std::uint32_t i = 0; i < pending_count_; ++i) {
+        if (pending_[i].session == slot) pending_[i].kind = CommandKind::kNone;
+      }
       break;
   }
   return ErrorCode::kOk;

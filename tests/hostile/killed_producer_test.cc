@@ -80,7 +80,7 @@ TEST(KilledProducer, LeavesNoTornAndNoDisorderedMessage) {
       last_box = copy.seq;
       ++boxes;
     };
-    const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(random.below(8000));
+    const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(random.below(5000));
     while (std::chrono::steady_clock::now() < end) {
       if (!slow || random.below(64) == 0) take();
       look();

@@ -22,7 +22,7 @@ using Kind = IngestReport::Kind;
 constexpr std::uint32_t kHostile = 3;
 constexpr std::uint32_t kHonest = 9;
 // At least the first; until the attack has shown enough; at most the second, for machines with much else to do.
-constexpr auto kShortest = std::chrono::milliseconds(500);
+constexpr auto kShortest = std::chrono::milliseconds(300);
 constexpr auto kLongest = std::chrono::seconds(30);
 
 /** A word of everything: bits, small numbers, and what a parser trips over. */

@@ -1,0 +1,204 @@
+// One winding per connected part, outward where there is an outside.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "daemon/builder/mesh.h"
+
+namespace hapticd {
+namespace {
+
+using Double3 = std::array<double, 3>;
+
+Double3 minus(const Float3& a, const Float3& b) {
+  return {double{a[0]} - b[0], double{a[1]} - b[1], double{a[2]} - b[2]};
+}
+Double3 cross(const Double3& a, const Double3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double dot(const Double3& a, const Double3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/** Triangles connected across edges: a range of `order`. */
+struct Part {
+  std::uint32_t begin = 0, end = 0;
+  bool closed = true;
+  bool repaired = false;
+  double volume = 0;  ///< Signed, as wound [m^3].
+  Float3 lower{}, upper{};
+  [[nodiscard]] std::uint32_t size() const { return end - begin; }
+};
+
+void flip(Mesh& mesh, std::uint32_t t) {
+  std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+  std::swap(mesh.neighbours[t][0], mesh.neighbours[t][2]);  // edges 01, 12, 20 become 02, 21, 10
+}
+
+std::uint32_t edgeOf(const Mesh& mesh, std::uint32_t t, std::uint32_t low, std::uint32_t high) {
+  for (std::uint32_t e = 0; e < 3; ++e)
+    if (std::minmax(mesh.triangles[t][e], mesh.triangles[t][(e + 1) % 3]) == std::minmax(low, high)) return e;
+  return 0;
+}
+
+class Orienter {
+ public:
+  Orienter(Mesh& mesh, BuildMonitor& monitor) : mesh_(mesh), monitor_(monitor) {}
+
+  void run() {
+    gatherParts();
+    std::uint32_t inverted = 0, first_inverted = HD_NO_INDEX;
+    for (Part& part : parts_) measure(part);
+    for (const Part& part : parts_) {
+      if (!part.closed || part.volume >= 0 || isCavity(part)) continue;
+      ++inverted;
+      first_inverted = std::min(first_inverted, firstOf(part));
+      for (std::uint32_t i = part.begin; i < part.end; ++i) flip(mesh_, order_[i]);
+    }
+    if (flipped_ != 0)
+      monitor_.notes.push_back(
+          fmt::format("turned {} triangles to the winding of their neighbours, the first is triangle {}", flipped_,
+                      first_flipped_));
+    if (twisted_ != 0)
+      monitor_.notes.push_back(
+          fmt::format("the surface about triangle {} has one side only (as a Moebius strip); {} edges count as borders",
+                      first_twisted_, twisted_));
+    if (inverted != 0)
+      monitor_.notes.push_back(
+          fmt::format("turned {} closed parts outside out, the first begins at triangle {}", inverted, first_inverted));
+    mesh_.closed = std::all_of(parts_.begin(), parts_.end(), [](const Part& part) { return part.closed; });
+  }
+
+ private:
+  enum class Mark : std::uint8_t { kNew, kSame, kTurned };
+
+  /** Breadth first over each part, noting which triangles are wound against the first one; the fewer are flipped. */
+  void gatherParts() {
+    const auto count = static_cast<std::uint32_t>(mesh_.triangles.size());
+    mark_.assign(count, Mark::kNew);
+    order_.reserve(count);
+    for (std::uint32_t seed = 0; seed < count; ++seed) {
+      if (mark_[seed] != Mark::kNew) continue;
+      Part part;
+      part.begin = static_cast<std::uint32_t>(order_.size());
+      std::uint32_t turned = 0;
+      mark_[seed] = Mark::kSame;
+      order_.push_back(seed);
+      for (std::uint32_t i = part.begin; i < order_.size(); ++i) turned += spread(order_[i]);
+      part.end = static_cast<std::uint32_t>(order_.size());
+      if (turned != 0) {
+        part.repaired = true;
+        const Mark wrong = turned * 2 <= part.size() ? Mark::kTurned : Mark::kSame;
+        for (std::uint32_t i = part.begin; i < part.end; ++i) {
+          if (mark_[order_[i]] != wrong) continue;
+          flip(mesh_, order_[i]);
+          ++flipped_;
+          first_flipped_ = std::min(first_flipped_, mesh_.source_triangle[order_[i]]);
+        }
+      }
+      parts_.push_back(part);
+    }
+  }
+
+  /** Marks the neighbours of t. Returns how many were newly found turned. */
+  std::uint32_t spread(std::uint32_t t) {
+    std::uint32_t turned = 0;
+    for (std::uint32_t e = 0; e < 3; ++e) {
+      const std::uint32_t s = mesh_.neighbours[t][e];
+      if (s == HD_NO_INDEX) continue;
+      const std::uint32_t a = mesh_.triangles[t][e], b = mesh_.triangles[t][(e + 1) % 3];
+      const std::uint32_t f = edgeOf(mesh_, s, a, b);
+      const bool agree = mesh_.triangles[s][f] == b;
+      const Mark mark = (mark_[t] == Mark::kSame) == agree ? Mark::kSame : Mark::kTurned;
+      if (mark_[s] == Mark::kNew) {
+        mark_[s] = mark;
+        order_.push_back(s);
+        if (mark == Mark::kTurned) ++turned;
+      } else if (mark_[s] != mark) {
+        // No winding suits both: cut here.
+        mesh_.neighbours[t][e] = HD_NO_INDEX;
+        mesh_.neighbours[s][f] = HD_NO_INDEX;
+        ++twisted_;
+        first_twisted_ = std::min({first_twisted_, mesh_.source_triangle[t], mesh_.source_triangle[s]});
+      }
+    }
+    return turned;
+  }
+
+  void measure(Part& part) {
+    const Float3& origin = mesh_.vertices[mesh_.triangles[order_[part.begin]][0]];
+    part.lower = part.upper = origin;
+    for (std::uint32_t i = part.begin; i < part.end; ++i) {
+      const std::uint32_t t = order_[i];
+      for (const std::uint32_t s : mesh_.neighbours[t]) part.closed &= s != HD_NO_INDEX;
+      Double3 corner[3];
+      for (int c = 0; c < 3; ++c) {
+        const Float3& p = mesh_.vertices[mesh_.triangles[t][c]];
+        corner[c] = minus(p, origin);
+        for (int k = 0; k < 3; ++k) {
+          part.lower[k] = std::min(part.lower[k], p[k]);
+          part.upper[k] = std::max(part.upper[k], p[k]);
+        }
+      }
+      part.volume += dot(corner[0], cross(corner[1], corner[2])) / 6;
+    }
+  }
+
+  [[nodiscard]] std::uint32_t firstOf(const Part& part) const {
+    std::uint32_t first = HD_NO_INDEX;
+    for (std::uint32_t i = part.begin; i < part.end; ++i) first = std::min(first, mesh_.source_triangle[order_[i]]);
+    return first;
+  }
+
+  /** A closed part wound inward is right where it bounds a hollow: inside an odd number of other closed parts. */
+  [[nodiscard]] bool isCavity(const Part& part) {
+    if (part.repaired) return false;  // its winding says nothing
+    const Float3& inner = mesh_.vertices[mesh_.triangles[order_[part.begin]][0]];
+    bool inside = false;
+    for (const Part& other : parts_) {
+      if (&other == &part || !other.closed) continue;
+      bool boxed = true;
+      for (int k = 0; k < 3; ++k) boxed &= other.lower[k] < part.lower[k] && part.upper[k] < other.upper[k];
+      if (!boxed) continue;
+      if (work_left_ < other.size()) return true;  // too many parts to test: trust the file
+      work_left_ -= other.size();
+      inside ^= crossesOdd(other, inner);
+    }
+    return inside;
+  }
+
+  /** Parity of the crossings of a ray from x with the part: odd means inside. */
+  [[nodiscard]] bool crossesOdd(const Part& part, const Float3& x) const {
+    // A direction that no modeller aligns an edge with. Moeller and Trumbore, J. Graphics Tools 2(1), 1997.
+    static constexpr Double3 kDirection = {0.5773891, 0.3127347, 0.7542153};
+    bool odd = false;
+    for (std::uint32_t i = part.begin; i < part.end; ++i) {
+      const Index3& v = mesh_.triangles[order_[i]];
+      const Double3 u = minus(mesh_.vertices[v[1]], mesh_.vertices[v[0]]);
+      const Double3 w = minus(mesh_.vertices[v[2]], mesh_.vertices[v[0]]);
+      const Double3 p = cross(kDirection, w);
+      const double det = dot(u, p);
+      if (det == 0) continue;
+      const Double3 s = minus(x, mesh_.vertices[v[0]]);
+      const double a = dot(s, p) / det;
+      const Double3 q = cross(s, u);
+      const double b = dot(kDirection, q) / det;
+      if (a >= 0 && b >= 0 && a + b <= 1 && dot(w, q) / det > 0) odd = !odd;
+    }
+    return odd;
+  }
+
+  Mesh& mesh_;
+  BuildMonitor& monitor_;
+  std::vector<Mark> mark_;
+  std::vector<std::uint32_t> order_;
+  std::vector<Part> parts_;
+  std::uint64_t work_left_ = 50'000'000;  ///< Ray tests: half a second at most.
+  std::uint32_t flipped_ = 0, first_flipped_ = HD_NO_INDEX;
+  std::uint32_t twisted_ = 0, first_twisted_ = HD_NO_INDEX;
+};
+
+}  // namespace
+
+void orient(Mesh& mesh, BuildMonitor& monitor) { Orienter(mesh, monitor).run(); }
+
+}  // namespace hapticd

@@ -1,0 +1,423 @@
+#include "daemon/builder_leash.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/timerfd.h>
+#include <sys/wait.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <csignal>
+#include <cstring>
+#include <deque>
+#include <string_view>
+
+#include "daemon/builder_protocol.h"
+#include "daemon/log.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::size_t kMostNotes = 32;
+constexpr std::int64_t kFirstPause_ns = 50'000'000;       ///< Before a restart; doubles with each crash in a row ...
+constexpr std::int64_t kLongestPause_ns = 2'000'000'000;  ///< ... up to this.
+
+std::int64_t now() {
+  timespec t{};
+  ::clock_gettime(CLOCK_MONOTONIC, &t);
+  return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
+}
+
+Error builderFailed(std::string where, std::string what, std::string remedy = {}) {
+  return {ErrorCode::kBuilderFailed, std::move(where), std::move(what), std::move(remedy)};
+}
+
+std::string howItEnded(int status) {
+  if (WIFSIGNALED(status)) {
+    const int number = WTERMSIG(status);
+    const char* const name = ::sigabbrev_np(number);
+    return fmt::format("the builder died of signal {} (SIG{})", number, name == nullptr ? "?" : name);
+  }
+  return fmt::format("the builder ended with status {}", WEXITSTATUS(status));
+}
+
+/** Codes that a builder may give; what else it says is its own failure. */
+ErrorCode allowedCode(std::uint32_t code) {
+  switch (static_cast<ErrorCode>(code)) {
+    case ErrorCode::kBadMesh:
+    case ErrorCode::kCancelled:
+    case ErrorCode::kPermissionDenied:
+    case ErrorCode::kInvalidArgument:
+    case ErrorCode::kUnsupported:
+    case ErrorCode::kSystem:
+    case ErrorCode::kInternal:
+      return static_cast<ErrorCode>(code);
+    default:
+      return ErrorCode::kBuilderFailed;
+  }
+}
+
+struct Job {
+  std::uint64_t number = 0;
+  UniqueFd upload;
+  bool begun = false;    ///< The builder has said so.
+  bool retried = false;  ///< The builder before died before it began.
+};
+
+}  // namespace
+
+struct BuilderLeash::State {
+  explicit State(BuilderOptions o) : options(std::move(o)) {}
+  ~State() { endBuilder(); }
+
+  Result<void> prepare();
+  Result<void> spawn();
+  /** Kills and reaps whatever runs. */
+  void endBuilder();
+  /** The builder is gone or must go: fails the job it ran. */
+  void lose(std::string why);
+  void receive();
+  void handle(BuilderFrame& frame);
+  void checkEnd();
+  void checkTime();
+  void startNext();
+  void finish(BuildReport report);
+  void setAlarm();
+  void watch(int fd) const;
+
+  BuilderOptions options;
+  UniqueFd epoll, timer;
+  UniqueFd socket, process;  // of the running builder
+  pid_t pid = 0;
+  bool closed = false;  // its socket is; wait for its end
+  std::string doom;     // why we killed it
+  std::deque<Job> waiting;
+  Job running;  // number 0: none
+  bool cancelled = false;
+  std::int64_t deadline_ns = 0;
+  std::vector<std::string> notes;
+  float fraction = 0;
+  std::deque<BuildReport> reports;
+  std::uint64_t last_job = 0;
+  std::uint32_t starts = 0, crashes_in_row = 0;
+  std::int64_t not_before_ns = 0;
+};
+
+Result<void> BuilderLeash::State::prepare() {
+  epoll.reset(::epoll_create1(EPOLL_CLOEXEC));
+  timer.reset(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
+  if (!epoll.valid() || !timer.valid()) return systemError("builder leash", "epoll or timerfd", errno);
+  watch(timer.get());
+  return {};
+}
+
+void BuilderLeash::State::watch(int fd) const {
+  epoll_event event{};
+  event.events = EPOLLIN;
+  event.data.fd = fd;
+  ::epoll_ctl(epoll.get(), EPOLL_CTL_ADD, fd, &event);
+}
+
+Result<void> BuilderLeash::State::spawn() {
+  int pair[2];
+  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0)
+    return systemError("builder", "socketpair", errno);
+  UniqueFd ours(pair[0]), theirs(pair[1]);
+
+  posix_spawn_file_actions_t files;
+  posix_spawnattr_t attributes;
+  ::posix_spawn_file_actions_init(&files);
+  ::posix_spawnattr_init(&attributes);
+  ::posix_spawn_file_actions_adddup2(&files, theirs.get(), kBuilderSocket);
+  ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  ::posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  ::posix_spawn_file_actions_addclosefrom_np(&files, kBuilderSocket + 1);
+  sigset_t none, all;
+  ::sigemptyset(&none);
+  ::sigfillset(&all);
+  ::posix_spawnattr_setsigmask(&attributes, &none);
+  ::posix_spawnattr_setsigdefault(&attributes, &all);
+  ::posix_spawnattr_setpgroup(&attributes, 0);  // a terminal's Ctrl-C is for the daemon
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  std::string program = options.program, memory = std::to_string(options.memory_bytes);
+  char* const arguments[] = {program.data(), memory.data(), nullptr};
+  char* const environment[] = {nullptr};
+  pid_t child = 0;
+  const int failed = ::posix_spawn(&child, program.c_str(), &files, &attributes, arguments, environment);
+  ::posix_spawn_file_actions_destroy(&files);
+  ::posix_spawnattr_destroy(&attributes);
+  if (failed != 0) return builderFailed(program, "does not start: " + systemError({}, "spawn", failed).what);
+
+  pid = child;
+  closed = false;
+  doom.clear();
+  socket = std::move(ours);
+  process.reset(static_cast<int>(::syscall(SYS_pidfd_open, child, 0)));  // glibc 2.36 lacks C linkage for it
+  ++starts;
+  if (!process.valid()) {
+    const int number = errno;
+    endBuilder();
+    return systemError("builder", "pidfd_open", number);
+  }
+  watch(socket.get());
+  watch(process.get());
+  return {};
+}
+
+void BuilderLeash::State::endBuilder() {
+  if (pid == 0) return;
+  socket.reset();
+  ::kill(pid, SIGKILL);
+  while (::waitpid(pid, nullptr, 0) < 0 && errno == EINTR) {
+  }
+  process.reset();
+  pid = 0;
+}
+
+void BuilderLeash::State::finish(BuildReport report) {
+  report.job = running.number;
+  running = {};
+  notes.clear();
+  fraction = 0;
+  cancelled = false;
+  reports.push_back(std::move(report));
+}
+
+void BuilderLeash::State::lose(std::string why) {
+  if (running.number == 0) return;
+  if (!running.begun && !running.retried && !cancelled && doom.empty()) {
+    running.retried = true;
+    waiting.push_front(std::move(running));
+    running = {};
+    return;
+  }
+  BuildReport report;
+  report.kind = BuildReport::Kind::kFailed;
+  report.error = cancelled ? Error{ErrorCode::kCancelled, "build", {}, {}}
+                           : builderFailed("build", std::move(why), "the mesh may be at fault; others can go on");
+  finish(std::move(report));
+}
+
+void BuilderLeash::State::receive() {
+  while (socket.valid() && !closed) {
+    BuilderFrame frame;
+    switch (receiveFrame(socket.get(), frame, true)) {
+      case FrameIo::kOk:
+        handle(frame);
+        break;
+      case FrameIo::kLater:
+        return;
+      case FrameIo::kBad:
+        doom = "the builder broke its protocol";
+        [[fallthrough]];
+      case FrameIo::kClosed:
+        // Its end follows; kill() makes sure of that and does not change how it died if it is dying already.
+        closed = true;
+        ::epoll_ctl(epoll.get(), EPOLL_CTL_DEL, socket.get(), nullptr);
+        ::kill(pid, SIGKILL);
+        return;
+    }
+  }
+}
+
+void BuilderLeash::State::handle(BuilderFrame& frame) {
+  if (running.number == 0 || frame.head.job != running.number) return;  // of a job already given up
+  running.begun = true;
+  BuildReport report;
+  switch (frame.head.kind) {
+    case BuilderFrameKind::kProgress:
+      report.kind = BuildReport::Kind::kProgress;
+      report.job = running.number;
+      fraction = std::clamp(frame.head.fraction >= fraction ? frame.head.fraction : fraction, 0.0f, 1.0f);
+      report.fraction = fraction;
+      report.stage = log::printable(frame.text[0]);
+      if (!reports.empty() && reports.back().kind == BuildReport::Kind::kProgress) reports.pop_back();  // overtaken
+      reports.push_back(std::move(report));
+      return;
+    case BuilderFrameKind::kNote:
+      if (notes.size() < kMostNotes) notes.push_back(log::printable(frame.text[0]));
+      return;
+    case BuilderFrameKind::kDone:
+      if (!frame.fd.valid()) break;
+      crashes_in_row = 0;
+      if (cancelled) return lose({});  // it crossed our word
+      report.kind = BuildReport::Kind::kDone;
+      report.snapshot = std::move(frame.fd);
+      report.stats = frame.head.stats;
+      report.notes = std::move(notes);
+      return finish(std::move(report));
+    case BuilderFrameKind::kFailed:
+      report.kind = BuildReport::Kind::kFailed;
+      report.error = {allowedCode(frame.head.error), log::printable(frame.text[0]), log::printable(frame.text[1]),
+                      log::printable(frame.text[2])};
+      crashes_in_row = 0;
+      return finish(std::move(report));
+    default:
+      break;
+  }
+  doom = "the builder broke its protocol";
+  ::kill(pid, SIGKILL);
+}
+
+void BuilderLeash::State::checkEnd() {
+  if (pid == 0) return;
+  int status = 0;
+  if (::waitpid(pid, &status, WNOHANG) != pid) return;
+  receive();  // what it said before
+  const std::string why = doom.empty() ? howItEnded(status) : doom;
+  log::warn("{}", why);
+  socket.reset();
+  process.reset();
+  pid = 0;
+  const std::int64_t pause = std::min(kLongestPause_ns, kFirstPause_ns << std::min(crashes_in_row, 10u));
+  ++crashes_in_row;
+  not_before_ns = now() + pause;
+  lose(why);
+}
+
+void BuilderLeash::State::checkTime() {
+  std::uint64_t expirations = 0;
+  (void)!::read(timer.get(), &expirations, sizeof expirations);
+  if (running.number == 0 || pid == 0 || !doom.empty() || now() < deadline_ns) return;
+  doom = fmt::format("the build took longer than {:.3g} s", static_cast<double>(options.job_timeout_ns) * 1e-9);
+  ::kill(pid, SIGKILL);
+}
+
+void BuilderLeash::State::startNext() {
+  if (running.number != 0 || waiting.empty()) return;
+  if (pid == 0) {
+    if (now() < not_before_ns) return;
+    if (const auto spawned = spawn(); !spawned) {
+      log::error("{}", toString(spawned.error()));
+      not_before_ns = now() + kLongestPause_ns;
+      running = std::move(waiting.front());
+      waiting.pop_front();
+      BuildReport report;
+      report.kind = BuildReport::Kind::kFailed;
+      report.error = spawned.error();
+      return finish(std::move(report));
+    }
+  }
+  if (closed) return;  // dying: the next builder takes it
+  running = std::move(waiting.front());
+  waiting.pop_front();
+  deadline_ns = now() + options.job_timeout_ns;
+  BuilderFrame order;
+  order.head.kind = BuilderFrameKind::kBuild;
+  order.head.job = running.number;
+  if (sendFrame(socket.get(), order, running.upload.get(), true) != FrameIo::kOk) {
+    // It died between two jobs: its end is reported next, and the job goes back for the builder after it.
+    waiting.push_front(std::move(running));
+    running = {};
+    ::kill(pid, SIGKILL);
+    closed = true;
+    ::epoll_ctl(epoll.get(), EPOLL_CTL_DEL, socket.get(), nullptr);
+  }
+}
+
+void BuilderLeash::State::setAlarm() {
+  std::int64_t at = 0;
+  if (!reports.empty()) {
+    at = 1;  // at once: fd() stays readable until next() has given everything
+  } else if (running.number != 0) {
+    at = deadline_ns;
+  } else if (!waiting.empty() && pid == 0) {
+    at = not_before_ns;
+  }
+  itimerspec alarm{};
+  alarm.it_value.tv_sec = at / 1'000'000'000;
+  alarm.it_value.tv_nsec = at % 1'000'000'000;
+  ::timerfd_settime(timer.get(), TFD_TIMER_ABSTIME, &alarm, nullptr);
+}
+
+BuilderLeash::BuilderLeash(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
+BuilderLeash::~BuilderLeash() = default;
+
+Result<std::unique_ptr<BuilderLeash>> BuilderLeash::start(const BuilderOptions& options) {
+  auto state = std::make_unique<State>(options);
+  if (const auto prepared = state->prepare(); !prepared) return prepared.error();
+  if (const auto spawned = state->spawn(); !spawned) return spawned.error();
+  return std::unique_ptr<BuilderLeash>(new BuilderLeash(std::move(state)));
+}
+
+int BuilderLeash::fd() const noexcept { return state_->epoll.get(); }
+int BuilderLeash::pid() const noexcept { return state_->pid; }
+std::uint32_t BuilderLeash::restarts() const noexcept { return state_->starts == 0 ? 0 : state_->starts - 1; }
+
+Result<std::uint64_t> BuilderLeash::submit(int upload_fd) {
+  auto copy = duplicate(upload_fd);
+  if (!copy) return copy.error();
+  const std::uint64_t number = ++state_->last_job;
+  state_->waiting.push_back({number, std::move(*copy)});
+  state_->startNext();
+  state_->setAlarm();
+  return number;
+}
+
+void BuilderLeash::cancel(std::uint64_t job) {
+  State& s = *state_;
+  if (s.running.number == job && job != 0) {
+    if (s.cancelled) return;
+    s.cancelled = true;
+    BuilderFrame order;
+    order.head.kind = BuilderFrameKind::kCancel;
+    order.head.job = job;
+    // A builder too busy to take the message is ended instead.
+    if (sendFrame(s.socket.get(), order, -1, true) != FrameIo::kOk) ::kill(s.pid, SIGKILL);
+    return;
+  }
+  const auto found =
+      std::find_if(s.waiting.begin(), s.waiting.end(), [job](const Job& waiting) { return waiting.number == job; });
+  if (found == s.waiting.end()) return;
+  s.waiting.erase(found);
+  BuildReport report;
+  report.kind = BuildReport::Kind::kFailed;
+  report.job = job;
+  report.error = {ErrorCode::kCancelled, "build", {}, {}};
+  s.reports.push_back(std::move(report));
+  s.setAlarm();
+}
+
+bool BuilderLeash::next(BuildReport& report) {
+  State& s = *state_;
+  if (s.reports.empty()) {
+    s.receive();
+    s.checkEnd();
+    s.checkTime();
+    s.startNext();
+  }
+  const bool have = !s.reports.empty();
+  if (have) {
+    report = std::move(s.reports.front());
+    s.reports.pop_front();
+  }
+  s.setAlarm();
+  return have;
+}
+
+Result<std::string> findBuilder(const std::string& configured) {
+  std::vector<std::string> candidates;
+  if (!configured.empty()) {
+    candidates.push_back(configured);
+  } else {
+    char self[PATH_MAX];
+    const ssize_t size = ::readlink("/proc/self/exe", self, sizeof self);
+    const std::string_view path(self, size > 0 ? static_cast<std::size_t>(size) : 0);
+    if (!path.empty()) candidates.push_back(std::string(path.substr(0, path.rfind('/'))) + "/hapticd-builder");
+    candidates.push_back(HAPTICD_LIBEXEC_DIRECTORY "/hapticd-builder");
+  }
+  std::string tried;
+  for (const std::string& candidate : candidates) {
+    if (::access(candidate.c_str(), X_OK) == 0) return candidate;
+    tried += (tried.empty() ? "" : " and ") + candidate;
+  }
+  return Error{ErrorCode::kNotFound, "hapticd-builder", "not found at " + tried, "install it, or set builder.program"};
+}
+
+}  // namespace hapticd

@@ -1,0 +1,274 @@
+// The builder as a process: its work, its death, its limits.
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include "daemon/builder/sandbox.h"
+#include "daemon/builder_leash.h"
+#include "tests/unit/builder/built.h"
+
+namespace hapticd::test {
+namespace {
+
+BuilderOptions options() {
+  BuilderOptions o;
+  o.program = HAPTICD_TEST_BUILDER;
+  return o;
+}
+
+Memfd frozen(const std::vector<std::byte>& bytes) {
+  auto memfd = Memfd::create("upload", bytes.size());
+  EXPECT_TRUE(memfd.ok());
+  {
+    auto mapping = memfd->map(Memfd::Access::kWrite);
+    EXPECT_TRUE(mapping.ok());
+    std::memcpy(mapping->data(), bytes.data(), bytes.size());
+  }
+  EXPECT_TRUE(memfd->seal(Seals::kFrozen).ok());
+  return std::move(*memfd);
+}
+
+/** Waits on fd() as the control thread's loop does. Gives up after ten seconds. */
+bool nextBlocking(BuilderLeash& leash, BuildReport& report) {
+  for (int i = 0; i < 100; ++i) {
+    if (leash.next(report)) return true;
+    pollfd poll{leash.fd(), POLLIN, 0};
+    ::poll(&poll, 1, 100);
+  }
+  ADD_FAILURE() << "no report";
+  return false;
+}
+
+/** The last report of a job; progress on the way is checked. */
+BuildReport outcome(BuilderLeash& leash, std::uint64_t job) {
+  BuildReport report;
+  float last = 0;
+  while (nextBlocking(leash, report)) {
+    EXPECT_EQ(report.job, job);
+    if (report.kind != BuildReport::Kind::kProgress) return report;
+    EXPECT_GE(report.fraction, last);
+    EXPECT_LE(report.fraction, 1.0f);
+    EXPECT_FALSE(report.stage.empty());
+    last = report.fraction;
+  }
+  return {};
+}
+
+std::uint64_t submit(BuilderLeash& leash, const Memfd& upload) {
+  auto job = leash.submit(upload.fd());
+  EXPECT_TRUE(job.ok());
+  return *job;
+}
+
+class Leash : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto started = BuilderLeash::start(options());
+    ASSERT_TRUE(started.ok()) << toString(started.error());
+    leash_ = std::move(*started);
+  }
+  std::unique_ptr<BuilderLeash> leash_;
+};
+
+TEST_F(Leash, BuildsAMeshAndReportsRepairs) {
+  const Memfd good = frozen(upload(torus(300, 200).soup(), HD_MESH_DEFORMABLE));
+  const BuildReport done = outcome(*leash_, submit(*leash_, good));
+  ASSERT_EQ(done.kind, BuildReport::Kind::kDone) << toString(done.error);
+  EXPECT_EQ(done.stats.triangles, 120'000u);
+  ASSERT_EQ(done.notes.size(), 1u);
+  EXPECT_EQ(done.notes[0], "welded 360000 vertices into 60000 of equal place");
+  EXPECT_GT(done.stats.peak_bytes, done.stats.bytes);
+  auto opened = openSnapshot(std::move(const_cast<BuildReport&>(done).snapshot), true);
+  ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  EXPECT_EQ(opened->view.triangle_count, 120'000u);
+  EXPECT_EQ(opened->view.deform.source_count, 360'000u);
+}
+
+TEST_F(Leash, RefusalsCrossTheProcessBoundaryWithTheirText) {
+  TestMesh mesh = cube();
+  mesh.triangles[4][1] = 77;
+  const BuildReport failed = outcome(*leash_, submit(*leash_, frozen(upload(mesh))));
+  ASSERT_EQ(failed.kind, BuildReport::Kind::kFailed);
+  EXPECT_EQ(failed.error.code, ErrorCode::kBadMesh);
+  EXPECT_EQ(failed.error.where, "triangle 4");
+  EXPECT_EQ(leash_->restarts(), 0u) << "a bad mesh is no crash";
+}
+
+TEST_F(Leash, JobsKeepTheirOrder) {
+  const Memfd a = frozen(upload(torus(100, 100))), b = frozen(upload(cube()));
+  const std::uint64_t first = submit(*leash_, a), second = submit(*leash_, b);
+  EXPECT_EQ(outcome(*leash_, first).stats.triangles, 20'000u);
+  EXPECT_EQ(outcome(*leash_, second).stats.triangles, 12u);
+  BuildReport report;
+  EXPECT_FALSE(leash_->next(report));
+}
+
+TEST_F(Leash, AnUploadThatCanStillChangeIsRefused) {
+  auto memfd = Memfd::create("upload", upload(cube()).size());
+  ASSERT_TRUE(memfd->seal(Seals::kFixedSize).ok());
+  const BuildReport failed = outcome(*leash_, submit(*leash_, *memfd));
+  EXPECT_EQ(failed.error.code, ErrorCode::kPermissionDenied);
+}
+
+/** Waits until the builder is at work on that job. */
+void awaitProgress(BuilderLeash& leash, std::uint64_t job) {
+  BuildReport report;
+  ASSERT_TRUE(nextBlocking(leash, report));
+  ASSERT_EQ(report.job, job);
+  ASSERT_EQ(report.kind, BuildReport::Kind::kProgress);
+}
+
+TEST_F(Leash, AKilledBuilderFailsItsJobAndTheNextOneRuns) {
+  const Memfd large = frozen(upload(torus(1000, 500))), small = frozen(upload(cube()));
+  const int pid = leash_->pid();
+  const std::uint64_t victim = submit(*leash_, large), next = submit(*leash_, small);
+  awaitProgress(*leash_, victim);
+  ASSERT_EQ(::kill(pid, SIGKILL), 0);
+  const BuildReport failed = outcome(*leash_, victim);
+  EXPECT_EQ(failed.kind, BuildReport::Kind::kFailed);
+  EXPECT_EQ(failed.error.code, ErrorCode::kBuilderFailed);
+  EXPECT_EQ(failed.error.what, "the builder died of signal 9 (SIGKILL)");
+  EXPECT_EQ(outcome(*leash_, next).kind, BuildReport::Kind::kDone);
+  EXPECT_EQ(leash_->restarts(), 1u);
+  EXPECT_NE(leash_->pid(), pid);
+}
+
+TEST_F(Leash, ABuilderThatDiesBeforeItBeginsCostsNoJob) {
+  const int pid = leash_->pid();
+  ASSERT_EQ(::kill(pid, SIGSTOP), 0);
+  const std::uint64_t job = submit(*leash_, frozen(upload(cube())));
+  ASSERT_EQ(::kill(pid, SIGKILL), 0);
+  EXPECT_EQ(outcome(*leash_, job).kind, BuildReport::Kind::kDone);
+  EXPECT_EQ(leash_->restarts(), 1u);
+}
+
+TEST_F(Leash, CrashesInARowSlowTheRestarts) {
+  const Memfd mesh = frozen(upload(torus(1000, 500)));
+  for (int i = 0; i < 3; ++i) {
+    const std::uint64_t job = submit(*leash_, mesh);
+    awaitProgress(*leash_, job);
+    ASSERT_EQ(::kill(leash_->pid(), SIGKILL), 0);
+    ASSERT_EQ(outcome(*leash_, job).error.code, ErrorCode::kBuilderFailed);
+  }
+  const std::uint64_t job = submit(*leash_, mesh);
+  EXPECT_EQ(leash_->pid(), 0) << "not yet: 200 ms after the third crash";
+  EXPECT_EQ(outcome(*leash_, job).kind, BuildReport::Kind::kDone);
+}
+
+TEST_F(Leash, CancelledJobsSaySo) {
+  const Memfd mesh = frozen(upload(torus(300, 300)));
+  ASSERT_EQ(::kill(leash_->pid(), SIGSTOP), 0);
+  const std::uint64_t running = submit(*leash_, mesh), waiting = submit(*leash_, mesh);
+  leash_->cancel(waiting);
+  EXPECT_EQ(outcome(*leash_, waiting).error.code, ErrorCode::kCancelled);
+  leash_->cancel(running);
+  leash_->cancel(running);
+  leash_->cancel(999);
+  ASSERT_EQ(::kill(leash_->pid(), SIGCONT), 0);
+  EXPECT_EQ(outcome(*leash_, running).error.code, ErrorCode::kCancelled);
+  EXPECT_EQ(outcome(*leash_, submit(*leash_, mesh)).kind, BuildReport::Kind::kDone) << "the same builder goes on";
+  EXPECT_EQ(leash_->restarts(), 0u);
+}
+
+TEST(LeashLimits, AJobThatTakesTooLongIsEnded) {
+  BuilderOptions o = options();
+  o.job_timeout_ns = 50'000'000;
+  auto leash = BuilderLeash::start(o);
+  ASSERT_TRUE(leash.ok());
+  const Memfd mesh = frozen(upload(cube()));
+  ASSERT_EQ(::kill((*leash)->pid(), SIGSTOP), 0);
+  const BuildReport failed = outcome(**leash, submit(**leash, mesh));
+  EXPECT_EQ(failed.error.code, ErrorCode::kBuilderFailed);
+  EXPECT_EQ(failed.error.what, "the build took longer than 0.05 s");
+}
+
+TEST(LeashLimits, MemoryBeyondTheLimitIsAnErrorOfTheJob) {
+  if (!sandboxIsComplete()) GTEST_SKIP() << "sanitizers need the address space";
+  BuilderOptions o = options();
+  o.memory_bytes = 64'000'000;
+  auto leash = BuilderLeash::start(o);
+  ASSERT_TRUE(leash.ok());
+  EXPECT_EQ(outcome(**leash, submit(**leash, frozen(upload(torus(50, 50))))).kind, BuildReport::Kind::kDone);
+  const BuildReport failed = outcome(**leash, submit(**leash, frozen(upload(torus(1000, 400)))));
+  EXPECT_EQ(failed.error.code, ErrorCode::kBuilderFailed);
+  EXPECT_NE(failed.error.what.find("64000000 bytes"), std::string::npos) << failed.error.what;
+  EXPECT_EQ(outcome(**leash, submit(**leash, frozen(upload(cube())))).kind, BuildReport::Kind::kDone)
+      << "it outlives the shortage";
+}
+
+TEST(LeashLimits, ItHoldsOneSocketAndNoPrivilege) {
+  auto leash = BuilderLeash::start(options());
+  ASSERT_TRUE(leash.ok());
+  // A finished job proves that the sandbox stands.
+  ASSERT_EQ(outcome(**leash, submit(**leash, frozen(upload(cube())))).kind, BuildReport::Kind::kDone);
+  const std::string process = "/proc/" + std::to_string((*leash)->pid());
+  const auto highest = [&] {
+    int fd = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(process + "/fd"))
+      fd = std::max(fd, std::stoi(entry.path().filename()));
+    return fd;
+  };
+  for (int i = 0; i < 200 && highest() > 3; ++i) ::usleep(10'000);  // it may still be closing what it sent
+  EXPECT_EQ(highest(), 3);
+  std::ifstream status(process + "/status");
+  std::string text((std::istreambuf_iterator<char>(status)), {});
+  EXPECT_NE(text.find("NoNewPrivs:\t1"), std::string::npos);
+  EXPECT_EQ(text.find("Seccomp:\t2") != std::string::npos, sandboxIsComplete());
+  std::ifstream environment(process + "/environ");
+  EXPECT_EQ(environment.get(), std::ifstream::traits_type::eof());
+}
+
+TEST(LeashLimits, TheBuilderEndsWithItsLeash) {
+  auto leash = BuilderLeash::start(options());
+  ASSERT_TRUE(leash.ok());
+  const int pid = (*leash)->pid();
+  ASSERT_EQ(::kill(pid, 0), 0);
+  leash->reset();
+  EXPECT_EQ(::kill(pid, 0), -1);
+  EXPECT_EQ(errno, ESRCH);
+}
+
+TEST(LeashLimits, AMissingProgramIsAnError) {
+  BuilderOptions o = options();
+  o.program = "/nonexistent/hapticd-builder";
+  const auto leash = BuilderLeash::start(o);
+  ASSERT_FALSE(leash.ok());
+  EXPECT_EQ(leash.error().code, ErrorCode::kBuilderFailed);
+  EXPECT_EQ(findBuilder(o.program).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(*findBuilder(HAPTICD_TEST_BUILDER), HAPTICD_TEST_BUILDER);
+}
+
+/** Runs `body` in a child behind the sandbox; its wait status. */
+template <class Body>
+int statusInSandbox(Body&& body) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (!enterSandbox(std::uint64_t{1} << 40)) ::_exit(3);
+    ::_exit(body());
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return status;
+}
+
+TEST(Sandbox, OpensNoFileStartsNoProcess) {
+  if (!sandboxIsComplete()) GTEST_SKIP() << "no filter under sanitizers";
+  const auto makesMemory = [] { return Memfd::create("test", 4096)->map(Memfd::Access::kWrite).ok() ? 0 : 1; };
+  const int allowed = statusInSandbox(makesMemory);
+  ASSERT_TRUE(WIFEXITED(allowed) && WEXITSTATUS(allowed) == 0) << "what the builder needs passes";
+  const auto killed = [](int status) { return WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS; };
+  EXPECT_TRUE(killed(statusInSandbox([] { return ::open("/dev/null", O_RDONLY); })));
+  EXPECT_TRUE(killed(statusInSandbox([] { return ::socket(AF_INET, SOCK_STREAM, 0); })));
+  EXPECT_TRUE(killed(statusInSandbox([] { return static_cast<int>(::fork()); })));
+  EXPECT_TRUE(killed(statusInSandbox([] { return ::execl("/bin/true", "true", nullptr); })));
+  EXPECT_TRUE(killed(statusInSandbox([] { return ::kill(::getppid(), 0); })));
+}
+
+}  // namespace
+}  // namespace hapticd::test

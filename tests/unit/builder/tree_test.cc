@@ -1,0 +1,207 @@
+// The tree against brute force: shape, boxes, bounds, refit.
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "daemon/builder/bvh.h"
+#include "tests/unit/builder/built.h"
+
+namespace hapticd::test {
+namespace {
+
+struct ExactBox {
+  float lower[3], upper[3];
+};
+
+ExactBox boxOfTriangles(const MeshView& mesh, std::uint32_t first, std::uint32_t count) {
+  ExactBox box;
+  std::fill_n(box.lower, 3, std::numeric_limits<float>::infinity());
+  std::fill_n(box.upper, 3, -std::numeric_limits<float>::infinity());
+  for (std::uint32_t t = first; t < first + count; ++t)
+    for (const std::uint32_t v : mesh.triangles[t])
+      for (int k = 0; k < 3; ++k) {
+        box.lower[k] = std::min(box.lower[k], mesh.vertices[v][k]);
+        box.upper[k] = std::max(box.upper[k], mesh.vertices[v][k]);
+      }
+  return box;
+}
+
+/** Recursive: the box of each node is exactly that of its triangles; returns them in order. */
+std::vector<std::uint32_t> checkNode(const MeshView& mesh, std::uint32_t n, std::uint32_t depth,
+                                     std::uint32_t& deepest) {
+  const hd_bvh_node& node = mesh.nodes[n];
+  deepest = std::max(deepest, depth);
+  std::vector<std::uint32_t> triangles;
+  if (node.count != 0) {
+    EXPECT_LE(node.count, HD_BVH_LEAF_TRIANGLES);
+    for (std::uint32_t i = 0; i < node.count; ++i) triangles.push_back(node.first + i);
+  } else {
+    EXPECT_GT(node.first, n);
+    triangles = checkNode(mesh, node.first, depth + 1, deepest);
+    const auto right = checkNode(mesh, node.first + 1, depth + 1, deepest);
+    triangles.insert(triangles.end(), right.begin(), right.end());
+  }
+  // In leaf order the triangles of a subtree are one range.
+  EXPECT_EQ(triangles.back() - triangles.front() + 1, triangles.size());
+  const ExactBox box = boxOfTriangles(mesh, triangles.front(), static_cast<std::uint32_t>(triangles.size()));
+  EXPECT_EQ(std::memcmp(box.lower, node.lower, sizeof box.lower), 0) << n;
+  EXPECT_EQ(std::memcmp(box.upper, node.upper, sizeof box.upper), 0) << n;
+  return triangles;
+}
+
+void checkTree(const MeshView& mesh) {
+  std::uint32_t deepest = 0;
+  const auto all = checkNode(mesh, 0, 1, deepest);
+  EXPECT_EQ(all.size(), mesh.triangle_count);
+  EXPECT_EQ(deepest, mesh.depth);
+  EXPECT_LE(deepest, HD_BVH_MAX_DEPTH);
+}
+
+TEST(Tree, BoxesAreExactAndEveryTriangleIsInOneLeaf) {
+  for (const TestMesh& mesh : {cube(), torus(30, 17), terrain(40, 5), torus(30, 17).soup()})
+    checkTree(build(mesh).memory.view);
+  TestMesh one;
+  one.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  one.triangles = {{0, 1, 2}};
+  const Built single = build(one);
+  checkTree(single.memory.view);
+  EXPECT_EQ(single.stats.nodes, 1u);
+}
+
+TEST(Tree, TheTrianglesAreThoseOfTheUpload) {
+  const TestMesh mesh = torus(25, 13);
+  const Built built = build(mesh);
+  using Corners = std::array<Float3, 3>;
+  const auto canonical = [](Corners c) {
+    std::rotate(c.begin(), std::min_element(c.begin(), c.end()), c.end());  // winding kept
+    return c;
+  };
+  std::multiset<Corners> expected, got;
+  for (const Index3& t : mesh.triangles)
+    expected.insert(canonical({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}));
+  const MeshView& view = built.memory.view;
+  for (std::uint32_t t = 0; t < view.triangle_count; ++t) {
+    Corners c;
+    for (int k = 0; k < 3; ++k) std::copy_n(view.vertices[view.triangles[t][k]], 3, c[k].begin());
+    got.insert(canonical(c));
+  }
+  EXPECT_EQ(got, expected);
+}
+
+TEST(Tree, NeighboursAreThoseOfBruteForce) {
+  TestMesh mesh = terrain(12, 2);
+  mesh.triangles.erase(mesh.triangles.begin() + 100);  // a hole
+  const Built built = build(mesh);
+  const MeshView& view = built.memory.view;
+  const auto edge = [&](std::uint32_t t, int e) {
+    return std::pair(view.triangles[t][e], view.triangles[t][(e + 1) % 3]);
+  };
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> owner;
+  for (std::uint32_t t = 0; t < view.triangle_count; ++t)
+    for (int e = 0; e < 3; ++e) owner[edge(t, e)] = t;
+  for (std::uint32_t t = 0; t < view.triangle_count; ++t)
+    for (int e = 0; e < 3; ++e) {
+      const auto [a, b] = edge(t, e);
+      const auto across = owner.find({b, a});
+      EXPECT_EQ(view.neighbours[t][e], across == owner.end() ? HD_NO_INDEX : across->second);
+    }
+}
+
+TEST(Tree, StaysShallowWhereSplitsPeelOffOneByOne) {
+  // Triangles at 2^-k: the surface area heuristic cuts off a few at a time, in three directions.
+  TestMesh mesh;
+  for (int k = 0; k < 120; ++k)
+    for (int axis = 0; axis < 3; ++axis)
+      for (int copy = 0; copy < 6; ++copy) {
+        const float x = std::ldexp(1.0f, -k) * (1 + 0.01f * static_cast<float>(copy));
+        const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
+        Float3 p{}, q{}, r{};
+        p[axis] = x;
+        q[axis] = x * 1.001f;
+        r[axis] = x;
+        r[(axis + 1) % 3] = x * 0.001f;
+        mesh.vertices.insert(mesh.vertices.end(), {p, q, r});
+        mesh.triangles.push_back({base, base + 1, base + 2});
+      }
+  const Built built = build(mesh);
+  EXPECT_GT(built.stats.triangles, 2000u);
+  checkTree(built.memory.view);
+}
+
+TEST(Tree, EqualCentresSplitAtTheMedian) {
+  TestMesh mesh;  // stars about one centre: nothing to bin by
+  for (int i = 0; i < 1000; ++i) {
+    const float s = 1.0f + static_cast<float>(i);
+    const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), {{-s / 16, -s / 16, 0}, {s / 16, s / 16, 0}, {-s / 16, s / 16, 0}});
+    mesh.triangles.push_back({base, base + 1, base + 2});
+  }
+  const Built built = build(mesh);
+  EXPECT_EQ(built.stats.triangles, 1000u);
+  EXPECT_LE(built.stats.depth, 9u) << "ceil(log2(1000 / 4)) + 1";
+  checkTree(built.memory.view);
+}
+
+/** Expected cost of a random ray by the surface area heuristic, node and triangle tests at 1 each. */
+double cost(const MeshView& mesh) {
+  const auto area = [](const hd_bvh_node& n) {
+    const double d[3] = {double{n.upper[0]} - n.lower[0], double{n.upper[1]} - n.lower[1],
+                         double{n.upper[2]} - n.lower[2]};
+    return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+  };
+  double sum = 0;
+  for (std::uint32_t i = 0; i < mesh.node_count; ++i) sum += area(mesh.nodes[i]) * std::max(1u, mesh.nodes[i].count);
+  return sum / area(mesh.nodes[0]);
+}
+
+TEST(Tree, CostGrowsWithTheLogarithm) {
+  // A surface tree by areas costs about a constant per level: 16 times the triangles, four more levels.
+  const double small = cost(build(torus(60, 30)).memory.view), large = cost(build(torus(240, 120)).memory.view);
+  EXPECT_LT(large, small * 1.6);
+}
+
+TEST(Refit, EqualsABuildOfTheMovedMesh) {
+  Built built = build(torus(20, 11).soup(), HD_MESH_DEFORMABLE);
+  MeshView& mesh = built.memory.view;
+  ASSERT_NE(mesh.deform.vertices, nullptr);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> place(-0.1f, 0.1f);
+  std::uniform_int_distribution<std::uint32_t> pick(0, mesh.deform.source_count - 1);
+  for (int i = 0; i < 300; ++i) {
+    const std::uint32_t v = pick(random);
+    const float p[3] = {place(random), place(random), place(random)};
+    ASSERT_EQ(moveVertex(mesh, v, p), ErrorCode::kOk);
+    const std::uint32_t here = mesh.deform.source_vertex[v];
+    EXPECT_EQ(mesh.vertices[here][0], p[0]);
+    if (i % 50 == 0) checkTree(mesh);
+  }
+  checkTree(mesh);
+}
+
+TEST(Refit, ShrinksBackToTheFormerBoxes) {
+  Built built = build(torus(20, 11), HD_MESH_DEFORMABLE);
+  MeshView& mesh = built.memory.view;
+  const std::vector<hd_bvh_node> before(mesh.nodes, mesh.nodes + mesh.node_count);
+  const std::uint32_t here = mesh.deform.source_vertex[5];
+  const float home[3] = {mesh.vertices[here][0], mesh.vertices[here][1], mesh.vertices[here][2]};
+  ASSERT_EQ(moveVertex(mesh, 5, {50, 50, 50}), ErrorCode::kOk);
+  EXPECT_EQ(mesh.nodes[0].upper[0], 50.0f);
+  ASSERT_EQ(moveVertex(mesh, 5, home), ErrorCode::kOk);
+  EXPECT_EQ(std::memcmp(before.data(), mesh.nodes, before.size() * sizeof(hd_bvh_node)), 0);
+}
+
+TEST(Refit, RefusesWithoutChange) {
+  Built built = build(cube(), HD_MESH_DEFORMABLE);
+  MeshView& mesh = built.memory.view;
+  const std::vector<hd_bvh_node> before(mesh.nodes, mesh.nodes + mesh.node_count);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(moveVertex(mesh, 0, {0, nan, 0}), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(moveVertex(mesh, 0, {0, 0, 101}), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(moveVertex(mesh, 8, {0, 0, 0}), ErrorCode::kNotFound);
+  EXPECT_EQ(std::memcmp(before.data(), mesh.nodes, before.size() * sizeof(hd_bvh_node)), 0);
+  Built rigid = build(cube());
+  EXPECT_EQ(moveVertex(rigid.memory.view, 0, {0, 0, 0}), ErrorCode::kUnsupported);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -22,9 +22,9 @@ capnp::ReaderOptions readerOptions() {
 
 /** One client. Its capabilities go with it. */
 struct ControlServer::Connection {
-  // maxFdsPerMessage bounds sending as well as receiving in Cap'n Proto 0.9: with 0 no region would ever arrive. A
+  // maxFdsPerMessage bounds sending as well as receiving in Cap'n Proto 0.9: Session.regions answers with two. A
   // descriptor that a client sends is closed with its message; nobody takes it.
-  static constexpr unsigned kDescriptors = 1;
+  static constexpr unsigned kDescriptors = 2;
 
   Connection(kj::Own<kj::AsyncIoStream> s, Core& core, std::uint64_t connection)
       : stream(kj::mv(s).downcast<kj::AsyncCapabilityStream>()),

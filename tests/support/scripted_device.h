@@ -31,6 +31,7 @@ class ScriptedDevice final : public Device {
   void write(std::int64_t, const DeviceCommand& command) noexcept override { sent.push_back(command); }
   void setIntent(const DeviceIntent& wish) noexcept override { intent = wish; }
   void safe() noexcept override { safed = true; }
+  void setUri(std::string uri) { info_.uri = std::move(uri); }
 
   DeviceSample sample = fresh();  ///< Returned by the next read.
   std::function<void(std::int64_t, DeviceSample&)> script;

@@ -1,0 +1,180 @@
+// Who may energise a device, stepped by hand.
+#include <cmath>
+#include <limits>
+
+#include "tests/session/bench.h"
+
+namespace hapticd::test {
+namespace {
+
+/** Every event so far, by kind. */
+class Heard {
+ public:
+  explicit Heard(Core& core) : core_(core), id_(core.events().subscribe(0, [] {})) {}
+  std::vector<EventKind> kinds() {
+    std::vector<EventKind> out;
+    for (const Event& e : core_.events().take(id_).events) out.push_back(e.kind);
+    return out;
+  }
+
+ private:
+  Core& core_;
+  std::uint64_t id_;
+};
+
+TEST(Lease, OneHolderAtATimeAndItIsNamed) {
+  Bench bench;
+  Session* first = bench.live();
+  Session* second = bench.live();
+  ASSERT_TRUE(bench.core.acquireLease(first->id).ok());
+  EXPECT_TRUE(bench.core.acquireLease(first->id).ok()) << "asking again changes nothing";
+  const auto refused = bench.core.acquireLease(second->id);
+  EXPECT_EQ(refused.error().code, ErrorCode::kLeaseHeld);
+  EXPECT_NE(refused.error().what.find("tester"), std::string::npos);
+  EXPECT_EQ(bench.core.releaseLease(second->id).error().code, ErrorCode::kLeaseRequired);
+  EXPECT_TRUE(bench.core.releaseLease(first->id).ok());
+  EXPECT_TRUE(bench.core.acquireLease(second->id).ok());
+}
+
+TEST(Lease, ArmingTakesItAndOnlyTheHolderDisarms) {
+  Bench bench;
+  Session* first = bench.live();
+  Session* second = bench.live();
+  EXPECT_EQ(bench.sample().flags & HD_SAMPLE_ARMED, 0u) << "off until armed";
+  ASSERT_TRUE(bench.arm(first->id).ok());
+  EXPECT_EQ(bench.device().lease, first->id);
+  EXPECT_EQ(bench.arm(second->id).error().code, ErrorCode::kLeaseHeld);
+  EXPECT_EQ(bench.core.disarm(second->id).error().code, ErrorCode::kLeaseRequired);
+  bench.step(20);
+  EXPECT_NE(bench.sample().flags & HD_SAMPLE_ARMED, 0u);
+  ASSERT_TRUE(bench.core.disarm(first->id).ok());
+  bench.step(5);
+  EXPECT_EQ(bench.sample().flags & HD_SAMPLE_ARMED, 0u);
+  EXPECT_EQ(bench.device().lease, first->id) << "disarming keeps the lease";
+}
+
+TEST(Lease, TheHoldersDeathDisarmsAndSaysSo) {
+  Bench bench;
+  Heard heard(bench.core);
+  Session* session = bench.live();
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  bench.step(20);
+  bench.core.disconnect(bench.connection);
+  bench.step(5);
+  EXPECT_EQ(bench.sample().flags & HD_SAMPLE_ARMED, 0u);
+  EXPECT_EQ(bench.device().lease, 0u);
+  const auto kinds = heard.kinds();
+  EXPECT_THAT(kinds, testing::IsSupersetOf(
+                         {EventKind::kLeaseTaken, EventKind::kArmed, EventKind::kLeaseLost, EventKind::kDisarmed}));
+}
+
+TEST(Lease, NothingBeforeTheRegionsAreMapped) {
+  Bench bench;
+  auto session = bench.core.openSession("", bench.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
+  ASSERT_TRUE(session.ok());
+  EXPECT_FALSE(bench.core.acquireLease((*session)->id).ok());
+  EXPECT_FALSE(bench.arm((*session)->id).ok());
+}
+
+TEST(Stop, AnybodyStopsAndItLatchesUntilArmedAgain) {
+  Bench bench;
+  Session* session = bench.live();
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  bench.step(20);
+  const std::uint64_t stranger = *bench.core.connect(9, 4711, false);
+  ASSERT_TRUE(bench.core.stop("", stranger).ok());
+  bench.step(2);
+  EXPECT_EQ(bench.sample().fault, static_cast<std::uint32_t>(HD_FAULT_STOP_LINE));
+  EXPECT_EQ(bench.sample().flags & HD_SAMPLE_ARMED, 0u);
+  bench.step(100);
+  EXPECT_EQ(bench.sample().fault, static_cast<std::uint32_t>(HD_FAULT_STOP_LINE)) << "it stays";
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  EXPECT_EQ(bench.sample().fault, static_cast<std::uint32_t>(HD_FAULT_NONE));
+  EXPECT_EQ(bench.core.stop("test://nowhere", stranger).error().code, ErrorCode::kNotFound);
+}
+
+TEST(Stop, OvertakesAThousandEditsThatWait) {
+  Bench bench;
+  Session* session = bench.live();
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  ObjectSpec spec;
+  spec.name = "busy";
+  spec.material = kDefaultMaterial;
+  ASSERT_TRUE(bench.core.scene().create(spec, bench.core.client(bench.connection)).ok());
+  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(bench.core.scene().setPose("busy", Pose{}).ok());
+  ASSERT_TRUE(bench.core.stop("", bench.connection).ok());
+  bench.step(5);  // 64 orders in flight at 16 a cycle
+  EXPECT_EQ(bench.sample().fault, static_cast<std::uint32_t>(HD_FAULT_STOP_LINE));
+  EXPECT_TRUE(bench.core.busy());
+}
+
+TEST(Stop, ArmingWhileTheCauseStandsIsRefusedWithTheCause) {
+  Bench bench;
+  Session* session = bench.live();
+  bench.core.devices().links().front()->group().servo().stop_line.store(true);
+  bench.step(2);
+  const auto refused = bench.arm(session->id);
+  EXPECT_EQ(refused.error().code, ErrorCode::kFaultLatched);
+  EXPECT_NE(refused.error().what.find("emergency stop"), std::string::npos);
+}
+
+TEST(Limits, HolderLowersAdministrationRaisesNobodyPassesTheDevice) {
+  Bench bench;
+  Session* session = bench.live();
+  const GuardLimits before = bench.device().limits;
+  GuardLimits lower = before;
+  lower.force = before.force / 2;
+  EXPECT_EQ(bench.core.setLimits("", lower, bench.connection).error().code, ErrorCode::kLeaseRequired);
+  ASSERT_TRUE(bench.core.acquireLease(session->id).ok());
+  ASSERT_TRUE(bench.core.setLimits("", lower, bench.connection).ok());
+  EXPECT_EQ(bench.core.setLimits("", before, bench.connection).error().code, ErrorCode::kPermissionDenied);
+  ASSERT_TRUE(bench.core.setLimits("", before, bench.administration).ok());
+  GuardLimits beyond = before;
+  beyond.force = 1e6;
+  const auto refused = bench.core.setLimits("", beyond, bench.administration);
+  if (std::isfinite(bench.device().maxima.force)) {
+    EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_EQ(bench.device().limits.force, before.force);
+  }
+}
+
+TEST(Limits, BadNumbersAreRefusedByNameAndNaNKeeps) {
+  Bench bench;
+  GuardLimits keep;
+  for (double* x : {&keep.force, &keep.torque, &keep.force_slew, &keep.torque_slew, &keep.gripper_force, &keep.velocity,
+                    &keep.power, &keep.active_power}) {
+    *x = std::numeric_limits<double>::quiet_NaN();
+  }
+  const GuardLimits before = bench.device().limits;
+  const auto same = bench.core.setLimits("", keep, bench.administration);
+  ASSERT_TRUE(same.ok());
+  EXPECT_EQ(same->force, before.force);
+  keep.velocity = -1;
+  EXPECT_EQ(bench.core.setLimits("", keep, bench.administration).error().where, "limits.velocity");
+  keep.velocity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(bench.core.setLimits("", keep, bench.administration).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(bench.device().limits.velocity, before.velocity);
+}
+
+TEST(Limits, TheServoObeysALoweredLimit) {
+  Bench bench;
+  Session* session = bench.live();
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  bench.step(40);
+  hd_client_force force{};
+  force.lease_ns = 10'000 * kMs;
+  force.force[1] = 3.0;
+  std::uint64_t seq = 0;
+  ASSERT_EQ(bench.client->producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&force, 1)), 0, seq),
+            ErrorCode::kOk);
+  bench.step(60);
+  EXPECT_NEAR(bench.sample().force[1], 3.0, 1e-3);
+  GuardLimits limits = bench.device().limits;
+  limits.force = 0.5;
+  ASSERT_TRUE(bench.core.setLimits("", limits, bench.connection).ok());
+  bench.step(3);
+  EXPECT_LE(std::abs(bench.sample().force[1]), 0.5);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,184 @@
+// A session from the offer to the last unmapping, stepped by hand.
+#include <fcntl.h>
+
+#include "tests/session/bench.h"
+
+namespace hapticd::test {
+namespace {
+
+hd_client_force push(double force_x) {
+  hd_client_force f{};
+  f.lease_ns = 10'000 * kMs;
+  f.force[0] = force_x;
+  return f;
+}
+
+TEST(SessionLife, OfferMapLiveAndReadableState) {
+  Bench bench;
+  Session* session = bench.live();
+  ASSERT_NE(session, nullptr);
+  EXPECT_EQ(bench.client->a()->header.daemon_epoch, 42u);
+  EXPECT_EQ(bench.client->a()->header.session_id, session->id);
+  hd_sample sample{};
+  bench.step(5);
+  ASSERT_TRUE(StateReader(bench.client->a()).latest(0, sample));
+  EXPECT_GT(sample.tick, 0u);
+  EXPECT_EQ(sample.flags & HD_SAMPLE_ARMED, 0u);
+}
+
+TEST(SessionLife, NobodyCanResizePunchOrMapAnewOnceSealed) {
+  Bench bench;
+  Session* session = bench.live();
+  ASSERT_NE(session, nullptr);
+  constexpr int kExact = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_FUTURE_WRITE | F_SEAL_SEAL;
+  for (const Memfd* file : {&session->regions.fileA(), &session->regions.fileB()}) {
+    EXPECT_EQ(fcntl(file->fd(), F_GET_SEALS) & ~0x0020 /* F_SEAL_EXEC */, kExact);
+    EXPECT_NE(ftruncate(file->fd(), 4096), 0);
+    EXPECT_NE(fallocate(file->fd(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 0, 4096), 0);
+    void* again = mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, file->fd(), 0);
+    EXPECT_EQ(again, MAP_FAILED);
+  }
+  EXPECT_NE(mprotect(const_cast<hd_region_a*>(bench.client->a()), 4096, PROT_READ | PROT_WRITE), 0);
+}
+
+TEST(SessionLife, RegionAIsNeverWritableForAClient) {
+  Bench bench;
+  auto session = bench.core.openSession("", bench.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
+  ASSERT_TRUE(session.ok());
+  EXPECT_EQ(mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, (*session)->regions.fileA().fd(), 0), MAP_FAILED);
+}
+
+TEST(SessionLife, HalfOpenHandshakeTimesOut) {
+  Bench bench;
+  auto session = bench.core.openSession("", bench.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
+  ASSERT_TRUE(session.ok());
+  const std::uint64_t id = (*session)->id;
+  bench.step(4900);
+  EXPECT_NE(bench.core.sessions().find(id), nullptr);
+  bench.step(200);
+  EXPECT_EQ(bench.core.sessions().find(id), nullptr);
+  EXPECT_TRUE(bench.core.sessions().empty());
+  EXPECT_EQ(bench.core.sessions().mapped(id).error().code, ErrorCode::kTimeout);
+}
+
+TEST(SessionLife, ADeadClientsForceFallsMonotonicallyToZeroAndNothingLeaks) {
+  Bench bench;
+  Session* session = bench.live();
+  ASSERT_NE(session, nullptr);
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  std::uint64_t seq = 0;
+  bench.step(40);  // the ramp
+  ASSERT_EQ(bench.client->producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&seq, 0)), 0, seq),
+            ErrorCode::kOk);  // an empty message: refused, changes nothing
+  const hd_client_force force = push(1.0);
+  ASSERT_EQ(bench.client->producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&force, 1)), 0, seq),
+            ErrorCode::kOk);
+  bench.step(60);
+  EXPECT_NEAR(bench.sample().force[0], 1.0, 1e-3);
+  const std::uint64_t id = session->id;
+  const std::uint64_t bytes = bench.core.lockedBytes();
+
+  bench.core.disconnect(bench.connection);
+  EXPECT_EQ(bench.core.sessions().find(id), nullptr);
+  EXPECT_EQ(bench.client->a()->acks.ended, 1u);
+  double last = bench.sample().force[0];
+  int to_zero = 0;
+  for (int i = 0; i < 80; ++i) {
+    bench.step();
+    const double now = bench.sample().force[0];
+    EXPECT_LE(now, last + 1e-12) << "period " << i;
+    last = now;
+    if (now != 0) to_zero = i + 1;
+  }
+  EXPECT_EQ(last, 0.0);
+  EXPECT_LE(to_zero, 55);  // 50 ms and the way of the order
+  bench.step(80);
+  EXPECT_TRUE(bench.core.sessions().empty());
+  EXPECT_EQ(bench.device().sessions, 0u);
+  EXPECT_EQ(bench.core.lockedBytes() + kSessionBytes, bytes + 0u) << "the session's memory is given back";
+  for (const auto& port : bench.core.devices().links().front()->group().servo().ports) {
+    if (&port != &bench.core.devices().links().front()->group().servo().ports[kClientSessions]) {
+      EXPECT_EQ(port.region.load(), nullptr);
+    }
+  }
+}
+
+TEST(SessionLife, ARingViolationEndsTheSession) {
+  Bench bench;
+  Session* session = bench.live();
+  ASSERT_NE(session, nullptr);
+  const std::uint64_t id = session->id;
+  std::atomic_ref<std::uint32_t>(bench.client->b()->tail).store(0x7fffffff, std::memory_order_release);
+  bench.step(10);
+  EXPECT_EQ(bench.core.sessions().find(id), nullptr);
+  EXPECT_EQ(bench.client->a()->acks.ended, 1u);
+  bench.step(150);
+  EXPECT_TRUE(bench.core.sessions().empty());
+}
+
+TEST(SessionLife, SlotsAreReusedAndTheLastOneBelongsToTheMonitor) {
+  Config config = Bench::relaxed();
+  config.quotas.sessions = 100;
+  Bench bench(config);
+  std::vector<std::uint64_t> ids;
+  for (std::uint32_t i = 0; i < kClientSessions; ++i) {
+    auto session = bench.core.openSession("", bench.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
+    ASSERT_TRUE(session.ok()) << toString(session.error());
+    EXPECT_LT((*session)->slot, kClientSessions);
+    ids.push_back((*session)->id);
+  }
+  EXPECT_EQ(bench.core.openSession("", bench.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR).error().code,
+            ErrorCode::kQuotaExceeded);
+  bench.core.sessions().end(ids[3], "test");
+  bench.step(2);
+  auto again = bench.core.openSession("", bench.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ((*again)->slot, 3u);
+}
+
+TEST(SessionLife, QuotaOfSessionsAndBytesIsPerUser) {
+  Config config = Bench::relaxed();
+  config.quotas.sessions = 2;
+  Bench bench(config);
+  const auto open = [&](std::uint64_t by) {
+    return bench.core.openSession("", by, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
+  };
+  ASSERT_TRUE(open(bench.connection).ok());
+  ASSERT_TRUE(open(bench.connection).ok());
+  EXPECT_EQ(open(bench.connection).error().code, ErrorCode::kQuotaExceeded);
+  EXPECT_TRUE(open(*bench.core.connect(7, 1001, false)).ok()) << "another user has a quota of its own";
+
+  config.quotas.sessions = 100;
+  config.quotas.memory_mb = 1.5 * static_cast<double>(kSessionBytes) * 1e-6;
+  Bench small(config);
+  ASSERT_TRUE(small.core.openSession("", small.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR).ok());
+  const auto refused = small.core.openSession("", small.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
+  EXPECT_EQ(refused.error().code, ErrorCode::kQuotaExceeded);
+  EXPECT_EQ(refused.error().where, "memory");
+}
+
+TEST(SessionLife, AnotherLayoutIsRefused) {
+  Bench bench;
+  EXPECT_EQ(bench.core.openSession("", bench.connection, "t", HD_SHM_MAJOR + 1, 0).error().code,
+            ErrorCode::kVersionMismatch);
+  EXPECT_EQ(bench.core.openSession("", bench.connection, "t", HD_SHM_MAJOR, HD_SHM_MINOR + 1).error().code,
+            ErrorCode::kVersionMismatch);
+  EXPECT_TRUE(bench.core.sessions().empty());
+}
+
+TEST(SessionLife, ADeviceWithASessionCannotBeClosed) {
+  Bench bench;
+  Session* session = bench.live();
+  ASSERT_NE(session, nullptr);
+  EXPECT_EQ(bench.core.closeDevice("test://first", bench.connection).error().code, ErrorCode::kPermissionDenied);
+  EXPECT_EQ(bench.core.closeDevice("test://first", bench.administration).error().code, ErrorCode::kDeviceBusy);
+  bench.core.sessions().end(session->id, "test");
+  EXPECT_EQ(bench.core.closeDevice("test://first", bench.administration).error().code, ErrorCode::kDeviceBusy)
+      << "its share still fades";
+  bench.step(120);
+  EXPECT_TRUE(bench.core.closeDevice("test://first", bench.administration).ok());
+  EXPECT_TRUE(bench.core.devices().devices().empty());
+}
+
+}  // namespace
+}  // namespace hapticd::test

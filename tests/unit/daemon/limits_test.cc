@@ -1,0 +1,57 @@
+#include "daemon/device/limits.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace hapticd {
+namespace {
+
+DeviceInfo omega() {
+  DeviceInfo info;
+  info.max_force = 12;
+  info.continuous_force = 8;
+  info.max_velocity = 2;
+  return info;
+}
+
+TEST(Limits, StartAtTheLowestOfConfigurationDeviceAndContinuousForce) {
+  LimitsConfig config;
+  config.force_n = 10;
+  EXPECT_EQ(startLimits(config, omega()).force, 8) << "continuous";
+  config.force_n = 5;
+  EXPECT_EQ(startLimits(config, omega()).force, 5) << "configured";
+  DeviceInfo weak = omega();
+  weak.continuous_force = 0;
+  weak.max_force = 3.3;
+  EXPECT_EQ(startLimits(config, weak).force, 3.3) << "peak";
+  DeviceInfo silent;
+  EXPECT_EQ(startLimits(config, silent).force, 5) << "a device that says nothing is bound by the configuration";
+  EXPECT_EQ(startLimits(config, omega()).velocity, 2);
+  EXPECT_EQ(startLimits(config, omega()).torque, 0) << "no rotation is actuated";
+  EXPECT_TRUE(valid(startLimits(config, silent)));
+}
+
+TEST(Limits, RaisingIsSeenInAnyField) {
+  const GuardLimits a = startLimits({}, omega());
+  EXPECT_FALSE(raises(a, a));
+  for (double GuardLimits::*field : {&GuardLimits::force, &GuardLimits::torque, &GuardLimits::force_slew,
+                                     &GuardLimits::torque_slew, &GuardLimits::gripper_force, &GuardLimits::velocity,
+                                     &GuardLimits::power, &GuardLimits::active_power}) {
+    GuardLimits b = a;
+    b.*field += 0.1;
+    EXPECT_TRUE(raises(b, a));
+    EXPECT_FALSE(raises(a, b));
+    b = a;
+    b.*field = -1;
+    EXPECT_FALSE(mergeLimits(a, b).ok());
+    b.*field = std::numeric_limits<double>::infinity();
+    EXPECT_FALSE(mergeLimits(a, b).ok());
+    b.*field = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ((*mergeLimits(a, b)).*field, a.*field);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

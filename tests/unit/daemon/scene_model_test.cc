@@ -1,0 +1,223 @@
+#include "daemon/scene/scene_model.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "tests/unit/daemon/fake_sink.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+class SceneModelTest : public ::testing::Test {
+ protected:
+  SceneModelTest() { scene.attach(sink); }
+  static Client client(std::uint64_t connection, std::uint32_t uid = 1000, bool administration = false) {
+    return {connection, "c" + std::to_string(connection), 1, uid, administration};
+  }
+  static ObjectSpec sphere(std::string name, std::string parent = {}) {
+    ObjectSpec spec;
+    spec.name = std::move(name);
+    spec.parent = std::move(parent);
+    spec.shape = {ShapeKind::kSphere, {0.01, 0, 0}, 0};
+    spec.material = kDefaultMaterial;
+    return spec;
+  }
+  std::vector<CommandKind> kinds(const FakeSink& of) const {
+    std::vector<CommandKind> out;
+    for (const Command& c : of.orders) out.push_back(c.kind);
+    return out;
+  }
+  MeshStore meshes;
+  SceneModel scene{meshes};
+  FakeSink sink;
+};
+
+TEST_F(SceneModelTest, EveryEditGoesToEveryServoInOrder) {
+  FakeSink second;
+  scene.attach(second);
+  ASSERT_TRUE(scene.create(sphere("a"), client(1)).ok());
+  ASSERT_TRUE(scene.setPose("a", {{0, 0, 1}, Quat::Identity()}).ok());
+  ASSERT_TRUE(scene.setMaterial("a", {100, 1, 0.5, 0.5}).ok());
+  ASSERT_TRUE(scene.setFlags("a", false, true, false).ok());
+  ASSERT_TRUE(scene.setShape("a", {ShapeKind::kBox, {1, 1, 1}, 0}).ok());
+  ASSERT_TRUE(scene.remove("a", client(1)).ok());
+  const auto expected = testing::ElementsAre(CommandKind::kAddObject, CommandKind::kObjectPose, CommandKind::kObjectMaterial,
+                                             CommandKind::kObjectFlags, CommandKind::kSetShape, CommandKind::kRemoveObject);
+  EXPECT_THAT(kinds(sink), expected);
+  EXPECT_THAT(kinds(second), expected);
+}
+
+TEST_F(SceneModelTest, ALateServoGetsParentsBeforeChildren) {
+  ASSERT_TRUE(scene.create(sphere("z_root"), client(1)).ok());
+  ASSERT_TRUE(scene.create(sphere("a_child", "z_root"), client(1)).ok());
+  ASSERT_TRUE(scene.create(sphere("a_grandchild", "a_child"), client(1)).ok());
+  FakeSink late;
+  scene.attach(late);
+  ASSERT_EQ(late.orders.size(), 3u);
+  std::uint32_t parent = 0;
+  for (const Command& order : late.orders) {
+    EXPECT_EQ(order.kind, CommandKind::kAddObject);
+    EXPECT_EQ(order.as<AddObject>().parent, parent);
+    parent = order.as<AddObject>().object;
+  }
+}
+
+TEST_F(SceneModelTest, RemovingTakesChildrenFirst) {
+  const auto a = scene.create(sphere("a"), client(1));
+  const auto b = scene.create(sphere("b", "a"), client(1));
+  sink.orders.clear();
+  ASSERT_TRUE(scene.remove("a", client(1)).ok());
+  ASSERT_EQ(sink.orders.size(), 2u);
+  EXPECT_EQ(sink.orders[0].as<ObjectRef>().object, *b);
+  EXPECT_EQ(sink.orders[1].as<ObjectRef>().object, *a);
+  EXPECT_EQ(scene.size(), 0u);
+}
+
+TEST_F(SceneModelTest, AReusedSlotHasAnotherId) {
+  const auto first = scene.create(sphere("a"), client(1));
+  std::vector<std::uint32_t> seen{*first};
+  for (int i = 0; i < 600; ++i) {
+    ASSERT_TRUE(scene.remove("a", client(1)).ok());
+    const auto id = scene.create(sphere("a"), client(1));
+    ASSERT_TRUE(id.ok());
+    EXPECT_NE(objectSlot(*id), 0u);
+    EXPECT_LT(objectSlot(*id), kMaxObjects);
+    EXPECT_THAT(seen, testing::Not(testing::Contains(*id)));
+    seen.push_back(*id);
+  }
+}
+
+TEST_F(SceneModelTest, BadSpecsAreRefusedByFieldAndChangeNothing) {
+  ASSERT_TRUE(scene.create(sphere("there"), client(1)).ok());
+  const std::size_t orders = sink.orders.size();
+  const auto refused = [&](const std::function<void(ObjectSpec&)>& spoil) {
+    ObjectSpec spec = sphere("x");
+    spoil(spec);
+    const auto r = scene.create(spec, client(1));
+    return r.ok() ? std::string("accepted") : r.error().where;
+  };
+  EXPECT_EQ(refused([](auto& s) { s.name = ""; }), "object.name");
+  EXPECT_EQ(refused([](auto& s) { s.name = "a/b"; }), "object.name");
+  EXPECT_EQ(refused([](auto& s) { s.name = ".."; }), "object.name");
+  EXPECT_EQ(refused([](auto& s) { s.name = std::string(64, 'a'); }), "object.name");
+  EXPECT_EQ(refused([](auto& s) { s.name = "there"; }), "object.name");
+  EXPECT_EQ(refused([](auto& s) { s.parent = "nobody"; }), "object.parent");
+  EXPECT_EQ(refused([](auto& s) { s.X_PO.p.y() = kNaN; }), "object.pose.p.y");
+  EXPECT_EQ(refused([](auto& s) { s.X_PO.p.z() = 1e9; }), "object.pose.p.z");
+  EXPECT_EQ(refused([](auto& s) { s.X_PO.q = Quat(0, 0, 0, 0); }), "object.pose.q");
+  EXPECT_EQ(refused([](auto& s) { s.X_PO.q = Quat(kNaN, 0, 0, 0); }), "object.pose.q");
+  EXPECT_EQ(refused([](auto& s) { s.shape.size.x() = 0; }), "object.shape.size.x");
+  EXPECT_EQ(refused([](auto& s) { s.shape.size.x() = kNaN; }), "object.shape.size.x");
+  EXPECT_EQ(refused([](auto& s) { s.shape = {ShapeKind::kBox, {1, -1, 1}, 0}; }), "object.shape.size.y");
+  EXPECT_EQ(refused([](auto& s) { s.shape = {ShapeKind::kCapsule, {1, 0, 0}, 0}; }), "object.shape.size.y");
+  EXPECT_EQ(refused([](auto& s) { s.shape = {ShapeKind::kMesh, {}, 77}; }), "object.shape.mesh");
+  EXPECT_EQ(refused([](auto& s) { s.shape.kind = static_cast<ShapeKind>(99); }), "object.shape.kind");
+  EXPECT_EQ(refused([](auto& s) { s.material.stiffness = -1; }), "object.material.stiffness");
+  EXPECT_EQ(refused([](auto& s) { s.material.damping = kNaN; }), "object.material.damping");
+  EXPECT_EQ(refused([](auto& s) { s.material.friction_dynamic = 0.9; }), "object.material.frictionDynamic");
+  EXPECT_EQ(sink.orders.size(), orders);
+  EXPECT_EQ(scene.size(), 1u);
+}
+
+TEST_F(SceneModelTest, ANearlyUnitQuaternionIsMadeUnit) {
+  ObjectSpec spec = sphere("a");
+  spec.X_PO.q = Quat(1.0005, 0, 0, 0);
+  ASSERT_TRUE(scene.create(spec, client(1)).ok());
+  EXPECT_EQ(sink.orders[0].as<AddObject>().q[0], 1.0);
+}
+
+TEST_F(SceneModelTest, QuotaCountsPerUser) {
+  scene.setQuota(2);
+  ASSERT_TRUE(scene.create(sphere("a"), client(1, 1000)).ok());
+  ASSERT_TRUE(scene.create(sphere("b"), client(2, 1000)).ok());
+  EXPECT_EQ(scene.create(sphere("c"), client(3, 1000)).error().code, ErrorCode::kQuotaExceeded);
+  EXPECT_TRUE(scene.create(sphere("c"), client(4, 1001)).ok());
+}
+
+TEST_F(SceneModelTest, TheSceneHoldsItsMostAndThenRefuses) {
+  for (std::uint32_t i = 1; i < kMaxObjects; ++i) {
+    ASSERT_TRUE(scene.create(sphere("o" + std::to_string(i)), client(1)).ok()) << i;
+  }
+  EXPECT_EQ(scene.create(sphere("more"), client(2, 5)).error().code, ErrorCode::kQuotaExceeded);
+  ASSERT_TRUE(scene.remove("o7", client(1)).ok());
+  EXPECT_TRUE(scene.create(sphere("more"), client(2, 5)).ok());
+}
+
+TEST_F(SceneModelTest, OnlyTheMakersUserOrAdministrationRemoves) {
+  ASSERT_TRUE(scene.create(sphere("a"), client(1, 1000)).ok());
+  ASSERT_TRUE(scene.create(sphere("b", "a"), client(2, 1001)).ok());
+  EXPECT_EQ(scene.remove("b", client(1, 1000)).error().code, ErrorCode::kPermissionDenied);
+  EXPECT_EQ(scene.remove("a", client(1, 1000)).error().code, ErrorCode::kPermissionDenied) << "it carries another's";
+  EXPECT_EQ(scene.size(), 2u);
+  EXPECT_TRUE(scene.remove("a", client(9, 0, true)).ok());
+  EXPECT_EQ(scene.size(), 0u);
+}
+
+TEST_F(SceneModelTest, LeavingTakesOnesObjectsButNotThoseKeptOrCarryingOthers) {
+  ASSERT_TRUE(scene.create(sphere("mine"), client(1)).ok());
+  ASSERT_TRUE(scene.create(sphere("below", "mine"), client(1)).ok());
+  ObjectSpec kept = sphere("kept");
+  kept.keep = true;
+  ASSERT_TRUE(scene.create(kept, client(1)).ok());
+  ASSERT_TRUE(scene.create(sphere("carrier"), client(1)).ok());
+  ASSERT_TRUE(scene.create(sphere("rider", "carrier"), client(2)).ok());
+  scene.clientLeft(1);
+  EXPECT_THAT(scene.names(), testing::ElementsAre("carrier", "kept", "rider"));
+  EXPECT_EQ(scene.find("carrier")->owner, "c2");
+  EXPECT_EQ(scene.find("kept")->owner, "");
+  scene.clientLeft(2);
+  EXPECT_THAT(scene.names(), testing::ElementsAre("kept"));
+}
+
+TEST_F(SceneModelTest, ADeadServoRefusesEditsBeforeTheyHappen) {
+  ASSERT_TRUE(scene.create(sphere("a"), client(1)).ok());
+  sink.accepts = false;
+  EXPECT_EQ(scene.create(sphere("b"), client(1)).error().code, ErrorCode::kWouldBlock);
+  EXPECT_EQ(scene.setPose("a", {}).error().code, ErrorCode::kWouldBlock);
+  EXPECT_EQ(scene.remove("a", client(1)).error().code, ErrorCode::kWouldBlock);
+  EXPECT_EQ(sink.orders.size(), 1u);
+  EXPECT_EQ(scene.size(), 1u);
+}
+
+TEST_F(SceneModelTest, ThePoseInForceWinsOnceTheLastEditHasPassed) {
+  const auto id = scene.create(sphere("a"), client(1));
+  sink.board.object = *id;
+  sink.board.p_PO[0] = 0.5;
+  sink.board.q_PO[0] = 1;
+  sink.board.material = {250, 0, 0, 0};
+  sink.board.flags = HD_OBJECT_ENABLED;
+  EXPECT_EQ(scene.find("a")->spec.X_PO.p.x(), 0.0) << "the board is from before the edit";
+  sink.taken = sink.orders.size();
+  EXPECT_EQ(scene.find("a")->spec.X_PO.p.x(), 0.5);
+  EXPECT_EQ(scene.find("a")->spec.material.stiffness, 250);
+  EXPECT_FALSE(scene.find("a")->spec.visible);
+  ASSERT_TRUE(scene.setPose("a", {{0.1, 0, 0}, Quat::Identity()}).ok());
+  EXPECT_EQ(scene.find("a")->spec.X_PO.p.x(), 0.1) << "what was set is what is answered";
+}
+
+TEST_F(SceneModelTest, WorldPosesMultiplyDownTheTree) {
+  ObjectSpec turned = sphere("turned");
+  turned.X_PO = {{1, 0, 0}, Quat(std::sqrt(0.5), 0, 0, std::sqrt(0.5))};  // 90 degrees about z
+  ASSERT_TRUE(scene.create(turned, client(1)).ok());
+  ObjectSpec below = sphere("below", "turned");
+  below.X_PO.p = {2, 0, 0};
+  ASSERT_TRUE(scene.create(below, client(1)).ok());
+  const auto now = scene.find("below");
+  EXPECT_TRUE(now->X_WO.p.isApprox(Vec3(1, 2, 0), 1e-12));
+  EXPECT_EQ(now->path, "/_objects/turned/below");
+}
+
+TEST_F(SceneModelTest, UnknownNamesSuggestTheNearest) {
+  ASSERT_TRUE(scene.create(sphere("motor"), client(1)).ok());
+  const auto r = scene.find("moter");
+  ASSERT_FALSE(r.ok());
+  EXPECT_EQ(r.error().code, ErrorCode::kNotFound);
+  EXPECT_NE(r.error().remedy.find("motor"), std::string::npos);
+  EXPECT_EQ(nearestNames("pos", {"rot", "pose", "zzzz", "possible", "pox", "a", "b"}, 2), "pose, pox");
+}
+
+}  // namespace
+}  // namespace hapticd::test

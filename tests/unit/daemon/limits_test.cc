@@ -36,9 +36,9 @@ TEST(Limits, StartAtTheLowestOfConfigurationDeviceAndContinuousForce) {
 TEST(Limits, RaisingIsSeenInAnyField) {
   const GuardLimits a = startLimits({}, omega());
   EXPECT_FALSE(raises(a, a));
-  for (double GuardLimits::*field : {&GuardLimits::force, &GuardLimits::torque, &GuardLimits::force_slew,
-                                     &GuardLimits::torque_slew, &GuardLimits::gripper_force, &GuardLimits::velocity,
-                                     &GuardLimits::power, &GuardLimits::active_power}) {
+  for (double GuardLimits::*field :
+       {&GuardLimits::force, &GuardLimits::torque, &GuardLimits::force_slew, &GuardLimits::torque_slew,
+        &GuardLimits::gripper_force, &GuardLimits::velocity, &GuardLimits::power, &GuardLimits::active_power}) {
     GuardLimits b = a;
     b.*field += 0.1;
     EXPECT_TRUE(raises(b, a));

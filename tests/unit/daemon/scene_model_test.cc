@@ -44,8 +44,9 @@ TEST_F(SceneModelTest, EveryEditGoesToEveryServoInOrder) {
   ASSERT_TRUE(scene.setFlags("a", false, true, false).ok());
   ASSERT_TRUE(scene.setShape("a", {ShapeKind::kBox, {1, 1, 1}, 0}).ok());
   ASSERT_TRUE(scene.remove("a", client(1)).ok());
-  const auto expected = testing::ElementsAre(CommandKind::kAddObject, CommandKind::kObjectPose, CommandKind::kObjectMaterial,
-                                             CommandKind::kObjectFlags, CommandKind::kSetShape, CommandKind::kRemoveObject);
+  const auto expected =
+      testing::ElementsAre(CommandKind::kAddObject, CommandKind::kObjectPose, CommandKind::kObjectMaterial,
+                           CommandKind::kObjectFlags, CommandKind::kSetShape, CommandKind::kRemoveObject);
   EXPECT_THAT(kinds(sink), expected);
   EXPECT_THAT(kinds(second), expected);
 }
@@ -113,7 +114,7 @@ TEST_F(SceneModelTest, BadSpecsAreRefusedByFieldAndChangeNothing) {
   EXPECT_EQ(refused([](auto& s) { s.shape.size.x() = kNaN; }), "object.shape.size.x");
   EXPECT_EQ(refused([](auto& s) { s.shape = {ShapeKind::kBox, {1, -1, 1}, 0}; }), "object.shape.size.y");
   EXPECT_EQ(refused([](auto& s) { s.shape = {ShapeKind::kCapsule, {1, 0, 0}, 0}; }), "object.shape.size.y");
-  EXPECT_EQ(refused([](auto& s) { s.shape = {ShapeKind::kMesh, {}, 77}; }), "object.shape.mesh");
+  EXPECT_EQ(refused([](auto& s) { s.shape = {ShapeKind::kMesh, Vec3::Zero(), 77}; }), "object.shape.mesh");
   EXPECT_EQ(refused([](auto& s) { s.shape.kind = static_cast<ShapeKind>(99); }), "object.shape.kind");
   EXPECT_EQ(refused([](auto& s) { s.material.stiffness = -1; }), "object.material.stiffness");
   EXPECT_EQ(refused([](auto& s) { s.material.damping = kNaN; }), "object.material.damping");

@@ -53,9 +53,9 @@ struct hd_section {
  * The checksum finds damage (a cache file, a bad disk), not malice: every index is checked besides. FNV-1a takes 0.1 s
  * for the snapshot of a million triangles, one byte at a time; this takes its words in four lanes and 0.02 s.
  * total_bytes is a multiple of 64. Over the little-endian 64-bit words w[i] after the header:
- *   lane[i mod 4] = rotl((lane[i mod 4] ^ w[i]) * HD_CHECKSUM_PRIME, 29), each lane from HD_CHECKSUM_BASIS + its number;
- *   sum = HD_CHECKSUM_BASIS; for each lane: sum = rotl((sum ^ lane) * HD_CHECKSUM_PRIME, 29).
- * Each step is one to one in the word, so any change of a single word changes the sum.
+ *   lane[i mod 4] = rotl((lane[i mod 4] ^ w[i]) * HD_CHECKSUM_PRIME, 29), each lane from HD_CHECKSUM_BASIS + its
+ * number; sum = HD_CHECKSUM_BASIS; for each lane: sum = rotl((sum ^ lane) * HD_CHECKSUM_PRIME, 29). Each step is one to
+ * one in the word, so any change of a single word changes the sum.
  */
 #define HD_CHECKSUM_BASIS UINT64_C(0xcbf29ce484222325) /**< FNV-1a's offset basis. */
 #define HD_CHECKSUM_PRIME UINT64_C(0x9e3779b97f4a7c15) /**< Odd, from the golden ratio. */

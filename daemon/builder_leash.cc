@@ -409,8 +409,9 @@ Result<std::string> findBuilder(const std::string& configured) {
     char self[PATH_MAX];
     const ssize_t size = ::readlink("/proc/self/exe", self, sizeof self);
     const std::string_view path(self, size > 0 ? static_cast<std::size_t>(size) : 0);
-    if (!path.empty()) candidates.push_back(std::string(path.substr(0, path.rfind('/'))) + "/hapticd-builder");
-    candidates.push_back(HAPTICD_LIBEXEC_DIRECTORY "/hapticd-builder");
+    const std::string folder(path.substr(0, path.rfind('/') + 1));
+    candidates.push_back(folder + "hapticd-builder");
+    candidates.push_back(folder + HAPTICD_LIBEXEC_FROM_PROGRAM "/hapticd-builder");
   }
   std::string tried;
   for (const std::string& candidate : candidates) {

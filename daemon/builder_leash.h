@@ -91,7 +91,7 @@ class BuilderLeash {
 
 /**
  * Where hapticd-builder is: `configured` if not empty, else beside the running program (a build tree), else the
- * libexec directory of the installation. kNotFound lists what was tried.
+ * libexec directory next to that of the program (an installation). kNotFound lists what was tried.
  */
 [[nodiscard]] Result<std::string> findBuilder(const std::string& configured);
 

@@ -126,6 +126,38 @@ TEST(Config, WritesWhatItReads) {
   EXPECT_EQ(*plain, Config{});
 }
 
+TEST(Config, TheShippedFileIsTheEmbeddedDefaultAndNamesEveryKey) {
+  const std::string path = HAPTICD_SOURCE_DIR "/systemd/hapticd.toml";
+  const auto loaded = loadConfig(path, {});
+  ASSERT_TRUE(loaded.ok()) << toString(loaded.error());
+  EXPECT_EQ(loaded->config, Config{});
+  std::ifstream file(path);
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  Config full;  // with one of each array of tables, so that their keys count too
+  full.groups.push_back({"a", {"x"}, 0, {}});
+  full.devices.push_back({"x", {}});
+  std::istringstream written(toToml(full));
+  std::size_t keys = 0;
+  std::string section;
+  std::size_t begin = 0;
+  for (std::string line; std::getline(written, line);) {
+    if (line.empty()) continue;
+    if (line[0] == '[') {
+      section = line;
+      begin = std::min(text.find("\n" + section), text.find("\n# " + section));
+      EXPECT_NE(begin, std::string::npos) << section << " is not in the file";
+      continue;
+    }
+    ++keys;
+    const std::string key = line.substr(0, line.find(" = ")) + " = ";
+    // A [[device]]'s limits are explained at [limits]; elsewhere each key stands in its own section.
+    const std::size_t from = section == "[[device]]" && key != "uri = " ? text.find("\n[limits]") : begin;
+    const std::size_t end = std::min(text.find("\n[", from + 2), text.find("\n# [[", from + 2));
+    EXPECT_NE(text.substr(from, end - from).find(key), std::string::npos) << section << " " << key;
+  }
+  EXPECT_GT(keys, 45u);
+}
+
 class ConfigSearch : public testing::Test {
  protected:
   void SetUp() override {

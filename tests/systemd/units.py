@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""Checks the units as systemd reads them: units.py UNIT_DIRECTORY SOURCE_DIRECTORY HAPTICD
+
+verify: every directive is known and well formed. security: exposure at most 1.5. sysusers and tmpfiles do what they say
+in a scratch root. Each check first shows that it can fail, on a copy with a planted fault.
+"""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+MOST_EXPOSURE = 1.5
+
+
+def run(*command):
+    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "SYSTEMD_PAGER": "", "LC_ALL": "C"})
+    return done.returncode, done.stdout + done.stderr
+
+
+def verify(directory):
+    """What systemd-analyze has to say about our units: lines, empty when all is well."""
+    names = ["hapticd.service", "hapticd.socket", "hapticd-admin.socket"]
+    status, text = run("systemd-analyze", "verify", "--man=no", "--recursive-errors=no",
+                       *(os.path.join(directory, name) for name in names))
+    lines = [line for line in text.splitlines() if "hapticd" in line]
+    return lines or ([] if status == 0 else [text or f"status {status}"])
+
+
+def exposure(unit):
+    status, text = run("systemd-analyze", "security", "--offline=true", "--no-pager", f"--threshold={MOST_EXPOSURE * 10:.0f}", unit)
+    found = re.search(r"Overall exposure level for [^:]+: ([0-9.]+)", text)
+    if not found:
+        sys.exit(f"systemd-analyze security said nothing usable:\n{text}")
+    return float(found.group(1)), status == 0
+
+
+def lines_of(path, start):
+    if not os.path.exists(path):
+        return []
+    with open(path, encoding="utf-8") as file:
+        return [line.strip() for line in file if line.startswith(start)]
+
+
+def main():
+    units, source, hapticd = sys.argv[1:]
+    faults = []
+    with tempfile.TemporaryDirectory() as scratch:
+        for name in ("hapticd.service", "hapticd.socket", "hapticd-admin.socket"):
+            origin = units if name == "hapticd.service" else source
+            with open(os.path.join(origin, name), encoding="utf-8") as file:
+                text = file.read()
+            # The installed path is not there yet; the one just built is.
+            text = re.sub(r"(?m)^ExecStart=\S+", f"ExecStart={hapticd}", text)
+            with open(os.path.join(scratch, name), "w", encoding="utf-8") as file:
+                file.write(text)
+        faults += verify(scratch)
+        service = os.path.join(scratch, "hapticd.service")
+        level, good = exposure(service)
+        print(f"exposure {level}")
+        if not good or level > MOST_EXPOSURE:
+            faults.append(f"exposure {level} is above {MOST_EXPOSURE}")
+
+        # Planted faults: an unknown directive, and the hardening taken away.
+        with open(service, encoding="utf-8") as file:
+            text = file.read()
+        with open(service, "w", encoding="utf-8") as file:
+            file.write(re.sub(r"(?m)^(Protect|Private|Restrict|SystemCallFilter|Capability).*\n", "", text)
+                       .replace("[Service]", "[Service]\nProtectEverything=yes", 1))
+        if not verify(scratch):
+            faults.append("verify passes an unknown directive: it checks nothing")
+        if exposure(service)[0] <= MOST_EXPOSURE:
+            faults.append("security passes a unit without hardening: it checks nothing")
+
+    with tempfile.TemporaryDirectory() as root:
+        for kind in ("sysusers", "tmpfiles"):
+            os.makedirs(os.path.join(root, f"usr/lib/{kind}.d"))
+            shutil.copy(os.path.join(source, f"hapticd.{kind}"), os.path.join(root, f"usr/lib/{kind}.d/hapticd.conf"))
+        os.makedirs(os.path.join(root, "etc"))
+        users = run("systemd-sysusers", f"--root={root}", "hapticd.conf")
+        folders = run("systemd-tmpfiles", "--create", f"--root={root}", "hapticd.conf")
+        entry = lines_of(os.path.join(root, "etc/passwd"), "hapticd:")
+        members = lines_of(os.path.join(root, "etc/group"), "haptic:")
+        if len(entry) != 1 or "nologin" not in entry[0] or len(members) != 1 or "hapticd" not in members[0]:
+            faults.append(f"sysusers: {users} {entry} {members}")
+        if not os.path.isdir(os.path.join(root, "run/hapticd")):
+            faults.append(f"tmpfiles: {folders}")
+
+    with open(os.path.join(source, "60-hapticd.rules"), encoding="utf-8") as file:
+        for number, line in enumerate(file, 1):
+            line = line.strip()
+            key = r'[A-Z]+(\{[A-Za-z_/]+\})?(==|!=|\+=|=)"[^"]*"'
+            if line and not line.startswith("#") and not re.fullmatch(rf"{key}(, {key})*", line):
+                faults.append(f"60-hapticd.rules:{number}: {line}")
+            if "uaccess" in line.partition("#")[0]:
+                faults.append(f"60-hapticd.rules:{number}: uaccess lets the seat's user in behind the daemon")
+    for fault in faults:
+        print(fault)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 namespace hapticd {
 namespace {
@@ -98,6 +99,18 @@ TEST(DryFriction, HoldsBelowAndSlidesAbove) {
   const double t = 0.1;
   EXPECT_NEAR(s.v.norm(), (1.0 - f) / m * t, 1e-12);
   EXPECT_NEAR(s.v.x() / s.v.norm(), 0.6, 1e-12) << "friction opposes the motion, not an axis";
+}
+
+TEST(DryFriction, WhatSticksDoesNotCreep) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto vector = [&](double size) { return Vec3(size * unit(random), size * unit(random), size * unit(random)); };
+  for (int i = 0; i < 300; ++i) {
+    const double k = 1000 * (1 + unit(random)), m = 0.2 + 0.1 * unit(random);
+    const Vec3 x0 = vector(1e-4), u = vector(0.15);  // At most 0.35 + 0.26 N against 0.7 N.
+    const State s = after({x0, Vec3::Zero()}, m, 2 * (1 + unit(random)), k, u, 0.7, 2000);
+    EXPECT_EQ(s.x, x0) << "not by a bit: " << (s.x - x0).norm();
+  }
 }
 
 TEST(DryFriction, SpringLosesFourFrictionsOverStiffnessPerCycle) {

@@ -72,7 +72,10 @@ TEST(Registry, WrongQueriesNameTheKeyAndTheRemedy) {
   };
   for (const Case& c :
        {Case{"sim://default?hand_stifness=400", "did you mean \"hand_stiffness\"?"},
-        Case{"sim://default?mass=0", "a number from 0.005 to 10 kg"}, Case{"sim://default?mass=nan", "key mass"},
+        Case{"sim://default?mass=0", "a number from 0.005 to 10 kg"},
+        Case{"sim://default?mass=10.1", "a number from 0.005 to 10 kg"},
+        Case{"sim://default?delay=65", "an integer from 0 to 64 periods"},
+        Case{"sim://default?centre=0,0,1.5", "from -1 to 1 m"}, Case{"sim://default?mass=nan", "key mass"},
         Case{"sim://default?mass=0.2kg", "\"0.2kg\" does not fit"},
         Case{"sim://default?motion=circel", "did you mean circle?"},
         Case{"sim://default?centre=1,2", "three numbers x,y,z"},

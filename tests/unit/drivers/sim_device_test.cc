@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <complex>
 #include <cstring>
 #include <random>
 
@@ -37,6 +38,18 @@ TEST(SimDevice, TheHandFollowsItsCircle) {
   }
   EXPECT_GT(farthest, 1e-5) << "a hand with mass and friction lags";
   EXPECT_LT(farthest, 3e-3);
+}
+
+TEST(SimDevice, ADrivenHandHasTheGainAndPhaseOfItsTransferFunction) {
+  // x / x_h = (k + j w b_h) / (k - m w^2 + j w (b + b_h)) at 4 Hz, once the start has died away.
+  const double w = 2 * EIGEN_PI * 4, m = 0.35, k = 400, b = 0.5, bh = 6;
+  const std::complex<double> gain = std::complex<double>(k, w * bh) / std::complex<double>(k - m * w * w, w * (b + bh));
+  SteppedDevice s("sim://default?motion=lissajous&amplitude=0,0.02,0&ratio=1,8,1&coulomb=0&resolution=0");
+  s.run(3000);
+  for (int i = 3000; i < 3500; ++i) {
+    const double y = s.run(1).p.y();
+    EXPECT_NEAR(y, 0.02 * std::imag(gain * std::polar(1.0, w * i * 1e-3)), 2e-7) << i;
+  }
 }
 
 TEST(SimDevice, SteadyDeflectionIsForceOverGripStiffness) {

@@ -121,6 +121,12 @@ class Parser {
       bool nanoseconds = false;
       const Column column = columnOf(name, nanoseconds);
       if (column == kColumns) continue;
+      if (column == kTime && layout.field[kTime] != kAbsent && nanoseconds != layout.integer_time) {
+        // Both t_s and t_ns, as hapticctl monitor writes: nanoseconds lose nothing.
+        if (nanoseconds) layout.field[kTime] = i;
+        layout.integer_time = true;
+        continue;
+      }
       if (layout.field[column] != kAbsent) {
         return fault(i + 1, fmt::format("a second column for {}", kNames[column]), "keep one of them");
       }
@@ -234,9 +240,12 @@ Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std
   Result<void> parsed = Parser(text, name).run(track->rows_, layout);
   if (!parsed) return parsed.error();
   track->rows_.shrink_to_fit();
-  track->has_rotation_ = layout.field[kQw] != kAbsent;
-  track->has_gripper_ = layout.field[kGripper] != kAbsent;
-  track->has_buttons_ = layout.field[kButtons] != kAbsent;
+  // A recording has all columns, whatever the device had: what never changes from its rest was not there.
+  for (const PoseRow& row : track->rows_) {
+    track->has_rotation_ = track->has_rotation_ || row.q.vec().squaredNorm() > 0;
+    track->has_gripper_ = track->has_gripper_ || row.gripper_rad != 0;
+    track->has_buttons_ = track->has_buttons_ || row.buttons != 0;
+  }
   return std::shared_ptr<const PoseTrack>(std::move(track));
 }
 

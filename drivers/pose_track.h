@@ -42,6 +42,7 @@ class PoseTrack {
   [[nodiscard]] PoseOnTrack at(double t_s, bool loop) const HD_RT;
   [[nodiscard]] double duration() const HD_RT { return rows_.back().t_s; }
   [[nodiscard]] const std::vector<PoseRow>& rows() const noexcept { return rows_; }
+  /** Whether any row turns, grips or presses. */
   [[nodiscard]] bool hasRotation() const noexcept { return has_rotation_; }
   [[nodiscard]] bool hasGripper() const noexcept { return has_gripper_; }
   [[nodiscard]] bool hasButtons() const noexcept { return has_buttons_; }
@@ -54,9 +55,10 @@ class PoseTrack {
 
 /**
  * Reads comma-separated rows. With a header line, columns are found by name: time t, t_s, time or time_s in seconds or
- * t_ns or time_ns in nanoseconds; position x, y, z or px, py, pz [m]; optionally rotation qw, qx, qy, qz, gripper_rad
- * and buttons (a bit mask); others are passed over. Without one they are t,x,y,z[,qw,qx,qy,qz]. Empty lines and those
- * that begin with '#' are passed over. Times must rise from row to row. Errors name `name`, line and column. Fuzzed.
+ * (before these) t_ns or time_ns in nanoseconds; position x, y, z or px, py, pz [m]; optionally rotation qw, qx, qy,
+ * qz, gripper_rad and buttons (a bit mask); others are passed over. Without one they are t,x,y,z[,qw,qx,qy,qz]. Empty
+ * lines and those that begin with '#' are passed over. Times must rise from row to row. Errors name `name`, line and
+ * column. Fuzzed.
  */
 [[nodiscard]] Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name);
 

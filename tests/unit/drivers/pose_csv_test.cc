@@ -50,6 +50,20 @@ TEST(PoseCsv, FindsColumnsByName) {
   EXPECT_EQ(track->rows()[1].buttons, 5u);
 }
 
+TEST(PoseCsv, ReadsWhatMonitorWrites) {
+  const auto track = good(
+      "t_s,tick,t_ns,px,py,pz,qw,qx,qy,qz,vx,vy,vz,fx,fy,fz,proxy_x,proxy_y,proxy_z,gripper_rad,buttons,flags\n"
+      "0.000000,7,1234567890123,0.01,0.02,0.03,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1\n"
+      "0.001000,8,1234568890456,0.02,0.02,0.03,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1\n");
+  ASSERT_EQ(track->rows().size(), 2u);
+  EXPECT_DOUBLE_EQ(track->rows()[1].t_s, 1000333e-9) << "nanoseconds go before rounded seconds";
+  EXPECT_EQ(track->rows()[1].p.x(), 0.02);
+  EXPECT_FALSE(track->hasRotation() || track->hasButtons() || track->hasGripper());
+  EXPECT_DOUBLE_EQ(good("t_ns,x,y,z,t_s\n5,0,0,0,1\n9,0,0,0,2\n")->rows()[1].t_s, 4e-9);
+  EXPECT_THAT(refusal("t_s,x,y,z,t\n0,0,0,0,0\n"), HasSubstr("a second column for t"));
+  EXPECT_THAT(refusal("t_ns,x,y,z,t_s,time_ns\n0,0,0,0,0,0\n"), HasSubstr("a second column for t"));
+}
+
 TEST(PoseCsv, QuotedHeaderByteOrderMarkAndMissingLastNewline) {
   const auto track = good("\xef\xbb\xbf\"time_s\",\"x\",\"y\",\"z\"\n1,1,2,3\n2,1,2,4");
   ASSERT_EQ(track->rows().size(), 2u);

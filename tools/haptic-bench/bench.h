@@ -26,6 +26,7 @@ using Run = std::function<int(const Common&)>;
 using AddBenchmark = void (*)(CLI::App& app, Run& chosen);
 
 void addRing(CLI::App& app, Run& chosen);
+void addServo(CLI::App& app, Run& chosen);
 
 /** Median of some rounds and its interval. */
 struct Estimate {

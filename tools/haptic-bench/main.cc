@@ -7,7 +7,7 @@
 
 namespace {
 
-constexpr haptic_bench::AddBenchmark kBenchmarks[] = {haptic_bench::addRing};
+constexpr haptic_bench::AddBenchmark kBenchmarks[] = {haptic_bench::addRing, haptic_bench::addServo};
 
 }  // namespace
 

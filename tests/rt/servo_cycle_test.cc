@@ -5,122 +5,25 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
-#include <memory>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
-#include "drivers/registry.h"
+#include "daemon/builder/build.h"
+#include "daemon/snapshot_memory.h"
 #include "rt/cycle/realtime.h"
-#include "rt/cycle/servo.h"
 #include "support/detectors.h"
+#include "support/house.h"
+#include "tools/haptic-bench/sphere_upload.h"
 
 namespace hapticd {
 namespace {
 
-constexpr std::int64_t kPeriodNs = 1'000'000;
+using test::House;
+
 constexpr int kCycles = 10'000;
 constexpr int kWarmUp = 100;
-
-/** Two zeroed regions whose pages are there. */
-struct Regions {
-  Regions() : a(std::make_unique<hd_region_a>()), b(std::make_unique<hd_region_b>()) {
-    initialiseRegions(a.get(), b.get(), {.epoch = 1, .session = 1, .device_count = 1, .period_ns = kPeriodNs});
-  }
-  std::unique_ptr<hd_region_a> a;
-  std::unique_ptr<hd_region_b> b;
-};
-
-/** A servo with a simulated device and one client, stepped by hand. */
-class House {
- public:
-  explicit House(const std::string& uri) {
-    auto made = makeDevice(uri);
-    EXPECT_TRUE(made.ok()) << toString(made.error());
-    device_ = std::move(*made);
-    EXPECT_TRUE(device_->open().ok());
-    CycleConfig config;
-    config.guard[0].limits = {.force = 8,
-                              .torque = 1,
-                              .force_slew = 1e4,
-                              .torque_slew = 1e3,
-                              .gripper_force = 1,
-                              .velocity = 5,
-                              .power = 50,
-                              .active_power = 20};
-    config.guard[0].ramp_ns = 10 * kPeriodNs;
-    servo = std::make_unique<Servo>(config, std::array<Device*, kMaxDevices>{device_.get()}, meshes, clock);
-    ingest = std::make_unique<Ingest>(IngestConfig{});
-    servo->ingest = ingest.get();
-    servo->begin();
-    attach(0);
-    client = std::make_unique<CommandProducer>(region[0].b.get(), region[0].a.get());
-    addObjects();
-    order(CommandKind::kArm, DeviceRef{0});
-  }
-
-  template <class T>
-  void order(CommandKind kind, const T& payload) {
-    Command command;
-    command.kind = kind;
-    command.as<T>() = payload;
-    EXPECT_TRUE(servo->from_control.push(command));
-  }
-
-  /** What control does when a client connects. */
-  void attach(std::uint32_t slot) {
-    servo->ports[slot].region.store(region[slot].a.get(), std::memory_order_release);
-    order(CommandKind::kAddSession, SessionRef{slot, 0, slot + 1});
-    EXPECT_TRUE(ingest->orders.push(
-        {IngestOrder::Kind::kAttach, slot, {slot + 1, region[slot].b.get(), region[slot].a.get(), 1}}));
-  }
-  void detach(std::uint32_t slot) {
-    order(CommandKind::kLoseSession, SessionRef{slot, 0, slot + 1});
-    EXPECT_TRUE(ingest->orders.push({IngestOrder::Kind::kDetach, slot, {}}));
-  }
-
-  template <class T>
-  void push(std::uint32_t kind, const T& payload) {
-    std::uint64_t seq = 0;
-    client->push(kind, std::as_bytes(std::span(&payload, 1)), 0, seq);
-  }
-
-  void step() noexcept {
-    client->heartbeat(clock.now());
-    ingest->step(clock.now(), servo->counters.tick.load(std::memory_order_relaxed));
-    servo->runOnce();
-    ServoEvent event;
-    while (servo->events.pop(event)) {
-    }
-    IngestReport report;
-    while (ingest->reports.pop(report)) {
-    }
-  }
-
-  ManualClock clock;
-  MeshTable meshes;
-  std::array<Regions, 2> region;
-  std::unique_ptr<Servo> servo;
-  std::unique_ptr<Ingest> ingest;
-  std::unique_ptr<CommandProducer> client;
-
- private:
-  void addObjects() {
-    AddObject object{};
-    object.flags = HD_OBJECT_ENABLED;
-    object.material = {800, 2, 0.6, 0.4};
-    object.q[0] = 1;
-    const ShapeKind kinds[] = {ShapeKind::kPlane, ShapeKind::kSphere, ShapeKind::kBox, ShapeKind::kCapsule,
-                               ShapeKind::kCylinder};
-    for (std::uint32_t i = 0; i < 5; ++i) {
-      object.object = makeObjectId(i + 1, 1);
-      object.shape.kind = static_cast<std::uint32_t>(kinds[i]);
-      for (double& size : object.shape.size) size = 0.02;
-      object.p[0] = i == 0 ? 0 : 0.03 * i - 0.08;
-      order(CommandKind::kAddObject, object);
-    }
-  }
-  std::unique_ptr<Device> device_;
-};
 
 /** Runs `change` every 100 cycles outside the scope, the cycles inside it. */
 void expectClean(const std::function<void(House&, int)>& change,
@@ -183,6 +86,69 @@ TEST(ServoCycle, IsCleanWhileObjectsComeAndGo) {
     object.q[0] = 1;
     house.order(CommandKind::kAddObject, object);
     house.order(CommandKind::kRemoveObject, ObjectRef{object.object});
+  });
+}
+
+/** A deformable sphere of about `triangles`, built, checked and locked as the daemon does it. */
+SnapshotMemory sphereMesh(std::uint32_t triangles) {
+  std::vector<std::byte> upload = haptic_bench::sphereUpload(triangles, 0.03);
+  reinterpret_cast<hd_mesh_upload*>(upload.data())->flags = HD_MESH_DEFORMABLE;
+  BuildMonitor monitor;
+  auto built = buildSnapshot(upload, monitor);
+  EXPECT_TRUE(built.ok()) << toString(built.error());
+  auto memory = openSnapshot(std::move(*built->memfd.share()), true);
+  EXPECT_TRUE(memory.ok()) << toString(memory.error());
+  return std::move(*memory);
+}
+
+AddObject meshObject(std::uint32_t id, std::uint32_t mesh) {
+  AddObject object{};
+  object.object = id;
+  object.flags = HD_OBJECT_ENABLED;
+  object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
+  object.shape.mesh = mesh;
+  object.material = {800, 1, 0.5, 0.3};
+  object.p[2] = -0.01;
+  object.q[0] = 1;
+  return object;
+}
+
+TEST(ServoCycle, IsCleanWhileMeshesAreLoadedSwappedAndDropped) {
+  SnapshotMemory meshes[2] = {sphereMesh(2000), sphereMesh(10'000)};
+  expectClean([&meshes](House& house, int i) {
+    const auto mesh = static_cast<std::uint32_t>(i / 100) % 2;
+    const std::uint32_t id = makeObjectId(20, static_cast<std::uint32_t>(i / 200) + 1);
+    house.meshes.publish(mesh, &meshes[mesh].view);
+    if (mesh == 0) {
+      house.order(CommandKind::kAddObject, meshObject(id, mesh));
+    } else {
+      SetShape shape{};
+      shape.object = id;
+      shape.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
+      shape.shape.mesh = mesh;
+      house.order(CommandKind::kSetShape, shape);
+      for (int k = 0; k < 50; ++k) house.step();
+      house.order(CommandKind::kRemoveObject, ObjectRef{id});
+    }
+  });
+}
+
+TEST(ServoCycle, IsCleanWhileVerticesMove) {
+  SnapshotMemory mesh = sphereMesh(5000);
+  bool added = false;
+  expectClean([&](House& house, int i) {
+    if (!added) {
+      house.meshes.publish(0, &mesh.view);
+      house.order(CommandKind::kAddObject, meshObject(makeObjectId(20, 1), 0));
+      added = true;
+    }
+    hd_object_vertices vertices{};
+    vertices.object = makeObjectId(20, 1);
+    vertices.count = HD_VERTEX_MOVES;
+    for (std::uint32_t k = 0; k < vertices.count; ++k) {
+      vertices.move[k] = {(static_cast<std::uint32_t>(i) * 31 + k * 7) % 2000, {0.001f * k, 0.01f, -0.02f}};
+    }
+    house.push(HD_COMMAND_OBJECT_VERTICES, vertices);
   });
 }
 

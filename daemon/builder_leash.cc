@@ -326,7 +326,7 @@ void BuilderLeash::State::setAlarm() {
   if (!reports.empty()) {
     at = 1;  // at once: fd() stays readable until next() has given everything
   } else if (running.number != 0) {
-    at = deadline_ns;
+    if (doom.empty()) at = deadline_ns;  // else it is dying: its end wakes us, not a deadline long past
   } else if (!waiting.empty() && pid == 0) {
     at = not_before_ns;
   }

@@ -133,6 +133,7 @@ kj::Promise<void> UploadServer::region(RegionContext context) {
 }
 
 kj::Promise<void> UploadServer::commit(CommitContext context) {
+  context.allowCancellation();  // a client that goes away, or changes its mind, must not keep the builder busy
   auto paf = kj::newPromiseAndFulfiller<void>();
   auto later = std::make_shared<LaterAnswer<CommitContext>>(context, kj::mv(paf.fulfiller));
   const Result<void> asked = caught([&]() -> Result<void> {

@@ -247,6 +247,12 @@ haptic_object_list* convert(capnp::List<proto::ObjectState>::Reader from, Reply&
   return to;
 }
 
+haptic_mesh_list* convert(capnp::List<proto::MeshReport>::Reader from, Reply& reply) {
+  auto* to = reply.make<haptic_mesh_list>();
+  to->items = entries<haptic_mesh_report>(from, to->count, reply);
+  return to;
+}
+
 haptic_device_limits convert(proto::Limits::Reader from) {
   return {sizeof(haptic_device_limits),
           0,
@@ -256,7 +262,8 @@ haptic_device_limits convert(proto::Limits::Reader from) {
           from.getTorqueSlew(),
           from.getVelocity(),
           from.getPower(),
-          from.getActivePower()};
+          from.getActivePower(),
+          from.getGripperForce()};
 }
 
 void convert(const haptic_device_limits& from, proto::Limits::Builder to) {
@@ -267,6 +274,7 @@ void convert(const haptic_device_limits& from, proto::Limits::Builder to) {
   to.setVelocity(from.velocity);
   to.setPower(from.power);
   to.setActivePower(from.active_power);
+  to.setGripperForce(from.gripper_force);
 }
 
 void convert(const haptic_pose& from, proto::Pose::Builder to) {

@@ -18,6 +18,7 @@ haptic_statistics* convert(proto::Statistics::Reader from, Reply& reply);
 haptic_mesh_report* convert(proto::MeshReport::Reader from, Reply& reply);
 haptic_check_list* convert(capnp::List<proto::Check>::Reader from, Reply& reply);
 haptic_device_list* convert(capnp::List<proto::DeviceInfo>::Reader from, Reply& reply);
+haptic_mesh_list* convert(capnp::List<proto::MeshReport>::Reader from, Reply& reply);
 haptic_object_list* convert(capnp::List<proto::ObjectState>::Reader from, Reply& reply);
 haptic_device_limits convert(proto::Limits::Reader from);
 

@@ -8,51 +8,6 @@ using hapticd::client::Failure;
 using hapticd::client::Link;
 namespace client = hapticd::client;
 
-namespace {
-
-constexpr double haptic_device_limits::*kLimits[] = {
-    &haptic_device_limits::force,       &haptic_device_limits::torque,   &haptic_device_limits::force_slew,
-    &haptic_device_limits::torque_slew, &haptic_device_limits::velocity, &haptic_device_limits::power,
-    &haptic_device_limits::active_power};
-
-/** Puts the limits in force where the caller left NaN. */
-Failure fillKept(haptic_client* c, const char* uri, haptic_device_limits& limits) {
-  bool kept = false;
-  for (const auto limit : kLimits) kept = kept || std::isnan(limits.*limit);
-  if (!kept) return {};
-  bool found = false;
-  const std::string_view wanted = uri == nullptr ? "" : uri;
-  std::string canonical;
-  // The state names devices by URI and name; a serial number is resolved by opening, which changes nothing.
-  const auto open = [&](Link& link) {
-    auto request = link.daemon.openDeviceRequest();
-    request.setUri(std::string(wanted).c_str());
-    return request;
-  };
-  if (Failure failure = client::callDaemon(*c->connection, open,
-                                           [&](auto& results) { canonical = results.getDevice().getUri().cStr(); })) {
-    return failure;
-  }
-  if (Failure failure = client::callDaemon(
-          *c->connection, [](Link& link) { return link.daemon.stateRequest(); },
-          [&](auto& results) {
-            for (const auto device : results.getState().getDevices()) {
-              if (found || canonical != device.getUri().cStr()) continue;
-              found = true;
-              const haptic_device_limits now = client::convert(device.getLimits());
-              for (const auto limit : kLimits) {
-                if (std::isnan(limits.*limit)) limits.*limit = now.*limit;
-              }
-            }
-          })) {
-    return failure;
-  }
-  if (found) return {};
-  return {HAPTIC_NOT_FOUND, std::string(wanted), "no open device of that name", "see hapticctl list"};
-}
-
-}  // namespace
-
 extern "C" {
 
 int haptic_close_device(haptic_client* c, const char* uri, haptic_error* error) {
@@ -83,10 +38,12 @@ int haptic_set_limits(haptic_client* c, const char* uri, const haptic_device_lim
   return client::edge(error, [&]() -> Failure {
     if (c == nullptr) return client::badArgument("client", "is null");
     haptic_device_limits wanted{};
-    for (const auto limit : kLimits) wanted.*limit = NAN;
+    for (double* limit : {&wanted.force, &wanted.torque, &wanted.force_slew, &wanted.torque_slew, &wanted.velocity,
+                          &wanted.power, &wanted.active_power, &wanted.gripper_force}) {
+      *limit = NAN;  // the daemon keeps what is NaN
+    }
     const std::size_t minimum = offsetof(haptic_device_limits, torque);
     if (Failure bad = client::readSized(limits, wanted, minimum, "haptic_device_limits")) return bad;
-    if (Failure failure = fillKept(c, uri, wanted)) return failure;
     haptic_device_limits now{};
     const auto make = [&](Link& link) {
       auto request = link.daemon.setLimitsRequest();

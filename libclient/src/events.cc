@@ -30,13 +30,14 @@ class Queue {
         user_(options.user),
         fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
   ~Queue() {
-    if (fd_ >= 0) close(fd_);
+    if (fd_ >= 0) ::close(fd_);
   }
 
   [[nodiscard]] int fd() const { return fd_; }
 
   /** Library's thread. */
   void put(haptic_event event, std::uint64_t lost_by_daemon) {
+    if (closed_) return;
     std::unique_lock lock(mutex_);
     lost_ += lost_by_daemon;
     event.lost = lost_;
@@ -53,6 +54,8 @@ class Queue {
     if (events_.size() == 1) eventfd_write(fd_, 1);
     changed_.notify_one();
   }
+  /** The handle goes; the daemon may still send until it has heard. Library's thread. */
+  void close() { closed_ = true; }
   void setConnected(bool connected) {
     const std::lock_guard lock(mutex_);
     connected_ = connected;
@@ -90,6 +93,7 @@ class Queue {
   std::deque<haptic_event> events_;
   std::uint64_t lost_ = 0;
   bool connected_ = true;
+  bool closed_ = false;  // library's thread
 };
 
 template <std::size_t N>
@@ -135,30 +139,51 @@ class Listener final : public proto::EventListener::Server {
 
 }  // namespace
 
+namespace {
+
+/** A subscription on the library's thread. The handle may go while an answer is on its way, hence shared. */
+struct Subscribed {
+  explicit Subscribed(const haptic_events_options& options)
+      : kinds(options.kinds), queue(std::make_shared<Queue>(options)) {}
+
+  static kj::Promise<void> ask(std::shared_ptr<Subscribed> self, Link& link) {
+    auto request = link.daemon.subscribeRequest();
+    request.setListener(kj::heap<Listener>(self->queue));
+    request.setKinds(self->kinds);
+    return request.send().then([self](auto&& results) {
+      self->failure = client::toFailure(results.getStatus());
+      if (self->failure || self->closed) return;
+      self->subscription = results.getSubscription();
+      self->queue->setConnected(true);
+    });
+  }
+  void close() {
+    closed = true;
+    queue->close();
+    subscription = nullptr;
+  }
+
+  const std::uint32_t kinds;
+  const std::shared_ptr<Queue> queue;
+  bool closed = false;
+  Failure failure;
+  proto::Subscription::Client subscription = nullptr;
+};
+
+}  // namespace
+
 /** The handle of events.h. */
 struct haptic_events final : client::Dependent {
   haptic_events(std::shared_ptr<Connection> c, const haptic_events_options& options)
-      : connection(std::move(c)), kinds(options.kinds), queue(std::make_shared<Queue>(options)) {}
+      : connection(std::move(c)), subscribed(std::make_shared<Subscribed>(options)), queue(subscribed->queue) {}
   ~haptic_events() noexcept override = default;
 
   void lost() noexcept override { queue->setConnected(false); }
-  kj::Promise<void> renew(Link& link) override { return subscribe(link); }
-
-  kj::Promise<void> subscribe(Link& link) {
-    auto request = link.daemon.subscribeRequest();
-    request.setListener(kj::heap<Listener>(queue));
-    request.setKinds(kinds);
-    return client::ask(kj::mv(request), failure, [this](auto& results) {
-      subscription = results.getSubscription();
-      queue->setConnected(true);
-    });
-  }
+  kj::Promise<void> renew(Link& link) override { return Subscribed::ask(subscribed, link); }
 
   std::shared_ptr<Connection> connection;
-  std::uint32_t kinds;
+  std::shared_ptr<Subscribed> subscribed;
   std::shared_ptr<Queue> queue;
-  Failure failure;                                     ///< Library's thread.
-  proto::Subscription::Client subscription = nullptr;  ///< Library's thread.
 };
 
 extern "C" {
@@ -186,10 +211,10 @@ int haptic_events_open(haptic_client* c, const haptic_events_options* options, h
     }
     auto made = std::make_unique<haptic_events>(c->connection, full);
     if (made->queue->fd() < 0) return {HAPTIC_SYSTEM, "events", strerror(errno), "close some descriptors"};
-    Failure failure = c->connection->call([&](Link& link) { return made->subscribe(link); });
-    if (!failure) failure = std::move(made->failure);
+    Failure failure = c->connection->call([&](Link& link) { return Subscribed::ask(made->subscribed, link); });
+    if (!failure) failure = made->subscribed->failure;
     if (failure) {
-      c->connection->run([&](Connection::Loop&) { made->subscription = nullptr; });
+      c->connection->run([&](Connection::Loop&) { made->subscribed->close(); });
       return failure;
     }
     c->connection->run([&](Connection::Loop& loop) { Connection::add(loop, *made); });
@@ -215,7 +240,7 @@ void haptic_events_close(haptic_events* events) {
   if (events == nullptr || !events->connection->ownProcess()) return;
   events->connection->run([&](Connection::Loop& loop) {
     Connection::remove(loop, *events);
-    events->subscription = nullptr;
+    events->subscribed->close();
   });
   delete events;
 }

@@ -95,6 +95,7 @@ bool sound(const haptic_local_model& c) {
     case HAPTIC_MODEL_SPHERE:
       return c.radius != 0;
     case HAPTIC_MODEL_HALFSPACES:
+    case HAPTIC_MODEL_CORNER:
       if (c.count == 0 || c.count > HAPTIC_HALFSPACES) return false;
       for (std::uint32_t i = 0; i < c.count; ++i) {
         if (!finite(c.halfspace[i]) || !direction(c.halfspace[i])) return false;

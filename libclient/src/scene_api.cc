@@ -27,6 +27,23 @@ int change(haptic_client* c, const char* name, const void* value, haptic_error* 
   });
 }
 
+/** A list for the caller to keep. */
+template <class List, class Make, class Use>
+int list(haptic_client* c, List** out, haptic_error* error, Make&& make, Use&& use) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    if (out == nullptr) return client::badArgument("result", "is null");
+    Reply memory;
+    List* made = nullptr;
+    if (Failure failure =
+            client::callDaemon(*c->connection, make, [&](auto& results) { made = use(results, memory); })) {
+      return failure;
+    }
+    *out = memory.release(made);
+    return {};
+  });
+}
+
 Failure checkShape(const haptic_shape& shape) {
   if (shape.kind <= HAPTIC_SHAPE_MESH) return {};
   return client::badArgument("shape.kind", "is " + std::to_string(shape.kind), "use a haptic_shape_kind");
@@ -60,19 +77,15 @@ int haptic_object_remove(haptic_client* c, const char* name, haptic_error* error
 }
 
 int haptic_object_list_all(haptic_client* c, haptic_object_list** objects, haptic_error* error) {
-  return client::edge(error, [&]() -> Failure {
-    if (c == nullptr) return client::badArgument("client", "is null");
-    if (objects == nullptr) return client::badArgument("objects", "is null");
-    Reply memory;
-    haptic_object_list* made = nullptr;
-    if (Failure failure = client::callDaemon(
-            *c->connection, [](Link& link) { return link.scene.listRequest(); },
-            [&](auto& results) { made = client::convert(results.getObjects(), memory); })) {
-      return failure;
-    }
-    *objects = memory.release(made);
-    return {};
-  });
+  return list(
+      c, objects, error, [](Link& link) { return link.scene.listRequest(); },
+      [](auto& results, Reply& memory) { return client::convert(results.getObjects(), memory); });
+}
+
+int haptic_mesh_list_all(haptic_client* c, haptic_mesh_list** meshes, haptic_error* error) {
+  return list(
+      c, meshes, error, [](Link& link) { return link.scene.listMeshesRequest(); },
+      [](auto& results, Reply& memory) { return client::convert(results.getMeshes(), memory); });
 }
 
 int haptic_object_find(haptic_client* c, const char* name, haptic_object_state** state, haptic_error* error) {

@@ -155,16 +155,17 @@ Failure waitForBuilder(Waiting& waiting, haptic_progress progress, void* user, s
       return {HAPTIC_TIMEOUT, "upload",
               "the builder was not done within " + std::to_string(patience / 1'000'000) + " ms", "give it more time"};
     }
-    if (waiting.news && progress != nullptr) {
+    if (waiting.news) {
+      waiting.news = false;
+      if (progress == nullptr) continue;
       const float fraction = waiting.fraction;
       const std::string stage = waiting.stage;
-      waiting.news = false;
       lock.unlock();
       const bool stop = progress(fraction, stage.c_str(), user) != 0;
       lock.lock();
       if (stop && !waiting.done) return {HAPTIC_CANCELLED, "upload", "the progress callback asked to stop", {}};
+      continue;  // there may be newer news, which comes before the end
     }
-    waiting.news = false;
     if (waiting.done) return waiting.failure;
   }
 }

@@ -86,13 +86,14 @@ typedef struct haptic_device_list {
 typedef struct haptic_device_limits {
   uint32_t size;
   uint32_t reserved;
-  double force;        /**< [N] */
-  double torque;       /**< [N m] */
-  double force_slew;   /**< [N/s] */
-  double torque_slew;  /**< [N m/s] */
-  double velocity;     /**< [m/s]: beyond it the guard latches. */
-  double power;        /**< [W] delivered to the hand. */
-  double active_power; /**< [W]: budget of sources declared active. */
+  double force;         /**< [N] */
+  double torque;        /**< [N m] */
+  double force_slew;    /**< [N/s] */
+  double torque_slew;   /**< [N m/s] */
+  double velocity;      /**< [m/s]: beyond it the guard latches. */
+  double power;         /**< [W] delivered to the hand. */
+  double active_power;  /**< [W]: budget of sources declared active. */
+  double gripper_force; /**< [N] */
 } haptic_device_limits;
 
 /** Opened devices first, then those found but not opened. Blocks; any thread. */

@@ -75,8 +75,7 @@ typedef enum haptic_model_kind {
   HAPTIC_MODEL_SPRING = 2,     /**< Spring from the device point to `origin`. */
   HAPTIC_MODEL_SPHERE = 3,     /**< Sphere of `radius` about `origin`; negative radius: the hand is kept inside. */
   HAPTIC_MODEL_HALFSPACES = 4, /**< Convex solid: where all of up to 16 half-spaces overlap (a bump, an outer edge). */
-  HAPTIC_MODEL_CORNER =
-      5 /**< Solid where any of them is: the hand stays outside all (inner edge, constraint planes). */
+  HAPTIC_MODEL_CORNER = 5      /**< Solid where any of them is: the hand stays outside all (an inner edge). */
 } haptic_model_kind;
 
 /** Geometry near the tool, rendered by the servo at full rate until its lease runs out. */

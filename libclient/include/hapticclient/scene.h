@@ -108,6 +108,12 @@ typedef struct haptic_mesh_report {
   const char* const* notes; /**< Repairs, each naming its triangle. */
 } haptic_mesh_report;
 
+typedef struct haptic_mesh_list {
+  uint32_t size;
+  uint32_t count;
+  const haptic_mesh_report* const* items;
+} haptic_mesh_list;
+
 /** A mesh being filled: a piece of the daemon's memory. One thread at a time. */
 typedef struct haptic_upload haptic_upload;
 
@@ -143,7 +149,9 @@ HAPTIC_API int haptic_upload_mesh(haptic_client* client, const float* vertices, 
                                   const uint32_t* triangles, uint32_t triangle_count, uint32_t flags,
                                   haptic_progress progress, void* user, haptic_mesh_report** report,
                                   haptic_error* error);
-/** Gives a mesh back; refused while an object shows it. */
+/** All meshes, whoever uploaded them. */
+HAPTIC_API int haptic_mesh_list_all(haptic_client* client, haptic_mesh_list** meshes, haptic_error* error);
+/** Gives a mesh back; refused while an object shows it. It goes by itself with the client that made it, once unused. */
 HAPTIC_API int haptic_mesh_drop(haptic_client* client, uint64_t mesh, haptic_error* error);
 
 #ifdef __cplusplus

@@ -141,6 +141,9 @@ class Scene {
                                 progress ? detail::callProgress : nullptr, const_cast<Progress*>(&progress), out, e);
     });
   }
+  [[nodiscard]] Result<Reply<haptic_mesh_list>> meshes() const {
+    return detail::ask<haptic_mesh_list>([&](auto** out, auto* e) { return haptic_mesh_list_all(client_, out, e); });
+  }
   Result<void> dropMesh(std::uint64_t mesh) {
     return detail::run([&](auto* e) { return haptic_mesh_drop(client_, mesh, e); });
   }

@@ -1,0 +1,335 @@
+"""The connection, the scene and events."""
+from __future__ import annotations
+
+import ctypes
+import enum
+import json
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _abi
+from .errors import Code, HapticError, call, check
+from .session import Session, _vector
+from .types import (Check, DaemonInfo, DeviceInfo, DeviceLimits, Event, Histogram, Material, MeshReport, ObjectFlag,
+                    ObjectState, Pose, ShapeKind, Statistics, Status, device_info, mesh_report, object_state, plain,
+                    status)
+
+_lib = _abi.lib
+_List = list  # Scene has a method of that name
+
+
+def _bytes(value: Optional[str]) -> Optional[bytes]:
+    return None if value is None else value.encode()
+
+
+class _Reply:
+    """A result of the library, freed at the end of the `with` block."""
+
+    def __init__(self, kind: Any, function: Any, *arguments: Any) -> None:
+        self._out = ctypes.c_void_p()
+        call(function, *arguments, ctypes.byref(self._out))
+        self._kind = kind
+
+    def __enter__(self) -> Any:
+        return self._kind.from_address(self._out.value)
+
+    def __exit__(self, *_: object) -> None:
+        _lib.haptic_free(self._out)
+
+
+def _entries(reply: Any) -> list[Any]:
+    return [reply.items[i].contents for i in range(reply.count)]
+
+
+def _raw_pose(pose: Pose) -> Any:
+    return _abi.Pose(p=_vector(pose[0]), q=_vector(pose[1], 4))
+
+
+def _raw_material(material: Material) -> Any:
+    return _abi.Material(**Material(*material)._asdict())
+
+
+def _raw_shape(kind: ShapeKind, size: Sequence[float], mesh: int) -> Any:
+    full = [*size, 0.0, 0.0, 0.0][:3]
+    shape = _abi.Shape(kind=int(kind), mesh=mesh)
+    shape.size = _vector(full)
+    return shape
+
+
+class Events:
+    """A subscription. Iterate, or ask next()."""
+
+    def __init__(self, handle: ctypes.c_void_p, client: Any) -> None:
+        self._handle: Optional[ctypes.c_void_p] = handle
+        self._client = client
+
+    def __enter__(self) -> Events:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        self.close()
+
+    def close(self) -> None:
+        if getattr(self, "_handle", None) is not None:
+            _lib.haptic_events_close(self._handle)
+            self._handle = None
+
+    def fileno(self) -> int:
+        """For select(): readable while events wait."""
+        return _lib.haptic_events_fd(self._handle)
+
+    def next(self, timeout_s: float = 0.0) -> Optional[Event]:
+        """The oldest event, or None when none came in time."""
+        # The wait is cut into pieces so that Ctrl-C is heard.
+        end = _lib.haptic_now_ns() + round(min(timeout_s, 1e9) * 1e9)
+        raw = _abi.Event()
+        while True:
+            left = max(0, end - _lib.haptic_now_ns())
+            code = _lib.haptic_next_event(self._handle, ctypes.byref(raw), min(left, 200_000_000))
+            if code == Code.TIMEOUT and left > 200_000_000:
+                continue
+            if code == Code.TIMEOUT:
+                return None
+            check(code)
+            return plain(Event, raw)
+
+    def __iter__(self) -> Iterator[Event]:
+        """All events until the daemon goes."""
+        while True:
+            try:
+                event = self.next(math.inf)
+            except HapticError as error:
+                if error.code == Code.DISCONNECTED:
+                    return
+                raise
+            if event is not None:
+                yield event
+
+
+class Scene:
+    """Named objects and meshes, shared by all clients."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+
+    @property
+    def _handle(self) -> Any:
+        return self._client._handle
+
+    def create(self, name: str, shape: ShapeKind = ShapeKind.GROUP, size: Sequence[float] = (), *, mesh: int = 0,
+               pose: Pose = Pose(), material: Material = Material(), parent: str = "",
+               flags: ObjectFlag = ObjectFlag.ENABLED | ObjectFlag.VISIBLE) -> int:
+        """Creates an object; gives its number for pushes. `size` as haptic_shape_kind in scene.h tells."""
+        raw = _abi.Object(flags=int(flags), name=name.encode(), parent=parent.encode(), pose=_raw_pose(pose),
+                          shape=_raw_shape(shape, size, mesh), material=_raw_material(material))
+        number = ctypes.c_uint32()
+        call(_lib.haptic_object_create, self._handle, ctypes.byref(raw), ctypes.byref(number))
+        return number.value
+
+    def remove(self, name: str) -> None:
+        """With its children."""
+        call(_lib.haptic_object_remove, self._handle, name.encode())
+
+    def list(self) -> _List[ObjectState]:
+        with _Reply(_abi.ObjectList, _lib.haptic_object_list_all, self._handle) as reply:
+            return [object_state(entry) for entry in _entries(reply)]
+
+    def find(self, name: str) -> ObjectState:
+        with _Reply(_abi.ObjectState, _lib.haptic_object_find, self._handle, name.encode()) as reply:
+            return object_state(reply)
+
+    def set_pose(self, name: str, pose: Pose) -> None:
+        call(_lib.haptic_object_set_pose, self._handle, name.encode(), ctypes.byref(_raw_pose(pose)))
+
+    def set_material(self, name: str, material: Material) -> None:
+        call(_lib.haptic_object_set_material, self._handle, name.encode(), ctypes.byref(_raw_material(material)))
+
+    def set_flags(self, name: str, flags: ObjectFlag) -> None:
+        call(_lib.haptic_object_set_flags, self._handle, name.encode(), int(flags))
+
+    def set_shape(self, name: str, shape: ShapeKind, size: Sequence[float] = (), mesh: int = 0) -> None:
+        call(_lib.haptic_object_set_shape, self._handle, name.encode(), ctypes.byref(_raw_shape(shape, size, mesh)))
+
+    def upload(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike, *, deformable: bool = False,
+               progress: Optional[Callable[[float, str], Any]] = None) -> MeshReport:
+        """Builds a mesh: n x 3 metres, m x 3 indices, counter-clockwise seen from outside.
+
+        `progress(fraction, stage)` may return False to cancel; an exception in it cancels and is raised here.
+        """
+        points = np.ascontiguousarray(np.asarray(vertices, np.float32).reshape(-1, 3))
+        corners = np.asarray(triangles)
+        if corners.size and (corners.min() < 0 or corners.max() > 0xffffffff):
+            raise ValueError("triangles: an index is negative or too large")
+        corners = np.ascontiguousarray(corners.astype(np.uint32).reshape(-1, 3))
+        raised: _List[BaseException] = []
+
+        def report(fraction: float, stage: bytes, _: Any) -> int:
+            if progress is None:
+                return 0
+            try:
+                return 1 if progress(fraction, stage.decode()) is False else 0
+            except BaseException as error:  # pylint: disable=broad-except
+                raised.append(error)
+                return 1
+
+        try:
+            with _Reply(_abi.MeshReport, _lib.haptic_upload_mesh, self._handle, points.ctypes.data, len(points),
+                        corners.ctypes.data, len(corners), 2 if deformable else 0, _abi.Progress(report),
+                        None) as reply:
+                return mesh_report(reply)
+        except HapticError:
+            if raised:
+                raise raised[0] from None
+            raise
+
+    def meshes(self) -> _List[MeshReport]:
+        with _Reply(_abi.MeshList, _lib.haptic_mesh_list_all, self._handle) as reply:
+            return [mesh_report(entry) for entry in _entries(reply)]
+
+    def drop_mesh(self, mesh: int) -> None:
+        call(_lib.haptic_mesh_drop, self._handle, mesh)
+
+
+class Client:
+    """A connection to the daemon; use it as a context manager.
+
+    Without `socket`: $HAPTICD_SOCKET, else the first that answers of $XDG_RUNTIME_DIR/hapticd and /run/hapticd.
+    """
+
+    def __init__(self, socket: Optional[str] = None, *, name: str = "python", administration: bool = False,
+                 timeout_s: float = 0.0) -> None:
+        self._handle: Optional[ctypes.c_void_p] = None
+        options = _abi.ConnectOptions(flags=1 if administration else 0, socket=_bytes(socket), name=name.encode(),
+                                      timeout_ns=round(timeout_s * 1e9))
+        handle = ctypes.c_void_p()
+        call(_lib.haptic_connect, ctypes.byref(options), ctypes.byref(handle))
+        self._handle = handle
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Sessions and subscriptions made here are dead from now on; closing them later is fine."""
+        if getattr(self, "_handle", None) is not None:
+            _lib.haptic_disconnect(self._handle)
+            self._handle = None
+
+    @property
+    def connected(self) -> bool:
+        return _lib.haptic_connected(self._handle) != 0
+
+    def reconnect(self) -> None:
+        call(_lib.haptic_reconnect, self._handle)
+
+    def info(self) -> DaemonInfo:
+        with _Reply(_abi.DaemonInfo, _lib.haptic_get_daemon_info, self._handle) as reply:
+            return plain(DaemonInfo, reply)
+
+    def devices(self) -> list[DeviceInfo]:
+        with _Reply(_abi.DeviceList, _lib.haptic_list_devices, self._handle) as reply:
+            return [device_info(entry) for entry in _entries(reply)]
+
+    def open_device(self, uri: str = "") -> DeviceInfo:
+        with _Reply(_abi.DeviceInfo, _lib.haptic_open_device, self._handle, uri.encode()) as reply:
+            return device_info(reply)
+
+    def close_device(self, uri: str) -> None:
+        call(_lib.haptic_close_device, self._handle, uri.encode())
+
+    def stop(self, uri: str = "") -> None:
+        """Zero force at once; without a URI on every device."""
+        call(_lib.haptic_stop, self._handle, uri.encode())
+
+    def set_limits(self, uri: str = "", **limits: float) -> DeviceLimits:
+        """set_limits(uri, force=2.0): what is not named stays. Gives the limits in force."""
+        raw = _abi.DeviceLimits(**{name: math.nan for name, kind in _abi.DeviceLimits._fields_
+                                   if kind is ctypes.c_double})
+        for name, value in limits.items():
+            if name not in DeviceLimits.__dataclass_fields__:
+                raise TypeError(f"no limit is called {name}")
+            setattr(raw, name, value)
+        in_force = _abi.DeviceLimits()
+        call(_lib.haptic_set_limits, self._handle, uri.encode(), ctypes.byref(raw), ctypes.byref(in_force))
+        return plain(DeviceLimits, in_force)
+
+    def status(self) -> Status:
+        with _Reply(_abi.Status, _lib.haptic_get_status, self._handle) as reply:
+            return status(reply)
+
+    def statistics(self, uri: str = "", reset: bool = False) -> Statistics:
+        with _Reply(_abi.Statistics, _lib.haptic_get_statistics, self._handle, uri.encode(), int(reset)) as reply:
+            return plain(Statistics, reply, histograms=[plain(Histogram, reply.histograms[i].contents)
+                                                        for i in range(reply.histogram_count)])
+
+    def doctor(self) -> list[Check]:
+        with _Reply(_abi.CheckList, _lib.haptic_run_doctor, self._handle) as reply:
+            return [plain(Check, entry) for entry in _entries(reply)]
+
+    def _text(self, function: Any, *arguments: Any) -> str:
+        with _Reply(_abi.Text, function, self._handle, *arguments) as reply:
+            return ctypes.string_at(reply.text, reply.length).decode()
+
+    def get(self, path: str) -> Any:
+        """A resource, /objects/C/pos, as Python values."""
+        return json.loads(self._text(_lib.haptic_get, path.encode()))
+
+    def set(self, uri: str) -> Any:
+        """/objects/C/pos?value=1,2,3; gives the value now in force."""
+        return json.loads(self._text(_lib.haptic_set, uri.encode()))
+
+    def configuration(self) -> str:
+        """TOML."""
+        return self._text(_lib.haptic_get_configuration)
+
+    def dump(self) -> Any:
+        return json.loads(self._text(_lib.haptic_get_dump))
+
+    def open_session(self, uri: str = "", name: Optional[str] = None) -> Session:
+        options = _abi.SessionOptions(uri=uri.encode(), name=_bytes(name))
+        handle = ctypes.c_void_p()
+        call(_lib.haptic_session_open, self._handle, ctypes.byref(options), ctypes.byref(handle))
+        return Session(handle, self)
+
+    @property
+    def scene(self) -> Scene:
+        return Scene(self)
+
+    def subscribe(self, *kinds: int, capacity: int = 0) -> Events:
+        """Events of these EventKinds; none named: all."""
+        options = _abi.EventsOptions(kinds=sum(1 << int(kind) for kind in set(kinds)), capacity=capacity)
+        handle = ctypes.c_void_p()
+        call(_lib.haptic_events_open, self._handle, ctypes.byref(options), ctypes.byref(handle))
+        return Events(handle, self)
+
+
+class Frame(enum.IntEnum):
+    """Axes of other systems; frames.h has the table."""
+    HAPTICD = 0
+    OPENGL = 1
+    ROS = 2
+    HAPLY = 3
+
+
+def convert(values: npt.ArrayLike, source: Frame, target: Frame) -> npt.NDArray[np.float64]:
+    """Exact: 3 numbers are a vector, 4 a quaternion w, x, y, z, 3 x 3 a matrix."""
+    given = np.ascontiguousarray(np.asarray(values, np.float64))
+    functions = {(3,): _lib.haptic_convert_vector, (4,): _lib.haptic_convert_quaternion,
+                 (3, 3): _lib.haptic_convert_matrix}
+    if given.shape not in functions:
+        raise ValueError("3 numbers, 4 numbers or 3 x 3 numbers are needed")
+    result = np.empty_like(given)
+    check(functions[given.shape](int(source), int(target), given.ctypes.data, result.ctypes.data))
+    return result

@@ -1,0 +1,67 @@
+"""Refusals as exceptions."""
+from __future__ import annotations
+
+import ctypes
+import enum
+from typing import Any
+
+from . import _abi
+
+
+class Code(enum.IntEnum):
+    """Kinds of refusal, as in base.h."""
+    OK = 0
+    INVALID_ARGUMENT = 1
+    NOT_FOUND = 2
+    ALREADY_EXISTS = 3
+    PERMISSION_DENIED = 4
+    QUOTA_EXCEEDED = 5
+    VERSION_MISMATCH = 6
+    LEASE_REQUIRED = 7
+    LEASE_HELD = 8
+    NOT_ARMED = 9
+    FAULT_LATCHED = 10
+    DEVICE_GONE = 11
+    DEVICE_BUSY = 12
+    STILL_MAPPED = 13
+    BAD_MESH = 14
+    BAD_SNAPSHOT = 15
+    BUILDER_FAILED = 16
+    WOULD_BLOCK = 17
+    DISCONNECTED = 18
+    NO_REALTIME = 19
+    SYSTEM = 20
+    UNSUPPORTED = 21
+    TIMEOUT = 22
+    CANCELLED = 23
+    INTERNAL = 24
+
+
+class HapticError(Exception):
+    """A refusal: `code` says what kind, `where` the place, `what` the fault, `remedy` what to do."""
+
+    def __init__(self, code: int, where: str = "", what: str = "", remedy: str = "") -> None:
+        try:
+            self.code: int = Code(code)
+        except ValueError:  # of a newer daemon
+            self.code = code
+        self.where = where
+        self.what = what or _abi.lib.haptic_error_text(code).decode()
+        self.remedy = remedy
+        message = f"{where}: {self.what}" if where else self.what
+        super().__init__(f"{message} ({remedy})" if remedy else message)
+
+
+def check(code: int) -> None:
+    """Raises unless the code of a call without words is OK."""
+    if code != 0:
+        raise HapticError(code)
+
+
+def call(function: Any, *arguments: Any) -> None:
+    """Calls a function whose last parameter is the error; raises what it says."""
+    error = _abi.Error()
+    code = function(*arguments, ctypes.byref(error))
+    if code != 0:
+        raise HapticError(code, *(getattr(error, name).decode("utf-8", "replace")
+                                  for name in ("where", "what", "remedy")))

@@ -1,0 +1,251 @@
+"""A session with a device: numpy views of what the servo does, and pushes at the program's own pace."""
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _abi
+from .errors import HapticError, call, check
+from .types import Acks, Counters, Material, ModelStatus, SessionInfo, device_info, plain
+
+#: One servo sample; fields as haptic_sample in session.h.
+SAMPLE = np.dtype(_abi.SAMPLE_FIELDS)
+
+#: Samples that the daemon keeps; drain() before they are overwritten.
+HISTORY = 1024
+
+PLANE, SPRING, SPHERE, HALFSPACES, CORNER = 1, 2, 3, 4, 5
+_lib = _abi.lib
+_S = 1_000_000_000
+
+
+def _vector(values: Sequence[float], length: int = 3) -> Any:
+    if len(values) != length:
+        raise ValueError(f"expected {length} numbers, got {len(values)}")
+    return (ctypes.c_double * length)(*(float(v) for v in values))
+
+
+class Session:
+    """Made by Client.open_session(). Ends with its `with` block: its share of the force fades.
+
+    One thread at a time reads, one at a time pushes. Pushes take `latest=True` (a mailbox: only the newest value
+    matters) or `at_tick` (the ring: takes effect at that tick); they return the command's number.
+    """
+
+    def __init__(self, handle: ctypes.c_void_p, client: Any) -> None:
+        self._handle: Optional[ctypes.c_void_p] = handle
+        self._client = client  # keeps the connection as long as the session
+        self._lost = ctypes.c_uint64(0)
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        self.close()
+
+    def close(self) -> None:
+        if getattr(self, "_handle", None) is not None:
+            _lib.haptic_session_close(self._handle)
+            self._handle = None
+
+    def describe(self) -> SessionInfo:
+        out = ctypes.c_void_p()
+        call(_lib.haptic_session_describe, self._handle, ctypes.byref(out))
+        try:
+            raw = _abi.SessionInfo.from_address(out.value)
+            return plain(SessionInfo, raw, device=device_info(raw.device.contents))
+        finally:
+            _lib.haptic_free(out)
+
+    def reopen(self) -> None:
+        """After Client.reconnect(): the device is disarmed and nothing is pushed yet."""
+        call(_lib.haptic_session_reopen, self._handle)
+
+    def acquire_lease(self) -> None:
+        call(_lib.haptic_session_acquire_lease, self._handle)
+
+    def release_lease(self) -> None:
+        call(_lib.haptic_session_release_lease, self._handle)
+
+    def arm(self) -> None:
+        """Energises the device; the force ramps up over two seconds."""
+        call(_lib.haptic_session_arm, self._handle)
+
+    def disarm(self) -> None:
+        call(_lib.haptic_session_disarm, self._handle)
+
+    @property
+    def alive(self) -> bool:
+        return _lib.haptic_session_check(self._handle) == 0
+
+    # ---------------------------------------------------------------- reading
+
+    def latest(self, device: Optional[int] = None) -> np.void:
+        """The newest sample: latest()["p"], latest()["force"], ... HapticError WOULD_BLOCK when there is none."""
+        sample = np.empty(1, SAMPLE)
+        if device is None:
+            check(_lib.haptic_session_latest(self._handle, sample.ctypes.data))
+        else:
+            check(_lib.haptic_session_latest_of(self._handle, device, sample.ctypes.data))
+        return sample[0]
+
+    def drain(self, out: Optional[npt.NDArray[np.void]] = None) -> npt.NDArray[np.void]:
+        """The oldest unread samples, in order: a view of `out`, else of a new array. `lost` counts what was missed."""
+        if out is None:
+            out = np.empty(HISTORY, SAMPLE)
+        elif out.dtype != SAMPLE or not out.flags.c_contiguous or not out.flags.writeable or out.ndim != 1:
+            raise ValueError("out: a contiguous, writable array of dtype SAMPLE is needed")
+        count = ctypes.c_uint32()
+        check(_lib.haptic_session_drain(self._handle, out.ctypes.data, len(out), ctypes.byref(count),
+                                        ctypes.byref(self._lost)))
+        return out[:count.value]
+
+    @property
+    def lost(self) -> int:
+        """Samples overwritten before drain() came, since the session began."""
+        return self._lost.value
+
+    def acks(self) -> Acks:
+        raw = _abi.Acks()
+        check(_lib.haptic_session_acks(self._handle, ctypes.byref(raw)))
+        return plain(Acks, raw)
+
+    def counters(self) -> Counters:
+        raw = _abi.Counters()
+        check(_lib.haptic_session_counters(self._handle, ctypes.byref(raw)))
+        return plain(Counters, raw)
+
+    def model(self, slot: int) -> ModelStatus:
+        raw = _abi.ModelStatus()
+        check(_lib.haptic_session_model_status(self._handle, slot, ctypes.byref(raw)))
+        return plain(ModelStatus, raw)
+
+    # ---------------------------------------------------------------- pushing
+
+    def _push(self, function: Any, command: Any, latest: bool, at_tick: int) -> int:
+        push = _abi.Push(at_tick=at_tick, flags=1 if latest else 0)
+        check(function(self._handle, ctypes.byref(command), ctypes.byref(push)))
+        return push.seq
+
+    @property
+    def space(self) -> int:
+        """Commands that the ring takes now."""
+        return _lib.haptic_push_space(self._handle)
+
+    def push_plane(self, origin: Sequence[float], normal: Sequence[float], *, slot: int = 0,
+                   material: Material = Material(), lease_s: float = 0.5, blend_s: float = 0.02, frame: int = 0,
+                   device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
+        """Solid behind the plane: plane and probe."""
+        model = self._model(PLANE, slot, material, lease_s, blend_s, frame, device, origin)
+        model.normal = _vector(normal)
+        return self._push(_lib.haptic_push_local_model, model, latest, at_tick)
+
+    def push_spring(self, origin: Sequence[float], *, free_length: float = 0.0, slot: int = 0,
+                    material: Material = Material(), lease_s: float = 0.5, blend_s: float = 0.02, frame: int = 0,
+                    device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
+        """A spring from the device point to `origin`."""
+        model = self._model(SPRING, slot, material, lease_s, blend_s, frame, device, origin)
+        model.radius = free_length
+        return self._push(_lib.haptic_push_local_model, model, latest, at_tick)
+
+    def push_sphere(self, origin: Sequence[float], radius: float, *, slot: int = 0, material: Material = Material(),
+                    lease_s: float = 0.5, blend_s: float = 0.02, frame: int = 0, device: int = 0,
+                    latest: bool = False, at_tick: int = 0) -> int:
+        """A solid sphere; a negative radius keeps the hand inside."""
+        model = self._model(SPHERE, slot, material, lease_s, blend_s, frame, device, origin)
+        model.radius = radius
+        return self._push(_lib.haptic_push_local_model, model, latest, at_tick)
+
+    def push_halfspaces(self, origin: Sequence[float], halfspaces: npt.ArrayLike, *, corner: bool = False, slot: int = 0,
+                        material: Material = Material(), lease_s: float = 0.5, blend_s: float = 0.02, frame: int = 0,
+                        device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
+        """Rows of unit normal and offset: solid where n.(x - origin) <= d for all of them, or for any (`corner`)."""
+        rows = np.asarray(halfspaces, np.float32)
+        if rows.ndim != 2 or rows.shape[1] != 4 or not 1 <= len(rows) <= 16:
+            raise ValueError("halfspaces: 1 to 16 rows of 4 numbers are needed")
+        model = self._model(CORNER if corner else HALFSPACES, slot, material, lease_s, blend_s, frame, device, origin)
+        model.count = len(rows)
+        for i, row in enumerate(rows):
+            model.halfspace[i] = (ctypes.c_float * 4)(*row)
+        return self._push(_lib.haptic_push_local_model, model, latest, at_tick)
+
+    @staticmethod
+    def _model(kind: int, slot: int, material: Material, lease_s: float, blend_s: float, frame: int, device: int,
+               origin: Sequence[float]) -> Any:
+        return _abi.LocalModel(slot=slot, kind=kind, frame=frame, device=device, lease_ns=round(lease_s * _S),
+                               blend_ns=round(blend_s * _S), material=_abi.Material(**material._asdict()),
+                               origin=_vector(origin))
+
+    def push_force_field(self, x0: Sequence[float], f0: Sequence[float], jacobian: npt.ArrayLike, radius: float, *,
+                         slot: int = 0, lease_s: float = 0.1, blend_s: float = 0.01, frame: int = 0, device: int = 0,
+                         latest: bool = False, at_tick: int = 0) -> int:
+        """Force f0 + J (x - x0) within `radius` of x0; the Jacobian lets the servo go on between two pushes."""
+        field = _abi.ForceField(slot=slot, frame=frame, device=device, lease_ns=round(lease_s * _S),
+                                blend_ns=round(blend_s * _S), x0=_vector(x0), f0=_vector(f0),
+                                jacobian=_vector(np.asarray(jacobian, float).reshape(-1), 9), radius=radius)
+        return self._push(_lib.haptic_push_force_field, field, latest, at_tick)
+
+    def clear_model(self, slot: int, *, blend_s: float = 0.02, latest: bool = False, at_tick: int = 0) -> int:
+        return self._push(_lib.haptic_push_clear_model, _abi.ClearModel(slot=slot, blend_ns=round(blend_s * _S)),
+                          latest, at_tick)
+
+    def push_force(self, force: Sequence[float], torque: Sequence[float] = (0, 0, 0), *, lease_s: float = 0.05,
+                   device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
+        """A plain force, held until replaced or until the lease runs out."""
+        command = _abi.ClientForce(device=device, lease_ns=round(lease_s * _S), force=_vector(force),
+                                   torque=_vector(torque))
+        return self._push(_lib.haptic_push_client_force, command, latest, at_tick)
+
+    def push_intent(self, p: Sequence[float], q: Sequence[float] = (1, 0, 0, 0), *, gripper_rad: float = 0.0,
+                    device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
+        """Where the hand of a simulated device wants to be."""
+        command = _abi.Intent(device=device, p=_vector(p), q=_vector(q, 4), gripper_rad=gripper_rad)
+        return self._push(_lib.haptic_push_intent, command, latest, at_tick)
+
+    def push_limits(self, force_n: float, torque_nm: float, *, latest: bool = False, at_tick: int = 0) -> int:
+        """Binds this session's own share; can only lower what the daemon allows."""
+        return self._push(_lib.haptic_push_limits, _abi.SessionLimits(force_n, torque_nm), latest, at_tick)
+
+    def push_object_pose(self, object_id: int, p: Sequence[float], q: Sequence[float] = (1, 0, 0, 0),
+                         v: Sequence[float] = (0, 0, 0), w: Sequence[float] = (0, 0, 0), *, latest: bool = False,
+                         at_tick: int = 0) -> int:
+        """Moves an object; the servo goes on with the velocity until the next push."""
+        command = _abi.ObjectPose(object=object_id, p=_vector(p), q=_vector(q, 4), v=_vector(v), w=_vector(w))
+        return self._push(_lib.haptic_push_object_pose, command, latest, at_tick)
+
+    def push_object_material(self, object_id: int, material: Material, *, latest: bool = False,
+                             at_tick: int = 0) -> int:
+        command = _abi.ObjectMaterial(object=object_id, material=_abi.Material(**material._asdict()))
+        return self._push(_lib.haptic_push_object_material, command, latest, at_tick)
+
+    def push_object_flags(self, object_id: int, mask: int, value: int, *, latest: bool = False,
+                          at_tick: int = 0) -> int:
+        """Sets the masked bits of ObjectFlag to those of `value`."""
+        command = _abi.ObjectFlags(object=object_id, mask=mask, value=value)
+        return self._push(_lib.haptic_push_object_flags, command, latest, at_tick)
+
+    def push_object_vertices(self, object_id: int, indices: npt.ArrayLike, places: npt.ArrayLike, *,
+                             at_tick: int = 0) -> int:
+        """Moves vertices of a deformable mesh, 26 a command. WOULD_BLOCK, and nothing sent, if the ring lacks room."""
+        index = np.asarray(indices, np.uint32).reshape(-1)
+        place = np.asarray(places, np.float32).reshape(-1, 3)
+        if len(index) != len(place) or len(index) == 0:
+            raise ValueError("as many places as indices are needed, at least one")
+        if self.space < -(-len(index) // 26):
+            check(_lib.haptic_session_check(self._handle))
+            raise HapticError(17)
+        seq = 0
+        for first in range(0, len(index), 26):
+            command = _abi.ObjectVertices(object=object_id, count=min(26, len(index) - first))
+            for i in range(command.count):
+                command.move[i].index = int(index[first + i])
+                command.move[i].p = (ctypes.c_float * 3)(*place[first + i])
+            seq = self._push(_lib.haptic_push_object_vertices, command, False, at_tick)
+        return seq

@@ -1,0 +1,382 @@
+"""What the library tells, as plain Python values. Units and meaning: the C headers of the same names."""
+from __future__ import annotations
+
+import ctypes
+import enum
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple, TypeVar
+
+from . import _abi
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+T = TypeVar("T")
+
+
+class Pose(NamedTuple):
+    """Place [m] and orientation (unit quaternion w, x, y, z)."""
+    p: Vector = (0.0, 0.0, 0.0)
+    q: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+class Material(NamedTuple):
+    """What a surface feels like: N/m, N s/m, mu_s, mu_d."""
+    stiffness: float = 1000.0
+    damping: float = 1.0
+    friction_static: float = 0.0
+    friction_dynamic: float = 0.0
+
+
+class ShapeKind(enum.IntEnum):
+    GROUP = 0
+    PLANE = 1
+    SPHERE = 2
+    BOX = 3
+    CAPSULE = 4
+    CYLINDER = 5
+    MESH = 6
+
+
+class ObjectFlag(enum.IntFlag):
+    ENABLED = 1
+    VISIBLE = 2
+    TWO_SIDED = 4
+    KEEP = 256
+
+
+class Ability(enum.IntFlag):
+    SENSES_POSITION = 1
+    SENSES_ROTATION = 2
+    SENSES_GRIPPER = 4
+    ACTUATES_POSITION = 8
+    ACTUATES_ROTATION = 16
+    ACTUATES_GRIPPER = 32
+    LEFT_HAND = 64
+    RIGHT_HAND = 128
+    HAS_BRAKES = 256
+    HAS_WATCHDOG = 512
+    HAS_DEADMAN = 1024
+    HAS_VELOCITY_LIMIT = 2048
+
+
+class SampleFlag(enum.IntFlag):
+    ARMED = 1
+    RAMPING = 2
+    FAULT = 4
+    CONTACT = 8
+    SLIP = 16
+    LIMITED = 32
+    PASSIVITY = 64
+    STALE = 128
+    NO_RT = 256
+    SATURATED = 512
+
+
+class EventKind(enum.IntEnum):
+    TOUCH = 0
+    UNTOUCH = 1
+    BUTTON = 2
+    FAULT = 3
+    ARMED = 4
+    DISARMED = 5
+    LEASE_LOST = 6
+    LEASE_TAKEN = 7
+    DEVICE_ADDED = 8
+    DEVICE_REMOVED = 9
+    OVERRUN = 10
+    CLIENT_JOINED = 11
+    CLIENT_LEFT = 12
+    MODEL_EXPIRED = 13
+    OBJECT_CHANGED = 14
+
+
+@dataclass(frozen=True)
+class DaemonInfo:
+    pid: int
+    protocol_major: int
+    protocol_minor: int
+    epoch: int
+    administration: bool
+    realtime: bool
+    started_ns: int
+    version: str
+    scheduling_note: str
+    socket: str
+    config_file: str
+
+
+@dataclass(frozen=True)
+class DeviceInfo:
+    open: bool
+    abilities: Ability
+    buttons: int
+    calibration: int
+    uri: str
+    name: str
+    model: str
+    manufacturer: str
+    serial: str
+    firmware: str
+    driver: str
+    driver_version: str
+    calibration_style: str
+    max_force: float
+    continuous_force: float
+    max_torque: float
+    max_gripper_force: float
+    max_stiffness: float
+    max_angular_stiffness: float
+    max_gripper_stiffness: float
+    max_damping: float
+    max_angular_damping: float
+    workspace_radius: float
+    workspace_lower: Vector
+    workspace_upper: Vector
+    max_workspace_lower: Vector
+    max_workspace_upper: Vector
+    gripper_max_angle: float
+    position_resolution: float
+    rotation_resolution: float
+    force_resolution: float
+    native_rate_hz: float
+    apparent_mass: float
+    viscous_friction: float
+    coulomb_friction: float
+    max_velocity: float
+    temperature_c: float
+
+
+@dataclass(frozen=True)
+class DeviceLimits:
+    force: float
+    torque: float
+    force_slew: float
+    torque_slew: float
+    velocity: float
+    power: float
+    active_power: float
+    gripper_force: float
+
+
+@dataclass(frozen=True)
+class DeviceStatus:
+    armed: bool
+    fault: int
+    lease_pid: int
+    uri: str
+    name: str
+    fault_text: str
+    lease_holder: str
+    group: str
+    scheduling: str
+    rate_hz: float
+    busy: float
+    cycles: int
+    missed: int
+    stale: int
+    wake_p99_ns: int
+    limits: DeviceLimits
+    pose: Pose
+    force: Vector
+
+
+@dataclass(frozen=True)
+class ClientStatus:
+    pid: int
+    uid: int
+    lease: bool
+    session: int
+    name: str
+    device: str
+    received: int
+    rejected: int
+    stale: int
+    models: int
+    fade: float
+    heartbeat_age_ns: int
+    bytes: int
+
+
+@dataclass(frozen=True)
+class Status:
+    objects: int
+    triangles: int
+    locked_bytes: int
+    uptime_ns: int
+    info: DaemonInfo
+    devices: list[DeviceStatus]
+    clients: list[ClientStatus]
+
+
+@dataclass(frozen=True)
+class Histogram:
+    name: str
+    count: int
+    p50_ns: int
+    p99_ns: int
+    p999_ns: int
+    p9999_ns: int
+    max_ns: int
+
+
+@dataclass(frozen=True)
+class Statistics:
+    uri: str
+    period_ns: int
+    cycles: int
+    missed: int
+    overruns: int
+    stale_samples: int
+    histograms: list[Histogram]
+
+
+@dataclass(frozen=True)
+class Check:
+    state: int
+    """0 green, 1 red, 2 not applicable."""
+    name: str
+    detail: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class ObjectState:
+    id: int
+    triangles: int
+    path: str
+    owner: str
+    world_pose: Pose
+    name: str
+    parent: str
+    flags: ObjectFlag
+    pose: Pose
+    shape: ShapeKind
+    size: Vector
+    mesh: int
+    material: Material
+
+
+@dataclass(frozen=True)
+class MeshReport:
+    closed: bool
+    id: int
+    vertices: int
+    triangles: int
+    bytes: int
+    lower: Vector
+    upper: Vector
+    build_ns: int
+    notes: list[str]
+
+
+@dataclass(frozen=True)
+class Event:
+    kind: int
+    t_ns: int
+    tick: int
+    session: int
+    lost: int
+    value: int
+    point: Vector
+    force: float
+    device: str
+    object: str
+    text: str
+
+    @property
+    def name(self) -> str:
+        """"touch", "untouch", ..."""
+        return _abi.lib.haptic_event_name(self.kind).decode()
+
+
+@dataclass(frozen=True)
+class SessionInfo:
+    device_index: int
+    device_count: int
+    id: int
+    epoch: int
+    period_ns: int
+    device: DeviceInfo
+
+
+@dataclass(frozen=True)
+class Acks:
+    ring_head: int
+    violations: int
+    received_seq: int
+    rejected: int
+    last_rejected_seq: int
+    last_rejected_code: int
+    stale_mailboxes: int
+    applied_seq: int
+    applied_tick: int
+    heartbeat_age_ns: int
+    fade: float
+    ended: bool
+
+
+@dataclass(frozen=True)
+class ModelStatus:
+    seq: int
+    age_ns: int
+    weight: float
+    state: int
+    """0 empty, 1 blending in, 2 in force, 3 expired and fading."""
+
+
+@dataclass(frozen=True)
+class Counters:
+    cycles: int
+    missed: int
+    overruns: int
+    stale_samples: int
+    contacts: int
+    faults: int
+    max_wake_ns: int
+    max_cycle_ns: int
+
+
+_BOOLEANS = {"open", "armed", "administration", "realtime", "lease", "closed", "ended"}
+
+
+def _value(raw: Any) -> Any:
+    if isinstance(raw, bytes):
+        return raw.decode("utf-8", "replace")
+    if isinstance(raw, ctypes.Array):
+        return tuple(raw)
+    if isinstance(raw, _abi.Pose):
+        return Pose(tuple(raw.p), tuple(raw.q))
+    return raw
+
+
+def plain(cls: type[T], raw: Any, **more: Any) -> T:
+    """Copies the fields of a C structure that `cls` names; `more` gives those that need care."""
+    values = dict(more)
+    for field in fields(cls):  # type: ignore[arg-type]
+        if field.name not in values:
+            value = _value(getattr(raw, field.name))
+            values[field.name] = bool(value) if field.name in _BOOLEANS else value
+    return cls(**values)
+
+
+def device_info(raw: Any) -> DeviceInfo:
+    return plain(DeviceInfo, raw, abilities=Ability(raw.abilities))
+
+
+def mesh_report(raw: Any) -> MeshReport:
+    return plain(MeshReport, raw, notes=[raw.notes[i].decode() for i in range(raw.note_count)])
+
+
+def object_state(raw: Any) -> ObjectState:
+    made = raw.object.contents
+    return plain(ObjectState, raw, name=made.name.decode(), parent=made.parent.decode(),
+                 flags=ObjectFlag(made.flags), pose=_value(made.pose), shape=ShapeKind(made.shape.kind),
+                 size=tuple(made.shape.size), mesh=made.shape.mesh,
+                 material=Material(*(getattr(made.material, name) for name in Material._fields)))
+
+
+def status(raw: Any) -> Status:
+    devices = [plain(DeviceStatus, entry, limits=plain(DeviceLimits, entry.limits.contents))
+               for entry in (raw.devices[i].contents for i in range(raw.device_count))]
+    clients = [plain(ClientStatus, raw.clients[i].contents) for i in range(raw.client_count)]
+    return plain(Status, raw, info=plain(DaemonInfo, raw.info.contents), devices=devices, clients=clients)

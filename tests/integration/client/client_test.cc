@@ -1,0 +1,294 @@
+// The client library against a real daemon with a simulated hand.
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+
+#include <chrono>
+#include <cmath>
+#include <hapticclient/hapticclient.hpp>
+#include <memory>
+#include <thread>
+
+#include "support/daemon_fixture.h"
+
+namespace hapticd::test {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+template <class Condition>
+bool eventually(Condition&& condition) {
+  for (int i = 0; i < 2000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(milliseconds(5));
+  }
+  return false;
+}
+
+class ClientIntegration : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(daemon_.running()) << daemon_.log(); }
+  void TearDown() override {
+    if (HasFailure()) std::fputs(daemon_.log().c_str(), stderr);
+  }
+  haptic::Client connect(const char* name, bool administration = false) {
+    auto client =
+        haptic::Client::connect({administration ? daemon_.adminSocket() : daemon_.socket(), name, administration});
+    EXPECT_TRUE(client) << client.error().message();
+    return client ? std::move(*client) : haptic::Client(nullptr);
+  }
+  static haptic::Session open(haptic::Client& client) {
+    auto session = client.openSession();
+    EXPECT_TRUE(session) << session.error().message();
+    return session ? std::move(*session) : haptic::Session(nullptr);
+  }
+  static haptic_intent handAt(double z) { return {0, 0, {0, 0, z}, {1, 0, 0, 0}, 0}; }
+  static haptic_local_model floorAt(double z) {
+    haptic_local_model plane{};
+    plane.kind = HAPTIC_MODEL_PLANE;
+    plane.lease_ns = 5'000'000'000;
+    plane.normal[2] = 1;
+    plane.origin[2] = z;
+    plane.material = {1000, 2, 0, 0};
+    return plane;
+  }
+
+  DaemonFixture daemon_{{.program = HAPTICD_PROGRAM, .config = "[guard]\narm_ramp_ms = 100\n"}};
+};
+
+TEST_F(ClientIntegration, TwoClientsShareTheSceneAndOneHoldsTheLease) {
+  auto first = connect("first");
+  auto second = connect("second");
+  auto a = open(first);
+  auto b = open(second);
+  ASSERT_TRUE(a.acquireLease());
+  const auto refused = b.arm();
+  EXPECT_EQ(refused.code(), HAPTIC_LEASE_HELD);
+  EXPECT_NE(refused.error().message().find("first"), std::string::npos) << refused.error().message();
+
+  haptic_object ball = HAPTIC_OBJECT_INIT;
+  ball.name = "ball";
+  ball.shape.kind = HAPTIC_SHAPE_SPHERE;
+  ball.shape.size[0] = 0.01;
+  ball.pose.p[2] = -0.05;
+  {
+    auto object = first.scene().create(ball);
+    ASSERT_TRUE(object) << object.error().message();
+    auto seen = second.scene().find("ball");
+    ASSERT_TRUE(seen) << seen.error().message();
+    EXPECT_EQ((*seen)->id, object->id());
+    EXPECT_EQ((*seen)->object->pose.p[2], -0.05);
+    EXPECT_EQ(second.scene().create(ball).code(), HAPTIC_ALREADY_EXISTS);
+    auto status = second.status();
+    ASSERT_TRUE(status);
+    EXPECT_EQ((*status)->client_count, 2u);
+    EXPECT_STREQ((*status)->devices[0]->lease_holder, "first");
+  }
+  EXPECT_EQ(second.scene().find("ball").code(), HAPTIC_NOT_FOUND) << "it went with its handle";
+
+  a = haptic::Session(nullptr);
+  EXPECT_TRUE(eventually([&] { return b.acquireLease().ok(); })) << "a closed session gives its lease back";
+}
+
+TEST_F(ClientIntegration, ComesBackAfterTheDaemonWasKilled) {
+  auto client = connect("survivor");
+  auto session = open(client);
+  ASSERT_TRUE(session.arm());
+  const std::uint64_t epoch = (*session.describe())->epoch;
+  daemon_.kill();
+  ASSERT_TRUE(eventually([&] { return !client.connected(); }));
+  EXPECT_EQ(session.latest().code(), HAPTIC_DISCONNECTED);
+  EXPECT_EQ(session.push(floorAt(0)).code(), HAPTIC_DISCONNECTED);
+  EXPECT_EQ(client.reconnect().code(), HAPTIC_DISCONNECTED);
+
+  ASSERT_TRUE(daemon_.start()) << daemon_.log();
+  ASSERT_TRUE(client.reconnect());
+  const auto back = session.reopen();
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_NE((*session.describe())->epoch, epoch);
+  ASSERT_TRUE(eventually([&] { return session.latest().ok(); }));
+  EXPECT_EQ(session.latest()->flags & HAPTIC_SAMPLE_ARMED, 0u) << "a restarted daemon holds still";
+  EXPECT_TRUE(session.arm());
+}
+
+TEST_F(ClientIntegration, EverySampleIsInTheHistoryOrCountedLost) {
+  auto client = connect("reader");
+  auto session = open(client);
+  std::vector<haptic_sample> room(HAPTIC_MODEL_SLOTS * 1024);
+  std::uint64_t lost = 0;
+  std::uint64_t last = 0;
+  ASSERT_TRUE(eventually([&] {
+    const auto got = session.drain(room, lost);
+    if (got && !got->empty()) last = got->back().tick;
+    return last != 0;
+  }));
+  lost = 0;
+  ASSERT_TRUE(eventually([&] { return session.latest()->tick > last + 1300; })) << "longer than the history is";
+  const auto got = session.drain(room, lost);
+  ASSERT_TRUE(got);
+  ASSERT_FALSE(got->empty());
+  EXPECT_GT(lost, 0u);
+  // Ticks skipped by a late servo have no sample; they are counted in `missed`.
+  const std::uint64_t between = got->front().tick - last - 1;
+  EXPECT_GE(between, lost);
+  EXPECT_LE(between - lost, session.counters()->missed);
+  for (std::size_t i = 1; i < got->size(); ++i) ASSERT_GT((*got)[i].tick, (*got)[i - 1].tick);
+}
+
+TEST_F(ClientIntegration, AStopIsAnEventAndLatchesUntilArmedAgain) {
+  auto client = connect("stopper");
+  auto session = open(client);
+  auto events = client.subscribe(1u << HAPTIC_EVENT_FAULT | 1u << HAPTIC_EVENT_ARMED);
+  ASSERT_TRUE(events);
+  ASSERT_TRUE(session.arm());
+  auto event = events->next(seconds(10));
+  ASSERT_TRUE(event);
+  EXPECT_EQ(event->kind, unsigned{HAPTIC_EVENT_ARMED});
+  ASSERT_TRUE(client.stop());
+  event = events->next(seconds(10));
+  ASSERT_TRUE(event);
+  EXPECT_EQ(event->kind, unsigned{HAPTIC_EVENT_FAULT});
+  EXPECT_EQ(event->value, unsigned{HAPTIC_FAULT_STOP_LINE});
+  ASSERT_TRUE(eventually([&] { return (session.latest()->flags & HAPTIC_SAMPLE_FAULT) != 0; }));
+  ASSERT_TRUE(session.arm());
+  EXPECT_TRUE(eventually([&] { return (session.latest()->flags & HAPTIC_SAMPLE_ARMED) != 0; }));
+  EXPECT_EQ(session.latest()->fault, 0u);
+}
+
+TEST_F(ClientIntegration, APushedPlaneIsFeltAcknowledgedAndExpires) {
+  auto client = connect("pusher");
+  auto session = open(client);
+  auto events = client.subscribe(1u << HAPTIC_EVENT_MODEL_EXPIRED);
+  ASSERT_TRUE(events);
+  ASSERT_TRUE(session.arm());
+  ASSERT_TRUE(eventually([&] { return session.latest().ok(); }));
+  haptic_local_model plane = floorAt(0);
+  plane.slot = 3;
+  plane.lease_ns = 1'500'000'000;
+  const std::uint64_t at = session.latest()->tick + 50;
+  const auto seq = session.push(plane, {.at_tick = at});
+  ASSERT_TRUE(seq);
+  ASSERT_TRUE(eventually([&] { return session.acks()->applied_seq >= *seq; }));
+  EXPECT_GE(session.acks()->applied_tick, at);
+  EXPECT_EQ(session.model(3)->seq, *seq);
+  ASSERT_TRUE(session.push(handAt(-0.01), {.latest = true}));
+  // The hand (400 N/m) wants 1 cm into a plane of 1000 N/m: it is stopped at 400 / 1400 cm.
+  EXPECT_TRUE(eventually([&] { return session.latest()->by_source[HAPTIC_SOURCE_LOCAL_MODEL][2] > 2; }));
+  const auto event = events->next(seconds(10));
+  ASSERT_TRUE(event);
+  EXPECT_EQ(event->value, 3u);
+  EXPECT_TRUE(eventually([&] { return session.latest()->by_source[HAPTIC_SOURCE_LOCAL_MODEL][2] == 0; }));
+}
+
+TEST_F(ClientIntegration, WhatTheDaemonRefusesIsInTheAcks) {
+  auto client = connect("refused");
+  auto session = open(client);
+  haptic_local_model plane = floorAt(0);
+  plane.lease_ns = 60'000'000'000;  // longer than the daemon allows
+  const auto seq = session.push(plane);
+  ASSERT_TRUE(seq);
+  ASSERT_TRUE(eventually([&] { return session.acks()->rejected == 1; }));
+  EXPECT_EQ(session.acks()->last_rejected_seq, *seq);
+  EXPECT_EQ(session.acks()->last_rejected_code, unsigned{HAPTIC_INVALID_ARGUMENT});
+  EXPECT_TRUE(session.alive());
+}
+
+TEST_F(ClientIntegration, LimitsFallFreelyAndRiseByAdministration) {
+  auto client = connect("user");
+  auto session = open(client);
+  ASSERT_TRUE(session.acquireLease());
+  haptic_device_limits limits{};
+  for (double* limit : {&limits.force, &limits.torque, &limits.force_slew, &limits.torque_slew, &limits.velocity,
+                        &limits.power, &limits.active_power, &limits.gripper_force}) {
+    *limit = NAN;
+  }
+  const double before = (*client.status())->devices[0]->limits->force;
+  limits.force = before / 2;
+  auto now = client.setLimits("", limits);
+  ASSERT_TRUE(now) << now.error().message();
+  EXPECT_EQ(now->force, before / 2);
+  EXPECT_GT(now->force_slew, 0) << "the others stay";
+  limits.force = before;
+  EXPECT_EQ(client.setLimits("", limits).code(), HAPTIC_PERMISSION_DENIED);
+  auto administrator = connect("administrator", true);
+  now = administrator.setLimits("", limits);
+  ASSERT_TRUE(now) << now.error().message();
+  EXPECT_EQ(now->force, before);
+  EXPECT_EQ(client.closeDevice("sim://default").code(), HAPTIC_PERMISSION_DENIED);
+}
+
+TEST_F(ClientIntegration, ResourcesByName) {
+  auto client = connect("names");
+  haptic_object box = HAPTIC_OBJECT_INIT;
+  box.name = "box";
+  box.shape = {HAPTIC_SHAPE_BOX, 0, {0.01, 0.01, 0.01}, 0};
+  auto object = client.scene().create(box);
+  ASSERT_TRUE(object);
+  auto set = client.set("/objects/box/pos?value=0.01,0.02,-0.03");
+  ASSERT_TRUE(set) << set.error().message();
+  EXPECT_EQ((*object->state())->object->pose.p[2], -0.03);
+  auto got = client.get("/objects/box/pos");
+  ASSERT_TRUE(got);
+  EXPECT_NE(got->find("0.02"), std::string::npos) << *got;
+  EXPECT_EQ(client.get("/objects/nobody/pos").code(), HAPTIC_NOT_FOUND);
+  EXPECT_FALSE(client.set("/objects/box/pos?value=nan,0,0"));
+  EXPECT_EQ((*object->state())->object->pose.p[2], -0.03) << "a refusal changes nothing";
+  EXPECT_TRUE(client.dump());
+  EXPECT_TRUE(client.configuration());
+  EXPECT_TRUE(client.doctor());
+  auto statistics = client.statistics();
+  ASSERT_TRUE(statistics) << statistics.error().message();
+  EXPECT_GT((*statistics)->histogram_count, 0u);
+}
+
+TEST_F(ClientIntegration, AnUploadThatIsStillMappedIsRefusedUntilItIsNot) {
+  auto client = connect("mapper");
+  auto upload = client.scene().beginUpload(4, 4);
+  ASSERT_TRUE(upload) << upload.error().message();
+  const float vertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const std::uint32_t triangles[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+  std::copy(std::begin(vertices), std::end(vertices), upload->vertices().begin());
+  std::copy(std::begin(triangles), std::end(triangles), upload->triangles().begin());
+  // A second mapping of the same pages, as a program that clings to its mesh would have.
+  void* page =
+      reinterpret_cast<void*>(reinterpret_cast<std::uintptr_t>(upload->vertices().data()) & ~std::uintptr_t{4095});
+  void* second = mremap(page, 0, 4096, MREMAP_MAYMOVE);
+  ASSERT_NE(second, MAP_FAILED);
+  const auto refused = upload->commit();
+  EXPECT_EQ(refused.code(), HAPTIC_STILL_MAPPED) << refused.error().message();
+  munmap(second, 4096);
+  const auto report = upload->commit();
+  ASSERT_TRUE(report) << report.error().message();
+  EXPECT_EQ((*report)->triangles, 4u);
+  EXPECT_EQ((*report)->closed, 1u);
+}
+
+TEST_F(ClientIntegration, ABadMeshIsRefusedWithItsTriangle) {
+  auto client = connect("careless");
+  const std::vector<float> vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const auto report = client.scene().upload(vertices, std::vector<std::uint32_t>{0, 1, 2, 0, 1, 77});
+  EXPECT_EQ(report.code(), HAPTIC_BAD_MESH);
+  EXPECT_NE(report.error().message().find("triangle 1"), std::string::npos) << report.error().message();
+  EXPECT_EQ((*client.scene().list())->count, 0u);
+}
+
+TEST_F(ClientIntegration, AnUploadIsCancelledWhileItBuilds) {
+  auto client = connect("impatient");
+  constexpr std::uint32_t kSide = 400;
+  std::vector<float> vertices;
+  std::vector<std::uint32_t> triangles;
+  for (std::uint32_t i = 0; i <= kSide; ++i) {
+    for (std::uint32_t k = 0; k <= kSide; ++k) {
+      vertices.insert(vertices.end(), {1e-4f * static_cast<float>(i), 1e-4f * static_cast<float>(k), 0});
+      const std::uint32_t a = i * (kSide + 1) + k;
+      if (i < kSide && k < kSide) triangles.insert(triangles.end(), {a, a + kSide + 1, a + 1});
+    }
+  }
+  int reports = 0;
+  const auto report = client.scene().upload(vertices, triangles, 0, [&](float, const char*) { return ++reports < 2; });
+  EXPECT_EQ(report.code(), HAPTIC_CANCELLED);
+  EXPECT_TRUE(client.scene().upload(vertices, triangles)) << "the builder serves on";
+}
+
+}  // namespace
+}  // namespace hapticd::test

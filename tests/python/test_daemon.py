@@ -1,0 +1,111 @@
+"""The Python module against a real daemon with a simulated hand; with_daemon starts it."""
+import math
+import time
+import unittest
+
+import hapticclient as haptic
+import numpy as np
+
+
+def eventually(condition, seconds=10.0):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.005)
+    return False
+
+
+class Daemon(unittest.TestCase):
+    def setUp(self):
+        self.client = haptic.Client(name="python test")
+        self.addCleanup(self.client.close)
+
+    def test_tells_about_itself_and_its_devices(self):
+        info = self.client.info()
+        self.assertEqual(info.protocol_major, 1)
+        self.assertFalse(info.administration)
+        devices = self.client.devices()
+        self.assertTrue(devices[0].open)
+        self.assertIn(haptic.Ability.ACTUATES_POSITION, devices[0].abilities)
+        status = self.client.status()
+        self.assertEqual(status.devices[0].uri, devices[0].uri)
+        self.assertGreater(status.devices[0].limits.force, 0)
+        statistics = self.client.statistics()
+        self.assertIn("cycle", [histogram.name for histogram in statistics.histograms])
+        self.assertTrue(self.client.doctor())
+        self.assertIsInstance(self.client.dump(), dict)
+        self.assertIn("[", self.client.configuration())
+
+    def test_history_is_a_numpy_array(self):
+        with self.client.open_session() as session:
+            self.assertTrue(eventually(lambda: session.counters().cycles > 100))
+            session.drain()
+            time.sleep(0.1)
+            own = np.empty(64, haptic.SAMPLE)
+            view = session.drain(own)
+            self.assertTrue(np.shares_memory(view, own))
+            self.assertGreater(len(view), 10)
+            self.assertEqual(view["p"].shape, (len(view), 3))
+            self.assertTrue((np.diff(view["tick"].astype(np.int64)) > 0).all())
+            self.assertEqual(session.latest()["by_source"].shape, (6, 3))
+            with self.assertRaises(ValueError):
+                session.drain(np.empty(4))
+        self.assertFalse(session.alive)
+
+    def test_a_sphere_keeps_the_hand_out(self):
+        with self.client.open_session() as session:
+            session.arm()
+            session.push_sphere((0, 0, -0.03), 0.02, material=haptic.Material(1000, 2), lease_s=5)
+            session.push_intent((0, 0, -0.02), latest=True)
+            self.assertTrue(eventually(lambda: session.latest()["by_source"][2][2] > 1))
+            session.clear_model(0)
+            self.assertTrue(eventually(lambda: session.latest()["by_source"][2][2] == 0))
+            with self.assertRaises(haptic.HapticError) as caught:
+                session.push_force((math.nan, 0, 0))
+            self.assertEqual(caught.exception.code, haptic.Code.INVALID_ARGUMENT)
+
+    def test_scene_and_meshes(self):
+        scene = self.client.scene
+        corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 0.01
+        faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+        stages = []
+        report = scene.upload(corners, faces, progress=lambda fraction, stage: stages.append(stage))
+        self.assertTrue(report.closed)
+        self.assertEqual(report.triangles, 4)
+        number = scene.create("tip", haptic.ShapeKind.MESH, mesh=report.id, pose=haptic.Pose((0, 0, -0.05)),
+                              material=haptic.Material(500, 1, 0.5, 0.4))
+        found = scene.find("tip")
+        self.assertEqual((found.id, found.mesh, found.material.friction_static), (number, report.id, 0.5))
+        self.client.set("/objects/tip/pos?value=0.01,0,-0.05")
+        self.assertEqual(scene.find("tip").pose.p, (0.01, 0, -0.05))
+        self.assertIn("tip", [state.name for state in scene.list()])
+        scene.remove("tip")
+        scene.drop_mesh(report.id)
+        with self.assertRaises(haptic.HapticError) as caught:
+            scene.find("tip")
+        self.assertEqual(caught.exception.code, haptic.Code.NOT_FOUND)
+
+    def test_bad_meshes_and_errors_in_progress(self):
+        with self.assertRaises(haptic.HapticError) as caught:
+            self.client.scene.upload(np.eye(3), [[0, 1, 9]])
+        self.assertEqual(caught.exception.code, haptic.Code.BAD_MESH)
+        self.assertIn("triangle 0", str(caught.exception))
+        with self.assertRaises(ValueError):
+            self.client.scene.upload(np.eye(3), [[0, 1, -1]])
+
+    def test_events_and_limits(self):
+        with self.client.open_session() as session, self.client.subscribe(haptic.EventKind.FAULT) as events:
+            self.assertIsNone(events.next(0))
+            session.arm()
+            self.client.stop()
+            event = events.next(10)
+            self.assertEqual((event.name, event.value), ("fault", 1))
+            limits = self.client.set_limits(force=1.5)
+            self.assertEqual(limits.force, 1.5)
+            with self.assertRaises(TypeError):
+                self.client.set_limits(fource=1)
+
+
+if __name__ == "__main__":
+    unittest.main()

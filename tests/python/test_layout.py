@@ -1,0 +1,89 @@
+"""The ctypes structures are the headers': compared with what a C compiler makes of them."""
+import ctypes
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+import hapticclient
+from hapticclient import _abi
+
+HEADERS = pathlib.Path(os.environ["HAPTICCLIENT_HEADERS"])
+
+
+def structures():
+    return [value for value in vars(_abi).values()
+            if isinstance(value, type) and issubclass(value, ctypes.Structure) and value is not _abi.Struct]
+
+
+class Layout(unittest.TestCase):
+    def test_every_field_lies_where_the_compiler_puts_it(self):
+        lines = ['#include <hapticclient/hapticclient.h>', '#include <stdio.h>', 'int main(void) {']
+        expected = []
+
+        def ask(expression, value):
+            lines.append(f'printf("{expression} %zu\\n", {expression});')
+            expected.append(f"{expression} {value}")
+
+        for kind in structures():
+            ask(f"sizeof({kind.__name__})", ctypes.sizeof(kind))
+            for name, *_ in kind._fields_:
+                field = getattr(kind, name)
+                ask(f"offsetof({kind.__name__}, {name})", field.offset)
+                ask(f"sizeof((({kind.__name__}*)0)->{name})", field.size)
+        ask("sizeof(haptic_sample)", hapticclient.SAMPLE.itemsize)
+        for name in hapticclient.SAMPLE.names:
+            kind, offset = hapticclient.SAMPLE.fields[name]
+            ask(f"offsetof(haptic_sample, {name})", offset)
+            ask(f"sizeof(((haptic_sample*)0)->{name})", kind.itemsize)
+        lines.append("return 0; }")
+        self.assertGreater(len(expected), 300)
+        with tempfile.TemporaryDirectory() as directory:
+            source, program = pathlib.Path(directory, "layout.c"), pathlib.Path(directory, "layout")
+            source.write_text("\n".join(lines), encoding="utf-8")
+            subprocess.run(["cc", "-std=c11", "-I", HEADERS, source, "-o", program], check=True)
+            printed = subprocess.run([program], check=True, capture_output=True, text=True).stdout.splitlines()
+        self.assertEqual(printed, expected)
+
+    def test_every_function_of_the_headers_has_a_prototype(self):
+        import re
+        declared = set()
+        for path in HEADERS.rglob("*.h"):
+            declared |= set(re.findall(r"^HAPTIC_API [^(]*?\bhaptic_(\w+)\(", path.read_text(encoding="utf-8"), re.M))
+        # Python uploads in one call.
+        missing = declared - set(_abi._PROTOTYPES) - {"upload_begin", "upload_vertices", "upload_triangles",
+                                                      "upload_commit", "upload_close"}
+        self.assertEqual(missing, set())
+
+
+class Frames(unittest.TestCase):
+    def test_conversion_and_its_inverse(self):
+        import numpy as np
+        for values in ([1, 2, 3], [0.5, 0.5, 0.5, 0.5], np.arange(9).reshape(3, 3)):
+            for frame in hapticclient.Frame:
+                there = hapticclient.convert(values, hapticclient.Frame.HAPTICD, frame)
+                back = hapticclient.convert(there, frame, hapticclient.Frame.HAPTICD)
+                np.testing.assert_array_equal(back, values)
+        with self.assertRaises(ValueError):
+            hapticclient.convert([1, 2], hapticclient.Frame.HAPTICD, hapticclient.Frame.ROS)
+
+
+class Errors(unittest.TestCase):
+    def test_nobody_there(self):
+        with self.assertRaises(hapticclient.HapticError) as caught:
+            hapticclient.Client("/nonexistent/control.sock")
+        self.assertEqual(caught.exception.code, hapticclient.Code.DISCONNECTED)
+        self.assertEqual(caught.exception.where, "/nonexistent/control.sock")
+        self.assertTrue(caught.exception.remedy)
+
+    def test_codes_are_the_librarys(self):
+        for code in hapticclient.Code:
+            self.assertEqual(_abi.lib.haptic_error_name(code).decode(), f"HAPTIC_{code.name}")
+        self.assertEqual(_abi.lib.haptic_error_name(len(hapticclient.Code)), b"HAPTIC_UNKNOWN")
+        for kind in hapticclient.EventKind:
+            self.assertEqual(_abi.lib.haptic_event_name(kind).decode(), kind.name.lower().replace("_", "-"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,46 @@
+/** @file
+ * A fake daemon and a client connected to it.
+ */
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <hapticclient/hapticclient.hpp>
+#include <memory>
+#include <thread>
+
+#include "unit/libclient/fake_daemon.h"
+
+namespace hapticd::testing {
+
+/** Waits until `condition` holds, at most ten seconds. */
+template <class Condition>
+bool eventually(Condition&& condition) {
+  for (int i = 0; i < 5000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return false;
+}
+
+class WithFakeDaemon : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::string socket() const { return directory_.path() + "/control.sock"; }
+  void start(Script script = {}) { daemon_ = std::make_unique<FakeDaemon>(socket(), std::move(script)); }
+  /** The daemon dies and a new one takes its place. */
+  void restart(std::uint64_t epoch) {
+    daemon_ = nullptr;
+    Script script;
+    script.epoch = epoch;
+    start(script);
+  }
+  [[nodiscard]] haptic::Result<haptic::Client> connect() {
+    return haptic::Client::connect({socket(), "tester", false, std::chrono::seconds(10)});
+  }
+
+  TempDir directory_;
+  std::unique_ptr<FakeDaemon> daemon_;
+};
+
+}  // namespace hapticd::testing

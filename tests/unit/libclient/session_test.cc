@@ -1,0 +1,280 @@
+// Sessions: the two mappings, pushes by ring and mailbox, heartbeats, ends.
+#include <cmath>
+#include <cstring>
+
+#include "rt/ring/command_ring.h"
+#include "rt/ring/state.h"
+#include "unit/libclient/fixture.h"
+
+namespace hapticd::testing {
+namespace {
+
+class SessionTest : public WithFakeDaemon {
+ protected:
+  void SetUp() override {
+    start();
+    auto client = connect();
+    ASSERT_TRUE(client);
+    client_ = std::make_unique<haptic::Client>(std::move(*client));
+    auto session = client_->openSession();
+    ASSERT_TRUE(session) << session.error().message();
+    session_ = std::make_unique<haptic::Session>(std::move(*session));
+  }
+  /** Publishes samples whose ticks count from `first`. */
+  void publish(StateWriter& writer, std::uint64_t first, int count) {
+    for (int i = 0; i < count; ++i) {
+      hd_sample sample{};
+      sample.tick = first + static_cast<std::uint64_t>(i);
+      sample.p[2] = 0.001 * static_cast<double>(sample.tick);
+      writer.publish(sample);
+    }
+  }
+  static haptic_client_force force(double x) {
+    haptic_client_force force{};
+    force.lease_ns = 1'000'000;
+    force.force[0] = x;
+    return force;
+  }
+
+  std::unique_ptr<haptic::Client> client_;
+  std::unique_ptr<haptic::Session> session_;
+};
+
+TEST_F(SessionTest, MapsThenSaysSo) {
+  const auto calls = daemon_->seen().calls;
+  ASSERT_EQ(calls.size(), 2u);
+  EXPECT_EQ(calls[0], "regions");
+  EXPECT_EQ(calls[1], "mapped");
+  auto info = session_->describe();
+  ASSERT_TRUE(info);
+  EXPECT_EQ((*info)->id, 7u);
+  EXPECT_EQ((*info)->period_ns, 1'000'000);
+  EXPECT_STREQ((*info)->device->uri, "sim://one");
+}
+
+TEST_F(SessionTest, ReadsTheLatestSampleAndCountsWhatTheHistoryLost) {
+  EXPECT_EQ(session_->latest().code(), HAPTIC_WOULD_BLOCK);
+  StateWriter writer(daemon_->regionA());
+  publish(writer, 1, 10);
+  auto sample = session_->latest();
+  ASSERT_TRUE(sample);
+  EXPECT_EQ(sample->tick, 10u);
+  EXPECT_EQ(sample->p[2], 0.01);
+
+  std::vector<haptic_sample> room(2048);
+  std::uint64_t lost = 0;
+  auto got = session_->drain(room, lost);
+  ASSERT_TRUE(got);
+  ASSERT_EQ(got->size(), 10u);
+  EXPECT_EQ((*got)[9].tick, 10u);
+  EXPECT_EQ(lost, 0u);
+
+  publish(writer, 11, 3000);
+  got = session_->drain(room, lost);
+  ASSERT_TRUE(got);
+  EXPECT_EQ(got->size() + lost, 3000u);
+  EXPECT_GE(lost, 3000u - HD_HISTORY_SLOTS);
+  EXPECT_EQ(got->back().tick, 3010u);
+  for (std::size_t i = 1; i < got->size(); ++i) ASSERT_EQ((*got)[i].tick, (*got)[i - 1].tick + 1);
+}
+
+TEST_F(SessionTest, ReadsAcksCountersAndModels) {
+  hd_region_a* a = daemon_->regionA();
+  a->acks.received_seq = 5;
+  a->acks.last_rejected_code = HAPTIC_NOT_FOUND;
+  a->acks.fade = 0.5f;
+  a->counters.cycles = 99;
+  a->counters.max_cycle_ns = 1234;
+  a->models[3] = {8, 77, 0.25f, 3, 0};
+  EXPECT_EQ(session_->acks()->received_seq, 5u);
+  EXPECT_EQ(session_->acks()->last_rejected_code, unsigned{HAPTIC_NOT_FOUND});
+  EXPECT_EQ(session_->acks()->fade, 0.5f);
+  EXPECT_EQ(session_->counters()->cycles, 99u);
+  EXPECT_EQ(session_->counters()->max_cycle_ns, 1234u);
+  EXPECT_EQ(session_->model(3)->seq, 8u);
+  EXPECT_EQ(session_->model(3)->weight, 0.25f);
+  EXPECT_EQ(session_->model(8).code(), HAPTIC_INVALID_ARGUMENT);
+}
+
+TEST_F(SessionTest, TheRingKeepsEveryCommandInOrder) {
+  CommandConsumer consumer(daemon_->regionB(), daemon_->regionA());
+  for (int i = 1; i <= 3; ++i) {
+    auto seq = session_->push(force(i), {.at_tick = static_cast<std::uint64_t>(100 * i)});
+    ASSERT_TRUE(seq);
+    EXPECT_EQ(*seq, static_cast<std::uint64_t>(i));
+  }
+  for (int i = 1; i <= 3; ++i) {
+    hd_slot slot;
+    ASSERT_EQ(consumer.pop(slot), CommandConsumer::Pop::kSlot);
+    EXPECT_EQ(slot.kind, unsigned{HD_COMMAND_CLIENT_FORCE});
+    EXPECT_EQ(slot.at_tick, 100u * static_cast<unsigned>(i));
+    EXPECT_EQ(slot.length, sizeof(hd_client_force));
+    hd_client_force got;
+    std::memcpy(&got, slot.payload, sizeof got);
+    EXPECT_EQ(got.force[0], i);
+  }
+  hd_slot slot;
+  EXPECT_EQ(consumer.pop(slot), CommandConsumer::Pop::kEmpty);
+}
+
+TEST_F(SessionTest, AFullRingSaysSoAndTakesMoreOnceDrained) {
+  CommandConsumer consumer(daemon_->regionB(), daemon_->regionA());
+  EXPECT_EQ(session_->space(), HD_RING_SLOTS);
+  for (unsigned i = 0; i < HD_RING_SLOTS; ++i) ASSERT_TRUE(session_->push(force(1)));
+  EXPECT_EQ(session_->push(force(1)).code(), HAPTIC_WOULD_BLOCK);
+  EXPECT_EQ(session_->space(), 0u);
+  hd_slot slot;
+  ASSERT_EQ(consumer.pop(slot), CommandConsumer::Pop::kSlot);
+  EXPECT_TRUE(session_->push(force(1)));
+}
+
+TEST_F(SessionTest, AMailboxKeepsTheNewestOfItsTarget) {
+  for (int i = 1; i <= 1000; ++i) ASSERT_TRUE(session_->push(force(i), {.latest = true}));
+  EXPECT_EQ(session_->space(), HD_RING_SLOTS) << "the ring was not used";
+  MailboxReader reader(&daemon_->regionB()->mailbox[0]);
+  hd_slot slot;
+  ASSERT_EQ(reader.read(slot), MailboxReader::Read::kNew);
+  hd_client_force got;
+  std::memcpy(&got, slot.payload, sizeof got);
+  EXPECT_EQ(got.force[0], 1000);
+}
+
+TEST_F(SessionTest, ATargetWithAMailboxKeepsItSoThatOldNeverOvertakesNew) {
+  haptic_local_model model{};
+  model.slot = 2;
+  model.kind = HAPTIC_MODEL_PLANE;
+  model.lease_ns = 1;
+  model.normal[2] = 1;
+  ASSERT_TRUE(session_->push(model, {.latest = true}));
+  ASSERT_TRUE(session_->push(haptic_clear_model{2, 0, 0}));
+  MailboxReader reader(&daemon_->regionB()->mailbox[0]);
+  hd_slot slot;
+  ASSERT_EQ(reader.read(slot), MailboxReader::Read::kNew);
+  EXPECT_EQ(slot.kind, unsigned{HD_COMMAND_CLEAR_MODEL});
+  EXPECT_EQ(session_->push(model, {.at_tick = 5}).code(), HAPTIC_INVALID_ARGUMENT) << "a mailbox has no tick";
+  EXPECT_EQ(session_->space(), HD_RING_SLOTS);
+}
+
+TEST_F(SessionTest, SixteenTargetsCanHaveAMailbox) {
+  haptic_object_pose pose{};
+  pose.q[0] = 1;
+  for (unsigned i = 1; i <= HD_MAILBOXES; ++i) {
+    pose.object = i;
+    ASSERT_TRUE(session_->push(pose, {.latest = true}));
+  }
+  pose.object = HD_MAILBOXES + 1;
+  EXPECT_EQ(session_->push(pose, {.latest = true}).code(), HAPTIC_QUOTA_EXCEEDED);
+  EXPECT_TRUE(session_->push(pose)) << "the ring is still there";
+  pose.object = 3;
+  EXPECT_TRUE(session_->push(pose, {.latest = true}));
+}
+
+TEST_F(SessionTest, WhatCannotBeMeantIsNotSent) {
+  haptic_client_force bad = force(NAN);
+  EXPECT_EQ(session_->push(bad).code(), HAPTIC_INVALID_ARGUMENT);
+  bad = force(1);
+  bad.lease_ns = 0;
+  EXPECT_EQ(session_->push(bad).code(), HAPTIC_INVALID_ARGUMENT);
+  bad = force(1);
+  bad.device = HD_MAX_DEVICES;
+  EXPECT_EQ(session_->push(bad).code(), HAPTIC_INVALID_ARGUMENT);
+  haptic_local_model model{};
+  model.kind = HAPTIC_MODEL_PLANE;
+  model.lease_ns = 1;
+  EXPECT_EQ(session_->push(model).code(), HAPTIC_INVALID_ARGUMENT) << "no normal";
+  model.normal[0] = 1;
+  EXPECT_TRUE(session_->push(model));
+  model.slot = HAPTIC_MODEL_SLOTS;
+  EXPECT_EQ(session_->push(model).code(), HAPTIC_INVALID_ARGUMENT);
+  model.slot = 0;
+  model.material.friction_dynamic = 0.5;
+  EXPECT_EQ(session_->push(model).code(), HAPTIC_INVALID_ARGUMENT) << "dynamic friction above static";
+  haptic_object_pose pose{};
+  pose.object = 1;
+  EXPECT_EQ(session_->push(pose).code(), HAPTIC_INVALID_ARGUMENT) << "no rotation";
+  haptic_object_vertices vertices{};
+  vertices.object = 1;
+  vertices.count = HAPTIC_VERTEX_MOVES + 1;
+  EXPECT_EQ(session_->push(vertices).code(), HAPTIC_INVALID_ARGUMENT);
+  haptic_push unknown{0, 0x80, 0, 0};
+  const haptic_client_force good = force(1);
+  EXPECT_EQ(haptic_push_client_force(session_->get(), &good, &unknown), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(session_->space(), HD_RING_SLOTS - 1);
+}
+
+TEST_F(SessionTest, HeartbeatsComeByThemselves) {
+  CommandConsumer consumer(daemon_->regionB(), daemon_->regionA());
+  const std::int64_t first = consumer.heartbeat();
+  EXPECT_NE(first, 0);
+  EXPECT_TRUE(eventually([&] { return consumer.heartbeat() > first; }));
+}
+
+TEST_F(SessionTest, OrdersReachTheDaemonAndRefusalsComeBack) {
+  EXPECT_TRUE(session_->acquireLease());
+  daemon_->script([](Script& script) { script.refuse_arm = HAPTIC_FAULT_LATCHED; });
+  const auto armed = session_->arm();
+  EXPECT_EQ(armed.code(), HAPTIC_FAULT_LATCHED);
+  EXPECT_EQ(armed.error().remedy, "close the stop line");
+  EXPECT_TRUE(session_->disarm());
+  EXPECT_TRUE(session_->releaseLease());
+  const auto calls = daemon_->seen().calls;
+  EXPECT_EQ(std::vector<std::string>(calls.begin() + 2, calls.end()),
+            (std::vector<std::string>{"acquireLease", "arm", "disarm", "releaseLease"}));
+}
+
+TEST_F(SessionTest, ASessionThatTheDaemonEndedIsDead) {
+  EXPECT_TRUE(session_->alive());
+  daemon_->regionA()->acks.ended = 1;
+  EXPECT_FALSE(session_->alive());
+  EXPECT_EQ(session_->latest().code(), HAPTIC_DISCONNECTED);
+  EXPECT_EQ(session_->push(force(1)).code(), HAPTIC_DISCONNECTED);
+  EXPECT_EQ(session_->arm().code(), HAPTIC_DISCONNECTED);
+  EXPECT_EQ(session_->acks()->ended, 1u) << "the acknowledgements say why";
+}
+
+TEST_F(SessionTest, ClosingEndsItAtTheDaemon) {
+  EXPECT_EQ(daemon_->seen().open_sessions, 1);
+  session_ = nullptr;
+  EXPECT_TRUE(eventually([&] { return daemon_->seen().open_sessions == 0; }));
+}
+
+TEST_F(SessionTest, TheClientMayGoFirst) {
+  client_ = nullptr;
+  EXPECT_TRUE(eventually([&] { return daemon_->seen().open_sessions == 0; }));
+  EXPECT_EQ(session_->latest().code(), HAPTIC_DISCONNECTED);
+  EXPECT_EQ(session_->arm().code(), HAPTIC_DISCONNECTED);
+  session_ = nullptr;
+}
+
+TEST_F(SessionTest, ReopensOnTheSameDeviceAfterARestart) {
+  ASSERT_TRUE(session_->push(force(1), {.latest = true}));
+  restart(2);
+  ASSERT_TRUE(eventually([&] { return !session_->alive(); }));
+  EXPECT_EQ(session_->push(force(1)).code(), HAPTIC_DISCONNECTED);
+  EXPECT_EQ(session_->reopen().code(), HAPTIC_DISCONNECTED) << "reconnect first";
+  ASSERT_TRUE(client_->reconnect());
+  EXPECT_FALSE(session_->alive()) << "sessions do not come back by themselves";
+  const auto back = session_->reopen();
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_EQ((*session_->describe())->epoch, 2u);
+  StateWriter writer(daemon_->regionA());
+  publish(writer, 5, 1);
+  EXPECT_EQ(session_->latest()->tick, 5u);
+  CommandConsumer consumer(daemon_->regionB(), daemon_->regionA());
+  EXPECT_TRUE(session_->push(force(1)));
+  hd_slot slot;
+  EXPECT_EQ(consumer.pop(slot), CommandConsumer::Pop::kSlot) << "mailboxes and numbers start anew";
+  EXPECT_EQ(slot.seq, 1u);
+}
+
+TEST_F(SessionTest, RefusalsOfOpeningNameTheDevice) {
+  const auto none = client_->openSession("sim://none");
+  EXPECT_EQ(none.code(), HAPTIC_NOT_FOUND);
+  EXPECT_EQ(none.error().where, "sim://none");
+  daemon_->script([](Script& script) { script.layout_major = 2; });
+  EXPECT_EQ(client_->openSession().code(), HAPTIC_VERSION_MISMATCH);
+  EXPECT_TRUE(eventually([&] { return daemon_->seen().open_sessions == 1; })) << "refused sessions end";
+}
+
+}  // namespace
+}  // namespace hapticd::testing

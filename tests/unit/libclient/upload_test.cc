@@ -1,0 +1,125 @@
+#include <cstring>
+
+#include "proto/snapshot.h"
+#include "unit/libclient/fixture.h"
+
+namespace hapticd::testing {
+namespace {
+
+constexpr float kVertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+constexpr std::uint32_t kTriangles[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+
+class UploadTest : public WithFakeDaemon {
+ protected:
+  void SetUp() override {
+    start();
+    auto client = connect();
+    ASSERT_TRUE(client);
+    client_ = std::make_unique<haptic::Client>(std::move(*client));
+  }
+  std::unique_ptr<haptic::Client> client_;
+};
+
+TEST_F(UploadTest, TheMeshArrivesAsItWasFilled) {
+  auto upload = client_->scene().beginUpload(4, 4, HAPTIC_MESH_DEFORMABLE);
+  ASSERT_TRUE(upload) << upload.error().message();
+  ASSERT_EQ(upload->vertices().size(), 12u);
+  ASSERT_EQ(upload->triangles().size(), 12u);
+  std::copy(std::begin(kVertices), std::end(kVertices), upload->vertices().begin());
+  std::copy(std::begin(kTriangles), std::end(kTriangles), upload->triangles().begin());
+  auto report = upload->commit();
+  ASSERT_TRUE(report) << report.error().message();
+  EXPECT_EQ((*report)->id, 42u);
+  EXPECT_EQ((*report)->vertices, 4u);
+  ASSERT_EQ((*report)->note_count, 1u);
+  EXPECT_STREQ((*report)->notes[0], "triangle 3 turned");
+  EXPECT_TRUE(upload->vertices().empty()) << "unmapped";
+
+  const auto bytes = daemon_->seen().upload;
+  ASSERT_EQ(bytes.size(), sizeof(hd_mesh_upload) + sizeof kVertices + sizeof kTriangles);
+  hd_mesh_upload header;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  EXPECT_EQ(header.magic, HD_UPLOAD_MAGIC);
+  EXPECT_EQ(header.flags, unsigned{HD_MESH_DEFORMABLE});
+  EXPECT_EQ(std::memcmp(bytes.data() + sizeof header, kVertices, sizeof kVertices), 0);
+  EXPECT_EQ(std::memcmp(bytes.data() + sizeof header + sizeof kVertices, kTriangles, sizeof kTriangles), 0);
+}
+
+TEST_F(UploadTest, ProgressComesOnTheThreadThatCommits) {
+  daemon_->script([](Script& script) { script.progress = {0.25f, 0.5f, 1.0f}; });
+  float last = 0;
+  bool mine = true;
+  const auto self = std::this_thread::get_id();
+  const auto report = client_->scene().upload(kVertices, kTriangles, 0, [&](float fraction, const char* stage) {
+    EXPECT_GT(fraction, last);
+    EXPECT_STREQ(stage, "tree");
+    last = fraction;
+    mine = mine && std::this_thread::get_id() == self;
+    EXPECT_TRUE(client_->get("/x")) << "calls are allowed here";
+    return true;
+  });
+  ASSERT_TRUE(report) << report.error().message();
+  EXPECT_EQ(last, 1.0f);
+  EXPECT_TRUE(mine);
+}
+
+TEST_F(UploadTest, TheCallbackCancels) {
+  daemon_->script([](Script& script) {
+    script.progress = {0.25f};
+    script.never_build = true;
+  });
+  const auto report = client_->scene().upload(kVertices, kTriangles, 0, [](float, const char*) { return false; });
+  EXPECT_EQ(report.code(), HAPTIC_CANCELLED);
+  EXPECT_TRUE(eventually([&] { return daemon_->seen().cancelled_uploads == 1; }));
+}
+
+TEST_F(UploadTest, ABuilderThatNeverEndsIsGivenUp) {
+  daemon_->script([](Script& script) { script.never_build = true; });
+  auto upload = client_->scene().beginUpload(4, 4);
+  ASSERT_TRUE(upload);
+  EXPECT_EQ(upload->commit({}, std::chrono::milliseconds(30)).code(), HAPTIC_TIMEOUT);
+  EXPECT_TRUE(eventually([&] { return daemon_->seen().cancelled_uploads == 1; }));
+  EXPECT_TRUE(client_->get("/x"));
+}
+
+TEST_F(UploadTest, StillMappedCanBeTriedAgain) {
+  daemon_->script([](Script& script) { script.still_mapped = 1; });
+  auto upload = client_->scene().beginUpload(4, 4);
+  ASSERT_TRUE(upload);
+  EXPECT_EQ(upload->commit().code(), HAPTIC_STILL_MAPPED);
+  EXPECT_TRUE(upload->commit());
+}
+
+TEST_F(UploadTest, ABadMeshNamesItsTriangle) {
+  daemon_->script([](Script& script) { script.bad_mesh = "triangle 17"; });
+  const auto report = client_->scene().upload(kVertices, kTriangles);
+  EXPECT_EQ(report.code(), HAPTIC_BAD_MESH);
+  EXPECT_EQ(report.error().where, "triangle 17");
+}
+
+TEST_F(UploadTest, UncommittedIsCancelled) {
+  { ASSERT_TRUE(client_->scene().beginUpload(4, 4)); }
+  EXPECT_TRUE(eventually([&] { return daemon_->seen().cancelled_uploads == 1; }));
+}
+
+TEST_F(UploadTest, SizesAreCheckedBeforeAnythingIsSent) {
+  EXPECT_EQ(client_->scene().beginUpload(0, 4).error().where, "vertices");
+  EXPECT_EQ(client_->scene().beginUpload(4, 0).error().where, "triangles");
+  EXPECT_EQ(client_->scene().beginUpload(HD_MAX_VERTICES + 1, 4).code(), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(client_->scene().beginUpload(4, 4, 1).error().where, "flags");
+}
+
+TEST_F(UploadTest, ADaemonThatDiesDuringTheBuildIsDisconnected) {
+  daemon_->script([](Script& script) { script.never_build = true; });
+  auto upload = client_->scene().beginUpload(4, 4);
+  ASSERT_TRUE(upload);
+  std::thread killer([&] {
+    eventually([&] { return !daemon_->seen().calls.empty(); });
+    daemon_ = nullptr;
+  });
+  EXPECT_EQ(upload->commit().code(), HAPTIC_DISCONNECTED);
+  killer.join();
+}
+
+}  // namespace
+}  // namespace hapticd::testing

@@ -6,6 +6,7 @@
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/terminal.h"
 #include "tools/hapticctl/to_json.h"
@@ -105,7 +106,7 @@ void addArm(CLI::App& app, Action& chosen) {
   command->add_option("DEVICE", options->device, "URI, name or serial; without it: the open one");
   command->add_option("--for", options->seconds, "Disarm after so long")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.001, 1e7));
+      ->check(number(0.001, 1e7));
   command->callback(
       [&chosen, options] { chosen = [options](const Globals& globals) { return arm(*options, globals); }; });
 }

@@ -30,6 +30,7 @@ void addLoad(CLI::App& app, Action& chosen);
 void addAdd(CLI::App& app, Action& chosen);
 void addRemove(CLI::App& app, Action& chosen);
 void addObjects(CLI::App& app, Action& chosen);
+void addHand(CLI::App& app, Action& chosen);
 void addGet(CLI::App& app, Action& chosen);
 void addSet(CLI::App& app, Action& chosen);
 void addArm(CLI::App& app, Action& chosen);

@@ -1,5 +1,6 @@
 // hapticctl doctor: what keeps this machine, this user and this daemon from a steady servo, and the line that fixes it.
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <filesystem>
 
 #include "tools/hapticctl/command.h"
@@ -10,6 +11,22 @@
 
 namespace hapticctl {
 namespace {
+
+/** What systemd says of the service, where both are there. */
+HostCheck service() {
+  HostCheck out{
+      "service", CheckState::kNotApplicable, "hapticd.service is not installed, or systemd does not run here", {}};
+  std::error_code error;
+  const bool installed = std::filesystem::exists("/usr/lib/systemd/system/hapticd.service", error) ||
+                         std::filesystem::exists("/lib/systemd/system/hapticd.service", error) ||
+                         std::filesystem::exists("/etc/systemd/system/hapticd.service", error);
+  if (!installed || !std::filesystem::exists("/run/systemd/system", error)) return out;
+  const bool active = std::system("systemctl is-active --quiet hapticd.service hapticd.socket") == 0;
+  out.state = active ? CheckState::kGreen : CheckState::kRed;
+  out.detail = active ? "active" : "hapticd.service and hapticd.socket are not active";
+  out.remedy = "systemctl enable --now hapticd.socket hapticd.service";
+  return out;
+}
 
 /** Asks the daemon; adds how reachable it is, and its own checks. */
 void askDaemon(const Globals& globals, std::vector<HostCheck>& checks) {
@@ -34,11 +51,8 @@ void askDaemon(const Globals& globals, std::vector<HostCheck>& checks) {
       checks.push_back({fmt::format("daemon: {}", c.name), state, c.detail, c.remedy});
     }
   } catch (const Failure& failure) {
-    const bool installed = std::filesystem::exists("/usr/lib/systemd/system/hapticd.service") ||
-                           std::filesystem::exists("/lib/systemd/system/hapticd.service");
     checks.push_back({"daemon", CheckState::kRed,
-                      failure.where.empty() ? failure.what : failure.where + ": " + failure.what,
-                      failure.exit == kExitNoDaemon && installed ? "systemctl start hapticd" : failure.remedy});
+                      failure.where.empty() ? failure.what : failure.where + ": " + failure.what, failure.remedy});
   }
 }
 
@@ -50,6 +64,7 @@ void addDoctor(CLI::App& app, Action& chosen) {
   command->callback([&chosen] {
     chosen = [](const Globals& globals) {
       std::vector<HostCheck> checks = hostChecks();
+      checks.push_back(service());
       askDaemon(globals, checks);
       std::size_t red = 0, width = 0;
       for (const HostCheck& c : checks) {

@@ -8,6 +8,7 @@
 #include "tools/hapticctl/external.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/terminal.h"
 #include "tools/hapticctl/to_json.h"
@@ -118,7 +119,7 @@ void addEvents(CLI::App& app, Action& chosen) {
   command->add_option("-n,--count", options->count, "Stop after so many")->type_name("COUNT");
   command->add_option("--duration", options->duration_s, "Stop after so long")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.001, 1e7));
+      ->check(number(0.001, 1e7));
   command->callback(
       [&chosen, options] { chosen = [options](const Globals& globals) { return follow(*options, globals); }; });
 }

@@ -139,14 +139,33 @@ bool isZero(const std::string& value) { return value == "0"; }
 bool leavesRoom(const std::string& value) { return value == "-1" || (value != "0" && value.size() > 5); }
 bool notAlways(const std::string& value) { return value != "always"; }
 
+/** The v1 "cpu" controller's group of this process, "/" where it is not told. */
+std::string cpuGroup(const HostView& view) {
+  std::ifstream file(view.root + "/proc/self/cgroup");
+  for (std::string line; std::getline(file, line);) {  // "4:cpu,cpuacct:/user.slice"
+    const auto first = line.find(':'), second = line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+    if (controllers.find(",cpu,") != std::string::npos) return line.substr(second + 1);
+  }
+  return "/";
+}
+
 HostCheck realtimeGroups(const HostView& view) {
   HostCheck out{"real-time group scheduling", kGreen, "off", {}};
-  const bool v1 = std::filesystem::exists(view.root + "/sys/fs/cgroup/cpu/cpu.rt_runtime_us");
-  const bool v2 = std::filesystem::exists(view.root + "/sys/fs/cgroup/cpu.rt_runtime_us");
-  if (v1 || v2) {
+  for (const std::string& mount :
+       {std::string("/sys/fs/cgroup/cpu"), std::string("/sys/fs/cgroup/cpu,cpuacct"), std::string("/sys/fs/cgroup")}) {
+    const std::string group = mount + cpuGroup(view);
+    const auto runtime = firstLine(view, group + (group.ends_with('/') ? "" : "/") + "cpu.rt_runtime_us");
+    if (!runtime) continue;
+    if (leavesRoom(*runtime)) {
+      out.detail = fmt::format("on; this group may use {} us of each period", *runtime);
+      return out;
+    }
     out.state = kRed;
-    out.detail = "RT_GROUP_SCHED is on: units with a CPU quota or weight get no real-time time";
-    out.remedy = "boot with rt_group_sched=0, or give the unit cpu.rt_runtime_us";
+    out.detail = fmt::format("RT_GROUP_SCHED is on and gives the group {} no real-time time", cpuGroup(view));
+    out.remedy = fmt::format("echo 950000 > {}{}cpu.rt_runtime_us", group, group.ends_with('/') ? "" : "/");
+    return out;
   }
   return out;
 }

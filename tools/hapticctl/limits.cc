@@ -6,6 +6,7 @@
 #include "tools/hapticctl/command.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/to_json.h"
 
@@ -54,9 +55,7 @@ void addLimits(CLI::App& app, Action& chosen) {
   command->add_option("DEVICE", o->device, "URI, name or serial; without it: the first open one");
   for (const Limit& limit : kLimits) {
     o->wanted.*limit.value = std::numeric_limits<double>::quiet_NaN();
-    command->add_option(limit.option, o->wanted.*limit.value, limit.text)
-        ->type_name(limit.unit)
-        ->check(CLI::NonNegativeNumber);
+    command->add_option(limit.option, o->wanted.*limit.value, limit.text)->type_name(limit.unit)->check(number(0));
   }
   command->callback([&chosen, o] {
     chosen = [o](const Globals& globals) {

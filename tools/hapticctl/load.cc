@@ -7,6 +7,7 @@
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/mesh_file.h"
 #include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/placement.h"
 #include "tools/hapticctl/terminal.h"
@@ -125,7 +126,7 @@ void addLoad(CLI::App& app, Action& chosen) {
           ->type_name("UNIT|NUMBER");
   command->add_option("--size", o->size_m, "Instead of a scale: how long the longest side shall be")
       ->type_name("METRES")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->excludes(scale);
   command->add_flag("--center,--centre", o->centre, "Move the middle of its box to the object's origin");
   command->add_flag("--deformable", o->deformable, "Its vertices may be moved by clients");

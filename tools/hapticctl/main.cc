@@ -11,14 +11,15 @@
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/external.h"
 #include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 
 namespace hapticctl {
 namespace {
 
-constexpr AddCommand kCommands[] = {addStatus, addList,    addInfo, addTop,    addMonitor, addEvents,
-                                    addArm,    addDisarm,  addStop, addLimits, addLoad,    addAdd,
-                                    addRemove, addObjects, addGet,  addSet,    addDoctor,  addDump};
+constexpr AddCommand kCommands[] = {addStatus, addList, addInfo,   addTop,    addMonitor, addEvents, addArm,
+                                    addDisarm, addStop, addLimits, addLoad,   addAdd,     addRemove, addObjects,
+                                    addHand,   addGet,  addSet,    addDoctor, addDump};
 
 constexpr const char* kFooter =
     "Exit: 0 done; 1 refused, or a check is red; 2 wrong command line; 3 no daemon answers; 4 the daemon went away;\n"
@@ -53,7 +54,7 @@ int run(int argc, char** argv, Globals& globals) {
   app.add_option("--timeout", globals.timeout_s, "Wait at most so long for an answer")
       ->type_name("SECONDS")
       ->capture_default_str()
-      ->check(CLI::Range(0.01, 3600.0));
+      ->check(number(0.01, 3600.0));
   app.require_subcommand(1);
 
   Action chosen;

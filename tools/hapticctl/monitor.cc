@@ -8,6 +8,7 @@
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/terminal.h"
 #include "tools/hapticctl/to_json.h"
@@ -173,10 +174,10 @@ void addMonitor(CLI::App& app, Action& chosen) {
   command->add_flag("--csv", options->csv, "Comma-separated, every servo sample; columns in hapticctl(1)");
   command->add_option("--rate", options->rate_hz, "Lines per second at most (table: 10; --csv, --json: every sample)")
       ->type_name("HZ")
-      ->check(CLI::Range(0.001, 100000.0));
+      ->check(number(0.001, 100000.0));
   command->add_option("--duration", options->duration_s, "Stop after so long")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.001, 1e7));
+      ->check(number(0.001, 1e7));
   command->callback([&chosen, options] {
     chosen = [options](const Globals& globals) {
       if (options->csv && globals.json) failUsage("--csv", "goes not together with --json");

@@ -6,6 +6,7 @@
 
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/option.h"
 
 namespace hapticctl {
 
@@ -16,10 +17,8 @@ void addPlacement(CLI::App& command, Placement& p) {
   command.add_option("--rotate", p.rotate, "Turn by degrees about an axis (x,90), or a quaternion; several: in order")
       ->type_name("AXIS,DEG|W,X,Y,Z")
       ->take_all();
-  command.add_option("--stiffness", p.stiffness, "N/m")->capture_default_str()->check(CLI::PositiveNumber);
-  command.add_option("--damping", p.damping, "N s/m, while touched")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  command.add_option("--stiffness", p.stiffness, "N/m")->capture_default_str()->check(positive());
+  command.add_option("--damping", p.damping, "N s/m, while touched")->capture_default_str()->check(number(0));
   command.add_option("--friction", p.friction, "Static and dynamic coefficient")->type_name("S,D");
   command.add_flag("--two-sided", p.two_sided, "Both faces of an open mesh stop the hand");
   command.add_flag("--disabled", p.disabled, "Not to be touched yet");

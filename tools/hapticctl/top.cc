@@ -8,6 +8,7 @@
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/terminal.h"
 #include "tools/hapticctl/to_json.h"
@@ -201,7 +202,7 @@ void addTop(CLI::App& app, Action& chosen) {
   command->add_option("-d,--delay", options->delay_s, "Time between screens")
       ->type_name("SECONDS")
       ->capture_default_str()
-      ->check(CLI::Range(0.02, 3600.0));
+      ->check(number(0.02, 3600.0));
   command->callback([&chosen, options] {
     chosen = [options](const Globals& globals) {
       const Daemon daemon(globals);

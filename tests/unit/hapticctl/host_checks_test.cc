@@ -76,7 +76,11 @@ TEST_F(HostChecksTest, RealTimeKernelAndRulesAreFound) {
 }
 
 TEST_F(HostChecksTest, EveryRedHasItsRemedyInOneLine) {
-  write("/sys/fs/cgroup/cpu.rt_runtime_us", "0");
+  write("/proc/self/cgroup", "3:memory:/m\n4:cpu,cpuacct:/user.slice");
+  write("/sys/fs/cgroup/cpu/cpu.rt_runtime_us", "950000");
+  EXPECT_EQ(check("real-time group scheduling").state, CheckState::kGreen) << "the group's own file is not there";
+  write("/sys/fs/cgroup/cpu/user.slice/cpu.rt_runtime_us", "0");
+  EXPECT_EQ(check("real-time group scheduling").state, CheckState::kRed);
   write("/proc/sys/kernel/sched_rt_runtime_us", "0");
   write("/proc/sys/kernel/numa_balancing", "1");
   std::size_t red = 0;

@@ -1,0 +1,62 @@
+// Motions from CSV: columns by name, straight between rows, errors with file and line.
+#include "tools/hapticctl/motion_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tools/hapticctl/failure.h"
+
+namespace hapticctl {
+namespace {
+
+using ::testing::DoubleEq;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class MotionFileTest : public ::testing::Test {
+ protected:
+  MotionFileTest() {
+    std::string name = (std::filesystem::temp_directory_path() / "hapticctl_motion_XXXXXX").string();
+    directory_ = mkdtemp(name.data());
+  }
+  ~MotionFileTest() override { std::filesystem::remove_all(directory_); }
+  Motion read(const std::string& text) {
+    std::ofstream(directory_ / "m.csv") << text;
+    return Motion::read((directory_ / "m.csv").string());
+  }
+  std::string refusal(const std::string& text) {
+    try {
+      (void)read(text);
+    } catch (const Failure& failure) {
+      EXPECT_EQ(failure.exit, kExitFile);
+      return failure.where.substr(failure.where.rfind('/') + 1) + ": " + failure.what;
+    }
+    return "not refused";
+  }
+  std::filesystem::path directory_;
+};
+
+TEST_F(MotionFileTest, GoesStraightBetweenRowsAndHoldsTheEnds) {
+  const Motion motion = read("# drawn\r\nz,other,t_s,px,y\r\n0,9,5,1,0\r\n\r\n2,9,7,3,-4\r\n");
+  EXPECT_EQ(motion.duration(), 2);
+  EXPECT_THAT(motion.at(-1), ElementsAre(1, 0, 0));
+  EXPECT_THAT(motion.at(0.5), ElementsAre(DoubleEq(1.5), DoubleEq(-1), DoubleEq(0.5)));
+  EXPECT_THAT(motion.at(2), ElementsAre(3, -4, 2));
+  EXPECT_THAT(motion.at(99), ElementsAre(3, -4, 2));
+}
+
+TEST_F(MotionFileTest, NamesLineAndColumn) {
+  EXPECT_EQ(refusal("t,x,y\n0,0,0\n"), "m.csv:1: no column 'z'");
+  EXPECT_EQ(refusal("t,x,y,z\n0,0,0,0\n1,0,nan,0\n"), "m.csv:3: 'nan' in column 'y' is not a finite number");
+  EXPECT_EQ(refusal("t,x,y,z\n0,0,0,0\n1,0\n"), "m.csv:3: '' in column 'y' is not a finite number");
+  EXPECT_EQ(refusal("t,x,y,z\n1,0,0,0\n1,0,0,0\n"), "m.csv:3: time does not rise");
+  EXPECT_EQ(refusal("t,x,y,z\n1,0,0,0\n"), "m.csv: holds fewer than two rows");
+  EXPECT_THROW((void)Motion::read((directory_ / "none.csv").string()), Failure);
+}
+
+}  // namespace
+}  // namespace hapticctl

@@ -1,0 +1,35 @@
+/** @file
+ * A motion from a CSV file: where a hand wants to be, over time.
+ */
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace hapticctl {
+
+/** Rows in order of time, at least two; time begins at 0. */
+class Motion {
+ public:
+  struct Row {
+    double t_s;
+    std::array<double, 3> p;
+  };
+
+  /**
+   * Reads columns t (or t_s) [s] and x, y, z (or px, py, pz) [m] by the names in the first line; others are passed
+   * over, so that a recording of hapticctl monitor --csv is a motion too. Throws Failure naming file, line and column.
+   */
+  [[nodiscard]] static Motion read(const std::string& path);
+
+  [[nodiscard]] double duration() const { return rows_.back().t_s; }
+  [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
+  /** On straight lines between the rows; the ends hold. */
+  [[nodiscard]] std::array<double, 3> at(double t_s) const;
+
+ private:
+  std::vector<Row> rows_;
+};
+
+}  // namespace hapticctl

@@ -1,0 +1,33 @@
+/** @file
+ * Numbers on the command line: checked by our own parser, refused in words.
+ */
+#pragma once
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <limits>
+#include <string>
+
+#include "tools/hapticctl/numbers.h"
+
+namespace hapticctl {
+
+/** A finite number of at least `lowest` (above it, if `above`) and at most `highest`. */
+inline CLI::Validator number(double lowest, double highest = std::numeric_limits<double>::max(), bool above = false) {
+  return CLI::Validator(
+      [=](std::string& text) -> std::string {
+        const auto value = parseNumber(text);
+        if (!value) return fmt::format("'{}' is not a finite number", text);
+        if (*value < lowest || (above && *value == lowest))
+          return fmt::format("{} is too small: {} {}", text, above ? "it must be above" : "at least", lowest);
+        if (*value > highest) return fmt::format("{} is too large: at most {}", text, highest);
+        return {};
+      },
+      std::string());
+}
+
+/** A finite number above zero. */
+inline CLI::Validator positive() { return number(0, std::numeric_limits<double>::max(), true); }
+
+}  // namespace hapticctl

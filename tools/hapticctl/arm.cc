@@ -86,6 +86,12 @@ int arm(const Options& options, const Globals& globals) {
 int disarm(const std::string& device, const Globals& globals) {
   const Daemon daemon(globals);
   const Session session(daemon, device);
+  haptic_sample sample;
+  if (haptic_session_latest(session.get(), &sample) == HAPTIC_OK &&
+      (sample.flags & (HAPTIC_SAMPLE_ARMED | HAPTIC_SAMPLE_RAMPING)) == 0) {
+    tell(globals, session.info().device->name, "disarmed", "is not armed");
+    return kExitOk;
+  }
   haptic_error error = HAPTIC_ERROR_INIT;
   const int code = haptic_session_disarm(session.get(), &error);
   if (code == HAPTIC_LEASE_REQUIRED || code == HAPTIC_LEASE_HELD) {

@@ -73,7 +73,14 @@ void addLimits(CLI::App& app, Action& chosen) {
       haptic_device_limits in_force = *found->limits;
       if (change) {
         in_force.size = sizeof in_force;
-        daemon.tell(haptic_set_limits, found->uri, &o->wanted, &in_force);
+        try {
+          daemon.tell(haptic_set_limits, found->uri, &o->wanted, &in_force);
+        } catch (Failure& failure) {
+          if (failure.code == "LEASE_REQUIRED" || failure.code == "PERMISSION_DENIED") {
+            failure.remedy = "use the administration socket: hapticctl --admin limits ...";
+          }
+          throw;
+        }
       }
       show(found->name, in_force, globals.json);
       return kExitOk;

@@ -148,6 +148,28 @@ def timing(axes, samples, realtime):
     legend(axes)
 
 
+def summary(samples):
+    """The run in numbers."""
+    t, contact = samples["t_s"], samples["contact"] > 0
+    newtons = np.linalg.norm(vectors(samples, "fx", "fy", "fz"), axis=1)
+    way = lambda points: np.linalg.norm(np.diff(points, axis=0), axis=1)
+    proxy = way(vectors(samples, "proxy_x", "proxy_y", "proxy_z"))[contact[1:] & contact[:-1]].sum()
+    percentile = lambda name, q: np.percentile(samples[name], q) * 1e-3
+    ticks = samples["tick"][-1] - samples["tick"][0]
+    rows = [("rate", f"{ticks / (t[-1] - t[0]):.1f} Hz over {t[-1] - t[0]:.1f} s, {len(t)} samples, "
+                     f"{int(samples['missed'][-1] - samples['missed'][0])} periods missed"),
+            ("wake-up", f"p50 {percentile('wake_ns', 50):.1f} us, p99 {percentile('wake_ns', 99):.1f} us, "
+                        f"max {percentile('wake_ns', 100):.0f} us"),
+            ("cycle", f"p50 {percentile('cycle_ns', 50):.1f} us, p99 {percentile('cycle_ns', 99):.1f} us, "
+                      f"max {percentile('cycle_ns', 100):.0f} us"),
+            ("contact", f"{contact.mean() * (t[-1] - t[0]):.1f} s ({contact.mean() * 100:.0f} %), "
+                        f"{int((np.diff(contact.astype(int)) > 0).sum() + contact[0])} touches"),
+            ("force", f"mean {newtons[contact].mean() if contact.any() else 0:.2f} N in contact, max {newtons.max():.2f} N"),
+            ("path", f"{proxy:.2f} m on the surface, {way(vectors(samples, 'px', 'py', 'pz')).sum():.2f} m of the hand")]
+    for name, text in rows:
+        print(f"{name:<16}  {text}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("samples")
@@ -156,6 +178,7 @@ def main():
     parser.add_argument("--at", default="0,0,0", help="where the middle of the mesh's box stands [m]")
     parser.add_argument("--output", required=True)
     parser.add_argument("--title", default="")
+    parser.add_argument("--summary", action="store_true", help="also print the run in numbers")
     arguments = parser.parse_args()
     samples = load_samples(arguments.samples)
     try:
@@ -165,6 +188,9 @@ def main():
     flat = corners.reshape(-1, 3)
     corners = (corners - (flat.min(0) + flat.max(0)) / 2) * arguments.scale + [float(v) for v in arguments.at.split(",")]
 
+    if arguments.summary:
+        summary(samples)
+        sys.stdout.flush()
     style()
     import matplotlib.pyplot as plt
     from PIL import Image
@@ -182,7 +208,8 @@ def main():
                 + f"{size[0]:.0f} × {size[1]:.0f} × {size[2]:.0f} mm, felt {rate:.0f} times a second", fontsize=10.5, color=FAINT)
     figure.savefig(arguments.output, dpi=100)
     if arguments.output.endswith(".png"):  # A palette keeps it small.
-        Image.open(arguments.output).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(arguments.output, optimize=True)
+        image = Image.open(arguments.output).convert("RGB")
+        image.quantize(256, kmeans=1).save(arguments.output, optimize=True)
 
 
 if __name__ == "__main__":

@@ -16,8 +16,10 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import mesh  # noqa: E402
 import render  # noqa: E402
 
-CELL = 0.0005  # Of the height map [m].
-SPEED = 0.06   # Of an exploring fingertip [m/s].
+CELL = 0.0005   # Of the height map [m].
+AHEAD = 0.007   # So far ahead the hand heeds what it comes to [m].
+STEP = 0.003    # What rises more within that is a wall to lift over [m].
+SPEED = 0.06    # Of an exploring fingertip [m/s].
 
 
 class FromAbove(render.Camera):
@@ -100,16 +102,18 @@ def plan(corners, start, seconds, press, rate=200):
     camera = FromAbove(corners)
     heights, _ = render.rasterise(camera, corners, np.zeros_like(corners) + [0, 0, 1.0])
     solid = np.isfinite(heights)
-    known = np.where(solid, heights, 0.0)
     near = render.blur(solid.astype(float), 0.008 / CELL)
-    around = np.where(near > 1e-3, render.blur(known, 0.008 / CELL) / np.maximum(near, 1e-3), heights[solid].mean())
-    # Beside the mesh the hand lifts, to come back from above and not against the edge.
-    rest = widest(np.where(solid, heights, around + press + 0.003), int(0.002 / CELL))
-    rest = render.blur(rest, 0.0015 / CELL)
+    around = render.blur(np.where(solid, heights, 0.0), 0.008 / CELL) / np.maximum(near, 1e-3)
+    base = np.where(solid, heights, np.where(near > 1e-3, around, heights[solid].mean()))
+    # Where a wall is near, or the mesh ends, the hand lifts over it: pressed against a wall it would stay there.
+    highest = widest(base, int(AHEAD / CELL))
+    steep = (highest - base > STEP) | ~eroded(solid, int(0.002 / CELL))
+    height = np.where(steep, highest + 0.002, base - press)
 
-    xy = tour(solid, seconds * SPEED, int(seconds * rate))
+    xy = tour(solid & ~steep, seconds * SPEED, int(seconds * rate))
     cell = np.clip((xy / CELL).astype(int), 0, [camera.width - 1, camera.height - 1])
-    stroke = np.column_stack([xy + camera.lower[:2], rest[cell[:, 1], cell[:, 0]] - press])
+    stroke = np.column_stack([xy + camera.lower[:2], height[cell[:, 1], cell[:, 0]]])
+    stroke[:, 2] = render.blur(np.repeat(stroke[:, 2:], 3, axis=1), 0.02 * rate)[:, 1]  # Wrists move smoothly.
 
     ease = lambda s: (10 * s ** 3 - 15 * s ** 4 + 6 * s ** 5)[:, None]  # Minimum jerk.
     move = ease(np.linspace(0, 1, int(0.8 * rate), endpoint=False))

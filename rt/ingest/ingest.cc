@@ -117,6 +117,7 @@ bool Ingest::takeFromMailboxes(std::uint32_t index, std::uint64_t tick) HD_RT {
         storeRelaxed(slot.session.a->acks.stale_mailboxes, ++slot.stale_mailboxes);
         continue;
       case MailboxReader::Read::kNew:
+        copy_.at_tick = 0;  // the newest value cannot wait for a later tick
         pass(index, slot.mailbox_seq[m], m + 1, tick);
         return true;
     }

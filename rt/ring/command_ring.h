@@ -27,7 +27,7 @@ class CommandProducer {
   /** Writes one slot; `seq` receives its number. kWouldBlock when full, kInvalidArgument when too long. */
   ErrorCode push(std::uint32_t kind, std::span<const std::byte> payload, std::uint64_t at_tick,
                  std::uint64_t& seq) HD_RT;
-  /** Tells the daemon that the client lives; at least every 100 ms. */
+  /** Tells the daemon that the client lives; at least every 100 ms. Any one thread, not only the pushing one. */
   void heartbeat(std::int64_t now_ns) HD_RT;
   /** Slots that can be pushed now. */
   [[nodiscard]] std::uint32_t space() const HD_RT;

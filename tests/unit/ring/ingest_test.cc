@@ -233,6 +233,7 @@ TEST_F(IngestTest, MailboxesAreLatestWinsWithTheirOwnNumbers) {
     force.force[0] = i;
     ASSERT_EQ(client.mailbox[4].write(HD_COMMAND_CLIENT_FORCE, bytesOf(force), seq), ErrorCode::kOk);
   }
+  client.r.b->mailbox[4].at_tick = UINT64_MAX;
   ASSERT_EQ(client.mailbox[15].write(HD_COMMAND_INTENT, bytesOf(test::goodIntent()), seq), ErrorCode::kOk);
   step();
   auto taken = servo();
@@ -240,6 +241,7 @@ TEST_F(IngestTest, MailboxesAreLatestWinsWithTheirOwnNumbers) {
   EXPECT_EQ(taken[0].channel, 5u);
   EXPECT_EQ(taken[0].seq, 3u);
   EXPECT_EQ(taken[0].as<hd_client_force>().force[0], 3.0);
+  EXPECT_EQ(taken[0].at_tick, 0u) << "whatever the client says";
   EXPECT_EQ(taken[1].channel, 16u);
   EXPECT_EQ(taken[1].seq, 1u);
   EXPECT_EQ(client.acks().received_seq, 0u) << "that one speaks of the ring";

@@ -121,7 +121,7 @@ TEST(State, HistoryCountsLossesExactly) {
   std::uint64_t written = 0;
   std::uint64_t lost = 0;
   std::uint64_t got = 0;
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < 60; ++round) {
     const std::uint32_t burst = random() % (3 * HD_HISTORY_SLOTS);
     for (std::uint32_t i = 0; i < burst; ++i) writer.publish(sampleOf(written++));
     const std::uint32_t want = random() % out.size();

@@ -1,0 +1,227 @@
+#include "rt/render/local_model.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/rt/model_rig.h"
+
+namespace hapticd {
+namespace {
+
+class SlotTest : public ::testing::Test {
+ protected:
+  MeshTable meshes;
+  Scene scene{meshes};
+  LocalModelSlot slot;
+  ToolPoint tool{{0, 0, -0.002}, Vec3::Zero(), 0};
+  std::int64_t now = 5'000 * kMs;
+
+  Vec3 at(std::int64_t ms) { return slot.evaluate(tool, now + ms * kMs, scene).force; }
+  void set(const hd_local_model& m, std::int64_t ms) {
+    ASSERT_EQ(slot.set(commandOf(m, ++seq_), now + ms * kMs, scene), ErrorCode::kOk);
+  }
+  /** An object at p, moving with v. Returns its id. */
+  std::uint32_t addObject(const Vec3& p, const Vec3& v = Vec3::Zero()) {
+    Command c;
+    c.kind = CommandKind::kAddObject;
+    auto& add = c.as<AddObject>();
+    add.object = makeObjectId(1, 1);
+    store(p, add.p);
+    add.q[0] = 1;
+    EXPECT_EQ(scene.apply(c), ErrorCode::kOk);
+    c = Command{};
+    c.kind = CommandKind::kObjectPose;
+    auto& pose = c.as<hd_object_pose>();
+    pose.object = makeObjectId(1, 1);
+    store(p, pose.p);
+    pose.q[0] = 1;
+    store(v, pose.v);
+    EXPECT_EQ(scene.apply(c), ErrorCode::kOk);
+    scene.advance(1e-3);
+    return makeObjectId(1, 1);
+  }
+
+ private:
+  std::uint64_t seq_ = 0;
+};
+
+TEST_F(SlotTest, BlendsInFromNothing) {
+  set(modelOf(HD_MODEL_PLANE), 0);
+  for (int ms = 0; ms <= 10; ++ms) EXPECT_NEAR(at(ms).z(), ms / 10.0, 1e-12);
+  EXPECT_NEAR(at(11).z(), 1, 1e-12);
+  EXPECT_EQ(slot.status(now + 11 * kMs).state, 2u);
+  EXPECT_EQ(slot.status(now + 11 * kMs).age_ns, 11 * kMs);
+  EXPECT_EQ(slot.status(now + 11 * kMs).seq, 1u);
+}
+
+TEST_F(SlotTest, BlendsLinearlyFromOneModelToTheNext) {
+  set(modelOf(HD_MODEL_PLANE, 500), 0);
+  (void)at(0);
+  (void)at(20);
+  set(modelOf(HD_MODEL_PLANE, 1500), 21);
+  for (int ms = 0; ms <= 10; ++ms) EXPECT_NEAR(at(21 + ms).z(), 1 + 2 * ms / 10.0, 1e-12);
+}
+
+TEST_F(SlotTest, ShortestBlendIsKept) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.blend_ns = 0;
+  set(m, 0);
+  EXPECT_EQ(at(0).z(), 0);
+  EXPECT_NEAR(at(1).z(), 0.2, 1e-12);
+}
+
+TEST_F(SlotTest, ReplacementInTheMiddleOfABlendDoesNotJump) {
+  set(modelOf(HD_MODEL_PLANE, 500), 0);
+  (void)at(0);
+  (void)at(20);
+  set(modelOf(HD_MODEL_PLANE, 1500), 20);
+  (void)at(20);
+  const double before = at(24).z();
+  ASSERT_NEAR(before, 1.8, 1e-12);
+  hd_local_model spring = modelOf(HD_MODEL_SPRING, 100);
+  spring.origin[2] = -0.052;
+  set(spring, 24);
+  EXPECT_NEAR(at(24).z(), before, 1e-12);
+  for (int ms = 1; ms <= 10; ++ms) EXPECT_NEAR(at(24 + ms).z(), before + ms / 10.0 * (-5 - before), 1e-9);
+}
+
+TEST_F(SlotTest, SeveralReplacementsWithinOneTickCountAsOne) {
+  set(modelOf(HD_MODEL_PLANE, 500), 0);
+  (void)at(0);
+  (void)at(20);
+  set(modelOf(HD_MODEL_PLANE, 5000), 21);
+  set(modelOf(HD_MODEL_PLANE, 1500), 21);
+  EXPECT_NEAR(at(21).z(), 1, 1e-12);
+  EXPECT_NEAR(at(26).z(), 2, 1e-12);
+}
+
+TEST_F(SlotTest, LeaseRunsOutFadesAndIsToldOnce) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.lease_ns = 100 * kMs;
+  set(m, 0);
+  (void)at(0);
+  EXPECT_NEAR(at(100).z(), 1, 1e-12);
+  EXPECT_FALSE(slot.takeExpired());
+  EXPECT_NEAR(at(101).z(), 1 - 1 / 50.0, 1e-12);
+  EXPECT_EQ(slot.status(now + 101 * kMs).state, 3u);
+  EXPECT_TRUE(slot.takeExpired());
+  EXPECT_FALSE(slot.takeExpired());
+  EXPECT_NEAR(at(125).z(), 0.5, 1e-12);
+  EXPECT_EQ(at(150).z(), 0);
+  EXPECT_TRUE(slot.empty());
+  EXPECT_FALSE(slot.takeExpired());
+}
+
+TEST_F(SlotTest, RenewedWhileItFadesItComesBackWithoutAJump) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.lease_ns = 100 * kMs;
+  set(m, 0);
+  (void)at(0);
+  (void)at(100);
+  EXPECT_NEAR(at(125).z(), 0.5, 1e-12);
+  set(m, 125);
+  EXPECT_NEAR(at(125).z(), 0.5, 1e-12);
+  EXPECT_NEAR(at(130).z(), 0.75, 1e-12);
+  EXPECT_NEAR(at(135).z(), 1, 1e-12);
+}
+
+TEST_F(SlotTest, ClearBlendsOut) {
+  set(modelOf(HD_MODEL_PLANE), 0);
+  (void)at(0);
+  (void)at(20);
+  slot.clear(now + 20 * kMs, 20 * kMs);
+  EXPECT_NEAR(at(20).z(), 1, 1e-12);
+  EXPECT_NEAR(at(30).z(), 0.5, 1e-12);
+  EXPECT_EQ(at(40).z(), 0);
+  EXPECT_TRUE(slot.empty());
+  EXPECT_FALSE(slot.takeExpired()) << "cleared, not expired";
+}
+
+TEST_F(SlotTest, UpdatesOfOneSurfaceKeepAStickingHandStuck) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.material.friction_static = 0.8;
+  m.material.friction_dynamic = 0.5;
+  set(m, 0);
+  (void)at(0);
+  (void)at(20);
+  tool.p.x() = 0.001;
+  ASSERT_NEAR(at(21).x(), -0.5, 1e-12);
+  for (int ms = 22; ms < 1000; ++ms) {
+    if (ms % 16 == 0) set(m, ms);
+    ASSERT_NEAR(at(ms).x(), -0.5, 1e-12) << "creeps at " << ms << " ms";
+  }
+}
+
+TEST_F(SlotTest, FollowsItsObject) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.frame = addObject({0, 0, 0.05}, {0, 0, 0.1});
+  set(m, 0);
+  (void)at(0);
+  tool.p.z() = 0.048;
+  EXPECT_NEAR(at(20).z(), 1, 1e-9);
+  scene.advance(1e-3);
+  EXPECT_NEAR(at(21).z(), 1 + 500 * 0.1e-3, 1e-9);
+}
+
+TEST_F(SlotTest, FadesWhereItWasWhenItsObjectIsGone) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.frame = addObject({0, 0, 0.05});
+  set(m, 0);
+  (void)at(0);
+  tool.p.z() = 0.048;
+  ASSERT_NEAR(at(20).z(), 1, 1e-9);
+  Command c;
+  c.kind = CommandKind::kRemoveObject;
+  c.as<ObjectRef>().object = m.frame;
+  ASSERT_EQ(scene.apply(c), ErrorCode::kOk);
+  EXPECT_NEAR(at(21).z(), 1, 1e-9);
+  EXPECT_NEAR(at(46).z(), 0.5, 1e-9);
+  EXPECT_EQ(at(71).z(), 0);
+  EXPECT_FALSE(slot.takeExpired()) << "its lease had not run out";
+  EXPECT_EQ(slot.set(commandOf(m), now, scene), ErrorCode::kNotFound);
+}
+
+TEST_F(SlotTest, ActsOnItsOwnDeviceOnly) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.device = 1;
+  set(m, 0);
+  EXPECT_EQ(at(20).z(), 0);
+  tool.device = 1;
+  EXPECT_NEAR(at(20).z(), 1, 1e-12);
+  // Given to another device: both blend.
+  m.device = 0;
+  set(m, 21);
+  EXPECT_NEAR(at(26).z(), 0.5, 1e-12);
+  tool.device = 0;
+  EXPECT_NEAR(at(26).z(), 0.5, 1e-12);
+}
+
+TEST_F(SlotTest, RefusedModelChangesNothing) {
+  set(modelOf(HD_MODEL_PLANE), 0);
+  (void)at(0);
+  (void)at(20);
+  hd_local_model bad = modelOf(HD_MODEL_PLANE, 900);
+  bad.normal[2] = 0;
+  EXPECT_EQ(slot.set(commandOf(bad), now + 20 * kMs, scene), ErrorCode::kInvalidArgument);
+  EXPECT_NEAR(at(40).z(), 1, 1e-12);
+}
+
+TEST_F(SlotTest, WhatABlendPutsInIsBooked) {
+  set(modelOf(HD_MODEL_PLANE, 500), 0);
+  double put_in = 0;
+  for (int ms = 0; ms < 20; ++ms) {
+    put_in += slot.evaluate(tool, now + ms * kMs, scene).carried.sum() * 1e-3;
+  }
+  EXPECT_NEAR(put_in, 0.5 * 500 * 4e-6, 1e-12) << "the energy of a plane that appears 2 mm about the hand";
+  const ModelForce f = slot.evaluate(tool, now + 20 * kMs, scene);
+  EXPECT_NEAR(f.stored, 0.5 * 500 * 4e-6, 1e-12);
+  EXPECT_EQ(f.carried, Vec3(0, 0, 0));
+  EXPECT_EQ(f.active, Vec3(0, 0, 0));
+  hd_local_model spring = modelOf(HD_MODEL_SPRING);
+  set(spring, 21);
+  (void)at(21);
+  const ModelForce s = slot.evaluate(tool, now + 40 * kMs, scene);
+  EXPECT_EQ(s.active, s.force) << "springs are active sources";
+}
+
+}  // namespace
+}  // namespace hapticd

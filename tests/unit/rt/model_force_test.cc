@@ -1,0 +1,187 @@
+#include "rt/render/model_force.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/rt/model_rig.h"
+
+namespace hapticd {
+namespace {
+
+void expectNear(const Vec3& got, const Vec3& want, double tolerance = 1e-12) {
+  EXPECT_LT((got - want).norm(), tolerance) << got.transpose() << " instead of " << want.transpose();
+}
+
+TEST(ModelForce, PlaneIsASpringDamperThatNeverPulls) {
+  LoneModel plane(modelOf(HD_MODEL_PLANE, 500, 4));
+  expectNear(plane.at({0.1, -0.2, 0.001}), {0, 0, 0});
+  expectNear(plane.at({0.1, -0.2, -0.002}), {0, 0, 1});
+  expectNear(plane.at({0, 0, -0.002}, {5, 5, -0.1}), {0, 0, 1.4});
+  expectNear(plane.at({0, 0, -0.002}, {0, 0, 0.1}), {0, 0, 0.6});
+  expectNear(plane.at({0, 0, -0.002}, {0, 0, 1.0}), {0, 0, 0});
+  expectNear(plane.at({0, 0, -0.002}, {0, 0, -5}), {0, 0, 2});
+  expectNear(plane.at({0, 0, -1e-9}, {0, 0, -5}), {0, 0, 1e-6}, 1.1e-6);
+}
+
+TEST(ModelForce, SphereFromOutsideAndFromInside) {
+  hd_local_model m = modelOf(HD_MODEL_SPHERE);
+  m.origin[0] = 0.1;
+  LoneModel ball(m);
+  expectNear(ball.at({0.1, 0.019, 0}), {0, 0.5, 0});
+  expectNear(ball.at({0.1, 0.021, 0}), {0, 0, 0});
+  m.radius = -0.02;
+  LoneModel shell(m);
+  expectNear(shell.at({0.1, 0.021, 0}), {0, -0.5, 0});
+  expectNear(shell.at({0.1, 0.019, 0}), {0, 0, 0});
+  expectNear(shell.at({0.1, 0, 0}), {0, 0, 0});
+}
+
+TEST(ModelForce, SpringsPullBothWaysAndHaveALength) {
+  LoneModel spring(modelOf(HD_MODEL_SPRING, 100, 2));
+  expectNear(spring.at({0.01, 0.02, 0}), {-1, -2, 0});
+  expectNear(spring.at({0, 0, 0}, {0.1, 0, 0}), {-0.2, 0, 0});
+  hd_local_model m = modelOf(HD_MODEL_SPRING, 100, 0);
+  m.radius = 0.03;
+  LoneModel rod(m);
+  expectNear(rod.at({0.05, 0, 0}), {-2, 0, 0});
+  expectNear(rod.at({0, 0.02, 0}), {0, 1, 0});
+}
+
+TEST(ModelForce, FieldIsLinearAndFadesAtItsRim) {
+  hd_force_field f{};
+  f.lease_ns = 1000 * kMs;
+  f.radius = 0.01;
+  f.x0[1] = 0.5;
+  f.f0[2] = 1;
+  f.jacobian[1] = 200;  // dFx/dy
+  LoneModel field(f);
+  expectNear(field.at({0, 0.5, 0}), {0, 0, 1});
+  expectNear(field.at({0, 0.508, 0}), {1.6, 0, 1});
+  expectNear(field.at({0, 0.509, 0}), {0.9, 0, 0.5});
+  expectNear(field.at({0, 0.5100001, 0}), {0, 0, 0});
+}
+
+/** Largest |change of force| / |change of place| met on random walks through and about the model. */
+double steepest(LoneModel model, double reach, unsigned seed) {
+  std::uint32_t state = seed;
+  const auto random = [&state] {
+    state = state * 1664525u + 1013904223u;
+    return (state >> 8) * (2.0 / (1 << 24)) - 1;
+  };
+  double worst = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 p = reach * Vec3(random(), random(), random());
+    const Vec3 step = 1e-6 * Vec3(random(), random(), random());
+    worst = std::max(worst, (model.at(p + step) - model.at(p)).norm() / step.norm());
+  }
+  return worst;
+}
+
+TEST(ModelForce, NothingJumpsAsTheToolMoves) {
+  // Frictionless, at rest: a jump would show as a slope of its height over a micrometre.
+  EXPECT_LT(steepest(LoneModel(modelOf(HD_MODEL_PLANE)), 0.01, 1), 501);
+  EXPECT_LT(steepest(LoneModel(modelOf(HD_MODEL_SPHERE)), 0.021, 2), 500 * 11) << "steepest in the inner tenth";
+  hd_local_model inside = modelOf(HD_MODEL_SPHERE);
+  inside.radius = -0.01;
+  EXPECT_LT(steepest(LoneModel(inside), 0.012, 3), 501);
+  hd_local_model rod = modelOf(HD_MODEL_SPRING);
+  rod.radius = 0.01;
+  EXPECT_LT(steepest(LoneModel(rod), 0.012, 4), 500 * 11);
+  hd_local_model box = modelOf(HD_MODEL_HALFSPACES);
+  hd_local_model corner = modelOf(HD_MODEL_CORNER);
+  for (int axis = 0; axis < 3; ++axis) {
+    setHalfspace(box, Vec3::Unit(axis), 0.002);
+    setHalfspace(box, -Vec3::Unit(axis), 0.002);
+    setHalfspace(corner, Vec3::Unit(axis) + Vec3(0.1, 0.2, 0.3), 0.001 * axis);
+  }
+  EXPECT_LT(steepest(LoneModel(box), 0.003, 5), 500 * (1 + 2 * 3 * 0.002 / 0.5e-3));
+  EXPECT_LT(steepest(LoneModel(corner), 0.005, 6), 501);
+}
+
+/** A plane with friction 0.8 / 0.5, 2 mm deep: static cone 1.6 mm, dynamic cone 1 mm. */
+hd_local_model roughPlane() {
+  hd_local_model m = modelOf(HD_MODEL_PLANE, 500);
+  m.material.friction_static = 0.8;
+  m.material.friction_dynamic = 0.5;
+  return m;
+}
+
+TEST(ModelForce, FrictionSticksThenSlips) {
+  LoneModel plane(roughPlane());
+  const auto at = [&](double x_mm) { return plane.at({x_mm * 1e-3, 0, -0.002}); };
+  expectNear(at(0), {0, 0, 1});
+  expectNear(at(1.59), {-0.795, 0, 1});
+  EXPECT_FALSE(plane.model.slips());
+  expectNear(at(0.5), {-0.25, 0, 1}, 1e-12);  // Sticking: back to the anchor is back to zero.
+  expectNear(at(1.61), {-0.5, 0, 1});         // Out of the static cone: on the border of the dynamic one.
+  EXPECT_TRUE(plane.model.slips());
+  expectNear(at(2.61), {-0.5, 0, 1});  // Sliding: mu_d N, whatever the way.
+  expectNear(at(2.60), {-0.495, 0, 1});
+  EXPECT_FALSE(plane.model.slips()) << "inside the dynamic cone the slip ends";
+  expectNear(at(3.20), {-0.795, 0, 1});  // The anchor stands at 1.61 mm, and the static cone counts again.
+  EXPECT_FALSE(plane.model.slips());
+}
+
+TEST(ModelForce, LeavingTheSurfaceForgetsTheAnchor) {
+  LoneModel plane(roughPlane());
+  (void)plane.at({0, 0, -0.002});
+  (void)plane.at({0.001, 0, -0.002});
+  (void)plane.at({0.001, 0, 0.001});
+  expectNear(plane.at({0.001, 0, -0.002}), {0, 0, 1});
+}
+
+TEST(ModelForce, SlidingAroundABallFeelsFrictionAgainstTheMotion) {
+  hd_local_model m = roughPlane();
+  m.kind = HD_MODEL_SPHERE;
+  m.radius = 0.02;
+  LoneModel ball(m);
+  for (int i = 0; i < 2000; ++i) {
+    const double a = i * 1e-3;
+    const Vec3 out(std::cos(a), std::sin(a), 0);
+    const Vec3 along(-std::sin(a), std::cos(a), 0);
+    const Vec3 f = ball.at(0.018 * out);
+    ASSERT_NEAR(f.dot(out), 1, 1e-9);
+    if (i > 200) {
+      ASSERT_NEAR(f.dot(along), -0.5, 5e-3) << i;
+    }
+  }
+}
+
+TEST(ModelForce, MovesAlongWithItsFrame) {
+  LocalModel model;
+  ASSERT_EQ(model.set(commandOf(modelOf(HD_MODEL_PLANE, 500, 4))), ErrorCode::kOk);
+  ModelFrame frame;
+  frame.X_WF.p = {0, 0, 0.1};
+  frame.X_WF.q = Quat(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitY()));  // The plane's z is W's x.
+  frame.V_WF.v = {0.2, 0, 0};
+  const ModelForce f = model.evaluate({-0.002, 0.3, 0.1}, {0.2, 0, 0}, frame);
+  expectNear(f.force, {1, 0, 0});  // No damping: the hand goes with the plane.
+  expectNear(f.carried, {0.2, 0, 0});
+  EXPECT_NEAR(f.stored, 0.5 * 500 * 4e-6, 1e-12);
+  frame.V_WF.w = {0, 0, 1};
+  const ModelForce turning = model.evaluate({-0.002, 0.05, 0.1}, {0.2, 0, 0}, frame);
+  expectNear(turning.force, {1 + 4 * -0.05, 0, 0});  // The plane there moves at 0.15 m/s, the hand leaves it.
+}
+
+TEST(ModelForce, RefusesWhatIsNoModel) {
+  LocalModel model;
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.normal[2] = 0;
+  EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
+  m = modelOf(HD_MODEL_HALFSPACES);
+  EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
+  m.count = HD_HALFSPACES + 1;
+  EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
+  m = modelOf(HD_MODEL_SPHERE);
+  m.radius = 0;
+  EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
+  m = modelOf(HD_MODEL_PLANE);
+  m.device = kMaxDevices;
+  EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
+  m.device = 0;
+  m.kind = 77;
+  EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
+  EXPECT_TRUE(model.none());
+}
+
+}  // namespace
+}  // namespace hapticd

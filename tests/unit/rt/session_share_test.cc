@@ -1,0 +1,156 @@
+#include "rt/cycle/session_share.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/rt/model_rig.h"
+
+namespace hapticd {
+namespace {
+
+class ShareTest : public ::testing::Test {
+ protected:
+  MeshTable meshes;
+  Scene scene{meshes};
+  SessionShare session;
+  ToolPoint tool{{0, 0, -0.002}, Vec3::Zero(), 0};
+  std::int64_t now = 0;
+
+  void SetUp() override { session.start(7); }
+  SessionShare::Share tick() {
+    now += kMs;
+    return session.evaluate(tool, now, scene);
+  }
+  static Vec3 total(const SessionShare::Share& s) { return s.local_model + s.client_force; }
+  ErrorCode force(const Vec3& f, std::int64_t lease_ms = 1000) {
+    Command c;
+    c.kind = CommandKind::kClientForce;
+    auto& x = c.as<hd_client_force>();
+    x.lease_ns = lease_ms * kMs;
+    store(f, x.force);
+    store(Vec3(0.1 * f), x.torque);
+    return session.apply(c, now, scene);
+  }
+  ErrorCode limits(double f, double t) {
+    Command c;
+    c.kind = CommandKind::kLimits;
+    c.as<hd_limits>() = {f, t};
+    return session.apply(c, now, scene);
+  }
+  ErrorCode model(const hd_local_model& m) { return session.apply(commandOf(m), now, scene); }
+};
+
+TEST_F(ShareTest, ClientForceHoldsThenFades) {
+  ASSERT_EQ(force({1, 2, 0}, 100), ErrorCode::kOk);
+  for (int i = 1; i <= 100; ++i) ASSERT_EQ(tick().client_force, Vec3(1, 2, 0));
+  for (int i = 1; i <= 50; ++i) {
+    const auto s = tick();
+    ASSERT_NEAR(s.client_force.x(), 1 - i / 50.0, 1e-12);
+    ASSERT_NEAR(s.client_torque.y(), 0.2 * (1 - i / 50.0), 1e-12);
+  }
+  EXPECT_EQ(tick().client_force, Vec3(0, 0, 0));
+}
+
+TEST_F(ShareTest, ClientsOwnLimitBindsItsWholeShare) {
+  ASSERT_EQ(force({3, 0, 0}), ErrorCode::kOk);
+  ASSERT_EQ(model(modelOf(HD_MODEL_PLANE, 2000)), ErrorCode::kOk);
+  for (int i = 0; i < 20; ++i) (void)tick();
+  EXPECT_NEAR(total(tick()).norm(), 5, 1e-12);
+  ASSERT_EQ(limits(2.5, 0.15), ErrorCode::kOk);
+  const auto s = tick();
+  EXPECT_LT((total(s) - Vec3(1.5, 0, 2)).norm(), 1e-12);
+  EXPECT_LT((s.client_force - Vec3(1.5, 0, 0)).norm(), 1e-12) << "each source shrinks alike";
+  EXPECT_NEAR(s.client_torque.norm(), 0.15, 1e-12);
+  EXPECT_LT((session.last(0) - total(s)).norm(), 1e-15);
+  EXPECT_EQ(limits(-1, 1), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(limits(std::nan(""), 1), ErrorCode::kInvalidArgument);
+}
+
+TEST_F(ShareTest, LostShareFallsMonotonicallyWhateverTheHandDoes) {
+  ASSERT_EQ(force({1, 0, 0}, 10'000), ErrorCode::kOk);
+  ASSERT_EQ(model(modelOf(HD_MODEL_PLANE, 500)), ErrorCode::kOk);
+  for (int i = 0; i < 20; ++i) (void)tick();
+  double last = total(tick()).norm();
+  double last_torque = 0.1;
+  ASSERT_NEAR(last, std::sqrt(2.0), 1e-12);
+  session.lose(now, 50 * kMs);
+  for (int i = 1; i <= 60; ++i) {
+    tool.p.z() = i % 7 == 0 ? 0.01 : -0.002 - 0.001 * i;  // Presses ever deeper, with moments of air.
+    if (i == 20) {
+      ASSERT_EQ(force({9, 9, 9}), ErrorCode::kOk);  // A late command.
+    }
+    const auto s = tick();
+    const double present = total(s).norm();
+    ASSERT_LE(present, last + 1e-12) << i;
+    ASSERT_LE(present, std::sqrt(2.0) * std::max(0.0, 1 - i / 50.0) + 1e-12);
+    ASSERT_LE(s.client_torque.norm(), last_torque + 1e-12);
+    last = present;
+    last_torque = s.client_torque.norm();
+    if (i >= 50) {
+      ASSERT_EQ(present, 0);
+      ASSERT_EQ(last_torque, 0);
+    }
+  }
+  EXPECT_EQ(session.fade(now), 0.0f);
+}
+
+TEST_F(ShareTest, RevivedShareComesBackWithoutAJump) {
+  ASSERT_EQ(force({2, 0, 0}, 10'000), ErrorCode::kOk);
+  for (int i = 0; i < 5; ++i) (void)tick();
+  session.lose(now, 50 * kMs);
+  double last = 0;
+  for (int i = 0; i < 25; ++i) last = total(tick()).norm();
+  ASSERT_NEAR(last, 1, 1e-12);
+  session.revive();
+  EXPECT_EQ(session.life(), SessionShare::Life::kAlive);
+  for (int i = 0; i <= 50; ++i) {
+    const double present = total(tick()).norm();
+    ASSERT_NEAR(present, 1 + i / 50.0, 1e-12);
+  }
+  EXPECT_NEAR(total(tick()).norm(), 2, 1e-12);
+  EXPECT_EQ(session.fade(now), 1.0f);
+}
+
+TEST_F(ShareTest, FreedSlotForgetsEverything) {
+  ASSERT_EQ(force({2, 0, 0}), ErrorCode::kOk);
+  ASSERT_EQ(model(modelOf(HD_MODEL_PLANE)), ErrorCode::kOk);
+  ASSERT_EQ(limits(1, 1), ErrorCode::kOk);
+  (void)tick();
+  session.free();
+  EXPECT_EQ(total(tick()), Vec3(0, 0, 0));
+  EXPECT_EQ(force({2, 0, 0}), ErrorCode::kNotFound);
+  session.start(8);
+  EXPECT_EQ(total(tick()), Vec3(0, 0, 0));
+  ASSERT_EQ(force({2, 0, 0}), ErrorCode::kOk);
+  EXPECT_EQ(tick().client_force, Vec3(2, 0, 0)) << "the former client's limit is gone";
+}
+
+TEST_F(ShareTest, HugeValuesOfOneClientCountAsNothing) {
+  hd_local_model m = modelOf(HD_MODEL_SPRING, 1e308);
+  m.origin[0] = 1e308;
+  ASSERT_EQ(model(m), ErrorCode::kOk);
+  for (int i = 0; i < 20; ++i) {
+    const auto s = tick();
+    ASSERT_EQ(total(s), Vec3(0, 0, 0));
+    ASSERT_TRUE(isFinite(s.carried) && std::isfinite(s.stored));
+  }
+}
+
+TEST_F(ShareTest, RefusesSlotsDevicesAndKinds) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.slot = HD_MODEL_SLOTS;
+  EXPECT_EQ(model(m), ErrorCode::kInvalidArgument);
+  Command c;
+  c.kind = CommandKind::kClearModel;
+  c.as<hd_clear_model>().slot = HD_MODEL_SLOTS;
+  EXPECT_EQ(session.apply(c, now, scene), ErrorCode::kInvalidArgument);
+  c = Command{};
+  c.kind = CommandKind::kClientForce;
+  c.as<hd_client_force>().device = kMaxDevices;
+  EXPECT_EQ(session.apply(c, now, scene), ErrorCode::kInvalidArgument);
+  c = Command{};
+  c.kind = CommandKind::kArm;
+  EXPECT_EQ(session.apply(c, now, scene), ErrorCode::kUnsupported);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -41,9 +41,7 @@ struct Pose {
   }
 };
 
-[[nodiscard]] inline bool isFinite(const Vec3& x) HD_RT {
-  return std::isfinite(x.x() + x.y() + x.z()) && x.allFinite();
-}
+[[nodiscard]] inline bool isFinite(const Vec3& x) HD_RT { return x.allFinite(); }
 [[nodiscard]] inline bool isFinite(const Quat& q) HD_RT { return q.coeffs().allFinite(); }
 
 /** x shortened to at most `limit`, direction kept. Needs finite x, limit >= 0. */

@@ -186,9 +186,10 @@ Guard::Sent Guard::limit(const GuardInput& input, const Wanted& wanted, const Se
                          std::uint32_t& flags) const HD_RT {
   const GuardLimits& limits = config_.limits;
   Sent out;
-  out.force = clampStrictly(target.force, radiusOf(limits.force));
-  out.torque = clampStrictly(target.torque, radiusOf(limits.torque));
-  const double grip = radiusOf(limits.gripper_force);
+  // The ramp scales the limits too: however much is asked for, a hundredth of the ramp lets a hundredth through.
+  out.force = clampStrictly(target.force, radiusOf(ramp_ * limits.force));
+  out.torque = clampStrictly(target.torque, radiusOf(ramp_ * limits.torque));
+  const double grip = radiusOf(ramp_ * limits.gripper_force);
   out.gripper = std::clamp(target.gripper, -grip, grip);
   bool limited = out.force != target.force || out.torque != target.torque || out.gripper != target.gripper;
 
@@ -198,16 +199,20 @@ Guard::Sent Guard::limit(const GuardInput& input, const Wanted& wanted, const Se
   const double ww = w.squaredNorm();
   const double linear = vv > kSlowest * kSlowest ? std::max(0.0, out.force.dot(v)) : 0.0;
   const double angular = ww > kSlowest * kSlowest ? std::max(0.0, out.torque.dot(w)) : 0.0;
-  const double delivered = linear + angular;
-  // What active sources put in, as far as the limits above let them.
+  // What active sources put in, as far as the limits above let them. Torque has no passive source.
   const double wanted_norm = (wanted.passive + wanted.active + wanted.gravity).norm();
   const double share = wanted_norm > 0 ? std::min(1.0, out.force.norm() / wanted_norm) : 0.0;
-  const double active = share * (wanted.active.dot(v) + carried_power_) + angular;
-  const double allowed = std::min(limits.power, std::max(0.0, delivered - std::max(0.0, active - limits.active_power)));
-  if (delivered > allowed) {
-    const double cut = 1 - allowed / delivered;
-    if (linear > 0) out.force -= (cut * linear / vv) * v;
-    if (angular > 0) out.torque -= (cut * angular / ww) * w;
+  const double active = std::max(0.0, share * (wanted.active.dot(v) + carried_power_));
+  const double in_budget = active + angular > limits.active_power ? limits.active_power / (active + angular) : 1.0;
+  double linear_allowed = std::max(0.0, linear - (1 - in_budget) * active);
+  double angular_allowed = in_budget * angular;
+  const double delivered = linear_allowed + angular_allowed;
+  const double in_power = delivered > limits.power ? limits.power / delivered : 1.0;
+  linear_allowed *= in_power;
+  angular_allowed *= in_power;
+  if (linear > linear_allowed || angular > angular_allowed) {
+    if (linear > 0) out.force -= ((linear - linear_allowed) / vv) * v;
+    if (angular > 0) out.torque -= ((angular - angular_allowed) / ww) * w;
     limited = true;
   }
   if (limited) flags |= HD_SAMPLE_LIMITED;

@@ -155,6 +155,17 @@ TEST(Guard, DeviceIsLostWhenSamplesStop) {
   EXPECT_EQ(rig.guard.arm(), ErrorCode::kOk);
 }
 
+TEST(Guard, ArmedInTheVeryTickOfAFaultItStillStartsFromZero) {
+  GuardRig rig;
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(50);
+  rig.guard.latch(HD_FAULT_STOP_LINE);
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  rig.step();
+  EXPECT_TRUE(rig.out.command.force.isZero(0));
+}
+
 TEST(Guard, FirstCauseStays) {
   GuardRig rig;
   rig.armFully();

@@ -1,0 +1,280 @@
+// The whole cycle under random clients, objects, orders and hands: what the
+// guard promises still holds, and what a lost client leaves behind only falls.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <memory>
+
+#include "rt/cycle/cycle.h"
+#include "tests/property/random.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::int64_t kPeriod = 1'000'000;
+constexpr std::uint32_t kDevices = 2;
+constexpr std::uint32_t kSessions = 4;
+
+CycleConfig config() {
+  CycleConfig c;
+  c.device_count = kDevices;
+  for (GuardConfig& g : c.guard) {
+    g.limits = {6, 0.3, 800, 40, 4, 3, 10, 5};
+    g.ramp_ns = 50'000'000;
+    g.small_force = 3;  // Else the random world would seldom let the ramp begin.
+    g.energy_limit = 2;
+  }
+  return c;
+}
+
+class World {
+ public:
+  explicit World(unsigned seed) : random(seed), cycle_(std::make_unique<Cycle>(config(), meshes_)) {
+    input = std::make_unique<CycleInput>();
+    output = std::make_unique<CycleOutput>();
+  }
+
+  /** One tick with the commands put so far. */
+  void step() {
+    ++input->tick;
+    input->now_ns += kPeriod;
+    for (std::uint32_t d = 0; d < kDevices; ++d) {
+      hand_[d].v = 0.98 * hand_[d].v + random.vector(0.02) - 2 * (hand_[d].p);
+      hand_[d].p += 1e-3 * hand_[d].v;
+      DeviceSample& sample = input->device[d];
+      sample = DeviceSample{};
+      sample.t_ns = input->now_ns;
+      sample.p = hand_[d].p;
+      sample.fresh = !random.once(10);
+    }
+    if (trouble) sampleTrouble();
+    cycle_->step(*input, *output);
+    input->command_count = 0;
+    input->missed = 0;
+    input->stop_line = input->deadman_open = false;
+  }
+
+  template <class T>
+  void put(CommandKind kind, const T& payload, std::uint32_t session = kControlSession) {
+    if (input->command_count == kMaxCommandsPerCycle) return;
+    Command& c = input->command[input->command_count++];
+    c = Command{};
+    c.kind = kind;
+    c.session = session;
+    c.seq = ++seq_;
+    c.as<T>() = payload;
+  }
+  void session(CommandKind kind, std::uint32_t slot) { put(kind, SessionRef{slot, 0, slot + 1}); }
+  void device(CommandKind kind, std::uint32_t d) { put(kind, DeviceRef{d}); }
+
+  void client(std::uint32_t slot) {
+    if (random.once(3)) {
+      hd_client_force f{};
+      f.device = static_cast<std::uint32_t>(random.below(kDevices));
+      f.lease_ns = random.below(300) * kPeriod;
+      store(random.vector(random.once(10) ? 1000 : 2), f.force);
+      store(random.vector(0.2), f.torque);
+      put(CommandKind::kClientForce, f, slot);
+      return;
+    }
+    if (random.once(10)) {
+      put(CommandKind::kClearModel, hd_clear_model{static_cast<std::uint32_t>(random.below(3)), 0, 0}, slot);
+      return;
+    }
+    if (random.once(10)) {
+      put(CommandKind::kLimits, hd_limits{random.in(0, 5), random.in(0, 1)}, slot);
+      return;
+    }
+    hd_local_model m{};
+    m.slot = static_cast<std::uint32_t>(random.below(3));
+    m.device = static_cast<std::uint32_t>(random.below(kDevices));
+    m.kind = static_cast<std::uint32_t>(1 + random.below(3));
+    m.lease_ns = random.below(300) * kPeriod;
+    m.blend_ns = random.below(20) * kPeriod;
+    m.material = {random.in(0, 1500), random.in(0, 4), 0.8, 0.5};
+    store(random.vector(0.01), m.origin);
+    m.normal[random.below(3)] = random.once(2) ? 1 : -1;
+    m.radius = random.in(0.005, 0.03);
+    put(CommandKind::kLocalModel, m, slot);
+  }
+
+  void addBall(std::uint32_t slot) {
+    AddObject add{};
+    add.object = makeObjectId(slot, 1);
+    add.flags = HD_OBJECT_ENABLED;
+    add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kSphere);
+    add.shape.size[0] = 0.01;
+    add.material = {800, 1, 0.6, 0.4};
+    store(random.vector(0.03), add.p);
+    add.q[0] = 1;
+    put(CommandKind::kAddObject, add);
+  }
+  void moveBall(std::uint32_t slot) {
+    hd_object_pose pose{};
+    pose.object = makeObjectId(slot, 1);
+    store(random.vector(0.03), pose.p);
+    pose.q[0] = 1;
+    store(random.vector(0.05), pose.v);
+    put(CommandKind::kObjectPose, pose);
+  }
+
+  Random random;
+  bool trouble = false;
+  std::unique_ptr<CycleInput> input;
+  std::unique_ptr<CycleOutput> output;
+  [[nodiscard]] const Cycle& cycle() const { return *cycle_; }
+
+ private:
+  struct Hand {
+    Vec3 p = Vec3::Zero(), v = Vec3::Zero();
+  };
+  void sampleTrouble() {
+    if (random.once(500)) input->stop_line = true;
+    if (random.once(500)) input->deadman_open = true;
+    if (random.once(500)) input->missed = static_cast<std::uint32_t>(random.below(80));
+    DeviceSample& sample = input->device[random.below(kDevices)];
+    if (random.once(500)) sample.status = kDeviceError;
+    if (random.once(500)) sample.p[random.below(3)] = random.broken();
+    if (random.once(500)) sample.p[random.below(3)] = random.wild();
+    if (random.once(500)) sample.q.coeffs()[random.below(4)] = random.broken();
+  }
+
+  MeshTable meshes_;
+  std::unique_ptr<Cycle> cycle_;
+  std::array<Hand, kDevices> hand_;
+  std::uint64_t seq_ = 0;
+};
+
+/** Puts a tick's worth of random orders. Session 3 is left to the caller. */
+void disturb(World& w) {
+  for (std::uint32_t s = 0; s < kSessions; ++s) {
+    if (w.random.once(30)) w.client(s);
+  }
+  for (std::uint32_t b = 1; b <= 3; ++b) {
+    if (w.random.once(60)) w.moveBall(b);
+  }
+  for (std::uint32_t d = 0; d < kDevices; ++d) {
+    if (w.random.once(100)) w.device(CommandKind::kArm, d);
+    if (w.random.once(1500)) w.device(CommandKind::kDisarm, d);
+    if (w.random.once(3000)) w.device(CommandKind::kStop, d);
+    if (w.random.once(300)) {
+      w.put(CommandKind::kDeviceLimits, DeviceLimits{d, 0, w.random.in(0, 8), w.random.in(0, 0.4), w.random.in(0, 1500),
+                                                     w.random.in(0, 50), 3, w.random.in(0, 10), w.random.in(0, 5)});
+    }
+  }
+  for (std::uint32_t s = 0; s < kSessions - 1; ++s) {
+    if (w.random.once(400)) w.session(CommandKind::kLoseSession, s);
+    if (w.random.once(400)) w.session(CommandKind::kReviveSession, s);
+  }
+}
+
+void begin(World& w) {
+  for (std::uint32_t s = 0; s < kSessions; ++s) w.session(CommandKind::kAddSession, s);
+  for (std::uint32_t b = 1; b <= 3; ++b) w.addBall(b);
+  w.step();
+}
+
+TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
+  int armed = 0, faults = 0;
+  for (const unsigned seed : seeds(20)) {
+    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+    World w(seed);
+    w.trouble = seed % 2 == 0;
+    begin(w);
+    std::array<DeviceCommand, kDevices> last;
+    for (int tick = 0; tick < 3000; ++tick) {
+      SCOPED_TRACE(tick);
+      disturb(w);
+      std::array<GuardLimits, kDevices> before;
+      for (std::uint32_t d = 0; d < kDevices; ++d) before[d] = w.cycle().deviceGuard(d).limits();
+      w.step();
+      for (std::uint32_t d = 0; d < kDevices; ++d) {
+        const DeviceCommand& now = w.output->device[d].command;
+        const GuardOutput& guard = w.output->device[d].guard;
+        const GuardLimits& limits = w.cycle().deviceGuard(d).limits();
+        ASSERT_LE(now.force.norm(), limits.force);
+        ASSERT_LE(now.torque.norm(), limits.torque);
+        Vec3 sum = Vec3::Zero();
+        for (const Vec3& part : guard.by_source) sum += part;
+        ASSERT_EQ(sum, now.force);
+        if (now.enabled) {
+          ++armed;
+          ASSERT_EQ(guard.fault, std::uint32_t{HD_FAULT_NONE});
+          if (limits.force >= before[d].force) {
+            ASSERT_LE((now.force - last[d].force).norm(), limits.force_slew * 1e-3);
+          }
+          if (limits.torque >= before[d].torque) {
+            ASSERT_LE((now.torque - last[d].torque).norm(), limits.torque_slew * 1e-3);
+          }
+        } else {
+          ASSERT_TRUE(now.force.isZero(0) && now.torque.isZero(0));
+        }
+        faults += guard.fault != HD_FAULT_NONE && last[d].enabled;
+        last[d] = now;
+      }
+    }
+  }
+  if (seeds(2).size() > 1) {
+    EXPECT_GT(armed, 20'000);
+    EXPECT_GT(faults, 20);
+  }
+}
+
+TEST(CycleProperty, ALostClientsShareOnlyFallsAndIsGoneInTime) {
+  int meaningful = 0;
+  for (const unsigned seed : seeds(40)) {
+    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+    World w(seed);
+    begin(w);
+    for (int i = 0; i < 10; ++i) w.client(3);
+    for (int tick = 0; tick < 100; ++tick) {
+      disturb(w);
+      w.step();
+    }
+    w.session(CommandKind::kLoseSession, 3);
+    std::array<double, kDevices> last;
+    for (std::uint32_t d = 0; d < kDevices; ++d) {
+      last[d] = w.cycle().session(3).last(d).norm();
+      meaningful += last[d] > 0.1;
+    }
+    for (int tick = 0; tick < 60; ++tick) {
+      disturb(w);  // Session 3 goes on sending, too.
+      w.step();
+      for (std::uint32_t d = 0; d < kDevices; ++d) {
+        const double now = w.cycle().session(3).last(d).norm();
+        ASSERT_LE(now, last[d] * (1 + 1e-12)) << "tick " << tick;
+        if (tick >= 50) {
+          ASSERT_EQ(now, 0);
+        }
+        last[d] = now;
+      }
+    }
+  }
+  if (seeds(2).size() > 1) {
+    EXPECT_GT(meaningful, 20);
+  }
+}
+
+TEST(CycleProperty, SameInputsSameBits) {
+  for (const unsigned seed : seeds(5)) {
+    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+    World a(seed), b(seed);
+    a.trouble = b.trouble = true;
+    begin(a);
+    begin(b);
+    for (int tick = 0; tick < 1000; ++tick) {
+      disturb(a);
+      disturb(b);
+      a.step();
+      b.step();
+      for (std::uint32_t d = 0; d < kDevices; ++d) {
+        ASSERT_EQ(a.output->device[d].command.force, b.output->device[d].command.force);
+        ASSERT_EQ(a.output->device[d].command.torque, b.output->device[d].command.torque);
+        ASSERT_EQ(a.output->device[d].guard.flags, b.output->device[d].guard.flags);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

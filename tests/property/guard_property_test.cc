@@ -1,0 +1,350 @@
+// What the guard promises for any input whatever: docs/safety.md names these
+// tests.
+#include <gtest/gtest.h>
+
+#include "rt/guard/guard.h"
+#include "tests/property/random.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kDt = 1e-3;
+
+GuardLimits randomLimits(Random& random) {
+  const auto some = [&](double most) { return random.once(12) ? 0.0 : random.in(0, most); };
+  GuardLimits l{some(10), some(0.5), some(2000), some(100), some(5), 0.5 + some(2), some(20), some(5)};
+  if (random.once(20)) l.force = std::abs(random.wild());
+  if (random.once(20)) l.force_slew = std::abs(random.wild());
+  if (random.once(20)) l.power = std::abs(random.wild());
+  if (random.once(20)) l.velocity = std::abs(random.wild());
+  return l;
+}
+
+GuardConfig randomConfig(Random& random) {
+  GuardConfig config;
+  config.limits = randomLimits(random);
+  config.ramp_ns = static_cast<std::int64_t>(random.in(0, 30e6));
+  config.small_force_ticks = 1 + random.below(4);
+  config.passivity = !random.once(3);
+  config.max_damping = random.in(0, 20);
+  config.energy_limit = random.once(2) ? 1e9 : random.in(0.001, 0.3);
+  return config;
+}
+
+/** A guard fed with whatever comes; `cause` is the test's own account of what
+ * must latch. */
+struct Adversary {
+  Random random;
+  Guard guard;
+  DeviceSample sample;
+  GuardInput in;
+  GuardOutput out;
+  std::int64_t last_fresh = 0;
+  bool first = true;
+  bool calm;  ///< No causes of faults: the guard stays armed and the rest gets
+              ///< its exercise.
+
+  Adversary(unsigned seed, bool is_calm) : random(seed), guard(randomConfig(random)), calm(is_calm) {}
+
+  void draw() {
+    in = GuardInput{};
+    in.dt = kDt;
+    sample.fresh = !random.once(4);
+    sample.status = random.once(50) ? std::uint32_t{kDeviceSaturated} : std::uint32_t{kDeviceOk};
+    sample.p = random.vector(0.001);
+    sample.q = Quat::Identity();
+    const bool quiet = random.once(2);  // So that small force comes at times.
+    for (auto& source : in.source) {
+      if (quiet || random.once(2)) continue;
+      source.force = random.once(6) ? random.wildVector() : random.vector(random.once(3) ? 30 : 3);
+      source.torque = random.once(6) ? random.wildVector() : random.vector(0.5);
+    }
+    in.velocity.v = random.vector(0.25);
+    in.velocity.w = random.vector(3);
+    in.local_active = random.vector(quiet ? 0 : 1);
+    in.carried = random.once(8) ? random.wildVector() : random.vector(0.1);
+    in.stored = random.wild();
+    in.gripper_force = quiet ? 0 : (random.once(6) ? random.wild() : random.in(-5, 5));
+    if (!calm) trouble();
+  }
+
+  void trouble() {
+    if (random.once(400)) in.stop_line = true;
+    if (random.once(400)) in.deadman_open = true;
+    if (random.once(400)) in.missed = random.below(100);
+    if (random.once(400)) sample.status |= 1u << random.below(4);
+    if (random.once(400)) in.velocity.v = random.wildVector();
+    if (random.once(400)) sample.p = random.wildVector();
+    if (!random.once(200)) return;
+    double* const anything[] = {&in.velocity.v.x(),
+                                &in.velocity.w.z(),
+                                &in.local_active.y(),
+                                &in.carried.x(),
+                                &in.gripper_force,
+                                &in.dt,
+                                &sample.p.y(),
+                                &sample.q.x(),
+                                &sample.gripper_rad,
+                                &in.source[random.below(HD_SOURCE_GUARD)].force[random.below(3)],
+                                &in.source[random.below(HD_SOURCE_GUARD)].torque[random.below(3)]};
+    *anything[random.below(static_cast<int>(std::size(anything)))] = random.broken();
+  }
+
+  /** Whether the input has a cause other than energy. */
+  bool cause() {
+    bool bad = in.stop_line || in.deadman_open || in.missed >= 50;
+    bad = bad || (sample.status & (kDeviceError | kDeviceGone | kDeviceDeadmanOpen)) != 0;
+    bad = bad || !(in.dt > 0 && in.dt < 1) || !std::isfinite(in.gripper_force + sample.gripper_rad);
+    for (int s = 0; s < HD_SOURCE_GUARD; ++s) {
+      for (int i = 0; i < 3; ++i) {
+        bad = bad || !std::isfinite(in.source[s].force[i]) || !std::isfinite(in.source[s].torque[i]);
+      }
+    }
+    for (int i = 0; i < 3; ++i) {
+      bad = bad || !std::isfinite(in.velocity.v[i]) || !std::isfinite(in.velocity.w[i]) || !std::isfinite(sample.p[i]);
+      bad = bad || !std::isfinite(in.local_active[i]) || !std::isfinite(in.carried[i]);
+    }
+    for (int i = 0; i < 4; ++i) bad = bad || !std::isfinite(sample.q.coeffs()[i]);
+    if (bad) return true;
+    const double speed = in.velocity.v.stableNorm();
+    return speed > guard.limits().velocity || speed > 100 || in.now_ns - last_fresh > 20'000'000;
+  }
+
+  void step(std::int64_t now) {
+    in.now_ns = now;
+    in.sample = &sample;
+    if (sample.fresh || first) last_fresh = now;
+    first = false;
+    guard.step(in, out);
+  }
+};
+
+Vec3 inside(const Vec3& x, double limit) { return x.norm() > limit ? Vec3(x * (limit / x.norm())) : x; }
+
+void runAdversary(unsigned seed, bool calm, int ticks, int& armed_ticks, int& faults) {
+  SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed << (calm ? " calm" : " hostile"));
+  Adversary a(seed, calm);
+  DeviceCommand last;
+  bool lowering = false;
+  bool cause = false;
+  std::uint32_t fault = HD_FAULT_NONE;
+  for (int tick = 1; tick <= ticks; ++tick) {
+    SCOPED_TRACE(tick);
+    if (a.random.once(10)) {
+      const ErrorCode code = a.guard.arm();
+      ASSERT_EQ(code, cause ? ErrorCode::kFaultLatched : ErrorCode::kOk) << "armed while the cause persists, or not";
+      if (code == ErrorCode::kOk) {
+        fault = HD_FAULT_NONE;
+        lowering = false;
+      } else {
+        ASSERT_NE(a.guard.fault(), std::uint32_t{HD_FAULT_NONE});
+        fault = a.guard.fault();
+      }
+    }
+    if (a.random.once(200)) {
+      a.guard.disarm();
+      lowering = true;
+    }
+    if (!calm && a.random.once(300)) a.guard.latch(static_cast<std::uint32_t>(a.random.below(12)));
+    if (a.guard.fault() != HD_FAULT_NONE && fault == HD_FAULT_NONE) fault = a.guard.fault();
+    const GuardLimits before = a.guard.limits();
+    if (a.random.once(100)) {
+      GuardLimits limits = randomLimits(a.random);
+      if (a.random.once(5)) limits.power = a.random.broken();
+      const bool good = std::isfinite(limits.power);
+      ASSERT_EQ(a.guard.setLimits(limits), good ? ErrorCode::kOk : ErrorCode::kInvalidArgument);
+    }
+    const GuardLimits limits = a.guard.limits();
+
+    a.draw();
+    a.step(1'000'000'000 + tick * std::int64_t{1'000'000});
+    const DeviceCommand& now = a.out.command;
+    cause = a.cause();
+
+    // Bounds, always.
+    ASSERT_TRUE(isFinite(now.force) && isFinite(now.torque) && std::isfinite(now.gripper_force));
+    ASSERT_LE(now.force.norm(), limits.force);
+    ASSERT_LE(now.torque.norm(), limits.torque);
+    ASSERT_LE(std::abs(now.gripper_force), limits.gripper_force);
+
+    // Causes latch, first cause first, and stay.
+    if (cause && last.enabled) {
+      ASSERT_NE(a.out.fault, std::uint32_t{HD_FAULT_NONE});
+    }
+    if (fault != HD_FAULT_NONE) {
+      ASSERT_EQ(a.out.fault, fault) << "a latched fault changed";
+    }
+    if (fault == HD_FAULT_NONE && a.out.fault != HD_FAULT_NONE) {
+      fault = a.out.fault;
+      ++faults;
+      ASSERT_TRUE(cause || fault == HD_FAULT_ENERGY) << "a fault without a cause: " << fault;
+    }
+    if (a.out.fault != HD_FAULT_NONE) {
+      ASSERT_FALSE(now.enabled);
+    }
+    ASSERT_EQ((a.out.flags & HD_SAMPLE_FAULT) != 0, fault != HD_FAULT_NONE);
+    ASSERT_EQ((a.out.flags & HD_SAMPLE_ARMED) != 0, now.enabled);
+
+    // Not enabled: exactly nothing. Enabled: slew.
+    if (!now.enabled) {
+      ASSERT_TRUE(now.force.isZero(0) && now.torque.isZero(0) && now.gripper_force == 0);
+      ASSERT_TRUE(fault != HD_FAULT_NONE || lowering || !last.enabled) << "switched off for no reason";
+    } else {
+      ++armed_ticks;
+      const double rounding = 1e-11;
+      const bool lowered =
+          limits.force < before.force || limits.torque < before.torque || limits.gripper_force < before.gripper_force;
+      const Vec3 from_f = lowered ? inside(last.force, limits.force) : last.force;
+      const Vec3 from_t = lowered ? inside(last.torque, limits.torque) : last.torque;
+      const bool fell = now.force.isZero(0) && now.torque.isZero(0);  // Re-armed in mid-lowering, second over.
+      if (!fell) {
+        ASSERT_LE((now.force - from_f).norm(),
+                  limits.force_slew * kDt * (lowered ? 1 + 1e-9 : 1) + (lowered ? rounding : 0));
+        ASSERT_LE((now.torque - from_t).norm(),
+                  limits.torque_slew * kDt * (lowered ? 1 + 1e-9 : 1) + (lowered ? rounding : 0));
+      }
+    }
+
+    // Owners.
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& part : a.out.by_source) {
+      ASSERT_TRUE(isFinite(part));
+      sum += part;
+    }
+    ASSERT_EQ(sum, now.force) << "by_source does not sum exactly";
+    last = now;
+  }
+}
+
+TEST(GuardProperty, AnyInputWhatever) {
+  int armed = 0, faults = 0;
+  for (const unsigned seed : seeds(60)) {
+    runAdversary(seed, false, 3000, armed, faults);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(armed, 20'000) << "too little of the run was armed to mean anything";
+  EXPECT_GT(faults, 500);
+}
+
+TEST(GuardProperty, CalmButWildSources) {
+  int armed = 0, faults = 0;
+  for (const unsigned seed : seeds(30)) {
+    runAdversary(seed, true, 4000, armed, faults);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(armed, 50'000);
+}
+
+GuardConfig wideOpen() {
+  GuardConfig config;
+  config.limits = {8, 0.5, 1e9, 1e9, 5, 50, 2, 0.7};
+  config.ramp_ns = 0;
+  config.passivity = false;
+  return config;
+}
+
+/** Armed, past the ramp, with slew out of the way: each tick shows the limits
+ * alone. */
+struct Armed {
+  Guard guard;
+  DeviceSample sample;
+  GuardInput in;
+  GuardOutput out;
+  explicit Armed(const GuardConfig& config) : guard(config) {
+    in.dt = kDt;
+    sample.fresh = true;
+    step();
+    (void)guard.arm();
+    for (int i = 0; i < 10; ++i) step();
+  }
+  const GuardOutput& step() {
+    in.now_ns += 1'000'000;
+    in.sample = &sample;
+    guard.step(in, out);
+    return out;
+  }
+};
+
+TEST(GuardProperty, PowerIsBoundAndOnlyItsPartOfTheForceTaken) {
+  for (const unsigned seed : seeds(20)) {
+    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+    Random random(seed);
+    Armed a(wideOpen());
+    int bound = 0;
+    for (int i = 0; i < 2000; ++i) {
+      a.in.source = {};
+      a.in.source[HD_SOURCE_GRAVITY].force = random.vector(8);
+      a.in.source[HD_SOURCE_CLIENT].torque = random.vector(0.5);
+      a.in.velocity.v = random.vector(1);
+      a.in.velocity.w = random.vector(10);
+      const GuardOutput& out = a.step();
+      const Vec3& f = out.command.force;
+      const Vec3& v = a.in.velocity.v;
+      const Vec3 asked = inside(a.in.source[HD_SOURCE_GRAVITY].force, 8);
+      ASSERT_LE(std::max(0.0, f.dot(v)) + std::max(0.0, out.command.torque.dot(a.in.velocity.w)), 2 + 1e-9);
+      ASSERT_LE(std::max(0.0, out.command.torque.dot(a.in.velocity.w)), 0.7 + 1e-9);
+      // What was taken lies along v and never turns a push into a pull.
+      const Vec3 taken = asked - f;
+      ASSERT_LT((taken - taken.dot(v) / v.squaredNorm() * v).norm(), 1e-9);
+      if (asked.dot(v) > 0) {
+        ASSERT_GE(f.dot(v), -1e-9);
+      } else {
+        ASSERT_LT(taken.norm(), 1e-9) << "braking power was limited";
+      }
+      bound += taken.norm() > 1e-9;
+    }
+    EXPECT_GT(bound, 300);
+  }
+}
+
+TEST(GuardProperty, ClampingKeepsTheDirection) {
+  for (const unsigned seed : seeds(20)) {
+    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+    Random random(seed);
+    Armed a(wideOpen());
+    for (int i = 0; i < 1000; ++i) {
+      a.in.source = {};
+      const Vec3 direction = random.vector(1).normalized();
+      const double size = std::pow(10, random.in(-3, 300));
+      a.in.source[HD_SOURCE_SURFACE].force = size * direction;
+      const Vec3 f = a.step().command.force;
+      ASSERT_NEAR(f.norm(), std::min(size, 8.0), 1e-9);
+      ASSERT_LT((f.normalized() - direction).norm(), 1e-8);
+    }
+  }
+}
+
+TEST(GuardProperty, RampBoundsEvenHugeForces) {
+  for (const unsigned seed : seeds(10)) {
+    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+    Random random(seed);
+    GuardConfig config = wideOpen();
+    config.ramp_ns = 2'000'000'000;
+    Armed a(config);  // Ten ticks: six of them into the ramp at most.
+    for (int i = 10; i <= 2000; ++i) {
+      a.in.source[HD_SOURCE_SURFACE].force = random.wildVector();
+      a.step();
+      ASSERT_LE(a.out.command.force.norm(), 8.0 * i / 2000);
+    }
+  }
+}
+
+TEST(GuardProperty, SameInputsSameBits) {
+  for (const unsigned seed : seeds(10)) {
+    Adversary a(seed, false), b(seed, false);
+    for (int tick = 1; tick <= 1000; ++tick) {
+      for (Adversary* x : {&a, &b}) {
+        if (tick % 50 == 1) (void)x->guard.arm();
+        x->draw();
+        x->step(tick * std::int64_t{1'000'000});
+      }
+      ASSERT_EQ(a.out.command.force, b.out.command.force);
+      ASSERT_EQ(a.out.command.torque, b.out.command.torque);
+      ASSERT_EQ(a.out.fault, b.out.fault);
+      ASSERT_EQ(a.out.flags, b.out.flags);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

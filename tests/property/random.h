@@ -1,0 +1,65 @@
+/** @file
+ * Seeded randomness for properties, with a taste for trouble. HAPTICD_SEED=n
+ * runs one seed only.
+ */
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "rt/base/math.h"
+
+namespace hapticd {
+
+/** The seeds of a property: 1 to count, or the one that the environment names.
+ */
+inline std::vector<unsigned> seeds(unsigned count) {
+  if (const char* one = std::getenv("HAPTICD_SEED")) {
+    return {static_cast<unsigned>(std::strtoul(one, nullptr, 10))};
+  }
+  std::vector<unsigned> all;
+  for (unsigned i = 1; i <= count; ++i) all.push_back(i);
+  return all;
+}
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+
+  double in(double a, double b) { return a + (b - a) * (engine_() * 0x1p-32); }
+  bool once(double in_so_many) { return in(0, in_so_many) < 1; }
+  int below(int n) { return static_cast<int>(in(0, n)); }
+  Vec3 vector(double size) { return {in(-size, size), in(-size, size), in(-size, size)}; }
+
+  /** Not finite. */
+  double broken() {
+    const double kinds[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                            -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::signaling_NaN()};
+    return kinds[below(4)];
+  }
+  /** Finite, of any size from denormal to the largest there is. */
+  double wild() {
+    const double sign = once(2) ? -1 : 1;
+    switch (below(5)) {
+      case 0:
+        return sign * std::numeric_limits<double>::denorm_min() * below(1000);
+      case 1:
+        return sign * std::numeric_limits<double>::max();
+      case 2:
+        return sign * std::pow(10, in(-320, 308));
+      case 3:
+        return sign * 0.0;
+      default:
+        return sign * in(0, 20);
+    }
+  }
+  Vec3 wildVector() { return {wild(), wild(), wild()}; }
+
+ private:
+  std::mt19937 engine_;
+};
+
+}  // namespace hapticd

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "rt/render/halfspaces.h"
+#include "rt/render/model_solid.h"
 
 namespace hapticd {
 namespace {

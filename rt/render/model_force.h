@@ -34,7 +34,7 @@ struct ModelFrame {
  *   friction F_t = k (a - x)_t with the anchor a in F (thesis section 2.2.1): sticks while r = |(a - x)_t| < mu_s d;
  *            leaving it moves a to the border of the dynamic cone, r = mu_d d; slip ends inside the dynamic cone
  *
- * with v relative to the frame. The solid of half-spaces has its edges rounded (halfspaces.h). A sphere's force fades
+ * with v relative to the frame. The solid of half-spaces has its edges rounded (model_solid.h). A sphere's force fades
  * toward its centre over the inner tenth of the radius, a spring's with a free length likewise: no jump there.
  * Spring: F = -k (|x - o| - L) u - b v along u, u from o to x; L = 0: F = -k (x - o) - b v.
  * Field: F = w (f0 + J (x - x0)), w = 1 to 0.8 radius, falling to 0 at the radius.

@@ -1,0 +1,130 @@
+// What the cycle tells the guard about energy: motion that clients impose is
+// theirs, not the wall's.
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "rt/cycle/cycle.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::int64_t kPeriod = 1'000'000;
+constexpr double kSpeed = 0.05; ///< Of the body that pushes [m/s].
+
+/** A hand that resists with 30 N s/m while something carries it along x;
+ * session 0 is alive. */
+class CarriedHand {
+public:
+  CarriedHand() {
+    CycleConfig config;
+    config.guard[0].limits = {20, 1, 1e5, 1e3, 1, 3, 50, 50};
+    config.guard[0].ramp_ns = kPeriod;
+    config.guard[0].small_force = 100;
+    cycle_ = std::make_unique<Cycle>(config, meshes_);
+    put(CommandKind::kAddSession, SessionRef{0, 0, 1});
+    put(CommandKind::kArm, DeviceRef{0});
+  }
+  template <class T>
+  void put(CommandKind kind, const T &payload,
+           std::uint32_t session = kControlSession) {
+    Command &c = input_->command[input_->command_count++];
+    c = Command{};
+    c.kind = kind;
+    c.session = session;
+    c.as<T>() = payload;
+  }
+  const GuardOutput &tick() {
+    ++input_->tick;
+    input_->now_ns += kPeriod;
+    input_->device[0].t_ns = input_->now_ns;
+    input_->device[0].p = {x_, 0, 0};
+    input_->device[0].fresh = true;
+    cycle_->step(*input_, *output_);
+    input_->command_count = 0;
+    const GuardOutput &out = output_->device[0].guard;
+    for (int i = 0; i < 20; ++i) {
+      v_ += 5e-5 / 0.15 * (out.command.force.x() - 30 * v_);
+      x_ += 5e-5 * v_;
+    }
+    delivered += out.command.force.x() * kSpeed * 1e-3;
+    return out;
+  }
+  /** A plane that faces +x and travels along it from just behind the hand. */
+  void addTravellingPlane(bool touchable) {
+    AddObject add{};
+    add.object = makeObjectId(1, 1);
+    add.flags = touchable ? std::uint32_t{HD_OBJECT_ENABLED} : 0;
+    add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
+    add.material = {800, 1, 0, 0};
+    add.p[0] = -0.001;
+    store(Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitX()), add.q);
+    put(CommandKind::kAddObject, add);
+    hd_object_pose pose{};
+    pose.object = add.object;
+    store(vec3(add.p), pose.p);
+    store(quat(add.q), pose.q);
+    pose.v[0] = kSpeed;
+    put(CommandKind::kObjectPose, pose);
+  }
+  double delivered = 0; ///< Roughly [J].
+
+private:
+  MeshTable meshes_;
+  std::unique_ptr<Cycle> cycle_;
+  std::unique_ptr<CycleInput> input_ = std::make_unique<CycleInput>();
+  std::unique_ptr<CycleOutput> output_ = std::make_unique<CycleOutput>();
+  double x_ = 0, v_ = 0;
+};
+
+void expectCalm(CarriedHand &hand) {
+  for (int i = 0; i < 8000; ++i) {
+    const GuardOutput &out = hand.tick();
+    ASSERT_EQ(out.fault, std::uint32_t{HD_FAULT_NONE}) << i;
+    ASSERT_FALSE(out.flags & HD_SAMPLE_PASSIVITY) << i << ": " << out.energy;
+  }
+  EXPECT_GT(hand.delivered, 0.4)
+      << "the hand was carried, far beyond what a passive source may give";
+}
+
+TEST(CycleEnergy, ASurfaceThatTravelsIsChargedToItsMotion) {
+  CarriedHand hand;
+  hand.addTravellingPlane(true);
+  expectCalm(hand);
+}
+
+TEST(CycleEnergy, ALocalModelThatTravelsWithItsObjectToo) {
+  CarriedHand hand;
+  hand.addTravellingPlane(false);
+  hand.tick();
+  hd_local_model m{};
+  m.kind = HD_MODEL_PLANE;
+  m.frame = makeObjectId(1, 1);
+  m.lease_ns = 20'000 * kPeriod;
+  m.material = {800, 1, 0, 0};
+  m.normal[2] = 1;
+  hand.put(CommandKind::kLocalModel, m, 0);
+  expectCalm(hand);
+}
+
+TEST(CycleEnergy, ASpringThatIsDraggedAlongIsActive) {
+  CarriedHand hand;
+  for (int i = 0; i < 8000; ++i) {
+    if (i % 16 == 0) {
+      hd_local_model m{};
+      m.kind = HD_MODEL_SPRING;
+      m.lease_ns = 100 * kPeriod;
+      m.blend_ns = 16 * kPeriod;
+      m.material = {800, 0, 0, 0};
+      m.origin[0] = kSpeed * i * 1e-3;
+      hand.put(CommandKind::kLocalModel, m, 0);
+    }
+    const GuardOutput &out = hand.tick();
+    ASSERT_EQ(out.fault, std::uint32_t{HD_FAULT_NONE}) << i;
+    ASSERT_FALSE(out.flags & HD_SAMPLE_PASSIVITY) << i << ": " << out.energy;
+  }
+  EXPECT_GT(hand.delivered, 0.4);
+}
+
+} // namespace
+} // namespace hapticd

@@ -14,6 +14,7 @@
 #include "proto/control.capnp.h"
 #include "proto/errors.h"
 #include "proto/shm_layout.h"
+#include "proto/snapshot.h"
 #include "rt/base/error.h"
 
 namespace hapticd::test {

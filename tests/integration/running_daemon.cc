@@ -51,7 +51,7 @@ void RunningDaemon::run(const Config& config, std::promise<void>& ready) {
   if (!control_socket || !admin_socket) std::abort();
   core.facts().control_socket = control();
   core.facts().admin_socket = admin();
-  if (auto program = findBuilder({})) {
+  if (auto program = findBuilder(HAPTICD_BUILDER_PROGRAM)) {
     BuilderOptions builder;
     builder.program = *program;
     if (auto leash = BuilderLeash::start(builder)) core.uploads().setBuilder(std::move(*leash));

@@ -18,19 +18,18 @@ constexpr std::uint32_t kSessions = 4;
 CycleConfig config() {
   CycleConfig c;
   c.device_count = kDevices;
-  for (GuardConfig &g : c.guard) {
+  for (GuardConfig& g : c.guard) {
     g.limits = {6, 0.3, 800, 40, 4, 3, 10, 5};
     g.ramp_ns = 50'000'000;
-    g.small_force = 3; // Else the random world would seldom let the ramp begin.
+    g.small_force = 3;  // Else the random world would seldom let the ramp begin.
     g.energy_limit = 2;
   }
   return c;
 }
 
 class World {
-public:
-  explicit World(unsigned seed)
-      : random(seed), cycle_(std::make_unique<Cycle>(config(), meshes_)) {
+ public:
+  explicit World(unsigned seed) : random(seed), cycle_(std::make_unique<Cycle>(config(), meshes_)) {
     input = std::make_unique<CycleInput>();
     output = std::make_unique<CycleOutput>();
   }
@@ -42,14 +41,13 @@ public:
     for (std::uint32_t d = 0; d < kDevices; ++d) {
       hand_[d].v = 0.98 * hand_[d].v + random.vector(0.02) - 2 * (hand_[d].p);
       hand_[d].p += 1e-3 * hand_[d].v;
-      DeviceSample &sample = input->device[d];
+      DeviceSample& sample = input->device[d];
       sample = DeviceSample{};
       sample.t_ns = input->now_ns;
       sample.p = hand_[d].p;
       sample.fresh = !random.once(10);
     }
-    if (trouble)
-      sampleTrouble();
+    if (trouble) sampleTrouble();
     must_stop = input->stop_line || input->deadman_open || input->missed >= 50;
     cycle_->step(*input, *output);
     input->command_count = 0;
@@ -58,20 +56,16 @@ public:
   }
 
   template <class T>
-  void put(CommandKind kind, const T &payload,
-           std::uint32_t session = kControlSession) {
-    if (input->command_count == kMaxCommandsPerCycle)
-      return;
-    Command &c = input->command[input->command_count++];
+  void put(CommandKind kind, const T& payload, std::uint32_t session = kControlSession) {
+    if (input->command_count == kMaxCommandsPerCycle) return;
+    Command& c = input->command[input->command_count++];
     c = Command{};
     c.kind = kind;
     c.session = session;
     c.seq = ++seq_;
     c.as<T>() = payload;
   }
-  void session(CommandKind kind, std::uint32_t slot) {
-    put(kind, SessionRef{slot, 0, slot + 1});
-  }
+  void session(CommandKind kind, std::uint32_t slot) { put(kind, SessionRef{slot, 0, slot + 1}); }
   void device(CommandKind kind, std::uint32_t d) { put(kind, DeviceRef{d}); }
 
   void client(std::uint32_t slot) {
@@ -85,14 +79,11 @@ public:
       return;
     }
     if (random.once(10)) {
-      put(CommandKind::kClearModel,
-          hd_clear_model{static_cast<std::uint32_t>(random.below(3)), 0, 0},
-          slot);
+      put(CommandKind::kClearModel, hd_clear_model{static_cast<std::uint32_t>(random.below(3)), 0, 0}, slot);
       return;
     }
     if (random.once(10)) {
-      put(CommandKind::kLimits, hd_limits{random.in(0, 5), random.in(0, 1)},
-          slot);
+      put(CommandKind::kLimits, hd_limits{random.in(0, 5), random.in(0, 1)}, slot);
       return;
     }
     hd_local_model m{};
@@ -130,31 +121,24 @@ public:
 
   Random random;
   bool trouble = false;
-  bool must_stop = false; ///< The last step had a cause for both devices.
+  bool must_stop = false;  ///< The last step had a cause for both devices.
   std::unique_ptr<CycleInput> input;
   std::unique_ptr<CycleOutput> output;
-  [[nodiscard]] const Cycle &cycle() const { return *cycle_; }
+  [[nodiscard]] const Cycle& cycle() const { return *cycle_; }
 
-private:
+ private:
   struct Hand {
     Vec3 p = Vec3::Zero(), v = Vec3::Zero();
   };
   void sampleTrouble() {
-    if (random.once(500))
-      input->stop_line = true;
-    if (random.once(500))
-      input->deadman_open = true;
-    if (random.once(500))
-      input->missed = static_cast<std::uint32_t>(random.below(80));
-    DeviceSample &sample = input->device[random.below(kDevices)];
-    if (random.once(500))
-      sample.status = kDeviceError;
-    if (random.once(500))
-      sample.p[random.below(3)] = random.broken();
-    if (random.once(500))
-      sample.p[random.below(3)] = random.wild();
-    if (random.once(500))
-      sample.q.coeffs()[random.below(4)] = random.broken();
+    if (random.once(500)) input->stop_line = true;
+    if (random.once(500)) input->deadman_open = true;
+    if (random.once(500)) input->missed = static_cast<std::uint32_t>(random.below(80));
+    DeviceSample& sample = input->device[random.below(kDevices)];
+    if (random.once(500)) sample.status = kDeviceError;
+    if (random.once(500)) sample.p[random.below(3)] = random.broken();
+    if (random.once(500)) sample.p[random.below(3)] = random.wild();
+    if (random.once(500)) sample.q.coeffs()[random.below(4)] = random.broken();
   }
 
   MeshTable meshes_;
@@ -164,42 +148,31 @@ private:
 };
 
 /** Puts a tick's worth of random orders. Session 3 is left to the caller. */
-void disturb(World &w) {
+void disturb(World& w) {
   for (std::uint32_t s = 0; s < kSessions; ++s) {
-    if (w.random.once(30))
-      w.client(s);
+    if (w.random.once(30)) w.client(s);
   }
   for (std::uint32_t b = 1; b <= 3; ++b) {
-    if (w.random.once(60))
-      w.moveBall(b);
+    if (w.random.once(60)) w.moveBall(b);
   }
   for (std::uint32_t d = 0; d < kDevices; ++d) {
-    if (w.random.once(100))
-      w.device(CommandKind::kArm, d);
-    if (w.random.once(1500))
-      w.device(CommandKind::kDisarm, d);
-    if (w.random.once(3000))
-      w.device(CommandKind::kStop, d);
+    if (w.random.once(100)) w.device(CommandKind::kArm, d);
+    if (w.random.once(1500)) w.device(CommandKind::kDisarm, d);
+    if (w.random.once(3000)) w.device(CommandKind::kStop, d);
     if (w.random.once(300)) {
-      w.put(CommandKind::kDeviceLimits,
-            DeviceLimits{d, 0, w.random.in(0, 8), w.random.in(0, 0.4),
-                         w.random.in(0, 1500), w.random.in(0, 50), 3,
-                         w.random.in(0, 10), w.random.in(0, 5)});
+      w.put(CommandKind::kDeviceLimits, DeviceLimits{d, 0, w.random.in(0, 8), w.random.in(0, 0.4), w.random.in(0, 1500),
+                                                     w.random.in(0, 50), 3, w.random.in(0, 10), w.random.in(0, 5)});
     }
   }
   for (std::uint32_t s = 0; s < kSessions - 1; ++s) {
-    if (w.random.once(400))
-      w.session(CommandKind::kLoseSession, s);
-    if (w.random.once(400))
-      w.session(CommandKind::kReviveSession, s);
+    if (w.random.once(400)) w.session(CommandKind::kLoseSession, s);
+    if (w.random.once(400)) w.session(CommandKind::kReviveSession, s);
   }
 }
 
-void begin(World &w) {
-  for (std::uint32_t s = 0; s < kSessions; ++s)
-    w.session(CommandKind::kAddSession, s);
-  for (std::uint32_t b = 1; b <= 3; ++b)
-    w.addBall(b);
+void begin(World& w) {
+  for (std::uint32_t s = 0; s < kSessions; ++s) w.session(CommandKind::kAddSession, s);
+  for (std::uint32_t b = 1; b <= 3; ++b) w.addBall(b);
   w.step();
 }
 
@@ -215,30 +188,26 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
       SCOPED_TRACE(tick);
       disturb(w);
       std::array<GuardLimits, kDevices> before;
-      for (std::uint32_t d = 0; d < kDevices; ++d)
-        before[d] = w.cycle().deviceGuard(d).limits();
+      for (std::uint32_t d = 0; d < kDevices; ++d) before[d] = w.cycle().deviceGuard(d).limits();
       w.step();
       for (std::uint32_t d = 0; d < kDevices; ++d) {
-        const DeviceCommand &now = w.output->device[d].command;
-        const GuardOutput &guard = w.output->device[d].guard;
-        const GuardLimits &limits = w.cycle().deviceGuard(d).limits();
+        const DeviceCommand& now = w.output->device[d].command;
+        const GuardOutput& guard = w.output->device[d].guard;
+        const GuardLimits& limits = w.cycle().deviceGuard(d).limits();
         ASSERT_LE(now.force.norm(), limits.force);
         ASSERT_LE(now.torque.norm(), limits.torque);
         Vec3 sum = Vec3::Zero();
-        for (const Vec3 &part : guard.by_source)
-          sum += part;
+        for (const Vec3& part : guard.by_source) sum += part;
         ASSERT_EQ(sum, now.force);
         if (now.enabled) {
           ++armed;
           ASSERT_FALSE(w.must_stop);
           ASSERT_EQ(guard.fault, std::uint32_t{HD_FAULT_NONE});
           if (limits.force >= before[d].force) {
-            ASSERT_LE((now.force - last[d].force).norm(),
-                      limits.force_slew * 1e-3);
+            ASSERT_LE((now.force - last[d].force).norm(), limits.force_slew * 1e-3);
           }
           if (limits.torque >= before[d].torque) {
-            ASSERT_LE((now.torque - last[d].torque).norm(),
-                      limits.torque_slew * 1e-3);
+            ASSERT_LE((now.torque - last[d].torque).norm(), limits.torque_slew * 1e-3);
           }
         } else {
           ASSERT_TRUE(now.force.isZero(0) && now.torque.isZero(0));
@@ -260,8 +229,7 @@ TEST(CycleProperty, ALostClientsShareOnlyFallsAndIsGoneInTime) {
     SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
     World w(seed);
     begin(w);
-    for (int i = 0; i < 10; ++i)
-      w.client(3);
+    for (int i = 0; i < 10; ++i) w.client(3);
     for (int tick = 0; tick < 100; ++tick) {
       disturb(w);
       w.step();
@@ -273,7 +241,7 @@ TEST(CycleProperty, ALostClientsShareOnlyFallsAndIsGoneInTime) {
       meaningful += last[d] > 0.1;
     }
     for (int tick = 0; tick < 60; ++tick) {
-      disturb(w); // Session 3 goes on sending, too.
+      disturb(w);  // Session 3 goes on sending, too.
       w.step();
       for (std::uint32_t d = 0; d < kDevices; ++d) {
         const double now = w.cycle().session(3).last(d).norm();
@@ -303,16 +271,13 @@ TEST(CycleProperty, SameInputsSameBits) {
       a.step();
       b.step();
       for (std::uint32_t d = 0; d < kDevices; ++d) {
-        ASSERT_EQ(a.output->device[d].command.force,
-                  b.output->device[d].command.force);
-        ASSERT_EQ(a.output->device[d].command.torque,
-                  b.output->device[d].command.torque);
-        ASSERT_EQ(a.output->device[d].guard.flags,
-                  b.output->device[d].guard.flags);
+        ASSERT_EQ(a.output->device[d].command.force, b.output->device[d].command.force);
+        ASSERT_EQ(a.output->device[d].command.torque, b.output->device[d].command.torque);
+        ASSERT_EQ(a.output->device[d].guard.flags, b.output->device[d].guard.flags);
       }
     }
   }
 }
 
-} // namespace
-} // namespace hapticd
+}  // namespace
+}  // namespace hapticd

@@ -10,12 +10,12 @@ namespace hapticd {
 namespace {
 
 constexpr std::int64_t kPeriod = 1'000'000;
-constexpr double kSpeed = 0.05; ///< Of the body that pushes [m/s].
+constexpr double kSpeed = 0.05;  ///< Of the body that pushes [m/s].
 
 /** A hand that resists with 30 N s/m while something carries it along x;
  * session 0 is alive. */
 class CarriedHand {
-public:
+ public:
   CarriedHand() {
     CycleConfig config;
     config.guard[0].limits = {20, 1, 1e5, 1e3, 1, 3, 50, 50};
@@ -26,15 +26,14 @@ public:
     put(CommandKind::kArm, DeviceRef{0});
   }
   template <class T>
-  void put(CommandKind kind, const T &payload,
-           std::uint32_t session = kControlSession) {
-    Command &c = input_->command[input_->command_count++];
+  void put(CommandKind kind, const T& payload, std::uint32_t session = kControlSession) {
+    Command& c = input_->command[input_->command_count++];
     c = Command{};
     c.kind = kind;
     c.session = session;
     c.as<T>() = payload;
   }
-  const GuardOutput &tick() {
+  const GuardOutput& tick() {
     ++input_->tick;
     input_->now_ns += kPeriod;
     input_->device[0].t_ns = input_->now_ns;
@@ -42,7 +41,7 @@ public:
     input_->device[0].fresh = true;
     cycle_->step(*input_, *output_);
     input_->command_count = 0;
-    const GuardOutput &out = output_->device[0].guard;
+    const GuardOutput& out = output_->device[0].guard;
     for (int i = 0; i < 20; ++i) {
       v_ += 5e-5 / 0.15 * (out.command.force.x() - 30 * v_);
       x_ += 5e-5 * v_;
@@ -67,9 +66,9 @@ public:
     pose.v[0] = kSpeed;
     put(CommandKind::kObjectPose, pose);
   }
-  double delivered = 0; ///< Roughly [J].
+  double delivered = 0;  ///< Roughly [J].
 
-private:
+ private:
   MeshTable meshes_;
   std::unique_ptr<Cycle> cycle_;
   std::unique_ptr<CycleInput> input_ = std::make_unique<CycleInput>();
@@ -77,14 +76,13 @@ private:
   double x_ = 0, v_ = 0;
 };
 
-void expectCalm(CarriedHand &hand) {
+void expectCalm(CarriedHand& hand) {
   for (int i = 0; i < 8000; ++i) {
-    const GuardOutput &out = hand.tick();
+    const GuardOutput& out = hand.tick();
     ASSERT_EQ(out.fault, std::uint32_t{HD_FAULT_NONE}) << i;
     ASSERT_FALSE(out.flags & HD_SAMPLE_PASSIVITY) << i << ": " << out.energy;
   }
-  EXPECT_GT(hand.delivered, 0.4)
-      << "the hand was carried, far beyond what a passive source may give";
+  EXPECT_GT(hand.delivered, 0.4) << "the hand was carried, far beyond what a passive source may give";
 }
 
 TEST(CycleEnergy, ASurfaceThatTravelsIsChargedToItsMotion) {
@@ -119,12 +117,12 @@ TEST(CycleEnergy, ASpringThatIsDraggedAlongIsActive) {
       m.origin[0] = kSpeed * i * 1e-3;
       hand.put(CommandKind::kLocalModel, m, 0);
     }
-    const GuardOutput &out = hand.tick();
+    const GuardOutput& out = hand.tick();
     ASSERT_EQ(out.fault, std::uint32_t{HD_FAULT_NONE}) << i;
     ASSERT_FALSE(out.flags & HD_SAMPLE_PASSIVITY) << i << ": " << out.energy;
   }
   EXPECT_GT(hand.delivered, 0.4);
 }
 
-} // namespace
-} // namespace hapticd
+}  // namespace
+}  // namespace hapticd

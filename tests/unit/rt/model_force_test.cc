@@ -7,9 +7,8 @@
 namespace hapticd {
 namespace {
 
-void expectNear(const Vec3 &got, const Vec3 &want, double tolerance = 1e-12) {
-  EXPECT_LT((got - want).norm(), tolerance)
-      << got.transpose() << " instead of " << want.transpose();
+void expectNear(const Vec3& got, const Vec3& want, double tolerance = 1e-12) {
+  EXPECT_LT((got - want).norm(), tolerance) << got.transpose() << " instead of " << want.transpose();
 }
 
 TEST(ModelForce, PlaneIsASpringDamperThatNeverPulls) {
@@ -53,7 +52,7 @@ TEST(ModelForce, FieldIsLinearAndFadesAtItsRim) {
   f.radius = 0.01;
   f.x0[1] = 0.5;
   f.f0[2] = 1;
-  f.jacobian[1] = 200; // dFx/dy
+  f.jacobian[1] = 200;  // dFx/dy
   LoneModel field(f);
   expectNear(field.at({0, 0.5, 0}), {0, 0, 1});
   expectNear(field.at({0, 0.508, 0}), {1.6, 0, 1});
@@ -73,8 +72,7 @@ double steepest(LoneModel model, double reach, unsigned seed) {
   for (int i = 0; i < 20000; ++i) {
     const Vec3 p = reach * Vec3(random(), random(), random());
     const Vec3 step = 1e-6 * Vec3(random(), random(), random());
-    worst = std::max(worst,
-                     (model.at(p + step) - model.at(p)).norm() / step.norm());
+    worst = std::max(worst, (model.at(p + step) - model.at(p)).norm() / step.norm());
   }
   return worst;
 }
@@ -83,8 +81,7 @@ TEST(ModelForce, NothingJumpsAsTheToolMoves) {
   // Frictionless, at rest: a jump would show as a slope of its height over a
   // micrometre.
   EXPECT_LT(steepest(LoneModel(modelOf(HD_MODEL_PLANE)), 0.01, 1), 501);
-  EXPECT_LT(steepest(LoneModel(modelOf(HD_MODEL_SPHERE)), 0.021, 2), 500 * 11)
-      << "steepest in the inner tenth";
+  EXPECT_LT(steepest(LoneModel(modelOf(HD_MODEL_SPHERE)), 0.021, 2), 500 * 11) << "steepest in the inner tenth";
   hd_local_model inside = modelOf(HD_MODEL_SPHERE);
   inside.radius = -0.01;
   EXPECT_LT(steepest(LoneModel(inside), 0.012, 3), 501);
@@ -98,8 +95,7 @@ TEST(ModelForce, NothingJumpsAsTheToolMoves) {
     setHalfspace(box, -Vec3::Unit(axis), 0.002);
     setHalfspace(corner, Vec3::Unit(axis) + Vec3(0.1, 0.2, 0.3), 0.001 * axis);
   }
-  EXPECT_LT(steepest(LoneModel(box), 0.003, 5),
-            500 * (1 + 2 * 3 * 0.002 / 0.5e-3));
+  EXPECT_LT(steepest(LoneModel(box), 0.003, 5), 500 * (1 + 2 * 3 * 0.002 / 0.5e-3));
   EXPECT_LT(steepest(LoneModel(corner), 0.005, 6), 501);
 }
 
@@ -114,25 +110,18 @@ hd_local_model roughPlane() {
 
 TEST(ModelForce, FrictionSticksThenSlips) {
   LoneModel plane(roughPlane());
-  const auto at = [&](double x_mm) {
-    return plane.at({x_mm * 1e-3, 0, -0.002});
-  };
+  const auto at = [&](double x_mm) { return plane.at({x_mm * 1e-3, 0, -0.002}); };
   expectNear(at(0), {0, 0, 1});
   expectNear(at(1.59), {-0.795, 0, 1});
   EXPECT_FALSE(plane.model.slips());
   expectNear(at(0.5), {-0.25, 0, 1},
-             1e-12); // Sticking: back to the anchor is back to zero.
-  expectNear(at(1.61),
-             {-0.5, 0,
-              1}); // Out of the static cone: on the border of the dynamic one.
+             1e-12);                   // Sticking: back to the anchor is back to zero.
+  expectNear(at(1.61), {-0.5, 0, 1});  // Out of the static cone: on the border of the dynamic one.
   EXPECT_TRUE(plane.model.slips());
-  expectNear(at(2.61), {-0.5, 0, 1}); // Sliding: mu_d N, whatever the way.
+  expectNear(at(2.61), {-0.5, 0, 1});  // Sliding: mu_d N, whatever the way.
   expectNear(at(2.60), {-0.495, 0, 1});
   EXPECT_FALSE(plane.model.slips()) << "inside the dynamic cone the slip ends";
-  expectNear(
-      at(3.20),
-      {-0.795, 0,
-       1}); // The anchor stands at 1.61 mm, and the static cone counts again.
+  expectNear(at(3.20), {-0.795, 0, 1});  // The anchor stands at 1.61 mm, and the static cone counts again.
   EXPECT_FALSE(plane.model.slips());
 }
 
@@ -167,33 +156,26 @@ TEST(ModelForce, AtAnEdgeTheFrictionConeClosesWithTheNormalForce) {
   setHalfspace(m, Vec3::UnitX(), 0);
   setHalfspace(m, Vec3::UnitY(), 0);
   LoneModel wedge(m);
-  const double depth =
-      0.002 - 0.5e-3 / 4; // The fillet of solidDepth: half of each normal.
+  const double depth = 0.002 - 0.5e-3 / 4;  // The fillet of solidDepth: half of each normal.
   const double normal = 500 * depth * std::sqrt(0.5);
-  expectNear(wedge.at({-0.002, -0.002, 0}),
-             {normal * std::sqrt(0.5), normal * std::sqrt(0.5), 0}, 1e-9);
+  expectNear(wedge.at({-0.002, -0.002, 0}), {normal * std::sqrt(0.5), normal * std::sqrt(0.5), 0}, 1e-9);
   EXPECT_NEAR(wedge.at({-0.002, -0.002, 0.01}).z(), -0.5 * normal, 1e-9);
 }
 
 TEST(ModelForce, MovesAlongWithItsFrame) {
   LocalModel model;
-  ASSERT_EQ(model.set(commandOf(modelOf(HD_MODEL_PLANE, 500, 4))),
-            ErrorCode::kOk);
+  ASSERT_EQ(model.set(commandOf(modelOf(HD_MODEL_PLANE, 500, 4))), ErrorCode::kOk);
   ModelFrame frame;
   frame.X_WF.p = {0, 0, 0.1};
-  frame.X_WF.q = Quat(
-      Eigen::AngleAxisd(M_PI / 2, Vec3::UnitY())); // The plane's z is W's x.
+  frame.X_WF.q = Quat(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitY()));  // The plane's z is W's x.
   frame.V_WF.v = {0.2, 0, 0};
   const ModelForce f = model.evaluate({-0.002, 0.3, 0.1}, {0.2, 0, 0}, frame);
-  expectNear(f.force, {1, 0, 0}); // No damping: the hand goes with the plane.
+  expectNear(f.force, {1, 0, 0});  // No damping: the hand goes with the plane.
   expectNear(f.carried, {0.2, 0, 0});
   EXPECT_NEAR(f.stored, 0.5 * 500 * 4e-6, 1e-12);
   frame.V_WF.w = {0, 0, 1};
-  const ModelForce turning =
-      model.evaluate({-0.002, 0.05, 0.1}, {0.2, 0, 0}, frame);
-  expectNear(turning.force,
-             {1 + 4 * -0.05, 0,
-              0}); // The plane there moves at 0.15 m/s, the hand leaves it.
+  const ModelForce turning = model.evaluate({-0.002, 0.05, 0.1}, {0.2, 0, 0}, frame);
+  expectNear(turning.force, {1 + 4 * -0.05, 0, 0});  // The plane there moves at 0.15 m/s, the hand leaves it.
 }
 
 TEST(ModelForce, RefusesWhatIsNoModel) {
@@ -217,5 +199,5 @@ TEST(ModelForce, RefusesWhatIsNoModel) {
   EXPECT_TRUE(model.none());
 }
 
-} // namespace
-} // namespace hapticd
+}  // namespace
+}  // namespace hapticd

@@ -34,6 +34,16 @@ void sweepThrough(const MeshView& mesh, FuzzedDataProvider& data) {
   }
 }
 
+/** Moves every vertex that can move; the refit stays within the snapshot and its boxes stay boxes. */
+void moveEach(MeshView& mesh, FuzzedDataProvider& data) {
+  for (std::uint32_t v = 0; v < mesh.deform.source_count; ++v) {
+    const float p[3] = {data.ConsumeFloatingPointInRange(-100.0f, 100.0f), 0.01f * static_cast<float>(v), 0};
+    if (moveVertex(mesh, v, p) != ErrorCode::kOk) __builtin_trap();
+  }
+  for (int k = 0; k < 3; ++k)
+    if (!(mesh.nodes[0].lower[k] <= mesh.nodes[0].upper[k])) __builtin_trap();
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
@@ -58,8 +68,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     auto& header = *reinterpret_cast<hd_snapshot_header*>(memory.get());
     if (kept % 8 == 0) header.checksum = snapshotChecksum(snapshot.subspan(sizeof header));
   }
-  const auto view = validateSnapshot(snapshot);
+  auto view = validateSnapshot(snapshot);
   if (view.ok()) sweepThrough(*view, data);
+  if (view.ok()) moveEach(*view, data);
   if (!view.ok() && view.error().what.empty()) __builtin_trap();
   return 0;
 }

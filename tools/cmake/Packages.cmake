@@ -1,6 +1,6 @@
 # Debian packages, one for each install component: cpack -G DEB, in a build with CMAKE_INSTALL_PREFIX=/usr.
 # What goes where is said by the install() rules of each room; here are names, texts, dependencies and scripts.
-set(packages hapticd libhapticclient1 libhapticclient-dev hapticctl)
+set(packages hapticd libhapticclient1 libhapticclient-dev python3-hapticclient hapticctl)
 
 # Debian wants these two files in each package.
 find_program(HAPTICD_GZIP gzip)
@@ -76,6 +76,14 @@ hapticd_package(libhapticclient-dev libdevel "headers of the haptic device serve
 C header, C++20 header over it, and the files of pkg-config and CMake.
 ]])
 set(CPACK_DEBIAN_LIBHAPTICCLIENT-DEV_PACKAGE_DEPENDS "libhapticclient1 (= ${PROJECT_VERSION})")
+
+hapticd_package(python3-hapticclient python "Python module of the haptic device server's client library" [[
+The client library for Python programs: devices, history as numpy arrays,
+scenes and local models, with context managers.
+]])
+set(CPACK_DEBIAN_PYTHON3-HAPTICCLIENT_PACKAGE_DEPENDS "python3, libhapticclient1 (>= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_PYTHON3-HAPTICCLIENT_PACKAGE_RECOMMENDS python3-numpy)
+set(CPACK_DEBIAN_PYTHON3-HAPTICCLIENT_PACKAGE_ARCHITECTURE all)
 
 hapticd_package(hapticctl utils "command line of the haptic device server" [[
 Lists devices, shows state and timing live, loads meshes, arms and disarms,

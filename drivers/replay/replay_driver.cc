@@ -58,7 +58,8 @@ const std::vector<Parameter<ReplayParameters>>& replayParameterTable() {
   static const std::vector<Parameter<S>> kTable = {
       {{"speed", "", 0.01, 100, "Speed of the playback; 1 is as recorded."}, &S::speed},
       {{"wait", "s", 0, 3600, "Holds the first pose this long before it starts."}, &S::wait},
-      {{"loop", "", 0, 1, "Starts again at the end, else holds the last pose."}, &S::loop},
+      {{"loop", "", 0, 1, "Starts again at the end, with a jump unless the ends meet; else holds the last pose."},
+       &S::loop},
       {{"max_force", "N", 0, 200, "Largest force of the device that the limits are to think of."}, &S::max_force},
       {{"max_torque", "N m", 0, 20, "The same for the torque, where the recording has an orientation."},
        &S::max_torque},

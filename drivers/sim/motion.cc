@@ -63,8 +63,11 @@ IntendedMotion::IntendedMotion(const MotionParameters& parameters) : parameters_
 
 void IntendedMotion::setLive(const DeviceIntent& intent) HD_RT {
   if (parameters_.kind != MotionKind::kLive) return;
+  // Written so that NaN fails: within 10 m and 10 rad, and a quaternion that means something.
   const double norm = intent.q.norm();
-  if (!isFinite(intent.p) || !std::isfinite(norm) || norm < 0.5 || !std::isfinite(intent.gripper_rad)) return;
+  const bool sane = intent.p.cwiseAbs().maxCoeff() <= 10 && isFinite(intent.p) && norm > 0.5 && norm < 2 &&
+                    std::abs(intent.gripper_rad) <= 10;
+  if (!sane) return;
   live_.p = intent.p;
   live_.q = intent.q.normalized();
   live_.gripper_rad = intent.gripper_rad;

@@ -52,7 +52,8 @@ class IntendedMotion {
   explicit IntendedMotion(const MotionParameters& parameters);
 
   [[nodiscard]] PoseOnTrack at(double t_s) const HD_RT;
-  /** For kLive: the pose held from now on, at rest. Ignored by other kinds and where it is not finite. */
+  /** For kLive: the pose held from now on, at rest. Ignored by other kinds, and where it is not finite or beyond 10 m.
+   */
   void setLive(const DeviceIntent& intent) HD_RT;
 
  private:

@@ -12,6 +12,15 @@ Vec3 toStep(const Vec3& value, double step) HD_RT {
   return {toStep(value.x(), step), toStep(value.y(), step), toStep(value.z(), step)};
 }
 
+/** To the resolution, then at most `limit` in the same direction. Sizes beyond any motor first lose what overflows. */
+Vec3 producible(const Vec3& wanted, double step, double limit, bool& cut) HD_RT {
+  constexpr double kBeyondAnyMotor = 1e6;
+  const double largest = wanted.cwiseAbs().maxCoeff();
+  const Vec3 stepped = toStep(largest > kBeyondAnyMotor ? Vec3(wanted * (kBeyondAnyMotor / largest)) : wanted, step);
+  cut = cut || stepped.norm() > limit;
+  return clampNorm(stepped, limit);
+}
+
 std::int64_t floorDivide(std::int64_t a, std::int64_t b) HD_RT {
   const std::int64_t quotient = a / b;
   return quotient * b > a ? quotient - 1 : quotient;
@@ -162,18 +171,15 @@ SimDevice::Pending SimDevice::limited(const DeviceCommand& command) const HD_RT 
   Pending out;
   out.period = period_ + static_cast<std::int64_t>(p.delay);
   if (!command.enabled) return out;
-  if (!isFinite(command.force) || !isFinite(command.torque) || !std::isfinite(command.gripper_force)) {
+  if (!command.force.allFinite() || !command.torque.allFinite() || !std::isfinite(command.gripper_force)) {
     out.status = kDeviceError;
     return out;
   }
   out.command.enabled = true;
-  const Vec3 force = toStep(command.force, p.force_resolution);
-  out.command.force = clampNorm(force, p.max_force);
-  bool cut = force.norm() > p.max_force;
+  bool cut = false;
+  out.command.force = producible(command.force, p.force_resolution, p.max_force, cut);
   if (setup_.info.actuated_rotation) {
-    const Vec3 torque = toStep(command.torque, p.torque_resolution);
-    out.command.torque = clampNorm(torque, p.max_torque);
-    cut = cut || torque.norm() > p.max_torque;
+    out.command.torque = producible(command.torque, p.torque_resolution, p.max_torque, cut);
   }
   if (p.gripper) {
     out.command.gripper_force = std::clamp(command.gripper_force, -p.max_gripper_force, p.max_gripper_force);

@@ -81,7 +81,7 @@ const std::vector<Parameter<SimParameters>>& simParameterTable() {
       {{"sway", "rad", -3.2, 3.2, "Axis times amplitude of a swing about it, once a period."}, &S::sway},
       {{"gripper_angle", "rad", 0, 3.2, "Intended gripper angle."}, &S::gripper_angle},
       {{"file", "", 0, 0, "csv: path of the recorded motion, as the daemon sees it."}, &S::file},
-      {{"loop", "", 0, 1, "csv: starts again at the end, else holds the last pose."}, &S::loop},
+      {{"loop", "", 0, 1, "csv: starts again at the end; else holds the last pose."}, &S::loop},
       {{"serial", "", 0, 0, "Serial number, to tell simulators apart; else derived from the URI."}, &S::serial},
   };
   return kTable;

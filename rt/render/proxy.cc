@@ -292,13 +292,17 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   if (behind_) proxy_ = here(step);
   contact.work = step.work;
   HalfSpace exact[kMaxHalfSpaces];
-  for (int i = 0; i < step.count; ++i) exact[i] = step.held[i].surface;
+  double rounding = 0;
+  for (int i = 0; i < step.count; ++i) {
+    exact[i] = step.held[i].surface;
+    rounding = std::max(rounding, kNear * step.held[i].skin);
+  }
 
   // The surfaces that hold the proxy against the hip; the proxy's hair above them is not felt.
   Vec3 foot = step.goal;
   std::uint32_t active = 0;
   Vec3 on_surface = proxy_;
-  const bool held = step.count > 0 && nearestInside(exact, step.count, 0, foot, active) && active != 0;
+  const bool held = step.count > 0 && nearestInside(exact, step.count, rounding, foot, active) && active != 0;
   if (held && !nearestOnPlanes(exact, active, on_surface)) on_surface = proxy_;
   const Vec3 pull = on_surface - step.goal;
   const bool touching = held || (pull.norm() > 0 && (step.count > 0 || proxy_ != step.goal));

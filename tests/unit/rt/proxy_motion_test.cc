@@ -129,6 +129,20 @@ TEST(ProxyInMotion, SqueezedBetweenTwoPlatesItComesOutOnItsOwnSideOfBoth) {
   EXPECT_NEAR(t.tick(Vec3(0, 0, -0.007)).force.z(), 2, 1e-9) << "and the lower one from above";
 }
 
+TEST(ProxyInMotion, SqueezedItDoesNotSlipOutThroughAPlate) {
+  for (const double away : {-0.03, 0.03}) {  // Where the hand goes while the plates overlap: beyond either.
+    TestScene t;
+    const auto low = t.add(ShapeKind::kBox, Vec3(0.1, 0.1, 0.005), {Vec3(0, 0, -0.01), kNoTurn});
+    t.add(ShapeKind::kBox, Vec3(0.1, 0.1, 0.005), {Vec3(0, 0, 0.01), kNoTurn});
+    t.tick(Vec3::Zero());
+    for (int i = 1; i <= 24; ++i) {
+      t.pose(low, {Vec3(0, 0, -0.01 + 1e-3 * (i <= 12 ? i : 24 - i)), kNoTurn});
+      t.tick(Vec3(0, 0, i < 12 ? 0 : away));
+    }
+    EXPECT_NEAR(t.tick(Vec3(0, 0, away)).force.z(), away < 0 ? 25 : -25, 1e-8);
+  }
+}
+
 TEST(ProxyInMotion, FirstContactIsFeltInItsOwnTickAndLeavingNeverPulls) {
   TestScene t;
   t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {2000, 5, 0.3, 0.2});

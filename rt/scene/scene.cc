@@ -37,11 +37,6 @@ Vec3 angularVelocity(const Quat& from, const Quat& to, double dt) HD_RT {
 
 }  // namespace
 
-/** A mesh library without vertex moves refuses them; mesh_view.cc has the real one. */
-[[gnu::weak]] ErrorCode moveVertex(MeshView&, std::uint32_t, const float (&)[3]) HD_RT {
-  return ErrorCode::kUnsupported;
-}
-
 const SceneObject* Scene::find(std::uint32_t id) const HD_RT {
   const std::uint32_t slot = objectSlot(id);
   return id != 0 && slot != 0 && slot < kMaxObjects && objects_[slot].id == id ? &objects_[slot] : nullptr;

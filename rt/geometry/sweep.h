@@ -52,6 +52,12 @@ enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
 [[nodiscard]] bool tangentNearest(const Shape& shape, std::uint32_t feature, const Vec3& x, Vec3& normal,
                                   double& offset) HD_RT;
 
+/**
+ * The other way round: a triangle that moves past a resting point x, its corners along straight lines. If the surface
+ * overtakes the point, it is carried on with the surface and left `tolerance` above it, and the answer is true.
+ */
+[[nodiscard]] bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3& x) HD_RT;
+
 struct Ball {
   Vec3 center = Vec3::Zero();
   double radius = 0;

@@ -70,7 +70,8 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
 /** Puts the proxy where it was relative to each object, if any object has moved since. */
 void ProxyRenderer::begin(Step& step) HD_RT {
   const auto touchable = step.scene->touchable();
-  bool moved = behind_;
+  const auto moves = step.scene->triangleMoves();
+  bool moved = behind_ || !moves.empty();
   for (const std::uint16_t slot : touchable) moved = moved || step.scene->slot(slot).moved;
   if (!moved) return;
   step.together = false;
@@ -79,6 +80,16 @@ void ProxyRenderer::begin(Step& step) HD_RT {
     if (behind_ && start_id_[slot] == object.id) continue;
     start_[slot] = toLocal(object.X_WO_before, proxy_);
     start_id_[slot] = object.id;
+  }
+  if (moves.empty()) return;
+  for (const std::uint16_t slot : touchable) {
+    const SceneObject& object = step.scene->slot(slot);
+    if (object.shape.kind != ShapeKind::kMesh) continue;
+    const double skin = step.skin(object);
+    const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
+    for (const TriangleMove& move : moves) {
+      if (move.mesh == object.shape.mesh) (void)overtakes(move, two_sided, kNear * skin, start_[slot]);
+    }
   }
 }
 

@@ -193,13 +193,37 @@ ErrorCode Scene::moveVertices(const hd_object_vertices& order) HD_RT {
   MeshView* mesh = object->shape.mesh;
   ErrorCode result = ErrorCode::kOk;
   for (std::uint32_t i = 0; i < order.count && result == ErrorCode::kOk; ++i) {
+    const std::uint32_t noted = move_count_;
+    noteTriangles(*mesh, order.move[i]);
     result = moveVertex(*mesh, order.move[i].index, order.move[i].p);
+    if (result != ErrorCode::kOk) move_count_ = noted;
   }
   for (std::uint32_t i = 0; i < order_count_; ++i) {  // Others may show the same mesh.
     SceneObject& other = objects_[order_[i]];
     if (other.shape.mesh == mesh) updateBall(other);
   }
   return result;
+}
+
+/** Keeps what the triangles about a vertex are like before it moves. */
+void Scene::noteTriangles(const MeshView& mesh, const hd_vertex_move& move) HD_RT {
+  const MeshView::Deform& d = mesh.deform;
+  if (!d.vertices || move.index >= d.source_count) return;
+  const std::uint32_t v = d.source_vertex[move.index];
+  if (v >= mesh.vertex_count) return;
+  if (!moves_are_new_) move_count_ = 0;
+  moves_are_new_ = true;
+  for (std::uint32_t i = d.vertex_first[v]; i < d.vertex_first[v + 1] && move_count_ < kMaxTriangleMoves; ++i) {
+    TriangleMove& note = moves_[move_count_++];
+    note.mesh = &mesh;
+    note.triangle = d.vertex_triangles[i];
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      const std::uint32_t corner = mesh.triangles[note.triangle][c];
+      std::copy_n(mesh.vertices[corner], 3, note.before[c]);
+      if (corner == v) note.corner = c;
+    }
+    std::copy_n(move.p, 3, note.after);
+  }
 }
 
 void Scene::rebuildTouchable() HD_RT {
@@ -213,6 +237,8 @@ void Scene::rebuildTouchable() HD_RT {
 
 void Scene::advance(double dt) HD_RT {
   time_ += dt;
+  if (!moves_are_new_) move_count_ = 0;
+  moves_are_new_ = false;
   if (settled_) return;
   settled_ = true;
   for (std::uint32_t i = 0; i < order_count_; ++i) {

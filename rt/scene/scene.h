@@ -43,6 +43,15 @@ struct SceneObject {
   [[nodiscard]] Vec3 velocityAt(const Vec3& x_W) const HD_RT { return V_WO.v + V_WO.w.cross(x_W - X_WO.p); }
 };
 
+/** One corner of a triangle moved by a vertex command, in the object's frame [m]. */
+struct TriangleMove {
+  const MeshView* mesh = nullptr;  ///< Whose; not to be followed.
+  std::uint32_t triangle = 0;
+  std::uint32_t corner = 0;  ///< Which corner moved.
+  float before[3][3] = {};   ///< All corners before it.
+  float after[3] = {};       ///< Where that corner is then.
+};
+
 /**
  * Mesh views by table entry. The control thread publishes a view before the command that names it and takes it back
  * after the servo has passed the command that drops it.
@@ -72,6 +81,7 @@ class Scene {
   static constexpr double kTeleportSpeed = 10.0;  ///< [m/s]
   static constexpr double kTeleportAngle = 1.0;   ///< In one command [rad].
   static constexpr double kPoseHold = 0.02;       ///< [s]
+  static constexpr std::uint32_t kMaxTriangleMoves = 4096;
 
   explicit Scene(const MeshTable& meshes) noexcept : meshes_(&meshes) {}
 
@@ -88,6 +98,11 @@ class Scene {
 
   /** Slots in which objects that can be touched stand, rising. */
   [[nodiscard]] std::span<const std::uint16_t> touchable() const HD_RT { return {touchable_.data(), touchable_count_}; }
+  /**
+   * What vertex commands have changed since the advance() before the last one, in their order: contact sweeps the
+   * surface along. Beyond kMaxTriangleMoves in one tick the rest moves without being swept.
+   */
+  [[nodiscard]] std::span<const TriangleMove> triangleMoves() const HD_RT { return {moves_.data(), move_count_}; }
   [[nodiscard]] const SceneObject& slot(std::uint32_t i) const HD_RT { return objects_[i]; }
   /** The object of that id, or null when it is gone. */
   [[nodiscard]] const SceneObject* find(std::uint32_t id) const HD_RT;
@@ -111,6 +126,7 @@ class Scene {
   ErrorCode setMaterial(const hd_object_material& order) HD_RT;
   ErrorCode setFlags(const hd_object_flags& order) HD_RT;
   ErrorCode moveVertices(const hd_object_vertices& order) HD_RT;
+  void noteTriangles(const MeshView& mesh, const hd_vertex_move& move) HD_RT;
   ErrorCode makeShape(const ShapeParameters& parameters, Shape& shape) const HD_RT;
   bool advanceObject(std::uint32_t slot, double dt) HD_RT;
   void rebuildTouchable() HD_RT;
@@ -122,8 +138,11 @@ class Scene {
   std::uint32_t order_count_ = 0;
   std::array<std::uint16_t, kMaxObjects> touchable_{};
   std::uint32_t touchable_count_ = 0;
-  double time_ = 0;      ///< Sum of all dt [s].
-  bool settled_ = true;  ///< Nothing moves and nothing moved last tick: advance() has nothing to do.
+  std::array<TriangleMove, kMaxTriangleMoves> moves_{};
+  std::uint32_t move_count_ = 0;
+  bool moves_are_new_ = false;  ///< The next advance() keeps them.
+  double time_ = 0;             ///< Sum of all dt [s].
+  bool settled_ = true;         ///< Nothing moves and nothing moved last tick: advance() has nothing to do.
 };
 
 }  // namespace hapticd

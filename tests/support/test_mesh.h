@@ -56,6 +56,38 @@ class TestMesh {
     return &view_;
   }
 
+  /** The same with what vertex moves need. */
+  MeshView* deformableView() {
+    view();
+    parents_.assign(nodes.size(), HD_NO_INDEX);
+    leaf_.assign(triangles.size(), 0);
+    for (std::uint32_t n = 0; n < nodes.size(); ++n) {
+      if (nodes[n].count == 0) parents_[nodes[n].first] = parents_[nodes[n].first + 1] = n;
+      for (std::uint32_t i = 0; i < nodes[n].count; ++i) leaf_[nodes[n].first + i] = n;
+    }
+    first_.clear();
+    around_.clear();
+    source_.resize(vertices.size());
+    std::iota(source_.begin(), source_.end(), 0u);
+    for (std::uint32_t v = 0; v < vertices.size(); ++v) {
+      first_.push_back(static_cast<std::uint32_t>(around_.size()));
+      for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+        if (std::count(triangles[t].begin(), triangles[t].end(), v) > 0) around_.push_back(t);
+      }
+    }
+    first_.push_back(static_cast<std::uint32_t>(around_.size()));
+    view_.flags |= HD_MESH_DEFORMABLE;
+    view_.deform = {reinterpret_cast<MeshView::Float3*>(vertices.data()),
+                    nodes.data(),
+                    parents_.data(),
+                    first_.data(),
+                    around_.data(),
+                    leaf_.data(),
+                    source_.data(),
+                    static_cast<std::uint32_t>(source_.size())};
+    return &view_;
+  }
+
  private:
   Vec3 center(std::uint32_t t) const {
     Vec3 c = Vec3::Zero();
@@ -102,6 +134,7 @@ class TestMesh {
 
   MeshView view_;
   std::uint32_t depth_ = 0;
+  std::vector<std::uint32_t> parents_, leaf_, first_, around_, source_;
 };
 
 /** A closed box, outward. */

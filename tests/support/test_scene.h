@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "rt/render/proxy.h"
 #include "rt/scene/scene.h"
@@ -60,6 +61,20 @@ class TestScene {
     command.kind = CommandKind::kObjectFlags;
     command.as<hd_object_flags>() = {id, mask, value, 0};
     scene->apply(command);
+  }
+  /** Moves vertices of a deformable mesh, as many commands as it takes. */
+  ErrorCode moveVertices(std::uint32_t id, const std::vector<hd_vertex_move>& moves) {
+    ErrorCode code = ErrorCode::kOk;
+    for (std::size_t i = 0; i < moves.size() && code == ErrorCode::kOk; i += HD_VERTEX_MOVES) {
+      Command command;
+      command.kind = CommandKind::kObjectVertices;
+      auto& order = command.as<hd_object_vertices>();
+      order.object = id;
+      for (std::size_t k = i; k < moves.size() && order.count < HD_VERTEX_MOVES; ++k)
+        order.move[order.count++] = moves[k];
+      code = scene->apply(command);
+    }
+    return code;
   }
   ErrorCode remove(std::uint32_t id) {
     Command command;

@@ -1,0 +1,54 @@
+#include <algorithm>
+
+#include "rt/geometry/sweep.h"
+
+namespace hapticd {
+namespace {
+
+Vec3 fromFloats(const float (&x)[3]) HD_RT { return {x[0], x[1], x[2]}; }
+
+struct Triangle {
+  Vec3 v[3];
+
+  /** Not scaled: twice the area long. */
+  [[nodiscard]] Vec3 normal() const HD_RT { return (v[1] - v[0]).cross(v[2] - v[0]); }
+  /** Whether x, seen along the normal, is within the triangle or a hair beside it. */
+  [[nodiscard]] bool covers(const Vec3& x) const HD_RT {
+    constexpr double kHair = 1e-9;  // Neighbours overlap.
+    return weight(0, x) >= -kHair && weight(1, x) >= -kHair && weight(2, x) >= -kHair;
+  }
+  /** Barycentric coordinate of x, seen along the normal, that belongs to corner c. */
+  [[nodiscard]] double weight(std::uint32_t c, const Vec3& x) const HD_RT {
+    const Vec3 n = normal();
+    const double nn = n.squaredNorm();
+    const Vec3 &a = v[(c + 1) % 3], &b = v[(c + 2) % 3];
+    return nn > 0 ? (b - a).cross(x - a).dot(n) / nn : -1.0;
+  }
+};
+
+}  // namespace
+
+bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3& x) HD_RT {
+  const Triangle before{{fromFloats(move.before[0]), fromFloats(move.before[1]), fromFloats(move.before[2])}};
+  Triangle after = before;
+  after.v[move.corner] = fromFloats(move.after);
+  const Vec3 n0 = before.normal(), n1 = after.normal();
+  const double area0 = n0.norm(), area1 = n1.norm();
+  if (area0 == 0 || area1 == 0) return false;
+  double h0 = n0.dot(x - before.v[0]) / area0, h1 = n1.dot(x - after.v[0]) / area1;
+  const double side = two_sided && h0 < 0 ? -1 : 1;
+  h0 *= side;
+  h1 *= side;
+  if (h0 < -tolerance || h1 >= 0 || h1 >= h0) return false;
+  const double t = std::clamp(h0 / (h0 - h1), 0.0, 1.0);
+  const Vec3 way = after.v[move.corner] - before.v[move.corner];
+  Triangle then = before;
+  then.v[move.corner] += t * way;
+  if (!then.covers(x)) return false;
+  // On with the point of the surface that has reached it, so that it comes to lie on this triangle and no other.
+  x += (1 - t) * std::clamp(then.weight(move.corner, x), 0.0, 1.0) * way;
+  x += (side * tolerance - n1.dot(x - after.v[0]) / area1) / area1 * n1;
+  return true;
+}
+
+}  // namespace hapticd

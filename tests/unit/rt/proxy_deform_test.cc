@@ -1,0 +1,99 @@
+/** @file
+ * Meshes whose vertices move under the hand.
+ */
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using testing::TestMesh;
+using testing::TestScene;
+
+/** A sheet of n x n quads at z = 0, and its vertices moved to z = f(x, y). */
+struct Sheet {
+  explicit Sheet(std::uint32_t n) : mesh(testing::heightMesh(0.05, n, [](double, double) { return 0.0; })) {}
+
+  template <class F>
+  std::vector<hd_vertex_move> at(F f) const {
+    std::vector<hd_vertex_move> moves;
+    for (std::uint32_t i = 0; i < mesh.vertices.size(); ++i) {
+      const auto& v = mesh.vertices[i];
+      moves.push_back({i, {v[0], v[1], static_cast<float>(f(v[0], v[1]))}});
+    }
+    return moves;
+  }
+
+  TestMesh mesh;
+};
+
+TEST(ProxyOnDeformable, ARisingSheetPushesTheHandItTouchesAndTheOneItMeets) {
+  for (const bool two_sided : {false, true}) {
+    for (const Vec3& hip : {Vec3(0.0013, 0.0021, -0.001), Vec3(0.0013, 0.0021, 0.0023), Vec3(0.01, 0.01, 0.0023)}) {
+      Sheet sheet(10);
+      TestScene t;
+      const auto id = t.addMesh(sheet.mesh.deformableView(), {}, {1000, 0, 0, 0},
+                                two_sided ? 0u + HD_OBJECT_ENABLED + HD_OBJECT_TWO_SIDED : 0u + HD_OBJECT_ENABLED);
+      t.tick(Vec3(hip.x(), hip.y(), 0.005));
+      t.tick(hip);
+      for (int i = 1; i <= 60; ++i) {  // Up by 6 mm in steps of 0.1 mm, down again in steps of 1 mm, up in one.
+        const double z = i <= 40 ? 1e-4 * i : (i <= 44 ? 4e-3 - 1e-3 * (i - 40) : (i < 50 ? 0 : 0.004));
+        ASSERT_EQ(t.moveVertices(id, sheet.at([&](double, double) { return z; })), ErrorCode::kOk);
+        const double force = t.tick(hip).force.z();
+        ASSERT_NEAR(force, 1000 * std::max(0.0, double{static_cast<float>(z)} - hip.z()), 1e-8) << i << " " << z;
+      }
+    }
+  }
+}
+
+TEST(ProxyOnDeformable, AWaveNeverPassesTheProxy) {
+  for (const auto& [mu, speed] : {std::pair(0.0, 0.05), {0.5, 0.05}, {0.0, 0.3}, {0.5, 1.0}}) {
+    Sheet sheet(24);
+    TestScene t;
+    const auto id = t.addMesh(sheet.mesh.deformableView(), {}, {1000, 0, mu, mu});
+    t.tick(Vec3(0, 0, 0.02));
+    int contacts = 0;
+    for (int i = 1; i <= 300; ++i) {
+      const double phase = speed * i;
+      const auto wave = [phase](double x, double y) { return 0.003 * std::sin(100 * x - phase) * std::cos(60 * y); };
+      ASSERT_EQ(t.moveVertices(id, sheet.at(wave)), ErrorCode::kOk);
+      const Vec3 hip(0.02 * std::sin(0.02 * i), 0.02 * std::cos(0.033 * i), -0.001 + 0.003 * std::sin(0.1 * i));
+      const SurfaceContact& c = t.tick(hip);
+      contacts += c.object != 0;
+      // From far above straight down onto the sheet: the proxy is not below where that arrives.
+      Sweep sweep;
+      sweep.a = Vec3(c.proxy.x(), c.proxy.y(), 1);
+      sweep.d = Vec3(0, 0, -2);
+      sweep.limit = 100000;
+      SweepHit hit;
+      ASSERT_EQ(sweepMesh(*t.scene->find(id)->shape.mesh, sweep, hit), SweepResult::kHit);
+      ASSERT_GT(c.proxy.z(), 1 - 2 * hit.t - 1e-9) << i;
+    }
+    EXPECT_GT(contacts, 100);
+  }
+}
+
+TEST(ProxyOnDeformable, OnlyThisTicksMovesAreSwept) {
+  Sheet sheet(2);
+  TestScene t;
+  const auto id = t.addMesh(sheet.mesh.deformableView());
+  t.tick(Vec3(0, 0, 0.01));
+  EXPECT_TRUE(t.scene->triangleMoves().empty());
+  t.moveVertices(id, {{4, {0, 0, 0.001f}}});
+  t.tick(Vec3(0, 0, 0.01));
+  EXPECT_EQ(t.scene->triangleMoves().size(), 6u);
+  t.tick(Vec3(0, 0, 0.01));
+  EXPECT_TRUE(t.scene->triangleMoves().empty());
+  EXPECT_EQ(t.moveVertices(id, {{9, {0, 0, 0}}}), ErrorCode::kNotFound);
+  EXPECT_EQ(t.moveVertices(id, {{4, {0, 0, NAN}}}), ErrorCode::kInvalidArgument);
+  EXPECT_TRUE(t.scene->triangleMoves().empty());
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,259 @@
+#!/usr/bin/python3
+"""hapticctl against a real daemon with its simulator, and against none: what it prints, and how it ends.
+
+Usage: hapticctl_test.py BUILD_DIRECTORY [unittest arguments]
+"""
+import csv
+import io
+import json
+import math
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+BUILD = pathlib.Path(sys.argv.pop(1)).resolve()
+HAPTICCTL = BUILD / "tools/hapticctl/hapticctl"
+HAPTICD = BUILD / "daemon/hapticd"
+TETRAHEDRON = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+SILENT = {"TERM": "xterm-256color"}
+
+
+def stl(corners):
+    """A text STL of a tetrahedron."""
+    lines = ["solid t"]
+    for triangle in TETRAHEDRON:
+        lines += ["facet normal 0 0 0", "outer loop", *[f"vertex {corners[i]}" for i in triangle], "endloop", "endfacet"]
+    return "\n".join(lines + ["endsolid t", ""])
+
+
+class Case(unittest.TestCase):
+    """A directory of its own, and a daemon for the whole class unless it wants none."""
+    wants_daemon = True
+    daemon = None
+
+    @classmethod
+    def setUpClass(cls):
+        cls.directory = pathlib.Path(tempfile.mkdtemp(prefix="hapticctl-test-"))
+        cls.socket = cls.directory / "control.sock"
+        if cls.wants_daemon:
+            cls.start_daemon()
+
+    @classmethod
+    def start_daemon(cls):
+        with open(cls.directory / "log", "ab") as log:
+            cls.daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", cls.socket], stdout=log, stderr=log)
+        end = time.monotonic() + 20
+        while subprocess.run([HAPTICCTL, "--socket", cls.socket, "status"], capture_output=True, check=False).returncode != 0:
+            if cls.daemon.poll() is not None or time.monotonic() > end:
+                raise RuntimeError((cls.directory / "log").read_text())
+            time.sleep(0.05)
+
+    @classmethod
+    def tearDownClass(cls):
+        if cls.daemon is not None:
+            cls.daemon.terminate()
+            cls.daemon.wait(10)
+        shutil.rmtree(cls.directory)
+
+    def run_ctl(self, *arguments, exit_code=0, **options):
+        environment = {**os.environ, **SILENT, "HAPTICD_SOCKET": str(self.socket)}
+        done = subprocess.run([HAPTICCTL, *map(str, arguments)], capture_output=True, text=True, env=environment, timeout=60,
+                              stdin=subprocess.DEVNULL, check=False, **options)
+        self.assertEqual(done.returncode, exit_code, f"{arguments}\n{done.stdout}\n{done.stderr}")
+        self.assertNotIn("\x1b", done.stdout + done.stderr, "no colours in a pipe")
+        return done
+
+    def json(self, *arguments):
+        return json.loads(self.run_ctl("--json", *arguments).stdout)
+
+    def file(self, name, text):
+        path = self.directory / name
+        path.write_text(text, encoding="ascii")
+        return path
+
+
+class WithoutDaemon(Case):
+    wants_daemon = False
+
+    def test_every_command_says_that_nobody_answers(self):
+        path = self.file("t.stl", stl(["0 0 0", "2 0 0", "0 3 0", "0 0 5"]))
+        for command in (["status"], ["list"], ["info"], ["top", "-b", "-n", "1"], ["monitor"], ["events"], ["arm"], ["disarm"],
+                        ["stop"], ["limits"], ["load", path, "--scale", "mm"], ["add", "plane"], ["remove", "x"], ["objects"],
+                        ["get", "/objects"], ["set", "/objects/x/pos?value=0,0,0"]):
+            self.assertIn(str(self.socket), self.run_ctl(*command, exit_code=3).stderr)
+        failure = json.loads(self.run_ctl("--json", "status", exit_code=3).stderr)
+        self.assertEqual(failure["error"]["code"], "DISCONNECTED")
+
+    def test_doctor_and_dump_work_without_one(self):
+        self.assertIn("kernel preemption", self.run_ctl("doctor", exit_code=1).stdout)
+        host = json.loads(self.run_ctl("dump", exit_code=3).stdout)["host"]
+        self.assertTrue(all(check["remedy"] for check in host if check["state"] == "red"))
+
+    def test_wrong_command_lines(self):
+        for words, expected in ((["stauts"], "did you mean status?"), (["frobnicate"], "no such subcommand"), ([], "--help"),
+                                (["load"], "FILE is required"), (["arm", "--for", "0"], "--for"), (["get", "objects"], "begins with '/'"),
+                                (["get", "/a?value=1"], "hapticctl set"), (["set", "/a"], "?value="), (["add", "cone"], "no such shape"),
+                                (["add", "sphere", "--size", "-1"], "not above zero"), (["add", "plane", "--at", "0,0"], "3 numbers"),
+                                (["add", "plane", "--friction", "0.2,0.4"], "dynamic at most static"),
+                                (["monitor", "--csv", "--json"], "--json"), (["events", "--kinds", "tuch"], "touch"),
+                                (["top"], "no terminal"), (["limits", "--force", "nan"], "not a finite number")):
+            if words and words[0] in ("events", "top"):
+                continue  # These need a daemon first; see below.
+            self.assertIn(expected, self.run_ctl(*words, exit_code=2).stderr)
+
+    def test_files(self):
+        good = self.file("good.stl", stl(["0 0 0", "2 0 0", "0 3 0", "0 0 5"]))
+        message = self.run_ctl("load", good, exit_code=2).stderr
+        for part in ("a scale is needed", "2 x 3 x 5 file units", "--scale mm", "--scale inch", "50.8 mm"):
+            self.assertIn(part, message)
+        self.run_ctl("load", good, "--scale", "0", exit_code=2)
+        bad = self.file("nan.stl", stl(["nan 0 0", "2 0 0", "0 3 0", "0 0 5"]))
+        points = self.file("p.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                                    "property float z\nend_header\n0 0 0\n")
+        for path, expected in ((self.directory / "none.stl", "no such file"), (bad, "triangle 0"), (points, "no triangle")):
+            done = self.run_ctl("load", path, "--scale", "mm", exit_code=5)
+            self.assertIn(str(path), done.stderr)
+            self.assertIn(expected, done.stderr)
+
+    def test_programs_become_commands(self):
+        program = self.file("hapticctl-greet", "#!/bin/sh\necho hello \"$@\"\nexit 7\n")
+        program.chmod(0o755)
+        environment = {**os.environ, "PATH": f"{self.directory}:{os.environ['PATH']}"}
+        done = subprocess.run([HAPTICCTL, "greet", "a b", "--flag"], capture_output=True, text=True, env=environment, check=False)
+        self.assertEqual((done.returncode, done.stdout), (7, "hello a b --flag\n"))
+
+
+class WithDaemon(Case):
+    def test_looking(self):
+        self.assertIn("sim://default", self.run_ctl("list").stdout)
+        self.assertIn("peak force", self.run_ctl("info", "sim").stdout)
+        self.assertIn("DEVICE", self.run_ctl("status").stdout)
+        status = self.json("status")
+        self.assertEqual(status["devices"][0]["name"], self.json("list")[0]["name"])
+        if not status["daemon"]["realtime"]:
+            self.assertIn("NOT REAL-TIME", self.run_ctl("status").stdout)
+        self.assertIn("no such device", self.run_ctl("info", "nobody", exit_code=1).stderr)
+        self.assertIn("daemon", {check["name"] for check in json.loads(self.run_ctl("--json", "doctor", exit_code=1).stdout)["checks"]})
+        self.assertIn("devices", json.dumps(self.json("dump")["daemon"]))
+
+    def test_top_in_batches(self):
+        screens = self.run_ctl("top", "-b", "-n", "2", "-d", "0.1").stdout
+        self.assertEqual(screens.count("MISSES"), 2)
+        lines = [json.loads(line) for line in self.run_ctl("--json", "top", "-n", "2", "-d", "0.2").stdout.splitlines()]
+        self.assertGreater(lines[1]["statistics"][0]["cycles"], lines[0]["statistics"][0]["cycles"])
+        self.assertIn("no terminal", self.run_ctl("top", exit_code=2).stderr)
+
+    def test_monitor_writes_every_sample(self):
+        done = self.run_ctl("monitor", "--csv", "--duration", "0.5")
+        rows = list(csv.DictReader(io.StringIO(done.stdout)))
+        self.assertGreater(len(rows), 100)
+        ticks = [int(row["tick"]) for row in rows]
+        self.assertEqual(ticks, sorted(set(ticks)))
+        # What is missing between ticks was missed by the servo, and not by monitor.
+        self.assertEqual(ticks[-1] - ticks[0] + 1 - len(ticks), int(rows[-1]["missed"]) - int(rows[0]["missed"]), done.stderr)
+        for row in rows[:: len(rows) // 10]:
+            for axis in "xyz":
+                shares = sum(float(row[f"{source}_{axis}"]) for source in
+                             ("surface", "effect", "local_model", "client", "gravity", "guard"))
+                self.assertAlmostEqual(shares, float(row[f"f{axis}"]), places=5)
+        table = self.run_ctl("monitor", "--rate", "20", "--duration", "0.5").stdout.splitlines()
+        self.assertTrue(5 <= len(table) - 1 <= 11, table)
+        line = json.loads(self.run_ctl("--json", "monitor", "--rate", "10", "--duration", "0.2").stdout.splitlines()[0])
+        self.assertEqual(len(line["p"]), 3)
+
+    def test_scene(self):
+        path = self.file("t.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
+        loaded = self.json("load", path, "--scale", "mm", "--name", "tetra", "--at", "0,0,-0.05", "--friction", "0.4,0.3")
+        self.assertEqual((loaded["vertices"], loaded["triangles"], loaded["closed"]), (4, 4, True))
+        self.assertIn("ALREADY_EXISTS", self.run_ctl("--json", "load", path, "--scale", "mm", "--name", "tetra", exit_code=1).stderr)
+        again = self.json("load", path, "--size", "0.1", "--name", "tetra", "--replace", "--rotate", "z,90")
+        self.assertEqual(again["object"], loaded["object"])
+        self.assertAlmostEqual(again["upper"][2], 0.1, places=6)
+        self.run_ctl("add", "box", "--size", "0.01,0.02,0.03", "--name", "crate", "--parent", "tetra", "--at", "0,0,-0.2")
+        objects = {o["name"]: o for o in self.json("objects")}
+        self.assertEqual(objects["crate"]["path"], "/_objects/tetra/crate")
+        self.assertEqual(objects["crate"]["size"], [0.01, 0.02, 0.03])
+        self.assertAlmostEqual(objects["tetra"]["pose"]["q"][3], math.sqrt(0.5))
+        self.assertEqual(self.json("set", "/objects/crate/pos?value=0,0.25,0"), [0, 0.25, 0])
+        self.assertEqual(self.json("get", "/objects/crate/pos"), [0, 0.25, 0])
+        self.assertIn("/objects/nobody", self.run_ctl("get", "/objects/nobody/pos", exit_code=1).stderr)
+        self.run_ctl("remove", "tetra")
+        self.assertEqual(self.json("objects"), [])
+        self.assertIn("tetra", self.run_ctl("remove", "tetra", exit_code=1).stderr)
+
+    def test_arming_ends_in_order(self):
+        arm = subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm"], stdout=subprocess.PIPE, text=True)
+        try:
+            self.assertIn("ramping", arm.stdout.readline())
+            self.assertTrue(self.json("status")["devices"][0]["armed"])
+            self.assertIn("stop", self.run_ctl("disarm", exit_code=1).stderr)
+            arm.send_signal(signal.SIGTERM)
+            self.assertIn("disarmed", arm.communicate(timeout=10)[0])
+            self.assertEqual(arm.returncode, 0)
+        finally:
+            arm.kill()
+            arm.wait()
+            arm.stdout.close()
+        self.assertFalse(self.json("status")["devices"][0]["armed"])
+        self.run_ctl("arm", "--for", "0.2")
+
+    def test_stop_ends_arming_with_a_fault(self):
+        with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as arm:
+            arm.stdout.readline()
+            self.run_ctl("stop")
+            self.assertIn("fault", arm.communicate(timeout=10)[1])
+            self.assertEqual(arm.returncode, 1)
+        self.run_ctl("arm", "--for", "0.2")  # Arming again clears it.
+
+    def test_limits(self):
+        before = self.json("limits")
+        refused = self.run_ctl("limits", "--force", str(before["force"] / 2), exit_code=1).stderr
+        self.assertIn("--admin", refused)
+        admin = self.directory / "admin.sock"
+        lowered = json.loads(self.run_ctl("--json", "--admin", "--socket", admin, "limits", "--force", str(before["force"] / 2)).stdout)
+        self.assertEqual(lowered["force"], before["force"] / 2)
+        self.assertEqual({**lowered, "force": before["force"]}, before)
+        self.run_ctl("--admin", "--socket", admin, "limits", "--force", str(before["force"]))
+
+    def test_events(self):
+        with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "--json", "events", "--kinds", "armed,disarmed", "-n", "2"],
+                              stdout=subprocess.PIPE, text=True) as events:
+            time.sleep(0.5)
+            self.run_ctl("arm", "--for", "0.3")
+            kinds = [json.loads(line)["kind"] for line in events.communicate(timeout=20)[0].splitlines()]
+        self.assertEqual(kinds, ["armed", "disarmed"])
+        self.assertIn("did you mean touch?", self.run_ctl("events", "--kinds", "tuch", exit_code=2).stderr)
+
+    def test_hand_follows_the_file(self):
+        rows = "".join(f"{i / 10},0.0{i},0,0\n" for i in range(5))
+        self.run_ctl("hand", self.file("path.csv", "t,x,y,z\n" + rows))
+        time.sleep(0.5)
+        self.assertAlmostEqual(self.json("status")["devices"][0]["pose"]["p"][0], 0.04, delta=0.002)
+        self.assertIn("bad.csv:2", self.run_ctl("hand", self.file("bad.csv", "t,x,y,z\n0,a,0,0\n"), exit_code=5).stderr)
+
+    def test_a_reader_that_leaves_is_no_error(self):
+        with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "monitor", "--csv"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as monitor:
+            monitor.stdout.readline()
+            monitor.stdout.close()
+            self.assertEqual(monitor.wait(10), 0)
+            self.assertEqual(monitor.stderr.read(), b"")
+
+
+class DaemonDies(Case):
+    def test_monitor_tells(self):
+        with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "monitor"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as monitor:
+            monitor.stdout.readline()
+            self.daemon.kill()
+            self.daemon.wait()
+            self.assertNotEqual(monitor.communicate(timeout=20)[1], "")
+            self.assertEqual(monitor.returncode, 4)
+
+
+if __name__ == "__main__":
+    unittest.main()

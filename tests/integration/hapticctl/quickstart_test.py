@@ -1,0 +1,72 @@
+#!/usr/bin/python3
+"""tools/quickstart draws a picture of a real mesh and leaves nothing behind. Usage: quickstart_test.py SOURCE BUILD"""
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+SOURCE, BUILD = (pathlib.Path(sys.argv.pop(1)).resolve() for _ in range(2))
+
+
+def processes_naming(text):
+    found = []
+    for entry in pathlib.Path("/proc").iterdir():
+        if entry.name.isdigit() and int(entry.name) != os.getpid():
+            try:
+                if text in (entry / "cmdline").read_bytes().decode(errors="replace"):
+                    found.append(entry.name)
+            except OSError:
+                pass
+    return found
+
+
+class Quickstart(unittest.TestCase):
+    def setUp(self):
+        self.directory = tempfile.TemporaryDirectory(prefix="quickstart-test-")
+        self.environment = {**os.environ, "TMPDIR": self.directory.name}
+        self.picture = pathlib.Path(self.directory.name) / "picture.png"
+        self.command = [SOURCE / "tools/quickstart", "--prebuilt", BUILD, "--seconds", "2", "--output", self.picture,
+                        "--mesh", "/usr/share/opencascade/data/stl/bearing.stl", "--scale", "0.001"]
+
+    def tearDown(self):
+        left = [path.name for path in pathlib.Path(self.directory.name).iterdir() if path != self.picture]
+        self.assertEqual(left, [], "files left behind")
+        self.assertEqual(processes_naming(self.directory.name), [], "processes left running")
+        self.directory.cleanup()
+
+    def test_draws_what_was_felt(self):
+        done = subprocess.run(self.command, capture_output=True, text=True, env=self.environment, timeout=100, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        for word in ("rate", "wake-up", "cycle", "contact", "force", "path", "picture"):
+            self.assertIn(f"\n{word} ", done.stdout)
+        self.assertNotIn("contact           0.0 s", done.stdout)
+        self.assertNotIn("\x1b", done.stdout)
+        self.assertTrue(self.picture.read_bytes().startswith(b"\x89PNG"))
+        self.assertLess(self.picture.stat().st_size, 300_000)
+
+    def test_an_interrupt_leaves_nothing(self):
+        with subprocess.Popen(self.command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=self.environment,
+                              start_new_session=True) as run:
+            for line in run.stdout:
+                if "Arm the device" in line:
+                    break
+            time.sleep(0.5)
+            os.killpg(run.pid, signal.SIGINT)  # As Ctrl-C does.
+            run.communicate(timeout=30)
+            self.assertNotEqual(run.returncode, 0)
+
+    def test_wrong_use_is_told(self):
+        for words, expected in ((["--mesh", "x.stl"], "--scale"), (["--seconds", "soon"], "is no time"), (["--frob"], "unknown option"),
+                                (["--mesh", "none.stl", "--scale", "1"], "no such file")):
+            done = subprocess.run([self.command[0], "--prebuilt", BUILD, *words], capture_output=True, text=True, env=self.environment,
+                                  check=False)
+            self.assertIn(expected, done.stderr)
+            self.assertNotEqual(done.returncode, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,47 @@
+#!/bin/sh
+# Installs the client library elsewhere and builds against it as a stranger would: by pkg-config, by find_package, from
+# Python. Usage: run.sh BUILD_DIRECTORY SOURCE_DIRECTORY
+set -eu
+build=$1
+source=$2
+directory=$(mktemp -d)
+trap 'rm -rf "$directory"' EXIT
+prefix=$directory/usr
+for component in libhapticclient1 libhapticclient-dev python3-hapticclient; do
+  cmake --install "$build" --prefix "$prefix" --component $component >/dev/null
+done
+library=$(dirname "$(find "$prefix" -name libhapticclient.so)")
+
+echo "pkg-config"
+export PKG_CONFIG_PATH="$library/pkgconfig"
+# The installed file names the prefix of the packages; this prefix stands in for it.
+flags=$(pkg-config --define-variable=prefix="$prefix" --cflags --libs hapticclient)
+# shellcheck disable=SC2086
+cc -D_POSIX_C_SOURCE=200809L -std=c11 -Wall -Werror "$source/examples/01-state.c" $flags -o "$directory/c"
+if LD_LIBRARY_PATH=$library HAPTICD_SOCKET=/nonexistent "$directory/c" 2>"$directory/said"; then
+  echo "01-state found a daemon at /nonexistent" >&2
+  exit 1
+fi
+grep -q "/nonexistent: no such socket" "$directory/said"
+
+echo "find_package"
+mkdir "$directory/cmake"
+cat >"$directory/cmake/CMakeLists.txt" <<END
+cmake_minimum_required(VERSION 3.25)
+project(stranger CXX)
+find_package(hapticclient 0.1 REQUIRED)
+add_executable(stranger stranger.cc)
+target_link_libraries(stranger PRIVATE hapticclient::hapticclient)
+target_compile_features(stranger PRIVATE cxx_std_20)
+END
+cat >"$directory/cmake/stranger.cc" <<END
+#include <hapticclient/hapticclient.hpp>
+int main() { return haptic::Client::connect({.socket = "/nonexistent"}).code() == HAPTIC_DISCONNECTED ? 0 : 1; }
+END
+cmake -S "$directory/cmake" -B "$directory/cmake/build" -DCMAKE_PREFIX_PATH="$prefix" >/dev/null
+cmake --build "$directory/cmake/build" >/dev/null
+"$directory/cmake/build/stranger"
+
+echo "python"
+PYTHONDONTWRITEBYTECODE=1 PYTHONPATH="$prefix/lib/python3/dist-packages" LD_LIBRARY_PATH=$library \
+  /usr/bin/python3 -c 'import hapticclient; print(hapticclient.__version__)'

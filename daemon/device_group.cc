@@ -1,5 +1,8 @@
 #include "daemon/device_group.h"
 
+#include <pthread.h>
+#include <sched.h>
+
 #include <future>
 
 namespace hapticd {
@@ -7,6 +10,20 @@ namespace {
 
 constexpr std::size_t kStackBytes = 512 * 1024;
 constexpr std::size_t kPrefaultBytes = 256 * 1024;
+
+/** Keeps the calling thread on these processors; anywhere if there are none. */
+Result<void> pinTo(const std::vector<std::uint32_t>& cpus) {
+  if (cpus.empty()) return {};
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  std::string list;
+  for (const std::uint32_t cpu : cpus) {
+    if (cpu < CPU_SETSIZE) CPU_SET(cpu, &set);
+    list += (list.empty() ? "" : ", ") + std::to_string(cpu);
+  }
+  if (pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0) return {};
+  return Error{ErrorCode::kSystem, "cpus", "none of processors " + list + " can be used", "see /proc/cpuinfo"};
+}
 
 }  // namespace
 
@@ -47,14 +64,16 @@ Result<void> DeviceGroup::startThreads() {
     auto started = thread.start(name, kStackBytes, [this, priority, loop, &scheduled] {
       prefaultStack(kPrefaultBytes);
       disableDenormals();
-      Result<void> rights = becomeRealtime(priority);
-      const bool go = rights.ok() || options_.allow_no_rt;
+      Result<void> rights = pinTo(options_.cpus);
+      if (rights) rights = becomeRealtime(priority);
+      const bool go = rights.ok() || (options_.allow_no_rt && rights.error().code == ErrorCode::kNoRealtime);
       scheduled.set_value(std::move(rights));
       if (go) loop();
     });
     if (!started) return started;
     Result<void> rights = answer.get();
-    if (!rights) note_ = toString(rights.error());
+    if (rights || rights.error().code != ErrorCode::kNoRealtime) return rights;
+    note_ = toString(rights.error());
     return options_.allow_no_rt ? Result<void>() : rights;
   };
 

@@ -21,6 +21,7 @@ struct GroupOptions {
   IngestConfig ingest;
   int servo_priority = 80;
   int ingest_priority = 70;
+  std::vector<std::uint32_t> cpus;  ///< Where servo and ingest run; empty: anywhere.
   bool allow_no_rt = false;
   bool threads = true;  ///< False: stepped by hand with step() (tests, benchmarks).
 };

@@ -87,7 +87,7 @@ struct DeviceRef {
 struct DeviceLimits {
   std::uint32_t device;
   std::uint32_t reserved;
-  double force, torque, force_slew, torque_slew, velocity, power, active_power;
+  double force, torque, force_slew, torque_slew, velocity, power, active_power, gripper_force;
 };
 
 /** A checked command. `payload` is read with as<T>() according to `kind`. */

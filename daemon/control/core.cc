@@ -12,6 +12,7 @@ Core::Core(const CoreOptions& options, Clock& clock)
     : options_(options),
       clock_(clock),
       started_ns_(clock.now()),
+      events_(options.config.sessions.event_buffer),
       scene_(meshes_),
       sessions_({options.epoch, options.config.quotas.sessions,
                  options.config.servo.lock_memory && !options.config.servo.allow_no_rt},
@@ -53,6 +54,7 @@ void Core::poll() {
   }
   pollArms();
   sessions_.poll(now);
+  scene_.followClients();
   meshes_.reclaim();
   uploads_.poll();
 }

@@ -174,11 +174,11 @@ Result<GuardLimits> Core::setLimits(std::string_view uri, const GuardLimits& wan
     return Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"};
   }
   device.limits = *merged;
-  const DeviceLimits payload{device.index,        0,
-                             merged->force,       merged->torque,
-                             merged->force_slew,  merged->torque_slew,
-                             merged->velocity,    merged->power,
-                             merged->active_power};
+  const DeviceLimits payload{device.index,         0,
+                             merged->force,        merged->torque,
+                             merged->force_slew,   merged->torque_slew,
+                             merged->velocity,     merged->power,
+                             merged->active_power, merged->gripper_force};
   (void)device.link->post(makeCommand(CommandKind::kDeviceLimits, payload));
   log::info("{}: limits {:g} N, {:g} N m, {:g} m/s by '{}' (pid {})", device.name, merged->force, merged->torque,
             merged->velocity, log::printable(by.name), by.pid);

@@ -202,6 +202,7 @@ GroupOptions DeviceManager::options(const GroupConfig& group,
   o.ingest.max_ahead_ticks = static_cast<std::uint64_t>(config_.sessions.max_ahead_s * rate_hz);
   o.servo_priority = static_cast<int>(config_.servo.servo_priority);
   o.ingest_priority = static_cast<int>(config_.servo.ingest_priority);
+  o.cpus = group.cpus;
   o.allow_no_rt = config_.servo.allow_no_rt;
   o.threads = threads_;
   return o;

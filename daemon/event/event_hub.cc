@@ -26,7 +26,7 @@ void EventHub::publish(const Event& event) {
   const std::uint32_t bit = 1u << static_cast<std::uint32_t>(event.kind);
   for (auto& [id, subscriber] : subscribers_) {
     if ((subscriber.kinds & bit) == 0) continue;
-    if (subscriber.queue.size() >= kQueue) {
+    if (subscriber.queue.size() >= queue_) {
       ++subscriber.lost;
       continue;
     }

@@ -16,8 +16,10 @@ namespace hapticd {
 /** Control thread only. */
 class EventHub {
  public:
-  static constexpr std::size_t kQueue = 1024;       ///< Events that wait for one subscriber.
   static constexpr std::size_t kMostPerCall = 256;  ///< Events of one take().
+
+  /** `queue`: events that may wait for one subscriber. */
+  explicit EventHub(std::size_t queue = 1024) : queue_(queue) {}
 
   /** What a subscriber gets at once. */
   struct Batch {
@@ -44,6 +46,7 @@ class EventHub {
     std::deque<Event> queue;
     std::uint64_t lost = 0;
   };
+  std::size_t queue_;
   std::map<std::uint64_t, Subscriber> subscribers_;
   std::uint64_t next_ = 1;
 };

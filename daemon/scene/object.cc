@@ -5,13 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/ingest/limits.h"
+
 namespace hapticd {
 namespace {
-
-constexpr double kQuaternionTolerance = 1e-3;
-constexpr double kMaxStiffness = 1e6;  // N/m
-constexpr double kMaxDamping = 1e4;    // N s/m
-constexpr double kMaxFriction = 10.0;
 
 Error invalid(std::string where, std::string what, std::string remedy = {}) {
   return {ErrorCode::kInvalidArgument, std::move(where), std::move(what), std::move(remedy)};
@@ -23,8 +20,8 @@ Result<void> inRange(double value, double lower, double upper, const std::string
 }
 
 Result<void> length(double value, const std::string& where) {
-  if (std::isfinite(value) && value > 0 && value <= kMaxLength) return {};
-  return invalid(where, fmt::format("{} is not a length in (0, {}] m", value, kMaxLength));
+  if (std::isfinite(value) && value > 0 && value <= limits::kCoordinate) return {};
+  return invalid(where, fmt::format("{} is not a length in (0, {}] m", value, limits::kCoordinate));
 }
 
 }  // namespace
@@ -48,12 +45,13 @@ Result<void> checkName(const std::string& name, const std::string& where) {
 Result<void> checkPose(Pose& pose, const std::string& where) {
   for (int i = 0; i < 3; ++i) {
     const double x = pose.p[i];
-    if (!std::isfinite(x) || std::abs(x) > kMaxLength) {
-      return invalid(fmt::format("{}.p.{}", where, "xyz"[i]), fmt::format("{} is not within {} m", x, kMaxLength));
+    if (!std::isfinite(x) || std::abs(x) > limits::kCoordinate) {
+      return invalid(fmt::format("{}.p.{}", where, "xyz"[i]),
+                     fmt::format("{} is not within {} m", x, limits::kCoordinate));
     }
   }
   const double norm = pose.q.norm();
-  if (!std::isfinite(norm) || std::abs(norm - 1.0) > kQuaternionTolerance) {
+  if (!std::isfinite(norm) || std::abs(norm - 1.0) > limits::kUnitTolerance) {
     return invalid(where + ".q", fmt::format("the quaternion has norm {}, not 1", norm),
                    "give w, x, y, z of a rotation");
   }
@@ -62,10 +60,10 @@ Result<void> checkPose(Pose& pose, const std::string& where) {
 }
 
 Result<void> checkMaterial(const hd_material& m, const std::string& where) {
-  if (auto r = inRange(m.stiffness, 0, kMaxStiffness, where + ".stiffness", "N/m"); !r) return r;
-  if (auto r = inRange(m.damping, 0, kMaxDamping, where + ".damping", "N s/m"); !r) return r;
-  if (auto r = inRange(m.friction_static, 0, kMaxFriction, where + ".frictionStatic", ""); !r) return r;
-  if (auto r = inRange(m.friction_dynamic, 0, kMaxFriction, where + ".frictionDynamic", ""); !r) return r;
+  if (auto r = inRange(m.stiffness, 0, limits::kStiffness, where + ".stiffness", "N/m"); !r) return r;
+  if (auto r = inRange(m.damping, 0, limits::kDamping, where + ".damping", "N s/m"); !r) return r;
+  if (auto r = inRange(m.friction_static, 0, limits::kFriction, where + ".frictionStatic", ""); !r) return r;
+  if (auto r = inRange(m.friction_dynamic, 0, limits::kFriction, where + ".frictionDynamic", ""); !r) return r;
   if (m.friction_dynamic <= m.friction_static) return {};
   return invalid(where + ".frictionDynamic",
                  fmt::format("{} is above the static friction {}", m.friction_dynamic, m.friction_static),

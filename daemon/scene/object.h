@@ -45,11 +45,8 @@ struct ObjectSpec {
 /** A surface that every device class can render: 500 N/m, light damping, skin on plastic. */
 inline constexpr hd_material kDefaultMaterial{500.0, 0.5, 0.4, 0.3};
 
-/** Largest length and coordinate of a scene [m]: beyond it double-precision contact loses micrometres. */
-inline constexpr double kMaxLength = 1000.0;
-
-// Each names the field at fault under `where`. They never change their argument but for normalising a quaternion that
-// is unit to 1e-3.
+// The bounds are those of the rings (rt/ingest/limits.h). Each names the field at fault under `where`. They never
+// change their argument but for normalising a quaternion that is unit to 1e-3.
 [[nodiscard]] Result<void> checkName(const std::string& name, const std::string& where);
 [[nodiscard]] Result<void> checkPose(Pose& pose, const std::string& where);
 [[nodiscard]] Result<void> checkMaterial(const hd_material& material, const std::string& where);

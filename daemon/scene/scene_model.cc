@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+
+#include "rt/ingest/limits.h"
 
 namespace hapticd {
 namespace {
@@ -92,8 +93,12 @@ Result<void> SceneModel::setPose(std::string_view name, Pose X_PO) {
 Result<void> SceneModel::setVelocity(std::string_view name, const Twist& V_PO) {
   Object* object = lookUp(name);
   if (object == nullptr) return notFound(name, "name");
-  if (!isFinite(V_PO.v) || !isFinite(V_PO.w) || V_PO.v.norm() > 100 || V_PO.w.norm() > 1000) {
-    return Error{ErrorCode::kInvalidArgument, "velocity", "it is not finite or beyond 100 m/s or 1000 rad/s", {}};
+  const auto within = [](const Vec3& x, double most) { return isFinite(x) && x.cwiseAbs().maxCoeff() <= most; };
+  if (!within(V_PO.v, limits::kSpeed) || !within(V_PO.w, limits::kAngularSpeed)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "velocity",
+                 fmt::format("it is not finite or beyond {} m/s or {} rad/s", limits::kSpeed, limits::kAngularSpeed),
+                 {}};
   }
   if (auto r = accepting(); !r) return r;
   refresh(*object);
@@ -109,10 +114,7 @@ Result<void> SceneModel::setMaterial(std::string_view name, const hd_material& m
   if (auto r = checkMaterial(material, "material"); !r) return r;
   if (auto r = accepting(); !r) return r;
   object->spec.material = material;
-  hd_object_material payload{};
-  payload.object = object->id;
-  payload.material = material;
-  post(*object, makeCommand(CommandKind::kObjectMaterial, payload));
+  post(*object, materialCommand(*object));
   changed(object->spec.name, "material");
   return {};
 }
@@ -124,11 +126,7 @@ Result<void> SceneModel::setFlags(std::string_view name, bool enabled, bool visi
   object->spec.enabled = enabled;
   object->spec.visible = visible;
   object->spec.two_sided = two_sided;
-  hd_object_flags payload{};
-  payload.object = object->id;
-  payload.mask = HD_OBJECT_ENABLED | HD_OBJECT_VISIBLE | HD_OBJECT_TWO_SIDED;
-  payload.value = objectFlags(object->spec);
-  post(*object, makeCommand(CommandKind::kObjectFlags, payload));
+  post(*object, flagsCommand(*object));
   changed(object->spec.name, "flags");
   return {};
 }
@@ -176,6 +174,27 @@ void SceneModel::clientLeft(std::uint64_t connection) {
   }
 }
 
+void SceneModel::followClients() {
+  const auto others = std::count_if(sinks_.begin(), sinks_.end(), [](const CommandSink* s) { return s != nullptr; });
+  if (others < 2) return;
+  for (const auto& [name, slot] : by_name_) {
+    Object& object = slots_[slot];
+    for (std::size_t i = 0; i < sinks_.size(); ++i) {
+      PosedObject posed;
+      if (sinks_[i] == nullptr || !sinks_[i]->posed(slot, object.edit[i], posed) || posed.object != object.id) continue;
+      if (posed.client_edits == object.client_edits[i]) continue;
+      object.client_edits[i] = posed.client_edits;
+      takeOver(posed, object);
+      for (std::size_t k = 0; k < sinks_.size(); ++k) {
+        if (k == i || sinks_[k] == nullptr || !sinks_[k]->accepting()) continue;
+        (void)sinks_[k]->post(materialCommand(object));
+        (void)sinks_[k]->post(flagsCommand(object));
+        object.edit[k] = sinks_[k]->post(poseCommand(object));
+      }
+    }
+  }
+}
+
 void SceneModel::attach(CommandSink& sink) {
   const auto free = std::find(sinks_.begin(), sinks_.end(), nullptr);
   if (free == sinks_.end()) return;
@@ -185,6 +204,7 @@ void SceneModel::attach(CommandSink& sink) {
   for (std::size_t i = 0; i < open.size(); ++i) {
     Object& object = slots_[open[i]];
     refresh(object);
+    object.client_edits[index] = 0;
     object.edit[index] = sink.post(addCommand(object));
     if (!object.V_PO.v.isZero() || !object.V_PO.w.isZero()) object.edit[index] = sink.post(poseCommand(object));
     for (const std::uint32_t child : childSlots(open[i])) open.push_back(child);
@@ -237,6 +257,21 @@ Command SceneModel::poseCommand(const Object& object) {
   store(object.V_PO.v, pose.v);
   store(object.V_PO.w, pose.w);
   return makeCommand(CommandKind::kObjectPose, pose);
+}
+
+Command SceneModel::materialCommand(const Object& object) {
+  hd_object_material payload{};
+  payload.object = object.id;
+  payload.material = object.spec.material;
+  return makeCommand(CommandKind::kObjectMaterial, payload);
+}
+
+Command SceneModel::flagsCommand(const Object& object) {
+  hd_object_flags payload{};
+  payload.object = object.id;
+  payload.mask = HD_OBJECT_ENABLED | HD_OBJECT_VISIBLE | HD_OBJECT_TWO_SIDED;
+  payload.value = objectFlags(object.spec);
+  return makeCommand(CommandKind::kObjectFlags, payload);
 }
 
 void SceneModel::removeSubtree(std::uint32_t slot) {

@@ -70,6 +70,12 @@ class SceneModel {
    */
   void clientLeft(std::uint64_t connection);
 
+  /**
+   * What clients of one servo changed through their rings, for the other servos: a moved object moves for everybody.
+   * The last writer wins. Vertex moves stay where they were made. Call every few milliseconds.
+   */
+  void followClients();
+
   /** Replays the whole scene to a servo that has just started. */
   void attach(CommandSink& sink);
   void detach(CommandSink& sink);
@@ -81,7 +87,8 @@ class SceneModel {
     std::uint32_t id = 0;
     std::uint32_t parent_slot = 0;
     Twist V_PO;
-    std::array<std::uint64_t, kMaxGroups> edit{};  ///< Ticket of the last order about it, by sink.
+    std::array<std::uint64_t, kMaxGroups> edit{};          ///< Ticket of the last order about it, by sink.
+    std::array<std::uint32_t, kMaxGroups> client_edits{};  ///< Changes by that servo's clients handed on so far.
   };
 
   Object* lookUp(std::string_view name);
@@ -91,10 +98,13 @@ class SceneModel {
   void post(Object& object, const Command& command);
   [[nodiscard]] Command addCommand(const Object& object) const;
   [[nodiscard]] static Command poseCommand(const Object& object);
+  [[nodiscard]] static Command materialCommand(const Object& object);
+  [[nodiscard]] static Command flagsCommand(const Object& object);
   void removeSubtree(std::uint32_t slot);
   std::vector<std::uint32_t> childSlots(std::uint32_t slot) const;
   /** Takes over what clients changed through their rings. */
   void refresh(Object& object);
+  static void takeOver(const PosedObject& posed, Object& object);
   ObjectNow describe(std::uint32_t slot);
   Pose worldPoseOf(std::uint32_t slot);
   std::string pathOf(std::uint32_t slot) const;

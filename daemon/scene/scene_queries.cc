@@ -88,14 +88,18 @@ void SceneModel::refresh(Object& object) {
     PosedObject posed;
     if (sinks_[i] == nullptr || !sinks_[i]->posed(objectSlot(object.id), object.edit[i], posed)) continue;
     if (posed.object != object.id) continue;
-    object.spec.X_PO = {vec3(posed.p_PO), quat(posed.q_PO)};
-    object.V_PO = {vec3(posed.v_PO), vec3(posed.w_PO)};
-    object.spec.material = posed.material;
-    object.spec.enabled = (posed.flags & HD_OBJECT_ENABLED) != 0;
-    object.spec.visible = (posed.flags & HD_OBJECT_VISIBLE) != 0;
-    object.spec.two_sided = (posed.flags & HD_OBJECT_TWO_SIDED) != 0;
+    takeOver(posed, object);
     return;
   }
+}
+
+void SceneModel::takeOver(const PosedObject& posed, Object& object) {
+  object.spec.X_PO = {vec3(posed.p_PO), quat(posed.q_PO)};
+  object.V_PO = {vec3(posed.v_PO), vec3(posed.w_PO)};
+  object.spec.material = posed.material;
+  object.spec.enabled = (posed.flags & HD_OBJECT_ENABLED) != 0;
+  object.spec.visible = (posed.flags & HD_OBJECT_VISIBLE) != 0;
+  object.spec.two_sided = (posed.flags & HD_OBJECT_TWO_SIDED) != 0;
 }
 
 ObjectNow SceneModel::describe(std::uint32_t slot) {

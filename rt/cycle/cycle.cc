@@ -128,6 +128,7 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
       limits.velocity = wanted.velocity;
       limits.power = wanted.power;
       limits.active_power = wanted.active_power;
+      limits.gripper_force = wanted.gripper_force;
       return guard.setLimits(limits);
     }
   }

@@ -19,7 +19,7 @@ struct PosedObject {
   std::uint32_t flags = 0;            ///< hd_object_flag
   std::uint64_t tick = 0;             ///< Of that cycle.
   std::uint32_t control_applied = 0;  ///< ServoCounters::control_applied at that cycle.
-  std::uint32_t reserved = 0;
+  std::uint32_t client_edits = 0;     ///< Of the object, by clients of this servo's rings; wraps.
   hd_material material{};
   double p_PO[3] = {}, q_PO[4] = {};            ///< In the parent.
   double v_PO[3] = {}, w_PO[3] = {};            ///< In the parent's frame.
@@ -45,6 +45,7 @@ class PoseBoard {
       posed.control_applied = control_applied;
       if (object.id != 0) {
         posed.flags = object.flags;
+        posed.client_edits = object.client_edits;
         posed.material = object.material;
         store(object.X_PO.p, posed.p_PO);
         store(object.X_PO.q, posed.q_PO);

@@ -45,6 +45,16 @@ const SceneObject* Scene::find(std::uint32_t id) const HD_RT {
 SceneObject* Scene::findMutable(std::uint32_t id) HD_RT { return const_cast<SceneObject*>(find(id)); }
 
 ErrorCode Scene::apply(const Command& command) HD_RT {
+  const ErrorCode code = change(command);
+  const bool watched = command.kind == CommandKind::kObjectPose || command.kind == CommandKind::kObjectMaterial ||
+                       command.kind == CommandKind::kObjectFlags;
+  if (code == ErrorCode::kOk && watched && command.session != kControlSession) {
+    if (SceneObject* object = findMutable(command.as<ObjectRef>().object)) ++object->client_edits;  // they start alike
+  }
+  return code;
+}
+
+ErrorCode Scene::change(const Command& command) HD_RT {
   switch (command.kind) {
     case CommandKind::kAddObject:
       return add(command.as<AddObject>());

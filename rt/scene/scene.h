@@ -25,14 +25,15 @@ struct Shape {
 
 /** One slot of the scene. */
 struct SceneObject {
-  std::uint32_t id = 0;      ///< 0: the slot is free.
-  std::uint32_t parent = 0;  ///< Slot; 0 is the root.
-  std::uint32_t flags = 0;   ///< hd_object_flag
-  Pose X_PO;                 ///< In the parent.
-  Twist V_PO;                ///< Velocity in the parent's frame, about the object's origin.
-  Pose X_WO;                 ///< In the world, this tick.
-  Pose X_WO_before;          ///< In the world, the tick before: contact sweeps relative to it.
-  Twist V_WO;                ///< Velocity of the frame's origin and its rotation, in the world.
+  std::uint32_t id = 0;            ///< 0: the slot is free.
+  std::uint32_t parent = 0;        ///< Slot; 0 is the root.
+  std::uint32_t flags = 0;         ///< hd_object_flag
+  std::uint32_t client_edits = 0;  ///< Changes by clients through their rings; wraps.
+  Pose X_PO;                       ///< In the parent.
+  Twist V_PO;                      ///< Velocity in the parent's frame, about the object's origin.
+  Pose X_WO;                       ///< In the world, this tick.
+  Pose X_WO_before;                ///< In the world, the tick before: contact sweeps relative to it.
+  Twist V_WO;                      ///< Velocity of the frame's origin and its rotation, in the world.
   Shape shape;
   hd_material material{};
   Vec3 center_W = Vec3::Zero();  ///< Of a ball about the shape, this tick.
@@ -118,6 +119,7 @@ class Scene {
     bool world_moved = false;  ///< In the last advance(): children follow.
   };
 
+  ErrorCode change(const Command& command) HD_RT;
   SceneObject* findMutable(std::uint32_t id) HD_RT;
   ErrorCode add(const AddObject& order) HD_RT;
   ErrorCode remove(std::uint32_t id) HD_RT;

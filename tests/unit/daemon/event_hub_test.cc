@@ -32,22 +32,23 @@ TEST(EventHub, EachSubscriberGetsTheKindsItAskedForInOrder) {
 }
 
 TEST(EventHub, ASlowSubscriberLosesCountedEventsAndNobodyElseDoes) {
-  EventHub hub;
+  constexpr std::size_t kQueue = 600;
+  EventHub hub(kQueue);
   const auto slow = hub.subscribe(0, [] {});
   const auto quick = hub.subscribe(0, [] {});
   std::size_t got = 0;
-  for (std::uint32_t i = 0; i < EventHub::kQueue + 100; ++i) {
+  for (std::uint32_t i = 0; i < kQueue + 100; ++i) {
     hub.publish(event(EventKind::kTouch, i));
     got += hub.take(quick).events.size();
   }
-  EXPECT_EQ(got, EventHub::kQueue + 100);
+  EXPECT_EQ(got, kQueue + 100);
   EventHub::Batch batch = hub.take(slow);
   EXPECT_EQ(batch.lost, 100u);
   std::size_t kept = batch.events.size();
   EXPECT_LE(kept, EventHub::kMostPerCall);
   EXPECT_EQ(batch.events.front().value, 0u) << "the oldest are kept";
   while (!(batch = hub.take(slow)).events.empty()) kept += batch.events.size();
-  EXPECT_EQ(kept, EventHub::kQueue);
+  EXPECT_EQ(kept, kQueue);
 }
 
 TEST(EventHub, WhatTheServoDroppedIsToldToAll) {

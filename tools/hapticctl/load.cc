@@ -54,7 +54,7 @@ std::string describe(const std::string& name, const MeshFile& mesh, const haptic
   if (mesh.meshes > 1) out += fmt::format(", {} meshes merged", mesh.meshes);
   if (mesh.skipped > 0) out += fmt::format(", {} points or lines left out", mesh.skipped);
   out += fmt::format("; {} in the daemon, built in {}\n", bytes(r.bytes), duration(static_cast<double>(r.build_ns)));
-  for (std::uint32_t i = 0; i < r.note_count; ++i) out += fmt::format("  repaired: {}\n", r.notes[i]);
+  for (std::uint32_t i = 0; i < r.note_count; ++i) out += fmt::format("  note: {}\n", r.notes[i]);
   return out;
 }
 

@@ -9,6 +9,7 @@ import json
 import math
 import os
 import pathlib
+import pty
 import shutil
 import signal
 import subprocess
@@ -243,6 +244,52 @@ class WithDaemon(Case):
             monitor.stdout.close()
             self.assertEqual(monitor.wait(10), 0)
             self.assertEqual(monitor.stderr.read(), b"")
+
+
+class OnATerminal(Case):
+    """A pseudo-terminal: colours, keys, the question for the scale, progress."""
+
+    def run_on_terminal(self, *arguments, send=(), **environment):
+        pid, terminal = pty.fork()
+        if pid == 0:
+            os.environ.update({"HAPTICD_SOCKET": str(self.socket), "TERM": "xterm", **environment})
+            os.execv(HAPTICCTL, ["hapticctl", *map(str, arguments)])
+        output, send = b"", list(send)
+        try:
+            while True:
+                chunk = os.read(terminal, 65536)
+                output += chunk
+                while send and send[0][0] in output:
+                    os.write(terminal, send.pop(0)[1])
+        except OSError:  # The other side is closed.
+            pass
+        os.close(terminal)
+        return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), output.decode()
+
+    def test_colours_only_where_wanted(self):
+        self.assertIn("\x1b[1m", self.run_on_terminal("list", NO_COLOR="")[1])
+        self.assertNotIn("\x1b", self.run_on_terminal("list", NO_COLOR="1")[1])
+        self.assertNotIn("\x1b", self.run_on_terminal("list", TERM="dumb")[1])
+
+    def test_top_takes_keys_and_gives_the_screen_back(self):
+        code, output = self.run_on_terminal("top", "-d", "0.1", send=[(b"q quit", b"c"), (b"counts cleared", b"q")])
+        self.assertEqual(code, 0)
+        self.assertTrue(output.startswith("\x1b[?1049h") and output.endswith("\x1b[?1049l"), output[-40:])
+
+    def test_the_scale_is_asked_for(self):
+        path = self.file("t.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
+        code, output = self.run_on_terminal("load", path, send=[(b"per file unit: ", b"mm\n")])
+        self.assertEqual(code, 0, output)
+        self.assertIn("20.0 mm x 30.0 mm x 50.0 mm, closed", output)
+        code, output = self.run_on_terminal("load", path, "--name", "other", send=[(b"per file unit: ", b"\n")])
+        self.assertEqual(code, 2)
+        self.assertEqual([o["name"] for o in self.json("objects")], ["t"])
+
+    def test_ctrl_c_disarms(self):
+        code, output = self.run_on_terminal("arm", send=[(b"ramping", b"\x03")])
+        self.assertEqual(code, 0)
+        self.assertIn("disarmed", output)
+        self.assertFalse(self.json("status")["devices"][0]["armed"])
 
 
 class DaemonDies(Case):

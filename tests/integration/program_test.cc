@@ -3,6 +3,8 @@
 #include <grp.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 
 #include <chrono>
@@ -18,7 +20,18 @@ namespace {
 /** A run of hapticd with its output in a file. */
 class Program {
  public:
-  Program(const TemporaryDirectory& directory, std::vector<std::string> arguments, bool unprivileged = false)
+  /** What the child gets besides its arguments. */
+  struct Surroundings {
+    bool unprivileged = false;
+    std::string notify_socket;  ///< $NOTIFY_SOCKET
+    std::string watchdog_us;    ///< $WATCHDOG_USEC
+    std::vector<int> sockets;   ///< Passed as systemd does, named control and admin.
+  };
+  Program(const TemporaryDirectory& directory, std::vector<std::string> arguments, bool unprivileged)
+      : Program(directory, std::move(arguments), Surroundings{unprivileged, {}, {}, {}}) {}
+  Program(const TemporaryDirectory& directory, std::vector<std::string> arguments)
+      : Program(directory, std::move(arguments), Surroundings{}) {}
+  Program(const TemporaryDirectory& directory, std::vector<std::string> arguments, const Surroundings& around)
       : output_(directory.path() + "/output" + std::to_string(++count_)) {
     arguments.insert(arguments.begin(), HAPTICD_PROGRAM);
     std::vector<char*> argv;
@@ -31,7 +44,15 @@ class Program {
       dup2(out, 2);
       setenv("HOME", directory.path().c_str(), 1);  // the user's own configuration is not ours
       for (const char* name : {"XDG_CONFIG_HOME", "HAPTICD_CONFIG", "CONFIGURATION_DIRECTORY"}) unsetenv(name);
-      if (unprivileged) {
+      if (!around.notify_socket.empty()) setenv("NOTIFY_SOCKET", around.notify_socket.c_str(), 1);
+      if (!around.watchdog_us.empty()) setenv("WATCHDOG_USEC", around.watchdog_us.c_str(), 1);
+      for (std::size_t i = 0; i < around.sockets.size(); ++i) dup2(around.sockets[i], 3 + static_cast<int>(i));
+      if (!around.sockets.empty()) {
+        setenv("LISTEN_PID", std::to_string(getpid()).c_str(), 1);
+        setenv("LISTEN_FDS", std::to_string(around.sockets.size()).c_str(), 1);
+        setenv("LISTEN_FDNAMES", "control:admin", 1);
+      }
+      if (around.unprivileged) {
         rlimit none{0, 0};
         setrlimit(RLIMIT_RTPRIO, &none);
         if (setgroups(0, nullptr) != 0 || setgid(65534) != 0 || setuid(65534) != 0) _exit(99);
@@ -160,6 +181,71 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
   EXPECT_NE(misspelt.output().find("bad.toml:2"), std::string::npos) << misspelt.output();
   EXPECT_EQ(code({"--allow-no-rt", "--socket", socket, "--device", "nosuch://thing"}), 4);
   EXPECT_EQ(code({"--allow-no-rt", "--socket", "/" + std::string(200, 'x')}), 5);
+}
+
+/** A bound Unix socket; the numbers are far above those that the child is given. */
+int boundSocket(const std::string& path, int type) {
+  const int fd = ::socket(AF_UNIX, type | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  EXPECT_EQ(bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  const int high = fcntl(fd, F_DUPFD_CLOEXEC, 50);
+  close(fd);
+  return high;
+}
+
+TEST_F(ProgramTest, TellsSystemdReadyStatusWatchdogAndStopping) {
+  const std::string path = directory.path() + "/notify";
+  const int notify = boundSocket(path, SOCK_DGRAM);
+  Program::Surroundings around;
+  around.notify_socket = path;
+  around.watchdog_us = "300000";
+  Program program(directory, run(), around);
+  const auto hears = [&](const std::string& what) {
+    std::string all;
+    for (int i = 0; i < 500; ++i) {
+      char text[512] = {};
+      const ssize_t n = recv(notify, text, sizeof text - 1, MSG_DONTWAIT);
+      if (n > 0) all += std::string(text, static_cast<std::size_t>(n)) + "\n";
+      if (all.find(what) != std::string::npos) return true;
+      if (n <= 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  };
+  EXPECT_TRUE(hears("READY=1")) << program.output();
+  EXPECT_TRUE(hears("WATCHDOG=1"));
+  EXPECT_TRUE(hears("STATUS=sim 1000 Hz"));
+  EXPECT_TRUE(hears("WATCHDOG=1")) << "again, while the servo runs";
+  program.terminate();
+  EXPECT_TRUE(hears("STOPPING=1"));
+  EXPECT_EQ(program.wait(), 0);
+  close(notify);
+}
+
+TEST_F(ProgramTest, ServesTheSocketsSystemdListensOnAndLeavesThem) {
+  const std::string control = directory.path() + "/activated.sock";
+  const std::string admin = directory.path() + "/activated-admin.sock";
+  Program::Surroundings around;
+  around.sockets = {boundSocket(control, SOCK_STREAM), boundSocket(admin, SOCK_STREAM)};
+  for (const int fd : around.sockets) ASSERT_EQ(listen(fd, 8), 0);
+  Program program(directory, {"--allow-no-rt", "--device", "sim://default"}, around);
+  ASSERT_TRUE(program.says("ready")) << program.output();
+  {
+    Loop loop;
+    RawClient client{loop, control};
+    RawClient administrator{loop, admin};
+    for (auto* each : {&client, &administrator}) {
+      auto hello = each->daemon.helloRequest();
+      hello.setClientName("x");
+      hello.setProtocolMajor(proto::PROTOCOL_MAJOR);
+      EXPECT_EQ(loop.call(kj::mv(hello)).getInfo().getAdministration(), each == &administrator);
+    }
+  }
+  program.terminate();
+  EXPECT_EQ(program.wait(), 0);
+  EXPECT_EQ(access(control.c_str(), F_OK), 0) << "systemd's socket is not ours to remove";
+  for (const int fd : around.sockets) close(fd);
 }
 
 TEST_F(ProgramTest, WithoutRealTimeRightsItRefusesAndNamesTheRemedy) {

@@ -103,6 +103,36 @@ TEST(SessionLife, ADeadClientsForceFallsMonotonicallyToZeroAndNothingLeaks) {
   }
 }
 
+TEST(SessionLife, AnothersShareFadesOverItsTimeWhileTheDeviceStaysArmed) {
+  Bench bench;
+  Session* holder = bench.live();
+  ASSERT_NE(holder, nullptr);
+  ASSERT_TRUE(bench.arm(holder->id).ok());
+  bench.step(40);
+  const std::uint64_t guest = *bench.core.connect(200, 1001, false);
+  auto session = bench.core.openSession("", guest, "guest", HD_SHM_MAJOR, HD_SHM_MINOR);
+  ASSERT_TRUE(session.ok());
+  ClientSide side(**session);
+  ASSERT_TRUE(bench.core.sessions().mapped((*session)->id).ok());
+  side.producer->heartbeat(1);
+  bench.step(4);
+  std::uint64_t seq = 0;
+  const hd_client_force force = push(1.0);
+  ASSERT_EQ(side.producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&force, 1)), 0, seq), ErrorCode::kOk);
+  bench.step(60);
+  ASSERT_NEAR(bench.sample().force[0], 1.0, 1e-3);
+
+  bench.core.disconnect(guest);
+  bench.step(25);
+  EXPECT_GT(bench.sample().force[0], 0.2) << "it fades, it does not drop";
+  EXPECT_LT(bench.sample().force[0], 0.9);
+  bench.step(40);
+  EXPECT_EQ(bench.sample().force[0], 0.0);
+  EXPECT_NE(bench.sample().flags & HD_SAMPLE_ARMED, 0u) << "the holder's device stays armed";
+  bench.step(20);
+  EXPECT_EQ(bench.core.sessions().all().size(), 1u);
+}
+
 TEST(SessionLife, ARingViolationEndsTheSession) {
   Bench bench;
   Session* session = bench.live();

@@ -266,7 +266,7 @@ haptic_device_limits convert(proto::Limits::Reader from) {
           from.getGripperForce()};
 }
 
-void convert(const haptic_device_limits& from, proto::Limits::Builder to) {
+void fill(const haptic_device_limits& from, proto::Limits::Builder to) {
   to.setForce(from.force);
   to.setTorque(from.torque);
   to.setForceSlew(from.force_slew);
@@ -277,7 +277,7 @@ void convert(const haptic_device_limits& from, proto::Limits::Builder to) {
   to.setGripperForce(from.gripper_force);
 }
 
-void convert(const haptic_pose& from, proto::Pose::Builder to) {
+void fill(const haptic_pose& from, proto::Pose::Builder to) {
   auto p = to.initP();
   p.setX(from.p[0]);
   p.setY(from.p[1]);
@@ -289,14 +289,14 @@ void convert(const haptic_pose& from, proto::Pose::Builder to) {
   q.setZ(from.q[3]);
 }
 
-void convert(const haptic_material& from, proto::Material::Builder to) {
+void fill(const haptic_material& from, proto::Material::Builder to) {
   to.setStiffness(from.stiffness);
   to.setDamping(from.damping);
   to.setFrictionStatic(from.friction_static);
   to.setFrictionDynamic(from.friction_dynamic);
 }
 
-void convert(const haptic_shape& from, proto::Shape::Builder to) {
+void fill(const haptic_shape& from, proto::Shape::Builder to) {
   to.setKind(static_cast<proto::ShapeKind>(from.kind));
   auto size = to.initSize();
   size.setX(from.size[0]);
@@ -305,12 +305,12 @@ void convert(const haptic_shape& from, proto::Shape::Builder to) {
   to.setMesh(from.mesh);
 }
 
-void convert(const haptic_object& from, proto::ObjectSpec::Builder to) {
+void fill(const haptic_object& from, proto::ObjectSpec::Builder to) {
   to.setName(from.name);
   to.setParent(from.parent == nullptr ? "" : from.parent);
-  convert(from.pose, to.initPose());
-  convert(from.shape, to.initShape());
-  convert(from.material, to.initMaterial());
+  fill(from.pose, to.initPose());
+  fill(from.shape, to.initShape());
+  fill(from.material, to.initMaterial());
   to.setEnabled((from.flags & HAPTIC_OBJECT_ENABLED) != 0);
   to.setVisible((from.flags & HAPTIC_OBJECT_VISIBLE) != 0);
   to.setTwoSided((from.flags & HAPTIC_OBJECT_TWO_SIDED) != 0);

@@ -1,5 +1,6 @@
 /** @file
- * Between the control schema and the structures of the C interface. Results are made within a Reply.
+ * Between the control schema and the structures of the C interface: convert() makes results within a Reply, fill()
+ * writes requests.
  */
 #pragma once
 
@@ -22,11 +23,11 @@ haptic_mesh_list* convert(capnp::List<proto::MeshReport>::Reader from, Reply& re
 haptic_object_list* convert(capnp::List<proto::ObjectState>::Reader from, Reply& reply);
 haptic_device_limits convert(proto::Limits::Reader from);
 
-void convert(const haptic_device_limits& from, proto::Limits::Builder to);
-void convert(const haptic_pose& from, proto::Pose::Builder to);
-void convert(const haptic_material& from, proto::Material::Builder to);
-void convert(const haptic_shape& from, proto::Shape::Builder to);
-void convert(const haptic_object& from, proto::ObjectSpec::Builder to);
+void fill(const haptic_device_limits& from, proto::Limits::Builder to);
+void fill(const haptic_pose& from, proto::Pose::Builder to);
+void fill(const haptic_material& from, proto::Material::Builder to);
+void fill(const haptic_shape& from, proto::Shape::Builder to);
+void fill(const haptic_object& from, proto::ObjectSpec::Builder to);
 
 inline void convert(proto::Vec3::Reader from, double (&to)[3]) {
   to[0] = from.getX();

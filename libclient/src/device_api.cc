@@ -48,7 +48,7 @@ int haptic_set_limits(haptic_client* c, const char* uri, const haptic_device_lim
     const auto make = [&](Link& link) {
       auto request = link.daemon.setLimitsRequest();
       request.setUri(uri == nullptr ? "" : uri);
-      client::convert(wanted, request.initLimits());
+      client::fill(wanted, request.initLimits());
       return request;
     };
     if (Failure failure = client::callDaemon(*c->connection, make,

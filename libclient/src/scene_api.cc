@@ -63,7 +63,7 @@ int haptic_object_create(haptic_client* c, const haptic_object* object, uint32_t
     if (Failure bad = checkShape(full.shape)) return bad;
     const auto make = [&](Link& link) {
       auto request = link.scene.createRequest();
-      client::convert(full, request.initObject());
+      client::fill(full, request.initObject());
       return request;
     };
     return client::callDaemon(*c->connection, make, [&](auto& results) {
@@ -112,7 +112,7 @@ int haptic_object_find(haptic_client* c, const char* name, haptic_object_state**
 int haptic_object_set_pose(haptic_client* c, const char* name, const haptic_pose* pose, haptic_error* error) {
   return change(c, name, pose, error, [&](auto& scene) {
     auto request = scene.setPoseRequest();
-    client::convert(*pose, request.initPose());
+    client::fill(*pose, request.initPose());
     return request;
   });
 }
@@ -121,7 +121,7 @@ int haptic_object_set_material(haptic_client* c, const char* name, const haptic_
                                haptic_error* error) {
   return change(c, name, material, error, [&](auto& scene) {
     auto request = scene.setMaterialRequest();
-    client::convert(*material, request.initMaterial());
+    client::fill(*material, request.initMaterial());
     return request;
   });
 }
@@ -144,7 +144,7 @@ int haptic_object_set_shape(haptic_client* c, const char* name, const haptic_sha
   }
   return change(c, name, shape, error, [&](auto& scene) {
     auto request = scene.setShapeRequest();
-    client::convert(*shape, request.initShape());
+    client::fill(*shape, request.initShape());
     return request;
   });
 }

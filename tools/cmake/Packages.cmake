@@ -29,6 +29,7 @@ set(CPACK_PACKAGE_VENDOR "The hapticd authors")
 set(CPACK_PACKAGE_CONTACT "The hapticd authors <hapticd@users.noreply.github.com>")
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_STRIP_FILES ON)
+set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/tools/packages/compress_man.cmake)
 set(CPACK_SET_DESTDIR ON)  # for the files of /etc
 set(CPACK_INSTALL_PREFIX ${CMAKE_INSTALL_PREFIX})
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ
@@ -39,6 +40,8 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/libclient)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY ">=")
 set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 
 # hapticd_package(COMPONENT SECTION SUMMARY TEXT...): the fields of one package; TEXT lines as Debian writes them.
@@ -70,7 +73,6 @@ The C library by which programs open devices, read them at full rate, load
 meshes and push local models to hapticd.
 ]])
 set(CPACK_DEBIAN_LIBHAPTICCLIENT1_PACKAGE_CONTROL_EXTRA ${control}/libhapticclient1/triggers)
-set(CPACK_DEBIAN_LIBHAPTICCLIENT1_PACKAGE_GENERATE_SHLIBS ON)
 
 hapticd_package(libhapticclient-dev libdevel "headers of the haptic device server's client library" [[
 C header, C++20 header over it, and the files of pkg-config and CMake.
@@ -89,6 +91,7 @@ hapticd_package(hapticctl utils "command line of the haptic device server" [[
 Lists devices, shows state and timing live, loads meshes, arms and disarms,
 and tells what a machine lacks for haptics.
 ]])
+set(CPACK_DEBIAN_HAPTICCTL_PACKAGE_DEPENDS "libhapticclient1 (>= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_HAPTICCTL_PACKAGE_RECOMMENDS hapticd)
 
 include(CPack)

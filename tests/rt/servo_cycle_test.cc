@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <iostream>
 #include <limits>
 #include <string>
 #include <thread>
@@ -39,6 +40,9 @@ void expectClean(const std::function<void(House&, int)>& change,
       change(house, i);
       house.step();
     }
+    // As the daemon does after its start; without it the kernel may take pages back and give faults of its own.
+    const auto locked = lockMemory();
+    if (!locked) std::cout << "memory is not locked: " << toString(locked.error()) << '\n';
     trapped = test::trapSystemCalls();
     for (int i = 0; i < kCycles && seen == test::RtViolations{}; i += 100) {
       change(house, kWarmUp + i);

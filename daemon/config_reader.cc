@@ -8,6 +8,7 @@
 #include <set>
 
 #include "daemon/config_schema.h"
+#include "drivers/nearest.h"
 
 namespace hapticd {
 namespace {
@@ -30,22 +31,6 @@ class FirstError {
   toml::source_position at_{};
   std::optional<Error> error_;
 };
-
-/** Levenshtein's edit distance. */
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t change = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({change, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
-}
 
 std::string typeName(const toml::node& node) {
   switch (node.type()) {
@@ -160,10 +145,10 @@ class Reader {
     for (const auto& [key, node] : table_) {
       if (known_.count(key.str()) != 0) continue;
       const auto nearest = std::min_element(known_.begin(), known_.end(), [&k = key](auto a, auto b) {
-        return distance(k.str(), a) < distance(k.str(), b);
+        return editDistance(k.str(), a) < editDistance(k.str(), b);
       });
       const bool near =
-          nearest != known_.end() && distance(key.str(), *nearest) <= std::max<std::size_t>(2, key.length() / 2);
+          nearest != known_.end() && editDistance(key.str(), *nearest) <= std::max<std::size_t>(2, key.length() / 2);
       std::string remedy;
       if (near) {
         remedy = fmt::format("did you mean \"{}\"?", *nearest);

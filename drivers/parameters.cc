@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 
+#include "drivers/nearest.h"
 #include "drivers/number.h"
 
 namespace hapticd {
@@ -20,22 +20,6 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
     begin = end + 1;
   }
   return parts;
-}
-
-/** Levenshtein distance. */
-std::size_t editDistance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({substituted, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
 }
 
 /** One setter per type; each leaves the value alone when the text does not fit. */
@@ -115,21 +99,6 @@ Result<void> setParameter(const ParameterSpec& spec, ParameterSlot slot, std::st
 }
 
 std::string formatParameter(ParameterSlot slot) { return std::visit(Formatter{}, slot); }
-
-std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates) {
-  std::string_view best;
-  std::size_t fewest = 4;  // More edits than this is another word.
-  for (const std::string_view candidate : candidates) {
-    std::size_t edits = editDistance(word.substr(0, 64), candidate);
-    if (edits >= candidate.size()) continue;
-    if (word.size() > 2 && candidate.find(word) != std::string_view::npos) edits = std::min<std::size_t>(edits, 3);
-    if (edits < fewest) {
-      fewest = edits;
-      best = candidate;
-    }
-  }
-  return best;
-}
 
 Error unknownKey(std::string_view key, const std::vector<std::string_view>& keys) {
   const std::string_view near = nearest(key, keys);

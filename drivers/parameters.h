@@ -47,8 +47,6 @@ struct Parameter {
 [[nodiscard]] std::string describeRange(const ParameterSpec& spec, ParameterSlot slot);
 /** kInvalidArgument naming the key and the nearest of `keys`. */
 [[nodiscard]] Error unknownKey(std::string_view key, const std::vector<std::string_view>& keys);
-/** The candidate that is fewest edits away, "" if none is near. */
-[[nodiscard]] std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates);
 
 /** Sets every pair of the query; stops at the first that is wrong. */
 template <class S>

@@ -7,6 +7,7 @@
 
 #include "daemon/device/limits.h"
 #include "daemon/log.h"
+#include "drivers/nearest.h"
 
 namespace hapticd {
 

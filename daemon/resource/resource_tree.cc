@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/resource/properties.h"
+#include "drivers/nearest.h"
 
 namespace hapticd {
 namespace {

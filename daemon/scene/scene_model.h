@@ -124,7 +124,4 @@ class SceneModel {
   std::map<std::string, std::uint32_t, std::less<>> by_name_;
 };
 
-/** The names nearest to `wanted` by edit distance, at most `most`, joined by ", "; all when there are few. */
-[[nodiscard]] std::string nearestNames(std::string_view wanted, std::vector<std::string> names, std::size_t most = 5);
-
 }  // namespace hapticd

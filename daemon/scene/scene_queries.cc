@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "daemon/scene/scene_model.h"
+#include "drivers/nearest.h"
 
 namespace hapticd {
 

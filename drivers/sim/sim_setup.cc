@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "drivers/hash.h"
+#include "drivers/nearest.h"
 #include "drivers/sim/sim_parameters.h"
 
 namespace hapticd {

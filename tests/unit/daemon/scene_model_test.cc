@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "drivers/nearest.h"
 #include "tests/unit/daemon/fake_sink.h"
 
 namespace hapticd::test {

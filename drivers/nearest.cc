@@ -1,10 +1,10 @@
+#include "drivers/nearest.h"
+
 #include <algorithm>
 #include <numeric>
-
-#include "daemon/scene/scene_model.h"
+#include <utility>
 
 namespace hapticd {
-namespace {
 
 std::size_t editDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -21,7 +21,20 @@ std::size_t editDistance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-}  // namespace
+std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates) {
+  std::string_view best;
+  std::size_t fewest = 4;  // More edits than this is another word.
+  for (const std::string_view candidate : candidates) {
+    std::size_t edits = editDistance(word.substr(0, 64), candidate);
+    if (edits >= candidate.size()) continue;
+    if (word.size() > 2 && candidate.find(word) != std::string_view::npos) edits = std::min<std::size_t>(edits, 3);
+    if (edits < fewest) {
+      fewest = edits;
+      best = candidate;
+    }
+  }
+  return best;
+}
 
 std::string nearestNames(std::string_view wanted, std::vector<std::string> names, std::size_t most) {
   wanted = wanted.substr(0, 64);

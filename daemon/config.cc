@@ -17,8 +17,11 @@ constexpr std::size_t kMostBytes = 1 << 20;  ///< A configuration is a few kilob
 Result<std::string> readFile(const std::string& path) {
   const UniqueFd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (!fd.valid()) {
-    Error error = systemError(path, "open", errno);
-    if (errno == ENOENT) error.code = ErrorCode::kNotFound;
+    const bool missing = errno == ENOENT;
+    Error error = systemError(path, "open", errno,
+                              missing ? "name a file that is there, or none for the built-in defaults"
+                                      : "this user must be able to read it; --config names another");
+    if (missing) error.code = ErrorCode::kNotFound;
     return error;
   }
   std::string text;

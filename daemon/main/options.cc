@@ -37,7 +37,12 @@ std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    exit_code = app.exit(e) == 0 ? kExitOk : kExitUsage;
+    if (e.get_exit_code() == 0) {  // --help, --version
+      exit_code = app.exit(e);
+    } else {
+      fmt::print(stderr, "hapticd: {} (hapticd --help lists the options)\n", e.what());
+      exit_code = kExitUsage;
+    }
     return std::nullopt;
   }
   auto loaded = loadConfig(config_file);

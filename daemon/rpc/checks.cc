@@ -46,7 +46,7 @@ CheckLine memory(Core& core) {
   if (core.facts().memory_locked) return {"memory lock", State::GREEN, detail, {}};
   if (!core.config().servo.lock_memory) return {"memory lock", State::NOT_APPLICABLE, "servo.lock_memory is off", {}};
   return {"memory lock", State::RED, core.facts().memory_note + "; " + detail,
-          "LimitMEMLOCK=512M in the unit, or memlock in /etc/security/limits.d"};
+          "LimitMEMLOCK=1G in the unit, or memlock in /etc/security/limits.d"};
 }
 
 CheckLine latency(Core& core) {

@@ -34,7 +34,8 @@ Result<UniqueFd> lockFile(const std::string& path, const std::string& socket) {
   bool locked = false;
   for (int attempt = 0; attempt < 10; ++attempt) {
     fd = UniqueFd(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-    if (!fd.valid()) return systemError(path, "open", errno);
+    if (!fd.valid())
+      return systemError(path, "open", errno, "this user must own the socket's folder; --socket names another");
     locked = flock(fd.get(), LOCK_EX | LOCK_NB) == 0;
     struct stat ours {
     }, there{};
@@ -88,7 +89,9 @@ Result<ListenSocket> ListenSocket::bind(const std::string& path, unsigned mode, 
   }
   std::memcpy(address.sun_path, path.data(), path.size());
   const std::string folder = folderOf(path);
-  if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) return systemError(folder, "mkdir", errno);
+  if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) {
+    return systemError(folder, "mkdir", errno, "make the folder that holds it, or choose another path");
+  }
 
   ListenSocket out;
   out.path_ = path;

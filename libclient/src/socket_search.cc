@@ -1,6 +1,8 @@
 #include "libclient/src/socket_search.h"
 
+#include <grp.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -19,6 +21,26 @@ std::string environment(const char* name) {
 std::string besides(const std::string& path, const char* name) {
   const std::size_t slash = path.rfind('/');
   return slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
+}
+
+bool isSocket(const std::string& path) {
+  struct stat info {};
+  return stat(path.c_str(), &info) != 0 || S_ISSOCK(info.st_mode);
+}
+
+/** Who may connect, as far as the socket says so. Blocks as long as a look-up of a group does. */
+std::string remedyOf(const std::string& path) {
+  struct stat info {};
+  if (stat(path.c_str(), &info) != 0) return "its folder is closed to this user: ask whoever runs that daemon";
+  if ((info.st_mode & S_IWGRP) == 0)
+    return "this socket is for its owner alone: use the control socket, or become that user";
+  if (info.st_gid == 0)
+    return "its daemon shares it with root alone: name a group in sockets.group of its configuration";
+  group entry{};
+  group* found = nullptr;
+  char buffer[4096];
+  if (getgrgid_r(info.st_gid, &entry, buffer, sizeof buffer, &found) != 0 || found == nullptr) return "ask its owner";
+  return std::string("join the group ") + found->gr_name + ", then log in again";
 }
 
 }  // namespace
@@ -66,10 +88,10 @@ Failure connectTo(const std::string& path, std::int64_t timeout_ns, int& fd) {
     case ENOENT:
       return {HAPTIC_DISCONNECTED, path, "no such socket", {}};
     case ECONNREFUSED:
-      return {HAPTIC_DISCONNECTED, path, "nobody listens", {}};
+      return {HAPTIC_DISCONNECTED, path, isSocket(path) ? "nobody listens" : "is not a socket", {}};
     case EACCES:
     case EPERM:
-      return {HAPTIC_PERMISSION_DENIED, path, "you may not connect", "join the group haptic, then log in again"};
+      return {HAPTIC_PERMISSION_DENIED, path, "you may not connect", remedyOf(path)};
     case EAGAIN:
       return {HAPTIC_TIMEOUT, path, "the daemon does not take connections", {}};
     default:

@@ -36,7 +36,7 @@ Result<void> becomeRealtime(int priority) {
   if (refused == 0) return {};
   return Error{ErrorCode::kNoRealtime, "SCHED_FIFO priority " + std::to_string(priority),
                std::string(std::strerror(refused)) + ", RLIMIT_RTPRIO is " + limitText(RLIMIT_RTPRIO),
-               "add '@haptic - rtprio 90' to /etc/security/limits.d/hapticd.conf and log in again, start the service "
+               "add '@haptic - rtprio 85' to /etc/security/limits.d/hapticd.conf and log in again, start the service "
                "instead, or pass --allow-no-rt"};
 }
 
@@ -47,7 +47,7 @@ Result<void> lockMemory() {
   const int refused = errno;
   return Error{ErrorCode::kNoRealtime, "mlockall",
                std::string(std::strerror(refused)) + ", RLIMIT_MEMLOCK is " + limitText(RLIMIT_MEMLOCK) + " bytes",
-               "add '@haptic - memlock 524288' to /etc/security/limits.d/hapticd.conf and log in again, start the "
+               "add '@haptic - memlock 1048576' to /etc/security/limits.d/hapticd.conf and log in again, start the "
                "service instead, or pass --allow-no-rt"};
 }
 

@@ -2,12 +2,14 @@
  * haptic-bench: measures what the daemon's parts cost, against the plain thing beside it in the same run.
  */
 #include <CLI/CLI.hpp>
+#include <cstdio>
 
 #include "tools/haptic-bench/bench.h"
 
 namespace {
 
 constexpr haptic_bench::AddBenchmark kBenchmarks[] = {haptic_bench::addRing, haptic_bench::addServo};
+constexpr int kExitUsage = 2;  ///< 1 is a broken bound.
 
 }  // namespace
 
@@ -25,6 +27,12 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.fallthrough();  // so that they may follow the subcommand's name
   for (const auto add : kBenchmarks) add(app, chosen);
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help
+    std::fprintf(stderr, "haptic-bench: %s\n  haptic-bench --help lists benchmarks and options\n", error.what());
+    return kExitUsage;
+  }
   return chosen(common);
 }

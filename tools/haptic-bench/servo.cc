@@ -159,7 +159,7 @@ int run(const Common& common, const Options& options) {
   Side bare("bare loop"), daemon("daemon");
   Series cycle50{"cycle p50", "us", {}}, cycle99{"cycle p99", "us", {}}, share{"cycle p50 / 1 ms", "%", {}};
   Series render50{"render p50", "us", {}}, missed{"missed periods", "", {}},
-      touching{"armed and in contact at end", "", {}};
+      touched{"in contact in this round", "", {}};
   for (int round = 0; round < common.rounds; ++round) {
     bare.add(bareRound(options, clock, note));
     House house(*mesh);
@@ -176,13 +176,13 @@ int run(const Common& common, const Options& options) {
     share.rounds.push_back(static_cast<double>(cycle.p50_ns) / 1e4);
     render50.rounds.push_back(static_cast<double>(servo.histograms.render.summary().p50_ns) / kNsPerUs);
     missed.rounds.push_back(static_cast<double>(servo.counters.missed.load()));
-    touching.rounds.push_back(servo.counters.contacts.load() > 0 ? 1.0 : 0.0);
+    touched.rounds.push_back(servo.counters.contacts.load() > 0 ? 1.0 : 0.0);
   }
   if (!note.empty()) fmt::print(stderr, "haptic-bench: not real-time: {}\n", note);
-  print(common, "servo",
-        {bare.p50, bare.p99, bare.p999, bare.max, daemon.p50, daemon.p99, daemon.p999, daemon.max,
-         ratio("wake p99.9, daemon / bare", daemon.p999, bare.p999), render50, cycle50, cycle99, share, missed,
-         touching});
+  print(
+      common, "servo",
+      {bare.p50, bare.p99, bare.p999, bare.max, daemon.p50, daemon.p99, daemon.p999, daemon.max,
+       ratio("wake p99.9, daemon / bare", daemon.p999, bare.p999), render50, cycle50, cycle99, share, missed, touched});
   return 0;
 }
 

@@ -193,7 +193,7 @@ std::vector<HostCheck> hostChecks(const HostView& view) {
       limitOf("real-time priority", RLIMIT_RTPRIO, 85, "85",
               "echo '@haptic - rtprio 85' > /etc/security/limits.d/hapticd.conf   (then log in anew)"),
       limitOf("locked memory", RLIMIT_MEMLOCK, rlim_t{512} << 20, "512 MiB",
-              "echo '@haptic - memlock 524288' >> /etc/security/limits.d/hapticd.conf   (then log in anew)"),
+              "echo '@haptic - memlock 1048576' >> /etc/security/limits.d/hapticd.conf   (then log in anew)"),
       groupMembership(),
       tunable(view, "real-time throttling", "/proc/sys/kernel/sched_rt_runtime_us", leavesRoom,
               "leaves the servo too little time", "sysctl -w kernel.sched_rt_runtime_us=950000"),

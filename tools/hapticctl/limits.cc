@@ -26,7 +26,8 @@ constexpr Limit kLimits[] = {
     {"--torque-slew", "N m/s", "Rise of the torque", &haptic_device_limits::torque_slew},
     {"--velocity", "m/s", "Velocity beyond which the guard latches", &haptic_device_limits::velocity},
     {"--power", "W", "Power delivered to the hand", &haptic_device_limits::power},
-    {"--active-power", "W", "Power of sources declared active", &haptic_device_limits::active_power}};
+    {"--active-power", "W", "Power of sources declared active", &haptic_device_limits::active_power},
+    {"--gripper-force", "N", "Force of a gripper", &haptic_device_limits::gripper_force}};
 
 struct Options {
   std::string device;

@@ -36,7 +36,9 @@ std::vector<double> parseNumbers(std::string_view option, std::string_view text,
     rest.remove_prefix(comma + 1);
   }
   if (count != 0 && values.size() != count) {
-    failUsage(std::string(option), fmt::format("{} numbers are wanted, '{}' has {}", count, text, values.size()),
+    failUsage(std::string(option),
+              fmt::format("{} wanted, '{}' has {}", count == 1 ? "one number is" : fmt::format("{} numbers are", count),
+                          text, values.size()),
               "numbers stand between commas, without spaces");
   }
   return values;

@@ -89,7 +89,8 @@ Json toJson(const haptic_device_limits& limits) {
           {"torque_slew", limits.torque_slew},
           {"velocity", limits.velocity},
           {"power", limits.power},
-          {"active_power", limits.active_power}};
+          {"active_power", limits.active_power},
+          {"gripper_force", limits.gripper_force}};
 }
 
 Json toJson(const haptic_device_status& d) {

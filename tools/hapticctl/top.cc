@@ -54,7 +54,7 @@ std::string microseconds(double ns) { return fixed(ns * 1e-3, 1); }
 std::string screen(const Look& now, const Baseline& base) {
   const haptic_status& status = *now.status;
   std::string out =
-      fmt::format("hapticd {}  {}  {} devices, {} clients, {} objects, {} triangles\n", status.info->version,
+      fmt::format("hapticd {}  {}  devices {}, clients {}, objects {}, triangles {}\n", status.info->version,
                   status.info->realtime != 0 ? "real-time" : styled(Style::kBad, "NOT REAL-TIME"), status.device_count,
                   status.client_count, status.objects, grouped(status.triangles));
   const auto since = [](std::uint64_t value, std::uint64_t start) {

@@ -1,7 +1,9 @@
 #include "libclient/src/socket_search.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <vector>
 
 namespace hapticd::client {
@@ -35,6 +37,19 @@ TEST(SocketSearch, APathThatIsTooLongIsNamed) {
   EXPECT_EQ(failure.code, HAPTIC_INVALID_ARGUMENT);
   EXPECT_EQ(failure.where, path);
   EXPECT_EQ(fd, -1);
+}
+
+TEST(SocketSearch, AFileThatIsNoSocketIsCalledThat) {
+  char path[] = "/tmp/hapticd-no-socket.XXXXXX";
+  const int file = mkstemp(path);
+  ASSERT_GE(file, 0);
+  int fd = -1;
+  const Failure failure = connectTo(path, 0, fd);
+  EXPECT_EQ(failure.code, HAPTIC_DISCONNECTED);
+  EXPECT_EQ(failure.what, "is not a socket");
+  EXPECT_EQ(fd, -1);
+  close(file);
+  unlink(path);
 }
 
 TEST(SocketSearch, AFailedSearchNamesEveryPathAndItsReason) {

@@ -20,10 +20,7 @@ constexpr std::array<Frame, 4> kFrames = {{
     {{{1, 1}, {0, -1}, {2, 1}}},   // Haply: x right, y away from the operator, z up
 }};
 
-const Frame* frameOf(haptic_frame frame) {
-  const auto index = static_cast<unsigned>(frame);
-  return index < kFrames.size() ? &kFrames[index] : nullptr;
-}
+const Frame* frameOf(std::uint32_t frame) { return frame < kFrames.size() ? &kFrames[frame] : nullptr; }
 
 /** 0 - 0 would give a -0 that no input had; adding a positive zero makes both zeros positive. */
 double exact(double value, double sign) { return value * sign + 0.0; }
@@ -32,7 +29,7 @@ double exact(double value, double sign) { return value * sign + 0.0; }
 
 extern "C" {
 
-int haptic_convert_vector(haptic_frame from, haptic_frame to, const double in[3], double out[3]) {
+int haptic_convert_vector(uint32_t from, uint32_t to, const double in[3], double out[3]) {
   const Frame* source = frameOf(from);
   const Frame* target = frameOf(to);
   if (source == nullptr || target == nullptr || in == nullptr || out == nullptr) return HAPTIC_INVALID_ARGUMENT;
@@ -42,7 +39,7 @@ int haptic_convert_vector(haptic_frame from, haptic_frame to, const double in[3]
   return HAPTIC_OK;
 }
 
-int haptic_convert_quaternion(haptic_frame from, haptic_frame to, const double in[4], double out[4]) {
+int haptic_convert_quaternion(uint32_t from, uint32_t to, const double in[4], double out[4]) {
   // M R M^T for a proper M turns the axis of R by M and keeps its angle.
   if (in == nullptr || out == nullptr) return HAPTIC_INVALID_ARGUMENT;
   const double w = in[0];
@@ -51,7 +48,7 @@ int haptic_convert_quaternion(haptic_frame from, haptic_frame to, const double i
   return code;
 }
 
-int haptic_convert_matrix(haptic_frame from, haptic_frame to, const double in[9], double out[9]) {
+int haptic_convert_matrix(uint32_t from, uint32_t to, const double in[9], double out[9]) {
   if (in == nullptr || out == nullptr) return HAPTIC_INVALID_ARGUMENT;
   double rows[9];
   for (int i = 0; i < 3; ++i) {

@@ -27,12 +27,13 @@ typedef enum haptic_frame {
   HAPTIC_FRAME_HAPLY = 3
 } haptic_frame;
 
-/** Positions, directions, velocities, forces, torques. */
-HAPTIC_API int haptic_convert_vector(haptic_frame from, haptic_frame to, const double in[3], double out[3]);
+/** Positions, directions, velocities, forces, torques. `from`, `to`: haptic_frame; HAPTIC_INVALID_ARGUMENT for others.
+ */
+HAPTIC_API int haptic_convert_vector(uint32_t from, uint32_t to, const double in[3], double out[3]);
 /** Orientations w, x, y, z (ROS messages keep w last). The body's own axes are renamed as the world's are. */
-HAPTIC_API int haptic_convert_quaternion(haptic_frame from, haptic_frame to, const double in[4], double out[4]);
+HAPTIC_API int haptic_convert_quaternion(uint32_t from, uint32_t to, const double in[4], double out[4]);
 /** 3x3 row-major matrices that map vectors to vectors: rotations, and Jacobians of force by position. */
-HAPTIC_API int haptic_convert_matrix(haptic_frame from, haptic_frame to, const double in[9], double out[9]);
+HAPTIC_API int haptic_convert_matrix(uint32_t from, uint32_t to, const double in[9], double out[9]);
 
 #ifdef __cplusplus
 }

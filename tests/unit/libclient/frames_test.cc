@@ -89,8 +89,8 @@ TEST(Frames, AMatrixMapsTheSameThingsInEveryFrame) {
 
 TEST(Frames, RefusesUnknownFrames) {
   double v[3] = {1, 2, 3};
-  EXPECT_EQ(haptic_convert_vector(static_cast<haptic_frame>(4), HAPTIC_FRAME_ROS, v, v), HAPTIC_INVALID_ARGUMENT);
-  EXPECT_EQ(haptic_convert_vector(HAPTIC_FRAME_ROS, static_cast<haptic_frame>(4), v, v), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_convert_vector(4, HAPTIC_FRAME_ROS, v, v), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_convert_vector(HAPTIC_FRAME_ROS, 4, v, v), HAPTIC_INVALID_ARGUMENT);
   EXPECT_EQ(v[0], 1);
 }
 

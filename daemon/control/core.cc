@@ -165,6 +165,22 @@ Result<void> Core::checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint6
   return {};
 }
 
+Result<void> Core::regionHandedOut(std::uint32_t uid) {
+  std::uint32_t& held = regions_out_[uid];
+  if (held >= kRegionsPerUser) {
+    return Error{ErrorCode::kQuotaExceeded, "region",
+                 fmt::format("user {} holds {} regions, the most allowed", uid, kRegionsPerUser),
+                 "map them and drop their capabilities"};
+  }
+  ++held;
+  return {};
+}
+
+void Core::regionDropped(std::uint32_t uid) {
+  const auto it = regions_out_.find(uid);
+  if (it != regions_out_.end() && --it->second == 0) regions_out_.erase(it);
+}
+
 std::uint64_t Core::bytesOf(std::uint32_t uid) const {
   return sessions_.bytesOf(uid) + meshes_.bytesOf(uid) + uploads_.bytesOf(uid);
 }

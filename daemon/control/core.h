@@ -45,6 +45,7 @@ class Core {
  public:
   static constexpr std::size_t kConnections = 256;  ///< Of all users together.
   static constexpr std::size_t kConnectionsPerUser = 64;
+  static constexpr std::uint32_t kRegionsPerUser = 64;  ///< Region capabilities: each holds a descriptor of ours.
   static constexpr std::int64_t kArmAnswerNs = 1'000'000'000;
 
   Core(const CoreOptions& options, Clock& clock);
@@ -88,6 +89,9 @@ class Core {
   [[nodiscard]] Result<void> checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles) const;
   [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
   [[nodiscard]] std::uint64_t lockedBytes() const;
+  /** kQuotaExceeded if that user holds kRegionsPerUser already; else regionDropped() is due when it goes. */
+  [[nodiscard]] Result<void> regionHandedOut(std::uint32_t uid);
+  void regionDropped(std::uint32_t uid);
 
   [[nodiscard]] DeviceManager& devices() { return devices_; }
   [[nodiscard]] SceneModel& scene() { return scene_; }
@@ -131,6 +135,7 @@ class Core {
   DeviceManager devices_;  // last: its servos stop before what they read goes
   std::map<std::uint64_t, Client> clients_;
   std::uint64_t next_connection_ = 1;
+  std::map<std::uint32_t, std::uint32_t> regions_out_;  ///< By user.
   std::vector<PendingArm> arms_;
   std::map<const GroupLink*, std::uint64_t> events_dropped_;
   log::RateLimit refused_log_{1'000'000'000, 5};

@@ -104,7 +104,7 @@ kj::Promise<void> SceneServer::beginUpload(BeginUploadContext context) {
   return answer(context, [&](auto params, auto results) -> Result<void> {
     auto id = core_.uploads().begin(params.getBytes(), core_.client(connection_));
     if (!id) return id.error();
-    results.setUpload(kj::heap<UploadServer>(core_, *id));
+    results.setUpload(kj::heap<UploadServer>(core_, *id, core_.client(connection_).uid));
     return {};
   });
 }
@@ -125,9 +125,9 @@ kj::Promise<void> SceneServer::listMeshes(ListMeshesContext context) {
 
 kj::Promise<void> UploadServer::region(RegionContext context) {
   return answer(context, [&](auto, auto results) -> Result<void> {
-    auto fd = core_.uploads().region(id_);
-    if (!fd) return fd.error();
-    results.setRegion(kj::heap<RegionServer>(std::move(*fd)));
+    auto region = RegionServer::handOut(core_, uid_, core_.uploads().region(id_));
+    if (!region) return region.error();
+    results.setRegion(std::move(*region));
     return {};
   });
 }

@@ -11,12 +11,25 @@
 namespace hapticd {
 
 /** Carries one descriptor. */
+/** A descriptor on its way to a client. It counts against its user until the client drops it. */
 class RegionServer final : public proto::Region::Server {
  public:
-  explicit RegionServer(UniqueFd fd) : fd_(std::move(fd)) {}
+  RegionServer(Core& core, std::uint32_t uid, UniqueFd fd) : core_(core), uid_(uid), fd_(std::move(fd)) {}
+  ~RegionServer() { core_.regionDropped(uid_); }
+  RegionServer(const RegionServer&) = delete;
+  RegionServer& operator=(const RegionServer&) = delete;
   kj::Maybe<int> getFd() override { return fd_.get(); }
 
+  /** One more for that user, or why not. */
+  [[nodiscard]] static Result<proto::Region::Client> handOut(Core& core, std::uint32_t uid, Result<UniqueFd> fd) {
+    if (!fd) return fd.error();
+    if (auto r = core.regionHandedOut(uid); !r) return r.error();
+    return proto::Region::Client(kj::heap<RegionServer>(core, uid, std::move(*fd)));
+  }
+
  private:
+  Core& core_;
+  std::uint32_t uid_;
   UniqueFd fd_;
 };
 
@@ -42,7 +55,7 @@ class SessionServer final : public proto::Session::Server {
 
 class UploadServer final : public proto::Upload::Server {
  public:
-  UploadServer(Core& core, std::uint64_t id) : core_(core), id_(id) {}
+  UploadServer(Core& core, std::uint64_t id, std::uint32_t uid) : core_(core), id_(id), uid_(uid) {}
   ~UploadServer() { core_.uploads().cancel(id_); }
   UploadServer(const UploadServer&) = delete;
   UploadServer& operator=(const UploadServer&) = delete;
@@ -54,6 +67,7 @@ class UploadServer final : public proto::Upload::Server {
  private:
   Core& core_;
   std::uint64_t id_;
+  std::uint32_t uid_;
 };
 
 class SceneServer final : public proto::Scene::Server {

@@ -9,12 +9,12 @@ kj::Promise<void> SessionServer::regions(RegionsContext context) {
     if (session->state != Session::State::kOffered) {
       return Error{ErrorCode::kInvalidArgument, "session", "its regions are mapped and sealed", "open a new session"};
     }
-    auto a = session->regions.fileA().share();
+    auto a = RegionServer::handOut(core_, session->client.uid, session->regions.fileA().share());
     if (!a) return a.error();
-    auto b = session->regions.fileB().share();
+    auto b = RegionServer::handOut(core_, session->client.uid, session->regions.fileB().share());
     if (!b) return b.error();
-    results.setA(kj::heap<RegionServer>(std::move(*a)));
-    results.setB(kj::heap<RegionServer>(std::move(*b)));
+    results.setA(std::move(*a));
+    results.setB(std::move(*b));
     return {};
   });
 }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "daemon/log.h"
 
 namespace hapticd {
@@ -25,6 +27,13 @@ Result<std::uint64_t> Uploads::begin(std::uint64_t bytes, const Client& by) {
     return Error{ErrorCode::kInvalidArgument, "bytes",
                  fmt::format("{} is not between {} (one triangle) and {}", bytes, kLeast, kMost),
                  fmt::format("{} + 12 per vertex + 12 per triangle", sizeof(hd_mesh_upload))};
+  }
+  const auto same =
+      std::count_if(uploads_.begin(), uploads_.end(), [&](const auto& u) { return u.second.by.uid == by.uid; });
+  if (static_cast<std::size_t>(same) >= kPerUser) {
+    return Error{ErrorCode::kQuotaExceeded, "uploads",
+                 fmt::format("user {} has {} uploads under way, the most allowed", by.uid, kPerUser),
+                 "commit or drop some"};
   }
   if (auto r = quota_(by.uid, bytes, 0); !r) return r.error();
   auto file = Memfd::create("hapticd-upload", bytes);

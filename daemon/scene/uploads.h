@@ -18,6 +18,7 @@ namespace hapticd {
 /** Control thread only. */
 class Uploads {
  public:
+  static constexpr std::size_t kPerUser = 16;  ///< Under way at a time: each holds descriptors of ours.
   using Progress = std::function<void(float fraction, const std::string& stage)>;
   using Done = std::function<void(Result<MeshInfo>)>;
   /** Says whether a user may take so many more bytes and triangles. */

@@ -19,6 +19,7 @@ def main() -> int:
         while session.latest()["flags"] & haptic.SampleFlag.RAMPING:
             time.sleep(0.01)
         session.drain()  # forget what came before
+        lost_before = session.lost
 
         heard, samples = [], []
         end = time.monotonic() + 10
@@ -33,8 +34,9 @@ def main() -> int:
         history = np.concatenate(samples)
         force = np.linalg.norm(history["by_source"][:, 0], axis=1)  # 0: contact with the scene
         touching = history["flags"] & haptic.SampleFlag.CONTACT != 0
-        print(f"{len(history)} samples, {session.lost} lost, period {np.median(np.diff(history['t_ns'])) / 1e6:.3f} ms")
-        print(f"in contact {100 * touching.mean():.0f} % of the time, at most {force.max():.2f} N, "
+        period = np.median(np.diff(history["t_ns"])) / 1e6
+        print(f"{len(history)} samples, {session.lost - lost_before} lost, period {period:.3f} ms")
+        print(f"in contact {100 * touching.mean():.0f} % of the time, at most {force.max():.2f} N before the limits, "
               f"{1000 * history['depth_m'].max():.2f} mm deep")
         return 0 if len(heard) == 4 and force.max() > 0.5 else 1
 

@@ -51,6 +51,18 @@ class Manual(unittest.TestCase):
         for option in re.findall(r"--([a-z-]+)", words(BUILD / "daemon/hapticd", "--help")):
             self.assertIn(f"Fl -{option}", self.page("hapticd.8"))
 
+    def test_every_benchmark_and_option_of_haptic_bench_is_told(self):
+        bench, page = BUILD / "tools/haptic-bench/haptic-bench", self.page("haptic-bench.1")
+        general = words(bench, "--help")
+        names = re.findall(r"^  (\w+) {2,}", general.split("Subcommands:")[1], re.M)
+        self.assertGreaterEqual(len(names), 2)
+        for text in [general] + [words(bench, name, "--help") for name in names]:
+            for option in set(re.findall(r"--([a-z-]+)", text)) - {"help"}:
+                self.assertIn(f"Fl -{option}", page)
+        for name in names:
+            self.assertIn(f".It Cm {name}", page)
+        self.assertEqual(subprocess.run([bench, "none"], capture_output=True).returncode, 2)
+
     def test_completion_is_valid_bash(self):
         words("bash", "-n", SOURCE / "tools/completion/hapticctl")
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "daemon/control/core.h"
+#include "daemon/main/device_uris.h"
 
 namespace hapticd {
 
@@ -80,6 +81,13 @@ std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
   if (rate_hz > 0) {
     config.servo.rate_hz = rate_hz;
     for (GroupConfig& group : config.groups) group.rate_hz = rate_hz;
+  }
+  Result<void> uris = resolveDeviceLimits(config);
+  if (uris && options.check_config) uris = checkGroupUris(config);
+  if (!uris) {
+    fmt::print(stderr, "hapticd: {}\n", toString(uris.error()));
+    exit_code = kExitConfig;
+    return std::nullopt;
   }
   return options;
 }

@@ -183,6 +183,29 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
   EXPECT_EQ(code({"--allow-no-rt", "--socket", "/" + std::string(200, 'x')}), 5);
 }
 
+TEST_F(ProgramTest, LimitsFindTheirDeviceHoweverItIsSpelt) {
+  const auto check = [&](const std::string& toml, std::string& said) {
+    const std::string file = directory.path() + "/devices.toml";
+    std::ofstream(file) << toml;
+    Program program(directory, {"--config", file, "--check-config"});
+    const int code = program.wait();
+    said = program.output();
+    return code;
+  };
+  std::string said;
+  EXPECT_EQ(check("[[device]]\nuri = \"sim://falcn\"\nforce_n = 2\n", said), 2);
+  EXPECT_NE(said.find("falcn"), std::string::npos) << said;
+  EXPECT_EQ(check("[[group]]\nname = \"a\"\ndevices = [\"sim://default?ratee=1\"]\n", said), 2);
+  EXPECT_NE(said.find("did you mean \"rate\""), std::string::npos) << said;
+  EXPECT_EQ(check("[[device]]\nuri = \"a-serial-number\"\nforce_n = 2\n", said), 0) << said;
+
+  const std::string file = directory.path() + "/spelt.toml";
+  std::ofstream(file) << "[[device]]\nuri = \"sim://falcon?rate=1000\"\nforce_n = 2\n";  // 1000 is falcon's own rate
+  Program program(directory, {"--config", file, "--print-config"});
+  EXPECT_EQ(program.wait(), 0);
+  EXPECT_NE(program.output().find("uri = \"sim://falcon\""), std::string::npos) << program.output();
+}
+
 /** A bound Unix socket; the numbers are far above those that the child is given. */
 int boundSocket(const std::string& path, int type) {
   const int fd = ::socket(AF_UNIX, type | SOCK_CLOEXEC, 0);

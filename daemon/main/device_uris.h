@@ -1,0 +1,21 @@
+/** @file
+ * The device URIs of a configuration, looked at before anything is opened.
+ */
+#pragma once
+
+#include "daemon/config.h"
+#include "rt/base/error.h"
+
+namespace hapticd {
+
+/**
+ * Brings the URIs of the [[device]] entries to the form by which open devices are known: another spelling of a device
+ * must not lose its limits. Refuses a URI that no driver takes; serial numbers and schemes that this build cannot open
+ * stay as they are.
+ */
+[[nodiscard]] Result<void> resolveDeviceLimits(Config& config);
+
+/** Refuses a URI of a group that could not be opened whatever is attached. Serial numbers are not looked for. */
+[[nodiscard]] Result<void> checkGroupUris(const Config& config);
+
+}  // namespace hapticd

@@ -53,6 +53,10 @@ class HostileProcess : public ::testing::Test {
       const auto sample = session_.latest();
       return sample && (sample->flags & HAPTIC_SAMPLE_ARMED) != 0 && (sample->flags & HAPTIC_SAMPLE_RAMPING) == 0;
     }));
+    drain();
+    history_.clear();  // of before it was armed
+    lost_ = 0;
+    ASSERT_TRUE(eventually([&] { return !history_.empty(); }));
   }
   void TearDown() override {
     if (HasFailure()) std::fputs(daemon_.log().c_str(), stderr);
@@ -129,6 +133,7 @@ TEST_F(HostileProcess, AStoppedClientsShareFadesStaysGoneAndComesBackWithoutAJum
   ASSERT_TRUE(eventually([&] { return !history_.empty() && share(history_.back()) == 0; })) << "it fades";
   const std::size_t gone = history_.size();
   const std::uint64_t gone_tick = history_.back().tick;
+  EXPECT_LT(gone_tick - history_.front().tick, 3000u) << "by its heartbeat (250 ms), not by the model's lease";
   ASSERT_TRUE(eventually([&] { return history_.back().tick > gone_tick + 200; })) << "the servo goes on";
   // What the hand did before the loss is not of interest: from the first sample of the fade to its end.
   std::size_t fade = gone - 1;

@@ -1,6 +1,8 @@
 // Who may energise a device: the rules of lease, arm, disarm, stop and limits.
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "daemon/control/core.h"
 #include "daemon/device/limits.h"
 
@@ -166,9 +168,10 @@ Result<GuardLimits> Core::setLimits(std::string_view uri, const GuardLimits& wan
                  "lowering limits is for the lease holder's user or administration", "acquire the lease first"};
   }
   if (raises(*merged, device.maxima)) {
-    return Error{ErrorCode::kInvalidArgument, "limits", fmt::format("above what {} itself allows", device.name),
-                 fmt::format("at most {:g} N, {:g} N m, {:g} m/s", device.maxima.force, device.maxima.torque,
-                             device.maxima.velocity)};
+    return Error{
+        ErrorCode::kInvalidArgument, "limits", fmt::format("above what {} itself allows", device.name),
+        fmt::format("at most {:g} N, {:g} N m{}", device.maxima.force, device.maxima.torque,
+                    std::isinf(device.maxima.velocity) ? "" : fmt::format(", {:g} m/s", device.maxima.velocity))};
   }
   if (!device.link->accepting()) {
     return Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"};

@@ -108,8 +108,8 @@ Result<std::vector<double>> parseNumbers(std::string_view text, std::size_t coun
     if (token.empty() || error != std::errc() || end != token.data() + token.size() || !std::isfinite(value)) {
       return Error{ErrorCode::kInvalidArgument, where,
                    fmt::format("number {} ('{}') is not a finite number", numbers.size() + 1, token.substr(0, 40)),
-                   fmt::format("give {} separated by commas, with '.' as the decimal point",
-                               count == 1 ? "one number" : fmt::format("{} numbers", count))};
+                   fmt::format("give {}, with '.' as the decimal point",
+                               count == 1 ? "one number" : fmt::format("{} numbers separated by commas", count))};
     }
     numbers.push_back(value);
     if (comma == std::string_view::npos) break;

@@ -110,9 +110,10 @@ Result<void> Mapping::lock() {
 }
 
 Result<Memfd> Memfd::create(const char* name, std::size_t bytes) {
-  if (bytes == 0 || bytes > static_cast<std::size_t>(std::numeric_limits<off_t>::max()))
+  if (bytes == 0 || bytes > static_cast<std::size_t>(std::numeric_limits<off_t>::max())) {
     return Error{
         ErrorCode::kInvalidArgument, name, "a size of " + std::to_string(bytes) + " bytes is not possible", {}};
+  }
   unsigned flags = MFD_CLOEXEC | MFD_ALLOW_SEALING | MFD_NOEXEC_SEAL;
   int fd = ::memfd_create(name, flags);
   if (fd < 0 && errno == EINVAL) fd = ::memfd_create(name, flags & ~MFD_NOEXEC_SEAL);  // before Linux 6.3

@@ -54,17 +54,20 @@ class Orienter {
       first_inverted = std::min(first_inverted, firstOf(part));
       for (std::uint32_t i = part.begin; i < part.end; ++i) flip(mesh_, order_[i]);
     }
-    if (flipped_ != 0)
+    if (flipped_ != 0) {
       monitor_.notes.push_back(
           fmt::format("turned {} triangles to the winding of their neighbours, the first is triangle {}", flipped_,
                       first_flipped_));
-    if (twisted_ != 0)
+    }
+    if (twisted_ != 0) {
       monitor_.notes.push_back(
           fmt::format("the surface about triangle {} has one side only (as a Moebius strip); {} edges count as borders",
                       first_twisted_, twisted_));
-    if (inverted != 0)
+    }
+    if (inverted != 0) {
       monitor_.notes.push_back(
           fmt::format("turned {} closed parts outside out, the first begins at triangle {}", inverted, first_inverted));
+    }
     mesh_.closed = std::all_of(parts_.begin(), parts_.end(), [](const Part& part) { return part.closed; });
   }
 

@@ -130,7 +130,7 @@ Pose SceneModel::worldPoseOf(std::uint32_t slot) {
 
 std::string SceneModel::pathOf(std::uint32_t slot) const {
   std::string path;
-  for (std::uint32_t i = slot; i != 0; i = slots_[i].parent_slot) path = "/" + slots_[i].spec.name + path;
+  for (std::uint32_t i = slot; i != 0; i = slots_[i].parent_slot) path.insert(0, "/" + slots_[i].spec.name);
   return "/_objects" + path;
 }
 

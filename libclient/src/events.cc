@@ -146,7 +146,7 @@ struct Subscribed {
   explicit Subscribed(const haptic_events_options& options)
       : kinds(options.kinds), queue(std::make_shared<Queue>(options)) {}
 
-  static kj::Promise<void> ask(std::shared_ptr<Subscribed> self, Link& link) {
+  static kj::Promise<void> ask(const std::shared_ptr<Subscribed>& self, Link& link) {
     auto request = link.daemon.subscribeRequest();
     request.setListener(kj::heap<Listener>(self->queue));
     request.setKinds(self->kinds);

@@ -253,7 +253,7 @@ ProxyRenderer::Plan ProxyRenderer::plan(Step& step) HD_RT {
     return plan;
   }
   if (step.count == 1) {
-    const Plan curved = planOnCurve(step, at);
+    Plan curved = planOnCurve(step, at);
     if (curved.has_then) return curved;
   }
   plan.target = foot;

@@ -48,9 +48,10 @@ class Validator {
     if (h_.version != HD_SNAPSHOT_VERSION)
       return bad("header", "version " + std::to_string(h_.version) + " is not " + std::to_string(HD_SNAPSHOT_VERSION));
     if (h_.kind != HD_SNAPSHOT_TRIANGLES) return bad("header", "kind " + std::to_string(h_.kind) + " is not known");
-    if (h_.total_bytes != bytes_.size() || h_.total_bytes % 64 != 0)
+    if (h_.total_bytes != bytes_.size() || h_.total_bytes % 64 != 0) {
       return bad("header", "it tells of " + std::to_string(h_.total_bytes) + " bytes, there are " +
                                std::to_string(bytes_.size()));
+    }
     if ((h_.flags & ~static_cast<std::uint32_t>(HD_MESH_CLOSED | HD_MESH_DEFORMABLE)) != 0)
       return bad("header", "a flag is not known");
     if (h_.vertex_count == 0 || h_.vertex_count > HD_MAX_VERTICES) return bad("header", "vertex count out of range");
@@ -100,9 +101,11 @@ class Validator {
   }
 
   Result<void> checkVertices() {
-    for (std::size_t v = 0; v < h_.vertex_count; ++v)
-      for (const float x : view_.vertices[v])
+    for (std::size_t v = 0; v < h_.vertex_count; ++v) {
+      for (const float x : view_.vertices[v]) {
         if (!(std::fabs(x) <= HD_MAX_COORDINATE)) return bad("vertex", v, "a coordinate is out of range");
+      }
+    }
     return {};
   }
 
@@ -154,17 +157,20 @@ class Validator {
       if (depth[i] == 0) return bad("node", i, "has no parent before it");
       if (depth[i] > HD_BVH_MAX_DEPTH) return bad("node", i, "lies too deep");
       deepest = std::max<std::uint32_t>(deepest, depth[i]);
-      for (int k = 0; k < 3; ++k)
-        if (!(std::isfinite(node.lower[k]) && std::isfinite(node.upper[k]) && node.lower[k] <= node.upper[k]))
+      for (int k = 0; k < 3; ++k) {
+        if (!(std::isfinite(node.lower[k]) && std::isfinite(node.upper[k]) && node.lower[k] <= node.upper[k])) {
           return bad("node", i, "its box is not a box");
-      const Result<void> passed = node.count == 0 ? checkInner(i, depth) : checkLeaf(i, held, held_count);
+        }
+      }
+      Result<void> passed = node.count == 0 ? checkInner(i, depth) : checkLeaf(i, held, held_count);
       if (!passed) return passed;
     }
     if (held_count != h_.triangle_count) return bad("tree", "a triangle is in no leaf");
     if (deepest != h_.depth) return bad("header", "the depth is " + std::to_string(deepest));
-    if (std::memcmp(h_.lower, view_.nodes[0].lower, sizeof h_.lower) != 0 ||
-        std::memcmp(h_.upper, view_.nodes[0].upper, sizeof h_.upper) != 0)
+    if (!std::equal(h_.lower, h_.lower + 3, view_.nodes[0].lower) ||
+        !std::equal(h_.upper, h_.upper + 3, view_.nodes[0].upper)) {
       return bad("header", "its box is not that of the root");
+    }
     return {};
   }
 
@@ -190,9 +196,11 @@ class Validator {
       if (held[t]) return bad("triangle", t, "is in two leaves");
       held[t] = true;
       ++held_count;
-      for (const std::uint32_t v : view_.triangles[t])
-        if (!contains(node.lower, node.upper, view_.vertices[v]))
+      for (const std::uint32_t v : view_.triangles[t]) {
+        if (!contains(node.lower, node.upper, view_.vertices[v])) {
           return bad("node", i, "its box does not hold its triangles");
+        }
+      }
     }
     return {};
   }
@@ -218,10 +226,12 @@ class Validator {
           if (d.triangle_leaf[t] != i) return bad("leaf of triangle", t, "does not hold it");
       }
     }
-    if (const auto passed = checkVertexTriangles(); !passed) return passed;
-    for (std::uint32_t i = 0; i < d.source_count; ++i)
-      if (d.source_vertex[i] != HD_NO_INDEX && d.source_vertex[i] >= h_.vertex_count)
+    if (auto passed = checkVertexTriangles(); !passed) return passed;
+    for (std::uint32_t i = 0; i < d.source_count; ++i) {
+      if (d.source_vertex[i] != HD_NO_INDEX && d.source_vertex[i] >= h_.vertex_count) {
         return bad("uploaded vertex", i, "has no vertex here");
+      }
+    }
     // The caller gave a private writable mapping (openSnapshot does): only then may moveVertex() be used.
     d.vertices = const_cast<Float3*>(view_.vertices);
     d.nodes = const_cast<hd_bvh_node*>(view_.nodes);

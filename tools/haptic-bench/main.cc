@@ -13,7 +13,7 @@ constexpr int kExitUsage = 2;  ///< 1 is a broken bound.
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
   CLI::App app{
       "Measures hapticd's parts against the plain thing beside them. Numbers from a busy or virtual machine\n"
       "say little; the ratios within one run say more.",

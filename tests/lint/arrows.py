@@ -21,7 +21,7 @@ ROOMS = {
     "examples": ({"libclient/include"}, set()),
     "tools/hapticctl": ({"tools/hapticctl", "libclient/include"}, {"CLI", "fmt", "nlohmann", "assimp"}),
     "tools/haptic-bench": ({"tools/haptic-bench", "daemon", "drivers", "rt", "proto", "libclient/include"},
-                           {"Eigen", "CLI", "fmt", "nlohmann", "benchmark"}),
+                           {"Eigen", "CLI", "fmt", "nlohmann", "benchmark", "assimp"}),
 }
 # Libraries that only one place may see, whatever the table says.
 LIBRARIES = {"Eigen", "libusb-1.0", "hidapi", "gpiod.h", "capnp", "kj", "spdlog", "fmt", "toml++", "CLI", "nlohmann",

@@ -44,7 +44,7 @@ void print(const Common& common, const std::string& benchmark, const std::vector
     fmt::print("benchmark,quantity,unit,round,value\n");
     for (const Series& s : all) {
       for (std::size_t i = 0; i < s.rounds.size(); ++i) {
-        fmt::print("{},{},{},{},{:.6g}\n", benchmark, s.name, s.unit, i + 1, s.rounds[i]);
+        fmt::print("{},{},{},{},{}\n", benchmark, s.name, s.unit, i + 1, s.rounds[i]);
       }
     }
     return;

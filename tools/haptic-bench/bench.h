@@ -25,6 +25,7 @@ using Run = std::function<int(const Common&)>;
 /** Adds one subcommand to `app`; it sets `chosen` when it is called for. One per file; the table is in main.cc. */
 using AddBenchmark = void (*)(CLI::App& app, Run& chosen);
 
+void addRun(CLI::App& app, Run& chosen);
 void addRing(CLI::App& app, Run& chosen);
 void addServo(CLI::App& app, Run& chosen);
 

@@ -1,21 +1,26 @@
 /** @file
- * haptic-bench: measures what the daemon's parts cost, against the plain thing beside it in the same run.
+ * haptic-bench: judges rendering algorithms, and measures what the daemon's parts cost against the plain thing beside
+ * it in the same run.
  */
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/failure.h"
 
 namespace {
 
-constexpr haptic_bench::AddBenchmark kBenchmarks[] = {haptic_bench::addRing, haptic_bench::addServo};
-constexpr int kExitUsage = 2;  ///< 1 is a broken bound.
+constexpr haptic_bench::AddBenchmark kBenchmarks[] = {haptic_bench::addRun, haptic_bench::addRing,
+                                                      haptic_bench::addServo};
+constexpr int kExitFailed = 1;  ///< Also a broken bound.
+constexpr int kExitUsage = 2;
 
 }  // namespace
 
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
   CLI::App app{
-      "Measures hapticd's parts against the plain thing beside them. Numbers from a busy or virtual machine\n"
+      "Judges rendering algorithms, and measures hapticd's parts against the plain thing beside them. Numbers from a "
+      "busy or virtual machine\n"
       "say little; the ratios within one run say more.",
       "haptic-bench"};
   haptic_bench::Common common;
@@ -34,5 +39,10 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
     std::fprintf(stderr, "haptic-bench: %s\n  haptic-bench --help lists benchmarks and options\n", error.what());
     return kExitUsage;
   }
-  return chosen(common);
+  try {
+    return chosen(common);
+  } catch (const haptic_bench::Failure& failure) {
+    std::fprintf(stderr, "haptic-bench: %s\n", failure.what());
+    return kExitFailed;
+  }
 }

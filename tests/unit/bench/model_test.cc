@@ -1,0 +1,110 @@
+/** @file
+ * Shapes against their closed forms, the nearest point against dense sampling.
+ */
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/model/nearest.h"
+#include "tools/haptic-bench/model/shapes.h"
+
+namespace haptic_bench {
+namespace {
+
+double signedVolume(const Model& m) {
+  double volume = 0;
+  for (std::uint32_t t = 0; t < m.triangles.size(); ++t)
+    volume += m.corner(t, 0).dot(m.corner(t, 1).cross(m.corner(t, 2))) / 6;
+  return volume;
+}
+
+TEST(BenchShapes, SpheresOfTheThesisHaveItsTrianglesAndFillTheSphere) {
+  const std::size_t triangles[] = {48, 224, 960, 3968, 16128};
+  for (int i = 0; i < 5; ++i) {
+    const Model m = sphere(0.05, 4 << i);
+    EXPECT_EQ(m.triangles.size(), triangles[i]);
+    const double full = 4.0 / 3 * EIGEN_PI * std::pow(0.05, 3);
+    EXPECT_LT(signedVolume(m), full);
+    EXPECT_GT(signedVolume(m), full * (1 - 5.0 / std::pow(4 << i, 2))) << "outward, and closer the finer";
+  }
+}
+
+TEST(BenchShapes, RidgeStandsOnItsPlane) {
+  const Model m = ridge(EIGEN_PI / 3, 0.005, 0.05);
+  double volume = 0;  // Between the triangles and z = 0: a prism of 2 foot * height / 2 across and 0.1 along.
+  for (std::uint32_t t = 0; t < m.triangles.size(); ++t) {
+    const Vec3 a = m.corner(t, 0), b = m.corner(t, 1), c = m.corner(t, 2);
+    volume += (b - a).cross(c - a).z() / 2 * (a + b + c).z() / 3;
+  }
+  EXPECT_NEAR(volume, 0.005 / std::sqrt(3) * 0.005 * 0.1, 1e-12);
+  EXPECT_THROW((void)ridge(0.1, 0.01, 0.05), Failure);
+}
+
+TEST(BenchShapes, BowlLiesOnItsSphere) {
+  const Model m = bowl(0.05, 0.01, 0.0002);
+  EXPECT_EQ(m.triangles.size(), 20000u);
+  for (std::uint32_t v = 0; v < m.vertices.size(); ++v) {
+    ASSERT_NEAR((m.vertex(v) - Vec3(0, 0, 0.05)).norm(), 0.05, 1e-8);
+  }
+}
+
+TEST(BenchModels, FaultsAreNamed) {
+  for (const char* spec : {"cube", "sphere:stacks=2", "sphere:stacks=4.5", "sphere:corners=3", "sphere:stacks",
+                           "sphere:stacks=4,stacks=5", "plane:half=nan", "none.stl"}) {
+    try {
+      (void)makeModel(spec);
+      ADD_FAILURE() << spec;
+    } catch (const Failure& failure) {
+      EXPECT_NE(std::string(failure.what()).find('('), std::string::npos) << "no remedy: " << failure.what();
+    }
+  }
+}
+
+TEST(NearestPoint, AgreesWithDenseSampling) {
+  const Model m = sphere(1, 5);
+  const NearestPoint surface(m);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> u(-1.3, 1.3);
+  for (int n = 0; n < 50; ++n) {
+    const Vec3 x(u(random), u(random), u(random));
+    double best = 10;
+    constexpr int kSteps = 60;
+    for (std::uint32_t t = 0; t < m.triangles.size(); ++t) {
+      for (int i = 0; i <= kSteps; ++i) {
+        for (int j = 0; i + j <= kSteps; ++j) {
+          const Vec3 q = (m.corner(t, 0) * i + m.corner(t, 1) * j + m.corner(t, 2) * (kSteps - i - j)) / kSteps;
+          best = std::min(best, (q - x).norm());
+        }
+      }
+    }
+    const SurfacePoint found = surface.find(x);
+    ASSERT_LE(found.distance, best + 1e-12);
+    ASSERT_NEAR(found.distance, best, 0.02);
+    ASSERT_NEAR((found.point - x).norm(), found.distance, 1e-12);
+  }
+}
+
+TEST(NearestPoint, KnowsInsideAtFacesEdgesAndCorners) {
+  // A box: inside is what the coordinates say. Many points project to edges and corners.
+  Model m;
+  for (int i = 0; i < 8; ++i) m.addVertex(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
+  const std::uint32_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                     {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& q : quads) m.addQuad(q[0], q[1], q[2], q[3]);
+  const NearestPoint surface(m);
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> u(-2, 2);
+  for (int n = 0; n < 3000; ++n) {
+    const Vec3 x(u(random), u(random), u(random));
+    const double depth = 1 - x.cwiseAbs().maxCoeff();
+    const SurfacePoint found = surface.find(x);
+    ASSERT_EQ(found.inside, depth > 0) << x.transpose();
+    const double distance = depth > 0 ? depth : (x.cwiseAbs() - Vec3::Ones()).cwiseMax(0).norm();
+    ASSERT_NEAR(found.distance, distance, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace haptic_bench

@@ -1,0 +1,94 @@
+/** @file
+ * Generators: what they say of the truth holds on the surface they run over.
+ */
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/model/shapes.h"
+#include "tools/haptic-bench/trajectory/generators.h"
+#include "tools/haptic-bench/trajectory/registry.h"
+
+namespace haptic_bench {
+namespace {
+
+TEST(Trajectories, PressedInTheyFeelTheForceAtTheStiffness) {
+  const Model model = makeModel("sphere:radius=0.001");
+  const Trajectory in = makeTrajectory("spiral:force=1,seconds=2", model, 2000);
+  ASSERT_EQ(in.samples.size(), 2000u);
+  EXPECT_DOUBLE_EQ(in.period_s(), 0.001);
+  for (const Sample& s : in.samples) {
+    ASSERT_NEAR(s.proxy.norm(), 0.001, 1e-15);
+    ASSERT_NEAR(s.hip.norm(), 0.0005, 1e-15) << "1 N at 2000 N/m";
+    ASSERT_LT((s.force - 2000 * (s.proxy - s.hip)).norm(), 1e-12);
+    ASSERT_GT(s.force.dot(s.proxy), 0);
+  }
+  EXPECT_GT(in.start.norm(), 0.001);
+}
+
+TEST(Trajectories, ProfileRunsByArcLength) {
+  const Model model = makeModel("ridge:degrees=75");
+  const Trajectory in = makeTrajectory("profile", model, 1000);
+  const double flank = 0.005 / std::sin(75 * EIGEN_PI / 180), foot = 0.005 / std::tan(75 * EIGEN_PI / 180);
+  EXPECT_NEAR(in.duration_s(), (0.06 - 2 * foot + 2 * flank) / 0.02, 0.003);
+  EXPECT_NEAR(in.samples.front().proxy.x(), -0.03, 2e-5);
+  EXPECT_NEAR(in.samples.back().proxy.x(), 0.03, 4e-5);
+  double top = 0;
+  for (std::size_t i = 1; i < in.samples.size(); ++i) {
+    const double step = (in.samples[i].proxy - in.samples[i - 1].proxy).norm();
+    ASSERT_LT(step, 2.0000001e-5);  // Shorter only around a corner.
+    top = std::max(top, in.samples[i].proxy.z());
+  }
+  EXPECT_NEAR(top, 0.005, 2e-5);
+}
+
+TEST(Trajectories, SwingStaysInTheBowlAndRests) {
+  const Model model = makeModel("bowl");
+  const Trajectory in = makeTrajectory("swing:seconds=3", model, 1000);
+  double fastest = 0;
+  for (std::size_t i = 0; i < in.samples.size(); ++i) {
+    ASSERT_NEAR((in.samples[i].proxy - Vec3(0, 0, 0.05)).norm(), 0.05, 1e-12);
+    ASSERT_NEAR((in.samples[i].hip - Vec3(0, 0, 0.05)).norm(), 0.051, 1e-12) << "deeper, into the solid";
+    if (i > 0) fastest = std::max(fastest, (in.samples[i].proxy - in.samples[i - 1].proxy).norm() * 1000);
+  }
+  EXPECT_NEAR(fastest, 0.1, 1e-3);
+  EXPECT_EQ(in.samples[2990].hip, in.samples[2800].hip);
+}
+
+TEST(Trajectories, TremorHasItsAmplitudeAndBand) {
+  const Model model = makeModel("plane");
+  const Trajectory still = makeTrajectory("reach:tremor=0,force=5", model, 1000);
+  const Trajectory shaken = makeTrajectory("reach:tremor=0.0002,seed=7,force=5", model, 1000);
+  const Trajectory same = makeTrajectory("reach:tremor=0.0002,seed=7,force=5", model, 1000);
+  double sum = 0, in_band = 0, at_all = 0;
+  for (std::size_t i = 0; i < still.samples.size(); ++i) {
+    const Vec3 shake = shaken.samples[i].hip - still.samples[i].hip;
+    sum += shake.squaredNorm() / 3;
+    ASSERT_EQ(shaken.samples[i].hip, same.samples[i].hip);
+    ASSERT_NEAR(shaken.samples[i].force.z(), 5 - 1000 * shake.z(), 1e-9) << "deeper is more force";
+  }
+  const double n = static_cast<double>(still.samples.size());
+  EXPECT_NEAR(std::sqrt(sum / n), 0.0002, 0.00002);
+  for (int hz10 = 1; hz10 < 300; ++hz10) {  // A discrete Fourier transform of x, in tenths of a hertz: 10 s.
+    double re = 0, im = 0;
+    for (std::size_t i = 0; i < still.samples.size(); ++i) {
+      const double x = shaken.samples[i].hip.x() - still.samples[i].hip.x();
+      re += x * std::cos(2 * EIGEN_PI * hz10 / 10 * 0.001 * static_cast<double>(i));
+      im += x * std::sin(2 * EIGEN_PI * hz10 / 10 * 0.001 * static_cast<double>(i));
+    }
+    (hz10 >= 78 && hz10 <= 122 ? in_band : at_all) += re * re + im * im;
+  }
+  EXPECT_GT(in_band, 20 * at_all);
+}
+
+TEST(Trajectories, FaultsAreNamed) {
+  const Model model = makeModel("plane");
+  for (const char* spec : {"spiral", "walk", "lissajous:force=-1", "lissajous:turns=3", "reach:seed=0.5"}) {
+    EXPECT_THROW((void)makeTrajectory(spec, model, 1000), Failure) << spec;
+  }
+  EXPECT_THROW((void)makeTrajectory("profile:length=0.2", makeModel("ridge"), 1000), Failure) << "off the plane";
+}
+
+}  // namespace
+}  // namespace haptic_bench

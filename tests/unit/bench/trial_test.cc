@@ -1,0 +1,123 @@
+/** @file
+ * The harness against published figures and closed forms.
+ */
+#include "tools/haptic-bench/trial.h"
+
+#include <gtest/gtest.h>
+
+#include "tools/haptic-bench/algorithm/registry.h"
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/trajectory/registry.h"
+
+namespace haptic_bench {
+namespace {
+
+double mse(const std::string& algorithm, const std::string& model_spec, const std::string& trajectory_spec,
+           double stiffness = 1000) {
+  const Model model = makeModel(model_spec);
+  const Trajectory trajectory = makeTrajectory(trajectory_spec, model, stiffness);
+  return judge(trajectory, runTrial(algorithm, model, trajectory, {stiffness}, 1).answers, 1e-3).force_mse;
+}
+
+TEST(BenchTrial, RidgesScoreWhatTheStuckProxyAnomalyIsKnownToScore) {
+  // Thesis figure 4.6: a plain god-object waits at the foot, whoever writes it; the nearest point does not.
+  const struct {
+    const char* model;
+    double god_object, nearest;
+  } known[] = {{"ridge:degrees=45", 2.8, 0.042},
+               {"ridge:degrees=60", 9.0, 0.082},
+               {"ridge:degrees=75", 62, 0.18},
+               {"ridge:degrees=85", 135, 0.145}};
+  for (const auto& k : known) {
+    EXPECT_NEAR(mse("god-object", k.model, "profile"), k.god_object, 0.02 * k.god_object) << k.model;
+    EXPECT_NEAR(mse("nearest", k.model, "profile"), k.nearest, 0.02 * k.nearest) << k.model;
+  }
+}
+
+TEST(BenchTrial, OnAPlaneEveryAlgorithmIsExact) {
+  for (const char* algorithm : {"ours", "god-object", "nearest"}) {
+    for (const char* trajectory : {"lissajous:seconds=2", "reach:seconds=2"}) {
+      EXPECT_LT(mse(algorithm, "plane:cells=7", trajectory), 1e-12) << algorithm << " " << trajectory;
+    }
+  }
+}
+
+TEST(BenchTrial, GodObjectSitsInACornerOfThreePlanes) {
+  Model walls;  // x, y, z = 0.01, seen from the origin.
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = [&](double a, double b) {
+      Vec3 x = Vec3::Constant(0.01);
+      x[(axis + 1) % 3] = a;
+      x[(axis + 2) % 3] = b;
+      return walls.addVertex(x);
+    };
+    const std::uint32_t corners[] = {at(-0.1, -0.1), at(-0.1, 0.1), at(0.1, 0.1), at(0.1, -0.1)};
+    walls.addQuad(corners[0], corners[1], corners[2], corners[3]);
+  }
+  Trajectory in;
+  for (int i = 0; i < 100; ++i) {
+    in.samples.push_back({0.001 * i, Vec3(0.0002 * i, 0.0003 * i, 0.00025 * i), Vec3::Zero(), Vec3::Zero()});
+  }
+  const Outcome outcome = runTrial("god-object", walls, in, {1000}, 1);
+  for (std::size_t i = 0; i < in.samples.size(); ++i) {
+    const Vec3 clamped = in.samples[i].hip.cwiseMin(0.01);
+    ASSERT_LT((outcome.answers[i].proxy - clamped).norm(), 1e-8) << i;
+    ASSERT_LT((outcome.answers[i].force - 1000 * (clamped - in.samples[i].hip)).norm(), 1e-4) << i;
+  }
+}
+
+TEST(BenchTrial, RepeatsBitForBit) {
+  const Model model = makeModel("sphere:stacks=8");
+  const Trajectory trajectory = makeTrajectory("spiral:seconds=1", model, 1000);
+  const Outcome outcome = runTrial("ours", model, trajectory, {1000}, 3);
+  EXPECT_TRUE(outcome.repeats);
+  EXPECT_EQ(outcome.rounds.size(), 3u);
+  EXPECT_GT(outcome.bytes, model.triangles.size() * 12);
+}
+
+TEST(Metrics, HaveTheirClosedForm) {
+  Trajectory truth;
+  truth.force_known = truth.proxy_known = true;
+  std::vector<Answer> answers;
+  for (int i = 0; i < 10; ++i) {
+    truth.samples.push_back({0.001 * i, Vec3(0.001 * i, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 1)});
+    answers.push_back({Vec3(2, 0, 1), Vec3(0, 0, i < 3 ? 0.002 : 0.0), true});
+  }
+  const Accuracy a = judge(truth, answers, 0.001);
+  EXPECT_DOUBLE_EQ(a.force_mse, 4);
+  EXPECT_DOUBLE_EQ(a.energy_error, 2 * 0.009);
+  EXPECT_EQ(a.above, 3u);
+  EXPECT_DOUBLE_EQ(a.proxy_max, 0.002);
+  EXPECT_DOUBLE_EQ(a.proxy_rms, 0.002 * std::sqrt(0.3));
+  answers[9].force.x() = std::nextafter(2.0, 3.0);
+  EXPECT_NE(judge(truth, answers, 0.001).hash, a.hash);
+
+  std::vector<std::int64_t> ns;
+  for (int i = 1000; i > 0; --i) ns.push_back(i);
+  const Timing t = summarise(ns);
+  EXPECT_EQ(t.median, 500);
+  EXPECT_EQ(t.p99, 990);
+  EXPECT_EQ(t.p999, 999);
+  EXPECT_EQ(t.max, 1000);
+  EXPECT_DOUBLE_EQ(t.mean, 500.5);
+}
+
+TEST(Algorithms, FaultsAreNamed) {
+  const Model model = makeModel("plane");
+  const Trajectory trajectory = makeTrajectory("lissajous:seconds=1", model, 1000);
+  for (const char* name : {"", "theirs", "./none.so", "ours:colour=red", "nearest:x=1"}) {
+    EXPECT_THROW((void)runTrial(name, model, trajectory, {}, 1), Failure) << name;
+  }
+  haptic_algorithm table = findAlgorithm("ours");
+  table.version = 99;
+  EXPECT_THROW(checkAlgorithm(&table, "test"), Failure);
+  table = findAlgorithm("ours");
+  table.bytes = 8;
+  EXPECT_THROW(checkAlgorithm(&table, "test"), Failure);
+  table = findAlgorithm("ours");
+  table.step = nullptr;
+  EXPECT_THROW(checkAlgorithm(&table, "test"), Failure);
+}
+
+}  // namespace
+}  // namespace haptic_bench

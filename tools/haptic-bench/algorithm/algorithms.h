@@ -1,0 +1,14 @@
+/** @file
+ * The algorithms in the box.
+ */
+#pragma once
+
+#include "tools/haptic-bench/plugin/haptic_algorithm.h"
+
+namespace haptic_bench {
+
+extern const haptic_algorithm kOurs;
+extern const haptic_algorithm kGodObject;
+extern const haptic_algorithm kNearest;
+
+}  // namespace haptic_bench

@@ -1,0 +1,28 @@
+/** @file
+ * The one exception of haptic-bench: bad input or a machine that refuses. main() prints it and ends with 1.
+ */
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include "rt/base/error.h"
+
+namespace haptic_bench {
+
+/** Where, what and the remedy, as "where: what (remedy)". */
+class Failure : public std::runtime_error {
+ public:
+  Failure(const std::string& where, const std::string& what, const std::string& remedy)
+      : std::runtime_error(where + ": " + what + (remedy.empty() ? "" : " (" + remedy + ")")) {}
+  explicit Failure(const hapticd::Error& error) : std::runtime_error(hapticd::toString(error)) {}
+};
+
+/** The value, or a Failure with the error. */
+template <class T>
+[[nodiscard]] T orFail(hapticd::Result<T> result) {
+  if (!result.ok()) throw Failure(result.error());
+  return std::move(*result);
+}
+
+}  // namespace haptic_bench

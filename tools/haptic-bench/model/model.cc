@@ -1,0 +1,70 @@
+#include "tools/haptic-bench/model/model.h"
+
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/model/mesh_file.h"
+#include "tools/haptic-bench/model/shapes.h"
+#include "tools/haptic-bench/spec.h"
+
+namespace haptic_bench {
+namespace {
+
+struct Shape {
+  const char* name;
+  const char* help;
+  Model (*make)(Spec& spec);
+};
+
+constexpr Shape kShapes[] = {
+    {"sphere", "sphere:radius=0.05,stacks=16: stacks x 2 stacks quads, 4 S (S - 1) triangles",
+     [](Spec& s) { return sphere(s.number("radius", 0.05, 1e-5, 10), s.count("stacks", 16, 3, 1000)); }},
+    {"plane", "plane:half=0.05,cells=4: cells x cells quads, facing up",
+     [](Spec& s) { return plane(s.number("half", 0.05, 1e-5, 10), s.count("cells", 4, 1, 1000)); }},
+    {"ridge", "ridge:degrees=45,height=0.005,half=0.05: a ridge along y on a plane",
+     [](Spec& s) {
+       const double degrees = s.number("degrees", 45, 5, 89);
+       return ridge(degrees * EIGEN_PI / 180, s.number("height", 0.005, 1e-5, 1), s.number("half", 0.05, 1e-5, 10));
+     }},
+    {"bowl", "bowl:radius=0.05,half=0.01,edge=0.0002: the bottom of a hollow sphere",
+     [](Spec& s) {
+       return bowl(s.number("radius", 0.05, 1e-5, 10), s.number("half", 0.01, 1e-6, 7),
+                   s.number("edge", 0.0002, 1e-6, 1));
+     }},
+};
+
+}  // namespace
+
+std::uint32_t Model::addVertex(const Vec3& x) {
+  vertices.push_back({static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z())});
+  return static_cast<std::uint32_t>(vertices.size() - 1);
+}
+
+void Model::addQuad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+  triangles.push_back({a, b, c});
+  triangles.push_back({a, c, d});
+}
+
+std::string modelHelp() {
+  std::string help = "Models:\n";
+  for (const Shape& shape : kShapes) help += std::string("  ") + shape.help + "\n";
+  return help + "  FILE.stl, .obj, .ply ...:scale=0.001: a mesh file, scale in metres per unit of the file\n";
+}
+
+Model makeModel(const std::string& text) {
+  Spec spec(text);
+  for (const Shape& shape : kShapes) {
+    if (spec.name() != shape.name) continue;
+    Model model = shape.make(spec);
+    spec.finish();
+    model.name = text;
+    return model;
+  }
+  if (spec.name().find('.') == std::string::npos) {
+    throw Failure(text, "there is no such model", "sphere, plane, ridge, bowl, or a mesh file");
+  }
+  Model model = readMeshFile(spec.name(), spec.number("scale", 1, 1e-9, 1e6));
+  spec.finish();
+  model.name = text;
+  return model;
+}
+
+}  // namespace haptic_bench

@@ -1,0 +1,93 @@
+// haptic-bench run: algorithms over a trajectory on a model.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+
+#include "tools/haptic-bench/algorithm/registry.h"
+#include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/trajectory/registry.h"
+#include "tools/haptic-bench/trial.h"
+
+namespace haptic_bench {
+namespace {
+
+struct Options {
+  std::vector<std::string> algorithms{"ours", "nearest"};
+  std::string model = "sphere";
+  std::string trajectory = "spiral";
+  Surface surface;
+  double threshold = 0.0005;
+  std::string samples;
+};
+
+/** Every sample and what each algorithm made of it. */
+void writeSamples(const std::string& path, const Trajectory& trajectory, const std::vector<std::string>& names,
+                  const std::vector<Outcome>& outcomes) {
+  std::ofstream file(path);
+  const auto columns = [&](const std::string& prefix) { file << fmt::format(",{0}x,{0}y,{0}z", prefix); };
+  const auto values = [&](const Vec3& x) { file << fmt::format(",{},{},{}", x.x(), x.y(), x.z()); };
+  file << "t_s";
+  columns("");
+  if (trajectory.proxy_known) columns("proxy_");
+  if (trajectory.force_known) columns("f");
+  for (const std::string& name : names) {
+    columns(name + "_f");
+    columns(name + "_proxy_");
+  }
+  file << '\n';
+  for (std::size_t i = 0; i < trajectory.samples.size(); ++i) {
+    const Sample& s = trajectory.samples[i];
+    file << fmt::format("{}", s.t_s);
+    values(s.hip);
+    if (trajectory.proxy_known) values(s.proxy);
+    if (trajectory.force_known) values(s.force);
+    for (const Outcome& outcome : outcomes) {
+      values(outcome.answers[i].force);
+      values(outcome.answers[i].proxy);
+    }
+    file << '\n';
+  }
+  if (!file.flush()) throw Failure(path, "it cannot be written", "a file in a folder of yours");
+}
+
+int run(const Options& options, const Common& common) {
+  const Model model = makeModel(options.model);
+  const Trajectory trajectory = makeTrajectory(options.trajectory, model, options.surface.stiffness);
+  std::vector<Series> all;
+  std::vector<Outcome> outcomes;
+  bool repeats = true;
+  for (const std::string& algorithm : options.algorithms) {
+    outcomes.push_back(runTrial(algorithm, model, trajectory, options.surface, common.rounds));
+    repeats = repeats && outcomes.back().repeats;
+    for (Series& s : describe(algorithm, trajectory, outcomes.back(), options.threshold)) all.push_back(std::move(s));
+  }
+  const std::string what =
+      fmt::format("run {} {} k={} mu_s={} mu_d={} b={}", model.name, trajectory.name, options.surface.stiffness,
+                  options.surface.friction_static, options.surface.friction_dynamic, options.surface.damping);
+  print(common, what, all);
+  if (!options.samples.empty()) writeSamples(options.samples, trajectory, options.algorithms, outcomes);
+  if (!repeats) fmt::print("# the rounds did not give the same forces: an algorithm depends on more than its input\n");
+  return 0;
+}
+
+}  // namespace
+
+void addRun(CLI::App& app, Run& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App* sub = app.add_subcommand("run", "Algorithms over a trajectory on a model");
+  sub->footer(modelHelp() + trajectoryHelp() + algorithmHelp());
+  sub->add_option("-a,--algorithm", options->algorithms, "Name or shared object, with :settings; several")
+      ->capture_default_str();
+  sub->add_option("-m,--model", options->model, "Shape or mesh file")->capture_default_str();
+  sub->add_option("-t,--trajectory", options->trajectory, "Generator or file")->capture_default_str();
+  addSurface(*sub, options->surface);
+  sub->add_option("--threshold", options->threshold, "Of the position error, in metres")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  sub->add_option("--samples", options->samples, "CSV file for every sample and answer");
+  sub->callback([options, &chosen] { chosen = [options](const Common& common) { return run(*options, common); }; });
+}
+
+}  // namespace haptic_bench

@@ -1,0 +1,86 @@
+#include "tools/haptic-bench/trajectory/registry.h"
+
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/spec.h"
+#include "tools/haptic-bench/trajectory/generators.h"
+
+namespace haptic_bench {
+namespace {
+
+/** What a generator or reader is given. */
+struct Request {
+  Spec& spec;
+  const Model& model;
+  double stiffness;
+
+  [[nodiscard]] Pace pace() const {
+    return {spec.number("seconds", 10, 0.01, 3600), spec.number("rate", 1000, 1, 1e5),
+            spec.number("force", 1, 0, 1000)};
+  }
+  /** Throws Failure unless the model is of that kind. */
+  void need(const char* kind) const {
+    if (model.kind == kind) return;
+    throw Failure(spec.text(), "it runs over a " + std::string(kind) + ", not over " + model.name,
+                  "--model " + std::string(kind));
+  }
+};
+
+struct Generator {
+  const char* name;
+  const char* help;
+  std::vector<SurfaceSample> (*make)(const Request& request);
+};
+
+constexpr Generator kGenerators[] = {
+    {"spiral", "spiral:turns=20: pole to pole of a sphere",
+     [](const Request& r) {
+       r.need("sphere");
+       return spiral(r.model, r.pace(), r.spec.number("turns", 20, 0, 1e4));
+     }},
+    {"lissajous", "lissajous: over a plane",
+     [](const Request& r) {
+       r.need("plane");
+       return lissajous(r.model, r.pace());
+     }},
+    {"profile", "profile:length=0.06,speed=0.02,y=0.0123: across a ridge, by arc length",
+     [](const Request& r) {
+       r.need("ridge");
+       return profile(r.model, r.pace(), r.spec.number("length", 0.06, 1e-6, 10),
+                      r.spec.number("speed", 0.02, 1e-6, 10), r.spec.number("y", 0.0123, -10, 10));
+     }},
+    {"swing", "swing:speed=0.1: through a bowl, then at rest",
+     [](const Request& r) {
+       r.need("bowl");
+       return swing(r.model, r.pace(), r.spec.number("speed", 0.1, 1e-6, 10));
+     }},
+    {"reach", "reach:tremor=0.0002,seed=1: minimum jerk with a tremor of 8 to 12 Hz, over a plane",
+     [](const Request& r) {
+       r.need("plane");
+       const Tremor tremor{r.spec.number("tremor", 0.0002, 0, 0.01),
+                           static_cast<std::uint32_t>(r.spec.count("seed", 1, 0, 1'000'000'000))};
+       return reach(r.model, r.pace(), tremor, r.stiffness);
+     }},
+};
+
+}  // namespace
+
+std::string trajectoryHelp() {
+  std::string help = "Trajectories (also seconds=10, rate=1000, force=1):\n";
+  for (const Generator& g : kGenerators) help += std::string("  ") + g.help + "\n";
+  return help;
+}
+
+Trajectory makeTrajectory(const std::string& text, const Model& model, double stiffness) {
+  Spec spec(text);
+  const Request request{spec, model, stiffness};
+  for (const Generator& g : kGenerators) {
+    if (spec.name() != g.name) continue;
+    Trajectory made = pressInto(g.make(request), stiffness);
+    spec.finish();
+    made.name = text;
+    return made;
+  }
+  throw Failure(text, "there is no such trajectory", "haptic-bench run --help lists them");
+}
+
+}  // namespace haptic_bench

@@ -1,0 +1,50 @@
+/** @file
+ * What a hand does and what it should feel: the benchmark's input. Thesis section 4.2.2.
+ */
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rt/base/math.h"
+
+namespace haptic_bench {
+
+using hapticd::Vec3;
+
+/** One instant of an in-trajectory. */
+struct Sample {
+  double t_s = 0;
+  Vec3 hip = Vec3::Zero();    ///< Where the hand is, possibly inside the model [m].
+  Vec3 proxy = Vec3::Zero();  ///< Where the contact should be [m]; with proxy_known.
+  Vec3 force = Vec3::Zero();  ///< What the hand should feel [N]; with force_known.
+};
+
+/** An in-trajectory: time rises from sample to sample. Never empty. */
+struct Trajectory {
+  std::string name;
+  std::vector<Sample> samples;
+  bool proxy_known = false;
+  bool force_known = false;
+  Vec3 start = Vec3::Zero();  ///< In free space, from where the hand comes to the first sample [m].
+
+  [[nodiscard]] double duration_s() const { return samples.back().t_s - samples.front().t_s; }
+  /** The middle one of the steps of time. */
+  [[nodiscard]] double period_s() const;
+};
+
+/** One instant of an out-trajectory: on the surface, with the force that presses on it. */
+struct SurfaceSample {
+  double t_s = 0;
+  Vec3 point = Vec3::Zero();
+  Vec3 normal = Vec3::Zero();  ///< Outward, unit.
+  double force = 0;            ///< Along the normal, on the hand [N].
+};
+
+/**
+ * The in-trajectory that feels like an out-trajectory at stiffness k: p_in = p_out - n F / k (thesis eq. 4.2, which
+ * prints |n| k: the units need F / k). The hand comes from a point above the first one, F / k off the surface.
+ */
+[[nodiscard]] Trajectory pressInto(const std::vector<SurfaceSample>& out, double stiffness);
+
+}  // namespace haptic_bench

@@ -1,0 +1,116 @@
+#include "tools/haptic-bench/trial.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+
+#include "tools/haptic-bench/algorithm/registry.h"
+#include "tools/haptic-bench/failure.h"
+
+namespace haptic_bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::int64_t ns(Clock::duration d) { return std::chrono::duration_cast<std::chrono::nanoseconds>(d).count(); }
+
+/** Answers and times of one run. */
+void runOnce(Algorithm& algorithm, const Trajectory& trajectory, std::vector<Answer>& answers,
+             std::vector<std::int64_t>& step_ns) {
+  algorithm.start(trajectory.start);
+  const double period = trajectory.period_s();
+  for (std::size_t i = 0; i < trajectory.samples.size(); ++i) {
+    const Sample& s = trajectory.samples[i];
+    const double dt = i == 0 ? period : s.t_s - trajectory.samples[i - 1].t_s;
+    const Vec3 v = i == 0 ? Vec3(Vec3::Zero()) : Vec3((s.hip - trajectory.samples[i - 1].hip) / dt);
+    haptic_algorithm_contact contact{};
+    const Clock::time_point begin = Clock::now();
+    algorithm.step(s.hip, v, dt, contact);
+    step_ns[i] = ns(Clock::now() - begin);
+    answers[i] = {hapticd::vec3(contact.force), hapticd::vec3(contact.proxy), contact.touches != 0};
+  }
+}
+
+}  // namespace
+
+void addSurface(CLI::App& sub, Surface& surface) {
+  const auto add = [&](const char* name, double& value, double high, const char* text) {
+    sub.add_option(name, value, text)->capture_default_str()->check(CLI::Range(0.0, high));
+  };
+  add("--stiffness", surface.stiffness, 1e5, "Of the surface, N/m");
+  add("--damping", surface.damping, 1e3, "Of the surface along its normal, N s/m");
+  add("--friction-static", surface.friction_static, 10, "Coefficient of friction at rest");
+  add("--friction-dynamic", surface.friction_dynamic, 10, "Coefficient of friction while sliding");
+}
+
+Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory, const Surface& surface,
+                 int rounds) {
+  haptic_algorithm_problem problem{};
+  problem.vertices = reinterpret_cast<const float(*)[3]>(model.vertices.data());
+  problem.triangles = reinterpret_cast<const std::uint32_t(*)[3]>(model.triangles.data());
+  problem.vertex_count = static_cast<std::uint32_t>(model.vertices.size());
+  problem.triangle_count = static_cast<std::uint32_t>(model.triangles.size());
+  problem.stiffness = surface.stiffness;
+  problem.damping = surface.damping;
+  problem.friction_static = surface.friction_static;
+  problem.friction_dynamic = surface.friction_dynamic;
+  problem.period_s = trajectory.period_s();
+
+  Outcome outcome;
+  outcome.answers.resize(trajectory.samples.size());
+  std::vector<Answer> again(trajectory.samples.size());
+  std::vector<std::int64_t> step_ns(trajectory.samples.size());
+  for (int round = 0; round < rounds; ++round) {
+    const Clock::time_point begin = Clock::now();
+    Algorithm instance(algorithm, problem);
+    outcome.init_s.push_back(1e-9 * static_cast<double>(ns(Clock::now() - begin)));
+    runOnce(instance, trajectory, round == 0 ? outcome.answers : again, step_ns);
+    outcome.rounds.push_back(summarise(step_ns));
+    outcome.bytes = instance.bytes();
+    for (std::size_t i = 0; i < again.size() && round > 0; ++i) {
+      outcome.repeats = outcome.repeats && again[i].force == outcome.answers[i].force;
+    }
+  }
+  for (std::size_t i = 0; i < outcome.answers.size(); ++i) {
+    if (outcome.answers[i].force.allFinite() && outcome.answers[i].proxy.allFinite()) continue;
+    throw Failure(algorithm,
+                  fmt::format("its answer to sample {} at {} s is not finite", i + 1, trajectory.samples[i].t_s),
+                  "mend the algorithm");
+  }
+  return outcome;
+}
+
+std::vector<Series> describe(const std::string& name, const Trajectory& trajectory, const Outcome& outcome,
+                             double threshold) {
+  const Accuracy a = judge(trajectory, outcome.answers, threshold);
+  std::vector<Series> all;
+  const auto one = [&](const std::string& what, const char* unit, double value) {
+    all.push_back({name + " " + what, unit, {value}});
+  };
+  if (trajectory.force_known) {
+    one("force MSE", "N^2", a.force_mse);
+    one("energy error", "J", a.energy_error);
+  }
+  if (trajectory.proxy_known) {
+    one("proxy RMS", "m", a.proxy_rms);
+    one("proxy max", "m", a.proxy_max);
+    one(fmt::format("above {} m", threshold), "samples", static_cast<double>(a.above));
+  }
+  one("forces", "hash", static_cast<double>(a.hash));
+  const auto timed = [&](const char* what, double Timing::*which) {
+    Series s{name + " " + what, "ns", {}};
+    for (const Timing& t : outcome.rounds) s.rounds.push_back(t.*which);
+    all.push_back(std::move(s));
+  };
+  timed("mean", &Timing::mean);
+  timed("median", &Timing::median);
+  timed("p99", &Timing::p99);
+  timed("p99.9", &Timing::p999);
+  timed("max", &Timing::max);
+  all.push_back({name + " init", "s", outcome.init_s});
+  if (outcome.bytes != 0) one("memory", "byte", static_cast<double>(outcome.bytes));
+  return all;
+}
+
+}  // namespace haptic_bench

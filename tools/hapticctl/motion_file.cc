@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <optional>
 #include <string_view>
@@ -29,6 +30,9 @@ std::vector<std::string_view> split(std::string_view line) {
 
 constexpr std::array<std::array<std::string_view, 2>, 4> kColumns{
     {{"t", "t_s"}, {"x", "px"}, {"y", "py"}, {"z", "pz"}}};
+// As the daemon's for recorded motions. They also keep what lies between two rows finite.
+constexpr double kMaxTime_s = 1e7;
+constexpr double kMaxPosition_m = 10;
 
 }  // namespace
 
@@ -65,6 +69,13 @@ Motion Motion::read(const std::string& path) {
     }
     if (!out.rows_.empty() && !(values[0] > out.rows_.back().t_s))
       fail(number, "time does not rise", "order the rows by time");
+    if (!out.rows_.empty() && !(values[0] - out.rows_.front().t_s <= kMaxTime_s))
+      fail(number, "time is too far from the first", "times are in seconds, within 1e7 of the first");
+    for (std::size_t c = 1; c < 4; ++c) {
+      if (!(std::abs(values[c]) <= kMaxPosition_m))
+        fail(number, fmt::format("{} in column '{}' is more than 10 m", exact(values[c]), kColumns[c][0]),
+             "positions are in metres");
+    }
     out.rows_.push_back({values[0], {values[1], values[2], values[3]}});
   }
   if (out.rows_.size() < 2)

@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/geometry/sweep.h"
+#include "rt/geometry/swept_box.h"
+#include "rt/geometry/tree_walk.h"
 
 namespace hapticd {
 namespace {
@@ -51,71 +52,24 @@ bool sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, cons
   if (approach <= 0 || height < -sweep.tolerance || height >= approach) return false;
   const double time = std::max(height, 0.0) / approach;
   if (time >= hit.t) return false;
-  hit = {time, height, n, n.dot(v0), t};
+  hit = {time, height, n, n.dot(v0), t, FeatureKind::kFace, 0, Vec3::Zero()};
   return true;
 }
-
-/** Slab test: when the swept point may enter the box, or 2 if not before t_max. */
-struct BoxTest {
-  Vec3 a, inverse;
-  double margin;
-
-  explicit BoxTest(const Sweep& sweep) noexcept : a(sweep.a) {
-    // A line may meet a triangle at a corner of its box: rounding must not part them.
-    const double scale = std::max(sweep.a.cwiseAbs().maxCoeff(), (sweep.a + sweep.d).cwiseAbs().maxCoeff());
-    margin = std::max(sweep.tolerance, 0x1p-49 * scale);
-    for (int i = 0; i < 3; ++i) {
-      // A finite stand-in for 1/0 keeps 0 * inf out; its slab is then either always or never.
-      inverse[i] = std::abs(sweep.d[i]) > 1e-280 ? 1.0 / sweep.d[i] : (sweep.d[i] < 0 ? -1e280 : 1e280);
-    }
-  }
-
-  double enter(const hd_bvh_node& node, double t_max) const HD_RT {
-    double in = 0, out = t_max;
-    for (int i = 0; i < 3; ++i) {
-      const double t0 = (double{node.lower[i]} - margin - a[i]) * inverse[i];
-      const double t1 = (double{node.upper[i]} + margin - a[i]) * inverse[i];
-      in = std::max(in, std::min(t0, t1));
-      out = std::min(out, std::max(t0, t1));
-    }
-    return in <= out ? in : 2.0;
-  }
-};
 
 }  // namespace
 
 SweepResult sweepMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT {
-  if (mesh.node_count == 0 || sweep.d.isZero(0)) return SweepResult::kNone;
+  if (sweep.d.isZero(0)) return SweepResult::kNone;
+  if (sweep.radius > 0) return sweepBallOverMesh(mesh, sweep, hit);
   const Line line(sweep.d);
-  const BoxTest box(sweep);
-  struct Entry {
-    std::uint32_t node;
-    double t;
-  };
-  Entry stack[HD_BVH_MAX_DEPTH + 1];
-  std::uint32_t size = 0;
+  const SweptBox box(sweep);
   bool found = false;
-  ++sweep.work;
-  if (const double t = box.enter(mesh.nodes[0], hit.t); t < 2.0) stack[size++] = {0, t};
-  while (size > 0) {
-    const Entry entry = stack[--size];
-    if (entry.t > hit.t) continue;
-    const hd_bvh_node& node = mesh.nodes[entry.node];
-    if (node.count > 0) {
-      sweep.work += node.count;
-      for (std::uint32_t i = 0; i < node.count; ++i) {
-        if (sweepTriangle(mesh, node.first + i, line, sweep, hit)) found = true;
-      }
-    } else {
-      sweep.work += 2;
-      Entry near{node.first, box.enter(mesh.nodes[node.first], hit.t)};
-      Entry far{node.first + 1, box.enter(mesh.nodes[node.first + 1], hit.t)};
-      if (far.t < near.t) std::swap(near, far);
-      if (far.t < 2.0) stack[size++] = far;
-      if (near.t < 2.0) stack[size++] = near;
-    }
-    if (sweep.work > sweep.limit) return SweepResult::kExhausted;
-  }
+  const bool finished = walkTree(
+      mesh, {sweep.work, sweep.limit}, hit.t, [&](const hd_bvh_node& node) { return box.enter(node, hit.t); },
+      [&](std::uint32_t first, std::uint32_t count) {
+        for (std::uint32_t t = first; t < first + count; ++t) found |= sweepTriangle(mesh, t, line, sweep, hit);
+      });
+  if (!finished) return SweepResult::kExhausted;
   return found ? SweepResult::kHit : SweepResult::kNone;
 }
 

@@ -64,6 +64,16 @@ bool enters(const Inside& last, double out, const Sweep& sweep, double t_max) HD
   return last.in < t_max && last.in < out && out > 0 && last.height >= -sweep.tolerance;
 }
 
+SweepHit found(double t, double height, const Vec3& normal, double offset, std::uint32_t feature = 0) HD_RT {
+  SweepHit hit;
+  hit.t = t;
+  hit.height = height;
+  hit.normal = normal;
+  hit.offset = offset;
+  hit.feature = feature;
+  return hit;
+}
+
 }  // namespace
 
 bool sweepPlane(const Sweep& sweep, SweepHit& hit) HD_RT {
@@ -71,7 +81,7 @@ bool sweepPlane(const Sweep& sweep, SweepHit& hit) HD_RT {
   if (d >= 0 || a < -sweep.tolerance || a + d >= 0) return false;
   const double t = std::max(a, 0.0) / -d;
   if (t >= hit.t) return false;
-  hit = {t, a, Vec3::UnitZ(), 0, 0};
+  hit = found(t, a, Vec3::UnitZ(), 0);
   return true;
 }
 
@@ -80,7 +90,7 @@ bool sweepSphere(double radius, const Sweep& sweep, SweepHit& hit) HD_RT {
   if (r.never || sweep.a.dot(sweep.d) >= 0 || !enters(r, r.out, sweep, hit.t)) return false;
   const double t = std::max(r.in, 0.0);
   const Vec3 n = (sweep.a + t * sweep.d).normalized();
-  hit = {t, r.height, n, radius, 0};
+  hit = found(t, r.height, n, radius);
   return true;
 }
 
@@ -99,8 +109,8 @@ bool sweepBox(const Vec3& half, const Sweep& sweep, SweepHit& hit) HD_RT {
   }
   if (!enters(last, out, sweep, hit.t)) return false;
   const bool positive = sweep.d[axis] < 0;
-  hit = {std::max(last.in, 0.0), last.height, Vec3::Unit(axis) * (positive ? 1.0 : -1.0), half[axis],
-         static_cast<std::uint32_t>(2 * axis + (positive ? 0 : 1))};
+  hit = found(std::max(last.in, 0.0), last.height, Vec3::Unit(axis) * (positive ? 1.0 : -1.0), half[axis],
+              static_cast<std::uint32_t>(2 * axis + (positive ? 0 : 1)));
   return true;
 }
 
@@ -110,11 +120,11 @@ bool sweepCapsule(double radius, double half, const Sweep& sweep, SweepHit& hit)
   const double height = from.norm() - radius;
   if (height < -sweep.tolerance) return false;
   double t = hit.t;
-  bool found = false;
+  bool entered = false;
   const auto consider = [&](double in) {
     if (in >= t) return;
     t = std::max(in, 0.0);
-    found = true;
+    entered = true;
   };
   const Inside side = round(Eigen::Vector2d(sweep.a.head<2>()), Eigen::Vector2d(sweep.d.head<2>()), radius);
   if (!side.never && enters(side, side.out, sweep, t) && sweep.a.head<2>().dot(sweep.d.head<2>()) < 0 &&
@@ -126,11 +136,11 @@ bool sweepCapsule(double radius, double half, const Sweep& sweep, SweepHit& hit)
     const Inside end = round(a, sweep.d, radius);
     if (!end.never && enters(end, end.out, sweep, t) && a.dot(sweep.d) < 0) consider(end.in);
   }
-  if (!found) return false;
+  if (!entered) return false;
   const Vec3 x = sweep.a + t * sweep.d;
   const Vec3 c = axisPoint(x);
   const Vec3 n = (x - c).normalized();
-  hit = {t, height, n, n.dot(c) + radius, 0};
+  hit = found(t, height, n, n.dot(c) + radius);
   return true;
 }
 
@@ -144,16 +154,17 @@ bool sweepCylinder(double radius, double half, const Sweep& sweep, SweepHit& hit
   const double t = std::max(last.in, 0.0);
   if (by_cap) {
     const bool top = sweep.d.z() < 0;
-    hit = {t, cap.height, Vec3::UnitZ() * (top ? 1.0 : -1.0), half, top ? 1u : 2u};
+    hit = found(t, cap.height, Vec3::UnitZ() * (top ? 1.0 : -1.0), half, top ? 1u : 2u);
   } else {
     if (sweep.a.head<2>().dot(sweep.d.head<2>()) >= 0) return false;
     const Vec3 x = sweep.a + t * sweep.d;
-    hit = {t, side.height, Vec3(x.x(), x.y(), 0).normalized(), radius, 0};
+    hit = found(t, side.height, Vec3(x.x(), x.y(), 0).normalized(), radius);
   }
   return true;
 }
 
-bool tangentNearest(const Shape& shape, std::uint32_t feature, const Vec3& x, Vec3& normal, double& offset) HD_RT {
+bool tangentNearest(const Shape& shape, std::uint32_t feature, const Vec3& x, Vec3& normal, double& offset,
+                    double grown) HD_RT {
   Vec3 c = Vec3::Zero();
   switch (shape.kind) {
     case ShapeKind::kSphere:
@@ -172,7 +183,7 @@ bool tangentNearest(const Shape& shape, std::uint32_t feature, const Vec3& x, Ve
   const double length = r.norm();
   if (length < 1e-9 * shape.size.x()) return false;
   normal = r / length;
-  offset = normal.dot(c) + shape.size.x();
+  offset = normal.dot(c) + shape.size.x() + grown;
   return true;
 }
 
@@ -198,33 +209,6 @@ Ball boundingBall(const Shape& shape) HD_RT {
       break;
   }
   return {};
-}
-
-SweepResult sweepShape(const Shape& shape, Sweep& sweep, SweepHit& hit) HD_RT {
-  if (shape.kind == ShapeKind::kMesh) return shape.mesh ? sweepMesh(*shape.mesh, sweep, hit) : SweepResult::kNone;
-  if (++sweep.work > sweep.limit) return SweepResult::kExhausted;
-  bool found = false;
-  switch (shape.kind) {
-    case ShapeKind::kPlane:
-      found = sweepPlane(sweep, hit);
-      break;
-    case ShapeKind::kSphere:
-      found = sweepSphere(shape.size.x(), sweep, hit);
-      break;
-    case ShapeKind::kBox:
-      found = sweepBox(shape.size, sweep, hit);
-      break;
-    case ShapeKind::kCapsule:
-      found = sweepCapsule(shape.size.x(), shape.size.y(), sweep, hit);
-      break;
-    case ShapeKind::kCylinder:
-      found = sweepCylinder(shape.size.x(), shape.size.y(), sweep, hit);
-      break;
-    case ShapeKind::kGroup:
-    case ShapeKind::kMesh:
-      break;
-  }
-  return found ? SweepResult::kHit : SweepResult::kNone;
 }
 
 }  // namespace hapticd

@@ -1,5 +1,9 @@
 /** @file
- * A point swept along a segment against one shape: where it first enters the solid, and the tangent plane there.
+ * A ball (or, with radius 0, a point) swept along a segment against one shape: where it first enters the solid, and
+ * the tangent plane there.
+ *
+ * A ball enters where its centre enters the solid grown by the radius: faces move out, edges become cylinders, vertices
+ * balls. What is said of the surface below is, for a ball, said of this grown one.
  *
  * All in the shape's frame. A solid is entered from outside only: a segment that starts inside, deeper than the
  * tolerance, meets nothing. The tolerance belongs to rounding, not to the surface: it catches a start that lies on the
@@ -10,14 +14,16 @@
 #include <cstdint>
 
 #include "rt/base/math.h"
+#include "rt/geometry/feature.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {
 
-/** The swept point: a + t d, t in [0, 1]. */
+/** The swept centre: a + t d, t in [0, 1]. */
 struct Sweep {
   Vec3 a = Vec3::Zero();
   Vec3 d = Vec3::Zero();
+  double radius = 0;        ///< Of the ball [m].
   double tolerance = 0;     ///< Depth at which a start still counts as outside [m].
   bool two_sided = false;   ///< Both faces of triangles stop the point.
   std::uint32_t work = 0;   ///< In and out: tree nodes and triangles visited, primitives too.
@@ -28,9 +34,12 @@ struct Sweep {
 struct SweepHit {
   double t = 1;                ///< Fraction of the segment, in [0, 1).
   double height = 0;           ///< Of the start above the tangent plane or surface [m]; may be negative by rounding.
-  Vec3 normal = Vec3::Zero();  ///< Outward, unit.
-  double offset = 0;           ///< The tangent plane is normal . x = offset.
-  std::uint32_t feature = 0;   ///< Triangle, or face of the primitive.
+  Vec3 normal = Vec3::Zero();  ///< Outward, unit; on an edge or vertex from the contact point to the ball's centre.
+  double offset = 0;           ///< The tangent plane that stops the centre is normal . x = offset.
+  std::uint32_t feature = 0;   ///< Triangle, or face, edge or vertex of the primitive.
+  FeatureKind kind = FeatureKind::kFace;
+  std::uint32_t corner = 0;   ///< Of a triangle: which edge (01, 12, 20) or vertex, if it is one.
+  Vec3 point = Vec3::Zero();  ///< Of contact, on the shape itself. Set by sweepShape().
 };
 
 enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
@@ -38,19 +47,28 @@ enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
 /** First entry earlier than hit.t; `hit` is written only then. kExhausted: the work limit was met, nothing is known. */
 [[nodiscard]] SweepResult sweepShape(const Shape& shape, Sweep& sweep, SweepHit& hit) HD_RT;
 
+/** The shapes one by one. Those that take no radius of their own leave the ball's to sweepShape(). */
 [[nodiscard]] bool sweepPlane(const Sweep& sweep, SweepHit& hit) HD_RT;
 [[nodiscard]] bool sweepSphere(double radius, const Sweep& sweep, SweepHit& hit) HD_RT;
 [[nodiscard]] bool sweepBox(const Vec3& half, const Sweep& sweep, SweepHit& hit) HD_RT;
 [[nodiscard]] bool sweepCapsule(double radius, double half, const Sweep& sweep, SweepHit& hit) HD_RT;
 [[nodiscard]] bool sweepCylinder(double radius, double half, const Sweep& sweep, SweepHit& hit) HD_RT;
+/** A ball against box and cylinder: their edges are rounded. radius > 0. */
+[[nodiscard]] bool sweepRoundBox(const Vec3& half, const Sweep& sweep, SweepHit& hit) HD_RT;
+[[nodiscard]] bool sweepRoundCylinder(double radius, double half, const Sweep& sweep, SweepHit& hit) HD_RT;
+/**
+ * Point or ball against triangles. On a one-sided mesh an edge or vertex stops the ball only from outside; a ball that
+ * overlaps one triangle is still stopped by those it does not touch yet.
+ */
 [[nodiscard]] SweepResult sweepMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT;
+[[nodiscard]] SweepResult sweepBallOverMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT;
 
 /**
- * Normal and offset of the tangent plane of a curved feature at its point nearest to x. False for flat features and
- * where it is not unique (x on the axis or in the centre).
+ * Normal and offset of the tangent plane of a curved feature, grown by `grown`, at its point nearest to x. False for
+ * flat features, for edges and vertices, and where it is not unique (x on the axis or in the centre).
  */
 [[nodiscard]] bool tangentNearest(const Shape& shape, std::uint32_t feature, const Vec3& x, Vec3& normal,
-                                  double& offset) HD_RT;
+                                  double& offset, double grown = 0) HD_RT;
 
 /**
  * The other way round: a triangle that moves past a resting point x, its corners along straight lines. If the surface

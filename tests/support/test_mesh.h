@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <numeric>
+#include <random>
 #include <vector>
 
 #include "rt/scene/mesh_view.h"
@@ -53,6 +54,8 @@ class TestMesh {
     view_.node_count = static_cast<std::uint32_t>(nodes.size());
     view_.depth = depth_;
     view_.flags = flags;
+    connect();
+    view_.neighbours = reinterpret_cast<const MeshView::Index3*>(neighbours_.data());
     return &view_;
   }
 
@@ -95,6 +98,25 @@ class TestMesh {
     return c / 3;
   }
 
+  /** Edges of two triangles that run opposite ways join them; any other edge is a border. */
+  void connect() {
+    std::map<std::array<std::uint32_t, 2>, std::array<std::uint32_t, 2>> side;  // directed edge -> triangle, edge
+    std::map<std::array<std::uint32_t, 2>, int> uses;
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+      for (std::uint32_t e = 0; e < 3; ++e) {
+        const std::array<std::uint32_t, 2> edge{triangles[t][e], triangles[t][(e + 1) % 3]};
+        side[edge] = {t, e};
+        ++uses[edge];
+      }
+    }
+    neighbours_.assign(triangles.size(), {HD_NO_INDEX, HD_NO_INDEX, HD_NO_INDEX});
+    for (const auto& [edge, here] : side) {
+      const auto there = side.find({edge[1], edge[0]});
+      if (there == side.end() || uses[edge] > 1 || uses[there->first] > 1) continue;
+      neighbours_[here[0]][here[1]] = there->second[0];
+    }
+  }
+
   void build(std::uint32_t node, std::uint32_t first, std::uint32_t end, std::uint32_t depth) {
     depth_ = std::max(depth_, depth);
     hd_bvh_node n{{INFINITY, INFINITY, INFINITY}, first, {-INFINITY, -INFINITY, -INFINITY}, end - first};
@@ -134,6 +156,7 @@ class TestMesh {
 
   MeshView view_;
   std::uint32_t depth_ = 0;
+  std::vector<std::array<std::uint32_t, 3>> neighbours_;
   std::vector<std::uint32_t> parents_, leaf_, first_, around_, source_;
 };
 
@@ -176,6 +199,17 @@ inline TestMesh sphereMesh(double radius, std::uint32_t stacks, const Vec3& cent
   }
   m.flags = HD_MESH_CLOSED;
   return m;
+}
+
+/** Closed, with ridges, pits, spikes and thin parts: a sphere whose vertices go in and out. */
+inline TestMesh crumpled(std::mt19937& random, std::uint32_t stacks) {
+  TestMesh mesh = sphereMesh(1, stacks);
+  std::uniform_real_distribution<double> u(0.5, 1.4);
+  for (auto& v : mesh.vertices) {
+    const double by = u(random);
+    for (float& x : v) x = static_cast<float>(x * by);
+  }
+  return mesh;
 }
 
 /** z = f(x, y) over a square of n x n quads, facing +z. Open. */

@@ -7,40 +7,16 @@
 
 #include <random>
 
+#include "tests/support/brute_distance.h"
 #include "tests/support/test_mesh.h"
 
 namespace hapticd {
 namespace {
 
+using testing::distanceTo;
+using testing::kPrimitives;
+using testing::randomPoint;
 using testing::TestMesh;
-
-/** Signed distance (exact outside, and inside up to sign) of each primitive. */
-double distanceTo(const Shape& s, const Vec3& x) {
-  switch (s.kind) {
-    case ShapeKind::kPlane:
-      return x.z();
-    case ShapeKind::kSphere:
-      return x.norm() - s.size.x();
-    case ShapeKind::kBox: {
-      const Vec3 q = x.cwiseAbs() - s.size;
-      return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0);
-    }
-    case ShapeKind::kCapsule:
-      return (x - Vec3(0, 0, std::clamp(x.z(), -s.size.y(), s.size.y()))).norm() - s.size.x();
-    case ShapeKind::kCylinder: {
-      const Eigen::Vector2d q(x.head<2>().norm() - s.size.x(), std::abs(x.z()) - s.size.y());
-      return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0);
-    }
-    default:
-      return 0;
-  }
-}
-
-const Shape kPrimitives[] = {{ShapeKind::kPlane, Vec3::Zero()},
-                             {ShapeKind::kSphere, Vec3(0.7, 0, 0)},
-                             {ShapeKind::kBox, Vec3(0.7, 0.4, 0.2)},
-                             {ShapeKind::kCapsule, Vec3(0.4, 0.6, 0)},
-                             {ShapeKind::kCylinder, Vec3(0.5, 0.4, 0)}};
 
 /** First zero of the signed distance by sphere tracing, or 2. */
 double traced(const Shape& s, const Vec3& a, const Vec3& d) {
@@ -51,11 +27,6 @@ double traced(const Shape& s, const Vec3& a, const Vec3& d) {
     t += h / d.norm();
   }
   return 2;
-}
-
-Vec3 randomPoint(std::mt19937& random, double size) {
-  std::uniform_real_distribution<double> u(-size, size);
-  return {u(random), u(random), u(random)};
 }
 
 TEST(Sweep, PrimitivesAreEnteredWhereTheirDistanceIsZero) {

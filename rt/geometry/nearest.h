@@ -1,0 +1,68 @@
+/** @file
+ * The point of a shape's surface nearest to a point, and the triangles about a point. All in the shape's frame.
+ * Servo-safe; the work is bounded by the caller.
+ */
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "rt/base/math.h"
+#include "rt/geometry/feature.h"
+#include "rt/scene/scene.h"
+
+namespace hapticd {
+
+/** What is asked. */
+struct NearestQuery {
+  Vec3 x = Vec3::Zero();
+  double reach = std::numeric_limits<double>::infinity();  ///< Only what is nearer than this [m].
+  /** With `turned`: only surface whose outward normal n has n . axis > cosine. Axis unit. */
+  bool turned = false;
+  Vec3 axis = Vec3::Zero();
+  double cosine = 0;
+  std::uint32_t work = 0;   ///< In and out: tree nodes and triangles visited, primitives too.
+  std::uint32_t limit = 0;  ///< Of `work`.
+};
+
+/** Where. */
+struct Nearest {
+  Vec3 point = Vec3::Zero();
+  Vec3 normal = Vec3::Zero();         ///< Outward, unit; of the face the point was found on.
+  Vec3 pseudo_normal = Vec3::Zero();  ///< Outward, unit; of the feature: see pseudoNormal(). Tells the side.
+  double squared_distance = 0;        ///< [m^2]
+  std::uint32_t feature = 0;          ///< Triangle, or face of the primitive as in SweepHit.
+  FeatureKind kind = FeatureKind::kFace;
+  std::uint32_t corner = 0;  ///< Of a triangle: which edge (01, 12, 20) or vertex, if it is one.
+
+  /** Whether x, whose nearest point without `turned` this is, is inside. True of closed meshes and of primitives. */
+  [[nodiscard]] bool isInside(const Vec3& x) const HD_RT { return (x - point).dot(pseudo_normal) < 0; }
+};
+
+enum class NearestResult : std::uint8_t { kNone, kFound, kExhausted };
+
+/**
+ * The surface point nearest to x, from inside too. Where several are (x in a sphere's centre), one of them, the same
+ * each time. A curved surface is turned as its nearest point is: no other point of it is looked for. kNone: nothing in
+ * reach, `nearest` untouched, as with kExhausted: the work limit was met, nothing is known.
+ */
+[[nodiscard]] NearestResult nearestOnShape(const Shape& shape, NearestQuery& query, Nearest& nearest) HD_RT;
+[[nodiscard]] NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& nearest) HD_RT;
+
+/** A ball whose triangles are wanted. */
+struct GatherQuery {
+  Vec3 center = Vec3::Zero();
+  double radius = 0;        ///< [m]
+  std::uint32_t work = 0;   ///< As in NearestQuery.
+  std::uint32_t limit = 0;  ///< Of `work`.
+};
+
+/**
+ * The triangles that touch the ball, in the tree's order; `count` of them are written to `out`. False if there are more
+ * than fit or the work limit was met: then those written are some of them.
+ */
+[[nodiscard]] bool gatherTriangles(const MeshView& mesh, GatherQuery& query, std::span<std::uint32_t> out,
+                                   std::uint32_t& count) HD_RT;
+
+}  // namespace hapticd

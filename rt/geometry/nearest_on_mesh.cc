@@ -1,0 +1,74 @@
+#include <algorithm>
+
+#include "rt/geometry/nearest.h"
+#include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/tree_walk.h"
+#include "rt/geometry/triangle.h"
+
+namespace hapticd {
+namespace {
+
+Corners cornersOf(const MeshView& mesh, std::uint32_t t) HD_RT {
+  return {mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)};
+}
+
+}  // namespace
+
+NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& nearest) HD_RT {
+  double best = query.reach * query.reach;
+  TriangleFoot foot;
+  std::uint32_t triangle = HD_NO_INDEX;
+  const auto look = [&](std::uint32_t t) {
+    const Corners v = cornersOf(mesh, t);
+    const Vec3 n = v.normal();
+    if (query.turned && !(n.dot(query.axis) > query.cosine * n.norm())) return;
+    const TriangleFoot here = nearestOnTriangle(v, query.x);
+    const double squared = (query.x - here.point).squaredNorm();
+    if (!(squared < best)) return;
+    best = squared;
+    foot = here;
+    triangle = t;
+  };
+  const bool finished = walkTree(
+      mesh, {query.work, query.limit}, best,
+      [&](const hd_bvh_node& node) {
+        const double squared = squaredDistance(node, query.x);
+        return squared < best ? squared : std::numeric_limits<double>::infinity();
+      },
+      [&](std::uint32_t first, std::uint32_t count) {
+        for (std::uint32_t t = first; t < first + count; ++t) look(t);
+      });
+  if (!finished) return NearestResult::kExhausted;
+  if (triangle == HD_NO_INDEX) return NearestResult::kNone;
+  nearest = {foot.point, faceNormal(mesh, triangle), Vec3::Zero(), best, triangle, foot.kind, foot.corner};
+  nearest.pseudo_normal = pseudoNormal(mesh, triangle, foot.kind, foot.corner, query.work);
+  return NearestResult::kFound;
+}
+
+bool gatherTriangles(const MeshView& mesh, GatherQuery& query, std::span<std::uint32_t> out,
+                     std::uint32_t& count) HD_RT {
+  const double reach = query.radius * query.radius;
+  count = 0;
+  bool fits = true;
+  const bool finished = walkTree(
+      mesh, {query.work, query.limit}, reach,
+      [&](const hd_bvh_node& node) {
+        // All boxes in reach weigh alike, so that they are visited from left to right.
+        return squaredDistance(node, query.center) <= reach ? 0.0 : std::numeric_limits<double>::infinity();
+      },
+      [&](std::uint32_t first, std::uint32_t in_leaf) {
+        for (std::uint32_t t = first; t < first + in_leaf; ++t) {
+          if ((nearestOnTriangle(cornersOf(mesh, t), query.center).point - query.center).squaredNorm() > reach)
+            continue;
+          if (count == out.size()) {
+            fits = false;
+            query.limit = 0;
+            return;
+          }
+          out[count++] = t;
+        }
+      });
+  return finished && fits;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,172 @@
+/** @file
+ * Nearest points and gathered triangles against all triangles one by one, sides against winding numbers.
+ */
+#include "rt/geometry/nearest.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "rt/geometry/pseudo_normal.h"
+#include "tests/support/brute_distance.h"
+#include "tests/support/test_mesh.h"
+
+namespace hapticd {
+namespace {
+
+using testing::crumpled;
+using testing::randomPoint;
+using testing::TestMesh;
+
+NearestQuery at(const Vec3& x) {
+  NearestQuery query;
+  query.x = x;
+  query.limit = 1u << 30;
+  return query;
+}
+
+TEST(Nearest, PrimitivesHaveTheirDistanceAndSide) {
+  std::mt19937 random(1);
+  for (const Shape& shape : testing::kPrimitives) {
+    for (int i = 0; i < 3000; ++i) {
+      NearestQuery query = at(randomPoint(random, 1.2));
+      Nearest nearest;
+      ASSERT_EQ(nearestOnShape(shape, query, nearest), NearestResult::kFound);
+      const double distance = testing::distanceTo(shape, query.x);
+      ASSERT_NEAR(std::sqrt(nearest.squared_distance), std::abs(distance), 1e-14) << static_cast<int>(shape.kind);
+      ASSERT_NEAR((query.x - nearest.point).norm(), std::abs(distance), 1e-14);
+      ASSERT_NEAR(testing::distanceTo(shape, nearest.point), 0, 1e-14);
+      ASSERT_NEAR(testing::distanceTo(shape, nearest.point + 1e-6 * nearest.normal), 1e-6, 1e-12);
+      ASSERT_EQ(nearest.isInside(query.x), distance < 0);
+    }
+  }
+  Nearest nearest;
+  NearestQuery center = at(Vec3::Zero());
+  EXPECT_EQ(nearestOnShape(testing::kPrimitives[1], center, nearest), NearestResult::kFound);
+  EXPECT_DOUBLE_EQ(nearest.squared_distance, 0.49);
+}
+
+TEST(Nearest, TheTreeFindsWhatAllTrianglesFind) {
+  std::mt19937 random(2);
+  for (const double scale : {1e-3, 1.0, 40.0}) {
+    TestMesh mesh = crumpled(random, 9);
+    for (auto& v : mesh.vertices)
+      for (float& x : v) x *= static_cast<float>(scale);
+    const MeshView& view = *mesh.view();
+    for (int i = 0; i < 500; ++i) {
+      NearestQuery query = at(scale * randomPoint(random, 1.5));
+      Nearest nearest;
+      ASSERT_EQ(nearestOnMesh(view, query, nearest), NearestResult::kFound);
+      const double distance = testing::distanceTo(view, query.x);
+      ASSERT_NEAR(std::sqrt(nearest.squared_distance), distance, 1e-14 * scale);
+      ASSERT_NEAR((nearest.point - query.x).norm(), distance, 1e-14 * scale);
+      const auto t = nearest.feature;
+      ASSERT_NEAR(testing::distanceToTriangle(view.vertex(t, 0), view.vertex(t, 1), view.vertex(t, 2), nearest.point),
+                  0, 1e-14 * scale);
+      query.reach = distance * 0.999;
+      EXPECT_EQ(nearestOnMesh(view, query, nearest), NearestResult::kNone);
+      query.reach = distance * 1.001;
+      EXPECT_EQ(nearestOnMesh(view, query, nearest), NearestResult::kFound);
+    }
+  }
+}
+
+TEST(Nearest, ThePseudoNormalTellsInsideFromOutside) {
+  std::mt19937 random(3);
+  int inside = 0, on_vertex = 0, on_edge = 0, face_is_wrong = 0;
+  for (int shape = 0; shape < 8; ++shape) {
+    TestMesh mesh = crumpled(random, 5);
+    const MeshView& view = *mesh.view();
+    for (int i = 0; i < 1500; ++i) {
+      NearestQuery query = at(randomPoint(random, 1.5));
+      Nearest nearest;
+      ASSERT_EQ(nearestOnMesh(view, query, nearest), NearestResult::kFound);
+      if (nearest.squared_distance < 1e-12) continue;
+      const bool truth = testing::windingNumber(view, query.x) > 0.5;
+      ASSERT_EQ(nearest.isInside(query.x), truth) << shape << " " << i;
+      inside += truth ? 1 : 0;
+      on_vertex += nearest.kind == FeatureKind::kVertex ? 1 : 0;
+      on_edge += nearest.kind == FeatureKind::kEdge ? 1 : 0;
+      face_is_wrong += ((query.x - nearest.point).dot(nearest.normal) < 0) != truth ? 1 : 0;
+    }
+  }
+  EXPECT_GT(inside, 1000);
+  EXPECT_GT(on_vertex, 1000);
+  EXPECT_GT(on_edge, 1000);
+  EXPECT_GT(face_is_wrong, 100) << "the test must need the pseudo-normal";
+}
+
+TEST(Nearest, OnlyWhatIsTurnedTheRightWayCounts) {
+  std::mt19937 random(4);
+  TestMesh mesh = crumpled(random, 8);
+  const MeshView& view = *mesh.view();
+  for (int i = 0; i < 500; ++i) {
+    NearestQuery query = at(randomPoint(random, 1.5));
+    query.turned = true;
+    query.axis = randomPoint(random, 1).normalized();
+    query.cosine = std::uniform_real_distribution<double>(-1, 0.98)(random);
+    double least = HUGE_VAL;
+    for (std::uint32_t t = 0; t < view.triangle_count; ++t) {
+      if (faceNormal(view, t).dot(query.axis) <= query.cosine) continue;
+      least = std::min(least,
+                       testing::distanceToTriangle(view.vertex(t, 0), view.vertex(t, 1), view.vertex(t, 2), query.x));
+    }
+    Nearest nearest;
+    const NearestResult result = nearestOnMesh(view, query, nearest);
+    ASSERT_EQ(result == NearestResult::kFound, least < HUGE_VAL);
+    if (result != NearestResult::kFound) continue;
+    ASSERT_NEAR(std::sqrt(nearest.squared_distance), least, 1e-14);
+    ASSERT_GT(nearest.normal.dot(query.axis), query.cosine - 1e-12);
+  }
+  NearestQuery top = at(Vec3(0, 0, -0.19));
+  top.turned = true;
+  top.axis = Vec3::UnitZ();
+  Nearest nearest;
+  ASSERT_EQ(nearestOnShape({ShapeKind::kBox, Vec3(0.7, 0.4, 0.2)}, top, nearest), NearestResult::kFound);
+  EXPECT_EQ(nearest.point, Vec3(0, 0, 0.2)) << "the bottom is nearer but turned away";
+}
+
+TEST(Nearest, TrianglesAboutAPointAreAllGathered) {
+  std::mt19937 random(5);
+  TestMesh mesh = crumpled(random, 12);
+  const MeshView& view = *mesh.view();
+  for (int i = 0; i < 300; ++i) {
+    GatherQuery query;
+    query.center = randomPoint(random, 1.2);
+    query.radius = std::uniform_real_distribution<double>(0, 0.6)(random);
+    query.limit = 1u << 30;
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t t = 0; t < view.triangle_count; ++t) {
+      const double d =
+          testing::distanceToTriangle(view.vertex(t, 0), view.vertex(t, 1), view.vertex(t, 2), query.center);
+      if (d <= query.radius) expected.push_back(t);
+    }
+    std::array<std::uint32_t, 1000> found{};
+    std::uint32_t count = 0;
+    ASSERT_TRUE(gatherTriangles(view, query, found, count));
+    ASSERT_EQ(std::vector<std::uint32_t>(found.begin(), found.begin() + count), expected);
+    if (count < 2) continue;
+    ASSERT_FALSE(gatherTriangles(view, query, std::span(found).first(count - 1), count)) << "one more than fits";
+  }
+}
+
+TEST(Nearest, NothingAndTooMuchAreReported) {
+  TestMesh empty;
+  Nearest nearest;
+  NearestQuery query = at(Vec3::Zero());
+  EXPECT_EQ(nearestOnMesh(*empty.view(), query, nearest), NearestResult::kNone);
+  EXPECT_EQ(nearestOnShape({ShapeKind::kMesh, Vec3::Zero(), nullptr}, query, nearest), NearestResult::kNone);
+  EXPECT_EQ(nearestOnShape({}, query, nearest), NearestResult::kNone);
+  TestMesh mesh = testing::sphereMesh(1, 30);
+  query.limit = 20;
+  EXPECT_EQ(nearestOnMesh(*mesh.view(), query, nearest), NearestResult::kExhausted);
+  GatherQuery gather;
+  gather.radius = 2;
+  gather.limit = 20;
+  std::array<std::uint32_t, 8> out{};
+  std::uint32_t count = 0;
+  EXPECT_FALSE(gatherTriangles(*mesh.view(), gather, out, count));
+}
+
+}  // namespace
+}  // namespace hapticd

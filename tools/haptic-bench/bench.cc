@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/result/results.h"
 
 namespace haptic_bench {
 
@@ -44,7 +45,7 @@ void print(const Common& common, const std::string& benchmark, const std::vector
     fmt::print("benchmark,quantity,unit,round,value\n");
     for (const Series& s : all) {
       for (std::size_t i = 0; i < s.rounds.size(); ++i) {
-        fmt::print("{},{},{},{},{}\n", benchmark, s.name, s.unit, i + 1, s.rounds[i]);
+        fmt::print("{},{},{},{},{}\n", csvField(benchmark), csvField(s.name), s.unit, i + 1, s.rounds[i]);
       }
     }
     return;

@@ -26,6 +26,8 @@ using Run = std::function<int(const Common&)>;
 using AddBenchmark = void (*)(CLI::App& app, Run& chosen);
 
 void addRun(CLI::App& app, Run& chosen);
+void addShort(CLI::App& app, Run& chosen);
+void addCompare(CLI::App& app, Run& chosen);
 void addRing(CLI::App& app, Run& chosen);
 void addServo(CLI::App& app, Run& chosen);
 

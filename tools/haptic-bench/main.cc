@@ -10,7 +10,8 @@
 
 namespace {
 
-constexpr haptic_bench::AddBenchmark kBenchmarks[] = {haptic_bench::addRun, haptic_bench::addRing,
+constexpr haptic_bench::AddBenchmark kBenchmarks[] = {haptic_bench::addRun, haptic_bench::addShort,
+                                                      haptic_bench::addCompare, haptic_bench::addRing,
                                                       haptic_bench::addServo};
 constexpr int kExitFailed = 1;  ///< Also a broken bound.
 constexpr int kExitUsage = 2;

@@ -19,6 +19,7 @@ struct Options {
   std::string trajectory = "spiral";
   Surface surface;
   double threshold = 0.0005;
+  FileOptions file;
   std::string samples;
 };
 
@@ -54,7 +55,7 @@ void writeSamples(const std::string& path, const Trajectory& trajectory, const s
 
 int run(const Options& options, const Common& common) {
   const Model model = makeModel(options.model);
-  const Trajectory trajectory = makeTrajectory(options.trajectory, model, options.surface.stiffness);
+  const Trajectory trajectory = makeTrajectory(options.trajectory, model, options.surface, options.file);
   std::vector<Series> all;
   std::vector<Outcome> outcomes;
   bool repeats = true;
@@ -82,6 +83,7 @@ void addRun(CLI::App& app, Run& chosen) {
       ->capture_default_str();
   sub->add_option("-m,--model", options->model, "Shape or mesh file")->capture_default_str();
   sub->add_option("-t,--trajectory", options->trajectory, "Generator or file")->capture_default_str();
+  addFileOptions(*sub, options->file);
   addSurface(*sub, options->surface);
   sub->add_option("--threshold", options->threshold, "Of the position error, in metres")
       ->capture_default_str()

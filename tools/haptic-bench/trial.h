@@ -9,19 +9,9 @@
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/metric/metrics.h"
 #include "tools/haptic-bench/model/model.h"
+#include "tools/haptic-bench/surface.h"
 
 namespace haptic_bench {
-
-/** Of the surface. */
-struct Surface {
-  double stiffness = 1000;  ///< [N/m]
-  double damping = 0;       ///< [N s/m]
-  double friction_static = 0;
-  double friction_dynamic = 0;
-};
-
-/** --stiffness, --damping, --friction-static and --friction-dynamic. */
-void addSurface(CLI::App& sub, Surface& surface);
 
 /** What came of it. */
 struct Outcome {

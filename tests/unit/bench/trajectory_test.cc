@@ -15,7 +15,7 @@ namespace {
 
 TEST(Trajectories, PressedInTheyFeelTheForceAtTheStiffness) {
   const Model model = makeModel("sphere:radius=0.001");
-  const Trajectory in = makeTrajectory("spiral:force=1,seconds=2", model, 2000);
+  const Trajectory in = makeTrajectory("spiral:force=1,seconds=2", model, {2000});
   ASSERT_EQ(in.samples.size(), 2000u);
   EXPECT_DOUBLE_EQ(in.period_s(), 0.001);
   for (const Sample& s : in.samples) {
@@ -27,9 +27,20 @@ TEST(Trajectories, PressedInTheyFeelTheForceAtTheStiffness) {
   EXPECT_GT(in.start.norm(), 0.001);
 }
 
+TEST(Trajectories, FrictionDragsTheHandBehindAtTheAngleOfTheCone) {
+  const Trajectory in = makeTrajectory("lissajous:seconds=4", makeModel("plane"), {1000, 0, 0.6, 0.4});
+  for (std::size_t i = 1; i < in.samples.size(); ++i) {
+    const Sample& s = in.samples[i];
+    const Vec3 slide = s.proxy - in.samples[i - 1].proxy;
+    ASSERT_NEAR(s.force.z(), 1, 1e-12);
+    ASSERT_NEAR(s.force.dot(slide.normalized()), -0.4, 1e-9) << "against the motion";
+    ASSERT_LT((s.force - 1000 * (s.proxy - s.hip)).norm(), 1e-12);
+  }
+}
+
 TEST(Trajectories, ProfileRunsByArcLength) {
   const Model model = makeModel("ridge:degrees=75");
-  const Trajectory in = makeTrajectory("profile", model, 1000);
+  const Trajectory in = makeTrajectory("profile", model, {1000});
   const double flank = 0.005 / std::sin(75 * EIGEN_PI / 180), foot = 0.005 / std::tan(75 * EIGEN_PI / 180);
   EXPECT_NEAR(in.duration_s(), (0.06 - 2 * foot + 2 * flank) / 0.02, 0.003);
   EXPECT_NEAR(in.samples.front().proxy.x(), -0.03, 2e-5);
@@ -45,7 +56,7 @@ TEST(Trajectories, ProfileRunsByArcLength) {
 
 TEST(Trajectories, SwingStaysInTheBowlAndRests) {
   const Model model = makeModel("bowl");
-  const Trajectory in = makeTrajectory("swing:seconds=3", model, 1000);
+  const Trajectory in = makeTrajectory("swing:seconds=3", model, {1000});
   double fastest = 0;
   for (std::size_t i = 0; i < in.samples.size(); ++i) {
     ASSERT_NEAR((in.samples[i].proxy - Vec3(0, 0, 0.05)).norm(), 0.05, 1e-12);
@@ -58,9 +69,9 @@ TEST(Trajectories, SwingStaysInTheBowlAndRests) {
 
 TEST(Trajectories, TremorHasItsAmplitudeAndBand) {
   const Model model = makeModel("plane");
-  const Trajectory still = makeTrajectory("reach:tremor=0,force=5", model, 1000);
-  const Trajectory shaken = makeTrajectory("reach:tremor=0.0002,seed=7,force=5", model, 1000);
-  const Trajectory same = makeTrajectory("reach:tremor=0.0002,seed=7,force=5", model, 1000);
+  const Trajectory still = makeTrajectory("reach:tremor=0,force=5", model, {1000});
+  const Trajectory shaken = makeTrajectory("reach:tremor=0.0002,seed=7,force=5", model, {1000});
+  const Trajectory same = makeTrajectory("reach:tremor=0.0002,seed=7,force=5", model, {1000});
   double sum = 0, in_band = 0, at_all = 0;
   for (std::size_t i = 0; i < still.samples.size(); ++i) {
     const Vec3 shake = shaken.samples[i].hip - still.samples[i].hip;
@@ -85,9 +96,9 @@ TEST(Trajectories, TremorHasItsAmplitudeAndBand) {
 TEST(Trajectories, FaultsAreNamed) {
   const Model model = makeModel("plane");
   for (const char* spec : {"spiral", "walk", "lissajous:force=-1", "lissajous:turns=3", "reach:seed=0.5"}) {
-    EXPECT_THROW((void)makeTrajectory(spec, model, 1000), Failure) << spec;
+    EXPECT_THROW((void)makeTrajectory(spec, model, {1000}), Failure) << spec;
   }
-  EXPECT_THROW((void)makeTrajectory("profile:length=0.2", makeModel("ridge"), 1000), Failure) << "off the plane";
+  EXPECT_THROW((void)makeTrajectory("profile:length=0.2", makeModel("ridge"), {1000}), Failure) << "off the plane";
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 struct Request {
   Spec& spec;
   const Model& model;
-  double stiffness;
+  const Surface& surface;
 
   [[nodiscard]] Pace pace() const {
     return {spec.number("seconds", 10, 0.01, 3600), spec.number("rate", 1000, 1, 1e5),
@@ -58,24 +58,56 @@ constexpr Generator kGenerators[] = {
        r.need("plane");
        const Tremor tremor{r.spec.number("tremor", 0.0002, 0, 0.01),
                            static_cast<std::uint32_t>(r.spec.count("seed", 1, 0, 1'000'000'000))};
-       return reach(r.model, r.pace(), tremor, r.stiffness);
+       return reach(r.model, r.pace(), tremor, r.surface.stiffness);
      }},
 };
+
+/** A kind of file: add yours here. */
+struct Reader {
+  const char* suffix;
+  const char* help;
+  Trajectory (*read)(const std::string& path, const FileOptions& options, const Model& model, const Surface& surface);
+};
+
+Trajectory readTable(const std::string& path, const FileOptions& options, const Model& model, const Surface& surface) {
+  return readColumns(Table::read(path, options.columns), options, model, surface);
+}
+
+constexpr Reader kReaders[] = {
+    {".csv", "FILE.csv: columns by the names in its first line, or by --columns", readTable},
+    {".traj", "FILE.traj, .txt, .dat: columns by --columns", readTable},
+    {".txt", nullptr, readTable},
+    {".dat", nullptr, readTable},
+};
+
+bool endsWith(const std::string& text, const std::string& end) {
+  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
 
 }  // namespace
 
 std::string trajectoryHelp() {
   std::string help = "Trajectories (also seconds=10, rate=1000, force=1):\n";
   for (const Generator& g : kGenerators) help += std::string("  ") + g.help + "\n";
+  for (const Reader& r : kReaders) {
+    if (r.help != nullptr) help += std::string("  ") + r.help + "\n";
+  }
   return help;
 }
 
-Trajectory makeTrajectory(const std::string& text, const Model& model, double stiffness) {
+Trajectory makeTrajectory(const std::string& text, const Model& model, const Surface& surface,
+                          const FileOptions& file) {
+  for (const Reader& r : kReaders) {
+    if (!endsWith(text, r.suffix)) continue;
+    Trajectory read = r.read(text, file, model, surface);
+    read.name = text;
+    return read;
+  }
   Spec spec(text);
-  const Request request{spec, model, stiffness};
+  const Request request{spec, model, surface};
   for (const Generator& g : kGenerators) {
     if (spec.name() != g.name) continue;
-    Trajectory made = pressInto(g.make(request), stiffness);
+    Trajectory made = pressInto(g.make(request), surface);
     spec.finish();
     made.name = text;
     return made;

@@ -12,14 +12,21 @@ double Trajectory::period_s() const {
   return steps[steps.size() / 2];
 }
 
-Trajectory pressInto(const std::vector<SurfaceSample>& out, double stiffness) {
+Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surface) {
   Trajectory in;
   in.proxy_known = in.force_known = true;
   in.samples.reserve(out.size());
-  for (const SurfaceSample& s : out) {
-    in.samples.push_back({s.t_s, s.point - s.normal * (s.force / stiffness), s.point, s.normal * s.force});
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const SurfaceSample& s = out[i];
+    Vec3 force = s.force * s.normal;
+    if (surface.friction_dynamic > 0 && out.size() > 1) {
+      const Vec3 way = i == 0 ? Vec3(out[1].point - s.point) : Vec3(s.point - out[i - 1].point);
+      const Vec3 slide = way - s.normal * s.normal.dot(way);
+      if (slide.norm() > 0) force -= surface.friction_dynamic * s.force * slide.normalized();
+    }
+    in.samples.push_back({s.t_s, s.point - force / surface.stiffness, s.point, force});
   }
-  if (!out.empty()) in.start = out.front().point + out.front().normal * (out.front().force / stiffness);
+  if (!out.empty()) in.start = out.front().point + out.front().normal * (out.front().force / surface.stiffness);
   return in;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rt/base/math.h"
+#include "tools/haptic-bench/surface.h"
 
 namespace haptic_bench {
 
@@ -42,9 +43,10 @@ struct SurfaceSample {
 };
 
 /**
- * The in-trajectory that feels like an out-trajectory at stiffness k: p_in = p_out - n F / k (thesis eq. 4.2, which
- * prints |n| k: the units need F / k). The hand comes from a point above the first one, F / k off the surface.
+ * The in-trajectory that feels like an out-trajectory: p_in = p_out - f / k (thesis eq. 4.2, which prints |n| k: the
+ * units need F / k), where f = F (n - mu t) and t is the direction in which the contact slides: without friction p_in =
+ * p_out - n F / k. The hand comes from a point above the first one, F / k off the surface.
  */
-[[nodiscard]] Trajectory pressInto(const std::vector<SurfaceSample>& out, double stiffness);
+[[nodiscard]] Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surface);
 
 }  // namespace haptic_bench

@@ -1,0 +1,34 @@
+#!/usr/bin/python3
+"""The short set of haptic-bench in two processes gives the same errors and the same bits of force; a changed value is
+named. Usage: short.py HAPTIC_BENCH"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+
+def main():
+    program = sys.argv[1]
+    with tempfile.TemporaryDirectory() as folder:
+        first, second, spoilt = (pathlib.Path(folder) / name for name in ("first.csv", "second.csv", "spoilt.csv"))
+        for path in (first, second):
+            path.write_bytes(subprocess.run([program, "short", "--csv"], check=True, capture_output=True).stdout)
+
+        def compare(path):
+            return subprocess.run([program, "compare", "--errors", "--hashes", first, path], capture_output=True, text=True,
+                                  check=False)
+
+        same = compare(second)
+        lines = second.read_text(encoding="ascii").splitlines()
+        at = next(i for i, line in enumerate(lines) if ",hash," in line)
+        lines[at] = lines[at][:-1] + ("1" if lines[at][-1] != "1" else "2")
+        spoilt.write_text("\n".join(lines) + "\n", encoding="ascii")
+        different = compare(spoilt)
+    if same.returncode != 0:
+        sys.exit("two runs differ:\n" + same.stdout + same.stderr)
+    if different.returncode != 1 or "worse" not in different.stdout:
+        sys.exit("a changed hash was not named:\n" + different.stdout + different.stderr)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+/** @file
+ * Results: written, read, compared.
+ */
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/result/results.h"
+
+namespace haptic_bench {
+namespace {
+
+using ::testing::HasSubstr;
+
+Results one(const std::string& unit, std::vector<double> rounds) {
+  Results r;
+  r.all.push_back({"b", {"q", unit, std::move(rounds)}});
+  return r;
+}
+
+/** What compare says of one quantity: w(orse), b(etter), m(issing) or -. */
+char verdict(const std::string& unit, std::vector<double> before, std::vector<double> after, Comparison what = {}) {
+  const std::vector<Change> changes = compare(one(unit, std::move(before)), one(unit, std::move(after)), what);
+  if (changes.empty()) return '-';
+  return "wbm"[static_cast<int>(changes[0].kind)];
+}
+
+TEST(CompareResults, TimesChangeBeyondTheNoiseOfTheirRounds) {
+  const std::vector<double> steady{100, 101, 102, 103, 104, 105}, noisy{90, 95, 100, 106, 120, 130};
+  EXPECT_EQ(verdict("ns", steady, noisy), '-') << "the intervals meet";
+  EXPECT_EQ(verdict("ns", steady, {110, 111, 112, 113, 114, 115}), 'w');
+  EXPECT_EQ(verdict("ns", {110, 111, 112, 113, 114, 115}, steady), 'b');
+  EXPECT_EQ(verdict("ns", {100, 100, 100, 100, 100, 100}, {101, 101, 101, 101, 101, 101}), '-') << "one per cent";
+  EXPECT_EQ(verdict("N/m", steady, {80, 81, 82, 83, 84, 85}), 'w') << "less stiffness";
+  EXPECT_EQ(verdict("ns", steady, {200, 200, 200, 200, 200, 200}, {false, true}), '-') << "not asked for";
+}
+
+TEST(CompareResults, ErrorsAreComparedToABillionth) {
+  EXPECT_EQ(verdict("N^2", {4}, {4 + 3e-9}), '-') << "0.75e-9 N";
+  EXPECT_EQ(verdict("N^2", {4}, {4 + 6e-9}), 'w') << "1.5e-9 N";
+  EXPECT_EQ(verdict("N^2", {4 + 6e-9}, {4}), 'b');
+  EXPECT_EQ(verdict("J", {-1e-3}, {-2e-3}), 'w') << "further from zero";
+  EXPECT_EQ(verdict("samples", {5}, {6}), 'w');
+}
+
+TEST(CompareResults, HashesOnlyWhereAskedFor) {
+  EXPECT_EQ(verdict("hash", {5}, {6}), '-');
+  EXPECT_EQ(verdict("hash", {5}, {6}, {true, true}), 'w');
+  EXPECT_EQ(verdict("hash", {5}, {5}, {true, true}), '-');
+}
+
+TEST(CompareResults, WhatIsGoneIsNamed) {
+  Results before = one("ns", {1});
+  before.all.push_back({"b", {"gone", "ns", {1}}});
+  const std::vector<Change> changes = compare(before, one("ns", {1}), {});
+  ASSERT_EQ(changes.size(), 1u);
+  EXPECT_EQ(changes[0].kind, Change::Kind::kMissing);
+  EXPECT_EQ(changes[0].quantity, "gone");
+}
+
+TEST(ReadResults, WhatWasPrintedIsRead) {
+  const std::string name = "run sphere:radius=1,stacks=4 \"mine\"";
+  const Results r = Results::parse("# cpu: x\nbenchmark,quantity,unit,round,value\n" + csvField(name) +
+                                       ",a,ns,1,0.30000000000000004\n" + csvField(name) + ",a,ns,2,4\r\nother,a,s,1,5",
+                                   "t");
+  ASSERT_EQ(r.all.size(), 2u);
+  EXPECT_EQ(r.machine, std::vector<std::string>{"cpu: x"});
+  EXPECT_EQ(r.all[0].benchmark, name);
+  EXPECT_EQ(r.all[0].series.rounds, (std::vector<double>{0.1 + 0.2, 4}));
+}
+
+TEST(ReadResults, FaultsNameTheLine) {
+  for (const char* text : {"a,b,ns,1\n", "a,b,ns,1,x\n", "a,b,ns,1,nan\n", "\"a,b,ns,1,2\n", "a,b,c,ns,1,2\n"}) {
+    try {
+      (void)Results::parse(std::string("x,y,s,1,1\n") + text, "t");
+      ADD_FAILURE() << text;
+    } catch (const Failure& failure) {
+      EXPECT_THAT(failure.what(), HasSubstr("t, line 2"));
+    }
+  }
+  EXPECT_THROW((void)Results::parse("# nothing\n", "t"), Failure);
+  EXPECT_THROW((void)Results::parse("a,b,s,1,1\nc,d,s,1,1\na,b,s,1,1\n", "t"), Failure);
+}
+
+}  // namespace
+}  // namespace haptic_bench

@@ -1,0 +1,89 @@
+/** @file
+ * Trajectories from files: what is read is what was written, and every fault has its place.
+ */
+#include "tools/haptic-bench/trajectory/file_reader.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "support/temporary_directory.h"
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/trajectory/registry.h"
+
+namespace haptic_bench {
+namespace {
+
+using ::testing::HasSubstr;
+
+Trajectory parse(const std::string& text, const FileOptions& options = {}) {
+  return readColumns(Table::parse(text, "test.csv", options.columns), options, makeModel("plane"), {1000});
+}
+
+std::string refusal(const std::string& text, const FileOptions& options = {}) {
+  try {
+    (void)parse(text, options);
+  } catch (const Failure& failure) {
+    return failure.what();
+  }
+  ADD_FAILURE() << "read: " << text;
+  return "";
+}
+
+TEST(TrajectoryFiles, CsvWithTruthAndUnits) {
+  const Trajectory in = parse(
+      "\xef\xbb\xbft_ms,px_mm,py_mm,pz_mm,fx,fy,fz,proxy_x,proxy_y,proxy_z,note\n# made by hand\n"
+      "10, 1,2,-3, 0,0,3, .001,.002,0, 7\r\n\n11,1,2,-4,0,0,4,.001,.002,0,7");
+  ASSERT_EQ(in.samples.size(), 2u);
+  EXPECT_TRUE(in.force_known && in.proxy_known);
+  EXPECT_DOUBLE_EQ(in.samples[1].t_s, 0.001);
+  EXPECT_LT((in.samples[1].hip - Vec3(0.001, 0.002, -0.004)).norm(), 1e-15);
+  EXPECT_EQ(in.samples[0].force, Vec3(0, 0, 3));
+  EXPECT_EQ(in.samples[0].proxy, Vec3(0.001, 0.002, 0));
+  EXPECT_GT(in.start.z(), 0) << "from outside";
+}
+
+TEST(TrajectoryFiles, TrajWithNamedColumnsIsPressedIn) {
+  const FileOptions options{"-,t,x,y,z,fn_mN", true, 0, 0};
+  const Trajectory in = parse("9 0.0 0.01 0 0 500\n9  0.1\t0.02 0 0 -3\n", options);
+  EXPECT_LT((in.samples[0].hip - Vec3(0.01, 0, -0.0005)).norm(), 1e-12) << "along the plane's normal";
+  EXPECT_LT((in.samples[0].force - Vec3(0, 0, 0.5)).norm(), 1e-12);
+  EXPECT_EQ(in.samples[1].force, Vec3(0, 0, 0)) << "a surface does not pull";
+  const Trajectory given = parse("t,x,y,z,nx,ny,nz,fx,fy,fz\n0,0,0,0,1,0,0,2,5,5\n", {"", true, 0, 0});
+  EXPECT_LT((given.samples[0].hip - Vec3(-0.002, 0, 0)).norm(), 1e-12);
+  EXPECT_EQ(parse("x,y,z\n1,1,1\n2,2,2\n", {"", false, 500, 0}).samples[1].t_s, 0.002);
+}
+
+TEST(TrajectoryFiles, FaultsNameFileLineAndColumn) {
+  EXPECT_THAT(refusal(""), HasSubstr("test.csv: there are no rows"));
+  EXPECT_THAT(refusal("t,x,y,z\n"), HasSubstr("no rows"));
+  EXPECT_THAT(refusal("0,1,2,3\n"), HasSubstr("line 1: there are numbers"));
+  EXPECT_THAT(refusal("t,x,y\n0,0,0\n"), HasSubstr("no column z"));
+  EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n1,0,nan,0\n"), HasSubstr("line 3, column 3 (y)"));
+  EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n1,0,inf,0\n"), HasSubstr("line 3, column 3 (y)"));
+  EXPECT_THAT(refusal("t,x,y,z\n0,0,,0\n"), HasSubstr("line 2, column 3 (y): there is no number"));
+  EXPECT_THAT(refusal("t,x,y,z\n0,0,0\n"), HasSubstr("line 2: it has 3 columns, 4 have names"));
+  EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n# remark\n2,0,0,0\n1,0,0,0\n"),
+              HasSubstr("line 5: time goes from 2 s to 1 s"));
+  EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n1,0,0,0\n2,0,0,0\n33,0,0,0\n"), HasSubstr("line 5: a gap of 31 s"));
+  EXPECT_THAT(refusal("t,x,px,y,z\n0,0,0,0,0\n"), HasSubstr("the same quantity"));
+  EXPECT_THAT(refusal("t,x,y,z,fx\n0,0,0,0,0\n"), HasSubstr("no column fy"));
+  EXPECT_THAT(refusal("t,x,y,z\n0,0,300,0\n"), HasSubstr("300 m away"));
+  EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n", {"", true, 0, 0}), HasSubstr("no column fn"));
+  EXPECT_THAT(refusal("t,x,y,z,nx,ny,nz,fn\n0,0,0,0,0,0,2,1\n", {"", true, 0, 0}), HasSubstr("line 2: the normal"));
+  EXPECT_THAT(refusal(std::string(1000, ',')), HasSubstr("1001 columns"));
+  EXPECT_EQ(parse("t,x,y,z\n0,0,0,0\n1,0,0,0\n2,0,0,0\n33,0,0,0\n", {"", false, 0, 40}).samples.size(), 4u);
+}
+
+TEST(TrajectoryFiles, AreFoundByTheirKind) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/path.traj";
+  std::ofstream(path) << "0 0 0 0\n0.001 0 0 0\n";
+  EXPECT_EQ(makeTrajectory(path, makeModel("plane"), {1000}, {"t,x,y,z", false, 0, 0}).samples.size(), 2u);
+  EXPECT_THROW((void)makeTrajectory(directory.path() + "/none.csv", makeModel("plane"), {1000}), Failure);
+  EXPECT_THROW((void)makeTrajectory(directory.path() + "/none.xyz", makeModel("plane"), {1000}), Failure);
+}
+
+}  // namespace
+}  // namespace haptic_bench

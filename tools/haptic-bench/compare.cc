@@ -1,0 +1,54 @@
+// haptic-bench compare: what got worse between two files of results.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "tools/haptic-bench/result/results.h"
+
+namespace haptic_bench {
+namespace {
+
+struct Options {
+  std::string before, after;
+  bool errors_only = false;
+  Comparison what;
+};
+
+std::string text(const Estimate& e) {
+  return e.low == e.high ? fmt::format("{:.6g}", e.median)
+                         : fmt::format("{:.4g} ({:.4g} .. {:.4g})", e.median, e.low, e.high);
+}
+
+int run(const Options& options) {
+  const Results before = Results::read(options.before), after = Results::read(options.after);
+  Comparison what = options.what;
+  what.times = !options.errors_only;
+  if (what.times && before.machine != after.machine) {
+    fmt::print("# machine, build or load differ: times say little\n");
+  }
+  int worse = 0;
+  for (const Change& c : compare(before, after, what)) {
+    const char* kind =
+        c.kind == Change::Kind::kBetter ? "better" : (c.kind == Change::Kind::kWorse ? "worse" : "missing");
+    worse += c.kind == Change::Kind::kBetter ? 0 : 1;
+    fmt::print("{:<8} {}, {}: {}", kind, c.benchmark, c.quantity, text(c.before));
+    if (c.kind != Change::Kind::kMissing) fmt::print(" -> {}", text(c.after));
+    fmt::print(" {}\n", c.unit);
+  }
+  fmt::print("{} of {} quantities worse or missing\n", worse, before.all.size());
+  return worse == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+void addCompare(CLI::App& app, Run& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App* sub = app.add_subcommand("compare", "What got worse between two files that --csv wrote");
+  sub->add_option("OLD", options->before, "Results")->required();
+  sub->add_option("NEW", options->after, "Results")->required();
+  sub->add_flag("--errors", options->errors_only, "Leave out times, ratios and memory: for results of two machines");
+  sub->add_flag("--hashes", options->what.hashes, "Hashes of forces too: for results of one build on one machine");
+  sub->callback([options, &chosen] { chosen = [options](const Common&) { return run(*options); }; });
+}
+
+}  // namespace haptic_bench

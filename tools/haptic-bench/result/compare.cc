@@ -1,0 +1,68 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tools/haptic-bench/result/results.h"
+
+namespace haptic_bench {
+namespace {
+
+constexpr double kNoise = 0.02;     // A smaller difference of medians is never named.
+constexpr double kRounding = 1e-9;  // Of errors across machines, in their SI unit.
+
+enum class Family { kTime, kError, kHash };
+
+Family familyOf(const std::string& unit) {
+  if (unit == "hash") return Family::kHash;
+  for (const char* error : {"N^2", "N", "m", "J", "samples"}) {
+    if (unit == error) return Family::kError;
+  }
+  return Family::kTime;
+}
+
+bool moreIsBetter(const std::string& unit) { return unit == "N/m" || unit == "1/s"; }
+
+/** Positive: worse, negative: better, 0: the same. */
+int judge(const Series& before, const Series& after, const Estimate& a, const Estimate& b) {
+  switch (familyOf(before.unit)) {
+    case Family::kHash:
+      return before.rounds == after.rounds ? 0 : 1;
+    case Family::kError: {
+      const auto size = [&](double x) { return before.unit == "N^2" ? std::sqrt(std::abs(x)) : std::abs(x); };
+      const double change = size(b.median) - size(a.median);
+      return std::abs(change) <= kRounding ? 0 : (change > 0 ? 1 : -1);
+    }
+    case Family::kTime:
+      break;
+  }
+  const bool up = b.low > a.high && b.median > a.median + kNoise * std::abs(a.median);
+  const bool down = b.high < a.low && b.median < a.median - kNoise * std::abs(a.median);
+  const int change = up ? 1 : (down ? -1 : 0);
+  return moreIsBetter(before.unit) ? -change : change;
+}
+
+}  // namespace
+
+std::vector<Change> compare(const Results& before, const Results& after, const Comparison& what) {
+  std::vector<Change> changes;
+  for (const Result& old : before.all) {
+    const Family family = familyOf(old.series.unit);
+    if (family == Family::kTime && !what.times) continue;
+    if (family == Family::kHash && !what.hashes) continue;
+    Change change{
+        Change::Kind::kMissing, old.benchmark, old.series.name, old.series.unit, estimate(old.series.rounds), {}};
+    const Series* now = after.find(old.benchmark, old.series.name);
+    if (now == nullptr || now->unit != old.series.unit) {
+      changes.push_back(change);
+      continue;
+    }
+    change.after = estimate(now->rounds);
+    const int judgement = judge(old.series, *now, change.before, change.after);
+    if (judgement == 0) continue;
+    change.kind = judgement > 0 ? Change::Kind::kWorse : Change::Kind::kBetter;
+    changes.push_back(change);
+  }
+  return changes;
+}
+
+}  // namespace haptic_bench

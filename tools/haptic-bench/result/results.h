@@ -1,0 +1,54 @@
+/** @file
+ * Results on disk: what --csv prints, read again, and two of them compared.
+ */
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/haptic-bench/bench.h"
+
+namespace haptic_bench {
+
+/** One benchmark's quantity with the values of its rounds. */
+struct Result {
+  std::string benchmark;
+  Series series;
+};
+
+/** All series of a file that --csv wrote, in its order, and its comment lines (the machine). */
+struct Results {
+  std::vector<std::string> machine;
+  std::vector<Result> all;
+
+  /** Throws Failure with `where` and the line. */
+  [[nodiscard]] static Results parse(std::string_view text, const std::string& where);
+  [[nodiscard]] static Results read(const std::string& path);
+  [[nodiscard]] const Series* find(const std::string& benchmark, const std::string& quantity) const;
+};
+
+/** A field of a CSV line, in quotes where it needs them. */
+[[nodiscard]] std::string csvField(const std::string& text);
+
+/** What is compared. */
+struct Comparison {
+  bool times = true;    ///< Times, ratios and memory. Only within one machine.
+  bool hashes = false;  ///< Hashes of forces. Only within one build and instruction set.
+};
+
+/** A quantity that changed. */
+struct Change {
+  enum class Kind { kWorse, kBetter, kMissing } kind = Kind::kWorse;
+  std::string benchmark, quantity, unit;
+  Estimate before, after;
+};
+
+/**
+ * Times and ratios change when the intervals of their rounds do not meet and the medians differ by more than 2 %.
+ * Errors are deterministic: they change by more than 1e-9 of their unit, mean squares after their root is taken (so
+ * that 1e-9 is in newtons). A hash changes for the worse. Less is better, but for stiffness (N/m) and rates (1/s).
+ */
+[[nodiscard]] std::vector<Change> compare(const Results& before, const Results& after, const Comparison& what);
+
+}  // namespace haptic_bench

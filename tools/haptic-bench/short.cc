@@ -1,0 +1,50 @@
+// haptic-bench short: a deterministic set of a few seconds, for continuous integration: no times.
+#include <CLI/CLI.hpp>
+
+#include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/trajectory/registry.h"
+#include "tools/haptic-bench/trial.h"
+
+namespace haptic_bench {
+namespace {
+
+struct Case {
+  const char* model;
+  const char* trajectory;
+  Surface surface;
+};
+
+constexpr Case kCases[] = {
+    {"plane:cells=7", "reach:seconds=4", {1000, 0, 0, 0}},
+    {"plane:cells=7", "lissajous:seconds=4", {1000, 1, 0.6, 0.4}},
+    {"sphere:radius=0.001,stacks=8", "spiral:seconds=4", {2000, 0, 0, 0}},
+    {"sphere:radius=0.05,stacks=16", "spiral:seconds=4", {1000, 0, 0.5, 0.3}},
+    {"ridge:degrees=45", "profile", {1000, 0, 0, 0}},
+    {"ridge:degrees=85", "profile", {1000, 0, 0, 0}},
+    {"bowl:edge=0.0005", "swing:seconds=2", {1000, 0, 0, 0}},
+};
+
+int run(const Common& common) {
+  std::vector<Series> all;
+  for (const Case& c : kCases) {
+    const Model model = makeModel(c.model);
+    const Trajectory trajectory = makeTrajectory(c.trajectory, model, c.surface);
+    for (const char* algorithm : {"ours", "god-object", "nearest"}) {
+      const Outcome outcome = runTrial(algorithm, model, trajectory, c.surface, 1);
+      for (Series& s : describe(model.name + " " + trajectory.name + " " + algorithm, trajectory, outcome, 0.0005)) {
+        if (s.unit != "ns" && s.unit != "s" && s.unit != "byte") all.push_back(std::move(s));
+      }
+    }
+  }
+  print(common, "short", all);
+  return 0;
+}
+
+}  // namespace
+
+void addShort(CLI::App& app, Run& chosen) {
+  CLI::App* sub = app.add_subcommand("short", "A deterministic set of a few seconds: errors and hashes, no times");
+  sub->callback([&chosen] { chosen = run; });
+}
+
+}  // namespace haptic_bench

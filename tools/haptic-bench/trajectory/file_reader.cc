@@ -1,0 +1,92 @@
+#include "tools/haptic-bench/trajectory/file_reader.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <optional>
+
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/model/nearest.h"
+
+namespace haptic_bench {
+namespace {
+
+/** Three columns. */
+struct Vectors {
+  Table::Column x, y, z;
+  explicit operator bool() const { return static_cast<bool>(x); }
+  [[nodiscard]] Vec3 operator[](std::size_t row) const { return {x[row], y[row], z[row]}; }
+};
+
+/** All three by the pattern's names, {} the axis; none; or Failure for one or two of them. */
+Vectors findVectors(const Table& table, const char* pattern, bool needed) {
+  const auto name = [&](char axis) { return fmt::format(fmt::runtime(pattern), axis); };
+  Vectors v{table.find(name('x')), table.find(name('y')), table.find(name('z'))};
+  if (!needed && !v.x && !v.y && !v.z) return v;
+  return {table.need(name('x')), table.need(name('y')), table.need(name('z'))};
+}
+
+constexpr double kMaxForce = 1e6;  // [N]
+
+/** Throws Failure for what no hand survives: a wrong column or unit. */
+void checkForce(const Table& table, std::size_t row, const Vec3& force) {
+  if (force.cwiseAbs().maxCoeff() <= kMaxForce) return;
+  throw Failure(table.at(row), fmt::format("the force is {:.4g} N", force.cwiseAbs().maxCoeff()),
+                "name the column with its unit, as fx_mN");
+}
+
+Trajectory readOut(const Table& table, const std::vector<double>& t_s, const Vectors& p, const Model& model,
+                   const Surface& surface) {
+  const Vectors n = findVectors(table, "n{0}", false), f = findVectors(table, "f{0}", false);
+  const Table::Column fn = f ? table.find("fn") : table.need("fn");
+  std::optional<NearestPoint> nearest;
+  if (!n) nearest.emplace(model);
+  std::vector<SurfaceSample> out;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    SurfaceSample s{t_s[i], p[i], n ? n[i] : nearest->find(p[i]).normal, 0};
+    if (std::abs(s.normal.norm() - 1) > 0.01) {
+      throw Failure(table.at(i), fmt::format("the normal has length {:.4g}", s.normal.norm()), "unit normals");
+    }
+    s.normal.normalize();
+    checkForce(table, i, fn ? Vec3(fn[i], 0, 0) : f[i]);
+    s.force = std::max(0.0, fn ? fn[i] : f[i].dot(s.normal));
+    out.push_back(s);
+  }
+  return pressInto(out, surface);
+}
+
+}  // namespace
+
+void addFileOptions(CLI::App& sub, FileOptions& options) {
+  sub.add_option("--columns", options.columns, "Names of a file's columns, as t,x,y,z,-,fn (- is passed over)");
+  sub.add_flag("--out", options.out, "The file's positions are on the surface: an out-trajectory");
+  sub.add_option("--rate", options.rate_hz, "Of a file without times, Hz")->check(CLI::PositiveNumber);
+  sub.add_option("--max-gap", options.max_gap_s, "Longest step of a file's times, s")->check(CLI::PositiveNumber);
+}
+
+Trajectory readColumns(const Table& table, const FileOptions& options, const Model& model, const Surface& surface) {
+  const std::vector<double> t_s = readTimes(table, options.rate_hz, options.max_gap_s);
+  const Vectors p = findVectors(table, "{0} p{0} hip_{0}", true);
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    if (p[i].cwiseAbs().maxCoeff() <= 100) continue;
+    throw Failure(table.at(i), fmt::format("the position is {:.4g} m away", p[i].norm()),
+                  "at most 100 m: name the column with its unit, as x_mm");
+  }
+  if (options.out) return readOut(table, t_s, p, model, surface);
+  const Vectors proxy = findVectors(table, "proxy_{0}", false), force = findVectors(table, "f{0}", false);
+  Trajectory in;
+  in.proxy_known = static_cast<bool>(proxy);
+  in.force_known = static_cast<bool>(force);
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    if (force) checkForce(table, i, force[i]);
+    in.samples.push_back({t_s[i], p[i], proxy ? proxy[i] : Vec3(Vec3::Zero()), force ? force[i] : Vec3(Vec3::Zero())});
+  }
+  // The hand comes from outside.
+  const Vec3 first = in.samples.front().hip;
+  const SurfacePoint at = NearestPoint(model).find(first);
+  in.start = at.inside ? Vec3(2 * at.point - first) : first;
+  return in;
+}
+
+}  // namespace haptic_bench

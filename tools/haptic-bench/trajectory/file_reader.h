@@ -1,0 +1,38 @@
+/** @file
+ * Trajectories from files of columns: CSV with a header, the .traj family with columns named on the command line.
+ */
+#pragma once
+
+#include <string>
+
+#include "tools/haptic-bench/model/model.h"
+#include "tools/haptic-bench/trajectory/table.h"
+#include "tools/haptic-bench/trajectory/trajectory.h"
+
+namespace CLI {
+class App;
+}
+
+namespace haptic_bench {
+
+/** How a file is to be read. */
+struct FileOptions {
+  std::string columns;   ///< Names parted by commas, for a file without a header.
+  bool out = false;      ///< Its positions are on the surface.
+  double rate_hz = 0;    ///< Where it has no times.
+  double max_gap_s = 0;  ///< 0: ten times the middle step.
+};
+
+/** --columns, --out, --rate and --max-gap. */
+void addFileOptions(CLI::App& sub, FileOptions& options);
+
+/**
+ * Columns t; x, y, z (or px, hip_x ...); optionally proxy_x ..., fx ... as truth; others are passed over.
+ * With options.out the position is on the surface and is pressed in for `surface`: the force is fn, or that part of
+ * fx ... along the normal; the normal is nx ..., or that of the model at its nearest point. Throws Failure with the
+ * line.
+ */
+[[nodiscard]] Trajectory readColumns(const Table& table, const FileOptions& options, const Model& model,
+                                     const Surface& surface);
+
+}  // namespace haptic_bench

@@ -1,0 +1,176 @@
+#include "tools/haptic-bench/trajectory/table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/spec.h"
+
+namespace haptic_bench {
+namespace {
+
+struct Unit {
+  std::string_view suffix;
+  double scale;
+};
+constexpr Unit kUnits[] = {{"_s", 1},     {"_ms", 1e-3}, {"_us", 1e-6}, {"_ns", 1e-9}, {"_m", 1},
+                           {"_mm", 1e-3}, {"_um", 1e-6}, {"_N", 1},     {"_mN", 1e-3}};
+constexpr std::string_view kBlanks = " \t\r";
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\"");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r\"") + 1 - first);
+}
+
+/** The fields of a line: between commas, or between blanks where there is no comma. */
+template <class F>
+void forEachField(std::string_view line, F f) {
+  const bool commas = line.find(',') != std::string_view::npos;
+  while (true) {
+    if (!commas) line.remove_prefix(std::min(line.size(), line.find_first_not_of(kBlanks)));
+    if (!commas && line.empty()) return;
+    const std::size_t end = commas ? line.find(',') : line.find_first_of(kBlanks);
+    f(trimmed(line.substr(0, end)));
+    if (end == std::string_view::npos) return;
+    line.remove_prefix(end + 1);
+  }
+}
+
+}  // namespace
+
+std::string Table::at(std::size_t row) const { return fmt::format("{}, line {}", where_, lines_[row]); }
+
+void Table::setNames(std::string_view line, std::size_t number, bool given) {
+  forEachField(line, [&](std::string_view field) {
+    double value = 0;
+    if (!given && parseNumber(field, value)) {
+      throw Failure(fmt::format("{}, line {}", where_, number), "there are numbers where the columns' names should be",
+                    "a first line like t,x,y,z or --columns t,x,y,z");
+    }
+    names_.emplace_back(field);
+  });
+  if (names_.size() > kMaxColumns) {
+    throw Failure(fmt::format("{}, line {}", where_, number), fmt::format("there are {} columns", names_.size()),
+                  fmt::format("at most {}", kMaxColumns));
+  }
+}
+
+void Table::addRow(std::string_view line, std::size_t number) {
+  std::size_t column = 0;
+  forEachField(line, [&](std::string_view field) {
+    double value = 0;
+    if (column < names_.size() && !parseNumber(field, value)) {
+      throw Failure(fmt::format("{}, line {}, column {} ({})", where_, number, column + 1, names_[column]),
+                    field.empty() ? "there is no number" : "it is not a finite number", "numbers like 0.001 or 1e-3");
+    }
+    ++column;
+    values_.push_back(value);
+  });
+  if (column != names_.size()) {
+    throw Failure(fmt::format("{}, line {}", where_, number),
+                  fmt::format("it has {} columns, {} have names", column, names_.size()), "every row whole");
+  }
+  lines_.push_back(number);
+}
+
+Table Table::parse(std::string_view text, std::string where, const std::string& names) {
+  Table table;
+  table.where_ = std::move(where);
+  if (!names.empty()) table.setNames(names, 0, true);
+  if (text.substr(0, 3) == "\xef\xbb\xbf") text.remove_prefix(3);  // Byte order mark.
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(text.size(), line.size() + 1));
+    const std::size_t first = line.find_first_not_of(kBlanks);
+    if (first == std::string_view::npos || line[first] == '#' || line[first] == '%') continue;
+    if (table.names_.empty()) {
+      table.setNames(line, number, false);
+    } else {
+      table.addRow(line, number);
+    }
+  }
+  if (table.lines_.empty())
+    throw Failure(table.where_, "there are no rows in it", "a first line of names, then numbers");
+  return table;
+}
+
+Table Table::read(const std::string& path, const std::string& names) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : -1;
+  if (size < 0) throw Failure(path, "it cannot be read", "a file that is there");
+  if (size > static_cast<std::streamoff>(kMaxBytes))
+    throw Failure(path, "it is larger than 1 GiB", "a shorter piece of it");
+  std::string text(static_cast<std::size_t>(size), '\0');
+  file.seekg(0);
+  if (!file.read(text.data(), size)) throw Failure(path, "it cannot be read", "a regular file");
+  return parse(text, path, names);
+}
+
+Table::Column Table::find(std::string_view names) const {
+  Column found;
+  forEachField(names, [&](std::string_view name) {
+    for (std::size_t c = 0; c < names_.size(); ++c) {
+      const std::string_view have = names_[c];
+      double scale = have == name ? 1 : 0;
+      for (const Unit& unit : kUnits) {
+        if (have.size() == name.size() + unit.suffix.size() && have.substr(0, name.size()) == name &&
+            have.substr(name.size()) == unit.suffix) {
+          scale = unit.scale;
+        }
+      }
+      if (scale == 0) continue;
+      if (found) {
+        throw Failure(where_,
+                      fmt::format("columns {} and {} ({} and {}) are the same quantity", found.column_ + 1, c + 1,
+                                  names_[found.column_], have),
+                      "name one of them otherwise with --columns");
+      }
+      found.table_ = this;
+      found.column_ = c;
+      found.scale_ = scale;
+    }
+  });
+  return found;
+}
+
+Table::Column Table::need(std::string_view names) const {
+  const Column found = find(names);
+  if (found) return found;
+  std::string all;
+  for (const std::string& name : names_) all += (all.empty() ? "" : ",") + name;
+  throw Failure(where_, fmt::format("there is no column {}", names.substr(0, names.find(' '))),
+                fmt::format("it has {}; --columns gives other names", all.substr(0, 200)));
+}
+
+std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap_s) {
+  std::vector<double> t_s(table.rows());
+  if (rate_hz > 0) {
+    for (std::size_t i = 0; i < t_s.size(); ++i) t_s[i] = static_cast<double>(i) / rate_hz;
+    return t_s;
+  }
+  const Table::Column t = table.need("t time");
+  for (std::size_t i = 0; i < t_s.size(); ++i) {
+    t_s[i] = t[i] - t[0];
+    if (i > 0 && !(t_s[i] > t_s[i - 1])) {
+      throw Failure(table.at(i), fmt::format("time goes from {:.9g} s to {:.9g} s", t[i - 1], t[i]), "rising times");
+    }
+  }
+  if (t_s.size() < 3) return t_s;
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < t_s.size(); ++i) steps.push_back(t_s[i] - t_s[i - 1]);
+  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
+  const double gap = max_gap_s > 0 ? max_gap_s : 10 * steps[steps.size() / 2];
+  for (std::size_t i = 1; i < t_s.size(); ++i) {
+    if (t_s[i] - t_s[i - 1] <= gap) continue;
+    throw Failure(
+        table.at(i),
+        fmt::format("a gap of {:.4g} s where {:.4g} s are usual", t_s[i] - t_s[i - 1], steps[steps.size() / 2]),
+        "cut the file there, or allow it with --max-gap");
+  }
+  return t_s;
+}
+
+}  // namespace haptic_bench

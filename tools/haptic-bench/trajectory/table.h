@@ -1,0 +1,70 @@
+/** @file
+ * Columns of numbers from a text file, found by name.
+ */
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace haptic_bench {
+
+/** Every number finite, every row whole, at least one row. */
+class Table {
+ public:
+  static constexpr std::size_t kMaxBytes = 1u << 30;
+  static constexpr std::size_t kMaxColumns = 256;
+
+  /**
+   * Rows of numbers parted by commas, or by blanks where a line has no comma. Lines that begin with # or % and empty
+   * ones are passed over. `names` are the columns' names, parted by commas; where it is empty the first line gives
+   * them. Throws Failure with `where`, line and column.
+   */
+  [[nodiscard]] static Table parse(std::string_view text, std::string where, const std::string& names);
+  /** A file of at most kMaxBytes. */
+  [[nodiscard]] static Table read(const std::string& path, const std::string& names);
+
+  /**
+   * A quantity by one of several names, parted by blanks: "x px". A name may carry a unit behind an underscore (s, ms,
+   * us, ns; m, mm, um; N, mN) by which the column is scaled to SI. Throws Failure when there are two.
+   */
+  class Column {
+   public:
+    explicit operator bool() const { return table_ != nullptr; }
+    [[nodiscard]] double operator[](std::size_t row) const {
+      return scale_ * table_->values_[row * table_->names_.size() + column_];
+    }
+
+   private:
+    friend class Table;
+    const Table* table_ = nullptr;
+    std::size_t column_ = 0;
+    double scale_ = 1;
+  };
+  [[nodiscard]] Column find(std::string_view names) const;
+  /** The same; throws Failure where there is none. */
+  [[nodiscard]] Column need(std::string_view names) const;
+
+  [[nodiscard]] std::size_t rows() const { return lines_.size(); }
+  /** "FILE, line 7": of a row. */
+  [[nodiscard]] std::string at(std::size_t row) const;
+  [[nodiscard]] const std::string& where() const { return where_; }
+
+ private:
+  void setNames(std::string_view line, std::size_t number, bool given);
+  void addRow(std::string_view line, std::size_t number);
+
+  std::string where_;
+  std::vector<std::string> names_;
+  std::vector<double> values_;  ///< By row.
+  std::vector<std::size_t> lines_;
+};
+
+/**
+ * Seconds of each row: column t, time or a number over `rate_hz` where there is none. Throws Failure with the line:
+ * time that does not rise, or a step longer than `max_gap_s` (0: ten times the middle step).
+ */
+[[nodiscard]] std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap_s);
+
+}  // namespace haptic_bench

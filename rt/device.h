@@ -40,7 +40,8 @@ struct DeviceInfo {
   double rotation_resolution = 0;                                               ///< [rad]
   double force_resolution = 0;                                                  ///< [N]
   double native_rate_hz = 0;
-  double apparent_mass = 0;     ///< [kg]
+  double latency_s = 0;      ///< From a command to a reading of what it does, if known; the host's tick not included.
+  double apparent_mass = 0;  ///< [kg]
   double viscous_friction = 0;  ///< [N s/m]
   double coulomb_friction = 0;  ///< [N]
   double max_velocity = 0;      ///< [m/s]

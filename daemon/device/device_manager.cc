@@ -195,6 +195,7 @@ GroupOptions DeviceManager::options(const GroupConfig& group,
     guard.stale_ns = std::llround(config_.guard.device_stale_ms * kNsPerMs);
     guard.missed_limit = config_.servo.missed_limit;
     guard.passivity = config_.guard.passivity;
+    guard.delay = info.latency_s * rate_hz;
     // Half of what the device shows stably: the controller adds it to the damping of a contact.
     if (info.max_damping > 0) guard.max_damping = 0.5 * info.max_damping;
   }

@@ -87,8 +87,9 @@ Result<MotionParameters> motionOf(const SimParameters& p) {
   return m;
 }
 
+double latency(const SimParameters& p) { return static_cast<double>(p.delay + p.position_delay) / p.rate; }
 /** Half of a host period at 1 kHz, on average what a held force lags by, and the device's own delay [s]. */
-double lag(const SimParameters& p) { return 0.5e-3 + static_cast<double>(p.delay + p.position_delay) / p.rate; }
+double lag(const SimParameters& p) { return 0.5e-3 + latency(p); }
 
 /**
  * Half of the stiffest virtual wall, K = (b + B) / (T/2 + t_d), that stays stable at T = 1 ms with the damping b of the
@@ -146,6 +147,7 @@ DeviceInfo infoOf(const SimSetup& setup) {
   info.position_resolution = p.resolution;
   info.force_resolution = p.force_resolution;
   info.native_rate_hz = p.rate;
+  info.latency_s = latency(p);
   info.apparent_mass = p.mass;
   info.viscous_friction = p.viscous;
   info.coulomb_friction = p.coulomb;

@@ -61,6 +61,7 @@ bool valid(const GuardLimits& l) HD_RT {
 
 Guard::Guard(const GuardConfig& config) noexcept : config_(config), passivity_(config.max_damping) {
   if (!valid(config_.limits)) config_.limits = GuardLimits{};
+  config_.delay = config_.delay > 0 ? std::min(config_.delay, PastForces::kMaxDelay) : 0.0;  // NaN: 0.
 }
 
 ErrorCode Guard::arm() HD_RT {
@@ -72,7 +73,7 @@ ErrorCode Guard::arm() HD_RT {
   fault_ = HD_FAULT_NONE;
   if (state_ == State::kWaiting || state_ == State::kArmed) return ErrorCode::kOk;
   if (state_ == State::kDisarmed) {
-    passivity_.reset();
+    forgetEnergy();
     lowered_s_ = 0;
   }
   state_ = State::kWaiting;
@@ -93,8 +94,16 @@ void Guard::latch(std::uint32_t cause) HD_RT {
   if (fault_ == HD_FAULT_NONE) fault_ = cause;
   state_ = State::kDisarmed;
   last_ = Sent{};
+  forgetEnergy();
+}
+
+void Guard::forgetEnergy() HD_RT {
   last_passive_.setZero();
   last_carried_.setZero();
+  past_passive_.reset();
+  last_share_ = 0;
+  last_stored_ = -1;
+  v_tick_.setZero();
   carried_power_ = 0;
   passivity_.reset();
 }
@@ -146,6 +155,11 @@ std::uint32_t Guard::causeOf(const GuardInput& input, bool sources_finite) const
   return HD_FAULT_NONE;
 }
 
+double Guard::storedIn(const GuardInput& input, const Wanted& wanted) HD_RT {
+  if (wanted.passive.isZero(0)) return 0;
+  return input.stored <= kLargest ? input.stored : -1;  // False for NaN.
+}
+
 void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
   Vec3 moved = Vec3::Zero();
   if (input.sample != nullptr) {
@@ -153,8 +167,19 @@ void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
     // A metre within a tick is no motion of a hand; the velocity limit deals with it.
     if (!(moved.cwiseAbs().maxCoeff() <= 1)) moved.setZero();
   }
-  passivity_.observe(last_passive_, moved, last_carried_);
-  passivity_.limitStore(wanted.passive.isZero(0) ? 0.0 : input.stored);
+  past_passive_.push(last_passive_);
+  const Vec3 acted = past_passive_.acted(config_.delay);
+  const double stored = storedIn(input, wanted);
+  passivity_.observe(acted, moved, last_carried_);
+  passivity_.limitStore(stored);
+  if (stored >= 0 && last_stored_ >= 0) {
+    const double leaked = last_share_ * (stored - last_stored_) + acted.dot(moved) - last_carried_.sum();
+    // Along the way the force should have gone from what acted to what it is now: more than that over the way is no
+    // leak of a wall, but somebody who has moved or changed it without saying so.
+    passivity_.follow(std::min(leaked, (last_share_ * wanted.passive - acted).norm() * moved.norm()));
+  }
+  last_stored_ = stored;
+  v_tick_ = moved / input.dt;
 }
 
 void Guard::advanceState(const Wanted& wanted, double dt) HD_RT {
@@ -239,13 +264,14 @@ Guard::Sent Guard::slew(const Sent& target, double dt) const HD_RT {
 
 Guard::Sent Guard::pass(const GuardInput& input, const Wanted& wanted, std::uint32_t& flags) HD_RT {
   const Vec3 passive = config_.passivity
-                           ? passivity_.control(wanted.passive, input.velocity.v, wanted.carried, input.dt)
+                           ? passivity_.control(wanted.passive, input.velocity.v, v_tick_, wanted.carried, input.dt)
                            : wanted.passive;
   if (config_.passivity && passivity_.acting()) flags |= HD_SAMPLE_PASSIVITY;
   const Vec3 total = passive + wanted.active + wanted.gravity;
   carried_power_ += (wanted.carried.sum() - carried_power_) * std::min(1.0, input.dt / kCarried_s);
 
   Sent target;
+  const double target_share = state_ == State::kArmed ? ramp_ : 0.0;
   if (state_ == State::kArmed) target = {ramp_ * total, ramp_ * wanted.torque, ramp_ * wanted.gripper};
   Sent out = slew(limit(input, wanted, target, flags), input.dt);
   if (state_ != State::kArmed && lowered_s_ >= kLower_s) out = Sent{};
@@ -254,6 +280,7 @@ Guard::Sent Guard::pass(const GuardInput& input, const Wanted& wanted, std::uint
   const double tt = total.squaredNorm();
   const double share = tt > 0 ? std::clamp(out.force.dot(total) / tt, 0.0, 1.0) : 0.0;
   last_passive_ = out.force - share * (wanted.active + wanted.gravity);
+  last_share_ = tt > 0 ? share : target_share;
   last_carried_ = share * input.dt * wanted.carried;
   return out;
 }

@@ -15,6 +15,7 @@
 #include "rt/command.h"
 #include "rt/device.h"
 #include "rt/guard/passivity.h"
+#include "rt/guard/past_forces.h"
 
 namespace hapticd {
 
@@ -40,6 +41,7 @@ struct GuardConfig {
   std::int64_t stale_ns = 20'000'000;    ///< No fresh sample for so long: HD_FAULT_DEVICE_LOST.
   std::uint32_t missed_limit = 50;       ///< Periods missed in one overrun that latch HD_FAULT_OVERRUN.
   bool passivity = true;
+  double delay = 0;            ///< From a command to the sample that shows it act, beyond one tick [ticks, at most 16].
   double max_damping = 2;      ///< Most the passivity controller adds [N s/m]: what the device can show.
   double energy_limit = 0.25;  ///< Passive sources gave so much more than they got [J]: HD_FAULT_ENERGY.
 };
@@ -128,6 +130,9 @@ class Guard {
   /** False when anything is not finite; by_source then has zeros in its place. */
   [[nodiscard]] static bool gather(const GuardInput& input, Wanted& wanted) HD_RT;
   [[nodiscard]] std::uint32_t causeOf(const GuardInput& input, bool sources_finite) const HD_RT;
+  /** Elastic energy the passive sources hold now [J]; negative: unknown. */
+  [[nodiscard]] static double storedIn(const GuardInput& input, const Wanted& wanted) HD_RT;
+  void forgetEnergy() HD_RT;
   void bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT;
   void advanceState(const Wanted& wanted, double dt) HD_RT;
   [[nodiscard]] Sent pass(const GuardInput& input, const Wanted& wanted, std::uint32_t& flags) HD_RT;
@@ -148,6 +153,10 @@ class Guard {
   Vec3 last_p_ = Vec3::Zero();
   Sent last_;
   Vec3 last_passive_ = Vec3::Zero();  ///< Passive part of last_.force.
+  PastForces past_passive_;           ///< last_passive_ of the last ticks.
+  double last_share_ = 0;             ///< Part of what was wanted that was sent.
+  double last_stored_ = -1;     ///< Elastic energy of the passive sources in the last tick [J]; negative: unknown.
+  Vec3 v_tick_ = Vec3::Zero();  ///< The last tick's displacement over its length [m/s].
   Vec3 last_carried_ = Vec3::Zero();  ///< Energy carried in over the last tick [J].
   double carried_power_ = 0;          ///< Carried power, averaged over kCarried_s [W].
   Passivity passivity_;

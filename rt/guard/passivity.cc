@@ -6,12 +6,15 @@ namespace hapticd {
 
 void Passivity::reset() HD_RT {
   energy_.setZero();
+  leak_ = 0;
   acting_ = false;
 }
 
 void Passivity::observe(const Vec3& sent, const Vec3& moved, const Vec3& carried) HD_RT {
   energy_ += carried - sent.cwiseProduct(moved);
 }
+
+void Passivity::follow(double leaked) HD_RT { leak_ = std::clamp(leak_ + leaked, -kMargin, kMaxStored); }
 
 void Passivity::limitStore(double stored) HD_RT {
   const double cap = kMargin + (stored >= 0 ? std::min(stored, kMaxStored) : kMaxStored);
@@ -22,19 +25,34 @@ void Passivity::limitStore(double stored) HD_RT {
   energy_ -= held * std::min(1.0, excess / held.sum());
 }
 
-Vec3 Passivity::control(const Vec3& f, const Vec3& v, const Vec3& carried_power, double dt) HD_RT {
-  acting_ = false;
+double Passivity::dampingFor(double debt, double rate, double most) const HD_RT {
+  if (!(debt > 0) || !(rate > 0)) return 0;
+  return debt < most * rate * kRepay_s ? debt / (rate * kRepay_s) : most;
+}
+
+Vec3 Passivity::control(const Vec3& f, const Vec3& v, const Vec3& v_tick, const Vec3& carried_power, double dt) HD_RT {
+  Vec3 out = f;
+  double used = 0;
+  const double size = f.norm();
+  if (size > 0) {
+    const double speed = f.dot(v_tick) / size;
+    used = dampingFor(leak_ - kLeakZone, speed * speed, max_damping_);
+    out -= std::min(1.0, used * speed / size) * f;
+  }
+
   const Vec3 ahead = energy_ + dt * (carried_power - f.cwiseProduct(v));
-  const double debt = -ahead.sum() - kDeadZone;
-  if (!(debt > 0) || max_damping_ <= 0) return f;
   // Where: axes in proportion to their own debt, so that the damping moves from axis to axis without a jump.
   Vec3 weight = (-ahead).cwiseMax(0.0);
-  const double most = weight.maxCoeff();
-  weight /= most;                                                // A negative sum has a negative term.
-  const double rate = weight.dot(v.cwiseProduct(v)) * kRepay_s;  // Energy that unit damping repays.
-  const double damping = debt < max_damping_ * rate ? debt / rate : max_damping_;
-  acting_ = rate > 0;
-  return f - damping * weight.cwiseProduct(v);
+  const double largest = weight.maxCoeff();
+  if (largest > 0) {
+    weight /= largest;
+    const double rate = weight.dot(v.cwiseProduct(v));
+    const double damping = dampingFor(-ahead.sum() - kDeadZone, rate, max_damping_ - used);
+    out -= damping * weight.cwiseProduct(v);
+    used += damping;
+  }
+  acting_ = used > 0;
+  return out;
 }
 
 }  // namespace hapticd

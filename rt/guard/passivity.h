@@ -11,8 +11,12 @@
  * at or below what the world can really give back plus kMargin (reference energy following: Ryu, Preusche, Hannaford,
  * Hirzinger, IEEE Trans. Control Systems Technology 13(5), 2005).
  *
- * Controller: while the sum is below -kDeadZone, damping on the axes whose book is negative repays the debt over
- * kRepay_s, never with more than the largest damping the device can show. Zero velocity gives zero damping force.
+ * Leak: a stiff wall that buzzes lives on its store for a long time before the sum turns negative. So a second book
+ * holds what the store should have gained by the work received and did not: it follows the reference at every tick.
+ *
+ * Controller: a leak above kLeakZone is repaid by damping along the force; the sum below -kDeadZone by damping on the
+ * axes whose book is negative. Both over kRepay_s, never with more than the largest damping the device can show, never
+ * so that a surface pulls; zero velocity gives zero damping force.
  */
 #pragma once
 
@@ -23,10 +27,11 @@ namespace hapticd {
 /** Servo thread only. All arguments finite. */
 class Passivity {
  public:
-  static constexpr double kDeadZone = 0.5e-3;  ///< Debt that is let be [J]: 10 N over an encoder count of 50 um.
-  static constexpr double kMargin = 0.5e-3;    ///< Kept above the stored energy [J].
-  static constexpr double kMaxStored = 1.0;    ///< Store when nobody says what the world holds [J].
-  static constexpr double kRepay_s = 5e-3;     ///< A debt is repaid over this time [s].
+  static constexpr double kDeadZone = 0.5e-3;   ///< Debt that is let be [J]: 10 N over an encoder count of 50 um.
+  static constexpr double kMargin = 0.5e-3;     ///< Kept above the stored energy [J].
+  static constexpr double kLeakZone = 0.05e-3;  ///< Leak that is let be [J]: 10 N over half an encoder count of 10 um.
+  static constexpr double kMaxStored = 1.0;     ///< Store when nobody says what the world holds [J].
+  static constexpr double kRepay_s = 5e-3;      ///< A debt is repaid over this time [s].
 
   explicit Passivity(double max_damping = 0) noexcept : max_damping_(max_damping) {}
 
@@ -37,25 +42,38 @@ class Passivity {
    * under it [m], `carried` the energy that moving bodies put into the world over it, by axis [J].
    */
   void observe(const Vec3& sent, const Vec3& moved, const Vec3& carried) HD_RT;
+  /**
+   * Books one tick's leak [J]: growth of the elastic energy that the passive sources hold, less the work received. Lost
+   * energy (damping, slip) is negative leak; it pays for at most kMargin.
+   */
+  void follow(double leaked) HD_RT;
   /** Lowers the store to what the world can give back [J]; negative: unknown, kMaxStored. */
   void limitStore(double stored) HD_RT;
 
   /**
-   * The passive force after the controller. `f` is what is wanted now, `v` the velocity, `carried_power` by axis [W].
-   * Looks one tick ahead, so that the damping comes with the debt and not after it.
+   * The passive force after the controller. `f` is what is wanted now, `v` the estimated velocity, `v_tick` that of the
+   * last tick's displacement: noisier, but as old as the leak, while an estimate that averages comes too late for a
+   * buzz. `carried_power` by axis [W]. Looks one tick ahead, so that the damping comes with the debt and not after it.
    */
-  [[nodiscard]] Vec3 control(const Vec3& f, const Vec3& v, const Vec3& carried_power, double dt) HD_RT;
+  [[nodiscard]] Vec3 control(const Vec3& f, const Vec3& v, const Vec3& v_tick, const Vec3& carried_power,
+                             double dt) HD_RT;
 
   /** Net energy the world has received [J]: negative means that it has given more than it got. */
   [[nodiscard]] double energy() const HD_RT { return energy_.sum(); }
+  /** What has leaked and is not repaid [J]. */
+  [[nodiscard]] double leak() const HD_RT { return leak_; }
   [[nodiscard]] const Vec3& byAxis() const HD_RT { return energy_; }
   /** Whether the last control() added damping. */
   [[nodiscard]] bool acting() const HD_RT { return acting_; }
   void setMaxDamping(double b) HD_RT { max_damping_ = b; }
 
  private:
+  /** Damping, at most `most`, that repays `debt` [J] over kRepay_s where unit damping takes `rate` [m^2/s^2]. */
+  [[nodiscard]] double dampingFor(double debt, double rate, double most) const HD_RT;
+
   double max_damping_;  ///< [N s/m]
   Vec3 energy_ = Vec3::Zero();
+  double leak_ = 0;
   bool acting_ = false;
 };
 

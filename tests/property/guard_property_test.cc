@@ -27,6 +27,7 @@ GuardConfig randomConfig(Random& random) {
   config.small_force_ticks = 1 + random.below(4);
   config.passivity = !random.once(3);
   config.max_damping = random.in(0, 20);
+  config.delay = random.once(10) ? random.wild() : random.in(0, 20);
   config.energy_limit = random.once(2) ? 1e9 : random.in(0.001, 0.3);
   return config;
 }

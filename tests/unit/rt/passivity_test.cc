@@ -62,10 +62,11 @@ TEST(Passivity, ControllerRepaysTheDebtAndNoMore) {
   Passivity p(100);
   p.observe({1, 0, 0}, {3e-3, 0, 0}, Vec3::Zero());  // 3 mJ given away.
   const Vec3 v(0.2, 0, 0);
-  const Vec3 f = p.control(Vec3::Zero(), v, Vec3::Zero(), 1e-3);
+  const Vec3 f = p.control(Vec3::Zero(), v, v, Vec3::Zero(), 1e-3);
   ASSERT_TRUE(p.acting());
   EXPECT_NEAR(-f.dot(v) * Passivity::kRepay_s, 3e-3 - Passivity::kDeadZone, 1e-12);
-  EXPECT_EQ(p.control(Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), 1e-3), Vec3(0, 0, 0)) << "no force at rest";
+  EXPECT_EQ(p.control(Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), 1e-3), Vec3(0, 0, 0))
+      << "no force at rest";
   EXPECT_FALSE(p.acting());
 }
 
@@ -73,7 +74,7 @@ TEST(Passivity, ControllerDampingIsBounded) {
   Passivity p(5);
   p.observe({1, 1, 1}, {0.1, 0.05, -0.01}, Vec3::Zero());
   const Vec3 v(0.01, -0.02, 0.3);
-  const Vec3 f = p.control(Vec3::Zero(), v, Vec3::Zero(), 1e-3);
+  const Vec3 f = p.control(Vec3::Zero(), v, v, Vec3::Zero(), 1e-3);
   EXPECT_NEAR(f.x(), -5 * 0.01, 1e-12) << "the axis with the largest debt has it all";
   EXPECT_NEAR(f.y(), 5 * 0.5 * 0.02, 1e-12);
   EXPECT_EQ(f.z(), 0) << "an axis in credit has none";

@@ -10,5 +10,8 @@ namespace haptic_bench {
 extern const haptic_algorithm kOurs;
 extern const haptic_algorithm kGodObject;
 extern const haptic_algorithm kNearest;
+extern const haptic_algorithm kVoxel;
+extern const haptic_algorithm kLocal;
+extern const haptic_algorithm kDaemon;
 
 }  // namespace haptic_bench

@@ -9,7 +9,7 @@
 namespace haptic_bench {
 namespace {
 
-constexpr const haptic_algorithm* kInTheBox[] = {&kOurs, &kGodObject, &kNearest};
+constexpr const haptic_algorithm* kInTheBox[] = {&kOurs, &kGodObject, &kNearest, &kVoxel, &kLocal, &kDaemon};
 
 const haptic_algorithm* load(const std::string& path) {
   void* object = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);

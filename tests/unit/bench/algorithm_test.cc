@@ -1,0 +1,65 @@
+/** @file
+ * Each algorithm in the box and the plug-in interface.
+ */
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tools/haptic-bench/algorithm/registry.h"
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/trajectory/registry.h"
+#include "tools/haptic-bench/trial.h"
+
+namespace haptic_bench {
+namespace {
+
+using ::testing::HasSubstr;
+
+Accuracy accuracy(const std::string& algorithm, const std::string& model_spec, const std::string& trajectory_spec) {
+  const Model model = makeModel(model_spec);
+  const Trajectory trajectory = makeTrajectory(trajectory_spec, model, {1000});
+  return judge(trajectory, runTrial(algorithm, model, trajectory, {1000}, 1).answers, 1e-3);
+}
+
+std::string refusal(const std::string& algorithm) {
+  try {
+    (void)accuracy(algorithm, "plane", "lissajous:seconds=0.1");
+  } catch (const Failure& failure) {
+    return failure.what();
+  }
+  ADD_FAILURE() << algorithm;
+  return "";
+}
+
+TEST(Algorithms, OnAPlaneVoxelsPlanesAndThePlugInAreExact) {
+  EXPECT_LT(accuracy("voxel:cells=32", "plane", "lissajous:seconds=2").force_mse, 1e-10);
+  EXPECT_LT(accuracy("local:rate=30,latency=0.005", "plane", "lissajous:seconds=2").force_mse, 1e-12);
+  EXPECT_LT(accuracy(HAPTIC_BENCH_EXAMPLE, "plane:cells=9", "lissajous:seconds=2").force_mse, 1e-12);
+}
+
+TEST(Algorithms, LocalPlanesErrByTheCurvatureTheyCannotKnow) {
+  // At v t behind, a sphere of radius R (about the hand at R - d) lies (v t)^2 / 2 R below its tangent plane.
+  const char* spiral = "spiral:turns=2,seconds=4";
+  const double slow = accuracy("local:rate=10,latency=0,blend=0", "sphere:stacks=64", spiral).force_mse;
+  const double fast = accuracy("local:rate=100,latency=0,blend=0", "sphere:stacks=64", spiral).force_mse;
+  const double late = accuracy("local:rate=100,latency=0.05,blend=0", "sphere:stacks=64", spiral).force_mse;
+  EXPECT_GT(slow, 20 * fast);
+  EXPECT_GT(late, 5 * fast);
+}
+
+TEST(Algorithms, VoxelsBecomeExactAsTheyShrink) {
+  const double coarse = accuracy("voxel:cells=16", "sphere:stacks=16", "spiral:seconds=2").force_mse;
+  const double fine = accuracy("voxel:cells=64", "sphere:stacks=16", "spiral:seconds=2").force_mse;
+  const double exact = accuracy("nearest", "sphere:stacks=16", "spiral:seconds=2").force_mse;
+  EXPECT_NEAR(fine, exact, 0.25 * exact);
+  EXPECT_GT(std::abs(coarse - exact), std::abs(fine - exact));
+}
+
+TEST(PlugIns, OfAnotherVersionAreRefusedBeforeAnythingIsCalled) {
+  EXPECT_THAT(refusal(HAPTIC_BENCH_OTHER_VERSION), HasSubstr("version 2, this haptic-bench has 1"));
+  EXPECT_THAT(refusal("/dev/null"), HasSubstr("/dev/null"));
+  EXPECT_THAT(refusal(std::string(HAPTIC_BENCH_EXAMPLE) + ":x=1"), HasSubstr("it takes no options")) << "its own words";
+  EXPECT_THAT(refusal("libc.so.6"), HasSubstr("no such algorithm")) << "a path has a slash";
+}
+
+}  // namespace
+}  // namespace haptic_bench

@@ -1,0 +1,133 @@
+// The running daemon, judged from outside as any client may: it builds the mesh and renders it, with ingest, guard and
+// device. The device stands still (a simulated one with more dry friction than force) and the mesh is moved past it: at
+// the end of a step the hand stands at the trajectory's point relative to the mesh. A step takes as long as the daemon
+// needs to take the pose and publish the next sample: a few of its periods.
+#include <chrono>
+#include <hapticclient/hapticclient.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <thread>
+
+#include "tools/haptic-bench/algorithm/algorithms.h"
+#include "tools/haptic-bench/algorithm/native.h"
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/spec.h"
+
+namespace haptic_bench {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr const char* kStill = "sim://default?motion=hold&coulomb=20&max_force=200&resolution=0&serial=haptic-bench";
+constexpr std::chrono::seconds kPatience{2};
+
+/** The value, or a Failure with the daemon's words. */
+template <class T>
+T must(haptic::Result<T> result) {
+  if (!result) throw Failure("daemon", result.error().message(), "");
+  if constexpr (!std::is_void_v<T>) return std::move(*result);
+}
+
+class Daemon {
+ public:
+  explicit Daemon(const haptic_algorithm_problem& problem) : client_(connect(problem)) {
+    auto mesh =
+        must(client_.scene().upload(std::span(&problem.vertices[0][0], std::size_t{problem.vertex_count} * 3),
+                                    std::span(&problem.triangles[0][0], std::size_t{problem.triangle_count} * 3)));
+    session_.emplace(must(client_.openSession(device_, "haptic-bench")));
+    mesh_ = mesh->id;
+    haptic_object object = HAPTIC_OBJECT_INIT;
+    object.name = "haptic-bench";
+    object.pose.p[0] = kAway;
+    object.shape.kind = HAPTIC_SHAPE_MESH;
+    object.shape.mesh = mesh->id;
+    object.material = {problem.stiffness, problem.damping, problem.friction_static, problem.friction_dynamic};
+    object_.emplace(must(client_.scene().create(object)));
+    must(session_->arm());
+  }
+
+  ~Daemon() {
+    object_.reset();
+    (void)client_.scene().dropMesh(mesh_);
+  }
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+
+  void start(const Vec3& hip) {
+    // A jump out of reach and one to the start: both teleports, which sweep nothing.
+    haptic_algorithm_contact contact{};
+    moveTo(Vec3(-kAway, 0, 0), contact);
+    moveTo(hip, contact);
+    const steady_clock::time_point end = steady_clock::now() + kPatience;
+    while ((sample().flags & HAPTIC_SAMPLE_RAMPING) != 0 && steady_clock::now() < end) pause();
+  }
+
+  void step(const Vec3& hip, const Vec3&, double, haptic_algorithm_contact& contact) { moveTo(hip, contact); }
+
+  [[nodiscard]] std::size_t bytes() const { return 0; }
+
+ private:
+  static constexpr double kAway = 5;  // [m]
+
+  haptic::Client connect(const haptic_algorithm_problem& problem) {
+    Spec options(std::string("daemon:") + problem.options);
+    haptic::ConnectOptions how;
+    how.socket = options.word("socket", "");
+    how.name = "haptic-bench";
+    device_ = options.word("device", "");
+    options.finish();
+    haptic::Client client = must(haptic::Client::connect(how));
+    if (device_.empty()) device_ = must(client.openDevice(kStill))->uri;
+    return client;
+  }
+
+  static void pause() { std::this_thread::sleep_for(std::chrono::microseconds(100)); }
+
+  haptic_sample sample() const {
+    const steady_clock::time_point end = steady_clock::now() + kPatience;
+    for (;;) {
+      if (const haptic::Result<haptic_sample> s = session_->latest()) return *s;
+      if (steady_clock::now() > end) throw Failure("daemon", "its state cannot be read", "hapticctl status");
+      pause();
+    }
+  }
+
+  void moveTo(const Vec3& hip, haptic_algorithm_contact& contact) {
+    const haptic_sample before = sample();
+    haptic_object_pose pose{};
+    pose.object = object_->id();
+    pose.q[0] = 1;
+    for (int i = 0; i < 3; ++i) pose.p[i] = before.p[i] - hip[i];
+    const std::uint64_t seq = must(session_->push(pose));
+    const steady_clock::time_point end = steady_clock::now() + kPatience;
+    haptic_acks acks{};
+    haptic_sample after{};
+    while (acks.applied_seq < seq || after.tick < acks.applied_tick) {
+      if (steady_clock::now() > end) return answer(contact, Vec3::Constant(NAN), hip, false);  // Reported as a sample.
+      pause();
+      if (const haptic::Result<haptic_acks> a = session_->acks()) acks = *a;
+      after = sample();
+    }
+    const Vec3 at(pose.p[0], pose.p[1], pose.p[2]);
+    answer(contact, hapticd::vec3(after.force), hapticd::vec3(after.proxy) - at,
+           (after.flags & HAPTIC_SAMPLE_CONTACT) != 0);
+  }
+
+  std::string device_;
+  haptic::Client client_;
+  std::uint64_t mesh_ = 0;
+  std::optional<haptic::Session> session_;
+  std::optional<haptic::Object> object_;
+};
+
+}  // namespace
+
+const haptic_algorithm kDaemon = [] {
+  haptic_algorithm table =
+      nativeAlgorithm<Daemon>("daemon", "the running daemon, in real time; daemon:socket=PATH,device=URI");
+  table.memory_bytes = nullptr;
+  return table;
+}();
+
+}  // namespace haptic_bench

@@ -18,7 +18,7 @@
 #define HD_SHM_MAGIC UINT64_C(0x3144434954504148) /**< "HAPTICD1" in memory on a little-endian machine. */
 
 /** A change of major breaks clients; a change of minor only adds (readers require minor >= theirs). */
-#define HD_SHM_MAJOR 1
+#define HD_SHM_MAJOR 2
 #define HD_SHM_MINOR 0
 
 #define HD_LINE 128u           /**< Producer and consumer fields stand this far apart: two 64-byte lines. */
@@ -38,8 +38,10 @@ enum hd_source {
   HD_SOURCE_LOCAL_MODEL = 2, /**< Models that clients push. */
   HD_SOURCE_CLIENT = 3,      /**< Force computed by a client. */
   HD_SOURCE_GRAVITY = 4,     /**< Gravity compensation of the device. */
-  HD_SOURCE_GUARD = 5,       /**< What the guard added or took away: applied minus the sum of the others. */
-  HD_SOURCES = 6
+  HD_SOURCE_TEXTURE = 5,     /**< Relief and vibration of the surface touched. */
+  HD_SOURCE_TRANSIENT = 6,   /**< Pulses of impacts. */
+  HD_SOURCE_GUARD = 7,       /**< What the guard added or took away: applied minus the sum of the others. */
+  HD_SOURCES = 8
 };
 
 /** Bits of hd_sample.flags. */
@@ -118,7 +120,7 @@ struct hd_sample {
   uint32_t wake_ns;          /**< Wake-up latency of this tick. */
   uint32_t cycle_ns;         /**< Duration of the previous tick's whole cycle. */
   uint32_t applied_commands; /**< Commands taken by this tick, all sessions together. */
-  uint8_t reserved[40];
+  uint8_t reserved[16];
 };
 
 /**

@@ -36,7 +36,8 @@ Json getLease(const OpenDevice& device, const DeviceNow&, Core& core) {
 }
 
 Json getBySource(const OpenDevice&, const DeviceNow& s, Core&) {
-  static constexpr const char* kNames[HD_SOURCES] = {"surface", "effect", "local_model", "client", "gravity", "guard"};
+  static constexpr const char* kNames[HD_SOURCES] = {"surface", "effect",  "local_model", "client",
+                                                     "gravity", "texture", "transient",   "guard"};
   Json json;
   for (std::uint32_t i = 0; i < HD_SOURCES; ++i) {
     const float* f = s.sample.by_source[i];

@@ -130,7 +130,8 @@ bool Guard::gather(const GuardInput& input, Wanted& wanted) HD_RT {
   if (!all_finite) return false;
   const Vec3 springs = bounded(input.local_active);
   wanted.passive = wanted.by_source[HD_SOURCE_SURFACE] + (wanted.by_source[HD_SOURCE_LOCAL_MODEL] - springs);
-  wanted.active = wanted.by_source[HD_SOURCE_EFFECT] + springs + wanted.by_source[HD_SOURCE_CLIENT];
+  wanted.active = wanted.by_source[HD_SOURCE_EFFECT] + springs + wanted.by_source[HD_SOURCE_CLIENT] +
+                  wanted.by_source[HD_SOURCE_TEXTURE] + wanted.by_source[HD_SOURCE_TRANSIENT];
   wanted.gravity = wanted.by_source[HD_SOURCE_GRAVITY];
   wanted.torque = torque;
   wanted.gripper = std::clamp(input.gripper_force, -kLargest, kLargest);

@@ -28,7 +28,8 @@ struct GuardLimits {
   double gripper_force = 0;  ///< [N]
   double velocity = 0;       ///< Above it the guard latches [m/s].
   double power = 0;          ///< Most power delivered to the hand [W].
-  double active_power = 0;   ///< Budget of active sources (client force, springs, moving bodies, cues) [W].
+  double active_power =
+      0;  ///< Budget of active sources (client force, springs, moving bodies, textures, transients) [W].
 };
 
 /** Fixed behaviour; limits can change while running. */
@@ -114,7 +115,7 @@ class Guard {
   struct Wanted {
     std::array<Vec3, HD_SOURCES> by_source;
     Vec3 passive = Vec3::Zero();  ///< Surface and local contact models.
-    Vec3 active = Vec3::Zero();   ///< Effects, springs, fields, client forces.
+    Vec3 active = Vec3::Zero();   ///< Effects, springs, fields, client forces, textures, transients.
     Vec3 gravity = Vec3::Zero();
     Vec3 torque = Vec3::Zero();
     double gripper = 0;

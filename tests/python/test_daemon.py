@@ -48,7 +48,7 @@ class Daemon(unittest.TestCase):
             self.assertGreater(len(view), 10)
             self.assertEqual(view["p"].shape, (len(view), 3))
             self.assertTrue((np.diff(view["tick"].astype(np.int64)) > 0).all())
-            self.assertEqual(session.latest()["by_source"].shape, (6, 3))
+            self.assertEqual(session.latest()["by_source"].shape, (8, 3))
             with self.assertRaises(ValueError):
                 session.drain(np.empty(4))
         self.assertFalse(session.alive)

@@ -29,7 +29,11 @@ constexpr std::string_view kCsvHeader =
     "surface_x,surface_y,surface_z,effect_x,effect_y,effect_z,local_model_x,local_model_y,local_model_z,"
     "client_x,client_y,client_z,gravity_x,gravity_y,gravity_z,guard_x,guard_y,guard_z,own_x,own_y,own_z,"
     "depth,energy,gripper_rad,gripper_force,buttons,object,armed,contact,slip,limited,flags,fault,missed,"
-    "wake_ns,cycle_ns,commands\n";
+    "wake_ns,cycle_ns,commands,texture_x,texture_y,texture_z,transient_x,transient_y,transient_z\n";
+
+/** In the order of the columns; the others stand at the end of the line. */
+constexpr int kFirstSources[] = {HAPTIC_SOURCE_SURFACE, HAPTIC_SOURCE_EFFECT,  HAPTIC_SOURCE_LOCAL_MODEL,
+                                 HAPTIC_SOURCE_CLIENT,  HAPTIC_SOURCE_GRAVITY, HAPTIC_SOURCE_GUARD};
 
 void csvLine(std::string& out, const haptic_sample& s, double t_s) {
   const auto to = std::back_inserter(out);
@@ -45,7 +49,7 @@ void csvLine(std::string& out, const haptic_sample& s, double t_s) {
   vector(s.force);
   vector(s.torque);
   vector(s.proxy);
-  for (const auto& source : s.by_source) vector(source);
+  for (const int source : kFirstSources) vector(s.by_source[source]);
   vector(s.own);
   fmt::format_to(to, ",{},{},{},{},{},{}", s.depth_m, s.energy_j, s.gripper_rad, s.gripper_force_n, s.buttons,
                  s.contact_object);
@@ -53,7 +57,10 @@ void csvLine(std::string& out, const haptic_sample& s, double t_s) {
   bit(HAPTIC_SAMPLE_CONTACT);
   bit(HAPTIC_SAMPLE_SLIP);
   bit(HAPTIC_SAMPLE_LIMITED);
-  fmt::format_to(to, ",{},{},{},{},{},{}\n", s.flags, s.fault, s.missed, s.wake_ns, s.cycle_ns, s.applied_commands);
+  fmt::format_to(to, ",{},{},{},{},{},{}", s.flags, s.fault, s.missed, s.wake_ns, s.cycle_ns, s.applied_commands);
+  vector(s.by_source[HAPTIC_SOURCE_TEXTURE]);
+  vector(s.by_source[HAPTIC_SOURCE_TRANSIENT]);
+  out += '\n';
 }
 
 std::string flagWords(const haptic_sample& s) {

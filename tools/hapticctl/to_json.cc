@@ -149,7 +149,8 @@ Json toJson(const haptic_statistics& s) {
 }
 
 Json toJson(const haptic_sample& s) {
-  constexpr const char* kSources[] = {"surface", "effect", "local_model", "client", "gravity", "guard"};
+  constexpr const char* kSources[HAPTIC_SOURCES] = {"surface", "effect",  "local_model", "client",
+                                                    "gravity", "texture", "transient",   "guard"};
   Json by_source = Json::object();
   for (std::size_t i = 0; i < HAPTIC_SOURCES; ++i) by_source[kSources[i]] = array(s.by_source[i]);
   return {{"t_ns", s.t_ns},

@@ -24,8 +24,10 @@ typedef enum haptic_source {
   HAPTIC_SOURCE_LOCAL_MODEL = 2, /**< Models that clients push. */
   HAPTIC_SOURCE_CLIENT = 3,      /**< Force computed by a client. */
   HAPTIC_SOURCE_GRAVITY = 4,     /**< Gravity compensation of the device. */
-  HAPTIC_SOURCE_GUARD = 5,       /**< What the guard added or took away. */
-  HAPTIC_SOURCES = 6
+  HAPTIC_SOURCE_TEXTURE = 5,     /**< Relief and vibration of the surface touched. */
+  HAPTIC_SOURCE_TRANSIENT = 6,   /**< Pulses of impacts. */
+  HAPTIC_SOURCE_GUARD = 7,       /**< What the guard added or took away. */
+  HAPTIC_SOURCES = 8
 } haptic_source;
 
 /** Bits of haptic_sample.flags. */
@@ -83,7 +85,7 @@ typedef struct haptic_sample {
   uint32_t wake_ns;          /**< Wake-up latency of this tick. */
   uint32_t cycle_ns;         /**< Duration of the previous tick's whole cycle. */
   uint32_t applied_commands; /**< Commands taken by this tick, all sessions together. */
-  uint8_t reserved[40];
+  uint8_t reserved[16];
 } haptic_sample;
 
 /** What became of this session's commands. */

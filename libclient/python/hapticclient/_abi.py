@@ -128,9 +128,9 @@ SessionLimits = struct("haptic_session_limits", ("force_n", f64), ("torque_nm", 
 SAMPLE_FIELDS: list[tuple[Any, ...]] = [
     ("guard", "u8"), ("tick", "u8"), ("t_ns", "i8"), ("device", "u4"), ("flags", "u4"), ("fault", "u4"),
     ("buttons", "u4"), ("p", "f8", 3), ("q", "f8", 4), ("v", "f8", 3), ("w", "f8", 3), ("proxy", "f8", 3),
-    ("force", "f8", 3), ("torque", "f8", 3), ("by_source", "f4", (6, 3)), ("gripper_rad", "f8"),
+    ("force", "f8", 3), ("torque", "f8", 3), ("by_source", "f4", (8, 3)), ("gripper_rad", "f8"),
     ("gripper_force_n", "f8"), ("own", "f4", 3), ("energy_j", "f4"), ("depth_m", "f4"), ("contact_object", "u4"),
-    ("missed", "u4"), ("wake_ns", "u4"), ("cycle_ns", "u4"), ("applied_commands", "u4"), ("reserved", "u1", 40)]
+    ("missed", "u4"), ("wake_ns", "u4"), ("cycle_ns", "u4"), ("applied_commands", "u4"), ("reserved", "u1", 16)]
 
 _Handle = c.c_void_p
 _Out = c.POINTER(c.c_void_p)

@@ -19,13 +19,13 @@ struct Script {
   std::uint16_t protocol_major = 1;
   std::uint64_t epoch = 1;
   bool administration = false;
-  bool dawdle = false;             ///< Never answers listDevices().
-  std::uint16_t refuse_arm = 0;    ///< A code for arm().
-  std::uint16_t layout_major = 1;  ///< Written to the regions.
-  int still_mapped = 0;            ///< So many commits are refused as still mapped.
-  std::string bad_mesh;            ///< If not empty, commits are refused with it.
-  std::vector<float> progress;     ///< Reported by each commit.
-  bool never_build = false;        ///< Commits do not end.
+  bool dawdle = false;                        ///< Never answers listDevices().
+  std::uint16_t refuse_arm = 0;               ///< A code for arm().
+  std::uint16_t layout_major = HD_SHM_MAJOR;  ///< Written to the regions.
+  int still_mapped = 0;                       ///< So many commits are refused as still mapped.
+  std::string bad_mesh;                       ///< If not empty, commits are refused with it.
+  std::vector<float> progress;                ///< Reported by each commit.
+  bool never_build = false;                   ///< Commits do not end.
 };
 
 /** What the fake has seen. */

@@ -271,7 +271,7 @@ TEST_F(SessionTest, RefusalsOfOpeningNameTheDevice) {
   const auto none = client_->openSession("sim://none");
   EXPECT_EQ(none.code(), HAPTIC_NOT_FOUND);
   EXPECT_EQ(none.error().where, "sim://none");
-  daemon_->script([](Script& script) { script.layout_major = 2; });
+  daemon_->script([](Script& script) { script.layout_major = HD_SHM_MAJOR + 1; });
   EXPECT_EQ(client_->openSession().code(), HAPTIC_VERSION_MISMATCH);
   EXPECT_TRUE(eventually([&] { return daemon_->seen().open_sessions == 1; })) << "refused sessions end";
 }

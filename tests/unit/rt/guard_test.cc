@@ -234,6 +234,16 @@ TEST(Guard, ActiveSourcesHaveTheirOwnBudget) {
   rig.step(100);
   EXPECT_NEAR(rig.out.command.force.x(), 0.5, 1e-9);
 
+  for (const hd_source source : {HD_SOURCE_TEXTURE, HD_SOURCE_TRANSIENT}) {
+    GuardRig surface(config);
+    surface.ask(source, {2, 0, 0});
+    surface.armFully();
+    surface.in.velocity.v = {0.5, 0, 0};
+    surface.step(100);
+    EXPECT_NEAR(surface.out.command.force.x(), 0.5, 1e-9) << "source " << source;
+    EXPECT_EQ(surface.out.by_source[source].x(), 2) << "it is told who asked";
+  }
+
   GuardRig passive(config);
   passive.ask(HD_SOURCE_SURFACE, {2, 0, 0});
   passive.armFully();

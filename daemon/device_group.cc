@@ -90,13 +90,46 @@ Result<void> DeviceGroup::startThreads() {
   if (!ingest) return ingest;
   auto servo = run(servo_thread_, "servo", options_.servo_priority, [this] {
     servo_->begin();
-    while (!stop_.load(std::memory_order_relaxed)) servo_->runOnce();
+    while (!stop_.load(std::memory_order_relaxed)) {
+      if (hold_.load(std::memory_order_relaxed)) standStill();
+      servo_->runOnce();
+    }
     servo_->end();
   });
   if (!servo) return servo;
   realtime_ = note_.empty();
   servo_->no_realtime.store(!realtime_, std::memory_order_relaxed);
   return {};
+}
+
+void DeviceGroup::standStill() HD_RT {
+  held_.store(true, std::memory_order_release);  // R3, pairs with A3: the servo's own is free to change
+  while (hold_.load(std::memory_order_acquire) && !stop_.load(std::memory_order_relaxed)) {  // A4, pairs with R4
+    clock_.sleepUntil(clock_.now() + options_.cycle.period_ns);
+  }
+  held_.store(false, std::memory_order_relaxed);
+  servo_->skipPassed();
+}
+
+Result<void> DeviceGroup::betweenCycles(const std::function<void(Servo&)>& work) {
+  if (!options_.threads) {
+    work(*servo_);
+    return {};
+  }
+  const auto wait = [this](bool held) {
+    constexpr std::int64_t kLookNs = 200'000;
+    for (int looks = 0; looks < 500; ++looks) {
+      if (held_.load(std::memory_order_acquire) == held) return true;  // A3
+      clock_.sleepUntil(clock_.now() + kLookNs);
+    }
+    return false;
+  };
+  if (wait(false)) hold_.store(true, std::memory_order_relaxed);  // it has left the last stand
+  const bool held = wait(true);
+  if (held) work(*servo_);
+  hold_.store(false, std::memory_order_release);  // R4
+  if (held) return {};
+  return Error{ErrorCode::kTimeout, "servo", "it did not come to a stand within 100 ms", "see hapticctl status"};
 }
 
 DeviceGroup::~DeviceGroup() {

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -51,6 +52,12 @@ class DeviceGroup {
   [[nodiscard]] const std::string& schedulingNote() const { return note_; }
   [[nodiscard]] const GroupOptions& options() const { return options_; }
 
+  /**
+   * Runs `work` while the servo stands still between two cycles; periods that pass meanwhile are left out, not missed.
+   * Only while no device is armed: nobody holds the hand's force. kTimeout when the servo does not come to a stand.
+   */
+  [[nodiscard]] Result<void> betweenCycles(const std::function<void(Servo&)>& work);
+
   /** Without threads: one ingest round and one cycle. */
   void step();
 
@@ -58,6 +65,7 @@ class DeviceGroup {
   DeviceGroup(const GroupOptions& options, std::vector<std::unique_ptr<Device>> devices, const MeshTable& meshes,
               Clock& clock);
   Result<void> startThreads();
+  void standStill() HD_RT;
 
   GroupOptions options_;
   std::vector<std::unique_ptr<Device>> devices_;
@@ -65,6 +73,8 @@ class DeviceGroup {
   std::unique_ptr<Ingest> ingest_;
   std::unique_ptr<Servo> servo_;
   std::atomic<bool> stop_{false};
+  std::atomic<bool> hold_{false};  ///< The servo is to stand still ...
+  std::atomic<bool> held_{false};  ///< ... and does.
   RtThread ingest_thread_, servo_thread_;
   bool realtime_ = false;
   std::string note_;

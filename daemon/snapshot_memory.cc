@@ -1,5 +1,10 @@
 #include "daemon/snapshot_memory.h"
 
+#include <algorithm>
+#include <cstring>
+
+#include "rt/scene/snapshot_checksum.h"
+
 namespace hapticd {
 
 Result<SnapshotMemory> openSnapshot(UniqueFd fd, bool lock) {
@@ -18,6 +23,19 @@ Result<SnapshotMemory> openSnapshot(UniqueFd fd, bool lock) {
   if (lock)
     if (const auto locked = mapping->lock(); !locked) return locked.error();
   return SnapshotMemory{std::move(*mapping), *view};
+}
+
+std::vector<std::byte> copyDeformed(std::span<const std::byte> snapshot) {
+  std::vector<std::byte> copy(snapshot.begin(), snapshot.end());
+  hd_snapshot_header header;
+  std::memcpy(&header, copy.data(), sizeof header);
+  hd_bvh_node root;
+  std::memcpy(&root, copy.data() + header.section[HD_SECTION_NODES].offset, sizeof root);
+  std::copy_n(root.lower, 3, header.lower);
+  std::copy_n(root.upper, 3, header.upper);
+  header.checksum = snapshotChecksum(std::span<const std::byte>(copy).subspan(sizeof header));
+  std::memcpy(copy.data(), &header, sizeof header);
+  return copy;
 }
 
 }  // namespace hapticd

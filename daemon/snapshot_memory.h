@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <vector>
+
 #include "daemon/memfd.h"
 #include "rt/scene/mesh_view.h"
 
@@ -19,5 +21,8 @@ struct SnapshotMemory {
  * deformable), validates all of it and, if `lock`, locks it. Control thread; about 60 ms for a million triangles.
  */
 [[nodiscard]] Result<SnapshotMemory> openSnapshot(UniqueFd fd, bool lock);
+
+/** A copy of a snapshot whose vertices have been moved, whole again: with the box and the checksum it has now. */
+[[nodiscard]] std::vector<std::byte> copyDeformed(std::span<const std::byte> snapshot);
 
 }  // namespace hapticd

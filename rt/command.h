@@ -41,7 +41,7 @@ enum class CommandKind : std::uint32_t {
   kFreeSession,     ///< SessionRef: the slot may be used again.
   kArm,             ///< DeviceRef
   kDisarm,          ///< DeviceRef
-  kStop,            ///< DeviceRef: latch HD_FAULT_STOP_LINE.
+  kStop,            ///< StopOrder
   kDeviceLimits,    ///< DeviceLimits
 };
 
@@ -83,6 +83,10 @@ struct SessionRef {
 };
 struct DeviceRef {
   std::uint32_t device;
+};
+struct StopOrder {
+  std::uint32_t device;
+  std::uint32_t cause;  ///< hd_fault to latch; 0: HD_FAULT_STOP_LINE.
 };
 struct DeviceLimits {
   std::uint32_t device;

@@ -23,6 +23,7 @@ Core::Core(const CoreOptions& options, Clock& clock)
                  [this](std::uint32_t uid, std::uint64_t bytes) { return checkQuota(uid, bytes, 0); }}),
       uploads_(meshes_, [this](std::uint32_t uid, std::uint64_t bytes,
                                std::uint64_t triangles) { return checkQuota(uid, bytes, triangles); }),
+      recordings_(scene_, meshes_, sessions_, options.config.servo.lock_memory && !options.config.servo.allow_no_rt),
       devices_(options_.config, clock, meshes_, scene_, options.threads) {
   scene_.setQuota(options_.config.quotas.objects);
   meshes_.setLock(options_.config.servo.lock_memory && !options_.config.servo.allow_no_rt);
@@ -36,7 +37,10 @@ Core::Core(const CoreOptions& options, Clock& clock)
   });
 }
 
-Core::~Core() { devices_.closeAll(); }
+Core::~Core() {
+  for (const auto& link : devices_.links()) recordings_.groupClosed(*link);
+  devices_.closeAll();
+}
 
 Result<void> Core::openConfigured() {
   for (const GroupConfig& group : options_.config.effectiveGroups()) {
@@ -57,6 +61,7 @@ void Core::poll() {
   scene_.followClients();
   meshes_.reclaim();
   uploads_.poll();
+  recordings_.poll();
 }
 
 void Core::beginShutdown() {
@@ -142,9 +147,18 @@ Result<void> Core::closeDevice(std::string_view uri, std::uint64_t connection) {
     if (other->link == link) names.push_back(other->name);
   }
   if (auto r = devices_.close(**device); !r) return r;
+  recordings_.groupClosed(*link);
   events_dropped_.erase(link);
   for (const std::string& name : names) publish(EventKind::kDeviceRemoved, name);
   return {};
+}
+
+Result<Recordings::Started> Core::record(std::string_view uri, std::uint64_t connection) {
+  auto device = devices_.find(uri);
+  if (!device) return device.error();
+  const Client& by = client(connection);
+  if (auto r = checkQuota(by.uid, sizeof(CycleLog), 0); !r) return r.error();
+  return recordings_.start(**device, by, devices_);
 }
 
 Result<void> Core::checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles) const {
@@ -182,11 +196,12 @@ void Core::regionDropped(std::uint32_t uid) {
 }
 
 std::uint64_t Core::bytesOf(std::uint32_t uid) const {
-  return sessions_.bytesOf(uid) + meshes_.bytesOf(uid) + uploads_.bytesOf(uid);
+  return sessions_.bytesOf(uid) + meshes_.bytesOf(uid) + uploads_.bytesOf(uid) + recordings_.bytesOf(uid);
 }
 
 std::uint64_t Core::lockedBytes() const {
-  return sessions_.bytes() + meshes_.lockedBytes() + devices_.links().size() * GroupLink::monitorBytes();
+  return sessions_.bytes() + meshes_.lockedBytes() + recordings_.size() * sizeof(CycleLog) +
+         devices_.links().size() * GroupLink::monitorBytes();
 }
 
 void Core::publish(EventKind kind, const std::string& device, const std::string& text, std::uint64_t session) {

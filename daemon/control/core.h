@@ -15,14 +15,14 @@
 #include "daemon/device/device_manager.h"
 #include "daemon/event/event_hub.h"
 #include "daemon/log.h"
+#include "daemon/recorder/recordings.h"
 #include "daemon/scene/mesh_store.h"
 #include "daemon/scene/scene_model.h"
 #include "daemon/scene/uploads.h"
 #include "daemon/session/session_manager.h"
+#include "daemon/version.h"
 
 namespace hapticd {
-
-inline constexpr const char* kVersion = "0.1.0";
 
 /** What the process knows of itself; for status and doctor. */
 struct ProcessFacts {
@@ -85,6 +85,9 @@ class Core {
   [[nodiscard]] Result<OpenDevice*> openDevice(std::string_view uri);
   [[nodiscard]] Result<void> closeDevice(std::string_view uri, std::uint64_t connection);
 
+  /** Records the device's group; Recordings says who may. */
+  [[nodiscard]] Result<Recordings::Started> record(std::string_view uri, std::uint64_t connection);
+
   /** kQuotaExceeded if that user may not have so many more bytes and triangles. */
   [[nodiscard]] Result<void> checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles) const;
   [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
@@ -98,6 +101,7 @@ class Core {
   [[nodiscard]] MeshStore& meshes() { return meshes_; }
   [[nodiscard]] Uploads& uploads() { return uploads_; }
   [[nodiscard]] SessionManager& sessions() { return sessions_; }
+  [[nodiscard]] Recordings& recordings() { return recordings_; }
   [[nodiscard]] EventHub& events() { return events_; }
   [[nodiscard]] const Config& config() const { return options_.config; }
   [[nodiscard]] ProcessFacts& facts() { return facts_; }
@@ -132,6 +136,7 @@ class Core {
   SceneModel scene_;
   SessionManager sessions_;
   Uploads uploads_;
+  Recordings recordings_;
   DeviceManager devices_;  // last: its servos stop before what they read goes
   std::map<std::uint64_t, Client> clients_;
   std::uint64_t next_connection_ = 1;

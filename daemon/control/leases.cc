@@ -32,6 +32,7 @@ Result<Session*> Core::openSession(std::string_view uri, std::uint64_t connectio
   if (!device) return device.error();
   Client by = client(connection);
   if (!name.empty()) by.name = name;
+  recordings_.sessionOpens(*(*device)->link, by.uid);
   return sessions_.open(**device, by, clock_.now());
 }
 

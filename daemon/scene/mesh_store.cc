@@ -76,7 +76,22 @@ Result<void> MeshStore::publish(std::uint32_t index, CommandSink& sink) {
     memory = entry.copies.at(nullptr).get();
   }
   sink.meshes().publish(index, &memory->view);
+  if (published_) published_(sink, describe(index, sink));
   return {};
+}
+
+PublishedMesh MeshStore::describe(std::uint32_t index, CommandSink& sink) const {
+  const Entry& entry = *entries_[index];
+  const auto& memory = entry.copies.at(entry.info.deformable ? &sink : nullptr);
+  return {index, entry.info.deformable, memory->mapping.bytes(), entry.fd.get()};
+}
+
+std::vector<PublishedMesh> MeshStore::published(CommandSink& sink) const {
+  std::vector<PublishedMesh> out;
+  for (std::uint32_t i = 0; i < kMaxMeshes; ++i) {
+    if (entries_[i] != nullptr && sink.meshes().get(i) != nullptr) out.push_back(describe(i, sink));
+  }
+  return out;
 }
 
 void MeshStore::unpublish(std::uint32_t index) {

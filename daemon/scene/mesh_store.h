@@ -5,8 +5,10 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,6 +31,14 @@ struct MeshInfo {
   std::int64_t build_ns = 0;
   std::uint32_t uses = 0;  ///< Objects that show it.
   Client owner;
+};
+
+/** A mesh as one servo reads it. */
+struct PublishedMesh {
+  std::uint32_t entry = 0;  ///< Of the servo's mesh table.
+  bool deformable = false;  ///< Then `bytes` are this servo's own, and it writes them.
+  std::span<const std::byte> bytes;
+  int fd = -1;  ///< The sealed snapshot as the builder made it.
 };
 
 /** Control thread only. */
@@ -65,6 +75,11 @@ class MeshStore {
   [[nodiscard]] Result<void> attach(CommandSink& sink);
   void detach(CommandSink& sink);
 
+  /** What stands in that servo's table. */
+  [[nodiscard]] std::vector<PublishedMesh> published(CommandSink& sink) const;
+  /** Told of each mesh when it is published, before any order can name it. */
+  void onPublish(std::function<void(CommandSink&, const PublishedMesh&)> f) { published_ = std::move(f); }
+
   /** Unmaps what every servo has passed. Call every few milliseconds. */
   void reclaim();
 
@@ -72,12 +87,14 @@ class MeshStore {
   struct Entry;
   Result<void> publish(std::uint32_t index, CommandSink& sink);
   void unpublish(std::uint32_t index);
+  [[nodiscard]] PublishedMesh describe(std::uint32_t index, CommandSink& sink) const;
 
   bool lock_ = true;
   std::vector<CommandSink*> sinks_;
   std::array<std::unique_ptr<Entry>, kMaxMeshes> entries_;
   std::map<std::uint64_t, std::uint32_t> by_id_;
   std::uint64_t next_id_ = 1;
+  std::function<void(CommandSink&, const PublishedMesh&)> published_;
 };
 
 }  // namespace hapticd

@@ -200,13 +200,25 @@ void SceneModel::attach(CommandSink& sink) {
   if (free == sinks_.end()) return;
   *free = &sink;
   const auto index = static_cast<std::size_t>(free - sinks_.begin());
+  replay([&](Object& object, const Command& command) {
+    object.client_edits[index] = 0;
+    object.edit[index] = sink.post(command);
+  });
+}
+
+std::vector<Command> SceneModel::orders() {
+  std::vector<Command> all;
+  replay([&](Object&, const Command& command) { all.push_back(command); });
+  return all;
+}
+
+void SceneModel::replay(const std::function<void(Object&, const Command&)>& give) {
   std::vector<std::uint32_t> open = childSlots(0);
   for (std::size_t i = 0; i < open.size(); ++i) {
     Object& object = slots_[open[i]];
     refresh(object);
-    object.client_edits[index] = 0;
-    object.edit[index] = sink.post(addCommand(object));
-    if (!object.V_PO.v.isZero() || !object.V_PO.w.isZero()) object.edit[index] = sink.post(poseCommand(object));
+    give(object, addCommand(object));
+    if (!object.V_PO.v.isZero() || !object.V_PO.w.isZero()) give(object, poseCommand(object));
     for (const std::uint32_t child : childSlots(open[i])) open.push_back(child);
   }
 }

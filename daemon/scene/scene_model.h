@@ -79,6 +79,8 @@ class SceneModel {
   /** Replays the whole scene to a servo that has just started. */
   void attach(CommandSink& sink);
   void detach(CommandSink& sink);
+  /** The orders that make the whole scene, as it is now, in an empty servo. */
+  [[nodiscard]] std::vector<Command> orders();
 
  private:
   struct Object {
@@ -96,6 +98,8 @@ class SceneModel {
   Result<void> accepting() const;
   Result<void> checkShapeMesh(const ShapeSpec& shape, const std::string& where) const;
   void post(Object& object, const Command& command);
+  /** Each object in turn, parents first, with the orders that make it. */
+  void replay(const std::function<void(Object&, const Command&)>& give);
   [[nodiscard]] Command addCommand(const Object& object) const;
   [[nodiscard]] static Command poseCommand(const Object& object);
   [[nodiscard]] static Command materialCommand(const Object& object);

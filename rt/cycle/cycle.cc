@@ -115,9 +115,11 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
     case CommandKind::kDisarm:
       guard.disarm();
       return ErrorCode::kOk;
-    case CommandKind::kStop:
-      guard.latch(HD_FAULT_STOP_LINE);
+    case CommandKind::kStop: {
+      const std::uint32_t cause = command.as<StopOrder>().cause;
+      guard.latch(cause == HD_FAULT_NONE || cause >= HD_FAULT_COUNT ? std::uint32_t{HD_FAULT_STOP_LINE} : cause);
       return ErrorCode::kOk;
+    }
     default: {
       const auto& wanted = command.as<DeviceLimits>();
       GuardLimits limits = guard.limits();

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "rt/cycle/cycle_input.h"
 #include "rt/cycle/event.h"
@@ -61,6 +62,8 @@ class Cycle {
   [[nodiscard]] const SessionShare& session(std::uint32_t slot) const HD_RT { return sessions_[slot]; }
   [[nodiscard]] const Guard& deviceGuard(std::uint32_t device) const HD_RT { return devices_[device].guard; }
   [[nodiscard]] const CycleConfig& config() const HD_RT { return config_; }
+  /** Commands that wait for their tick, in the order they arrived. */
+  [[nodiscard]] std::span<const Command> pending() const HD_RT { return {pending_.data(), pending_count_}; }
 
  private:
   struct DeviceState {

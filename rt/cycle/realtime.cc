@@ -58,6 +58,22 @@ void disableDenormals() noexcept {
 #endif
 }
 
+DenormalsAsZero::DenormalsAsZero(bool on) noexcept {
+#if defined(__SSE2__)
+  constexpr unsigned kBits = _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON;
+  before_ = _mm_getcsr();
+  _mm_setcsr(on ? before_ | kBits : before_ & ~kBits);
+#else
+  (void)on;
+#endif
+}
+
+DenormalsAsZero::~DenormalsAsZero() {
+#if defined(__SSE2__)
+  _mm_setcsr(before_);
+#endif
+}
+
 void prefaultStack(std::size_t bytes) noexcept {
   const long page = sysconf(_SC_PAGESIZE);
   auto* stack = static_cast<volatile unsigned char*>(alloca(bytes));

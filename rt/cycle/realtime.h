@@ -20,6 +20,18 @@ namespace hapticd {
 /** Flush-to-zero and denormals-are-zero for the calling thread. */
 void disableDenormals() noexcept;
 
+/** Denormals as zero, or not, for the calling thread while it lives; then as before. */
+class DenormalsAsZero {
+ public:
+  explicit DenormalsAsZero(bool on) noexcept;
+  DenormalsAsZero(const DenormalsAsZero&) = delete;
+  DenormalsAsZero& operator=(const DenormalsAsZero&) = delete;
+  ~DenormalsAsZero();
+
+ private:
+  unsigned before_ = 0;
+};
+
 /** Touches `bytes` of the calling thread's stack so that it never faults later. */
 void prefaultStack(std::size_t bytes) noexcept;
 

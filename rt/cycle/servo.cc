@@ -61,6 +61,20 @@ Servo::Servo(const CycleConfig& config, std::array<Device*, kMaxDevices> devices
 
 void Servo::begin() HD_RT { deadline_ns_ = (clock_.now() / config_.period_ns + 1) * config_.period_ns; }
 
+void Servo::skipPassed() HD_RT {
+  const std::int64_t late_ns = clock_.now() - deadline_ns_;
+  if (late_ns < 0) return;
+  const std::int64_t passed = late_ns / config_.period_ns + 1;
+  deadline_ns_ += passed * config_.period_ns;
+  tick_ += static_cast<std::uint64_t>(passed);
+}
+
+void Servo::publishPoses() HD_RT {
+  for (std::uint32_t i = 0; i < kMaxObjects; i += PoseBoard::kPerCycle) {
+    poses.publish(cycle_.scene(), tick_, orders_taken_);
+  }
+}
+
 void Servo::runOnce() HD_RT {
   clock_.sleepUntil(deadline_ns_);
   const std::int64_t woke_ns = clock_.now();
@@ -97,6 +111,7 @@ void Servo::runOnce() HD_RT {
   }
   const std::int64_t written_ns = clock_.now();
 
+  if (CycleLog* to = log.load(std::memory_order_acquire)) to->push(*input_, *output_, config_.device_count);
   publish(woke_ns - deadline_ns_);
   const std::int64_t done_ns = clock_.now();
 

@@ -12,6 +12,7 @@
 #include "rt/base/clock.h"
 #include "rt/base/histogram.h"
 #include "rt/cycle/cycle.h"
+#include "rt/cycle/cycle_log.h"
 #include "rt/cycle/pose_board.h"
 #include "rt/ingest/ingest.h"
 #include "rt/ring/state.h"
@@ -54,6 +55,13 @@ class Servo {
   /** The last act: zeros to the devices. */
   void end() HD_RT;
 
+  /** Goes on with a copy of this cycle from the next period. Not while it runs: see DeviceGroup::betweenCycles(). */
+  void replaceCycle(const Cycle& cycle) { cycle_ = cycle; }
+  /** Brings the whole pose board up to date at once. Not while it runs. */
+  void publishPoses() HD_RT;
+  /** Leaves out the periods that passed while nobody ran it, without counting them as missed. */
+  void skipPassed() HD_RT;
+
   // Inlets. Each has one producer.
   ControlToServo from_control;
   Ingest* ingest = nullptr;  ///< Its commands are taken; null in tests without one.
@@ -63,6 +71,7 @@ class Servo {
   std::atomic<bool> no_realtime{false};  ///< Only shown.
 
   // Outlets.
+  std::atomic<CycleLog*> log{nullptr};  ///< Every cycle goes there while it is set.
   SpscRing<ServoEvent, 1024> events;
   ServoCounters counters;
   ServoHistograms histograms;

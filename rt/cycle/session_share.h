@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "rt/base/error.h"
 #include "rt/render/local_model.h"
@@ -46,6 +47,9 @@ class SessionShare {
   /** Once per tick and device. A share that is not finite (huge values overflow) counts as zero: nobody else suffers.
    */
   [[nodiscard]] Share evaluate(const ToolPoint& tool, std::int64_t now_ns, const Scene& scene) HD_RT;
+
+  /** Adds the commands that give a new session these limits, models and forces. Not HD_RT: allocates. */
+  void restate(std::int64_t now_ns, std::vector<Command>& out) const;
 
   [[nodiscard]] Life life() const HD_RT { return life_; }
   [[nodiscard]] std::uint64_t id() const HD_RT { return id_; }

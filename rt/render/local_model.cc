@@ -142,6 +142,19 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
   return out;
 }
 
+bool LocalModelSlot::restate(std::int64_t now_ns, Command& command) const HD_RT {
+  const std::int64_t left_ns = applied_ns_ + lease_ns_ - now_ns;
+  if (state_ != State::kInForce || now_.model.none() || now_.frame_gone || left_ns <= 0) return false;
+  command = now_.model.command();
+  command.seq = seq_;
+  if (command.kind == CommandKind::kForceField) {
+    command.as<hd_force_field>().lease_ns = left_ns;
+  } else {
+    command.as<hd_local_model>().lease_ns = left_ns;
+  }
+  return true;
+}
+
 hd_model_status LocalModelSlot::status(std::int64_t now_ns) const HD_RT {
   hd_model_status out{};
   if (state_ == State::kEmpty) return out;

@@ -51,6 +51,9 @@ class LocalModelSlot {
   /** Force on the hand at `tool`; zero for another device's model. Once per tick and device. */
   [[nodiscard]] ModelForce evaluate(const ToolPoint& tool, std::int64_t now_ns, const Scene& scene) HD_RT;
 
+  /** The command that would put the model in force here again, for the rest of its lease; false when none is. */
+  [[nodiscard]] bool restate(std::int64_t now_ns, Command& command) const HD_RT;
+
   [[nodiscard]] hd_model_status status(std::int64_t now_ns) const HD_RT;
   [[nodiscard]] bool empty() const HD_RT { return state_ == State::kEmpty; }
   /** True once, after the lease ran out. */

@@ -68,6 +68,14 @@ ErrorCode LocalModel::set(const Command& command) HD_RT {
   return ErrorCode::kOk;
 }
 
+Command LocalModel::command() const HD_RT {
+  Command out;
+  out.kind = kind_;
+  if (kind_ == CommandKind::kLocalModel) out.as<hd_local_model>() = local_;
+  if (kind_ == CommandKind::kForceField) out.as<hd_force_field>() = field_;
+  return out;
+}
+
 void LocalModel::inherit(const LocalModel& former, const ModelFrame& former_frame, const ModelFrame& frame) HD_RT {
   if (kind_ != CommandKind::kLocalModel || former.kind_ != CommandKind::kLocalModel || !former.touching_) return;
   anchor_ = frame.X_WF.inverse() * (former_frame.X_WF * former.anchor_);

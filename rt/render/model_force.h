@@ -49,6 +49,8 @@ class LocalModel {
   void inherit(const LocalModel& former, const ModelFrame& former_frame, const ModelFrame& frame) HD_RT;
 
   [[nodiscard]] bool none() const HD_RT { return kind_ == CommandKind::kNone; }
+  /** The command that makes this model anew, without its contact memory. */
+  [[nodiscard]] Command command() const HD_RT;
   [[nodiscard]] std::uint32_t frame() const HD_RT;
   [[nodiscard]] std::uint32_t device() const HD_RT;
   [[nodiscard]] std::int64_t lease_ns() const HD_RT;

@@ -68,6 +68,26 @@ TEST(ServoCycle, IsCleanInContact) {
   EXPECT_GT(most, 0.5) << "the test must press on something";
 }
 
+TEST(ServoCycle, IsCleanWhileItIsRecorded) {
+  // Of the size the recorder makes it; drained now and then as the recorder does, and full in between.
+  const auto log = std::make_unique<CycleLog>();
+  LoggedCycle cycle;
+  std::array<Command, kMaxCommandsPerCycle> commands;
+  std::uint64_t taken = 0;
+  expectClean([&](House& house, int i) {
+    house.servo->log = log.get();
+    hd_object_pose pose{};
+    pose.object = makeObjectId(2, 1);
+    pose.q[0] = 1;
+    for (int k = 0; k < 16; ++k) house.push(HD_COMMAND_OBJECT_POSE, pose);
+    if (i < 6000) {
+      while (log->pop(cycle, commands)) ++taken;
+    }
+  });
+  EXPECT_GT(taken, 5000u);
+  EXPECT_GT(log->lost(), 0u) << "a full log has to be seen as well";
+}
+
 TEST(ServoCycle, IsCleanWhileObjectsMove) {
   expectClean([](House& house, int i) {
     hd_object_pose pose{};

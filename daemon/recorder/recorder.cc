@@ -1,0 +1,138 @@
+#include "daemon/recorder/recorder.h"
+
+#include <poll.h>
+#include <pthread.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <chrono>
+#include <iterator>
+#include <new>
+
+#include "rt/base/clock.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::chrono::milliseconds kRound{10};
+
+}  // namespace
+
+Result<std::unique_ptr<Recorder>> Recorder::create(bool lock) {
+  std::unique_ptr<Recorder> out(new Recorder);
+  auto file = Memfd::create("hapticd-log", sizeof(CycleLog));
+  if (!file) return file.error();
+  auto memory = file->map(Memfd::Access::kWrite);
+  if (!memory) return memory.error();
+  if (lock) {
+    if (auto r = memory->lock(); !r) return r.error();
+  }
+  out->log_memory_ = std::move(*memory);
+  out->log_ = new (out->log_memory_.data()) CycleLog;
+  out->cycle_ = std::make_unique<RecordedCycle>();
+  int ends[2];
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+    return systemError("recording", "socketpair", errno);
+  out->stream_.reset(ends[0]);
+  out->reader_end_.reset(ends[1]);
+  (void)::shutdown(ends[0], SHUT_RD);
+  return out;
+}
+
+Recorder::~Recorder() {
+  abandon_.store(true, std::memory_order_relaxed);
+  finish("abandoned");
+  if (thread_.joinable()) thread_.join();
+  log_->~CycleLog();
+}
+
+void Recorder::begin(RecordingHeader header, std::vector<Mesh> meshes) {
+  header.meshes = static_cast<std::uint32_t>(meshes.size());
+  meshes_ = std::move(meshes);
+  thread_ = std::thread([this, header = std::move(header)]() mutable { run(std::move(header)); });
+  pthread_setname_np(thread_.native_handle(), "recorder");
+}
+
+void Recorder::add(Mesh mesh) {
+  const std::lock_guard lock(mutex_);
+  mesh.after = log_->pushed();
+  meshes_.push_back(std::move(mesh));
+}
+
+void Recorder::finish(const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  if (!reason_) reason_ = reason;
+  changed_.notify_one();
+}
+
+void Recorder::run(RecordingHeader header) {
+  RecordingWriter writer([this](std::span<const std::byte> bytes) { return send(bytes); });
+  MonotonicClock clock;
+  bool going = writer.header(header);
+  std::int64_t flushed_ns = clock.now();
+  std::string reason;
+  while (going) {
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, kRound, [this] { return reason_.has_value(); });
+      if (reason_) reason = *reason_;
+    }
+    // Read before draining: of a log that is finished or broken nothing is missed then.
+    const bool last = !reason.empty() || log_->lost() != 0;
+    going = drain(writer);
+    if (going && clock.now() - flushed_ns >= kFlushNs) {
+      going = writer.flush();
+      flushed_ns = clock.now();
+    }
+    if (last) break;
+  }
+  if (log_->lost() != 0) reason = "the reader of the recording was too slow";
+  if (!going) reason = "the reader of the recording has gone or stands still";
+  end_ = {reason, writer.cycles(), log_->lost()};
+  (void)writer.end(reason, log_->lost());
+  (void)::shutdown(stream_.get(), SHUT_RDWR);
+  done_.store(true, std::memory_order_release);
+}
+
+/** What the log and the meshes hold, each mesh before the first cycle that may use it. */
+bool Recorder::drain(RecordingWriter& writer) {
+  LoggedCycle cycle;
+  std::array<Command, kMaxCommandsPerCycle> commands;
+  while (true) {
+    std::vector<Mesh> due;
+    {
+      const std::lock_guard lock(mutex_);
+      while (!meshes_.empty() && meshes_.front().after <= taken_) {
+        due.push_back(std::move(meshes_.front()));
+        meshes_.erase(meshes_.begin());
+      }
+    }
+    for (const Mesh& mesh : due) {
+      if (!writer.mesh(mesh.entry, mesh.bytes())) return false;
+    }
+    if (!log_->pop(cycle, commands)) return writer.good();
+    ++taken_;
+    restore(cycle, commands, cycle_->input, cycle_->sent);
+    if (!writer.cycle(*cycle_)) return false;
+  }
+}
+
+bool Recorder::send(std::span<const std::byte> bytes) {
+  MonotonicClock clock;
+  std::int64_t moved_ns = clock.now();
+  while (!bytes.empty()) {
+    const ssize_t sent = ::send(stream_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent > 0) {
+      bytes = bytes.subspan(static_cast<std::size_t>(sent));
+      moved_ns = clock.now();
+      continue;
+    }
+    if (errno != EAGAIN && errno != EINTR) return false;
+    if (abandon_.load(std::memory_order_relaxed) || clock.now() - moved_ns > kPatienceNs) return false;
+    pollfd writable{stream_.get(), POLLOUT, 0};
+    (void)::poll(&writable, 1, 50);
+  }
+  return true;
+}
+
+}  // namespace hapticd

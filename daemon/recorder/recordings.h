@@ -1,0 +1,81 @@
+/** @file
+ * The recordings of all device groups: who may have one, how it begins and how it ends. docs/recording.md.
+ */
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "daemon/device/device_manager.h"
+#include "daemon/recorder/recorder.h"
+#include "daemon/session/session_manager.h"
+
+namespace hapticd {
+
+/** Control thread only. */
+class Recordings {
+ public:
+  using Done = std::function<void(const RecordingEnd&)>;
+
+  Recordings(SceneModel& scene, MeshStore& meshes, SessionManager& sessions, bool lock);
+
+  /** The servos have stopped. Gives the readers half a second for the rest. */
+  ~Recordings();
+  Recordings(const Recordings&) = delete;
+  Recordings& operator=(const Recordings&) = delete;
+
+  struct Started {
+    std::uint64_t id = 0;
+    UniqueFd stream;  ///< To read it from, until its end.
+  };
+  /**
+   * Begins to record the device's group. kPermissionDenied while another user has a session there: a recording holds
+   * what every client sends. kAlreadyExists: one a group. kInvalidArgument while a device is armed: the group's cycle
+   * starts anew.
+   */
+  [[nodiscard]] Result<Started> start(OpenDevice& device, const Client& by, const DeviceManager& devices);
+  /** `done` is called once, from poll(), when all is written. Unknown ids are done at once. */
+  void stop(std::uint64_t id, Done done);
+  /** Nobody reads it any more. */
+  void drop(std::uint64_t id);
+
+  /** A session of that user is about to open there: ends a recording that may not see it. */
+  void sessionOpens(const GroupLink& link, std::uint32_t uid);
+  /** The group's servo has gone. */
+  void groupClosed(const GroupLink& link);
+  /** Moves recordings to their end. Call every few milliseconds. */
+  void poll();
+
+  [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
+  [[nodiscard]] std::size_t size() const { return all_.size(); }
+
+ private:
+  struct Recording {
+    std::unique_ptr<Recorder> recorder;
+    GroupLink* link = nullptr;  ///< Null when it has gone.
+    Client by;
+    std::string reason;              ///< Why it ends; empty while it goes on.
+    std::uint64_t let_go_after = 0;  ///< Servo cycles by when it surely has let go of the log.
+    std::int64_t ending_since_ns = 0;
+    bool dropped = false;
+    Done done;
+  };
+
+  void endRecording(Recording& recording, const std::string& reason);
+  bool letGo(const Recording& recording);
+  void published(CommandSink& sink, const PublishedMesh& mesh);
+  Result<void> mayRecord(const OpenDevice& device, const Client& by) const;
+
+  SceneModel& scene_;
+  MeshStore& meshes_;
+  SessionManager& sessions_;
+  bool lock_;
+  MonotonicClock clock_;
+  std::map<std::uint64_t, Recording> all_;
+  std::uint64_t next_ = 1;
+};
+
+}  // namespace hapticd

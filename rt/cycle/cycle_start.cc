@@ -1,0 +1,57 @@
+#include "rt/cycle/cycle_start.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace hapticd {
+namespace {
+
+template <class Payload>
+Command order(CommandKind kind, const Payload& payload) {
+  Command command;
+  command.kind = kind;
+  std::memcpy(command.payload, &payload, sizeof payload);
+  return command;
+}
+
+}  // namespace
+
+void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orders) {
+  for (std::uint32_t d = 0; d < cycle.config().device_count; ++d) {
+    const std::uint32_t fault = cycle.deviceGuard(d).fault();
+    if (fault != HD_FAULT_NONE) orders.push_back(order(CommandKind::kStop, StopOrder{d, fault}));
+  }
+  for (std::uint32_t slot = 0; slot < kMaxSessions; ++slot) {
+    const SessionShare& session = cycle.session(slot);
+    if (session.life() == SessionShare::Life::kFree) continue;
+    orders.push_back(order(CommandKind::kAddSession, SessionRef{slot, 0, session.id()}));
+    const std::size_t own = orders.size();
+    session.restate(now_ns, orders);
+    for (std::size_t i = own; i < orders.size(); ++i) orders[i].session = slot;
+    if (session.life() == SessionShare::Life::kLost) {
+      orders.push_back(order(CommandKind::kLoseSession, SessionRef{slot, 0, session.id()}));
+    }
+  }
+  const auto pending = cycle.pending();
+  orders.insert(orders.end(), pending.begin(), pending.end());
+}
+
+std::unique_ptr<Cycle> makeCycle(const CycleStart& start, const MeshTable& meshes) {
+  auto cycle = std::make_unique<Cycle>(start.config, meshes);
+  for (std::uint32_t d = 0; d < start.config.device_count; ++d) {
+    cycle->setResolution(d, start.resolution[d].position, start.resolution[d].rotation);
+  }
+  const auto input = std::make_unique<CycleInput>();
+  const auto output = std::make_unique<CycleOutput>();
+  input->tick = start.tick;
+  input->now_ns = start.now_ns;
+  for (std::size_t i = 0; i < start.orders.size(); i += input->command_count) {
+    const std::size_t left = start.orders.size() - i;
+    input->command_count = static_cast<std::uint32_t>(std::min<std::size_t>(left, kMaxCommandsPerCycle));
+    std::copy_n(start.orders.begin() + static_cast<std::ptrdiff_t>(i), input->command_count, input->command.begin());
+    cycle->applyCommands(*input, *output);
+  }
+  return cycle;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,182 @@
+// The file: cut off anywhere it opens up to its last whole block, and damage is found and named.
+#include <capnp/message.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "daemon/recording/block.h"
+#include "proto/recording.capnp.h"
+#include "tests/recording/taken.h"
+
+namespace hapticd::test {
+namespace {
+
+/** Blocks of a recording and where each ends. */
+struct File {
+  std::string bytes;
+  std::vector<std::size_t> ends;
+  std::vector<std::uint64_t> cycles;  ///< Up to each block.
+};
+
+/** A header, a mesh in two parts of which nothing more is asked than to be there, twelve cycles, the end. */
+File smallFile(bool with_end = true) {
+  File file;
+  std::uint64_t cycles = 0;
+  RecordingWriter writer([&](std::span<const std::byte> bytes) {
+    file.bytes.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    file.ends.push_back(file.bytes.size());
+    file.cycles.push_back(cycles);
+    return true;
+  });
+  RecordingHeader header;
+  header.program = "test";
+  header.devices = {{"sim", "sim://default", "a simulation"}};
+  header.start.tick = 7;
+  Command order;
+  order.kind = CommandKind::kAddSession;
+  order.as<SessionRef>() = {3, 0, 99};
+  header.start.orders = {order};
+  (void)writer.header(header);
+  (void)writer.mesh(4, std::vector<std::byte>(300, std::byte{5}));
+  RecordedCycle cycle;
+  for (int i = 0; i < 12; ++i) {
+    cycle.input.tick = 8 + static_cast<std::uint64_t>(i);
+    cycle.input.now_ns = i * kMs;
+    cycle.input.command_count = i % 3 == 0 ? 1 : 0;
+    cycle.input.command[0] = order;
+    cycle.sent[0].force.x() = 0.1 * i;
+    (void)writer.cycle(cycle);
+    if (i % 4 != 3) continue;
+    cycles = static_cast<std::uint64_t>(i) + 1;
+    (void)writer.flush();
+  }
+  if (with_end) (void)writer.end("stopped", 0);
+  return file;
+}
+
+struct Outcome {
+  bool opened = false;
+  std::uint64_t cycles = 0;
+  bool ended = false;
+  std::string error;
+};
+
+Outcome readAll(const std::string& bytes) {
+  Outcome out;
+  auto reader = readerOf(bytes);
+  if (!reader) {
+    out.error = toString(reader.error());
+    return out;
+  }
+  out.opened = true;
+  RecordedCycle cycle;
+  while (true) {
+    auto more = reader->next(cycle);
+    if (!more) out.error = toString(more.error());
+    if (!more || !*more) break;
+    ++out.cycles;
+  }
+  out.ended = reader->end().has_value();
+  return out;
+}
+
+TEST(RecordingFile, CutOffAtAnyByteItOpensUpToTheLastWholeBlock) {
+  const File file = smallFile();
+  ASSERT_EQ(file.ends.size(), 6u);
+  for (std::size_t size = 0; size < file.bytes.size(); ++size) {
+    SCOPED_TRACE(size);
+    const Outcome outcome = readAll(file.bytes.substr(0, size));
+    ASSERT_EQ(outcome.opened, size >= file.ends[0]);
+    if (!outcome.opened) {
+      ASSERT_NE(outcome.error.find("block 0 at byte 0"), std::string::npos) << outcome.error;
+      continue;
+    }
+    ASSERT_EQ(outcome.error, "");
+    ASSERT_FALSE(outcome.ended);
+    std::uint64_t whole = 0;
+    for (std::size_t b = 0; b < file.ends.size(); ++b) whole = file.ends[b] <= size ? file.cycles[b] : whole;
+    ASSERT_EQ(outcome.cycles, whole);
+  }
+  const Outcome whole = readAll(file.bytes);
+  EXPECT_TRUE(whole.ended);
+  EXPECT_EQ(whole.cycles, 12u);
+}
+
+TEST(RecordingFile, ZerosWhereTheLastWriteDidNotArriveAreACutOffEnd) {
+  const File file = smallFile();
+  const Outcome outcome = readAll(file.bytes.substr(0, file.ends[3]) + std::string(5000, '\0'));
+  EXPECT_EQ(outcome.error, "");
+  EXPECT_EQ(outcome.cycles, file.cycles[3]);
+}
+
+TEST(RecordingFile, AnyChangedByteIsFoundAndItsBlockNamed) {
+  const File file = smallFile();
+  for (std::size_t at = 0; at < file.bytes.size(); ++at) {
+    SCOPED_TRACE(at);
+    std::string changed = file.bytes;
+    changed[at] = static_cast<char>(changed[at] ^ 0x10);
+    const Outcome outcome = readAll(changed);
+    std::size_t block = 0, start = 0;
+    while (file.ends[block] <= at) start = file.ends[block++];
+    const std::string name = "block " + std::to_string(block) + " at byte " + std::to_string(start);
+    ASSERT_NE(outcome.error.find(name), std::string::npos) << outcome.error;
+  }
+}
+
+TEST(RecordingFile, ForeignBytesAndOtherVersionsAreRefusedWithTheirRemedy) {
+  EXPECT_NE(readAll("tick,now\n1,2\n and more than a head has room for").error.find("hapticctl record"),
+            std::string::npos);
+  EXPECT_NE(readAll("").error.find("block 0 at byte 0"), std::string::npos);
+  struct Version {
+    int major, orders, layout;
+    const char* name;
+  };
+  for (const Version& v : {Version{2, 1, HD_SHM_MAJOR, "major"}, Version{1, 2, HD_SHM_MAJOR, "orders"},
+                           Version{1, 1, HD_SHM_MAJOR + 1, "layoutMajor"}}) {
+    capnp::MallocMessageBuilder message;
+    auto header = message.initRoot<proto::Block>().initHeader();
+    header.setMajor(static_cast<std::uint16_t>(v.major));
+    header.setOrders(static_cast<std::uint16_t>(v.orders));
+    header.setLayoutMajor(static_cast<std::uint16_t>(v.layout));
+    const auto block = encodeBlock(0, message);
+    const std::string error = readAll({reinterpret_cast<const char*>(block.data()), block.size()}).error;
+    EXPECT_NE(error.find(v.name), std::string::npos) << error;
+    EXPECT_NE(error.find("version of hapticd"), std::string::npos) << error;
+  }
+}
+
+TEST(RecordingFile, BlocksInAnotherOrderAreRefused) {
+  const File file = smallFile();
+  const auto block = [&](std::size_t b) {
+    const std::size_t start = b == 0 ? 0 : file.ends[b - 1];
+    return file.bytes.substr(start, file.ends[b] - start);
+  };
+  EXPECT_NE(readAll(block(0) + block(2)).error.find("number 2"), std::string::npos);
+  EXPECT_NE(readAll(block(1)).error.find("number 1"), std::string::npos);
+  EXPECT_NE(readAll(file.bytes + block(5)).error.find("block 6 at byte"), std::string::npos);
+}
+
+TEST(RecordingFile, NumbersThatAreNoneComeBackAsTheyWere) {
+  RecordedCycle cycle;
+  cycle.input.tick = 1;
+  cycle.input.device[0].p = {std::nan("0x7"), -0.0, std::numeric_limits<double>::denorm_min()};
+  cycle.sent[0].torque.y() = -std::numeric_limits<double>::infinity();
+  std::string bytes;
+  RecordingWriter writer([&](std::span<const std::byte> b) {
+    bytes.append(reinterpret_cast<const char*>(b.data()), b.size());
+    return true;
+  });
+  RecordingHeader header;
+  header.devices = {{}};
+  ASSERT_TRUE(writer.header(header) && writer.cycle(cycle) && writer.end("stopped", 0));
+  auto reader = readerOf(bytes);
+  ASSERT_TRUE(reader.ok());
+  RecordedCycle back;
+  const auto more = reader->next(back);
+  ASSERT_TRUE(more.ok() && *more);
+  EXPECT_EQ(std::memcmp(&back.input.device[0].p, &cycle.input.device[0].p, sizeof(Vec3)), 0);
+  EXPECT_EQ(back.sent[0].torque.y(), cycle.sent[0].torque.y());
+}
+
+}  // namespace
+}  // namespace hapticd::test

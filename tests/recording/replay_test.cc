@@ -1,0 +1,123 @@
+// The property of a recording: replayed, it gives what was sent, bit for bit, whatever happened.
+#include <gtest/gtest.h>
+
+#include "tests/recording/script.h"
+#include "tests/recording/taken.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr int kTicks = 2500;
+
+struct Played {
+  std::string bytes;
+  long pressed = 0;
+};
+
+/** A script of which the second half is recorded: what went before has left its state. */
+Played play(unsigned seed) {
+  Script script(seed);
+  const auto run = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      if (script.random.once(3)) script.act();
+      script.step();
+    }
+  };
+  run(kTicks);
+  script.disarmAll();
+  script.pressed = 0;
+  Taken taken(script.bench);
+  run(kTicks);
+  return {taken.finish([&] { script.step(); }), script.pressed};
+}
+
+TEST(Replay, GivesEveryForceBitForBit) {
+  long pressed = 0;
+  for (const unsigned seed : seeds(12)) {
+    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+    const Played played = play(seed);
+    pressed += played.pressed;
+    const auto replayer = replayerOf(played.bytes);
+    ASSERT_NE(replayer, nullptr);
+    const auto verdict = verify(*replayer);
+    ASSERT_TRUE(verdict.ok()) << toString(verdict.error());
+    EXPECT_TRUE(verdict->same_program);
+    EXPECT_EQ(verdict->differing, 0u) << verdict->first;
+    EXPECT_EQ(verdict->largest, 0);
+    EXPECT_GE(verdict->cycles, static_cast<std::uint64_t>(kTicks));
+    ASSERT_TRUE(replayer->recording().end().has_value());
+    EXPECT_EQ(replayer->recording().end()->cycles, verdict->cycles);
+    EXPECT_EQ(replayer->recording().end()->lost, 0u);
+  }
+  if (seeds(2).size() > 1) {
+    EXPECT_GT(pressed, 1000) << "the scripts must be felt";
+  }
+}
+
+TEST(Replay, FindsACycleThatWasDifferent) {
+  const Played played = play(1);
+  auto reader = readerOf(played.bytes);
+  ASSERT_TRUE(reader.ok());
+  // The same recording with the last bit of one force changed.
+  std::string changed;
+  RecordingWriter writer([&](std::span<const std::byte> bytes) {
+    changed.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return true;
+  });
+  (void)writer.header(reader->header());
+  RecordedCycle cycle;
+  std::uint64_t spoilt = 0;
+  while (true) {
+    auto more = reader->next(cycle);
+    ASSERT_TRUE(more.ok());
+    for (const RecordedMesh& mesh : reader->takeMeshes()) (void)writer.mesh(mesh.entry, mesh.bytes);
+    if (!*more) break;
+    if (spoilt == 0 && cycle.sent[0].force.z() > 0.05) {
+      spoilt = cycle.input.tick;
+      cycle.sent[0].force.z() = std::nextafter(cycle.sent[0].force.z(), 100);
+    }
+    (void)writer.cycle(cycle);
+  }
+  (void)writer.end("stopped", 0);
+  ASSERT_NE(spoilt, 0u);
+  const auto replayer = replayerOf(changed);
+  ASSERT_NE(replayer, nullptr);
+  const auto verdict = verify(*replayer);
+  ASSERT_TRUE(verdict.ok()) << toString(verdict.error());
+  EXPECT_EQ(verdict->differing, 1u);
+  EXPECT_NE(verdict->first.find("tick " + std::to_string(spoilt)), std::string::npos) << verdict->first;
+}
+
+TEST(Replay, AnotherBuildIsComparedToANanonewton) {
+  const Played played = play(2);
+  auto reader = readerOf(played.bytes);
+  ASSERT_TRUE(reader.ok());
+  std::string changed;
+  RecordingWriter writer([&](std::span<const std::byte> bytes) {
+    changed.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return true;
+  });
+  RecordingHeader header = reader->header();
+  header.build = "another";
+  (void)writer.header(header);
+  RecordedCycle cycle;
+  int changed_cycles = 0;
+  while (true) {
+    auto more = reader->next(cycle);
+    ASSERT_TRUE(more.ok());
+    for (const RecordedMesh& mesh : reader->takeMeshes()) (void)writer.mesh(mesh.entry, mesh.bytes);
+    if (!*more) break;
+    if (cycle.sent[0].enabled && ++changed_cycles <= 3) cycle.sent[0].force.x() += changed_cycles == 3 ? 3e-9 : 0.5e-9;
+    (void)writer.cycle(cycle);
+  }
+  (void)writer.end("stopped", 0);
+  const auto replayer = replayerOf(changed);
+  ASSERT_NE(replayer, nullptr);
+  const auto verdict = verify(*replayer);
+  ASSERT_TRUE(verdict.ok()) << toString(verdict.error());
+  EXPECT_FALSE(verdict->same_program);
+  EXPECT_EQ(verdict->differing, 1u) << verdict->first;
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,160 @@
+// Where a recording begins: the group's state is kept, who may not record is refused, nothing is left behind.
+#include <gtest/gtest.h>
+
+#include "tests/recording/taken.h"
+#include "tests/support/messages.h"
+
+namespace hapticd::test {
+namespace {
+
+ObjectSpec ball(const char* name, const Vec3& p) {
+  ObjectSpec spec;
+  spec.name = name;
+  spec.shape = {ShapeKind::kSphere, Vec3(0.02, 0, 0), 0};
+  spec.X_PO.p = p;
+  spec.material = {700, 1, 0.5, 0.3};
+  return spec;
+}
+
+template <class T>
+void push(Bench& bench, std::uint32_t kind, const T& payload, std::uint64_t at_tick = 0) {
+  std::uint64_t seq = 0;
+  ASSERT_EQ(bench.client->producer->push(kind, std::as_bytes(std::span(&payload, 1)), at_tick, seq), ErrorCode::kOk);
+}
+
+const Cycle& cycleOf(Bench& bench) { return bench.core.devices().links().front()->group().servo().cycle(); }
+
+TEST(RecordingStart, KeepsSceneSessionsLimitsAndFaults) {
+  Bench bench;
+  const Client root = bench.core.client(bench.administration);
+  const auto near = bench.core.scene().create(ball("near", Vec3(0, 0, 0.1)), root);
+  ObjectSpec child = ball("child", Vec3(0.05, 0, 0));
+  child.parent = "near";
+  const auto below = bench.core.scene().create(child, root);
+  ASSERT_TRUE(near.ok() && below.ok());
+  Session* session = bench.live();
+  ASSERT_NE(session, nullptr);
+  hd_object_pose pose = goodPose();
+  pose.object = *near;
+  push(bench, HD_COMMAND_OBJECT_POSE, pose);
+  push(bench, HD_COMMAND_LIMITS, goodLimits());
+  hd_local_model model = goodModel(HD_MODEL_PLANE);
+  model.lease_ns = 1'000 * kMs;
+  push(bench, HD_COMMAND_LOCAL_MODEL, model);
+  hd_client_force force = goodForce();
+  force.lease_ns = 1'000 * kMs;
+  push(bench, HD_COMMAND_CLIENT_FORCE, force);
+  bench.step(5);
+  const std::uint64_t tick = bench.sample().tick;
+  hd_object_material waits{*below, 0, {900, 2, 0.7, 0.6}};
+  push(bench, HD_COMMAND_OBJECT_MATERIAL, waits, tick + 40);
+  GuardLimits lowered;
+  lowered.force = 1.25;
+  ASSERT_TRUE(bench.core.setLimits("", lowered, bench.administration).ok());
+  bench.scripted.front()->sample.status = kDeviceError;
+  bench.step(3);
+  bench.scripted.front()->sample.status = kDeviceOk;
+  bench.step(2);
+
+  const Cycle& cycle = cycleOf(bench);
+  const SceneObject object = *cycle.scene().find(*near);
+  const std::uint64_t applied = cycle.session(session->slot).appliedSeq();
+  const std::uint64_t tick_before = bench.sample().tick;
+  Taken taken(bench);
+  // The servo has not run since: what is different is different by the start alone.
+  const SceneObject* now = cycle.scene().find(*near);
+  ASSERT_NE(now, nullptr);
+  EXPECT_EQ(now->X_PO.p, object.X_PO.p);
+  EXPECT_EQ(now->V_PO.v, object.V_PO.v);
+  EXPECT_EQ(now->material.stiffness, object.material.stiffness);
+  EXPECT_NE(cycle.scene().find(*below), nullptr);
+  EXPECT_EQ(cycle.session(session->slot).life(), SessionShare::Life::kAlive);
+  EXPECT_EQ(cycle.session(session->slot).appliedSeq(), applied);
+  EXPECT_EQ(cycle.deviceGuard(0).fault(), std::uint32_t{HD_FAULT_DEVICE_ERROR});
+  EXPECT_EQ(cycle.deviceGuard(0).limits().force, 1.25);
+  EXPECT_FALSE(cycle.session(session->slot).model(model.slot).empty());
+  EXPECT_EQ(cycle.pending().size(), 1u);
+  bench.step(1);
+  EXPECT_EQ(bench.sample().tick, tick_before + 1);
+  EXPECT_EQ(cycle.scene().find(*near)->id, *near);
+
+  // The client's force, within its own limits, is there as before; the command that waited comes in its tick.
+  bench.step(60);
+  EXPECT_EQ(cycle.scene().find(*below)->material.stiffness, 900);
+  const Vec3 own = cycle.session(session->slot).last(0);
+  EXPECT_GT(own.norm(), 1);
+  EXPECT_NEAR(own.norm(), goodLimits().force_n, 1e-12) << "more is asked for";
+  const std::string bytes = taken.finish([&] { bench.step(); });
+  const auto verdict = verify(*replayerOf(bytes));
+  ASSERT_TRUE(verdict.ok());
+  EXPECT_EQ(verdict->differing, 0u) << verdict->first;
+}
+
+TEST(RecordingStart, IsRefusedWhileADeviceIsArmed) {
+  Bench bench;
+  Session* session = bench.live();
+  ASSERT_NE(session, nullptr);
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  const auto refused = bench.core.record("", bench.administration);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().remedy.find("disarm"), std::string::npos);
+  EXPECT_TRUE(cycleOf(bench).deviceGuard(0).armed()) << "a refusal changes nothing";
+  EXPECT_EQ(bench.core.recordings().size(), 0u);
+}
+
+TEST(RecordingStart, OneAGroup) {
+  Bench bench;
+  Taken taken(bench);
+  const auto second = bench.core.record("", bench.administration);
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, ErrorCode::kAlreadyExists);
+  bench.core.recordings().drop(taken.id());
+  for (int i = 0; i < 500 && bench.core.recordings().size() != 0; ++i) {
+    bench.step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(bench.core.recordings().size(), 0u);
+  EXPECT_TRUE(bench.core.record("", bench.administration).ok());
+}
+
+TEST(RecordingStart, NobodyRecordsAnotherUsersMessages) {
+  Bench bench;
+  ASSERT_NE(bench.live(), nullptr);  // of user 1000
+  const auto stranger = bench.core.connect(200, 2000, false);
+  ASSERT_TRUE(stranger.ok());
+  const auto refused = bench.core.record("", *stranger);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kPermissionDenied);
+  const auto own = bench.core.record("", bench.connection);
+  ASSERT_TRUE(own.ok()) << toString(own.error());
+
+  // Nor does a recording go on when another user comes.
+  ASSERT_TRUE(bench.core.openSession("", *stranger, "stranger", HD_SHM_MAJOR, HD_SHM_MINOR).ok());
+  std::optional<RecordingEnd> end;
+  bench.core.recordings().stop(own->id, [&](const RecordingEnd& e) { end = e; });
+  for (int i = 0; i < 500 && !end; ++i) {
+    bench.step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ASSERT_TRUE(end.has_value());
+  EXPECT_NE(end->reason.find("another user"), std::string::npos) << end->reason;
+}
+
+TEST(RecordingStart, AReaderWhoStandsStillEndsOnlyTheRecording) {
+  Bench bench;
+  auto started = bench.core.record("", bench.administration);
+  ASSERT_TRUE(started.ok());
+  // Nobody reads: the stream fills, then the log; the servo goes on.
+  auto& servo = bench.core.devices().links().front()->group().servo();
+  CycleLog* const log = servo.log.load();
+  ASSERT_NE(log, nullptr);
+  for (int i = 0; i < 40'000 && log->lost() == 0; ++i) bench.step();
+  EXPECT_GT(log->lost(), 0u);
+  const std::uint64_t cycles = servo.counters.cycles.load();
+  bench.step(10);
+  EXPECT_EQ(servo.counters.cycles.load(), cycles + 10);
+  bench.core.recordings().drop(started->id);
+}
+
+}  // namespace
+}  // namespace hapticd::test

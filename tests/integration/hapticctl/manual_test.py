@@ -41,7 +41,7 @@ class Manual(unittest.TestCase):
         header = re.search(r'kCsvHeader =\s*((?:"[^"]*"\s*)+)', (SOURCE / "tools/hapticctl/monitor.cc").read_text())[1]
         page = self.page("hapticctl.1").split(".Sh COLUMNS")[1]
         for column in "".join(re.findall(r'"([^"]*)"', header)).replace("\\n", "").split(","):
-            name = re.sub(r"^(surface|effect|local_model|client|gravity|guard)_[xyz]$", r"\1_", column)
+            name = re.sub(r"^(surface|effect|local_model|client|gravity|guard|texture|transient)_[xyz]$", r"\1_", column)
             self.assertRegex(page, rf"\b{name}(\b|(?<=_) )", column)
 
     def test_every_key_and_option_of_hapticd_is_told(self):

@@ -58,6 +58,7 @@ struct DeviceStart {
   passivity @12 :Bool;
   maxDamping @13 :Float64;          # N s/m
   energyLimit @14 :Float64;         # J
+  delay @15 :Float64;               # ticks
 }
 
 struct GuardLimits {

@@ -12,7 +12,7 @@ namespace {
 // means what was before.
 static_assert(sizeof(AddObject) == 136 && sizeof(SetShape) == 40 && sizeof(SessionRef) == 16 &&
               sizeof(DeviceLimits) == 72 && sizeof(StopOrder) == 8 && sizeof(Command) == 512);
-static_assert(sizeof(GuardLimits) == 64 && sizeof(GuardConfig) == 128);
+static_assert(sizeof(GuardLimits) == 64 && sizeof(GuardConfig) == 136);
 static_assert(sizeof(DeviceSample) == 144 && sizeof(DeviceCommand) == 64);
 
 constexpr std::int64_t kLongestPeriodNs = 1'000'000'000;
@@ -63,6 +63,7 @@ void write(const GuardConfig& in, proto::DeviceStart::Builder out) {
   out.setPassivity(in.passivity);
   out.setMaxDamping(in.max_damping);
   out.setEnergyLimit(in.energy_limit);
+  out.setDelay(in.delay);
 }
 
 GuardConfig read(proto::DeviceStart::Reader in) {
@@ -77,6 +78,7 @@ GuardConfig read(proto::DeviceStart::Reader in) {
   out.passivity = in.getPassivity();
   out.max_damping = in.getMaxDamping();
   out.energy_limit = in.getEnergyLimit();
+  out.delay = in.getDelay();
   return out;
 }
 

@@ -263,7 +263,7 @@ struct hd_local_model {
   struct hd_material material;
   double origin[3];
   double normal[3]; /**< Unit, outward (plane). */
-  double radius;    /**< Sphere: radius; spring: free length [m]. */
+  double radius;    /**< Sphere: radius; spring: free length; convex solid: rounding of its edges, 0: 0.5 mm [m]. */
   uint32_t count;   /**< Half-spaces in use. */
   uint32_t reserved;
   float halfspace[HD_HALFSPACES]

@@ -88,6 +88,8 @@ bool checkShape(hd_local_model& x) HD_RT {
     case HD_MODEL_HALFSPACES:
     case HD_MODEL_CORNER:
       if (given.count < 1 || given.count > HD_HALFSPACES) return false;
+      if (given.kind == HD_MODEL_HALFSPACES) x.radius = given.radius;
+      if (!between(x.radius, 0, limits::kCoordinate)) return false;
       x.count = given.count;
       std::memcpy(x.halfspace, given.halfspace, x.count * sizeof x.halfspace[0]);
       for (std::uint32_t i = 0; i < x.count; ++i) {

@@ -66,8 +66,10 @@ void LocalModelSlot::clear(std::int64_t now_ns, std::int64_t blend_ns) HD_RT {
 }
 
 void LocalModelSlot::replace(const Framed& next, std::uint64_t seq, std::int64_t now_ns, std::int64_t blend_ns) HD_RT {
-  if (state_ == State::kEmpty) {
+  const bool was_empty = state_ == State::kEmpty;
+  if (was_empty) {
     reset();
+    last_ns_ = now_ns;
   } else if (evaluated_) {
     before_ = now_;
     before_weight_ = now_.model.none() ? 0 : now_weight_;
@@ -82,11 +84,12 @@ void LocalModelSlot::replace(const Framed& next, std::uint64_t seq, std::int64_t
   evaluated_ = false;
   seq_ = seq;
   applied_ns_ = now_ns;
+  blend_start_ns_ = last_ns_;
   blend_ns_ = std::max(blend_ns, kMinBlendNs);
 }
 
 double LocalModelSlot::blend(std::int64_t now_ns) const HD_RT {
-  return blending_ ? std::clamp(ratio(now_ns - applied_ns_, blend_ns_), 0.0, 1.0) : 1.0;
+  return blending_ ? std::clamp(ratio(now_ns - blend_start_ns_, blend_ns_), 0.0, 1.0) : 1.0;
 }
 
 double LocalModelSlot::weight(std::int64_t now_ns) const HD_RT {
@@ -111,6 +114,7 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
   }
   blending_ = s < 1;
   evaluated_ = true;
+  last_ns_ = now_ns;
   now_weight_ = w * s;
 
   ModelForce out;

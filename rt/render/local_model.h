@@ -28,8 +28,9 @@ struct ToolPoint {
  *   F = w (s F_new + (1 - s) (c F_old + r)),  s rising linearly from 0 to 1 over blend_ns (at least kMinBlendNs)
  *
  * where w fades from 1 to 0 after the lease, c is the weight the old model had at the moment of replacement and the
- * constant r what else was in force then (the rest of an unfinished blend). So at that moment the force is exactly what
- * it was, and per tick
+ * constant r what else was in force then (the rest of an unfinished blend). That moment is the last tick of the old
+ * model: there s is 0 and the force exactly what it was, in the first tick of the new one s is dt / blend already, so
+ * that models which are replaced in every tick come into force too (with a lag of one blend). Per tick
  *
  *   |change| <= max(|change of F_new|, |change of c F_old|) + (dt / blend) |F_new - c F_old - r| + (dt / kFadeNs) |F|
  *
@@ -83,6 +84,8 @@ class LocalModelSlot {
   std::int64_t applied_ns_ = 0;
   std::int64_t lease_ns_ = 0;
   std::int64_t blend_ns_ = kMinBlendNs;
+  std::int64_t blend_start_ns_ = 0;
+  std::int64_t last_ns_ = 0;  ///< Of the last evaluation.
   std::int64_t fade_start_ns_ = 0;
   double now_weight_ = 1;                      ///< w s at the last evaluation.
   double before_weight_ = 0;                   ///< c

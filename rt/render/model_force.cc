@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kCore = 0.1;          ///< Part of a radius over which a direction fades toward a centre.
 constexpr double kFieldEdge = 0.2;     ///< Outer part of a field's radius over which it fades.
-constexpr double kRounding = 0.5e-3;   ///< Of the edges between half-spaces [m].
+constexpr double kRounding = 0.5e-3;   ///< Of the edges between half-spaces, unless the client says [m].
 constexpr double kLeastLength = 1e-9;  ///< Keeps divisions finite [m].
 
 /** x / |x|, shrinking to zero over the inner `core`. */
@@ -37,6 +37,8 @@ bool prepare(hd_local_model& m) HD_RT {
       return m.radius != 0;
     case HD_MODEL_HALFSPACES:
     case HD_MODEL_CORNER: {
+      if (m.kind == HD_MODEL_HALFSPACES && !(m.radius >= 0)) return false;
+      if (m.radius == 0) m.radius = kRounding;
       if (m.count < 1 || m.count > HD_HALFSPACES) return false;
       for (std::uint32_t i = 0; i < m.count; ++i) {
         float n[3] = {m.halfspace[i][0], m.halfspace[i][1], m.halfspace[i][2]};
@@ -119,7 +121,8 @@ LocalModel::Contact LocalModel::findContact(const Vec3& x) const HD_RT {
       break;
     }
     case HD_MODEL_HALFSPACES: {
-      const SolidDepth solid = solidDepth(local_.halfspace, local_.count, kRounding, from_origin);
+      const SolidDepth solid =
+          solidDepth(local_.halfspace, local_.count, std::max(local_.radius, kLeastLength), from_origin);
       c.depth = solid.depth;
       share = solid.normal.norm();
       c.normal = solid.normal / std::max(share, kLeastLength);

@@ -34,10 +34,12 @@ struct ModelFrame {
  *   friction F_t = k (a - x)_t with the anchor a in F (thesis section 2.2.1): sticks while r = |(a - x)_t| < mu_s d;
  *            leaving it moves a to the border of the dynamic cone, r = mu_d d; slip ends inside the dynamic cone
  *
- * with v relative to the frame. The solid of half-spaces has its edges rounded (model_solid.h). A sphere's force fades
- * toward its centre over the inner tenth of the radius, a spring's with a free length likewise: no jump there.
- * Spring: F = -k (|x - o| - L) u - b v along u, u from o to x; L = 0: F = -k (x - o) - b v.
- * Field: F = w (f0 + J (x - x0)), w = 1 to 0.8 radius, falling to 0 at the radius.
+ * with v relative to the frame. The solid of half-spaces has its edges rounded (model_solid.h) by
+ * `radius`, or by 0.5 mm where that is 0: between faces the force turns within that much slack, and 1 - 1/m of half of
+ * it is missing where m faces meet. A radius of 1e-9 leaves them as sharp as those of a mesh: no depth is missing, and
+ * the force turns from face to face at once. A sphere's force fades toward its centre over the inner tenth of the
+ * radius, a spring's with a free length likewise: no jump there. Spring: F = -k (|x - o| - L) u - b v along u, u from o
+ * to x; L = 0: F = -k (x - o) - b v. Field: F = w (f0 + J (x - x0)), w = 1 to 0.8 radius, falling to 0 at the radius.
  */
 class LocalModel {
  public:

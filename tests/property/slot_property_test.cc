@@ -53,18 +53,20 @@ struct Account {
   bool has_now = false;
   double c = 0, now_weight = 0;
   Vec3 r = Vec3::Zero(), last = Vec3::Zero(), last_of_now = Vec3::Zero();
-  std::int64_t start = 0, blend = 5 * kMs, lease = 0;
+  std::int64_t start = 0, applied = 0, blend = 5 * kMs, lease = 0;
   bool fresh = false;  ///< Replaced in this tick.
 
-  void replace(const LocalModel& next, bool has_next, std::int64_t at, std::int64_t blend_ns, std::int64_t lease_ns) {
+  void replace(const LocalModel& next, bool has_next, std::int64_t at, std::int64_t blend_ns, std::int64_t lease_ns,
+               bool was_empty) {
     if (!fresh) {
+      start = was_empty ? at : at - kMs;  // The last tick of the old one.
       old = now;
       c = has_now ? now_weight : 0;
       r = last - c * last_of_now;
     }
     now = next;
     has_now = has_next;
-    start = at;
+    applied = at;
     blend = std::max(blend_ns, LocalModelSlot::kMinBlendNs);
     lease = lease_ns;
     fresh = true;
@@ -93,23 +95,24 @@ TEST(SlotProperty, ForceIsContinuousAndWithinTheStatedBound) {
       for (int i = 0; i < times; ++i) {
         if (random.once(6)) {
           const std::int64_t blend = random.below(20) * kMs;
-          if (!slot.empty()) a.replace({}, false, now, blend, std::numeric_limits<std::int64_t>::max());
+          if (!slot.empty()) a.replace({}, false, now, blend, std::numeric_limits<std::int64_t>::max(), false);
           slot.clear(now, blend);
           continue;
         }
         const Command command = randomModel(random);
+        const bool was_empty = slot.empty();
         ASSERT_EQ(slot.set(command, now, *scene), ErrorCode::kOk);
         LocalModel next;
         (void)next.set(command);
         mid_blend += a.has_now && now - a.start < a.blend;
-        a.replace(next, true, now, next.blend_ns(), next.lease_ns());
+        a.replace(next, true, now, next.blend_ns(), next.lease_ns(), was_empty);
         ++replaced;
       }
       const Vec3 f = slot.evaluate(tool, now, *scene).force;
       ASSERT_TRUE(isFinite(f));
 
       const double s = std::min(1.0, static_cast<double>(now - a.start) / static_cast<double>(a.blend));
-      const std::int64_t late = a.has_now ? now - a.start - a.lease : -1;
+      const std::int64_t late = a.has_now ? now - a.applied - a.lease : -1;
       const double w = late > 0 ? std::max(0.0, 1 - static_cast<double>(late) / LocalModelSlot::kFadeNs) : 1;
       const Vec3 f_new = a.has_now ? a.now.evaluate(tool.p, tool.v, {}).force : Vec3(Vec3::Zero());
       const Vec3 f_old = a.c * a.old.evaluate(tool.p, tool.v, {}).force + a.r;
@@ -117,9 +120,11 @@ TEST(SlotProperty, ForceIsContinuousAndWithinTheStatedBound) {
       if (w == 0) a = Account{};
 
       if (a.fresh) {
-        // At the instant of replacement nothing has changed but what the old
-        // model did with the hand's motion.
-        ASSERT_LT((f - f_old).norm(), 1e-9);
+        // In the tick of replacement nothing has changed but what the old model did with the hand's motion, and one
+        // tick of the blend.
+        const double first = static_cast<double>(now - a.start) / static_cast<double>(a.blend);
+        ASSERT_LE(first, static_cast<double>(kMs) / static_cast<double>(a.blend));
+        ASSERT_LE((f - f_old).norm(), first * (f_new - f_old).norm() + 1e-9);
       } else {
         const double blending = former_s < 1 ? static_cast<double>(kMs) / static_cast<double>(a.blend) : 0;
         const double fading = late > 0 ? static_cast<double>(kMs) / LocalModelSlot::kFadeNs : 0;

@@ -28,6 +28,7 @@ using AddBenchmark = void (*)(CLI::App& app, Run& chosen);
 void addRun(CLI::App& app, Run& chosen);
 void addShort(CLI::App& app, Run& chosen);
 void addCompare(CLI::App& app, Run& chosen);
+void addModels(CLI::App& app, Run& chosen);
 void addRing(CLI::App& app, Run& chosen);
 void addServo(CLI::App& app, Run& chosen);
 

@@ -142,6 +142,7 @@ TEST(Validate, BoundsEveryReal) {
   ALONG(all, "plane", hd_local_model, normal, 3, {}, {0.5, -2, 1e300});
   ALONG(all, "spring", hd_local_model, radius, 1, {0, c}, {-1e-9, c * 1.001});
   ALONG(all, "sphere", hd_local_model, radius, 1, {-c, -kRadiusMin, kRadiusMin, c}, {0, -c * 1.001, c * 1.001});
+  ALONG(all, "halfspaces", hd_local_model, radius, 1, {0, 1e-9, c}, {-1e-9, c * 1.001});
   for (std::uint32_t h = 0; h < 2; ++h) {
     const std::size_t base = AT(hd_local_model, halfspace) + h * 16;
     for (std::size_t i = 0; i < 3; ++i) all.push_back({"halfspaces", base + 4 * i, true, {}, {0.3, -2}});
@@ -251,7 +252,7 @@ TEST(Validate, ClearsWhatTheKindOfModelDoesNotUse) {
     hd_local_model x = good;
     if (kind != HD_MODEL_PLANE) x.normal[1] = kNan;
     const bool faces = kind == HD_MODEL_HALFSPACES || kind == HD_MODEL_CORNER;
-    if (kind == HD_MODEL_PLANE || faces) x.radius = kInf;
+    if (kind == HD_MODEL_PLANE || kind == HD_MODEL_CORNER) x.radius = kInf;
     if (!faces) x.count = 99;
     x.halfspace[5][2] = std::numeric_limits<float>::quiet_NaN();
     Command out;

@@ -178,6 +178,22 @@ TEST(ModelForce, MovesAlongWithItsFrame) {
   expectNear(turning.force, {1 + 4 * -0.05, 0, 0});  // The plane there moves at 0.15 m/s, the hand leaves it.
 }
 
+TEST(ModelForce, EdgesAreAsRoundAsTheClientSays) {
+  // Two faces 0.05 rad apart, the tool 1 mm under their edge: half a radius of 0.1 mm is shared by two, a sharp edge
+  // loses nothing, and where nothing is said it is the 0.5 mm of the header.
+  const auto force = [](double radius) {
+    hd_local_model ridge = modelOf(HD_MODEL_HALFSPACES, 1000);
+    ridge.radius = radius;
+    setHalfspace(ridge, {0.025, 0, 1}, 0);
+    setHalfspace(ridge, {-0.025, 0, 1}, 0);
+    return LoneModel(ridge).at({1e-7, 0, -0.001}).norm();
+  };
+  const double full = 1 / std::hypot(1, 0.025);
+  EXPECT_NEAR(force(1e-9), full, 1e-5);
+  EXPECT_NEAR(force(1e-4), (full - 0.025) / std::hypot(1, 0.025), 1e-5);
+  EXPECT_NEAR(force(0), (full - 0.125) / std::hypot(1, 0.025), 1e-5);
+}
+
 TEST(ModelForce, RefusesWhatIsNoModel) {
   LocalModel model;
   hd_local_model m = modelOf(HD_MODEL_PLANE);
@@ -186,6 +202,10 @@ TEST(ModelForce, RefusesWhatIsNoModel) {
   m = modelOf(HD_MODEL_HALFSPACES);
   EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
   m.count = HD_HALFSPACES + 1;
+  EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
+  m = modelOf(HD_MODEL_HALFSPACES);
+  setHalfspace(m, {0, 0, 1}, 0);
+  m.radius = -1e-3;
   EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
   m = modelOf(HD_MODEL_SPHERE);
   m.radius = 0;

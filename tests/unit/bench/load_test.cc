@@ -1,0 +1,70 @@
+// Local models against the native scene, stepped: what a good client at 30 Hz and 5 ms late must reach, and that the
+// yardsticks agree with closed forms.
+#include <gtest/gtest.h>
+
+#include "tools/haptic-bench/load/built_surface.h"
+#include "tools/haptic-bench/load/stepped.h"
+
+namespace haptic_bench {
+namespace {
+
+constexpr double kSeconds = 1;
+constexpr ClientTiming kSlow{1.0 / 30, 0.005, 1000};
+
+std::span<const Vec3> settled(const std::vector<Vec3>& forces) { return std::span(forces).subspan(kSettled); }
+
+/** The sphere of 50 mm radius and 16 k triangles. */
+const BuiltSurface& ball() {
+  static const BuiltSurface surface(tessellate({}, 16128));
+  return surface;
+}
+
+TEST(Load, StrokeKeepsSpeedAndDepth) {
+  const Stroked s = strokeOver({0.05, 0}, {}, kSeconds);
+  ASSERT_EQ(s.hips.size(), kApproach + 1000);
+  for (std::size_t i = kApproach + 1; i < s.hips.size(); ++i) {
+    ASSERT_NEAR(s.hips[i].norm(), 0.049, 1e-12);
+    ASSERT_NEAR((s.hips[i] - s.hips[i - 1]).norm(), 1e-4 * 0.049 / 0.05, 1e-9);
+    ASSERT_LT((s.forces[i] - s.hips[i].normalized()).norm(), 1e-6);
+  }
+}
+
+TEST(Load, ErrorsOfKnownForces) {
+  const std::vector<Vec3> reference(4, Vec3(2, 0, 0));
+  const std::vector<Vec3> forces{{2, 0, 0}, {2, 0.2, 0}, {2, 0, 0.2}, {2, 0, 0}};
+  const ForceError e = compareForces(forces, reference);
+  EXPECT_NEAR(e.mean, 2, 1e-15);
+  EXPECT_NEAR(e.max, 0.1, 1e-15);
+  EXPECT_NEAR(e.rms, 0.1 / std::sqrt(2), 1e-15);
+  EXPECT_NEAR(e.change_max, 0.1 * std::sqrt(2), 1e-15);
+}
+
+TEST(Load, PatchAtThirtyHertzIsTheMesh) {
+  const Stroked s = strokeOver({0.05, 0}, {}, kSeconds);
+  const std::vector<Vec3> patch = clientForces(Source::kPatch, ball().client(), kSlow, s.hips);
+  const ForceError off = compareForces(settled(patch), settled(nearestForces(ball().client(), 1000, s.hips)));
+  EXPECT_NEAR(off.mean, 1, 0.05);
+  EXPECT_LT(off.rms, 1e-4);
+  EXPECT_LT(off.change_max, 0.01);
+  EXPECT_LT(compareForces(settled(patch), settled(nativeForces(ball().meshes(), 1000, s.hips))).rms, 0.02);
+}
+
+TEST(Load, PlaneAtThirtyHertzIsNearTheSurface) {
+  const Stroked s = strokeOver({0.05, 0}, {.stiffness = 300}, kSeconds);
+  const ClientTiming timing{kSlow.period_s, kSlow.latency_s, 300};
+  const std::vector<Vec3> plane = clientForces(Source::kPlane, ball().client(), timing, s.hips);
+  EXPECT_LT(compareForces(settled(plane), settled(nativeForces(ball().meshes(), 300, s.hips))).rms, 0.1);
+  EXPECT_LT(compareForces(settled(plane), settled(s.forces)).change_max, 0.01);
+}
+
+TEST(Load, AFasterClientComesIntoForceToo) {
+  const Stroked s = strokeOver({0.05, 0}, {}, kSeconds);
+  const ClientTiming timing{1e-3, 0.005, 1000};
+  for (const Source source : {Source::kPlane, Source::kPatch, Source::kForce}) {
+    const std::vector<Vec3> forces = clientForces(source, ball().client(), timing, s.hips);
+    EXPECT_LT(compareForces(settled(forces), settled(s.forces)).rms, 0.05) << nameOf(source);
+  }
+}
+
+}  // namespace
+}  // namespace haptic_bench

@@ -1,0 +1,91 @@
+/** @file
+ * haptic-bench models: what a hand feels of a mesh by local models and by a client's own forces, at the client's rate
+ * and latency, against the native scene, the nearest point of the mesh and the smooth surface that the mesh stands for,
+ * at the same places. Stepped by hand: exact, on any machine and under any load.
+ */
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/load/built_surface.h"
+#include "tools/haptic-bench/load/stepped.h"
+
+namespace haptic_bench {
+namespace {
+
+struct Options {
+  std::vector<double> rates_hz{10, 30, 100, 300, 1000};
+  std::vector<double> stiffness{300, 1000};
+  double latency_ms = 5;
+  double seconds = 3;
+  std::uint32_t triangles = 16128;
+  double radius = 0.05;
+  double bumps = 0;
+};
+
+int runModels(const Common& common, const Options& options) {
+  const BumpySphere shape{options.radius, options.bumps};
+  const Model model = tessellate(shape, options.triangles);
+  const BuiltSurface surface(model);
+  std::vector<Series> all;
+  const auto add = [&](const std::string& name, double fraction) { all.push_back({name, "%", {100 * fraction}}); };
+  for (const double k : options.stiffness) {
+    const Stroked stroke = strokeOver(shape, {.stiffness = k}, options.seconds);
+    const auto settled = [](const std::vector<Vec3>& forces) { return std::span(forces).subspan(kSettled); };
+    const std::vector<Vec3> native = nativeForces(surface.meshes(), k, stroke.hips);
+    const std::vector<Vec3> nearest = nearestForces(surface.client(), k, stroke.hips);
+    const auto judge = [&](const std::string& name, const std::vector<Vec3>& forces) {
+      const std::pair<const char*, const std::vector<Vec3>*> references[] = {
+          {"native", &native}, {"nearest", &nearest}, {"smooth", &stroke.forces}};
+      for (const auto& [reference, truth] : references) {
+        if (truth == &forces) continue;
+        const ForceError e = compareForces(settled(forces), settled(*truth));
+        add(fmt::format("{:g} N/m {} - {}: rms", k, name, reference), e.rms);
+        add(fmt::format("{:g} N/m {} - {}: change a tick", k, name, reference), e.change_max);
+      }
+    };
+    judge("native", native);
+    for (const Source source : {Source::kPlane, Source::kPatch, Source::kForce}) {
+      for (const double rate : options.rates_hz) {
+        const ClientTiming timing{1 / rate, options.latency_ms * 1e-3, k};
+        judge(fmt::format("{} at {:g} Hz", nameOf(source), rate),
+              clientForces(source, surface.client(), timing, stroke.hips));
+      }
+    }
+  }
+  print(common, fmt::format("models, {} triangles", model.triangles.size()), all);
+  return 0;
+}
+
+}  // namespace
+
+void addModels(CLI::App& app, Run& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App* models = app.add_subcommand(
+      "models", "Force of local models and of client forces against the native scene, by the client's rate");
+  models->add_option("--rates", options->rates_hz, "Client's rates [Hz]")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000));
+  models->add_option("--stiffness", options->stiffness, "[N/m]")->capture_default_str()->check(CLI::Range(1, 100'000));
+  models->add_option("--latency", options->latency_ms, "From the client's sample to the force [ms]")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000));
+  models->add_option("--seconds", options->seconds, "Of the stroke at 0.1 m/s and 1 N")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 100.0));
+  models->add_option("--triangles", options->triangles, "Of the mesh")
+      ->capture_default_str()
+      ->check(CLI::Range(100, 8'000'000));
+  models->add_option("--radius", options->radius, "Of the mesh [m]")
+      ->capture_default_str()
+      ->check(CLI::Range(0.001, 10.0));
+  models->add_option("--bumps", options->bumps, "Height of its bumps, of the radius; 0: a sphere")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 0.3));
+  models->callback(
+      [&chosen, options] { chosen = [options](const Common& common) { return runModels(common, *options); }; });
+}
+
+}  // namespace haptic_bench

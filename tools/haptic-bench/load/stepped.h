@@ -1,0 +1,39 @@
+/** @file
+ * The cycle stepped by hand along a given way of the hand: by the native scene, or by what a client at its own rate
+ * and late sends. Deterministic: no thread, no clock.
+ */
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "rt/scene/scene.h"
+#include "tools/haptic-bench/load/local_client.h"
+#include "tools/haptic-bench/load/stroke.h"
+
+namespace haptic_bench {
+
+/** Force of the native scene at each place of the hand: the mesh in entry 0 of `meshes`, without friction or damping.
+ */
+[[nodiscard]] std::vector<Vec3> nativeForces(const hapticd::MeshTable& meshes, double stiffness,
+                                             std::span<const Vec3> hips);
+
+/** Stiffness times the way to the nearest point of the mesh: what a proxy without memory would make. */
+[[nodiscard]] std::vector<Vec3> nearestForces(const haptic::SurfaceMesh& mesh, double stiffness,
+                                              std::span<const Vec3> hips);
+
+/** Force of the models or forces (kForce) that the client sends. */
+[[nodiscard]] std::vector<Vec3> clientForces(Source source, const haptic::SurfaceMesh& mesh, const ClientTiming& timing,
+                                             std::span<const Vec3> hips);
+
+/** How far one run of forces is from another. Fractions of the reference's mean magnitude. */
+struct ForceError {
+  double rms = 0;         ///< Of the difference.
+  double max = 0;         ///< Largest difference.
+  double change_max = 0;  ///< The most by which the difference changes from tick to tick.
+  double mean = 0;        ///< Mean magnitude of the reference [N].
+};
+
+[[nodiscard]] ForceError compareForces(std::span<const Vec3> forces, std::span<const Vec3> reference);
+
+}  // namespace haptic_bench

@@ -214,6 +214,15 @@ TEST(BallSweep, NothingIsMetFromInside) {
     }
   }
   EXPECT_GT(hits, 1000);
+  // A narrow groove, its bottom touched from below: the centre is in front of the far wall's plane, and yet inside.
+  TestMesh groove = testing::heightMesh(1, 40, [](double x, double) { return std::min(20 * std::abs(x), 1.0); });
+  Sweep s;
+  s.a = Vec3(0.027, 0.012, -0.3);
+  s.d = Vec3(0, 0, 0.295);
+  s.radius = 0.03;
+  s.limit = 1u << 20;
+  SweepHit hit;
+  EXPECT_EQ(sweepMesh(*groove.view(), s, hit), SweepResult::kNone);
 }
 
 TEST(BallSweep, AnOneSidedSheetStopsFromItsFrontOnly) {

@@ -31,6 +31,7 @@ void addCompare(CLI::App& app, Run& chosen);
 void addModels(CLI::App& app, Run& chosen);
 void addRing(CLI::App& app, Run& chosen);
 void addServo(CLI::App& app, Run& chosen);
+void addCost(CLI::App& app, Run& chosen);
 
 /** Median of some rounds and its interval. */
 struct Estimate {

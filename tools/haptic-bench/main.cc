@@ -10,9 +10,9 @@
 
 namespace {
 
-constexpr haptic_bench::AddBenchmark kBenchmarks[] = {haptic_bench::addRun,     haptic_bench::addShort,
-                                                      haptic_bench::addCompare, haptic_bench::addModels,
-                                                      haptic_bench::addRing,    haptic_bench::addServo};
+constexpr haptic_bench::AddBenchmark kBenchmarks[] = {
+    haptic_bench::addRun,  haptic_bench::addShort, haptic_bench::addCompare, haptic_bench::addModels,
+    haptic_bench::addRing, haptic_bench::addServo, haptic_bench::addCost};
 constexpr int kExitFailed = 1;  ///< Also a broken bound.
 constexpr int kExitUsage = 2;
 

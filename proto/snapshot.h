@@ -11,10 +11,11 @@
 #include <stdint.h>
 
 #define HD_SNAPSHOT_MAGIC UINT64_C(0x31504e5354504148) /**< "HAPTSNP1" */
-#define HD_SNAPSHOT_VERSION 1u
+#define HD_SNAPSHOT_VERSION 2u
 #define HD_UPLOAD_MAGIC UINT64_C(0x3150554d54504148) /**< "HAPTMUP1" */
 
 #define HD_NO_INDEX UINT32_C(0xffffffff)
+#define HD_BVH_WIDTH 8u          /**< Children of a node: as many as a vector unit takes at once. */
 #define HD_BVH_LEAF_TRIANGLES 4u /**< At most this many triangles in a leaf. */
 #define HD_BVH_MAX_DEPTH 64u     /**< Deepest path, root included; the builder keeps it, the validator checks it. */
 #define HD_MAX_VERTICES 16000000u
@@ -25,14 +26,15 @@
 enum hd_snapshot_kind { HD_SNAPSHOT_TRIANGLES = 1 };
 
 enum hd_snapshot_section {
-  HD_SECTION_VERTICES = 0,         /**< float[3] per vertex. */
-  HD_SECTION_TRIANGLES = 1,        /**< uint32[3] per triangle, in leaf order. */
-  HD_SECTION_NEIGHBOURS = 2,       /**< uint32[3] per triangle: across edges 01, 12, 20; HD_NO_INDEX at a border. */
-  HD_SECTION_NODES = 3,            /**< hd_bvh_node; the root is node 0, children come after their parent. */
-  HD_SECTION_PARENTS = 4,          /**< uint32 per node; HD_NO_INDEX for the root. Empty unless deformable. */
+  HD_SECTION_VERTICES = 0,   /**< float[3] per vertex. */
+  HD_SECTION_TRIANGLES = 1,  /**< uint32[3] per triangle, in leaf order. */
+  HD_SECTION_NEIGHBOURS = 2, /**< uint32[3] per triangle: across edges 01, 12, 20; HD_NO_INDEX at a border. */
+  HD_SECTION_NODES = 3,      /**< hd_bvh_node; the root is node 0, children come after their parent. */
+  HD_SECTION_PARENTS =
+      4, /**< uint32 per node: its place, see below; HD_NO_INDEX for the root. Empty unless deformable. */
   HD_SECTION_VERTEX_FIRST = 5,     /**< uint32 per vertex + 1: start of its triangles. Empty unless deformable. */
   HD_SECTION_VERTEX_TRIANGLES = 6, /**< uint32: triangles about each vertex. Empty unless deformable. */
-  HD_SECTION_TRIANGLE_LEAF = 7,    /**< uint32 per triangle: the leaf that holds it. Empty unless deformable. */
+  HD_SECTION_TRIANGLE_LEAF = 7,    /**< uint32 per triangle: the place of its leaf. Empty unless deformable. */
   HD_SECTION_SOURCE_VERTEX =
       8, /**< uint32 per uploaded vertex: its vertex here after welding. Empty unless deformable. */
   HD_SECTIONS = 9
@@ -77,12 +79,18 @@ struct hd_snapshot_header {
   struct hd_section section[HD_SECTIONS];
 };
 
-/** A node of a binary bounding volume hierarchy: 32 bytes, two a cache line. */
+/**
+ * A node of a wide bounding volume hierarchy, four cache lines: the boxes of its children, coordinate by coordinate,
+ * and where they are. The first `used` children count; the rest is zero. A child's place is HD_BVH_WIDTH * node +
+ * number.
+ */
 struct hd_bvh_node {
-  float lower[3];
-  uint32_t first; /**< Leaf: first triangle. Inner: the left child; the right child is first + 1. */
-  float upper[3];
-  uint32_t count; /**< Leaf: triangles, 1 to HD_BVH_LEAF_TRIANGLES. Inner: 0. */
+  float lower[3][HD_BVH_WIDTH];
+  float upper[3][HD_BVH_WIDTH];
+  uint32_t child[HD_BVH_WIDTH]; /**< Of a leaf: its first triangle. Else: its node. */
+  uint8_t count[HD_BVH_WIDTH];  /**< Of a leaf: its triangles, 1 to HD_BVH_LEAF_TRIANGLES. Else: 0. */
+  uint32_t used;                /**< 1 to HD_BVH_WIDTH. */
+  uint32_t reserved[5];
 };
 
 /** Start of an upload: vertices then triangles follow at once, tightly packed. */

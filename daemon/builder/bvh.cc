@@ -72,9 +72,10 @@ class Builder {
 
   Bvh run() {
     Bvh bvh;
+    std::vector<BinaryNode> nodes;
     const auto count = static_cast<std::uint32_t>(items_.size());
-    bvh.nodes.reserve(count);
-    bvh.nodes.emplace_back();
+    nodes.reserve(count);
+    nodes.emplace_back();
     Range root{0, 0, count, 1, {}, {}};
     for (const Item& item : items_) grow(root, item);
     std::vector<Range> stack{root};
@@ -82,11 +83,10 @@ class Builder {
     while (!stack.empty()) {
       const Range range = stack.back();
       stack.pop_back();
-      bvh.depth = std::max(bvh.depth, range.depth);
-      setBox(bvh.nodes[range.node], range.box);
+      setBox(nodes[range.node], range.box);
       if (range.size() <= HD_BVH_LEAF_TRIANGLES) {
-        bvh.nodes[range.node].first = range.begin;
-        bvh.nodes[range.node].count = range.size();
+        nodes[range.node].first = range.begin;
+        nodes[range.node].count = range.size();
         if (range.end - reported >= 32768) {
           reported = range.end;
           if (!progress_(static_cast<float>(range.end) / static_cast<float>(count))) return {};
@@ -94,14 +94,15 @@ class Builder {
         continue;
       }
       auto [left, right] = split(range);
-      left.node = static_cast<std::uint32_t>(bvh.nodes.size());
+      left.node = static_cast<std::uint32_t>(nodes.size());
       right.node = left.node + 1;
-      bvh.nodes[range.node].first = left.node;
-      bvh.nodes[range.node].count = 0;
-      bvh.nodes.resize(bvh.nodes.size() + 2);
+      nodes[range.node].first = left.node;
+      nodes[range.node].count = 0;
+      nodes.resize(nodes.size() + 2);
       stack.push_back(right);
       stack.push_back(left);  // next: places are filled from left to right
     }
+    bvh.nodes = widen(nodes, bvh.depth);
     bvh.order.reserve(count);
     for (const Item& item : items_) bvh.order.push_back(item.triangle());
     return bvh;
@@ -114,7 +115,7 @@ class Builder {
     range.centres.add(centre, centre);
   }
 
-  static void setBox(hd_bvh_node& node, const Box& box) {
+  static void setBox(BinaryNode& node, const Box& box) {
     std::memcpy(node.lower, box.lower.data(), sizeof node.lower);
     std::memcpy(node.upper, box.upper.data(), sizeof node.upper);
   }

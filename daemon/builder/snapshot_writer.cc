@@ -85,10 +85,10 @@ void fillDeformable(const Mapping& mapping, const Mesh& mesh, const Bvh& bvh, co
   parents[0] = HD_NO_INDEX;
   for (std::uint32_t i = 0; i < bvh.nodes.size(); ++i) {
     const hd_bvh_node& node = bvh.nodes[i];
-    if (node.count == 0) {
-      parents[node.first] = parents[node.first + 1] = i;
-    } else {
-      std::fill_n(leaves + node.first, node.count, i);
+    for (std::uint32_t c = 0; c < node.used; ++c) {
+      const std::uint32_t place = HD_BVH_WIDTH * i + c;
+      if (node.count[c] == 0) parents[node.child[c]] = place;
+      std::fill_n(leaves + node.child[c], node.count[c], place);
     }
   }
   auto* const first = sectionOf<std::uint32_t>(mapping, HD_SECTION_VERTEX_FIRST);
@@ -128,8 +128,11 @@ Result<Memfd> writeSnapshot(const Mesh& mesh, const Bvh& bvh, BuildMonitor& moni
   header.vertex_count = static_cast<std::uint32_t>(n.used.size());
   header.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
   header.node_count = static_cast<std::uint32_t>(bvh.nodes.size());
-  std::memcpy(header.lower, bvh.nodes[0].lower, sizeof header.lower);
-  std::memcpy(header.upper, bvh.nodes[0].upper, sizeof header.upper);
+  const hd_bvh_node& root = bvh.nodes[0];
+  for (int k = 0; k < 3; ++k) {
+    header.lower[k] = *std::min_element(root.lower[k], root.lower[k] + root.used);
+    header.upper[k] = *std::max_element(root.upper[k], root.upper[k] + root.used);
+  }
   header.depth = bvh.depth;
   header.max_valence = *widest;
   Layout layout(header);

@@ -1,7 +1,7 @@
 // The swept ball against triangles: faces moved out by the radius, and the round edges and vertices between them.
+#include "rt/geometry/box_queries.h"
 #include "rt/geometry/first_touch.h"
 #include "rt/geometry/pseudo_normal.h"
-#include "rt/geometry/swept_box.h"
 #include "rt/geometry/tree_walk.h"
 #include "rt/geometry/triangle.h"
 
@@ -71,11 +71,14 @@ class BallOverMesh {
 }  // namespace
 
 SweepResult sweepBallOverMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT {
-  const SweptBox box(sweep);
+  const SweptBoxes boxes(sweep);
+  const BoxTests& tests = boxTests();
   BallOverMesh ball(mesh, sweep);
   bool found = false;
   const bool finished = walkTree(
-      mesh, {sweep.work, sweep.limit}, hit.t, [&](const hd_bvh_node& node) { return box.enter(node, hit.t); },
+      mesh, {sweep.work, sweep.limit},
+      [&](const hd_bvh_node& node, float* key) { return boxes.look(tests, node, hit.t, key); },
+      [&] { return roundedUp(hit.t); },
       [&](std::uint32_t first, std::uint32_t count) {
         for (std::uint32_t t = first; t < first + count; ++t) found |= ball.meets(t, hit);
       });

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/geometry/swept_box.h"
+#include "rt/geometry/box_queries.h"
 #include "rt/geometry/tree_walk.h"
 
 namespace hapticd {
@@ -62,10 +62,13 @@ SweepResult sweepMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT {
   if (sweep.d.isZero(0)) return SweepResult::kNone;
   if (sweep.radius > 0) return sweepBallOverMesh(mesh, sweep, hit);
   const Line line(sweep.d);
-  const SweptBox box(sweep);
+  const SweptBoxes boxes(sweep);
+  const BoxTests& tests = boxTests();
   bool found = false;
   const bool finished = walkTree(
-      mesh, {sweep.work, sweep.limit}, hit.t, [&](const hd_bvh_node& node) { return box.enter(node, hit.t); },
+      mesh, {sweep.work, sweep.limit},
+      [&](const hd_bvh_node& node, float* key) { return boxes.look(tests, node, hit.t, key); },
+      [&] { return roundedUp(hit.t); },
       [&](std::uint32_t first, std::uint32_t count) {
         for (std::uint32_t t = first; t < first + count; ++t) found |= sweepTriangle(mesh, t, line, sweep, hit);
       });

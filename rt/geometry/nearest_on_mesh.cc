@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "rt/geometry/box_queries.h"
 #include "rt/geometry/nearest.h"
 #include "rt/geometry/pseudo_normal.h"
 #include "rt/geometry/tree_walk.h"
@@ -29,12 +30,12 @@ NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& 
     foot = here;
     triangle = t;
   };
+  const BoxTests& tests = boxTests();
+  const BoxPoint point = boxPoint(query.x);
   const bool finished = walkTree(
-      mesh, {query.work, query.limit}, best,
-      [&](const hd_bvh_node& node) {
-        const double squared = squaredDistance(node, query.x);
-        return squared < best ? squared : std::numeric_limits<double>::infinity();
-      },
+      mesh, {query.work, query.limit},
+      [&](const hd_bvh_node& node, float* key) { return tests.approach(node, point, roundedUp(best), key); },
+      [&] { return roundedUp(best); },
       [&](std::uint32_t first, std::uint32_t count) {
         for (std::uint32_t t = first; t < first + count; ++t) look(t);
       });
@@ -50,19 +51,22 @@ bool gatherTriangles(const MeshView& mesh, GatherQuery& query, std::span<std::ui
   const double reach = query.radius * query.radius;
   count = 0;
   bool fits = true;
+  const BoxTests& tests = boxTests();
+  const BoxPoint point = boxPoint(query.center);
   const bool finished = walkTree(
-      mesh, {query.work, query.limit}, reach,
-      [&](const hd_bvh_node& node) {
-        // All boxes in reach weigh alike, so that they are visited from left to right.
-        return squaredDistance(node, query.center) <= reach ? 0.0 : std::numeric_limits<double>::infinity();
+      mesh, {query.work, query.limit},
+      [&](const hd_bvh_node& node, float* key) {
+        const std::uint32_t mask = tests.approach(node, point, roundedUp(reach), key);
+        std::fill_n(key, HD_BVH_WIDTH, 0.0F);  // All in reach weigh alike: visited from left to right.
+        return mask;
       },
+      [&] { return fits ? 0.0F : -1.0F; },
       [&](std::uint32_t first, std::uint32_t in_leaf) {
         for (std::uint32_t t = first; t < first + in_leaf; ++t) {
           if ((nearestOnTriangle(cornersOf(mesh, t), query.center).point - query.center).squaredNorm() > reach)
             continue;
           if (count == out.size()) {
             fits = false;
-            query.limit = 0;
             return;
           }
           out[count++] = t;

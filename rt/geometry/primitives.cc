@@ -202,7 +202,11 @@ Ball boundingBall(const Shape& shape) HD_RT {
     case ShapeKind::kMesh: {
       if (!shape.mesh || shape.mesh->node_count == 0) return {};
       const hd_bvh_node& root = shape.mesh->nodes[0];
-      const Vec3 lower(root.lower[0], root.lower[1], root.lower[2]), upper(root.upper[0], root.upper[1], root.upper[2]);
+      Vec3 lower, upper;
+      for (int k = 0; k < 3; ++k) {
+        lower[k] = *std::min_element(root.lower[k], root.lower[k] + root.used);
+        upper[k] = *std::max_element(root.upper[k], root.upper[k] + root.used);
+      }
       return {(lower + upper) / 2, (upper - lower).norm() / 2};
     }
     case ShapeKind::kGroup:

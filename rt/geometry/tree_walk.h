@@ -4,9 +4,10 @@
  */
 #pragma once
 
-#include <limits>
-#include <utility>
+#include <bit>
 
+#include "rt/base/contract.h"
+#include "rt/geometry/boxes.h"
 #include "rt/scene/mesh_view.h"
 
 namespace hapticd {
@@ -18,50 +19,42 @@ struct Work {
 };
 
 /**
- * Visits the leaves in rising order of `key(node)`, a lower bound of what `leaf(first, count)` can find there, while
- * it is at most `bound`, which the leaves lower. Infinity: never. False if the work was used up. Servo-safe if key and
- * leaf are.
+ * Visits the leaves in rising order of the keys that `look(node, key)` gives the children of its mask, each a lower
+ * bound of what `leaf(first, count)` can find there, while it is at most `bound()`, which the leaves lower. Of equal
+ * keys the first child comes first. False if the work was used up. Servo-safe if look, bound and leaf are.
  */
-template <class Key, class Leaf>
-[[nodiscard]] bool walkTree(const MeshView& mesh, Work work, const double& bound, Key&& key, Leaf&& leaf) HD_RT {
-  constexpr double kNever = std::numeric_limits<double>::infinity();
+template <class Look, class Bound, class Leaf>
+[[nodiscard]] bool walkTree(const MeshView& mesh, Work work, Look&& look, Bound&& bound, Leaf&& leaf) HD_RT {
   struct Entry {
-    std::uint32_t node;
-    double key;
+    std::uint32_t child, count;
+    float key;
   };
-  Entry stack[HD_BVH_MAX_DEPTH + 1];
+  Entry stack[(HD_BVH_WIDTH - 1) * HD_BVH_MAX_DEPTH + 1];
   std::uint32_t size = 0;
   if (mesh.node_count == 0) return true;
-  ++work.done;
-  if (const double k = key(mesh.nodes[0]); k < kNever) stack[size++] = {0, k};
+  stack[size++] = {0, 0, 0};
   while (size > 0) {
     const Entry entry = stack[--size];
-    if (entry.key > bound) continue;
-    const hd_bvh_node& node = mesh.nodes[entry.node];
-    if (node.count > 0) {
-      work.done += node.count;
-      leaf(node.first, node.count);
+    if (entry.key > bound()) continue;
+    if (entry.count > 0) {
+      work.done += entry.count;
+      leaf(entry.child, entry.count);
     } else {
-      work.done += 2;
-      Entry near{node.first, key(mesh.nodes[node.first])};
-      Entry far{node.first + 1, key(mesh.nodes[node.first + 1])};
-      if (far.key < near.key) std::swap(near, far);
-      if (far.key < kNever) stack[size++] = far;
-      if (near.key < kNever) stack[size++] = near;
+      ++work.done;
+      const hd_bvh_node& node = mesh.nodes[entry.child];
+      float key[HD_BVH_WIDTH];
+      const std::uint32_t base = size;
+      for (std::uint32_t mask = look(node, key); mask != 0;) {
+        const auto i = static_cast<std::uint32_t>(std::bit_width(mask) - 1);
+        mask &= ~(1u << i);
+        std::uint32_t at = size++;
+        for (; at > base && stack[at - 1].key < key[i]; --at) stack[at] = stack[at - 1];
+        stack[at] = {node.child[i], node.count[i], key[i]};
+      }
     }
     if (work.done > work.limit) return false;
   }
   return true;
-}
-
-/** Squared distance from x to the node's box; 0 within. */
-[[nodiscard]] inline double squaredDistance(const hd_bvh_node& node, const Vec3& x) HD_RT {
-  double sum = 0;
-  for (int i = 0; i < 3; ++i) {
-    const double outside = std::max(std::max(double{node.lower[i]} - x[i], x[i] - double{node.upper[i]}), 0.0);
-    sum += outside * outside;
-  }
-  return sum;
 }
 
 }  // namespace hapticd

@@ -12,23 +12,23 @@ struct Bounds {
   float lower[3], upper[3];
 };
 
-/** Stores the box; false if it was the same already. */
-bool replaceBox(hd_bvh_node& node, const Bounds& box) HD_RT {
+/** Stores the box of a child; false if it was the same already. */
+bool replaceBox(hd_bvh_node& node, std::uint32_t child, const Bounds& box) HD_RT {
   bool changed = false;
   for (int k = 0; k < 3; ++k) {
-    changed |= node.lower[k] != box.lower[k] || node.upper[k] != box.upper[k];
-    node.lower[k] = box.lower[k];
-    node.upper[k] = box.upper[k];
+    changed |= node.lower[k][child] != box.lower[k] || node.upper[k][child] != box.upper[k];
+    node.lower[k][child] = box.lower[k];
+    node.upper[k][child] = box.upper[k];
   }
   return changed;
 }
 
-Bounds boundsOfLeaf(const MeshView& mesh, const hd_bvh_node& leaf) HD_RT {
+Bounds boundsOfLeaf(const MeshView& mesh, std::uint32_t first, std::uint32_t count) HD_RT {
   Bounds box;
-  const float(&start)[3] = mesh.vertices[mesh.triangles[leaf.first][0]];
+  const float(&start)[3] = mesh.vertices[mesh.triangles[first][0]];
   std::copy_n(start, 3, box.lower);
   std::copy_n(start, 3, box.upper);
-  for (std::uint32_t t = leaf.first; t < leaf.first + leaf.count; ++t)
+  for (std::uint32_t t = first; t < first + count; ++t)
     for (const std::uint32_t v : mesh.triangles[t])
       for (int k = 0; k < 3; ++k) {
         box.lower[k] = std::min(box.lower[k], mesh.vertices[v][k]);
@@ -37,12 +37,11 @@ Bounds boundsOfLeaf(const MeshView& mesh, const hd_bvh_node& leaf) HD_RT {
   return box;
 }
 
-Bounds boundsOfChildren(const MeshView& mesh, const hd_bvh_node& node) HD_RT {
+Bounds boundsOfNode(const hd_bvh_node& node) HD_RT {
   Bounds box;
-  const hd_bvh_node &a = mesh.nodes[node.first], &b = mesh.nodes[node.first + 1];
   for (int k = 0; k < 3; ++k) {
-    box.lower[k] = std::min(a.lower[k], b.lower[k]);
-    box.upper[k] = std::max(a.upper[k], b.upper[k]);
+    box.lower[k] = *std::min_element(node.lower[k], node.lower[k] + node.used);
+    box.upper[k] = *std::max_element(node.upper[k], node.upper[k] + node.used);
   }
   return box;
 }
@@ -61,10 +60,15 @@ ErrorCode moveVertex(MeshView& mesh, std::uint32_t vertex, const float (&p)[3]) 
   // At most HD_MAX_DEFORM_VALENCE leaves times HD_BVH_MAX_DEPTH boxes. Every box is the exact union of what is below it
   // before and after each leaf's turn, so a box that stays the same ends the climb.
   for (std::uint32_t i = d.vertex_first[v]; i < d.vertex_first[v + 1]; ++i) {
-    std::uint32_t n = d.triangle_leaf[d.vertex_triangles[i]];
-    bool changed = replaceBox(d.nodes[n], boundsOfLeaf(mesh, d.nodes[n]));
-    for (n = d.parents[n]; changed && n != HD_NO_INDEX; n = d.parents[n])
-      changed = replaceBox(d.nodes[n], boundsOfChildren(mesh, d.nodes[n]));
+    std::uint32_t place = d.triangle_leaf[d.vertex_triangles[i]];
+    std::uint32_t n = place / HD_BVH_WIDTH, child = place % HD_BVH_WIDTH;
+    Bounds box = boundsOfLeaf(mesh, d.nodes[n].child[child], d.nodes[n].count[child]);
+    while (replaceBox(d.nodes[n], child, box) && d.parents[n] != HD_NO_INDEX) {
+      box = boundsOfNode(d.nodes[n]);
+      place = d.parents[n];
+      n = place / HD_BVH_WIDTH;
+      child = place % HD_BVH_WIDTH;
+    }
   }
   return ErrorCode::kOk;
 }

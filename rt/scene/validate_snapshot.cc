@@ -20,9 +20,9 @@ Error bad(const char* kind, std::size_t index, std::string what) {
   return bad(kind + std::string(" ") + std::to_string(index), std::move(what));
 }
 
-bool contains(const float (&lower)[3], const float (&upper)[3], const float (&x)[3]) {
+bool contains(const hd_bvh_node& node, std::uint32_t child, const float (&x)[3]) {
   for (int k = 0; k < 3; ++k)
-    if (!(lower[k] <= x[k] && x[k] <= upper[k])) return false;
+    if (!(node.lower[k][child] <= x[k] && x[k] <= node.upper[k][child])) return false;
   return true;
 }
 
@@ -57,8 +57,8 @@ class Validator {
     if (h_.vertex_count == 0 || h_.vertex_count > HD_MAX_VERTICES) return bad("header", "vertex count out of range");
     if (h_.triangle_count == 0 || h_.triangle_count > HD_MAX_TRIANGLES)
       return bad("header", "triangle count out of range");
-    if (h_.node_count % 2 == 0 || h_.node_count > 2 * h_.triangle_count - 1)
-      return bad("header", "node count " + std::to_string(h_.node_count) + " is not that of a binary tree");
+    if (h_.node_count == 0 || h_.node_count > h_.triangle_count)
+      return bad("header", "node count " + std::to_string(h_.node_count) + " is not that of a tree over its triangles");
     if (h_.depth == 0 || h_.depth > HD_BVH_MAX_DEPTH) return bad("header", "depth out of range");
     if (snapshotChecksum(bytes_.subspan(sizeof h_)) != h_.checksum) return bad("checksum", "does not match: damaged");
     return {};
@@ -157,48 +157,57 @@ class Validator {
       if (depth[i] == 0) return bad("node", i, "has no parent before it");
       if (depth[i] > HD_BVH_MAX_DEPTH) return bad("node", i, "lies too deep");
       deepest = std::max<std::uint32_t>(deepest, depth[i]);
-      for (int k = 0; k < 3; ++k) {
-        if (!(std::isfinite(node.lower[k]) && std::isfinite(node.upper[k]) && node.lower[k] <= node.upper[k])) {
-          return bad("node", i, "its box is not a box");
+      if (node.used == 0 || node.used > HD_BVH_WIDTH) return bad("node", i, "its children are too many or none");
+      for (std::uint32_t c = 0; c < node.used; ++c) {
+        for (int k = 0; k < 3; ++k) {
+          const float lower = node.lower[k][c], upper = node.upper[k][c];
+          if (!(std::isfinite(lower) && std::isfinite(upper) && lower <= upper))
+            return bad("node", i, "a box of it is not a box");
         }
+        Result<void> passed = node.count[c] == 0 ? checkInner(i, c, depth) : checkLeaf(i, c, held, held_count);
+        if (!passed) return passed;
       }
-      Result<void> passed = node.count == 0 ? checkInner(i, depth) : checkLeaf(i, held, held_count);
-      if (!passed) return passed;
     }
     if (held_count != h_.triangle_count) return bad("tree", "a triangle is in no leaf");
     if (deepest != h_.depth) return bad("header", "the depth is " + std::to_string(deepest));
-    if (!std::equal(h_.lower, h_.lower + 3, view_.nodes[0].lower) ||
-        !std::equal(h_.upper, h_.upper + 3, view_.nodes[0].upper)) {
-      return bad("header", "its box is not that of the root");
+    const hd_bvh_node& root = view_.nodes[0];
+    for (int k = 0; k < 3; ++k) {
+      if (h_.lower[k] != *std::min_element(root.lower[k], root.lower[k] + root.used) ||
+          h_.upper[k] != *std::max_element(root.upper[k], root.upper[k] + root.used))
+        return bad("header", "its box is not that of the root");
     }
     return {};
   }
 
-  Result<void> checkInner(std::uint32_t i, std::vector<std::uint8_t>& depth) const {
+  Result<void> checkInner(std::uint32_t i, std::uint32_t c, std::vector<std::uint8_t>& depth) const {
     const hd_bvh_node& node = view_.nodes[i];
-    if (node.first <= i || node.first >= h_.node_count - 1) return bad("node", i, "its children are not after it");
-    for (std::uint32_t c = node.first; c <= node.first + 1; ++c) {
-      if (depth[c] != 0) return bad("node", c, "has two parents");
-      depth[c] = static_cast<std::uint8_t>(depth[i] + 1);
-      const hd_bvh_node& child = view_.nodes[c];
-      if (!contains(node.lower, node.upper, child.lower) || !contains(node.lower, node.upper, child.upper))
-        return bad("node", i, "its box does not hold its children");
+    const std::uint32_t n = node.child[c];
+    if (n <= i || n >= h_.node_count) return bad("node", i, "its children are not after it");
+    if (depth[n] != 0) return bad("node", n, "has two parents");
+    depth[n] = static_cast<std::uint8_t>(depth[i] + 1);
+    const hd_bvh_node& child = view_.nodes[n];
+    if (child.used == 0 || child.used > HD_BVH_WIDTH) return bad("node", n, "its children are too many or none");
+    for (std::uint32_t g = 0; g < child.used; ++g) {
+      const float lower[3] = {child.lower[0][g], child.lower[1][g], child.lower[2][g]};
+      const float upper[3] = {child.upper[0][g], child.upper[1][g], child.upper[2][g]};
+      if (!contains(node, c, lower) || !contains(node, c, upper))
+        return bad("node", i, "a box of it does not hold its children");
     }
     return {};
   }
 
-  Result<void> checkLeaf(std::uint32_t i, std::vector<bool>& held, std::uint32_t& held_count) const {
+  Result<void> checkLeaf(std::uint32_t i, std::uint32_t c, std::vector<bool>& held, std::uint32_t& held_count) const {
     const hd_bvh_node& node = view_.nodes[i];
-    if (node.count > HD_BVH_LEAF_TRIANGLES || node.first >= h_.triangle_count ||
-        node.count > h_.triangle_count - node.first)
+    const std::uint32_t first = node.child[c], count = node.count[c];
+    if (count > HD_BVH_LEAF_TRIANGLES || first >= h_.triangle_count || count > h_.triangle_count - first)
       return bad("node", i, "its triangles are out of range");
-    for (std::uint32_t t = node.first; t < node.first + node.count; ++t) {
+    for (std::uint32_t t = first; t < first + count; ++t) {
       if (held[t]) return bad("triangle", t, "is in two leaves");
       held[t] = true;
       ++held_count;
       for (const std::uint32_t v : view_.triangles[t]) {
-        if (!contains(node.lower, node.upper, view_.vertices[v])) {
-          return bad("node", i, "its box does not hold its triangles");
+        if (!contains(node, c, view_.vertices[v])) {
+          return bad("node", i, "a box of it does not hold its triangles");
         }
       }
     }
@@ -218,12 +227,12 @@ class Validator {
     if (d.parents[0] != HD_NO_INDEX) return bad("parent", 0, "the root has none");
     for (std::uint32_t i = 0; i < h_.node_count; ++i) {
       const hd_bvh_node& node = view_.nodes[i];
-      if (node.count == 0) {
-        for (std::uint32_t c = node.first; c <= node.first + 1; ++c)
-          if (d.parents[c] != i) return bad("parent", c, "is not its parent");
-      } else {
-        for (std::uint32_t t = node.first; t < node.first + node.count; ++t)
-          if (d.triangle_leaf[t] != i) return bad("leaf of triangle", t, "does not hold it");
+      for (std::uint32_t c = 0; c < node.used; ++c) {
+        const std::uint32_t place = HD_BVH_WIDTH * i + c;
+        if (node.count[c] == 0 && d.parents[node.child[c]] != place)
+          return bad("parent", node.child[c], "is not its parent");
+        for (std::uint32_t t = node.child[c]; t < node.child[c] + node.count[c]; ++t)
+          if (d.triangle_leaf[t] != place) return bad("leaf of triangle", t, "does not hold it");
       }
     }
     if (auto passed = checkVertexTriangles(); !passed) return passed;

@@ -27,6 +27,7 @@ void sweepThrough(const MeshView& mesh, FuzzedDataProvider& data) {
       sweep.d[i] = data.ConsumeFloatingPointInRange<double>(-0.1, 0.1);
     }
     sweep.tolerance = 1e-9;
+    sweep.radius = n % 2 == 0 ? 0 : 0.01;
     sweep.limit = 200;
     SweepHit hit;
     if (sweepMesh(mesh, sweep, hit) != SweepResult::kHit) continue;
@@ -41,7 +42,8 @@ void moveEach(MeshView& mesh, FuzzedDataProvider& data) {
     if (moveVertex(mesh, v, p) != ErrorCode::kOk) __builtin_trap();
   }
   for (int k = 0; k < 3; ++k)
-    if (!(mesh.nodes[0].lower[k] <= mesh.nodes[0].upper[k])) __builtin_trap();
+    for (std::uint32_t c = 0; c < mesh.nodes[0].used; ++c)
+      if (!(mesh.nodes[0].lower[k][c] <= mesh.nodes[0].upper[k][c])) __builtin_trap();
 }
 
 }  // namespace

@@ -38,14 +38,8 @@ class TestMesh {
   /** Builds the tree (reordering the triangles) and points into the arrays. */
   MeshView* view() {
     nodes.clear();
-    nodes.reserve(2 * triangles.size() + 1);
-    nodes.emplace_back();
     depth_ = 0;
-    if (triangles.empty()) {
-      nodes.clear();
-    } else {
-      build(0, 0, static_cast<std::uint32_t>(triangles.size()), 1);
-    }
+    if (!triangles.empty()) build(0, static_cast<std::uint32_t>(triangles.size()), 1);
     view_.vertices = reinterpret_cast<const MeshView::Float3*>(vertices.data());
     view_.triangles = reinterpret_cast<const MeshView::Index3*>(triangles.data());
     view_.nodes = nodes.data();
@@ -65,8 +59,11 @@ class TestMesh {
     parents_.assign(nodes.size(), HD_NO_INDEX);
     leaf_.assign(triangles.size(), 0);
     for (std::uint32_t n = 0; n < nodes.size(); ++n) {
-      if (nodes[n].count == 0) parents_[nodes[n].first] = parents_[nodes[n].first + 1] = n;
-      for (std::uint32_t i = 0; i < nodes[n].count; ++i) leaf_[nodes[n].first + i] = n;
+      for (std::uint32_t c = 0; c < nodes[n].used; ++c) {
+        const std::uint32_t place = HD_BVH_WIDTH * n + c;
+        if (nodes[n].count[c] == 0) parents_[nodes[n].child[c]] = place;
+        for (std::uint32_t i = 0; i < nodes[n].count[c]; ++i) leaf_[nodes[n].child[c] + i] = place;
+      }
     }
     first_.clear();
     around_.clear();
@@ -117,41 +114,66 @@ class TestMesh {
     }
   }
 
-  void build(std::uint32_t node, std::uint32_t first, std::uint32_t end, std::uint32_t depth) {
-    depth_ = std::max(depth_, depth);
-    hd_bvh_node n{{INFINITY, INFINITY, INFINITY}, first, {-INFINITY, -INFINITY, -INFINITY}, end - first};
+  /** Sorts a range by its longest side and returns the middle. */
+  std::uint32_t halve(std::uint32_t first, std::uint32_t end) {
     Vec3 low = Vec3::Constant(INFINITY), high = -low;
     for (std::uint32_t t = first; t < end; ++t) {
-      for (const std::uint32_t v : triangles[t]) {
-        for (int i = 0; i < 3; ++i) {
-          n.lower[i] = std::min(n.lower[i], vertices[v][i]);
-          n.upper[i] = std::max(n.upper[i], vertices[v][i]);
-        }
-      }
       low = low.cwiseMin(center(t));
       high = high.cwiseMax(center(t));
     }
-    if (end - first > HD_BVH_LEAF_TRIANGLES) {
-      int axis = 0;
-      (high - low).maxCoeff(&axis);
-      std::vector<std::uint32_t> order(end - first);
-      std::iota(order.begin(), order.end(), first);
-      std::vector<double> key(end - first);
-      for (std::uint32_t t = first; t < end; ++t) key[t - first] = center(t)[axis];
-      std::stable_sort(order.begin(), order.end(),
-                       [&](std::uint32_t a, std::uint32_t b) { return key[a - first] < key[b - first]; });
-      std::vector<std::array<std::uint32_t, 3>> sorted;
-      for (const std::uint32_t t : order) sorted.push_back(triangles[t]);
-      std::copy(sorted.begin(), sorted.end(), triangles.begin() + first);
-      const auto left = static_cast<std::uint32_t>(nodes.size());
-      nodes.resize(nodes.size() + 2);
-      const std::uint32_t middle = first + (end - first) / 2;
-      build(left, first, middle, depth + 1);
-      build(left + 1, middle, end, depth + 1);
-      n.first = left;
-      n.count = 0;
+    int axis = 0;
+    (high - low).maxCoeff(&axis);
+    std::vector<std::uint32_t> order(end - first);
+    std::iota(order.begin(), order.end(), first);
+    std::vector<double> key(end - first);
+    for (std::uint32_t t = first; t < end; ++t) key[t - first] = center(t)[axis];
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return key[a - first] < key[b - first]; });
+    std::vector<std::array<std::uint32_t, 3>> sorted;
+    for (const std::uint32_t t : order) sorted.push_back(triangles[t]);
+    std::copy(sorted.begin(), sorted.end(), triangles.begin() + first);
+    return first + (end - first) / 2;
+  }
+
+  /** A node over the triangles of a range, which is halved three times. */
+  std::uint32_t build(std::uint32_t first, std::uint32_t end, std::uint32_t depth) {
+    depth_ = std::max(depth_, depth);
+    const auto here = static_cast<std::uint32_t>(nodes.size());
+    nodes.emplace_back();
+    std::vector<std::array<std::uint32_t, 2>> ranges{{first, end}};
+    for (int times = 0; times < 3; ++times) {
+      std::vector<std::array<std::uint32_t, 2>> halves;
+      for (const auto& [from, to] : ranges) {
+        if (to - from <= HD_BVH_LEAF_TRIANGLES) {
+          halves.push_back({from, to});
+        } else {
+          const std::uint32_t middle = halve(from, to);
+          halves.push_back({from, middle});
+          halves.push_back({middle, to});
+        }
+      }
+      ranges = halves;
     }
-    nodes[node] = n;
+    nodes[here].used = static_cast<std::uint32_t>(ranges.size());
+    for (std::uint32_t c = 0; c < ranges.size(); ++c) {
+      const auto [from, to] = ranges[c];
+      const bool leaf = to - from <= HD_BVH_LEAF_TRIANGLES;
+      const std::uint32_t child = leaf ? from : build(from, to, depth + 1);
+      hd_bvh_node& node = nodes[here];
+      node.child[c] = child;
+      node.count[c] = static_cast<std::uint8_t>(leaf ? to - from : 0);
+      for (int i = 0; i < 3; ++i) {
+        node.lower[i][c] = INFINITY;
+        node.upper[i][c] = -INFINITY;
+        for (std::uint32_t t = from; t < to; ++t) {
+          for (const std::uint32_t v : triangles[t]) {
+            node.lower[i][c] = std::min(node.lower[i][c], vertices[v][i]);
+            node.upper[i][c] = std::max(node.upper[i][c], vertices[v][i]);
+          }
+        }
+      }
+    }
+    return here;
   }
 
   MeshView view_;
@@ -159,6 +181,24 @@ class TestMesh {
   std::vector<std::array<std::uint32_t, 3>> neighbours_;
   std::vector<std::uint32_t> parents_, leaf_, first_, around_, source_;
 };
+
+/** A tree that holds nothing back: nodes in a row, each with a leaf and the next, boxes about everything. */
+inline std::vector<hd_bvh_node> flatTree(std::uint32_t triangles) {
+  std::vector<hd_bvh_node> nodes;
+  for (std::uint32_t first = 0; first < triangles; first += 255) {
+    hd_bvh_node node{};
+    for (int i = 0; i < 3; ++i) {
+      std::fill_n(node.lower[i], 2, -100.0F);
+      std::fill_n(node.upper[i], 2, 100.0F);
+    }
+    node.child[0] = first;
+    node.count[0] = static_cast<std::uint8_t>(std::min(triangles - first, 255u));
+    node.child[1] = static_cast<std::uint32_t>(nodes.size() + 1);
+    node.used = first + 255 < triangles ? 2 : 1;
+    nodes.push_back(node);
+  }
+  return nodes;
+}
 
 /** A closed box, outward. */
 inline TestMesh boxMesh(const Vec3& half, const Vec3& center = Vec3::Zero(), bool inward = false) {

@@ -67,9 +67,10 @@ TEST(Damage, EachRuleStandsWithoutTheChecksum) {
   };
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   const auto node = [](Copy& c, int i) -> hd_bvh_node& { return c.section<hd_bvh_node>(HD_SECTION_NODES)[i]; };
+  // A leaf that is the first child of its node.
   const auto leaf = [&](Copy& c) -> hd_bvh_node& {
     int i = 0;
-    while (node(c, i).count == 0) ++i;
+    while (node(c, i).count[0] == 0) ++i;
     return node(c, i);
   };
   const auto word = [](Copy& c, hd_snapshot_section s, int i) -> std::uint32_t& {
@@ -77,13 +78,14 @@ TEST(Damage, EachRuleStandsWithoutTheChecksum) {
   };
   const std::vector<Case> cases = {
       {"magic", [](Copy& c) { c.header().magic ^= 1; }},
-      {"version", [](Copy& c) { c.header().version = 2; }},
+      {"version", [](Copy& c) { c.header().version = 1; }},
       {"kind", [](Copy& c) { c.header().kind = 9; }},
       {"bytes", [](Copy& c) { c.header().total_bytes -= 64; }},
       {"flag is not known", [](Copy& c) { c.header().flags |= 4; }},
       {"vertex count", [](Copy& c) { c.header().vertex_count = 0; }},
       {"triangle count", [](Copy& c) { c.header().triangle_count = HD_MAX_TRIANGLES + 1; }},
-      {"node count", [](Copy& c) { c.header().node_count += 1; }},
+      {"node count", [](Copy& c) { c.header().node_count = c.header().triangle_count + 1; }},
+      {"node count", [](Copy& c) { c.header().node_count = 0; }},
       {"depth out of range", [](Copy& c) { c.header().depth = 65; }},
       {"the depth is", [](Copy& c) { c.header().depth += 1; }},
       {"valence", [](Copy& c) { c.header().max_valence += 1; }},
@@ -104,24 +106,37 @@ TEST(Damage, EachRuleStandsWithoutTheChecksum) {
       {"look back", [&](Copy& c) { word(c, HD_SECTION_NEIGHBOURS, 5) = 1; }},  // itself
       {"look back", [&](Copy& c) { word(c, HD_SECTION_NEIGHBOURS, 5) = HD_NO_INDEX; }},
       {"closed", [](Copy& c) { c.header().flags &= ~HD_MESH_CLOSED; }},
-      {"not a box", [&](Copy& c) { node(c, 0).upper[1] = kNan; }},
-      {"not a box", [&](Copy& c) { std::swap(node(c, 0).upper[1], node(c, 0).lower[1]); }},
-      {"hold its children", [&](Copy& c) { node(c, 0).upper[1] -= 0.01f; }},
-      {"hold its triangles", [&](Copy& c) { leaf(c).upper[1] = leaf(c).lower[1]; }},
-      {"not after it", [&](Copy& c) { node(c, 0).first = 0; }},
-      {"not after it", [&](Copy& c) { node(c, 0).first = c.header().node_count - 1; }},
-      {"two parents", [&](Copy& c) { node(c, 1).first = 1 + 1; }},
-      {"out of range", [&](Copy& c) { leaf(c).count = 5; }},
-      {"out of range", [&](Copy& c) { leaf(c).first = c.header().triangle_count; }},
+      {"not a box", [&](Copy& c) { node(c, 0).upper[1][2] = kNan; }},
+      {"not a box", [&](Copy& c) { std::swap(node(c, 0).upper[1][3], node(c, 0).lower[1][3]); }},
+      {"too many or none", [&](Copy& c) { node(c, 0).used = 0; }},
+      {"too many or none", [&](Copy& c) { node(c, 0).used = HD_BVH_WIDTH + 1; }},
+      {"too many or none", [&](Copy& c) { node(c, 1).used = 1u << 30; }},
+      {"hold its children", [&](Copy& c) { node(c, 0).upper[1][0] -= 0.01f; }},
+      {"hold its triangles", [&](Copy& c) { leaf(c).upper[1][0] = leaf(c).lower[1][0]; }},
+      {"not after it", [&](Copy& c) { node(c, 0).child[0] = 0; }},
+      {"not after it", [&](Copy& c) { node(c, 0).child[0] = c.header().node_count; }},
+      {"two parents",
+       [&](Copy& c) {
+         const hd_bvh_node first = node(c, 0);
+         for (int k = 0; k < 3; ++k) {
+           std::fill_n(node(c, 0).lower[k], HD_BVH_WIDTH, -1.0f);
+           std::fill_n(node(c, 0).upper[k], HD_BVH_WIDTH, 1.0f);
+         }
+         node(c, 0).child[1] = first.child[0];
+       }},
+      {"out of range", [&](Copy& c) { leaf(c).count[0] = HD_BVH_LEAF_TRIANGLES + 1; }},
+      {"out of range", [&](Copy& c) { leaf(c).child[0] = c.header().triangle_count; }},
       {"two leaves",
        [&](Copy& c) {
-         for (std::uint32_t i = 1; i < c.header().node_count; ++i) {
-           std::copy_n(node(c, 0).lower, 3, node(c, i).lower);
-           std::copy_n(node(c, 0).upper, 3, node(c, i).upper);
+         hd_bvh_node& n = leaf(c);
+         for (int k = 0; k < 3; ++k) {
+           n.lower[k][0] = *std::min_element(n.lower[k], n.lower[k] + n.used);
+           n.upper[k][0] = *std::max_element(n.upper[k], n.upper[k] + n.used);
          }
-         leaf(c).first += 1;
+         n.child[0] = n.child[1];
+         n.count[0] = 1;
        }},
-      {"no leaf", [&](Copy& c) { leaf(c).count -= 1; }},
+      {"no leaf", [&](Copy& c) { leaf(c).count[0] -= 1; }},
       {"the root has none", [&](Copy& c) { word(c, HD_SECTION_PARENTS, 0) = 0; }},
       {"not its parent", [&](Copy& c) { word(c, HD_SECTION_PARENTS, 5) ^= 1; }},
       {"hold it", [&](Copy& c) { word(c, HD_SECTION_TRIANGLE_LEAF, 9) ^= 1; }},

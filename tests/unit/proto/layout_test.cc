@@ -36,7 +36,7 @@ TEST(Layout, RegionOffsetsStay) {
 }
 
 TEST(Layout, SnapshotIsPackedAsPromised) {
-  EXPECT_EQ(sizeof(hd_bvh_node), 32u);
+  EXPECT_EQ(sizeof(hd_bvh_node), 256u);
   EXPECT_EQ(sizeof(hd_mesh_upload), 24u);
   EXPECT_EQ(sizeof(hd_snapshot_header), 80u + 16 * HD_SECTIONS);
 }

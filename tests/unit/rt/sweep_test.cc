@@ -106,10 +106,10 @@ TEST(Sweep, TheTreeFindsWhatAllTrianglesFind) {
       soup.addTriangle(a, b, soup.addVertex(c + randomPoint(random, 0.2)));
     }
     const MeshView& tree = *soup.view();
-    hd_bvh_node all{{-9, -9, -9}, 0, {9, 9, 9}, tree.triangle_count};
+    const std::vector<hd_bvh_node> all = testing::flatTree(tree.triangle_count);
     MeshView flat = tree;
-    flat.nodes = &all;
-    flat.node_count = 1;
+    flat.nodes = all.data();
+    flat.node_count = static_cast<std::uint32_t>(all.size());
     int hits = 0;
     for (int i = 0; i < 2000; ++i) {
       Sweep a;

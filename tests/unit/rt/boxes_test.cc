@@ -1,0 +1,115 @@
+/** @file
+ * Every vector path gives the same bits, and no rounding loses a box.
+ */
+#include "rt/geometry/boxes.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "rt/geometry/nearest.h"
+#include "rt/geometry/sweep.h"
+#include "tests/support/brute_distance.h"
+#include "tests/support/test_mesh.h"
+
+namespace hapticd {
+namespace {
+
+using testing::randomPoint;
+using testing::TestMesh;
+
+/** Chooses a path for a scope. */
+class OnPath {
+ public:
+  explicit OnPath(VectorPath path) : before_(vectorPath()), can_(choosePath(path)) {}
+  ~OnPath() { choosePath(before_); }
+  OnPath(const OnPath&) = delete;
+  OnPath& operator=(const OnPath&) = delete;
+  [[nodiscard]] bool can() const { return can_; }
+
+ private:
+  VectorPath before_;
+  bool can_;
+};
+
+TEST(Boxes, ThePathCanBeChosen) {
+  OnPath portable(VectorPath::kPortable);
+  EXPECT_TRUE(portable.can());
+  EXPECT_STREQ(nameOf(vectorPath()), "portable");
+}
+
+#if defined(__x86_64__)
+
+TEST(Boxes, AllPathsAnswerAlikeToTheBit) {
+  std::mt19937 random(1);
+  if (!OnPath(VectorPath::kAvx2).can()) GTEST_SKIP() << "no AVX2 here";
+  for (int shape = 0; shape < 4; ++shape) {
+    TestMesh mesh = testing::crumpled(random, 12);
+    const MeshView& view = *mesh.view();
+    for (int i = 0; i < 3000; ++i) {
+      Sweep sweep;
+      sweep.a = randomPoint(random, 1.5);
+      sweep.d = randomPoint(random, i % 3 == 0 ? 0.05 : 2);
+      if (i % 5 == 0) sweep.d[i % 3] = 0;
+      sweep.radius = i % 2 == 0 ? 0 : 0.05;
+      sweep.two_sided = i % 4 < 2;
+      sweep.limit = 1u << 30;
+      NearestQuery query;
+      query.x = sweep.a;
+      query.limit = 1u << 30;
+      SweepHit hit[2];
+      Nearest nearest[2];
+      std::uint32_t work[2];
+      SweepResult result[2];
+      for (const int k : {0, 1}) {
+        OnPath path(k == 0 ? VectorPath::kPortable : VectorPath::kAvx2);
+        Sweep s = sweep;
+        NearestQuery q = query;
+        result[k] = sweepMesh(view, s, hit[k]);
+        ASSERT_EQ(nearestOnMesh(view, q, nearest[k]), NearestResult::kFound);
+        work[k] = s.work + q.work;
+      }
+      ASSERT_EQ(result[0], result[1]);
+      ASSERT_EQ(hit[0].t, hit[1].t);
+      ASSERT_EQ(hit[0].feature, hit[1].feature);
+      ASSERT_EQ(hit[0].normal, hit[1].normal);
+      ASSERT_EQ(nearest[0].point, nearest[1].point);
+      ASSERT_EQ(nearest[0].feature, nearest[1].feature);
+      ASSERT_EQ(work[0], work[1]) << "not the same walk";
+    }
+  }
+}
+
+TEST(Boxes, EveryImplementationGivesTheSameKeys) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> u(-1, 1);
+  if (!OnPath(VectorPath::kAvx2).can()) GTEST_SKIP() << "no AVX2 here";
+  for (int i = 0; i < 20000; ++i) {
+    hd_bvh_node node{};
+    node.used = 1 + random() % HD_BVH_WIDTH;
+    BoxSweep sweep{};
+    BoxPoint point{};
+    for (int k = 0; k < 3; ++k) {
+      for (std::uint32_t c = 0; c < node.used; ++c) {
+        const float a = u(random), b = u(random);
+        node.lower[k][c] = std::min(a, b);
+        node.upper[k][c] = std::max(a, b);
+      }
+      sweep.upward[k] = random() % 2;
+      sweep.inverse[k] =
+          (sweep.upward[k] ? 1.0F : -1.0F) * (random() % 9 == 0 ? 1e30F : 1 / (0.01F + std::abs(u(random))));
+      sweep.entry[k] = sweep.exit[k] = u(random);
+      point.lower[k] = point.upper[k] = u(random);
+    }
+    float a[HD_BVH_WIDTH], b[HD_BVH_WIDTH];
+    ASSERT_EQ(kPortableBoxTests.enter(node, sweep, 1, a), kAvx2BoxTests.enter(node, sweep, 1, b));
+    ASSERT_EQ(std::memcmp(a, b, sizeof(float) * node.used), 0);
+    ASSERT_EQ(kPortableBoxTests.approach(node, point, 0.3F, a), kAvx2BoxTests.approach(node, point, 0.3F, b));
+    ASSERT_EQ(std::memcmp(a, b, sizeof(float) * node.used), 0);
+  }
+}
+
+#endif
+
+}  // namespace
+}  // namespace hapticd

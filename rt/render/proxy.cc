@@ -1,47 +1,13 @@
 #include "rt/render/proxy.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include "rt/render/proxy_step.h"
 
 namespace hapticd {
 namespace {
 
-constexpr double kSkin = 0x1p-40;         // Of the coordinates involved.
-constexpr double kNear = 1.0 / 16;        // Of the skin: differences that are rounding.
-constexpr double kSettled = 0x1p-30;      // Of the depth: a smaller move is not worth another look,
-constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a step that comes nearer by ever less.
-constexpr std::uint32_t kLate = 16;       // Sweeps.
-constexpr double kConeRounding = 1e-9;    // Of the radius of a friction cone.
-constexpr double kMaxTurnCosine = 0.5;    // A curved surface's normal turns at most 60 degrees per plan.
-constexpr int kMaxRounds = 12;            // Hits before the surfaces are looked at afresh.
-
-Vec3 toLocal(const Pose& X, const Vec3& x) HD_RT { return X.q.conjugate() * (x - X.p); }
-
-double extent(const Vec3& x) HD_RT { return x.cwiseAbs().maxCoeff(); }
+constexpr int kMaxRounds = 12;  // Hits before the surfaces are looked at afresh.
 
 }  // namespace
-
-/** What one step works with. */
-struct ProxyRenderer::Step {
-  const Scene* scene = nullptr;
-  Vec3 goal = Vec3::Zero();  ///< The hip.
-  double scale = 0;          ///< Of the coordinates in W.
-  bool together = true;      ///< The proxy is at one place in W, proxy_; else start_ holds one per object.
-  bool judged = false;       ///< The friction state of this tick has been decided.
-  bool slip = false;
-  std::uint32_t work = 0;
-  std::uint32_t sweeps = 0;
-  std::uint32_t met = 0;  ///< Slot of the last surface met in this step, 0 for none.
-  Constraint held[kMaxHalfSpaces];
-  int count = 0;
-
-  double settled() const HD_RT { return sweeps < kLate ? kSettled : kSettledLate; }
-  double skin(const SceneObject& object) const HD_RT {
-    const double size = std::isfinite(object.radius) ? object.radius : 0;
-    return kSkin * (scale + extent(object.X_WO.p) + size);
-  }
-};
 
 void ProxyRenderer::reset(const Vec3& hip_W) HD_RT {
   proxy_ = hip_W;
@@ -64,6 +30,7 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   step.slip = slip_;
   begin(step);
   settle(step);
+  if (goAround(step)) settle(step);
   finish(step, v_W, contact);
 }
 
@@ -158,109 +125,6 @@ void ProxyRenderer::arrive(Step& step, const Vec3& target) HD_RT {
   step.together = true;
 }
 
-/** Of the active surfaces the one that gives material and name: that of the last tick, else the last one met. */
-int ProxyRenderer::foremost(const Step& step, std::uint32_t active) const HD_RT {
-  int last = step.count - 1;
-  for (int i = 0; i < step.count; ++i) {
-    if (!(active >> i & 1u)) continue;
-    if (step.scene->slot(step.held[i].slot).id == object_) return i;
-    last = i;
-  }
-  return last;
-}
-
-/** Adds the surface met to those that hold the proxy; those left behind go. */
-void ProxyRenderer::hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT {
-  const SceneObject& object = step.scene->slot(slot);
-  Constraint met;
-  met.slot = step.met = slot;
-  met.feature = hit.feature;
-  met.surface.normal = object.X_WO.q * hit.normal;
-  met.surface.offset = hit.offset + met.surface.normal.dot(object.X_WO.p);
-  met.skin = step.skin(object);
-  int kept = 0;
-  for (int i = 0; i < step.count; ++i) {
-    const Constraint& c = step.held[i];
-    if (c.slot == met.slot && c.feature == met.feature) continue;
-    const Vec3 x = step.together ? proxy_ : Vec3(step.scene->slot(c.slot).X_WO * start_[c.slot]);
-    if (c.surface.height(x) <= 2 * c.skin && kept < kMaxHalfSpaces - 1) step.held[kept++] = c;
-  }
-  step.held[kept] = met;
-  step.count = kept + 1;
-}
-
-/** On a single curved surface: over the edge of two tangent planes to the point nearest to the goal. */
-ProxyRenderer::Plan ProxyRenderer::planOnCurve(Step& step, const Vec3& here) HD_RT {
-  Plan plan;
-  const Constraint& c = step.held[0];
-  const SceneObject& object = step.scene->slot(c.slot);
-  Vec3 normal;
-  double offset = 0;
-  if (!tangentNearest(object.shape, c.feature, toLocal(object.X_WO, step.goal), normal, offset)) return plan;
-  normal = object.X_WO.q * normal;
-  const double cosine = normal.dot(c.surface.normal);
-  if (cosine < kMaxTurnCosine) return plan;  // Far to go: along the tangent plane, and again from there.
-  offset += normal.dot(object.X_WO.p);
-  const HalfSpace planes[2] = {{c.surface.normal, c.surface.offset + c.skin}, {normal, offset + c.skin}};
-  Vec3 last = step.goal;
-  if (!nearestOnPlanes(planes, 2, last)) return plan;
-  Vec3 over = last;
-  if (!nearestOnPlanes(planes, 3, over)) return plan;
-  if ((last - here).norm() <= std::max(c.skin, step.settled() * (last - step.goal).norm())) return plan;
-  plan.target = over;
-  plan.then = last;
-  plan.has_then = true;
-  return plan;
-}
-
-/** Where the surfaces that hold the proxy, and friction, let it go. */
-ProxyRenderer::Plan ProxyRenderer::plan(Step& step) HD_RT {
-  Plan plan;
-  const Vec3 at = here(step);
-  HalfSpace above[kMaxHalfSpaces], exact[kMaxHalfSpaces];
-  double skin = 0;
-  for (int i = 0; i < step.count; ++i) {
-    exact[i] = above[i] = step.held[i].surface;
-    above[i].offset += step.held[i].skin;
-    skin = std::max(skin, step.held[i].skin);
-  }
-  Vec3 foot = step.goal;
-  std::uint32_t active = 0;
-  if (!nearestInside(above, step.count, kNear * skin, foot, active)) {
-    plan.stay = true;
-    return plan;
-  }
-  const double settled = std::max(kNear * skin, step.settled() * (foot - step.goal).norm());
-  const hd_material& material = step.scene->slot(step.held[foremost(step, active)].slot).material;
-  if (material.friction_static > 0) {
-    Vec3 on_surface = step.goal;
-    if (!nearestOnPlanes(exact, active, on_surface)) on_surface = foot;
-    const Vec3 lag = at - foot;
-    const double r = lag.norm(), d = (on_surface - step.goal).norm();
-    if (!step.judged) {
-      step.judged = true;
-      if (step.slip && r < material.friction_dynamic * d * (1 - kConeRounding)) step.slip = false;
-    }
-    const double cone = (step.slip ? material.friction_dynamic : material.friction_static) * d;
-    if (r <= cone * (1 + kConeRounding)) {
-      plan.target = at;
-      plan.stay = true;
-      return plan;
-    }
-    step.slip = true;
-    plan.target = foot + lag * (material.friction_dynamic * d / r);
-    plan.stay = (plan.target - at).norm() <= settled;
-    return plan;
-  }
-  if (step.count == 1) {
-    Plan curved = planOnCurve(step, at);
-    if (curved.has_then) return curved;
-  }
-  plan.target = foot;
-  plan.stay = (foot - at).norm() <= settled;
-  return plan;
-}
-
 /** Moves the proxy as far as it goes. */
 void ProxyRenderer::settle(Step& step) HD_RT {
   bool hit = false;
@@ -298,28 +162,32 @@ void ProxyRenderer::settle(Step& step) HD_RT {
   }
 }
 
-void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT {
-  behind_ = !step.together;
-  if (behind_) proxy_ = here(step);
-  contact.work = step.work;
+/** The surfaces that hold the proxy against the hip; the proxy's hair above them is not felt. */
+ProxyRenderer::Support ProxyRenderer::support(Step& step) const HD_RT {
+  Support s;
   HalfSpace exact[kMaxHalfSpaces];
   double rounding = 0;
   for (int i = 0; i < step.count; ++i) {
     exact[i] = step.held[i].surface;
     rounding = std::max(rounding, kNear * step.held[i].skin);
   }
+  s.foot = step.goal;
+  s.at = proxy_;
+  const bool held = step.count > 0 && nearestInside(exact, step.count, rounding, s.foot, s.active) && s.active != 0;
+  if (held && !nearestOnPlanes(exact, s.active, s.at)) s.at = proxy_;
+  if (!held) s.foot = s.at;
+  s.touching = held || (s.at != step.goal && (step.count > 0 || proxy_ != step.goal));
+  if (step.count > 0) step.met = step.held[foremost(step, s.active)].slot;
+  return s;
+}
 
-  // The surfaces that hold the proxy against the hip; the proxy's hair above them is not felt.
-  Vec3 foot = step.goal;
-  std::uint32_t active = 0;
-  Vec3 on_surface = proxy_;
-  const bool held = step.count > 0 && nearestInside(exact, step.count, rounding, foot, active) && active != 0;
-  if (held && !nearestOnPlanes(exact, active, on_surface)) on_surface = proxy_;
-  const Vec3 pull = on_surface - step.goal;
-  const bool touching = held || (pull.norm() > 0 && (step.count > 0 || proxy_ != step.goal));
-  if (step.count > 0) step.met = step.held[foremost(step, active)].slot;
+void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT {
+  behind_ = !step.together;
+  if (behind_) proxy_ = here(step);
+  contact.work = step.work;
+  const Support support = this->support(step);
   const std::uint32_t object = step.met != 0 ? step.scene->slot(step.met).id : object_;
-  const SceneObject* surface = touching ? step.scene->find(object) : nullptr;
+  const SceneObject* surface = support.touching ? step.scene->find(object) : nullptr;
   const bool before = object_ != 0;
   if (!surface) {
     contact.proxy = proxy_;
@@ -329,14 +197,14 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
     slip_ = false;
     return;
   }
-  const Vec3 support = held ? Vec3(foot - step.goal) : pull;
-  contact.depth = support.norm();
-  if (contact.depth > 0) contact.normal = support / contact.depth;
+  const Vec3 pull = support.at - step.goal, up = support.foot - step.goal;
+  contact.depth = up.norm();
+  if (contact.depth > 0) contact.normal = up / contact.depth;
   const hd_material& material = surface->material;
   const double elastic = material.stiffness * pull.dot(contact.normal);
-  const double approach = contact.normal.dot(surface->velocityAt(on_surface) - v_W);
+  const double approach = contact.normal.dot(surface->velocityAt(support.at) - v_W);
   contact.force = material.stiffness * pull + std::max(material.damping * approach, -elastic) * contact.normal;
-  contact.proxy = on_surface;
+  contact.proxy = support.at;
   contact.object = object;
   contact.touch = !before;
   slip_ = step.slip && material.friction_static > 0;

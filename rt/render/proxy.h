@@ -14,6 +14,8 @@
 
 namespace hapticd {
 
+struct Nearest;
+
 /** Contact of one device point. Vectors in W. */
 struct SurfaceContact {
   Vec3 force = Vec3::Zero();   ///< On the hand [N].
@@ -31,9 +33,9 @@ struct SurfaceContact {
 /**
  * Proxy of one device point. Servo thread only; deterministic.
  *
- * The proxy moves only along swept segments and so never enters a solid from outside. It is kept a hair above the
- * surfaces it touches: 2^-40 of the coordinates involved, about 8000 times their rounding; forces are computed from
- * the surface itself, without the hair.
+ * The proxy moves only along swept segments that are free, and so never enters a solid from outside. It is kept a hair
+ * above the surfaces it touches: 2^-40 of the coordinates involved, about 8000 times their rounding; forces are
+ * computed from the surface itself, without the hair.
  */
 class ProxyRenderer {
  public:
@@ -46,9 +48,9 @@ class ProxyRenderer {
   void reset(const Vec3& hip_W) HD_RT;
 
   /**
-   * Moves the proxy toward `hip_W` and computes the force k (proxy - hip) plus damping against the relative velocity
-   * of hip and surface along the normal (never pulling). Objects' motion since the last tick is swept. A hip that is
-   * not finite changes nothing and gives no force.
+   * Moves the proxy toward `hip_W`, or around an edge to a nearer part of the surface, and computes the force
+   * k (proxy - hip) plus damping against the relative velocity of hip and surface along the normal (never pulling).
+   * Objects' motion since the last tick is swept. A hip that is not finite changes nothing and gives no force.
    */
   void step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W, double dt, SurfaceContact& contact) HD_RT;
 
@@ -67,6 +69,13 @@ class ProxyRenderer {
     bool has_then = false;
     bool stay = false;  ///< The proxy is where it belongs.
   };
+  /** What keeps the proxy from the hip, exactly on the surfaces. In W. */
+  struct Support {
+    Vec3 at = Vec3::Zero();    ///< The proxy.
+    Vec3 foot = Vec3::Zero();  ///< Where it would be without friction; the depth is counted from here.
+    std::uint32_t active = 0;  ///< Which of the surfaces held, by bit.
+    bool touching = false;
+  };
   struct Step;
 
   void begin(Step& step) HD_RT;
@@ -77,6 +86,11 @@ class ProxyRenderer {
   void hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT;
   Plan plan(Step& step) HD_RT;
   Plan planOnCurve(Step& step, const Vec3& here) HD_RT;
+  [[nodiscard]] Support support(Step& step) const HD_RT;
+  bool goAround(Step& step) HD_RT;
+  void goToward(Step& step, const Vec3& target) HD_RT;
+  [[nodiscard]] Nearest nearerSurface(Step& step, const Support& now, std::uint32_t& slot) const HD_RT;
+  bool goVia(Step& step, const Vec3* way, int count, double most) HD_RT;
   void finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT;
   [[nodiscard]] int foremost(const Step& step, std::uint32_t active) const HD_RT;
   [[nodiscard]] Vec3 startIn(const Step& step, std::uint32_t slot) const HD_RT;

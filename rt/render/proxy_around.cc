@@ -1,0 +1,128 @@
+// A nearer part of the surface, gone to outside of everything solid: docs/rendering.md, "Around the outside".
+#include "rt/geometry/nearest.h"
+#include "rt/render/proxy_step.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kClearlyNearer = 1 - 0x1p-20;  // Of the present distance: ties keep the side.
+constexpr double kOpposed = -0.6;               // Cosine below which two normals are those of two sheets.
+constexpr double kMaxDetour = 5;                // Of the present distance from proxy to hip.
+
+/** Whether the way from the hip to `x`, both in the object's frame, is not all through the solid. */
+bool leavesSolid(const SceneObject& object, const Vec3& hip, const Vec3& x, double tolerance,
+                 std::uint32_t& work) HD_RT {
+  Sweep sweep;
+  sweep.a = hip;
+  sweep.d = x - hip;
+  sweep.tolerance = tolerance;
+  sweep.work = work;
+  sweep.limit = ProxyRenderer::kMaxWork;
+  SweepHit hit;
+  const SweepResult result = sweepShape(object.shape, sweep, hit);
+  work = sweep.work;
+  return result != SweepResult::kNone;
+}
+
+}  // namespace
+
+/** Follows `way` if it is free and at most `most` long; else the proxy stays. */
+bool ProxyRenderer::goVia(Step& step, const Vec3* way, int count, double most) HD_RT {
+  double length = (way[0] - proxy_).norm();
+  for (int i = 1; i < count; ++i) length += (way[i] - way[i - 1]).norm();
+  if (!(length <= most)) return false;
+  const Vec3 from = proxy_;
+  for (int i = 0; i < count; ++i) {
+    bool hit = false;
+    std::uint32_t slot = 0;
+    SweepHit first;
+    if (!sweepTo(step, way[i], hit, slot, first) || hit) {
+      proxy_ = from;
+      return false;
+    }
+    proxy_ = way[i];
+  }
+  return true;
+}
+
+/** Goes toward `target`, up to the first surface on the way. */
+void ProxyRenderer::goToward(Step& step, const Vec3& target) HD_RT {
+  bool hit = false;
+  std::uint32_t slot = 0;
+  SweepHit first;
+  if (target == proxy_ || !sweepTo(step, target, hit, slot, first)) return;
+  const double margin = hit ? step.skin(step.scene->slot(slot)) / (target - proxy_).norm() : 0;
+  moveBy(step, target, hit ? std::max(0.0, first.t - margin) : 1.0);
+}
+
+/** The nearest point to the hip, seen from inside, of the solids that hold the proxy; `slot` 0 if none is nearer. */
+Nearest ProxyRenderer::nearerSurface(Step& step, const Support& now, std::uint32_t& slot) const HD_RT {
+  Nearest best;
+  std::uint32_t looked = slot = 0;
+  for (int i = 0; i < step.count; ++i) {
+    if (!(now.active >> i & 1u) || step.held[i].slot == looked) continue;
+    looked = step.held[i].slot;
+    const SceneObject& object = step.scene->slot(looked);
+    if ((object.flags & HD_OBJECT_TWO_SIDED) != 0 || object.shape.kind == ShapeKind::kPlane) continue;
+    const double mu = object.material.friction_static;
+    NearestQuery query;
+    query.x = toLocal(object.X_WO, step.goal);
+    // With friction: nearer by more than the cone can account for.
+    query.reach = kClearlyNearer * (now.at - step.goal).norm() / std::sqrt(1 + mu * mu);
+    query.turned = true;
+    query.axis = object.X_WO.q.conjugate() * (now.foot - step.goal).normalized();
+    query.cosine = kOpposed;
+    query.work = step.work;
+    query.limit = kMaxWork;
+    Nearest near;
+    const NearestResult result = nearestOnShape(object.shape, query, near);
+    step.work = query.work;
+    if (result != NearestResult::kFound || !near.isInside(query.x)) continue;
+    if (slot != 0 && near.squared_distance >= best.squared_distance) continue;
+    if (leavesSolid(object, query.x, toLocal(object.X_WO, now.at), kNear * step.skin(object), step.work)) continue;
+    best = near;
+    slot = looked;
+  }
+  return best;
+}
+
+/** Goes to a nearer part of the surface if a free way leads there. True if the proxy moved. */
+bool ProxyRenderer::goAround(Step& step) HD_RT {
+  if (!step.together || step.count == 0) return false;
+  const Support now = support(step);
+  if (now.active == 0 || now.foot == step.goal) return false;
+  std::uint32_t slot = 0;
+  const Nearest nearer = nearerSurface(step, now, slot);
+  if (slot == 0) return false;
+  const SceneObject& object = step.scene->slot(slot);
+  const double skin = step.skin(object);
+  const Vec3 n = object.X_WO.q * nearer.pseudo_normal, landing = object.X_WO * nearer.point + skin * n;
+  const double most = kMaxDetour * (now.at - step.goal).norm();
+
+  // Over the edge in which the tangent planes meet; or over what stands between two places that face alike.
+  HalfSpace planes[kMaxHalfSpaces];
+  int count = 0;
+  bool rises = true;
+  for (int i = 0; i < step.count && count < kMaxHalfSpaces - 1; ++i) {
+    if (!(now.active >> i & 1u)) continue;
+    rises = rises && step.held[i].surface.normal.dot(n) >= 0;
+    planes[count] = step.held[i].surface;
+    planes[count++].offset += step.held[i].skin;
+  }
+  planes[count] = {n, n.dot(landing)};
+  Vec3 edge = step.goal;
+  std::uint32_t mask = 0;
+  const bool meet = nearestInside(planes, count + 1, kNear * skin, edge, mask) && (mask >> count) == 1;
+  const double lift = (1 - 0x1p-40) * (most - (landing - proxy_).norm()) / 2;
+  const Vec3 over[] = {edge, landing}, arch[] = {proxy_ + lift * n, landing + lift * n, landing};
+  if (!(meet && goVia(step, over, 2, most)) && !(rises && lift > 0 && goVia(step, arch, 3, most))) return false;
+
+  // Friction comes along: the proxy is as far behind, in parts of the depth, and turned as the surface is.
+  const double depth = (now.foot - step.goal).norm();
+  const Vec3 up = (now.foot - step.goal) / depth, lag = now.at - now.foot;
+  const Vec3 turned = lag - (lag.dot(n) / (1 + up.dot(n))) * (up + n);
+  goToward(step, landing + std::sqrt(nearer.squared_distance) / depth * turned);
+  return true;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,40 @@
+/** @file
+ * What the parts of the proxy share while one step lasts. Of proxy*.cc only.
+ */
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt/render/proxy.h"
+
+namespace hapticd {
+
+inline constexpr double kSkin = 0x1p-40;   // Of the coordinates involved.
+inline constexpr double kNear = 1.0 / 16;  // Of the skin: differences that are rounding.
+
+inline Vec3 toLocal(const Pose& X, const Vec3& x) HD_RT { return X.q.conjugate() * (x - X.p); }
+
+inline double extent(const Vec3& x) HD_RT { return x.cwiseAbs().maxCoeff(); }
+
+/** What one step works with. */
+struct ProxyRenderer::Step {
+  const Scene* scene = nullptr;
+  Vec3 goal = Vec3::Zero();  ///< The hip.
+  double scale = 0;          ///< Of the coordinates in W.
+  bool together = true;      ///< The proxy is at one place in W, proxy_; else start_ holds one per object.
+  bool judged = false;       ///< The friction state of this tick has been decided.
+  bool slip = false;
+  std::uint32_t work = 0;
+  std::uint32_t sweeps = 0;
+  std::uint32_t met = 0;  ///< Slot of the last surface met in this step, 0 for none.
+  Constraint held[kMaxHalfSpaces];
+  int count = 0;
+
+  double skin(const SceneObject& object) const HD_RT {
+    const double size = std::isfinite(object.radius) ? object.radius : 0;
+    return kSkin * (scale + extent(object.X_WO.p) + size);
+  }
+};
+
+}  // namespace hapticd

@@ -1,0 +1,170 @@
+/** @file
+ * The proxy may go around an edge to a nearer surface; it must never get through a plate or out of a box so.
+ */
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using testing::kTick;
+using testing::TestMesh;
+using testing::TestScene;
+
+constexpr double kThick = 0.00005;
+
+class Random {
+ public:
+  double operator()(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
+  Vec3 inCube(double size) { return {(*this)(-size, size), (*this)(-size, size), (*this)(-size, size)}; }
+  Quat turn() { return Quat(Eigen::AngleAxisd((*this)(0, 3), inCube(1).normalized())); }
+
+ private:
+  std::mt19937 engine_{11};
+};
+
+/** A room with walls: an inner and an outer box in one mesh. */
+TestMesh roomMesh(const Vec3& half, double wall) {
+  TestMesh room = testing::boxMesh(half, Vec3::Zero(), true), outer = testing::boxMesh(half + Vec3::Constant(wall));
+  for (const auto& v : outer.vertices) room.vertices.push_back(v);
+  for (const auto& t : outer.triangles) room.addTriangle(t[0] + 8, t[1] + 8, t[2] + 8);
+  return room;
+}
+
+TEST(ProxyAround, APlateIsNotPassedAtAnyAngleSpeedAndPlace) {
+  const double half = 0.02;
+  TestMesh mesh = testing::boxMesh(Vec3(half, half, kThick / 2));
+  MeshView* view = mesh.view();
+  Random random;
+  for (int run = 0; run < 2000; ++run) {
+    const double mu = run % 2 ? random(0, 1) : 0, speed = std::pow(10.0, random(-2.5, 0));
+    TestScene t;
+    const Pose X{random.inCube(0.1), random.turn()};
+    t.addMesh(view, X, {1000, 0, mu, 0.8 * mu});
+    // Anywhere, half of the times within 0.3 mm of the border, but for its own thickness (docs/rendering.md).
+    const double rim = kThick, from_rim = run % 4 < 2 ? random(rim, 0.0003) : random(rim, half);
+    Vec3 through((run % 8 < 4 ? 1 : -1) * (half - from_rim), random(-half + rim, half - rim), kThick / 2);
+    if (run % 3 == 0) std::swap(through.x(), through.y());
+    // Inward or level, so that it is the plate that is met.
+    Vec3 along(random(-2, 0) * through.x(), random(-2, 0) * through.y(), -half * random(0.2, 2));
+    along.normalize();
+    for (double s = -0.001; s < 0.008; s += speed * kTick) {
+      const Vec3 x = through + s * along;
+      const SurfaceContact& c = t.tick(X * x);
+      const Vec3 p = X.inverse() * c.proxy;
+      ASSERT_GE(p.z(), kThick / 2 - 1e-8) << run << " at " << s;
+      ASSERT_EQ(c.object != 0, x.z() < double{static_cast<float>(kThick / 2)}) << run << " at " << s;
+    }
+  }
+}
+
+TEST(ProxyAround, ARoomWithThinWallsIsNeverLeft) {
+  const Vec3 half(0.01, 0.008, 0.006);
+  TestMesh mesh = roomMesh(half, kThick);
+  MeshView* view = mesh.view();
+  Random random;
+  for (const double mu : {0.0, 0.7, 1.5}) {
+    TestScene t;
+    const Pose X{Vec3(0.1, -0.2, 0.05), random.turn()};
+    t.addMesh(view, X, {500, 0, mu, 0.8 * mu});
+    Vec3 aim = Vec3::Zero(), x = Vec3::Zero();
+    t.tick(X * x);
+    for (int i = 0; i < 30000; ++i) {
+      // Anywhere; and then again into walls, edges and corners, by less than the walls are thick.
+      if (i % 40 == 0) aim = half.cwiseProduct(random.inCube(1.4));
+      if (i % 40 == 20) {
+        for (int k = 0; k < 3; ++k) aim[k] = std::copysign(half[k] + random(-4, 1) * kThick, random(-1, 1));
+      }
+      x += std::min((aim - x).norm(), std::pow(10.0, random(-5.5, -3))) * (aim - x).normalized();
+      const Vec3 p = X.inverse() * t.tick(X * x).proxy;
+      ASSERT_LE((p.cwiseAbs() - half).maxCoeff(), 1e-8) << mu << " " << i;
+    }
+  }
+}
+
+TEST(ProxyAround, ItDoesNotGetOutByACornerBesideWhichItSticks) {
+  // Held by friction on one wall, the hand in the other one, nearest to that one's outside, which does not face it.
+  const Vec3 half(0.01, 0.008, 0.006);
+  TestMesh mesh = roomMesh(half, kThick);
+  MeshView* view = mesh.view();
+  Random random;
+  for (int run = 0; run < 1000; ++run) {
+    const double mu = random(0.3, 2);
+    TestScene t;
+    t.addMesh(view, {}, {500, 0, mu, mu});
+    const Vec3 start = half - Vec3(0.001, random(0.1, 1) * kThick, 0.003);
+    const Vec3 touch(half.x() + random(0.1, 1) * kThick, start.y(), start.z());
+    const Vec3 corner = Vec3(half.x(), half.y(), start.z()) + Vec3(random(0, 1), random(0, 1), 0) * kThick;
+    t.tick(start);
+    t.tick(touch);
+    for (int i = 0; i <= 20; ++i) {
+      const SurfaceContact& c = t.tick(touch + i / 20.0 * (corner - touch));
+      ASSERT_LE((c.proxy.cwiseAbs() - half).maxCoeff(), 1e-8) << run << " " << i;
+    }
+  }
+}
+
+TEST(ProxyAround, ABladeKeepsItsSide) {
+  // 20 mm high, edge upward, 10 degrees: pressed from one side by up to 5 mm, far from the edge.
+  const double foot = 0.02 * std::tan(5 * M_PI / 180), half = 0.05;
+  TestMesh blade;
+  for (const double y : {-half, half}) {
+    blade.addVertex({-foot, y, 0});
+    blade.addVertex({foot, y, 0});
+    blade.addVertex({0, y, 0.02});
+  }
+  blade.addQuad(0, 2, 5, 3);
+  blade.addQuad(1, 4, 5, 2);
+  blade.addQuad(0, 3, 4, 1);
+  blade.addTriangle(0, 1, 2);
+  blade.addTriangle(3, 5, 4);
+  MeshView* view = blade.view();
+  Random random;
+  for (int run = 0; run < 500; ++run) {
+    const double mu = run % 2 ? random(0, 1) : 0;
+    TestScene t;
+    t.addMesh(view, {}, {1000, 0, mu, mu});
+    Vec3 x(-0.004, random(-0.02, 0.02), random(0.004, 0.012));
+    t.tick(x);
+    const Vec3 step(std::pow(10.0, random(-5, -3)), random(-1, 1) * 1e-4, 0);
+    for (int i = 0; i < 300 && x.x() < 0.005 - foot; ++i) {
+      const SurfaceContact& c = t.tick(x += step);
+      ASSERT_LT(c.proxy.x(), 0) << run << " " << i;
+    }
+  }
+}
+
+TEST(ProxyAround, FrictionTurnsAlongWithTheSurface) {
+  // Over an edge of 90 degrees: what part of the normal force is tangential, and where it points, does not jump.
+  TestMesh box = testing::boxMesh(Vec3(0.02, 0.02, 0.02));
+  for (const double mu : {0.2, 0.6, 1.0}) {
+    TestScene t;
+    t.addMesh(box.view(), {}, {1000, 0, mu, mu});
+    const double top = 0.02;
+    t.tick(Vec3(0.01, 0.003, top + 0.001));
+    Eigen::Vector2d before(0, 0);
+    int turned = 0;
+    for (int i = 0; i < 1500; ++i) {
+      const double a = 0.1 + 1.37 * i / 1500;  // Around the edge, 6 mm from it.
+      const Vec3 hip = Vec3(top, 0.003, top) - 0.006 * Vec3(std::cos(a), 1e-3 * i, std::sin(a));
+      const SurfaceContact& c = t.tick(hip);
+      const Vec3 lag = (c.force - c.force.dot(c.normal) * c.normal) / c.force.dot(c.normal);
+      ASSERT_LE(lag.norm(), mu * (1 + 1e-6)) << mu << " " << i;
+      // Along the edge, and across it in the sense of the motion.
+      const Eigen::Vector2d now(lag.y(), c.normal.z() > 0.5 ? lag.x() : -lag.z());
+      if (i > 0) {
+        ASSERT_LT((now - before).norm(), 0.02) << mu << " " << i;
+      }
+      turned += c.normal.x() > 0.5;
+      before = now;
+    }
+    EXPECT_NEAR(turned, 750, 20) << "it gave way to the other face about half way";
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

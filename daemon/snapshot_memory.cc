@@ -31,8 +31,10 @@ std::vector<std::byte> copyDeformed(std::span<const std::byte> snapshot) {
   std::memcpy(&header, copy.data(), sizeof header);
   hd_bvh_node root;
   std::memcpy(&root, copy.data() + header.section[HD_SECTION_NODES].offset, sizeof root);
-  std::copy_n(root.lower, 3, header.lower);
-  std::copy_n(root.upper, 3, header.upper);
+  for (int axis = 0; axis < 3; ++axis) {
+    header.lower[axis] = *std::min_element(root.lower[axis], root.lower[axis] + root.used);
+    header.upper[axis] = *std::max_element(root.upper[axis], root.upper[axis] + root.used);
+  }
   header.checksum = snapshotChecksum(std::span<const std::byte>(copy).subspan(sizeof header));
   std::memcpy(copy.data(), &header, sizeof header);
   return copy;

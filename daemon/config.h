@@ -67,8 +67,6 @@ struct Config {
     double rate_hz = 1000.0;  ///< 1000 to 4000.
     std::uint32_t servo_priority = 80;
     std::uint32_t ingest_priority = 70;
-    std::uint32_t collide_priority = 60;
-    std::uint32_t device_priority = 85;
     bool allow_no_rt = false;  ///< Run without real-time scheduling; every status then says so.
     bool lock_memory = true;
     bool hold_cpu_latency = true;     ///< Keep /dev/cpu_dma_latency open at 0.

@@ -235,11 +235,6 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
                fmt::format("ingest_priority {} is not below servo_priority {}", c.servo.ingest_priority,
                            c.servo.servo_priority),
                "ingest must never delay the servo");
-  if (c.servo.collide_priority >= c.servo.ingest_priority && table["servo"].node() != nullptr)
-    errors.add(place("servo", "collide_priority"),
-               fmt::format("collide_priority {} is not below ingest_priority {}", c.servo.collide_priority,
-                           c.servo.ingest_priority),
-               "long queries must never delay ingest");
   std::set<std::string> names, uris;
   for (std::size_t i = 0; i < c.groups.size(); ++i) {
     const GroupConfig& group = c.groups[i];

@@ -37,8 +37,6 @@ void visitConfig(Visitor& root, Configuration& c) {
     v.number("rate_hz", c.servo.rate_hz, 1000, 4000);
     v.integer("servo_priority", c.servo.servo_priority, 1, 98);
     v.integer("ingest_priority", c.servo.ingest_priority, 1, 98);
-    v.integer("collide_priority", c.servo.collide_priority, 1, 98);
-    v.integer("device_priority", c.servo.device_priority, 1, 98);
     v.flag("allow_no_rt", c.servo.allow_no_rt);
     v.flag("lock_memory", c.servo.lock_memory);
     v.flag("hold_cpu_latency", c.servo.hold_cpu_latency);

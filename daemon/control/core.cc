@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "daemon/device/limits.h"
+#include "daemon/log.h"
 
 namespace hapticd {
 
@@ -45,6 +46,14 @@ Core::~Core() {
 Result<void> Core::openConfigured() {
   for (const GroupConfig& group : options_.config.effectiveGroups()) {
     if (auto r = devices_.openGroup(group); !r) return r;
+  }
+  for (const DeviceConfig& wanted : options_.config.devices) {
+    const auto is = [&](const auto& device) {
+      return device->info().uri == wanted.uri || device->info().serial == wanted.uri;
+    };
+    if (std::any_of(devices_.devices().begin(), devices_.devices().end(), is)) continue;
+    log::warn("[[device]] \"{}\" is none of the open devices: its limits wait until it is opened",
+              log::printable(wanted.uri));
   }
   return {};
 }

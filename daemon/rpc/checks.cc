@@ -27,17 +27,6 @@ CheckLine scheduling(Core& core) {
           fmt::format("as root: echo '@haptic - rtprio 85' > /etc/security/limits.d/hapticd.conf, then log in again")};
 }
 
-CheckLine rtprioLimit(Core& core) {
-  rlimit limit{};
-  getrlimit(RLIMIT_RTPRIO, &limit);
-  const bool enough = limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= core.config().servo.device_priority;
-  const bool has = enough || core.devices().realtime();  // root needs no limit
-  return {"RLIMIT_RTPRIO", has ? State::GREEN : State::RED, limitText(limit.rlim_cur, ""),
-          has ? ""
-              : fmt::format("LimitRTPRIO={} in the unit, or rtprio in /etc/security/limits.d",
-                            core.config().servo.device_priority)};
-}
-
 CheckLine memory(Core& core) {
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
@@ -102,7 +91,6 @@ CheckLine heartbeat(Core& core, GroupLink& link) {
 
 std::vector<CheckLine> makeChecks(Core& core) {
   std::vector<CheckLine> lines{scheduling(core),
-                               rtprioLimit(core),
                                memory(core),
                                latency(core),
                                builder(core),

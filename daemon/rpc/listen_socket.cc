@@ -128,10 +128,8 @@ ListenSocket ListenSocket::adopt(UniqueFd fd, std::string path) {
 }
 
 void ListenSocket::close() noexcept {
-  if (ours_) {
-    (void)unlink(path_.c_str());
-    (void)unlink((path_ + ".lock").c_str());
-  }
+  if (ours_) (void)unlink(path_.c_str());
+  if (lock_.valid()) (void)unlink((path_ + ".lock").c_str());
   ours_ = false;
   fd_.reset();
   lock_.reset();

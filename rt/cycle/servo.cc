@@ -155,7 +155,8 @@ void Servo::publish(std::int64_t wake_latency_ns) HD_RT {
   sample.t_ns = deadline_ns_ + wake_latency_ns;
   sample.wake_ns = clampToU32(wake_latency_ns);
   sample.cycle_ns = clampToU32(last_cycle_duration_ns_);
-  sample.missed = clampToU32(static_cast<std::int64_t>(counters.missed.load(std::memory_order_relaxed)));
+  sample.missed =
+      clampToU32(static_cast<std::int64_t>(counters.missed.load(std::memory_order_relaxed) + input_->missed));
   sample.applied_commands = output_->applied_commands;
   for (std::uint32_t d = 0; d < config_.device_count; ++d) {
     sample.device = d;

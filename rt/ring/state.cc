@@ -10,6 +10,8 @@ namespace {
 constexpr std::size_t kSampleWords = sizeof(hd_sample) / 8 - 1;  // without the guard
 constexpr std::uint64_t kMask = HD_HISTORY_SLOTS - 1;
 static_assert((HD_HISTORY_SLOTS & kMask) == 0);
+/** Looks before latest() gives up: more than it takes a writer to write, unless it is stopped in the middle. */
+constexpr int kLooks = 64;
 static_assert(offsetof(hd_sample, guard) == 0 && offsetof(hd_sample, tick) == 8 && sizeof(hd_sample) % 8 == 0);
 
 // The seqlock has no fences: each word is stored with release and loaded with acquire. A reader that sees a word of
@@ -88,7 +90,7 @@ StateReader::StateReader(const hd_region_a* a) noexcept : a_(a), next_(loadAcqui
 bool StateReader::latest(std::uint32_t device, hd_sample& out) const HD_RT {
   if (device >= HD_MAX_DEVICES) return false;
   const hd_sample& slot = a_->latest[device];
-  for (int tries = 0; tries < 2; ++tries) {
+  for (int look = 0; look < kLooks; ++look) {
     const std::uint64_t guard = loadAcquire(slot.guard);  // A0, pairs with R0
     if (guard == 0) return false;
     if ((guard & 1u) == 0 && readSample(slot, out, guard)) return true;

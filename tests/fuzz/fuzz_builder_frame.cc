@@ -61,6 +61,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const FrameIo got = receiveFrame(pair[1], frame, true);
     require(got == FrameIo::kOk || (!sound && got == FrameIo::kBad));
     require(got == FrameIo::kOk || !frame.fd.valid());
+    require(sound || descriptors <= 1 || got == FrameIo::kBad);
     require(!sound || frame.fd.valid() == (descriptors > 0));
     require(receiveFrame(pair[1], again, true) == FrameIo::kLater);
     const bool fits = std::all_of(frame.text.begin(), frame.text.end(),

@@ -159,6 +159,18 @@ TEST_F(ProgramTest, AFileInTheWayIsNotRemoved) {
   std::string kept;
   std::ifstream(precious) >> kept;
   EXPECT_EQ(kept, "mine");
+  EXPECT_NE(access((precious + ".lock").c_str(), F_OK), 0) << "the lock went with the refusal";
+}
+
+TEST_F(ProgramTest, LimitsOfNoOpenDeviceAreNamed) {
+  const std::string file = directory.path() + "/limits.toml";
+  std::ofstream(file) << "[[device]]\nuri = \"sim://default\"\nforce_n = 2\n"
+                         "[[device]]\nuri = \"sim://omega3\"\nforce_n = 2\n";
+  Program program(directory, run({"--config", file}));
+  ASSERT_TRUE(program.says("ready")) << program.output();
+  const std::string said = program.output();
+  EXPECT_NE(said.find("[[device]] \"sim://omega3\" is none of the open devices"), std::string::npos) << said;
+  EXPECT_EQ(said.find("[[device]] \"sim://default"), std::string::npos) << said;
 }
 
 TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {

@@ -28,6 +28,16 @@ HostCheck service() {
   return out;
 }
 
+/** What a daemon that answers says of itself is not asked of this user too: a missing right is named once. */
+void leaveToDaemon(std::vector<HostCheck>& checks) {
+  for (HostCheck& check : checks) {
+    for (const char* name : {"real-time priority", "locked memory", "CPU sleep states"}) {
+      if (check.name == name)
+        check = {name, CheckState::kNotApplicable, "the daemon that answers says its own below", {}};
+    }
+  }
+}
+
 /** Asks the daemon; adds how reachable it is, and its own checks. */
 void askDaemon(const Globals& globals, std::vector<HostCheck>& checks) {
   try {
@@ -37,12 +47,8 @@ void askDaemon(const Globals& globals, std::vector<HostCheck>& checks) {
                       CheckState::kGreen,
                       fmt::format("hapticd {} (pid {}) answers on {}", info->version, info->pid, info->socket),
                       {}});
-    checks.push_back({"real-time servo", info->realtime != 0 ? CheckState::kGreen : CheckState::kRed,
-                      info->realtime != 0                ? "the servo runs under SCHED_FIFO"
-                      : info->scheduling_note[0] != '\0' ? info->scheduling_note
-                                                         : "the servo runs as an ordinary thread",
-                      "grant real-time priority (see above), then start hapticd without --allow-no-rt"});
     const auto list = daemon.ask<haptic_check_list>(haptic_run_doctor);
+    leaveToDaemon(checks);
     for (std::uint32_t i = 0; i < list->count; ++i) {
       const haptic_check& c = *list->items[i];
       const CheckState state = c.state == HAPTIC_CHECK_GREEN ? CheckState::kGreen

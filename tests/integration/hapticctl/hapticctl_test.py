@@ -140,7 +140,11 @@ class WithDaemon(Case):
         if not status["daemon"]["realtime"]:
             self.assertIn("NOT REAL-TIME", self.run_ctl("status").stdout)
         self.assertIn("no such device", self.run_ctl("info", "nobody", exit_code=1).stderr)
-        self.assertIn("daemon", {check["name"] for check in json.loads(self.run_ctl("--json", "doctor", exit_code=1).stdout)["checks"]})
+        checks = {check["name"]: check for check in json.loads(self.run_ctl("--json", "doctor", exit_code=1).stdout)["checks"]}
+        self.assertIn("daemon", checks)
+        self.assertEqual([name for name in checks if "real-time scheduling" in name or "RTPRIO" in name], ["daemon: real-time scheduling"])
+        for mine in ("real-time priority", "locked memory", "CPU sleep states"):  # the daemon says its own: once is enough
+            self.assertEqual(checks[mine]["state"], "not applicable")
         self.assertIn("devices", json.dumps(self.json("dump")["daemon"]))
 
     def test_top_in_batches(self):

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "support/regions.h"
 #include "support/scripted_device.h"
 
 namespace hapticd {
@@ -86,6 +87,22 @@ TEST_F(ServoFixture, OverrunKeepsThePhaseAndNeverRunsAPeriodTwice) {
   EXPECT_EQ(servo->counters.missed.load(), 2u);
   EXPECT_EQ(servo->counters.tick.load(), 6u);
   EXPECT_EQ(servo->counters.cycles.load(), 4u);
+}
+
+TEST_F(ServoFixture, TheSampleBehindAGapCountsIt) {
+  const test::Regions regions;
+  servo->ports[3].region.store(regions.a.get());
+  servo->from_control.push(order(CommandKind::kAddSession, SessionRef{3, 0, 9}));
+  StateReader reader(regions.a.get());
+  device.clock = &clock;
+  device.read_cost_ns = 3 * kPeriodNs + kPeriodNs / 2;  // of the first cycle, from 1 ms to 4.5 ms
+  run(3);
+  std::vector<hd_sample> samples(8);
+  std::uint64_t lost = 0;
+  samples.resize(reader.drain(samples, lost));
+  ASSERT_EQ(samples.size(), 3u);
+  for (const hd_sample& sample : samples) EXPECT_EQ(sample.missed, sample.tick - (&sample - samples.data()) - 1);
+  EXPECT_EQ(samples[1].missed, 2u);
 }
 
 TEST_F(ServoFixture, ASmallOverrunMissesNothingButCounts) {

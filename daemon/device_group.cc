@@ -35,7 +35,10 @@ DeviceGroup::DeviceGroup(const GroupOptions& options, std::vector<std::unique_pt
       ingest_(std::make_unique<Ingest>(options.ingest)) {
   options_.cycle.device_count = static_cast<std::uint32_t>(devices_.size());
   std::array<Device*, kMaxDevices> raw{};
-  for (std::size_t i = 0; i < devices_.size(); ++i) raw[i] = devices_[i].get();
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    raw[i] = devices_[i].get();
+    last_resort_.emplace_back(*raw[i]);
+  }
   servo_ = std::make_unique<Servo>(options_.cycle, raw, meshes, clock_);
   servo_->ingest = ingest_.get();
 }
@@ -136,6 +139,7 @@ DeviceGroup::~DeviceGroup() {
   stop_.store(true, std::memory_order_relaxed);
   servo_thread_.join();
   ingest_thread_.join();
+  last_resort_.clear();
   for (auto& device : devices_) {
     device->safe();
     device->close();

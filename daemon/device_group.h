@@ -7,10 +7,12 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <list>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "daemon/last_resort.h"
 #include "rt/base/clock.h"
 #include "rt/cycle/realtime.h"
 #include "rt/cycle/servo.h"
@@ -69,6 +71,7 @@ class DeviceGroup {
 
   GroupOptions options_;
   std::vector<std::unique_ptr<Device>> devices_;
+  std::list<LastResort> last_resort_;  ///< One of each device.
   Clock& clock_;
   std::unique_ptr<Ingest> ingest_;
   std::unique_ptr<Servo> servo_;

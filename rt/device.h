@@ -116,7 +116,7 @@ class Device {
   virtual void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT = 0;
   /** Live intent for a simulated hand. */
   virtual void setIntent(const DeviceIntent&) HD_RT {}
-  /** Zeros and amplifier off. Callable from any thread when the servo is dead; idempotent. */
+  /** Zeros and amplifier off. From any thread, also from a signal handler, when the servo is dead; idempotent. */
   virtual void safe() noexcept = 0;
 };
 

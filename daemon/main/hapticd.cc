@@ -6,6 +6,7 @@
 #include <csignal>
 
 #include "daemon/control/core.h"
+#include "daemon/last_resort.h"
 #include "daemon/main/options.h"
 #include "daemon/main/supervisor.h"
 #include "daemon/rpc/listen_socket.h"
@@ -106,6 +107,7 @@ int start(const Options& options) {
   const Config& config = options.loaded.config;
   log::start(config.log.level);
   std::signal(SIGPIPE, SIG_IGN);
+  installLastResort();
   kj::UnixEventPort::captureSignal(SIGTERM);  // before any thread: they inherit the mask
   kj::UnixEventPort::captureSignal(SIGINT);
   auto io = kj::setupAsyncIo();

@@ -1,0 +1,70 @@
+// A daemon that dies of a signal zeroes its devices first. Each death is a child's.
+#include "daemon/last_resort.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <functional>
+
+#include "rt/cycle/realtime.h"
+#include "support/child_process.h"
+
+namespace hapticd::test {
+namespace {
+
+/** Says its name when it is brought to zero. */
+class Speaking final : public Device {
+ public:
+  Speaking(std::string name, std::function<void(const std::string&)> say)
+      : name_(std::move(name)), say_(std::move(say)) {}
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] Result<void> open() override { return {}; }
+  void close() noexcept override {}
+  void read(std::int64_t, DeviceSample&) noexcept override {}
+  void write(std::int64_t, const DeviceCommand&) noexcept override {}
+  void safe() noexcept override { say_(name_); }
+
+ private:
+  DeviceInfo info_;
+  std::string name_;
+  std::function<void(const std::string&)> say_;
+};
+
+/** What a daemon of two devices, a and b, says when it `dies`; a third one was closed before. */
+template <class Dies>
+std::string lastWords(Dies dies) {
+  ChildProcess child([dies](const auto& say) {
+    const rlimit none{0, 0};
+    setrlimit(RLIMIT_CORE, &none);
+    installLastResort();
+    Speaking a("a", say), b("b", say), closed("c", say);
+    { const LastResort former(closed); }
+    const LastResort holds_a(a), holds_b(b);
+    dies();
+  });
+  return child.all();
+}
+
+TEST(LastResort, EveryDeviceIsZeroedOnceAndTheSignalStillKills) {
+  for (const int signal : {SIGXCPU, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) {
+    EXPECT_EQ(lastWords([signal] { raise(signal); }), "abkilled by signal " + std::to_string(signal));
+  }
+}
+
+TEST(LastResort, ACleanEndCallsNothing) {
+  EXPECT_EQ(lastWords([] {}), "");
+}
+
+TEST(LastResort, AServoThatNeverWaitsIsEndedWithItsDevicesAtZero) {
+  const bool may = ChildProcess([](const auto&) { _exit(becomeRealtime(1) ? 0 : 1); }).all().empty();
+  if (!may) GTEST_SKIP() << "no right to real-time scheduling";
+  const std::string words = lastWords([] {
+    const rlimit limit{20'000, 1'000'000};  // microseconds
+    if (setrlimit(RLIMIT_RTTIME, &limit) != 0 || !becomeRealtime(1)) _exit(2);
+    for (volatile int forever = 0;;) forever = 1;
+  });
+  EXPECT_EQ(words, "abkilled by signal " + std::to_string(SIGXCPU));
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -183,7 +184,9 @@ int run(const Common& common, const Options& options) {
       common, "servo",
       {bare.p50, bare.p99, bare.p999, bare.max, daemon.p50, daemon.p99, daemon.p999, daemon.max,
        ratio("wake p99.9, daemon / bare", daemon.p999, bare.p999), render50, cycle50, cycle99, share, missed, touched});
-  return 0;
+  if (std::find(touched.rounds.begin(), touched.rounds.end(), 0.0) == touched.rounds.end()) return 0;
+  fmt::print(stderr, "haptic-bench servo: a round without contact; the cost of its cycle is worth nothing\n");
+  return 1;
 }
 
 }  // namespace
@@ -191,7 +194,9 @@ int run(const Common& common, const Options& options) {
 void addServo(CLI::App& app, Run& chosen) {
   auto options = std::make_shared<Options>();
   CLI::App* servo = app.add_subcommand(
-      "servo", "Wake-up of a bare real-time loop against the daemon's cycle on a mesh, and what the cycle costs");
+      "servo",
+      "Wake-up of a bare real-time loop against the daemon's cycle on a mesh, and what the cycle costs\n"
+      "(exit 1 if a round touches nothing)");
   servo->add_option("--rate", options->rate_hz, "Servo rate [Hz]")->capture_default_str()->check(CLI::Range(100, 4000));
   servo->add_option("--seconds", options->seconds, "Length of each side of a round [s]")
       ->capture_default_str()

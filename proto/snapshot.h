@@ -20,7 +20,9 @@
 #define HD_BVH_MAX_DEPTH 64u     /**< Deepest path, root included; the builder keeps it, the validator checks it. */
 #define HD_MAX_VERTICES 16000000u
 #define HD_MAX_TRIANGLES 16000000u
-#define HD_MAX_COORDINATE 100.0f   /**< Largest |coordinate| of a vertex [m]. */
+#define HD_MAX_COORDINATE 100.0f /**< Largest |coordinate| of a vertex [m]. */
+#define HD_MIN_WELD 1e-6f        /**< Smallest and largest welding distance [m]. */
+#define HD_MAX_WELD 0.01f
 #define HD_MAX_DEFORM_VALENCE 128u /**< Most triangles about a vertex that can move: bounds the servo's refit. */
 
 enum hd_snapshot_kind { HD_SNAPSHOT_TRIANGLES = 1 };
@@ -99,7 +101,7 @@ struct hd_mesh_upload {
   uint32_t vertex_count;
   uint32_t triangle_count;
   uint32_t flags; /**< HD_MESH_DEFORMABLE or 0. */
-  uint32_t reserved;
+  float weld_m;   /**< Vertices no farther apart become one: HD_MIN_WELD to HD_MAX_WELD, or 0: equal ones only. */
   /* float vertices[vertex_count][3]; uint32_t triangles[triangle_count][3]; */
 };
 

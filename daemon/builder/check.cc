@@ -42,8 +42,11 @@ Result<MeshSource> readUpload(std::span<const std::byte> upload) {
   std::memcpy(&header, upload.data(), sizeof header);
   if (header.magic != HD_UPLOAD_MAGIC)
     return Error{ErrorCode::kBadMesh, "upload header", "the magic number is wrong", "fill in hd_mesh_upload"};
-  if ((header.flags & ~static_cast<std::uint32_t>(HD_MESH_DEFORMABLE)) != 0 || header.reserved != 0)
+  if ((header.flags & ~static_cast<std::uint32_t>(HD_MESH_DEFORMABLE)) != 0)
     return Error{ErrorCode::kBadMesh, "upload header", fmt::format("unknown flags {:#x}", header.flags), {}};
+  if (header.weld_m != 0 && !(header.weld_m >= HD_MIN_WELD && header.weld_m <= HD_MAX_WELD))
+    return Error{ErrorCode::kBadMesh, "upload header", fmt::format("a welding distance of {} m", header.weld_m),
+                 fmt::format("give 0, or {} to {} m", HD_MIN_WELD, HD_MAX_WELD)};
   if (header.triangle_count == 0 || header.vertex_count == 0)
     return Error{
         ErrorCode::kBadMesh,
@@ -66,6 +69,7 @@ Result<MeshSource> readUpload(std::span<const std::byte> upload) {
   const std::byte* const p = upload.data() + sizeof header;
   source.vertices = {reinterpret_cast<const Float3*>(p), header.vertex_count};
   source.triangles = {reinterpret_cast<const Index3*>(p + vertex_bytes), header.triangle_count};
+  source.weld_m = header.weld_m;
   source.deformable = (header.flags & HD_MESH_DEFORMABLE) != 0;
   return source;
 }

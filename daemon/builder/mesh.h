@@ -23,6 +23,7 @@ using Index3 = std::array<std::uint32_t, 3>;
 struct MeshSource {
   std::span<const Float3> vertices;
   std::span<const Index3> triangles;
+  float weld_m = 0;
   bool deformable = false;
 };
 
@@ -52,7 +53,10 @@ struct BuildMonitor {
  */
 [[nodiscard]] Result<void> checkNumbers(const MeshSource& source);
 
-/** Vertices of equal coordinates become one (zeros of both signs are equal). Triangles without area are dropped. */
+/**
+ * Vertices of equal coordinates become one (zeros of both signs are equal); with a welding distance each vertex becomes
+ * the nearest kept one within it, else is kept itself. Triangles that are left without area are dropped.
+ */
 [[nodiscard]] Mesh weld(const MeshSource& source, BuildMonitor& monitor);
 
 /** Of triangles over the same three vertices the first stays. */

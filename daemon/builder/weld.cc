@@ -1,11 +1,11 @@
-// Equal vertices become one; triangles without area and doubled triangles go.
+// Equal or near vertices become one; triangles without area and doubled triangles go.
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
-#include "daemon/builder/mesh.h"
+#include "daemon/builder/near_table.h"
 
 namespace hapticd {
 namespace {
@@ -75,12 +75,20 @@ Mesh weld(const MeshSource& source, BuildMonitor& monitor) {
   mesh.deformable = source.deformable;
   mesh.source_vertex.resize(source.vertices.size());
   mesh.vertices.reserve(source.vertices.size());
-  VertexTable table(source.vertices.size());
-  for (std::size_t i = 0; i < source.vertices.size(); ++i)
-    mesh.source_vertex[i] = table.findOrAdd(source.vertices[i], mesh.vertices);
-  if (mesh.vertices.size() < source.vertices.size())
+  const auto join = [&](auto table) {
+    for (std::size_t i = 0; i < source.vertices.size(); ++i)
+      mesh.source_vertex[i] = table.findOrAdd(source.vertices[i], mesh.vertices);
+  };
+  if (source.weld_m > 0) {
+    join(NearTable(source.vertices.size(), source.weld_m));
+  } else {
+    join(VertexTable(source.vertices.size()));
+  }
+  if (mesh.vertices.size() < source.vertices.size()) {
+    const std::string how = source.weld_m > 0 ? fmt::format("more than {} m apart", source.weld_m) : "of equal place";
     monitor.notes.push_back(
-        fmt::format("welded {} vertices into {} of equal place", source.vertices.size(), mesh.vertices.size()));
+        fmt::format("welded {} vertices into {} {}", source.vertices.size(), mesh.vertices.size(), how));
+  }
 
   mesh.triangles.reserve(source.triangles.size());
   mesh.source_triangle.reserve(source.triangles.size());

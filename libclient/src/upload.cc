@@ -216,6 +216,19 @@ uint32_t* haptic_upload_triangles(haptic_upload* upload) {
   return vertices == nullptr ? nullptr : reinterpret_cast<uint32_t*>(vertices + std::size_t{3} * upload->vertices);
 }
 
+int haptic_upload_weld(haptic_upload* upload, double distance_m, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (upload == nullptr) return client::badArgument("upload", "is null");
+    if (upload->mapping.address() == nullptr) return client::badArgument("upload", "is committed already");
+    const auto distance = static_cast<float>(distance_m);
+    if (distance != 0 && !(distance >= HD_MIN_WELD && distance <= HD_MAX_WELD)) {
+      return client::badArgument("distance_m", "is " + std::to_string(distance_m), "give 0, or 1e-6 to 0.01 m");
+    }
+    static_cast<hd_mesh_upload*>(upload->mapping.address())->weld_m = distance;
+    return {};
+  });
+}
+
 int haptic_upload_commit(haptic_upload* upload, haptic_progress progress, void* user, int64_t timeout_ns,
                          haptic_mesh_report** report, haptic_error* error) {
   return client::edge(error, [&]() -> Failure {

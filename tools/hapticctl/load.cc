@@ -1,6 +1,8 @@
 // hapticctl load FILE --scale S: a mesh file becomes something to touch.
 #include <CLI/CLI.hpp>
+#include <cstring>
 #include <iostream>
+#include <memory>
 
 #include "tools/hapticctl/command.h"
 #include "tools/hapticctl/daemon.h"
@@ -18,7 +20,7 @@ namespace {
 
 struct Options {
   std::string file, scale;
-  double size_m = 0;
+  double size_m = 0, weld_mm = 0;
   bool centre = false, deformable = false;
   Placement placement;
 };
@@ -58,6 +60,21 @@ std::string describe(const std::string& name, const MeshFile& mesh, const haptic
   return out;
 }
 
+/** Sends the mesh and waits for the builder. */
+int upload(haptic_client* client, const MeshFile& mesh, const Options& options, LiveLine& live,
+           haptic_mesh_report** built, haptic_error& error) {
+  const auto vertices = static_cast<std::uint32_t>(mesh.vertices.size());
+  const auto triangles = static_cast<std::uint32_t>(mesh.triangles.size());
+  const std::uint32_t flags = options.deformable ? HAPTIC_MESH_DEFORMABLE : 0;
+  haptic_upload* raw = nullptr;
+  if (const int code = haptic_upload_begin(client, vertices, triangles, flags, &raw, &error); code != 0) return code;
+  const std::unique_ptr<haptic_upload, decltype(&haptic_upload_close)> upload(raw, haptic_upload_close);
+  std::memcpy(haptic_upload_vertices(raw), mesh.vertices.data(), vertices * sizeof mesh.vertices[0]);
+  std::memcpy(haptic_upload_triangles(raw), mesh.triangles.data(), triangles * sizeof mesh.triangles[0]);
+  if (const int code = haptic_upload_weld(raw, options.weld_mm * 1e-3, &error); code != 0) return code;
+  return haptic_upload_commit(raw, onProgress, &live, 0, built, &error);
+}
+
 int load(Options& options, const Globals& globals) {
   const Interrupt interrupt;
   LiveLine live;
@@ -79,10 +96,7 @@ int load(Options& options, const Globals& globals) {
   live.show(progressBar(0, "uploading"));
   haptic_mesh_report* built = nullptr;
   haptic_error error = HAPTIC_ERROR_INIT;
-  const int code = haptic_upload_mesh(
-      daemon.client(), mesh.vertices.front().data(), static_cast<std::uint32_t>(mesh.vertices.size()),
-      mesh.triangles.front().data(), static_cast<std::uint32_t>(mesh.triangles.size()),
-      options.deformable ? HAPTIC_MESH_DEFORMABLE : 0, onProgress, &live, &built, &error);
+  const int code = upload(daemon.client(), mesh, options, live, &built, error);
   const Owned<haptic_mesh_report> report(built);
   live.clear();
   if (code == HAPTIC_CANCELLED)
@@ -130,6 +144,9 @@ void addLoad(CLI::App& app, Action& chosen) {
       ->excludes(scale);
   command->add_flag("--center,--centre", o->centre, "Move the middle of its box to the object's origin");
   command->add_flag("--deformable", o->deformable, "Its vertices may be moved by clients");
+  command->add_option("--weld", o->weld_mm, "Join vertices no farther apart than this, for scans; else only equal ones")
+      ->type_name("MM")
+      ->check(number(0, 10));
   addPlacement(*command, o->placement);
   command->callback([&chosen, o] { chosen = [o](const Globals& globals) { return load(*o, globals); }; });
 }

@@ -136,6 +136,12 @@ HAPTIC_API float* haptic_upload_vertices(haptic_upload* upload);
 HAPTIC_API uint32_t* haptic_upload_triangles(haptic_upload* upload);
 
 /**
+ * Vertices no farther apart than `distance_m` (1 um to 10 mm) become one: for scans and exports whose seams do not
+ * quite meet. Without it only equal ones do. Before the commit.
+ */
+HAPTIC_API int haptic_upload_weld(haptic_upload* upload, double distance_m, haptic_error* error);
+
+/**
  * Unmaps the arrays and has the mesh built. Waits for the builder as long as it takes, at most `timeout_ns` (0: 10
  * minutes). HAPTIC_STILL_MAPPED: you mapped it elsewhere; unmap and commit again. HAPTIC_BAD_MESH names the triangle.
  */

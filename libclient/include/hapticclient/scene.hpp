@@ -41,6 +41,10 @@ class Upload {
     std::uint32_t* first = haptic_upload_triangles(handle_.get());
     return {first, first == nullptr ? 0 : std::size_t{triangles_} * 3};
   }
+  /** Vertices no farther apart than `distance_m` become one; without it only equal ones do. */
+  Result<void> weld(double distance_m) {
+    return detail::run([&](auto* e) { return haptic_upload_weld(handle_.get(), distance_m, e); });
+  }
   Result<Reply<haptic_mesh_report>> commit(const Progress& progress = {}, std::chrono::nanoseconds timeout = {}) {
     return detail::ask<haptic_mesh_report>([&](auto** out, auto* e) {
       return haptic_upload_commit(handle_.get(), progress ? detail::callProgress : nullptr,

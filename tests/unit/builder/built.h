@@ -16,10 +16,10 @@ struct Built {
   std::vector<std::string> notes;
 };
 
-inline Built build(const TestMesh& mesh, std::uint32_t flags = 0) {
+inline Built build(const TestMesh& mesh, std::uint32_t flags = 0, float weld_m = 0) {
   BuildMonitor monitor;
   Built out;
-  auto snapshot = buildSnapshot(upload(mesh, flags), monitor);
+  auto snapshot = buildSnapshot(upload(mesh, flags, weld_m), monitor);
   EXPECT_TRUE(snapshot.ok()) << toString(snapshot.error());
   if (!snapshot) return out;
   out.stats = snapshot->stats;

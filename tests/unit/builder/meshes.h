@@ -89,12 +89,13 @@ inline TestMesh terrain(std::uint32_t n, unsigned seed) {
   return mesh;
 }
 
-inline std::vector<std::byte> upload(const TestMesh& mesh, std::uint32_t flags = 0) {
+inline std::vector<std::byte> upload(const TestMesh& mesh, std::uint32_t flags = 0, float weld_m = 0) {
   hd_mesh_upload header{};
   header.magic = HD_UPLOAD_MAGIC;
   header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
   header.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
   header.flags = flags;
+  header.weld_m = weld_m;
   const std::size_t vertex_bytes = mesh.vertices.size() * sizeof(Float3);
   const std::size_t triangle_bytes = mesh.triangles.size() * sizeof(Index3);
   std::vector<std::byte> bytes(sizeof header + vertex_bytes + triangle_bytes);

@@ -82,6 +82,20 @@ TEST_F(UploadTest, ABuilderThatNeverEndsIsGivenUp) {
   EXPECT_TRUE(client_->get("/x"));
 }
 
+TEST_F(UploadTest, AWeldingDistanceTravelsWithTheMesh) {
+  auto upload = client_->scene().beginUpload(4, 4);
+  ASSERT_TRUE(upload);
+  for (const double bad : {-1e-6, 0.9e-6, 0.0101, 1e300}) {
+    EXPECT_EQ(upload->weld(bad).error().where, "distance_m") << bad;
+  }
+  ASSERT_TRUE(upload->weld(1e-4));
+  ASSERT_TRUE(upload->commit());
+  hd_mesh_upload header;
+  std::memcpy(&header, daemon_->seen().upload.data(), sizeof header);
+  EXPECT_EQ(header.weld_m, 1e-4f);
+  EXPECT_EQ(upload->weld(1e-4).error().where, "upload") << "too late";
+}
+
 TEST_F(UploadTest, StillMappedCanBeTriedAgain) {
   daemon_->script([](Script& script) { script.still_mapped = 1; });
   auto upload = client_->scene().beginUpload(4, 4);

@@ -26,6 +26,9 @@ using Run = std::function<int(const Common&)>;
 using AddBenchmark = void (*)(CLI::App& app, Run& chosen);
 
 void addRun(CLI::App& app, Run& chosen);
+void addSweep(CLI::App& app, Run& chosen);
+void addTables(CLI::App& app, Run& chosen);
+void addReport(CLI::App& app, Run& chosen);
 void addShort(CLI::App& app, Run& chosen);
 void addCompare(CLI::App& app, Run& chosen);
 void addModels(CLI::App& app, Run& chosen);

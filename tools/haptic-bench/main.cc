@@ -10,9 +10,21 @@
 
 namespace {
 
+// One a line, so that neighbours add theirs without a conflict.
+// clang-format off
 constexpr haptic_bench::AddBenchmark kBenchmarks[] = {
-    haptic_bench::addRun,  haptic_bench::addShort, haptic_bench::addCompare, haptic_bench::addModels,
-    haptic_bench::addRing, haptic_bench::addServo, haptic_bench::addCost};
+    haptic_bench::addRun,
+    haptic_bench::addSweep,
+    haptic_bench::addTables,
+    haptic_bench::addReport,
+    haptic_bench::addShort,
+    haptic_bench::addCompare,
+    haptic_bench::addModels,
+    haptic_bench::addRing,
+    haptic_bench::addServo,
+    haptic_bench::addCost,
+};
+// clang-format on
 constexpr int kExitFailed = 1;  ///< Also a broken bound.
 constexpr int kExitUsage = 2;
 

@@ -57,7 +57,7 @@ TEST(Algorithms, VoxelsBecomeExactAsTheyShrink) {
 TEST(PlugIns, OfAnotherVersionAreRefusedBeforeAnythingIsCalled) {
   EXPECT_THAT(refusal(HAPTIC_BENCH_OTHER_VERSION), HasSubstr("version 2, this haptic-bench has 1"));
   EXPECT_THAT(refusal("/dev/null"), HasSubstr("/dev/null"));
-  EXPECT_THAT(refusal(std::string(HAPTIC_BENCH_EXAMPLE) + ":x=1"), HasSubstr("it takes no options")) << "its own words";
+  EXPECT_THAT(refusal(HAPTIC_BENCH_EXAMPLE ":x=1"), HasSubstr("it takes no options")) << "its own words";
   EXPECT_THAT(refusal("libc.so.6"), HasSubstr("no such algorithm")) << "a path has a slash";
 }
 

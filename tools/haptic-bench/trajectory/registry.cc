@@ -1,8 +1,10 @@
 #include "tools/haptic-bench/trajectory/registry.h"
 
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/measured/measured.h"
 #include "tools/haptic-bench/spec.h"
 #include "tools/haptic-bench/trajectory/generators.h"
+#include "tools/haptic-bench/trajectory/geodesic.h"
 
 namespace haptic_bench {
 namespace {
@@ -60,6 +62,16 @@ constexpr Generator kGenerators[] = {
                            static_cast<std::uint32_t>(r.spec.count("seed", 1, 0, 1'000'000'000))};
        return reach(r.model, r.pace(), tremor, r.surface.stiffness);
      }},
+    {"geodesic", "geodesic:speed=0.1,azimuth=0.5,x=0,y=0,z=1: a stroke over any mesh, straight on from facet to facet",
+     [](const Request& r) {
+       const Vec3 from(r.spec.number("x", 0, -100, 100), r.spec.number("y", 0, -100, 100),
+                       r.spec.number("z", 1, -100, 100));
+       return geodesic(r.model, r.pace(), r.spec.number("speed", 0.1, 1e-6, 10), r.spec.number("azimuth", 0.5, -10, 10),
+                       from);
+     }},
+    {"measured",
+     "measured:forces=F.csv,poses=P.csv: a probe's force and pose streams, registered to the model (docs/benchmark.md)",
+     [](const Request& r) { return readMeasured(r.spec, r.model); }},
 };
 
 /** A kind of file: add yours here. */
@@ -97,20 +109,20 @@ std::string trajectoryHelp() {
 
 Trajectory makeTrajectory(const std::string& text, const Model& model, const Surface& surface,
                           const FileOptions& file) {
+  const std::string name = text.substr(0, text.find(':'));
+  for (const Generator& g : kGenerators) {
+    if (name != g.name) continue;
+    Spec spec(text);
+    Trajectory made = pressInto(g.make({spec, model, surface}), surface);
+    spec.finish();
+    made.name = text;
+    return made;
+  }
   for (const Reader& r : kReaders) {
     if (!endsWith(text, r.suffix)) continue;
     Trajectory read = r.read(text, file, model, surface);
     read.name = text;
     return read;
-  }
-  Spec spec(text);
-  const Request request{spec, model, surface};
-  for (const Generator& g : kGenerators) {
-    if (spec.name() != g.name) continue;
-    Trajectory made = pressInto(g.make(request), surface);
-    spec.finish();
-    made.name = text;
-    return made;
   }
   throw Failure(text, "there is no such trajectory", "haptic-bench run --help lists them");
 }

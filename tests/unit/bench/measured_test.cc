@@ -1,0 +1,184 @@
+/** @file
+ * Measured data with known truth: whatever the apparatus adds is taken away again.
+ */
+#include "tools/haptic-bench/measured/measured.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "support/temporary_directory.h"
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/measured/synthetic.h"
+#include "tools/haptic-bench/model/shapes.h"
+#include "tools/haptic-bench/trajectory/geodesic.h"
+#include "tools/haptic-bench/trajectory/registry.h"
+
+namespace haptic_bench {
+namespace {
+
+using hapticd::Quat;
+using ::testing::HasSubstr;
+
+/** Without any symmetry. */
+Model potato() {
+  Model m = sphere(0.05, 40);
+  for (auto& v : m.vertices) {
+    const double x = v[0], y = v[1], z = v[2];
+    v[0] = static_cast<float>(1.4 * x + 0.2 * y + 3 * z * z);
+    v[1] = static_cast<float>(0.8 * y + 4 * x * z);
+    v[2] = static_cast<float>(z + 5 * x * y);
+  }
+  m.name = "potato";
+  return m;
+}
+
+/** All over it, pressing with a force that changes. */
+std::vector<SurfaceSample> handling(const Model& m) {
+  std::vector<SurfaceSample> out = geodesic(m, {10, 2000, 1}, 0.15, 0.9, Vec3(0, 0, 1));
+  for (SurfaceSample& s : out) s.force = 1.5 + std::sin(3 * s.t_s);
+  return out;
+}
+
+Apparatus apparatus() {
+  Apparatus a;
+  a.load = {Vec3(0.3, -0.2, 0.1), 0.4};
+  a.X_OM = {Vec3(0.02, -0.01, 0.3), Quat(Eigen::AngleAxisd(0.2, Vec3(1, 2, -1).normalized()))};
+  return a;
+}
+
+MeasuredOptions options() {
+  MeasuredOptions o;
+  o.merge.tip_S = Apparatus{}.tip_S;
+  o.merge.free_s = 0.95;
+  o.tip_radius = Apparatus{}.tip_radius;
+  o.first_guess = {Vec3(-0.02 + 0.004, 0.01, -0.3 - 0.005), Quat::Identity()};  // 11 degrees and 6 mm off.
+  return o;
+}
+
+TEST(Measured, LoadIsFoundInTheAir) {
+  const Recording r = record(handling(potato()), apparatus());
+  const ProbeLoad load = estimateLoad(r, 0.95);
+  EXPECT_NEAR(load.weight, 0.4, 1e-3);
+  EXPECT_LT((load.bias_S - Vec3(0.3, -0.2, 0.1)).norm(), 1e-3);
+}
+
+TEST(Measured, RegistrationFindsTheTruePose) {
+  const Model m = potato();
+  const Apparatus a = apparatus();
+  const Measured measured = onSurface(record(handling(m), a), options(), m);
+  const Pose residual = measured.registration.X_MO * a.X_OM;
+  EXPECT_EQ(measured.registration.freedoms, 6);
+  EXPECT_LT(residual.p.norm(), 1e-4);
+  EXPECT_LT(residual.q.angularDistance(Quat::Identity()), 2e-3);
+  EXPECT_LT(measured.registration.rms, 5e-5) << "60 Hz between facets";
+}
+
+TEST(Measured, ForceAndContactComeBack) {
+  const Model m = potato();
+  const std::vector<SurfaceSample> truth = handling(m);
+  const Measured measured = onSurface(record(truth, apparatus()), options(), m);
+  ASSERT_GT(measured.out.size(), 9500u);
+  double force2 = 0, point2 = 0;
+  for (const SurfaceSample& s : measured.out) {
+    const double t = s.t_s + truth.front().t_s;
+    const SurfaceSample& was = truth[std::min<std::size_t>(truth.size() - 1, static_cast<std::size_t>(t * 2000))];
+    force2 += std::pow(s.force - was.force, 2);
+    point2 += (s.point - was.point).squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(force2 / static_cast<double>(measured.out.size())), 0.02);
+  EXPECT_LT(std::sqrt(point2 / static_cast<double>(measured.out.size())), 5e-4);
+}
+
+TEST(Measured, NoiseIsBorne) {
+  Apparatus a = apparatus();
+  a.force_noise = 0.02;
+  a.pose_noise = 0.0003;
+  const Model m = potato();
+  const Measured measured = onSurface(record(handling(m), a), options(), m);
+  const Pose residual = measured.registration.X_MO * a.X_OM;
+  EXPECT_LT(residual.p.norm(), 3e-4);
+  EXPECT_NEAR(measured.registration.rms, 0.0003, 1e-4) << "what the tracker adds, along the normal";
+}
+
+TEST(Measured, APlaneIsRegisteredInThreeDirectionsAndKeepsTheGuessInTheOthers) {
+  const Model m = plane(0.05, 3);
+  Apparatus a;
+  a.X_OM = {Vec3(0.003, -0.002, 0.01), Quat(Eigen::AngleAxisd(0.1, Vec3::UnitX()))};
+  MeasuredOptions o = options();
+  o.first_guess = {};
+  const Measured measured = onSurface(record(lissajous(m, {10, 2000, 1}), a), o, m);
+  EXPECT_EQ(measured.registration.freedoms, 3);
+  EXPECT_LT(measured.registration.rms, 2e-5);
+  for (const SurfaceSample& s : measured.out) ASSERT_NEAR(s.point.z(), 0, 2e-4);
+}
+
+TEST(Measured, IsReadFromTwoFiles) {
+  const Model m = plane(0.05, 3);
+  const Recording r = record(lissajous(m, {2, 2000, 1}), {});
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string forces = directory.path() + "/f.csv", poses = directory.path() + "/p.csv";
+  {
+    std::ofstream f(forces), p(poses);
+    f << "t,fx,fy,fz\n";
+    for (const ForceSample& s : r.forces) f << fmt::format("{},{},{},{}\n", s.t_s, s.f_S.x(), s.f_S.y(), s.f_S.z());
+    // The object turns: what is relative to it stays.
+    p << "t_ms,x,y,z,qw,qx,qy,qz,object_x,object_y,object_z,object_qw,object_qx,object_qy,object_qz\n";
+    for (const PoseSample& s : r.poses) {
+      const Pose X_WO{Vec3(0.1, 0, s.t_s * 0.01), Quat(Eigen::AngleAxisd(0.2 * s.t_s, Vec3::UnitZ()))};
+      const Pose X = X_WO * s.X_OS;
+      p << fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", 1000 * s.t_s, X.p.x(), X.p.y(), X.p.z(),
+                       X.q.w(), X.q.x(), X.q.y(), X.q.z(), X_WO.p.x(), X_WO.p.y(), X_WO.p.z(), X_WO.q.w(), X_WO.q.x(),
+                       X_WO.q.y(), X_WO.q.z());
+    }
+  }
+  const std::string spec =
+      fmt::format("measured:forces={},poses={},tip_z=0.1,tip_radius=0.0015,free=0.95", forces, poses);
+  const Trajectory in = makeTrajectory(spec, m, {1000});
+  ASSERT_GT(in.samples.size(), 1900u);
+  for (std::size_t i = 100; i < in.samples.size(); ++i) {
+    ASSERT_NEAR(in.samples[i].force.z(), 1, 0.01);
+    ASSERT_NEAR(in.samples[i].hip.z(), -0.001, 2e-4);
+  }
+  EXPECT_THROW((void)makeTrajectory(spec + ",colour=red", m, {1000}), Failure);
+  EXPECT_THROW((void)makeTrajectory("measured:forces=" + forces, m, {1000}), Failure);
+}
+
+TEST(Measured, FaultsAreNamed) {
+  Recording r = record(lissajous(plane(0.05, 3), {1, 2000, 1}), {});
+  for (ForceSample& f : r.forces) f.t_s += 100;
+  try {
+    (void)merge(r, {});
+    ADD_FAILURE();
+  } catch (const Failure& failure) {
+    EXPECT_THAT(failure.what(), HasSubstr("one clock"));
+  }
+  EXPECT_THROW((void)registerPoints(NearestPoint(plane(1, 1)), {Vec3(0, 0, 0)}, 0, {}), Failure);
+}
+
+TEST(Geodesics, AreGreatCirclesOnASphereAndStraightOnAPlane) {
+  const Model ball = sphere(0.05, 64);
+  const std::vector<SurfaceSample> around = geodesic(ball, {EIGEN_PI, 1000, 1}, 0.1, 0.3, Vec3(0.05, 0, 0.003));
+  const Vec3 axis = around.front().point.cross(around[300].point).normalized();
+  for (const SurfaceSample& s : around) {
+    ASSERT_NEAR(s.point.norm(), 0.05, 1e-4);
+    ASSERT_NEAR(s.point.dot(axis), 0, 1e-3) << s.t_s;
+    ASSERT_GT(s.normal.dot(s.point.normalized()), 0.999);
+  }
+  EXPECT_LT((around.back().point - around.front().point).norm(), 1e-3) << "once around: 2 pi R at 0.1 m/s";
+
+  const std::vector<SurfaceSample> line = geodesic(plane(0.05, 7), {0.3, 1000, 1}, 0.1, 0.3, Vec3(0, 0, 0));
+  for (const SurfaceSample& s : line) {
+    const Vec3 gone = s.point - line.front().point;
+    ASSERT_NEAR(gone.norm(), 0.1 * s.t_s, 1e-6);
+    ASSERT_NEAR(gone.cross(Vec3(std::cos(0.3), std::sin(0.3), 0)).norm(), 0, 1e-6);
+  }
+  for (const SurfaceSample& s : geodesic(plane(0.05, 7), {5, 100, 1}, 0.3, 0.3, Vec3(0, 0, 0))) {
+    ASSERT_LE(s.point.cwiseAbs().maxCoeff(), 0.0501) << "turns back at the border";
+  }
+}
+
+}  // namespace
+}  // namespace haptic_bench

@@ -1,0 +1,60 @@
+#include "tools/haptic-bench/measured/measured.h"
+
+#include <fmt/format.h>
+
+#include "tools/haptic-bench/failure.h"
+
+namespace haptic_bench {
+
+Measured onSurface(const Recording& recording, const MeasuredOptions& options, const Model& model) {
+  std::vector<ProbeSample> touching;
+  for (const ProbeSample& s : merge(recording, options.merge)) {
+    if (s.force_O.norm() > options.contact_force) touching.push_back(s);
+  }
+  const NearestPoint surface(model);
+  Measured measured;
+  measured.registration.X_MO = options.first_guess;
+  if (!options.registered) {
+    std::vector<Vec3> points;
+    const std::size_t every = std::max<std::size_t>(1, touching.size() / static_cast<std::size_t>(options.points));
+    for (std::size_t i = 0; i < touching.size(); i += every) points.push_back(touching[i].tip_O);
+    measured.registration = registerPoints(surface, points, options.tip_radius, options.first_guess);
+  }
+  if (touching.empty())
+    throw Failure("recording", "nothing is touched in it", "a smaller contact, or another free time");
+  const Pose& X_MO = measured.registration.X_MO;
+  for (const ProbeSample& s : touching) {
+    const Vec3 tip = X_MO * s.tip_O, force = X_MO.q * s.force_O;
+    const SurfacePoint at = surface.find(tip);
+    const Vec3 away = at.inside ? Vec3(at.point - tip) : Vec3(tip - at.point);
+    const Vec3 normal = at.distance > 1e-12 ? Vec3(away / at.distance) : at.normal;
+    measured.out.push_back(
+        {s.t_s - touching.front().t_s, tip - options.tip_radius * normal, normal, std::max(0.0, force.dot(normal))});
+  }
+  return measured;
+}
+
+std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
+  const std::string forces = spec.word("forces", ""), poses = spec.word("poses", "");
+  if (forces.empty() || poses.empty()) {
+    throw Failure(spec.text(), "it needs both streams", "measured:forces=F.csv,poses=P.csv");
+  }
+  MeasuredOptions options;
+  options.merge.rate_hz = spec.number("rate", 1000, 1, 1e5);
+  options.merge.tip_S = {spec.number("tip_x", 0, -1, 1), spec.number("tip_y", 0, -1, 1),
+                         spec.number("tip_z", 0, -1, 1)};
+  options.merge.free_s = spec.number("free", 0, 0, 3600);
+  options.merge.load.weight = spec.number("weight", 0, 0, 100);
+  options.tip_radius = spec.number("tip_radius", 0, 0, 0.1);
+  options.contact_force = spec.number("contact", 0.05, 0, 100);
+  options.registered = spec.count("registered", 0, 0, 1) != 0;
+  options.points = spec.count("points", 400, 6, 100000);
+  options.first_guess.p = {spec.number("x", 0, -100, 100), spec.number("y", 0, -100, 100),
+                           spec.number("z", 0, -100, 100)};
+  const Vec3 turn(spec.number("turn_x", 0, -4, 4), spec.number("turn_y", 0, -4, 4), spec.number("turn_z", 0, -4, 4));
+  if (turn.norm() > 0) options.first_guess.q = Eigen::AngleAxisd(turn.norm(), turn.normalized());
+  Measured measured = onSurface(readRecording(forces, poses), options, model);
+  return std::move(measured.out);
+}
+
+}  // namespace haptic_bench

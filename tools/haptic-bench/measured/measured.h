@@ -1,0 +1,37 @@
+/** @file
+ * From a measured recording to an out-trajectory on the mesh.
+ */
+#pragma once
+
+#include "tools/haptic-bench/measured/recording.h"
+#include "tools/haptic-bench/measured/registration.h"
+#include "tools/haptic-bench/spec.h"
+#include "tools/haptic-bench/trajectory/trajectory.h"
+
+namespace haptic_bench {
+
+struct MeasuredOptions {
+  MergeOptions merge;
+  double tip_radius = 0;        ///< [m]
+  double contact_force = 0.05;  ///< More than this is contact [N].
+  bool registered = false;      ///< The frames agree already.
+  Pose first_guess;             ///< X_MO
+  int points = 400;             ///< For the registration.
+};
+
+/** An out-trajectory and how it came about. */
+struct Measured {
+  std::vector<SurfaceSample> out;  ///< While in contact: point and force along the normal.
+  Registration registration;
+};
+
+/**
+ * Merges, compensates, registers, and moves each contact from the ball's centre to the surface, against the mesh's
+ * normal there. Throws Failure when there is too little contact.
+ */
+[[nodiscard]] Measured onSurface(const Recording& recording, const MeasuredOptions& options, const Model& model);
+
+/** The settings of "measured:forces=F.csv,poses=P.csv,...". */
+[[nodiscard]] std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model);
+
+}  // namespace haptic_bench

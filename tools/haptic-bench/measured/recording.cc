@@ -1,0 +1,151 @@
+#include "tools/haptic-bench/measured/recording.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "tools/haptic-bench/failure.h"
+
+namespace haptic_bench {
+namespace {
+
+using Quat = Eigen::Quaterniond;
+
+struct PoseColumns {
+  Table::Column p[3], q[4];
+
+  [[nodiscard]] Pose at(const Table& table, std::size_t row) const {
+    const Quat turn(q[0][row], q[1][row], q[2][row], q[3][row]);
+    if (std::abs(turn.norm() - 1) > 0.01) {
+      throw Failure(table.at(row), fmt::format("the quaternion has length {:.4g}", turn.norm()),
+                    "unit, in the order w x y z");
+    }
+    return {Vec3(p[0][row], p[1][row], p[2][row]), turn.normalized()};
+  }
+};
+
+PoseColumns poseColumns(const Table& table, const std::string& prefix) {
+  PoseColumns c;
+  for (int i = 0; i < 3; ++i)
+    c.p[i] = table.need(prefix + "xyz"[i] + (prefix.empty() ? std::string(" p") + "xyz"[i] : ""));
+  for (int i = 0; i < 4; ++i) c.q[i] = table.need(prefix + "q" + "wxyz"[i]);
+  return c;
+}
+
+/** Times as they stand, checked. */
+std::vector<double> times(const Table& table) {
+  std::vector<double> t_s = readTimes(table, 0, 0);
+  const double first = table.need("t time")[0];
+  for (double& t : t_s) t += first;
+  return t_s;
+}
+
+/** Pose at time t, between poses[i] and poses[i + 1]. */
+PoseSample between(const std::vector<PoseSample>& poses, std::size_t i, double t) {
+  const PoseSample &a = poses[i], &b = poses[i + 1];
+  const double h = b.t_s - a.t_s, u = (t - a.t_s) / h;
+  // Slopes at a and b from their neighbours: a Catmull-Rom cubic for uneven times.
+  const auto slope = [&](std::size_t k) -> Vec3 {
+    const std::size_t before = k == 0 ? 0 : k - 1, after = std::min(k + 1, poses.size() - 1);
+    return (poses[after].X_OS.p - poses[before].X_OS.p) / (poses[after].t_s - poses[before].t_s);
+  };
+  const double u2 = u * u, u3 = u2 * u;
+  PoseSample out;
+  out.t_s = t;
+  out.X_OS.p = (2 * u3 - 3 * u2 + 1) * a.X_OS.p + (u3 - 2 * u2 + u) * h * slope(i) + (3 * u2 - 2 * u3) * b.X_OS.p +
+               (u3 - u2) * h * slope(i + 1);
+  out.X_OS.q = a.X_OS.q.slerp(u, b.X_OS.q);
+  out.q_WO = a.q_WO.slerp(u, b.q_WO);
+  return out;
+}
+
+/** Down, in the sensor's frame. */
+Vec3 down_S(const PoseSample& pose) { return (pose.q_WO * pose.X_OS.q).conjugate() * -Vec3::UnitZ(); }
+
+/** Goes along the poses as time rises. */
+class PoseCursor {
+ public:
+  explicit PoseCursor(const std::vector<PoseSample>& poses) : poses_(poses) {}
+  [[nodiscard]] bool covers(double t) const { return t >= poses_.front().t_s && t <= poses_.back().t_s; }
+  PoseSample at(double t) {
+    while (i_ + 2 < poses_.size() && poses_[i_ + 1].t_s < t) ++i_;
+    return between(poses_, i_, t);
+  }
+
+ private:
+  const std::vector<PoseSample>& poses_;
+  std::size_t i_ = 0;
+};
+
+}  // namespace
+
+Recording readRecording(const std::string& forces_path, const std::string& poses_path) {
+  Recording recording;
+  const Table forces = Table::read(forces_path, "");
+  const std::vector<double> force_times = times(forces);
+  const Table::Column fx = forces.need("fx"), fy = forces.need("fy"), fz = forces.need("fz");
+  for (std::size_t i = 0; i < forces.rows(); ++i) recording.forces.push_back({force_times[i], {fx[i], fy[i], fz[i]}});
+
+  const Table poses = Table::read(poses_path, "");
+  const std::vector<double> pose_times = times(poses);
+  const PoseColumns probe = poseColumns(poses, "");
+  const bool object_moves = static_cast<bool>(poses.find("object_qw"));
+  const PoseColumns object = object_moves ? poseColumns(poses, "object_") : PoseColumns{};
+  for (std::size_t i = 0; i < poses.rows(); ++i) {
+    const Pose X_WO = object_moves ? object.at(poses, i) : Pose{};
+    recording.poses.push_back({pose_times[i], X_WO.inverse() * probe.at(poses, i), X_WO.q});
+  }
+  if (recording.poses.size() < 2) throw Failure(poses_path, "there is only one pose in it", "a recording");
+  return recording;
+}
+
+ProbeLoad estimateLoad(const Recording& recording, double until_s) {
+  // f = bias + weight * down, four unknowns.
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  PoseCursor poses(recording.poses);
+  for (const ForceSample& f : recording.forces) {
+    if (!poses.covers(f.t_s) || f.t_s > until_s) continue;
+    Eigen::Matrix<double, 3, 4> row;
+    row << Eigen::Matrix3d::Identity(), down_S(poses.at(f.t_s));
+    normal += row.transpose() * row;
+    right += row.transpose() * f.f_S;
+  }
+  Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix4d> solver;
+  solver.setThreshold(1e-6);
+  const Eigen::Vector4d x = solver.compute(normal).solve(right);
+  return {x.head<3>(), x[3]};
+}
+
+std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& options) {
+  const std::vector<ForceSample>& forces = recording.forces;
+  const double begin = std::max(forces.front().t_s, recording.poses.front().t_s);
+  const double end = std::min(forces.back().t_s, recording.poses.back().t_s);
+  if (!(end > begin + options.free_s)) {
+    throw Failure("recording",
+                  fmt::format("forces run from {} to {} s and poses from {} to {} s", forces.front().t_s,
+                              forces.back().t_s, recording.poses.front().t_s, recording.poses.back().t_s),
+                  "two streams on one clock, and a free time shorter than both");
+  }
+  const ProbeLoad load = options.free_s > 0 ? estimateLoad(recording, begin + options.free_s) : options.load;
+  std::vector<ProbeSample> merged;
+  PoseCursor poses(recording.poses);
+  const double half = 0.5 / options.rate_hz;
+  std::size_t next = 0;
+  for (double t = begin + options.free_s + half; t <= end - half; t += 2 * half) {
+    Vec3 sum = Vec3::Zero();
+    int count = 0;
+    while (next < forces.size() && forces[next].t_s < t - half) ++next;
+    for (; next < forces.size() && forces[next].t_s < t + half; ++next, ++count) sum += forces[next].f_S;
+    if (count == 0) continue;  // A stream slower than the result: the next sample has one.
+    const PoseSample pose = poses.at(t);
+    const Vec3 contact_S = sum / count - load.bias_S - load.weight * down_S(pose);
+    merged.push_back({t, pose.X_OS * options.tip_S, pose.X_OS.q * contact_S});
+  }
+  if (merged.empty()) throw Failure("recording", "no instant has both force and pose", "a longer recording");
+  return merged;
+}
+
+}  // namespace haptic_bench

@@ -1,0 +1,92 @@
+#include "tools/haptic-bench/measured/registration.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "tools/haptic-bench/failure.h"
+
+namespace haptic_bench {
+namespace {
+
+constexpr int kMaxRounds = 200;
+constexpr double kSettled = 1e-9;       // Of the points' extent.
+constexpr double kUndetermined = 0.02;  // Of the largest singular value.
+
+struct Match {
+  Vec3 x, normal;   ///< Point in the mesh's frame, and the direction in which its distance is measured.
+  double miss = 0;  ///< Distance to where it should be, along the normal [m].
+};
+
+std::vector<Match> matchAll(const NearestPoint& surface, const std::vector<Vec3>& points, double offset,
+                            const Pose& X_MO) {
+  std::vector<Match> all;
+  for (const Vec3& p : points) {
+    const Vec3 x = X_MO * p;
+    const SurfacePoint at = surface.find(x);
+    // Along the line to the nearest point: right at edges too.
+    const Vec3 away = at.inside ? Vec3(at.point - x) : Vec3(x - at.point);
+    const Vec3 normal = at.distance > 1e-12 ? Vec3(away / at.distance) : at.normal;
+    all.push_back({x, normal, (at.inside ? -at.distance : at.distance) - offset});
+  }
+  return all;
+}
+
+}  // namespace
+
+Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>& points, double offset,
+                            const Pose& first_guess) {
+  if (points.size() < 6) {
+    throw Failure("registration", fmt::format("{} points are too few", points.size()), "at least 6 in contact");
+  }
+  Registration r;
+  r.X_MO = first_guess;
+  Vec3 lower = points[0], upper = points[0];
+  for (const Vec3& p : points) lower = lower.cwiseMin(p), upper = upper.cwiseMax(p);
+  const double extent = std::max((upper - lower).norm(), 1e-9);
+  for (r.rounds = 1; r.rounds <= kMaxRounds; ++r.rounds) {
+    const std::vector<Match> matches = matchAll(surface, points, offset, r.X_MO);
+    std::vector<double> misses;
+    for (const Match& m : matches) misses.push_back(std::abs(m.miss));
+    std::nth_element(misses.begin(), misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2), misses.end());
+    const double limit = 3 * misses[misses.size() / 2] + kSettled * extent;
+
+    // A small turn w about the points' middle and a shift: (c x n) . w + n . shift = -miss; lengths in extents.
+    const Vec3 middle = r.X_MO * Vec3((lower + upper) / 2);
+    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+    double sum = 0;
+    int used = 0;
+    for (const Match& m : matches) {
+      if (std::abs(m.miss) > limit) continue;
+      Eigen::Matrix<double, 6, 1> row;
+      row << ((m.x - middle) / extent).cross(m.normal), m.normal;
+      normal += row * row.transpose();
+      right -= row * m.miss;
+      sum += m.miss * m.miss;
+      ++used;
+    }
+    r.rms = std::sqrt(sum / used);
+    r.left_out = static_cast<int>(points.size()) - used;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> modes(normal);
+    Eigen::Matrix<double, 6, 1> step = Eigen::Matrix<double, 6, 1>::Zero();
+    r.freedoms = 0;
+    for (int i = 0; i < 6; ++i) {
+      const double value = modes.eigenvalues()[i];  // A squared singular value.
+      if (!(value > kUndetermined * kUndetermined * modes.eigenvalues()[5])) continue;
+      step += modes.eigenvectors().col(i) * (modes.eigenvectors().col(i).dot(right) / value);
+      ++r.freedoms;
+    }
+    const Vec3 turn = step.head<3>() / extent, shift = step.tail<3>();
+    const Eigen::Quaterniond q = turn.norm() > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized()))
+                                                 : Eigen::Quaterniond::Identity();
+    r.X_MO = Pose{middle + shift - q * middle, q} * r.X_MO;
+    if (step.norm() < kSettled * extent) return r;
+  }
+  throw Failure("registration", fmt::format("it does not settle; the points are {:.3g} m off", r.rms),
+                "a better first guess, or the mesh that was touched");
+}
+
+}  // namespace haptic_bench

@@ -1,0 +1,31 @@
+/** @file
+ * Where a mesh lies in the frame of what was measured on it.
+ */
+#pragma once
+
+#include <vector>
+
+#include "rt/base/math.h"
+#include "tools/haptic-bench/model/nearest.h"
+
+namespace haptic_bench {
+
+using hapticd::Pose;
+
+struct Registration {
+  Pose X_MO;         ///< Takes measured points to the mesh's frame.
+  double rms = 0;    ///< Of the points' distances from the surface, those left out aside [m].
+  int left_out = 0;  ///< Points further off than three times the middle distance.
+  int rounds = 0;
+  int freedoms = 0;  ///< Of six, those that the points determine: a plane leaves three, a sphere three.
+};
+
+/**
+ * Finds the pose in which the points lie `offset` outside the surface (a ball's centres): point-to-plane ICP (Chen and
+ * Medioni, 1992), each step by the singular values of the linearised problem; directions in which the surface slides
+ * along itself keep the first guess. Throws Failure for fewer than 6 points, or when it does not settle.
+ */
+[[nodiscard]] Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>& points, double offset,
+                                          const Pose& first_guess);
+
+}  // namespace haptic_bench

@@ -1,0 +1,120 @@
+// haptic-bench report: one HTML page that can be attached to a paper: tables, plots, and on what they were measured.
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/table/paper_table.h"
+#include "tools/haptic-bench/trajectory/registry.h"
+#include "tools/haptic-bench/trial.h"
+
+namespace haptic_bench {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kAlgorithms[] = {"ours", "god-object", "nearest"};
+
+json tablesAsJson(const std::vector<PaperTable>& tables) {
+  json all = json::array();
+  for (const PaperTable& t : tables) {
+    json series = json::array();
+    for (const Series& s : t.series) {
+      const Estimate e = estimate(s.rounds);
+      series.push_back({{"name", s.name}, {"unit", s.unit}, {"median", e.median}, {"low", e.low}, {"high", e.high}});
+    }
+    all.push_back(
+        {{"title", t.title}, {"settings", t.settings}, {"columns", t.columns}, {"rows", t.rows}, {"series", series}});
+  }
+  return all;
+}
+
+/** The way over the ridges as each algorithm has it: x and z of its proxy, and the force's error over time. */
+json ridgesAsJson() {
+  json all = json::array();
+  const Surface surface{1000, 0, 0, 0};
+  for (const int degrees : {45, 60, 75, 85}) {
+    const Model model = makeModel(fmt::format("ridge:degrees={}", degrees));
+    const Trajectory way = makeTrajectory("profile", model, surface);
+    json ridge{{"degrees", degrees}, {"algorithms", json::object()}};
+    for (const Sample& s : way.samples) {
+      ridge["t"].push_back(s.t_s);
+      ridge["truth"].push_back({s.proxy.x(), s.proxy.z()});
+      ridge["hand"].push_back({s.hip.x(), s.hip.z()});
+    }
+    for (const char* algorithm : kAlgorithms) {
+      const Outcome outcome = runTrial(algorithm, model, way, surface, 1);
+      json& one = ridge["algorithms"][algorithm];
+      for (std::size_t i = 0; i < way.samples.size(); ++i) {
+        one["proxy"].push_back({outcome.answers[i].proxy.x(), outcome.answers[i].proxy.z()});
+        one["error"].push_back((outcome.answers[i].force - way.samples[i].force).norm());
+      }
+    }
+    all.push_back(std::move(ridge));
+  }
+  return all;
+}
+
+/** Force error on a sphere over stiffness, of ours, the yardstick and slow clients. */
+json sweepAsJson() {
+  json all{{"model", "sphere:radius=0.05,stacks=32"}, {"trajectory", "spiral:turns=2"}, {"stiffness", json::array()}};
+  const Model model = makeModel(all["model"]);
+  for (const double k : {100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0}) {
+    const Surface surface{k, 0, 0, 0};
+    const Trajectory spiral = makeTrajectory(all["trajectory"], model, surface);
+    all["stiffness"].push_back(k);
+    for (const char* algorithm : {"ours", "nearest", "local:rate=30", "local:rate=300"}) {
+      all["mse"][algorithm].push_back(
+          judge(spiral, runTrial(algorithm, model, spiral, surface, 1).answers, 0.001).force_mse);
+    }
+  }
+  return all;
+}
+
+/** Has the script draw the page. Throws Failure when it fails. */
+void draw(const json& data, const std::string& output) {
+  const std::filesystem::path path =
+      std::filesystem::temp_directory_path() / fmt::format("haptic-bench-report-{}.json", getpid());
+  std::ofstream(path) << data;
+  const std::string text = path.string();
+  const char* arguments[] = {"python3", HAPTICD_REPORT_SCRIPT, text.c_str(), output.c_str(), nullptr};
+  pid_t child = 0;
+  int status = -1;
+  const int error = posix_spawn(&child, "/usr/bin/python3", nullptr, nullptr, const_cast<char**>(arguments), environ);
+  if (error == 0) waitpid(child, &status, 0);
+  std::filesystem::remove(path);
+  if (error != 0 || status != 0) {
+    throw Failure(HAPTICD_REPORT_SCRIPT, "it could not draw the page", "tools/setup installs python3 and matplotlib");
+  }
+}
+
+int run(const std::string& output, const Common& common) {
+  json data;
+  data["version"] = HAPTICD_VERSION;
+  data["machine"] = describeMachine();
+  data["rounds"] = common.rounds;
+  data["tables"] = tablesAsJson(paperTables(common.rounds));
+  data["ridges"] = ridgesAsJson();
+  data["sweep"] = sweepAsJson();
+  draw(data, output);
+  fmt::print("{}\n", output);
+  return 0;
+}
+
+}  // namespace
+
+void addReport(CLI::App& app, Run& chosen) {
+  auto output = std::make_shared<std::string>("haptic-bench.html");
+  CLI::App* sub = app.add_subcommand("report", "One HTML page with tables and plots, for a paper");
+  sub->add_option("FILE", *output, "The page")->capture_default_str();
+  sub->callback([output, &chosen] { chosen = [output](const Common& common) { return run(*output, common); }; });
+}
+
+}  // namespace haptic_bench

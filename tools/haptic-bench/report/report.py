@@ -1,0 +1,142 @@
+#!/usr/bin/python3
+"""Draws the page of haptic-bench report: one HTML file with its plots inside.
+
+    report.py DATA.json PAGE.html
+"""
+import html
+import io
+import json
+import pathlib
+import re
+import sys
+
+import matplotlib
+
+matplotlib.use("svg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+INK, FAINT = "#26303a", "#8a949e"
+COLOURS = {"ours": "#00798c", "god-object": "#d1495b", "nearest": "#8a949e", "thesis": "#edae49", "local:rate=30": "#7b5ea7",
+           "local:rate=300": "#66a182", "voxel:cells=128": "#edae49"}
+STYLE = """
+body { font: 15px/1.45 sans-serif; color: #26303a; max-width: 1080px; margin: 2em auto; padding: 0 1em; }
+table { border-collapse: collapse; margin: .6em 0 1.6em; font-variant-numeric: tabular-nums; }
+th, td { text-align: right; padding: .2em .7em; border-bottom: 1px solid #e4e8ec; }
+th { border-bottom: 2px solid #8a949e; }
+p.settings, figcaption { color: #5f6b76; } pre { background: #f4f6f8; padding: .8em; overflow-x: auto; }
+figure { margin: 1em 0 2em; } svg { max-width: 100%; height: auto; }
+"""
+
+
+def style():
+    matplotlib.rcParams.update({
+        "font.family": "DejaVu Sans", "font.size": 10, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": FAINT,
+        "xtick.color": INK, "ytick.color": INK, "axes.spines.top": False, "axes.spines.right": False, "axes.titlesize": 10.5,
+        "axes.titlelocation": "left", "axes.grid": True, "grid.color": "#e4e8ec", "axes.axisbelow": True,
+        "legend.frameon": False, "svg.hashsalt": "haptic-bench"})
+
+
+def svg(figure):
+    """The figure as an element of the page; ids made its own, for a page has only one of each."""
+    svg.count = getattr(svg, "count", 0) + 1
+    text = io.StringIO()
+    figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None})
+    plt.close(figure)
+    drawn = text.getvalue()
+    drawn = drawn[drawn.index("<svg"):]
+    return re.sub(r'(id="|href="#|url\(#)', rf"\g<1>f{svg.count}-", drawn)
+
+
+def column(table, name):
+    at = table["columns"].index(name)
+    return [float(row[at]) if row[at] != "-" else None for row in table["rows"]]
+
+
+def spheres(tables):
+    tables = [t for t in tables if "Table 4.1" in t["title"]]
+    figure, axes = plt.subplots(1, len(tables), figsize=(11, 3.4), sharey=True)
+    for axis, table in zip(axes, tables):
+        triangles = column(table, "triangles")
+        for name in ("god-object", "ours", "nearest"):
+            axis.loglog(triangles, column(table, name + " MSE"), "o-", color=COLOURS[name], label=name, ms=4)
+        thesis = column(table, "thesis MSE")
+        if thesis[0] is not None:
+            axis.loglog(triangles, thesis, "s--", color=COLOURS["thesis"], label="thesis", ms=4)
+        axis.set_title(table["title"].split(": ")[1])
+        axis.set_xlabel("triangles")
+    axes[0].set_ylabel("force MSE [N²]")
+    axes[0].legend()
+    return svg(figure), "Force error on spheres, ever finer. The nearest point is the best that the facets allow."
+
+
+def times(tables):
+    tables = [t for t in tables if "Table 4.1" in t["title"]]
+    figure, axis = plt.subplots(figsize=(5.5, 3.4))
+    for name in ("ours", "god-object", "nearest"):
+        axis.loglog(column(tables[-1], "triangles"), column(tables[-1], name + " us"), "o-", color=COLOURS[name], label=name, ms=4)
+    axis.set_xlabel("triangles")
+    axis.set_ylabel("mean time of a step [µs]")
+    axis.set_title(tables[-1]["title"].split(": ")[1])
+    axis.legend()
+    return svg(figure), "What a step costs. The nearest point tries every triangle."
+
+
+def ridges(data):
+    figure, axes = plt.subplots(2, len(data), figsize=(11, 5.6), sharey="row")
+    for k, ridge in enumerate(data):
+        for name, one in ridge["algorithms"].items():
+            x, z = zip(*one["proxy"])
+            axes[0][k].plot([1e3 * v for v in x], [1e3 * v for v in z], color=COLOURS[name], label=name, lw=1.4)
+            axes[1][k].semilogy(ridge["t"], [max(e, 1e-6) for e in one["error"]], color=COLOURS[name], lw=1)
+        x, z = zip(*ridge["hand"])
+        axes[0][k].plot([1e3 * v for v in x], [1e3 * v for v in z], ":", color=FAINT, lw=0.8, label="hand")
+        axes[0][k].set(xlim=(-12, 12), title=f"{ridge['degrees']}°", xlabel="x [mm]")
+        axes[1][k].set(ylim=(1e-4, 100), xlabel="time [s]")
+    axes[0][0].set_ylabel("z [mm]")
+    axes[0][0].legend(fontsize=8)
+    axes[1][0].set_ylabel("force error [N]")
+    return svg(figure), ("The ridge of figure 4.6: above, the contact point's way; below, the force's error. A local proxy waits "
+                         "at the foot.")
+
+
+def sweep(data):
+    figure, axis = plt.subplots(figsize=(5.5, 3.4))
+    for name, mse in data["mse"].items():
+        axis.loglog(data["stiffness"], mse, "o-", color=COLOURS[name], label=name, ms=4)
+    axis.set_xlabel("stiffness [N/m]")
+    axis.set_ylabel("force MSE [N²]")
+    axis.legend()
+    return svg(figure), f"Stiffness: {data['model']}, {data['trajectory']}. local: tangent planes from a client at that rate."
+
+
+def table_html(table):
+    head = "".join(f"<th>{html.escape(c)}</th>" for c in table["columns"])
+    rows = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>\n" for row in table["rows"])
+    return (f"<h3>{html.escape(table['title'])}</h3>\n<p class=settings>{html.escape(table['settings'])}</p>\n"
+            f"<table><tr>{head}</tr>\n{rows}</table>\n")
+
+
+def spread(tables, rounds):
+    """Medians of all rounds with their intervals: the numbers to cite."""
+    rows = "".join(f"<tr><td>{html.escape(s['name'])}</td><td>{s['median']:.6g}</td><td>{s['low']:.4g} .. {s['high']:.4g}</td>"
+                   f"<td>{html.escape(s['unit'])}</td></tr>\n" for t in tables for s in t["series"])
+    return (f"<details><summary>Every quantity: median of {rounds} rounds, 95 % interval</summary>\n<table><tr><th>quantity</th>"
+            f"<th>median</th><th>interval</th><th>unit</th></tr>\n{rows}</table></details>\n")
+
+
+def main():
+    data = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8"))
+    style()
+    plots = [spheres(data["tables"]), times(data["tables"]), ridges(data["ridges"]), sweep(data["sweep"])]
+    machine = "\n".join([f"hapticd {data['version']}", *data["machine"], f"rounds: {data['rounds']}",
+                         "seeds: synthetic recording 1; everything else has no random part"])
+    page = ["<!doctype html>\n<html lang=en><meta charset=utf-8><title>haptic-bench</title>\n<style>", STYLE, "</style>\n",
+            "<h1>Three degrees of freedom, measured</h1>\n<pre>", html.escape(machine), "</pre>\n<h2>Tables</h2>\n",
+            *map(table_html, data["tables"]), "<h2>Plots</h2>\n",
+            *(f"<figure>{drawn}<figcaption>{html.escape(words)}</figcaption></figure>\n" for drawn, words in plots),
+            spread(data["tables"], data["rounds"]), "</html>\n"]
+    pathlib.Path(sys.argv[2]).write_text("".join(page), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+// haptic-bench sweep: one algorithm over stiffness, friction and speed.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/trajectory/registry.h"
+#include "tools/haptic-bench/trial.h"
+
+namespace haptic_bench {
+namespace {
+
+struct Options {
+  std::vector<std::string> algorithms{"ours"};
+  std::string model = "sphere", trajectory = "spiral";
+  std::vector<double> stiffness{100, 300, 1000, 3000}, friction{0}, speed{1};
+  FileOptions file;
+  double threshold = 0.0005;
+};
+
+/** The same way at the same rate, `factor` times as fast: every factor-th sample. */
+Trajectory faster(const Trajectory& trajectory, double factor) {
+  Trajectory thinned = trajectory;
+  thinned.samples.clear();
+  const double period = trajectory.period_s();
+  for (double at = 0; at < static_cast<double>(trajectory.samples.size()); at += factor) {
+    thinned.samples.push_back(trajectory.samples[static_cast<std::size_t>(at)]);
+    thinned.samples.back().t_s = period * static_cast<double>(thinned.samples.size() - 1);
+  }
+  return thinned;
+}
+
+int run(const Options& options, const Common& common) {
+  const Model model = makeModel(options.model);
+  std::vector<Series> all;
+  for (const double k : options.stiffness) {
+    for (const double mu : options.friction) {
+      // The cone at rest is 1.25 times as wide as in motion.
+      const Surface surface{k, 0, 1.25 * mu, mu};
+      const Trajectory made = makeTrajectory(options.trajectory, model, surface, options.file);
+      for (const double speed : options.speed) {
+        const Trajectory trajectory = speed == 1 ? made : faster(made, speed);
+        for (const std::string& algorithm : options.algorithms) {
+          const Outcome outcome = runTrial(algorithm, model, trajectory, surface, common.rounds);
+          const std::string name = fmt::format("{} k={} mu={} speed={}", algorithm, k, mu, speed);
+          for (Series& s : describe(name, trajectory, outcome, options.threshold)) all.push_back(std::move(s));
+        }
+      }
+    }
+  }
+  print(common, fmt::format("sweep {} {}", model.name, options.trajectory), all);
+  return 0;
+}
+
+}  // namespace
+
+void addSweep(CLI::App& app, Run& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App* sub = app.add_subcommand("sweep", "Algorithms over ranges of stiffness, friction and speed");
+  sub->add_option("-a,--algorithm", options->algorithms, "As for run; several")->capture_default_str();
+  sub->add_option("-m,--model", options->model, "As for run")->capture_default_str();
+  sub->add_option("-t,--trajectory", options->trajectory, "As for run")->capture_default_str();
+  addFileOptions(*sub, options->file);
+  sub->add_option("--stiffness", options->stiffness, "N/m; several, parted by commas or blanks")
+      ->capture_default_str()
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
+  sub->add_option("--friction", options->friction, "Dynamic coefficient; several. At rest 1.25 times that")
+      ->capture_default_str()
+      ->delimiter(',')
+      ->check(CLI::Range(0.0, 5.0));
+  sub->add_option("--speed", options->speed, "Times that of the trajectory; several")
+      ->capture_default_str()
+      ->delimiter(',')
+      ->check(CLI::Range(1.0, 1000.0));
+  sub->callback([options, &chosen] { chosen = [options](const Common& common) { return run(*options, common); }; });
+}
+
+}  // namespace haptic_bench

@@ -1,0 +1,145 @@
+#include "tools/haptic-bench/table/paper_table.h"
+
+#include <fmt/format.h>
+
+#include "tools/haptic-bench/measured/measured.h"
+#include "tools/haptic-bench/measured/synthetic.h"
+#include "tools/haptic-bench/trajectory/generators.h"
+#include "tools/haptic-bench/trajectory/registry.h"
+#include "tools/haptic-bench/trial.h"
+
+namespace haptic_bench {
+namespace {
+
+constexpr double kThreshold = 0.0005;  // [m]
+
+/** One cell of a comparison: errors exact, times the median of the rounds. */
+struct Figures {
+  double mse = 0, mean_us = 0, init_s = 0;
+};
+
+/** Runs and adds its series to the table's. */
+Figures runInto(PaperTable& table, const std::string& algorithm, const Model& model, const Trajectory& trajectory,
+                const Surface& surface, int rounds) {
+  const Outcome outcome = runTrial(algorithm, model, trajectory, surface, rounds);
+  for (Series& s : describe(model.name + " " + algorithm, trajectory, outcome, kThreshold)) {
+    table.series.push_back(std::move(s));
+  }
+  std::vector<double> means;
+  for (const Timing& t : outcome.rounds) means.push_back(t.mean);
+  return {judge(trajectory, outcome.answers, kThreshold).force_mse, estimate(means).median / 1000,
+          estimate(outcome.init_s).median};
+}
+
+std::string number(double x) { return fmt::format("{:.4g}", x); }
+
+/** What the thesis prints in table 4.1: mean square error and seconds. */
+constexpr struct {
+  const char* mse;
+  const char* time_us;
+} kThesisSpheres[] = {
+    {"0.5018", "17.3"}, {"0.1141", "21.2"}, {"0.0577", "21.0"}, {"0.0297", "21.8"}, {"0.0166", "22.3"}};
+
+PaperTable sphereTable(double radius, double stiffness, bool thesis, int rounds) {
+  PaperTable table;
+  table.title = fmt::format("Table 4.1: spheres of {} mm at {} N/m", radius * 1000, stiffness);
+  table.settings = fmt::format(
+      "1 N, spiral of 20 turns in 10 s at 1 kHz, no friction, no shading; thesis: a proxy on spheres of 1 mm, its "
+      "force and "
+      "stiffness not given");
+  table.columns = {"triangles",   "thesis MSE",   "thesis us", "ours MSE",      "god-object MSE",
+                   "nearest MSE", "ours/nearest", "ours us",   "god-object us", "nearest us"};
+  const Surface surface{stiffness, 0, 0, 0};
+  for (int i = 0; i < 5; ++i) {
+    const Model model = makeModel(fmt::format("sphere:radius={},stacks={}", radius, 4 << i));
+    const Trajectory spiral = makeTrajectory("spiral:turns=20", model, surface);
+    const Figures ours = runInto(table, "ours", model, spiral, surface, rounds);
+    const Figures god = runInto(table, "god-object", model, spiral, surface, rounds);
+    const Figures nearest = runInto(table, "nearest", model, spiral, surface, rounds);
+    table.rows.push_back({fmt::format("{}", model.triangles.size()), thesis ? kThesisSpheres[i].mse : "-",
+                          thesis ? kThesisSpheres[i].time_us : "-", number(ours.mse), number(god.mse),
+                          number(nearest.mse), fmt::format("{:.3f}", ours.mse / nearest.mse), number(ours.mean_us),
+                          number(god.mean_us), number(nearest.mean_us)});
+    table.series.push_back({model.name + " ours/nearest MSE", "", {ours.mse / nearest.mse}});
+  }
+  for (Series& s : table.series) s.name = fmt::format("k={} ", stiffness) + s.name;
+  return table;
+}
+
+}  // namespace
+
+std::vector<PaperTable> sphereTables(int rounds) {
+  return {sphereTable(0.001, 2000, true, rounds), sphereTable(0.05, 100, false, rounds),
+          sphereTable(0.05, 1000, false, rounds)};
+}
+
+PaperTable planeTable(int rounds) {
+  PaperTable table;
+  table.title = "Table 4.2: a plane touched with a probe";
+  table.settings =
+      "1000 N/m; synthetic recording: 1 N on a Lissajous figure, 5 kHz force with 0.02 N of noise, 60 Hz pose with 0.2 "
+      "mm, "
+      "registered to the mesh; thesis: its own scan, not public";
+  table.columns = {"triangles", "thesis MSE", "ours MSE", "god-object MSE", "nearest MSE", "ours us", "nearest us"};
+  const Surface surface{1000, 0, 0, 0};
+  for (const int cells : {1, 4, 10}) {
+    const Model model = makeModel(fmt::format("plane:half=0.05,cells={}", cells));
+    Apparatus apparatus;
+    apparatus.load = {Vec3(0.1, -0.05, 0.2), 0.3};
+    apparatus.X_OM.p = Vec3(0.003, -0.002, 0.01);
+    apparatus.force_noise = 0.02;
+    apparatus.pose_noise = 0.0002;
+    MeasuredOptions options;
+    options.merge.tip_S = apparatus.tip_S;
+    options.merge.free_s = 0.95 * apparatus.free_s;
+    options.tip_radius = apparatus.tip_radius;
+    const Measured measured = onSurface(record(lissajous(model, {10, 5000, 1}), apparatus), options, model);
+    const Trajectory in = pressInto(measured.out, surface);
+    const Figures ours = runInto(table, "ours", model, in, surface, rounds);
+    const Figures god = runInto(table, "god-object", model, in, surface, rounds);
+    const Figures nearest = runInto(table, "nearest", model, in, surface, rounds);
+    table.rows.push_back({fmt::format("{}", model.triangles.size()), "2.885", number(ours.mse), number(god.mse),
+                          number(nearest.mse), number(ours.mean_us), number(nearest.mean_us)});
+  }
+  return table;
+}
+
+PaperTable ridgeTable(int rounds) {
+  PaperTable table;
+  table.title = "Table 4.3: a ridge (figure 4.6)";
+  table.settings =
+      "ridge 5 mm high on a plane, 1 N at 1000 N/m, by arc length at 0.02 m/s from x = -30 to 30 mm, 1 kHz; thesis: "
+      "one bump, "
+      "its angle and stiffness not given";
+  table.columns = {"algorithm", "thesis us", "thesis init s", "thesis MSE", "MSE 45",
+                   "MSE 60",    "MSE 75",    "MSE 85",        "us",         "init s"};
+  const Surface surface{1000, 0, 0, 0};
+  const struct {
+    const char *algorithm, *time_us, *init_s, *mse;
+  } known[] = {{"ours", "-", "-", "-"},
+               {"god-object", "8.1", "0", "0.298"},
+               {"nearest", "12.3", "0", "0.0417"},
+               {"voxel:cells=128", "3.6", "0.270", "0.0949"}};
+  for (const auto& k : known) {
+    std::vector<std::string> row{k.algorithm, k.time_us, k.init_s, k.mse};
+    Figures last;
+    for (const int degrees : {45, 60, 75, 85}) {
+      const Model model = makeModel(fmt::format("ridge:degrees={}", degrees));
+      last = runInto(table, k.algorithm, model, makeTrajectory("profile", model, surface), surface, rounds);
+      row.push_back(number(last.mse));
+    }
+    row.push_back(number(last.mean_us));
+    row.push_back(number(last.init_s));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+std::vector<PaperTable> paperTables(int rounds) {
+  std::vector<PaperTable> all = sphereTables(rounds);
+  all.push_back(planeTable(rounds));
+  all.push_back(ridgeTable(rounds));
+  return all;
+}
+
+}  // namespace haptic_bench

@@ -1,7 +1,9 @@
 // haptic-bench short: a deterministic set of a few seconds, for continuous integration: no times.
 #include <CLI/CLI.hpp>
 
+#include "rt/geometry/boxes.h"
 #include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial.h"
 
@@ -24,7 +26,11 @@ constexpr Case kCases[] = {
     {"bowl:edge=0.0005", "swing:seconds=2", {1000, 0, 0, 0}},
 };
 
-int run(const Common& common) {
+int run(const std::string& path, const Common& common) {
+  const auto wanted = path == "portable" ? hapticd::VectorPath::kPortable : hapticd::VectorPath::kAvx2;
+  if (path != "best" && !hapticd::choosePath(wanted)) {
+    throw Failure("short, --path", "this processor has no " + path, "portable, or leave it out");
+  }
   std::vector<Series> all;
   for (const Case& c : kCases) {
     const Model model = makeModel(c.model);
@@ -44,7 +50,11 @@ int run(const Common& common) {
 
 void addShort(CLI::App& app, Run& chosen) {
   CLI::App* sub = app.add_subcommand("short", "A deterministic set of a few seconds: errors and hashes, no times");
-  sub->callback([&chosen] { chosen = run; });
+  auto path = std::make_shared<std::string>("portable");
+  sub->add_option("--path", *path, "Vector instructions of the tree: all give the same forces")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"portable", "avx2", "best"}));
+  sub->callback([path, &chosen] { chosen = [path](const Common& common) { return run(*path, common); }; });
 }
 
 }  // namespace haptic_bench

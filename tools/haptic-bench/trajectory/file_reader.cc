@@ -62,6 +62,7 @@ void addFileOptions(CLI::App& sub, FileOptions& options) {
   sub.add_option("--columns", options.columns, "Names of a file's columns, as t,x,y,z,-,fn (- is passed over)");
   sub.add_flag("--out", options.out, "The file's positions are on the surface: an out-trajectory");
   sub.add_option("--rate", options.rate_hz, "Of a file without times, Hz")->check(CLI::PositiveNumber);
+  sub.add_option("--device", options.device, "Of a recording, from 0")->capture_default_str();
   sub.add_option("--max-gap", options.max_gap_s, "Longest step of a file's times, s")->check(CLI::PositiveNumber);
 }
 
@@ -82,11 +83,14 @@ Trajectory readColumns(const Table& table, const FileOptions& options, const Mod
     if (force) checkForce(table, i, force[i]);
     in.samples.push_back({t_s[i], p[i], proxy ? proxy[i] : Vec3(Vec3::Zero()), force ? force[i] : Vec3(Vec3::Zero())});
   }
-  // The hand comes from outside.
+  comeFromOutside(in, model);
+  return in;
+}
+
+void comeFromOutside(Trajectory& in, const Model& model) {
   const Vec3 first = in.samples.front().hip;
   const SurfacePoint at = NearestPoint(model).find(first);
   in.start = at.inside ? Vec3(2 * at.point - first) : first;
-  return in;
 }
 
 }  // namespace haptic_bench

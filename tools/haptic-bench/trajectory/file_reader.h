@@ -21,9 +21,10 @@ struct FileOptions {
   bool out = false;      ///< Its positions are on the surface.
   double rate_hz = 0;    ///< Where it has no times.
   double max_gap_s = 0;  ///< 0: ten times the middle step.
+  unsigned device = 0;   ///< Of a recording.
 };
 
-/** --columns, --out, --rate and --max-gap. */
+/** --columns, --out, --rate, --max-gap and --device. */
 void addFileOptions(CLI::App& sub, FileOptions& options);
 
 /**
@@ -34,5 +35,8 @@ void addFileOptions(CLI::App& sub, FileOptions& options);
  */
 [[nodiscard]] Trajectory readColumns(const Table& table, const FileOptions& options, const Model& model,
                                      const Surface& surface);
+
+/** Sets where the hand comes from: outside of the model. */
+void comeFromOutside(Trajectory& in, const Model& model);
 
 }  // namespace haptic_bench

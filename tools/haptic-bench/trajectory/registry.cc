@@ -5,6 +5,7 @@
 #include "tools/haptic-bench/spec.h"
 #include "tools/haptic-bench/trajectory/generators.h"
 #include "tools/haptic-bench/trajectory/geodesic.h"
+#include "tools/haptic-bench/trajectory/recording_reader.h"
 
 namespace haptic_bench {
 namespace {
@@ -104,7 +105,7 @@ std::string trajectoryHelp() {
   for (const Reader& r : kReaders) {
     if (r.help != nullptr) help += std::string("  ") + r.help + "\n";
   }
-  return help;
+  return help + "  FILE: a recording of a session, with --device; the truth is the force that was sent\n";
 }
 
 Trajectory makeTrajectory(const std::string& text, const Model& model, const Surface& surface,
@@ -117,6 +118,11 @@ Trajectory makeTrajectory(const std::string& text, const Model& model, const Sur
     spec.finish();
     made.name = text;
     return made;
+  }
+  if (isRecording(text)) {
+    Trajectory recorded = readRecordedSession(text, file.device);
+    comeFromOutside(recorded, model);
+    return recorded;
   }
   for (const Reader& r : kReaders) {
     if (!endsWith(text, r.suffix)) continue;

@@ -1,0 +1,74 @@
+/** @file
+ * A session's recording as a trajectory.
+ */
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "daemon/recording/writer.h"
+#include "support/temporary_directory.h"
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/trajectory/registry.h"
+
+namespace haptic_bench {
+namespace {
+
+/** A hand that goes 1 mm deep along a plane, pushed with 2 N. */
+void writeSession(const std::string& path, int cycles) {
+  std::ofstream file(path, std::ios::binary);
+  hapticd::RecordingWriter writer([&file](std::span<const std::byte> bytes) {
+    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    return static_cast<bool>(file);
+  });
+  hapticd::RecordingHeader header;
+  header.devices.resize(1);
+  header.start.config.device_count = 1;
+  ASSERT_TRUE(writer.header(header));
+  const auto cycle = std::make_unique<hapticd::RecordedCycle>();
+  for (int i = 0; i < cycles; ++i) {
+    cycle->input.tick = static_cast<std::uint64_t>(100 + i);
+    cycle->input.now_ns = 7'000'000'000 + 1'000'000 * i;
+    cycle->input.device[0].p = Vec3(1e-5 * i, 0, -0.001);
+    cycle->sent[0].force = Vec3(0, 0, 2);
+    ASSERT_TRUE(writer.cycle(*cycle));
+  }
+  ASSERT_TRUE(writer.end("test", 0));
+}
+
+TEST(RecordedSessions, AreTrajectories) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/session";
+  writeSession(path, 300);
+  const Trajectory in = makeTrajectory(path, makeModel("plane"), {1000});
+  ASSERT_EQ(in.samples.size(), 300u);
+  EXPECT_TRUE(in.force_known);
+  EXPECT_FALSE(in.proxy_known);
+  EXPECT_DOUBLE_EQ(in.samples[299].t_s, 0.299);
+  EXPECT_EQ(in.samples[10].hip, Vec3(1e-4, 0, -0.001));
+  EXPECT_EQ(in.samples[10].force, Vec3(0, 0, 2));
+  EXPECT_GT(in.start.z(), 0);
+  FileOptions second;
+  second.device = 1;
+  EXPECT_THROW((void)makeTrajectory(path, makeModel("plane"), {1000}, second), Failure);
+}
+
+TEST(RecordedSessions, DamageIsNamedAndACutIsBorne) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/session";
+  writeSession(path, 300);
+  const auto size = std::filesystem::file_size(path);
+  std::filesystem::resize_file(path, size / 2);
+  const Trajectory cut = makeTrajectory(path, makeModel("plane"), {1000});
+  EXPECT_GT(cut.samples.size(), 0u);
+  EXPECT_LT(cut.samples.size(), 300u);
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(static_cast<std::streamoff>(size / 4));
+  file.write("damage", 6);
+  file.close();
+  EXPECT_THROW((void)makeTrajectory(path, makeModel("plane"), {1000}), Failure);
+}
+
+}  // namespace
+}  // namespace haptic_bench

@@ -38,8 +38,9 @@ enum hd_snapshot_section {
   HD_SECTION_VERTEX_TRIANGLES = 6, /**< uint32: triangles about each vertex. Empty unless deformable. */
   HD_SECTION_TRIANGLE_LEAF = 7,    /**< uint32 per triangle: the place of its leaf. Empty unless deformable. */
   HD_SECTION_SOURCE_VERTEX =
-      8, /**< uint32 per uploaded vertex: its vertex here after welding. Empty unless deformable. */
-  HD_SECTIONS = 9
+      8,                  /**< uint32 per uploaded vertex: its vertex here after welding. Empty unless deformable. */
+  HD_SECTION_CORNERS = 9, /**< float[3][3] per triangle: its vertices again, where the queries find them at once. */
+  HD_SECTIONS = 10
 };
 
 /** Bits of hd_snapshot_header.flags. */

@@ -66,10 +66,12 @@ void fillTriangles(const Mapping& mapping, const Mesh& mesh, const Bvh& bvh, con
   for (std::size_t i = 0; i < n.used.size(); ++i) vertices[i] = mesh.vertices[n.used[i]];
   auto* const triangles = sectionOf<Index3>(mapping, HD_SECTION_TRIANGLES);
   auto* const neighbours = sectionOf<Index3>(mapping, HD_SECTION_NEIGHBOURS);
+  auto* const corners = sectionOf<std::array<Float3, 3>>(mapping, HD_SECTION_CORNERS);
   for (std::size_t i = 0; i < bvh.order.size(); ++i) {
     const std::uint32_t t = bvh.order[i];
     for (int k = 0; k < 3; ++k) {
       triangles[i][k] = n.new_vertex[mesh.triangles[t][k]];
+      corners[i][k] = mesh.vertices[mesh.triangles[t][k]];
       const std::uint32_t s = mesh.neighbours[t][k];
       neighbours[i][k] = s == HD_NO_INDEX ? s : n.place[s];
     }
@@ -146,6 +148,7 @@ Result<Memfd> writeSnapshot(const Mesh& mesh, const Bvh& bvh, BuildMonitor& moni
   layout.add<std::uint32_t>(HD_SECTION_VERTEX_TRIANGLES, many * header.triangle_count * 3);
   layout.add<std::uint32_t>(HD_SECTION_TRIANGLE_LEAF, many * header.triangle_count);
   layout.add<std::uint32_t>(HD_SECTION_SOURCE_VERTEX, many * mesh.source_vertex.size());
+  layout.add<std::array<Float3, 3>>(HD_SECTION_CORNERS, header.triangle_count);
   header.total_bytes = layout.total();
 
   auto memfd = Memfd::create("hapticd-mesh", header.total_bytes);

@@ -18,6 +18,14 @@ struct Work {
   std::uint32_t limit;
 };
 
+/** Asks for a child's memory, so that those of several children come together. */
+inline void fetch(const MeshView& mesh, std::uint32_t child, std::uint32_t count) HD_RT {
+  const auto* const from = count > 0 ? reinterpret_cast<const char*>(&mesh.corners[child])
+                                     : reinterpret_cast<const char*>(&mesh.nodes[child]);
+  constexpr int kLine = 64;
+  for (int line = 0; line < 4; ++line) __builtin_prefetch(from + line * kLine);
+}
+
 /**
  * Visits the leaves in rising order of the keys that `look(node, key)` gives the children of its mask, each a lower
  * bound of what `leaf(first, count)` can find there, while it is at most `bound()`, which the leaves lower. Of equal
@@ -50,6 +58,7 @@ template <class Look, class Bound, class Leaf>
         std::uint32_t at = size++;
         for (; at > base && stack[at - 1].key < key[i]; --at) stack[at] = stack[at - 1];
         stack[at] = {node.child[i], node.count[i], key[i]};
+        fetch(mesh, node.child[i], node.count[i]);
       }
     }
     if (work.done > work.limit) return false;

@@ -21,10 +21,12 @@ namespace hapticd {
 struct MeshView {
   using Float3 = float[3];
   using Index3 = std::uint32_t[3];
+  using Corners = float[3][3];
 
   /** What vertex moves need; all null for a rigid mesh. */
   struct Deform {
     Float3* vertices = nullptr;
+    Corners* corners = nullptr;
     hd_bvh_node* nodes = nullptr;
     const std::uint32_t* parents = nullptr;
     const std::uint32_t* vertex_first = nullptr;
@@ -38,6 +40,7 @@ struct MeshView {
   const Index3* triangles = nullptr;
   const Index3* neighbours = nullptr;
   const hd_bvh_node* nodes = nullptr;
+  const Corners* corners = nullptr;  ///< Of each triangle: its vertices, in one place.
   std::uint32_t vertex_count = 0;
   std::uint32_t triangle_count = 0;
   std::uint32_t node_count = 0;
@@ -47,7 +50,7 @@ struct MeshView {
 
   /** Corner c of triangle t, in the object's frame [m]. */
   [[nodiscard]] Vec3 vertex(std::uint32_t t, int c) const HD_RT {
-    const Float3& x = vertices[triangles[t][c]];
+    const Float3& x = corners[t][c];
     return {x[0], x[1], x[2]};
   }
 };

@@ -25,14 +25,14 @@ bool replaceBox(hd_bvh_node& node, std::uint32_t child, const Bounds& box) HD_RT
 
 Bounds boundsOfLeaf(const MeshView& mesh, std::uint32_t first, std::uint32_t count) HD_RT {
   Bounds box;
-  const float(&start)[3] = mesh.vertices[mesh.triangles[first][0]];
+  const float(&start)[3] = mesh.corners[first][0];
   std::copy_n(start, 3, box.lower);
   std::copy_n(start, 3, box.upper);
   for (std::uint32_t t = first; t < first + count; ++t)
-    for (const std::uint32_t v : mesh.triangles[t])
+    for (const auto& corner : mesh.corners[t])
       for (int k = 0; k < 3; ++k) {
-        box.lower[k] = std::min(box.lower[k], mesh.vertices[v][k]);
-        box.upper[k] = std::max(box.upper[k], mesh.vertices[v][k]);
+        box.lower[k] = std::min(box.lower[k], corner[k]);
+        box.upper[k] = std::max(box.upper[k], corner[k]);
       }
   return box;
 }
@@ -57,6 +57,11 @@ ErrorCode moveVertex(MeshView& mesh, std::uint32_t vertex, const float (&p)[3]) 
   const std::uint32_t v = d.source_vertex[vertex];
   if (v == HD_NO_INDEX) return ErrorCode::kOk;  // of no triangle: nothing to move
   std::copy_n(p, 3, d.vertices[v]);
+  for (std::uint32_t i = d.vertex_first[v]; i < d.vertex_first[v + 1]; ++i) {
+    const std::uint32_t t = d.vertex_triangles[i];
+    for (int c = 0; c < 3; ++c)
+      if (mesh.triangles[t][c] == v) std::copy_n(p, 3, d.corners[t][c]);
+  }
   // At most HD_MAX_DEFORM_VALENCE leaves times HD_BVH_MAX_DEPTH boxes. Every box is the exact union of what is below it
   // before and after each leaf's turn, so a box that stays the same ends the climb.
   for (std::uint32_t i = d.vertex_first[v]; i < d.vertex_first[v + 1]; ++i) {

@@ -12,6 +12,7 @@ namespace {
 
 using Float3 = MeshView::Float3;
 using Index3 = MeshView::Index3;
+using Corners = MeshView::Corners;
 
 Error bad(std::string where, std::string what) {
   return {ErrorCode::kBadSnapshot, "snapshot " + std::move(where), std::move(what), "build it again"};
@@ -79,7 +80,8 @@ class Validator {
                                                  many * (std::uint64_t{h_.vertex_count} + 1),
                                                  many * 3 * h_.triangle_count,
                                                  many * h_.triangle_count,
-                                                 source_bytes};
+                                                 source_bytes,
+                                                 std::uint64_t{h_.triangle_count} * sizeof(Corners)};
     std::uint64_t end = sizeof h_;
     for (std::size_t i = 0; i < HD_SECTIONS; ++i) {
       const hd_section& s = h_.section[i];
@@ -92,6 +94,7 @@ class Validator {
     view_.triangles = at<Index3>(HD_SECTION_TRIANGLES);
     view_.neighbours = at<Index3>(HD_SECTION_NEIGHBOURS);
     view_.nodes = at<hd_bvh_node>(HD_SECTION_NODES);
+    view_.corners = at<Corners>(HD_SECTION_CORNERS);
     view_.vertex_count = h_.vertex_count;
     view_.triangle_count = h_.triangle_count;
     view_.node_count = h_.node_count;
@@ -118,6 +121,9 @@ class Validator {
         ++valence_[i];
       }
       if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) return bad("triangle", t, "two corners are one vertex");
+      for (int c = 0; c < 3; ++c)
+        if (std::memcmp(view_.corners[t][c], view_.vertices[v[c]], sizeof(Float3)) != 0)
+          return bad("triangle", t, "its corners are not its vertices");
     }
     if (*std::max_element(valence_.begin(), valence_.end()) != h_.max_valence)
       return bad("header", "the greatest valence is not " + std::to_string(h_.max_valence));
@@ -243,6 +249,7 @@ class Validator {
     }
     // The caller gave a private writable mapping (openSnapshot does): only then may moveVertex() be used.
     d.vertices = const_cast<Float3*>(view_.vertices);
+    d.corners = const_cast<Corners*>(view_.corners);
     d.nodes = const_cast<hd_bvh_node*>(view_.nodes);
     return {};
   }

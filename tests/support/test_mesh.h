@@ -48,6 +48,9 @@ class TestMesh {
     view_.node_count = static_cast<std::uint32_t>(nodes.size());
     view_.depth = depth_;
     view_.flags = flags;
+    corners_.clear();
+    for (const auto& t : triangles) corners_.push_back({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
+    view_.corners = reinterpret_cast<const MeshView::Corners*>(corners_.data());
     connect();
     view_.neighbours = reinterpret_cast<const MeshView::Index3*>(neighbours_.data());
     return &view_;
@@ -78,6 +81,7 @@ class TestMesh {
     first_.push_back(static_cast<std::uint32_t>(around_.size()));
     view_.flags |= HD_MESH_DEFORMABLE;
     view_.deform = {reinterpret_cast<MeshView::Float3*>(vertices.data()),
+                    reinterpret_cast<MeshView::Corners*>(corners_.data()),
                     nodes.data(),
                     parents_.data(),
                     first_.data(),
@@ -179,6 +183,7 @@ class TestMesh {
   MeshView view_;
   std::uint32_t depth_ = 0;
   std::vector<std::array<std::uint32_t, 3>> neighbours_;
+  std::vector<std::array<std::array<float, 3>, 3>> corners_;
   std::vector<std::uint32_t> parents_, leaf_, first_, around_, source_;
 };
 

@@ -97,6 +97,7 @@ TEST(Damage, EachRuleStandsWithoutTheChecksum) {
       {"outside", [](Copy& c) { c.header().section[HD_SECTION_NODES].offset += 4; }},
       {"outside", [](Copy& c) { c.header().section[HD_SECTION_TRIANGLES].offset = ~std::uint64_t{63}; }},
       {"outside", [](Copy& c) { c.header().section[HD_SECTION_SOURCE_VERTEX].offset = c.size(); }},
+      {"not its vertices", [](Copy& c) { c.section<float>(HD_SECTION_CORNERS)[13] += 1; }},
       {"coordinate", [&](Copy& c) { c.section<float>(HD_SECTION_VERTICES)[4] = kNan; }},
       {"coordinate", [](Copy& c) { c.section<float>(HD_SECTION_VERTICES)[4] = 101; }},
       {"past the last vertex", [&](Copy& c) { word(c, HD_SECTION_TRIANGLES, 7) = c.header().vertex_count; }},

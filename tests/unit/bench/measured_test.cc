@@ -103,6 +103,22 @@ TEST(Measured, NoiseIsBorne) {
   EXPECT_NEAR(measured.registration.rms, 0.0003, 1e-4) << "what the tracker adds, along the normal";
 }
 
+TEST(Measured, PointsThatAreNotOnTheMeshAreLeftOut) {
+  const Model m = potato();
+  std::vector<Vec3> points;
+  for (const SurfaceSample& s : handling(m)) {
+    if (points.size() < 400 && std::fmod(s.t_s, 0.02) < 0.0005) points.push_back(s.point);
+  }
+  const std::size_t good = points.size();
+  for (int i = 0; i < 60; ++i) points.push_back(points[static_cast<std::size_t>(i)] * 1.3);  // Where the table was hit.
+  const Pose off{Vec3(0.002, -0.001, 0.001), Quat(Eigen::AngleAxisd(0.05, Vec3::UnitX()))};
+  const Registration r = registerPoints(NearestPoint(m), points, 0, off);
+  EXPECT_LT(r.X_MO.p.norm(), 1e-5);
+  EXPECT_LT(r.X_MO.q.angularDistance(Quat::Identity()), 1e-3);
+  EXPECT_GE(r.left_out, 60);
+  EXPECT_GT(good, 300u);
+}
+
 TEST(Measured, APlaneIsRegisteredInThreeDirectionsAndKeepsTheGuessInTheOthers) {
   const Model m = plane(0.05, 3);
   Apparatus a;

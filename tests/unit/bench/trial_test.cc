@@ -94,15 +94,15 @@ TEST(Metrics, HaveTheirClosedForm) {
   std::vector<Answer> answers;
   for (int i = 0; i < 10; ++i) {
     truth.samples.push_back({0.001 * i, Vec3(0.001 * i, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 1)});
-    answers.push_back({Vec3(2, 0, 1), Vec3(0, 0, i < 3 ? 0.002 : 0.0), true});
+    answers.push_back({Vec3(i, 0, 1), Vec3(0, 0, i < 3 ? 0.002 : 0.0), true});
   }
   const Accuracy a = judge(truth, answers, 0.001);
-  EXPECT_DOUBLE_EQ(a.force_mse, 4);
-  EXPECT_DOUBLE_EQ(a.energy_error, 2 * 0.009);
+  EXPECT_DOUBLE_EQ(a.force_mse, 28.5);
+  EXPECT_DOUBLE_EQ(a.energy_error, 0.001 * 81 / 2) << "of a force that rises by a newton a millimetre, over 9 mm";
   EXPECT_EQ(a.above, 3u);
   EXPECT_DOUBLE_EQ(a.proxy_max, 0.002);
   EXPECT_DOUBLE_EQ(a.proxy_rms, 0.002 * std::sqrt(0.3));
-  answers[9].force.x() = std::nextafter(2.0, 3.0);
+  answers[9].force.x() = std::nextafter(9.0, 10.0);
   EXPECT_NE(judge(truth, answers, 0.001).hash, a.hash);
 
   std::vector<std::int64_t> ns;

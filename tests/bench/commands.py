@@ -1,0 +1,76 @@
+#!/usr/bin/python3
+"""The commands of haptic-bench as a user types them: results, files, faults and exit codes. Usage: commands.py HAPTIC_BENCH"""
+import csv
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+
+class Commands(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def bench(self, *arguments, code=0):
+        done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done.stdout if code == 0 else done.stderr
+
+    def results(self, *arguments):
+        """{quantity: [value of each round]}"""
+        lines = [line for line in self.bench(*arguments, "--csv").splitlines() if not line.startswith("#")]
+        values = {}
+        for row in csv.DictReader(lines):
+            values.setdefault(row["quantity"], []).append(float(row["value"]))
+        return values
+
+    def test_samples_are_a_trajectory_again(self):
+        samples = self.folder / "samples.csv"
+        first = self.results("run", "-a", "nearest", "-m", "sphere:stacks=8", "-t", "spiral:seconds=1", "--rounds", 1, "--samples",
+                             samples)
+        again = self.results("run", "-a", "nearest", "-m", "sphere:stacks=8", "-t", samples, "--rounds", 1)
+        self.assertAlmostEqual(first["nearest force MSE"][0], again["nearest force MSE"][0], delta=1e-15)
+        self.assertEqual(first["nearest forces"], again["nearest forces"])
+
+    def test_rounds_are_counted(self):
+        values = self.results("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds", 4)
+        self.assertEqual(len(values["ours mean"]), 4)
+        self.assertEqual(len(values["ours force MSE"]), 1)
+
+    def test_a_sweep_runs_every_combination(self):
+        values = self.results("sweep", "-m", "plane", "-t", "lissajous:seconds=1", "--stiffness", "500,1000", "--friction", "0,0.4",
+                              "--speed", "1,2", "--rounds", 1)
+        errors = {name: value[0] for name, value in values.items() if name.endswith("force MSE")}
+        self.assertEqual(len(errors), 8)
+        for name, error in errors.items():
+            self.assertLess(error, 1e-12 if "mu=0 " in name else 0.1, name)
+
+    def test_a_mesh_file_is_touched(self):
+        stl = self.folder / "plate.stl"
+        corners = ((-50, -50, 0), (50, -50, 0), (50, 50, 0), (-50, 50, 0))
+        facets = "".join("facet normal 0 0 1\nouter loop\n" + "".join("vertex {} {} {}\n".format(*corners[i]) for i in facet) +
+                         "endloop\nendfacet\n" for facet in ((0, 1, 2), (0, 2, 3)))
+        stl.write_text(f"solid plate\n{facets}endsolid plate\n", encoding="ascii")
+        way = self.folder / "way.traj"
+        way.write_text("".join(f"{i} {i / 10 - 5} 3 0 {500 + i}\n" for i in range(100)), encoding="ascii")
+        values = self.results("run", "-a", "ours", "-m", f"{stl}:scale=0.001", "-t", way, "--columns", "t_ms,x_mm,y_mm,z_mm,fn_mN",
+                              "--out", "--rounds", 1)
+        self.assertLess(values["ours force MSE"][0], 1e-12)
+
+    def test_faults_are_named_and_end_with_1(self):
+        bad = self.folder / "bad.csv"
+        bad.write_text("t,x,y,z\n0,0,0,0\n0.001,0,nan,0\n", encoding="ascii")
+        self.assertIn("bad.csv, line 3, column 3 (y)", self.bench("run", "-t", bad, code=1))
+        self.assertIn("no such algorithm", self.bench("run", "-a", "theirs", code=1))
+        self.assertIn("no such model", self.bench("run", "-m", "cube", code=1))
+        self.assertIn("cannot be read", self.bench("compare", self.folder / "none", bad, code=1))
+        self.assertIn("line 1", self.bench("compare", bad, bad, code=1))
+        self.assertIn("--help", self.bench("run", "--colour", "red", code=2))
+
+
+if __name__ == "__main__":
+    PROGRAM = sys.argv.pop()
+    unittest.main()

@@ -28,7 +28,7 @@ struct Triangle {
 
 }  // namespace
 
-bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3& x) HD_RT {
+bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3& x, double radius) HD_RT {
   const Triangle before{{fromFloats(move.before[0]), fromFloats(move.before[1]), fromFloats(move.before[2])}};
   Triangle after = before;
   after.v[move.corner] = fromFloats(move.after);
@@ -37,8 +37,8 @@ bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3&
   if (area0 == 0 || area1 == 0) return false;
   double h0 = n0.dot(x - before.v[0]) / area0, h1 = n1.dot(x - after.v[0]) / area1;
   const double side = two_sided && h0 < 0 ? -1 : 1;
-  h0 *= side;
-  h1 *= side;
+  h0 = side * h0 - radius;
+  h1 = side * h1 - radius;
   if (h0 < -tolerance || h1 >= 0 || h1 >= h0) return false;
   const double t = std::clamp(h0 / (h0 - h1), 0.0, 1.0);
   const Vec3 way = after.v[move.corner] - before.v[move.corner];
@@ -47,7 +47,7 @@ bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3&
   if (!then.covers(x)) return false;
   // On with the point of the surface that has reached it, so that it comes to lie on this triangle and no other.
   x += (1 - t) * std::clamp(then.weight(move.corner, x), 0.0, 1.0) * way;
-  x += (side * tolerance - n1.dot(x - after.v[0]) / area1) / area1 * n1;
+  x += (side * (radius + tolerance) - n1.dot(x - after.v[0]) / area1) / area1 * n1;
   return true;
 }
 

@@ -1,5 +1,6 @@
 #include "rt/render/proxy.h"
 
+#include "rt/geometry/nearest.h"
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
@@ -20,7 +21,7 @@ void ProxyRenderer::reset(const Vec3& hip_W) HD_RT {
 void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W, double,
                          SurfaceContact& contact) HD_RT {
   contact = SurfaceContact{};
-  contact.proxy = proxy_;
+  contact.proxy = contact.point = proxy_;
   if (!isFinite(hip_W)) return;
   if (!started_) reset(hip_W);
   Step step;
@@ -29,6 +30,7 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   step.scale = std::max(extent(proxy_), extent(hip_W));
   step.slip = slip_;
   begin(step);
+  if (radius_ != wanted_radius_ || (radius_ > 0 && !scene.triangleMoves().empty())) fitRadius(step);
   settle(step);
   if (goAround(step)) settle(step);
   finish(step, v_W, contact);
@@ -55,9 +57,31 @@ void ProxyRenderer::begin(Step& step) HD_RT {
     const double skin = step.skin(object);
     const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
     for (const TriangleMove& move : moves) {
-      if (move.mesh == object.shape.mesh) (void)overtakes(move, two_sided, kNear * skin, start_[slot]);
+      if (move.mesh == object.shape.mesh) (void)overtakes(move, two_sided, kNear * skin, start_[slot], radius_);
     }
   }
+}
+
+/** As large a ball as wanted, or as there is room for. */
+void ProxyRenderer::fitRadius(Step& step) HD_RT {
+  double room = wanted_radius_;
+  for (const std::uint16_t slot : step.scene->touchable()) {
+    const SceneObject& object = step.scene->slot(slot);
+    const double skin = step.skin(object);
+    NearestQuery query;
+    query.x = startIn(step, slot);
+    query.reach = room + skin;
+    query.work = step.work;
+    query.limit = kMaxWork;
+    Nearest near;
+    const NearestResult result = nearestOnShape(object.shape, query, near);
+    step.work = query.work;
+    if (result == NearestResult::kExhausted) return;
+    const bool inside = (object.flags & HD_OBJECT_TWO_SIDED) == 0 && near.isInside(query.x);
+    if (result == NearestResult::kFound && !inside)
+      room = std::min(room, std::max(0.0, std::sqrt(near.squared_distance) - skin));
+  }
+  radius_ = room;
 }
 
 Vec3 ProxyRenderer::startIn(const Step& step, std::uint32_t slot) const HD_RT {
@@ -87,11 +111,13 @@ bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, bool& hit, std::uint
     if (step.together) {  // A ball that the segment does not reach.
       const Vec3 r = object.center_W - proxy_;
       const double t = along2 > 0 ? std::clamp(r.dot(along) / along2, 0.0, 1.0) : 0.0;
-      if ((r - t * along).squaredNorm() > (object.radius + skin) * (object.radius + skin)) continue;
+      const double reach = object.radius + radius_ + skin;
+      if ((r - t * along).squaredNorm() > reach * reach) continue;
     }
     Sweep sweep;
     sweep.a = startIn(step, i);
     sweep.d = toLocal(object.X_WO, target) - sweep.a;
+    sweep.radius = radius_;
     sweep.tolerance = kNear * skin;
     sweep.two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
     sweep.work = step.work;
@@ -190,7 +216,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const SceneObject* surface = support.touching ? step.scene->find(object) : nullptr;
   const bool before = object_ != 0;
   if (!surface) {
-    contact.proxy = proxy_;
+    contact.proxy = contact.point = proxy_;
     contact.untouch = before;
     contact.left = object_;
     object_ = 0;
@@ -200,9 +226,11 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const Vec3 pull = support.at - step.goal, up = support.foot - step.goal;
   contact.depth = up.norm();
   if (contact.depth > 0) contact.normal = up / contact.depth;
+  const Vec3 out = step.count > 0 ? step.held[foremost(step, support.active)].surface.normal : contact.normal;
+  contact.point = support.at - radius_ * out;
   const hd_material& material = surface->material;
   const double elastic = material.stiffness * pull.dot(contact.normal);
-  const double approach = contact.normal.dot(surface->velocityAt(support.at) - v_W);
+  const double approach = contact.normal.dot(surface->velocityAt(contact.point) - v_W);
   contact.force = material.stiffness * pull + std::max(material.damping * approach, -elastic) * contact.normal;
   contact.proxy = support.at;
   contact.object = object;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "rt/base/math.h"
@@ -19,9 +20,10 @@ struct Nearest;
 /** Contact of one device point. Vectors in W. */
 struct SurfaceContact {
   Vec3 force = Vec3::Zero();   ///< On the hand [N].
-  Vec3 proxy = Vec3::Zero();   ///< On the surface; the hip in free space [m].
+  Vec3 proxy = Vec3::Zero();   ///< Centre of the ball, or point on the surface; the hip in free space [m].
+  Vec3 point = Vec3::Zero();   ///< Of contact, on the surface; the proxy in free space [m].
   Vec3 normal = Vec3::Zero();  ///< Outward, unit; zero in free space.
-  double depth = 0;            ///< Of the hip below the surface, along the normal [m].
+  double depth = 0;            ///< Of the hip below where the proxy may be, along the normal [m].
   std::uint32_t object = 0;    ///< Id of the object in contact, 0 for none.
   bool slip = false;
   bool touch = false;      ///< Contact began this tick.
@@ -31,7 +33,7 @@ struct SurfaceContact {
 };
 
 /**
- * Proxy of one device point. Servo thread only; deterministic.
+ * Proxy of one device point: a point, or a ball of some radius about it. Servo thread only; deterministic.
  *
  * The proxy moves only along swept segments that are free, and so never enters a solid from outside. It is kept a hair
  * above the surfaces it touches: 2^-40 of the coordinates involved, about 8000 times their rounding; forces are
@@ -48,6 +50,12 @@ class ProxyRenderer {
   void reset(const Vec3& hip_W) HD_RT;
 
   /**
+   * Radius of the ball [m]; 0, as at the start, for a point. Taken on as far as there is room, at once in free space,
+   * else tick by tick: a ball that grows pushes nobody. Not finite or negative counts as 0.
+   */
+  void setRadius(double radius) HD_RT { wanted_radius_ = std::isfinite(radius) && radius > 0 ? radius : 0; }
+
+  /**
    * Moves the proxy toward `hip_W`, or around an edge to a nearer part of the surface, and computes the force
    * k (proxy - hip) plus damping against the relative velocity of hip and surface along the normal (never pulling).
    * Objects' motion since the last tick is swept. A hip that is not finite changes nothing and gives no force.
@@ -59,8 +67,11 @@ class ProxyRenderer {
   struct Constraint {
     std::uint32_t slot = 0;
     std::uint32_t feature = 0;
-    HalfSpace surface;  ///< Tangent plane, in W at this tick's pose.
-    double skin = 0;    ///< The proxy stays this far above it.
+    FeatureKind kind = FeatureKind::kFace;
+    std::uint32_t corner = 0;   ///< As in SweepHit.
+    Vec3 point = Vec3::Zero();  ///< Of contact, in the object's frame.
+    HalfSpace surface;          ///< What holds the proxy: tangent plane, a radius out, in W at this tick's pose.
+    double skin = 0;            ///< The proxy stays this far above it.
   };
   /** What is swept next. */
   struct Plan {
@@ -79,6 +90,7 @@ class ProxyRenderer {
   struct Step;
 
   void begin(Step& step) HD_RT;
+  void fitRadius(Step& step) HD_RT;
   void settle(Step& step) HD_RT;
   bool sweepTo(Step& step, const Vec3& target, bool& hit, std::uint32_t& slot, SweepHit& first) HD_RT;
   void moveBy(Step& step, const Vec3& target, double t) HD_RT;
@@ -86,6 +98,8 @@ class ProxyRenderer {
   void hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT;
   Plan plan(Step& step) HD_RT;
   Plan planOnCurve(Step& step, const Vec3& here) HD_RT;
+  [[nodiscard]] bool tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x, Vec3& normal,
+                               double& offset) const HD_RT;
   [[nodiscard]] Support support(Step& step) const HD_RT;
   bool goAround(Step& step) HD_RT;
   void goToward(Step& step, const Vec3& target) HD_RT;
@@ -97,6 +111,8 @@ class ProxyRenderer {
   [[nodiscard]] Vec3 here(const Step& step) const HD_RT;
 
   Vec3 proxy_ = Vec3::Zero();
+  double radius_ = 0;  ///< Of the ball, at most as wanted.
+  double wanted_radius_ = 0;
   std::uint32_t object_ = 0;  ///< Id of the object in contact, 0 in free space.
   bool slip_ = false;
   bool started_ = false;

@@ -68,7 +68,8 @@ Nearest ProxyRenderer::nearerSurface(Step& step, const Support& now, std::uint32
     NearestQuery query;
     query.x = toLocal(object.X_WO, step.goal);
     // With friction: nearer by more than the cone can account for.
-    query.reach = kClearlyNearer * (now.at - step.goal).norm() / std::sqrt(1 + mu * mu);
+    query.reach = kClearlyNearer * (now.at - step.goal).norm() / std::sqrt(1 + mu * mu) - radius_;
+    if (!(query.reach > 0)) continue;
     query.turned = true;
     query.axis = object.X_WO.q.conjugate() * (now.foot - step.goal).normalized();
     query.cosine = kOpposed;
@@ -79,7 +80,8 @@ Nearest ProxyRenderer::nearerSurface(Step& step, const Support& now, std::uint32
     step.work = query.work;
     if (result != NearestResult::kFound || !near.isInside(query.x)) continue;
     if (slot != 0 && near.squared_distance >= best.squared_distance) continue;
-    if (leavesSolid(object, query.x, toLocal(object.X_WO, now.at), kNear * step.skin(object), step.work)) continue;
+    const Vec3 contact = now.at - radius_ * step.held[i].surface.normal;
+    if (leavesSolid(object, query.x, toLocal(object.X_WO, contact), kNear * step.skin(object), step.work)) continue;
     best = near;
     slot = looked;
   }
@@ -96,7 +98,7 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
   if (slot == 0) return false;
   const SceneObject& object = step.scene->slot(slot);
   const double skin = step.skin(object);
-  const Vec3 n = object.X_WO.q * nearer.pseudo_normal, landing = object.X_WO * nearer.point + skin * n;
+  const Vec3 n = object.X_WO.q * nearer.pseudo_normal, landing = object.X_WO * nearer.point + (radius_ + skin) * n;
   const double most = kMaxDetour * (now.at - step.goal).norm();
 
   // Over the edge in which the tangent planes meet; or over what stands between two places that face alike.
@@ -121,7 +123,7 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
   const double depth = (now.foot - step.goal).norm();
   const Vec3 up = (now.foot - step.goal) / depth, lag = now.at - now.foot;
   const Vec3 turned = lag - (lag.dot(n) / (1 + up.dot(n))) * (up + n);
-  goToward(step, landing + std::sqrt(nearer.squared_distance) / depth * turned);
+  goToward(step, landing + (std::sqrt(nearer.squared_distance) + radius_) / depth * turned);
   return true;
 }
 

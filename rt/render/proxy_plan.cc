@@ -1,4 +1,5 @@
 // Which surfaces hold the proxy, and where they and friction let it go.
+#include "rt/geometry/pseudo_normal.h"
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
@@ -8,7 +9,29 @@ constexpr double kSettled = 0x1p-30;      // Of the depth: a smaller move is not
 constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a step that comes nearer by ever less.
 constexpr std::uint32_t kLate = 16;       // Sweeps.
 constexpr double kConeRounding = 1e-9;    // Of the radius of a friction cone.
+constexpr double kOnFace = 8;             // Skins, twice the height by which a ball on an edge rolls off a face.
 constexpr double kMaxTurnCosine = 0.5;    // A curved surface's normal turns at most 60 degrees per plan.
+
+/** The point nearest to x of the edge, drawn out, or of the vertex that a ball touches at `point`. */
+Vec3 footOnRim(const Shape& shape, FeatureKind kind, std::uint32_t feature, std::uint32_t corner, const Vec3& point,
+               const Vec3& x) HD_RT {
+  if (kind == FeatureKind::kVertex) return point;
+  if (shape.kind == ShapeKind::kMesh) {
+    const Vec3 a = shape.mesh->vertex(feature, corner);
+    const Vec3 along = shape.mesh->vertex(feature, (corner + 1) % 3) - a;
+    return a + (x - a).dot(along) / along.squaredNorm() * along;
+  }
+  Vec3 foot = point;
+  if (shape.kind == ShapeKind::kCylinder) {
+    const double out = x.head<2>().norm();
+    if (out > 0) foot.head<2>() = shape.size.x() / out * x.head<2>();
+    return foot;
+  }
+  int along = 0;  // Of a box's edge: where the point is not at the border.
+  (shape.size - point.cwiseAbs()).maxCoeff(&along);
+  foot[along] = x[along];
+  return foot;
+}
 
 double settled(std::uint32_t sweeps) HD_RT { return sweeps < kLate ? kSettled : kSettledLate; }
 
@@ -31,18 +54,44 @@ void ProxyRenderer::hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD
   Constraint met;
   met.slot = step.met = slot;
   met.feature = hit.feature;
+  met.kind = hit.kind;
+  met.corner = hit.corner;
+  met.point = hit.point;
   met.surface.normal = object.X_WO.q * hit.normal;
   met.surface.offset = hit.offset + met.surface.normal.dot(object.X_WO.p);
   met.skin = step.skin(object);
+  if (hit.kind != FeatureKind::kFace && object.shape.kind == ShapeKind::kMesh) {
+    // On an edge, but within the skin on the face too: the face's plane does not turn from tick to tick.
+    Vec3 face = object.X_WO.q * faceNormal(*object.shape.mesh, hit.feature);
+    if (face.dot(met.surface.normal) < 0) face = -face;
+    if ((face - met.surface.normal).squaredNorm() * radius_ < kOnFace * met.skin) {
+      met.kind = FeatureKind::kFace;
+      met.corner = 0;
+      met.surface.normal = face;
+      met.surface.offset = face.dot(object.X_WO * object.shape.mesh->vertex(hit.feature, 0)) + radius_;
+    }
+  }
   int kept = 0;
   for (int i = 0; i < step.count; ++i) {
     const Constraint& c = step.held[i];
-    if (c.slot == met.slot && c.feature == met.feature) continue;
+    if (c.slot == met.slot && c.feature == met.feature && c.kind == met.kind && c.corner == met.corner) continue;
     const Vec3 x = step.together ? proxy_ : Vec3(step.scene->slot(c.slot).X_WO * start_[c.slot]);
     if (c.surface.height(x) <= 2 * c.skin && kept < kMaxHalfSpaces - 1) step.held[kept++] = c;
   }
   step.held[kept] = met;
   step.count = kept + 1;
+}
+
+/** The tangent plane of a curved surface, grown by the radius, at its point nearest to x. In the object's frame. */
+bool ProxyRenderer::tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x, Vec3& normal,
+                              double& offset) const HD_RT {
+  if (c.kind == FeatureKind::kFace) return tangentNearest(object.shape, c.feature, x, normal, offset, radius_);
+  normal = x - footOnRim(object.shape, c.kind, c.feature, c.corner, c.point, x);
+  const double length = normal.norm();
+  if (!(length > 0)) return false;
+  normal /= length;
+  offset = normal.dot(x) - length + radius_;
+  return true;
 }
 
 /** On a single curved surface: over the edge of two tangent planes to the point nearest to the goal. */
@@ -52,7 +101,7 @@ ProxyRenderer::Plan ProxyRenderer::planOnCurve(Step& step, const Vec3& here) HD_
   const SceneObject& object = step.scene->slot(c.slot);
   Vec3 normal;
   double offset = 0;
-  if (!tangentNearest(object.shape, c.feature, toLocal(object.X_WO, step.goal), normal, offset)) return plan;
+  if (!tangentTo(object, c, toLocal(object.X_WO, step.goal), normal, offset)) return plan;
   normal = object.X_WO.q * normal;
   const double cosine = normal.dot(c.surface.normal);
   if (cosine < kMaxTurnCosine) return plan;  // Far to go: along the tangent plane, and again from there.

@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "tests/support/brute_distance.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 
@@ -148,6 +149,17 @@ void fill(World& w, Random& random, bool apart) {
   if (!apart) w.ids.push_back(w.t.add(ShapeKind::kPlane, Vec3::Zero(), {Vec3(0, 0, -0.05), Quat::Identity()}));
 }
 
+/** The ball about the proxy and the object have no more in common than rounding. */
+void expectBallOutside(const World& w, const Vec3& proxy, double radius, int tick) {
+  for (std::size_t k = 0; k < w.ids.size(); ++k) {
+    const SceneObject& o = *w.t.scene->find(w.ids[k]);
+    const Vec3 x = o.X_WO.inverse() * proxy;
+    const double distance =
+        o.shape.kind == ShapeKind::kMesh ? testing::distanceTo(*o.shape.mesh, x) : testing::distanceTo(o.shape, x);
+    ASSERT_GT(distance, radius * (1 - 1e-6) - 1e-9) << "tick " << tick << " object " << k;
+  }
+}
+
 /** The first tick starts outside of everything. */
 void expectOutside(const World& w, const Vec3& proxy, int tick) {
   for (std::size_t k = 0; k < w.ids.size(); ++k) {
@@ -189,6 +201,27 @@ void neverEntersSolidsAtRest(std::uint32_t seed) {
   }
   EXPECT_LT(most, 20000u);
   EXPECT_GT(contacts, 2);
+}
+
+void aBallNeverEntersSolids(std::uint32_t seed) {
+  Random random(seed);
+  World w;
+  fill(w, random, false);
+  const double radius = std::pow(10.0, random.uniform(-4, -2));
+  w.t.proxy.setRadius(radius);
+  Hand hand(random, 0.07);
+  w.t.tick(Vec3(0, 0, 0.5));
+  std::uint32_t most = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Vec3 hip = hand.next();
+    const SurfaceContact& c = w.t.tick(hip);
+    ASSERT_NO_FATAL_FAILURE(expectOutside(w, c.proxy, i));
+    ASSERT_NO_FATAL_FAILURE(expectBallOutside(w, c.proxy, radius, i));
+    const double k = c.object ? w.t.scene->find(c.object)->material.stiffness : 0;
+    ASSERT_LT((c.force - k * (c.proxy - hip)).norm(), 1e-9) << i;
+    most = std::max(most, c.work);
+  }
+  EXPECT_LE(most, ProxyRenderer::kMaxWork);
 }
 
 void neverEntersSolidsInMotion(std::uint32_t seed) {
@@ -263,6 +296,7 @@ void scaledScenesGiveScaledProxies(std::uint32_t seed) {
           {1000, 0, 0, 0});
     t.add(ShapeKind::kCapsule, scale * Vec3(0.01, 0.03, 0), {scale * Vec3(0.03, 0, 0), Quat::Identity()},
           {1000, 0, 0, 0});
+    if (seed % 3 == 0) t.proxy.setRadius(scale * 0.0007 * seed);
     Hand hand(random, 0.08);
     t.tick(scale * Vec3(0, 0, 0.5));
     std::vector<Vec3> proxies;
@@ -283,6 +317,7 @@ void scaledScenesGiveScaledProxies(std::uint32_t seed) {
 }
 
 TEST(ProxyProperty, NeverEntersSolidsAtRest) { forSeeds(60, neverEntersSolidsAtRest); }
+TEST(ProxyProperty, ABallNeverEntersSolids) { forSeeds(30, aBallNeverEntersSolids); }
 TEST(ProxyProperty, NeverEntersSolidsInMotion) { forSeeds(40, neverEntersSolidsInMotion); }
 TEST(ProxyProperty, SameInputsSameBits) { forSeeds(10, sameInputsSameBits); }
 TEST(ProxyProperty, ScaledScenesGiveScaledProxies) { forSeeds(30, scaledScenesGiveScaledProxies); }

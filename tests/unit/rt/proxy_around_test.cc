@@ -42,12 +42,14 @@ TEST(ProxyAround, APlateIsNotPassedAtAnyAngleSpeedAndPlace) {
   Random random;
   for (int run = 0; run < 2000; ++run) {
     const double mu = run % 2 ? random(0, 1) : 0, speed = std::pow(10.0, random(-2.5, 0));
+    const double radius = run % 5 == 0 ? 0.001 : 0, top = double{static_cast<float>(kThick / 2)} + radius;
     TestScene t;
+    t.proxy.setRadius(radius);
     const Pose X{random.inCube(0.1), random.turn()};
     t.addMesh(view, X, {1000, 0, mu, 0.8 * mu});
     // Anywhere, half of the times within 0.3 mm of the border, but for its own thickness (docs/rendering.md).
     const double rim = kThick, from_rim = run % 4 < 2 ? random(rim, 0.0003) : random(rim, half);
-    Vec3 through((run % 8 < 4 ? 1 : -1) * (half - from_rim), random(-half + rim, half - rim), kThick / 2);
+    Vec3 through((run % 8 < 4 ? 1 : -1) * (half - from_rim), random(-half + rim, half - rim), top);
     if (run % 3 == 0) std::swap(through.x(), through.y());
     // Inward or level, so that it is the plate that is met.
     Vec3 along(random(-2, 0) * through.x(), random(-2, 0) * through.y(), -half * random(0.2, 2));
@@ -56,8 +58,8 @@ TEST(ProxyAround, APlateIsNotPassedAtAnyAngleSpeedAndPlace) {
       const Vec3 x = through + s * along;
       const SurfaceContact& c = t.tick(X * x);
       const Vec3 p = X.inverse() * c.proxy;
-      ASSERT_GE(p.z(), kThick / 2 - 1e-8) << run << " at " << s;
-      ASSERT_EQ(c.object != 0, x.z() < double{static_cast<float>(kThick / 2)}) << run << " at " << s;
+      ASSERT_GE(p.z(), top - 1e-8) << run << " at " << s;
+      ASSERT_EQ(c.object != 0, x.z() < top) << run << " at " << s;
     }
   }
 }

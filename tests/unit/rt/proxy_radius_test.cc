@@ -1,0 +1,234 @@
+/** @file
+ * The proxy as a ball: what holds of a point holds of its centre, one radius out.
+ */
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/brute_distance.h"
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using testing::kTick;
+using testing::TestMesh;
+using testing::TestScene;
+
+constexpr double kRadius = 0.001;
+
+/** A scene whose proxy is a ball. */
+struct BallScene : TestScene {
+  explicit BallScene(double radius = kRadius) { proxy.setRadius(radius); }
+};
+
+TEST(ProxyBall, OnAPlaneTheForceIsStiffnessTimesDepthOneRadiusOut) {
+  BallScene t;
+  t.add(ShapeKind::kPlane, Vec3::Zero(), {Vec3(0, 0, 0.02), Quat::Identity()});
+  t.tick(Vec3(0, 0, 0.1));
+  for (const double depth : {-1e-9, 1e-9, 1e-6, 1e-3, 0.5}) {
+    const SurfaceContact& c = t.tick(Vec3(0.01, 0, 0.021 - depth));
+    ASSERT_NEAR(c.force.z(), 1000 * std::max(depth, 0.0), 1e-9) << depth;
+    ASSERT_EQ(c.object != 0, depth > 0);
+    if (depth > 0) {
+      ASSERT_LT((c.proxy - Vec3(0.01, 0, 0.021)).norm(), 1e-12);
+      ASSERT_LT((c.point - Vec3(0.01, 0, 0.02)).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(ProxyBall, BesideConvexSolidsTheForceIsWhatTheDistanceLacks) {
+  // The hip outside, nearer than the radius to faces, edges and corners.
+  TestMesh mesh = testing::boxMesh(Vec3(0.05, 0.04, 0.03));
+  MeshView* view = mesh.view();
+  std::mt19937 random(2);
+  for (const Shape& shape : testing::kPrimitives) {
+    for (const bool as_mesh : {false, true}) {
+      if (as_mesh && shape.kind != ShapeKind::kBox) continue;
+      const Shape solid{shape.kind, as_mesh ? Vec3(0.05, 0.04, 0.03) : Vec3(0.1 * shape.size)};
+      int met = 0;
+      for (int run = 0; run < 4000; ++run) {
+        const Vec3 hip = testing::randomPoint(random, 0.1);
+        const double lack = 0.01 - testing::distanceTo(solid, hip);
+        if (lack < 1e-6 || lack > 0.0099) continue;
+        BallScene t(0.01);
+        if (as_mesh) {
+          t.addMesh(view);
+        } else {
+          t.add(solid.kind, solid.size);
+        }
+        Vec3 start = hip;  // Where there is room for all of it.
+        while (testing::distanceTo(solid, start) < 0.011) start = 1.3 * start + Vec3(0, 0, 1e-3);
+        t.tick(start);
+        t.tick(hip);
+        const SurfaceContact& c = t.tick(hip);
+        const double floats = as_mesh ? 3e-6 : 1e-8;
+        ASSERT_NEAR(c.force.norm(), 1000 * lack, floats) << int(solid.kind) << as_mesh << " " << hip.transpose();
+        ASSERT_NEAR(testing::distanceTo(solid, c.proxy), 0.01, 1e-8);
+        ASSERT_NEAR(testing::distanceTo(solid, c.point), 0, 1e-8);
+        ++met;
+      }
+      EXPECT_GT(met, 40);
+    }
+  }
+}
+
+TEST(ProxyBall, AThinPlateIsNotTunnelledAtAMetrePerSecond) {
+  TestMesh mesh = testing::boxMesh(Vec3(0.1, 0.1, 0.000025));
+  MeshView* view = mesh.view();
+  for (const double mu : {0.0, 0.5}) {
+    for (int start = 0; start < 50; ++start) {
+      BallScene t;
+      t.addMesh(view, {}, {1000, 0, mu, mu});
+      for (int i = 0; i < 40; ++i) {
+        const double z = 0.01 + 0.00002 * start - 1.0 * kTick * i;
+        const SurfaceContact& c = t.tick(Vec3(0.01 + 0.3 * kTick * i, 0.02, z));
+        ASSERT_GE(c.proxy.z(), 0.0010249999);
+        ASSERT_NEAR(c.force.z(), 1000 * std::max(0.0, kRadius + double{0.000025f} - z), 1e-9);
+      }
+    }
+  }
+}
+
+TEST(ProxyBall, CornersOfABoxFromInsideHaveTheirClosedForm) {
+  TestMesh mesh = testing::boxMesh(Vec3(0.05, 0.05, 0.05), Vec3::Zero(), true);
+  for (const double radius : {0.001, 0.02}) {
+    BallScene t(radius);
+    t.addMesh(mesh.view());
+    t.tick(Vec3::Zero());
+    const double wall = double{0.05f} - radius;
+    std::mt19937 random(3);
+    for (int i = 0; i < 1500; ++i) {
+      const Vec3 hip = testing::randomPoint(random, 0.09);
+      const Vec3 nearest = hip.cwiseMax(-wall).cwiseMin(wall);
+      const SurfaceContact& c = t.tick(hip);
+      ASSERT_LT((c.force - 1000 * (nearest - hip)).norm(), 1e-8) << i << " " << hip.transpose();
+    }
+  }
+}
+
+TEST(ProxyBall, TheBottomOfAFineBowlIsReached) {
+  // 50 mm radius, edges of 0.2 mm, a ball of 1 mm, 1 mm deep: CHAI3D stays 9.8 mm behind.
+  const double bowl = 0.05, reach = bowl - kRadius, depth = 0.001;
+  TestMesh mesh =
+      testing::heightMesh(0.02, 200, [&](double x, double y) { return bowl - std::sqrt(bowl * bowl - x * x - y * y); });
+  MeshView* view = mesh.view();
+  for (const double speed : {0.01, 0.1}) {
+    BallScene t;
+    t.addMesh(view);
+    t.tick(Vec3(0, 0, 0.01));
+    std::uint32_t most = 0;
+    for (int i = 0; i < 300; ++i) {
+      const double a = -0.25 + speed * kTick * std::min(i, 250) / bowl, b = 0.21 * std::sin(3 * a);
+      const Vec3 u(std::sin(a) * std::cos(b), std::sin(b), -std::cos(a) * std::cos(b));
+      const SurfaceContact& c = t.tick(Vec3(0, 0, bowl) + (reach + depth) * u);
+      most = std::max(most, c.work);
+      if (i < 5) continue;
+      ASSERT_LT((c.proxy - Vec3(0, 0, bowl) - reach * u).norm(), 0.05 * 0.0002 + 0.003 * depth) << speed << " " << i;
+    }
+    EXPECT_LT(most, 20000u);
+  }
+}
+
+TEST(ProxyBall, SlidingOverATessellatedPlaneGivesOneSteadyForce) {
+  for (const std::uint32_t n : {1u, 10u, 400u}) {  // The last with legs of 0.5 mm.
+    TestMesh mesh = testing::heightMesh(0.1, n, [](double, double) { return 0.0; });
+    BallScene t;
+    t.addMesh(mesh.view(), {}, {3000, 0, 0, 0});
+    t.tick(Vec3(-0.05, 0.0123, 0.002));
+    for (int i = 0; i < 300; ++i) {
+      const SurfaceContact& c = t.tick(Vec3(-0.05 + 0.3 * kTick * i, 0.0123 + 0.11 * kTick * i, 0));
+      ASSERT_LT((c.force - Vec3(0, 0, 3)).norm(), 1e-9) << n << " tick " << i;
+      ASSERT_EQ(c.touch, i == 0);
+    }
+  }
+}
+
+TEST(ProxyBall, BreaksAwayAtTheStaticConeAtEveryDepth) {
+  TestMesh mesh = testing::heightMesh(0.05, 40, [](double, double) { return 0.0; });
+  for (const double depth : {1e-5, 3e-4, 3e-3}) {
+    BallScene t;
+    t.addMesh(mesh.view(), {}, {1000, 0, 0.6, 0.4});
+    const Vec3 along(std::cos(1.0), std::sin(1.0), 0), from(0.0011, 0.0007, kRadius);
+    t.tick(from + Vec3(0, 0, 0.001));
+    for (int i = 0; i <= 400; ++i) {
+      const double r = 5e-3 * depth * i;
+      const SurfaceContact& c = t.tick(from + r * along - Vec3(0, 0, depth));
+      ASSERT_NEAR(-c.force.dot(along) / c.force.z(), r / depth < 0.6 * (1 + 1e-7) ? r / depth : 0.4, 1e-6) << i;
+    }
+  }
+}
+
+TEST(ProxyBall, RisingPlatesPushAndDraggedOnesPull) {
+  for (const double speed : {0.01, 1.0, 5.0}) {
+    BallScene t;
+    const auto id = t.add(ShapeKind::kBox, Vec3(0.2, 0.2, 0.0005), {Vec3(0, 0, -0.02), Quat::Identity()});
+    t.tick(Vec3::Zero());
+    t.pose(id, {Vec3(0, 0, -0.02), Quat::Identity()}, {Vec3(0, 0, speed), Vec3::Zero()});
+    for (int i = 0; - 0.02 + speed * kTick * i < 0.02; ++i) {
+      const double top = -0.0195 + speed * kTick * i;
+      ASSERT_NEAR(t.tick(Vec3::Zero()).force.z(), 1000 * std::max(0.0, top + kRadius), 1e-8) << speed << " " << i;
+    }
+  }
+  BallScene t;
+  const auto id = t.add(ShapeKind::kBox, Vec3(1, 1, 0.01), {Vec3(0, 0, -0.01), Quat::Identity()}, {1000, 0, 0.5, 0.3});
+  t.tick(Vec3(0, 0, 0.002));
+  t.tick(Vec3::Zero());
+  t.pose(id, {Vec3(0, 0, -0.01), Quat::Identity()}, {Vec3(0.05, 0.02, 0), Vec3::Zero()});
+  for (int i = 0; i < 200; ++i) t.tick(Vec3::Zero());
+  EXPECT_LT((t.contact.force - (Vec3::UnitZ() + 0.3 * Vec3(0.05, 0.02, 0).normalized())).norm(), 1e-9);
+}
+
+TEST(ProxyBall, ARotatingBoxNeverTakesItIn) {
+  const Vec3 half(0.05, 0.03, 0.02);
+  TestMesh mesh = testing::boxMesh(half);
+  for (const bool as_mesh : {false, true}) {
+    BallScene t;
+    const auto id = as_mesh ? t.addMesh(mesh.view()) : t.add(ShapeKind::kBox, half);
+    const Vec3 hip(0.033, 0.015, 0.001);
+    t.tick(Vec3(0.2, 0.2, 0));
+    t.pose(id, {}, {Vec3::Zero(), 10 * Vec3(0.1, 0.2, 1).normalized()});
+    for (int i = 0; i < 1000; ++i) {
+      const SurfaceContact& c = t.tick(hip + std::max(0.0, 1 - i / 100.0) * Vec3(0.1, 0.1, 0));
+      const Vec3 x = t.scene->find(id)->X_WO.inverse() * c.proxy;
+      ASSERT_GE(testing::distanceTo({ShapeKind::kBox, half}, x), kRadius - 1e-8) << as_mesh << " " << i;
+    }
+  }
+}
+
+TEST(ProxyBall, GrowingPushesNobody) {
+  BallScene t(0);
+  t.add(ShapeKind::kPlane, Vec3::Zero());
+  t.tick(Vec3(0, 0, 0.01));
+  EXPECT_NEAR(t.tick(Vec3(0, 0, -0.001)).force.z(), 1, 1e-9);
+  t.proxy.setRadius(0.005);
+  EXPECT_NEAR(t.tick(Vec3(0, 0, -0.001)).force.z(), 1, 1e-6) << "in contact there is no room";
+  EXPECT_NEAR(t.tick(Vec3(0, 0, 0.003)).force.z(), 0, 1e-9);
+  EXPECT_NEAR(t.tick(Vec3(0, 0, 0.002)).force.z(), 1, 1e-6) << "as large as there was room";
+  t.tick(Vec3(0, 0, 0.02));
+  EXPECT_NEAR(t.tick(Vec3(0, 0, 0.004)).force.z(), 1, 1e-6);
+  t.proxy.setRadius(0);
+  EXPECT_EQ(t.tick(Vec3(0, 0, 0.004)).force, Vec3(Vec3::Zero()));
+}
+
+TEST(ProxyBall, ARisingSheetPushesOneRadiusBefore) {
+  TestMesh mesh = testing::heightMesh(0.02, 4, [](double, double) { return 0.0; });
+  BallScene t;
+  const auto id = t.addMesh(mesh.deformableView());
+  t.tick(Vec3(0.001, 0.002, 0.005));
+  t.tick(Vec3(0.001, 0.002, 0.005));
+  for (int i = 1; i <= 80; ++i) {
+    const double z = 1e-4 * i;
+    std::vector<hd_vertex_move> moves;
+    for (std::uint32_t v = 0; v < 25; ++v) {
+      const auto& x = mesh.vertices[v];
+      moves.push_back({v, {x[0], x[1], static_cast<float>(z)}});
+    }
+    ASSERT_EQ(t.moveVertices(id, moves), ErrorCode::kOk);
+    ASSERT_NEAR(t.tick(Vec3(0.001, 0.002, 0.005)).force.z(), 1000 * std::max(0.0, z + kRadius - 0.005), 1e-4) << i;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

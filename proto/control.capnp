@@ -86,7 +86,19 @@ interface Daemon {
   configuration @13 () -> (status :Status, toml :Text);
   doctor @14 () -> (status :Status, checks :List(Check));
   dump @15 () -> (status :Status, json :Text);
+
+  record @16 (uri :Text) -> (status :Status, recording :Recording);
+  # All that enters the servo of the device's group and what comes out (docs/recording.md). No device of it may be
+  # armed. Administration, where another user has a session.
 }
+
+interface Recording {
+  stream @0 () -> (status :Status, stream :Region);
+  # Once. To be read until its end; who reads too slowly ends the recording.
+  stop @1 () -> (status :Status, reason :Text, cycles :UInt64, lost :UInt64);
+  # Answers when all is in the stream; also tells how a recording ended that ended by itself.
+}
+# Dropping it ends the recording.
 
 struct Check {
   name @0 :Text;

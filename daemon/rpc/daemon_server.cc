@@ -195,4 +195,15 @@ kj::Promise<void> DaemonServer::dump(DumpContext context) {
   });
 }
 
+kj::Promise<void> DaemonServer::record(RecordContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    auto uri = readUri(params.getUri());
+    if (!uri) return uri.error();
+    auto started = core_.record(*uri, connection_);
+    if (!started) return started.error();
+    results.setRecording(kj::heap<RecordingServer>(core_, std::move(*started), client().uid));
+    return {};
+  });
+}
+
 }  // namespace hapticd

@@ -53,6 +53,26 @@ class SessionServer final : public proto::Session::Server {
   std::uint64_t id_;
 };
 
+/** A recording under way, for its user. */
+class RecordingServer final : public proto::Recording::Server {
+ public:
+  RecordingServer(Core& core, Recordings::Started started, std::uint32_t uid)
+      : core_(core), id_(started.id), stream_(std::move(started.stream)), uid_(uid) {}
+  ~RecordingServer() { core_.recordings().drop(id_); }
+  RecordingServer(const RecordingServer&) = delete;
+  RecordingServer& operator=(const RecordingServer&) = delete;
+
+ protected:
+  kj::Promise<void> stream(StreamContext context) override;
+  kj::Promise<void> stop(StopContext context) override;
+
+ private:
+  Core& core_;
+  std::uint64_t id_;
+  UniqueFd stream_;
+  std::uint32_t uid_;
+};
+
 class UploadServer final : public proto::Upload::Server {
  public:
   UploadServer(Core& core, std::uint64_t id, std::uint32_t uid) : core_(core), id_(id), uid_(uid) {}
@@ -134,6 +154,7 @@ class DaemonServer final : public proto::Daemon::Server {
   kj::Promise<void> configuration(ConfigurationContext context) override;
   kj::Promise<void> doctor(DoctorContext context) override;
   kj::Promise<void> dump(DumpContext context) override;
+  kj::Promise<void> record(RecordContext context) override;
 
  private:
   [[nodiscard]] const Client& client() const { return core_.client(connection_); }

@@ -32,6 +32,7 @@ void addReport(CLI::App& app, Run& chosen);
 void addShort(CLI::App& app, Run& chosen);
 void addCompare(CLI::App& app, Run& chosen);
 void addModels(CLI::App& app, Run& chosen);
+void addReplay(CLI::App& app, Run& chosen);
 void addRing(CLI::App& app, Run& chosen);
 void addServo(CLI::App& app, Run& chosen);
 void addCost(CLI::App& app, Run& chosen);

@@ -20,6 +20,7 @@ constexpr haptic_bench::AddBenchmark kBenchmarks[] = {
     haptic_bench::addShort,
     haptic_bench::addCompare,
     haptic_bench::addModels,
+    haptic_bench::addReplay,
     haptic_bench::addRing,
     haptic_bench::addServo,
     haptic_bench::addCost,

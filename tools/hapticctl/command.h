@@ -25,6 +25,7 @@ void addInfo(CLI::App& app, Action& chosen);
 void addStatus(CLI::App& app, Action& chosen);
 void addTop(CLI::App& app, Action& chosen);
 void addMonitor(CLI::App& app, Action& chosen);
+void addRecord(CLI::App& app, Action& chosen);
 void addEvents(CLI::App& app, Action& chosen);
 void addLoad(CLI::App& app, Action& chosen);
 void addAdd(CLI::App& app, Action& chosen);

@@ -18,6 +18,7 @@
  * - session.h  a session with a device: state, lease, arming
  * - push.h     what is sent at the client's pace: motion, local models, forces
  * - scene.h    objects and meshes
+ * - record.h   recordings of all that a servo did
  * - events.h   touches, faults, leases
  * - frames.h   axes of OpenGL, ROS and Haply
  */
@@ -30,6 +31,7 @@
 #include <hapticclient/events.h>
 #include <hapticclient/frames.h>
 #include <hapticclient/push.h>
+#include <hapticclient/record.h>
 #include <hapticclient/scene.h>
 #include <hapticclient/session.h>
 #include <hapticclient/status.h>

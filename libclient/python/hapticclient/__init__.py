@@ -13,6 +13,7 @@ libhapticclient.so.1.
 from . import _abi
 from .client import Client, Events, Frame, Scene, convert
 from .errors import Code, HapticError
+from .recording import Recording, RecordingEnd
 from .session import HISTORY, SAMPLE, Session
 from .types import (Ability, Acks, Check, ClientStatus, Counters, DaemonInfo, DeviceInfo, DeviceLimits, DeviceStatus,
                     Event, EventKind, Histogram, Material, MeshReport, ModelStatus, ObjectFlag, ObjectState, Pose,
@@ -22,6 +23,6 @@ __version__: str = _abi.lib.haptic_version().decode()
 __all__ = [
     "Ability", "Acks", "Check", "Client", "ClientStatus", "Code", "Counters", "DaemonInfo", "DeviceInfo",
     "DeviceLimits", "DeviceStatus", "Event", "EventKind", "Events", "Frame", "HISTORY", "HapticError", "Histogram",
-    "Material", "MeshReport", "ModelStatus", "ObjectFlag", "ObjectState", "Pose", "SAMPLE", "SampleFlag", "Scene",
+    "Material", "MeshReport", "ModelStatus", "ObjectFlag", "ObjectState", "Pose", "Recording", "RecordingEnd", "SAMPLE", "SampleFlag", "Scene",
     "Session", "SessionInfo", "ShapeKind", "Statistics", "Status", "convert"
 ]

@@ -76,6 +76,9 @@ Statistics = struct("haptic_statistics", ("size", u32), ("histogram_count", u32)
 Check = struct("haptic_check", ("size", u32), ("state", u32), *many(text, "name detail remedy"))
 CheckList = struct("haptic_check_list", ("size", u32), ("count", u32), ("items", pointers(Check)))
 
+RecordingEnd = struct("haptic_recording_end", ("size", u32), ("reserved", u32), ("cycles", u64), ("lost", u64),
+                      ("reason", text))
+
 Shape = struct("haptic_shape", ("kind", u32), ("reserved", u32), ("size", vec3), ("mesh", u64))
 Object = struct("haptic_object", ("size", u32), ("flags", u32), ("name", text), ("parent", text), ("pose", Pose),
                 ("shape", Shape), ("material", Material))
@@ -204,6 +207,10 @@ _PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "next_event": (c.c_int, [_Handle, c.POINTER(Event), i64]),
     "events_fd": (c.c_int, [_Handle]),
     "events_close": (None, [_Handle]),
+    "record": (c.c_int, [_Handle, text, _Out, _E]),
+    "recording_fd": (c.c_int, [_Handle]),
+    "recording_stop": (c.c_int, [_Handle, _Out, _E]),
+    "recording_close": (None, [_Handle]),
 }
 
 

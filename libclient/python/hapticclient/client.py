@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from . import _abi
 from .errors import Code, HapticError, call, check
+from .recording import Recording
 from .session import Session, _vector
 from .types import (Check, DaemonInfo, DeviceInfo, DeviceLimits, Event, Histogram, Material, MeshReport, ObjectFlag,
                     ObjectState, Pose, ShapeKind, Statistics, Status, device_info, mesh_report, object_state, plain,
@@ -306,6 +307,10 @@ class Client:
     @property
     def scene(self) -> Scene:
         return Scene(self)
+
+    def record(self, uri: str = "") -> Recording:
+        """Begins to record a device, which must not be armed. Read the stream until its end."""
+        return Recording(self, uri)
 
     def subscribe(self, *kinds: int, capacity: int = 0) -> Events:
         """Events of these EventKinds; none named: all."""

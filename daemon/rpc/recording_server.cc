@@ -1,0 +1,37 @@
+#include <fmt/format.h>
+
+#include "daemon/rpc/servers.h"
+
+namespace hapticd {
+
+kj::Promise<void> RecordingServer::stream(StreamContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    if (!stream_.valid()) {
+      return Error{ErrorCode::kInvalidArgument, "stream", "it was handed out before", "start another recording"};
+    }
+    auto region = RegionServer::handOut(core_, uid_, Result<UniqueFd>(std::move(stream_)));
+    if (!region) return region.error();
+    results.setStream(std::move(*region));
+    return {};
+  });
+}
+
+kj::Promise<void> RecordingServer::stop(StopContext context) {
+  auto paf = kj::newPromiseAndFulfiller<void>();
+  auto later = std::make_shared<LaterAnswer<StopContext>>(context, kj::mv(paf.fulfiller));
+  const Result<void> asked = caught([&]() -> Result<void> {
+    core_.recordings().stop(id_, [later](const RecordingEnd& end) {
+      if (!later->waiting()) return;
+      auto results = later->results();
+      results.setReason(end.reason.c_str());
+      results.setCycles(end.cycles);
+      results.setLost(end.lost);
+      later->done({});
+    });
+    return {};
+  });
+  if (!asked) later->done(asked);
+  return kj::mv(paf.promise);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,100 @@
+// record.h: recordings.
+#include <fcntl.h>
+#include <hapticclient/record.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "libclient/src/convert.h"
+#include "libclient/src/loop.h"
+
+using hapticd::client::Connection;
+using hapticd::client::Failure;
+using hapticd::client::Link;
+using hapticd::client::Reply;
+namespace client = hapticd::client;
+namespace proto = hapticd::proto;
+
+/** The handle of record.h. */
+struct haptic_recording {
+  explicit haptic_recording(std::shared_ptr<Connection> to) : connection(std::move(to)) {}
+  ~haptic_recording() {
+    connection->run([this](Connection::Loop&) { capability = nullptr; });
+    if (fd >= 0) ::close(fd);
+  }
+
+  std::shared_ptr<Connection> connection;
+  proto::Recording::Client capability = nullptr;  ///< Library's thread.
+  int fd = -1;
+};
+
+namespace {
+
+/** Asks for the stream and keeps a descriptor of it. */
+kj::Promise<void> takeStream(haptic_recording& recording, Failure& refusal) {
+  return recording.capability.streamRequest().send().then([&](auto&& results) -> kj::Promise<void> {
+    refusal = client::toFailure(results.getStatus());
+    if (refusal) return kj::READY_NOW;
+    proto::Region::Client region = results.getStream();
+    auto fd = region.getFd();
+    return fd.then([&, keep = kj::mv(region)](kj::Maybe<int> received) {
+      KJ_IF_MAYBE (descriptor, received) {
+        recording.fd = ::fcntl(*descriptor, F_DUPFD_CLOEXEC, 0);
+        if (recording.fd < 0) refusal = {HAPTIC_SYSTEM, "stream", std::strerror(errno), "close some descriptors"};
+      } else {
+        refusal = {HAPTIC_INTERNAL, "stream", "the daemon sent no descriptor", {}};
+      }
+    });
+  });
+}
+
+}  // namespace
+
+extern "C" {
+
+int haptic_record(haptic_client* c, const char* uri, haptic_recording** recording, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    if (recording == nullptr) return client::badArgument("recording", "is null");
+    auto made = std::make_unique<haptic_recording>(c->connection);
+    Failure refusal;
+    Failure broken = c->connection->call([&](Link& link) {
+      auto request = link.daemon.recordRequest();
+      request.setUri(uri == nullptr ? "" : uri);
+      return client::ask(kj::mv(request), refusal, [&](auto& results) { made->capability = results.getRecording(); })
+          .then([&]() -> kj::Promise<void> {
+            if (refusal) return kj::READY_NOW;
+            return takeStream(*made, refusal);
+          });
+    });
+    if (broken) return broken;
+    if (refusal) return refusal;
+    *recording = made.release();
+    return {};
+  });
+}
+
+int haptic_recording_fd(const haptic_recording* recording) { return recording == nullptr ? -1 : recording->fd; }
+
+int haptic_recording_stop(haptic_recording* recording, haptic_recording_end** end, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (recording == nullptr) return client::badArgument("recording", "is null");
+    Reply memory;
+    auto* made = memory.make<haptic_recording_end>();
+    Failure failure = client::callDaemon(
+        *recording->connection, [&](Link&) { return recording->capability.stopRequest(); },
+        [&](auto& results) {
+          made->cycles = results.getCycles();
+          made->lost = results.getLost();
+          made->reason = memory.text(results.getReason().cStr());
+        });
+    if (failure) return failure;
+    if (end != nullptr) *end = memory.release(made);
+    return {};
+  });
+}
+
+void haptic_recording_close(haptic_recording* recording) { delete recording; }
+
+}  // extern "C"

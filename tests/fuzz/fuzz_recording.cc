@@ -1,0 +1,101 @@
+// Recordings that went bad or were made by somebody who means it: blocks of any message behind heads that fit. What the
+// reader accepts, the cycle runs.
+#include <fuzzer/FuzzedDataProvider.h>
+
+#include <cstring>
+#include <sstream>
+
+#include "daemon/recording/block.h"
+#include "daemon/recording/replayer.h"
+#include "daemon/recording/writer.h"
+#include "rt/scene/snapshot_checksum.h"
+
+namespace {
+
+using namespace hapticd;  // NOLINT(google-build-using-namespace)
+
+/** A good recording, of which the fuzzer changes words. */
+std::string good() {
+  std::string bytes;
+  RecordingWriter writer([&](std::span<const std::byte> block) {
+    bytes.append(reinterpret_cast<const char*>(block.data()), block.size());
+    return true;
+  });
+  RecordingHeader header;
+  header.devices = {{"a", "b", "c"}};
+  Command session;
+  session.kind = CommandKind::kAddSession;
+  Command ball;
+  ball.kind = CommandKind::kAddObject;
+  auto& add = ball.as<AddObject>();
+  add.object = makeObjectId(1, 1);
+  add.flags = HD_OBJECT_ENABLED;
+  add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kSphere);
+  add.shape.size[0] = 0.02;
+  add.material = {500, 1, 0.5, 0.3};
+  add.q[0] = 1;
+  Command model;
+  model.kind = CommandKind::kLocalModel;
+  model.session = 0;
+  model.as<hd_local_model>().kind = HD_MODEL_PLANE;
+  model.as<hd_local_model>().lease_ns = 1'000'000'000;
+  model.as<hd_local_model>().normal[2] = 1;
+  header.start.orders = {session, ball, model};
+  (void)writer.header(header);
+  RecordedCycle cycle;
+  for (std::uint64_t tick = 1; tick < 6; ++tick) {
+    cycle.input.tick = tick;
+    cycle.input.now_ns = static_cast<std::int64_t>(tick) * 1'000'000;
+    cycle.input.device[0].fresh = true;
+    cycle.input.command_count = 1;
+    cycle.input.command[0] = model;
+    (void)writer.cycle(cycle);
+  }
+  (void)writer.end("stopped", 0);
+  return bytes;
+}
+
+/** Makes the heads fit what is behind them, as far as they are heads. */
+void mend(std::string& bytes) {
+  std::uint64_t number = 0;
+  for (std::size_t at = 0; at + sizeof(BlockHead) <= bytes.size(); ++number) {
+    BlockHead head;
+    std::memcpy(&head, bytes.data() + at, sizeof head);
+    const std::size_t left = bytes.size() - at - sizeof head;
+    if (head.bytes > left) return;
+    head.magic = kBlockMagic;
+    head.number = number;
+    head.checksum = snapshotChecksum(std::as_bytes(std::span(bytes.data() + at + sizeof head, head.bytes)));
+    head.check = headCheck(head);
+    std::memcpy(bytes.data() + at, &head, sizeof head);
+    at += sizeof head + head.bytes;
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const std::string kGood = good();
+  FuzzedDataProvider provider(data, size);
+  std::string bytes = provider.ConsumeBool() ? kGood : provider.ConsumeRandomLengthString(4096);
+  for (auto n = provider.ConsumeIntegralInRange<int>(0, 12); n > 0 && bytes.size() >= 8; --n) {
+    const auto at = provider.ConsumeIntegralInRange<std::size_t>(0, bytes.size() / 8 - 1) * 8;
+    const std::uint64_t word = provider.ConsumeBool() ? provider.ConsumeIntegralInRange<std::uint64_t>(0, 300)
+                                                      : provider.ConsumeIntegral<std::uint64_t>();
+    std::memcpy(bytes.data() + at, &word, sizeof word);
+  }
+  if (provider.ConsumeBool()) mend(bytes);
+  auto reader = RecordingReader::read(std::make_unique<std::istringstream>(bytes));
+  if (!reader) {
+    if (reader.error().where.find("block") == std::string::npos || reader.error().what.empty()) __builtin_trap();
+    return 0;
+  }
+  auto replayer = Replayer::start(std::move(*reader));
+  if (!replayer) return 0;
+  for (int cycles = 0; cycles < 64; ++cycles) {
+    const auto more = (*replayer)->step();
+    if (!more.ok() || !*more) break;
+    if (!(*replayer)->output().device[0].command.force.allFinite()) __builtin_trap();
+  }
+  return 0;
+}

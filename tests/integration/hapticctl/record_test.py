@@ -1,0 +1,157 @@
+#!/usr/bin/python3
+"""hapticctl record with a real daemon, and what haptic-bench replay makes of the file: also after a crash of either.
+
+Usage: record_test.py BUILD_DIRECTORY [unittest arguments]
+"""
+import csv
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+BUILD = pathlib.Path(sys.argv.pop(1)).resolve()
+HAPTICCTL = BUILD / "tools/hapticctl/hapticctl"
+BENCH = BUILD / "tools/haptic-bench/haptic-bench"
+HAPTICD = BUILD / "daemon/hapticd"
+TAP = "sim://default?motion=tap&centre=0,0,0.005&direction=0,0,-1&depth=0.015&period=0.5&hand_stiffness=400"
+
+
+class Record(unittest.TestCase):
+    def setUp(self):
+        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="record-test-"))
+        self.socket = self.directory / "control.sock"
+        (self.directory / "toml").write_text("[guard]\narm_ramp_ms = 100\n")
+        self.log = open(self.directory / "log", "ab")
+        self.daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket, "--device", TAP,
+                                        "--config", self.directory / "toml"], stdout=self.log, stderr=self.log)
+        end = time.monotonic() + 20
+        while self.ctl("status", check=False).returncode != 0:
+            if self.daemon.poll() is not None or time.monotonic() > end:
+                raise RuntimeError((self.directory / "log").read_text())
+            time.sleep(0.05)
+        # Things to feel: they stay when hapticctl has gone.
+        self.ctl("add", "plane", "--name", "floor", "--stiffness", "500")
+        self.file = self.directory / "session.hrec"
+
+    def tearDown(self):
+        if self.daemon.poll() is None:
+            self.daemon.terminate()
+            self.daemon.wait(10)
+        self.log.close()
+        shutil.rmtree(self.directory)
+
+    def ctl(self, *arguments, check=True):
+        return subprocess.run([HAPTICCTL, "--socket", self.socket, *map(str, arguments)], capture_output=True, text=True,
+                              timeout=60, stdin=subprocess.DEVNULL, check=check)
+
+    def start(self, *arguments):
+        """hapticctl record, from when it records."""
+        process = subprocess.Popen([HAPTICCTL, "--socket", self.socket, "record", self.file, *arguments],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.assertIn("recording to", process.stderr.readline())
+        return process
+
+    def replay(self, *arguments, exit_code=0):
+        done = subprocess.run([BENCH, "replay", self.file, *map(str, arguments)], capture_output=True, text=True,
+                              timeout=60, check=False)
+        self.assertEqual(done.returncode, exit_code, done.stdout + done.stderr)
+        return done.stdout + done.stderr
+
+    def rows(self):
+        out = self.directory / "session.csv"
+        self.replay("--export", out)
+        with open(out, encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+    def test_a_session_replays_bit_for_bit_and_says_what_was_felt(self):
+        recording = self.start()
+        self.ctl("arm", "--for", "1.5")
+        recording.send_signal(signal.SIGINT)
+        out, _ = recording.communicate(timeout=30)
+        self.assertEqual(recording.returncode, 0, out)
+        self.assertIn("stopped", out)
+        told = self.replay("--verify")
+        self.assertIn("bit for bit", told)
+        self.assertIn("denormals as zero", told)
+        rows = self.rows()
+        self.assertGreater(len(rows), 300)
+        self.assertGreater(max(float(row["fz"]) for row in rows), 0.2, "the floor was pressed")
+        self.assertTrue(any(float(row["object"]) != 0 for row in rows))
+        # The export is a trajectory that the benchmark reads, as is the recording.
+        for trajectory in (self.file, self.directory / "session.csv"):
+            subprocess.run([BENCH, "run", "-m", "plane:cells=3", "-a", "nearest", "-t", trajectory, "--rounds", "1",
+                            "--max-gap", "1"], check=True, capture_output=True)
+
+    def test_for_ends_it_and_a_file_that_is_there_stays(self):
+        self.ctl("record", self.file, "--for", "0.3")
+        before = self.file.read_bytes()
+        refused = self.ctl("record", self.file, "--for", "0.3", check=False)
+        self.assertEqual(refused.returncode, 5)
+        self.assertIn("--replace", refused.stderr)
+        self.assertEqual(self.file.read_bytes(), before)
+        self.ctl("record", self.file, "--for", "0.3", "--replace")
+        self.assertIn("bit for bit", self.replay("--verify"))
+
+    def test_an_armed_device_is_refused_with_the_remedy_and_leaves_no_file(self):
+        arm = subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm"], stdout=subprocess.PIPE, text=True)
+        arm.stdout.readline()
+        refused = self.ctl("record", self.file, "--for", "0.3", check=False)
+        self.assertEqual(refused.returncode, 1, refused.stderr)
+        self.assertIn("disarm", refused.stderr)
+        self.assertFalse(self.file.exists())
+        arm.send_signal(signal.SIGINT)
+        arm.communicate(timeout=30)
+
+    def test_killed_at_any_instant_it_loses_a_second_at_most(self):
+        for attempt in range(3):
+            recording = self.start("--replace")
+            began = time.monotonic()
+            time.sleep(random.uniform(1.2, 2.2))
+            recording.kill()
+            elapsed = time.monotonic() - began
+            recording.communicate(timeout=30)
+            self.assertIn("bit for bit", self.replay("--verify"))
+            self.assertIn("cut off", self.replay())
+            self.assertGreater(float(self.rows()[-1]["t"]), elapsed - 1, f"attempt {attempt}")
+
+    def test_a_killed_daemon_leaves_what_came_until_then(self):
+        recording = self.start()
+        began = time.monotonic()
+        time.sleep(random.uniform(1.2, 2.2))
+        self.daemon.kill()
+        elapsed = time.monotonic() - began
+        self.daemon.wait(10)
+        _, errors = recording.communicate(timeout=30)
+        self.assertEqual(recording.returncode, 4, errors)
+        self.assertIn("holds what came until then", errors)
+        self.assertIn("bit for bit", self.replay("--verify"))
+        self.assertGreater(float(self.rows()[-1]["t"]), elapsed - 1)
+
+    def test_a_daemon_that_stops_ends_the_recording_in_good_order(self):
+        recording = self.start()
+        time.sleep(0.5)
+        self.daemon.terminate()
+        recording.communicate(timeout=30)
+        self.assertNotEqual(recording.returncode, 0)
+        told = self.replay("--verify")
+        self.assertIn("bit for bit", told)
+        self.assertNotIn("cut off", told)
+
+    def test_foreign_and_damaged_files_are_named(self):
+        self.file.write_text("t,x,y,z\n0,0,0,0\n" * 10)
+        self.assertIn("hapticctl record", self.replay(exit_code=1))
+        self.ctl("record", self.file, "--for", "0.5", "--replace")
+        data = bytearray(self.file.read_bytes())
+        data[len(data) // 2] ^= 1
+        self.file.write_bytes(data)
+        self.assertRegex(self.replay(exit_code=1), r"session\.hrec: block \d+ at byte \d+: ")
+        self.replay("--export", self.directory / "out.xls", exit_code=1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,115 @@
+// Exports of a recording hold its numbers.
+#include <gtest/gtest.h>
+#include <hdf5.h>
+
+#include <fstream>
+#include <span>
+#include <sstream>
+
+#include "daemon/recording/writer.h"
+#include "tests/support/temporary_directory.h"
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/replay/tape.h"
+
+namespace haptic_bench {
+namespace {
+
+using hapticd::RecordedCycle;
+
+constexpr int kCycles = 9000;  ///< More than two chunks.
+
+/** Two devices; the first moves along x and is pushed along z. */
+void writeRecording(const std::string& path) {
+  std::ofstream file(path, std::ios::binary);
+  hapticd::RecordingWriter writer([&](std::span<const std::byte> bytes) {
+    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    return true;
+  });
+  hapticd::RecordingHeader header;
+  header.devices = {{"left", "sim://a", "A"}, {"right", "sim://b", "B"}};
+  header.start.config.device_count = 2;
+  (void)writer.header(header);
+  const auto cycle = std::make_unique<RecordedCycle>();
+  for (int i = 0; i < kCycles; ++i) {
+    cycle->input.tick = static_cast<std::uint64_t>(i) + 1;
+    cycle->input.now_ns = 5'000'000'000 + i * std::int64_t{1'000'000};
+    cycle->input.device[0].fresh = i % 10 != 9;
+    cycle->input.device[0].p.x() = 0.1 * i / kCycles;
+    cycle->sent[0].force.z() = i / 3.0;
+    cycle->sent[0].enabled = true;
+    cycle->sent[1].torque.y() = -i;
+    (void)writer.cycle(*cycle);
+  }
+  (void)writer.end("stopped", 0);
+}
+
+std::unique_ptr<hapticd::Replayer> replay(const std::string& path) { return orFail(hapticd::Replayer::open(path)); }
+
+std::vector<double> readSet(hid_t file, const std::string& name, int width) {
+  const hid_t set = H5Dopen2(file, name.c_str(), H5P_DEFAULT);
+  EXPECT_GE(set, 0) << name;
+  const hid_t space = H5Dget_space(set);
+  hsize_t size[2] = {};
+  EXPECT_EQ(H5Sget_simple_extent_dims(space, size, nullptr), 2);
+  EXPECT_EQ(size[1], static_cast<hsize_t>(width));
+  std::vector<double> out(size[0] * size[1]);
+  EXPECT_GE(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, out.data()), 0);
+  H5Sclose(space);
+  H5Dclose(set);
+  return out;
+}
+
+TEST(Replay, Hdf5HoldsEveryCycleOfEachDevice) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string in = directory.path() + "/a.hrec", out = directory.path() + "/a.h5";
+  writeRecording(in);
+  exportHdf5(*replay(in), out);
+  const hid_t file = H5Fopen(out.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  ASSERT_GE(file, 0);
+  const auto p = readSet(file, "device0/p", 3), f = readSet(file, "device0/f", 3), t = readSet(file, "device0/t", 1),
+             torque = readSet(file, "device1/torque", 3);
+  ASSERT_EQ(p.size(), 3u * kCycles);
+  for (std::size_t i = 0; i < kCycles; ++i) {
+    const auto n = static_cast<double>(i);
+    ASSERT_EQ(p[3 * i], 0.1 * n / kCycles);
+    ASSERT_EQ(f[3 * i + 2], n / 3.0);
+    ASSERT_NEAR(t[i], n * 1e-3, 1e-12);
+    ASSERT_EQ(torque[3 * i + 1], -n);
+  }
+  H5Fclose(file);
+}
+
+TEST(Replay, CsvReadsBackAsItWas) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string in = directory.path() + "/a.hrec", out = directory.path() + "/a.csv";
+  writeRecording(in);
+  exportCsv(*replay(in), out);
+  std::ifstream file(out);
+  std::string line;
+  ASSERT_TRUE(std::getline(file, line));
+  std::vector<std::string> names;
+  for (std::stringstream s(line); std::getline(s, line, ',');) names.push_back(line);
+  const auto column = [&](const char* name) { return std::find(names.begin(), names.end(), name) - names.begin(); };
+  int rows = 0;
+  while (std::getline(file, line)) {
+    std::vector<double> values;
+    for (std::stringstream s(line); std::getline(s, line, ',');) values.push_back(std::stod(line));
+    ASSERT_EQ(values.size(), names.size());
+    if (values[0] == 0) {
+      ASSERT_EQ(values[static_cast<std::size_t>(column("fz"))], (rows / 2) / 3.0);
+    }
+    ++rows;
+  }
+  EXPECT_EQ(rows, 2 * kCycles);
+}
+
+TEST(Replay, AFileThatCannotBeMadeIsNamed) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string in = directory.path() + "/a.hrec";
+  writeRecording(in);
+  EXPECT_THROW(exportCsv(*replay(in), directory.path() + "/none/a.csv"), Failure);
+  EXPECT_THROW(exportHdf5(*replay(in), directory.path() + "/none/a.h5"), Failure);
+}
+
+}  // namespace
+}  // namespace haptic_bench

@@ -1,5 +1,7 @@
 """The Python module against a real daemon with a simulated hand; with_daemon starts it."""
 import math
+import os
+import threading
 import time
 import unittest
 
@@ -36,6 +38,19 @@ class Daemon(unittest.TestCase):
         self.assertTrue(self.client.doctor())
         self.assertIsInstance(self.client.dump(), dict)
         self.assertIn("[", self.client.configuration())
+
+    def test_records_a_stream_until_it_is_stopped(self):
+        with self.client.record() as recording:
+            stream, pieces = os.dup(recording.fileno()), []
+            reader = threading.Thread(target=lambda: pieces.extend(iter(lambda: os.read(stream, 65536), b"")))
+            reader.start()
+            time.sleep(0.2)
+            end = recording.stop()
+            reader.join()
+            os.close(stream)
+        self.assertTrue(b"".join(pieces).startswith(b"HRBLOCK1"))
+        self.assertGreater(end.cycles, 10)
+        self.assertEqual((end.lost, end.reason), (0, "stopped"))
 
     def test_history_is_a_numpy_array(self):
         with self.client.open_session() as session:

@@ -81,13 +81,11 @@ Result<void> DeviceGroup::startThreads() {
   };
 
   auto ingest = run(ingest_thread_, "ingest", options_.ingest_priority, [this] {
-    std::int64_t deadline_ns = clock_.now();
+    // The servo's deadlines are whole periods: half a period off them, neither wakes while the other works.
+    const std::int64_t period_ns = options_.cycle.period_ns;
     while (!stop_.load(std::memory_order_relaxed)) {
       ingest_->step(clock_.now(), servo_->counters.tick.load(std::memory_order_relaxed));
-      deadline_ns += options_.cycle.period_ns;
-      const std::int64_t now_ns = clock_.now();
-      if (deadline_ns < now_ns) deadline_ns = now_ns + options_.cycle.period_ns;
-      clock_.sleepUntil(deadline_ns);
+      clock_.sleepUntil((clock_.now() + period_ns / 2) / period_ns * period_ns + period_ns / 2);
     }
   });
   if (!ingest) return ingest;

@@ -25,4 +25,9 @@ template <class T>
   return std::move(*result);
 }
 
+/** A Failure with the error, if there is one. */
+inline void orFail(hapticd::Result<void> result) {
+  if (!result.ok()) throw Failure(result.error());
+}
+
 }  // namespace haptic_bench

@@ -31,6 +31,7 @@ void addTables(CLI::App& app, Run& chosen);
 void addReport(CLI::App& app, Run& chosen);
 void addShort(CLI::App& app, Run& chosen);
 void addCompare(CLI::App& app, Run& chosen);
+void addLoad(CLI::App& app, Run& chosen);
 void addModels(CLI::App& app, Run& chosen);
 void addReplay(CLI::App& app, Run& chosen);
 void addRing(CLI::App& app, Run& chosen);

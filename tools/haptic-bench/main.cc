@@ -19,6 +19,7 @@ constexpr haptic_bench::AddBenchmark kBenchmarks[] = {
     haptic_bench::addReport,
     haptic_bench::addShort,
     haptic_bench::addCompare,
+    haptic_bench::addLoad,
     haptic_bench::addModels,
     haptic_bench::addReplay,
     haptic_bench::addRing,

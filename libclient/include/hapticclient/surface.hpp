@@ -72,7 +72,9 @@ class SurfaceMesh {
   [[nodiscard]] static Result<SurfaceMesh> make(std::span<const float> vertices,
                                                 std::span<const std::uint32_t> triangles) {
     const auto refuse = [](const char* part, std::size_t which, const char* what, const char* remedy) {
-      return Error{HAPTIC_INVALID_ARGUMENT, part + std::to_string(which), what, remedy};
+      std::string where = part;
+      where += std::to_string(which);  // (one sum of both makes g++ 12 warn of what is not there)
+      return Error{HAPTIC_INVALID_ARGUMENT, std::move(where), what, remedy};
     };
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       if (!std::isfinite(vertices[i])) return refuse("vertex ", i / 3, "is not finite", "check how it was computed");

@@ -1,0 +1,46 @@
+#!/usr/bin/python3
+"""haptic-bench load with a daemon and clients of its own: every cell is there and felt, the figure is drawn, and bad
+input is named. Counts and structure, never times. Usage: load.py HAPTIC_BENCH HAPTICD SOURCE_DIRECTORY"""
+import csv
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+
+def main():
+    program, daemon, source = sys.argv[1:]
+    run = [program, "load", "--csv", "--rounds", "1", "--seconds", "0.8", "--triangles", "3000", "--rates", "100", "--levels",
+           "idle", "clients"]
+    with tempfile.TemporaryDirectory() as folder:
+        results, figure = pathlib.Path(folder) / "load.csv", pathlib.Path(folder) / "load.svg"
+        results.write_bytes(subprocess.run([*run, "--daemon", daemon], check=True, capture_output=True).stdout)
+        text = [line for line in results.read_text(encoding="ascii").splitlines() if not line.startswith("#")]
+        rows = {row["quantity"]: float(row["value"]) for row in csv.DictReader(text)}
+        for level in ("idle", "clients"):
+            for client in ("native", "plane 100 Hz", "patch 100 Hz", "force 100 Hz"):
+                cell = f"3024 triangles, {level}, {client}: "
+                for quantity in ("period mean", "period p99", "period max", "missed periods", "force error rms", "mean force"):
+                    if cell + quantity not in rows:
+                        sys.exit(f"no {cell + quantity} in\n" + "\n".join(rows))
+                if not rows[cell + "mean force"] > 0.05:
+                    sys.exit(f"{cell}nothing was touched")
+                if client != "native" and not rows[cell + "client period mean"] > 0:
+                    sys.exit(f"{cell}the client did nothing")
+        if not rows["3024 triangles, idle, native: force error rms"] < 1:
+            sys.exit("the native scene is not itself")
+        drawing = source + "/tools/haptic-bench/load/figure.py"
+        subprocess.run(["/usr/bin/python3", drawing, results, figure], check=True)
+        if b"<svg" not in figure.read_bytes():
+            sys.exit("no figure")
+        results.write_text("benchmark,quantity,unit,round,value\nload,nonsense,,1,2\n", encoding="ascii")
+        refused = subprocess.run(["/usr/bin/python3", drawing, results, figure], capture_output=True, text=True, check=False)
+        if refused.returncode == 0 or "nonsense" not in refused.stderr:
+            sys.exit("figure.py took nonsense")
+    missing = subprocess.run([*run, "--daemon", "/nonexistent"], capture_output=True, text=True, check=False)
+    if missing.returncode != 1 or "/nonexistent" not in missing.stderr:
+        sys.exit("a daemon that is not there was not named: " + missing.stderr)
+
+
+if __name__ == "__main__":
+    main()

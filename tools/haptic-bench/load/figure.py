@@ -1,0 +1,71 @@
+#!/usr/bin/python3
+"""Draws what haptic-bench load --csv wrote: the servo's period and the error of the force, by load, mesh and client.
+
+    figure.py RESULTS.csv FIGURE.svg
+"""
+import csv
+import re
+import statistics
+import sys
+
+NAME = re.compile(r"(\d+) triangles, (\w+), (\w+)(?: (\S+) Hz)?: (.+)")
+COLOURS = {"native": "#26303a", "plane": "#edae49", "patch": "#00798c", "force": "#d1495b"}
+
+
+def read(path):
+    """{quantity: {(triangles, level, source, rate): median over the rounds}}; the machine's lines."""
+    values, machine = {}, []
+    with open(path, encoding="ascii") as file:
+        lines = [line for line in file if not (line.startswith("#") and machine.append(line[2:].strip()) is None)]
+    for row in csv.DictReader(lines):
+        match = NAME.fullmatch(row["quantity"])
+        if row["benchmark"] != "load" or not match:
+            sys.exit(f"figure.py: {path}: {row['quantity']} is not of haptic-bench load --csv")
+        triangles, level, source, rate, quantity = match.groups()
+        key = (int(triangles), level, source, float(rate or 0))
+        values.setdefault(quantity, {}).setdefault(key, []).append(float(row["value"]))
+    if not values:
+        sys.exit(f"figure.py: {path}: holds no results of haptic-bench load --csv")
+    return {q: {key: statistics.median(v) for key, v in cells.items()} for q, cells in values.items()}, machine
+
+
+def ordered(keys):
+    return list(dict.fromkeys(keys))
+
+
+def draw(values, machine, path):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    cells = values["period mean"]
+    meshes, levels = ordered(k[0] for k in cells), ordered(k[1] for k in cells)
+    clients = ordered(k[2:] for k in cells)
+    figure, axes = plt.subplots(3, len(meshes), figsize=(5 * len(meshes) + 1, 10), sharex=True, sharey="row", squeeze=False)
+    rows = [("period mean", "servo period, mean [us]", "linear"), ("period p99", "servo period, p99 [us]", "log"),
+            ("force error rms", "force error, rms [% of the mean force]", "log")]
+    for column, mesh in enumerate(meshes):
+        for row, (quantity, label, scale) in enumerate(rows):
+            axis = axes[row][column]
+            for source, rate in clients:
+                y = [values[quantity].get((mesh, level, source, rate)) for level in levels]
+                width = 0.8 + 0.4 * [r for s, r in clients if s == source].index(rate)
+                axis.plot(levels, [max(v, 1e-4) if v is not None else None for v in y], marker="o", markersize=3,
+                          color=COLOURS[source], linewidth=width, label=f"{source} {rate:g} Hz" if rate else source)
+            axis.set_yscale(scale)
+            axis.grid(True, color="#e4e8ec")
+            if row == 0:
+                axis.set_title(f"{mesh} triangles")
+            if column == 0:
+                axis.set_ylabel(label)
+    axes[0][-1].legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize=8)
+    figure.suptitle("Load: what the servo's period and the force come to", x=0.02, ha="left", weight="bold")
+    figure.text(0.02, 0.005, "; ".join(machine), fontsize=6)
+    figure.savefig(path, bbox_inches="tight")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    draw(*read(sys.argv[1]), sys.argv[2])

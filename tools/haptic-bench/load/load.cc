@@ -1,0 +1,104 @@
+/** @file
+ * haptic-bench load: figure 5.11 of the thesis for today. The servo's period and the error of the force under six
+ * levels of load, on three meshes, by the native scene, by local models and by forces that a client computes.
+ */
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+
+#include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/load/live.h"
+
+namespace haptic_bench {
+namespace {
+
+struct Options {
+  std::vector<std::uint32_t> triangles{3'000, 64'000, 137'000};
+  std::vector<double> rates_hz{10, 30, 100, 300, 1000};
+  std::vector<std::string> levels;
+  double seconds = 1;
+  std::string daemon;
+};
+
+/** The series of one cell, a value for each round. */
+struct Cell {
+  std::string name;
+  std::vector<LiveResult> rounds;
+};
+
+void addSeries(const Cell& cell, std::vector<Series>& all) {
+  const auto add = [&](const char* quantity, const char* unit, double LiveResult::*value, double scale) {
+    Series series{cell.name + ": " + quantity, unit, {}};
+    for (const LiveResult& r : cell.rounds) series.rounds.push_back(scale * r.*value);
+    all.push_back(series);
+  };
+  add("period mean", "us", &LiveResult::period_mean_us, 1);
+  add("period p99", "us", &LiveResult::period_p99_us, 1);
+  add("period max", "us", &LiveResult::period_max_us, 1);
+  add("missed periods", "", &LiveResult::missed, 1);
+  add("force error rms", "%", &LiveResult::force_rms, 100);
+  add("mean force", "N", &LiveResult::mean_force, 1);
+  if (cell.rounds.front().client_period_mean_us == 0) return;
+  add("client period mean", "us", &LiveResult::client_period_mean_us, 1);
+  add("client period max", "us", &LiveResult::client_period_max_us, 1);
+}
+
+int runLoad(const Common& common, const Options& options) {
+  std::vector<Level> levels;
+  for (const Level level : kLevels) {
+    const auto& wanted = options.levels;
+    if (wanted.empty() || std::find(wanted.begin(), wanted.end(), nameOf(level)) != wanted.end())
+      levels.push_back(level);
+  }
+
+  std::vector<Cell> cells;
+  std::size_t at = 0;
+  const auto measure = [&](const LiveDaemon& daemon, const Model& model, Source source, double rate_hz, Level level) {
+    if (at == cells.size()) {
+      cells.push_back({fmt::format("{} triangles, {}, {}", model.triangles.size(), nameOf(level), nameOf(source)), {}});
+      if (source != Source::kNative) cells.back().name += fmt::format(" {:g} Hz", rate_hz);
+    }
+    cells[at++].rounds.push_back(runLive(daemon, model, source, rate_hz, level, options.seconds));
+  };
+  for (int round = 0; round < common.rounds; ++round) {
+    at = 0;
+    for (const std::uint32_t triangles : options.triangles) {
+      const Model model = tessellate({0.05, 0.02}, triangles);
+      const LiveDaemon daemon(options.daemon);
+      for (const Level level : levels) {
+        measure(daemon, model, Source::kNative, 0, level);
+        for (const Source source : {Source::kPlane, Source::kPatch, Source::kForce}) {
+          for (const double rate_hz : options.rates_hz) measure(daemon, model, source, rate_hz, level);
+        }
+      }
+    }
+  }
+  std::vector<Series> all;
+  for (const Cell& cell : cells) addSeries(cell, all);
+  print(common, "load", all);
+  return 0;
+}
+
+}  // namespace
+
+void addLoad(CLI::App& app, Run& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App* load = app.add_subcommand(
+      "load", "Servo period and force error under six levels of load, on a daemon and clients of its own");
+  load->add_option("--triangles", options->triangles, "Of the meshes")
+      ->capture_default_str()
+      ->check(CLI::Range(100, 8'000'000));
+  load->add_option("--rates", options->rates_hz, "Clients' rates [Hz]")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000));
+  load->add_option("--levels", options->levels, "Of idle, graphics, uploads, clients, disk, busy; all unless given")
+      ->check(CLI::IsMember({"idle", "graphics", "uploads", "clients", "disk", "busy"}));
+  load->add_option("--seconds", options->seconds, "Of each run")->capture_default_str()->check(CLI::Range(0.1, 600.0));
+  load->add_option("--daemon", options->daemon, "Path of hapticd; else the one built beside, else of $PATH");
+  load->callback(
+      [&chosen, options] { chosen = [options](const Common& common) { return runLoad(common, *options); }; });
+}
+
+}  // namespace haptic_bench

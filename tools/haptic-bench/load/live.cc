@@ -26,7 +26,7 @@ constexpr double kStiffness = 1000;  ///< [N/m]
 // appears about a hand is not felt until the hand has left it.
 constexpr const char* kHand =
     "sim://default?motion=stroke&from=-0.018,0.002,0.0478&to=0.018,0.002,0.0478&period=0.72&hand_stiffness=1000";
-constexpr const char* kSettings = "[guard]\narm_ramp_ms = 100\nsmall_force_n = 5\n";
+constexpr const char* kSettings = "[guard]\narm_ramp_ms = 100\nsmall_force_n = 5\n[quotas]\nsessions = 15\n";
 
 /** What the client's process tells this one. */
 struct Report {
@@ -195,6 +195,7 @@ LiveResult runLive(const LiveDaemon& daemon, const Model& model, Source source, 
     check(session.disarm());
   }
   children.clear();
+  std::this_thread::sleep_for(milliseconds(100));  // The daemon lets go of what they had.
   judgePeriods(samples, result);
   judgeForces(samples, BuiltSurface(model), source, result);
   if (const auto gaps = static_cast<double>(report->updates.load()) - 1; gaps > 0) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "rt/geometry/box_queries.h"
 #include "rt/geometry/nearest.h"
@@ -8,6 +9,8 @@
 
 namespace hapticd {
 namespace {
+
+constexpr double kWider = 1 + 0x1p-30;  // Beyond rounding.
 
 Corners cornersOf(const MeshView& mesh, std::uint32_t t) HD_RT {
   return {mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)};
@@ -22,7 +25,9 @@ NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& 
   const auto look = [&](std::uint32_t t) {
     const Corners v = cornersOf(mesh, t);
     const Vec3 n = v.normal();
-    if (query.turned && !(n.dot(query.axis) > query.cosine * n.norm())) return;
+    const double nn = n.squaredNorm(), height = n.dot(query.x - v.a);
+    if (height * height > best * nn * kWider) return;  // Already its plane is too far.
+    if (query.turned && !(n.dot(query.axis) > query.cosine * std::sqrt(nn))) return;
     const TriangleFoot here = nearestOnTriangle(v, query.x);
     const double squared = (query.x - here.point).squaredNorm();
     if (!(squared < best)) return;

@@ -1,14 +1,16 @@
 /** @file
- * haptic-bench cost: what a tick of the renderer costs on meshes from a thousand to a million triangles, beside a
- * pointer chase over as many bytes, by which another machine can be judged.
+ * haptic-bench cost: what a tick of the renderer and the queries in it cost on meshes from a thousand to a million
+ * triangles, beside a pointer chase over as many bytes, by which another machine can be judged.
  *
- * A stroke of 10 s over a bumpy sphere, 1 mm deep at 0.1 m/s and 1 kHz, is rendered again and again; it is the same to
- * the bit each time, so the median over the rounds of each single tick is free of what else the machine did.
+ * A stroke of 10 s over a bumpy sphere, 1 mm deep at 0.1 m/s and 1 kHz, is done again and again; it is the same to the
+ * bit each time, so the median over the rounds of each single tick is free of what else the machine did.
  */
 #include <fmt/format.h>
+#include <time.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <memory>
 #include <numeric>
@@ -16,9 +18,12 @@
 
 #include "daemon/builder/build.h"
 #include "daemon/snapshot_memory.h"
+#include "rt/geometry/boxes.h"
+#include "rt/geometry/nearest.h"
 #include "rt/render/proxy.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/bumpy_sphere.h"
+#include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
 
 namespace haptic_bench {
@@ -28,6 +33,7 @@ using namespace hapticd;  // NOLINT(google-build-using-namespace)
 
 constexpr double kDt = 1e-3;       // [s]
 constexpr double kSpeed = 0.1;     // Of the stroke [m/s].
+constexpr double kAbove = 1e-5;    // Where sweeps begin [m].
 constexpr double kDepth = 1e-3;    // [m]
 constexpr double kTurn = 0.61803;  // Of the stroke's plane per revolution: new ground each time round.
 
@@ -82,106 +88,146 @@ class Stage {
   }
   [[nodiscard]] bool ok() const { return ok_; }
 
-  /** Time of each tick of one stroke [ns]; false if the hand was not in contact all the time. */
-  bool stroke(double radius, std::vector<double>& ticks) {
-    ProxyRenderer renderer;
-    SurfaceContact contact;
-    renderer.reset(handAt(0, radius + 1e-4));
-    renderer.step(*scene_, handAt(0, radius - kDepth), Vec3::Zero(), kDt, contact);
-    bool touched = true;
-    for (std::size_t i = 0; i < ticks.size(); ++i) {
-      const Vec3 hip = handAt(static_cast<double>(i) * kDt, radius - kDepth);
-      const auto start = Clock::now();
-      scene_->advance(kDt);
-      renderer.step(*scene_, hip, Vec3::Zero(), kDt, contact);
-      ticks[i] = nsSince(start);
-      touched = touched && contact.object != 0;
-    }
-    return touched;
+  /** Puts the renderer above the start of the stroke. */
+  void begin() {
+    renderer_.reset(handAt(0, kAbove));
+    touched_ = true;
   }
+  void tick(double seconds) {
+    scene_->advance(kDt);
+    renderer_.step(*scene_, handAt(seconds, -kDepth), Vec3::Zero(), kDt, contact_);
+    touched_ = touched_ && contact_.object != 0;
+  }
+  /** Whether the hand has been in contact since begin(). */
+  [[nodiscard]] bool touched() const { return touched_; }
 
  private:
   MeshTable table_;
   std::unique_ptr<Scene> scene_;
+  ProxyRenderer renderer_;
+  SurfaceContact contact_;
   bool ok_ = false;
+  bool touched_ = true;
 };
 
 struct Options {
   double seconds = 10;
   std::vector<std::uint32_t> triangles = {1'000, 16'000, 100'000, 1'000'000};
-  std::vector<double> radii_mm = {0};
+  std::vector<double> radii_mm = {0, 1};
 };
 
 double quantile(const std::vector<double>& sorted, double q) {
   return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(q * static_cast<double>(sorted.size())))];
 }
 
-/** Per tick the median over the rounds, less what reading the clock takes. */
-std::vector<double> medianTicks(std::vector<std::vector<double>>& rounds) {
+double clockReading() {
   std::vector<double> clock(1000);
-  for (double& c : clock) {
-    const auto start = Clock::now();
-    c = nsSince(start);
+  for (double& c : clock) c = nsSince(Clock::now());
+  return *std::min_element(clock.begin(), clock.end());
+}
+
+/** Of each tick of the stroke the median time over the rounds, less what reading the clock takes [ns]; sorted. */
+template <class Begin, class Tick>
+std::vector<double> timed(const Common& common, const Options& options, Begin&& begin, Tick&& tick) {
+  const auto count = static_cast<std::size_t>(options.seconds / kDt);
+  std::vector<std::vector<double>> rounds(static_cast<std::size_t>(common.rounds), std::vector<double>(count));
+  for (auto& round : rounds) {
+    begin();
+    for (std::size_t i = 0; i < count; ++i) {
+      const double seconds = static_cast<double>(i) * kDt;
+      const auto start = Clock::now();
+      tick(seconds);
+      round[i] = nsSince(start);
+    }
   }
-  const double reading = *std::min_element(clock.begin(), clock.end());
-  std::vector<double> ticks(rounds[0].size()), one(rounds.size());
-  for (std::size_t i = 0; i < ticks.size(); ++i) {
+  const double reading = clockReading();
+  std::vector<double> ticks(count), one(rounds.size());
+  for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t r = 0; r < rounds.size(); ++r) one[r] = rounds[r][i];
     std::nth_element(one.begin(), one.begin() + static_cast<std::ptrdiff_t>(one.size() / 2), one.end());
     ticks[i] = std::max(one[one.size() / 2] - reading, 0.0);
   }
+  std::sort(ticks.begin(), ticks.end());
   return ticks;
 }
 
-bool measure(const Common& common, const Options& options, std::uint32_t triangles) {
+void printRow(const Common& common, std::uint32_t triangles, const std::string& what, const std::vector<double>& ticks,
+              double load) {
+  const double mean = std::accumulate(ticks.begin(), ticks.end(), 0.0) / static_cast<double>(ticks.size());
+  const char* form = common.csv ? "{},{},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.2f}\n"
+                                : "{:>9}  {:<12} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.1f}\n";
+  fmt::print(fmt::runtime(form), triangles, what, mean, quantile(ticks, 0.5), quantile(ticks, 0.99),
+             quantile(ticks, 0.999), ticks.back(), load);
+  std::fflush(stdout);
+}
+
+/** A ball from just above the surface to `kDepth` below it, a tick further on. */
+std::vector<double> timedSweeps(const Common& common, const Options& options, const MeshView& mesh, double radius) {
+  return timed(
+      common, options, [] {},
+      [&](double seconds) {
+        Sweep sweep;
+        sweep.a = handAt(seconds, radius + kAbove);
+        sweep.d = handAt(seconds + kDt, radius - kDepth) - sweep.a;
+        sweep.radius = radius;
+        sweep.limit = ProxyRenderer::kMaxWork;
+        SweepHit hit;
+        if (sweepMesh(mesh, sweep, hit) != SweepResult::kHit) throw Failure("stroke", "a sweep met nothing", "");
+      });
+}
+
+std::vector<double> timedNearest(const Common& common, const Options& options, const MeshView& mesh) {
+  return timed(
+      common, options, [] {},
+      [&](double seconds) {
+        NearestQuery query;
+        query.x = handAt(seconds, -kDepth);
+        query.limit = ProxyRenderer::kMaxWork;
+        Nearest nearest;
+        if (nearestOnMesh(mesh, query, nearest) != NearestResult::kFound)
+          throw Failure("stroke", "no point of the mesh is near", "");
+      });
+}
+
+double cpuSeconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+void measure(const Common& common, const Options& options, std::uint32_t triangles) {
   const std::vector<std::byte> upload = bumpySphereUpload(triangles);
   BuildMonitor monitor;
+  const double before = cpuSeconds();
   auto built = buildSnapshot(upload, monitor);
-  if (!built) {
-    fmt::print(stderr, "haptic-bench: {}\n", toString(built.error()));
-    return false;
-  }
-  const double bytes = static_cast<double>(built->stats.bytes);
-  const double build_s = static_cast<double>(built->stats.build_ns) / 1e9;
+  const double build_s = cpuSeconds() - before;
+  if (!built) throw Failure(built.error());
+  const auto bytes = static_cast<std::size_t>(built->stats.bytes);
   const std::uint32_t count = built->stats.triangles;
   auto memory = openSnapshot(std::move(*built->memfd.share()), false);
-  if (!memory) {
-    fmt::print(stderr, "haptic-bench: {}\n", toString(memory.error()));
-    return false;
-  }
-  const double load = chase(static_cast<std::size_t>(bytes));
+  if (!memory) throw Failure(memory.error());
+  const double load = chase(bytes);
+  fmt::print("# {} triangles: {:.2f} MB, tree {} deep, built in {:.3f} s of processor time\n", count,
+             static_cast<double>(bytes) / 1e6, built->stats.depth, build_s);
   Stage stage(memory->view);
-  for (const double radius_mm : options.radii_mm) {
-    std::vector<std::vector<double>> rounds(static_cast<std::size_t>(common.rounds));
-    bool touched = stage.ok();
-    for (auto& round : rounds) {
-      round.resize(static_cast<std::size_t>(options.seconds / kDt));
-      touched = touched && stage.stroke(radius_mm * 1e-3, round);
-    }
-    std::vector<double> ticks = medianTicks(rounds);
-    const double mean = std::accumulate(ticks.begin(), ticks.end(), 0.0) / static_cast<double>(ticks.size());
-    std::sort(ticks.begin(), ticks.end());
-    const char* form = common.csv
-                           ? "{},{},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.3f},{:.1f},{:.2f},{}\n"
-                           : "{:>9} {:>6} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.2f} {:>8.1f} {:>8.1f} {}\n";
-    fmt::print(fmt::runtime(form), count, radius_mm, mean, quantile(ticks, 0.5), quantile(ticks, 0.99),
-               quantile(ticks, 0.999), ticks.back(), build_s, bytes / 1e6, load, touched ? "" : "lost contact");
-    std::fflush(stdout);
-    if (!touched) return false;
+  const auto ticks = timed(
+      common, options, [&] { stage.begin(); }, [&](double seconds) { stage.tick(seconds); });
+  if (!stage.ok() || !stage.touched()) throw Failure("stroke", "the hand left the surface", "");
+  printRow(common, count, "tick", ticks, load);
+  for (const double radius : options.radii_mm) {
+    printRow(common, count, fmt::format("sweep {} mm", radius),
+             timedSweeps(common, options, memory->view, radius / 1e3), load);
   }
-  return true;
+  printRow(common, count, "nearest", timedNearest(common, options, memory->view), load);
 }
 
 int run(const Common& common, const Options& options) {
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
-  fmt::print("# stroke of {} s, {} mm deep at {} m/s, 1 kHz; per tick the median of {} rounds; times in ns\n",
-             options.seconds, kDepth * 1e3, kSpeed, common.rounds);
-  fmt::print("{}\n", common.csv
-                         ? "triangles,radius_mm,mean,median,p99,p99.9,max,build_s,MB,chase,note"
-                         : "triangles radius     mean   median      p99    p99.9      max  build/s       MB    chase");
-  for (const std::uint32_t n : options.triangles) {
-    if (!measure(common, options, n)) return 1;
-  }
+  fmt::print("# stroke of {} s, {} mm deep at {} m/s, 1 kHz; of each tick the median of {} rounds [ns]; boxes: {}\n",
+             options.seconds, kDepth * 1e3, kSpeed, common.rounds, nameOf(vectorPath()));
+  fmt::print("{}\n", common.csv ? "triangles,what,mean,median,p99,p99.9,max,chase"
+                                : "triangles  what             mean   median      p99    p99.9      max    chase");
+  for (const std::uint32_t n : options.triangles) measure(common, options, n);
   return 0;
 }
 
@@ -189,11 +235,14 @@ int run(const Common& common, const Options& options) {
 
 void addCost(CLI::App& app, Run& chosen) {
   auto options = std::make_shared<Options>();
-  CLI::App* cost = app.add_subcommand("cost", "A renderer's tick on meshes of rising size, beside a pointer chase");
+  CLI::App* cost = app.add_subcommand(
+      "cost", "A tick of the renderer and its queries on meshes of rising size, beside a pointer chase");
   cost->add_option("--triangles", options->triangles, "Sizes of the mesh")
       ->capture_default_str()
       ->check(CLI::Range(8, 8'000'000));
-  cost->add_option("--radius", options->radii_mm, "Of the proxy [mm]")->capture_default_str()->check(CLI::Range(0, 10));
+  cost->add_option("--radius", options->radii_mm, "Of the swept ball [mm]")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 10));
   cost->add_option("--seconds", options->seconds, "Of stroke")->capture_default_str()->check(CLI::Range(0.1, 600.0));
   cost->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });
 }

@@ -43,6 +43,7 @@ enum class CommandKind : std::uint32_t {
   kDisarm,          ///< DeviceRef
   kStop,            ///< StopOrder
   kDeviceLimits,    ///< DeviceLimits
+  kDeviceRadius,    ///< DeviceRadius
 };
 
 /** An object id for the rings: slot in the low 16 bits, generation above, never 0. */
@@ -92,6 +93,13 @@ struct DeviceLimits {
   std::uint32_t device;
   std::uint32_t reserved;
   double force, torque, force_slew, torque_slew, velocity, power, active_power, gripper_force;
+};
+
+/** Of the ball about the device point. */
+struct DeviceRadius {
+  std::uint32_t device;
+  std::uint32_t reserved;
+  double radius;  ///< 0 to ProxyRenderer::kMaxRadius [m].
 };
 
 /** A checked command. `payload` is read with as<T>() according to `kind`. */

@@ -82,6 +82,9 @@ class Core {
   [[nodiscard]] Result<void> stop(std::string_view uri, std::uint64_t connection);
   [[nodiscard]] Result<GuardLimits> setLimits(std::string_view uri, const GuardLimits& wanted,
                                               std::uint64_t connection);
+  /** Of the ball about the device's point [m]. For the lease holder's user, anybody while nobody holds it, and
+   * administration. */
+  [[nodiscard]] Result<void> setRadius(OpenDevice& device, double radius, const Client& by);
   [[nodiscard]] Result<OpenDevice*> openDevice(std::string_view uri);
   [[nodiscard]] Result<void> closeDevice(std::string_view uri, std::uint64_t connection);
 

@@ -24,6 +24,7 @@ struct OpenDevice {
   std::uint32_t index = 0;           ///< In the group.
   GuardLimits limits;                ///< In force.
   GuardLimits maxima;                ///< The device's own.
+  double radius = 0;                 ///< Of the ball about its point [m].
   std::uint64_t lease = 0;           ///< Session that holds it, 0 if free.
   std::uint32_t sessions = 0;        ///< Sessions on it.
   std::vector<std::string> aliases;  ///< Other texts by which it was opened.

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "daemon/resource/properties.h"
+#include "daemon/resource/resource_name.h"
 
 namespace hapticd {
 namespace {
@@ -50,6 +51,13 @@ Json getCounts(const OpenDevice&, const DeviceNow& s, Core&) {
   return {{"cycles", s.cycles}, {"missed", s.missed}, {"overruns", s.overruns}, {"stale", s.stale}};
 }
 
+Result<void> setRadius(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
+                       const Client& by) {
+  auto n = parseNumbers(value, 1, where);
+  if (!n) return n.error();
+  return core.setRadius(device, n->front(), by);
+}
+
 constexpr DeviceProperty kProperties[] = {
     {"uri", "opens this device and no other",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return Json(d.info().uri); }},
@@ -77,6 +85,8 @@ constexpr DeviceProperty kProperties[] = {
     {"fault", "latched fault",
      [](const OpenDevice&, const DeviceNow& s, Core&) { return Json(faultText(s.sample.fault)); }},
     {"lease", "who may arm it", getLease},
+    {"radius", "of the ball about the device point [m]",
+     [](const OpenDevice& d, const DeviceNow&, Core&) { return number(d.radius); }, setRadius},
     {"limits", "in force", [](const OpenDevice& d, const DeviceNow&, Core&) { return toJson(d.limits); }},
     {"rate", "[Hz]", [](const OpenDevice&, const DeviceNow& s, Core&) { return number(s.rate_hz); }},
     {"counts", "cycles, missed, overruns, stale", getCounts},

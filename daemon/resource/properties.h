@@ -22,11 +22,14 @@ struct ObjectProperty {
 };
 [[nodiscard]] std::span<const ObjectProperty> objectProperties();
 
-/** Of /devices/NAME. All read-only: limits are set by setLimits, arming by the lease. */
+/** Of /devices/NAME. Nearly all read-only: limits are set by setLimits, arming by the lease. */
 struct DeviceProperty {
   const char* name;
   const char* doc;
   nlohmann::json (*get)(const OpenDevice& device, const DeviceNow& status, Core& core);
+  /** Null: read-only. `where` is for errors. */
+  Result<void> (*set)(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
+                      const Client& by) = nullptr;
 };
 [[nodiscard]] std::span<const DeviceProperty> deviceProperties();
 

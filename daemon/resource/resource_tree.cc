@@ -119,7 +119,21 @@ Result<std::string> ResourceTree::get(std::string_view path, const Client&) {
   return print(*json);
 }
 
-Result<std::string> ResourceTree::set(std::string_view uri, const Client&) {
+Result<std::string> ResourceTree::setOfDevice(const ResourceName& name, std::string_view value, const Client& by) {
+  auto device = core_.devices().find(name.element[1]);
+  if (!device) return device.error();
+  if (name.element.size() > 3) return tooDeep(name, 3);
+  const DeviceProperty* property = findRow(deviceProperties(), name.element[2]);
+  if (property == nullptr) return noSuchElement(name, 2, namesOf(deviceProperties()));
+  if (property->set == nullptr) {
+    return Error{ErrorCode::kPermissionDenied, name.upTo(2), fmt::format("'{}' cannot be written", property->name),
+                 "limits and arming have commands of their own"};
+  }
+  if (auto r = property->set(core_, **device, value, name.upTo(2), by); !r) return r.error();
+  return print(property->get(**device, statusOf(**device), core_));
+}
+
+Result<std::string> ResourceTree::set(std::string_view uri, const Client& by) {
   auto name = parseResourceName(uri);
   if (!name) return name.error();
   const std::string* value = name->find("value");
@@ -128,8 +142,10 @@ Result<std::string> ResourceTree::set(std::string_view uri, const Client&) {
                  "for example /objects/motor/pos?value=0,0,0.02"};
   }
   const std::size_t last = name->element.size();
+  if (last >= 3 && name->element[0] == "devices") return setOfDevice(*name, *value, by);
   if (last < 3 || (name->element[0] != "objects" && name->element[0] != "_objects")) {
-    return Error{ErrorCode::kPermissionDenied, name->upTo(last), "only properties of objects can be written",
+    return Error{ErrorCode::kPermissionDenied, name->upTo(last),
+                 "only properties of objects and devices can be written",
                  "limits, arming and the rest have commands of their own"};
   }
   std::string object = name->element[1];

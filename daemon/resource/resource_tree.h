@@ -30,6 +30,7 @@ class ResourceTree {
   Result<Json> readObject(const ResourceName& name, std::size_t at, const std::string& object);
   Result<Json> readTree(const ResourceName& name);
   Result<Json> readDevices(const ResourceName& name);
+  Result<std::string> setOfDevice(const ResourceName& name, std::string_view value, const Client& by);
   Result<Json> readStatistics(const ResourceName& name);
   Result<Json> readMeshes(const ResourceName& name);
   /** The object that the elements from `at` on name in the tree, and the element after it. */

@@ -120,6 +120,12 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
       guard.latch(cause == HD_FAULT_NONE || cause >= HD_FAULT_COUNT ? std::uint32_t{HD_FAULT_STOP_LINE} : cause);
       return ErrorCode::kOk;
     }
+    case CommandKind::kDeviceRadius: {
+      const double radius = command.as<DeviceRadius>().radius;
+      if (!(radius >= 0 && radius <= ProxyRenderer::kMaxRadius)) return ErrorCode::kInvalidArgument;
+      devices_[device].proxy.setRadius(radius);
+      return ErrorCode::kOk;
+    }
     default: {
       const auto& wanted = command.as<DeviceLimits>();
       GuardLimits limits = guard.limits();
@@ -178,6 +184,7 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
     case CommandKind::kDisarm:
     case CommandKind::kStop:
     case CommandKind::kDeviceLimits:
+    case CommandKind::kDeviceRadius:
       code = applyDeviceOrder(command);
       break;
   }
@@ -219,7 +226,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
   device.proxy.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), out.contact);
   source[HD_SOURCE_SURFACE].force = out.contact.force;
   if (const SceneObject* touched = scene_.find(out.contact.object)) {
-    energy.carried = out.contact.force.cwiseProduct(touched->velocityAt(out.contact.proxy));
+    energy.carried = out.contact.force.cwiseProduct(touched->velocityAt(out.contact.point));
     energy.stored = 0.5 * touched->material.stiffness * (out.contact.proxy - sample.p).squaredNorm();
   }
 
@@ -279,7 +286,7 @@ void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& o
     ServoEvent event = eventAt(contact.touch ? ServoEventKind::kTouch : ServoEventKind::kUntouch, d, input);
     event.object = contact.touch ? contact.object : device.touched;
     event.force = contact.force.norm();
-    store(contact.proxy, event.point);
+    store(contact.point, event.point);
     output.events.add(event);
   }
   if (contact.object != 0) device.touched = contact.object;

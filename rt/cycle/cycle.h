@@ -61,6 +61,8 @@ class Cycle {
   [[nodiscard]] const Scene& scene() const HD_RT { return scene_; }
   [[nodiscard]] const SessionShare& session(std::uint32_t slot) const HD_RT { return sessions_[slot]; }
   [[nodiscard]] const Guard& deviceGuard(std::uint32_t device) const HD_RT { return devices_[device].guard; }
+  /** Radius of the ball about the device point, as ordered [m]. */
+  [[nodiscard]] double deviceRadius(std::uint32_t device) const HD_RT { return devices_[device].proxy.radius(); }
   [[nodiscard]] const CycleConfig& config() const HD_RT { return config_; }
   /** Commands that wait for their tick, in the order they arrived. */
   [[nodiscard]] std::span<const Command> pending() const HD_RT { return {pending_.data(), pending_count_}; }

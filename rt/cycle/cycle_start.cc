@@ -20,6 +20,8 @@ void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orde
   for (std::uint32_t d = 0; d < cycle.config().device_count; ++d) {
     const std::uint32_t fault = cycle.deviceGuard(d).fault();
     if (fault != HD_FAULT_NONE) orders.push_back(order(CommandKind::kStop, StopOrder{d, fault}));
+    const double radius = cycle.deviceRadius(d);
+    if (radius > 0) orders.push_back(order(CommandKind::kDeviceRadius, DeviceRadius{d, 0, radius}));
   }
   for (std::uint32_t slot = 0; slot < kMaxSessions; ++slot) {
     const SessionShare& session = cycle.session(slot);

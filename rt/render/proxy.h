@@ -46,6 +46,9 @@ class ProxyRenderer {
   /** Most segments one step sweeps. */
   static constexpr std::uint32_t kMaxSweeps = 64;
 
+  /** Largest ball [m]. */
+  static constexpr double kMaxRadius = 0.1;
+
   /** Starts anew with the proxy at the hip. */
   void reset(const Vec3& hip_W) HD_RT;
 
@@ -54,6 +57,8 @@ class ProxyRenderer {
    * else tick by tick: a ball that grows pushes nobody. Not finite or negative counts as 0.
    */
   void setRadius(double radius) HD_RT { wanted_radius_ = std::isfinite(radius) && radius > 0 ? radius : 0; }
+  /** As set [m]. */
+  [[nodiscard]] double radius() const HD_RT { return wanted_radius_; }
 
   /**
    * Moves the proxy toward `hip_W`, or around an edge to a nearer part of the surface, and computes the force

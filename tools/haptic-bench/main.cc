@@ -25,6 +25,7 @@ constexpr haptic_bench::AddBenchmark kBenchmarks[] = {
     haptic_bench::addRing,
     haptic_bench::addServo,
     haptic_bench::addCost,
+    haptic_bench::addZwidth,
 };
 // clang-format on
 constexpr int kExitFailed = 1;  ///< Also a broken bound.

@@ -1,0 +1,152 @@
+// The closed loop: theory against closed forms and brute force, the search against theory.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/zwidth/buzz.h"
+#include "tools/haptic-bench/zwidth/eigenvalue.h"
+#include "tools/haptic-bench/zwidth/search.h"
+#include "tools/haptic-bench/zwidth/sweep.h"
+#include "tools/haptic-bench/zwidth/theory.h"
+
+namespace haptic_bench::zwidth {
+namespace {
+
+Loop idealLoop(double rate_hz, std::uint32_t delay) {
+  return makeLoop("sim://default", {rate_hz, delay, kIdealStep, 0});
+}
+
+TEST(ZwidthTheory, ColgatesGeneralConditionIsTheSimpleOneWithoutDelay) {
+  for (const double damping : {0.0, 0.3, 1.5}) {
+    EXPECT_NEAR(colgateDelayed(2, damping, 1e-3, 0), colgate(2, damping, 1e-3), 1e-6);
+    EXPECT_NEAR(colgate(2, damping, 1e-3), 2 * (2 - damping) / 1e-3, 1e-9);
+  }
+  EXPECT_EQ(colgate(1, 2, 1e-3), 0);
+  // At low frequency delay d adds d T to the T / 2 of the hold: b > K T (1/2 + d). That is the narrowest place.
+  for (const std::uint32_t delay : {1u, 2u, 3u}) {
+    EXPECT_NEAR(colgateDelayed(2, 0, 1e-3, delay) * 1e-3 * (0.5 + delay) / 2, 1, 1e-4);
+  }
+  EXPECT_DOUBLE_EQ(frictionLimit(0.1, 1e-5), 20000);
+}
+
+/** Whether the linear loop, simulated tick by tick with two thousand steps of Euler's in each, dies away. */
+bool decays(const Loop& loop, double stiffness, double damping, std::uint32_t window) {
+  const hapticd::SimParameters& p = loop.device.parameters;
+  const double tick = 1 / loop.rate_hz;
+  const int steps = 2000;
+  std::vector<double> x(window + 1, 1e-3), f(loop.delay + 1, 0.0);
+  double place = 1e-3, v = 0, early = 0, late = 0;
+  const int ticks = 1500;
+  for (int n = 0; n < ticks; ++n) {
+    x.insert(x.begin(), place);
+    x.pop_back();
+    f.insert(f.begin(), -stiffness * x[0] - damping * (x[0] - x[window]) / (window * tick));
+    f.pop_back();
+    for (int i = 0; i < steps; ++i) {
+      const double h = tick / steps;
+      v += h / (p.mass + p.hand_mass) * (f[loop.delay] - (p.viscous + p.hand_damping) * v - p.hand_stiffness * place);
+      place += h * v;
+    }
+    if (n >= 100 && n < 300) early = std::max(early, std::abs(place));
+    if (n >= ticks - 200) late = std::max(late, std::abs(place));
+  }
+  return late < early;
+}
+
+TEST(ZwidthTheory, EigenvalueLimitIsWhereABruteSimulationTurns) {
+  for (const std::uint32_t delay : {0u, 2u}) {
+    for (const std::uint32_t window : {1u, 4u}) {
+      const Loop loop = idealLoop(1000, delay);
+      const double limit = eigenvalueLimit(loop, 10, window);
+      ASSERT_GT(limit, 100);
+      EXPECT_TRUE(decays(loop, 0.98 * limit, 10, window)) << delay << " " << window;
+      EXPECT_FALSE(decays(loop, 1.02 * limit, 10, window)) << delay << " " << window;
+    }
+  }
+  // Gil et al. 2009: K = (b + B) / (T / 2 + delay), to first order.
+  EXPECT_NEAR(eigenvalueLimit(idealLoop(4000, 1), 0) / (6.5 / 0.375e-3), 1, 0.01);
+  EXPECT_LE(slowestLimit(idealLoop(1000, 1), 40), eigenvalueLimit(idealLoop(1000, 1), 40, 15));
+}
+
+TEST(ZwidthBuzz, ASineAboveCountsWithHalfItsSquareAndOneBelowDoesNot) {
+  std::vector<double> signal;
+  for (int i = 0; i < 1000; ++i) {
+    const double t = i * 1e-3;
+    signal.push_back(7 + 3 * std::sin(2 * std::numbers::pi * 4 * t) + 0.2 * std::sin(2 * std::numbers::pi * 110.3 * t));
+  }
+  EXPECT_NEAR(powerAbove(signal, 1000, 30), 0.02, 2e-4);
+  EXPECT_NEAR(powerAbove(signal, 1000, 200), 0, 1e-6);
+  EXPECT_NEAR(powerAbove(signal, 1000, 1), 4.52, 0.02);
+}
+
+TEST(ZwidthSearch, FindsTheEigenvalueLimitAndTheControllerDoublesIt) {
+  for (const std::uint32_t delay : {0u, 2u}) {
+    Loop loop = idealLoop(1000, delay);
+    const double limit = eigenvalueLimit(loop, 2);
+    const double off = largestStable(loop, 2, limit).stiffness;
+    EXPECT_NEAR(off / limit, 1, 0.05) << delay;
+    loop.passivity = true;
+    const Limit on = largestStable(loop, 2, off);
+    EXPECT_GT(on.stiffness / off, 2) << delay;
+    EXPECT_NEAR(on.at.displayed / on.stiffness, 1, 0.05) << delay;
+  }
+}
+
+TEST(ZwidthSearch, DryFrictionHelps) {
+  const double without = largestStable(makeLoop("sim://default", {1000, 0, 1e-5, 0}), 0, 13000).stiffness;
+  const double with = largestStable(makeLoop("sim://default", {1000, 0, 1e-5, 0.1}), 0, 13000).stiffness;
+  EXPECT_GT(with, 1.1 * without);
+}
+
+TEST(ZwidthSearch, RepeatsBitForBit) {
+  const Loop loop = makeLoop("sim://touchx", {1000, 0, -1, -1});
+  const Tap a = tap(loop, {700, 1}), b = tap(loop, {700, 1});
+  EXPECT_EQ(a.buzz, b.buzz);
+  EXPECT_EQ(a.late_m, b.late_m);
+}
+
+TEST(ZwidthGoals, JudgeNamesWhatIsMissed) {
+  Row good;
+  good.change.rate_hz = 1000;
+  good.step = kIdealStep;
+  good.eigenvalue = good.slowest = 1000;
+  good.colgate_delayed = 500;
+  good.off = 990;
+  good.on = 2100;
+  good.displayed = 1;
+  Row stiff = good;
+  stiff.damping = 10;
+  stiff.eigenvalue = 3000;
+  stiff.off = 2900;
+  stiff.on = 3000;
+  for (const Goal& goal : judge({good, stiff})) EXPECT_EQ(goal.missed, 0) << goal.name;
+  const auto missed = [&](const Row& row) {
+    int count = 0;
+    for (const Goal& goal : judge({row, stiff})) count += goal.missed;
+    return count;
+  };
+  Row bad = good;
+  bad.off = 940;
+  EXPECT_EQ(missed(bad), 1) << "not within 5 % of the limit";
+  bad = good;
+  bad.on = 1900;
+  EXPECT_EQ(missed(bad), 1) << "not twice";
+  bad = good;
+  bad.displayed = 0.9;
+  EXPECT_EQ(missed(bad), 1) << "softer than asked for";
+  bad = good;
+  bad.colgate_delayed = 1000;
+  EXPECT_EQ(missed(bad), 1) << "below Colgate";
+}
+
+TEST(ZwidthLoop, RefusesWhatCannotBeSwept) {
+  EXPECT_THROW((void)makeLoop("replay://somewhere.csv", {}), Failure);
+  EXPECT_THROW((void)makeLoop("sim://default?hand_stiffness=0", {}), Failure);
+  EXPECT_THROW((void)makeLoop("sim://defualt", {}), Failure);
+  EXPECT_EQ(makeLoop("sim://touch?motion=tap", {}).device.parameters.motion, "live");
+}
+
+}  // namespace
+}  // namespace haptic_bench::zwidth

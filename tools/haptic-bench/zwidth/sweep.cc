@@ -1,0 +1,71 @@
+#include "tools/haptic-bench/zwidth/sweep.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "tools/haptic-bench/zwidth/eigenvalue.h"
+#include "tools/haptic-bench/zwidth/search.h"
+#include "tools/haptic-bench/zwidth/theory.h"
+
+namespace haptic_bench::zwidth {
+namespace {
+
+Loop loopOf(const Options& options, const Change& change) {
+  Loop loop = makeLoop(options.uri, change);
+  loop.push = options.push;
+  loop.force_slew = options.force_slew;
+  return loop;
+}
+
+}  // namespace
+
+std::vector<Row> plan(const Options& options) {
+  std::vector<Row> rows;
+  for (const double rate : options.rates_hz) {
+    for (const std::uint32_t delay : options.delays) {
+      std::vector<Change> devices{{rate, delay, kIdealStep, 0}};
+      if (!options.quick) devices.push_back({rate, delay, -1, 0});
+      devices.push_back({rate, delay, -1, -1});
+      for (const double damping : options.dampings) {
+        double eigenvalue = -1, slowest = 0;  // The same for all three.
+        for (const Change& change : devices) {
+          const Loop loop = loopOf(options, change);
+          const hapticd::SimParameters& device = loop.device.parameters;
+          if (eigenvalue < 0) {
+            eigenvalue = eigenvalueLimit(loop, damping);
+            slowest = slowestLimit(loop, damping);
+          }
+          Row row;
+          row.change = change;
+          row.step = device.resolution;
+          row.friction = device.coulomb;
+          row.damping = damping;
+          row.colgate = colgate(device.viscous, damping, 1 / rate);
+          row.colgate_delayed = colgateDelayed(device.viscous, damping, 1 / rate, delay);
+          row.friction_limit = frictionLimit(device.coulomb, device.resolution);
+          row.eigenvalue = eigenvalue;
+          row.slowest = slowest;
+          rows.push_back(row);
+        }
+      }
+    }
+  }
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
+    const auto key = [](const Row& r) { return std::tuple(r.change.rate_hz, r.change.delay, r.friction, r.step); };
+    return key(a) < key(b);
+  });
+  return rows;
+}
+
+void measure(const Options& options, Row& row) {
+  Loop loop = loopOf(options, row.change);
+  row.off = largestStable(loop, row.damping, row.slowest > 0 ? row.slowest : row.eigenvalue).stiffness;
+  row.buzz_off = tap(loop, {kBuzzAt * row.off, row.damping}).buzz;
+  loop.passivity = true;
+  const Limit on = largestStable(loop, row.damping, row.off > 0 ? row.off : row.eigenvalue);
+  row.on = on.stiffness;
+  row.displayed = on.stiffness > 0 ? on.at.displayed / on.stiffness : 0;
+  row.buzz_on = tap(loop, {kBuzzAt * row.off, row.damping}).buzz;
+}
+
+}  // namespace haptic_bench::zwidth

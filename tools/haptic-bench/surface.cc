@@ -11,6 +11,7 @@ void addSurface(CLI::App& sub, Surface& surface) {
   add("--stiffness", surface.stiffness, 1e5, "Of the surface, N/m");
   add("--damping", surface.damping, 1e3, "Of the surface along its normal, N s/m");
   add("--friction-static", surface.friction_static, 10, "Coefficient of friction at rest");
+  add("--radius", surface.radius, 1, "Of the ball that touches, m; 0 is a point");
   add("--friction-dynamic", surface.friction_dynamic, 10, "Coefficient of friction while sliding");
 }
 

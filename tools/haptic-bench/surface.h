@@ -1,5 +1,5 @@
 /** @file
- * What the surface of a benchmark is like.
+ * What the surface of a benchmark is like, and what touches it.
  */
 #pragma once
 
@@ -14,9 +14,10 @@ struct Surface {
   double damping = 0;       ///< Along the normal [N s/m].
   double friction_static = 0;
   double friction_dynamic = 0;
+  double radius = 0;  ///< Of the ball that touches; 0: a point [m].
 };
 
-/** --stiffness, --damping, --friction-static and --friction-dynamic. */
+/** --stiffness, --damping, --friction-static, --friction-dynamic and --radius. */
 void addSurface(CLI::App& sub, Surface& surface);
 
 }  // namespace haptic_bench

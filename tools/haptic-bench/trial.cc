@@ -44,6 +44,7 @@ Outcome runTrial(const std::string& algorithm, const Model& model, const Traject
   problem.damping = surface.damping;
   problem.friction_static = surface.friction_static;
   problem.friction_dynamic = surface.friction_dynamic;
+  problem.radius = surface.radius;
   problem.period_s = trajectory.period_s();
 
   Outcome outcome;

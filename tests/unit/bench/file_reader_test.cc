@@ -44,6 +44,16 @@ TEST(TrajectoryFiles, CsvWithTruthAndUnits) {
   EXPECT_GT(in.start.z(), 0) << "from outside";
 }
 
+TEST(TrajectoryFiles, WhatHapticctlMonitorWritesIsRead) {
+  const Trajectory in = parse(
+      "t_s,tick,t_ns,px,py,pz,qw,qx,qy,qz,vx,vy,vz,fx,fy,fz,proxy_x,proxy_y,proxy_z,gripper_rad,buttons,flags\n"
+      "0.000000,7,1234567890123,0.01,0.02,-0.001,1,0,0,0,0,0,0,0,0,1,0.01,0.02,0,0,0,1\n"
+      "0.001000,8,1234568890456,0.02,0.02,-0.001,1,0,0,0,0,0,0,0,0,1,0.02,0.02,0,0,0,1\n");
+  EXPECT_NEAR(in.samples[1].t_s, 1000333e-9, 1e-12) << "nanoseconds go before rounded seconds";
+  EXPECT_EQ(in.samples[1].hip, Vec3(0.02, 0.02, -0.001));
+  EXPECT_TRUE(in.force_known && in.proxy_known);
+}
+
 TEST(TrajectoryFiles, TrajWithNamedColumnsIsPressedIn) {
   const FileOptions options{"-,t,x,y,z,fn_mN", true, 0, 0};
   const Trajectory in = parse("9 0.0 0.01 0 0 500\n9  0.1\t0.02 0 0 -3\n", options);

@@ -55,6 +55,20 @@ TEST(BenchTrial, OursSlidesWithTheFrictionOfTheTruth) {
   EXPECT_LT(late, 0.03);
 }
 
+TEST(BenchTrial, ABallTouchesARadiusOutside) {
+  Surface ball{1000};
+  ball.radius = 0.002;
+  for (const char* spec : {"sphere:stacks=64", "plane"}) {
+    const Model model = makeModel(spec);
+    const Trajectory trajectory = makeTrajectory(model.kind == "plane" ? "lissajous" : "spiral", model, ball);
+    const double nearest = judge(trajectory, runTrial("nearest", model, trajectory, ball, 1).answers, 1e-3).force_mse;
+    const double ours = judge(trajectory, runTrial("ours", model, trajectory, ball, 1).answers, 1e-3).force_mse;
+    EXPECT_LT(nearest, 1e-3) << spec << ": 1 N, with facets";
+    EXPECT_LE(ours, 1.02 * nearest + 1e-12) << spec;
+    EXPECT_THROW((void)runTrial("god-object", model, trajectory, ball, 1), Failure);
+  }
+}
+
 TEST(BenchTrial, GodObjectSitsInACornerOfThreePlanes) {
   Model walls;  // x, y, z = 0.01, seen from the origin.
   for (int axis = 0; axis < 3; ++axis) {

@@ -77,6 +77,7 @@ class Daemon {
     how.name = "haptic-bench";
     device_ = options.word("device", "");
     options.finish();
+    refuseBall(problem);
     haptic::Client client = must(haptic::Client::connect(how));
     if (device_.empty()) device_ = must(client.openDevice(kStill))->uri;
     return client;

@@ -63,6 +63,7 @@ class GodObject {
   explicit GodObject(const haptic_algorithm_problem& problem)
       : mesh_(buildMesh(modelOf(problem))), stiffness_(problem.stiffness), damping_(problem.damping) {
     Spec(std::string("god-object:") + problem.options).finish();
+    refuseBall(problem);
     shape_.kind = hapticd::ShapeKind::kMesh;
     shape_.mesh = &mesh_.view;
     double extent = 0;

@@ -23,6 +23,7 @@ class LocalPlanes {
     latency_s_ = options.number("latency", 0.005, 0, 1);
     blend_s_ = options.number("blend", period_s_, 0, 1);
     options.finish();
+    refuseBall(problem);
     plane_.kind = HD_MODEL_PLANE;
     plane_.material.stiffness = problem.stiffness;
     plane_.material.damping = problem.damping;

@@ -1,5 +1,7 @@
 #include "tools/haptic-bench/algorithm/native.h"
 
+#include "tools/haptic-bench/failure.h"
+
 namespace haptic_bench {
 
 Model modelOf(const haptic_algorithm_problem& problem) {
@@ -13,6 +15,10 @@ Model modelOf(const haptic_algorithm_problem& problem) {
     model.triangles.push_back({v[0], v[1], v[2]});
   }
   return model;
+}
+
+void refuseBall(const haptic_algorithm_problem& problem) {
+  if (problem.radius > 0) throw Failure("--radius", "this algorithm touches with a point only", "leave it out");
 }
 
 }  // namespace haptic_bench

@@ -47,6 +47,9 @@ template <class T>
   return table;
 }
 
+/** Throws Failure: for algorithms that know only a point. */
+void refuseBall(const haptic_algorithm_problem& problem);
+
 inline void answer(haptic_algorithm_contact& contact, const Vec3& force, const Vec3& proxy, bool touches) {
   hapticd::store(force, contact.force);
   hapticd::store(proxy, contact.proxy);

@@ -12,7 +12,7 @@ namespace {
 class Nearest {
  public:
   explicit Nearest(const haptic_algorithm_problem& problem)
-      : surface_(modelOf(problem)), stiffness_(problem.stiffness), damping_(problem.damping) {
+      : surface_(modelOf(problem)), stiffness_(problem.stiffness), damping_(problem.damping), radius_(problem.radius) {
     Spec(std::string("nearest:") + problem.options).finish();
   }
 
@@ -20,17 +20,18 @@ class Nearest {
 
   void step(const Vec3& hip, const Vec3& v, double, haptic_algorithm_contact& contact) const {
     const SurfacePoint at = surface_.find(hip);
-    if (!at.inside) return answer(contact, Vec3::Zero(), hip, false);
-    const double elastic = stiffness_ * at.distance;
-    const Vec3 out = at.distance > 0 ? Vec3((at.point - hip) / at.distance) : at.normal;
-    answer(contact, std::max(0.0, elastic - damping_ * v.dot(out)) * out, at.point, true);
+    const double depth = radius_ + (at.inside ? at.distance : -at.distance);
+    if (depth <= 0) return answer(contact, Vec3::Zero(), hip, false);
+    const Vec3 away = at.inside ? Vec3(at.point - hip) : Vec3(hip - at.point);
+    const Vec3 out = at.distance > 0 ? Vec3(away / at.distance) : at.normal;
+    answer(contact, std::max(0.0, stiffness_ * depth - damping_ * v.dot(out)) * out, hip + depth * out, true);
   }
 
   [[nodiscard]] std::size_t bytes() const { return surface_.bytes(); }
 
  private:
   NearestPoint surface_;
-  double stiffness_, damping_;
+  double stiffness_, damping_, radius_;
 };
 
 }  // namespace

@@ -17,6 +17,7 @@ class Ours {
     Spec options(std::string("ours:") + problem.options);
     const bool two_sided = options.count("two_sided", 0, 0, 1) != 0;
     options.finish();
+    proxy_.setRadius(problem.radius);
     meshes_->publish(0, &mesh_.view);
     hapticd::Command command;
     command.kind = hapticd::CommandKind::kAddObject;

@@ -87,6 +87,7 @@ Volume makeVolume(const haptic_algorithm_problem& problem) {
   const int cells = options.count("cells", 64, 4, 512);
   const double margin = options.number("margin", 0.1, 0, 1);
   options.finish();
+  refuseBall(problem);
   return {modelOf(problem), cells, margin};
 }
 

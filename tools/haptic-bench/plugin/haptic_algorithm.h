@@ -30,6 +30,7 @@ typedef struct haptic_algorithm_problem {
   double damping;         /**< Along the normal, of the surface [N s/m]. */
   double friction_static; /**< Coefficients of friction; both 0 without it. */
   double friction_dynamic;
+  double radius;       /**< Of the ball that touches, about the hand's point; 0: a point [m]. Refuse what you cannot. */
   double period_s;     /**< Of most samples. */
   const char* options; /**< What stood behind the colon of --algorithm NAME:OPTIONS; "" if nothing did. */
 } haptic_algorithm_problem;
@@ -37,7 +38,7 @@ typedef struct haptic_algorithm_problem {
 /** What a step answers. */
 typedef struct haptic_algorithm_contact {
   double force[3];  /**< On the hand [N]. */
-  double proxy[3];  /**< The point on the surface; the hand's point in free space [m]. */
+  double proxy[3];  /**< The point on the surface, or the ball's centre; the hand's point in free space [m]. */
   uint32_t touches; /**< 1 in contact, 0 in free space. */
   uint32_t reserved;
 } haptic_algorithm_contact;

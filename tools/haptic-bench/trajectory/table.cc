@@ -122,7 +122,9 @@ Table::Column Table::find(std::string_view names) const {
         }
       }
       if (scale == 0) continue;
-      if (found) {
+      if (found && scale != found.scale_) {  // One quantity in two units: the finer one has more digits.
+        if (scale > found.scale_) continue;
+      } else if (found) {
         throw Failure(where_,
                       fmt::format("columns {} and {} ({} and {}) are the same quantity", found.column_ + 1, c + 1,
                                   names_[found.column_], have),

@@ -27,7 +27,8 @@ class Table {
 
   /**
    * A quantity by one of several names, parted by blanks: "x px". A name may carry a unit behind an underscore (s, ms,
-   * us, ns; m, mm, um; N, mN) by which the column is scaled to SI. Throws Failure when there are two.
+   * us, ns; m, mm, um; N, mN) by which the column is scaled to SI; of several units the finest is taken. Throws Failure
+   * when there are two in one.
    */
   class Column {
    public:

@@ -24,9 +24,12 @@ Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surfa
       const Vec3 slide = way - s.normal * s.normal.dot(way);
       if (slide.norm() > 0) force -= surface.friction_dynamic * s.force * slide.normalized();
     }
-    in.samples.push_back({s.t_s, s.point - force / surface.stiffness, s.point, force});
+    const Vec3 centre = s.point + surface.radius * s.normal;
+    in.samples.push_back({s.t_s, centre - force / surface.stiffness, centre, force});
   }
-  if (!out.empty()) in.start = out.front().point + out.front().normal * (out.front().force / surface.stiffness);
+  if (!out.empty()) {
+    in.start = out.front().point + out.front().normal * (surface.radius + out.front().force / surface.stiffness);
+  }
   return in;
 }
 

@@ -45,7 +45,8 @@ struct SurfaceSample {
 /**
  * The in-trajectory that feels like an out-trajectory: p_in = p_out - f / k (thesis eq. 4.2, which prints |n| k: the
  * units need F / k), where f = F (n - mu t) and t is the direction in which the contact slides: without friction p_in =
- * p_out - n F / k. The hand comes from a point above the first one, F / k off the surface.
+ * p_out - n F / k. A ball's centre lies a radius outside of that. The hand comes from a point above the first one, F /
+ * k off the surface.
  */
 [[nodiscard]] Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surface);
 

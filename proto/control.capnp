@@ -30,6 +30,19 @@ struct Material {
   frictionDynamic @3 :Float64;
 }
 
+struct Surface {                      # what a surface feels like beyond its material; docs/surfaces.md
+  smoothDeg @0 :Float64;              # edges that bend less than this are shaded round; 0: none is
+  transientGain @1 :Float64;          # N s/m: force per speed of impact; 0: none
+  transientHz @2 :Float64 = 150;      # what an impact rings at
+  transientDecay @3 :Float64 = 0.01;  # s, to 1/e
+  relief @4 :UInt64;                  # texture, 0 for none
+  reliefDepth @5 :Float64 = 0.0002;   # m, from white down to black
+  reliefWidth @6 :Float64 = 0.1;      # m, of the picture
+  reliefHeight @7 :Float64 = 0.1;
+  vibration @8 :UInt64;               # texture, 0 for none
+  vibrationMass @9 :Float64 = 0.05;   # kg: force per acceleration
+}
+
 # ---------------------------------------------------------------- the daemon
 
 struct DaemonInfo {
@@ -296,6 +309,7 @@ struct ObjectSpec {
   visible @6 :Bool = true;
   twoSided @7 :Bool;
   keep @8 :Bool;      # stays when the client that made it leaves
+  surface @9 :Surface;
 }
 
 struct ObjectState {
@@ -324,6 +338,18 @@ struct MeshReport {
   owner @11 :Text;
 }
 
+struct TextureReport {
+  id @0 :UInt64;
+  relief @1 :Bool;      # a relief, else a vibration
+  width @2 :UInt32;     # of a relief, pixels
+  height @3 :UInt32;
+  models @4 :UInt32;    # of a vibration
+  rate @5 :Float64;     # Hz it was recorded at
+  bytes @6 :UInt64;     # for each servo
+  uses @7 :UInt32;      # surfaces that show it
+  owner @8 :Text;
+}
+
 interface Progress {
   report @0 (fraction :Float32, stage :Text) -> stream;
 }
@@ -332,6 +358,8 @@ interface Upload {
   region @0 () -> (status :Status, region :Region);
   commit @1 (progress :Progress) -> (status :Status, mesh :MeshReport);
   # The client has unmapped it; STILL_MAPPED otherwise. Dropping the capability cancels.
+  commitTexture @2 () -> (status :Status, texture :TextureReport);
+  # What was filled is a texture (texture.h) instead of a mesh.
 }
 
 interface Scene {
@@ -344,10 +372,14 @@ interface Scene {
   setFlags @6 (name :Text, enabled :Bool, visible :Bool, twoSided :Bool) -> (status :Status);
   setShape @7 (name :Text, shape :Shape) -> (status :Status);
   beginUpload @8 (bytes :UInt64) -> (status :Status, upload :Upload);
-  # bytes: sizeof(hd_mesh_upload) + 12 per vertex + 12 per triangle.
+  # bytes: sizeof(hd_mesh_upload) + 12 per vertex + 12 per triangle; for a texture as texture.h says.
   dropMesh @9 (mesh :UInt64) -> (status :Status);
   # Refused while an object shows it. A mesh goes with the client that made it once no object shows it.
   listMeshes @10 () -> (status :Status, meshes :List(MeshReport));
+  setSurface @11 (name :Text, surface :Surface) -> (status :Status);
+  dropTexture @12 (texture :UInt64) -> (status :Status);
+  # Refused while a surface shows it. A texture goes with the client that made it once no surface shows it.
+  listTextures @13 () -> (status :Status, textures :List(TextureReport));
 }
 
 # ---------------------------------------------------------------- events

@@ -15,6 +15,7 @@ namespace hapticd {
 inline constexpr std::uint32_t kMaxSessions = 16;  ///< Of one device group.
 inline constexpr std::uint32_t kMaxObjects = 256;  ///< Slots of the scene, slot 0 is the root.
 inline constexpr std::uint32_t kMaxMeshes = 256;   ///< Entries of the mesh table.
+inline constexpr std::uint32_t kMaxTextures = 64;  ///< Entries of the texture table.
 inline constexpr std::uint32_t kMaxDevices = HD_MAX_DEVICES;
 inline constexpr std::uint32_t kControlSession = 0xffff;  ///< Command::session of the control thread.
 
@@ -44,6 +45,7 @@ enum class CommandKind : std::uint32_t {
   kStop,            ///< StopOrder
   kDeviceLimits,    ///< DeviceLimits
   kDeviceRadius,    ///< DeviceRadius
+  kSetSurface,      ///< SetSurface
 };
 
 /** An object id for the rings: slot in the low 16 bits, generation above, never 0. */
@@ -76,6 +78,25 @@ struct SetShape {
   std::uint32_t object;
   std::uint32_t reserved;
   ShapeParameters shape;
+};
+/** What a surface does beyond its material (docs/surfaces.md); all zero: nothing. Checked and made by the daemon. */
+struct SurfaceParameters {
+  double smooth_cosine;    ///< Edges whose normals differ by less than this angle are shaded round; 0: none is.
+  double transient_gain;   ///< Force per speed of impact [N s/m].
+  double transient_first;  ///< r sin(theta): what follows an impact is r^n sin(n theta) at the ticks n = 1, 2, ...
+  double transient_turn;   ///< 2 r cos(theta)
+  double transient_decay;  ///< r^2, below 1.
+  double relief_depth;     ///< From white down to black [m].
+  double relief_size[2];   ///< Of the picture [m].
+  double vibration_mass;   ///< Force per acceleration [kg].
+  std::uint32_t relief;    ///< Entry of the texture table plus 1, 0 for none.
+  std::uint32_t vibration;
+};
+
+struct SetSurface {
+  std::uint32_t object;
+  std::uint32_t reserved;
+  SurfaceParameters surface;
 };
 struct SessionRef {
   std::uint32_t slot;

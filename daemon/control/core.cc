@@ -22,12 +22,15 @@ Core::Core(const CoreOptions& options, Clock& clock)
                    if (session.device->lease == session.id) loseLease(*session.device, session.why);
                  },
                  [this](std::uint32_t uid, std::uint64_t bytes) { return checkQuota(uid, bytes, 0); }}),
-      uploads_(meshes_, [this](std::uint32_t uid, std::uint64_t bytes,
-                               std::uint64_t triangles) { return checkQuota(uid, bytes, triangles); }),
+      uploads_(meshes_, scene_.textures(),
+               [this](std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles) {
+                 return checkQuota(uid, bytes, triangles);
+               }),
       recordings_(scene_, meshes_, sessions_, options.config.servo.lock_memory && !options.config.servo.allow_no_rt),
       devices_(options_.config, clock, meshes_, scene_, options.threads) {
   scene_.setQuota(options_.config.quotas.objects);
   meshes_.setLock(options_.config.servo.lock_memory && !options_.config.servo.allow_no_rt);
+  scene_.textures().setLock(options_.config.servo.lock_memory && !options_.config.servo.allow_no_rt);
   scene_.onChange([this](const std::string& name, const char* what) {
     Event event;
     event.kind = EventKind::kObjectChanged;
@@ -69,6 +72,7 @@ void Core::poll() {
   sessions_.poll(now);
   scene_.followClients();
   meshes_.reclaim();
+  scene_.textures().reclaim();
   uploads_.poll();
   recordings_.poll();
 }
@@ -127,6 +131,7 @@ void Core::disconnect(std::uint64_t connection) {
   sessions_.endAllOf(connection, "the client has left");
   scene_.clientLeft(connection);
   meshes_.dropUnusedOf(connection);
+  scene_.textures().dropUnusedOf(connection);
   clients_.erase(connection);
   if (gone.name.empty()) return;
   log::info("client '{}' (pid {}) leaves", log::printable(gone.name), gone.pid);
@@ -205,12 +210,13 @@ void Core::regionDropped(std::uint32_t uid) {
 }
 
 std::uint64_t Core::bytesOf(std::uint32_t uid) const {
-  return sessions_.bytesOf(uid) + meshes_.bytesOf(uid) + uploads_.bytesOf(uid) + recordings_.bytesOf(uid);
+  return sessions_.bytesOf(uid) + meshes_.bytesOf(uid) + scene_.textures().bytesOf(uid) + uploads_.bytesOf(uid) +
+         recordings_.bytesOf(uid);
 }
 
 std::uint64_t Core::lockedBytes() const {
-  return sessions_.bytes() + meshes_.lockedBytes() + recordings_.size() * sizeof(CycleLog) +
-         devices_.links().size() * GroupLink::monitorBytes();
+  return sessions_.bytes() + meshes_.lockedBytes() + scene_.textures().lockedBytes() +
+         recordings_.size() * sizeof(CycleLog) + devices_.links().size() * GroupLink::monitorBytes();
 }
 
 void Core::publish(EventKind kind, const std::string& device, const std::string& text, std::uint64_t session) {

@@ -67,6 +67,10 @@ Result<void> DeviceManager::openGroup(const GroupConfig& group) {
   auto link = GroupLink::start(group.name, group_options, std::move(opened), clock_);
   if (!link) return link.error();
   if (auto r = meshes_.attach(**link); !r) return r;
+  if (auto r = scene_.textures().attach(**link); !r) {
+    letGo(**link);
+    return r;
+  }
   scene_.attach(**link);
   for (auto& row : rows) {
     row->link = link->get();
@@ -105,10 +109,9 @@ Result<void> DeviceManager::close(OpenDevice& device) {
     }
   }
   log::info("device group {} closes", link->name());
-  scene_.detach(*link);
-  meshes_.detach(*link);
   devices_.erase(std::remove_if(devices_.begin(), devices_.end(), [&](const auto& d) { return d->link == link; }),
                  devices_.end());
+  letGo(*link);
   links_.erase(std::remove_if(links_.begin(), links_.end(), [&](const auto& l) { return l.get() == link; }),
                links_.end());
   return {};
@@ -116,11 +119,16 @@ Result<void> DeviceManager::close(OpenDevice& device) {
 
 void DeviceManager::closeAll() {
   devices_.clear();
-  for (auto& link : links_) {
-    scene_.detach(*link);
-    meshes_.detach(*link);
-  }
+  for (auto& link : links_) letGo(*link);
   links_.clear();
+}
+
+/** The servo stops before what it reads goes. */
+void DeviceManager::letGo(GroupLink& link) {
+  scene_.detach(link);
+  link.stop();
+  meshes_.detach(link);
+  scene_.textures().detach(link);
 }
 
 Result<OpenDevice*> DeviceManager::find(std::string_view text) {

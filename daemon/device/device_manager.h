@@ -68,6 +68,7 @@ class DeviceManager {
  private:
   GroupOptions options(const GroupConfig& group, const std::vector<std::unique_ptr<Device>>& devices) const;
   std::string shortName(const DeviceInfo& info, const std::vector<std::string>& taken) const;
+  void letGo(GroupLink& link);
   OpenDevice* lookUp(std::string_view text);
 
   const Config& config_;

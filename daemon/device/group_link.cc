@@ -6,11 +6,12 @@
 
 namespace hapticd {
 
-GroupLink::GroupLink(std::string name) : name_(std::move(name)), meshes_(std::make_unique<MeshTable>()) {}
+GroupLink::GroupLink(std::string name, std::int64_t period_ns)
+    : name_(std::move(name)), period_ns_(period_ns), meshes_(std::make_unique<MeshTable>()) {}
 
 Result<std::unique_ptr<GroupLink>> GroupLink::start(std::string name, const GroupOptions& options,
                                                     std::vector<std::unique_ptr<Device>> devices, Clock& clock) {
-  std::unique_ptr<GroupLink> link(new GroupLink(std::move(name)));
+  std::unique_ptr<GroupLink> link(new GroupLink(std::move(name), options.cycle.period_ns));
   void* memory =
       mmap(nullptr, sizeof(hd_region_a), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
   if (memory == MAP_FAILED) return Error{ErrorCode::kSystem, link->name_, "no memory for the group's monitor", {}};

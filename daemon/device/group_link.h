@@ -31,8 +31,12 @@ class GroupLink final : public CommandSink {
   [[nodiscard]] std::uint64_t posted() const override { return sent_ + outbox_.size(); }
   [[nodiscard]] bool passed(std::uint64_t ticket) override;
   [[nodiscard]] bool accepting() const override { return outbox_.size() < kOutbox; }
+  [[nodiscard]] std::int64_t periodNs() const override { return period_ns_; }
   [[nodiscard]] MeshTable& meshes() override { return *meshes_; }
   [[nodiscard]] bool posed(std::uint32_t slot, std::uint64_t ticket, PosedObject& out) override;
+
+  /** Joins the threads: what the servo reads may go. The group is no more; nothing but names and tickets answers. */
+  void stop() { group_.reset(); }
 
   /** Overtakes what waits in the outbox: stop, disarm, loss of a session. False when the servo is dead. */
   [[nodiscard]] bool urgent(const Command& command);
@@ -51,9 +55,10 @@ class GroupLink final : public CommandSink {
   static constexpr std::size_t kOutbox = 4096;    ///< Beyond it edits are refused.
   static constexpr std::uint64_t kInFlight = 64;  ///< Four cycles' worth: an urgent order waits no longer.
 
-  explicit GroupLink(std::string name);
+  GroupLink(std::string name, std::int64_t period_ns);
 
   std::string name_;
+  std::int64_t period_ns_;
   std::unique_ptr<MeshTable> meshes_;
   std::unique_ptr<DeviceGroup> group_;
   hd_region_a* monitor_ = nullptr;

@@ -84,6 +84,12 @@ Result<void> Recordings::mayRecord(const OpenDevice& device, const Client& by) c
                    "wait for its end"};
     }
   }
+  for (const TextureInfo* texture : scene_.textures().list()) {
+    if (texture->uses == 0) continue;
+    return Error{ErrorCode::kUnsupported, fmt::format("/textures/{}", texture->id),
+                 "a surface shows it, and a recording holds no textures: its replay would feel something else",
+                 "set relief and vibration of that surface to 0"};
+  }
   for (const Session* session : sessions_.all()) {
     if (by.administration || session->link != device.link || session->client.uid == by.uid) continue;
     return Error{
@@ -130,7 +136,7 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
     start.tick = servo.lastInput().tick;
     start.now_ns = servo.lastInput().now_ns;
     servo.publishPoses();  // where clients moved things, up to this cycle
-    start.orders = scene_.orders();
+    start.orders = scene_.orders(start.config.period_ns);
     restate(former, start.now_ns, start.orders);
     servo.replaceCycle(*makeCycle(start, link.meshes()));
     servo.log.store(&(*recorder)->log(), std::memory_order_release);

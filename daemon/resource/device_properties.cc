@@ -136,4 +136,12 @@ nlohmann::json toJson(const MeshInfo& m) {
           {"uses", m.uses},     {"owner", m.owner.name}};
 }
 
+nlohmann::json toJson(const TextureInfo& t) {
+  return {{"id", t.id},           {"kind", t.is_relief ? "relief" : "vibration"},
+          {"width", t.width},     {"height", t.height},
+          {"models", t.models},   {"rate_hz", number(t.rate_hz)},
+          {"bytes", t.bytes},     {"uses", t.uses},
+          {"owner", t.owner.name}};
+}
+
 }  // namespace hapticd

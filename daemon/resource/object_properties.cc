@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "daemon/resource/properties.h"
 #include "daemon/resource/resource_name.h"
 
@@ -71,6 +73,38 @@ Result<void> setMaterial(Core& core, const ObjectNow& object, std::string_view v
   return core.scene().setMaterial(object.spec.name, {(*n)[0], (*n)[1], (*n)[2], (*n)[3]});
 }
 
+template <double SurfaceSpec::*kField>
+Result<void> setSurfaceField(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
+  auto n = parseNumbers(value, 1, where);
+  if (!n) return n.error();
+  SurfaceSpec surface = object.spec.surface;
+  surface.*kField = n->front();
+  return core.scene().setSurface(object.spec.name, surface);
+}
+
+template <double SurfaceSpec::*kField>
+Json getSurfaceField(const ObjectNow& object, Core&) {
+  return number(object.spec.surface.*kField);
+}
+
+template <std::uint64_t SurfaceSpec::*kTexture>
+Result<void> setSurfaceTexture(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
+  auto n = parseNumbers(value, 1, where);
+  if (!n) return n.error();
+  const double id = n->front();
+  if (!(id >= 0 && id < 0x1p53 && id == std::floor(id))) {
+    return Error{ErrorCode::kInvalidArgument, where, "it is not the number of a texture", "0 for none"};
+  }
+  SurfaceSpec surface = object.spec.surface;
+  surface.*kTexture = static_cast<std::uint64_t>(id);
+  return core.scene().setSurface(object.spec.name, surface);
+}
+
+template <std::uint64_t SurfaceSpec::*kTexture>
+Json getSurfaceTexture(const ObjectNow& object, Core&) {
+  return object.spec.surface.*kTexture;
+}
+
 template <bool ObjectSpec::*kFlag>
 Json getFlag(const ObjectNow& object, Core&) {
   return object.spec.*kFlag;
@@ -128,6 +162,26 @@ constexpr ObjectProperty kProperties[] = {
      setMaterialField<&hd_material::friction_dynamic>},
     {"material", "stiffness,damping,friction_static,friction_dynamic",
      [](const ObjectNow& o, Core&) { return toJson(o.spec.material); }, setMaterial},
+    {"smooth_deg", "edges that bend less [degree] are shaded round", getSurfaceField<&SurfaceSpec::smooth_deg>,
+     setSurfaceField<&SurfaceSpec::smooth_deg>},
+    {"transient_gain", "force per speed of impact [N s/m]", getSurfaceField<&SurfaceSpec::transient_gain>,
+     setSurfaceField<&SurfaceSpec::transient_gain>},
+    {"transient_hz", "what an impact rings at", getSurfaceField<&SurfaceSpec::transient_hz>,
+     setSurfaceField<&SurfaceSpec::transient_hz>},
+    {"transient_decay_s", "until it has fallen to 1/e", getSurfaceField<&SurfaceSpec::transient_decay_s>,
+     setSurfaceField<&SurfaceSpec::transient_decay_s>},
+    {"relief", "number of a texture, 0 for none", getSurfaceTexture<&SurfaceSpec::relief>,
+     setSurfaceTexture<&SurfaceSpec::relief>},
+    {"relief_depth", "from white down to black [m]", getSurfaceField<&SurfaceSpec::relief_depth>,
+     setSurfaceField<&SurfaceSpec::relief_depth>},
+    {"relief_width", "of the picture [m]", getSurfaceField<&SurfaceSpec::relief_width>,
+     setSurfaceField<&SurfaceSpec::relief_width>},
+    {"relief_height", "of the picture [m]", getSurfaceField<&SurfaceSpec::relief_height>,
+     setSurfaceField<&SurfaceSpec::relief_height>},
+    {"vibration", "number of a texture, 0 for none", getSurfaceTexture<&SurfaceSpec::vibration>,
+     setSurfaceTexture<&SurfaceSpec::vibration>},
+    {"vibration_mass", "force per acceleration [kg]", getSurfaceField<&SurfaceSpec::vibration_mass>,
+     setSurfaceField<&SurfaceSpec::vibration_mass>},
     {"enabled", "it can be touched: true or false", getFlag<&ObjectSpec::enabled>, setFlag<&ObjectSpec::enabled>},
     {"visible", "for viewers: true or false", getFlag<&ObjectSpec::visible>, setFlag<&ObjectSpec::visible>},
     {"twosided", "both faces of an open mesh stop the proxy: true or false", getFlag<&ObjectSpec::two_sided>,

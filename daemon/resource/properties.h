@@ -39,6 +39,7 @@ struct DeviceProperty {
 [[nodiscard]] nlohmann::json toJson(const hd_material& material);
 [[nodiscard]] nlohmann::json toJson(const GuardLimits& limits);
 [[nodiscard]] nlohmann::json toJson(const MeshInfo& mesh);
+[[nodiscard]] nlohmann::json toJson(const TextureInfo& texture);
 /** A number; null where it is not finite, which JSON cannot say. */
 [[nodiscard]] nlohmann::json number(double x);
 

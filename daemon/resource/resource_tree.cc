@@ -13,8 +13,8 @@ namespace {
 using Json = nlohmann::json;
 
 const std::vector<std::string>& roots() {
-  static const std::vector<std::string> kRoots{"objects", "_objects", "devices", "statistics",
-                                               "clients", "meshes",   "config"};
+  static const std::vector<std::string> kRoots{"objects", "_objects", "devices",  "statistics",
+                                               "clients", "meshes",   "textures", "config"};
   return kRoots;
 }
 
@@ -195,6 +195,7 @@ Result<nlohmann::json> ResourceTree::read(const ResourceName& name) {
   if (root == "devices") return readDevices(name);
   if (root == "statistics") return readStatistics(name);
   if (root == "meshes") return readMeshes(name);
+  if (root == "textures") return readTextures(name);
   if (root != "clients" && root != "config") return noSuchElement(name, 0, roots());
   if (name.element.size() > 1) return tooDeep(name, 1);
   return root == "clients" ? clients(core_) : Json(toToml(core_.config()));
@@ -270,6 +271,19 @@ Result<nlohmann::json> ResourceTree::readMeshes(const ResourceName& name) {
   for (const MeshInfo* mesh : core_.meshes().list()) {
     ids.push_back(std::to_string(mesh->id));
     all[ids.back()] = toJson(*mesh);
+  }
+  if (name.element.size() == 1) return all;
+  if (!all.contains(name.element[1])) return noSuchElement(name, 1, std::move(ids));
+  if (name.element.size() > 2) return tooDeep(name, 2);
+  return all[name.element[1]];
+}
+
+Result<nlohmann::json> ResourceTree::readTextures(const ResourceName& name) {
+  Json all = Json::object();
+  std::vector<std::string> ids;
+  for (const TextureInfo* texture : core_.scene().textures().list()) {
+    ids.push_back(std::to_string(texture->id));
+    all[ids.back()] = toJson(*texture);
   }
   if (name.element.size() == 1) return all;
   if (!all.contains(name.element[1])) return noSuchElement(name, 1, std::move(ids));

@@ -33,6 +33,7 @@ class ResourceTree {
   Result<std::string> setOfDevice(const ResourceName& name, std::string_view value, const Client& by);
   Result<Json> readStatistics(const ResourceName& name);
   Result<Json> readMeshes(const ResourceName& name);
+  Result<Json> readTextures(const ResourceName& name);
   /** The object that the elements from `at` on name in the tree, and the element after it. */
   Result<std::pair<std::string, std::size_t>> walk(const ResourceName& name, std::size_t at);
 

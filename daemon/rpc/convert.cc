@@ -67,6 +67,12 @@ hd_material read(proto::Material::Reader in) {
   return {in.getStiffness(), in.getDamping(), in.getFrictionStatic(), in.getFrictionDynamic()};
 }
 
+SurfaceSpec read(proto::Surface::Reader in) {
+  return {in.getSmoothDeg(), in.getTransientGain(), in.getTransientHz(), in.getTransientDecay(),
+          in.getRelief(),    in.getReliefDepth(),   in.getReliefWidth(), in.getReliefHeight(),
+          in.getVibration(), in.getVibrationMass()};
+}
+
 ShapeSpec read(proto::Shape::Reader in) {
   return {static_cast<ShapeKind>(in.getKind()), read(in.getSize()), in.getMesh()};
 }
@@ -95,6 +101,7 @@ Result<ObjectSpec> read(proto::ObjectSpec::Reader in) {
   out.X_PO = read(in.getPose());
   out.shape = read(in.getShape());
   out.material = in.hasMaterial() ? read(in.getMaterial()) : kDefaultMaterial;
+  out.surface = read(in.getSurface());
   out.enabled = in.getEnabled();
   out.visible = in.getVisible();
   out.two_sided = in.getTwoSided();
@@ -124,6 +131,31 @@ void write(proto::Material::Builder out, const hd_material& in) {
   out.setDamping(in.damping);
   out.setFrictionStatic(in.friction_static);
   out.setFrictionDynamic(in.friction_dynamic);
+}
+
+void write(proto::Surface::Builder out, const SurfaceSpec& in) {
+  out.setSmoothDeg(in.smooth_deg);
+  out.setTransientGain(in.transient_gain);
+  out.setTransientHz(in.transient_hz);
+  out.setTransientDecay(in.transient_decay_s);
+  out.setRelief(in.relief);
+  out.setReliefDepth(in.relief_depth);
+  out.setReliefWidth(in.relief_width);
+  out.setReliefHeight(in.relief_height);
+  out.setVibration(in.vibration);
+  out.setVibrationMass(in.vibration_mass);
+}
+
+void write(proto::TextureReport::Builder out, const TextureInfo& in) {
+  out.setId(in.id);
+  out.setRelief(in.is_relief);
+  out.setWidth(in.width);
+  out.setHeight(in.height);
+  out.setModels(in.models);
+  out.setRate(in.rate_hz);
+  out.setBytes(in.bytes);
+  out.setUses(in.uses);
+  out.setOwner(text(in.owner.name));
 }
 
 void write(proto::Limits::Builder out, const GuardLimits& in) {
@@ -203,6 +235,7 @@ void write(proto::ObjectState::Builder out, const ObjectNow& in) {
   write(shape.initSize(), in.spec.shape.size);
   shape.setMesh(in.spec.shape.mesh);
   write(spec.initMaterial(), in.spec.material);
+  write(spec.initSurface(), in.spec.surface);
   spec.setEnabled(in.spec.enabled);
   spec.setVisible(in.spec.visible);
   spec.setTwoSided(in.spec.two_sided);

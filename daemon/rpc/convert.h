@@ -20,6 +20,7 @@ inline constexpr std::size_t kMostUri = 1024;  ///< Bytes of a device URI.
 [[nodiscard]] Vec3 read(proto::Vec3::Reader in);
 [[nodiscard]] Pose read(proto::Pose::Reader in);
 [[nodiscard]] hd_material read(proto::Material::Reader in);
+[[nodiscard]] SurfaceSpec read(proto::Surface::Reader in);
 [[nodiscard]] ShapeSpec read(proto::Shape::Reader in);
 [[nodiscard]] GuardLimits read(proto::Limits::Reader in);
 /** An absent pose is the identity, an absent material the default one. */
@@ -29,6 +30,8 @@ void write(proto::Vec3::Builder out, const Vec3& in);
 void write(proto::Vec3::Builder out, const double (&in)[3]);
 void write(proto::Pose::Builder out, const Pose& in);
 void write(proto::Material::Builder out, const hd_material& in);
+void write(proto::Surface::Builder out, const SurfaceSpec& in);
+void write(proto::TextureReport::Builder out, const TextureInfo& in);
 void write(proto::Limits::Builder out, const GuardLimits& in);
 /** Everything but `name`, `open`, calibration and temperature. */
 void write(proto::DeviceInfo::Builder out, const DeviceInfo& in);

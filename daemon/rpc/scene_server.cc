@@ -123,11 +123,43 @@ kj::Promise<void> SceneServer::listMeshes(ListMeshesContext context) {
   });
 }
 
+kj::Promise<void> SceneServer::setSurface(SetSurfaceContext context) {
+  return answer(context, [&](auto params, auto) -> Result<void> {
+    auto name = readName(params.getName());
+    if (!name) return name.error();
+    return core_.scene().setSurface(*name, read(params.getSurface()));
+  });
+}
+
+kj::Promise<void> SceneServer::dropTexture(DropTextureContext context) {
+  return answer(context, [&](auto params, auto) {
+    return core_.scene().textures().drop(params.getTexture(), core_.client(connection_));
+  });
+}
+
+kj::Promise<void> SceneServer::listTextures(ListTexturesContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    const auto all = core_.scene().textures().list();
+    auto out = results.initTextures(static_cast<unsigned>(all.size()));
+    for (unsigned i = 0; i < all.size(); ++i) write(out[i], *all[i]);
+    return {};
+  });
+}
+
 kj::Promise<void> UploadServer::region(RegionContext context) {
   return answer(context, [&](auto, auto results) -> Result<void> {
     auto region = RegionServer::handOut(core_, uid_, core_.uploads().region(id_));
     if (!region) return region.error();
     results.setRegion(std::move(*region));
+    return {};
+  });
+}
+
+kj::Promise<void> UploadServer::commitTexture(CommitTextureContext context) {
+  return answer(context, [&](auto, auto results) -> Result<void> {
+    auto id = core_.uploads().commitTexture(id_);
+    if (!id) return id.error();
+    write(results.initTexture(), *core_.scene().textures().find(*id));
     return {};
   });
 }

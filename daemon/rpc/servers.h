@@ -83,6 +83,7 @@ class UploadServer final : public proto::Upload::Server {
  protected:
   kj::Promise<void> region(RegionContext context) override;
   kj::Promise<void> commit(CommitContext context) override;
+  kj::Promise<void> commitTexture(CommitTextureContext context) override;
 
  private:
   Core& core_;
@@ -106,6 +107,9 @@ class SceneServer final : public proto::Scene::Server {
   kj::Promise<void> beginUpload(BeginUploadContext context) override;
   kj::Promise<void> dropMesh(DropMeshContext context) override;
   kj::Promise<void> listMeshes(ListMeshesContext context) override;
+  kj::Promise<void> setSurface(SetSurfaceContext context) override;
+  kj::Promise<void> dropTexture(DropTextureContext context) override;
+  kj::Promise<void> listTextures(ListTexturesContext context) override;
 
  private:
   Core& core_;

@@ -22,7 +22,9 @@ class CommandSink {
   [[nodiscard]] virtual bool passed(std::uint64_t ticket) = 0;
   /** False when so many orders wait that the servo must be dead: refuse the edit before changing anything. */
   [[nodiscard]] virtual bool accepting() const = 0;
-  /** Where this servo's copies of the meshes are published. */
+  /** Of the servo: what is resampled for it depends on it. */
+  [[nodiscard]] virtual std::int64_t periodNs() const = 0;
+  /** Where this servo's copies of the meshes and textures are published. */
   [[nodiscard]] virtual MeshTable& meshes() = 0;
   /** What stands in that scene slot, if it reflects the order of `ticket` already. */
   [[nodiscard]] virtual bool posed(std::uint32_t slot, std::uint64_t ticket, PosedObject& out) = 0;

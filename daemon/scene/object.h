@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 
+#include "daemon/scene/surface.h"
 #include "proto/shm_layout.h"
 #include "rt/base/error.h"
 #include "rt/base/math.h"
@@ -36,6 +37,7 @@ struct ObjectSpec {
   Pose X_PO;
   ShapeSpec shape;
   hd_material material{};
+  SurfaceSpec surface;
   bool enabled = true;
   bool visible = true;
   bool two_sided = false;

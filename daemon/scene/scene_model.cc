@@ -36,6 +36,7 @@ Result<std::uint32_t> SceneModel::create(ObjectSpec spec, const Client& by) {
   if (auto r = checkPose(spec.X_PO, "object.pose"); !r) return r.error();
   if (auto r = checkMaterial(spec.material, "object.material"); !r) return r.error();
   if (auto r = checkShapeMesh(spec.shape, "object.shape"); !r) return r.error();
+  if (auto r = checkSurface(spec.surface, textures_, "object.surface"); !r) return r.error();
   if (countOf(by.uid) >= quota_) {
     return Error{ErrorCode::kQuotaExceeded, "object",
                  fmt::format("user {} owns {} objects, the most allowed", by.uid, quota_),
@@ -55,7 +56,10 @@ Result<std::uint32_t> SceneModel::create(ObjectSpec spec, const Client& by) {
   object.parent_slot = parent;
   by_name_.emplace(object.spec.name, slot);
   if (object.spec.shape.kind == ShapeKind::kMesh) meshes_.use(object.spec.shape.mesh);
+  textures_.use(object.spec.surface.relief);
+  textures_.use(object.spec.surface.vibration);
   post(object, addCommand(object));
+  if (object.spec.surface != SurfaceSpec{}) postSurface(object);
   changed(object.spec.name, "created");
   return object.id;
 }
@@ -116,6 +120,22 @@ Result<void> SceneModel::setMaterial(std::string_view name, const hd_material& m
   object->spec.material = material;
   post(*object, materialCommand(*object));
   changed(object->spec.name, "material");
+  return {};
+}
+
+Result<void> SceneModel::setSurface(std::string_view name, const SurfaceSpec& surface) {
+  Object* object = lookUp(name);
+  if (object == nullptr) return notFound(name, "name");
+  if (auto r = checkSurface(surface, textures_, "surface"); !r) return r;
+  if (auto r = accepting(); !r) return r;
+  const SurfaceSpec before = object->spec.surface;
+  textures_.use(surface.relief);
+  textures_.use(surface.vibration);
+  object->spec.surface = surface;
+  postSurface(*object);
+  textures_.release(before.relief);
+  textures_.release(before.vibration);
+  changed(object->spec.name, "surface");
   return {};
 }
 
@@ -200,24 +220,25 @@ void SceneModel::attach(CommandSink& sink) {
   if (free == sinks_.end()) return;
   *free = &sink;
   const auto index = static_cast<std::size_t>(free - sinks_.begin());
-  replay([&](Object& object, const Command& command) {
+  replay(sink.periodNs(), [&](Object& object, const Command& command) {
     object.client_edits[index] = 0;
     object.edit[index] = sink.post(command);
   });
 }
 
-std::vector<Command> SceneModel::orders() {
+std::vector<Command> SceneModel::orders(std::int64_t period_ns) {
   std::vector<Command> all;
-  replay([&](Object&, const Command& command) { all.push_back(command); });
+  replay(period_ns, [&](Object&, const Command& command) { all.push_back(command); });
   return all;
 }
 
-void SceneModel::replay(const std::function<void(Object&, const Command&)>& give) {
+void SceneModel::replay(std::int64_t period_ns, const std::function<void(Object&, const Command&)>& give) {
   std::vector<std::uint32_t> open = childSlots(0);
   for (std::size_t i = 0; i < open.size(); ++i) {
     Object& object = slots_[open[i]];
     refresh(object);
     give(object, addCommand(object));
+    if (object.spec.surface != SurfaceSpec{}) give(object, surfaceCommand(object, period_ns));
     if (!object.V_PO.v.isZero() || !object.V_PO.w.isZero()) give(object, poseCommand(object));
     for (const std::uint32_t child : childSlots(open[i])) open.push_back(child);
   }
@@ -247,6 +268,17 @@ void SceneModel::post(Object& object, const Command& command) {
   for (std::size_t i = 0; i < sinks_.size(); ++i) {
     if (sinks_[i] != nullptr) object.edit[i] = sinks_[i]->post(command);
   }
+}
+
+void SceneModel::postSurface(Object& object) {
+  for (std::size_t i = 0; i < sinks_.size(); ++i) {
+    if (sinks_[i] != nullptr) object.edit[i] = sinks_[i]->post(surfaceCommand(object, sinks_[i]->periodNs()));
+  }
+}
+
+Command SceneModel::surfaceCommand(const Object& object, std::int64_t period_ns) const {
+  return makeCommand(CommandKind::kSetSurface,
+                     SetSurface{object.id, 0, surfaceParameters(object.spec.surface, textures_, period_ns)});
 }
 
 Command SceneModel::addCommand(const Object& object) const {
@@ -291,6 +323,8 @@ void SceneModel::removeSubtree(std::uint32_t slot) {
   Object& object = slots_[slot];
   post(object, makeCommand(CommandKind::kRemoveObject, ObjectRef{object.id}));
   if (object.spec.shape.kind == ShapeKind::kMesh) meshes_.release(object.spec.shape.mesh);
+  textures_.release(object.spec.surface.relief);
+  textures_.release(object.spec.surface.vibration);
   const std::string name = object.spec.name;
   by_name_.erase(name);
   object = {};

@@ -16,6 +16,7 @@
 #include "daemon/scene/command_sink.h"
 #include "daemon/scene/mesh_store.h"
 #include "daemon/scene/object.h"
+#include "daemon/scene/texture_store.h"
 
 namespace hapticd {
 
@@ -37,9 +38,12 @@ class SceneModel {
  public:
   explicit SceneModel(MeshStore& meshes) : meshes_(meshes) {}
 
+  [[nodiscard]] TextureStore& textures() { return textures_; }
+  [[nodiscard]] const TextureStore& textures() const { return textures_; }
+
   /** Objects one user may own. */
   void setQuota(std::uint32_t objects_per_user) { quota_ = objects_per_user; }
-  /** Told of each object made, changed ("pose", "material", "flags", "shape") or removed. */
+  /** Told of each object made, changed ("pose", "material", "flags", "shape", "surface") or removed. */
   void onChange(std::function<void(const std::string& name, const char* what)> f) { changed_ = std::move(f); }
 
   [[nodiscard]] Result<std::uint32_t> create(ObjectSpec spec, const Client& by);
@@ -48,6 +52,7 @@ class SceneModel {
   [[nodiscard]] Result<void> setPose(std::string_view name, Pose X_PO);
   [[nodiscard]] Result<void> setVelocity(std::string_view name, const Twist& V_PO);
   [[nodiscard]] Result<void> setMaterial(std::string_view name, const hd_material& material);
+  [[nodiscard]] Result<void> setSurface(std::string_view name, const SurfaceSpec& surface);
   [[nodiscard]] Result<void> setFlags(std::string_view name, bool enabled, bool visible, bool two_sided);
   [[nodiscard]] Result<void> setShape(std::string_view name, const ShapeSpec& shape);
 
@@ -80,7 +85,7 @@ class SceneModel {
   void attach(CommandSink& sink);
   void detach(CommandSink& sink);
   /** The orders that make the whole scene, as it is now, in an empty servo. */
-  [[nodiscard]] std::vector<Command> orders();
+  [[nodiscard]] std::vector<Command> orders(std::int64_t period_ns);
 
  private:
   struct Object {
@@ -98,8 +103,10 @@ class SceneModel {
   Result<void> accepting() const;
   Result<void> checkShapeMesh(const ShapeSpec& shape, const std::string& where) const;
   void post(Object& object, const Command& command);
-  /** Each object in turn, parents first, with the orders that make it. */
-  void replay(const std::function<void(Object&, const Command&)>& give);
+  /** Each object in turn, parents first, with the orders that make it for a servo of that period. */
+  void replay(std::int64_t period_ns, const std::function<void(Object&, const Command&)>& give);
+  void postSurface(Object& object);
+  [[nodiscard]] Command surfaceCommand(const Object& object, std::int64_t period_ns) const;
   [[nodiscard]] Command addCommand(const Object& object) const;
   [[nodiscard]] static Command poseCommand(const Object& object);
   [[nodiscard]] static Command materialCommand(const Object& object);
@@ -118,6 +125,7 @@ class SceneModel {
   }
 
   MeshStore& meshes_;
+  TextureStore textures_;
   std::uint32_t quota_ = kMaxObjects;
   std::function<void(const std::string&, const char*)> changed_;
   std::array<CommandSink*, kMaxGroups> sinks_{};

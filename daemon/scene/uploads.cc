@@ -5,13 +5,14 @@
 #include <algorithm>
 
 #include "daemon/log.h"
+#include "daemon/scene/texture_memory.h"
 
 namespace hapticd {
 namespace {
 
 constexpr std::uint64_t kVertexBytes = 3 * sizeof(float);
 constexpr std::uint64_t kTriangleBytes = 3 * sizeof(std::uint32_t);
-constexpr std::uint64_t kLeast = sizeof(hd_mesh_upload) + 3 * kVertexBytes + kTriangleBytes;  // one triangle
+constexpr std::uint64_t kLeast = 32;  // The smallest texture; the builder refuses what holds no triangle.
 constexpr std::uint64_t kMost =
     sizeof(hd_mesh_upload) + HD_MAX_VERTICES * kVertexBytes + HD_MAX_TRIANGLES * kTriangleBytes;
 
@@ -24,9 +25,8 @@ void Uploads::setBuilder(std::unique_ptr<BuilderLeash> builder, std::string why_
 
 Result<std::uint64_t> Uploads::begin(std::uint64_t bytes, const Client& by) {
   if (bytes < kLeast || bytes > kMost) {
-    return Error{ErrorCode::kInvalidArgument, "bytes",
-                 fmt::format("{} is not between {} (one triangle) and {}", bytes, kLeast, kMost),
-                 fmt::format("{} + 12 per vertex + 12 per triangle", sizeof(hd_mesh_upload))};
+    return Error{ErrorCode::kInvalidArgument, "bytes", fmt::format("{} is not between {} and {}", bytes, kLeast, kMost),
+                 fmt::format("a mesh has {} + 12 per vertex + 12 per triangle", sizeof(hd_mesh_upload))};
   }
   const auto same =
       std::count_if(uploads_.begin(), uploads_.end(), [&](const auto& u) { return u.second.by.uid == by.uid; });
@@ -67,6 +67,23 @@ Result<void> Uploads::commit(std::uint64_t id, Progress progress, Done done) {
   upload.progress = std::move(progress);
   upload.done = std::move(done);
   return {};
+}
+
+Result<std::uint64_t> Uploads::commitTexture(std::uint64_t id) {
+  const auto it = uploads_.find(id);
+  if (it == uploads_.end()) return Error{ErrorCode::kNotFound, "upload", "the upload is over", "begin another"};
+  if (it->second.job != 0) return Error{ErrorCode::kAlreadyExists, "upload", "it is committed already", {}};
+  if (auto r = it->second.file.seal(Seals::kFrozen); !r) return r.error();
+  const Upload upload = std::move(it->second);
+  uploads_.erase(it);
+  auto mapping = upload.file.map(Memfd::Access::kRead);
+  if (!mapping) return mapping.error();
+  auto texture = parseTexture(mapping->bytes());
+  if (!texture) return texture.error();
+  if (auto r = quota_(upload.by.uid, 2 * layOutBytes(*texture), 0); !r) return r.error();
+  auto made = textures_.add(std::move(*texture), upload.by);
+  if (made) log::info("texture {} of '{}'", *made, log::printable(upload.by.name));
+  return made;
 }
 
 void Uploads::cancel(std::uint64_t id) {

@@ -1,5 +1,6 @@
 /** @file
- * Meshes on their way in: the daemon's memfd that a client fills, its freezing, its build, its place in the mesh store.
+ * Meshes and textures on their way in: the daemon's memfd that a client fills, its freezing, its build, its place in
+ * the store.
  */
 #pragma once
 
@@ -12,6 +13,7 @@
 #include "daemon/builder_leash.h"
 #include "daemon/memfd.h"
 #include "daemon/scene/mesh_store.h"
+#include "daemon/scene/texture_store.h"
 
 namespace hapticd {
 
@@ -24,7 +26,8 @@ class Uploads {
   /** Says whether a user may take so many more bytes and triangles. */
   using Quota = std::function<Result<void>(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles)>;
 
-  Uploads(MeshStore& meshes, Quota quota) : meshes_(meshes), quota_(std::move(quota)) {}
+  Uploads(MeshStore& meshes, TextureStore& textures, Quota quota)
+      : meshes_(meshes), textures_(textures), quota_(std::move(quota)) {}
 
   /** The builder, or why there is none. */
   void setBuilder(std::unique_ptr<BuilderLeash> builder, std::string why_not = {});
@@ -36,6 +39,9 @@ class Uploads {
   [[nodiscard]] Result<UniqueFd> region(std::uint64_t id) const;
   /** kStillMapped while the client has it mapped; it may try again. `done` is called once, from poll() or at once. */
   [[nodiscard]] Result<void> commit(std::uint64_t id, Progress progress, Done done);
+  /** What was filled is a texture (proto/texture.h): its id. kStillMapped as above; any other refusal ends the upload.
+   */
+  [[nodiscard]] Result<std::uint64_t> commitTexture(std::uint64_t id);
   /** Forgets the upload; a build under way is cancelled and `done` not called. */
   void cancel(std::uint64_t id);
 
@@ -56,6 +62,7 @@ class Uploads {
   void finish(std::uint64_t id, BuildReport& report);
 
   MeshStore& meshes_;
+  TextureStore& textures_;
   Quota quota_;
   std::unique_ptr<BuilderLeash> builder_;
   std::string note_ = "not started";

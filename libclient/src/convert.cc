@@ -184,6 +184,7 @@ haptic_object_state* convert(proto::ObjectState::Reader from, Reply& reply) {
   object->material = {material.getStiffness(), material.getDamping(), material.getFrictionStatic(),
                       material.getFrictionDynamic()};
   to->object = object;
+  to->surface = convert(spec.getSurface(), reply);
   return to;
 }
 

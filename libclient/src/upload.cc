@@ -7,11 +7,11 @@
 #include "libclient/src/convert.h"
 #include "libclient/src/loop.h"
 #include "libclient/src/mapping.h"
+#include "libclient/src/upload_region.h"
 #include "proto/snapshot.h"
 
 using hapticd::client::Connection;
 using hapticd::client::Failure;
-using hapticd::client::Link;
 using hapticd::client::Mapping;
 using hapticd::client::Reply;
 namespace client = hapticd::client;
@@ -100,30 +100,7 @@ Failure begin(haptic_client* c, std::uint32_t vertices, std::uint32_t triangles,
   made->connection = c->connection;
   made->vertices = vertices;
   const std::size_t bytes = uploadBytes(vertices, triangles);
-  Failure refusal;
-  Failure broken = c->connection->call([&](Link& link) {
-    auto request = link.scene.beginUploadRequest();
-    request.setBytes(bytes);
-    return client::ask(kj::mv(request), refusal, [&](auto& results) { made->capability = results.getUpload(); })
-        .then([&]() -> kj::Promise<void> {
-          if (refusal) return kj::READY_NOW;
-          return made->capability.regionRequest().send().then([&](auto&& results) -> kj::Promise<void> {
-            refusal = client::toFailure(results.getStatus());
-            if (refusal) return kj::READY_NOW;
-            proto::Region::Client region = results.getRegion();
-            auto fd = region.getFd();
-            return fd.then([&, keep = kj::mv(region)](kj::Maybe<int> received) {
-              KJ_IF_MAYBE (descriptor, received) {
-                refusal = Mapping::map(*descriptor, bytes, true, "upload", made->mapping);
-              } else {
-                refusal = {HAPTIC_INTERNAL, "upload", "the daemon sent no descriptor", {}};
-              }
-            });
-          });
-        });
-  });
-  if (broken) return broken;
-  if (refusal) return refusal;
+  if (Failure failure = client::openUpload(*c->connection, bytes, made->capability, made->mapping)) return failure;
   *static_cast<hd_mesh_upload*>(made->mapping.address()) = {HD_UPLOAD_MAGIC, vertices, triangles, flags, 0};
   upload = std::move(made);
   return {};

@@ -1,5 +1,7 @@
 #include "rt/cycle/cycle.h"
 
+#include "rt/render/shading.h"
+
 namespace hapticd {
 namespace {
 
@@ -23,8 +25,8 @@ ServoEvent eventAt(ServoEventKind kind, std::uint32_t device, const CycleInput& 
 Cycle::Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept
     : config_(config),
       scene_(meshes),
-      devices_{DeviceState(config.guard[0]), DeviceState(config.guard[1]), DeviceState(config.guard[2]),
-               DeviceState(config.guard[3])} {
+      devices_{DeviceState(config.guard[0], 0), DeviceState(config.guard[1], 1), DeviceState(config.guard[2], 2),
+               DeviceState(config.guard[3], 3)} {
   static_assert(kMaxDevices == 4, "one DeviceState each above");
 }
 
@@ -154,6 +156,7 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
     case CommandKind::kAddObject:
     case CommandKind::kRemoveObject:
     case CommandKind::kSetShape:
+    case CommandKind::kSetSurface:
       code = scene_.apply(command);
       break;
     case CommandKind::kLocalModel:
@@ -221,10 +224,15 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
   out.velocity = device.velocity.update(sample);
   if (!device.started) {
     device.proxy.reset(sample.p);
+    device.effects.reset();
     device.started = true;
   }
   device.proxy.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), out.contact);
+  shade(scene_, out.contact);
   source[HD_SOURCE_SURFACE].force = out.contact.force;
+  const SurfaceForces added = device.effects.step(scene_, out.contact, sample.p, out.velocity.v);
+  source[HD_SOURCE_TEXTURE].force = added.texture;
+  source[HD_SOURCE_TRANSIENT].force = added.transient;
   if (const SceneObject* touched = scene_.find(out.contact.object)) {
     energy.carried = out.contact.force.cwiseProduct(touched->velocityAt(out.contact.point));
     energy.stored = 0.5 * touched->material.stiffness * (out.contact.proxy - sample.p).squaredNorm();

@@ -14,6 +14,7 @@
 #include "rt/cycle/velocity_estimator.h"
 #include "rt/guard/guard.h"
 #include "rt/render/proxy.h"
+#include "rt/render/surface_effects.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {
@@ -69,9 +70,10 @@ class Cycle {
 
  private:
   struct DeviceState {
-    explicit DeviceState(const GuardConfig& config) noexcept : guard(config) {}
+    DeviceState(const GuardConfig& config, std::uint32_t device) noexcept : guard(config), effects(device) {}
     Guard guard;
     ProxyRenderer proxy;
+    SurfaceEffects effects;
     VelocityEstimator velocity;
     bool started = false;
     std::uint32_t buttons = 0;

@@ -49,7 +49,7 @@ Vec3 faceNormal(const MeshView& mesh, std::uint32_t triangle) HD_RT {
 }
 
 Vec3 pseudoNormal(const MeshView& mesh, std::uint32_t triangle, FeatureKind kind, std::uint32_t corner,
-                  std::uint32_t& work) HD_RT {
+                  std::uint32_t& work, double crease_cosine) HD_RT {
   ++work;
   if (kind == FeatureKind::kFace || mesh.neighbours == nullptr) return faceNormal(mesh, triangle);
   if (kind == FeatureKind::kEdge) {
@@ -61,9 +61,13 @@ Vec3 pseudoNormal(const MeshView& mesh, std::uint32_t triangle, FeatureKind kind
   Vec3 sum = weighted(mesh, triangle, corner);
   for (const std::uint32_t side : {0u, 2u}) {  // Over the edge that leaves the vertex, or back over the one that comes.
     std::uint32_t t = mesh.neighbours[triangle][(corner + side) % 3];
+    Vec3 last = faceNormal(mesh, triangle);
     for (int i = 0; i < kMaxFan && t != HD_NO_INDEX; ++i) {
       if (t == triangle) return unit(sum);  // All the way round.
       ++work;
+      const Vec3 here = faceNormal(mesh, t);
+      if (here.dot(last) < crease_cosine) break;
+      last = here;
       const std::uint32_t c = cornerOf(mesh, t, vertex);
       sum += weighted(mesh, t, c);
       t = mesh.neighbours[t][(c + side) % 3];

@@ -16,6 +16,17 @@ bool isValid(const hd_material& m) HD_RT {
          m.friction_dynamic <= m.friction_static;
 }
 
+bool isValid(const SurfaceParameters& s) HD_RT {
+  for (const double x :
+       {s.smooth_cosine, s.transient_gain, s.relief_depth, s.relief_size[0], s.relief_size[1], s.vibration_mass}) {
+    if (!std::isfinite(x) || x < 0) return false;
+  }
+  // A ringing that dies out: r^2 < 1 and |2 r cos(theta)| <= 2 r.
+  const bool dies = s.transient_decay >= 0 && s.transient_decay < 1 &&
+                    s.transient_turn * s.transient_turn <= 4 * s.transient_decay && std::abs(s.transient_first) <= 1;
+  return dies && (s.relief == 0 || (s.relief_size[0] > 0 && s.relief_size[1] > 0));
+}
+
 bool isZero(const Twist& V) HD_RT { return V.v.isZero(0) && V.w.isZero(0); }
 
 bool same(const Pose& a, const Pose& b) HD_RT { return a.p == b.p && a.q.coeffs() == b.q.coeffs(); }
@@ -62,6 +73,8 @@ ErrorCode Scene::change(const Command& command) HD_RT {
       return remove(command.as<ObjectRef>().object);
     case CommandKind::kSetShape:
       return setShape(command.as<SetShape>());
+    case CommandKind::kSetSurface:
+      return setSurface(command.as<SetSurface>());
     case CommandKind::kObjectPose:
       return setPose(command.as<hd_object_pose>());
     case CommandKind::kObjectMaterial:
@@ -184,6 +197,26 @@ ErrorCode Scene::setMaterial(const hd_object_material& order) HD_RT {
   if (!object) return ErrorCode::kNotFound;
   if (!isValid(order.material)) return ErrorCode::kInvalidArgument;
   object->material = order.material;
+  return ErrorCode::kOk;
+}
+
+ErrorCode Scene::setSurface(const SetSurface& order) HD_RT {
+  SceneObject* object = findMutable(order.object);
+  if (!object) return ErrorCode::kNotFound;
+  Surface surface;
+  surface.parameters = order.surface;
+  if (!isValid(surface.parameters)) return ErrorCode::kInvalidArgument;
+  if (order.surface.relief != 0) {
+    const TextureView* texture = meshes_->texture(order.surface.relief - 1);
+    if (!texture || !texture->relief.pixel) return ErrorCode::kNotFound;
+    surface.relief = &texture->relief;
+  }
+  if (order.surface.vibration != 0) {
+    const TextureView* texture = meshes_->texture(order.surface.vibration - 1);
+    if (!texture || !texture->vibration.model) return ErrorCode::kNotFound;
+    surface.vibration = &texture->vibration;
+  }
+  object->surface = surface;
   return ErrorCode::kOk;
 }
 

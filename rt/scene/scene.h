@@ -11,6 +11,7 @@
 #include "rt/base/math.h"
 #include "rt/command.h"
 #include "rt/scene/mesh_view.h"
+#include "rt/scene/texture.h"
 
 namespace hapticd {
 
@@ -36,6 +37,7 @@ struct SceneObject {
   Twist V_WO;                      ///< Velocity of the frame's origin and its rotation, in the world.
   Shape shape;
   hd_material material{};
+  Surface surface;
   Vec3 center_W = Vec3::Zero();  ///< Of a ball about the shape, this tick.
   double radius = 0;             ///< Of that ball; infinite for a plane, 0 for a group.
   bool moved = false;            ///< X_WO differs from X_WO_before.
@@ -54,8 +56,8 @@ struct TriangleMove {
 };
 
 /**
- * Mesh views by table entry. The control thread publishes a view before the command that names it and takes it back
- * after the servo has passed the command that drops it.
+ * Mesh and texture views by table entry. The control thread publishes a view before the command that names it and takes
+ * it back after the servo has passed the command that drops it.
  */
 class MeshTable {
  public:
@@ -63,9 +65,16 @@ class MeshTable {
   [[nodiscard]] MeshView* get(std::uint32_t entry) const HD_RT {
     return entry < kMaxMeshes ? views_[entry].load(std::memory_order_acquire) : nullptr;
   }
+  void publishTexture(std::uint32_t entry, const TextureView* view) noexcept {
+    textures_[entry].store(view, std::memory_order_release);
+  }
+  [[nodiscard]] const TextureView* texture(std::uint32_t entry) const HD_RT {
+    return entry < kMaxTextures ? textures_[entry].load(std::memory_order_acquire) : nullptr;
+  }
 
  private:
   std::array<std::atomic<MeshView*>, kMaxMeshes> views_{};
+  std::array<std::atomic<const TextureView*>, kMaxTextures> textures_{};
 };
 
 /**
@@ -87,10 +96,11 @@ class Scene {
   explicit Scene(const MeshTable& meshes) noexcept : meshes_(&meshes) {}
 
   /**
-   * Applies a scene command (object pose, material, flags, vertices, add, remove, shape). A refused command changes
-   * nothing, but that vertices before a refused one have moved. kNotFound: no such object (a stale generation
-   * included), parent, mesh or vertex. kAlreadyExists: the slot is taken. kInvalidArgument: a value is not finite or
-   * out of range, or the object to remove has children. kUnsupported: not a scene command, or vertices of a rigid mesh.
+   * Applies a scene command (object pose, material, flags, vertices, add, remove, shape, surface). A refused command
+   * changes nothing, but that vertices before a refused one have moved. kNotFound: no such object (a stale generation
+   * included), parent, mesh, texture or vertex. kAlreadyExists: the slot is taken. kInvalidArgument: a value is not
+   * finite or out of range, or the object to remove has children. kUnsupported: not a scene command, or vertices of a
+   * rigid mesh.
    */
   ErrorCode apply(const Command& command) HD_RT;
 
@@ -126,6 +136,7 @@ class Scene {
   ErrorCode setPose(const hd_object_pose& pose) HD_RT;
   ErrorCode setShape(const SetShape& order) HD_RT;
   ErrorCode setMaterial(const hd_object_material& order) HD_RT;
+  ErrorCode setSurface(const SetSurface& order) HD_RT;
   ErrorCode setFlags(const hd_object_flags& order) HD_RT;
   ErrorCode moveVertices(const hd_object_vertices& order) HD_RT;
   void noteTriangles(const MeshView& mesh, const hd_vertex_move& move) HD_RT;

@@ -101,6 +101,38 @@ class Daemon(unittest.TestCase):
             scene.find("tip")
         self.assertEqual(caught.exception.code, haptic.Code.NOT_FOUND)
 
+    def test_surfaces_and_textures(self):
+        scene = self.client.scene
+        relief = scene.upload_relief(np.linspace(0, 1, 12).reshape(3, 4))
+        self.assertEqual((relief.relief, relief.width, relief.height, relief.uses), (True, 4, 3, 0))
+        models = [haptic.VibrationModel(v, f, 1.0, (-0.5, 0.1)) for v, f in ((0.01, 0.2), (0.2, 0.2), (0.01, 2.0))]
+        vibration = scene.upload_vibration(10000, models, [[0, 1, 2]])
+        self.assertEqual((vibration.relief, vibration.models, vibration.rate_hz), (False, 3, 10000))
+        scene.create("wall", haptic.ShapeKind.PLANE, pose=haptic.Pose((0, 0, -0.05)))
+        self.assertEqual(scene.find("wall").surface, haptic.Surface())
+        surface = haptic.Surface(smooth_deg=40, transient_gain=15, relief=relief.id, vibration=vibration.id)
+        scene.set_surface("wall", surface)
+        self.assertEqual(scene.find("wall").surface, surface)
+        self.assertEqual([entry.uses for entry in scene.textures()], [1, 1])
+        with self.assertRaises(haptic.HapticError) as caught:
+            scene.drop_texture(relief.id)
+        self.assertIn("shown by 1", str(caught.exception))
+        with self.assertRaises(haptic.HapticError) as caught:
+            scene.set_surface("wall", haptic.Surface(transient_hz=1e4))
+        self.assertIn("transientHz", str(caught.exception))
+        with self.assertRaises(haptic.HapticError) as caught:
+            scene.upload_vibration(10000, [models[0], models[1], haptic.VibrationModel(0.1, 1, 1, (0, 2))], [[0, 1, 2]])
+        self.assertIn("model[2]", str(caught.exception))
+        with self.assertRaises(ValueError):
+            scene.upload_relief([[0.5, 1.5]])
+        with self.assertRaises(haptic.HapticError) as caught:
+            scene.upload_relief([[0.5]])
+        self.assertIn("width", str(caught.exception))
+        scene.remove("wall")
+        scene.drop_texture(relief.id)
+        scene.drop_texture(vibration.id)
+        self.assertEqual(scene.textures(), [])
+
     def test_bad_meshes_and_errors_in_progress(self):
         with self.assertRaises(haptic.HapticError) as caught:
             self.client.scene.upload(np.eye(3), [[0, 1, 9]])

@@ -16,6 +16,7 @@
 #include "rt/cycle/realtime.h"
 #include "support/detectors.h"
 #include "support/house.h"
+#include "support/test_surface.h"
 #include "tools/haptic-bench/sphere_upload.h"
 
 namespace hapticd {
@@ -173,6 +174,33 @@ TEST(ServoCycle, IsCleanWhileVerticesMove) {
       vertices.move[k] = {(static_cast<std::uint32_t>(i) * 31 + k * 7) % 2000, {0.001f * k, 0.01f, -0.02f}};
     }
     house.push(HD_COMMAND_OBJECT_VERTICES, vertices);
+  });
+}
+
+TEST(ServoCycle, IsCleanWithTexturedSurfaces) {
+  SnapshotMemory mesh = sphereMesh(2000);
+  const testing::TestRelief relief(64, 64, [](auto x, auto y) { return 0.5 + 0.5 * std::sin(0.7 * x) * std::cos(y); });
+  testing::TestVibration vibration;
+  vibration.models = {{0.02, 0.2, 4, {-0.9, 0.5}}, {0.3, 0.2, 9, {0.3}}, {0.02, 3, 16, {-0.2, 0.1}}};
+  vibration.triangles = {{0, 1, 2}};
+  vibration.finish();
+  expectClean([&](House& house, int i) {
+    if (i == 0) {
+      house.meshes.publish(0, &mesh.view);
+      house.meshes.publishTexture(0, &relief.view);
+      house.meshes.publishTexture(1, &vibration.view);
+      house.order(CommandKind::kAddObject, meshObject(makeObjectId(20, 1), 0));
+    }
+    for (const std::uint32_t slot : {1u, 2u, 3u, 4u, 5u, 20u}) {
+      SetSurface order{makeObjectId(slot, 1), 0, testing::ringing(20, 150, 0.01)};
+      order.surface.smooth_cosine = 0.7;
+      order.surface.relief = 1;
+      order.surface.relief_depth = 2e-4;
+      order.surface.relief_size[0] = order.surface.relief_size[1] = 0.02;
+      order.surface.vibration = (i / 100) % 2 == 0 ? 2 : 0;
+      order.surface.vibration_mass = 0.05;
+      house.order(CommandKind::kSetSurface, order);
+    }
   });
 }
 

@@ -28,6 +28,7 @@ void addMonitor(CLI::App& app, Action& chosen);
 void addRecord(CLI::App& app, Action& chosen);
 void addEvents(CLI::App& app, Action& chosen);
 void addLoad(CLI::App& app, Action& chosen);
+void addLoadTexture(CLI::App& app, Action& chosen);
 void addAdd(CLI::App& app, Action& chosen);
 void addRemove(CLI::App& app, Action& chosen);
 void addObjects(CLI::App& app, Action& chosen);

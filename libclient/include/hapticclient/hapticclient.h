@@ -19,6 +19,7 @@
  * - push.h     what is sent at the client's pace: motion, local models, forces
  * - scene.h    objects and meshes
  * - record.h   recordings of all that a servo did
+ * - texture.h  what a surface feels like beyond its material
  * - events.h   touches, faults, leases
  * - frames.h   axes of OpenGL, ROS and Haply
  */
@@ -35,5 +36,6 @@
 #include <hapticclient/scene.h>
 #include <hapticclient/session.h>
 #include <hapticclient/status.h>
+#include <hapticclient/texture.h>
 
 #endif /* HAPTICCLIENT_H */

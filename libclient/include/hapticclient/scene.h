@@ -7,6 +7,7 @@
 #define HAPTICCLIENT_SCENE_H
 
 #include <hapticclient/client.h>
+#include <hapticclient/texture.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -67,6 +68,7 @@ typedef struct haptic_object_state {
   const char* owner;
   haptic_pose world_pose;
   const haptic_object* object;
+  const haptic_surface* surface;
 } haptic_object_state;
 
 typedef struct haptic_object_list {

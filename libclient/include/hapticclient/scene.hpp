@@ -89,6 +89,9 @@ class Object {
   Result<void> setMaterial(const haptic_material& material) {
     return detail::run([&](auto* e) { return haptic_object_set_material(client_, name_.c_str(), &material, e); });
   }
+  Result<void> setSurface(const haptic_surface& surface) {
+    return detail::run([&](auto* e) { return haptic_object_set_surface(client_, name_.c_str(), &surface, e); });
+  }
   Result<void> setFlags(std::uint32_t flags) {
     return detail::run([&](auto* e) { return haptic_object_set_flags(client_, name_.c_str(), flags, e); });
   }
@@ -150,6 +153,24 @@ class Scene {
   }
   Result<void> dropMesh(std::uint64_t mesh) {
     return detail::run([&](auto* e) { return haptic_mesh_drop(client_, mesh, e); });
+  }
+
+  /** A grey picture, row by row from its upper edge: 65535 is the surface itself, 0 the deepest. */
+  Result<Reply<haptic_texture_report>> uploadRelief(std::span<const std::uint16_t> grey, std::uint32_t width) {
+    const auto height = width == 0 ? 0 : static_cast<std::uint32_t>(grey.size() / width);
+    return detail::ask<haptic_texture_report>(
+        [&](auto** out, auto* e) { return haptic_upload_relief(client_, grey.data(), width, height, out, e); });
+  }
+  Result<Reply<haptic_texture_report>> uploadVibration(const haptic_vibration& vibration) {
+    return detail::ask<haptic_texture_report>(
+        [&](auto** out, auto* e) { return haptic_upload_vibration(client_, &vibration, out, e); });
+  }
+  [[nodiscard]] Result<Reply<haptic_texture_list>> textures() const {
+    return detail::ask<haptic_texture_list>(
+        [&](auto** out, auto* e) { return haptic_texture_list_all(client_, out, e); });
+  }
+  Result<void> dropTexture(std::uint64_t texture) {
+    return detail::run([&](auto* e) { return haptic_texture_drop(client_, texture, e); });
   }
 
  private:

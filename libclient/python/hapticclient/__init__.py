@@ -17,12 +17,13 @@ from .recording import Recording, RecordingEnd
 from .session import HISTORY, SAMPLE, Session
 from .types import (Ability, Acks, Check, ClientStatus, Counters, DaemonInfo, DeviceInfo, DeviceLimits, DeviceStatus,
                     Event, EventKind, Histogram, Material, MeshReport, ModelStatus, ObjectFlag, ObjectState, Pose,
-                    SampleFlag, SessionInfo, ShapeKind, Statistics, Status)
+                    SampleFlag, SessionInfo, ShapeKind, Statistics, Status, Surface, TextureReport, VibrationModel)
 
 __version__: str = _abi.lib.haptic_version().decode()
 __all__ = [
     "Ability", "Acks", "Check", "Client", "ClientStatus", "Code", "Counters", "DaemonInfo", "DeviceInfo",
     "DeviceLimits", "DeviceStatus", "Event", "EventKind", "Events", "Frame", "HISTORY", "HapticError", "Histogram",
     "Material", "MeshReport", "ModelStatus", "ObjectFlag", "ObjectState", "Pose", "Recording", "RecordingEnd", "SAMPLE", "SampleFlag", "Scene",
-    "Session", "SessionInfo", "ShapeKind", "Statistics", "Status", "convert"
+    "Session", "SessionInfo", "ShapeKind", "Statistics", "Status", "Surface", "TextureReport", "VibrationModel",
+    "convert"
 ]

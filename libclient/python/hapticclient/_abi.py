@@ -82,8 +82,17 @@ RecordingEnd = struct("haptic_recording_end", ("size", u32), ("reserved", u32), 
 Shape = struct("haptic_shape", ("kind", u32), ("reserved", u32), ("size", vec3), ("mesh", u64))
 Object = struct("haptic_object", ("size", u32), ("flags", u32), ("name", text), ("parent", text), ("pose", Pose),
                 ("shape", Shape), ("material", Material))
+Surface = struct("haptic_surface", ("size", u32), ("reserved", u32),
+                 *many(f64, "smooth_deg transient_gain transient_hz transient_decay_s"), ("relief", u64),
+                 *many(f64, "relief_depth relief_width relief_height"), ("vibration", u64), ("vibration_mass", f64))
+TextureReport = struct("haptic_texture_report", ("size", u32), ("relief", u32), ("id", u64),
+                       *many(u32, "width height models uses"), ("rate_hz", f64), ("bytes", u64), ("owner", text))
+TextureList = struct("haptic_texture_list", ("size", u32), ("count", u32), ("items", pointers(TextureReport)))
+VibrationModel = struct("haptic_vibration_model", *many(f64, "speed force variance"), ("a", c.c_void_p))
+Vibration = struct("haptic_vibration", ("size", u32), ("order", u32), ("rate_hz", f64), ("model_count", u32),
+                   ("triangle_count", u32), ("models", c.POINTER(VibrationModel)), ("triangles", c.c_void_p))
 ObjectState = struct("haptic_object_state", *many(u32, "size id triangles reserved"), ("path", text), ("owner", text),
-                     ("world_pose", Pose), ("object", c.POINTER(Object)))
+                     ("world_pose", Pose), ("object", c.POINTER(Object)), ("surface", c.POINTER(Surface)))
 ObjectList = struct("haptic_object_list", ("size", u32), ("count", u32), ("items", pointers(ObjectState)))
 MeshReport = struct("haptic_mesh_report", ("size", u32), ("closed", u32), ("id", u64), ("vertices", u32),
                     ("triangles", u32), ("bytes", u64), ("lower", vec3), ("upper", vec3), ("build_ns", i64),
@@ -202,6 +211,11 @@ _PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "upload_mesh": (c.c_int, [_Handle, c.c_void_p, u32, c.c_void_p, u32, u32, Progress, c.c_void_p, _Out, _E]),
     "mesh_list_all": (c.c_int, [_Handle, _Out, _E]),
     "mesh_drop": (c.c_int, [_Handle, u64, _E]),
+    "object_set_surface": (c.c_int, [_Handle, text, c.POINTER(Surface), _E]),
+    "upload_relief": (c.c_int, [_Handle, c.c_void_p, u32, u32, _Out, _E]),
+    "upload_vibration": (c.c_int, [_Handle, c.POINTER(Vibration), _Out, _E]),
+    "texture_list_all": (c.c_int, [_Handle, _Out, _E]),
+    "texture_drop": (c.c_int, [_Handle, u64, _E]),
     "event_name": (text, [u32]),
     "events_open": (c.c_int, [_Handle, c.POINTER(EventsOptions), _Out, _E]),
     "next_event": (c.c_int, [_Handle, c.POINTER(Event), i64]),

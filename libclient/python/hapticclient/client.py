@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import enum
 import json
 import math
@@ -16,8 +17,8 @@ from .errors import Code, HapticError, call, check
 from .recording import Recording
 from .session import Session, _vector
 from .types import (Check, DaemonInfo, DeviceInfo, DeviceLimits, Event, Histogram, Material, MeshReport, ObjectFlag,
-                    ObjectState, Pose, ShapeKind, Statistics, Status, device_info, mesh_report, object_state, plain,
-                    status)
+                    ObjectState, Pose, ShapeKind, Statistics, Status, Surface, TextureReport, VibrationModel,
+                    device_info, mesh_report, object_state, plain, status, texture_report)
 
 _lib = _abi.lib
 _List = list  # Scene has a method of that name
@@ -196,6 +197,53 @@ class Scene:
 
     def drop_mesh(self, mesh: int) -> None:
         call(_lib.haptic_mesh_drop, self._handle, mesh)
+
+    def set_surface(self, name: str, surface: Surface) -> None:
+        """All of it at once; dataclasses.replace() changes a part."""
+        call(_lib.haptic_object_set_surface, self._handle, name.encode(),
+             ctypes.byref(_abi.Surface(**dataclasses.asdict(surface))))
+
+    def upload_relief(self, grey: npt.ArrayLike) -> TextureReport:
+        """A picture as rows from the upper edge: 1 is the surface itself, 0 the deepest; uint8 and uint16 as they are."""
+        given = np.asarray(grey)
+        if given.ndim != 2:
+            raise ValueError("grey: rows and columns are needed, one number a pixel")
+        if given.dtype == np.uint8:
+            given = given.astype(np.uint16) * 257
+        elif given.dtype != np.uint16:
+            if not ((given >= 0) & (given <= 1)).all():
+                raise ValueError("grey: a value is not between 0 and 1")
+            given = np.round(given * 65535).astype(np.uint16)
+        pixels = np.ascontiguousarray(given)
+        with _Reply(_abi.TextureReport, _lib.haptic_upload_relief, self._handle, pixels.ctypes.data,
+                    pixels.shape[1], pixels.shape[0]) as reply:
+            return texture_report(reply)
+
+    def upload_vibration(self, rate_hz: float, models: Sequence[VibrationModel],
+                         triangles: npt.ArrayLike) -> TextureReport:
+        """Models at `rate_hz` and the triangles between them, three indices each, from 0."""
+        orders = {len(model.a) for model in models}
+        if len(orders) != 1:
+            raise ValueError("models: all need as many coefficients")
+        order = orders.pop()
+        coefficients = [(ctypes.c_double * order)(*model.a) for model in models]
+        raw = (_abi.VibrationModel * len(models))()
+        for entry, model, a in zip(raw, models, coefficients):
+            entry.speed, entry.force, entry.variance = model.speed, model.force, model.variance
+            entry.a = ctypes.addressof(a)
+        corners = np.ascontiguousarray(np.asarray(triangles, np.uint32).reshape(-1, 3))
+        vibration = _abi.Vibration(order=order, rate_hz=rate_hz, model_count=len(models), triangle_count=len(corners),
+                                   models=raw, triangles=corners.ctypes.data)
+        with _Reply(_abi.TextureReport, _lib.haptic_upload_vibration, self._handle,
+                    ctypes.byref(vibration)) as reply:
+            return texture_report(reply)
+
+    def textures(self) -> _List[TextureReport]:
+        with _Reply(_abi.TextureList, _lib.haptic_texture_list_all, self._handle) as reply:
+            return [texture_report(entry) for entry in _entries(reply)]
+
+    def drop_texture(self, texture: int) -> None:
+        call(_lib.haptic_texture_drop, self._handle, texture)
 
 
 class Client:

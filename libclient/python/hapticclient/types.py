@@ -27,6 +27,30 @@ class Material(NamedTuple):
     friction_dynamic: float = 0.0
 
 
+@dataclass(frozen=True)
+class Surface:
+    """What a surface feels like beyond its material; texture.h tells the units. A plain one by default."""
+    smooth_deg: float = 0.0
+    transient_gain: float = 0.0
+    transient_hz: float = 150.0
+    transient_decay_s: float = 0.01
+    relief: int = 0
+    relief_depth: float = 0.0002
+    relief_width: float = 0.1
+    relief_height: float = 0.1
+    vibration: int = 0
+    vibration_mass: float = 0.05
+
+
+@dataclass(frozen=True)
+class VibrationModel:
+    """Acceleration at one speed [m/s] and force [N]: y[n] = e[n] - a[0] y[n-1] - ..., e of that variance."""
+    speed: float
+    force: float
+    variance: float
+    a: tuple[float, ...]
+
+
 class ShapeKind(enum.IntEnum):
     GROUP = 0
     PLANE = 1
@@ -254,6 +278,7 @@ class ObjectState:
     size: Vector
     mesh: int
     material: Material
+    surface: Surface
 
 
 @dataclass(frozen=True)
@@ -267,6 +292,19 @@ class MeshReport:
     upper: Vector
     build_ns: int
     notes: list[str]
+
+
+@dataclass(frozen=True)
+class TextureReport:
+    relief: bool
+    id: int
+    width: int
+    height: int
+    models: int
+    uses: int
+    rate_hz: float
+    bytes: int
+    owner: str
 
 
 @dataclass(frozen=True)
@@ -367,12 +405,17 @@ def mesh_report(raw: Any) -> MeshReport:
     return plain(MeshReport, raw, notes=[raw.notes[i].decode() for i in range(raw.note_count)])
 
 
+def texture_report(raw: Any) -> TextureReport:
+    return plain(TextureReport, raw, relief=bool(raw.relief))
+
+
 def object_state(raw: Any) -> ObjectState:
     made = raw.object.contents
     return plain(ObjectState, raw, name=made.name.decode(), parent=made.parent.decode(),
                  flags=ObjectFlag(made.flags), pose=_value(made.pose), shape=ShapeKind(made.shape.kind),
                  size=tuple(made.shape.size), mesh=made.shape.mesh,
-                 material=Material(*(getattr(made.material, name) for name in Material._fields)))
+                 material=Material(*(getattr(made.material, name) for name in Material._fields)),
+                 surface=plain(Surface, raw.surface.contents))
 
 
 def status(raw: Any) -> Status:

@@ -12,17 +12,28 @@ import pathlib
 import pty
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
+import zlib
 
 BUILD = pathlib.Path(sys.argv.pop(1)).resolve()
 HAPTICCTL = BUILD / "tools/hapticctl/hapticctl"
 HAPTICD = BUILD / "daemon/hapticd"
 TETRAHEDRON = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
 SILENT = {"TERM": "xterm-256color"}
+
+
+def png(width, height, grey):
+    """A picture of 8 bits of grey."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    rows = b"".join(b"\0" + bytes(grey(x, y) for x in range(width)) for y in range(height))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0))
+            + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
 
 
 def stl(corners):
@@ -195,6 +206,36 @@ class WithDaemon(Case):
         self.run_ctl("remove", "tetra")
         self.assertEqual(self.json("objects"), [])
         self.assertIn("tetra", self.run_ctl("remove", "tetra", exit_code=1).stderr)
+
+    def test_textures(self):
+        self.run_ctl("add", "plane", "--name", "wall")
+        picture = self.directory / "ramp.png"
+        picture.write_bytes(png(8, 4, lambda x, y: 30 * x))
+        laid = self.json("load-texture", picture, "wall", "--depth", "0.001", "--size", "0.08,0.04")
+        self.assertEqual(laid["kind"], "relief")
+        self.assertEqual(self.json("get", "/objects/wall/relief"), laid["texture"])
+        self.assertEqual(self.json("get", "/objects/wall/relief_depth"), 0.001)
+        shown = self.json("get", f"/textures/{laid['texture']}")
+        self.assertEqual((shown["width"], shown["height"], shown["uses"]), (8, 4, 1))
+        steep = self.run_ctl("load-texture", picture, "wall", "--size", "0.0001,0.04", exit_code=1).stderr
+        self.assertIn("pixel", steep)
+        self.assertEqual(self.json("get", "/objects/wall/relief"), laid["texture"], "a refusal changes nothing")
+        self.assertEqual(len(self.json("get", "/textures")), 1, "nor does it leave anything behind")
+        lines = "<ARlsf><value>0.4</value><value>1.3</value></ARlsf><var>1</var>"
+        models = "".join(f"<model>{lines}<speedMod>{v}</speedMod><forceMod>{f}</forceMod></model>"
+                         for v, f in ((10, 0.2), (200, 0.2), (10, 2)))
+        triangle = "<tri><value>1</value><value>2</value><value>3</value></tri>"
+        toolkit = self.file("cloth.xml", f"<modelSet>{triangle}{models}</modelSet>")
+        self.assertIn("vibration of 3 models", self.run_ctl("load-texture", toolkit, "wall", "--mass", "0.02").stdout)
+        self.assertEqual(self.json("get", "/objects/wall/vibration_mass"), 0.02)
+        self.assertIn("tri[1]", self.run_ctl("load-texture", self.file("bad.xml", f"<modelSet>{models}<tri/></modelSet>"),
+                                             "wall", exit_code=5).stderr)
+        self.assertIn("--depth", self.run_ctl("load-texture", toolkit, "wall", "--depth", "1", exit_code=2).stderr)
+        self.assertEqual(self.json("set", "/objects/wall/transient_gain?value=20"), 20)
+        self.assertIn("transientHz", self.run_ctl("set", "/objects/wall/transient_hz?value=1000", exit_code=1).stderr)
+        self.assertIn("not the number", self.run_ctl("set", "/objects/wall/relief?value=1.5", exit_code=1).stderr)
+        self.run_ctl("remove", "wall")
+        self.assertEqual(self.json("get", "/textures"), {}, "textures go with the last surface that shows them")
 
     def test_arming_ends_in_order(self):
         arm = subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm"], stdout=subprocess.PIPE, text=True)

@@ -1,0 +1,111 @@
+#include "daemon/scene/surface.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "daemon/scene/texture_store.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kMostSmooth = 90;                         // [degree]
+constexpr double kMostGain = 1000;                         // [N s/m]
+constexpr double kLeastHz = 10, kMostHz = 400;             // Below half the slowest servo's rate.
+constexpr double kLeastDecay = 1e-3, kMostDecay = 0.2;     // [s]
+constexpr double kMostReliefDepth = 0.02;                  // [m]
+constexpr double kLeastPicture = 1e-4, kMostPicture = 10;  // [m]
+constexpr double kMostMass = 1;                            // [kg]
+
+Error refused(std::string where, std::string what, std::string remedy = {}) {
+  return {ErrorCode::kInvalidArgument, std::move(where), std::move(what), std::move(remedy)};
+}
+
+Result<void> within(double value, double lower, double upper, const std::string& where, const char* unit) {
+  if (std::isfinite(value) && value >= lower && value <= upper) return {};
+  return refused(where, fmt::format("{} is not between {} and {} {}", value, lower, upper, unit));
+}
+
+Result<const TextureInfo*> find(std::uint64_t id, bool relief, const TextureStore& textures, const std::string& where) {
+  const TextureInfo* texture = textures.find(id);
+  if (texture == nullptr) {
+    return Error{ErrorCode::kNotFound, where, fmt::format("there is no texture {}", id), "upload it first"};
+  }
+  if (texture->is_relief == relief) return texture;
+  return refused(where, fmt::format("texture {} is a {}", id, relief ? "vibration" : "relief"),
+                 fmt::format("choose a {}", relief ? "relief" : "vibration"));
+}
+
+/** The gradient is bound by the steepest step between two pixels. */
+Result<void> checkSlope(double depth, double side, std::uint32_t pixels, const SteepestStep& steepest,
+                        const char* direction, const std::string& where) {
+  const double pixel = side / pixels;
+  const double slope = depth * steepest.grey / pixel;
+  if (slope <= kMostSlope) return {};
+  return refused(where,
+                 fmt::format("the step {} of pixel {},{} has a slope of {:.3g}; {} is the most", direction,
+                             steepest.column, steepest.row, slope, kMostSlope),
+                 fmt::format("make the depth at most {:.3g} m, the picture larger, or blur it",
+                             0.999 * kMostSlope * pixel / steepest.grey));
+}
+
+Result<void> checkRelief(const SurfaceSpec& s, const TextureStore& textures, const std::string& where) {
+  auto texture = find(s.relief, true, textures, where + ".relief");
+  if (!texture) return texture.error();
+  if (auto r = checkSlope(s.relief_depth, s.relief_width, (*texture)->width, (*texture)->across, "right",
+                          where + ".reliefDepth");
+      !r)
+    return r;
+  return checkSlope(s.relief_depth, s.relief_height, (*texture)->height, (*texture)->down, "below",
+                    where + ".reliefDepth");
+}
+
+}  // namespace
+
+Result<void> checkSurface(const SurfaceSpec& s, const TextureStore& textures, const std::string& where) {
+  const struct {
+    const char* name;
+    double value, lower, upper;
+    const char* unit;
+  } numbers[] = {
+      {".smoothDeg", s.smooth_deg, 0, kMostSmooth, "degrees"},
+      {".transientGain", s.transient_gain, 0, kMostGain, "N s/m"},
+      {".transientHz", s.transient_hz, kLeastHz, kMostHz, "Hz"},
+      {".transientDecay", s.transient_decay_s, kLeastDecay, kMostDecay, "s"},
+      {".reliefDepth", s.relief_depth, 0, kMostReliefDepth, "m"},
+      {".reliefWidth", s.relief_width, kLeastPicture, kMostPicture, "m"},
+      {".reliefHeight", s.relief_height, kLeastPicture, kMostPicture, "m"},
+      {".vibrationMass", s.vibration_mass, 0, kMostMass, "kg"},
+  };
+  for (const auto& n : numbers) {
+    if (auto r = within(n.value, n.lower, n.upper, where + n.name, n.unit); !r) return r;
+  }
+  if (s.relief != 0) {
+    if (auto r = checkRelief(s, textures, where); !r) return r;
+  }
+  if (s.vibration != 0) {
+    if (auto texture = find(s.vibration, false, textures, where + ".vibration"); !texture) return texture.error();
+  }
+  return {};
+}
+
+SurfaceParameters surfaceParameters(const SurfaceSpec& s, const TextureStore& textures, std::int64_t period_ns) {
+  SurfaceParameters out{};
+  if (s.smooth_deg > 0) out.smooth_cosine = std::cos(s.smooth_deg * std::numbers::pi / 180);
+  const double period = static_cast<double>(period_ns) * 1e-9;
+  const double r = std::exp(-period / s.transient_decay_s), theta = 2 * std::numbers::pi * s.transient_hz * period;
+  out.transient_gain = s.transient_gain;
+  out.transient_first = r * std::sin(theta);
+  out.transient_turn = 2 * r * std::cos(theta);
+  out.transient_decay = r * r;
+  out.relief = textures.referenceTo(s.relief);
+  out.relief_depth = s.relief_depth;
+  out.relief_size[0] = s.relief_width;
+  out.relief_size[1] = s.relief_height;
+  out.vibration = textures.referenceTo(s.vibration);
+  out.vibration_mass = s.vibration_mass;
+  return out;
+}
+
+}  // namespace hapticd

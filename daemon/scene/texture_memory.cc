@@ -1,0 +1,56 @@
+#include "daemon/scene/texture_memory.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+#include "daemon/scene/ar_model.h"
+
+namespace hapticd {
+
+std::size_t layOutBytes(const Texture& texture) noexcept {
+  return sizeof(TextureView) + texture.relief.pixels.size() * sizeof(std::uint16_t) +
+         texture.vibration.models.size() * sizeof(VibrationModel) +
+         texture.vibration.triangles.size() * sizeof(VibrationView::Corners);
+}
+
+Result<TextureMemory> layOut(const Texture& texture, std::int64_t period_ns, bool lock) {
+  auto file = Memfd::create("hapticd-texture", layOutBytes(texture));
+  if (!file) return file.error();
+  auto mapping = file->map(Memfd::Access::kWrite);
+  if (!mapping) return mapping.error();
+  TextureMemory memory{std::move(*mapping)};
+  auto* view = new (memory.mapping.data()) TextureView;
+  std::byte* next = memory.mapping.data() + sizeof(TextureView);
+  if (texture.isRelief()) {
+    const Relief& relief = texture.relief;
+    std::memcpy(next, relief.pixels.data(), relief.pixels.size() * sizeof(std::uint16_t));
+    view->relief = {reinterpret_cast<const std::uint16_t*>(next), relief.width, relief.height};
+  } else {
+    const RecordedVibration& vibration = texture.vibration;
+    VibrationView& out = view->vibration;
+    auto* model = reinterpret_cast<VibrationModel*>(next);
+    out.model = model;
+    const RecordedModel& first = vibration.models.front();
+    out.least_speed = out.most_speed = first.speed;
+    out.least_force = out.most_force = first.force;
+    for (const RecordedModel& recorded : vibration.models) {
+      const LatticeModel lattice =
+          resample(recorded.a, recorded.variance, vibration.rate_hz, 1e9 / static_cast<double>(period_ns));
+      new (model++) VibrationModel{recorded.speed, recorded.force, lattice.power, lattice.reflection};
+      out.least_speed = std::min(out.least_speed, recorded.speed);
+      out.most_speed = std::max(out.most_speed, recorded.speed);
+      out.least_force = std::min(out.least_force, recorded.force);
+      out.most_force = std::max(out.most_force, recorded.force);
+    }
+    out.triangle = reinterpret_cast<const VibrationView::Corners*>(model);
+    out.triangles = static_cast<std::uint32_t>(vibration.triangles.size());
+    std::memcpy(model, vibration.triangles.data(), vibration.triangles.size() * sizeof(VibrationView::Corners));
+  }
+  if (lock) {
+    if (auto r = memory.mapping.lock(); !r) return r.error();
+  }
+  return memory;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,75 @@
+/** @file
+ * Textures that clients uploaded: checked, laid out for each servo, locked, published; given back once every servo has
+ * passed. What MeshStore is for meshes.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "daemon/scene/command_sink.h"
+#include "daemon/scene/object.h"
+#include "daemon/scene/texture.h"
+
+namespace hapticd {
+
+struct TextureInfo {
+  std::uint64_t id = 0;
+  bool is_relief = false;
+  std::uint32_t width = 0, height = 0;  ///< Of a relief, pixels.
+  SteepestStep across, down;            ///< Of a relief.
+  std::uint32_t models = 0;             ///< Of a vibration.
+  double rate_hz = 0;                   ///< It was recorded at.
+  std::uint64_t bytes = 0;              ///< For each servo.
+  std::uint32_t uses = 0;               ///< Surfaces that show it.
+  Client owner;
+};
+
+/** Control thread only. */
+class TextureStore {
+ public:
+  TextureStore();
+  ~TextureStore();
+
+  /** Whether what the servos read must be locked (it may not be under --allow-no-rt). */
+  void setLock(bool lock) { lock_ = lock; }
+
+  [[nodiscard]] Result<std::uint64_t> add(Texture texture, const Client& by);
+  /** Refused while a surface shows it. Its maker's user or administration. */
+  [[nodiscard]] Result<void> drop(std::uint64_t id, const Client& by);
+  /** The textures of a connection go once no surface shows them. */
+  void dropUnusedOf(std::uint64_t connection);
+
+  [[nodiscard]] const TextureInfo* find(std::uint64_t id) const;
+  [[nodiscard]] std::vector<const TextureInfo*> list() const;
+  [[nodiscard]] std::uint64_t lockedBytes() const;
+  [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
+
+  // By the scene model.
+  /** Entry of the texture tables plus 1; 0 for the id 0. */
+  [[nodiscard]] std::uint32_t referenceTo(std::uint64_t id) const;
+  void use(std::uint64_t id);
+  void release(std::uint64_t id);
+  /** Publishes every texture to a new sink, before the scene is replayed to it. */
+  [[nodiscard]] Result<void> attach(CommandSink& sink);
+  void detach(CommandSink& sink);
+
+  /** Unmaps what every servo has passed. Call every few milliseconds. */
+  void reclaim();
+
+ private:
+  struct Entry;
+  Result<void> publish(std::uint32_t index, CommandSink& sink);
+  void unpublish(std::uint32_t index);
+
+  bool lock_ = true;
+  std::vector<CommandSink*> sinks_;
+  std::array<std::unique_ptr<Entry>, kMaxTextures> entries_;
+  std::map<std::uint64_t, std::uint32_t> by_id_;
+  std::uint64_t next_id_ = 1;
+};
+
+}  // namespace hapticd

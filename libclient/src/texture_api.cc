@@ -1,0 +1,223 @@
+// texture.h
+#include <cstring>
+
+#include "libclient/src/convert.h"
+#include "libclient/src/loop.h"
+#include "libclient/src/upload_region.h"
+#include "proto/texture.h"
+
+using hapticd::client::Connection;
+using hapticd::client::Failure;
+using hapticd::client::Link;
+using hapticd::client::Mapping;
+using hapticd::client::Reply;
+namespace client = hapticd::client;
+namespace proto = hapticd::proto;
+
+namespace hapticd::client {
+
+haptic_surface* convert(proto::Surface::Reader from, Reply& reply) {
+  auto* to = reply.make<haptic_surface>();
+  to->smooth_deg = from.getSmoothDeg();
+  to->transient_gain = from.getTransientGain();
+  to->transient_hz = from.getTransientHz();
+  to->transient_decay_s = from.getTransientDecay();
+  to->relief = from.getRelief();
+  to->relief_depth = from.getReliefDepth();
+  to->relief_width = from.getReliefWidth();
+  to->relief_height = from.getReliefHeight();
+  to->vibration = from.getVibration();
+  to->vibration_mass = from.getVibrationMass();
+  return to;
+}
+
+haptic_texture_report* convert(proto::TextureReport::Reader from, Reply& reply) {
+  auto* to = reply.make<haptic_texture_report>();
+  to->relief = from.getRelief();
+  to->id = from.getId();
+  to->width = from.getWidth();
+  to->height = from.getHeight();
+  to->models = from.getModels();
+  to->uses = from.getUses();
+  to->rate_hz = from.getRate();
+  to->bytes = from.getBytes();
+  to->owner = reply.text(std::string_view(from.getOwner().cStr(), from.getOwner().size()));
+  return to;
+}
+
+haptic_texture_list* convert(capnp::List<proto::TextureReport>::Reader from, Reply& reply) {
+  auto* to = reply.make<haptic_texture_list>();
+  to->count = from.size();
+  auto** items = reply.makeArray<const haptic_texture_report*>(to->count);
+  for (std::uint32_t i = 0; i < to->count; ++i) items[i] = convert(from[i], reply);
+  to->items = items;
+  return to;
+}
+
+void fill(const haptic_surface& from, proto::Surface::Builder to) {
+  to.setSmoothDeg(from.smooth_deg);
+  to.setTransientGain(from.transient_gain);
+  to.setTransientHz(from.transient_hz);
+  to.setTransientDecay(from.transient_decay_s);
+  to.setRelief(from.relief);
+  to.setReliefDepth(from.relief_depth);
+  to.setReliefWidth(from.relief_width);
+  to.setReliefHeight(from.relief_height);
+  to.setVibration(from.vibration);
+  to.setVibrationMass(from.vibration_mass);
+}
+
+}  // namespace hapticd::client
+
+namespace {
+
+/** Writes one after the other. */
+class Writer {
+ public:
+  explicit Writer(void* to) : to_(static_cast<std::byte*>(to)) {}
+  template <class T>
+  void put(const T* from, std::size_t count) {
+    std::memcpy(to_, from, count * sizeof(T));
+    to_ += count * sizeof(T);
+  }
+  template <class T>
+  void put(const T& value) {
+    put(&value, 1);
+  }
+
+ private:
+  std::byte* to_;
+};
+
+/** Has `write` fill `bytes` of the daemon's memory and the daemon take them for a texture. */
+template <class Write>
+Failure upload(haptic_client* c, std::size_t bytes, haptic_texture_report** report, Write&& write) {
+  if (c == nullptr) return client::badArgument("client", "is null");
+  Connection& connection = *c->connection;
+  proto::Upload::Client capability = nullptr;
+  Reply memory;
+  haptic_texture_report* made = nullptr;
+  const auto fillAndCommit = [&]() -> Failure {
+    Mapping mapping;
+    if (Failure failure = client::openUpload(connection, bytes, capability, mapping)) return failure;
+    write(Writer(mapping.address()));
+    mapping.unmap();
+    return client::callDaemon(
+        connection, [&](Link&) { return capability.commitTextureRequest(); },
+        [&](auto& results) { made = client::convert(results.getTexture(), memory); });
+  };
+  Failure failure = fillAndCommit();
+  connection.run([&](Connection::Loop&) { capability = nullptr; });
+  if (failure) return failure;
+  if (report != nullptr) *report = memory.release(made);
+  return {};
+}
+
+Failure check(const haptic_vibration& v) {
+  const auto count = [](std::uint32_t value, std::uint32_t least, std::uint32_t most, const char* name) -> Failure {
+    if (value >= least && value <= most) return {};
+    return client::badArgument(std::string("haptic_vibration.") + name, "is " + std::to_string(value),
+                               "give " + std::to_string(least) + " to " + std::to_string(most));
+  };
+  if (Failure bad = count(v.order, 1, HD_VIBRATION_MOST_ORDER, "order")) return bad;
+  if (Failure bad = count(v.model_count, 3, HD_VIBRATION_MOST_MODELS, "model_count")) return bad;
+  if (Failure bad = count(v.triangle_count, 1, HD_VIBRATION_MOST_TRIANGLES, "triangle_count")) return bad;
+  if (v.models == nullptr) return client::badArgument("haptic_vibration.models", "is null");
+  if (v.triangles == nullptr) return client::badArgument("haptic_vibration.triangles", "is null");
+  for (std::uint32_t i = 0; i < v.model_count; ++i) {
+    if (v.models[i].a == nullptr)
+      return client::badArgument("haptic_vibration.models[" + std::to_string(i) + "].a", "is null");
+  }
+  return {};
+}
+
+}  // namespace
+
+extern "C" {
+
+int haptic_object_set_surface(haptic_client* c, const char* name, const haptic_surface* surface, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    if (name == nullptr) return client::badArgument("name", "is null");
+    haptic_surface full = HAPTIC_SURFACE_INIT;
+    if (Failure bad = client::readSized(surface, full, offsetof(haptic_surface, transient_gain), "haptic_surface"))
+      return bad;
+    return client::callDaemon(*c->connection, [&](Link& link) {
+      auto request = link.scene.setSurfaceRequest();
+      request.setName(name);
+      client::fill(full, request.initSurface());
+      return request;
+    });
+  });
+}
+
+int haptic_upload_relief(haptic_client* c, const uint16_t* grey, uint32_t width, uint32_t height,
+                         haptic_texture_report** report, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (grey == nullptr) return client::badArgument("grey", "is null");
+    for (const auto& [name, side] : {std::pair{"width", width}, std::pair{"height", height}}) {
+      if (side < HD_RELIEF_LEAST_SIDE || side > HD_RELIEF_MOST_SIDE) {
+        return client::badArgument(
+            name, "is " + std::to_string(side),
+            "give " + std::to_string(HD_RELIEF_LEAST_SIDE) + " to " + std::to_string(HD_RELIEF_MOST_SIDE));
+      }
+    }
+    const std::size_t pixels = std::size_t{width} * height;
+    return upload(c, sizeof(hd_relief_upload) + 2 * pixels, report, [&](Writer to) {
+      to.put(hd_relief_upload{{HD_TEXTURE_MAGIC, HD_TEXTURE_RELIEF, 0}, width, height});
+      to.put(grey, pixels);
+    });
+  });
+}
+
+int haptic_upload_vibration(haptic_client* c, const haptic_vibration* vibration, haptic_texture_report** report,
+                            haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    haptic_vibration v{};
+    if (Failure bad = client::readSized(vibration, v, sizeof(haptic_vibration), "haptic_vibration")) return bad;
+    if (Failure bad = check(v)) return bad;
+    const std::size_t corners = std::size_t{3} * v.triangle_count;
+    const std::size_t bytes = sizeof(hd_vibration_upload) +
+                              v.model_count * (sizeof(hd_vibration_model) + v.order * sizeof(double)) +
+                              corners * sizeof(std::uint32_t);
+    return upload(c, bytes, report, [&](Writer to) {
+      to.put(hd_vibration_upload{
+          {HD_TEXTURE_MAGIC, HD_TEXTURE_VIBRATION, 0}, v.model_count, v.triangle_count, v.order, 0, v.rate_hz});
+      for (std::uint32_t i = 0; i < v.model_count; ++i) {
+        const haptic_vibration_model& model = v.models[i];
+        to.put(hd_vibration_model{model.speed, model.force, model.variance});
+        to.put(model.a, v.order);
+      }
+      to.put(v.triangles, corners);
+    });
+  });
+}
+
+int haptic_texture_list_all(haptic_client* c, haptic_texture_list** textures, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    if (textures == nullptr) return client::badArgument("textures", "is null");
+    Reply memory;
+    haptic_texture_list* made = nullptr;
+    if (Failure failure = client::callDaemon(
+            *c->connection, [](Link& link) { return link.scene.listTexturesRequest(); },
+            [&](auto& results) { made = client::convert(results.getTextures(), memory); })) {
+      return failure;
+    }
+    *textures = memory.release(made);
+    return {};
+  });
+}
+
+int haptic_texture_drop(haptic_client* c, uint64_t texture, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    return client::callDaemon(*c->connection, [&](Link& link) {
+      auto request = link.scene.dropTextureRequest();
+      request.setTexture(texture);
+      return request;
+    });
+  });
+}
+
+}  // extern "C"

@@ -1,0 +1,31 @@
+#include "libclient/src/upload_region.h"
+
+namespace hapticd::client {
+
+Failure openUpload(Connection& connection, std::size_t bytes, proto::Upload::Client& capability, Mapping& mapping) {
+  Failure refusal;
+  Failure broken = connection.call([&](Link& link) {
+    auto request = link.scene.beginUploadRequest();
+    request.setBytes(bytes);
+    return ask(kj::mv(request), refusal, [&](auto& results) { capability = results.getUpload(); })
+        .then([&]() -> kj::Promise<void> {
+          if (refusal) return kj::READY_NOW;
+          return capability.regionRequest().send().then([&](auto&& results) -> kj::Promise<void> {
+            refusal = toFailure(results.getStatus());
+            if (refusal) return kj::READY_NOW;
+            proto::Region::Client region = results.getRegion();
+            auto fd = region.getFd();
+            return fd.then([&, keep = kj::mv(region)](kj::Maybe<int> received) {
+              KJ_IF_MAYBE (descriptor, received) {
+                refusal = Mapping::map(*descriptor, bytes, true, "upload", mapping);
+              } else {
+                refusal = {HAPTIC_INTERNAL, "upload", "the daemon sent no descriptor", {}};
+              }
+            });
+          });
+        });
+  });
+  return broken ? std::move(broken) : std::move(refusal);
+}
+
+}  // namespace hapticd::client

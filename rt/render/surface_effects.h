@@ -1,0 +1,45 @@
+/** @file
+ * What a surface adds to the contact: relief, vibration and the transient of an impact. docs/surfaces.md tells the
+ * laws. All of it is active for the guard and has its own share in the published force.
+ */
+#pragma once
+
+#include <cstdint>
+
+#include "rt/base/math.h"
+#include "rt/render/proxy.h"
+#include "rt/render/transient.h"
+#include "rt/render/vibration.h"
+#include "rt/scene/scene.h"
+
+namespace hapticd {
+
+/** Forces on the hand, in W [N]. */
+struct SurfaceForces {
+  Vec3 texture = Vec3::Zero();    ///< Relief and vibration.
+  Vec3 transient = Vec3::Zero();  ///< Of an impact.
+};
+
+/** Effects of one device point. Servo thread only; deterministic. */
+class SurfaceEffects {
+ public:
+  /** Points of different seeds vibrate differently. */
+  explicit SurfaceEffects(std::uint64_t seed = 0) noexcept : vibration_(seed) {}
+
+  /**
+   * After the proxy has found `contact` for a hand at `hip` that moves at `v`. Without contact there is no texture; a
+   * transient sounds on until it has died out.
+   */
+  [[nodiscard]] SurfaceForces step(const Scene& scene, const SurfaceContact& contact, const Vec3& hip,
+                                   const Vec3& v) HD_RT;
+  void reset() HD_RT {
+    transient_.reset();
+    vibration_.rest();
+  }
+
+ private:
+  Transient transient_;
+  Vibration vibration_;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,101 @@
+// What is true of shading's energy: docs/surfaces.md, "Round facets".
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "rt/render/shading.h"
+#include "tests/property/random.h"
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+#include "tests/support/test_surface.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kStiffness = 1000, kRadius = 0.02;
+constexpr int kSides = 12;
+constexpr double kHalfAngle = std::numbers::pi / kSides;  // Between a facet's normal and those at its ends.
+
+/** A long prism about z, without lids: each facet is flat along z and shaded round across it. */
+testing::TestMesh prism() {
+  testing::TestMesh mesh;
+  std::vector<std::uint32_t> low, high;
+  for (int i = 0; i < kSides; ++i) {
+    const double a = (2 * i - 1) * kHalfAngle;  // The facet 0 faces +x.
+    low.push_back(mesh.addVertex({kRadius * std::cos(a), kRadius * std::sin(a), -1}));
+    high.push_back(mesh.addVertex({kRadius * std::cos(a), kRadius * std::sin(a), 1}));
+  }
+  for (std::size_t i = 0; i < kSides; ++i) {
+    const std::size_t k = (i + 1) % kSides;
+    mesh.addQuad(low[i], low[k], high[k], high[i]);
+  }
+  return mesh;
+}
+
+/** Work of the shaded force on a hand that goes round the corners, in small steps. */
+double workAround(MeshView* mesh, const std::vector<Vec3>& corners) {
+  testing::TestScene t;
+  const std::uint32_t id = t.addMesh(mesh, {}, {kStiffness, 0, 0, 0});
+  SurfaceParameters surface{};
+  surface.smooth_cosine = std::cos(1.0);
+  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(id, surface)), ErrorCode::kOk);
+  t.tick(corners.front() + Vec3(0.01, 0, 0));
+  double work = 0;
+  Vec3 last_x = corners.front(), last_f = Vec3::Zero();
+  constexpr int kSteps = 400;
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const Vec3 x = corners[c] + (corners[(c + 1) % corners.size()] - corners[c]) * i / kSteps;
+      t.tick(x);
+      shade(*t.scene, t.contact);
+      if (c > 0 || i > 0) work += 0.5 * (t.contact.force + last_f).dot(x - last_x);
+      last_x = x;
+      last_f = t.contact.force;
+    }
+  }
+  return work;
+}
+
+double facet() { return kRadius * std::cos(kHalfAngle); }      // Its place along x.
+double width() { return 2 * kRadius * std::sin(kHalfAngle); }  // Along y.
+
+TEST(ShadingProperty, ATourGainsNoMoreThanItsBound) {
+  testing::TestMesh mesh = prism();
+  MeshView* view = mesh.view();
+  for (const unsigned seed : seeds(20)) {
+    Random random(seed);
+    const double shallow = random.in(1e-4, 1e-3), deep = shallow + random.in(1e-4, 1e-3);
+    const double reach = random.in(0.1, 0.42) * width(), z = random.in(-0.5, 0.5);
+    // Out at one depth, back at the other, both ways round.
+    const std::vector<Vec3> way = {
+        {facet() - deep, 0, z}, {facet() - deep, reach, z}, {facet() - shallow, reach, z}, {facet() - shallow, 0, z}};
+    const double there = workAround(view, way), back = workAround(view, {way[0], way[3], way[2], way[1]});
+    const double bound = kStiffness * (deep - shallow) * width() * std::sin(kHalfAngle) / 4;
+    EXPECT_LE(there, bound) << seed;
+    EXPECT_LE(back, bound) << seed;
+    EXPECT_NEAR(there + back, 0, 1e-3 * bound) << "backwards it costs what it gave " << seed;
+  }
+}
+
+/** The bound is no empty one: 84 % of the way to the edge a tour gains 70 % of it, less what the normal takes. */
+TEST(ShadingProperty, TheBoundIsNoEmptyOne) {
+  testing::TestMesh mesh = prism();
+  const double deep = 1e-3, shallow = 0.5e-3, reach = 0.42 * width();
+  const double gained = workAround(
+      mesh.view(),
+      {{facet() - deep, 0, 0}, {facet() - deep, reach, 0}, {facet() - shallow, reach, 0}, {facet() - shallow, 0, 0}});
+  const double bound = kStiffness * (deep - shallow) * width() * std::sin(kHalfAngle) / 4;
+  EXPECT_GT(gained, 0.6 * bound);
+}
+
+/** At one depth, to and fro over a facet, nothing is gained or lost. */
+TEST(ShadingProperty, AtOneDepthNothingIsGained) {
+  testing::TestMesh mesh = prism();
+  const double x = facet() - 8e-4;
+  const double gained =
+      workAround(mesh.view(), {{x, -0.4 * width(), 0}, {x, 0.45 * width(), 0.1}, {x, 0.1 * width(), 0.3}});
+  EXPECT_NEAR(gained, 0, 1e-9);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,70 @@
+// Every newton has an owner: what surfaces add is told apart in the published force.
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "rt/cycle/cycle.h"
+#include "tests/support/test_surface.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::int64_t kPeriod = 1'000'000;
+
+TEST(CycleSurface, TexturesAndTransientsHaveTheirOwnShare) {
+  const auto meshes = std::make_unique<MeshTable>();
+  const testing::TestRelief relief(16, 16, [](auto x, auto) { return x % 2; });
+  meshes->publishTexture(3, &relief.view);
+  CycleConfig config;
+  config.guard[0].limits = {20, 1, 1e6, 1e3, 1, 10, 50, 50};
+  config.guard[0].ramp_ns = kPeriod;
+  const auto cycle = std::make_unique<Cycle>(config, *meshes);
+  const auto input = std::make_unique<CycleInput>();
+  const auto output = std::make_unique<CycleOutput>();
+  const auto put = [&](CommandKind kind, const auto& payload) {
+    Command& c = input->command[input->command_count++];
+    c = Command{};
+    c.kind = kind;
+    c.as<std::decay_t<decltype(payload)>>() = payload;
+  };
+  AddObject plane{};
+  plane.object = makeObjectId(1, 1);
+  plane.flags = HD_OBJECT_ENABLED;
+  plane.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
+  plane.material = {1000, 0, 0, 0};
+  plane.q[0] = 1;
+  put(CommandKind::kAddObject, plane);
+  SetSurface surface{plane.object, 0, testing::ringing(10, 150, 0.01)};
+  surface.surface.relief = 4;
+  surface.surface.relief_depth = 1e-3;
+  surface.surface.relief_size[0] = surface.surface.relief_size[1] = 0.02;
+  put(CommandKind::kSetSurface, surface);
+  put(CommandKind::kArm, DeviceRef{0});
+
+  double texture = 0, transient = 0, contact = 0;
+  for (int i = 0; i < 400; ++i) {
+    ++input->tick;
+    input->now_ns += kPeriod;
+    DeviceSample& sample = input->device[0];
+    sample.t_ns = input->now_ns;
+    sample.p = {1e-4 * i, 0, std::max(-0.003, 0.01 - 1e-4 * i)};
+    sample.fresh = true;
+    cycle->step(*input, *output);
+    input->command_count = 0;
+    const GuardOutput& guard = output->device[0].guard;
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& part : guard.by_source) sum += part;
+    ASSERT_EQ(sum, guard.command.force) << "the shares sum to the force";
+    texture = std::max(texture, guard.by_source[HD_SOURCE_TEXTURE].norm());
+    transient = std::max(transient, guard.by_source[HD_SOURCE_TRANSIENT].norm());
+    contact = std::max(contact, guard.by_source[HD_SOURCE_SURFACE].norm());
+    ASSERT_NEAR(guard.by_source[HD_SOURCE_SURFACE].norm(), std::max(0.0, -1000 * sample.p.z()), 1e-6)
+        << "what the material makes stays its own";
+  }
+  EXPECT_NEAR(contact, 3, 1e-6);
+  EXPECT_GT(texture, 0.1);
+  EXPECT_GT(transient, 0.3) << "the hand came at 0.1 m/s";
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,95 @@
+// One-sided and two-sided sheets: which face stops the hand, and what happens when that changes.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using testing::TestMesh;
+using testing::TestScene;
+
+constexpr std::uint32_t kOneSided = HD_OBJECT_ENABLED, kTwoSided = HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED;
+const hd_material kRubber{1000, 2, 0.6, 0.4};
+
+/** A flat sheet z = 0, 10 cm wide, its front up. */
+TestMesh sheet() {
+  return testing::heightMesh(0.05, 8, [](double, double) { return 0.0; });
+}
+
+Vec3 mirrored(const Vec3& x) { return {x.x(), x.y(), -x.z()}; }
+
+/** The back of a two-sided sheet feels as its front does: stiffness, damping, friction. */
+TEST(ProxySides, TheBackOfATwoSidedSheetIsTheMirrorOfItsFront) {
+  TestMesh a = sheet(), b = sheet();
+  TestScene front, back;
+  front.addMesh(a.view(), {}, kRubber, kTwoSided);
+  back.addMesh(b.view(), {}, kRubber, kTwoSided);
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> number(-1, 1);
+  Vec3 x(0, 0, 0.005), v = Vec3::Zero();
+  int felt = 0, slipped = 0;
+  for (int i = 0; i < 20000; ++i) {
+    v = 0.98 * v + 0.01 * Vec3(number(random), number(random), number(random));
+    x += 1e-3 * v - 0.002 * x;
+    const SurfaceContact& f = front.tick(x, v);
+    const SurfaceContact& g = back.tick(mirrored(x), mirrored(v));
+    ASSERT_LT((f.force - mirrored(g.force)).norm(), 1e-9) << i;
+    ASSERT_EQ(f.slip, g.slip) << i;
+    felt += f.object != 0;
+    slipped += f.slip;
+  }
+  EXPECT_GT(felt, 2000);
+  EXPECT_GT(slipped, 100);
+  EXPECT_LT(slipped, felt);
+}
+
+/** A one-sided sheet lets the hand through from behind, and holds it once it comes from the front. */
+TEST(ProxySides, AOneSidedSheetStopsFromItsFrontAlone) {
+  TestMesh mesh = sheet();
+  TestScene t;
+  t.addMesh(mesh.view(), {}, kRubber, kOneSided);
+  for (int i = 0; i <= 40; ++i) EXPECT_EQ(t.tick({0.013, 0.007, -0.01 + 0.0005 * i}).object, 0u) << i;
+  for (int i = 0; i < 20; ++i) t.tick({0.013, 0.007, 0.0095 - 0.0005 * i});
+  EXPECT_EQ(t.contact.object, 0u);
+  EXPECT_NEAR(t.tick({0.013, 0.007, -0.002}).force.z(), 2, 1e-9);
+}
+
+/** Taking the back away sets the hand free in the same tick; giving it back neither catches nor throws it. */
+TEST(ProxySides, ChangingSidesInContactSetsFreeAndNeverPulls) {
+  TestMesh mesh = sheet();
+  TestScene t;
+  const std::uint32_t id = t.addMesh(mesh.view(), {}, {1000, 0, 0, 0}, kTwoSided);
+  const Vec3 above(0.013, 0.007, 0.002);
+  t.tick({0.013, 0.007, -0.01});
+  EXPECT_NEAR(t.tick(above).force.z(), -2, 1e-9) << "pressed up against the back";
+  t.flags(id, HD_OBJECT_TWO_SIDED, 0);
+  EXPECT_EQ(t.tick(above).force, Vec3::Zero());
+  EXPECT_EQ(t.contact.left, id);
+  t.flags(id, HD_OBJECT_TWO_SIDED, HD_OBJECT_TWO_SIDED);
+  EXPECT_EQ(t.tick(above).force, Vec3::Zero()) << "now it is on the front's side";
+  EXPECT_NEAR(t.tick({0.013, 0.007, -0.001}).force.z(), 1, 1e-9);
+}
+
+/** A two-sided sheet that moves carries a resting hand along, up and down. */
+TEST(ProxySides, AMovingTwoSidedSheetPushesBothWays) {
+  for (const double side : {1.0, -1.0}) {
+    TestMesh mesh = sheet();
+    TestScene t;
+    const std::uint32_t id = t.addMesh(mesh.view(), {}, {1000, 0, 0, 0}, kTwoSided);
+    const Vec3 hand(0.013, 0.007, 0.0015 * side);
+    t.tick(hand);
+    for (int i = 1; i <= 30; ++i) {
+      t.pose(id, {Vec3(0, 0, 1e-4 * i * side), Quat::Identity()});
+      t.tick(hand);
+      const double depth = std::max(0.0, 1e-4 * i - 0.0015);
+      ASSERT_NEAR(t.contact.force.z(), side * 1000 * depth, 1e-9) << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

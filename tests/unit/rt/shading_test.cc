@@ -1,0 +1,159 @@
+#include "rt/render/shading.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+#include "tests/support/test_surface.h"
+
+namespace hapticd {
+namespace {
+
+using testing::TestMesh;
+using testing::TestScene;
+
+double degrees(double d) { return std::cos(d * std::numbers::pi / 180); }
+
+/** A mesh of 1000 N/m whose edges below `angle` are shaded round. */
+struct Shaded {
+  TestScene scene;
+  Vec3 plain = Vec3::Zero();  ///< Force before shading.
+
+  Shaded(MeshView* mesh, double cosine, const hd_material& material = {1000, 0, 0, 0},
+         std::uint32_t flags = HD_OBJECT_ENABLED) {
+    const std::uint32_t id = scene.addMesh(mesh, {}, material, flags);
+    SurfaceParameters surface{};
+    surface.smooth_cosine = cosine;
+    EXPECT_EQ(scene.scene->apply(testing::surfaceCommand(id, surface)), ErrorCode::kOk);
+  }
+  const Vec3& at(const Vec3& hip) {
+    scene.tick(hip);
+    plain = scene.contact.force;
+    shade(*scene.scene, scene.contact);
+    return scene.contact.force;
+  }
+};
+
+double angleBetween(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+/** The thesis's second sphere: 224 triangles, facets bend by 22 degrees; the ball's own normal is the truth. */
+TEST(Shading, ACoarseSphereFeelsRound) {
+  TestMesh mesh = testing::sphereMesh(0.05, 8);
+  Shaded t(mesh.view(), degrees(60));
+  t.at({0, 0.001, 0.06});
+  double plain = 0, shaded = 0;
+  int felt = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const double a = 0.002 * i, b = 0.00071 * i;
+    const Vec3 n(std::cos(a) * std::cos(b), std::sin(a) * std::cos(b), std::sin(b));
+    const Vec3 force = t.at(0.045 * n);
+    if (force.norm() == 0 || std::abs(n.z()) > 0.9) continue;  // The poles' fans are no sphere's normals.
+    ASSERT_NEAR(force.norm(), t.plain.norm(), 1e-12) << "it keeps its magnitude";
+    plain = std::max(plain, angleBetween(t.plain, n));
+    shaded = std::max(shaded, angleBetween(force, n));
+    ++felt;
+  }
+  EXPECT_GT(felt, 10000);
+  EXPECT_GT(plain, 0.18) << "the facets' own";
+  EXPECT_LT(shaded, 0.35 * plain);
+}
+
+/** From tick to tick the direction turns as the hand does, where a facet's edge made it jump. */
+TEST(Shading, NoEdgeIsFelt) {
+  TestMesh mesh = testing::sphereMesh(0.05, 8);
+  Shaded t(mesh.view(), degrees(60));
+  t.at({0.06, 0, 0.004});
+  double plain = 0, shaded = 0;
+  Vec3 last_plain, last_shaded;
+  for (int i = 0; i < 8000; ++i) {
+    const double a = 0.5e-3 * i;
+    t.at(Vec3(0.0478 * std::cos(a), 0.0478 * std::sin(a), 0.004));
+    if (i > 0 && t.plain.norm() > 0 && last_plain.norm() > 0) {
+      plain = std::max(plain, angleBetween(t.plain, last_plain));
+      shaded = std::max(shaded, angleBetween(t.scene.contact.force, last_shaded));
+    }
+    last_plain = t.plain;
+    last_shaded = t.scene.contact.force;
+  }
+  EXPECT_GT(plain, 0.01);
+  EXPECT_LT(shaded, 0.3 * plain);
+}
+
+/** Boxes have creases: whatever the angle below 90 degrees, each face keeps its own normal, edges and corners too. */
+TEST(Shading, CreasesStaySharp) {
+  TestMesh a = testing::boxMesh(Vec3(0.03, 0.02, 0.01)), b = testing::boxMesh(Vec3(0.03, 0.02, 0.01));
+  Shaded shaded(a.view(), degrees(80)), plain(b.view(), 0);
+  for (Shaded* t : {&shaded, &plain}) t->at(Vec3(0, 0, 0.02));
+  for (int i = 0; i < 5000; ++i) {
+    const double w = 0.003 * i;
+    const Vec3 hip(0.033 * std::sin(w), 0.022 * std::sin(1.3 * w), 0.007 + 0.003 * std::cos(5 * w));
+    ASSERT_LT((shaded.at(hip) - plain.at(hip)).norm(), 1e-9) << i;
+  }
+}
+
+/** On a crease between round parts the support stays what it was; the side of a prism is round about its axis alone. */
+TEST(Shading, OnlyEdgesThatBendLittleAreRounded) {
+  TestMesh mesh;
+  constexpr int kSides = 12;  // 30 degrees each; the lids bend by 90.
+  std::vector<std::uint32_t> low, high;
+  for (int i = 0; i < kSides; ++i) {
+    const double a = 2 * std::numbers::pi * i / kSides;
+    low.push_back(mesh.addVertex({0.02 * std::cos(a), 0.02 * std::sin(a), -0.02}));
+    high.push_back(mesh.addVertex({0.02 * std::cos(a), 0.02 * std::sin(a), 0.02}));
+  }
+  for (std::size_t i = 0; i < kSides; ++i) {
+    const std::size_t k = (i + 1) % kSides;
+    mesh.addQuad(low[i], low[k], high[k], high[i]);
+    if (k != 0 && i != 0) {
+      mesh.addTriangle(high[0], high[i], high[k]);
+      mesh.addTriangle(low[0], low[k], low[i]);
+    }
+  }
+  Shaded t(mesh.view(), degrees(45));
+  t.at({0.03, 0, 0});
+  for (int i = 0; i < 4000; ++i) {
+    const double a = 0.003 * i;
+    const Vec3 force = t.at({0.017 * std::cos(a), 0.017 * std::sin(a), 0.013 * std::sin(0.01 * i)});
+    ASSERT_NEAR(force.z(), 0, 1e-9) << "the lids do not shine through";
+    ASSERT_LT(angleBetween(force, Vec3(std::cos(a), std::sin(a), 0)), 0.05) << i;
+  }
+  Shaded lid(mesh.view(), degrees(45));
+  lid.at({0, 0, 0.03});
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 force = lid.at({0.01 * std::sin(0.01 * i), 0.01 * std::cos(0.02 * i), 0.0195});
+    ASSERT_LT((force - Vec3(0, 0, 0.5)).norm(), 1e-6);
+  }
+}
+
+/** A two-sided sheet is round from behind too. */
+TEST(Shading, TheBackOfASheetIsShadedLikeItsFront) {
+  TestMesh mesh = testing::heightMesh(0.05, 6, [](double x, double y) { return -4 * (x * x + y * y); });
+  Shaded front(mesh.view(), degrees(60), {1000, 0, 0, 0}, HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED);
+  Shaded back(mesh.view(), degrees(60), {1000, 0, 0, 0}, HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED);
+  front.at({0.0113, 0.0071, 0.02});
+  back.at({0.0113, 0.0071, -0.04});
+  const Vec3 f = front.at({0.0113, 0.0071, -0.003}), b = back.at({0.0113, 0.0071, 0.003});
+  ASSERT_GT(f.z(), 0);
+  ASSERT_LT(b.z(), 0);
+  const Vec3 normal = Vec3(8 * 0.0113, 8 * 0.0071, 1).normalized();
+  EXPECT_LT(angleBetween(f, normal), 0.7 * angleBetween(front.plain, normal) + 1e-3);
+  EXPECT_LT(angleBetween(b, -normal), 0.1);
+}
+
+/** The friction cone turns with the normal: the part across it keeps its size. */
+TEST(Shading, FrictionStaysWithinItsCone) {
+  TestMesh mesh = testing::sphereMesh(0.05, 8);
+  Shaded t(mesh.view(), degrees(60), {1000, 0, 0.5, 0.4});
+  t.at({0.06, 0, 0.004});
+  for (int i = 0; i < 4000; ++i) {
+    const double a = 1e-3 * i;
+    t.at(Vec3(0.047 * std::cos(a), 0.047 * std::sin(a), 0.004));
+    if (t.plain.norm() == 0) continue;
+    ASSERT_NEAR(t.scene.contact.force.norm(), t.plain.norm(), 1e-12);
+    const double along = t.plain.dot(t.scene.contact.normal);
+    ASSERT_LE((t.plain - along * t.scene.contact.normal).norm(), 0.5 * along * (1 + 1e-9));
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

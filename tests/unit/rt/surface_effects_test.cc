@@ -1,0 +1,206 @@
+#include "rt/render/surface_effects.h"
+
+#include <gtest/gtest.h>
+
+#include "rt/render/relief.h"
+#include "tests/support/test_scene.h"
+#include "tests/support/test_surface.h"
+
+namespace hapticd {
+namespace {
+
+using testing::TestRelief;
+using testing::TestScene;
+using testing::TestVibration;
+
+constexpr double kStiffness = 1000;
+
+/** A plane z = 0 with a surface, and a hand over it. */
+struct Touch {
+  TestScene scene;
+  SurfaceEffects effects{3};
+  SurfaceForces forces;
+  std::uint32_t plane = 0;
+
+  explicit Touch(const SurfaceParameters& surface, const TextureView* texture = nullptr,
+                 const hd_material& material = {kStiffness, 0, 0, 0}) {
+    scene.table->publishTexture(0, texture);
+    plane = scene.add(ShapeKind::kPlane, Vec3::Zero(), {}, material);
+    EXPECT_EQ(scene.scene->apply(testing::surfaceCommand(plane, surface)), ErrorCode::kOk);
+  }
+  const SurfaceForces& at(const Vec3& hip, const Vec3& v = Vec3::Zero()) {
+    scene.tick(hip, v);
+    return forces = effects.step(*scene.scene, scene.contact, hip, v);
+  }
+  [[nodiscard]] Vec3 total() const { return scene.contact.force + forces.texture; }
+};
+
+SurfaceParameters relief(double depth) {
+  SurfaceParameters s{};
+  s.relief = 1;
+  s.relief_depth = depth;
+  s.relief_size[0] = s.relief_size[1] = 0.02;
+  return s;
+}
+
+TestRelief waves() {
+  return {40, 40, [](auto x, auto y) { return 0.5 + 0.25 * std::sin(0.8 * x) + 0.25 * std::cos(0.5 * y + 0.3 * x); }};
+}
+
+TEST(SurfaceEffects, APlainSurfaceAddsNothing) {
+  Touch t(SurfaceParameters{});
+  t.at({0, 0, 0.01});
+  for (const double z : {0.001, -0.001, -0.01}) {
+    t.at({0, 0, z}, {0.1, 0, -0.5});
+    EXPECT_EQ(t.forces.texture, Vec3::Zero());
+    EXPECT_EQ(t.forces.transient, Vec3::Zero());
+  }
+}
+
+TEST(SurfaceEffects, AnImpactIsFeltInItsOwnTickInProportionToItsSpeed) {
+  double per_speed = 0;
+  for (const double speed : {0.05, 0.1, 0.4}) {
+    Touch t(testing::ringing(10, 150, 0.01));
+    t.at({0, 0, 1e-4}, {0, 0, -speed});
+    EXPECT_EQ(t.forces.transient, Vec3::Zero()) << "not before";
+    t.at({0, 0, -1e-4}, {0, 0, -speed});
+    EXPECT_GT(t.forces.transient.z(), 0) << "out of the surface, at once";
+    if (per_speed == 0) per_speed = t.forces.transient.z() / speed;
+    EXPECT_NEAR(t.forces.transient.z() / speed, per_speed, 1e-9);
+    double sum = 0;
+    for (int i = 0; i < 300; ++i) sum += t.at({0, 0, -2e-4}).transient.norm();
+    EXPECT_GT(sum, 0) << "it rings on";
+    EXPECT_EQ(t.forces.transient, Vec3::Zero()) << "and dies out, though the contact lasts";
+  }
+}
+
+TEST(SurfaceEffects, AMovingSurfaceStrikesARestingHand) {
+  Touch t(testing::ringing(10, 150, 0.01));
+  t.at({0, 0, 1e-4});
+  t.scene.pose(t.plane, {}, {Vec3(0, 0, 0.2), Vec3::Zero()});
+  t.at({0, 0, 1e-4});
+  for (int i = 0; i < 3 && t.forces.transient.z() == 0; ++i) t.at({0, 0, 1e-4});
+  const SurfaceParameters s = testing::ringing(10, 150, 0.01);
+  EXPECT_NEAR(t.forces.transient.z(), 10 * 0.2 * s.transient_first, 1e-9);
+}
+
+/** Total force = -gradient of k max(0, d + h)^2 / 2, by finite differences of that energy. */
+TEST(SurfaceEffects, AReliefIsTheGradientOfItsEnergy) {
+  const TestRelief picture = waves();
+  const SurfaceParameters s = relief(5e-4);
+  const auto energy = [&](const Vec3& hip) {
+    const double left =
+        std::max(0.0, -hip.z() + reliefAt(picture.view.relief, s, {hip.x(), hip.y(), 0}, Vec3::UnitZ()).height);
+    return 0.5 * kStiffness * left * left;
+  };
+  Touch t(s, &picture.view);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 hip(0.03 * std::sin(0.7 * i), 0.03 * std::cos(1.1 * i), -1e-5 * (i % 97) - 1e-6);
+    t.at({hip.x(), hip.y(), 0.01});
+    t.at(hip);
+    Vec3 down;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec3 e = 1e-8 * Vec3::Unit(axis);
+      down[axis] = -(energy(hip + e) - energy(hip - e)) / 2e-8;
+    }
+    ASSERT_LT((t.total() - down).norm(), 2e-5) << i;
+  }
+}
+
+/** Round a closed path in and out of the relief, at any speed: the work is that of rounding, halved with the step. */
+TEST(SurfaceEffects, ATourOverAReliefCostsAndGivesNothing) {
+  const TestRelief picture = waves();
+  double before = 0;
+  for (const int steps : {4000, 8000, 16000}) {
+    Touch t(relief(5e-4), &picture.view);
+    t.at({0, 0.005, 0.01});
+    double work = 0, exchanged = 0;
+    Vec3 last_x, last_f;
+    for (int i = 0; i <= steps; ++i) {
+      const double a = 2 * std::numbers::pi * i / steps;
+      const Vec3 x(0.007 * std::sin(a), 0.005 * std::cos(2 * a), -5e-4 + 4e-4 * std::sin(3 * a));
+      t.at(x);
+      if (i > 0) {
+        const double part = 0.5 * (t.total() + last_f).dot(x - last_x);
+        work += part;
+        exchanged += std::abs(part);
+      }
+      last_x = x;
+      last_f = t.total();
+    }
+    EXPECT_GT(exchanged, 1e-4);
+    EXPECT_LT(std::abs(work), 1e-4 * exchanged) << steps;
+    before = work;
+  }
+  EXPECT_LT(std::abs(before), 1e-8);
+}
+
+/** Pressed hard or lightly, fast or slow: the same place gives the same force; and it never pulls. */
+TEST(SurfaceEffects, AReliefDependsOnPlaceAlone) {
+  const TestRelief picture = waves();
+  Touch slow(relief(5e-4), &picture.view), fast(relief(5e-4), &picture.view);
+  const Vec3 hip(0.0031, 0.0022, -6e-4);
+  slow.at({0, 0, 0.01});
+  for (int i = 0; i <= 100; ++i) slow.at(Vec3(hip.x() * i / 100, hip.y() * i / 100, hip.z()));
+  fast.at({0, 0, 0.01});
+  fast.at(hip, {3, -2, -5});
+  EXPECT_LT((slow.total() - fast.total()).norm(), 1e-9);
+  for (int i = 0; i < 5000; ++i) {
+    fast.at({0.02 * std::sin(0.01 * i), 0.02 * std::cos(0.017 * i), -1e-7 * i});
+    ASSERT_GE(fast.total().z(), -1e-12) << i;
+  }
+}
+
+TestVibration buzz() {
+  TestVibration t;
+  t.models = {{0.02, 0.2, 4, {}}, {0.3, 0.2, 9, {}}, {0.02, 3, 16, {}}};
+  t.triangles = {{0, 1, 2}};
+  t.finish();
+  return t;
+}
+
+TEST(SurfaceEffects, VibrationActsAcrossTheMotionAndWithoutItNotAtAll) {
+  const TestVibration texture = buzz();
+  SurfaceParameters s{};
+  s.vibration = 1;
+  s.vibration_mass = 0.05;
+  Touch t(s, &texture.view);
+  t.at({0, 0, 0.01});
+  double sum = 0, most = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3 v(0.1 * std::cos(0.01 * i), 0.1 * std::sin(0.01 * i), 0.02);
+    t.at({0, 0, -1e-3}, v);
+    ASSERT_NEAR(t.forces.texture.dot(v), 0, 1e-12) << "it does no work";
+    ASSERT_EQ(t.forces.texture.z(), 0);
+    sum += t.forces.texture.squaredNorm();
+    most = std::max(most, t.forces.texture.norm());
+  }
+  EXPECT_GT(sum / 3000, 0.05 * 0.05 * 4);
+  EXPECT_LE(most, kStiffness * 1e-3) << "never more than the normal force";
+  t.at({0, 0, -1e-3});
+  EXPECT_EQ(t.forces.texture, Vec3::Zero()) << "no motion";
+  t.at({0, 0, 1e-3}, {0.1, 0, 0});
+  EXPECT_EQ(t.forces.texture, Vec3::Zero()) << "no contact";
+}
+
+TEST(SurfaceEffects, ATextureThatIsNotThereIsRefused) {
+  const TestVibration vibration = buzz();
+  TestScene t;
+  const std::uint32_t plane = t.add(ShapeKind::kPlane, Vec3::Zero());
+  SurfaceParameters s = relief(1e-3);
+  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane, s)), ErrorCode::kNotFound);
+  t.table->publishTexture(0, &vibration.view);
+  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane, s)), ErrorCode::kNotFound) << "a vibration is no relief";
+  s.relief = kMaxTextures + 1;
+  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane, s)), ErrorCode::kNotFound);
+  s = testing::ringing(10, 150, 0.01);
+  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane + 1, s)), ErrorCode::kNotFound);
+  s.transient_decay = 1;
+  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane, s)), ErrorCode::kInvalidArgument) << "it would never end";
+  s = {};
+  s.transient_gain = std::nan("");
+  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane, s)), ErrorCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,99 @@
+#include "rt/render/vibration.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/test_surface.h"
+
+namespace hapticd {
+namespace {
+
+using testing::TestVibration;
+
+VibrationModel model(double speed, double force, double power, std::initializer_list<double> reflection) {
+  VibrationModel m{speed, force, power, {}};
+  std::copy(reflection.begin(), reflection.end(), m.reflection.begin());
+  return m;
+}
+
+/** Four corners of speed and force, two triangles. */
+TestVibration square() {
+  TestVibration t;
+  t.models = {model(0.01, 0.5, 1, {-0.9, 0.3}), model(0.2, 0.5, 4, {-0.5}), model(0.01, 2, 2, {0.2, 0.7}),
+              model(0.2, 2, 8, {-0.3, 0.9, -0.4})};
+  t.triangles = {{0, 1, 2}, {1, 3, 2}};
+  t.finish();
+  return t;
+}
+
+/** Autocorrelation at the lags 0, 1, ... of what is heard at one speed and force. */
+std::vector<double> heard(const VibrationView& view, double speed, double force, int lags) {
+  constexpr int kSamples = 400'000;
+  Vibration vibration(7);
+  std::vector<double> y(kSamples), r(static_cast<std::size_t>(lags));
+  for (int i = 0; i < 2000; ++i) (void)vibration.step(view, speed, force);
+  for (double& x : y) x = vibration.step(view, speed, force);
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    for (std::size_t i = k; i < y.size(); ++i) r[k] += y[i] * y[i - k] / kSamples;
+  }
+  return r;
+}
+
+TEST(Vibration, SoundsAsTheModelSays) {
+  // Second order, by the Yule-Walker equations: a1 = k1 (1 + k2), a2 = k2.
+  const double k1 = -0.9, k2 = 0.3, power = 1;
+  const double a1 = k1 * (1 + k2), r1 = -a1 / (1 + k2), r2 = -a1 * r1 - k2;
+  const TestVibration t = square();
+  const std::vector<double> r = heard(t.view.vibration, 0.01, 0.5, 3);
+  EXPECT_NEAR(r[0], power, 0.03);
+  EXPECT_NEAR(r[1], power * r1, 0.03);
+  EXPECT_NEAR(r[2], power * r2, 0.03);
+}
+
+TEST(Vibration, PowerIsLinearBetweenTheModels) {
+  const TestVibration t = square();
+  EXPECT_NEAR(heard(t.view.vibration, 0.2, 2, 1)[0], 8, 0.3);
+  EXPECT_NEAR(heard(t.view.vibration, 0.105, 0.5, 1)[0], 2.5, 0.1) << "half way along the lower edge";
+  EXPECT_NEAR(heard(t.view.vibration, 0.105, 1.25, 1)[0], 3, 0.1) << "the middle of the diagonal";
+  EXPECT_NEAR(heard(t.view.vibration, 5, 50, 1)[0], 8, 0.3) << "beyond the fastest and heaviest it stays";
+}
+
+TEST(Vibration, FadesToSilenceWithoutMotionOrForce) {
+  const TestVibration t = square();
+  EXPECT_NEAR(heard(t.view.vibration, 0.005, 0.5, 1)[0], 0.25, 0.01) << "half as loud at half the least speed";
+  Vibration vibration;
+  for (int i = 0; i < 100; ++i) {
+    (void)vibration.step(t.view.vibration, 0.1, 1);
+    EXPECT_EQ(vibration.step(t.view.vibration, 0, 1), 0);
+    EXPECT_EQ(vibration.step(t.view.vibration, 0.1, 0), 0);
+  }
+}
+
+TEST(Vibration, SameSeedSameBitsOtherSeedOtherNoise) {
+  const TestVibration t = square();
+  Vibration a(1), b(1), c(2);
+  int different = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double x = a.step(t.view.vibration, 0.1, 1);
+    ASSERT_EQ(x, b.step(t.view.vibration, 0.1, 1));
+    different += x != c.step(t.view.vibration, 0.1, 1);
+  }
+  EXPECT_GT(different, 900);
+}
+
+/** Models at the edge of stability, changing every tick: the lattice stays bounded. */
+TEST(Vibration, StaysBoundedHoweverTheModelsChange) {
+  TestVibration t = square();
+  for (std::size_t i = 0; i < t.models.size(); ++i) t.models[i].reflection.fill(i % 2 == 0 ? 0.999 : -0.999);
+  t.finish();
+  Vibration vibration;
+  double most = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    const double y = vibration.step(t.view.vibration, 0.01 + 0.19 * (i % 7) / 6, 0.5 + 1.5 * (i % 11) / 10);
+    ASSERT_TRUE(std::isfinite(y));
+    most = std::max(most, std::abs(y));
+  }
+  EXPECT_LT(most, 100 * std::sqrt(8.0));
+}
+
+}  // namespace
+}  // namespace hapticd

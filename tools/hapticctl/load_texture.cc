@@ -1,0 +1,97 @@
+// hapticctl load-texture FILE OBJECT: a picture becomes a relief, a model of the Haptic Texture Toolkit a vibration.
+#include <CLI/CLI.hpp>
+
+#include "tools/hapticctl/command.h"
+#include "tools/hapticctl/daemon.h"
+#include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/grey_picture.h"
+#include "tools/hapticctl/hatt_file.h"
+#include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/option.h"
+#include "tools/hapticctl/output.h"
+
+namespace hapticctl {
+namespace {
+
+struct Options {
+  std::string file, object, size;
+  double depth_m = 0, mass_kg = 0;  ///< 0: as the surface has it.
+};
+
+bool isXml(const std::string& path) { return path.size() > 4 && path.compare(path.size() - 4, 4, ".xml") == 0; }
+
+Owned<haptic_texture_report> uploadRelief(const Daemon& daemon, const Options& o, haptic_surface& surface) {
+  const GreyPicture picture = readPng(o.file);
+  if (o.depth_m > 0) surface.relief_depth = o.depth_m;
+  if (!o.size.empty()) {
+    const std::vector<double> size = parseNumbers("--size", o.size, 2);
+    surface.relief_width = size[0];
+    surface.relief_height = size[1];
+  }
+  auto report =
+      daemon.ask<haptic_texture_report>(haptic_upload_relief, picture.grey.data(), picture.width, picture.height);
+  surface.relief = report->id;
+  return report;
+}
+
+Owned<haptic_texture_report> uploadVibration(const Daemon& daemon, const Options& o, haptic_surface& surface) {
+  const HattFile file = readHatt(o.file);
+  std::vector<haptic_vibration_model> models;
+  for (const HattModel& m : file.models) models.push_back({m.speed, m.force, m.variance, m.a.data()});
+  const haptic_vibration vibration{sizeof vibration,
+                                   static_cast<std::uint32_t>(file.models.front().a.size()),
+                                   kHattRateHz,
+                                   static_cast<std::uint32_t>(models.size()),
+                                   static_cast<std::uint32_t>(file.triangles.size()),
+                                   models.data(),
+                                   file.triangles.front().data()};
+  if (o.mass_kg > 0) surface.vibration_mass = o.mass_kg;
+  auto report = daemon.ask<haptic_texture_report>(haptic_upload_vibration, &vibration);
+  surface.vibration = report->id;
+  return report;
+}
+
+int loadTexture(const Options& o, const Globals& globals) {
+  const bool vibration = isXml(o.file);
+  if (vibration && (o.depth_m > 0 || !o.size.empty()))
+    failUsage(o.depth_m > 0 ? "--depth" : "--size", "is of a relief; " + o.file + " is a vibration");
+  if (!vibration && o.mass_kg > 0) failUsage("--mass", "is of a vibration; " + o.file + " is a relief");
+  const Daemon daemon(globals);
+  const auto state = daemon.ask<haptic_object_state>(haptic_object_find, o.object.c_str());
+  haptic_surface surface = *state->surface;
+  const std::uint64_t before = vibration ? surface.vibration : surface.relief;
+  const auto report = vibration ? uploadVibration(daemon, o, surface) : uploadRelief(daemon, o, surface);
+  haptic_error error = HAPTIC_ERROR_INIT;
+  const int code = haptic_object_set_surface(daemon.client(), o.object.c_str(), &surface, &error);
+  // All or nothing; and what nothing shows any more need not stay.
+  if (code != HAPTIC_OK) haptic_texture_drop(daemon.client(), report->id, nullptr);
+  check(code, error);
+  if (before != 0) haptic_texture_drop(daemon.client(), before, nullptr);
+  if (globals.json) {
+    putJson({{"object", o.object}, {"texture", report->id}, {"kind", vibration ? "vibration" : "relief"}});
+  } else if (vibration) {
+    print("{}: vibration of {} models, texture {}\n", o.object, report->models, report->id);
+  } else {
+    print("{}: relief of {} x {} pixels, {} x {}, {} deep, texture {}\n", o.object, report->width, report->height,
+          length(surface.relief_width), length(surface.relief_height), length(surface.relief_depth), report->id);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void addLoadTexture(CLI::App& app, Action& chosen) {
+  CLI::App* command = app.add_subcommand("load-texture",
+                                         "Lay a picture (PNG) or a model of recorded vibration "
+                                         "(XML of the Haptic Texture Toolkit) on an object");
+  auto o = std::make_shared<Options>();
+  command->add_option("FILE", o->file, "FILE.png: heights by grey; FILE.xml: a texture model")->required();
+  command->add_option("OBJECT", o->object, "Name of the object")->required();
+  command->add_option("--depth", o->depth_m, "How deep black lies below white")->type_name("METRES")->check(positive());
+  command->add_option("--size", o->size, "Width and height of the picture on the object, about its origin")
+      ->type_name("METRES,METRES");
+  command->add_option("--mass", o->mass_kg, "Force per recorded acceleration")->type_name("KG")->check(positive());
+  command->callback([&chosen, o] { chosen = [o](const Globals& globals) { return loadTexture(*o, globals); }; });
+}
+
+}  // namespace hapticctl

@@ -59,11 +59,14 @@ Wakes runBare(const Slice& slice, Clock& clock, Note& note) {
   return wakes;
 }
 
-/** Notes when the servo woke: it reads its device first, with the deadline as the time. */
+/**
+ * Notes when the servo woke: it reads its device first, with the deadline as the time. Late by more than a period it
+ * has moved the deadline on; what counts is the one it slept to.
+ */
 class House::Watched final : public Device {
  public:
-  Watched(std::unique_ptr<Device> device, Clock& clock, std::size_t room)
-      : device_(std::move(device)), clock_(clock), wakes_(room) {}
+  Watched(std::unique_ptr<Device> device, Clock& clock, std::int64_t period_ns, std::size_t room)
+      : device_(std::move(device)), clock_(clock), period_ns_(period_ns), wakes_(room) {}
 
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return device_->info(); }
   [[nodiscard]] Result<void> open() override { return device_->open(); }
@@ -71,9 +74,10 @@ class House::Watched final : public Device {
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override {
     const std::size_t at = count_.load(std::memory_order_relaxed);
     if (on_.load(std::memory_order_relaxed) && at < wakes_.size()) {
-      wakes_[at] = clock_.now() - now_ns;
+      wakes_[at] = clock_.now() - (before_ns_ + period_ns_);
       count_.store(at + 1, std::memory_order_release);
     }
+    before_ns_ = now_ns;
     device_->read(now_ns, sample);
   }
   void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT override { device_->write(now_ns, command); }
@@ -88,6 +92,8 @@ class House::Watched final : public Device {
  private:
   std::unique_ptr<Device> device_;
   Clock& clock_;
+  std::int64_t period_ns_;
+  std::int64_t before_ns_ = 0;  ///< The last deadline.
   Wakes wakes_;
   std::atomic<std::size_t> count_{0};
   std::atomic<bool> on_{false};
@@ -95,7 +101,7 @@ class House::Watched final : public Device {
 
 House::House(const Slice& slice, MeshView& mesh, Clock& clock, Note& note) : slice_(slice) {
   meshes_.publish(0, &mesh);
-  auto watched = std::make_unique<Watched>(orFail(makeDevice(kDevice)), clock, roomOf(slice));
+  auto watched = std::make_unique<Watched>(orFail(makeDevice(kDevice)), clock, periodOf(slice), roomOf(slice));
   watched_ = watched.get();
   orFail(watched->open());
   GroupOptions group;

@@ -106,5 +106,16 @@ TEST(NearestPoint, KnowsInsideAtFacesEdgesAndCorners) {
   }
 }
 
+TEST(NearestPoint, KnowsOutsideAboutABladesEdge) {
+  // There one face's normal alone would say inside.
+  const NearestPoint surface(ridge(85 * EIGEN_PI / 180, 0.005, 0.05));
+  for (int degrees = -84; degrees <= 84; ++degrees) {
+    const double tilt = degrees * EIGEN_PI / 180;
+    const SurfacePoint found = surface.find(Vec3(0.001 * std::sin(tilt), 0.0123, 0.005 + 0.001 * std::cos(tilt)));
+    ASSERT_FALSE(found.inside) << degrees;
+    ASSERT_NEAR(found.distance, 0.001, 1e-6) << degrees;
+  }
+}
+
 }  // namespace
 }  // namespace haptic_bench

@@ -88,14 +88,16 @@ class Stage {
   }
   [[nodiscard]] bool ok() const { return ok_; }
 
-  /** Puts the renderer above the start of the stroke. */
-  void begin() {
-    renderer_.reset(handAt(0, kAbove));
+  /** Puts a ball above the start of the stroke. */
+  void begin(double radius) {
+    radius_ = radius;
+    renderer_.setRadius(radius);
+    renderer_.reset(handAt(0, radius + kAbove));
     touched_ = true;
   }
   void tick(double seconds) {
     scene_->advance(kDt);
-    renderer_.step(*scene_, handAt(seconds, -kDepth), Vec3::Zero(), kDt, contact_);
+    renderer_.step(*scene_, handAt(seconds, radius_ - kDepth), Vec3::Zero(), kDt, contact_);
     touched_ = touched_ && contact_.object != 0;
   }
   /** Whether the hand has been in contact since begin(). */
@@ -106,6 +108,7 @@ class Stage {
   std::unique_ptr<Scene> scene_;
   ProxyRenderer renderer_;
   SurfaceContact contact_;
+  double radius_ = 0;
   bool ok_ = false;
   bool touched_ = true;
 };
@@ -210,10 +213,12 @@ void measure(const Common& common, const Options& options, std::uint32_t triangl
   fmt::print("# {} triangles: {:.2f} MB, tree {} deep, built in {:.3f} s of processor time\n", count,
              static_cast<double>(bytes) / 1e6, built->stats.depth, build_s);
   Stage stage(memory->view);
-  const auto ticks = timed(
-      common, options, [&] { stage.begin(); }, [&](double seconds) { stage.tick(seconds); });
-  if (!stage.ok() || !stage.touched()) throw Failure("stroke", "the hand left the surface", "");
-  printRow(common, count, "tick", ticks, load);
+  for (const double radius : options.radii_mm) {
+    const auto ticks = timed(
+        common, options, [&] { stage.begin(radius / 1e3); }, [&](double seconds) { stage.tick(seconds); });
+    if (!stage.ok() || !stage.touched()) throw Failure("stroke", "the hand left the surface", "");
+    printRow(common, count, fmt::format("tick {} mm", radius), ticks, load);
+  }
   for (const double radius : options.radii_mm) {
     printRow(common, count, fmt::format("sweep {} mm", radius),
              timedSweeps(common, options, memory->view, radius / 1e3), load);

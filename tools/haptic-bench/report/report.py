@@ -82,7 +82,7 @@ def times(tables):
 
 
 def ridges(data):
-    figure, axes = plt.subplots(2, len(data), figsize=(11, 5.6), sharey="row")
+    figure, axes = plt.subplots(2, len(data), figsize=(11, 5.6), sharey="row", layout="constrained")
     for k, ridge in enumerate(data):
         for name, one in ridge["algorithms"].items():
             x, z = zip(*one["proxy"])
@@ -93,7 +93,7 @@ def ridges(data):
         axes[0][k].set(xlim=(-12, 12), title=f"{ridge['degrees']}°", xlabel="x [mm]")
         axes[1][k].set(ylim=(1e-4, 100), xlabel="time [s]")
     axes[0][0].set_ylabel("z [mm]")
-    axes[0][0].legend(fontsize=8)
+    axes[0][-1].legend(fontsize=8, loc="upper right", bbox_to_anchor=(1.02, 1))
     axes[1][0].set_ylabel("force error [N]")
     return svg(figure), ("The ridge of figure 4.6: above, the contact point's way; below, the force's error. A local proxy waits "
                          "at the foot.")

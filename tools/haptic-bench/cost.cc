@@ -43,13 +43,35 @@ double nsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
 }
 
-/** The hand on its way round the sphere, `height` above the surface. */
-Vec3 handAt(double seconds, double height) {
-  const double angle = seconds * kSpeed / 0.05;
-  const double tilt = 0.3 + kTurn * angle / (2 * M_PI);
-  const Vec3 u(std::cos(angle), std::sin(angle) * std::cos(tilt), std::sin(angle) * std::sin(tilt));
-  return (bumpyRadius(u) + height) * u;
-}
+/** The hand's way round the sphere, over the mesh itself: a coarse one lies below the sphere by more than a millimetre.
+ */
+class Stroke {
+ public:
+  /** Throws Failure where the mesh is not found. */
+  Stroke(const MeshView& mesh, double seconds) {
+    const auto count = static_cast<std::size_t>(seconds / kDt);
+    for (std::size_t i = 0; i <= count; ++i) {
+      const double angle = static_cast<double>(i) * kDt * kSpeed / 0.05;
+      const double tilt = 0.3 + kTurn * angle / (2 * M_PI);
+      const Vec3 u(std::cos(angle), std::sin(angle) * std::cos(tilt), std::sin(angle) * std::sin(tilt));
+      Sweep sweep;
+      sweep.a = 2 * bumpyRadius(u) * u;
+      sweep.d = -sweep.a;
+      sweep.limit = ProxyRenderer::kMaxWork;
+      SweepHit hit;
+      if (sweepMesh(mesh, sweep, hit) != SweepResult::kHit) throw Failure("stroke", "no mesh below the hand", "");
+      along_.push_back(u);
+      radius_.push_back(((1 - hit.t) * sweep.a).norm());
+    }
+  }
+  [[nodiscard]] std::size_t ticks() const { return along_.size() - 1; }
+  /** At tick i, 0 to ticks(), `height` above the mesh. */
+  [[nodiscard]] Vec3 at(std::size_t i, double height) const { return (radius_[i] + height) * along_[i]; }
+
+ private:
+  std::vector<Vec3> along_;
+  std::vector<double> radius_;
+};
 
 /** Nanoseconds a load of a chain through all lines of `bytes` in random order. */
 double chase(std::size_t bytes) {
@@ -72,7 +94,7 @@ double chase(std::size_t bytes) {
 /** One mesh in a scene. */
 class Stage {
  public:
-  explicit Stage(MeshView& mesh) : scene_(std::make_unique<Scene>(table_)) {
+  Stage(MeshView& mesh, const Stroke& stroke) : stroke_(stroke), scene_(std::make_unique<Scene>(table_)) {
     table_.publish(0, &mesh);
     Command command;
     command.kind = CommandKind::kAddObject;
@@ -92,18 +114,19 @@ class Stage {
   void begin(double radius) {
     radius_ = radius;
     renderer_.setRadius(radius);
-    renderer_.reset(handAt(0, radius + kAbove));
+    renderer_.reset(stroke_.at(0, radius + kAbove));
     touched_ = true;
   }
-  void tick(double seconds) {
+  void tick(std::size_t i) {
     scene_->advance(kDt);
-    renderer_.step(*scene_, handAt(seconds, radius_ - kDepth), Vec3::Zero(), kDt, contact_);
+    renderer_.step(*scene_, stroke_.at(i, radius_ - kDepth), Vec3::Zero(), kDt, contact_);
     touched_ = touched_ && contact_.object != 0;
   }
   /** Whether the hand has been in contact since begin(). */
   [[nodiscard]] bool touched() const { return touched_; }
 
  private:
+  const Stroke& stroke_;
   MeshTable table_;
   std::unique_ptr<Scene> scene_;
   ProxyRenderer renderer_;
@@ -131,15 +154,14 @@ double clockReading() {
 
 /** Of each tick of the stroke the median time over the rounds, less what reading the clock takes [ns]; sorted. */
 template <class Begin, class Tick>
-std::vector<double> timed(const Common& common, const Options& options, Begin&& begin, Tick&& tick) {
-  const auto count = static_cast<std::size_t>(options.seconds / kDt);
+std::vector<double> timed(const Common& common, const Stroke& stroke, Begin&& begin, Tick&& tick) {
+  const std::size_t count = stroke.ticks();
   std::vector<std::vector<double>> rounds(static_cast<std::size_t>(common.rounds), std::vector<double>(count));
   for (auto& round : rounds) {
     begin();
     for (std::size_t i = 0; i < count; ++i) {
-      const double seconds = static_cast<double>(i) * kDt;
       const auto start = Clock::now();
-      tick(seconds);
+      tick(i);
       round[i] = nsSince(start);
     }
   }
@@ -164,14 +186,14 @@ void printRow(const Common& common, std::uint32_t triangles, const std::string& 
   std::fflush(stdout);
 }
 
-/** A ball from just above the surface to `kDepth` below it, a tick further on. */
-std::vector<double> timedSweeps(const Common& common, const Options& options, const MeshView& mesh, double radius) {
+/** A ball from above the surface, clear of its slopes, to `kDepth` below it, a tick further on. */
+std::vector<double> timedSweeps(const Common& common, const Stroke& stroke, const MeshView& mesh, double radius) {
   return timed(
-      common, options, [] {},
-      [&](double seconds) {
+      common, stroke, [] {},
+      [&](std::size_t i) {
         Sweep sweep;
-        sweep.a = handAt(seconds, radius + kAbove);
-        sweep.d = handAt(seconds + kDt, radius - kDepth) - sweep.a;
+        sweep.a = stroke.at(i, 2 * radius + kAbove);
+        sweep.d = stroke.at(i + 1, radius - kDepth) - sweep.a;
         sweep.radius = radius;
         sweep.limit = ProxyRenderer::kMaxWork;
         SweepHit hit;
@@ -179,12 +201,12 @@ std::vector<double> timedSweeps(const Common& common, const Options& options, co
       });
 }
 
-std::vector<double> timedNearest(const Common& common, const Options& options, const MeshView& mesh) {
+std::vector<double> timedNearest(const Common& common, const Stroke& stroke, const MeshView& mesh) {
   return timed(
-      common, options, [] {},
-      [&](double seconds) {
+      common, stroke, [] {},
+      [&](std::size_t i) {
         NearestQuery query;
-        query.x = handAt(seconds, -kDepth);
+        query.x = stroke.at(i, -kDepth);
         query.limit = ProxyRenderer::kMaxWork;
         Nearest nearest;
         if (nearestOnMesh(mesh, query, nearest) != NearestResult::kFound)
@@ -212,18 +234,19 @@ void measure(const Common& common, const Options& options, std::uint32_t triangl
   const double load = chase(bytes);
   fmt::print("# {} triangles: {:.2f} MB, tree {} deep, built in {:.3f} s of processor time\n", count,
              static_cast<double>(bytes) / 1e6, built->stats.depth, build_s);
-  Stage stage(memory->view);
+  const Stroke stroke(memory->view, options.seconds);
+  Stage stage(memory->view, stroke);
   for (const double radius : options.radii_mm) {
     const auto ticks = timed(
-        common, options, [&] { stage.begin(radius / 1e3); }, [&](double seconds) { stage.tick(seconds); });
+        common, stroke, [&] { stage.begin(radius / 1e3); }, [&](std::size_t i) { stage.tick(i); });
     if (!stage.ok() || !stage.touched()) throw Failure("stroke", "the hand left the surface", "");
     printRow(common, count, fmt::format("tick {} mm", radius), ticks, load);
   }
   for (const double radius : options.radii_mm) {
-    printRow(common, count, fmt::format("sweep {} mm", radius),
-             timedSweeps(common, options, memory->view, radius / 1e3), load);
+    printRow(common, count, fmt::format("sweep {} mm", radius), timedSweeps(common, stroke, memory->view, radius / 1e3),
+             load);
   }
-  printRow(common, count, "nearest", timedNearest(common, options, memory->view), load);
+  printRow(common, count, "nearest", timedNearest(common, stroke, memory->view), load);
 }
 
 int run(const Common& common, const Options& options) {

@@ -1,10 +1,8 @@
 #include "tools/haptic-bench/bumpy_sphere.h"
 
-#include <array>
 #include <cmath>
-#include <cstring>
 
-#include "proto/snapshot.h"
+#include "tools/haptic-bench/model/model.h"
 
 namespace haptic_bench {
 namespace {
@@ -13,26 +11,20 @@ constexpr double kRadius = 0.05;    // [m]
 constexpr double kHeight = 0.5e-3;  // Of the waves [m].
 constexpr double kWaves = 30;       // Radians of a wave per radian of the sphere: 10 mm long.
 
-struct Surface {
-  std::vector<std::array<float, 3>> vertices;
-  std::vector<std::array<std::uint32_t, 3>> faces;
-};
-
 /** One face of the octahedron; `sign` gives its octant. Corners of neighbours are equal to the bit. */
-void addOctant(std::uint32_t n, const hapticd::Vec3& sign, Surface& surface) {
-  const auto base = static_cast<std::uint32_t>(surface.vertices.size());
+void addOctant(std::uint32_t n, const hapticd::Vec3& sign, Model& model) {
+  const auto base = static_cast<std::uint32_t>(model.vertices.size());
   for (std::uint32_t i = 0; i <= n; ++i) {
     for (std::uint32_t j = 0; i + j <= n; ++j) {
       const hapticd::Vec3 at(i, j, n - i - j);
       const hapticd::Vec3 u = at.cwiseProduct(sign).normalized();
-      const hapticd::Vec3 x = bumpyRadius(u) * u;
-      surface.vertices.push_back({static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z())});
+      model.addVertex(bumpyRadius(u) * u);
     }
   }
   const auto number = [&](std::uint32_t i, std::uint32_t j) { return base + i * (n + 1) - i * (i - 1) / 2 + j; };
   const bool flip = sign.prod() < 0;
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    surface.faces.push_back({a, flip ? c : b, flip ? b : c});
+    model.triangles.push_back({a, flip ? c : b, flip ? b : c});
   };
   for (std::uint32_t i = 0; i < n; ++i) {
     for (std::uint32_t j = 0; i + j < n; ++j) {
@@ -51,19 +43,10 @@ double bumpyRadius(const hapticd::Vec3& u) {
 std::vector<std::byte> bumpySphereUpload(std::uint32_t triangles) {
   std::uint32_t n = 1;
   while (8 * n * n < triangles) ++n;
-  Surface surface;
+  Model model;
   for (int octant = 0; octant < 8; ++octant)
-    addOctant(n, {octant & 1 ? -1.0 : 1.0, octant & 2 ? -1.0 : 1.0, octant & 4 ? -1.0 : 1.0}, surface);
-
-  const hd_mesh_upload header{HD_UPLOAD_MAGIC, static_cast<std::uint32_t>(surface.vertices.size()),
-                              static_cast<std::uint32_t>(surface.faces.size()), 0, 0};
-  const std::size_t vertex_bytes = surface.vertices.size() * sizeof surface.vertices[0];
-  const std::size_t face_bytes = surface.faces.size() * sizeof surface.faces[0];
-  std::vector<std::byte> bytes(sizeof header + vertex_bytes + face_bytes);
-  std::memcpy(bytes.data(), &header, sizeof header);
-  std::memcpy(bytes.data() + sizeof header, surface.vertices.data(), vertex_bytes);
-  std::memcpy(bytes.data() + sizeof header + vertex_bytes, surface.faces.data(), face_bytes);
-  return bytes;
+    addOctant(n, {octant & 1 ? -1.0 : 1.0, octant & 2 ? -1.0 : 1.0, octant & 4 ? -1.0 : 1.0}, model);
+  return upload(model);
 }
 
 }  // namespace haptic_bench

@@ -17,7 +17,7 @@ struct VolumeView;
 struct WorkBudget {
   std::uint32_t units = 0;       ///< Of the detector's work: bounded and repeatable.
   std::int64_t deadline_ns = 0;  ///< On `clock`, 0: none. Read every few hundred units.
-  const Clock* clock = nullptr;  ///< Null: no deadline.
+  Clock* clock = nullptr;        ///< Null: no deadline.
 };
 
 /** One body at the time of the query. */

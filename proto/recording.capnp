@@ -126,6 +126,9 @@ struct DeviceRecord {
   ty @24 :Float64;
   tz @25 :Float64;
   gripperForce @26 :Float64;
+  gravityX @27 :Float64;            # DeviceSample.gravity; recordings made before it was there have zeros
+  gravityY @28 :Float64;
+  gravityZ @29 :Float64;
 }
 
 struct End {

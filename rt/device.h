@@ -61,6 +61,7 @@ enum DeviceStatus : std::uint32_t {
   kDeviceGone = 1u << 1,         ///< Unplugged.
   kDeviceSaturated = 1u << 2,    ///< The last force was cut by the device's own limit.
   kDeviceDeadmanOpen = 1u << 3,  ///< The device's own dead-man switch is not held.
+  kGroupDeadmanOpen = 1u << 4,   ///< This device is the dead-man switch of its whole group, and is not held.
 };
 
 /** One reading. Must be bit-for-bit what the cycle sees: it is part of CycleInput. */
@@ -71,6 +72,8 @@ struct DeviceSample {
   Vec3 v = Vec3::Zero();  ///< Only if has_velocity [m/s].
   Vec3 w = Vec3::Zero();  ///< Only if has_velocity [rad/s].
   double gripper_rad = 0;
+  /** What carries the arm's own weight in this pose [N]; the cycle adds it as a source of its own, before the guard. */
+  Vec3 gravity = Vec3::Zero();
   std::uint32_t buttons = 0;
   std::uint32_t status = kDeviceOk;
   bool fresh = false;         ///< Newer than the previous reading.

@@ -142,6 +142,9 @@ void write(const DeviceSample& in, const DeviceCommand& sent, proto::DeviceRecor
   out.setWy(in.w.y());
   out.setWz(in.w.z());
   out.setGripperRad(in.gripper_rad);
+  out.setGravityX(in.gravity.x());
+  out.setGravityY(in.gravity.y());
+  out.setGravityZ(in.gravity.z());
   out.setButtons(in.buttons);
   out.setStatus(in.status);
   out.setFresh(in.fresh);
@@ -163,6 +166,7 @@ void read(proto::DeviceRecord::Reader in, DeviceSample& out, DeviceCommand& sent
   out.v = {in.getVx(), in.getVy(), in.getVz()};
   out.w = {in.getWx(), in.getWy(), in.getWz()};
   out.gripper_rad = in.getGripperRad();
+  out.gravity = {in.getGravityX(), in.getGravityY(), in.getGravityZ()};
   out.buttons = in.getButtons();
   out.status = in.getStatus();
   out.fresh = in.getFresh();

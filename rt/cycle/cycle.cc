@@ -233,6 +233,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
   const SurfaceForces added = device.effects.step(scene_, out.contact, sample.p, out.velocity.v);
   source[HD_SOURCE_TEXTURE].force = added.texture;
   source[HD_SOURCE_TRANSIENT].force = added.transient;
+  source[HD_SOURCE_GRAVITY].force = sample.gravity;
   if (const SceneObject* touched = scene_.find(out.contact.object)) {
     energy.carried = out.contact.force.cwiseProduct(touched->velocityAt(out.contact.point));
     energy.stored = 0.5 * touched->material.stiffness * (out.contact.proxy - sample.p).squaredNorm();

@@ -12,6 +12,7 @@ void note(const DeviceSample& sample, const DeviceCommand& command, LoggedDevice
   store(sample.v, out.v);
   store(sample.w, out.w);
   out.gripper_rad = sample.gripper_rad;
+  store(sample.gravity, out.gravity);
   out.buttons = sample.buttons;
   out.status = sample.status;
   out.fresh = sample.fresh;
@@ -29,6 +30,7 @@ void restore(const LoggedDevice& in, DeviceSample& sample, DeviceCommand& comman
   sample.v = vec3(in.v);
   sample.w = vec3(in.w);
   sample.gripper_rad = in.gripper_rad;
+  sample.gravity = vec3(in.gravity);
   sample.buttons = in.buttons;
   sample.status = in.status;
   sample.fresh = in.fresh;

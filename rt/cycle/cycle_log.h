@@ -17,6 +17,7 @@ struct LoggedDevice {
   std::int64_t t_ns;
   double p[3], q[4], v[3], w[3];  ///< q: w x y z.
   double gripper_rad;
+  double gravity[3];
   std::uint32_t buttons;
   std::uint32_t status;
   double force[3], torque[3];

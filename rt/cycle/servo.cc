@@ -93,6 +93,7 @@ void Servo::runOnce() HD_RT {
   for (std::uint32_t d = 0; d < config_.device_count; ++d) {
     input_->device[d].fresh = false;
     devices_[d]->read(deadline_ns_, input_->device[d]);
+    if ((input_->device[d].status & kGroupDeadmanOpen) != 0) input_->deadman_open = true;
   }
   const std::int64_t read_ns = clock_.now();
 

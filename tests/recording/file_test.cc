@@ -160,6 +160,7 @@ TEST(RecordingFile, NumbersThatAreNoneComeBackAsTheyWere) {
   RecordedCycle cycle;
   cycle.input.tick = 1;
   cycle.input.device[0].p = {std::nan("0x7"), -0.0, std::numeric_limits<double>::denorm_min()};
+  cycle.input.device[0].gravity = {0, -1.25, std::nan("0x9")};
   cycle.sent[0].torque.y() = -std::numeric_limits<double>::infinity();
   std::string bytes;
   RecordingWriter writer([&](std::span<const std::byte> b) {
@@ -175,6 +176,7 @@ TEST(RecordingFile, NumbersThatAreNoneComeBackAsTheyWere) {
   const auto more = reader->next(back);
   ASSERT_TRUE(more.ok() && *more);
   EXPECT_EQ(std::memcmp(&back.input.device[0].p, &cycle.input.device[0].p, sizeof(Vec3)), 0);
+  EXPECT_EQ(std::memcmp(&back.input.device[0].gravity, &cycle.input.device[0].gravity, sizeof(Vec3)), 0);
   EXPECT_EQ(back.sent[0].torque.y(), cycle.sent[0].torque.y());
 }
 

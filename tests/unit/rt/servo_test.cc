@@ -203,6 +203,35 @@ TEST_F(ServoFixture, AStopLineZeroesTheVeryNextTick) {
   EXPECT_EQ(servo->cycle().deviceGuard(0).fault(), static_cast<std::uint32_t>(HD_FAULT_STOP_LINE));
 }
 
+TEST_F(ServoFixture, GravityCompensationIsASourceOfItsOwn) {
+  device.sample.gravity = Vec3(0, 0.25, 2.5);
+  run(2);
+  EXPECT_EQ(device.sent.back().force, Vec3(0, 0, 0));  // not before it is armed
+  arm();
+  const DeviceOutput& out = servo->lastOutput().device[0];
+  EXPECT_EQ(device.sent.back().force, Vec3(0, 0.25, 2.5));
+  EXPECT_EQ(out.guard.by_source[HD_SOURCE_GRAVITY], Vec3(0, 0.25, 2.5));
+  EXPECT_EQ(out.guard.by_source[HD_SOURCE_GUARD], Vec3(0, 0, 0));
+  device.sample.gravity = Vec3(0, 0, 250);
+  run(10);
+  EXPECT_NEAR(device.sent.back().force.norm(), 10, 1e-9);  // the limit of the guard
+  EXPECT_LE(device.sent.back().force.norm(), 10);
+}
+
+TEST_F(ServoFixture, ADeviceCanBeTheDeadManSwitchOfItsGroup) {
+  device.sample.gravity = Vec3(0, 0, 1);
+  arm();
+  EXPECT_FALSE(servo->lastInput().deadman_open);
+  device.sample.status = kGroupDeadmanOpen;
+  run(1);
+  EXPECT_TRUE(servo->lastInput().deadman_open);
+  EXPECT_EQ(servo->cycle().deviceGuard(0).fault(), HD_FAULT_DEADMAN);
+  EXPECT_EQ(device.sent.back().force, Vec3(0, 0, 0));
+  device.sample.status = kDeviceOk;
+  run(1);
+  EXPECT_FALSE(servo->lastInput().deadman_open);
+}
+
 TEST_F(ServoFixture, PassesIntentToTheDevice) {
   hd_intent wish{};
   wish.p[1] = 0.25;

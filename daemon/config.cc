@@ -56,10 +56,20 @@ std::vector<GroupConfig> Config::effectiveGroups() const {
   return all;
 }
 
-const LimitsConfig& Config::limitsFor(std::string_view uri, std::string_view serial) const {
+const DeviceConfig* Config::entryOf(std::string_view uri, std::string_view serial) const {
   for (const DeviceConfig& device : devices)
-    if (device.uri == uri || (!serial.empty() && device.uri == serial)) return device.limits;
-  return limits;
+    if (device.uri == uri || (!serial.empty() && device.uri == serial)) return &device;
+  return nullptr;
+}
+
+const LimitsConfig& Config::limitsFor(std::string_view uri, std::string_view serial) const {
+  const DeviceConfig* const entry = entryOf(uri, serial);
+  return entry == nullptr ? limits : entry->limits;
+}
+
+double Config::radiusFor(std::string_view uri, std::string_view serial) const {
+  const DeviceConfig* const entry = entryOf(uri, serial);
+  return entry == nullptr ? 0 : entry->radius_m;
 }
 
 ConfigEnvironment ConfigEnvironment::fromProcess() {

@@ -40,10 +40,13 @@ struct GroupConfig {
   bool operator==(const GroupConfig&) const = default;
 };
 
-/** Limits of the device of one URI or serial. */
+/** What holds for the device of one URI or serial. */
 struct DeviceConfig {
+  static constexpr double kMostRadius = 0.1;  ///< [m]
+
   std::string uri;
   LimitsConfig limits;
+  double radius_m = 0;  ///< Of the ball about its point that touches when the daemon starts; 0: a point.
 
   bool operator==(const DeviceConfig&) const = default;
 };
@@ -111,14 +114,19 @@ struct Config {
   } builder;
 
   std::vector<GroupConfig> groups;    ///< Empty: one group "default" of one device, found by itself.
-  std::vector<DeviceConfig> devices;  ///< Limits of particular devices.
+  std::vector<DeviceConfig> devices;  ///< What holds for particular devices.
 
   /** Groups as they are to be opened: never empty, rate_hz filled in. */
   [[nodiscard]] std::vector<GroupConfig> effectiveGroups() const;
   /** Limits for a device known by its URI and serial. */
   [[nodiscard]] const LimitsConfig& limitsFor(std::string_view uri, std::string_view serial) const;
+  /** Radius of its ball [m]. */
+  [[nodiscard]] double radiusFor(std::string_view uri, std::string_view serial) const;
 
   bool operator==(const Config&) const = default;
+
+ private:
+  [[nodiscard]] const DeviceConfig* entryOf(std::string_view uri, std::string_view serial) const;
 };
 
 /** kInvalidArgument with "`name`:line:column" and, for an unknown key, the nearest known one. Never throws. Fuzzed. */

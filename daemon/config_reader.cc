@@ -215,7 +215,7 @@ class Reader {
   }
 
   GroupConfig prototype(GroupConfig*) const { return {}; }
-  DeviceConfig prototype(DeviceConfig*) const { return {{}, *device_limits}; }
+  DeviceConfig prototype(DeviceConfig*) const { return {{}, *device_limits, 0}; }
 
   const toml::table& table_;
   std::string path_;

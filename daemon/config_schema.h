@@ -76,6 +76,7 @@ void visitConfig(Visitor& root, Configuration& c) {
   });
   root.tables("device", c.devices, [](auto& v, auto& device) {
     v.text("uri", device.uri);
+    v.number("radius_m", device.radius_m, 0, DeviceConfig::kMostRadius);
     visitLimits(v, device.limits);
   });
 }

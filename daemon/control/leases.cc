@@ -205,7 +205,7 @@ Result<void> Core::setRadius(OpenDevice& device, double radius, const Client& by
     return Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"};
   }
   device.radius = radius;
-  (void)device.link->post(makeCommand(CommandKind::kDeviceRadius, DeviceRadius{device.index, 0, radius}));
+  device.applyRadius();
   return {};
 }
 

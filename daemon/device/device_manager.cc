@@ -11,6 +11,8 @@
 
 namespace hapticd {
 
+static_assert(DeviceConfig::kMostRadius == ProxyRenderer::kMaxRadius);
+
 DeviceManager::DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads)
     : config_(config), clock_(clock), meshes_(meshes), scene_(scene), threads_(threads), make_(makeDevice) {}
 
@@ -60,6 +62,7 @@ Result<void> DeviceManager::openGroup(const GroupConfig& group) {
     row->index = i;
     row->maxima = deviceMaxima(info);
     row->limits = startLimits(config_.limitsFor(info.uri, info.serial), info);
+    row->radius = config_.radiusFor(info.uri, info.serial);
     if (group.devices[i] != info.uri) row->aliases.push_back(group.devices[i]);
     rows.push_back(std::move(row));
   }
@@ -74,6 +77,7 @@ Result<void> DeviceManager::openGroup(const GroupConfig& group) {
   scene_.attach(**link);
   for (auto& row : rows) {
     row->link = link->get();
+    if (row->radius > 0) row->applyRadius();
     log::info("device {}: {} ({}), group {}, {:g} Hz, {}", row->name, row->info().uri,
               log::printable(row->info().model), group.name, 1e9 / static_cast<double>(group_options.cycle.period_ns),
               (*link)->group().realtime() ? "real-time" : "not real-time: " + (*link)->group().schedulingNote());

@@ -29,6 +29,10 @@ struct OpenDevice {
   std::uint32_t sessions = 0;        ///< Sessions on it.
   std::vector<std::string> aliases;  ///< Other texts by which it was opened.
 
+  /** Tells the servo. */
+  void applyRadius() const {
+    (void)link->post(makeCommand(CommandKind::kDeviceRadius, DeviceRadius{index, 0, radius}));
+  }
   [[nodiscard]] const DeviceInfo& info() const { return link->group().device(index).info(); }
   [[nodiscard]] const Device& device() const { return link->group().device(index); }
 };

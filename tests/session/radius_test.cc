@@ -21,6 +21,26 @@ TEST(DeviceRadius, IsWrittenReadAndReachesTheServo) {
   EXPECT_EQ(radius, 0.002);
 }
 
+TEST(DeviceRadius, OfTheConfigurationIsThereFromTheFirstCycleAndCanBeSet) {
+  Config config = Bench::relaxed();
+  config.devices.push_back({"test://first", {}, 0.003});
+  Bench bench(config, 2);
+  const auto felt = [&](std::uint32_t d) {
+    double radius = -1;
+    const auto read = [&](Servo& servo) { radius = servo.cycle().deviceRadius(d); };
+    EXPECT_TRUE(bench.device(d).link->group().betweenCycles(read).ok());
+    return radius;
+  };
+  EXPECT_EQ(felt(0), 0.003);
+  EXPECT_EQ(felt(1), 0) << "another device";
+  ResourceTree tree(bench.core);
+  const std::string path = "/devices/" + bench.device().name + "/radius";
+  EXPECT_EQ(*tree.get(path, Client{.uid = 1000}), "0.003");
+  ASSERT_TRUE(tree.set(path + "?value=0", Client{.uid = 1000}).ok());
+  bench.step(3);
+  EXPECT_EQ(felt(0), 0);
+}
+
 TEST(DeviceRadius, OutOfRangeOrAnothersLeaseIsRefusedAndChangesNothing) {
   Bench bench;
   ResourceTree tree(bench.core);

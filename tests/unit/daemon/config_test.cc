@@ -47,6 +47,7 @@ TEST(Config, RangesAreNamed) {
   EXPECT_EQ(refused("[limits]\nforce_n = -1\n").what, "force_n = -1 is out of range");
   EXPECT_EQ(refused("[servo]\nservo_priority = 99\n").what, "servo_priority = 99 is out of range");
   EXPECT_EQ(refused("[quotas]\nsessions = 99999999999999\n").what, "sessions = 99999999999999 is out of range");
+  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nradius_m = 0.2\n").remedy, "0 to 0.1");
   EXPECT_EQ(refused("[sockets]\nmode = 0o7777\n").what, "mode = 4095 is not a set of file permissions");
 }
 
@@ -86,6 +87,7 @@ cpus = [1]
 [[device]]
 uri = "touch-123"
 force_n = 3.3
+radius_m = 0.0015
 )",
                                   "f");
   ASSERT_TRUE(config.ok()) << toString(config.error());
@@ -98,6 +100,8 @@ force_n = 3.3
   EXPECT_EQ(config->limitsFor("touch://0", "touch-123").force_n, 3.3);
   EXPECT_EQ(config->limitsFor("touch://0", "touch-123").torque_nm, 0.25) << "not given: as [limits]";
   EXPECT_EQ(config->limitsFor("sim://falcon", "").force_n, 5);
+  EXPECT_EQ(config->radiusFor("touch://0", "touch-123"), 0.0015);
+  EXPECT_EQ(config->radiusFor("sim://falcon", ""), 0);
 }
 
 TEST(Config, WithoutGroupsThereIsOneDefaultGroup) {
@@ -118,6 +122,7 @@ TEST(Config, WritesWhatItReads) {
   config.groups.push_back({"a", {"sim://falcon?x=1", "s"}, 4000, {0, 1}});
   config.devices.push_back({"s", {}});
   config.devices[0].limits.force_n = 1.0 / 3;
+  config.devices[0].radius_m = 0.01 / 3;
   const auto again = parseConfig(toToml(config), "f");
   ASSERT_TRUE(again.ok()) << toString(again.error()) << toToml(config);
   EXPECT_EQ(*again, config);
@@ -151,7 +156,8 @@ TEST(Config, TheShippedFileIsTheEmbeddedDefaultAndNamesEveryKey) {
     ++keys;
     const std::string key = line.substr(0, line.find(" = ")) + " = ";
     // A [[device]]'s limits are explained at [limits]; elsewhere each key stands in its own section.
-    const std::size_t from = section == "[[device]]" && key != "uri = " ? text.find("\n[limits]") : begin;
+    const std::size_t from =
+        section == "[[device]]" && key != "uri = " && key != "radius_m = " ? text.find("\n[limits]") : begin;
     const std::size_t end = std::min(text.find("\n[", from + 2), text.find("\n# [[", from + 2));
     EXPECT_NE(text.substr(from, end - from).find(key), std::string::npos) << section << " " << key;
   }

@@ -13,7 +13,7 @@ namespace {
 static_assert(sizeof(AddObject) == 136 && sizeof(SetShape) == 40 && sizeof(SessionRef) == 16 &&
               sizeof(DeviceLimits) == 72 && sizeof(StopOrder) == 8 && sizeof(Command) == 512);
 static_assert(sizeof(GuardLimits) == 64 && sizeof(GuardConfig) == 136);
-static_assert(sizeof(DeviceSample) == 144 && sizeof(DeviceCommand) == 64);
+static_assert(sizeof(DeviceSample) == 160 && sizeof(DeviceCommand) == 64);
 
 constexpr std::int64_t kLongestPeriodNs = 1'000'000'000;
 constexpr std::int64_t kMostTimeNs = std::int64_t{1} << 60;  ///< Thirty years.

@@ -20,6 +20,11 @@ struct Driver {
   void (*find)(std::vector<DeviceFound>& found) = nullptr;
   /** Makes, but does not open, the device of that URI (its scheme is this driver's). */
   Result<std::unique_ptr<Device>> (*make)(const DeviceUri& uri) = nullptr;
+  /**
+   * Sets the forces of that device to zero from a fresh process, when the daemon that armed it is dead: no state, less
+   * than half a second, no harm to a device that is zero already. Null: dead daemon, no force.
+   */
+  Result<void> (*zero)(const DeviceUri& uri) = nullptr;
 };
 
 }  // namespace hapticd

@@ -34,6 +34,19 @@ std::string listForms() {
   return fmt::format("{}", fmt::join(forms, ", "));
 }
 
+Result<const Driver*> driverOf(const DeviceUri& uri) {
+  for (const Driver* driver : kDrivers) {
+    if (driver->scheme == uri.scheme) return driver;
+  }
+  for (const KnownScheme& known : kUnsupportedSchemes) {
+    if (known.scheme == uri.scheme) {
+      return Error{ErrorCode::kUnsupported, uri.scheme + "://", std::string(known.why), std::string(known.remedy)};
+    }
+  }
+  return Error{ErrorCode::kNotFound, uri.scheme.substr(0, 80) + "://", "no driver has this scheme",
+               fmt::format("there are {}", listForms())};
+}
+
 Result<std::unique_ptr<Device>> makeBySerial(std::string_view serial) {
   std::vector<std::string> known;
   for (const DeviceFound& found : findDevices()) {
@@ -62,18 +75,17 @@ Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial) {
   if (uri_or_serial.find("://") == std::string_view::npos) return makeBySerial(uri_or_serial);
   Result<DeviceUri> uri = parseDeviceUri(uri_or_serial);
   if (!uri) return uri.error();
-  std::vector<std::string_view> schemes;
-  for (const Driver* driver : kDrivers) {
-    if (driver->scheme == uri->scheme) return driver->make(*uri);
-    schemes.push_back(driver->scheme);
-  }
-  for (const KnownScheme& known : kUnsupportedSchemes) {
-    if (known.scheme == uri->scheme) {
-      return Error{ErrorCode::kUnsupported, uri->scheme + "://", std::string(known.why), std::string(known.remedy)};
-    }
-  }
-  return Error{ErrorCode::kNotFound, uri->scheme.substr(0, 80) + "://", "no driver has this scheme",
-               fmt::format("there are {}", listForms())};
+  const Result<const Driver*> driver = driverOf(*uri);
+  if (!driver) return driver.error();
+  return driver.value()->make(*uri);
+}
+
+Result<void> zeroDevice(std::string_view text) {
+  const Result<DeviceUri> uri = parseDeviceUri(text);
+  if (!uri) return uri.error();
+  const Result<const Driver*> driver = driverOf(*uri);
+  if (!driver) return driver.error();
+  return driver.value()->zero == nullptr ? Result<void>() : driver.value()->zero(*uri);
 }
 
 }  // namespace hapticd

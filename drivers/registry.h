@@ -47,4 +47,10 @@ struct DeviceFound {
  */
 [[nodiscard]] Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial);
 
+/**
+ * Sets the forces of a device to zero from a fresh process, when the daemon that armed it is dead. Errors as
+ * makeDevice, and as the driver's opening: kDeviceBusy when a living program still holds it.
+ */
+[[nodiscard]] Result<void> zeroDevice(std::string_view uri);
+
 }  // namespace hapticd

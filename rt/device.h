@@ -15,6 +15,8 @@
 
 namespace hapticd {
 
+class Histogram;
+
 /** Whether a device needs calibration before it may be armed. */
 enum class Calibration : std::uint8_t { kNotNeeded, kNeeded, kRunning, kDone };
 
@@ -107,6 +109,8 @@ class Device {
   [[nodiscard]] virtual Calibration calibration() const noexcept { return Calibration::kNotNeeded; }
   /** Hottest motor [deg C], NaN where not sensed. */
   [[nodiscard]] virtual double temperature() const noexcept { return std::numeric_limits<double>::quiet_NaN(); }
+  /** From a command sent to the reading that answers it, of a device with an I/O thread of its own; else null. */
+  [[nodiscard]] virtual Histogram* roundTrip() noexcept { return nullptr; }
 
   /** Takes the device. It must not move or push. */
   [[nodiscard]] virtual Result<void> open() = 0;

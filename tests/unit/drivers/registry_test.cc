@@ -41,6 +41,12 @@ TEST(Registry, TwoSimulatorsAreTwoDevices) {
   EXPECT_EQ((*a)->info().serial, "left");
 }
 
+TEST(Registry, ZeroOfADeviceWithoutForcesDoesNothingAndOfNoDeviceIsRefused) {
+  EXPECT_TRUE(zeroDevice("sim://default").ok());
+  EXPECT_EQ(zeroDevice("smi://default").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(zeroDevice("default").error().code, ErrorCode::kInvalidArgument);
+}
+
 TEST(Registry, UnknownSchemeListsTheKnownOnes) {
   Result<std::unique_ptr<Device>> device = makeDevice("smi://default");
   ASSERT_FALSE(device.ok());

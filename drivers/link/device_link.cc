@@ -1,0 +1,40 @@
+#include "drivers/link/device_link.h"
+
+namespace hapticd {
+
+void DeviceLink::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
+  sample.fresh = false;
+  if (!to_servo_.take(taken_)) return;
+  if (!taken_.measured) {
+    sample.status = taken_.sample.status;
+    return;
+  }
+  sample = taken_.sample;
+  sample.fresh = true;
+  age.record(now_ns - sample.t_ns);
+}
+
+void DeviceLink::write(std::int64_t now_ns, const DeviceCommand& command) HD_RT {
+  to_device_.put({command, now_ns});
+  // After the command that is off, so that no older one can follow.
+  if (!command.enabled) safe_.store(false, std::memory_order_release);  // R, pairs with A in command()
+}
+
+void DeviceLink::publishStatus(std::uint32_t status) HD_RT {
+  Reading reading;
+  reading.sample.status = status;
+  to_servo_.put(reading);
+}
+
+DeviceCommand DeviceLink::command(std::int64_t now_ns) HD_RT {
+  const bool safe = safe_.load(std::memory_order_acquire);  // A, before the command is taken
+  (void)to_device_.take(order_);
+  if (safe || !order_.command.enabled) return {};
+  if (now_ns - order_.t_ns > stale_ns_) {
+    LinkCounters::add(counters.stale_commands);
+    return {};
+  }
+  return order_.command;
+}
+
+}  // namespace hapticd

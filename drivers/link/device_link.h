@@ -1,0 +1,76 @@
+/** @file
+ * What lies between the servo and a device's own I/O thread: the newest sample one way, the newest command the other.
+ */
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "drivers/link/newest.h"
+#include "rt/base/histogram.h"
+#include "rt/device.h"
+
+namespace hapticd {
+
+/** What happened on the wire since open. The I/O thread writes, anybody reads. */
+struct LinkCounters {
+  std::atomic<std::uint64_t> exchanges{0};       ///< Answers that were whole and made sense.
+  std::atomic<std::uint64_t> lost{0};            ///< Questions without an answer in time.
+  std::atomic<std::uint64_t> dropped_bytes{0};   ///< Thrown away to find the next packet.
+  std::atomic<std::uint64_t> rejected{0};        ///< Whole packets with a reading that cannot be.
+  std::atomic<std::uint64_t> stale_commands{0};  ///< Zeros sent because the servo was silent.
+  std::atomic<std::uint64_t> replugs{0};         ///< Times the device came back.
+
+  /** By the one writer. */
+  static void add(std::atomic<std::uint64_t>& counter, std::uint64_t n = 1) noexcept {
+    counter.store(counter.load(std::memory_order_relaxed) + n, std::memory_order_relaxed);
+  }
+};
+
+/**
+ * The servo calls read and write, the I/O thread the rest but safe(), which anybody may call, a signal handler too.
+ * Nobody waits for anybody.
+ */
+class DeviceLink {
+ public:
+  /** A command older than `stale_ns` is not sent any more: zeros are. */
+  explicit DeviceLink(std::int64_t stale_ns) noexcept : stale_ns_(stale_ns) {}
+
+  /** As Device::read. */
+  void read(std::int64_t now_ns, DeviceSample& sample) HD_RT;
+  /** As Device::write. */
+  void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT;
+
+  /** A reading for the servo; its `fresh` is set here. */
+  void publish(const DeviceSample& sample) HD_RT { to_servo_.put({sample, true}); }
+  /** No reading, but the device's state (bits of DeviceStatus). The servo sees it as not fresh. */
+  void publishStatus(std::uint32_t status) HD_RT;
+  /** What is to be sent now: the servo's newest command; zeros when that is stale, off, or safe() was called. */
+  [[nodiscard]] DeviceCommand command(std::int64_t now_ns) HD_RT;
+
+  /** Zeros from now on, until the servo has sent a command that is off. */
+  void safe() noexcept { safe_.store(true, std::memory_order_release); }
+
+  LinkCounters counters;
+  Histogram round_trip;  ///< From a command sent to the answer with a reading. Written by the I/O thread.
+  Histogram age;         ///< Of a fresh sample when the servo reads it. Written by the servo.
+
+ private:
+  struct Reading {
+    DeviceSample sample;
+    bool measured = false;
+  };
+  struct Order {
+    DeviceCommand command;
+    std::int64_t t_ns = 0;
+  };
+
+  std::int64_t stale_ns_;
+  Newest<Reading> to_servo_;
+  Newest<Order> to_device_;
+  Reading taken_;  ///< The servo's.
+  Order order_;    ///< The I/O thread's.
+  std::atomic<bool> safe_{false};
+};
+
+}  // namespace hapticd

@@ -1,0 +1,93 @@
+#include "drivers/link/io_device.h"
+
+#include <algorithm>
+#include <future>
+
+#include "drivers/resident.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::size_t kStackBytes = 512 * 1024;
+constexpr std::size_t kPrefaultBytes = 128 * 1024;
+
+}  // namespace
+
+IoDevice::IoDevice(std::unique_ptr<DeviceIo> io, IoOptions options)
+    : io_(std::move(io)), options_(options), clock_(monotonic_), link_(options.stale_ns) {}
+
+IoDevice::IoDevice(std::unique_ptr<DeviceIo> io, IoOptions options, Clock& clock)
+    : io_(std::move(io)), options_(options), clock_(clock), link_(options.stale_ns) {}
+
+Result<void> IoDevice::open() {
+  close();
+  stop_.store(false, std::memory_order_relaxed);
+  if (auto opened = io_->open(stop_); !opened) {
+    io_->close();
+    return opened;
+  }
+  open_ = there_ = true;
+  link_.write(clock_.now(), {});  // What was commanded before it was closed is over.
+  keepResident(this, sizeof *this);
+  if (!options_.thread) return {};
+  std::promise<std::string> scheduled;
+  auto note = scheduled.get_future();
+  auto started = thread_.start("device-io", kStackBytes, [this, &scheduled] {
+    prefaultStack(kPrefaultBytes);
+    const Result<void> rights = becomeRealtime(options_.priority);
+    scheduled.set_value(rights ? std::string() : toString(rights.error()));
+    while (!stop_.load(std::memory_order_relaxed)) serve(clock_.now() + options_.service_ns);
+  });
+  if (!started) {
+    close();
+    return started;
+  }
+  note_ = note.get();
+  return {};
+}
+
+void IoDevice::close() noexcept {
+  if (!open_) return;
+  link_.safe();
+  stop_.store(true, std::memory_order_relaxed);
+  thread_.join();
+  io_->close();
+  open_ = there_ = false;
+}
+
+void IoDevice::safe() noexcept {
+  link_.safe();  // First: what the I/O thread sends after the zeros below is zeros too.
+  io_->safe();
+}
+
+void IoDevice::pump(std::int64_t until_ns) noexcept {
+  while (open_ && clock_.now() < until_ns) serve(until_ns);
+}
+
+void IoDevice::serve(std::int64_t until_ns) noexcept {
+  if (!there_) {
+    lookAgain(until_ns);
+    return;
+  }
+  if (io_->exchange(link_, until_ns)) return;
+  there_ = false;
+  link_.publishStatus(kDeviceGone);
+  io_->close();
+  next_look_ns_ = clock_.now() + options_.retry_ns;
+}
+
+void IoDevice::lookAgain(std::int64_t until_ns) noexcept {
+  if (clock_.now() < next_look_ns_) {
+    clock_.sleepUntil(std::min(until_ns, next_look_ns_));
+    return;
+  }
+  there_ = io_->open(stop_).ok();
+  if (there_) {
+    LinkCounters::add(link_.counters.replugs);
+    return;
+  }
+  io_->close();
+  next_look_ns_ = clock_.now() + options_.retry_ns;
+}
+
+}  // namespace hapticd

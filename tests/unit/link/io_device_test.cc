@@ -1,0 +1,203 @@
+// The link between servo and I/O thread, and the life of a device on it, with a scripted device behind.
+#include "drivers/link/io_device.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace hapticd {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+/** Answers once a millisecond of its clock; keeps what it was sent. */
+struct Script {
+  ManualClock clock;
+  std::vector<DeviceCommand> sent;
+  bool there = true;
+  bool refuse = false;  ///< open() fails.
+  int opened = 0, closed = 0;
+  std::atomic<int> safed{0};
+};
+
+class ScriptedIo final : public DeviceIo {
+ public:
+  explicit ScriptedIo(Script& script) : script_(script) { info_.uri = "script://"; }
+  const DeviceInfo& info() const noexcept override { return info_; }
+  Result<void> open(const std::atomic<bool>&) override {
+    ++script_.opened;
+    if (script_.refuse || !script_.there) return Error{ErrorCode::kDeviceGone, "script", "not there", ""};
+    return {};
+  }
+  void close() noexcept override { ++script_.closed; }
+  bool exchange(DeviceLink& link, std::int64_t until_ns) noexcept override {
+    if (!script_.there) return false;
+    script_.clock.sleepUntil(std::min(until_ns, script_.clock.now() + kMs));
+    DeviceSample sample;
+    sample.t_ns = script_.clock.now();
+    sample.p.x() = static_cast<double>(sample.t_ns);
+    link.publish(sample);
+    script_.sent.push_back(link.command(script_.clock.now()));
+    return true;
+  }
+  void safe() noexcept override { ++script_.safed; }
+
+ private:
+  Script& script_;
+  DeviceInfo info_;
+};
+
+struct Rig {
+  Script script;
+  IoDevice device{std::make_unique<ScriptedIo>(script), {.thread = false}, script.clock};
+  DeviceSample sample;
+
+  DeviceCommand push(double newtons) {
+    DeviceCommand command;
+    command.enabled = newtons != 0;
+    command.force.x() = newtons;
+    device.write(script.clock.now(), command);
+    return command;
+  }
+  double run(std::int64_t ns) {
+    device.pump(script.clock.now() + ns);
+    return script.sent.empty() ? 0 : script.sent.back().force.x();
+  }
+  void read() { device.read(script.clock.now(), sample); }
+};
+
+TEST(IoDevice, SamplesGoUpOnceAndCommandsDown) {
+  Rig rig;
+  ASSERT_TRUE(rig.device.open().ok());
+  rig.read();
+  EXPECT_FALSE(rig.sample.fresh);
+  rig.push(2);
+  EXPECT_EQ(rig.run(kMs), 2);
+  rig.read();
+  EXPECT_TRUE(rig.sample.fresh);
+  EXPECT_EQ(rig.sample.p.x(), 1e6);
+  rig.read();
+  EXPECT_FALSE(rig.sample.fresh);
+  EXPECT_EQ(rig.sample.p.x(), 1e6) << "the rest stays as before";
+}
+
+TEST(IoDevice, ASilentServoLosesItsForceAfterTheStatedTime) {
+  Rig rig;
+  ASSERT_TRUE(rig.device.open().ok());
+  rig.push(2);
+  EXPECT_EQ(rig.run(10 * kMs), 2);
+  EXPECT_EQ(rig.run(kMs), 0);
+  EXPECT_FALSE(rig.script.sent.back().enabled);
+  EXPECT_EQ(rig.device.link().counters.stale_commands.load(), 1u);
+  rig.push(3);
+  EXPECT_EQ(rig.run(kMs), 3);
+}
+
+TEST(IoDevice, SafeHoldsZeroUntilTheServoHasSwitchedOff) {
+  Rig rig;
+  ASSERT_TRUE(rig.device.open().ok());
+  rig.push(2);
+  EXPECT_EQ(rig.run(kMs), 2);
+  rig.device.safe();
+  EXPECT_EQ(rig.script.safed, 1);
+  EXPECT_EQ(rig.run(kMs), 0);
+  rig.push(2);
+  EXPECT_EQ(rig.run(kMs), 0) << "a servo that still pushes does not undo it";
+  rig.push(0);
+  EXPECT_EQ(rig.run(kMs), 0);
+  rig.push(2);
+  EXPECT_EQ(rig.run(kMs), 2);
+}
+
+TEST(IoDevice, UnplugIsToldAndReplugFound) {
+  Rig rig;
+  ASSERT_TRUE(rig.device.open().ok());
+  rig.run(3 * kMs);
+  rig.read();
+  EXPECT_EQ(rig.sample.status, kDeviceOk);
+  rig.script.there = false;
+  rig.run(2000 * kMs);
+  rig.read();
+  EXPECT_FALSE(rig.sample.fresh);
+  EXPECT_EQ(rig.sample.status, kDeviceGone);
+  EXPECT_EQ(rig.script.opened, 1 + 3) << "every half second";
+  EXPECT_EQ(rig.script.closed, 1 + 3);
+  rig.script.there = true;
+  rig.run(600 * kMs);
+  rig.read();
+  EXPECT_TRUE(rig.sample.fresh);
+  EXPECT_EQ(rig.sample.status, kDeviceOk);
+  EXPECT_EQ(rig.device.link().counters.replugs.load(), 1u);
+}
+
+TEST(IoDevice, AFailedOpenGivesBackAndOpensLater) {
+  Rig rig;
+  rig.script.refuse = true;
+  const Result<void> refused = rig.device.open();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kDeviceGone);
+  EXPECT_EQ(rig.script.closed, 1);
+  rig.script.refuse = false;
+  EXPECT_TRUE(rig.device.open().ok());
+  rig.device.close();
+  rig.device.close();
+  EXPECT_EQ(rig.script.closed, 2);
+}
+
+TEST(IoDevice, WhatWasCommandedBeforeItWasClosedIsOver) {
+  Rig rig;
+  ASSERT_TRUE(rig.device.open().ok());
+  rig.push(2);
+  rig.device.close();
+  ASSERT_TRUE(rig.device.open().ok());
+  EXPECT_EQ(rig.run(kMs), 0);
+}
+
+/** A device on a real thread that takes its time as a blocking library does. */
+class SpinningIo final : public DeviceIo {
+ public:
+  const DeviceInfo& info() const noexcept override { return info_; }
+  Result<void> open(const std::atomic<bool>&) override { return {}; }
+  void close() noexcept override {}
+  bool exchange(DeviceLink& link, std::int64_t) noexcept override {
+    DeviceSample sample;
+    sample.p = Vec3::Constant(static_cast<double>(++count_));
+    link.publish(sample);
+    const DeviceCommand command = link.command(0);
+    torn_ = torn_ || command.force.x() != command.force.y() || command.force.y() != command.force.z();
+    return true;
+  }
+  void safe() noexcept override {}
+  bool torn_ = false;
+
+ private:
+  DeviceInfo info_;
+  std::uint64_t count_ = 0;
+};
+
+TEST(IoDevice, ServoAndThreadNeverTearEachOthersValues) {
+  auto io = std::make_unique<SpinningIo>();
+  SpinningIo& spinning = *io;
+  IoDevice device(std::move(io));
+  ASSERT_TRUE(device.open().ok());
+  DeviceSample sample;
+  int fresh = 0;
+  double last = 0;
+  for (int i = 0; fresh < 2000; ++i) {
+    DeviceCommand command;
+    command.enabled = true;
+    command.force = Vec3::Constant(i);
+    device.write(0, command);
+    device.read(0, sample);
+    if (!sample.fresh) continue;
+    ++fresh;
+    ASSERT_EQ(sample.p.x(), sample.p.z());
+    ASSERT_GT(sample.p.x(), last);
+    last = sample.p.x();
+  }
+  device.close();
+  EXPECT_FALSE(spinning.torn_);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -21,11 +21,12 @@ ROOMS = {
     "examples": ({"libclient/include"}, set()),
     "tools/hapticctl": ({"tools/hapticctl", "libclient/include"}, {"CLI", "fmt", "nlohmann", "assimp"}),
     "tools/haptic-bench": ({"tools/haptic-bench", "daemon", "drivers", "rt", "proto", "libclient/include"},
-                           {"Eigen", "CLI", "fmt", "nlohmann", "benchmark", "assimp", "hdf5.h"}),
+                           {"Eigen", "CLI", "fmt", "nlohmann", "benchmark", "assimp", "hdf5.h", "fcl",
+                            "BulletCollision", "btBulletCollisionCommon.h"}),
 }
 # Libraries that only one place may see, whatever the table says.
 LIBRARIES = {"Eigen", "libusb-1.0", "hidapi", "gpiod.h", "capnp", "kj", "spdlog", "fmt", "toml++", "CLI", "nlohmann",
-             "systemd", "openvdb", "assimp", "benchmark", "hdf5.h"}
+             "systemd", "openvdb", "assimp", "benchmark", "hdf5.h", "fcl", "BulletCollision", "btBulletCollisionCommon.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 

@@ -38,6 +38,7 @@ void addRing(CLI::App& app, Run& chosen);
 void addServo(CLI::App& app, Run& chosen);
 void addCost(CLI::App& app, Run& chosen);
 void addZwidth(CLI::App& app, Run& chosen);
+void addCollide(CLI::App& app, Run& chosen);
 
 /** Median of some rounds and its interval. */
 struct Estimate {

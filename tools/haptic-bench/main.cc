@@ -26,6 +26,7 @@ constexpr haptic_bench::AddBenchmark kBenchmarks[] = {
     haptic_bench::addServo,
     haptic_bench::addCost,
     haptic_bench::addZwidth,
+    haptic_bench::addCollide,
 };
 // clang-format on
 constexpr int kExitFailed = 1;  ///< Also a broken bound.

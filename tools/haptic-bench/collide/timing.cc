@@ -1,0 +1,70 @@
+#include "tools/haptic-bench/collide/timing.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+
+namespace haptic_bench {
+namespace {
+
+constexpr std::size_t kColdBytes = 96u << 20;
+
+/** Leaves nothing of the query in the caches. */
+void walk(std::vector<std::uint64_t>& memory) {
+  for (std::size_t i = 0; i < memory.size(); i += 8) memory[i] += i;
+}
+
+}  // namespace
+
+Times summarise(std::vector<double> ms) {
+  Times times;
+  times.count = ms.size();
+  if (ms.empty()) return times;
+  std::sort(ms.begin(), ms.end());
+  const auto at = [&](double q) {
+    return ms[std::min(ms.size() - 1, static_cast<std::size_t>(q * static_cast<double>(ms.size())))];
+  };
+  times.mean = std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size());
+  times.p50 = at(0.5);
+  times.p99 = at(0.99);
+  times.p999 = at(0.999);
+  times.max = ms.back();
+  return times;
+}
+
+double threadNs() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e9 * static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec);
+}
+
+double readingNs() {
+  double least = 1e9;
+  for (int i = 0; i < 1000; ++i) {
+    const double start = threadNs();
+    least = std::min(least, threadNs() - start);
+  }
+  return least;
+}
+
+std::vector<double> timeQueries(const std::vector<hapticd::Pose>& poses, const TimingOptions& options,
+                                const std::function<void(std::size_t)>& query) {
+  std::vector<double> ms;
+  std::vector<std::uint64_t> memory(options.cold ? kColdBytes / sizeof(std::uint64_t) : 0);
+  const double reading = readingNs();
+  const double end = threadNs() + options.seconds * 1e9;
+  for (int pass = 0; pass < options.passes; ++pass) {
+    for (std::size_t i = 0; i < poses.size(); i += static_cast<std::size_t>(options.stride)) {
+      if (options.cold) walk(memory);
+      const double start = threadNs();
+      if (start > end) return ms;
+      query(i);
+      ms.push_back(std::max(0.0, threadNs() - start - reading) * 1e-6);
+    }
+  }
+  return ms;
+}
+
+}  // namespace haptic_bench

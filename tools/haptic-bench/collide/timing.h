@@ -1,0 +1,37 @@
+/** @file
+ * Many queries timed one by one in the thread's own processor time, with warm or with cold caches.
+ */
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "rt/base/math.h"
+
+namespace haptic_bench {
+
+/** Of the times of one subject [ms]. */
+struct Times {
+  double mean = 0, p50 = 0, p99 = 0, p999 = 0, max = 0;
+  std::size_t count = 0;
+};
+
+[[nodiscard]] Times summarise(std::vector<double> ms);
+
+/** Thread CPU time [ns], less what reading it takes is up to the caller. */
+[[nodiscard]] double threadNs();
+/** What reading it takes [ns]: the least of many. */
+[[nodiscard]] double readingNs();
+
+struct TimingOptions {
+  int stride = 1;        ///< Every so many poses.
+  int passes = 1;        ///< Over all of them.
+  double seconds = 1e9;  ///< Of processor time, after which it ends.
+  bool cold = false;     ///< Walks more memory than any cache holds before each query.
+};
+
+/** Milliseconds of `query` at each pose; in the order they were asked. */
+[[nodiscard]] std::vector<double> timeQueries(const std::vector<hapticd::Pose>& poses, const TimingOptions& options,
+                                              const std::function<void(std::size_t)>& query);
+
+}  // namespace haptic_bench

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "drivers/sim/linear_step.h"
+#include "rt/base/rotation.h"
 
 namespace hapticd {
 
@@ -77,10 +78,5 @@ class RotatingBody {
   Quat q_ = Quat::Identity();
   Vec3 w_ = Vec3::Zero();
 };
-
-/** Axis times angle, angle in [0, pi]. */
-[[nodiscard]] Vec3 rotationVector(const Quat& q) HD_RT;
-/** The rotation by |r| about r. */
-[[nodiscard]] Quat fromRotationVector(const Vec3& r) HD_RT;
 
 }  // namespace hapticd

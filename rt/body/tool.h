@@ -1,0 +1,93 @@
+/** @file
+ * A tool in the hand: a rigid body that the virtual coupling pulls after the device and that contacts hold back,
+ * stepped once a servo tick. Owns the books: the tool never holds more energy than the hand and moving obstacles gave.
+ *
+ * A tick, at the device pose just read: (1) kick: velocities under coupling (implicit), weight and contacts (response);
+ * (2) drift: RigidBody::drift(); (3) the clamp: if the energy of body and coupling after (2) exceeds that before (1)
+ * plus the work of moving obstacles plus the reserve, the velocities are scaled down until it does not. At zero
+ * velocity it holds, for then only the coupling's inner part relaxes; so there always is such a scale.
+ *
+ * The reserve is energy that earlier ticks lost, at most kMostReserve: it pays for pushing a tool out of an overlap,
+ * which a late detector leaves, against the coupling. So such recoveries can give back what sinking in had taken, and
+ * no more.
+ */
+#pragma once
+
+#include "rt/body/coupling.h"
+#include "rt/body/response.h"
+#include "rt/body/rigid_body.h"
+
+namespace hapticd {
+
+struct ToolSetup {
+  MassProperties mass;
+  CouplingGains gains;
+  Vec3 grip_O = Vec3::Zero();      ///< Where the coupling holds the tool, in the tool's frame [m].
+  Quat turned = Quat::Identity();  ///< Tool's orientation relative to the device's when the coupling is at rest.
+  Vec3 weight = Vec3::Zero();      ///< On the centre of mass: mass times gravity [N]; none unless wanted.
+};
+
+/** Prescribed motion and place of what is touched: nothing moves it but itself. */
+struct Obstacle {
+  Pose X_WB;
+  Twist V_WB;  ///< Of B's origin.
+};
+
+/** A tick's outcome. */
+struct ToolStep {
+  Wrench on_device;                   ///< Force, and torque about the device point: what the hand is to feel [N, N m].
+  Wrench contact;                     ///< Of the obstacle on the tool, about its centre of mass, mean over the tick.
+  Vec3 obstacle_work = Vec3::Zero();  ///< What moving obstacles put in, by axis [J].
+  double lost = 0;             ///< Energy that the tick took from body and coupling [J]; may be below 0 by the reserve.
+  double clamped = 1;          ///< Scale of the velocities that the clamp chose; 1: it had nothing to do.
+  double residual = 0;         ///< ResponseResult::residual [m/s].
+  std::uint32_t touching = 0;  ///< Touches with an impulse.
+  std::uint32_t rounds = 0;    ///< Of the response.
+};
+
+/** One thread, servo-safe but for the constructor. */
+class Tool {
+ public:
+  static constexpr double kMostReserve = 2e-3;  ///< [J]
+  static constexpr double kMostSpeed = 20;      ///< [m/s]
+  static constexpr double kMostTurn = 400;      ///< [rad/s]
+  static constexpr double kRecoverTime = 0.02;  ///< An overlap is left within about this [s] ...
+  static constexpr double kRecoverSpeed = 0.1;  ///< ... but not faster [m/s].
+  static constexpr double kSlop = 10e-6;        ///< Overlap that is let be [m].
+  static constexpr int kMostTries = 6;          ///< Halvings by the clamp, then a full stop.
+
+  explicit Tool(const ToolSetup& setup) noexcept;
+
+  /** Puts the tool where the device holds it, at rest. */
+  void reset(const Pose& device) HD_RT;
+  /** One tick. `touches` as ContactModel gives them; `separate` and the gaps' meaning are set here. */
+  void step(const Pose& device, std::span<Touch> touches, const Obstacle& obstacle, double dt, Response& response,
+            ToolStep& out) HD_RT;
+
+  [[nodiscard]] const RigidBody& body() const HD_RT { return body_; }
+  /** Kinetic energy and what the coupling holds with the device at the last pose; without the weight's [J]. */
+  [[nodiscard]] double energy() const HD_RT;
+  [[nodiscard]] double reserve() const HD_RT { return reserve_; }
+  [[nodiscard]] const ToolSetup& setup() const HD_RT { return setup_; }
+  /** Changes gains from the next tick on; the coupling keeps its stretch. */
+  void setGains(const CouplingGains& gains) HD_RT { setup_.gains = gains; }
+  /** Sets the motion, for tests and for what is thrown. */
+  void setTwist(const Twist& V_WC) HD_RT { body_.setTwist(V_WC); }
+
+ private:
+  struct Stretch {
+    Vec3 d = Vec3::Zero();  ///< Device from grip, in the world [m].
+    Vec3 u = Vec3::Zero();  ///< Turn from tool to device, in the world [rad].
+  };
+  [[nodiscard]] Stretch stretch(const RigidBody& body, const Pose& device) const HD_RT;
+  [[nodiscard]] double energyOf(const RigidBody& body, const Stretch& s, const Vec3& e, const Vec3& e_turn) const HD_RT;
+
+  ToolSetup setup_;
+  RigidBody body_;
+  Pose device_;
+  Vec3 e_ = Vec3::Zero();  ///< Deflections of the coupling's inner part.
+  Vec3 e_turn_ = Vec3::Zero();
+  double reserve_ = 0;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,90 @@
+#include "drivers/hid/enumerate.h"
+
+#include <fmt/format.h>
+#include <hidapi/hidapi.h>
+
+#include <cstdio>
+#include <memory>
+
+namespace hapticd {
+namespace {
+
+/** Without the locale: device strings are UTF-16 from the wire, widened; anything else becomes '?'. */
+std::string utf8(const wchar_t* text) {
+  std::string out;
+  for (; text != nullptr && *text != 0 && out.size() < 200; ++text) {
+    const auto c = static_cast<std::uint32_t>(*text);
+    if (c < 0x20 || c == 0x7f || c > 0xffff || (c >= 0xd800 && c < 0xe000)) {
+      out += '?';
+    } else if (c < 0x80) {
+      out += static_cast<char>(c);
+    } else if (c < 0x800) {
+      out += static_cast<char>(0xc0 | (c >> 6));
+      out += static_cast<char>(0x80 | (c & 0x3f));
+    } else {
+      out += static_cast<char>(0xe0 | (c >> 12));
+      out += static_cast<char>(0x80 | ((c >> 6) & 0x3f));
+      out += static_cast<char>(0x80 | (c & 0x3f));
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::mutex& hidapiLock() {
+  static std::mutex lock;
+  return lock;
+}
+
+std::vector<HidFound> findHid() { return findHid(0, 0); }
+
+std::vector<HidFound> findHid(std::uint16_t vendor, std::uint16_t product) {
+  const std::lock_guard lock(hidapiLock());
+  const std::unique_ptr<hid_device_info, void (*)(hid_device_info*)> list(hid_enumerate(vendor, product),
+                                                                          &hid_free_enumeration);
+  std::vector<HidFound> found;
+  for (const hid_device_info* at = list.get(); at != nullptr; at = at->next) {
+    HidFound& one = found.emplace_back();
+    if (at->path != nullptr) one.path = at->path;
+    one.vendor = at->vendor_id;
+    one.product = at->product_id;
+    one.release = at->release_number;
+    one.serial = utf8(at->serial_number);
+    one.manufacturer = utf8(at->manufacturer_string);
+    one.name = utf8(at->product_string);
+    one.usage_page = at->usage_page;
+    one.usage = at->usage;
+    one.bluetooth = at->bus_type == HID_API_BUS_BLUETOOTH;
+  }
+  return found;
+}
+
+Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wanted) {
+  std::string there;
+  for (const HidFound& one : found) {
+    if (wanted.fits && !wanted.fits(one)) continue;
+    const bool meant =
+        (wanted.path.empty() || wanted.path == one.path) && (wanted.serial.empty() || wanted.serial == one.serial);
+    if (meant) return one;
+    there += fmt::format("{}{} ({})", there.empty() ? "" : ", ", one.path, one.serial);
+  }
+  const std::string which = !wanted.path.empty()     ? " at " + wanted.path
+                            : !wanted.serial.empty() ? " of serial number " + wanted.serial
+                                                     : "";
+  return Error{ErrorCode::kNotFound, "HID devices", fmt::format("{}{} is not plugged in", wanted.what, which),
+               there.empty() ? "plug it in; lsusb lists what the kernel sees" : "there are " + there};
+}
+
+std::vector<std::uint8_t> reportDescriptorOf(const std::string& path) {
+  constexpr std::size_t kLargest = 4096;  // HID_MAX_DESCRIPTOR_SIZE of the kernel.
+  const std::size_t slash = path.rfind('/');
+  const std::string node = slash == std::string::npos ? path : path.substr(slash + 1);
+  const std::string file = "/sys/class/hidraw/" + node + "/device/report_descriptor";
+  std::vector<std::uint8_t> bytes(kLargest);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(file.c_str(), "rbe"), &std::fclose);
+  bytes.resize(in ? std::fread(bytes.data(), 1, bytes.size(), in.get()) : 0);
+  return bytes;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,47 @@
+/** @file
+ * The HID devices of this machine, as hidapi lists them.
+ */
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "rt/base/error.h"
+
+namespace hapticd {
+
+/** A device node; nothing is opened for it. */
+struct HidFound {
+  std::string path;  ///< /dev/hidrawN
+  std::uint16_t vendor = 0, product = 0, release = 0;
+  std::string serial, manufacturer, name;  ///< UTF-8; empty where the device has none.
+  std::uint16_t usage_page = 0, usage = 0;
+  bool bluetooth = false;
+};
+
+/** Which of them is meant. All that is set must fit. */
+struct HidWanted {
+  std::function<bool(const HidFound&)> fits;  ///< The driver's own condition.
+  std::string path;                           ///< "" for any.
+  std::string serial;                         ///< "" for any.
+  std::string what;                           ///< For errors: "a SpaceMouse".
+};
+
+/** hidapi keeps its last error in one place for all threads: held around every call that lists or opens. */
+[[nodiscard]] std::mutex& hidapiLock();
+
+/** Not for the servo: it reads sysfs and allocates. */
+[[nodiscard]] std::vector<HidFound> findHid();
+/** The same for one vendor and product: much less to read. */
+[[nodiscard]] std::vector<HidFound> findHid(std::uint16_t vendor, std::uint16_t product);
+
+/** The first of `found` that is meant; kNotFound lists those that the driver could serve. */
+[[nodiscard]] Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wanted);
+
+/** The report descriptor of a node, from sysfs, without opening it; empty if it cannot be read. */
+[[nodiscard]] std::vector<std::uint8_t> reportDescriptorOf(const std::string& path);
+
+}  // namespace hapticd

@@ -1,0 +1,48 @@
+/** @file
+ * A HID device through hidapi over the kernel's hidraw.
+ */
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "drivers/hid/enumerate.h"
+#include "drivers/hid/transport.h"
+
+struct hid_device_;
+
+namespace hapticd {
+
+/**
+ * hidapi reads, writes and gets features; a second descriptor of the same node holds the lock that keeps other daemons
+ * away, and carries lastWords(), for hidapi allocates when a write fails. Looks for the device anew in each open(), so
+ * that one that was plugged into another socket is found again by its serial number.
+ */
+class HidrawTransport final : public HidTransport {
+ public:
+  explicit HidrawTransport(HidWanted wanted) : wanted_(std::move(wanted)) {}
+  ~HidrawTransport() override { close(); }
+  HidrawTransport(const HidrawTransport&) = delete;
+  HidrawTransport& operator=(const HidrawTransport&) = delete;
+
+  [[nodiscard]] Result<void> open() override;
+  void close() noexcept override;
+  [[nodiscard]] const std::vector<std::uint8_t>& descriptor() const noexcept override { return descriptor_; }
+  [[nodiscard]] std::int64_t now() const noexcept override;
+  [[nodiscard]] HidResult read(std::span<std::uint8_t> buffer, std::size_t& size,
+                               std::int64_t until_ns) noexcept override;
+  [[nodiscard]] HidResult write(std::span<const std::uint8_t> report) noexcept override;
+  [[nodiscard]] HidResult setFeature(std::span<const std::uint8_t> report) noexcept override;
+  [[nodiscard]] HidResult getFeature(std::span<std::uint8_t> buffer, std::size_t& size) noexcept override;
+  void lastWords(std::span<const std::uint8_t> report) noexcept override;
+
+ private:
+  [[nodiscard]] HidResult failure() const noexcept;
+
+  HidWanted wanted_;
+  hid_device_* device_ = nullptr;
+  std::atomic<int> node_{-1};
+  std::vector<std::uint8_t> descriptor_;
+};
+
+}  // namespace hapticd

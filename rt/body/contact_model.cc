@@ -9,6 +9,14 @@ namespace {
 /** Two contacts whose normals are at right angles count as far apart as two places this far from each other [m]. */
 constexpr double kNormalLength = 0.02;
 
+/** A contact this far from touching counts half as far from the others: what touches is chosen first [m]. */
+constexpr double kGapLength = 0.0002;
+
+double weight(const Contact& contact) HD_RT {
+  const double gap = std::max(0.0, -contact.depth) / kGapLength;
+  return 1 / (1 + gap * gap);
+}
+
 double apart(const Contact& x, const Contact& y) HD_RT {
   return (x.p_WA - y.p_WA).squaredNorm() + kNormalLength * kNormalLength * (x.n_W - y.n_W).squaredNorm();
 }
@@ -20,6 +28,8 @@ void ContactModel::build(const ContactSet& found, const Pose& X_WA, const Pose& 
   const std::size_t n = std::min<std::size_t>(all.size(), kMaxContacts);
   std::array<double, kMaxContacts> distance;
   distance.fill(std::numeric_limits<double>::infinity());
+  std::array<double, kMaxContacts> importance;
+  for (std::size_t i = 0; i < n; ++i) importance[i] = weight(all[i]);
   const Pose X_AW = X_WA.inverse();
   const Pose X_BW = X_WB.inverse();
   std::size_t next = 0;
@@ -42,7 +52,7 @@ void ContactModel::build(const ContactSet& found, const Pose& X_WA, const Pose& 
     }
     next = 0;
     for (std::size_t i = 1; i < n; ++i) {
-      if (distance[i] > distance[next]) next = i;
+      if (distance[i] * importance[i] > distance[next] * importance[next]) next = i;
     }
     if (distance[next] < 0) break;
   }

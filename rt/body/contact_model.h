@@ -32,7 +32,8 @@ struct ContactModel {
 
   /**
    * From what a detector found with the bodies at X_WA and X_WB. Of more than kMaxTouches contacts the deepest stays,
-   * and those that lie farthest from all that stay, in place and direction: they hold the tool's rotation.
+   * and those that lie farthest from all that stay, in place and direction: they hold the tool's rotation. What is
+   * apart counts less.
    */
   void build(const ContactSet& found, const Pose& X_WA, const Pose& X_WB) HD_RT;
   /** The touches now; A's centre of mass is at com_W. Returns how many were written. */

@@ -1,0 +1,44 @@
+/** @file
+ * Points on a triangle mesh: fine samples that hold its whole area, and one point for each cell of a grid.
+ */
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "daemon/builder/mesh.h"
+#include "rt/base/math.h"
+
+namespace hapticd {
+
+/** A piece of the surface by its centroid. */
+struct SurfaceSample {
+  Vec3 x;
+  Vec3 normal;  ///< Unit, of the triangle.
+  double area;  ///< [m^2]
+};
+
+/**
+ * Cuts each triangle into pieces no longer and no wider than `step` [m], rows parallel to its longest edge, each cut
+ * across. Areas and centroids are exact, so the areas sum to the mesh's. Triangles without area give nothing.
+ */
+void sampleSurface(std::span<const Float3> vertices, std::span<const Index3> triangles, double step,
+                   const std::function<void(const SurfaceSample&)>& visit);
+
+/**
+ * One point for each grid cell and side of the surface in it: of the samples whose normals are within 60 degrees the
+ * one nearest to their centroid, with their area and mean normal. So both sides of a thin wall stay, and the faces at a
+ * sharp edge. The areas sum to those of the samples.
+ */
+[[nodiscard]] std::vector<SurfaceSample> thinOut(std::vector<SurfaceSample> samples, const Vec3& grid_origin,
+                                                 double grid_side);
+
+/**
+ * Reorders points so that each first part of them is spread evenly: from the one nearest to the centroid on, always the
+ * point farthest from those before it. Returns the greatest distance of any point from the first quarter [m].
+ */
+double orderByCoverage(std::span<SurfaceSample> points);
+
+}  // namespace hapticd

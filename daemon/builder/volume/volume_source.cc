@@ -1,0 +1,33 @@
+#include "daemon/builder/volume/volume_source.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hapticd {
+
+void DistanceField::fill(const Lattice3& first, std::span<float, HD_BRICK_VALUES> out) {
+  constexpr std::int32_t n = HD_BRICK_SAMPLES;
+  std::size_t i = 0;
+  for (std::int32_t z = 0; z < n; ++z)
+    for (std::int32_t y = 0; y < n; ++y)
+      for (std::int32_t x = 0; x < n; ++x) out[i++] = at({first[0] + x, first[1] + y, first[2] + z});
+}
+
+VolumeLattice latticeAbout(const Vec3& lower, const Vec3& upper, double voxel) {
+  constexpr double kMargin = 2;
+  VolumeLattice lattice;
+  lattice.voxel = voxel;
+  for (int k = 0; k < 3; ++k) {
+    const double voxels = (upper[k] - lower[k]) / voxel + 2 * kMargin;
+    const double most = 1e6;  // Refused later, with a message.
+    lattice.cells[static_cast<std::size_t>(k)] =
+        static_cast<std::uint32_t>(std::clamp(std::ceil(voxels / HD_BRICK_EDGE), 1.0, most));
+    const double side = voxel * HD_BRICK_EDGE * lattice.cells[static_cast<std::size_t>(k)];
+    // As the header stores it, so that samples stand where readers look them up.
+    lattice.origin[k] = static_cast<float>((lower[k] + upper[k] - side) / 2);
+  }
+  lattice.voxel = static_cast<float>(voxel);
+  return lattice;
+}
+
+}  // namespace hapticd

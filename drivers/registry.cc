@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "drivers/driver.h"
+#include "drivers/falcon/falcon_driver.h"
 #include "drivers/parameters.h"
 #include "drivers/replay/replay_driver.h"
 #include "drivers/sim/sim_driver.h"
@@ -12,6 +13,7 @@ namespace {
 
 /** Every driver, hardware first. A driver folder adds one line. */
 constexpr const Driver* kDrivers[] = {
+    &kFalconDriver,
     &kSimDriver,
     &kReplayDriver,
 };

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "drivers/falcon/falcon_parameters.h"
 #include "drivers/number.h"
 #include "drivers/replay/replay_device.h"
 #include "drivers/sim/sim_parameters.h"
@@ -67,6 +68,7 @@ void expectInPage(const std::string& table) {
 
 TEST(DevicesPage, ListsEveryKeyOfTheSimulator) { expectInPage(keyTable(simParameterTable())); }
 TEST(DevicesPage, ListsEveryKeyOfReplay) { expectInPage(keyTable(replayParameterTable())); }
+TEST(DevicesPage, ListsEveryKeyOfTheFalcon) { expectInPage(keyTable(falconParameterTable())); }
 TEST(DevicesPage, ListsEveryPreset) { expectInPage(presetTable()); }
 
 }  // namespace

@@ -1,0 +1,119 @@
+#include "drivers/falcon/falcon_driver.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+
+#include "drivers/falcon/falcon_io.h"
+#include "drivers/link/io_device.h"
+#include "drivers/usb/libusb_transport.h"
+#include "drivers/usb/usbfs.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::uint32_t kZeroTimeout_ms = 100;
+constexpr std::size_t kMostFirmware = 64 * 1024;
+
+std::vector<UsbFound> falconsPlugged() { return findUsb(falcon::kVendor, falcon::kProduct); }
+
+/** What stays the same when it is plugged again: the serial number, else the path. */
+std::string nameOf(const UsbFound& device) { return device.serial.empty() ? device.path : device.serial; }
+
+Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
+  auto setup = resolveFalcon(uri, falconsPlugged());
+  if (!setup) return setup.error();
+  static MonotonicClock clock;
+  return std::unique_ptr<Device>(std::make_unique<IoDevice>(std::make_unique<FalconIo>(std::move(*setup), clock)));
+}
+
+void find(std::vector<DeviceFound>& found) {
+  const auto devices = falconsPlugged();
+  for (const UsbFound& device : devices) {
+    auto setup = resolveFalcon({"falcon", nameOf(device), {}}, devices);
+    if (setup) found.push_back({std::move(setup->info), true});
+  }
+}
+
+Result<void> zero(const DeviceUri& uri) {
+  const auto device = chooseUsb(falconsPlugged(), uri.authority, "Novint Falcon");
+  if (!device) return device.error();
+  return usbfsSendOnce(device.value(), falcon::kInterface, falcon::encode({}), FalconIo::kZeros, kZeroTimeout_ms);
+}
+
+}  // namespace
+
+const std::vector<Parameter<FalconParameters>>& falconParameterTable() {
+  using S = FalconParameters;
+  static const std::vector<Parameter<S>> kTable = {
+      {{"firmware", "", 0, 0, "File with the device's firmware, which is not ours to ship."}, &S::firmware},
+      {{"counts_per_nm", "", 1000, 40'000, "Motor counts for a newton metre at an arm; hang a weight to calibrate."},
+       &S::counts_per_nm},
+      {{"centre_z", "m", 0.07, 0.17, "Distance from the base that is x = 0."}, &S::centre_z},
+  };
+  return kTable;
+}
+
+DeviceInfo falconInfo(const FalconParameters& parameters) {
+  DeviceInfo info;
+  info.model = "Falcon";
+  info.manufacturer = "Novint";
+  info.driver = "falcon";
+  info.driver_version = "1";
+  // By CHAI3D's description of it; the motors' own limit is 4095 counts, 16 N along x and 6 N across in the middle.
+  info.max_force = 8;
+  info.max_stiffness = 3000;
+  info.max_damping = 20;
+  info.workspace_radius = 0.04;
+  info.workspace_lower = Vec3(0.095 - parameters.centre_z, -0.03, -0.03);
+  info.workspace_upper = Vec3(0.155 - parameters.centre_z, 0.03, 0.03);
+  info.max_workspace_lower = Vec3(0.075 - parameters.centre_z, -0.06, -0.06);
+  info.max_workspace_upper = Vec3(0.178 - parameters.centre_z, 0.06, 0.06);
+  info.position_resolution = 41e-6;  // Along x at z = 0.12; across it is finer.
+  info.force_resolution = 8.0 / falcon::kMostCounts;
+  info.native_rate_hz = 1000;
+  info.latency_s = 0.002;
+  info.buttons = 4;
+  info.calibration_style = "pull the grip out as far as it goes, then push it in, until the light turns blue";
+  return info;
+}
+
+Result<std::vector<std::uint8_t>> readFalconFirmware(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::vector<std::uint8_t>{};
+  std::vector<char> bytes(kMostFirmware + 1);
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  const auto size = static_cast<std::size_t>(file.gcount());
+  // Those that are known have 7 to 9 kB.
+  if (size < 1024 || size > kMostFirmware) {
+    return Error{ErrorCode::kInvalidArgument, fmt::format("firmware {}", path),
+                 fmt::format("{} bytes are no firmware of a Falcon",
+                             size > kMostFirmware ? "too many" : fmt::format("{}", size)),
+                 "give the .bin of Novint, some 8 kB"};
+  }
+  return std::vector<std::uint8_t>(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+}
+
+Result<FalconSetup> resolveFalcon(const DeviceUri& uri, const std::vector<UsbFound>& plugged) {
+  FalconSetup setup;
+  if (auto applied = applyQuery(falconParameterTable(), uri.query, setup.parameters); !applied) return applied.error();
+  setup.info = falconInfo(setup.parameters);
+  std::string name = uri.authority.empty() ? "default" : uri.authority;
+  // It may be plugged in later; then it goes by the name it was given.
+  if (const auto device = chooseUsb(plugged, name, "Novint Falcon")) {
+    name = nameOf(device.value());
+    setup.info.serial = device.value().serial;
+  }
+  setup.info.uri = formatDeviceUri({"falcon", name, difference(falconParameterTable(), setup.parameters, {})});
+  setup.open_usb = [name]() -> Result<std::unique_ptr<UsbTransport>> {
+    const auto device = chooseUsb(falconsPlugged(), name, "Novint Falcon");
+    if (!device) return device.error();
+    return openLibusb(device.value(), falcon::kInterface);
+  };
+  setup.read_firmware = [path = setup.parameters.firmware] { return readFalconFirmware(path); };
+  return setup;
+}
+
+const Driver kFalconDriver = {"falcon", "falcon://default?firmware=PATH", true, &find, &make, &zero};
+
+}  // namespace hapticd

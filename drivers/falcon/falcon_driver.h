@@ -1,0 +1,12 @@
+/** @file
+ * falcon:// for the registry.
+ */
+#pragma once
+
+#include "drivers/driver.h"
+
+namespace hapticd {
+
+extern const Driver kFalconDriver;
+
+}  // namespace hapticd

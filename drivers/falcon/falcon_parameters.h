@@ -1,0 +1,44 @@
+/** @file
+ * Keys of a falcon:// URI, and the device they make.
+ */
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/parameters.h"
+#include "drivers/registry.h"
+#include "drivers/usb/transport.h"
+#include "drivers/usb/usb_list.h"
+
+namespace hapticd {
+
+struct FalconParameters {
+  std::string firmware = "/var/lib/hapticd/falcon.bin";
+  double counts_per_nm = 10'000;
+  double centre_z = 0.125;
+};
+[[nodiscard]] const std::vector<Parameter<FalconParameters>>& falconParameterTable();
+
+/** All that a Falcon needs to run. */
+struct FalconSetup {
+  FalconParameters parameters;
+  DeviceInfo info;
+  UsbOpener open_usb;
+  /** Called when the device turns out to need it; empty when there is none. */
+  std::function<Result<std::vector<std::uint8_t>>()> read_firmware;
+};
+
+/** What a Falcon is and can do, by data sheet and CHAI3D. */
+[[nodiscard]] DeviceInfo falconInfo(const FalconParameters& parameters);
+
+/** The setup of a URI for a device of `plugged`, which need not be there yet. */
+[[nodiscard]] Result<FalconSetup> resolveFalcon(const DeviceUri& uri, const std::vector<UsbFound>& plugged);
+
+/** The firmware from a file of the user; an empty one when there is no such file. kInvalidArgument if it is none. */
+[[nodiscard]] Result<std::vector<std::uint8_t>> readFalconFirmware(const std::string& path);
+
+}  // namespace hapticd

@@ -1,0 +1,85 @@
+#include "tests/conformance/falcon_rig.h"
+
+#include <gtest/gtest.h>
+
+namespace hapticd::test {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+FalconSetup played(haptic_emu::FalconModel& model, ManualClock& clock) {
+  auto setup = resolveFalcon({"falcon", "played", {}}, {});
+  EXPECT_TRUE(setup.ok());
+  setup->open_usb = haptic_emu::openInProcess(model, clock);
+  // As good as any other to a played device.
+  setup->read_firmware = [] {
+    std::vector<std::uint8_t> firmware(3000);
+    for (std::size_t i = 0; i < firmware.size(); ++i) firmware[i] = static_cast<std::uint8_t>(i * 7);
+    return Result<std::vector<std::uint8_t>>(firmware);
+  };
+  return std::move(*setup);
+}
+
+}  // namespace
+
+FalconRig::FalconRig()
+    : setup(played(model, clock)), device_(std::make_unique<FalconIo>(setup, clock), {.thread = false}, clock) {}
+
+void FalconRig::advance(std::int64_t ns) {
+  const std::int64_t until_ns = clock.now() + ns;
+  while (clock.now() < until_ns) {
+    // A hand takes its way, at one metre a second.
+    if (held_) model.hand.place(model.hand.position() + clampNorm(at_ - model.hand.position(), 0.25e-3));
+    const std::int64_t step_ns = std::min(until_ns, clock.now() + kMs / 4);
+    device_.pump(step_ns);
+    clock.sleepUntil(step_ns);
+    model.advance(clock.now());
+  }
+}
+
+void FalconRig::home() {
+  for (const double z : {0.125, 0.172, 0.125}) {
+    model.hand.place({0, 0, z});
+    advance(20 * kMs);
+  }
+}
+
+void FalconRig::makeReady() {
+  const auto opened = device_.open();
+  ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  home();
+  ASSERT_EQ(device_.calibration(), Calibration::kDone);
+}
+
+void FalconRig::makeReadyAgain() {
+  held_ = false;
+  home();
+}
+
+void FalconRig::hold(const Vec3& p) {
+  held_ = true;
+  at_ = Vec3(p.y(), p.z(), p.x() + 0.125);
+}
+
+void FalconRig::unplug() { model.faults.add({haptic_emu::FaultKind::kUnplug, 0, INT64_MAX}); }
+
+bool FalconRig::trouble(Trouble trouble, bool on) {
+  using haptic_emu::FaultKind;
+  const FaultKind kind = trouble == Trouble::kSilence      ? FaultKind::kSilence
+                         : trouble == Trouble::kGarbage    ? FaultKind::kGarbage
+                         : trouble == Trouble::kTruncation ? FaultKind::kTruncation
+                                                           : FaultKind::kEncoderJump;
+  if (on) {
+    model.faults.add({kind, 0, INT64_MAX});
+  } else {
+    model.faults.clear();
+  }
+  return true;
+}
+
+std::uint64_t FalconRig::complaints() const {
+  const LinkCounters& counters = const_cast<IoDevice&>(device_).link().counters;
+  return counters.dropped_bytes.load() + counters.rejected.load() + counters.lost.load();
+}
+
+}  // namespace hapticd::test

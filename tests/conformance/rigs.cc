@@ -1,0 +1,15 @@
+// Who joins the conformance suite: one line each.
+#include "tests/conformance/falcon_rig.h"
+#include "tests/conformance/rig.h"
+#include "tests/conformance/sim_rig.h"
+
+namespace hapticd::test {
+
+std::vector<RigCase> rigCases() {
+  return {
+      {"Sim", makeSimRig},
+      {"Falcon", [] { return std::make_unique<FalconRig>(); }},
+  };
+}
+
+}  // namespace hapticd::test

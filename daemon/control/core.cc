@@ -69,6 +69,7 @@ void Core::poll() {
     drain(*link);
   }
   pollArms();
+  pollListed();
   sessions_.poll(now);
   scene_.followClients();
   meshes_.reclaim();

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/armed/armed_list.h"
 #include "daemon/config.h"
 #include "daemon/device/device_manager.h"
 #include "daemon/event/event_hub.h"
@@ -40,6 +41,10 @@ struct CoreOptions {
   std::uint64_t epoch = 0;  ///< Random, never 0.
 };
 
+/** How long a device stays listed as armed after it has been switched off: its driver's own thread may be a bit behind.
+ */
+inline constexpr std::int64_t kListedAfterDisarm_ns = 100'000'000;
+
 /** Control thread only. */
 class Core {
  public:
@@ -55,6 +60,8 @@ class Core {
 
   /** Opens the configured groups. */
   [[nodiscard]] Result<void> openConfigured();
+  /** Keeps the list of armed devices from now on. Before the first arm(). */
+  void keepArmed(ArmedList list) { armed_ = std::move(list); }
   /** Moves everything on; never blocks. Call every few milliseconds, at once again after busy(). */
   void poll();
   /** Orders wait for a servo that has no room at the moment. */
@@ -122,11 +129,18 @@ class Core {
     std::int64_t since_ns;
     std::function<void(Result<void>)> done;
   };
+  /** A device on the list of armed ones. */
+  struct Listed {
+    std::string uri;
+    std::uint64_t ticket;     ///< Of the last arm order.
+    std::int64_t off_ns = 0;  ///< Since when it is seen switched off; 0: it is not.
+  };
 
   Result<Session*> leaseHolder(std::uint64_t id, const char* to_do);
   void order(OpenDevice& device, CommandKind kind);
   void loseLease(OpenDevice& device, const std::string& why);
   void pollArms();
+  void pollListed();
   void drain(GroupLink& link);
   void translate(GroupLink& link, const ServoEvent& event);
 
@@ -140,6 +154,8 @@ class Core {
   SessionManager sessions_;
   Uploads uploads_;
   Recordings recordings_;
+  ArmedList armed_;  // before devices_: emptied when they are closed
+  std::vector<Listed> listed_;
   DeviceManager devices_;  // last: its servos stop before what they read goes
   std::map<std::uint64_t, Client> clients_;
   std::uint64_t next_connection_ = 1;

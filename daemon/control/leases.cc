@@ -1,6 +1,7 @@
 // Who may energise a device: the rules of lease, arm, disarm, stop and limits.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "daemon/control/core.h"
@@ -88,7 +89,12 @@ void Core::arm(std::uint64_t id, std::function<void(Result<void>)> done) {
   if (!device.link->accepting()) {
     return done(Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"});
   }
+  const std::string& uri = device.info().uri;
+  if (auto r = armed_.add(uri); !r) return done(r);
   const std::uint64_t ticket = device.link->post(makeCommand(CommandKind::kArm, DeviceRef{device.index}));
+  listed_.erase(std::remove_if(listed_.begin(), listed_.end(), [&](const Listed& l) { return l.uri == uri; }),
+                listed_.end());
+  listed_.push_back({uri, ticket});
   arms_.push_back({id, ticket, clock_.now(), std::move(done)});
 }
 
@@ -119,6 +125,27 @@ void Core::pollArms() {
       arms_.push_back(std::move(arm));
     }
   }
+}
+
+/** A device leaves the list when it has been off for a while, or is closed. */
+void Core::pollListed() {
+  const std::int64_t now = clock_.now();
+  const auto off = [&](Listed& listed) {
+    const auto device = devices_.find(listed.uri);
+    if (!device) return true;  // closed, and so made safe
+    hd_sample sample;
+    const OpenDevice& open = **device;
+    if (!open.link->passed(listed.ticket) || !open.link->latest(open.index, sample)) return false;
+    if ((sample.flags & HD_SAMPLE_ARMED) != 0) {
+      listed.off_ns = 0;
+      return false;
+    }
+    if (listed.off_ns == 0) listed.off_ns = now;
+    return now - listed.off_ns >= kListedAfterDisarm_ns;
+  };
+  const auto gone = std::partition(listed_.begin(), listed_.end(), [&](Listed& listed) { return !off(listed); });
+  for (auto it = gone; it != listed_.end(); ++it) armed_.remove(it->uri);
+  listed_.erase(gone, listed_.end());
 }
 
 Result<void> Core::disarm(std::uint64_t id) {

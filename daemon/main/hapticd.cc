@@ -5,12 +5,15 @@
 
 #include <csignal>
 
+#include "daemon/armed/armed_list.h"
+#include "daemon/armed/make_safe.h"
 #include "daemon/control/core.h"
 #include "daemon/last_resort.h"
 #include "daemon/main/options.h"
 #include "daemon/main/supervisor.h"
 #include "daemon/rpc/listen_socket.h"
 #include "daemon/rpc/server.h"
+#include "drivers/registry.h"
 #include "rt/cycle/realtime.h"
 
 namespace hapticd {
@@ -50,6 +53,25 @@ Result<Sockets> openSockets(const Config& config) {
   sockets.control = std::move(*control);
   sockets.admin = std::move(*admin);
   return sockets;
+}
+
+/**
+ * The list of armed devices lies beside the control socket. What a dead daemon has left there is brought to zero first:
+ * under systemd hapticd-safe has done it already.
+ */
+Result<ArmedList> openArmedList(const std::string& control_socket) {
+  auto list = ArmedList::open(control_socket.substr(0, control_socket.rfind('/') + 1) + "armed");
+  if (!list) return list;
+  for (const MadeSafe& device : makeSafe(list->left(), zeroDevice)) {
+    if (device.ok) {
+      log::warn("was armed when hapticd died, and is made safe: {}", log::printable(device.uri));
+    } else {
+      log::error("was armed when hapticd died, and could not be made safe: {}: {}", log::printable(device.uri),
+                 log::printable(device.text));
+    }
+  }
+  list->clear();
+  return list;
 }
 
 /** Before memory is locked, so that the builder starts from a small process. Without it meshes are refused. */
@@ -115,6 +137,8 @@ int start(const Options& options) {
 
   auto sockets = openSockets(config);
   if (!sockets) return fail(sockets.error(), kExitSocket);
+  auto armed = openArmedList(sockets->control.path());
+  if (!armed) return fail(armed.error(), kExitFailure);
 
   MonotonicClock clock;
   CpuLatencyHold latency;
@@ -122,6 +146,7 @@ int start(const Options& options) {
   core_options.config = config;
   core_options.epoch = drawEpoch();
   Core core(core_options, clock);
+  core.keepArmed(std::move(*armed));
   core.facts().config_file = options.loaded.file;
   core.facts().control_socket = sockets->control.path();
   core.facts().admin_socket = sockets->admin.path();

@@ -53,6 +53,7 @@ def main():
                 text = file.read()
             # The installed path is not there yet; the one just built is.
             text = re.sub(r"(?m)^ExecStart=\S+", f"ExecStart={hapticd}", text)
+            text = re.sub(r"(?m)^ExecStopPost=-\S+", f"ExecStopPost=-{hapticd}-safe", text)
             with open(os.path.join(scratch, name), "w", encoding="utf-8") as file:
                 file.write(text)
         faults += verify(scratch)

@@ -83,8 +83,7 @@ hapticd_package(python3-hapticclient python "Python module of the haptic device 
 The client library for Python programs: devices, history as numpy arrays,
 scenes and local models, with context managers.
 ]])
-set(CPACK_DEBIAN_PYTHON3-HAPTICCLIENT_PACKAGE_DEPENDS "python3, libhapticclient1 (>= ${PROJECT_VERSION})")
-set(CPACK_DEBIAN_PYTHON3-HAPTICCLIENT_PACKAGE_RECOMMENDS python3-numpy)
+set(CPACK_DEBIAN_PYTHON3-HAPTICCLIENT_PACKAGE_DEPENDS "python3, python3-numpy, libhapticclient1 (>= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_PYTHON3-HAPTICCLIENT_PACKAGE_ARCHITECTURE all)
 
 hapticd_package(hapticctl utils "command line of the haptic device server" [[

@@ -1,0 +1,60 @@
+/** @file
+ * The list of devices that the daemon may have energised: a file, so that somebody else can bring them to zero when the
+ * daemon is dead (hapticd-safe).
+ *
+ * One URI a line. Each URI keeps its place in the file; while it is not armed spaces stand there, so that every change
+ * is one write and a daemon killed at any instant leaves whole lines. The daemon holds a lock on the file while it
+ * lives.
+ */
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "daemon/unique_fd.h"
+
+namespace hapticd {
+
+/** Control thread only. */
+class ArmedList {
+ public:
+  /** A list that keeps nothing: for tests, and where there is no folder to write to. */
+  ArmedList() = default;
+  /**
+   * Opens or makes `path` and locks it. kDeviceBusy when another process holds it. What a dead daemon has left there is
+   * in left(), and stays in the file until clear() or the end.
+   */
+  [[nodiscard]] static Result<ArmedList> open(const std::string& path);
+  ArmedList(ArmedList&&) = default;
+  ArmedList& operator=(ArmedList&&) = default;
+  /** Devices are closed by now: empties the file. */
+  ~ArmedList();
+
+  /** Before the device is energised. kSystem when it cannot be written: then it must not be. */
+  [[nodiscard]] Result<void> add(const std::string& uri);
+  /** After it has been switched off. */
+  void remove(const std::string& uri);
+  /** Takes away what was left. */
+  void clear();
+  [[nodiscard]] const std::vector<std::string>& left() const { return left_; }
+  [[nodiscard]] bool has(const std::string& uri) const;
+
+ private:
+  struct Place {
+    long offset = 0;
+    bool armed = false;
+  };
+
+  UniqueFd file_;
+  std::string path_;
+  std::map<std::string, Place> places_;
+  long end_ = 0;
+  std::vector<std::string> left_;
+};
+
+/** URIs of a list's text; blank lines are left out. Text that ends without a line's end lost nothing: it is a URI too.
+ */
+[[nodiscard]] std::vector<std::string> armedIn(std::string_view text);
+
+}  // namespace hapticd

@@ -1,0 +1,52 @@
+// hapticd-safe: brings to zero the devices that a dead hapticd had armed, and touches no other. systemd runs it
+// whenever the service has ended, however that came about.
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "daemon/armed/armed_list.h"
+#include "daemon/armed/make_safe.h"
+#include "drivers/registry.h"
+
+namespace {
+
+constexpr std::string_view kHelp =
+    "hapticd-safe [FILE]\n"
+    "Brings to zero each device listed in FILE and empties it. Without FILE: armed in $RUNTIME_DIRECTORY, else\n"
+    "/run/hapticd/armed. hapticd writes that list before it arms; while it lives nothing is done.\n"
+    "Exit: 0 all is safe; 1 a device could not be brought to zero; 2 wrong usage; 3 hapticd lives or the list cannot "
+    "be read.\n";
+
+std::string listIn(int argc, char** argv) {
+  if (argc == 2) return argv[1];
+  const char* const folder = std::getenv("RUNTIME_DIRECTORY");
+  return std::string(folder != nullptr && *folder != '\0' ? folder : "/run/hapticd") + "/armed";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace hapticd;
+  if (argc > 2 || (argc == 2 && argv[1][0] == '-')) {
+    const bool help = argc == 2 && std::string_view(argv[1]) == "--help";
+    std::fputs(kHelp.data(), help ? stdout : stderr);
+    return help ? 0 : 2;
+  }
+  const std::string path = listIn(argc, argv);
+  if (::access(path.c_str(), F_OK) != 0) return 0;  // nothing was ever armed
+  Result<ArmedList> list = ArmedList::open(path);
+  if (!list) {
+    std::fprintf(stderr, "hapticd-safe: %s\n", toString(list.error()).c_str());
+    return 3;
+  }
+  bool all = true;
+  for (const MadeSafe& device : makeSafe(list->left(), zeroDevice)) {
+    all = all && device.ok;
+    std::fprintf(stderr, "%s %s%s%s\n", device.ok ? "made safe:" : "NOT MADE SAFE:", device.uri.c_str(),
+                 device.ok ? "" : ": ", device.text.c_str());
+  }
+  return all ? 0 : 1;
+}

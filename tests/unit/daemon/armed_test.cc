@@ -1,0 +1,138 @@
+// The list of armed devices on disk, and what is done with it when its daemon is dead.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "daemon/armed/armed_list.h"
+#include "daemon/armed/make_safe.h"
+#include "drivers/registry.h"
+#include "support/temporary_directory.h"
+
+namespace hapticd::test {
+namespace {
+
+using Uris = std::vector<std::string>;
+
+class ArmedFile : public testing::Test {
+ protected:
+  [[nodiscard]] std::string path() const { return folder_.path() + "/armed"; }
+  [[nodiscard]] std::string text() const {
+    std::stringstream out;
+    out << std::ifstream(path()).rdbuf();
+    return out.str();
+  }
+  [[nodiscard]] ArmedList open() const {
+    auto list = ArmedList::open(path());
+    EXPECT_TRUE(list.ok()) << toString(list.error());
+    return list ? std::move(*list) : ArmedList();
+  }
+  TemporaryDirectory folder_;
+};
+
+TEST_F(ArmedFile, StandsOnDiskWhileArmedAndNoLonger) {
+  ArmedList list = open();
+  ASSERT_TRUE(list.add("falcon://1").ok());
+  ASSERT_TRUE(list.add("sim://omega3").ok());
+  EXPECT_EQ(armedIn(text()), (Uris{"falcon://1", "sim://omega3"}));
+  list.remove("falcon://1");
+  EXPECT_EQ(armedIn(text()), Uris{"sim://omega3"});
+  EXPECT_FALSE(list.has("falcon://1"));
+  ASSERT_TRUE(list.add("falcon://1").ok());
+  EXPECT_EQ(armedIn(text()), (Uris{"falcon://1", "sim://omega3"})) << "at its place again";
+}
+
+TEST_F(ArmedFile, AnEndEmptiesItAndADeathDoesNot) {
+  { ASSERT_TRUE(open().add("falcon://1").ok()); }
+  EXPECT_EQ(text(), "");
+  std::ofstream(path()) << "falcon://1\n          \nsim://x\n";  // as a death leaves it
+  ArmedList list = open();
+  EXPECT_EQ(list.left(), (Uris{"falcon://1", "sim://x"}));
+  ASSERT_TRUE(list.add("woodyhid://2").ok());
+  EXPECT_EQ(armedIn(text()), (Uris{"falcon://1", "sim://x", "woodyhid://2"})) << "what was left stays until cleared";
+  list.clear();
+  EXPECT_EQ(text(), "");
+  EXPECT_TRUE(list.left().empty());
+}
+
+TEST_F(ArmedFile, WhoeverLivesHoldsIt) {
+  const ArmedList daemon = open();
+  const auto second = ArmedList::open(path());
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, ErrorCode::kDeviceBusy);
+}
+
+TEST_F(ArmedFile, AFolderThatIsNotThereIsAnError) {
+  EXPECT_EQ(ArmedList::open(folder_.path() + "/no/armed").error().code, ErrorCode::kSystem);
+}
+
+/** After every single change the file says what is armed, and it does not grow with use. */
+TEST_F(ArmedFile, AnySequenceOfChangesReadsBack) {
+  std::mt19937 random(7);
+  ArmedList list = open();
+  std::map<std::string, bool> armed;
+  for (int i = 0; i < 8; ++i) armed["sim://" + std::string(static_cast<std::size_t>(1 + i * 3), 'a')] = false;
+  for (int step = 0; step < 500; ++step) {
+    auto it = std::next(armed.begin(), static_cast<long>(random() % armed.size()));
+    it->second = random() % 2 == 0;
+    if (it->second) {
+      ASSERT_TRUE(list.add(it->first).ok());
+    } else {
+      list.remove(it->first);
+    }
+    Uris expected;
+    for (const auto& [uri, on] : armed) {
+      if (on) expected.push_back(uri);
+    }
+    Uris read = armedIn(text());
+    std::sort(read.begin(), read.end());
+    ASSERT_EQ(read, expected);
+  }
+  EXPECT_LE(text().size(), 8 * (6 + 22 + 1));
+}
+
+TEST(MakeSafe, CallsEachListedDeviceAndNoOther) {
+  TemporaryDirectory folder;
+  const auto results = makeSafe({"a", "b"}, [&](const std::string& uri) -> Result<void> {
+    std::ofstream(folder.path() + "/" + uri) << "zero";
+    return {};
+  });
+  ASSERT_EQ(results.size(), 2u);
+  for (const MadeSafe& device : results) {
+    EXPECT_TRUE(device.ok);
+    EXPECT_EQ(device.text, "");
+    EXPECT_TRUE(std::filesystem::exists(folder.path() + "/" + device.uri));
+  }
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
+  EXPECT_TRUE(makeSafe({}, zeroDevice).empty());
+}
+
+/** One that hangs and one that crashes: the others are served, and the whole ends in its time. */
+TEST(MakeSafe, NeitherHangNorCrashKeepsTheOthersFromIt) {
+  const auto one = [](const std::string& uri) -> Result<void> {
+    if (uri == "hangs") ::pause();
+    if (uri == "crashes") ::abort();
+    if (uri == "throws") throw std::runtime_error("a library's own");
+    if (uri == "refuses") return Error{ErrorCode::kDeviceGone, uri, "unplugged", {}};
+    return {};
+  };
+  const auto results = makeSafe({"hangs", "crashes", "throws", "refuses", "last"}, one, std::chrono::milliseconds(300));
+  ASSERT_EQ(results.size(), 5u);
+  EXPECT_EQ(results[0].text, "it did not answer in time");
+  EXPECT_NE(results[1].text.find("signal 6"), std::string::npos) << results[1].text;
+  EXPECT_EQ(results[2].text, "a library's own");
+  EXPECT_NE(results[3].text.find("unplugged"), std::string::npos);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_FALSE(results[i].ok);
+  EXPECT_TRUE(results[4].ok);
+}
+
+TEST(MakeSafe, ASchemeThatNobodyKnowsIsAnError) {
+  EXPECT_TRUE(zeroDevice("sim://default").ok());
+  EXPECT_TRUE(zeroDevice("replay:///x.csv").ok());
+  EXPECT_EQ(zeroDevice("nosuch://1").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(zeroDevice("half a li").error().code, ErrorCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -36,6 +36,8 @@ class FalconModel final : public UsbModel {
   std::uint8_t buttons = 0;
   /** Firmware runs and all is homed, as after a first session that ended well. */
   void warmUp();
+  /** As when its firmware starts anew by itself. */
+  void loseHoming() { homed_ = 0, was_far_out_ = false; }
   [[nodiscard]] bool running() const { return mode_ == Mode::kRunning; }
   [[nodiscard]] bool homed() const { return homed_ == 7; }
   [[nodiscard]] const std::array<std::int16_t, 3>& motors() const { return motors_; }

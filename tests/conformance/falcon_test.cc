@@ -1,0 +1,205 @@
+// What the Falcon does of its own: its firmware, homing, lights, and who else holds it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/conformance/falcon_rig.h"
+
+namespace hapticd::test {
+namespace {
+
+using haptic_emu::FaultKind;
+using ::testing::HasSubstr;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::uint8_t kHome = 1, kGreen = 2, kBlue = 4, kRed = 8;
+
+DeviceCommand push(const Vec3& force) {
+  DeviceCommand command;
+  command.enabled = true;
+  command.force = force;
+  return command;
+}
+
+void run(FalconRig& rig, int cycles, const DeviceCommand& command, DeviceSample& sample) {
+  for (int i = 0; i < cycles; ++i) {
+    rig.device().read(rig.now(), sample);
+    rig.device().write(rig.now(), command);
+    rig.advance(kMs);
+  }
+}
+
+/** A device of its own over the rig's played Falcon, with other firmware. */
+std::unique_ptr<IoDevice> deviceWith(FalconRig& rig, std::vector<std::uint8_t> firmware) {
+  FalconSetup setup = rig.setup;
+  setup.read_firmware = [firmware] { return Result<std::vector<std::uint8_t>>(firmware); };
+  return std::make_unique<IoDevice>(std::make_unique<FalconIo>(setup, rig.clock), IoOptions{.thread = false},
+                                    rig.clock);
+}
+
+TEST(FalconFirmware, IsLoadedByteByByteIntoAColdDevice) {
+  FalconRig rig;
+  EXPECT_FALSE(rig.model.running());
+  ASSERT_TRUE(rig.device().open().ok());
+  EXPECT_TRUE(rig.model.running());
+  EXPECT_EQ(rig.model.firmware(), *rig.setup.read_firmware());
+  EXPECT_LT(rig.now(), 3000 * kMs) << "of the device's time";
+}
+
+TEST(FalconFirmware, OneThatRunsIsLeftAsItIsAndStaysHomed) {
+  FalconRig rig;
+  rig.model.warmUp();
+  auto device = deviceWith(rig, {});
+  ASSERT_TRUE(device->open().ok());
+  EXPECT_TRUE(rig.model.homed());
+  device->pump(rig.clock.now() + 20 * kMs);
+  EXPECT_EQ(device->calibration(), Calibration::kDone);
+}
+
+TEST(FalconFirmware, WithoutItTheErrorSaysWhereToGetIt) {
+  FalconRig rig;
+  const auto opened = deviceWith(rig, {})->open();
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kNotFound);
+  EXPECT_THAT(toString(opened.error()), HasSubstr("not ours to ship"));
+  EXPECT_THAT(toString(opened.error()), HasSubstr("firmware=/path"));
+}
+
+TEST(FalconFirmware, AWrongEchoIsLoadedAgain) {
+  FalconRig rig;
+  // Wrong for a while in the middle of the first load.
+  rig.model.faults.add({FaultKind::kWrongEcho, 300 * kMs, 500 * kMs});
+  const auto opened = rig.device().open();
+  ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  EXPECT_EQ(rig.model.firmware(), *rig.setup.read_firmware());
+}
+
+TEST(FalconFirmware, OneThatIsAlwaysWrongIsGivenUpInTime) {
+  FalconRig rig;
+  rig.model.faults.add({FaultKind::kWrongEcho, 0, INT64_MAX});
+  const auto opened = rig.device().open();
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(toString(opened.error()), HasSubstr("echo of firmware byte 0 of 3000"));
+  EXPECT_LT(rig.clock.now(), 11'000 * kMs);
+}
+
+TEST(FalconFirmware, ADeadDeviceIsGivenUpInTime) {
+  FalconRig rig;
+  rig.model.faults.add({FaultKind::kSilence, 0, INT64_MAX});
+  const auto opened = rig.device().open();
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(toString(opened.error()), HasSubstr("power supply"));
+  EXPECT_LT(rig.clock.now(), 11'000 * kMs);
+}
+
+TEST(FalconFirmware, UnpluggedMeanwhile) {
+  FalconRig rig;
+  rig.model.faults.add({FaultKind::kUnplug, 400 * kMs, INT64_MAX});
+  const auto opened = rig.device().open();
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kDeviceGone);
+}
+
+TEST(FalconHoming, NoForceNorReadingBeforeAndLightsTell) {
+  FalconRig rig;
+  ASSERT_TRUE(rig.device().open().ok());
+  EXPECT_EQ(rig.device().calibration(), Calibration::kNeeded);
+  DeviceSample sample;
+  run(rig, 100, push({1, 2, 3}), sample);
+  EXPECT_FALSE(sample.fresh);
+  EXPECT_EQ(rig.model.mostUnhomed(), 0);
+  EXPECT_EQ(rig.model.lights(), kHome | kRed);
+  rig.home();
+  EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
+  run(rig, 5, {}, sample);
+  EXPECT_EQ(rig.model.lights(), kBlue);
+  run(rig, 5, push({0, 0, 1}), sample);
+  EXPECT_EQ(rig.model.lights(), kGreen);
+  EXPECT_TRUE(sample.fresh);
+  EXPECT_EQ(rig.model.mostUnhomed(), 0);
+}
+
+TEST(FalconHoming, LostHomingIsAFaultAndPushesNotUntilHomedAgain) {
+  FalconRig rig;
+  rig.makeReady();
+  DeviceSample sample;
+  run(rig, 20, push({0, 0, 1}), sample);
+  EXPECT_NE(rig.trueForce().norm(), 0);
+  rig.model.loseHoming();
+  run(rig, 5, push({0, 0, 1}), sample);
+  EXPECT_NE(sample.status & kDeviceError, 0u);
+  EXPECT_EQ(rig.trueForce().norm(), 0);
+  EXPECT_EQ(rig.device().calibration(), Calibration::kNeeded);
+  rig.home();
+  run(rig, 5, push({0, 0, 1}), sample);
+  EXPECT_EQ(sample.status, kDeviceOk);
+}
+
+TEST(FalconButtons, AreFour) {
+  FalconRig rig;
+  rig.makeReady();
+  DeviceSample sample;
+  for (const std::uint8_t buttons : {1, 2, 4, 8, 15, 0}) {
+    rig.model.buttons = buttons;
+    run(rig, 5, {}, sample);
+    EXPECT_EQ(sample.buttons, buttons);
+  }
+}
+
+// A slipped encoder: what it says stays wrong, so it is a fault once, and then the truth.
+TEST(FalconEncoder, AJumpThatStaysIsAFault) {
+  FalconRig rig;
+  rig.makeReady();
+  DeviceSample sample;
+  run(rig, 20, {}, sample);
+  rig.trouble(Trouble::kEncoderJump, true);
+  run(rig, 50, push({0, 0, 1}), sample);
+  EXPECT_NE(sample.status & kDeviceError, 0u);
+  EXPECT_EQ(rig.trueForce().norm(), 0);
+}
+
+TEST(FalconOwner, TheSecondIsToldAndTheFirstGoesOn) {
+  FalconRig rig;
+  rig.makeReady();
+  const auto second = deviceWith(rig, {})->open();
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, ErrorCode::kDeviceBusy);
+  DeviceSample sample;
+  run(rig, 5, {}, sample);
+  EXPECT_TRUE(sample.fresh);
+}
+
+// An exchange a millisecond: the answer of one is there before the next is asked for.
+TEST(FalconRate, OneExchangeInOneTickOfTheLatencyTimer) {
+  FalconRig rig;
+  rig.makeReady();
+  const std::uint64_t before = rig.model.orders();
+  rig.advance(1000 * kMs);
+  EXPECT_NEAR(static_cast<double>(rig.model.orders() - before), 1000, 60);
+}
+
+TEST(FalconSetup, UriNamesWhatIsPluggedAndWhatIsNotYet) {
+  UsbFound one, two;
+  one.path = "1-1";
+  two.path = "1-2";
+  two.serial = "FTX1";
+  const auto uriOf = [&](std::string_view text) { return resolveFalcon(*parseDeviceUri(text), {one, two})->info.uri; };
+  EXPECT_EQ(uriOf("falcon://default"), "falcon://1-1");
+  EXPECT_EQ(uriOf("falcon://1-2"), "falcon://FTX1");
+  EXPECT_EQ(uriOf("falcon://FTX1?counts_per_nm=9000&centre_z=0.125"), "falcon://FTX1?counts_per_nm=9000");
+  EXPECT_EQ(uriOf("falcon://later"), "falcon://later");
+  const auto wrong = resolveFalcon(*parseDeviceUri("falcon://default?firmwear=x"), {});
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_THAT(toString(wrong.error()), HasSubstr("did you mean \"firmware\"?"));
+}
+
+TEST(FalconSetup, AFileThatIsNoFirmwareIsRefused) {
+  EXPECT_TRUE(readFalconFirmware("/nowhere/falcon.bin")->empty());
+  const auto wrong = readFalconFirmware("/etc/hostname");
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_EQ(wrong.error().code, ErrorCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace hapticd::test

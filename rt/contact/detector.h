@@ -15,7 +15,7 @@ struct VolumeView;
 
 /** How much a query may cost. Both bounds hold; none is ever overrun by more than one unit. */
 struct WorkBudget {
-  std::uint32_t units = 0;       ///< Of the detector's work: bounded and repeatable.
+  std::uint32_t units = 0;       ///< Of the detector's work, repeatable; 0: no bound but the bodies' sizes.
   std::int64_t deadline_ns = 0;  ///< On `clock`, 0: none. Read every few hundred units.
   Clock* clock = nullptr;        ///< Null: no deadline.
 };
@@ -29,16 +29,18 @@ struct BodyState {
 };
 
 struct DetectorQuery {
-  BodyState a;        ///< The tool.
-  BodyState b;        ///< What it touches.
-  double margin = 0;  ///< Contacts up to this far apart are reported, with negative depth [m].
+  BodyState a;              ///< The tool.
+  BodyState b;              ///< What it touches.
+  double margin = 0;        ///< Contacts up to this far apart are reported, with negative depth [m]; see each detector.
+  double period = 0;        ///< Until the next query, if known: what will have parted by then is not reported [s].
+  bool first_only = false;  ///< Whether they touch, no more: ends at the first contact.
   std::uint32_t max_contacts = kMaxContacts;
   WorkBudget budget;
 };
 
 /**
- * Finds where two bodies touch. Keeps what it learnt from query to query (temporal coherence); results never depend on
- * that but for `age` and `report`. One thread. Memory is taken when it is made.
+ * Finds where two bodies touch. Keeps what it learnt from query to query (temporal coherence); unless the budget ends
+ * the search, results never depend on that but for `age` and `report`. One thread. Memory is taken when it is made.
  */
 class Detector {
  public:

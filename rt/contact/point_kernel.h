@@ -1,0 +1,102 @@
+/** @file
+ * Sixteen surface points at once against a distance field, in single precision.
+ *
+ * There are several implementations, chosen once for the processor. All are one text (point_kernel_body.h) over sixteen
+ * lanes, without fused operations, so they give the same bits. A point's lane is its number modulo 16, whatever range
+ * is asked for, so that sums do not depend on how ranges are cut. This header is included by files compiled for wider
+ * instructions: it must stay free of inline code, for the linker might take it from there for everyone.
+ *
+ * Lengths are in voxels of the field, places in its lattice.
+ */
+#pragma once
+
+#include <cstdint>
+
+namespace hapticd {
+
+/** A distance field as proto/volume.h stores it. */
+struct FieldTable {
+  const std::uint32_t* cell;
+  const std::int16_t* coarse;
+  const std::int16_t* bricks;
+  std::uint32_t cells[3];
+  float top[3];       ///< The largest place that lies in a cell.
+  float fine_step;    ///< Of the values [voxel].
+  float coarse_step;  ///< [voxel]
+};
+
+/** Points of the other body; readable up to the next multiple of 16. */
+struct PointTable {
+  const float* x;
+  const float* y;
+  const float* z;
+  const std::uint16_t* area;
+};
+
+/** From the points' frame to the lattice: rows of the matrix, then the shift. */
+struct Placement {
+  float row[3][3];
+  float shift[3];
+};
+
+/** Bounding balls of patches, sixteen at a time; filled up to a multiple. */
+struct PatchTable {
+  const float* x;
+  const float* y;
+  const float* z;
+  const float* radius;  ///< [voxel]
+};
+
+/** What a range of points came to; to be cleared by the caller, added to by each run. */
+struct PointSums {
+  enum : int {
+    kArea = 0,     ///< Of what is inside, in the points' area steps. All sums below carry this factor.
+    kForce = 1,    ///< Depth times gradient, x, y, z.
+    kTorque = 4,   ///< The same about the middle.
+    kWeight = 7,   ///< Margin less distance, of what is nearer than the margin.
+    kMean = 8,     ///< Weighted place from the middle.
+    kNormal = 11,  ///< Weighted gradient; not written without a margin: then it is kForce.
+    kCount = 14
+  };
+  alignas(64) float sum[kCount][16];
+  alignas(64) float deepest[16];  ///< Of -distance; begin far below 0.
+  std::uint32_t touching;         ///< Points nearer than the margin.
+};
+
+/** One range of points. */
+struct PointRange {
+  std::uint32_t first, count;
+  float middle[3];  ///< Place from which torque and mean are taken.
+  float weight;     ///< Factor of the areas: how many points each stands for.
+  float margin;     ///< Of touching, not negative [voxel].
+};
+
+/** What a vector unit does. Servo-safe. */
+struct PointKernel {
+  /** Adds a range's points to `sums`; the least distance among them, 0 when one lies deep inside [voxel]. */
+  float (*run)(const FieldTable&, const PointTable&, const Placement&, const PointRange&, PointSums& sums) noexcept;
+  /** Adds up the lanes: kCount sums and the deepest. */
+  void (*reduce)(const PointSums& sums, float* out) noexcept;
+  /** Of 16 patches from `first` on: no point of patch i interpolates to less than bound[i] [voxel]. */
+  void (*bound)(const FieldTable&, const PatchTable&, const Placement&, std::uint32_t first, float* bound) noexcept;
+  /**
+   * Takes what 16 patches have moved, shift + turn * lever each, from how far they may; never too little for rounding.
+   * Bit i: nothing is left of patch i.
+   */
+  std::uint32_t (*expire)(float* clearance, const float* lever, float shift, float turn) noexcept;
+};
+
+extern const PointKernel kPortablePointKernel;
+extern const PointKernel kAvx2PointKernel;    ///< Only on x86-64.
+extern const PointKernel kAvx512PointKernel;  ///< Only on x86-64.
+
+enum class PointPath : std::uint8_t { kPortable, kAvx2, kAvx512 };
+
+/** The best the processor has, unless chosen otherwise. Servo-safe. */
+[[nodiscard]] const PointKernel& pointKernel() noexcept;
+[[nodiscard]] PointPath pointPath() noexcept;
+/** For tests and benchmarks, before threads start. False: the processor cannot. */
+bool choosePointPath(PointPath path) noexcept;
+[[nodiscard]] const char* nameOf(PointPath path) noexcept;
+
+}  // namespace hapticd

@@ -1,0 +1,432 @@
+#include "rt/contact/sphere_descent.h"
+
+#include <algorithm>
+
+#include "rt/contact/field_query.h"
+#include "rt/volume/distance.h"
+#include "rt/volume/tight_sphere.h"
+
+namespace hapticd {
+namespace {
+
+constexpr float kHalfDiagonal = 0.8660254F;  // sqrt(3) / 2
+constexpr std::uint32_t kBuffer = 2048;      // Voxels looked up at once.
+
+/** Bits of a 64-way mask that lie in each octant. */
+constexpr std::array<std::uint64_t, 8> octantBits() {
+  std::array<std::uint64_t, 8> bits{};
+  for (unsigned place = 0; place < 64; ++place) {
+    const unsigned octant = (place >> 1 & 1) | (place >> 3 & 1) << 1 | (place >> 5 & 1) << 2;
+    bits[octant] |= std::uint64_t{1} << place;
+  }
+  return bits;
+}
+constexpr std::array<std::uint64_t, 8> kOctants = octantBits();
+
+struct Sphere {
+  float x, y, z, r;
+};
+
+/** Offsets of all places of a level from its node's centre, once for all nodes. */
+struct Offsets {
+  float x[512], y[512], z[512];
+};
+
+}  // namespace
+
+struct SphereDescentDetector::Pair {
+  std::uint32_t a, b;   ///< Nodes of the levels at hand.
+  std::uint32_t group;  ///< Of A.
+  float ca[3], cb[3];   ///< Centres of the nodes, from B's origin in W [m].
+};
+
+/** One body's octree, and how far down it has been walked. */
+struct SphereDescentDetector::Tree {
+  Tree(const VolumeView& v, const Pose& X_WO, const Vec3& from, bool tight_) HD_RT : view(v),
+                                                                                     tree(v.octree),
+                                                                                     offsets(X_WO.q.toRotationMatrix()),
+                                                                                     tight(tight_) {
+    // The root's lower corner is lattice point 0.
+    const double half = 0.5 * v.voxel * static_cast<double>(1u << tree.side_log2);
+    root = X_WO * Vec3(v.originPoint() + Vec3::Constant(half)) - from;
+  }
+  [[nodiscard]] bool atVoxels() const HD_RT { return level == tree.levels; }
+  [[nodiscard]] float side() const HD_RT {
+    return atVoxels() ? view.voxel : view.voxel * static_cast<float>(1u << tree.level[level].side_log2);
+  }
+  [[nodiscard]] std::uint8_t octantsOf(std::uint32_t node) const HD_RT {
+    const OctreeLevel& l = tree.level[level];
+    if (l.split != 2) return octants(l, node);
+    const std::uint64_t mask = maskWord(l, OctreeMask::kSurface, node);
+    unsigned out = 0;
+    for (unsigned k = 0; k < 8; ++k) out |= static_cast<unsigned>((mask & kOctants[k]) != 0) << k;
+    return static_cast<std::uint8_t>(out);
+  }
+  /** About a node of the level at hand whose centre is given. */
+  [[nodiscard]] Sphere sphere(std::uint32_t node, const float (&c)[3]) const HD_RT {
+    const float s = side();
+    if (atVoxels() || !tight) return {c[0], c[1], c[2], s * kHalfDiagonal};
+    const std::uint8_t mask = octantsOf(node);
+    const TightSphere& t = tightSphere(mask);
+    const Turned& o = turned[mask];
+    const float half = s / 2;
+    return {c[0] + half * o.x, c[1] + half * o.y, c[2] + half * o.z, half * t.radius};
+  }
+  /** Once per query. */
+  void turnTightCentres() HD_RT {
+    for (unsigned mask = 0; mask < 256; ++mask) {
+      const TightSphere& t = tightSphere(static_cast<std::uint8_t>(mask));
+      const Vec3 v = offsets.turned(Vec3(t.center[0], t.center[1], t.center[2]));
+      turned[mask] = {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+    }
+  }
+  void placesOf(Offsets& out) const HD_RT {
+    const OctreeLevel& l = tree.level[level];
+    for (std::uint32_t p = 0; p < 1u << (3 * l.split); ++p) {
+      const Vec3 v = offsets.offset(l.split, p) * side();
+      out.x[p] = static_cast<float>(v.x());
+      out.y[p] = static_cast<float>(v.y());
+      out.z[p] = static_cast<float>(v.z());
+    }
+  }
+  [[nodiscard]] const hd_octree_sensation* sensation(std::uint32_t node) const HD_RT {
+    if (atVoxels() || tree.sensation == nullptr) return nullptr;
+    return &tree.sensation[tree.first_sensation[level] + node];
+  }
+
+  struct Turned {
+    float x, y, z;
+  };
+  const VolumeView& view;
+  const OctreeView& tree;
+  TurnedOffsets offsets;
+  Vec3 root;
+  std::uint32_t level = 0;
+  bool tight;
+  Turned turned[256];
+};
+
+struct SphereDescentDetector::Run {
+  const DetectorQuery& query;
+  DetectorReport& report;
+  Tree& a;
+  Tree& b;
+  std::uint32_t pairs = 0;  ///< In now_.
+  std::uint64_t tests = 0;
+  double voxel_area = 0;        ///< Of A's surface, for each of its voxels [m^2].
+  std::uint32_t last_a = ~0u;   ///< Voxel of A that touched last: it is counted once.
+  FieldQuery* field = nullptr;  ///< One-sided.
+
+  [[nodiscard]] std::uint32_t unitsLeft() const HD_RT {
+    const auto used = static_cast<std::uint32_t>((tests + 15) / 16);
+    return query.budget.units > used ? query.budget.units - used : 0;
+  }
+  [[nodiscard]] bool late() const HD_RT {
+    const WorkBudget& w = query.budget;
+    return w.clock != nullptr && w.deadline_ns != 0 && w.clock->now() >= w.deadline_ns;
+  }
+};
+
+SphereDescentDetector::SphereDescentDetector(const SphereDescentOptions& options)
+    : options_(options),
+      now_(options.max_pairs),
+      next_(options.max_pairs),
+      urgency_(options.max_pairs),
+      sorted_(options.max_pairs),
+      groups_(kMaxGroups),
+      part_(kMaxGroups),
+      x_(kBuffer),
+      y_(kBuffer),
+      z_(kBuffer),
+      area_(kBuffer) {}
+
+SphereDescentDetector::~SphereDescentDetector() = default;
+
+void SphereDescentDetector::find(const DetectorQuery& query, ContactSet& contacts) HD_RT {
+  contacts.report = DetectorReport{};
+  map_.build(*query.a.volume);
+  for (std::uint32_t g = 0; g < map_.count(); ++g) groups_[g] = TouchGroup{};
+  const Vec3 from = query.b.X_WO.p;
+  Tree a(*query.a.volume, query.a.X_WO, from, options_.tight), b(*query.b.volume, query.b.X_WO, from, options_.tight);
+  Run run{query, contacts.report, a, b};
+  run.voxel_area = a.view.header->area / std::max(1u, a.view.header->surface_voxels);
+  if (options_.leaf == SphereLeaf::kFieldValue) {
+    walkField(run);
+  } else {
+    a.turnTightCentres();
+    b.turnTightCentres();
+    descend(run);
+  }
+  sum(run, contacts);
+  run.report.work = static_cast<std::uint32_t>((run.tests + 15) / 16);
+  ages_.follow(contacts);
+}
+
+void SphereDescentDetector::descend(Run& run) HD_RT {
+  Pair& root = now_[0];
+  root = Pair{};
+  for (int k = 0; k < 3; ++k) {
+    root.ca[k] = static_cast<float>(run.a.root[k]);
+    root.cb[k] = static_cast<float>(run.b.root[k]);
+  }
+  run.pairs = 1;
+  while (run.pairs > 0 && !(run.a.atVoxels() && run.b.atVoxels())) {
+    const bool last_b = !run.b.atVoxels() && run.b.level + 1 == run.b.tree.levels;
+    const bool side_a = !run.a.atVoxels() && (run.b.atVoxels() || last_b || run.a.side() >= run.b.side());
+    choose(run, side_a);
+    refine(run, side_a);
+    if (run.query.first_only && run.report.touching > 0) return;
+  }
+}
+
+/** Leaves what need not, or cannot, be refined as contacts of their size. */
+void SphereDescentDetector::choose(Run& run, bool side_a) HD_RT {
+  const Tree& refined = side_a ? run.a : run.b;
+  const std::uint32_t places = 1u << (3 * refined.tree.level[refined.level].split);
+  // Each node refined costs at most all its places, each left one test.
+  const std::uint64_t tests = std::uint64_t{16} * run.unitsLeft();
+  const std::uint64_t room = run.query.budget.units == 0 ? run.pairs
+                             : tests > run.pairs         ? (tests - run.pairs) / places
+                                                         : 0;
+  const std::uint32_t keep = run.late() ? 0 : static_cast<std::uint32_t>(std::min<std::uint64_t>(room, run.pairs));
+  std::uint64_t leave = run.query.budget.units == 0 ? run.pairs : tests;  // Of those left, as many are looked at.
+  if (keep == run.pairs && options_.threshold <= 0) return;
+  for (std::uint32_t i = 0; i < run.pairs; ++i) {
+    const Pair& p = now_[i];
+    const hd_octree_sensation* const sa = run.a.sensation(p.a);
+    const hd_octree_sensation* const sb = run.b.sensation(p.b);
+    if (sa != nullptr || sb != nullptr) {
+      const float phi = std::max(sa != nullptr ? sa->empty : 0, sb != nullptr ? sb->empty : 0);
+      const float area = std::max(sa != nullptr ? sa->support_area : 0, sb != nullptr ? sb->support_area : 0);
+      urgency_[i] = phi / std::max(area, 1e-12F);
+    } else {
+      const float x = p.ca[0] - p.cb[0], y = p.ca[1] - p.cb[1], z = p.ca[2] - p.cb[2];
+      urgency_[i] = 1 / (1e-12F + x * x + y * y + z * z);
+    }
+  }
+  auto limit = static_cast<float>(options_.threshold);
+  if (keep < run.pairs) {
+    run.report.exhausted = true;
+    // The keep-th largest: what is equal to it is left as well, so that the bound holds.
+    std::copy_n(urgency_.begin(), run.pairs, sorted_.begin());
+    std::nth_element(sorted_.begin(), sorted_.begin() + keep, sorted_.begin() + run.pairs, std::greater<>());
+    limit = std::max(limit, sorted_[keep]);
+  }
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < run.pairs; ++i) {
+    if (urgency_[i] > limit) {
+      now_[kept++] = now_[i];
+      continue;
+    }
+    if (leave == 0) {
+      ++run.report.dropped;
+      continue;
+    }
+    --leave;
+    ++run.tests;
+    run.report.coarsest =
+        std::max<double>({run.report.coarsest, run.a.side(), run.field == nullptr ? run.b.side() : 0});
+    if (run.field != nullptr) {
+      --run.tests;  // Counted when they are looked up.
+      lookUp(run, now_[i]);
+      continue;
+    }
+    const Sphere sa = run.a.sphere(now_[i].a, now_[i].ca), sb = run.b.sphere(now_[i].b, now_[i].cb);
+    const float x = sa.x - sb.x, y = sa.y - sb.y, z = sa.z - sb.z;
+    touch(run, now_[i], std::sqrt(x * x + y * y + z * z), sa.r + sb.r);
+  }
+  run.pairs = kept;
+}
+
+/** One level down on one side. */
+void SphereDescentDetector::refine(Run& run, bool side_a) HD_RT {
+  Tree& fine = side_a ? run.a : run.b;
+  Tree& other = side_a ? run.b : run.a;
+  const OctreeLevel& level = fine.tree.level[fine.level];
+  Offsets offset;
+  fine.placesOf(offset);
+  Tree& below = fine;  // Its spheres are asked for after its level has moved on.
+  std::uint32_t made = 0;
+  ++below.level;
+  const bool last = run.a.atVoxels() && run.b.atVoxels();
+  const bool regroup = side_a && run.a.level < map_.levels();
+  if (regroup) findParts(run.a.level);
+  for (std::uint32_t i = 0; i < run.pairs; ++i) {
+    const Pair p = now_[i];
+    const Sphere mine = other.sphere(side_a ? p.b : p.a, side_a ? p.cb : p.ca);
+    const float(&centre)[3] = side_a ? p.ca : p.cb;
+    std::uint32_t tested = 0;
+    forEachChild(level, side_a ? p.a : p.b, [&](std::uint32_t place, std::uint32_t child) HD_RT {
+      ++tested;
+      Pair q = p;
+      float(&c)[3] = side_a ? q.ca : q.cb;
+      c[0] = centre[0] + offset.x[place];
+      c[1] = centre[1] + offset.y[place];
+      c[2] = centre[2] + offset.z[place];
+      const Sphere s = below.sphere(child, c);
+      const float x = s.x - mine.x, y = s.y - mine.y, z = s.z - mine.z;
+      const float squared = x * x + y * y + z * z, reach = s.r + mine.r;
+      if (squared > reach * reach) return;
+      // Voxels are told apart by their parent and place: the last level has no numbers of its own.
+      (side_a ? q.a : q.b) = below.atVoxels() ? (side_a ? p.a : p.b) << 9 | place : child;
+      if (regroup) q.group = part_[child];
+      if (last) {
+        touch(run, q, std::sqrt(squared), reach);
+      } else if (made < next_.size()) {
+        next_[made++] = q;
+      } else {
+        ++run.report.dropped;
+        run.report.exhausted = true;
+      }
+    });
+    run.tests += tested;
+    if (last && run.query.first_only && run.report.touching > 0) return;
+  }
+  std::swap(now_, next_);
+  run.pairs = last ? 0 : made;
+}
+
+void SphereDescentDetector::touch(Run& run, const Pair& p, float distance, float reach) HD_RT {
+  ++run.report.touching;
+  TouchGroup& g = groups_[std::min<std::uint32_t>(p.group, kMaxGroups - 1)];
+  const double weight = static_cast<double>(reach) - distance;  // t - d of eq. 3.1
+  g.weight += weight;
+  g.mean += 0.5 * weight * (Vec3(p.ca[0], p.ca[1], p.ca[2]) + Vec3(p.cb[0], p.cb[1], p.cb[2]));
+  if (p.a == run.last_a) return;
+  run.last_a = p.a;
+  const double cells = run.a.side() / run.a.view.voxel;
+  g.area += run.voxel_area * cells * cells;
+}
+
+void SphereDescentDetector::findParts(std::uint32_t level) HD_RT {
+  const std::uint32_t up = map_.levels() - 1 - level;
+  for (std::uint32_t i = map_.count(); i-- > 0;) part_[map_.ancestor(i, up)] = i;
+}
+
+/** One-sided: A's nodes against what B's field says at their centres, sixteen at a time, all in A's frame. */
+void SphereDescentDetector::walkField(Run& run) HD_RT {
+  const OctreeView& tree = run.a.tree;
+  FieldQuery field(run.query, usableMargin(kHalfDiagonal * run.a.view.voxel, run.b.view));
+  run.field = &field;
+  waiting_ = 0;
+  const float half = 0.5F * run.a.view.voxel * static_cast<float>(1u << tree.side_log2);
+  now_[0] = Pair{};
+  for (std::size_t k = 0; k < 3; ++k) now_[0].ca[k] = run.a.view.origin[k] + half;
+  run.pairs = 1;
+  run.a.offsets = TurnedOffsets(Mat3::Identity());
+  run.a.turnTightCentres();
+  Offsets offset;
+  for (; !run.a.atVoxels() && run.pairs > 0;) {
+    // Nodes whose spheres are clear of B go.
+    std::uint32_t kept = 0;
+    alignas(64) float x[16], y[16], z[16], r[16], bound[16];
+    for (std::uint32_t i = 0; i < run.pairs; i += 16) {
+      const std::uint32_t n = std::min(run.pairs - i, 16u);
+      for (std::uint32_t k = 0; k < 16; ++k) {
+        const Pair& p = now_[i + std::min(k, n - 1)];
+        const Sphere s = run.a.sphere(p.a, p.ca);
+        x[k] = s.x;
+        y[k] = s.y;
+        z[k] = s.z;
+        r[k] = s.r / run.b.view.voxel;
+      }
+      run.tests += n;
+      field.kernel.bound(field.field, {x, y, z, r}, field.placement, 0, bound);
+      for (std::uint32_t k = 0; k < n; ++k)
+        if (bound[k] <= field.range.margin) now_[kept++] = now_[i + k];
+    }
+    run.pairs = kept;
+    choose(run, true);
+    const OctreeLevel& level = tree.level[run.a.level];
+    run.a.placesOf(offset);
+    ++run.a.level;
+    const bool regroup = run.a.level < map_.levels();
+    if (regroup) findParts(run.a.level);
+    std::uint32_t made = 0;
+    for (std::uint32_t i = 0; i < run.pairs; ++i) {
+      const Pair p = now_[i];
+      forEachChild(level, p.a, [&](std::uint32_t place, std::uint32_t child) HD_RT {
+        Pair q = p;
+        q.a = child;
+        q.ca[0] += offset.x[place];
+        q.ca[1] += offset.y[place];
+        q.ca[2] += offset.z[place];
+        if (regroup) q.group = part_[child];
+        if (run.a.atVoxels()) {
+          lookUp(run, q);
+        } else if (made < next_.size()) {
+          next_[made++] = q;
+        } else {
+          ++run.report.dropped;
+          run.report.exhausted = true;
+        }
+      });
+      if (run.query.first_only && run.report.touching > 0) return;
+    }
+    std::swap(now_, next_);
+    run.pairs = made;
+  }
+  flush(run);
+}
+
+/** Puts a node's centre with those that wait for B's field. */
+void SphereDescentDetector::lookUp(Run& run, const Pair& p) HD_RT {
+  if (waiting_ == kBuffer || (waiting_ > 0 && p.group != waiting_group_)) flush(run);
+  waiting_group_ = p.group;
+  const float cells = run.a.side() / run.a.view.voxel;
+  x_[waiting_] = p.ca[0];
+  y_[waiting_] = p.ca[1];
+  z_[waiting_] = p.ca[2];
+  area_[waiting_++] = static_cast<std::uint16_t>(std::min(cells * cells, 65535.0F));
+}
+
+void SphereDescentDetector::flush(Run& run) HD_RT {
+  if (waiting_ == 0) return;
+  FieldQuery& field = *run.field;
+  field.points = {x_.data(), y_.data(), z_.data(), area_.data()};
+  field.range.first = 0;
+  field.range.count = waiting_;
+  field.setMiddle({x_[0], y_[0], z_[0]});
+  PointSums sums = noPoints();
+  field.kernel.run(field.field, field.points, field.placement, field.range, sums);
+  run.tests += waiting_;
+  run.report.touching += sums.touching;
+  waiting_ = 0;
+  if (sums.touching == 0) return;
+  const TouchGroup got = field.read(sums, waiting_group_, run.voxel_area);
+  TouchGroup& g = groups_[waiting_group_];
+  g.deepest = g.weight > 0 ? std::max(g.deepest, got.deepest) : got.deepest;
+  g.area += got.area;
+  g.weight += got.weight;
+  g.mean += got.weight * got.mean;
+  g.normal += got.normal;
+  g.integral.force += got.integral.force;
+  g.integral.torque += got.integral.torque;
+}
+
+void SphereDescentDetector::sum(Run& run, ContactSet& contacts) HD_RT {
+  const VolumeView& b = run.b.view;
+  const Quat q_BW = run.query.b.X_WO.q.conjugate();
+  std::uint32_t count = 0;
+  for (std::uint32_t g = 0; g < map_.count(); ++g) {
+    TouchGroup group = groups_[g];
+    if (group.weight <= 0) continue;
+    group.part = g;
+    group.mean /= group.weight;
+    if (options_.leaf == SphereLeaf::kSphere) {
+      group.mean = q_BW * group.mean;
+      const DistanceSample s = distanceAt(b, group.mean);
+      const double n = s.gradient.norm();
+      const Vec3 out = n > 0 ? Vec3(s.gradient / n) : Vec3::UnitZ();
+      group.deepest = -s.value;
+      group.normal = out * group.weight;
+      group.integral.force = group.area * std::max(group.deepest, 0.0) * out;
+      group.integral.torque = group.mean.cross(group.integral.force);
+    }
+    group.face = faceOf(run.query.a.X_WO.q.conjugate() * (run.query.b.X_WO.q * group.normal));
+    groups_[count++] = group;
+  }
+  answer(run.query, map_, groups_, count, Clustering::kOctree, contacts);
+}
+
+}  // namespace hapticd

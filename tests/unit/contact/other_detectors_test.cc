@@ -1,0 +1,204 @@
+// The sphere descent and the voxmap: that they find what there is, and as much as there is.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "rt/contact/point_field.h"
+#include "rt/contact/sphere_descent.h"
+#include "rt/contact/voxmap.h"
+#include "rt/volume/distance.h"
+#include "support/test_volume.h"
+
+namespace hapticd {
+namespace {
+
+using testing::TestVolume;
+
+DetectorQuery queryOf(const TestVolume& a, const TestVolume& b, const Pose& X_WA, const Pose& X_WB = {}) {
+  DetectorQuery query;
+  query.a.volume = &a.view;
+  query.b.volume = &b.view;
+  query.a.X_WO = query.a.X_WO_before = X_WA;
+  query.b.X_WO = query.b.X_WO_before = X_WB;
+  return query;
+}
+
+/** Centres of a volume's surface voxels, in the object's frame. */
+std::vector<Vec3> surfaceVoxels(const VolumeView& v) {
+  std::vector<Vec3> out;
+  for (std::int32_t k = 0; k < static_cast<std::int32_t>(8 * v.cells[2]); ++k) {
+    for (std::int32_t j = 0; j < static_cast<std::int32_t>(8 * v.cells[1]); ++j) {
+      for (std::int32_t i = 0; i < static_cast<std::int32_t>(8 * v.cells[0]); ++i) {
+        if (voxelState(v.octree, i, j, k) != VoxelState::kSurface) continue;
+        out.push_back(v.originPoint() + v.voxel * (Vec3(i, j, k) + Vec3::Constant(0.5)));
+      }
+    }
+  }
+  return out;
+}
+
+Pose randomPose(std::mt19937& random, double reach) {
+  std::uniform_real_distribution<double> u(-1, 1);
+  return {reach * Vec3(u(random), u(random), u(random)), Quat(u(random), u(random), u(random), u(random)).normalized()};
+}
+
+TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
+  for (const OctreeShape shape : {OctreeShape::kEight, OctreeShape::kMixed, OctreeShape::kSixtyFour}) {
+    VolumeOptions options;
+    options.octree = shape;
+    const TestVolume a = testing::torusVolume(0.012, 0.004, 0.001, options);
+    const TestVolume b = testing::sphereVolume(0.012, 0.00125, 24, options);
+    const auto va = surfaceVoxels(a.view), vb = surfaceVoxels(b.view);
+    // Voxels that overlap are found, for a node's sphere holds its voxels; only those whose spheres do are.
+    const double sides = static_cast<double>(a.view.voxel) + b.view.voxel;
+    const double near = 0.5 * sides, reach = 0.5 * std::sqrt(3.0) * sides;
+    std::mt19937 random(2);
+    std::uint64_t total = 0;
+    for (const bool tight : {true, false}) {
+      SphereDescentDetector detector({.tight = tight});
+      ContactSet contacts;
+      for (int i = 0; i < 20; ++i) {
+        const Pose X_WB = randomPose(random, 0.5), X_BA = randomPose(random, 0.02);
+        std::uint32_t sure = 0, most = 0;
+        for (const Vec3& p : va) {
+          const Vec3 x = X_BA * p;
+          for (const Vec3& q : vb) {
+            const double d = (x - q).norm();
+            sure += d < near - 1e-7 ? 1 : 0;
+            most += d < reach + 1e-7 ? 1 : 0;
+          }
+        }
+        detector.find(queryOf(a, b, X_WB * X_BA, X_WB), contacts);
+        EXPECT_GE(contacts.report.touching, sure);
+        EXPECT_LE(contacts.report.touching, most);
+        if (sure > 0) {
+          EXPECT_GT(contacts.count, 0u);
+        }
+        if (most == 0) {
+          EXPECT_EQ(contacts.count, 0u);
+        }
+        total += sure;
+      }
+    }
+    EXPECT_GT(total, 1000u);
+  }
+}
+
+TEST(SphereDescent, OneSidedFindsWhatTheFieldSaysOfEachVoxel) {
+  const TestVolume a = testing::torusVolume(0.012, 0.004, 0.001);
+  const TestVolume b = testing::sphereVolume(0.012, 0.001);
+  const auto voxels = surfaceVoxels(a.view);
+  SphereDescentDetector detector({.leaf = SphereLeaf::kFieldValue});
+  PointFieldDetector points(10'000);
+  std::mt19937 random(4);
+  ContactSet contacts, other;
+  std::uint64_t total = 0;
+  for (int i = 0; i < 50; ++i) {
+    const Pose X_BA = randomPose(random, 0.02);
+    std::uint32_t sure = 0, most = 0;
+    const double reach = 0.5 * std::sqrt(3.0) * a.view.voxel;
+    for (const Vec3& p : voxels) {
+      const DistanceSample s = distanceAt(b.view, X_BA * p);
+      if (!s.fine && s.value > 0) continue;
+      sure += s.value < reach - 1e-6 ? 1 : 0;
+      most += s.value < reach + 1e-6 ? 1 : 0;
+    }
+    detector.find(queryOf(a, b, X_BA), contacts);
+    EXPECT_GE(contacts.report.touching, sure);
+    EXPECT_LE(contacts.report.touching, most);
+    total += sure;
+    // Voxel centres straddle the surface: over many the force is that of the surface's points.
+    points.find(queryOf(a, b, X_BA), other);
+    const Vec3 f = contacts.integral.force, g = other.integral.force;
+    if (other.touching_area > 2e-4) {
+      EXPECT_LT((f - g).norm(), 0.15 * other.touching_area * other.deepest);
+    }
+  }
+  EXPECT_GT(total, 1000u);
+}
+
+TEST(SphereDescent, KeepsItsBudgetWithTheMostImportantRefined) {
+  VolumeOptions options;
+  options.sensation = true;
+  for (const SphereLeaf leaf : {SphereLeaf::kSphere, SphereLeaf::kFieldValue}) {
+    for (const bool sensation : {false, true}) {
+      options.sensation = sensation;
+      const TestVolume a = testing::torusVolume(0.012, 0.004, 0.0008, options);
+      SphereDescentDetector detector({.leaf = leaf});
+      ContactSet all, some;
+      std::mt19937 random(6);
+      std::uniform_real_distribution<double> u(0, 5.5);
+      int exhausted = 0;
+      for (int i = 0; i < 60; ++i) {
+        DetectorQuery query = queryOf(a, a, randomPose(random, 0.012));
+        detector.find(query, all);
+        query.budget.units = 1 + static_cast<std::uint32_t>(std::pow(10.0, u(random)));
+        detector.find(query, some);
+        EXPECT_LE(some.report.work, query.budget.units);
+        exhausted += some.report.exhausted ? 1 : 0;
+        if (!some.report.exhausted) {
+          EXPECT_EQ(some.report.touching, all.report.touching);
+        }
+        if (some.report.exhausted && some.report.touching > 0) {
+          EXPECT_GT(some.report.coarsest, 0);
+        }
+        if (some.report.exhausted && all.count > 0 && query.budget.units > 300) {
+          EXPECT_GT(some.count, 0u);
+        }
+      }
+      EXPECT_GT(exhausted, 10);
+      EXPECT_LT(exhausted, 60);
+    }
+  }
+}
+
+TEST(SphereDescent, AThresholdLeavesFlatPartsCoarse) {
+  VolumeOptions options;
+  options.sensation = true;
+  const TestVolume plate = testing::boxVolume({0.016, 0.016, 0.004}, 0.0005, options);
+  ContactSet fine, coarse;
+  DetectorQuery query = queryOf(plate, plate, {{0, 0, 0.0079}, Quat::Identity()});
+  SphereDescentDetector(SphereDescentOptions{}).find(query, fine);
+  SphereDescentDetector({.threshold = 1e9}).find(query, coarse);  // More than any phi over any area here.
+  EXPECT_GT(fine.count, 0u);
+  EXPECT_GT(coarse.count, 0u);
+  EXPECT_LT(coarse.report.work, fine.report.work / 4);
+  EXPECT_GT(coarse.report.coarsest, fine.report.coarsest);
+  EXPECT_FALSE(coarse.report.exhausted);
+}
+
+TEST(SphereDescent, DepthAndNormalAreTheFields) {
+  const TestVolume ball = testing::sphereVolume(0.01, 0.0005);
+  const TestVolume plate = testing::boxVolume({0.02, 0.02, 0.01}, 0.0005);
+  for (const SphereLeaf leaf : {SphereLeaf::kSphere, SphereLeaf::kFieldValue}) {
+    SphereDescentDetector detector({.leaf = leaf});
+    ContactSet contacts;
+    detector.find(queryOf(ball, plate, {{0, 0, 0.0198}, Quat::Identity()}), contacts);
+    ASSERT_GT(contacts.count, 0u);
+    for (const Contact& c : contacts.contacts()) EXPECT_NEAR(c.n_W.z(), 1, 0.01);
+    EXPECT_NEAR(contacts.deepest, 0.0002, 0.0007);
+    detector.find(queryOf(ball, plate, {{0, 0, 0.0215}, Quat::Identity()}), contacts);
+    EXPECT_EQ(contacts.count, 0u);
+  }
+}
+
+TEST(Voxmap, PointsInSurfaceVoxelsPushAlongTheirNormalsUpToHalfADiagonal) {
+  const TestVolume ball = testing::sphereVolume(0.01, 0.001, 60);
+  const TestVolume plate = testing::boxVolume({0.02, 0.02, 0.01}, 0.001);
+  VoxmapDetector detector;
+  ContactSet contacts;
+  detector.find(queryOf(ball, plate, {{0, 0, 0.0225}, Quat::Identity()}), contacts);
+  EXPECT_EQ(contacts.count, 0u);
+  double before = 0;
+  for (const double depth : {0.0008, 0.0016, 0.005}) {
+    detector.find(queryOf(ball, plate, {{0.0002, 0.0001, 0.02 - depth}, Quat::Identity()}), contacts);
+    ASSERT_GT(contacts.count, 0u) << depth;
+    EXPECT_GT(contacts.integral.force.z(), before);
+    before = contacts.integral.force.z();
+    EXPECT_LE(contacts.deepest, 0.5 * std::sqrt(3.0) * 0.001 + 1e-9);
+    EXPECT_LT(contacts.integral.force.head<2>().norm(), 0.2 * contacts.integral.force.z());
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,187 @@
+// The vector paths of the point kernel: the same bits on all, and what the scalar field says.
+#include "rt/contact/point_kernel.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+
+#include "rt/volume/distance.h"
+#include "support/test_volume.h"
+
+namespace hapticd {
+namespace {
+
+using testing::TestVolume;
+
+/** What a query makes of two volumes, written down again. */
+struct Tables {
+  FieldTable field{};
+  PointTable points{};
+  Placement placement{};
+
+  Tables(const VolumeView& a, const VolumeView& b, const Pose& X_BA) {
+    const Mat3 R = X_BA.q.toRotationMatrix() / b.voxel;
+    const Vec3 t = (X_BA.p - b.originPoint()) / b.voxel;
+    for (int i = 0; i < 3; ++i) {
+      field.cells[i] = b.cells[static_cast<std::size_t>(i)];
+      field.top[i] = std::nextafter(8.0F * static_cast<float>(field.cells[i]), 0.0F);
+      for (int j = 0; j < 3; ++j) placement.row[i][j] = static_cast<float>(R(i, j));
+      placement.shift[i] = static_cast<float>(t[i]);
+    }
+    field.cell = b.cell;
+    field.coarse = b.coarse;
+    field.bricks = b.bricks;
+    field.fine_step = b.fine_step / b.voxel;
+    field.coarse_step = b.coarse_step / b.voxel;
+    points = {a.point[0], a.point[1], a.point[2], a.area};
+  }
+};
+
+PointSums cleared() {
+  PointSums sums{};
+  std::fill_n(sums.deepest, 16, -1e9F);
+  return sums;
+}
+
+Pose randomPose(std::mt19937& random, double reach) {
+  std::uniform_real_distribution<double> u(-1, 1);
+  return {reach * Vec3(u(random), u(random), u(random)), Quat(u(random), u(random), u(random), u(random)).normalized()};
+}
+
+class PointKernels : public ::testing::Test {
+ protected:
+  PointKernels() : a_(testing::torusVolume(0.02, 0.006, 0.001)), b_(testing::sphereVolume(0.02, 0.001)) {}
+  TestVolume a_, b_;
+  std::mt19937 random_{7};
+};
+
+TEST_F(PointKernels, GiveTheSameBitsOnEveryPath) {
+  std::vector<const PointKernel*> others;
+  const PointPath best = pointPath();
+  for (const PointPath path : {PointPath::kAvx2, PointPath::kAvx512}) {
+    if (!choosePointPath(path)) continue;
+    others.push_back(&pointKernel());
+  }
+  ASSERT_TRUE(choosePointPath(best));
+  std::uniform_int_distribution<std::uint32_t> pick(0, a_.view.point_count - 1);
+  std::uint32_t touching = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Tables t(a_.view, b_.view, randomPose(random_, 0.04));
+    const std::uint32_t first = pick(random_), count = std::min(1 + pick(random_) / 8, a_.view.point_count - first);
+    const PointRange range{first, count, {20, 21, 22}, i % 3 == 0 ? 2.5F : 1.0F, i % 2 == 0 ? 0.0F : 0.7F};
+    PointSums expected = cleared();
+    const float nearest = kPortablePointKernel.run(t.field, t.points, t.placement, range, expected);
+    touching += expected.touching;
+    float reduced[PointSums::kCount + 1];
+    kPortablePointKernel.reduce(expected, reduced);
+    for (const PointKernel* kernel : others) {
+      PointSums got = cleared();
+      EXPECT_EQ(kernel->run(t.field, t.points, t.placement, range, got), nearest);
+      ASSERT_EQ(std::memcmp(got.sum, expected.sum, sizeof got.sum), 0) << i;
+      ASSERT_EQ(std::memcmp(got.deepest, expected.deepest, sizeof got.deepest), 0) << i;
+      EXPECT_EQ(got.touching, expected.touching);
+      float again[PointSums::kCount + 1];
+      kernel->reduce(got, again);
+      EXPECT_EQ(std::memcmp(again, reduced, sizeof again), 0);
+    }
+  }
+  EXPECT_GT(touching, 1000u);
+}
+
+TEST_F(PointKernels, BoundAndExpireAreTheSameOnEveryPath) {
+  alignas(64) float x[16], y[16], z[16], r[16], expected[16], got[16];
+  std::uniform_real_distribution<float> u(-0.1F, 0.1F);
+  const PointPath best = pointPath();
+  for (int i = 0; i < 300; ++i) {
+    const Tables t(a_.view, b_.view, randomPose(random_, 0.04));
+    for (int k = 0; k < 16; ++k) {
+      x[k] = u(random_);
+      y[k] = u(random_);
+      z[k] = u(random_);
+      r[k] = std::abs(u(random_)) * 30;
+    }
+    const PatchTable patches{x, y, z, r};
+    kPortablePointKernel.bound(t.field, patches, t.placement, 0, expected);
+    float left[16];
+    std::copy_n(x, 16, left);
+    const std::uint32_t gone = kPortablePointKernel.expire(left, r, 0.001F, 0.01F);
+    for (const PointPath path : {PointPath::kAvx2, PointPath::kAvx512}) {
+      if (!choosePointPath(path)) continue;
+      pointKernel().bound(t.field, patches, t.placement, 0, got);
+      EXPECT_EQ(std::memcmp(got, expected, sizeof got), 0);
+      float other[16];
+      std::copy_n(x, 16, other);
+      EXPECT_EQ(pointKernel().expire(other, r, 0.001F, 0.01F), gone);
+      EXPECT_EQ(std::memcmp(other, left, sizeof left), 0);
+    }
+  }
+  ASSERT_TRUE(choosePointPath(best));
+}
+
+TEST_F(PointKernels, SumWhatTheScalarFieldSays) {
+  for (int i = 0; i < 50; ++i) {
+    const Pose X = randomPose(random_, 0.03);
+    const Tables t(a_.view, b_.view, X);
+    const PointRange range{0, a_.view.point_count, {0, 0, 0}, 1, 0};
+    PointSums sums = cleared();
+    const float nearest = pointKernel().run(t.field, t.points, t.placement, range, sums);
+    float got[PointSums::kCount + 1];
+    pointKernel().reduce(sums, got);
+    Vec3 force = Vec3::Zero();
+    double area = 0, deepest = -1e9;
+    std::uint32_t inside = 0, undecided = 0;
+    for (std::uint32_t p = 0; p < a_.view.point_count; ++p) {
+      const DistanceSample s = distanceAt(b_.view, X * a_.view.pointAt(p));
+      if (std::abs(s.value) < 1e-7) ++undecided;
+      if (s.value >= 0) continue;
+      ++inside;
+      force -= a_.view.area[p] * s.value * s.gradient;
+      area += a_.view.area[p];
+      deepest = std::max(deepest, -s.value);
+    }
+    const double voxel = b_.view.voxel;
+    EXPECT_NEAR(sums.touching, inside, undecided);
+    EXPECT_NEAR(got[PointSums::kArea], area, 1e-4 * area + 65536.0 * undecided);
+    const Vec3 f = voxel * Vec3(got[PointSums::kForce], got[PointSums::kForce + 1], got[PointSums::kForce + 2]);
+    EXPECT_LE((f - force).norm(), 1e-3 * force.norm() + 1e-3 * area * voxel);
+    if (inside > 0) {
+      EXPECT_NEAR(got[PointSums::kCount] * voxel, deepest, 1e-6);
+    }
+    EXPECT_GE(nearest * voxel, std::min(-deepest, 0.0) - 1e-6);  // What is deep without a brick says 0.
+    if (inside > 0) {
+      EXPECT_LE(nearest, 0);
+    }
+  }
+}
+
+TEST_F(PointKernels, BoundIsBelowEveryInterpolatedDistanceInTheBall) {
+  std::uniform_real_distribution<double> u(-1, 1);
+  int tight = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Pose X = randomPose(random_, 0.03);
+    const Tables t(a_.view, b_.view, X);
+    alignas(64) float x[16], y[16], z[16], r[16], bound[16];
+    for (int k = 0; k < 16; ++k) {
+      x[k] = static_cast<float>(0.03 * u(random_));
+      y[k] = static_cast<float>(0.03 * u(random_));
+      z[k] = static_cast<float>(0.03 * u(random_));
+      r[k] = static_cast<float>(3 * std::abs(u(random_)));
+    }
+    pointKernel().bound(t.field, {x, y, z, r}, t.placement, 0, bound);
+    for (int k = 0; k < 16; ++k) {
+      for (int n = 0; n < 8; ++n) {
+        const Vec3 away = Vec3(u(random_), u(random_), u(random_)).normalized() * (r[k] * b_.view.voxel);
+        const Vec3 at = X * Vec3(x[k], y[k], z[k]) + away;
+        const DistanceSample s = distanceAt(b_.view, at);
+        if (!s.fine) continue;
+        EXPECT_GE(s.value / b_.view.voxel, bound[k] - 1e-3);
+        tight += bound[k] > 0 && s.value / b_.view.voxel < bound[k] + 8 ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(tight, 100);
+}
+
+}  // namespace
+}  // namespace hapticd

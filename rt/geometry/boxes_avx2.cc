@@ -41,6 +41,6 @@ std::uint32_t approach(const hd_bvh_node& node, const BoxPoint& point, float squ
 
 }  // namespace
 
-extern const BoxTests kAvx2BoxTests{enter, approach};
+extern const BoxTests kAvx2BoxTests{enter, approach, reachPrismsAvx2, makePrismsAvx2};
 
 }  // namespace hapticd

@@ -45,6 +45,6 @@ std::uint32_t approach(const hd_bvh_node& node, const BoxPoint& point, float squ
 
 }  // namespace
 
-extern const BoxTests kPortableBoxTests{enter, approach};
+extern const BoxTests kPortableBoxTests{enter, approach, reachPrismsPortable, makePrismsPortable};
 
 }  // namespace hapticd

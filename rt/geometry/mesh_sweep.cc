@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "rt/geometry/box_queries.h"
+#include "rt/geometry/earliest.h"
+#include "rt/geometry/sweep_vicinity.h"
 #include "rt/geometry/tree_walk.h"
 
 namespace hapticd {
@@ -28,7 +30,7 @@ struct Line {
   }
 };
 
-bool sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, const Sweep& sweep, SweepHit& hit) HD_RT {
+void sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, const Sweep& sweep, Earliest& first) HD_RT {
   const Vec3 v0 = mesh.vertex(t, 0), v1 = mesh.vertex(t, 1), v2 = mesh.vertex(t, 2);
   const Vec3 a = v0 - sweep.a, b = v1 - sweep.a, c = v2 - sweep.a;
   const double ax = a[line.x] - line.shear_x * a[line.z], ay = a[line.y] - line.shear_y * a[line.z];
@@ -37,11 +39,11 @@ bool sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, cons
   // Exactly opposite for the neighbour, which sees each edge the other way round. Zero counts for both.
   const double u = cx * by - cy * bx, v = ax * cy - ay * cx, w = bx * ay - by * ax;
   const bool front = u >= 0 && v >= 0 && w >= 0, back = u <= 0 && v <= 0 && w <= 0;
-  if (!front && !(back && sweep.two_sided)) return false;
+  if (!front && !(back && sweep.two_sided)) return;
 
   Vec3 n = (v1 - v0).cross(v2 - v0);
   const double length = n.norm();
-  if (length == 0) return false;
+  if (length == 0) return;
   n /= length;
   double approach = -n.dot(sweep.d), height = -n.dot(a);
   if (sweep.two_sided && approach < 0) {
@@ -49,11 +51,10 @@ bool sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, cons
     approach = -approach;
     height = -height;
   }
-  if (approach <= 0 || height < -sweep.tolerance || height >= approach) return false;
+  if (approach <= 0 || height < -sweep.tolerance || height >= approach) return;
   const double time = std::max(height, 0.0) / approach;
-  if (time >= hit.t) return false;
-  hit = {time, height, n, n.dot(v0), t, FeatureKind::kFace, 0, Vec3::Zero()};
-  return true;
+  if (!first.isBeatenBy(time, t)) return;
+  first.set({time, height, n, n.dot(v0), t, FeatureKind::kFace, 0, Vec3::Zero()});
 }
 
 }  // namespace
@@ -62,18 +63,24 @@ SweepResult sweepMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT {
   if (sweep.d.isZero(0)) return SweepResult::kNone;
   if (sweep.radius > 0) return sweepBallOverMesh(mesh, sweep, hit);
   const Line line(sweep.d);
+  Earliest earliest(hit);
+  const auto tryTriangle = [&](std::uint32_t t) { sweepTriangle(mesh, t, line, sweep, earliest); };
+  if (sweep.hint < mesh.triangle_count) {
+    ++sweep.work;
+    tryTriangle(sweep.hint);
+  }
+  if (sweepVicinity(sweep, earliest, tryTriangle)) return earliest.found() ? SweepResult::kHit : SweepResult::kNone;
   const SweptBoxes boxes(sweep);
   const BoxTests& tests = boxTests();
-  bool found = false;
   const bool finished = walkTree(
       mesh, {sweep.work, sweep.limit},
       [&](const hd_bvh_node& node, float* key) { return boxes.look(tests, node, hit.t, key); },
       [&] { return roundedUp(hit.t); },
       [&](std::uint32_t first, std::uint32_t count) {
-        for (std::uint32_t t = first; t < first + count; ++t) found |= sweepTriangle(mesh, t, line, sweep, hit);
+        for (std::uint32_t t = first; t < first + count; ++t) tryTriangle(t);
       });
   if (!finished) return SweepResult::kExhausted;
-  return found ? SweepResult::kHit : SweepResult::kNone;
+  return earliest.found() ? SweepResult::kHit : SweepResult::kNone;
 }
 
 }  // namespace hapticd

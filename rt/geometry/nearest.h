@@ -14,6 +14,8 @@
 
 namespace hapticd {
 
+class Vicinity;
+
 /** What is asked. */
 struct NearestQuery {
   Vec3 x = Vec3::Zero();
@@ -22,8 +24,9 @@ struct NearestQuery {
   bool turned = false;
   Vec3 axis = Vec3::Zero();
   double cosine = 0;
-  std::uint32_t work = 0;   ///< In and out: tree nodes and triangles visited, primitives too.
-  std::uint32_t limit = 0;  ///< Of `work`.
+  const Vicinity* vicinity = nullptr;  ///< As in Sweep.
+  std::uint32_t work = 0;              ///< In and out: tree nodes and triangles visited, primitives too.
+  std::uint32_t limit = 0;             ///< Of `work`.
 };
 
 /** Where. */
@@ -44,8 +47,9 @@ enum class NearestResult : std::uint8_t { kNone, kFound, kExhausted };
 
 /**
  * The surface point nearest to x, from inside too. Where several are (x in a sphere's centre), one of them, the same
- * each time. A curved surface is turned as its nearest point is: no other point of it is looked for. kNone: nothing in
- * reach, `nearest` untouched, as with kExhausted: the work limit was met, nothing is known.
+ * each time (the triangle of the lowest number). A curved surface is turned as its nearest point is: no other point of
+ * it is looked for. kNone: nothing in reach, `nearest` untouched, as with kExhausted: the work limit was met, nothing
+ * is known.
  */
 [[nodiscard]] NearestResult nearestOnShape(const Shape& shape, NearestQuery& query, Nearest& nearest) HD_RT;
 [[nodiscard]] NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& nearest) HD_RT;

@@ -6,6 +6,7 @@
 #include "rt/geometry/pseudo_normal.h"
 #include "rt/geometry/tree_walk.h"
 #include "rt/geometry/triangle.h"
+#include "rt/geometry/vicinity.h"
 
 namespace hapticd {
 namespace {
@@ -30,21 +31,30 @@ NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& 
     if (query.turned && !(n.dot(query.axis) > query.cosine * std::sqrt(nn))) return;
     const TriangleFoot here = nearestOnTriangle(v, query.x);
     const double squared = (query.x - here.point).squaredNorm();
-    if (!(squared < best)) return;
+    // Of equals the lowest, so that any order will do.
+    if (!(squared < best || (squared == best && t < triangle && triangle != HD_NO_INDEX))) return;
     best = squared;
     foot = here;
     triangle = t;
   };
-  const BoxTests& tests = boxTests();
-  const BoxPoint point = boxPoint(query.x);
-  const bool finished = walkTree(
-      mesh, {query.work, query.limit},
-      [&](const hd_bvh_node& node, float* key) { return tests.approach(node, point, roundedUp(best), key); },
-      [&] { return roundedUp(best); },
-      [&](std::uint32_t first, std::uint32_t count) {
-        for (std::uint32_t t = first; t < first + count; ++t) look(t);
-      });
-  if (!finished) return NearestResult::kExhausted;
+  const Vicinity* const vicinity = query.vicinity;
+  if (vicinity != nullptr && vicinity->room(query.x) >= query.reach) {
+    query.work += vicinity->reach(query.x, query.x, query.reach, true, [&](std::uint32_t t) {
+      ++query.work;
+      look(t);
+    });
+  } else {
+    const BoxTests& tests = boxTests();
+    const BoxPoint point = boxPoint(query.x);
+    const bool finished = walkTree(
+        mesh, {query.work, query.limit},
+        [&](const hd_bvh_node& node, float* key) { return tests.approach(node, point, roundedUp(best), key); },
+        [&] { return roundedUp(best); },
+        [&](std::uint32_t first, std::uint32_t count) {
+          for (std::uint32_t t = first; t < first + count; ++t) look(t);
+        });
+    if (!finished) return NearestResult::kExhausted;
+  }
   if (triangle == HD_NO_INDEX) return NearestResult::kNone;
   nearest = {foot.point, faceNormal(mesh, triangle), Vec3::Zero(), best, triangle, foot.kind, foot.corner};
   nearest.pseudo_normal = pseudoNormal(mesh, triangle, foot.kind, foot.corner, query.work);

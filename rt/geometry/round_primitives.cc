@@ -11,7 +11,7 @@ template <class Foot>
 bool sweepRound(const Sweep& sweep, SweepHit& hit, Foot&& foot) HD_RT {
   double t = 0;
   Vec3 normal;
-  if (!firstTouch(sweep, roundingOf(sweep), hit.t, foot, t, normal)) return false;
+  if (!firstTouch(sweep, roundingOf(sweep), hit.t, foot, t, normal) || t >= hit.t) return false;
   const double offset = normal.dot(foot(Vec3(sweep.a + t * sweep.d))) + sweep.radius;
   hit = SweepHit{};
   hit.t = t;

@@ -19,13 +19,20 @@
 
 namespace hapticd {
 
+class Vicinity;
+
 /** The swept centre: a + t d, t in [0, 1]. */
 struct Sweep {
   Vec3 a = Vec3::Zero();
   Vec3 d = Vec3::Zero();
-  double radius = 0;        ///< Of the ball [m].
-  double tolerance = 0;     ///< Depth at which a start still counts as outside [m].
-  bool two_sided = false;   ///< Both faces of triangles stop the point.
+  double radius = 0;       ///< Of the ball [m].
+  double tolerance = 0;    ///< Depth at which a start still counts as outside [m].
+  bool two_sided = false;  ///< Both faces of triangles stop the point.
+  /** A triangle of the mesh that may well be met first: tried first, it shortens the search, whose answer is the same.
+   */
+  std::uint32_t hint = HD_NO_INDEX;
+  /** Triangles of the mesh about the start, if somebody keeps them: asked instead of the tree as far as they reach. */
+  const Vicinity* vicinity = nullptr;
   std::uint32_t work = 0;   ///< In and out: tree nodes and triangles visited, primitives too.
   std::uint32_t limit = 0;  ///< Of `work`.
 };
@@ -57,8 +64,9 @@ enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
 [[nodiscard]] bool sweepRoundBox(const Vec3& half, const Sweep& sweep, SweepHit& hit) HD_RT;
 [[nodiscard]] bool sweepRoundCylinder(double radius, double half, const Sweep& sweep, SweepHit& hit) HD_RT;
 /**
- * Point or ball against triangles. On a one-sided mesh an edge or vertex stops the ball only from outside; a ball that
- * overlaps one triangle is still stopped by those it does not touch yet.
+ * Point or ball against triangles. Of triangles met at the same time the one of the lowest number is the first, so that
+ * the answer does not depend on the order in which they are tried. On a one-sided mesh an edge or vertex stops the ball
+ * only from outside; a ball that overlaps one triangle is still stopped by those it does not touch yet.
  */
 [[nodiscard]] SweepResult sweepMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT;
 [[nodiscard]] SweepResult sweepBallOverMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT;

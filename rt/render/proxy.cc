@@ -84,6 +84,23 @@ void ProxyRenderer::fitRadius(Step& step) HD_RT {
   radius_ = room;
 }
 
+/**
+ * What is kept of the triangles about the proxy, which stands at `start` in that object's frame; null if nothing is: in
+ * free space a sweep meets few boxes anyway.
+ */
+const Vicinity* ProxyRenderer::vicinityOf(Step& step, std::uint32_t slot, const Vec3& start) HD_RT {
+  for (int i = 0; i < step.near_count; ++i) {
+    if (step.near[i].slot == slot) return step.near[i].vicinity;
+  }
+  const SceneObject& object = step.scene->slot(slot);
+  if (!keep_ || object_ == 0 || object.shape.kind != ShapeKind::kMesh || step.near_count == Surroundings::kMeshes)
+    return nullptr;
+  const ProxyPlace place{start, toLocal(object.X_WO, step.goal), radius_};
+  const Vicinity* const vicinity = surroundings_.about(slot, object.shape, place, step.gathered);
+  step.near[step.near_count++] = {slot, vicinity};
+  return vicinity;
+}
+
 Vec3 ProxyRenderer::startIn(const Step& step, std::uint32_t slot) const HD_RT {
   return step.together ? toLocal(step.scene->slot(slot).X_WO, proxy_) : start_[slot];
 }
@@ -120,6 +137,8 @@ bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, bool& hit, std::uint
     sweep.radius = radius_;
     sweep.tolerance = kNear * skin;
     sweep.two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
+    if (i == hint_slot_) sweep.hint = hint_;
+    sweep.vicinity = vicinityOf(step, i, sweep.a);
     sweep.work = step.work;
     sweep.limit = kMaxWork;
     const SweepResult result = sweepShape(object.shape, sweep, first);
@@ -129,6 +148,10 @@ bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, bool& hit, std::uint
       hit = true;
       slot = i;
     }
+  }
+  if (hit) {
+    hint_slot_ = slot;
+    hint_ = first.feature;
   }
   return true;
 }
@@ -172,6 +195,7 @@ void ProxyRenderer::settle(Step& step) HD_RT {
         break;
       }
       if (round >= kMaxRounds) return;
+      if (next.in_groove) ++step.broken;
       const double skin = step.skin(step.scene->slot(slot));
       if (first.height > 1.5 * skin) {
         const SceneObject& object = step.scene->slot(slot);
@@ -210,7 +234,7 @@ ProxyRenderer::Support ProxyRenderer::support(Step& step) const HD_RT {
 void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT {
   behind_ = !step.together;
   if (behind_) proxy_ = here(step);
-  contact.work = step.work;
+  contact.work = step.work + step.gathered;
   const Support support = this->support(step);
   const std::uint32_t object = step.met != 0 ? step.scene->slot(step.met).id : object_;
   const SceneObject* surface = support.touching ? step.scene->find(object) : nullptr;

@@ -11,6 +11,7 @@
 #include "rt/base/math.h"
 #include "rt/geometry/half_spaces.h"
 #include "rt/geometry/sweep.h"
+#include "rt/render/surroundings.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {
@@ -29,7 +30,8 @@ struct SurfaceContact {
   bool touch = false;      ///< Contact began this tick.
   bool untouch = false;    ///< Contact ended this tick.
   std::uint32_t left = 0;  ///< With untouch: the object of the contact that ended.
-  std::uint32_t work = 0;  ///< Tree nodes, triangles and primitives visited: bounded, see kMaxWork.
+  /** Tree nodes, triangles and primitives visited: bounded, see kMaxWork; what Surroundings visits comes on top. */
+  std::uint32_t work = 0;
 };
 
 /**
@@ -57,6 +59,9 @@ class ProxyRenderer {
    * else tick by tick: a ball that grows pushes nobody. Not finite or negative counts as 0.
    */
   void setRadius(double radius) HD_RT { wanted_radius_ = std::isfinite(radius) && radius > 0 ? radius : 0; }
+  /** Whether triangles are kept from tick to tick. It changes no force, only what it costs; for tests and benchmarks.
+   */
+  void keepSurroundings(bool keep) HD_RT { keep_ = keep; }
   /** As set [m]. */
   [[nodiscard]] double radius() const HD_RT { return wanted_radius_; }
 
@@ -83,7 +88,8 @@ class ProxyRenderer {
     Vec3 target = Vec3::Zero();
     Vec3 then = Vec3::Zero();  ///< After it, without a new look at the surfaces.
     bool has_then = false;
-    bool stay = false;  ///< The proxy is where it belongs.
+    bool in_groove = false;  ///< The way leads through the air above a groove.
+    bool stay = false;       ///< The proxy is where it belongs.
   };
   /** What keeps the proxy from the hip, exactly on the surfaces. In W. */
   struct Support {
@@ -103,6 +109,7 @@ class ProxyRenderer {
   void hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT;
   Plan plan(Step& step) HD_RT;
   Plan planOnCurve(Step& step, const Vec3& here) HD_RT;
+  Plan planInGroove(Step& step, const Vec3& here, double rest) HD_RT;
   [[nodiscard]] bool tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x, Vec3& normal,
                                double& offset) const HD_RT;
   [[nodiscard]] Support support(Step& step) const HD_RT;
@@ -112,6 +119,7 @@ class ProxyRenderer {
   bool goVia(Step& step, const Vec3* way, int count, double most) HD_RT;
   void finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT;
   [[nodiscard]] int foremost(const Step& step, std::uint32_t active) const HD_RT;
+  const Vicinity* vicinityOf(Step& step, std::uint32_t slot, const Vec3& start) HD_RT;
   [[nodiscard]] Vec3 startIn(const Step& step, std::uint32_t slot) const HD_RT;
   [[nodiscard]] Vec3 here(const Step& step) const HD_RT;
 
@@ -120,7 +128,11 @@ class ProxyRenderer {
   double wanted_radius_ = 0;
   std::uint32_t object_ = 0;  ///< Id of the object in contact, 0 in free space.
   bool slip_ = false;
+  std::uint32_t hint_slot_ = 0;  ///< Where the last triangle was met: likely the next one too.
+  std::uint32_t hint_ = HD_NO_INDEX;
   bool started_ = false;
+  bool keep_ = true;
+  Surroundings surroundings_;
 
   /**
    * Where a step ends before the proxy stands at one place relative to all moving objects (squeezed, or out of work),

@@ -73,6 +73,9 @@ Nearest ProxyRenderer::nearerSurface(Step& step, const Support& now, std::uint32
     query.turned = true;
     query.axis = object.X_WO.q.conjugate() * (now.foot - step.goal).normalized();
     query.cosine = kOpposed;
+    for (int k = 0; k < step.near_count; ++k) {
+      if (step.near[k].slot == looked) query.vicinity = step.near[k].vicinity;
+    }
     query.work = step.work;
     query.limit = kMaxWork;
     Nearest near;

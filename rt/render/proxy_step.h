@@ -13,7 +13,15 @@ namespace hapticd {
 inline constexpr double kSkin = 0x1p-40;   // Of the coordinates involved.
 inline constexpr double kNear = 1.0 / 16;  // Of the skin: differences that are rounding.
 
-inline Vec3 toLocal(const Pose& X, const Vec3& x) HD_RT { return X.q.conjugate() * (x - X.p); }
+/** q x, as Eigen computes it, but inline: a tick needs a dozen. */
+[[gnu::always_inline]] inline Vec3 rotated(const Quat& q, const Vec3& x) HD_RT {
+  const Vec3 u = q.vec();
+  Vec3 uv = u.cross(x);
+  uv += uv;
+  return x + q.w() * uv + u.cross(uv);
+}
+
+inline Vec3 toLocal(const Pose& X, const Vec3& x) HD_RT { return rotated(X.q.conjugate(), x - X.p); }
 
 inline double extent(const Vec3& x) HD_RT { return x.cwiseAbs().maxCoeff(); }
 
@@ -27,7 +35,14 @@ struct ProxyRenderer::Step {
   bool slip = false;
   std::uint32_t work = 0;
   std::uint32_t sweeps = 0;
-  std::uint32_t met = 0;  ///< Slot of the last surface met in this step, 0 for none.
+  int broken = 0;              ///< Ways above grooves that something stood in.
+  std::uint32_t met = 0;       ///< Slot of the last surface met in this step, 0 for none.
+  std::uint32_t gathered = 0;  ///< Visited for the surroundings: counted apart, they decide nothing.
+  struct {
+    std::uint32_t slot = 0;
+    const Vicinity* vicinity = nullptr;
+  } near[Surroundings::kMeshes];  ///< Asked for in this step.
+  int near_count = 0;
   Constraint held[kMaxHalfSpaces];
   int count = 0;
 

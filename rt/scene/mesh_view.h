@@ -34,6 +34,7 @@ struct MeshView {
     const std::uint32_t* triangle_leaf = nullptr;
     const std::uint32_t* source_vertex = nullptr;
     std::uint32_t source_count = 0;
+    std::uint64_t moves = 0;  ///< Of vertices, so far.
   };
 
   const Float3* vertices = nullptr;

@@ -56,6 +56,7 @@ ErrorCode moveVertex(MeshView& mesh, std::uint32_t vertex, const float (&p)[3]) 
     if (!(std::fabs(x) <= HD_MAX_COORDINATE)) return ErrorCode::kInvalidArgument;
   const std::uint32_t v = d.source_vertex[vertex];
   if (v == HD_NO_INDEX) return ErrorCode::kOk;  // of no triangle: nothing to move
+  ++d.moves;
   std::copy_n(p, 3, d.vertices[v]);
   for (std::uint32_t i = d.vertex_first[v]; i < d.vertex_first[v + 1]; ++i) {
     const std::uint32_t t = d.vertex_triangles[i];

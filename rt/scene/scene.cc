@@ -92,6 +92,8 @@ ErrorCode Scene::makeShape(const ShapeParameters& parameters, Shape& shape) cons
   shape.kind = static_cast<ShapeKind>(parameters.kind);
   shape.size = vec3(parameters.size);
   shape.mesh = nullptr;
+  static std::atomic<std::uint64_t> made{0};  // In all scenes: the meshes of one may stand where another's stood.
+  shape.number = made.fetch_add(1, std::memory_order_relaxed) + 1;
   const auto positive = [&](int i) { return std::isfinite(shape.size[i]) && shape.size[i] > 0; };
   bool good = true;
   switch (shape.kind) {

@@ -1,0 +1,63 @@
+/** @file
+ * The triangles about a proxy, kept from tick to tick: where, how far, and when they are gathered anew.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "rt/geometry/vicinity.h"
+#include "rt/scene/scene.h"
+
+namespace hapticd {
+
+/** Where a proxy is about to ask its questions, in the frame of the object asked. */
+struct ProxyPlace {
+  Vec3 proxy = Vec3::Zero();  ///< Centre of the ball.
+  Vec3 hip = Vec3::Zero();
+  double radius = 0;  ///< Of the ball [m].
+};
+
+/**
+ * Of one proxy. What it gives is only asked instead of a tree, as far as it reaches, and changes no answer: how much is
+ * kept is a matter of time alone. Servo thread; deterministic.
+ *
+ * A vicinity holds the ball that the sweeps and the look for a nearer surface need now, a margin about it, and lies
+ * ahead of the hand. The margin grows while the vicinity holds few triangles and shrinks where it holds many: coarse
+ * meshes are seldom gathered, fine ones not beyond what a vicinity takes.
+ */
+class Surroundings {
+ public:
+  /** Meshes kept at a time. */
+  static constexpr int kMeshes = 2;
+
+  /** Forgets everything. */
+  void clear() HD_RT;
+  /**
+   * The vicinity of the place on that object, gathered now if need be; null if there is none. Once a tick and object;
+   * it holds to the end of the tick. `work` grows by what was visited.
+   */
+  const Vicinity* about(std::uint32_t slot, const Shape& shape, const ProxyPlace& place, std::uint32_t& work) HD_RT;
+
+ private:
+  struct Kept {
+    std::uint32_t slot = 0;
+    std::uint64_t number = 0;  ///< Shape::number; 0: nothing is kept.
+    std::uint64_t moves = 0;   ///< Of the mesh's vertices, when it was gathered.
+    std::uint64_t used = 0;    ///< When.
+    Vec3 hip = Vec3::Zero();   ///< In the tick before.
+    double margin = 0;         ///< [m]
+    double deepest = 0;        ///< Depth to which the look for a nearer surface is kept too [m].
+    std::uint32_t rest = 0;    ///< Ticks without, after one that did not fit.
+    Vicinity vicinity;
+  };
+
+  Kept& keptFor(std::uint32_t slot, const Shape& shape, const Vec3& hip) HD_RT;
+  static void gather(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& ahead,
+                     std::uint32_t& work) HD_RT;
+
+  std::array<Kept, kMeshes> kept_;
+  std::uint64_t clock_ = 0;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,221 @@
+/** @file
+ * What is kept of the triangles about a proxy changes no bit of what is felt: two renderers on the same way, one of
+ * them without.
+ */
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "rt/geometry/boxes.h"
+#include "tests/property/random.h"
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using testing::kTick;
+using testing::TestMesh;
+using testing::TestScene;
+
+constexpr double kSize = 0.03;  // [m]
+
+/** A closed ball with bumps, a sheet with waves that can move, a needle-ridden clod, and a box as the plainest mesh. */
+std::vector<TestMesh> someMeshes(Random& random, unsigned seed) {
+  std::vector<TestMesh> meshes;
+  meshes.push_back(testing::sphereMesh(kSize, 16 + random.below(24)));
+  for (auto& v : meshes[0].vertices) {
+    const auto f = static_cast<float>(random.in(0.97, 1.03));
+    for (float& x : v) x *= f;
+  }
+  const double wave = random.in(100, 600), high = random.in(0, 0.002);
+  meshes.push_back(testing::heightMesh(
+      2 * kSize, 30, [&](double x, double y) { return high * std::sin(wave * x) * std::sin(wave * y); }));
+  std::mt19937 engine(seed);
+  meshes.push_back(testing::crumpled(engine, 8));
+  for (auto& v : meshes[2].vertices)
+    for (float& x : v) x *= static_cast<float>(kSize);
+  meshes.push_back(testing::boxMesh(Vec3(kSize, 0.5 * kSize, 0.00003)));
+  return meshes;
+}
+
+struct World {
+  TestScene t;
+  std::vector<TestMesh> meshes;
+  std::vector<MeshView*> views;
+  std::vector<std::uint32_t> ids;
+
+  World(Random& random, unsigned seed) : meshes(someMeshes(random, seed)) {
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+      views.push_back(i == 1 ? meshes[i].deformableView() : meshes[i].view());
+      const double mu = random.once(2) ? random.in(0, 0.8) : 0;
+      const bool two_sided = i == 1 && random.once(2);
+      const Pose X{Vec3(2.2 * kSize * (i % 2), 2.2 * kSize * (i / 2), 0) + random.vector(0.1 * kSize),
+                   Quat(Eigen::AngleAxisd(random.in(0, 3), random.vector(1).normalized()))};
+      ids.push_back(t.addMesh(views[i], X, {random.in(100, 2000), 0, mu, 0.7 * mu},
+                              HD_OBJECT_ENABLED | (two_sided ? 0u + HD_OBJECT_TWO_SIDED : 0u)));
+    }
+  }
+
+  /** Something happens to the scene, mostly to what is touched. */
+  void disturb(Random& random) {
+    auto which = static_cast<std::size_t>(random.below(static_cast<int>(ids.size())));
+    for (std::size_t i = 0; i < ids.size() && !random.once(4); ++i) which = ids[i] == t.contact.object ? i : which;
+    const Pose X = t.scene->find(ids[which])->X_WO;
+    switch (random.below(4)) {
+      case 0:  // Moves on, or stops.
+        t.pose(ids[which], X, random.once(2) ? Twist{} : Twist{random.vector(0.1), random.vector(2)});
+        break;
+      case 1:  // Is somewhere else.
+        t.pose(ids[which], {X.p + random.vector(kSize), X.q});
+        break;
+      case 2: {  // Waves about the hand.
+        const Vec3 at = t.scene->find(ids[1])->X_WO.inverse() * t.contact.proxy;
+        std::vector<hd_vertex_move> moves;
+        for (std::uint32_t i = 0; i < views[1]->vertex_count; ++i) {
+          const float* v = views[1]->vertices[i];
+          if ((Vec3(v[0], v[1], v[2]) - at).norm() > 0.006) continue;
+          moves.push_back({i, {v[0], v[1], v[2] + static_cast<float>(random.in(-0.0005, 0.0005))}});
+        }
+        t.moveVertices(ids[1], moves);
+        break;
+      }
+      default: {  // Takes the shape of another, or its own again.
+        Command command;
+        command.kind = CommandKind::kSetShape;
+        auto& order = command.as<SetShape>();
+        order = SetShape{};
+        order.object = ids[which];
+        order.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
+        order.shape.mesh = 1 + static_cast<std::uint32_t>(random.below(4));
+        EXPECT_EQ(t.scene->apply(command), ErrorCode::kOk);
+      }
+    }
+  }
+};
+
+/** A hand that strokes the meshes, rests, hurries, leaps, and now and then is deep inside. */
+class Hand {
+ public:
+  explicit Hand(Random& random) : random_(random) {}
+  const Vec3& next() {
+    if (random_.once(40)) aim_ = Vec3(random_.in(-1.2, 3.4), random_.in(-1.2, 3.4), random_.in(-1.2, 1.2)) * kSize;
+    if (random_.once(30)) step_ = random_.once(4) ? 0 : std::pow(10.0, random_.in(-6, -2.5));
+    if (random_.once(300)) p_ = aim_;
+    const Vec3 way = aim_ - p_;
+    p_ += std::min(1.0, step_ / std::max(way.norm(), 1e-12)) * way;
+    return p_;
+  }
+
+ private:
+  Random& random_;
+  Vec3 p_ = Vec3(0, 0, 3 * kSize), aim_ = Vec3::Zero();
+  double step_ = 1e-4;
+};
+
+void expectSameContact(const SurfaceContact& a, const SurfaceContact& b) {
+  ASSERT_EQ(a.force, b.force);
+  ASSERT_EQ(a.proxy, b.proxy);
+  ASSERT_EQ(a.point, b.point);
+  ASSERT_EQ(a.normal, b.normal);
+  ASSERT_EQ(a.depth, b.depth);
+  ASSERT_EQ(a.object, b.object);
+  ASSERT_EQ(a.slip, b.slip);
+  ASSERT_EQ(a.touch, b.touch);
+  ASSERT_EQ(a.untouch, b.untouch);
+}
+
+void keptOrNotIsFeltAlike(unsigned seed, int& contacts) {
+  Random random(seed);
+  World w(random, seed);
+  Hand hand(random);
+  ProxyRenderer plain;
+  plain.keepSurroundings(false);
+  for (int i = 0; i < 1500; ++i) {
+    if (random.once(12)) w.disturb(random);
+    if (i % 500 == 0) {
+      const double radius = random.once(2) ? 0 : std::pow(10.0, random.in(-4, -2.3));
+      w.t.proxy.setRadius(radius);
+      plain.setRadius(radius);
+    }
+    const Vec3 hip = hand.next(), v = random.vector(0.1);
+    const SurfaceContact& kept = w.t.tick(hip, v);
+    SurfaceContact contact;
+    plain.step(*w.t.scene, hip, v, kTick, contact);
+    SCOPED_TRACE(i);
+    ASSERT_NO_FATAL_FAILURE(expectSameContact(kept, contact));
+    contacts += contact.object != 0;
+  }
+}
+
+void keptOrNotIsFeltAlikeOn(VectorPath path) {
+  const VectorPath before = vectorPath();
+  if (!choosePath(path)) GTEST_SKIP() << "no " << nameOf(path) << " here";
+  int contacts = 0;
+  for (const unsigned seed : seeds(40)) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    keptOrNotIsFeltAlike(seed, contacts);
+    if (::testing::Test::HasFailure()) break;
+  }
+  choosePath(before);
+  EXPECT_GT(contacts, 1000);
+}
+
+TEST(SurroundingsProperty, KeptOrNotIsFeltAlikeToTheBit) { keptOrNotIsFeltAlikeOn(vectorPath()); }
+TEST(SurroundingsProperty, KeptOrNotIsFeltAlikeToTheBitOnThePortablePath) {
+  keptOrNotIsFeltAlikeOn(VectorPath::kPortable);
+}
+
+TEST(SurroundingsProperty, WhatIsTriedFirstChangesNothing) {
+  // On a plane of many triangles, by segments and balls that meet several of them at the same time.
+  Random random(1);
+  TestMesh mesh = testing::heightMesh(1, 8, [](double, double) { return 0.0; });
+  const MeshView& view = *mesh.view();
+  int ties = 0;
+  for (int i = 0; i < 20000; ++i) {
+    Sweep sweep;
+    sweep.a = Vec3(0.25 * random.below(8) - 1, 0.25 * random.below(8) - 1, random.once(2) ? 0.5 : 0.51);
+    sweep.d = Vec3(0.125 * random.below(3), 0.125 * random.below(3), -1);
+    sweep.radius = 0.0625 * random.below(3);
+    sweep.limit = 1u << 20;
+    SweepHit hit, hinted;
+    const SweepResult result = sweepMesh(view, sweep, hit);
+    sweep.hint = static_cast<std::uint32_t>(random.below(static_cast<int>(view.triangle_count)));
+    ASSERT_EQ(sweepMesh(view, sweep, hinted), result);
+    ASSERT_EQ(hit.t, hinted.t);
+    ASSERT_EQ(hit.feature, hinted.feature) << sweep.hint;
+    ASSERT_EQ(hit.normal, hinted.normal);
+    SweepHit alone;
+    sweep.limit = 0;  // The hint is tried, and then no more.
+    ties += sweep.hint != hit.feature && sweepMesh(view, sweep, alone) == SweepResult::kExhausted && alone.t == hit.t;
+  }
+  EXPECT_GT(ties, 50);
+}
+
+TEST(SurroundingsProperty, AStrokeSeldomLooksIntoTheTree) {
+  TestMesh mesh = testing::sphereMesh(kSize, 64);
+  for (const double radius : {0.0, 0.001}) {
+    TestScene t;
+    t.addMesh(mesh.view(), {}, {1000, 0, 0, 0});
+    ProxyRenderer plain;
+    plain.keepSurroundings(false);
+    for (ProxyRenderer* proxy : {&t.proxy, &plain}) {
+      proxy->setRadius(radius);
+      proxy->reset(Vec3(0, 0, 2 * kSize));
+    }
+    int less = 0;
+    constexpr int kTicks = 1000;
+    for (int i = 0; i < kTicks; ++i) {
+      const double a = 0.5 + 0.003 * i;
+      const Vec3 hip = (kSize + radius - 0.001) * Vec3(std::cos(0.1 * a) * std::sin(a), std::sin(0.1 * a), std::cos(a));
+      SurfaceContact contact;
+      const std::uint32_t kept = t.tick(hip).work;
+      plain.step(*t.scene, hip, Vec3::Zero(), kTick, contact);
+      less += kept < contact.work;
+    }
+    EXPECT_GT(less, kTicks / 2) << radius;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -10,6 +10,9 @@ constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a step tha
 constexpr std::uint32_t kLate = 16;       // Sweeps.
 constexpr double kConeRounding = 1e-9;    // Of the radius of a friction cone.
 constexpr double kOnFace = 8;             // Skins, twice the height by which a ball on an edge rolls off a face.
+constexpr int kMaxTurns = 16;             // Of the tangent planes of a groove,
+constexpr int kMaxBroken = 2;             // A third surface is about: along the planes, lest one is lost in the air.
+constexpr double kMaxFactor = 0.95;       // each nearer by this factor at most.
 constexpr double kMaxTurnCosine = 0.5;    // A curved surface's normal turns at most 60 degrees per plan.
 
 /** The point nearest to x of the edge, drawn out, or of the vertex that a ball touches at `point`. */
@@ -31,6 +34,34 @@ Vec3 footOnRim(const Shape& shape, FeatureKind kind, std::uint32_t feature, std:
   (shape.size - point.cwiseAbs()).maxCoeff(&along);
   foot[along] = x[along];
   return foot;
+}
+
+/** Whether x is above or below the triangle's face, seen from its edge that begins at `corner` and passes `foot`. */
+bool isOverFace(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& normal,
+                const Vec3& x) HD_RT {
+  const Vec3 a = mesh.vertex(triangle, corner), along = mesh.vertex(triangle, (corner + 1) % 3) - a;
+  return normal.cross(along).dot(x - a) > 0;
+}
+
+/**
+ * The face of a mesh, grown by `radius`, that a ball comes to which rolls over an edge toward x: normal and offset.
+ * False if it stays on the edge.
+ */
+bool faceBeyondEdge(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& x, double radius,
+                    Vec3& normal, double& offset) HD_RT {
+  const std::uint32_t across = mesh.neighbours != nullptr ? mesh.neighbours[triangle][corner] : HD_NO_INDEX;
+  if (across == HD_NO_INDEX) return false;
+  std::uint32_t back = 0;
+  while (back < 2 && mesh.neighbours[across][back] != triangle) ++back;
+  const Vec3 here = faceNormal(mesh, triangle), there = faceNormal(mesh, across);
+  const bool over_here = isOverFace(mesh, triangle, corner, here, x);
+  const bool over_there = isOverFace(mesh, across, back, there, x);
+  if (!over_here && !over_there) return false;
+  const Vec3 a = mesh.vertex(triangle, corner);
+  const bool takes_here = over_here && (!over_there || here.dot(x - a) >= there.dot(x - a));
+  normal = takes_here ? here : there;
+  offset = normal.dot(a) + radius;
+  return true;
 }
 
 double settled(std::uint32_t sweeps) HD_RT { return sweeps < kLate ? kSettled : kSettledLate; }
@@ -57,7 +88,7 @@ void ProxyRenderer::hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD
   met.kind = hit.kind;
   met.corner = hit.corner;
   met.point = hit.point;
-  met.surface.normal = object.X_WO.q * hit.normal;
+  met.surface.normal = rotated(object.X_WO.q, hit.normal);
   met.surface.offset = hit.offset + met.surface.normal.dot(object.X_WO.p);
   met.skin = step.skin(object);
   if (hit.kind != FeatureKind::kFace && object.shape.kind == ShapeKind::kMesh) {
@@ -82,10 +113,17 @@ void ProxyRenderer::hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD
   step.count = kept + 1;
 }
 
-/** The tangent plane of a curved surface, grown by the radius, at its point nearest to x. In the object's frame. */
+/**
+ * The tangent plane of a curved surface, grown by the radius, at its point nearest to x; of a mesh's edge, where x is
+ * beyond it, the face to which it leads. In the object's frame.
+ */
 bool ProxyRenderer::tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x, Vec3& normal,
                               double& offset) const HD_RT {
   if (c.kind == FeatureKind::kFace) return tangentNearest(object.shape, c.feature, x, normal, offset, radius_);
+  const bool one_sided_edge = object.shape.kind == ShapeKind::kMesh && c.kind == FeatureKind::kEdge &&
+                              (object.flags & HD_OBJECT_TWO_SIDED) == 0;
+  if (one_sided_edge && faceBeyondEdge(*object.shape.mesh, c.feature, c.corner, x, radius_, normal, offset))
+    return true;
   normal = x - footOnRim(object.shape, c.kind, c.feature, c.corner, c.point, x);
   const double length = normal.norm();
   if (!(length > 0)) return false;
@@ -102,7 +140,7 @@ ProxyRenderer::Plan ProxyRenderer::planOnCurve(Step& step, const Vec3& here) HD_
   Vec3 normal;
   double offset = 0;
   if (!tangentTo(object, c, toLocal(object.X_WO, step.goal), normal, offset)) return plan;
-  normal = object.X_WO.q * normal;
+  normal = rotated(object.X_WO.q, normal);
   const double cosine = normal.dot(c.surface.normal);
   if (cosine < kMaxTurnCosine) return plan;  // Far to go: along the tangent plane, and again from there.
   offset += normal.dot(object.X_WO.p);
@@ -115,6 +153,54 @@ ProxyRenderer::Plan ProxyRenderer::planOnCurve(Step& step, const Vec3& here) HD_
   plan.target = over;
   plan.then = last;
   plan.has_then = true;
+  return plan;
+}
+
+/**
+ * In the groove of two surfaces of which one at least is curved: to the point of both nearest to the goal, found by
+ * turning their tangent planes before anything is swept; over the edge of these and the present ones.
+ */
+ProxyRenderer::Plan ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest) HD_RT {
+  Plan plan;
+  HalfSpace planes[kMaxHalfSpaces];  // The present ones, and those at the point sought.
+  double tolerance = 0;
+  for (int i = 0; i < 2; ++i) {
+    planes[i] = step.held[i].surface;
+    planes[i].offset += step.held[i].skin;
+    planes[2 + i] = planes[i];
+    tolerance = std::max(tolerance, kNear * step.held[i].skin);
+  }
+  Vec3 last = here, moved = Vec3::Zero();
+  for (int turn = 0;; ++turn) {
+    bool curved = false;
+    for (int i = 0; i < 2; ++i) {
+      const Constraint& c = step.held[i];
+      const SceneObject& object = step.scene->slot(c.slot);
+      HalfSpace& plane = planes[2 + i];
+      if (!tangentTo(object, c, toLocal(object.X_WO, last), plane.normal, plane.offset)) continue;
+      curved = true;
+      plane.normal = rotated(object.X_WO.q, plane.normal);
+      plane.offset += plane.normal.dot(object.X_WO.p) + c.skin;
+      if (plane.normal.dot(c.surface.normal) < kMaxTurnCosine) return plan;
+    }
+    Vec3 next = step.goal;
+    std::uint32_t active = 0;
+    if (!curved || !nearestInside(planes + 2, 2, tolerance, next, active)) return plan;
+    const Vec3 move = next - last;
+    last = next;
+    if (move.norm() <= rest) break;
+    if (turn >= kMaxTurns) return plan;
+    // Each turn shortens the rest of the way by about the same factor: all at once (Aitken).
+    const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
+    if (factor > 0 && factor < kMaxFactor) last += factor / (1 - factor) * move;
+    moved = move;
+  }
+  Vec3 over = last;
+  std::uint32_t active = 0;
+  if ((last - here).norm() <= rest || !nearestInside(planes, 4, tolerance, over, active)) return plan;
+  plan.target = over;
+  plan.then = last;
+  plan.has_then = plan.in_groove = true;
   return plan;
 }
 
@@ -159,6 +245,9 @@ ProxyRenderer::Plan ProxyRenderer::plan(Step& step) HD_RT {
   }
   if (step.count == 1) {
     Plan curved = planOnCurve(step, at);
+    if (curved.has_then) return curved;
+  } else if (step.count == 2 && step.broken < kMaxBroken) {
+    Plan curved = planInGroove(step, at, rest);
     if (curved.has_then) return curved;
   }
   plan.target = foot;

@@ -230,5 +230,28 @@ TEST(ProxyBall, ARisingSheetPushesOneRadiusBefore) {
   }
 }
 
+TEST(ProxyBall, ComesToRestOnEdgesAndInGroovesInItsOwnTick) {
+  // As deep as the radius, where steps from tangent plane to tangent plane come no nearer or only slowly.
+  TestMesh mesh = testing::sphereMesh(0.05, 60);
+  for (auto& v : mesh.vertices) {
+    const Vec3 u = Vec3(v[0], v[1], v[2]).normalized();
+    const double wave = 0.01 * std::sin(30 * u.x()) * std::sin(30 * u.y()) * std::sin(30 * u.z());
+    for (float& x : v) x *= static_cast<float>(1 + wave);
+  }
+  TestScene t;
+  t.addMesh(mesh.view(), {}, {1000, 0, 0, 0});
+  t.proxy.setRadius(0.001);
+  t.tick(Vec3(0.06, 0, 0));
+  int late = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double a = 0.003 * i;
+    const Vec3 u(std::cos(a), std::sin(a) * std::cos(0.3 + 0.1 * a), std::sin(a) * std::sin(0.3 + 0.1 * a));
+    const Vec3 hip = 0.0499 * u;
+    const Vec3 proxy = t.tick(hip).proxy;
+    late += (t.tick(hip).proxy - proxy).norm() > 2e-9;
+  }
+  EXPECT_LT(late, 4);
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -8,6 +8,11 @@ namespace hapticd {
 bool nearestOnPlanes(const HalfSpace* planes, std::uint32_t mask, Vec3& x) HD_RT {
   // One plane after the other, each step along the part of its normal that keeps the planes before it.
   constexpr double kParallel = 1e-12;  // Sine of the angle below which two planes have no line in common.
+  if (std::has_single_bit(mask)) {
+    const HalfSpace& plane = planes[std::countr_zero(mask)];
+    x -= plane.normal * (plane.height(x) / plane.normal.squaredNorm());
+    return true;
+  }
   Vec3 basis[3];
   int rank = 0;
   Vec3 result = x;

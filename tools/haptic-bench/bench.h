@@ -36,6 +36,7 @@ void addModels(CLI::App& app, Run& chosen);
 void addReplay(CLI::App& app, Run& chosen);
 void addRing(CLI::App& app, Run& chosen);
 void addServo(CLI::App& app, Run& chosen);
+void addDevice(CLI::App& app, Run& chosen);
 void addCost(CLI::App& app, Run& chosen);
 void addZwidth(CLI::App& app, Run& chosen);
 void addCollide(CLI::App& app, Run& chosen);

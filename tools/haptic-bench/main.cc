@@ -24,6 +24,7 @@ constexpr haptic_bench::AddBenchmark kBenchmarks[] = {
     haptic_bench::addReplay,
     haptic_bench::addRing,
     haptic_bench::addServo,
+    haptic_bench::addDevice,
     haptic_bench::addCost,
     haptic_bench::addZwidth,
     haptic_bench::addCollide,

@@ -17,14 +17,14 @@ constexpr std::size_t kPacket = 64;
 
 class InProcessUsb final : public hapticd::UsbTransport {
  public:
-  InProcessUsb(UsbModel& model, hapticd::ManualClock& clock, std::shared_ptr<bool> taken)
+  InProcessUsb(UsbModel& model, hapticd::Clock& clock, std::shared_ptr<bool> taken)
       : model_(model), clock_(clock), taken_(std::move(taken)) {
     *taken_ = true;
   }
   ~InProcessUsb() override { *taken_ = false; }
 
   UsbStatus control(const UsbControl& request) noexcept override {
-    clock_.advance(2 * kTick_ns);
+    clock_.sleepUntil(clock_.now() + 2 * kTick_ns);
     model_.advance(clock_.now());
     if (!model_.plugged()) return UsbStatus::kGone;
     return model_.control(request) ? UsbStatus::kOk : UsbStatus::kStall;
@@ -90,7 +90,7 @@ class InProcessUsb final : public hapticd::UsbTransport {
   }
 
   UsbModel& model_;
-  hapticd::ManualClock& clock_;
+  hapticd::Clock& clock_;
   std::shared_ptr<bool> taken_;
   std::size_t in_ = 0;
   std::deque<Out> out_;
@@ -98,7 +98,7 @@ class InProcessUsb final : public hapticd::UsbTransport {
 
 }  // namespace
 
-hapticd::UsbOpener openInProcess(UsbModel& model, hapticd::ManualClock& clock) {
+hapticd::UsbOpener openInProcess(UsbModel& model, hapticd::Clock& clock) {
   auto taken = std::make_shared<bool>(false);
   return [&model, &clock, taken]() -> hapticd::Result<std::unique_ptr<hapticd::UsbTransport>> {
     model.advance(clock.now());

@@ -1,6 +1,6 @@
 /** @file
- * A played device before a driver in the same process, in virtual time: nothing depends on the machine, runs repeat to
- * the bit.
+ * A played device before a driver in the same process. With a clock moved by hand nothing depends on the machine and
+ * runs repeat to the bit; with a real one it keeps pace.
  */
 #pragma once
 
@@ -12,8 +12,9 @@ namespace haptic_emu {
 
 /**
  * Opens `model` as a driver would open the device; kDeviceGone while it is unplugged, kDeviceBusy while it is open. The
- * transport's poll() moves `clock`, and with it the model, until a transfer ends. Both outlive it.
+ * transport's poll() waits on `clock`, and moves the model, until a transfer ends. Both outlive it. On a clock that
+ * does not begin at zero the model is to be told so before, by startAt().
  */
-[[nodiscard]] hapticd::UsbOpener openInProcess(UsbModel& model, hapticd::ManualClock& clock);
+[[nodiscard]] hapticd::UsbOpener openInProcess(UsbModel& model, hapticd::Clock& clock);
 
 }  // namespace haptic_emu

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "drivers/usb/transport.h"
@@ -14,11 +15,23 @@
 
 namespace haptic_emu {
 
+/** Who it says it is. One configuration, one interface of the vendor's own class, two bulk endpoints. */
+struct UsbIdentity {
+  std::uint16_t vendor = 0, product = 0, version = 0x0100;
+  std::string manufacturer, name, serial;
+  std::uint8_t in = 0x81, out = 0x02;
+  std::uint8_t packet_bytes = 64;
+};
+
 /** One device. Its clock is the front end's. */
 class UsbModel {
  public:
   virtual ~UsbModel() = default;
 
+  [[nodiscard]] virtual UsbIdentity identity() const = 0;
+
+  /** Its time begins there. Before anything else. */
+  void startAt(std::int64_t t_ns) { now_ns_ = t_ns; }
   /** The world goes on to t_ns, with whatever was sent before. Never back. */
   virtual void advance(std::int64_t t_ns) = 0;
   /** A request without data; false: stalled. */

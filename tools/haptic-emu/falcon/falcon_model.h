@@ -26,6 +26,9 @@ class FalconModel final : public UsbModel {
 
   FalconModel();
 
+  [[nodiscard]] UsbIdentity identity() const override {
+    return {0x0403, 0xcb48, 0x0600, "Novint", "FALCON HAPTIC", "EMU00001"};
+  }
   void advance(std::int64_t t_ns) override;
   [[nodiscard]] bool control(const hapticd::UsbControl& request) override;
   void out(std::span<const std::uint8_t> bytes) override;

@@ -18,6 +18,10 @@ class SampleModel final : public UsbModel {
 
   SampleModel() : hand(HandParameters{}) {}
 
+  /** The identifiers are those that pid.codes keeps for tests. */
+  [[nodiscard]] UsbIdentity identity() const override {
+    return {0x1209, 0x0001, 0x0100, "hapticd", "sample device", "sample"};
+  }
   void advance(std::int64_t t_ns) override;
   [[nodiscard]] bool control(const hapticd::UsbControl&) override { return false; }
   void out(std::span<const std::uint8_t> bytes) override;

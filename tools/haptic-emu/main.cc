@@ -1,0 +1,96 @@
+/** @file
+ * haptic-emu: plays a haptic device to the kernel of this machine, with a hand that homes it and presses.
+ */
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+
+#include "rt/base/clock.h"
+#include "tools/haptic-emu/falcon/falcon_user.h"
+#include "tools/haptic-emu/vhci.h"
+
+namespace {
+
+std::atomic<bool> stop{false};
+void onSignal(int) { stop.store(true); }
+
+constexpr int kExitFailed = 1, kExitUsage = 2;
+
+struct Options {
+  haptic_emu::FalconHabits habits;
+  haptic_emu::VhciOptions vhci;
+  std::vector<std::string> faults;
+  double every_s = 1;
+};
+
+int play(const Options& options) {
+  haptic_emu::FalconModel model;
+  haptic_emu::FalconUser user(model, options.habits);
+  hapticd::MonotonicClock clock;
+  const std::int64_t start_ns = clock.now();
+  for (const std::string& text : options.faults) {
+    auto fault = haptic_emu::parseFault(text);
+    if (!fault) {
+      fmt::print(stderr, "haptic-emu: {}\n", toString(fault.error()));
+      return kExitUsage;
+    }
+    fault->from_ns += start_ns;
+    fault->to_ns = fault->to_ns > INT64_MAX - start_ns ? INT64_MAX : fault->to_ns + start_ns;
+    model.faults.add(*fault);
+  }
+  std::int64_t told = 0;
+  const auto played = haptic_emu::playToKernel(model, options.vhci, stop, [&](std::int64_t now_ns) {
+    user.act(now_ns);
+    if (options.every_s <= 0 || now_ns < told) return;
+    told = now_ns + static_cast<std::int64_t>(options.every_s * 1e9);
+    const auto& p = model.hand.position();
+    const hapticd::Vec3 f = model.force();
+    fmt::print(
+        "{{\"t_s\": {:.3f}, \"running\": {}, \"homed\": {}, \"lights\": {}, \"orders\": {}, "
+        "\"position_m\": [{:.5f}, {:.5f}, {:.5f}], \"force_n\": [{:.4f}, {:.4f}, {:.4f}], \"most_n\": {:.4f}}}\n",
+        static_cast<double>(now_ns) * 1e-9, model.running(), model.homed(), model.lights(), model.orders(), p.x(),
+        p.y(), p.z(), f.x(), f.y(), f.z(), user.takeMost());
+    std::fflush(stdout);
+  });
+  if (played) return 0;
+  fmt::print(stderr, "haptic-emu: {}\n", toString(played.error()));
+  return kExitFailed;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
+  CLI::App app{
+      "Plays a haptic device to this machine's kernel, packet by packet, with a simulated hand that homes it and "
+      "presses\n"
+      "to and fro. Needs root and the module vhci_hcd. One JSON line a second tells what the hand feels, in the "
+      "device's\n"
+      "frame (x right, y up, z toward the operator).",
+      "haptic-emu"};
+  Options options;
+  app.require_subcommand(1);
+  CLI::App* falcon = app.add_subcommand("falcon", "A Novint Falcon; any file will do as its firmware");
+  falcon->add_option("--fault", options.faults, "What goes wrong: KIND@FROM+LENGTH in seconds, several times")
+      ->expected(1, 100);
+  falcon->add_option("--press", options.habits.press, "How far the hand goes toward the base and back [m]")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 0.03));
+  falcon->add_option("--period", options.habits.period_s, "Of pressing [s]")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 60.0));
+  falcon->add_flag("!--no-homing", options.habits.homes, "The hand does not home it when it is asked to");
+  falcon->add_option("--port", options.vhci.port, "Of vhci_hcd")->capture_default_str()->check(CLI::Range(0, 7));
+  falcon->add_option("--every", options.every_s, "Seconds between two lines; 0 for none")->capture_default_str();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : kExitUsage;
+  }
+  std::signal(SIGINT, onSignal);
+  std::signal(SIGTERM, onSignal);
+  return play(options);
+}

@@ -102,6 +102,7 @@ struct BuilderLeash::State {
   bool cancelled = false;
   std::int64_t deadline_ns = 0;
   std::vector<std::string> notes;
+  UniqueFd volume;
   float fraction = 0;
   std::deque<BuildReport> reports;
   std::uint64_t last_job = 0;
@@ -184,6 +185,7 @@ void BuilderLeash::State::finish(BuildReport report) {
   report.job = running.number;
   running = {};
   notes.clear();
+  volume.reset();
   fraction = 0;
   cancelled = false;
   reports.push_back(std::move(report));
@@ -243,12 +245,17 @@ void BuilderLeash::State::handle(BuilderFrame& frame) {
     case BuilderFrameKind::kNote:
       if (notes.size() < kMostNotes) notes.push_back(log::printable(frame.text[0]));
       return;
+    case BuilderFrameKind::kVolume:
+      if (!frame.fd.valid() || volume.valid()) break;
+      volume = std::move(frame.fd);
+      return;
     case BuilderFrameKind::kDone:
       if (!frame.fd.valid()) break;
       crashes_in_row = 0;
       if (cancelled) return lose({});  // it crossed our word
       report.kind = BuildReport::Kind::kDone;
       report.snapshot = std::move(frame.fd);
+      report.volume = std::move(volume);
       report.stats = frame.head.stats;
       report.notes = std::move(notes);
       return finish(std::move(report));

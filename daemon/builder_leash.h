@@ -45,6 +45,7 @@ struct BuildReport {
   float fraction = 0;              ///< kProgress: 0 to 1, never falling.
   std::string stage;               ///< kProgress: what it does now.
   UniqueFd snapshot;               ///< kDone: hand it to openSnapshot(). Not yet trusted.
+  UniqueFd volume;                 ///< kDone, if the upload asked for it: hand it to openVolume(). Not yet trusted.
   BuildStats stats;                ///< kDone
   std::vector<std::string> notes;  ///< kDone: repairs, each naming its triangle.
   Error error;                     ///< kFailed

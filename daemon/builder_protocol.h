@@ -2,7 +2,8 @@
  * Between the daemon and hapticd-builder: one datagram per message over a SOCK_SEQPACKET pair, which keeps boundaries.
  *
  * Daemon to builder: kBuild (with the upload's descriptor), kCancel. Builder to daemon, for one job: any number of
- * kProgress and kNote, then kDone (with the snapshot's descriptor) or kFailed. One job at a time.
+ * kProgress and kNote, at most one kVolume (with its descriptor), then kDone (with the snapshot's) or kFailed. One job
+ * at a time.
  */
 #pragma once
 
@@ -18,7 +19,7 @@ namespace hapticd {
 inline constexpr int kBuilderSocket = 3;                ///< Where the builder finds its end.
 inline constexpr std::uint32_t kBuilderMostText = 512;  ///< Bytes of each text; longer ones are cut.
 
-enum class BuilderFrameKind : std::uint32_t { kBuild = 1, kCancel, kProgress, kNote, kDone, kFailed };
+enum class BuilderFrameKind : std::uint32_t { kBuild = 1, kCancel, kProgress, kNote, kDone, kFailed, kVolume };
 
 /** The head of a datagram; up to three texts follow (stage; note; where, what, remedy). */
 struct BuilderFrameHead {

@@ -110,6 +110,8 @@ struct Config {
     std::string program;  ///< Empty: found beside hapticd or in its libexec directory.
     double memory_mb = 2048.0;
     double timeout_s = 60.0;
+    std::string cache;         ///< Where built volumes are kept; empty: in systemd's state directory, if it gave one.
+    double cache_mb = 4096.0;  ///< Most on disk [10^6 bytes]; 0: none is kept.
     bool operator==(const Builder&) const = default;
   } builder;
 

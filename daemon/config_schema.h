@@ -67,6 +67,8 @@ void visitConfig(Visitor& root, Configuration& c) {
     v.text("program", c.builder.program);
     v.number("memory_mb", c.builder.memory_mb, 64, 1e6);
     v.number("timeout_s", c.builder.timeout_s, 1, 3600);
+    v.text("cache", c.builder.cache);
+    v.number("cache_mb", c.builder.cache_mb, 0, 1e6);
   });
   root.tables("group", c.groups, [](auto& v, auto& group) {
     v.text("name", group.name);

@@ -32,6 +32,15 @@
 #define HD_MIN_VOXEL 1e-6f /**< Smallest and largest side of a voxel [m]. */
 #define HD_MAX_VOXEL 1.0f
 
+/** In hd_mesh_upload.flags: the solid is wanted as a volume too; an hd_volume_request follows the triangles. */
+#define HD_UPLOAD_VOLUME (UINT32_C(1) << 2)
+
+struct hd_volume_request {
+  float voxel_m;         /**< HD_MIN_VOXEL to HD_MAX_VOXEL. */
+  float point_spacing_m; /**< Side of the cells that get a surface point each, or 0: a voxel. */
+  uint32_t reserved[2];  /**< 0. */
+};
+
 enum hd_volume_section {
   HD_VOLUME_CELLS = 0,   /**< uint32 per brick cell: its brick, or HD_NO_INDEX: the surface is not near. */
   HD_VOLUME_COARSE = 1,  /**< int16 per corner of the brick cells, (nx+1)(ny+1)(nz+1): distance / coarse_step. */

@@ -11,6 +11,7 @@ namespace hapticd {
 
 struct BuiltSnapshot {
   Memfd memfd;
+  Memfd volume;  ///< proto/volume.h, if the upload asks for it; sealed Seals::kFrozen. Else not valid.
   BuildStats stats;
 };
 

@@ -33,6 +33,21 @@ Error badVertex(const MeshSource& source, std::uint32_t vertex) {
   return {};
 }
 
+Result<void> checkRequest(const MeshSource& source) {
+  const hd_volume_request& r = source.request;
+  if (!(r.voxel_m >= HD_MIN_VOXEL && r.voxel_m <= HD_MAX_VOXEL))
+    return Error{ErrorCode::kInvalidArgument, "volume request", fmt::format("a voxel of {} m", r.voxel_m),
+                 fmt::format("give {} to {} m", HD_MIN_VOXEL, HD_MAX_VOXEL)};
+  if (!(r.point_spacing_m >= 0 && r.point_spacing_m <= HD_MAX_VOXEL) || r.reserved[0] != 0 || r.reserved[1] != 0)
+    return Error{ErrorCode::kInvalidArgument, "volume request",
+                 fmt::format("points {} m apart, or a reserved field that is not 0", r.point_spacing_m),
+                 fmt::format("give 0 to {} m", HD_MAX_VOXEL)};
+  if (source.deformable)
+    return Error{ErrorCode::kUnsupported, "volume request", "a deformable mesh has no volume",
+                 "load it as rigid, or without a voxel size"};
+  return {};
+}
+
 }  // namespace
 
 Result<MeshSource> readUpload(std::span<const std::byte> upload) {
@@ -42,7 +57,8 @@ Result<MeshSource> readUpload(std::span<const std::byte> upload) {
   std::memcpy(&header, upload.data(), sizeof header);
   if (header.magic != HD_UPLOAD_MAGIC)
     return Error{ErrorCode::kBadMesh, "upload header", "the magic number is wrong", "fill in hd_mesh_upload"};
-  if ((header.flags & ~static_cast<std::uint32_t>(HD_MESH_DEFORMABLE)) != 0)
+  const bool as_volume = (header.flags & HD_UPLOAD_VOLUME) != 0;
+  if ((header.flags & ~(static_cast<std::uint32_t>(HD_MESH_DEFORMABLE) | HD_UPLOAD_VOLUME)) != 0)
     return Error{ErrorCode::kBadMesh, "upload header", fmt::format("unknown flags {:#x}", header.flags), {}};
   if (header.weld_m != 0 && !(header.weld_m >= HD_MIN_WELD && header.weld_m <= HD_MAX_WELD))
     return Error{ErrorCode::kBadMesh, "upload header", fmt::format("a welding distance of {} m", header.weld_m),
@@ -58,7 +74,8 @@ Result<MeshSource> readUpload(std::span<const std::byte> upload) {
                  fmt::format("{} vertices and {} triangles are too many", header.vertex_count, header.triangle_count),
                  fmt::format("at most {} and {}", HD_MAX_VERTICES, HD_MAX_TRIANGLES)};
   const std::size_t vertex_bytes = std::size_t{header.vertex_count} * sizeof(Float3);
-  const std::size_t bytes = sizeof header + vertex_bytes + std::size_t{header.triangle_count} * sizeof(Index3);
+  const std::size_t triangle_bytes = std::size_t{header.triangle_count} * sizeof(Index3);
+  const std::size_t bytes = sizeof header + vertex_bytes + triangle_bytes + (as_volume ? sizeof(hd_volume_request) : 0);
   if (upload.size() != bytes)
     return Error{ErrorCode::kBadMesh,
                  "upload",
@@ -71,6 +88,11 @@ Result<MeshSource> readUpload(std::span<const std::byte> upload) {
   source.triangles = {reinterpret_cast<const Index3*>(p + vertex_bytes), header.triangle_count};
   source.weld_m = header.weld_m;
   source.deformable = (header.flags & HD_MESH_DEFORMABLE) != 0;
+  source.as_volume = as_volume;
+  if (as_volume) {
+    std::memcpy(&source.request, p + vertex_bytes + triangle_bytes, sizeof source.request);
+    if (const auto checked = checkRequest(source); !checked) return checked.error();
+  }
   return source;
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "proto/snapshot.h"
+#include "proto/volume.h"
 #include "rt/base/error.h"
 
 namespace hapticd {
@@ -25,6 +26,8 @@ struct MeshSource {
   std::span<const Index3> triangles;
   float weld_m = 0;
   bool deformable = false;
+  bool as_volume = false;  ///< `request` says how.
+  hd_volume_request request{};
 };
 
 /** The working copy: welded, cleaned, oriented. */

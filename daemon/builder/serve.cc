@@ -44,6 +44,7 @@ class Server {
     if (exit_ >= 0) return;
     if (built) {
       for (const std::string& note : monitor.notes) send({head(BuilderFrameKind::kNote), {note}, {}}, -1);
+      if (built->volume.valid()) send({head(BuilderFrameKind::kVolume), {}, {}}, built->volume.fd());
       BuilderFrame done{head(BuilderFrameKind::kDone), {}, {}};
       done.head.stats = built->stats;
       send(done, built->memfd.fd());

@@ -4,6 +4,7 @@
 #include <sys/random.h>
 
 #include <csignal>
+#include <cstdlib>
 
 #include "daemon/armed/armed_list.h"
 #include "daemon/armed/make_safe.h"
@@ -90,6 +91,16 @@ void startBuilder(Core& core) {
   core.uploads().setBuilder(nullptr, toString(builder.error()));
 }
 
+/** Built volumes are kept where the configuration says, else where systemd says, else nowhere. */
+void openVolumeCache(Core& core) {
+  const auto& options = core.config().builder;
+  std::string directory = options.cache;
+  if (const char* const state = std::getenv("STATE_DIRECTORY"); directory.empty() && state != nullptr)
+    directory = std::string(state) + "/volumes";
+  if (directory.empty() || options.cache_mb <= 0) return;
+  core.uploads().setCache(std::make_unique<VolumeCache>(directory, static_cast<std::uint64_t>(options.cache_mb * 1e6)));
+}
+
 /** Memory of the real-time threads. */
 Result<void> lockPages(Core& core) {
   if (!core.config().servo.lock_memory) {
@@ -151,6 +162,7 @@ int start(const Options& options) {
   core.facts().control_socket = sockets->control.path();
   core.facts().admin_socket = sockets->admin.path();
   startBuilder(core);
+  openVolumeCache(core);
   if (config.servo.hold_cpu_latency) {
     const auto held = latency.hold();
     core.facts().cpu_latency_held = held.ok();

@@ -133,7 +133,7 @@ nlohmann::json toJson(const MeshInfo& m) {
   return {{"id", m.id},         {"vertices", m.vertices},     {"triangles", m.triangles},
           {"bytes", m.bytes},   {"lower", toJson(m.lower)},   {"upper", toJson(m.upper)},
           {"closed", m.closed}, {"deformable", m.deformable}, {"notes", m.notes},
-          {"uses", m.uses},     {"owner", m.owner.name}};
+          {"uses", m.uses},     {"owner", m.owner.name},      {"voxel", m.voxel}};
 }
 
 nlohmann::json toJson(const TextureInfo& t) {

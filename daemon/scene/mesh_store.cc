@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "daemon/snapshot_memory.h"
+#include "daemon/volume_memory.h"
 
 namespace hapticd {
 
@@ -13,6 +14,7 @@ struct MeshStore::Entry {
   MeshInfo info;
   UniqueFd fd;
   std::map<CommandSink*, std::unique_ptr<SnapshotMemory>> copies;  ///< Under nullptr: the shared one.
+  std::unique_ptr<VolumeMemory> volume;                            ///< Null: none.
   bool dropped = false;
   std::map<CommandSink*, std::uint64_t> waits_for;  ///< Ticket each servo has to pass before the memory goes.
 };
@@ -20,7 +22,7 @@ struct MeshStore::Entry {
 MeshStore::MeshStore() = default;
 MeshStore::~MeshStore() = default;
 
-Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, MeshInfo info) {
+Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, UniqueFd volume, MeshInfo info) {
   const auto free = std::find(entries_.begin(), entries_.end(), nullptr);
   if (free == entries_.end()) {
     return Error{ErrorCode::kQuotaExceeded, "mesh", fmt::format("the daemon holds {} meshes, its most", kMaxMeshes),
@@ -38,6 +40,13 @@ Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, MeshInfo info) {
   info.closed = (view.flags & HD_MESH_CLOSED) != 0;
   info.deformable = (view.flags & HD_MESH_DEFORMABLE) != 0;
   info.bytes = memory->mapping.size();
+  if (volume.valid()) {
+    auto opened = openVolume(std::move(volume), lock_);
+    if (!opened) return opened.error();
+    entry->volume = std::make_unique<VolumeMemory>(std::move(*opened));
+    info.bytes += entry->volume->mapping.size();
+    info.voxel = double{entry->volume->view.voxel};
+  }
   for (int i = 0; i < 3; ++i) {
     info.lower[i] = header->lower[i];
     info.upper[i] = header->upper[i];
@@ -51,6 +60,7 @@ Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, MeshInfo info) {
 
   const auto index = static_cast<std::uint32_t>(free - entries_.begin());
   *free = std::move(entry);
+  if (const auto& own = (*free)->volume) volumes_.publish(index, &own->view);
   for (CommandSink* sink : sinks_) {
     if (auto r = publish(index, *sink); !r) {
       unpublish(index);
@@ -95,6 +105,7 @@ std::vector<PublishedMesh> MeshStore::published(CommandSink& sink) const {
 }
 
 void MeshStore::unpublish(std::uint32_t index) {
+  volumes_.publish(index, nullptr);
   for (CommandSink* sink : sinks_) sink->meshes().publish(index, nullptr);
 }
 

@@ -15,6 +15,7 @@
 #include "daemon/scene/command_sink.h"
 #include "daemon/scene/object.h"
 #include "daemon/unique_fd.h"
+#include "rt/volume/volume_table.h"
 
 namespace hapticd {
 
@@ -23,7 +24,8 @@ struct MeshInfo {
   std::uint64_t id = 0;
   std::uint32_t vertices = 0;
   std::uint32_t triangles = 0;
-  std::uint64_t bytes = 0;
+  std::uint64_t bytes = 0;                          ///< With its volume.
+  double voxel = 0;                                 ///< Side of its volume's voxels [m]; 0: it has no volume.
   Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();  ///< Bounding box [m].
   bool closed = false;
   bool deformable = false;
@@ -52,9 +54,12 @@ class MeshStore {
 
   /**
    * Takes what the builder made: checks seals and every index, maps, locks and publishes it to every servo. Counts,
-   * box, flags and size of `info` are read from the snapshot itself.
+   * box, flags and size of `info` are read from the snapshot itself. `volume` may be invalid: none was asked for.
    */
-  [[nodiscard]] Result<std::uint64_t> add(UniqueFd snapshot, MeshInfo info);
+  [[nodiscard]] Result<std::uint64_t> add(UniqueFd snapshot, UniqueFd volume, MeshInfo info);
+  [[nodiscard]] Result<std::uint64_t> add(UniqueFd snapshot, MeshInfo info) {
+    return add(std::move(snapshot), UniqueFd(), std::move(info));
+  }
   /** Refused while an object shows it. */
   [[nodiscard]] Result<void> drop(std::uint64_t id, const Client& by);
   /** The meshes of a connection that no object shows. */
@@ -64,6 +69,8 @@ class MeshStore {
   [[nodiscard]] std::vector<const MeshInfo*> list() const;
   /** Entry of the mesh tables. */
   [[nodiscard]] std::uint32_t entryOf(std::uint64_t id) const;
+  /** Which entries have a volume; for the threads beside the servos. */
+  [[nodiscard]] const VolumeTable& volumes() const { return volumes_; }
   [[nodiscard]] std::uint64_t lockedBytes() const;
   [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
   [[nodiscard]] std::uint64_t trianglesOf(std::uint32_t uid) const;
@@ -92,6 +99,7 @@ class MeshStore {
   bool lock_ = true;
   std::vector<CommandSink*> sinks_;
   std::array<std::unique_ptr<Entry>, kMaxMeshes> entries_;
+  VolumeTable volumes_;
   std::map<std::uint64_t, std::uint32_t> by_id_;
   std::uint64_t next_id_ = 1;
   std::function<void(CommandSink&, const PublishedMesh&)> published_;

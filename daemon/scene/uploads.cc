@@ -1,11 +1,14 @@
 #include "daemon/scene/uploads.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "daemon/log.h"
 #include "daemon/scene/texture_memory.h"
+#include "proto/volume.h"
 
 namespace hapticd {
 namespace {
@@ -13,8 +16,8 @@ namespace {
 constexpr std::uint64_t kVertexBytes = 3 * sizeof(float);
 constexpr std::uint64_t kTriangleBytes = 3 * sizeof(std::uint32_t);
 constexpr std::uint64_t kLeast = 32;  // The smallest texture; the builder refuses what holds no triangle.
-constexpr std::uint64_t kMost =
-    sizeof(hd_mesh_upload) + HD_MAX_VERTICES * kVertexBytes + HD_MAX_TRIANGLES * kTriangleBytes;
+constexpr std::uint64_t kMost = sizeof(hd_mesh_upload) + HD_MAX_VERTICES * kVertexBytes +
+                                HD_MAX_TRIANGLES * kTriangleBytes + sizeof(hd_volume_request);
 
 }  // namespace
 
@@ -61,11 +64,12 @@ Result<void> Uploads::commit(std::uint64_t id, Progress progress, Done done) {
     return Error{ErrorCode::kBuilderFailed, "builder", "it is not running: " + note_, "see hapticctl doctor"};
   }
   if (auto r = upload.file.seal(Seals::kFrozen); !r) return r;
+  upload.progress = std::move(progress);
+  upload.done = std::move(done);
+  if (finishFromCache(id)) return {};
   auto job = builder_->submit(upload.file.fd());
   if (!job) return job.error();
   upload.job = *job;
-  upload.progress = std::move(progress);
-  upload.done = std::move(done);
   return {};
 }
 
@@ -120,23 +124,61 @@ void Uploads::finish(std::uint64_t id, BuildReport& report) {
     return;
   }
   upload.file = Memfd();  // the build has it all
-  if (auto r = quota_(upload.by.uid, report.stats.bytes, report.stats.triangles); !r) {
-    upload.done(r.error());
-    return;
-  }
   MeshInfo info;
   info.owner = upload.by;
-  info.notes = std::move(report.notes);
+  info.notes = report.notes;
   info.build_ns = report.stats.build_ns;
-  auto mesh = meshes_.add(std::move(report.snapshot), std::move(info));
-  if (!mesh) {
-    upload.done(mesh.error());
-    return;
+  info.triangles = report.stats.triangles;
+  auto snapshot = duplicate(report.snapshot.get()), volume = duplicate(report.volume.get());
+  auto made = adopt(std::move(report.snapshot), std::move(report.volume), std::move(info));
+  if (made && cache_ != nullptr && !upload.cache_key.empty() && snapshot && volume)
+    cache_->keep(upload.cache_key, std::move(*snapshot), std::move(*volume), report.notes);
+  upload.done(std::move(made));
+}
+
+Result<MeshInfo> Uploads::adopt(UniqueFd snapshot, UniqueFd volume, MeshInfo info) {
+  // Sizes of the memory itself: what is said of it is not believed.
+  std::uint64_t bytes = 0;
+  for (const UniqueFd* fd : {&snapshot, &volume}) {
+    struct stat s {};
+    if (fd->valid() && ::fstat(fd->get(), &s) == 0) bytes += static_cast<std::uint64_t>(s.st_size);
   }
-  const MeshInfo& made = *meshes_.find(*mesh);
-  log::info("mesh {} of '{}': {} triangles, {} bytes, built in {:.1f} ms", made.id, log::printable(upload.by.name),
+  if (auto r = quota_(info.owner.uid, bytes, info.triangles); !r) return r.error();
+  const auto id = meshes_.add(std::move(snapshot), std::move(volume), std::move(info));
+  if (!id) return id.error();
+  const MeshInfo& made = *meshes_.find(*id);
+  log::info("mesh {} of '{}': {} triangles, {} bytes, built in {:.1f} ms", made.id, log::printable(made.owner.name),
             made.triangles, made.bytes, static_cast<double>(made.build_ns) * 1e-6);
-  upload.done(made);
+  return made;
+}
+
+bool Uploads::finishFromCache(std::uint64_t id) {
+  Upload& upload = uploads_.at(id);
+  if (cache_ == nullptr) return false;
+  hd_mesh_upload head{};
+  {
+    const auto mapping = upload.file.map(Memfd::Access::kRead);
+    if (!mapping || mapping->size() < sizeof head) return false;
+    std::memcpy(&head, mapping->data(), sizeof head);
+    if ((head.flags & HD_UPLOAD_VOLUME) == 0) return false;  // A mesh alone is built about as fast as it is read.
+    upload.cache_key = VolumeCache::keyOf(mapping->bytes(), upload.by.uid);
+  }
+  auto found = cache_->find(upload.cache_key);
+  if (!found) return false;
+  MeshInfo info;
+  info.owner = upload.by;
+  info.notes = std::move(found->notes);
+  info.triangles = head.triangle_count;
+  auto made = adopt(std::move(found->snapshot), std::move(found->volume), std::move(info));
+  if (!made && made.error().code == ErrorCode::kBadSnapshot) {
+    log::warn("a cached volume is built again: {}", toString(made.error()));
+    cache_->drop(upload.cache_key);
+    return false;
+  }
+  const Done done = std::move(upload.done);
+  uploads_.erase(id);
+  done(std::move(made));
+  return true;
 }
 
 std::uint64_t Uploads::bytesOf(std::uint32_t uid) const {

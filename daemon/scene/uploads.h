@@ -14,6 +14,7 @@
 #include "daemon/memfd.h"
 #include "daemon/scene/mesh_store.h"
 #include "daemon/scene/texture_store.h"
+#include "daemon/scene/volume_cache.h"
 
 namespace hapticd {
 
@@ -31,6 +32,8 @@ class Uploads {
 
   /** The builder, or why there is none. */
   void setBuilder(std::unique_ptr<BuilderLeash> builder, std::string why_not = {});
+  /** Where built volumes are kept on disk; null: nowhere. */
+  void setCache(std::unique_ptr<VolumeCache> cache) { cache_ = std::move(cache); }
   [[nodiscard]] const BuilderLeash* builder() const { return builder_.get(); }
   [[nodiscard]] const std::string& builderNote() const { return note_; }
 
@@ -58,13 +61,18 @@ class Uploads {
     std::uint64_t job = 0;  ///< 0: not committed.
     Progress progress;
     Done done;
+    std::string cache_key;  ///< Empty: not to be kept on disk.
   };
   void finish(std::uint64_t id, BuildReport& report);
+  /** Whether the upload was built before; then it is done. */
+  bool finishFromCache(std::uint64_t id);
+  [[nodiscard]] Result<MeshInfo> adopt(UniqueFd snapshot, UniqueFd volume, MeshInfo info);
 
   MeshStore& meshes_;
   TextureStore& textures_;
   Quota quota_;
   std::unique_ptr<BuilderLeash> builder_;
+  std::unique_ptr<VolumeCache> cache_;
   std::string note_ = "not started";
   std::map<std::uint64_t, Upload> uploads_;
   std::uint64_t next_ = 1;

@@ -2,6 +2,7 @@
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
+#include <cstring>
 #include <deque>
 
 #include "libclient/src/convert.h"
@@ -9,6 +10,7 @@
 #include "libclient/src/mapping.h"
 #include "libclient/src/upload_region.h"
 #include "proto/snapshot.h"
+#include "proto/volume.h"
 
 using hapticd::client::Connection;
 using hapticd::client::Failure;
@@ -58,7 +60,8 @@ class ProgressServer final : public proto::Progress::Server {
   std::shared_ptr<Waiting> waiting_;
 };
 
-std::size_t uploadBytes(std::uint32_t vertices, std::uint32_t triangles) {
+/** Where the request for a volume stands, if there is one. */
+std::size_t meshBytes(std::uint32_t vertices, std::uint32_t triangles) {
   return sizeof(hd_mesh_upload) + 12 * (std::size_t{vertices} + triangles);
 }
 
@@ -93,13 +96,14 @@ Failure begin(haptic_client* c, std::uint32_t vertices, std::uint32_t triangles,
     return client::badArgument("triangles", "is " + std::to_string(triangles),
                                "give 1 to " + std::to_string(HD_MAX_TRIANGLES));
   }
-  if ((flags & ~std::uint32_t{HAPTIC_MESH_DEFORMABLE}) != 0) {
+  if ((flags & ~std::uint32_t{HAPTIC_MESH_DEFORMABLE | HAPTIC_MESH_VOLUME}) != 0) {
     return client::badArgument("flags", "has bits that are not defined");
   }
   auto made = std::make_unique<haptic_upload>();
   made->connection = c->connection;
   made->vertices = vertices;
-  const std::size_t bytes = uploadBytes(vertices, triangles);
+  const std::size_t bytes =
+      meshBytes(vertices, triangles) + ((flags & HAPTIC_MESH_VOLUME) != 0 ? sizeof(hd_volume_request) : 0);
   if (Failure failure = client::openUpload(*c->connection, bytes, made->capability, made->mapping)) return failure;
   *static_cast<hd_mesh_upload*>(made->mapping.address()) = {HD_UPLOAD_MAGIC, vertices, triangles, flags, 0};
   upload = std::move(made);
@@ -202,6 +206,29 @@ int haptic_upload_weld(haptic_upload* upload, double distance_m, haptic_error* e
       return client::badArgument("distance_m", "is " + std::to_string(distance_m), "give 0, or 1e-6 to 0.01 m");
     }
     static_cast<hd_mesh_upload*>(upload->mapping.address())->weld_m = distance;
+    return {};
+  });
+}
+
+int haptic_upload_volume(haptic_upload* upload, double voxel_m, double point_spacing_m, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (upload == nullptr) return client::badArgument("upload", "is null");
+    if (upload->mapping.address() == nullptr) return client::badArgument("upload", "is committed already");
+    const hd_mesh_upload& head = *static_cast<hd_mesh_upload*>(upload->mapping.address());
+    if ((head.flags & HAPTIC_MESH_VOLUME) == 0) {
+      return client::badArgument("upload", "was begun without HAPTIC_MESH_VOLUME");
+    }
+    hd_volume_request request{};
+    request.voxel_m = static_cast<float>(voxel_m);
+    request.point_spacing_m = static_cast<float>(point_spacing_m);
+    if (!(request.voxel_m >= HD_MIN_VOXEL && request.voxel_m <= HD_MAX_VOXEL)) {
+      return client::badArgument("voxel_m", "is " + std::to_string(voxel_m), "give 1e-6 to 1 m");
+    }
+    if (!(request.point_spacing_m >= 0 && request.point_spacing_m <= HD_MAX_VOXEL)) {
+      return client::badArgument("point_spacing_m", "is " + std::to_string(point_spacing_m), "give 0 to 1 m");
+    }
+    std::memcpy(static_cast<std::byte*>(upload->mapping.address()) + meshBytes(head.vertex_count, head.triangle_count),
+                &request, sizeof request);
     return {};
   });
 }

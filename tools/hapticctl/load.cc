@@ -20,7 +20,7 @@ namespace {
 
 struct Options {
   std::string file, scale;
-  double size_m = 0, weld_mm = 0;
+  double size_m = 0, weld_mm = 0, voxel_mm = 0, point_spacing_mm = 0;
   bool centre = false, deformable = false;
   Placement placement;
 };
@@ -65,13 +65,18 @@ int upload(haptic_client* client, const MeshFile& mesh, const Options& options, 
            haptic_mesh_report** built, haptic_error& error) {
   const auto vertices = static_cast<std::uint32_t>(mesh.vertices.size());
   const auto triangles = static_cast<std::uint32_t>(mesh.triangles.size());
-  const std::uint32_t flags = options.deformable ? HAPTIC_MESH_DEFORMABLE : 0;
+  std::uint32_t flags = options.deformable ? HAPTIC_MESH_DEFORMABLE : 0;
+  if (options.voxel_mm > 0) flags |= HAPTIC_MESH_VOLUME;
   haptic_upload* raw = nullptr;
   if (const int code = haptic_upload_begin(client, vertices, triangles, flags, &raw, &error); code != 0) return code;
   const std::unique_ptr<haptic_upload, decltype(&haptic_upload_close)> upload(raw, haptic_upload_close);
   std::memcpy(haptic_upload_vertices(raw), mesh.vertices.data(), vertices * sizeof mesh.vertices[0]);
   std::memcpy(haptic_upload_triangles(raw), mesh.triangles.data(), triangles * sizeof mesh.triangles[0]);
   if (const int code = haptic_upload_weld(raw, options.weld_mm * 1e-3, &error); code != 0) return code;
+  if (options.voxel_mm > 0) {
+    const int code = haptic_upload_volume(raw, options.voxel_mm * 1e-3, options.point_spacing_mm * 1e-3, &error);
+    if (code != 0) return code;
+  }
   return haptic_upload_commit(raw, onProgress, &live, 0, built, &error);
 }
 
@@ -147,6 +152,14 @@ void addLoad(CLI::App& app, Action& chosen) {
   command->add_option("--weld", o->weld_mm, "Join vertices no farther apart than this, for scans; else only equal ones")
       ->type_name("MM")
       ->check(number(0, 10));
+  auto* voxel = command->add_option("--voxel", o->voxel_mm, "Build its volume too, of voxels of this side: for 6 DOF")
+                    ->type_name("MM")
+                    ->check(number(0.001, 1000));
+  command
+      ->add_option("--points", o->point_spacing_mm, "How far apart the volume's surface points shall be; else a voxel")
+      ->type_name("MM")
+      ->check(number(0, 1000))
+      ->needs(voxel);
   addPlacement(*command, o->placement);
   command->callback([&chosen, o] { chosen = [o](const Globals& globals) { return load(*o, globals); }; });
 }

@@ -1,7 +1,10 @@
 #include "daemon/builder/volume/mesh_volume.h"
 
 #include <fmt/core.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -27,6 +30,51 @@ Error openMesh(const MeshView& mesh) {
 
 }  // namespace
 
+double bytesToBuild(const VolumeLattice& lattice, double area_m2, const VolumeOptions& options) {
+  const double cells = static_cast<double>(lattice.cells[0]) * lattice.cells[1] * lattice.cells[2];
+  const double in_voxels = area_m2 / (lattice.voxel * lattice.voxel), edge = HD_BRICK_EDGE;
+  // A surface meets 1.5 cells per cell's area on average, and the band as many again as it is wide.
+  const double bricks = std::min(cells, in_voxels / (edge * edge) * (1.5 + 2 * (options.band_voxels + 1) / edge));
+  const double spacing = options.point_spacing_m > 0 ? options.point_spacing_m / lattice.voxel : 1;
+  const double points = 1.5 * in_voxels / (spacing * spacing);
+  const double samples = 9 * in_voxels;  // 56 bytes each, and 32 while they are sorted.
+  return cells * 10 + bricks * 2 * 2 * HD_BRICK_STRIDE + points * (2 * 56 + 2 * 18) + samples * (56 + 32);
+}
+
+Result<VolumeImage> volumeOfMesh(const MeshView& mesh, double voxel_m, const VolumeOptions& options,
+                                 BuildMonitor& monitor) {
+  if ((mesh.flags & HD_MESH_CLOSED) == 0) return openMesh(mesh);
+  Vec3 lower = mesh.vertex(0, 0), upper = lower;
+  double area = 0;
+  for (std::uint32_t t = 0; t < mesh.triangle_count; ++t) {
+    for (int c = 0; c < 3; ++c) {
+      lower = lower.cwiseMin(mesh.vertex(t, c));
+      upper = upper.cwiseMax(mesh.vertex(t, c));
+    }
+    area += (mesh.vertex(t, 1) - mesh.vertex(t, 0)).cross(mesh.vertex(t, 2) - mesh.vertex(t, 0)).norm() / 2;
+  }
+  VolumeSource source;
+  source.lattice = latticeAbout(lower, upper, voxel_m);
+  rlimit limit{};
+  ::getrlimit(RLIMIT_AS, &limit);
+  const double needed = bytesToBuild(source.lattice, area, options);
+  const double most = limit.rlim_cur == RLIM_INFINITY ? static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
+                                                            static_cast<double>(::sysconf(_SC_PAGESIZE))
+                                                      : static_cast<double>(limit.rlim_cur);
+  if (needed > most) {
+    return Error{ErrorCode::kInvalidArgument, "volume",
+                 fmt::format("voxels of {:.4g} mm would take {:.1f} MB to build, more than the {:.1f} MB allowed",
+                             voxel_m * 1e3, needed * 1e-6, most * 1e-6),
+                 "choose a larger voxel, or raise builder.memory_mb"};
+  }
+  MeshField field(mesh, source.lattice);
+  source.field = &field;
+  source.vertices = {reinterpret_cast<const Float3*>(mesh.vertices), mesh.vertex_count};
+  source.triangles = {reinterpret_cast<const Index3*>(mesh.triangles), mesh.triangle_count};
+  source.options = options;
+  return writeVolume(source, monitor);
+}
+
 Result<VolumeImage> buildMeshVolume(std::span<const std::byte> upload, double voxel_m, const VolumeOptions& options,
                                     BuildMonitor& monitor) {
   // The tree takes little of the time; its progress is not shown.
@@ -39,19 +87,7 @@ Result<VolumeImage> buildMeshVolume(std::span<const std::byte> upload, double vo
   if (!mapping) return mapping.error();
   const auto mesh = validateSnapshot(mapping->bytes());
   if (!mesh) return mesh.error();
-  if ((mesh->flags & HD_MESH_CLOSED) == 0) return openMesh(*mesh);
-
-  const auto& header = *mapping->as<hd_snapshot_header>();
-  const Vec3 lower(header.lower[0], header.lower[1], header.lower[2]);
-  const Vec3 upper(header.upper[0], header.upper[1], header.upper[2]);
-  VolumeSource source;
-  source.lattice = latticeAbout(lower, upper, voxel_m);
-  MeshField field(*mesh, source.lattice);
-  source.field = &field;
-  source.vertices = {reinterpret_cast<const Float3*>(mesh->vertices), mesh->vertex_count};
-  source.triangles = {reinterpret_cast<const Index3*>(mesh->triangles), mesh->triangle_count};
-  source.options = options;
-  return writeVolume(source, monitor);
+  return volumeOfMesh(*mesh, voxel_m, options, monitor);
 }
 
 Result<VolumeImage> buildMeshVolume(std::span<const Float3> vertices, std::span<const Index3> triangles, double voxel_m,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "daemon/builder/volume/volume_writer.h"
+#include "rt/scene/mesh_view.h"
 
 namespace hapticd {
 
@@ -13,6 +14,16 @@ namespace hapticd {
  */
 [[nodiscard]] Result<VolumeImage> buildMeshVolume(std::span<const std::byte> upload, double voxel_m,
                                                   const VolumeOptions& options, BuildMonitor& monitor);
+
+/**
+ * Of a mesh that is built already. kInvalidArgument for a volume too large for this process's memory: says how much it
+ * would take.
+ */
+[[nodiscard]] Result<VolumeImage> volumeOfMesh(const MeshView& mesh, double voxel_m, const VolumeOptions& options,
+                                               BuildMonitor& monitor);
+
+/** Bytes that building takes at most at a time, about: known before the long work. */
+[[nodiscard]] double bytesToBuild(const VolumeLattice& lattice, double area_m2, const VolumeOptions& options);
 
 /** The same from arrays. */
 [[nodiscard]] Result<VolumeImage> buildMeshVolume(std::span<const Float3> vertices, std::span<const Index3> triangles,

@@ -121,7 +121,8 @@ typedef struct haptic_upload haptic_upload;
 
 /** Bits of the mesh flags. */
 typedef enum haptic_mesh_flag {
-  HAPTIC_MESH_DEFORMABLE = 1 << 1 /**< Its vertices can be moved by pushes. */
+  HAPTIC_MESH_DEFORMABLE = 1 << 1, /**< Its vertices can be moved by pushes. */
+  HAPTIC_MESH_VOLUME = 1 << 2      /**< The solid as a volume too, for what touches in six degrees of freedom. */
 } haptic_mesh_flag;
 
 /** Called on the thread that commits, `fraction` from 0 to 1. Return 0 to go on, else to cancel (HAPTIC_CANCELLED). */
@@ -142,6 +143,13 @@ HAPTIC_API uint32_t* haptic_upload_triangles(haptic_upload* upload);
  * quite meet. Without it only equal ones do. Before the commit.
  */
 HAPTIC_API int haptic_upload_weld(haptic_upload* upload, double distance_m, haptic_error* error);
+
+/**
+ * How the volume of a mesh begun with HAPTIC_MESH_VOLUME shall be: the side of its voxels (1 um to 1 m), and the
+ * distance of its surface points (0: a voxel). Needed before the commit. The mesh must be closed; it is refused with
+ * the memory it would take if that is too much. Building takes seconds: see the progress.
+ */
+HAPTIC_API int haptic_upload_volume(haptic_upload* upload, double voxel_m, double point_spacing_m, haptic_error* error);
 
 /**
  * Unmaps the arrays and has the mesh built. Waits for the builder as long as it takes, at most `timeout_ns` (0: 10

@@ -45,6 +45,10 @@ class Upload {
   Result<void> weld(double distance_m) {
     return detail::run([&](auto* e) { return haptic_upload_weld(handle_.get(), distance_m, e); });
   }
+  /** Of a mesh begun with HAPTIC_MESH_VOLUME: side of its voxels, distance of its surface points (0: a voxel). */
+  Result<void> volume(double voxel_m, double point_spacing_m = 0) {
+    return detail::run([&](auto* e) { return haptic_upload_volume(handle_.get(), voxel_m, point_spacing_m, e); });
+  }
   Result<Reply<haptic_mesh_report>> commit(const Progress& progress = {}, std::chrono::nanoseconds timeout = {}) {
     return detail::ask<haptic_mesh_report>([&](auto** out, auto* e) {
       return haptic_upload_commit(handle_.get(), progress ? detail::callProgress : nullptr,

@@ -11,6 +11,7 @@
 
 #include "daemon/builder/sandbox.h"
 #include "daemon/builder_leash.h"
+#include "daemon/volume_memory.h"
 #include "tests/unit/builder/built.h"
 
 namespace hapticd::test {
@@ -88,6 +89,50 @@ TEST_F(Leash, BuildsAMeshAndReportsRepairs) {
   ASSERT_TRUE(opened.ok()) << toString(opened.error());
   EXPECT_EQ(opened->view.triangle_count, 120'000u);
   EXPECT_EQ(opened->view.deform.source_count, 360'000u);
+}
+
+TEST_F(Leash, BuildsTheVolumeOfAMeshBesideIt) {
+  BuildReport done = outcome(*leash_, submit(*leash_, frozen(volumeUpload(torus(60, 40), 0.002f))));
+  ASSERT_EQ(done.kind, BuildReport::Kind::kDone) << toString(done.error);
+  EXPECT_EQ(done.stats.triangles, 4'800u);
+  ASSERT_TRUE(done.volume.valid());
+  auto opened = openVolume(std::move(done.volume), true);
+  ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  EXPECT_EQ(opened->view.voxel, 0.002f);
+  // 2 pi^2 R r^2, less what chords cut off.
+  const double volume = 2 * std::numbers::pi * std::numbers::pi * 0.05 * 0.02 * 0.02;
+  EXPECT_NEAR(opened->view.mass.volume, volume, 0.01 * volume);
+  EXPECT_FALSE(done.notes.empty());
+  BuildReport plain = outcome(*leash_, submit(*leash_, frozen(upload(cube()))));
+  EXPECT_FALSE(plain.volume.valid()) << "of the job before";
+}
+
+TEST_F(Leash, VolumesThatCannotBeAreRefusedInWords) {
+  const auto refused = [&](const TestMesh& mesh, float voxel_m, std::uint32_t flags, ErrorCode code,
+                           const char* words) {
+    const BuildReport failed = outcome(*leash_, submit(*leash_, frozen(volumeUpload(mesh, voxel_m, flags))));
+    EXPECT_EQ(failed.kind, BuildReport::Kind::kFailed);
+    EXPECT_EQ(failed.error.code, code) << toString(failed.error);
+    EXPECT_NE(toString(failed.error).find(words), std::string::npos) << toString(failed.error);
+  };
+  refused(terrain(8, 1), 0.002f, 0, ErrorCode::kBadMesh, "the surface is open there");
+  refused(cube(), 0, 0, ErrorCode::kInvalidArgument, "a voxel of 0 m");
+  refused(cube(), NAN, 0, ErrorCode::kInvalidArgument, "a voxel of nan m");
+  refused(cube(), 0.002f, HD_MESH_DEFORMABLE, ErrorCode::kUnsupported, "deformable");
+  refused(cube(), 2e-6f, 0, ErrorCode::kInvalidArgument, "MB to build, more than the");
+  EXPECT_EQ(leash_->restarts(), 0u) << "a refusal is no crash";
+}
+
+TEST_F(Leash, AVolumeUnderWayCanBeCancelled) {
+  const std::uint64_t job = submit(*leash_, frozen(volumeUpload(torus(200, 100), 0.0003f)));
+  BuildReport report;
+  while (nextBlocking(*leash_, report) && report.kind == BuildReport::Kind::kProgress && report.fraction < 0.15f) {
+  }
+  leash_->cancel(job);
+  const BuildReport failed = outcome(*leash_, job);
+  EXPECT_EQ(failed.kind, BuildReport::Kind::kFailed);
+  EXPECT_EQ(failed.error.code, ErrorCode::kCancelled);
+  EXPECT_EQ(leash_->restarts(), 0u) << "it listened";
 }
 
 TEST_F(Leash, RefusalsCrossTheProcessBoundaryWithTheirText) {

@@ -106,4 +106,14 @@ inline std::vector<std::byte> upload(const TestMesh& mesh, std::uint32_t flags =
   return bytes;
 }
 
+/** The upload of a mesh with the request for a volume behind it. */
+inline std::vector<std::byte> volumeUpload(const TestMesh& mesh, float voxel_m, std::uint32_t flags = 0) {
+  std::vector<std::byte> bytes = upload(mesh, flags | HD_UPLOAD_VOLUME);
+  hd_volume_request request{};
+  request.voxel_m = voxel_m;
+  const auto* const first = reinterpret_cast<const std::byte*>(&request);
+  bytes.insert(bytes.end(), first, first + sizeof request);
+  return bytes;
+}
+
 }  // namespace hapticd::test

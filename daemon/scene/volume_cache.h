@@ -1,0 +1,57 @@
+/** @file
+ * Built meshes with their volumes on disk, so that what was built once is there at once the next time.
+ */
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/unique_fd.h"
+
+namespace hapticd {
+
+/** What the builder made of an upload. The memfds are sealed; not yet trusted. */
+struct CachedBuild {
+  UniqueFd snapshot, volume;
+  std::vector<std::string> notes;
+};
+
+/**
+ * One file for each upload in a directory of the daemon's own. A file that is damaged, of another version or of another
+ * user's upload is not found. Control thread only; writing is done by a thread of its own, one file at a time.
+ */
+class VolumeCache {
+ public:
+  /** Beyond `most_bytes` the files longest unused go. The directory is made if need be. */
+  VolumeCache(std::string directory, std::uint64_t most_bytes);
+  ~VolumeCache();
+  VolumeCache(const VolumeCache&) = delete;
+  VolumeCache& operator=(const VolumeCache&) = delete;
+
+  /** Names an upload of a user: its checksum, its size, the user and the versions of what is built. */
+  [[nodiscard]] static std::string keyOf(std::span<const std::byte> upload, std::uint32_t uid);
+
+  /** Read whole into new memfds; about 1 ms for each 2 MB that the kernel has in memory. */
+  [[nodiscard]] std::optional<CachedBuild> find(const std::string& key);
+  /** Forgets it: what was found did not pass the checks. */
+  void drop(const std::string& key);
+  /** Written under another name and renamed when whole. Not kept while another is written. */
+  void keep(const std::string& key, UniqueFd snapshot, UniqueFd volume, const std::vector<std::string>& notes);
+  /** Until what is being written is there. */
+  void wait();
+
+ private:
+  [[nodiscard]] std::string pathOf(const std::string& key) const { return directory_ + "/" + key + ".hvol"; }
+
+  std::string directory_;
+  std::uint64_t most_bytes_;
+  std::thread writer_;
+  std::atomic<bool> writing_{false};
+};
+
+}  // namespace hapticd

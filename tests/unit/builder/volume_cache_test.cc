@@ -1,0 +1,163 @@
+// Volumes on disk: whole, damaged, too many; and an upload that was built before.
+#include "daemon/scene/volume_cache.h"
+
+#include <poll.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "daemon/scene/uploads.h"
+#include "daemon/volume_memory.h"
+#include "support/temporary_directory.h"
+#include "tests/unit/builder/built.h"
+
+namespace hapticd::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Cache : public testing::Test {
+ protected:
+  void SetUp() override {
+    BuildMonitor monitor;
+    auto built = buildSnapshot(upload_, monitor);
+    ASSERT_TRUE(built.ok()) << toString(built.error());
+    built_ = std::move(*built);
+  }
+  void keep(VolumeCache& cache, const std::string& key) {
+    cache.keep(key, std::move(*built_.memfd.share()), std::move(*built_.volume.share()), {"first", "second"});
+    cache.wait();
+  }
+  [[nodiscard]] fs::path onlyFile() const { return *fs::directory_iterator(directory_.path()); }
+
+  TemporaryDirectory directory_;
+  std::vector<std::byte> upload_ = volumeUpload(torus(20, 12), 0.004f);
+  BuiltSnapshot built_;
+};
+
+TEST_F(Cache, givesBackWhatItKept) {
+  const std::string key = VolumeCache::keyOf(upload_, 1000);
+  {
+    VolumeCache cache(directory_.path(), 1 << 30);
+    EXPECT_FALSE(cache.find(key).has_value());
+    keep(cache, key);
+  }
+  VolumeCache cache(directory_.path(), 1 << 30);  // Another daemon, later.
+  auto found = cache.find(key);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(found->notes, (std::vector<std::string>{"first", "second"}));
+  const auto was = built_.volume.map(Memfd::Access::kRead);
+  const auto volume = openVolume(std::move(found->volume), false);
+  ASSERT_TRUE(volume.ok()) << toString(volume.error());
+  ASSERT_EQ(volume->mapping.size(), was->size());
+  EXPECT_EQ(std::memcmp(volume->mapping.data(), was->data(), was->size()), 0);
+  EXPECT_TRUE(openSnapshot(std::move(found->snapshot), false).ok());
+}
+
+TEST_F(Cache, keysTellUploadsAndUsersApart) {
+  const std::string key = VolumeCache::keyOf(upload_, 1000);
+  EXPECT_NE(key, VolumeCache::keyOf(upload_, 1001));
+  for (std::size_t i = 0; i < upload_.size(); i += 101) {
+    auto other = upload_;
+    other[i] ^= std::byte{1};
+    EXPECT_NE(key, VolumeCache::keyOf(other, 1000)) << "byte " << i;
+  }
+  for (std::size_t i = upload_.size() - 16; i < upload_.size(); ++i) {  // The request, last of all.
+    auto other = upload_;
+    other[i] ^= std::byte{1};
+    EXPECT_NE(key, VolumeCache::keyOf(other, 1000)) << "byte " << i;
+  }
+}
+
+TEST_F(Cache, damagedFilesAreNotBelieved) {
+  VolumeCache cache(directory_.path(), 1 << 30);
+  const std::string key = VolumeCache::keyOf(upload_, 1000);
+  keep(cache, key);
+  const fs::path path = onlyFile();
+  {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(-5000, std::ios::end);
+    file.put('x').put('y').put('z');
+  }
+  auto found = cache.find(key);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_FALSE(openVolume(std::move(found->volume), false).ok());
+  fs::resize_file(path, fs::file_size(path) - 1);
+  EXPECT_FALSE(cache.find(key).has_value()) << "cut short";
+  fs::resize_file(path, 10);
+  EXPECT_FALSE(cache.find(key).has_value()) << "not even a head";
+  cache.drop(key);
+  EXPECT_FALSE(fs::exists(path));
+}
+
+TEST_F(Cache, longestUnusedFilesGoFirst) {
+  const std::uint64_t one = built_.memfd.size() + built_.volume.size();
+  VolumeCache cache(directory_.path(), 2 * one + one / 2);
+  for (const char* key : {"a", "b"}) keep(cache, key);
+  const auto past = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  for (const auto& entry : fs::directory_iterator(directory_.path())) fs::last_write_time(entry.path(), past);
+  EXPECT_TRUE(cache.find("a").has_value());  // Used now.
+  keep(cache, "c");
+  EXPECT_TRUE(cache.find("a").has_value());
+  EXPECT_FALSE(cache.find("b").has_value());
+  EXPECT_TRUE(cache.find("c").has_value());
+}
+
+TEST_F(Cache, anUploadBuiltBeforeIsThereAtOnce) {
+  MeshStore meshes;
+  meshes.setLock(false);
+  TextureStore textures;
+  Uploads uploads(meshes, textures, [](auto, auto, auto) { return Result<void>(); });
+  BuilderOptions options;
+  options.program = HAPTICD_TEST_BUILDER;
+  auto leash = BuilderLeash::start(options);
+  ASSERT_TRUE(leash.ok()) << toString(leash.error());
+  uploads.setBuilder(std::move(*leash));
+  const auto send = [&](std::optional<Result<MeshInfo>>& done) {
+    auto id = uploads.begin(upload_.size(), Client{});
+    ASSERT_TRUE(id.ok()) << toString(id.error());
+    auto memfd = Memfd::adopt(std::move(*uploads.region(*id)));
+    ASSERT_TRUE(memfd.ok());
+    {
+      auto mapping = memfd->map(Memfd::Access::kWrite);
+      std::memcpy(mapping->data(), upload_.data(), upload_.size());
+    }
+    ASSERT_TRUE(uploads.commit(*id, {}, [&](Result<MeshInfo> r) { done = std::move(r); }).ok());
+  };
+  const auto newCache = [&] { uploads.setCache(std::make_unique<VolumeCache>(directory_.path(), 1 << 30)); };
+  newCache();
+  std::optional<Result<MeshInfo>> first, second, third;
+  send(first);
+  EXPECT_FALSE(first.has_value()) << "the builder has it";
+  while (!first.has_value()) {
+    pollfd ready{uploads.builder()->fd(), POLLIN, 0};
+    (void)::poll(&ready, 1, 1000);
+    uploads.poll();
+  }
+  ASSERT_TRUE(first->ok()) << toString(first->error());
+  newCache();  // The old one's end awaits its writer.
+  send(second);
+  ASSERT_TRUE(second.has_value()) << "no builder, no waiting";
+  ASSERT_TRUE(second->ok()) << toString(second->error());
+  const MeshInfo &a = first->value(), &b = second->value();
+  EXPECT_NE(a.id, b.id);
+  EXPECT_EQ(a.bytes, b.bytes);
+  EXPECT_EQ(a.notes, b.notes);
+  EXPECT_EQ(a.voxel, b.voxel);
+  EXPECT_NE(meshes.volumes().get(meshes.entryOf(b.id)), nullptr);
+  EXPECT_EQ(uploads.size(), 0u);
+
+  // A damaged file costs a build, nothing else.
+  const fs::path path = onlyFile();
+  {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(-5000, std::ios::end);
+    file.put('x').put('y').put('z');
+  }
+  send(third);
+  EXPECT_FALSE(third.has_value());
+  EXPECT_FALSE(fs::exists(path));
+}
+
+}  // namespace
+}  // namespace hapticd::test

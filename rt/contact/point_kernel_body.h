@@ -77,90 +77,134 @@ HD_LANES M lanesOf(std::uint32_t block, std::uint32_t first, std::uint32_t end) 
   return static_cast<M>(lanes);
 }
 
-HD_LANES void accumulate(float* sum, F value) { store(sum, add(load(sum), value)); }
+/** A block that one corner of its voxels does not rule out. */
+struct Survivor {
+  Place3 at;
+  I v00, index;
+  std::uint32_t block;
+  M near;    ///< Lanes with a brick.
+  M inside;  ///< Lanes without, deep inside.
+};
+constexpr int kAhead = 8;
 
 float run(const FieldTable& field, const PointTable& points, const Placement& placement, const PointRange& range,
           PointSums& sums) noexcept {
+  using S = PointSums;
   const std::uint32_t end = range.first + range.count;
   const F fine = all(field.fine_step / kFraction), coarse = all(field.coarse_step / kFraction);
   const F margin = all(range.margin), zero = all(0.0F), weight = all(range.weight);
   const F beyond = all((range.margin + kDiagonal) / field.fine_step);
   const I cells_x = allInt(static_cast<std::int32_t>(field.cells[0]));
   const I layer = allInt(static_cast<std::int32_t>(field.cells[0] * field.cells[1]));
+  const I corners_x = allInt(static_cast<std::int32_t>(field.cells[0] + 1));
+  const I corners = allInt(static_cast<std::int32_t>((field.cells[0] + 1) * (field.cells[1] + 1)));
   F nearest = all(kFar);
   std::uint32_t touching = 0;
-  for (std::uint32_t block = range.first & ~15u; block < end; block += 16) {
-    const M lanes = lanesOf(block, range.first, end);
-    const Place3 at =
-        within(field, placed(placement, load(points.x + block), load(points.y + block), load(points.z + block)));
-    const I ix = toInt(at.x), iy = toInt(at.y), iz = toInt(at.z);
-    const I cx = shiftRight3(ix), cy = shiftRight3(iy), cz = shiftRight3(iz);
-    const I brick = gather(field.cell, addInt(cx, addInt(mulInt(cy, cells_x), mulInt(cz, layer))));
-    const M without = static_cast<M>(equalInt(brick, allInt(static_cast<std::int32_t>(kNone))) & lanes);
-    const M with = static_cast<M>(lanes & ~without);
-    Sampled got{zero, zero, zero, zero};
-    F distance = all(kFar), slope = zero;
-    if (with != 0) {
+  F deepest = load(sums.deepest);
+  F area_sum = load(sums.sum[S::kArea]), weight_sum = load(sums.sum[S::kWeight]);
+  F force_x = load(sums.sum[S::kForce]), force_y = load(sums.sum[S::kForce + 1]),
+    force_z = load(sums.sum[S::kForce + 2]);
+  F torque_x = load(sums.sum[S::kTorque]), torque_y = load(sums.sum[S::kTorque + 1]),
+    torque_z = load(sums.sum[S::kTorque + 2]);
+  F mean_x = load(sums.sum[S::kMean]), mean_y = load(sums.sum[S::kMean + 1]), mean_z = load(sums.sum[S::kMean + 2]);
+  std::uint32_t block = range.first & ~15u;
+  while (block < end) {
+    // First a look at one corner of each point's voxel, which no other block waits for: misses of the cache overlap.
+    Survivor survivors[kAhead];
+    int count = 0;
+    for (; block < end && count < kAhead; block += 16) {
+      const M lanes = lanesOf(block, range.first, end);
+      const Place3 at =
+          within(field, placed(placement, load(points.x + block), load(points.y + block), load(points.z + block)));
+      const I ix = toInt(at.x), iy = toInt(at.y), iz = toInt(at.z);
+      const I cx = shiftRight3(ix), cy = shiftRight3(iy), cz = shiftRight3(iz);
+      const I brick = gather(field.cell, addInt(cx, addInt(mulInt(cy, cells_x), mulInt(cz, layer))));
+      const M without = static_cast<M>(equalInt(brick, allInt(static_cast<std::int32_t>(kNone))) & lanes);
+      const M with = static_cast<M>(lanes & ~without);
       const I seven = allInt(7);
       const I local = addInt(andInt(ix, seven),
                              addInt(mulInt(andInt(iy, seven), allInt(9)), mulInt(andInt(iz, seven), allInt(81))));
       const I index = masked(with, addInt(mulInt(brick, allInt(736)), local));
       const I v00 = gatherPairs(field.bricks, index);
+      M near = with, inside = 0;
       // The values grow no faster than places: one corner far away tells of them all.
       if ((lessEqual(lowHalf(v00), beyond) & with) == 0) {
         const F bound = sub(mul(lowHalf(v00), all(field.fine_step)), all(kDiagonal));
         nearest = least(nearest, choose(with, bound, all(kFar)));
-      } else {
-        const Sampled s = interpolated(v00, gatherPairs(field.bricks + 9, index), gatherPairs(field.bricks + 81, index),
-                                       gatherPairs(field.bricks + 90, index), sub(at.x, toFloat(ix)),
-                                       sub(at.y, toFloat(iy)), sub(at.z, toFloat(iz)));
-        got = s;
-        distance = choose(with, mul(s.value, fine), all(kFar));
-        slope = fine;
-        nearest = least(nearest, distance);
+        near = 0;
+      }
+      if (without != 0) {
+        nearest = least(nearest, choose(without, zero, all(kFar)));  // Says nothing: the border may be near.
+        // The surface does not cross a cell without a brick: one corner tells on which side it is.
+        const I corner = addInt(cx, addInt(mulInt(cy, corners_x), mulInt(cz, corners)));
+        inside = static_cast<M>(less(lowHalf(gatherPairs(field.coarse, corner)), zero) & without);
+      }
+      if ((near | inside) == 0) continue;
+      survivors[count++] = {at, v00, index, block, near, inside};
+    }
+    for (int i = 0; i < count; ++i) {
+      const Survivor& here = survivors[i];
+      const Place3 at = here.at;
+      const I ix = toInt(at.x), iy = toInt(at.y), iz = toInt(at.z);
+      const Sampled fine_values =
+          interpolated(here.v00, gatherPairs(field.bricks + 9, here.index), gatherPairs(field.bricks + 81, here.index),
+                       gatherPairs(field.bricks + 90, here.index), sub(at.x, toFloat(ix)), sub(at.y, toFloat(iy)),
+                       sub(at.z, toFloat(iz)));
+      Sampled got = fine_values;
+      F distance = choose(here.near, mul(got.value, fine), all(kFar)), slope = fine;
+      nearest = least(nearest, distance);
+      if (here.inside != 0) {
+        const Sampled s = coarsely(field, shiftRight3(ix), shiftRight3(iy), shiftRight3(iz), at);
+        distance = choose(here.inside, mul(s.value, coarse), distance);
+        slope = choose(here.inside, mul(coarse, all(0.125F)), slope);
+        got.dx = choose(here.inside, s.dx, got.dx);
+        got.dy = choose(here.inside, s.dy, got.dy);
+        got.dz = choose(here.inside, s.dz, got.dz);
+      }
+      const M touch = less(distance, margin);
+      if (touch == 0) continue;
+      touching += static_cast<std::uint32_t>(__builtin_popcount(touch));
+      const F area = choose(touch, mul(loadAreas(points.area + here.block), weight), zero);
+      const F depth = sub(zero, distance);
+      deepest = greatest(deepest, choose(touch, depth, all(-kFar)));
+      const F x = sub(at.x, all(range.middle[0])), y = sub(at.y, all(range.middle[1])),
+              z = sub(at.z, all(range.middle[2]));
+      const F nx = mul(got.dx, slope), ny = mul(got.dy, slope), nz = mul(got.dz, slope);
+      const M inside = less(distance, zero);
+      const F pressed = mul(choose(inside, depth, zero), area);
+      const F px = mul(pressed, nx), py = mul(pressed, ny), pz = mul(pressed, nz);
+      area_sum = add(area_sum, choose(inside, area, zero));
+      force_x = add(force_x, px);
+      force_y = add(force_y, py);
+      force_z = add(force_z, pz);
+      torque_x = add(torque_x, sub(mul(y, pz), mul(z, py)));
+      torque_y = add(torque_y, sub(mul(z, px), mul(x, pz)));
+      torque_z = add(torque_z, sub(mul(x, py), mul(y, px)));
+      const F near = mul(choose(touch, add(margin, depth), zero), area);
+      weight_sum = add(weight_sum, near);
+      mean_x = add(mean_x, mul(near, x));
+      mean_y = add(mean_y, mul(near, y));
+      mean_z = add(mean_z, mul(near, z));
+      if (range.margin > 0) {
+        store(sums.sum[S::kNormal], add(load(sums.sum[S::kNormal]), mul(near, nx)));
+        store(sums.sum[S::kNormal + 1], add(load(sums.sum[S::kNormal + 1]), mul(near, ny)));
+        store(sums.sum[S::kNormal + 2], add(load(sums.sum[S::kNormal + 2]), mul(near, nz)));
       }
     }
-    if (without != 0) {
-      const Sampled s = coarsely(field, cx, cy, cz, at);
-      const F d = mul(s.value, coarse);
-      nearest = least(nearest, choose(without, zero, all(kFar)));  // Says nothing of how far: the border may be near.
-      const M inside = static_cast<M>(less(d, zero) & without);
-      if (inside != 0) {
-        distance = choose(inside, d, distance);
-        slope = choose(inside, mul(coarse, all(0.125F)), slope);
-        got.dx = choose(inside, s.dx, got.dx);
-        got.dy = choose(inside, s.dy, got.dy);
-        got.dz = choose(inside, s.dz, got.dz);
-      }
-    }
-    const M touch = static_cast<M>(less(distance, margin) & lanes);
-    if (touch == 0) continue;
-    touching += static_cast<std::uint32_t>(__builtin_popcount(touch));
-    const F area = choose(touch, mul(loadAreas(points.area + block), weight), zero);
-    const F depth = sub(zero, distance);
-    store(sums.deepest, greatest(load(sums.deepest), choose(touch, depth, all(-kFar))));
-    const F x = sub(at.x, all(range.middle[0])), y = sub(at.y, all(range.middle[1])),
-            z = sub(at.z, all(range.middle[2]));
-    const F nx = mul(got.dx, slope), ny = mul(got.dy, slope), nz = mul(got.dz, slope);
-    const F pressed = mul(choose(less(distance, zero), depth, zero), area);
-    const F px = mul(pressed, nx), py = mul(pressed, ny), pz = mul(pressed, nz);
-    accumulate(sums.sum[PointSums::kArea], choose(less(distance, zero), area, zero));
-    accumulate(sums.sum[PointSums::kForce], px);
-    accumulate(sums.sum[PointSums::kForce + 1], py);
-    accumulate(sums.sum[PointSums::kForce + 2], pz);
-    accumulate(sums.sum[PointSums::kTorque], sub(mul(y, pz), mul(z, py)));
-    accumulate(sums.sum[PointSums::kTorque + 1], sub(mul(z, px), mul(x, pz)));
-    accumulate(sums.sum[PointSums::kTorque + 2], sub(mul(x, py), mul(y, px)));
-    const F near = mul(choose(touch, add(margin, depth), zero), area);
-    accumulate(sums.sum[PointSums::kWeight], near);
-    accumulate(sums.sum[PointSums::kMean], mul(near, x));
-    accumulate(sums.sum[PointSums::kMean + 1], mul(near, y));
-    accumulate(sums.sum[PointSums::kMean + 2], mul(near, z));
-    if (range.margin > 0) {
-      accumulate(sums.sum[PointSums::kNormal], mul(near, nx));
-      accumulate(sums.sum[PointSums::kNormal + 1], mul(near, ny));
-      accumulate(sums.sum[PointSums::kNormal + 2], mul(near, nz));
-    }
+  }
+  if (touching != 0) {
+    store(sums.deepest, deepest);
+    store(sums.sum[S::kArea], area_sum);
+    store(sums.sum[S::kWeight], weight_sum);
+    store(sums.sum[S::kForce], force_x);
+    store(sums.sum[S::kForce + 1], force_y);
+    store(sums.sum[S::kForce + 2], force_z);
+    store(sums.sum[S::kTorque], torque_x);
+    store(sums.sum[S::kTorque + 1], torque_y);
+    store(sums.sum[S::kTorque + 2], torque_z);
+    store(sums.sum[S::kMean], mean_x);
+    store(sums.sum[S::kMean + 1], mean_y);
+    store(sums.sum[S::kMean + 2], mean_z);
   }
   sums.touching += touching;
   return leastOf(nearest);

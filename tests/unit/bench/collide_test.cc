@@ -104,6 +104,10 @@ TEST(CollideTiming, SummaryIsByRank) {
   EXPECT_EQ(t.p99, 990);
   EXPECT_EQ(t.p999, 999);
   EXPECT_EQ(t.count, 1000u);
+  // Two poses in five passes, one of which was disturbed.
+  const Times steady = summarise({1, 2, 1, 2, 50, 60, 1, 2, 1, 2}, 5);
+  EXPECT_EQ(steady.steady999, 2);
+  EXPECT_EQ(steady.max, 60);
 }
 
 }  // namespace

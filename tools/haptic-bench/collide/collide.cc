@@ -8,7 +8,11 @@
 #include <algorithm>
 #include <memory>
 
+#include "rt/contact/point_field.h"
+#include "rt/contact/sphere_descent.h"
+#include "rt/contact/voxmap.h"
 #include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/collide/ours.h"
 #include "tools/haptic-bench/collide/pair.h"
 #include "tools/haptic-bench/collide/peer.h"
 #include "tools/haptic-bench/collide/timing.h"
@@ -26,24 +30,123 @@ struct Options {
   std::vector<std::string> pairs = {"bumpy", "peg", "frac"};
   bool quick = false;
   bool peers = true;
+  int passes = 10;           // Over the 2000 poses.
+  int truths = 12;           // Poses whose wrench is compared.
   double peer_seconds = 20;  // Of processor time, for each library and question.
 };
 
 /** One line of the result. */
 struct Row {
   std::string pair, subject, query;
-  Times times;
-  double records = 0;  // Mean of those that touch.
-  double build_ms = 0;
+  Measured measured;
+  double build_ms = 0, megabytes = 0;
+  bool wrench = false;
 };
 
 void print(const Common& common, const Row& row) {
-  const char* form = common.csv
-                         ? "{},{},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.0f},{:.0f}\n"
-                         : "{:<6} {:<16} {:<9} {:>6} {:>9.4f} {:>9.4f} {:>9.4f} {:>9.4f} {:>9.4f} {:>8.0f} {:>8.0f}\n";
-  fmt::print(fmt::runtime(form), row.pair, row.subject, row.query, row.times.count, row.times.mean, row.times.p50,
-             row.times.p99, row.times.p999, row.times.max, row.records, row.build_ms);
+  const Measured& m = row.measured;
+  const char* form = common.csv ? "{},{},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.0f},{:.0f},{:.0f},{:.1f}"
+                                : "{:<5} {:<26} {:<8} {:>6} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f} "
+                                  "{:>8.0f} {:>8.0f} {:>6.0f} {:>5.1f}";
+  fmt::print(fmt::runtime(form), row.pair, row.subject, row.query, m.times.count, m.times.mean, m.times.p50,
+             m.times.p99, m.times.p999, m.times.steady999, m.times.max, m.touching, m.rate, row.build_ms,
+             row.megabytes);
+  if (row.wrench) {
+    fmt::print(fmt::runtime(common.csv ? ",{:.2f},{:.2f},{:.2f}" : " {:>6.2f} {:>6.2f} {:>6.2f}"), m.error_force * 100,
+               m.error_angle * 180 / EIGEN_PI, m.error_torque * 100);
+  } else if (common.csv) {
+    fmt::print(",,,");
+  }
+  fmt::print("\n");
   std::fflush(stdout);
+}
+
+/** What a figure is given for: points so dense that so many touch, or so many are in all. */
+struct Density {
+  const char* pair;
+  const char* name;
+  double spacing;  // [m]
+};
+constexpr Density kDensities[] = {
+    {"bumpy", "278k", 0.39e-3},
+    {"peg", "80k", 0.258e-3},
+    {"frac", "23k touch", 0.42e-3},
+    {"frac", "184k touch", 0.149e-3},
+};
+constexpr std::uint32_t kPatchPoints = 48;
+
+/** Hot, cold and whether they touch at all, with each vector unit. */
+void measurePoints(const Common& common, const Options& options, const CollidePair& pair, const TruthTable& truth) {
+  const auto poses = pair.poses(kRate);
+  const auto from = static_cast<std::size_t>(pair.contact_from * kRate);
+  const double coarser = options.quick ? 3 : 1;
+  const BuiltVolume base(pair.base, coarser * pair.voxel, 0, kPatchPoints);
+  const hapticd::PointPath best = hapticd::pointPath();
+  for (const Density& density : kDensities) {
+    if (density.pair != pair.name) continue;
+    const BuiltVolume tool(pair.tool, coarser * pair.voxel, coarser * density.spacing, kPatchPoints);
+    fmt::print("# {} {}: {} points in {} patches\n", pair.name, density.name, tool.view.point_count,
+               tool.view.patches.size());
+    hapticd::PointFieldDetector detector(static_cast<std::uint32_t>(tool.view.patches.size()));
+    for (const hapticd::PointPath path :
+         {hapticd::PointPath::kAvx512, hapticd::PointPath::kAvx2, hapticd::PointPath::kPortable}) {
+      if (!hapticd::choosePointPath(path)) continue;
+      const std::string name = std::string(density.name) + " " + hapticd::nameOf(path);
+      Subject subject{name, &base, &tool, &detector};
+      TimingOptions timing;
+      timing.passes = options.quick || path == hapticd::PointPath::kPortable ? 1 : options.passes;
+      timing.stride = options.quick ? 100 : 1;
+      const auto row = [&](const char* query, std::size_t begin, const TruthTable& with) {
+        print(common, {pair.name, name, query, measure(subject, poses, begin, timing, with),
+                       base.build_ms + tool.build_ms, base.megabytes() + tool.megabytes(), !with.pose.empty()});
+      };
+      // As many poses in contact as in all.
+      const int passes = timing.passes;
+      if (!options.quick) timing.passes = (passes * 4 + 2) / 3;
+      row("contacts", from, truth);
+      timing.passes = passes;
+      subject.first_only = true;
+      row("touch", 0, {});
+      subject.first_only = false;
+      if (path != best) continue;
+      timing.cold = true;
+      timing.passes = 1;
+      timing.stride *= 4;
+      row("cold", from, {});
+    }
+    hapticd::choosePointPath(best);
+    if (density.spacing < 0.2e-3) continue;
+    hapticd::VoxmapDetector voxmap;
+    TimingOptions timing;
+    timing.stride = options.quick ? 300 : 10;
+    print(common, {pair.name, std::string(density.name) + " voxmap", "contacts",
+                   measure({"voxmap", &base, &tool, &voxmap}, poses, from, timing, truth),
+                   base.build_ms + tool.build_ms, base.megabytes() + tool.megabytes(), !truth.pose.empty()});
+  }
+}
+
+/** The thesis's descent, at 0.5 mm. */
+void measureSpheres(const Common& common, const Options& options, const CollidePair& pair, const TruthTable& truth) {
+  const auto poses = pair.poses(kRate);
+  const auto from = static_cast<std::size_t>(pair.contact_from * kRate);
+  const double voxel = (options.quick ? 3 : 1) * 0.5e-3;
+  const BuiltVolume base(pair.base, voxel, 0, kPatchPoints), tool(pair.tool, voxel, 0, kPatchPoints);
+  for (const hapticd::SphereLeaf leaf : {hapticd::SphereLeaf::kSphere, hapticd::SphereLeaf::kFieldValue}) {
+    hapticd::SphereDescentDetector detector({.leaf = leaf});
+    Subject subject{"spheres", &base, &tool, &detector};
+    const bool one_sided = leaf == hapticd::SphereLeaf::kFieldValue;
+    const std::string name = one_sided ? "spheres 0.5 mm one-sided" : "spheres 0.5 mm";
+    TimingOptions timing;
+    timing.passes = options.quick || !one_sided ? 1 : options.passes;
+    timing.stride = options.quick ? 200 : 1;
+    for (const bool first : {false, true}) {
+      subject.first_only = first;
+      print(common,
+            {pair.name, name, first ? "touch" : "contacts",
+             measure(subject, poses, first ? 0 : from, timing, first ? TruthTable{} : truth),
+             base.build_ms + tool.build_ms, base.megabytes() + tool.megabytes(), !first && !truth.pose.empty()});
+    }
+  }
 }
 
 /** A library is far too slow for every pose: as many as its seconds allow, spread over all. */
@@ -71,20 +174,34 @@ void measurePeer(const Common& common, const Options& options, const CollidePair
       timing.stride = std::max(1, static_cast<int>(total / options.peer_seconds) + 1);
     }
     found = records = 0;
-    Row row{pair.name, kind.name, all ? "contacts" : "touch", summarise(timeQueries(asked, timing, ask)), 0, build_ms};
-    row.records = found > 0 ? static_cast<double>(records) / static_cast<double>(found) : 0;
+    Row row{pair.name, kind.name, all ? "contacts" : "touch", {}, build_ms};
+    Measured& m = row.measured;
+    m.times = summarise(timeQueries(asked, timing, ask));
+    m.touching = found > 0 ? static_cast<double>(records) / static_cast<double>(found) : 0;
+    m.rate = static_cast<double>(records) / (m.times.mean * static_cast<double>(m.times.count));
     print(common, row);
   }
 }
 
 int run(const Common& common, const Options& options) {
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
-  fmt::print("# thread CPU time [ms]; records: {} of FCL, {} of Bullet\n", kFclPeer.what, kBulletPeer.what);
-  fmt::print("{}\n", common.csv ? "pair,subject,query,poses,mean,p50,p99,p99.9,max,records,build"
-                                : "pair   subject          query      poses      mean       p50       p99     p99.9   "
-                                  "    max  records    build");
+  fmt::print(
+      "# thread CPU time [ms]; steady: p99.9 over the poses of each pose's median over the passes; records: points of "
+      "ours, {} of FCL, {} of Bullet; rate: records a ms; build [ms]; "
+      "wrench "
+      "against brute force: force [% of peak], direction [deg], torque [% of peak force x {} mm]\n",
+      kFclPeer.what, kBulletPeer.what, kLever * 1e3);
+  fmt::print("{}\n",
+             common.csv
+                 ? "pair,subject,query,poses,mean,p50,p99,p99.9,steady,max,records,rate,build,MB,force,angle,torque"
+                 : "pair  subject                    query     poses     mean      p50      p99    p99.9   steady "
+                   "     max  records     rate  build    MB  force  angle torque");
   for (const std::string& name : options.pairs) {
     const CollidePair pair = makePair(name);
+    const auto poses = pair.poses(kRate);
+    const TruthTable truth = makeTruth(pair, poses, options.quick ? 0 : options.truths, name == "bumpy" ? 3 : 4);
+    measurePoints(common, options, pair, truth);
+    measureSpheres(common, options, pair, truth);
     if (options.peers) {
       for (const PeerKind* kind : {&kFclPeer, &kBulletPeer}) measurePeer(common, options, pair, *kind);
     }
@@ -102,6 +219,12 @@ void addCollide(CLI::App& app, Run& chosen) {
   collide->add_option("--peer-seconds", options->peer_seconds, "Of processor time for each question to a library")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 3600.0));
+  collide->add_option("--passes", options->passes, "Over the 2000 poses, for each figure of ours")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000));
+  collide->add_option("--truths", options->truths, "Poses whose wrench is compared with brute force")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000));
   collide->add_flag("!--no-peers", options->peers, "Leaves FCL and Bullet out");
   collide->add_flag("--quick", options->quick, "A few poses of each: whether it runs, not how fast");
   collide->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });

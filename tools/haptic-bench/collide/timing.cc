@@ -18,10 +18,20 @@ void walk(std::vector<std::uint64_t>& memory) {
 
 }  // namespace
 
-Times summarise(std::vector<double> ms) {
+Times summarise(std::vector<double> ms, std::size_t passes) {
   Times times;
   times.count = ms.size();
   if (ms.empty()) return times;
+  const std::size_t poses = std::max<std::size_t>(1, ms.size() / std::max<std::size_t>(1, passes));
+  std::vector<double> medians, one;
+  for (std::size_t i = 0; i < poses; ++i) {
+    one.clear();
+    for (std::size_t j = i; j < ms.size(); j += poses) one.push_back(ms[j]);
+    std::nth_element(one.begin(), one.begin() + static_cast<std::ptrdiff_t>(one.size() / 2), one.end());
+    medians.push_back(one[one.size() / 2]);
+  }
+  std::sort(medians.begin(), medians.end());
+  times.steady999 = medians[std::min(poses - 1, static_cast<std::size_t>(0.999 * static_cast<double>(poses)))];
   std::sort(ms.begin(), ms.end());
   const auto at = [&](double q) {
     return ms[std::min(ms.size() - 1, static_cast<std::size_t>(q * static_cast<double>(ms.size())))];

@@ -13,10 +13,12 @@ namespace haptic_bench {
 /** Of the times of one subject [ms]. */
 struct Times {
   double mean = 0, p50 = 0, p99 = 0, p999 = 0, max = 0;
+  double steady999 = 0;  ///< p99.9 over the poses of each pose's median over the passes: free of what else ran.
   std::size_t count = 0;
 };
 
-[[nodiscard]] Times summarise(std::vector<double> ms);
+/** `passes` times the same poses. */
+[[nodiscard]] Times summarise(std::vector<double> ms, std::size_t passes = 1);
 
 /** Thread CPU time [ns], less what reading it takes is up to the caller. */
 [[nodiscard]] double threadNs();

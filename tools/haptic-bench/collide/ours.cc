@@ -1,0 +1,79 @@
+#include "tools/haptic-bench/collide/ours.h"
+
+#include <algorithm>
+
+#include "tools/haptic-bench/failure.h"
+
+namespace haptic_bench {
+namespace {
+
+constexpr double kDeepest = 0.015;  // Of the truth's search [m].
+
+hapticd::DetectorQuery queryAt(const Subject& subject, const std::vector<hapticd::Pose>& poses, std::size_t i) {
+  hapticd::DetectorQuery query;
+  query.a.volume = &subject.tool->view;
+  query.b.volume = &subject.base->view;
+  query.a.X_WO = poses[i];
+  query.a.X_WO_before = poses[i > 0 ? i - 1 : 0];
+  query.first_only = subject.first_only;
+  return query;
+}
+
+}  // namespace
+
+BuiltVolume::BuiltVolume(const Model& model, double voxel, double point_spacing, std::uint32_t patch_points) {
+  hapticd::VolumeOptions options;
+  options.point_spacing_m = point_spacing;
+  options.patch_points = patch_points;
+  hapticd::BuildMonitor monitor;
+  const double before = threadNs();
+  image = orFail(hapticd::buildMeshVolume(model.vertices, model.triangles, voxel, options, monitor));
+  build_ms = (threadNs() - before) * 1e-6;
+  view = orFail(hapticd::validateVolume(hapticd::bytesOf(image)));
+}
+
+TruthTable makeTruth(const CollidePair& pair, const std::vector<hapticd::Pose>& poses, int count, int split) {
+  TruthTable table;
+  if (count <= 0) return table;
+  const Truth truth(pair.base, pair.tool, split);
+  const auto from = static_cast<std::size_t>(pair.contact_from / pair.duration * static_cast<double>(poses.size()));
+  for (int i = 0; i < count; ++i) {
+    const std::size_t at = from + (poses.size() - 1 - from) * static_cast<std::size_t>(i) /
+                                      static_cast<std::size_t>(std::max(1, count - 1));
+    table.pose.push_back(at);
+    table.penalty.push_back(truth.at(poses[at], kDeepest));
+    table.peak = std::max(table.peak, table.penalty.back().integral.force.norm());
+  }
+  return table;
+}
+
+Measured measure(const Subject& subject, const std::vector<hapticd::Pose>& poses, std::size_t from,
+                 const TimingOptions& timing, const TruthTable& truth) {
+  const std::vector<hapticd::Pose> asked(poses.begin() + static_cast<std::ptrdiff_t>(from), poses.end());
+  auto contacts = std::make_unique<hapticd::ContactSet>();
+  Measured measured;
+  double touching = 0;
+  subject.detector->reset();
+  measured.times = summarise(timeQueries(asked, timing,
+                                         [&](std::size_t i) {
+                                           subject.detector->find(queryAt(subject, asked, i), *contacts);
+                                           measured.hits += contacts->report.touching > 0 ? 1 : 0;
+                                           touching += contacts->report.touching;
+                                         }),
+                             static_cast<std::size_t>(timing.passes));
+  if (measured.hits == 0) throw Failure(subject.name, "touched nothing in all poses", "");
+  measured.touching = touching / static_cast<double>(measured.hits);
+  measured.rate = touching / (measured.times.mean * static_cast<double>(measured.times.count));
+  for (std::size_t i = 0; i < truth.pose.size(); ++i) {
+    const std::vector<hapticd::Pose> there{poses[truth.pose[i]]};
+    subject.detector->find(queryAt(subject, there, 0), *contacts);
+    const Penalty& p = truth.penalty[i];
+    const WrenchError e = compare(contacts->integral, p.integral, truth.peak, kLever);
+    measured.error_force = std::max(measured.error_force, e.force);
+    measured.error_torque = std::max(measured.error_torque, e.torque);
+    if (p.integral.force.norm() > 0.05 * truth.peak) measured.error_angle = std::max(measured.error_angle, e.direction);
+  }
+  return measured;
+}
+
+}  // namespace haptic_bench

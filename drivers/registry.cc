@@ -4,18 +4,19 @@
 
 #include "drivers/driver.h"
 #include "drivers/falcon/falcon_driver.h"
+#include "drivers/hidpid/hidpid_driver.h"
 #include "drivers/parameters.h"
 #include "drivers/replay/replay_driver.h"
 #include "drivers/sim/sim_driver.h"
+#include "drivers/spacemouse/spacemouse_driver.h"
+#include "drivers/woodyhid/woodyhid_driver.h"
 
 namespace hapticd {
 namespace {
 
 /** Every driver, hardware first. A driver folder adds one line. */
 constexpr const Driver* kDrivers[] = {
-    &kFalconDriver,
-    &kSimDriver,
-    &kReplayDriver,
+    &kFalconDriver, &kWoodyDriver, &kHidPidDriver, &kSpaceMouseDriver, &kSimDriver, &kReplayDriver,
 };
 
 /** Schemes that mean something to haptics people and that this build cannot open. */

@@ -38,6 +38,9 @@ class DeviceIo {
    */
   [[nodiscard]] virtual bool exchange(DeviceLink& link, std::int64_t until_ns) noexcept = 0;
 
+  /** What the servo is told of a device that is gone; more than that for one that watches over others. */
+  [[nodiscard]] virtual std::uint32_t statusWhenGone() const noexcept { return kDeviceGone; }
+
   /**
    * Zeros to the device at once, past the I/O thread, as far as that can be done in a signal handler (plain system
    * calls on an open descriptor). Nothing, if it cannot: the link sends zeros in the next exchange.

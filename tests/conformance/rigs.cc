@@ -3,6 +3,7 @@
 #include "tests/conformance/rig.h"
 #include "tests/conformance/sample_rig.h"
 #include "tests/conformance/sim_rig.h"
+#include "tests/conformance/woody_rig.h"
 
 namespace hapticd::test {
 
@@ -11,6 +12,8 @@ std::vector<RigCase> rigCases() {
       {"Sim", makeSimRig},
       {"Sample", [] { return std::make_unique<SampleRig>(); }},
       {"Falcon", [] { return std::make_unique<FalconRig>(); }},
+      {"Wooden2015", [] { return std::make_unique<WoodyRig>(haptic_emu::WoodyKind::kWooden2015); }},
+      {"Polhem3", [] { return std::make_unique<WoodyRig>(haptic_emu::WoodyKind::kPolhem3, std::uint8_t{14}); }},
   };
 }
 

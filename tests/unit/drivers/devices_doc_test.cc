@@ -6,9 +6,12 @@
 #include <sstream>
 
 #include "drivers/falcon/falcon_parameters.h"
+#include "drivers/hidpid/hidpid_parameters.h"
 #include "drivers/number.h"
 #include "drivers/replay/replay_device.h"
 #include "drivers/sim/sim_parameters.h"
+#include "drivers/spacemouse/spacemouse_parameters.h"
+#include "drivers/woodyhid/woodyhid_parameters.h"
 
 namespace hapticd {
 namespace {
@@ -69,6 +72,9 @@ void expectInPage(const std::string& table) {
 TEST(DevicesPage, ListsEveryKeyOfTheSimulator) { expectInPage(keyTable(simParameterTable())); }
 TEST(DevicesPage, ListsEveryKeyOfReplay) { expectInPage(keyTable(replayParameterTable())); }
 TEST(DevicesPage, ListsEveryKeyOfTheFalcon) { expectInPage(keyTable(falconParameterTable())); }
+TEST(DevicesPage, ListsEveryKeyOfWoodenHaptics) { expectInPage(keyTable(woodyParameterTable())); }
+TEST(DevicesPage, ListsEveryKeyOfTheSpaceMouse) { expectInPage(keyTable(spaceMouseParameterTable())); }
+TEST(DevicesPage, ListsEveryKeyOfForceFeedback) { expectInPage(keyTable(hidPidParameterTable())); }
 TEST(DevicesPage, ListsEveryPreset) { expectInPage(presetTable()); }
 
 }  // namespace

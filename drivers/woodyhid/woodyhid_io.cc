@@ -1,0 +1,156 @@
+#include "drivers/woodyhid/woodyhid_io.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "drivers/hid/report_descriptor.h"
+
+namespace hapticd {
+namespace {
+
+/** At most `limit` long, in its direction, however large it is. */
+Vec3 bounded(const Vec3& force, double limit, bool& cut) noexcept {
+  const double most = force.cwiseAbs().maxCoeff();
+  if (!(most > 0)) return Vec3::Zero();
+  const Vec3 scaled = force / most;
+  const double length = scaled.norm();
+  if (!(most > limit / length)) return force;
+  cut = true;
+  return scaled * (limit / length);
+}
+
+}  // namespace
+
+Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
+  if (auto opened = hid_->open(); !opened) return opened;
+  // 14 bytes of the first boards, 64 of a Teensy: what the device says it takes.
+  const Result<HidReports> reports = HidReports::parse(hid_->descriptor());
+  const std::size_t declared = reports ? reports->reportBytes(HidKind::kOutput, 0) : 0;
+  report_bytes_ = 1 + std::clamp(declared, woodyhid::kReportBytes, woodyhid::kTeensyReportBytes);
+  calibration_.store(setup_.parameters.calibrated ? Calibration::kDone : Calibration::kNeeded);
+  may_press_ = known_ = saturated_ = asked_ = false;
+  bad_in_a_row_ = 0;
+
+  const std::int64_t give_up_ns = hid_->now() + kFirstWord_ns;
+  while (!stop.load(std::memory_order_relaxed) && hid_->now() < give_up_ns) {
+    if (!send(woodyhid::encodeCurrents({}))) break;
+    std::array<std::uint8_t, HidTransport::kLargestReport> buffer{};
+    std::size_t size = 0;
+    const HidResult got = readNewest(*hid_, buffer, size, sent_ns_ + kKick_ns);
+    if (got == HidResult::kGone) break;
+    if (got == HidResult::kOk && woodyhid::decode({buffer.data(), size})) return {};
+  }
+  return Error{ErrorCode::kTimeout, setup_.info.uri, "the device does not answer as WoodenHaptics or Polhem do",
+               "is it one? Other things made of such a board have the same USB IDs; name yours by serial= or path="};
+}
+
+void WoodyIo::close() noexcept {
+  (void)send(woodyhid::encodeCurrents({}));
+  hid_->close();
+  calibration_.store(Calibration::kNeeded);
+}
+
+void WoodyIo::safe() noexcept {
+  const woodyhid::Report zero = woodyhid::encodeCurrents({});
+  hid_->lastWords({zero.data(), report_bytes_});
+}
+
+bool WoodyIo::send(const woodyhid::Report& report) noexcept {
+  sent_ns_ = hid_->now();
+  asked_ = true;
+  return hid_->write({report.data(), report_bytes_}) == HidResult::kOk;
+}
+
+bool WoodyIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
+  std::array<std::uint8_t, HidTransport::kLargestReport> buffer;
+  std::size_t size = 0;
+  const HidResult got = readNewest(*hid_, buffer, size, std::min(until_ns, sent_ns_ + kKick_ns));
+  if (got == HidResult::kGone) return false;
+  const std::int64_t now_ns = hid_->now();
+  if (got != HidResult::kOk) {
+    if (now_ns - sent_ns_ < kKick_ns) return true;  // The time is up, not the patience.
+    LinkCounters::add(link.counters.lost);
+    return send(answer(nullptr, now_ns, link));
+  }
+  const auto reading = woodyhid::decode({buffer.data(), size});
+  if (!reading) {
+    LinkCounters::add(link.counters.dropped_bytes, size);
+  } else {
+    LinkCounters::add(link.counters.exchanges);
+    if (asked_) link.round_trip.record(now_ns - sent_ns_);
+    asked_ = false;
+    take(*reading, now_ns, link);
+  }
+  return send(answer(reading ? &*reading : nullptr, now_ns, link));
+}
+
+bool WoodyIo::plausible(const woodyhid::Reading& reading, std::int64_t now_ns) const noexcept {
+  if (!known_) return true;
+  const double ms = std::clamp(static_cast<double>(now_ns - reading_ns_) * 1e-6, 1.0, 5.0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (std::abs(reading.encoder[i] - last_.encoder[i]) > kMostCountsPerMs * ms) return false;
+  }
+  return true;
+}
+
+void WoodyIo::take(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept {
+  if (calibration_.load() != Calibration::kDone) return;
+  const Vec3 angles = woodyAngles(*setup_.model, reading.encoder);
+  const WoodyArm arm = solveWoodyArm(*setup_.model, angles);
+  if (!arm.reachable || !plausible(reading, now_ns)) {
+    LinkCounters::add(link.counters.rejected);
+    if (++bad_in_a_row_ < kBadInARow) return;
+    // It stays where it cannot be: counts were lost, or it was not calibrated where it should have been.
+    calibration_.store(Calibration::kNeeded);
+    known_ = false;
+    link.publishStatus(kDeviceError);
+    return;
+  }
+  arm_ = arm;
+  last_ = reading;
+  known_ = true;
+  bad_in_a_row_ = 0;
+  reading_ns_ = now_ns;
+  publish(reading, now_ns, link);
+}
+
+void WoodyIo::publish(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept {
+  DeviceSample sample;
+  sample.t_ns = now_ns;
+  sample.p = arm_.p;
+  sample.q = woodyOrientation(*setup_.model, woodyAngles(*setup_.model, reading.encoder), arm_.pitch, reading.encoder);
+  double weight = 0;
+  for (const LinkMass& link_mass : setup_.model->masses) weight += 9.81 * link_mass.mass;
+  sample.gravity = setup_.parameters.gravity * forceForTorque(arm_, arm_.gravity_torque, weight);
+  sample.buttons = reading.button ? 1 : 0;
+  sample.status = saturated_ ? kDeviceSaturated : kDeviceOk;
+  link.publish(sample);
+}
+
+woodyhid::Report WoodyIo::answer(const woodyhid::Reading* reading, std::int64_t now_ns, DeviceLink& link) noexcept {
+  const DeviceCommand command = link.command(now_ns);
+  if (reading != nullptr && !reading->calibrate && !command.enabled) may_press_ = true;
+  if (command.enabled) may_press_ = false;
+  if (reading != nullptr && reading->calibrate && !command.enabled) {
+    std::array<std::int16_t, 6> counts = setup_.model->calibration;
+    if (may_press_) {
+      calibration_.store(Calibration::kDone);
+      known_ = false;
+      bad_in_a_row_ = 0;
+    } else {
+      for (std::size_t i = 0; i < counts.size(); ++i) counts[i] = static_cast<std::int16_t>(reading->encoder[i]);
+    }
+    may_press_ = false;
+    return woodyhid::encodeCounters(counts);
+  }
+  const bool trusted = calibration_.load() == Calibration::kDone && known_ && now_ns - reading_ns_ <= kTrust_ns;
+  saturated_ = false;
+  if (!command.enabled || !trusted) return woodyhid::encodeCurrents({});
+  const Vec3 force = bounded(command.force, setup_.info.max_force, saturated_);
+  const WoodyCurrents currents = woodyCurrents(*setup_.model, arm_, force, setup_.parameters.max_current);
+  saturated_ = saturated_ || currents.saturated;
+  return woodyhid::encodeCurrents(currents.mA);
+}
+
+}  // namespace hapticd

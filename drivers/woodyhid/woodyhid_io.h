@@ -1,0 +1,65 @@
+/** @file
+ * WoodenHaptics and Polhem at work: one report out for each that comes in.
+ */
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "drivers/link/device_io.h"
+#include "drivers/woodyhid/woody_kinematics.h"
+#include "drivers/woodyhid/woodyhid_parameters.h"
+#include "drivers/woodyhid/woodyhid_protocol.h"
+
+namespace hapticd {
+
+/**
+ * The encoders count from wherever the arm was when it got its power. So nothing is published, and nothing pushed,
+ * until the user has put the arm into its pose of calibration and pressed the button on the electronics. A press from
+ * before the start, or while the motors were on, says nothing of the pose now: it is wiped, not obeyed.
+ */
+class WoodyIo final : public DeviceIo {
+ public:
+  static constexpr std::int64_t kKick_ns = 10'000'000;        ///< Silence after which the device is spoken to.
+  static constexpr std::int64_t kFirstWord_ns = 500'000'000;  ///< Silence after open that says it is another device.
+  static constexpr std::int64_t kTrust_ns = 10'000'000;  ///< Age of a reading by which forces may still be computed.
+  static constexpr double kMostCountsPerMs = 200;        ///< Of a motor: twice what a hand does at 2 m/s.
+  static constexpr int kBadInARow = 20;
+
+  explicit WoodyIo(WoodySetup setup) : setup_(std::move(setup)), hid_(setup_.hid()) {}
+  ~WoodyIo() override { close(); }
+  WoodyIo(const WoodyIo&) = delete;
+  WoodyIo& operator=(const WoodyIo&) = delete;
+
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return setup_.info; }
+  [[nodiscard]] Calibration calibration() const noexcept override { return calibration_.load(); }
+  [[nodiscard]] Result<void> open(const std::atomic<bool>& stop) override;
+  void close() noexcept override;
+  [[nodiscard]] bool exchange(DeviceLink& link, std::int64_t until_ns) noexcept override;
+  void safe() noexcept override;
+
+ private:
+  [[nodiscard]] bool send(const woodyhid::Report& report) noexcept;
+  [[nodiscard]] bool plausible(const woodyhid::Reading& reading, std::int64_t now_ns) const noexcept;
+  void take(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept;
+  void publish(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept;
+  [[nodiscard]] woodyhid::Report answer(const woodyhid::Reading* reading, std::int64_t now_ns,
+                                        DeviceLink& link) noexcept;
+
+  WoodySetup setup_;
+  std::unique_ptr<HidTransport> hid_;
+  std::size_t report_bytes_ = 0;  ///< Of what goes out, its ID included.
+  std::atomic<Calibration> calibration_{Calibration::kNeeded};
+  bool may_press_ = false;  ///< The button was seen up while the motors were off.
+  bool known_ = false;      ///< `last_` and `arm_` are.
+  woodyhid::Reading last_;
+  WoodyArm arm_;
+  std::int64_t reading_ns_ = 0, sent_ns_ = 0;
+  bool asked_ = false;  ///< Something was sent since the last reading.
+  bool saturated_ = false;
+  int bad_in_a_row_ = 0;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,308 @@
+// Force feedback by USB PID: the layout by descriptor, forces, and what becomes of them when somebody is late or gone.
+#include <gtest/gtest.h>
+
+#include "drivers/hidpid/hidpid_io.h"
+#include "drivers/link/io_device.h"
+#include "tools/haptic-emu/hidpid/pid_model.h"
+#include "tools/haptic-emu/in_process_hid.h"
+
+namespace hapticd::test {
+namespace {
+
+using haptic_emu::PidModel;
+using haptic_emu::PidVariant;
+constexpr std::int64_t kMs = 1'000'000;
+constexpr int kConstant = 1, kSpring = 8, kDamper = 9;
+
+DeviceCommand push(const Vec3& force) {
+  DeviceCommand command;
+  command.enabled = true;
+  command.force = force;
+  return command;
+}
+
+struct Stick {
+  explicit Stick(const PidVariant& variant = {}, std::vector<std::pair<std::string, std::string>> query = {})
+      : model(variant) {
+    query.emplace_back("max_force", "4");
+    auto resolved = resolveHidPid({"hidpid", "default", std::move(query)}, {});
+    EXPECT_TRUE(resolved.ok());
+    resolved->hid = [this] { return std::make_unique<haptic_emu::InProcessHid>(model, clock); };
+    auto made = std::make_unique<HidPidIo>(std::move(*resolved));
+    io = made.get();
+    device = std::make_unique<IoDevice>(std::move(made), IoOptions{.thread = false}, clock);
+    opened = device->open();
+  }
+  /** A servo at 1 kHz; returns how many readings were fresh. */
+  int run(int cycles, const DeviceCommand& command) {
+    int fresh = 0;
+    for (int i = 0; i < cycles; ++i) {
+      device->read(clock.now(), sample);
+      fresh += sample.fresh ? 1 : 0;
+      device->write(clock.now(), command);
+      advance(1);
+    }
+    return fresh;
+  }
+  /** World, wire and I/O thread, without a servo. */
+  void advance(int ms) {
+    for (int i = 0; i < ms; ++i) {
+      if (held) model.hand.place(at);
+      device->pump(clock.now() + kMs);
+      model.advance(clock.now());
+    }
+  }
+  /** The world alone: this process is dead. */
+  void die(int ms) {
+    clock.advance(ms * kMs);
+    model.advance(clock.now());
+  }
+  void hold(const Vec3& p) {
+    held = true;
+    at = p;
+  }
+
+  PidModel model;
+  ManualClock clock;
+  HidPidIo* io = nullptr;
+  std::unique_ptr<IoDevice> device;
+  Result<void> opened;
+  DeviceSample sample;
+  bool held = false;
+  Vec3 at = Vec3::Zero();
+};
+
+TEST(HidPid, ReadsWhereTheStickIs) {
+  Stick stick;
+  ASSERT_TRUE(stick.opened.ok()) << toString(stick.opened.error());
+  stick.model.buttons = 0x05;
+  for (const Vec3& p : {Vec3(0, 0, 0), Vec3(0.02, -0.04, 0), Vec3(-0.05, 0.05, 0)}) {
+    stick.hold(p);
+    EXPECT_GT(stick.run(50, {}), 45);
+    EXPECT_NEAR((stick.sample.p - p).norm(), 0, 3e-6);
+  }
+  EXPECT_EQ(stick.sample.buttons, 5u);
+  EXPECT_EQ(stick.sample.status, kDeviceOk);
+}
+
+TEST(HidPid, TheForceIsTheOneCommanded) {
+  Stick stick;
+  stick.hold(Vec3(0.01, -0.01, 0));
+  for (const Vec3& force : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 2, 0), Vec3(0, -2, 0), Vec3(1.5, -2.5, 0)}) {
+    stick.run(10, push(force));
+    // The direction travels in 255 steps of a turn: 0.35 and 0.7 degrees off.
+    EXPECT_NEAR((stick.model.force() - force).norm(), 0, 0.002 * force.norm() + 0.001) << force.transpose();
+  }
+  // It lasts, though each effect ends after 0.1 s.
+  stick.run(1000, push(Vec3(0, 1, 0)));
+  EXPECT_NEAR(stick.model.force().y(), 1, 0.002);
+  EXPECT_LE(stick.model.longestDuration_ms(), 200);
+}
+
+TEST(HidPid, SaturationKeepsTheDirectionAndIsTold) {
+  Stick stick;
+  stick.hold(Vec3::Zero());
+  for (const double newtons : {10.0, 1e5, 1e300}) {
+    stick.run(10, push(newtons * Vec3(0.5, -1, 0)));
+    EXPECT_NEAR((stick.model.force() - Vec3(2, -4, 0)).norm(), 0, 0.02);
+    EXPECT_NE(stick.sample.status & kDeviceSaturated, 0u);
+  }
+}
+
+TEST(HidPid, NothingPushesBeforeAndAfterItIsSwitchedOn) {
+  Stick stick;
+  stick.hold(Vec3::Zero());
+  stick.run(100, {});
+  EXPECT_FALSE(stick.model.actuatorsOn());
+  stick.run(20, push(Vec3(0, 2, 0)));
+  EXPECT_TRUE(stick.model.actuatorsOn());
+  DeviceCommand off = push(Vec3(0, 2, 0));
+  off.enabled = false;
+  stick.run(3, off);
+  EXPECT_FALSE(stick.model.actuatorsOn());
+  EXPECT_EQ(stick.model.running(kConstant), 0);
+  stick.run(20, push(Vec3(0, std::nan(""), 0)));
+  EXPECT_TRUE(stick.model.force().isZero(0));
+}
+
+TEST(HidPid, SafeAndCloseStopItAtOnce) {
+  for (const bool close : {false, true}) {
+    Stick stick;
+    stick.hold(Vec3::Zero());
+    stick.run(20, push(Vec3(0, 2, 0)));
+    ASSERT_GT(stick.model.force().y(), 1.9);
+    close ? stick.device->close() : stick.device->safe();
+    EXPECT_FALSE(stick.model.actuatorsOn());
+    EXPECT_EQ(stick.model.running(kConstant), 0);
+    stick.advance(50);
+    EXPECT_TRUE(stick.model.force().isZero(0));
+  }
+}
+
+TEST(HidPid, TheForceOfADeadProcessEndsByItself) {
+  Stick stick;
+  stick.hold(Vec3::Zero());
+  stick.run(500, push(Vec3(0, 2, 0)));
+  ASSERT_GT(stick.model.force().y(), 1.9);
+  stick.die(HidPidIo::kHold_ms + 1);
+  EXPECT_EQ(stick.model.running(kConstant) + stick.model.running(kSpring) + stick.model.running(kDamper), 0);
+  EXPECT_TRUE(stick.model.force().isZero(0));
+}
+
+TEST(HidPid, ALateServoIsFollowedByDamperAndSpringForAShortTime) {
+  Stick stick({}, {{"fallback", "0.25"}});
+  stick.hold(Vec3(0.01, 0.02, 0));
+  stick.run(50, push(Vec3(1, 2, 0)));
+  stick.advance(13);  // nobody commands
+  EXPECT_EQ(stick.model.running(kConstant), 0);
+  EXPECT_EQ(stick.model.running(kSpring), 2);
+  EXPECT_EQ(stick.model.running(kDamper), 2);
+  EXPECT_LT(stick.model.force().norm(), 0.05);  // held still where it was
+  // Moved away it is pulled back, with a quarter of the device's force on each axis and no more.
+  stick.model.hand.place(Vec3(-0.05, -0.05, 0));
+  const Vec3 pulled = stick.model.force();
+  EXPECT_GT(pulled.x(), 0.05);
+  EXPECT_GT(pulled.y(), 0.05);
+  EXPECT_LE(pulled.cwiseAbs().maxCoeff(), 2 * 0.25 * PidModel::kFullForce + 0.01);
+  stick.advance(HidPidIo::kFallback_ms + 1);
+  EXPECT_TRUE(stick.model.force().isZero(0));
+  // Not again and again: once, until somebody commands again.
+  stick.advance(500);
+  EXPECT_EQ(stick.model.running(kSpring) + stick.model.running(kDamper), 0);
+  stick.run(20, push(Vec3(0, 1, 0)));
+  EXPECT_NEAR(stick.model.force().y(), 1, 0.01);
+  EXPECT_EQ(stick.model.running(kSpring), 0);
+}
+
+TEST(HidPid, NoFallbackWithoutABoundOnItsForce) {
+  Stick stick({.saturation = false});
+  ASSERT_TRUE(stick.opened.ok());
+  EXPECT_FALSE(stick.io->hasFallback());
+  Stick off({}, {{"fallback", "0"}});
+  EXPECT_FALSE(off.io->hasFallback());
+  EXPECT_EQ(off.model.effects(), 2u);
+}
+
+TEST(HidPid, SafetySwitchAndPowerAreFaults) {
+  Stick stick;
+  stick.hold(Vec3::Zero());
+  stick.run(20, push(Vec3(0, 1, 0)));
+  EXPECT_EQ(stick.sample.status, kDeviceOk);
+  stick.model.holdSafetySwitch(false);
+  stick.run(5, push(Vec3(0, 1, 0)));
+  EXPECT_EQ(stick.sample.status, kDeviceDeadmanOpen);
+  stick.model.holdSafetySwitch(true);
+  stick.run(5, {});
+  EXPECT_EQ(stick.sample.status, kDeviceOk);
+  stick.model.power(false);
+  stick.run(5, {});
+  EXPECT_EQ(stick.sample.status, kDeviceError);
+}
+
+TEST(HidPid, ADeviceWithoutRoomIsRefusedAndSaysSo) {
+  Stick full({.pool = 1});
+  ASSERT_FALSE(full.opened.ok());
+  EXPECT_EQ(full.opened.error().code, ErrorCode::kQuotaExceeded);
+  // Room for the forces alone: no fallback then.
+  Stick enough({.pool = 2});
+  ASSERT_TRUE(enough.opened.ok());
+  EXPECT_FALSE(enough.io->hasFallback());
+}
+
+TEST(HidPid, ASlowBlockLoadIsWaitedForButNotForEver) {
+  Stick stick;
+  stick.device->close();
+  stick.model.busy_polls = 59;
+  EXPECT_TRUE(stick.device->open().ok());
+  stick.device->close();
+  stick.model.busy_polls = 60;
+  const auto opened = stick.device->open();
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kTimeout);
+}
+
+TEST(HidPid, UnplugIsToldAndReplugPushesNotByItself) {
+  Stick stick;
+  stick.hold(Vec3::Zero());
+  stick.run(20, push(Vec3(0, 1, 0)));
+  stick.model.faults.add({haptic_emu::FaultKind::kUnplug, 0, INT64_MAX});
+  stick.run(5, push(Vec3(0, 1, 0)));
+  EXPECT_EQ(stick.sample.status, kDeviceGone);
+  EXPECT_FALSE(stick.sample.fresh);
+  stick.run(500, {});
+  stick.model.faults.clear();
+  stick.run(700, {});
+  EXPECT_EQ(stick.sample.status, kDeviceOk);
+  EXPECT_FALSE(stick.model.actuatorsOn());
+  stick.run(20, push(Vec3(0, 1, 0)));
+  EXPECT_NEAR(stick.model.force().y(), 1, 0.01);
+}
+
+TEST(HidPid, TornReportsMoveNothing) {
+  Stick stick;
+  stick.hold(Vec3(0.01, 0.02, 0));
+  stick.run(20, {});
+  stick.model.faults.add({haptic_emu::FaultKind::kTruncation, 0, INT64_MAX});
+  stick.hold(Vec3(-0.03, 0, 0));
+  stick.run(100, {});
+  EXPECT_NEAR((stick.sample.p - Vec3(0.01, 0.02, 0)).norm(), 0, 3e-6);
+}
+
+TEST(HidPid, AForceIsOnlyToldWhenItChanges) {
+  Stick stick;
+  stick.hold(Vec3::Zero());
+  stick.run(100, push(Vec3(0, 1, 0)));
+  const std::uint64_t before = stick.model.constants();
+  stick.run(100, push(Vec3(0, 1, 0)));
+  EXPECT_EQ(stick.model.constants(), before);
+  for (int i = 0; i < 100; ++i) stick.run(1, push(Vec3(0, 0.01 * i, 0)));
+  EXPECT_GE(stick.model.constants(), before + 98);  // as fast as the servo
+}
+
+struct Maker {
+  const char* name;
+  PidVariant variant;
+};
+class Makers : public testing::TestWithParam<Maker> {};
+INSTANTIATE_TEST_SUITE_P(HidPid, Makers,
+                         testing::Values(Maker{"no_start_delay", {.start_delay = false}},
+                                         Maker{"no_block_offset", {.block_offset = false}},
+                                         Maker{"no_negative_coefficient", {.negative_coefficient = false}},
+                                         Maker{"no_dead_band", {.dead_band = false}},
+                                         Maker{"control_in_bits", {.control_in_bits = true}},
+                                         Maker{"no_conditions", {.conditions = false}}, Maker{"wheel", {.axes = 1}}),
+                         [](const auto& each) { return each.param.name; });
+
+TEST_P(Makers, IsDrivenByItsOwnDescriptor) {
+  const PidVariant& variant = GetParam().variant;
+  Stick stick(variant);
+  ASSERT_TRUE(stick.opened.ok()) << toString(stick.opened.error());
+  stick.hold(Vec3::Zero());
+  stick.run(30, push(Vec3(0, -3, 0)));
+  EXPECT_NEAR((stick.model.force() - Vec3(0, -3, 0)).norm(), 0, 0.01);
+  EXPECT_EQ(stick.io->hasFallback(), variant.conditions);
+  stick.run(3, {});
+  EXPECT_FALSE(stick.model.actuatorsOn());
+
+  const auto layout = pid::layoutOf(*HidReports::parse(haptic_emu::pidDescriptor(variant)));
+  ASSERT_TRUE(layout.ok());
+  EXPECT_EQ(layout.value().quirks.no_start_delay, !variant.start_delay);
+  EXPECT_EQ(layout.value().quirks.control_in_bits, variant.control_in_bits);
+  EXPECT_EQ(layout.value().quirks.no_block_offset, !variant.block_offset || !variant.conditions);
+  EXPECT_EQ(layout.value().axes, static_cast<std::size_t>(variant.axes));
+}
+
+TEST(HidPid, AJoystickWithoutForceFeedbackIsNone) {
+  const auto reports =
+      HidReports::parse(std::vector<std::uint8_t>{0x05, 0x01, 0x09, 0x04, 0xa1, 0x01, 0x15, 0x00, 0x25, 0x7f, 0x75,
+                                                  0x08, 0x95, 0x01, 0x09, 0x30, 0x81, 0x02, 0xc0});
+  ASSERT_TRUE(reports.ok());
+  EXPECT_FALSE(pid::hasForceFeedback(*reports));
+  const auto layout = pid::layoutOf(*reports);
+  ASSERT_FALSE(layout.ok());
+  EXPECT_EQ(layout.error().code, ErrorCode::kUnsupported);
+  EXPECT_NE(layout.error().what.find("Set Effect"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hapticd::test

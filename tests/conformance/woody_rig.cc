@@ -1,0 +1,85 @@
+#include "tests/conformance/woody_rig.h"
+
+#include <gtest/gtest.h>
+
+namespace hapticd::test {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+WoodySetup played(haptic_emu::WoodyKind kind, haptic_emu::WoodyHidModel& model, ManualClock& clock, const char* key) {
+  DeviceUri uri{"woodyhid", kind == haptic_emu::WoodyKind::kPolhem3 ? "polhem_v3" : "woodenhaptics_v2015", {}};
+  if (key != nullptr) uri.query.emplace_back(key, "1");
+  auto setup = resolveWoody(uri);
+  EXPECT_TRUE(setup.ok());
+  setup->hid = [&model, &clock] { return std::make_unique<haptic_emu::InProcessHid>(model, clock); };
+  return std::move(*setup);
+}
+
+}  // namespace
+
+WoodyRig::WoodyRig(haptic_emu::WoodyKind kind, std::uint8_t report_bytes, const char* query_key)
+    : model(kind, report_bytes),
+      setup(played(kind, model, clock, query_key)),
+      device_(std::make_unique<WoodyIo>(setup), {.thread = false}, clock) {}
+
+void WoodyRig::advance(std::int64_t ns) {
+  const std::int64_t until_ns = clock.now() + ns;
+  while (clock.now() < until_ns) {
+    if (held_) model.hand.place(at_);
+    const std::int64_t step_ns = std::min(until_ns, clock.now() + kMs / 4);
+    device_.pump(step_ns);
+    clock.sleepUntil(step_ns);
+    model.advance(clock.now());
+  }
+}
+
+void WoodyRig::calibrate() {
+  std::array<std::int32_t, 6> counts{};
+  for (std::size_t i = 0; i < 6; ++i) counts[i] = setup.model->calibration[i];
+  for (std::size_t i = 0; i < 3; ++i) model.gimbal[i] = setup.model->calibration[3 + i];
+  hold(solveWoodyArm(*setup.model, woodyAngles(*setup.model, counts)).p);
+  device_.write(clock.now(), {});
+  advance(20 * kMs);
+  model.pressCalibration();
+  advance(20 * kMs);
+}
+
+void WoodyRig::makeReady() {
+  const auto opened = device_.open();
+  ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  calibrate();
+  ASSERT_EQ(device_.calibration(), Calibration::kDone);
+}
+
+void WoodyRig::hold(const Vec3& p) {
+  // A hand brings the arm there: nobody jumps half a metre in a millisecond.
+  constexpr int kSteps = 200;
+  const Vec3 from = model.hand.position();
+  held_ = true;
+  for (int i = 1; i <= kSteps; ++i) {
+    at_ = from + (p - from) * (static_cast<double>(i) / kSteps);
+    advance(kMs);
+  }
+}
+
+bool WoodyRig::trouble(Trouble trouble, bool on) {
+  using haptic_emu::FaultKind;
+  const FaultKind kind = trouble == Trouble::kSilence      ? FaultKind::kSilence
+                         : trouble == Trouble::kGarbage    ? FaultKind::kGarbage
+                         : trouble == Trouble::kTruncation ? FaultKind::kTruncation
+                                                           : FaultKind::kEncoderJump;
+  if (on) {
+    model.faults.add({kind, 0, INT64_MAX});
+  } else {
+    model.faults.clear();
+  }
+  return true;
+}
+
+std::uint64_t WoodyRig::complaints() const {
+  const LinkCounters& counters = const_cast<IoDevice&>(device_).link().counters;
+  return counters.dropped_bytes.load() + counters.rejected.load() + counters.lost.load();
+}
+
+}  // namespace hapticd::test

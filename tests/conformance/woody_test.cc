@@ -1,0 +1,175 @@
+// What WoodenHaptics and Polhem do of their own: taking turns, the button of calibration, the watchdog in the device.
+#include <gtest/gtest.h>
+
+#include "tests/conformance/woody_rig.h"
+
+namespace hapticd::test {
+namespace {
+
+using haptic_emu::WoodyKind;
+constexpr std::int64_t kMs = 1'000'000;
+
+DeviceCommand push(const Vec3& force) {
+  DeviceCommand command;
+  command.enabled = true;
+  command.force = force;
+  return command;
+}
+
+int run(WoodyRig& rig, int cycles, const DeviceCommand& command, DeviceSample& sample) {
+  int fresh = 0;
+  for (int i = 0; i < cycles; ++i) {
+    rig.device().read(rig.now(), sample);
+    fresh += sample.fresh ? 1 : 0;
+    rig.device().write(rig.now(), command);
+    rig.advance(kMs);
+  }
+  return fresh;
+}
+
+TEST(WoodyIo, SpeaksWhenSpokenToAndNeverTwice) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  rig.makeReady();
+  const std::uint64_t heard = rig.model.heard(), said = rig.model.said();
+  rig.advance(1000 * kMs);
+  EXPECT_NEAR(static_cast<double>(rig.model.said() - said), 1000, 10);
+  EXPECT_LE(rig.model.heard() - heard, rig.model.said() - said + 1);
+  EXPECT_LE(rig.model.longestQueue(), 1u);
+}
+
+TEST(WoodyIo, TakesTheNewestOfManyReports) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  haptic_emu::InProcessHid hid(rig.model, rig.clock);
+  ASSERT_TRUE(hid.open().ok());
+  // Spoken to three times without being listened to: three reports wait, each with another fourth encoder.
+  for (const std::int16_t turn : {100, 200, 300}) {
+    rig.model.gimbal[0] = turn;
+    ASSERT_EQ(hid.write(std::vector<std::uint8_t>(15)), HidResult::kOk);
+    rig.advance(2 * kMs);
+  }
+  std::array<std::uint8_t, 64> buffer{};
+  std::size_t size = 0;
+  ASSERT_EQ(readNewest(hid, buffer, size, rig.now()), HidResult::kOk);
+  EXPECT_EQ(buffer[6] + 256 * buffer[7], 300);
+  EXPECT_EQ(readNewest(hid, buffer, size, rig.now()), HidResult::kNothing);
+}
+
+TEST(WoodyIo, TheFirstBoardsTakeFourteenBytes) {
+  WoodyRig rig(WoodyKind::kWooden2015, 14);
+  rig.makeReady();
+  DeviceSample sample;
+  EXPECT_GT(run(rig, 100, {}, sample), 90);
+}
+
+TEST(WoodyIo, SomethingElseOnSuchABoardIsNotTaken) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  rig.model.faults.add({haptic_emu::FaultKind::kSilence, 0, INT64_MAX});
+  const Result<void> opened = rig.device().open();
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kTimeout);
+  EXPECT_NE(opened.error().remedy.find("serial="), std::string::npos);
+}
+
+TEST(WoodyIo, NeitherPlaceNorForceBeforeCalibration) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  ASSERT_TRUE(rig.device().open().ok());
+  EXPECT_EQ(rig.device().calibration(), Calibration::kNeeded);
+  DeviceSample sample;
+  EXPECT_EQ(run(rig, 100, push(Vec3(0, 0, 3)), sample), 0);
+  EXPECT_TRUE(rig.model.force().isZero(0));
+  rig.calibrate();
+  EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
+  EXPECT_FALSE(rig.model.pressed());
+  EXPECT_GT(run(rig, 50, push(Vec3(0, 0, 3)), sample), 40);
+  EXPECT_NEAR(rig.model.force().z(), 3, 0.05);
+}
+
+TEST(WoodyIo, APressFromBeforeTheStartIsWiped) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  rig.model.pressCalibration();
+  ASSERT_TRUE(rig.device().open().ok());
+  rig.advance(50 * kMs);
+  EXPECT_FALSE(rig.model.pressed());
+  EXPECT_EQ(rig.device().calibration(), Calibration::kNeeded);
+  rig.calibrate();
+  EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
+}
+
+TEST(WoodyIo, APressWhileTheMotorsAreOnMovesNothing) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  rig.makeReady();
+  rig.hold(Vec3(0.02, 0.01, 0));
+  DeviceSample sample;
+  run(rig, 20, push(Vec3(0, 1, 0)), sample);
+  rig.model.pressCalibration();
+  run(rig, 50, push(Vec3(0, 1, 0)), sample);
+  EXPECT_LT((sample.p - Vec3(0.02, 0.01, 0)).norm(), 2e-4);
+  EXPECT_NEAR(rig.model.force().y(), 1, 0.03);
+  run(rig, 50, {}, sample);  // off: the press is wiped, the place stays
+  EXPECT_FALSE(rig.model.pressed());
+  EXPECT_LT((sample.p - Vec3(0.02, 0.01, 0)).norm(), 3e-4);
+  EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
+}
+
+TEST(WoodyIo, CountersOfAnEarlierSessionServeIfTheUserSaysSo) {
+  WoodyRig rig(WoodyKind::kWooden2015, 64, "calibrated");
+  ASSERT_TRUE(rig.device().open().ok());
+  EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
+}
+
+TEST(WoodyIo, TheDevicesOwnWatchdogOutlivesThisProcess) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  rig.makeReady();
+  rig.hold(Vec3::Zero());
+  DeviceSample sample;
+  run(rig, 20, push(Vec3(0, 0, 2)), sample);
+  ASSERT_NEAR(rig.model.force().z(), 2, 0.05);
+  // SIGKILL: nobody writes any more, the motors keep what they were told ...
+  rig.clock.advance(499 * kMs);
+  rig.model.advance(rig.clock.now());
+  EXPECT_TRUE(rig.model.amplifiersOn());
+  // ... for half a second.
+  rig.clock.advance(2 * kMs);
+  rig.model.advance(rig.clock.now());
+  EXPECT_FALSE(rig.model.amplifiersOn());
+  EXPECT_TRUE(rig.model.force().isZero(0));
+}
+
+TEST(WoodyIo, CarriesItsLinksByWhatTheyWeigh) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  rig.makeReady();
+  rig.hold(Vec3::Zero());
+  DeviceSample sample;
+  run(rig, 20, {}, sample);
+  // Up, and less than all it weighs.
+  EXPECT_GT(sample.gravity.z(), 0.2);
+  EXPECT_LT(sample.gravity.norm(), 9.81 * 0.28 + 1e-9);
+  EXPECT_NEAR(sample.gravity.y(), 0, 0.02);
+}
+
+TEST(WoodyIo, TheStylusButtonAndTheGimbalAreRead) {
+  WoodyRig rig(WoodyKind::kPolhem3);
+  rig.makeReady();
+  rig.hold(Vec3::Zero());
+  DeviceSample sample;
+  run(rig, 20, {}, sample);
+  EXPECT_EQ(sample.buttons, 0u);
+  const Quat before = sample.q;
+  rig.model.button = true;
+  rig.model.gimbal[2] = static_cast<std::int16_t>(rig.model.gimbal[2] + 256);
+  run(rig, 20, {}, sample);
+  EXPECT_EQ(sample.buttons, 1u);
+  EXPECT_NEAR(before.angularDistance(sample.q), 3.14159265358979 / 2, 1e-3);
+  EXPECT_LT((sample.p).norm(), 2e-4);
+}
+
+TEST(WoodyIo, AnUnknownModelIsRefusedWithTheKnownOnes) {
+  const auto setup = resolveWoody({"woodyhid", "polhem_v2", {}});
+  ASSERT_FALSE(setup.ok());
+  EXPECT_EQ(setup.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_NE(setup.error().remedy.find("polhem_v3"), std::string::npos);
+  EXPECT_EQ(resolveWoody({"woodyhid", "", {}})->info.uri, "woodyhid://woodenhaptics_v2015");
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,25 @@
+/** @file
+ * The report descriptor of a played force-feedback joystick, as the family of Arduino and OpenFFBoard firmware writes
+ * it, with the ways in which others differ.
+ */
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace haptic_emu {
+
+/** How this one differs. */
+struct PidVariant {
+  bool start_delay = true;
+  bool block_offset = true;
+  bool negative_coefficient = true, saturation = true, dead_band = true;
+  bool control_in_bits = false;
+  bool conditions = true;  ///< Spring and damper at all.
+  int axes = 2;
+  int pool = 16;  ///< Effects that it has room for.
+};
+
+[[nodiscard]] std::vector<std::uint8_t> pidDescriptor(const PidVariant& variant);
+
+}  // namespace haptic_emu

@@ -11,6 +11,7 @@
 
 #include "rt/base/clock.h"
 #include "tools/haptic-emu/falcon/falcon_user.h"
+#include "tools/haptic-emu/play_hid.h"
 #include "tools/haptic-emu/vhci.h"
 
 namespace {
@@ -67,9 +68,10 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   CLI::App app{
       "Plays a haptic device to this machine's kernel, packet by packet, with a simulated hand that homes it and "
       "presses\n"
-      "to and fro. Needs root and the module vhci_hcd. One JSON line a second tells what the hand feels, in the "
+      "to and fro. Needs root and the module vhci_hcd or uhid. One JSON line a second tells what the hand feels, in "
+      "the "
       "device's\n"
-      "frame (x right, y up, z toward the operator).",
+      "frame (a Falcon's: x right, y up, z toward the operator).",
       "haptic-emu"};
   Options options;
   app.require_subcommand(1);
@@ -85,6 +87,23 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   falcon->add_flag("!--no-homing", options.habits.homes, "The hand does not home it when it is asked to");
   falcon->add_option("--port", options.vhci.port, "Of vhci_hcd")->capture_default_str()->check(CLI::Range(0, 7));
   falcon->add_option("--every", options.every_s, "Seconds between two lines; 0 for none")->capture_default_str();
+  haptic_emu::HidPlay hid;
+  const auto addHid = [&](const char* name, const char* what, std::vector<std::string> kinds) {
+    CLI::App* one = app.add_subcommand(name, what);
+    one->add_option("kind", hid.kind, "Which of them; the first unless said")->check(CLI::IsMember(kinds));
+    one->add_option("--serial", hid.serial, "Its serial number")->capture_default_str();
+    one->add_option("--fault", hid.faults, "What goes wrong: KIND@FROM+LENGTH in seconds, several times")
+        ->expected(1, 100);
+    one->add_option("--press", hid.press, "How far the hand goes and back [m]")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 0.04));
+    one->add_option("--period", hid.period_s, "Of that [s]")->capture_default_str()->check(CLI::Range(0.1, 60.0));
+    one->add_option("--every", hid.every_s, "Seconds between two lines; 0 for none")->capture_default_str();
+    one->callback([&hid, name] { hid.device = name; });
+  };
+  addHid("woodyhid", "A WoodenHaptics or Polhem arm, by /dev/uhid", {"wooden2015", "polhem3"});
+  addHid("spacemouse", "A SpaceMouse whose button 1 is let go every fifth second, by /dev/uhid", {"old", "new"});
+  addHid("hidpid", "A joystick or wheel with force feedback, by /dev/uhid", {"joystick", "wheel"});
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -92,5 +111,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   }
   std::signal(SIGINT, onSignal);
   std::signal(SIGTERM, onSignal);
-  return play(options);
+  if (hid.device.empty()) return play(options);
+  const auto played = haptic_emu::playHid(hid, stop);
+  if (played) return 0;
+  fmt::print(stderr, "haptic-emu: {}\n", toString(played.error()));
+  return kExitFailed;
 }

@@ -208,8 +208,7 @@ GroupOptions DeviceManager::options(const GroupConfig& group,
     guard.missed_limit = config_.servo.missed_limit;
     guard.passivity = config_.guard.passivity;
     guard.delay = info.latency_s * rate_hz;
-    // Half of what the device shows stably: the controller adds it to the damping of a contact.
-    if (info.max_damping > 0) guard.max_damping = 0.5 * info.max_damping;
+    if (info.max_damping > 0) guard.max_damping = info.max_damping;
   }
   o.ingest.budget_per_session = config_.sessions.budget_per_tick;
   o.ingest.stale_after_ns = std::llround(config_.sessions.stale_after_ms * kNsPerMs);

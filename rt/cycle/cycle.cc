@@ -237,6 +237,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
   if (const SceneObject* touched = scene_.find(out.contact.object)) {
     energy.carried = out.contact.force.cwiseProduct(touched->velocityAt(out.contact.point));
     energy.stored = 0.5 * touched->material.stiffness * (out.contact.proxy - sample.p).squaredNorm();
+    energy.damping = touched->material.damping;
   }
 
   const ToolPoint tool{sample.p, out.velocity.v, d};
@@ -281,6 +282,7 @@ void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
     in.local_active = energy_[d].local_active;
     in.carried = energy_[d].carried;
     in.stored = energy_[d].stored;
+    in.damping = energy_[d].damping;
     device.guard.step(in, out.guard);
     out.command = out.guard.command;
     raiseEvents(d, input, output);

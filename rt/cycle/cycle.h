@@ -50,6 +50,7 @@ class Cycle {
   /** What the velocity estimator may take for noise [m, rad]. Before the first step. */
   void setResolution(std::uint32_t device, double position, double rotation) HD_RT {
     devices_[device].velocity.setResolution(position, rotation);
+    devices_[device].guard.setResolution(position);
   }
 
   void step(const CycleInput& input, CycleOutput& output) HD_RT;
@@ -86,6 +87,7 @@ class Cycle {
     Vec3 local_active = Vec3::Zero();
     Vec3 carried = Vec3::Zero();
     double stored = 0;
+    double damping = 0;
   };
   static constexpr std::uint32_t kMaxPending = 128;
 

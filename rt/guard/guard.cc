@@ -16,6 +16,8 @@ constexpr double kFastestTurn = 1000;  // [rad/s]
 /** Below this no power is counted; the division by v^2 stays finite. */
 constexpr double kSlowest = 1e-6;     // [m/s], [rad/s]
 constexpr double kLongestTick = 0.1;  // [s]
+/** Contact and controller together damp by at most so many times what the device can show: half its stability limit. */
+constexpr double kMostTogether = 1.5;
 
 double toGrid(double x) HD_RT { return std::trunc(x * kPerGrid) * kGrid; }
 /** Toward zero: never longer than x. */
@@ -103,7 +105,7 @@ void Guard::forgetEnergy() HD_RT {
   past_passive_.reset();
   last_share_ = 0;
   last_stored_ = -1;
-  v_tick_.setZero();
+  v_buzz_.reset();
   carried_power_ = 0;
   passivity_.reset();
 }
@@ -180,7 +182,7 @@ void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
     passivity_.follow(std::min(leaked, (last_share_ * wanted.passive - acted).norm() * moved.norm()));
   }
   last_stored_ = stored;
-  v_tick_ = moved / input.dt;
+  v_buzz_.update(moved, input.dt, config_.delay);
 }
 
 void Guard::advanceState(const Wanted& wanted, double dt) HD_RT {
@@ -263,10 +265,16 @@ Guard::Sent Guard::slew(const Sent& target, double dt) const HD_RT {
   return out;
 }
 
+double Guard::dampingLeft(const GuardInput& input) const HD_RT {
+  const double left = kMostTogether * config_.max_damping - input.damping;
+  return left > 0 ? std::min(left, config_.max_damping) : 0.0;  // NaN: 0.
+}
+
 Guard::Sent Guard::pass(const GuardInput& input, const Wanted& wanted, std::uint32_t& flags) HD_RT {
-  const Vec3 passive = config_.passivity
-                           ? passivity_.control(wanted.passive, input.velocity.v, v_tick_, wanted.carried, input.dt)
-                           : wanted.passive;
+  passivity_.setMaxDamping(dampingLeft(input));
+  const Vec3 passive = config_.passivity ? passivity_.control(wanted.passive, input.velocity.v, v_buzz_.velocity(),
+                                                              wanted.carried, input.dt)
+                                         : wanted.passive;
   if (config_.passivity && passivity_.acting()) flags |= HD_SAMPLE_PASSIVITY;
   const Vec3 total = passive + wanted.active + wanted.gravity;
   carried_power_ += (wanted.carried.sum() - carried_power_) * std::min(1.0, input.dt / kCarried_s);

@@ -14,6 +14,7 @@
 #include "rt/base/math.h"
 #include "rt/command.h"
 #include "rt/device.h"
+#include "rt/guard/buzz_velocity.h"
 #include "rt/guard/passivity.h"
 #include "rt/guard/past_forces.h"
 
@@ -43,7 +44,7 @@ struct GuardConfig {
   std::uint32_t missed_limit = 50;       ///< Periods missed in one overrun that latch HD_FAULT_OVERRUN.
   bool passivity = true;
   double delay = 0;            ///< From a command to the sample that shows it act, beyond one tick [ticks, at most 16].
-  double max_damping = 2;      ///< Most the passivity controller adds [N s/m]: what the device can show.
+  double max_damping = 2;      ///< What the device can show [N s/m]: most that the passivity controller adds.
   double energy_limit = 0.25;  ///< Passive sources gave so much more than they got [J]: HD_FAULT_ENERGY.
 };
 
@@ -65,6 +66,8 @@ struct GuardInput {
   Vec3 carried = Vec3::Zero();
   /** Elastic energy that the passive sources hold now [J]; negative: unknown. */
   double stored = -1;
+  /** Damping of the surface touched [N s/m]: what the passivity controller adds comes on top of it. */
+  double damping = 0;
 };
 
 struct GuardOutput {
@@ -101,6 +104,9 @@ class Guard {
   /** Clamps at once where lower. kInvalidArgument if not finite or negative: nothing changes. */
   ErrorCode setLimits(const GuardLimits& limits) HD_RT;
 
+  /** Encoder step of the device [m]; 0: exact. Before the first step. */
+  void setResolution(double step) HD_RT { v_buzz_.setResolution(step); }
+
   void step(const GuardInput& input, GuardOutput& output) HD_RT;
 
   [[nodiscard]] const GuardLimits& limits() const HD_RT { return config_.limits; }
@@ -131,6 +137,8 @@ class Guard {
   /** False when anything is not finite; by_source then has zeros in its place. */
   [[nodiscard]] static bool gather(const GuardInput& input, Wanted& wanted) HD_RT;
   [[nodiscard]] std::uint32_t causeOf(const GuardInput& input, bool sources_finite) const HD_RT;
+  /** Most damping that the controller may add now [N s/m]. */
+  [[nodiscard]] double dampingLeft(const GuardInput& input) const HD_RT;
   /** Elastic energy the passive sources hold now [J]; negative: unknown. */
   [[nodiscard]] static double storedIn(const GuardInput& input, const Wanted& wanted) HD_RT;
   void forgetEnergy() HD_RT;
@@ -156,8 +164,8 @@ class Guard {
   Vec3 last_passive_ = Vec3::Zero();  ///< Passive part of last_.force.
   PastForces past_passive_;           ///< last_passive_ of the last ticks.
   double last_share_ = 0;             ///< Part of what was wanted that was sent.
-  double last_stored_ = -1;     ///< Elastic energy of the passive sources in the last tick [J]; negative: unknown.
-  Vec3 v_tick_ = Vec3::Zero();  ///< The last tick's displacement over its length [m/s].
+  double last_stored_ = -1;  ///< Elastic energy of the passive sources in the last tick [J]; negative: unknown.
+  BuzzVelocity v_buzz_;
   Vec3 last_carried_ = Vec3::Zero();  ///< Energy carried in over the last tick [J].
   double carried_power_ = 0;          ///< Carried power, averaged over kCarried_s [W].
   Passivity passivity_;

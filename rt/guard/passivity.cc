@@ -25,18 +25,18 @@ void Passivity::limitStore(double stored) HD_RT {
   energy_ -= held * std::min(1.0, excess / held.sum());
 }
 
-double Passivity::dampingFor(double debt, double rate, double most) const HD_RT {
+double Passivity::dampingFor(double debt, double rate, double repay_s, double most) HD_RT {
   if (!(debt > 0) || !(rate > 0)) return 0;
-  return debt < most * rate * kRepay_s ? debt / (rate * kRepay_s) : most;
+  return debt < most * rate * repay_s ? debt / (rate * repay_s) : most;
 }
 
-Vec3 Passivity::control(const Vec3& f, const Vec3& v, const Vec3& v_tick, const Vec3& carried_power, double dt) HD_RT {
+Vec3 Passivity::control(const Vec3& f, const Vec3& v, const Vec3& v_buzz, const Vec3& carried_power, double dt) HD_RT {
   Vec3 out = f;
   double used = 0;
   const double size = f.norm();
   if (size > 0) {
-    const double speed = f.dot(v_tick) / size;
-    used = dampingFor(leak_ - kLeakZone, speed * speed, max_damping_);
+    const double speed = f.dot(v_buzz) / size;
+    used = dampingFor(leak_ - kLeakZone, speed * speed, kRepayLeak_s, max_damping_);
     out -= std::min(1.0, used * speed / size) * f;
   }
 
@@ -47,7 +47,8 @@ Vec3 Passivity::control(const Vec3& f, const Vec3& v, const Vec3& v_tick, const 
   if (largest > 0) {
     weight /= largest;
     const double rate = weight.dot(v.cwiseProduct(v));
-    const double damping = dampingFor(-ahead.sum() - kDeadZone, rate, max_damping_ - used);
+    const double damping =
+        dampingFor(-ahead.sum() - kDeadZone, rate, kRepay_s, max_damping_ - used);
     out -= damping * weight.cwiseProduct(v);
     used += damping;
   }

@@ -15,8 +15,8 @@
  * holds what the store should have gained by the work received and did not: it follows the reference at every tick.
  *
  * Controller: a leak above kLeakZone is repaid by damping along the force; the sum below -kDeadZone by damping on the
- * axes whose book is negative. Both over kRepay_s, never with more than the largest damping the device can show, never
- * so that a surface pulls; zero velocity gives zero damping force.
+ * axes whose book is negative. Never with more than the damping that is left to it, never so that a surface pulls; a hand
+ * at rest feels no damping force.
  */
 #pragma once
 
@@ -27,11 +27,12 @@ namespace hapticd {
 /** Servo thread only. All arguments finite. */
 class Passivity {
  public:
-  static constexpr double kDeadZone = 0.5e-3;   ///< Debt that is let be [J]: 10 N over an encoder count of 50 um.
-  static constexpr double kMargin = 0.5e-3;     ///< Kept above the stored energy [J].
-  static constexpr double kLeakZone = 0.05e-3;  ///< Leak that is let be [J]: 10 N over half an encoder count of 10 um.
-  static constexpr double kMaxStored = 1.0;     ///< Store when nobody says what the world holds [J].
-  static constexpr double kRepay_s = 5e-3;      ///< A debt is repaid over this time [s].
+  static constexpr double kDeadZone = 0.5e-3;    ///< Debt that is let be [J]: 10 N over an encoder count of 50 um.
+  static constexpr double kMargin = 0.5e-3;      ///< Kept above the stored energy [J].
+  static constexpr double kLeakZone = 0.05e-3;   ///< Leak that is let be [J]: 10 N over half an encoder count of 10 um.
+  static constexpr double kMaxStored = 1.0;      ///< Store when nobody says what the world holds [J].
+  static constexpr double kRepay_s = 5e-3;       ///< A debt is repaid over this time [s].
+  static constexpr double kRepayLeak_s = 20e-3;  ///< A leak, which comes anew with every tick of a buzz [s].
 
   explicit Passivity(double max_damping = 0) noexcept : max_damping_(max_damping) {}
 
@@ -51,11 +52,11 @@ class Passivity {
   void limitStore(double stored) HD_RT;
 
   /**
-   * The passive force after the controller. `f` is what is wanted now, `v` the estimated velocity, `v_tick` that of the
-   * last tick's displacement: noisier, but as old as the leak, while an estimate that averages comes too late for a
-   * buzz. `carried_power` by axis [W]. Looks one tick ahead, so that the damping comes with the debt and not after it.
+   * The passive force after the controller. `f` is what is wanted now, `v` the estimated velocity, `v_buzz` that of
+   * BuzzVelocity. `carried_power` by axis [W]. Looks one tick ahead, so that the damping comes with the debt and not
+   * after it.
    */
-  [[nodiscard]] Vec3 control(const Vec3& f, const Vec3& v, const Vec3& v_tick, const Vec3& carried_power,
+  [[nodiscard]] Vec3 control(const Vec3& f, const Vec3& v, const Vec3& v_buzz, const Vec3& carried_power,
                              double dt) HD_RT;
 
   /** Net energy the world has received [J]: negative means that it has given more than it got. */
@@ -65,11 +66,12 @@ class Passivity {
   [[nodiscard]] const Vec3& byAxis() const HD_RT { return energy_; }
   /** Whether the last control() added damping. */
   [[nodiscard]] bool acting() const HD_RT { return acting_; }
+  /** Most that control() adds [N s/m]. */
   void setMaxDamping(double b) HD_RT { max_damping_ = b; }
 
  private:
-  /** Damping, at most `most`, that repays `debt` [J] over kRepay_s where unit damping takes `rate` [m^2/s^2]. */
-  [[nodiscard]] double dampingFor(double debt, double rate, double most) const HD_RT;
+  /** Damping, at most `most`, that repays `debt` [J] within `repay_s` where unit damping takes `rate` [m^2/s^2]. */
+  [[nodiscard]] static double dampingFor(double debt, double rate, double repay_s, double most) HD_RT;
 
   double max_damping_;  ///< [N s/m]
   Vec3 energy_ = Vec3::Zero();

@@ -2,6 +2,9 @@
 // tests.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <vector>
+
 #include "rt/guard/guard.h"
 #include "tests/property/random.h"
 
@@ -345,6 +348,81 @@ TEST(GuardProperty, SameInputsSameBits) {
       ASSERT_EQ(a.out.flags, b.out.flags);
     }
   }
+}
+
+/** A hand that is shaken against a spring wall whose force acts `delay` ticks late. */
+struct Shaken {
+  Guard guard;
+  DeviceSample sample;
+  GuardInput in;
+  GuardOutput out;
+  std::vector<double> sent{0};
+  double given = 0;  ///< Energy that the hand got [J].
+  std::size_t delay;
+  std::uint32_t acted = 0;
+
+  Shaken(const GuardConfig& config, std::size_t d, double damping) : guard(config), delay(d) {
+    in.sample = &sample;
+    in.dt = kDt;
+    in.damping = damping;
+    sample.fresh = true;
+    (void)guard.arm();
+  }
+  void step(double depth, double stiffness) {
+    const double before = sample.p.x();
+    sample.p = {-depth, 0, 0};
+    if (sent.size() > delay) given += sent[sent.size() - 1 - delay] * (sample.p.x() - before);
+    in.now_ns += 1'000'000;
+    in.source[HD_SOURCE_SURFACE].force = {stiffness * depth, 0, 0};
+    in.stored = 0.5 * stiffness * depth * depth;
+    guard.step(in, out);
+    sent.push_back(out.command.force.x());
+    acted += (out.flags & HD_SAMPLE_PASSIVITY) != 0 ? 1 : 0;
+  }
+};
+
+TEST(GuardProperty, TheControllerTakesFromAShakenHandAndKeepsToWhatTheContactLeavesIt) {
+  // The damping force is b (v + n dv) with n = delay + 1, and acts n ticks after the middle of the displacement that v
+  // is of: at the angle a per tick it takes b A^2 w^2 / 2 Re{(1 + n (1 - e^-ia)) e^-ina}. Without dv that would be cos
+  // na.
+  const auto takes = [](double n, double a) { return std::cos(n * a) + n * (std::cos(n * a) - std::cos((n + 1) * a)); };
+  std::uint32_t compared = 0;
+  for (const unsigned seed : seeds(60)) {
+    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+    Random random(seed);
+    const std::size_t delay = random.below(4);
+    const double n = static_cast<double>(delay) + 1;
+    double angle = random.in(0.02, 1.2);
+    while (takes(n, angle) < 0.3) angle *= 0.9;
+    GuardConfig config;
+    config.limits = {200, 1, 1e6, 1, 1, 50, 1e4, 1e4};
+    config.ramp_ns = 0;
+    config.energy_limit = 1e9;
+    config.delay = static_cast<double>(delay);
+    config.max_damping = random.in(1, 20);
+    const double damping = random.once(3) ? 1.5 * config.max_damping : random.in(0, 1.5 * config.max_damping);
+    const double left = std::min(config.max_damping, 1.5 * config.max_damping - damping);
+    config.passivity = true;
+    Shaken with(config, delay, damping);
+    config.passivity = false;
+    Shaken without(config, delay, damping);
+    const double amplitude = random.in(1e-4, 1e-3), stiffness = random.in(500, 5000);
+    double before = 0, change = 0;
+    for (int i = 0; i < 1500; ++i) {
+      const double depth = i < 20 ? 0 : amplitude * std::min(1.0, (i - 20) / 200.0) * (1.5 - std::cos(angle * i));
+      const double moved = depth - before;
+      with.step(depth, stiffness);
+      without.step(depth, stiffness);
+      const double fast = (std::abs(moved) + n * std::abs(moved - change)) / kDt;
+      ASSERT_LE(std::abs(with.sent.back() - without.sent.back()), left * fast * (1 + 1e-9) + 1e-9) << i;
+      before = depth;
+      change = moved;
+    }
+    EXPECT_LE(with.given, without.given + 1e-9) << "delay " << delay << " angle " << angle;
+    compared += with.acted > 100 ? 1 : 0;
+    if (left == 0) EXPECT_EQ(with.acted, 0u);
+  }
+  EXPECT_GT(compared, 20u);
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ class Bench {
     guard.limits = startLimits(open, info);
     guard.passivity = loop.passivity;
     guard.delay = info.latency_s * loop.rate_hz;
-    guard.max_damping = 0.5 * info.max_damping;
+    guard.max_damping = info.max_damping;
     return guard;
   }
 

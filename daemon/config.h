@@ -51,6 +51,18 @@ struct DeviceConfig {
   bool operator==(const DeviceConfig&) const = default;
 };
 
+/** One GPIO line of the panel; daemon/panel says what each role does. */
+struct LineConfig {
+  std::string role;  ///< stop, deadman, home, enable, heartbeat or led.
+  std::string chip;  ///< Name, label or path; empty: whichever has a line of that name.
+  std::string name;
+  bool active_low = false;
+  std::string bias = "as-is";  ///< as-is, pull-up, pull-down or none.
+  double debounce_ms = 1;
+
+  bool operator==(const LineConfig&) const = default;
+};
+
 struct Config {
   struct Log {
     log::Level level = log::Level::kInfo;
@@ -70,6 +82,7 @@ struct Config {
     double rate_hz = 1000.0;  ///< 1000 to 4000.
     std::uint32_t servo_priority = 80;
     std::uint32_t ingest_priority = 70;
+    std::uint32_t gpio_priority = 85;
     bool allow_no_rt = false;  ///< Run without real-time scheduling; every status then says so.
     bool lock_memory = true;
     bool hold_cpu_latency = true;     ///< Keep /dev/cpu_dma_latency open at 0.
@@ -117,6 +130,8 @@ struct Config {
 
   std::vector<GroupConfig> groups;    ///< Empty: one group "default" of one device, found by itself.
   std::vector<DeviceConfig> devices;  ///< What holds for particular devices.
+
+  std::vector<LineConfig> lines;  ///< Of the panel.
 
   /** Groups as they are to be opened: never empty, rate_hz filled in. */
   [[nodiscard]] std::vector<GroupConfig> effectiveGroups() const;

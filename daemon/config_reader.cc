@@ -215,6 +215,7 @@ class Reader {
   }
 
   GroupConfig prototype(GroupConfig*) const { return {}; }
+  LineConfig prototype(LineConfig*) const { return {}; }
   DeviceConfig prototype(DeviceConfig*) const { return {{}, *device_limits, 0}; }
 
   const toml::table& table_;
@@ -223,6 +224,28 @@ class Reader {
   std::set<std::string_view> known_;
   std::map<std::string_view, std::vector<toml::source_position>> places_;
 };
+
+void checkLines(const Config& c, const Reader& root, FirstError& errors) {
+  constexpr std::string_view kRoles[] = {"stop", "deadman", "home", "enable", "heartbeat", "led"};
+  constexpr std::string_view kBiases[] = {"as-is", "pull-up", "pull-down", "none"};
+  const auto among = [](const auto& known, std::string_view value) {
+    return std::find(std::begin(known), std::end(known), value) != std::end(known);
+  };
+  std::set<std::string> seen;
+  for (std::size_t i = 0; i < c.lines.size(); ++i) {
+    const LineConfig& line = c.lines[i];
+    const auto at = root.place("line", i);
+    if (!among(kRoles, line.role))
+      errors.add(at, fmt::format("a [[line]] has the role \"{}\"", log::printable(line.role)),
+                 "stop, deadman, home, enable, heartbeat or led");
+    if (!among(kBiases, line.bias))
+      errors.add(at, fmt::format("a [[line]] has the bias \"{}\"", log::printable(line.bias)),
+                 "as-is, pull-up, pull-down or none");
+    if (line.name.empty()) errors.add(at, "a [[line]] has no name", "gpioinfo lists chips and lines");
+    if (!seen.insert(line.chip + '\0' + line.name).second)
+      errors.add(at, fmt::format("line \"{}\" stands twice", log::printable(line.name)));
+  }
+}
 
 /** What no single key can tell. */
 void checkTogether(const Config& c, const Reader& root, const toml::table& table, FirstError& errors) {
@@ -253,6 +276,7 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
         errors.add(at, fmt::format("device \"{}\" stands in two places", log::printable(uri)),
                    "a device has one servo");
   }
+  checkLines(c, root, errors);
   uris.clear();
   for (std::size_t i = 0; i < c.devices.size(); ++i) {
     const auto at = root.place("device", i);

@@ -37,6 +37,7 @@ void visitConfig(Visitor& root, Configuration& c) {
     v.number("rate_hz", c.servo.rate_hz, 1000, 4000);
     v.integer("servo_priority", c.servo.servo_priority, 1, 98);
     v.integer("ingest_priority", c.servo.ingest_priority, 1, 98);
+    v.integer("gpio_priority", c.servo.gpio_priority, 1, 98);
     v.flag("allow_no_rt", c.servo.allow_no_rt);
     v.flag("lock_memory", c.servo.lock_memory);
     v.flag("hold_cpu_latency", c.servo.hold_cpu_latency);
@@ -80,6 +81,14 @@ void visitConfig(Visitor& root, Configuration& c) {
     v.text("uri", device.uri);
     v.number("radius_m", device.radius_m, 0, DeviceConfig::kMostRadius);
     visitLimits(v, device.limits);
+  });
+  root.tables("line", c.lines, [](auto& v, auto& line) {
+    v.text("role", line.role);
+    v.text("chip", line.chip);
+    v.text("name", line.name);
+    v.flag("active_low", line.active_low);
+    v.text("bias", line.bias);
+    v.number("debounce_ms", line.debounce_ms, 0, 100);
   });
 }
 

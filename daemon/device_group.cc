@@ -41,6 +41,10 @@ DeviceGroup::DeviceGroup(const GroupOptions& options, std::vector<std::unique_pt
   }
   servo_ = std::make_unique<Servo>(options_.cycle, raw, meshes, clock_);
   servo_->ingest = ingest_.get();
+  if (options_.lines != nullptr) {
+    servo_->lines = options_.lines;
+    servo_->sign = options_.lines->take();
+  }
 }
 
 Result<std::unique_ptr<DeviceGroup>> DeviceGroup::start(const GroupOptions& options,
@@ -137,6 +141,7 @@ DeviceGroup::~DeviceGroup() {
   stop_.store(true, std::memory_order_relaxed);
   servo_thread_.join();
   ingest_thread_.join();
+  SafetyLines::giveBack(servo_->sign);
   last_resort_.clear();
   for (auto& device : devices_) {
     device->safe();

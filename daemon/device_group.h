@@ -26,7 +26,8 @@ struct GroupOptions {
   int ingest_priority = 70;
   std::vector<std::uint32_t> cpus;  ///< Where servo and ingest run; empty: anywhere.
   bool allow_no_rt = false;
-  bool threads = true;  ///< False: stepped by hand with step() (tests, benchmarks).
+  SafetyLines* lines = nullptr;  ///< Outlives the group.
+  bool threads = true;           ///< False: stepped by hand with step() (tests, benchmarks).
 };
 
 /** Control thread only, but for the threads it owns. */

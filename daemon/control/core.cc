@@ -28,6 +28,7 @@ Core::Core(const CoreOptions& options, Clock& clock)
                }),
       recordings_(scene_, meshes_, sessions_, options.config.servo.lock_memory && !options.config.servo.allow_no_rt),
       devices_(options_.config, clock, meshes_, scene_, options.threads) {
+  devices_.setLines(lines_);
   scene_.setQuota(options_.config.quotas.objects);
   meshes_.setLock(options_.config.servo.lock_memory && !options_.config.servo.allow_no_rt);
   scene_.textures().setLock(options_.config.servo.lock_memory && !options_.config.servo.allow_no_rt);

@@ -60,6 +60,8 @@ class Core {
 
   /** Opens the configured groups. */
   [[nodiscard]] Result<void> openConfigured();
+  /** Read by every servo; a Panel writes them. */
+  [[nodiscard]] SafetyLines& lines() { return lines_; }
   /** Keeps the list of armed devices from now on. Before the first arm(). */
   void keepArmed(ArmedList list) { armed_ = std::move(list); }
   /** Moves everything on; never blocks. Call every few milliseconds, at once again after busy(). */
@@ -154,6 +156,7 @@ class Core {
   SessionManager sessions_;
   Uploads uploads_;
   Recordings recordings_;
+  SafetyLines lines_;
   ArmedList armed_;  // before devices_: emptied when they are closed
   std::vector<Listed> listed_;
   DeviceManager devices_;  // last: its servos stop before what they read goes

@@ -217,6 +217,7 @@ GroupOptions DeviceManager::options(const GroupConfig& group,
   o.ingest_priority = static_cast<int>(config_.servo.ingest_priority);
   o.cpus = group.cpus;
   o.allow_no_rt = config_.servo.allow_no_rt;
+  o.lines = lines_;
   o.threads = threads_;
   return o;
 }

@@ -46,6 +46,8 @@ class DeviceManager {
   DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads);
   ~DeviceManager();
   void setFactory(Factory factory) { make_ = std::move(factory); }
+  /** For every group opened from now on. */
+  void setLines(SafetyLines& lines) { lines_ = &lines; }
 
   /** Opens the devices of a group and starts its servo. All or nothing. */
   [[nodiscard]] Result<void> openGroup(const GroupConfig& group);
@@ -81,6 +83,7 @@ class DeviceManager {
   SceneModel& scene_;
   bool threads_;
   Factory make_;
+  SafetyLines* lines_ = nullptr;
   std::vector<std::unique_ptr<GroupLink>> links_;
   std::vector<std::unique_ptr<OpenDevice>> devices_;
   std::uint32_t next_group_ = 1;

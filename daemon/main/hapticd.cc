@@ -12,6 +12,7 @@
 #include "daemon/last_resort.h"
 #include "daemon/main/options.h"
 #include "daemon/main/supervisor.h"
+#include "daemon/panel/panel.h"
 #include "daemon/rpc/listen_socket.h"
 #include "daemon/rpc/server.h"
 #include "drivers/registry.h"
@@ -117,11 +118,29 @@ Result<void> lockPages(Core& core) {
   return {};
 }
 
+/** The configured lines, before any servo: each then starts with what they say. */
+Result<std::unique_ptr<Panel>> startPanel(Core& core, Clock& clock) {
+  const Config& config = core.config();
+  if (config.lines.empty()) return std::unique_ptr<Panel>();
+  auto lines = openLines(lineRequests(config.lines));
+  if (!lines) return lines.error();
+  auto panel = std::make_unique<Panel>(config.lines, std::move(*lines), core.lines(), clock.now());
+  if (auto r = panel->start(static_cast<int>(config.servo.gpio_priority), config.servo.allow_no_rt, clock); !r)
+    return r.error();
+  log::info("{} GPIO lines", config.lines.size());
+  return panel;
+}
+
 /** Serves until SIGTERM or SIGINT, then brings every force to zero. */
-void run(kj::AsyncIoContext& io, Core& core, Sockets& sockets) {
+void run(kj::AsyncIoContext& io, Core& core, Sockets& sockets, const Panel* panel) {
   Supervisor supervisor(core, true);
   ControlServer server(core, *io.lowLevelProvider, io.provider->getTimer());
-  server.onStep([&] { supervisor.step(); });
+  bool told = false;
+  server.onStep([&] {
+    supervisor.step();
+    if (panel != nullptr && panel->lost() && !std::exchange(told, true))
+      log::error("a GPIO line is lost: the emergency stop counts as open until hapticd is started again");
+  });
   if (auto fd = sockets.control.share()) server.serve(std::move(*fd), false);
   if (sockets.admin.valid()) {
     if (auto fd = sockets.admin.share()) server.serve(std::move(*fd), true);
@@ -168,11 +187,13 @@ int start(const Options& options) {
     core.facts().cpu_latency_held = held.ok();
     if (!held) core.facts().cpu_latency_note = toString(held.error());
   }
+  auto panel = startPanel(core, clock);
+  if (!panel) return fail(panel.error(), panel.error().code == ErrorCode::kNoRealtime ? kExitNoRealtime : kExitDevice);
   if (auto r = core.openConfigured(); !r) {
     return fail(r.error(), r.error().code == ErrorCode::kNoRealtime ? kExitNoRealtime : kExitDevice);
   }
   if (auto r = lockPages(core); !r) return fail(r.error(), kExitNoRealtime);
-  run(io, core, *sockets);
+  run(io, core, *sockets, panel->get());
   log::info("stopped");
   return kExitOk;
 }

@@ -89,11 +89,16 @@ void Servo::runOnce() HD_RT {
   input_->missed = clampToU32(missed);
   input_->stop_line = stop_line.load(std::memory_order_acquire);
   input_->deadman_open = deadman_open.load(std::memory_order_acquire);
+  if (lines != nullptr) {
+    if (lines->stopAt(woke_ns)) input_->stop_line = true;
+    if (lines->deadman_open.load(std::memory_order_acquire)) input_->deadman_open = true;
+  }
 
   for (std::uint32_t d = 0; d < config_.device_count; ++d) {
     input_->device[d].fresh = false;
     devices_[d]->read(deadline_ns_, input_->device[d]);
     if ((input_->device[d].status & kGroupDeadmanOpen) != 0) input_->deadman_open = true;
+    if (lines != nullptr) addButtons(d);
   }
   const std::int64_t read_ns = clock_.now();
 
@@ -105,10 +110,16 @@ void Servo::runOnce() HD_RT {
   cycle_.guard(*input_, *output_);
   const std::int64_t guarded_ns = clock_.now();
 
+  bool enabled = false;
   for (std::uint32_t d = 0; d < config_.device_count; ++d) {
     const DeviceOutput& out = output_->device[d];
     if (out.has_intent) devices_[d]->setIntent(out.intent);
+    enabled = enabled || out.command.enabled;
     devices_[d]->write(deadline_ns_, out.command);
+  }
+  if (sign != nullptr) {
+    sign->enabled.store(enabled, std::memory_order_relaxed);
+    sign->cycles.fetch_add(1, std::memory_order_relaxed);
   }
   const std::int64_t written_ns = clock_.now();
 
@@ -125,6 +136,16 @@ void Servo::runOnce() HD_RT {
   last_cycle_duration_ns_ = done_ns - woke_ns;
   deadline_ns_ += config_.period_ns;
   count(done_ns);
+}
+
+/** The panel's buttons follow the device's own. */
+void Servo::addButtons(std::uint32_t device) HD_RT {
+  const std::uint32_t count = lines->button_count.load(std::memory_order_relaxed);
+  const std::uint32_t own = devices_[device]->info().buttons;
+  if (count == 0 || own + count > 32) return;
+  const std::uint32_t mask = ((count == 32 ? 0 : 1u << count) - 1u) << own;
+  std::uint32_t& buttons = input_->device[device].buttons;
+  buttons = (buttons & ~mask) | (lines->buttons.load(std::memory_order_relaxed) << own & mask);
 }
 
 void Servo::gather() HD_RT {

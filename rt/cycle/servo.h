@@ -14,6 +14,7 @@
 #include "rt/cycle/cycle.h"
 #include "rt/cycle/cycle_log.h"
 #include "rt/cycle/pose_board.h"
+#include "rt/cycle/safety_lines.h"
 #include "rt/ingest/ingest.h"
 #include "rt/ring/state.h"
 
@@ -69,6 +70,8 @@ class Servo {
   std::atomic<bool> stop_line{false};
   std::atomic<bool> deadman_open{false};
   std::atomic<bool> no_realtime{false};  ///< Only shown.
+  SafetyLines* lines = nullptr;          ///< Of the machine, beside the two above; null: there are none.
+  SafetyLines::Sign* sign = nullptr;     ///< Of this servo among them.
 
   // Outlets.
   std::atomic<CycleLog*> log{nullptr};  ///< Every cycle goes there while it is set.
@@ -83,6 +86,7 @@ class Servo {
 
  private:
   void gather() HD_RT;
+  void addButtons(std::uint32_t device) HD_RT;
   void publish(std::int64_t wake_latency_ns) HD_RT;
   void publishSession(std::uint32_t slot) HD_RT;
   void count(std::int64_t done_ns) HD_RT;

@@ -9,6 +9,8 @@ import re
 import shutil
 import subprocess
 
+import gpio_module
+
 KERNEL_METAPACKAGE = "linux-image-rt-amd64"
 SUITE = "bookworm"
 # What the guest has besides what our own packages ask for.
@@ -101,7 +103,7 @@ class Image:
         self.log = log
         self.release = kernel_release()
         self.packages = sorted({*GUEST_PACKAGES, *wanted_by(debs)})
-        recipe = pathlib.Path(__file__).read_bytes() + repr((self.release, self.packages)).encode()
+        recipe = pathlib.Path(__file__).read_bytes() + pathlib.Path(gpio_module.__file__).read_bytes() + repr((self.release, self.packages)).encode()
         self.base = self.work / f"base-{hashlib.sha256(recipe).hexdigest()[:16]}"
         self.kernel, self.ramdisk, self.disk = (self.base / name for name in ("vmlinux", "initrd", "disk.ext4"))
         if not (self.base / "complete").exists():
@@ -164,6 +166,7 @@ class Image:
             *(f"--dpkgopt=path-exclude={path}" for path in LEFT_OUT), "--include=" + ",".join(self.packages), SUITE, root,
             mirror())
         self._copy_modules(GUEST_MODULES, root)
+        gpio_module.build(self.release, root / "usr/lib/modules" / self.release / "extra")
         run("depmod", "-b", root, self.release)
         (root / "etc/machine-id").write_text("", encoding="ascii")
         (root / "etc/hostname").write_text("vmtest\n", encoding="ascii")

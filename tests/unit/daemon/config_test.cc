@@ -104,6 +104,18 @@ radius_m = 0.0015
   EXPECT_EQ(config->radiusFor("sim://falcon", ""), 0);
 }
 
+TEST(Config, ReadsLinesAndRefusesThoseThatMeanNothing) {
+  const auto config = parseConfig("[[line]]\nrole = \"stop\"\nname = \"ESTOP\"\nactive_low = true\n", "f");
+  ASSERT_TRUE(config.ok()) << toString(config.error());
+  ASSERT_EQ(config->lines.size(), 1u);
+  EXPECT_EQ(config->lines[0], (LineConfig{"stop", "", "ESTOP", true, "as-is", 1}));
+  EXPECT_EQ(refused("[[line]]\nrole = \"stopp\"\nname = \"A\"\n").what, "a [[line]] has the role \"stopp\"");
+  EXPECT_EQ(refused("[[line]]\nrole = \"stop\"\n").what, "a [[line]] has no name");
+  EXPECT_EQ(refused("[[line]]\nrole = \"led\"\nname = \"A\"\nbias = \"up\"\n").what, "a [[line]] has the bias \"up\"");
+  const std::string one = "[[line]]\nrole = \"stop\"\nname = \"A\"\n";
+  EXPECT_EQ(refused(one + one).what, "line \"A\" stands twice");
+}
+
 TEST(Config, WithoutGroupsThereIsOneDefaultGroup) {
   const auto groups = Config{}.effectiveGroups();
   ASSERT_EQ(groups.size(), 1u);
@@ -123,6 +135,7 @@ TEST(Config, WritesWhatItReads) {
   config.devices.push_back({"s", {}});
   config.devices[0].limits.force_n = 1.0 / 3;
   config.devices[0].radius_m = 0.01 / 3;
+  config.lines.push_back({"stop", "gpiochip0", "E \"STOP\"", true, "pull-up", 0.5});
   const auto again = parseConfig(toToml(config), "f");
   ASSERT_TRUE(again.ok()) << toString(again.error()) << toToml(config);
   EXPECT_EQ(*again, config);
@@ -141,6 +154,7 @@ TEST(Config, TheShippedFileIsTheEmbeddedDefaultAndNamesEveryKey) {
   Config full;  // with one of each array of tables, so that their keys count too
   full.groups.push_back({"a", {"x"}, 0, {}});
   full.devices.push_back({"x", {}});
+  full.lines.push_back({"stop", "c", "n"});
   std::istringstream written(toToml(full));
   std::size_t keys = 0;
   std::string section;

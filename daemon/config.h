@@ -96,6 +96,7 @@ struct Config {
     std::uint32_t small_force_ticks = 4;
     double device_stale_ms = 20.0;  ///< Device silent for so long: fault.
     bool passivity = true;
+    double motor_heating_s = 30.0;  ///< Time constant of the motors' heating; 0: no estimate.
     bool operator==(const Guard&) const = default;
   } guard;
 

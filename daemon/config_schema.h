@@ -49,6 +49,7 @@ void visitConfig(Visitor& root, Configuration& c) {
     v.integer("small_force_ticks", c.guard.small_force_ticks, 1, 10'000);
     v.number("device_stale_ms", c.guard.device_stale_ms, 1, 1000);
     v.flag("passivity", c.guard.passivity);
+    v.number("motor_heating_s", c.guard.motor_heating_s, 0, 3600);
   });
   root.table("limits", [&](auto& v) { visitLimits(v, c.limits); });
   root.table("sessions", [&](auto& v) {

@@ -59,6 +59,10 @@ struct DeviceStart {
   maxDamping @13 :Float64;          # N s/m
   energyLimit @14 :Float64;         # J
   delay @15 :Float64;               # ticks
+  continuousForce @16 :Float64;     # N; 0: no heating estimate
+  peakForce @17 :Float64;           # N
+  heatingS @18 :Float64;            # s
+  heat @19 :Float64;                # of the motors at the start
 }
 
 struct GuardLimits {

@@ -45,6 +45,15 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
     }
     return;
   }
+  if (e.kind == ServoEventKind::kWarm) {
+    if (e.value != 0) {
+      log::warn("{}: its motors are warm; if this goes on, the force will be derated to what they stand for ever",
+                name);
+    } else {
+      log::info("{}: its motors have cooled", name);
+    }
+    return;
+  }
   Event event;
   event.kind = static_cast<EventKind>(e.kind);
   event.t_ns = e.t_ns;

@@ -207,6 +207,9 @@ GroupOptions DeviceManager::options(const GroupConfig& group,
     guard.stale_ns = std::llround(config_.guard.device_stale_ms * kNsPerMs);
     guard.missed_limit = config_.servo.missed_limit;
     guard.passivity = config_.guard.passivity;
+    guard.continuous_force = info.continuous_force;
+    guard.peak_force = info.max_force;
+    guard.heating_s = config_.guard.motor_heating_s;
     guard.delay = info.latency_s * rate_hz;
     if (info.max_damping > 0) guard.max_damping = info.max_damping;
   }

@@ -37,6 +37,7 @@ DeviceNow statusOf(const OpenDevice& device) {
   status.overruns = servo.counters.overruns.load(std::memory_order_relaxed);
   status.stale = servo.counters.stale.load(std::memory_order_relaxed);
   status.busy = static_cast<double>(servo.histograms.cycle.summary().p50_ns) / period_ns;
+  status.heat = servo.counters.heat[device.index].load(std::memory_order_relaxed);
   status.wake_p99_ns = servo.histograms.wake.summary().p99_ns;
   status.policy = group.realtime() ? fmt::format("SCHED_FIFO {}", group.options().servo_priority) : "SCHED_OTHER";
   return status;

@@ -16,6 +16,7 @@ struct DeviceNow {
   bool armed = false;
   double rate_hz = 0;
   std::uint64_t cycles = 0, missed = 0, overruns = 0, stale = 0;
+  double heat = 0;  ///< Of the motors, estimated; 1: all they stand for ever.
   double busy = 0;  ///< Median share of the period spent in the cycle.
   std::uint64_t wake_p99_ns = 0;
   std::string policy;  ///< "SCHED_FIFO 80" or "SCHED_OTHER"

@@ -124,6 +124,7 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
         return;
       }
       start.config.guard[d].limits = former.deviceGuard(d).limits();
+      start.config.guard[d].heat = former.deviceGuard(d).heat();
     }
     for (const PublishedMesh& mesh : meshes_.published(link)) {
       auto kept = keep(mesh);

@@ -12,7 +12,7 @@ namespace {
 // means what was before.
 static_assert(sizeof(AddObject) == 136 && sizeof(SetShape) == 40 && sizeof(SessionRef) == 16 &&
               sizeof(DeviceLimits) == 72 && sizeof(StopOrder) == 8 && sizeof(Command) == 512);
-static_assert(sizeof(GuardLimits) == 64 && sizeof(GuardConfig) == 136);
+static_assert(sizeof(GuardLimits) == 64 && sizeof(GuardConfig) == 168);
 static_assert(sizeof(DeviceSample) == 160 && sizeof(DeviceCommand) == 64);
 
 constexpr std::int64_t kLongestPeriodNs = 1'000'000'000;
@@ -64,6 +64,10 @@ void write(const GuardConfig& in, proto::DeviceStart::Builder out) {
   out.setMaxDamping(in.max_damping);
   out.setEnergyLimit(in.energy_limit);
   out.setDelay(in.delay);
+  out.setContinuousForce(in.continuous_force);
+  out.setPeakForce(in.peak_force);
+  out.setHeatingS(in.heating_s);
+  out.setHeat(in.heat);
 }
 
 GuardConfig read(proto::DeviceStart::Reader in) {
@@ -79,6 +83,10 @@ GuardConfig read(proto::DeviceStart::Reader in) {
   out.max_damping = in.getMaxDamping();
   out.energy_limit = in.getEnergyLimit();
   out.delay = in.getDelay();
+  out.continuous_force = in.getContinuousForce();
+  out.peak_force = in.getPeakForce();
+  out.heating_s = in.getHeatingS();
+  out.heat = in.getHeat();
   return out;
 }
 

@@ -97,6 +97,8 @@ constexpr DeviceProperty kProperties[] = {
     {"policy", "scheduling", [](const OpenDevice&, const DeviceNow& s, Core&) { return Json(s.policy); }},
     {"temperature", "hottest motor [deg C], null where not sensed",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return number(d.device().temperature()); }},
+    {"heat", "of the motors by the force sent; 1 is all they stand for ever, from 0.85 on the force is derated",
+     [](const OpenDevice&, const DeviceNow& s, Core&) { return number(s.heat); }},
 };
 
 }  // namespace

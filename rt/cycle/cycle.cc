@@ -317,6 +317,12 @@ void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& o
     }
     device.last_fault = out.guard.fault;
   }
+  if (out.guard.warm != device.last_warm) {
+    ServoEvent event = eventAt(ServoEventKind::kWarm, d, input);
+    event.value = out.guard.warm ? 1 : 0;
+    output.events.add(event);
+    device.last_warm = out.guard.warm;
+  }
   const bool armed = device.guard.armed();
   if (armed != device.last_armed) {
     output.events.add(eventAt(armed ? ServoEventKind::kArmed : ServoEventKind::kDisarmed, d, input));

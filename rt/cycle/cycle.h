@@ -81,6 +81,7 @@ class Cycle {
     std::uint32_t touched = 0;  ///< Object of the last contact, named when it ends.
     std::uint32_t last_fault = HD_FAULT_NONE;
     bool last_armed = false;
+    bool last_warm = false;
   };
   /** What the guard must know of the sources beside their force (GuardInput). */
   struct Energy {

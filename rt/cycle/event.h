@@ -21,6 +21,7 @@ enum class ServoEventKind : std::uint32_t {
   kOverrun = 10,
   kModelExpired = 13,
   kCommandRefused = 64,  ///< For the log: `value` is the error, `object` the object or slot.
+  kWarm = 65,            ///< For the log: the motors are warm (`value` 1) or no longer (0).
 };
 
 struct ServoEvent {

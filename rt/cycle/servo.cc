@@ -115,6 +115,7 @@ void Servo::runOnce() HD_RT {
     const DeviceOutput& out = output_->device[d];
     if (out.has_intent) devices_[d]->setIntent(out.intent);
     enabled = enabled || out.command.enabled;
+    counters.heat[d].store(static_cast<float>(out.guard.heat), std::memory_order_relaxed);
     devices_[d]->write(deadline_ns_, out.command);
   }
   if (sign != nullptr) {

@@ -38,6 +38,7 @@ struct ServoCounters {
   std::atomic<std::uint64_t> overruns{0};
   std::atomic<std::uint64_t> stale{0};
   std::atomic<std::uint64_t> contacts{0};
+  std::array<std::atomic<float>, kMaxDevices> heat{};  ///< GuardOutput::heat of each device.
   std::atomic<std::uint64_t> faults{0};
   std::atomic<std::uint64_t> events_dropped{0};
   std::atomic<std::int64_t> last_cycle_ns{0};     ///< Clock at the end of the last cycle: the heartbeat.

@@ -61,7 +61,10 @@ bool valid(const GuardLimits& l) HD_RT {
   return true;
 }
 
-Guard::Guard(const GuardConfig& config) noexcept : config_(config), passivity_(config.max_damping) {
+Guard::Guard(const GuardConfig& config) noexcept
+    : config_(config),
+      passivity_(config.max_damping),
+      heating_(config.continuous_force, config.peak_force, config.heating_s, config.heat) {
   if (!valid(config_.limits)) config_.limits = GuardLimits{};
   config_.delay = config_.delay > 0 ? std::min(config_.delay, PastForces::kMaxDelay) : 0.0;  // NaN: 0.
 }
@@ -215,7 +218,7 @@ Guard::Sent Guard::limit(const GuardInput& input, const Wanted& wanted, const Se
   const GuardLimits& limits = config_.limits;
   Sent out;
   // The ramp scales the limits too: however much is asked for, a hundredth of the ramp lets a hundredth through.
-  out.force = clampStrictly(target.force, radiusOf(ramp_ * limits.force));
+  out.force = clampStrictly(target.force, radiusOf(std::min(ramp_ * limits.force, heating_.allowed())));
   out.torque = clampStrictly(target.torque, radiusOf(ramp_ * limits.torque));
   const double grip = radiusOf(ramp_ * limits.gripper_force);
   out.gripper = std::clamp(target.gripper, -grip, grip);
@@ -321,6 +324,9 @@ void Guard::step(const GuardInput& input, GuardOutput& output) HD_RT {
     if (state_ == State::kLowering && nothing) state_ = State::kDisarmed;
   }
   last_ = sent;
+  heating_.book(sent.force.norm(), input.dt);
+  output.heat = heating_.heat();
+  output.warm = heating_.warm();
 
   output.command.force = sent.force;
   output.command.torque = sent.torque;

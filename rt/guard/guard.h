@@ -15,6 +15,7 @@
 #include "rt/command.h"
 #include "rt/device.h"
 #include "rt/guard/buzz_velocity.h"
+#include "rt/guard/heating.h"
 #include "rt/guard/passivity.h"
 #include "rt/guard/past_forces.h"
 
@@ -43,9 +44,13 @@ struct GuardConfig {
   std::int64_t stale_ns = 20'000'000;    ///< No fresh sample for so long: HD_FAULT_DEVICE_LOST.
   std::uint32_t missed_limit = 50;       ///< Periods missed in one overrun that latch HD_FAULT_OVERRUN.
   bool passivity = true;
-  double delay = 0;            ///< From a command to the sample that shows it act, beyond one tick [ticks, at most 16].
-  double max_damping = 2;      ///< What the device can show [N s/m]: most that the passivity controller adds.
-  double energy_limit = 0.25;  ///< Passive sources gave so much more than they got [J]: HD_FAULT_ENERGY.
+  double delay = 0;        ///< From a command to the sample that shows it act, beyond one tick [ticks, at most 16].
+  double max_damping = 2;  ///< What the device can show [N s/m]: most that the passivity controller adds.
+  double continuous_force = 0;  ///< What the motors stand for ever [N]; 0: unknown, no heating estimate.
+  double peak_force = 0;        ///< What they stand for a while [N].
+  double heating_s = 30;        ///< Time constant of their heating.
+  double heat = 0;              ///< Where the estimate begins.
+  double energy_limit = 0.25;   ///< Passive sources gave so much more than they got [J]: HD_FAULT_ENERGY.
 };
 
 /** What one tick asks of the device. */
@@ -76,6 +81,8 @@ struct GuardOutput {
   std::uint32_t flags = 0;                 ///< hd_sample_flag bits of the guard.
   std::uint32_t fault = HD_FAULT_NONE;
   double energy = 0;  ///< What the passivity observer holds [J]; negative: active.
+  double heat = 0;    ///< Of the motors, 1: all they stand for ever.
+  bool warm = false;  ///< The force will be derated if this goes on, or is already.
 };
 
 /**
@@ -113,6 +120,7 @@ class Guard {
   /** Waiting, ramping, in full force or being lowered: the amplifiers may be on. */
   [[nodiscard]] bool armed() const HD_RT { return state_ != State::kDisarmed && fault_ == HD_FAULT_NONE; }
   [[nodiscard]] std::uint32_t fault() const HD_RT { return fault_; }
+  [[nodiscard]] double heat() const HD_RT { return heating_.heat(); }
 
  private:
   enum class State : std::uint8_t { kDisarmed, kWaiting, kArmed, kLowering };
@@ -169,6 +177,7 @@ class Guard {
   Vec3 last_carried_ = Vec3::Zero();  ///< Energy carried in over the last tick [J].
   double carried_power_ = 0;          ///< Carried power, averaged over kCarried_s [W].
   Passivity passivity_;
+  Heating heating_;
 };
 
 /** Whether each limit is finite and not negative. */

@@ -25,15 +25,16 @@ class Heating {
 
   /**
    * `continuous` and `peak` force [N], time constant `tau` [s]. Not all above zero, finite and peak above continuous:
-   * no model, nothing is cut.
+   * no model, nothing is cut. Begins at `heat`.
    */
-  Heating(double continuous, double peak, double tau) noexcept {
+  Heating(double continuous, double peak, double tau, double heat = 0) noexcept {
     const bool usable =
         continuous > 0 && tau > 0 && std::isfinite(continuous) && std::isfinite(peak) && std::isfinite(tau);
     if (!usable || !(peak > continuous)) return;
     continuous_ = continuous;
     peak_ = peak;
     tau_ = tau;
+    heat_ = heat >= 0 && heat <= 1 ? heat : 1.0;
   }
 
   /** Books a force of that magnitude, held for `dt` [s]. What is not finite counts as the peak. */

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "property/random.h"
+#include "rt/guard/guard.h"
 #include "rt/guard/heating.h"
 
 namespace hapticd::test {
@@ -75,6 +76,46 @@ TEST(HeatingProperty, NeverBeyondWhatTheMotorsStand) {
       before = allowed;
     }
   }
+}
+
+/** The whole guard: clients ask for what they like, limits are raised to the peak, and the motors stand it. */
+TEST(GuardHeating, WhateverIsAskedForTheMotorsStandIt) {
+  GuardConfig config;
+  config.limits = {12, 1, 5000, 250, 5, 3, 1000, 1000};
+  config.ramp_ns = 100'000'000;
+  config.continuous_force = 3;
+  config.peak_force = 12;
+  config.heating_s = 2;
+  Guard guard(config);
+  Random random(5);
+  DeviceSample sample;
+  sample.fresh = true;
+  GuardInput input;
+  input.dt = kDt;
+  input.sample = &sample;
+  GuardOutput output;
+  Heating oracle(3, 12, 2);
+  bool warned = false;
+  bool derated = false;
+  Vec3 wanted = Vec3::Zero();
+  for (int i = 0; i < 20'000; ++i) {
+    input.now_ns = std::int64_t{i} * 1'000'000;
+    if (i == 10) {
+      ASSERT_EQ(guard.arm(), ErrorCode::kOk);
+    }
+    if (i > 200 && random.once(300)) wanted = random.vector(20);
+    input.source[HD_SOURCE_CLIENT].force = wanted;
+    guard.step(input, output);
+    oracle.book(output.command.force.norm(), kDt);
+    ASSERT_LE(oracle.heat(), 1 + 1e-3);  // the slew may hold a force some ticks too long
+    ASSERT_DOUBLE_EQ(output.heat, oracle.heat());
+    warned = warned || output.warm;
+    if (output.command.force.norm() < std::min(wanted.norm(), 12.0) * 0.99 && output.heat > Heating::kDerate) {
+      derated = true;
+      ASSERT_TRUE(warned);
+    }
+  }
+  EXPECT_TRUE(derated) << "the test never came to the point";
 }
 
 }  // namespace

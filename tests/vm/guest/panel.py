@@ -38,9 +38,11 @@ def check_lines_are_taken():
         (HERE / f"bank0/line{i}/name").write_text(name)
     (HERE / "live").write_text("1")
     # As hapticd.toml(5) says.
-    pathlib.Path("/etc/udev/rules.d/61-hapticd-gpio.rules").write_text('SUBSYSTEM=="gpio", KERNEL=="gpiochip*", OWNER="hapticd"\n')
+    text("cp", "/usr/share/hapticd/gpio/61-hapticd-gpio.rules", "/etc/udev/rules.d/")
     text("udevadm", "control", "--reload")
     text("udevadm", "trigger", "--settle", "--subsystem-match=gpio")
+    text("install", "-D", "-t", "/etc/systemd/system/hapticd.service.d", "/usr/share/hapticd/gpio/hapticd-gpio.conf")
+    text("systemctl", "daemon-reload")
     pull("ESTOP", True)
     pull("DEADMAN", True)
     lines = "".join(f'\n[[line]]\nrole = "{role}"\nchip = "panel"\nname = "{name}"\ndebounce_ms = 1\n'

@@ -70,6 +70,7 @@ TEST(FalconFirmware, AWrongEchoIsLoadedAgain) {
   rig.model.faults.add({FaultKind::kWrongEcho, 300 * kMs, 500 * kMs});
   const auto opened = rig.device().open();
   ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  EXPECT_GT(rig.model.uploads(), 1);
   EXPECT_EQ(rig.model.firmware(), *rig.setup.read_firmware());
 }
 

@@ -130,6 +130,7 @@ void FalconModel::take(std::uint8_t byte) {
       if (divisor_ == kUploadDivisor && !dtr_ && byte == 0x41) {
         say({&byte, 1});
         mode_ = Mode::kLoading;
+        ++uploads_;
       }
       return;
     case Mode::kLoading: {

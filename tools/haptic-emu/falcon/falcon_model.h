@@ -49,6 +49,8 @@ class FalconModel final : public UsbModel {
   [[nodiscard]] std::uint8_t lights() const { return lights_; }  ///< As in byte 13 of an order.
   [[nodiscard]] std::uint64_t orders() const { return orders_; }
   [[nodiscard]] const std::vector<std::uint8_t>& firmware() const { return firmware_; }
+  /** How often an upload was begun. */
+  [[nodiscard]] int uploads() const { return uploads_; }
   /** The most any motor was told while not all was homed. */
   [[nodiscard]] int mostUnhomed() const { return most_unhomed_; }
 
@@ -82,6 +84,7 @@ class FalconModel final : public UsbModel {
   bool was_far_out_ = false;
   std::uint64_t orders_ = 0;
   int most_unhomed_ = 0;
+  int uploads_ = 0;
   Noise noise_{1};
 };
 

@@ -119,7 +119,7 @@ void PointFieldDetector::survey(Run& run, float shift, float turn) HD_RT {
       std::fill_n(&take_[first], 16, 0u);
       continue;
     }
-    if (run.limit != 0 && units >= limit) {
+    if ((run.limit != 0 && units >= limit) || run.late(units)) {
       untested += static_cast<std::uint32_t>(__builtin_popcount(lanes));
       for (std::uint32_t i = first; i < std::min(first + 16, count); ++i)
         if ((lanes >> (i - first) & 1) != 0) run.drop(run.a.patches[i]);
@@ -186,10 +186,9 @@ void PointFieldDetector::share(Run& run) HD_RT {
 
 void PointFieldDetector::press(Run& run) HD_RT {
   std::fill_n(run.touched, kMaxGroups, false);
-  std::uint32_t checked = run.report.work;
   for (std::uint32_t o = 0; o < run.order; ++o) {
     const std::uint32_t g = order_[o];
-    if (run.late(checked)) {
+    if (run.late(run.report.work)) {
       run.report.exhausted = true;
       for (std::uint32_t i = map_.first(g); i < map_.first(g + 1); ++i)
         if (take_[i] > 0) run.drop(run.a.patches[i]);

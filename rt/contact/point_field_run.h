@@ -20,10 +20,10 @@ struct PointFieldDetector::Run : FieldQuery {
 
   [[nodiscard]] bool timed() const HD_RT { return query.budget.clock != nullptr && query.budget.deadline_ns != 0; }
   /** Whether the deadline has passed, asked every few hundred units. */
-  [[nodiscard]] bool late(std::uint32_t& checked) HD_RT {
+  [[nodiscard]] bool late(std::uint32_t work) HD_RT {
     constexpr std::uint32_t kUnits = 256;
-    if (is_late || !timed() || report.work < checked) return is_late;
-    checked = report.work + kUnits;
+    if (is_late || !timed() || work < checked) return is_late;
+    checked = work + kUnits;
     is_late = query.budget.clock->now() >= query.budget.deadline_ns;
     return is_late;
   }
@@ -33,6 +33,7 @@ struct PointFieldDetector::Run : FieldQuery {
   std::uint32_t wanted = 0;   ///< Blocks that may touch.
   std::uint32_t patches = 0;  ///< Patches that may.
   std::uint32_t order = 0;    ///< Groups that may.
+  std::uint32_t checked = 0;  ///< Work at which the clock is read next.
   bool is_late = false;
   bool touched[kMaxGroups];
 };

@@ -35,7 +35,7 @@ void PointFieldDetector::sweep(Run& run) HD_RT {
       for (std::uint32_t i = first; i < end && i < count; ++i) {
         const hd_volume_patch& p = run.a.patches[i];
         const std::uint32_t blocks = p.count == 0 ? 0 : ((p.first + p.count - 1) >> 4) - (p.first >> 4) + 1;
-        if (run.limit != 0 && run.report.work + 1 + blocks > run.limit) {
+        if (run.late(run.report.work) || (run.limit != 0 && run.report.work + 1 + blocks > run.limit)) {
           run.report.exhausted = true;
           break;
         }

@@ -125,6 +125,12 @@ struct SphereDescentDetector::Run {
     const WorkBudget& w = query.budget;
     return w.clock != nullptr && w.deadline_ns != 0 && w.clock->now() >= w.deadline_ns;
   }
+  /** The same, asked at every 256th pair. */
+  [[nodiscard]] bool lateAt(std::uint32_t i) const HD_RT {
+    if (i % 256 != 0 || !late()) return false;
+    report.exhausted = true;
+    return true;
+  }
 };
 
 SphereDescentDetector::SphereDescentDetector(const SphereDescentOptions& options)
@@ -252,6 +258,10 @@ void SphereDescentDetector::refine(Run& run, bool side_a) HD_RT {
   const bool regroup = side_a && run.a.level < map_.levels();
   if (regroup) findParts(run.a.level);
   for (std::uint32_t i = 0; i < run.pairs; ++i) {
+    if (run.lateAt(i)) {
+      run.report.dropped += run.pairs - i;
+      break;
+    }
     const Pair p = now_[i];
     const Sphere mine = other.sphere(side_a ? p.b : p.a, side_a ? p.cb : p.ca);
     const float(&centre)[3] = side_a ? p.ca : p.cb;
@@ -344,6 +354,10 @@ void SphereDescentDetector::walkField(Run& run) HD_RT {
     if (regroup) findParts(run.a.level);
     std::uint32_t made = 0;
     for (std::uint32_t i = 0; i < run.pairs; ++i) {
+      if (run.lateAt(i)) {
+        run.report.dropped += run.pairs - i;
+        break;
+      }
       const Pair p = now_[i];
       forEachChild(level, p.a, [&](std::uint32_t place, std::uint32_t child) HD_RT {
         Pair q = p;

@@ -22,6 +22,8 @@ void VoxmapDetector::find(const DetectorQuery& query, ContactSet& contacts) HD_R
   map_.build(a);
   const Pose X_BA = query.b.X_WO.inverse() * query.a.X_WO;
   const double deepest = kHalfDiagonal * b.voxel;
+  const bool timed = query.budget.clock != nullptr && query.budget.deadline_ns != 0;
+  bool late = timed && query.budget.clock->now() >= query.budget.deadline_ns;
   std::uint64_t tests = 0;
   std::uint32_t count = 0;
   for (std::uint32_t g = 0; g < map_.count(); ++g) {
@@ -33,7 +35,8 @@ void VoxmapDetector::find(const DetectorQuery& query, ContactSet& contacts) HD_R
       // The patches stand for the hierarchy that later versions have: what is far away is not walked.
       const DistanceSample far = distanceAt(b, X_BA * Vec3(patch.center[0], patch.center[1], patch.center[2]));
       if (patch.count == 0 || far.value - far.error - patch.radius > 2 * b.voxel) continue;
-      if (query.budget.units != 0 && (tests + patch.count + 15) / 16 > query.budget.units) {
+      late = late || (timed && i % 16 == 0 && query.budget.clock->now() >= query.budget.deadline_ns);
+      if (late || (query.budget.units != 0 && (tests + patch.count + 15) / 16 > query.budget.units)) {
         report.exhausted = true;
         ++report.dropped;
         report.dropped_area += patch.area;

@@ -1,6 +1,7 @@
 // The sphere descent and the voxmap: that they find what there is, and as much as there is.
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <random>
 
 #include "rt/contact/point_field.h"
@@ -179,6 +180,32 @@ TEST(SphereDescent, DepthAndNormalAreTheFields) {
     EXPECT_NEAR(contacts.deepest, 0.0002, 0.0007);
     detector.find(queryOf(ball, plate, {{0, 0, 0.0215}, Quat::Identity()}), contacts);
     EXPECT_EQ(contacts.count, 0u);
+  }
+}
+
+TEST(EveryDetector, EndsSoonAfterADeadlineThatHasPassed) {
+  VolumeOptions options;
+  options.point_spacing_m = 0.0002;
+  const TestVolume ball = testing::sphereVolume(0.01, 0.0008, 60, options);
+  const TestVolume plate = testing::boxVolume({0.02, 0.02, 0.01}, 0.0008);
+  ManualClock clock(10);
+  std::vector<std::unique_ptr<Detector>> all;
+  all.push_back(std::make_unique<PointFieldDetector>(10'000, PointFieldOptions{.coherent = false}));
+  all.push_back(std::make_unique<SphereDescentDetector>());
+  all.push_back(std::make_unique<SphereDescentDetector>(SphereDescentOptions{.leaf = SphereLeaf::kFieldValue}));
+  all.push_back(std::make_unique<VoxmapDetector>());
+  ContactSet full, late;
+  for (const auto& detector : all) {
+    DetectorQuery query = queryOf(ball, plate, {{0, 0, 0.012}, Quat::Identity()});
+    query.a.X_WO_before.p.z() += 0.01;  // A way to sweep.
+    detector->find(query, full);
+    EXPECT_FALSE(full.report.exhausted) << detector->name();
+    query.budget.clock = &clock;
+    query.budget.deadline_ns = 10;
+    detector->find(query, late);
+    EXPECT_TRUE(late.report.exhausted) << detector->name();
+    EXPECT_LE(late.report.work, 256 + full.report.work / 8) << detector->name();
+    EXPECT_LT(late.report.work, full.report.work) << detector->name();
   }
 }
 

@@ -1,6 +1,6 @@
 # Debian packages, one for each install component: cpack -G DEB, in a build with CMAKE_INSTALL_PREFIX=/usr.
 # What goes where is said by the install() rules of each room; here are names, texts, dependencies and scripts.
-set(packages hapticd libhapticclient1 libhapticclient-dev python3-hapticclient hapticctl)
+set(packages hapticd libhapticclient1 libhapticclient-dev python3-hapticclient hapticctl hapticctl-import)
 
 # Debian wants these two files in each package.
 find_program(HAPTICD_GZIP gzip)
@@ -92,5 +92,11 @@ and tells what a machine lacks for haptics.
 ]])
 set(CPACK_DEBIAN_HAPTICCTL_PACKAGE_DEPENDS "libhapticclient1 (>= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_HAPTICCTL_PACKAGE_RECOMMENDS hapticd)
+
+hapticd_package(hapticctl-import utils "medical images for the haptic device server" [[
+Draws the surface of what is dense in a scan (MetaImage, NRRD, NIfTI,
+InVesalius) and loads it into hapticd as something to touch.
+]])
+set(CPACK_DEBIAN_HAPTICCTL-IMPORT_PACKAGE_DEPENDS hapticctl)
 
 include(CPack)

@@ -1,0 +1,25 @@
+// Scans: any bytes as an image file, its data in a file of its own or not; what is read has a surface that is drawn.
+#include <cmath>
+#include <cstdint>
+
+#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/isosurface.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  using namespace hapticctl_import;  // NOLINT(google-build-using-namespace)
+  const std::string_view text(reinterpret_cast<const char*>(bytes), size);
+  try {
+    const Image image = parseImage(text, [&](const std::string&) { return std::string(text.substr(size / 2)); });
+    if (image.values.size() != std::size_t{image.size[0]} * image.size[1] * image.size[2]) __builtin_trap();
+    for (const float v : image.values)
+      if (!std::isfinite(v)) __builtin_trap();
+    if (image.values.size() > 4096) return 0;
+    const Surface surface = isosurface(image, image.values[0]);
+    for (const auto& t : surface.triangles)
+      for (const std::uint32_t v : t)
+        if (v >= surface.vertices.size()) __builtin_trap();
+  } catch (const ImportError& error) {
+    if (*error.what() == '\0') __builtin_trap();
+  }
+  return 0;
+}

@@ -1,0 +1,205 @@
+#include "tools/hapticctl-import/isosurface.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <unordered_map>
+
+namespace hapticctl_import {
+namespace {
+
+/** Kuhn's six tetrahedra of a cell: corners x + 2 y + 4 z, each on a way from 0 to 7 along the axes. */
+constexpr int kTetrahedra[6][4] = {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}};
+
+class Marcher {
+ public:
+  Marcher(const Image& image, float iso, Surface& out) : image_(image), iso_(iso), out_(out) {
+    const auto& s = image.step;
+    mirrored_ = s[0][0] * (s[1][1] * s[2][2] - s[1][2] * s[2][1]) - s[0][1] * (s[1][0] * s[2][2] - s[1][2] * s[2][0]) +
+                    s[0][2] * (s[1][0] * s[2][1] - s[1][1] * s[2][0]) <
+                0;
+  }
+
+  void run() {
+    // One layer of nothing about the image closes what it cuts off.
+    for (int z = -1; z < static_cast<int>(image_.size[2]); ++z) {
+      for (int y = -1; y < static_cast<int>(image_.size[1]); ++y)
+        for (int x = -1; x < static_cast<int>(image_.size[0]); ++x) cell({x, y, z});
+    }
+  }
+
+ private:
+  using Point = std::array<int, 3>;
+  /** A vertex between a corner inside and one that is not. */
+  struct Cut {
+    int in, out_of;
+    std::uint32_t vertex;
+  };
+
+  [[nodiscard]] bool within(const Point& p) const {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (p[k] < 0 || p[k] >= static_cast<int>(image_.size[k])) return false;
+    return true;
+  }
+  [[nodiscard]] float value(const Point& p) const {
+    if (!within(p)) return -std::numeric_limits<float>::infinity();
+    return image_
+        .values[static_cast<std::size_t>(p[0]) +
+                image_.size[0] * (static_cast<std::size_t>(p[1]) + image_.size[1] * static_cast<std::size_t>(p[2]))];
+  }
+
+  void cell(const Point& at) {
+    float v[8];
+    unsigned inside = 0;
+    for (int c = 0; c < 8; ++c) {
+      v[c] = value({at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2)});
+      inside |= (v[c] >= iso_ ? 1u : 0u) << c;
+    }
+    if (inside == 0 || inside == 255) return;
+    for (const auto& t : kTetrahedra) {
+      int in[4], out_of[4], n_in = 0, n_out = 0;
+      for (const int c : t) (inside >> c & 1) != 0 ? in[n_in++] = c : out_of[n_out++] = c;
+      if (n_in == 0 || n_out == 0) continue;
+      const auto cut = [&](int i, int o) { return Cut{in[i], out_of[o], vertex(at, in[i], out_of[o], v)}; };
+      if (n_in == 1) {
+        add(cut(0, 0), cut(0, 1), cut(0, 2));
+      } else if (n_in == 3) {
+        add(cut(0, 0), cut(1, 0), cut(2, 0));
+      } else {
+        const Cut a = cut(0, 0), b = cut(0, 1), c = cut(1, 1), d = cut(1, 0);
+        add(a, b, c);
+        add(a, c, d);
+      }
+    }
+  }
+
+  /** The vertex on the edge between two corners, made once. */
+  std::uint32_t vertex(const Point& at, int a, int b, const float (&v)[8]) {
+    if (a > b) std::swap(a, b);
+    const float va = v[a], vb = v[b];
+    const auto place = [&](int c) { return Point{at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2)}; };
+    const Point p = place(a);
+    std::uint64_t key = 0;
+    for (std::size_t k = 0; k < 3; ++k) key = key << 18 | static_cast<std::uint64_t>(p[k] + 1);
+    key = key << 3 | static_cast<std::uint64_t>(b - a);  // Of Kuhn's edges the difference tells the direction.
+    const auto [found, made] = edges_.try_emplace(key, static_cast<std::uint32_t>(out_.vertices.size()));
+    if (!made) return found->second;
+    double t =
+        (static_cast<double>(iso_) - static_cast<double>(va)) / (static_cast<double>(vb) - static_cast<double>(va));
+    if (!std::isfinite(va)) t = 0.99;
+    if (!std::isfinite(vb)) t = 0.01;
+    t = std::clamp(t, 0.01, 0.99);
+    const Point q = place(b);
+    std::array<float, 3> x;
+    for (std::size_t k = 0; k < 3; ++k) {
+      double sum = image_.origin[k];
+      for (std::size_t axis = 0; axis < 3; ++axis) sum += image_.step[axis][k] * (p[axis] + t * (q[axis] - p[axis]));
+      x[k] = static_cast<float>(sum);
+    }
+    out_.vertices.push_back(x);
+    return found->second;
+  }
+
+  /** A triangle that looks from what is inside to what is not: told by the edges' middles, whatever the values are. */
+  void add(const Cut& a, const Cut& b, const Cut& c) {
+    int u[3], w[3], out[3];
+    for (int k = 0; k < 3; ++k) {
+      const auto twice = [k](const Cut& cut) { return (cut.in >> k & 1) + (cut.out_of >> k & 1); };
+      u[k] = twice(b) - twice(a);
+      w[k] = twice(c) - twice(a);
+      out[k] = (a.out_of >> k & 1) - (a.in >> k & 1);
+    }
+    const int along = (u[1] * w[2] - u[2] * w[1]) * out[0] + (u[2] * w[0] - u[0] * w[2]) * out[1] +
+                      (u[0] * w[1] - u[1] * w[0]) * out[2];
+    if ((along > 0) != mirrored_) {
+      out_.triangles.push_back({a.vertex, b.vertex, c.vertex});
+    } else {
+      out_.triangles.push_back({a.vertex, c.vertex, b.vertex});
+    }
+  }
+
+  const Image& image_;
+  float iso_;
+  Surface& out_;
+  bool mirrored_ = false;  ///< The image's axes are left-handed.
+  std::unordered_map<std::uint64_t, std::uint32_t> edges_;
+};
+
+}  // namespace
+
+Surface isosurface(const Image& image, float iso) {
+  Surface surface;
+  Marcher(image, iso, surface).run();
+  return surface;
+}
+
+std::size_t keepLargest(Surface& surface) {
+  std::vector<std::uint32_t> parent(surface.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto root = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const auto& t : surface.triangles) {
+    parent[root(t[1])] = root(t[0]);
+    parent[root(t[2])] = root(t[0]);
+  }
+  std::vector<std::size_t> count(parent.size(), 0);
+  for (const auto& t : surface.triangles) ++count[root(t[0])];
+  const auto parts = static_cast<std::size_t>(std::count_if(count.begin(), count.end(), [](auto n) { return n > 0; }));
+  if (parts < 2) return parts;
+  const auto largest = static_cast<std::uint32_t>(std::max_element(count.begin(), count.end()) - count.begin());
+  Surface kept;
+  std::vector<std::uint32_t> place(parent.size(), UINT32_MAX);
+  for (auto t : surface.triangles) {
+    if (root(t[0]) != largest) continue;
+    for (std::uint32_t& v : t) {
+      if (place[v] == UINT32_MAX) {
+        place[v] = static_cast<std::uint32_t>(kept.vertices.size());
+        kept.vertices.push_back(surface.vertices[v]);
+      }
+      v = place[v];
+    }
+    kept.triangles.push_back(t);
+  }
+  surface = std::move(kept);
+  return parts;
+}
+
+double volumeOf(const Surface& surface) {
+  double sum = 0;
+  for (const auto& t : surface.triangles) {
+    double p[3][3];
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t k = 0; k < 3; ++k) p[c][k] = static_cast<double>(surface.vertices[t[c]][k]);
+    sum += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) + p[0][1] * (p[1][2] * p[2][0] - p[1][0] * p[2][2]) +
+           p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
+  }
+  return sum / 6;
+}
+
+std::string toPly(const Surface& surface) {
+  std::string out = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+      surface.vertices.size(), surface.triangles.size());
+  const std::size_t head = out.size();
+  out.resize(head + 12 * surface.vertices.size() + 13 * surface.triangles.size());
+  char* at = out.data() + head;
+  for (const auto& v : surface.vertices) {
+    std::memcpy(at, v.data(), 12);
+    at += 12;
+  }
+  for (const auto& t : surface.triangles) {
+    *at++ = 3;
+    std::memcpy(at, t.data(), 12);
+    at += 12;
+  }
+  return out;
+}
+
+}  // namespace hapticctl_import

@@ -15,8 +15,8 @@
  * holds what the store should have gained by the work received and did not: it follows the reference at every tick.
  *
  * Controller: a leak above kLeakZone is repaid by damping along the force; the sum below -kDeadZone by damping on the
- * axes whose book is negative. Never with more than the damping that is left to it, never so that a surface pulls; a hand
- * at rest feels no damping force.
+ * axes whose book is negative. Never with more than the damping that is left to it, never so that a surface pulls; a
+ * hand at rest feels no damping force.
  */
 #pragma once
 

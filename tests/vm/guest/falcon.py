@@ -100,8 +100,7 @@ def check_unplugged_and_plugged_in_again():
     eventually(lambda: told()["homed"], "homed")
     with hand.armed():
         eventually(lambda: felt() > 1.0, "the hand feels the wall", 30)
-        player.terminate()
-        player.wait()
+        hand.end(player)
         eventually(lambda: device()["fault"] != 0 and not device()["armed"], "the daemon notices")
     ensure(unit("ActiveState") == "active", unit("ActiveState"))
     play()
@@ -110,8 +109,7 @@ def check_unplugged_and_plugged_in_again():
 
 
 def check_without_it_the_simulator_is_back():
-    player.terminate()
-    player.wait()
+    hand.end(player)
     FIRMWARE.unlink()
     text("systemctl", "reset-failed", UNIT)
     text("systemctl", "restart", UNIT, timeout=120)

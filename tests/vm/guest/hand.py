@@ -4,7 +4,7 @@ import pathlib
 import signal
 import tempfile
 
-from guest.report import background, ctl, device, eventually
+from guest.report import background, ctl, device, eventually, status_json
 
 STIFFNESS = 500.0  # N/m
 SURFACE = -0.010   # m, along z
@@ -15,11 +15,13 @@ def force_z():
 
 
 @contextlib.contextmanager
-def armed():
-    """Holds the lease and the device armed, beyond the ramp."""
-    holder = background("hapticctl", "arm")
+def armed(name=""):
+    """Holds the lease and the first device, or that of the name, armed, beyond the ramp."""
+    def is_armed():
+        return any(d["armed"] for d in status_json()["devices"] if name in ("", d["name"]))
+    holder = background("hapticctl", "arm", *([name] if name else []))
     try:
-        eventually(lambda: device()["armed"], "the device is armed")
+        eventually(is_armed, "the device is armed")
         yield holder
     finally:
         end(holder)
@@ -61,4 +63,5 @@ def end(program):
     if program.poll() is None:
         program.kill()
         program.wait()
-    program.stderr.close()
+    if program.stderr:
+        program.stderr.close()

@@ -1,0 +1,70 @@
+// Contract 1 on the collision detectors.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <thread>
+
+#include "rt/contact/point_field.h"
+#include "rt/contact/sphere_descent.h"
+#include "rt/contact/voxmap.h"
+#include "support/detectors.h"
+#include "support/test_volume.h"
+
+namespace hapticd {
+namespace {
+
+/** Turns and goes up and down, near and away, with leaps: every part of a detector has its turn. */
+int askOften(Detector& detector, const testing::TestVolume& a, const testing::TestVolume& b, int queries) {
+  static ContactSet contacts;
+  int touching = 0;
+  DetectorQuery query;
+  query.a.volume = &a.view;
+  query.b.volume = &b.view;
+  for (int i = 0; i < queries; ++i) {
+    const double t = 0.05 * i;
+    query.a.X_WO_before = query.a.X_WO;
+    query.a.X_WO = {Vec3(0.001 * std::sin(t), 0, 0.019 + 0.003 * std::sin(3 * t)),
+                    Quat(Eigen::AngleAxisd(t, Vec3(1, 2, 3).normalized()))};
+    query.margin = i % 3 == 0 ? 0.0005 : 0;
+    query.budget.units = i % 4 == 0 ? 40 : 0;
+    query.first_only = i % 5 == 0;
+    if (i % 50 == 49) detector.reset();
+    detector.find(query, contacts);
+    touching += contacts.report.touching > 0 ? 1 : 0;
+  }
+  return touching;
+}
+
+TEST(Detectors, AreCleanOnEveryVectorPath) {
+  const testing::TestVolume a = testing::torusVolume(0.012, 0.004, 0.001);
+  const testing::TestVolume b = testing::boxVolume({0.02, 0.02, 0.015}, 0.001);
+  const PointPath best = pointPath();
+  std::vector<std::unique_ptr<Detector>> all;
+  all.push_back(std::make_unique<PointFieldDetector>(10'000));
+  all.push_back(std::make_unique<PointFieldDetector>(10'000, PointFieldOptions{.clustering = Clustering::kMeans}));
+  all.push_back(std::make_unique<SphereDescentDetector>());
+  all.push_back(std::make_unique<SphereDescentDetector>(SphereDescentOptions{.leaf = SphereLeaf::kFieldValue}));
+  all.push_back(std::make_unique<VoxmapDetector>());
+  for (const PointPath path : {PointPath::kPortable, PointPath::kAvx2, PointPath::kAvx512}) {
+    if (!choosePointPath(path)) continue;
+    for (const auto& detector : all) {
+      test::RtViolations seen;
+      bool trapped = false;
+      int touching = 0;
+      std::thread([&] {
+        askOften(*detector, a, b, 60);  // Brings in pages and lazily bound symbols.
+        trapped = test::trapSystemCalls();
+        test::RtScope scope;
+        touching = askOften(*detector, a, b, 200);
+        seen = scope.finish();
+      }).join();
+      EXPECT_TRUE(trapped);
+      EXPECT_EQ(seen, test::RtViolations{}) << detector->name() << " " << nameOf(path);
+      EXPECT_GT(touching, 20) << detector->name();
+    }
+  }
+  ASSERT_TRUE(choosePointPath(best));
+}
+
+}  // namespace
+}  // namespace hapticd

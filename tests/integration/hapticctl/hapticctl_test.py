@@ -183,6 +183,28 @@ class WithDaemon(Case):
         line = json.loads(self.run_ctl("--json", "monitor", "--rate", "10", "--duration", "0.2").stdout.splitlines()[0])
         self.assertEqual(len(line["p"]), 3)
 
+    def test_import(self):
+        """A scan becomes a solid in one command, by a program that hapticctl finds on PATH."""
+        path = self.directory / "ball.mha"
+        header = "NDims = 3\nDimSize = 20 20 20\nElementSpacing = 1 1 2\nElementType = MET_SHORT\nElementDataFile = LOCAL\n"
+        at = [(x - 9.5, y - 9.5, 2 * (z - 9.5)) for z in range(20) for y in range(20) for x in range(20)]
+        path.write_bytes(header.encode() + b"".join(struct.pack("<h", round(1000 - 100 * math.hypot(*p))) for p in at))
+        paths = {"PATH": f"{BUILD / 'tools/hapticctl-import'}:{HAPTICCTL.parent}:{os.environ['PATH']}",
+                 "HAPTICD_SOCKET": str(self.socket)}
+        command = [HAPTICCTL, "import", path, "--iso", "300", "--voxel", "0.5", "--center", "--at", "0,0,-0.3"]
+        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **SILENT, **paths}, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("MetaImage: 20 x 20 x 20 values, 1 x 1 x 2 mm apart", done.stdout)
+        self.assertIn("volume: voxels of 0.5 mm", done.stdout)
+        mesh = [m for m in self.json("get", "/meshes").values() if m["voxel"] == 0.0005000000237487257]
+        self.assertEqual(len(mesh), 1)
+        self.assertAlmostEqual(mesh[0]["upper"][2], 0.007, delta=0.0002)  # where 1000 - 100 r is 300
+        self.run_ctl("remove", "ball")
+        failed = subprocess.run([*command[:3], "--iso", "5000"], capture_output=True, text=True,
+                                env={**os.environ, **paths}, check=False)
+        self.assertEqual(failed.returncode, 5)
+        self.assertIn("there is no surface", failed.stderr)
+
     def test_scene(self):
         path = self.file("t.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
         loaded = self.json("load", path, "--scale", "mm", "--name", "tetra", "--at", "0,0,-0.05", "--friction", "0.4,0.3")
@@ -194,7 +216,7 @@ class WithDaemon(Case):
         self.assertIn("no triangle has an area", gone)  # 5 mm long, all within 10
         solid = self.json("load", path, "--scale", "mm", "--voxel", "1", "--points", "2", "--name", "solid", "--at", "0,0,0.2")
         self.assertTrue(any(note.startswith("volume: voxels of 1 mm") for note in solid["notes"]), solid["notes"])
-        self.assertAlmostEqual(self.json("get", f"/meshes/{solid['id']}")["voxel"], 0.001)
+        self.assertAlmostEqual(self.json("get", f"/meshes/{solid['mesh']}")["voxel"], 0.001)
         self.assertIn("MB to build", self.run_ctl("load", path, "--scale", "mm", "--voxel", "0.002", exit_code=1).stderr)
         self.run_ctl("remove", "solid")
         again = self.json("load", path, "--size", "0.1", "--name", "tetra", "--replace", "--rotate", "z,90")

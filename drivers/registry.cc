@@ -5,6 +5,7 @@
 #include "drivers/driver.h"
 #include "drivers/falcon/falcon_driver.h"
 #include "drivers/hidpid/hidpid_driver.h"
+#include "drivers/pantograph/pantograph_driver.h"
 #include "drivers/parameters.h"
 #include "drivers/replay/replay_driver.h"
 #include "drivers/sim/sim_driver.h"
@@ -16,7 +17,7 @@ namespace {
 
 /** Every driver, hardware first. A driver folder adds one line. */
 constexpr const Driver* kDrivers[] = {
-    &kFalconDriver, &kWoodyDriver, &kHidPidDriver, &kSpaceMouseDriver, &kSimDriver, &kReplayDriver,
+    &kFalconDriver, &kWoodyDriver, &kHidPidDriver, &kPantographDriver, &kSpaceMouseDriver, &kSimDriver, &kReplayDriver,
 };
 
 /** Schemes that mean something to haptics people and that this build cannot open. */

@@ -25,7 +25,7 @@ ROOMS = {
                            {"Eigen", "CLI", "fmt", "nlohmann", "benchmark", "assimp", "hdf5.h", "fcl",
                             "BulletCollision", "btBulletCollisionCommon.h"}),
     # Never a driver's own folder: with its encoders the played device would agree with its bugs.
-    "tools/haptic-emu": ({"tools/haptic-emu", "drivers/usb", "drivers/hid", "drivers/sim/body.h",
+    "tools/haptic-emu": ({"tools/haptic-emu", "drivers/usb", "drivers/hid", "drivers/serial", "drivers/sim/body.h",
                           "drivers/sim/linear_step.h", "rt/base"}, {"Eigen", "CLI", "fmt"}),
 }
 # Libraries that only one place may see, whatever the table says.

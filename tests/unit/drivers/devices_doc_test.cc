@@ -8,6 +8,7 @@
 #include "drivers/falcon/falcon_parameters.h"
 #include "drivers/hidpid/hidpid_parameters.h"
 #include "drivers/number.h"
+#include "drivers/pantograph/pantograph_parameters.h"
 #include "drivers/replay/replay_device.h"
 #include "drivers/sim/sim_parameters.h"
 #include "drivers/spacemouse/spacemouse_parameters.h"
@@ -75,6 +76,7 @@ TEST(DevicesPage, ListsEveryKeyOfTheFalcon) { expectInPage(keyTable(falconParame
 TEST(DevicesPage, ListsEveryKeyOfWoodenHaptics) { expectInPage(keyTable(woodyParameterTable())); }
 TEST(DevicesPage, ListsEveryKeyOfTheSpaceMouse) { expectInPage(keyTable(spaceMouseParameterTable())); }
 TEST(DevicesPage, ListsEveryKeyOfForceFeedback) { expectInPage(keyTable(hidPidParameterTable())); }
+TEST(DevicesPage, ListsEveryKeyOfThePantograph) { expectInPage(keyTable(pantographParameterTable())); }
 TEST(DevicesPage, ListsEveryPreset) { expectInPage(presetTable()); }
 
 }  // namespace

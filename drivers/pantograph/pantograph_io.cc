@@ -1,0 +1,138 @@
+#include "drivers/pantograph/pantograph_io.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hapticd {
+namespace {
+
+constexpr double kRadians = 3.14159265358979323846 / 180;
+using pantograph::Vec2;
+
+/** Seen by the operator the device's x goes to the left, its y toward them. */
+Vec3 toWorld(const Vec2& v_D) { return {v_D.y(), -v_D.x(), 0}; }
+Vec2 toDevice(const Vec3& v_W) { return {-v_W.y(), v_W.x()}; }
+
+}  // namespace
+
+Result<void> PantographIo::open(const std::atomic<bool>& stop) {
+  if (auto opened = line_->open(); !opened) return opened;
+  open_ = true;
+  known_ = asked_ = saturated_ = false;
+  bad_in_a_row_ = 0;
+  parser_.reset();
+  dropped_ = parser_.dropped();
+  const auto counts = static_cast<float>(setup_.parameters.counts_per_turn);
+  const bool clockwise = setup_.parameters.clockwise;
+  const std::array<pantograph::Encoder, 2> encoders = {{{180, counts, clockwise}, {0, counts, clockwise}}};
+  bool told = line_->write(pantograph::encodeReset()) && line_->write(pantograph::encodeSetup(encoders, clockwise));
+  const std::int64_t give_up_ns = line_->now() + kFirstWord_ns;
+  while (told && !stop.load(std::memory_order_relaxed) && line_->now() < give_up_ns) {
+    told = line_->write(pantograph::encodeTorques({}));
+    std::array<std::uint8_t, 64> buffer{};
+    for (const std::int64_t until_ns = line_->now() + kAnswer_ns; told && line_->now() < until_ns;) {
+      std::size_t size = 0;
+      told = line_->read(buffer, size, until_ns);
+      parser_.feed({buffer.data(), size});
+      if (!parser_.next()) continue;
+      calibration_.store(Calibration::kDone);
+      heard_ns_ = next_ns_ = line_->now();
+      return {};
+    }
+  }
+  return Error{ErrorCode::kTimeout, setup_.info.uri, "the board does not answer as a two-motor Haply board does",
+               "is it the right tty? ls -l /dev/serial/by-id names them"};
+}
+
+void PantographIo::close() noexcept {
+  for (int i = 0; i < kZeros && open_; ++i) (void)line_->write(pantograph::encodeTorques({}));
+  open_ = false;
+  line_->close();
+  calibration_.store(Calibration::kNeeded);
+}
+
+void PantographIo::safe() noexcept {
+  for (int i = 0; i < kZeros; ++i) line_->lastWords(pantograph::encodeTorques({}));
+}
+
+bool PantographIo::listen(DeviceLink& link, std::int64_t until_ns) noexcept {
+  std::array<std::uint8_t, 256> buffer;
+  std::size_t size = 0;
+  if (!line_->read(buffer, size, until_ns)) return false;
+  parser_.feed({buffer.data(), size});
+  while (const auto degrees = parser_.next()) take(*degrees, link);
+  LinkCounters::add(link.counters.dropped_bytes, parser_.dropped() - dropped_);
+  dropped_ = parser_.dropped();
+  return true;
+}
+
+bool PantographIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
+  while (line_->now() < until_ns) {
+    const std::int64_t due_ns = asked_ ? asked_ns_ + kAnswer_ns : next_ns_;
+    if (line_->now() < due_ns && !listen(link, std::min(until_ns, due_ns))) return false;
+    const std::int64_t now_ns = line_->now();
+    if (now_ns - heard_ns_ >= kSilent_ns) return false;
+    if (asked_ && now_ns - asked_ns_ >= kAnswer_ns) {
+      LinkCounters::add(link.counters.lost);
+      asked_ = false;
+      parser_.reset();  // Half an answer would spoil the next.
+    }
+    if (asked_ || now_ns < next_ns_) continue;
+    next_ns_ = std::max(next_ns_ + kPeriod_ns, now_ns);
+    asked_ns_ = now_ns;
+    asked_ = true;
+    if (!line_->write(pantograph::encodeTorques(torquesFor(link.command(now_ns), now_ns)))) return false;
+  }
+  return true;
+}
+
+void PantographIo::take(const std::array<float, pantograph::kJoints>& degrees, DeviceLink& link) noexcept {
+  const std::int64_t now_ns = line_->now();
+  heard_ns_ = now_ns;
+  LinkCounters::add(link.counters.exchanges);
+  if (asked_) link.round_trip.record(now_ns - asked_ns_);
+  asked_ = false;
+  if (calibration_.load() != Calibration::kDone) return;
+  const double ms = std::clamp(static_cast<double>(now_ns - reading_ns_) * 1e-6, 1.0, 5.0);
+  bool plausible = true;
+  for (std::size_t i = 0; known_ && i < pantograph::kJoints; ++i) {
+    plausible = plausible && std::abs(degrees[i] - last_deg_[i]) <= kMostDegreesPerMs * ms;
+  }
+  const pantograph::Grip grip = pantograph::gripAt({}, kRadians * Vec2(degrees[0], degrees[1]));
+  if (!plausible || !grip.reachable) {
+    LinkCounters::add(link.counters.rejected);
+    if (++bad_in_a_row_ < kBadInARow) return;
+    // It stays where it cannot be: counts were lost. Only setting it up again makes that good.
+    calibration_.store(Calibration::kNeeded);
+    known_ = false;
+    link.publishStatus(kDeviceError);
+    return;
+  }
+  bad_in_a_row_ = 0;
+  grip_ = grip;
+  last_deg_ = degrees;
+  known_ = true;
+  reading_ns_ = now_ns;
+  DeviceSample sample;
+  sample.t_ns = now_ns;
+  sample.p = toWorld(grip_.p - Vec2(pantograph::Bars{}.d / 2, setup_.parameters.centre));
+  sample.status = saturated_ ? kDeviceSaturated : kDeviceOk;
+  link.publish(sample);
+}
+
+std::array<float, pantograph::kJoints> PantographIo::torquesFor(const DeviceCommand& command,
+                                                                std::int64_t now_ns) noexcept {
+  saturated_ = false;
+  const bool trusted = known_ && calibration_.load() == Calibration::kDone && now_ns - reading_ns_ <= kTrust_ns;
+  if (!command.enabled || !trusted) return {};
+  Vec2 force = toDevice(command.force);
+  const double most = force.cwiseAbs().maxCoeff();
+  if (!(most > 0) || !std::isfinite(most) || !force.allFinite()) return {};
+  const double length = (force / most).norm();
+  saturated_ = most > setup_.parameters.max_force / length;
+  if (saturated_) force = (force / most) * (setup_.parameters.max_force / length);
+  const Vec2 torque = setup_.parameters.torque_scale * (grip_.jacobian.transpose() * force);
+  return {static_cast<float>(torque[0]), static_cast<float>(torque[1])};
+}
+
+}  // namespace hapticd

@@ -1,0 +1,61 @@
+/** @file
+ * A pantograph at work: it is told two torques and answers with two angles.
+ */
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "drivers/link/device_io.h"
+#include "drivers/pantograph/pantograph_parameters.h"
+#include "drivers/pantograph/pantograph_protocol.h"
+
+namespace hapticd {
+
+/**
+ * The board counts from where the arms are when it is set up: both straight out, or every place is wrong. Nothing is
+ * known of a watchdog in it, so zeros are sent on every way out.
+ */
+class PantographIo final : public DeviceIo {
+ public:
+  static constexpr std::int64_t kPeriod_ns = 1'000'000;
+  static constexpr std::int64_t kAnswer_ns = 5'000'000;  ///< An answer that has not come by then is lost.
+  static constexpr std::int64_t kTrust_ns = 10'000'000;  ///< Age of a reading by which forces may still be computed.
+  static constexpr std::int64_t kFirstWord_ns = 1'000'000'000;
+  static constexpr std::int64_t kSilent_ns = 1'000'000'000;  ///< Silence after which the board counts as gone.
+  static constexpr double kMostDegreesPerMs = 5;             ///< Of an arm: 14 turns a second.
+  static constexpr int kBadInARow = 20;
+  static constexpr int kZeros = 3;
+
+  explicit PantographIo(PantographSetup setup) : setup_(std::move(setup)), line_(setup_.line()) {}
+  ~PantographIo() override { close(); }
+  PantographIo(const PantographIo&) = delete;
+  PantographIo& operator=(const PantographIo&) = delete;
+
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return setup_.info; }
+  [[nodiscard]] Calibration calibration() const noexcept override { return calibration_.load(); }
+  [[nodiscard]] Result<void> open(const std::atomic<bool>& stop) override;
+  void close() noexcept override;
+  [[nodiscard]] bool exchange(DeviceLink& link, std::int64_t until_ns) noexcept override;
+  void safe() noexcept override;
+
+ private:
+  [[nodiscard]] bool listen(DeviceLink& link, std::int64_t until_ns) noexcept;
+  void take(const std::array<float, pantograph::kJoints>& degrees, DeviceLink& link) noexcept;
+  [[nodiscard]] std::array<float, pantograph::kJoints> torquesFor(const DeviceCommand& command,
+                                                                  std::int64_t now_ns) noexcept;
+
+  PantographSetup setup_;
+  std::unique_ptr<SerialTransport> line_;
+  pantograph::Parser parser_;
+  std::atomic<Calibration> calibration_{Calibration::kNeeded};
+  pantograph::Grip grip_;
+  std::array<float, pantograph::kJoints> last_deg_{};
+  std::int64_t reading_ns_ = 0, heard_ns_ = 0, asked_ns_ = 0, next_ns_ = 0;
+  std::uint64_t dropped_ = 0;
+  bool open_ = false, known_ = false, asked_ = false, saturated_ = false;
+  int bad_in_a_row_ = 0;
+};
+
+}  // namespace hapticd

@@ -163,7 +163,7 @@ TEST(HidPid, ALateServoIsFollowedByDamperAndSpringForAShortTime) {
   const Vec3 pulled = stick.model.force();
   EXPECT_GT(pulled.x(), 0.05);
   EXPECT_GT(pulled.y(), 0.05);
-  EXPECT_LE(pulled.cwiseAbs().maxCoeff(), 2 * 0.25 * PidModel::kFullForce + 0.01);
+  EXPECT_LE(pulled.cwiseAbs().maxCoeff(), 0.25 * PidModel::kFullForce + 0.02);
   stick.advance(HidPidIo::kFallback_ms + 1);
   EXPECT_TRUE(stick.model.force().isZero(0));
   // Not again and again: once, until somebody commands again.

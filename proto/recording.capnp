@@ -9,7 +9,7 @@ using Cxx = import "/capnp/c++.capnp";
 $Cxx.namespace("hapticd::proto");
 
 const recordingMajor :UInt16 = 1;   # readers refuse another one
-const recordingMinor :UInt16 = 0;   # fields were added
+const recordingMinor :UInt16 = 1;   # fields were added; 1: texturePart
 const ordersVersion :UInt16 = 1;    # layout of the daemon's own orders (rt/command.h); a reader refuses another one
 
 struct Block {
@@ -18,6 +18,7 @@ struct Block {
     meshPart @1 :MeshPart;          # parts of a mesh follow each other, and stand before the first cycle that uses it
     cycles @2 :List(CycleRecord);
     end @3 :End;                    # the last, unless the recording was cut off
+    texturePart @4 :TexturePart;    # parts of a relief follow each other; before the first cycle that uses it
   }
 }
 
@@ -90,6 +91,33 @@ struct MeshPart {
   size @1 :UInt64;                  # of the whole snapshot (proto/snapshot.h)
   offset @2 :UInt64;                # of this part
   bytes @3 :Data;
+}
+
+struct TexturePart {
+  entry @0 :UInt32;                 # of the texture table; orders name it by one more
+  union {
+    relief @1 :ReliefPart;
+    vibration @2 :Vibration;        # always whole
+  }
+}
+
+struct ReliefPart {
+  width @0 :UInt32;                 # of the whole picture, pixels
+  height @1 :UInt32;
+  offset @2 :UInt32;                # of the first pixel of this part, counted row by row from the upper edge
+  pixels @3 :List(UInt16);          # grey
+}
+
+struct Vibration {                  # as the servo reads it: models at its rate (docs/surfaces.md)
+  models @0 :List(VibrationModel);
+  triangles @1 :List(UInt16);       # three models each
+}
+
+struct VibrationModel {
+  speed @0 :Float64;                # m/s
+  force @1 :Float64;                # N
+  power @2 :Float64;                # of the acceleration, m^2/s^4
+  reflection @3 :List(Float64);     # coefficients of the lattice
 }
 
 struct CycleRecord {

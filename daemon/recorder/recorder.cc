@@ -46,9 +46,10 @@ Recorder::~Recorder() {
   log_->~CycleLog();
 }
 
-void Recorder::begin(RecordingHeader header, std::vector<Mesh> meshes) {
+void Recorder::begin(RecordingHeader header, std::vector<Mesh> meshes, std::vector<Texture> textures) {
   header.meshes = static_cast<std::uint32_t>(meshes.size());
   meshes_ = std::move(meshes);
+  textures_ = std::move(textures);
   thread_ = std::thread([this, header = std::move(header)]() mutable { run(std::move(header)); });
   pthread_setname_np(thread_.native_handle(), "recorder");
 }
@@ -57,6 +58,11 @@ void Recorder::add(Mesh mesh) {
   const std::lock_guard lock(mutex_);
   mesh.after = log_->pushed();
   meshes_.push_back(std::move(mesh));
+}
+
+void Recorder::add(PublishedTexture texture) {
+  const std::lock_guard lock(mutex_);
+  textures_.push_back({log_->pushed(), std::move(texture)});
 }
 
 void Recorder::finish(const std::string& reason) {
@@ -94,22 +100,32 @@ void Recorder::run(RecordingHeader header) {
   done_.store(true, std::memory_order_release);
 }
 
-/** What the log and the meshes hold, each mesh before the first cycle that may use it. */
+/** Meshes and textures that the next cycle may use. */
+bool Recorder::writeDue(RecordingWriter& writer) {
+  const auto takeDue = [this](auto& waiting) {
+    std::remove_reference_t<decltype(waiting)> due;
+    const std::lock_guard lock(mutex_);
+    while (!waiting.empty() && waiting.front().after <= taken_) {
+      due.push_back(std::move(waiting.front()));
+      waiting.erase(waiting.begin());
+    }
+    return due;
+  };
+  for (const Mesh& mesh : takeDue(meshes_)) {
+    if (!writer.mesh(mesh.entry, mesh.bytes())) return false;
+  }
+  for (const Texture& due : takeDue(textures_)) {
+    if (!writer.texture(due.texture.entry, *due.texture.memory->view())) return false;
+  }
+  return true;
+}
+
+/** What the log holds, and before each cycle what it may use. */
 bool Recorder::drain(RecordingWriter& writer) {
   LoggedCycle cycle;
   std::array<Command, kMaxCommandsPerCycle> commands;
   while (true) {
-    std::vector<Mesh> due;
-    {
-      const std::lock_guard lock(mutex_);
-      while (!meshes_.empty() && meshes_.front().after <= taken_) {
-        due.push_back(std::move(meshes_.front()));
-        meshes_.erase(meshes_.begin());
-      }
-    }
-    for (const Mesh& mesh : due) {
-      if (!writer.mesh(mesh.entry, mesh.bytes())) return false;
-    }
+    if (!writeDue(writer)) return false;
     if (!log_->pop(cycle, commands)) return writer.good();
     ++taken_;
     restore(cycle, commands, cycle_->input, cycle_->sent);

@@ -17,6 +17,7 @@
 
 #include "daemon/memfd.h"
 #include "daemon/recording/writer.h"
+#include "daemon/scene/texture_store.h"
 #include "rt/cycle/cycle_log.h"
 
 namespace hapticd {
@@ -38,6 +39,12 @@ class Recorder {
     }
   };
 
+  /** A texture, likewise. */
+  struct Texture {
+    std::uint64_t after = 0;
+    PublishedTexture texture;
+  };
+
   /** The log and the stream; the log is locked if `lock`. */
   [[nodiscard]] static Result<std::unique_ptr<Recorder>> create(bool lock);
   /** Ends at once; what is not written is lost. The servo has let go of the log. */
@@ -48,9 +55,10 @@ class Recorder {
   [[nodiscard]] UniqueFd takeStream() { return std::move(reader_end_); }
 
   /** Starts the thread. */
-  void begin(RecordingHeader header, std::vector<Mesh> meshes);
-  /** A mesh that is published from now on. */
+  void begin(RecordingHeader header, std::vector<Mesh> meshes, std::vector<Texture> textures);
+  /** What is published from now on. */
   void add(Mesh mesh);
+  void add(PublishedTexture texture);
   /** The servo has let go of the log: writes the rest and the end. The first reason stays. */
   void finish(const std::string& reason);
   /** Nothing more is written: finished, given up, or cycles were lost. */
@@ -62,6 +70,7 @@ class Recorder {
   Recorder() = default;
   void run(RecordingHeader header);
   bool drain(RecordingWriter& writer);
+  bool writeDue(RecordingWriter& writer);
   bool send(std::span<const std::byte> bytes);
 
   Mapping log_memory_;
@@ -73,6 +82,7 @@ class Recorder {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<Mesh> meshes_;           ///< Not written yet, `after` rising. Under the mutex.
+  std::vector<Texture> textures_;      ///< Likewise.
   std::optional<std::string> reason_;  ///< Under the mutex.
   std::atomic<bool> abandon_{false};
   std::atomic<bool> done_{false};

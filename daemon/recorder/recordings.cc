@@ -64,6 +64,11 @@ RecordingHeader describe(const GroupLink& link, const DeviceManager& devices) {
 Recordings::Recordings(SceneModel& scene, MeshStore& meshes, SessionManager& sessions, bool lock)
     : scene_(scene), meshes_(meshes), sessions_(sessions), lock_(lock) {
   meshes_.onPublish([this](CommandSink& sink, const PublishedMesh& mesh) { published(sink, mesh); });
+  scene_.textures().onPublish([this](CommandSink& sink, const PublishedTexture& texture) {
+    for (auto& [id, recording] : all_) {
+      if (recording.link == &sink && recording.reason.empty()) recording.recorder->add(texture);
+    }
+  });
 }
 
 Recordings::~Recordings() {
@@ -83,12 +88,6 @@ Result<void> Recordings::mayRecord(const OpenDevice& device, const Client& by) c
                    fmt::format("its group is being recorded by '{}' (pid {})", recording.by.name, recording.by.pid),
                    "wait for its end"};
     }
-  }
-  for (const TextureInfo* texture : scene_.textures().list()) {
-    if (texture->uses == 0) continue;
-    return Error{ErrorCode::kUnsupported, fmt::format("/textures/{}", texture->id),
-                 "a surface shows it, and a recording holds no textures: its replay would feel something else",
-                 "set relief and vibration of that surface to 0"};
   }
   for (const Session* session : sessions_.all()) {
     if (by.administration || session->link != device.link || session->client.uid == by.uid) continue;
@@ -112,6 +111,7 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
   RecordingHeader header = describe(link, devices);
   header.flush_denormals = link.group().options().threads;
   std::vector<Recorder::Mesh> meshes;
+  std::vector<Recorder::Texture> textures;
   Result<void> outcome;
   // Made of orders, as for a servo that has just started, and not a copy of its insides: docs/recording.md says why.
   const auto begin = [&](Servo& servo) {
@@ -134,6 +134,7 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
       }
       meshes.push_back(std::move(*kept));
     }
+    for (PublishedTexture& texture : scene_.textures().published(link)) textures.push_back({0, std::move(texture)});
     start.tick = servo.lastInput().tick;
     start.now_ns = servo.lastInput().now_ns;
     servo.publishPoses();  // where clients moved things, up to this cycle
@@ -146,7 +147,7 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
   if (!outcome) return outcome.error();
 
   Started started{next_++, (*recorder)->takeStream()};
-  (*recorder)->begin(std::move(header), std::move(meshes));
+  (*recorder)->begin(std::move(header), std::move(meshes), std::move(textures));
   Recording& recording = all_[started.id];
   recording.recorder = std::move(*recorder);
   recording.link = &link;

@@ -8,6 +8,7 @@
 
 #include "daemon/recording/block.h"
 #include "daemon/recording/convert.h"
+#include "daemon/recording/texture.h"
 
 namespace hapticd {
 namespace {
@@ -43,6 +44,8 @@ struct RecordingReader::State {
   std::optional<RecordedMesh> mesh;  ///< Not whole yet.
   std::uint64_t mesh_size = 0;
   std::vector<RecordedMesh> meshes;
+  TextureParts texture_parts;
+  std::vector<RecordedTexture> textures;
   std::optional<RecordingEnd> end;
 };
 
@@ -67,6 +70,7 @@ Result<void> RecordingReader::State::takeBlock(proto::Block::Reader block) {
   if (block.isHeader() == started) return refuse(started ? "a second header" : "a recording starts with its header");
   if (end) return refuse("something follows the end");
   if (mesh && !block.isMeshPart()) return refuse("a mesh is not whole");
+  if (texture_parts.pending() && !block.isTexturePart()) return refuse("a relief is not whole");
   switch (block.which()) {
     case proto::Block::HEADER: {
       auto read = hapticd::read(block.getHeader());
@@ -78,6 +82,12 @@ Result<void> RecordingReader::State::takeBlock(proto::Block::Reader block) {
     }
     case proto::Block::MESH_PART:
       return takeMeshPart(block.getMeshPart());
+    case proto::Block::TEXTURE_PART: {
+      auto texture = texture_parts.take(block.getTexturePart());
+      if (!texture) return texture.error();
+      if (*texture) textures.push_back(std::move(**texture));
+      return {};
+    }
     case proto::Block::CYCLES:
       cycles = block.getCycles();
       cycle_index = 0;
@@ -175,6 +185,8 @@ Result<bool> RecordingReader::next(RecordedCycle& cycle) {
 }
 
 std::vector<RecordedMesh> RecordingReader::takeMeshes() { return std::exchange(state_->meshes, {}); }
+
+std::vector<RecordedTexture> RecordingReader::takeTextures() { return std::exchange(state_->textures, {}); }
 
 const std::optional<RecordingEnd>& RecordingReader::end() const { return state_->end; }
 

@@ -29,8 +29,10 @@ class RecordingReader {
 
   /** The next cycle; false at the end. */
   [[nodiscard]] Result<bool> next(RecordedCycle& cycle);
-  /** The meshes that stood since the last call before the cycle that next() gave. */
+  /** The meshes and textures that stood since the last call before the cycle that next() gave. */
   [[nodiscard]] std::vector<RecordedMesh> takeMeshes();
+
+  [[nodiscard]] std::vector<RecordedTexture> takeTextures();
 
   /** How it ended, once next() has said false: nothing if it was cut off, as by a crash. */
   [[nodiscard]] const std::optional<RecordingEnd>& end() const;

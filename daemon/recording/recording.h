@@ -40,6 +40,18 @@ struct RecordedMesh {
   std::vector<std::byte> bytes;
 };
 
+/** A texture as the servo of the recording read it. */
+struct RecordedTexture {
+  std::uint32_t entry = 0;  ///< Of the texture table.
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::uint16_t> pixels;  ///< Of a relief; else empty.
+  std::vector<VibrationModel> models;
+  std::vector<VibrationView::Corners> triangles;
+
+  /** Points into this. */
+  [[nodiscard]] TextureView view() const;
+};
+
 struct RecordingEnd {
   std::string reason;
   std::uint64_t cycles = 0;

@@ -18,6 +18,11 @@ struct ReplayedMesh {
   MeshView view;
 };
 
+struct ReplayedTexture {
+  RecordedTexture memory;
+  TextureView view;
+};
+
 namespace {
 
 Result<std::unique_ptr<ReplayedMesh>> makeMesh(const RecordedMesh& mesh) {
@@ -93,10 +98,21 @@ Result<void> Replayer::takeMeshes() {
   return {};
 }
 
+void Replayer::takeTextures() {
+  for (RecordedTexture& recorded : reader_.takeTextures()) {
+    auto texture = std::make_unique<ReplayedTexture>();
+    texture->memory = std::move(recorded);
+    texture->view = texture->memory.view();
+    table_->publishTexture(texture->memory.entry, &texture->view);
+    textures_.push_back(std::move(texture));
+  }
+}
+
 Result<bool> Replayer::readOne() {
   auto more = reader_.next(*recorded_);
   if (!more) return more;
   if (auto r = takeMeshes(); !r) return r.error();
+  takeTextures();
   ahead_ = *more;
   over_ = !*more;
   return more;

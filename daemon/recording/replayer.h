@@ -13,6 +13,7 @@
 namespace hapticd {
 
 struct ReplayedMesh;
+struct ReplayedTexture;
 
 /** A recording in step with a cycle of its own. Any one thread. */
 class Replayer {
@@ -33,11 +34,13 @@ class Replayer {
  private:
   explicit Replayer(RecordingReader reader);
   Result<void> takeMeshes();
+  void takeTextures();
   Result<bool> readOne();
 
   RecordingReader reader_;
   std::unique_ptr<MeshTable> table_;
   std::vector<std::unique_ptr<ReplayedMesh>> meshes_;  ///< A former one of the same entry may still be shown.
+  std::vector<std::unique_ptr<ReplayedTexture>> textures_;
   std::unique_ptr<Cycle> cycle_;
   std::unique_ptr<RecordedCycle> recorded_;
   std::unique_ptr<CycleOutput> output_;

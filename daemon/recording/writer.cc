@@ -6,6 +6,7 @@
 
 #include "daemon/recording/block.h"
 #include "daemon/recording/convert.h"
+#include "daemon/recording/texture.h"
 
 namespace hapticd {
 namespace {
@@ -50,6 +51,14 @@ bool RecordingWriter::mesh(std::uint32_t entry, std::span<const std::byte> snaps
       builder.setOffset(offset);
       builder.setBytes({reinterpret_cast<const kj::byte*>(part.data()), part.size()});
     });
+  }
+  return good_;
+}
+
+bool RecordingWriter::texture(std::uint32_t entry, const TextureView& texture) {
+  flush();
+  for (std::uint32_t part = 0; part < partsOf(texture); ++part) {
+    block([&](proto::Block::Builder out) { writePart(entry, texture, part, out.initTexturePart()); });
   }
   return good_;
 }

@@ -26,6 +26,8 @@ class RecordingWriter {
   bool header(const RecordingHeader& header);
   /** A mesh, before the first cycle that uses it. Writes out the cycles that wait. */
   bool mesh(std::uint32_t entry, std::span<const std::byte> snapshot);
+  /** A texture, likewise. */
+  bool texture(std::uint32_t entry, const TextureView& texture);
   /** Keeps the cycle; writes a block when kMostCycles wait. */
   bool cycle(const RecordedCycle& cycle);
   /** Writes out the cycles that wait. */

@@ -4,15 +4,13 @@
 
 #include <algorithm>
 
-#include "daemon/scene/texture_memory.h"
-
 namespace hapticd {
 
 /** One entry of the texture tables: what was uploaded, and a copy of it for each servo's rate. */
 struct TextureStore::Entry {
   TextureInfo info;
   Texture texture;
-  std::map<CommandSink*, TextureMemory> copies;
+  std::map<CommandSink*, std::shared_ptr<const TextureMemory>> copies;
   bool dropped = false;
   std::map<CommandSink*, std::uint64_t> waits_for;  ///< Ticket each servo has to pass before the memory goes.
 };
@@ -57,9 +55,21 @@ Result<void> TextureStore::publish(std::uint32_t index, CommandSink& sink) {
   Entry& entry = *entries_[index];
   auto memory = layOut(entry.texture, sink.periodNs(), lock_);
   if (!memory) return memory.error();
-  const TextureMemory& copy = entry.copies.insert_or_assign(&sink, std::move(*memory)).first->second;
-  sink.meshes().publishTexture(index, copy.view());
+  const auto copy = std::make_shared<const TextureMemory>(std::move(*memory));
+  entry.copies.insert_or_assign(&sink, copy);
+  sink.meshes().publishTexture(index, copy->view());
+  if (published_) published_(sink, {index, copy});
   return {};
+}
+
+std::vector<PublishedTexture> TextureStore::published(CommandSink& sink) const {
+  std::vector<PublishedTexture> out;
+  for (std::uint32_t i = 0; i < kMaxTextures; ++i) {
+    if (entries_[i] == nullptr) continue;
+    if (const auto copy = entries_[i]->copies.find(&sink); copy != entries_[i]->copies.end())
+      out.push_back({i, copy->second});
+  }
+  return out;
 }
 
 void TextureStore::unpublish(std::uint32_t index) {

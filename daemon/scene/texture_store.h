@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "daemon/scene/command_sink.h"
 #include "daemon/scene/object.h"
 #include "daemon/scene/texture.h"
+#include "daemon/scene/texture_memory.h"
 
 namespace hapticd {
 
@@ -26,6 +28,12 @@ struct TextureInfo {
   std::uint64_t bytes = 0;              ///< For each servo.
   std::uint32_t uses = 0;               ///< Surfaces that show it.
   Client owner;
+};
+
+/** A texture as one servo reads it. */
+struct PublishedTexture {
+  std::uint32_t entry = 0;                      ///< Of the servo's texture table.
+  std::shared_ptr<const TextureMemory> memory;  ///< Stays as it is for as long as somebody holds it.
 };
 
 /** Control thread only. */
@@ -57,6 +65,11 @@ class TextureStore {
   [[nodiscard]] Result<void> attach(CommandSink& sink);
   void detach(CommandSink& sink);
 
+  /** What stands in that servo's table. */
+  [[nodiscard]] std::vector<PublishedTexture> published(CommandSink& sink) const;
+  /** Told of each texture when it is published, before any order can name it. */
+  void onPublish(std::function<void(CommandSink&, const PublishedTexture&)> f) { published_ = std::move(f); }
+
   /** Unmaps what every servo has passed. Call every few milliseconds. */
   void reclaim();
 
@@ -70,6 +83,7 @@ class TextureStore {
   std::array<std::unique_ptr<Entry>, kMaxTextures> entries_;
   std::map<std::uint64_t, std::uint32_t> by_id_;
   std::uint64_t next_id_ = 1;
+  std::function<void(CommandSink&, const PublishedTexture&)> published_;
 };
 
 }  // namespace hapticd

@@ -47,8 +47,7 @@ Vec3 Passivity::control(const Vec3& f, const Vec3& v, const Vec3& v_buzz, const 
   if (largest > 0) {
     weight /= largest;
     const double rate = weight.dot(v.cwiseProduct(v));
-    const double damping =
-        dampingFor(-ahead.sum() - kDeadZone, rate, kRepay_s, max_damping_ - used);
+    const double damping = dampingFor(-ahead.sum() - kDeadZone, rate, kRepay_s, max_damping_ - used);
     out -= damping * weight.cwiseProduct(v);
     used += damping;
   }

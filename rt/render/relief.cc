@@ -17,6 +17,7 @@ struct Taps {
 std::uint32_t mirrored(double i, std::uint32_t count) HD_RT {
   const double period = 2.0 * count;
   const double at = i - period * std::floor(i / period);  // Exact for all that can be touched.
+  if (!(at >= 0 && at < period)) return 0;                // Beyond: of a recording that somebody made up.
   const auto k = static_cast<std::uint32_t>(at);
   return k < count ? k : 2 * count - 1 - k;
 }

@@ -1,6 +1,12 @@
-// Surfaces in recordings: what needs no texture is kept, and a shown texture is a reason to refuse.
+// Surfaces in recordings: what a hand feels of them is felt again, textures and all.
+#include <capnp/message.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+
+#include "daemon/recording/block.h"
+#include "proto/recording.capnp.h"
 #include "tests/recording/taken.h"
 #include "tests/support/texture_upload.h"
 
@@ -36,25 +42,160 @@ TEST(RecordingSurfaces, TransientsAndShadingAreKept) {
   EXPECT_EQ(verdict->differing, 0u) << verdict->first;
 }
 
-TEST(RecordingSurfaces, AShownTextureIsAReasonToRefuse) {
+/** A bench with a wall that shows what is uploaded, and a hand that rubs it. */
+struct Rubbed {
   Bench bench;
-  const Client root = bench.core.client(bench.administration);
-  auto texture = parseTexture(testing::reliefUpload(2, 2, {1, 2, 3, 4}));
-  ASSERT_TRUE(texture.ok());
-  const auto id = bench.core.scene().textures().add(std::move(*texture), root);
-  ASSERT_TRUE(id.ok());
+  Client root = bench.core.client(bench.administration);
+  int cycle = 0;
+
+  std::uint64_t upload(const std::vector<std::byte>& bytes) {
+    auto texture = parseTexture(bytes);
+    EXPECT_TRUE(texture.ok());
+    const auto id = bench.core.scene().textures().add(std::move(*texture), root);
+    EXPECT_TRUE(id.ok());
+    return *id;
+  }
+  /** 20 mm to and fro within a fifth of a second, 1 mm deep. */
+  void rub(int cycles, std::vector<std::pair<double, double>>* felt = nullptr) {
+    for (int i = 0; i < cycles; ++i) {
+      bench.scripted[0]->sample.p = {0.01 * std::sin(0.0314 * cycle++), 0, -1e-3};
+      bench.step();
+      const hd_sample s = bench.sample();
+      if (felt != nullptr) felt->push_back({s.force[0], s.by_source[HD_SOURCE_TEXTURE][0]});
+    }
+  }
+};
+
+/** Wider than a part of the stream, so that its order and its seams are felt. */
+std::vector<std::byte> widePicture() {
+  constexpr std::uint32_t kWide = 1100, kHigh = 1000;
+  std::vector<std::uint16_t> pixels(std::size_t{kWide} * kHigh);
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    pixels[i] = static_cast<std::uint16_t>(30000 + 20000 * std::sin(0.03 * static_cast<double>(i % kWide)) *
+                                                       std::cos(0.02 * static_cast<double>(i / kWide)));
+  return testing::reliefUpload(kWide, kHigh, pixels);
+}
+
+TEST(RecordingSurfaces, TexturesAreInItAndTheReplayFeelsThem) {
+  Rubbed rubbed;
+  Bench& bench = rubbed.bench;
+  SurfaceSpec shown;
+  shown.relief = rubbed.upload(widePicture());
+  shown.relief_depth = 5e-4;
+  shown.relief_width = shown.relief_height = 0.05;
+  shown.vibration = rubbed.upload(testing::vibrationUpload());
   ObjectSpec spec = wall();
-  spec.surface.relief = *id;
-  ASSERT_TRUE(bench.core.scene().create(spec, root).ok());
-  bench.step(5);
-  const auto refused = bench.core.record("", bench.administration);
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error().code, ErrorCode::kUnsupported);
-  EXPECT_EQ(refused.error().where, "/textures/" + std::to_string(*id));
-  ASSERT_TRUE(bench.core.scene().setSurface("wall", SurfaceSpec{}).ok());
+  spec.surface = shown;
+  ASSERT_TRUE(bench.core.scene().create(spec, rubbed.root).ok());
+  const Session* session = bench.live(bench.administration);
+  ASSERT_NE(session, nullptr);
+  ASSERT_TRUE(bench.core.acquireLease(session->id).ok());
+  bench.scripted[0]->sample.p = {0, 0, 0.01};
   bench.step(5);
   Taken taken(bench);
-  EXPECT_FALSE(taken.finish([&] { bench.step(); }).empty());
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  bench.step(40);
+  std::vector<std::pair<double, double>> felt;
+  rubbed.rub(300, &felt);
+  // Another one takes the place while it is recorded.
+  SurfaceSpec other = shown;
+  other.relief = rubbed.upload(testing::reliefUpload(3, 2, {0, 65535, 0, 65535, 0, 65535}));
+  other.relief_depth = 1e-3;
+  ASSERT_TRUE(bench.core.scene().setSurface("wall", other).ok());
+  rubbed.rub(200, &felt);
+  double least = 0, most = 0;
+  for (const auto& [sent, texture] : felt) {
+    least = std::min(least, texture);
+    most = std::max(most, texture);
+  }
+  EXPECT_GT(most - least, 0.01) << "nothing of a texture was felt";
+  const std::string bytes = taken.finish([&] { bench.step(); });
+  const auto verdict = verify(*replayerOf(bytes));
+  ASSERT_TRUE(verdict.ok()) << toString(verdict.error());
+  EXPECT_GT(verdict->cycles, 500u);
+  EXPECT_EQ(verdict->differing, 0u) << verdict->first;
+  // The test must be able to fail: without a texture's part the replay feels something else.
+  auto reader = readerOf(bytes);
+  ASSERT_TRUE(reader.ok());
+  std::size_t textures = 0;
+  RecordedCycle cycle;
+  while (*reader->next(cycle)) textures += reader->takeTextures().size();
+  EXPECT_EQ(textures, 3u);
+}
+
+/** Parts of one texture in a recording of one cycle, as somebody might write them. */
+std::string readBack(const std::function<void(capnp::MessageBuilder&, int)>& part, int parts) {
+  std::string bytes;
+  RecordingWriter writer([&](std::span<const std::byte> block) {
+    bytes.append(reinterpret_cast<const char*>(block.data()), block.size());
+    return true;
+  });
+  RecordingHeader header;
+  header.devices = {{"sim", "sim://default", "a simulation"}};
+  (void)writer.header(header);
+  for (int i = 0; i < parts; ++i) {
+    capnp::MallocMessageBuilder message;
+    part(message, i);
+    const std::vector<std::byte> block = encodeBlock(static_cast<std::uint64_t>(i) + 1, message);
+    bytes.append(reinterpret_cast<const char*>(block.data()), block.size());
+  }
+  auto reader = readerOf(bytes);
+  EXPECT_TRUE(reader.ok());
+  RecordedCycle cycle;
+  const auto more = reader->next(cycle);
+  return more.ok() ? "" : more.error().what;
+}
+
+proto::ReliefPart::Builder relief(capnp::MessageBuilder& message, std::uint32_t entry, std::uint32_t width,
+                                  std::uint32_t height, std::uint32_t offset, unsigned pixels) {
+  auto part = message.initRoot<proto::Block>().initTexturePart();
+  part.setEntry(entry);
+  auto out = part.initRelief();
+  out.setWidth(width);
+  out.setHeight(height);
+  out.setOffset(offset);
+  out.initPixels(pixels);
+  return out;
+}
+
+TEST(RecordingSurfaces, PartsThatAreNoTextureAreRefused) {
+  using Message = capnp::MessageBuilder;
+  EXPECT_EQ(readBack([](Message& m, int) { relief(m, 0, 2, 2, 0, 4); }, 1), "");
+  EXPECT_EQ(readBack([](Message& m, int i) { relief(m, 0, 2, 4, i == 0 ? 0 : 4, 4); }, 2), "");
+  const char* kOrder = "texturePart: it does not follow the part before it";
+  EXPECT_EQ(readBack([](Message& m, int) { relief(m, 0, 2, 2, 0, 5); }, 1), kOrder);
+  EXPECT_EQ(readBack([](Message& m, int) { relief(m, 0, 2, 2, 0, 0); }, 1), kOrder);
+  EXPECT_EQ(readBack([](Message& m, int) { relief(m, 0, 2, 4, 0, 4); }, 2), kOrder) << "the first part twice";
+  EXPECT_EQ(readBack([](Message& m, int i) { relief(m, i == 0 ? 0 : 1, 2, 4, i == 0 ? 0 : 4, 4); }, 2), kOrder);
+  EXPECT_EQ(readBack([](Message& m, int) { relief(m, 0, 1, 2, 0, 2); }, 1), "texturePart: a relief of 1 x 2 pixels");
+  EXPECT_EQ(readBack([](Message& m, int) { relief(m, 0, 5000, 2, 0, 2); }, 1),
+            "texturePart: a relief of 5000 x 2 pixels");
+  EXPECT_EQ(readBack([](Message& m, int) { relief(m, kMaxTextures, 2, 2, 0, 4); }, 1),
+            "texturePart: entry " + std::to_string(kMaxTextures) + " of the texture table");
+  const auto vibration = [](unsigned models, unsigned coefficients, double reflection, double power,
+                            std::vector<std::uint16_t> corners) {
+    return readBack(
+        [&](Message& m, int) {
+          auto out = m.initRoot<proto::Block>().initTexturePart().initVibration();
+          for (auto model : out.initModels(models)) {
+            model.setSpeed(0.1);
+            model.setPower(power);
+            auto reflections = model.initReflection(coefficients);
+            for (unsigned i = 0; i < coefficients; ++i) reflections.set(i, reflection);
+          }
+          auto list = out.initTriangles(static_cast<unsigned>(corners.size()));
+          for (unsigned i = 0; i < list.size(); ++i) list.set(i, corners[i]);
+        },
+        1);
+  };
+  EXPECT_EQ(vibration(3, 16, 0.5, 1, {0, 1, 2}), "");
+  EXPECT_EQ(vibration(3, 16, 1.0, 1, {0, 1, 2}), "texturePart: model 0 is unstable");
+  EXPECT_EQ(vibration(3, 15, 0.5, 1, {0, 1, 2}), "texturePart: model 0 has 15 coefficients, not 16");
+  EXPECT_EQ(vibration(3, 16, 0.5, -1, {0, 1, 2}),
+            "texturePart: model 0 has no speed, force or power that there can be");
+  EXPECT_EQ(vibration(3, 16, 0.5, 1, {0, 1, 3}), "texturePart: triangle 0 has no model 3");
+  EXPECT_EQ(vibration(3, 16, 0.5, 1, {0, 1}), "texturePart: 2 corners of triangles");
+  EXPECT_EQ(vibration(2, 16, 0.5, 1, {0, 1, 1}), "texturePart: 2 models");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "tests/support/test_surface.h"
@@ -91,6 +92,17 @@ TEST(Relief, FarFromTheOriginAllIsFinite) {
     EXPECT_TRUE(std::isfinite(p.height) && isFinite(p.gradient));
     EXPECT_LE(p.height, 0);
     EXPECT_GE(p.height, -1e-3 * (1 + 1e-12));
+  }
+}
+
+TEST(Relief, NoPlaceAndNoSizeReadsBesideThePicture) {
+  // Sizes and places as only a recording that somebody made up can have them; the address sanitizer watches.
+  const TestRelief t(3, 2, [](auto x, auto) { return x / 3.0; });
+  for (const double size : {1e-310, 1e-300, 1e-17, 0.01, 1e300}) {
+    for (const double x : {0.0, -0.3, 1e9, -1e17, 1e300}) {
+      const ReliefPoint p = reliefAt(t.view.relief, laid(1e-3, size, size), {x, -x, x}, Vec3(0.6, 0, 0.8));
+      EXPECT_TRUE(std::isnan(p.height) || p.height <= 1e-9 || size != 0.01) << size << " " << x;
+    }
   }
 }
 

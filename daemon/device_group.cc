@@ -3,6 +3,7 @@
 #include <pthread.h>
 #include <sched.h>
 
+#include <algorithm>
 #include <future>
 
 namespace hapticd {
@@ -32,7 +33,8 @@ DeviceGroup::DeviceGroup(const GroupOptions& options, std::vector<std::unique_pt
     : options_(options),
       devices_(std::move(devices)),
       clock_(clock),
-      ingest_(std::make_unique<Ingest>(options.ingest)) {
+      ingest_(std::make_unique<Ingest>(options.ingest)),
+      collider_(std::make_unique<Collider>(options.volumes)) {
   options_.cycle.device_count = static_cast<std::uint32_t>(devices_.size());
   std::array<Device*, kMaxDevices> raw{};
   for (std::size_t i = 0; i < devices_.size(); ++i) {
@@ -45,6 +47,7 @@ DeviceGroup::DeviceGroup(const GroupOptions& options, std::vector<std::unique_pt
     servo_->lines = options_.lines;
     servo_->sign = options_.lines->take();
   }
+  servo_->collider = collider_.get();
 }
 
 Result<std::unique_ptr<DeviceGroup>> DeviceGroup::start(const GroupOptions& options,
@@ -93,6 +96,19 @@ Result<void> DeviceGroup::startThreads() {
     }
   });
   if (!ingest) return ingest;
+  // Below both that it must never delay, wherever the configuration puts them.
+  const int below = std::min(options_.servo_priority, options_.ingest_priority) - 1;
+  const int collide_priority = std::clamp(below, 1, options_.collide_priority);
+  auto collide = run(collide_thread_, "collide", collide_priority, [this] {
+    // However long an answer takes, the thread then sleeps: at 60 % of the processor it is never throttled.
+    while (!stop_.load(std::memory_order_relaxed)) {
+      const std::int64_t began_ns = clock_.now();
+      collider_->step(&clock_);
+      const std::int64_t took_ns = clock_.now() - began_ns;
+      clock_.sleepUntil(began_ns + std::max(Collider::kPeriodNs, took_ns * 5 / 3));
+    }
+  });
+  if (!collide) return collide;
   auto servo = run(servo_thread_, "servo", options_.servo_priority, [this] {
     servo_->begin();
     while (!stop_.load(std::memory_order_relaxed)) {
@@ -140,6 +156,7 @@ Result<void> DeviceGroup::betweenCycles(const std::function<void(Servo&)>& work)
 DeviceGroup::~DeviceGroup() {
   stop_.store(true, std::memory_order_relaxed);
   servo_thread_.join();
+  collide_thread_.join();
   ingest_thread_.join();
   SafetyLines::giveBack(servo_->sign);
   last_resort_.clear();
@@ -158,12 +175,20 @@ bool DeviceGroup::send(const Command& command) {
 std::uint64_t DeviceGroup::taken() {
   // A2, pairs with R2 in Servo::count(). The counter wraps; at most 512 orders are under way.
   const std::uint32_t applied = servo_->counters.control_applied.load(std::memory_order_acquire);
-  return sent_ - (static_cast<std::uint32_t>(sent_) - applied);
+  const auto widen = [this](std::uint32_t count) { return sent_ - (static_cast<std::uint32_t>(sent_) - count); };
+  std::uint64_t passed = widen(applied);
+  // A5, pairs with R5 in Collider::step(): after the servo's count, so that a question older than it is seen.
+  const std::uint64_t reading = collider_->reading();
+  if (reading == Collider::kTaking) return taken_;
+  if (reading != Collider::kIdle) passed = std::min(passed, widen(static_cast<std::uint32_t>(reading)));
+  taken_ = std::max(taken_, passed);
+  return taken_;
 }
 
 void DeviceGroup::step() {
   ingest_->step(clock_.now(), servo_->counters.tick.load(std::memory_order_relaxed));
   servo_->runOnce();
+  collider_->step(nullptr);
 }
 
 }  // namespace hapticd

@@ -16,6 +16,7 @@
 #include "rt/base/clock.h"
 #include "rt/cycle/realtime.h"
 #include "rt/cycle/servo.h"
+#include "rt/volume/volume_table.h"
 
 namespace hapticd {
 
@@ -24,7 +25,9 @@ struct GroupOptions {
   IngestConfig ingest;
   int servo_priority = 80;
   int ingest_priority = 70;
-  std::vector<std::uint32_t> cpus;  ///< Where servo and ingest run; empty: anywhere.
+  int collide_priority = 60;
+  const VolumeTable* volumes = nullptr;  ///< Of meshes that have one; null: none has.
+  std::vector<std::uint32_t> cpus;       ///< Where servo and ingest run; empty: anywhere.
   bool allow_no_rt = false;
   SafetyLines* lines = nullptr;  ///< Outlives the group.
   bool threads = true;           ///< False: stepped by hand with step() (tests, benchmarks).
@@ -44,12 +47,14 @@ class DeviceGroup {
   [[nodiscard]] bool send(const Command& command);
   /** Number of the last order sent; the servo has taken it once taken() >= it. Reclaim memory by these. */
   [[nodiscard]] std::uint64_t sent() const { return sent_; }
+  /** It is taken when the servo has passed it and the collide thread reads nothing that it has dropped. */
   [[nodiscard]] std::uint64_t taken();
 
   [[nodiscard]] std::size_t deviceCount() const { return devices_.size(); }
   [[nodiscard]] Device& device(std::size_t i) { return *devices_[i]; }
   [[nodiscard]] Servo& servo() { return *servo_; }
   [[nodiscard]] Ingest& ingest() { return *ingest_; }
+  [[nodiscard]] const ColliderCounters& colliderCounters() const { return collider_->counters; }
   [[nodiscard]] bool realtime() const { return realtime_; }
   /** Why not, when realtime() is false. */
   [[nodiscard]] const std::string& schedulingNote() const { return note_; }
@@ -61,7 +66,7 @@ class DeviceGroup {
    */
   [[nodiscard]] Result<void> betweenCycles(const std::function<void(Servo&)>& work);
 
-  /** Without threads: one ingest round and one cycle. */
+  /** Without threads: one ingest round, one cycle and one answer of the collide thread. */
   void step();
 
  private:
@@ -75,14 +80,16 @@ class DeviceGroup {
   std::list<LastResort> last_resort_;  ///< One of each device.
   Clock& clock_;
   std::unique_ptr<Ingest> ingest_;
+  std::unique_ptr<Collider> collider_;
   std::unique_ptr<Servo> servo_;
   std::atomic<bool> stop_{false};
   std::atomic<bool> hold_{false};  ///< The servo is to stand still ...
   std::atomic<bool> held_{false};  ///< ... and does.
-  RtThread ingest_thread_, servo_thread_;
+  RtThread ingest_thread_, collide_thread_, servo_thread_;
   bool realtime_ = false;
   std::string note_;
   std::uint64_t sent_ = 0;
+  std::uint64_t taken_ = 0;
 };
 
 }  // namespace hapticd

@@ -46,6 +46,9 @@ enum class CommandKind : std::uint32_t {
   kDeviceLimits,    ///< DeviceLimits
   kDeviceRadius,    ///< DeviceRadius
   kSetSurface,      ///< SetSurface
+  kAttachTool,      ///< AttachTool: the device holds an object.
+  kDetachTool,      ///< DeviceRef
+  kToolContacts,    ///< ToolContacts: the collide thread's answer.
 };
 
 /** An object id for the rings: slot in the low 16 bits, generation above, never 0. */
@@ -121,6 +124,34 @@ struct DeviceRadius {
   std::uint32_t device;
   std::uint32_t reserved;
   double radius;  ///< 0 to ProxyRenderer::kMaxRadius [m].
+};
+
+/** An object becomes the tool in a device's hand: its frame goes to the device's, by a coupling (rt/body/coupling.h).
+ */
+struct AttachTool {
+  std::uint32_t device;
+  std::uint32_t object;        ///< Directly below the root.
+  std::uint32_t shows_torque;  ///< The device can turn the hand.
+  std::uint32_t reserved;
+  double mass;                       ///< [kg]
+  double com[3];                     ///< In the object's frame [m].
+  double inertia[6];                 ///< About com: xx yy zz xy xz yz [kg m^2].
+  double outer, stiffness, damping;  ///< CouplingGains.
+  double angular_outer, angular_stiffness, angular_damping;
+};
+
+/** Where a tool touches, as of some ticks ago. What ContactModel holds. */
+struct ToolContacts {
+  static constexpr std::uint32_t kMost = 14;
+  struct Point {
+    float p_A[3], n_B[3], offset;
+    std::uint32_t key;
+  };
+  std::uint32_t device;
+  std::uint32_t object;  ///< The tool; contacts of another are ignored.
+  std::uint32_t count;
+  std::uint32_t dropped;  ///< Points of the tool's surface that the budget left out.
+  Point point[kMost];
 };
 
 /** A checked command. `payload` is read with as<T>() according to `kind`. */

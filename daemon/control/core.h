@@ -45,6 +45,13 @@ struct CoreOptions {
  */
 inline constexpr std::int64_t kListedAfterDisarm_ns = 100'000'000;
 
+/** What a client asks of a tool. */
+struct ToolWish {
+  std::string object;
+  double mass = 0.1;     ///< [kg]
+  double stiffness = 0;  ///< Of the coupling, felt in the end [N/m]; 0: the stiffest that is passive.
+};
+
 /** Control thread only. */
 class Core {
  public:
@@ -94,6 +101,10 @@ class Core {
   /** Of the ball about the device's point [m]. For the lease holder's user, anybody while nobody holds it, and
    * administration. */
   [[nodiscard]] Result<void> setRadius(OpenDevice& device, double radius, const Client& by);
+  /** Puts an object into the device's hand, in place of what it holds. Who may: as setRadius. Refused for planes,
+   * groups, children, deformable meshes and what another hand holds. */
+  [[nodiscard]] Result<void> attachTool(OpenDevice& device, const ToolWish& wish, const Client& by);
+  [[nodiscard]] Result<void> detachTool(OpenDevice& device, const Client& by);
   [[nodiscard]] Result<OpenDevice*> openDevice(std::string_view uri);
   [[nodiscard]] Result<void> closeDevice(std::string_view uri, std::uint64_t connection);
 
@@ -138,6 +149,8 @@ class Core {
     std::int64_t off_ns = 0;  ///< Since when it is seen switched off; 0: it is not.
   };
 
+  /** Whether that client may change how a device feels. */
+  Result<void> mayChange(const OpenDevice& device, const Client& by);
   Result<Session*> leaseHolder(std::uint64_t id, const char* to_do);
   void order(OpenDevice& device, CommandKind kind);
   void loseLease(OpenDevice& device, const std::string& why);

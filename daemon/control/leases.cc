@@ -218,19 +218,11 @@ Result<GuardLimits> Core::setLimits(std::string_view uri, const GuardLimits& wan
 }
 
 Result<void> Core::setRadius(OpenDevice& device, double radius, const Client& by) {
-  const Session* holder = device.lease == 0 ? nullptr : sessions_.find(device.lease);
-  if (!by.administration && holder != nullptr && holder->client.uid != by.uid) {
-    return Error{ErrorCode::kLeaseHeld, device.name,
-                 fmt::format("'{}' (pid {}) holds the lease", log::printable(holder->client.name), holder->client.pid),
-                 "wait until it is released"};
-  }
   if (!(radius >= 0 && radius <= ProxyRenderer::kMaxRadius)) {
     return Error{ErrorCode::kInvalidArgument, device.name,
                  fmt::format("a ball has a radius of 0 to {:g} m", ProxyRenderer::kMaxRadius), "for example 0.001"};
   }
-  if (!device.link->accepting()) {
-    return Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"};
-  }
+  if (auto r = mayChange(device, by); !r) return r;
   device.radius = radius;
   device.applyRadius();
   return {};

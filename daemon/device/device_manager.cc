@@ -194,6 +194,7 @@ GroupOptions DeviceManager::options(const GroupConfig& group,
   constexpr double kNsPerMs = 1e6;
   const double rate_hz = group.rate_hz > 0 ? group.rate_hz : config_.servo.rate_hz;
   GroupOptions o;
+  o.volumes = &meshes_.volumes();
   o.cycle.period_ns = std::llround(1e9 / rate_hz);
   o.cycle.device_count = static_cast<std::uint32_t>(devices.size());
   o.cycle.loss_fade_ns = std::llround(config_.sessions.loss_fade_ms * kNsPerMs);

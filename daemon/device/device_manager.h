@@ -17,14 +17,24 @@
 
 namespace hapticd {
 
+/** The tool in a device's hand. */
+struct HeldObject {
+  std::string object;  ///< Name, empty: none.
+  std::uint32_t id = 0;
+  double mass = 0;       ///< [kg]
+  double stiffness = 0;  ///< Of the coupling in the end [N/m].
+  bool shows_torque = false;
+};
+
 /** A device in use. */
 struct OpenDevice {
   std::string name;  ///< Short, unique in this daemon.
   GroupLink* link = nullptr;
-  std::uint32_t index = 0;           ///< In the group.
-  GuardLimits limits;                ///< In force.
-  GuardLimits maxima;                ///< The device's own.
-  double radius = 0;                 ///< Of the ball about its point [m].
+  std::uint32_t index = 0;  ///< In the group.
+  GuardLimits limits;       ///< In force.
+  GuardLimits maxima;       ///< The device's own.
+  double radius = 0;        ///< Of the ball about its point [m].
+  HeldObject tool;
   std::uint64_t lease = 0;           ///< Session that holds it, 0 if free.
   std::uint32_t sessions = 0;        ///< Sessions on it.
   std::vector<std::string> aliases;  ///< Other texts by which it was opened.

@@ -58,6 +58,32 @@ Result<void> setRadius(Core& core, OpenDevice& device, std::string_view value, c
   return core.setRadius(device, n->front(), by);
 }
 
+Json getTool(const OpenDevice& device, const DeviceNow&, Core& core) {
+  const HeldObject& tool = device.tool;
+  if (tool.object.empty() || core.scene().nameOf(tool.id) != tool.object) return nullptr;  // gone with its object
+  return {{"object", tool.object},
+          {"mass", number(tool.mass)},
+          {"stiffness", number(tool.stiffness)},
+          {"torque_shown", tool.shows_torque}};
+}
+
+/** OBJECT, or OBJECT,MASS, or OBJECT,MASS,STIFFNESS; nothing takes it away. */
+Result<void> setTool(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
+                     const Client& by) {
+  if (value.empty()) return core.detachTool(device, by);
+  ToolWish wish;
+  const std::size_t comma = value.find(',');
+  wish.object = std::string(value.substr(0, comma));
+  if (comma != std::string_view::npos) {
+    const std::string_view rest = value.substr(comma + 1);
+    auto n = parseNumbers(rest, rest.find(',') == std::string_view::npos ? 1 : 2, where);
+    if (!n) return n.error();
+    wish.mass = n->front();
+    if (n->size() > 1) wish.stiffness = n->back();
+  }
+  return core.attachTool(device, wish, by);
+}
+
 constexpr DeviceProperty kProperties[] = {
     {"uri", "opens this device and no other",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return Json(d.info().uri); }},
@@ -87,6 +113,7 @@ constexpr DeviceProperty kProperties[] = {
     {"lease", "who may arm it", getLease},
     {"radius", "of the ball about the device point [m]",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return number(d.radius); }, setRadius},
+    {"tool", "object in the hand: NAME[,kg[,N/m]]", getTool, setTool},
     {"limits", "in force", [](const OpenDevice& d, const DeviceNow&, Core&) { return toJson(d.limits); }},
     {"rate", "[Hz]", [](const OpenDevice&, const DeviceNow& s, Core&) { return number(s.rate_hz); }},
     {"counts", "cycles, missed, overruns, stale", getCounts},

@@ -6,9 +6,9 @@
 #include <atomic>
 #include <cstdint>
 
-#include "drivers/link/newest.h"
 #include "rt/base/histogram.h"
 #include "rt/device.h"
+#include "rt/ring/newest.h"
 
 namespace hapticd {
 

@@ -21,9 +21,16 @@ double apart(const Contact& x, const Contact& y) HD_RT {
   return (x.p_WA - y.p_WA).squaredNorm() + kNormalLength * kNormalLength * (x.n_W - y.n_W).squaredNorm();
 }
 
+void toFloats(const Vec3& x, float (&out)[3]) HD_RT {
+  for (int i = 0; i < 3; ++i) out[i] = static_cast<float>(x[i]);
+}
+
+Vec3 fromFloats(const float (&x)[3]) HD_RT { return {x[0], x[1], x[2]}; }
+
 }  // namespace
 
-void ContactModel::build(const ContactSet& found, const Pose& X_WA, const Pose& X_WB) HD_RT {
+void ContactModel::build(const ContactSet& found, const Pose& X_WA, std::span<const ContactBody> bodies,
+                         std::span<const std::uint8_t> body_of) HD_RT {
   const std::span<const Contact> all = found.contacts();
   const std::size_t n = std::min<std::size_t>(all.size(), kMaxContacts);
   std::array<double, kMaxContacts> distance;
@@ -31,7 +38,6 @@ void ContactModel::build(const ContactSet& found, const Pose& X_WA, const Pose& 
   std::array<double, kMaxContacts> importance;
   for (std::size_t i = 0; i < n; ++i) importance[i] = weight(all[i]);
   const Pose X_AW = X_WA.inverse();
-  const Pose X_BW = X_WB.inverse();
   std::size_t next = 0;
   for (std::size_t i = 1; i < n; ++i) {
     if (all[i].depth > all[next].depth) next = i;
@@ -39,13 +45,15 @@ void ContactModel::build(const ContactSet& found, const Pose& X_WA, const Pose& 
   count = 0;
   while (count < kMaxTouches && count < n) {
     const Contact& chosen = all[next];
+    const std::size_t b = next < body_of.size() ? body_of[next] : 0;
+    if (b >= bodies.size()) break;
+    const Pose X_BW = bodies[b].X_WB.inverse();
     Point& to = point[count++];
-    to.p_A = X_AW * chosen.p_WA;
-    to.p_B = X_BW * chosen.p_WB;
-    to.n_B = X_BW.q * chosen.n_W;
-    to.area = chosen.area;
-    to.feature_a = chosen.feature_a;
-    to.feature_b = chosen.feature_b;
+    const Vec3 n_B = X_BW.q * chosen.n_W;
+    toFloats(X_AW * chosen.p_WA, to.p_A);
+    toFloats(n_B, to.n_B);
+    to.offset = static_cast<float>(n_B.dot(X_BW * chosen.p_WB));
+    to.key = (bodies[b].number << 24) | ((chosen.feature_a + 1) & 0xffffffu);
     distance[next] = -1;
     for (std::size_t i = 0; i < n; ++i) {
       if (distance[i] >= 0) distance[i] = std::min(distance[i], apart(all[i], chosen));
@@ -58,22 +66,18 @@ void ContactModel::build(const ContactSet& found, const Pose& X_WA, const Pose& 
   }
 }
 
-std::uint32_t ContactModel::touches(const Pose& X_WA, const Vec3& com_W, const Pose& X_WB,
-                                    std::span<Touch> out) const HD_RT {
-  const auto n = static_cast<std::uint32_t>(std::min<std::size_t>(count, out.size()));
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const Point& from = point[i];
-    const Vec3 a = X_WA * from.p_A;
-    const Vec3 b = X_WB * from.p_B;
-    Touch& to = out[i];
-    to = Touch{};
-    to.n = X_WB.q * from.n_B;
-    to.gap = to.n.dot(a - b);
-    to.r_a = a - com_W;
-    to.r_b = a - X_WB.p;  // where A's point is: what B's surface does there
-    to.key = (std::uint64_t{from.feature_a} << 32 | from.feature_b);
-  }
-  return n;
+Touch ContactModel::touch(std::uint32_t i, const Pose& X_WA, const Vec3& com_W, const Pose& X_WB,
+                          const Twist& V_WB) const HD_RT {
+  const Point& from = point[i];
+  const Vec3 a = X_WA * fromFloats(from.p_A);
+  const Vec3 n_B = fromFloats(from.n_B).normalized();
+  Touch to;
+  to.n = X_WB.q * n_B;
+  to.gap = to.n.dot(a - X_WB.p) - from.offset;
+  to.r_a = a - com_W;
+  to.moving = V_WB.v + V_WB.w.cross(a - X_WB.p);  // what B's surface does where A's point is
+  to.key = from.key;
+  return to;
 }
 
 }  // namespace hapticd

@@ -1,7 +1,7 @@
 /** @file
- * The 6-DOF local model: the contacts that a detector found some ticks ago, tied to the two bodies they were found on,
- * so that every tick sees them where the bodies now are. A plane of B that moves with B meets a point of A that moves
- * with A: exact for flat B, off by the curvature times the square of the slide for others.
+ * The 6-DOF local model: the contacts that a detector found some ticks ago, tied to the bodies they were found on, so
+ * that every tick sees them where the bodies now are. A plane of B that moves with B meets a point of A that moves with
+ * A: exact for flat B, off by the curvature times the square of the slide for others.
  *
  * The hand feels a new model only through the tool's motion, which is continuous; so nothing has to be blended.
  */
@@ -16,29 +16,36 @@
 
 namespace hapticd {
 
+/** Something that A may touch. */
+struct ContactBody {
+  std::uint32_t number = 0;  ///< The caller's, below 256.
+  Pose X_WB;
+};
+
 /** Plain data: it crosses from the collide thread to the servo, and into recordings. */
 struct ContactModel {
   struct Point {
-    Vec3 p_A = Vec3::Zero();  ///< On A's surface, in A's frame [m].
-    Vec3 p_B = Vec3::Zero();  ///< On B's surface, in B's frame [m].
-    Vec3 n_B = Vec3::Zero();  ///< From B to A, in B's frame. Unit.
-    double area = 0;          ///< [m^2]
-    std::uint32_t feature_a = 0, feature_b = 0;
+    float p_A[3];       ///< On A's surface, in A's frame [m].
+    float n_B[3];       ///< From B to A, in B's frame. Unit.
+    float offset;       ///< Of the plane: n_B . p_B [m].
+    std::uint32_t key;  ///< Body's number in the high byte; below it A's feature. Never 0.
+
+    [[nodiscard]] std::uint32_t body() const HD_RT { return key >> 24; }
   };
 
-  std::array<Point, kMaxTouches> point;
+  std::array<Point, kMaxTouches> point{};
   std::uint32_t count = 0;
-  std::uint32_t body_b = 0;  ///< Whose frame B is; the caller's number.
 
   /**
-   * From what a detector found with the bodies at X_WA and X_WB. Of more than kMaxTouches contacts the deepest stays,
-   * and those that lie farthest from all that stay, in place and direction: they hold the tool's rotation. What is
-   * apart counts less.
+   * From what a detector found with the bodies at X_WA and X_WB; `body_of` says for each contact which of the bodies
+   * (empty: the first). Of more than kMaxTouches contacts the deepest stays, and those that lie farthest from all that
+   * stay, in place and direction: they hold the tool's rotation. What is apart counts less.
    */
-  void build(const ContactSet& found, const Pose& X_WA, const Pose& X_WB) HD_RT;
-  /** The touches now; A's centre of mass is at com_W. Returns how many were written. */
-  [[nodiscard]] std::uint32_t touches(const Pose& X_WA, const Vec3& com_W, const Pose& X_WB,
-                                      std::span<Touch> out) const HD_RT;
+  void build(const ContactSet& found, const Pose& X_WA, std::span<const ContactBody> bodies,
+             std::span<const std::uint8_t> body_of = {}) HD_RT;
+  /** Point i now, its body at X_WB moving with V_WB (of its origin). A's centre of mass is at com_W. */
+  [[nodiscard]] Touch touch(std::uint32_t i, const Pose& X_WA, const Vec3& com_W, const Pose& X_WB,
+                            const Twist& V_WB) const HD_RT;
 };
 
 }  // namespace hapticd

@@ -15,18 +15,19 @@
 
 namespace hapticd {
 
-inline constexpr std::uint32_t kMaxTouches = 16;  ///< Of one step.
+inline constexpr std::uint32_t kMaxTouches = 14;  ///< Of one step.
 
 /** One touching or nearly touching pair of points at the beginning of a step, in the world frame. */
 struct Touch {
-  Vec3 r_a = Vec3::Zero();  ///< From A's centre of mass to its point [m].
-  Vec3 r_b = Vec3::Zero();  ///< From B's centre of mass (or origin, if nothing moves it) to its point [m].
-  Vec3 n = Vec3::UnitZ();   ///< Unit, from B to A.
-  double gap = 0;           ///< Along n; negative: inside [m].
-  double friction = 0;      ///< Coulomb's coefficient.
-  double restitution = 0;   ///< Poisson's coefficient, 0 to 1.
-  double separate = 0;      ///< Speed of recovery that is asked for where gap < 0 [m/s].
-  std::uint64_t key = 0;    ///< The same from step to step while the contact rests; 0: unknown.
+  Vec3 r_a = Vec3::Zero();     ///< From A's centre of mass to its point [m].
+  Vec3 r_b = Vec3::Zero();     ///< From B's centre of mass (or origin, if nothing moves it) to its point [m].
+  Vec3 n = Vec3::UnitZ();      ///< Unit, from B to A.
+  Vec3 moving = Vec3::Zero();  ///< Velocity of an obstacle's point here, which no impulse changes [m/s].
+  double gap = 0;              ///< Along n; negative: inside [m].
+  double friction = 0;         ///< Coulomb's coefficient.
+  double restitution = 0;      ///< Poisson's coefficient, 0 to 1.
+  double separate = 0;         ///< Speed of recovery that is asked for where gap < 0 [m/s].
+  std::uint64_t key = 0;       ///< The same from step to step while the contact rests; 0: unknown.
 
   /** Least velocity along n after the step: what is apart may close its gap and no more. */
   [[nodiscard]] double target(double dt) const HD_RT { return gap > 0 ? -gap / dt : separate; }
@@ -58,7 +59,7 @@ class Response {
 
 /** Velocity of A's point relative to B's. */
 [[nodiscard]] inline Vec3 relativeVelocity(const Twist& a, const Twist& b, const Touch& touch) HD_RT {
-  return velocityAt(a, touch.r_a) - velocityAt(b, touch.r_b);
+  return velocityAt(a, touch.r_a) - velocityAt(b, touch.r_b) - touch.moving;
 }
 
 /** Applies an impulse at a touch to both motions. */

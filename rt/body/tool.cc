@@ -1,6 +1,7 @@
 #include "rt/body/tool.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hapticd {
 namespace {
@@ -17,6 +18,18 @@ Mobility tied(double mass, const Mat3& inertia, const Vec3& r, double linear, do
   out.vl = (linear / a) * X * out.wl;
   out.vp = Mat3::Identity() / a - (linear / a) * (linear / a) * X * out.wl * X;
   return out;
+}
+
+/**
+ * Torque that does the work of f as u, the turn from tool to device, changes: J^-T(side u) f, where du/dt = J^-1 w is
+ * the rate of a rotation vector. side 1: on what turns u's head (the device), -1: its tail (the tool). Where f lies
+ * along u, as without damping, it is f itself.
+ */
+Vec3 conjugate(const Vec3& u, const Vec3& f, double side) HD_RT {
+  const double angle = u.norm();
+  const double c = angle < 1e-4 ? 1.0 / 12 : (1 - angle / 2 / std::tan(angle / 2)) / (angle * angle);
+  const Vec3 t = u.cross(f);
+  return f + side / 2 * t + c * u.cross(t);
 }
 
 double scaleToBound(const Twist& V) HD_RT {
@@ -50,8 +63,7 @@ void Tool::reset(const Pose& device) HD_RT {
   reserve_ = 0;
 }
 
-void Tool::step(const Pose& device, std::span<Touch> touches, const Obstacle& obstacle, double dt, Response& response,
-                ToolStep& out) HD_RT {
+void Tool::step(const Pose& device, std::span<Touch> touches, double dt, Response& response, ToolStep& out) HD_RT {
   device_ = device;
   const CouplingGains& g = setup_.gains;
   const SolidStep linear = SolidStep::make(g.outer, g.stiffness, g.damping, dt);
@@ -66,11 +78,10 @@ void Tool::step(const Pose& device, std::span<Touch> touches, const Obstacle& ob
   problem.dt = dt;
   problem.a = tied(body_.mass(), inertia, r, dt * dt * linear.stiffness, dt * dt * angular.stiffness);
   const Vec3 pull = linear.force(before.d, linear.deflection(before.d, e_));
-  const Vec3 turn = angular.force(before.u, angular.deflection(before.u, e_turn_));
+  const Vec3 turn = conjugate(before.u, angular.force(before.u, angular.deflection(before.u, e_turn_)), -1);
   const Vec3 p = body_.mass() * body_.twist().v + dt * (pull + setup_.weight);
   const Vec3 l = inertia * body_.twist().w + dt * (r.cross(pull) + turn);
   problem.free_a = problem.a(p, l);
-  problem.free_b = obstacle.V_WB;
   for (Touch& touch : touches) {
     // Where the detector's speed of recovery would outrun the gap it does not push at all.
     const double over = std::max(0.0, -touch.gap - kSlop);
@@ -93,7 +104,7 @@ void Tool::step(const Pose& device, std::span<Touch> touches, const Obstacle& ob
     ++out.touching;
     contact.force += j / dt;
     contact.torque += touches[i].r_a.cross(j) / dt;
-    given += j.cwiseProduct(velocityAt(obstacle.V_WB, touches[i].r_b));
+    given += j.cwiseProduct(touches[i].moving);
   }
   RigidBody moved = body_;
   Stretch after;
@@ -123,7 +134,7 @@ void Tool::step(const Pose& device, std::span<Touch> touches, const Obstacle& ob
   reserve_ = std::clamp(reserve_ + lost, 0.0, kMostReserve);
 
   out.on_device.force = -linear.force(after.d, e);
-  out.on_device.torque = -angular.force(after.u, e_turn);
+  out.on_device.torque = -conjugate(after.u, angular.force(after.u, e_turn), 1);
   out.contact = contact;
   out.obstacle_work = given;
   out.lost = lost;

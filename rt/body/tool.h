@@ -27,12 +27,6 @@ struct ToolSetup {
   Vec3 weight = Vec3::Zero();      ///< On the centre of mass: mass times gravity [N]; none unless wanted.
 };
 
-/** Prescribed motion and place of what is touched: nothing moves it but itself. */
-struct Obstacle {
-  Pose X_WB;
-  Twist V_WB;  ///< Of B's origin.
-};
-
 /** A tick's outcome. */
 struct ToolStep {
   Wrench on_device;                   ///< Force, and torque about the device point: what the hand is to feel [N, N m].
@@ -61,8 +55,7 @@ class Tool {
   /** Puts the tool where the device holds it, at rest. */
   void reset(const Pose& device) HD_RT;
   /** One tick. `touches` as ContactModel gives them; `separate` and the gaps' meaning are set here. */
-  void step(const Pose& device, std::span<Touch> touches, const Obstacle& obstacle, double dt, Response& response,
-            ToolStep& out) HD_RT;
+  void step(const Pose& device, std::span<Touch> touches, double dt, Response& response, ToolStep& out) HD_RT;
 
   [[nodiscard]] const RigidBody& body() const HD_RT { return body_; }
   /** Kinetic energy and what the coupling holds with the device at the last pose; without the weight's [J]. */

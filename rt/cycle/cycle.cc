@@ -128,6 +128,13 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
       devices_[device].proxy.setRadius(radius);
       return ErrorCode::kOk;
     }
+    case CommandKind::kAttachTool:
+      return devices_[device].tool.attach(command.as<AttachTool>(), scene_);
+    case CommandKind::kDetachTool:
+      devices_[device].tool.detach();
+      return ErrorCode::kOk;
+    case CommandKind::kToolContacts:
+      return devices_[device].tool.take(command.as<ToolContacts>());
     default: {
       const auto& wanted = command.as<DeviceLimits>();
       GuardLimits limits = guard.limits();
@@ -188,6 +195,9 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
     case CommandKind::kStop:
     case CommandKind::kDeviceLimits:
     case CommandKind::kDeviceRadius:
+    case CommandKind::kAttachTool:
+    case CommandKind::kDetachTool:
+    case CommandKind::kToolContacts:
       code = applyDeviceOrder(command);
       break;
   }
@@ -218,6 +228,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
   if (!usable(sample)) {  // the guard latches on it; nothing here may see it
     device.started = false;
     device.velocity.reset();
+    device.tool.forget();
     out.velocity = Twist{};
     return;
   }
@@ -227,17 +238,21 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     device.effects.reset();
     device.started = true;
   }
-  device.proxy.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), out.contact);
-  shade(scene_, out.contact);
-  source[HD_SOURCE_SURFACE].force = out.contact.force;
-  const SurfaceForces added = device.effects.step(scene_, out.contact, sample.p, out.velocity.v);
-  source[HD_SOURCE_TEXTURE].force = added.texture;
-  source[HD_SOURCE_TRANSIENT].force = added.transient;
   source[HD_SOURCE_GRAVITY].force = sample.gravity;
-  if (const SceneObject* touched = scene_.find(out.contact.object)) {
-    energy.carried = out.contact.force.cwiseProduct(touched->velocityAt(out.contact.point));
-    energy.stored = 0.5 * touched->material.stiffness * (out.contact.proxy - sample.p).squaredNorm();
-    energy.damping = touched->material.damping;
+  if (device.tool.held()) {
+    renderTool(d, sample, out);
+  } else {
+    device.proxy.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), out.contact);
+    shade(scene_, out.contact);
+    source[HD_SOURCE_SURFACE].force = out.contact.force;
+    const SurfaceForces added = device.effects.step(scene_, out.contact, sample.p, out.velocity.v);
+    source[HD_SOURCE_TEXTURE].force = added.texture;
+    source[HD_SOURCE_TRANSIENT].force = added.transient;
+    if (const SceneObject* touched = scene_.find(out.contact.object)) {
+      energy.carried = out.contact.force.cwiseProduct(touched->velocityAt(out.contact.point));
+      energy.stored = 0.5 * touched->material.stiffness * (out.contact.proxy - sample.p).squaredNorm();
+      energy.damping = touched->material.damping;
+    }
   }
 
   const ToolPoint tool{sample.p, out.velocity.v, d};
@@ -251,6 +266,38 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     energy.carried += share.carried;
     energy.stored += share.stored;
   }
+}
+
+void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT {
+  // What touches the scene is the tool, and not the device's own point: that one starts anew when the hand is empty.
+  DeviceState& device = devices_[d];
+  device.proxy.reset(sample.p);
+  HeldToolOutput held;
+  device.tool.step(scene_, sample, out.velocity, seconds(config_.period_ns), held);
+  sources_[d][HD_SOURCE_SURFACE] = held.wrench;
+  energy_[d].carried = held.carried;
+  energy_[d].stored = held.stored;
+  SurfaceContact& contact = out.contact;
+  contact.force = held.wrench.force;
+  contact.proxy = device.tool.tool().body().pose().p;
+  contact.point = held.touched != 0 ? held.point : contact.proxy;
+  contact.normal = held.normal;
+  contact.depth = held.touched != 0 ? (contact.proxy - sample.p).norm() : 0.0;
+  contact.object = held.touched;
+  contact.touch = held.touch;
+  contact.untouch = held.untouch;
+  contact.left = held.left;
+}
+
+bool Cycle::ask(CollideRequest& request) const HD_RT {
+  bool any = false;
+  for (std::uint32_t d = 0; d < kMaxDevices; ++d) {
+    request.held[d].object = 0;
+    if (d >= config_.device_count || !devices_[d].tool.held()) continue;
+    devices_[d].tool.ask(scene_, request.held[d]);
+    any = true;
+  }
+  return any;
 }
 
 void Cycle::noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT {

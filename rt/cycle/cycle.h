@@ -10,6 +10,7 @@
 
 #include "rt/cycle/cycle_input.h"
 #include "rt/cycle/event.h"
+#include "rt/cycle/held_tool.h"
 #include "rt/cycle/session_share.h"
 #include "rt/cycle/velocity_estimator.h"
 #include "rt/guard/guard.h"
@@ -65,6 +66,10 @@ class Cycle {
   [[nodiscard]] const Guard& deviceGuard(std::uint32_t device) const HD_RT { return devices_[device].guard; }
   /** Radius of the ball about the device point, as ordered [m]. */
   [[nodiscard]] double deviceRadius(std::uint32_t device) const HD_RT { return devices_[device].proxy.radius(); }
+  /** The tool in its hand; held() may be false. */
+  [[nodiscard]] const HeldTool& tool(std::uint32_t device) const HD_RT { return devices_[device].tool; }
+  /** Asks where the held tools touch. False, and nothing asked, when no hand holds one. */
+  [[nodiscard]] bool ask(CollideRequest& request) const HD_RT;
   [[nodiscard]] const CycleConfig& config() const HD_RT { return config_; }
   /** Commands that wait for their tick, in the order they arrived. */
   [[nodiscard]] std::span<const Command> pending() const HD_RT { return {pending_.data(), pending_count_}; }
@@ -76,6 +81,7 @@ class Cycle {
     ProxyRenderer proxy;
     SurfaceEffects effects;
     VelocityEstimator velocity;
+    HeldTool tool;
     bool started = false;
     std::uint32_t buttons = 0;
     std::uint32_t touched = 0;  ///< Object of the last contact, named when it ends.
@@ -98,6 +104,7 @@ class Cycle {
   ErrorCode applyDeviceOrder(const Command& command) HD_RT;
   void refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT;
   void renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT;
+  void renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT;
   void noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT;
   void raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT;
 

@@ -13,7 +13,9 @@ namespace hapticd {
 
 inline constexpr std::uint32_t kControlCommandsPerCycle = 16;
 inline constexpr std::uint32_t kIngestCommandsPerCycle = 48;
-inline constexpr std::uint32_t kMaxCommandsPerCycle = kControlCommandsPerCycle + kIngestCommandsPerCycle;
+inline constexpr std::uint32_t kCollideCommandsPerCycle = 4;
+inline constexpr std::uint32_t kMaxCommandsPerCycle =
+    kControlCommandsPerCycle + kIngestCommandsPerCycle + kCollideCommandsPerCycle;
 
 struct CycleInput {
   std::uint64_t tick = 0;    ///< Counts periods, missed ones included.

@@ -52,7 +52,8 @@ Servo::Servo(const CycleConfig& config, std::array<Device*, kMaxDevices> devices
       clock_(clock),
       cycle_(config, meshes),
       input_(std::make_unique<CycleInput>()),
-      output_(std::make_unique<CycleOutput>()) {
+      output_(std::make_unique<CycleOutput>()),
+      question_(std::make_unique<CollideRequest>()) {
   for (std::uint32_t d = 0; d < config_.device_count; ++d) {
     const DeviceInfo& info = devices_[d]->info();
     cycle_.setResolution(d, info.position_resolution, info.rotation_resolution);
@@ -125,6 +126,7 @@ void Servo::runOnce() HD_RT {
   const std::int64_t written_ns = clock_.now();
 
   if (CycleLog* to = log.load(std::memory_order_acquire)) to->push(*input_, *output_, config_.device_count);
+  askCollider();
   publish(woke_ns - deadline_ns_);
   const std::int64_t done_ns = clock_.now();
 
@@ -169,7 +171,20 @@ void Servo::gather() HD_RT {
     const std::uint32_t end = n + kIngestCommandsPerCycle;
     while (n < end && ingest->commands.pop(input_->command[n])) ++n;
   }
+  if (collider != nullptr) {
+    const std::uint32_t end = n + kCollideCommandsPerCycle;
+    while (n < end && collider->answers.pop(input_->command[n])) ++n;
+  }
   input_->command_count = n;
+}
+
+void Servo::askCollider() HD_RT {
+  if (collider == nullptr) return;
+  const bool any = cycle_.ask(*question_);
+  if (!any && !asked_) return;
+  asked_ = any;  // when the last tool is gone an empty question replaces the one that names it
+  question_->orders = orders_taken_;
+  collider->questions.put(*question_);
 }
 
 void Servo::publish(std::int64_t wake_latency_ns) HD_RT {

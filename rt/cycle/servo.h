@@ -11,6 +11,7 @@
 
 #include "rt/base/clock.h"
 #include "rt/base/histogram.h"
+#include "rt/collide/collider.h"
 #include "rt/cycle/cycle.h"
 #include "rt/cycle/cycle_log.h"
 #include "rt/cycle/pose_board.h"
@@ -66,7 +67,8 @@ class Servo {
 
   // Inlets. Each has one producer.
   ControlToServo from_control;
-  Ingest* ingest = nullptr;  ///< Its commands are taken; null in tests without one.
+  Ingest* ingest = nullptr;      ///< Its commands are taken; null in tests without one.
+  Collider* collider = nullptr;  ///< Asked where tools touch; null in tests without one.
   std::array<SessionPort, kMaxSessions> ports;
   std::atomic<bool> stop_line{false};
   std::atomic<bool> deadman_open{false};
@@ -88,6 +90,7 @@ class Servo {
  private:
   void gather() HD_RT;
   void addButtons(std::uint32_t device) HD_RT;
+  void askCollider() HD_RT;
   void publish(std::int64_t wake_latency_ns) HD_RT;
   void publishSession(std::uint32_t slot) HD_RT;
   void count(std::int64_t done_ns) HD_RT;
@@ -98,6 +101,8 @@ class Servo {
   Cycle cycle_;
   std::unique_ptr<CycleInput> input_;
   std::unique_ptr<CycleOutput> output_;
+  std::unique_ptr<CollideRequest> question_;
+  bool asked_ = false;  ///< The last question named a tool.
   std::array<StateWriter, kMaxSessions> writers_;
   std::int64_t deadline_ns_ = 0;
   std::uint64_t tick_ = 0;

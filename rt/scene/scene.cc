@@ -114,6 +114,7 @@ ErrorCode Scene::makeShape(const ShapeParameters& parameters, Shape& shape) cons
       break;
     case ShapeKind::kMesh:
       shape.mesh = meshes_->get(parameters.mesh);
+      shape.mesh_entry = parameters.mesh;
       if (!shape.mesh) return ErrorCode::kNotFound;
       break;
     default:

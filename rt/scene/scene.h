@@ -22,7 +22,8 @@ struct Shape {
   ShapeKind kind = ShapeKind::kGroup;
   Vec3 size = Vec3::Zero();  ///< As Shape in control.capnp [m].
   MeshView* mesh = nullptr;
-  std::uint64_t number = 0;  ///< Of the command that made it: no two have the same, whatever their mesh's address.
+  std::uint32_t mesh_entry = 0;  ///< Of the mesh table, for meshes.
+  std::uint64_t number = 0;      ///< Of the command that made it: no two have the same, whatever their mesh's address.
 };
 
 /** One slot of the scene. */

@@ -66,9 +66,9 @@ class ToolRig {
     device_.read(now_ns_, sample_);
     if (touching) observe();
     std::array<Touch, kMaxTouches> touches;
-    const std::uint32_t n = touching ? model_.touches(options_.follow_touches ? tool_->body().pose() : seen_,
-                                                      tool_->body().com(), Pose{}, touches)
-                                     : 0;
+    const std::uint32_t n = touching ? model_.count : 0;
+    const Pose seen = options_.follow_touches ? tool_->body().pose() : seen_;
+    for (std::uint32_t i = 0; i < n; ++i) touches[i] = model_.touch(i, seen, tool_->body().com(), Pose{}, Twist{});
     for (std::uint32_t i = 0; i < n; ++i) touches[i].friction = options_.friction;
 
     const double held = books();
@@ -76,7 +76,7 @@ class ToolRig {
     const Pose now = handle();
     const Vec3 dx = now.p - before.p;
     const Vec3 turn = rotationVector(now.q * before.q.conjugate());
-    tool_->step(now, {touches.data(), n}, Obstacle{}, dt_, response_, step_);
+    tool_->step(now, {touches.data(), n}, dt_, response_, step_);
     DeviceCommand command;
     command.force = step_.on_device.force;
     command.torque = step_.on_device.torque;
@@ -88,8 +88,8 @@ class ToolRig {
     const CouplingGains& g = tool_->setup().gains;
     const double given = -sent.force.dot(dx) - sent.torque.dot(turn);
     const double leak = 0.5 * (g.outer * dx.squaredNorm() + g.angular_outer * turn.squaredNorm());
-    // Torque along a turn that is not about its own axis is second order: a thousandth of what moved.
-    const double rounding = 1e-12 + 1e-3 * std::abs(sent.torque.norm() * turn.norm());
+    // The leak of the turn is to second order; what is beyond goes with the cube.
+    const double rounding = 1e-12 + 0.01 * leak;
     created_ = std::max(created_, books() - held - given - leak - rounding);
     fastest_ = std::max(fastest_, tool_->body().twist().v.norm());
     strongest_ = std::max(strongest_, step_.on_device.force.norm());
@@ -141,7 +141,8 @@ class ToolRig {
       query.margin = 0.002 + 1.5 * (options_.collide_every + options_.late) * dt_ *
                                  (query.a.V_WO.v.norm() + query.a.V_WO.w.norm() * options_.size.norm() / 2);
       detector_.find(query, found_);
-      pending_.build(found_, query.a.X_WO, Pose{});
+      const ContactBody body;
+      pending_.build(found_, query.a.X_WO, {&body, 1});
       asked_ = query.a.X_WO;
     }
     if (ticks_ % every == static_cast<std::uint64_t>(options_.late) % every) {

@@ -40,6 +40,7 @@ void addDevice(CLI::App& app, Run& chosen);
 void addCost(CLI::App& app, Run& chosen);
 void addZwidth(CLI::App& app, Run& chosen);
 void addCollide(CLI::App& app, Run& chosen);
+void addSixdof(CLI::App& app, Run& chosen);
 
 /** Median of some rounds and its interval. */
 struct Estimate {

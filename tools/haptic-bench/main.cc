@@ -28,6 +28,7 @@ constexpr haptic_bench::AddBenchmark kBenchmarks[] = {
     haptic_bench::addCost,
     haptic_bench::addZwidth,
     haptic_bench::addCollide,
+    haptic_bench::addSixdof,
 };
 // clang-format on
 constexpr int kExitFailed = 1;  ///< Also a broken bound.

@@ -39,6 +39,7 @@ void addArm(CLI::App& app, Action& chosen);
 void addDisarm(CLI::App& app, Action& chosen);
 void addStop(CLI::App& app, Action& chosen);
 void addLimits(CLI::App& app, Action& chosen);
+void addTool(CLI::App& app, Action& chosen);
 void addDump(CLI::App& app, Action& chosen);
 void addDoctor(CLI::App& app, Action& chosen);
 

@@ -52,7 +52,7 @@ double logarithmicDecrement(const CouplingGains& gains, double mass, double dt) 
   ToolStep step;
   double last = 0, before = 0, first_peak = 0, second_peak = 0;
   for (int i = 0; i < 40000 && second_peak == 0; ++i) {
-    tool.step(Pose{}, {}, {}, dt, response, step);
+    tool.step(Pose{}, {}, dt, response, step);
     const double x = tool.body().com().x();
     if (last > before && last > x && last > 0) (first_peak == 0 ? first_peak : second_peak) = last;
     before = last;
@@ -84,7 +84,7 @@ TEST(Coupling, HoldsAtItsStiffnessInTheEndAndAtItsPointOfGrip) {
   tool.reset(Pose{});
   ConstraintResponse response;
   ToolStep step;
-  for (int i = 0; i < 5000; ++i) tool.step(Pose{}, {}, {}, 1e-3, response, step);
+  for (int i = 0; i < 5000; ++i) tool.step(Pose{}, {}, 1e-3, response, step);
   const double k = setup.gains.outer * setup.gains.stiffness / (setup.gains.outer + setup.gains.stiffness);
   EXPECT_NEAR(step.on_device.force.z(), -0.2 * 9.81, 1e-6) << "the hand carries the weight";
   EXPECT_NEAR((tool.body().pose() * setup.grip_O).z(), -0.2 * 9.81 / k, 1e-8);
@@ -97,7 +97,7 @@ TEST(Coupling, HoldsAtItsStiffnessInTheEndAndAtItsPointOfGrip) {
   setup.mass.com_O = Vec3(0.03, 0, 0);
   Tool off(setup);
   off.reset(Pose{});
-  for (int i = 0; i < 5000; ++i) off.step(Pose{}, {}, {}, 1e-3, response, step);
+  for (int i = 0; i < 5000; ++i) off.step(Pose{}, {}, 1e-3, response, step);
   const double lever = (off.body().com() - off.body().pose().p).x();
   EXPECT_NEAR(step.on_device.torque.y(), lever * 1, 1e-6);
 }
@@ -146,7 +146,7 @@ TEST(Coupling, NeverGivesMoreThanHalfKTimesTheSquareOfEachStep) {
         floor[k].friction = 0.5;
         floor[k].key = static_cast<std::uint64_t>(k) + 1;
       }
-      tool.step(hand, floor, {}, dt, response, step);
+      tool.step(hand, floor, dt, response, step);
       ASSERT_LE(given + tool.energy() + tool.reserve(), allowed * 1.01 + 1e-12) << response.name() << " tick " << i;
     }
     EXPECT_GT(allowed, 0);

@@ -4,12 +4,12 @@
  */
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 
 #include "rt/body/constraint_response.h"
 #include "rt/body/impulse_response.h"
+#include "rt/body/penalty_response.h"
 #include "tests/support/tool_rig.h"
 
 namespace hapticd {
@@ -116,6 +116,46 @@ TEST(ToolStability, EnergyRestAndFinitenessOfTheDefault) {
           EXPECT_LT(out.unrest.device, 80e-6) << "eight encoder steps";
           EXPECT_LT(out.unrest.tool, 80e-6);
         }
+      }
+    }
+  }
+}
+
+/** Minutes long: --gtest_also_run_disabled_tests. The default must hold; the others are told (docs/tool.md). */
+TEST(ToolStability, DISABLED_SweepOfAllResponses) {
+  PenaltyGains hard;
+  hard.stiffness = 5000;
+  hard.max_depth = 0.01;
+  ConstraintResponse constraint;
+  ImpulseResponse impulse;
+  PenaltyResponse penalty(hard);
+  for (Response* response :
+       {static_cast<Response*>(&constraint), static_cast<Response*>(&impulse), static_cast<Response*>(&penalty)}) {
+    for (const Case& what : cases()) {
+      int runs = 0, at_rest = 0;
+      double created = 0, unrest = 0;
+      for (const double rate : {1000.0, 4000.0}) {
+        for (const double mass : {0.02, 0.06, 0.2, 0.6, 2.0}) {
+          for (const double stiffness : {0.0, 1e9}) {
+            RigOptions options;
+            options.rate_hz = rate;
+            options.mass = mass;
+            options.stiffness = stiffness;
+            const Outcome out = play(what, options, *response);
+            EXPECT_TRUE(out.finite);
+            const double moved = std::max(out.unrest.device, out.unrest.tool);
+            ++runs;
+            at_rest += moved < 80e-6 ? 1 : 0;
+            created = std::max(created, out.created);
+            unrest = std::max(unrest, moved);
+          }
+        }
+      }
+      std::printf("%-10s %-8s at rest %d of %d, unrest %.3g m, created %.2g J\n", response->name(), what.name, at_rest,
+                  runs, unrest, created);
+      EXPECT_LE(created, 1e-9);
+      if (response == &constraint) {
+        EXPECT_EQ(at_rest, runs);
       }
     }
   }

@@ -1,4 +1,4 @@
-#include "drivers/link/newest.h"
+#include "rt/ring/newest.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,36 @@
+/** @file
+ * What the servo asks the collide thread: where do the tools in the hands touch the scene? A copy of all that the
+ * answer needs, so that the collide thread never looks at the servo's scene.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "rt/scene/scene.h"
+
+namespace hapticd {
+
+struct CollideRequest {
+  static constexpr std::uint32_t kMostObstacles = 16;
+
+  struct Obstacle {
+    std::uint32_t slot = 0;
+    Shape shape;
+    Pose X_WO;
+  };
+  /** One device's tool. */
+  struct Held {
+    std::uint32_t object = 0;  ///< Id, 0: the hand is empty.
+    Shape shape;
+    Pose X_WO;
+    double speed = 0;  ///< No point of the tool is faster relative to any obstacle [m/s].
+    std::uint32_t count = 0;
+    std::array<Obstacle, kMostObstacles> obstacle;  ///< The nearest first to be found; more are ignored.
+  };
+
+  std::uint32_t orders = 0;  ///< Of the control thread that the servo had taken: what they dropped is not named here.
+  std::array<Held, kMaxDevices> held;
+};
+
+}  // namespace hapticd

@@ -1,0 +1,176 @@
+#include "rt/collide/scene_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt/geometry/nearest.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::uint32_t kClockEvery = 16;  ///< Points between two looks at the clock.
+
+constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
+
+bool spent(const WorkBudget& budget, const DetectorReport& report, std::uint32_t points) HD_RT {
+  if (report.work >= budget.units) return true;
+  return budget.clock != nullptr && budget.deadline_ns != 0 && points % kClockEvery == 0 &&
+         budget.clock->now() >= budget.deadline_ns;
+}
+
+bool isOpen(const Shape& shape) HD_RT {
+  return shape.kind == ShapeKind::kMesh && (shape.mesh == nullptr || shape.mesh->deform.vertices != nullptr);
+}
+
+}  // namespace
+
+void SceneContacts::keep(const Contact& contact, std::uint8_t body) HD_RT {
+  std::uint32_t at = found_.count;
+  if (found_.count == kMaxContacts) {
+    at = 0;
+    for (std::uint32_t i = 1; i < kMaxContacts; ++i) {
+      if (found_.contact[i].depth < found_.contact[at].depth) at = i;
+    }
+    if (found_.contact[at].depth >= contact.depth) return;
+  } else {
+    ++found_.count;
+  }
+  found_.contact[at] = contact;
+  body_of_[at] = body;
+}
+
+const VolumeView* SceneContacts::volumeOf(const Shape& shape) const HD_RT {
+  return volumes_ != nullptr && shape.kind == ShapeKind::kMesh ? volumes_->get(shape.mesh_entry) : nullptr;
+}
+
+Pose SceneContacts::before(std::uint32_t slot, const Pose& now) const HD_RT {
+  for (std::uint32_t i = 0; i < last_count_; ++i) {
+    if (last_[i].number == slot) return last_[i].X_WB;
+  }
+  return now;
+}
+
+void SceneContacts::remember(const CollideRequest::Held& held) HD_RT {
+  last_count_ = 0;
+  last_[last_count_++] = {0, held.X_WO};
+  for (std::uint32_t k = 0; k < held.count; ++k) {
+    last_[last_count_++] = {held.obstacle[k].slot, held.obstacle[k].X_WO};
+  }
+}
+
+bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held, double margin,
+                              const WorkBudget& budget, DetectorReport& report) HD_RT {
+  const CollideRequest::Obstacle& obstacle = held.obstacle[k];
+  DetectorQuery query;
+  query.a.volume = volumeOf(held.shape);
+  query.b.volume = volumeOf(obstacle.shape);
+  if (query.a.volume == nullptr || query.b.volume == nullptr) return false;
+  query.a.X_WO = held.X_WO;
+  query.a.X_WO_before = before(0, held.X_WO);
+  query.b.X_WO = obstacle.X_WO;
+  query.b.X_WO_before = before(obstacle.slot, obstacle.X_WO);
+  query.margin = margin;
+  query.budget = budget;
+  query.budget.units = kFieldUnits;
+  field_.find(query, field_found_);
+  for (const Contact& contact : field_found_.contacts()) {
+    if (isFinite(contact.n_W) && isFinite(contact.p_WA) && isFinite(contact.p_WB)) {
+      keep(contact, static_cast<std::uint8_t>(k));
+    }
+  }
+  report.touching += field_found_.report.touching;
+  report.dropped += field_found_.report.dropped;
+  report.exhausted = report.exhausted || field_found_.report.exhausted;
+  return true;
+}
+
+void SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin,
+                             DetectorReport& report) HD_RT {
+  const Vec3 p_W = held.X_WO * points_.at(i);
+  bool hot = false;
+  for (std::uint32_t k = 0; k < held.count; ++k) {
+    const CollideRequest::Obstacle& obstacle = held.obstacle[k];
+    if (isOpen(obstacle.shape) || (by_field_ >> k & 1) != 0) continue;
+    NearestQuery query;
+    query.x = obstacle.X_WO.inverse() * p_W;
+    query.reach = std::max(kReach, margin) + points_.radius();
+    query.limit = kWorkOfOne;
+    Nearest nearest;
+    const NearestResult result = nearestOnShape(obstacle.shape, query, nearest);
+    report.work += query.work;
+    if (result == NearestResult::kExhausted) ++report.dropped;
+    if (result != NearestResult::kFound) continue;
+    const double distance = std::sqrt(nearest.squared_distance);
+    const bool inside = nearest.isInside(query.x);
+    const double gap = (inside ? -distance : distance) - points_.radius();
+    if (gap > margin) continue;
+    // From the surface toward the point, or out by the feature's normal where they coincide.
+    const Vec3 n_B = distance > 1e-7 ? Vec3((query.x - nearest.point) * ((inside ? -1 : 1) / distance))
+                                     : nearest.pseudo_normal.normalized();
+    Contact contact;
+    contact.n_W = obstacle.X_WO.q * n_B;
+    contact.p_WB = obstacle.X_WO * nearest.point;
+    contact.p_WA = p_W - points_.radius() * contact.n_W;
+    contact.depth = -gap;
+    contact.feature_a = i;
+    if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) continue;
+    keep(contact, static_cast<std::uint8_t>(k));
+    hot = true;
+    report.touching += gap <= 0 ? 1 : 0;
+  }
+  hot_[i] = hot;
+}
+
+void SceneContacts::find(const CollideRequest::Held& held, double ahead, const WorkBudget& budget, ContactModel& model,
+                         DetectorReport& report) HD_RT {
+  report = DetectorReport{};
+  model.count = 0;
+  if (held.object != made_for_ || held.shape.kind != made_of_.kind || held.shape.size != made_of_.size ||
+      held.shape.mesh != made_of_.mesh || held.shape.number != made_of_.number) {
+    points_.make(held.shape);
+    made_for_ = held.object;
+    made_of_ = held.shape;
+    hot_.fill(false);
+    cursor_ = 0;
+    last_count_ = 0;
+    field_.reset();
+  }
+  found_.count = 0;
+  const double margin = kMargin + ahead * held.speed;
+  by_field_ = 0;
+  for (std::uint32_t k = 0; k < held.count; ++k) {
+    if (tryVolume(k, held, margin, budget, report)) by_field_ |= 1u << k;
+  }
+  remember(held);
+  const bool all_by_field = by_field_ == (std::uint64_t{1} << held.count) - 1;
+  const std::uint32_t n = all_by_field ? 0 : points_.count();
+  std::uint32_t tried = 0;
+  bool out_of_budget = false;
+  std::array<bool, ToolPoints::kMost> was_hot;
+  std::copy_n(hot_.begin(), n, was_hot.begin());
+  for (std::uint32_t i = 0; i < n && !out_of_budget; ++i) {
+    if (!was_hot[i]) continue;
+    if ((out_of_budget = spent(budget, report, tried))) break;
+    tryPoint(i, held, margin, report);
+    ++tried;
+  }
+  const std::uint32_t first = n > 0 ? cursor_ % n : 0;
+  for (std::uint32_t k = 0; k < n && !out_of_budget; ++k) {
+    const std::uint32_t i = (first + k) % n;
+    if (was_hot[i]) continue;
+    if ((out_of_budget = spent(budget, report, tried))) {
+      cursor_ = i;
+      break;
+    }
+    tryPoint(i, held, margin, report);
+    ++tried;
+  }
+  report.exhausted = report.exhausted || out_of_budget;
+  report.dropped += n - tried;
+
+  std::array<ContactBody, CollideRequest::kMostObstacles> bodies;
+  for (std::uint32_t k = 0; k < held.count; ++k) bodies[k] = {held.obstacle[k].slot, held.obstacle[k].X_WO};
+  model.build(found_, held.X_WO, {bodies.data(), held.count}, {body_of_.data(), found_.count});
+}
+
+}  // namespace hapticd

@@ -1,0 +1,68 @@
+/** @file
+ * Contacts of a tool with the scene, within a budget: where tool and obstacle both have a volume, the tool's surface
+ * points against the obstacle's distance field (rt/contact/point_field.h); else points of the tool against the nearest
+ * point of each primitive or mesh.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "rt/body/contact_model.h"
+#include "rt/collide/request.h"
+#include "rt/collide/tool_points.h"
+#include "rt/contact/point_field.h"
+#include "rt/volume/volume_table.h"
+
+namespace hapticd {
+
+/**
+ * Of one device's tool; keeps the points of the last tool it was asked for, and which of them touched. Points that
+ * touched last time are tried first, the others in turns, so that a budget that is too small still gets round.
+ *
+ * One-sided without volumes: a scene's corner between two points of the tool is missed. A point deeper than kReach
+ * inside a mesh is lost.
+ */
+class SceneContacts {
+ public:
+  static constexpr double kReach = 0.01;  ///< [m]
+  static constexpr double kMargin =
+      0.002;  ///< Contacts up to this far apart are reported, and more for fast tools [m].
+  static constexpr std::uint32_t kWorkOfOne = 4000;  ///< Most tree nodes and triangles for one point.
+
+  /** Contacts within kMargin plus what the tool may move in `ahead` seconds. Work units: as NearestQuery::work. */
+  void find(const CollideRequest::Held& held, double ahead, const WorkBudget& budget, ContactModel& model,
+            DetectorReport& report) HD_RT;
+  /** Which meshes have a volume; null: none. Before the first find(). */
+  void setVolumes(const VolumeTable* volumes) { volumes_ = volumes; }
+
+ private:
+  [[nodiscard]] const VolumeView* volumeOf(const Shape& shape) const HD_RT;
+  /** Asks the field of obstacle k; false where there is none. */
+  bool tryVolume(std::uint32_t k, const CollideRequest::Held& held, double margin, const WorkBudget& budget,
+                 DetectorReport& report) HD_RT;
+  /** Where the tool (slot 0) or an obstacle stood at the last question; now, if it was not named in it. */
+  [[nodiscard]] Pose before(std::uint32_t slot, const Pose& now) const HD_RT;
+  void remember(const CollideRequest::Held& held) HD_RT;
+  void tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, DetectorReport& report) HD_RT;
+  void keep(const Contact& contact, std::uint8_t body) HD_RT;
+
+  static constexpr std::uint32_t kPatches = 1u << 14;  ///< Of the largest tool: some 40 cm at 0.5 mm.
+
+  const VolumeTable* volumes_ = nullptr;
+  PointFieldDetector field_{kPatches};
+  ContactSet field_found_;
+  std::array<ContactBody, CollideRequest::kMostObstacles + 1> last_{};  ///< The tool and the obstacles, last time.
+  std::uint32_t last_count_ = 0;
+  std::uint32_t by_field_ = 0;  ///< Bit k: obstacle k has been asked by its field.
+
+  ToolPoints points_;
+  std::uint32_t made_for_ = 0;
+  Shape made_of_;
+  std::array<bool, ToolPoints::kMost> hot_{};
+  std::uint32_t cursor_ = 0;
+  ContactSet found_;
+  std::array<std::uint8_t, kMaxContacts> body_of_{};
+};
+
+}  // namespace hapticd

@@ -1,0 +1,94 @@
+#include "rt/collide/tool_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hapticd {
+namespace {
+
+constexpr int kAlongEdge = 9;  ///< Points on a box's edge, its ends included.
+constexpr int kAround = 32;    ///< On a cylinder's rim.
+constexpr int kRings = 9;
+constexpr int kBalls = 33;  ///< Along a capsule.
+
+}  // namespace
+
+void ToolPoints::add(const Vec3& p) HD_RT {
+  if (count_ == kMost) return;
+  for (int i = 0; i < 3; ++i) p_[count_][static_cast<std::size_t>(i)] = static_cast<float>(p[i]);
+  ++count_;
+  reach_ = std::max(reach_, p.norm() + radius_);
+}
+
+void ToolPoints::addBox(const Vec3& half) HD_RT {
+  // Corners first: where a budget ends, the most important have been tried.
+  for (int corner = 0; corner < 8; ++corner) {
+    add({corner & 1 ? half.x() : -half.x(), corner & 2 ? half.y() : -half.y(), corner & 4 ? half.z() : -half.z()});
+  }
+  for (int i = 0; i < kAlongEdge; ++i) {
+    for (int j = 0; j < kAlongEdge; ++j) {
+      const double s = 2.0 * i / (kAlongEdge - 1) - 1;
+      const double t = 2.0 * j / (kAlongEdge - 1) - 1;
+      for (const double side : {-1.0, 1.0}) {
+        const bool on_edge_s = i == 0 || i == kAlongEdge - 1;
+        const bool on_edge_t = j == 0 || j == kAlongEdge - 1;
+        if (on_edge_s && on_edge_t) continue;
+        add(half.cwiseProduct(Vec3(s, t, side)));
+        if (!on_edge_t) add(half.cwiseProduct(Vec3(s, side, t)));
+        if (!on_edge_s && !on_edge_t) add(half.cwiseProduct(Vec3(side, s, t)));
+      }
+    }
+  }
+}
+
+void ToolPoints::addCylinder(double radius, double half) HD_RT {
+  const auto ring = [&](double r, double z, int around) {
+    for (int i = 0; i < around; ++i) {
+      const double a = 2 * EIGEN_PI * i / around;
+      add({r * std::cos(a), r * std::sin(a), z});
+    }
+  };
+  ring(radius, -half, kAround);
+  ring(radius, half, kAround);
+  for (int k = 1; k < kRings - 1; ++k) ring(radius, half * (2.0 * k / (kRings - 1) - 1), kAround);
+  for (const double z : {-half, half}) {
+    add({0, 0, z});
+    ring(radius / 2, z, kAround / 2);
+  }
+}
+
+void ToolPoints::make(const Shape& shape) HD_RT {
+  count_ = 0;
+  radius_ = 0;
+  reach_ = 0;
+  switch (shape.kind) {
+    case ShapeKind::kSphere:
+      radius_ = shape.size.x();
+      add(Vec3::Zero());
+      return;
+    case ShapeKind::kCapsule:
+      radius_ = shape.size.x();
+      for (int i = 0; i < kBalls; ++i) add({0, 0, shape.size.y() * (2.0 * i / (kBalls - 1) - 1)});
+      return;
+    case ShapeKind::kBox:
+      addBox(shape.size);
+      return;
+    case ShapeKind::kCylinder:
+      addCylinder(shape.size.x(), shape.size.y());
+      return;
+    case ShapeKind::kMesh: {
+      if (shape.mesh == nullptr || shape.mesh->deform.vertices != nullptr) return;
+      const std::uint32_t vertices = shape.mesh->vertex_count;
+      const std::uint32_t n = std::min(vertices, kMost);
+      for (std::uint32_t i = 0; i < n; ++i) {
+        const auto& v = shape.mesh->vertices[std::uint64_t{i} * vertices / n];
+        add({v[0], v[1], v[2]});
+      }
+      return;
+    }
+    default:
+      return;
+  }
+}
+
+}  // namespace hapticd

@@ -1,0 +1,38 @@
+/** @file
+ * The surface of a tool as points, or balls of one radius: what is tried against the scene's shapes.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "rt/scene/scene.h"
+
+namespace hapticd {
+
+/** Made by the collide thread when it first sees a tool; allocates nothing. */
+class ToolPoints {
+ public:
+  static constexpr std::uint32_t kMost = 2048;
+
+  /** A sphere is one ball, a capsule a row of them; boxes and cylinders are sampled; of a mesh, vertices evenly taken.
+   * Planes and groups have none. */
+  void make(const Shape& shape) HD_RT;
+
+  [[nodiscard]] std::uint32_t count() const HD_RT { return count_; }
+  [[nodiscard]] Vec3 at(std::uint32_t i) const HD_RT { return {p_[i][0], p_[i][1], p_[i][2]}; }
+  [[nodiscard]] double radius() const HD_RT { return radius_; }  ///< Of each ball [m].
+  [[nodiscard]] double reach() const HD_RT { return reach_; }    ///< Farthest surface from the origin [m].
+
+ private:
+  void add(const Vec3& p) HD_RT;
+  void addBox(const Vec3& half) HD_RT;
+  void addCylinder(double radius, double half) HD_RT;
+
+  std::array<std::array<float, 3>, kMost> p_;
+  std::uint32_t count_ = 0;
+  double radius_ = 0;
+  double reach_ = 0;
+};
+
+}  // namespace hapticd

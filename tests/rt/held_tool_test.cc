@@ -1,0 +1,88 @@
+// Contract 1 with a tool in the hand: servo and collide thread's work, in contact, with objects that come and go.
+#include <gtest/gtest.h>
+
+#include <iostream>
+#include <thread>
+
+#include "rt/body/coupling.h"
+#include "rt/body/rigid_body.h"
+#include "rt/collide/collider.h"
+#include "rt/cycle/realtime.h"
+#include "support/detectors.h"
+#include "support/house.h"
+
+namespace hapticd {
+namespace {
+
+AttachTool box(std::uint32_t object) {
+  const MassProperties mass = MassProperties::ofBox(0.1, {0.02, 0.04, 0.02});
+  DeviceInfo info;
+  info.max_stiffness = 2000;
+  const CouplingGains g = chooseGains(info, {0.1, mass.inertia_O.trace() / 3, 1e-3, 500});
+  AttachTool out{};
+  out.object = object;
+  out.shows_torque = 1;
+  out.mass = 0.1;
+  for (int i = 0; i < 3; ++i) out.inertia[i] = mass.inertia_O(i, i);
+  out.outer = g.outer;
+  out.stiffness = g.stiffness;
+  out.damping = g.damping;
+  out.angular_outer = g.angular_outer;
+  out.angular_stiffness = g.angular_stiffness;
+  out.angular_damping = g.angular_damping;
+  return out;
+}
+
+TEST(HeldTool, ServoAndColliderAreClean) {
+  test::House house("sim://default?dof=6&motion=tap&centre=0,0,0.02&depth=0.04&period=0.5&sway=0.3,0.2,0");
+  Collider collider;
+  house.servo->collider = &collider;
+  const std::uint32_t tool = makeObjectId(30, 1), coming = makeObjectId(31, 1);
+  AddObject order{};
+  order.object = tool;
+  order.flags = HD_OBJECT_ENABLED;
+  order.shape.kind = static_cast<std::uint32_t>(ShapeKind::kBox);
+  order.shape.size[0] = order.shape.size[2] = 0.01;
+  order.shape.size[1] = 0.02;
+  order.material = {500, 0, 0.5, 0.4};
+  order.p[0] = 0.5;
+  order.q[0] = 1;
+  house.order(CommandKind::kAddObject, order);
+  house.order(CommandKind::kAttachTool, box(tool));
+  test::RtViolations seen;
+  bool trapped = false, came = false;
+  std::uint64_t touching = 0;
+  const auto tick = [&](int i) {
+    house.step();
+    if (i % 2 == 0) collider.step(&house.clock);
+    touching += house.servo->cycle().tool(0).last().touching;
+  };
+  std::thread([&] {
+    disableDenormals();
+    prefaultStack(128 * 1024);
+    for (int i = 0; i < 1000; ++i) tick(i);
+    const auto locked = lockMemory();
+    if (!locked) std::cout << "memory is not locked: " << toString(locked.error()) << '\n';
+    trapped = test::trapSystemCalls();
+    for (int i = 0; i < 5000 && seen == test::RtViolations{}; i += 100) {
+      order.object = coming;
+      order.p[0] = 0.01;
+      if (came) {
+        house.order(CommandKind::kRemoveObject, ObjectRef{coming});
+      } else {
+        house.order(CommandKind::kAddObject, order);
+      }
+      came = !came;
+      test::RtScope scope;
+      for (int k = 0; k < 100; ++k) tick(k);
+      seen = scope.finish();
+    }
+  }).join();
+  EXPECT_TRUE(trapped);
+  EXPECT_EQ(seen, test::RtViolations{});
+  EXPECT_GT(touching, 1000u) << "the test must press on something";
+  EXPECT_GT(collider.counters.queries.load(), 2000u);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,299 @@
+// A tool in the hand through the whole cycle: orders in, contacts from the collide side, forces out by the guard.
+#include "rt/cycle/held_tool.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "drivers/sim/sim_device.h"
+#include "rt/base/rotation.h"
+#include "rt/body/coupling.h"
+#include "rt/cycle/servo.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::int64_t kPeriodNs = 1'000'000;
+const std::uint32_t kFloor = makeObjectId(1, 1), kTool = makeObjectId(2, 1), kWall = makeObjectId(3, 1);
+
+template <class T>
+Command order(CommandKind kind, const T& payload) {
+  Command command;
+  command.kind = kind;
+  command.as<T>() = payload;
+  return command;
+}
+
+AddObject object(std::uint32_t id, ShapeKind kind, const Vec3& size, const Vec3& at) {
+  AddObject out{};
+  out.object = id;
+  out.flags = HD_OBJECT_ENABLED;
+  out.shape.kind = static_cast<std::uint32_t>(kind);
+  store(size, out.shape.size);
+  out.material = {1000, 0, 0.4, 0.3};
+  store(at, out.p);
+  out.q[0] = 1;
+  return out;
+}
+
+/** Servo, simulated device with its hand, and the collide side, stepped together; a floor at z = 0 and a box. */
+struct House {
+  explicit House(const char* uri = "sim://default?dof=6", int collide_every = 2)
+      : collide_every_(collide_every), device(resolveSim(parseDeviceUri(uri).value()).value()) {
+    CycleConfig config;
+    config.period_ns = kPeriodNs;
+    GuardConfig guard;
+    guard.limits = {.force = 12,
+                    .torque = 1,
+                    .force_slew = 1e5,
+                    .torque_slew = 1e4,
+                    .gripper_force = 1,
+                    .velocity = 10,
+                    .power = 1e3,
+                    .active_power = 1e3};
+    guard.ramp_ns = kPeriodNs;
+    guard.delay = 0.25;
+    config.guard.fill(guard);
+    EXPECT_TRUE(device.open().ok());
+    device.setIntent({{0, 0, 0.04}, Quat::Identity(), 0});
+    servo = std::make_unique<Servo>(config, std::array<Device*, kMaxDevices>{&device}, meshes, clock);
+    servo->collider = &collider;
+    servo->begin();
+    send(CommandKind::kAddObject, object(kFloor, ShapeKind::kPlane, Vec3::Zero(), Vec3::Zero()));
+    send(CommandKind::kAddObject, object(kTool, ShapeKind::kBox, {0.01, 0.02, 0.005}, {0.5, 0, 0}));
+    run(500);
+  }
+  template <class T>
+  void send(CommandKind kind, const T& payload) {
+    ASSERT_TRUE(servo->from_control.push(order(kind, payload)));
+  }
+  [[nodiscard]] AttachTool tool() const {
+    const MassProperties mass = MassProperties::ofBox(0.1, {0.02, 0.04, 0.01});
+    const CouplingGains g = chooseGains(device.info(), {0.1, mass.inertia_O.trace() / 3, 1e-3});
+    AttachTool out{};
+    out.object = kTool;
+    out.shows_torque = device.info().actuated_rotation ? 1 : 0;
+    out.mass = 0.1;
+    for (int i = 0; i < 3; ++i) out.inertia[i] = mass.inertia_O(i, i);
+    out.outer = g.outer;
+    out.stiffness = g.stiffness;
+    out.damping = g.damping;
+    out.angular_outer = g.angular_outer;
+    out.angular_stiffness = g.angular_stiffness;
+    out.angular_damping = g.angular_damping;
+    return out;
+  }
+  void hold() {
+    send(CommandKind::kAttachTool, tool());
+    run(5);
+    ASSERT_TRUE(servo->cycle().tool(0).held());
+    send(CommandKind::kArm, DeviceRef{0});
+    run(20);
+    ASSERT_TRUE(servo->cycle().deviceGuard(0).armed());
+  }
+  void aim(const Vec3& p, const Vec3& turn = Vec3::Zero()) { device.setIntent({p, fromRotationVector(turn), 0}); }
+  void run(int ticks, bool collide = true) {
+    for (int i = 0; i < ticks; ++i) {
+      servo->runOnce();
+      for (ServoEvent event; servo->events.pop(event);) events.push_back(event.kind);
+      inputs.push_back(servo->lastInput());
+      sent.push_back(servo->lastOutput().device[0].command);
+      if (collide && ++ticks_ % collide_every_ == 0) collider.step(nullptr);
+    }
+  }
+  /** Events of a kind so far. */
+  [[nodiscard]] int told(ServoEventKind kind) const {
+    return static_cast<int>(std::count(events.begin(), events.end(), kind));
+  }
+  [[nodiscard]] const DeviceOutput& out() const { return servo->lastOutput().device[0]; }
+  [[nodiscard]] Pose place() const { return servo->cycle().tool(0).tool().body().pose(); }
+
+  int collide_every_, ticks_ = 0;
+  ManualClock clock;
+  SimDevice device;
+  MeshTable meshes;
+  Collider collider;
+  std::unique_ptr<Servo> servo;
+  std::vector<CycleInput> inputs;
+  std::vector<DeviceCommand> sent;
+  std::vector<ServoEventKind> events;
+};
+
+TEST(HeldTool, FollowsTheHandAndLiesOnTheFloorThatStopsIt) {
+  House house;
+  house.hold();
+  EXPECT_LT((house.place().p - house.device.body().position()).norm(), 1e-4) << "it is where the hand is";
+  EXPECT_LT(house.out().command.force.norm(), 0.05) << "and weighs nothing";
+
+  house.aim({0, 0, -0.02});
+  house.run(1500);
+  EXPECT_NEAR(house.place().p.z(), 0.005, 2e-5) << "half a box above the floor";
+  const AttachTool g = house.tool();
+  const double k = g.outer * g.stiffness / (g.outer + g.stiffness);
+  const double depth = 0.005 - house.device.body().position().z();
+  ASSERT_GT(depth, 0.001);
+  EXPECT_NEAR(house.out().command.force.z(), k * depth, 0.02 * k * depth + 0.02);
+  EXPECT_EQ(house.out().contact.object, kFloor);
+  const SceneObject* seen = house.servo->cycle().scene().find(kTool);
+  ASSERT_NE(seen, nullptr);
+  EXPECT_LT((seen->X_PO.p - house.place().p).norm(), 1e-9) << "the scene's object follows";
+
+  // Turned in the hand, the box lies on an edge of its own and turns the hand back.
+  house.aim({0, 0, -0.02}, Vec3(0.4, 0, 0));
+  house.run(1500);
+  EXPECT_LT(house.out().command.torque.x(), -1e-3);
+
+  house.aim({0, 0, 0.05});
+  house.run(1500);
+  EXPECT_EQ(house.out().contact.object, 0u);
+  EXPECT_LT(house.out().command.force.norm(), 0.05);
+  EXPECT_EQ(house.told(ServoEventKind::kTouch), 1);
+  EXPECT_EQ(house.told(ServoEventKind::kUntouch), 1);
+}
+
+TEST(HeldTool, IsNotStoppedByWhatIsPartOfIt) {
+  House house;
+  AddObject knob = object(kWall, ShapeKind::kSphere, {0.01, 0, 0}, {0, 0, -0.008});
+  knob.parent = kTool;
+  house.send(CommandKind::kAddObject, knob);
+  house.hold();
+  house.run(300);
+  EXPECT_EQ(house.out().contact.object, 0u);
+  EXPECT_LT((house.place().p - house.device.body().position()).norm(), 1e-4);
+}
+
+TEST(HeldTool, ADeviceOfThreeAxesGetsTheForceAndNoTorque) {
+  House house("sim://default");
+  house.hold();
+  house.aim({0, 0, -0.02});
+  house.run(1000);
+  EXPECT_GT(house.out().command.force.z(), 0.5);
+  EXPECT_TRUE(house.out().command.torque.isZero(0));
+}
+
+TEST(HeldTool, AnAnswerEveryFifthTickFeelsLikeOneInEach) {
+  const auto pressed = [](int every) {
+    House house("sim://default?dof=6", every);
+    house.hold();
+    for (int i = 0; i < 1000; ++i) {
+      house.aim({0.01 * std::sin(i * 0.005), 0, 0.01 - 0.03 * std::sin(i * 0.004)},
+                Vec3(0.2 * std::sin(i * 0.007), 0, 0));
+      house.run(1);
+    }
+    return house.sent;
+  };
+  const auto each = pressed(1);
+  const auto fifth = pressed(5);
+  double error = 0, size = 0;
+  for (std::size_t i = 0; i < each.size(); ++i) {
+    error += (each[i].force - fifth[i].force).squaredNorm();
+    size += each[i].force.squaredNorm();
+  }
+  EXPECT_GT(size, 0);
+  EXPECT_LT(std::sqrt(error / size), 0.03);
+}
+
+TEST(HeldTool, TheSameInputsGiveTheSameForcesWithoutACollideThread) {
+  House house;
+  house.hold();
+  house.aim({0.005, 0, -0.015}, Vec3(0.1, 0.2, 0));
+  house.run(600);
+  // Another cycle, fed what the first one was: contacts are among the commands.
+  const auto cycle = std::make_unique<Cycle>(house.servo->cycle().config(), house.meshes);
+  cycle->setResolution(0, house.device.info().position_resolution, house.device.info().rotation_resolution);
+  const auto output = std::make_unique<CycleOutput>();
+  for (std::size_t i = 0; i < house.inputs.size(); ++i) {
+    cycle->step(house.inputs[i], *output);
+    ASSERT_EQ(std::memcmp(&output->device[0].command.force, &house.sent[i].force, sizeof(Vec3)), 0) << "tick " << i;
+    ASSERT_EQ(std::memcmp(&output->device[0].command.torque, &house.sent[i].torque, sizeof(Vec3)), 0);
+  }
+}
+
+TEST(HeldTool, StaleContactsFadeTheForceOut) {
+  House house;
+  house.hold();
+  house.aim({0, 0, -0.02});
+  house.run(800);
+  ASSERT_GT(house.out().command.force.z(), 0.5);
+  house.run(90, false);
+  EXPECT_GT(house.out().command.force.z(), 0.5) << "it goes on with what it has";
+  double last = house.out().command.force.norm();
+  for (int i = 0; i < 80; ++i) {
+    house.run(1, false);
+    EXPECT_LE(house.out().command.force.norm(), last + 0.05);
+    last = house.out().command.force.norm();
+  }
+  EXPECT_LT(last, 1e-6);
+}
+
+TEST(HeldTool, AMovingWallIsFeltAndChargedToWhoMovesIt) {
+  House house;
+  house.send(CommandKind::kAddObject, object(kWall, ShapeKind::kBox, {0.02, 0.05, 0.05}, {-0.06, 0, 0.04}));
+  house.hold();
+  hd_object_pose pose{};
+  pose.object = kWall;
+  pose.q[0] = 1;
+  pose.v[0] = 0.1;
+  pose.p[0] = -0.06;
+  pose.p[2] = 0.04;
+  house.send(CommandKind::kObjectPose, pose);
+  house.run(600);  // its face has come from -4 cm to 2 cm
+  EXPECT_GT(house.place().p.x(), 0.025);
+  EXPECT_GT(house.out().command.force.x(), 0.5);
+  EXPECT_EQ(house.out().contact.object, kWall);
+  EXPECT_GT(house.servo->cycle().tool(0).last().obstacle_work.x(), 0);
+  EXPECT_GT(house.out().guard.energy, -1e-3) << "the guard knows that the hand was pushed by who moves the wall";
+}
+
+TEST(HeldTool, GoesWithItsObjectAndRefusesWhatIsNoTool) {
+  House house;
+  house.hold();
+  house.send(CommandKind::kRemoveObject, ObjectRef{kTool});
+  house.run(5);
+  EXPECT_FALSE(house.servo->cycle().tool(0).held());
+
+  Scene const& scene = house.servo->cycle().scene();
+  HeldTool tool;
+  AttachTool wish = house.tool();
+  EXPECT_EQ(tool.attach(wish, scene), ErrorCode::kNotFound);
+  wish.object = kFloor;
+  EXPECT_EQ(tool.attach(wish, scene), ErrorCode::kInvalidArgument) << "a plane has no end";
+  EXPECT_FALSE(tool.held());
+}
+
+TEST(HeldTool, HostileNumbersAreRefused) {
+  House house;
+  Scene const& scene = house.servo->cycle().scene();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto refused = [&](auto change) {
+    AttachTool wish = house.tool();
+    change(wish);
+    HeldTool tool;
+    return tool.attach(wish, scene) == ErrorCode::kInvalidArgument && !tool.held();
+  };
+  EXPECT_FALSE(refused([](AttachTool&) {}));
+  EXPECT_TRUE(refused([](AttachTool& t) { t.mass = 0; }));
+  EXPECT_TRUE(refused([&](AttachTool& t) { t.outer = nan; }));
+  EXPECT_TRUE(refused([](AttachTool& t) { t.damping = -1; }));
+  EXPECT_TRUE(refused([](AttachTool& t) { t.inertia[0] = 1; }));
+  EXPECT_TRUE(refused([&](AttachTool& t) { t.com[1] = nan; }));
+
+  HeldTool tool;
+  ASSERT_EQ(tool.attach(house.tool(), scene), ErrorCode::kOk);
+  ToolContacts contacts{};
+  contacts.object = kTool;
+  contacts.count = 15;
+  EXPECT_EQ(tool.take(contacts), ErrorCode::kInvalidArgument);
+  contacts.count = 1;
+  EXPECT_EQ(tool.take(contacts), ErrorCode::kInvalidArgument) << "a normal of length zero";
+  contacts.point[0].n_B[2] = 1;
+  EXPECT_EQ(tool.take(contacts), ErrorCode::kOk);
+  contacts.point[0].p_A[0] = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(tool.take(contacts), ErrorCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,100 @@
+// A tool's contacts with the scene: fields where both have a volume, nearest points where not, the same answer.
+#include "rt/collide/scene_contacts.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "support/test_volume.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::uint32_t kToolEntry = 3, kPlateEntry = 5;
+
+struct Question {
+  Question() {
+    held.object = makeObjectId(9, 1);
+    held.shape.kind = ShapeKind::kMesh;
+    held.shape.mesh_entry = kToolEntry;
+    held.count = 1;
+    held.obstacle[0].slot = 7;
+    held.obstacle[0].shape.kind = ShapeKind::kMesh;
+    held.obstacle[0].shape.mesh_entry = kPlateEntry;
+    volumes.publish(kToolEntry, &ball.view);
+    volumes.publish(kPlateEntry, &plate.view);
+    contacts->setVolumes(&volumes);
+  }
+  ContactModel ask(const Vec3& p) {
+    held.X_WO.p = p;
+    ContactModel model;
+    contacts->find(held, 0, {1'000'000, 0, nullptr}, model, report);
+    return model;
+  }
+  double deepest(const ContactModel& model) const {
+    double gap = INFINITY;
+    for (std::uint32_t i = 0; i < model.count; ++i) {
+      gap = std::min(gap, model.touch(i, held.X_WO, held.X_WO.p, held.obstacle[0].X_WO, {}).gap);
+    }
+    return -gap;
+  }
+
+  testing::TestVolume ball = testing::sphereVolume(0.01, 0.0005, 60);
+  testing::TestVolume plate = testing::boxVolume({0.02, 0.02, 0.005}, 0.0005);
+  VolumeTable volumes;
+  CollideRequest::Held held;
+  DetectorReport report;
+  std::unique_ptr<SceneContacts> contacts = std::make_unique<SceneContacts>();
+};
+
+TEST(SceneContacts, VolumesTouchByTheirFields) {
+  Question q;
+  const ContactModel model = q.ask({0.003, 0.001, 0.005 + 0.01 - 0.001});
+  ASSERT_GT(model.count, 0u);
+  EXPECT_EQ(model.point[0].body(), 7u);
+  EXPECT_NEAR(q.deepest(model), 0.001, 3e-5);
+  const Touch touch = model.touch(0, q.held.X_WO, q.held.X_WO.p, Pose{}, {});
+  EXPECT_NEAR(touch.n.z(), 1, 1e-3);
+  EXPECT_EQ(q.ask({0, 0, 0.03}).count, 0u) << "out of reach";
+}
+
+TEST(SceneContacts, AFastToolIsStoppedByAThinPlate) {
+  Question q;
+  testing::TestVolume thin = testing::boxVolume({0.02, 0.02, 0.001}, 0.0005);
+  q.volumes.publish(kPlateEntry, &thin.view);
+  (void)q.ask({0, 0, 0.0115});
+  const ContactModel through = q.ask({0, 0, 0.0065});  // 5 mm in a question's time; the plate is 2 mm thick
+  ASSERT_GT(through.count, 0u);
+  const Touch touch = through.touch(0, q.held.X_WO, q.held.X_WO.p, Pose{}, {});
+  EXPECT_GT(touch.n.z(), 0.9) << "pushed back to where it came from";
+}
+
+TEST(SceneContacts, WithoutAVolumeNearestPointsAnswerTheSame) {
+  Question q;
+  const Vec3 p(0.003, 0.001, 0.005 + 0.01 - 0.001);
+  const double by_field = q.deepest(q.ask(p));
+  q.held.shape = Shape{ShapeKind::kSphere, Vec3(0.01, 0, 0)};
+  q.held.obstacle[0].shape = Shape{ShapeKind::kBox, Vec3(0.02, 0.02, 0.005)};
+  const ContactModel model = q.ask(p);
+  ASSERT_EQ(model.count, 1u) << "a sphere is one ball";
+  EXPECT_NEAR(q.deepest(model), by_field, 3e-5);
+  EXPECT_NEAR(q.deepest(model), 0.001, 1e-8);
+}
+
+TEST(SceneContacts, ABudgetOfNothingIsKeptAndTold) {
+  Question q;
+  q.held.shape = Shape{ShapeKind::kBox, Vec3(0.01, 0.01, 0.01)};
+  q.held.obstacle[0].shape = Shape{ShapeKind::kPlane};
+  q.held.X_WO.p = Vec3(0, 0, 0.0099);
+  ContactModel model;
+  q.contacts->find(q.held, 0, {20, 0, nullptr}, model, q.report);
+  EXPECT_TRUE(q.report.exhausted);
+  EXPECT_LE(q.report.work, 21u);
+  EXPECT_GT(q.report.dropped, 100u);
+  // Again and again: it gets round, and what touched is tried first.
+  for (int i = 0; i < 40; ++i) q.contacts->find(q.held, 0, {20, 0, nullptr}, model, q.report);
+  EXPECT_GT(model.count, 3u);
+}
+
+}  // namespace
+}  // namespace hapticd

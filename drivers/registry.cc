@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "drivers/driver.h"
 #include "drivers/falcon/falcon_driver.h"
 #include "drivers/hidpid/hidpid_driver.h"
@@ -62,6 +65,11 @@ Result<std::unique_ptr<Device>> makeBySerial(std::string_view serial) {
 }
 
 }  // namespace
+
+bool isHardware(std::string_view scheme) noexcept {
+  return std::any_of(std::begin(kDrivers), std::end(kDrivers),
+                     [=](const Driver* driver) { return driver->real && driver->scheme == scheme; });
+}
 
 std::vector<DeviceFound> findDevices() {
   std::vector<DeviceFound> found;

@@ -37,6 +37,9 @@ struct DeviceFound {
   bool real = false;  ///< Hardware, not a simulator.
 };
 
+/** Whether devices of that scheme are hardware, which can hurt. */
+[[nodiscard]] bool isHardware(std::string_view scheme) noexcept;
+
 /** What this machine has: real devices first, then the simulator. Control thread. */
 [[nodiscard]] std::vector<DeviceFound> findDevices();
 

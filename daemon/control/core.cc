@@ -6,6 +6,7 @@
 
 #include "daemon/device/limits.h"
 #include "daemon/log.h"
+#include "drivers/registry.h"
 
 namespace hapticd {
 
@@ -148,6 +149,17 @@ Result<OpenDevice*> Core::openDevice(std::string_view uri) {
     publish(EventKind::kDeviceAdded, devices_.devices()[i]->name, devices_.devices()[i]->info().uri);
   }
   return device;
+}
+
+Result<OpenDevice*> Core::openDevice(std::string_view text, std::uint64_t connection) {
+  const auto uri = parseDeviceUri(text);
+  const bool tuned = uri && !uri.value().query.empty() && isHardware(uri.value().scheme);
+  if (tuned && !client(connection).administration && !devices_.find(text)) {
+    return Error{ErrorCode::kPermissionDenied, log::printable(std::string(text.substr(0, 200))),
+                 "the parameters of a real device are the administrator's",
+                 "open it without them, name it in hapticd.toml, or connect to the administration socket"};
+  }
+  return openDevice(text);
 }
 
 Result<void> Core::closeDevice(std::string_view uri, std::uint64_t connection) {

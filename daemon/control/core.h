@@ -106,6 +106,11 @@ class Core {
   [[nodiscard]] Result<void> attachTool(OpenDevice& device, const ToolWish& wish, const Client& by);
   [[nodiscard]] Result<void> detachTool(OpenDevice& device, const Client& by);
   [[nodiscard]] Result<OpenDevice*> openDevice(std::string_view uri);
+  /**
+   * The same for a client. How a real device is driven (firmware, scale of its motors) is the administrator's: a URI
+   * with parameters of a device that is not open yet is kPermissionDenied but on the administration socket.
+   */
+  [[nodiscard]] Result<OpenDevice*> openDevice(std::string_view uri, std::uint64_t connection);
   [[nodiscard]] Result<void> closeDevice(std::string_view uri, std::uint64_t connection);
 
   /** Records the device's group; Recordings says who may. */

@@ -30,7 +30,7 @@ Result<Session*> Core::openSession(std::string_view uri, std::uint64_t connectio
                     HD_SHM_MINOR),
         major > HD_SHM_MAJOR || minor > HD_SHM_MINOR ? "update hapticd" : "update the client's libhapticclient"};
   }
-  auto device = openDevice(uri);
+  auto device = openDevice(uri, connection);
   if (!device) return device.error();
   Client by = client(connection);
   if (!name.empty()) by.name = name;

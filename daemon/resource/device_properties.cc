@@ -51,6 +51,17 @@ Json getCounts(const OpenDevice&, const DeviceNow& s, Core&) {
   return {{"cycles", s.cycles}, {"missed", s.missed}, {"overruns", s.overruns}, {"stale", s.stale}};
 }
 
+Json getRoundTrip(const OpenDevice& device, const DeviceNow&, Core&) {
+  const Histogram* histogram = device.link->group().device(device.index).roundTrip();
+  if (histogram == nullptr) return nullptr;
+  const Histogram::Summary s = histogram->summary();
+  constexpr double kUsPerNs = 1e-3;
+  return {{"count", s.count},
+          {"p50", static_cast<double>(s.p50_ns) * kUsPerNs},
+          {"p99", static_cast<double>(s.p99_ns) * kUsPerNs},
+          {"max", static_cast<double>(s.max_ns) * kUsPerNs}};
+}
+
 Result<void> setRadius(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
                        const Client& by) {
   auto n = parseNumbers(value, 1, where);
@@ -122,6 +133,7 @@ constexpr DeviceProperty kProperties[] = {
     {"group", "devices of one group share a servo",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return Json(d.link->name()); }},
     {"policy", "scheduling", [](const OpenDevice&, const DeviceNow& s, Core&) { return Json(s.policy); }},
+    {"round_trip", "from a command sent to its answer, of a device with an I/O thread; else null [us]", getRoundTrip},
     {"temperature", "hottest motor [deg C], null where not sensed",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return number(d.device().temperature()); }},
     {"heat", "of the motors by the force sent; 1 is all they stand for ever, from 0.85 on the force is derated",

@@ -43,7 +43,7 @@ kj::Promise<void> DaemonServer::openDevice(OpenDeviceContext context) {
   return answer(context, [&](auto params, auto results) -> Result<void> {
     auto uri = readUri(params.getUri());
     if (!uri) return uri.error();
-    auto device = core_.openDevice(*uri);
+    auto device = core_.openDevice(*uri, connection_);
     if (!device) return device.error();
     write(results.initDevice(), **device);
     return {};

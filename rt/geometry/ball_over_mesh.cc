@@ -40,18 +40,19 @@ class BallOverMesh {
     const double t = above > 0 ? above / approach : 0.0;
     if (!first.isBeatenBy(t, triangle)) return;
     const bool reaches = approach > 0 && above >= -sweep_.tolerance;
-    if (reaches && nearestOnTriangle(v, sweep_.a + t * sweep_.d).kind == FeatureKind::kFace) {
+    const TriangleFoot foot = nearestOnTriangle(v, sweep_.a + t * sweep_.d);
+    if (reaches && foot.kind == FeatureKind::kFace) {
       first.set({t, above, n, n.dot(v.a) + sweep_.radius, triangle, FeatureKind::kFace, 0, Vec3::Zero()});
     } else {
-      tryRim(triangle, v, n, t, first);
+      tryRim(triangle, v, n, t, foot, first);
     }
   }
 
  private:
   /** From the moment on at which the ball reaches the face's plane, beside the face. */
-  void tryRim(std::uint32_t triangle, const Corners& v, const Vec3& n, double t, Earliest& first) HD_RT {
+  void tryRim(std::uint32_t triangle, const Corners& v, const Vec3& n, double t, TriangleFoot touched,
+              Earliest& first) HD_RT {
     Vec3 out;
-    TriangleFoot touched;
     if (!firstTouch(v, first.time(), t, out, touched) || !first.isBeatenBy(t, triangle)) return;
     if (!sweep_.two_sided) {
       if (n.dot(out) < -kGrazing) return;
@@ -65,14 +66,15 @@ class BallOverMesh {
   }
 
   /**
-   * First t in [t, t_max] at which the ball touches the triangle, as firstTouch() of first_touch.h. Where the nearest
+   * First t in [t, t_max] at which the ball touches the triangle, as firstTouch() of first_touch.h;
+   * `touched` is the point nearest to where it begins, and then that of the touch. Where the nearest
    * edge or vertex stays the nearest a quadratic equation tells it at once, also on grazing ways, on which Newton's
    * steps would gain two bits each.
    */
   bool firstTouch(const Corners& v, double t_max, double& t, Vec3& out, TriangleFoot& touched) const HD_RT {
     for (int step = 0; step < kMaxSteps; ++step) {
       const Vec3 x = sweep_.a + t * sweep_.d;
-      touched = nearestOnTriangle(v, x);
+      if (step > 0) touched = nearestOnTriangle(v, x);
       const Vec3 away = x - touched.point;
       const double distance = away.norm();
       const double gap = distance - sweep_.radius;
@@ -81,6 +83,8 @@ class BallOverMesh {
       const double slope = out.dot(sweep_.d);
       if (slope >= 0) return false;
       if (gap <= rounding_) return true;
+      const double next = t - gap / slope;
+      if (next > t_max) return false;
       if (touched.kind != FeatureKind::kFace) {
         const Vec3 d = acrossRim(v, touched);
         const double past = (distance - sweep_.radius) * (distance + sweep_.radius), towards = -away.dot(d);
@@ -97,8 +101,6 @@ class BallOverMesh {
           return true;
         }
       }
-      const double next = t - gap / slope;
-      if (next > t_max) return false;
       if (next <= t) return true;
       t = next;
     }

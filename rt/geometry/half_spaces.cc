@@ -41,11 +41,19 @@ bool nearestInside(const HalfSpace* planes, int count, double tolerance, Vec3& x
     }
     return true;
   };
+  if (count == 1) {
+    Vec3 y = x;
+    const bool free = inside(x);
+    if (!free && (!nearestOnPlanes(planes, 1, y) || !inside(y))) return false;
+    x = y;
+    active = free ? 0 : 1;
+    return true;
+  }
   double best = std::numeric_limits<double>::infinity();
   std::uint32_t best_mask = 0;
   Vec3 nearest = x;
   for (std::uint32_t mask = 0; mask < (1u << count); ++mask) {
-    if (std::popcount(mask) > 3) continue;
+    if (mask == 15) continue;  // Four planes meet in no point.
     Vec3 y = x;
     if (!nearestOnPlanes(planes, mask, y) || !inside(y)) continue;
     const double distance = (y - x).squaredNorm();

@@ -34,6 +34,7 @@ struct PrismSweep {
   float a[3];
   float b[3];
   float radius_squared;  ///< [m^2]
+  bool still;            ///< a and b are one: asked with a alone.
   float behind;          ///< What stays farther than this behind its plane is not met [m].
 };
 

@@ -45,6 +45,35 @@ void put(const Point& n, __m256 offset, __m256 far, float (&normal)[3][kPrismWid
   _mm256_storeu_ps(offsets, _mm256_max_ps(_mm256_min_ps(offset, far), _mm256_sub_ps(_mm256_setzero_ps(), far)));
 }
 
+template <bool kStill>
+void reach(const PrismBlock* block, std::uint32_t count, const PrismSweep& sweep, std::uint8_t* mask) noexcept {
+  const Point a = spread(sweep.a), b = spread(sweep.b);
+  const __m256 zero = _mm256_setzero_ps(), squared = _mm256_set1_ps(sweep.radius_squared);
+  const __m256 behind = _mm256_set1_ps(0.0F - sweep.behind);
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const PrismBlock& p = block[k];
+    const __m256 at_a = above(p.normal, p.offset, a), at_b = kStill ? at_a : above(p.normal, p.offset, b);
+    const __m256 low = _mm256_min_ps(at_a, at_b), high = _mm256_max_ps(at_a, at_b);
+    const __m256 apart = _mm256_max_ps(_mm256_max_ps(low, _mm256_sub_ps(zero, high)), zero);
+    const __m256 front = _mm256_cmp_ps(high, behind, _CMP_GE_OQ);
+    const __m256 apart2 = _mm256_mul_ps(apart, apart);
+    const __m256 level = _mm256_and_ps(front, _mm256_cmp_ps(apart2, squared, _CMP_LE_OQ));
+    if (_mm256_movemask_ps(level) == 0) {  // Most blocks are done with their planes.
+      mask[k] = 0;
+      continue;
+    }
+    __m256 beyond = zero;
+    for (int i = 0; i < 3; ++i) {
+      const __m256 side_a = above(p.side[i], p.side_offset[i], a);
+      const __m256 side_b = kStill ? side_a : above(p.side[i], p.side_offset[i], b);
+      beyond = _mm256_max_ps(_mm256_min_ps(side_a, side_b), beyond);
+    }
+    const __m256 distance2 = _mm256_add_ps(apart2, _mm256_mul_ps(beyond, beyond));
+    const __m256 met = _mm256_and_ps(front, _mm256_cmp_ps(distance2, squared, _CMP_LE_OQ));
+    mask[k] = static_cast<std::uint8_t>(_mm256_movemask_ps(met));
+  }
+}
+
 }  // namespace
 
 std::uint32_t makePrismsAvx2(const PrismCorners& corners, float radius, PrismBlock& block) noexcept {
@@ -73,29 +102,10 @@ std::uint32_t makePrismsAvx2(const PrismCorners& corners, float radius, PrismBlo
 
 void reachPrismsAvx2(const PrismBlock* block, std::uint32_t count, const PrismSweep& sweep,
                      std::uint8_t* mask) noexcept {
-  const Point a = spread(sweep.a), b = spread(sweep.b);
-  const __m256 zero = _mm256_setzero_ps(), squared = _mm256_set1_ps(sweep.radius_squared);
-  const __m256 behind = _mm256_set1_ps(0.0F - sweep.behind);
-  for (std::uint32_t k = 0; k < count; ++k) {
-    const PrismBlock& p = block[k];
-    const __m256 at_a = above(p.normal, p.offset, a), at_b = above(p.normal, p.offset, b);
-    const __m256 low = _mm256_min_ps(at_a, at_b), high = _mm256_max_ps(at_a, at_b);
-    const __m256 apart = _mm256_max_ps(_mm256_max_ps(low, _mm256_sub_ps(zero, high)), zero);
-    const __m256 front = _mm256_cmp_ps(high, behind, _CMP_GE_OQ);
-    const __m256 apart2 = _mm256_mul_ps(apart, apart);
-    const __m256 level = _mm256_and_ps(front, _mm256_cmp_ps(apart2, squared, _CMP_LE_OQ));
-    if (_mm256_movemask_ps(level) == 0) {  // Most blocks are done with their planes.
-      mask[k] = 0;
-      continue;
-    }
-    __m256 beyond = zero;
-    for (int i = 0; i < 3; ++i) {
-      const __m256 side_a = above(p.side[i], p.side_offset[i], a), side_b = above(p.side[i], p.side_offset[i], b);
-      beyond = _mm256_max_ps(_mm256_min_ps(side_a, side_b), beyond);
-    }
-    const __m256 distance2 = _mm256_add_ps(apart2, _mm256_mul_ps(beyond, beyond));
-    const __m256 met = _mm256_and_ps(front, _mm256_cmp_ps(distance2, squared, _CMP_LE_OQ));
-    mask[k] = static_cast<std::uint8_t>(_mm256_movemask_ps(met));
+  if (sweep.still) {
+    reach<true>(block, count, sweep, mask);
+  } else {
+    reach<false>(block, count, sweep, mask);
   }
 }
 

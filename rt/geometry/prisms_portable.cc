@@ -15,13 +15,13 @@ float above(const float (&normal)[3][kPrismWidth], const float* offset, int i, c
 
 bool reaches(const PrismBlock& block, int i, const PrismSweep& sweep) noexcept {
   const float at_a = above(block.normal, block.offset, i, sweep.a);
-  const float at_b = above(block.normal, block.offset, i, sweep.b);
+  const float at_b = sweep.still ? at_a : above(block.normal, block.offset, i, sweep.b);
   const float low = least(at_a, at_b), high = greatest(at_a, at_b);
   const float apart = greatest(greatest(low, 0.0F - high), 0.0F);
   float beyond = 0;
   for (int k = 0; k < 3; ++k) {
     const float side_a = above(block.side[k], block.side_offset[k], i, sweep.a);
-    const float side_b = above(block.side[k], block.side_offset[k], i, sweep.b);
+    const float side_b = sweep.still ? side_a : above(block.side[k], block.side_offset[k], i, sweep.b);
     beyond = greatest(least(side_a, side_b), beyond);
   }
   return apart * apart + beyond * beyond <= sweep.radius_squared && high >= 0.0F - sweep.behind;

@@ -9,7 +9,8 @@
 namespace hapticd {
 namespace {
 
-constexpr double kNeedle = 1e-9;  // Sine of an angle below which a triangle has no plane worth asking.
+constexpr double kStill = 0x1p-14;  // Of the radius: a way so short is taken for a larger ball.
+constexpr double kNeedle = 1e-9;    // Sine of an angle below which a triangle has no plane worth asking.
 
 void put(const Vec3& n, double offset, double far, float (&normal)[3][kPrismWidth], float* offsets,
          std::uint32_t lane) HD_RT {
@@ -100,7 +101,9 @@ PrismSweep Vicinity::rounded(const Vec3& a, const Vec3& b, double radius, bool b
     sweep.a[i] = static_cast<float>(a[i] - center_[i]);
     sweep.b[i] = static_cast<float>(b[i] - center_[i]);
   }
-  const double grown = radius + kSlack * radius_;
+  const double way = (b - a).norm();
+  sweep.still = way <= kStill * radius_;
+  const double grown = radius + kSlack * radius_ + (sweep.still ? way : 0.0);
   sweep.radius_squared = roundedUp(grown * grown);
   sweep.behind = static_cast<float>(behind ? 2 * radius_ : kSlack * radius_);
   return sweep;

@@ -13,6 +13,7 @@ constexpr int kMaxRounds = 12;  // Hits before the surfaces are looked at afresh
 void ProxyRenderer::reset(const Vec3& hip_W) HD_RT {
   proxy_ = hip_W;
   object_ = 0;
+  resting_.id = 0;
   slip_ = false;
   started_ = true;
   behind_ = false;
@@ -174,6 +175,17 @@ void ProxyRenderer::arrive(Step& step, const Vec3& target) HD_RT {
   step.together = true;
 }
 
+/** Comes to the surface met on the way to `target`, which holds the proxy from now on. */
+void ProxyRenderer::meet(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT {
+  const SceneObject& object = step.scene->slot(slot);
+  const double skin = step.skin(object);
+  if (first.height > 1.5 * skin) {
+    const double approach = -first.normal.dot(toLocal(object.X_WO, target) - startIn(step, slot));
+    moveBy(step, target, std::max(0.0, first.t - skin / approach));
+  }
+  hold(step, slot, first);
+}
+
 /** Moves the proxy as far as it goes. */
 void ProxyRenderer::settle(Step& step) HD_RT {
   bool hit = false;
@@ -183,32 +195,30 @@ void ProxyRenderer::settle(Step& step) HD_RT {
     step.count = 0;
     Plan next;
     next.target = step.goal;
+    bool again = holdAgain(step);
     for (int round = 0;; ++round) {
-      if (!sweepTo(step, next.target, hit, slot, first)) return;
-      if (!hit) {
-        arrive(step, next.target);
-        if (next.has_then) {
-          next.target = next.then;
-          next.has_then = false;
-          continue;
+      if (!again) {
+        if (!sweepTo(step, next.target, hit, slot, first)) return;
+        if (!hit) {
+          arrive(step, next.target);
+          if (next.has_then) {
+            next.target = next.then;
+            next.has_then = false;
+            continue;
+          }
+          break;
         }
-        break;
+        if (round >= kMaxRounds) return;
+        if (next.in_groove) ++step.broken;
+        meet(step, next.target, slot, first);
       }
-      if (round >= kMaxRounds) return;
-      if (next.in_groove) ++step.broken;
-      const double skin = step.skin(step.scene->slot(slot));
-      if (first.height > 1.5 * skin) {
-        const SceneObject& object = step.scene->slot(slot);
-        const Vec3 a = startIn(step, slot);
-        const double approach = -first.normal.dot(toLocal(object.X_WO, next.target) - a);
-        moveBy(step, next.target, std::max(0.0, first.t - skin / approach));
-      }
-      hold(step, slot, first);
+      again = false;
       next = plan(step);
       if (next.stay && step.together) return;
       if (next.stay) next.target = here(step);
     }
     if (step.count == 0) return;  // Arrived at the goal.
+    noteRest(step);
   }
 }
 
@@ -240,6 +250,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const SceneObject* surface = support.touching ? step.scene->find(object) : nullptr;
   const bool before = object_ != 0;
   if (!surface) {
+    resting_.id = 0;
     contact.proxy = contact.point = proxy_;
     contact.untouch = before;
     contact.left = object_;
@@ -259,6 +270,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   contact.proxy = support.at;
   contact.object = object;
   contact.touch = !before;
+  noteRest(step);
   slip_ = step.slip && material.friction_static > 0;
   contact.slip = slip_;
   object_ = object;

@@ -59,7 +59,8 @@ class ProxyRenderer {
    * else tick by tick: a ball that grows pushes nobody. Not finite or negative counts as 0.
    */
   void setRadius(double radius) HD_RT { wanted_radius_ = std::isfinite(radius) && radius > 0 ? radius : 0; }
-  /** Whether triangles are kept from tick to tick. It changes no force, only what it costs; for tests and benchmarks.
+  /** Whether triangles are kept from tick to tick. It changes no force, only what it costs;
+   * for tests and benchmarks.
    */
   void keepSurroundings(bool keep) HD_RT { keep_ = keep; }
   /** As set [m]. */
@@ -98,6 +99,16 @@ class ProxyRenderer {
     std::uint32_t active = 0;  ///< Which of the surfaces held, by bit.
     bool touching = false;
   };
+  /** The face of a mesh on which the proxy rested, and what must be the same for it to rest there still. */
+  struct Resting {
+    std::uint32_t slot = 0, feature = 0;
+    std::uint32_t id = 0;  ///< Of the object; 0: it rests on none.
+    std::uint32_t flags = 0;
+    std::uint64_t number = 0, moves = 0;  ///< Shape::number and those of its mesh's vertices.
+    Vec3 normal = Vec3::Zero();           ///< In the object's frame.
+    double offset = 0;                    ///< Of the face itself.
+    HalfSpace inside[3];                  ///< Well within its edges; normals not unit.
+  };
   struct Step;
 
   void begin(Step& step) HD_RT;
@@ -106,7 +117,10 @@ class ProxyRenderer {
   bool sweepTo(Step& step, const Vec3& target, bool& hit, std::uint32_t& slot, SweepHit& first) HD_RT;
   void moveBy(Step& step, const Vec3& target, double t) HD_RT;
   void arrive(Step& step, const Vec3& target) HD_RT;
+  void meet(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT;
   void hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT;
+  void noteRest(const Step& step) HD_RT;
+  bool holdAgain(Step& step) HD_RT;
   Plan plan(Step& step) HD_RT;
   Plan planOnCurve(Step& step, const Vec3& here) HD_RT;
   Plan planInGroove(Step& step, const Vec3& here, double rest) HD_RT;
@@ -133,6 +147,7 @@ class ProxyRenderer {
   bool started_ = false;
   bool keep_ = true;
   Surroundings surroundings_;
+  Resting resting_;
 
   /**
    * Where a step ends before the proxy stands at one place relative to all moving objects (squeezed, or out of work),

@@ -13,7 +13,7 @@ constexpr std::uint32_t kMostDeep =
     192;                                // Of more, those that the look for a nearer surface needs are left to the tree.
 constexpr double kChange = 2;           // by this factor of its margin.
 constexpr double kTicks = 3;            // That a margin lasts at least, at the speed of the hand.
-constexpr double kLead = 0.6;           // Of the margin: so far ahead of the hand.
+constexpr double kLead = 0.75;          // Of the margin: so far ahead of the hand.
 constexpr double kFirstMargin = 0.125;  // Of what is needed.
 constexpr std::uint32_t kMaxGather = 2048;  // Nodes and triangles visited for one vicinity.
 constexpr std::uint32_t kRest = 32;         // Ticks.

@@ -91,7 +91,12 @@ void ProxyRenderer::hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD
   met.surface.normal = rotated(object.X_WO.q, hit.normal);
   met.surface.offset = hit.offset + met.surface.normal.dot(object.X_WO.p);
   met.skin = step.skin(object);
-  if (hit.kind != FeatureKind::kFace && object.shape.kind == ShapeKind::kMesh) {
+  bool on_face = false;  // Held by that face already: what stops the ball now is the edge itself.
+  for (int i = 0; i < step.count; ++i) {
+    const Constraint& c = step.held[i];
+    on_face = on_face || (c.slot == slot && c.feature == hit.feature && c.kind == FeatureKind::kFace);
+  }
+  if (hit.kind != FeatureKind::kFace && object.shape.kind == ShapeKind::kMesh && !on_face) {
     // On an edge, but within the skin on the face too: the face's plane does not turn from tick to tick.
     Vec3 face = object.X_WO.q * faceNormal(*object.shape.mesh, hit.feature);
     if (face.dot(met.surface.normal) < 0) face = -face;

@@ -253,5 +253,24 @@ TEST(ProxyBall, ComesToRestOnEdgesAndInGroovesInItsOwnTick) {
   EXPECT_LT(late, 4);
 }
 
+TEST(ProxyBall, ComesBackOverTheFaceFromBarelyBeyondItsEdge) {
+  // So little that the face seems to hold it; going along the face's plane it meets the edge, again and again.
+  TestMesh mesh = testing::boxMesh(Vec3(0.05, 0.05, 0.05));
+  const Vec3 edge(double{0.05f}, 0.0123, double{0.05f});
+  for (double angle = 1e-6; angle < 1e-3; angle *= 1.2) {
+    for (const double way : {0.0001, 0.005, 0.02}) {
+      BallScene t;
+      t.addMesh(mesh.view());
+      const Vec3 out(std::sin(angle), 0, std::cos(angle));
+      t.tick(edge + 2 * kRadius * out);
+      t.tick(edge + 0.5 * kRadius * out);
+      const Vec3 hip = edge + Vec3(-way, 0, 0.5 * kRadius);
+      t.tick(hip);
+      const Vec3 proxy = t.tick(hip).proxy;
+      ASSERT_LT((proxy - Vec3(hip.x(), hip.y(), edge.z() + kRadius)).norm(), 1e-8) << angle << " " << way;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -161,6 +161,13 @@ TEST(Octree, takesFewBytesALeaf) {
   }
 }
 
+TEST(Octree, anObjectOf100MillimetresTakesLessThan12Megabytes) {
+  const TestVolume ball = sphereVolume(0.05, 0.0005, 128);
+  EXPECT_LT(ball.view.header->total_bytes, 12'000'000u);
+  EXPECT_GT(ball.view.point_count, 120'000u);  // One for each voxel that the surface crosses, of 31 400 mm2.
+  EXPECT_LT(static_cast<double>(octreeBytes(ball.view)), 1.5 * ball.view.header->surface_voxels);
+}
+
 TEST(Octree, sensationIsWhatItsVoxelsAre) {
   VolumeOptions options;
   options.sensation = true;

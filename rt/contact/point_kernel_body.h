@@ -80,7 +80,7 @@ HD_LANES M lanesOf(std::uint32_t block, std::uint32_t first, std::uint32_t end) 
 /** A block that one corner of its voxels does not rule out. */
 struct Survivor {
   Place3 at;
-  I v00, index;
+  I v00, v01, index;
   std::uint32_t block;
   M near;    ///< Lanes with a brick.
   M inside;  ///< Lanes without, deep inside.
@@ -140,16 +140,16 @@ float run(const FieldTable& field, const PointTable& points, const Placement& pl
         inside = static_cast<M>(less(lowHalf(gatherPairs(field.coarse, corner)), zero) & without);
       }
       if ((near | inside) == 0) continue;
-      survivors[count++] = {at, v00, index, block, near, inside};
+      // The layer above lies in other lines of the cache: ask for them here as well.
+      survivors[count++] = {at, v00, gatherPairs(field.bricks + 81, index), index, block, near, inside};
     }
     for (int i = 0; i < count; ++i) {
       const Survivor& here = survivors[i];
       const Place3 at = here.at;
       const I ix = toInt(at.x), iy = toInt(at.y), iz = toInt(at.z);
-      const Sampled fine_values =
-          interpolated(here.v00, gatherPairs(field.bricks + 9, here.index), gatherPairs(field.bricks + 81, here.index),
-                       gatherPairs(field.bricks + 90, here.index), sub(at.x, toFloat(ix)), sub(at.y, toFloat(iy)),
-                       sub(at.z, toFloat(iz)));
+      const Sampled fine_values = interpolated(here.v00, gatherPairs(field.bricks + 9, here.index), here.v01,
+                                               gatherPairs(field.bricks + 90, here.index), sub(at.x, toFloat(ix)),
+                                               sub(at.y, toFloat(iy)), sub(at.z, toFloat(iz)));
       Sampled got = fine_values;
       F distance = choose(here.near, mul(got.value, fine), all(kFar)), slope = fine;
       nearest = least(nearest, distance);

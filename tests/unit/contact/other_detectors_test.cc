@@ -43,6 +43,17 @@ Pose randomPose(std::mt19937& random, double reach) {
   return {reach * Vec3(u(random), u(random), u(random)), Quat(u(random), u(random), u(random), u(random)).normalized()};
 }
 
+/** Whether a corner or the centre of one cube, turned or straight, lies well within the other. */
+bool cornersMeet(const Vec3& p, const Quat& turn, double p_side, const Vec3& q, double q_side) {
+  for (int i = 0; i < 9; ++i) {
+    const Vec3 corner = i == 8 ? Vec3::Zero() : Vec3(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5);
+    const Vec3 in_q = p + turn * (p_side * corner) - q;
+    const Vec3 in_p = turn.conjugate() * (q + q_side * corner - p);
+    if (in_q.cwiseAbs().maxCoeff() < 0.4999 * q_side || in_p.cwiseAbs().maxCoeff() < 0.4999 * p_side) return true;
+  }
+  return false;
+}
+
 TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
   for (const OctreeShape shape : {OctreeShape::kEight, OctreeShape::kMixed, OctreeShape::kSixtyFour}) {
     VolumeOptions options;
@@ -52,7 +63,7 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
     const auto va = surfaceVoxels(a.view), vb = surfaceVoxels(b.view);
     // Voxels that overlap are found, for a node's sphere holds its voxels; only those whose spheres do are.
     const double sides = static_cast<double>(a.view.voxel) + b.view.voxel;
-    const double near = 0.5 * sides, reach = 0.5 * std::sqrt(3.0) * sides;
+    const double reach = 0.5 * std::sqrt(3.0) * sides;
     std::mt19937 random(2);
     std::uint64_t total = 0;
     for (const bool tight : {true, false}) {
@@ -65,8 +76,9 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
           const Vec3 x = X_BA * p;
           for (const Vec3& q : vb) {
             const double d = (x - q).norm();
-            sure += d < near - 1e-7 ? 1 : 0;
-            most += d < reach + 1e-7 ? 1 : 0;
+            if (d > reach + 1e-7) continue;
+            ++most;
+            sure += cornersMeet(x, X_BA.q, a.view.voxel, q, b.view.voxel) ? 1 : 0;
           }
         }
         detector.find(queryOf(a, b, X_WB * X_BA, X_WB), contacts);

@@ -16,6 +16,7 @@ using testing::TestMesh;
 using testing::TestScene;
 
 constexpr double kThick = 0.00005;
+constexpr double kBall = 0.001;  ///< Radius of a proxy that is none.
 
 class Random {
  public:
@@ -69,13 +70,15 @@ TEST(ProxyAround, ARoomWithThinWallsIsNeverLeft) {
   TestMesh mesh = roomMesh(half, kThick);
   MeshView* view = mesh.view();
   Random random;
-  for (const double mu : {0.0, 0.7, 1.5}) {
+  for (const auto& [mu, radius] :
+       {std::pair{0.0, 0.0}, {0.7, 0.0}, {1.5, 0.0}, {0.0, kBall}, {0.7, kBall}, {1.5, kBall}}) {
     TestScene t;
+    t.proxy.setRadius(radius);
     const Pose X{Vec3(0.1, -0.2, 0.05), random.turn()};
     t.addMesh(view, X, {500, 0, mu, 0.8 * mu});
     Vec3 aim = Vec3::Zero(), x = Vec3::Zero();
     t.tick(X * x);
-    for (int i = 0; i < 30000; ++i) {
+    for (int i = 0; i < (radius > 0 ? 6000 : 30000); ++i) {
       // Anywhere; and then again into walls, edges and corners, by less than the walls are thick.
       if (i % 40 == 0) aim = half.cwiseProduct(random.inCube(1.4));
       if (i % 40 == 20) {
@@ -83,7 +86,7 @@ TEST(ProxyAround, ARoomWithThinWallsIsNeverLeft) {
       }
       x += std::min((aim - x).norm(), std::pow(10.0, random(-5.5, -3))) * (aim - x).normalized();
       const Vec3 p = X.inverse() * t.tick(X * x).proxy;
-      ASSERT_LE((p.cwiseAbs() - half).maxCoeff(), 1e-8) << mu << " " << i;
+      ASSERT_LE((p.cwiseAbs() - half).maxCoeff() + radius, 1e-8) << mu << " " << radius << " " << i;
     }
   }
 }
@@ -95,17 +98,18 @@ TEST(ProxyAround, ItDoesNotGetOutByACornerBesideWhichItSticks) {
   MeshView* view = mesh.view();
   Random random;
   for (int run = 0; run < 1000; ++run) {
-    const double mu = random(0.3, 2);
+    const double mu = random(0.3, 2), radius = run % 4 == 0 ? kBall : 0;
     TestScene t;
+    t.proxy.setRadius(radius);
     t.addMesh(view, {}, {500, 0, mu, mu});
-    const Vec3 start = half - Vec3(0.001, random(0.1, 1) * kThick, 0.003);
+    const Vec3 start = half - Vec3(0.001 + radius, radius + random(0.1, 1) * kThick, 0.003);
     const Vec3 touch(half.x() + random(0.1, 1) * kThick, start.y(), start.z());
     const Vec3 corner = Vec3(half.x(), half.y(), start.z()) + Vec3(random(0, 1), random(0, 1), 0) * kThick;
     t.tick(start);
     t.tick(touch);
     for (int i = 0; i <= 20; ++i) {
       const SurfaceContact& c = t.tick(touch + i / 20.0 * (corner - touch));
-      ASSERT_LE((c.proxy.cwiseAbs() - half).maxCoeff(), 1e-8) << run << " " << i;
+      ASSERT_LE((c.proxy.cwiseAbs() - half).maxCoeff() + radius, 1e-8) << run << " " << i;
     }
   }
 }
@@ -127,15 +131,16 @@ TEST(ProxyAround, ABladeKeepsItsSide) {
   MeshView* view = blade.view();
   Random random;
   for (int run = 0; run < 500; ++run) {
-    const double mu = run % 2 ? random(0, 1) : 0;
+    const double mu = run % 2 ? random(0, 1) : 0, radius = run % 4 < 2 ? 0 : kBall;
     TestScene t;
+    t.proxy.setRadius(radius);
     t.addMesh(view, {}, {1000, 0, mu, mu});
     Vec3 x(-0.004, random(-0.02, 0.02), random(0.004, 0.012));
     t.tick(x);
     const Vec3 step(std::pow(10.0, random(-5, -3)), random(-1, 1) * 1e-4, 0);
     for (int i = 0; i < 300 && x.x() < 0.005 - foot; ++i) {
       const SurfaceContact& c = t.tick(x += step);
-      ASSERT_LT(c.proxy.x(), 0) << run << " " << i;
+      ASSERT_LT(c.proxy.x(), -radius) << run << " " << i;
     }
   }
 }

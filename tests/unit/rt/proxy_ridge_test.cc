@@ -135,5 +135,42 @@ TEST(ProxyOnRidge, OnSteepRidgesTheSideIsKept) {
   }
 }
 
+/** A ball that is smaller than the hand is deep (1 mm) strokes the same ridge: its centre goes one radius out, as far
+ * as it fits between flat and flank. */
+Scores strokeByBall(double angle, std::uint32_t cells) {
+  constexpr double kRadius = 0.0008;
+  TestMesh mesh = ridgeMesh(angle, cells);
+  const Profile profile{angle};
+  TestScene t;
+  t.proxy.setRadius(kRadius);
+  t.addMesh(mesh.view(), {}, {kStiffness, 0, 0, 0});
+  Scores s;
+  int count = 0;
+  const auto way = strokes(angle);
+  t.tick(way.front().out + Vec3(0, 0, 0.003));
+  for (const Stroke& w : way) {
+    const Vec3 centre = w.out + kRadius * w.normal;
+    const double left = (profile.nearestOnSide(centre, -1) - centre).norm();
+    const double right = (profile.nearestOnSide(centre, 1) - centre).norm();
+    if (std::min(left, right) < kRadius - 1e-9) continue;
+    const double error = (t.tick(w.hip() + kRadius * w.normal).force - w.force()).norm();
+    s.ours += error * error;
+    ++count;
+    if (w.rising) s.rising = std::max(s.rising, error);
+  }
+  s.ours /= count;
+  return s;
+}
+
+TEST(ProxyOnRidge, ABallDoesNotWaitAtTheFootEither) {
+  for (const std::uint32_t cells : {1u, 20u}) {
+    for (const auto& [degrees, nearest] : {std::pair{45, 0.042}, {60, 0.082}}) {
+      const Scores s = strokeByBall(degrees * M_PI / 180, cells);
+      EXPECT_LE(s.ours, 2 * nearest) << degrees << " " << cells;
+    }
+    for (const int degrees : {75, 85}) EXPECT_LT(strokeByBall(degrees * M_PI / 180, cells).rising, 1e-5) << degrees;
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

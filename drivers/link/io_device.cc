@@ -1,5 +1,8 @@
 #include "drivers/link/io_device.h"
 
+#include <pthread.h>
+#include <sched.h>
+
 #include <algorithm>
 #include <future>
 
@@ -10,6 +13,28 @@ namespace {
 
 constexpr std::size_t kStackBytes = 512 * 1024;
 constexpr std::size_t kPrefaultBytes = 128 * 1024;
+
+/** While it stands this thread has no real-time priority: it could keep a servo from its processor for milliseconds. */
+class WithoutPriority {
+ public:
+  WithoutPriority() noexcept {
+    if (pthread_getschedparam(pthread_self(), &policy_, &before_) != 0) return;
+    const sched_param none{};
+    const bool realtime = (policy_ & ~SCHED_RESET_ON_FORK) == SCHED_FIFO;
+    // The flag stays: taking it off needs a right that the daemon does not have.
+    lowered_ = realtime && pthread_setschedparam(pthread_self(), SCHED_OTHER | SCHED_RESET_ON_FORK, &none) == 0;
+  }
+  ~WithoutPriority() {
+    if (lowered_) (void)pthread_setschedparam(pthread_self(), SCHED_FIFO | SCHED_RESET_ON_FORK, &before_);
+  }
+  WithoutPriority(const WithoutPriority&) = delete;
+  WithoutPriority& operator=(const WithoutPriority&) = delete;
+
+ private:
+  int policy_ = SCHED_OTHER;
+  sched_param before_{};
+  bool lowered_ = false;
+};
 
 }  // namespace
 
@@ -81,7 +106,10 @@ void IoDevice::lookAgain(std::int64_t until_ns) noexcept {
     clock_.sleepUntil(std::min(until_ns, next_look_ns_));
     return;
   }
-  there_ = io_->open(stop_).ok();
+  {
+    const WithoutPriority looking;  // It reads sysfs, and waits for firmware.
+    there_ = io_->open(stop_).ok();
+  }
   if (there_) {
     LinkCounters::add(link_.counters.replugs);
     return;

@@ -2,7 +2,9 @@
 #include "drivers/link/io_device.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 
+#include <thread>
 #include <vector>
 
 namespace hapticd {
@@ -17,6 +19,7 @@ struct Script {
   bool there = true;
   bool refuse = false;  ///< open() fails.
   int opened = 0, closed = 0;
+  std::vector<int> policy_of_open, policy_of_exchange;  ///< Scheduling of the thread that called.
   std::atomic<int> safed{0};
 };
 
@@ -26,11 +29,13 @@ class ScriptedIo final : public DeviceIo {
   const DeviceInfo& info() const noexcept override { return info_; }
   Result<void> open(const std::atomic<bool>&) override {
     ++script_.opened;
+    script_.policy_of_open.push_back(sched_getscheduler(0) & ~SCHED_RESET_ON_FORK);
     if (script_.refuse || !script_.there) return Error{ErrorCode::kDeviceGone, "script", "not there", ""};
     return {};
   }
   void close() noexcept override { ++script_.closed; }
   bool exchange(DeviceLink& link, std::int64_t until_ns) noexcept override {
+    script_.policy_of_exchange.push_back(sched_getscheduler(0) & ~SCHED_RESET_ON_FORK);
     if (!script_.there) return false;
     script_.clock.sleepUntil(std::min(until_ns, script_.clock.now() + kMs));
     DeviceSample sample;
@@ -128,6 +133,26 @@ TEST(IoDevice, UnplugIsToldAndReplugFound) {
   EXPECT_TRUE(rig.sample.fresh);
   EXPECT_EQ(rig.sample.status, kDeviceOk);
   EXPECT_EQ(rig.device.link().counters.replugs.load(), 1u);
+}
+
+// Who looks for a device reads sysfs for milliseconds: at priority 85 that would be taken from a servo.
+TEST(IoDevice, LooksForAnUnpluggedDeviceWithoutPriority) {
+  Rig rig;
+  ASSERT_TRUE(rig.device.open().ok());
+  bool allowed = false;
+  std::thread([&] {
+    allowed = becomeRealtime(1).ok();
+    rig.run(3 * kMs);
+    rig.script.there = false;
+    rig.run(1200 * kMs);
+    rig.script.there = true;
+    rig.run(600 * kMs);
+  }).join();
+  if (!allowed) GTEST_SKIP() << "no right to real-time scheduling";
+  ASSERT_EQ(rig.script.policy_of_open.size(), 1u + 2 + 1);
+  for (const int policy : rig.script.policy_of_open) EXPECT_EQ(policy, SCHED_OTHER);
+  EXPECT_EQ(rig.script.policy_of_exchange.front(), SCHED_FIFO);
+  EXPECT_EQ(rig.script.policy_of_exchange.back(), SCHED_FIFO);
 }
 
 TEST(IoDevice, AFailedOpenGivesBackAndOpensLater) {

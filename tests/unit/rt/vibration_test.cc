@@ -57,6 +57,17 @@ TEST(Vibration, PowerIsLinearBetweenTheModels) {
   EXPECT_NEAR(heard(t.view.vibration, 5, 50, 1)[0], 8, 0.3) << "beyond the fastest and heaviest it stays";
 }
 
+TEST(Vibration, OutsideOfAllTrianglesTheNearestOneSounds) {
+  // Two triangles in opposite corners of the plane; between them no model was recorded.
+  TestVibration t;
+  t.models = {model(0.01, 0.5, 1, {}), model(0.05, 0.5, 1, {}), model(0.01, 0.9, 1, {}),
+              model(0.2, 2, 9, {}),    model(0.16, 2, 9, {}),   model(0.2, 1.6, 9, {})};
+  t.triangles = {{0, 1, 2}, {3, 4, 5}};
+  t.finish();
+  EXPECT_NEAR(heard(t.view.vibration, 0.16, 1.7, 1)[0], 9, 0.3);
+  EXPECT_NEAR(heard(t.view.vibration, 0.04, 0.8, 1)[0], 1, 0.03);
+}
+
 TEST(Vibration, FadesToSilenceWithoutMotionOrForce) {
   const TestVibration t = square();
   EXPECT_NEAR(heard(t.view.vibration, 0.005, 0.5, 1)[0], 0.25, 0.01) << "half as loud at half the least speed";

@@ -38,7 +38,7 @@ Panel::Panel(const std::vector<LineConfig>& config, std::unique_ptr<Lines> lines
         static_cast<Role>(std::find(std::begin(kRoles), std::end(kRoles), config[i].role) - std::begin(kRoles));
     const bool input = role == Role::kStop || role == Role::kDeadman || role == Role::kHome;
     const bool closed = input && lines_->get(i) == 1;
-    line_.push_back({role, Contact(std::llround(config[i].debounce_ms * 1e6), closed)});
+    line_.push_back({role, SafetyContact(std::llround(config[i].debounce_ms * 1e6), closed)});
     if (role == Role::kHome) ++buttons;
   }
   safety_.button_count.store(buttons, std::memory_order_relaxed);

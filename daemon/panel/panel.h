@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "daemon/config.h"
-#include "drivers/gpio/contact.h"
 #include "drivers/gpio/lines.h"
+#include "drivers/gpio/safety_contact.h"
 #include "rt/base/clock.h"
 #include "rt/cycle/realtime.h"
 #include "rt/cycle/safety_lines.h"
@@ -45,7 +45,7 @@ class Panel {
   enum class Role : std::uint8_t { kStop, kDeadman, kHome, kEnable, kHeartbeat, kLed };
   struct Line {
     Role role;
-    Contact contact;
+    SafetyContact contact;
     bool shown = false;  ///< Last value of an output.
   };
 

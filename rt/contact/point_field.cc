@@ -35,10 +35,10 @@ PointFieldDetector::PointFieldDetector(std::uint32_t max_patches, const PointFie
       lever_(padded(max_patches)),
       clearance_(padded(max_patches)),
       take_(padded(max_patches)),
-      groups_(kMaxGroups),
-      entries_(kMaxGroups),
-      order_(kMaxGroups),
-      urgency_(kMaxGroups) {}
+      groups_(kMaxTouchGroups),
+      entries_(kMaxTouchGroups),
+      order_(kMaxTouchGroups),
+      urgency_(kMaxTouchGroups) {}
 
 void PointFieldDetector::reset() HD_RT {
   known_ = false;
@@ -185,7 +185,7 @@ void PointFieldDetector::share(Run& run) HD_RT {
 }
 
 void PointFieldDetector::press(Run& run) HD_RT {
-  std::fill_n(run.touched, kMaxGroups, false);
+  std::fill_n(run.touched, kMaxTouchGroups, false);
   for (std::uint32_t o = 0; o < run.order; ++o) {
     const std::uint32_t g = order_[o];
     if (run.late(run.report.work)) {

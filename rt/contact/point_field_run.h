@@ -35,7 +35,7 @@ struct PointFieldDetector::Run : FieldQuery {
   std::uint32_t order = 0;    ///< Groups that may.
   std::uint32_t checked = 0;  ///< Work at which the clock is read next.
   bool is_late = false;
-  bool touched[kMaxGroups];
+  bool touched[kMaxTouchGroups];
 };
 
 }  // namespace hapticd

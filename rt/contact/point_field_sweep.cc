@@ -21,7 +21,7 @@ void PointFieldDetector::sweep(Run& run) HD_RT {
   const int steps = static_cast<int>(std::min<double>(kMaxSteps, std::ceil(way / run.b.voxel)));
   const auto count = static_cast<std::uint32_t>(run.a.patches.size());
   const PatchTable table{x_.data(), y_.data(), z_.data(), radius_.data()};
-  bool met[kMaxGroups] = {};
+  bool met[kMaxTouchGroups] = {};
   for (int s = 1; s < steps; ++s) {
     const Pose X = between(before, run.X_BA, static_cast<double>(s) / steps);
     run.place(X);

@@ -139,8 +139,8 @@ SphereDescentDetector::SphereDescentDetector(const SphereDescentOptions& options
       next_(options.max_pairs),
       urgency_(options.max_pairs),
       sorted_(options.max_pairs),
-      groups_(kMaxGroups),
-      part_(kMaxGroups),
+      groups_(kMaxTouchGroups),
+      part_(kMaxTouchGroups),
       x_(kBuffer),
       y_(kBuffer),
       z_(kBuffer),
@@ -298,7 +298,7 @@ void SphereDescentDetector::refine(Run& run, bool side_a) HD_RT {
 
 void SphereDescentDetector::touch(Run& run, const Pair& p, float distance, float reach) HD_RT {
   ++run.report.touching;
-  TouchGroup& g = groups_[std::min<std::uint32_t>(p.group, kMaxGroups - 1)];
+  TouchGroup& g = groups_[std::min<std::uint32_t>(p.group, kMaxTouchGroups - 1)];
   const double weight = static_cast<double>(reach) - distance;  // t - d of eq. 3.1
   g.weight += weight;
   g.mean += 0.5 * weight * (Vec3(p.ca[0], p.ca[1], p.ca[2]) + Vec3(p.cb[0], p.cb[1], p.cb[2]));

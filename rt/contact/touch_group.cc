@@ -91,14 +91,14 @@ void means(const std::vector<TouchGroup>& groups, std::uint32_t count, Cluster* 
 void GroupMap::build(const VolumeView& volume) HD_RT {
   const OctreeView& tree = volume.octree;
   std::uint32_t level = 0;
-  while (level < volume.patch_level && tree.level[level + 1].node_count <= kMaxGroups) ++level;
+  while (level < volume.patch_level && tree.level[level + 1].node_count <= kMaxTouchGroups) ++level;
   levels_ = level + 1;
   count_ = tree.level[level].node_count;
   for (std::uint32_t i = 0; i < count_; ++i) ancestor_[level][i] = static_cast<std::uint16_t>(i);
   for (std::uint32_t l = level; l-- > 0;) {
     // The parent of a node is the last whose first child is not behind it.
     const OctreeLevel& above = tree.level[l];
-    std::array<std::uint16_t, kMaxGroups> parent{};
+    std::array<std::uint16_t, kMaxTouchGroups> parent{};
     std::uint32_t p = 0;
     for (std::uint32_t n = 0; n < tree.level[l + 1].node_count; ++n) {
       while (p + 1 < above.node_count && above.first[p + 1] <= n) ++p;

@@ -13,7 +13,7 @@
 
 namespace hapticd {
 
-inline constexpr std::uint32_t kMaxGroups = 512;
+inline constexpr std::uint32_t kMaxTouchGroups = 512;
 
 /** What the touching points of one part of A came to. In B's frame, places from its origin. */
 struct TouchGroup {
@@ -37,7 +37,7 @@ struct TouchGroup {
 /** The parts of A: nodes of one level of its octree, each a run of patches, and what lies above them. */
 class GroupMap {
  public:
-  /** The deepest level of at most kMaxGroups nodes that is not below the patches'. */
+  /** The deepest level of at most kMaxTouchGroups nodes that is not below the patches'. */
   void build(const VolumeView& volume) HD_RT;
   [[nodiscard]] std::uint32_t count() const HD_RT { return count_; }
   /** Patches of part i: from first(i) to first(i + 1). */
@@ -49,8 +49,8 @@ class GroupMap {
   }
 
  private:
-  std::array<std::uint32_t, kMaxGroups + 1> first_{};
-  std::array<std::array<std::uint16_t, kMaxGroups>, HD_OCTREE_MAX_LEVELS> ancestor_{};
+  std::array<std::uint32_t, kMaxTouchGroups + 1> first_{};
+  std::array<std::array<std::uint16_t, kMaxTouchGroups>, HD_OCTREE_MAX_LEVELS> ancestor_{};
   std::uint32_t count_ = 0, levels_ = 0;
 };
 

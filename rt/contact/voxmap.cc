@@ -12,7 +12,7 @@ constexpr double kHalfDiagonal = 0.8660254037844386;  // sqrt(3) / 2
 
 }  // namespace
 
-VoxmapDetector::VoxmapDetector() : groups_(kMaxGroups) {}
+VoxmapDetector::VoxmapDetector() : groups_(kMaxTouchGroups) {}
 
 void VoxmapDetector::find(const DetectorQuery& query, ContactSet& contacts) HD_RT {
   contacts.report = DetectorReport{};

@@ -6,7 +6,7 @@
 #include <deque>
 #include <random>
 
-#include "drivers/gpio/contact.h"
+#include "drivers/gpio/safety_contact.h"
 
 namespace hapticd::test {
 namespace {
@@ -17,7 +17,7 @@ constexpr std::int64_t kStart = 1'000'000'000;
 /** Opens a closed contact at `opens`, closes it after `for_ns`; says for how long it was then seen open from its edge
  * on. */
 std::int64_t tripsAfter(std::int64_t debounce_ns, std::int64_t for_ns) {
-  Contact contact(debounce_ns, true);
+  SafetyContact contact(debounce_ns, true);
   contact.see(false, kStart);
   for (std::int64_t t = 0; t < 100 * kMs; t += 10'000) {
     if (t == for_ns) contact.see(true, kStart + t);
@@ -27,14 +27,14 @@ std::int64_t tripsAfter(std::int64_t debounce_ns, std::int64_t for_ns) {
   return -1;
 }
 
-TEST(Contact, OpenForTheDebounceTimeIsOpenAndAShorterGlitchIsNot) {
+TEST(SafetyContact, OpenForTheDebounceTimeIsOpenAndAShorterGlitchIsNot) {
   EXPECT_EQ(tripsAfter(2 * kMs, 50 * kMs), 2 * kMs);
   EXPECT_EQ(tripsAfter(2 * kMs, 1 * kMs), -1);
   EXPECT_EQ(tripsAfter(0, 10'000), 0) << "without a debounce the first edge counts";
 }
 
-TEST(Contact, ALooseWireIsOpen) {
-  Contact contact(5 * kMs, true);
+TEST(SafetyContact, ALooseWireIsOpen) {
+  SafetyContact contact(5 * kMs, true);
   contact.see(false, kStart);
   contact.see(true, kStart + kMs);
   EXPECT_FALSE(contact.open());
@@ -42,27 +42,27 @@ TEST(Contact, ALooseWireIsOpen) {
   EXPECT_TRUE(contact.open());
 }
 
-TEST(Contact, ClosesWhenItHasBeenQuietForAWhile) {
-  Contact contact(kMs, false);
+TEST(SafetyContact, ClosesWhenItHasBeenQuietForAWhile) {
+  SafetyContact contact(kMs, false);
   EXPECT_TRUE(contact.open());
   std::int64_t t = kStart;
   for (int i = 0; i < 10; ++i) contact.see(i % 2 == 0, t += 5 * kMs);  // bounces
   contact.see(true, t += 5 * kMs);
-  contact.pass(t + Contact::kSettle_ns - 1);
+  contact.pass(t + SafetyContact::kSettle_ns - 1);
   EXPECT_TRUE(contact.open());
-  EXPECT_EQ(contact.due(), t + Contact::kSettle_ns);
-  contact.pass(t + Contact::kSettle_ns);
+  EXPECT_EQ(contact.due(), t + SafetyContact::kSettle_ns);
+  contact.pass(t + SafetyContact::kSettle_ns);
   EXPECT_FALSE(contact.open());
-  EXPECT_EQ(contact.due(), Contact::kNever);
+  EXPECT_EQ(contact.due(), SafetyContact::kNever);
 }
 
 /** Whatever the wire does, a level that is open for the debounce time or longer is never taken for closed. */
-TEST(Contact, AnySequenceOfEdgesErrsTowardOpen) {
+TEST(SafetyContact, AnySequenceOfEdgesErrsTowardOpen) {
   std::mt19937 random(11);
   for (int round = 0; round < 300; ++round) {
     const std::int64_t debounce = static_cast<std::int64_t>(random() % 6) * kMs;
     bool level = random() % 2 == 0;
-    Contact contact(debounce, level);
+    SafetyContact contact(debounce, level);
     std::int64_t t = kStart;
     std::int64_t since = level ? t : t - debounce;
     for (int step = 0; step < 200; ++step) {
@@ -77,7 +77,7 @@ TEST(Contact, AnySequenceOfEdgesErrsTowardOpen) {
       if (!level && t - since >= debounce) {
         ASSERT_TRUE(contact.open()) << "open since " << t - since << " ns of " << debounce;
       }
-      if (level && t - since >= Contact::kSettle_ns) {
+      if (level && t - since >= SafetyContact::kSettle_ns) {
         ASSERT_FALSE(contact.open());
       }
       ASSERT_GT(contact.due(), t) << "it is never due in the past";
@@ -174,7 +174,7 @@ TEST_F(PanelTest, AnEdgeThatGotLostIsSeenAtTheNextLook) {
 TEST_F(PanelTest, DeadmanAndHomeButtonAreTold) {
   make();
   edge(kHome, true);
-  pass(Contact::kSettle_ns);
+  pass(SafetyContact::kSettle_ns);
   EXPECT_EQ(safety.buttons, 1u);
   EXPECT_EQ(safety.button_count, 1u);
   edge(kDeadman, false);

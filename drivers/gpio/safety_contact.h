@@ -18,12 +18,13 @@ namespace hapticd {
  * So one glitch shorter than the debounce is passed over, and nothing else. Fed by edges and by looks at the level, so
  * that an edge that was lost costs no more than the time to the next look.
  */
-class Contact {
+class SafetyContact {
  public:
   static constexpr std::int64_t kSettle_ns = 20'000'000;
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
-  Contact(std::int64_t debounce_ns, bool closed) noexcept : debounce_ns_(debounce_ns), open_(!closed), level_(closed) {}
+  SafetyContact(std::int64_t debounce_ns, bool closed) noexcept
+      : debounce_ns_(debounce_ns), open_(!closed), level_(closed) {}
 
   /** The level is `closed` at `now_ns`, by an edge or by a look. */
   void see(bool closed, std::int64_t now_ns) HD_RT {

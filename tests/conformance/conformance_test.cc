@@ -177,39 +177,6 @@ TEST_P(Conformance, CloseMeansZeroAndItOpensAgainWithout) {
   EXPECT_GT(run(50, {}), 40);
 }
 
-TEST_P(Conformance, ASilentServoLosesItsForce) {
-  if (!rig_->takesForceBack()) GTEST_SKIP() << "nothing behind it that could hurt";
-  pushing();
-  rig_->advance(20 * kMs + rig_->mostDelay_ns());
-  EXPECT_TRUE(still());
-}
-
-TEST_P(Conformance, KeepsTheRate) {
-  rig_->makeReady();
-  rig_->hold(places()[0]);
-  run(50, {});
-  EXPECT_GE(run(1000, push(Vec3(0, 0, 1))), rig_->leastRate_hz());
-}
-
-TEST_P(Conformance, UnplugIsToldPushesNotAndReplugGoesOn) {
-  if (!rig_->hasPlug()) GTEST_SKIP() << "has no plug";
-  pushing();
-  rig_->unplug();
-  run(20, push(Vec3(0, 0, 1)));
-  EXPECT_FALSE(sample_.fresh);
-  EXPECT_NE(sample_.status & (kDeviceGone | kDeviceError), 0u);
-  run(3000, {});
-  EXPECT_NE(sample_.status & (kDeviceGone | kDeviceError), 0u);
-  rig_->plugIn();
-  // A servo whose guard has not seen the fault still pushes: nothing moves before the user has made it ready.
-  run(1500, push(Vec3(0, 0, 1)));
-  rig_->makeReadyAgain();
-  rig_->hold(places()[1]);
-  EXPECT_GT(run(200, {}), 150);
-  EXPECT_EQ(sample_.status, kDeviceOk);
-  EXPECT_LT((sample_.p - places()[1]).norm(), 1e-3);
-}
-
 /** Every reading that gets through is where the grip is, whatever happens on the wire. */
 class Wire : public Conformance {
  protected:
@@ -220,7 +187,7 @@ class Wire : public Conformance {
     rig_->hold(p);
     run(100, {});
     before_ = rig_->complaints();
-    if (!rig_->trouble(trouble, true)) return -1;
+    rig_->trouble(trouble, true);
     int fresh = 0;
     worst_ = 0;
     for (int i = 0; i < 1000; ++i) {
@@ -239,9 +206,39 @@ class Wire : public Conformance {
   std::uint64_t before_ = 0;
 };
 
+TEST_P(Wire, ASilentServoLosesItsForce) {
+  pushing();
+  rig_->advance(20 * kMs + rig_->mostDelay_ns());
+  EXPECT_TRUE(still());
+}
+
+TEST_P(Conformance, KeepsTheRate) {
+  rig_->makeReady();
+  rig_->hold(places()[0]);
+  run(50, {});
+  EXPECT_GE(run(1000, push(Vec3(0, 0, 1))), rig_->leastRate_hz());
+}
+
+TEST_P(Wire, UnplugIsToldPushesNotAndReplugGoesOn) {
+  pushing();
+  rig_->unplug();
+  run(20, push(Vec3(0, 0, 1)));
+  EXPECT_FALSE(sample_.fresh);
+  EXPECT_NE(sample_.status & (kDeviceGone | kDeviceError), 0u);
+  run(3000, {});
+  EXPECT_NE(sample_.status & (kDeviceGone | kDeviceError), 0u);
+  rig_->plugIn();
+  // A servo whose guard has not seen the fault still pushes: nothing moves before the user has made it ready.
+  run(1500, push(Vec3(0, 0, 1)));
+  rig_->makeReadyAgain();
+  rig_->hold(places()[1]);
+  EXPECT_GT(run(200, {}), 150);
+  EXPECT_EQ(sample_.status, kDeviceOk);
+  EXPECT_LT((sample_.p - places()[1]).norm(), 1e-3);
+}
+
 TEST_P(Wire, TornPacketsAreDroppedAndCounted) {
   const int fresh = suffer(Trouble::kTruncation);
-  if (fresh < 0) GTEST_SKIP() << "cannot happen to it";
   EXPECT_LT(worst_, rig_->positionTolerance());
   EXPECT_GT(rig_->complaints(), before_ + 20);
   recovers();
@@ -249,7 +246,6 @@ TEST_P(Wire, TornPacketsAreDroppedAndCounted) {
 
 TEST_P(Wire, StrayBytesCostTheirPacketOnly) {
   const int fresh = suffer(Trouble::kGarbage);
-  if (fresh < 0) GTEST_SKIP() << "cannot happen to it";
   EXPECT_LT(worst_, rig_->positionTolerance());
   EXPECT_GT(rig_->complaints(), before_);
   recovers();
@@ -257,21 +253,19 @@ TEST_P(Wire, StrayBytesCostTheirPacketOnly) {
 
 TEST_P(Wire, SilenceIsNotFreshAndPushesNotForLong) {
   const int fresh = suffer(Trouble::kSilence);
-  if (fresh < 0) GTEST_SKIP() << "cannot happen to it";
   EXPECT_LE(fresh, 5);
   EXPECT_TRUE(still());
 }
 
 TEST_P(Wire, APlaceThatCannotBeIsNeverRead) {
   const int fresh = suffer(Trouble::kEncoderJump);
-  if (fresh < 0) GTEST_SKIP() << "cannot happen to it";
   EXPECT_LT(worst_, rig_->positionTolerance());
   EXPECT_TRUE(still());
 }
 
 const auto kName = [](const auto& info) { return info.param.name; };
 INSTANTIATE_TEST_SUITE_P(Drivers, Conformance, ::testing::ValuesIn(rigCases()), kName);
-INSTANTIATE_TEST_SUITE_P(Drivers, Wire, ::testing::ValuesIn(rigCases()), kName);
+INSTANTIATE_TEST_SUITE_P(Drivers, Wire, ::testing::ValuesIn(wireCases()), kName);
 
 }  // namespace
 }  // namespace hapticd::test

@@ -63,7 +63,7 @@ void FalconRig::hold(const Vec3& p) {
 
 void FalconRig::unplug() { model.faults.add({haptic_emu::FaultKind::kUnplug, 0, INT64_MAX}); }
 
-bool FalconRig::trouble(Trouble trouble, bool on) {
+void FalconRig::trouble(Trouble trouble, bool on) {
   using haptic_emu::FaultKind;
   const FaultKind kind = trouble == Trouble::kSilence      ? FaultKind::kSilence
                          : trouble == Trouble::kGarbage    ? FaultKind::kGarbage
@@ -74,7 +74,6 @@ bool FalconRig::trouble(Trouble trouble, bool on) {
   } else {
     model.faults.clear();
   }
-  return true;
 }
 
 std::uint64_t FalconRig::complaints() const {

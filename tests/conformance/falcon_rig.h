@@ -25,11 +25,10 @@ class FalconRig final : public Rig {
   [[nodiscard]] double positionTolerance() const override { return 60e-6; }  // A count, and half of one more.
   [[nodiscard]] double forceTolerance() const override { return 5e-3; }      // Half a count at each motor.
   [[nodiscard]] std::int64_t mostDelay_ns() const override { return 4'000'000; }
-  [[nodiscard]] bool hasPlug() const override { return true; }
   void unplug() override;
   void plugIn() override { model.faults.clear(); }
   void makeReadyAgain() override;
-  bool trouble(Trouble trouble, bool on) override;
+  void trouble(Trouble trouble, bool on) override;
   [[nodiscard]] std::uint64_t complaints() const override;
 
   /** Pulls the grip out and pushes it in, as homing asks. */

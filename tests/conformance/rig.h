@@ -46,17 +46,14 @@ class Rig {
   [[nodiscard]] virtual std::int64_t mostDelay_ns() const = 0;
   /** Fresh readings a second of a servo at 1 kHz, at least. */
   [[nodiscard]] virtual double leastRate_hz() const { return 900; }
-  /** Whether a dead servo loses its force (link or device watchdog); a simulator has no such thing. */
-  [[nodiscard]] virtual bool takesForceBack() const { return true; }
 
-  /** False: this one has no plug. */
-  [[nodiscard]] virtual bool hasPlug() const { return false; }
+  // Asked of devices behind a wire only.
   virtual void unplug() {}
   virtual void plugIn() {}
   /** What its user does after it was plugged in again. */
   virtual void makeReadyAgain() {}
-  /** From now on, or no more. False: cannot be made with this one. */
-  virtual bool trouble(Trouble, bool) { return false; }
+  /** From now on, or no more. */
+  virtual void trouble(Trouble, bool) {}
   /** Bytes that went wrong and readings that were refused, as the driver counts them. */
   [[nodiscard]] virtual std::uint64_t complaints() const { return 0; }
 };
@@ -65,10 +62,12 @@ class Rig {
 struct RigCase {
   std::string name;
   std::function<std::unique_ptr<Rig>()> make;
+  bool wire = true;  ///< Behind one that can be pulled or disturbed; a simulator is not.
 };
 inline void PrintTo(const RigCase& rig, std::ostream* out) { *out << rig.name; }
 
-/** Every driver that joins; see rigs.cc. */
+/** Every driver that joins, and those behind a wire; see rigs.cc. */
 [[nodiscard]] std::vector<RigCase> rigCases();
+[[nodiscard]] std::vector<RigCase> wireCases();
 
 }  // namespace hapticd::test

@@ -9,12 +9,18 @@ namespace hapticd::test {
 
 std::vector<RigCase> rigCases() {
   return {
-      {"Sim", makeSimRig},
+      {"Sim", makeSimRig, false},
       {"Sample", [] { return std::make_unique<SampleRig>(); }},
       {"Falcon", [] { return std::make_unique<FalconRig>(); }},
       {"Wooden2015", [] { return std::make_unique<WoodyRig>(haptic_emu::WoodyKind::kWooden2015); }},
       {"Polhem3", [] { return std::make_unique<WoodyRig>(haptic_emu::WoodyKind::kPolhem3, std::uint8_t{14}); }},
   };
+}
+
+std::vector<RigCase> wireCases() {
+  std::vector<RigCase> out = rigCases();
+  std::erase_if(out, [](const RigCase& each) { return !each.wire; });
+  return out;
 }
 
 }  // namespace hapticd::test

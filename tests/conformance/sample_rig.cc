@@ -20,7 +20,7 @@ void SampleRig::makeReady() {
   ASSERT_TRUE(opened.ok()) << toString(opened.error());
 }
 
-bool SampleRig::trouble(Trouble trouble, bool on) {
+void SampleRig::trouble(Trouble trouble, bool on) {
   using haptic_emu::FaultKind;
   constexpr FaultKind kKinds[] = {FaultKind::kSilence, FaultKind::kGarbage, FaultKind::kTruncation,
                                   FaultKind::kEncoderJump};
@@ -29,7 +29,6 @@ bool SampleRig::trouble(Trouble trouble, bool on) {
   } else {
     model.faults.clear();
   }
-  return true;
 }
 
 std::uint64_t SampleRig::complaints() const {

@@ -29,10 +29,9 @@ class SampleRig final : public Rig {
   [[nodiscard]] double positionTolerance() const override { return 1e-5; }
   [[nodiscard]] double forceTolerance() const override { return 1e-3; }
   [[nodiscard]] std::int64_t mostDelay_ns() const override { return 3'000'000; }
-  [[nodiscard]] bool hasPlug() const override { return true; }
   void unplug() override { model.faults.add({haptic_emu::FaultKind::kUnplug, 0, INT64_MAX}); }
   void plugIn() override { model.faults.clear(); }
-  bool trouble(Trouble trouble, bool on) override;
+  void trouble(Trouble trouble, bool on) override;
   [[nodiscard]] std::uint64_t complaints() const override;
 
   haptic_emu::SampleModel model;

@@ -30,7 +30,6 @@ class SimRig final : public Rig {
   double positionTolerance() const override { return 1.1e-5; }
   double forceTolerance() const override { return 1e-9; }
   std::int64_t mostDelay_ns() const override { return 1'000'000; }
-  bool takesForceBack() const override { return false; }
 
  private:
   SimDevice device_;

@@ -63,7 +63,7 @@ void WoodyRig::hold(const Vec3& p) {
   }
 }
 
-bool WoodyRig::trouble(Trouble trouble, bool on) {
+void WoodyRig::trouble(Trouble trouble, bool on) {
   using haptic_emu::FaultKind;
   const FaultKind kind = trouble == Trouble::kSilence      ? FaultKind::kSilence
                          : trouble == Trouble::kGarbage    ? FaultKind::kGarbage
@@ -74,7 +74,6 @@ bool WoodyRig::trouble(Trouble trouble, bool on) {
   } else {
     model.faults.clear();
   }
-  return true;
 }
 
 std::uint64_t WoodyRig::complaints() const {

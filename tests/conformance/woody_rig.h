@@ -25,11 +25,10 @@ class WoodyRig final : public Rig {
   [[nodiscard]] double positionTolerance() const override { return 200e-6; }  // Half a count at each joint.
   [[nodiscard]] double forceTolerance() const override { return 20e-3; }      // A milliampere at each motor.
   [[nodiscard]] std::int64_t mostDelay_ns() const override { return 3'000'000; }
-  [[nodiscard]] bool hasPlug() const override { return true; }
   void unplug() override { model.faults.add({haptic_emu::FaultKind::kUnplug, 0, INT64_MAX}); }
   void plugIn() override { model.faults.clear(); }
   void makeReadyAgain() override { calibrate(); }
-  bool trouble(Trouble trouble, bool on) override;
+  void trouble(Trouble trouble, bool on) override;
   [[nodiscard]] std::uint64_t complaints() const override;
 
   /** Puts the arm into its pose of calibration and presses the button. */

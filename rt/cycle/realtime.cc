@@ -101,6 +101,9 @@ Result<void> CpuLatencyHold::hold() {
 
 Result<void> RtThread::start(const char* name, std::size_t stack_bytes, std::function<void()> body) {
   body_ = std::move(body);
+#if defined(__SANITIZE_THREAD__)
+  stack_bytes += std::size_t{2} << 20;  // The sanitizer's thread-local storage lies on the thread's stack.
+#endif
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(&attributes, stack_bytes);

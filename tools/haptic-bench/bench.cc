@@ -3,34 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/result/results.h"
 
 namespace haptic_bench {
-
-Estimate estimate(std::vector<double> samples) {
-  if (samples.empty()) return {};
-  std::sort(samples.begin(), samples.end());
-  const std::size_t n = samples.size();
-  Estimate e;
-  e.median = n % 2 == 1 ? samples[n / 2] : (samples[n / 2 - 1] + samples[n / 2]) / 2;
-  // The interval from the k-th smallest to the k-th largest misses the median if fewer than k samples fall on one side:
-  // 2 P(Binomial(n, 1/2) < k). The largest such k that misses in at most 5 %.
-  std::size_t k = 0;
-  double probability = std::pow(0.5, static_cast<double>(n));  // of exactly k on one side
-  double below = 0;
-  while (k < n / 2 && 2 * (below + probability) <= 0.05) {
-    below += probability;
-    probability *= static_cast<double>(n - k) / static_cast<double>(k + 1);
-    ++k;
-  }
-  const std::size_t at = k == 0 ? 0 : k - 1;
-  e.low = samples[at];
-  e.high = samples[n - 1 - at];
-  return e;
-}
 
 Series ratio(std::string name, const Series& a, const Series& b) {
   Series r{std::move(name), "", {}};

@@ -177,7 +177,10 @@ TEST_P(Conformance, CloseMeansZeroAndItOpensAgainWithout) {
   EXPECT_GT(run(50, {}), 40);
 }
 
-/** Every reading that gets through is where the grip is, whatever happens on the wire. */
+/**
+ * Drivers behind a wire (RigCase::wire): it is pulled, falls silent or garbles. Every reading that gets through is
+ * where the grip is.
+ */
 class Wire : public Conformance {
  protected:
   /** Fresh readings in a second of trouble; each within the tolerance. */

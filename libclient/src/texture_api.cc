@@ -102,9 +102,11 @@ Failure upload(haptic_client* c, std::size_t bytes, haptic_texture_report** repo
     if (Failure failure = client::openUpload(connection, bytes, capability, mapping)) return failure;
     write(Writer(mapping.address()));
     mapping.unmap();
-    return client::callDaemon(
-        connection, [&](Link&) { return capability.commitTextureRequest(); },
-        [&](auto& results) { made = client::convert(results.getTexture(), memory); });
+    return client::commitPatiently([&] {
+      return client::callDaemon(
+          connection, [&](Link&) { return capability.commitTextureRequest(); },
+          [&](auto& results) { made = client::convert(results.getTexture(), memory); });
+    });
   };
   Failure failure = fillAndCommit();
   connection.run([&](Connection::Loop&) { capability = nullptr; });

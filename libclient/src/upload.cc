@@ -159,9 +159,12 @@ Failure commit(haptic_upload& upload, haptic_progress progress, void* user, std:
   }
   if (connection.onOwnThread()) return client::badArgument("thread", "a callback may not wait for the daemon");
   upload.mapping.unmap();
-  const auto waiting = std::make_shared<Waiting>();
-  startCommit(upload, waiting);
-  Failure failure = waitForBuilder(*waiting, progress, user, timeout_ns > 0 ? timeout_ns : kDefaultPatienceNs);
+  std::shared_ptr<Waiting> waiting;
+  Failure failure = client::commitPatiently([&] {
+    waiting = std::make_shared<Waiting>();
+    startCommit(upload, waiting);
+    return waitForBuilder(*waiting, progress, user, timeout_ns > 0 ? timeout_ns : kDefaultPatienceNs);
+  });
   connection.run([&](Connection::Loop&) {
     upload.commit = nullptr;
     // Dropping the capability is how a build is cancelled.

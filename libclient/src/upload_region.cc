@@ -1,5 +1,8 @@
 #include "libclient/src/upload_region.h"
 
+#include <chrono>
+#include <thread>
+
 namespace hapticd::client {
 
 Failure openUpload(Connection& connection, std::size_t bytes, proto::Upload::Client& capability, Mapping& mapping) {
@@ -26,6 +29,14 @@ Failure openUpload(Connection& connection, std::size_t bytes, proto::Upload::Cli
         });
   });
   return broken ? std::move(broken) : std::move(refusal);
+}
+
+Failure commitPatiently(const std::function<Failure()>& commit) {
+  for (std::chrono::milliseconds pause(5);; pause *= 2) {
+    Failure failure = commit();
+    if (failure.code != HAPTIC_STILL_MAPPED || pause > std::chrono::milliseconds(40)) return failure;
+    std::this_thread::sleep_for(pause);
+  }
 }
 
 }  // namespace hapticd::client

@@ -96,8 +96,13 @@ TEST_F(UploadTest, AWeldingDistanceTravelsWithTheMesh) {
   EXPECT_EQ(upload->weld(1e-4).error().where, "upload") << "too late";
 }
 
+TEST_F(UploadTest, APageThatTheKernelHoldsForAMomentIsWaitedFor) {
+  daemon_->script([](Script& script) { script.still_mapped = 3; });
+  EXPECT_TRUE(client_->scene().upload(kVertices, kTriangles));
+}
+
 TEST_F(UploadTest, StillMappedCanBeTriedAgain) {
-  daemon_->script([](Script& script) { script.still_mapped = 1; });
+  daemon_->script([](Script& script) { script.still_mapped = 5; });
   auto upload = client_->scene().beginUpload(4, 4);
   ASSERT_TRUE(upload);
   EXPECT_EQ(upload->commit().code(), HAPTIC_STILL_MAPPED);

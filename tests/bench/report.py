@@ -23,14 +23,32 @@ class Page(html.parser.HTMLParser):
         self.cells.append(data.strip())
 
 
+COST = """# machine: none
+triangles,what,mean,median,p99,p99.9,max,chase
+1000,tick 0 mm,300,290,500,600,700,4
+1000000,tick 0 mm,900,890,1500,1600,1700,150.5
+"""
+LOAD = """benchmark,quantity,unit,round,value
+""" + "".join(f'load,"1000 triangles, idle, native: {quantity}",us,0,{value}\n'
+              for quantity, value in (("period mean", 1000), ("period p99", 1010.25), ("force error rms", 0.1)))
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "page.html"
-        subprocess.run([sys.argv[1], "report", path, "--rounds", "1"], check=True, stdout=subprocess.DEVNULL)
+        (pathlib.Path(folder) / "cost.csv").write_text(COST, encoding="utf-8")
+        (pathlib.Path(folder) / "load.csv").write_text(LOAD, encoding="utf-8")
+        command = [sys.argv[1], "report", path, "--rounds", "1", "--with"]
+        subprocess.run([*command, f"{folder}/cost.csv", f"{folder}/load.csv"], check=True, stdout=subprocess.DEVNULL)
+        (pathlib.Path(folder) / "nonsense.csv").write_text("a,b\n1\n", encoding="utf-8")
+        refused = subprocess.run([*command, f"{folder}/nonsense.csv"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        if refused.returncode == 0 or "nonsense.csv: holds no table" not in refused.stderr:
+            sys.exit(f"a file without a table was taken: {refused.stderr}")
         page = Page()
         page.feed(path.read_text(encoding="utf-8"))
-    missing = [text for text in ("16128", "0.5018", "2.885", "0.0417", "god-object", "voxel:cells=128") if text not in page.cells]
-    if missing or page.count.get("svg") != 4 or page.count.get("table", 0) < 6 or page.fetched:
+    missing = [text for text in ("16128", "0.5018", "2.885", "0.0417", "god-object", "voxel:cells=128",
+                                "150.5", "1010.25") if text not in page.cells]
+    if missing or page.count.get("svg") != 6 or page.count.get("table", 0) < 8 or page.fetched:
         sys.exit(f"the page lacks {missing}, counts {page.count}, fetches {page.fetched[:5]}")
 
 

@@ -78,16 +78,18 @@ json sweepAsJson() {
   return all;
 }
 
-/** Has the script draw the page. Throws Failure when it fails. */
-void draw(const json& data, const std::string& output) {
+/** Has the script draw the page, with what is in `results` at its end. Throws Failure when it fails. */
+void draw(const json& data, const std::string& output, const std::vector<std::string>& results) {
   const std::filesystem::path path =
       std::filesystem::temp_directory_path() / fmt::format("haptic-bench-report-{}.json", getpid());
   std::ofstream(path) << data;
   const std::string text = path.string();
-  const char* arguments[] = {"python3", HAPTICD_REPORT_SCRIPT, text.c_str(), output.c_str(), nullptr};
+  std::vector<const char*> arguments = {"python3", HAPTICD_REPORT_SCRIPT, text.c_str(), output.c_str()};
+  for (const std::string& file : results) arguments.push_back(file.c_str());
+  arguments.push_back(nullptr);
   pid_t child = 0;
   int status = -1;
-  const int error = posix_spawn(&child, "/usr/bin/python3", nullptr, nullptr, const_cast<char**>(arguments), environ);
+  const int error = posix_spawn(&child, "/usr/bin/python3", nullptr, nullptr, const_cast<char**>(arguments.data()), environ);
   if (error == 0) waitpid(child, &status, 0);
   std::filesystem::remove(path);
   if (error != 0 || status != 0) {
@@ -95,7 +97,12 @@ void draw(const json& data, const std::string& output) {
   }
 }
 
-int run(const std::string& output, const Common& common) {
+struct Options {
+  std::string output = "haptic-bench.html";
+  std::vector<std::string> results;
+};
+
+int run(const Options& options, const Common& common) {
   json data;
   data["version"] = HAPTICD_VERSION;
   data["machine"] = describeMachine();
@@ -103,18 +110,20 @@ int run(const std::string& output, const Common& common) {
   data["tables"] = tablesAsJson(paperTables(common.rounds));
   data["ridges"] = ridgesAsJson();
   data["sweep"] = sweepAsJson();
-  draw(data, output);
-  fmt::print("{}\n", output);
+  draw(data, options.output, options.results);
+  fmt::print("{}\n", options.output);
   return 0;
 }
 
 }  // namespace
 
 void addReport(CLI::App& app, Run& chosen) {
-  auto output = std::make_shared<std::string>("haptic-bench.html");
+  auto options = std::make_shared<Options>();
   CLI::App* sub = app.add_subcommand("report", "One HTML page with tables and plots, for a paper");
-  sub->add_option("FILE", *output, "The page")->capture_default_str();
-  sub->callback([output, &chosen] { chosen = [output](const Common& common) { return run(*output, common); }; });
+  sub->add_option("FILE", options->output, "The page")->capture_default_str();
+  sub->add_option("--with", options->results, "Results of other subcommands to show on it: files that --csv wrote")
+      ->check(CLI::ExistingFile);
+  sub->callback([options, &chosen] { chosen = [options](const Common& common) { return run(*options, common); }; });
 }
 
 }  // namespace haptic_bench

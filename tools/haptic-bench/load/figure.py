@@ -33,10 +33,8 @@ def ordered(keys):
     return list(dict.fromkeys(keys))
 
 
-def draw(values, machine, path):
-    import matplotlib
-
-    matplotlib.use("Agg")
+def draw(values):
+    """The figure; matplotlib's backend is the caller's choice."""
     import matplotlib.pyplot as plt
 
     cells = values["period mean"]
@@ -61,11 +59,20 @@ def draw(values, machine, path):
                 axis.set_ylabel(label)
     axes[0][-1].legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize=8)
     figure.suptitle("Load: what the servo's period and the force come to", x=0.02, ha="left", weight="bold")
+    return figure
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    values, machine = read(sys.argv[1])
+    import matplotlib
+
+    matplotlib.use("Agg")
+    figure = draw(values)
     figure.text(0.02, 0.005, "; ".join(machine), fontsize=6)
-    figure.savefig(path, bbox_inches="tight")
+    figure.savefig(sys.argv[2], bbox_inches="tight")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
-        sys.exit(__doc__)
-    draw(*read(sys.argv[1]), sys.argv[2])
+    main()

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/load/live.h"
 
 namespace haptic_bench {
@@ -45,6 +46,12 @@ void addSeries(const Cell& cell, std::vector<Series>& all) {
   add("client period max", "us", &LiveResult::client_period_max_us, 1);
 }
 
+void printCells(const Common& common, const std::vector<Cell>& cells) {
+  std::vector<Series> all;
+  for (const Cell& cell : cells) addSeries(cell, all);
+  print(common, "load", all);
+}
+
 int runLoad(const Common& common, const Options& options) {
   std::vector<Level> levels;
   for (const Level level : kLevels) {
@@ -60,7 +67,17 @@ int runLoad(const Common& common, const Options& options) {
       cells.push_back({fmt::format("{} triangles, {}, {}", model.triangles.size(), nameOf(level), nameOf(source)), {}});
       if (source != Source::kNative) cells.back().name += fmt::format(" {:g} Hz", rate_hz);
     }
-    cells[at++].rounds.push_back(runLive(daemon, model, source, rate_hz, level, options.seconds));
+    try {
+      cells[at].rounds.push_back(runLive(daemon, model, source, rate_hz, level, options.seconds));
+    } catch (const Failure&) {
+      if (cells.back().rounds.empty()) cells.pop_back();
+      printCells(common, cells);  // Minutes of measurements are not thrown away for one that failed.
+      throw;
+    }
+    const LiveResult& last = cells[at].rounds.back();
+    fmt::print(stderr, "{}: period p99 {:.0f} us, force error {:.2g} %\n", cells[at].name, last.period_p99_us,
+               100 * last.force_rms);
+    ++at;
   };
   for (int round = 0; round < common.rounds; ++round) {
     at = 0;
@@ -75,9 +92,7 @@ int runLoad(const Common& common, const Options& options) {
       }
     }
   }
-  std::vector<Series> all;
-  for (const Cell& cell : cells) addSeries(cell, all);
-  print(common, "load", all);
+  printCells(common, cells);
   return 0;
 }
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Draws the page of haptic-bench report: one HTML file with its plots inside.
 
-    report.py DATA.json PAGE.html
+    report.py DATA.json PAGE.html [RESULTS.csv ...]
 """
 import html
 import io
@@ -14,6 +14,7 @@ import matplotlib
 
 matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402
+import results  # noqa: E402
 
 INK, FAINT = "#26303a", "#8a949e"
 COLOURS = {"ours": "#00798c", "god-object": "#d1495b", "nearest": "#8a949e", "thesis": "#edae49", "local:rate=30": "#7b5ea7",
@@ -124,6 +125,14 @@ def spread(tables, rounds):
             f"<th>median</th><th>interval</th><th>unit</th></tr>\n{rows}</table></details>\n")
 
 
+def added(path):
+    """What another benchmark wrote."""
+    title, machine, figure, table = results.section(path)
+    drawn = f"<figure>{svg(figure)}</figure>\n" if figure else ""
+    return (f"<h2>{html.escape(title)}</h2>\n<pre>{html.escape(chr(10).join(machine))}</pre>\n{drawn}"
+            f"<details{'' if figure else ' open'}><summary>The figures</summary>\n{table}</details>\n")
+
+
 def main():
     data = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8"))
     style()
@@ -134,7 +143,7 @@ def main():
             "<h1>Three degrees of freedom, measured</h1>\n<pre>", html.escape(machine), "</pre>\n<h2>Tables</h2>\n",
             *map(table_html, data["tables"]), "<h2>Plots</h2>\n",
             *(f"<figure>{drawn}<figcaption>{html.escape(words)}</figcaption></figure>\n" for drawn, words in plots),
-            spread(data["tables"], data["rounds"]), "</html>\n"]
+            spread(data["tables"], data["rounds"]), *map(added, sys.argv[3:]), "</html>\n"]
     pathlib.Path(sys.argv[2]).write_text("".join(page), encoding="utf-8")
 
 

@@ -45,15 +45,8 @@ def panel(axes, rows):
     axes.set_title(f"{rows[0]['rate_hz']:g} Hz, delay {rows[0]['delay_ticks']:g} ticks", fontsize=9.5, loc="left")
 
 
-def main():
-    parser = argparse.ArgumentParser(description="Draws what haptic-bench zwidth --csv found.")
-    parser.add_argument("csv")
-    parser.add_argument("--output", required=True)
-    options = parser.parse_args()
-    rows = load(options.csv)
-
-    import matplotlib
-    matplotlib.use("Agg")
+def draw(rows):
+    """The figure; matplotlib's backend is the caller's choice."""
     import matplotlib.pyplot as plt
 
     rates = sorted({row["rate_hz"] for row in rows})
@@ -69,7 +62,20 @@ def main():
     handles, labels = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncol=4 if len(delays) > 1 else 1, frameon=False, fontsize=9)
     figure.tight_layout(rect=(0, 0.5 / figure.get_figheight() if len(delays) > 1 else 1.5 / figure.get_figheight(), 1, 1))
-    figure.savefig(options.output, dpi=110)
+    return figure
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Draws what haptic-bench zwidth --csv found.")
+    parser.add_argument("csv")
+    parser.add_argument("--output", required=True)
+    options = parser.parse_args()
+    rows = load(options.csv)
+
+    import matplotlib
+
+    matplotlib.use("Agg")
+    draw(rows).savefig(options.output, dpi=110)
 
 
 if __name__ == "__main__":

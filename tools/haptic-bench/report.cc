@@ -20,6 +20,8 @@ namespace {
 
 using nlohmann::json;
 
+// Python looks for its modules by its own name, which so has to be the whole path: another python3 may stand in PATH.
+constexpr const char* kPython = "/usr/bin/python3";
 constexpr const char* kAlgorithms[] = {"ours", "god-object", "nearest"};
 
 json tablesAsJson(const std::vector<PaperTable>& tables) {
@@ -84,12 +86,12 @@ void draw(const json& data, const std::string& output, const std::vector<std::st
       std::filesystem::temp_directory_path() / fmt::format("haptic-bench-report-{}.json", getpid());
   std::ofstream(path) << data;
   const std::string text = path.string();
-  std::vector<const char*> arguments = {"python3", HAPTICD_REPORT_SCRIPT, text.c_str(), output.c_str()};
+  std::vector<const char*> arguments = {kPython, HAPTICD_REPORT_SCRIPT, text.c_str(), output.c_str()};
   for (const std::string& file : results) arguments.push_back(file.c_str());
   arguments.push_back(nullptr);
   pid_t child = 0;
   int status = -1;
-  const int error = posix_spawn(&child, "/usr/bin/python3", nullptr, nullptr, const_cast<char**>(arguments.data()), environ);
+  const int error = posix_spawn(&child, kPython, nullptr, nullptr, const_cast<char**>(arguments.data()), environ);
   if (error == 0) waitpid(child, &status, 0);
   std::filesystem::remove(path);
   if (error != 0 || status != 0) {

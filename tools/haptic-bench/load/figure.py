@@ -41,7 +41,7 @@ def draw(values):
     meshes, levels = ordered(k[0] for k in cells), ordered(k[1] for k in cells)
     clients = ordered(k[2:] for k in cells)
     figure, axes = plt.subplots(3, len(meshes), figsize=(5 * len(meshes) + 1, 10), sharex=True, sharey="row", squeeze=False)
-    rows = [("period mean", "servo period, mean [us]", "linear"), ("period p99", "servo period, p99 [us]", "log"),
+    rows = [("period mean", "servo period, mean [us]", "linear"), ("period p99", "servo period, p99 [us]", "linear"),
             ("force error rms", "force error, rms [% of the mean force]", "log")]
     for column, mesh in enumerate(meshes):
         for row, (quantity, label, scale) in enumerate(rows):

@@ -1,7 +1,7 @@
 /** @file
  * haptic-bench models: what a hand feels of a mesh by local models and by a client's own forces, at the client's rate
- * and latency, against the native scene, the nearest point of the mesh and the smooth surface that the mesh stands for,
- * at the same places. Stepped by hand: exact, on any machine and under any load.
+ * and latency, against the native scene (flat and shaded), the nearest point of the mesh and the smooth surface that
+ * the mesh stands for, at the same places. Stepped by hand: exact, on any machine and under any load.
  */
 #include <fmt/format.h>
 
@@ -35,10 +35,11 @@ int runModels(const Common& common, const Options& options) {
     const Stroked stroke = strokeOver(shape, {.stiffness = k}, options.seconds);
     const auto settled = [](const std::vector<Vec3>& forces) { return std::span(forces).subspan(kSettled); };
     const std::vector<Vec3> native = nativeForces(surface.meshes(), k, stroke.hips);
+    const std::vector<Vec3> shaded = nativeForces(surface.meshes(), k, stroke.hips, Facets::kShaded);
     const std::vector<Vec3> nearest = nearestForces(surface.client(), k, stroke.hips);
     const auto judge = [&](const std::string& name, const std::vector<Vec3>& forces) {
       const std::pair<const char*, const std::vector<Vec3>*> references[] = {
-          {"native", &native}, {"nearest", &nearest}, {"smooth", &stroke.forces}};
+          {"native", &native}, {"shaded", &shaded}, {"nearest", &nearest}, {"smooth", &stroke.forces}};
       for (const auto& [reference, truth] : references) {
         if (truth == &forces) continue;
         const ForceError e = compareForces(settled(forces), settled(*truth));

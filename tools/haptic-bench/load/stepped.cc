@@ -5,6 +5,7 @@
 #include <cmath>
 #include <deque>
 #include <memory>
+#include <numbers>
 
 #include "rt/cycle/cycle.h"
 
@@ -79,7 +80,7 @@ class Stepper {
 
 }  // namespace
 
-std::vector<Vec3> nativeForces(const MeshTable& meshes, double stiffness, std::span<const Vec3> hips) {
+std::vector<Vec3> nativeForces(const MeshTable& meshes, double stiffness, std::span<const Vec3> hips, Facets facets) {
   Stepper stepper(meshes);
   AddObject object{};
   object.object = makeObjectId(1, 1);
@@ -88,6 +89,12 @@ std::vector<Vec3> nativeForces(const MeshTable& meshes, double stiffness, std::s
   object.material.stiffness = stiffness;
   object.q[0] = 1;
   stepper.order(CommandKind::kAddObject, object);
+  if (facets == Facets::kShaded) {
+    SetSurface surface{};
+    surface.object = object.object;
+    surface.surface.smooth_cosine = std::cos(std::numbers::pi / 6);
+    stepper.order(CommandKind::kSetSurface, surface);
+  }
   std::vector<Vec3> forces;
   for (const Vec3& hip : hips) {
     stepper.step(hip);

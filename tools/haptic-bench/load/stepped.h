@@ -13,10 +13,16 @@
 
 namespace haptic_bench {
 
+/** How the native scene shows a mesh. */
+enum class Facets {
+  kFlat,
+  kShaded,  ///< Edges of less than 30 degrees felt round, as the surface the mesh stands for.
+};
+
 /** Force of the native scene at each place of the hand: the mesh in entry 0 of `meshes`, without friction or damping.
  */
 [[nodiscard]] std::vector<Vec3> nativeForces(const hapticd::MeshTable& meshes, double stiffness,
-                                             std::span<const Vec3> hips);
+                                             std::span<const Vec3> hips, Facets facets = Facets::kFlat);
 
 /** Stiffness times the way to the nearest point of the mesh: what a proxy without memory would make. */
 [[nodiscard]] std::vector<Vec3> nearestForces(const haptic::SurfaceMesh& mesh, double stiffness,

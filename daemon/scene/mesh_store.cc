@@ -1,33 +1,23 @@
 #include "daemon/scene/mesh_store.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-
 #include "daemon/snapshot_memory.h"
 #include "daemon/volume_memory.h"
 
 namespace hapticd {
 
-/** One entry of the mesh tables. A rigid mesh is one mapping for all servos; a deformable one has a copy for each. */
-struct MeshStore::Entry {
-  MeshInfo info;
+/** A rigid mesh is one mapping for all servos, under nullptr; of a deformable one each servo has a copy. */
+struct MeshStore::Entry : ShelfEntry<MeshInfo, std::unique_ptr<SnapshotMemory>> {
   UniqueFd fd;
-  std::map<CommandSink*, std::unique_ptr<SnapshotMemory>> copies;  ///< Under nullptr: the shared one.
-  std::unique_ptr<VolumeMemory> volume;                            ///< Null: none.
-  bool dropped = false;
-  std::map<CommandSink*, std::uint64_t> waits_for;  ///< Ticket each servo has to pass before the memory goes.
+  std::unique_ptr<VolumeMemory> volume;  ///< Null: none.
 };
 
-MeshStore::MeshStore() = default;
+MeshStore::MeshStore()
+    : shelf_(std::make_unique<Shelf<Entry, kMaxMeshes>>(
+          ShelfWords{"mesh", "meshes", "objects", "remove them or give them another shape first"})) {}
 MeshStore::~MeshStore() = default;
 
 Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, UniqueFd volume, MeshInfo info) {
-  const auto free = std::find(entries_.begin(), entries_.end(), nullptr);
-  if (free == entries_.end()) {
-    return Error{ErrorCode::kQuotaExceeded, "mesh", fmt::format("the daemon holds {} meshes, its most", kMaxMeshes),
-                 "drop meshes that no object shows"};
-  }
+  if (shelf_->full()) return shelf_->fullError();
   auto entry = std::make_unique<Entry>();
   auto shared = duplicate(snapshot.get());
   if (!shared) return shared.error();
@@ -51,29 +41,19 @@ Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, UniqueFd volume, MeshInf
     info.lower[i] = header->lower[i];
     info.upper[i] = header->upper[i];
   }
-  info.id = next_id_;
-  info.uses = 0;
   entry->info = std::move(info);
   entry->fd = std::move(snapshot);
-  const bool deformable = entry->info.deformable;
-  if (!deformable) entry->copies.emplace(nullptr, std::make_unique<SnapshotMemory>(std::move(*memory)));
-
-  const auto index = static_cast<std::uint32_t>(free - entries_.begin());
-  *free = std::move(entry);
-  if (const auto& own = (*free)->volume) volumes_.publish(index, &own->view);
-  for (CommandSink* sink : sinks_) {
-    if (auto r = publish(index, *sink); !r) {
-      unpublish(index);
-      entries_[index].reset();  // no order names it yet
-      return r.error();
-    }
-  }
-  by_id_.emplace(next_id_, index);
-  return next_id_++;
+  if (!entry->info.deformable) entry->copies.emplace(nullptr, std::make_unique<SnapshotMemory>(std::move(*memory)));
+  const VolumeView* own = entry->volume != nullptr ? &entry->volume->view : nullptr;
+  const auto id = shelf_->put(
+      std::move(entry), [&](std::uint32_t index, CommandSink& sink) { return publish(index, sink); },
+      [&](std::uint32_t index) { unpublish(index); });
+  if (id && own != nullptr) volumes_.publish(shelf_->indexOf(*id), own);
+  return id;
 }
 
 Result<void> MeshStore::publish(std::uint32_t index, CommandSink& sink) {
-  Entry& entry = *entries_[index];
+  Entry& entry = *shelf_->entries()[index];
   SnapshotMemory* memory = nullptr;
   if (entry.info.deformable) {
     auto fd = duplicate(entry.fd.get());
@@ -91,7 +71,7 @@ Result<void> MeshStore::publish(std::uint32_t index, CommandSink& sink) {
 }
 
 PublishedMesh MeshStore::describe(std::uint32_t index, CommandSink& sink) const {
-  const Entry& entry = *entries_[index];
+  const Entry& entry = *shelf_->entries()[index];
   const auto& memory = entry.copies.at(entry.info.deformable ? &sink : nullptr);
   return {index, entry.info.deformable, memory->mapping.bytes(), entry.fd.get()};
 }
@@ -99,78 +79,37 @@ PublishedMesh MeshStore::describe(std::uint32_t index, CommandSink& sink) const 
 std::vector<PublishedMesh> MeshStore::published(CommandSink& sink) const {
   std::vector<PublishedMesh> out;
   for (std::uint32_t i = 0; i < kMaxMeshes; ++i) {
-    if (entries_[i] != nullptr && sink.meshes().get(i) != nullptr) out.push_back(describe(i, sink));
+    if (shelf_->entries()[i] != nullptr && sink.meshes().get(i) != nullptr) out.push_back(describe(i, sink));
   }
   return out;
 }
 
 void MeshStore::unpublish(std::uint32_t index) {
   volumes_.publish(index, nullptr);
-  for (CommandSink* sink : sinks_) sink->meshes().publish(index, nullptr);
+  for (CommandSink* sink : shelf_->sinks()) sink->meshes().publish(index, nullptr);
 }
 
-Result<void> MeshStore::drop(std::uint64_t id, const Client& by) {
-  const auto it = by_id_.find(id);
-  if (it == by_id_.end()) {
-    return Error{ErrorCode::kNotFound, "mesh", fmt::format("there is no mesh {}", id),
-                 "hapticctl get /meshes lists them"};
-  }
-  Entry& entry = *entries_[it->second];
-  if (entry.info.owner.uid != by.uid && !by.administration) {
-    return Error{ErrorCode::kPermissionDenied, "mesh",
-                 fmt::format("mesh {} belongs to user {}", id, entry.info.owner.uid), "use the administration socket"};
-  }
-  if (entry.info.uses != 0) {
-    return Error{ErrorCode::kInvalidArgument, "mesh",
-                 fmt::format("mesh {} is shown by {} objects", id, entry.info.uses),
-                 "remove them or give them another shape first"};
-  }
-  entry.dropped = true;
-  for (CommandSink* sink : sinks_) entry.waits_for[sink] = sink->posted();
-  by_id_.erase(it);
-  return {};
-}
+Result<void> MeshStore::drop(std::uint64_t id, const Client& by) { return shelf_->drop(id, by); }
 
-void MeshStore::dropUnusedOf(std::uint64_t connection) {
-  std::vector<std::uint64_t> ids;
-  for (const auto& [id, index] : by_id_) {
-    MeshInfo& info = entries_[index]->info;
-    if (info.owner.connection == connection) ids.push_back(id);
-  }
-  for (const std::uint64_t id : ids) {
-    Entry& entry = *entries_[by_id_.at(id)];
-    entry.info.owner.connection = 0;  // its maker has left: it goes with its last object
-    if (entry.info.uses == 0) (void)drop(id, entry.info.owner);
-  }
-}
+void MeshStore::dropUnusedOf(std::uint64_t connection) { shelf_->dropUnusedOf(connection); }
 
 const MeshInfo* MeshStore::find(std::uint64_t id) const {
-  const auto it = by_id_.find(id);
-  return it == by_id_.end() ? nullptr : &entries_[it->second]->info;
+  const Entry* entry = shelf_->find(id);
+  return entry == nullptr ? nullptr : &entry->info;
 }
 
-std::vector<const MeshInfo*> MeshStore::list() const {
-  std::vector<const MeshInfo*> all;
-  for (const auto& [id, index] : by_id_) all.push_back(&entries_[index]->info);
-  return all;
-}
+std::vector<const MeshInfo*> MeshStore::list() const { return shelf_->list(); }
 
 std::uint32_t MeshStore::entryOf(std::uint64_t id) const {
-  const auto it = by_id_.find(id);
-  return it == by_id_.end() ? 0 : it->second;
+  const std::uint32_t index = shelf_->indexOf(id);
+  return index == kMaxMeshes ? 0 : index;
 }
 
-std::uint64_t MeshStore::lockedBytes() const {
-  std::uint64_t sum = 0;
-  for (const auto& entry : entries_) {
-    if (entry != nullptr) sum += entry->info.bytes * entry->copies.size();
-  }
-  return sum;
-}
+std::uint64_t MeshStore::lockedBytes() const { return shelf_->lockedBytes(); }
 
 std::uint64_t MeshStore::bytesOf(std::uint32_t uid) const {
   std::uint64_t sum = 0;
-  for (const auto& entry : entries_) {
+  for (const auto& entry : shelf_->entries()) {
     if (entry != nullptr && entry->info.owner.uid == uid)
       sum += entry->info.bytes * std::max<std::size_t>(1, entry->copies.size());
   }
@@ -179,57 +118,24 @@ std::uint64_t MeshStore::bytesOf(std::uint32_t uid) const {
 
 std::uint64_t MeshStore::trianglesOf(std::uint32_t uid) const {
   std::uint64_t sum = 0;
-  for (const auto& [id, index] : by_id_) {
-    if (entries_[index]->info.owner.uid == uid) sum += entries_[index]->info.triangles;
+  for (const MeshInfo* info : shelf_->list()) {
+    if (info->owner.uid == uid) sum += info->triangles;
   }
   return sum;
 }
 
-void MeshStore::use(std::uint64_t id) {
-  if (const auto it = by_id_.find(id); it != by_id_.end()) ++entries_[it->second]->info.uses;
-}
+void MeshStore::use(std::uint64_t id) { shelf_->use(id); }
 
-void MeshStore::release(std::uint64_t id) {
-  const auto it = by_id_.find(id);
-  if (it == by_id_.end()) return;
-  MeshInfo& info = entries_[it->second]->info;
-  if (info.uses > 0) --info.uses;
-  if (info.uses == 0 && info.owner.connection == 0) (void)drop(id, info.owner);
-}
+void MeshStore::release(std::uint64_t id) { shelf_->release(id); }
 
 Result<void> MeshStore::attach(CommandSink& sink) {
-  for (std::uint32_t i = 0; i < kMaxMeshes; ++i) {
-    if (entries_[i] == nullptr || entries_[i]->dropped) continue;
-    if (auto r = publish(i, sink); !r) {
-      for (auto& entry : entries_) {
-        if (entry != nullptr) entry->copies.erase(&sink);
-      }
-      return r;
-    }
-  }
-  sinks_.push_back(&sink);
-  return {};
+  return shelf_->attach(sink, [&](std::uint32_t index, CommandSink& s) { return publish(index, s); });
 }
 
-void MeshStore::detach(CommandSink& sink) {
-  sinks_.erase(std::remove(sinks_.begin(), sinks_.end(), &sink), sinks_.end());
-  for (auto& entry : entries_) {
-    if (entry == nullptr) continue;
-    entry->copies.erase(&sink);
-    entry->waits_for.erase(&sink);
-  }
-}
+void MeshStore::detach(CommandSink& sink) { shelf_->detach(sink); }
 
 void MeshStore::reclaim() {
-  for (std::uint32_t i = 0; i < kMaxMeshes; ++i) {
-    Entry* entry = entries_[i].get();
-    if (entry == nullptr || !entry->dropped) continue;
-    const bool all = std::all_of(entry->waits_for.begin(), entry->waits_for.end(),
-                                 [](const auto& wait) { return wait.first->passed(wait.second); });
-    if (!all) continue;
-    unpublish(i);
-    entries_[i].reset();
-  }
+  shelf_->reclaim([&](std::uint32_t index) { unpublish(index); });
 }
 
 }  // namespace hapticd

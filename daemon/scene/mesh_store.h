@@ -3,10 +3,8 @@
  */
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -14,6 +12,7 @@
 
 #include "daemon/scene/command_sink.h"
 #include "daemon/scene/object.h"
+#include "daemon/scene/shelf.h"
 #include "daemon/unique_fd.h"
 #include "rt/volume/volume_table.h"
 
@@ -97,11 +96,8 @@ class MeshStore {
   [[nodiscard]] PublishedMesh describe(std::uint32_t index, CommandSink& sink) const;
 
   bool lock_ = true;
-  std::vector<CommandSink*> sinks_;
-  std::array<std::unique_ptr<Entry>, kMaxMeshes> entries_;
+  std::unique_ptr<Shelf<Entry, kMaxMeshes>> shelf_;
   VolumeTable volumes_;
-  std::map<std::uint64_t, std::uint32_t> by_id_;
-  std::uint64_t next_id_ = 1;
   std::function<void(CommandSink&, const PublishedMesh&)> published_;
 };
 

@@ -4,15 +4,14 @@
  */
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <vector>
 
 #include "daemon/scene/command_sink.h"
 #include "daemon/scene/object.h"
+#include "daemon/scene/shelf.h"
 #include "daemon/scene/texture.h"
 #include "daemon/scene/texture_memory.h"
 
@@ -79,10 +78,7 @@ class TextureStore {
   void unpublish(std::uint32_t index);
 
   bool lock_ = true;
-  std::vector<CommandSink*> sinks_;
-  std::array<std::unique_ptr<Entry>, kMaxTextures> entries_;
-  std::map<std::uint64_t, std::uint32_t> by_id_;
-  std::uint64_t next_id_ = 1;
+  std::unique_ptr<Shelf<Entry, kMaxTextures>> shelf_;
   std::function<void(CommandSink&, const PublishedTexture&)> published_;
 };
 

@@ -98,6 +98,19 @@ TEST(Repair, DoubledTrianglesGoWhateverTheirWinding) {
   EXPECT_EQ(built.stats.flags & HD_MESH_CLOSED, HD_MESH_CLOSED);
 }
 
+// The number is that of the upload, not of what is left after the slivers have gone.
+TEST(Repair, ADoubledTriangleBehindASliverIsNamedByItsNumber) {
+  TestMesh mesh = cube();
+  mesh.vertices.push_back({0, 0, 0});
+  mesh.vertices.push_back({1, 0, 0});
+  mesh.vertices.push_back({0.5f, 3e-8f, 0});  // lower than floats of that size can tell
+  const auto v = static_cast<std::uint32_t>(mesh.vertices.size()) - 3;
+  mesh.triangles.insert(mesh.triangles.begin(), {v, v + 1, v + 2});
+  mesh.triangles.push_back(mesh.triangles[3]);
+  EXPECT_THAT(build(mesh).notes, testing::IsSupersetOf({"removed 1 triangles without area, the first is triangle 0",
+                                                        "removed 1 doubled triangles, the first is triangle 13"}));
+}
+
 TEST(Repair, EqualVerticesAreWeldedAndZerosHaveNoSign) {
   TestMesh mesh = cube();
   for (Float3& p : mesh.vertices) p[0] = p[0] > 0 ? 0.02f : 0.0f;

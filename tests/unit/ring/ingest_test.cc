@@ -156,6 +156,28 @@ TEST_F(IngestTest, FloodDelaysOnlyItsSender) {
   for (const auto& [session, n] : passed) EXPECT_EQ(n, 500u * limits::kFairShare) << session;
 }
 
+// What the servo's tick has over when each has had its fair share goes round: nobody is first for ever.
+TEST_F(IngestTest, WhatIsOverIsSharedOutInTurns) {
+  std::vector<std::unique_ptr<Client>> greedy;
+  for (std::uint32_t s = 0; s < 5; ++s) greedy.push_back(std::make_unique<Client>(ingest, s));
+  std::map<std::uint32_t, double> passed;
+  constexpr int kSteps = 20 * kMaxSessions;
+  for (int i = 0; i < kSteps; ++i) {
+    for (auto& client : greedy) {
+      client->producer.heartbeat(i);
+      while (client->pushForce() == ErrorCode::kOk) {
+      }
+    }
+    step();
+    for (const Command& command : servo()) ++passed[command.session];
+  }
+  // 16 is a session's budget, 48 the tick's: three of five have all of it in a step, and in turns.
+  for (const auto& [session, n] : passed) {
+    EXPECT_GT(n, 3.5 * kSteps) << session;
+    EXPECT_LT(n, 15.5 * kSteps) << session;
+  }
+}
+
 TEST_F(IngestTest, SequenceMustRise) {
   Client client(ingest, 0);
   for (int i = 0; i < 4; ++i) client.pushForce();

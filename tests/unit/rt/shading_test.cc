@@ -138,6 +138,31 @@ TEST(Shading, TheBackOfASheetIsShadedLikeItsFront) {
   const Vec3 normal = Vec3(8 * 0.0113, 8 * 0.0071, 1).normalized();
   EXPECT_LT(angleBetween(f, normal), 0.7 * angleBetween(front.plain, normal) + 1e-3);
   EXPECT_LT(angleBetween(b, -normal), 0.1);
+  double plain = 0, shaded = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double x = 0.02 * std::sin(0.01 * i), y = 0.02 * std::cos(0.013 * i);
+    const Vec3 there = Vec3(8 * x, 8 * y, 1).normalized();
+    const Vec3 force = back.at({x, y, 0.003 - 4 * (x * x + y * y)});
+    plain = std::max(plain, angleBetween(back.plain, -there));
+    shaded = std::max(shaded, angleBetween(force, -there));
+  }
+  EXPECT_LT(shaded, 0.6 * plain);
+}
+
+/** A groove that bends by 30 degrees, shaded up to 20: a hand below its line is held by both sides, straight up. */
+TEST(Shading, ACreaseKeepsItsSupport) {
+  const double slope = std::tan(15 * std::numbers::pi / 180);
+  TestMesh mesh = testing::heightMesh(0.05, 4, [&](double x, double) { return slope * std::abs(x); });
+  Shaded t(mesh.view(), degrees(20)), round(mesh.view(), degrees(40));
+  for (Shaded* s : {&t, &round}) s->at({0, 0.006, 0.01});
+  for (int i = -10; i <= 10; ++i) {
+    ASSERT_LT((t.at({1e-5 * i, 0.006, -0.002}) - t.plain).norm(), 1e-12);
+    ASSERT_GT(t.plain.z(), 1.5);
+    ASSERT_NEAR(t.plain.x(), -0.01 * i, 1e-9) << "held by both";
+  }
+  const std::uint32_t before = round.scene.contact.work;
+  ASSERT_NEAR(round.at({0, 0.006, -0.002}).x(), 0, 1e-9) << "rounded, and even";
+  EXPECT_GT(round.scene.contact.work, before) << "what shading takes is counted";
 }
 
 /** The friction cone turns with the normal: the part across it keeps its size. */

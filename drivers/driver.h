@@ -11,6 +11,24 @@
 
 namespace hapticd {
 
+/**
+ * What brings a device to zero from a fresh process, when the daemon that armed it is dead: no state, less than half a
+ * second, no harm to a device that is zero already. Every driver says one: there is no "none" by omission.
+ */
+class ZeroFunction {
+ public:
+  using Function = Result<void> (*)(const DeviceUri& uri);
+  constexpr ZeroFunction(Function function) noexcept : function_(function) {}  // NOLINT(google-explicit-constructor)
+  ZeroFunction(std::nullptr_t) = delete;
+  Result<void> operator()(const DeviceUri& uri) const { return function_(uri); }
+
+ private:
+  Function function_;
+};
+
+/** The driver's word that no force outlives the process: it has none, or makes it in the process's own memory. */
+inline Result<void> noForceOutlivesTheProcess(const DeviceUri&) { return {}; }
+
 /** A family of devices behind one URI scheme. Plain functions: a table of these is all the registry holds. */
 struct Driver {
   std::string_view scheme;
@@ -20,11 +38,7 @@ struct Driver {
   void (*find)(std::vector<DeviceFound>& found) = nullptr;
   /** Makes, but does not open, the device of that URI (its scheme is this driver's). */
   Result<std::unique_ptr<Device>> (*make)(const DeviceUri& uri) = nullptr;
-  /**
-   * Sets the forces of that device to zero from a fresh process, when the daemon that armed it is dead: no state, less
-   * than half a second, no harm to a device that is zero already. Null: dead daemon, no force.
-   */
-  Result<void> (*zero)(const DeviceUri& uri) = nullptr;
+  ZeroFunction zero;
 };
 
 }  // namespace hapticd

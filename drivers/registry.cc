@@ -97,7 +97,7 @@ Result<void> zeroDevice(std::string_view text) {
   if (!uri) return uri.error();
   const Result<const Driver*> driver = driverOf(*uri);
   if (!driver) return driver.error();
-  return driver.value()->zero == nullptr ? Result<void>() : driver.value()->zero(*uri);
+  return driver.value()->zero(*uri);
 }
 
 }  // namespace hapticd

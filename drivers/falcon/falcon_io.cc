@@ -89,9 +89,10 @@ void FalconIo::onOut(UsbStatus status) noexcept {
 
 void FalconIo::sendOrder(DeviceLink& link) noexcept {
   asked_ns_ = clock_.now();
-  const falcon::Order order = orderFor(link.command(asked_ns_));
   asked_ = true;
-  if (usb_->postOut(falcon::encode(order)) == UsbStatus::kGone) gone_ = true;
+  link.order(asked_ns_, [this](const DeviceCommand& command) noexcept {
+    if (usb_->postOut(falcon::encode(orderFor(command))) == UsbStatus::kGone) gone_ = true;
+  });
 }
 
 falcon::Order FalconIo::orderFor(const DeviceCommand& command) noexcept {

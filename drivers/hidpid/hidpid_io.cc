@@ -134,14 +134,15 @@ bool HidPidIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
   next_ns_ = std::max(next_ns_ + kPeriod_ns, now_ns);
 
   const std::uint64_t stale = link.counters.stale_commands.load(std::memory_order_relaxed);
-  const DeviceCommand command = link.command(now_ns);
-  if (link.counters.stale_commands.load(std::memory_order_relaxed) != stale) {
-    fallBack();
-  } else if (!command.enabled) {
-    rest(true);
-  } else {
-    drive(command, now_ns);
-  }
+  link.order(now_ns, [&](const DeviceCommand& command) noexcept {
+    if (link.counters.stale_commands.load(std::memory_order_relaxed) != stale) {
+      fallBack();
+    } else if (!command.enabled) {
+      rest(true);
+    } else {
+      drive(command, now_ns);
+    }
+  });
   if (known_) publish(now_ns, link);
   return !gone_;
 }

@@ -33,8 +33,8 @@ class DeviceIo {
   virtual void close() noexcept = 0;
 
   /**
-   * Talks with the device, publishing every reading at once and sending link.command(now) each time anew. Returns at
-   * until_ns, or before. False: the device is gone.
+   * Talks with the device, publishing every reading at once and sending what link.order(now, ...) gives, each time
+   * anew and within that call. Returns at until_ns, or before. False: the device is gone.
    */
   [[nodiscard]] virtual bool exchange(DeviceLink& link, std::int64_t until_ns) noexcept = 0;
 

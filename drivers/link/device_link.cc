@@ -1,5 +1,7 @@
 #include "drivers/link/device_link.h"
 
+#include <time.h>
+
 namespace hapticd {
 
 void DeviceLink::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
@@ -27,7 +29,7 @@ void DeviceLink::publishStatus(std::uint32_t status) HD_RT {
 }
 
 DeviceCommand DeviceLink::command(std::int64_t now_ns) HD_RT {
-  const bool safe = safe_.load(std::memory_order_acquire);  // A, before the command is taken
+  const bool safe = safe_.load();  // A, before the command is taken; and after S1
   (void)to_device_.take(order_);
   if (safe || !order_.command.enabled) return {};
   if (now_ns - order_.t_ns > stale_ns_) {
@@ -35,6 +37,16 @@ DeviceCommand DeviceLink::command(std::int64_t now_ns) HD_RT {
     return {};
   }
   return order_.command;
+}
+
+bool DeviceLink::awaitSent(std::int64_t most_ns) const noexcept {
+  constexpr std::int64_t kLook_ns = 50'000;
+  for (std::int64_t waited_ns = 0; sending_.load(); waited_ns += kLook_ns) {
+    if (waited_ns >= most_ns) return false;
+    const timespec look{0, kLook_ns};
+    (void)clock_nanosleep(CLOCK_MONOTONIC, 0, &look, nullptr);
+  }
+  return true;
 }
 
 }  // namespace hapticd

@@ -28,13 +28,16 @@ struct LinkCounters {
 };
 
 /**
- * The servo calls read and write, the I/O thread the rest but safe(), which anybody may call, a signal handler too.
- * Nobody waits for anybody.
+ * The servo calls read and write, the I/O thread the rest but safe() and awaitSent(), which anybody may call, a signal
+ * handler too. Neither servo nor I/O thread ever waits for the other.
  */
 class DeviceLink {
  public:
   /** A command older than `stale_ns` is not sent any more: zeros are. */
   explicit DeviceLink(std::int64_t stale_ns) noexcept : stale_ns_(stale_ns) {}
+  virtual ~DeviceLink() = default;
+  DeviceLink(const DeviceLink&) = delete;
+  DeviceLink& operator=(const DeviceLink&) = delete;
 
   /** As Device::read. */
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT;
@@ -42,18 +45,35 @@ class DeviceLink {
   void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT;
 
   /** A reading for the servo; its `fresh` is set here. */
-  void publish(const DeviceSample& sample) HD_RT { to_servo_.put({sample, true}); }
+  virtual void publish(const DeviceSample& sample) HD_RT { to_servo_.put({sample, true}); }
   /** No reading, but the device's state (bits of DeviceStatus). The servo sees it as not fresh. */
-  void publishStatus(std::uint32_t status) HD_RT;
-  /** What is to be sent now: the servo's newest command; zeros when that is stale, off, or safe() was called. */
-  [[nodiscard]] DeviceCommand command(std::int64_t now_ns) HD_RT;
+  virtual void publishStatus(std::uint32_t status) HD_RT;
+  /**
+   * Calls send(command) with what is to be sent now: the servo's newest command; zeros when that is stale, off, or
+   * safe() was called. The transfer must happen in `send`: awaitSent() waits for it.
+   */
+  template <class Send>
+  void order(std::int64_t now_ns, Send&& send) noexcept {
+    sending_.store(true);  // S1: before safe_ is read in command(); pairs with S2
+    send(command(now_ns));
+    sending_.store(false, std::memory_order_release);
+  }
 
   /** Zeros from now on, until the servo has sent a command that is off. */
-  void safe() noexcept { safe_.store(true, std::memory_order_release); }
+  void safe() noexcept { safe_.store(true); }  // S2: before sending_ is read in awaitSent(); pairs with S1
+  /**
+   * After safe(): returns when no order from before it is on its way to the device any more, so that zeros sent next
+   * are the last word; or after `most_ns`, false, when the I/O thread is stuck in its transfer.
+   */
+  bool awaitSent(std::int64_t most_ns) const noexcept;
 
   LinkCounters counters;
   Histogram round_trip;  ///< From a command sent to the answer with a reading. Written by the I/O thread.
   Histogram age;         ///< Of a fresh sample when the servo reads it. Written by the servo.
+
+ protected:
+  /** As order() says. */
+  [[nodiscard]] virtual DeviceCommand command(std::int64_t now_ns) HD_RT;
 
  private:
   struct Reading {
@@ -71,6 +91,7 @@ class DeviceLink {
   Reading taken_;  ///< The servo's.
   Order order_;    ///< The I/O thread's.
   std::atomic<bool> safe_{false};
+  std::atomic<bool> sending_{false};  ///< The I/O thread has taken an order and not yet sent it.
 };
 
 }  // namespace hapticd

@@ -81,7 +81,8 @@ void IoDevice::close() noexcept {
 }
 
 void IoDevice::safe() noexcept {
-  link_.safe();  // First: what the I/O thread sends after the zeros below is zeros too.
+  link_.safe();                                  // First: what the I/O thread takes from now on is zeros.
+  (void)link_.awaitSent(options_.in_flight_ns);  // What it had taken before goes out before the zeros below, not after.
   io_->safe();
 }
 

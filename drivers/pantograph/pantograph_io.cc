@@ -81,7 +81,11 @@ bool PantographIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
     next_ns_ = std::max(next_ns_ + kPeriod_ns, now_ns);
     asked_ns_ = now_ns;
     asked_ = true;
-    if (!line_->write(pantograph::encodeTorques(torquesFor(link.command(now_ns), now_ns)))) return false;
+    bool taken = false;
+    link.order(now_ns, [&](const DeviceCommand& command) noexcept {
+      taken = line_->write(pantograph::encodeTorques(torquesFor(command, now_ns)));
+    });
+    if (!taken) return false;
   }
   return true;
 }

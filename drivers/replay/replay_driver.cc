@@ -86,6 +86,7 @@ Result<ReplaySetup> resolveReplay(const DeviceUri& uri) {
   return setup;
 }
 
-const Driver kReplayDriver = {"replay", "replay:///path/to/recording.csv?key=value", false, &find, &make};
+const Driver kReplayDriver = {
+    "replay", "replay:///path/to/recording.csv?key=value", false, &find, &make, &noForceOutlivesTheProcess};
 
 }  // namespace hapticd

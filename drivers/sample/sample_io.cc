@@ -71,7 +71,9 @@ bool SampleIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
       if (!answered_) LinkCounters::add(link.counters.lost);
       answered_ = false;
       sent_ns_ = clock_.now();
-      if (usb_->postOut(sample::encode(orderFor(link.command(sent_ns_)))) == UsbStatus::kGone) gone_ = true;
+      link.order(sent_ns_, [this](const DeviceCommand& command) noexcept {
+        if (usb_->postOut(sample::encode(orderFor(command))) == UsbStatus::kGone) gone_ = true;
+      });
     }
     usb_->poll(std::min(until_ns, sent_ns_ + kTrust_ns), *this);
   }

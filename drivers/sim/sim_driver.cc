@@ -18,6 +18,6 @@ void find(std::vector<DeviceFound>& found) {
 
 }  // namespace
 
-const Driver kSimDriver = {"sim", "sim://PRESET?key=value", false, &find, &make};
+const Driver kSimDriver = {"sim", "sim://PRESET?key=value", false, &find, &make, &noForceOutlivesTheProcess};
 
 }  // namespace hapticd

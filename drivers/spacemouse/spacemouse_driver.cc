@@ -93,6 +93,7 @@ Result<SpaceMouseSetup> resolveSpaceMouse(const DeviceUri& uri, const std::vecto
   return setup;
 }
 
-const Driver kSpaceMouseDriver = {"spacemouse", "spacemouse://default?deadman=1", true, &find, &make, nullptr};
+const Driver kSpaceMouseDriver = {"spacemouse", "spacemouse://default?deadman=1", true, &find,
+                                  &make,        &noForceOutlivesTheProcess};
 
 }  // namespace hapticd

@@ -37,7 +37,7 @@ bool SpaceMouseIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
     case HidResult::kRefused:
       break;
   }
-  (void)link.command(hid_->now());
+  link.order(hid_->now(), [](const DeviceCommand&) noexcept {});
   const std::int64_t now_ns = hid_->now();
   if (now_ns - published_ns_ >= kSample_ns) publish(now_ns, link);
   return true;

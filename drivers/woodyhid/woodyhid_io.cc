@@ -71,7 +71,7 @@ bool WoodyIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
   if (got != HidResult::kOk) {
     if (now_ns - sent_ns_ < kKick_ns) return true;  // The time is up, not the patience.
     LinkCounters::add(link.counters.lost);
-    return send(answer(nullptr, now_ns, link));
+    return reply(nullptr, now_ns, link);
   }
   const auto reading = woodyhid::decode({buffer.data(), size});
   if (!reading) {
@@ -82,7 +82,7 @@ bool WoodyIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
     asked_ = false;
     take(*reading, now_ns, link);
   }
-  return send(answer(reading ? &*reading : nullptr, now_ns, link));
+  return reply(reading ? &*reading : nullptr, now_ns, link);
 }
 
 bool WoodyIo::plausible(const woodyhid::Reading& reading, std::int64_t now_ns) const noexcept {
@@ -128,8 +128,14 @@ void WoodyIo::publish(const woodyhid::Reading& reading, std::int64_t now_ns, Dev
   link.publish(sample);
 }
 
-woodyhid::Report WoodyIo::answer(const woodyhid::Reading* reading, std::int64_t now_ns, DeviceLink& link) noexcept {
-  const DeviceCommand command = link.command(now_ns);
+bool WoodyIo::reply(const woodyhid::Reading* reading, std::int64_t now_ns, DeviceLink& link) noexcept {
+  bool sent = false;
+  link.order(now_ns, [&](const DeviceCommand& command) noexcept { sent = send(answer(reading, command, now_ns)); });
+  return sent;
+}
+
+woodyhid::Report WoodyIo::answer(const woodyhid::Reading* reading, const DeviceCommand& command,
+                                 std::int64_t now_ns) noexcept {
   if (reading != nullptr && !reading->calibrate && !command.enabled) may_press_ = true;
   if (command.enabled) may_press_ = false;
   if (reading != nullptr && reading->calibrate && !command.enabled) {

@@ -45,8 +45,9 @@ class WoodyIo final : public DeviceIo {
   [[nodiscard]] bool plausible(const woodyhid::Reading& reading, std::int64_t now_ns) const noexcept;
   void take(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept;
   void publish(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept;
-  [[nodiscard]] woodyhid::Report answer(const woodyhid::Reading* reading, std::int64_t now_ns,
-                                        DeviceLink& link) noexcept;
+  [[nodiscard]] bool reply(const woodyhid::Reading* reading, std::int64_t now_ns, DeviceLink& link) noexcept;
+  [[nodiscard]] woodyhid::Report answer(const woodyhid::Reading* reading, const DeviceCommand& command,
+                                        std::int64_t now_ns) noexcept;
 
   WoodySetup setup_;
   std::unique_ptr<HidTransport> hid_;

@@ -42,7 +42,7 @@ class ScriptedIo final : public DeviceIo {
     sample.t_ns = script_.clock.now();
     sample.p.x() = static_cast<double>(sample.t_ns);
     link.publish(sample);
-    script_.sent.push_back(link.command(script_.clock.now()));
+    link.order(script_.clock.now(), [&](const DeviceCommand& command) { script_.sent.push_back(command); });
     return true;
   }
   void safe() noexcept override { ++script_.safed; }
@@ -112,6 +112,56 @@ TEST(IoDevice, SafeHoldsZeroUntilTheServoHasSwitchedOff) {
   EXPECT_EQ(rig.run(kMs), 0);
   rig.push(2);
   EXPECT_EQ(rig.run(kMs), 2);
+}
+
+/** Its transfer takes its time; keeps what reached the device, in that order. */
+class SlowIo final : public DeviceIo {
+ public:
+  const DeviceInfo& info() const noexcept override { return info_; }
+  Result<void> open(const std::atomic<bool>&) override { return {}; }
+  void close() noexcept override {}
+  bool exchange(DeviceLink& link, std::int64_t) noexcept override {
+    link.order(0, [this](const DeviceCommand& command) {
+      if (!command.enabled) return;
+      on_its_way_ = true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      newtons_ = command.force.x();
+    });
+    return true;
+  }
+  void safe() noexcept override { newtons_ = 0; }
+
+  std::atomic<bool> on_its_way_{false};
+  std::atomic<double> newtons_{0};
+
+ private:
+  DeviceInfo info_;
+};
+
+// An order that the I/O thread had taken before reaches the device before safe()'s zeros, never after them.
+TEST(IoDevice, SafeIsTheLastWordEvenOverAnOrderOnItsWay) {
+  for (int round = 0; round < 5; ++round) {
+    auto io = std::make_unique<SlowIo>();
+    SlowIo& slow = *io;
+    IoDevice device(std::move(io), {.in_flight_ns = 10'000'000'000});
+    ASSERT_TRUE(device.open().ok());
+    DeviceCommand push;
+    push.enabled = true;
+    push.force.x() = 2;
+    device.write(0, push);
+    while (!slow.on_its_way_) std::this_thread::yield();
+    device.safe();
+    device.close();
+    EXPECT_EQ(slow.newtons_, 0);
+  }
+}
+
+TEST(IoDevice, SafeGivesUpOnATransferThatIsStuck) {
+  DeviceLink link(0);
+  bool gone_out = true;
+  link.order(0, [&](const DeviceCommand&) { gone_out = link.awaitSent(200'000); });
+  EXPECT_FALSE(gone_out);
+  EXPECT_TRUE(link.awaitSent(0));
 }
 
 TEST(IoDevice, UnplugIsToldAndReplugFound) {
@@ -188,8 +238,9 @@ class SpinningIo final : public DeviceIo {
     DeviceSample sample;
     sample.p = Vec3::Constant(static_cast<double>(++count_));
     link.publish(sample);
-    const DeviceCommand command = link.command(0);
-    torn_ = torn_ || command.force.x() != command.force.y() || command.force.y() != command.force.z();
+    link.order(0, [this](const DeviceCommand& command) {
+      torn_ = torn_ || command.force.x() != command.force.y() || command.force.y() != command.force.z();
+    });
     return true;
   }
   void safe() noexcept override {}

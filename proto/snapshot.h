@@ -101,7 +101,7 @@ struct hd_mesh_upload {
   uint64_t magic;
   uint32_t vertex_count;
   uint32_t triangle_count;
-  uint32_t flags; /**< HD_MESH_DEFORMABLE or 0. */
+  uint32_t flags; /**< HD_MESH_DEFORMABLE, and those of volume.h. */
   float weld_m;   /**< Vertices no farther apart become one: HD_MIN_WELD to HD_MAX_WELD, or 0: equal ones only. */
   /* float vertices[vertex_count][3]; uint32_t triangles[triangle_count][3]; */
 };

@@ -34,6 +34,8 @@
 
 /** In hd_mesh_upload.flags: the solid is wanted as a volume too; an hd_volume_request follows the triangles. */
 #define HD_UPLOAD_VOLUME (UINT32_C(1) << 2)
+/** With it: holes of the surface are closed for the volume, by winding numbers; else an open one is refused. */
+#define HD_UPLOAD_FILL_HOLES (UINT32_C(1) << 3)
 
 struct hd_volume_request {
   float voxel_m;         /**< HD_MIN_VOXEL to HD_MAX_VOXEL. */

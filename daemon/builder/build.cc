@@ -22,14 +22,14 @@ std::int64_t now() {
 Error cancelled() { return {ErrorCode::kCancelled, "build", {}, {}}; }
 
 /** The volume of the mesh in a snapshot, in sealed memory. */
-Result<Memfd> buildVolume(std::span<const std::byte> snapshot, const hd_volume_request& request,
-                          BuildMonitor& monitor) {
+Result<Memfd> buildVolume(std::span<const std::byte> snapshot, const MeshSource& source, BuildMonitor& monitor) {
   const auto mesh = validateSnapshot(snapshot);
   if (!mesh) return mesh.error();
   VolumeOptions options;
-  options.point_spacing_m = double{request.point_spacing_m};
+  options.point_spacing_m = double{source.request.point_spacing_m};
   options.sensation = true;
-  const auto image = volumeOfMesh(*mesh, double{request.voxel_m}, options, monitor);
+  options.fill_holes = source.fill_holes;
+  const auto image = volumeOfMesh(*mesh, double{source.request.voxel_m}, options, monitor);
   if (!image) return image.error();
   const auto bytes = bytesOf(*image);
   auto memfd = Memfd::create("hapticd-volume", bytes.size());
@@ -81,7 +81,7 @@ Result<BuiltSnapshot> build(std::span<const std::byte> upload, BuildMonitor& who
   if (source->as_volume) {
     BuildMonitor rest;
     rest.progress = [&](float x, const char* stage) { return whole.progress(mesh_part + (1 - mesh_part) * x, stage); };
-    auto volume = buildVolume(mapping->bytes(), source->request, rest);
+    auto volume = buildVolume(mapping->bytes(), *source, rest);
     if (!volume) return volume.error();
     built.volume = std::move(*volume);
     monitor.notes.insert(monitor.notes.end(), rest.notes.begin(), rest.notes.end());

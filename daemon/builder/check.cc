@@ -58,8 +58,12 @@ Result<MeshSource> readUpload(std::span<const std::byte> upload) {
   if (header.magic != HD_UPLOAD_MAGIC)
     return Error{ErrorCode::kBadMesh, "upload header", "the magic number is wrong", "fill in hd_mesh_upload"};
   const bool as_volume = (header.flags & HD_UPLOAD_VOLUME) != 0;
-  if ((header.flags & ~(static_cast<std::uint32_t>(HD_MESH_DEFORMABLE) | HD_UPLOAD_VOLUME)) != 0)
+  constexpr std::uint32_t kKnown =
+      static_cast<std::uint32_t>(HD_MESH_DEFORMABLE) | HD_UPLOAD_VOLUME | HD_UPLOAD_FILL_HOLES;
+  if ((header.flags & ~kKnown) != 0)
     return Error{ErrorCode::kBadMesh, "upload header", fmt::format("unknown flags {:#x}", header.flags), {}};
+  if ((header.flags & HD_UPLOAD_FILL_HOLES) != 0 && !as_volume)
+    return Error{ErrorCode::kInvalidArgument, "upload header", "holes are filled in volumes alone", "ask for a volume"};
   if (header.weld_m != 0 && !(header.weld_m >= HD_MIN_WELD && header.weld_m <= HD_MAX_WELD))
     return Error{ErrorCode::kBadMesh, "upload header", fmt::format("a welding distance of {} m", header.weld_m),
                  fmt::format("give 0, or {} to {} m", HD_MIN_WELD, HD_MAX_WELD)};
@@ -89,6 +93,7 @@ Result<MeshSource> readUpload(std::span<const std::byte> upload) {
   source.weld_m = header.weld_m;
   source.deformable = (header.flags & HD_MESH_DEFORMABLE) != 0;
   source.as_volume = as_volume;
+  source.fill_holes = (header.flags & HD_UPLOAD_FILL_HOLES) != 0;
   if (as_volume) {
     std::memcpy(&source.request, p + vertex_bytes + triangle_bytes, sizeof source.request);
     if (const auto checked = checkRequest(source); !checked) return checked.error();

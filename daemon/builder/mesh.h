@@ -27,6 +27,7 @@ struct MeshSource {
   float weld_m = 0;
   bool deformable = false;
   bool as_volume = false;  ///< `request` says how.
+  bool fill_holes = false;
   hd_volume_request request{};
 };
 

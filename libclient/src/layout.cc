@@ -8,6 +8,7 @@
 #include "proto/control.capnp.h"
 #include "proto/shm_layout.h"
 #include "proto/snapshot.h"
+#include "proto/volume.h"
 
 #define SAME_SIZE(a, b) static_assert(sizeof(a) == sizeof(b), #a)
 #define SAME_FIELD(a, b, field) (offsetof(a, field) == offsetof(b, field) && sizeof(a::field) == sizeof(b::field))
@@ -88,6 +89,7 @@ static_assert(N(FAULT_ENERGY) && N(FAULT_COUNT) && N(OBJECT_ENABLED) && N(OBJECT
               N(MODEL_PLANE));
 static_assert(N(MODEL_SPRING) && N(MODEL_SPHERE) && N(MODEL_HALFSPACES) && N(MODEL_CORNER) && N(MESH_DEFORMABLE));
 #undef N
+static_assert(HAPTIC_MESH_VOLUME == HD_UPLOAD_VOLUME && HAPTIC_MESH_FILL_HOLES == HD_UPLOAD_FILL_HOLES);
 static_assert(HAPTIC_MODEL_SLOTS == HD_MODEL_SLOTS && HAPTIC_HALFSPACES == HD_HALFSPACES);
 static_assert(HAPTIC_VERTEX_MOVES == HD_VERTEX_MOVES);
 

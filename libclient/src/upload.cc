@@ -96,8 +96,11 @@ Failure begin(haptic_client* c, std::uint32_t vertices, std::uint32_t triangles,
     return client::badArgument("triangles", "is " + std::to_string(triangles),
                                "give 1 to " + std::to_string(HD_MAX_TRIANGLES));
   }
-  if ((flags & ~std::uint32_t{HAPTIC_MESH_DEFORMABLE | HAPTIC_MESH_VOLUME}) != 0) {
+  if ((flags & ~std::uint32_t{HAPTIC_MESH_DEFORMABLE | HAPTIC_MESH_VOLUME | HAPTIC_MESH_FILL_HOLES}) != 0) {
     return client::badArgument("flags", "has bits that are not defined");
+  }
+  if ((flags & HAPTIC_MESH_FILL_HOLES) != 0 && (flags & HAPTIC_MESH_VOLUME) == 0) {
+    return client::badArgument("flags", "has HAPTIC_MESH_FILL_HOLES alone", "add HAPTIC_MESH_VOLUME");
   }
   auto made = std::make_unique<haptic_upload>();
   made->connection = c->connection;

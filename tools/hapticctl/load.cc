@@ -21,7 +21,7 @@ namespace {
 struct Options {
   std::string file, scale;
   double size_m = 0, weld_mm = 0, voxel_mm = 0, point_spacing_mm = 0;
-  bool centre = false, deformable = false;
+  bool centre = false, deformable = false, fill_holes = false;
   Placement placement;
 };
 
@@ -67,6 +67,7 @@ int upload(haptic_client* client, const MeshFile& mesh, const Options& options, 
   const auto triangles = static_cast<std::uint32_t>(mesh.triangles.size());
   std::uint32_t flags = options.deformable ? HAPTIC_MESH_DEFORMABLE : 0;
   if (options.voxel_mm > 0) flags |= HAPTIC_MESH_VOLUME;
+  if (options.fill_holes) flags |= HAPTIC_MESH_FILL_HOLES;
   haptic_upload* raw = nullptr;
   if (const int code = haptic_upload_begin(client, vertices, triangles, flags, &raw, &error); code != 0) return code;
   const std::unique_ptr<haptic_upload, decltype(&haptic_upload_close)> upload(raw, haptic_upload_close);
@@ -159,6 +160,8 @@ void addLoad(CLI::App& app, Action& chosen) {
       ->add_option("--points", o->point_spacing_mm, "How far apart the volume's surface points shall be; else a voxel")
       ->type_name("MM")
       ->check(number(0, 1000))
+      ->needs(voxel);
+  command->add_flag("--fill-holes", o->fill_holes, "Of an open mesh, close the holes of its volume; else it is refused")
       ->needs(voxel);
   addPlacement(*command, o->placement);
   command->callback([&chosen, o] { chosen = [o](const Globals& globals) { return load(*o, globals); }; });

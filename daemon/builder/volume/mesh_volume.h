@@ -1,5 +1,5 @@
 /** @file
- * A volume from a closed triangle mesh, by the exact distance to it.
+ * A volume from a triangle mesh, by the exact distance to it; closed, or with its holes filled.
  */
 #pragma once
 
@@ -10,7 +10,8 @@ namespace hapticd {
 
 /**
  * The mesh as uploaded: it is welded, cleaned and turned outward first. kBadMesh for an open one, with the place of a
- * hole; else as buildSnapshot() and writeVolume(). Some 2 us for each lattice point near the surface.
+ * hole, unless options.fill_holes; else as buildSnapshot() and writeVolume(). Some 2 us for each lattice point near the
+ * surface.
  */
 [[nodiscard]] Result<VolumeImage> buildMeshVolume(std::span<const std::byte> upload, double voxel_m,
                                                   const VolumeOptions& options, BuildMonitor& monitor);

@@ -122,7 +122,8 @@ typedef struct haptic_upload haptic_upload;
 /** Bits of the mesh flags. */
 typedef enum haptic_mesh_flag {
   HAPTIC_MESH_DEFORMABLE = 1 << 1, /**< Its vertices can be moved by pushes. */
-  HAPTIC_MESH_VOLUME = 1 << 2      /**< The solid as a volume too, for what touches in six degrees of freedom. */
+  HAPTIC_MESH_VOLUME = 1 << 2,     /**< The solid as a volume too, for what touches in six degrees of freedom. */
+  HAPTIC_MESH_FILL_HOLES = 1 << 3  /**< With it: holes are closed for the volume; else an open mesh is refused. */
 } haptic_mesh_flag;
 
 /** Called on the thread that commits, `fraction` from 0 to 1. Return 0 to go on, else to cancel (HAPTIC_CANCELLED). */
@@ -146,8 +147,9 @@ HAPTIC_API int haptic_upload_weld(haptic_upload* upload, double distance_m, hapt
 
 /**
  * How the volume of a mesh begun with HAPTIC_MESH_VOLUME shall be: the side of its voxels (1 um to 1 m), and the
- * distance of its surface points (0: a voxel). Needed before the commit. The mesh must be closed; it is refused with
- * the memory it would take if that is too much. Building takes seconds: see the progress.
+ * distance of its surface points (0: a voxel). Needed before the commit. The mesh must be closed, or begun
+ * with HAPTIC_MESH_FILL_HOLES. It is refused with the memory it would take if that is too much. Building takes seconds:
+ * see the progress.
  */
 HAPTIC_API int haptic_upload_volume(haptic_upload* upload, double voxel_m, double point_spacing_m, haptic_error* error);
 

@@ -1,0 +1,38 @@
+// The flag by which an upload has its holes filled.
+#include <algorithm>
+
+#include "tests/unit/builder/built.h"
+
+namespace hapticd::test {
+namespace {
+
+TestMesh openCube() {
+  TestMesh mesh = cube();
+  mesh.triangles.resize(mesh.triangles.size() - 2);  // Without the side at +x.
+  return mesh;
+}
+
+TEST(FillHoles, anUploadGetsItsVolumeOnlyIfItAsks) {
+  BuildMonitor monitor;
+  const auto refused = buildSnapshot(volumeUpload(openCube(), 0.001f), monitor);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kBadMesh);
+  const auto built = buildSnapshot(volumeUpload(openCube(), 0.001f, HD_UPLOAD_FILL_HOLES), monitor);
+  ASSERT_TRUE(built.ok()) << toString(built.error());
+  EXPECT_TRUE(built->volume.valid());
+  EXPECT_EQ(built->stats.flags & HD_MESH_CLOSED, 0u);  // The mesh that is touched keeps its hole.
+  EXPECT_EQ(built->stats.triangles, 10u);
+  const auto& notes = monitor.notes;
+  EXPECT_EQ(std::count_if(notes.begin(), notes.end(), [](const auto& n) { return n.rfind("holes: closed", 0) == 0; }),
+            1);
+}
+
+TEST(FillHoles, withoutAVolumeThereIsNothingToFill) {
+  BuildMonitor monitor;
+  const auto refused = buildSnapshot(upload(openCube(), HD_UPLOAD_FILL_HOLES), monitor);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -72,6 +72,31 @@ HD_LANES I gatherPairs(const short* base, I index) {
   const int* p = reinterpret_cast<const int*>(base);
   return {_mm256_i32gather_epi32(p, index.a, 2), _mm256_i32gather_epi32(p, index.b, 2)};
 }
+struct Lanes16 {
+  alignas(64) int i[16];
+};
+HD_LANES void keep(Lanes16& at, I x) {
+  _mm256_store_si256(reinterpret_cast<__m256i*>(at.i), x.a);
+  _mm256_store_si256(reinterpret_cast<__m256i*>(at.i + 8), x.b);
+}
+HD_LANES I kept(const Lanes16& at) {
+  return {_mm256_load_si256(reinterpret_cast<const __m256i*>(at.i)),
+          _mm256_load_si256(reinterpret_cast<const __m256i*>(at.i + 8))};
+}
+struct Corners {
+  I v00, v10, v01, v11;
+};
+HD_LANES I gatherKept(const unsigned* base, const Lanes16& at) { return gather(base, kept(at)); }
+HD_LANES Corners firstCorners(const short* bricks, const Lanes16& at) {
+  const I v00 = gatherPairs(bricks, kept(at));
+  return {v00, v00, v00, v00};
+}
+HD_LANES void otherCorners(const short* bricks, const Lanes16& at, Corners& v) {
+  const I index = kept(at);
+  v.v10 = gatherPairs(bricks + 9, index);
+  v.v01 = gatherPairs(bricks + 81, index);
+  v.v11 = gatherPairs(bricks + 90, index);
+}
 HD_LANES F loadAreas(const unsigned short* p) {
   const __m256i x = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p));
   return {_mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(_mm256_castsi256_si128(x))),

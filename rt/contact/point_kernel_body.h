@@ -32,40 +32,56 @@ HD_LANES Place3 within(const FieldTable& f, const Place3& u) {
           least(greatest(u.z, zero), all(f.top[2]))};
 }
 
-/** Eight values about a place and the place among them. */
-struct Sampled {
-  F value;  ///< In steps times kFraction; so are the slopes, per side.
-  F dx, dy, dz;
+/** Eight values about a place, by twos along x in one word; and the place among them, 0 to 1. */
+struct Voxel {
+  Corners v;
+  F fx, fy, fz;
 };
 
 HD_LANES F between(F a, F b, F t) { return add(a, mul(t, sub(b, a))); }
 
-/** `low`: values at the lower corner and at its neighbour along x, both in one word; the others a row, a layer away. */
-HD_LANES Sampled interpolated(I v00, I v10, I v01, I v11, F fx, F fy, F fz) {
-  const I high = toInt(mul(fx, all(kFraction)));
+/** Between the values along x: in steps times kFraction. */
+struct Edges {
+  F c00, c10, c01, c11;
+  F value, dz;  ///< Between them all; its slope along z, per side.
+};
+
+HD_LANES Edges interpolated(const Voxel& u) {
+  const I high = toInt(mul(u.fx, all(kFraction)));
   const I weights = orInt(subInt(allInt(static_cast<std::int32_t>(kFraction)), high), shiftLeft16(high));
+  Edges e;
+  e.c00 = toFloat(pairs(u.v.v00, weights));
+  e.c10 = toFloat(pairs(u.v.v10, weights));
+  e.c01 = toFloat(pairs(u.v.v01, weights));
+  e.c11 = toFloat(pairs(u.v.v11, weights));
+  const F y0 = between(e.c00, e.c10, u.fy), y1 = between(e.c01, e.c11, u.fy);
+  e.dz = sub(y1, y0);
+  e.value = add(y0, mul(u.fz, e.dz));
+  return e;
+}
+
+/** In steps times kFraction, per side. */
+HD_LANES Place3 sloped(const Voxel& u, const Edges& e) {
   const I difference = allInt(0x0001ffff);  // -1 and +1
-  const F scale = all(kFraction);
-  const F c00 = toFloat(pairs(v00, weights)), c10 = toFloat(pairs(v10, weights));
-  const F c01 = toFloat(pairs(v01, weights)), c11 = toFloat(pairs(v11, weights));
-  const F s00 = toFloat(pairs(v00, difference)), s10 = toFloat(pairs(v10, difference));
-  const F s01 = toFloat(pairs(v01, difference)), s11 = toFloat(pairs(v11, difference));
-  const F y0 = between(c00, c10, fy), y1 = between(c01, c11, fy);
-  const F dz = sub(y1, y0);
-  return {add(y0, mul(fz, dz)), mul(between(between(s00, s10, fy), between(s01, s11, fy), fz), scale),
-          between(sub(c10, c00), sub(c11, c01), fz), dz};
+  const F s00 = toFloat(pairs(u.v.v00, difference)), s10 = toFloat(pairs(u.v.v10, difference));
+  const F s01 = toFloat(pairs(u.v.v01, difference)), s11 = toFloat(pairs(u.v.v11, difference));
+  return {mul(between(between(s00, s10, u.fy), between(s01, s11, u.fy), u.fz), all(kFraction)),
+          between(sub(e.c10, e.c00), sub(e.c11, e.c01), u.fz), e.dz};
 }
 
 /** Where there is no brick: between the corners of the cell. */
-HD_LANES Sampled coarsely(const FieldTable& f, I ix, I iy, I iz, const Place3& at) {
+HD_LANES Voxel coarsely(const FieldTable& f, I ix, I iy, I iz, const Place3& at) {
   const auto nx = static_cast<std::int32_t>(f.cells[0] + 1);
   const std::int32_t layer = nx * static_cast<std::int32_t>(f.cells[1] + 1);
   const I index = addInt(ix, addInt(mulInt(iy, allInt(nx)), mulInt(iz, allInt(layer))));
   const F eighth = all(0.125F);
   const F fx = sub(mul(at.x, eighth), toFloat(ix)), fy = sub(mul(at.y, eighth), toFloat(iy)),
           fz = sub(mul(at.z, eighth), toFloat(iz));
-  return interpolated(gatherPairs(f.coarse, index), gatherPairs(f.coarse + nx, index),
-                      gatherPairs(f.coarse + layer, index), gatherPairs(f.coarse + layer + nx, index), fx, fy, fz);
+  return {{gatherPairs(f.coarse, index), gatherPairs(f.coarse + nx, index), gatherPairs(f.coarse + layer, index),
+           gatherPairs(f.coarse + layer + nx, index)},
+          fx,
+          fy,
+          fz};
 }
 
 HD_LANES F lowHalf(I pair) { return toFloat(shiftRight16(shiftLeft16(pair))); }
@@ -77,18 +93,28 @@ HD_LANES M lanesOf(std::uint32_t block, std::uint32_t first, std::uint32_t end) 
   return static_cast<M>(lanes);
 }
 
+/** A block on its way: where its points are, then which value is at the lower corner of each point's voxel. */
+struct Looked {
+  Place3 at;
+  Lanes16 index;  ///< Of the cell, then of the value.
+  M lanes;
+  M without;  ///< Lanes without a brick.
+};
+
 /** A block that one corner of its voxels does not rule out. */
 struct Survivor {
   Place3 at;
-  I v00, v01, index;
+  Corners v;
   std::uint32_t block;
   M near;    ///< Lanes with a brick.
   M inside;  ///< Lanes without, deep inside.
 };
 constexpr int kAhead = 8;
 
-float run(const FieldTable& field, const PointTable& points, const Placement& placement, const PointRange& range,
-          PointSums& sums) noexcept {
+/** Without a margin what touches is inside, and weighs what it presses. */
+template <bool kMargin>
+float runRange(const FieldTable& field, const PointTable& points, const Placement& placement, const PointRange& range,
+               PointSums& sums) noexcept {
   using S = PointSums;
   const std::uint32_t end = range.first + range.count;
   const F fine = all(field.fine_step / kFraction), coarse = all(field.coarse_step / kFraction);
@@ -109,57 +135,67 @@ float run(const FieldTable& field, const PointTable& points, const Placement& pl
   F mean_x = load(sums.sum[S::kMean]), mean_y = load(sums.sum[S::kMean + 1]), mean_z = load(sums.sum[S::kMean + 2]);
   std::uint32_t block = range.first & ~15u;
   while (block < end) {
-    // First a look at one corner of each point's voxel, which no other block waits for: misses of the cache overlap.
-    Survivor survivors[kAhead];
-    int count = 0;
-    for (; block < end && count < kAhead; block += 16) {
-      const M lanes = lanesOf(block, range.first, end);
-      const Place3 at =
-          within(field, placed(placement, load(points.x + block), load(points.y + block), load(points.z + block)));
-      const I ix = toInt(at.x), iy = toInt(at.y), iz = toInt(at.z);
-      const I cx = shiftRight3(ix), cy = shiftRight3(iy), cz = shiftRight3(iz);
-      const I brick = gather(field.cell, addInt(cx, addInt(mulInt(cy, cells_x), mulInt(cz, layer))));
-      const M without = static_cast<M>(equalInt(brick, allInt(static_cast<std::int32_t>(kNone))) & lanes);
-      const M with = static_cast<M>(lanes & ~without);
+    // Step by step for some blocks together: none waits for another, so misses of the cache overlap.
+    Looked looked[kAhead];
+    const std::uint32_t base = block;
+    int blocks = 0;
+    for (; block < end && blocks < kAhead; block += 16) {
+      Looked& l = looked[blocks++];
+      l.lanes = lanesOf(block, range.first, end);
+      l.at = within(field, placed(placement, load(points.x + block), load(points.y + block), load(points.z + block)));
+      const I cx = shiftRight3(toInt(l.at.x)), cy = shiftRight3(toInt(l.at.y)), cz = shiftRight3(toInt(l.at.z));
+      keep(l.index, addInt(cx, addInt(mulInt(cy, cells_x), mulInt(cz, layer))));
+    }
+    for (int i = 0; i < blocks; ++i) {
+      Looked& l = looked[i];
+      const I ix = toInt(l.at.x), iy = toInt(l.at.y), iz = toInt(l.at.z);
+      const I brick = gatherKept(field.cell, l.index);
+      l.without = static_cast<M>(equalInt(brick, allInt(static_cast<std::int32_t>(kNone))) & l.lanes);
       const I seven = allInt(7);
       const I local = addInt(andInt(ix, seven),
                              addInt(mulInt(andInt(iy, seven), allInt(9)), mulInt(andInt(iz, seven), allInt(81))));
-      const I index = masked(with, addInt(mulInt(brick, allInt(736)), local));
-      const I v00 = gatherPairs(field.bricks, index);
+      keep(l.index, masked(static_cast<M>(l.lanes & ~l.without), addInt(mulInt(brick, allInt(736)), local)));
+    }
+    Survivor survivors[kAhead];
+    int count = 0;
+    for (int i = 0; i < blocks; ++i) {
+      const Looked& l = looked[i];
+      Corners v = firstCorners(field.bricks, l.index);
+      const M with = static_cast<M>(l.lanes & ~l.without);
       M near = with, inside = 0;
       // The values grow no faster than places: one corner far away tells of them all.
-      if ((lessEqual(lowHalf(v00), beyond) & with) == 0) {
-        const F bound = sub(mul(lowHalf(v00), all(field.fine_step)), all(kDiagonal));
+      if ((lessEqual(lowHalf(v.v00), beyond) & with) == 0) {
+        const F bound = sub(mul(lowHalf(v.v00), all(field.fine_step)), all(kDiagonal));
         nearest = least(nearest, choose(with, bound, all(kFar)));
         near = 0;
       }
-      if (without != 0) {
-        nearest = least(nearest, choose(without, zero, all(kFar)));  // Says nothing: the border may be near.
+      if (l.without != 0) {
+        nearest = least(nearest, choose(l.without, zero, all(kFar)));  // Says nothing: the border may be near.
         // The surface does not cross a cell without a brick: one corner tells on which side it is.
+        const I cx = shiftRight3(toInt(l.at.x)), cy = shiftRight3(toInt(l.at.y)), cz = shiftRight3(toInt(l.at.z));
         const I corner = addInt(cx, addInt(mulInt(cy, corners_x), mulInt(cz, corners)));
-        inside = static_cast<M>(less(lowHalf(gatherPairs(field.coarse, corner)), zero) & without);
+        inside = static_cast<M>(less(lowHalf(gatherPairs(field.coarse, corner)), zero) & l.without);
       }
       if ((near | inside) == 0) continue;
-      // The layer above lies in other lines of the cache: ask for them here as well.
-      survivors[count++] = {at, v00, gatherPairs(field.bricks + 81, index), index, block, near, inside};
+      otherCorners(field.bricks, l.index, v);
+      survivors[count++] = {l.at, v, base + 16 * static_cast<std::uint32_t>(i), near, inside};
     }
     for (int i = 0; i < count; ++i) {
       const Survivor& here = survivors[i];
       const Place3 at = here.at;
       const I ix = toInt(at.x), iy = toInt(at.y), iz = toInt(at.z);
-      const Sampled fine_values = interpolated(here.v00, gatherPairs(field.bricks + 9, here.index), here.v01,
-                                               gatherPairs(field.bricks + 90, here.index), sub(at.x, toFloat(ix)),
-                                               sub(at.y, toFloat(iy)), sub(at.z, toFloat(iz)));
-      Sampled got = fine_values;
-      F distance = choose(here.near, mul(got.value, fine), all(kFar)), slope = fine;
+      const Voxel fine_voxel{here.v, sub(at.x, toFloat(ix)), sub(at.y, toFloat(iy)), sub(at.z, toFloat(iz))};
+      const Edges fine_edges = interpolated(fine_voxel);
+      F distance = choose(here.near, mul(fine_edges.value, fine), all(kFar));
       nearest = least(nearest, distance);
+      Place3 deep{zero, zero, zero};  // The coarse field's gradient.
       if (here.inside != 0) {
-        const Sampled s = coarsely(field, shiftRight3(ix), shiftRight3(iy), shiftRight3(iz), at);
-        distance = choose(here.inside, mul(s.value, coarse), distance);
-        slope = choose(here.inside, mul(coarse, all(0.125F)), slope);
-        got.dx = choose(here.inside, s.dx, got.dx);
-        got.dy = choose(here.inside, s.dy, got.dy);
-        got.dz = choose(here.inside, s.dz, got.dz);
+        const Voxel cell = coarsely(field, shiftRight3(ix), shiftRight3(iy), shiftRight3(iz), at);
+        const Edges edges = interpolated(cell);
+        const Place3 s = sloped(cell, edges);
+        const F per_voxel = mul(coarse, all(0.125F));
+        deep = {mul(s.x, per_voxel), mul(s.y, per_voxel), mul(s.z, per_voxel)};
+        distance = choose(here.inside, mul(edges.value, coarse), distance);
       }
       const M touch = less(distance, margin);
       if (touch == 0) continue;
@@ -169,23 +205,29 @@ float run(const FieldTable& field, const PointTable& points, const Placement& pl
       deepest = greatest(deepest, choose(touch, depth, all(-kFar)));
       const F x = sub(at.x, all(range.middle[0])), y = sub(at.y, all(range.middle[1])),
               z = sub(at.z, all(range.middle[2]));
-      const F nx = mul(got.dx, slope), ny = mul(got.dy, slope), nz = mul(got.dz, slope);
-      const M inside = less(distance, zero);
-      const F pressed = mul(choose(inside, depth, zero), area);
+      const Place3 slopes = sloped(fine_voxel, fine_edges);
+      F nx = mul(slopes.x, fine), ny = mul(slopes.y, fine), nz = mul(slopes.z, fine);
+      if (here.inside != 0) {
+        nx = choose(here.inside, deep.x, nx);
+        ny = choose(here.inside, deep.y, ny);
+        nz = choose(here.inside, deep.z, nz);
+      }
+      const M inside = kMargin ? less(distance, zero) : touch;
+      const F pressed = kMargin ? mul(choose(inside, depth, zero), area) : mul(depth, area);
       const F px = mul(pressed, nx), py = mul(pressed, ny), pz = mul(pressed, nz);
-      area_sum = add(area_sum, choose(inside, area, zero));
+      area_sum = add(area_sum, kMargin ? choose(inside, area, zero) : area);
       force_x = add(force_x, px);
       force_y = add(force_y, py);
       force_z = add(force_z, pz);
       torque_x = add(torque_x, sub(mul(y, pz), mul(z, py)));
       torque_y = add(torque_y, sub(mul(z, px), mul(x, pz)));
       torque_z = add(torque_z, sub(mul(x, py), mul(y, px)));
-      const F near = mul(choose(touch, add(margin, depth), zero), area);
+      const F near = kMargin ? mul(choose(touch, add(margin, depth), zero), area) : pressed;
       weight_sum = add(weight_sum, near);
       mean_x = add(mean_x, mul(near, x));
       mean_y = add(mean_y, mul(near, y));
       mean_z = add(mean_z, mul(near, z));
-      if (range.margin > 0) {
+      if (kMargin) {
         store(sums.sum[S::kNormal], add(load(sums.sum[S::kNormal]), mul(near, nx)));
         store(sums.sum[S::kNormal + 1], add(load(sums.sum[S::kNormal + 1]), mul(near, ny)));
         store(sums.sum[S::kNormal + 2], add(load(sums.sum[S::kNormal + 2]), mul(near, nz)));
@@ -208,6 +250,12 @@ float run(const FieldTable& field, const PointTable& points, const Placement& pl
   }
   sums.touching += touching;
   return leastOf(nearest);
+}
+
+float run(const FieldTable& field, const PointTable& points, const Placement& placement, const PointRange& range,
+          PointSums& sums) noexcept {
+  return range.margin > 0 ? runRange<true>(field, points, placement, range, sums)
+                          : runRange<false>(field, points, placement, range, sums);
 }
 
 void reduce(const PointSums& sums, float* out) noexcept {

@@ -124,6 +124,27 @@ HD_LANES I gatherPairs(const std::int16_t* base, const I& index) {
     return pair;
   });
 }
+struct Lanes16 {
+  alignas(64) std::int32_t i[16];
+};
+HD_LANES void keep(Lanes16& at, const I& x) { std::memcpy(at.i, x.x, sizeof at.i); }
+HD_LANES I kept(const Lanes16& at) {
+  return each<I>([&](int i) { return at.i[i]; });
+}
+struct Corners {
+  I v00, v10, v01, v11;
+};
+HD_LANES I gatherKept(const std::uint32_t* base, const Lanes16& at) { return gather(base, kept(at)); }
+HD_LANES Corners firstCorners(const std::int16_t* bricks, const Lanes16& at) {
+  const I v00 = gatherPairs(bricks, kept(at));
+  return {v00, v00, v00, v00};
+}
+HD_LANES void otherCorners(const std::int16_t* bricks, const Lanes16& at, Corners& v) {
+  const I index = kept(at);
+  v.v10 = gatherPairs(bricks + 9, index);
+  v.v01 = gatherPairs(bricks + 81, index);
+  v.v11 = gatherPairs(bricks + 90, index);
+}
 HD_LANES F loadAreas(const std::uint16_t* p) {
   return each<F>([&](int i) { return static_cast<float>(p[i]); });
 }

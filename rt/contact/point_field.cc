@@ -172,11 +172,14 @@ void PointFieldDetector::share(Run& run) HD_RT {
                                                static_cast<double>(std::max(1u, run.wanted - run.patches))
                                          : 0;
   std::uint32_t given = 0;
+  double owed = 0;  // Of blocks that were shared out in parts.
   for (std::uint32_t o = 0; o < run.order; ++o) {
     const std::uint32_t g = order_[o];
     for (std::uint32_t i = map_.first(g); i < map_.first(g + 1); ++i) {
       if (take_[i] == 0) continue;
-      const auto extra = static_cast<std::uint32_t>(more * (take_[i] - 1));
+      owed += more * (take_[i] - 1);
+      const std::uint32_t extra = std::min(static_cast<std::uint32_t>(owed), take_[i] - 1);
+      owed -= extra;
       take_[i] = std::min(1 + extra, left - given);
       given += take_[i];
       if (take_[i] == 0) run.drop(run.a.patches[i]);

@@ -175,6 +175,74 @@ TEST(PointField, KeepsItsBudgetAndSaysWhatItDropped) {
   EXPECT_NEAR(some.integral.force.z(), all.integral.force.z(), 0.1 * all.integral.force.z());
 }
 
+/** A half of a block broken along a rough face: the other half fits onto it at z = 0. */
+testing::TestMesh brokenHalf(bool upper) {
+  constexpr std::uint32_t kSide = 40;
+  const double half = 0.01, back = upper ? 0.005 : -0.005;
+  const auto face = [](double x, double y) {
+    return 0.0008 * std::sin(600 * x + 0.3) * std::cos(450 * y) + 0.0002 * std::sin(2100 * x) * std::sin(1900 * y + 1);
+  };
+  testing::TestMesh m;
+  for (const bool rough : {true, false}) {
+    for (std::uint32_t i = 0; i <= kSide; ++i) {
+      for (std::uint32_t j = 0; j <= kSide; ++j) {
+        const double x = half * (2.0 * i / kSide - 1), y = half * (2.0 * j / kSide - 1);
+        m.addVertex({x, y, rough ? face(x, y) : back});
+      }
+    }
+  }
+  const auto at = [&](bool rough, std::uint32_t i, std::uint32_t j) {
+    return (rough ? 0 : (kSide + 1) * (kSide + 1)) + i * (kSide + 1) + j;
+  };
+  // Seen from above, then turned over for the upper half.
+  const auto quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    upper ? m.addQuad(d, c, b, a) : m.addQuad(a, b, c, d);
+  };
+  for (std::uint32_t i = 0; i < kSide; ++i) {
+    for (std::uint32_t j = 0; j < kSide; ++j) {
+      quad(at(true, i, j), at(true, i + 1, j), at(true, i + 1, j + 1), at(true, i, j + 1));
+      quad(at(false, i, j), at(false, i, j + 1), at(false, i + 1, j + 1), at(false, i + 1, j));
+    }
+    quad(at(false, i, 0), at(false, i + 1, 0), at(true, i + 1, 0), at(true, i, 0));
+    quad(at(false, i + 1, kSide), at(false, i, kSide), at(true, i, kSide), at(true, i + 1, kSide));
+    quad(at(false, 0, i + 1), at(false, 0, i), at(true, 0, i), at(true, 0, i + 1));
+    quad(at(false, kSide, i), at(false, kSide, i + 1), at(true, kSide, i + 1), at(true, kSide, i));
+  }
+  m.flags = HD_MESH_CLOSED;
+  return m;
+}
+
+TEST(PointField, AFifthOfTheWorkTellsOfAMatedFaceWhatAllOfItTells) {
+  const TestVolume tool = testing::volumeOfMesh(brokenHalf(true), 0.0005, fine(0.00015));
+  const TestVolume base = testing::volumeOfMesh(brokenHalf(false), 0.0005);
+  PointFieldDetector full(kRoom), limited(kRoom);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> u(-1, 1);
+  ContactSet all, some;
+  for (int i = 0; i < 200; ++i) {
+    const Pose X{{1e-4 * u(random), 1e-4 * u(random), -1e-4 + 5e-5 * u(random)},
+                 rotated(Quat::Identity(), 0.004 * Vec3(u(random), u(random), u(random)), 1)};
+    DetectorQuery query = queryOf(tool, base, X);
+    full.find(query, all);
+    ASSERT_GT(all.report.touching, 5000u);
+    EXPECT_FALSE(all.report.exhausted);
+    query.budget.units = all.report.work / 5;
+    limited.find(query, some);
+    EXPECT_LE(some.report.work, query.budget.units);
+    EXPECT_GT(some.report.work, query.budget.units * 17 / 20);  // Nor is it wasted.
+    EXPECT_TRUE(some.report.exhausted);
+    EXPECT_GT(some.report.coarsest, 0);
+    EXPECT_LE(some.report.coarsest, 0.002);
+    // What is left out is told by area: none of it, or as much as is missing.
+    EXPECT_EQ(some.report.dropped > 0, some.report.dropped_area > 0);
+    EXPECT_NEAR(some.touching_area, all.touching_area, some.report.dropped_area + 0.05 * all.touching_area) << i;
+    if (some.report.dropped > 0) continue;
+    EXPECT_LE((some.integral.force - all.integral.force).norm(), 0.05 * all.integral.force.norm()) << i;
+    EXPECT_LE((some.integral.torque - all.integral.torque).norm(), 0.05 * 0.01 * all.integral.force.norm()) << i;
+    EXPECT_NEAR(some.deepest, all.deepest, 0.3 * all.deepest);
+  }
+}
+
 /** Goes on by a microsecond each time it is read. */
 class ReadClock final : public Clock {
  public:

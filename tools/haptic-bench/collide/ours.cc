@@ -1,6 +1,8 @@
 #include "tools/haptic-bench/collide/ours.h"
 
 #include <algorithm>
+#include <atomic>
+#include <thread>
 
 #include "tools/haptic-bench/failure.h"
 
@@ -16,6 +18,7 @@ hapticd::DetectorQuery queryAt(const Subject& subject, const std::vector<hapticd
   query.a.X_WO = poses[i];
   query.a.X_WO_before = poses[i > 0 ? i - 1 : 0];
   query.first_only = subject.first_only;
+  query.budget.units = subject.units;
   return query;
 }
 
@@ -26,9 +29,9 @@ BuiltVolume::BuiltVolume(const Model& model, double voxel, double point_spacing,
   options.point_spacing_m = point_spacing;
   options.patch_points = patch_points;
   hapticd::BuildMonitor monitor;
-  const double before = threadNs();
+  const double before = processNs();
   image = orFail(hapticd::buildMeshVolume(model.vertices, model.triangles, voxel, options, monitor));
-  build_ms = (threadNs() - before) * 1e-6;
+  build_ms = (processNs() - before) * 1e-6;
   view = orFail(hapticd::validateVolume(hapticd::bytesOf(image)));
 }
 
@@ -41,9 +44,18 @@ TruthTable makeTruth(const CollidePair& pair, const std::vector<hapticd::Pose>& 
     const std::size_t at = from + (poses.size() - 1 - from) * static_cast<std::size_t>(i) /
                                       static_cast<std::size_t>(std::max(1, count - 1));
     table.pose.push_back(at);
-    table.penalty.push_back(truth.at(poses[at], kDeepest));
-    table.peak = std::max(table.peak, table.penalty.back().integral.force.norm());
   }
+  table.penalty.resize(table.pose.size());
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < table.pose.size(); i = next++)
+      table.penalty[i] = truth.at(poses[table.pose[i]], kDeepest);
+  };
+  std::vector<std::jthread> helpers;
+  for (unsigned i = 1; i < std::thread::hardware_concurrency(); ++i) helpers.emplace_back(work);
+  work();
+  helpers.clear();
+  for (const Penalty& p : table.penalty) table.peak = std::max(table.peak, p.integral.force.norm());
   return table;
 }
 
@@ -52,17 +64,20 @@ Measured measure(const Subject& subject, const std::vector<hapticd::Pose>& poses
   const std::vector<hapticd::Pose> asked(poses.begin() + static_cast<std::ptrdiff_t>(from), poses.end());
   auto contacts = std::make_unique<hapticd::ContactSet>();
   Measured measured;
-  double touching = 0;
+  double touching = 0, work = 0;
   subject.detector->reset();
-  measured.times = summarise(timeQueries(asked, timing,
-                                         [&](std::size_t i) {
-                                           subject.detector->find(queryAt(subject, asked, i), *contacts);
-                                           measured.hits += contacts->report.touching > 0 ? 1 : 0;
-                                           touching += contacts->report.touching;
-                                         }),
-                             static_cast<std::size_t>(timing.passes));
+  const auto ms = timeQueries(asked, timing, [&](std::size_t i) {
+    subject.detector->find(queryAt(subject, asked, i), *contacts);
+    if (contacts->report.touching == 0) return;
+    ++measured.hits;
+    touching += contacts->report.touching;
+    work += contacts->report.work;
+  });
+  const auto stride = static_cast<std::size_t>(timing.stride);
+  measured.times = summarise(ms, ms.size() / ((asked.size() + stride - 1) / stride));
   if (measured.hits == 0) throw Failure(subject.name, "touched nothing in all poses", "");
   measured.touching = touching / static_cast<double>(measured.hits);
+  measured.work = work / static_cast<double>(measured.hits);
   measured.rate = touching / (measured.times.mean * static_cast<double>(measured.times.count));
   for (std::size_t i = 0; i < truth.pose.size(); ++i) {
     const std::vector<hapticd::Pose> there{poses[truth.pose[i]]};

@@ -22,7 +22,7 @@ struct BuiltVolume {
   BuiltVolume(const Model& model, double voxel, double point_spacing, std::uint32_t patch_points);
   hapticd::VolumeImage image;
   hapticd::VolumeView view;
-  double build_ms = 0;  ///< Of processor time.
+  double build_ms = 0;  ///< Of processor time, of all threads.
   [[nodiscard]] double megabytes() const { return static_cast<double>(hapticd::bytesOf(image).size()) * 1e-6; }
 };
 
@@ -33,9 +33,10 @@ struct Subject {
   const BuiltVolume* tool = nullptr;
   hapticd::Detector* detector = nullptr;
   bool first_only = false;
+  std::uint32_t units = 0;  ///< Work that each query may do; 0: all it needs.
 };
 
-/** Some poses of a motion with their truth. */
+/** Some poses of a motion with their truth, found by as many threads as there are processors. */
 struct TruthTable {
   std::vector<std::size_t> pose;
   std::vector<Penalty> penalty;
@@ -49,6 +50,7 @@ struct Measured {
   Times times;
   double touching = 0;      ///< Points or pairs, mean of the poses that touch.
   double rate = 0;          ///< Touching a millisecond.
+  double work = 0;          ///< Units, mean of the poses that touch.
   std::size_t hits = 0;     ///< Poses that touch.
   double error_force = 0;   ///< Greatest of the truth's poses, as parts of the peak.
   double error_angle = 0;   ///< [rad], where the force is more than a twentieth of the peak.

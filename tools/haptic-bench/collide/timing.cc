@@ -11,6 +11,12 @@ namespace {
 
 constexpr std::size_t kColdBytes = 96u << 20;
 
+double read(clockid_t clock) {
+  timespec t{};
+  clock_gettime(clock, &t);
+  return 1e9 * static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec);
+}
+
 /** Leaves nothing of the query in the caches. */
 void walk(std::vector<std::uint64_t>& memory) {
   for (std::size_t i = 0; i < memory.size(); i += 8) memory[i] += i;
@@ -44,11 +50,8 @@ Times summarise(std::vector<double> ms, std::size_t passes) {
   return times;
 }
 
-double threadNs() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e9 * static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_nsec);
-}
+double threadNs() { return read(CLOCK_THREAD_CPUTIME_ID); }
+double processNs() { return read(CLOCK_PROCESS_CPUTIME_ID); }
 
 double readingNs() {
   double least = 1e9;
@@ -65,11 +68,10 @@ std::vector<double> timeQueries(const std::vector<hapticd::Pose>& poses, const T
   std::vector<std::uint64_t> memory(options.cold ? kColdBytes / sizeof(std::uint64_t) : 0);
   const double reading = readingNs();
   const double end = threadNs() + options.seconds * 1e9;
-  for (int pass = 0; pass < options.passes; ++pass) {
+  for (int pass = 0; pass < options.passes && (pass == 0 || threadNs() < end); ++pass) {
     for (std::size_t i = 0; i < poses.size(); i += static_cast<std::size_t>(options.stride)) {
       if (options.cold) walk(memory);
       const double start = threadNs();
-      if (start > end) return ms;
       query(i);
       ms.push_back(std::max(0.0, threadNs() - start - reading) * 1e-6);
     }

@@ -22,17 +22,19 @@ struct Times {
 
 /** Thread CPU time [ns], less what reading it takes is up to the caller. */
 [[nodiscard]] double threadNs();
+/** Of all threads: what a builder or a library starts to help it counts as well [ns]. */
+[[nodiscard]] double processNs();
 /** What reading it takes [ns]: the least of many. */
 [[nodiscard]] double readingNs();
 
 struct TimingOptions {
   int stride = 1;        ///< Every so many poses.
   int passes = 1;        ///< Over all of them.
-  double seconds = 1e9;  ///< Of processor time, after which it ends.
+  double seconds = 1e9;  ///< Of processor time, after which no further pass begins.
   bool cold = false;     ///< Walks more memory than any cache holds before each query.
 };
 
-/** Milliseconds of `query` at each pose; in the order they were asked. */
+/** Milliseconds of `query` at each pose; in the order they were asked, in whole passes. */
 [[nodiscard]] std::vector<double> timeQueries(const std::vector<hapticd::Pose>& poses, const TimingOptions& options,
                                               const std::function<void(std::size_t)>& query);
 

@@ -20,6 +20,7 @@ ROOMS = {
     "libclient/src": ({"libclient", "proto", "rt/ring", "rt/base/contract.h", "rt/base/error.h"}, {"capnp", "kj"}),
     "examples": ({"libclient/include"}, set()),
     "tools/hapticctl": ({"tools/hapticctl", "libclient/include"}, {"CLI", "fmt", "nlohmann", "assimp"}),
+    "tools/hapticctl-cut": ({"tools/hapticctl-cut", "tools/hapticctl-import", "tools/hapticctl"}, {"Eigen", "CLI", "fmt"}),
     "tools/hapticctl-import": ({"tools/hapticctl-import"}, {"CLI", "fmt"}),
     "tools/haptic-bench": ({"tools/haptic-bench", "tools/haptic-emu", "daemon", "drivers", "rt", "proto", "libclient/include"},
                            {"Eigen", "CLI", "fmt", "nlohmann", "benchmark", "assimp", "hdf5.h", "fcl",

@@ -17,18 +17,13 @@ constexpr int kTetrahedra[6][4] = {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0,
 
 class Marcher {
  public:
-  Marcher(const Image& image, float iso, Surface& out) : image_(image), iso_(iso), out_(out) {
-    const auto& s = image.step;
-    mirrored_ = s[0][0] * (s[1][1] * s[2][2] - s[1][2] * s[2][1]) - s[0][1] * (s[1][0] * s[2][2] - s[1][2] * s[2][0]) +
-                    s[0][2] * (s[1][0] * s[2][1] - s[1][1] * s[2][0]) <
-                0;
-  }
+  Marcher(const LatticeSolid& solid, Surface& out) : solid_(solid), out_(out) {}
 
   void run() {
-    // One layer of nothing about the image closes what it cuts off.
-    for (int z = -1; z < static_cast<int>(image_.size[2]); ++z) {
-      for (int y = -1; y < static_cast<int>(image_.size[1]); ++y)
-        for (int x = -1; x < static_cast<int>(image_.size[0]); ++x) cell({x, y, z});
+    // One layer of nothing about the lattice closes what it cuts off.
+    for (int z = -1; z < static_cast<int>(solid_.size[2]); ++z) {
+      for (int y = -1; y < static_cast<int>(solid_.size[1]); ++y)
+        for (int x = -1; x < static_cast<int>(solid_.size[0]); ++x) cell({x, y, z});
     }
   }
 
@@ -42,29 +37,31 @@ class Marcher {
 
   [[nodiscard]] bool within(const Point& p) const {
     for (std::size_t k = 0; k < 3; ++k)
-      if (p[k] < 0 || p[k] >= static_cast<int>(image_.size[k])) return false;
+      if (p[k] < 0 || p[k] >= static_cast<int>(solid_.size[k])) return false;
     return true;
   }
-  [[nodiscard]] float value(const Point& p) const {
+  [[nodiscard]] float value(std::size_t layer, const Point& p) const {
     if (!within(p)) return -std::numeric_limits<float>::infinity();
-    return image_
-        .values[static_cast<std::size_t>(p[0]) +
-                image_.size[0] * (static_cast<std::size_t>(p[1]) + image_.size[1] * static_cast<std::size_t>(p[2]))];
+    return solid_.layers[layer][static_cast<std::size_t>(p[0]) +
+                                solid_.size[0] *
+                                    (static_cast<std::size_t>(p[1]) + solid_.size[1] * static_cast<std::size_t>(p[2]))];
   }
+  static Point corner(const Point& at, int c) { return {at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2)}; }
 
   void cell(const Point& at) {
-    float v[8];
-    unsigned inside = 0;
-    for (int c = 0; c < 8; ++c) {
-      v[c] = value({at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2)});
-      inside |= (v[c] >= iso_ ? 1u : 0u) << c;
+    unsigned inside = 255;
+    for (std::size_t layer = 0; layer < solid_.layers.size(); ++layer) {
+      unsigned of_layer = 0;
+      for (int c = 0; c < 8; ++c) of_layer |= (value(layer, corner(at, c)) >= solid_.iso ? 1u : 0u) << c;
+      inside &= of_layer;
+      if (inside == 0) return;
     }
-    if (inside == 0 || inside == 255) return;
+    if (inside == 255) return;
     for (const auto& t : kTetrahedra) {
       int in[4], out_of[4], n_in = 0, n_out = 0;
       for (const int c : t) (inside >> c & 1) != 0 ? in[n_in++] = c : out_of[n_out++] = c;
       if (n_in == 0 || n_out == 0) continue;
-      const auto cut = [&](int i, int o) { return Cut{in[i], out_of[o], vertex(at, in[i], out_of[o], v)}; };
+      const auto cut = [&](int i, int o) { return Cut{in[i], out_of[o], vertex(at, in[i], out_of[o])}; };
       if (n_in == 1) {
         add(cut(0, 0), cut(0, 1), cut(0, 2));
       } else if (n_in == 3) {
@@ -77,30 +74,31 @@ class Marcher {
     }
   }
 
-  /** The vertex on the edge between two corners, made once. */
-  std::uint32_t vertex(const Point& at, int a, int b, const float (&v)[8]) {
-    if (a > b) std::swap(a, b);
-    const float va = v[a], vb = v[b];
-    const auto place = [&](int c) { return Point{at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2)}; };
-    const Point p = place(a);
+  /** The vertex on the edge between a corner inside and one that is not, made once. */
+  std::uint32_t vertex(const Point& at, int in, int out_of) {
+    const int a = std::min(in, out_of), b = std::max(in, out_of);
+    const Point p = corner(at, a), q = corner(at, b);
     std::uint64_t key = 0;
     for (std::size_t k = 0; k < 3; ++k) key = key << 18 | static_cast<std::uint64_t>(p[k] + 1);
     key = key << 3 | static_cast<std::uint64_t>(b - a);  // Of Kuhn's edges the difference tells the direction.
     const auto [found, made] = edges_.try_emplace(key, static_cast<std::uint32_t>(out_.vertices.size()));
     if (!made) return found->second;
-    double t =
-        (static_cast<double>(iso_) - static_cast<double>(va)) / (static_cast<double>(vb) - static_cast<double>(va));
-    if (!std::isfinite(va)) t = 0.99;
-    if (!std::isfinite(vb)) t = 0.01;
-    t = std::clamp(t, 0.01, 0.99);
-    const Point q = place(b);
-    std::array<float, 3> x;
-    for (std::size_t k = 0; k < 3; ++k) {
-      double sum = image_.origin[k];
-      for (std::size_t axis = 0; axis < 3; ++axis) sum += image_.step[axis][k] * (p[axis] + t * (q[axis] - p[axis]));
-      x[k] = static_cast<float>(sum);
+    // Measured from a, the lower end, for all layers and both sides of a cut alike.
+    double t = in == a ? 1 : 0;
+    for (std::size_t layer = 0; layer < solid_.layers.size(); ++layer) {
+      const float va = value(layer, p), vb = value(layer, q);
+      if ((in == a ? vb : va) >= solid_.iso) continue;
+      double crossing = (static_cast<double>(solid_.iso) - static_cast<double>(va)) /
+                        (static_cast<double>(vb) - static_cast<double>(va));
+      if (!std::isfinite(va)) crossing = 0.99;
+      if (!std::isfinite(vb)) crossing = 0.01;
+      t = in == a ? std::min(t, crossing) : std::max(t, crossing);
     }
-    out_.vertices.push_back(x);
+    t = std::clamp(t, 0.01, 0.99);
+    Double3 between;
+    for (std::size_t k = 0; k < 3; ++k) between[k] = p[k] + t * (q[k] - p[k]);
+    const Double3 x = solid_.place(between);
+    out_.vertices.push_back({static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])});
     return found->second;
   }
 
@@ -115,26 +113,45 @@ class Marcher {
     }
     const int along = (u[1] * w[2] - u[2] * w[1]) * out[0] + (u[2] * w[0] - u[0] * w[2]) * out[1] +
                       (u[0] * w[1] - u[1] * w[0]) * out[2];
-    if ((along > 0) != mirrored_) {
+    if ((along > 0) != solid_.mirrored) {
       out_.triangles.push_back({a.vertex, b.vertex, c.vertex});
     } else {
       out_.triangles.push_back({a.vertex, c.vertex, b.vertex});
     }
   }
 
-  const Image& image_;
-  float iso_;
+  const LatticeSolid& solid_;
   Surface& out_;
-  bool mirrored_ = false;  ///< The image's axes are left-handed.
   std::unordered_map<std::uint64_t, std::uint32_t> edges_;
 };
 
 }  // namespace
 
-Surface isosurface(const Image& image, float iso) {
+Surface isosurface(const LatticeSolid& solid) {
   Surface surface;
-  Marcher(image, iso, surface).run();
+  Marcher(solid, surface).run();
   return surface;
+}
+
+Surface isosurface(const Image& image, float iso) {
+  const auto& s = image.step;
+  LatticeSolid solid;
+  solid.size = image.size;
+  solid.layers = {image.values};
+  solid.iso = iso;
+  solid.mirrored = s[0][0] * (s[1][1] * s[2][2] - s[1][2] * s[2][1]) -
+                       s[0][1] * (s[1][0] * s[2][2] - s[1][2] * s[2][0]) +
+                       s[0][2] * (s[1][0] * s[2][1] - s[1][1] * s[2][0]) <
+                   0;
+  solid.place = [&image](const Double3& at) {
+    Double3 x;
+    for (std::size_t k = 0; k < 3; ++k) {
+      x[k] = image.origin[k];
+      for (std::size_t axis = 0; axis < 3; ++axis) x[k] += image.step[axis][k] * at[axis];
+    }
+    return x;
+  };
+  return isosurface(solid);
 }
 
 std::size_t keepLargest(Surface& surface) {

@@ -5,6 +5,8 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "tools/hapticctl-import/image.h"
@@ -16,6 +18,21 @@ struct Surface {
   std::vector<std::array<float, 3>> vertices;  ///< [mm], as the image's place says.
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
+
+/** A solid known at lattice points: inside where every layer has at least `iso`. */
+struct LatticeSolid {
+  std::array<std::uint32_t, 3> size{};         ///< Points along each axis.
+  std::vector<std::span<const float>> layers;  ///< Values, x fastest.
+  float iso = 0;
+  bool mirrored = false;                         ///< `place` makes left-handed axes.
+  std::function<Double3(const Double3&)> place;  ///< Of what lies between lattice points, in their numbers [mm].
+};
+
+/**
+ * As below, of all layers: a vertex stands where the first of them crosses. Two solids that share a layer, one of them
+ * with its sign turned, share the vertices of that cut to the bit.
+ */
+[[nodiscard]] Surface isosurface(const LatticeSolid& solid);
 
 /**
  * The surface between values of at least `iso` and those below, by marching tetrahedra: each cell of eight values is

@@ -205,6 +205,24 @@ class WithDaemon(Case):
         self.assertEqual(failed.returncode, 5)
         self.assertIn("there is no surface", failed.stderr)
 
+    def test_cut(self):
+        """A mesh in two by a program that hapticctl finds on PATH; no daemon needed."""
+        path = self.file("block.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
+        paths = {"PATH": f"{BUILD / 'tools/hapticctl-cut'}:{os.environ['PATH']}", "HAPTICD_SOCKET": "/nonexistent"}
+        command = [HAPTICCTL, "cut", path, "--plane", "0,0,10", "--pull", "0,0,1"]
+        done = subprocess.run([*command, "--kerf", "1", "--voxel", "0.7"], capture_output=True, text=True,
+                              env={**os.environ, **paths}, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        share = {line.split()[0]: float(line.split("(")[1].split()[0]) for line in done.stdout.splitlines() if "(" in line}
+        self.assertAlmostEqual(share["fragment"], 100 * 0.79 ** 3, delta=1)  # of a tetrahedron's height
+        self.assertAlmostEqual(share["body"], 100 * (1 - 0.81 ** 3), delta=1)
+        for part in ("body", "fragment"):
+            self.assertTrue(path.with_name(f"block-{part}.ply").read_bytes().startswith(b"ply"))
+        failed = subprocess.run([*command[:3], "--pull", "0,0,1"], capture_output=True, text=True,
+                                env={**os.environ, **paths}, check=False)
+        self.assertEqual(failed.returncode, 2)
+        self.assertIn("--plane or --shell", failed.stderr)
+
     def test_scene(self):
         path = self.file("t.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
         loaded = self.json("load", path, "--scale", "mm", "--name", "tetra", "--at", "0,0,-0.05", "--friction", "0.4,0.3")

@@ -1,0 +1,82 @@
+#include "tools/hapticctl-cut/cut.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "tools/hapticctl-cut/mesh_distance.h"
+
+namespace hapticctl_cut {
+namespace {
+
+using hapticctl_import::Double3;
+using hapticctl_import::ImportError;
+
+constexpr double kMostPoints = 2e8;  ///< 13 bytes each.
+
+Surface draw(const Lattice& lattice, const std::vector<float>& solid, const std::vector<float>& side) {
+  hapticctl_import::LatticeSolid both;
+  for (std::size_t k = 0; k < 3; ++k) both.size[k] = static_cast<std::uint32_t>(lattice.size(k));
+  both.layers = {solid, side};
+  both.place = [&lattice](const Double3& at) {
+    return Double3{lattice.between(0, at[0]), lattice.between(1, at[1]), lattice.between(2, at[2])};
+  };
+  return hapticctl_import::isosurface(both);
+}
+
+}  // namespace
+
+CutParts cut(const Surface& mesh, const CutOptions& options) {
+  if (const auto open = whyOpen(mesh)) throw ImportError("", *open, "only what is closed has an inside to be cut");
+  const CutSurface surface(options.shape);
+  Box whole;
+  for (const auto& v : mesh.vertices) {
+    const Vec3 x(v[0], v[1], v[2]);
+    whole.lower = whole.lower.cwiseMin(x);
+    whole.upper = whole.upper.cwiseMax(x);
+  }
+  Box detail = surface.box();
+  const Vec3 beside = Vec3::Constant(options.kerf + 3 * options.voxel);
+  detail.lower -= beside;
+  detail.upper += beside;
+  const double points = ((whole.upper - whole.lower).cwiseMin(detail.upper - detail.lower) / options.voxel).prod();
+  if (points > kMostPoints) {
+    throw ImportError("--voxel", fmt::format("the cut would need {:.2g} points", points), "take larger voxels");
+  }
+  const Lattice lattice = makeLattice(whole, detail, options.voxel, std::max(options.coarse, options.voxel));
+  if (static_cast<double>(lattice.count()) > kMostPoints) {
+    throw ImportError("--coarse",
+                      fmt::format("the whole would need {:.2g} points", static_cast<double>(lattice.count())),
+                      "take larger steps away from the cut");
+  }
+
+  const std::vector<float> solid = insideness(mesh, lattice);
+  std::vector<float> side(lattice.count());
+  const double half = 0.5 * options.kerf;
+  const auto fill = [&](double sign) {
+    for (std::size_t z = 0; z < lattice.size(2); ++z) {
+      for (std::size_t y = 0; y < lattice.size(1); ++y) {
+        for (std::size_t x = 0; x < lattice.size(0); ++x) {
+          const double to_cut = surface.at(lattice.at(x, y, z));
+          side[lattice.index(x, y, z)] = static_cast<float>(sign * to_cut - half);
+        }
+      }
+    }
+  };
+  CutParts parts;
+  parts.points = lattice.count();
+  fill(1);
+  parts.fragment = draw(lattice, solid, side);
+  fill(-1);
+  parts.body = draw(lattice, solid, side);
+  if (parts.fragment.triangles.empty())
+    throw ImportError("", "nothing of it lies on the fragment's side", "move the cut");
+  if (parts.body.triangles.empty()) throw ImportError("", "all of it lies on the fragment's side", "move the cut");
+  const double all = hapticctl_import::volumeOf(parts.fragment);
+  parts.crumbs = hapticctl_import::keepLargest(parts.fragment) - 1;
+  parts.crumbs_volume = all - hapticctl_import::volumeOf(parts.fragment);
+  return parts;
+}
+
+}  // namespace hapticctl_cut

@@ -13,6 +13,7 @@
 #include "drivers/replay/replay_driver.h"
 #include "drivers/sim/sim_driver.h"
 #include "drivers/spacemouse/spacemouse_driver.h"
+#include "drivers/vendor/vendor_driver.h"
 #include "drivers/woodyhid/woodyhid_driver.h"
 
 namespace hapticd {
@@ -20,7 +21,8 @@ namespace {
 
 /** Every driver, hardware first. A driver folder adds one line. */
 constexpr const Driver* kDrivers[] = {
-    &kFalconDriver, &kWoodyDriver, &kHidPidDriver, &kPantographDriver, &kSpaceMouseDriver, &kSimDriver, &kReplayDriver,
+    &kFalconDriver, &kWoodyDriver,       &kHidPidDriver, &kPantographDriver, &kSpaceMouseDriver,
+    &kDhdDriver,    &kOpenHapticsDriver, &kSimDriver,    &kReplayDriver,
 };
 
 /** Schemes that mean something to haptics people and that this build cannot open. */
@@ -30,8 +32,8 @@ struct KnownScheme {
 constexpr KnownScheme kUnsupportedSchemes[] = {
     {"remote", "devices of another machine are not reached through a URI of this one",
      "run hapticd on that machine and connect a client to it"},
-    {"phantom", "Phantom and Touch devices need the vendor's closed library, which this build does not have",
-     "try sim://touch for a simulated one"},
+    {"phantom", "Phantom and Touch devices go by the vendor's own library here",
+     "openhaptics://default with OpenHaptics installed, or sim://touch for a simulated one"},
     {"ehap", "e-Haptik channels are not carried by this build", "open the device itself, e.g. sim://default"},
 };
 

@@ -4,6 +4,7 @@
 
 #include "daemon/device/device_status.h"
 #include "daemon/rpc/status.h"
+#include "drivers/vendor/vendor_driver.h"
 
 namespace hapticd {
 namespace {
@@ -64,6 +65,20 @@ CheckLine socketLine(const char* name, const std::string& path) {
   return {name, State::GREEN, path, {}};
 }
 
+/** Nobody needs one who has no such device. */
+CheckLine vendors() {
+  std::string detail, absent;
+  for (const SdkPresence& sdk : vendorSdks()) {
+    detail += fmt::format("{}{}: {}", detail.empty() ? "" : "; ", sdk.name,
+                          sdk.path.empty() ? fmt::format("no {}", sdk.library) : sdk.path);
+    if (sdk.path.empty()) absent += fmt::format("{}{}://", absent.empty() ? "" : " and ", sdk.scheme);
+  }
+  return {"vendor SDKs", absent.find(' ') == std::string::npos ? State::GREEN : State::NOT_APPLICABLE, detail,
+          absent.empty()
+              ? std::string()
+              : fmt::format("for {}: install the maker's SDK, or name its library by sdk= in hapticd.toml", absent)};
+}
+
 CheckLine device(const OpenDevice& device) {
   const DeviceNow s = statusOf(device);
   const std::string name = "device " + device.name;
@@ -94,6 +109,7 @@ std::vector<CheckLine> makeChecks(Core& core) {
                                memory(core),
                                latency(core),
                                builder(core),
+                               vendors(),
                                socketLine("control socket", core.facts().control_socket),
                                socketLine("administration socket", core.facts().admin_socket)};
   for (const auto& link : core.devices().links()) lines.push_back(heartbeat(core, *link));

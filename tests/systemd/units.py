@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Checks the units as systemd reads them: units.py UNIT_DIRECTORY SOURCE_DIRECTORY HAPTICD
 
-verify: every directive is known and well formed. security: exposure at most 1.5. sysusers and tmpfiles do what they say
+verify: every directive is known and well formed. security: exposure at most 1.5, of the vendors' libraries 1.8; no driver's
+device class is open without its drop-in. sysusers and tmpfiles do what they say
 in a scratch root. Each check first shows that it can fail, on a copy with a planted fault.
 """
 import os
@@ -12,6 +13,13 @@ import sys
 import tempfile
 
 MOST_EXPOSURE = 1.5
+MOST_VENDOR_EXPOSURE = 1.8  # An executable stack and the machine's own network more than the daemon.
+DROP_INS = {  # Where it lies, and the classes it opens.
+    "hapticd.service.d/falcon.conf": {"char-usb_device"},
+    "hapticd.service.d/hid.conf": {"char-hidraw"},
+    "gpio/hapticd-gpio.conf": {"char-gpiochip"},
+    "serial/hapticd-serial.conf": {"char-ttyACM", "char-ttyUSB"},
+}
 
 
 def run(*command):
@@ -21,7 +29,8 @@ def run(*command):
 
 def verify(directory):
     """What systemd-analyze has to say about our units: lines, empty when all is well."""
-    names = ["hapticd.service", "hapticd.socket", "hapticd-admin.socket"]
+    names = ["hapticd.service", "hapticd.socket", "hapticd-admin.socket", "hapticd-vendor.socket",
+             "hapticd-vendor@1.service"]
     status, text = run("systemd-analyze", "verify", "--man=no", "--recursive-errors=no",
                        *(os.path.join(directory, name) for name in names))
     lines = [line for line in text.splitlines() if "hapticd" in line]
@@ -36,6 +45,11 @@ def exposure(unit):
     return float(found.group(1)), status == 0
 
 
+def opened(text):
+    """The device classes that a unit or drop-in opens."""
+    return set(re.findall(r"(?m)^DeviceAllow=(char-\S+) rw$", text))
+
+
 def lines_of(path, start):
     if not os.path.exists(path):
         return []
@@ -47,16 +61,32 @@ def main():
     units, source, hapticd = sys.argv[1:]
     faults = []
     with tempfile.TemporaryDirectory() as scratch:
-        for name in ("hapticd.service", "hapticd.socket", "hapticd-admin.socket"):
-            origin = units if name == "hapticd.service" else source
+        for name in ("hapticd.service", "hapticd.socket", "hapticd-admin.socket", "hapticd-vendor@.service",
+                     "hapticd-vendor.socket"):
+            origin = units if name.endswith(".service") else source
+            if name == "hapticd-vendor.socket":
+                origin = os.path.join(source, "vendor")
             with open(os.path.join(origin, name), encoding="utf-8") as file:
                 text = file.read()
             # The installed path is not there yet; the one just built is.
-            text = re.sub(r"(?m)^ExecStart=\S+", f"ExecStart={hapticd}", text)
+            text = re.sub(r"(?m)^ExecStart=\S+", f"ExecStart={hapticd}{'-vendor' if 'vendor' in name else ''}", text)
             text = re.sub(r"(?m)^ExecStopPost=-\S+", f"ExecStopPost=-{hapticd}-safe", text)
             with open(os.path.join(scratch, name), "w", encoding="utf-8") as file:
                 file.write(text)
+        with open(os.path.join(scratch, "hapticd.service"), encoding="utf-8") as file:
+            if opened(file.read()):
+                faults.append("hapticd.service opens device classes that belong into a driver's drop-in")
+        os.makedirs(os.path.join(scratch, "hapticd.service.d"))
+        for name, classes in DROP_INS.items():
+            with open(os.path.join(source, name), encoding="utf-8") as file:
+                if opened(file.read()) != classes:
+                    faults.append(f"{name} opens something else than {classes}")
+            shutil.copy(os.path.join(source, name), os.path.join(scratch, "hapticd.service.d"))
         faults += verify(scratch)
+        vendor, _ = exposure(os.path.join(scratch, "hapticd-vendor@.service"))
+        print(f"exposure of hapticd-vendor@ {vendor}")
+        if vendor > MOST_VENDOR_EXPOSURE:
+            faults.append(f"exposure of hapticd-vendor@ {vendor} is above {MOST_VENDOR_EXPOSURE}")
         service = os.path.join(scratch, "hapticd.service")
         level, good = exposure(service)
         print(f"exposure {level}")

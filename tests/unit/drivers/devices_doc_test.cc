@@ -12,6 +12,7 @@
 #include "drivers/replay/replay_device.h"
 #include "drivers/sim/sim_parameters.h"
 #include "drivers/spacemouse/spacemouse_parameters.h"
+#include "drivers/vendor/vendor_parameters.h"
 #include "drivers/woodyhid/woodyhid_parameters.h"
 
 namespace hapticd {
@@ -77,6 +78,8 @@ TEST(DevicesPage, ListsEveryKeyOfWoodenHaptics) { expectInPage(keyTable(woodyPar
 TEST(DevicesPage, ListsEveryKeyOfTheSpaceMouse) { expectInPage(keyTable(spaceMouseParameterTable())); }
 TEST(DevicesPage, ListsEveryKeyOfForceFeedback) { expectInPage(keyTable(hidPidParameterTable())); }
 TEST(DevicesPage, ListsEveryKeyOfThePantograph) { expectInPage(keyTable(pantographParameterTable())); }
+TEST(DevicesPage, ListsEveryKeyOfForceDimension) { expectInPage(keyTable(dhdParameterTable())); }
+TEST(DevicesPage, ListsEveryKeyOfOpenHaptics) { expectInPage(keyTable(hdParameterTable())); }
 TEST(DevicesPage, ListsEveryPreset) { expectInPage(presetTable()); }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Scans: any bytes as an image file, its data in a file of its own or not; what is read has a surface that is drawn.
+// Projects of InVesalius: any bytes; what is read has a surface that is drawn.
 #include <cmath>
 #include <cstdint>
 
@@ -9,7 +9,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   using namespace hapticctl_import;  // NOLINT(google-build-using-namespace)
   const std::string_view text(reinterpret_cast<const char*>(bytes), size);
   try {
-    const Image image = parseImage(text, [&](const std::string&) { return std::string(text.substr(size / 2)); });
+    const Image image = parseInvesalius(text);
     if (image.values.size() != std::size_t{image.size[0]} * image.size[1] * image.size[2]) __builtin_trap();
     for (const float v : image.values)
       if (!std::isfinite(v)) __builtin_trap();

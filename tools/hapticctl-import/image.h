@@ -34,11 +34,20 @@ struct ImportError : std::runtime_error {
                          const std::array<std::uint32_t, 3>& end);
 /** Each block of n^3 values becomes its mean; what is left over at the far ends goes. n at least 1. */
 [[nodiscard]] Image shrink(const Image& image, std::uint32_t n);
+/**
+ * The same space at points `spacing_mm` apart along each axis, in its middle, by linear interpolation; where they are
+ * farther apart than the image's, smoothed before so that nothing is stepped over.
+ */
+[[nodiscard]] Image resample(Image image, double spacing_mm);
 /** Convolves with a Gaussian of `sigma_mm` along each axis; borders are continued. */
 void smooth(Image& image, double sigma_mm);
 /** 1 where the value is `label`, else 0. */
 void chooseLabel(Image& image, float label);
 /** Length of a step [mm]. */
 [[nodiscard]] double spacing(const Image& image, std::size_t axis);
+/** Throws ImportError at `where` unless two values are left along each axis. */
+void requireTwo(const Image& image, const char* where);
+/** Throws ImportError unless every number is finite and the steps span a space. */
+void checkPlace(const Image& image);
 
 }  // namespace hapticctl_import

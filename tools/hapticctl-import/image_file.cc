@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -13,20 +14,19 @@
 namespace hapticctl_import {
 namespace {
 
-constexpr std::size_t kMostValues = std::size_t{1} << 31;
 constexpr std::size_t kMostBytes = std::size_t{1} << 34;
 
 constexpr std::size_t kSampleBytes[] = {1, 1, 2, 2, 4, 4, 4, 8};
 
 template <class T>
-void decodeAs(std::string_view bytes, bool swap, double slope, double offset, std::vector<float>& out) {
+void decodeAs(std::string_view bytes, bool swap, std::vector<float>& out) {
   for (std::size_t i = 0; i < out.size(); ++i) {
     char raw[sizeof(T)];
     std::memcpy(raw, bytes.data() + i * sizeof(T), sizeof(T));
     if (swap) std::reverse(raw, raw + sizeof(T));
     T value;
     std::memcpy(&value, raw, sizeof value);
-    const auto v = static_cast<float>(static_cast<double>(value) * slope + offset);
+    const auto v = static_cast<float>(value);
     out[i] = std::isfinite(v) ? v : 0.0f;
   }
 }
@@ -71,14 +71,14 @@ std::optional<Sample> sampleOf(std::string_view word) {
     Sample sample;
     std::string_view words;
   };
-  static constexpr Spelling kSpellings[] = {{Sample::kInt8, " int8 int8_t signed_char met_char "},
-                                            {Sample::kUint8, " uint8 uint8_t uchar unsigned_char met_uchar "},
+  static constexpr Spelling kSpellings[] = {{Sample::kInt8, " int8 int8_t signed_char "},
+                                            {Sample::kUint8, " uint8 uint8_t uchar unsigned_char "},
                                             {Sample::kInt16, " int16 int16_t short met_short signed_short "},
-                                            {Sample::kUint16, " uint16 uint16_t ushort unsigned_short met_ushort "},
+                                            {Sample::kUint16, " uint16 uint16_t ushort unsigned_short "},
                                             {Sample::kInt32, " int32 int32_t int met_int signed_int "},
-                                            {Sample::kUint32, " uint32 uint32_t uint unsigned_int met_uint "},
-                                            {Sample::kFloat, " float float32 met_float "},
-                                            {Sample::kDouble, " double float64 met_double "}};
+                                            {Sample::kUint32, " uint32 uint32_t uint unsigned_int "},
+                                            {Sample::kFloat, " float float32 "},
+                                            {Sample::kDouble, " double float64 "}};
   std::string key = " ";
   for (const char c : word) key += c == ' ' ? '_' : static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   key += ' ';
@@ -97,7 +97,7 @@ std::size_t bytesOf(const std::array<std::uint32_t, 3>& size, Sample sample) {
   return count * kSampleBytes[static_cast<std::size_t>(sample)];
 }
 
-void decode(std::string_view bytes, Sample sample, bool big_endian, double slope, double offset, Image& image) {
+void decode(std::string_view bytes, Sample sample, bool big_endian, Image& image) {
   const std::size_t needed = bytesOf(image.size, sample);
   if (bytes.size() < needed)
     throw ImportError("data", fmt::format("{} bytes are there, {} are needed", bytes.size(), needed), "is it whole?");
@@ -105,35 +105,22 @@ void decode(std::string_view bytes, Sample sample, bool big_endian, double slope
   const bool swap = big_endian != (std::endian::native == std::endian::big);
   switch (sample) {
     case Sample::kInt8:
-      return decodeAs<std::int8_t>(bytes, swap, slope, offset, image.values);
+      return decodeAs<std::int8_t>(bytes, swap, image.values);
     case Sample::kUint8:
-      return decodeAs<std::uint8_t>(bytes, swap, slope, offset, image.values);
+      return decodeAs<std::uint8_t>(bytes, swap, image.values);
     case Sample::kInt16:
-      return decodeAs<std::int16_t>(bytes, swap, slope, offset, image.values);
+      return decodeAs<std::int16_t>(bytes, swap, image.values);
     case Sample::kUint16:
-      return decodeAs<std::uint16_t>(bytes, swap, slope, offset, image.values);
+      return decodeAs<std::uint16_t>(bytes, swap, image.values);
     case Sample::kInt32:
-      return decodeAs<std::int32_t>(bytes, swap, slope, offset, image.values);
+      return decodeAs<std::int32_t>(bytes, swap, image.values);
     case Sample::kUint32:
-      return decodeAs<std::uint32_t>(bytes, swap, slope, offset, image.values);
+      return decodeAs<std::uint32_t>(bytes, swap, image.values);
     case Sample::kFloat:
-      return decodeAs<float>(bytes, swap, slope, offset, image.values);
+      return decodeAs<float>(bytes, swap, image.values);
     case Sample::kDouble:
-      return decodeAs<double>(bytes, swap, slope, offset, image.values);
+      return decodeAs<double>(bytes, swap, image.values);
   }
-}
-
-void checkPlace(const Image& image) {
-  const auto& s = image.step;
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (!std::isfinite(image.origin[k]) || !(spacing(image, k) > 1e-6 && spacing(image, k) < 1e6))
-      throw ImportError("spacing", "is not a length, or the origin no place", "correct the header");
-  }
-  const double det = s[0][0] * (s[1][1] * s[2][2] - s[1][2] * s[2][1]) -
-                     s[0][1] * (s[1][0] * s[2][2] - s[1][2] * s[2][0]) +
-                     s[0][2] * (s[1][0] * s[2][1] - s[1][1] * s[2][0]);
-  if (!(std::abs(det) > 1e-6 * spacing(image, 0) * spacing(image, 1) * spacing(image, 2)))
-    throw ImportError("orientation", "the axes lie in one plane", "correct the header");
 }
 
 std::vector<double> numbersIn(std::string_view text, const std::string& where, std::size_t count) {
@@ -173,20 +160,9 @@ Image parseRaw(std::string_view bytes, const RawLayout& layout) {
   image.format = "raw numbers";
   image.size = layout.size;
   for (std::size_t k = 0; k < 3; ++k) image.step[k][k] = layout.spacing[k];
-  decode(bytes, layout.sample, layout.big_endian, 1, 0, image);
+  decode(bytes, layout.sample, layout.big_endian, image);
   checkPlace(image);
   return image;
-}
-
-Image parseImage(std::string_view bytes, const OpenFile& open) {
-  if (bytes.substr(0, 4) == "NRRD") return parseNrrd(bytes, open);
-  if (bytes.size() >= 348 && bytes.substr(344, 4) == std::string_view("n+1\0", 4)) return parseNifti(bytes);
-  if (bytes.size() > 512 && bytes.substr(257, 5) == "ustar") return parseInvesalius(bytes);
-  if (bytes.substr(0, 4096).find("ElementDataFile") != std::string_view::npos) return parseMetaImage(bytes, open);
-  if (bytes.size() > 132 && bytes.substr(128, 4) == "DICM")
-    throw ImportError({}, "is a DICOM slice", "convert the series to NIfTI or NRRD first, as dcm2niix does");
-  throw ImportError({}, "is no MetaImage, NRRD, NIfTI or InVesalius file",
-                    "for raw numbers give --raw, --raw-size and --raw-spacing");
 }
 
 }  // namespace hapticctl_import

@@ -51,6 +51,8 @@ std::string listOf(const pugi::xml_node& array) {
 
 }  // namespace
 
+bool isInvesalius(std::string_view bytes) { return bytes.size() > 512 && bytes.substr(257, 5) == "ustar"; }
+
 Image parseInvesalius(std::string_view tar) {
   const auto files = filesOf(tar);
   const auto list = files.find("main.plist");
@@ -71,7 +73,7 @@ Image parseInvesalius(std::string_view tar) {
     image.size[k] = shape[2 - k];
     image.step[k][k] = step[k];
   }
-  decode(data->second, *sample, false, 1, 0, image);
+  decode(data->second, *sample, false, image);
   checkPlace(image);
   return image;
 }

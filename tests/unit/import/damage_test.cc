@@ -1,0 +1,153 @@
+// Damaged files of every format: refused, or read as an image that is one; whoever dies of them dies alone.
+#include <sys/resource.h>
+
+#include <csignal>
+#include <functional>
+
+#include "tests/unit/import/dicom_file.h"
+#include "tools/hapticctl-import/child.h"
+#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/input.h"
+
+namespace hapticctl_import::testing {
+namespace {
+
+enum Outcome { kRead = 0, kRefused = 5, kNonsense = 6, kDied = 7 };
+
+/** What comes of importing a path, in a child that may have 1 GB and 20 s. */
+int outcomeOf(const std::string& path) {
+  try {
+    return inChild(
+        [&]() -> int {
+          const rlimit seconds{20, 20};
+          ::setrlimit(RLIMIT_CPU, &seconds);
+          try {
+            InputOptions options;
+            options.file = path;
+            const Image image = readInput(options);
+            if (image.values.size() != std::size_t{image.size[0]} * image.size[1] * image.size[2]) return kNonsense;
+            for (const float v : image.values)
+              if (!std::isfinite(v)) return kNonsense;
+            checkPlace(image);
+            return kRead;
+          } catch (const ImportError& error) {
+            return *error.what() == '\0' ? kNonsense : kRefused;
+          } catch (const std::bad_alloc&) {
+            return kRefused;
+          }
+        },
+        std::uint64_t{1} << 30);
+  } catch (const ImportError&) {
+    return kDied;
+  }
+}
+
+struct Format {
+  const char* name;
+  std::string bytes;
+  std::size_t header;  ///< Bytes that are damaged one by one.
+};
+
+std::vector<Format> formats() {
+  const std::string packed = compressed(samples());
+  const std::string told = fmt::format("CompressedData = True\nCompressedDataSize = {}\n", packed.size());
+  const std::string plain = nrrd("encoding: raw\nendian: little\nspacings: 1 1.5 2\n");
+  return {{"a.mha", metaImage() + samples(), metaImage().size()},
+          {"b.mha", metaImage(told) + packed, metaImage(told).size() + 64},
+          {"c.nrrd", plain + samples(), plain.size()},
+          {"d.nrrd", nrrd("encoding: gzip\nendian: little\n") + compressed(samples(), 31), 200},
+          {"e.nii", nifti() + samples(), 352},
+          {"f.nii.gz", compressed(nifti() + samples(), 31), 400}};
+}
+
+TEST(Damage, whatIsCutShortIsRefused) {
+  const Folder folder;
+  int died = 0;
+  for (const Format& f : formats()) {
+    ASSERT_EQ(outcomeOf(folder.put(f.name, f.bytes)), kRead) << f.name;
+    // The last bytes of gzip are a checksum, which some readers do not wait for.
+    for (std::size_t n = 0; n + 8 < f.bytes.size(); n += 1 + f.bytes.size() / 23) {
+      const int outcome = outcomeOf(folder.put(f.name, f.bytes.substr(0, n)));
+      EXPECT_TRUE(outcome == kRefused || outcome == kDied) << f.name << " at " << n << ": " << outcome;
+      died += outcome == kDied;
+    }
+  }
+  RecordProperty("died", died);
+}
+
+TEST(Damage, wrongBytesAreRefusedOrMakeAnImage) {
+  const Folder folder;
+  std::uint32_t state = 7;
+  int refused = 0, died = 0, read = 0;
+  for (const Format& f : formats())
+    for (std::size_t at = 0; at < f.header; at += 1 + f.header / 60) {
+      std::string bytes = f.bytes;
+      bytes[at] = static_cast<char>(bytes[at] ^ (1u << ((state = state * 1664525u + 1013904223u) >> 29)));
+      const int outcome = outcomeOf(folder.put(f.name, bytes));
+      EXPECT_NE(outcome, kNonsense) << f.name << " at " << at;
+      refused += outcome == kRefused;
+      died += outcome == kDied;
+      read += outcome == kRead;
+    }
+  EXPECT_GT(refused, 30);
+  RecordProperty("refused", refused);
+  RecordProperty("died", died);
+  RecordProperty("read", read);
+}
+
+/** The ball in slices of which one is damaged. */
+int outcomeOfSeries(const std::function<void(std::string&)>& damage) {
+  const Folder folder;
+  for (std::size_t z = 0; z < 4; ++z) {
+    std::string bytes = dicomFile(ballSlice(z));
+    if (z == 1) damage(bytes);
+    (void)folder.put(fmt::format("IM{}", z), bytes);
+  }
+  return outcomeOf(folder.path());
+}
+
+TEST(Damage, ofADicomSliceIsRefusedOrLeavesAnImage) {
+  ASSERT_EQ(outcomeOfSeries([](std::string&) {}), kRead);
+  const std::size_t size = dicomFile(ballSlice(1)).size();
+  int refused = 0, died = 0;
+  for (std::size_t n = 0; n + 2 < size; n += 1 + size / 23) {
+    const int outcome = outcomeOfSeries([n](std::string& bytes) { bytes.resize(n); });
+    EXPECT_TRUE(outcome == kRefused || outcome == kDied) << n << ": " << outcome;
+    died += outcome == kDied;
+  }
+  std::uint32_t state = 5;
+  for (std::size_t at = 0; at < size - 960; at += 11) {
+    const int outcome = outcomeOfSeries([&](std::string& bytes) {
+      bytes[at] = static_cast<char>(bytes[at] ^ (1u << ((state = state * 1664525u + 1013904223u) >> 29)));
+    });
+    EXPECT_NE(outcome, kNonsense) << at;
+    refused += outcome == kRefused;
+    died += outcome == kDied;
+  }
+  EXPECT_GT(refused, 10);
+  RecordProperty("died", died);
+}
+
+TEST(Damage, whoDiesOfAFileDiesAlone) {
+  EXPECT_THAT(refusal([] {
+                return inChild([]() -> int {
+                  ::raise(SIGSEGV);
+                  return 0;
+                });
+              }),
+              ::testing::HasSubstr("Segmentation fault"));
+  EXPECT_EQ(inChild([] { return 3; }), 3);
+  EXPECT_EQ(inChild(
+                [] {
+                  try {
+                    return static_cast<int>(std::vector<char>(std::size_t{1} << 31).size() % 2);
+                  } catch (const std::bad_alloc&) {
+                    return 9;
+                  }
+                },
+                std::uint64_t{1} << 30),
+            9);
+}
+
+}  // namespace
+}  // namespace hapticctl_import::testing

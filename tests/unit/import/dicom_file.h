@@ -1,0 +1,80 @@
+/** @file
+ * One CT slice as a DICOM file, explicit VR little endian (PS3.5 section 7, PS3.10 section 7), written byte by byte.
+ */
+#pragma once
+
+#include <fmt/core.h>
+
+#include "tests/unit/import/ball.h"
+
+namespace hapticctl_import::testing {
+
+struct CtSlice {
+  std::string series = "1.2.3.4", description = "Ball";
+  int number = 1;  ///< Instance number; says nothing of the place.
+  std::uint16_t columns = 24, rows = 20;
+  Double3 position{}, row{1, 0, 0}, column{0, 1, 0};
+  double column_spacing = 1, row_spacing = 1.5, slope = 1, intercept = 0;
+  std::string values;  ///< 16 bits each.
+};
+
+/** An element of a data set. Values are padded to an even length by blanks, identifiers by zeros. */
+inline std::string element(std::uint16_t group, std::uint16_t number, const char* vr, std::string value) {
+  std::string out;
+  if (value.size() % 2 != 0) value += std::string(vr) == "UI" || std::string(vr) == "OB" ? '\0' : ' ';
+  append(out, static_cast<short>(group));
+  append(out, static_cast<short>(number));
+  out += vr;
+  const auto size = static_cast<std::uint32_t>(value.size());
+  const bool large = std::string(vr) == "OB" || std::string(vr) == "OW";
+  if (large) append(out, 0);
+  append(out, static_cast<short>(size));
+  if (large) append(out, static_cast<short>(size >> 16));
+  return out + value;
+}
+
+inline std::string number16(int value) {
+  std::string out;
+  append(out, static_cast<short>(value));
+  return out;
+}
+
+inline std::string dicomFile(const CtSlice& s) {
+  const std::string ct = "1.2.840.10008.5.1.4.1.1.2", instance = fmt::format("{}.{}", s.series, s.number);
+  const std::string meta = element(2, 1, "OB", std::string("\0\1", 2)) + element(2, 2, "UI", ct) +
+                           element(2, 3, "UI", instance) + element(2, 0x10, "UI", "1.2.840.10008.1.2.1") +
+                           element(2, 0x12, "UI", "1.2.3");
+  std::string size;
+  append(size, static_cast<short>(meta.size()));
+  append(size, 0);
+  const auto& [r, c, p] = std::tie(s.row, s.column, s.position);
+  std::string file(132, '\0');
+  file.replace(128, 4, "DICM");
+  return file + element(2, 0, "UL", size) + meta + element(8, 0x16, "UI", ct) + element(8, 0x18, "UI", instance) +
+         element(8, 0x60, "CS", "CT") + element(8, 0x103e, "LO", s.description) + element(0x20, 0xd, "UI", "1.2.3") +
+         element(0x20, 0xe, "UI", s.series) + element(0x20, 0x11, "IS", "1") +
+         element(0x20, 0x13, "IS", fmt::format("{}", s.number)) +
+         element(0x20, 0x32, "DS", fmt::format("{:.8g}\\{:.8g}\\{:.8g}", p[0], p[1], p[2])) +
+         element(0x20, 0x37, "DS",
+                 fmt::format("{:.8g}\\{:.8g}\\{:.8g}\\{:.8g}\\{:.8g}\\{:.8g}", r[0], r[1], r[2], c[0], c[1], c[2])) +
+         element(0x20, 0x52, "UI", "1.2.3.9") + element(0x28, 2, "US", number16(1)) +
+         element(0x28, 4, "CS", "MONOCHROME2") + element(0x28, 0x10, "US", number16(s.rows)) +
+         element(0x28, 0x11, "US", number16(s.columns)) +
+         element(0x28, 0x30, "DS", fmt::format("{:.8g}\\{:.8g}", s.row_spacing, s.column_spacing)) +
+         element(0x28, 0x100, "US", number16(16)) + element(0x28, 0x101, "US", number16(16)) +
+         element(0x28, 0x102, "US", number16(15)) + element(0x28, 0x103, "US", number16(1)) +
+         element(0x28, 0x1052, "DS", fmt::format("{:.8g}", s.intercept)) +
+         element(0x28, 0x1053, "DS", fmt::format("{:.8g}", s.slope)) + element(0x7fe0, 0x10, "OW", s.values);
+}
+
+/** Slice z of the ball. */
+inline CtSlice ballSlice(std::size_t z) {
+  CtSlice s;
+  for (std::size_t y = 0; y < kSize[1]; ++y)
+    for (std::size_t x = 0; x < kSize[0]; ++x) append(s.values, valueAt(x, y, z));
+  s.number = static_cast<int>(z) + 1;
+  s.position = {10, 20, 30 + 2.0 * static_cast<double>(z)};
+  return s;
+}
+
+}  // namespace hapticctl_import::testing

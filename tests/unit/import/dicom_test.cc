@@ -1,0 +1,129 @@
+// DICOM series against what was written into them.
+#include <set>
+
+#include "tests/unit/import/dicom_file.h"
+#include "tools/hapticctl-import/scan_file.h"
+
+namespace hapticctl_import::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+/** Slices in files whose names and numbers have nothing to do with their order. */
+void putSeries(const Folder& folder, const std::function<void(CtSlice&, double)>& change) {
+  for (std::size_t i = 0; i < kSize[2]; ++i) {
+    const std::size_t z = i * 7 % kSize[2];
+    CtSlice slice = ballSlice(z);
+    slice.number = static_cast<int>(100 - i);
+    change(slice, static_cast<double>(z));
+    (void)folder.put(fmt::format("IM{:03}", i), dicomFile(slice));
+  }
+}
+
+Image readOne(const std::string& path) {
+  const auto all = dicomSeriesIn(path);
+  EXPECT_EQ(all.size(), 1u);
+  return readSeries(all.at(0));
+}
+
+TEST(Dicom, aSeriesIsSortedByItsPositions) {
+  const Folder folder;
+  putSeries(folder, [](CtSlice&, double) {});
+  (void)folder.put("README", "not an image");
+  expectBall(readOne(folder.path()), {10, 20, 30}, kPlain);
+  EXPECT_THAT(readOne(folder.path()).format, HasSubstr("CT, Ball"));
+  EXPECT_TRUE(isDicom(folder.path() + "/IM003"));
+  EXPECT_FALSE(isDicom(folder.path() + "/README"));
+  expectBall(readOne(folder.path() + "/IM003"), {10, 20, 30}, kPlain);  // All of the series it belongs to.
+}
+
+TEST(Dicom, orientationSlopeAndInterceptAreHonoured) {
+  const Folder folder;
+  // Rows along u, columns along v, and slices against u x v, oblique in the room.
+  const Double3 u{0.6, 0.8, 0}, v{0, 0, -1}, w{0.8, -0.6, 0};
+  putSeries(folder, [&](CtSlice& s, double z) {
+    s.row = u;
+    s.column = v;
+    for (std::size_t k = 0; k < 3; ++k) s.position[k] = 5 - 2.5 * z * w[k];
+    s.slope = 2;
+    s.intercept = -1024;
+  });
+  const Image image = readOne(folder.path());
+  ASSERT_EQ(image.size, kSize);
+  // u x v = -w, along which positions grow: the slices' own order.
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(image.origin[k], 5, 1e-5);
+    EXPECT_NEAR(image.step[0][k], u[k], 1e-5);
+    EXPECT_NEAR(image.step[1][k], 1.5 * v[k], 1e-5);
+    EXPECT_NEAR(image.step[2][k], -2.5 * w[k], 1e-5);
+  }
+  for (std::size_t z = 0; z < 16; ++z)
+    for (std::size_t y = 0; y < 20; ++y)
+      for (std::size_t x = 0; x < 24; ++x)
+        ASSERT_EQ(image.values[x + 24 * (y + 20 * z)], 2.0f * valueAt(x, y, z) - 1024);
+}
+
+TEST(Dicom, slicesOfATiltedGantryStandObliquely) {
+  const Folder folder;
+  putSeries(folder, [](CtSlice& s, double z) { s.position[1] = 20 + 0.5 * z; });
+  expectBall(readOne(folder.path()), {10, 20, 30}, {{{1, 0, 0}, {0, 1.5, 0}, {0, 0.5, 2}}});
+}
+
+TEST(Dicom, severalSeriesInAFolderAreTold) {
+  const Folder folder;
+  for (int s = 0; s < 3; ++s)
+    for (std::size_t z = 0; z < 4; ++z) {
+      CtSlice slice = ballSlice(z);
+      slice.series = fmt::format("1.2.3.{}", s);
+      slice.description = fmt::format("Phase {}", s);
+      (void)folder.put(fmt::format("S{}I{}", s, z), dicomFile(slice));
+    }
+  const auto all = dicomSeriesIn(folder.path());
+  ASSERT_EQ(all.size(), 3u);
+  std::set<std::string> texts;
+  for (const auto& series : all) {
+    EXPECT_EQ(series.files.size(), 4u);
+    texts.insert(series.text);
+  }
+  EXPECT_EQ(texts.size(), 3u);
+  EXPECT_THAT(*texts.begin(), HasSubstr("Phase 0, 24 x 20 values, 4 files"));
+  EXPECT_THAT(readOne(folder.path() + "/S1I2").format, HasSubstr("Phase 1"));
+}
+
+TEST(Dicom, slicesThatMakeNoImageAreNamed) {
+  const auto told = [](const std::function<void(const Folder&)>& spoil) {
+    const Folder folder;
+    putSeries(folder, [](CtSlice&, double) {});
+    spoil(folder);
+    return refusal([&] { return readSeries(dicomSeriesIn(folder.path()).at(0)); });
+  };
+  EXPECT_EQ(told([](const Folder&) {}), "read");
+  // IM003 is slice 5, IM010 slice 6.
+  const std::string missing = told([](const Folder& f) { std::filesystem::remove(f.path() + "/IM003"); });
+  EXPECT_THAT(missing, HasSubstr("stands 4 mm after"));
+  EXPECT_THAT(missing, HasSubstr("steps are 2 mm: is a slice missing?"));
+  EXPECT_THAT(told([](const Folder& f) {
+                CtSlice twice = ballSlice(5);
+                twice.number = 300;
+                (void)f.put("again", dicomFile(twice));
+              }),
+              HasSubstr("stands where"));
+  EXPECT_THAT(told([](const Folder& f) {
+                CtSlice other = ballSlice(5);
+                other.column_spacing = 1.2;
+                (void)f.put("IM003", dicomFile(other));
+              }),
+              HasSubstr("spaced otherwise"));
+  const Folder mixed;  // A slice of another size is a series of its own.
+  putSeries(mixed, [](CtSlice&, double) {});
+  CtSlice other = ballSlice(5);
+  other.rows = 10;
+  other.values.resize(480);
+  (void)mixed.put("IM003", dicomFile(other));
+  EXPECT_EQ(dicomSeriesIn(mixed.path()).size(), 2u);
+  const Folder empty;
+  EXPECT_THAT(refusal([&] { return dicomSeriesIn(empty.path()); }), HasSubstr("holds no DICOM images"));
+}
+
+}  // namespace
+}  // namespace hapticctl_import::testing

@@ -1,0 +1,117 @@
+// Scans in every format: values, place, and what is refused.
+#include <fmt/core.h>
+
+#include "tests/unit/import/ball.h"
+#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/scan_file.h"
+
+namespace hapticctl_import::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Import, readsMetaImages) {
+  const Folder folder;
+  expectBall(readScan(folder.put("a.mha", metaImage() + samples())), {10, 20, 30}, kPlain);
+  expectBall(
+      readScan(folder.put("b.mha", metaImage("BinaryData = True\nBinaryDataByteOrderMSB = True\n") + samples(true))),
+      {10, 20, 30}, kPlain);
+  const std::string packed = compressed(samples());
+  const std::string told = fmt::format("CompressedData = True\nCompressedDataSize = {}\n", packed.size());
+  expectBall(readScan(folder.put("c.mha", metaImage(told) + packed)), {10, 20, 30}, kPlain);
+  std::string header = metaImage("TransformMatrix = 0 1 0 -1 0 0 0 0 1\n");
+  header.replace(header.find("LOCAL"), 5, "ball.raw");
+  (void)folder.put("ball.raw", samples());
+  expectBall(readScan(folder.put("d.mhd", header)), {10, 20, 30}, {{{0, 1, 0}, {-1.5, 0, 0}, {0, 0, 2}}});
+}
+
+TEST(Import, readsNrrd) {
+  const Folder folder;
+  expectBall(readScan(folder.put("a.nrrd", nrrd("encoding: raw\nendian: little\nspacings: 1 1.5 2\n") + samples())),
+             {0, 0, 0}, kPlain);
+  const std::string placed =
+      "endian: big\nspace: right-anterior-superior\nspace directions: (1,0,0) (0,1.5,0) (0,0,2)\n"
+      "space origin: (1,2,3)\n";
+  const std::array<Double3, 3> turned{{{-1, 0, 0}, {0, -1.5, 0}, {0, 0, 2}}};
+  expectBall(readScan(folder.put("b.nrrd", nrrd("encoding: raw\n" + placed) + samples(true))), {-1, -2, 3}, turned);
+  expectBall(readScan(folder.put("c.nrrd", nrrd("encoding: gzip\n" + placed) + compressed(samples(true), 31))),
+             {-1, -2, 3}, turned);
+}
+
+TEST(Import, readsNifti) {
+  const Folder folder;
+  // Without an orientation the axes are right, anterior, superior.
+  const std::array<Double3, 3> plain{{{-1, 0, 0}, {0, -1.5, 0}, {0, 0, 2}}};
+  std::string turned = nifti();
+  put<std::int16_t>(turned, 252, 1);  // A quarter turn about z: x to y, y to -x.
+  put<float>(turned, 264, static_cast<float>(std::sqrt(0.5)));
+  put<float>(turned, 268, 7);
+  expectBall(readScan(folder.put("b.nii", turned + samples())), {-7, 0, 0}, {{{0, -1, 0}, {1.5, 0, 0}, {0, 0, 2}}});
+  put<std::int16_t>(turned, 254, 1);
+  put<std::int16_t>(turned, 252, 0);
+  const float rows[12] = {1, 0, 0, 5, 0, 1.5f, 0, 6, 0, 0, 2, 7};
+  std::memcpy(turned.data() + 280, rows, sizeof rows);
+  expectBall(readScan(folder.put("c.nii", turned + samples())), {-5, -6, 7}, plain);
+  expectBall(readScan(folder.put("c.nii.gz", compressed(turned + samples(), 31))), {-5, -6, 7}, plain);
+  put<float>(turned, 112, 2);
+  put<float>(turned, 116, -5);
+  EXPECT_EQ(readScan(folder.put("d.nii", turned + samples())).values[0], 2.0f * valueAt(0, 0, 0) - 5);
+}
+
+std::string tarFile(const std::string& name, const std::string& bytes) {
+  std::string head(512, '\0');
+  std::memcpy(head.data(), name.data(), name.size());
+  std::snprintf(head.data() + 124, 12, "%011zo", bytes.size());
+  std::memcpy(head.data() + 257, "ustar", 5);
+  return head + bytes + std::string((512 - bytes.size() % 512) % 512, '\0');
+}
+
+std::string invesalius() {
+  return tarFile("tmp/main.plist",
+                 "<?xml version=\"1.0\"?><plist><dict><key>matrix</key><dict><key>dtype</key><string>int16</string>"
+                 "<key>filename</key><string>matrix.dat</string><key>shape</key><array><integer>16</integer>"
+                 "<integer>20</integer><integer>24</integer></array></dict><key>spacing</key><array><real>1</real>"
+                 "<real>1.5</real><real>2</real></array></dict></plist>") +
+         tarFile("tmp/matrix.dat", samples()) + std::string(1024, '\0');
+}
+
+TEST(Import, readsInvesaliusProjects) {
+  EXPECT_TRUE(isInvesalius(invesalius()));
+  expectBall(parseInvesalius(invesalius()), {0, 0, 0}, kPlain);
+  const std::string project = invesalius();
+  for (std::size_t n = 0; n + 1536 < project.size(); n += 311)
+    EXPECT_THROW((void)parseInvesalius(std::string_view(project).substr(0, n)), ImportError) << n;
+}
+
+TEST(Import, readsRawNumbers) {
+  RawLayout layout;
+  layout.size = kSize;
+  layout.spacing = {1, 1.5, 2};
+  expectBall(parseRaw(samples(), layout), {0, 0, 0}, kPlain);
+  EXPECT_THROW((void)parseRaw(samples().substr(1), layout), ImportError);
+  layout.big_endian = true;
+  expectBall(parseRaw(samples(true), layout), {0, 0, 0}, kPlain);
+  layout.spacing = {1, 0, 2};
+  EXPECT_THAT(refusal([&] { return parseRaw(samples(), layout); }), HasSubstr("spacing"));
+}
+
+TEST(Import, liesInHeadersAreRefusedInWords) {
+  const Folder folder;
+  const auto told = [&](std::string header, const std::string& what, const std::string& lie) {
+    header.replace(header.find(what), what.size(), lie);
+    const char* const name = header[0] == 'N' ? "lie.nrrd" : "lie.mha";
+    return refusal([&] { return readScan(folder.put(name, header + samples())); });
+  };
+  EXPECT_NE(told(metaImage(), "24 20 16", "24 20"), "read");
+  EXPECT_NE(told(metaImage(), "24 20 16", "24 20 1"), "read");
+  EXPECT_THAT(told(metaImage(), "24 20 16", "60000 60000 60000"), HasSubstr("2^31"));
+  EXPECT_NE(told(metaImage(), "MET_SHORT", "MET_COMPLEX"), "read");
+  EXPECT_NE(told(metaImage(), "LOCAL", "away.raw"), "read");
+  EXPECT_THAT(told(metaImage("ElementNumberOfChannels = 3\n"), "24 20 16", "8 20 16"), HasSubstr("3 components"));
+  EXPECT_NE(told(nrrd("encoding: bzip3\n"), "short", "short"), "read");
+  EXPECT_THAT(refusal([&] { return readScan(folder.path() + "/nowhere.nii"); }), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal([&] { return readScan(folder.put("text.mha", "just words\n")); }), HasSubstr("is no NIfTI"));
+}
+
+}  // namespace
+}  // namespace hapticctl_import::testing

@@ -1,0 +1,187 @@
+#include <fmt/core.h>
+#include <gdcmTrace.h>
+#include <itkGDCMImageIO.h>
+#include <itkGDCMSeriesFileNames.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "tools/hapticctl-import/complaints.h"
+#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/itk_values.h"
+#include "tools/hapticctl-import/scan_file.h"
+
+namespace hapticctl_import {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMostOff = 0.02;  // Of a step, by which a slice may be out of its place: positions are rounded.
+
+struct Slice {
+  Image image;
+  std::string file;
+  double along = 0;  ///< The slices' normal [mm].
+};
+
+Double3 cross(const Double3& a, const Double3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double dot(const Double3& a, const Double3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double length(const Double3& a) { return std::sqrt(dot(a, a)); }
+Double3 minus(const Double3& a, const Double3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+std::string nameOf(const std::string& path) { return fs::path(path).filename().string(); }
+
+std::string tagOf(itk::GDCMImageIO& io, const char* tag) {
+  std::string value;
+  io.GetValueFromTag(tag, value);
+  while (!value.empty() && (value.back() == ' ' || value.back() == '\0')) value.pop_back();
+  for (char& c : value)
+    if (static_cast<unsigned char>(c) < 32 || c == 127) c = '?';  // It goes to a terminal.
+  return value;
+}
+
+/** "CT, Head 1.0 B31f, 108 files" */
+std::string describe(const std::vector<std::string>& files) {
+  const auto io = itk::GDCMImageIO::New();
+  io->SetFileName(files.front());
+  std::string text;
+  try {
+    io->ReadImageInformation();
+    for (const char* tag : {"0008|0060", "0008|103e"})
+      if (const std::string value = tagOf(*io, tag); !value.empty()) text += value + ", ";
+    text += fmt::format("{} x {} values, ", io->GetDimensions(0), io->GetDimensions(1));
+  } catch (const itk::ExceptionObject&) {
+    text = "no picture, ";  // A report, say; it can still be listed.
+  }
+  return text + fmt::format("{} {}", files.size(), files.size() == 1 ? "file" : "files");
+}
+
+Image readSlice(const std::string& file) try {
+  const auto io = itk::GDCMImageIO::New();
+  io->SetFileName(file);
+  return readWith(*io);
+} catch (const ImportError& error) {
+  throw ImportError(nameOf(file), (error.where.empty() ? "" : error.where + ": ") + error.what(), error.remedy);
+}
+
+/** The slices' normal, whose sign is that of the first one's axes. */
+Double3 normalOf(const Image& slice) {
+  Double3 n = cross(slice.step[0], slice.step[1]);
+  const double size = length(n);
+  for (double& x : n) x /= size;
+  return n;
+}
+
+void requireAlike(const Slice& first, const Slice& other) {
+  if (other.image.size != first.image.size)
+    throw ImportError(nameOf(other.file),
+                      fmt::format("is {} x {} values, {} is {} x {}", other.image.size[0], other.image.size[1],
+                                  nameOf(first.file), first.image.size[0], first.image.size[1]),
+                      "put only slices of one kind into the folder");
+  for (std::size_t k = 0; k < 2; ++k)
+    if (length(minus(other.image.step[k], first.image.step[k])) > 1e-3 * length(first.image.step[k]))
+      throw ImportError(nameOf(other.file), fmt::format("is turned or spaced otherwise than {}", nameOf(first.file)),
+                        "put only slices of one kind into the folder");
+}
+
+/** The step from slice to slice, which must be the same everywhere; oblique if the gantry was tilted. */
+Double3 evenStep(const std::vector<Slice>& slices) {
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < slices.size(); ++i) {
+    gaps.push_back(slices[i].along - slices[i - 1].along);
+    if (gaps.back() < 1e-4)
+      throw ImportError(nameOf(slices[i].file), fmt::format("stands where {} does", nameOf(slices[i - 1].file)),
+                        "choose one time or echo of the series");
+  }
+  std::vector<double> sorted = gaps;
+  std::sort(sorted.begin(), sorted.end());
+  const double usual = sorted[sorted.size() / 2];
+  const double most = kMostOff * usual + 2e-3;
+  const auto refuse = [&](std::size_t i) {
+    throw ImportError(nameOf(slices[i].file),
+                      fmt::format("stands {:.4g} mm after {}, but steps are {:.4g} mm: is a slice missing?",
+                                  gaps[i - 1], nameOf(slices[i - 1].file), usual),
+                      "fetch the series again, or resample it elsewhere");
+  };
+  for (std::size_t i = 1; i < slices.size(); ++i)
+    if (std::abs(gaps[i - 1] - usual) > most) refuse(i);
+  Double3 step = minus(slices.back().image.origin, slices[0].image.origin);
+  for (double& x : step) x /= static_cast<double>(gaps.size());
+  for (std::size_t i = 1; i < slices.size(); ++i) {
+    Double3 off = minus(slices[i].image.origin, slices[0].image.origin);
+    for (std::size_t a = 0; a < 3; ++a) off[a] -= static_cast<double>(i) * step[a];
+    if (length(off) > 2 * most) refuse(i);
+  }
+  return step;
+}
+
+}  // namespace
+
+bool isDicom(const std::string& path) {
+  const Complaints complaints;
+  return fs::is_regular_file(path) && itk::GDCMImageIO::New()->CanReadFile(path.c_str());
+}
+
+std::vector<DicomSeries> dicomSeriesIn(const std::string& path) try {
+  const Complaints complaints;
+  const bool folder = fs::is_directory(path);
+  const fs::path parent = fs::path(path).parent_path();
+  const auto names = itk::GDCMSeriesFileNames::New();
+  names->SetUseSeriesDetails(true);  // Series of one number that differ in kind come apart.
+  names->SetInputDirectory(folder ? path : parent.empty() ? "." : parent.string());
+  std::vector<DicomSeries> all;
+  for (const std::string& uid : names->GetSeriesUIDs()) {
+    DicomSeries series{uid, {}, names->GetFileNames(uid)};
+    if (series.files.empty()) continue;
+    const bool wanted = folder || std::any_of(series.files.begin(), series.files.end(), [&](const std::string& file) {
+                          std::error_code ignored;
+                          return fs::equivalent(file, path, ignored);
+                        });
+    if (!wanted) continue;
+    series.text = describe(series.files);
+    all.push_back(std::move(series));
+  }
+  if (all.empty()) throw ImportError({}, folder ? "holds no DICOM images" : "belongs to no series", "is it whole?");
+  return all;
+} catch (const itk::ExceptionObject& error) {
+  throw ImportError({}, inWords(error), "is it whole?");
+}
+
+Image readSeries(const DicomSeries& series) {
+  gdcm::Trace::WarningOn();  // GDCM tells of incomplete values in no other way; ITK turns it off.
+  std::vector<Slice> slices;
+  for (const std::string& file : series.files) slices.push_back({readSlice(file), file, 0});
+  if (slices.size() == 1) {  // All slices in one file.
+    Image image = std::move(slices[0].image);
+    image.format = "DICOM, " + series.text;
+    requireTwo(image, "size");
+    checkPlace(image);
+    return image;
+  }
+  const Double3 normal = normalOf(slices[0].image);
+  for (Slice& slice : slices) {
+    if (slice.image.size[2] != 1)
+      throw ImportError(nameOf(slice.file), "holds several slices, and is one of several files", "import it alone");
+    requireAlike(slices[0], slice);
+    slice.along = dot(slice.image.origin, normal);
+  }
+  std::stable_sort(slices.begin(), slices.end(), [](const Slice& a, const Slice& b) { return a.along < b.along; });
+  Image image;
+  image.format = "DICOM, " + series.text;
+  image.size = {slices[0].image.size[0], slices[0].image.size[1], static_cast<std::uint32_t>(slices.size())};
+  image.origin = slices[0].image.origin;
+  image.step = slices[0].image.step;
+  image.step[2] = evenStep(slices);
+  for (Slice& slice : slices) {
+    image.values.insert(image.values.end(), slice.image.values.begin(), slice.image.values.end());
+    slice.image.values = {};
+  }
+  requireTwo(image, "size");
+  checkPlace(image);
+  return image;
+}
+
+}  // namespace hapticctl_import

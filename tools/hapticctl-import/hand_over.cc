@@ -1,0 +1,53 @@
+#include "tools/hapticctl-import/hand_over.h"
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <climits>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "tools/hapticctl-import/image.h"
+
+namespace hapticctl_import {
+
+TemporaryFile::TemporaryFile() {
+  path_ = (std::filesystem::temp_directory_path() / "hapticctl-import-XXXXXX.ply").string();
+  const int fd = ::mkstemps(path_.data(), 4);
+  if (fd < 0) throw ImportError(path_, std::strerror(errno));
+  ::close(fd);
+}
+
+TemporaryFile::~TemporaryFile() { ::unlink(path_.c_str()); }
+
+void writeFile(const std::string& path, const std::string& bytes) {
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  file.close();
+  if (!file) throw ImportError(path, "cannot be written", "is the disk full?");
+}
+
+int runHapticctl(const std::vector<std::string>& words) {
+  char self[PATH_MAX];
+  const ssize_t size = ::readlink("/proc/self/exe", self, sizeof self);
+  std::filesystem::path program =
+      std::filesystem::path(std::string(self, size > 0 ? static_cast<std::size_t>(size) : 0)).parent_path() /
+      "hapticctl";
+  if (::access(program.c_str(), X_OK) != 0) program = "hapticctl";
+  std::vector<char*> arguments;
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  pid_t child = 0;
+  if (const int code = ::posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments.data(), environ); code != 0)
+    throw ImportError("hapticctl", std::strerror(code), "install it, or write the surface with --output");
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+}
+
+}  // namespace hapticctl_import

@@ -1,0 +1,30 @@
+/** @file
+ * What was made of an image, to files and to hapticctl load.
+ */
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace hapticctl_import {
+
+/** A file that goes when it is no longer needed. Throws ImportError. */
+class TemporaryFile {
+ public:
+  TemporaryFile();
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile();
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/** Throws ImportError. */
+void writeFile(const std::string& path, const std::string& bytes);
+
+/** Runs hapticctl, beside this program or on PATH, and gives its exit code. Throws ImportError if there is none. */
+int runHapticctl(const std::vector<std::string>& words);
+
+}  // namespace hapticctl_import

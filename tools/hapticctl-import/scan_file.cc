@@ -1,0 +1,155 @@
+#include "tools/hapticctl-import/scan_file.h"
+
+#include <fmt/core.h>
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "tools/hapticctl-import/complaints.h"
+#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/itk_values.h"
+
+namespace hapticctl_import {
+namespace {
+
+template <class T>
+void convert(const std::vector<char>& bytes, std::vector<float>& out) {
+  const auto* const values = reinterpret_cast<const T*>(bytes.data());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const auto v = static_cast<float>(values[i]);
+    out[i] = std::isfinite(v) ? v : 0.0f;
+  }
+}
+
+void convert(itk::IOComponentEnum kind, const std::vector<char>& bytes, std::vector<float>& out) {
+  using Kind = itk::IOComponentEnum;
+  switch (kind) {
+    case Kind::UCHAR:
+      return convert<unsigned char>(bytes, out);
+    case Kind::CHAR:
+      return convert<signed char>(bytes, out);
+    case Kind::USHORT:
+      return convert<unsigned short>(bytes, out);
+    case Kind::SHORT:
+      return convert<short>(bytes, out);
+    case Kind::UINT:
+      return convert<unsigned int>(bytes, out);
+    case Kind::INT:
+      return convert<int>(bytes, out);
+    case Kind::ULONG:
+      return convert<unsigned long>(bytes, out);
+    case Kind::LONG:
+      return convert<long>(bytes, out);
+    case Kind::ULONGLONG:
+      return convert<unsigned long long>(bytes, out);
+    case Kind::LONGLONG:
+      return convert<long long>(bytes, out);
+    case Kind::FLOAT:
+      return convert<float>(bytes, out);
+    case Kind::DOUBLE:
+      return convert<double>(bytes, out);
+    default:
+      throw ImportError("values", "are of a kind that is not known", "convert the image");
+  }
+}
+
+void requireFile(const std::string& path) {
+  if (!std::ifstream(path)) throw ImportError(path, "cannot be read", "does it exist?");
+}
+
+itk::ImageIOBase::Pointer readerOf(const std::string& path, std::string& format) {
+  const itk::ImageIOBase::Pointer readers[] = {itk::NiftiImageIO::New().GetPointer(),
+                                               itk::NrrdImageIO::New().GetPointer(),
+                                               itk::MetaImageIO::New().GetPointer()};
+  const char* const formats[] = {"NIfTI", "NRRD", "MetaImage"};
+  const Complaints complaints;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!readers[i]->CanReadFile(path.c_str())) continue;
+    format = formats[i];
+    return readers[i];
+  }
+  throw ImportError({}, "is no NIfTI, NRRD, MetaImage, DICOM or InVesalius file that can be read",
+                    "is it whole, and does its name end in .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd? For raw numbers "
+                    "give --raw, --raw-size and --raw-spacing");
+}
+
+}  // namespace
+
+std::string inWords(const itk::ExceptionObject& error) {
+  // "itk::ERROR: NiftiImageIO(0x5581e...): what went wrong"
+  std::string text = error.GetDescription();
+  if (const auto end = text.find("): "); end != std::string::npos) text.erase(0, end + 3);
+  for (char& c : text)
+    if (c == '\n') c = ' ';
+  while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
+  return text.empty() ? "cannot be read" : text;
+}
+
+Image readWith(itk::ImageIOBase& io) try {
+  const Complaints complaints;
+  io.ReadImageInformation();
+  const unsigned axes = io.GetNumberOfDimensions();
+  for (unsigned k = 3; k < axes; ++k)
+    if (io.GetDimensions(k) > 1)
+      throw ImportError("axes", "there are more than three", "take one time or component out of it first");
+  if (io.GetNumberOfComponents() != 1)
+    throw ImportError("values", fmt::format("each has {} components", io.GetNumberOfComponents()),
+                      "only one component can be used");
+  Image image;
+  itk::ImageIORegion region(axes);
+  std::size_t count = 1;
+  for (unsigned k = 0; k < axes; ++k) {
+    const std::uint64_t n = io.GetDimensions(k);
+    if (n < 1 || n > 65536) throw ImportError("size", fmt::format("{} values along an axis", n), "2 to 65536 can be");
+    region.SetSize(k, n);
+    count *= n;
+    if (count > kMostValues) throw ImportError("size", "more than 2^31 values", "shrink the image elsewhere first");
+  }
+  io.SetIORegion(region);
+  image.size = {1, 1, 1};
+  image.step = {};
+  for (unsigned k = 0; k < 3; ++k) {
+    // ITK's directions are columns; of a picture of two axes the third is what stands upright on them.
+    if (k >= axes) {
+      image.step[k][k] = 1;
+      continue;
+    }
+    image.size[k] = static_cast<std::uint32_t>(io.GetDimensions(k));
+    image.origin[k] = io.GetOrigin(k);
+    const std::vector<double> direction = io.GetDirection(k);
+    for (unsigned a = 0; a < 3 && a < axes; ++a) image.step[k][a] = direction[a] * io.GetSpacing(k);
+  }
+  std::vector<char> bytes(static_cast<std::size_t>(io.GetImageSizeInBytes()));
+  io.Read(bytes.data());
+  // MetaIO tells of data that cannot be unpacked in no other way, and leaves zeros. Others warn of what they mend.
+  if (const std::string complaint = complaints.first();
+      !complaint.empty() && dynamic_cast<itk::MetaImageIO*>(&io) != nullptr)
+    throw ImportError({}, complaint, "is the file whole?");
+  image.values.resize(count);
+  if (bytes.size() < count * io.GetComponentSize()) throw ImportError("values", "are cut short", "is the file whole?");
+  if (complaints.hold("Incomplete Pixel Data"))
+    throw ImportError("values", "are cut short", "is the file whole?");  // GDCM
+  convert(io.GetComponentType(), bytes, image.values);
+  return image;
+} catch (const itk::ExceptionObject& error) {
+  throw ImportError({}, inWords(error), "is the file whole?");
+}
+
+Image readScan(const std::string& path) {
+  itk::Object::SetGlobalWarningDisplay(false);
+  requireFile(path);
+  std::string format;
+  const itk::ImageIOBase::Pointer io = readerOf(path, format);
+  io->SetFileName(path);
+  Image image = readWith(*io);
+  if (format == "NIfTI") requireWholeNifti(path, image.values.size());
+  image.format = format;
+  requireTwo(image, "size");
+  checkPlace(image);
+  return image;
+}
+
+}  // namespace hapticctl_import

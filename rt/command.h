@@ -17,6 +17,7 @@ inline constexpr std::uint32_t kMaxObjects = 256;  ///< Slots of the scene, slot
 inline constexpr std::uint32_t kMaxMeshes = 256;   ///< Entries of the mesh table.
 inline constexpr std::uint32_t kMaxTextures = 64;  ///< Entries of the texture table.
 inline constexpr std::uint32_t kMaxDevices = HD_MAX_DEVICES;
+inline constexpr std::uint32_t kMaxBodies = 8;            ///< Objects that move freely.
 inline constexpr std::uint32_t kControlSession = 0xffff;  ///< Command::session of the control thread.
 
 /** Kinds of command. Those below 64 are the client's (hd_command_kind) with the same payload. */
@@ -49,6 +50,9 @@ enum class CommandKind : std::uint32_t {
   kAttachTool,      ///< AttachTool: the device holds an object.
   kDetachTool,      ///< DeviceRef
   kToolContacts,    ///< ToolContacts: the collide thread's answer.
+  kSetBody,         ///< SetBody: an object moves freely, or no longer.
+  kSetGravity,      ///< SetGravity
+  kSetGrip,         ///< SetGrip: what the device's gripper closes on.
 };
 
 /** An object id for the rings: slot in the low 16 bits, generation above, never 0. */
@@ -130,9 +134,9 @@ struct DeviceRadius {
  */
 struct AttachTool {
   std::uint32_t device;
-  std::uint32_t object;        ///< Directly below the root.
-  std::uint32_t shows_torque;  ///< The device can turn the hand.
-  std::uint32_t reserved;
+  std::uint32_t object;              ///< Directly below the root.
+  std::uint32_t shows_torque;        ///< The device can turn the hand.
+  std::uint32_t flags;               ///< ToolFlag
   double mass;                       ///< [kg]
   double com[3];                     ///< In the object's frame [m].
   double inertia[6];                 ///< About com: xx yy zz xy xz yz [kg m^2].
@@ -140,18 +144,46 @@ struct AttachTool {
   double angular_outer, angular_stiffness, angular_damping;
 };
 
-/** Where a tool touches, as of some ticks ago. What ContactModel holds. */
+/** Bits of AttachTool::flags. */
+enum ToolFlag : std::uint32_t {
+  kToolWeighs = 1u << 0,  ///< The hand carries it; else its weight is taken off.
+  kToolDirect = 1u << 1,  ///< No coupling: the tool is where the device is, and overlap pushes (rt/body/direct.h).
+};
+
+/** Where a tool or a free body touches, as of some ticks ago. What ContactModel holds. */
 struct ToolContacts {
   static constexpr std::uint32_t kMost = 14;
   struct Point {
     float p_A[3], n_B[3], offset;
     std::uint32_t key;
   };
-  std::uint32_t device;
-  std::uint32_t object;  ///< The tool; contacts of another are ignored.
+  std::uint32_t device;  ///< From kMaxDevices on: the free body of that number.
+  std::uint32_t object;  ///< The tool or body; contacts of another are ignored.
   std::uint32_t count;
   std::uint32_t dropped;  ///< Points of the tool's surface that the budget left out.
   Point point[kMost];
+};
+
+/** An object that moves freely and is pushed by tools. It stands directly below the root. */
+struct SetBody {
+  std::uint32_t object;
+  std::uint32_t falls;  ///< 1: the scene's gravity acts on it.
+  double mass;          ///< [kg]; 0: it stays where it is put, as if it had never moved.
+  double com[3];        ///< In the object's frame [m].
+  double inertia[6];    ///< About com: xx yy zz xy xz yz [kg m^2].
+  double damping;       ///< Share of its motion that is lost [1/s].
+};
+
+struct SetGravity {
+  double g[3];  ///< [m/s^2]
+};
+
+/** A spring on the gripper's axis: closed further than `width` it pushes open. */
+struct SetGrip {
+  std::uint32_t device;
+  std::uint32_t reserved;
+  double stiffness;  ///< [N/rad]; 0: none.
+  double width;      ///< [rad]
 };
 
 /** A checked command. `payload` is read with as<T>() according to `kind`. */

@@ -50,6 +50,8 @@ struct ToolWish {
   std::string object;
   double mass = 0.1;     ///< [kg]
   double stiffness = 0;  ///< Of the coupling, felt in the end [N/m]; 0: the stiffest that is passive.
+  bool weighs = false;   ///< The hand carries it where the world has gravity; else its weight is taken off.
+  bool direct = false;   ///< No coupling: overlap pushes at the device (rt/body/direct.h).
 };
 
 /** Control thread only. */
@@ -105,6 +107,9 @@ class Core {
    * groups, children, deformable meshes and what another hand holds. */
   [[nodiscard]] Result<void> attachTool(OpenDevice& device, const ToolWish& wish, const Client& by);
   [[nodiscard]] Result<void> detachTool(OpenDevice& device, const Client& by);
+  /** A spring [N/rad] that opens the gripper where it is closed further than `width` [rad]. Who may: as setRadius.
+   * kUnsupported without a gripper that can push. */
+  [[nodiscard]] Result<void> setGrip(OpenDevice& device, double stiffness, double width, const Client& by);
   [[nodiscard]] Result<OpenDevice*> openDevice(std::string_view uri);
   /**
    * The same for a client. How a real device is driven (firmware, scale of its motors) is the administrator's: a URI

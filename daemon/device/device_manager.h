@@ -24,6 +24,15 @@ struct HeldObject {
   double mass = 0;       ///< [kg]
   double stiffness = 0;  ///< Of the coupling in the end [N/m].
   bool shows_torque = false;
+  bool weighs = false;
+  bool direct = false;
+  std::string note;  ///< What it cannot do, and the remedy; may be empty.
+};
+
+/** The spring on a device's gripper axis. */
+struct Grip {
+  double stiffness = 0;  ///< [N/rad]
+  double width = 0;      ///< [rad]
 };
 
 /** A device in use. */
@@ -35,6 +44,7 @@ struct OpenDevice {
   GuardLimits maxima;       ///< The device's own.
   double radius = 0;        ///< Of the ball about its point [m].
   HeldObject tool;
+  Grip grip;
   std::uint64_t lease = 0;           ///< Session that holds it, 0 if free.
   std::uint32_t sessions = 0;        ///< Sessions on it.
   std::vector<std::string> aliases;  ///< Other texts by which it was opened.

@@ -75,14 +75,22 @@ Json getTool(const OpenDevice& device, const DeviceNow&, Core& core) {
   return {{"object", tool.object},
           {"mass", number(tool.mass)},
           {"stiffness", number(tool.stiffness)},
-          {"torque_shown", tool.shows_torque}};
+          {"torque_shown", tool.shows_torque},
+          {"weight", tool.weighs ? "felt" : "compensated"},
+          {"rendering", tool.direct ? "direct" : "coupled"},
+          {"note", tool.note}};
 }
 
-/** OBJECT, or OBJECT,MASS, or OBJECT,MASS,STIFFNESS; nothing takes it away. */
+/** OBJECT[,MASS[,STIFFNESS]] and then any of the words `weighs` and `direct`; nothing takes it away. */
 Result<void> setTool(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
                      const Client& by) {
   if (value.empty()) return core.detachTool(device, by);
   ToolWish wish;
+  for (std::size_t comma; (comma = value.rfind(',')) != std::string_view::npos; value = value.substr(0, comma)) {
+    const std::string_view word = value.substr(comma + 1);
+    if (word != "weighs" && word != "direct") break;
+    (word == "weighs" ? wish.weighs : wish.direct) = true;
+  }
   const std::size_t comma = value.find(',');
   wish.object = std::string(value.substr(0, comma));
   if (comma != std::string_view::npos) {
@@ -93,6 +101,23 @@ Result<void> setTool(Core& core, OpenDevice& device, std::string_view value, con
     if (n->size() > 1) wish.stiffness = n->back();
   }
   return core.attachTool(device, wish, by);
+}
+
+Json getGrip(const OpenDevice& device, const DeviceNow& s, Core&) {
+  if (!(device.grip.stiffness > 0)) return nullptr;
+  return {{"stiffness", number(device.grip.stiffness)},
+          {"width", number(device.grip.width)},
+          {"angle", number(s.sample.gripper_rad)},
+          {"force", number(s.sample.gripper_force_n)}};
+}
+
+/** STIFFNESS,WIDTH; nothing lets it close freely. */
+Result<void> setGrip(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
+                     const Client& by) {
+  if (value.empty()) return core.setGrip(device, 0, 0, by);
+  auto n = parseNumbers(value, 2, where);
+  if (!n) return n.error();
+  return core.setGrip(device, n->front(), n->back(), by);
 }
 
 constexpr DeviceProperty kProperties[] = {
@@ -124,7 +149,8 @@ constexpr DeviceProperty kProperties[] = {
     {"lease", "who may arm it", getLease},
     {"radius", "of the ball about the device point [m]",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return number(d.radius); }, setRadius},
-    {"tool", "object in the hand: NAME[,kg[,N/m]]", getTool, setTool},
+    {"tool", "object in the hand: NAME[,kg[,N/m]][,weighs][,direct]", getTool, setTool},
+    {"grip", "spring that opens the gripper where it is closed further than a width: N/rad,rad", getGrip, setGrip},
     {"limits", "in force", [](const OpenDevice& d, const DeviceNow&, Core&) { return toJson(d.limits); }},
     {"rate", "[Hz]", [](const OpenDevice&, const DeviceNow& s, Core&) { return number(s.rate_hz); }},
     {"counts", "cycles, missed, overruns, stale", getCounts},

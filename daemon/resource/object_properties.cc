@@ -119,6 +119,23 @@ Result<void> setFlag(Core& core, const ObjectNow& object, std::string_view value
   return core.scene().setFlags(spec.name, spec.enabled, spec.visible, spec.two_sided);
 }
 
+template <double BodySpec::*kField>
+Result<void> setBodyField(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
+  auto n = parseNumbers(value, 1, where);
+  if (!n) return n.error();
+  BodySpec body = object.spec.body;
+  body.*kField = n->front();
+  return core.scene().setBody(object.spec.name, body);
+}
+
+Result<void> setFalls(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
+  auto on = parseBool(value, where);
+  if (!on) return on.error();
+  BodySpec body = object.spec.body;
+  body.falls = *on;
+  return core.scene().setBody(object.spec.name, body);
+}
+
 Json getShape(const ObjectNow& object, Core&) {
   const ShapeSpec& shape = object.spec.shape;
   Json json{{"kind", shapeName(shape.kind)}};
@@ -182,6 +199,12 @@ constexpr ObjectProperty kProperties[] = {
      setSurfaceTexture<&SurfaceSpec::vibration>},
     {"vibration_mass", "force per acceleration [kg]", getSurfaceField<&SurfaceSpec::vibration_mass>,
      setSurfaceField<&SurfaceSpec::vibration_mass>},
+    {"mass", "[kg]; with one it moves freely and is pushed by tools and hands, 0: it stays where it is put",
+     [](const ObjectNow& o, Core&) { return number(o.spec.body.mass); }, setBodyField<&BodySpec::mass>},
+    {"motion_damping", "share of its motion that it loses when it moves freely [1/s]",
+     [](const ObjectNow& o, Core&) { return number(o.spec.body.damping); }, setBodyField<&BodySpec::damping>},
+    {"falls", "the world's gravity acts on it when it moves freely: true or false",
+     [](const ObjectNow& o, Core&) { return Json(o.spec.body.falls); }, setFalls},
     {"enabled", "it can be touched: true or false", getFlag<&ObjectSpec::enabled>, setFlag<&ObjectSpec::enabled>},
     {"visible", "for viewers: true or false", getFlag<&ObjectSpec::visible>, setFlag<&ObjectSpec::visible>},
     {"twosided", "both faces of an open mesh stop the proxy: true or false", getFlag<&ObjectSpec::two_sided>,

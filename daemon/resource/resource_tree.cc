@@ -13,8 +13,8 @@ namespace {
 using Json = nlohmann::json;
 
 const std::vector<std::string>& roots() {
-  static const std::vector<std::string> kRoots{"objects", "_objects", "devices",  "statistics",
-                                               "clients", "meshes",   "textures", "config"};
+  static const std::vector<std::string> kRoots{"objects", "_objects", "devices", "statistics", "clients",
+                                               "meshes",  "textures", "config",  "world"};
   return kRoots;
 }
 
@@ -133,6 +133,23 @@ Result<std::string> ResourceTree::setOfDevice(const ResourceName& name, std::str
   return print(property->get(**device, statusOf(**device), core_));
 }
 
+Result<std::string> ResourceTree::setOfWorld(const ResourceName& name, std::string_view value) {
+  if (name.element.size() > 2) return tooDeep(name, 2);
+  if (name.element[1] != "gravity") return noSuchElement(name, 1, {"gravity"});
+  auto n = parseNumbers(value, 3, name.upTo(1));
+  if (!n) return n.error();
+  if (auto r = core_.scene().setGravity({(*n)[0], (*n)[1], (*n)[2]}); !r) return r.error();
+  return print(toJson(core_.scene().gravity()));
+}
+
+Result<nlohmann::json> ResourceTree::readWorld(const ResourceName& name) {
+  const Json gravity = toJson(core_.scene().gravity());
+  if (name.element.size() == 1) return Json{{"gravity", gravity}};
+  if (name.element[1] != "gravity") return noSuchElement(name, 1, {"gravity"});
+  if (name.element.size() > 2) return tooDeep(name, 2);
+  return gravity;
+}
+
 Result<std::string> ResourceTree::set(std::string_view uri, const Client& by) {
   auto name = parseResourceName(uri);
   if (!name) return name.error();
@@ -143,9 +160,10 @@ Result<std::string> ResourceTree::set(std::string_view uri, const Client& by) {
   }
   const std::size_t last = name->element.size();
   if (last >= 3 && name->element[0] == "devices") return setOfDevice(*name, *value, by);
+  if (last >= 2 && name->element[0] == "world") return setOfWorld(*name, *value);
   if (last < 3 || (name->element[0] != "objects" && name->element[0] != "_objects")) {
     return Error{ErrorCode::kPermissionDenied, name->upTo(last),
-                 "only properties of objects and devices can be written",
+                 "only properties of objects, devices and the world can be written",
                  "limits, arming and the rest have commands of their own"};
   }
   std::string object = name->element[1];
@@ -196,6 +214,7 @@ Result<nlohmann::json> ResourceTree::read(const ResourceName& name) {
   if (root == "statistics") return readStatistics(name);
   if (root == "meshes") return readMeshes(name);
   if (root == "textures") return readTextures(name);
+  if (root == "world") return readWorld(name);
   if (root != "clients" && root != "config") return noSuchElement(name, 0, roots());
   if (name.element.size() > 1) return tooDeep(name, 1);
   return root == "clients" ? clients(core_) : Json(toToml(core_.config()));

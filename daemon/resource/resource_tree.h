@@ -31,6 +31,8 @@ class ResourceTree {
   Result<Json> readTree(const ResourceName& name);
   Result<Json> readDevices(const ResourceName& name);
   Result<std::string> setOfDevice(const ResourceName& name, std::string_view value, const Client& by);
+  Result<std::string> setOfWorld(const ResourceName& name, std::string_view value);
+  Result<Json> readWorld(const ResourceName& name);
   Result<Json> readStatistics(const ResourceName& name);
   Result<Json> readMeshes(const ResourceName& name);
   Result<Json> readTextures(const ResourceName& name);

@@ -30,6 +30,13 @@ struct ShapeSpec {
   std::uint64_t mesh = 0;    ///< For kMesh.
 };
 
+/** How an object moves by itself (docs/tool.md). */
+struct BodySpec {
+  double mass = 0;     ///< [kg]; 0: it stays where it is put.
+  double damping = 1;  ///< Share of its motion that it loses [1/s].
+  bool falls = true;   ///< The scene's gravity acts on it.
+};
+
 /** What a client asks for. */
 struct ObjectSpec {
   std::string name;
@@ -38,6 +45,7 @@ struct ObjectSpec {
   ShapeSpec shape;
   hd_material material{};
   SurfaceSpec surface;
+  BodySpec body;
   bool enabled = true;
   bool visible = true;
   bool two_sided = false;

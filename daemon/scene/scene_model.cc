@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "daemon/scene/body.h"
+#include "rt/cycle/free_bodies.h"
 #include "rt/ingest/limits.h"
 
 namespace hapticd {
@@ -15,6 +17,12 @@ ShapeParameters parameters(const ShapeSpec& shape, const MeshStore& meshes) {
   out.mesh = shape.kind == ShapeKind::kMesh ? meshes.entryOf(shape.mesh) : 0;
   store(shape.size, out.size);
   return out;
+}
+
+Command gravityCommand(const Vec3& gravity) {
+  SetGravity order{};
+  store(gravity, order.g);
+  return makeCommand(CommandKind::kSetGravity, order);
 }
 
 bool mayRemove(const Client& owner, const Client& by) { return by.administration || owner.uid == by.uid; }
@@ -139,6 +147,40 @@ Result<void> SceneModel::setSurface(std::string_view name, const SurfaceSpec& su
   return {};
 }
 
+Result<void> SceneModel::setBody(std::string_view name, const BodySpec& body) {
+  Object* object = lookUp(name);
+  if (object == nullptr) return notFound(name, "name");
+  if (auto r = checkBody(body, "body"); !r) return r;
+  if (body.mass > 0) {
+    if (auto r = checkMovable(describe(objectSlot(object->id)).spec, meshes_, "body"); !r) return r;
+    const auto moves = [](const Object& o) { return o.id != 0 && o.spec.body.mass > 0; };
+    const auto others = std::count_if(slots_.begin(), slots_.end(), moves) - (moves(*object) ? 1 : 0);
+    if (others >= kMaxBodies) {
+      return Error{ErrorCode::kQuotaExceeded, "body.mass",
+                   fmt::format("{} objects move freely, the most that a servo can keep up with", others),
+                   "set the mass of another to 0"};
+    }
+  }
+  if (auto r = accepting(); !r) return r;
+  object->spec.body = body;
+  post(*object, bodyCommand(*object));
+  changed(object->spec.name, "body");
+  return {};
+}
+
+Result<void> SceneModel::setGravity(const Vec3& gravity) {
+  if (!isFinite(gravity) || gravity.norm() > FreeBodies::kMostGravity) {
+    return Error{ErrorCode::kInvalidArgument, "gravity",
+                 fmt::format("it is not finite or beyond {} m/s^2", FreeBodies::kMostGravity), "for example 0,0,-9.81"};
+  }
+  if (auto r = accepting(); !r) return r;
+  gravity_ = gravity;
+  for (CommandSink* sink : sinks_) {
+    if (sink != nullptr) (void)sink->post(gravityCommand(gravity_));
+  }
+  return {};
+}
+
 Result<void> SceneModel::setFlags(std::string_view name, bool enabled, bool visible, bool two_sided) {
   Object* object = lookUp(name);
   if (object == nullptr) return notFound(name, "name");
@@ -163,6 +205,11 @@ Result<void> SceneModel::setShape(std::string_view name, const ShapeSpec& shape)
   payload.object = object->id;
   payload.shape = parameters(shape, meshes_);
   post(*object, makeCommand(CommandKind::kSetShape, payload));
+  if (object->spec.body.mass > 0) {
+    // Its mass is spread over the new shape; what has no end stays where it is.
+    if (!checkMovable(describe(objectSlot(object->id)).spec, meshes_, "shape")) object->spec.body.mass = 0;
+    post(*object, bodyCommand(*object));
+  }
   if (before.kind == ShapeKind::kMesh) meshes_.release(before.mesh);
   changed(object->spec.name, "shape");
   return {};
@@ -219,6 +266,7 @@ void SceneModel::attach(CommandSink& sink) {
   const auto free = std::find(sinks_.begin(), sinks_.end(), nullptr);
   if (free == sinks_.end()) return;
   *free = &sink;
+  if (!gravity_.isZero(0)) (void)sink.post(gravityCommand(gravity_));
   const auto index = static_cast<std::size_t>(free - sinks_.begin());
   replay(sink.periodNs(), [&](Object& object, const Command& command) {
     object.client_edits[index] = 0;
@@ -228,6 +276,7 @@ void SceneModel::attach(CommandSink& sink) {
 
 std::vector<Command> SceneModel::orders(std::int64_t period_ns) {
   std::vector<Command> all;
+  if (!gravity_.isZero(0)) all.push_back(gravityCommand(gravity_));
   replay(period_ns, [&](Object&, const Command& command) { all.push_back(command); });
   return all;
 }
@@ -239,6 +288,7 @@ void SceneModel::replay(std::int64_t period_ns, const std::function<void(Object&
     refresh(object);
     give(object, addCommand(object));
     if (object.spec.surface != SurfaceSpec{}) give(object, surfaceCommand(object, period_ns));
+    if (object.spec.body.mass > 0) give(object, bodyCommand(object));
     if (!object.V_PO.v.isZero() || !object.V_PO.w.isZero()) give(object, poseCommand(object));
     for (const std::uint32_t child : childSlots(open[i])) open.push_back(child);
   }
@@ -279,6 +329,21 @@ void SceneModel::postSurface(Object& object) {
 Command SceneModel::surfaceCommand(const Object& object, std::int64_t period_ns) const {
   return makeCommand(CommandKind::kSetSurface,
                      SetSurface{object.id, 0, surfaceParameters(object.spec.surface, textures_, period_ns)});
+}
+
+Command SceneModel::bodyCommand(const Object& object) const {
+  const BodySpec& body = object.spec.body;
+  SetBody order{};
+  order.object = object.id;
+  order.falls = body.falls ? 1 : 0;
+  order.damping = body.damping;
+  if (body.mass > 0) {
+    const MassProperties mass = massOf(object.spec.shape, meshes_, body.mass);
+    order.mass = mass.mass;
+    store(mass.com_O, order.com);
+    storeInertia(mass.inertia_O, order.inertia);
+  }
+  return makeCommand(CommandKind::kSetBody, order);
 }
 
 Command SceneModel::addCommand(const Object& object) const {

@@ -43,7 +43,7 @@ class SceneModel {
 
   /** Objects one user may own. */
   void setQuota(std::uint32_t objects_per_user) { quota_ = objects_per_user; }
-  /** Told of each object made, changed ("pose", "material", "flags", "shape", "surface") or removed. */
+  /** Told of each object made, changed ("pose", "material", "flags", "shape", "surface", "body") or removed. */
   void onChange(std::function<void(const std::string& name, const char* what)> f) { changed_ = std::move(f); }
 
   [[nodiscard]] Result<std::uint32_t> create(ObjectSpec spec, const Client& by);
@@ -53,6 +53,11 @@ class SceneModel {
   [[nodiscard]] Result<void> setVelocity(std::string_view name, const Twist& V_PO);
   [[nodiscard]] Result<void> setMaterial(std::string_view name, const hd_material& material);
   [[nodiscard]] Result<void> setSurface(std::string_view name, const SurfaceSpec& surface);
+  /** Lets it move freely, or with mass 0 no longer. At most kMaxBodies move. */
+  [[nodiscard]] Result<void> setBody(std::string_view name, const BodySpec& body);
+  /** Of the whole scene [m/s^2]. */
+  [[nodiscard]] Result<void> setGravity(const Vec3& gravity);
+  [[nodiscard]] const Vec3& gravity() const { return gravity_; }
   [[nodiscard]] Result<void> setFlags(std::string_view name, bool enabled, bool visible, bool two_sided);
   [[nodiscard]] Result<void> setShape(std::string_view name, const ShapeSpec& shape);
 
@@ -107,6 +112,7 @@ class SceneModel {
   void replay(std::int64_t period_ns, const std::function<void(Object&, const Command&)>& give);
   void postSurface(Object& object);
   [[nodiscard]] Command surfaceCommand(const Object& object, std::int64_t period_ns) const;
+  [[nodiscard]] Command bodyCommand(const Object& object) const;
   [[nodiscard]] Command addCommand(const Object& object) const;
   [[nodiscard]] static Command poseCommand(const Object& object);
   [[nodiscard]] static Command materialCommand(const Object& object);
@@ -126,6 +132,7 @@ class SceneModel {
 
   MeshStore& meshes_;
   TextureStore textures_;
+  Vec3 gravity_ = Vec3::Zero();
   std::uint32_t quota_ = kMaxObjects;
   std::function<void(const std::string&, const char*)> changed_;
   std::array<CommandSink*, kMaxGroups> sinks_{};

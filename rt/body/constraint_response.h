@@ -9,7 +9,7 @@
  */
 #pragma once
 
-#include "rt/body/response.h"
+#include "rt/body/constraint_row.h"
 
 namespace hapticd {
 
@@ -24,23 +24,12 @@ class ConstraintResponse final : public Response {
   void reset() HD_RT override { remembered_ = 0; }
 
  private:
-  /** One touch, ready for the sweeps. */
-  struct Row {
-    Mat3 axes;        ///< Columns: n and two tangents.
-    Mat3 K;           ///< Answer to an impulse, in those axes.
-    double tangent;   ///< Largest eigenvalue of K's tangential part.
-    Mat3 inverse_tt;  ///< Upper left 2 x 2: inverse of that part.
-  };
   struct Remembered {
     std::uint64_t key = 0;
     Vec3 impulse = Vec3::Zero();
   };
 
-  static void prepare(const ResponseProblem& problem, const Touch& touch, Row& row) HD_RT;
-  [[nodiscard]] static double relax(const ResponseProblem& problem, const Touch& touch, const Row& row, Vec3& lambda,
-                                    Twist& a, Twist& b) HD_RT;
-
-  std::array<Row, kMaxTouches> row_;
+  std::array<ConstraintRow, kMaxTouches> row_;
   std::array<Remembered, kMaxTouches> memory_;
   std::uint32_t remembered_ = 0;
 };

@@ -27,6 +27,7 @@ struct Touch {
   double friction = 0;         ///< Coulomb's coefficient.
   double restitution = 0;      ///< Poisson's coefficient, 0 to 1.
   double separate = 0;         ///< Speed of recovery that is asked for where gap < 0 [m/s].
+  double give = 0;             ///< Depth per force of a surface that yields, 0: rigid [m/N]. By constraints alone.
   std::uint64_t key = 0;       ///< The same from step to step while the contact rests; 0: unknown.
 
   /** Least velocity along n after the step: what is apart may close its gap and no more. */

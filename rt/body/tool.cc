@@ -32,12 +32,27 @@ Vec3 conjugate(const Vec3& u, const Vec3& f, double side) HD_RT {
   return f + side / 2 * t + c * u.cross(t);
 }
 
+}  // namespace
+
 double scaleToBound(const Twist& V) HD_RT {
   const double fast = std::max(V.v.norm() / Tool::kMostSpeed, V.w.norm() / Tool::kMostTurn);
   return fast > 1 ? 1 / fast : 1;
 }
 
-}  // namespace
+void settleTouches(std::span<Touch> touches, double dt) HD_RT {
+  for (Touch& touch : touches) {
+    if (touch.give > 0) continue;
+    // Where the detector's speed of recovery would outrun the gap it does not push at all.
+    const double over = std::max(0.0, -touch.gap - Tool::kSlop);
+    touch.separate = std::min(Tool::kRecoverSpeed, over / std::max(Tool::kRecoverTime, dt));
+    if (touch.gap < 0 && over == 0) touch.gap = 0;
+  }
+}
+
+double heldBy(const Touch& touch, double opened) HD_RT {
+  const double depth = std::max(0.0, -touch.gap - opened);
+  return touch.give > 0 ? 0.5 * depth * depth / touch.give : 0;
+}
 
 Tool::Tool(const ToolSetup& setup) noexcept : setup_(setup), body_(setup.mass) {}
 
@@ -63,79 +78,91 @@ void Tool::reset(const Pose& device) HD_RT {
   reserve_ = 0;
 }
 
-void Tool::step(const Pose& device, std::span<Touch> touches, double dt, Response& response, ToolStep& out) HD_RT {
+void Tool::kick(const Pose& device, double dt, Kick& out) HD_RT {
   device_ = device;
   const CouplingGains& g = setup_.gains;
-  const SolidStep linear = SolidStep::make(g.outer, g.stiffness, g.damping, dt);
-  const SolidStep angular = SolidStep::make(g.angular_outer, g.angular_stiffness, g.angular_damping, dt);
+  out.device = device;
+  out.dt = dt;
+  out.linear = SolidStep::make(g.outer, g.stiffness, g.damping, dt);
+  out.angular = SolidStep::make(g.angular_outer, g.angular_stiffness, g.angular_damping, dt);
   const Stretch before = stretch(body_, device);
-  const double had = energyOf(body_, before, e_, e_turn_);
+  out.had = energyOf(body_, before, e_, e_turn_);
 
-  // Kick: forces at the end of the step, linear in the new velocities, whose part is in the mobility.
+  // Forces at the end of the step, linear in the new velocities, whose part is in the mobility.
   const Mat3 inertia = body_.inertia();
   const Vec3 r = body_.pose() * setup_.grip_O - body_.com();
-  ResponseProblem problem;
-  problem.dt = dt;
-  problem.a = tied(body_.mass(), inertia, r, dt * dt * linear.stiffness, dt * dt * angular.stiffness);
-  const Vec3 pull = linear.force(before.d, linear.deflection(before.d, e_));
-  const Vec3 turn = conjugate(before.u, angular.force(before.u, angular.deflection(before.u, e_turn_)), -1);
+  out.mobility = tied(body_.mass(), inertia, r, dt * dt * out.linear.stiffness, dt * dt * out.angular.stiffness);
+  const Vec3 pull = out.linear.force(before.d, out.linear.deflection(before.d, e_));
+  const Vec3 turn = conjugate(before.u, out.angular.force(before.u, out.angular.deflection(before.u, e_turn_)), -1);
   const Vec3 p = body_.mass() * body_.twist().v + dt * (pull + setup_.weight);
   const Vec3 l = inertia * body_.twist().w + dt * (r.cross(pull) + turn);
-  problem.free_a = problem.a(p, l);
-  for (Touch& touch : touches) {
-    // Where the detector's speed of recovery would outrun the gap it does not push at all.
-    const double over = std::max(0.0, -touch.gap - kSlop);
-    touch.separate = std::min(kRecoverSpeed, over / std::max(kRecoverTime, dt));
-    if (touch.gap < 0 && over == 0) touch.gap = 0;
-  }
+  out.free = out.mobility(p, l);
+}
+
+void Tool::move(const Kick& kick, const Twist& V, Move& out) const HD_RT {
+  out.body = body_;
+  out.body.setTwist(V);
+  out.body.drift(kick.dt);
+  const Stretch after = stretch(out.body, kick.device);
+  out.d = after.d;
+  out.u = after.u;
+  out.e = kick.linear.deflection(after.d, e_);
+  out.e_turn = kick.angular.deflection(after.u, e_turn_);
+  const double weight_work = setup_.weight.dot(out.body.com() - body_.com());
+  out.gained = energyOf(out.body, after, out.e, out.e_turn) - weight_work - kick.had;
+}
+
+void Tool::accept(const Kick& kick, const Move& move, double reserve, ToolStep& out) HD_RT {
+  body_ = move.body;
+  e_ = move.e;
+  e_turn_ = move.e_turn;
+  reserve_ = reserve;
+  out.on_device.force = -kick.linear.force(move.d, move.e);
+  out.on_device.torque = -conjugate(move.u, kick.angular.force(move.u, move.e_turn), 1);
+}
+
+void Tool::step(const Pose& device, std::span<Touch> touches, double dt, Response& response, ToolStep& out) HD_RT {
+  Kick kicked;
+  kick(device, dt, kicked);
+  settleTouches(touches, dt);
+  ResponseProblem problem;
+  problem.dt = dt;
+  problem.a = kicked.mobility;
+  problem.free_a = kicked.free;
   problem.touches = touches;
   ResponseResult result;
   response.solve(problem, result);
   if (!isFinite(result.a.v) || !isFinite(result.a.w)) result.a = Twist{};
 
-  // Drift, clamp. What obstacles and weight put in is known once the motion is.
   Vec3 given = Vec3::Zero();
-  Wrench contact;
+  double held = 0;
+  out.contact = Wrench{};
   out.touching = 0;
   const std::size_t count = std::min<std::size_t>(touches.size(), kMaxTouches);
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3& j = result.impulse[i];
+    held += heldBy(touches[i], dt * relativeVelocity(result.a, result.b, touches[i]).dot(touches[i].n));
     if (j.isZero(0)) continue;
     ++out.touching;
-    contact.force += j / dt;
-    contact.torque += touches[i].r_a.cross(j) / dt;
+    out.contact.force += j / dt;
+    out.contact.torque += touches[i].r_a.cross(j) / dt;
     given += j.cwiseProduct(touches[i].moving);
   }
-  RigidBody moved = body_;
-  Stretch after;
-  Vec3 e;
-  Vec3 e_turn;
+  // Drift, clamp. What obstacles and weight put in is known once the motion is.
+  Move moved(body_);
   double scale = scaleToBound(result.a);
   double lost = 0;
   for (int tries = 0;; ++tries) {
-    moved = body_;
     if (tries == kMostTries) {
       scale = 0;
       given.setZero();
     }
-    moved.setTwist({result.a.v * scale, result.a.w * scale});
-    moved.drift(dt);
-    after = stretch(moved, device);
-    e = linear.deflection(after.d, e_);
-    e_turn = angular.deflection(after.u, e_turn_);
-    const double weight_work = setup_.weight.dot(moved.com() - body_.com());
-    lost = had + given.sum() + weight_work - energyOf(moved, after, e, e_turn);
+    move(kicked, {result.a.v * scale, result.a.w * scale}, moved);
+    lost = given.sum() - moved.gained;
     if (lost >= -reserve_ || tries == kMostTries) break;
     scale *= 0.5;
   }
-  body_ = moved;
-  e_ = e;
-  e_turn_ = e_turn;
-  reserve_ = std::clamp(reserve_ + lost, 0.0, kMostReserve);
-
-  out.on_device.force = -linear.force(after.d, e);
-  out.on_device.torque = -conjugate(after.u, angular.force(after.u, e_turn), 1);
-  out.contact = contact;
+  accept(kicked, moved, std::clamp(reserve_ + lost, 0.0, kMostReserve + held), out);
   out.obstacle_work = given;
   out.lost = lost;
   out.clamped = scale;

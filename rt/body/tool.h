@@ -9,7 +9,11 @@
  *
  * The reserve is energy that earlier ticks lost, at most kMostReserve: it pays for pushing a tool out of an overlap,
  * which a late detector leaves, against the coupling. So such recoveries can give back what sinking in had taken, and
- * no more.
+ * no more. Touches that yield (Touch::give) are springs that are charged and paid from the reserve too, which may then
+ * hold as much more as they do.
+ *
+ * A tick is kick(), a response, move() as often as the clamp asks, accept(): step() for a tool alone, JointStep for
+ * tools and bodies that push each other.
  */
 #pragma once
 
@@ -39,6 +43,13 @@ struct ToolStep {
   std::uint32_t rounds = 0;    ///< Of the response.
 };
 
+/** A motion brought below Tool::kMostSpeed and kMostTurn: the scale that does it. */
+[[nodiscard]] double scaleToBound(const Twist& V) HD_RT;
+/** Sets what touches ask for: recovery from an overlap, but for kSlop, at a bounded speed. */
+void settleTouches(std::span<Touch> touches, double dt) HD_RT;
+/** What a touch that yields holds once its points have parted by `opened` [J]. */
+[[nodiscard]] double heldBy(const Touch& touch, double opened) HD_RT;
+
 /** One thread, servo-safe but for the constructor. */
 class Tool {
  public:
@@ -57,6 +68,29 @@ class Tool {
   /** One tick. `touches` as ContactModel gives them; `separate` and the gaps' meaning are set here. */
   void step(const Pose& device, std::span<Touch> touches, double dt, Response& response, ToolStep& out) HD_RT;
 
+  /** What holds the tool during a tick, and how it answers impulses at the tick's beginning. */
+  struct Kick {
+    Pose device;
+    double dt = 0;
+    SolidStep linear, angular;
+    double had = 0;     ///< Energy before it [J].
+    Mobility mobility;  ///< Of the body with its coupling.
+    Twist free;         ///< Its motion if nothing touched.
+  };
+  /** Where a motion would take it. */
+  struct Move {
+    Move() : body(MassProperties{}) {}
+    explicit Move(const RigidBody& from) HD_RT : body(from) {}
+    RigidBody body;
+    Vec3 d = Vec3::Zero(), u = Vec3::Zero(), e = Vec3::Zero(), e_turn = Vec3::Zero();
+    double gained = 0;  ///< Energy, less what the weight gave [J].
+  };
+  void kick(const Pose& device, double dt, Kick& out) HD_RT;
+  /** Moves a copy of the body on at V, of its centre of mass. */
+  void move(const Kick& kick, const Twist& V, Move& out) const HD_RT;
+  /** The tick was that; `reserve` is left. Sets out.on_device. */
+  void accept(const Kick& kick, const Move& move, double reserve, ToolStep& out) HD_RT;
+
   [[nodiscard]] const RigidBody& body() const HD_RT { return body_; }
   /** Kinetic energy and what the coupling holds with the device at the last pose; without the weight's [J]. */
   [[nodiscard]] double energy() const HD_RT;
@@ -64,6 +98,8 @@ class Tool {
   [[nodiscard]] const ToolSetup& setup() const HD_RT { return setup_; }
   /** Changes gains from the next tick on; the coupling keeps its stretch. */
   void setGains(const CouplingGains& gains) HD_RT { setup_.gains = gains; }
+  /** On the centre of mass from now on [N]. */
+  void setWeight(const Vec3& weight) HD_RT { setup_.weight = weight; }
   /** Sets the motion, for tests and for what is thrown. */
   void setTwist(const Twist& V_WC) HD_RT { body_.setTwist(V_WC); }
 

@@ -6,11 +6,16 @@
 #include "rt/collide/scene_contacts.h"
 
 namespace hapticd {
+namespace {
+
+constexpr std::uint32_t kBodyPatches = 1u << 12;  ///< Of the largest free body: some 20 cm at 0.5 mm.
+
+}  // namespace
 
 Collider::Collider(const VolumeTable* volumes) {
-  for (auto& contacts : contacts_) {
-    contacts = std::make_unique<SceneContacts>();
-    contacts->setVolumes(volumes);
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    contacts_[i] = std::make_unique<SceneContacts>(i < kMaxDevices ? SceneContacts::kPatches : kBodyPatches);
+    contacts_[i]->setVolumes(volumes);
   }
 }
 
@@ -28,7 +33,7 @@ void Collider::step(Clock* clock) HD_RT {
   const auto tools = std::count_if(question_.held.begin(), question_.held.end(),
                                    [](const CollideRequest::Held& held) { return held.object != 0; });
   const std::int64_t share_ns = kBudgetNs / std::max<std::int64_t>(1, tools);
-  for (std::uint32_t d = 0; d < kMaxDevices; ++d) {
+  for (std::uint32_t d = 0; d < contacts_.size(); ++d) {
     const CollideRequest::Held& held = question_.held[d];
     if (held.object == 0) continue;
     const std::int64_t deadline_ns = clock != nullptr ? clock->now() + share_ns : 0;

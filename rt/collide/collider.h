@@ -1,5 +1,6 @@
 /** @file
- * The collide thread's work: takes the servo's newest question, answers it with contacts of each held tool.
+ * The collide thread's work: takes the servo's newest question, answers it with contacts of each held tool and
+ * free body.
  *
  * Between it and the servo lie a wait-free newest-value buffer there and a ring back; the ring's commands enter the
  * cycle through CycleInput, so a recording holds them and a replay needs no collide thread.
@@ -48,12 +49,12 @@ class Collider {
   [[nodiscard]] std::uint64_t reading() const HD_RT { return reading_.load(std::memory_order_acquire); }
 
   Newest<CollideRequest> questions;  ///< The servo puts.
-  SpscRing<Command, 16> answers;     ///< The servo pops.
+  SpscRing<Command, 32> answers;     ///< The servo pops.
   ColliderCounters counters;
 
  private:
   CollideRequest question_;
-  std::array<std::unique_ptr<SceneContacts>, kMaxDevices> contacts_;
+  std::array<std::unique_ptr<SceneContacts>, kMaxDevices + kMaxBodies> contacts_;  ///< As CollideRequest::held.
   std::atomic<std::uint64_t> reading_{kIdle};
 };
 

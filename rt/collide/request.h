@@ -19,9 +19,9 @@ struct CollideRequest {
     Shape shape;
     Pose X_WO;
   };
-  /** One device's tool. */
+  /** One device's tool, or a free body. */
   struct Held {
-    std::uint32_t object = 0;  ///< Id, 0: the hand is empty.
+    std::uint32_t object = 0;  ///< Id, 0: there is none.
     Shape shape;
     Pose X_WO;
     double speed = 0;  ///< No point of the tool is faster relative to any obstacle [m/s].
@@ -30,7 +30,7 @@ struct CollideRequest {
   };
 
   std::uint32_t orders = 0;  ///< Of the control thread that the servo had taken: what they dropped is not named here.
-  std::array<Held, kMaxDevices> held;
+  std::array<Held, kMaxDevices + kMaxBodies> held;  ///< Tools by device, then bodies.
 };
 
 }  // namespace hapticd

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "rt/geometry/nearest.h"
+#include "rt/volume/distance.h"
 
 namespace hapticd {
 namespace {
@@ -84,41 +85,63 @@ bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held,
   return true;
 }
 
+bool SceneContacts::lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach,
+                           DetectorReport& report, PointTouch& out) const HD_RT {
+  NearestQuery query;
+  query.x = x_B;
+  query.reach = reach;
+  query.limit = kWorkOfOne;
+  Nearest nearest;
+  const NearestResult result = nearestOnShape(obstacle.shape, query, nearest);
+  report.work += query.work;
+  if (result == NearestResult::kExhausted) ++report.dropped;
+  if (result == NearestResult::kFound) {
+    const double distance = std::sqrt(nearest.squared_distance);
+    const bool inside = nearest.isInside(x_B);
+    out.surface = nearest.point;
+    out.gap = inside ? -distance : distance;
+    // From the surface toward the point, or out by the feature's normal where they coincide.
+    out.out = distance > 1e-7 ? Vec3((x_B - nearest.point) / out.gap) : nearest.pseudo_normal.normalized();
+    return true;
+  }
+  const VolumeView* volume = volumeOf(obstacle.shape);
+  if (volume == nullptr) return false;
+  const DistanceSample sample = distanceAt(*volume, x_B);
+  const double slope = sample.gradient.norm();
+  if (!(sample.value < 0) || !(slope > 0)) return false;
+  out.out = sample.gradient / slope;
+  out.gap = sample.value;
+  out.surface = x_B - out.gap * out.out;
+  return true;
+}
+
 void SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin,
                              DetectorReport& report) HD_RT {
   const Vec3 p_W = held.X_WO * points_.at(i);
   bool hot = false;
+  float deepest = 0;
   for (std::uint32_t k = 0; k < held.count; ++k) {
     const CollideRequest::Obstacle& obstacle = held.obstacle[k];
     if (isOpen(obstacle.shape) || (by_field_ >> k & 1) != 0) continue;
-    NearestQuery query;
-    query.x = obstacle.X_WO.inverse() * p_W;
-    query.reach = std::max(kReach, margin) + points_.radius();
-    query.limit = kWorkOfOne;
-    Nearest nearest;
-    const NearestResult result = nearestOnShape(obstacle.shape, query, nearest);
-    report.work += query.work;
-    if (result == NearestResult::kExhausted) ++report.dropped;
-    if (result != NearestResult::kFound) continue;
-    const double distance = std::sqrt(nearest.squared_distance);
-    const bool inside = nearest.isInside(query.x);
-    const double gap = (inside ? -distance : distance) - points_.radius();
+    PointTouch at;
+    const double reach = std::max(kReach, margin) + points_.radius() + static_cast<double>(depth_[i]);
+    if (!lookAt(obstacle, obstacle.X_WO.inverse() * p_W, reach, report, at)) continue;
+    const double gap = at.gap - points_.radius();
     if (gap > margin) continue;
-    // From the surface toward the point, or out by the feature's normal where they coincide.
-    const Vec3 n_B = distance > 1e-7 ? Vec3((query.x - nearest.point) * ((inside ? -1 : 1) / distance))
-                                     : nearest.pseudo_normal.normalized();
     Contact contact;
-    contact.n_W = obstacle.X_WO.q * n_B;
-    contact.p_WB = obstacle.X_WO * nearest.point;
+    contact.n_W = obstacle.X_WO.q * at.out;
+    contact.p_WB = obstacle.X_WO * at.surface;
     contact.p_WA = p_W - points_.radius() * contact.n_W;
     contact.depth = -gap;
     contact.feature_a = i;
     if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) continue;
     keep(contact, static_cast<std::uint8_t>(k));
     hot = true;
+    deepest = std::max(deepest, static_cast<float>(-at.gap));
     report.touching += gap <= 0 ? 1 : 0;
   }
   hot_[i] = hot;
+  depth_[i] = deepest;
 }
 
 void SceneContacts::find(const CollideRequest::Held& held, double ahead, const WorkBudget& budget, ContactModel& model,
@@ -131,6 +154,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     made_for_ = held.object;
     made_of_ = held.shape;
     hot_.fill(false);
+    depth_.fill(0);
     cursor_ = 0;
     last_count_ = 0;
     field_.reset();

@@ -20,15 +20,20 @@ namespace hapticd {
  * Of one device's tool; keeps the points of the last tool it was asked for, and which of them touched. Points that
  * touched last time are tried first, the others in turns, so that a budget that is too small still gets round.
  *
- * One-sided without volumes: a scene's corner between two points of the tool is missed. A point deeper than kReach
- * inside a mesh is lost.
+ * One-sided without volumes: a scene's corner between two points of the tool is missed. A point that has gone into a
+ * mesh is followed as deep as it goes, in steps of kReach at most; one that begins deeper is found where that mesh has
+ * a volume.
  */
 class SceneContacts {
  public:
-  static constexpr double kReach = 0.01;  ///< [m]
+  static constexpr std::uint32_t kPatches = 1u << 14;  ///< Of the largest tool: some 40 cm at 0.5 mm.
+  static constexpr double kReach = 0.01;               ///< [m]
   static constexpr double kMargin =
       0.002;  ///< Contacts up to this far apart are reported, and more for fast tools [m].
   static constexpr std::uint32_t kWorkOfOne = 4000;  ///< Most tree nodes and triangles for one point.
+
+  /** `patches`: of the largest volume whose points are tried. */
+  explicit SceneContacts(std::uint32_t patches = kPatches) : field_(patches) {}
 
   /** Contacts within kMargin plus what the tool may move in `ahead` seconds. Work units: as NearestQuery::work. */
   void find(const CollideRequest::Held& held, double ahead, const WorkBudget& budget, ContactModel& model,
@@ -37,6 +42,12 @@ class SceneContacts {
   void setVolumes(const VolumeTable* volumes) { volumes_ = volumes; }
 
  private:
+  /** Where a point stands against one obstacle, in its frame. */
+  struct PointTouch {
+    Vec3 surface;  ///< Nearest point of it.
+    Vec3 out;      ///< Unit, outward there.
+    double gap;    ///< Negative: inside [m].
+  };
   [[nodiscard]] const VolumeView* volumeOf(const Shape& shape) const HD_RT;
   /** Asks the field of obstacle k; false where there is none. */
   bool tryVolume(std::uint32_t k, const CollideRequest::Held& held, double margin, const WorkBudget& budget,
@@ -44,13 +55,14 @@ class SceneContacts {
   /** Where the tool (slot 0) or an obstacle stood at the last question; now, if it was not named in it. */
   [[nodiscard]] Pose before(std::uint32_t slot, const Pose& now) const HD_RT;
   void remember(const CollideRequest::Held& held) HD_RT;
+  /** Nearest point of an obstacle, or what its field says where that is too far. */
+  bool lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach, DetectorReport& report,
+              PointTouch& out) const HD_RT;
   void tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, DetectorReport& report) HD_RT;
   void keep(const Contact& contact, std::uint8_t body) HD_RT;
 
-  static constexpr std::uint32_t kPatches = 1u << 14;  ///< Of the largest tool: some 40 cm at 0.5 mm.
-
   const VolumeTable* volumes_ = nullptr;
-  PointFieldDetector field_{kPatches};
+  PointFieldDetector field_;
   ContactSet field_found_;
   std::array<ContactBody, CollideRequest::kMostObstacles + 1> last_{};  ///< The tool and the obstacles, last time.
   std::uint32_t last_count_ = 0;
@@ -60,6 +72,7 @@ class SceneContacts {
   std::uint32_t made_for_ = 0;
   Shape made_of_;
   std::array<bool, ToolPoints::kMost> hot_{};
+  std::array<float, ToolPoints::kMost> depth_{};  ///< Of each point, when it was last tried [m].
   std::uint32_t cursor_ = 0;
   ContactSet found_;
   std::array<std::uint8_t, kMaxContacts> body_of_{};

@@ -1,5 +1,8 @@
 #include "rt/cycle/cycle.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "rt/render/shading.h"
 
 namespace hapticd {
@@ -109,6 +112,9 @@ ErrorCode Cycle::applySessionOrder(const Command& command, const CycleInput& inp
 
 ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
   const std::uint32_t device = command.as<DeviceRef>().device;
+  if (command.kind == CommandKind::kToolContacts && device >= kMaxDevices) {
+    return bodies_.take(command.as<ToolContacts>());
+  }
   if (device >= config_.device_count) return ErrorCode::kInvalidArgument;
   Guard& guard = devices_[device].guard;
   switch (command.kind) {
@@ -135,6 +141,13 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
       return ErrorCode::kOk;
     case CommandKind::kToolContacts:
       return devices_[device].tool.take(command.as<ToolContacts>());
+    case CommandKind::kSetGrip: {
+      const auto& grip = command.as<SetGrip>();
+      if (!(grip.stiffness >= 0 && grip.stiffness < 1e6 && grip.width >= 0 && grip.width < 10))
+        return ErrorCode::kInvalidArgument;
+      devices_[device].grip = grip;
+      return ErrorCode::kOk;
+    }
     default: {
       const auto& wanted = command.as<DeviceLimits>();
       GuardLimits limits = guard.limits();
@@ -151,12 +164,26 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
   }
 }
 
+ErrorCode Cycle::applyToBodies(const Command& command) HD_RT {
+  if (command.kind == CommandKind::kSetBody) return bodies_.set(command.as<SetBody>(), scene_);
+  if (command.kind == CommandKind::kSetGravity) return bodies_.setGravity(command.as<SetGravity>());
+  const ErrorCode code = scene_.apply(command);
+  if (code == ErrorCode::kOk) {
+    bodies_.moved(command.as<hd_object_pose>(), command.session == kControlSession);
+  }
+  return code;
+}
+
 void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& output) HD_RT {
   ErrorCode code = ErrorCode::kOk;
   switch (command.kind) {
     case CommandKind::kNone:
       return;
     case CommandKind::kObjectPose:
+    case CommandKind::kSetBody:
+    case CommandKind::kSetGravity:
+      code = applyToBodies(command);
+      break;
     case CommandKind::kObjectMaterial:
     case CommandKind::kObjectFlags:
     case CommandKind::kObjectVertices:
@@ -198,6 +225,7 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
     case CommandKind::kAttachTool:
     case CommandKind::kDetachTool:
     case CommandKind::kToolContacts:
+    case CommandKind::kSetGrip:
       code = applyDeviceOrder(command);
       break;
   }
@@ -213,8 +241,38 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
 void Cycle::render(const CycleInput& input, CycleOutput& output) HD_RT {
   const double dt = seconds(config_.period_ns);
   scene_.advance(dt * (1.0 + input.missed));
+  moveTools(input, output);
   for (std::uint32_t d = 0; d < config_.device_count; ++d) renderDevice(d, input, output.device[d]);
   noteExpiredModels(input, output);
+}
+
+std::uint32_t Cycle::heldObjects(std::array<std::uint32_t, kMaxDevices>& held) const HD_RT {
+  std::uint32_t n = 0;
+  for (std::uint32_t d = 0; d < config_.device_count; ++d) {
+    if (devices_[d].tool.held()) held[n++] = devices_[d].tool.order().object;
+  }
+  return n;
+}
+
+/** Estimates the hands' velocities and moves what they hold, with what that pushes. */
+void Cycle::moveTools(const CycleInput& input, CycleOutput& output) HD_RT {
+  const double dt = seconds(config_.period_ns);
+  std::array<std::uint32_t, kMaxDevices> held;
+  bodies_.begin(scene_, dt, {held.data(), heldObjects(held)});
+  for (std::uint32_t d = 0; d < config_.device_count; ++d) {
+    DeviceState& device = devices_[d];
+    Twist& velocity = output.device[d].velocity;
+    if (!usable(input.device[d])) {  // the guard latches on it; nothing here may see it
+      device.started = false;
+      device.velocity.reset();
+      device.tool.forget();
+      velocity = Twist{};
+      continue;
+    }
+    velocity = device.velocity.update(input.device[d]);
+    if (device.tool.held()) device.tool.begin(scene_, input.device[d], velocity, dt, bodies_);
+  }
+  bodies_.step(scene_, dt);
 }
 
 void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT {
@@ -225,20 +283,14 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
   source.fill(Wrench{});
   energy = Energy{};
   out.contact = SurfaceContact{};
-  if (!usable(sample)) {  // the guard latches on it; nothing here may see it
-    device.started = false;
-    device.velocity.reset();
-    device.tool.forget();
-    out.velocity = Twist{};
-    return;
-  }
-  out.velocity = device.velocity.update(sample);
+  if (!usable(sample)) return;
   if (!device.started) {
     device.proxy.reset(sample.p);
     device.effects.reset();
     device.started = true;
   }
   source[HD_SOURCE_GRAVITY].force = sample.gravity;
+  energy.gripper = device.grip.stiffness * std::max(0.0, device.grip.width - sample.gripper_rad);
   if (device.tool.held()) {
     renderTool(d, sample, out);
   } else {
@@ -252,6 +304,10 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
       energy.carried = out.contact.force.cwiseProduct(touched->velocityAt(out.contact.point));
       energy.stored = 0.5 * touched->material.stiffness * (out.contact.proxy - sample.p).squaredNorm();
       energy.damping = touched->material.damping;
+      const std::uint8_t body = bodies_.find(objectSlot(out.contact.object));
+      if (body != FreeBodies::kNone) {
+        bodies_.push(body, -seconds(config_.period_ns) * out.contact.force, out.contact.point);
+      }
     }
   }
 
@@ -273,7 +329,7 @@ void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput
   DeviceState& device = devices_[d];
   device.proxy.reset(sample.p);
   HeldToolOutput held;
-  device.tool.step(scene_, sample, out.velocity, seconds(config_.period_ns), held);
+  device.tool.finish(scene_, out.velocity, seconds(config_.period_ns), held);
   sources_[d][HD_SOURCE_SURFACE] = held.wrench;
   energy_[d].carried = held.carried;
   energy_[d].stored = held.stored;
@@ -290,7 +346,8 @@ void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput
 }
 
 bool Cycle::ask(CollideRequest& request) const HD_RT {
-  bool any = false;
+  std::array<std::uint32_t, kMaxDevices> held;
+  bool any = bodies_.ask(scene_, {held.data(), heldObjects(held)}, request);
   for (std::uint32_t d = 0; d < kMaxDevices; ++d) {
     request.held[d].object = 0;
     if (d >= config_.device_count || !devices_[d].tool.held()) continue;
@@ -330,6 +387,7 @@ void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
     in.carried = energy_[d].carried;
     in.stored = energy_[d].stored;
     in.damping = energy_[d].damping;
+    in.gripper_force = energy_[d].gripper;
     device.guard.step(in, out.guard);
     out.command = out.guard.command;
     raiseEvents(d, input, output);

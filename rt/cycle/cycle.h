@@ -10,6 +10,7 @@
 
 #include "rt/cycle/cycle_input.h"
 #include "rt/cycle/event.h"
+#include "rt/cycle/free_bodies.h"
 #include "rt/cycle/held_tool.h"
 #include "rt/cycle/session_share.h"
 #include "rt/cycle/velocity_estimator.h"
@@ -68,7 +69,10 @@ class Cycle {
   [[nodiscard]] double deviceRadius(std::uint32_t device) const HD_RT { return devices_[device].proxy.radius(); }
   /** The tool in its hand; held() may be false. */
   [[nodiscard]] const HeldTool& tool(std::uint32_t device) const HD_RT { return devices_[device].tool; }
-  /** Asks where the held tools touch. False, and nothing asked, when no hand holds one. */
+  /** The spring on its gripper's axis, as ordered. */
+  [[nodiscard]] const SetGrip& grip(std::uint32_t device) const HD_RT { return devices_[device].grip; }
+  [[nodiscard]] const FreeBodies& bodies() const HD_RT { return bodies_; }
+  /** Asks where held tools and free bodies touch. False, and nothing asked, when there are none. */
   [[nodiscard]] bool ask(CollideRequest& request) const HD_RT;
   [[nodiscard]] const CycleConfig& config() const HD_RT { return config_; }
   /** Commands that wait for their tick, in the order they arrived. */
@@ -82,6 +86,7 @@ class Cycle {
     SurfaceEffects effects;
     VelocityEstimator velocity;
     HeldTool tool;
+    SetGrip grip{};
     bool started = false;
     std::uint32_t buttons = 0;
     std::uint32_t touched = 0;  ///< Object of the last contact, named when it ends.
@@ -95,6 +100,7 @@ class Cycle {
     Vec3 carried = Vec3::Zero();
     double stored = 0;
     double damping = 0;
+    double gripper = 0;  ///< Force wanted on its axis [N].
   };
   static constexpr std::uint32_t kMaxPending = 128;
 
@@ -103,6 +109,9 @@ class Cycle {
   ErrorCode applySessionOrder(const Command& command, const CycleInput& input) HD_RT;
   ErrorCode applyDeviceOrder(const Command& command) HD_RT;
   void refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT;
+  ErrorCode applyToBodies(const Command& command) HD_RT;
+  [[nodiscard]] std::uint32_t heldObjects(std::array<std::uint32_t, kMaxDevices>& held) const HD_RT;
+  void moveTools(const CycleInput& input, CycleOutput& output) HD_RT;
   void renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT;
   void renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT;
   void noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT;
@@ -111,6 +120,7 @@ class Cycle {
   CycleConfig config_;
   Scene scene_;
   std::array<SessionShare, kMaxSessions> sessions_;
+  FreeBodies bodies_;
   std::array<DeviceState, kMaxDevices> devices_;
   std::array<Command, kMaxPending> pending_;  ///< Commands whose tick has not come.
   std::uint32_t pending_count_ = 0;

@@ -13,7 +13,7 @@ namespace hapticd {
 
 inline constexpr std::uint32_t kControlCommandsPerCycle = 16;
 inline constexpr std::uint32_t kIngestCommandsPerCycle = 48;
-inline constexpr std::uint32_t kCollideCommandsPerCycle = 4;
+inline constexpr std::uint32_t kCollideCommandsPerCycle = 8;
 inline constexpr std::uint32_t kMaxCommandsPerCycle =
     kControlCommandsPerCycle + kIngestCommandsPerCycle + kCollideCommandsPerCycle;
 

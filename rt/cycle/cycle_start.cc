@@ -22,6 +22,7 @@ void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orde
     if (fault != HD_FAULT_NONE) orders.push_back(order(CommandKind::kStop, StopOrder{d, fault}));
     const double radius = cycle.deviceRadius(d);
     if (radius > 0) orders.push_back(order(CommandKind::kDeviceRadius, DeviceRadius{d, 0, radius}));
+    if (cycle.grip(d).stiffness > 0) orders.push_back(order(CommandKind::kSetGrip, cycle.grip(d)));
     if (cycle.tool(d).held()) orders.push_back(order(CommandKind::kAttachTool, cycle.tool(d).order()));
   }
   for (std::uint32_t slot = 0; slot < kMaxSessions; ++slot) {

@@ -5,6 +5,9 @@
 #include <cstring>
 #include <initializer_list>
 
+#include "rt/body/direct.h"
+#include "rt/cycle/obstacles.h"
+
 namespace hapticd {
 namespace {
 
@@ -17,25 +20,12 @@ bool finiteAndNotNegative(std::initializer_list<double> values) HD_RT {
 
 constexpr double kOn = 1e-5, kOff = 1e-4;  ///< Gaps at which a contact begins and ends [m].
 
-/** Whether a slot is below another in the tree. */
-bool isPartOf(const Scene& scene, std::uint32_t slot, std::uint32_t of) HD_RT {
-  for (std::uint32_t depth = 0; slot != 0 && depth < kMaxObjects; ++depth) {
-    if (slot == of) return true;
-    slot = scene.slot(slot).parent;
-  }
-  return false;
-}
-
-bool near(double distance_squared, double reach) HD_RT { return distance_squared <= reach * reach; }
-
 }  // namespace
 
 ErrorCode HeldTool::attach(const AttachTool& order, const Scene& scene) HD_RT {
   const SceneObject* object = scene.find(order.object);
   if (object == nullptr) return ErrorCode::kNotFound;
-  if (object->parent != 0 || object->shape.kind == ShapeKind::kGroup || object->shape.kind == ShapeKind::kPlane) {
-    return ErrorCode::kInvalidArgument;
-  }
+  if (!canMove(*object)) return ErrorCode::kInvalidArgument;
   ToolSetup setup;
   setup.mass.mass = order.mass;
   setup.mass.com_O = vec3(order.com);
@@ -60,16 +50,7 @@ ErrorCode HeldTool::attach(const AttachTool& order, const Scene& scene) HD_RT {
 }
 
 ErrorCode HeldTool::take(const ToolContacts& contacts) HD_RT {
-  if (contacts.count > ToolContacts::kMost) return ErrorCode::kInvalidArgument;
-  for (std::uint32_t i = 0; i < contacts.count; ++i) {
-    const ToolContacts::Point& p = contacts.point[i];
-    double squared = 0;
-    for (int k = 0; k < 3; ++k) {
-      squared += double(p.n_B[k]) * double(p.n_B[k]);
-      if (!(std::abs(p.p_A[k]) < 1e3F)) return ErrorCode::kInvalidArgument;
-    }
-    if (!(squared > 0.9 && squared < 1.1) || !(std::abs(p.offset) < 1e4F)) return ErrorCode::kInvalidArgument;
-  }
+  if (!valid(contacts)) return ErrorCode::kInvalidArgument;
   if (contacts.object != order_.object || order_.object == 0) return ErrorCode::kOk;
   static_assert(sizeof contacts.point == sizeof model_.point);
   std::memcpy(model_.point.data(), contacts.point, sizeof contacts.point);
@@ -78,45 +59,121 @@ ErrorCode HeldTool::take(const ToolContacts& contacts) HD_RT {
   return ErrorCode::kOk;
 }
 
-std::uint32_t HeldTool::gather(const Scene& scene, std::span<Touch> touches) const HD_RT {
-  std::uint32_t n = 0;
-  const Pose X_WA = tool_.body().pose();
-  for (std::uint32_t i = 0; i < model_.count; ++i) {
-    const SceneObject& object = scene.slot(model_.point[i].body());
-    if (object.id == 0 || (object.flags & HD_OBJECT_ENABLED) == 0) continue;
-    Touch& touch = touches[n++];
-    touch = model_.touch(i, X_WA, tool_.body().com(), object.X_WO, object.V_WO);
-    touch.friction = object.material.friction_static;
-  }
-  return n;
+double HeldTool::stiffness() const HD_RT {
+  const double sum = order_.outer + order_.stiffness;
+  return sum > 0 ? order_.outer * order_.stiffness / sum : 0;
 }
 
-void HeldTool::step(Scene& scene, const DeviceSample& sample, const Twist& velocity, double dt,
-                    HeldToolOutput& out) HD_RT {
-  out = HeldToolOutput{};
+void HeldTool::gather(const Scene& scene, const FreeBodies& bodies) HD_RT {
+  touches_ = 0;
+  const Pose X_WA = tool_.body().pose();
+  const Vec3& com = tool_.body().com();
+  for (std::uint32_t i = 0; i < model_.count; ++i) {
+    const std::uint32_t slot = model_.point[i].body();
+    const SceneObject& object = scene.slot(slot);
+    if (object.id == 0 || (object.flags & HD_OBJECT_ENABLED) == 0 || !(object.material.stiffness > 0)) continue;
+    const std::uint8_t body = bodies.find(slot);
+    body_of_[touches_] = body;
+    Touch& touch = touch_[touches_++];
+    if (body != FreeBodies::kNone) {
+      const RigidBody& rigid = bodies.body(body).body;
+      touch = model_.touch(i, X_WA, com, rigid.pose(), Twist{});
+      touch.r_b = com + touch.r_a - rigid.com();
+    } else {
+      touch = model_.touch(i, X_WA, com, object.X_WO, object.V_WO);
+    }
+    touch.friction = object.material.friction_static;
+  }
+  yieldTo(scene);
+}
+
+/** What is softer than the coupling gives way, so that in the end the hand feels the object's own stiffness. */
+void HeldTool::yieldTo(const Scene& scene) HD_RT {
+  const double stiffness_end = stiffness();
+  if (!(stiffness_end > 0)) return;
+  for (std::uint32_t i = 0; i < touches_; ++i) {
+    const auto slot = static_cast<std::uint32_t>(touch_[i].key >> 24);
+    const double give = 1 / scene.slot(slot).material.stiffness - 1 / stiffness_end;
+    if (!(give > 0)) continue;
+    // All that overlap the object share its stiffness: a face is no stiffer than a corner.
+    const auto overlap = [&](const Touch& t) HD_RT { return t.gap < 0 && t.key >> 24 == slot; };
+    const auto sharing = std::count_if(touch_.begin(), touch_.begin() + touches_, overlap);
+    touch_[i].give = give * static_cast<double>(std::max<std::ptrdiff_t>(1, sharing));
+  }
+}
+
+/** Direct: the tool is where the device is; a spring as stiff as the softer of device and object. */
+void HeldTool::render(const Twist& velocity, const Pose& device, double dt, FreeBodies& bodies) HD_RT {
+  const Vec3 arm = tool_.body().com() - device.p;
+  const Twist V{velocity.v + velocity.w.cross(arm), velocity.w};
+  tool_.setTwist(V);
+  step_ = ToolStep{};
+  stored_ = 0;
+  double pushing = 0;
+  for (std::uint32_t i = 0; i < touches_; ++i) pushing += touch_[i].gap < 0 ? 1 : 0;
+  for (std::uint32_t i = 0; i < touches_; ++i) {
+    const Touch& touch = touch_[i];
+    if (!(touch.gap < 0)) continue;
+    const double k = 1 / (1 / stiffness() + touch.give / pushing);
+    const Vec3 force = directWrench({&touch, 1}, V, Twist{}, {k / pushing, 0}).force;
+    const Vec3 torque = touch.r_a.cross(force);
+    step_.contact.force += force;
+    step_.contact.torque += torque;
+    step_.on_device.force += force;
+    step_.on_device.torque += torque + arm.cross(force);
+    step_.obstacle_work += dt * force.cwiseProduct(touch.moving);
+    stored_ += 0.5 * k / pushing * touch.gap * touch.gap;
+    ++step_.touching;
+    if (body_of_[i] != FreeBodies::kNone) bodies.push(body_of_[i], -dt * force, tool_.body().com() + touch.r_a);
+  }
+}
+
+void HeldTool::begin(const Scene& scene, const DeviceSample& sample, const Twist& velocity, double dt,
+                     FreeBodies& bodies) HD_RT {
   if (scene.find(order_.object) == nullptr) {
     detach();
     return;
   }
+  const bool direct = (order_.flags & kToolDirect) != 0;
   const Pose device{sample.p, sample.q.normalized()};
-  if (!started_) {
-    tool_.reset(device);
-    model_.count = 0;
-    started_ = true;
-  }
+  if (!started_ || direct) tool_.reset(device);
+  if (!started_) model_.count = 0;
+  started_ = true;
   age_ += dt;
-  std::array<Touch, kMaxTouches> touches;
-  const std::uint32_t n = gather(scene, touches);
-  tool_.step(device, {touches.data(), n}, dt, response_, step_);
+  com_ = tool_.body().com();
+  const bool weighs = (order_.flags & kToolWeighs) != 0;
+  tool_.setWeight(weighs ? Vec3(order_.mass * bodies.gravity()) : Vec3(Vec3::Zero()));
+  gather(scene, bodies);
+  if (direct) {
+    render(velocity, device, dt, bodies);
+    step_.on_device.force += tool_.setup().weight;
+    step_.on_device.torque += (com_ - device.p).cross(tool_.setup().weight);
+    return;
+  }
+  const bool pushes = std::any_of(body_of_.begin(), body_of_.begin() + touches_,
+                                  [](std::uint8_t body) { return body != FreeBodies::kNone; });
+  if (pushes) {
+    response_.reset();
+    const std::uint8_t self = bodies.join(tool_, device, step_);
+    for (std::uint32_t i = 0; i < touches_; ++i) bodies.touch(touch_[i], self, body_of_[i]);
+  } else {
+    tool_.step(device, {touch_.data(), touches_}, dt, response_, step_);
+  }
+}
+
+void HeldTool::finish(Scene& scene, const Twist& velocity, double dt, HeldToolOutput& out) HD_RT {
+  out = HeldToolOutput{};
+  if (!held()) return;
   out.weight = std::clamp(1 - (age_ - kStale) / kFade, 0.0, 1.0);
   out.wrench.force = out.weight * step_.on_device.force;
   if (order_.shows_torque != 0) out.wrench.torque = out.weight * step_.on_device.torque;
-  // Energy that does not come through the force: obstacles that move, and the wrist, shared among the axes.
+  // Energy that does not come through the force: what moves, the weight, and the wrist, shared among the axes.
+  const bool direct = (order_.flags & kToolDirect) != 0;
   const double wrist = -step_.on_device.torque.dot(velocity.w);
-  out.carried = step_.obstacle_work / dt + Vec3::Constant(wrist / 3);
-  out.stored = tool_.energy() + tool_.reserve();
-
-  noteTouch(scene, {touches.data(), n}, out);
+  const Vec3 moved = direct ? Vec3(dt * tool_.body().twist().v) : Vec3(tool_.body().com() - com_);
+  out.carried = (step_.obstacle_work + tool_.setup().weight.cwiseProduct(moved)) / dt + Vec3::Constant(wrist / 3);
+  out.stored = direct ? stored_ : tool_.energy() + tool_.reserve();
+  noteTouch(scene, out);
 
   Command move;
   move.kind = CommandKind::kObjectPose;
@@ -131,11 +188,12 @@ void HeldTool::step(Scene& scene, const DeviceSample& sample, const Twist& veloc
   (void)scene.apply(move);
 }
 
-void HeldTool::noteTouch(const Scene& scene, std::span<const Touch> touches, HeldToolOutput& out) HD_RT {
+void HeldTool::noteTouch(const Scene& scene, HeldToolOutput& out) HD_RT {
   // What touched goes on touching until it is clearly off: a tool at rest is no series of touches.
   const double off = touched_ != 0 ? kOff : kOn;
   double nearest = off;
-  for (const Touch& touch : touches) {
+  for (std::uint32_t i = 0; i < touches_; ++i) {
+    const Touch& touch = touch_[i];
     if (touch.gap >= nearest) continue;
     nearest = touch.gap;
     out.touched = scene.slot(static_cast<std::uint32_t>(touch.key >> 24)).id;
@@ -158,22 +216,7 @@ void HeldTool::ask(const Scene& scene, CollideRequest::Held& held) const HD_RT {
   held.X_WO = tool_.body().pose();
   const Twist& V = tool_.body().twist();
   held.speed = V.v.norm() + V.w.norm() * self->radius;
-  const Vec3 center = self->center_W + (held.X_WO.p - self->X_WO.p);
-  double fastest = 0;
-  for (const std::uint16_t slot : scene.touchable()) {
-    const SceneObject& object = scene.slot(slot);
-    if (held.count == CollideRequest::kMostObstacles) break;
-    if (isPartOf(scene, slot, objectSlot(order_.object))) continue;
-    const double reach = object.radius + self->radius + 0.02 + 0.01 * held.speed;
-    const bool endless = !std::isfinite(object.radius);  // a plane
-    if (!endless && !near((object.center_W - center).squaredNorm(), reach)) continue;
-    CollideRequest::Obstacle& out = held.obstacle[held.count++];
-    out.slot = slot;
-    out.shape = object.shape;
-    out.X_WO = object.X_WO;
-    fastest = std::max(fastest, object.velocityAt(center).norm() + object.V_WO.w.norm() * self->radius);
-  }
-  held.speed += fastest;
+  findObstacles(scene, *self, {}, held);
 }
 
 }  // namespace hapticd

@@ -10,6 +10,7 @@
 #include "rt/body/contact_model.h"
 #include "rt/body/tool.h"
 #include "rt/collide/request.h"
+#include "rt/cycle/free_bodies.h"
 #include "rt/device.h"
 #include "rt/scene/scene.h"
 
@@ -43,27 +44,39 @@ class HeldTool {
   /** Contacts, checked; those of a tool that is gone are none of ours, and no error. */
   ErrorCode take(const ToolContacts& contacts) HD_RT;
 
-  /** Steps the tool to follow the device and moves the scene's object there; lets go when the object is gone. */
-  void step(Scene& scene, const DeviceSample& sample, const Twist& velocity, double dt, HeldToolOutput& out) HD_RT;
+  /** Follows the device: alone, or, where it touches bodies that move, joins them. Lets go when its object is gone. */
+  void begin(const Scene& scene, const DeviceSample& sample, const Twist& velocity, double dt,
+             FreeBodies& bodies) HD_RT;
+  /** After bodies.step(): what came of it. Moves the scene's object there. */
+  void finish(Scene& scene, const Twist& velocity, double dt, HeldToolOutput& out) HD_RT;
   /** The device's reading is not to be used: the tool starts anew where it next stands. */
   void forget() HD_RT { started_ = false; }
   /** What to ask the collide thread. */
   void ask(const Scene& scene, CollideRequest::Held& held) const HD_RT;
 
   [[nodiscard]] bool held() const HD_RT { return order_.object != 0; }
+  /** Stiffness of the coupling that is felt in the end, or of direct rendering [N/m]. */
+  [[nodiscard]] double stiffness() const HD_RT;
   [[nodiscard]] const AttachTool& order() const HD_RT { return order_; }
   [[nodiscard]] const Tool& tool() const HD_RT { return tool_; }
   [[nodiscard]] const ToolStep& last() const HD_RT { return step_; }
 
  private:
-  void noteTouch(const Scene& scene, std::span<const Touch> touches, HeldToolOutput& out) HD_RT;
-  std::uint32_t gather(const Scene& scene, std::span<Touch> touches) const HD_RT;
+  void noteTouch(const Scene& scene, HeldToolOutput& out) HD_RT;
+  void gather(const Scene& scene, const FreeBodies& bodies) HD_RT;
+  void yieldTo(const Scene& scene) HD_RT;
+  void render(const Twist& velocity, const Pose& device, double dt, FreeBodies& bodies) HD_RT;
 
   AttachTool order_{};
   Tool tool_;
   ConstraintResponse response_;
   ContactModel model_;
   ToolStep step_;
+  std::array<Touch, kMaxTouches> touch_;
+  std::array<std::uint8_t, kMaxTouches> body_of_{};  ///< Of each touch: FreeBodies::find().
+  std::uint32_t touches_ = 0;
+  double stored_ = 0;          ///< Energy that may come back [J].
+  Vec3 com_ = Vec3::Zero();    ///< Before this tick.
   double age_ = 0;             ///< Of the contacts [s].
   std::uint32_t touched_ = 0;  ///< In the last tick.
   bool started_ = false;

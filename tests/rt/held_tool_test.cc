@@ -49,13 +49,23 @@ TEST(HeldTool, ServoAndColliderAreClean) {
   order.q[0] = 1;
   house.order(CommandKind::kAddObject, order);
   house.order(CommandKind::kAttachTool, box(tool));
+  // A brick that lies in the way, is pushed, and falls on whatever comes.
+  order.object = makeObjectId(32, 1);
+  order.p[0] = 0.02;
+  order.p[2] = 0.03;
+  house.order(CommandKind::kAddObject, order);
+  SetBody brick{order.object, 1, 0.2, {}, {1e-4, 1e-4, 1e-4}, 1};
+  house.order(CommandKind::kSetBody, brick);
+  house.order(CommandKind::kSetGravity, SetGravity{{0, 0, -3}});
+  order.p[2] = 0;
   test::RtViolations seen;
   bool trapped = false, came = false;
-  std::uint64_t touching = 0;
+  std::uint64_t touching = 0, together = 0;
   const auto tick = [&](int i) {
     house.step();
     if (i % 2 == 0) collider.step(&house.clock);
     touching += house.servo->cycle().tool(0).last().touching;
+    together += house.servo->cycle().bodies().joint().movers() > 1 ? 1 : 0;
   };
   std::thread([&] {
     disableDenormals();
@@ -73,6 +83,10 @@ TEST(HeldTool, ServoAndColliderAreClean) {
         house.order(CommandKind::kAddObject, order);
       }
       came = !came;
+      if (i % 1000 == 0) {
+        hd_object_pose pose{brick.object, 0, {0.02, 0, 0.05}, {1}, {-0.1}, {}};
+        house.order(CommandKind::kObjectPose, pose);
+      }
       test::RtScope scope;
       for (int k = 0; k < 100; ++k) tick(k);
       seen = scope.finish();
@@ -81,6 +95,7 @@ TEST(HeldTool, ServoAndColliderAreClean) {
   EXPECT_TRUE(trapped);
   EXPECT_EQ(seen, test::RtViolations{});
   EXPECT_GT(touching, 1000u) << "the test must press on something";
+  EXPECT_GT(together, 100u) << "and push the brick";
   EXPECT_GT(collider.counters.queries.load(), 2000u);
 }
 

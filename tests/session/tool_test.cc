@@ -76,6 +76,96 @@ TEST_F(ToolBench, GoesWithItsObjectAndItsMemoryIsGivenBack) {
   EXPECT_EQ(*tree.get(path(), anybody), "null");
 }
 
+TEST_F(ToolBench, WeightAndRenderingAreChosenByWords) {
+  const auto json = [&](const char* value) {
+    const auto set = tree.set(path() + "?value=" + value, anybody);
+    EXPECT_TRUE(set.ok()) << toString(set.error());
+    bench.step(3);
+    return nlohmann::json::parse(set.ok() ? *set : "{}");
+  };
+  const auto plain = json("box");
+  EXPECT_EQ(plain["weight"], "compensated");
+  EXPECT_EQ(plain["rendering"], "coupled");
+  const auto words = json("box,0.3,direct,weighs");
+  EXPECT_EQ(words["mass"], 0.3);
+  EXPECT_EQ(words["weight"], "felt");
+  EXPECT_EQ(words["rendering"], "direct");
+  std::uint32_t flags = 0;
+  EXPECT_TRUE(device.link->group().betweenCycles([&](Servo& s) { flags = s.cycle().tool(0).order().flags; }).ok());
+  EXPECT_EQ(flags, kToolWeighs | kToolDirect);
+  EXPECT_EQ(tree.set(path() + "?value=box,heavy", anybody).error().code, ErrorCode::kInvalidArgument);
+}
+
+TEST_F(ToolBench, ThatTorqueIsNotShownIsToldByAnEvent) {
+  ASSERT_FALSE(device.info().actuated_rotation);
+  const std::uint64_t id = bench.core.events().subscribe(0, [] {});
+  ASSERT_TRUE(tree.set(path() + "?value=box", anybody).ok());
+  const std::vector<Event> told = bench.core.events().take(id).events;
+  ASSERT_FALSE(told.empty());
+  EXPECT_EQ(told.back().object, "box");
+  EXPECT_EQ(told.back().device, device.name);
+  EXPECT_NE(told.back().text.find("cannot show torque"), std::string::npos);
+}
+
+TEST_F(ToolBench, AGripTakesAGripperThatCanPush) {
+  const std::string grip = "/devices/" + device.name + "/grip";
+  EXPECT_EQ(*tree.get(grip, anybody), "null");
+  ASSERT_FALSE(device.info().actuated_gripper);
+  EXPECT_EQ(tree.set(grip + "?value=10,0.1", anybody).error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(tree.set(grip + "?value=-1,0", anybody).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_TRUE(tree.set(grip + "?value=", anybody).ok());
+}
+
+TEST_F(ToolBench, AMassMakesAnObjectMoveAndGravityMakesItFall) {
+  const auto set = [&](const std::string& uri) { return tree.set(uri, anybody); };
+  const auto z = [&] { return bench.core.scene().find("box")->X_WO.p.z(); };
+  EXPECT_EQ(*tree.get("/objects/box/mass", anybody), "0.0");
+  ASSERT_TRUE(set("/objects/box/mass?value=0.2").ok());
+  ASSERT_TRUE(set("/objects/box/pos?value=0,0,0.5").ok());
+  ASSERT_TRUE(set("/world/gravity?value=0,0,-9.81").ok());
+  EXPECT_EQ(*tree.get("/world/gravity", anybody), "[0.0,0.0,-9.81]");
+  const auto group = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      bench.step(1);
+      EXPECT_TRUE(device.link->group().betweenCycles([](Servo& s) { s.collider->step(nullptr); }).ok());
+    }
+  };
+  group(100);
+  EXPECT_LT(z(), 0.49);
+  // A servo that comes later, and a recording's start, get it with its mass.
+  const auto orders = bench.core.scene().orders(1'000'000);
+  const auto count = [&](CommandKind kind) {
+    return std::count_if(orders.begin(), orders.end(), [&](const Command& c) { return c.kind == kind; });
+  };
+  EXPECT_EQ(count(CommandKind::kSetBody), 1);
+  EXPECT_EQ(count(CommandKind::kSetGravity), 1);
+  ASSERT_TRUE(set("/objects/box/falls?value=false").ok());
+  ASSERT_TRUE(set("/objects/box/mass?value=0").ok());
+  group(20);
+  const double still = z();
+  group(20);
+  EXPECT_EQ(z(), still);
+
+  EXPECT_EQ(set("/objects/table/mass?value=1").error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(set("/objects/box/mass?value=1e9").error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(set("/objects/box/motion_damping?value=-1").error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(set("/world/gravity?value=0,0,-1e5").error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(set("/world/levity?value=1").error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(ToolBench, NoMoreObjectsMoveThanAServoKeepsUpWith) {
+  for (std::uint32_t i = 0; i <= kMaxBodies; ++i) {
+    const std::string name = "b" + std::to_string(i);
+    add(name.c_str(), ShapeKind::kSphere);
+    const auto set = tree.set("/objects/" + name + "/mass?value=0.1", anybody);
+    if (i < kMaxBodies) {
+      ASSERT_TRUE(set.ok()) << toString(set.error());
+    } else {
+      EXPECT_EQ(set.error().code, ErrorCode::kQuotaExceeded);
+    }
+  }
+}
+
 TEST_F(ToolBench, AnothersLeaseBinds) {
   ASSERT_TRUE(bench.core.acquireLease(bench.live()->id).ok());
   EXPECT_EQ(tree.set(path() + "?value=box", Client{.uid = 1001}).error().code, ErrorCode::kLeaseHeld);

@@ -20,6 +20,9 @@ void addPlacement(CLI::App& command, Placement& p) {
   command.add_option("--stiffness", p.stiffness, "N/m")->capture_default_str()->check(positive());
   command.add_option("--damping", p.damping, "N s/m, while touched")->capture_default_str()->check(number(0));
   command.add_option("--friction", p.friction, "Static and dynamic coefficient")->type_name("S,D");
+  command.add_option("--mass", p.mass, "With a mass it moves freely and is pushed by tools and hands, 0.005 to 100")
+      ->type_name("KG")
+      ->check(number(0, 100));
   command.add_flag("--two-sided", p.two_sided, "Both faces of an open mesh stop the hand");
   command.add_flag("--disabled", p.disabled, "Not to be touched yet");
   command.add_flag("--replace", p.replace, "Take the place of the object of that name");
@@ -53,6 +56,15 @@ haptic_object makeObject(const Placement& p) {
   return object;
 }
 
+namespace {
+
+void setMass(const Daemon& daemon, const Placement& placement) {
+  const std::string uri = fmt::format("/objects/{}/mass?value={}", placement.name, exact(placement.mass));
+  (void)daemon.ask<haptic_text>(haptic_set, uri.c_str());
+}
+
+}  // namespace
+
 std::uint32_t place(const Daemon& daemon, const Placement& placement, const haptic_object& object) {
   std::uint32_t id = 0;
   if (placement.replace) {
@@ -68,11 +80,19 @@ std::uint32_t place(const Daemon& daemon, const Placement& placement, const hapt
       // Nobody asked for the old mesh any more, unless another object shows it: then the daemon keeps it.
       if (old->object->shape.kind == HAPTIC_SHAPE_MESH)
         haptic_mesh_drop(daemon.client(), old->object->shape.mesh, nullptr);
+      setMass(daemon, placement);
       return old->id;
     }
     if (code != HAPTIC_NOT_FOUND) check(code, error);
   }
   daemon.tell(haptic_object_create, &object, &id);
+  if (!(placement.mass > 0)) return id;
+  try {
+    setMass(daemon, placement);
+  } catch (...) {
+    haptic_object_remove(daemon.client(), object.name, nullptr);  // All or nothing.
+    throw;
+  }
   return id;
 }
 

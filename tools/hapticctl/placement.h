@@ -18,6 +18,7 @@ struct Placement {
   std::string name, parent, at;
   std::vector<std::string> rotate;
   double stiffness = 1000, damping = 1;
+  double mass = 0;
   std::string friction;
   bool two_sided = false, disabled = false, replace = false;
 };

@@ -18,6 +18,7 @@ struct Options {
   std::string device, object;
   double mass = 0.1;
   double stiffness = 0;
+  bool weighs = false, direct = false;
 };
 
 /** Its short name, as resources have it. */
@@ -37,9 +38,11 @@ void tell(const std::string& name, const haptic_text& answer, const Globals& glo
   } else if (!tool.is_object()) {
     print("{}: holds nothing\n", name);
   } else {
-    print("{}: holds {}, {:g} kg at {:.4g} N/m{}\n", name, tool.value("object", ""), tool.value("mass", 0.0),
-          tool.value("stiffness", 0.0),
-          tool.value("torque_shown", false) ? "" : "; torque is not shown: the device cannot turn the hand");
+    print("{}: holds {}, {:g} kg at {:.4g} N/m{}{}{}\n", name, tool.value("object", ""), tool.value("mass", 0.0),
+          tool.value("stiffness", 0.0), tool.value("rendering", "") == "direct" ? ", without a coupling" : "",
+          tool.value("weight", "") == "felt" ? ", its weight is felt" : "",
+          tool.value("torque_shown", false) ? "" : "; torque is not shown");
+    if (const std::string note = tool.value("note", ""); !note.empty()) print("  {}\n", note);
   }
 }
 
@@ -65,9 +68,14 @@ void addTool(CLI::App& app, Action& chosen) {
   attach->add_option("--stiffness", o->stiffness, "Of the coupling; without it: the stiffest that is passive")
       ->type_name("N/m")
       ->check(number(0, 1e6));
+  attach->add_flag("--weighs", o->weighs, "The hand carries it, where the world has gravity; else it weighs nothing");
+  attach->add_flag("--direct", o->direct, "Without a coupling: the tool is where the hand is, and overlap pushes back");
   attach->callback([&chosen, o] {
     chosen = [o](const Globals& globals) {
-      return set(*o, fmt::format("{},{},{}", o->object, o->mass, o->stiffness), globals);
+      return set(*o,
+                 fmt::format("{},{},{}{}{}", o->object, o->mass, o->stiffness, o->weighs ? ",weighs" : "",
+                             o->direct ? ",direct" : ""),
+                 globals);
     };
   });
   CLI::App* detach = command->add_subcommand("detach", "The hand is empty again");

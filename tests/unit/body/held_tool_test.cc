@@ -3,124 +3,19 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstring>
 #include <memory>
-#include <vector>
 
-#include "drivers/sim/sim_device.h"
-#include "rt/base/rotation.h"
-#include "rt/body/coupling.h"
-#include "rt/cycle/servo.h"
+#include "tests/support/tool_house.h"
 
 namespace hapticd {
 namespace {
 
-constexpr std::int64_t kPeriodNs = 1'000'000;
-const std::uint32_t kFloor = makeObjectId(1, 1), kTool = makeObjectId(2, 1), kWall = makeObjectId(3, 1);
-
-template <class T>
-Command order(CommandKind kind, const T& payload) {
-  Command command;
-  command.kind = kind;
-  command.as<T>() = payload;
-  return command;
-}
-
-AddObject object(std::uint32_t id, ShapeKind kind, const Vec3& size, const Vec3& at) {
-  AddObject out{};
-  out.object = id;
-  out.flags = HD_OBJECT_ENABLED;
-  out.shape.kind = static_cast<std::uint32_t>(kind);
-  store(size, out.shape.size);
-  out.material = {1000, 0, 0.4, 0.3};
-  store(at, out.p);
-  out.q[0] = 1;
-  return out;
-}
-
-/** Servo, simulated device with its hand, and the collide side, stepped together; a floor at z = 0 and a box. */
-struct House {
-  explicit House(const char* uri = "sim://default?dof=6", int collide_every = 2)
-      : collide_every_(collide_every), device(resolveSim(parseDeviceUri(uri).value()).value()) {
-    CycleConfig config;
-    config.period_ns = kPeriodNs;
-    GuardConfig guard;
-    guard.limits = {.force = 12,
-                    .torque = 1,
-                    .force_slew = 1e5,
-                    .torque_slew = 1e4,
-                    .gripper_force = 1,
-                    .velocity = 10,
-                    .power = 1e3,
-                    .active_power = 1e3};
-    guard.ramp_ns = kPeriodNs;
-    guard.delay = 0.25;
-    config.guard.fill(guard);
-    EXPECT_TRUE(device.open().ok());
-    device.setIntent({{0, 0, 0.04}, Quat::Identity(), 0});
-    servo = std::make_unique<Servo>(config, std::array<Device*, kMaxDevices>{&device}, meshes, clock);
-    servo->collider = &collider;
-    servo->begin();
-    send(CommandKind::kAddObject, object(kFloor, ShapeKind::kPlane, Vec3::Zero(), Vec3::Zero()));
-    send(CommandKind::kAddObject, object(kTool, ShapeKind::kBox, {0.01, 0.02, 0.005}, {0.5, 0, 0}));
-    run(500);
-  }
-  template <class T>
-  void send(CommandKind kind, const T& payload) {
-    ASSERT_TRUE(servo->from_control.push(order(kind, payload)));
-  }
-  [[nodiscard]] AttachTool tool() const {
-    const MassProperties mass = MassProperties::ofBox(0.1, {0.02, 0.04, 0.01});
-    const CouplingGains g = chooseGains(device.info(), {0.1, mass.inertia_O.trace() / 3, 1e-3});
-    AttachTool out{};
-    out.object = kTool;
-    out.shows_torque = device.info().actuated_rotation ? 1 : 0;
-    out.mass = 0.1;
-    for (int i = 0; i < 3; ++i) out.inertia[i] = mass.inertia_O(i, i);
-    out.outer = g.outer;
-    out.stiffness = g.stiffness;
-    out.damping = g.damping;
-    out.angular_outer = g.angular_outer;
-    out.angular_stiffness = g.angular_stiffness;
-    out.angular_damping = g.angular_damping;
-    return out;
-  }
-  void hold() {
-    send(CommandKind::kAttachTool, tool());
-    run(5);
-    ASSERT_TRUE(servo->cycle().tool(0).held());
-    send(CommandKind::kArm, DeviceRef{0});
-    run(20);
-    ASSERT_TRUE(servo->cycle().deviceGuard(0).armed());
-  }
-  void aim(const Vec3& p, const Vec3& turn = Vec3::Zero()) { device.setIntent({p, fromRotationVector(turn), 0}); }
-  void run(int ticks, bool collide = true) {
-    for (int i = 0; i < ticks; ++i) {
-      servo->runOnce();
-      for (ServoEvent event; servo->events.pop(event);) events.push_back(event.kind);
-      inputs.push_back(servo->lastInput());
-      sent.push_back(servo->lastOutput().device[0].command);
-      if (collide && ++ticks_ % collide_every_ == 0) collider.step(nullptr);
-    }
-  }
-  /** Events of a kind so far. */
-  [[nodiscard]] int told(ServoEventKind kind) const {
-    return static_cast<int>(std::count(events.begin(), events.end(), kind));
-  }
-  [[nodiscard]] const DeviceOutput& out() const { return servo->lastOutput().device[0]; }
-  [[nodiscard]] Pose place() const { return servo->cycle().tool(0).tool().body().pose(); }
-
-  int collide_every_, ticks_ = 0;
-  ManualClock clock;
-  SimDevice device;
-  MeshTable meshes;
-  Collider collider;
-  std::unique_ptr<Servo> servo;
-  std::vector<CycleInput> inputs;
-  std::vector<DeviceCommand> sent;
-  std::vector<ServoEventKind> events;
-};
+using test::kFloor;
+using test::kTool;
+using test::kWall;
+using test::object;
+using House = test::ToolHouse;
 
 TEST(HeldTool, FollowsTheHandAndLiesOnTheFloorThatStopsIt) {
   House house;

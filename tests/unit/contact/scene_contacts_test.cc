@@ -81,6 +81,30 @@ TEST(SceneContacts, WithoutAVolumeNearestPointsAnswerTheSame) {
   EXPECT_NEAR(q.deepest(model), 0.001, 1e-8);
 }
 
+/** A block of 60 mm, as triangles: its middle is 30 mm deep, three times kReach. */
+TEST(SceneContacts, APointThatGoesIntoAMeshIsFollowedAsDeepAsItGoes) {
+  Question q;
+  testing::TestMesh block = testing::boxMesh({0.03, 0.03, 0.03});
+  MeshView* const view = block.view();
+  q.held.shape = Shape{ShapeKind::kSphere, Vec3(0.002, 0, 0)};
+  q.held.obstacle[0].shape = Shape{ShapeKind::kMesh, Vec3::Zero(), view, 40};
+  for (double z = 0.033; z > 0.004; z -= 0.004) {
+    const ContactModel model = q.ask({0, 0, z});
+    if (z > 0.032) continue;
+    ASSERT_EQ(model.count, 1u) << z;
+    EXPECT_NEAR(q.deepest(model), 0.032 - z, 1e-6);
+    EXPECT_GT(model.touch(0, q.held.X_WO, q.held.X_WO.p, Pose{}, {}).n.z(), 0.999);
+  }
+  // One that is there at once is beyond reach, unless the mesh has a volume.
+  EXPECT_EQ(q.ask({0, 0, 0.05}).count, 0u);
+  EXPECT_EQ(q.ask({0, 0, 0.012}).count, 0u);
+  const testing::TestVolume solid = testing::boxVolume({0.03, 0.03, 0.03}, 0.001);
+  q.volumes.publish(40, &solid.view);
+  const ContactModel model = q.ask({0, 0, 0.012});
+  ASSERT_EQ(model.count, 1u);
+  EXPECT_NEAR(q.deepest(model), 0.02, 0.001);
+}
+
 TEST(SceneContacts, ABudgetOfNothingIsKeptAndTold) {
   Question q;
   q.held.shape = Shape{ShapeKind::kBox, Vec3(0.01, 0.01, 0.01)};

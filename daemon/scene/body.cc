@@ -1,0 +1,95 @@
+#include "daemon/scene/body.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt/volume/volume_view.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kThinnest = 1e-3;  ///< Of the box whose inertia an object gets [m].
+
+Error invalid(const std::string& where, std::string what, std::string remedy) {
+  return {ErrorCode::kInvalidArgument, where, std::move(what), std::move(remedy)};
+}
+
+}  // namespace
+
+Result<void> checkMovable(const ObjectSpec& spec, const MeshStore& meshes, const std::string& where) {
+  const ShapeSpec& shape = spec.shape;
+  if (!spec.parent.empty()) {
+    return invalid(where, fmt::format("'{}' is part of '{}'", spec.name, spec.parent),
+                   "take an object directly below the root");
+  }
+  if (shape.kind == ShapeKind::kGroup || shape.kind == ShapeKind::kPlane) {
+    return invalid(where, fmt::format("'{}' is a {}", spec.name, shapeName(shape.kind)),
+                   "take one whose surface has an end");
+  }
+  const MeshInfo* mesh = shape.kind == ShapeKind::kMesh ? meshes.find(shape.mesh) : nullptr;
+  if (shape.kind == ShapeKind::kMesh && (mesh == nullptr || mesh->deformable)) {
+    return invalid(where, fmt::format("the mesh of '{}' is deformable", spec.name), "take a rigid one");
+  }
+  return {};
+}
+
+Result<void> checkBody(const BodySpec& body, const std::string& where) {
+  const bool weighs = body.mass >= kLightestBody && body.mass <= kHeaviestBody;
+  if (body.mass != 0 && !weighs) {
+    return invalid(where + ".mass",
+                   fmt::format("{} is not between {} and {} kg", body.mass, kLightestBody, kHeaviestBody),
+                   "0 holds the object where it is put");
+  }
+  if (body.damping >= 0 && body.damping <= kMostBodyDamping) return {};
+  return invalid(where + ".damping", fmt::format("{} is not between 0 and {} 1/s", body.damping, kMostBodyDamping), {});
+}
+
+const VolumeView* volumeOf(const ShapeSpec& shape, const MeshStore& meshes) {
+  return shape.kind == ShapeKind::kMesh ? meshes.volumes().get(meshes.entryOf(shape.mesh)) : nullptr;
+}
+
+MassProperties massOf(const ShapeSpec& shape, const MeshStore& meshes, double mass) {
+  if (const VolumeView* volume = volumeOf(shape, meshes); volume != nullptr && volume->mass.volume > 0) {
+    const hd_volume_mass& solid = volume->mass;
+    const double density = mass / solid.volume;
+    const double(&i)[6] = solid.inertia;  // xx yy zz xy yz zx
+    MassProperties out;
+    out.mass = mass;
+    out.com_O = vec3(solid.centroid);
+    out.inertia_O << i[0], i[3], i[5], i[3], i[1], i[4], i[5], i[4], i[2];
+    out.inertia_O *= density;
+    if (out.valid()) return out;
+  }
+  Vec3 half = shape.size;
+  Vec3 center = Vec3::Zero();
+  switch (shape.kind) {
+    case ShapeKind::kSphere:
+      return MassProperties::ofBall(mass, std::max(kThinnest, shape.size.x()));
+    case ShapeKind::kCapsule:
+      half = Vec3(shape.size.x(), shape.size.x(), shape.size.y() + shape.size.x());
+      break;
+    case ShapeKind::kCylinder:
+      half = Vec3(shape.size.x(), shape.size.x(), shape.size.y());
+      break;
+    case ShapeKind::kMesh:
+      if (const MeshInfo* mesh = meshes.find(shape.mesh)) {
+        half = 0.5 * (mesh->upper - mesh->lower);
+        center = 0.5 * (mesh->upper + mesh->lower);
+      }
+      break;
+    default:
+      break;
+  }
+  MassProperties out = MassProperties::ofBox(mass, (2 * half).cwiseMax(kThinnest));
+  out.com_O = center;
+  return out;
+}
+
+void storeInertia(const Mat3& I, double (&out)[6]) {
+  const double six[] = {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};
+  std::copy(std::begin(six), std::end(six), out);
+}
+
+}  // namespace hapticd

@@ -1,0 +1,191 @@
+#include "rt/body/joint_step.h"
+
+#include <algorithm>
+
+#include "rt/body/constraint_response.h"
+
+namespace hapticd {
+
+void JointStep::begin(double dt, const Vec3& gravity) HD_RT {
+  dt_ = dt;
+  gravity_ = gravity;
+  movers_ = touches_ = rounds_ = dropped_ = 0;
+  residual_ = 0;
+}
+
+std::uint8_t JointStep::add(Tool& tool, const Pose& device, ToolStep& out) HD_RT {
+  Mover& m = mover_[movers_];
+  m.tool = &tool;
+  m.body = nullptr;
+  m.out = &out;
+  tool.kick(device, dt_, m.kick);
+  m.mobility = m.kick.mobility;
+  m.V = m.kick.free;
+  return static_cast<std::uint8_t>(movers_++);
+}
+
+std::uint8_t JointStep::add(FreeBody& body) HD_RT {
+  Mover& m = mover_[movers_];
+  m.tool = nullptr;
+  m.body = &body;
+  m.out = nullptr;
+  m.mobility = Mobility::free(body.body.mass(), body.body.inertia());
+  m.V = body.freeTwist(gravity_, dt_);
+  return static_cast<std::uint8_t>(movers_++);
+}
+
+bool JointStep::add(Touch touch, std::uint8_t a, std::uint8_t b) HD_RT {
+  if (touches_ == kMaxJointTouches) {
+    ++dropped_;
+    return false;
+  }
+  settleTouches({&touch, 1}, dt_);
+  touch_[touches_] = touch;
+  pair_[touches_++] = {a, b};
+  return true;
+}
+
+void JointStep::startRows() HD_RT {
+  for (std::uint32_t i = 0; i < touches_; ++i) {
+    const Touch& touch = touch_[i];
+    const Pair p = pair_[i];
+    prepareRow(mobilityOf(p.a), mobilityOf(p.b), touch, dt_, row_[i]);
+    lambda_[i].setZero();
+    for (std::uint32_t m = 0; m < remembered_ && touch.key != 0; ++m) {
+      if (memory_[m].key != touch.key) continue;
+      lambda_[i] = startRow(row_[i], touch, memory_[m].impulse);
+      applyPair(mobilityOf(p.a), mobilityOf(p.b), touch, row_[i].axes * lambda_[i], twistOf(p.a), twistOf(p.b));
+      break;
+    }
+  }
+}
+
+void JointStep::sweep() HD_RT {
+  const std::uint32_t most = std::min(kMaxSweeps, kMaxRelaxations / std::max(1u, touches_));
+  double changed = 0;
+  do {
+    changed = 0;
+    for (std::uint32_t i = 0; i < touches_; ++i) {
+      const Pair p = pair_[i];
+      changed = std::max(changed, relaxRow(mobilityOf(p.a), mobilityOf(p.b), touch_[i], row_[i], lambda_[i],
+                                           twistOf(p.a), twistOf(p.b)));
+    }
+    ++rounds_;
+  } while (changed > ConstraintResponse::kTolerance && rounds_ < most);
+}
+
+/** Bodies that touches join get the least number among them. */
+void JointStep::findIslands() HD_RT {
+  for (std::uint32_t i = 0; i < movers_; ++i) mover_[i].island = static_cast<std::uint8_t>(i);
+  for (std::uint32_t i = 0; i < touches_; ++i) {
+    if (pair_[i].b == kFixed) continue;
+    const std::uint8_t x = mover_[pair_[i].a].island;
+    const std::uint8_t y = mover_[pair_[i].b].island;
+    for (std::uint32_t k = 0; k < movers_; ++k) {
+      if (mover_[k].island == std::max(x, y)) mover_[k].island = std::min(x, y);
+    }
+  }
+}
+
+void JointStep::settle(std::uint8_t island) HD_RT {
+  double pool = 0;
+  double scale = 1;
+  std::uint32_t members = 0;
+  for (std::uint32_t k = 0; k < movers_; ++k) {
+    Mover& m = mover_[k];
+    if (m.island != island) continue;
+    ++members;
+    if (!isFinite(m.V.v) || !isFinite(m.V.w)) m.V = Twist{};
+    pool += m.tool != nullptr ? m.tool->reserve() : m.body->reserve;
+    scale = std::min(scale, scaleToBound(m.V));
+  }
+  if (members == 0) return;
+  double given = 0;
+  double held = 0;
+  for (std::uint32_t i = 0; i < touches_; ++i) {
+    if (mover_[pair_[i].a].island != island) continue;
+    const Vec3 j = row_[i].axes * lambda_[i];
+    if (pair_[i].b == kFixed) given += j.dot(touch_[i].moving);
+    const Vec3 u = relativeVelocity(twistOf(pair_[i].a), twistOf(pair_[i].b), touch_[i]);
+    held += heldBy(touch_[i], dt_ * u.dot(touch_[i].n));
+  }
+  double lost = 0;
+  for (int tries = 0;; ++tries) {
+    if (tries == Tool::kMostTries) scale = given = 0;
+    double gained = 0;
+    for (std::uint32_t k = 0; k < movers_; ++k) {
+      const Mover& m = mover_[k];
+      if (m.island != island) continue;
+      Tool::Move& to = moved_[k];
+      const Twist V{m.V.v * scale, m.V.w * scale};
+      if (m.tool != nullptr) {
+        m.tool->move(m.kick, V, to);
+      } else {
+        const RigidBody& from = m.body->body;
+        to.body = from;
+        to.body.setTwist(V);
+        to.body.drift(dt_);
+        to.gained =
+            to.body.kineticEnergy() - from.kineticEnergy() - m.body->weightOf(gravity_).dot(to.body.com() - from.com());
+      }
+      gained += to.gained;
+    }
+    lost = given - gained;
+    if (lost >= -pool || tries == Tool::kMostTries) break;
+    scale *= 0.5;
+  }
+  const double left = std::clamp(pool + lost, 0.0, members * Tool::kMostReserve + held) / members;
+  for (std::uint32_t k = 0; k < movers_; ++k) {
+    Mover& m = mover_[k];
+    if (m.island != island) continue;
+    m.V = {m.V.v * scale, m.V.w * scale};
+    if (m.tool != nullptr) {
+      m.tool->accept(m.kick, moved_[k], left, *m.out);
+      m.out->lost = lost;
+      m.out->clamped = scale;
+    } else {
+      m.body->body = moved_[k].body;
+      m.body->reserve = left;
+    }
+  }
+}
+
+/** What a tool's touches came to. What a body does to it counts as the work of something that moves. */
+void JointStep::tell() HD_RT {
+  for (std::uint32_t k = 0; k < movers_; ++k) {
+    if (mover_[k].tool == nullptr) continue;
+    ToolStep& out = *mover_[k].out;
+    out.contact = Wrench{};
+    out.obstacle_work.setZero();
+    out.touching = 0;
+    out.residual = residual_;
+    out.rounds = rounds_;
+  }
+  for (std::uint32_t i = 0; i < touches_; ++i) {
+    const Mover& a = mover_[pair_[i].a];
+    if (a.tool == nullptr || lambda_[i].isZero(0)) continue;
+    const Vec3 j = row_[i].axes * lambda_[i];
+    const Vec3 moving = pair_[i].b == kFixed ? touch_[i].moving : velocityAt(mover_[pair_[i].b].V, touch_[i].r_b);
+    ++a.out->touching;
+    a.out->contact.force += j / dt_;
+    a.out->contact.torque += touch_[i].r_a.cross(j) / dt_;
+    a.out->obstacle_work += j.cwiseProduct(moving);
+  }
+}
+
+void JointStep::solve() HD_RT {
+  still_ = Twist{};
+  startRows();
+  sweep();
+  remembered_ = touches_;
+  for (std::uint32_t i = 0; i < touches_; ++i) {
+    const Pair p = pair_[i];
+    residual_ = std::max(residual_, lacking(row_[i], touch_[i], lambda_[i], twistOf(p.a), twistOf(p.b)));
+    memory_[i] = {touch_[i].key, row_[i].axes * lambda_[i]};
+  }
+  findIslands();
+  for (std::uint32_t k = 0; k < movers_; ++k) settle(static_cast<std::uint8_t>(k));
+  tell();
+}
+
+}  // namespace hapticd

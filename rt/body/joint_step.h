@@ -1,0 +1,84 @@
+/** @file
+ * One tick of tools and free bodies that push each other: all touches solved together by projected Gauss-Seidel
+ * (constraint_row.h), action equal to reaction, and the books of tool.h kept for each island, a group of bodies that
+ * touches join: if it holds more energy than before plus what hands, weights, moving obstacles and its reserve gave,
+ * all its velocities are scaled down until it does not.
+ *
+ * Servo-safe; one thread; memory is taken when it is made. begin(), add what takes part, solve(), read.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "rt/body/constraint_row.h"
+#include "rt/body/free_body.h"
+#include "rt/body/tool.h"
+#include "rt/command.h"
+
+namespace hapticd {
+
+class JointStep {
+ public:
+  static constexpr std::uint32_t kMaxMovers = kMaxDevices + kMaxBodies;
+  static constexpr std::uint32_t kMaxJointTouches = 96;
+  static constexpr std::uint32_t kMaxSweeps = 50;
+  static constexpr std::uint32_t kMaxRelaxations = 1400;  ///< Sweeps times touches: twice what a tool alone may take.
+  static constexpr std::uint8_t kFixed = 0xff;            ///< In place of B: nothing moves it.
+
+  void begin(double dt, const Vec3& gravity) HD_RT;
+  /** Its number. `out` and the tool stay the caller's until solve() has returned. */
+  std::uint8_t add(Tool& tool, const Pose& device, ToolStep& out) HD_RT;
+  std::uint8_t add(FreeBody& body) HD_RT;
+  /** Between movers a and b, or a and what moves as told; r_b counts from b's centre of mass. False: no room. */
+  bool add(Touch touch, std::uint8_t a, std::uint8_t b) HD_RT;
+  void solve() HD_RT;
+
+  [[nodiscard]] std::uint32_t movers() const HD_RT { return movers_; }
+  [[nodiscard]] std::uint32_t rounds() const HD_RT { return rounds_; }
+  [[nodiscard]] std::uint32_t dropped() const HD_RT { return dropped_; }  ///< Touches for which there was no room.
+  [[nodiscard]] double residual() const HD_RT { return residual_; }       ///< [m/s]
+
+ private:
+  struct Mover {
+    Tool* tool = nullptr;
+    FreeBody* body = nullptr;
+    ToolStep* out = nullptr;
+    Tool::Kick kick;
+    Mobility mobility;
+    Twist V;
+    std::uint8_t island = 0;
+  };
+  struct Pair {
+    std::uint8_t a, b;
+  };
+  struct Remembered {
+    std::uint64_t key = 0;
+    Vec3 impulse = Vec3::Zero();
+  };
+  void startRows() HD_RT;
+  void sweep() HD_RT;
+  void findIslands() HD_RT;
+  void settle(std::uint8_t island) HD_RT;
+  void tell() HD_RT;
+  [[nodiscard]] const Mobility& mobilityOf(std::uint8_t mover) const HD_RT {
+    return mover == kFixed ? fixed_ : mover_[mover].mobility;
+  }
+  [[nodiscard]] Twist& twistOf(std::uint8_t mover) HD_RT { return mover == kFixed ? still_ : mover_[mover].V; }
+
+  double dt_ = 0;
+  Vec3 gravity_ = Vec3::Zero();
+  std::array<Mover, kMaxMovers> mover_;
+  std::array<Tool::Move, kMaxMovers> moved_;
+  std::array<Touch, kMaxJointTouches> touch_;
+  std::array<Pair, kMaxJointTouches> pair_{};
+  std::array<ConstraintRow, kMaxJointTouches> row_;
+  std::array<Vec3, kMaxJointTouches> lambda_;
+  std::array<Remembered, kMaxJointTouches> memory_;
+  std::uint32_t movers_ = 0, touches_ = 0, remembered_ = 0, rounds_ = 0, dropped_ = 0;
+  double residual_ = 0;
+  Mobility fixed_;
+  Twist still_;
+};
+
+}  // namespace hapticd

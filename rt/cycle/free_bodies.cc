@@ -1,0 +1,296 @@
+#include "rt/cycle/free_bodies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "rt/cycle/obstacles.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kSupport = 5e-4;        ///< What lies has something this near [m].
+constexpr double kStirring = 1e-3;       ///< An obstacle that moves faster wakes what it touches [m/s].
+constexpr std::uint64_t kTagShift = 40;  ///< Keys of contacts are told apart by who found them.
+
+MassProperties massOf(const SetBody& order) HD_RT {
+  MassProperties out;
+  out.mass = order.mass;
+  out.com_O = vec3(order.com);
+  const double(&i)[6] = order.inertia;
+  out.inertia_O << i[0], i[3], i[4], i[3], i[1], i[5], i[4], i[5], i[2];
+  return out;
+}
+
+}  // namespace
+
+bool valid(const ToolContacts& contacts) HD_RT {
+  if (contacts.count > ToolContacts::kMost) return false;
+  for (std::uint32_t i = 0; i < contacts.count; ++i) {
+    const ToolContacts::Point& p = contacts.point[i];
+    double squared = 0;
+    for (int k = 0; k < 3; ++k) {
+      squared += double(p.n_B[k]) * double(p.n_B[k]);
+      if (!(std::abs(p.p_A[k]) < 1e3F)) return false;
+    }
+    if (!(squared > 0.9 && squared < 1.1) || !(std::abs(p.offset) < 1e4F)) return false;
+  }
+  return true;
+}
+
+bool canMove(const SceneObject& object) HD_RT {
+  return object.parent == 0 && object.shape.kind != ShapeKind::kGroup && object.shape.kind != ShapeKind::kPlane;
+}
+
+FreeBodies::Entry* FreeBodies::lookUp(std::uint32_t object) HD_RT {
+  for (Entry& entry : entry_) {
+    if (object != 0 && entry.object == object) return &entry;
+  }
+  return nullptr;
+}
+
+ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
+  const SceneObject* object = scene.find(order.object);
+  if (object == nullptr) return ErrorCode::kNotFound;
+  Entry* entry = lookUp(order.object);
+  if (order.mass == 0) {
+    if (entry != nullptr) {
+      if (!entry->held) place(scene, *entry, Twist{});
+      entry->object = 0;
+    }
+    return ErrorCode::kOk;
+  }
+  const MassProperties mass = massOf(order);
+  if (!canMove(*object) || !mass.valid() || !(order.damping >= 0 && order.damping < 1e6)) {
+    return ErrorCode::kInvalidArgument;
+  }
+  Twist V_before;
+  if (entry != nullptr) {
+    V_before = entry->body.body.twist();
+  } else {
+    for (Entry& e : entry_) {  // those whose objects have gone since the last tick make room
+      if (e.object == 0 || scene.find(e.object) == nullptr) {
+        entry = &e;
+        break;
+      }
+    }
+    if (entry == nullptr) return ErrorCode::kQuotaExceeded;
+    entry->object = order.object;
+    entry->model.count = 0;
+    entry->age = kStale;  // it stands until it is known what it touches
+    entry->held = entry->ours = false;
+  }
+  entry->body = FreeBody(mass, order.damping, order.falls != 0);
+  entry->body.body.place(object->X_PO);
+  entry->body.body.setTwist(V_before);
+  return ErrorCode::kOk;
+}
+
+ErrorCode FreeBodies::setGravity(const SetGravity& order) HD_RT {
+  const Vec3 g = vec3(order.g);
+  if (!isFinite(g) || !(g.norm() <= kMostGravity)) return ErrorCode::kInvalidArgument;
+  gravity_ = g;
+  for (Entry& entry : entry_) entry.body.wake();
+  return ErrorCode::kOk;
+}
+
+ErrorCode FreeBodies::take(const ToolContacts& contacts) HD_RT {
+  if (contacts.device < kMaxDevices || contacts.device >= kMaxDevices + kMaxBodies || !valid(contacts)) {
+    return ErrorCode::kInvalidArgument;
+  }
+  Entry& entry = entry_[contacts.device - kMaxDevices];
+  if (contacts.object == 0 || contacts.object != entry.object) return ErrorCode::kOk;
+  static_assert(sizeof contacts.point == sizeof entry.model.point);
+  std::memcpy(entry.model.point.data(), contacts.point, sizeof contacts.point);
+  entry.model.count = contacts.count;
+  entry.age = 0;
+  return ErrorCode::kOk;
+}
+
+void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
+  Entry* entry = lookUp(pose.object);
+  if (entry == nullptr) return;
+  RigidBody& body = entry->body.body;
+  const Pose X{vec3(pose.p), quat(pose.q).normalized()};
+  const bool elsewhere = (X.p - body.pose().p).norm() > 0.01 || X.q.angularDistance(body.orientation()) > 0.1;
+  body.place(X);
+  const Vec3 w = vec3(pose.w);
+  body.setTwist({vec3(pose.v) + w.cross(body.com() - X.p), w});
+  if (elsewhere) entry->model.count = 0;
+  entry->body.wake();
+  entry->stands = false;
+  if (by_control) entry->ours = false;
+}
+
+void FreeBodies::begin(const Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT {
+  joint_.begin(dt, gravity_);
+  of_slot_ = none();
+  for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
+    Entry& entry = entry_[k];
+    entry.mover = kNone;
+    if (entry.object == 0) continue;
+    const SceneObject* object = scene.find(entry.object);
+    if (object == nullptr || !canMove(*object)) {
+      entry.object = 0;
+      continue;
+    }
+    entry.age += dt;
+    const bool was_held = entry.held;
+    entry.held = std::find(held.begin(), held.end(), entry.object) != held.end();
+    if (entry.held) continue;
+    if (was_held) {  // let go: it flies on as the hand moved it
+      RigidBody& body = entry.body.body;
+      body.place(object->X_WO);
+      body.setTwist({object->velocityAt(body.com()), object->V_WO.w});
+      entry.model.count = 0;
+      entry.age = kStale;
+      entry.ours = true;
+      entry.body.wake();
+    }
+    of_slot_[objectSlot(entry.object)] = k;
+  }
+}
+
+std::uint8_t FreeBodies::moverOf(std::uint8_t k) HD_RT {
+  if (k == kNone) return JointStep::kFixed;
+  Entry& entry = entry_[k];
+  if (entry.body.asleep() || entry.age >= kStale) return JointStep::kFixed;
+  if (entry.mover == kNone) entry.mover = joint_.add(entry.body);
+  return entry.mover;
+}
+
+void FreeBodies::touch(const Touch& touch, std::uint8_t tool, std::uint8_t body) HD_RT {
+  if (body != kNone && touch.gap < kTouching) {
+    entry_[body].body.wake();
+    entry_[body].ours = true;
+  }
+  Touch tagged = touch;
+  tagged.key |= std::uint64_t{tool + 1u} << kTagShift;
+  (void)joint_.add(tagged, tool, moverOf(body));
+}
+
+void FreeBodies::push(std::uint8_t body, const Vec3& impulse, const Vec3& at) HD_RT {
+  Entry& entry = entry_[body];
+  if (entry.age >= kStale || !isFinite(impulse)) return;
+  RigidBody& rigid = entry.body.body;
+  const Twist V = rigid.twist();
+  const Mobility m = Mobility::free(rigid.mass(), rigid.inertia());
+  const Twist change = m(impulse, (at - rigid.com()).cross(impulse));
+  entry.body.wake();
+  entry.ours = true;
+  rigid.setTwist({V.v + change.v, V.w + change.w});
+}
+
+/** Contact i of body k as it stands now. Against a body that moves r_b counts, else `moving`. */
+Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT {
+  const Entry& entry = entry_[k];
+  const RigidBody& mine = entry.body.body;
+  const std::uint32_t slot = entry.model.point[i].body();
+  const SceneObject& object = scene.slot(slot);
+  const std::uint8_t other = find(slot);
+  Touch touch;
+  if (other != kNone) {
+    const RigidBody& theirs = entry_[other].body.body;
+    touch = entry.model.touch(i, mine.pose(), mine.com(), theirs.pose(), Twist{});
+    touch.r_b = mine.com() + touch.r_a - theirs.com();
+  } else {
+    touch = entry.model.touch(i, mine.pose(), mine.com(), object.X_WO, object.V_WO);
+  }
+  // Two coefficients make one: the geometric mean is common.
+  const hd_material& own = scene.slot(objectSlot(entry.object)).material;
+  touch.friction = std::sqrt(own.friction_static * object.material.friction_static);
+  touch.key |= std::uint64_t{kMaxDevices + kMaxBodies + 1u + k} << kTagShift;
+  return touch;
+}
+
+/** What lies stays asleep until what it lies on goes, or something that moves touches it. */
+void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
+  Entry& entry = entry_[k];
+  bool lies = false;
+  for (std::uint32_t i = 0; i < entry.model.count; ++i) {
+    const std::uint32_t slot = entry.model.point[i].body();
+    const SceneObject& object = scene.slot(slot);
+    if (object.id == 0 || (object.flags & HD_OBJECT_ENABLED) == 0) continue;
+    const Touch touch = touchOf(scene, k, i);
+    lies = lies || touch.gap < kSupport;
+    if (touch.gap > kTouching) continue;
+    const std::uint8_t other = find(slot);
+    if (other != kNone && !entry.body.asleep()) entry_[other].body.wake();
+    if (other == kNone && touch.moving.norm() > kStirring) entry.body.wake();
+  }
+  if (entry.body.asleep() && !lies && !entry.body.weightOf(gravity_).isZero(0)) entry.body.wake();
+}
+
+void FreeBodies::addTouches(const Scene& scene, std::uint8_t k) HD_RT {
+  const Entry& entry = entry_[k];
+  for (std::uint32_t i = 0; i < entry.model.count; ++i) {
+    const std::uint32_t slot = entry.model.point[i].body();
+    const SceneObject& object = scene.slot(slot);
+    if (object.id == 0 || (object.flags & HD_OBJECT_ENABLED) == 0) continue;
+    (void)joint_.add(touchOf(scene, k, i), entry.mover, moverOf(find(slot)));
+  }
+}
+
+void FreeBodies::place(Scene& scene, const Entry& entry, const Twist& V_WC) HD_RT {
+  Command move;
+  move.kind = CommandKind::kObjectPose;
+  if (entry.ours) move.session = 0;  // as if a client moved it: so control and the other groups learn where it is
+  auto& pose = move.as<hd_object_pose>();
+  pose.object = entry.object;
+  const RigidBody& body = entry.body.body;
+  const Pose X = body.pose();
+  store(X.p, pose.p);
+  store(X.q, pose.q);
+  store(V_WC.v - V_WC.w.cross(body.com() - X.p), pose.v);
+  store(V_WC.w, pose.w);
+  (void)scene.apply(move);
+}
+
+void FreeBodies::step(Scene& scene, double dt) HD_RT {
+  const auto free = [this](std::uint8_t k) { return entry_[k].object != 0 && !entry_[k].held; };
+  for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
+    if (free(k)) wakeTouched(scene, k);
+  }
+  for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
+    if (!free(k)) continue;
+    Entry& entry = entry_[k];
+    (void)moverOf(k);
+    if (entry.age < kStale) {
+      entry.stands = false;
+    } else if (!entry.stands) {
+      entry.stands = true;
+      place(scene, entry, Twist{});
+    }
+  }
+  if (joint_.movers() == 0) return;
+  for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
+    if (entry_[k].mover != kNone) addTouches(scene, k);
+  }
+  joint_.solve();
+  for (Entry& entry : entry_) {
+    if (entry.mover == kNone) continue;
+    (void)entry.body.watchRest(dt);
+    place(scene, entry, entry.body.body.twist());
+  }
+}
+
+bool FreeBodies::ask(const Scene& scene, std::span<const std::uint32_t> held, CollideRequest& request) const HD_RT {
+  bool any = false;
+  for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
+    const Entry& entry = entry_[k];
+    CollideRequest::Held& out = request.held[kMaxDevices + k];
+    out.object = 0;
+    const SceneObject* self = entry.object != 0 && !entry.held ? scene.find(entry.object) : nullptr;
+    if (self == nullptr) continue;
+    any = true;
+    out.object = entry.object;
+    out.shape = self->shape;
+    out.X_WO = entry.body.body.pose();
+    const Twist& V = entry.body.body.twist();
+    out.speed = V.v.norm() + V.w.norm() * self->radius;
+    findObstacles(scene, *self, held, out);
+  }
+  return any;
+}
+
+}  // namespace hapticd

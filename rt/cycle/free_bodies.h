@@ -1,0 +1,94 @@
+/** @file
+ * The objects that move freely, within the cycle: given a mass by an order, told of contacts by the collide thread
+ * through CycleInput, pushed by tools and hands, stepped each tick together with the tools that touch them. The scene's
+ * objects follow, so that clients, other groups and every proxy see them move.
+ *
+ * Each servo moves the bodies of its own scene. The one whose tools or hands have pushed a body last tells control
+ * where it goes, as if a client had moved it; the others take that over.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "rt/body/contact_model.h"
+#include "rt/body/joint_step.h"
+#include "rt/collide/request.h"
+#include "rt/scene/scene.h"
+
+namespace hapticd {
+
+/** Checks what both tools and bodies are told of contacts. */
+[[nodiscard]] bool valid(const ToolContacts& contacts) HD_RT;
+/** False where an object cannot be a rigid body: no end, no surface, or part of another. */
+[[nodiscard]] bool canMove(const SceneObject& object) HD_RT;
+
+/** Servo thread. A tick: begin(), tools join() and touch(), step(). */
+class FreeBodies {
+ public:
+  static constexpr double kStale = 0.1;        ///< No contacts for so long: a body stands still [s].
+  static constexpr double kTouching = 1e-4;    ///< Gap at which a body is woken by what touches it [m].
+  static constexpr double kMostGravity = 100;  ///< [m/s^2]
+  static constexpr std::uint8_t kNone = 0xff;
+
+  /** kNotFound: no such object. kInvalidArgument: out of range, or it cannot move. kQuotaExceeded: kMaxBodies are. */
+  ErrorCode set(const SetBody& order, Scene& scene) HD_RT;
+  ErrorCode setGravity(const SetGravity& order) HD_RT;
+  /** Those of a body that is gone are none of ours, and no error. */
+  ErrorCode take(const ToolContacts& contacts) HD_RT;
+  /** Somebody has put an object elsewhere. */
+  void moved(const hd_object_pose& pose, bool by_control) HD_RT;
+
+  /** `held`: objects in hands; they are the hands' while they are. */
+  void begin(const Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT;
+  /** The free body in that slot of the scene, or kNone. */
+  [[nodiscard]] std::uint8_t find(std::uint32_t slot) const HD_RT {
+    return slot < kMaxObjects ? of_slot_[slot] : kNone;
+  }
+  [[nodiscard]] const FreeBody& body(std::uint8_t k) const HD_RT { return entry_[k].body; }
+  /** A tool that touches bodies is stepped with them. Its number for touch(). */
+  std::uint8_t join(Tool& tool, const Pose& device, ToolStep& out) HD_RT { return joint_.add(tool, device, out); }
+  /** A touch of a tool that has joined; `body`: what find() says of the other side. */
+  void touch(const Touch& touch, std::uint8_t tool, std::uint8_t body) HD_RT;
+  /** The body gets an impulse at a point of the world [N s, m]. */
+  void push(std::uint8_t body, const Vec3& impulse, const Vec3& at) HD_RT;
+  void step(Scene& scene, double dt) HD_RT;
+
+  /** What to ask the collide thread. True if there is a body. */
+  bool ask(const Scene& scene, std::span<const std::uint32_t> held, CollideRequest& request) const HD_RT;
+
+  [[nodiscard]] const Vec3& gravity() const HD_RT { return gravity_; }
+  [[nodiscard]] const JointStep& joint() const HD_RT { return joint_; }
+
+ private:
+  struct Entry {
+    std::uint32_t object = 0;  ///< Id, 0: unused.
+    FreeBody body{MassProperties{}, 0, false};
+    ContactModel model;
+    double age = 0;       ///< Of the contacts [s].
+    bool held = false;    ///< In a hand.
+    bool ours = false;    ///< Pushed here last: control is told where it goes.
+    bool stands = false;  ///< Its contacts are stale, and the scene knows that it stands.
+    std::uint8_t mover = kNone;
+  };
+  Entry* lookUp(std::uint32_t object) HD_RT;
+  std::uint8_t moverOf(std::uint8_t k) HD_RT;
+  [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
+  void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
+  void addTouches(const Scene& scene, std::uint8_t k) HD_RT;
+  static void place(Scene& scene, const Entry& entry, const Twist& V_WC) HD_RT;
+
+  std::array<Entry, kMaxBodies> entry_;
+  std::array<std::uint8_t, kMaxObjects> of_slot_ = none();
+  Vec3 gravity_ = Vec3::Zero();
+  JointStep joint_;
+
+  static constexpr std::array<std::uint8_t, kMaxObjects> none() {
+    std::array<std::uint8_t, kMaxObjects> out{};
+    out.fill(kNone);
+    return out;
+  }
+};
+
+}  // namespace hapticd

@@ -1,0 +1,24 @@
+/** @file
+ * What a tool or a free body may touch soon: filled into the collide thread's question.
+ */
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "rt/collide/request.h"
+#include "rt/scene/scene.h"
+
+namespace hapticd {
+
+/** Whether a slot is that one, or below it in the tree. */
+[[nodiscard]] bool isPartOf(const Scene& scene, std::uint32_t slot, std::uint32_t of) HD_RT;
+
+/**
+ * Touchable objects within reach of `self` at held.X_WO; its own parts and those of the objects `but` are none. The
+ * speed of the fastest is added to held.speed, which is that of `self` on entry.
+ */
+void findObstacles(const Scene& scene, const SceneObject& self, std::span<const std::uint32_t> but,
+                   CollideRequest::Held& held) HD_RT;
+
+}  // namespace hapticd

@@ -1,0 +1,234 @@
+// Objects that move freely, through the whole cycle: pushed, dropped, carried off, at rest, and refused.
+#include "rt/cycle/free_bodies.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "tests/support/tool_house.h"
+
+namespace hapticd {
+namespace {
+
+using test::kFloor;
+using test::kTool;
+using test::object;
+using House = test::ToolHouse;
+
+const std::uint32_t kBall = makeObjectId(10, 1), kOther = makeObjectId(11, 1);
+constexpr double kRadius = 0.02;
+
+SetBody body(std::uint32_t id, double mass, double damping = 0) {
+  SetBody out{};
+  out.object = id;
+  out.falls = 1;
+  out.mass = mass;
+  for (int i = 0; i < 3; ++i) out.inertia[i] = 0.4 * mass * kRadius * kRadius;
+  out.damping = damping;
+  return out;
+}
+
+void addBall(House& house, std::uint32_t id, const Vec3& at, double mass, double damping = 0) {
+  house.send(CommandKind::kAddObject, object(id, ShapeKind::kSphere, {kRadius, 0, 0}, at));
+  house.send(CommandKind::kSetBody, body(id, mass, damping));
+  house.run(10);
+}
+
+const SceneObject& seen(const House& house, std::uint32_t id) { return *house.servo->cycle().scene().find(id); }
+void gravity(House& house, double g) { house.send(CommandKind::kSetGravity, SetGravity{{0, 0, -g}}); }
+
+TEST(FreeBodies, AToolPushesOneAwayAndTheSceneFollows) {
+  House house;
+  house.hold();
+  addBall(house, kBall, {-0.06, 0, 0.04}, 0.3, 0.5);
+  for (int i = 0; i < 700; ++i) {
+    house.aim({-0.1e-3 * i, 0, 0.04});
+    house.run(1);
+  }
+  EXPECT_LT(seen(house, kBall).X_WO.p.x(), -0.09) << "it has been pushed along";
+  EXPECT_GT(house.servo->cycle().tool(0).last().on_device.force.x(), -0.5);
+  double strongest = 0;
+  for (const DeviceCommand& c : house.sent) strongest = std::max(strongest, c.force.x());
+  EXPECT_GT(strongest, 0.1) << "and felt";
+  EXPECT_GT(seen(house, kBall).client_edits, 0u) << "so that control and other groups take over where it is";
+  EXPECT_LT(seen(house, kBall).V_WO.v.x(), -0.02);
+  EXPECT_EQ(house.told(ServoEventKind::kTouch), 1);
+  EXPECT_GT(house.out().guard.energy, -1e-3);
+}
+
+TEST(FreeBodies, OneThatFallsLiesStillOnTheFloor) {
+  House house;
+  addBall(house, kBall, {0.1, 0, 0.05}, 0.2);
+  gravity(house, 9.81);
+  house.run(50);
+  const double t = 0.049;  // the contacts' first answer is in the first tick or two
+  EXPECT_NEAR(seen(house, kBall).X_WO.p.z(), 0.05 - 0.5 * 9.81 * t * t, 1.5e-3) << "free fall";
+  house.run(1500);
+  const Vec3 lies = seen(house, kBall).X_WO.p;
+  EXPECT_NEAR(lies.z(), kRadius, 2e-5);
+  EXPECT_TRUE(house.servo->cycle().bodies().body(0).asleep());
+  house.run(3000);
+  EXPECT_EQ(seen(house, kBall).X_WO.p, lies) << "at rest it stays, to the bit";
+  EXPECT_TRUE(seen(house, kBall).V_WO.v.isZero(0));
+  // What it lies on goes: it falls on.
+  house.send(CommandKind::kObjectFlags, hd_object_flags{kFloor, HD_OBJECT_ENABLED, 0, 0});
+  house.run(100);
+  EXPECT_LT(seen(house, kBall).X_WO.p.z(), 0);
+}
+
+TEST(FreeBodies, OneFallsOnAnotherThatSleepsAndBothComeToRest) {
+  House house;
+  gravity(house, 9.81);
+  addBall(house, kOther, {0.1, 0, 0.021}, 0.2, 1);
+  house.run(1000);
+  ASSERT_TRUE(house.servo->cycle().bodies().body(0).asleep());
+  addBall(house, kBall, {0.105, 0, 0.1}, 0.2, 1);
+  house.run(300);
+  EXPECT_LT(seen(house, kOther).X_WO.p.x(), 0.0999) << "woken, and pushed aside";
+  house.run(6000);
+  const double apart = (seen(house, kBall).X_WO.p - seen(house, kOther).X_WO.p).norm();
+  EXPECT_GT(apart, 2 * kRadius - 5e-5);
+  for (const std::uint32_t id : {kBall, kOther}) EXPECT_GT(seen(house, id).X_WO.p.z(), kRadius - 5e-5);
+}
+
+TEST(FreeBodies, EnergyNeverGrowsWhileTheyTumbleAlone) {
+  House house;
+  gravity(house, 9.81);
+  house.send(CommandKind::kAddObject, object(kBall, ShapeKind::kBox, {0.02, 0.01, 0.03}, {0.1, 0, 0.1}));
+  SetBody box = body(kBall, 0.2);
+  for (double& i : box.inertia) i *= 3;
+  box.inertia[2] *= 0.5;
+  house.send(CommandKind::kSetBody, box);
+  house.run(5);
+  hd_object_pose pose{};
+  pose.object = kBall;
+  pose.p[0] = 0.1;
+  pose.p[2] = 0.1;
+  pose.q[0] = 1;
+  pose.v[0] = 0.2;
+  pose.w[0] = 11;
+  pose.w[1] = 7;
+  house.send(CommandKind::kObjectPose, pose);
+  house.run(3);
+  const auto energy = [&] {
+    const FreeBody& b = house.servo->cycle().bodies().body(0);
+    return b.body.kineticEnergy() + b.reserve + 0.2 * 9.81 * b.body.com().z();
+  };
+  double last = energy();
+  ASSERT_GT(last, 0.19);
+  for (int i = 0; i < 4000; ++i) {
+    house.run(1);
+    ASSERT_LE(energy(), last + 1e-12) << i;
+    last = energy();
+  }
+  EXPECT_LT(last, 0.2 * 9.81 * 0.032) << "it lies";
+  EXPECT_TRUE(house.servo->cycle().bodies().body(0).asleep());
+}
+
+TEST(FreeBodies, AHandOfThreeAxesPushesOneWithTheForceItFeels) {
+  House house("sim://default");
+  house.aim({0, 0, 0.06});
+  house.run(1000);
+  house.send(CommandKind::kArm, DeviceRef{0});
+  house.run(50);
+  addBall(house, kBall, {-0.04, 0.005, 0.06}, 0.5);
+  Vec3 impulse = Vec3::Zero();
+  for (int i = 0; i < 600; ++i) {
+    house.aim({-0.1e-3 * i, 0, 0.06});
+    house.run(1);
+    const SurfaceContact& c = house.out().contact;
+    if (c.object == kBall) impulse -= 1e-3 * c.force;
+    ASSERT_LT((0.5 * house.servo->cycle().bodies().body(0).body.twist().v - impulse).norm(), 1e-12) << i;
+  }
+  EXPECT_LT(impulse.x(), -0.01) << "it has been pushed";
+  EXPECT_LT(seen(house, kBall).X_WO.p.x(), -0.05);
+}
+
+TEST(FreeBodies, AHandTakesOneAsItsToolAndLetsItGo) {
+  House house;
+  SetBody box{};
+  box = body(kTool, 0.1);
+  house.send(CommandKind::kSetBody, box);
+  house.run(20);
+  house.hold();
+  house.run(500);
+  EXPECT_LT((house.place().p - house.device.body().position()).norm(), 1e-4) << "in the hand it is the hand's";
+  gravity(house, 9.81);
+  house.run(300);
+  EXPECT_GT(seen(house, kTool).X_WO.p.z(), 0.03);
+  house.send(CommandKind::kDetachTool, DeviceRef{0});
+  house.run(1500);
+  EXPECT_NEAR(seen(house, kTool).X_WO.p.z(), 0.005, 3e-5) << "let go it falls, and lies on its face";
+}
+
+TEST(FreeBodies, TheSameInputsMoveThemAlikeWithoutACollideThread) {
+  House house;
+  house.hold();
+  gravity(house, 3);
+  addBall(house, kBall, {-0.05, 0, 0.03}, 0.2);
+  for (int i = 0; i < 500; ++i) {
+    house.aim({-0.1e-3 * i, 0, 0.025});
+    house.run(1);
+  }
+  const auto cycle = std::make_unique<Cycle>(house.servo->cycle().config(), house.meshes);
+  cycle->setResolution(0, house.device.info().position_resolution, house.device.info().rotation_resolution);
+  const auto output = std::make_unique<CycleOutput>();
+  for (std::size_t i = 0; i < house.inputs.size(); ++i) {
+    cycle->step(house.inputs[i], *output);
+    ASSERT_EQ(std::memcmp(&output->device[0].command.force, &house.sent[i].force, sizeof(Vec3)), 0) << "tick " << i;
+  }
+  EXPECT_EQ(cycle->scene().find(kBall)->X_WO.p, seen(house, kBall).X_WO.p);
+}
+
+TEST(FreeBodies, WithoutAnswersTheyStandAndGoOnWithThem) {
+  House house;
+  addBall(house, kBall, {0.1, 0, 0.5}, 0.2);
+  gravity(house, 1);
+  house.run(100);
+  house.run(300, false);
+  const double z = seen(house, kBall).X_WO.p.z();
+  house.run(200, false);
+  EXPECT_EQ(seen(house, kBall).X_WO.p.z(), z) << "what it would touch is not known";
+  house.run(100);
+  EXPECT_LT(seen(house, kBall).X_WO.p.z(), z);
+}
+
+TEST(FreeBodies, WhatCannotMoveIsRefused) {
+  House house;
+  Scene scene(house.meshes);
+  for (const AddObject& add : {object(kFloor, ShapeKind::kPlane, Vec3::Zero(), Vec3::Zero()),
+                               object(kTool, ShapeKind::kBox, {0.01, 0.02, 0.005}, Vec3::Zero())}) {
+    ASSERT_EQ(scene.apply(test::order(CommandKind::kAddObject, add)), ErrorCode::kOk);
+  }
+  const auto code = [&](const SetBody& order) {
+    const auto bodies = std::make_unique<FreeBodies>();
+    return bodies->set(order, scene);
+  };
+  EXPECT_EQ(code(body(kTool, 0.1)), ErrorCode::kOk);
+  EXPECT_EQ(code(body(kTool, 0)), ErrorCode::kOk) << "no mass: it stays";
+  EXPECT_EQ(code(body(kFloor, 0.1)), ErrorCode::kInvalidArgument) << "a plane has no end";
+  EXPECT_EQ(code(body(kBall, 0.1)), ErrorCode::kNotFound);
+  EXPECT_EQ(code(body(kTool, -1)), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(code(body(kTool, std::nan(""))), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(code(body(kTool, 0.1, -1)), ErrorCode::kInvalidArgument);
+  const auto bodies = std::make_unique<FreeBodies>();
+  EXPECT_EQ(bodies->setGravity(SetGravity{{0, 0, std::nan("")}}), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(bodies->setGravity(SetGravity{{0, 0, 101}}), ErrorCode::kInvalidArgument);
+  ToolContacts contacts{};
+  contacts.device = kMaxDevices + kMaxBodies;
+  EXPECT_EQ(bodies->take(contacts), ErrorCode::kInvalidArgument);
+
+  for (std::uint32_t i = 0; i < kMaxBodies; ++i) addBall(house, makeObjectId(20 + i, 1), {0.2 * i, 0, 1}, 0.1);
+  const int refused = house.told(ServoEventKind::kCommandRefused);
+  addBall(house, kBall, {5, 0, 1}, 0.1);
+  EXPECT_EQ(house.told(ServoEventKind::kCommandRefused), refused + 1) << "kMaxBodies is the most";
+  house.send(CommandKind::kRemoveObject, ObjectRef{makeObjectId(20, 1)});
+  house.run(5);
+  house.send(CommandKind::kSetBody, body(kBall, 0.1));
+  house.run(5);
+  EXPECT_EQ(house.told(ServoEventKind::kCommandRefused), refused + 1) << "one that has gone makes room";
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -1,0 +1,188 @@
+// Bodies and tools that push each other: momentum, energy and rest, of all together.
+#include "rt/body/joint_step.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "rt/body/coupling.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kDt = 1e-3;
+
+struct Dice {
+  std::mt19937_64 engine{11};
+  double operator()(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine); }
+  Vec3 vec(double size) { return {(*this)(-size, size), (*this)(-size, size), (*this)(-size, size)}; }
+};
+
+FreeBody ball(double mass, const Vec3& at, const Vec3& v, double damping = 0) {
+  FreeBody body(MassProperties::ofBall(mass, 0.02), damping, true);
+  body.body.place({at, Quat::Identity()});
+  body.body.setTwist({v, Vec3::Zero()});
+  return body;
+}
+
+/** Balls of radius 20 mm touch along the line of their centres. */
+Touch between(const RigidBody& a, const RigidBody& b, double friction = 0) {
+  Touch touch;
+  touch.n = (a.com() - b.com()).normalized();
+  touch.gap = (a.com() - b.com()).norm() - 0.04;
+  touch.r_a = -0.02 * touch.n;
+  touch.r_b = 0.02 * touch.n;
+  touch.friction = friction;
+  touch.key = 1;
+  return touch;
+}
+
+TEST(JointStep, TwoBallsThatMeetKeepTheirMomentum) {
+  // Head on and without bounce they go on together, at the speed of their centre of mass.
+  auto joint = std::make_unique<JointStep>();
+  FreeBody a = ball(0.3, {0.04, 0, 0}, {-0.5, 0, 0}), b = ball(0.1, {0, 0, 0}, {0.1, 0, 0});
+  joint->begin(kDt, Vec3::Zero());
+  const auto ia = joint->add(a), ib = joint->add(b);
+  ASSERT_TRUE(joint->add(between(a.body, b.body), ia, ib));
+  joint->solve();
+  const double together = (0.3 * -0.5 + 0.1 * 0.1) / 0.4;
+  EXPECT_NEAR(a.body.twist().v.x(), together, 1e-7);
+  EXPECT_NEAR(b.body.twist().v.x(), together, 1e-7);
+}
+
+TEST(JointStep, RandomHeapsKeepMomentumAndNeverGainEnergy) {
+  Dice dice;
+  auto joint = std::make_unique<JointStep>();
+  double least_kept = 1;
+  for (int round = 0; round < 400; ++round) {
+    std::vector<FreeBody> bodies;
+    for (int i = 0; i < 2 + round % 7; ++i) {
+      FreeBody body(MassProperties::ofBox(dice(0.01, 5), {0.02, 0.05, 0.03}), 0, false);
+      body.body.place({dice.vec(0.05), Quat::UnitRandom()});
+      body.body.setTwist({dice.vec(1), dice.vec(10)});
+      bodies.push_back(body);
+    }
+    const auto sums = [&](double& energy, Vec3& p, Vec3& l) {
+      energy = 0;
+      p.setZero();
+      l.setZero();
+      for (const FreeBody& body : bodies) {
+        energy += body.body.kineticEnergy() + body.reserve;
+        p += body.body.mass() * body.body.twist().v;
+        l += body.body.angularMomentum() + body.body.com().cross(body.body.mass() * body.body.twist().v);
+      }
+    };
+    double energy, after;
+    Vec3 p, l, p_after, l_after;
+    sums(energy, p, l);
+    joint->begin(kDt, Vec3::Zero());
+    for (FreeBody& body : bodies) (void)joint->add(body);
+    for (int i = 0; i < 3 * static_cast<int>(bodies.size()); ++i) {
+      const auto a = static_cast<std::uint8_t>(round + i) % bodies.size();
+      const auto b = (a + 1 + static_cast<std::size_t>(i) % (bodies.size() - 1)) % bodies.size();
+      Touch touch;
+      const Vec3 at = 0.5 * (bodies[a].body.com() + bodies[b].body.com()) + dice.vec(0.01);
+      touch.n = dice.vec(1).normalized();
+      touch.r_a = at - bodies[a].body.com();
+      touch.r_b = at - bodies[b].body.com();
+      touch.gap = dice(-1e-3, 1e-4);
+      touch.friction = dice(0, 1);
+      ASSERT_TRUE(joint->add(touch, static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b)));
+    }
+    joint->solve();
+    sums(after, p_after, l_after);
+    ASSERT_LE(after, energy * (1 + 1e-12)) << round;
+    // Where the books had to be balanced momentum goes with the velocities; all of an island by the same share.
+    const double kept = p_after.dot(p) / p.squaredNorm();
+    least_kept = std::min(least_kept, kept);
+    ASSERT_NEAR((p_after - kept * p).norm(), 0, 1e-9) << round;
+    if (kept < 0.999) continue;
+    ASSERT_NEAR(kept, 1, 1e-9);
+  }
+  EXPECT_GT(least_kept, 0.99) << "energy that is lost in blows is more than recovery takes";
+}
+
+TEST(JointStep, ABallOnABallOnATableStaysForAMinute) {
+  auto joint = std::make_unique<JointStep>();
+  const Vec3 g(0, 0, -9.81);
+  FreeBody lower = ball(0.2, {0, 0, 0.02}, Vec3::Zero()), upper = ball(0.5, {0, 0, 0.06}, Vec3::Zero());
+  for (int tick = 0; tick < 60'000; ++tick) {
+    joint->begin(kDt, g);
+    const auto u = joint->add(upper), l = joint->add(lower);
+    Touch floor;
+    floor.r_a = Vec3(0, 0, -0.02);
+    floor.gap = lower.body.com().z() - 0.02;
+    floor.key = 2;
+    ASSERT_TRUE(joint->add(floor, l, JointStep::kFixed));
+    ASSERT_TRUE(joint->add(between(upper.body, lower.body), u, l));
+    joint->solve();
+  }
+  EXPECT_NEAR(lower.body.com().z(), 0.02, 11e-6) << "kSlop";
+  EXPECT_NEAR(upper.body.com().z(), 0.06, 22e-6);
+}
+
+TEST(JointStep, AToolPushesABodyAsHeavyAsItFeels) {
+  // The hand draws the tool along at 0.1 m/s; what it pushes without friction ends at that speed, and the force with
+  // it.
+  ToolSetup setup;
+  setup.mass = MassProperties::ofBall(0.05, 0.02);
+  DeviceInfo info;
+  info.max_stiffness = 2000;
+  setup.gains = chooseGains(info, {0.05, setup.mass.inertia_O.trace() / 3, kDt});
+  Tool tool(setup);
+  Pose hand{{0, 0, 0}, Quat::Identity()};
+  tool.reset(hand);
+  FreeBody body = ball(0.4, {-0.045, 0, 0}, Vec3::Zero());
+  auto joint = std::make_unique<JointStep>();
+  ToolStep out;
+  double hand_gave = 0, strongest = 0, impulse = 0;
+  for (int tick = 0; tick < 1500; ++tick) {
+    const double before = tool.energy() + tool.reserve() + body.body.kineticEnergy() + body.reserve;
+    const Vec3 f = out.on_device.force;
+    const Vec3 step = kDt * Vec3(-0.1, 0, 0);
+    hand.p += step;
+    joint->begin(kDt, Vec3::Zero());
+    const auto t = joint->add(tool, hand, out), b = joint->add(body);
+    ASSERT_TRUE(joint->add(between(tool.body(), body.body), t, b));
+    joint->solve();
+    hand_gave += -f.dot(step);
+    strongest = std::max(strongest, out.on_device.force.x());
+    impulse += kDt * out.contact.force.x();
+    const double after = tool.energy() + tool.reserve() + body.body.kineticEnergy() + body.reserve;
+    const double leak = 0.5 * setup.gains.outer * step.squaredNorm();
+    ASSERT_LE(after - before, -f.dot(step) + leak + 1e-12) << tick;
+  }
+  EXPECT_LT(body.body.twist().v.x(), -0.1) << "it leaves no slower than it is pushed ...";
+  EXPECT_GT(body.body.twist().v.x(), -0.2) << "... nor faster than a spring without loss would throw it";
+  EXPECT_GT(strongest, 0.2) << "it has been felt";
+  EXPECT_NEAR(0.4 * body.body.twist().v.x(), -impulse, 1e-9) << "what one gains the other loses";
+  EXPECT_LT(body.body.kineticEnergy(), hand_gave);
+}
+
+TEST(JointStep, WorkIsBoundedWhateverTheInput) {
+  Dice dice;
+  auto joint = std::make_unique<JointStep>();
+  std::vector<FreeBody> bodies;
+  for (int i = 0; i < 8; ++i) bodies.push_back(ball(0.1, dice.vec(0.05), dice.vec(5)));
+  joint->begin(kDt, Vec3::Zero());
+  for (FreeBody& body : bodies) (void)joint->add(body);
+  for (int i = 0; i < 200; ++i) {
+    Touch touch;
+    touch.n = dice.vec(1).normalized();
+    touch.r_a = dice.vec(0.05);
+    touch.r_b = dice.vec(0.05);
+    touch.gap = -1e-3;
+    touch.friction = 1;
+    const bool room = joint->add(touch, static_cast<std::uint8_t>(i % 8), static_cast<std::uint8_t>((i + 3) % 8));
+    ASSERT_EQ(room, i < static_cast<int>(JointStep::kMaxJointTouches));
+  }
+  joint->solve();
+  EXPECT_EQ(joint->rounds(), JointStep::kMaxRelaxations / JointStep::kMaxJointTouches) << "a test must reach the bound";
+  EXPECT_EQ(joint->dropped(), 200 - JointStep::kMaxJointTouches);
+  for (const FreeBody& body : bodies) EXPECT_TRUE(isFinite(body.body.twist().v));
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -165,12 +165,16 @@ void PointFieldDetector::share(Run& run) HD_RT {
       return urgency_[g] < urgency_[h] || (urgency_[g] == urgency_[h] && g < h);
     });
   }
+  std::fill_n(run.worth, kMaxTouchGroups, 1.0F);
   if (!limited) return;
   run.report.exhausted = true;
   const std::uint32_t left = run.limit - run.report.work;
-  const double more = left > run.patches ? static_cast<double>(left - run.patches) /
-                                               static_cast<double>(std::max(1u, run.wanted - run.patches))
-                                         : 0;
+  if (left < run.patches) {
+    pick(run, left);
+    return;
+  }
+  const double more =
+      static_cast<double>(left - run.patches) / static_cast<double>(std::max(1u, run.wanted - run.patches));
   std::uint32_t given = 0;
   double owed = 0;  // Of blocks that were shared out in parts.
   for (std::uint32_t o = 0; o < run.order; ++o) {
@@ -184,6 +188,39 @@ void PointFieldDetector::share(Run& run) HD_RT {
       given += take_[i];
       if (take_[i] == 0) run.drop(run.a.patches[i]);
     }
+  }
+}
+
+void PointFieldDetector::pick(Run& run, std::uint32_t left) HD_RT {
+  // One for each group, and of what is left in parts.
+  const std::uint32_t rest = left > run.order ? left - run.order : 0;
+  const double part = static_cast<double>(rest) / std::max(1u, run.patches - run.order);
+  double owed = 0;
+  for (std::uint32_t o = 0; o < run.order; ++o) {
+    const std::uint32_t g = order_[o];
+    std::uint32_t wanted = 0, all = 0, chosen = 0;
+    for (std::uint32_t i = map_.first(g); i < map_.first(g + 1); ++i) wanted += take_[i] > 0 ? 1 : 0;
+    owed += part * (wanted - 1);
+    const std::uint32_t given = std::min({1 + static_cast<std::uint32_t>(owed), wanted, left});
+    owed -= std::max(given, 1u) - 1;
+    left -= given;
+    float radius = 0;
+    std::uint32_t n = 0;
+    for (std::uint32_t i = map_.first(g); i < map_.first(g + 1); ++i) {
+      if (take_[i] == 0) continue;
+      const hd_volume_patch& p = run.a.patches[i];
+      ++n;
+      all += p.count;
+      take_[i] = n * given / wanted > (n - 1) * given / wanted ? 1 : 0;
+      chosen += take_[i] > 0 ? p.count : 0;
+      radius = std::max(radius, p.radius);
+      if (given == 0) run.drop(p);
+    }
+    if (given == 0) continue;
+    run.worth[g] = static_cast<float>(all) / static_cast<float>(chosen);
+    if (given < wanted)
+      run.report.coarsest =
+          std::max(run.report.coarsest, 2.0 * radius * std::sqrt(static_cast<double>(wanted) / given));
   }
 }
 
@@ -219,7 +256,7 @@ void PointFieldDetector::pressGroup(Run& run, std::uint32_t g) HD_RT {
     // Patches next to each other whose points are all wanted are one range.
     std::uint32_t last = i, points = pointsIn(patches[i], take_[i]);
     run.range.first = patches[i].first;
-    run.range.weight = static_cast<float>(patches[i].count) / static_cast<float>(points);
+    run.range.weight = run.worth[g] * (static_cast<float>(patches[i].count) / static_cast<float>(points));
     if (points == patches[i].count) {
       while (last + 1 < end && last + 1 < i + kRunPatches && take_[last + 1] > 0 &&
              pointsIn(patches[last + 1], take_[last + 1]) == patches[last + 1].count)

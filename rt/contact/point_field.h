@@ -7,7 +7,8 @@
  * B has no bricks its coarse field tells depth and direction, however deep.
  *
  * A unit of work is sixteen points or sixteen patches. With too few, every patch gives its first points, which are
- * spread evenly, each standing for more; with fewer than patches, those that may be deepest are looked at.
+ * spread evenly, each standing for more; with fewer than patches, some of each group of patches stand for all of it;
+ * with fewer than groups, those that may be deepest are looked at.
  *
  * Coherence: each patch knows how far it may move before any of its points could touch. What moves is bounded by the
  * change of the relative pose, so a fast move uses it up at once. The sums do not depend on it, to the bit.
@@ -50,6 +51,7 @@ class PointFieldDetector final : public Detector {
   void prepare(const VolumeView& a, const VolumeView& b) HD_RT;
   void survey(Run& run, float shift, float turn) HD_RT;
   void share(Run& run) HD_RT;
+  void pick(Run& run, std::uint32_t left) HD_RT;
   void press(Run& run) HD_RT;
   void pressGroup(Run& run, std::uint32_t group) HD_RT;
   void sweep(Run& run) HD_RT;

@@ -36,6 +36,7 @@ struct PointFieldDetector::Run : FieldQuery {
   std::uint32_t checked = 0;  ///< Work at which the clock is read next.
   bool is_late = false;
   bool touched[kMaxTouchGroups];
+  float worth[kMaxTouchGroups];  ///< How many patches each of a group stands for.
 };
 
 }  // namespace hapticd

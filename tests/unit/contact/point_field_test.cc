@@ -243,6 +243,32 @@ TEST(PointField, AFifthOfTheWorkTellsOfAMatedFaceWhatAllOfItTells) {
   }
 }
 
+TEST(PointField, WithFewerUnitsThanPatchesSomeStandForTheirNeighbours) {
+  VolumeOptions options = fine(0.0001);
+  options.patch_points = 24;
+  const TestVolume tool = testing::volumeOfMesh(brokenHalf(true), 0.00025, options);
+  const TestVolume base = testing::volumeOfMesh(brokenHalf(false), 0.0005);
+  PointFieldDetector full(kRoom), limited(kRoom);
+  std::mt19937 random(13);
+  std::uniform_real_distribution<double> u(-1, 1);
+  ContactSet all, some;
+  for (int i = 0; i < 100; ++i) {
+    const Pose X{{1e-4 * u(random), 1e-4 * u(random), -1e-4 + 5e-5 * u(random)},
+                 rotated(Quat::Identity(), 0.004 * Vec3(u(random), u(random), u(random)), 1)};
+    DetectorQuery query = queryOf(tool, base, X);
+    full.find(query, all);
+    query.budget.units = all.report.work / 8;
+    ASSERT_LT(query.budget.units * 24, all.report.touching);
+    limited.find(query, some);
+    EXPECT_LE(some.report.work, query.budget.units);
+    EXPECT_GT(some.report.work, query.budget.units * 17 / 20);
+    EXPECT_TRUE(some.report.exhausted);
+    EXPECT_EQ(some.report.dropped, 0u);
+    EXPECT_GT(some.report.coarsest, 0.0005);
+    EXPECT_LE((some.integral.force - all.integral.force).norm(), 0.1 * all.integral.force.norm()) << i;
+  }
+}
+
 /** Goes on by a microsecond each time it is read. */
 class ReadClock final : public Clock {
  public:

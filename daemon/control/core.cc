@@ -30,6 +30,8 @@ Core::Core(const CoreOptions& options, Clock& clock)
       recordings_(scene_, meshes_, sessions_, options.config.servo.lock_memory && !options.config.servo.allow_no_rt),
       devices_(options_.config, clock, meshes_, scene_, options.threads) {
   devices_.setLines(lines_);
+  devices_.onOpened(
+      [this](const OpenDevice& device) { publish(EventKind::kDeviceAdded, device.name, device.info().uri); });
   scene_.setQuota(options_.config.quotas.objects);
   meshes_.setLock(options_.config.servo.lock_memory && !options_.config.servo.allow_no_rt);
   scene_.textures().setLock(options_.config.servo.lock_memory && !options_.config.servo.allow_no_rt);
@@ -65,7 +67,8 @@ Result<void> Core::openConfigured() {
 
 void Core::poll() {
   const std::int64_t now = clock_.now();
-  busy_ = false;
+  devices_.poll();
+  busy_ = devices_.opening() != 0;
   for (const auto& link : devices_.links()) {
     busy_ = link->flush() || busy_;
     drain(*link);
@@ -151,15 +154,23 @@ Result<OpenDevice*> Core::openDevice(std::string_view uri) {
   return device;
 }
 
-Result<OpenDevice*> Core::openDevice(std::string_view text, std::uint64_t connection) {
+Result<void> Core::mayOpen(std::string_view text, std::uint64_t connection) {
   const auto uri = parseDeviceUri(text);
   const bool tuned = uri && !uri.value().query.empty() && isHardware(uri.value().scheme);
-  if (tuned && !client(connection).administration && !devices_.find(text)) {
-    return Error{ErrorCode::kPermissionDenied, log::printable(std::string(text.substr(0, 200))),
-                 "the parameters of a real device are the administrator's",
-                 "open it without them, name it in hapticd.toml, or connect to the administration socket"};
-  }
+  if (!tuned || client(connection).administration || devices_.find(text)) return {};
+  return Error{ErrorCode::kPermissionDenied, log::printable(std::string(text.substr(0, 200))),
+               "the parameters of a real device are the administrator's",
+               "open it without them, name it in hapticd.toml, or connect to the administration socket"};
+}
+
+Result<OpenDevice*> Core::openDevice(std::string_view text, std::uint64_t connection) {
+  if (auto allowed = mayOpen(text, connection); !allowed) return allowed.error();
   return openDevice(text);
+}
+
+void Core::openDevice(std::string_view text, std::uint64_t connection, DeviceManager::Done done) {
+  if (auto allowed = mayOpen(text, connection); !allowed) return done(allowed.error());
+  devices_.open(text, std::move(done));
 }
 
 Result<void> Core::closeDevice(std::string_view uri, std::uint64_t connection) {

@@ -91,6 +91,10 @@ class Core {
   // Sessions and leases.
   [[nodiscard]] Result<Session*> openSession(std::string_view uri, std::uint64_t connection, const std::string& name,
                                              std::uint16_t major, std::uint16_t minor);
+  /** The same without waiting for the device; `done` is called once, now or by a later poll(). */
+  using SessionDone = std::function<void(Result<Session*>)>;
+  void openSession(std::string_view uri, std::uint64_t connection, const std::string& name, std::uint16_t major,
+                   std::uint16_t minor, SessionDone done);
   [[nodiscard]] Result<void> acquireLease(std::uint64_t session);
   [[nodiscard]] Result<void> releaseLease(std::uint64_t session);
   /** Takes the lease and arms. `done` is called once, when the servo has answered. */
@@ -116,6 +120,8 @@ class Core {
    * with parameters of a device that is not open yet is kPermissionDenied but on the administration socket.
    */
   [[nodiscard]] Result<OpenDevice*> openDevice(std::string_view uri, std::uint64_t connection);
+  /** The same without waiting for the device; `done` is called once, now or by a later poll(). */
+  void openDevice(std::string_view uri, std::uint64_t connection, DeviceManager::Done done);
   [[nodiscard]] Result<void> closeDevice(std::string_view uri, std::uint64_t connection);
 
   /** Records the device's group; Recordings says who may. */
@@ -159,6 +165,9 @@ class Core {
     std::int64_t off_ns = 0;  ///< Since when it is seen switched off; 0: it is not.
   };
 
+  /** Whether that client may have a device of that URI opened. */
+  [[nodiscard]] Result<void> mayOpen(std::string_view uri, std::uint64_t connection);
+  [[nodiscard]] Result<Session*> sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name);
   /** Whether that client may change how a device feels. */
   Result<void> mayChange(const OpenDevice& device, const Client& by);
   Result<Session*> leaseHolder(std::uint64_t id, const char* to_do);

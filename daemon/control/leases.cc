@@ -21,8 +21,9 @@ bool live(const Session& session) { return session.state != Session::State::kOff
 
 }  // namespace
 
-Result<Session*> Core::openSession(std::string_view uri, std::uint64_t connection, const std::string& name,
-                                   std::uint16_t major, std::uint16_t minor) {
+namespace {
+
+Result<void> speaksOurLayout(std::uint16_t major, std::uint16_t minor) {
   if (major != HD_SHM_MAJOR || minor > HD_SHM_MINOR) {
     return Error{
         ErrorCode::kVersionMismatch, "layoutMajor",
@@ -30,12 +31,34 @@ Result<Session*> Core::openSession(std::string_view uri, std::uint64_t connectio
                     HD_SHM_MINOR),
         major > HD_SHM_MAJOR || minor > HD_SHM_MINOR ? "update hapticd" : "update the client's libhapticclient"};
   }
+  return {};
+}
+
+}  // namespace
+
+Result<Session*> Core::openSession(std::string_view uri, std::uint64_t connection, const std::string& name,
+                                   std::uint16_t major, std::uint16_t minor) {
+  if (auto speaks = speaksOurLayout(major, minor); !speaks) return speaks.error();
   auto device = openDevice(uri, connection);
   if (!device) return device.error();
+  return sessionOn(**device, connection, name);
+}
+
+void Core::openSession(std::string_view uri, std::uint64_t connection, const std::string& name, std::uint16_t major,
+                       std::uint16_t minor, SessionDone done) {
+  if (auto speaks = speaksOurLayout(major, minor); !speaks) return done(speaks.error());
+  openDevice(uri, connection, [this, connection, name, done = std::move(done)](const Result<OpenDevice*>& device) {
+    if (!device) return done(device.error());
+    if (clients_.count(connection) == 0) return done(gone());  // It has left while the device was opened.
+    done(sessionOn(*device.value(), connection, name));
+  });
+}
+
+Result<Session*> Core::sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name) {
   Client by = client(connection);
   if (!name.empty()) by.name = name;
-  recordings_.sessionOpens(*(*device)->link, by.uid);
-  return sessions_.open(**device, by, clock_.now());
+  recordings_.sessionOpens(*device.link, by.uid);
+  return sessions_.open(device, by, clock_.now());
 }
 
 Result<void> Core::acquireLease(std::uint64_t id) {

@@ -18,12 +18,15 @@ DeviceManager::DeviceManager(const Config& config, Clock& clock, MeshStore& mesh
 
 DeviceManager::~DeviceManager() { closeAll(); }
 
+Result<void> DeviceManager::roomForGroup(const std::string& where) const {
+  if (links_.size() + opening_.size() < kMaxGroups) return {};
+  return Error{ErrorCode::kQuotaExceeded, where, fmt::format("there are {} device groups, the most", kMaxGroups),
+               "close a device first"};
+}
+
 Result<void> DeviceManager::openGroup(const GroupConfig& group) {
   const std::string where = fmt::format("group '{}'", group.name);
-  if (links_.size() == kMaxGroups) {
-    return Error{ErrorCode::kQuotaExceeded, where, fmt::format("there are {} device groups, the most", kMaxGroups),
-                 "close a device first"};
-  }
+  if (auto room = roomForGroup(where); !room) return room;
   if (group.devices.empty() || group.devices.size() > kMaxDevices) {
     return Error{ErrorCode::kInvalidArgument, where, fmt::format("a group has 1 to {} devices", kMaxDevices), {}};
   }
@@ -51,7 +54,11 @@ Result<void> DeviceManager::openGroup(const GroupConfig& group) {
     }
     opened.push_back(std::move(*device));
   }
+  return adopt(group, std::move(opened));
+}
 
+/** Starts the servo of devices that are open. */
+Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::unique_ptr<Device>> opened) {
   std::vector<std::unique_ptr<OpenDevice>> rows;
   std::vector<std::string> taken = names();
   for (std::uint32_t i = 0; i < opened.size(); ++i) {
@@ -94,14 +101,67 @@ Result<OpenDevice*> DeviceManager::open(std::string_view uri) {
   if (!probe) return probe.error();
   if (OpenDevice* device = lookUp((*probe)->info().uri)) return device;
   probe->reset();
+  if (auto r = openGroup(groupOf(uri)); !r) return r.error();
+  return devices_.back().get();
+}
+
+/** A group of its own for a device. */
+GroupConfig DeviceManager::groupOf(std::string_view uri) {
   GroupConfig group;
   do {
     group.name = fmt::format("group{}", next_group_++);
   } while (std::any_of(links_.begin(), links_.end(), [&](const auto& l) { return l->name() == group.name; }));
   group.devices = {std::string(uri)};
   group.rate_hz = config_.servo.rate_hz;
-  if (auto r = openGroup(group); !r) return r.error();
-  return devices_.back().get();
+  return group;
+}
+
+void DeviceManager::open(std::string_view uri, Done done) {
+  if (uri.empty() && !devices_.empty()) return done(devices_.front().get());
+  if (OpenDevice* device = lookUp(uri)) return done(device);
+  auto made = make_(uri);
+  if (!made) return done(made.error());
+  const std::string canonical = (*made)->info().uri;
+  if (OpenDevice* device = lookUp(canonical)) return done(device);
+  for (Opening& opening : opening_) {
+    if (opening.canonical != canonical) continue;
+    opening.texts.emplace_back(uri);
+    opening.waiting.push_back(std::move(done));
+    return;
+  }
+  if (auto room = roomForGroup(fmt::format("device '{}'", log::printable(uri.substr(0, 200)))); !room)
+    return done(room.error());
+  Opening& opening = opening_.emplace_back();
+  opening.canonical = canonical;
+  opening.texts.emplace_back(uri);
+  opening.waiting.push_back(std::move(done));
+  opener_.start(std::move(*made),
+                [this, canonical](DeviceOpener::Opened device) { opened(canonical, std::move(device)); });
+}
+
+/** A device that was asked for is open, or not. */
+void DeviceManager::opened(const std::string& canonical, DeviceOpener::Opened device) {
+  const auto it =
+      std::find_if(opening_.begin(), opening_.end(), [&](const Opening& o) { return o.canonical == canonical; });
+  const Opening opening = std::move(*it);
+  opening_.erase(it);
+  Result<OpenDevice*> answer = device ? Result<OpenDevice*>(nullptr) : Result<OpenDevice*>(device.error());
+  if (device) {
+    std::vector<std::unique_ptr<Device>> one;
+    one.push_back(std::move(*device));
+    if (auto r = adopt(groupOf(opening.texts.front()), std::move(one)); !r) {
+      answer = r.error();
+    } else {
+      answer = devices_.back().get();
+      for (const std::string& text : opening.texts) {
+        auto& aliases = devices_.back()->aliases;
+        if (text != canonical && std::find(aliases.begin(), aliases.end(), text) == aliases.end())
+          aliases.push_back(text);
+      }
+    }
+  }
+  if (answer && on_opened_) on_opened_(**answer);
+  for (const Done& done : opening.waiting) done(answer);
 }
 
 Result<void> DeviceManager::close(OpenDevice& device) {
@@ -122,6 +182,8 @@ Result<void> DeviceManager::close(OpenDevice& device) {
 }
 
 void DeviceManager::closeAll() {
+  opener_.stop();
+  opening_.clear();
   devices_.clear();
   for (auto& link : links_) letGo(*link);
   links_.clear();

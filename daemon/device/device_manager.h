@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "daemon/config.h"
+#include "daemon/device/device_opener.h"
 #include "daemon/device/group_link.h"
 #include "daemon/scene/scene_model.h"
 #include "drivers/registry.h"
@@ -66,13 +67,24 @@ class DeviceManager {
   DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads);
   ~DeviceManager();
   void setFactory(Factory factory) { make_ = std::move(factory); }
+  /** Is called for each device that open(uri, done) has opened, before those who wait for it. */
+  void onOpened(std::function<void(OpenDevice&)> told) { on_opened_ = std::move(told); }
   /** For every group opened from now on. */
   void setLines(SafetyLines& lines) { lines_ = &lines; }
 
   /** Opens the devices of a group and starts its servo. All or nothing. */
   [[nodiscard]] Result<void> openGroup(const GroupConfig& group);
-  /** By URI, serial or name. What is open is answered as it is; else it becomes a group of its own. */
+  /** By URI, serial or name. What is open is answered as it is; else it becomes a group of its own. Waits for it. */
   [[nodiscard]] Result<OpenDevice*> open(std::string_view uri);
+  /**
+   * The same without waiting: `done` is called now if there is nothing to wait for, else once by a later poll(). Who
+   * asks meanwhile for a device that is being opened waits for the same.
+   */
+  using Done = std::function<void(Result<OpenDevice*>)>;
+  void open(std::string_view uri, Done done);
+  void poll() { opener_.poll(); }
+  /** Devices that are being opened. */
+  [[nodiscard]] std::size_t opening() const { return opening_.size(); }
   /** Closes the device and those that share its servo. Refused while any of them has a session. */
   [[nodiscard]] Result<void> close(OpenDevice& device);
 
@@ -92,6 +104,16 @@ class DeviceManager {
   void closeAll();
 
  private:
+  /** A device that is being opened, and who waits for it. */
+  struct Opening {
+    std::string canonical;
+    std::vector<std::string> texts;  ///< By which it was asked for.
+    std::vector<Done> waiting;
+  };
+  [[nodiscard]] Result<void> adopt(const GroupConfig& group, std::vector<std::unique_ptr<Device>> opened);
+  [[nodiscard]] GroupConfig groupOf(std::string_view uri);
+  [[nodiscard]] Result<void> roomForGroup(const std::string& where) const;
+  void opened(const std::string& canonical, DeviceOpener::Opened device);
   GroupOptions options(const GroupConfig& group, const std::vector<std::unique_ptr<Device>>& devices) const;
   std::string shortName(const DeviceInfo& info, const std::vector<std::string>& taken) const;
   void letGo(GroupLink& link);
@@ -103,10 +125,13 @@ class DeviceManager {
   SceneModel& scene_;
   bool threads_;
   Factory make_;
+  std::function<void(OpenDevice&)> on_opened_;
   SafetyLines* lines_ = nullptr;
   std::vector<std::unique_ptr<GroupLink>> links_;
   std::vector<std::unique_ptr<OpenDevice>> devices_;
   std::uint32_t next_group_ = 1;
+  std::vector<Opening> opening_;
+  DeviceOpener opener_;  // last: its threads end before what they use goes
 };
 
 }  // namespace hapticd

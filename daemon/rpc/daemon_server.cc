@@ -10,6 +10,20 @@ capnp::Text::Reader text(const std::string& in) { return {in.data(), in.size()};
 
 Result<std::string> readUri(capnp::Text::Reader in) { return readText(in, kMostUri, "uri"); }
 
+template <class Results>
+void writeSession(Results results, Core& core, const Session& session) {
+  results.setSession(kj::heap<SessionServer>(core, session.id));
+  auto info = results.initInfo();
+  info.setId(session.id);
+  info.setEpoch(core.epoch());
+  write(info.initDevice(), *session.device);
+  info.setDeviceIndex(session.device->index);
+  info.setDeviceCount(static_cast<std::uint32_t>(session.link->group().deviceCount()));
+  info.setPeriodNs(session.link->group().options().cycle.period_ns);
+  info.setRegionABytes(session.regions.fileA().size());
+  info.setRegionBBytes(session.regions.fileB().size());
+}
+
 }  // namespace
 
 kj::Promise<void> DaemonServer::hello(HelloContext context) {
@@ -40,14 +54,23 @@ kj::Promise<void> DaemonServer::listDevices(ListDevicesContext context) {
 }
 
 kj::Promise<void> DaemonServer::openDevice(OpenDeviceContext context) {
-  return answer(context, [&](auto params, auto results) -> Result<void> {
-    auto uri = readUri(params.getUri());
+  auto paf = kj::newPromiseAndFulfiller<void>();
+  auto later = std::make_shared<LaterAnswer<OpenDeviceContext>>(context, kj::mv(paf.fulfiller));
+  const Result<void> asked = caught([&]() -> Result<void> {
+    auto uri = readUri(context.getParams().getUri());
     if (!uri) return uri.error();
-    auto device = core_.openDevice(*uri, connection_);
-    if (!device) return device.error();
-    write(results.initDevice(), **device);
+    core_.openDevice(*uri, connection_, [later](const Result<OpenDevice*>& device) {
+      if (!later->waiting()) return;
+      later->done(caught([&]() -> Result<void> {
+        if (!device) return device.error();
+        write(later->results().initDevice(), *device.value());
+        return {};
+      }));
+    });
     return {};
   });
+  if (!asked) later->done(asked);
+  return kj::mv(paf.promise);
 }
 
 kj::Promise<void> DaemonServer::closeDevice(CloseDeviceContext context) {
@@ -59,26 +82,30 @@ kj::Promise<void> DaemonServer::closeDevice(CloseDeviceContext context) {
 }
 
 kj::Promise<void> DaemonServer::openSession(OpenSessionContext context) {
-  return answer(context, [&](auto params, auto results) -> Result<void> {
+  auto paf = kj::newPromiseAndFulfiller<void>();
+  auto later = std::make_shared<LaterAnswer<OpenSessionContext>>(context, kj::mv(paf.fulfiller));
+  const Result<void> asked = caught([&]() -> Result<void> {
+    const auto params = context.getParams();
     auto uri = readUri(params.getUri());
     if (!uri) return uri.error();
     auto name = readText(params.getClientName(), kMostName, "clientName");
     if (!name) return name.error();
-    auto opened = core_.openSession(*uri, connection_, *name, params.getLayoutMajor(), params.getLayoutMinor());
-    if (!opened) return opened.error();
-    const Session& session = **opened;
-    results.setSession(kj::heap<SessionServer>(core_, session.id));
-    auto info = results.initInfo();
-    info.setId(session.id);
-    info.setEpoch(core_.epoch());
-    write(info.initDevice(), *session.device);
-    info.setDeviceIndex(session.device->index);
-    info.setDeviceCount(static_cast<std::uint32_t>(session.link->group().deviceCount()));
-    info.setPeriodNs(session.link->group().options().cycle.period_ns);
-    info.setRegionABytes(session.regions.fileA().size());
-    info.setRegionBBytes(session.regions.fileB().size());
+    core_.openSession(*uri, connection_, *name, params.getLayoutMajor(), params.getLayoutMinor(),
+                      [later, &core = core_](const Result<Session*>& opened) {
+                        if (!later->waiting()) {
+                          if (opened) core.sessions().end((*opened.value()).id, "nobody waits for it any more");
+                          return;
+                        }
+                        later->done(caught([&]() -> Result<void> {
+                          if (!opened) return opened.error();
+                          writeSession(later->results(), core, *opened.value());
+                          return {};
+                        }));
+                      });
     return {};
   });
+  if (!asked) later->done(asked);
+  return kj::mv(paf.promise);
 }
 
 kj::Promise<void> DaemonServer::scene(SceneContext context) {

@@ -46,7 +46,8 @@ IoDevice::IoDevice(std::unique_ptr<DeviceIo> io, IoOptions options, Clock& clock
 
 Result<void> IoDevice::open() {
   close();
-  stop_.store(false, std::memory_order_relaxed);
+  stop_.store(false);
+  if (given_up_.load()) stop_.store(true);  // After the line above, so that giveUp() is not lost whenever it comes.
   if (auto opened = io_->open(stop_); !opened) {
     io_->close();
     return opened;
@@ -78,6 +79,11 @@ void IoDevice::close() noexcept {
   thread_.join();
   io_->close();
   open_ = there_ = false;
+}
+
+void IoDevice::giveUp() noexcept {
+  given_up_.store(true);
+  stop_.store(true);
 }
 
 void IoDevice::safe() noexcept {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "drivers/link/device_io.h"
+#include "drivers/link/slow_to_open.h"
 #include "rt/base/clock.h"
 #include "rt/cycle/realtime.h"
 #include "rt/device.h"
@@ -28,7 +29,7 @@ struct IoOptions {
  * Reads and writes of the servo touch only the link. A device that goes shows kDeviceGone, which the guard latches as a
  * fault; when it is there again it is opened anew and samples go on. Nothing moves until somebody arms again.
  */
-class IoDevice final : public Device {
+class IoDevice final : public Device, public SlowToOpen {
  public:
   explicit IoDevice(std::unique_ptr<DeviceIo> io, IoOptions options = {});
   IoDevice(std::unique_ptr<DeviceIo> io, IoOptions options, Clock& clock);
@@ -40,6 +41,7 @@ class IoDevice final : public Device {
 
   [[nodiscard]] Result<void> open() override;
   void close() noexcept override;
+  void giveUp() noexcept override;
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override { link_.read(now_ns, sample); }
   void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT override { link_.write(now_ns, command); }
   void safe() noexcept override;
@@ -61,7 +63,7 @@ class IoDevice final : public Device {
   Clock& clock_;
   DeviceLink link_;
   RtThread thread_;
-  std::atomic<bool> stop_{false};
+  std::atomic<bool> stop_{false}, given_up_{false};
   bool open_ = false;
   bool there_ = false;  ///< The I/O thread's.
   std::int64_t next_look_ns_ = 0;

@@ -71,6 +71,7 @@ Result<void> HelperDevice::open() {
   }
   end_->write(clock_.now(), {});  // What was commanded before it was closed is over.
   stop_.store(false);
+  if (given_up_.load()) stop_.store(true);  // After the line above, so that giveUp() is not lost whenever it comes.
   auto started = startHelper();
   if (!started) return started.error();
   const std::string uri = info_.uri, driver = info_.driver, style = info_.calibration_style;
@@ -92,6 +93,11 @@ void HelperDevice::close() noexcept {
   gone_.store(true);
   process_.reset();  // Hangs up; the helper sends zeros, closes the device and ends.
   pid_.store(0);
+}
+
+void HelperDevice::giveUp() noexcept {
+  given_up_.store(true);
+  stop_.store(true);
 }
 
 void HelperDevice::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "drivers/link/slow_to_open.h"
 #include "drivers/vendor/helper_process.h"
 #include "drivers/vendor/shared_link.h"
 #include "rt/base/clock.h"
@@ -44,7 +45,7 @@ class SharedLinkMapping {
  * which opens the device and so brings it to zero; after that every half second until one succeeds. A helper whose
  * daemon dies, or is silent for 10 ms, sends zeros by itself.
  */
-class HelperDevice final : public Device {
+class HelperDevice final : public Device, public SlowToOpen {
  public:
   static constexpr int kOpen_ms = 15'000;  ///< Longest that a library may take to open its device.
   static constexpr int kRetry_ms = 500;
@@ -59,6 +60,7 @@ class HelperDevice final : public Device {
   [[nodiscard]] Histogram* roundTrip() noexcept override { return end_ ? &end_->round_trip : nullptr; }
   [[nodiscard]] Result<void> open() override;
   void close() noexcept override;
+  void giveUp() noexcept override;
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override;
   void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT override { end_->write(now_ns, command); }
   void safe() noexcept override;
@@ -80,7 +82,7 @@ class HelperDevice final : public Device {
   std::atomic<SharedServoEnd*> live_{nullptr};  ///< For safe().
   std::unique_ptr<HelperProcess> process_;      ///< open() and close(), and the watching thread between them.
   std::atomic<pid_t> pid_{0};
-  std::atomic<bool> gone_{true}, stop_{false};
+  std::atomic<bool> gone_{true}, stop_{false}, given_up_{false};
   std::uint32_t generation_ = 0;
   RtThread watcher_;
 };

@@ -1,0 +1,49 @@
+/** @file
+ * Opens devices aside from the control thread, each on a thread of its own.
+ */
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <list>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "rt/device.h"
+
+namespace hapticd {
+
+/** Control thread only. */
+class DeviceOpener {
+ public:
+  /** Open, or why not. */
+  using Opened = Result<std::unique_ptr<Device>>;
+  using Done = std::function<void(Opened)>;
+
+  DeviceOpener() = default;
+  DeviceOpener(const DeviceOpener&) = delete;
+  DeviceOpener& operator=(const DeviceOpener&) = delete;
+  /** Gives up what is under way, and closes what opened all the same; `done` is not called. */
+  ~DeviceOpener() { stop(); }
+  void stop();
+
+  /** Calls device->open() on a thread of its own; `done` is called by poll() when it has returned. */
+  void start(std::unique_ptr<Device> device, Done done);
+  void poll();
+  [[nodiscard]] std::size_t size() const { return running_.size(); }
+
+ private:
+  struct Running {
+    std::unique_ptr<Device> device;
+    Done done;
+    Result<void> result;
+    std::atomic<bool> finished{false};
+    std::thread thread;
+  };
+  std::list<Running> running_;
+};
+
+}  // namespace hapticd

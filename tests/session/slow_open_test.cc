@@ -1,0 +1,173 @@
+// A device that takes its time to open: the control thread goes on, and everybody gets an answer.
+#include <condition_variable>
+#include <mutex>
+
+#include "drivers/link/slow_to_open.h"
+#include "tests/session/bench.h"
+
+namespace hapticd::test {
+namespace {
+
+/** Opens when the test lets it. */
+struct Gate {
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool opened = false, entered = false, given_up = false;
+  int closed = 0;
+
+  void open() {
+    const std::lock_guard lock(mutex);
+    opened = true;
+    changed.notify_all();
+  }
+  void awaitEntered() {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return entered; });
+  }
+};
+
+class SlowDevice final : public Device, public SlowToOpen {
+ public:
+  SlowDevice(Gate& gate, std::string uri, bool refuses) : gate_(gate), refuses_(refuses) {
+    info_.uri = std::move(uri);
+    info_.driver = "slow";
+    info_.max_force = 5;
+  }
+  const DeviceInfo& info() const noexcept override { return info_; }
+  Result<void> open() override {
+    std::unique_lock lock(gate_.mutex);
+    gate_.entered = true;
+    gate_.changed.notify_all();
+    gate_.changed.wait(lock, [&] { return gate_.opened || gate_.given_up; });
+    if (refuses_ || gate_.given_up) return Error{ErrorCode::kDeviceGone, info_.uri, "it does not answer", "plug it in"};
+    return {};
+  }
+  void giveUp() noexcept override {
+    const std::lock_guard lock(gate_.mutex);
+    gate_.given_up = true;
+    gate_.changed.notify_all();
+  }
+  void close() noexcept override { ++gate_.closed; }
+  void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override {
+    sample.t_ns = now_ns;
+    sample.fresh = true;
+  }
+  void write(std::int64_t, const DeviceCommand&) HD_RT override {}
+  void safe() noexcept override {}
+
+ private:
+  Gate& gate_;
+  bool refuses_;
+  DeviceInfo info_;
+};
+
+struct SlowBench {
+  explicit SlowBench(bool refuses = false) {
+    bench.core.devices().setFactory([this, refuses](std::string_view) -> Result<std::unique_ptr<Device>> {
+      return std::unique_ptr<Device>(std::make_unique<SlowDevice>(gate, "slow://1", refuses));
+    });
+  }
+  /** Polls, which is all that moves an opening on, until its answer is there. */
+  template <class Condition>
+  void until(Condition condition) {
+    while (!condition()) bench.step(1);
+  }
+  Gate gate;  // before the bench: its devices go first
+  Bench bench;
+};
+
+TEST(SlowOpen, OthersAreServedMeanwhile) {
+  SlowBench slow;
+  Core& core = slow.bench.core;
+  OpenDevice* opened = nullptr;
+  core.openDevice("slow://1", slow.bench.administration, [&](const Result<OpenDevice*>& device) {
+    ASSERT_TRUE(device.ok());
+    opened = *device;
+  });
+  slow.gate.awaitEntered();
+  slow.bench.step(20);
+  EXPECT_EQ(opened, nullptr);
+  EXPECT_TRUE(core.busy()) << "the answer must not wait for the next idle look";
+  // A client of the device that is open does all it wants.
+  const Session* session = slow.bench.live();
+  ASSERT_NE(session, nullptr);
+  EXPECT_TRUE(slow.bench.arm(session->id).ok());
+  EXPECT_TRUE(core.stop("", slow.bench.connection).ok());
+  EXPECT_EQ(core.devices().find("slow://1").error().code, ErrorCode::kNotFound);
+  slow.gate.open();
+  slow.until([&] { return opened != nullptr; });
+  EXPECT_EQ(opened->info().uri, "slow://1");
+  EXPECT_EQ(core.devices().devices().size(), 2u);
+  EXPECT_FALSE(core.devices().opening());
+}
+
+TEST(SlowOpen, WhoAsksMeanwhileWaitsForTheSame) {
+  SlowBench slow;
+  Core& core = slow.bench.core;
+  std::vector<OpenDevice*> answers;
+  std::vector<Session*> sessions;
+  core.openDevice("slow://1", slow.bench.connection,
+                  [&](const Result<OpenDevice*>& device) { answers.push_back(*device); });
+  core.openDevice("slow://again", slow.bench.connection,
+                  [&](const Result<OpenDevice*>& device) { answers.push_back(*device); });
+  core.openSession("slow://1", slow.bench.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR,
+                   [&](const Result<Session*>& session) { sessions.push_back(*session); });
+  EXPECT_EQ(core.devices().opening(), 1u);
+  slow.gate.open();
+  slow.until([&] { return !sessions.empty(); });
+  ASSERT_EQ(answers.size(), 2u);
+  EXPECT_EQ(answers[0], answers[1]);
+  EXPECT_EQ(sessions[0]->device, answers[0]);
+  EXPECT_EQ(*core.devices().find("slow://again"), answers[0]);
+  bool at_once = false;
+  core.openDevice("slow://1", slow.bench.connection, [&](const Result<OpenDevice*>&) { at_once = true; });
+  EXPECT_TRUE(at_once) << "it is open";
+}
+
+TEST(SlowOpen, ARefusalReachesAllWhoWaitAndTheNextTriesAgain) {
+  SlowBench slow(true);
+  Core& core = slow.bench.core;
+  int refusals = 0;
+  const auto refused = [&](const Result<OpenDevice*>& device) {
+    EXPECT_EQ(device.error().code, ErrorCode::kDeviceGone);
+    ++refusals;
+  };
+  core.openDevice("slow://1", slow.bench.connection, refused);
+  core.openDevice("slow://1", slow.bench.connection, refused);
+  slow.gate.open();
+  slow.until([&] { return refusals == 2; });
+  core.openDevice("slow://1", slow.bench.connection, refused);
+  EXPECT_EQ(core.devices().opening(), 1u);
+  slow.until([&] { return refusals == 3; });
+  EXPECT_EQ(core.devices().devices().size(), 1u);
+}
+
+TEST(SlowOpen, AClientThatHasLeftGetsNoSession) {
+  SlowBench slow;
+  Core& core = slow.bench.core;
+  const auto guest = core.connect(1, 1000, false);
+  ASSERT_TRUE(guest.ok());
+  bool answered = false;
+  core.openSession("slow://1", *guest, "guest", HD_SHM_MAJOR, HD_SHM_MINOR, [&](const Result<Session*>& session) {
+    EXPECT_FALSE(session.ok());
+    answered = true;
+  });
+  core.disconnect(*guest);
+  slow.gate.open();
+  slow.until([&] { return answered; });
+  EXPECT_EQ(core.devices().devices().back()->sessions, 0u);
+}
+
+TEST(SlowOpen, ADaemonThatEndsDoesNotWaitForIt) {
+  SlowBench slow;
+  bool answered = false;
+  slow.bench.core.openDevice("slow://1", slow.bench.connection, [&](const Result<OpenDevice*>&) { answered = true; });
+  slow.gate.awaitEntered();
+  slow.bench.core.devices().closeAll();
+  EXPECT_TRUE(slow.gate.given_up);
+  EXPECT_FALSE(answered);
+  EXPECT_EQ(slow.bench.core.devices().opening(), 0u);
+}
+
+}  // namespace
+}  // namespace hapticd::test

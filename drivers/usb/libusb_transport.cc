@@ -73,7 +73,8 @@ class LibusbTransport final : public UsbTransport {
   ~LibusbTransport() override {
     cancelAll();
     for (Slot& slot : slots_) {
-      if (!slot.pending) libusb_free_transfer(slot.transfer);  // One that never ended is better lost than used again.
+      if (!slot.underWay())
+        libusb_free_transfer(slot.transfer);  // One that never ended is better lost than used again.
     }
     if (handle_ != nullptr) {
       if (claimed_) libusb_release_interface(handle_, interface_.number);  // The kernel's driver comes back by itself.
@@ -111,13 +112,14 @@ class LibusbTransport final : public UsbTransport {
 
   void poll(std::int64_t until_ns, UsbListener& listener) noexcept override {
     listener_ = &listener;
-    ended_ = 0;
+    ended_ = untold_count_ > 0 ? 1 : 0;
+    tellAll();
     MonotonicClock clock;
-    do {
+    while (ended_ == 0) {
       const std::int64_t left_us = std::max<std::int64_t>(0, (until_ns - clock.now() + 999) / 1000);
       timeval wait{left_us / 1'000'000, left_us % 1'000'000};
-      if (libusb_handle_events_timeout_completed(context_, &wait, &ended_) != 0) break;
-    } while (ended_ == 0 && clock.now() < until_ns);
+      if (libusb_handle_events_timeout_completed(context_, &wait, &ended_) != 0 || clock.now() >= until_ns) break;
+    }
     listener_ = nullptr;
   }
 
@@ -129,8 +131,11 @@ class LibusbTransport final : public UsbTransport {
   struct Slot {
     LibusbTransport* owner = nullptr;
     libusb_transfer* transfer = nullptr;
-    bool in = false, pending = false;
+    bool in = false;
+    bool pending = false;  ///< Posted, and its end not told.
+    bool ended = false;    ///< Its end is to be told.
     std::array<std::uint8_t, kMostPacket> bytes{};
+    [[nodiscard]] bool underWay() const { return pending && !ended; }
   };
 
   UsbStatus post(bool in, std::span<const std::uint8_t> bytes) noexcept {
@@ -148,28 +153,39 @@ class LibusbTransport final : public UsbTransport {
     return fromError(refused);
   }
 
+  /** Called within poll(), and within control(), which waits with the same loop: then the next poll() tells it. */
   static void LIBUSB_CALL done(libusb_transfer* transfer) {
     auto& slot = *static_cast<Slot*>(transfer->user_data);
     LibusbTransport& self = *slot.owner;
-    slot.pending = false;
+    slot.ended = true;
+    self.untold_[self.untold_count_++] = &slot;
     self.ended_ = 1;
-    if (self.listener_ == nullptr) return;
-    const UsbStatus status = fromTransfer(transfer->status);
-    if (slot.in) {
-      const auto length = static_cast<std::size_t>(std::max(0, transfer->actual_length));
-      self.listener_->onIn(status, {slot.bytes.data(), status == UsbStatus::kOk ? length : 0});
-    } else {
-      self.listener_->onOut(status);
+    if (self.listener_ != nullptr) self.tellAll();
+  }
+
+  /** In the order in which they ended. */
+  void tellAll() noexcept {
+    for (std::size_t i = 0; i < untold_count_; ++i) {
+      Slot& slot = *untold_[i];
+      slot.pending = slot.ended = false;
+      const UsbStatus status = fromTransfer(slot.transfer->status);
+      if (slot.in) {
+        const auto length = static_cast<std::size_t>(std::max(0, slot.transfer->actual_length));
+        listener_->onIn(status, {slot.bytes.data(), status == UsbStatus::kOk ? length : 0});
+      } else {
+        listener_->onOut(status);
+      }
     }
+    untold_count_ = 0;
   }
 
   /** A transfer may only be freed when libusb has told its end; the kernel tells within milliseconds. */
   void cancelAll() noexcept {
     const auto pending = [this] {
-      return std::any_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.pending; });
+      return std::any_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.underWay(); });
     };
     for (Slot& slot : slots_) {
-      if (slot.pending) (void)libusb_cancel_transfer(slot.transfer);
+      if (slot.underWay()) (void)libusb_cancel_transfer(slot.transfer);
     }
     for (int i = 0; i < 100 && pending(); ++i) {
       timeval wait{0, 10'000};
@@ -183,6 +199,8 @@ class LibusbTransport final : public UsbTransport {
   libusb_device_handle* handle_ = nullptr;
   bool claimed_ = false;
   std::array<Slot, 2 * kMostPending> slots_;
+  std::array<Slot*, 2 * kMostPending> untold_{};
+  std::size_t untold_count_ = 0;
   UsbListener* listener_ = nullptr;
   int ended_ = 0;
 };

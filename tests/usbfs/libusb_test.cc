@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "drivers/falcon/falcon_boot.h"
 #include "drivers/falcon/falcon_io.h"
 #include "drivers/link/io_device.h"
 #include "drivers/usb/libusb_transport.h"
@@ -81,6 +82,45 @@ TEST_F(Libusb, AWholeSessionWithRequestsPostedAhead) {
   EXPECT_EQ(usbfs_.claims, 1);
   EXPECT_EQ(usbfs_.releases, 1);
   EXPECT_GT(usbfs_.discarded, 0) << "what waited was taken back";
+}
+
+struct Counts final : UsbListener {
+  void onIn(UsbStatus status, std::span<const std::uint8_t>) noexcept override { in += status == UsbStatus::kOk; }
+  void onOut(UsbStatus status) noexcept override { out += status == UsbStatus::kOk; }
+  int in = 0, out = 0;
+};
+
+/** libusb waits for a control transfer with the loop that ends others too: none of these may be forgotten. */
+TEST_F(Libusb, WhatEndsDuringAControlTransferIsToldByTheNextPoll) {
+  auto usb = opener()();
+  ASSERT_TRUE(usb.ok());
+  for (int round = 0; round < 20; ++round) {
+    Counts counts;
+    for (std::size_t i = 0; i < UsbTransport::kMostPending; ++i) ASSERT_EQ((*usb)->postIn(), UsbStatus::kOk);
+    EXPECT_EQ((*usb)->postIn(), UsbStatus::kError) << "no more than that";
+    clock_.sleepUntil(clock_.now() + 20 * kMs);
+    ASSERT_EQ((*usb)->control({0x40, 2, 0, 0}), UsbStatus::kOk);
+    for (int i = 0; i < 1000 && counts.in < static_cast<int>(UsbTransport::kMostPending); ++i)
+      (*usb)->poll(clock_.now() + 10 * kMs, counts);
+    ASSERT_EQ(counts.in, static_cast<int>(UsbTransport::kMostPending)) << round;
+  }
+}
+
+TEST_F(Libusb, FirmwareIsLoadedBesideWhatWasAskedBefore) {
+  std::vector<std::uint8_t> firmware(4096);
+  for (std::size_t i = 0; i < firmware.size(); ++i) firmware[i] = static_cast<std::uint8_t>(i * 7);
+  for (int i = 0; i < 3; ++i) {
+    fault(haptic_emu::FaultKind::kUnplug, true);
+    clock_.sleepUntil(clock_.now() + 2 * kMs);
+    fault(haptic_emu::FaultKind::kUnplug, false);  // It has lost its firmware.
+    auto usb = opener()();
+    ASSERT_TRUE(usb.ok());
+    std::atomic<bool> stop{false};
+    const auto booted = falcon::boot(**usb, clock_, firmware, stop);
+    ASSERT_TRUE(booted.ok()) << toString(booted.error());
+    const auto held = usbfs_.hold();
+    EXPECT_EQ(model_.firmware(), firmware);
+  }
 }
 
 TEST_F(Libusb, AKernelDriverIsTakenOffAndGivenBack) {

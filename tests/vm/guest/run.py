@@ -16,7 +16,7 @@ def main():
         if topic not in wanted and topic not in ALWAYS:
             continue
         module = importlib.import_module(f"guest.{topic}")
-        for name, check in vars(module).items():
+        for name, check in list(vars(module).items()):
             if name.startswith("check_"):
                 report.run(topic, name.removeprefix("check_"), check)
 

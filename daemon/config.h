@@ -129,6 +129,12 @@ struct Config {
     bool operator==(const Builder&) const = default;
   } builder;
 
+  /** Recorded motions: replay://, and sim:// with motion=csv. */
+  struct Motions {
+    std::string folder;  ///< What lies in it every client may name; empty: none but the administrator's.
+    bool operator==(const Motions&) const = default;
+  } motions;
+
   std::vector<GroupConfig> groups;    ///< Empty: one group "default" of one device, found by itself.
   std::vector<DeviceConfig> devices;  ///< What holds for particular devices.
 

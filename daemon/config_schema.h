@@ -72,6 +72,7 @@ void visitConfig(Visitor& root, Configuration& c) {
     v.text("cache", c.builder.cache);
     v.number("cache_mb", c.builder.cache_mb, 0, 1e6);
   });
+  root.table("motions", [&](auto& v) { v.text("folder", c.motions.folder); });
   root.tables("group", c.groups, [](auto& v, auto& group) {
     v.text("name", group.name);
     v.texts("devices", group.devices);

@@ -1,14 +1,30 @@
 #include "daemon/control/core.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "daemon/device/limits.h"
 #include "daemon/log.h"
+#include "drivers/named_file.h"
 #include "drivers/registry.h"
 
 namespace hapticd {
+namespace {
+
+/** Whether that user may have that file read: it may itself, or the administrator lets everybody. */
+bool mayName(const std::string& file, const Client& by, const Config& config) {
+  if (by.administration || by.uid == 0 || by.uid == ::geteuid()) return true;
+  std::error_code missing;
+  const auto folder = std::filesystem::canonical(config.motions.folder, missing);
+  if (config.motions.folder.empty() || missing) return false;
+  const auto at = std::filesystem::weakly_canonical(file, missing);
+  return !missing && std::mismatch(folder.begin(), folder.end(), at.begin(), at.end()).first == folder.end();
+}
+
+}  // namespace
 
 Core::Core(const CoreOptions& options, Clock& clock)
     : options_(options),
@@ -156,6 +172,14 @@ Result<OpenDevice*> Core::openDevice(std::string_view uri) {
 
 Result<void> Core::mayOpen(std::string_view text, std::uint64_t connection) {
   const auto uri = parseDeviceUri(text);
+  const std::string motion = uri ? namedMotion(uri.value()) : std::string();
+  if (!motion.empty() && !mayName(motion, client(connection), options_.config) && !devices_.find(text)) {
+    return Error{ErrorCode::kPermissionDenied, log::printable(motion.substr(0, 200)),
+                 "which files the daemon reads is the administrator's choice",
+                 options_.config.motions.folder.empty()
+                     ? "set motions.folder in hapticd.toml, or connect to the administration socket"
+                     : "put it into " + options_.config.motions.folder};
+  }
   const bool tuned = uri && !uri.value().query.empty() && isHardware(uri.value().scheme);
   if (!tuned || client(connection).administration || devices_.find(text)) return {};
   return Error{ErrorCode::kPermissionDenied, log::printable(std::string(text.substr(0, 200))),

@@ -1,4 +1,9 @@
 // Who may say how a real device is driven.
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
 #include "tests/session/bench.h"
 
 namespace hapticd::test {
@@ -20,6 +25,58 @@ TEST(Hardware, ItsParametersAreTheAdministrators) {
   EXPECT_EQ(codeOf("sim://default?mass=0.3", bench.connection), ErrorCode::kOk) << "a simulator cannot hurt";
   EXPECT_EQ(codeOf(tuned, bench.administration), ErrorCode::kOk);
   EXPECT_EQ(codeOf(tuned, bench.connection), ErrorCode::kOk) << "it is open already, as the administrator wants it";
+}
+
+class NamedFiles : public ::testing::Test {
+ protected:
+  NamedFiles() {
+    namespace fs = std::filesystem;
+    fs::create_directories(root_ + "/open");
+    for (const char* file : {"/secret.csv", "/open/motion.csv", "/openness.csv"})
+      std::ofstream(root_ + file) << "0,0,0,0\n1,0.01,0,0\n";
+    fs::create_symlink(root_ + "/secret.csv", root_ + "/open/way_out.csv");
+  }
+  ~NamedFiles() override { std::filesystem::remove_all(root_); }
+  ErrorCode opened(Bench& bench, const std::string& uri, std::uint64_t connection) {
+    const auto device = bench.core.openDevice(uri, connection);
+    return device ? ErrorCode::kOk : device.error().code;
+  }
+  static Config withFolder(const std::string& folder) {
+    Config config = Bench::relaxed();
+    config.motions.folder = folder;
+    return config;
+  }
+  std::string root_ = ::testing::TempDir() + "hapticd-named-" + std::to_string(::getpid());
+};
+
+TEST_F(NamedFiles, AreTheAdministratorsAndTheDaemonsOwnUsers) {
+  Bench bench;
+  const std::uint64_t stranger = *bench.core.connect(1, 61'000, false);
+  for (const std::string& uri :
+       {"replay://" + root_ + "/secret.csv", "sim://default?motion=csv&file=" + root_ + "/secret.csv",
+        std::string("replay:///etc/shadow")}) {
+    EXPECT_EQ(opened(bench, uri, stranger), ErrorCode::kPermissionDenied) << uri;
+    EXPECT_EQ(bench.core.openSession(uri, stranger, "s", HD_SHM_MAJOR, HD_SHM_MINOR).error().code,
+              ErrorCode::kPermissionDenied);
+  }
+  EXPECT_EQ(opened(bench, "sim://default?motion=circle", stranger), ErrorCode::kOk);
+  const std::uint64_t own = *bench.core.connect(2, ::geteuid(), false);
+  EXPECT_EQ(opened(bench, "replay://" + root_ + "/open/motion.csv", own), ErrorCode::kOk);
+  EXPECT_EQ(opened(bench, "replay://" + root_ + "/secret.csv", bench.administration), ErrorCode::kOk);
+  EXPECT_EQ(opened(bench, "replay://" + root_ + "/secret.csv", stranger), ErrorCode::kOk) << "it is open already";
+}
+
+TEST_F(NamedFiles, OfTheFolderAreEverybodys) {
+  Bench bench(withFolder(root_ + "/open"));
+  const std::uint64_t stranger = *bench.core.connect(1, 61'000, false);
+  for (const char* out :
+       {"/secret.csv", "/open/../secret.csv", "/open/way_out.csv", "/openness.csv", "/open/../open/.."}) {
+    EXPECT_EQ(opened(bench, "replay://" + root_ + out, stranger), ErrorCode::kPermissionDenied) << out;
+  }
+  EXPECT_EQ(opened(bench, "replay://" + root_ + "/open/motion.csv", stranger), ErrorCode::kOk);
+  Bench nowhere(withFolder(root_ + "/nowhere"));
+  const std::uint64_t other = *nowhere.core.connect(1, 61'000, false);
+  EXPECT_EQ(opened(nowhere, "replay://" + root_ + "/nowhere/motion.csv", other), ErrorCode::kPermissionDenied);
 }
 
 }  // namespace

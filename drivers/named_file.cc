@@ -1,0 +1,17 @@
+#include "drivers/named_file.h"
+
+#include "drivers/replay/replay_driver.h"
+#include "drivers/sim/sim_driver.h"
+
+namespace hapticd {
+
+std::string namedMotion(const DeviceUri& uri) {
+  if (uri.scheme == kReplayDriver.scheme) return uri.authority;
+  if (uri.scheme != kSimDriver.scheme) return {};
+  for (const auto& [key, value] : uri.query) {
+    if (key == "file") return value;
+  }
+  return {};
+}
+
+}  // namespace hapticd

@@ -1,0 +1,18 @@
+/** @file
+ * Files that a device URI makes the daemon read.
+ */
+#pragma once
+
+#include <string>
+
+#include "drivers/registry.h"
+
+namespace hapticd {
+
+/**
+ * The recorded motion that making this device would read: the path of replay://, or `file` of sim://; "" for none. An
+ * error of the reader tells of the file's lines, so whoever may name one may read it.
+ */
+[[nodiscard]] std::string namedMotion(const DeviceUri& uri);
+
+}  // namespace hapticd

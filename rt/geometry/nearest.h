@@ -24,7 +24,7 @@ struct NearestQuery {
   bool turned = false;
   Vec3 axis = Vec3::Zero();
   double cosine = 0;
-  const Vicinity* vicinity = nullptr;  ///< As in Sweep.
+  Vicinity* vicinity = nullptr;  ///< As in Sweep.
   std::uint32_t work = 0;              ///< In and out: tree nodes and triangles visited, primitives too.
   std::uint32_t limit = 0;             ///< Of `work`.
 };

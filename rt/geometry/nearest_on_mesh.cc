@@ -37,8 +37,8 @@ NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& 
     foot = here;
     triangle = t;
   };
-  const Vicinity* const vicinity = query.vicinity;
-  if (vicinity != nullptr && vicinity->room(query.x) >= query.reach) {
+  Vicinity* const vicinity = query.vicinity;
+  if (vicinity != nullptr && vicinity->holds(query.x, query.reach)) {
     query.work += vicinity->reach(query.x, query.x, query.reach, true, [&](std::uint32_t t) {
       ++query.work;
       look(t);

@@ -52,15 +52,15 @@ inline constexpr float kPrismFar = 8;
 inline constexpr float kPrismRough = 8;
 
 /**
- * Bit i of mask[k], k below `count`: triangle i of block k may be met. The implementations of boxes.h's paths; all give
- * the same bits. Servo-safe.
+ * Bit i of mask[k], for each bit k of `blocks`: triangle i of block k may be met. The implementations of boxes.h's
+ * paths; all give the same bits. Servo-safe.
  */
-using ReachPrisms = void (*)(const PrismBlock* block, std::uint32_t count, const PrismSweep& sweep,
+using ReachPrisms = void (*)(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
                              std::uint8_t* mask) noexcept;
-void reachPrismsPortable(const PrismBlock* block, std::uint32_t count, const PrismSweep& sweep,
+void reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
                          std::uint8_t* mask) noexcept;
 /** Only on x86-64. */
-void reachPrismsAvx2(const PrismBlock* block, std::uint32_t count, const PrismSweep& sweep,
+void reachPrismsAvx2(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
                      std::uint8_t* mask) noexcept;
 
 }  // namespace hapticd

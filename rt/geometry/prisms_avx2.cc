@@ -46,11 +46,12 @@ void put(const Point& n, __m256 offset, __m256 far, float (&normal)[3][kPrismWid
 }
 
 template <bool kStill>
-void reach(const PrismBlock* block, std::uint32_t count, const PrismSweep& sweep, std::uint8_t* mask) noexcept {
+void reach(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep, std::uint8_t* mask) noexcept {
   const Point a = spread(sweep.a), b = spread(sweep.b);
   const __m256 zero = _mm256_setzero_ps(), squared = _mm256_set1_ps(sweep.radius_squared);
   const __m256 behind = _mm256_set1_ps(0.0F - sweep.behind);
-  for (std::uint32_t k = 0; k < count; ++k) {
+  for (; blocks != 0; blocks &= blocks - 1) {
+    const int k = __builtin_ctzll(blocks);
     const PrismBlock& p = block[k];
     const __m256 at_a = above(p.normal, p.offset, a), at_b = kStill ? at_a : above(p.normal, p.offset, b);
     const __m256 low = _mm256_min_ps(at_a, at_b), high = _mm256_max_ps(at_a, at_b);
@@ -100,12 +101,12 @@ std::uint32_t makePrismsAvx2(const PrismCorners& corners, float radius, PrismBlo
   return ~static_cast<std::uint32_t>(_mm256_movemask_ps(fine)) & 0xffu;
 }
 
-void reachPrismsAvx2(const PrismBlock* block, std::uint32_t count, const PrismSweep& sweep,
+void reachPrismsAvx2(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
                      std::uint8_t* mask) noexcept {
   if (sweep.still) {
-    reach<true>(block, count, sweep, mask);
+    reach<true>(block, blocks, sweep, mask);
   } else {
-    reach<false>(block, count, sweep, mask);
+    reach<false>(block, blocks, sweep, mask);
   }
 }
 

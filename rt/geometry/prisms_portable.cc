@@ -72,9 +72,10 @@ std::uint32_t makePrismsPortable(const PrismCorners& corners, float radius, Pris
   return rough;
 }
 
-void reachPrismsPortable(const PrismBlock* block, std::uint32_t count, const PrismSweep& sweep,
+void reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
                          std::uint8_t* mask) noexcept {
-  for (std::uint32_t k = 0; k < count; ++k) {
+  for (; blocks != 0; blocks &= blocks - 1) {
+    const int k = __builtin_ctzll(blocks);
     unsigned bits = 0;
     for (int i = 0; i < kPrismWidth; ++i) bits |= static_cast<unsigned>(reaches(block[k], i, sweep)) << i;
     mask[k] = static_cast<std::uint8_t>(bits);

@@ -32,7 +32,7 @@ struct Sweep {
    */
   std::uint32_t hint = HD_NO_INDEX;
   /** Triangles of the mesh about the start, if somebody keeps them: asked instead of the tree as far as they reach. */
-  const Vicinity* vicinity = nullptr;
+  Vicinity* vicinity = nullptr;
   std::uint32_t work = 0;   ///< In and out: tree nodes and triangles visited, primitives too.
   std::uint32_t limit = 0;  ///< Of `work`.
 };

@@ -18,10 +18,10 @@ template <class Try>
 [[nodiscard]] bool sweepVicinity(Sweep& sweep, Earliest& earliest, Try&& tryTriangle) HD_RT {
   if (sweep.vicinity == nullptr) return false;
   const double reach = sweep.radius + sweep.tolerance;
-  const double room = sweep.vicinity->room(sweep.a) - reach;
-  if (!(room >= 0)) return false;
+  if (!sweep.vicinity->holds(sweep.a, reach)) return false;
   double known = earliest.time();
-  if (!(sweep.vicinity->room(sweep.a + known * sweep.d) >= reach)) known = std::min(known, room / sweep.d.norm());
+  if (!sweep.vicinity->holds(sweep.a + known * sweep.d, reach))
+    known = std::min(known, std::max(0.0, sweep.vicinity->room(sweep.a) - reach) / sweep.d.norm());
   const auto take = [&](std::uint32_t t) {
     if (t == sweep.hint) return;  // Has been tried.
     ++sweep.work;

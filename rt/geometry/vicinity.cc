@@ -9,8 +9,9 @@
 namespace hapticd {
 namespace {
 
-constexpr double kStill = 0x1p-14;  // Of the radius: a way so short is taken for a larger ball.
-constexpr double kNeedle = 1e-9;    // Sine of an angle below which a triangle has no plane worth asking.
+constexpr double kStill = 0x1p-14;       // Of the radius: a way so short is taken for a larger ball.
+constexpr std::uint32_t kFewBlocks = 2;  // Not worth a look at their boxes.
+constexpr double kNeedle = 1e-9;         // Sine of an angle below which a triangle has no plane worth asking.
 
 void put(const Vec3& n, double offset, double far, float (&normal)[3][kPrismWidth], float* offsets,
          std::uint32_t lane) HD_RT {
@@ -38,10 +39,11 @@ void Vicinity::remake(const MeshView& mesh, PrismBlock& block, std::uint32_t lan
   }
 }
 
-/** Makes prisms of the last triangles taken, at most eight; lanes left over are never met. */
-void Vicinity::make(const MeshView& mesh) HD_RT {
-  PrismBlock& block = block_[(count_ - 1) / kPrismWidth];
-  const std::uint32_t used = (count_ - 1) % kPrismWidth + 1;
+/** Makes prisms of a block's triangles, at most eight; lanes left over are never met. */
+void Vicinity::make(std::uint32_t number) HD_RT {
+  const MeshView& mesh = *mesh_;
+  PrismBlock& block = block_[number];
+  const std::uint32_t used = std::min<std::uint32_t>(count_ - number * kPrismWidth, kPrismWidth);
   PrismCorners corners{};
   for (std::uint32_t lane = 0; lane < used; ++lane) {
     const auto& v = mesh.corners[block.triangle[lane]];
@@ -58,45 +60,82 @@ void Vicinity::make(const MeshView& mesh) HD_RT {
     put(Vec3::Zero(), -far, far, block.normal, block.offset, lane);
     for (int k = 0; k < 3; ++k) put(Vec3::Zero(), 0, far, block.side[k], block.side_offset[k], lane);
   }
+  made_ |= std::uint64_t{1} << number;
 }
 
-bool Vicinity::fill(const MeshView& mesh, VicinityQuery& query) HD_RT {
-  clear();
+void Vicinity::begin(const MeshView& mesh, const Vec3& center, double radius) HD_RT {
   for (int i = 0; i < 3; ++i) {
-    origin_[i] = static_cast<float>(query.center[i]);
+    origin_[i] = static_cast<float>(center[i]);
     center_[i] = origin_[i];
   }
-  radius_ = query.radius;
-  const BoxTests& tests = boxTests();
-  const BoxPoint point = boxPoint(center_);
-  const float reach = roundedUp(radius_ * radius_);
-  bool fits = true;
-  const bool finished = walkTree(
-      mesh, {query.work, query.limit},
-      [&](const hd_bvh_node& node, float* key) {
-        const std::uint32_t mask = tests.approach(node, point, reach, key);
-        std::fill_n(key, HD_BVH_WIDTH, 0.0F);  // All in reach weigh alike: visited from left to right.
-        return mask;
-      },
-      [&] { return fits ? 0.0F : -1.0F; },
-      [&](std::uint32_t first, std::uint32_t in_leaf) {
-        for (std::uint32_t t = first; t < first + in_leaf && fits; ++t) {
-          fits = count_ < kMaxTriangles;
-          if (!fits) return;
-          block_[count_ / kPrismWidth].triangle[count_ % kPrismWidth] = t;
-          if (++count_ % kPrismWidth == 0) make(mesh);
-        }
-      });
-  if (!finished || !fits) {
-    clear();
-    return false;
+  radius_ = radius;
+  mesh_ = &mesh;
+  made_ = 0;
+  count_ = visited_ = first_ = end_ = 0;
+  if (mesh.node_count > 0) node_[end_++] = 0;
+  state_ = radius > 0 ? State::kFilling : State::kEmpty;
+}
+
+/** Takes a leaf's triangles; the boxes of their blocks grow by that of the leaf. False: they do not fit. */
+bool Vicinity::take(const hd_bvh_node& node, std::uint32_t leaf) HD_RT {
+  const std::uint32_t end = count_ + node.count[leaf];
+  visited_ += node.count[leaf];
+  if (end > kMaxTriangles) return false;
+  std::uint32_t triangle = node.child[leaf];
+  while (count_ < end) {
+    const std::uint32_t number = count_ / kPrismWidth, child = number % HD_BVH_WIDTH;
+    hd_bvh_node& box = box_[number / HD_BVH_WIDTH];
+    const bool first = count_ % kPrismWidth == 0;
+    box.used = child + 1;
+    for (int k = 0; k < 3; ++k) {
+      const float lower = node.lower[k][leaf] - origin_[k], upper = node.upper[k][leaf] - origin_[k];
+      box.lower[k][child] = first ? lower : std::min(box.lower[k][child], lower);
+      box.upper[k][child] = first ? upper : std::max(box.upper[k][child], upper);
+    }
+    do {
+      block_[number].triangle[count_ % kPrismWidth] = triangle++;
+      ++count_;
+    } while (count_ < end && count_ % kPrismWidth != 0);
   }
-  if (count_ % kPrismWidth != 0) make(mesh);
   return true;
 }
 
-PrismSweep Vicinity::rounded(const Vec3& a, const Vec3& b, double radius, bool behind) const HD_RT {
-  PrismSweep sweep;
+/** False: what it holds does not fit. */
+bool Vicinity::look(const MeshView& mesh, std::uint32_t number) HD_RT {
+  ++visited_;
+  const hd_bvh_node& node = mesh.nodes[number];
+  float key[HD_BVH_WIDTH];
+  std::uint32_t mask = boxTests().approach(node, boxPoint(center_), roundedUp(radius_ * radius_), key);
+  if (end_ + HD_BVH_WIDTH > kMaxNodes) return false;
+  for (; mask != 0; mask &= mask - 1) {
+    const auto i = static_cast<std::uint32_t>(std::countr_zero(mask));
+    fetch(mesh, node.child[i], node.count[i]);
+    if (node.count[i] == 0) {
+      node_[end_++] = node.child[i];
+    } else if (!take(node, i)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+Vicinity::State Vicinity::proceed(const MeshView& mesh, std::uint32_t nodes, std::uint32_t& work) HD_RT {
+  const std::uint32_t before = visited_;
+  bool fits = true;
+  for (; state_ == State::kFilling && first_ < end_ && nodes > 0 && fits; --nodes) {
+    fits = look(mesh, node_[first_++]) && visited_ <= kMaxVisits;
+  }
+  work += visited_ - before;
+  if (!fits) {
+    clear();
+  } else if (state_ == State::kFilling && first_ == end_) {
+    state_ = State::kFull;
+  }
+  return state_;
+}
+
+std::uint64_t Vicinity::rounded(const Vec3& a, const Vec3& b, double radius, bool behind,
+                                PrismSweep& sweep) const HD_RT {
   for (int i = 0; i < 3; ++i) {
     sweep.a[i] = static_cast<float>(a[i] - center_[i]);
     sweep.b[i] = static_cast<float>(b[i] - center_[i]);
@@ -106,7 +145,20 @@ PrismSweep Vicinity::rounded(const Vec3& a, const Vec3& b, double radius, bool b
   const double grown = radius + kSlack * radius_ + (sweep.still ? way : 0.0);
   sweep.radius_squared = roundedUp(grown * grown);
   sweep.behind = static_cast<float>(behind ? 2 * radius_ : kSlack * radius_);
-  return sweep;
+
+  const std::uint32_t blocks = (count_ + kPrismWidth - 1) / kPrismWidth;
+  if (blocks <= kFewBlocks) return (std::uint64_t{1} << blocks) - 1;
+  // What is beyond a ball about the whole way is not met.
+  BoxPoint middle;
+  for (int i = 0; i < 3; ++i) middle.lower[i] = middle.upper[i] = 0.5F * (sweep.a[i] + sweep.b[i]);
+  const double reach = grown + 0.5 * way;
+  const float squared = roundedUp(reach * reach);
+  std::uint64_t near = 0;
+  for (std::uint32_t k = 0; k < blocks; k += HD_BVH_WIDTH) {
+    float key[HD_BVH_WIDTH];
+    near |= std::uint64_t{boxTests().approach(box_[k / HD_BVH_WIDTH], middle, squared, key)} << k;
+  }
+  return near;
 }
 
 }  // namespace hapticd

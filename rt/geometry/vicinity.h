@@ -13,67 +13,99 @@
 
 namespace hapticd {
 
-/** A ball to be filled. */
-struct VicinityQuery {
-  Vec3 center = Vec3::Zero();
-  double radius = 0;        ///< [m]
-  std::uint32_t work = 0;   ///< In and out: tree nodes and triangles visited.
-  std::uint32_t limit = 0;  ///< Of `work`.
-};
-
 /**
  * All triangles of one mesh that touch a ball, and some more. It does not know when the mesh changes: its owner
- * does. Servo-safe.
+ * does. Filled at once or bit by bit; until it is full nothing may be asked of it. Servo-safe.
  */
 class Vicinity {
  public:
   static constexpr std::uint32_t kMaxTriangles = 512;
+  /** Nodes and triangles visited for one vicinity. */
+  static constexpr std::uint32_t kMaxVisits = 2048;
 
-  /** False, and empty: there are more than kMaxTriangles, or the work limit was met. */
-  bool fill(const MeshView& mesh, VicinityQuery& query) HD_RT;
+  enum class State : std::uint8_t {
+    kEmpty,  ///< Nothing was begun, or it did not fit: more than kMaxTriangles, or kMaxVisits were met.
+    kFilling,
+    kFull,
+  };
+
+  /** Forgets what it holds; the triangles about the ball are to be gathered next. Nothing if radius <= 0. */
+  void begin(const MeshView& mesh, const Vec3& center, double radius) HD_RT;
+  /**
+   * Looks into at most `nodes` nodes of the tree; those of later calls are asked for from memory meanwhile. `work`
+   * grows by nodes and triangles visited. The mesh must be there as long as anything is asked.
+   */
+  State proceed(const MeshView& mesh, std::uint32_t nodes, std::uint32_t& work) HD_RT;
   void clear() HD_RT {
-    radius_ = -1;
+    state_ = State::kEmpty;
     count_ = 0;
   }
+  [[nodiscard]] State state() const HD_RT { return state_; }
+  /** Triangles taken so far. */
   [[nodiscard]] std::uint32_t count() const HD_RT { return count_; }
   [[nodiscard]] const Vec3& center() const HD_RT { return center_; }
   [[nodiscard]] double radius() const HD_RT { return radius_; }
   /** Radius of the largest ball about x whose triangles are all here, with a hair to spare; negative if there is none.
    */
   [[nodiscard]] double room(const Vec3& x) const HD_RT {
-    return radius_ > 0 ? (1 - kSlack) * radius_ - (x - center_).norm() : -1.0;
+    return state_ == State::kFull ? (1 - kSlack) * radius_ - (x - center_).norm() : -1.0;
+  }
+
+  /** Whether room(x) is at least `reach`. */
+  [[nodiscard]] bool holds(const Vec3& x, double reach) const HD_RT {
+    const double left = (1 - kSlack) * radius_ - reach;
+    return state_ == State::kFull && left >= 0 && (x - center_).squaredNorm() <= left * left;
   }
 
   /**
    * Calls take(triangle) for each triangle that a ball may meet whose centre goes from a to b, which must be in the
    * vicinity, and for few others. Those that the centre stays behind are left out unless `behind` is asked for. The
-   * number of eights looked at.
+   * number of eights looked at; they are made of their triangles when they are looked at first.
    */
   template <class Take>
-  std::uint32_t reach(const Vec3& a, const Vec3& b, double radius, bool behind, Take&& take) const HD_RT {
-    const PrismSweep sweep = rounded(a, b, radius, behind);
-    const std::uint32_t blocks = (count_ + kPrismWidth - 1) / kPrismWidth;
-    std::uint8_t mask[kMaxTriangles / kPrismWidth];
-    boxTests().reach(block_, blocks, sweep, mask);
-    for (std::uint32_t k = 0; k < blocks; ++k) {
+  std::uint32_t reach(const Vec3& a, const Vec3& b, double radius, bool behind, Take&& take) HD_RT {
+    PrismSweep sweep;
+    const std::uint64_t near = rounded(a, b, radius, behind, sweep);
+    for (std::uint64_t rest = near & ~made_; rest != 0; rest &= rest - 1)
+      make(static_cast<std::uint32_t>(std::countr_zero(rest)));
+    std::uint8_t mask[kBlocks];
+    boxTests().reach(block_, near, sweep, mask);
+    std::uint32_t looked = 0;
+    for (std::uint64_t rest = near; rest != 0; rest &= rest - 1, ++looked) {
+      const int k = std::countr_zero(rest);
       for (std::uint32_t bits = mask[k]; bits != 0; bits &= bits - 1) take(block_[k].triangle[std::countr_zero(bits)]);
     }
-    return blocks;
+    return looked;
   }
 
  private:
   /** Of the radius: beyond what single precision makes of planes and points in the ball, and exact tests of a hit. */
   static constexpr double kSlack = 0x1p-15;
 
-  [[nodiscard]] PrismSweep rounded(const Vec3& a, const Vec3& b, double radius, bool behind) const HD_RT;
-  void make(const MeshView& mesh) HD_RT;
+  static constexpr std::uint32_t kBlocks = kMaxTriangles / kPrismWidth;
+  static_assert(kBlocks <= 64, "a bit each");
+  static constexpr std::uint32_t kMaxNodes = 768;
+
+  /** The sweep as the blocks see it, and those of them whose boxes it may meet. */
+  [[nodiscard]] std::uint64_t rounded(const Vec3& a, const Vec3& b, double radius, bool behind,
+                                      PrismSweep& sweep) const HD_RT;
+  bool look(const MeshView& mesh, std::uint32_t number) HD_RT;
+  bool take(const hd_bvh_node& node, std::uint32_t leaf) HD_RT;
+  void make(std::uint32_t number) HD_RT;
   void remake(const MeshView& mesh, PrismBlock& block, std::uint32_t lane) const HD_RT;
 
   Vec3 center_ = Vec3::Zero();  ///< In single precision, exactly: differences with corners then round little.
   float origin_[3] = {};        ///< The same.
   double radius_ = -1;
+  State state_ = State::kEmpty;
   std::uint32_t count_ = 0;
-  PrismBlock block_[kMaxTriangles / kPrismWidth];
+  std::uint32_t visited_ = 0;
+  std::uint32_t first_ = 0, end_ = 0;  ///< Of the nodes not looked into yet.
+  const MeshView* mesh_ = nullptr;
+  std::uint64_t made_ = 0;  ///< Which blocks, by bit.
+  std::uint32_t node_[kMaxNodes];
+  hd_bvh_node box_[kBlocks / HD_BVH_WIDTH];  ///< About the blocks, from the centre.
+  PrismBlock block_[kBlocks];
 };
 
 }  // namespace hapticd

@@ -30,10 +30,14 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   step.goal = hip_W;
   step.scale = std::max(extent(proxy_), extent(hip_W));
   step.slip = slip_;
+  surroundings_.tick();
   begin(step);
   if (radius_ != wanted_radius_ || (radius_ > 0 && !scene.triangleMoves().empty())) fitRadius(step);
   settle(step);
-  if (goAround(step)) settle(step);
+  if (goAround(step)) {
+    step.supported = false;
+    settle(step);
+  }
   finish(step, v_W, contact);
 }
 
@@ -89,7 +93,7 @@ void ProxyRenderer::fitRadius(Step& step) HD_RT {
  * What is kept of the triangles about the proxy, which stands at `start` in that object's frame; null if nothing is: in
  * free space a sweep meets few boxes anyway.
  */
-const Vicinity* ProxyRenderer::vicinityOf(Step& step, std::uint32_t slot, const Vec3& start) HD_RT {
+Vicinity* ProxyRenderer::vicinityOf(Step& step, std::uint32_t slot, const Vec3& start) HD_RT {
   for (int i = 0; i < step.near_count; ++i) {
     if (step.near[i].slot == slot) return step.near[i].vicinity;
   }
@@ -97,7 +101,7 @@ const Vicinity* ProxyRenderer::vicinityOf(Step& step, std::uint32_t slot, const 
   if (!keep_ || object_ == 0 || object.shape.kind != ShapeKind::kMesh || step.near_count == Surroundings::kMeshes)
     return nullptr;
   const ProxyPlace place{start, toLocal(object.X_WO, step.goal), radius_};
-  const Vicinity* const vicinity = surroundings_.about(slot, object.shape, place, step.gathered);
+  Vicinity* const vicinity = surroundings_.about(slot, object.shape, place, step.gathered);
   step.near[step.near_count++] = {slot, vicinity};
   return vicinity;
 }
@@ -223,8 +227,11 @@ void ProxyRenderer::settle(Step& step) HD_RT {
 }
 
 /** The surfaces that hold the proxy against the hip; the proxy's hair above them is not felt. */
-ProxyRenderer::Support ProxyRenderer::support(Step& step) const HD_RT {
-  Support s;
+const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
+  Support& s = step.support;
+  if (step.supported) return s;
+  step.supported = true;
+  s = Support{};
   HalfSpace exact[kMaxHalfSpaces];
   double rounding = 0;
   for (int i = 0; i < step.count; ++i) {
@@ -245,7 +252,8 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   behind_ = !step.together;
   if (behind_) proxy_ = here(step);
   contact.work = step.work + step.gathered;
-  const Support support = this->support(step);
+  effort_ = {step.sweeps, step.work, step.gathered};
+  const Support& support = this->support(step);
   const std::uint32_t object = step.met != 0 ? step.scene->slot(step.met).id : object_;
   const SceneObject* surface = support.touching ? step.scene->find(object) : nullptr;
   const bool before = object_ != 0;

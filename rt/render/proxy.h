@@ -34,6 +34,13 @@ struct SurfaceContact {
   std::uint32_t work = 0;
 };
 
+/** What a step looked at: where its time went. */
+struct ProxyEffort {
+  std::uint32_t sweeps = 0;
+  std::uint32_t visited = 0;   ///< Nodes, triangles and primitives, for sweeps and looks.
+  std::uint32_t gathered = 0;  ///< The same, for what is kept from tick to tick.
+};
+
 /**
  * Proxy of one device point: a point, or a ball of some radius about it. Servo thread only; deterministic.
  *
@@ -63,6 +70,9 @@ class ProxyRenderer {
    * for tests and benchmarks.
    */
   void keepSurroundings(bool keep) HD_RT { keep_ = keep; }
+  /** Of the last step. */
+  [[nodiscard]] const ProxyEffort& effort() const HD_RT { return effort_; }
+  [[nodiscard]] const Surroundings& surroundings() const HD_RT { return surroundings_; }
   /** As set [m]. */
   [[nodiscard]] double radius() const HD_RT { return wanted_radius_; }
 
@@ -126,14 +136,14 @@ class ProxyRenderer {
   Plan planInGroove(Step& step, const Vec3& here, double rest) HD_RT;
   [[nodiscard]] bool tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x, Vec3& normal,
                                double& offset) const HD_RT;
-  [[nodiscard]] Support support(Step& step) const HD_RT;
+  const Support& support(Step& step) const HD_RT;
   bool goAround(Step& step) HD_RT;
   void goToward(Step& step, const Vec3& target) HD_RT;
   [[nodiscard]] Nearest nearerSurface(Step& step, const Support& now, std::uint32_t& slot) const HD_RT;
   bool goVia(Step& step, const Vec3* way, int count, double most) HD_RT;
   void finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT;
   [[nodiscard]] int foremost(const Step& step, std::uint32_t active) const HD_RT;
-  const Vicinity* vicinityOf(Step& step, std::uint32_t slot, const Vec3& start) HD_RT;
+  Vicinity* vicinityOf(Step& step, std::uint32_t slot, const Vec3& start) HD_RT;
   [[nodiscard]] Vec3 startIn(const Step& step, std::uint32_t slot) const HD_RT;
   [[nodiscard]] Vec3 here(const Step& step) const HD_RT;
 
@@ -148,6 +158,7 @@ class ProxyRenderer {
   bool keep_ = true;
   Surroundings surroundings_;
   Resting resting_;
+  ProxyEffort effort_;
 
   /**
    * Where a step ends before the proxy stands at one place relative to all moving objects (squeezed, or out of work),

@@ -10,9 +10,10 @@ constexpr double kOpposed = -0.6;               // Cosine below which two normal
 constexpr double kMaxDetour = 5;                // Of the present distance from proxy to hip.
 
 /** Whether the way from the hip to `x`, both in the object's frame, is not all through the solid. */
-bool leavesSolid(const SceneObject& object, const Vec3& hip, const Vec3& x, double tolerance,
+bool leavesSolid(const SceneObject& object, const Vec3& hip, const Vec3& x, double tolerance, Vicinity* vicinity,
                  std::uint32_t& work) HD_RT {
   Sweep sweep;
+  sweep.vicinity = vicinity;
   sweep.a = hip;
   sweep.d = x - hip;
   sweep.tolerance = tolerance;
@@ -84,7 +85,9 @@ Nearest ProxyRenderer::nearerSurface(Step& step, const Support& now, std::uint32
     if (result != NearestResult::kFound || !near.isInside(query.x)) continue;
     if (slot != 0 && near.squared_distance >= best.squared_distance) continue;
     const Vec3 contact = now.at - radius_ * step.held[i].surface.normal;
-    if (leavesSolid(object, query.x, toLocal(object.X_WO, contact), kNear * step.skin(object), step.work)) continue;
+    if (leavesSolid(object, query.x, toLocal(object.X_WO, contact), kNear * step.skin(object), query.vicinity,
+                    step.work))
+      continue;
     best = near;
     slot = looked;
   }
@@ -94,7 +97,7 @@ Nearest ProxyRenderer::nearerSurface(Step& step, const Support& now, std::uint32
 /** Goes to a nearer part of the surface if a free way leads there. True if the proxy moved. */
 bool ProxyRenderer::goAround(Step& step) HD_RT {
   if (!step.together || step.count == 0) return false;
-  const Support now = support(step);
+  const Support& now = support(step);
   if (now.active == 0 || now.foot == step.goal) return false;
   std::uint32_t slot = 0;
   const Nearest nearer = nearerSurface(step, now, slot);

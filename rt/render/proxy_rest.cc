@@ -57,8 +57,14 @@ bool ProxyRenderer::holdAgain(Step& step) HD_RT {
   const double height = n.dot(x) - resting_.offset - radius_;
   if (!(height > 0.5 * skin && height < 1.5 * skin)) return false;
   if (!(n.dot(toLocal(object.X_WO, step.goal)) - resting_.offset - radius_ < -skin)) return false;
-  for (const HalfSpace& side : resting_.inside) {
-    if (!(side.height(x) > 0)) return false;
+  for (int k = 0; k < 3; ++k) {
+    if (resting_.inside[k].height(x) > 0) continue;
+    const auto* const neighbours = object.shape.mesh->neighbours;
+    if (neighbours != nullptr && neighbours[resting_.feature][k] != HD_NO_INDEX) {
+      hint_slot_ = resting_.slot;  // Likely met next.
+      hint_ = neighbours[resting_.feature][k];
+    }
+    return false;
   }
   ++step.sweeps;
   const Vec3 point = x - (height + radius_) * n;

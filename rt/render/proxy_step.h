@@ -40,11 +40,13 @@ struct ProxyRenderer::Step {
   std::uint32_t gathered = 0;  ///< Visited for the surroundings: counted apart, they decide nothing.
   struct {
     std::uint32_t slot = 0;
-    const Vicinity* vicinity = nullptr;
+    Vicinity* vicinity = nullptr;
   } near[Surroundings::kMeshes];  ///< Asked for in this step.
   int near_count = 0;
   Constraint held[kMaxHalfSpaces];
   int count = 0;
+  Support support;         ///< Of the proxy where it is,
+  bool supported = false;  ///< if that has been looked at.
 
   double skin(const SceneObject& object) const HD_RT {
     const double size = std::isfinite(object.radius) ? object.radius : 0;

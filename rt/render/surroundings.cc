@@ -10,13 +10,16 @@ namespace {
 constexpr std::uint32_t kFew = 16;   // Triangles: a vicinity of fewer is made larger,
 constexpr std::uint32_t kMany = 32;  // and one of more is made smaller,
 constexpr std::uint32_t kMostDeep =
-    192;                                // Of more, those that the look for a nearer surface needs are left to the tree.
+    448;                                // Of more, those that the look for a nearer surface needs are left to the tree.
 constexpr double kChange = 2;           // by this factor of its margin.
 constexpr double kTicks = 3;            // That a margin lasts at least, at the speed of the hand.
 constexpr double kLead = 0.75;          // Of the margin: so far ahead of the hand.
 constexpr double kFirstMargin = 0.125;  // Of what is needed.
-constexpr std::uint32_t kMaxGather = 2048;  // Nodes and triangles visited for one vicinity.
-constexpr std::uint32_t kRest = 32;         // Ticks.
+constexpr double kReach = 1;            // Ticks that the proxy may go ahead of the hand.
+constexpr double kAhead = 4;            // Ticks before a vicinity is left the next one is begun.
+constexpr std::uint32_t kNodes = 7;     // Of it that are looked into in a tick.
+constexpr std::uint32_t kAll = Vicinity::kMaxVisits;
+constexpr std::uint32_t kRest = 32;  // Ticks.
 constexpr double kShallower = 0.75, kDeeper = 1.05;
 
 /** What must be kept, and what is kept with the look for a nearer surface. */
@@ -26,8 +29,21 @@ double needed(const ProxyPlace& place, bool nearest) HD_RT {
 }
 
 bool covers(const Vicinity& vicinity, const ProxyPlace& place, const Vec3& step, bool nearest) HD_RT {
-  if (vicinity.room(place.proxy) < place.radius || vicinity.room(place.proxy + step) < place.radius) return false;
-  return !nearest || vicinity.room(place.hip) >= (place.hip - place.proxy).norm() - place.radius;
+  if (!vicinity.holds(place.proxy, place.radius) || !vicinity.holds(place.proxy + kReach * step, place.radius))
+    return false;
+  return !nearest || vicinity.holds(place.hip, (place.hip - place.proxy).norm() - place.radius);
+}
+
+ProxyPlace later(ProxyPlace place, const Vec3& way) HD_RT {
+  place.proxy += way;
+  place.hip += way;
+  return place;
+}
+
+/** What must be kept lies in a ball about this point. */
+Vec3 middle(const ProxyPlace& place, bool nearest, double depth) HD_RT {
+  if (!nearest || !(depth > place.radius)) return place.proxy;
+  return place.proxy + (1 - place.radius / depth) * (place.hip - place.proxy);
 }
 
 }  // namespace
@@ -50,54 +66,90 @@ Surroundings::Kept& Surroundings::keptFor(std::uint32_t slot, const Shape& shape
   kept.hip = hip;
   kept.margin = 0;
   kept.deepest = std::numeric_limits<double>::infinity();
-  kept.rest = 0;
-  kept.vicinity.clear();
+  kept.rest = kept.wait = 0;
+  kept.clear();
   return kept;
 }
 
-const Vicinity* Surroundings::about(std::uint32_t slot, const Shape& shape, const ProxyPlace& place,
-                                    std::uint32_t& work) HD_RT {
+Vicinity* Surroundings::about(std::uint32_t slot, const Shape& shape, const ProxyPlace& place,
+                              std::uint32_t& work) HD_RT {
   if (shape.kind != ShapeKind::kMesh || shape.mesh == nullptr || shape.number == 0) return nullptr;
   Kept& kept = keptFor(slot, shape, place.hip);
-  kept.used = ++clock_;
-  const Vec3 step = place.hip - kept.hip;
+  const Vec3 step = kept.used + 1 == tick_ ? Vec3(place.hip - kept.hip) : Vec3::Zero();
+  kept.used = tick_;
   kept.hip = place.hip;
-  if (kept.moves != shape.mesh->deform.moves) {
-    kept.moves = shape.mesh->deform.moves;
-    kept.vicinity.clear();
+  const MeshView& mesh = *shape.mesh;
+  if (kept.moves != mesh.deform.moves) {
+    kept.moves = mesh.deform.moves;
+    kept.clear();
   }
   const bool nearest = (place.hip - place.proxy).norm() <= kept.deepest;
-  if (covers(kept.vicinity, place, step, nearest)) return &kept.vicinity;
-  if (kept.rest > 0) {
-    --kept.rest;
-    return nullptr;
+  Vicinity* now = &kept.vicinity[kept.now];
+  Vicinity* next = &kept.vicinity[1 - kept.now];
+  if (next->state() == Vicinity::State::kFilling && next->proceed(mesh, kNodes, work) == Vicinity::State::kEmpty) {
+    kept.margin /= kChange;
+    kept.wait = kRest;
   }
-  gather(kept, *shape.mesh, place, step, work);
-  return kept.vicinity.count() > 0 || kept.vicinity.radius() > 0 ? &kept.vicinity : nullptr;
+  if (!covers(*now, place, step, nearest)) {
+    if (next->proceed(mesh, kAll, work) == Vicinity::State::kFull) {
+      std::swap(now, next);
+      kept.now = 1 - kept.now;
+      next->clear();
+      ++ahead_;
+    }
+    if (!covers(*now, place, step, nearest)) {
+      if (kept.rest > 0) {
+        --kept.rest;
+        return nullptr;
+      }
+      gather(kept, mesh, place, step, work);
+      return kept.vicinity[kept.now].state() == Vicinity::State::kFull ? &kept.vicinity[kept.now] : nullptr;
+    }
+  }
+  if (kept.wait > 0) {
+    --kept.wait;
+  } else if (next->state() == Vicinity::State::kEmpty && !covers(*now, later(place, kAhead * step), step, nearest)) {
+    gatherAhead(kept, mesh, place, step);
+  }
+  return now;
 }
 
+/** To how many triangles were kept until now. */
+void Surroundings::adapt(Kept& kept, double depth, bool& nearest) HD_RT {
+  const Vicinity& now = kept.vicinity[kept.now];
+  if (now.state() != Vicinity::State::kFull) return;
+  if (now.count() <= kFew) kept.margin *= kChange;
+  if (now.count() > kMany) kept.margin /= kChange;
+  kept.deepest = nearest && now.count() > kMostDeep ? kShallower * depth : kDeeper * kept.deepest;
+  nearest = depth <= kept.deepest;
+}
+
+/** Begins the vicinity that the hand will need when it leaves the present one. */
+void Surroundings::gatherAhead(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& step) HD_RT {
+  const double depth = (place.hip - place.proxy).norm(), speed = step.norm();
+  bool nearest = depth <= kept.deepest;
+  adapt(kept, depth, nearest);
+  const double margin = std::max(kept.margin, kTicks * speed);
+  const Vec3 way = (kAhead + std::min(kLead * margin / speed, kTicks)) * step;
+  kept.vicinity[1 - kept.now].begin(mesh, middle(place, nearest, depth) + way, needed(place, nearest) + margin);
+}
+
+/** Gathers now what is needed now. */
 void Surroundings::gather(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& step,
                           std::uint32_t& work) HD_RT {
   const double depth = (place.hip - place.proxy).norm(), speed = step.norm();
-  kept.deepest *= kDeeper;
+  Vicinity& vicinity = kept.vicinity[kept.now];
+  kept.vicinity[1 - kept.now].clear();
+  ++at_once_;
   bool nearest = depth <= kept.deepest;
+  adapt(kept, depth, nearest);
   if (kept.margin == 0) kept.margin = std::max(kFirstMargin * needed(place, nearest), kTicks * speed);
   for (int attempt = 0; attempt < 2; ++attempt) {
-    const double need = needed(place, nearest), margin = std::max(kept.margin, kTicks * speed);
-    VicinityQuery query;
-    query.center = place.proxy;
-    if (nearest && depth > place.radius) query.center += (1 - place.radius / depth) * (place.hip - place.proxy);
-    if (speed > 0) query.center += std::min(kLead * margin / speed, kTicks) * step;
-    query.radius = need + margin;
-    query.limit = kMaxGather;
-    const bool fits = kept.vicinity.fill(mesh, query);
-    work += query.work;
-    if (nearest && kept.vicinity.count() > kMostDeep) kept.deepest = kShallower * depth;
-    if (fits) {
-      if (kept.vicinity.count() <= kFew) kept.margin = kChange * margin;
-      if (kept.vicinity.count() > kMany) kept.margin /= kChange;
-      return;
-    }
+    const double margin = std::max(kept.margin, kTicks * speed);
+    Vec3 center = middle(place, nearest, depth);
+    if (speed > 0) center += std::min(kLead * margin / speed, kTicks) * step;
+    vicinity.begin(mesh, center, needed(place, nearest) + margin);
+    if (vicinity.proceed(mesh, kAll, work) == Vicinity::State::kFull) return;
     kept.margin /= kChange;
     if (nearest) kept.deepest = kShallower * depth;
     nearest = false;

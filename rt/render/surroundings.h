@@ -24,7 +24,9 @@ struct ProxyPlace {
  *
  * A vicinity holds the ball that the sweeps and the look for a nearer surface need now, a margin about it, and lies
  * ahead of the hand. The margin grows while the vicinity holds few triangles and shrinks where it holds many: coarse
- * meshes are seldom gathered, fine ones not beyond what a vicinity takes.
+ * meshes are seldom gathered, fine ones not beyond what a vicinity takes. While one is asked the next one is gathered,
+ * where the hand will be if it goes on as it does, a few nodes a tick: no tick waits for all of it, and what a tick
+ * looks into has been asked for from memory in the tick before.
  */
 class Surroundings {
  public:
@@ -33,31 +35,44 @@ class Surroundings {
 
   /** Forgets everything. */
   void clear() HD_RT;
+  /** Begins a tick: what was not asked for in the one before has no speed. */
+  void tick() HD_RT { ++tick_; }
   /**
    * The vicinity of the place on that object, gathered now if need be; null if there is none. Once a tick and object;
    * it holds to the end of the tick. `work` grows by what was visited.
    */
-  const Vicinity* about(std::uint32_t slot, const Shape& shape, const ProxyPlace& place, std::uint32_t& work) HD_RT;
+  Vicinity* about(std::uint32_t slot, const Shape& shape, const ProxyPlace& place, std::uint32_t& work) HD_RT;
+  /** Vicinities gathered at once, because what was kept did not reach, and ahead. */
+  [[nodiscard]] std::uint64_t gatheredAtOnce() const HD_RT { return at_once_; }
+  [[nodiscard]] std::uint64_t gatheredAhead() const HD_RT { return ahead_; }
 
  private:
   struct Kept {
     std::uint32_t slot = 0;
     std::uint64_t number = 0;  ///< Shape::number; 0: nothing is kept.
     std::uint64_t moves = 0;   ///< Of the mesh's vertices, when it was gathered.
-    std::uint64_t used = 0;    ///< When.
+    std::uint64_t used = 0;    ///< In which tick.
     Vec3 hip = Vec3::Zero();   ///< In the tick before.
     double margin = 0;         ///< [m]
     double deepest = 0;        ///< Depth to which the look for a nearer surface is kept too [m].
     std::uint32_t rest = 0;    ///< Ticks without, after one that did not fit.
-    Vicinity vicinity;
+    std::uint32_t wait = 0;    ///< Ticks until the next one may be begun ahead.
+    int now = 0;               ///< Which vicinity is asked; the other one is gathered ahead.
+    Vicinity vicinity[2];
+
+    void clear() HD_RT {
+      for (Vicinity& each : vicinity) each.clear();
+    }
   };
 
   Kept& keptFor(std::uint32_t slot, const Shape& shape, const Vec3& hip) HD_RT;
-  static void gather(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& ahead,
-                     std::uint32_t& work) HD_RT;
+  static void adapt(Kept& kept, double depth, bool& nearest) HD_RT;
+  static void gatherAhead(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& step) HD_RT;
+  void gather(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& step, std::uint32_t& work) HD_RT;
 
   std::array<Kept, kMeshes> kept_;
-  std::uint64_t clock_ = 0;
+  std::uint64_t tick_ = 1;
+  std::uint64_t at_once_ = 0, ahead_ = 0;
 };
 
 }  // namespace hapticd

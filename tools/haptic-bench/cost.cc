@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <fstream>
 #include <memory>
 #include <numeric>
 #include <random>
@@ -124,6 +125,7 @@ class Stage {
   }
   /** Whether the hand has been in contact since begin(). */
   [[nodiscard]] bool touched() const { return touched_; }
+  [[nodiscard]] const ProxyRenderer& renderer() const { return renderer_; }
 
  private:
   const Stroke& stroke_;
@@ -136,8 +138,15 @@ class Stage {
   bool touched_ = true;
 };
 
+/** What the ticks of a stroke looked at. */
+struct Looked {
+  std::vector<double> sweeps, visited, gathered;  ///< Each tick; visited: for sweeps and looks.
+  double at_once = 0, ahead = 0;                  ///< Vicinities gathered in the tick that needs them, and before.
+};
+
 struct Options {
   double seconds = 10;
+  std::string profile;
   std::vector<std::uint32_t> triangles = {1'000, 16'000, 100'000, 1'000'000};
   std::vector<double> radii_mm = {0, 1};
 };
@@ -152,7 +161,7 @@ double clockReading() {
   return *std::min_element(clock.begin(), clock.end());
 }
 
-/** Of each tick of the stroke the median time over the rounds, less what reading the clock takes [ns]; sorted. */
+/** Of each tick of the stroke the median time over the rounds, less what reading the clock takes [ns]. */
 template <class Begin, class Tick>
 std::vector<double> timed(const Common& common, const Stroke& stroke, Begin&& begin, Tick&& tick) {
   const std::size_t count = stroke.ticks();
@@ -172,18 +181,64 @@ std::vector<double> timed(const Common& common, const Stroke& stroke, Begin&& be
     std::nth_element(one.begin(), one.begin() + static_cast<std::ptrdiff_t>(one.size() / 2), one.end());
     ticks[i] = std::max(one[one.size() / 2] - reading, 0.0);
   }
-  std::sort(ticks.begin(), ticks.end());
   return ticks;
 }
 
-void printRow(const Common& common, std::uint32_t triangles, const std::string& what, const std::vector<double>& ticks,
+double meanOf(const std::vector<double>& x) {
+  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+}
+
+void printRow(const Common& common, std::uint32_t triangles, const std::string& what, std::vector<double> ticks,
               double load) {
-  const double mean = std::accumulate(ticks.begin(), ticks.end(), 0.0) / static_cast<double>(ticks.size());
+  const double mean = meanOf(ticks);
+  std::sort(ticks.begin(), ticks.end());
   const char* form = common.csv ? "{},{},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.2f}\n"
                                 : "{:>9}  {:<12} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.1f}\n";
   fmt::print(fmt::runtime(form), triangles, what, mean, quantile(ticks, 0.5), quantile(ticks, 0.99),
              quantile(ticks, 0.999), ticks.back(), load);
   std::fflush(stdout);
+}
+
+/** The stroke once more, counted instead of timed. */
+Looked counted(Stage& stage, const Stroke& stroke, double radius) {
+  Looked looked;
+  const Surroundings& around = stage.renderer().surroundings();
+  stage.begin(radius);
+  const std::uint64_t at_once = around.gatheredAtOnce(), ahead = around.gatheredAhead();
+  for (std::size_t i = 0; i < stroke.ticks(); ++i) {
+    stage.tick(i);
+    const ProxyEffort& effort = stage.renderer().effort();
+    looked.sweeps.push_back(effort.sweeps);
+    looked.visited.push_back(effort.visited);
+    looked.gathered.push_back(effort.gathered);
+  }
+  looked.at_once = static_cast<double>(around.gatheredAtOnce() - at_once);
+  looked.ahead = static_cast<double>(around.gatheredAhead() - ahead);
+  return looked;
+}
+
+void printLooked(const Common& common, const Looked& looked) {
+  if (common.csv) return;
+  const auto each = [](std::vector<double> x) {
+    const double mean = meanOf(x);
+    std::sort(x.begin(), x.end());
+    return fmt::format("{:.1f} ({:.0f}, {:.0f})", mean, quantile(x, 0.99), x.back());
+  };
+  const double share = 1e3 / static_cast<double>(looked.sweeps.size());
+  fmt::print(
+      "#   a tick, mean (p99, max): sweeps {}, nodes and triangles {}, gathered {}; "
+      "of 1000 ticks {:.1f} gather at once, {:.1f} have it ready\n",
+      each(looked.sweeps), each(looked.visited), each(looked.gathered), share * looked.at_once, share * looked.ahead);
+}
+
+void writeProfile(const std::string& path, std::uint32_t triangles, double radius_mm, const std::vector<double>& ticks,
+                  const Looked& looked) {
+  std::ofstream file(path, std::ios::app);
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    file << fmt::format("{},{},{},{:.0f},{},{},{}\n", triangles, radius_mm, i, ticks[i], looked.sweeps[i],
+                        looked.visited[i], looked.gathered[i]);
+  }
+  if (!file.flush()) throw Failure(path, "cannot be written", "");
 }
 
 /** A ball from above the surface, clear of its slopes, to `kDepth` below it, a tick further on. */
@@ -241,6 +296,9 @@ void measure(const Common& common, const Options& options, std::uint32_t triangl
         common, stroke, [&] { stage.begin(radius / 1e3); }, [&](std::size_t i) { stage.tick(i); });
     if (!stage.ok() || !stage.touched()) throw Failure("stroke", "the hand left the surface", "");
     printRow(common, count, fmt::format("tick {} mm", radius), ticks, load);
+    const Looked looked = counted(stage, stroke, radius / 1e3);
+    printLooked(common, looked);
+    if (!options.profile.empty()) writeProfile(options.profile, count, radius, ticks, looked);
   }
   for (const double radius : options.radii_mm) {
     printRow(common, count, fmt::format("sweep {} mm", radius), timedSweeps(common, stroke, memory->view, radius / 1e3),
@@ -272,6 +330,9 @@ void addCost(CLI::App& app, Run& chosen) {
       ->capture_default_str()
       ->check(CLI::Range(0, 10));
   cost->add_option("--seconds", options->seconds, "Of stroke")->capture_default_str()->check(CLI::Range(0.1, 600.0));
+  cost->add_option("--profile", options->profile,
+                   "CSV to which each tick is appended: triangles, radius [mm], tick, time [ns], sweeps, nodes and "
+                   "triangles visited, and those gathered");
   cost->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });
 }
 

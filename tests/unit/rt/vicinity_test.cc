@@ -1,0 +1,136 @@
+/** @file
+ * The triangles kept about a place, against all triangles of the mesh.
+ */
+#include "rt/geometry/vicinity.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+#include "rt/geometry/triangle.h"
+#include "tests/support/brute_distance.h"
+#include "tests/support/test_mesh.h"
+
+namespace hapticd {
+namespace {
+
+using testing::randomPoint;
+using testing::TestMesh;
+
+constexpr std::uint32_t kAll = Vicinity::kMaxVisits;
+
+double distance(const MeshView& mesh, std::uint32_t t, const Vec3& x) {
+  return (nearestOnTriangle({mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)}, x).point - x).norm();
+}
+
+std::set<std::uint32_t> reached(Vicinity& vicinity, const Vec3& a, const Vec3& b, double radius, bool behind,
+                                std::uint32_t* blocks = nullptr) {
+  std::set<std::uint32_t> all;
+  const std::uint32_t looked = vicinity.reach(a, b, radius, behind, [&](std::uint32_t t) { all.insert(t); });
+  if (blocks != nullptr) *blocks = looked;
+  return all;
+}
+
+/** A sphere's skin, a clod of needles, and a box of large triangles. */
+std::vector<TestMesh> someMeshes(std::mt19937& random) {
+  std::vector<TestMesh> meshes;
+  meshes.push_back(testing::sphereMesh(1, 40));
+  meshes.push_back(testing::crumpled(random, 12));
+  meshes.push_back(testing::boxMesh(Vec3(40, 0.7, 0.001)));
+  return meshes;
+}
+
+TEST(Vicinity, HasAllTrianglesThatABallInItMayMeet) {
+  std::mt19937 random(1);
+  std::vector<TestMesh> meshes = someMeshes(random);
+  std::uniform_real_distribution<double> u(0, 1);
+  int filled = 0, met = 0;
+  for (TestMesh& mesh : meshes) {
+    const MeshView& view = *mesh.view();
+    for (int i = 0; i < 150; ++i) {
+      const double radius = std::pow(10.0, -2 + 2 * u(random));
+      const auto t = static_cast<std::uint32_t>(random() % view.triangle_count);
+      const Vec3 center = view.vertex(t, static_cast<int>(random() % 3)) + randomPoint(random, radius);
+      Vicinity vicinity;
+      std::uint32_t work = 0;
+      vicinity.begin(view, center, radius);
+      if (vicinity.proceed(view, kAll, work) != Vicinity::State::kFull) continue;
+      ++filled;
+      for (int j = 0; j < 10; ++j) {
+        const Vec3 a = vicinity.center() + randomPoint(random, 0.5 * radius);
+        const Vec3 b = j % 3 == 0 ? a : Vec3(vicinity.center() + randomPoint(random, 0.5 * radius));
+        const double room = std::min(vicinity.room(a), vicinity.room(b));
+        if (room < 0) continue;
+        const double ball = j % 4 == 0 ? 0 : u(random) * room;
+        const auto taken = reached(vicinity, a, b, ball, true);
+        for (std::uint32_t k = 0; k < view.triangle_count; ++k) {
+          double nearest = std::numeric_limits<double>::infinity();
+          for (int s = 0; s <= 16; ++s) nearest = std::min(nearest, distance(view, k, a + s / 16.0 * (b - a)));
+          if (nearest > ball) continue;
+          ++met;
+          ASSERT_TRUE(taken.contains(k)) << "triangle " << k << " at " << nearest << ", ball " << ball;
+        }
+      }
+    }
+  }
+  EXPECT_GT(filled, 200);
+  EXPECT_GT(met, 5000);
+}
+
+TEST(Vicinity, BitByBitIsAsAtOnce) {
+  TestMesh sphere = testing::sphereMesh(1, 48);
+  const MeshView& view = *sphere.view();
+  Vicinity once, slowly;
+  std::uint32_t work = 0, slow_work = 0;
+  once.begin(view, Vec3(1, 0, 0), 0.35);
+  ASSERT_EQ(once.proceed(view, kAll, work), Vicinity::State::kFull);
+  slowly.begin(view, Vec3(1, 0, 0), 0.35);
+  int calls = 1;
+  for (; slowly.proceed(view, 1, slow_work) == Vicinity::State::kFilling; ++calls) {
+    ASSERT_LT(slowly.room(Vec3(1, 0, 0)), 0) << "nothing may be asked before all is there";
+    ASSERT_LT(calls, 1000);
+  }
+  EXPECT_EQ(slowly.state(), Vicinity::State::kFull);
+  EXPECT_GT(calls, 10);
+  EXPECT_EQ(slow_work, work);
+  EXPECT_EQ(slowly.count(), once.count());
+  const Vec3 a(1, 0.1, 0), b(0.99, 0, 0.1);
+  EXPECT_EQ(reached(slowly, a, b, 0.2, true), reached(once, a, b, 0.2, true));
+  EXPECT_EQ(slowly.proceed(view, kAll, slow_work), Vicinity::State::kFull) << "and stays so";
+  EXPECT_EQ(slow_work, work);
+}
+
+TEST(Vicinity, MoreThanFitsIsNothing) {
+  TestMesh sphere = testing::sphereMesh(1, 48);
+  const MeshView& view = *sphere.view();
+  Vicinity vicinity;
+  std::uint32_t work = 0;
+  vicinity.begin(view, Vec3::Zero(), 2);
+  EXPECT_EQ(vicinity.proceed(view, kAll, work), Vicinity::State::kEmpty);
+  EXPECT_LE(work, kAll);
+  EXPECT_EQ(vicinity.count(), 0u);
+  EXPECT_LT(vicinity.room(Vec3::Zero()), 0);
+  vicinity.begin(view, Vec3::Zero(), 0.5);  // In the air: none is there, and that is known.
+  EXPECT_EQ(vicinity.proceed(view, kAll, work), Vicinity::State::kFull);
+  EXPECT_EQ(vicinity.count(), 0u);
+  EXPECT_GT(vicinity.room(Vec3::Zero()), 0.4);
+  vicinity.begin(view, Vec3::Zero(), 0);
+  EXPECT_EQ(vicinity.proceed(view, kAll, work), Vicinity::State::kEmpty);
+}
+
+TEST(Vicinity, AShortWayLooksAtFewOfMany) {
+  TestMesh sphere = testing::sphereMesh(1, 48);
+  const MeshView& view = *sphere.view();
+  Vicinity vicinity;
+  std::uint32_t work = 0, blocks = 0;
+  vicinity.begin(view, Vec3(1, 0, 0), 0.35);
+  ASSERT_EQ(vicinity.proceed(view, kAll, work), Vicinity::State::kFull);
+  ASSERT_GT(vicinity.count(), 200u);
+  const auto near = reached(vicinity, Vec3(1.01, 0, 0), Vec3(0.98, 0.01, 0.01), 0, false, &blocks);
+  EXPECT_GE(near.size(), 1u);
+  EXPECT_LE(blocks, vicinity.count() / kPrismWidth / 4);
+}
+
+}  // namespace
+}  // namespace hapticd

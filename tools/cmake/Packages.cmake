@@ -95,8 +95,8 @@ set(CPACK_DEBIAN_HAPTICCTL_PACKAGE_RECOMMENDS hapticd)
 
 hapticd_package(hapticctl-import utils "medical images for the haptic device server" [[
 Draws the surface of what is dense in a scan (DICOM, NIfTI, NRRD,
-MetaImage, InVesalius) and loads it into hapticd as something to touch; cuts
-fragments out of meshes.
+MetaImage, OpenVDB, InVesalius) and loads it into hapticd as something to
+touch; cuts fragments out of meshes.
 ]])
 set(CPACK_DEBIAN_HAPTICCTL-IMPORT_PACKAGE_DEPENDS hapticctl)
 

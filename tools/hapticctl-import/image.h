@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ struct Image {
   Double3 origin{};                                                ///< Of value (0, 0, 0) [mm].
   std::array<Double3, 3> step{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< From one value to the next along each axis [mm].
   std::string format;                                              ///< In words: what the file was.
+  bool distances = false;  ///< Values are distances, negative inside: solid is what is at most iso, not at least.
+  std::optional<float> usual_iso;  ///< Where such files have their surface, if they do.
 };
 
 /** Why a file cannot be used. */

@@ -11,6 +11,7 @@
 
 #include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/scan_file.h"
+#include "tools/hapticctl-import/vdb_file.h"
 
 namespace hapticctl_import {
 namespace {
@@ -27,32 +28,60 @@ Image readRaw(const InputOptions& o) {
   return parseRaw(readFile(o.file), layout);
 }
 
-/** One of several, by its number in the list or by the beginning of its identifier; null if that names none. */
-const DicomSeries* named(const std::vector<DicomSeries>& all, const std::string& choice) {
-  std::size_t number = 0;
-  const char* const end = choice.data() + choice.size();
-  if (const auto parsed = std::from_chars(choice.data(), end, number);
-      parsed.ec == std::errc() && parsed.ptr == end && number >= 1 && number <= all.size())
-    return &all[number - 1];
-  const auto begins = [&](const DicomSeries& s) { return !choice.empty() && s.uid.rfind(choice, 0) == 0; };
-  const auto found = std::find_if(all.begin(), all.end(), begins);
-  return found == all.end() ? nullptr : &*found;
-}
+/** What a file or folder holds several of. */
+struct Choice {
+  std::string name, text;
+};
 
-const DicomSeries& choose(const std::vector<DicomSeries>& all, std::string choice) {
-  if (all.size() == 1 && choice.empty()) return all[0];
+/** Which one is meant: by its number in the list, or by the beginning of its name. Asks on a terminal. */
+std::size_t choose(const std::vector<Choice>& all, std::string wanted, const char* what, const char* option) {
+  if (all.size() == 1 && wanted.empty()) return 0;
   std::string list;
   for (std::size_t i = 0; i < all.size(); ++i) list += fmt::format("\n  {}  {}", i + 1, all[i].text);
-  if (choice.empty() && ::isatty(STDIN_FILENO) != 0 && ::isatty(STDOUT_FILENO) != 0) {
-    fmt::print("{} series:{}\nWhich one: ", all.size(), list);
+  if (wanted.empty() && ::isatty(STDIN_FILENO) != 0 && ::isatty(STDOUT_FILENO) != 0) {
+    fmt::print("{} {}:{}\nWhich one: ", all.size(), what, list);
     std::fflush(stdout);
-    std::getline(std::cin, choice);
+    std::getline(std::cin, wanted);
   }
-  const DicomSeries* const chosen = named(all, choice);
-  if (chosen == nullptr)
-    throw ImportError(choice.empty() ? "" : "--series", fmt::format("there are {} series:{}\n", all.size(), list),
-                      "choose one with --series NUMBER");
-  return *chosen;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (all[i].name == wanted) return i;
+  std::size_t number = 0;
+  const char* const end = wanted.data() + wanted.size();
+  if (const auto parsed = std::from_chars(wanted.data(), end, number);
+      parsed.ec == std::errc() && parsed.ptr == end && number >= 1 && number <= all.size())
+    return number - 1;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (!wanted.empty() && all[i].name.rfind(wanted, 0) == 0) return i;
+  throw ImportError(wanted.empty() ? "" : option, fmt::format("there are {} {}:{}\n", all.size(), what, list),
+                    fmt::format("choose one with {} NUMBER", option));
+}
+
+Image readDicom(const InputOptions& o) {
+  const auto all = dicomSeriesIn(o.file);
+  std::vector<Choice> choices;
+  for (const DicomSeries& series : all) choices.push_back({series.uid, series.text});
+  return readSeries(all[choose(choices, o.series, "series", "--series")]);
+}
+
+double metresPerUnit(const std::string& scale) {
+  constexpr std::pair<const char*, double> kUnits[] = {{"mm", 1e-3}, {"cm", 1e-2},     {"m", 1},
+                                                       {"um", 1e-6}, {"inch", 0.0254}, {"ft", 0.3048}};
+  for (const auto& [name, metres] : kUnits)
+    if (scale == name) return metres;
+  const double metres = numbersIn(scale, "--scale", 1).front();
+  if (!(metres > 0)) throw ImportError("--scale", "is not a length", "mm, cm, m, inch, um, ft or metres per unit");
+  return metres;
+}
+
+Image readGrid(const InputOptions& o) {
+  const auto all = gridsOf(o.file);
+  std::vector<Choice> choices;
+  for (const VdbGrid& grid : all) choices.push_back({grid.name, grid.text});
+  const VdbGrid& grid = all[choose(choices, o.grid, "grids", "--grid")];
+  if (o.scale.empty() && grid.metres_per_unit == 0)
+    throw ImportError("--scale", "is needed: a .vdb does not say its unit",
+                      "mm, cm, m, inch, um, ft or metres per unit");
+  return readVdb(o.file, grid, o.scale.empty() ? grid.metres_per_unit : metresPerUnit(o.scale));
 }
 
 bool namesInvesalius(const std::string& path) {
@@ -66,8 +95,8 @@ bool namesInvesalius(const std::string& path) {
 Image readInput(const InputOptions& o) {
   if (!o.raw.empty()) return readRaw(o);
   if (!std::filesystem::exists(o.file)) throw ImportError({}, "cannot be read", "does it exist?");
-  if (std::filesystem::is_directory(o.file) || isDicom(o.file))
-    return readSeries(choose(dicomSeriesIn(o.file), o.series));
+  if (std::filesystem::is_directory(o.file) || isDicom(o.file)) return readDicom(o);
+  if (isVdb(o.file)) return readGrid(o);
   if (namesInvesalius(o.file)) return parseInvesalius(readFile(o.file));
   return readScan(o.file);
 }

@@ -11,7 +11,8 @@ namespace hapticctl_import {
 
 struct InputOptions {
   std::string file;  ///< Or a folder of DICOM slices.
-  std::string series;
+  std::string series, grid;
+  std::string scale;  ///< Unit of a .vdb that does not say: mm, cm, m, inch, um, ft or metres per unit.
   std::string raw, raw_size, raw_spacing = "1,1,1";
   bool big_endian = false;
 };

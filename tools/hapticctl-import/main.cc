@@ -10,8 +10,10 @@
 
 #include "tools/hapticctl-import/child.h"
 #include "tools/hapticctl-import/hand_over.h"
+#include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/input.h"
 #include "tools/hapticctl-import/isosurface.h"
+#include "tools/hapticctl-import/model.h"
 
 namespace hapticctl_import {
 namespace {
@@ -20,22 +22,35 @@ enum Exit { kDone = 0, kRefused = 1, kUsage = 2, kFile = 5 };
 
 struct Options {
   InputOptions input;
-  std::string crop, output;
-  double iso = 0, label = 0, smooth_mm = 0, resample_mm = 0;
+  std::string crop, output, vdb, voxel_mm;
+  std::optional<double> iso;
+  double label = 0, smooth_mm = 0, resample_mm = 0;
   unsigned shrink = 1;
   bool by_label = false, largest = false;
 };
 
-/** The surface as a file: all that deals with bytes of others. Says what it found. */
+/** Where the surface is. Turns distances about, so that what is solid is high. */
+float levelOf(const Options& o, Image& image) {
+  if (o.by_label) return 0.5f;
+  if (!o.iso && !image.usual_iso)
+    throw ImportError("--iso or --label", "is needed: what of this is solid?", "bone in CT is --iso 226");
+  const float iso = o.iso ? static_cast<float>(*o.iso) : *image.usual_iso;
+  if (!image.distances) return iso;
+  for (float& v : image.values) v = -v;
+  return -iso;
+}
+
+/** The surface as files: all that deals with bytes of others. Says what it found. */
 int draw(const Options& o, const std::string& output) {
   Image image = readInput(o.input);
   fmt::print("{}\n", describe(image));
+  const float level = levelOf(o, image);
   if (!o.crop.empty()) image = cropped(image, o.crop);
   if (o.by_label) chooseLabel(image, static_cast<float>(o.label));
   if (o.smooth_mm > 0) smooth(image, o.smooth_mm);
   if (o.shrink > 1) image = shrink(image, o.shrink);
   if (o.resample_mm > 0) image = resample(std::move(image), o.resample_mm);
-  Surface surface = isosurface(image, o.by_label ? 0.5f : static_cast<float>(o.iso));
+  Surface surface = isosurface(image, level);
   if (surface.triangles.empty())
     throw ImportError(o.by_label ? "--label" : "--iso", "no value reaches it: there is no surface",
                       "choose one within the values above");
@@ -44,7 +59,8 @@ int draw(const Options& o, const std::string& output) {
   if (o.largest) parts = fmt::format(", the largest of {} parts", keepLargest(surface));
   fmt::print("{} triangles{} of {}, {:.4g} cm3 within\n", surface.triangles.size(), parts, all,
              volumeOf(surface) * 1e-3);
-  writeFile(output, toPly(surface));
+  if (!output.empty()) writeFile(output, toPly(surface));
+  if (!o.vdb.empty()) fmt::print("{}\n", writeModel(surface, numbersIn(o.voxel_mm, "--voxel", 1).front(), o.vdb));
   return kDone;
 }
 
@@ -70,7 +86,7 @@ int run(const Options& o, const std::vector<std::string>& rest) {
   const auto drawInChild = [&](const std::string& output) {
     return inChild([&] { return report(file, [&] { return draw(o, output); }); });
   };
-  if (!o.output.empty()) return drawInChild(o.output);
+  if (!o.output.empty() || !o.vdb.empty()) return drawInChild(o.output);
   const TemporaryFile ply;
   if (const int code = drawInChild(ply.path()); code != kDone) return code;
   std::vector<std::string> words = {"hapticctl", "load", ply.path(), "--scale", "mm"};
@@ -81,6 +97,7 @@ int run(const Options& o, const std::vector<std::string>& rest) {
       if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
     words.insert(words.end(), {"--name", name});
   }
+  if (!o.voxel_mm.empty()) words.insert(words.end(), {"--voxel", o.voxel_mm});
   words.insert(words.end(), rest.begin(), rest.end());
   return runHapticctl(words);
 }
@@ -93,13 +110,16 @@ int main(int argc, char** argv) {
   Options o;
   CLI::App app{"Draw the surface of what is dense in a scan, and load it as something to touch.", "hapticctl import"};
   app.footer(
-      "Reads DICOM series (a folder, or one of its files), NIfTI, NRRD, MetaImage, InVesalius projects and raw\n"
-      "numbers. Further options go to hapticctl load: --voxel, --points, --center, --name, --at, --friction, ...");
+      "Reads DICOM series (a folder, or one of its files), NIfTI, NRRD, MetaImage, OpenVDB, InVesalius projects and\n"
+      "raw numbers. Further options go to hapticctl load: --points, --center, --name, --at, --friction, ...");
   app.allow_extras();
   app.add_option("FILE", o.input.file, "The image, or a folder of DICOM slices")->required();
   app.add_option("--series", o.input.series,
                  "Of several DICOM series this one: its number in the list, or its identifier");
-  auto* iso = app.add_option("--iso", o.iso, "Solid is what has at least this value (bone in CT: 226)");
+  app.add_option("--grid", o.input.grid, "Of several grids of a .vdb this one: its number in the list, or its name");
+  app.add_option("--scale", o.input.scale, "The unit of a .vdb that does not say it")->type_name("UNIT|NUMBER");
+  auto* iso = app.add_option("--iso", o.iso,
+                             "Solid is what has at least this value (bone in CT: 226), of distances at most (.vdb: 0)");
   auto* label = app.add_option("--label", o.label, "Solid is what has exactly this value")->excludes(iso);
   app.add_option("--crop", o.crop, "Only this part, in values of the file")->type_name("X0:X1,Y0:Y1,Z0:Z1");
   app.add_option("--smooth", o.smooth_mm, "Smooth by a Gaussian of this deviation")
@@ -120,9 +140,14 @@ int main(int argc, char** argv) {
   app.add_option("--raw-spacing", o.input.raw_spacing, "How far apart [mm]")->type_name("X,Y,Z")->needs(raw);
   app.add_flag("--raw-big-endian", o.input.big_endian, "Most significant byte first")->needs(raw);
   app.add_option("--output", o.output, "Write the surface in millimetres and load nothing")->type_name("FILE.ply");
+  auto* voxel = app.add_option("--voxel", o.voxel_mm, "Build its volume too, of voxels of this side")
+                    ->type_name("MM")
+                    ->check(CLI::Range(0.001, 1000.0));
+  app.add_option("--vdb", o.vdb, "Write the volume's distances as an OpenVDB level set and load nothing")
+      ->type_name("FILE.vdb")
+      ->needs(voxel);
   try {
     app.parse(argc, argv);
-    if (iso->count() + label->count() == 0) throw CLI::RequiredError("--iso or --label");
   } catch (const CLI::ParseError& error) {
     return error.get_exit_code() == 0 ? app.exit(error) : (app.exit(error), kUsage);
   }

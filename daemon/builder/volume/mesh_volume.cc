@@ -40,7 +40,7 @@ Result<VolumeLattice> latticeOf(const MeshView& mesh, double voxel_m, const Volu
     }
     area += (mesh.vertex(t, 1) - mesh.vertex(t, 0)).cross(mesh.vertex(t, 2) - mesh.vertex(t, 0)).norm() / 2;
   }
-  VolumeLattice lattice = latticeAbout(lower, upper, voxel_m);
+  VolumeLattice lattice = latticeAbout(lower, upper, voxel_m, options.margin_voxels);
   rlimit limit{};
   ::getrlimit(RLIMIT_AS, &limit);
   const double needed = bytesToBuild(lattice, area, options);

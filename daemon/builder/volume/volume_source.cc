@@ -13,12 +13,11 @@ void DistanceField::fill(const Lattice3& first, std::span<float, HD_BRICK_VALUES
       for (std::int32_t x = 0; x < n; ++x) out[i++] = at({first[0] + x, first[1] + y, first[2] + z});
 }
 
-VolumeLattice latticeAbout(const Vec3& lower, const Vec3& upper, double voxel) {
-  constexpr double kMargin = 2;
+VolumeLattice latticeAbout(const Vec3& lower, const Vec3& upper, double voxel, double margin_voxels) {
   VolumeLattice lattice;
   lattice.voxel = voxel;
   for (int k = 0; k < 3; ++k) {
-    const double voxels = (upper[k] - lower[k]) / voxel + 2 * kMargin;
+    const double voxels = (upper[k] - lower[k]) / voxel + 2 * margin_voxels;
     const double most = 1e6;  // Refused later, with a message.
     lattice.cells[static_cast<std::size_t>(k)] =
         static_cast<std::uint32_t>(std::clamp(std::ceil(voxels / HD_BRICK_EDGE), 1.0, most));

@@ -46,6 +46,7 @@ enum class OctreeShape : std::uint8_t {
 };
 
 struct VolumeOptions {
+  double margin_voxels = 2;         ///< Of the lattice about the mesh's box.
   double band_voxels = 1;           ///< Bricks where the surface is nearer to the brick cell than this; 0 to 16.
   double point_spacing_m = 0;       ///< Side of the cells of which each gets one point of each side; 0: a voxel.
   std::uint32_t patch_points = 48;  ///< Patches are of the octree level whose mean is nearest to this.
@@ -62,7 +63,7 @@ struct VolumeSource {
   VolumeOptions options;
 };
 
-/** A lattice about a box with a margin of two voxels and whole brick cells, the box in their middle. */
-[[nodiscard]] VolumeLattice latticeAbout(const Vec3& lower, const Vec3& upper, double voxel);
+/** A lattice about a box with a margin and whole brick cells, the box in their middle. */
+[[nodiscard]] VolumeLattice latticeAbout(const Vec3& lower, const Vec3& upper, double voxel, double margin_voxels = 2);
 
 }  // namespace hapticd

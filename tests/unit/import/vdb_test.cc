@@ -1,0 +1,249 @@
+// OpenVDB files, ours opened by OpenVDB and others by us; and OpenVDB's voxeliser beside ours.
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/MeshToVolume.h>
+
+#include <functional>
+
+#include "rt/volume/distance.h"
+#include "support/test_volume.h"
+#include "tests/unit/import/ball.h"
+#include "tools/hapticctl-import/child.h"
+#include "tools/hapticctl-import/input.h"
+#include "tools/hapticctl-import/isosurface.h"
+#include "tools/hapticctl-import/model.h"
+#include "tools/hapticctl-import/vdb_file.h"
+
+namespace hapticctl_import::testing {
+namespace {
+
+using hapticd::Vec3;
+using openvdb::FloatGrid;
+using ::testing::HasSubstr;
+
+/** A torus about z [m], in triangles fine enough that their chords are 0.04 mm. */
+hapticd::testing::TestMesh torus() {
+  constexpr std::uint32_t n = 96, m = 48;
+  hapticd::testing::TestMesh mesh;
+  for (std::uint32_t i = 0; i < n; ++i)
+    for (std::uint32_t j = 0; j < m; ++j) {
+      const double a = 2 * M_PI * i / n, b = 2 * M_PI * j / m, r = 0.05 + 0.02 * std::cos(b);
+      mesh.addVertex(Vec3(r * std::cos(a), r * std::sin(a), 0.02 * std::sin(b)));
+    }
+  for (std::uint32_t i = 0; i < n; ++i)
+    for (std::uint32_t j = 0; j < m; ++j)
+      mesh.addQuad(i * m + j, (i + 1) % n * m + j, (i + 1) % n * m + (j + 1) % m, i * m + (j + 1) % m);
+  return mesh;
+}
+
+hapticd::testing::TestVolume torusVolume(double voxel) {
+  hapticd::VolumeOptions options;
+  options.band_voxels = options.margin_voxels = 4;
+  return hapticd::testing::volumeOfMesh(torus(), voxel, options);
+}
+
+FloatGrid::Ptr readBack(const std::string& path) {
+  openvdb::initialize();
+  openvdb::io::File file(path);
+  file.open(false);
+  return openvdb::gridPtrCast<FloatGrid>(file.readGrid("surface"));
+}
+
+TEST(Vdb, whatIsWrittenIsTheVolumesNarrowBand) {
+  const Folder folder;
+  const auto volume = torusVolume(0.002);
+  const std::string path = folder.path() + "/torus.vdb";
+  writeVdb(path, volume.view);
+  const auto grid = readBack(path);
+  EXPECT_EQ(grid->getGridClass(), openvdb::GRID_LEVEL_SET);
+  EXPECT_NEAR(grid->background(), 0.006, 1e-9);
+  const auto values = grid->getConstAccessor();
+  std::uint64_t active = 0;
+  const auto& cells = volume.view.cells;
+  openvdb::Coord c;
+  for (c.z() = -2; c.z() <= static_cast<int>(8 * cells[2]) + 2; ++c.z())
+    for (c.y() = -2; c.y() <= static_cast<int>(8 * cells[1]) + 2; ++c.y())
+      for (c.x() = -2; c.x() <= static_cast<int>(8 * cells[0]) + 2; ++c.x()) {
+        const openvdb::Vec3d p = grid->indexToWorld(c);
+        const double truth = std::hypot(std::hypot(p.x(), p.y()) - 0.05, p.z()) - 0.02;
+        if (std::abs(std::abs(truth) - 0.006) > 2e-4) {
+          ASSERT_EQ(values.isValueOn(c), std::abs(truth) < 0.006) << p;
+        }
+        const double want = std::clamp(truth, -0.006, 0.006);  // Inside beyond the band too.
+        ASSERT_NEAR(values.getValue(c), want, 9e-5) << p;      // The mesh's chords, and 16 bits.
+        active += values.isValueOn(c);
+      }
+  EXPECT_EQ(active, grid->activeVoxelCount());  // None elsewhere.
+}
+
+TEST(Vdb, whatIsWrittenIsReadAgain) {
+  const Folder folder;
+  Image ball;
+  ball.size = kSize;
+  ball.origin = {10, 20, 30};
+  ball.step = kPlain;
+  for (std::size_t z = 0; z < kSize[2]; ++z)
+    for (std::size_t y = 0; y < kSize[1]; ++y)
+      for (std::size_t x = 0; x < kSize[0]; ++x) ball.values.push_back(valueAt(x, y, z));
+  InputOptions options;
+  options.file = folder.path() + "/ball.vdb";
+  const Surface surface = isosurface(ball, 200);
+  EXPECT_THAT(writeModel(surface, 0.5, options.file), HasSubstr("voxels of 0.5 mm"));
+  Image image = readInput(options);  // Needs no scale: the file is ours.
+  EXPECT_TRUE(image.distances);
+  for (float& v : image.values) v = -v;
+  const Surface again = isosurface(image, -*image.usual_iso);
+  EXPECT_NEAR(volumeOf(again), volumeOf(surface), 0.005 * volumeOf(surface));
+  for (const auto& v : again.vertices) ASSERT_NEAR(std::hypot(v[0] - 21.5, v[1] - 34.25, v[2] - 45), 8, 0.3);
+}
+
+/** A file as another program may write it: a fog ball of radius 5 units in a turned, scaled frame, and other grids. */
+std::string strange(const Folder& folder) {
+  openvdb::initialize();
+  const auto fog = FloatGrid::create(0);
+  for (int z = -8; z <= 8; ++z)
+    for (int y = -8; y <= 8; ++y)
+      for (int x = -8; x <= 8; ++x) {
+        const double d = std::sqrt(x * x + y * y + z * z) / 2;
+        if (d < 4) fog->getAccessor().setValue({x + 100, y - 50, z}, static_cast<float>(std::min(1.0, 3 - d + 0.5)));
+      }
+  const auto transform = openvdb::math::Transform::createLinearTransform(0.5);
+  transform->postRotate(M_PI / 2, openvdb::math::Z_AXIS);
+  transform->postTranslate({7, 8, 9});
+  fog->setTransform(transform);
+  fog->setGridClass(openvdb::GRID_FOG_VOLUME);
+  fog->setName("density");
+  const auto heat = FloatGrid::create(20);
+  heat->setName("heat");
+  heat->getAccessor().setValue({0, 0, 0}, 30);
+  heat->getAccessor().setValue({2, 2, 2}, 30);
+  const auto wind = openvdb::Vec3SGrid::create();
+  wind->setName("wind");
+  const std::string path = folder.path() + "/strange.vdb";
+  openvdb::io::File(path).write({fog, heat, wind});
+  return path;
+}
+
+TEST(Vdb, gridsOfOthersAreListedAndPlaced) {
+  const Folder folder;
+  InputOptions options;
+  options.file = strange(folder);
+  EXPECT_TRUE(isVdb(options.file));
+  const auto told = [&] { return refusal([&] { return readInput(options); }); };
+  EXPECT_THAT(told(), HasSubstr("2 grids"));
+  EXPECT_THAT(told(), HasSubstr("density, fog volume"));
+  options.grid = "nothing";
+  EXPECT_THAT(told(), HasSubstr("--grid"));
+  options.grid = "density";
+  EXPECT_THAT(told(), HasSubstr("does not say its unit"));
+  options.scale = "cm";
+  const Image image = readInput(options);
+  EXPECT_FALSE(image.distances);
+  // Half a centimetre; a quarter turn takes x to y and y to -x (right-handed), or the other way round.
+  const double turn = image.step[0][1] / 5;
+  EXPECT_NEAR(std::abs(turn), 1, 1e-9);
+  const std::array<Double3, 3> step{{{0, 5 * turn, 0}, {-5 * turn, 0, 0}, {0, 0, 5}}};
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t a = 0; a < 3; ++a) EXPECT_NEAR(image.step[k][a], step[k][a], 1e-9);
+  const Surface surface = isosurface(image, *image.usual_iso);
+  const double ball = 4.0 / 3 * M_PI * 30 * 30 * 30;  // Density 1/2 is 3 units from the middle: 30 mm.
+  EXPECT_NEAR(volumeOf(surface), ball, 0.03 * ball);
+  // The middle is voxel (100, -50, 0), at (50, -25, 0) before the turn.
+  Double3 middle{};
+  for (const auto& v : surface.vertices)
+    for (std::size_t k = 0; k < 3; ++k)
+      middle[k] += static_cast<double>(v[k]) / static_cast<double>(surface.vertices.size());
+  EXPECT_NEAR(middle[0], 10 * (7 + 25 * turn), 0.5);
+  EXPECT_NEAR(middle[1], 10 * (8 + 50 * turn), 0.5);
+  EXPECT_NEAR(middle[2], 90, 0.5);
+}
+
+TEST(Vdb, damagedFilesAreRefusedOrMakeAnImage) {
+  const Folder folder;
+  const std::string path = strange(folder);
+  std::ifstream file(path, std::ios::binary);
+  const std::string whole{std::istreambuf_iterator<char>(file), {}};
+  const auto outcome = [&](const std::string& bytes) {
+    InputOptions options;
+    options.file = folder.put("damaged.vdb", bytes);
+    options.grid = "density";
+    options.scale = "mm";
+    try {
+      return inChild(
+          [&] {
+            try {
+              const Image image = readInput(options);
+              for (const float v : image.values)
+                if (!std::isfinite(v)) return 6;
+              return 0;
+            } catch (const std::exception&) {
+              return 5;
+            }
+          },
+          std::uint64_t{1} << 31);
+    } catch (const ImportError&) {
+      return 7;
+    }
+  };
+  ASSERT_EQ(outcome(whole), 0);
+  int refused = 0, died = 0;
+  for (std::size_t n = 0; n < whole.size() / 2; n += 1 + whole.size() / 40) {
+    const int code = outcome(whole.substr(0, n));
+    EXPECT_TRUE(code == 5 || code == 7) << n << ": " << code;
+  }
+  std::uint32_t state = 11;
+  for (std::size_t at = 0; at < whole.size(); at += 1 + whole.size() / 80) {
+    std::string bytes = whole;
+    bytes[at] = static_cast<char>(bytes[at] ^ (1u << ((state = state * 1664525u + 1013904223u) >> 29)));
+    const int code = outcome(bytes);
+    EXPECT_NE(code, 6) << at;
+    refused += code == 5;
+    died += code == 7;
+  }
+  EXPECT_GT(refused, 3);
+  RecordProperty("refused", refused);
+  RecordProperty("died", died);
+}
+
+TEST(Vdb, itsVoxeliserAgreesWithOursWithinHalfAVoxel) {
+  constexpr double kVoxel = 0.002;
+  hapticd::testing::TestMesh mesh = torus();
+  const auto volume = torusVolume(kVoxel);
+  const hapticd::VolumeView& ours = volume.view;
+  openvdb::initialize();
+  std::vector<openvdb::Vec3s> points;
+  std::vector<openvdb::Vec3I> triangles;
+  for (const auto& v : mesh.vertices) {  // In voxels of our lattice.
+    const Vec3 p = (Vec3(v[0], v[1], v[2]) - ours.originPoint()) / kVoxel;
+    points.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
+  }
+  for (const auto& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
+  const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
+  const auto transform = openvdb::math::Transform::createLinearTransform(kVoxel);
+  const auto theirs = openvdb::tools::meshToVolume<FloatGrid>(adapter, *transform, 3, 3);
+  const hapticd::MeshView& view = *mesh.view();
+  double apart = 0, our_error = 0, their_error = 0;
+  int compared = 0, measured = 0;
+  for (auto value = theirs->cbeginValueOn(); value; ++value) {
+    const openvdb::Coord c = value.getCoord();
+    const Vec3 x = ours.originPoint() + kVoxel * Vec3(c.x(), c.y(), c.z());
+    const auto sample = hapticd::distanceAt(ours, x);
+    ASSERT_TRUE(sample.fine);
+    apart = std::max(apart, std::abs(sample.value - static_cast<double>(*value)));
+    if (++compared % 97 != 0) continue;
+    const double truth = hapticd::testing::distanceTo(view, x);  // By brute force.
+    ++measured;
+    our_error = std::max(our_error, std::abs(std::abs(sample.value) - truth));
+    their_error = std::max(their_error, std::abs(std::abs(static_cast<double>(*value)) - truth));
+  }
+  EXPECT_GT(compared, 20000);
+  EXPECT_GT(measured, 200);
+  EXPECT_LT(apart, 0.5 * kVoxel);
+  EXPECT_LT(our_error, 0.001 * kVoxel);
+  EXPECT_GT(their_error, 10 * our_error);
+  RecordProperty("apart_um", std::to_string(apart * 1e6));
+  RecordProperty("our_error_um", std::to_string(our_error * 1e6));
+  RecordProperty("their_error_um", std::to_string(their_error * 1e6));
+}
+
+}  // namespace
+}  // namespace hapticctl_import::testing

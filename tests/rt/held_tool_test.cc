@@ -83,10 +83,10 @@ TEST(HeldTool, ServoAndColliderAreClean) {
         house.order(CommandKind::kAddObject, order);
       }
       came = !came;
-      if (i % 1000 == 0) {
-        hd_object_pose pose{brick.object, 0, {0.02, 0, 0.05}, {1}, {-0.1}, {}};
-        house.order(CommandKind::kObjectPose, pose);
-      }
+      // It falls on the tool, which throws it off.
+      const Vec3 above = house.servo->cycle().tool(0).tool().body().com() + Vec3(0.005, 0, 0.025);
+      house.order(CommandKind::kObjectPose,
+                  hd_object_pose{brick.object, 0, {above.x(), above.y(), above.z()}, {1}, {}, {}});
       test::RtScope scope;
       for (int k = 0; k < 100; ++k) tick(k);
       seen = scope.finish();

@@ -19,6 +19,7 @@
 #include "rt/base/rotation.h"
 #include "rt/body/constraint_response.h"
 #include "rt/body/contact_model.h"
+#include "rt/body/direct.h"
 #include "rt/body/impulse_response.h"
 #include "rt/body/penalty_response.h"
 #include "rt/body/tool.h"
@@ -98,6 +99,30 @@ constexpr Scenario kBallOnBall{
       return Wrench{k * depth * device.p.normalized(), Vec3::Zero()};
     }};
 
+/** A ball in a groove of two walls at right angles: one wall, both, the other. The tool is at the point of the groove's
+ * free space that is nearest to the device: of a wedge, in closed form. */
+constexpr Scenario kBallInGroove{"ball in groove",
+                                 [](double t) {
+                                   return Pose{{0.02 * std::sin(t), 0.008 * std::sin(1.7 * t),
+                                                std::sqrt(2.0) * kBall - 0.004 - 0.002 * std::sin(2.3 * t)},
+                                               Quat::Identity()};
+                                 },
+                                 [](const Pose& X, double margin, ContactSet& out) {
+                                   for (std::uint32_t i = 0; i < 2; ++i) {
+                                     const Vec3 n = Vec3(0, i == 0 ? 1 : -1, 1).normalized();
+                                     add(out, margin, X.p - kBall * n, X.p - X.p.dot(n) * n, n, i + 1);
+                                   }
+                                 },
+                                 [](const Pose& device, double k, double) {
+                                   // Normals at right angles: the projection takes each wall's share by itself.
+                                   Vec3 force = Vec3::Zero();
+                                   for (const double side : {1.0, -1.0}) {
+                                     const Vec3 n = Vec3(0, side, 1).normalized();
+                                     force += k * std::max(0.0, kBall - device.p.dot(n)) * n;
+                                   }
+                                   return Wrench{force, Vec3::Zero()};
+                                 }};
+
 /** Errors of one vector over a trajectory. */
 struct Judged {
   double square = 0, size = 0, worst = 0, angle = 0, worst_angle = 0, greatest = 0;
@@ -126,7 +151,8 @@ struct Result {
   double deepest = 0;  ///< Overlap that the tool was left in [m].
 };
 
-Result play(const Scenario& scenario, Response& response, int every) {
+/** The response null: direct rendering, the tool where the device is and as stiff as the coupling in the end. */
+Result play(const Scenario& scenario, Response* response, int every) {
   ToolSetup setup;
   setup.mass = MassProperties::ofBox(kMass, 2 * kHalf);
   DeviceInfo info;  // a good desktop device: stiffness enough to press with a few newtons
@@ -139,7 +165,7 @@ Result play(const Scenario& scenario, Response& response, int every) {
   Pose start = scenario.path(0);
   start.p.z() += 0.01;
   tool.reset(start);
-  response.reset();
+  if (response != nullptr) response->reset();
   Result out;
   ContactSet found;
   ContactModel model, next;
@@ -149,6 +175,7 @@ Result play(const Scenario& scenario, Response& response, int every) {
   for (int i = 0; i < ticks; ++i) {
     Pose device = scenario.path(std::max(0, i - 2 * lower) * kDt);
     device.p.z() += 0.01 * std::max(0.0, 1.0 - double(i) / lower);
+    if (response == nullptr) tool.reset(device);
     if (i % every == 0) {
       // What was asked a period ago is answered now.
       model = every > 1 ? next : model;
@@ -162,7 +189,11 @@ Result play(const Scenario& scenario, Response& response, int every) {
     for (std::uint32_t c = 0; c < model.count; ++c) {
       touches[c] = model.touch(c, tool.body().pose(), tool.body().com(), Pose{}, Twist{});
     }
-    tool.step(device, {touches.data(), model.count}, kDt, response, step);
+    if (response != nullptr) {
+      tool.step(device, {touches.data(), model.count}, kDt, *response, step);
+    } else {
+      step.on_device = directWrench({touches.data(), model.count}, Twist{}, Twist{}, {k, 0});
+    }
     if (i < 2 * lower) continue;
     const Wrench truth = scenario.truth(device, k, k_turn);
     out.force.add(step.on_device.force, truth.force);
@@ -185,29 +216,32 @@ int run(const Common& common, bool check) {
   hard.max_depth = 0.01;
   const std::vector<std::shared_ptr<Response>> responses = {std::make_shared<ConstraintResponse>(),
                                                             std::make_shared<ImpulseResponse>(),
-                                                            std::make_shared<PenaltyResponse>(hard)};
+                                                            std::make_shared<PenaltyResponse>(hard), nullptr};
   if (common.csv) {
     fmt::print(
         "case,response,rate_hz,force_rms_n,force_relative,force_worst_n,force_angle_deg,torque_rms_nm,"
         "torque_relative,torque_angle_deg,overlap_m\n");
   } else {
-    fmt::print("{:13} {:11} {:>5} | {:>9} {:>8} {:>8} {:>7} | {:>10} {:>8} {:>7} | {:>9}\n", "case", "response", "Hz",
+    fmt::print("{:14} {:11} {:>5} | {:>9} {:>8} {:>8} {:>7} | {:>10} {:>8} {:>7} | {:>9}\n", "case", "response", "Hz",
                "force RMS", "relative", "worst", "angle", "torque RMS", "relative", "angle", "overlap");
   }
   bool good = true;
-  for (const Scenario* scenario : {&kBoxOnFloor, &kBallOnBall}) {
+  for (const Scenario* scenario : {&kBoxOnFloor, &kBallInGroove, &kBallOnBall}) {
     for (const auto& response : responses) {
+      // Several touches share direct rendering's stiffness as they come: it has no such truth.
+      if (response == nullptr && scenario != &kBallOnBall) continue;
+      const char* const name = response != nullptr ? response->name() : "direct";
       for (const int every : {1, 2, 5}) {
-        const Result r = play(*scenario, *response, every);
+        const Result r = play(*scenario, response.get(), every);
         if (common.csv) {
-          fmt::print("{},{},{},{:g},{:g},{:g},{:g},{:g},{:g},{:g},{:g}\n", scenario->name, response->name(),
-                     1000 / every, r.force.rms(), r.force.relative(), r.force.worst, r.force.degrees(), r.torque.rms(),
+          fmt::print("{},{},{},{:g},{:g},{:g},{:g},{:g},{:g},{:g},{:g}\n", scenario->name, name, 1000 / every,
+                     r.force.rms(), r.force.relative(), r.force.worst, r.force.degrees(), r.torque.rms(),
                      r.torque.relative(), r.torque.degrees(), r.deepest);
         } else {
-          fmt::print("{:13} {:11} {:5} | {:7.4f} N {} {:6.3f} N {} | {:7.4f} Nm {} {} | {:6.1f} um\n", scenario->name,
-                     response->name(), 1000 / every, r.force.rms(), column(100 * r.force.relative(), "%"),
-                     r.force.worst, column(r.force.degrees(), "d"), r.torque.rms(),
-                     column(100 * r.torque.relative(), "%"), column(r.torque.degrees(), "d"), r.deepest * 1e6);
+          fmt::print("{:14} {:11} {:5} | {:7.4f} N {} {:6.3f} N {} | {:7.4f} Nm {} {} | {:6.1f} um\n", scenario->name,
+                     name, 1000 / every, r.force.rms(), column(100 * r.force.relative(), "%"), r.force.worst,
+                     column(r.force.degrees(), "d"), r.torque.rms(), column(100 * r.torque.relative(), "%"),
+                     column(r.torque.degrees(), "d"), r.deepest * 1e6);
         }
         const bool default_response = response == responses.front();
         good = good && (!default_response || (r.force.relative() < 0.05 && r.force.degrees() < 3));

@@ -126,6 +126,75 @@ TEST(FreeBodies, EnergyNeverGrowsWhileTheyTumbleAlone) {
   EXPECT_TRUE(house.servo->cycle().bodies().body(0).asleep());
 }
 
+/** A brick pressed on the floor by the tool is held by both at once: it neither sinks, creeps nor buzzes. */
+TEST(FreeBodies, OnePressedOnTheFloorStaysAndThePressIsFelt) {
+  for (const double mass : {0.02, 20.0}) {
+    House house;
+    gravity(house, 9.81);
+    house.send(CommandKind::kAddObject, object(kBall, ShapeKind::kBox, {0.03, 0.03, 0.01}, {0, 0, 0.01}));
+    SetBody brick = body(kBall, mass);
+    brick.inertia[2] *= 2;
+    house.send(CommandKind::kSetBody, brick);
+    house.run(5);
+    house.hold();
+    house.aim({0.005, 0, 0.01}, Vec3(0.1, 0.05, 0));
+    house.run(2000);
+    EXPECT_NEAR(seen(house, kBall).X_WO.p.z(), 0.01, 3e-5) << mass;
+    const double force = house.out().command.force.z();
+    EXPECT_GT(force, 1);
+    const Vec3 lies = seen(house, kBall).X_WO.p, hand = house.device.body().position();
+    double most = 0;
+    for (int i = 0; i < 2000; ++i) {
+      house.run(1);
+      most = std::max(most, std::abs(house.out().command.force.z() - force));
+    }
+    EXPECT_LT((seen(house, kBall).X_WO.p - lies).norm(), 1e-5) << mass;
+    EXPECT_LT((house.device.body().position() - hand).norm(), 1e-5) << mass;
+    EXPECT_LT(most, 0.02 * force) << mass;
+  }
+}
+
+/** Books of hand, tool, brick and gravity together, while the tool plays football with it. */
+TEST(FreeBodies, NoTickOfToolAndBodiesCreatesEnergy) {
+  House house;
+  gravity(house, 9.81);
+  house.hold();
+  addBall(house, kBall, {-0.04, 0, 0.03}, 0.15, 0.2);
+  addBall(house, kOther, {0.05, 0.01, 0.03}, 0.4, 0.2);
+  const Cycle& cycle = house.servo->cycle();
+  const CouplingGains& g = cycle.tool(0).tool().setup().gains;
+  const auto held = [&] {
+    double sum = cycle.tool(0).tool().energy() + cycle.tool(0).tool().reserve();
+    for (const std::uint8_t k : {0, 1}) {
+      const FreeBody& b = cycle.bodies().body(k);
+      sum += b.body.kineticEnergy() + b.reserve + b.body.mass() * 9.81 * b.body.com().z();
+    }
+    return sum;
+  };
+  Pose last;
+  Wrench sent;
+  double most = -1;
+  int together = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const double t = i * 1e-3;
+    house.aim({0.05 * std::sin(9 * t), 0.02 * std::sin(4 * t), 0.02 + 0.015 * std::sin(13 * t)},
+              Vec3(0.5 * std::sin(11 * t), 0, std::sin(3 * t)));
+    const double had = held();
+    house.run(1);
+    const DeviceSample& sample = house.servo->lastInput().device[0];
+    const Vec3 dx = sample.p - last.p;
+    const Vec3 turn = rotationVector(sample.q * last.q.conjugate());
+    const double given = -sent.force.dot(dx) - sent.torque.dot(turn);
+    const double leak = 0.5 * (g.outer * dx.squaredNorm() + g.angular_outer * turn.squaredNorm());
+    if (i > 0) most = std::max(most, held() - had - given - 1.01 * leak);
+    last = {sample.p, sample.q};
+    sent = cycle.tool(0).last().on_device;
+    together += cycle.bodies().joint().movers() > 1 ? 1 : 0;
+  }
+  EXPECT_LE(most, 1e-9);
+  EXPECT_GT(together, 500);
+}
+
 TEST(FreeBodies, AHandOfThreeAxesPushesOneWithTheForceItFeels) {
   House house("sim://default");
   house.aim({0, 0, 0.06});

@@ -54,7 +54,7 @@ class DeviceGroup {
   [[nodiscard]] Device& device(std::size_t i) { return *devices_[i]; }
   [[nodiscard]] Servo& servo() { return *servo_; }
   [[nodiscard]] Ingest& ingest() { return *ingest_; }
-  [[nodiscard]] const ColliderCounters& colliderCounters() const { return collider_->counters; }
+  [[nodiscard]] ColliderCounters& colliderCounters() { return collider_->counters; }
   [[nodiscard]] bool realtime() const { return realtime_; }
   /** Why not, when realtime() is false. */
   [[nodiscard]] const std::string& schedulingNote() const { return note_; }

@@ -15,13 +15,15 @@ T load(const T& field) {
 
 }  // namespace
 
-std::array<Stage, 6> stagesOf(ServoHistograms& h) {
+std::array<Stage, 7> stagesOf(DeviceGroup& group) {
+  ServoHistograms& h = group.servo().histograms;
   return {{{"wake", &h.wake},
            {"read", &h.read},
            {"render", &h.render},
            {"guard", &h.guard},
            {"write", &h.write},
-           {"cycle", &h.cycle}}};
+           {"cycle", &h.cycle},
+           {"collide", &group.colliderCounters().duration}}};
 }
 
 DeviceNow statusOf(const OpenDevice& device) {

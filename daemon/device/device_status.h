@@ -31,11 +31,11 @@ struct SessionNow {
 };
 [[nodiscard]] SessionNow statusOf(const Session& session);
 
-/** A stage of the cycle with its histogram. */
+/** A stage of the cycle, or of what runs beside it, with its histogram. */
 struct Stage {
   const char* name;
   Histogram* histogram;
 };
-[[nodiscard]] std::array<Stage, 6> stagesOf(ServoHistograms& histograms);
+[[nodiscard]] std::array<Stage, 7> stagesOf(DeviceGroup& group);
 
 }  // namespace hapticd

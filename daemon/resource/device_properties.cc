@@ -71,6 +71,7 @@ Result<void> setRadius(Core& core, OpenDevice& device, std::string_view value, c
 
 Json getTool(const OpenDevice& device, const DeviceNow&, Core& core) {
   const HeldObject& tool = device.tool;
+  const auto& contacts = device.link->group().colliderCounters().contacts[device.index];
   if (tool.object.empty() || core.scene().nameOf(tool.id) != tool.object) return nullptr;  // gone with its object
   return {{"object", tool.object},
           {"mass", number(tool.mass)},
@@ -78,6 +79,7 @@ Json getTool(const OpenDevice& device, const DeviceNow&, Core& core) {
           {"torque_shown", tool.shows_torque},
           {"weight", tool.weighs ? "felt" : "compensated"},
           {"rendering", tool.direct ? "direct" : "coupled"},
+          {"contacts", contacts.load(std::memory_order_relaxed)},
           {"note", tool.note}};
 }
 

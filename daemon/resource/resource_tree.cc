@@ -60,7 +60,7 @@ Json statistics(const OpenDevice& device) {
             {"overruns", status.overruns},
             {"stale", status.stale},
             {"busy", number(status.busy)}};
-  for (const Stage& stage : stagesOf(device.link->group().servo().histograms)) {
+  for (const Stage& stage : stagesOf(device.link->group())) {
     const Histogram::Summary s = stage.histogram->summary();
     json["stages"][stage.name] = {{"count", s.count},      {"p50_ns", s.p50_ns},      {"p99_ns", s.p99_ns},
                                   {"p99.9_ns", s.p999_ns}, {"p99.99_ns", s.p9999_ns}, {"max_ns", s.max_ns}};

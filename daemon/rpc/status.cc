@@ -99,7 +99,7 @@ void writeStatistics(proto::Statistics::Builder out, const OpenDevice& device) {
   out.setMissed(servo.counters.missed.load(std::memory_order_relaxed));
   out.setOverruns(servo.counters.overruns.load(std::memory_order_relaxed));
   out.setStaleSamples(servo.counters.stale.load(std::memory_order_relaxed));
-  const auto stages = stagesOf(servo.histograms);
+  const auto stages = stagesOf(device.link->group());
   auto list = out.initHistograms(static_cast<unsigned>(stages.size()));
   for (unsigned i = 0; i < stages.size(); ++i) {
     const Histogram::Summary s = stages[i].histogram->summary();
@@ -114,7 +114,7 @@ void writeStatistics(proto::Statistics::Builder out, const OpenDevice& device) {
 }
 
 void resetStatistics(OpenDevice& device) {
-  for (const Stage& stage : stagesOf(device.link->group().servo().histograms)) stage.histogram->requestReset();
+  for (const Stage& stage : stagesOf(device.link->group())) stage.histogram->requestReset();
 }
 
 }  // namespace hapticd

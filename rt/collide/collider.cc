@@ -32,6 +32,7 @@ void Collider::step(Clock* clock) HD_RT {
   reading_.store(question_.orders, std::memory_order_release);
   const auto tools = std::count_if(question_.held.begin(), question_.held.end(),
                                    [](const CollideRequest::Held& held) { return held.object != 0; });
+  const std::int64_t begin_ns = clock != nullptr && tools > 0 ? clock->now() : 0;
   const std::int64_t share_ns = kBudgetNs / std::max<std::int64_t>(1, tools);
   for (std::uint32_t d = 0; d < contacts_.size(); ++d) {
     const CollideRequest::Held& held = question_.held[d];
@@ -55,7 +56,9 @@ void Collider::step(Clock* clock) HD_RT {
     counters.queries.fetch_add(1, std::memory_order_relaxed);
     if (report.exhausted) counters.exhausted.fetch_add(1, std::memory_order_relaxed);
     counters.last_work.store(report.work, std::memory_order_relaxed);
+    counters.contacts[d].store(model.count, std::memory_order_relaxed);
   }
+  if (begin_ns != 0) counters.duration.record(clock->now() - begin_ns);
   reading_.store(kIdle, std::memory_order_release);
 }
 

@@ -13,6 +13,7 @@
 #include <memory>
 
 #include "rt/base/clock.h"
+#include "rt/base/histogram.h"
 #include "rt/collide/request.h"
 #include "rt/ring/newest.h"
 #include "rt/ring/spsc.h"
@@ -28,6 +29,9 @@ struct ColliderCounters {
   std::atomic<std::uint64_t> exhausted{0};  ///< Of them, those whose budget ended the search.
   std::atomic<std::uint64_t> unsent{0};     ///< Answers that the servo had no room for.
   std::atomic<std::uint32_t> last_work{0};
+  /** Handed over with the last answer; as CollideRequest::held. */
+  std::array<std::atomic<std::uint32_t>, kMaxDevices + kMaxBodies> contacts{};
+  Histogram duration;  ///< Of a question with all its tools; empty without a clock.
 };
 
 class Collider {

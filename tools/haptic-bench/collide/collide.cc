@@ -186,7 +186,7 @@ double megabytesHeld() {
   return static_cast<double>(held.uordblks + held.hblkhd) * 1e-6;
 }
 
-/** A library is far too slow for every pose: as many as its seconds allow, spread over all. */
+/** As many poses as the seconds allow: several passes over all, or some that are spread over all. */
 void measurePeer(const Common& common, const Options& options, const CollidePair& pair, const PeerKind& kind) {
   const auto poses = pair.poses(kRate);
   tell(fmt::format("{}: {}", pair.name, kind.name));
@@ -211,11 +211,15 @@ void measurePeer(const Common& common, const Options& options, const CollidePair
     if (!options.quick) {
       const double total = summarise(probe).mean * 1e-3 * static_cast<double>(asked.size());
       timing.stride = std::max(cold ? 20 : 1, static_cast<int>(total / options.peer_seconds * (cold ? 4 : 1)) + 1);
+      if (timing.stride == 1) timing.passes = all ? (options.passes * 4 + 2) / 3 : options.passes;
+      timing.seconds = options.peer_seconds;
     }
     found = records = 0;
     Row line{pair.name, kind.name, query, {}, build_ms, megabytes};
     Measured& m = line.measured;
-    m.times = summarise(timeQueries(asked, timing, ask));
+    const auto ms = timeQueries(asked, timing, ask);
+    const auto stride = static_cast<std::size_t>(timing.stride);
+    m.times = summarise(ms, ms.size() / ((asked.size() + stride - 1) / stride));
     m.touching = found > 0 ? static_cast<double>(records) / static_cast<double>(found) : 0;
     m.rate = static_cast<double>(records) / (m.times.mean * static_cast<double>(m.times.count));
     print(common, line);

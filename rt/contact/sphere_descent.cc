@@ -11,6 +11,7 @@ namespace {
 
 constexpr float kHalfDiagonal = 0.8660254F;  // sqrt(3) / 2
 constexpr std::uint32_t kBuffer = 2048;      // Voxels looked up at once.
+constexpr std::uint32_t kFew = 32;           // Pairs of a level that are followed first when one touch is enough.
 
 /** Bits of a 64-way mask that lie in each octant. */
 constexpr std::array<std::uint64_t, 8> octantBits() {
@@ -169,6 +170,16 @@ void SphereDescentDetector::find(const DetectorQuery& query, ContactSet& contact
 }
 
 void SphereDescentDetector::descend(Run& run) HD_RT {
+  if (run.query.first_only) {
+    walk(run, kFew);
+    if (run.report.touching > 0) return;
+    run.a.level = run.b.level = 0;
+  }
+  walk(run, options_.max_pairs);
+}
+
+/** From the roots down, with `most` pairs of each level. */
+void SphereDescentDetector::walk(Run& run, std::uint32_t most) HD_RT {
   Pair& root = now_[0];
   root = Pair{};
   for (int k = 0; k < 3; ++k) {
@@ -180,9 +191,25 @@ void SphereDescentDetector::descend(Run& run) HD_RT {
     const bool last_b = !run.b.atVoxels() && run.b.level + 1 == run.b.tree.levels;
     const bool side_a = !run.a.atVoxels() && (run.b.atVoxels() || last_b || run.a.side() >= run.b.side());
     choose(run, side_a);
+    if (run.pairs > most) keepNearest(run, most);
     refine(run, side_a);
     if (run.query.first_only && run.report.touching > 0) return;
   }
+}
+
+/** The pairs whose centres are nearest. */
+void SphereDescentDetector::keepNearest(Run& run, std::uint32_t most) HD_RT {
+  for (std::uint32_t i = 0; i < run.pairs; ++i) {
+    const Pair& p = now_[i];
+    const float x = p.ca[0] - p.cb[0], y = p.ca[1] - p.cb[1], z = p.ca[2] - p.cb[2];
+    sorted_[i] = urgency_[i] = x * x + y * y + z * z;
+  }
+  std::nth_element(sorted_.begin(), sorted_.begin() + most, sorted_.begin() + run.pairs);
+  const float limit = sorted_[most];
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < run.pairs; ++i)
+    if (urgency_[i] < limit) now_[kept++] = now_[i];
+  run.pairs = kept > 0 ? kept : most;  // Many alike: the first of them.
 }
 
 /** Leaves what need not, or cannot, be refined as contacts of their size. */

@@ -14,6 +14,9 @@
  * A node's sphere holds its voxels, not their spheres: voxels that overlap are always found, of those whose spheres
  * alone do most are.
  *
+ * Whether they touch at all is first asked of the few pairs of each level whose centres are nearest, which tells of
+ * most that do; of the others all pairs are asked.
+ *
  * A unit of work is sixteen sphere tests. Spheres tell where bodies touch to a voxel; how deep and in which direction
  * is read from B's field at each contact's mean place. So shallow contacts may be reported apart, with a negative
  * depth.
@@ -58,6 +61,8 @@ class SphereDescentDetector final : public Detector {
   struct Run;
 
   void descend(Run& run) HD_RT;
+  void walk(Run& run, std::uint32_t most) HD_RT;
+  void keepNearest(Run& run, std::uint32_t most) HD_RT;
   void refine(Run& run, bool side_a) HD_RT;
   void choose(Run& run, bool side_a) HD_RT;
   void touch(Run& run, const Pair& pair, float distance, float reach) HD_RT;

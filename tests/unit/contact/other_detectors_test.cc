@@ -102,6 +102,35 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
   }
 }
 
+TEST(SphereDescent, OneTouchIsFoundEarlyAndNoneIsMissed) {
+  const TestVolume torus = testing::torusVolume(0.02, 0.006, 0.001);
+  SphereDescentDetector detector;
+  std::mt19937 random(17);
+  ContactSet all, first;
+  std::uint64_t work = 0, full = 0;
+  int touching = 0, hidden = 0;
+  for (int i = 0; i < 400; ++i) {
+    DetectorQuery query = queryOf(torus, torus, randomPose(random, 0.05));
+    detector.find(query, all);
+    query.first_only = true;
+    detector.find(query, first);
+    EXPECT_EQ(all.report.touching > 0, first.report.touching > 0) << i;
+    if (all.report.touching == 0) {
+      // In vain: the few were asked for nothing.
+      EXPECT_GE(first.report.work, all.report.work);
+      continue;
+    }
+    ++touching;
+    hidden += all.report.touching < 20 ? 1 : 0;
+    work += first.report.work;
+    full += all.report.work;
+  }
+  EXPECT_GT(touching, 100);
+  EXPECT_GT(hidden, 3);
+  EXPECT_LT(touching, 390);
+  EXPECT_LT(5 * work, full);
+}
+
 TEST(SphereDescent, OneSidedFindsWhatTheFieldSaysOfEachVoxel) {
   const TestVolume a = testing::torusVolume(0.012, 0.004, 0.001);
   const TestVolume b = testing::sphereVolume(0.012, 0.001);

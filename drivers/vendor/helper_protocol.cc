@@ -74,6 +74,10 @@ Error failed(const char* call, int number) {
   return {ErrorCode::kSystem, "hapticd-vendor", std::string(call) + ": " + std::strerror(number), {}};
 }
 
+Error otherBuild(const char* what) {
+  return {ErrorCode::kVersionMismatch, "hapticd-vendor", what, "install both from one package"};
+}
+
 Result<void> sendWhole(int socket, const void* bytes, std::size_t size, int descriptor) {
   iovec piece{const_cast<void*>(bytes), size};
   alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
@@ -129,10 +133,14 @@ Result<HelperRequest> receiveRequest(int socket, int& memory) {
       with->cmsg_len == CMSG_LEN(sizeof(int))) {
     std::memcpy(&memory, CMSG_DATA(with), sizeof memory);
   }
-  if (got != sizeof frame || !fits(frame.head) || memory < 0) {
-    return Error{ErrorCode::kVersionMismatch, "hapticd-vendor", "the daemon is of another build",
-                 "install both from one package"};
-  }
+  if (memory < 0) return otherBuild("the daemon is of another build");
+  return decodeRequest({reinterpret_cast<const std::uint8_t*>(&frame), static_cast<std::size_t>(got)});
+}
+
+Result<HelperRequest> decodeRequest(std::span<const std::uint8_t> bytes) {
+  RequestFrame frame{};
+  if (bytes.size() == sizeof frame) std::memcpy(&frame, bytes.data(), sizeof frame);
+  if (!fits(frame.head)) return otherBuild("the daemon is of another build");
   return HelperRequest{std::string(frame.uri, strnlen(frame.uri, kMostHelperUri)), frame.head.generation};
 }
 
@@ -173,10 +181,13 @@ Result<HelperAnswer> receiveAnswer(int socket, int wait_ms) {
     return Error{ErrorCode::kDeviceGone, "hapticd-vendor", "it ended while it opened the device",
                  "the vendor's library may have crashed: journalctl -u 'hapticd-vendor@*'"};
   }
-  if (got != sizeof frame || !fits(frame.head)) {
-    return Error{ErrorCode::kVersionMismatch, "hapticd-vendor", "it is of another build",
-                 "install both from one package"};
-  }
+  return decodeAnswer({reinterpret_cast<const std::uint8_t*>(&frame), static_cast<std::size_t>(got)});
+}
+
+Result<HelperAnswer> decodeAnswer(std::span<const std::uint8_t> bytes) {
+  AnswerFrame frame{};
+  if (bytes.size() == sizeof frame) std::memcpy(&frame, bytes.data(), sizeof frame);
+  if (!fits(frame.head)) return otherBuild("it is of another build");
   HelperAnswer answer;
   if (frame.code != 0) {
     // Whatever number it says: one of ours.

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "rt/base/error.h"
@@ -25,6 +26,10 @@ struct HelperAnswer {
   Result<void> opened;
   DeviceInfo info;  ///< When it is.
 };
+
+/** What the bytes of a message say. Pure; fuzzed. Errors as below. */
+[[nodiscard]] Result<HelperRequest> decodeRequest(std::span<const std::uint8_t> bytes);
+[[nodiscard]] Result<HelperAnswer> decodeAnswer(std::span<const std::uint8_t> bytes);
 
 /** One message each; the memory's descriptor goes along and stays the caller's. */
 [[nodiscard]] Result<void> sendRequest(int socket, const HelperRequest& request, int memory);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/conformance/trouble.h"
+
 namespace hapticd::test {
 
 void SampleRig::advance(std::int64_t ns) {
@@ -20,20 +22,8 @@ void SampleRig::makeReady() {
   ASSERT_TRUE(opened.ok()) << toString(opened.error());
 }
 
-void SampleRig::trouble(Trouble trouble, bool on) {
-  using haptic_emu::FaultKind;
-  constexpr FaultKind kKinds[] = {FaultKind::kSilence, FaultKind::kGarbage, FaultKind::kTruncation,
-                                  FaultKind::kEncoderJump};
-  if (on) {
-    model.faults.add({kKinds[static_cast<std::size_t>(trouble)], 0, INT64_MAX});
-  } else {
-    model.faults.clear();
-  }
-}
+void SampleRig::trouble(Trouble trouble, bool on) { makeTrouble(model.faults, trouble, on); }
 
-std::uint64_t SampleRig::complaints() const {
-  const LinkCounters& counters = const_cast<IoDevice&>(device_).link().counters;
-  return counters.dropped_bytes.load() + counters.rejected.load() + counters.lost.load();
-}
+std::uint64_t SampleRig::complaints() const { return complaintsOf(const_cast<IoDevice&>(device_).link().counters); }
 
 }  // namespace hapticd::test

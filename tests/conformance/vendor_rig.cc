@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/vendor/vendor_driver.h"
+#include "tests/conformance/trouble.h"
 
 namespace hapticd::test {
 namespace {
@@ -88,9 +89,6 @@ void VendorRig::trouble(Trouble trouble, bool on) {
   fault = on;
 }
 
-std::uint64_t VendorRig::complaints() const {
-  const LinkCounters& counters = device_->link().counters;
-  return counters.dropped_bytes.load() + counters.rejected.load() + counters.lost.load();
-}
+std::uint64_t VendorRig::complaints() const { return complaintsOf(device_->link().counters); }
 
 }  // namespace hapticd::test

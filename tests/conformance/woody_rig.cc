@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/conformance/trouble.h"
+
 namespace hapticd::test {
 namespace {
 
@@ -63,22 +65,8 @@ void WoodyRig::hold(const Vec3& p) {
   }
 }
 
-void WoodyRig::trouble(Trouble trouble, bool on) {
-  using haptic_emu::FaultKind;
-  const FaultKind kind = trouble == Trouble::kSilence      ? FaultKind::kSilence
-                         : trouble == Trouble::kGarbage    ? FaultKind::kGarbage
-                         : trouble == Trouble::kTruncation ? FaultKind::kTruncation
-                                                           : FaultKind::kEncoderJump;
-  if (on) {
-    model.faults.add({kind, 0, INT64_MAX});
-  } else {
-    model.faults.clear();
-  }
-}
+void WoodyRig::trouble(Trouble trouble, bool on) { makeTrouble(model.faults, trouble, on); }
 
-std::uint64_t WoodyRig::complaints() const {
-  const LinkCounters& counters = const_cast<IoDevice&>(device_).link().counters;
-  return counters.dropped_bytes.load() + counters.rejected.load() + counters.lost.load();
-}
+std::uint64_t WoodyRig::complaints() const { return complaintsOf(const_cast<IoDevice&>(device_).link().counters); }
 
 }  // namespace hapticd::test

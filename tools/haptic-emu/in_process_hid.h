@@ -17,7 +17,7 @@ namespace haptic_emu {
  */
 class InProcessHid final : public hapticd::HidTransport {
  public:
-  InProcessHid(HidModel& model, hapticd::ManualClock& clock) : model_(model), clock_(clock) {}
+  InProcessHid(HidModel& model, hapticd::Clock& clock) : model_(model), clock_(clock) {}
 
   [[nodiscard]] hapticd::Result<void> open() override;
   void close() noexcept override { open_ = false; }
@@ -34,7 +34,7 @@ class InProcessHid final : public hapticd::HidTransport {
   [[nodiscard]] bool there() noexcept;
 
   HidModel& model_;
-  hapticd::ManualClock& clock_;
+  hapticd::Clock& clock_;
   bool open_ = false;
 };
 

@@ -35,7 +35,7 @@ class SerialModel {
 /** Waiting in read() moves `clock`, and with it the model. Both outlive it. */
 class InProcessSerial final : public hapticd::SerialTransport {
  public:
-  InProcessSerial(SerialModel& model, hapticd::ManualClock& clock) : model_(model), clock_(clock) {}
+  InProcessSerial(SerialModel& model, hapticd::Clock& clock) : model_(model), clock_(clock) {}
 
   [[nodiscard]] hapticd::Result<void> open() override {
     model_.advance(clock_.now());
@@ -72,7 +72,7 @@ class InProcessSerial final : public hapticd::SerialTransport {
   }
 
   SerialModel& model_;
-  hapticd::ManualClock& clock_;
+  hapticd::Clock& clock_;
   bool open_ = false;
 };
 

@@ -3,10 +3,17 @@
 #include <chrono>
 
 #include "drivers/falcon/falcon_io.h"
+#include "drivers/hidpid/hidpid_io.h"
+#include "drivers/pantograph/pantograph_io.h"
 #include "drivers/sample/sample_io.h"
+#include "drivers/woodyhid/woodyhid_io.h"
 #include "tools/haptic-emu/falcon/falcon_model.h"
+#include "tools/haptic-emu/hidpid/pid_model.h"
+#include "tools/haptic-emu/in_process_hid.h"
 #include "tools/haptic-emu/in_process_usb.h"
+#include "tools/haptic-emu/pantograph/pantograph_model.h"
 #include "tools/haptic-emu/sample/sample_model.h"
+#include "tools/haptic-emu/woodyhid/woody_hid_model.h"
 
 namespace haptic_bench {
 namespace {
@@ -17,6 +24,14 @@ std::int64_t ticks() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
+
+/** While it stands, time is the played device's. */
+struct Span {
+  explicit Span(PlayedCost& of) : cost(of), from_ns(ticks()) {}
+  ~Span() { cost.inside_ns += ticks() - from_ns; }
+  PlayedCost& cost;
+  std::int64_t from_ns;
+};
 
 /** A transport that counts what it takes, without what the driver does when it is told of a transfer. */
 class TimedUsb final : public UsbTransport, private UsbListener {
@@ -43,12 +58,6 @@ class TimedUsb final : public UsbTransport, private UsbListener {
   void sendNow(std::span<const std::uint8_t> bytes) noexcept override { usb_->sendNow(bytes); }
 
  private:
-  struct Span {
-    explicit Span(PlayedCost& of) : cost(of), from_ns(ticks()) {}
-    ~Span() { cost.inside_ns += ticks() - from_ns; }
-    PlayedCost& cost;
-    std::int64_t from_ns;
-  };
   void onIn(UsbStatus status, std::span<const std::uint8_t> bytes) noexcept override {
     const std::int64_t from_ns = ticks();
     listener_->onIn(status, bytes);
@@ -63,6 +72,55 @@ class TimedUsb final : public UsbTransport, private UsbListener {
   std::unique_ptr<UsbTransport> usb_;
   PlayedCost& cost_;
   UsbListener* listener_ = nullptr;
+};
+
+class TimedHid final : public HidTransport {
+ public:
+  TimedHid(std::unique_ptr<HidTransport> hid, PlayedCost& cost) : hid_(std::move(hid)), cost_(cost) {}
+
+  Result<void> open() override { return hid_->open(); }
+  void close() noexcept override { hid_->close(); }
+  const std::vector<std::uint8_t>& descriptor() const noexcept override { return hid_->descriptor(); }
+  std::int64_t now() const noexcept override { return hid_->now(); }
+  HidResult read(std::span<std::uint8_t> buffer, std::size_t& size, std::int64_t until_ns) noexcept override {
+    const Span span(cost_);
+    return hid_->read(buffer, size, until_ns);
+  }
+  HidResult write(std::span<const std::uint8_t> report) noexcept override {
+    const Span span(cost_);
+    return hid_->write(report);
+  }
+  HidResult setFeature(std::span<const std::uint8_t> report) noexcept override { return hid_->setFeature(report); }
+  HidResult getFeature(std::span<std::uint8_t> buffer, std::size_t& size) noexcept override {
+    return hid_->getFeature(buffer, size);
+  }
+  void lastWords(std::span<const std::uint8_t> report) noexcept override { hid_->lastWords(report); }
+
+ private:
+  std::unique_ptr<HidTransport> hid_;
+  PlayedCost& cost_;
+};
+
+class TimedSerial final : public SerialTransport {
+ public:
+  TimedSerial(std::unique_ptr<SerialTransport> line, PlayedCost& cost) : line_(std::move(line)), cost_(cost) {}
+
+  Result<void> open() override { return line_->open(); }
+  void close() noexcept override { line_->close(); }
+  std::int64_t now() const noexcept override { return line_->now(); }
+  bool read(std::span<std::uint8_t> buffer, std::size_t& size, std::int64_t until_ns) noexcept override {
+    const Span span(cost_);
+    return line_->read(buffer, size, until_ns);
+  }
+  bool write(std::span<const std::uint8_t> bytes) noexcept override {
+    const Span span(cost_);
+    return line_->write(bytes);
+  }
+  void lastWords(std::span<const std::uint8_t> bytes) noexcept override { line_->lastWords(bytes); }
+
+ private:
+  std::unique_ptr<SerialTransport> line_;
+  PlayedCost& cost_;
 };
 
 UsbOpener timed(UsbOpener open, PlayedCost& cost) {
@@ -107,11 +165,89 @@ class PlayedSample final : public PlayedDevice {
   std::unique_ptr<IoDevice> device_;
 };
 
+/** Calibrated before it is opened: in its pose of calibration, its counters set as the firmware is told to. */
+class PlayedWoody final : public PlayedDevice {
+ public:
+  PlayedWoody(Clock& clock, bool thread) : model_(haptic_emu::WoodyKind::kWooden2015) {
+    WoodySetup setup = *resolveWoody({"woodyhid", "woodenhaptics_v2015", {{"calibrated", "1"}}});
+    setup.hid = [this, &clock] {
+      return std::make_unique<TimedHid>(std::make_unique<haptic_emu::InProcessHid>(model_, clock), cost);
+    };
+    std::array<std::int32_t, 6> counts{};
+    std::copy(setup.model->calibration.begin(), setup.model->calibration.end(), counts.begin());
+    model_.hand.place(solveWoodyArm(*setup.model, woodyAngles(*setup.model, counts)).p);
+    model_.advance(clock.now());
+    constexpr int kSetCounters = 1;
+    std::array<std::int16_t, 7> told{};  // d, e, f; the command; a, b, c.
+    for (std::size_t i = 0; i < 3; ++i) {
+      told[i] = setup.model->calibration[3 + i];
+      told[4 + i] = setup.model->calibration[i];
+    }
+    told[3] = kSetCounters;
+    std::array<std::uint8_t, 64> report{};
+    for (std::size_t i = 0; i < told.size(); ++i) {
+      report[2 * i] = static_cast<std::uint8_t>(told[i] & 0xFF);
+      report[2 * i + 1] = static_cast<std::uint8_t>(static_cast<std::uint16_t>(told[i]) >> 8);
+    }
+    (void)model_.out(report);
+    model_.hand.want({0, 0, 0});
+    device_ = std::make_unique<IoDevice>(std::make_unique<WoodyIo>(setup), IoOptions{.thread = thread}, clock);
+  }
+  IoDevice& device() override { return *device_; }
+  Vec3 force() const override { return model_.force(); }
+
+ private:
+  haptic_emu::WoodyHidModel model_;
+  std::unique_ptr<IoDevice> device_;
+};
+
+class PlayedPid final : public PlayedDevice {
+ public:
+  PlayedPid(Clock& clock, bool thread) {
+    HidPidSetup setup = *resolveHidPid({"hidpid", "default", {{"max_force", "4"}}}, {});
+    setup.hid = [this, &clock] {
+      return std::make_unique<TimedHid>(std::make_unique<haptic_emu::InProcessHid>(model_, clock), cost);
+    };
+    model_.hand.want({0.01, 0.01, 0});  // It is read when it has moved.
+    device_ =
+        std::make_unique<IoDevice>(std::make_unique<HidPidIo>(std::move(setup)), IoOptions{.thread = thread}, clock);
+  }
+  IoDevice& device() override { return *device_; }
+  Vec3 force() const override { return model_.force(); }
+
+ private:
+  haptic_emu::PidModel model_;
+  std::unique_ptr<IoDevice> device_;
+};
+
+class PlayedPantograph final : public PlayedDevice {
+ public:
+  PlayedPantograph(Clock& clock, bool thread) {
+    PantographSetup setup = *resolvePantograph({"pantograph", "/dev/played", {}});
+    setup.line = [this, &clock] {
+      return std::make_unique<TimedSerial>(std::make_unique<haptic_emu::InProcessSerial>(model_, clock), cost);
+    };
+    model_.armsOut();
+    model_.hand.want({0, 0, 0});  // From there it goes to the middle: straight out the arms lie in a line.
+    device_ = std::make_unique<IoDevice>(std::make_unique<PantographIo>(std::move(setup)), IoOptions{.thread = thread},
+                                         clock);
+  }
+  IoDevice& device() override { return *device_; }
+  Vec3 force() const override { return model_.force(); }
+
+ private:
+  haptic_emu::PantographModel model_;
+  std::unique_ptr<IoDevice> device_;
+};
+
 }  // namespace
 
 const std::vector<PlayedCase>& playedCases() {
   static const std::vector<PlayedCase> kCases = {
       {"falcon", [](Clock& clock, bool thread) { return std::make_unique<PlayedFalcon>(clock, thread); }},
+      {"woodyhid", [](Clock& clock, bool thread) { return std::make_unique<PlayedWoody>(clock, thread); }},
+      {"hidpid", [](Clock& clock, bool thread) { return std::make_unique<PlayedPid>(clock, thread); }},
+      {"pantograph", [](Clock& clock, bool thread) { return std::make_unique<PlayedPantograph>(clock, thread); }},
       {"sample", [](Clock& clock, bool thread) { return std::make_unique<PlayedSample>(clock, thread); }},
   };
   return kCases;

@@ -14,6 +14,18 @@
 
 namespace haptic_bench {
 
+/** A real clock that begins at zero, as played devices do. */
+class FromNow final : public hapticd::Clock {
+ public:
+  FromNow() : start_ns_(clock_.now()) {}
+  [[nodiscard]] std::int64_t now() HD_RT override { return clock_.now() - start_ns_; }
+  void sleepUntil(std::int64_t t_ns) HD_RT override { clock_.sleepUntil(t_ns + start_ns_); }
+
+ private:
+  hapticd::MonotonicClock clock_;
+  std::int64_t start_ns_;
+};
+
 /** Nanoseconds spent in the played device and its wire, which are not the driver's. */
 struct PlayedCost {
   std::int64_t inside_ns = 0;

@@ -119,8 +119,52 @@ class World {
     put(CommandKind::kObjectPose, pose);
   }
 
+  /** The collide thread's answer for a tool or body, sometimes a lie. */
+  void contacts(std::uint32_t device, std::uint32_t object) {
+    ToolContacts found{};
+    found.device = device;
+    found.object = object;
+    found.count = static_cast<std::uint32_t>(random.below(random.once(20) ? 17 : 15));
+    for (std::uint32_t i = 0; i < std::min(found.count, ToolContacts::kMost); ++i) {
+      ToolContacts::Point& p = found.point[i];
+      const Vec3 at = random.vector(0.01), n = random.vector(1).normalized();
+      for (int k = 0; k < 3; ++k) {
+        p.p_A[k] = static_cast<float>(at[k]);
+        p.n_B[k] = static_cast<float>(n[k]);
+      }
+      p.offset = static_cast<float>(random.once(200) ? random.wild() : random.in(-0.01, 0.02));
+      p.key = static_cast<std::uint32_t>(random.below(5)) << 24 | (i + 1);
+    }
+    put(CommandKind::kToolContacts, found);
+  }
+  void tool(std::uint32_t d) {
+    AttachTool order{};
+    order.device = d;
+    order.object = makeObjectId(static_cast<std::uint32_t>(1 + random.below(4)), 1);
+    order.shows_torque = static_cast<std::uint32_t>(random.below(2));
+    order.flags = static_cast<std::uint32_t>(random.below(4));
+    order.mass = random.once(30) ? random.broken() : random.in(0.01, 1);
+    for (int i = 0; i < 3; ++i) order.inertia[i] = 1e-4 * order.mass;
+    order.outer = order.stiffness = random.in(0, 4000);
+    order.damping = random.in(0, 20);
+    order.angular_outer = order.angular_stiffness = random.in(0, 4);
+    order.angular_damping = random.in(0, 0.02);
+    put(CommandKind::kAttachTool, order);
+  }
+  void body(std::uint32_t slot) {
+    SetBody order{};
+    order.object = makeObjectId(slot, 1);
+    order.falls = 1;
+    order.mass = random.once(4) ? 0 : random.once(30) ? random.wild() : random.in(0.005, 2);
+    for (double& i : order.inertia) i = 0;
+    for (int i = 0; i < 3; ++i) order.inertia[i] = 1e-4 * order.mass;
+    order.damping = random.in(0, 5);
+    put(CommandKind::kSetBody, order);
+  }
+
   Random random;
   bool trouble = false;
+  bool tools = false;      ///< Hands hold objects, and objects move freely.
   bool must_stop = false;  ///< The last step had a cause for both devices.
   std::unique_ptr<CycleInput> input;
   std::unique_ptr<CycleOutput> output;
@@ -147,8 +191,30 @@ class World {
   std::uint64_t seq_ = 0;
 };
 
+void disturbTools(World& w) {
+  for (std::uint32_t d = 0; d < kDevices; ++d) {
+    if (w.random.once(400)) w.tool(d);
+    if (w.random.once(1000)) w.device(CommandKind::kDetachTool, d);
+    if (w.random.once(3) && w.cycle().tool(d).held()) w.contacts(d, w.cycle().tool(d).order().object);
+    if (w.random.once(300)) w.put(CommandKind::kSetGrip, SetGrip{d, 0, w.random.in(0, 300), w.random.in(0, 0.5)});
+  }
+  for (std::uint32_t b = 1; b <= 3; ++b) {
+    if (w.random.once(300)) w.body(b);
+  }
+  const std::uint8_t moving = w.cycle().bodies().find(static_cast<std::uint32_t>(1 + w.random.below(3)));
+  if (moving != FreeBodies::kNone) {
+    w.contacts(kMaxDevices + moving, makeObjectId(static_cast<std::uint32_t>(1 + w.random.below(3)), 1));
+  }
+  if (w.random.once(500)) {
+    SetGravity gravity{};
+    store(w.random.once(10) ? w.random.wildVector() : w.random.vector(10), gravity.g);
+    w.put(CommandKind::kSetGravity, gravity);
+  }
+}
+
 /** Puts a tick's worth of random orders. Session 3 is left to the caller. */
 void disturb(World& w) {
+  if (w.tools) disturbTools(w);
   for (std::uint32_t s = 0; s < kSessions; ++s) {
     if (w.random.once(30)) w.client(s);
   }
@@ -177,11 +243,12 @@ void begin(World& w) {
 }
 
 TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
-  int armed = 0, faults = 0;
+  int armed = 0, faults = 0, together = 0, gripped = 0;
   for (const unsigned seed : seeds(20)) {
     SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
     World w(seed);
     w.trouble = seed % 2 == 0;
+    w.tools = seed % 4 > 1;
     begin(w);
     std::array<DeviceCommand, kDevices> last;
     for (int tick = 0; tick < 3000; ++tick) {
@@ -190,12 +257,15 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
       std::array<GuardLimits, kDevices> before;
       for (std::uint32_t d = 0; d < kDevices; ++d) before[d] = w.cycle().deviceGuard(d).limits();
       w.step();
+      together += w.cycle().bodies().joint().movers() > 1 ? 1 : 0;
       for (std::uint32_t d = 0; d < kDevices; ++d) {
         const DeviceCommand& now = w.output->device[d].command;
         const GuardOutput& guard = w.output->device[d].guard;
         const GuardLimits& limits = w.cycle().deviceGuard(d).limits();
         ASSERT_LE(now.force.norm(), limits.force);
         ASSERT_LE(now.torque.norm(), limits.torque);
+        ASSERT_LE(std::abs(now.gripper_force), limits.gripper_force);
+        gripped += now.gripper_force > 0.5 ? 1 : 0;
         Vec3 sum = Vec3::Zero();
         for (const Vec3& part : guard.by_source) sum += part;
         ASSERT_EQ(sum, now.force);
@@ -210,7 +280,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
             ASSERT_LE((now.torque - last[d].torque).norm(), limits.torque_slew * 1e-3);
           }
         } else {
-          ASSERT_TRUE(now.force.isZero(0) && now.torque.isZero(0));
+          ASSERT_TRUE(now.force.isZero(0) && now.torque.isZero(0) && now.gripper_force == 0);
         }
         faults += guard.fault != HD_FAULT_NONE && last[d].enabled;
         last[d] = now;
@@ -220,6 +290,8 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
   if (seeds(2).size() > 1) {
     EXPECT_GT(armed, 20'000);
     EXPECT_GT(faults, 20);
+    EXPECT_GT(together, 500);
+    EXPECT_GT(gripped, 1000);
   }
 }
 
@@ -263,6 +335,7 @@ TEST(CycleProperty, SameInputsSameBits) {
     SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
     World a(seed), b(seed);
     a.trouble = b.trouble = true;
+    a.tools = b.tools = seed % 2 == 0;
     begin(a);
     begin(b);
     for (int tick = 0; tick < 1000; ++tick) {

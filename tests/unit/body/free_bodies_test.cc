@@ -77,6 +77,20 @@ TEST(FreeBodies, OneThatFallsLiesStillOnTheFloor) {
   EXPECT_LT(seen(house, kBall).X_WO.p.z(), 0);
 }
 
+TEST(FreeBodies, OneThatCreepsFallsAsleepAndStays) {
+  House house;
+  addBall(house, kBall, {0.1, 0, 0.1}, 0.2);
+  hd_object_pose pose{kBall, 0, {0.1, 0, 0.1}, {1}, {0.5 * FreeBody::kRestSpeed}, {}};
+  house.send(CommandKind::kObjectPose, pose);
+  house.run(200);
+  EXPECT_GT(seen(house, kBall).X_WO.p.x(), 0.10008) << "it has crept on for a while";
+  house.run(200);
+  ASSERT_TRUE(house.servo->cycle().bodies().body(0).asleep());
+  const Vec3 lies = seen(house, kBall).X_WO.p;
+  house.run(500);
+  EXPECT_EQ(seen(house, kBall).X_WO.p, lies);
+}
+
 TEST(FreeBodies, OneFallsOnAnotherThatSleepsAndBothComeToRest) {
   House house;
   gravity(house, 9.81);

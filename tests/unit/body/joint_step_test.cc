@@ -104,6 +104,28 @@ TEST(JointStep, RandomHeapsKeepMomentumAndNeverGainEnergy) {
   EXPECT_GT(least_kept, 0.99) << "energy that is lost in blows is more than recovery takes";
 }
 
+TEST(JointStep, BodiesAtRestInAnOverlapStayUnlessEnergyWasLostBefore) {
+  auto joint = std::make_unique<JointStep>();
+  for (const double reserve : {0.0, 1e-3}) {
+    FreeBody a = ball(0.3, {0.038, 0, 0}, Vec3::Zero()), b = ball(0.1, {0, 0, 0}, Vec3::Zero());
+    a.reserve = reserve;
+    for (int tick = 0; tick < 100; ++tick) {
+      joint->begin(kDt, Vec3::Zero());
+      const auto ia = joint->add(a), ib = joint->add(b);
+      ASSERT_TRUE(joint->add(between(a.body, b.body), ia, ib));
+      joint->solve();
+      const double energy = a.body.kineticEnergy() + b.body.kineticEnergy() + a.reserve + b.reserve;
+      ASSERT_LE(energy, reserve + 1e-18) << tick;
+    }
+    const double apart = (a.body.com() - b.body.com()).norm();
+    if (reserve > 0) {
+      EXPECT_GT(apart, 0.0399);
+    } else {
+      EXPECT_EQ(apart, 0.038);
+    }
+  }
+}
+
 TEST(JointStep, ABallOnABallOnATableStaysForAMinute) {
   auto joint = std::make_unique<JointStep>();
   const Vec3 g(0, 0, -9.81);

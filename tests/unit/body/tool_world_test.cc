@@ -72,6 +72,20 @@ TEST(ToolMaterial, ASoftFloorGivesBackNoMoreThanItTook) {
   EXPECT_LE(most, 1e-9) << "no tick creates energy";
 }
 
+TEST(ToolMaterial, WhatIsKeptForRecoveryIsLittleHoweverMuchIsLost) {
+  House house;
+  soften(house, 1e5);
+  house.hold();
+  const Tool& tool = house.servo->cycle().tool(0).tool();
+  double most = 0;
+  for (int i = 0; i < 2000; ++i) {
+    house.aim({0, 0, 0.02 - 0.03 * std::sin(0.03 * i)});
+    house.run(1);
+    most = std::max(most, tool.reserve());
+  }
+  EXPECT_EQ(most, Tool::kMostReserve) << "the bound is reached and kept";
+}
+
 TEST(ToolWeight, IsFeltByChoiceAndOnlyWithGravity) {
   for (const bool weighs : {false, true}) {
     House house;

@@ -43,13 +43,17 @@ class Filler {
       : mesh_(mesh), winding_(winding), lattice_(lattice) {}
 
   Result<HoleFill> run(BuildMonitor& monitor) {
-    for (std::uint32_t t = 0; t < mesh_.triangle_count; ++t)
-      for (int e = 0; e < 3; ++e)
-        if (mesh_.neighbours[t][e] == HD_NO_INDEX) beginAt(mesh_.vertex(t, e), mesh_.vertex(t, (e + 1) % 3));
     std::size_t done = 0;
+    const auto goesOn = [&] { return done++ % 64 != 0 || monitor.progress(0, "closing holes"); };
+    const Error cancelled{ErrorCode::kCancelled, "build", {}, {}};
+    for (std::uint32_t t = 0; t < mesh_.triangle_count; ++t)
+      for (int e = 0; e < 3; ++e) {
+        if (mesh_.neighbours[t][e] != HD_NO_INDEX) continue;
+        beginAt(mesh_.vertex(t, e), mesh_.vertex(t, (e + 1) % 3));
+        if (!goesOn()) return cancelled;
+      }
     while (!open_.empty()) {
-      if (done++ % 1024 == 0 && !monitor.progress(0, "closing holes"))
-        return Error{ErrorCode::kCancelled, "build", {}, {}};
+      if (!goesOn()) return cancelled;
       const Lattice3 voxel = open_.back();
       open_.pop_back();
       visit(voxel);

@@ -18,7 +18,7 @@ struct HoleFill {
  * Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers", SIGGRAPH 2013). That surface
  * is flat in a flat hole. It is followed from the borders of the mesh over the lattice's voxels, each cut into six
  * tetrahedra; it meets the mesh within a voxel of the border. Gaps much smaller than a voxel need no fill and get none.
- * A call of `monitor` for every thousand voxels. kBadMesh if nowhere near a border there is an inside; kCancelled.
+ * A call of `monitor` for every 64 voxels. kBadMesh if nowhere near a border there is an inside; kCancelled.
  */
 [[nodiscard]] Result<HoleFill> fillHoles(const MeshView& mesh, const WindingTree& winding, const VolumeLattice& lattice,
                                          BuildMonitor& monitor);

@@ -126,6 +126,7 @@ double enclosedBy(const MeshView& mesh, const VolumeLattice& lattice) {
 /** Of an open mesh: with its holes closed (hole_fill.h). */
 Result<VolumeImage> writeFilled(const MeshView& mesh, const VolumeLattice& lattice, const VolumeOptions& options,
                                 BuildMonitor& monitor) {
+  if (const auto checked = checkLattice(lattice); !checked) return checked.error();  // Before its voxels are walked.
   const auto vertices = verticesOf(mesh);
   const auto triangles = trianglesOf(mesh);
   std::vector<Float3> all_vertices(vertices.begin(), vertices.end());

@@ -36,15 +36,7 @@ Result<void> checkSource(const VolumeSource& source) {
   if (!(o.point_spacing_m >= 0 && o.point_spacing_m <= HD_MAX_COORDINATE))
     return refused("point spacing", fmt::format("{} m is out of range", o.point_spacing_m), "choose 0 or a length");
   if (source.triangles.empty()) return Error{ErrorCode::kBadMesh, "volume", "there are no triangles", "load a mesh"};
-  const std::uint32_t most = *std::max_element(l.cells.begin(), l.cells.end());
-  if (most * std::uint64_t{HD_BRICK_EDGE} > 1u << HD_OCTREE_MAX_SIDE || l.cellCount() > HD_MAX_BRICK_CELLS) {
-    return refused("lattice",
-                   fmt::format("{} x {} x {} voxels; at most {} along an axis and {} brick cells in all fit",
-                               std::uint64_t{l.cells[0]} * HD_BRICK_EDGE, std::uint64_t{l.cells[1]} * HD_BRICK_EDGE,
-                               std::uint64_t{l.cells[2]} * HD_BRICK_EDGE, 1u << HD_OCTREE_MAX_SIDE, HD_MAX_BRICK_CELLS),
-                   "choose a larger voxel");
-  }
-  return {};
+  return checkLattice(l);
 }
 
 /** What is written, section by section. */
@@ -203,6 +195,18 @@ void fillHeader(const VolumeSource& source, double band_m, Parts& parts) {
 }
 
 }  // namespace
+
+Result<void> checkLattice(const VolumeLattice& l) {
+  const std::uint32_t most = *std::max_element(l.cells.begin(), l.cells.end());
+  if (most * std::uint64_t{HD_BRICK_EDGE} > 1u << HD_OCTREE_MAX_SIDE || l.cellCount() > HD_MAX_BRICK_CELLS) {
+    return refused("lattice",
+                   fmt::format("{} x {} x {} voxels; at most {} along an axis and {} brick cells in all fit",
+                               std::uint64_t{l.cells[0]} * HD_BRICK_EDGE, std::uint64_t{l.cells[1]} * HD_BRICK_EDGE,
+                               std::uint64_t{l.cells[2]} * HD_BRICK_EDGE, 1u << HD_OCTREE_MAX_SIDE, HD_MAX_BRICK_CELLS),
+                   "choose a larger voxel");
+  }
+  return {};
+}
 
 Result<VolumeImage> writeVolume(const VolumeSource& source, BuildMonitor& monitor) {
   if (const auto checked = checkSource(source); !checked) return checked.error();

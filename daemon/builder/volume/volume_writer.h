@@ -28,4 +28,7 @@ using VolumeImage = std::vector<VolumeBlock>;
  */
 [[nodiscard]] Result<VolumeImage> writeVolume(const VolumeSource& source, BuildMonitor& monitor);
 
+/** kInvalidArgument for a lattice of more voxels than a volume may have. */
+[[nodiscard]] Result<void> checkLattice(const VolumeLattice& lattice);
+
 }  // namespace hapticd

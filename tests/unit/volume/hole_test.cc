@@ -141,6 +141,24 @@ TEST(Holes, whatEnclosesNothingIsRefused) {
   EXPECT_THAT(refused.error().what, ::testing::HasSubstr("encloses nothing"));
 }
 
+TEST(Holes, aLatticeTooLargeIsRefusedBeforeItIsWalked) {
+  BuildMonitor monitor;
+  monitor.progress = [](float, const char* stage) {
+    EXPECT_STRNE(stage, "closing holes");
+    return true;
+  };
+  TestMesh needle;  // Ten metres long, so thin that its memory would do.
+  for (const double y : {0.0, 0.01}) {
+    needle.addVertex(Vec3(0, y, 0));
+    needle.addVertex(Vec3(10, y, 0));
+  }
+  needle.addTriangle(0, 1, 2);
+  needle.addTriangle(1, 3, 2);
+  const auto refused = buildMeshVolume(needle.vertices, needle.triangles, 0.001, filling(), monitor);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+}
+
 TEST(Holes, aClosedMeshIsTheSameWithOrWithout) {
   const TestMesh mesh = sphereMesh(kRadius, 12);
   const TestVolume without = volumeOfMesh(mesh, kVoxel), with = volumeOfMesh(mesh, kVoxel, filling());

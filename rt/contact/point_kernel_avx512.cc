@@ -57,6 +57,8 @@ HD_LANES I gatherKept(const unsigned* base, const Lanes16& at) {
 }
 HD_LANES I gather(const unsigned* base, I index) { return _mm512_i32gather_epi32(index, base, 4); }
 HD_LANES I gatherPairs(const short* base, I index) { return _mm512_i32gather_epi32(index, base, 2); }
+// 32 bytes from the highest place of a voxel in the upper layer end within the brick.
+static_assert(7 + 9 * 7 + 81 * 8 + 16 <= 736);
 // 32 bytes hold a point's two values along x and the two beside them in the next row:
 // one load a layer, and the words are sorted in registers.
 struct Corners {

@@ -27,7 +27,7 @@ namespace {
 
 constexpr double kRate = 1000;                // Poses a second [Hz].
 constexpr std::uint32_t kMostPairs = 10'000;  // Records a library may write.
-constexpr double kDualSeconds = 12;           // Of spheres against spheres: no pass begins after that.
+constexpr double kDualSeconds = 30;           // Of spheres against spheres: no pass begins after that.
 
 struct Options {
   std::vector<std::string> pairs = {"bumpy", "peg", "frac"};

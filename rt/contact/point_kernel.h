@@ -1,5 +1,5 @@
 /** @file
- * Sixteen surface points at once against a distance field, in single precision.
+ * Sixteen surface points at once against a distance field, and sixteen spheres against one, in single precision.
  *
  * There are several implementations, chosen once for the processor. All are one text (point_kernel_body.h) over sixteen
  * lanes, without fused operations, so they give the same bits. A point's lane is its number modulo 16, whatever range
@@ -63,6 +63,19 @@ struct PointSums {
   std::uint32_t touching;         ///< Points nearer than the margin.
 };
 
+/** Spheres all as large, by their centres: up to 64, readable up to the next multiple of 16. */
+struct BallTable {
+  const float* x;
+  const float* y;
+  const float* z;
+  float reach;  ///< The sum of their radius and another's.
+};
+
+/** Of spheres that meet: overlap, and overlap times place; to be cleared by the caller. */
+struct BallSums {
+  alignas(64) float sum[4][16];
+};
+
 /** One range of points. */
 struct PointRange {
   std::uint32_t first, count;
@@ -84,6 +97,13 @@ struct PointKernel {
    * Bit i: nothing is left of patch i.
    */
   std::uint32_t (*expire)(float* clearance, const float* lever, float shift, float turn) noexcept;
+  /**
+   * Of the spheres in `mask` that stand at `from` plus their centres, those that meet one at 0: their bits. `sums`, if
+   * there are, get how far each overlaps, and that times the place `both` plus its centre.
+   */
+  std::uint64_t (*meet)(const BallTable&, const float (&from)[3], const float (&both)[3], std::uint64_t mask,
+                        BallSums* sums) noexcept;
+  void (*reduceBalls)(const BallSums& sums, float* out) noexcept;
 };
 
 extern const PointKernel kPortablePointKernel;

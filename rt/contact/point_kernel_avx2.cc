@@ -120,5 +120,5 @@ HD_LANES float leastOf(F v) {
 #include "rt/contact/point_kernel_body.h"
 
 namespace hapticd {
-extern const PointKernel kAvx2PointKernel{run, reduce, bound, expire};
+extern const PointKernel kAvx2PointKernel{run, reduce, bound, expire, meet, reduceBalls};
 }  // namespace hapticd

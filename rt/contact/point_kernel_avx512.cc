@@ -112,5 +112,5 @@ HD_LANES float leastOf(F a) {
 #include "rt/contact/point_kernel_body.h"
 
 namespace hapticd {
-extern const PointKernel kAvx512PointKernel{run, reduce, bound, expire};
+extern const PointKernel kAvx512PointKernel{run, reduce, bound, expire, meet, reduceBalls};
 }  // namespace hapticd

@@ -165,5 +165,5 @@ HD_LANES float leastOf(const F& a) {
 #include "rt/contact/point_kernel_body.h"
 
 namespace hapticd {
-extern const PointKernel kPortablePointKernel{run, reduce, bound, expire};
+extern const PointKernel kPortablePointKernel{run, reduce, bound, expire, meet, reduceBalls};
 }  // namespace hapticd

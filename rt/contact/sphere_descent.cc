@@ -2,137 +2,16 @@
 
 #include <algorithm>
 
-#include "rt/contact/field_query.h"
+#include "rt/contact/sphere_descent_run.h"
 #include "rt/volume/distance.h"
-#include "rt/volume/tight_sphere.h"
 
 namespace hapticd {
 namespace {
 
-constexpr float kHalfDiagonal = 0.8660254F;  // sqrt(3) / 2
-constexpr std::uint32_t kBuffer = 2048;      // Voxels looked up at once.
-constexpr std::uint32_t kFew = 32;           // Pairs of a level that are followed first when one touch is enough.
-
-/** Bits of a 64-way mask that lie in each octant. */
-constexpr std::array<std::uint64_t, 8> octantBits() {
-  std::array<std::uint64_t, 8> bits{};
-  for (unsigned place = 0; place < 64; ++place) {
-    const unsigned octant = (place >> 1 & 1) | (place >> 3 & 1) << 1 | (place >> 5 & 1) << 2;
-    bits[octant] |= std::uint64_t{1} << place;
-  }
-  return bits;
-}
-constexpr std::array<std::uint64_t, 8> kOctants = octantBits();
-
-struct Sphere {
-  float x, y, z, r;
-};
-
-/** Offsets of all places of a level from its node's centre, once for all nodes. */
-struct Offsets {
-  float x[512], y[512], z[512];
-};
+constexpr std::uint32_t kBuffer = 2048;  // Voxels looked up at once.
+constexpr std::uint32_t kFew = 32;       // Pairs of a level that are followed first when one touch is enough.
 
 }  // namespace
-
-struct SphereDescentDetector::Pair {
-  std::uint32_t a, b;   ///< Nodes of the levels at hand.
-  std::uint32_t group;  ///< Of A.
-  float ca[3], cb[3];   ///< Centres of the nodes, from B's origin in W [m].
-};
-
-/** One body's octree, and how far down it has been walked. */
-struct SphereDescentDetector::Tree {
-  Tree(const VolumeView& v, const Pose& X_WO, const Vec3& from, bool tight_) HD_RT : view(v),
-                                                                                     tree(v.octree),
-                                                                                     offsets(X_WO.q.toRotationMatrix()),
-                                                                                     tight(tight_) {
-    // The root's lower corner is lattice point 0.
-    const double half = 0.5 * v.voxel * static_cast<double>(1u << tree.side_log2);
-    root = X_WO * Vec3(v.originPoint() + Vec3::Constant(half)) - from;
-  }
-  [[nodiscard]] bool atVoxels() const HD_RT { return level == tree.levels; }
-  [[nodiscard]] float side() const HD_RT {
-    return atVoxels() ? view.voxel : view.voxel * static_cast<float>(1u << tree.level[level].side_log2);
-  }
-  [[nodiscard]] std::uint8_t octantsOf(std::uint32_t node) const HD_RT {
-    const OctreeLevel& l = tree.level[level];
-    if (l.split != 2) return octants(l, node);
-    const std::uint64_t mask = maskWord(l, OctreeMask::kSurface, node);
-    unsigned out = 0;
-    for (unsigned k = 0; k < 8; ++k) out |= static_cast<unsigned>((mask & kOctants[k]) != 0) << k;
-    return static_cast<std::uint8_t>(out);
-  }
-  /** About a node of the level at hand whose centre is given. */
-  [[nodiscard]] Sphere sphere(std::uint32_t node, const float (&c)[3]) const HD_RT {
-    const float s = side();
-    if (atVoxels() || !tight) return {c[0], c[1], c[2], s * kHalfDiagonal};
-    const std::uint8_t mask = octantsOf(node);
-    const TightSphere& t = tightSphere(mask);
-    const Turned& o = turned[mask];
-    const float half = s / 2;
-    return {c[0] + half * o.x, c[1] + half * o.y, c[2] + half * o.z, half * t.radius};
-  }
-  /** Once per query. */
-  void turnTightCentres() HD_RT {
-    for (unsigned mask = 0; mask < 256; ++mask) {
-      const TightSphere& t = tightSphere(static_cast<std::uint8_t>(mask));
-      const Vec3 v = offsets.turned(Vec3(t.center[0], t.center[1], t.center[2]));
-      turned[mask] = {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-    }
-  }
-  void placesOf(Offsets& out) const HD_RT {
-    const OctreeLevel& l = tree.level[level];
-    for (std::uint32_t p = 0; p < 1u << (3 * l.split); ++p) {
-      const Vec3 v = offsets.offset(l.split, p) * side();
-      out.x[p] = static_cast<float>(v.x());
-      out.y[p] = static_cast<float>(v.y());
-      out.z[p] = static_cast<float>(v.z());
-    }
-  }
-  [[nodiscard]] const hd_octree_sensation* sensation(std::uint32_t node) const HD_RT {
-    if (atVoxels() || tree.sensation == nullptr) return nullptr;
-    return &tree.sensation[tree.first_sensation[level] + node];
-  }
-
-  struct Turned {
-    float x, y, z;
-  };
-  const VolumeView& view;
-  const OctreeView& tree;
-  TurnedOffsets offsets;
-  Vec3 root;
-  std::uint32_t level = 0;
-  bool tight;
-  Turned turned[256];
-};
-
-struct SphereDescentDetector::Run {
-  const DetectorQuery& query;
-  DetectorReport& report;
-  Tree& a;
-  Tree& b;
-  std::uint32_t pairs = 0;  ///< In now_.
-  std::uint64_t tests = 0;
-  double voxel_area = 0;        ///< Of A's surface, for each of its voxels [m^2].
-  std::uint32_t last_a = ~0u;   ///< Voxel of A that touched last: it is counted once.
-  FieldQuery* field = nullptr;  ///< One-sided.
-
-  [[nodiscard]] std::uint32_t unitsLeft() const HD_RT {
-    const auto used = static_cast<std::uint32_t>((tests + 15) / 16);
-    return query.budget.units > used ? query.budget.units - used : 0;
-  }
-  [[nodiscard]] bool late() const HD_RT {
-    const WorkBudget& w = query.budget;
-    return w.clock != nullptr && w.deadline_ns != 0 && w.clock->now() >= w.deadline_ns;
-  }
-  /** The same, asked at every 256th pair. */
-  [[nodiscard]] bool lateAt(std::uint32_t i) const HD_RT {
-    if (i % 256 != 0 || !late()) return false;
-    report.exhausted = true;
-    return true;
-  }
-};
 
 SphereDescentDetector::SphereDescentDetector(const SphereDescentOptions& options)
     : options_(options),
@@ -282,6 +161,10 @@ void SphereDescentDetector::refine(Run& run, bool side_a) HD_RT {
   std::uint32_t made = 0;
   ++below.level;
   const bool last = run.a.atVoxels() && run.b.atVoxels();
+  if (below.atVoxels() && !(last && side_a)) {
+    refineToVoxels(run, side_a, level, offset);
+    return;
+  }
   const bool regroup = side_a && run.a.level < map_.levels();
   if (regroup) findParts(run.a.level);
   for (std::uint32_t i = 0; i < run.pairs; ++i) {

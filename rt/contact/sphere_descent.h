@@ -59,11 +59,13 @@ class SphereDescentDetector final : public Detector {
   struct Pair;
   struct Tree;
   struct Run;
+  struct Offsets;
 
   void descend(Run& run) HD_RT;
   void walk(Run& run, std::uint32_t most) HD_RT;
   void keepNearest(Run& run, std::uint32_t most) HD_RT;
   void refine(Run& run, bool side_a) HD_RT;
+  void refineToVoxels(Run& run, bool side_a, const OctreeLevel& level, const Offsets& offset) HD_RT;
   void choose(Run& run, bool side_a) HD_RT;
   void touch(Run& run, const Pair& pair, float distance, float reach) HD_RT;
   void walkField(Run& run) HD_RT;

@@ -119,6 +119,57 @@ TEST_F(PointKernels, BoundAndExpireAreTheSameOnEveryPath) {
   ASSERT_TRUE(choosePointPath(best));
 }
 
+TEST_F(PointKernels, MeetIsTheSameOnEveryPathAndWhatOneByOneTells) {
+  alignas(64) float x[64], y[64], z[64];
+  std::uniform_real_distribution<float> u(-1, 1);
+  const PointPath best = pointPath();
+  std::uint64_t met = 0, all = 0;
+  for (int i = 0; i < 500; ++i) {
+    for (int k = 0; k < 64; ++k) {
+      x[k] = u(random_);
+      y[k] = u(random_);
+      z[k] = u(random_);
+    }
+    const float from[3] = {u(random_), u(random_), u(random_)}, both[3] = {3 * u(random_), 2, u(random_)};
+    const std::uint64_t mask = random_() | std::uint64_t{i % 3 == 0 ? 0 : random_()} << 32;
+    const BallTable balls{x, y, z, 0.8F};
+    BallSums expected{};
+    const std::uint64_t hits = kPortablePointKernel.meet(balls, from, both, mask, &expected);
+    EXPECT_EQ(kPortablePointKernel.meet(balls, from, both, mask, nullptr), hits);
+    double sum[4] = {};
+    for (int k = 0; k < 64; ++k) {
+      const bool hit = (hits >> k & 1) != 0;
+      const double d = std::hypot(from[0] + x[k], from[1] + y[k], from[2] + z[k]);
+      if (std::abs(d - balls.reach) > 1e-5) {
+        EXPECT_EQ(hit, (mask >> k & 1) != 0 && d < balls.reach);
+      }
+      if (!hit) continue;
+      const double overlap = balls.reach - d;
+      sum[0] += overlap;
+      sum[1] += overlap * (both[0] + x[k]);
+      sum[2] += overlap * (both[1] + y[k]);
+      sum[3] += overlap * (both[2] + z[k]);
+    }
+    float reduced[4];
+    kPortablePointKernel.reduceBalls(expected, reduced);
+    for (int s = 0; s < 4; ++s) EXPECT_NEAR(reduced[s], sum[s], 1e-4);
+    met += static_cast<std::uint64_t>(__builtin_popcountll(hits));
+    all += static_cast<std::uint64_t>(__builtin_popcountll(mask));
+    for (const PointPath path : {PointPath::kAvx2, PointPath::kAvx512}) {
+      if (!choosePointPath(path)) continue;
+      BallSums got{};
+      EXPECT_EQ(pointKernel().meet(balls, from, both, mask, &got), hits);
+      EXPECT_EQ(std::memcmp(&got, &expected, sizeof got), 0);
+      float again[4];
+      pointKernel().reduceBalls(got, again);
+      EXPECT_EQ(std::memcmp(again, reduced, sizeof again), 0);
+    }
+  }
+  ASSERT_TRUE(choosePointPath(best));
+  EXPECT_GT(met, all / 20);
+  EXPECT_LT(met, all / 2);
+}
+
 TEST_F(PointKernels, SumWhatTheScalarFieldSays) {
   for (int i = 0; i < 50; ++i) {
     const Pose X = randomPose(random_, 0.03);

@@ -2,6 +2,7 @@
 
 #include "daemon/resource/properties.h"
 #include "daemon/resource/resource_name.h"
+#include "drivers/link/has_battery.h"
 
 namespace hapticd {
 namespace {
@@ -164,6 +165,12 @@ constexpr DeviceProperty kProperties[] = {
     {"round_trip", "from a command sent to its answer, of a device with an I/O thread; else null [us]", getRoundTrip},
     {"temperature", "hottest motor [deg C], null where not sensed",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return number(d.device().temperature()); }},
+    {"battery", "charge [%], null where there is none or it has not told",
+     [](const OpenDevice& d, const DeviceNow&, Core&) {
+       const auto* const device = dynamic_cast<const HasBattery*>(&d.device());
+       const int percent = device == nullptr ? -1 : device->batteryPercent();
+       return percent < 0 ? Json(nullptr) : Json(percent);
+     }},
     {"heat", "of the motors by the force sent; 1 is all they stand for ever, from 0.85 on the force is derated",
      [](const OpenDevice&, const DeviceNow& s, Core&) { return number(s.heat); }},
 };

@@ -23,6 +23,8 @@ class DeviceIo {
   /** Fixed. servo_safe is true: what the servo calls is the link. */
   [[nodiscard]] virtual const DeviceInfo& info() const noexcept = 0;
   [[nodiscard]] virtual Calibration calibration() const noexcept { return Calibration::kNotNeeded; }
+  /** As HasBattery. Any thread. */
+  [[nodiscard]] virtual int batteryPercent() const noexcept { return -1; }
 
   /**
    * Takes the device and brings it up until exchange() can be called. No force. Called again after an unplug, every

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "drivers/link/device_io.h"
+#include "drivers/link/has_battery.h"
 #include "drivers/link/slow_to_open.h"
 #include "rt/base/clock.h"
 #include "rt/cycle/realtime.h"
@@ -29,7 +30,7 @@ struct IoOptions {
  * Reads and writes of the servo touch only the link. A device that goes shows kDeviceGone, which the guard latches as a
  * fault; when it is there again it is opened anew and samples go on. Nothing moves until somebody arms again.
  */
-class IoDevice final : public Device, public SlowToOpen {
+class IoDevice final : public Device, public SlowToOpen, public HasBattery {
  public:
   explicit IoDevice(std::unique_ptr<DeviceIo> io, IoOptions options = {});
   IoDevice(std::unique_ptr<DeviceIo> io, IoOptions options, Clock& clock);
@@ -37,6 +38,7 @@ class IoDevice final : public Device, public SlowToOpen {
 
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return io_->info(); }
   [[nodiscard]] Calibration calibration() const noexcept override { return io_->calibration(); }
+  [[nodiscard]] int batteryPercent() const noexcept override { return io_->batteryPercent(); }
   [[nodiscard]] Histogram* roundTrip() noexcept override { return &link_.round_trip; }
 
   [[nodiscard]] Result<void> open() override;

@@ -38,7 +38,7 @@ class SpaceMouseIo final : public DeviceIo {
   void safe() noexcept override {}
 
   /** As last told; -1 where the device never did. Any thread. */
-  [[nodiscard]] int batteryPercent() const noexcept { return battery_.load(std::memory_order_relaxed); }
+  [[nodiscard]] int batteryPercent() const noexcept override { return battery_.load(std::memory_order_relaxed); }
 
  private:
   void publish(std::int64_t now_ns, DeviceLink& link) noexcept;

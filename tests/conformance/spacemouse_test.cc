@@ -141,10 +141,10 @@ TEST(SpaceMouse, ItsButtonHoldsTheWholeGroup) {
 TEST(SpaceMouse, ShowsItsLightWhileItIsOpenAndTellsItsBattery) {
   Desk desk(true);
   EXPECT_TRUE(desk.model.light());
-  EXPECT_EQ(desk.mouse->batteryPercent(), -1);
+  EXPECT_EQ(desk.device->batteryPercent(), -1);
   desk.model.tellBattery(64);
   desk.run(10);
-  EXPECT_EQ(desk.mouse->batteryPercent(), 64);
+  EXPECT_EQ(desk.device->batteryPercent(), 64);
   desk.device->close();
   EXPECT_FALSE(desk.model.light());
 }

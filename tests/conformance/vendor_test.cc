@@ -252,6 +252,7 @@ TEST(VendorLife, EveryWayOutClosesTheLibrary) {
     rig.device().close();
     EXPECT_EQ(rig.state.opened, 1);
     EXPECT_EQ(rig.state.closed, 1);
+    EXPECT_EQ(rig.state.closed_pushing, 0) << "zeros are told before it is let go";
     EXPECT_FALSE(rig.state.force_on);
     EXPECT_TRUE(rig.trueForce().isZero());
   }

@@ -8,6 +8,7 @@
 namespace {
 
 fake_sdk::State& s() { return *fake_sdk_state(); }
+double told[3] = {};
 constexpr int kOk = 0, kError = -1, kId = 2;
 
 /** Whether a call reaches the device. */
@@ -30,8 +31,7 @@ void push(const double* force, const double* torque, double gripper) {
     s().torque[i] = on ? torque[i] : 0;
   }
   s().gripper_force = on ? gripper : 0;
-  if (!fake_sdk::held() && force[0] * force[0] + force[1] * force[1] + force[2] * force[2] > 0)
-    ++s().pushing_while_closed;
+  for (int i = 0; i < 3; ++i) told[i] = force[i];
 }
 
 }  // namespace
@@ -46,14 +46,14 @@ int dhdOpen() { return opens(); }
 int dhdOpenID(char index) { return index == 0 ? opens() : kError; }
 int dhdOpenSerial(int serial) { return serial == 1234 ? opens() : kError; }
 int dhdClose(char) {
+  if (told[0] != 0 || told[1] != 0 || told[2] != 0) ++s().closed_pushing;  // It may hold what it was told last.
   fake_sdk::hold(false);
   ++s().closed;
   return kOk;
 }
 int dhdStop(char) {
   s().force_on = false;
-  const double zero[3] = {};
-  push(zero, zero, 0);
+  for (auto& force : s().force) force = 0;
   return kOk;
 }
 int dhdGetSystemType(char) { return s().system_type; }
@@ -77,8 +77,7 @@ bool dhdHasActiveGripper(char) { return s().system_type >= 104; }
 bool dhdIsLeftHanded(char) { return s().system_type == 105; }
 int dhdEnableForce(unsigned char on, char) {
   s().force_on = on != 0;
-  const double zero[3] = {};
-  if (on == 0) push(zero, zero, 0);
+  for (auto& force : s().force) force = on == 0 ? 0 : force.load();
   return kOk;
 }
 int dhdSetGravityCompensation(int on, char) {

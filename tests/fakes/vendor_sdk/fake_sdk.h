@@ -28,7 +28,7 @@ struct State {
   std::atomic<bool> crashes;       ///< Opening it ends the process.
   std::atomic<unsigned> hd_error;  ///< Put on HD's stack of errors in the next frame.
   // What was seen.
-  std::atomic<int> opened, closed, force_calls, pushing_while_closed, frames_outside, gravity_on;
+  std::atomic<int> opened, closed, force_calls, closed_pushing, frames_outside, gravity_on;
   std::atomic<int> owner;  ///< Process that has it open; the kernel takes it from one that is dead.
   std::atomic<std::uint64_t> calls;
 };

@@ -219,6 +219,39 @@ TEST(IoDevice, AFailedOpenGivesBackAndOpensLater) {
   EXPECT_EQ(rig.script.closed, 2);
 }
 
+/** Opens when it is told to stop, and not before. */
+class EndlessIo final : public DeviceIo {
+ public:
+  const DeviceInfo& info() const noexcept override { return info_; }
+  Result<void> open(const std::atomic<bool>& stop) override {
+    opening = true;
+    while (!stop) std::this_thread::yield();
+    return Error{ErrorCode::kCancelled, "endless", "given up", ""};
+  }
+  void close() noexcept override {}
+  bool exchange(DeviceLink&, std::int64_t) noexcept override { return true; }
+  void safe() noexcept override {}
+  std::atomic<bool> opening{false};
+
+ private:
+  DeviceInfo info_;
+};
+
+TEST(IoDevice, AnOpeningCanBeGivenUpAlsoBeforeItBegins) {
+  for (const bool before : {false, true}) {
+    auto io = std::make_unique<EndlessIo>();
+    EndlessIo& endless = *io;
+    IoDevice device(std::move(io));
+    if (before) device.giveUp();
+    std::thread other([&] {
+      while (!before && !endless.opening) std::this_thread::yield();
+      device.giveUp();
+    });
+    EXPECT_EQ(device.open().error().code, ErrorCode::kCancelled);
+    other.join();
+  }
+}
+
 TEST(IoDevice, WhatWasCommandedBeforeItWasClosedIsOver) {
   Rig rig;
   ASSERT_TRUE(rig.device.open().ok());

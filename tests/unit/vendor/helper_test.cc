@@ -203,6 +203,18 @@ TEST_F(Helper, UnplugIsToldAndReplugFound) {
   }
 }
 
+TEST_F(Helper, AnOpeningThatHangsCanBeGivenUp) {
+  state_->hangs = true;
+  make(uriOf("dhd"));
+  std::thread other([&] {
+    while (state_->calls == 0) std::this_thread::yield();
+    device_->giveUp();
+  });
+  EXPECT_FALSE(device_->open().ok());
+  other.join();
+  state_->hangs = false;
+}
+
 TEST_F(Helper, WhyItDoesNotOpenIsTold) {
   make(uriOf("dhd", "/nowhere/libdhd.so.3"));
   const auto absent = device_->open();

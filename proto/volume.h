@@ -16,7 +16,7 @@
 #include "proto/snapshot.h"
 
 #define HD_VOLUME_MAGIC UINT64_C(0x314c4f5654504148) /**< "HAPTVOL1" */
-#define HD_VOLUME_VERSION 1u
+#define HD_VOLUME_VERSION 2u
 
 #define HD_BRICK_EDGE 8u     /**< Voxels along a brick. */
 #define HD_BRICK_SAMPLES 9u  /**< Distances along it: neighbours share a face, so that no lookup needs two bricks. */
@@ -69,17 +69,12 @@ struct hd_volume_patch {
   float radius;
   uint32_t first; /**< Point. Patches follow one another without a gap. */
   uint32_t count;
-  uint32_t cone_axis; /**< Octahedral. All normals of its points are within the cone. */
-  float cone_cosine;  /**< Of the cone's half angle; -1: any direction. */
-  float area;         /**< Sum over its points [m^2]. */
-  float spread;       /**< Greatest distance of a point of the patch from the nearest of its first quarter [m]. */
-  float reserved[2];
+  float area;   /**< Sum over its points [m^2]. */
+  float spread; /**< Greatest distance of a point of the patch from the nearest of its first quarter [m]. */
 };
 
 /** What the descent weighs (Otaduy and Lin 2003; thesis eq. 3.5, 3.6). */
 struct hd_octree_sensation {
-  uint32_t cone_axis; /**< Octahedral; all normals of the surface within the node are within the cone. */
-  float cone_cosine;  /**< Of its half angle. */
   float support_area; /**< D: the least of its voxels' [m^2]. */
   float empty;        /**< phi: the share of the node's cube that holds neither surface nor solid voxels. */
 };

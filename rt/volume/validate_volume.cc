@@ -247,7 +247,7 @@ class Validator {
       first += p.count;
       if (!isPlace(p.center[0]) || !isPlace(p.center[1]) || !isPlace(p.center[2]) ||
           !within(p.radius, 0, 2 * HD_MAX_COORDINATE) || !within(p.spread, 0, 2 * HD_MAX_COORDINATE) ||
-          !within(p.cone_cosine, -1, 1) || !within(p.area, 0, 1e12f))
+          !within(p.area, 0, 1e12f))
         return bad("patch", i, "a number of it is out of range");
       const double slack = 1e-6 * (h_.voxel + p.radius) + 1e-6 * p.radius;
       for (std::uint32_t q = p.first; q < p.first + p.count; ++q) {
@@ -263,7 +263,7 @@ class Validator {
     if (view_.octree.sensation == nullptr) return {};
     for (std::size_t i = 0; i < nodes_; ++i) {
       const hd_octree_sensation& s = view_.octree.sensation[i];
-      if (!within(s.cone_cosine, -1, 1) || !within(s.support_area, 0, 1e12f) || !within(s.empty, 0, 1))
+      if (!within(s.support_area, 0, 1e12f) || !within(s.empty, 0, 1))
         return bad("sensation", i, "a number of it is out of range");
     }
     return {};

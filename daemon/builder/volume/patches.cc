@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "rt/volume/octahedral.h"
 
 namespace hapticd {
 namespace {
@@ -38,19 +37,6 @@ void boundPoints(std::span<const SurfaceSample> points, hd_volume_patch& patch) 
 }
 
 }  // namespace
-
-NormalCone coneOf(std::span<const SurfaceSample> points) {
-  Vec3 sum = Vec3::Zero();
-  for (const SurfaceSample& p : points) sum += p.area * p.normal;
-  NormalCone cone;
-  if (!(sum.norm() > 1e-30)) return {Vec3::UnitZ(), -1};
-  cone.axis = octahedralNormal(octahedralBits(sum));
-  double cosine = 1;
-  for (const SurfaceSample& p : points)
-    cosine = std::min(cosine, cone.axis.dot(octahedralNormal(octahedralBits(p.normal))));
-  cone.cosine = std::max(std::nextafter(static_cast<float>(cosine), -2.0f), -1.0f);
-  return cone;
-}
 
 std::uint32_t patchLevel(const std::vector<BuiltLevel>& levels, std::size_t points, std::size_t wanted) {
   std::uint32_t best = 0;
@@ -99,15 +85,10 @@ std::vector<hd_volume_patch> makePatches(const VolumeLattice& lattice, const Oct
     if (own.empty()) {
       const Vec3 middle = lattice.at(keys.cornerOf(prefixes[n], level)) + Vec3::Constant(node_side / 2);
       for (int k = 0; k < 3; ++k) patch.center[k] = static_cast<float>(middle[k]);
-      patch.cone_axis = octahedralBits(Vec3::UnitZ());
-      patch.cone_cosine = -1;
       continue;
     }
     patch.spread = static_cast<float>(orderByCoverage(own));
     boundPoints(own, patch);
-    const NormalCone cone = coneOf(own);
-    patch.cone_axis = octahedralBits(cone.axis);
-    patch.cone_cosine = cone.cosine;
     double area = 0;
     for (const SurfaceSample& p : own) area += p.area;
     patch.area = static_cast<float>(area);

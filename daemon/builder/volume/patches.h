@@ -18,12 +18,4 @@ namespace hapticd {
                                                        std::uint32_t level, const std::vector<std::uint64_t>& prefixes,
                                                        std::vector<SurfaceSample>& points);
 
-/** The narrowest cone about the mean direction that holds all normals: axis and cosine, rounded down. */
-struct NormalCone {
-  Vec3 axis = Vec3::UnitZ();
-  float cosine = 1;
-};
-/** Of the normals as octahedralNormal() reads them back. */
-[[nodiscard]] NormalCone coneOf(std::span<const SurfaceSample> points);
-
 }  // namespace hapticd

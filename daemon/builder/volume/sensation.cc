@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "daemon/builder/volume/patches.h"
-#include "rt/volume/octahedral.h"
 
 namespace hapticd {
 namespace {
@@ -84,33 +83,25 @@ std::vector<hd_octree_sensation> sensationOf(const VolumeLattice& lattice, const
   for (std::size_t v = 0; v < voxels.size(); ++v) support[v] = supportArea(keys, voxels, by, samples, v);
 
   std::vector<std::vector<hd_octree_sensation>> result(levels.size());
-  std::vector<std::uint32_t> below = by.first;  // Samples of each child, then of each node.
   for (std::size_t l = levels.size(); l-- > 0;) {
     const BuiltLevel& level = levels[l];
     const std::size_t nodes = level.prefix.size(),
                       bytes = std::size_t{1} << (3 * keys.split(static_cast<std::uint32_t>(l)) - 3);
     const double child_voxels = std::ldexp(1.0, static_cast<int>(3 * keys.sideLog2(static_cast<std::uint32_t>(l + 1))));
     std::vector<double> node_support(nodes), node_count(nodes);
-    std::vector<std::uint32_t> first(nodes + 1, 0);
     std::size_t child = 0;
     for (std::size_t n = 0; n < nodes; ++n) {
       const std::uint64_t surface = bitsOf(level.surface, n * bytes, bytes);
       node_count[n] = child_voxels * static_cast<double>(bitsOf(level.occupied, n * bytes, bytes) - surface);
       node_support[n] = std::numeric_limits<double>::infinity();
-      first[n] = below[child];
       for (const std::size_t end = child + surface; child < end; ++child) {
         node_count[n] += count[child];
         node_support[n] = std::min(node_support[n], support[child]);
       }
-      std::vector<SurfaceSample> own;
-      for (std::uint32_t s = first[n]; s < below[child]; ++s) own.push_back(samples[by.sample[s]]);
-      const NormalCone cone = coneOf(own);
       const double all = std::ldexp(1.0, static_cast<int>(3 * keys.sideLog2(static_cast<std::uint32_t>(l))));
-      result[l].push_back({octahedralBits(cone.axis), cone.cosine, static_cast<float>(node_support[n]),
-                           static_cast<float>(std::clamp(1 - node_count[n] / all, 0.0, 1.0))});
+      result[l].push_back(
+          {static_cast<float>(node_support[n]), static_cast<float>(std::clamp(1 - node_count[n] / all, 0.0, 1.0))});
     }
-    first[nodes] = below[child];
-    below = std::move(first);
     support = std::move(node_support);
     count = std::move(node_count);
   }

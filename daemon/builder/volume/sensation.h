@@ -11,10 +11,9 @@
 namespace hapticd {
 
 /**
- * For each node, level by level from the root: the cone of the surface's normals; phi = 1 - count / 8^L, count of the
- * voxels that are surface or full (eq. 3.6, corrected); and the support area D: of a surface voxel the area of the
- * surface in its 3^3 neighbourhood projected along its mean normal, of what looks the same way within 60 degrees; of a
- * node the least of its voxels'.
+ * For each node, level by level from the root: phi = 1 - count / 8^L, count of the voxels that are surface or full
+ * (eq. 3.6, corrected); and the support area D: of a surface voxel the area of the surface in its 3^3 neighbourhood
+ * projected along its mean normal, of what looks the same way within 60 degrees; of a node the least of its voxels'.
  */
 [[nodiscard]] std::vector<hd_octree_sensation> sensationOf(const VolumeLattice& lattice, const OctreeKeys& keys,
                                                            const std::vector<BuiltLevel>& levels,

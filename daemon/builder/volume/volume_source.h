@@ -51,7 +51,7 @@ struct VolumeOptions {
   double point_spacing_m = 0;       ///< Side of the cells of which each gets one point of each side; 0: a voxel.
   std::uint32_t patch_points = 48;  ///< Patches are of the octree level whose mean is nearest to this.
   OctreeShape octree = OctreeShape::kMixed;
-  bool sensation = false;   ///< Normal cones, support areas and phi of each node.
+  bool sensation = false;   ///< Support areas and phi of each node.
   bool fill_holes = false;  ///< Of an open mesh, see hole_fill.h; else it is refused.
 };
 

@@ -116,7 +116,7 @@ TEST_F(Damaged, indicesAndPlacesAreChecked) {
   lie(patches[1].first, 0u, "not in place");
   lie(patches[0].count, 0xffffff00u, "not in place");
   lie(patches[0].radius, -1.0f, "out of range");
-  lie(patches[0].cone_cosine, 2.0f, "out of range");
+  lie(patches[0].area, -1.0f, "out of range");
   lie(section<hd_octree_sensation>(HD_VOLUME_SENSATION)[0].empty, NAN, "out of range");
   // Surface that is not occupied: on the root, where the lowest bit of a free place is taken.
   std::uint8_t& root = section<std::uint8_t>(HD_VOLUME_OCCUPIED)[0];

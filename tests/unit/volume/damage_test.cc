@@ -59,7 +59,7 @@ TEST_F(Damaged, numbersOfTheHeaderAreChecked) {
     header() = good;
   };
   lie([](auto& h) { h.magic ^= 1; });
-  lie([](auto& h) { h.version = 2; });
+  lie([](auto& h) { h.version = HD_VOLUME_VERSION + 1; });
   lie([](auto& h) { h.flags = 1; });
   lie([](auto& h) { h.voxel = NAN; });
   lie([](auto& h) { h.fine_step = 0; });

@@ -16,6 +16,13 @@ Vec3 byAxis(double power, const Vec3& direction) HD_RT {
   return squared > 1e-24 ? Vec3(power / squared * direction.cwiseProduct(direction)) : Vec3::Constant(power / 3);
 }
 
+/** The share of `model` that explains most of `force`: at least `own`, the share it has, and not more than all of it.
+ */
+double shareIn(const Vec3& force, const Vec3& model, double own) HD_RT {
+  const double squared = model.squaredNorm();
+  return squared > 1e-24 ? std::clamp(force.dot(model) / squared, own, std::max(own, 1.0)) : own;
+}
+
 }  // namespace
 
 void LocalModelSlot::reset() HD_RT {
@@ -72,7 +79,8 @@ void LocalModelSlot::replace(const Framed& next, std::uint64_t seq, std::int64_t
     last_ns_ = now_ns;
   } else if (evaluated_) {
     before_ = now_;
-    before_weight_ = now_.model.none() ? 0 : now_weight_;
+    const std::uint32_t device = now_.model.none() ? 0 : now_.model.device();
+    before_weight_ = now_.model.none() ? 0 : shareIn(last_[device], last_of_now_[device], now_weight_);
     for (std::uint32_t i = 0; i < kMaxDevices; ++i) {
       residual_[i] = last_[i] - before_weight_ * last_of_now_[i];
       last_of_now_[i].setZero();

@@ -62,6 +62,10 @@ struct Account {
       start = was_empty ? at : at - kMs;  // The last tick of the old one.
       old = now;
       c = has_now ? now_weight : 0;
+      if (has_now && last_of_now.norm() > 1e-12) {
+        const double least_squares = last.dot(last_of_now) / last_of_now.squaredNorm();
+        c = std::max(c, std::min(1.0, least_squares));
+      }
       r = last - c * last_of_now;
     }
     now = next;

@@ -71,6 +71,29 @@ TEST_F(SlotTest, ModelsReplacedInEveryTickComeIntoForce) {
   }
 }
 
+/** They say the same of the same place: what they replace in mid-blend follows the hand as they do. */
+TEST_F(SlotTest, ModelsThatAgreeFollowTheHandHoweverOftenTheyAreReplaced) {
+  for (int ms = 0; ms < 300; ++ms) {
+    set(modelOf(HD_MODEL_PLANE, 500), ms);
+    tool.p.z() = -0.004 + 0.003 * std::sin(0.05 * ms);
+    const double wanted = -500 * tool.p.z(), felt = at(ms).z();
+    if (ms > 120) ASSERT_NEAR(felt, wanted, 1e-4 * wanted) << ms;
+  }
+}
+
+/** What the old model does not explain stays as it was, and goes: a hand that leaves is not drawn back. */
+TEST_F(SlotTest, AHandThatLeavesInMidBlendIsNotPulled) {
+  for (int ms = 0; ms < 4; ++ms) {
+    set(modelOf(HD_MODEL_PLANE, 500), ms);
+    (void)at(ms);
+  }
+  tool.p.z() = 0.001;
+  for (int ms = 4; ms < 30; ++ms) {
+    set(modelOf(HD_MODEL_PLANE, 500), ms);
+    ASSERT_NEAR(at(ms).z(), 0, 1e-12) << ms;
+  }
+}
+
 TEST_F(SlotTest, ShortestBlendIsKept) {
   hd_local_model m = modelOf(HD_MODEL_PLANE);
   m.blend_ns = 0;

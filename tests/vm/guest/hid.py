@@ -9,7 +9,7 @@ import subprocess
 
 from guest import hand
 from guest.load import CONFIG
-from guest.report import HERE, UNIT, ctl, device, ensure, eventually, restarted, text, unit
+from guest.report import HERE, UNIT, ctl, device, ensure, eventually, restarted, status_json, text, unit
 
 TOLD = pathlib.Path("/run/hid.json")
 
@@ -79,3 +79,16 @@ def check_woodenhaptics():
 def check_joystick_with_pid():
     with plugged(["hidpid://default"], "hidpid"):
         return feels_and_loses(1, -1, ("--at", "0,0.005,0", "--rotate", "x,90"), 2.0)
+
+
+def check_spacemouse_is_the_deadman():
+    """Its button is let go for every fifth second: then the device beside it in the group gives no force."""
+    with plugged(["sim://default", "spacemouse://default?deadman=1"], "spacemouse"):
+        mouse = status_json()["devices"][1]
+        ensure(mouse["uri"].startswith("spacemouse://") and mouse["fault"] == 0, mouse)
+        eventually(lambda: not told().get("held", True), "it is let go")
+        eventually(lambda: told()["held"], "it is held again")
+        with hand.wall(), hand.armed(device()["name"]), hand.pressing():
+            eventually(lambda: hand.force_z() > 0.5, "the wall pushes")
+            eventually(lambda: not told()["held"], "it is let go", 6)
+            eventually(lambda: not device()["armed"] and device()["force"] == [0, 0, 0], "zero when it is let go", 1.0)

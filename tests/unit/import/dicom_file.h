@@ -11,7 +11,9 @@ namespace hapticctl_import::testing {
 
 struct CtSlice {
   std::string series = "1.2.3.4", description = "Ball";
-  int number = 1;  ///< Instance number; says nothing of the place.
+  std::string kind = "1.2.840.10008.5.1.4.1.1.2";  ///< SOP class: CT.
+  int frames = 0;                                  ///< Of an image of several; 0: the file does not say.
+  int number = 1;                                  ///< Instance number; says nothing of the place.
   std::uint16_t columns = 24, rows = 20;
   Double3 position{}, row{1, 0, 0}, column{0, 1, 0};
   double column_spacing = 1, row_spacing = 1.5, slope = 1, intercept = 0;
@@ -40,7 +42,7 @@ inline std::string number16(int value) {
 }
 
 inline std::string dicomFile(const CtSlice& s) {
-  const std::string ct = "1.2.840.10008.5.1.4.1.1.2", instance = fmt::format("{}.{}", s.series, s.number);
+  const std::string &ct = s.kind, instance = fmt::format("{}.{}", s.series, s.number);
   const std::string meta = element(2, 1, "OB", std::string("\0\1", 2)) + element(2, 2, "UI", ct) +
                            element(2, 3, "UI", instance) + element(2, 0x10, "UI", "1.2.840.10008.1.2.1") +
                            element(2, 0x12, "UI", "1.2.3");
@@ -58,8 +60,9 @@ inline std::string dicomFile(const CtSlice& s) {
          element(0x20, 0x37, "DS",
                  fmt::format("{:.8g}\\{:.8g}\\{:.8g}\\{:.8g}\\{:.8g}\\{:.8g}", r[0], r[1], r[2], c[0], c[1], c[2])) +
          element(0x20, 0x52, "UI", "1.2.3.9") + element(0x28, 2, "US", number16(1)) +
-         element(0x28, 4, "CS", "MONOCHROME2") + element(0x28, 0x10, "US", number16(s.rows)) +
-         element(0x28, 0x11, "US", number16(s.columns)) +
+         element(0x28, 4, "CS", "MONOCHROME2") +
+         (s.frames > 0 ? element(0x28, 8, "IS", fmt::format("{}", s.frames)) : "") +
+         element(0x28, 0x10, "US", number16(s.rows)) + element(0x28, 0x11, "US", number16(s.columns)) +
          element(0x28, 0x30, "DS", fmt::format("{:.8g}\\{:.8g}", s.row_spacing, s.column_spacing)) +
          element(0x28, 0x100, "US", number16(16)) + element(0x28, 0x101, "US", number16(16)) +
          element(0x28, 0x102, "US", number16(15)) + element(0x28, 0x103, "US", number16(1)) +

@@ -2,6 +2,7 @@
 #include <set>
 
 #include "tests/unit/import/dicom_file.h"
+#include "tools/hapticctl-import/input.h"
 #include "tools/hapticctl-import/scan_file.h"
 
 namespace hapticctl_import::testing {
@@ -32,6 +33,9 @@ TEST(Dicom, aSeriesIsSortedByItsPositions) {
   (void)folder.put("README", "not an image");
   expectBall(readOne(folder.path()), {10, 20, 30}, kPlain);
   EXPECT_THAT(readOne(folder.path()).format, HasSubstr("CT, Ball"));
+  auto series = dicomSeriesIn(folder.path()).at(0);  // GDCM has sorted them; that is not relied on.
+  std::sort(series.files.begin(), series.files.end());
+  expectBall(readSeries(series), {10, 20, 30}, kPlain);
   EXPECT_TRUE(isDicom(folder.path() + "/IM003"));
   EXPECT_FALSE(isDicom(folder.path() + "/README"));
   expectBall(readOne(folder.path() + "/IM003"), {10, 20, 30}, kPlain);  // All of the series it belongs to.
@@ -88,6 +92,42 @@ TEST(Dicom, severalSeriesInAFolderAreTold) {
   EXPECT_EQ(texts.size(), 3u);
   EXPECT_THAT(*texts.begin(), HasSubstr("Phase 0, 24 x 20 values, 4 files"));
   EXPECT_THAT(readOne(folder.path() + "/S1I2").format, HasSubstr("Phase 1"));
+}
+
+TEST(Dicom, aSeriesIsChosenByNumberOrIdentifier) {
+  const Folder folder;
+  for (int s = 0; s < 2; ++s)
+    for (std::size_t z = 0; z < 4; ++z) {
+      CtSlice slice = ballSlice(z);
+      slice.series = fmt::format("1.2.{}.7", s + 5);
+      slice.description = fmt::format("Phase {}", s);
+      (void)folder.put(fmt::format("S{}I{}", s, z), dicomFile(slice));
+    }
+  InputOptions options;
+  options.file = folder.path();
+  const auto told = [&](const char* series) {
+    options.series = series;
+    return refusal([&] { return readInput(options); });
+  };
+  EXPECT_THAT(told("9"), HasSubstr("there are 2 series:\n  1  CT, Phase"));
+  EXPECT_THAT(told("1.3"), HasSubstr("--series: there are 2 series"));
+  EXPECT_EQ(told("1"), "read");
+  options.series = "1.2.6";
+  EXPECT_THAT(readInput(options).format, HasSubstr("Phase 1"));
+}
+
+TEST(Dicom, allSlicesMayBeInOneFile) {
+  const Folder folder;
+  CtSlice all = ballSlice(0);
+  all.kind = "1.2.840.10008.5.1.4.1.1.7.3";  // Multi-frame grayscale word secondary capture.
+  all.frames = static_cast<int>(kSize[2]);
+  all.values = samples();
+  const std::string path = folder.put("all.dcm", dicomFile(all));
+  const Image image = readOne(path);
+  ASSERT_EQ(image.size, kSize);
+  for (std::size_t z = 0; z < 16; ++z)
+    for (std::size_t y = 0; y < 20; ++y)
+      for (std::size_t x = 0; x < 24; ++x) ASSERT_EQ(image.values[x + 24 * (y + 20 * z)], valueAt(x, y, z));
 }
 
 TEST(Dicom, slicesThatMakeNoImageAreNamed) {

@@ -25,8 +25,8 @@ struct NearestQuery {
   Vec3 axis = Vec3::Zero();
   double cosine = 0;
   Vicinity* vicinity = nullptr;  ///< As in Sweep.
-  std::uint32_t work = 0;              ///< In and out: tree nodes and triangles visited, primitives too.
-  std::uint32_t limit = 0;             ///< Of `work`.
+  std::uint32_t work = 0;        ///< In and out: tree nodes and triangles visited, primitives too.
+  std::uint32_t limit = 0;       ///< Of `work`.
 };
 
 /** Where. */

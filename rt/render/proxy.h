@@ -16,8 +16,6 @@
 
 namespace hapticd {
 
-struct Nearest;
-
 /** Contact of one device point. Vectors in W. */
 struct SurfaceContact {
   Vec3 force = Vec3::Zero();   ///< On the hand [N].
@@ -119,6 +117,13 @@ class ProxyRenderer {
     double offset = 0;                    ///< Of the face itself.
     HalfSpace inside[3];                  ///< Well within its edges; normals not unit.
   };
+  /** A place of the surface that is nearer to the hip than the one that holds the proxy. In W. */
+  struct Nearer {
+    std::uint32_t slot = 0;      ///< 0: there is none.
+    Vec3 point = Vec3::Zero();   ///< Of the surface.
+    Vec3 normal = Vec3::Zero();  ///< From it to the ball's centre.
+    double depth = 0;            ///< Of the hip below where the centre would be [m].
+  };
   struct Step;
 
   void begin(Step& step) HD_RT;
@@ -139,7 +144,7 @@ class ProxyRenderer {
   const Support& support(Step& step) const HD_RT;
   bool goAround(Step& step) HD_RT;
   void goToward(Step& step, const Vec3& target) HD_RT;
-  [[nodiscard]] Nearest nearerSurface(Step& step, const Support& now, std::uint32_t& slot) const HD_RT;
+  [[nodiscard]] Nearer nearerSurface(Step& step, const Support& now) const HD_RT;
   bool goVia(Step& step, const Vec3* way, int count, double most) HD_RT;
   void finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT;
   [[nodiscard]] int foremost(const Step& step, std::uint32_t active) const HD_RT;

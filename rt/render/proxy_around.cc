@@ -8,6 +8,7 @@ namespace {
 constexpr double kClearlyNearer = 1 - 0x1p-20;  // Of the present distance: ties keep the side.
 constexpr double kOpposed = -0.6;               // Cosine below which two normals are those of two sheets.
 constexpr double kMaxDetour = 5;                // Of the present distance from proxy to hip.
+constexpr double kUnder = 2;                    // Skins below the surface is surely inside.
 
 /** Whether the way from the hip to `x`, both in the object's frame, is not all through the solid. */
 bool leavesSolid(const SceneObject& object, const Vec3& hip, const Vec3& x, double tolerance, Vicinity* vicinity,
@@ -23,6 +24,20 @@ bool leavesSolid(const SceneObject& object, const Vec3& hip, const Vec3& x, doub
   const SweepResult result = sweepShape(object.shape, sweep, hit);
   work = sweep.work;
   return result != SweepResult::kNone;
+}
+
+/** Whether a ball with its centre at x, in the object's frame, touches the object. */
+bool touches(const SceneObject& object, const Vec3& x, double radius, Vicinity* vicinity, std::uint32_t& work) HD_RT {
+  NearestQuery query;
+  query.x = x;
+  query.reach = radius;
+  query.vicinity = vicinity;
+  query.work = work;
+  query.limit = ProxyRenderer::kMaxWork;
+  Nearest near;
+  const NearestResult result = nearestOnShape(object.shape, query, near);
+  work = query.work;
+  return result != NearestResult::kNone;
 }
 
 }  // namespace
@@ -56,10 +71,10 @@ void ProxyRenderer::goToward(Step& step, const Vec3& target) HD_RT {
   moveBy(step, target, hit ? std::max(0.0, first.t - margin) : 1.0);
 }
 
-/** The nearest point to the hip, seen from inside, of the solids that hold the proxy; `slot` 0 if none is nearer. */
-Nearest ProxyRenderer::nearerSurface(Step& step, const Support& now, std::uint32_t& slot) const HD_RT {
-  Nearest best;
-  std::uint32_t looked = slot = 0;
+/** The nearest point to the hip, seen from inside or through less than the ball, of the solids that hold the proxy. */
+ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& now) const HD_RT {
+  Nearer best;
+  std::uint32_t looked = 0;
   for (int i = 0; i < step.count; ++i) {
     if (!(now.active >> i & 1u) || step.held[i].slot == looked) continue;
     looked = step.held[i].slot;
@@ -74,22 +89,30 @@ Nearest ProxyRenderer::nearerSurface(Step& step, const Support& now, std::uint32
     query.turned = true;
     query.axis = object.X_WO.q.conjugate() * (now.foot - step.goal).normalized();
     query.cosine = kOpposed;
-    for (int k = 0; k < step.near_count; ++k) {
-      if (step.near[k].slot == looked) query.vicinity = step.near[k].vicinity;
-    }
+    query.vicinity = step.vicinity(looked);
     query.work = step.work;
     query.limit = kMaxWork;
     Nearest near;
     const NearestResult result = nearestOnShape(object.shape, query, near);
     step.work = query.work;
-    if (result != NearestResult::kFound || !near.isInside(query.x)) continue;
-    if (slot != 0 && near.squared_distance >= best.squared_distance) continue;
+    if (result != NearestResult::kFound) continue;
+    // A hip in the air, for which the ball is too thick, is as far outside as it is not deep.
+    const double skin = step.skin(object), distance = std::sqrt(near.squared_distance);
+    const bool inside = near.isInside(query.x);
+    if (!inside && radius_ == 0) continue;
+    // But nothing else may be nearer to it, such as the far side of the sheet on which the ball rests.
+    if (!inside && touches(object, query.x, kClearlyNearer * distance, query.vicinity, step.work)) continue;
+    const double depth = radius_ + (inside ? distance : -distance);
+    if (best.slot != 0 && depth >= best.depth) continue;
     const Vec3 contact = now.at - radius_ * step.held[i].surface.normal;
-    if (leavesSolid(object, query.x, toLocal(object.X_WO, contact), kNear * step.skin(object), query.vicinity,
-                    step.work))
-      continue;
-    best = near;
-    slot = looked;
+    const Vec3 from = inside && (radius_ == 0 || distance > kUnder * skin)
+                          ? query.x
+                          : Vec3(near.point - kUnder * skin * near.pseudo_normal);
+    if (leavesSolid(object, from, toLocal(object.X_WO, contact), kNear * skin, query.vicinity, step.work)) continue;
+    best.slot = looked;
+    best.point = object.X_WO * near.point;
+    best.normal = object.X_WO.q * near.pseudo_normal;
+    best.depth = depth;
   }
   return best;
 }
@@ -99,12 +122,16 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
   if (!step.together || step.count == 0) return false;
   const Support& now = support(step);
   if (now.active == 0 || now.foot == step.goal) return false;
-  std::uint32_t slot = 0;
-  const Nearest nearer = nearerSurface(step, now, slot);
-  if (slot == 0) return false;
-  const SceneObject& object = step.scene->slot(slot);
+  const Nearer nearer = nearerSurface(step, now);
+  if (nearer.slot == 0) return false;
+  const SceneObject& object = step.scene->slot(nearer.slot);
   const double skin = step.skin(object);
-  const Vec3 n = object.X_WO.q * nearer.pseudo_normal, landing = object.X_WO * nearer.point + (radius_ + skin) * n;
+  const Vec3& n = nearer.normal;
+  const Vec3 landing = nearer.point + (radius_ + skin) * n;
+  // Where the ball does not fit no way leads, and most that are looked for end there.
+  if (radius_ > 0 &&
+      touches(object, toLocal(object.X_WO, landing), radius_ + 0.5 * skin, step.vicinity(nearer.slot), step.work))
+    return false;
   const double most = kMaxDetour * (now.at - step.goal).norm();
 
   // Over the edge in which the tangent planes meet; or over what stands between two places that face alike.
@@ -129,7 +156,7 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
   const double depth = (now.foot - step.goal).norm();
   const Vec3 up = (now.foot - step.goal) / depth, lag = now.at - now.foot;
   const Vec3 turned = lag - (lag.dot(n) / (1 + up.dot(n))) * (up + n);
-  goToward(step, landing + (std::sqrt(nearer.squared_distance) + radius_) / depth * turned);
+  goToward(step, landing + nearer.depth / depth * turned);
   return true;
 }
 

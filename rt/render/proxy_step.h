@@ -48,6 +48,13 @@ struct ProxyRenderer::Step {
   Support support;         ///< Of the proxy where it is,
   bool supported = false;  ///< if that has been looked at.
 
+  /** Asked for before in this step; null if none is kept. */
+  Vicinity* vicinity(std::uint32_t slot) const HD_RT {
+    for (int i = 0; i < near_count; ++i) {
+      if (near[i].slot == slot) return near[i].vicinity;
+    }
+    return nullptr;
+  }
   double skin(const SceneObject& object) const HD_RT {
     const double size = std::isfinite(object.radius) ? object.radius : 0;
     return kSkin * (scale + extent(object.X_WO.p) + size);

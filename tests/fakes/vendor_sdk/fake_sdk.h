@@ -12,7 +12,8 @@
 
 namespace fake_sdk {
 
-/** Everything of the device and its faults. Places in the SDK's own axes and units: m and dhd's, mm and HD's. */
+/** Everything of the device and its faults; scripts know the two that come first. Places in the SDK's own axes and
+ * units: m and dhd's, mm and HD's. */
 struct State {
   std::atomic<double> place[3];  ///< Of the grip.
   std::atomic<double> force[3];  ///< What the motors push with [N]; zero unless forces are on.

@@ -17,7 +17,7 @@ fake_sdk::State* makeState() {
   if (file >= 0) ::close(file);
   if (at == MAP_FAILED) std::abort();
   auto* state = static_cast<fake_sdk::State*>(at);  // All zeros is its beginning.
-  if (file < 0) {
+  if (state->version_major == 0) {                  // Nobody has set it up.
     state->version_major = 3;
     state->system_type = 33;
     state->calibrated = true;

@@ -1,0 +1,122 @@
+#!/usr/bin/python3
+"""A device behind a vendor's SDK in a real daemon: a plane is felt, and what is left when the helper or the daemon is killed.
+
+Usage: vendor_test.py BUILD_DIRECTORY PLAYED_SDK. The played SDK keeps its device in a file: the grip's place and the motors'
+force are its first six doubles (tests/fakes/vendor_sdk). Nothing is timed: each wait ends when what it waits for has happened.
+"""
+import mmap
+import os
+import pathlib
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+SDK = pathlib.Path(sys.argv.pop(2)).resolve()
+BUILD = pathlib.Path(sys.argv.pop(1)).resolve()
+HAPTICCTL = BUILD / "tools/hapticctl/hapticctl"
+STATE_BYTES = 4096
+PATIENCE_S = 20
+
+
+class Vendor(unittest.TestCase):
+    def setUp(self):
+        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="hapticd-vendor-test-"))
+        self.socket = self.directory / "control.sock"
+        self.uri = f"dhd://default?sdk={SDK}"
+        path = self.directory / "device"
+        path.write_bytes(bytes(STATE_BYTES))
+        with open(path, "r+b") as file:
+            self.device = mmap.mmap(file.fileno(), STATE_BYTES)
+        (self.directory / "hapticd.toml").write_text(
+            f'[guard]\narm_ramp_ms = 100\n[[group]]\nname = "desk"\ndevices = ["{self.uri}"]\n')
+        self.place(0.02)
+        self.arming = None
+        with open(self.directory / "log", "wb") as log:
+            self.daemon = subprocess.Popen(
+                [BUILD / "daemon/hapticd", "--allow-no-rt", "--socket", self.socket, "--config", self.directory / "hapticd.toml"],
+                stdout=log, stderr=log, env={**os.environ, "FAKE_SDK_STATE": str(path)})
+        self.until(lambda: self.ctl("status").returncode == 0)
+
+    def tearDown(self):
+        for process in (self.arming, self.daemon):
+            if process is not None:
+                process.kill()
+                process.wait()
+        shutil.rmtree(self.directory)
+
+    def ctl(self, *arguments):
+        return subprocess.run([HAPTICCTL, "--socket", self.socket, *map(str, arguments)], capture_output=True, text=True, check=False)
+
+    def until(self, condition):
+        end = time.monotonic() + PATIENCE_S
+        while not condition():
+            if time.monotonic() > end:
+                self.fail((self.directory / "log").read_text())
+            time.sleep(0.005)
+
+    def place(self, z):
+        self.device[0:24] = struct.pack("3d", 0, 0, z)
+
+    def force(self):
+        return struct.unpack("3d", self.device[24:48])
+
+    def helper(self):
+        done = subprocess.run(["pgrep", "-P", str(self.daemon.pid), "-x", "hapticd-vendor"], capture_output=True, text=True, check=False)
+        return int(done.stdout) if done.stdout.strip() else 0
+
+    def press(self):
+        """Armed over a plane, and 4 mm into it."""
+        self.place(0.02)
+        self.assertEqual(self.ctl("add", "plane", "--name", "floor", "--stiffness", "500", "--replace").returncode, 0)
+        self.arming = subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm", "dhd"], stdin=subprocess.DEVNULL,
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.until(lambda: " armed" in self.ctl("status").stdout)
+        for step in range(240):
+            self.place(0.02 - step * 1e-4)
+            time.sleep(0.001)
+        self.until(lambda: self.force()[2] > 1)
+        self.assertEqual(self.force()[:2], (0, 0))
+
+    def test_a_plane_is_felt_and_a_dead_helper_is_a_fault_that_ends_at_zero(self):
+        self.press()
+        first = self.helper()
+        os.kill(first, signal.SIGKILL)
+        self.until(lambda: "FAULT" in self.ctl("status").stdout)
+        self.until(lambda: self.force() == (0, 0, 0))
+        self.until(lambda: self.helper() not in (0, first))
+        self.arming.kill()
+        self.arming.wait()
+        self.press()
+
+    def test_a_dead_daemon_leaves_zero_and_safe_reaches_the_device_again(self):
+        self.press()
+        armed = self.directory / "armed"
+        self.assertEqual(armed.read_text().strip("\0\n "), self.uri)
+        self.daemon.kill()
+        self.daemon.wait()
+        self.until(lambda: self.force() == (0, 0, 0))
+        done = subprocess.run([BUILD / "daemon/hapticd-safe", armed], capture_output=True, text=True, check=False,
+                              env={**os.environ, "FAKE_SDK_STATE": str(self.directory / "device")})
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("made safe", done.stdout + done.stderr)
+
+    def test_an_sdk_that_is_not_there_is_told_by_name(self):
+        absent = "dhd://0?sdk=/nowhere/libdhd.so.3"
+        refused = self.ctl("arm", absent)
+        self.assertNotEqual(refused.returncode, 0)
+        self.assertIn("administrator", refused.stderr, "which library is loaded is not a client's choice")
+        self.socket = self.directory / "admin.sock"
+        told = self.ctl("arm", absent)
+        self.assertNotEqual(told.returncode, 0)
+        self.assertIn("/nowhere/libdhd.so.3", told.stderr)
+        self.assertIn("install", told.stderr)
+        self.assertIn("vendor SDKs", self.ctl("doctor").stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

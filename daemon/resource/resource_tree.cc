@@ -101,7 +101,7 @@ Json branch(SceneModel& scene, const std::string& name) {
 }  // namespace
 
 Error noSuchElement(const ResourceName& name, std::size_t i, std::vector<std::string> valid) {
-  const std::string near = nearestNames(name.element[i], std::move(valid), 8);
+  const std::string near = nearestNames(name.element[i], std::move(valid), 9);
   return {ErrorCode::kNotFound, name.upTo(i),
           fmt::format("there is no '{}' in {}", name.element[i].substr(0, 80), i == 0 ? "/" : name.upTo(i - 1)),
           near.empty() ? "it is empty" : "there is " + near};

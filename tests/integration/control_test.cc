@@ -201,7 +201,7 @@ TEST_F(Control, ErrorsNameTheElementAndWhatIsNear) {
     return std::string(answer.getStatus().getWhere().cStr()) + " | " + answer.getStatus().getRemedy().cStr();
   };
   EXPECT_EQ(refused("/object"),
-            "/object | there is objects, _objects, devices, statistics, clients, meshes, textures, config");
+            "/object | there is objects, _objects, devices, statistics, clients, meshes, textures, config, world");
   EXPECT_NE(refused("/objects/moter").find("motor"), std::string::npos);
   EXPECT_EQ(refused("/objects/motor/poss").substr(0, 19), "/objects/motor/poss");
   EXPECT_NE(refused("/objects/motor/poss").find("pos"), std::string::npos);
@@ -244,7 +244,7 @@ TEST_F(Control, RaisingLimitsAndResettingStatisticsNeedTheAdministrationSocket) 
   asked.setReset(true);
   auto answer = loop.call(kj::mv(asked));
   ASSERT_TRUE(good(answer.getStatus()));
-  EXPECT_EQ(answer.getStatistics().getHistograms().size(), 6u);
+  EXPECT_EQ(answer.getStatistics().getHistograms().size(), 7u);
   EXPECT_GT(answer.getStatistics().getCycles(), 0u);
 }
 

@@ -47,5 +47,45 @@ TEST(TwoGroups, ShareTheSceneAndWhatAClientMovesMovesForBoth) {
   EXPECT_EQ(pose(1), 0.0);
 }
 
+TEST(TwoGroups, ABodyThatOneHandPushesMovesForTheOther) {
+  Bench bench;
+  const Client& by = bench.core.client(bench.administration);
+  const auto make = [&](const char* name, ShapeKind kind, const Vec3& at) {
+    ObjectSpec spec;
+    spec.name = name;
+    spec.shape = {kind, {0.01, 0.01, 0.01}, 0};
+    spec.material = kDefaultMaterial;
+    spec.X_PO.p = at;
+    EXPECT_TRUE(bench.core.scene().create(spec, by).ok());
+  };
+  make("tool", ShapeKind::kBox, {0, 0, 0});
+  make("ball", ShapeKind::kSphere, {-0.03, 0, 0});
+  ASSERT_TRUE(bench.core.scene().setBody("ball", {.mass = 0.2, .damping = 20}).ok());
+  ASSERT_TRUE(bench.core.openDevice("test://second").ok());
+  ASSERT_TRUE(bench.core.attachTool(bench.device(0), {.object = "tool"}, by).ok());
+  bench.step(40);
+  const auto x = [&](std::size_t group) {
+    const std::uint32_t id = bench.core.scene().find("ball")->id;
+    return bench.core.devices().links()[group]->group().servo().cycle().scene().find(id)->X_PO.p.x();
+  };
+  for (int i = 0; i < 600; ++i) {
+    bench.scripted[0]->sample.p.x() = -0.1e-3 * i;
+    bench.step();
+    EXPECT_NEAR(x(1), x(0), 5e-3) << "it follows at once";
+  }
+  bench.step(1000);
+  EXPECT_LT(x(0), -0.075) << "pushed by the first hand alone";
+  EXPECT_EQ(x(1), x(0));
+  ASSERT_TRUE(bench.core.detachTool(bench.device(0), by).ok());  // whose place is told in every tick
+  bench.step(60);
+  const auto sent = bench.core.devices().links()[1]->posted();
+  bench.step(60);
+  EXPECT_EQ(bench.core.devices().links()[1]->posted(), sent) << "at rest nothing is handed on";
+  ASSERT_TRUE(bench.core.scene().setPose("ball", {{0, 0.1, 0}, Quat::Identity()}).ok());
+  bench.step(40);
+  EXPECT_EQ(x(0), 0);
+  EXPECT_EQ(x(1), 0);
+}
+
 }  // namespace
 }  // namespace hapticd::test

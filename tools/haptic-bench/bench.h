@@ -41,6 +41,7 @@ void addCost(CLI::App& app, Run& chosen);
 void addZwidth(CLI::App& app, Run& chosen);
 void addCollide(CLI::App& app, Run& chosen);
 void addSixdof(CLI::App& app, Run& chosen);
+void addStability(CLI::App& app, Run& chosen);
 
 /** Median of some rounds and its interval. */
 struct Estimate {

@@ -29,6 +29,7 @@ constexpr haptic_bench::AddBenchmark kBenchmarks[] = {
     haptic_bench::addZwidth,
     haptic_bench::addCollide,
     haptic_bench::addSixdof,
+    haptic_bench::addStability,
 };
 // clang-format on
 constexpr int kExitFailed = 1;  ///< Also a broken bound.

@@ -1,6 +1,6 @@
 /** @file
- * A tool on the simulated device with its hand, against a solid in closed form: servo and collision at their own rates,
- * stepped by hand, books kept at the port.
+ * A tool on the simulated device with its hand, against a solid: servo and collision at their own rates, stepped by
+ * hand, books kept at the port.
  */
 #pragma once
 
@@ -12,9 +12,11 @@
 #include "drivers/sim/sim_device.h"
 #include "rt/body/contact_model.h"
 #include "rt/body/tool.h"
-#include "tests/support/analytic_detector.h"
+#include "rt/contact/detector.h"
 
-namespace hapticd::test {
+namespace haptic_bench {
+
+using namespace hapticd;  // NOLINT(google-build-using-namespace)
 
 struct RigOptions {
   std::string uri = "sim://default?dof=6";
@@ -24,22 +26,30 @@ struct RigOptions {
   double mass = 0.2;
   double stiffness = 0;  ///< CouplingNeeds::wanted.
   double friction = 0.4;
-  Vec3 size = Vec3(0.03, 0.03, 0.03);  ///< Box whose inertia the tool has.
+  Vec3 size = Vec3(0.03, 0.03, 0.03);  ///< Box whose inertia the tool has ...
+  Vec3 middle = Vec3::Zero();          ///< ... and where it is in the tool's frame: there the hand holds it.
   Vec3 weight = Vec3::Zero();
   bool follow_touches = true;  ///< False: gaps stay as the detector saw them until it answers again.
 };
 
 class ToolRig {
  public:
-  ToolRig(const RigOptions& options, Points points, Field field, Response& response)
+  /** `tool` and `base` null: the detector knows its shapes itself. All outlive the rig. */
+  ToolRig(const RigOptions& options, Detector& detector, const VolumeView* tool, const VolumeView* base,
+          Response& response)
       : options_(options),
         dt_(1 / options.rate_hz),
         device_(resolveSim(parseDeviceUri(options.uri).value()).value()),
-        detector_(std::move(points), std::move(field)),
+        detector_(detector),
         response_(response) {
+    detector_.reset();
+    query_.a.volume = tool;
+    query_.b.volume = base;
     ToolSetup setup;
     setup.mass = MassProperties::ofBox(options.mass, options.size);
     setup.weight = options.weight;
+    setup.mass.com_O = options.middle;
+    setup.grip_O = options.middle;
     CouplingNeeds needs{options.mass, setup.mass.inertia_O.trace() / 3, dt_, options.stiffness};
     setup.gains = chooseGains(device_.info(), needs);
     tool_ = std::make_unique<Tool>(setup);
@@ -55,6 +65,9 @@ class ToolRig {
     aim(p, turn);
     for (int i = 0; i < 3000; ++i) tick(false);
     tool_->reset(handle());
+    detector_.reset();
+    asked_ = tool_->body().pose();
+    model_.count = pending_.count = 0;
     step_ = ToolStep{};
     created_ = -1;
     fastest_ = strongest_ = 0;
@@ -135,7 +148,8 @@ class ToolRig {
   void observe() {
     const auto every = static_cast<std::uint64_t>(options_.collide_every);
     if (ticks_ % every == 0) {
-      DetectorQuery query;
+      DetectorQuery& query = query_;
+      query.a.X_WO_before = asked_;
       query.a.X_WO = tool_->body().pose();
       query.a.V_WO = tool_->body().twist();
       query.margin = 0.002 + 1.5 * (options_.collide_every + options_.late) * dt_ *
@@ -154,7 +168,8 @@ class ToolRig {
   RigOptions options_;
   double dt_;
   SimDevice device_;
-  AnalyticDetector detector_;
+  Detector& detector_;
+  DetectorQuery query_;
   Response& response_;
   std::unique_ptr<Tool> tool_;
   ContactSet found_;
@@ -168,4 +183,4 @@ class ToolRig {
   bool finite_ = true;
 };
 
-}  // namespace hapticd::test
+}  // namespace haptic_bench

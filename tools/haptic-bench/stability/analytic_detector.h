@@ -10,7 +10,9 @@
 
 #include "rt/contact/detector.h"
 
-namespace hapticd::test {
+namespace haptic_bench {
+
+using namespace hapticd;  // NOLINT(google-build-using-namespace)
 
 /** Signed distance and outward direction at a place, in B's frame. */
 struct Distance {
@@ -126,4 +128,4 @@ class AnalyticDetector final : public Detector {
   std::vector<Contact> found_;
 };
 
-}  // namespace hapticd::test
+}  // namespace haptic_bench

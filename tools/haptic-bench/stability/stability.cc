@@ -1,0 +1,206 @@
+/** @file
+ * haptic-bench stability: tools that are dropped, pushed, jammed, spun and hammered on the simulated device with its
+ * hand, by response, rate, mass and coupling: energy out of nothing, rest that is none, what creeps in a minute.
+ */
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rt/body/constraint_response.h"
+#include "rt/body/impulse_response.h"
+#include "rt/body/penalty_response.h"
+#include "rt/contact/point_field.h"
+#include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/collide/ours.h"
+#include "tools/haptic-bench/collide/shapes.h"
+#include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/stability/cases.h"
+
+namespace haptic_bench {
+namespace {
+
+constexpr double kRest = 80e-6;      ///< Eight encoder steps [m].
+constexpr double kCreep = 10e-6;     ///< One [m].
+constexpr double kCreepTurn = 1e-3;  ///< [rad]
+constexpr double kCreated = 1e-9;    ///< Rounding [J].
+constexpr double kCollide_hz = 500;  ///< Of volumes, as the daemon's collide thread asks.
+constexpr const char* kFragment = "skull fragment";
+
+struct Options {
+  bool quick = false, check = false;
+  std::string pair, response;
+  double voxel_mm = 0.5;
+};
+
+/** A pair with what finds its contacts. */
+struct Pairing {
+  StabilityPair pair;
+  std::unique_ptr<BuiltVolume> tool, base;  ///< Null: closed forms.
+  std::unique_ptr<Detector> detector;
+
+  [[nodiscard]] std::unique_ptr<ToolRig> rig(double rate_hz, double mass, double stiffness, Response& response) {
+    RigOptions o;
+    o.rate_hz = rate_hz;
+    o.mass = mass;
+    o.stiffness = stiffness;
+    o.size = pair.size;
+    o.middle = pair.middle;
+    if (tool != nullptr) {
+      o.collide_every = static_cast<int>(rate_hz / kCollide_hz);
+      o.late = o.collide_every / 2;
+    }
+    response.reset();
+    return std::make_unique<ToolRig>(o, *detector, tool ? &tool->view : nullptr, base ? &base->view : nullptr,
+                                     response);
+  }
+};
+
+/** The halves of a broken block: rough faces that mate, as a fragment and its place do. */
+Pairing fragment(double voxel) {
+  Pairing s;
+  s.pair = {kFragment, {}, {}, Vec3(0.06, 0.06, 0.02), {0, 0, 0.01}, {0, 0, 0.01}, 0.02};
+  s.tool = std::make_unique<BuiltVolume>(fractureHalf(true), voxel, 2 * voxel, 48);
+  s.base = std::make_unique<BuiltVolume>(fractureHalf(false), voxel, 2 * voxel, 48);
+  s.detector = std::make_unique<PointFieldDetector>(1u << 14);
+  return s;
+}
+
+std::vector<Pairing> pairings(const Options& o) {
+  std::vector<Pairing> all;
+  for (StabilityPair& pair : stabilityPairs()) {
+    if (o.pair.empty() ? o.quick && !pair.judged : o.pair != pair.name) continue;
+    Pairing s;
+    s.detector = std::make_unique<AnalyticDetector>(pair.points, pair.field);
+    s.pair = std::move(pair);
+    all.push_back(std::move(s));
+  }
+  if (o.pair.empty() || o.pair == kFragment) all.push_back(fragment(o.voxel_mm * 1e-3));
+  if (all.empty())
+    throw Failure(o.pair, "no such pair", "brick on floor, plate in bowl, peg in hole, peg held deep, skull fragment");
+  return all;
+}
+
+/** All runs of one pair, excitation and response. */
+struct Row {
+  int runs = 0, at_rest = 0;
+  double created = -1, unrest = 0, strongest = 0;
+  bool finite = true;
+  std::optional<double> creep, creep_turn;  ///< In a minute [m, rad], of what ends pressed.
+};
+
+Row sweep(Pairing& pairing, const Excitation& what, Response& response, const Options& o) {
+  Row row;
+  const std::vector<double> rates = o.quick ? std::vector<double>{1000} : std::vector<double>{1000, 4000};
+  const std::vector<double> masses =
+      o.quick ? std::vector<double>{0.02, 2.0} : std::vector<double>{0.02, 0.06, 0.2, 0.6, 2.0};
+  for (const double rate : rates) {
+    for (const double mass : masses) {
+      for (const double stiffness : {0.0, 1e9}) {
+        if (o.quick && (mass > 1) == (stiffness > 0)) continue;
+        const auto rig = pairing.rig(rate, mass, stiffness, response);
+        const StabilityOutcome out = play(pairing.pair, what, mass, *rig);
+        const double moved = std::max(out.unrest.device, out.unrest.tool);
+        ++row.runs;
+        row.at_rest += moved < kRest ? 1 : 0;
+        row.created = std::max(row.created, out.created);
+        row.unrest = std::max(row.unrest, moved);
+        row.strongest = std::max(row.strongest, out.strongest);
+        row.finite = row.finite && out.finite;
+      }
+    }
+  }
+  if (!o.quick && !what.airborne) {
+    const auto rig = pairing.rig(1000, 0.2, 0, response);
+    (void)play(pairing.pair, what, 0.2, *rig);
+    rig->run(1);
+    const Vec3 hand = rig->device().body().position(), tool = rig->tool().body().com();
+    const Quat turned = rig->tool().body().orientation();
+    rig->run(60);
+    row.creep = std::max((rig->device().body().position() - hand).norm(), (rig->tool().body().com() - tool).norm());
+    row.creep_turn = rig->tool().body().orientation().angularDistance(turned);
+    row.finite = row.finite && rig->finite();
+  }
+  return row;
+}
+
+bool holds(const Row& row) {
+  return row.finite && row.at_rest == row.runs && row.created <= kCreated && row.creep.value_or(0) < kCreep &&
+         row.creep_turn.value_or(0) < kCreepTurn;
+}
+
+void print(const Common& common, const char* pair, const char* what, const char* response, const Row& row) {
+  const auto optional = [&](const std::optional<double>& x, double unit) {
+    return x ? fmt::format("{:.3g}", *x * unit) : std::string("-");
+  };
+  if (common.csv) {
+    fmt::print("{},{},{},{},{},{:g},{:g},{:g},{},{},{}\n", pair, what, response, row.runs, row.at_rest, row.unrest,
+               row.created, row.strongest, optional(row.creep, 1), optional(row.creep_turn, 1), row.finite);
+  } else {
+    fmt::print("{:15} {:9} {:11} | {:3} of {:3} {:10.3g} | {:>8} {:>8} | {:9.2g} {:6.1f} {}\n", pair, what, response,
+               row.at_rest, row.runs, row.unrest * 1e6, optional(row.creep, 1e6), optional(row.creep_turn, 1e3),
+               std::max(row.created, 0.0), row.strongest, row.finite ? "" : "not finite");
+  }
+  std::fflush(stdout);
+}
+
+int run(const Common& common, const Options& o) {
+  PenaltyGains hard;
+  hard.stiffness = 5000;
+  hard.max_depth = 0.01;
+  std::vector<std::unique_ptr<Response>> responses;
+  responses.push_back(std::make_unique<ConstraintResponse>());
+  responses.push_back(std::make_unique<ImpulseResponse>());
+  responses.push_back(std::make_unique<PenaltyResponse>(hard));
+  if (common.csv) {
+    fmt::print("pair,excitation,response,runs,at_rest,unrest_m,created_j,strongest_n,creep_m,creep_rad,finite\n");
+  } else {
+    fmt::print("{:15} {:9} {:11} | {:>10} {:>10} | {:>8} {:>8} | {:>9} {:>6}\n", "pair", "", "response", "at rest",
+               "unrest um", "creep um", "mrad", "created J", "most N");
+  }
+  bool good = true;
+  int told = 0;
+  for (Pairing& pairing : pairings(o)) {
+    for (const Excitation& what : excitations()) {
+      for (const auto& response : responses) {
+        const bool is_default = response == responses.front();
+        if (!o.response.empty() ? o.response != response->name() : o.quick && !is_default) continue;
+        const Row row = sweep(pairing, what, *response, o);
+        print(common, pairing.pair.name, what.name, response->name(), row);
+        good = good && (!is_default || !pairing.pair.judged || holds(row));
+        ++told;
+      }
+    }
+  }
+  if (told == 0) throw Failure(o.response, "no such response", "constraint, impulse or penalty");
+  if (o.check && !good) {
+    fmt::print(
+        "the default response creates energy, is not finite, or does not rest within {:g} um ({:g} in a minute)\n",
+        kRest * 1e6, kCreep * 1e6);
+  }
+  return o.check && !good ? 1 : 0;
+}
+
+}  // namespace
+
+void addStability(CLI::App& app, Run& chosen) {
+  CLI::App* command = app.add_subcommand(
+      "stability", "Held tools dropped, pushed, jammed, spun and hammered: energy from nothing, unrest, creep");
+  const auto o = std::make_shared<Options>();
+  command->add_flag("--quick", o->quick, "The default response, 1 kHz, lightest and heaviest, no minute at rest");
+  command->add_flag("--check", o->check, "End with 1 when the default response does not hold");
+  command->add_option("--pair", o->pair,
+                      "Only this: brick on floor, plate in bowl, peg in hole, peg held deep, skull fragment");
+  command->add_option("--response", o->response, "Only this: constraint, impulse or penalty");
+  command->add_option("--voxel", o->voxel_mm, "Of the skull fragment's volumes")
+      ->type_name("MM")
+      ->check(CLI::Range(0.1, 5.0))
+      ->capture_default_str();
+  command->callback([&chosen, o] { chosen = [o](const Common& common) { return run(common, *o); }; });
+}
+
+}  // namespace haptic_bench

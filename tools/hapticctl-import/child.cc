@@ -18,9 +18,10 @@ int inChild(const std::function<int()>& work, std::uint64_t most_bytes) {
   const pid_t child = ::fork();
   if (child < 0) throw ImportError({}, fmt::format("no process can be started: {}", std::strerror(errno)));
   if (child == 0) {
-    if (most_bytes == 0)
+    if (most_bytes == 0) {
       most_bytes =
           static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+    }
     const rlimit memory{most_bytes, most_bytes}, core{0, 0};
     ::setrlimit(RLIMIT_AS, &memory);
     ::setrlimit(RLIMIT_CORE, &core);

@@ -76,15 +76,18 @@ Double3 normalOf(const Image& slice) {
 }
 
 void requireAlike(const Slice& first, const Slice& other) {
-  if (other.image.size != first.image.size)
+  if (other.image.size != first.image.size) {
     throw ImportError(nameOf(other.file),
                       fmt::format("is {} x {} values, {} is {} x {}", other.image.size[0], other.image.size[1],
                                   nameOf(first.file), first.image.size[0], first.image.size[1]),
                       "put only slices of one kind into the folder");
-  for (std::size_t k = 0; k < 2; ++k)
-    if (length(minus(other.image.step[k], first.image.step[k])) > 1e-3 * length(first.image.step[k]))
+  }
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (length(minus(other.image.step[k], first.image.step[k])) > 1e-3 * length(first.image.step[k])) {
       throw ImportError(nameOf(other.file), fmt::format("is turned or spaced otherwise than {}", nameOf(first.file)),
                         "put only slices of one kind into the folder");
+    }
+  }
 }
 
 /** The step from slice to slice, which must be the same everywhere; oblique if the gantry was tilted. */
@@ -92,9 +95,10 @@ Double3 evenStep(const std::vector<Slice>& slices) {
   std::vector<double> gaps;
   for (std::size_t i = 1; i < slices.size(); ++i) {
     gaps.push_back(slices[i].along - slices[i - 1].along);
-    if (gaps.back() < 1e-4)
+    if (gaps.back() < 1e-4) {
       throw ImportError(nameOf(slices[i].file), fmt::format("stands where {} does", nameOf(slices[i - 1].file)),
                         "choose one time or echo of the series");
+    }
   }
   std::vector<double> sorted = gaps;
   std::sort(sorted.begin(), sorted.end());

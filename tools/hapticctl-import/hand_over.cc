@@ -39,6 +39,7 @@ int runHapticctl(const std::vector<std::string>& words) {
       "hapticctl";
   if (::access(program.c_str(), X_OK) != 0) program = "hapticctl";
   std::vector<char*> arguments;
+  arguments.reserve(words.size());
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
   pid_t child = 0;

@@ -100,15 +100,18 @@ Image shrink(const Image& image, std::uint32_t n) {
   requireTwo(out, "--shrink");
   out.values.assign(std::size_t{out.size[0]} * out.size[1] * out.size[2], 0);
   const double share = 1.0 / (static_cast<double>(n) * n * n);
-  for (std::size_t z = 0; z < out.size[2]; ++z)
-    for (std::size_t y = 0; y < out.size[1]; ++y)
+  for (std::size_t z = 0; z < out.size[2]; ++z) {
+    for (std::size_t y = 0; y < out.size[1]; ++y) {
       for (std::size_t x = 0; x < out.size[0]; ++x) {
         double sum = 0;
-        for (std::size_t c = 0; c < n; ++c)
+        for (std::size_t c = 0; c < n; ++c) {
           for (std::size_t b = 0; b < n; ++b)
             for (std::size_t a = 0; a < n; ++a) sum += image.values[indexOf(image, x * n + a, y * n + b, z * n + c)];
+        }
         out.values[indexOf(out, x, y, z)] = static_cast<float>(sum * share);
       }
+    }
+  }
   return out;
 }
 
@@ -142,8 +145,8 @@ Image resample(Image image, double spacing_mm) {
     share = at - cell;
     return static_cast<std::size_t>(cell);
   };
-  for (i[2] = 0; i[2] < out.size[2]; ++i[2])
-    for (i[1] = 0; i[1] < out.size[1]; ++i[1])
+  for (i[2] = 0; i[2] < out.size[2]; ++i[2]) {
+    for (i[1] = 0; i[1] < out.size[1]; ++i[1]) {
       for (i[0] = 0; i[0] < out.size[0]; ++i[0]) {
         double u = 0, v = 0, w = 0, sum = 0;
         const std::size_t x = cellAt(0, u), y = cellAt(1, v), z = cellAt(2, w);
@@ -154,6 +157,8 @@ Image resample(Image image, double spacing_mm) {
         }
         out.values.push_back(static_cast<float>(sum));
       }
+    }
+  }
   return out;
 }
 

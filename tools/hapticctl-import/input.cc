@@ -59,6 +59,7 @@ std::size_t choose(const std::vector<Choice>& all, std::string wanted, const cha
 Image readDicom(const InputOptions& o) {
   const auto all = dicomSeriesIn(o.file);
   std::vector<Choice> choices;
+  choices.reserve(all.size());
   for (const DicomSeries& series : all) choices.push_back({series.uid, series.text});
   return readSeries(all[choose(choices, o.series, "series", "--series")]);
 }
@@ -76,11 +77,13 @@ double metresPerUnit(const std::string& scale) {
 Image readGrid(const InputOptions& o) {
   const auto all = gridsOf(o.file);
   std::vector<Choice> choices;
+  choices.reserve(all.size());
   for (const VdbGrid& grid : all) choices.push_back({grid.name, grid.text});
   const VdbGrid& grid = all[choose(choices, o.grid, "grids", "--grid")];
-  if (o.scale.empty() && grid.metres_per_unit == 0)
+  if (o.scale.empty() && grid.metres_per_unit == 0) {
     throw ImportError("--scale", "is needed: a .vdb does not say its unit",
                       "mm, cm, m, inch, um, ft or metres per unit");
+  }
   return readVdb(o.file, grid, o.scale.empty() ? grid.metres_per_unit : metresPerUnit(o.scale));
 }
 

@@ -51,9 +51,10 @@ int draw(const Options& o, const std::string& output) {
   if (o.shrink > 1) image = shrink(image, o.shrink);
   if (o.resample_mm > 0) image = resample(std::move(image), o.resample_mm);
   Surface surface = isosurface(image, level);
-  if (surface.triangles.empty())
+  if (surface.triangles.empty()) {
     throw ImportError(o.by_label ? "--label" : "--iso", "no value reaches it: there is no surface",
                       "choose one within the values above");
+  }
   const std::size_t all = surface.triangles.size();
   std::string parts;
   if (o.largest) parts = fmt::format(", the largest of {} parts", keepLargest(surface));

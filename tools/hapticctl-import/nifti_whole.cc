@@ -46,14 +46,16 @@ void requireWholeNifti(const std::string& path, std::uint64_t values) {
   const std::int16_t bits = get(72, std::int16_t{});
   const double offset = static_cast<double>(get(108, float{}));
   if (head.compare(344, 3, "ni1") == 0) {  // The data are in a file beside it.
-    for (std::filesystem::path data : {std::filesystem::path(path).replace_extension("img"),
-                                       std::filesystem::path(path).replace_extension("").replace_extension("img.gz")})
+    for (const std::filesystem::path& data :
+         {std::filesystem::path(path).replace_extension("img"),
+          std::filesystem::path(path).replace_extension("").replace_extension("img.gz")})
       if (std::filesystem::exists(data)) bytes = unpackedBytes(data, head);
   }
   const double needed = std::max(0.0, offset) + static_cast<double>(values) * bits / 8;
-  if (!(bits > 0 && static_cast<double>(bytes) >= needed))
+  if (!(bits > 0 && static_cast<double>(bytes) >= needed)) {
     throw ImportError("data", fmt::format("{} bytes are there, {:.0f} are needed", bytes, needed),
                       "is the file whole?");
+  }
 }
 
 }  // namespace hapticctl_import

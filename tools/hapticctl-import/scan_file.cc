@@ -92,12 +92,14 @@ Image readWith(itk::ImageIOBase& io) try {
   const Complaints complaints;
   io.ReadImageInformation();
   const unsigned axes = io.GetNumberOfDimensions();
-  for (unsigned k = 3; k < axes; ++k)
+  for (unsigned k = 3; k < axes; ++k) {
     if (io.GetDimensions(k) > 1)
       throw ImportError("axes", "there are more than three", "take one time or component out of it first");
-  if (io.GetNumberOfComponents() != 1)
+  }
+  if (io.GetNumberOfComponents() != 1) {
     throw ImportError("values", fmt::format("each has {} components", io.GetNumberOfComponents()),
                       "only one component can be used");
+  }
   Image image;
   itk::ImageIORegion region(axes);
   std::size_t count = 1;

@@ -46,25 +46,28 @@ class Filler {
     std::size_t done = 0;
     const auto goesOn = [&] { return done++ % 64 != 0 || monitor.progress(0, "closing holes"); };
     const Error cancelled{ErrorCode::kCancelled, "build", {}, {}};
-    for (std::uint32_t t = 0; t < mesh_.triangle_count; ++t)
+    for (std::uint32_t t = 0; t < mesh_.triangle_count; ++t) {
       for (int e = 0; e < 3; ++e) {
         if (mesh_.neighbours[t][e] != HD_NO_INDEX) continue;
         beginAt(mesh_.vertex(t, e), mesh_.vertex(t, (e + 1) % 3));
         if (!goesOn()) return cancelled;
       }
+    }
     while (!open_.empty()) {
       if (!goesOn()) return cancelled;
       const Lattice3 voxel = open_.back();
       open_.pop_back();
       visit(voxel);
-      if (fill_.triangles.size() > HD_MAX_TRIANGLES / 2)
+      if (fill_.triangles.size() > HD_MAX_TRIANGLES / 2) {
         return Error{ErrorCode::kInvalidArgument, "volume holes",
                      fmt::format("more than {} triangles would close them", HD_MAX_TRIANGLES / 2),
                      "choose a larger voxel"};
+      }
     }
-    if (!any_inside_)
+    if (!any_inside_) {
       return Error{ErrorCode::kBadMesh, "mesh", "the open surface encloses nothing",
                    "give it a thickness, or turn its triangles outward"};
+    }
     return std::move(fill_);
   }
 

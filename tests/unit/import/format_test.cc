@@ -53,6 +53,13 @@ TEST(Import, readsNifti) {
   std::memcpy(turned.data() + 280, rows, sizeof rows);
   expectBall(readScan(folder.put("c.nii", turned + samples())), {-5, -6, 7}, plain);
   expectBall(readScan(folder.put("c.nii.gz", compressed(turned + samples(), 31))), {-5, -6, 7}, plain);
+  std::string pair = turned.substr(0, 348);  // Header and data in files of their own.
+  pair[345] = 'i';
+  put<float>(pair, 108, 0);
+  (void)folder.put("e.img", samples());
+  expectBall(readScan(folder.put("e.hdr", pair)), {-5, -6, 7}, plain);
+  (void)folder.put("e.img", samples().substr(2));
+  EXPECT_THAT(refusal([&] { return readScan(folder.path() + "/e.hdr"); }), HasSubstr("are needed"));
   put<float>(turned, 112, 2);
   put<float>(turned, 116, -5);
   EXPECT_EQ(readScan(folder.put("d.nii", turned + samples())).values[0], 2.0f * valueAt(0, 0, 0) - 5);

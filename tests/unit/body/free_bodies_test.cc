@@ -179,7 +179,7 @@ TEST(FreeBodies, NoTickOfToolAndBodiesCreatesEnergy) {
   const CouplingGains& g = cycle.tool(0).tool().setup().gains;
   const auto held = [&] {
     double sum = cycle.tool(0).tool().energy() + cycle.tool(0).tool().reserve();
-    for (const std::uint8_t k : {0, 1}) {
+    for (std::uint8_t k = 0; k < 2; ++k) {
       const FreeBody& b = cycle.bodies().body(k);
       sum += b.body.kineticEnergy() + b.reserve + b.body.mass() * 9.81 * b.body.com().z();
     }

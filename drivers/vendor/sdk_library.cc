@@ -28,7 +28,7 @@ std::string whereSdkIs(const std::string& name) {
   if (name.find('/') != std::string::npos) return ::access(name.c_str(), R_OK) == 0 ? name : std::string();
   for (const char* folder : {"/usr/local/lib", "/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/usr/lib",
                              "/usr/lib64", "/lib"}) {
-    const std::string path = fmt::format("{}/{}", folder, name);
+    std::string path = fmt::format("{}/{}", folder, name);
     if (::access(path.c_str(), R_OK) == 0) return path;
   }
   return {};

@@ -21,6 +21,7 @@ SphereDescentDetector::SphereDescentDetector(const SphereDescentOptions& options
       sorted_(options.max_pairs),
       groups_(kMaxTouchGroups),
       part_(kMaxTouchGroups),
+      seen_(options.max_pairs),
       x_(kBuffer),
       y_(kBuffer),
       z_(kBuffer),
@@ -41,6 +42,7 @@ void SphereDescentDetector::find(const DetectorQuery& query, ContactSet& contact
   } else {
     a.turnTightCentres();
     b.turnTightCentres();
+    std::fill_n(seen_.begin(), std::min<std::size_t>(seen_.size(), a.voxelMasks()), 0);
     descend(run);
   }
   sum(run, contacts);
@@ -69,6 +71,11 @@ void SphereDescentDetector::walk(Run& run, std::uint32_t most) HD_RT {
   while (run.pairs > 0 && !(run.a.atVoxels() && run.b.atVoxels())) {
     const bool last_b = !run.b.atVoxels() && run.b.level + 1 == run.b.tree.levels;
     const bool side_a = !run.a.atVoxels() && (run.b.atVoxels() || last_b || run.a.side() >= run.b.side());
+    if (last_b && side_a && run.a.level + 1 == run.a.tree.levels && most == options_.max_pairs && !run.limited() &&
+        options_.threshold <= 0 && !run.late()) {
+      meetVoxels(run);
+      return;
+    }
     choose(run, side_a);
     if (run.pairs > most) keepNearest(run, most);
     refine(run, side_a);

@@ -60,11 +60,14 @@ class SphereDescentDetector final : public Detector {
   struct Tree;
   struct Run;
   struct Offsets;
+  struct Met;
 
   void descend(Run& run) HD_RT;
   void walk(Run& run, std::uint32_t most) HD_RT;
   void keepNearest(Run& run, std::uint32_t most) HD_RT;
   void refine(Run& run, bool side_a) HD_RT;
+  void meetVoxels(Run& run) HD_RT;
+  [[nodiscard]] bool isNew(const Run& run, std::uint32_t voxel_a) HD_RT;
   void refineToVoxels(Run& run, bool side_a, const OctreeLevel& level, const Offsets& offset) HD_RT;
   void choose(Run& run, bool side_a) HD_RT;
   void touch(Run& run, const Pair& pair, float distance, float reach) HD_RT;
@@ -80,6 +83,7 @@ class SphereDescentDetector final : public Detector {
   GroupMap map_;
   std::vector<TouchGroup> groups_;   ///< Their means and areas are sums until the end.
   std::vector<std::uint32_t> part_;  ///< First part under each node of a level above the parts'.
+  std::vector<std::uint64_t> seen_;  ///< A's voxels that touched: a mask for each node of the last level.
   std::vector<float> x_, y_, z_;     ///< Centres to look up in B's field, in A.
   std::vector<std::uint16_t> area_;
   std::uint32_t waiting_ = 0, waiting_group_ = 0;

@@ -48,6 +48,11 @@ struct SphereDescentDetector::Tree {
     root = X_WO * Vec3(v.originPoint() + Vec3::Constant(half)) - from;
   }
   [[nodiscard]] bool atVoxels() const HD_RT { return level == tree.levels; }
+  /** Words of the masks of the last level's nodes. */
+  [[nodiscard]] std::size_t voxelMasks() const HD_RT {
+    const OctreeLevel& l = tree.level[tree.levels - 1];
+    return std::size_t{l.node_count} * maskWords(l.split);
+  }
   [[nodiscard]] float side() const HD_RT {
     return atVoxels() ? view.voxel : view.voxel * static_cast<float>(1u << tree.level[level].side_log2);
   }
@@ -118,6 +123,7 @@ struct SphereDescentDetector::Run {
     const auto used = static_cast<std::uint32_t>((tests + 15) / 16);
     return query.budget.units > used ? query.budget.units - used : 0;
   }
+  [[nodiscard]] bool limited() const HD_RT { return query.budget.units != 0; }
   [[nodiscard]] bool late() const HD_RT {
     const WorkBudget& w = query.budget;
     return w.clock != nullptr && w.deadline_ns != 0 && w.clock->now() >= w.deadline_ns;

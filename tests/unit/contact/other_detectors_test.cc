@@ -82,7 +82,19 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
             sure += cornersMeet(x, X_BA.q, a.view.voxel, q, b.view.voxel) ? 1 : 0;
           }
         }
-        detector.find(queryOf(a, b, X_WB * X_BA, X_WB), contacts);
+        DetectorQuery query = queryOf(a, b, X_WB * X_BA, X_WB);
+        query.budget.units = 1u << 30;  // More than enough, but asked for at each level.
+        detector.find(query, contacts);
+        const ContactSet by_levels = contacts;
+        query.budget.units = 0;
+        detector.find(query, contacts);
+        EXPECT_EQ(contacts.report.touching, by_levels.report.touching);
+        EXPECT_EQ(contacts.report.work, by_levels.report.work);
+        EXPECT_NEAR(contacts.touching_area, by_levels.touching_area, 1e-12);
+        EXPECT_LE((contacts.integral.force - by_levels.integral.force).norm(),
+                  1e-4 * by_levels.integral.force.norm() + 1e-12);
+        // A voxel's area counts once, however many it meets.
+        EXPECT_LE(contacts.touching_area, a.view.header->area * 1.0001);
         EXPECT_GE(contacts.report.touching, sure);
         EXPECT_LE(contacts.report.touching, most);
         if (sure > 0) {

@@ -34,8 +34,8 @@ class Hand:
     missed_turn: np.ndarray = field(default_factory=lambda: np.array([4.0, -3, 5]) * DEGREE)
     push_n: float = 3.0
     approach_s: float = 2.0
-    press_s: float = 6.0
-    ease_s: float = 2.0
+    press_s: float = 4.0
+    ease_s: float = 3.0
     rest_s: float = 1.5
 
     def __post_init__(self) -> None:
@@ -69,6 +69,6 @@ class Hand:
                                             math.sin(2 * math.pi * (9.1 * t) + 2) + math.sin(2 * math.pi * 10.4 * t),
                                             math.sin(2 * math.pi * (9.7 * t) + 4) + math.sin(2 * math.pi * 11.8 * t + 3)])
         wiggling = calm if t > self.approach_s else 0.0
-        wiggle = 0.8 * MM * wiggling * np.array([math.sin(8 * t), math.cos(8 * t), 0])
-        twist = 2.5 * DEGREE * wiggling * np.array([math.sin(7 * t), math.cos(6 * t), math.sin(5 * t)])
+        wiggle = 0.5 * MM * wiggling * np.array([math.sin(8 * t), math.cos(8 * t), 0])
+        twist = 1.8 * DEGREE * wiggling * np.array([math.sin(7 * t), math.cos(6 * t), math.sin(5 * t)])
         return self.p + shake + wiggle, quaternion(self.turn + twist)

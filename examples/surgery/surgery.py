@@ -123,15 +123,15 @@ def main() -> int:
     parser.add_argument("--voxel", type=float, default=0.7, help="of cut and fragment [mm]")
     parser.add_argument("--coarse", type=float, default=2, help="of the mesh away from the cut [mm]")
     parser.add_argument("--body-voxel", type=float, default=0.7, help="of the skull's volume [mm]")
-    parser.add_argument("--quick", action="store_true", help="a hand that takes 7.5 s instead of 11")
+    parser.add_argument("--quick", action="store_true", help="a hand that takes 8 s instead of 10.5")
     parser.add_argument("--friction", type=float, default=0.15)
-    parser.add_argument("--bound", type=float, nargs=2, default=(0.4, 0.8), help="home is within so many mm and degrees")
+    parser.add_argument("--bound", type=float, nargs=2, default=(0.5, 1.5), help="home is within so many mm and degrees")
     parser.add_argument("--hapticctl", default=os.environ.get("HAPTICCTL", "hapticctl"))
     parser.add_argument("--output", type=pathlib.Path, help="draw before and after")
     parser.add_argument("--title", default="A fragment of a skull is brought home")
     parser.add_argument("--samples", type=pathlib.Path, help="write the run as CSV")
     options = parser.parse_args()
-    hand = Hand(approach_s=1.2, press_s=3.5, ease_s=2.0, rest_s=0.8) if options.quick else Hand()
+    hand = Hand(approach_s=1.2, press_s=3.0, ease_s=3.0, rest_s=0.8) if options.quick else Hand()
     with tempfile.TemporaryDirectory(prefix="hapticd-surgery.") as folder, haptic.Client(name="surgery") as client, \
          client.open_session() as session:
         parts = prepare(options, pathlib.Path(folder))

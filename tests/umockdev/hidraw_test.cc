@@ -1,0 +1,82 @@
+// The real hidapi and libudev over umockdev's kernel, with played devices behind: how they are found, opened and spoken
+// to.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/hid/enumerate.h"
+#include "drivers/hid/hidraw_transport.h"
+#include "drivers/registry.h"
+#include "rt/base/clock.h"
+#include "tests/umockdev/hidraw_testbed.h"
+#include "tools/haptic-emu/spacemouse/spacemouse_model.h"
+#include "tools/haptic-emu/woodyhid/woody_hid_model.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+const HidIdentity kMouse{0x256f, 0xc631, "3Dconnexion", "SpaceMouse Pro Wireless", "EMU7"};
+
+/** Reads until `done`, for at most five seconds. */
+template <class Done>
+bool served(Device& device, DeviceSample& sample, Done done) {
+  MonotonicClock clock;
+  for (int i = 0; i < 5000; ++i) {
+    device.read(clock.now(), sample);
+    device.write(clock.now(), {});
+    if (done()) return true;
+    clock.sleepUntil(clock.now() + kMs);
+  }
+  return false;
+}
+
+TEST(Umockdev, ASpaceMouseIsFoundByUdevAndItsCapMovesTheTool) {
+  haptic_emu::SpaceMouseModel model(true);
+  HidrawTestbed bed(model, kMouse);
+  const auto found = findHid();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].path, HidrawTestbed::kNode);
+  EXPECT_EQ(found[0].name, "SpaceMouse Pro Wireless");
+  EXPECT_EQ(found[0].serial, "EMU7");
+  EXPECT_EQ(reportDescriptorOf(found[0].path), model.descriptor());
+
+  auto device = makeDevice("spacemouse://EMU7");
+  ASSERT_TRUE(device.ok()) << toString(device.error());
+  EXPECT_EQ((*device)->info().serial, "EMU7");
+  const auto opened = (*device)->open();
+  ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  {
+    const auto held = bed.hold();
+    model.push({350, 0, 0, 0, 0, 0});
+  }
+  DeviceSample sample;
+  EXPECT_TRUE(served(**device, sample, [&] { return sample.p.y() > 0.01; })) << sample.p.transpose();
+  (*device)->close();
+}
+
+TEST(Umockdev, AWoodenHapticsArmIsHeardAndSpokenTo) {
+  haptic_emu::WoodyHidModel model(haptic_emu::WoodyKind::kWooden2015);
+  HidrawTestbed bed(model, {0x16c0, 0x0486, "Teensyduino", "WoodenHaptics", "W1"});
+  auto device = makeDevice("woodyhid://woodenhaptics_v2015");
+  ASSERT_TRUE(device.ok()) << toString(device.error());
+  const auto opened = (*device)->open();
+  ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  DeviceSample sample;
+  EXPECT_TRUE(served(**device, sample, [&] {
+    const auto held = bed.hold();
+    return model.heard() > 20 && model.said() > 20;
+  }));
+  (*device)->close();
+}
+
+TEST(Umockdev, NothingIsFoundWhereNothingIs) {
+  UMockdevTestbed* bed = umockdev_testbed_new();
+  EXPECT_TRUE(findHid().empty());
+  const auto device = makeDevice("woodyhid://woodenhaptics_v2015");
+  ASSERT_TRUE(device.ok()) << "it may be plugged in later";
+  EXPECT_FALSE((*device)->open().ok());
+  g_object_unref(bed);
+}
+
+}  // namespace
+}  // namespace hapticd::test

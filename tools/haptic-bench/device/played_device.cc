@@ -6,6 +6,7 @@
 #include "drivers/hidpid/hidpid_io.h"
 #include "drivers/pantograph/pantograph_io.h"
 #include "drivers/sample/sample_io.h"
+#include "drivers/spacemouse/spacemouse_io.h"
 #include "drivers/woodyhid/woodyhid_io.h"
 #include "tools/haptic-emu/falcon/falcon_model.h"
 #include "tools/haptic-emu/hidpid/pid_model.h"
@@ -13,6 +14,7 @@
 #include "tools/haptic-emu/in_process_usb.h"
 #include "tools/haptic-emu/pantograph/pantograph_model.h"
 #include "tools/haptic-emu/sample/sample_model.h"
+#include "tools/haptic-emu/spacemouse/spacemouse_model.h"
 #include "tools/haptic-emu/woodyhid/woody_hid_model.h"
 
 namespace haptic_bench {
@@ -220,6 +222,26 @@ class PlayedPid final : public PlayedDevice {
   std::unique_ptr<IoDevice> device_;
 };
 
+/** Its cap is held aside; it has no motors. */
+class PlayedSpaceMouse final : public PlayedDevice {
+ public:
+  PlayedSpaceMouse(Clock& clock, bool thread) : model_(true) {
+    SpaceMouseSetup setup = *resolveSpaceMouse({"spacemouse", "default", {}}, {});
+    setup.hid = [this, &clock] {
+      return std::make_unique<TimedHid>(std::make_unique<haptic_emu::InProcessHid>(model_, clock), cost);
+    };
+    model_.push({200, 0, 0, 0, 0, 0});
+    device_ = std::make_unique<IoDevice>(std::make_unique<SpaceMouseIo>(std::move(setup)), IoOptions{.thread = thread},
+                                         clock);
+  }
+  IoDevice& device() override { return *device_; }
+  Vec3 force() const override { return Vec3::Zero(); }
+
+ private:
+  haptic_emu::SpaceMouseModel model_;
+  std::unique_ptr<IoDevice> device_;
+};
+
 class PlayedPantograph final : public PlayedDevice {
  public:
   PlayedPantograph(Clock& clock, bool thread) {
@@ -248,6 +270,8 @@ const std::vector<PlayedCase>& playedCases() {
       {"woodyhid", [](Clock& clock, bool thread) { return std::make_unique<PlayedWoody>(clock, thread); }},
       {"hidpid", [](Clock& clock, bool thread) { return std::make_unique<PlayedPid>(clock, thread); }},
       {"pantograph", [](Clock& clock, bool thread) { return std::make_unique<PlayedPantograph>(clock, thread); }},
+      {"spacemouse", [](Clock& clock, bool thread) { return std::make_unique<PlayedSpaceMouse>(clock, thread); }, 120,
+       false},
       {"sample", [](Clock& clock, bool thread) { return std::make_unique<PlayedSample>(clock, thread); }},
   };
   return kCases;

@@ -45,6 +45,8 @@ struct PlayedCase {
   std::string name;
   /** Its thread, or none; on that clock, which outlives it. */
   std::function<std::unique_ptr<PlayedDevice>(hapticd::Clock&, bool thread)> make;
+  double least_hz = 900;  ///< Readings that it must give.
+  bool motors = true;
 };
 [[nodiscard]] const std::vector<PlayedCase>& playedCases();
 

@@ -9,11 +9,10 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "daemon/builder/volume/tetrahedra.h"
+
 namespace hapticctl_import {
 namespace {
-
-/** Kuhn's six tetrahedra of a cell: corners x + 2 y + 4 z, each on a way from 0 to 7 along the axes. */
-constexpr int kTetrahedra[6][4] = {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}};
 
 class Marcher {
  public:
@@ -30,8 +29,7 @@ class Marcher {
  private:
   using Point = std::array<int, 3>;
   /** A vertex between a corner inside and one that is not. */
-  struct Cut {
-    int in, out_of;
+  struct Cut : hapticd::CutEdge {
     std::uint32_t vertex;
   };
 
@@ -57,21 +55,12 @@ class Marcher {
       if (inside == 0) return;
     }
     if (inside == 255) return;
-    for (const auto& t : kTetrahedra) {
-      int in[4], out_of[4], n_in = 0, n_out = 0;
-      for (const int c : t) (inside >> c & 1) != 0 ? in[n_in++] = c : out_of[n_out++] = c;
-      if (n_in == 0 || n_out == 0) continue;
-      const auto cut = [&](int i, int o) { return Cut{in[i], out_of[o], vertex(at, in[i], out_of[o])}; };
-      if (n_in == 1) {
-        add(cut(0, 0), cut(0, 1), cut(0, 2));
-      } else if (n_in == 3) {
-        add(cut(0, 0), cut(1, 0), cut(2, 0));
-      } else {
-        const Cut a = cut(0, 0), b = cut(0, 1), c = cut(1, 1), d = cut(1, 0);
-        add(a, b, c);
-        add(a, c, d);
-      }
-    }
+    hapticd::marchCell(
+        inside,
+        [&](int in, int out_of) {
+          return Cut{{in, out_of}, vertex(at, in, out_of)};
+        },
+        [&](const Cut& a, const Cut& b, const Cut& c) { add(a, b, c); });
   }
 
   /** The vertex on the edge between a corner inside and one that is not, made once. */
@@ -102,18 +91,9 @@ class Marcher {
     return found->second;
   }
 
-  /** A triangle that looks from what is inside to what is not: told by the edges' middles, whatever the values are. */
+  /** A triangle that looks from what is inside to what is not, whatever the values are. */
   void add(const Cut& a, const Cut& b, const Cut& c) {
-    int u[3], w[3], out[3];
-    for (int k = 0; k < 3; ++k) {
-      const auto twice = [k](const Cut& cut) { return (cut.in >> k & 1) + (cut.out_of >> k & 1); };
-      u[k] = twice(b) - twice(a);
-      w[k] = twice(c) - twice(a);
-      out[k] = (a.out_of >> k & 1) - (a.in >> k & 1);
-    }
-    const int along = (u[1] * w[2] - u[2] * w[1]) * out[0] + (u[2] * w[0] - u[0] * w[2]) * out[1] +
-                      (u[0] * w[1] - u[1] * w[0]) * out[2];
-    if ((along > 0) != solid_.mirrored) {
+    if (hapticd::looksOut(a, b, c) != solid_.mirrored) {
       out_.triangles.push_back({a.vertex, b.vertex, c.vertex});
     } else {
       out_.triangles.push_back({a.vertex, c.vertex, b.vertex});

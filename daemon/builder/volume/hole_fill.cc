@@ -7,11 +7,11 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "daemon/builder/volume/tetrahedra.h"
+
 namespace hapticd {
 namespace {
 
-/** Kuhn's six tetrahedra of a voxel: corners x + 2 y + 4 z, each on a way from 0 to 7 along the axes. */
-constexpr int kTetrahedra[6][4] = {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}};
 constexpr double kHalf = 0.5;
 constexpr double kSmooth = 0.4;  // A change below this is no jump across the mesh, which is by 1.
 constexpr int kHalvings = 12;    // Then the place of a jump is known to a 4096th of a voxel.
@@ -33,8 +33,8 @@ struct Crossing {
 };
 
 /** A crossing and between which corners of a voxel it is. */
-struct Cut : Crossing {
-  int in = 0, out_of = 0;
+struct Cut : CutEdge {
+  Crossing crossing;
 };
 
 class Filler {
@@ -102,21 +102,9 @@ class Filler {
     for (int c = 0; c < 8; ++c) inside |= (value(cornerOf(voxel, c)) > kHalf ? 1u : 0u) << c;
     any_inside_ |= inside != 0;
     if (inside == 0 || inside == 255) return;
-    for (const auto& t : kTetrahedra) {
-      int in[4], out_of[4], n_in = 0, n_out = 0;
-      for (const int c : t) (inside >> c & 1) != 0 ? in[n_in++] = c : out_of[n_out++] = c;
-      if (n_in == 0 || n_out == 0) continue;
-      const auto cut = [&](int i, int o) { return cutOf(voxel, in[i], out_of[o]); };
-      if (n_in == 1) {
-        add(cut(0, 0), cut(0, 1), cut(0, 2));
-      } else if (n_in == 3) {
-        add(cut(0, 0), cut(1, 0), cut(2, 0));
-      } else {
-        const Cut a = cut(0, 0), b = cut(0, 1), c = cut(1, 1), d = cut(1, 0);
-        add(a, b, c);
-        add(a, c, d);
-      }
-    }
+    marchCell(
+        inside, [&](int in, int out_of) { return cutOf(voxel, in, out_of); },
+        [&](const Cut& a, const Cut& b, const Cut& c) { add(a, b, c); });
   }
 
   /** Also goes on to the voxels that share the edge, if the surface passes it. */
@@ -125,11 +113,8 @@ class Filler {
     const std::uint64_t key = keyOf(cornerOf(voxel, low)) << 3 | static_cast<std::uint64_t>(direction);
     const auto [found, made] = crossings_.try_emplace(key);
     if (made) found->second = cross(cornerOf(voxel, in), cornerOf(voxel, out_of));
-    Cut cut;
-    static_cast<Crossing&>(cut) = found->second;
-    cut.in = in;
-    cut.out_of = out_of;
-    if (!cut.free) return cut;
+    const Cut cut{{in, out_of}, found->second};
+    if (!cut.crossing.free) return cut;
     for (std::size_t k = 0; k < 3; ++k) {
       if ((direction >> k & 1) != 0) continue;
       Lattice3 beside = voxel;
@@ -158,22 +143,14 @@ class Filler {
     return crossing;
   }
 
-  /** A triangle that looks from what is inside to what is not: told by the edges' middles. The mesh's own are left. */
+  /** A triangle that looks from what is inside to what is not. The mesh's own are left. */
   void add(const Cut& a, const Cut& b, const Cut& c) {
-    if (!a.free && !b.free && !c.free) return;
-    int u[3], w[3], out[3];
-    for (int k = 0; k < 3; ++k) {
-      const auto twice = [k](const Cut& cut) { return (cut.in >> k & 1) + (cut.out_of >> k & 1); };
-      u[k] = twice(b) - twice(a);
-      w[k] = twice(c) - twice(a);
-      out[k] = (a.out_of >> k & 1) - (a.in >> k & 1);
-    }
-    const int along = (u[1] * w[2] - u[2] * w[1]) * out[0] + (u[2] * w[0] - u[0] * w[2]) * out[1] +
-                      (u[0] * w[1] - u[1] * w[0]) * out[2];
-    if (along > 0) {
-      fill_.triangles.push_back({a.vertex, b.vertex, c.vertex});
+    const Crossing &i = a.crossing, &j = b.crossing, &k = c.crossing;
+    if (!i.free && !j.free && !k.free) return;
+    if (looksOut(a, b, c)) {
+      fill_.triangles.push_back({i.vertex, j.vertex, k.vertex});
     } else {
-      fill_.triangles.push_back({a.vertex, c.vertex, b.vertex});
+      fill_.triangles.push_back({i.vertex, k.vertex, j.vertex});
     }
   }
 

@@ -4,8 +4,8 @@
 #include <cstring>
 #include <vector>
 
+#include "rt/scene/block_check.h"
 #include "rt/scene/mesh_view.h"
-#include "rt/scene/snapshot_checksum.h"
 
 namespace hapticd {
 namespace {
@@ -14,12 +14,10 @@ using Float3 = MeshView::Float3;
 using Index3 = MeshView::Index3;
 using Corners = MeshView::Corners;
 
-Error bad(std::string where, std::string what) {
-  return {ErrorCode::kBadSnapshot, "snapshot " + std::move(where), std::move(what), "build it again"};
-}
-Error bad(const char* kind, std::size_t index, std::string what) {
-  return bad(kind + std::string(" ") + std::to_string(index), std::move(what));
-}
+const BlockCheck kCheck("snapshot");
+
+Error bad(const std::string& where, std::string what) { return kCheck.bad(where, std::move(what)); }
+Error bad(const char* kind, std::size_t index, std::string what) { return kCheck.bad(kind, index, std::move(what)); }
 
 bool contains(const hd_bvh_node& node, std::uint32_t child, const float (&x)[3]) {
   for (int k = 0; k < 3; ++k)
@@ -42,17 +40,8 @@ class Validator {
 
  private:
   Result<void> checkHeader() {
-    if (bytes_.size() < sizeof h_) return bad("header", std::to_string(bytes_.size()) + " bytes cannot hold it");
-    if (reinterpret_cast<std::uintptr_t>(bytes_.data()) % 64 != 0) return bad("memory", "is not aligned to 64 bytes");
-    std::memcpy(&h_, bytes_.data(), sizeof h_);
-    if (h_.magic != HD_SNAPSHOT_MAGIC) return bad("header", "the magic number is wrong");
-    if (h_.version != HD_SNAPSHOT_VERSION)
-      return bad("header", "version " + std::to_string(h_.version) + " is not " + std::to_string(HD_SNAPSHOT_VERSION));
+    if (auto r = kCheck.header(bytes_, HD_SNAPSHOT_MAGIC, HD_SNAPSHOT_VERSION, h_); !r) return r;
     if (h_.kind != HD_SNAPSHOT_TRIANGLES) return bad("header", "kind " + std::to_string(h_.kind) + " is not known");
-    if (h_.total_bytes != bytes_.size() || h_.total_bytes % 64 != 0) {
-      return bad("header", "it tells of " + std::to_string(h_.total_bytes) + " bytes, there are " +
-                               std::to_string(bytes_.size()));
-    }
     if ((h_.flags & ~static_cast<std::uint32_t>(HD_MESH_CLOSED | HD_MESH_DEFORMABLE)) != 0)
       return bad("header", "a flag is not known");
     if (h_.vertex_count == 0 || h_.vertex_count > HD_MAX_VERTICES) return bad("header", "vertex count out of range");
@@ -61,7 +50,6 @@ class Validator {
     if (h_.node_count == 0 || h_.node_count > h_.triangle_count)
       return bad("header", "node count " + std::to_string(h_.node_count) + " is not that of a tree over its triangles");
     if (h_.depth == 0 || h_.depth > HD_BVH_MAX_DEPTH) return bad("header", "depth out of range");
-    if (snapshotChecksum(bytes_.subspan(sizeof h_)) != h_.checksum) return bad("checksum", "does not match: damaged");
     return {};
   }
 
@@ -82,14 +70,7 @@ class Validator {
                                                  many * h_.triangle_count,
                                                  source_bytes,
                                                  std::uint64_t{h_.triangle_count} * sizeof(Corners)};
-    std::uint64_t end = sizeof h_;
-    for (std::size_t i = 0; i < HD_SECTIONS; ++i) {
-      const hd_section& s = h_.section[i];
-      if (s.bytes != expected[i]) return bad("section", i, "has the wrong size");
-      if (s.offset % 64 != 0 || s.offset < end || s.offset > h_.total_bytes || s.bytes > h_.total_bytes - s.offset)
-        return bad("section", i, "lies outside its place");
-      end = s.offset + s.bytes;
-    }
+    if (auto r = kCheck.sections(h_, expected); !r) return r;
     view_.vertices = at<Float3>(HD_SECTION_VERTICES);
     view_.triangles = at<Index3>(HD_SECTION_TRIANGLES);
     view_.neighbours = at<Index3>(HD_SECTION_NEIGHBOURS);

@@ -5,18 +5,16 @@
 #include <cstring>
 #include <vector>
 
-#include "rt/scene/snapshot_checksum.h"
+#include "rt/scene/block_check.h"
 #include "rt/volume/volume_view.h"
 
 namespace hapticd {
 namespace {
 
-Error bad(std::string where, std::string what) {
-  return {ErrorCode::kBadSnapshot, "volume " + std::move(where), std::move(what), "build it again"};
-}
-Error bad(const char* kind, std::size_t index, std::string what) {
-  return bad(kind + std::string(" ") + std::to_string(index), std::move(what));
-}
+const BlockCheck kCheck("volume");
+
+Error bad(const std::string& where, std::string what) { return kCheck.bad(where, std::move(what)); }
+Error bad(const char* kind, std::size_t index, std::string what) { return kCheck.bad(kind, index, std::move(what)); }
 
 bool within(float x, float low, float high) { return low <= x && x <= high; }
 bool isPlace(float x) { return std::fabs(x) <= HD_MAX_COORDINATE; }
@@ -40,18 +38,8 @@ class Validator {
 
  private:
   Result<void> checkHeader() {
-    if (bytes_.size() < sizeof h_) return bad("header", std::to_string(bytes_.size()) + " bytes cannot hold it");
-    if (reinterpret_cast<std::uintptr_t>(bytes_.data()) % 64 != 0) return bad("memory", "is not aligned to 64 bytes");
-    std::memcpy(&h_, bytes_.data(), sizeof h_);
-    if (h_.magic != HD_VOLUME_MAGIC) return bad("header", "the magic number is wrong");
-    if (h_.version != HD_VOLUME_VERSION)
-      return bad("header", "version " + std::to_string(h_.version) + " is not " + std::to_string(HD_VOLUME_VERSION));
-    if (h_.total_bytes != bytes_.size() || h_.total_bytes % 64 != 0) {
-      return bad("header", "it tells of " + std::to_string(h_.total_bytes) + " bytes, there are " +
-                               std::to_string(bytes_.size()));
-    }
+    if (auto r = kCheck.header(bytes_, HD_VOLUME_MAGIC, HD_VOLUME_VERSION, h_); !r) return r;
     if (h_.flags != 0) return bad("header", "a flag is not known");
-    if (snapshotChecksum(bytes_.subspan(sizeof h_)) != h_.checksum) return bad("checksum", "does not match: damaged");
     return {};
   }
 
@@ -136,14 +124,7 @@ class Validator {
                                                         mask_bytes_,
                                                         first_count_ * 4,
                                                         sensation == 0 ? 0 : nodes_ * sizeof(hd_octree_sensation)};
-    std::uint64_t end = sizeof h_;
-    for (std::size_t i = 0; i < HD_VOLUME_SECTIONS; ++i) {
-      const hd_section& s = h_.section[i];
-      if (s.bytes != expected[i]) return bad("section", i, "has the wrong size");
-      if (s.offset % 64 != 0 || s.offset < end || s.offset > h_.total_bytes || s.bytes > h_.total_bytes - s.offset)
-        return bad("section", i, "lies outside its place");
-      end = s.offset + s.bytes;
-    }
+    if (auto r = kCheck.sections(h_, expected); !r) return r;
     fillView();
     return {};
   }

@@ -4,10 +4,9 @@
 #include <iostream>
 #include <thread>
 
-#include "rt/body/coupling.h"
-#include "rt/body/rigid_body.h"
 #include "rt/collide/collider.h"
 #include "rt/cycle/realtime.h"
+#include "support/attach_tool.h"
 #include "support/detectors.h"
 #include "support/house.h"
 
@@ -15,22 +14,10 @@ namespace hapticd {
 namespace {
 
 AttachTool box(std::uint32_t object) {
-  const MassProperties mass = MassProperties::ofBox(0.1, {0.02, 0.04, 0.02});
   DeviceInfo info;
   info.max_stiffness = 2000;
-  const CouplingGains g = chooseGains(info, {0.1, mass.inertia_O.trace() / 3, 1e-3, 500});
-  AttachTool out{};
-  out.object = object;
-  out.shows_torque = 1;
-  out.mass = 0.1;
-  for (int i = 0; i < 3; ++i) out.inertia[i] = mass.inertia_O(i, i);
-  out.outer = g.outer;
-  out.stiffness = g.stiffness;
-  out.damping = g.damping;
-  out.angular_outer = g.angular_outer;
-  out.angular_stiffness = g.angular_stiffness;
-  out.angular_damping = g.angular_damping;
-  return out;
+  info.actuated_rotation = true;
+  return test::attachBox(object, {0.02, 0.04, 0.02}, info, 500);
 }
 
 TEST(HeldTool, ServoAndColliderAreClean) {

@@ -11,8 +11,8 @@
 
 #include "drivers/sim/sim_device.h"
 #include "rt/base/rotation.h"
-#include "rt/body/coupling.h"
 #include "rt/cycle/servo.h"
+#include "support/attach_tool.h"
 
 namespace hapticd::test {
 
@@ -70,22 +70,7 @@ struct ToolHouse {
   void send(CommandKind kind, const T& payload) {
     ASSERT_TRUE(servo->from_control.push(order(kind, payload)));
   }
-  [[nodiscard]] AttachTool tool() const {
-    const MassProperties mass = MassProperties::ofBox(0.1, {0.02, 0.04, 0.01});
-    const CouplingGains g = chooseGains(device.info(), {0.1, mass.inertia_O.trace() / 3, 1e-3});
-    AttachTool out{};
-    out.object = kTool;
-    out.shows_torque = device.info().actuated_rotation ? 1 : 0;
-    out.mass = 0.1;
-    for (int i = 0; i < 3; ++i) out.inertia[i] = mass.inertia_O(i, i);
-    out.outer = g.outer;
-    out.stiffness = g.stiffness;
-    out.damping = g.damping;
-    out.angular_outer = g.angular_outer;
-    out.angular_stiffness = g.angular_stiffness;
-    out.angular_damping = g.angular_damping;
-    return out;
-  }
+  [[nodiscard]] AttachTool tool() const { return attachBox(kTool, {0.02, 0.04, 0.01}, device.info()); }
   void hold() { hold(tool()); }
   void hold(const AttachTool& tool) {
     send(CommandKind::kAttachTool, tool);

@@ -90,7 +90,7 @@ TEST(ToolWeight, IsFeltByChoiceAndOnlyWithGravity) {
   for (const bool weighs : {false, true}) {
     House house;
     AttachTool wish = house.tool();
-    wish.flags = weighs ? kToolWeighs : 0;
+    if (weighs) wish.flags = kToolWeighs;
     house.hold(wish);
     house.run(500);
     EXPECT_LT(house.out().command.force.norm(), 0.05) << "no gravity, no weight";

@@ -59,7 +59,9 @@ void shade(const Scene& scene, SurfaceContact& contact) HD_RT {
   query.x = q_OW * (contact.point - object->X_WO.p);
   query.limit = kMaxShadingWork;
   Nearest nearest;
-  if (nearestOnMesh(mesh, query, nearest) != NearestResult::kFound) return;
+  const NearestResult found = nearestOnMesh(mesh, query, nearest);
+  contact.work += query.work;
+  if (found != NearestResult::kFound) return;
   const std::uint32_t triangle = nearest.feature;
 
   const Vec3 support = q_OW * contact.normal;
@@ -79,7 +81,6 @@ void shade(const Scene& scene, SurfaceContact& contact) HD_RT {
   if (!(length > 0)) return;
   smooth *= side / length;
   if (smooth.dot(support) < kLeastTurnCosine) return;
-  contact.work += query.work;
   contact.force = object->X_WO.q * turned(q_OW * contact.force, support, smooth);
 }
 

@@ -242,6 +242,32 @@ TEST_F(ServoFixture, PassesIntentToTheDevice) {
 }
 
 // The same inputs give the same bits, whatever memory the cycle stands in.
+/** Control frees a mesh when the servo has passed the order that drops it: no older question may lie there then. */
+TEST_F(ServoFixture, WhenTheLastToolIsGoneTheQuestionThatNamesItIsReplaced) {
+  Collider collider;
+  servo->collider = &collider;
+  const std::uint32_t id = makeObjectId(2, 1);
+  AddObject box = plane(id, 1000);
+  box.shape.kind = static_cast<std::uint32_t>(ShapeKind::kBox);
+  box.shape.size[0] = box.shape.size[1] = box.shape.size[2] = 0.01;
+  SetBody body{};
+  body.object = id;
+  body.mass = 0.1;
+  body.inertia[0] = body.inertia[1] = body.inertia[2] = 1e-5;
+  ASSERT_TRUE(servo->from_control.push(order(CommandKind::kAddObject, box)));
+  ASSERT_TRUE(servo->from_control.push(order(CommandKind::kSetBody, body)));
+  run(3);  // Nobody takes the questions.
+  ASSERT_TRUE(servo->from_control.push(order(CommandKind::kRemoveObject, ObjectRef{id})));
+  run(3);
+  ASSERT_FALSE(servo->cycle().scene().find(id));
+  const auto question = std::make_unique<CollideRequest>();
+  ASSERT_TRUE(collider.questions.take(*question));
+  EXPECT_EQ(question->orders, servo->counters.control_applied.load());
+  for (const CollideRequest::Held& held : question->held) EXPECT_EQ(held.object, 0u);
+  run(3);
+  EXPECT_FALSE(collider.questions.take(*question)) << "with nothing to ask nothing is asked";
+}
+
 TEST(Cycle, IsDeterministicToTheBit) {
   const auto trace = [] {
     MeshTable meshes;

@@ -165,6 +165,82 @@ TEST(Shading, ACreaseKeepsItsSupport) {
   EXPECT_GT(round.scene.contact.work, before) << "what shading takes is counted";
 }
 
+/** On a mesh's floor before another object's wall: the support is that of both, and each keeps its share. */
+TEST(Shading, InACornerOfTwoSurfacesNothingIsTurned) {
+  TestMesh mesh = testing::heightMesh(0.05, 4, [](double, double) { return 0.0; });
+  Shaded t(mesh.view(), degrees(60));
+  t.scene.add(ShapeKind::kPlane, Vec3::Zero(), {{0.011, 0, 0}, Quat::FromTwoVectors(Vec3::UnitZ(), -Vec3::UnitX())});
+  t.at({0.003, 0.004, 0.01});
+  for (int i = 0; i <= 4; ++i) {
+    const double depth = (1 + i) * 1e-3;
+    t.at({0.011 + 1e-3, 0.004, -depth});
+    ASSERT_NEAR(t.plain.x(), -1, 1e-6);
+    ASSERT_NEAR(t.plain.z(), 1000 * depth, 1e-6);
+    ASSERT_EQ(t.scene.contact.force, t.plain) << "the wall is felt to the full";
+  }
+}
+
+/** A cone with `sides` facets, its tip at the origin, open below. */
+TestMesh coneMesh(int sides, double radius, double height) {
+  TestMesh mesh;
+  const std::uint32_t tip = mesh.addVertex(Vec3::Zero());
+  const auto count = static_cast<std::uint32_t>(sides);
+  for (int i = 0; i < sides; ++i) {
+    const double a = 2 * std::numbers::pi * i / sides;
+    mesh.addVertex({radius * std::cos(a), radius * std::sin(a), -height});
+  }
+  for (std::uint32_t i = 0; i < count; ++i) mesh.addTriangle(tip, tip + 1 + i, tip + 1 + (i + 1) % count);
+  return mesh;
+}
+
+/** Near the tip the corners' normals are those of the axis: on a blunt cone that is round, on a needle a lie. */
+TEST(Shading, NoForceIsTurnedByMoreThanSixtyDegrees) {
+  for (const double slope : {40.0, 75.0}) {
+    SCOPED_TRACE(slope);
+    TestMesh mesh = coneMesh(24, 0.02, 0.02 * std::tan(slope * std::numbers::pi / 180));
+    Shaded t(mesh.view(), degrees(60));
+    const double tilt = slope * std::numbers::pi / 180, out = std::numbers::pi / 24;  // the middle of a facet
+    const Vec3 normal(std::sin(tilt) * std::cos(out), std::sin(tilt) * std::sin(out), std::cos(tilt));
+    const Vec3 along(std::cos(tilt) * std::cos(out), std::cos(tilt) * std::sin(out), -std::sin(tilt));
+    t.at(2e-4 * along + 2e-3 * normal);
+    t.at(2e-4 * along - 2e-5 * normal);
+    ASSERT_GT(t.plain.norm(), 0.01);
+    ASSERT_LT(angleBetween(t.plain, normal), 0.05);
+    const double turned = angleBetween(t.plain, t.scene.contact.force);
+    if (slope < 60) {
+      EXPECT_GT(turned, 0.3) << "toward the axis";
+    } else {
+      EXPECT_EQ(turned, 0);
+    }
+  }
+}
+
+/** Thousands of facets about one corner are all equally near: their look is given up, counted, and turns nothing. */
+TEST(Shading, GivesUpWhereTheWorkIsUsedUp) {
+  for (const int sides : {100, 8000}) {
+    SCOPED_TRACE(sides);
+    TestMesh mesh = coneMesh(sides, 0.02, 0.01);
+    Shaded t(mesh.view(), degrees(60));
+    t.scene.contact.depth = 1e-3;  // As if the proxy stood on the tip, supported by one facet.
+    t.scene.contact.object = makeObjectId(1, 1);
+    t.scene.contact.point = Vec3::Zero();
+    t.scene.contact.normal = Vec3(0.01, 0, 0.02).normalized();
+    t.scene.contact.force = t.scene.contact.normal;
+    t.scene.contact.work = 0;
+    t.scene.scene->advance(testing::kTick);
+    shade(*t.scene.scene, t.scene.contact);
+    const bool turned = t.scene.contact.force != t.scene.contact.normal;
+    if (sides == 100) {
+      EXPECT_TRUE(turned);
+      EXPECT_GT(t.scene.contact.work, 100u);
+    } else {
+      EXPECT_FALSE(turned);
+      EXPECT_GE(t.scene.contact.work, kMaxShadingWork) << "what led to nothing is counted too";
+      EXPECT_LT(t.scene.contact.work, kMaxShadingWork + 64);
+    }
+  }
+}
+
 /** The friction cone turns with the normal: the part across it keeps its size. */
 TEST(Shading, FrictionStaysWithinItsCone) {
   TestMesh mesh = testing::sphereMesh(0.05, 8);

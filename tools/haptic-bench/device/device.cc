@@ -13,6 +13,7 @@
 #include "rt/cycle/realtime.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/device/played_device.h"
+#include "tools/haptic-bench/device/played_sdk.h"
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
@@ -27,6 +28,7 @@ constexpr std::int64_t kSettle_ns = 400'000'000;  ///< Until the grip is where i
 
 struct Options {
   double seconds = 1;
+  std::string sdk = playedSdk();
 };
 
 double part(std::vector<double> values, double quantile) {
@@ -131,44 +133,81 @@ Threads runThreads(const PlayedCase& played, double seconds, std::string& note) 
   return out;
 }
 
+/** What one device came to. */
+class Table {
+ public:
+  Table(std::string name, std::vector<Series>& to) : name_(std::move(name)), to_(to) {}
+  void add(const std::string& what, const std::string& unit, double value) {
+    const std::string name = name_ + ": " + what;
+    const auto same = std::find_if(to_.begin(), to_.end(), [&](const Series& series) { return series.name == name; });
+    (same != to_.end() ? *same : to_.emplace_back(Series{name, unit, {}})).rounds.push_back(value);
+  }
+  void add(const std::string& what, std::uint64_t ns) { add(what, "us", static_cast<double>(ns) * 1e-3); }
+  void addTimes(const std::string& by, const Histogram::Summary& round_trip, const Histogram::Summary& age) {
+    if (round_trip.count != 0) {  // Not every device answers what it is told.
+      add(by + ", round trip p50", round_trip.p50_ns);
+      add(by + ", round trip p99", round_trip.p99_ns);
+      add(by + ", round trip max", round_trip.max_ns);
+    }
+    add(by + ", age p50", age.p50_ns);
+    add(by + ", age p99", age.p99_ns);
+  }
+
+ private:
+  std::string name_;
+  std::vector<Series>& to_;
+};
+
+/** False if readings are few or wrong. */
+bool judge(const PlayedCase& played, const Common& common, double seconds, std::vector<Series>& all,
+           std::string& note) {
+  Table table(played.name, all);
+  const Protocol protocol = measure(played, seconds);  // All but the processor time is the same each time.
+  table.add("readings", "Hz", protocol.rate_hz);
+  table.add("age of a reading, median", "us", part(protocol.age_us, 0.5));
+  table.add("age of a reading, worst", "us", part(protocol.age_us, 1));
+  if (!protocol.delay_us.empty()) {  // Else it has no motors.
+    table.add("command to motors, median", "us", part(protocol.delay_us, 0.5));
+    table.add("command to motors, worst", "us", part(protocol.delay_us, 1));
+  }
+  table.add("wrong or late on the wire", "", static_cast<double>(protocol.complaints));
+  table.add("driver", "us a tick", protocol.driver_us);
+  for (int round = 1; round < common.rounds; ++round) {
+    table.add("driver", "us a tick", measure(played, seconds).driver_us);
+  }
+  for (int round = 0; played.thread && round < common.rounds; ++round) {
+    const Threads threads = runThreads(played, seconds, note);
+    table.addTimes("threads", threads.round_trip, threads.age);
+  }
+  return protocol.rate_hz >= played.least_hz && protocol.complaints == 0 && played.motors == !protocol.delay_us.empty();
+}
+
+/** False if nothing came back. */
+bool judgeHelper(const std::string& scheme, const Common& common, const Options& options, std::vector<Series>& all) {
+  Table table(scheme, all);
+  bool good = true;
+  for (int round = 0; round < common.rounds; ++round) {
+    const HelperFigures figures = runHelper(scheme, options.sdk, options.seconds);
+    table.add("hapticd-vendor", "us a tick", figures.helper_us);
+    table.add("servo, read and write", "us a tick", figures.servo_us);
+    table.addTimes("process", figures.round_trip, figures.age);
+    good = good && figures.round_trip.count != 0 && figures.helper_us > 0;
+  }
+  return good;
+}
+
 int run(const Common& common, const Options& options) {
   std::vector<Series> all;
   std::string note;
   bool good = true;
-  for (const PlayedCase& played : playedCases()) {
-    Series driver{played.name + ": driver", "us a tick", {}},
-        trip50{played.name + ": threads, round trip p50", "us", {}};
-    Series trip99{played.name + ": threads, round trip p99", "us", {}},
-        trip100{played.name + ": threads, round trip max", "us", {}};
-    Series age50{played.name + ": threads, age p50", "us", {}}, age99{played.name + ": threads, age p99", "us", {}};
-    Protocol protocol;
-    for (int round = 0; round < common.rounds; ++round) {
-      protocol = measure(played, options.seconds);  // All but the processor time is the same each time.
-      driver.rounds.push_back(protocol.driver_us);
-      const Threads threads = runThreads(played, options.seconds, note);
-      if (threads.round_trip.count != 0) {  // Not every device answers what it is told.
-        trip50.rounds.push_back(static_cast<double>(threads.round_trip.p50_ns) * 1e-3);
-        trip99.rounds.push_back(static_cast<double>(threads.round_trip.p99_ns) * 1e-3);
-        trip100.rounds.push_back(static_cast<double>(threads.round_trip.max_ns) * 1e-3);
-      }
-      age50.rounds.push_back(static_cast<double>(threads.age.p50_ns) * 1e-3);
-      age99.rounds.push_back(static_cast<double>(threads.age.p99_ns) * 1e-3);
-    }
-    const auto one = [&](const char* what, const char* unit, double value) {
-      all.push_back({played.name + ": " + what, unit, {value}});
-    };
-    one("readings", "Hz", protocol.rate_hz);
-    one("age of a reading, median", "us", part(protocol.age_us, 0.5));
-    one("age of a reading, worst", "us", part(protocol.age_us, 1));
-    if (!protocol.delay_us.empty()) {  // Else it has no motors.
-      one("command to motors, median", "us", part(protocol.delay_us, 0.5));
-      one("command to motors, worst", "us", part(protocol.delay_us, 1));
-    }
-    one("wrong or late on the wire", "", static_cast<double>(protocol.complaints));
-    all.push_back(driver);
-    if (!trip50.rounds.empty()) all.insert(all.end(), {trip50, trip99, trip100});
-    all.insert(all.end(), {age50, age99});
-    good = good && protocol.rate_hz >= played.least_hz && protocol.complaints == 0;
+  for (const PlayedCase& played : playedCases()) good = judge(played, common, options.seconds, all, note) && good;
+  if (options.sdk.empty()) {
+    fmt::print(stderr, "haptic-bench: dhd and openhaptics left out: built without the played SDK (--sdk)\n");
+  } else {
+    const PlayedCase dhd{
+        .name = "dhd", .make = [&](Clock& clock, bool) { return playDhd(options.sdk, clock); }, .thread = false};
+    good = judge(dhd, common, options.seconds, all, note) && good;
+    for (const char* scheme : {"dhd", "openhaptics"}) good = judgeHelper(scheme, common, options, all) && good;
   }
   if (!note.empty()) fmt::print(stderr, "haptic-bench: not real-time: {}\n", note);
   print(common, "device", all);
@@ -187,6 +226,7 @@ void addDevice(CLI::App& app, Run& chosen) {
   device->add_option("--seconds", options->seconds, "Length of each part of a round [s]")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 600.0));
+  device->add_option("--sdk", options->sdk, "Library that plays Force Dimension's and OpenHaptics' SDK");
   device->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });
 }
 

@@ -47,6 +47,7 @@ struct PlayedCase {
   std::function<std::unique_ptr<PlayedDevice>(hapticd::Clock&, bool thread)> make;
   double least_hz = 900;  ///< Readings that it must give.
   bool motors = true;
+  bool thread = true;  ///< It can have one here; else it is measured in virtual time alone.
 };
 [[nodiscard]] const std::vector<PlayedCase>& playedCases();
 

@@ -394,18 +394,27 @@ void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
   }
 }
 
-void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
-  DeviceState& device = devices_[d];
-  DeviceOutput& out = output.device[d];
-  const SurfaceContact& contact = out.contact;
-  if (contact.touch || contact.untouch) {
-    ServoEvent event = eventAt(contact.touch ? ServoEventKind::kTouch : ServoEventKind::kUntouch, d, input);
-    event.object = contact.touch ? contact.object : device.touched;
+/** A touch and its end are told in turns, whatever ends one: a tool taken up or let go, a reading not to be used. */
+void Cycle::raiseTouches(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
+  std::uint32_t& touched = devices_[d].touched;
+  const SurfaceContact& contact = output.device[d].contact;
+  const auto raise = [&](ServoEventKind kind, std::uint32_t object) HD_RT {
+    ServoEvent event = eventAt(kind, d, input);
+    event.object = object;
     event.force = contact.force.norm();
     store(contact.point, event.point);
     output.events.add(event);
-  }
-  if (contact.object != 0) device.touched = contact.object;
+  };
+  const bool ended = touched != 0 && (contact.object == 0 || contact.touch);
+  if (ended) raise(ServoEventKind::kUntouch, touched);
+  if (contact.object != 0 && (touched == 0 || ended)) raise(ServoEventKind::kTouch, contact.object);
+  touched = contact.object;
+}
+
+void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
+  DeviceState& device = devices_[d];
+  DeviceOutput& out = output.device[d];
+  raiseTouches(d, input, output);
 
   const std::uint32_t buttons = input.device[d].buttons;
   if (buttons != device.buttons) {

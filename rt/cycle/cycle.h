@@ -89,7 +89,7 @@ class Cycle {
     SetGrip grip{};
     bool started = false;
     std::uint32_t buttons = 0;
-    std::uint32_t touched = 0;  ///< Object of the last contact, named when it ends.
+    std::uint32_t touched = 0;  ///< Object of the contact that was told, named when it ends.
     std::uint32_t last_fault = HD_FAULT_NONE;
     bool last_armed = false;
     bool last_warm = false;
@@ -115,6 +115,7 @@ class Cycle {
   void renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT;
   void renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT;
   void noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT;
+  void raiseTouches(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT;
   void raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT;
 
   CycleConfig config_;

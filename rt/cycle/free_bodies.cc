@@ -78,7 +78,7 @@ ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
     entry->object = order.object;
     entry->model.count = 0;
     entry->age = kStale;  // it stands until it is known what it touches
-    entry->held = entry->ours = false;
+    entry->held = entry->ours = entry->stands = false;
   }
   entry->body = FreeBody(mass, order.damping, order.falls != 0);
   entry->body.body.place(object->X_PO);

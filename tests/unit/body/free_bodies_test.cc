@@ -277,6 +277,27 @@ TEST(FreeBodies, WithoutAnswersTheyStandAndGoOnWithThem) {
   EXPECT_LT(seen(house, kBall).X_WO.p.z(), z);
 }
 
+TEST(FreeBodies, OneInThePlaceOfOneThatStoodStandsToo) {
+  House house;
+  addBall(house, kBall, {0.1, 0, 0.5}, 0.2);
+  house.run(300, false);
+  house.send(CommandKind::kSetBody, body(kBall, 0));
+  AddObject next = object(kOther, ShapeKind::kSphere, {kRadius, 0, 0}, {0.2, 0, 0.5});
+  house.send(CommandKind::kAddObject, next);
+  hd_object_pose moving{};
+  moving.object = kOther;
+  store(Vec3(0.2, 0, 0.5), moving.p);
+  moving.q[0] = 1;
+  moving.v[0] = 0.1;
+  house.send(CommandKind::kObjectPose, moving);
+  house.run(10, false);
+  ASSERT_NEAR(seen(house, kOther).V_WO.v.x(), 0.1, 1e-12);
+  house.send(CommandKind::kSetBody, body(kOther, 0.2));
+  house.run(200, false);
+  EXPECT_EQ(seen(house, kOther).V_WO.v.x(), 0) << "the scene is told that it stands";
+  EXPECT_EQ(seen(house, kOther).X_WO.p, house.servo->cycle().bodies().body(0).body.pose().p);
+}
+
 TEST(FreeBodies, WhatCannotMoveIsRefused) {
   House house;
   Scene scene(house.meshes);

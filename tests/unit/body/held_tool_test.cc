@@ -159,6 +159,31 @@ TEST(HeldTool, GoesWithItsObjectAndRefusesWhatIsNoTool) {
   EXPECT_FALSE(tool.held());
 }
 
+/** Each touch that is told has its end told before the next one, whatever ends it. */
+TEST(HeldTool, TakingItUpAndLettingGoEndsWhatTouched) {
+  House house;
+  const auto on = [&] { return house.told(ServoEventKind::kTouch) - house.told(ServoEventKind::kUntouch); };
+  house.aim({0, 0, -0.005});
+  house.run(300);
+  ASSERT_EQ(on(), 1) << "the empty hand stands on the floor";
+  house.hold();
+  house.run(300);
+  ASSERT_EQ(house.out().contact.object, kFloor);
+  EXPECT_EQ(on(), 1) << "now the tool does";
+  house.aim({0, 0, 0.002});
+  house.run(300);
+  ASSERT_EQ(house.out().contact.object, kFloor);
+  house.send(CommandKind::kDetachTool, DeviceRef{0});
+  house.run(5);
+  ASSERT_EQ(house.out().contact.object, 0u);
+  EXPECT_EQ(on(), 0) << "the hand is above what its tool stood on";
+  int touching = 0;
+  for (const ServoEventKind kind : house.events) {
+    touching += (kind == ServoEventKind::kTouch ? 1 : 0) - (kind == ServoEventKind::kUntouch ? 1 : 0);
+    ASSERT_TRUE(touching == 0 || touching == 1) << "in turns";
+  }
+}
+
 TEST(HeldTool, HostileNumbersAreRefused) {
   House house;
   Scene const& scene = house.servo->cycle().scene();

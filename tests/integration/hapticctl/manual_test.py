@@ -37,6 +37,12 @@ class Manual(unittest.TestCase):
                 self.assertTrue(re.search(rf"Fl -{option}\b", page), f"{command} --{option} is not in hapticctl.1")
                 self.assertIn(f"--{option}", completion)
 
+    def test_every_option_of_hapticctls_own_programs_is_told(self):
+        page = self.page("hapticctl.1")
+        for name in ("hapticctl-import", "hapticctl-cut"):
+            for option in set(re.findall(r"--([a-z-]+)", words(BUILD / "tools" / name / name, "--help"))) - {"help"}:
+                self.assertRegex(page, rf"Fl -{option}\b", name)
+
     def test_every_column_of_monitor_is_told(self):
         header = re.search(r'kCsvHeader =\s*((?:"[^"]*"\s*)+)', (SOURCE / "tools/hapticctl/monitor.cc").read_text())[1]
         page = self.page("hapticctl.1").split(".Sh COLUMNS")[1]
@@ -61,6 +67,7 @@ class Manual(unittest.TestCase):
                 self.assertIn(f"Fl -{option}", page)
         for name in names:
             self.assertIn(f".It Cm {name}", page)
+            self.assertIn(f"\n.Cm {name}\n", page.split(".Sh DESCRIPTION")[0])
         self.assertEqual(subprocess.run([bench, "none"], capture_output=True).returncode, 2)
 
     def test_completion_is_valid_bash(self):

@@ -1,0 +1,116 @@
+#!/usr/bin/python3
+"""What the documentation names is there: links and their sections, files, tests, and commands that the programs accept.
+
+Usage: docs.py SOURCE [BUILD]. Without BUILD commands are not tried. Prints each breach and exits 1.
+"""
+import fnmatch
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+
+ROOMS = "proto|rt|drivers|daemon|libclient|tools|tests|systemd|docs|examples"
+PROGRAMS = {"hapticctl": "tools/hapticctl/hapticctl", "haptic-bench": "tools/haptic-bench/haptic-bench"}
+UNKNOWN = "--no-such-option"
+
+
+def prose(text):
+    """The text without its blocks of code, whose brackets are no links."""
+    return re.sub(r"^```.*?^```", lambda block: "\n" * block[0].count("\n"), text, flags=re.M | re.S)
+
+
+def anchors(page):
+    """As forges make them of headings."""
+    headings = re.findall(r"^#+ +(.*?)\s*$", prose(page.read_text(encoding="utf-8")), re.M)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def links(page):
+    for number, line in enumerate(prose(page.read_text(encoding="utf-8")).splitlines(), 1):
+        for target in re.findall(r"\]\(([^)\s]+)\)", line):
+            if re.match(r"\w+:", target):
+                continue
+            name, _, section = target.partition("#")
+            to = (page.parent / name).resolve() if name else page
+            if not to.exists():
+                yield number, f"link to {target}: no such file"
+            elif section and section not in anchors(to):
+                yield number, f"link to {target}: no such section"
+
+
+def names(page, root, tests):
+    """Paths in the tree and tests that a page names."""
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        for path in re.findall(rf"(?<![\w/.$-])((?:{ROOMS})/[\w./-]*\w)", line):
+            near = (root / path).parent
+            if not (root / path).exists() and not (near.is_dir() and list(near.glob(pathlib.Path(path).name + ".*"))):
+                yield number, f"{path}: no such file"
+        for quoted, slanted in re.findall(r"`([A-Z]\w+\.(?:\*|[A-Z]\w+\*?))`|(?<!\*)\*([A-Z]\w+\.[A-Z]\w+)\*(?!\*)", line):
+            named = quoted or slanted
+            if named != "Suite.Test" and not fnmatch.filter(tests, named):
+                yield number, f"{named}: no such test"
+
+
+def commands(page):
+    """Lines of code and what stands between ticks, as words of a shell; and whether it is a line, which must be whole."""
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        pieces = re.findall(r"`((?:hapticctl|haptic-bench) [^`]+)`", line)
+        if re.match(r"(    )?(hapticctl|haptic-bench) ", line):
+            pieces = [line]
+        for piece in pieces:
+            try:
+                words = shlex.split(re.sub(r"\.\.\. *|\[|\]", "", piece), comments=True)
+            except ValueError:
+                yield number, piece, None, False
+                continue
+            while words:
+                end = next((i for i, word in enumerate(words) if word in ("&&", "|", ";", "&", ">")), len(words))
+                if words[0] in PROGRAMS and len(words[:end]) > 1:
+                    yield number, piece, words[:end], piece is line
+                words = words[end + 1:]
+
+
+def refused(words, build, folder):
+    """What a program says against a command line, or None. Nothing is done: an option nobody knows stands at its end."""
+    program = build / PROGRAMS[words[0]]
+    other = build / f"tools/{words[0]}-{words[1]}/{words[0]}-{words[1]}"
+    given = [str(other), *words[2:]] if other.exists() else [str(program), *words[1:]]
+    hands_on = words[1] == "import"  # What it does not know is hapticctl load's; it ends before, for want of a file.
+    environment = dict(os.environ, HAPTICD_SOCKET=str(folder / "none"))
+    done = subprocess.run(given + ([] if hands_on else [UNKNOWN]), cwd=folder, env=environment, capture_output=True, text=True,
+                          stdin=subprocess.DEVNULL, timeout=20, check=False)
+    said = done.stderr.strip().split("\n")[0]
+    if hands_on:
+        return None if done.returncode == 5 else said
+    return None if done.returncode == 2 and re.search(rf"was not expected: {UNKNOWN}$", said) else said
+
+
+def breaches(root, build):
+    tests = set()
+    for source in (root / "tests").rglob("*.cc"):
+        found = re.findall(r"^TEST(?:_[FP])?\((\w+),\s*(\w+)\)", source.read_text(encoding="utf-8"), re.M)
+        tests.update(f"{suite}.{test}" for suite, test in found)
+    pages = [root / "README.md", *sorted((root / "docs").glob("*.md")), *sorted((root / "examples").rglob("*.md"))]
+    with tempfile.TemporaryDirectory() as folder:
+        for page in pages:
+            where = page.relative_to(root)
+            for number, what in [*links(page), *names(page, root, tests)]:
+                yield f"{where}:{number}: {what}"
+            for number, piece, words, whole in commands(page) if build else []:
+                what = refused(words, build, pathlib.Path(folder)) if words else "is no line of a shell"
+                if what is not None and not re.search(r"File does not exist" if whole else r"File does not exist|is required", what):
+                    yield f"{where}:{number}: {piece.strip()}: {what}"
+
+
+def main():
+    root, build = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve() if len(sys.argv) > 2 else None
+    found = list(breaches(root, build))
+    print("\n".join(found) if found else "the documentation names what there is")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -12,11 +12,12 @@
 
 namespace fake_sdk {
 
-/** Everything of the device and its faults; scripts know the two that come first. Places in the SDK's own axes and
+/** Everything of the device and its faults; scripts know the three that come first. Places in the SDK's own axes and
  * units: m and dhd's, mm and HD's. */
 struct State {
   std::atomic<double> place[3];  ///< Of the grip.
   std::atomic<double> force[3];  ///< What the motors push with [N]; zero unless forces are on.
+  std::atomic<int> network;      ///< Whether the process that opened it last may have a socket of the network: 1, -1.
   std::atomic<double> torque[3], gripper_force;
   std::atomic<double> rotation[9];  ///< Row by row.
   std::atomic<double> gripper_rad;

@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -26,6 +27,13 @@ fake_sdk::State* makeState() {
   return state;
 }
 
+/** As SDKs look for devices behind the network. */
+bool mayUseTheNetwork() {
+  const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (socket >= 0) ::close(socket);
+  return socket >= 0;
+}
+
 }  // namespace
 
 fake_sdk::State* fake_sdk_state() {
@@ -40,5 +48,6 @@ bool fake_sdk::held() {
 
 void fake_sdk::hold(bool on) {
   if (on && fake_sdk_state()->crashes) std::abort();
+  if (on) fake_sdk_state()->network = mayUseTheNetwork() ? 1 : -1;
   fake_sdk_state()->owner = on ? ::getpid() : 0;
 }

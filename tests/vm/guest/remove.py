@@ -7,7 +7,7 @@ from guest.report import HERE, ensure, ran, text
 def check_removal_stops_the_service():
     names = [path.name.split("_")[0] for path in (HERE / "packages").glob("*.deb")]
     text("dpkg", "-r", *names, timeout=120)
-    for unit in ("hapticd.service", "hapticd.socket", "hapticd-admin.socket"):
+    for unit in ("hapticd.service", "hapticd.socket", "hapticd-admin.socket", "hapticd-vendor.socket"):
         ensure(ran("systemctl", "is-active", unit)[1].strip() != "active", unit, "still runs")
     ensure(ran("pgrep", "-u", "hapticd")[1] == "", "processes of hapticd are left")
     ensure(pathlib.Path("/etc/hapticd/hapticd.toml").exists(), "removal, not purge, took the configuration")

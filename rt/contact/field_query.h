@@ -16,6 +16,32 @@ namespace hapticd {
   return std::clamp<double>(margin, 0, std::min(b.voxel, b.band));
 }
 
+[[nodiscard]] inline FieldTable fieldOf(const VolumeView& v) HD_RT {
+  FieldTable field{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    field.cells[k] = v.cells[k];
+    field.top[k] = std::nextafter(static_cast<float>(HD_BRICK_EDGE * v.cells[k]), 0.0F);
+  }
+  field.cell = v.cell;
+  field.coarse = v.coarse;
+  field.bricks = v.bricks;
+  field.fine_step = v.fine_step / v.voxel;
+  field.coarse_step = v.coarse_step / v.voxel;
+  return field;
+}
+
+/** From the frame whose pose in the volume's is `X` to the volume's lattice. */
+[[nodiscard]] inline Placement placementIn(const VolumeView& v, const Pose& X) HD_RT {
+  Placement placement{};
+  const Mat3 R = X.q.toRotationMatrix();
+  const Vec3 t = (X.p - v.originPoint()) / v.voxel;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) placement.row[i][j] = static_cast<float>(R(i, j) / v.voxel);
+    placement.shift[i] = static_cast<float>(t[i]);
+  }
+  return placement;
+}
+
 /** One query of points of A, in A's frame, against B. */
 struct FieldQuery {
   FieldQuery(const DetectorQuery& q, double margin) HD_RT : query(q),
@@ -23,15 +49,7 @@ struct FieldQuery {
                                                             b(*q.b.volume),
                                                             X_BA(q.b.X_WO.inverse() * q.a.X_WO),
                                                             kernel(pointKernel()) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      field.cells[k] = b.cells[k];
-      field.top[k] = std::nextafter(static_cast<float>(HD_BRICK_EDGE * b.cells[k]), 0.0F);
-    }
-    field.cell = b.cell;
-    field.coarse = b.coarse;
-    field.bricks = b.bricks;
-    field.fine_step = b.fine_step / b.voxel;
-    field.coarse_step = b.coarse_step / b.voxel;
+    field = fieldOf(b);
     points = {a.point[0], a.point[1], a.point[2], a.area};
     range.margin = static_cast<float>(margin / b.voxel);
     range.weight = 1;
@@ -40,12 +58,7 @@ struct FieldQuery {
 
   /** Puts A's points where `X` says in B. */
   void place(const Pose& X) HD_RT {
-    const Mat3 R = X.q.toRotationMatrix();
-    const Vec3 t = (X.p - b.originPoint()) / b.voxel;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) placement.row[i][j] = static_cast<float>(R(i, j) / b.voxel);
-      placement.shift[i] = static_cast<float>(t[i]);
-    }
+    placement = placementIn(b, X);
     now = X;
   }
 

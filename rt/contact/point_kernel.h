@@ -63,6 +63,18 @@ struct PointSums {
   std::uint32_t touching;         ///< Points nearer than the margin.
 };
 
+/** Centres of cells that a surface goes through, all as large; readable and writable up to the next multiple of 16. */
+struct PlaceTable {
+  float* x;
+  float* y;
+  float* z;
+  std::uint16_t* share;  ///< Written.
+  float voxel;           ///< Of the field, in the unit of the places.
+  float side;            ///< Of the cells [voxel].
+};
+inline constexpr float kShareSteps = 4096;               ///< In `share`, of a cell's face.
+inline constexpr float kMeanShare = kShareSteps / 1.5F;  ///< Over all directions.
+
 /** Spheres all as large, by their centres: up to 64, readable up to the next multiple of 16. */
 struct BallTable {
   const float* x;
@@ -97,6 +109,12 @@ struct PointKernel {
    * Bit i: nothing is left of patch i.
    */
   std::uint32_t (*expire)(float* clearance, const float* lever, float shift, float turn) noexcept;
+  /**
+   * Moves places, `placement` of which is their lattice's, onto the field's surface along its slope; `share` is the
+   * area that each then stands for. A plane with normal n goes through as many cells for each face's area as the sum of
+   * n's components. Without a brick a place stays where it is.
+   */
+  void (*settle)(const FieldTable&, const Placement&, const PlaceTable&, std::uint32_t count) noexcept;
   /**
    * Of the spheres in `mask` that stand at `from` plus their centres, those that meet one at 0: their bits. `sums`, if
    * there are, get how far each overlaps, and that times the place `both` plus its centre.

@@ -27,6 +27,7 @@ HD_LANES void store(float* p, F x) {
 HD_LANES F add(F x, F y) { return {_mm256_add_ps(x.a, y.a), _mm256_add_ps(x.b, y.b)}; }
 HD_LANES F sub(F x, F y) { return {_mm256_sub_ps(x.a, y.a), _mm256_sub_ps(x.b, y.b)}; }
 HD_LANES F mul(F x, F y) { return {_mm256_mul_ps(x.a, y.a), _mm256_mul_ps(x.b, y.b)}; }
+HD_LANES F quotient(F x, F y) { return {_mm256_div_ps(x.a, y.a), _mm256_div_ps(x.b, y.b)}; }
 HD_LANES F least(F x, F y) { return {_mm256_min_ps(x.a, y.a), _mm256_min_ps(x.b, y.b)}; }
 HD_LANES F greatest(F x, F y) { return {_mm256_max_ps(x.a, y.a), _mm256_max_ps(x.b, y.b)}; }
 HD_LANES F root(F x) { return {_mm256_sqrt_ps(x.a), _mm256_sqrt_ps(x.b)}; }
@@ -102,6 +103,10 @@ HD_LANES F loadAreas(const unsigned short* p) {
   return {_mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(_mm256_castsi256_si128(x))),
           _mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(_mm256_extracti128_si256(x, 1)))};
 }
+HD_LANES void storeAreas(unsigned short* p, F x) {
+  const __m256i words = _mm256_packus_epi32(_mm256_cvttps_epi32(x.a), _mm256_cvttps_epi32(x.b));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), _mm256_permute4x64_epi64(words, 0xd8));
+}
 HD_LANES float sumOf(F v) {
   const __m256 y = _mm256_add_ps(v.a, v.b);
   __m128 x = _mm_add_ps(_mm256_castps256_ps128(y), _mm256_extractf128_ps(y, 1));
@@ -118,7 +123,8 @@ HD_LANES float leastOf(F v) {
 }  // namespace
 
 #include "rt/contact/point_kernel_body.h"
+#include "rt/contact/sphere_kernel_body.h"
 
 namespace hapticd {
-extern const PointKernel kAvx2PointKernel{run, reduce, bound, expire, meet, reduceBalls};
+extern const PointKernel kAvx2PointKernel{run, reduce, bound, expire, settle, meet, reduceBalls};
 }  // namespace hapticd

@@ -20,6 +20,7 @@ HD_LANES void store(float* p, F x) { _mm512_storeu_ps(p, x); }
 HD_LANES F add(F a, F b) { return _mm512_add_ps(a, b); }
 HD_LANES F sub(F a, F b) { return _mm512_sub_ps(a, b); }
 HD_LANES F mul(F a, F b) { return _mm512_mul_ps(a, b); }
+HD_LANES F quotient(F a, F b) { return _mm512_div_ps(a, b); }
 HD_LANES F least(F a, F b) { return _mm512_min_ps(a, b); }
 HD_LANES F greatest(F a, F b) { return _mm512_max_ps(a, b); }
 HD_LANES F root(F a) { return _mm512_sqrt_ps(a); }
@@ -94,6 +95,9 @@ HD_LANES void otherCorners(const short* bricks, const Lanes16& at, Corners& v) {
 HD_LANES F loadAreas(const unsigned short* p) {
   return _mm512_cvtepi32_ps(_mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p))));
 }
+HD_LANES void storeAreas(unsigned short* p, F x) {
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), _mm512_cvtepi32_epi16(_mm512_cvttps_epi32(x)));
+}
 HD_LANES __m128 halved(__m256 a) { return _mm_add_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1)); }
 HD_LANES float sumOf(F a) {
   __m128 x = halved(_mm256_add_ps(_mm512_castps512_ps256(a), _mm512_extractf32x8_ps(a, 1)));
@@ -110,7 +114,8 @@ HD_LANES float leastOf(F a) {
 }  // namespace
 
 #include "rt/contact/point_kernel_body.h"
+#include "rt/contact/sphere_kernel_body.h"
 
 namespace hapticd {
-extern const PointKernel kAvx512PointKernel{run, reduce, bound, expire, meet, reduceBalls};
+extern const PointKernel kAvx512PointKernel{run, reduce, bound, expire, settle, meet, reduceBalls};
 }  // namespace hapticd

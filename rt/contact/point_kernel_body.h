@@ -322,33 +322,5 @@ std::uint32_t expire(float* clearance, const float* lever, float shift, float tu
   return lessEqual(left, zeroOf());
 }
 
-std::uint64_t meet(const BallTable& balls, const float (&from)[3], const float (&both)[3], std::uint64_t mask,
-                   BallSums* sums) noexcept {
-  const F reach = all(balls.reach), squared_reach = all(balls.reach * balls.reach);
-  std::uint64_t hits = 0;
-  for (int first = 0; first < 64; first += 16) {
-    const M asked = static_cast<M>(mask >> first);
-    if (asked == 0) continue;
-    const F ox = load(balls.x + first), oy = load(balls.y + first), oz = load(balls.z + first);
-    const F x = add(all(from[0]), ox), y = add(all(from[1]), oy), z = add(all(from[2]), oz);
-    const F squared = add(add(mul(x, x), mul(y, y)), mul(z, z));
-    const M met = static_cast<M>(lessEqual(squared, squared_reach) & asked);
-    if (met == 0) continue;
-    hits |= std::uint64_t{met} << first;
-    if (sums == nullptr) continue;
-    const F overlap = choose(met, sub(reach, root(squared)), all(0.0F));
-    const auto gain = [&](int i, F value) HD_LANES_LAMBDA { store(sums->sum[i], add(load(sums->sum[i]), value)); };
-    gain(0, overlap);
-    gain(1, mul(overlap, add(all(both[0]), ox)));
-    gain(2, mul(overlap, add(all(both[1]), oy)));
-    gain(3, mul(overlap, add(all(both[2]), oz)));
-  }
-  return hits;
-}
-
-void reduceBalls(const BallSums& sums, float* out) noexcept {
-  for (int i = 0; i < 4; ++i) out[i] = sumOf(load(sums.sum[i]));
-}
-
 }  // namespace
 }  // namespace hapticd

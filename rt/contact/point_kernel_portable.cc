@@ -53,6 +53,9 @@ HD_LANES F sub(const F& a, const F& b) {
 HD_LANES F mul(const F& a, const F& b) {
   return each<F>([&](int i) { return a.x[i] * b.x[i]; });
 }
+HD_LANES F quotient(const F& a, const F& b) {
+  return each<F>([&](int i) { return a.x[i] / b.x[i]; });
+}
 // As the vector instructions: the second operand if they are equal or one is not a number.
 HD_LANES F least(const F& a, const F& b) {
   return each<F>([&](int i) { return a.x[i] < b.x[i] ? a.x[i] : b.x[i]; });
@@ -148,6 +151,9 @@ HD_LANES void otherCorners(const std::int16_t* bricks, const Lanes16& at, Corner
 HD_LANES F loadAreas(const std::uint16_t* p) {
   return each<F>([&](int i) { return static_cast<float>(p[i]); });
 }
+HD_LANES void storeAreas(std::uint16_t* p, const F& a) {
+  for (int i = 0; i < kLanes; ++i) p[i] = static_cast<std::uint16_t>(a.x[i]);
+}
 HD_LANES float sumOf(F a) {
   for (int half = kLanes / 2; half > 0; half /= 2) {
     for (int i = 0; i < half; ++i) a.x[i] += a.x[i + half];
@@ -163,7 +169,8 @@ HD_LANES float leastOf(const F& a) {
 }  // namespace
 
 #include "rt/contact/point_kernel_body.h"
+#include "rt/contact/sphere_kernel_body.h"
 
 namespace hapticd {
-extern const PointKernel kPortablePointKernel{run, reduce, bound, expire, meet, reduceBalls};
+extern const PointKernel kPortablePointKernel{run, reduce, bound, expire, settle, meet, reduceBalls};
 }  // namespace hapticd

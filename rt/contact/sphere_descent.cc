@@ -8,8 +8,7 @@
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kBuffer = 2048;  // Voxels looked up at once.
-constexpr std::uint32_t kFew = 32;       // Pairs of a level that are followed first when one touch is enough.
+constexpr std::uint32_t kFew = 32;  // Pairs of a level that are followed first when one touch is enough.
 
 }  // namespace
 
@@ -22,10 +21,10 @@ SphereDescentDetector::SphereDescentDetector(const SphereDescentOptions& options
       groups_(kMaxTouchGroups),
       part_(kMaxTouchGroups),
       seen_(options.max_pairs),
-      x_(kBuffer),
-      y_(kBuffer),
-      z_(kBuffer),
-      area_(kBuffer) {}
+      x_(kFieldBuffer),
+      y_(kFieldBuffer),
+      z_(kFieldBuffer),
+      area_(kFieldBuffer) {}
 
 SphereDescentDetector::~SphereDescentDetector() = default;
 
@@ -228,111 +227,6 @@ void SphereDescentDetector::touch(Run& run, const Pair& p, float distance, float
 void SphereDescentDetector::findParts(std::uint32_t level) HD_RT {
   const std::uint32_t up = map_.levels() - 1 - level;
   for (std::uint32_t i = map_.count(); i-- > 0;) part_[map_.ancestor(i, up)] = i;
-}
-
-/** One-sided: A's nodes against what B's field says at their centres, sixteen at a time, all in A's frame. */
-void SphereDescentDetector::walkField(Run& run) HD_RT {
-  const OctreeView& tree = run.a.tree;
-  FieldQuery field(run.query, usableMargin(kHalfDiagonal * run.a.view.voxel, run.b.view));
-  run.field = &field;
-  waiting_ = 0;
-  const float half = 0.5F * run.a.view.voxel * static_cast<float>(1u << tree.side_log2);
-  now_[0] = Pair{};
-  for (std::size_t k = 0; k < 3; ++k) now_[0].ca[k] = run.a.view.origin[k] + half;
-  run.pairs = 1;
-  run.a.offsets = TurnedOffsets(Mat3::Identity());
-  run.a.turnTightCentres();
-  Offsets offset;
-  for (; !run.a.atVoxels() && run.pairs > 0;) {
-    // Nodes whose spheres are clear of B go.
-    std::uint32_t kept = 0;
-    alignas(64) float x[16], y[16], z[16], r[16], bound[16];
-    for (std::uint32_t i = 0; i < run.pairs; i += 16) {
-      const std::uint32_t n = std::min(run.pairs - i, 16u);
-      for (std::uint32_t k = 0; k < 16; ++k) {
-        const Pair& p = now_[i + std::min(k, n - 1)];
-        const Sphere s = run.a.sphere(p.a, p.ca);
-        x[k] = s.x;
-        y[k] = s.y;
-        z[k] = s.z;
-        r[k] = s.r / run.b.view.voxel;
-      }
-      run.tests += n;
-      field.kernel.bound(field.field, {x, y, z, r}, field.placement, 0, bound);
-      for (std::uint32_t k = 0; k < n; ++k)
-        if (bound[k] <= field.range.margin) now_[kept++] = now_[i + k];
-    }
-    run.pairs = kept;
-    choose(run, true);
-    const OctreeLevel& level = tree.level[run.a.level];
-    run.a.placesOf(offset);
-    ++run.a.level;
-    const bool regroup = run.a.level < map_.levels();
-    if (regroup) findParts(run.a.level);
-    std::uint32_t made = 0;
-    for (std::uint32_t i = 0; i < run.pairs; ++i) {
-      if (run.lateAt(i)) {
-        run.report.dropped += run.pairs - i;
-        break;
-      }
-      const Pair p = now_[i];
-      forEachChild(level, p.a, [&](std::uint32_t place, std::uint32_t child) HD_RT {
-        Pair q = p;
-        q.a = child;
-        q.ca[0] += offset.x[place];
-        q.ca[1] += offset.y[place];
-        q.ca[2] += offset.z[place];
-        if (regroup) q.group = part_[child];
-        if (run.a.atVoxels()) {
-          lookUp(run, q);
-        } else if (made < next_.size()) {
-          next_[made++] = q;
-        } else {
-          ++run.report.dropped;
-          run.report.exhausted = true;
-        }
-      });
-      if (run.query.first_only && run.report.touching > 0) return;
-    }
-    std::swap(now_, next_);
-    run.pairs = made;
-  }
-  flush(run);
-}
-
-/** Puts a node's centre with those that wait for B's field. */
-void SphereDescentDetector::lookUp(Run& run, const Pair& p) HD_RT {
-  if (waiting_ == kBuffer || (waiting_ > 0 && p.group != waiting_group_)) flush(run);
-  waiting_group_ = p.group;
-  const float cells = run.a.side() / run.a.view.voxel;
-  x_[waiting_] = p.ca[0];
-  y_[waiting_] = p.ca[1];
-  z_[waiting_] = p.ca[2];
-  area_[waiting_++] = static_cast<std::uint16_t>(std::min(cells * cells, 65535.0F));
-}
-
-void SphereDescentDetector::flush(Run& run) HD_RT {
-  if (waiting_ == 0) return;
-  FieldQuery& field = *run.field;
-  field.points = {x_.data(), y_.data(), z_.data(), area_.data()};
-  field.range.first = 0;
-  field.range.count = waiting_;
-  field.setMiddle({x_[0], y_[0], z_[0]});
-  PointSums sums = noPoints();
-  field.kernel.run(field.field, field.points, field.placement, field.range, sums);
-  run.tests += waiting_;
-  run.report.touching += sums.touching;
-  waiting_ = 0;
-  if (sums.touching == 0) return;
-  const TouchGroup got = field.read(sums, waiting_group_, run.voxel_area);
-  TouchGroup& g = groups_[waiting_group_];
-  g.deepest = g.weight > 0 ? std::max(g.deepest, got.deepest) : got.deepest;
-  g.area += got.area;
-  g.weight += got.weight;
-  g.mean += got.weight * got.mean;
-  g.normal += got.normal;
-  g.integral.force += got.integral.force;
-  g.integral.torque += got.integral.torque;
 }
 
 void SphereDescentDetector::sum(Run& run, ContactSet& contacts) HD_RT {

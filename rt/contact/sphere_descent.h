@@ -17,9 +17,12 @@
  * Whether they touch at all is first asked of the few pairs of each level whose centres are nearest, which tells of
  * most that do; of the others all pairs are asked.
  *
- * A unit of work is sixteen sphere tests. Spheres tell where bodies touch to a voxel; how deep and in which direction
- * is read from B's field at each contact's mean place. So shallow contacts may be reported apart, with a negative
- * depth.
+ * One-sided, a voxel of A that is left becomes a point of A's surface, which B's field is asked for: depth, direction
+ * and area as of PointFieldDetector, up to DetectorQuery::margin.
+ *
+ * A unit of work is sixteen sphere tests. Spheres against spheres tell where bodies touch to a voxel; how deep and in
+ * which direction is read from B's field at each contact's mean place. So shallow contacts may be reported apart, with
+ * a negative depth.
  */
 #pragma once
 
@@ -33,7 +36,7 @@ namespace hapticd {
 
 enum class SphereLeaf : std::uint8_t {
   kSphere,     ///< Spheres against spheres, down to the voxels of both.
-  kFieldValue  ///< One-sided: A's spheres against the value of B's field; B's tree is not walked.
+  kFieldValue  ///< One-sided: A's spheres against the value of B's field; B's tree is not walked. A needs its own.
 };
 
 struct SphereDescentOptions {
@@ -84,9 +87,8 @@ class SphereDescentDetector final : public Detector {
   std::vector<TouchGroup> groups_;   ///< Their means and areas are sums until the end.
   std::vector<std::uint32_t> part_;  ///< First part under each node of a level above the parts'.
   std::vector<std::uint64_t> seen_;  ///< A's voxels that touched: a mask for each node of the last level.
-  std::vector<float> x_, y_, z_;     ///< Centres to look up in B's field, in A.
-  std::vector<std::uint16_t> area_;
-  std::uint32_t waiting_ = 0, waiting_group_ = 0;
+  std::vector<float> x_, y_, z_;     ///< One-sided: centres of voxels, then points of A's surface, in A.
+  std::vector<std::uint16_t> area_;  ///< That each stands for.
   ContactAges ages_;
 };
 

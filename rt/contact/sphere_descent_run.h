@@ -22,6 +22,8 @@ constexpr std::array<std::uint64_t, 8> octantBits() {
 }
 inline constexpr std::array<std::uint64_t, 8> kOctants = octantBits();
 
+inline constexpr std::uint32_t kFieldBuffer = 2048;  ///< Voxels looked up at once.
+
 struct Sphere {
   float x, y, z, r;
 };
@@ -115,9 +117,15 @@ struct SphereDescentDetector::Run {
   Tree& b;
   std::uint32_t pairs = 0;  ///< In now_.
   std::uint64_t tests = 0;
-  double voxel_area = 0;        ///< Of A's surface, for each of its voxels [m^2].
-  std::uint32_t last_a = ~0u;   ///< Voxel of A that touched last: it is counted once.
-  FieldQuery* field = nullptr;  ///< One-sided.
+  double voxel_area = 0;       ///< Of A's surface, for each of its voxels [m^2].
+  std::uint32_t last_a = ~0u;  ///< Voxel of A that touched last: it is counted once.
+  // One-sided.
+  FieldQuery* field = nullptr;      ///< Of A's places in B.
+  const FieldTable* own = nullptr;  ///< Of A.
+  Placement own_place{};            ///< Of A's places in A's lattice.
+  std::uint32_t waiting = 0;        ///< Of the group `waiting_group`, in x_, y_, z_.
+  std::uint32_t waiting_group = 0;
+  float waiting_side = 0;  ///< Of the nodes or voxels that wait [m].
 
   [[nodiscard]] std::uint32_t unitsLeft() const HD_RT {
     const auto used = static_cast<std::uint32_t>((tests + 15) / 16);

@@ -2,46 +2,20 @@
 #include <gtest/gtest.h>
 
 #include <memory>
-#include <random>
 
 #include "rt/contact/point_field.h"
 #include "rt/contact/sphere_descent.h"
 #include "rt/contact/voxmap.h"
-#include "rt/volume/distance.h"
 #include "support/test_volume.h"
+#include "unit/contact/voxels.h"
 
 namespace hapticd {
 namespace {
 
+using testing::queryOf;
+using testing::randomPose;
+using testing::surfaceVoxels;
 using testing::TestVolume;
-
-DetectorQuery queryOf(const TestVolume& a, const TestVolume& b, const Pose& X_WA, const Pose& X_WB = {}) {
-  DetectorQuery query;
-  query.a.volume = &a.view;
-  query.b.volume = &b.view;
-  query.a.X_WO = query.a.X_WO_before = X_WA;
-  query.b.X_WO = query.b.X_WO_before = X_WB;
-  return query;
-}
-
-/** Centres of a volume's surface voxels, in the object's frame. */
-std::vector<Vec3> surfaceVoxels(const VolumeView& v) {
-  std::vector<Vec3> out;
-  for (std::int32_t k = 0; k < static_cast<std::int32_t>(8 * v.cells[2]); ++k) {
-    for (std::int32_t j = 0; j < static_cast<std::int32_t>(8 * v.cells[1]); ++j) {
-      for (std::int32_t i = 0; i < static_cast<std::int32_t>(8 * v.cells[0]); ++i) {
-        if (voxelState(v.octree, i, j, k) != VoxelState::kSurface) continue;
-        out.push_back(v.originPoint() + v.voxel * (Vec3(i, j, k) + Vec3::Constant(0.5)));
-      }
-    }
-  }
-  return out;
-}
-
-Pose randomPose(std::mt19937& random, double reach) {
-  std::uniform_real_distribution<double> u(-1, 1);
-  return {reach * Vec3(u(random), u(random), u(random)), Quat(u(random), u(random), u(random), u(random)).normalized()};
-}
 
 /** Whether a corner or the centre of one cube, turned or straight, lies well within the other. */
 bool cornersMeet(const Vec3& p, const Quat& turn, double p_side, const Vec3& q, double q_side) {
@@ -141,39 +115,6 @@ TEST(SphereDescent, OneTouchIsFoundEarlyAndNoneIsMissed) {
   EXPECT_GT(hidden, 3);
   EXPECT_LT(touching, 390);
   EXPECT_LT(5 * work, full);
-}
-
-TEST(SphereDescent, OneSidedFindsWhatTheFieldSaysOfEachVoxel) {
-  const TestVolume a = testing::torusVolume(0.012, 0.004, 0.001);
-  const TestVolume b = testing::sphereVolume(0.012, 0.001);
-  const auto voxels = surfaceVoxels(a.view);
-  SphereDescentDetector detector({.leaf = SphereLeaf::kFieldValue});
-  PointFieldDetector points(10'000);
-  std::mt19937 random(4);
-  ContactSet contacts, other;
-  std::uint64_t total = 0;
-  for (int i = 0; i < 50; ++i) {
-    const Pose X_BA = randomPose(random, 0.02);
-    std::uint32_t sure = 0, most = 0;
-    const double reach = 0.5 * std::sqrt(3.0) * a.view.voxel;
-    for (const Vec3& p : voxels) {
-      const DistanceSample s = distanceAt(b.view, X_BA * p);
-      if (!s.fine && s.value > 0) continue;
-      sure += s.value < reach - 1e-6 ? 1 : 0;
-      most += s.value < reach + 1e-6 ? 1 : 0;
-    }
-    detector.find(queryOf(a, b, X_BA), contacts);
-    EXPECT_GE(contacts.report.touching, sure);
-    EXPECT_LE(contacts.report.touching, most);
-    total += sure;
-    // Voxel centres straddle the surface: over many the force is that of the surface's points.
-    points.find(queryOf(a, b, X_BA), other);
-    const Vec3 f = contacts.integral.force, g = other.integral.force;
-    if (other.touching_area > 2e-4) {
-      EXPECT_LT((f - g).norm(), 0.15 * other.touching_area * other.deepest);
-    }
-  }
-  EXPECT_GT(total, 1000u);
 }
 
 TEST(SphereDescent, KeepsItsBudgetWithTheMostImportantRefined) {

@@ -1,0 +1,137 @@
+/** @file
+ * The text of every PointKernel's functions for spheres: as point_kernel_body.h, and included after it.
+ */
+// No include guard: it is the body of one file each.
+
+namespace hapticd {
+namespace {
+
+/** The fine field about 16 places within the lattice. */
+struct Fine {
+  Voxel voxel;
+  Place3 bent;  ///< Its second differences along the axes, in steps.
+  M without;    ///< Lanes without a brick: their values mean nothing.
+};
+
+HD_LANES I sumOfPair(I pair) { return pairs(pair, allInt(0x00010001)); }
+
+/** From three values in a row of the brick, the third beyond the voxel or before it. */
+HD_LANES F bentBy(M beyond, I first, I second, I third) {
+  const F a = toFloat(first), b = toFloat(second);
+  const F middle = choose(beyond, b, a), end = choose(beyond, a, b);
+  return add(sub(toFloat(third), add(middle, middle)), end);
+}
+
+HD_LANES Fine finely(const FieldTable& field, const Place3& at) {
+  const I ix = toInt(at.x), iy = toInt(at.y), iz = toInt(at.z), seven = allInt(7);
+  const I layer = allInt(static_cast<std::int32_t>(field.cells[0] * field.cells[1]));
+  Lanes16 index;
+  keep(index, addInt(shiftRight3(ix), addInt(mulInt(shiftRight3(iy), allInt(static_cast<std::int32_t>(field.cells[0]))),
+                                             mulInt(shiftRight3(iz), layer))));
+  const I brick = gatherKept(field.cell, index);
+  Fine f;
+  f.without = equalInt(brick, allInt(static_cast<std::int32_t>(kNone)));
+  const I lx = andInt(ix, seven), ly = andInt(iy, seven), lz = andInt(iz, seven);
+  const I local = addInt(lx, addInt(mulInt(ly, allInt(9)), mulInt(lz, allInt(81))));
+  const M with = static_cast<M>(~f.without);
+  const I lower = masked(with, addInt(mulInt(brick, allInt(736)), local));
+  keep(index, lower);
+  Voxel& u = f.voxel;
+  u = {firstCorners(field.bricks, index), sub(at.x, toFloat(ix)), sub(at.y, toFloat(iy)), sub(at.z, toFloat(iz))};
+  otherCorners(field.bricks, index, u.v);
+  // Towards the middle of the brick there is one more.
+  const auto beyond = [&](I l) HD_LANES_LAMBDA { return static_cast<M>(less(toFloat(l), all(4.0F)) | f.without); };
+  const auto third = [&](M m, int stride) HD_LANES_LAMBDA {
+    const I to = addInt(masked(m, allInt(3 * stride)), allInt(-stride));
+    return gatherPairs(field.bricks, addInt(lower, to));
+  };
+  const M mx = beyond(lx), my = beyond(ly), mz = beyond(lz);
+  const F half = all(0.5F);
+  f.bent.x =
+      bentBy(mx, shiftRight16(shiftLeft16(u.v.v00)), shiftRight16(u.v.v00), shiftRight16(shiftLeft16(third(mx, 1))));
+  f.bent.y = mul(half, bentBy(my, sumOfPair(u.v.v00), sumOfPair(u.v.v10), sumOfPair(third(my, 9))));
+  f.bent.z = mul(half, bentBy(mz, sumOfPair(u.v.v00), sumOfPair(u.v.v01), sumOfPair(third(mz, 81))));
+  return f;
+}
+
+HD_LANES F size(F a) { return greatest(a, sub(zeroOf(), a)); }
+
+constexpr float kMostBent = 0.15F;  // Second differences [voxel]: what bends more is a crease, and tells nothing.
+
+HD_LANES F squaredAbove(F a) {
+  const F above = greatest(a, zeroOf());
+  return mul(above, above);
+}
+
+/** Area that a plane with normal n, at t >= 0 from the middle of a cube of side 1, cuts out of it: where three boxes as
+ * wide as n's components, folded together, stand at t. */
+HD_LANES F section(const Place3& n, F t) {
+  const F least_width = all(0.01F);  // Narrower, single precision would show.
+  const F a = greatest(size(n.x), least_width), b = greatest(size(n.y), least_width),
+          c = greatest(size(n.z), least_width);
+  const F u = sub(mul(all(0.5F), add(add(a, b), c)), t);
+  const F ua = sub(u, a), ub = sub(u, b), uc = sub(u, c);
+  const F corners = sub(sub(sub(squaredAbove(u), squaredAbove(ua)), squaredAbove(ub)), squaredAbove(uc));
+  const F edges = add(add(squaredAbove(sub(ua, b)), squaredAbove(sub(ub, c))), squaredAbove(sub(uc, a)));
+  return greatest(quotient(add(corners, edges), mul(all(2.0F), mul(mul(a, b), c))), zeroOf());
+}
+
+void settle(const FieldTable& field, const Placement& placement, const PlaceTable& places,
+            std::uint32_t count) noexcept {
+  const F fine = all(field.fine_step / kFraction), voxel = all(places.voxel), far = all(kHalfDiagonal * places.side);
+  const F one_side = all(1 / places.side), one = all(1.0F);
+  const F most_bent = all(kMostBent / field.fine_step);
+  for (std::uint32_t block = 0; block < count; block += 16) {
+    const F x = load(places.x + block), y = load(places.y + block), z = load(places.z + block);
+    const Fine f = finely(field, within(field, placed(placement, x, y, z)));
+    const Voxel& u = f.voxel;
+    const Edges edges = interpolated(u);
+    const Place3 g = sloped(u, edges);
+    const F squared = add(add(mul(g.x, g.x), mul(g.y, g.y)), mul(g.z, g.z));
+    const F over = quotient(one, greatest(root(squared), all(1e-3F * kFraction / field.fine_step)));
+    const Place3 n{mul(g.x, over), mul(g.y, over), mul(g.z, over)};
+    // What is interpolated between is off by half of f'' x (1 - x) along each axis.
+    const auto part = [&](F bent, F at) HD_LANES_LAMBDA {
+      return choose(less(size(bent), most_bent), mul(bent, mul(at, sub(one, at))), zeroOf());
+    };
+    const F off = add(add(part(f.bent.x, u.fx), part(f.bent.y, u.fy)), part(f.bent.z, u.fz));
+    const F distance = sub(mul(edges.value, fine), mul(off, all(0.5F * field.fine_step)));
+    const F back = choose(f.without, zeroOf(), greatest(least(sub(zeroOf(), distance), far), sub(zeroOf(), far)));
+    store(places.x + block, add(x, mul(voxel, mul(back, n.x))));
+    store(places.y + block, add(y, mul(voxel, mul(back, n.y))));
+    store(places.z + block, add(z, mul(voxel, mul(back, n.z))));
+    const F cut = section(n, mul(size(back), one_side));
+    storeAreas(places.share + block, choose(f.without, all(kMeanShare), mul(all(kShareSteps), cut)));
+  }
+}
+
+std::uint64_t meet(const BallTable& balls, const float (&from)[3], const float (&both)[3], std::uint64_t mask,
+                   BallSums* sums) noexcept {
+  const F reach = all(balls.reach), squared_reach = all(balls.reach * balls.reach);
+  std::uint64_t hits = 0;
+  for (int first = 0; first < 64; first += 16) {
+    const M asked = static_cast<M>(mask >> first);
+    if (asked == 0) continue;
+    const F ox = load(balls.x + first), oy = load(balls.y + first), oz = load(balls.z + first);
+    const F x = add(all(from[0]), ox), y = add(all(from[1]), oy), z = add(all(from[2]), oz);
+    const F squared = add(add(mul(x, x), mul(y, y)), mul(z, z));
+    const M met = static_cast<M>(lessEqual(squared, squared_reach) & asked);
+    if (met == 0) continue;
+    hits |= std::uint64_t{met} << first;
+    if (sums == nullptr) continue;
+    const F overlap = choose(met, sub(reach, root(squared)), all(0.0F));
+    const auto gain = [&](int i, F value) HD_LANES_LAMBDA { store(sums->sum[i], add(load(sums->sum[i]), value)); };
+    gain(0, overlap);
+    gain(1, mul(overlap, add(all(both[0]), ox)));
+    gain(2, mul(overlap, add(all(both[1]), oy)));
+    gain(3, mul(overlap, add(all(both[2]), oz)));
+  }
+  return hits;
+}
+
+void reduceBalls(const BallSums& sums, float* out) noexcept {
+  for (int i = 0; i < 4; ++i) out[i] = sumOf(load(sums.sum[i]));
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -13,7 +13,7 @@ constexpr int kMaxRounds = 12;  // Hits before the surfaces are looked at afresh
 void ProxyRenderer::reset(const Vec3& hip_W) HD_RT {
   proxy_ = hip_W;
   object_ = 0;
-  resting_.id = 0;
+  rest_.count = 0;
   slip_ = false;
   started_ = true;
   behind_ = false;
@@ -181,6 +181,7 @@ void ProxyRenderer::arrive(Step& step, const Vec3& target) HD_RT {
 
 /** Comes to the surface met on the way to `target`, which holds the proxy from now on. */
 void ProxyRenderer::meet(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT {
+  step.real = false;
   const SceneObject& object = step.scene->slot(slot);
   const double skin = step.skin(object);
   if (first.height > 1.5 * skin) {
@@ -195,13 +196,13 @@ void ProxyRenderer::settle(Step& step) HD_RT {
   bool hit = false;
   std::uint32_t slot = 0;
   SweepHit first;
-  for (;;) {
-    step.count = 0;
+  bool held = holdAgain(step);
+  for (;; held = false) {
+    if (!held) step.count = 0;
     Plan next;
     next.target = step.goal;
-    bool again = holdAgain(step);
     for (int round = 0;; ++round) {
-      if (!again) {
+      if (!held) {
         if (!sweepTo(step, next.target, hit, slot, first)) return;
         if (!hit) {
           arrive(step, next.target);
@@ -210,19 +211,25 @@ void ProxyRenderer::settle(Step& step) HD_RT {
             next.has_then = false;
             continue;
           }
-          break;
+          if (next.gone < next.stops) {
+            next.target = next.stop[++next.gone];
+            continue;
+          }
+          if (!next.lands) break;
+          land(step, next);
+          return;
         }
         if (round >= kMaxRounds) return;
         if (next.in_groove) ++step.broken;
         meet(step, next.target, slot, first);
       }
-      again = false;
+      held = false;
       next = plan(step);
-      if (next.stay && step.together) return;
+      step.settled = next.stay && step.together;
+      if (step.settled) return;
       if (next.stay) next.target = here(step);
     }
     if (step.count == 0) return;  // Arrived at the goal.
-    noteRest(step);
   }
 }
 
@@ -258,7 +265,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const SceneObject* surface = support.touching ? step.scene->find(object) : nullptr;
   const bool before = object_ != 0;
   if (!surface) {
-    resting_.id = 0;
+    rest_.count = 0;
     contact.proxy = contact.point = proxy_;
     contact.untouch = before;
     contact.left = object_;
@@ -278,7 +285,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   contact.proxy = support.at;
   contact.object = object;
   contact.touch = !before;
-  noteRest(step);
+  noteRest(step, support.active);
   slip_ = step.slip && material.friction_static > 0;
   contact.slip = slip_;
   object_ = object;

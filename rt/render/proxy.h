@@ -92,6 +92,13 @@ class ProxyRenderer {
     HalfSpace surface;          ///< What holds the proxy: tangent plane, a radius out, in W at this tick's pose.
     double skin = 0;            ///< The proxy stays this far above it.
   };
+  /** A face of a mesh and its plane, in the object's frame. */
+  struct MeshPlane {
+    std::uint32_t triangle = 0;
+    HalfSpace plane;
+  };
+  /** Most faces of a mesh that a plan leads over. */
+  static constexpr int kMaxFaces = 6;
   /** What is swept next. */
   struct Plan {
     Vec3 target = Vec3::Zero();
@@ -99,6 +106,15 @@ class ProxyRenderer {
     bool has_then = false;
     bool in_groove = false;  ///< The way leads through the air above a groove.
     bool stay = false;       ///< The proxy is where it belongs.
+    /** At the end of the way, if it is free, the proxy is where it belongs, held by the faces below; of none of them,
+     * by held[keeps]. */
+    bool lands = false;
+    int keeps = 0;
+    std::uint32_t slot = 0;
+    int faces = 0;
+    MeshPlane face[2];
+    int stops = 0, gone = 0;  ///< Of the way to `target`.
+    Vec3 stop[kMaxFaces];
   };
   /** What keeps the proxy from the hip, exactly on the surfaces. In W. */
   struct Support {
@@ -107,15 +123,17 @@ class ProxyRenderer {
     std::uint32_t active = 0;  ///< Which of the surfaces held, by bit.
     bool touching = false;
   };
-  /** The face of a mesh on which the proxy rested, and what must be the same for it to rest there still. */
-  struct Resting {
-    std::uint32_t slot = 0, feature = 0;
-    std::uint32_t id = 0;  ///< Of the object; 0: it rests on none.
-    std::uint32_t flags = 0;
-    std::uint64_t number = 0, moves = 0;  ///< Shape::number and those of its mesh's vertices.
-    Vec3 normal = Vec3::Zero();           ///< In the object's frame.
-    double offset = 0;                    ///< Of the face itself.
-    HalfSpace inside[3];                  ///< Well within its edges; normals not unit.
+  /** What held the proxy where a step left it, and what must be the same for it to hold it still. */
+  struct Rest {
+    struct Surface {
+      Constraint held;
+      std::uint32_t id = 0;  ///< Of the object.
+      std::uint32_t flags = 0;
+      std::uint64_t number = 0, moves = 0;  ///< Shape::number and those of its mesh's vertices.
+    };
+    Surface on[kMaxHalfSpaces];
+    int count = 0;
+    double radius = 0;  ///< Of the ball.
   };
   /** A place of the surface that is nearer to the hip than the one that holds the proxy. In W. */
   struct Nearer {
@@ -134,11 +152,16 @@ class ProxyRenderer {
   void arrive(Step& step, const Vec3& target) HD_RT;
   void meet(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT;
   void hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT;
-  void noteRest(const Step& step) HD_RT;
+  void noteRest(const Step& step, std::uint32_t active) HD_RT;
   bool holdAgain(Step& step) HD_RT;
   Plan plan(Step& step) HD_RT;
   Plan planOnCurve(Step& step, const Vec3& here) HD_RT;
   Plan planInGroove(Step& step, const Vec3& here, double rest) HD_RT;
+  void followFaces(Step& step, int held, const Vec3& here, double friction, Plan& plan) const HD_RT;
+  static bool leadOver(const Step& step, const HalfSpace* face, int count, Vec3 here, const Vec3& end,
+                       Plan& plan) HD_RT;
+  void land(Step& step, const Plan& plan) HD_RT;
+  void holdFace(Step& step, std::uint32_t slot, const MeshPlane& face) HD_RT;
   [[nodiscard]] bool tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x, Vec3& normal,
                                double& offset) const HD_RT;
   const Support& support(Step& step) const HD_RT;
@@ -162,7 +185,7 @@ class ProxyRenderer {
   bool started_ = false;
   bool keep_ = true;
   Surroundings surroundings_;
-  Resting resting_;
+  Rest rest_;
   ProxyEffort effort_;
 
   /**

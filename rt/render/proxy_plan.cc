@@ -1,4 +1,6 @@
 // Which surfaces hold the proxy, and where they and friction let it go.
+#include <bit>
+
 #include "rt/geometry/pseudo_normal.h"
 #include "rt/render/proxy_step.h"
 
@@ -246,6 +248,8 @@ ProxyRenderer::Plan ProxyRenderer::plan(Step& step) HD_RT {
     step.slip = true;
     plan.target = foot + lag * (material.friction_dynamic * d / r);
     plan.stay = (plan.target - at).norm() <= rest;
+    if (!plan.stay && std::has_single_bit(active))
+      followFaces(step, std::countr_zero(active), at, material.friction_dynamic, plan);
     return plan;
   }
   if (step.count == 1) {
@@ -257,6 +261,9 @@ ProxyRenderer::Plan ProxyRenderer::plan(Step& step) HD_RT {
   }
   plan.target = foot;
   plan.stay = (foot - at).norm() <= rest;
+  const std::uint32_t others = active & (active - 1);
+  if (!plan.stay && active != 0 && (others & (others - 1)) == 0)
+    followFaces(step, std::countr_zero(active), at, 0, plan);
   return plan;
 }
 

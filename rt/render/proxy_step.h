@@ -31,10 +31,13 @@ struct ProxyRenderer::Step {
   Vec3 goal = Vec3::Zero();  ///< The hip.
   double scale = 0;          ///< Of the coordinates in W.
   bool together = true;      ///< The proxy is at one place in W, proxy_; else start_ holds one per object.
+  bool settled = false;      ///< The proxy is where what holds it lets it be,
+  bool real = false;         ///< and each of several faces that hold it is there, not just its plane drawn out.
   bool judged = false;       ///< The friction state of this tick has been decided.
   bool slip = false;
   std::uint32_t work = 0;
   std::uint32_t sweeps = 0;
+  int leads = 0;               ///< Plans that led over edges of a mesh.
   int broken = 0;              ///< Ways above grooves that something stood in.
   std::uint32_t met = 0;       ///< Slot of the last surface met in this step, 0 for none.
   std::uint32_t gathered = 0;  ///< Visited for the surroundings: counted apart, they decide nothing.

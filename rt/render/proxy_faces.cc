@@ -1,0 +1,173 @@
+// From face to face of a mesh: where a proxy that slides on one will come to rest, and the way there.
+#include "rt/render/proxy_step.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kMaxTurnCosine = 0.5;  // As far as the normal turns at most at an edge.
+constexpr double kFlat = 1e-6;          // Of the squared sine: two faces so much in one plane have no hollow.
+constexpr int kMaxLeads = 3;            // In a tick: what keeps standing in the way is gone along step by step.
+
+/**
+ * The point nearest to x on both planes, if both push it there and it lies between a and b, the ends of the edge that
+ * the two faces share.
+ */
+bool nearestInHollow(const HalfSpace& one, const HalfSpace& other, const Vec3& a, const Vec3& b, const Vec3& x,
+                     Vec3& nearest) HD_RT {
+  const double cosine = one.normal.dot(other.normal), sine2 = 1 - cosine * cosine;
+  const double to_one = -one.height(x), to_other = -other.height(x);
+  const double push = to_one - cosine * to_other, push_other = to_other - cosine * to_one;
+  if (!(sine2 > kFlat && push > 0 && push_other > 0)) return false;
+  nearest = x + (push / sine2) * one.normal + (push_other / sine2) * other.normal;
+  const Vec3 along = b - a;
+  const double share = along.dot(nearest - a);
+  return share >= 0 && share <= along.squaredNorm();
+}
+
+}  // namespace
+
+/**
+ * The way from `at`, on the first of the faces that follow each other over their edges, to `end` on the last: straight
+ * through the air, or, where that would lead below the planes of two, over the edge in which they meet. False, and no
+ * way, where neither will do.
+ */
+bool ProxyRenderer::leadOver(const Step& step, const HalfSpace* face, int count, Vec3 at, const Vec3& end,
+                             Plan& plan) HD_RT {
+  const double tiny = kNear * step.held[plan.keeps].skin;
+  plan.stops = 0;
+  for (int i = 0; i + 1 < count; ++i) {
+    const HalfSpace &here = face[i], &there = face[i + 1];
+    const double cosine = here.normal.dot(there.normal);
+    if (cosine < kMaxTurnCosine) return false;
+    const double here_at = here.height(at), there_at = there.height(at), here_end = here.height(end),
+                 there_end = there.height(end);
+    if (there_at >= -tiny && here_end >= -tiny) continue;  // A hollow.
+    if (there_at > here_at + tiny || here_end > there_end + tiny) return false;
+    const double share = (here_at - there_at) / ((here_at - there_at) + (there_end - here_end));
+    const double height = here_at + share * (here_end - here_at);
+    if (height >= 0) continue;
+    if (!(share >= 0 && share <= 1)) return false;
+    at += share * (end - at) - (height / (1 + cosine)) * (here.normal + there.normal);
+    plan.stop[plan.stops++] = at;
+  }
+  return true;
+}
+
+/**
+ * Extends a plan that leads along the face held[i] of a mesh, the only one that holds the proxy: if the way ends on
+ * this face, it lands there. If it leads over an edge, the neighbours are followed to the face on which the proxy will
+ * come to lie, or the groove of two, and the plan leads there. `friction`: the dynamic coefficient of a proxy that
+ * slips, 0 of one without friction.
+ */
+void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at, double friction, Plan& plan) const HD_RT {
+  const Constraint& c = step.held[i];
+  const SceneObject& object = step.scene->slot(c.slot);
+  if (c.kind != FeatureKind::kFace || object.shape.kind != ShapeKind::kMesh ||
+      (object.flags & HD_OBJECT_TWO_SIDED) != 0)
+    return;
+  const MeshView& mesh = *object.shape.mesh;
+  if (mesh.neighbours == nullptr) return;
+  const Vec3 hip = toLocal(object.X_WO, step.goal);
+  const Vec3 x = friction > 0 ? toLocal(object.X_WO, at) : Vec3(Vec3::Zero());
+  std::uint32_t triangle = c.feature, before = HD_NO_INDEX;
+  Vec3 end;
+  HalfSpace face[kMaxFaces];  // Raised by radius and skin.
+  int count = 0;
+  for (;;) {
+    const Vec3 v[3] = {mesh.vertex(triangle, 0), mesh.vertex(triangle, 1), mesh.vertex(triangle, 2)};
+    const Vec3 up = (v[1] - v[0]).cross(v[2] - v[0]);
+    const double area = up.norm();
+    if (!(area > 0)) return;
+    HalfSpace& plane = face[count++];
+    plane.normal = up / area;
+    plane.offset = plane.normal.dot(v[0]) + radius_ + c.skin;
+    end = hip;  // Seen along the normal.
+    if (friction > 0) {
+      const Vec3 away = x - hip, lag = away - plane.normal.dot(away) * plane.normal;
+      const double depth = c.skin - plane.height(hip), length = lag.norm();
+      if (!(length > friction * depth)) return;
+      end += (friction * depth / length) * lag;
+    }
+    int out = -1;
+    double least = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double in = (v[(k + 1) % 3] - v[k]).cross(end - v[k]).dot(up);
+      if (in < least) {
+        out = k;
+        least = in;
+      }
+    }
+    if (out < 0) break;
+    const std::uint32_t next = mesh.neighbours[triangle][out];
+    if (next == HD_NO_INDEX) return;
+    if (next == before) {
+      if (friction > 0 || radius_ > 0 || !nearestInHollow(face[count - 2], plane, v[out], v[(out + 1) % 3], hip, end))
+        return;
+      plan.faces = 2;
+      plan.face[1] = {before, {face[count - 2].normal, face[count - 2].offset - c.skin}};
+      break;
+    }
+    if (count == kMaxFaces) return;
+    before = triangle;
+    triangle = next;
+  }
+  plan.keeps = i;
+  if (count == 1) {
+    plan.lands = true;
+    return;
+  }
+  const HalfSpace& last = face[count - 1];
+  plan.face[0] = {triangle, {last.normal, last.offset - c.skin}};
+  const bool hollow = plan.faces == 2;
+  plan.faces = 0;
+  if (!(last.height(hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return;
+  if (hollow) {
+    --count;  // The way leads to the face before, which reaches there.
+  } else {
+    end -= last.height(end) * last.normal;
+  }
+  const Vec3 end_W = object.X_WO * end;
+  for (int k = 0; k < step.count; ++k) {
+    const HalfSpace& other = step.held[k].surface;
+    if (k != i && other.height(end_W) < step.held[k].skin - kNear * c.skin) return;  // Stands in the way.
+  }
+  if (!leadOver(step, face, count, toLocal(object.X_WO, at), end, plan)) {
+    plan.stops = 0;
+    return;
+  }
+  plan.lands = true;
+  plan.slot = c.slot;
+  plan.faces = hollow ? 2 : 1;
+  plan.target = end_W;
+  if (plan.stops == 0) return;
+  for (int k = 0; k < plan.stops; ++k) plan.stop[k] = object.X_WO * plan.stop[k];
+  plan.stop[plan.stops] = end_W;
+  plan.target = plan.stop[0];
+}
+
+/** A face that is known to hold the proxy, a hair below it. */
+void ProxyRenderer::holdFace(Step& step, std::uint32_t slot, const MeshPlane& face) HD_RT {
+  const SceneObject& object = step.scene->slot(slot);
+  const HalfSpace& plane = face.plane;
+  const Vec3 x = toLocal(object.X_WO, proxy_);
+  const double height = plane.height(x);
+  hold(step, slot,
+       {0, height, plane.normal, plane.offset, face.triangle, FeatureKind::kFace, 0,
+        x - (height + radius_) * plane.normal});
+}
+
+/** The end of a plan that lands: what holds the proxy there. */
+void ProxyRenderer::land(Step& step, const Plan& plan) HD_RT {
+  step.settled = step.real = true;
+  if (plan.faces == 0) {
+    step.held[0] = step.held[plan.keeps];
+    step.count = 1;
+    return;
+  }
+  step.count = 0;
+  for (int i = 0; i < plan.faces; ++i) holdFace(step, plan.slot, plan.face[i]);
+  hint_slot_ = plan.slot;
+  hint_ = plan.face[0].triangle;
+}
+
+}  // namespace hapticd

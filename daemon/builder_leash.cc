@@ -1,8 +1,6 @@
 #include "daemon/builder_leash.h"
 
-#include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -20,6 +18,7 @@
 
 #include "daemon/builder_protocol.h"
 #include "daemon/log.h"
+#include "daemon/spawn.h"
 
 namespace hapticd {
 namespace {
@@ -131,35 +130,15 @@ Result<void> BuilderLeash::State::spawn() {
     return systemError("builder", "socketpair", errno);
   UniqueFd ours(pair[0]), theirs(pair[1]);
 
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-  ::posix_spawn_file_actions_init(&files);
-  ::posix_spawnattr_init(&attributes);
-  ::posix_spawn_file_actions_adddup2(&files, theirs.get(), kBuilderSocket);
-  ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  ::posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  ::posix_spawn_file_actions_addclosefrom_np(&files, kBuilderSocket + 1);
-  sigset_t none, all;
-  ::sigemptyset(&none);
-  ::sigfillset(&all);
-  ::posix_spawnattr_setsigmask(&attributes, &none);
-  ::posix_spawnattr_setsigdefault(&attributes, &all);
-  ::posix_spawnattr_setpgroup(&attributes, 0);  // a terminal's Ctrl-C is for the daemon
-  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-  std::string program = options.program, memory = std::to_string(options.memory_bytes);
-  char* const arguments[] = {program.data(), memory.data(), nullptr};
-  char* const environment[] = {nullptr};
-  pid_t child = 0;
-  const int failed = ::posix_spawn(&child, program.c_str(), &files, &attributes, arguments, environment);
-  ::posix_spawn_file_actions_destroy(&files);
-  ::posix_spawnattr_destroy(&attributes);
-  if (failed != 0) return builderFailed(program, "does not start: " + systemError({}, "spawn", failed).what);
-
-  pid = child;
+  static_assert(kBuilderSocket == 3, "the first that spawnProgram() gives");
+  const int fds[] = {theirs.get()};
+  const auto child = spawnProgram(options.program, {std::to_string(options.memory_bytes)}, fds);
+  if (!child) return child.error();
+  pid = *child;
   closed = false;
   doom.clear();
   socket = std::move(ours);
-  process.reset(static_cast<int>(::syscall(SYS_pidfd_open, child, 0)));  // glibc 2.36 lacks C linkage for it
+  process.reset(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));  // glibc 2.36 lacks C linkage for it
   ++starts;
   if (!process.valid()) {
     const int number = errno;

@@ -126,6 +126,7 @@ struct Config {
     double timeout_s = 60.0;
     std::string cache;         ///< Where built volumes are kept; empty: in systemd's state directory, if it gave one.
     double cache_mb = 4096.0;  ///< Most on disk [10^6 bytes]; 0: none is kept.
+    bool vdb = true;           ///< Each as an OpenVDB file too, if hapticd-builder-vdb is there.
     bool operator==(const Builder&) const = default;
   } builder;
 

@@ -71,6 +71,7 @@ void visitConfig(Visitor& root, Configuration& c) {
     v.number("timeout_s", c.builder.timeout_s, 1, 3600);
     v.text("cache", c.builder.cache);
     v.number("cache_mb", c.builder.cache_mb, 0, 1e6);
+    v.flag("vdb", c.builder.vdb);
   });
   root.table("motions", [&](auto& v) { v.text("folder", c.motions.folder); });
   root.tables("group", c.groups, [](auto& v, auto& group) {

@@ -54,7 +54,7 @@ constexpr int kAllowed[] = {
     SYS_exit, SYS_exit_group, SYS_rt_sigreturn, SYS_rt_sigprocmask, SYS_rt_sigaction, SYS_getpid, SYS_gettid,
     SYS_tgkill, SYS_write, SYS_restart_syscall};
 
-Result<void> filterSystemCalls() {
+Result<void> filterSystemCalls(SandboxThreads threads) {
   if (kArchitecture == 0) return {};
   std::vector<sock_filter> program;
   const auto load = [&](std::size_t offset) {
@@ -70,7 +70,12 @@ Result<void> filterSystemCalls() {
   }
   program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS));
   const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};
-  if (::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0) return systemError("sandbox", "seccomp", errno);
+  if (threads == SandboxThreads::kNone) {
+    if (::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0) return systemError("sandbox", "seccomp", errno);
+    return {};
+  }
+  const long failed = ::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_TSYNC, &filter);
+  if (failed != 0) return systemError("sandbox", "seccomp of all threads", failed > 0 ? EBUSY : errno);
   return {};
 }
 
@@ -93,7 +98,7 @@ bool sandboxIsComplete() {
 #endif
 }
 
-Result<void> enterSandbox(std::uint64_t memory_bytes) {
+Result<void> enterSandbox(std::uint64_t memory_bytes, SandboxThreads threads) {
   if (::prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) return systemError("sandbox", "PR_SET_PDEATHSIG", errno);
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return systemError("sandbox", "PR_SET_NO_NEW_PRIVS", errno);
   if (const auto set = limit(RLIMIT_CORE, "RLIMIT_CORE", 0); !set) return set;
@@ -102,9 +107,10 @@ Result<void> enterSandbox(std::uint64_t memory_bytes) {
   (void)::setpriority(PRIO_PROCESS, 0, 10);  // a courtesy: a filter of the service may forbid it
 #ifndef HAPTICD_SANITIZED
   if (const auto set = limit(RLIMIT_AS, "RLIMIT_AS", memory_bytes); !set) return set;
-  return filterSystemCalls();
+  return filterSystemCalls(threads);
 #else
   (void)memory_bytes;
+  (void)threads;
   return {};
 #endif
 }

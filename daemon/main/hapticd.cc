@@ -92,6 +92,19 @@ void startBuilder(Core& core) {
   core.uploads().setBuilder(nullptr, toString(builder.error()));
 }
 
+/** How OpenVDB files are made of built volumes, if they are wanted and the program for it is installed. */
+std::optional<VdbOptions> openVdbOptions(const Config::Builder& config) {
+  const auto builder = findBuilder(config.program);
+  if (!config.vdb || !builder) return {};
+  VdbOptions options;
+  options.program = *builder + "-vdb";
+  options.memory_bytes = static_cast<std::uint64_t>(config.memory_mb * 1e6);
+  options.timeout_ns = static_cast<std::int64_t>(config.timeout_s * 1e9);
+  if (::access(options.program.c_str(), X_OK) == 0) return options;
+  log::info("volumes are kept without OpenVDB files: {} is not installed", options.program);
+  return {};
+}
+
 /** Built volumes are kept where the configuration says, else where systemd says, else nowhere. */
 void openVolumeCache(Core& core) {
   const auto& options = core.config().builder;
@@ -99,7 +112,8 @@ void openVolumeCache(Core& core) {
   if (const char* const state = std::getenv("STATE_DIRECTORY"); directory.empty() && state != nullptr)
     directory = std::string(state) + "/volumes";
   if (directory.empty() || options.cache_mb <= 0) return;
-  core.uploads().setCache(std::make_unique<VolumeCache>(directory, static_cast<std::uint64_t>(options.cache_mb * 1e6)));
+  core.uploads().setCache(std::make_unique<VolumeCache>(directory, static_cast<std::uint64_t>(options.cache_mb * 1e6),
+                                                        openVdbOptions(options)));
 }
 
 /** Memory of the real-time threads. */

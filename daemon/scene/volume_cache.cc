@@ -4,32 +4,21 @@
 #include <fmt/format.h>
 #include <sys/sendfile.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
 
+#include "daemon/cached_build.h"
 #include "daemon/log.h"
 #include "daemon/memfd.h"
-#include "proto/volume.h"
 #include "rt/scene/snapshot_checksum.h"
 
 namespace hapticd {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::uint64_t kMagic = UINT64_C(0x3145484341434448);  // "HDCACHE1"
-constexpr std::uint64_t kMostPart = UINT64_C(1) << 34;
-constexpr std::uint64_t kMostNotes = 1 << 16;
-
-/** Snapshot, volume and notes follow, each note ended by a newline. The first two carry checksums of their own. */
-struct Head {
-  std::uint64_t magic = kMagic;
-  std::uint32_t snapshot_version = HD_SNAPSHOT_VERSION;
-  std::uint32_t volume_version = HD_VOLUME_VERSION;
-  std::uint64_t snapshot_bytes = 0, volume_bytes = 0, notes_bytes = 0;
-};
 
 bool copy(int from, int to, std::uint64_t bytes) {
   while (bytes > 0) {
@@ -56,7 +45,7 @@ std::uint64_t sizeOf(int fd) {
 bool writeFile(const std::string& path, int snapshot, int volume, const std::string& notes) {
   UniqueFd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600));
   if (!file.valid()) return false;
-  Head head;
+  CachedBuildHead head;
   head.snapshot_bytes = sizeOf(snapshot);
   head.volume_bytes = sizeOf(volume);
   head.notes_bytes = notes.size();
@@ -69,42 +58,70 @@ bool writeFile(const std::string& path, int snapshot, int volume, const std::str
          copy(volume, file.get(), head.volume_bytes) && whole(notes.data(), notes.size()) && ::fsync(file.get()) == 0;
 }
 
-/** Removes the files longest unused until the rest fits. */
-void prune(const std::string& directory, std::uint64_t most_bytes) {
-  struct File {
-    fs::path path;
-    fs::file_time_type used;
-    std::uint64_t bytes;
-  };
-  std::vector<File> files;
+/** A volume on disk with what lies beside it. */
+struct Entry {
+  fs::path cached, vdb;
+  fs::file_time_type used;
+  std::uint64_t bytes = 0, vdb_bytes = 0;
+};
+
+/** Those longest unused first. OpenVDB files whose volume is gone are removed. */
+std::vector<Entry> entriesOf(const std::string& directory) {
+  std::vector<Entry> entries;
   std::error_code error;
-  std::uint64_t sum = 0;
-  for (const auto& entry : fs::directory_iterator(directory, error)) {
-    if (entry.path().extension() != ".hvol" || !entry.is_regular_file(error)) continue;
-    files.push_back({entry.path(), entry.last_write_time(error), entry.file_size(error)});
-    sum += files.back().bytes;
+  for (const auto& file : fs::directory_iterator(directory, error)) {
+    fs::path other = file.path();
+    if (file.path().extension() == ".vdb" && !fs::exists(other.replace_extension(".hvol"), error))
+      fs::remove(file.path(), error);
+    if (file.path().extension() != ".hvol" || !file.is_regular_file(error)) continue;
+    Entry entry{file.path(), other.replace_extension(".vdb"), file.last_write_time(error), file.file_size(error)};
+    if (const auto beside = fs::file_size(entry.vdb, error); !error) entry.vdb_bytes = beside;
+    entries.push_back(std::move(entry));
   }
-  std::sort(files.begin(), files.end(), [](const File& a, const File& b) { return a.used < b.used; });
-  for (const File& file : files) {
-    if (sum <= most_bytes) return;
-    fs::remove(file.path, error);
-    sum -= file.bytes;
-  }
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.used < b.used; });
+  return entries;
 }
 
 }  // namespace
 
-VolumeCache::VolumeCache(std::string directory, std::uint64_t most_bytes)
+VolumeCache::VolumeCache(std::string directory, std::uint64_t most_bytes, std::optional<VdbOptions> vdb)
     : directory_(std::move(directory)), most_bytes_(most_bytes) {
   std::error_code error;
   fs::create_directories(directory_, error);
   if (error) log::warn("no cache of volumes: {}: {}", directory_, error.message());
+  for (const auto& file : fs::directory_iterator(directory_, error))
+    if (file.path().extension() == ".new") fs::remove(file.path(), error);
+  if (vdb) maker_ = std::make_unique<VdbMaker>(std::move(*vdb), [this] { prune(); });
 }
 
-VolumeCache::~VolumeCache() { wait(); }
+VolumeCache::~VolumeCache() { awaitWriter(); }
+
+void VolumeCache::awaitWriter() {
+  if (writer_.joinable()) writer_.join();
+}
 
 void VolumeCache::wait() {
-  if (writer_.joinable()) writer_.join();
+  awaitWriter();
+  if (maker_) maker_->wait();
+}
+
+void VolumeCache::prune() {
+  const std::lock_guard lock(pruning_);
+  const std::vector<Entry> entries = entriesOf(directory_);
+  std::uint64_t sum = 0;
+  for (const Entry& entry : entries) sum += entry.bytes + entry.vdb_bytes;
+  const auto remove = [&](const fs::path& path, std::uint64_t bytes) {
+    std::error_code error;
+    fs::remove(path, error);
+    sum -= bytes;
+  };
+  for (const Entry& entry : entries) {
+    if (sum <= most_bytes_) return;
+    // The last one's volume rather stands alone than not at all.
+    remove(entry.vdb, entry.vdb_bytes);
+    if (&entry == &entries.back() && sum <= most_bytes_) return;
+    remove(entry.cached, entry.bytes);
+  }
 }
 
 std::string VolumeCache::keyOf(std::span<const std::byte> upload, std::uint32_t uid) {
@@ -119,14 +136,9 @@ std::string VolumeCache::keyOf(std::span<const std::byte> upload, std::uint32_t 
 std::optional<CachedBuild> VolumeCache::find(const std::string& key) {
   UniqueFd file(::open(pathOf(key).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
   if (!file.valid()) return {};
-  Head head, expected;
+  CachedBuildHead head;
   if (::read(file.get(), &head, sizeof head) != static_cast<ssize_t>(sizeof head)) return {};
-  const bool known = head.magic == expected.magic && head.snapshot_version == expected.snapshot_version &&
-                     head.volume_version == expected.volume_version && head.snapshot_bytes > 0 &&
-                     head.snapshot_bytes <= kMostPart && head.volume_bytes > 0 && head.volume_bytes <= kMostPart &&
-                     head.notes_bytes <= kMostNotes &&
-                     sizeof head + head.snapshot_bytes + head.volume_bytes + head.notes_bytes == sizeOf(file.get());
-  if (!known) return {};
+  if (!head.fits(sizeOf(file.get()))) return {};
   CachedBuild found;
   found.snapshot = readPart(file.get(), head.snapshot_bytes, "hapticd-mesh");
   found.volume = readPart(file.get(), head.volume_bytes, "hapticd-volume");
@@ -137,33 +149,37 @@ std::optional<CachedBuild> VolumeCache::find(const std::string& key) {
   for (std::size_t at = 0, end; (end = notes.find('\n', at)) != std::string::npos; at = end + 1)
     found.notes.push_back(log::printable(notes.substr(at, end - at)));
   (void)::futimens(file.get(), nullptr);  // Used now: it goes last.
+  if (maker_ && ::access(vdbOf(key).c_str(), F_OK) != 0) maker_->want(pathOf(key), vdbOf(key), false);
   return found;
 }
 
 void VolumeCache::drop(const std::string& key) {
   std::error_code error;
   fs::remove(pathOf(key), error);
+  fs::remove(vdbOf(key), error);
 }
 
 void VolumeCache::keep(const std::string& key, UniqueFd snapshot, UniqueFd volume,
                        const std::vector<std::string>& notes) {
   if (writing_.load()) return;
-  wait();
+  awaitWriter();
   std::string text;
   for (const std::string& note : notes) text += note + "\n";
   writing_.store(true);
-  writer_ = std::thread(
-      [this, path = pathOf(key), text = std::move(text), snapshot = std::move(snapshot), volume = std::move(volume)] {
-        const std::string unfinished = path + ".new";
-        std::error_code error;
-        if (writeFile(unfinished, snapshot.get(), volume.get(), text)) {
-          fs::rename(unfinished, path, error);
-          prune(directory_, most_bytes_);
-        } else {
-          fs::remove(unfinished, error);
-        }
-        writing_.store(false);
-      });
+  writer_ = std::thread([this, path = pathOf(key), vdb = vdbOf(key), text = std::move(text),
+                         snapshot = std::move(snapshot), volume = std::move(volume)] {
+    const std::string unfinished = path + ".new";
+    std::error_code error;
+    if (writeFile(unfinished, snapshot.get(), volume.get(), text)) {
+      fs::remove(vdb, error);  // Of another volume than the one that comes.
+      fs::rename(unfinished, path, error);
+      prune();
+      if (maker_ && !error) maker_->want(path, vdb, true);
+    } else {
+      fs::remove(unfinished, error);
+    }
+    writing_.store(false);
+  });
 }
 
 }  // namespace hapticd

@@ -5,12 +5,15 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "daemon/scene/vdb_maker.h"
 #include "daemon/unique_fd.h"
 
 namespace hapticd {
@@ -22,13 +25,18 @@ struct CachedBuild {
 };
 
 /**
- * One file for each upload in a directory of the daemon's own. A file that is damaged, of another version or of another
- * user's upload is not found. Control thread only; writing is done by a thread of its own, one file at a time.
+ * One file for each upload in a directory of the daemon's own, and beside it, if asked for, the volume as an OpenVDB
+ * file, which comes later and is never read here. A file that is damaged, of another version or of another user's
+ * upload is not found. Control thread only; writing is done by threads of its own, one file at a time.
  */
 class VolumeCache {
  public:
-  /** Beyond `most_bytes` the files longest unused go. The directory is made if need be. */
-  VolumeCache(std::string directory, std::uint64_t most_bytes);
+  /**
+   * Beyond `most_bytes` the volumes longest unused go with what is beside them. The directory is made if need be; what
+   * a daemon that died had begun to write is removed. With `vdb` OpenVDB files are made, also of what is found without
+   * one.
+   */
+  VolumeCache(std::string directory, std::uint64_t most_bytes, std::optional<VdbOptions> vdb = {});
   ~VolumeCache();
   VolumeCache(const VolumeCache&) = delete;
   VolumeCache& operator=(const VolumeCache&) = delete;
@@ -42,16 +50,21 @@ class VolumeCache {
   void drop(const std::string& key);
   /** Written under another name and renamed when whole. Not kept while another is written. */
   void keep(const std::string& key, UniqueFd snapshot, UniqueFd volume, const std::vector<std::string>& notes);
-  /** Until what is being written is there. */
+  /** Until what is being written is there; with its OpenVDB file. */
   void wait();
 
  private:
   [[nodiscard]] std::string pathOf(const std::string& key) const { return directory_ + "/" + key + ".hvol"; }
+  [[nodiscard]] std::string vdbOf(const std::string& key) const { return directory_ + "/" + key + ".vdb"; }
+  void awaitWriter();
+  void prune();
 
   std::string directory_;
   std::uint64_t most_bytes_;
   std::thread writer_;
   std::atomic<bool> writing_{false};
+  std::mutex pruning_;               ///< By both threads.
+  std::unique_ptr<VdbMaker> maker_;  ///< Null: none are made. Last, so that its thread ends first.
 };
 
 }  // namespace hapticd

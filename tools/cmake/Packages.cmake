@@ -1,6 +1,6 @@
 # Debian packages, one for each install component: cpack -G DEB, in a build with CMAKE_INSTALL_PREFIX=/usr.
 # What goes where is said by the install() rules of each room; here are names, texts, dependencies and scripts.
-set(packages hapticd libhapticclient1 libhapticclient-dev python3-hapticclient hapticctl hapticctl-import)
+set(packages hapticd hapticd-vdb libhapticclient1 libhapticclient-dev python3-hapticclient hapticctl hapticctl-import)
 
 # Debian wants these two files in each package.
 find_program(HAPTICD_GZIP gzip)
@@ -63,10 +63,17 @@ crashes or lies never reaches the hand. It renders meshes, primitives and
 local models at 1 to 4 kHz, limits every force, and starts disarmed.
 ]])
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_DEPENDS "systemd | systemd-standalone-sysusers")
+set(CPACK_DEBIAN_HAPTICD_PACKAGE_RECOMMENDS hapticd-vdb)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_SUGGESTS hapticctl)
 set(control ${PROJECT_SOURCE_DIR}/tools/packages)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_CONTROL_EXTRA ${control}/hapticd/postinst ${control}/hapticd/prerm
     ${control}/hapticd/postrm ${control}/hapticd/conffiles)
+
+hapticd_package(hapticd-vdb misc "OpenVDB files of the haptic device server's volumes" [[
+The program by which hapticd keeps the solids that it has built as OpenVDB
+files too, for Blender, Houdini and other programs.
+]])
+set(CPACK_DEBIAN_HAPTICD-VDB_PACKAGE_DEPENDS "hapticd (= ${PROJECT_VERSION})")
 
 hapticd_package(libhapticclient1 libs "client library of the haptic device server" [[
 The C library by which programs open devices, read them at full rate, load

@@ -2,9 +2,11 @@
 
 #include <fmt/core.h>
 
+#include <fstream>
+
+#include "daemon/builder/vdb/write_vdb.h"
 #include "daemon/builder/volume/mesh_volume.h"
 #include "rt/volume/volume_view.h"
-#include "tools/hapticctl-import/vdb_file.h"
 
 namespace hapticctl_import {
 namespace {
@@ -24,7 +26,9 @@ std::string writeModel(const Surface& surface, double voxel_mm, const std::strin
   if (!image) throw inWords(image.error());
   const auto view = hapticd::validateVolume(bytesOf(*image));
   if (!view) throw inWords(view.error());
-  writeVdb(path, *view);
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  const std::string source = fmt::format("volume {:016x}", view->header->checksum);
+  if (const auto written = hapticd::writeVdb(file, *view, nullptr, source); !written) throw inWords(written.error());
   return fmt::format("level set of {} bricks, voxels of {:.4g} mm, {:.4g} cm3", view->brick_count, voxel_mm,
                      view->mass.volume * 1e6);
 }

@@ -2,18 +2,16 @@
 
 #include <fmt/core.h>
 #include <openvdb/openvdb.h>
-#include <openvdb/tools/SignedFloodFill.h>
 
 #include <cmath>
 #include <fstream>
 
+#include "daemon/builder/vdb/vdb_checksum.h"
+#include "daemon/builder/vdb/write_vdb.h"
 #include "tools/hapticctl-import/image_file.h"
 
 namespace hapticctl_import {
 namespace {
-
-constexpr const char* kUnit = "metres_per_unit";  // In a grid's metadata: by our files alone.
-constexpr double kHalfWidth = 3;                  // Voxels: what other programs expect of a level set.
 
 /** What OpenVDB throws, in words. */
 template <class Work>
@@ -60,7 +58,8 @@ std::vector<VdbGrid> gridsOf(const std::string& path) {
       entry.text = fmt::format("{}, {}{}", printable(*name),
                                grid->getGridClass() == openvdb::GRID_LEVEL_SET ? "level set" : "fog volume",
                                voxels ? fmt::format(", {} voxels", voxels->value()) : "");
-      if (const auto unit = grid->getMetadata<openvdb::DoubleMetadata>(kUnit)) entry.metres_per_unit = unit->value();
+      if (const auto unit = grid->getMetadata<openvdb::DoubleMetadata>(hapticd::kVdbUnit))
+        entry.metres_per_unit = unit->value();
       grids.push_back(std::move(entry));
     }
     if (grids.empty())
@@ -75,6 +74,9 @@ Image readVdb(const std::string& path, const VdbGrid& entry, double metres_per_u
     openvdb::io::File file(path);
     file.open(false);
     const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid(entry.name));
+    if (const auto sum = grid->getMetadata<openvdb::StringMetadata>(hapticd::kVdbChecksum);
+        sum && sum->value() != hapticd::checksumOf(*grid))
+      throw ImportError({}, "is damaged: the checksum does not match", "write it again");
     const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
     if (box.empty()) throw ImportError({}, "the grid has no active voxels", "choose another by --grid");
     Image image;
@@ -110,42 +112,6 @@ Image readVdb(const std::string& path, const VdbGrid& entry, double metres_per_u
     requireTwo(image, "size");
     checkPlace(image);
     return image;
-  });
-}
-
-void writeVdb(const std::string& path, const hapticd::VolumeView& volume) {
-  inWords([&] {
-    const double voxel = static_cast<double>(volume.voxel);
-    const auto band = static_cast<float>(kHalfWidth * voxel);
-    const auto grid = openvdb::FloatGrid::create(band);
-    const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
-    transform->postTranslate(openvdb::Vec3d(static_cast<double>(volume.origin[0]),
-                                            static_cast<double>(volume.origin[1]),
-                                            static_cast<double>(volume.origin[2])));
-    grid->setTransform(transform);
-    grid->setGridClass(openvdb::GRID_LEVEL_SET);
-    grid->setName("surface");
-    grid->insertMeta(kUnit, openvdb::DoubleMetadata(1.0));
-    auto values = grid->getAccessor();
-    const std::uint32_t *const cells = volume.cell, nx = volume.cells[0], ny = volume.cells[1], nz = volume.cells[2];
-    for (std::uint32_t cell = 0; cell < nx * ny * nz; ++cell) {
-      if (cells[cell] == HD_NO_INDEX) continue;
-      const std::int16_t* sample = volume.bricks + std::size_t{HD_BRICK_STRIDE} * cells[cell];
-      const openvdb::Coord first(static_cast<int>(HD_BRICK_EDGE * (cell % nx)),
-                                 static_cast<int>(HD_BRICK_EDGE * (cell / nx % ny)),
-                                 static_cast<int>(HD_BRICK_EDGE * (cell / nx / ny)));
-      const int n = HD_BRICK_SAMPLES;
-      for (int z = 0; z < n; ++z)
-        for (int y = 0; y < n; ++y)
-          for (int x = 0; x < n; ++x) {
-            const float d = static_cast<float>(*sample++) * volume.fine_step;
-            if (std::abs(d) < band) values.setValue(first.offsetBy(x, y, z), d);
-          }
-    }
-    openvdb::tools::signedFloodFill(grid->tree());
-    grid->pruneGrid();
-    openvdb::io::File file(path);
-    file.write({grid});
   });
 }
 

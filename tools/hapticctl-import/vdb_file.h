@@ -1,5 +1,5 @@
 /** @file
- * OpenVDB files: sparse images of other programs, and the distances of ours for them.
+ * OpenVDB files: sparse images of other programs, and our own (daemon/builder/vdb/write_vdb.h).
  *
  * OpenVDB trusts a file: read in a process that may die (child.h).
  */
@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "rt/volume/volume_view.h"
 #include "tools/hapticctl-import/image.h"
 
 namespace hapticctl_import {
@@ -25,13 +24,8 @@ struct VdbGrid {
 /** The grids of a file that can be used: floats with a linear transform. Throws ImportError if there is none. */
 [[nodiscard]] std::vector<VdbGrid> gridsOf(const std::string& path);
 
-/** One of them, about its active voxels. Level sets become distances (Image::distances). Throws ImportError. */
+/** One of them, about its active voxels. Level sets become distances (Image::distances). Throws ImportError,
+ * also for a grid of ours whose checksum does not match. */
 [[nodiscard]] Image readVdb(const std::string& path, const VdbGrid& grid, double metres_per_unit);
-
-/**
- * The distances of a volume three voxels about its surface, as a level set in metres named "surface"; the volume's band
- * must be four voxels at least. Throws ImportError.
- */
-void writeVdb(const std::string& path, const hapticd::VolumeView& volume);
 
 }  // namespace hapticctl_import

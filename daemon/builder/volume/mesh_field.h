@@ -3,8 +3,8 @@
  */
 #pragma once
 
+#include "daemon/builder/volume/closed_surface.h"
 #include "daemon/builder/volume/volume_source.h"
-#include "daemon/builder/volume/winding.h"
 #include "rt/scene/mesh_view.h"
 
 namespace hapticd {
@@ -17,6 +17,8 @@ class MeshField : public DistanceField {
  public:
   MeshField(const MeshView& mesh, const VolumeLattice& lattice, const WindingTree* winding = nullptr)
       : mesh_(mesh), lattice_(lattice), winding_(winding) {}
+  MeshField(const ClosedSurface& surface, const VolumeLattice& lattice)
+      : MeshField(*surface.mesh, lattice, surface.winding ? &*surface.winding : nullptr) {}
   [[nodiscard]] float at(const Lattice3& point) override { return within(point, kAnywhere, 0); }
   void fill(const Lattice3& first, std::span<float, HD_BRICK_VALUES> out) override;
 

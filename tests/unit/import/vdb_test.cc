@@ -2,8 +2,10 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/MeshToVolume.h>
 
+#include <fstream>
 #include <functional>
 
+#include "daemon/builder/vdb/write_vdb.h"
 #include "rt/volume/distance.h"
 #include "support/test_volume.h"
 #include "tests/unit/import/ball.h"
@@ -41,6 +43,12 @@ hapticd::testing::TestVolume torusVolume(double voxel) {
   return hapticd::testing::volumeOfMesh(torus(), voxel, options);
 }
 
+void write(const std::string& path, const hapticd::VolumeView& volume) {
+  std::ofstream file(path, std::ios::binary);
+  const auto written = hapticd::writeVdb(file, volume, nullptr, "a test");
+  ASSERT_TRUE(written.ok()) << toString(written.error());
+}
+
 FloatGrid::Ptr readBack(const std::string& path) {
   openvdb::initialize();
   openvdb::io::File file(path);
@@ -52,7 +60,7 @@ TEST(Vdb, whatIsWrittenIsTheVolumesNarrowBand) {
   const Folder folder;
   const auto volume = torusVolume(0.002);
   const std::string path = folder.path() + "/torus.vdb";
-  writeVdb(path, volume.view);
+  write(path, volume.view);
   const auto grid = readBack(path);
   EXPECT_EQ(grid->getGridClass(), openvdb::GRID_LEVEL_SET);
   EXPECT_NEAR(grid->background(), 0.006, 1e-9);
@@ -73,6 +81,38 @@ TEST(Vdb, whatIsWrittenIsTheVolumesNarrowBand) {
         active += values.isValueOn(c);
       }
   EXPECT_EQ(active, grid->activeVoxelCount());  // None elsewhere.
+}
+
+TEST(Vdb, statesAreTheOctreesAndTheFileSaysWhatItIs) {
+  const Folder folder;
+  const auto volume = torusVolume(0.002);
+  const std::string path = folder.path() + "/torus.vdb";
+  write(path, volume.view);
+  openvdb::initialize();
+  openvdb::io::File file(path);
+  file.open(false);
+  const auto meta = file.getMetadata();
+  EXPECT_EQ(meta->metaValue<std::string>("hapticd_source"), "a test");
+  EXPECT_EQ(meta->metaValue<std::int32_t>("hapticd_volume_version"), static_cast<int>(HD_VOLUME_VERSION));
+  const auto grid = openvdb::gridPtrCast<openvdb::Int32Grid>(file.readGrid("states"));
+  const Vec3 first = volume.view.originPoint() + Vec3::Constant(0.001);  // Voxels stand between lattice points.
+  const openvdb::Vec3d place = grid->indexToWorld(openvdb::Vec3d(0, 0, 0));
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(place[k], first[k], 1e-9);
+  const auto values = grid->getConstAccessor();
+  std::array<std::uint64_t, 4> count{};
+  openvdb::Coord c;
+  for (c.z() = -1; c.z() <= 64; ++c.z())
+    for (c.y() = -1; c.y() <= 80; ++c.y())
+      for (c.x() = -1; c.x() <= 80; ++c.x()) {
+        const int state = static_cast<int>(voxelState(volume.view.octree, c.x(), c.y(), c.z()));
+        ASSERT_EQ(values.getValue(c), state) << c;
+        ASSERT_EQ(values.isValueOn(c), state != 0) << c;
+        ++count[static_cast<std::size_t>(state)];
+      }
+  EXPECT_EQ(count[2], volume.view.header->surface_voxels);
+  EXPECT_GT(count[3], 1000u);
+  EXPECT_GT(count[1], count[2] / 2);
+  EXPECT_EQ(grid->activeVoxelCount(), count[1] + count[2] + count[3]);  // None elsewhere.
 }
 
 TEST(Vdb, whatIsWrittenIsReadAgain) {

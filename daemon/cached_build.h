@@ -1,0 +1,32 @@
+/** @file
+ * What a file of the volume cache begins with: written and read by the daemon, read by hapticd-builder-vdb.
+ */
+#pragma once
+
+#include <cstdint>
+
+#include "proto/volume.h"
+
+namespace hapticd {
+
+/** Snapshot, volume and notes follow, each note ended by a newline. The first two carry checksums of their own. */
+struct CachedBuildHead {
+  static constexpr std::uint64_t kMagic = UINT64_C(0x3145484341434448);  ///< "HDCACHE1"
+  static constexpr std::uint64_t kMostPart = UINT64_C(1) << 34;
+  static constexpr std::uint64_t kMostNotes = 1 << 16;
+
+  std::uint64_t magic = kMagic;
+  std::uint32_t snapshot_version = HD_SNAPSHOT_VERSION;
+  std::uint32_t volume_version = HD_VOLUME_VERSION;
+  std::uint64_t snapshot_bytes = 0, volume_bytes = 0, notes_bytes = 0;
+
+  /** Whether it is of this version and speaks of a file of that size. */
+  [[nodiscard]] constexpr bool fits(std::uint64_t file_bytes) const {
+    return magic == kMagic && snapshot_version == HD_SNAPSHOT_VERSION && volume_version == HD_VOLUME_VERSION &&
+           snapshot_bytes > 0 && snapshot_bytes <= kMostPart && volume_bytes > 0 && volume_bytes <= kMostPart &&
+           notes_bytes <= kMostNotes &&
+           sizeof(CachedBuildHead) + snapshot_bytes + volume_bytes + notes_bytes == file_bytes;
+  }
+};
+
+}  // namespace hapticd

@@ -54,6 +54,13 @@ constexpr int kAllowed[] = {
     SYS_exit, SYS_exit_group, SYS_rt_sigreturn, SYS_rt_sigprocmask, SYS_rt_sigaction, SYS_getpid, SYS_gettid,
     SYS_tgkill, SYS_write, SYS_restart_syscall};
 
+/** With threads: they may still be beginning. */
+constexpr int kAllowedWithThreads[] = {
+#ifdef SYS_rseq
+    SYS_rseq,
+#endif
+    SYS_set_robust_list, SYS_sched_yield, SYS_sched_getaffinity};
+
 Result<void> filterSystemCalls(SandboxThreads threads) {
   if (kArchitecture == 0) return {};
   std::vector<sock_filter> program;
@@ -64,10 +71,13 @@ Result<void> filterSystemCalls(SandboxThreads threads) {
   program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kArchitecture, 1, 0));
   program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS));
   load(offsetof(seccomp_data, nr));
-  for (const int number : kAllowed) {
+  const auto allow = [&](int number) {
     program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint32_t>(number), 0, 1));
     program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
-  }
+  };
+  for (const int number : kAllowed) allow(number);
+  if (threads == SandboxThreads::kAll)
+    for (const int number : kAllowedWithThreads) allow(number);
   program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS));
   const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};
   if (threads == SandboxThreads::kNone) {

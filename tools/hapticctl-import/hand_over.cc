@@ -25,10 +25,11 @@ TemporaryFile::TemporaryFile() {
 TemporaryFile::~TemporaryFile() { ::unlink(path_.c_str()); }
 
 void writeFile(const std::string& path, const std::string& bytes) {
+  errno = 0;
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file.close();
-  if (!file) throw ImportError(path, "cannot be written", "is the disk full?");
+  if (!file) throw ImportError(path, std::string("cannot be written: ") + std::strerror(errno != 0 ? errno : EIO));
 }
 
 int runHapticctl(const std::vector<std::string>& words) {

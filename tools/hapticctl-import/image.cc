@@ -42,8 +42,10 @@ void smoothAlong(Image& image, std::size_t axis, double sigma_mm) {
 }  // namespace
 
 void requireTwo(const Image& image, const char* where) {
-  for (const std::uint32_t n : image.size)
-    if (n < 2) throw ImportError(where, "fewer than two values are left along an axis", "leave more of the image");
+  if (std::all_of(image.size.begin(), image.size.end(), [](std::uint32_t n) { return n >= 2; })) return;
+  if (std::string(where).rfind("--", 0) == 0)
+    throw ImportError(where, "fewer than two values are left along an axis", "leave more of the image");
+  throw ImportError(where, "there is one value along an axis: a single slice", "import all slices together");
 }
 
 void checkPlace(const Image& image) {

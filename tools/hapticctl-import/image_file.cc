@@ -123,7 +123,7 @@ void decode(std::string_view bytes, Sample sample, bool big_endian, Image& image
   }
 }
 
-std::vector<double> numbersIn(std::string_view text, const std::string& where, std::size_t count) {
+std::vector<double> numbersIn(std::string_view text, const std::string& where, std::size_t count, const char* remedy) {
   std::vector<double> numbers;
   std::size_t at = 0;
   while (at < text.size()) {
@@ -134,18 +134,19 @@ std::vector<double> numbersIn(std::string_view text, const std::string& where, s
     double value = 0;
     const auto [end, problem] = std::from_chars(text.data() + at, text.data() + text.size(), value);
     if (problem != std::errc() || !std::isfinite(value))
-      throw ImportError(where, fmt::format("'{}' is not a number", text.substr(at, 20)), "correct the header");
+      throw ImportError(where, fmt::format("'{}' is not a number", text.substr(at, 20)),
+                        remedy != nullptr ? remedy : "correct the header");
     at = static_cast<std::size_t>(end - text.data());
     numbers.push_back(value);
   }
   if (numbers.size() != count)
     throw ImportError(where, fmt::format("{} numbers stand there, {} must", numbers.size(), count),
-                      "only images of three axes and one component can be used");
+                      remedy != nullptr ? remedy : "only images of three axes and one component can be used");
   return numbers;
 }
 
-std::array<std::uint32_t, 3> sizesIn(std::string_view text, const std::string& where) {
-  const std::vector<double> numbers = numbersIn(text, where, 3);
+std::array<std::uint32_t, 3> sizesIn(std::string_view text, const std::string& where, const char* remedy) {
+  const std::vector<double> numbers = numbersIn(text, where, 3, remedy);
   std::array<std::uint32_t, 3> size{};
   for (std::size_t k = 0; k < 3; ++k) {
     if (!(numbers[k] >= 2 && numbers[k] <= 65536 && numbers[k] == std::floor(numbers[k])))

@@ -41,8 +41,13 @@ struct RawLayout {
 [[nodiscard]] std::size_t bytesOf(const std::array<std::uint32_t, 3>& size, Sample sample);
 /** Fills image.values from the bytes; throws ImportError if bytes are missing. */
 void decode(std::string_view bytes, Sample sample, bool big_endian, Image& image);
-/** Numbers between blanks, commas, brackets; throws ImportError unless `count` finite ones stand there. */
-[[nodiscard]] std::vector<double> numbersIn(std::string_view text, const std::string& where, std::size_t count);
-[[nodiscard]] std::array<std::uint32_t, 3> sizesIn(std::string_view text, const std::string& where);
+/**
+ * Numbers between blanks, commas, brackets; throws ImportError unless `count` finite ones stand there. `remedy` is for
+ * those of the command line; null: they are from a header.
+ */
+[[nodiscard]] std::vector<double> numbersIn(std::string_view text, const std::string& where, std::size_t count,
+                                            const char* remedy = nullptr);
+[[nodiscard]] std::array<std::uint32_t, 3> sizesIn(std::string_view text, const std::string& where,
+                                                   const char* remedy = nullptr);
 
 }  // namespace hapticctl_import

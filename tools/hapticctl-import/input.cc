@@ -21,8 +21,8 @@ Image readRaw(const InputOptions& o) {
   const auto sample = sampleOf(o.raw);
   if (!sample) throw ImportError("--raw", fmt::format("'{}' is no kind of number", o.raw), "int16, uint8, float, ...");
   layout.sample = *sample;
-  layout.size = sizesIn(o.raw_size, "--raw-size");
-  const auto steps = numbersIn(o.raw_spacing, "--raw-spacing", 3);
+  layout.size = sizesIn(o.raw_size, "--raw-size", "for example 512,512,100");
+  const auto steps = numbersIn(o.raw_spacing, "--raw-spacing", 3, "for example 0.5,0.5,1");
   std::copy(steps.begin(), steps.end(), layout.spacing.begin());
   layout.big_endian = o.big_endian;
   return parseRaw(readFile(o.file), layout);
@@ -69,8 +69,9 @@ double metresPerUnit(const std::string& scale) {
                                                        {"um", 1e-6}, {"inch", 0.0254}, {"ft", 0.3048}};
   for (const auto& [name, metres] : kUnits)
     if (scale == name) return metres;
-  const double metres = numbersIn(scale, "--scale", 1).front();
-  if (!(metres > 0)) throw ImportError("--scale", "is not a length", "mm, cm, m, inch, um, ft or metres per unit");
+  constexpr const char* kRemedy = "mm, cm, m, inch, um, ft or metres per unit";
+  const double metres = numbersIn(scale, "--scale", 1, kRemedy).front();
+  if (!(metres > 0)) throw ImportError("--scale", "is not a length", kRemedy);
   return metres;
 }
 
@@ -107,11 +108,12 @@ Image readInput(const InputOptions& o) {
 Image cropped(const Image& image, const std::string& text) {
   std::string plain = text;
   std::replace(plain.begin(), plain.end(), ':', ' ');
-  const auto n = numbersIn(plain, "--crop", 6);
+  constexpr const char* kRemedy = "for example 0:100,20:80,0:50";
+  const auto n = numbersIn(plain, "--crop", 6, kRemedy);
   std::array<std::uint32_t, 3> first{}, end{};
   for (std::size_t k = 0; k < 3; ++k) {
     if (!(n[2 * k] >= 0 && n[2 * k + 1] > n[2 * k] && n[2 * k + 1] < 1e6))
-      throw ImportError("--crop", "is not FIRST:END for each axis", "for example 0:100,20:80,0:50");
+      throw ImportError("--crop", "is not FIRST:END for each axis", kRemedy);
     first[k] = static_cast<std::uint32_t>(n[2 * k]);
     end[k] = static_cast<std::uint32_t>(n[2 * k + 1]);
   }

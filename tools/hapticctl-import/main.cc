@@ -152,6 +152,11 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return error.get_exit_code() == 0 ? app.exit(error) : (app.exit(error), kUsage);
   }
+  if (const auto rest = app.remaining(); !rest.empty() && !(o.output.empty() && o.vdb.empty())) {
+    fmt::print(stderr, "{}: is no option of hapticctl import, and nothing is loaded that others could be for\n",
+               rest[0]);
+    return kUsage;
+  }
   o.by_label = label->count() > 0;
   return report(o.input.file, [&] { return run(o, app.remaining()); });
 }

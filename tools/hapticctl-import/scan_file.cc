@@ -6,6 +6,7 @@
 #include <itkNrrdImageIO.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 #include "tools/hapticctl-import/complaints.h"
@@ -137,7 +138,9 @@ Image readWith(itk::ImageIOBase& io) try {
   convert(io.GetComponentType(), bytes, image.values);
   return image;
 } catch (const itk::ExceptionObject& error) {
-  throw ImportError({}, inWords(error), "is the file whole?");
+  const std::string suffix = std::filesystem::path(io.GetFileName()).extension().string();
+  const bool header = suffix == ".mhd" || suffix == ".nhdr" || suffix == ".hdr";
+  throw ImportError({}, inWords(error), header ? "is the file of values there that it names?" : "is the file whole?");
 }
 
 Image readScan(const std::string& path) {

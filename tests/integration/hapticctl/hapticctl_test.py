@@ -204,6 +204,13 @@ class WithDaemon(Case):
                                 env={**os.environ, **paths}, check=False)
         self.assertEqual(failed.returncode, 5)
         self.assertIn("there is no surface", failed.stderr)
+        for more, code, said in ((["--iso", "300", "--smoth", "3"], 2, "--smoth"), (["--iso", "300", "--center"], 2, "--center"),
+                                 (["--iso", "300", "--crop", "0:9,0:9"], 5, "for example 0:100,20:80,0:50"),
+                                 (["--iso", "300"], 5, "No such file or directory")):
+            failed = subprocess.run([*command[:3], "--output", self.directory / "none/x.ply", *more], capture_output=True, text=True,
+                                    env={**os.environ, **paths}, check=False)
+            self.assertEqual(failed.returncode, code, failed.stderr)
+            self.assertIn(said, failed.stderr)
 
     def test_cut(self):
         """A mesh in two by a program that hapticctl finds on PATH; no daemon needed."""

@@ -116,6 +116,14 @@ TEST(Import, liesInHeadersAreRefusedInWords) {
   EXPECT_NE(told(metaImage(), "LOCAL", "away.raw"), "read");
   EXPECT_THAT(told(metaImage("ElementNumberOfChannels = 3\n"), "24 20 16", "8 20 16"), HasSubstr("3 components"));
   EXPECT_NE(told(nrrd("encoding: bzip3\n"), "short", "short"), "read");
+  EXPECT_THAT(told(metaImage(), "24 20 16", "24 320 1"), HasSubstr("a single slice"));
+  const std::string away = folder.put("away.mhd", metaImage().replace(metaImage().find("LOCAL"), 5, "away.raw"));
+  try {
+    (void)readScan(away);
+    ADD_FAILURE() << "there are no values";
+  } catch (const ImportError& error) {
+    EXPECT_THAT(error.remedy, HasSubstr("that it names"));
+  }
   EXPECT_THAT(refusal([&] { return readScan(folder.path() + "/nowhere.nii"); }), HasSubstr("cannot be read"));
   EXPECT_THAT(refusal([&] { return readScan(folder.put("text.mha", "just words\n")); }), HasSubstr("is no NIfTI"));
 }

@@ -2,6 +2,9 @@
 
 #include <capnp/message.h>
 
+#include <chrono>
+#include <thread>
+
 #include "libclient/src/convert.h"
 #include "libclient/src/loop.h"
 #include "rt/ring/shared.h"
@@ -51,6 +54,18 @@ int order(haptic_session* session, haptic_error* error, Make&& make) {
     }
     return client::callDaemon(*session->connection, [&](Link&) { return make(session->opened->capability); });
   });
+}
+
+/** Until the servo has published once, so that a program's first look finds something; not longer, if it is stuck. */
+void awaitFirstSample(haptic_session& session) {
+  constexpr int kLooks = 200;
+  constexpr std::chrono::microseconds kLook(250);
+  hapticd::StateReader& reader = *session.opened->reader;
+  hd_sample sample;
+  for (int look = 0; look < kLooks && session.check() == HAPTIC_OK; ++look) {
+    if (reader.latest(session.opened->device_index, sample)) return;
+    std::this_thread::sleep_for(kLook);
+  }
 }
 
 }  // namespace
@@ -120,6 +135,7 @@ Failure haptic_session::open() {
     Connection::add(loop, *this);
     alive.store(connection->connected(), std::memory_order_release);
   });
+  awaitFirstSample(*this);
   return {};
 }
 

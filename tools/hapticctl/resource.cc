@@ -58,7 +58,11 @@ void addSet(CLI::App& app, Action& chosen) {
   command->callback([&chosen, uri] {
     chosen = [uri](const Globals& globals) {
       const std::string name = checkedPath(*uri);
-      if (name.find('?') == std::string::npos) failUsage(name, "no value to set", "write '" + name + "?value=...'");
+      if (name.find('?') == std::string::npos) {
+        const std::size_t equals = name.find('=');  // '/objects/ball/pos=1,2,3'
+        const std::string value = equals == std::string::npos ? "..." : name.substr(equals + 1);
+        failUsage(name, "no value to set", "write '" + name.substr(0, equals) + "?value=" + value + "'");
+      }
       const Daemon daemon(globals);
       show(*daemon.ask<haptic_text>(haptic_set, name.c_str()));
       return kExitOk;

@@ -88,7 +88,7 @@ class Session:
     # ---------------------------------------------------------------- reading
 
     def latest(self, device: Optional[int] = None) -> np.void:
-        """The newest sample: latest()["p"], latest()["force"], ... HapticError WOULD_BLOCK when there is none."""
+        """The newest sample: latest()["p"], latest()["force"], ... HapticError WOULD_BLOCK when it cannot be read now."""
         sample = np.empty(1, SAMPLE)
         if device is None:
             check(_lib.haptic_session_latest(self._handle, sample.ctypes.data))

@@ -56,6 +56,16 @@ class ClientIntegration : public ::testing::Test {
   DaemonFixture daemon_{{.program = HAPTICD_PROGRAM, .config = "[guard]\narm_ramp_ms = 100\n"}};
 };
 
+TEST_F(ClientIntegration, ASampleStandsAsSoonAsASessionIsOpen) {
+  auto client = connect("eager");
+  int missed = 0;
+  for (int i = 0; i < 30; ++i) {
+    auto session = open(client);
+    missed += session.latest() ? 0 : 1;
+  }
+  EXPECT_EQ(missed, 0);
+}
+
 TEST_F(ClientIntegration, TwoClientsShareTheSceneAndOneHoldsTheLease) {
   auto first = connect("first");
   auto second = connect("second");

@@ -110,7 +110,7 @@ class WithoutDaemon(Case):
     def test_wrong_command_lines(self):
         for words, expected in ((["stauts"], "did you mean status?"), (["frobnicate"], "no such subcommand"), ([], "--help"),
                                 (["load"], "FILE is required"), (["arm", "--for", "0"], "--for"), (["get", "objects"], "begins with '/'"),
-                                (["get", "/a?value=1"], "hapticctl set"), (["set", "/a"], "?value="), (["add", "cone"], "no such shape"),
+                                (["get", "/a?value=1"], "hapticctl set"), (["set", "/a"], "/a?value=..."), (["set", "/a=3"], "'/a?value=3'"), (["add", "cone"], "no such shape"),
                                 (["add", "sphere", "--size", "-1"], "not above zero"), (["add", "plane", "--at", "0,0"], "3 numbers"),
                                 (["add", "plane", "--friction", "0.2,0.4"], "dynamic at most static"),
                                 (["monitor", "--csv", "--json"], "--json"), (["events", "--kinds", "tuch"], "touch"),

@@ -63,7 +63,7 @@ interface Daemon {
   hello @0 (clientName :Text, protocolMajor :UInt16, protocolMinor :UInt16) -> (status :Status, info :DaemonInfo);
 
   listDevices @1 () -> (status :Status, devices :List(DeviceInfo));
-  # Opened devices first, then those found but not opened.
+  # Opened devices first, then those found but not opened, then those configured and missing.
 
   openDevice @2 (uri :Text) -> (status :Status, device :DeviceInfo);
   # By URI or serial; opening what is open answers with it. An empty URI: first real device, else the simulator.
@@ -185,6 +185,7 @@ struct DeviceInfo {
   hasDeadman @45 :Bool;
   hasVelocityLimit @46 :Bool;
   temperatureC @47 :Float64;        # hottest motor; NaN where not sensed
+  problem @48 :Text;                # why it is not open although it is to be; empty otherwise
 }
 
 struct DeviceState {

@@ -10,6 +10,7 @@
 #include "daemon/log.h"
 #include "drivers/named_file.h"
 #include "drivers/registry.h"
+#include "rt/cycle/realtime.h"
 
 namespace hapticd {
 namespace {
@@ -44,7 +45,8 @@ Core::Core(const CoreOptions& options, Clock& clock)
                  return checkQuota(uid, bytes, triangles);
                }),
       recordings_(scene_, meshes_, sessions_, options.config.servo.lock_memory && !options.config.servo.allow_no_rt),
-      devices_(options_.config, clock, meshes_, scene_, options.threads) {
+      devices_(options_.config, clock, meshes_, scene_, options.threads),
+      wanted_(devices_, clock) {
   devices_.setLines(lines_);
   devices_.onOpened(
       [this](const OpenDevice& device) { publish(EventKind::kDeviceAdded, device.name, device.info().uri); });
@@ -66,9 +68,23 @@ Core::~Core() {
   devices_.closeAll();
 }
 
-Result<void> Core::openConfigured() {
-  for (const GroupConfig& group : options_.config.effectiveGroups()) {
-    if (auto r = devices_.openGroup(group); !r) return r;
+Result<void> Core::openConfigured(const std::function<bool()>& go_on) {
+  const std::vector<GroupConfig> groups = options_.config.effectiveGroups();
+  if (options_.devices_required) {
+    for (const GroupConfig& group : groups) {
+      if (auto r = devices_.openGroup(group); !r) return r;
+    }
+  } else {
+    constexpr std::int64_t kLook_ns = 1'000'000;
+    if (auto r = wanted_.begin(groups); !r) return r;
+    for (; wanted_.fatal() && !wanted_.settled() && (!go_on || go_on()); clock_.sleepUntil(clock_.now() + kLook_ns)) {
+      devices_.poll();
+      wanted_.poll();
+    }
+    if (!wanted_.fatal()) return wanted_.fatal();
+    if (devices_.links().empty()) {
+      if (auto r = mayRunServos(); !r) return r;
+    }
   }
   for (const DeviceConfig& wanted : options_.config.devices) {
     const auto is = [&](const auto& device) {
@@ -81,9 +97,22 @@ Result<void> Core::openConfigured() {
   return {};
 }
 
+/** Tried on a thread of its own where no servo has: without the right the daemon must not start. */
+Result<void> Core::mayRunServos() const {
+  if (options_.config.servo.allow_no_rt || !options_.threads) return {};
+  constexpr std::size_t kStackBytes = 64 * 1024;
+  Result<void> may;
+  RtThread probe;
+  auto started = probe.start("probe", kStackBytes,
+                             [&] { may = becomeRealtime(static_cast<int>(options_.config.servo.servo_priority)); });
+  probe.join();
+  return started ? may : started;
+}
+
 void Core::poll() {
   const std::int64_t now = clock_.now();
   devices_.poll();
+  wanted_.poll();
   busy_ = devices_.opening() != 0;
   for (const auto& link : devices_.links()) {
     busy_ = link->flush() || busy_;
@@ -181,7 +210,7 @@ Result<void> Core::mayOpen(std::string_view text, std::uint64_t connection) {
                      : "put it into " + options_.config.motions.folder};
   }
   const bool tuned = uri && !uri.value().query.empty() && isHardware(uri.value().scheme);
-  if (!tuned || client(connection).administration || devices_.find(text)) return {};
+  if (!tuned || client(connection).administration || devices_.find(text) || wanted_.names(text)) return {};
   return Error{ErrorCode::kPermissionDenied, log::printable(std::string(text.substr(0, 200))),
                "the parameters of a real device are the administrator's",
                "open it without them, name it in hapticd.toml, or connect to the administration socket"};

@@ -14,6 +14,7 @@
 #include "daemon/armed/armed_list.h"
 #include "daemon/config.h"
 #include "daemon/device/device_manager.h"
+#include "daemon/device/wanted_groups.h"
 #include "daemon/event/event_hub.h"
 #include "daemon/log.h"
 #include "daemon/recorder/recordings.h"
@@ -37,8 +38,9 @@ struct ProcessFacts {
 
 struct CoreOptions {
   Config config;
-  bool threads = true;      ///< False: groups are stepped by hand.
-  std::uint64_t epoch = 0;  ///< Random, never 0.
+  bool threads = true;            ///< False: groups are stepped by hand.
+  bool devices_required = false;  ///< One that does not open is an error, not missing.
+  std::uint64_t epoch = 0;        ///< Random, never 0.
 };
 
 /** How long a device stays listed as armed after it has been switched off: its driver's own thread may be a bit behind.
@@ -67,8 +69,12 @@ class Core {
   Core(const Core&) = delete;
   Core& operator=(const Core&) = delete;
 
-  /** Opens the configured groups. */
-  [[nodiscard]] Result<void> openConfigured();
+  /**
+   * Opens the configured groups and waits until each has had its attempt, WantedGroups::kPatience_ns at most, or until
+   * `go_on` says no; what is missing then is tried again by poll(). Errors: of the configuration; kNoRealtime; of a
+   * device only where devices are required.
+   */
+  [[nodiscard]] Result<void> openConfigured(const std::function<bool()>& go_on = {});
   /** Read by every servo; a Panel writes them. */
   [[nodiscard]] SafetyLines& lines() { return lines_; }
   /** Keeps the list of armed devices from now on. Before the first arm(). */
@@ -136,6 +142,7 @@ class Core {
   void regionDropped(std::uint32_t uid);
 
   [[nodiscard]] DeviceManager& devices() { return devices_; }
+  [[nodiscard]] const WantedGroups& wanted() const { return wanted_; }
   [[nodiscard]] SceneModel& scene() { return scene_; }
   [[nodiscard]] MeshStore& meshes() { return meshes_; }
   [[nodiscard]] Uploads& uploads() { return uploads_; }
@@ -171,6 +178,7 @@ class Core {
   /** Whether that client may change how a device feels. */
   Result<void> mayChange(const OpenDevice& device, const Client& by);
   Result<Session*> leaseHolder(std::uint64_t id, const char* to_do);
+  [[nodiscard]] Result<void> mayRunServos() const;
   void order(OpenDevice& device, CommandKind kind);
   void loseLease(OpenDevice& device, const std::string& why);
   void pollArms();
@@ -192,6 +200,7 @@ class Core {
   ArmedList armed_;  // before devices_: emptied when they are closed
   std::vector<Listed> listed_;
   DeviceManager devices_;  // last: its servos stop before what they read goes
+  WantedGroups wanted_;
   std::map<std::uint64_t, Client> clients_;
   std::uint64_t next_connection_ = 1;
   std::map<std::uint32_t, std::uint32_t> regions_out_;  ///< By user.

@@ -14,47 +14,120 @@ namespace hapticd {
 static_assert(DeviceConfig::kMostRadius == ProxyRenderer::kMaxRadius);
 
 DeviceManager::DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads)
-    : config_(config), clock_(clock), meshes_(meshes), scene_(scene), threads_(threads), make_(makeDevice) {}
+    : config_(config),
+      clock_(clock),
+      meshes_(meshes),
+      scene_(scene),
+      threads_(threads),
+      make_(makeDevice),
+      find_(findDevices) {}
 
 DeviceManager::~DeviceManager() { closeAll(); }
 
 Result<void> DeviceManager::roomForGroup(const std::string& where) const {
-  if (links_.size() + opening_.size() < kMaxGroups) return {};
+  if (links_.size() + groups_opening_ < kMaxGroups) return {};
   return Error{ErrorCode::kQuotaExceeded, where, fmt::format("there are {} device groups, the most", kMaxGroups),
                "close a device first"};
 }
 
-Result<void> DeviceManager::openGroup(const GroupConfig& group) {
-  const std::string where = fmt::format("group '{}'", group.name);
-  if (auto room = roomForGroup(where); !room) return room;
+/** Its devices, not open yet; each of them once, and not open already. */
+Result<std::vector<std::unique_ptr<Device>>> DeviceManager::makeGroup(const GroupConfig& group,
+                                                                      const std::string& where) {
+  if (auto room = roomForGroup(where); !room) return room.error();
   if (group.devices.empty() || group.devices.size() > kMaxDevices) {
     return Error{ErrorCode::kInvalidArgument, where, fmt::format("a group has 1 to {} devices", kMaxDevices), {}};
   }
-  std::vector<std::unique_ptr<Device>> opened;
-  const auto closeOpened = [&] {
-    for (auto& device : opened) device->close();
-  };
+  std::vector<std::unique_ptr<Device>> made;
   for (const std::string& uri : group.devices) {
     auto device = make_(uri);
-    if (device) {
-      if (auto r = (*device)->open(); !r) device = r.error();
-    }
-    if (!device) {
-      closeOpened();
-      return device.error();
-    }
+    if (!device) return device.error();
     const std::string& canonical = (*device)->info().uri;
-    const bool here =
-        std::any_of(opened.begin(), opened.end(), [&](const auto& d) { return d->info().uri == canonical; });
+    const bool here = std::any_of(made.begin(), made.end(), [&](const auto& d) { return d->info().uri == canonical; });
     if (here || lookUp(canonical) != nullptr) {
-      (*device)->close();
-      closeOpened();
       return Error{ErrorCode::kDeviceBusy, where, fmt::format("{} is open already", canonical),
                    "name each device once"};
     }
-    opened.push_back(std::move(*device));
+    made.push_back(std::move(*device));
   }
-  return adopt(group, std::move(opened));
+  return made;
+}
+
+Result<void> DeviceManager::openGroup(const GroupConfig& group) {
+  auto made = makeGroup(group, fmt::format("group '{}'", group.name));
+  if (!made) return made.error();
+  for (auto it = made->begin(); it != made->end(); ++it) {
+    auto r = (*it)->open();
+    if (r) continue;
+    while (it != made->begin()) (*--it)->close();
+    return r;
+  }
+  return adopt(group, std::move(*made));
+}
+
+void DeviceManager::openGroup(const GroupConfig& group, GroupDone done) {
+  auto made = makeGroup(group, fmt::format("group '{}'", group.name));
+  if (!made) return done(made.error());
+  begin(group, std::move(*made), std::move(done));
+}
+
+void DeviceManager::begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done) {
+  const auto opening = std::make_shared<GroupOpening>();
+  opening->group = group;
+  opening->closed = std::move(made);
+  opening->done = std::move(done);
+  for (std::size_t i = 0; i < opening->closed.size(); ++i) {
+    opening->canonical.push_back(opening->closed[i]->info().uri);
+    opening_.push_back({opening->canonical.back(), {group.devices[i]}, {}});
+  }
+  ++groups_opening_;
+  openNext(opening);
+}
+
+void DeviceManager::openNext(const std::shared_ptr<GroupOpening>& opening) {
+  if (opening->closed.empty()) return finish(*opening, adopt(opening->group, std::move(opening->open)));
+  auto device = std::move(opening->closed.front());
+  opening->closed.erase(opening->closed.begin());
+  opener_.start(std::move(device), [this, opening](DeviceOpener::Opened opened) {
+    if (!opened) return finish(*opening, opened.error());
+    opening->open.push_back(std::move(*opened));
+    openNext(opening);
+  });
+}
+
+/** A group is open, or not: those who wait for one of its devices are told. */
+void DeviceManager::finish(GroupOpening& opening, Result<void> result) {
+  if (!result) {
+    for (auto& device : opening.open) {
+      if (device) device->close();
+    }
+  }
+  --groups_opening_;
+  std::vector<Opening> rows;
+  for (const std::string& canonical : opening.canonical) rows.push_back(takeOpening(canonical));
+  for (const Opening& row : rows) {
+    OpenDevice* const device = result ? lookUp(row.canonical) : nullptr;
+    if (device == nullptr) continue;
+    auto& aliases = device->aliases;
+    for (const std::string& text : row.texts) {
+      if (text != row.canonical && std::find(aliases.begin(), aliases.end(), text) == aliases.end())
+        aliases.push_back(text);
+    }
+    if (on_opened_) on_opened_(*device);
+  }
+  opening.done(result);
+  for (const Opening& row : rows) {
+    const Result<OpenDevice*> answer =
+        result ? Result<OpenDevice*>(lookUp(row.canonical)) : Result<OpenDevice*>(result.error());
+    for (const Done& done : row.waiting) done(answer);
+  }
+}
+
+DeviceManager::Opening DeviceManager::takeOpening(const std::string& canonical) {
+  const auto it =
+      std::find_if(opening_.begin(), opening_.end(), [&](const Opening& o) { return o.canonical == canonical; });
+  Opening taken = std::move(*it);
+  opening_.erase(it);
+  return taken;
 }
 
 /** Starts the servo of devices that are open. */
@@ -119,49 +192,47 @@ GroupConfig DeviceManager::groupOf(std::string_view uri) {
 void DeviceManager::open(std::string_view uri, Done done) {
   if (uri.empty() && !devices_.empty()) return done(devices_.front().get());
   if (OpenDevice* device = lookUp(uri)) return done(device);
-  auto made = make_(uri);
-  if (!made) return done(made.error());
-  const std::string canonical = (*made)->info().uri;
-  if (OpenDevice* device = lookUp(canonical)) return done(device);
-  for (Opening& opening : opening_) {
-    if (opening.canonical != canonical) continue;
-    opening.texts.emplace_back(uri);
-    opening.waiting.push_back(std::move(done));
-    return;
+  std::unique_ptr<Device> made;
+  std::string canonical;  // "": any will do
+  if (!uri.empty()) {
+    auto one = make_(uri);
+    if (!one) return done(one.error());
+    made = std::move(*one);
+    canonical = made->info().uri;
+    if (OpenDevice* device = lookUp(canonical)) return done(device);
+    if (waitFor(canonical, uri, done)) return;
+  }
+  if (advice_) {
+    const auto advised = advice_(canonical);
+    if (!advised) return done(advised.error());
+    if (OpenDevice* device = lookUp(*advised)) return done(device);
+    if (!advised->empty() && waitFor(*advised, uri, done)) return;
   }
   if (auto room = roomForGroup(fmt::format("device '{}'", log::printable(uri.substr(0, 200)))); !room)
     return done(room.error());
-  Opening& opening = opening_.emplace_back();
-  opening.canonical = canonical;
-  opening.texts.emplace_back(uri);
-  opening.waiting.push_back(std::move(done));
-  opener_.start(std::move(*made),
-                [this, canonical](DeviceOpener::Opened device) { opened(canonical, std::move(device)); });
+  if (!made) {
+    auto any = make_(uri);
+    if (!any) return done(any.error());
+    made = std::move(*any);
+    canonical = made->info().uri;
+    if (waitFor(canonical, uri, done)) return;
+  }
+  std::vector<std::unique_ptr<Device>> one;
+  one.push_back(std::move(made));
+  begin(groupOf(uri), std::move(one), [this, canonical, done = std::move(done)](const Result<void>& opened) {
+    done(opened ? Result<OpenDevice*>(lookUp(canonical)) : Result<OpenDevice*>(opened.error()));
+  });
 }
 
-/** A device that was asked for is open, or not. */
-void DeviceManager::opened(const std::string& canonical, DeviceOpener::Opened device) {
-  const auto it =
-      std::find_if(opening_.begin(), opening_.end(), [&](const Opening& o) { return o.canonical == canonical; });
-  const Opening opening = std::move(*it);
-  opening_.erase(it);
-  Result<OpenDevice*> answer = device ? Result<OpenDevice*>(nullptr) : Result<OpenDevice*>(device.error());
-  if (device) {
-    std::vector<std::unique_ptr<Device>> one;
-    one.push_back(std::move(*device));
-    if (auto r = adopt(groupOf(opening.texts.front()), std::move(one)); !r) {
-      answer = r.error();
-    } else {
-      answer = devices_.back().get();
-      for (const std::string& text : opening.texts) {
-        auto& aliases = devices_.back()->aliases;
-        if (text != canonical && std::find(aliases.begin(), aliases.end(), text) == aliases.end())
-          aliases.push_back(text);
-      }
-    }
+/** Whether that device is being opened: then `done` waits for it. */
+bool DeviceManager::waitFor(const std::string& canonical, std::string_view text, Done& done) {
+  for (Opening& opening : opening_) {
+    if (opening.canonical != canonical) continue;
+    opening.texts.emplace_back(text);
+    opening.waiting.push_back(std::move(done));
+    return true;
   }
-  if (answer && on_opened_) on_opened_(**answer);
-  for (const Done& done : opening.waiting) done(answer);
+  return false;
 }
 
 Result<void> DeviceManager::close(OpenDevice& device) {
@@ -184,6 +255,7 @@ Result<void> DeviceManager::close(OpenDevice& device) {
 void DeviceManager::closeAll() {
   opener_.stop();
   opening_.clear();
+  groups_opening_ = 0;
   devices_.clear();
   for (auto& link : links_) letGo(*link);
   links_.clear();
@@ -232,7 +304,7 @@ std::vector<std::string> DeviceManager::names() const {
 
 std::vector<DeviceInfo> DeviceManager::found() const {
   std::vector<DeviceInfo> all;
-  for (auto& device : findDevices()) {
+  for (auto& device : find_()) {
     const bool open =
         std::any_of(devices_.begin(), devices_.end(), [&](const auto& d) { return d->info().uri == device.info.uri; });
     if (!open) all.push_back(std::move(device.info));

@@ -63,17 +63,31 @@ class DeviceManager {
  public:
   /** Makes a device of a URI or serial; tests put their own here. */
   using Factory = std::function<Result<std::unique_ptr<Device>>(std::string_view)>;
+  /** What is attached. */
+  using Finder = std::function<std::vector<DeviceFound>()>;
 
   DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads);
   ~DeviceManager();
   void setFactory(Factory factory) { make_ = std::move(factory); }
-  /** Is called for each device that open(uri, done) has opened, before those who wait for it. */
+  void setFinder(Finder finder) { find_ = std::move(finder); }
+  [[nodiscard]] Result<std::unique_ptr<Device>> make(std::string_view uri) const { return make_(uri); }
+  [[nodiscard]] std::vector<DeviceFound> attached() const { return find_(); }
+  /** Is called for each device that was opened without waiting, before those who wait for it. */
   void onOpened(std::function<void(OpenDevice&)> told) { on_opened_ = std::move(told); }
+  /**
+   * Is asked before open(uri, done) opens what is not open: which device the text ("": any) stands for, by its
+   * canonical URI; the text itself if it has no opinion. It may begin to open that device's group.
+   */
+  using Advice = std::function<Result<std::string>(const std::string& canonical)>;
+  void onAsked(Advice advice) { advice_ = std::move(advice); }
   /** For every group opened from now on. */
   void setLines(SafetyLines& lines) { lines_ = &lines; }
 
   /** Opens the devices of a group and starts its servo. All or nothing. */
   [[nodiscard]] Result<void> openGroup(const GroupConfig& group);
+  /** The same without waiting: `done` is called now or by a later poll(). */
+  using GroupDone = std::function<void(Result<void>)>;
+  void openGroup(const GroupConfig& group, GroupDone done);
   /** By URI, serial or name. What is open is answered as it is; else it becomes a group of its own. Waits for it. */
   [[nodiscard]] Result<OpenDevice*> open(std::string_view uri);
   /**
@@ -110,10 +124,23 @@ class DeviceManager {
     std::vector<std::string> texts;  ///< By which it was asked for.
     std::vector<Done> waiting;
   };
+  /** A group on its way: its devices are opened one after the other. */
+  struct GroupOpening {
+    GroupConfig group;
+    std::vector<std::unique_ptr<Device>> closed, open;
+    std::vector<std::string> canonical;
+    GroupDone done;
+  };
+  [[nodiscard]] Result<std::vector<std::unique_ptr<Device>>> makeGroup(const GroupConfig& group,
+                                                                       const std::string& where);
+  void begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done);
+  void openNext(const std::shared_ptr<GroupOpening>& opening);
+  void finish(GroupOpening& opening, Result<void> result);
+  [[nodiscard]] Opening takeOpening(const std::string& canonical);
+  bool waitFor(const std::string& canonical, std::string_view text, Done& done);
   [[nodiscard]] Result<void> adopt(const GroupConfig& group, std::vector<std::unique_ptr<Device>> opened);
   [[nodiscard]] GroupConfig groupOf(std::string_view uri);
   [[nodiscard]] Result<void> roomForGroup(const std::string& where) const;
-  void opened(const std::string& canonical, DeviceOpener::Opened device);
   GroupOptions options(const GroupConfig& group, const std::vector<std::unique_ptr<Device>>& devices) const;
   std::string shortName(const DeviceInfo& info, const std::vector<std::string>& taken) const;
   void letGo(GroupLink& link);
@@ -125,12 +152,15 @@ class DeviceManager {
   SceneModel& scene_;
   bool threads_;
   Factory make_;
+  Finder find_;
+  Advice advice_;
   std::function<void(OpenDevice&)> on_opened_;
   SafetyLines* lines_ = nullptr;
   std::vector<std::unique_ptr<GroupLink>> links_;
   std::vector<std::unique_ptr<OpenDevice>> devices_;
   std::uint32_t next_group_ = 1;
   std::vector<Opening> opening_;
+  std::size_t groups_opening_ = 0;
   DeviceOpener opener_;  // last: its threads end before what they use goes
 };
 

@@ -146,7 +146,7 @@ Result<std::unique_ptr<Panel>> startPanel(Core& core, Clock& clock) {
 }
 
 /** Serves until SIGTERM or SIGINT, then brings every force to zero. */
-void run(kj::AsyncIoContext& io, Core& core, Sockets& sockets, const Panel* panel) {
+void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Sockets& sockets, const Panel* panel) {
   Supervisor supervisor(core, true);
   ControlServer server(core, *io.lowLevelProvider, io.provider->getTimer());
   bool told = false;
@@ -159,7 +159,6 @@ void run(kj::AsyncIoContext& io, Core& core, Sockets& sockets, const Panel* pane
   if (sockets.admin.valid()) {
     if (auto fd = sockets.admin.share()) server.serve(std::move(*fd), true);
   }
-  auto ended = io.unixEventPort.onSignal(SIGTERM).exclusiveJoin(io.unixEventPort.onSignal(SIGINT));
   const siginfo_t info = ended.wait(io.waitScope);
   log::info("{}: stopping", info.si_signo == SIGTERM ? "SIGTERM" : "SIGINT");
   supervisor.stopping();
@@ -189,6 +188,7 @@ int start(const Options& options) {
   CoreOptions core_options;
   core_options.config = config;
   core_options.epoch = drawEpoch();
+  core_options.devices_required = options.devices_named;
   Core core(core_options, clock);
   core.keepArmed(std::move(*armed));
   core.facts().config_file = options.loaded.file;
@@ -203,11 +203,12 @@ int start(const Options& options) {
   }
   auto panel = startPanel(core, clock);
   if (!panel) return fail(panel.error(), panel.error().code == ErrorCode::kNoRealtime ? kExitNoRealtime : kExitDevice);
-  if (auto r = core.openConfigured(); !r) {
+  auto ended = io.unixEventPort.onSignal(SIGTERM).exclusiveJoin(io.unixEventPort.onSignal(SIGINT));
+  if (auto r = core.openConfigured([&] { return !ended.poll(io.waitScope); }); !r) {
     return fail(r.error(), r.error().code == ErrorCode::kNoRealtime ? kExitNoRealtime : kExitDevice);
   }
   if (auto r = lockPages(core); !r) return fail(r.error(), kExitNoRealtime);
-  run(io, core, *sockets, panel->get());
+  run(io, kj::mv(ended), core, *sockets, panel->get());
   log::info("stopped");
   return kExitOk;
 }

@@ -22,7 +22,8 @@ std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
   Options options;
   app.add_option("--config", config_file,
                  "TOML file; else $HAPTICD_CONFIG, the service's or the user's hapticd.toml, else built-in defaults");
-  app.add_option("--device", devices, "device URI or serial, e.g. sim://omega3; may be given several times")
+  app.add_option("--device", devices,
+                 "device URI or serial, e.g. sim://omega3; may be given several times. It must open, or hapticd ends")
       ->allow_extra_args(false);
   app.add_option("--rate", rate_hz, "servo rate [Hz]")->check(CLI::Range(1000.0, 4000.0));
   app.add_option("--socket", socket, "path of the control socket");
@@ -70,6 +71,7 @@ std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
   if (!admin_socket.empty()) config.sockets.admin = admin_socket;
   if (allow_no_rt) config.servo.allow_no_rt = true;
   if (!devices.empty()) {
+    options.devices_named = true;
     config.groups.clear();
     for (std::size_t i = 0; i < devices.size(); ++i) {
       GroupConfig group;

@@ -23,7 +23,8 @@ enum ExitCode : int {
 };
 
 struct Options {
-  LoadedConfig loaded;  ///< With the command line's changes in it.
+  LoadedConfig loaded;         ///< With the command line's changes in it.
+  bool devices_named = false;  ///< On the command line.
   bool check_config = false;
   bool print_config = false;
 };

@@ -41,6 +41,8 @@ void Supervisor::step() {
                       : s.armed                       ? "armed"
                                                       : "disarmed");
     }
+    for (const auto& one : core_.wanted().absent())
+      status += fmt::format("{}{} missing", status.empty() ? "" : "; ", one.uri);
     if (!core_.devices().realtime()) status += "; not real-time";
     sd_notify(0, ("STATUS=" + status).c_str());
   }

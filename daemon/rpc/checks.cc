@@ -93,6 +93,14 @@ CheckLine device(const OpenDevice& device) {
           {}};
 }
 
+/** Told to be open, and not open. */
+CheckLine missing(const WantedGroups::Absent& one) {
+  return {"missing device", State::RED,
+          fmt::format("{}, group {}: {}: {}{}", one.uri, one.group, one.why.where, one.why.what,
+                      one.passed_over ? "; another was taken" : ""),
+          fmt::format("{}{}hapticctl arm {}", one.why.remedy, one.why.remedy.empty() ? "" : "; then: ", one.uri)};
+}
+
 CheckLine heartbeat(Core& core, GroupLink& link) {
   constexpr std::int64_t kLateNs = 100'000'000;
   const std::int64_t age_ns = core.now() - link.group().servo().counters.last_cycle_ns.load(std::memory_order_relaxed);
@@ -114,6 +122,7 @@ std::vector<CheckLine> makeChecks(Core& core) {
                                socketLine("administration socket", core.facts().admin_socket)};
   for (const auto& link : core.devices().links()) lines.push_back(heartbeat(core, *link));
   for (const auto& d : core.devices().devices()) lines.push_back(device(*d));
+  for (const auto& one : core.wanted().absent()) lines.push_back(missing(one));
   return lines;
 }
 

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "daemon/rpc/servers.h"
 #include "daemon/rpc/status.h"
 
@@ -45,10 +47,21 @@ kj::Promise<void> DaemonServer::hello(HelloContext context) {
 kj::Promise<void> DaemonServer::listDevices(ListDevicesContext context) {
   return answer(context, [&](auto, auto results) -> Result<void> {
     const auto& open = core_.devices().devices();
-    const auto found = core_.devices().found();
+    auto found = core_.devices().found();
+    const auto absent = core_.wanted().absent();
+    for (const auto& one : absent) {
+      const auto is = [&](const hapticd::DeviceInfo& info) { return info.uri == one.uri; };
+      if (std::none_of(found.begin(), found.end(), is)) found.emplace_back().uri = one.uri;
+    }
     auto list = results.initDevices(static_cast<unsigned>(open.size() + found.size()));
     for (unsigned i = 0; i < open.size(); ++i) write(list[i], *open[i]);
-    for (unsigned i = 0; i < found.size(); ++i) write(list[static_cast<unsigned>(open.size()) + i], found[i]);
+    for (unsigned i = 0; i < found.size(); ++i) {
+      auto row = list[static_cast<unsigned>(open.size()) + i];
+      write(row, found[i]);
+      for (const auto& one : absent) {
+        if (one.uri == found[i].uri) row.setProblem(log::printable(toString(one.why)));
+      }
+    }
     return {};
   });
 }

@@ -143,6 +143,7 @@ haptic_device_info* convert(proto::DeviceInfo::Reader from, Reply& reply) {
   to->coulomb_friction = from.getCoulombFriction();
   to->max_velocity = from.getMaxVelocity();
   to->temperature_c = from.getTemperatureC();
+  to->problem = text(reply, from.getProblem());
   return to;
 }
 

@@ -4,6 +4,7 @@
 Usage: vendor_test.py BUILD_DIRECTORY PLAYED_SDK. The played SDK keeps its device in a file: the grip's place and the motors'
 force are its first six doubles (tests/fakes/vendor_sdk). Nothing is timed: each wait ends when what it waits for has happened.
 """
+import json
 import mmap
 import os
 import pathlib
@@ -36,10 +37,13 @@ class Vendor(unittest.TestCase):
             f'[guard]\narm_ramp_ms = 100\n[[group]]\nname = "desk"\ndevices = ["{self.uri}"]\n')
         self.place(0.02)
         self.arming = None
+        self.start()
+
+    def start(self):
         with open(self.directory / "log", "wb") as log:
             self.daemon = subprocess.Popen(
                 [BUILD / "daemon/hapticd", "--allow-no-rt", "--socket", self.socket, "--config", self.directory / "hapticd.toml"],
-                stdout=log, stderr=log, env={**os.environ, "FAKE_SDK_STATE": str(path)})
+                stdout=log, stderr=log, env={**os.environ, "FAKE_SDK_STATE": str(self.directory / "device")})
         self.until(lambda: self.ctl("status").returncode == 0)
 
     def tearDown(self):
@@ -104,6 +108,37 @@ class Vendor(unittest.TestCase):
                               env={**os.environ, "FAKE_SDK_STATE": str(self.directory / "device")})
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("made safe", done.stdout + done.stderr)
+
+    def test_a_daemon_starts_without_a_device_that_does_not_open_and_finds_it_later(self):
+        self.daemon.terminate()
+        self.daemon.wait()
+        later = self.directory / "later.so"
+        uri = f"dhd://default?sdk={later}"
+        (self.directory / "hapticd.toml").write_text(
+            f'[[group]]\nname = "desk"\ndevices = ["{uri}"]\n[[group]]\nname = "other"\ndevices = ["sim://omega3"]\n')
+        self.start()
+        rows = {device["uri"]: device for device in json.loads(self.ctl("list", "--json").stdout)}
+        self.assertTrue(rows["sim://omega3"]["open"])
+        self.assertFalse(rows[uri]["open"])
+        self.assertIn("later.so", rows[uri]["problem"])
+        self.assertRegex(self.ctl("list").stdout, r"missing\s.*later\.so")
+        doctor = self.ctl("doctor").stdout
+        self.assertRegex(doctor, r"RED\s+daemon: missing device\s+dhd://.*group desk")
+        log = (self.directory / "log").read_text()
+        self.assertEqual(log.count("is missing"), 1, log)
+        shutil.copy(SDK, self.directory / "copying")
+        os.rename(self.directory / "copying", later)  # whole at once
+        self.until(lambda: "device dhd" in self.ctl("doctor").stdout)
+        self.assertNotIn("missing", self.ctl("list").stdout + self.ctl("doctor").stdout)
+        self.daemon.terminate()
+        self.assertEqual(self.daemon.wait(), 0)
+
+    def test_a_device_of_the_command_line_must_open(self):
+        (self.directory / "second").mkdir()
+        done = subprocess.run([BUILD / "daemon/hapticd", "--allow-no-rt", "--socket", self.directory / "second/control.sock", "--device",
+                               "dhd://default?sdk=/nowhere/lib.so"], capture_output=True, text=True, check=False, timeout=60)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("/nowhere/lib.so", done.stdout + done.stderr)
 
     def test_an_sdk_that_is_not_there_is_told_by_name(self):
         absent = "dhd://0?sdk=/nowhere/libdhd.so.3"

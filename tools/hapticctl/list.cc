@@ -23,10 +23,18 @@ void addList(CLI::App& app, Action& chosen) {
       Table table({{"NAME"}, {"STATE"}, {"MODEL"}, {"SERIAL"}, {"URI"}});
       for (std::uint32_t i = 0; i < devices->count; ++i) {
         const haptic_device_info& d = *devices->items[i];
-        table.row({d.name[0] != '\0' ? d.name : "-", d.open != 0 ? "open" : "found", d.model, d.serial, d.uri},
+        table.row({d.name[0] != '\0' ? d.name : "-",
+                   d.open != 0            ? "open"
+                   : d.problem[0] != '\0' ? "missing"
+                                          : "found",
+                   d.model, d.serial, d.uri},
                   d.open != 0 ? Style::kPlain : Style::kDim);
       }
       put(table.text());
+      for (std::uint32_t i = 0; i < devices->count; ++i) {
+        if (devices->items[i]->problem[0] != '\0')
+          note(fmt::format("hapticctl: {}: {}", devices->items[i]->uri, devices->items[i]->problem));
+      }
       if (table.empty()) note("hapticctl: no device; hapticctl doctor tells why");
       return kExitOk;
     };

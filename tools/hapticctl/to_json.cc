@@ -79,7 +79,8 @@ Json toJson(const haptic_device_info& d) {
           {"viscous_friction", d.viscous_friction},
           {"coulomb_friction", d.coulomb_friction},
           {"max_velocity", d.max_velocity},
-          {"temperature_c", d.temperature_c}};
+          {"temperature_c", d.temperature_c},
+          {"problem", d.problem}};
 }
 
 Json toJson(const haptic_device_limits& limits) {

@@ -74,6 +74,7 @@ typedef struct haptic_device_info {
   double coulomb_friction; /**< [N] */
   double max_velocity;     /**< [m/s] */
   double temperature_c;    /**< Hottest motor. */
+  const char* problem;     /**< Why it is not open although the daemon was told to open it; "" otherwise. */
 } haptic_device_info;
 
 typedef struct haptic_device_list {

@@ -53,7 +53,7 @@ DeviceInfo = struct(
                "max_gripper_stiffness max_damping max_angular_damping workspace_radius"),
     *many(vec3, "workspace_lower workspace_upper max_workspace_lower max_workspace_upper"),
     *many(f64, "gripper_max_angle position_resolution rotation_resolution force_resolution native_rate_hz "
-               "apparent_mass viscous_friction coulomb_friction max_velocity temperature_c"))
+               "apparent_mass viscous_friction coulomb_friction max_velocity temperature_c"), ("problem", text))
 DeviceList = struct("haptic_device_list", ("size", u32), ("count", u32), ("items", pointers(DeviceInfo)))
 DeviceLimits = struct("haptic_device_limits", ("size", u32), ("reserved", u32),
                       *many(f64, "force torque force_slew torque_slew velocity power active_power gripper_force"))

@@ -168,6 +168,7 @@ class DeviceInfo:
     coulomb_friction: float
     max_velocity: float
     temperature_c: float
+    problem: str
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,291 @@
+// Configured devices that do not open: the daemon starts without them, says so, and finds them later.
+#include <gmock/gmock.h>
+
+#include <condition_variable>
+#include <map>
+#include <mutex>
+
+#include "drivers/link/slow_to_open.h"
+#include "tests/session/bench.h"
+
+namespace hapticd::test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+/** What stands behind a URI. */
+struct Socket {
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool there = true, hangs = false;
+  int opened = 0, closed = 0;
+  std::vector<std::int64_t> tried_ns;
+
+  void set(bool now_there, bool now_hangs = false) {
+    const std::lock_guard lock(mutex);
+    there = now_there;
+    hangs = now_hangs;
+    changed.notify_all();
+  }
+};
+
+class Plugged final : public Device, public SlowToOpen {
+ public:
+  Plugged(Socket& socket, std::string uri, ManualClock& clock) : socket_(socket), clock_(clock) {
+    info_.uri = std::move(uri);
+    info_.driver = "plugged";
+    info_.max_force = 5;
+  }
+  const DeviceInfo& info() const noexcept override { return info_; }
+  Result<void> open() override {
+    std::unique_lock lock(socket_.mutex);
+    socket_.tried_ns.push_back(clock_.now());
+    socket_.changed.wait(lock, [&] { return !socket_.hangs; });
+    if (!socket_.there) return Error{ErrorCode::kDeviceGone, info_.uri, "it does not answer", "plug it in"};
+    ++socket_.opened;
+    return {};
+  }
+  void giveUp() noexcept override { socket_.set(false); }
+  void close() noexcept override { ++socket_.closed; }
+  void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override {
+    sample.t_ns = now_ns;
+    sample.fresh = true;
+  }
+  void write(std::int64_t, const DeviceCommand&) HD_RT override {}
+  void safe() noexcept override {}
+
+ private:
+  Socket& socket_;
+  ManualClock& clock_;
+  DeviceInfo info_;
+};
+
+class Missing : public ::testing::Test {
+ protected:
+  static GroupConfig group(std::string name, std::vector<std::string> devices) {
+    GroupConfig made;
+    made.name = std::move(name);
+    made.devices = std::move(devices);
+    made.rate_hz = 2000;
+    return made;
+  }
+  void make(std::vector<GroupConfig> groups, bool required = false) {
+    CoreOptions options;
+    options.config = Bench::relaxed();
+    options.config.groups = std::move(groups);
+    options.threads = false;
+    options.epoch = 42;
+    options.devices_required = required;
+    core = std::make_unique<Core>(options, clock);
+    core->devices().setFactory([this](std::string_view text) -> Result<std::unique_ptr<Device>> {
+      const auto at = sockets.find(std::string(text));
+      if (at == sockets.end()) return Error{ErrorCode::kNotFound, std::string(text), "nothing has that name", {}};
+      return std::unique_ptr<Device>(std::make_unique<Plugged>(at->second, at->first, clock));
+    });
+    core->devices().setFinder([this] {
+      std::vector<DeviceFound> found;
+      for (const char* uri : attached) found.push_back({.info = {}, .real = true}), found.back().info.uri = uri;
+      return found;
+    });
+    administration = *core->connect(101, 0, true);
+  }
+  /** With a first attempt at each group. */
+  Result<void> start() {
+    const auto begun = core->openConfigured([] { return false; });
+    if (begun) settle();
+    return begun;
+  }
+  void settle() {
+    do core->poll();
+    while (core->devices().opening() != 0 || !core->wanted().settled());
+  }
+  /** Polls, with the clock at rest while something is being opened, until then. */
+  void until(std::int64_t t_ns) {
+    while (clock.now() < t_ns || core->devices().opening() != 0) {
+      core->poll();
+      if (core->devices().opening() == 0) clock.advance(5 * kMs);
+    }
+  }
+  std::vector<std::string> open() {
+    std::vector<std::string> all;
+    for (const auto& device : core->devices().devices()) all.push_back(device->info().uri);
+    return all;
+  }
+  std::vector<std::string> absent() {
+    std::vector<std::string> all;
+    for (const auto& one : core->wanted().absent()) all.push_back(one.uri);
+    return all;
+  }
+
+  ManualClock clock{0};
+  std::map<std::string, Socket> sockets;  // before the core: its devices go first
+  std::vector<const char*> attached;
+  std::unique_ptr<Core> core;
+  std::uint64_t administration = 0;
+};
+
+TEST_F(Missing, OneThatDoesNotAnswerKeepsNobodyElse) {
+  sockets["a://dead"].set(false);
+  (void)sockets["b://well"];
+  make({group("left", {"a://dead"}), group("right", {"b://well"})});
+  ASSERT_TRUE(start().ok());
+  EXPECT_THAT(open(), ElementsAre("b://well"));
+  ASSERT_THAT(absent(), ElementsAre("a://dead"));
+  const auto one = core->wanted().absent().front();
+  EXPECT_EQ(one.group, "left");
+  EXPECT_EQ(one.why.what, "it does not answer");
+  EXPECT_FALSE(one.passed_over);
+  EXPECT_TRUE(core->wanted().names("a://dead"));
+}
+
+TEST_F(Missing, IsTriedAtIntervalsThatDoubleToHalfAMinute) {
+  sockets["a://dead"].set(false);
+  make({group("left", {"a://dead"})});
+  ASSERT_TRUE(start().ok());
+  until(100'000'000'000);
+  const auto& tried = sockets["a://dead"].tried_ns;
+  const std::vector<double> pauses_s = {1, 2, 4, 8, 16, 30, 30};
+  ASSERT_EQ(tried.size(), pauses_s.size() + 1);
+  for (std::size_t i = 0; i < pauses_s.size(); ++i) {
+    EXPECT_NEAR(static_cast<double>(tried[i + 1] - tried[i]) * 1e-9, pauses_s[i], 0.02);
+  }
+  sockets["a://dead"].set(true);
+  until(130'000'000'000);
+  EXPECT_THAT(open(), ElementsAre("a://dead"));
+  EXPECT_TRUE(absent().empty());
+  EXPECT_EQ(core->devices().links().front()->name(), "left");
+  EXPECT_EQ(core->devices().links().front()->group().options().cycle.period_ns, 500'000) << "the group's own rate";
+  until(200'000'000'000);
+  EXPECT_EQ(sockets["a://dead"].opened, 1);
+}
+
+TEST_F(Missing, WhoAsksHasItTriedAtOnce) {
+  sockets["a://dead"].set(false);
+  make({group("left", {"a://dead"})});
+  ASSERT_TRUE(start().ok());
+  until(3'500'000'000);  // The next attempt is due at 7 s.
+  for (const char* text : {"a://dead", ""}) {
+    std::string told;
+    core->openDevice(text, administration, [&](const Result<OpenDevice*>& device) { told = device.error().what; });
+    until(clock.now());
+    EXPECT_EQ(told, "it does not answer") << "'" << text << "'";
+  }
+  sockets["a://dead"].set(true);
+  OpenDevice* device = nullptr;
+  core->openDevice("", administration, [&](const Result<OpenDevice*>& opened) { device = *opened; });
+  until(clock.now());
+  ASSERT_NE(device, nullptr);
+  EXPECT_EQ(device->link->name(), "left");
+  EXPECT_TRUE(absent().empty());
+}
+
+TEST_F(Missing, ASlowOneDoesNotHoldTheStart) {
+  sockets["a://slow"].set(true, true);
+  make({group("left", {"a://slow"})});
+  ASSERT_TRUE(core->openConfigured().ok());
+  EXPECT_EQ(clock.now(), WantedGroups::kPatience_ns);
+  ASSERT_THAT(absent(), ElementsAre("a://slow"));
+  EXPECT_THAT(core->wanted().absent().front().why.what, HasSubstr("still"));
+  OpenDevice* device = nullptr;
+  core->openDevice("a://slow", administration, [&](const Result<OpenDevice*>& opened) { device = *opened; });
+  sockets["a://slow"].set(true);
+  until(clock.now());
+  EXPECT_THAT(open(), ElementsAre("a://slow"));
+  EXPECT_NE(device, nullptr) << "who asks meanwhile waits for the same";
+  EXPECT_EQ(sockets["a://slow"].opened, 1);
+}
+
+TEST_F(Missing, AnEndDoesNotWaitForIt) {
+  sockets["a://slow"].set(true, true);
+  make({group("left", {"a://slow"})});
+  ASSERT_TRUE(core->openConfigured([&] { return clock.now() < 50 * kMs; }).ok());
+  EXPECT_EQ(clock.now(), 50 * kMs);
+  core.reset();
+  EXPECT_EQ(sockets["a://slow"].opened, 0);
+}
+
+TEST_F(Missing, AGroupIsThereAsAWhole) {
+  (void)sockets["a://well"];
+  sockets["b://dead"].set(false);
+  make({group("pair", {"a://well", "b://dead"})});
+  ASSERT_TRUE(start().ok());
+  until(2'500'000'000);
+  EXPECT_TRUE(open().empty());
+  EXPECT_THAT(absent(), ElementsAre("a://well", "b://dead"));
+  EXPECT_GE(sockets["a://well"].opened, 2);
+  EXPECT_EQ(sockets["a://well"].closed, sockets["a://well"].opened) << "one that opened was kept from others";
+  sockets["b://dead"].set(true);
+  until(8'000'000'000);
+  EXPECT_THAT(open(), ElementsAre("a://well", "b://dead"));
+  EXPECT_EQ(core->devices().links().size(), 1u);
+}
+
+TEST_F(Missing, WhateverThereIsPassesOverWhatDoesNotOpen) {
+  sockets["a://dead"].set(false);
+  (void)sockets["b://well"];
+  (void)sockets["sim://default"];
+  attached = {"a://dead", "b://well"};
+  make({group("default", {""})});
+  ASSERT_TRUE(start().ok());
+  EXPECT_THAT(open(), ElementsAre("b://well"));
+  ASSERT_THAT(absent(), ElementsAre("a://dead"));
+  EXPECT_TRUE(core->wanted().absent().front().passed_over);
+  until(60'000'000'000);
+  EXPECT_EQ(sockets["a://dead"].tried_ns.size(), 1u) << "the group has its device";
+  sockets["a://dead"].set(true);
+  core->openDevice("a://dead", administration, [](const Result<OpenDevice*>& device) { EXPECT_TRUE(device.ok()); });
+  until(clock.now());
+  EXPECT_TRUE(absent().empty());
+}
+
+TEST_F(Missing, TheSimulatorIsTheLastResortOfAGroupThatTakesWhateverThereIs) {
+  sockets["a://dead"].set(false);
+  (void)sockets["sim://default"];
+  attached = {"a://dead"};
+  make({});
+  ASSERT_TRUE(start().ok());
+  EXPECT_THAT(open(), ElementsAre("sim://default"));
+  EXPECT_THAT(absent(), ElementsAre("a://dead"));
+}
+
+TEST_F(Missing, NoOtherDeviceIsTakenInsteadOfAMissingOne) {
+  sockets["a://dead"].set(false);
+  (void)sockets["sim://default"];
+  attached = {"sim://default"};
+  make({group("left", {"a://dead"})});
+  ASSERT_TRUE(start().ok());
+  bool refused = false;
+  core->openDevice("", administration, [&](const Result<OpenDevice*>& device) { refused = !device.ok(); });
+  until(clock.now());
+  EXPECT_TRUE(refused);
+  EXPECT_TRUE(open().empty());
+}
+
+TEST_F(Missing, ASerialNumberMayComeLater) {
+  make({group("left", {"4711"})});
+  ASSERT_TRUE(start().ok());
+  EXPECT_THAT(absent(), ElementsAre("4711"));
+  (void)sockets["4711"];
+  until(5'000'000'000);
+  EXPECT_THAT(open(), ElementsAre("4711"));
+}
+
+TEST_F(Missing, WhatNoAttemptWouldMendEndsTheStart) {
+  (void)sockets["a://well"];
+  make({group("left", {"a://well"}), group("right", {"nobody://knows"})});
+  EXPECT_EQ(start().error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(sockets["a://well"].opened, 0);
+  make({group("left", {"a://well"}), group("right", {"a://well"})});
+  EXPECT_EQ(start().error().code, ErrorCode::kDeviceBusy);
+  EXPECT_EQ(sockets["a://well"].opened, 0);
+}
+
+TEST_F(Missing, ADeviceOfTheCommandLineMustOpen) {
+  sockets["a://dead"].set(false);
+  make({group("default", {"a://dead"})}, true);
+  EXPECT_EQ(start().error().code, ErrorCode::kDeviceGone);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -29,7 +29,8 @@ Result<void> DhdIo::open(const std::atomic<bool>&) {
   id_ = static_cast<DhdSdk::Id>(id);
   open_ = true;
   known_ = asked_ = saturated_ = energised_ = switched_off_ = false;
-  failures_ = ticks_ = 0;
+  failures_ = 0;
+  ticks_ = 0;
   check_.forget();
   setForce(Vec3::Zero(), Vec3::Zero(), 0);
   (void)sdk_->enableForce(0, id_);

@@ -191,9 +191,8 @@ Result<HelperAnswer> decodeAnswer(std::span<const std::uint8_t> bytes) {
   HelperAnswer answer;
   if (frame.code != 0) {
     // Whatever number it says: one of ours.
-    const auto code = describe(static_cast<ErrorCode>(frame.code)) == describe(static_cast<ErrorCode>(0xFFFF))
-                          ? ErrorCode::kInternal
-                          : static_cast<ErrorCode>(frame.code);
+    const auto known = static_cast<ErrorCode>(std::min(frame.code, 0xFFFFu));
+    const auto code = describe(known) == describe(static_cast<ErrorCode>(0xFFFF)) ? ErrorCode::kInternal : known;
     answer.opened = Error{code, get(frame.where), get(frame.what), get(frame.remedy)};
   }
   int texts = 0, numbers = 0, flags = 0;

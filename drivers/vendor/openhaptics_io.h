@@ -24,9 +24,9 @@ class OpenHapticsIo final : public DeviceIo {
  public:
   static constexpr std::int64_t kTrust_ns = 10'000'000;
   static constexpr std::int64_t kLook_ns = 1'000'000;
-  static constexpr std::int64_t kSilent_ns = 50'000'000;  ///< No tick for so long: the scheduler is dead.
-  static constexpr int kCalibrationEvery = 100;           ///< Ticks between two looks at it, while off.
-  static constexpr int kMostErrors = 8;                   ///< Taken from the library's stack of errors in a tick.
+  static constexpr std::int64_t kSilent_ns = 50'000'000;   ///< No tick for so long: the scheduler is dead.
+  static constexpr std::uint32_t kCalibrationEvery = 100;  ///< Ticks between two looks at it, while off.
+  static constexpr int kMostErrors = 8;                    ///< Taken from the library's stack of errors in a tick.
 
   OpenHapticsIo(HdSetup setup, Clock& clock) : setup_(std::move(setup)), clock_(clock) {}
   ~OpenHapticsIo() override { close(); }
@@ -65,7 +65,7 @@ class OpenHapticsIo final : public DeviceIo {
   PoseCheck check_;
   std::int64_t reading_ns_ = 0, asked_ns_ = 0;
   bool known_ = false, asked_ = false, saturated_ = false, energised_ = false;
-  int ticks_ = 0;
+  std::uint32_t ticks_ = 0;  ///< Wraps after 49 days.
 };
 
 }  // namespace hapticd

@@ -4,7 +4,7 @@
 #include <unistd.h>
 
 #include <cstdint>
-#include <future>
+#include <thread>
 
 #include "drivers/registry.h"
 #include "drivers/vendor/helper_device.h"
@@ -50,9 +50,38 @@ void watch(int socket, const std::atomic<bool>& stop, const Running& running) {
   }
 }
 
+/**
+ * While it stands, a library is opening its device. If it has not come back `patience_ms` after the daemon has hung up
+ * it never will: the process ends, which systemd would keep otherwise, and the device with it.
+ */
+class Opening {
+ public:
+  Opening(int socket, int patience_ms) : thread_([this, socket, patience_ms] { watch(socket, patience_ms); }) {}
+  ~Opening() {
+    done_.store(true);
+    thread_.join();
+  }
+  Opening(const Opening&) = delete;
+  Opening& operator=(const Opening&) = delete;
+
+ private:
+  void watch(int socket, int patience_ms) const {
+    bool alone = false;
+    for (int alone_ms = 0; !done_.load(); alone_ms += alone ? kLook_ms : 0) {
+      pollfd look{socket, POLLIN, 0};  // The daemon says nothing more: whatever comes is its end.
+      alone = alone || ::poll(&look, 1, kLook_ms) > 0;
+      if (alone) (void)::poll(nullptr, 0, kLook_ms);
+      if (alone_ms >= patience_ms) ::_exit(3);
+    }
+  }
+
+  std::atomic<bool> done_{false};
+  std::thread thread_;
+};
+
 }  // namespace
 
-int serveVendor(int socket, const std::atomic<bool>& stop) {
+int serveVendor(int socket, const std::atomic<bool>& stop, int patience_ms) {
   int descriptor = -1;
   const auto request = receiveRequest(socket, descriptor);
   SharedLinkMapping mapping;
@@ -70,6 +99,7 @@ int serveVendor(int socket, const std::atomic<bool>& stop) {
     answer.opened = made.error();
   } else {
     io = std::move(*made);
+    const Opening opening(socket, patience_ms);
     answer.opened = io->open(stop);
     answer.info = io->info();
   }

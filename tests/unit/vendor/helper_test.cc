@@ -18,6 +18,7 @@
 
 #include "drivers/vendor/helper_device.h"
 #include "drivers/vendor/helper_protocol.h"
+#include "drivers/vendor/serve.h"
 #include "drivers/vendor/vendor_driver.h"
 #include "tests/fakes/vendor_sdk/fake_sdk.h"
 
@@ -215,6 +216,33 @@ TEST_F(Helper, AnOpeningThatHangsCanBeGivenUp) {
   state_->hangs = false;
 }
 
+TEST_F(Helper, AnOpeningThatHangsEndsItsProcessWhenTheDaemonIsGone) {
+  state_->hangs = true;
+  int pair[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair), 0);
+  const pid_t pid = ::fork();
+  ASSERT_GE(pid, 0);
+  if (pid == 0) {
+    ::close(pair[0]);
+    const std::atomic<bool> stop{false};
+    ::_exit(serveVendor(pair[1], stop, 50));
+  }
+  ::close(pair[1]);
+  SharedLinkMapping memory;
+  ASSERT_TRUE(memory.make().ok());
+  ASSERT_TRUE(sendRequest(pair[0], {uriOf("dhd"), 1}, memory.descriptor()).ok());
+  ASSERT_TRUE(silentUntil([&] { return state_->calls != 0; }));
+  clock_.sleepUntil(clock_.now() + 200 * kMs);
+  int status = 0;
+  EXPECT_EQ(::waitpid(pid, &status, WNOHANG), 0) << "somebody waits for it";
+  ::close(pair[0]);
+  bool ended = false;
+  EXPECT_TRUE(silentUntil([&] { return ended = ended || ::waitpid(pid, &status, WNOHANG) == pid; }));
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 3) << status;
+  if (!ended) ::kill(pid, SIGKILL);
+  state_->hangs = false;
+}
+
 TEST_F(Helper, WhyItDoesNotOpenIsTold) {
   make(uriOf("dhd", "/nowhere/libdhd.so.3"));
   const auto absent = device_->open();
@@ -306,6 +334,18 @@ TEST(HelperAnswers, NoiseIsNoAnswerAndFiguresAreNumbers) {
   bad.info.max_force = std::numeric_limits<double>::infinity();
   ASSERT_TRUE(sendAnswer(pair[1], bad).ok());
   EXPECT_EQ(receiveAnswer(pair[0], 0).error().code, ErrorCode::kInternal);
+  HelperAnswer odd;
+  odd.opened = Error{static_cast<ErrorCode>(0xFFF0), "a", "b", "c"};
+  ASSERT_TRUE(sendAnswer(pair[1], odd).ok());
+  EXPECT_EQ(receiveAnswer(pair[0], 0).value().opened.error().code, ErrorCode::kInternal);
+  std::vector<std::uint8_t> lie(1 << 16);  // A number that is none of ours, and ends like one that is.
+  ASSERT_TRUE(sendAnswer(pair[1], odd).ok());
+  lie.resize(static_cast<std::size_t>(::recv(pair[0], lie.data(), lie.size(), 0)));
+  const std::uint32_t number = 0x10000;
+  std::memcpy(lie.data() + 16, &number, sizeof number);  // Behind the head.
+  ASSERT_EQ(::send(pair[1], lie.data(), lie.size(), 0), static_cast<ssize_t>(lie.size()));
+  EXPECT_EQ(receiveAnswer(pair[0], 0).value().opened.error().code, ErrorCode::kInternal)
+      << "no refusal is \"no error\"";
   HelperAnswer good;
   good.info.model = "a\nmodel" + std::string(1000, 'x');
   good.info.max_workspace_upper = Vec3(1, 2, 3);

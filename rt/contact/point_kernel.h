@@ -80,12 +80,41 @@ struct BallTable {
   const float* x;
   const float* y;
   const float* z;
-  float reach;  ///< The sum of their radius and another's.
+  float reach;   ///< The sum of their radius and another's.
+  float follow;  ///< 1: the place of a pair is the ball's; 0: the other's.
+};
+
+/** Spheres; readable up to the next multiple of 16. */
+struct SphereTable {
+  const float* x;
+  const float* y;
+  const float* z;
+  const float* r;
+};
+
+/**
+ * Which voxels about a place hold surface: bit x of row[y + kWindow z]. Centres of other voxels in the window's unit, a
+ * voxel, from its corner; at least 2 from its sides; readable up to the next multiple of 16.
+ */
+inline constexpr std::uint32_t kWindow = 32;
+struct VoxelWindow {
+  const std::uint32_t* row;
+  const float* x;
+  const float* y;
+  const float* z;
+  float reach;  ///< Of centres that meet: below 2.
 };
 
 /** Of spheres that meet: overlap, and overlap times place; to be cleared by the caller. */
 struct BallSums {
   alignas(64) float sum[4][16];
+};
+
+/** Of voxels that meet: overlap times the place of those that are not in the window; to be cleared by the caller. */
+struct WindowSums {
+  BallSums balls;
+  std::uint32_t pairs;
+  std::uint32_t voxels;  ///< That are in a pair, outside the window.
 };
 
 /** One range of points. */
@@ -117,11 +146,15 @@ struct PointKernel {
   void (*settle)(const FieldTable&, const Placement&, const PlaceTable&, std::uint32_t count) noexcept;
   /**
    * Of the spheres in `mask` that stand at `from` plus their centres, those that meet one at 0: their bits. `sums`, if
-   * there are, get how far each overlaps, and that times the place `both` plus its centre.
+   * there are, get how far each overlaps, and that times the place `at` plus `follow` times its centre.
    */
-  std::uint64_t (*meet)(const BallTable&, const float (&from)[3], const float (&both)[3], std::uint64_t mask,
+  std::uint64_t (*meet)(const BallTable&, const float (&from)[3], const float (&at)[3], std::uint64_t mask,
                         BallSums* sums) noexcept;
   void (*reduceBalls)(const BallSums& sums, float* out) noexcept;
+  /** Bit i: sphere i of up to 64 meets this one. */
+  std::uint64_t (*near)(const SphereTable&, std::uint32_t count, const float (&centre)[3], float radius) noexcept;
+  /** Tries each of the other voxels against the 4^3 voxels of the window about it; `first_only`: up to one pair. */
+  void (*meetWindow)(const VoxelWindow&, std::uint32_t count, bool first_only, WindowSums& sums) noexcept;
 };
 
 extern const PointKernel kPortablePointKernel;

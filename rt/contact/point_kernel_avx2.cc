@@ -58,6 +58,16 @@ HD_LANES I orInt(I x, I y) { return {_mm256_or_si256(x.a, y.a), _mm256_or_si256(
 HD_LANES I shiftRight3(I x) { return {_mm256_srli_epi32(x.a, 3), _mm256_srli_epi32(x.b, 3)}; }
 HD_LANES I shiftRight16(I x) { return {_mm256_srai_epi32(x.a, 16), _mm256_srai_epi32(x.b, 16)}; }
 HD_LANES I shiftLeft16(I x) { return {_mm256_slli_epi32(x.a, 16), _mm256_slli_epi32(x.b, 16)}; }
+HD_LANES I shiftedLeft(I x, int by) {
+  const __m128i n = _mm_cvtsi32_si128(by);
+  return {_mm256_sll_epi32(x.a, n), _mm256_sll_epi32(x.b, n)};
+}
+/** Four words, again and again: lanes that have a bit of theirs. */
+HD_LANES M hasBit(const unsigned* words, I bit) {
+  const __m256i four = _mm256_broadcastsi128_si256(_mm_loadu_si128(reinterpret_cast<const __m128i*>(words)));
+  return bitsOf(_mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(four, bit.a), bit.a)),
+                _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(four, bit.b), bit.b)));
+}
 HD_LANES M equalInt(I x, I y) {
   return bitsOf(_mm256_castsi256_ps(_mm256_cmpeq_epi32(x.a, y.a)), _mm256_castsi256_ps(_mm256_cmpeq_epi32(x.b, y.b)));
 }
@@ -126,5 +136,5 @@ HD_LANES float leastOf(F v) {
 #include "rt/contact/sphere_kernel_body.h"
 
 namespace hapticd {
-extern const PointKernel kAvx2PointKernel{run, reduce, bound, expire, settle, meet, reduceBalls};
+extern const PointKernel kAvx2PointKernel{run, reduce, bound, expire, settle, meet, reduceBalls, near, meetWindow};
 }  // namespace hapticd

@@ -37,6 +37,12 @@ HD_LANES I orInt(I a, I b) { return _mm512_or_si512(a, b); }
 HD_LANES I shiftRight3(I a) { return _mm512_srli_epi32(a, 3); }
 HD_LANES I shiftRight16(I a) { return _mm512_srai_epi32(a, 16); }
 HD_LANES I shiftLeft16(I a) { return _mm512_slli_epi32(a, 16); }
+HD_LANES I shiftedLeft(I a, int by) { return _mm512_sll_epi32(a, _mm_cvtsi32_si128(by)); }
+/** Four words, again and again: lanes that have a bit of theirs. */
+HD_LANES M hasBit(const unsigned* words, I bit) {
+  const __m128i four = _mm_loadu_si128(reinterpret_cast<const __m128i*>(words));
+  return _mm512_test_epi32_mask(_mm512_broadcast_i32x4(four), bit);
+}
 HD_LANES M equalInt(I a, I b) { return _mm512_cmpeq_epi32_mask(a, b); }
 HD_LANES I masked(M m, I a) { return _mm512_maskz_mov_epi32(m, a); }
 HD_LANES I pairs(I values, I weights) { return _mm512_madd_epi16(values, weights); }
@@ -117,5 +123,5 @@ HD_LANES float leastOf(F a) {
 #include "rt/contact/sphere_kernel_body.h"
 
 namespace hapticd {
-extern const PointKernel kAvx512PointKernel{run, reduce, bound, expire, settle, meet, reduceBalls};
+extern const PointKernel kAvx512PointKernel{run, reduce, bound, expire, settle, meet, reduceBalls, near, meetWindow};
 }  // namespace hapticd

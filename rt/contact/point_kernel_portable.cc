@@ -105,6 +105,12 @@ HD_LANES I shiftRight16(const I& a) {
 HD_LANES I shiftLeft16(const I& a) {
   return each<I>([&](int i) { return word(bitsOf(a.x[i]) << 16); });
 }
+HD_LANES I shiftedLeft(const I& a, int by) {
+  return each<I>([&](int i) { return word(bitsOf(a.x[i]) << by); });
+}
+HD_LANES M hasBit(const std::uint32_t* words, const I& bit) {
+  return bits([&](int i) { return (words[i % 4] & bitsOf(bit.x[i])) != 0; });
+}
 HD_LANES M equalInt(const I& a, const I& b) {
   return bits([&](int i) { return a.x[i] == b.x[i]; });
 }
@@ -172,5 +178,5 @@ HD_LANES float leastOf(const F& a) {
 #include "rt/contact/sphere_kernel_body.h"
 
 namespace hapticd {
-extern const PointKernel kPortablePointKernel{run, reduce, bound, expire, settle, meet, reduceBalls};
+extern const PointKernel kPortablePointKernel{run, reduce, bound, expire, settle, meet, reduceBalls, near, meetWindow};
 }  // namespace hapticd

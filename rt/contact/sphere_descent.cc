@@ -1,6 +1,7 @@
 #include "rt/contact/sphere_descent.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "rt/contact/sphere_descent_run.h"
 #include "rt/volume/distance.h"
@@ -24,7 +25,9 @@ SphereDescentDetector::SphereDescentDetector(const SphereDescentOptions& options
       x_(kFieldBuffer),
       y_(kFieldBuffer),
       z_(kFieldBuffer),
-      area_(kFieldBuffer) {}
+      area_(kFieldBuffer) {
+  for (auto& sphere : sphere_) sphere.resize(options.max_pairs + HD_POINT_PADDING);
+}
 
 SphereDescentDetector::~SphereDescentDetector() = default;
 
@@ -32,16 +35,21 @@ void SphereDescentDetector::find(const DetectorQuery& query, ContactSet& contact
   contacts.report = DetectorReport{};
   map_.build(*query.a.volume);
   for (std::uint32_t g = 0; g < map_.count(); ++g) groups_[g] = TouchGroup{};
-  const Vec3 from = query.b.X_WO.p;
-  Tree a(*query.a.volume, query.a.X_WO, from, options_.tight), b(*query.b.volume, query.b.X_WO, from, options_.tight);
+  const bool one_sided = options_.leaf == SphereLeaf::kFieldValue;
+  const VolumeView& volume_b = *query.b.volume;
+  const Pose X_BA = query.b.X_WO.inverse() * query.a.X_WO;
+  const Vec3 origin = one_sided ? Vec3::Zero() : volume_b.originPoint();
+  const double unit = one_sided ? 1 : volume_b.voxel;
+  Tree a(*query.a.volume, one_sided ? Pose{} : X_BA, origin, unit, options_.tight);
+  Tree b(volume_b, Pose{}, origin, unit, options_.tight);
   Run run{query, contacts.report, a, b};
+  run.unit = unit;
   run.voxel_area = a.view.header->area / std::max(1u, a.view.header->surface_voxels);
-  if (options_.leaf == SphereLeaf::kFieldValue) {
+  if (one_sided) {
     walkField(run);
   } else {
     a.turnTightCentres();
     b.turnTightCentres();
-    std::fill_n(seen_.begin(), std::min<std::size_t>(seen_.size(), a.voxelMasks()), 0);
     descend(run);
   }
   sum(run, contacts);
@@ -68,13 +76,11 @@ void SphereDescentDetector::walk(Run& run, std::uint32_t most) HD_RT {
   }
   run.pairs = 1;
   while (run.pairs > 0 && !(run.a.atVoxels() && run.b.atVoxels())) {
-    const bool last_b = !run.b.atVoxels() && run.b.level + 1 == run.b.tree.levels;
-    const bool side_a = !run.a.atVoxels() && (run.b.atVoxels() || last_b || run.a.side() >= run.b.side());
-    if (last_b && side_a && run.a.level + 1 == run.a.tree.levels && most == options_.max_pairs && !run.limited() &&
-        options_.threshold <= 0 && !run.late()) {
-      meetVoxels(run);
+    if (options_.threshold <= 0 && windowsFit(run)) {
+      meetWindows(run);
       return;
     }
+    const bool side_a = !run.a.atVoxels() && (run.b.atVoxels() || run.a.side() >= run.b.side());
     choose(run, side_a);
     if (run.pairs > most) keepNearest(run, most);
     refine(run, side_a);
@@ -119,7 +125,7 @@ void SphereDescentDetector::choose(Run& run, bool side_a) HD_RT {
       urgency_[i] = phi / std::max(area, 1e-12F);
     } else {
       const float x = p.ca[0] - p.cb[0], y = p.ca[1] - p.cb[1], z = p.ca[2] - p.cb[2];
-      urgency_[i] = 1 / (1e-12F + x * x + y * y + z * z);
+      urgency_[i] = 1 / (1e-6F + x * x + y * y + z * z);
     }
   }
   auto limit = static_cast<float>(options_.threshold);
@@ -142,8 +148,8 @@ void SphereDescentDetector::choose(Run& run, bool side_a) HD_RT {
     }
     --leave;
     ++run.tests;
-    run.report.coarsest =
-        std::max<double>({run.report.coarsest, run.a.side(), run.field == nullptr ? run.b.side() : 0});
+    run.report.coarsest = std::max<double>(run.report.coarsest,
+                                           run.unit * std::max(run.a.side(), run.field == nullptr ? run.b.side() : 0));
     if (run.field != nullptr) {
       --run.tests;  // Counted when they are looked up.
       lookUp(run, now_[i]);
@@ -159,57 +165,108 @@ void SphereDescentDetector::choose(Run& run, bool side_a) HD_RT {
 /** One level down on one side. */
 void SphereDescentDetector::refine(Run& run, bool side_a) HD_RT {
   Tree& fine = side_a ? run.a : run.b;
-  Tree& other = side_a ? run.b : run.a;
   const OctreeLevel& level = fine.tree.level[fine.level];
   Offsets offset;
   fine.placesOf(offset);
-  Tree& below = fine;  // Its spheres are asked for after its level has moved on.
-  std::uint32_t made = 0;
-  ++below.level;
-  const bool last = run.a.atVoxels() && run.b.atVoxels();
-  if (below.atVoxels() && !(last && side_a)) {
+  ++fine.level;  // Spheres of the children are asked for.
+  if (fine.atVoxels()) {
     refineToVoxels(run, side_a, level, offset);
-    return;
+  } else if (side_a) {
+    refineA(run, level, offset);
+  } else {
+    refineB(run, level, offset);
   }
-  const bool regroup = side_a && run.a.level < map_.levels();
+}
+
+/** Pairs of one node of A follow one another, and so do those of its children: one sphere against many. */
+void SphereDescentDetector::refineA(Run& run, const OctreeLevel& level, const Offsets& offset) HD_RT {
+  const bool regroup = run.a.level < map_.levels();
   if (regroup) findParts(run.a.level);
+  std::uint32_t made = 0, end = 0;
+  for (std::uint32_t i = 0; i < run.pairs; i = end) {
+    const Pair& p = now_[i];
+    for (end = i; end < run.pairs && now_[end].a == p.a; ++end) put(end - i, run.b.sphere(now_[end].b, now_[end].cb));
+    bool late = false;
+    forEachChild(level, p.a, [&](std::uint32_t place, std::uint32_t child) HD_RT {
+      late = late || run.late();
+      if (late) return;
+      const float c[3] = {p.ca[0] + offset.x[place], p.ca[1] + offset.y[place], p.ca[2] + offset.z[place]};
+      const Sphere s = run.a.sphere(child, c);
+      run.tests += end - i;
+      for (std::uint32_t first = i; first < end; first += 64) {
+        for (std::uint64_t hits = near(first - i, std::min(64u, end - first), s); hits != 0; hits &= hits - 1) {
+          Pair q = now_[first + static_cast<std::uint32_t>(std::countr_zero(hits))];
+          q.a = child;
+          std::copy_n(c, 3, q.ca);
+          if (regroup) q.group = part_[child];
+          push(run, q, made);
+        }
+      }
+    });
+    if (!late) continue;
+    run.report.exhausted = true;
+    run.report.dropped += run.pairs - i;
+    break;
+  }
+  std::swap(now_, next_);
+  run.pairs = made;
+}
+
+/** The children of each pair's node of B, many spheres against one. */
+void SphereDescentDetector::refineB(Run& run, const OctreeLevel& level, const Offsets& offset) HD_RT {
+  std::uint32_t made = 0;
   for (std::uint32_t i = 0; i < run.pairs; ++i) {
     if (run.lateAt(i)) {
       run.report.dropped += run.pairs - i;
       break;
     }
-    const Pair p = now_[i];
-    const Sphere mine = other.sphere(side_a ? p.b : p.a, side_a ? p.cb : p.ca);
-    const float(&centre)[3] = side_a ? p.ca : p.cb;
-    std::uint32_t tested = 0;
-    forEachChild(level, side_a ? p.a : p.b, [&](std::uint32_t place, std::uint32_t child) HD_RT {
-      ++tested;
-      Pair q = p;
-      float(&c)[3] = side_a ? q.ca : q.cb;
-      c[0] = centre[0] + offset.x[place];
-      c[1] = centre[1] + offset.y[place];
-      c[2] = centre[2] + offset.z[place];
-      const Sphere s = below.sphere(child, c);
-      const float x = s.x - mine.x, y = s.y - mine.y, z = s.z - mine.z;
-      const float squared = x * x + y * y + z * z, reach = s.r + mine.r;
-      if (squared > reach * reach) return;
-      // Voxels are told apart by their parent and place: the last level has no numbers of its own.
-      (side_a ? q.a : q.b) = below.atVoxels() ? (side_a ? p.a : p.b) << 9 | place : child;
-      if (regroup) q.group = part_[child];
-      if (last) {
-        touch(run, q, std::sqrt(squared), reach);
-      } else if (made < next_.size()) {
-        next_[made++] = q;
-      } else {
-        ++run.report.dropped;
-        run.report.exhausted = true;
-      }
+    Pair q = now_[i];
+    const float centre[3] = {q.cb[0], q.cb[1], q.cb[2]};
+    const Sphere s = run.a.sphere(q.a, q.ca);
+    std::uint32_t count = 0;
+    const std::uint32_t first_child = level.first[q.b];
+    std::uint16_t places[512];
+    forEachChild(level, q.b, [&](std::uint32_t place, std::uint32_t child) HD_RT {
+      const float c[3] = {centre[0] + offset.x[place], centre[1] + offset.y[place], centre[2] + offset.z[place]};
+      put(count, run.b.sphere(child, c));
+      places[count++] = static_cast<std::uint16_t>(place);
     });
-    run.tests += tested;
-    if (last && run.query.first_only && run.report.touching > 0) return;
+    run.tests += count;
+    for (std::uint32_t first = 0; first < count; first += 64) {
+      for (std::uint64_t hits = near(first, std::min(64u, count - first), s); hits != 0; hits &= hits - 1) {
+        const std::uint32_t k = first + static_cast<std::uint32_t>(std::countr_zero(hits));
+        q.b = first_child + k;
+        q.cb[0] = centre[0] + offset.x[places[k]];
+        q.cb[1] = centre[1] + offset.y[places[k]];
+        q.cb[2] = centre[2] + offset.z[places[k]];
+        push(run, q, made);
+      }
+    }
   }
   std::swap(now_, next_);
-  run.pairs = last ? 0 : made;
+  run.pairs = made;
+}
+
+void SphereDescentDetector::put(std::uint32_t at, const Sphere& s) HD_RT {
+  sphere_[0][at] = s.x;
+  sphere_[1][at] = s.y;
+  sphere_[2][at] = s.z;
+  sphere_[3][at] = s.r;
+}
+
+/** Bit i: the sphere put at `first` + i meets this one. */
+std::uint64_t SphereDescentDetector::near(std::uint32_t first, std::uint32_t count, const Sphere& s) const HD_RT {
+  const SphereTable table{&sphere_[0][first], &sphere_[1][first], &sphere_[2][first], &sphere_[3][first]};
+  return pointKernel().near(table, count, {s.x, s.y, s.z}, s.r);
+}
+
+void SphereDescentDetector::push(Run& run, const Pair& q, std::uint32_t& made) HD_RT {
+  if (made < next_.size()) {
+    next_[made++] = q;
+    return;
+  }
+  ++run.report.dropped;
+  run.report.exhausted = true;
 }
 
 void SphereDescentDetector::touch(Run& run, const Pair& p, float distance, float reach) HD_RT {
@@ -217,10 +274,10 @@ void SphereDescentDetector::touch(Run& run, const Pair& p, float distance, float
   TouchGroup& g = groups_[std::min<std::uint32_t>(p.group, kMaxTouchGroups - 1)];
   const double weight = static_cast<double>(reach) - distance;  // t - d of eq. 3.1
   g.weight += weight;
-  g.mean += 0.5 * weight * (Vec3(p.ca[0], p.ca[1], p.ca[2]) + Vec3(p.cb[0], p.cb[1], p.cb[2]));
+  g.mean += weight * Vec3(p.ca[0], p.ca[1], p.ca[2]);
   if (p.a == run.last_a) return;
   run.last_a = p.a;
-  const double cells = run.a.side() / run.a.view.voxel;
+  const double cells = run.a.side() / run.a.scale;
   g.area += run.voxel_area * cells * cells;
 }
 
@@ -231,7 +288,6 @@ void SphereDescentDetector::findParts(std::uint32_t level) HD_RT {
 
 void SphereDescentDetector::sum(Run& run, ContactSet& contacts) HD_RT {
   const VolumeView& b = run.b.view;
-  const Quat q_BW = run.query.b.X_WO.q.conjugate();
   std::uint32_t count = 0;
   for (std::uint32_t g = 0; g < map_.count(); ++g) {
     TouchGroup group = groups_[g];
@@ -239,7 +295,7 @@ void SphereDescentDetector::sum(Run& run, ContactSet& contacts) HD_RT {
     group.part = g;
     group.mean /= group.weight;
     if (options_.leaf == SphereLeaf::kSphere) {
-      group.mean = q_BW * group.mean;
+      group.mean = b.originPoint() + b.voxel * group.mean;
       const DistanceSample s = distanceAt(b, group.mean);
       const double n = s.gradient.norm();
       const Vec3 out = n > 0 ? Vec3(s.gradient / n) : Vec3::UnitZ();

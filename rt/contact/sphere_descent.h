@@ -4,7 +4,8 @@
  *
  * Pairs of nodes are held level by level. In each step the side with the larger nodes is refined in every pair: its
  * children's spheres, tight about the octants that they occupy, are tested against the other node's. Only surface is
- * walked; child offsets are turned to the world once per query; an only child in its parent's sphere is taken untested.
+ * walked; child offsets are turned into B's lattice once per query. In the end each voxel of a small node of A is tried
+ * against the voxels of B right about it, if the budget is enough for that.
  *
  * Sensation preserving (section 3.2.5, Otaduy and Lin 2003): a pair whose weighted surface deviation
  * s* = max(phi_a, phi_b) / max(D_a, D_b) (eq. 3.5) is below s_0 is not refined: it is a contact as large as its cell.
@@ -21,8 +22,8 @@
  * and area as of PointFieldDetector, up to DetectorQuery::margin.
  *
  * A unit of work is sixteen sphere tests. Spheres against spheres tell where bodies touch to a voxel; how deep and in
- * which direction is read from B's field at each contact's mean place. So shallow contacts may be reported apart, with
- * a negative depth.
+ * which direction is read from B's field at each contact's mean place on A. So shallow contacts may be reported apart,
+ * with a negative depth.
  */
 #pragma once
 
@@ -44,7 +45,7 @@ struct SphereDescentOptions {
   bool tight = true;     ///< Spheres about the occupied octants; else about the node.
   double threshold = 0;  ///< s_0 [1/m^2]; 0: all is refined.
   std::uint32_t max_pairs =
-      1u << 18;  ///< Held at a time, for each of two lists of 32 bytes; what is beyond is dropped.
+      1u << 18;  ///< Held at a time, for each of two lists of 36 bytes, and 24 more; what is beyond is dropped.
 };
 
 class SphereDescentDetector final : public Detector {
@@ -64,12 +65,19 @@ class SphereDescentDetector final : public Detector {
   struct Run;
   struct Offsets;
   struct Met;
+  struct Sphere;
 
   void descend(Run& run) HD_RT;
   void walk(Run& run, std::uint32_t most) HD_RT;
   void keepNearest(Run& run, std::uint32_t most) HD_RT;
   void refine(Run& run, bool side_a) HD_RT;
-  void meetVoxels(Run& run) HD_RT;
+  void refineA(Run& run, const OctreeLevel& level, const Offsets& offset) HD_RT;
+  void refineB(Run& run, const OctreeLevel& level, const Offsets& offset) HD_RT;
+  void put(std::uint32_t at, const Sphere& sphere) HD_RT;
+  [[nodiscard]] std::uint64_t near(std::uint32_t first, std::uint32_t count, const Sphere& sphere) const HD_RT;
+  void push(Run& run, const Pair& pair, std::uint32_t& made) HD_RT;
+  [[nodiscard]] bool windowsFit(const Run& run) const HD_RT;
+  void meetWindows(Run& run) HD_RT;
   [[nodiscard]] bool isNew(const Run& run, std::uint32_t voxel_a) HD_RT;
   void refineToVoxels(Run& run, bool side_a, const OctreeLevel& level, const Offsets& offset) HD_RT;
   void choose(Run& run, bool side_a) HD_RT;
@@ -83,6 +91,7 @@ class SphereDescentDetector final : public Detector {
   SphereDescentOptions options_;
   std::vector<Pair> now_, next_;
   std::vector<float> urgency_, sorted_;
+  std::vector<float> sphere_[4];  ///< x, y, z and radius of those that one is tried against.
   GroupMap map_;
   std::vector<TouchGroup> groups_;   ///< Their means and areas are sums until the end.
   std::vector<std::uint32_t> part_;  ///< First part under each node of a level above the parts'.

@@ -17,11 +17,9 @@ void SphereDescentDetector::walkField(Run& run) HD_RT {
   run.own = &own;
   // A voxel's point may lie a little outside it, and so outside its nodes' spheres.
   const float margin = field.range.margin + kOutside * run.a.view.voxel / run.b.view.voxel;
-  const float half = 0.5F * run.a.view.voxel * static_cast<float>(1u << tree.side_log2);
   now_[0] = Pair{};
-  for (std::size_t k = 0; k < 3; ++k) now_[0].ca[k] = run.a.view.origin[k] + half;
+  for (int k = 0; k < 3; ++k) now_[0].ca[k] = static_cast<float>(run.a.root[k]);
   run.pairs = 1;
-  run.a.offsets = TurnedOffsets(Mat3::Identity());
   run.a.turnTightCentres();
   Offsets offset;
   for (; !run.a.atVoxels() && run.pairs > 0;) {

@@ -11,20 +11,9 @@ namespace hapticd {
 
 inline constexpr float kHalfDiagonal = 0.8660254F;  // sqrt(3) / 2
 
-/** Bits of a 64-way mask that lie in each octant. */
-constexpr std::array<std::uint64_t, 8> octantBits() {
-  std::array<std::uint64_t, 8> bits{};
-  for (unsigned place = 0; place < 64; ++place) {
-    const unsigned octant = (place >> 1 & 1) | (place >> 3 & 1) << 1 | (place >> 5 & 1) << 2;
-    bits[octant] |= std::uint64_t{1} << place;
-  }
-  return bits;
-}
-inline constexpr std::array<std::uint64_t, 8> kOctants = octantBits();
-
 inline constexpr std::uint32_t kFieldBuffer = 2048;  ///< Voxels looked up at once.
 
-struct Sphere {
+struct SphereDescentDetector::Sphere {
   float x, y, z, r;
 };
 
@@ -36,18 +25,21 @@ struct SphereDescentDetector::Offsets {
 struct SphereDescentDetector::Pair {
   std::uint32_t a, b;   ///< Nodes of the levels at hand.
   std::uint32_t group;  ///< Of A.
-  float ca[3], cb[3];   ///< Centres of the nodes, from B's origin in W [m].
+  float ca[3], cb[3];  ///< Centres of the nodes. Of spheres against spheres in B's lattice, one-sided in A's frame [m].
 };
 
-/** One body's octree, and how far down it has been walked. */
+/** One body's octree, and how far down it has been walked. Lengths are in a unit of the caller's. */
 struct SphereDescentDetector::Tree {
-  Tree(const VolumeView& v, const Pose& X_WO, const Vec3& from, bool tight_) HD_RT : view(v),
-                                                                                     tree(v.octree),
-                                                                                     offsets(X_WO.q.toRotationMatrix()),
-                                                                                     tight(tight_) {
+  /** The body's pose is `X`; lengths from `origin`, in `unit` metres. */
+  Tree(const VolumeView& v, const Pose& X, const Vec3& origin, double unit, bool tight_) HD_RT
+      : view(v),
+        tree(v.octree),
+        offsets(X.q.toRotationMatrix()),
+        scale(static_cast<float>(v.voxel / unit)),
+        tight(tight_) {
     // The root's lower corner is lattice point 0.
     const double half = 0.5 * v.voxel * static_cast<double>(1u << tree.side_log2);
-    root = X_WO * Vec3(v.originPoint() + Vec3::Constant(half)) - from;
+    root = (X * Vec3(v.originPoint() + Vec3::Constant(half)) - origin) / unit;
   }
   [[nodiscard]] bool atVoxels() const HD_RT { return level == tree.levels; }
   /** Words of the masks of the last level's nodes. */
@@ -56,16 +48,9 @@ struct SphereDescentDetector::Tree {
     return std::size_t{l.node_count} * maskWords(l.split);
   }
   [[nodiscard]] float side() const HD_RT {
-    return atVoxels() ? view.voxel : view.voxel * static_cast<float>(1u << tree.level[level].side_log2);
+    return atVoxels() ? scale : scale * static_cast<float>(1u << tree.level[level].side_log2);
   }
-  [[nodiscard]] std::uint8_t octantsOf(std::uint32_t node) const HD_RT {
-    const OctreeLevel& l = tree.level[level];
-    if (l.split != 2) return octants(l, node);
-    const std::uint64_t mask = maskWord(l, OctreeMask::kSurface, node);
-    unsigned out = 0;
-    for (unsigned k = 0; k < 8; ++k) out |= static_cast<unsigned>((mask & kOctants[k]) != 0) << k;
-    return static_cast<std::uint8_t>(out);
-  }
+  [[nodiscard]] std::uint8_t octantsOf(std::uint32_t node) const HD_RT { return octants(tree.level[level], node); }
   /** About a node of the level at hand whose centre is given. */
   [[nodiscard]] Sphere sphere(std::uint32_t node, const float (&c)[3]) const HD_RT {
     const float s = side();
@@ -106,6 +91,7 @@ struct SphereDescentDetector::Tree {
   TurnedOffsets offsets;
   Vec3 root;
   std::uint32_t level = 0;
+  float scale;  ///< Side of a voxel.
   bool tight;
   Turned turned[256];
 };
@@ -118,6 +104,7 @@ struct SphereDescentDetector::Run {
   std::uint32_t pairs = 0;  ///< In now_.
   std::uint64_t tests = 0;
   double voxel_area = 0;       ///< Of A's surface, for each of its voxels [m^2].
+  double unit = 1;             ///< Of the trees' lengths [m].
   std::uint32_t last_a = ~0u;  ///< Voxel of A that touched last: it is counted once.
   // One-sided.
   FieldQuery* field = nullptr;      ///< Of A's places in B.

@@ -1,4 +1,5 @@
 // The descent's last step on a side: voxels' spheres are all as large, so sixteen are tested at once.
+#include <algorithm>
 #include <bit>
 
 #include "rt/contact/sphere_descent_run.h"
@@ -25,7 +26,7 @@ struct SphereDescentDetector::Met {
     float s[4];
     kernel.reduceBalls(sums, s);
     here().weight += s[0];
-    here().mean += 0.5 * Vec3(s[1], s[2], s[3]);
+    here().mean += Vec3(s[1], s[2], s[3]);
     sums = BallSums{};
   }
   [[nodiscard]] TouchGroup& here() const HD_RT { return groups[std::min<std::uint32_t>(group, kMaxTouchGroups - 1)]; }
@@ -47,60 +48,6 @@ bool SphereDescentDetector::isNew(const Run& run, std::uint32_t voxel_a) HD_RT {
   return fresh;
 }
 
-/** The last steps of both sides in one, for no budget cuts in between: from nodes of the last level to what touches. */
-void SphereDescentDetector::meetVoxels(Run& run) HD_RT {
-  const OctreeLevel& level_a = run.a.tree.level[run.a.level];
-  const OctreeLevel& level_b = run.b.tree.level[run.b.level];
-  Offsets oa, ob;
-  run.a.placesOf(oa);
-  run.b.placesOf(ob);
-  const float radius_a = run.a.view.voxel * kHalfDiagonal, reach = radius_a + run.b.view.voxel * kHalfDiagonal;
-  Met all(groups_);
-  for (std::uint32_t i = 0; i < run.pairs; ++i) {
-    if (run.lateAt(i)) {
-      run.report.dropped += run.pairs - i;
-      break;
-    }
-    const Pair& p = now_[i];
-    all.turnTo(p.group);
-    const Sphere b = run.b.sphere(p.b, p.cb);
-    const float to_a[3] = {p.ca[0] - b.x, p.ca[1] - b.y, p.ca[2] - b.z};
-    std::uint64_t mask_b[8];
-    std::uint32_t of_b = 0;
-    for (std::uint32_t w = 0; w < maskWords(level_b.split); ++w) {
-      mask_b[w] = maskWord(level_b, OctreeMask::kSurface, p.b, w);
-      of_b += bitsOf(mask_b[w]);
-    }
-    for (std::uint32_t v = 0; v < maskWords(level_a.split); ++v) {
-      const std::uint64_t mask = maskWord(level_a, OctreeMask::kSurface, p.a, v);
-      run.tests += bitsOf(mask);
-      const BallTable voxels{oa.x + 64 * v, oa.y + 64 * v, oa.z + 64 * v, radius_a + b.r};
-      for (std::uint64_t near = all.kernel.meet(voxels, to_a, to_a, mask, nullptr); near != 0; near &= near - 1) {
-        const std::uint32_t place = 64 * v + static_cast<std::uint32_t>(std::countr_zero(near));
-        const float c[3] = {p.ca[0] + oa.x[place], p.ca[1] + oa.y[place], p.ca[2] + oa.z[place]};
-        const float from[3] = {p.cb[0] - c[0], p.cb[1] - c[1], p.cb[2] - c[2]};
-        const float both[3] = {p.cb[0] + c[0], p.cb[1] + c[1], p.cb[2] + c[2]};
-        std::uint32_t met = 0;
-        for (std::uint32_t w = 0; w < maskWords(level_b.split); ++w) {
-          const BallTable balls{ob.x + 64 * w, ob.y + 64 * w, ob.z + 64 * w, reach};
-          met += bitsOf(all.kernel.meet(balls, from, both, mask_b[w], &all.sums));
-        }
-        run.tests += of_b;
-        if (met == 0) continue;
-        run.report.touching += met;
-        if (isNew(run, p.a << 9 | place)) all.here().area += run.voxel_area;
-        if (!run.query.first_only) continue;
-        i = run.pairs - 1;
-        break;
-      }
-    }
-  }
-  all.add();
-  run.a.level = run.a.tree.levels;
-  run.b.level = run.b.tree.levels;
-  run.pairs = 0;
-}
-
 void SphereDescentDetector::refineToVoxels(Run& run, bool side_a, const OctreeLevel& level,
                                            const Offsets& offset) HD_RT {
   const Tree& fine = side_a ? run.a : run.b;
@@ -109,6 +56,7 @@ void SphereDescentDetector::refineToVoxels(Run& run, bool side_a, const OctreeLe
   const float radius = fine.side() * kHalfDiagonal;
   std::uint32_t made = 0;
   Met all(groups_);
+  if (last) std::fill_n(seen_.begin(), std::min<std::size_t>(seen_.size(), run.a.voxelMasks()), 0);
   for (std::uint32_t i = 0; i < run.pairs; ++i) {
     if (run.lateAt(i)) {
       run.report.dropped += run.pairs - i;
@@ -120,14 +68,18 @@ void SphereDescentDetector::refineToVoxels(Run& run, bool side_a, const OctreeLe
     const Sphere mine = other.sphere(side_a ? p.b : p.a, side_a ? p.cb : p.ca);
     const float(&centre)[3] = side_a ? p.ca : p.cb;
     const float from[3] = {centre[0] - mine.x, centre[1] - mine.y, centre[2] - mine.z};
-    const float both[3] = {p.ca[0] + p.cb[0], p.ca[1] + p.cb[1], p.ca[2] + p.cb[2]};
     std::uint32_t met = 0;
     for (std::uint32_t w = 0; w < maskWords(level.split); ++w) {
       const std::uint64_t mask = maskWord(level, OctreeMask::kSurface, node, w);
       run.tests += bitsOf(mask);
-      const BallTable balls{offset.x + 64 * w, offset.y + 64 * w, offset.z + 64 * w, radius + mine.r};
-      std::uint64_t hits = all.kernel.meet(balls, from, both, mask, last ? &all.sums : nullptr);
+      const BallTable balls{offset.x + 64 * w, offset.y + 64 * w, offset.z + 64 * w, radius + mine.r,
+                            side_a ? 1.0F : 0.0F};
+      std::uint64_t hits = all.kernel.meet(balls, from, p.ca, mask, last ? &all.sums : nullptr);
       met += bitsOf(hits);
+      for (std::uint64_t own = last && side_a ? hits : 0; own != 0; own &= own - 1) {
+        const std::uint32_t place = 64 * w + static_cast<std::uint32_t>(std::countr_zero(own));
+        if (isNew(run, node << 9 | place)) all.here().area += run.voxel_area;
+      }
       for (; !last && hits != 0; hits &= hits - 1) {
         const std::uint32_t place = 64 * w + static_cast<std::uint32_t>(std::countr_zero(hits));
         if (made == next_.size()) {
@@ -147,7 +99,7 @@ void SphereDescentDetector::refineToVoxels(Run& run, bool side_a, const OctreeLe
     }
     if (!last || met == 0) continue;
     run.report.touching += met;
-    if (isNew(run, p.a)) all.here().area += run.voxel_area;
+    if (!side_a && isNew(run, p.a)) all.here().area += run.voxel_area;
     if (run.query.first_only) break;
   }
   if (last) all.add();

@@ -105,9 +105,9 @@ void settle(const FieldTable& field, const Placement& placement, const PlaceTabl
   }
 }
 
-std::uint64_t meet(const BallTable& balls, const float (&from)[3], const float (&both)[3], std::uint64_t mask,
+std::uint64_t meet(const BallTable& balls, const float (&from)[3], const float (&at)[3], std::uint64_t mask,
                    BallSums* sums) noexcept {
-  const F reach = all(balls.reach), squared_reach = all(balls.reach * balls.reach);
+  const F reach = all(balls.reach), squared_reach = all(balls.reach * balls.reach), follow = all(balls.follow);
   std::uint64_t hits = 0;
   for (int first = 0; first < 64; first += 16) {
     const M asked = static_cast<M>(mask >> first);
@@ -122,15 +122,87 @@ std::uint64_t meet(const BallTable& balls, const float (&from)[3], const float (
     const F overlap = choose(met, sub(reach, root(squared)), all(0.0F));
     const auto gain = [&](int i, F value) HD_LANES_LAMBDA { store(sums->sum[i], add(load(sums->sum[i]), value)); };
     gain(0, overlap);
-    gain(1, mul(overlap, add(all(both[0]), ox)));
-    gain(2, mul(overlap, add(all(both[1]), oy)));
-    gain(3, mul(overlap, add(all(both[2]), oz)));
+    gain(1, mul(overlap, add(all(at[0]), mul(follow, ox))));
+    gain(2, mul(overlap, add(all(at[1]), mul(follow, oy))));
+    gain(3, mul(overlap, add(all(at[2]), mul(follow, oz))));
   }
   return hits;
 }
 
 void reduceBalls(const BallSums& sums, float* out) noexcept {
   for (int i = 0; i < 4; ++i) out[i] = sumOf(load(sums.sum[i]));
+}
+
+std::uint64_t near(const SphereTable& spheres, std::uint32_t count, const float (&centre)[3], float radius) noexcept {
+  std::uint64_t hits = 0;
+  for (std::uint32_t first = 0; first < count; first += 16) {
+    const F x = sub(load(spheres.x + first), all(centre[0])), y = sub(load(spheres.y + first), all(centre[1])),
+            z = sub(load(spheres.z + first), all(centre[2])), reach = add(load(spheres.r + first), all(radius));
+    const M met = lessEqual(add(add(mul(x, x), mul(y, y)), mul(z, z)), mul(reach, reach));
+    hits |= std::uint64_t{met} << first;
+  }
+  return count < 64 ? hits & ((std::uint64_t{1} << count) - 1) : hits;
+}
+
+/** Lanes of a layer of the window about a voxel: y runs fastest, as in the rows that are loaded together. */
+constexpr float kAlongX[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
+constexpr float kAlongY[16] = {0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3};
+constexpr float kBitsAlongX[16] = {1, 1, 1, 1, 2, 2, 2, 2, 4, 4, 4, 4, 8, 8, 8, 8};
+
+void meetWindow(const VoxelWindow& window, std::uint32_t count, bool first_only, WindowSums& sums) noexcept {
+  const F reach = all(window.reach), squared_reach = all(window.reach * window.reach), zero = zeroOf();
+  const F along_x = load(kAlongX), along_y = load(kAlongY);
+  const I bits_along_x = toInt(load(kBitsAlongX));
+  F overlap = load(sums.balls.sum[0]), mean_x = load(sums.balls.sum[1]), mean_y = load(sums.balls.sum[2]),
+    mean_z = load(sums.balls.sum[3]);
+  for (std::uint32_t block = 0; block < count; block += 16) {
+    // Sixteen voxels' windows at once: their lower corners, how far the voxel is from the first centre on each axis.
+    const F px = load(window.x + block), py = load(window.y + block), pz = load(window.z + block);
+    const F before = all(1.5F), half = all(0.5F);
+    const I cx = toInt(sub(px, before)), cy = toInt(sub(py, before)), cz = toInt(sub(pz, before));
+    Lanes16 column, row;
+    alignas(64) float fx[16], fy[16], layer[4][16];
+    keep(column, cx);
+    keep(row, addInt(cy, mulInt(cz, allInt(static_cast<std::int32_t>(kWindow)))));
+    store(fx, sub(px, add(toFloat(cx), half)));
+    store(fy, sub(py, add(toFloat(cy), half)));
+    const F fz = sub(pz, add(toFloat(cz), half));
+    for (int k = 0; k < 4; ++k) {
+      const F z = sub(all(static_cast<float>(k)), fz);
+      store(layer[k], mul(z, z));
+    }
+    const std::uint32_t here = count - block < 16 ? count - block : 16;
+    for (std::uint32_t i = 0; i < here; ++i) {
+      const I bit = shiftedLeft(bits_along_x, column.i[i]);
+      const std::uint32_t* rows = window.row + row.i[i];
+      const F x = sub(along_x, all(fx[i])), y = sub(along_y, all(fy[i]));
+      const F across = add(mul(x, x), mul(y, y));
+      F squared[4];
+      M met[4];
+      for (int k = 0; k < 4; ++k) {
+        squared[k] = add(across, all(layer[k][i]));
+        met[k] = static_cast<M>(hasBit(rows + kWindow * k, bit) & lessEqual(squared[k], squared_reach));
+      }
+      const std::uint64_t any =
+          met[0] | std::uint64_t{met[1]} << 16 | std::uint64_t{met[2]} << 32 | std::uint64_t{met[3]} << 48;
+      if (any == 0) continue;
+      F own = zero;
+      for (int k = 0; k < 4; ++k) own = add(own, choose(met[k], sub(reach, root(squared[k])), zero));
+      sums.pairs += static_cast<std::uint32_t>(__builtin_popcountll(any));
+      ++sums.voxels;
+      overlap = add(overlap, own);
+      mean_x = add(mean_x, mul(own, all(window.x[block + i])));
+      mean_y = add(mean_y, mul(own, all(window.y[block + i])));
+      mean_z = add(mean_z, mul(own, all(window.z[block + i])));
+      if (!first_only) continue;
+      block = count;
+      break;
+    }
+  }
+  store(sums.balls.sum[0], overlap);
+  store(sums.balls.sum[1], mean_x);
+  store(sums.balls.sum[2], mean_y);
+  store(sums.balls.sum[3], mean_z);
 }
 
 }  // namespace

@@ -2,8 +2,26 @@
 
 namespace hapticd {
 
+namespace {
+
+/** Which octants of a 64-way mask hold any. */
+std::uint8_t octantsOf64(std::uint64_t mask) HD_RT {
+  mask |= mask >> 1;
+  mask |= mask >> 4;
+  mask |= mask >> 16;
+  // Bits 0, 2, 8 and 10, and 32 above them.
+  const auto four = [](std::uint64_t m) HD_RT {
+    const unsigned two = static_cast<unsigned>(m | m >> 1) & 0x303u;
+    return (two | two >> 6) & 0xfu;
+  };
+  return static_cast<std::uint8_t>(four(mask & 0x505u) | four(mask >> 32 & 0x505u) << 4);
+}
+
+}  // namespace
+
 std::uint8_t octants(const OctreeLevel& level, std::uint32_t node) HD_RT {
   if (level.split == 1) return static_cast<std::uint8_t>(maskWord(level, OctreeMask::kSurface, node));
+  if (level.split == 2) return octantsOf64(maskWord(level, OctreeMask::kSurface, node));
   unsigned mask = 0;
   const std::uint32_t half = level.split - 1u;
   for (std::uint32_t w = 0; w < maskWords(level.split); ++w) {

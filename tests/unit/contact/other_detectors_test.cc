@@ -32,59 +32,73 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
   for (const OctreeShape shape : {OctreeShape::kEight, OctreeShape::kMixed, OctreeShape::kSixtyFour}) {
     VolumeOptions options;
     options.octree = shape;
-    const TestVolume a = testing::torusVolume(0.012, 0.004, 0.001, options);
-    const TestVolume b = testing::sphereVolume(0.012, 0.00125, 24, options);
-    const auto va = surfaceVoxels(a.view), vb = surfaceVoxels(b.view);
-    // Voxels that overlap are found, for a node's sphere holds its voxels; only those whose spheres do are.
-    const double sides = static_cast<double>(a.view.voxel) + b.view.voxel;
-    const double reach = 0.5 * std::sqrt(3.0) * sides;
-    std::mt19937 random(2);
-    std::uint64_t total = 0;
-    for (const bool tight : {true, false}) {
-      SphereDescentDetector detector({.tight = tight});
-      ContactSet contacts;
-      std::uint64_t found = 0, meet = 0;
-      for (int i = 0; i < 20; ++i) {
-        const Pose X_WB = randomPose(random, 0.5), X_BA = randomPose(random, 0.02);
-        std::uint32_t sure = 0, most = 0;
-        for (const Vec3& p : va) {
-          const Vec3 x = X_BA * p;
-          for (const Vec3& q : vb) {
-            const double d = (x - q).norm();
-            if (d > reach + 1e-7) continue;
-            ++most;
-            sure += cornersMeet(x, X_BA.q, a.view.voxel, q, b.view.voxel) ? 1 : 0;
+    const TestVolume torus = testing::torusVolume(0.012, 0.004, 0.001, options);
+    const TestVolume ball = testing::sphereVolume(0.012, 0.00125, 24, options);
+    const TestVolume coarse = testing::sphereVolume(0.012, 0.002, 24, options);
+    const std::pair<const VolumeView*, const VolumeView*> cases[] = {
+        {&torus.view, &ball.view}, {&ball.view, &torus.view}, {&coarse.view, &torus.view}};
+    for (const auto& [a, b] : cases) {
+      const auto va = surfaceVoxels(*a), vb = surfaceVoxels(*b);
+      // Voxels that overlap are found, for a node's sphere holds its voxels; only those whose spheres do are.
+      const double sides = static_cast<double>(a->voxel) + b->voxel;
+      const double reach = 0.5 * std::sqrt(3.0) * sides;
+      std::mt19937 random(2);
+      std::uint64_t total = 0;
+      for (const bool tight : {true, false}) {
+        SphereDescentDetector detector({.tight = tight});
+        SphereDescentDetector stepping({.tight = tight, .threshold = 1e-30});  // Each side's steps one by one.
+        ContactSet contacts, by_levels;
+        std::uint64_t found = 0, meet = 0;
+        for (int i = 0; i < 6; ++i) {
+          const Pose X_WB = randomPose(random, 0.5), X_BA = randomPose(random, 0.02);
+          std::uint32_t sure = 0, most = 0;
+          for (const Vec3& p : va) {
+            const Vec3 x = X_BA * p;
+            for (const Vec3& q : vb) {
+              if ((x - q).squaredNorm() > (reach + 1e-7) * (reach + 1e-7)) continue;
+              ++most;
+              sure += cornersMeet(x, X_BA.q, a->voxel, q, b->voxel) ? 1 : 0;
+            }
           }
+          DetectorQuery query;
+          query.a.volume = a;
+          query.b.volume = b;
+          query.a.X_WO = query.a.X_WO_before = X_WB * X_BA;
+          query.b.X_WO = query.b.X_WO_before = X_WB;
+          detector.find(query, contacts);
+          const ContactSet free = contacts;
+          query.budget.units = 1u << 30;  // More than enough, but asked for at each level.
+          detector.find(query, contacts);
+          EXPECT_EQ(contacts.report.touching, free.report.touching);
+          EXPECT_EQ(contacts.report.work, free.report.work);
+          EXPECT_EQ(contacts.integral.force, free.integral.force);
+          stepping.find(query, by_levels);
+          EXPECT_LE(by_levels.report.touching, contacts.report.touching);
+          EXPECT_GE(by_levels.report.touching, 0.98 * contacts.report.touching - 3);
+          EXPECT_NEAR(contacts.touching_area, by_levels.touching_area, 0.02 * contacts.touching_area + 3e-6);
+          EXPECT_LE((contacts.integral.force - by_levels.integral.force).norm(),
+                    0.02 * by_levels.integral.force.norm() + 1e-9);
+          // A voxel's area counts once, however many it meets.
+          EXPECT_LE(contacts.touching_area, a->header->area * 1.0001);
+          for (const ContactSet* c : {&contacts, &by_levels}) {
+            EXPECT_GE(c->report.touching, sure);
+            EXPECT_LE(c->report.touching, most);
+          }
+          if (sure > 0) {
+            EXPECT_GT(contacts.count, 0u);
+          }
+          if (most == 0) {
+            EXPECT_EQ(contacts.count, 0u);
+          }
+          total += sure;
+          found += by_levels.report.touching;
+          meet += most;
         }
-        DetectorQuery query = queryOf(a, b, X_WB * X_BA, X_WB);
-        query.budget.units = 1u << 30;  // More than enough, but asked for at each level.
-        detector.find(query, contacts);
-        const ContactSet by_levels = contacts;
-        query.budget.units = 0;
-        detector.find(query, contacts);
-        EXPECT_EQ(contacts.report.touching, by_levels.report.touching);
-        EXPECT_EQ(contacts.report.work, by_levels.report.work);
-        EXPECT_NEAR(contacts.touching_area, by_levels.touching_area, 1e-12);
-        EXPECT_LE((contacts.integral.force - by_levels.integral.force).norm(),
-                  1e-4 * by_levels.integral.force.norm() + 1e-12);
-        // A voxel's area counts once, however many it meets.
-        EXPECT_LE(contacts.touching_area, a.view.header->area * 1.0001);
-        EXPECT_GE(contacts.report.touching, sure);
-        EXPECT_LE(contacts.report.touching, most);
-        if (sure > 0) {
-          EXPECT_GT(contacts.count, 0u);
-        }
-        if (most == 0) {
-          EXPECT_EQ(contacts.count, 0u);
-        }
-        total += sure;
-        found += contacts.report.touching;
-        meet += most;
+        // Of pairs whose spheres alone meet, all but those whose nodes do not: one per cent at most.
+        EXPECT_GT(static_cast<double>(found), 0.99 * static_cast<double>(meet));
       }
-      // Of pairs whose spheres alone meet, all but those whose nodes do not: half a per cent at most.
-      EXPECT_GT(static_cast<double>(found), 0.99 * static_cast<double>(meet));
+      EXPECT_GT(total, 300u);
     }
-    EXPECT_GT(total, 1000u);
   }
 }
 
@@ -137,7 +151,8 @@ TEST(SphereDescent, KeepsItsBudgetWithTheMostImportantRefined) {
         EXPECT_LE(some.report.work, query.budget.units);
         exhausted += some.report.exhausted ? 1 : 0;
         if (!some.report.exhausted) {
-          EXPECT_EQ(some.report.touching, all.report.touching);
+          EXPECT_LE(some.report.touching, all.report.touching);
+          EXPECT_GE(some.report.touching, 0.98 * all.report.touching - 3);
         }
         if (some.report.exhausted && some.report.touching > 0) {
           EXPECT_GT(some.report.coarsest, 0);
@@ -179,6 +194,28 @@ TEST(SphereDescent, DepthAndNormalAreTheFields) {
     EXPECT_NEAR(contacts.deepest, 0.0002, 0.0007);
     detector.find(queryOf(ball, plate, {{0, 0, 0.0215}, Quat::Identity()}), contacts);
     EXPECT_EQ(contacts.count, 0u);
+  }
+}
+
+TEST(SphereDescent, ContactsOfARingOnAPlateStandAllAroundIt) {
+  const double ring = 0.02, tube = 0.006, voxel = 0.001, depth = 0.002;
+  const TestVolume torus = testing::torusVolume(ring, tube, voxel);
+  const TestVolume plate = testing::boxVolume({0.04, 0.04, 0.01}, voxel);
+  for (const double threshold : {0.0, 1e-30}) {
+    SphereDescentDetector detector({.threshold = threshold});
+    ContactSet contacts;
+    detector.find(queryOf(torus, plate, {{0.001, 0.002, 0.016 - depth}, Quat::Identity()}), contacts);
+    std::uint32_t quarters = 0;
+    EXPECT_GE(contacts.count, 4u);
+    for (const Contact& c : contacts.contacts()) {
+      const Vec3 p = c.p_WA - Vec3(0.001, 0.002, 0);
+      EXPECT_NEAR(p.head<2>().norm(), ring, 0.3 * ring);
+      EXPECT_NEAR(c.p_WA.z(), 0.01 - depth / 2, 1.5 * voxel);
+      EXPECT_NEAR(c.depth, depth / 2, 1.5 * voxel);
+      quarters |= 1u << ((p.x() > 0 ? 1 : 0) + (p.y() > 0 ? 2 : 0));
+    }
+    EXPECT_EQ(quarters, 15u);
+    EXPECT_LT(contacts.integral.torque.norm(), 0.1 * ring * contacts.integral.force.norm());
   }
 }
 

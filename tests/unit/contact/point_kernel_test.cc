@@ -130,12 +130,12 @@ TEST_F(PointKernels, MeetIsTheSameOnEveryPathAndWhatOneByOneTells) {
       y[k] = u(random_);
       z[k] = u(random_);
     }
-    const float from[3] = {u(random_), u(random_), u(random_)}, both[3] = {3 * u(random_), 2, u(random_)};
+    const float from[3] = {u(random_), u(random_), u(random_)}, at[3] = {3 * u(random_), 2, u(random_)};
     const std::uint64_t mask = random_() | std::uint64_t{i % 3 == 0 ? 0 : random_()} << 32;
-    const BallTable balls{x, y, z, 0.8F};
+    const BallTable balls{x, y, z, 0.8F, i % 2 == 0 ? 1.0F : 0.0F};
     BallSums expected{};
-    const std::uint64_t hits = kPortablePointKernel.meet(balls, from, both, mask, &expected);
-    EXPECT_EQ(kPortablePointKernel.meet(balls, from, both, mask, nullptr), hits);
+    const std::uint64_t hits = kPortablePointKernel.meet(balls, from, at, mask, &expected);
+    EXPECT_EQ(kPortablePointKernel.meet(balls, from, at, mask, nullptr), hits);
     double sum[4] = {};
     for (int k = 0; k < 64; ++k) {
       const bool hit = (hits >> k & 1) != 0;
@@ -146,9 +146,9 @@ TEST_F(PointKernels, MeetIsTheSameOnEveryPathAndWhatOneByOneTells) {
       if (!hit) continue;
       const double overlap = balls.reach - d;
       sum[0] += overlap;
-      sum[1] += overlap * (both[0] + x[k]);
-      sum[2] += overlap * (both[1] + y[k]);
-      sum[3] += overlap * (both[2] + z[k]);
+      sum[1] += overlap * (at[0] + balls.follow * x[k]);
+      sum[2] += overlap * (at[1] + balls.follow * y[k]);
+      sum[3] += overlap * (at[2] + balls.follow * z[k]);
     }
     float reduced[4];
     kPortablePointKernel.reduceBalls(expected, reduced);
@@ -158,7 +158,7 @@ TEST_F(PointKernels, MeetIsTheSameOnEveryPathAndWhatOneByOneTells) {
     for (const PointPath path : {PointPath::kAvx2, PointPath::kAvx512}) {
       if (!choosePointPath(path)) continue;
       BallSums got{};
-      EXPECT_EQ(pointKernel().meet(balls, from, both, mask, &got), hits);
+      EXPECT_EQ(pointKernel().meet(balls, from, at, mask, &got), hits);
       EXPECT_EQ(std::memcmp(&got, &expected, sizeof got), 0);
       float again[4];
       pointKernel().reduceBalls(got, again);
@@ -168,6 +168,100 @@ TEST_F(PointKernels, MeetIsTheSameOnEveryPathAndWhatOneByOneTells) {
   ASSERT_TRUE(choosePointPath(best));
   EXPECT_GT(met, all / 20);
   EXPECT_LT(met, all / 2);
+}
+
+TEST_F(PointKernels, NearIsTheSameOnEveryPathAndWhatOneByOneTells) {
+  float x[64], y[64], z[64], r[64];
+  std::uniform_real_distribution<float> u(-1, 1);
+  std::uniform_int_distribution<std::uint32_t> some(1, 64);
+  const PointPath best = pointPath();
+  std::uint32_t met = 0, all = 0;
+  for (int i = 0; i < 500; ++i) {
+    for (int k = 0; k < 64; ++k) {
+      x[k] = u(random_);
+      y[k] = u(random_);
+      z[k] = u(random_);
+      r[k] = std::abs(u(random_));
+    }
+    const float centre[3] = {u(random_), u(random_), u(random_)}, radius = 0.3F;
+    const std::uint32_t count = some(random_);
+    const std::uint64_t hits = kPortablePointKernel.near({x, y, z, r}, count, centre, radius);
+    for (std::uint32_t k = 0; k < 64; ++k) {
+      const double gap = std::hypot(x[k] - centre[0], y[k] - centre[1], z[k] - centre[2]) - r[k] - radius;
+      if (k < count && std::abs(gap) < 1e-5) continue;
+      EXPECT_EQ((hits >> k & 1) != 0, k < count && gap < 0);
+      met += k < count && gap < 0 ? 1 : 0;
+    }
+    all += count;
+    for (const PointPath path : {PointPath::kAvx2, PointPath::kAvx512}) {
+      if (!choosePointPath(path)) continue;
+      EXPECT_EQ(pointKernel().near({x, y, z, r}, count, centre, radius), hits);
+    }
+  }
+  ASSERT_TRUE(choosePointPath(best));
+  EXPECT_GT(met, all / 10);
+  EXPECT_LT(met, all / 2);
+}
+
+TEST_F(PointKernels, MeetWindowIsTheSameOnEveryPathAndWhatOneByOneTells) {
+  std::uniform_real_distribution<float> u(2, 30);
+  std::uniform_int_distribution<std::uint32_t> some(1, 50);
+  const PointPath best = pointPath();
+  std::vector<std::uint32_t> row(kWindow * kWindow);
+  std::vector<float> x(96), y(96), z(96);
+  std::uint32_t pairs = 0;
+  for (int i = 0; i < 30; ++i) {
+    for (std::uint32_t& r : row) r = random_() & random_() & random_();
+    const std::uint32_t count = some(random_);
+    for (std::uint32_t k = 0; k < count; ++k) {
+      x[k] = i % 5 == 0 ? std::round(u(random_)) : u(random_);
+      y[k] = u(random_);
+      z[k] = u(random_);
+    }
+    const VoxelWindow window{row.data(), x.data(), y.data(), z.data(), i % 2 == 0 ? 1.73F : 1.99F};
+    WindowSums expected{};
+    kPortablePointKernel.meetWindow(window, count, false, expected);
+    double sum[4] = {};
+    std::uint32_t most = 0, sure = 0, voxels = 0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      std::uint32_t own = 0;
+      for (std::uint32_t b = 0; b < kWindow * kWindow * kWindow; ++b) {
+        if ((row[b / kWindow] >> b % kWindow & 1) == 0) continue;
+        const double d = std::hypot(b % kWindow + 0.5 - x[k], b / kWindow % kWindow + 0.5 - y[k],
+                                    b / kWindow / kWindow + 0.5 - z[k]);
+        most += d < window.reach + 1e-5 ? 1 : 0;
+        sure += d < window.reach - 1e-5 ? 1 : 0;
+        if (d > window.reach) continue;
+        ++own;
+        const double overlap = window.reach - d;
+        sum[0] += overlap;
+        sum[1] += overlap * x[k];
+        sum[2] += overlap * y[k];
+        sum[3] += overlap * z[k];
+      }
+      voxels += own > 0 ? 1 : 0;
+    }
+    EXPECT_GE(expected.pairs, sure);
+    EXPECT_LE(expected.pairs, most);
+    EXPECT_NEAR(expected.voxels, voxels, most - sure);
+    pairs += sure;
+    float reduced[4];
+    kPortablePointKernel.reduceBalls(expected.balls, reduced);
+    for (int s = 0; s < 4; ++s) EXPECT_NEAR(reduced[s], sum[s], 1e-5 * sum[s] + 1e-4);
+    WindowSums one{};
+    kPortablePointKernel.meetWindow(window, count, true, one);
+    EXPECT_EQ(one.voxels, expected.voxels > 0 ? 1u : 0u);
+    for (const PointPath path : {PointPath::kAvx2, PointPath::kAvx512}) {
+      if (!choosePointPath(path)) continue;
+      WindowSums got{};
+      pointKernel().meetWindow(window, count, false, got);
+      EXPECT_EQ(got.pairs, expected.pairs);
+      EXPECT_EQ(got.voxels, expected.voxels);
+      EXPECT_EQ(std::memcmp(&got.balls, &expected.balls, sizeof got.balls), 0);
+    }
+  }
+  ASSERT_TRUE(choosePointPath(best));
+  EXPECT_GT(pairs, 500u);
 }
 
 TEST_F(PointKernels, SumWhatTheScalarFieldSays) {

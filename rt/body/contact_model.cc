@@ -9,13 +9,16 @@ namespace {
 /** Two contacts whose normals are at right angles count as far apart as two places this far from each other [m]. */
 constexpr double kNormalLength = 0.02;
 
-/** A contact this far from touching counts half as far from the others: what touches is chosen first [m]. */
-constexpr double kGapLength = 0.0002;
+/** Least distance at which a contact counts half as far from the others as one that touches [m]. */
+constexpr double kLeastReach = 10e-6;
 
-double weight(const Contact& contact) HD_RT {
-  const double gap = std::max(0.0, -contact.depth) / kGapLength;
+double weight(const Contact& contact, double reach) HD_RT {
+  const double gap = std::max(0.0, -contact.depth) / reach;
   return 1 / (1 + gap * gap);
 }
+
+/** How much farther from the others a contact counts that was among them before, squared: what rests keeps its set. */
+constexpr double kStay = 4;
 
 double apart(const Contact& x, const Contact& y) HD_RT {
   return (x.p_WA - y.p_WA).squaredNorm() + kNormalLength * kNormalLength * (x.n_W - y.n_W).squaredNorm();
@@ -27,20 +30,37 @@ void toFloats(const Vec3& x, float (&out)[3]) HD_RT {
 
 Vec3 fromFloats(const float (&x)[3]) HD_RT { return {x[0], x[1], x[2]}; }
 
+std::uint32_t keyOf(std::uint32_t body, std::uint32_t feature) HD_RT {
+  return (body << 24) | ((feature + 1) & 0xffffffu);
+}
+
 }  // namespace
 
-void ContactModel::build(const ContactSet& found, const Pose& X_WA, std::span<const ContactBody> bodies,
+bool ContactModel::has(std::uint32_t key) const HD_RT {
+  return std::any_of(point.begin(), point.begin() + count, [key](const Point& p) { return p.key == key; });
+}
+
+void ContactModel::build(const ContactSet& found, const Pose& X_WA, std::span<const ContactBody> bodies, double reach,
                          std::span<const std::uint8_t> body_of) HD_RT {
   const std::span<const Contact> all = found.contacts();
   const std::size_t n = std::min<std::size_t>(all.size(), kMaxContacts);
   std::array<double, kMaxContacts> distance;
   distance.fill(std::numeric_limits<double>::infinity());
   std::array<double, kMaxContacts> importance;
-  for (std::size_t i = 0; i < n; ++i) importance[i] = weight(all[i]);
+  std::array<std::uint32_t, kMaxContacts> key;
   const Pose X_AW = X_WA.inverse();
   std::size_t next = 0;
-  for (std::size_t i = 1; i < n; ++i) {
-    if (all[i].depth > all[next].depth) next = i;
+  double deepest = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t b = i < body_of.size() ? body_of[i] : 0;
+    key[i] = b < bodies.size() ? keyOf(bodies[b].number, all[i].feature_a) : 0;
+    const bool stays = has(key[i]);
+    importance[i] = weight(all[i], std::max(reach, kLeastReach)) * (stays ? kStay : 1);
+    const double depth = all[i].depth + (stays ? kLeastReach : 0);
+    if (depth > deepest) {
+      deepest = depth;
+      next = i;
+    }
   }
   count = 0;
   while (count < kMaxTouches && count < n) {
@@ -53,7 +73,7 @@ void ContactModel::build(const ContactSet& found, const Pose& X_WA, std::span<co
     toFloats(X_AW * chosen.p_WA, to.p_A);
     toFloats(n_B, to.n_B);
     to.offset = static_cast<float>(n_B.dot(X_BW * chosen.p_WB));
-    to.key = (bodies[b].number << 24) | ((chosen.feature_a + 1) & 0xffffffu);
+    to.key = key[next];
     distance[next] = -1;
     for (std::size_t i = 0; i < n; ++i) {
       if (distance[i] >= 0) distance[i] = std::min(distance[i], apart(all[i], chosen));

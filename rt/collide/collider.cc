@@ -38,7 +38,7 @@ void Collider::step(Clock* clock) HD_RT {
     const CollideRequest::Held& held = question_.held[d];
     if (held.object == 0) continue;
     const std::int64_t deadline_ns = clock != nullptr ? clock->now() + share_ns : 0;
-    ContactModel model;
+    ContactModel& model = answer_[d];
     DetectorReport report;
     // What it says is felt until the next answer: one period ahead, and half for the way.
     const double ahead = 1.5e-9 * static_cast<double>(kPeriodNs);

@@ -14,6 +14,7 @@
 
 #include "rt/base/clock.h"
 #include "rt/base/histogram.h"
+#include "rt/body/contact_model.h"
 #include "rt/collide/request.h"
 #include "rt/ring/newest.h"
 #include "rt/ring/spsc.h"
@@ -59,6 +60,7 @@ class Collider {
  private:
   CollideRequest question_;
   std::array<std::unique_ptr<SceneContacts>, kMaxDevices + kMaxBodies> contacts_;  ///< As CollideRequest::held.
+  std::array<ContactModel, kMaxDevices + kMaxBodies> answer_;                      ///< The last of each.
   std::atomic<std::uint64_t> reading_{kIdle};
 };
 

@@ -147,12 +147,12 @@ void SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
 void SceneContacts::find(const CollideRequest::Held& held, double ahead, const WorkBudget& budget, ContactModel& model,
                          DetectorReport& report) HD_RT {
   report = DetectorReport{};
-  model.count = 0;
   if (held.object != made_for_ || held.shape.kind != made_of_.kind || held.shape.size != made_of_.size ||
       held.shape.mesh != made_of_.mesh || held.shape.number != made_of_.number) {
     points_.make(held.shape);
     made_for_ = held.object;
     made_of_ = held.shape;
+    model.count = 0;
     hot_.fill(false);
     depth_.fill(0);
     cursor_ = 0;
@@ -194,7 +194,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
 
   std::array<ContactBody, CollideRequest::kMostObstacles> bodies;
   for (std::uint32_t k = 0; k < held.count; ++k) bodies[k] = {held.obstacle[k].slot, held.obstacle[k].X_WO};
-  model.build(found_, held.X_WO, {bodies.data(), held.count}, {body_of_.data(), found_.count});
+  model.build(found_, held.X_WO, {bodies.data(), held.count}, ahead * held.speed, {body_of_.data(), found_.count});
 }
 
 }  // namespace hapticd

@@ -35,7 +35,8 @@ class SceneContacts {
   /** `patches`: of the largest volume whose points are tried. */
   explicit SceneContacts(std::uint32_t patches = kPatches) : field_(patches) {}
 
-  /** Contacts within kMargin plus what the tool may move in `ahead` seconds. Work units: as NearestQuery::work. */
+  /** Contacts within kMargin plus what the tool may move in `ahead` seconds; `model` still holds the answer before.
+   * Work units: as NearestQuery::work. */
   void find(const CollideRequest::Held& held, double ahead, const WorkBudget& budget, ContactModel& model,
             DetectorReport& report) HD_RT;
   /** Which meshes have a volume; null: none. Before the first find(). */

@@ -182,7 +182,7 @@ Result play(const Scenario& scenario, Response* response, int every) {
       found.count = 0;
       scenario.contacts(tool.body().pose(), kMargin, found);
       const ContactBody body;
-      next.build(found, tool.body().pose(), {&body, 1});
+      next.build(found, tool.body().pose(), {&body, 1}, 0);
       if (every == 1) model = next;
     }
     std::array<Touch, kMaxTouches> touches;

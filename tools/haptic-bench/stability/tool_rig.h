@@ -152,11 +152,12 @@ class ToolRig {
       query.a.X_WO_before = asked_;
       query.a.X_WO = tool_->body().pose();
       query.a.V_WO = tool_->body().twist();
-      query.margin = 0.002 + 1.5 * (options_.collide_every + options_.late) * dt_ *
-                                 (query.a.V_WO.v.norm() + query.a.V_WO.w.norm() * options_.size.norm() / 2);
+      const double reach = 1.5 * (options_.collide_every + options_.late) * dt_ *
+                           (query.a.V_WO.v.norm() + query.a.V_WO.w.norm() * options_.size.norm() / 2);
+      query.margin = 0.002 + reach;
       detector_.find(query, found_);
       const ContactBody body;
-      pending_.build(found_, query.a.X_WO, {&body, 1});
+      pending_.build(found_, query.a.X_WO, {&body, 1}, reach);
       asked_ = query.a.X_WO;
     }
     if (ticks_ % every == static_cast<std::uint64_t>(options_.late) % every) {

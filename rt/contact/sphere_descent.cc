@@ -162,6 +162,29 @@ void SphereDescentDetector::choose(Run& run, bool side_a) HD_RT {
   run.pairs = kept;
 }
 
+inline void SphereDescentDetector::put(std::uint32_t at, const Sphere& s) HD_RT {
+  sphere_[0][at] = s.x;
+  sphere_[1][at] = s.y;
+  sphere_[2][at] = s.z;
+  sphere_[3][at] = s.r;
+}
+
+/** Bit i: the sphere put at `first` + i meets this one. */
+inline std::uint64_t SphereDescentDetector::near(std::uint32_t first, std::uint32_t count,
+                                                 const Sphere& s) const HD_RT {
+  const SphereTable table{&sphere_[0][first], &sphere_[1][first], &sphere_[2][first], &sphere_[3][first]};
+  return pointKernel().near(table, count, {s.x, s.y, s.z}, s.r);
+}
+
+inline void SphereDescentDetector::push(Run& run, const Pair& q, std::uint32_t& made) HD_RT {
+  if (made < next_.size()) {
+    next_[made++] = q;
+    return;
+  }
+  ++run.report.dropped;
+  run.report.exhausted = true;
+}
+
 /** One level down on one side. */
 void SphereDescentDetector::refine(Run& run, bool side_a) HD_RT {
   Tree& fine = side_a ? run.a : run.b;
@@ -245,28 +268,6 @@ void SphereDescentDetector::refineB(Run& run, const OctreeLevel& level, const Of
   }
   std::swap(now_, next_);
   run.pairs = made;
-}
-
-void SphereDescentDetector::put(std::uint32_t at, const Sphere& s) HD_RT {
-  sphere_[0][at] = s.x;
-  sphere_[1][at] = s.y;
-  sphere_[2][at] = s.z;
-  sphere_[3][at] = s.r;
-}
-
-/** Bit i: the sphere put at `first` + i meets this one. */
-std::uint64_t SphereDescentDetector::near(std::uint32_t first, std::uint32_t count, const Sphere& s) const HD_RT {
-  const SphereTable table{&sphere_[0][first], &sphere_[1][first], &sphere_[2][first], &sphere_[3][first]};
-  return pointKernel().near(table, count, {s.x, s.y, s.z}, s.r);
-}
-
-void SphereDescentDetector::push(Run& run, const Pair& q, std::uint32_t& made) HD_RT {
-  if (made < next_.size()) {
-    next_[made++] = q;
-    return;
-  }
-  ++run.report.dropped;
-  run.report.exhausted = true;
 }
 
 void SphereDescentDetector::touch(Run& run, const Pair& p, float distance, float reach) HD_RT {

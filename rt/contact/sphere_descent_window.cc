@@ -1,6 +1,7 @@
 // The descent's last steps on both sides in one: each voxel of a node of A against the voxels of B right about it.
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "rt/contact/sphere_descent_run.h"
 
@@ -40,12 +41,15 @@ struct Window {
   void paint(std::uint64_t word, std::uint32_t w, std::uint32_t split, int x, int y, int z) HD_RT {
     if (split == 2) {
       // Aligned: all of it is inside. Two rows at a time.
-      for (int k = 0; k < 4; ++k, word >>= 16) {
-        for (int j = 0; j < 4; j += 2) {
-          const std::uint64_t rows = word >> (4 * j);
-          std::uint32_t* at = row + (y + j) + kEdge * (z + k);
-          at[0] |= static_cast<std::uint32_t>(rows & 0xf) << x;
-          at[1] |= static_cast<std::uint32_t>(rows >> 4 & 0xf) << x;
+      std::uint32_t* at = row + y + kEdge * z;
+      for (int k = 0; k < 4; ++k, word >>= 16, at += kEdge) {
+        const std::uint64_t rows[2] = {(word & 0xf) | (word & 0xf0) << 28, (word >> 8 & 0xf) | (word >> 8 & 0xf0)
+                                                                                                   << 28};
+        for (int j = 0; j < 2; ++j) {
+          std::uint64_t both;
+          std::memcpy(&both, at + 2 * j, sizeof both);
+          both |= rows[j] << x;
+          std::memcpy(at + 2 * j, &both, sizeof both);
         }
       }
       return;
@@ -88,14 +92,12 @@ void SphereDescentDetector::meetWindows(Run& run) HD_RT {
   const int side_a = 1 << tree_a.level[run.a.level].side_log2;
   const float half_b = 0.5F * run.b.side();
   // Voxels of A from the lower corner of a node, by x + 8 (y + 8 z); those of a last node from its own.
-  Offsets place;
+  alignas(16) Eigen::Array4f place[512];
   std::uint16_t within[512];
   for (std::uint32_t p = 0; p < 512; ++p) {
     const ChildPlace k = childPlace(3, p);
     const Vec3 v = run.a.offsets.turned(Vec3(k.x + 0.5, k.y + 0.5, k.z + 0.5)) * run.a.scale;
-    place.x[p] = static_cast<float>(v.x());
-    place.y[p] = static_cast<float>(v.y());
-    place.z[p] = static_cast<float>(v.z());
+    place[p] << v.cast<float>().array(), 0.0F;
     const ChildPlace q = childPlace(split_a, p);
     within[p] = static_cast<std::uint16_t>(q.x + 8 * (q.y + 8 * q.z));
   }
@@ -111,14 +113,12 @@ void SphereDescentDetector::meetWindows(Run& run) HD_RT {
     }
     const Pair& p = now_[i];
     int origin[3];
-    float from[3], low[3], high[3];
+    Eigen::Array4f from = Eigen::Array4f::Zero();
     for (int k = 0; k < 3; ++k) {
       origin[k] = 4 * static_cast<int>(std::floor(0.25F * (p.ca[k] - 14)));
-      low[k] = high[k] = p.ca[k] - static_cast<float>(origin[k]);
-      from[k] = low[k] + static_cast<float>(corner[k]);
-      low[k] = 1e9F;
-      high[k] = -1e9F;
+      from[k] = p.ca[k] - static_cast<float>(origin[k]) + static_cast<float>(corner[k]);
     }
+    Eigen::Array4f low = Eigen::Array4f::Constant(1e9F), high = -low;
     std::uint32_t count = 0;
     forEachMask(
         tree_a, run.a.level, p.a, 0, 0, 0, [](int, int, int, int) HD_RT { return true; },
@@ -126,11 +126,9 @@ void SphereDescentDetector::meetWindows(Run& run) HD_RT {
           const int base = x + 8 * (y + 8 * z);
           for (; word != 0; word &= word - 1) {
             const int at = base + within[64 * w + static_cast<std::uint32_t>(std::countr_zero(word))];
-            const float v[3] = {from[0] + place.x[at], from[1] + place.y[at], from[2] + place.z[at]};
-            for (int k = 0; k < 3; ++k) {
-              low[k] = std::min(low[k], v[k]);
-              high[k] = std::max(high[k], v[k]);
-            }
+            const Eigen::Array4f v = from + place[at];
+            low = low.min(v);
+            high = high.max(v);
             x_[count] = v[0];
             y_[count] = v[1];
             z_[count++] = v[2];
@@ -144,7 +142,7 @@ void SphereDescentDetector::meetWindows(Run& run) HD_RT {
     std::fill_n(window.row, kWindow * kWindow, 0u);
     for (end = i; end < run.pairs && now_[end].a == p.a; ++end) {
       const Pair& q = now_[end];
-      const auto at = [&](int k) HD_RT { return static_cast<int>(std::lround(q.cb[k] - half_b)) - origin[k]; };
+      const auto at = [&](int k) HD_RT { return static_cast<int>(q.cb[k] - half_b) - origin[k]; };
       forEachMask(
           tree_b, run.b.level, q.b, at(0), at(1), at(2),
           [&](int x, int y, int z, int side) HD_RT {

@@ -177,17 +177,17 @@ void meetWindow(const VoxelWindow& window, std::uint32_t count, bool first_only,
       const std::uint32_t* rows = window.row + row.i[i];
       const F x = sub(along_x, all(fx[i])), y = sub(along_y, all(fy[i]));
       const F across = add(mul(x, x), mul(y, y));
-      F squared[4];
-      M met[4];
-      for (int k = 0; k < 4; ++k) {
-        squared[k] = add(across, all(layer[k][i]));
-        met[k] = static_cast<M>(hasBit(rows + kWindow * k, bit) & lessEqual(squared[k], squared_reach));
-      }
-      const std::uint64_t any =
-          met[0] | std::uint64_t{met[1]} << 16 | std::uint64_t{met[2]} << 32 | std::uint64_t{met[3]} << 48;
+      // Layer by layer, none in an array: sixteen bits written and sixty-four read would wait for each other.
+      const auto squared = [&](int k) HD_LANES_LAMBDA { return add(across, all(layer[k][i])); };
+      const F s0 = squared(0), s1 = squared(1), s2 = squared(2), s3 = squared(3);
+      const auto meets = [&](int k, F s) HD_LANES_LAMBDA {
+        return static_cast<M>(hasBit(rows + kWindow * k, bit) & lessEqual(s, squared_reach));
+      };
+      const M m0 = meets(0, s0), m1 = meets(1, s1), m2 = meets(2, s2), m3 = meets(3, s3);
+      const std::uint64_t any = (m0 | std::uint64_t{m1} << 16) | (std::uint64_t{m2} << 32 | std::uint64_t{m3} << 48);
       if (any == 0) continue;
-      F own = zero;
-      for (int k = 0; k < 4; ++k) own = add(own, choose(met[k], sub(reach, root(squared[k])), zero));
+      const auto part = [&](M m, F s) HD_LANES_LAMBDA { return choose(m, sub(reach, root(s)), zero); };
+      const F own = add(add(part(m0, s0), part(m1, s1)), add(part(m2, s2), part(m3, s3)));
       sums.pairs += static_cast<std::uint32_t>(__builtin_popcountll(any));
       ++sums.voxels;
       overlap = add(overlap, own);

@@ -176,15 +176,6 @@ inline std::uint64_t SphereDescentDetector::near(std::uint32_t first, std::uint3
   return pointKernel().near(table, count, {s.x, s.y, s.z}, s.r);
 }
 
-inline void SphereDescentDetector::push(Run& run, const Pair& q, std::uint32_t& made) HD_RT {
-  if (made < next_.size()) {
-    next_[made++] = q;
-    return;
-  }
-  ++run.report.dropped;
-  run.report.exhausted = true;
-}
-
 /** One level down on one side. */
 void SphereDescentDetector::refine(Run& run, bool side_a) HD_RT {
   Tree& fine = side_a ? run.a : run.b;

@@ -83,7 +83,9 @@ class SphereDescentDetector final : public Detector {
   void choose(Run& run, bool side_a) HD_RT;
   void touch(Run& run, const Pair& pair, float distance, float reach) HD_RT;
   void walkField(Run& run) HD_RT;
+  void makeRoom(Run& run, std::uint32_t count, std::uint32_t group) HD_RT;
   void lookUp(Run& run, const Pair& pair) HD_RT;
+  void lookUpVoxels(Run& run, const Pair& node, const OctreeLevel& level, const Offsets& offset) HD_RT;
   void flush(Run& run) HD_RT;
   void findParts(std::uint32_t level) HD_RT;
   void sum(Run& run, ContactSet& contacts) HD_RT;

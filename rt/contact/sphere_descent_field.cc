@@ -1,5 +1,6 @@
 // The one-sided descent: A's nodes against what B's field says, down to A's voxels, each a point of its surface.
 #include <algorithm>
+#include <bit>
 
 #include "rt/contact/sphere_descent_run.h"
 
@@ -55,6 +56,11 @@ void SphereDescentDetector::walkField(Run& run) HD_RT {
         break;
       }
       const Pair p = now_[i];
+      if (run.a.atVoxels()) {
+        lookUpVoxels(run, p, level, offset);
+        if (run.query.first_only && run.report.touching > 0) return;
+        continue;
+      }
       forEachChild(level, p.a, [&](std::uint32_t place, std::uint32_t child) HD_RT {
         Pair q = p;
         q.a = child;
@@ -62,16 +68,8 @@ void SphereDescentDetector::walkField(Run& run) HD_RT {
         q.ca[1] += offset.y[place];
         q.ca[2] += offset.z[place];
         if (regroup) q.group = part_[child];
-        if (run.a.atVoxels()) {
-          lookUp(run, q);
-        } else if (made < next_.size()) {
-          next_[made++] = q;
-        } else {
-          ++run.report.dropped;
-          run.report.exhausted = true;
-        }
+        push(run, q, made);
       });
-      if (run.query.first_only && run.report.touching > 0) return;
     }
     std::swap(now_, next_);
     run.pairs = made;
@@ -79,16 +77,36 @@ void SphereDescentDetector::walkField(Run& run) HD_RT {
   flush(run);
 }
 
+/** Those that wait together are of one group and size. */
+void SphereDescentDetector::makeRoom(Run& run, std::uint32_t count, std::uint32_t group) HD_RT {
+  const float side = run.a.side();
+  if (run.waiting + count > kFieldBuffer || group != run.waiting_group || side != run.waiting_side) flush(run);
+  run.waiting_group = group;
+  run.waiting_side = side;
+}
+
 /** Puts a node's centre with those that wait for the fields. */
 void SphereDescentDetector::lookUp(Run& run, const Pair& p) HD_RT {
-  const float side = run.a.side();
-  if (run.waiting == kFieldBuffer || (run.waiting > 0 && (p.group != run.waiting_group || side != run.waiting_side)))
-    flush(run);
-  run.waiting_group = p.group;
-  run.waiting_side = side;
+  makeRoom(run, 1, p.group);
   x_[run.waiting] = p.ca[0];
   y_[run.waiting] = p.ca[1];
   z_[run.waiting++] = p.ca[2];
+}
+
+/** The centres of a last node's voxels. */
+void SphereDescentDetector::lookUpVoxels(Run& run, const Pair& p, const OctreeLevel& level,
+                                         const Offsets& offset) HD_RT {
+  makeRoom(run, 1u << (3 * level.split), p.group);
+  std::uint32_t at = run.waiting;
+  for (std::uint32_t w = 0; w < maskWords(level.split); ++w) {
+    for (std::uint64_t word = maskWord(level, OctreeMask::kSurface, p.a, w); word != 0; word &= word - 1) {
+      const std::uint32_t place = 64 * w + static_cast<std::uint32_t>(std::countr_zero(word));
+      x_[at] = p.ca[0] + offset.x[place];
+      y_[at] = p.ca[1] + offset.y[place];
+      z_[at++] = p.ca[2] + offset.z[place];
+    }
+  }
+  run.waiting = at;
 }
 
 /** Each of those that wait becomes a point of A's surface, which B's field is asked for. */

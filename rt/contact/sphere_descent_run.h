@@ -131,4 +131,14 @@ struct SphereDescentDetector::Run {
   }
 };
 
+/** To the next level's pairs, if there is room. */
+inline void SphereDescentDetector::push(Run& run, const Pair& q, std::uint32_t& made) HD_RT {
+  if (made < next_.size()) {
+    next_[made++] = q;
+    return;
+  }
+  ++run.report.dropped;
+  run.report.exhausted = true;
+}
+
 }  // namespace hapticd

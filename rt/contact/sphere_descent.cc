@@ -74,6 +74,13 @@ void SphereDescentDetector::walk(Run& run, std::uint32_t most) HD_RT {
     root.ca[k] = static_cast<float>(run.a.root[k]);
     root.cb[k] = static_cast<float>(run.b.root[k]);
   }
+  // Far apart, or nowhere: what follows may rely on places near one another.
+  const float far = kHalfDiagonal * (run.a.side() + run.b.side());
+  const Vec3 between = run.a.root - run.b.root;
+  if (!(between.squaredNorm() <= double{far} * far)) {
+    run.pairs = 0;
+    return;
+  }
   run.pairs = 1;
   while (run.pairs > 0 && !(run.a.atVoxels() && run.b.atVoxels())) {
     if (options_.threshold <= 0 && windowsFit(run)) {

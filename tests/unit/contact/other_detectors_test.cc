@@ -219,6 +219,21 @@ TEST(SphereDescent, ContactsOfARingOnAPlateStandAllAroundIt) {
   }
 }
 
+TEST(SphereDescent, FindsNothingFarAwayOrNowhere) {
+  const TestVolume small = testing::sphereVolume(0.003, 0.001);  // All in one window.
+  for (const SphereLeaf leaf : {SphereLeaf::kSphere, SphereLeaf::kFieldValue}) {
+    SphereDescentDetector detector({.leaf = leaf});
+    ContactSet contacts;
+    for (const double x : {0.02, 1e3, 1e12, 1e30, static_cast<double>(NAN), static_cast<double>(INFINITY)}) {
+      detector.find(queryOf(small, small, {{x, 0, 0}, Quat::Identity()}), contacts);
+      EXPECT_EQ(contacts.count, 0u) << x;
+      EXPECT_EQ(contacts.report.touching, 0u) << x;
+    }
+    detector.find(queryOf(small, small, {{0.004, 0, 0}, Quat::Identity()}), contacts);
+    EXPECT_GT(contacts.count, 0u);
+  }
+}
+
 TEST(EveryDetector, EndsSoonAfterADeadlineThatHasPassed) {
   VolumeOptions options;
   options.point_spacing_m = 0.0002;

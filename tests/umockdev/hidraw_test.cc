@@ -8,6 +8,7 @@
 #include "drivers/registry.h"
 #include "rt/base/clock.h"
 #include "tests/umockdev/hidraw_testbed.h"
+#include "tools/haptic-emu/hidpid/pid_model.h"
 #include "tools/haptic-emu/spacemouse/spacemouse_model.h"
 #include "tools/haptic-emu/woodyhid/woody_hid_model.h"
 
@@ -19,11 +20,11 @@ const HidIdentity kMouse{0x256f, 0xc631, "3Dconnexion", "SpaceMouse Pro Wireless
 
 /** Reads until `done`, for at most five seconds. */
 template <class Done>
-bool served(Device& device, DeviceSample& sample, Done done) {
+bool served(Device& device, DeviceSample& sample, Done done, const DeviceCommand& command = {}) {
   MonotonicClock clock;
   for (int i = 0; i < 5000; ++i) {
     device.read(clock.now(), sample);
-    device.write(clock.now(), {});
+    device.write(clock.now(), command);
     if (done()) return true;
     clock.sleepUntil(clock.now() + kMs);
   }
@@ -67,6 +68,49 @@ TEST(Umockdev, AWoodenHapticsArmIsHeardAndSpokenTo) {
     return model.heard() > 20 && model.said() > 20;
   }));
   (*device)->close();
+}
+
+TEST(Umockdev, AJoystickIsSetUpByFeatureReportsAndPushes) {
+  haptic_emu::PidModel model;
+  HidrawTestbed bed(model, {0x1209, 0xffb0, "OpenFFBoard", "Joystick", "P1"});
+  model.hand.want({0.01, 0.01, 0});  // It is read when it has moved.
+  auto device = makeDevice("hidpid://P1?max_force=4");
+  ASSERT_TRUE(device.ok()) << toString(device.error());
+  const auto opened = (*device)->open();
+  ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  {
+    const auto held = bed.hold();
+    EXPECT_GT(model.effects(), 0u) << "their places are told by feature reports";
+  }
+  DeviceSample sample;
+  ASSERT_TRUE(served(**device, sample, [&] { return sample.fresh; }));
+  DeviceCommand push;
+  push.enabled = true;
+  push.force.y() = 2;
+  EXPECT_TRUE(served(
+      **device, sample,
+      [&] {
+        const auto held = bed.hold();
+        return model.force().norm() > 1.9;
+      },
+      push));
+  (*device)->close();
+  const auto held = bed.hold();
+  EXPECT_FALSE(model.actuatorsOn());
+  EXPECT_EQ(model.force().norm(), 0);
+}
+
+TEST(Umockdev, TheSecondOnANodeIsToldThatItIsTaken) {
+  haptic_emu::SpaceMouseModel model(true);
+  HidrawTestbed bed(model, kMouse);
+  const auto first = makeDevice("spacemouse://default"), second = makeDevice("spacemouse://default");
+  ASSERT_TRUE(first.ok() && second.ok());
+  ASSERT_TRUE((*first)->open().ok());
+  const auto refused = (*second)->open();
+  EXPECT_EQ(refused.error().code, ErrorCode::kDeviceBusy) << toString(refused.error());
+  (*first)->close();
+  EXPECT_TRUE((*second)->open().ok()) << "close gives it back";
+  (*second)->close();
 }
 
 TEST(Umockdev, NothingIsFoundWhereNothingIs) {

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <memory>
 #include <vector>
 
 #include "rt/base/clock.h"
@@ -29,6 +30,8 @@ std::string described(const HidIdentity& who, const haptic_emu::HidModel::Bytes&
       "A: dev=241:7\\n\n",
       usb, who.vendor, who.product, who.manufacturer, who.name, who.serial, hid, hex, hid.substr(hid.rfind('/') + 1));
 }
+
+constexpr unsigned kSetFeature = _IOC_NR(HIDIOCSFEATURE(1)), kGetFeature = _IOC_NR(HIDIOCGFEATURE(1));
 
 /** The answer goes into the caller's memory. */
 void put(UMockdevIoctlData* where, std::span<const std::uint8_t> bytes) {
@@ -68,6 +71,7 @@ gboolean HidrawTestbed::onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client,
   UMockdevIoctlData* memory =
       umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, _IOC_SIZE(request), nullptr);
   int error = EINVAL;
+  long done = 0;
   if (request == HIDIOCGRDESCSIZE) {
     const auto size = static_cast<std::uint32_t>(me.model_.descriptor().size());
     put(memory, {reinterpret_cast<const std::uint8_t*>(&size), sizeof size});
@@ -78,10 +82,25 @@ gboolean HidrawTestbed::onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client,
     std::copy(me.model_.descriptor().begin(), me.model_.descriptor().end(), all.value);
     put(memory, {reinterpret_cast<const std::uint8_t*>(&all), sizeof all});
     error = 0;
+  } else if (_IOC_TYPE(request) == 'H' && (_IOC_NR(request) == kSetFeature || _IOC_NR(request) == kGetFeature)) {
+    error = me.feature(memory, _IOC_NR(request) == kSetFeature) ? 0 : EPIPE;
+    done = static_cast<long>(_IOC_SIZE(request));
   }
   if (memory != nullptr) umockdev_ioctl_data_unref(memory);
-  umockdev_ioctl_client_complete(client, error == 0 ? 0 : -1, error);
+  umockdev_ioctl_client_complete(client, error == 0 ? done : -1, error);
   return TRUE;
+}
+
+bool HidrawTestbed::feature(UMockdevIoctlData* memory, bool set) {
+  std::uint8_t* bytes = nullptr;
+  int size = 0;
+  umockdev_ioctl_data_retrieve(memory, &bytes, &size);
+  const std::unique_ptr<std::uint8_t, void (*)(void*)> owner(bytes, &g_free);
+  if (size < 1) return false;
+  if (set) return model_.setFeature({bytes, static_cast<std::size_t>(size)});
+  const auto answer = model_.getFeature(bytes[0]);
+  if (answer) put(memory, *answer);
+  return answer.has_value();
 }
 
 gboolean HidrawTestbed::onRead(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self) {

@@ -33,6 +33,7 @@ class HidrawTestbed {
 
  private:
   void goOn();
+  bool feature(UMockdevIoctlData* memory, bool set);
   static gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
   static gboolean onRead(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
   static gboolean onWrite(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);

@@ -1,7 +1,12 @@
 // A device that takes its time to open: the control thread goes on, and everybody gets an answer.
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <condition_variable>
 #include <mutex>
 
+#include "daemon/device/device_opener.h"
 #include "drivers/link/slow_to_open.h"
 #include "tests/session/bench.h"
 
@@ -75,6 +80,31 @@ struct SlowBench {
   Gate gate;  // before the bench: its devices go first
   Bench bench;
 };
+
+/** Of a user who may have no more threads; in a child, which gives that right up. */
+TEST(SlowOpen, WithoutAThreadForItTheAnswerIsAnError) {
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const rlimit none{1, 1};
+    if (::geteuid() == 0 && ::setresuid(65534, 65534, 65534) != 0) ::_exit(2);
+    if (::setrlimit(RLIMIT_NPROC, &none) != 0) ::_exit(3);
+    Gate gate;
+    gate.open();
+    DeviceOpener opener;
+    int refused = 0;
+    opener.start(std::make_unique<SlowDevice>(gate, "slow://1", false), [&](DeviceOpener::Opened device) {
+      refused += !device && device.error().code == ErrorCode::kSystem ? 1 : 0;
+    });
+    opener.poll();
+    opener.start(std::make_unique<SlowDevice>(gate, "slow://2", false), [](const DeviceOpener::Opened&) {});
+    opener.stop();
+    ::_exit(refused == 1 && opener.size() == 0 && gate.closed == 0 ? 0 : 4);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+}
 
 TEST(SlowOpen, OthersAreServedMeanwhile) {
   SlowBench slow;

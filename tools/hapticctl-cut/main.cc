@@ -5,6 +5,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -32,10 +34,13 @@ Vec3 vec3(const std::string& option, const std::string& text) {
 }
 
 void writeFile(const std::string& path, const std::string& bytes) {
+  errno = 0;
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file.close();
-  if (!file) throw hapticctl::Failure{hapticctl::kExitFile, path, "cannot be written", "is the disk full?"};
+  if (file) return;
+  throw hapticctl::Failure{
+      hapticctl::kExitFile, path, fmt::format("cannot be written: {}", std::strerror(errno != 0 ? errno : EIO)), {}};
 }
 
 std::string besides(const std::string& file, const char* part) {

@@ -229,6 +229,10 @@ class WithDaemon(Case):
                                 env={**os.environ, **paths}, check=False)
         self.assertEqual(failed.returncode, 2)
         self.assertIn("--plane or --shell", failed.stderr)
+        failed = subprocess.run([*command, "--voxel", "2", "--body", self.directory / "none/x.ply"], capture_output=True, text=True,
+                                env={**os.environ, **paths}, check=False)
+        self.assertEqual(failed.returncode, 5)
+        self.assertIn("No such file or directory", failed.stderr)
 
     def test_scene(self):
         path = self.file("t.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "daemon/scene/body.h"
 #include "rt/cycle/free_bodies.h"
+#include "rt/cycle/restated.h"
 #include "rt/ingest/limits.h"
 
 namespace hapticd {
@@ -23,6 +25,15 @@ Command gravityCommand(const Vec3& gravity) {
   SetGravity order{};
   store(gravity, order.g);
   return makeCommand(CommandKind::kSetGravity, order);
+}
+
+template <CommandKind>
+constexpr bool kIsSaid = false;
+
+template <class Visit, std::size_t... kNumbers>
+void visitKinds(Visit&& visit, std::index_sequence<kNumbers...>) {
+  // The highest number first: a body is told its velocity when it is one.
+  (visit(std::integral_constant<CommandKind, static_cast<CommandKind>(kMostKinds - 1 - kNumbers)>()), ...);
 }
 
 bool mayRemove(const Client& owner, const Client& by) { return by.administration || owner.uid == by.uid; }
@@ -287,9 +298,21 @@ void SceneModel::replay(std::int64_t period_ns, const std::function<void(Object&
     Object& object = slots_[open[i]];
     refresh(object);
     give(object, addCommand(object));
-    if (object.spec.surface != SurfaceSpec{}) give(object, surfaceCommand(object, period_ns));
-    if (object.spec.body.mass > 0) give(object, bodyCommand(object));
-    if (!object.V_PO.v.isZero() || !object.V_PO.w.isZero()) give(object, poseCommand(object));
+    const auto giveLasting = [&](auto kind) {
+      constexpr CommandKind kKind = kind;
+      if constexpr (whoRestates(kKind) == Restated::kSceneOrder) {
+        if constexpr (kKind == CommandKind::kSetSurface) {
+          if (object.spec.surface != SurfaceSpec{}) give(object, surfaceCommand(object, period_ns));
+        } else if constexpr (kKind == CommandKind::kSetBody) {
+          if (object.spec.body.mass > 0) give(object, bodyCommand(object));
+        } else if constexpr (kKind == CommandKind::kObjectPose) {
+          if (!object.V_PO.v.isZero() || !object.V_PO.w.isZero()) give(object, poseCommand(object));
+        } else {
+          static_assert(kIsSaid<kKind>, "a servo that comes later must be told of this order too");
+        }
+      }
+    };
+    visitKinds(giveLasting, std::make_index_sequence<kMostKinds>());
     for (const std::uint32_t child : childSlots(open[i])) open.push_back(child);
   }
 }

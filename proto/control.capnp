@@ -381,6 +381,9 @@ interface Scene {
   dropTexture @12 (texture :UInt64) -> (status :Status);
   # Refused while a surface shows it. A texture goes with the client that made it once no surface shows it.
   listTextures @13 () -> (status :Status, textures :List(TextureReport));
+  volumeFile @14 (name :Text) -> (status :Status, file :Region);
+  # To be read: the volume of an object's mesh as an OpenVDB file. For its maker's user or administration. WOULD_BLOCK
+  # while it is being made; NOT_FOUND if there is none.
 }
 
 # ---------------------------------------------------------------- events

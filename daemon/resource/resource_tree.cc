@@ -14,7 +14,7 @@ using Json = nlohmann::json;
 
 const std::vector<std::string>& roots() {
   static const std::vector<std::string> kRoots{"objects", "_objects", "devices", "statistics", "clients",
-                                               "meshes",  "textures", "config",  "world"};
+                                               "meshes",  "textures", "config",  "world",      "volumes"};
   return kRoots;
 }
 
@@ -88,6 +88,27 @@ Json clients(Core& core) {
                                {"bytes", session->regions.bytes()}});
     }
     json.push_back(std::move(c));
+  }
+  return json;
+}
+
+/** The cache on disk, with the objects that show each volume. */
+Json volumes(Core& core) {
+  Json json = Json::array();
+  VolumeCache* cache = core.uploads().cache();
+  if (cache == nullptr) return json;
+  for (const CachedVolume& volume : cache->list()) {
+    Json objects = Json::array();
+    for (const ObjectNow& object : core.scene().list()) {
+      const MeshInfo* mesh = core.meshes().find(object.spec.shape.mesh);
+      if (object.spec.shape.kind == ShapeKind::kMesh && mesh != nullptr && mesh->cache_key == volume.key)
+        objects.push_back(object.spec.name);
+    }
+    json.push_back({{"key", volume.key},
+                    {"objects", std::move(objects)},
+                    {"bytes", volume.bytes},
+                    {"vdb_bytes", volume.vdb_bytes},
+                    {"unused_s", number(volume.unused_s)}});
   }
   return json;
 }
@@ -215,8 +236,9 @@ Result<nlohmann::json> ResourceTree::read(const ResourceName& name) {
   if (root == "meshes") return readMeshes(name);
   if (root == "textures") return readTextures(name);
   if (root == "world") return readWorld(name);
-  if (root != "clients" && root != "config") return noSuchElement(name, 0, roots());
+  if (root != "clients" && root != "config" && root != "volumes") return noSuchElement(name, 0, roots());
   if (name.element.size() > 1) return tooDeep(name, 1);
+  if (root == "volumes") return volumes(core_);
   return root == "clients" ? clients(core_) : Json(toToml(core_.config()));
 }
 

@@ -146,6 +146,23 @@ kj::Promise<void> SceneServer::listTextures(ListTexturesContext context) {
   });
 }
 
+kj::Promise<void> SceneServer::volumeFile(VolumeFileContext context) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    auto name = readName(params.getName());
+    if (!name) return name.error();
+    auto object = core_.scene().find(*name);
+    if (!object) return object.error();
+    const MeshInfo* mesh = core_.meshes().find(object->spec.shape.mesh);
+    if (object->spec.shape.kind != ShapeKind::kMesh || mesh == nullptr)
+      return Error{ErrorCode::kNotFound, *name, "it is not a mesh", {}};
+    const Client& by = core_.client(connection_);
+    auto file = RegionServer::handOut(core_, by.uid, core_.uploads().volumeFile(*mesh, by));
+    if (!file) return file.error();
+    results.setFile(std::move(*file));
+    return {};
+  });
+}
+
 kj::Promise<void> UploadServer::region(RegionContext context) {
   return answer(context, [&](auto, auto results) -> Result<void> {
     auto region = RegionServer::handOut(core_, uid_, core_.uploads().region(id_));

@@ -10,7 +10,6 @@
 
 namespace hapticd {
 
-/** Carries one descriptor. */
 /** A descriptor on its way to a client. It counts against its user until the client drops it. */
 class RegionServer final : public proto::Region::Server {
  public:
@@ -110,6 +109,7 @@ class SceneServer final : public proto::Scene::Server {
   kj::Promise<void> setSurface(SetSurfaceContext context) override;
   kj::Promise<void> dropTexture(DropTextureContext context) override;
   kj::Promise<void> listTextures(ListTexturesContext context) override;
+  kj::Promise<void> volumeFile(VolumeFileContext context) override;
 
  private:
   Core& core_;

@@ -32,6 +32,7 @@ struct MeshInfo {
   std::int64_t build_ns = 0;
   std::uint32_t uses = 0;  ///< Objects that show it.
   Client owner;
+  std::string cache_key;  ///< Of its volume (volume_cache.h); empty: it has none there.
 };
 
 /** A mesh as one servo reads it. */

@@ -129,6 +129,7 @@ void Uploads::finish(std::uint64_t id, BuildReport& report) {
   info.notes = report.notes;
   info.build_ns = report.stats.build_ns;
   info.triangles = report.stats.triangles;
+  info.cache_key = upload.cache_key;
   auto snapshot = duplicate(report.snapshot.get()), volume = duplicate(report.volume.get());
   auto made = adopt(std::move(report.snapshot), std::move(report.volume), std::move(info));
   if (made && cache_ != nullptr && !upload.cache_key.empty() && snapshot && volume)
@@ -169,6 +170,7 @@ bool Uploads::finishFromCache(std::uint64_t id) {
   info.owner = upload.by;
   info.notes = std::move(found->notes);
   info.triangles = head.triangle_count;
+  info.cache_key = upload.cache_key;
   auto made = adopt(std::move(found->snapshot), std::move(found->volume), std::move(info));
   if (!made && made.error().code == ErrorCode::kBadSnapshot) {
     log::warn("a cached volume is built again: {}", toString(made.error()));
@@ -179,6 +181,18 @@ bool Uploads::finishFromCache(std::uint64_t id) {
   uploads_.erase(id);
   done(std::move(made));
   return true;
+}
+
+Result<UniqueFd> Uploads::volumeFile(const MeshInfo& mesh, const Client& by) const {
+  if (mesh.owner.uid != by.uid && !by.administration) {
+    return Error{ErrorCode::kPermissionDenied, "mesh",
+                 fmt::format("mesh {} belongs to user {}", mesh.id, mesh.owner.uid), "use the administration socket"};
+  }
+  if (mesh.voxel == 0)
+    return Error{ErrorCode::kNotFound, "mesh", "it has no volume", "load it with hapticctl load --voxel"};
+  if (cache_ == nullptr || mesh.cache_key.empty())
+    return Error{ErrorCode::kUnsupported, "mesh", "volumes are not kept on disk here", "see builder.cache"};
+  return cache_->openVdb(mesh.cache_key);
 }
 
 std::uint64_t Uploads::bytesOf(std::uint32_t uid) const {

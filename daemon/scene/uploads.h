@@ -34,6 +34,10 @@ class Uploads {
   void setBuilder(std::unique_ptr<BuilderLeash> builder, std::string why_not = {});
   /** Where built volumes are kept on disk; null: nowhere. */
   void setCache(std::unique_ptr<VolumeCache> cache) { cache_ = std::move(cache); }
+  /** Null: none. */
+  [[nodiscard]] VolumeCache* cache() const { return cache_.get(); }
+  /** A mesh's volume as an OpenVDB file, for its maker's user or administration; see VolumeCache::openVdb(). */
+  [[nodiscard]] Result<UniqueFd> volumeFile(const MeshInfo& mesh, const Client& by) const;
   [[nodiscard]] const BuilderLeash* builder() const { return builder_.get(); }
   [[nodiscard]] const std::string& builderNote() const { return note_; }
 

@@ -35,12 +35,20 @@ void VdbMaker::want(const std::string& cached, const std::string& vdb, bool fres
   {
     const std::lock_guard lock(mutex_);
     if (fresh) failed_.erase(vdb);
-    const bool waits = std::any_of(jobs_.begin(), jobs_.end(), [&](const Job& job) { return job.vdb == vdb; });
-    if (waits || stopping_ || failed_.count(vdb) != 0) return;
+    if (isWaiting(vdb) || stopping_ || failed_.count(vdb) != 0) return;
     jobs_.push_back({cached, vdb});
     if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
   }
   changed_.notify_all();
+}
+
+bool VdbMaker::isWaiting(const std::string& vdb) const {
+  return std::any_of(jobs_.begin(), jobs_.end(), [&](const Job& job) { return job.vdb == vdb; });
+}
+
+bool VdbMaker::waits(const std::string& vdb) {
+  const std::lock_guard lock(mutex_);
+  return isWaiting(vdb);
 }
 
 void VdbMaker::wait() {

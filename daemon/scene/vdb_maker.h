@@ -42,6 +42,8 @@ class VdbMaker {
    * Any thread.
    */
   void want(const std::string& cached, const std::string& vdb, bool fresh);
+  /** Whether it waits or is being made. Any thread. */
+  [[nodiscard]] bool waits(const std::string& vdb);
   /** Until nothing waits. */
   void wait();
 
@@ -49,6 +51,7 @@ class VdbMaker {
   struct Job {
     std::string cached, vdb;
   };
+  [[nodiscard]] bool isWaiting(const std::string& vdb) const;  ///< Under the lock.
   void work();
   /** False if it could not be made. */
   bool make(const Job& job);

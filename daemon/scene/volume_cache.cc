@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
 
@@ -95,6 +96,28 @@ VolumeCache::VolumeCache(std::string directory, std::uint64_t most_bytes, std::o
 }
 
 VolumeCache::~VolumeCache() { awaitWriter(); }
+
+std::vector<CachedVolume> VolumeCache::list() {
+  const std::lock_guard lock(pruning_);
+  std::vector<CachedVolume> all;
+  const auto now = fs::file_time_type::clock::now();
+  for (const Entry& entry : entriesOf(directory_)) {
+    all.push_back({entry.cached.stem(), entry.bytes, entry.vdb_bytes,
+                   std::max(0.0, std::chrono::duration<double>(now - entry.used).count())});
+  }
+  return all;
+}
+
+Result<UniqueFd> VolumeCache::openVdb(const std::string& key) {
+  const std::string where = "OpenVDB file";
+  UniqueFd file(::open(vdbOf(key).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+  if (file.valid()) return file;
+  if (!maker_)
+    return Error{ErrorCode::kUnsupported, where, "none are made here", "install hapticd-vdb, and see builder.vdb"};
+  if (writing_.load() || maker_->waits(vdbOf(key)))
+    return Error{ErrorCode::kWouldBlock, where, "it is being made", "try again in some seconds"};
+  return Error{ErrorCode::kNotFound, where, "it is not there", "hapticd's log says why; load the mesh again"};
+}
 
 void VolumeCache::awaitWriter() {
   if (writer_.joinable()) writer_.join();

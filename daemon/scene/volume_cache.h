@@ -15,6 +15,7 @@
 
 #include "daemon/scene/vdb_maker.h"
 #include "daemon/unique_fd.h"
+#include "rt/base/error.h"
 
 namespace hapticd {
 
@@ -22,6 +23,14 @@ namespace hapticd {
 struct CachedBuild {
   UniqueFd snapshot, volume;
   std::vector<std::string> notes;
+};
+
+/** A volume on disk. */
+struct CachedVolume {
+  std::string key;
+  std::uint64_t bytes = 0;      ///< Of ours.
+  std::uint64_t vdb_bytes = 0;  ///< Of the OpenVDB file beside it; 0: there is none.
+  double unused_s = 0;          ///< Since it was made or found.
 };
 
 /**
@@ -50,6 +59,13 @@ class VolumeCache {
   void drop(const std::string& key);
   /** Written under another name and renamed when whole. Not kept while another is written. */
   void keep(const std::string& key, UniqueFd snapshot, UniqueFd volume, const std::vector<std::string>& notes);
+  /** Those longest unused first. */
+  [[nodiscard]] std::vector<CachedVolume> list();
+  /**
+   * Its OpenVDB file, to be read. kWouldBlock while it is being made, kNotFound if there is none, kUnsupported where
+   * none are made.
+   */
+  [[nodiscard]] Result<UniqueFd> openVdb(const std::string& key);
   /** Until what is being written is there; with its OpenVDB file. */
   void wait();
 

@@ -1,12 +1,9 @@
 // record.h: recordings.
-#include <fcntl.h>
 #include <hapticclient/record.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
-
 #include "libclient/src/convert.h"
+#include "libclient/src/descriptor.h"
 #include "libclient/src/loop.h"
 
 using hapticd::client::Connection;
@@ -36,16 +33,7 @@ kj::Promise<void> takeStream(haptic_recording& recording, Failure& refusal) {
   return recording.capability.streamRequest().send().then([&](auto&& results) -> kj::Promise<void> {
     refusal = client::toFailure(results.getStatus());
     if (refusal) return kj::READY_NOW;
-    proto::Region::Client region = results.getStream();
-    auto fd = region.getFd();
-    return fd.then([&, keep = kj::mv(region)](kj::Maybe<int> received) {
-      KJ_IF_MAYBE (descriptor, received) {
-        recording.fd = ::fcntl(*descriptor, F_DUPFD_CLOEXEC, 0);
-        if (recording.fd < 0) refusal = {HAPTIC_SYSTEM, "stream", std::strerror(errno), "close some descriptors"};
-      } else {
-        refusal = {HAPTIC_INTERNAL, "stream", "the daemon sent no descriptor", {}};
-      }
-    });
+    return client::keepDescriptor(results.getStream(), "stream", recording.fd, refusal);
   });
 }
 

@@ -1,5 +1,6 @@
 // scene.h: objects.
 #include "libclient/src/convert.h"
+#include "libclient/src/descriptor.h"
 #include "libclient/src/loop.h"
 
 using hapticd::client::Failure;
@@ -74,6 +75,29 @@ int haptic_object_create(haptic_client* c, const haptic_object* object, uint32_t
 
 int haptic_object_remove(haptic_client* c, const char* name, haptic_error* error) {
   return change(c, name, name, error, [](auto& scene) { return scene.removeRequest(); });
+}
+
+int haptic_object_volume_file(haptic_client* c, const char* name, int* fd, haptic_error* error) {
+  return client::edge(error, [&]() -> Failure {
+    if (c == nullptr) return client::badArgument("client", "is null");
+    if (name == nullptr) return client::badArgument("name", "is null");
+    if (fd == nullptr) return client::badArgument("fd", "is null");
+    int received = -1;
+    Failure refusal;
+    Failure broken = c->connection->call([&](Link& link) {
+      auto request = link.scene.volumeFileRequest();
+      request.setName(name);
+      return request.send().then([&](auto&& results) -> kj::Promise<void> {
+        refusal = client::toFailure(results.getStatus());
+        if (refusal) return kj::READY_NOW;
+        return client::keepDescriptor(results.getFile(), "file", received, refusal);
+      });
+    });
+    if (broken) return broken;
+    if (refusal) return refusal;
+    *fd = received;
+    return {};
+  });
 }
 
 int haptic_object_list_all(haptic_client* c, haptic_object_list** objects, haptic_error* error) {

@@ -43,7 +43,8 @@ TEST(Schema, MethodsKeepTheirNumbers) {
       "configuration doctor dump");
   startsWith(methods<proto::Session>(), "regions mapped acquireLease releaseLease arm disarm");
   startsWith(methods<proto::Scene>(),
-             "create remove list find setPose setMaterial setFlags setShape beginUpload dropMesh listMeshes");
+             "create remove list find setPose setMaterial setFlags setShape beginUpload dropMesh listMeshes "
+             "setSurface dropTexture listTextures volumeFile");
   startsWith(methods<proto::Upload>(), "region commit");
   startsWith(methods<proto::EventListener>(), "events");
 }

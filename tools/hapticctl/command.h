@@ -28,6 +28,8 @@ void addMonitor(CLI::App& app, Action& chosen);
 void addRecord(CLI::App& app, Action& chosen);
 void addEvents(CLI::App& app, Action& chosen);
 void addLoad(CLI::App& app, Action& chosen);
+void addVolumes(CLI::App& app, Action& chosen);
+void addExport(CLI::App& app, Action& chosen);
 void addLoadTexture(CLI::App& app, Action& chosen);
 void addAdd(CLI::App& app, Action& chosen);
 void addRemove(CLI::App& app, Action& chosen);

@@ -17,10 +17,10 @@
 namespace hapticctl {
 namespace {
 
-constexpr AddCommand kCommands[] = {addStatus,      addList, addInfo,   addTop,     addMonitor, addRecord,
-                                    addEvents,      addArm,  addDisarm, addStop,    addLimits,  addLoad,
-                                    addLoadTexture, addAdd,  addRemove, addObjects, addHand,    addGet,
-                                    addSet,         addTool, addDoctor, addDump};
+constexpr AddCommand kCommands[] = {addStatus,      addList,    addInfo,   addTop,  addMonitor, addRecord,
+                                    addEvents,      addArm,     addDisarm, addStop, addLimits,  addLoad,
+                                    addLoadTexture, addVolumes, addExport, addAdd,  addRemove,  addObjects,
+                                    addHand,        addGet,     addSet,    addTool, addDoctor,  addDump};
 
 constexpr const char* kFooter =
     "Exit: 0 done; 1 refused, or a check is red; 2 wrong command line; 3 no daemon answers; 4 the daemon went away;\n"

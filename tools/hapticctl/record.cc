@@ -1,5 +1,4 @@
 // hapticctl record: keeps the daemon's recording of a device in a file.
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -13,6 +12,7 @@
 #include "tools/hapticctl/command.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/new_file.h"
 #include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
@@ -31,47 +31,10 @@ struct CloseRecording {
   void operator()(haptic_recording* recording) const { haptic_recording_close(recording); }
 };
 
-/** A new file; it goes again if nothing comes to stand in it. */
-class File {
- public:
-  File(const std::string& path, bool replace) : path_(path) {
-    fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (replace ? O_TRUNC : O_EXCL), 0644);
-    if (fd_ >= 0) return;
-    throw Failure{kExitFile, path, std::strerror(errno),
-                  errno == EEXIST ? "choose another name, or give --replace" : ""};
-  }
-  ~File() {
-    ::close(fd_);
-    if (bytes_ == 0) ::unlink(path_.c_str());
-  }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-
-  /** 0, or errno. */
-  int write(const char* data, std::size_t size) {
-    while (size > 0) {
-      const ssize_t n = ::write(fd_, data, size);
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) return errno;
-      data += n;
-      size -= static_cast<std::size_t>(n);
-      bytes_ += static_cast<std::uint64_t>(n);
-    }
-    return 0;
-  }
-  [[nodiscard]] int sync() const { return ::fdatasync(fd_) == 0 || errno == EINVAL ? 0 : errno; }  // a pipe has none
-  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
-
- private:
-  std::string path_;
-  int fd_ = -1;
-  std::uint64_t bytes_ = 0;
-};
-
 /** Carries the stream into the file on a thread of its own, on the disk within a second. */
 class Carrier {
  public:
-  Carrier(int stream, File& file) : stream_(stream), file_(file), thread_([this] { run(); }) {}
+  Carrier(int stream, NewFile& file) : stream_(stream), file_(file), thread_([this] { run(); }) {}
   ~Carrier() { join(); }
   Carrier(const Carrier&) = delete;
   Carrier& operator=(const Carrier&) = delete;
@@ -103,7 +66,7 @@ class Carrier {
   }
 
   int stream_;
-  File& file_;
+  NewFile& file_;
   std::atomic<bool> over_{false};
   std::atomic<int> problem_{0};
   std::thread thread_;
@@ -113,7 +76,7 @@ int record(const Options& options, const Globals& globals) {
   const Interrupt interrupt;
   const Daemon daemon(globals);
   const std::string uri = deviceUri(daemon, options.device);
-  File file(options.file, options.replace);
+  NewFile file(options.file, options.replace);
   haptic_error error = HAPTIC_ERROR_INIT;
   haptic_recording* raw = nullptr;
   check(haptic_record(daemon.client(), uri.c_str(), &raw, &error), error);

@@ -169,6 +169,12 @@ HAPTIC_API int haptic_upload_mesh(haptic_client* client, const float* vertices, 
                                   haptic_error* error);
 /** All meshes, whoever uploaded them. */
 HAPTIC_API int haptic_mesh_list_all(haptic_client* client, haptic_mesh_list** meshes, haptic_error* error);
+/**
+ * The volume of an object's mesh as an OpenVDB file: a descriptor to read, which the caller closes. For the user who
+ * uploaded the mesh, or on an administration connection. HAPTIC_WOULD_BLOCK: it is being made, some seconds after the
+ * volume; HAPTIC_UNSUPPORTED: the daemon makes none; HAPTIC_NOT_FOUND: there is none.
+ */
+HAPTIC_API int haptic_object_volume_file(haptic_client* client, const char* name, int* fd, haptic_error* error);
 /** Gives a mesh back; refused while an object shows it. It goes by itself with the client that made it, once unused. */
 HAPTIC_API int haptic_mesh_drop(haptic_client* client, uint64_t mesh, haptic_error* error);
 

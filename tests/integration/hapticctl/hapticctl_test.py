@@ -48,6 +48,7 @@ class Case(unittest.TestCase):
     """A directory of its own, and a daemon for the whole class unless it wants none."""
     wants_daemon = True
     daemon = None
+    config = ""
 
     @classmethod
     def setUpClass(cls):
@@ -59,7 +60,9 @@ class Case(unittest.TestCase):
     @classmethod
     def start_daemon(cls):
         with open(cls.directory / "log", "ab") as log:
-            cls.daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", cls.socket], stdout=log, stderr=log)
+            (cls.directory / "hapticd.toml").write_text(cls.config.replace("DIRECTORY", str(cls.directory)))
+            more = ["--config", cls.directory / "hapticd.toml"] if cls.config else []
+            cls.daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", cls.socket, *more], stdout=log, stderr=log)
         end = time.monotonic() + 20
         while subprocess.run([HAPTICCTL, "--socket", cls.socket, "status"], capture_output=True, check=False).returncode != 0:
             if cls.daemon.poll() is not None or time.monotonic() > end:
@@ -413,6 +416,45 @@ class DaemonDies(Case):
             self.daemon.wait()
             self.assertNotEqual(monitor.communicate(timeout=20)[1], "")
             self.assertEqual(monitor.returncode, 4)
+
+
+class Volumes(Case):
+    """What the daemon keeps of volumes on disk, and how a user gets at it."""
+    config = '[builder]\ncache = "DIRECTORY/volumes"\n'
+
+    def test_a_volume_is_listed_and_exported(self):
+        self.assertEqual(self.json("volumes"), [])
+        path = self.file("t.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
+        self.json("load", path, "--scale", "mm", "--voxel", "1", "--name", "solid", "--at", "0,0,0.2")
+        self.json("load", path, "--scale", "mm", "--name", "skin", "--at", "0,0,-0.2")
+        out = self.directory / "solid.vdb"
+        told = self.json("export", "solid", out)
+        self.assertEqual(told["bytes"], out.stat().st_size)
+        self.assertEqual(out.read_bytes()[:4], b" BDV")
+        kept = list((self.directory / "volumes").glob("*.vdb"))
+        self.assertEqual([file.read_bytes() for file in kept], [out.read_bytes()])
+        listed = self.json("volumes")
+        self.assertEqual([(v["objects"], v["vdb_bytes"]) for v in listed], [(["solid"], told["bytes"])])
+        self.assertRegex(self.run_ctl("volumes").stdout, rf"solid +{os.getuid()} ")
+        # Read by the importer, which checks its checksum and knows its unit.
+        paths = {"PATH": f"{BUILD / 'tools/hapticctl-import'}:{os.environ['PATH']}", "HAPTICD_SOCKET": str(self.socket)}
+        again = subprocess.run([HAPTICCTL, "import", out, "--output", self.directory / "again.ply"], capture_output=True,
+                               text=True, env={**os.environ, **paths}, check=False)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        volume = float(again.stdout.split(" cm3")[0].split()[-1])
+        self.assertAlmostEqual(volume, 20 * 30 * 50 / 6 / 1000, delta=0.15)  # its edges are cut by a voxel
+        # Refusals.
+        self.assertIn("--replace", self.run_ctl("export", "solid", out, exit_code=5).stderr)
+        self.run_ctl("export", "solid", out, "--replace")
+        self.assertIn("no volume", self.run_ctl("export", "skin", out, "--replace", exit_code=1).stderr)
+        self.assertIn("solid", self.run_ctl("export", "sold", out, "--replace", exit_code=1).stderr)
+        self.assertEqual(self.run_ctl("export", "solid", "/dev/full", "--replace", exit_code=5).stdout, "")
+        # The same again comes from the disk; when nobody shows it, it stays there.
+        self.run_ctl("remove", "solid")
+        self.assertEqual([v["objects"] for v in self.json("volumes")], [[]])
+        self.json("load", path, "--scale", "mm", "--voxel", "1", "--name", "other", "--at", "0,0,0.2")
+        self.assertEqual([v["objects"] for v in self.json("volumes")], [["other"]])
+        self.assertEqual(self.json("export", "other", self.directory / "other.vdb")["bytes"], told["bytes"])
 
 
 if __name__ == "__main__":

@@ -1,0 +1,22 @@
+#include "libclient/src/descriptor.h"
+
+#include <fcntl.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace hapticd::client {
+
+kj::Promise<void> keepDescriptor(proto::Region::Client region, const char* what, int& fd, Failure& refusal) {
+  auto promise = region.getFd();
+  return promise.then([&, what, keep = kj::mv(region)](kj::Maybe<int> received) {
+    KJ_IF_MAYBE (descriptor, received) {
+      fd = ::fcntl(*descriptor, F_DUPFD_CLOEXEC, 0);
+      if (fd < 0) refusal = {HAPTIC_SYSTEM, what, std::strerror(errno), "close some descriptors"};
+    } else {
+      refusal = {HAPTIC_INTERNAL, what, "the daemon sent no descriptor", {}};
+    }
+  });
+}
+
+}  // namespace hapticd::client

@@ -1,0 +1,13 @@
+/** @file
+ * A descriptor that the daemon hands out.
+ */
+#pragma once
+
+#include "libclient/src/connection.h"
+
+namespace hapticd::client {
+
+/** Keeps a copy in `fd`, for the caller to close; or says in `refusal` why there is none. Library's thread. */
+kj::Promise<void> keepDescriptor(proto::Region::Client region, const char* what, int& fd, Failure& refusal);
+
+}  // namespace hapticd::client

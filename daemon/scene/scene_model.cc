@@ -27,9 +27,6 @@ Command gravityCommand(const Vec3& gravity) {
   return makeCommand(CommandKind::kSetGravity, order);
 }
 
-template <CommandKind>
-constexpr bool kIsSaid = false;
-
 template <class Visit, std::size_t... kNumbers>
 void visitKinds(Visit&& visit, std::index_sequence<kNumbers...>) {
   // The highest number first: a body is told its velocity when it is one.
@@ -308,7 +305,7 @@ void SceneModel::replay(std::int64_t period_ns, const std::function<void(Object&
         } else if constexpr (kKind == CommandKind::kObjectPose) {
           if (!object.V_PO.v.isZero() || !object.V_PO.w.isZero()) give(object, poseCommand(object));
         } else {
-          static_assert(kIsSaid<kKind>, "a servo that comes later must be told of this order too");
+          static_assert(kKind == CommandKind::kNone, "a servo that comes later must be told of this order too");
         }
       }
     };

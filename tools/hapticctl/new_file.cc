@@ -1,6 +1,7 @@
 #include "tools/hapticctl/new_file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -17,8 +18,10 @@ NewFile::NewFile(const std::string& path, bool replace) : path_(path) {
 }
 
 NewFile::~NewFile() {
+  struct stat s {};
+  const bool file = ::fstat(fd_, &s) == 0 && S_ISREG(s.st_mode);  // A device or a pipe was there before.
   ::close(fd_);
-  if (bytes_ == 0) ::unlink(path_.c_str());
+  if (bytes_ == 0 && file) ::unlink(path_.c_str());
 }
 
 int NewFile::write(const char* data, std::size_t size) {

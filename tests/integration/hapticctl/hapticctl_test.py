@@ -448,7 +448,9 @@ class Volumes(Case):
         self.run_ctl("export", "solid", out, "--replace")
         self.assertIn("no volume", self.run_ctl("export", "skin", out, "--replace", exit_code=1).stderr)
         self.assertIn("solid", self.run_ctl("export", "sold", out, "--replace", exit_code=1).stderr)
-        self.assertEqual(self.run_ctl("export", "solid", "/dev/full", "--replace", exit_code=5).stdout, "")
+        full = pathlib.Path("/dev/full")
+        self.assertEqual(self.run_ctl("export", "solid", full, "--replace", exit_code=5).stdout, "")
+        self.assertTrue(full.is_char_device(), "what was there before stays")
         # The same again comes from the disk; when nobody shows it, it stays there.
         self.run_ctl("remove", "solid")
         self.assertEqual([v["objects"] for v in self.json("volumes")], [[]])

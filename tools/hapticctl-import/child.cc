@@ -1,11 +1,13 @@
 #include "tools/hapticctl-import/child.h"
 
 #include <fmt/core.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 
@@ -22,6 +24,7 @@ int inChild(const std::function<int()>& work, std::uint64_t most_bytes) {
       most_bytes =
           static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
     }
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // It writes for nobody else.
     const rlimit memory{most_bytes, most_bytes}, core{0, 0};
     ::setrlimit(RLIMIT_AS, &memory);
     ::setrlimit(RLIMIT_CORE, &core);

@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <climits>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -14,15 +15,33 @@
 #include "tools/hapticctl-import/image.h"
 
 namespace hapticctl_import {
+namespace {
+
+constexpr int kEnds[] = {SIGINT, SIGTERM, SIGHUP};
+
+char to_unlink[PATH_MAX];
+
+extern "C" void unlinkAndEnd(int signal) {
+  ::unlink(to_unlink);
+  ::signal(signal, SIG_DFL);
+  ::raise(signal);
+}
+
+}  // namespace
 
 TemporaryFile::TemporaryFile() {
   path_ = (std::filesystem::temp_directory_path() / "hapticctl-import-XXXXXX.ply").string();
   const int fd = ::mkstemps(path_.data(), 4);
   if (fd < 0) throw ImportError(path_, std::strerror(errno));
   ::close(fd);
+  path_.copy(to_unlink, sizeof to_unlink - 1);
+  for (const int end : kEnds) ::signal(end, unlinkAndEnd);
 }
 
-TemporaryFile::~TemporaryFile() { ::unlink(path_.c_str()); }
+TemporaryFile::~TemporaryFile() {
+  for (const int end : kEnds) ::signal(end, SIG_DFL);
+  ::unlink(path_.c_str());
+}
 
 void writeFile(const std::string& path, const std::string& bytes) {
   errno = 0;

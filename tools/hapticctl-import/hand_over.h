@@ -8,7 +8,10 @@
 
 namespace hapticctl_import {
 
-/** A file that goes when it is no longer needed. Throws ImportError. */
+/**
+ * A file that goes when it is no longer needed, also by Ctrl-C, SIGTERM and SIGHUP, whose handlers it takes: one at a
+ * time. Throws ImportError.
+ */
 class TemporaryFile {
  public:
   TemporaryFile();

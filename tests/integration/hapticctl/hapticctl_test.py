@@ -215,6 +215,21 @@ class WithDaemon(Case):
             self.assertEqual(failed.returncode, code, failed.stderr)
             self.assertIn(said, failed.stderr)
 
+    def test_import_leaves_nothing_behind_when_it_is_ended(self):
+        scan, folder = self.directory / "never.mha", self.directory / "temporary"
+        os.mkfifo(scan)  # Whoever reads it waits.
+        folder.mkdir()
+        for end in (signal.SIGINT, signal.SIGTERM):
+            importer = subprocess.Popen([BUILD / "tools/hapticctl-import/hapticctl-import", scan, "--iso", "300"],
+                                        env={**os.environ, "TMPDIR": str(folder)}, stdout=subprocess.PIPE)
+            while not list(folder.iterdir()):
+                time.sleep(0.01)
+            time.sleep(0.2)
+            importer.send_signal(end)
+            importer.communicate()  # Until its child has closed its end too.
+            self.assertEqual(importer.returncode, -end)
+            self.assertEqual(list(folder.iterdir()), [])
+
     def test_cut(self):
         """A mesh in two by a program that hapticctl finds on PATH; no daemon needed."""
         path = self.file("block.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))

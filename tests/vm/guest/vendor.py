@@ -15,7 +15,7 @@ import time
 
 from guest import hand
 from guest.load import CONFIG
-from guest.report import HERE, UNIT, ctl, device, ensure, eventually, journal_cursor, journal_since, ran, restarted, text, unit
+from guest.report import HERE, UNIT, ctl, device, ensure, eventually, journal_cursor, journal_since, ran, restarted, status_json, text, unit
 
 SOCKET = "hapticd-vendor.socket"
 SDK, PLAIN = pathlib.Path("/opt/played/libdhd.so.3"), pathlib.Path("/opt/played/libplain.so")
@@ -84,9 +84,17 @@ def check_within_the_daemons_sandbox_neither_stack_nor_network():
     ensure(helper() is None, "there is a unit without its socket")
 
 
+def check_the_daemon_starts_without_it():
+    configured(URI)  # systemctl returns when the daemon is ready
+    ensure(status_json()["devices"] == [], status_json()["devices"])
+    eventually(lambda: f"{URI} missing" in unit("StatusText"), "the status names it")
+    status, out, _ = ran("hapticctl", "doctor", user="alice")
+    ensure(status != 0 and "missing device" in out and "executable stack" in out, out)
+
+
 def check_a_unit_of_its_own():
     text("systemctl", "enable", "--now", SOCKET)
-    configured(URI)
+    eventually(lambda: status_json()["devices"], "it is found once its process has its own unit", 40)
     ensure(device()["uri"] == URI, device())
     name, pid = eventually(helper, "a running hapticd-vendor@")
     for task in pathlib.Path(f"/proc/{pid}/task").iterdir():

@@ -90,10 +90,6 @@ HD_LANES void keep(Lanes16& at, I x) {
   _mm256_store_si256(reinterpret_cast<__m256i*>(at.i), x.a);
   _mm256_store_si256(reinterpret_cast<__m256i*>(at.i + 8), x.b);
 }
-HD_LANES I kept(const Lanes16& at) {
-  return {_mm256_load_si256(reinterpret_cast<const __m256i*>(at.i)),
-          _mm256_load_si256(reinterpret_cast<const __m256i*>(at.i + 8))};
-}
 struct Corners {
   I v00, v10, v01, v11;
 };

@@ -1,6 +1,7 @@
 // Configured devices that do not open: the daemon starts without them, says so, and finds them later.
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <map>
 #include <mutex>
@@ -32,7 +33,7 @@ struct Socket {
 
 class Plugged final : public Device, public SlowToOpen {
  public:
-  Plugged(Socket& socket, std::string uri, ManualClock& clock) : socket_(socket), clock_(clock) {
+  Plugged(Socket& socket, std::string uri, const std::atomic<std::int64_t>& now_ns) : socket_(socket), now_ns_(now_ns) {
     info_.uri = std::move(uri);
     info_.driver = "plugged";
     info_.max_force = 5;
@@ -40,7 +41,7 @@ class Plugged final : public Device, public SlowToOpen {
   const DeviceInfo& info() const noexcept override { return info_; }
   Result<void> open() override {
     std::unique_lock lock(socket_.mutex);
-    socket_.tried_ns.push_back(clock_.now());
+    socket_.tried_ns.push_back(now_ns_.load());
     socket_.changed.wait(lock, [&] { return !socket_.hangs; });
     if (!socket_.there) return Error{ErrorCode::kDeviceGone, info_.uri, "it does not answer", "plug it in"};
     ++socket_.opened;
@@ -57,7 +58,7 @@ class Plugged final : public Device, public SlowToOpen {
 
  private:
   Socket& socket_;
-  ManualClock& clock_;
+  const std::atomic<std::int64_t>& now_ns_;
   DeviceInfo info_;
 };
 
@@ -81,7 +82,7 @@ class Missing : public ::testing::Test {
     core->devices().setFactory([this](std::string_view text) -> Result<std::unique_ptr<Device>> {
       const auto at = sockets.find(std::string(text));
       if (at == sockets.end()) return Error{ErrorCode::kNotFound, std::string(text), "nothing has that name", {}};
-      return std::unique_ptr<Device>(std::make_unique<Plugged>(at->second, at->first, clock));
+      return std::unique_ptr<Device>(std::make_unique<Plugged>(at->second, at->first, now_ns));
     });
     core->devices().setFinder([this] {
       std::vector<DeviceFound> found;
@@ -105,6 +106,7 @@ class Missing : public ::testing::Test {
     while (clock.now() < t_ns || core->devices().opening() != 0) {
       core->poll();
       if (core->devices().opening() == 0) clock.advance(5 * kMs);
+      now_ns = clock.now();
     }
   }
   std::vector<std::string> open() {
@@ -119,6 +121,7 @@ class Missing : public ::testing::Test {
   }
 
   ManualClock clock{0};
+  std::atomic<std::int64_t> now_ns{0};    ///< As the clock, for the threads that open devices.
   std::map<std::string, Socket> sockets;  // before the core: its devices go first
   std::vector<const char*> attached;
   std::unique_ptr<Core> core;

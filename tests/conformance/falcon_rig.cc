@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/conformance/play.h"
 #include "tests/conformance/trouble.h"
 
 namespace hapticd::test {
@@ -28,15 +29,10 @@ FalconRig::FalconRig()
     : setup(played(model, clock)), device_(std::make_unique<FalconIo>(setup, clock), {.thread = false}, clock) {}
 
 void FalconRig::advance(std::int64_t ns) {
-  const std::int64_t until_ns = clock.now() + ns;
-  while (clock.now() < until_ns) {
+  play(ns, clock, device_, model, [this] {
     // A hand takes its way, at one metre a second.
     if (held_) model.hand.place(model.hand.position() + clampNorm(at_ - model.hand.position(), 0.25e-3));
-    const std::int64_t step_ns = std::min(until_ns, clock.now() + kMs / 4);
-    device_.pump(step_ns);
-    clock.sleepUntil(step_ns);
-    model.advance(clock.now());
-  }
+  });
 }
 
 void FalconRig::home() {

@@ -2,19 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/conformance/play.h"
 #include "tests/conformance/trouble.h"
 
 namespace hapticd::test {
 
 void SampleRig::advance(std::int64_t ns) {
-  const std::int64_t until_ns = clock.now() + ns;
-  while (clock.now() < until_ns) {
+  play(ns, clock, device_, model, [this] {
     if (held_) model.hand.place(model.hand.position() + clampNorm(at_ - model.hand.position(), 0.5e-3));
-    const std::int64_t step_ns = std::min<std::int64_t>(until_ns, clock.now() + 250'000);
-    device_.pump(step_ns);
-    clock.sleepUntil(step_ns);
-    model.advance(clock.now());
-  }
+  });
 }
 
 void SampleRig::makeReady() {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/conformance/play.h"
 #include "tests/conformance/trouble.h"
 
 namespace hapticd::test {
@@ -26,14 +27,9 @@ WoodyRig::WoodyRig(haptic_emu::WoodyKind kind, std::uint8_t report_bytes, const 
       device_(std::make_unique<WoodyIo>(setup), {.thread = false}, clock) {}
 
 void WoodyRig::advance(std::int64_t ns) {
-  const std::int64_t until_ns = clock.now() + ns;
-  while (clock.now() < until_ns) {
+  play(ns, clock, device_, model, [this] {
     if (held_) model.hand.place(at_);
-    const std::int64_t step_ns = std::min(until_ns, clock.now() + kMs / 4);
-    device_.pump(step_ns);
-    clock.sleepUntil(step_ns);
-    model.advance(clock.now());
-  }
+  });
 }
 
 void WoodyRig::calibrate() {

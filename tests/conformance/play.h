@@ -1,0 +1,26 @@
+/** @file
+ * How time passes for a played device whose I/O thread is stepped by hand.
+ */
+#pragma once
+
+#include <algorithm>
+
+#include "drivers/link/io_device.h"
+#include "rt/base/clock.h"
+
+namespace hapticd::test {
+
+/** Four times a millisecond: `move` the hand, then the I/O thread works, then the model's world goes on. */
+template <class Model, class Move>
+void play(std::int64_t ns, ManualClock& clock, IoDevice& device, Model& model, Move&& move) {
+  const std::int64_t until_ns = clock.now() + ns;
+  while (clock.now() < until_ns) {
+    move();
+    const std::int64_t step_ns = std::min<std::int64_t>(until_ns, clock.now() + 250'000);
+    device.pump(step_ns);
+    clock.sleepUntil(step_ns);
+    model.advance(clock.now());
+  }
+}
+
+}  // namespace hapticd::test

@@ -241,14 +241,14 @@ TEST_P(Wire, UnplugIsToldPushesNotAndReplugGoesOn) {
 }
 
 TEST_P(Wire, TornPacketsAreDroppedAndCounted) {
-  const int fresh = suffer(Trouble::kTruncation);
+  suffer(Trouble::kTruncation);
   EXPECT_LT(worst_, rig_->positionTolerance());
   EXPECT_GT(rig_->complaints(), before_ + 20);
   recovers();
 }
 
 TEST_P(Wire, StrayBytesCostTheirPacketOnly) {
-  const int fresh = suffer(Trouble::kGarbage);
+  suffer(Trouble::kGarbage);
   EXPECT_LT(worst_, rig_->positionTolerance());
   EXPECT_GT(rig_->complaints(), before_);
   recovers();
@@ -261,7 +261,7 @@ TEST_P(Wire, SilenceIsNotFreshAndPushesNotForLong) {
 }
 
 TEST_P(Wire, APlaceThatCannotBeIsNeverRead) {
-  const int fresh = suffer(Trouble::kEncoderJump);
+  suffer(Trouble::kEncoderJump);
   EXPECT_LT(worst_, rig_->positionTolerance());
   EXPECT_TRUE(still());
 }

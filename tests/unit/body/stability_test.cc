@@ -122,6 +122,45 @@ TEST(ToolStability, APegHeldDeepInItsHoleRestsAndComesOut) {
   }
 }
 
+TEST(ToolStability, ABrickSlipsAtItsFrictionAndSlidesWithIt) {
+  // Pressed on the floor and drawn aside more and more: it stays until the tangential force is friction times the
+  // normal one, and then slides with just that.
+  const haptic_bench::StabilityPair pair = haptic_bench::stabilityPairs()[0];
+  for (const double friction : {0.2, 0.5}) {
+    RigOptions options;
+    options.size = pair.size;
+    options.friction = friction;
+    ConstraintResponse response;
+    AnalyticDetector detector(pair.points, pair.field);
+    ToolRig rig(options, detector, nullptr, nullptr, response);
+    rig.start(pair.home);
+    rig.aim(pair.home - Vec3(0, 0, 0.01));
+    rig.run(2);
+    const Vec3 before = rig.tool().body().com();
+    int held = 0;
+    int slid = 0;
+    for (int i = 0; i < 4000; ++i) {
+      rig.aim(pair.home + Vec3(1e-5 * i, 0, -0.01));
+      rig.tick();
+      const Vec3 f = rig.last().contact.force;
+      ASSERT_GT(f.z(), 0.1);
+      const double share = std::hypot(f.x(), f.y()) / f.z();
+      EXPECT_LE(share, friction * (1 + 1e-9));
+      const double speed = rig.tool().body().twist().v.norm();
+      if (slid == 0 && share < friction * (1 - 1e-6)) {
+        EXPECT_LT((rig.tool().body().com() - before).norm(), 2e-6) << "it stays while friction holds";
+        ++held;
+      } else if (speed > 1e-4) {
+        EXPECT_NEAR(share, friction, 1e-6);
+        ++slid;
+      }
+    }
+    EXPECT_GT(held, 100);
+    EXPECT_GT(slid, 500);
+    EXPECT_LE(rig.created(), 1e-9);
+  }
+}
+
 /** RMS difference of the force from that with a query in every tick, and its RMS. */
 TEST(ContactModel, TwoHundredQueriesASecondFeelLikeAThousand) {
   const auto forces = [](int every, int late, bool tied) {

@@ -67,7 +67,9 @@ Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wan
     const bool meant =
         (wanted.path.empty() || wanted.path == one.path) && (wanted.serial.empty() || wanted.serial == one.serial);
     if (meant) return one;
-    there += fmt::format("{}{} ({})", there.empty() ? "" : ", ", one.path, one.serial);
+    const std::string row = fmt::format("{} ({})", one.path, one.serial);
+    if (there.find(row) != std::string::npos) continue;  // hidapi lists a node once for each usage.
+    there += (there.empty() ? "" : ", ") + row;
   }
   const std::string which = !wanted.path.empty()     ? " at " + wanted.path
                             : !wanted.serial.empty() ? " of serial number " + wanted.serial

@@ -74,6 +74,9 @@ TEST(Umockdev, AJoystickIsSetUpByFeatureReportsAndPushes) {
   haptic_emu::PidModel model;
   HidrawTestbed bed(model, {0x1209, 0xffb0, "OpenFFBoard", "Joystick", "P1"});
   model.hand.want({0.01, 0.01, 0});  // It is read when it has moved.
+  const auto other = makeDevice("hidpid://P2?max_force=4");
+  ASSERT_TRUE(other.ok());
+  EXPECT_THAT((*other)->open().error().remedy, ::testing::StrEq("there are /dev/hidraw7 (P1)"));
   auto device = makeDevice("hidpid://P1?max_force=4");
   ASSERT_TRUE(device.ok()) << toString(device.error());
   const auto opened = (*device)->open();

@@ -210,6 +210,7 @@ _PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "object_set_shape": (c.c_int, [_Handle, text, c.POINTER(Shape), _E]),
     "upload_mesh": (c.c_int, [_Handle, c.c_void_p, u32, c.c_void_p, u32, u32, Progress, c.c_void_p, _Out, _E]),
     "mesh_list_all": (c.c_int, [_Handle, _Out, _E]),
+    "object_volume_file": (c.c_int, [_Handle, text, c.POINTER(c.c_int), _E]),
     "mesh_drop": (c.c_int, [_Handle, u64, _E]),
     "object_set_surface": (c.c_int, [_Handle, text, c.POINTER(Surface), _E]),
     "upload_relief": (c.c_int, [_Handle, c.c_void_p, u32, u32, _Out, _E]),

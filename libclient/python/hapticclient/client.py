@@ -195,6 +195,12 @@ class Scene:
         with _Reply(_abi.MeshList, _lib.haptic_mesh_list_all, self._handle) as reply:
             return [mesh_report(entry) for entry in _entries(reply)]
 
+    def volume_file(self, name: str) -> int:
+        """The volume of an object's mesh as an OpenVDB file: a descriptor to read, which the caller closes."""
+        descriptor = ctypes.c_int(-1)
+        call(_lib.haptic_object_volume_file, self._handle, name.encode(), ctypes.byref(descriptor))
+        return descriptor.value
+
     def drop_mesh(self, mesh: int) -> None:
         call(_lib.haptic_mesh_drop, self._handle, mesh)
 

@@ -5,7 +5,6 @@
 namespace hapticd {
 namespace {
 
-constexpr double kClearlyNearer = 1 - 0x1p-20;  // Of the present distance: ties keep the side.
 constexpr double kOpposed = -0.6;               // Cosine below which two normals are those of two sheets.
 constexpr double kMaxDetour = 5;                // Of the present distance from proxy to hip.
 constexpr double kUnder = 2;                    // Skins below the surface is surely inside.

@@ -6,6 +6,7 @@ namespace {
 
 constexpr double kMaxTurnCosine = 0.5;  // As far as the normal turns at most at an edge.
 constexpr double kFlat = 1e-6;          // Of the squared sine: two faces so much in one plane have no hollow.
+constexpr double kTan2 = 1.0 / 3;       // Squared tangent of half the turn at most.
 constexpr int kMaxLeads = 3;            // In a tick: what keeps standing in the way is gone along step by step.
 
 /**
@@ -22,6 +23,32 @@ bool nearestInHollow(const HalfSpace& one, const HalfSpace& other, const Vec3& a
   const Vec3 along = b - a;
   const double share = along.dot(nearest - a);
   return share >= 0 && share <= along.squaredNorm();
+}
+
+/**
+ * Of a face above the hip's foot, `depth` below it: the neighbour over a ridge whose plane is nearer to the hip. HD_NO_INDEX: there is
+ * none.
+ */
+std::uint32_t nearerNeighbour(const MeshView& mesh, std::uint32_t triangle, const Vec3 (&v)[3], const Vec3& up, const Vec3& hip,
+                              double depth) HD_RT {
+  if (!(depth > 0)) return HD_NO_INDEX;
+  const double deep2 = kTan2 * depth * depth * up.squaredNorm();
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 &a = v[k], &b = v[(k + 1) % 3];
+    const Vec3 along = b - a;
+    const double in = along.cross(hip - a).dot(up);
+    if (in * in > deep2 * along.squaredNorm()) continue;  // Too far from the edge, however it turns.
+    const std::uint32_t across = mesh.neighbours[triangle][k];
+    if (across == HD_NO_INDEX) continue;
+    const auto& back = mesh.neighbours[across];
+    const Vec3 opposite = mesh.vertex(across, back[0] == triangle ? 2 : (back[1] == triangle ? 0 : 1));
+    if (!(up.dot(opposite - a) < 0)) continue;
+    const Vec3 there = (opposite - a).cross(along);
+    const double height = there.dot(a - hip);
+    if (height > 0 && height * height < kClearlyNearer * kClearlyNearer * depth * depth * there.squaredNorm())
+      return across;
+  }
+  return HD_NO_INDEX;
 }
 
 }  // namespace
@@ -97,8 +124,13 @@ void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at, double fricti
         least = in;
       }
     }
-    if (out < 0) break;
-    const std::uint32_t next = mesh.neighbours[triangle][out];
+    std::uint32_t next = HD_NO_INDEX;
+    if (out < 0) {
+      if (friction == 0) next = nearerNeighbour(mesh, triangle, v, up, hip, c.skin - plane.height(hip) - radius_);
+      if (next == HD_NO_INDEX || next == before || count == kMaxFaces) break;
+    } else {
+      next = mesh.neighbours[triangle][out];
+    }
     if (next == HD_NO_INDEX) return;
     if (next == before) {
       if (friction > 0 || radius_ > 0 || !nearestInHollow(face[count - 2], plane, v[out], v[(out + 1) % 3], hip, end))

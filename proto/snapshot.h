@@ -16,7 +16,7 @@
 
 #define HD_NO_INDEX UINT32_C(0xffffffff)
 #define HD_BVH_WIDTH 8u          /**< Children of a node: as many as a vector unit takes at once. */
-#define HD_BVH_LEAF_TRIANGLES 4u /**< At most this many triangles in a leaf. */
+#define HD_BVH_LEAF_TRIANGLES 8u /**< At most this many triangles in a leaf. */
 #define HD_BVH_MAX_DEPTH 64u     /**< Deepest path, root included; the builder keeps it, the validator checks it. */
 #define HD_MAX_VERTICES 16000000u
 #define HD_MAX_TRIANGLES 16000000u

@@ -51,7 +51,7 @@ struct Range {
 std::uint32_t levelsFor(std::uint32_t n) {
   const std::uint32_t leaves = (n + HD_BVH_LEAF_TRIANGLES - 1) / HD_BVH_LEAF_TRIANGLES;
   return static_cast<std::uint32_t>(
-      std::bit_width(leaves - 1));  // 4 * 2^k triangles fit under k levels, halves rounded up too
+      std::bit_width(leaves - 1));  // 8 * 2^k triangles fit under k levels, halves rounded up too
 }
 
 class Builder {

@@ -3,7 +3,8 @@
  * that none is missed; the exact tests of the few left decide.
  *
  * A triangle is seen as its plane and the three planes that stand on its edges. From the height above the one and the
- * distance beyond the others follows a bound of the distance to the triangle, without a division or a root.
+ * distance beyond the others follows a bound of the distance to the triangle. No plane's normal is made a unit vector:
+ * squares are compared with squares, and a prism takes no division and no root, for most are asked only a few times.
  *
  * As boxes.h, free of inline code: files compiled for wider instructions include this.
  */
@@ -15,41 +16,52 @@ namespace hapticd {
 
 inline constexpr int kPrismWidth = 8;
 
-/** Eight triangles, coordinate by coordinate, about some centre. A plane is normal . x = offset. */
+/** Eight triangles, coordinate by coordinate, in a frame about some place. A plane is normal . x = offset. */
 struct PrismBlock {
   alignas(32) float normal[3][kPrismWidth];
   float offset[kPrismWidth];
+  float squared[kPrismWidth];     ///< Of the normal.
   float side[3][3][kPrismWidth];  ///< Outward normals of the planes on the edges.
   float side_offset[3][kPrismWidth];
-  std::uint32_t triangle[kPrismWidth];
+  float side_squared[3][kPrismWidth];  ///< Of the side's normal over that of the face.
 };
 
-/** Their corners, about the same centre: v[corner][axis]. */
-struct PrismCorners {
-  alignas(32) float v[3][3][kPrismWidth];
+/** Where a frame of prisms is, and how long its unit is: the radius of the ball in which questions are asked. */
+struct PrismFrame {
+  float origin[3];  ///< [m]
+  float inverse;    ///< Of the unit [1/m].
 };
 
-/** A ball whose centre moves from a to b, both about the same centre as the triangles. */
+/** A ball whose centre moves from a to b, in the triangles' frame. */
 struct PrismSweep {
   float a[3];
   float b[3];
-  float radius_squared;  ///< [m^2]
+  float radius_squared;
   bool still;            ///< a and b are one: asked with a alone.
-  float behind;          ///< What stays farther than this behind its plane is not met [m].
+  float behind_squared;  ///< What stays farther than this behind its plane is not met.
 };
 
 /**
- * Makes eight prisms of their corners, for questions within `radius` of the centre; planes farther than kPrismFar radii
- * are put there. Bit i of the answer: triangle i is so large or narrow that single precision will not do for it.
+ * Makes prisms of `count` triangles, 1 to 8, whose corners stand one after the other, nine coordinates a triangle;
+ * lanes left over repeat the last. Bit i of the answer: triangle i is so large, narrow or small that single precision
+ * will not do for it.
  */
-using MakePrisms = std::uint32_t (*)(const PrismCorners& corners, float radius, PrismBlock& block) noexcept;
-std::uint32_t makePrismsPortable(const PrismCorners& corners, float radius, PrismBlock& block) noexcept;
-std::uint32_t makePrismsAvx2(const PrismCorners& corners, float radius, PrismBlock& block) noexcept;
+using MakePrisms = std::uint32_t (*)(const float* corners, std::uint32_t count, const PrismFrame& frame,
+                                     PrismBlock& block) noexcept;
+std::uint32_t makePrismsPortable(const float* corners, std::uint32_t count, const PrismFrame& frame,
+                                 PrismBlock& block) noexcept;
+std::uint32_t makePrismsAvx2(const float* corners, std::uint32_t count, const PrismFrame& frame,
+                             PrismBlock& block) noexcept;
 
-/** A plane beyond answers alike for all of the ball, and would only round worse. */
+/** Where a plane is put that is farther: it answers alike for all of the ball, and would only round worse. */
 inline constexpr float kPrismFar = 8;
-/** Longest edge squared over twice the area, times (1 + longest edge over radius): above this it is left to doubles. */
-inline constexpr float kPrismRough = 8;
+/**
+ * (Longest edge squared over twice the area, times 1 + longest edge), squared: above this a triangle is left to
+ * doubles; the second factor's square is taken as twice the sum of the squares, which is no less.
+ */
+inline constexpr float kPrismRough = 64;
+/** And below this square of twice its area, lest higher powers underflow. */
+inline constexpr float kPrismSmall = 1e-20F;
 
 /**
  * Bit i of mask[k], for each bit k of `blocks`: triangle i of block k may be met. The implementations of boxes.h's

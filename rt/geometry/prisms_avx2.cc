@@ -38,66 +38,96 @@ Point cross(const Point& a, const Point& b) noexcept {
           _mm256_sub_ps(_mm256_mul_ps(a.x, b.y), _mm256_mul_ps(a.y, b.x))};
 }
 
-void put(const Point& n, __m256 offset, __m256 far, float (&normal)[3][kPrismWidth], float* offsets) noexcept {
+void put(const Point& n, __m256 offset, float (&normal)[3][kPrismWidth], float* offsets) noexcept {
   _mm256_storeu_ps(normal[0], n.x);
   _mm256_storeu_ps(normal[1], n.y);
   _mm256_storeu_ps(normal[2], n.z);
-  _mm256_storeu_ps(offsets, _mm256_max_ps(_mm256_min_ps(offset, far), _mm256_sub_ps(_mm256_setzero_ps(), far)));
+  _mm256_storeu_ps(offsets, offset);
+}
+
+/** Nine coordinates of each of eight triangles: coordinate by coordinate. */
+void transposed(const float* const (&row)[kPrismWidth], __m256 (&column)[9]) noexcept {
+  __m256 r[8], pair[8], four[8];
+  for (int i = 0; i < 8; ++i) r[i] = _mm256_loadu_ps(row[i]);
+  for (int i = 0; i < 4; ++i) {
+    pair[2 * i] = _mm256_unpacklo_ps(r[2 * i], r[2 * i + 1]);
+    pair[2 * i + 1] = _mm256_unpackhi_ps(r[2 * i], r[2 * i + 1]);
+  }
+  for (int i = 0; i < 8; i += 4) {
+    four[i] = _mm256_shuffle_ps(pair[i], pair[i + 2], 0x44);
+    four[i + 1] = _mm256_shuffle_ps(pair[i], pair[i + 2], 0xee);
+    four[i + 2] = _mm256_shuffle_ps(pair[i + 1], pair[i + 3], 0x44);
+    four[i + 3] = _mm256_shuffle_ps(pair[i + 1], pair[i + 3], 0xee);
+  }
+  for (int i = 0; i < 4; ++i) {
+    column[i] = _mm256_permute2f128_ps(four[i], four[i + 4], 0x20);
+    column[i + 4] = _mm256_permute2f128_ps(four[i], four[i + 4], 0x31);
+  }
+  column[8] = _mm256_setr_ps(row[0][8], row[1][8], row[2][8], row[3][8], row[4][8], row[5][8], row[6][8], row[7][8]);
 }
 
 template <bool kStill>
 void reach(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep, std::uint8_t* mask) noexcept {
   const Point a = spread(sweep.a), b = spread(sweep.b);
-  const __m256 zero = _mm256_setzero_ps(), squared = _mm256_set1_ps(sweep.radius_squared);
-  const __m256 behind = _mm256_set1_ps(0.0F - sweep.behind);
+  const __m256 zero = _mm256_setzero_ps(), radius2 = _mm256_set1_ps(sweep.radius_squared);
+  const __m256 behind2 = _mm256_set1_ps(sweep.behind_squared);
   for (; blocks != 0; blocks &= blocks - 1) {
     const int k = __builtin_ctzll(blocks);
     const PrismBlock& p = block[k];
     const __m256 at_a = above(p.normal, p.offset, a), at_b = kStill ? at_a : above(p.normal, p.offset, b);
     const __m256 low = _mm256_min_ps(at_a, at_b), high = _mm256_max_ps(at_a, at_b);
     const __m256 apart = _mm256_max_ps(_mm256_max_ps(low, _mm256_sub_ps(zero, high)), zero);
-    const __m256 front = _mm256_cmp_ps(high, behind, _CMP_GE_OQ);
-    const __m256 apart2 = _mm256_mul_ps(apart, apart);
-    const __m256 level = _mm256_and_ps(front, _mm256_cmp_ps(apart2, squared, _CMP_LE_OQ));
-    if (_mm256_movemask_ps(level) == 0) {  // Most blocks are done with their planes.
+    const __m256 squared = _mm256_loadu_ps(p.squared);
+    const __m256 left = _mm256_sub_ps(_mm256_mul_ps(radius2, squared), _mm256_mul_ps(apart, apart));
+    const __m256 front =
+        _mm256_or_ps(_mm256_cmp_ps(high, zero, _CMP_GE_OQ),
+                     _mm256_cmp_ps(_mm256_mul_ps(high, high), _mm256_mul_ps(behind2, squared), _CMP_LE_OQ));
+    __m256 met = _mm256_and_ps(front, _mm256_cmp_ps(left, zero, _CMP_GE_OQ));
+    if (_mm256_movemask_ps(met) == 0) {  // Most blocks are done with their planes.
       mask[k] = 0;
       continue;
     }
-    __m256 beyond = zero;
     for (int i = 0; i < 3; ++i) {
       const __m256 side_a = above(p.side[i], p.side_offset[i], a);
       const __m256 side_b = kStill ? side_a : above(p.side[i], p.side_offset[i], b);
-      beyond = _mm256_max_ps(_mm256_min_ps(side_a, side_b), beyond);
+      const __m256 beyond = _mm256_max_ps(_mm256_min_ps(side_a, side_b), zero);
+      const __m256 most = _mm256_mul_ps(left, _mm256_loadu_ps(p.side_squared[i]));
+      met = _mm256_and_ps(met, _mm256_cmp_ps(_mm256_mul_ps(beyond, beyond), most, _CMP_LE_OQ));
     }
-    const __m256 distance2 = _mm256_add_ps(apart2, _mm256_mul_ps(beyond, beyond));
-    const __m256 met = _mm256_and_ps(front, _mm256_cmp_ps(distance2, squared, _CMP_LE_OQ));
     mask[k] = static_cast<std::uint8_t>(_mm256_movemask_ps(met));
   }
 }
 
 }  // namespace
 
-std::uint32_t makePrismsAvx2(const PrismCorners& corners, float radius, PrismBlock& block) noexcept {
+std::uint32_t makePrismsAvx2(const float* corners, std::uint32_t count, const PrismFrame& frame,
+                             PrismBlock& block) noexcept {
+  const float* row[kPrismWidth];
+  for (std::uint32_t i = 0; i < kPrismWidth; ++i) row[i] = corners + 9 * (i < count ? i : count - 1);
+  __m256 x[9];
+  transposed(row, x);
+  const Point origin = spread(frame.origin);
+  const __m256 inverse = _mm256_set1_ps(frame.inverse);
   Point v[3], edge[3];
-  for (int k = 0; k < 3; ++k) {
-    v[k] = {_mm256_loadu_ps(corners.v[k][0]), _mm256_loadu_ps(corners.v[k][1]), _mm256_loadu_ps(corners.v[k][2])};
-  }
+  for (int k = 0; k < 3; ++k) v[k] = times(minus({x[3 * k], x[3 * k + 1], x[3 * k + 2]}, origin), inverse);
   for (int k = 0; k < 3; ++k) edge[k] = minus(v[(k + 1) % 3], v[k]);
-  const __m256 one = _mm256_set1_ps(1), far = _mm256_set1_ps(kPrismFar * radius);
-  const Point up = cross(edge[0], edge[1]);
-  const __m256 area = _mm256_sqrt_ps(dot(up, up));
-  const Point n = times(up, _mm256_div_ps(one, area));
-  put(n, dot(n, v[0]), far, block.normal, block.offset);
+  const Point n = cross(edge[0], edge[1]);
+  const __m256 squared = dot(n, n);
+  put(n, dot(n, v[0]), block.normal, block.offset);
+  _mm256_storeu_ps(block.squared, squared);
   __m256 longest = _mm256_setzero_ps();
   for (int k = 0; k < 3; ++k) {
-    const __m256 squared = dot(edge[k], edge[k]);
-    const Point side = times(cross(edge[k], n), _mm256_div_ps(one, _mm256_sqrt_ps(squared)));
-    put(side, dot(side, v[k]), far, block.side[k], block.side_offset[k]);
-    longest = _mm256_max_ps(squared, longest);
+    const Point side = cross(edge[k], n);
+    put(side, dot(side, v[k]), block.side[k], block.side_offset[k]);
+    const __m256 along = dot(edge[k], edge[k]);  // At right angles to the normal: this times its square.
+    _mm256_storeu_ps(block.side_squared[k], along);
+    longest = _mm256_max_ps(along, longest);
   }
-  const __m256 reach = _mm256_add_ps(_mm256_set1_ps(radius), _mm256_sqrt_ps(longest));
-  const __m256 most = _mm256_mul_ps(_mm256_set1_ps(kPrismRough * radius), area);
-  const __m256 fine = _mm256_cmp_ps(_mm256_mul_ps(longest, reach), most, _CMP_LE_OQ);
+  const __m256 two = _mm256_set1_ps(2);
+  const __m256 size = _mm256_mul_ps(_mm256_mul_ps(longest, longest), _mm256_add_ps(two, _mm256_mul_ps(two, longest)));
+  const __m256 fine =
+      _mm256_and_ps(_mm256_cmp_ps(size, _mm256_mul_ps(_mm256_set1_ps(kPrismRough), squared), _CMP_LE_OQ),
+                    _mm256_cmp_ps(squared, _mm256_set1_ps(kPrismSmall), _CMP_GE_OQ));
   return ~static_cast<std::uint32_t>(_mm256_movemask_ps(fine)) & 0xffu;
 }
 

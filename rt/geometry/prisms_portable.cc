@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include "rt/geometry/prisms.h"
 
 namespace hapticd {
@@ -18,13 +16,15 @@ bool reaches(const PrismBlock& block, int i, const PrismSweep& sweep) noexcept {
   const float at_b = sweep.still ? at_a : above(block.normal, block.offset, i, sweep.b);
   const float low = least(at_a, at_b), high = greatest(at_a, at_b);
   const float apart = greatest(greatest(low, 0.0F - high), 0.0F);
-  float beyond = 0;
+  const float left = sweep.radius_squared * block.squared[i] - apart * apart;
+  if (!(left >= 0) || !(high >= 0 || high * high <= sweep.behind_squared * block.squared[i])) return false;
   for (int k = 0; k < 3; ++k) {
     const float side_a = above(block.side[k], block.side_offset[k], i, sweep.a);
     const float side_b = sweep.still ? side_a : above(block.side[k], block.side_offset[k], i, sweep.b);
-    beyond = greatest(least(side_a, side_b), beyond);
+    const float beyond = greatest(least(side_a, side_b), 0.0F);
+    if (!(beyond * beyond <= left * block.side_squared[k][i])) return false;
   }
-  return apart * apart + beyond * beyond <= sweep.radius_squared && high >= 0.0F - sweep.behind;
+  return true;
 }
 
 struct Vec {
@@ -38,37 +38,43 @@ Vec cross(const Vec& a, const Vec& b) noexcept {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-void put(const Vec& n, float offset, float far, float (&normal)[3][kPrismWidth], float* offsets, int i) noexcept {
+void put(const Vec& n, float offset, float (&normal)[3][kPrismWidth], float* offsets, int i) noexcept {
   normal[0][i] = n.x;
   normal[1][i] = n.y;
   normal[2][i] = n.z;
-  offsets[i] = greatest(least(offset, far), 0.0F - far);
+  offsets[i] = offset;
 }
 
-bool make(const PrismCorners& corners, int i, float radius, PrismBlock& block) noexcept {
+bool make(const float* corners, const PrismFrame& frame, int i, PrismBlock& block) noexcept {
+  const Vec origin{frame.origin[0], frame.origin[1], frame.origin[2]};
   Vec v[3], edge[3];
-  for (int k = 0; k < 3; ++k) v[k] = {corners.v[k][0][i], corners.v[k][1][i], corners.v[k][2][i]};
+  for (int k = 0; k < 3; ++k)
+    v[k] = times(minus({corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]}, origin), frame.inverse);
   for (int k = 0; k < 3; ++k) edge[k] = minus(v[(k + 1) % 3], v[k]);
-  const float far = kPrismFar * radius;
-  const Vec up = cross(edge[0], edge[1]);
-  const float area = std::sqrt(dot(up, up));
-  const Vec n = times(up, 1.0F / area);
-  put(n, dot(n, v[0]), far, block.normal, block.offset, i);
+  const Vec n = cross(edge[0], edge[1]);
+  const float squared = dot(n, n);
+  put(n, dot(n, v[0]), block.normal, block.offset, i);
+  block.squared[i] = squared;
   float longest = 0;
   for (int k = 0; k < 3; ++k) {
-    const float squared = dot(edge[k], edge[k]);
-    const Vec side = times(cross(edge[k], n), 1.0F / std::sqrt(squared));
-    put(side, dot(side, v[k]), far, block.side[k], block.side_offset[k], i);
-    longest = greatest(squared, longest);
+    const Vec side = cross(edge[k], n);
+    put(side, dot(side, v[k]), block.side[k], block.side_offset[k], i);
+    block.side_squared[k][i] = dot(edge[k], edge[k]);  // At right angles to the normal: this times its square.
+    longest = greatest(block.side_squared[k][i], longest);
   }
-  return !(longest * (radius + std::sqrt(longest)) <= kPrismRough * radius * area);
+  const float size = (longest * longest) * (2 + 2 * longest);
+  return !(size <= kPrismRough * squared && squared >= kPrismSmall);
 }
 
 }  // namespace
 
-std::uint32_t makePrismsPortable(const PrismCorners& corners, float radius, PrismBlock& block) noexcept {
+std::uint32_t makePrismsPortable(const float* corners, std::uint32_t count, const PrismFrame& frame,
+                                 PrismBlock& block) noexcept {
   std::uint32_t rough = 0;
-  for (int i = 0; i < kPrismWidth; ++i) rough |= static_cast<std::uint32_t>(make(corners, i, radius, block)) << i;
+  for (std::uint32_t i = 0; i < kPrismWidth; ++i) {
+    const float* const triangle = corners + 9 * (i < count ? i : count - 1);
+    rough |= static_cast<std::uint32_t>(make(triangle, frame, static_cast<int>(i), block)) << i;
+  }
   return rough;
 }
 

@@ -11,54 +11,47 @@ namespace {
 
 constexpr double kStill = 0x1p-14;       // Of the radius: a way so short is taken for a larger ball.
 constexpr std::uint32_t kFewBlocks = 2;  // Not worth a look at their boxes.
+constexpr double kSmallest = 1e-30;      // Radius [m]: its inverse is a number.
 constexpr double kNeedle = 1e-9;         // Sine of an angle below which a triangle has no plane worth asking.
 
-void put(const Vec3& n, double offset, double far, float (&normal)[3][kPrismWidth], float* offsets,
-         std::uint32_t lane) HD_RT {
+void put(const Vec3& n, double offset, float (&normal)[3][kPrismWidth], float* offsets, std::uint32_t lane) HD_RT {
+  constexpr double kFar = kPrismFar;
   for (int i = 0; i < 3; ++i) normal[i][lane] = static_cast<float>(n[i]);
-  offsets[lane] = static_cast<float>(std::clamp(offset, -far, far));
+  offsets[lane] = static_cast<float>(std::clamp(offset, -kFar, kFar));
 }
 
 }  // namespace
 
 /** One prism in double precision. */
-void Vicinity::remake(const MeshView& mesh, PrismBlock& block, std::uint32_t lane) const HD_RT {
-  const std::uint32_t triangle = block.triangle[lane];
-  const Vec3 v[3] = {mesh.vertex(triangle, 0) - center_, mesh.vertex(triangle, 1) - center_,
-                     mesh.vertex(triangle, 2) - center_};
+void Vicinity::remake(PrismBlock& block, std::uint32_t triangle, std::uint32_t lane) const HD_RT {
+  Vec3 v[3];
+  for (int c = 0; c < 3; ++c) v[c] = (mesh_->vertex(triangle, c) - center_) / radius_;
   const Vec3 edge[3] = {v[1] - v[0], v[2] - v[1], v[0] - v[2]};
   const Vec3 up = edge[0].cross(edge[1]);
-  const double area = up.norm(), far = kPrismFar * radius_;
+  const double area = up.norm();
   const double longest = std::max({edge[0].squaredNorm(), edge[1].squaredNorm(), edge[2].squaredNorm()});
   const bool needle = !(area > kNeedle * longest);  // Always asked.
   const Vec3 n = needle ? Vec3(Vec3::Zero()) : Vec3(up / area);
-  put(n, n.dot(v[0]), far, block.normal, block.offset, lane);
+  put(n, n.dot(v[0]), block.normal, block.offset, lane);
+  block.squared[lane] = 1;
   for (int k = 0; k < 3; ++k) {
     const Vec3 side = needle ? Vec3(Vec3::Zero()) : edge[k].cross(n).normalized();
-    put(side, side.dot(v[k]), far, block.side[k], block.side_offset[k], lane);
+    put(side, side.dot(v[k]), block.side[k], block.side_offset[k], lane);
+    block.side_squared[k][lane] = 1;
   }
 }
 
-/** Makes prisms of a block's triangles, at most eight; lanes left over are never met. */
+/** Makes prisms of a block's triangles. */
 void Vicinity::make(std::uint32_t number) HD_RT {
-  const MeshView& mesh = *mesh_;
   PrismBlock& block = block_[number];
-  const std::uint32_t used = std::min<std::uint32_t>(count_ - number * kPrismWidth, kPrismWidth);
-  PrismCorners corners{};
-  for (std::uint32_t lane = 0; lane < used; ++lane) {
-    const auto& v = mesh.corners[block.triangle[lane]];
-    for (int c = 0; c < 3; ++c) {
-      for (int k = 0; k < 3; ++k) corners.v[c][k][lane] = v[c][k] - origin_[k];
-    }
-  }
-  std::uint32_t rough = boxTests().make(corners, static_cast<float>(radius_), block);
-  rough &= (1u << used) - 1;
-  for (; rough != 0; rough &= rough - 1) remake(mesh, block, static_cast<std::uint32_t>(std::countr_zero(rough)));
-  const double far = kPrismFar * radius_;
-  for (std::uint32_t lane = used; lane < kPrismWidth; ++lane) {
-    block.triangle[lane] = HD_NO_INDEX;
-    put(Vec3::Zero(), -far, far, block.normal, block.offset, lane);
-    for (int k = 0; k < 3; ++k) put(Vec3::Zero(), 0, far, block.side[k], block.side_offset[k], lane);
+  const std::uint32_t first = first_of_[number], count = count_of_[number];
+  PrismFrame frame;
+  for (int i = 0; i < 3; ++i) frame.origin[i] = origin_[i];
+  frame.inverse = static_cast<float>(1 / radius_);
+  std::uint32_t rough = boxTests().make(&mesh_->corners[first][0][0], count, frame, block) & ((1u << count) - 1);
+  for (; rough != 0; rough &= rough - 1) {
+    const auto lane = static_cast<std::uint32_t>(std::countr_zero(rough));
+    remake(block, first + lane, lane);
   }
   made_ |= std::uint64_t{1} << number;
 }
@@ -71,32 +64,26 @@ void Vicinity::begin(const MeshView& mesh, const Vec3& center, double radius) HD
   radius_ = radius;
   mesh_ = &mesh;
   made_ = 0;
-  count_ = visited_ = first_ = end_ = 0;
+  count_ = blocks_ = visited_ = first_ = end_ = 0;
   if (mesh.node_count > 0) node_[end_++] = 0;
-  state_ = radius > 0 ? State::kFilling : State::kEmpty;
+  state_ = radius > kSmallest ? State::kFilling : State::kEmpty;
 }
 
-/** Takes a leaf's triangles; the boxes of their blocks grow by that of the leaf. False: they do not fit. */
+/** Takes a leaf's triangles as the next eight. False: they do not fit. */
 bool Vicinity::take(const hd_bvh_node& node, std::uint32_t leaf) HD_RT {
-  const std::uint32_t end = count_ + node.count[leaf];
   visited_ += node.count[leaf];
-  if (end > kMaxTriangles) return false;
-  std::uint32_t triangle = node.child[leaf];
-  while (count_ < end) {
-    const std::uint32_t number = count_ / kPrismWidth, child = number % HD_BVH_WIDTH;
-    hd_bvh_node& box = box_[number / HD_BVH_WIDTH];
-    const bool first = count_ % kPrismWidth == 0;
-    box.used = child + 1;
-    for (int k = 0; k < 3; ++k) {
-      const float lower = node.lower[k][leaf] - origin_[k], upper = node.upper[k][leaf] - origin_[k];
-      box.lower[k][child] = first ? lower : std::min(box.lower[k][child], lower);
-      box.upper[k][child] = first ? upper : std::max(box.upper[k][child], upper);
-    }
-    do {
-      block_[number].triangle[count_ % kPrismWidth] = triangle++;
-      ++count_;
-    } while (count_ < end && count_ % kPrismWidth != 0);
+  if (blocks_ == kBlocks) return false;
+  const std::uint32_t child = blocks_ % HD_BVH_WIDTH;
+  hd_bvh_node& box = box_[blocks_ / HD_BVH_WIDTH];
+  for (int k = 0; k < 3; ++k) {
+    box.lower[k][child] = node.lower[k][leaf] - origin_[k];
+    box.upper[k][child] = node.upper[k][leaf] - origin_[k];
   }
+  box.used = child + 1;
+  first_of_[blocks_] = node.child[leaf];
+  count_of_[blocks_] = node.count[leaf];
+  ++blocks_;
+  count_ += node.count[leaf];
   return true;
 }
 
@@ -119,10 +106,10 @@ bool Vicinity::look(const MeshView& mesh, std::uint32_t number) HD_RT {
   return true;
 }
 
-Vicinity::State Vicinity::proceed(const MeshView& mesh, std::uint32_t nodes, std::uint32_t& work) HD_RT {
+Vicinity::State Vicinity::proceed(const MeshView& mesh, std::uint32_t visits, std::uint32_t& work) HD_RT {
   const std::uint32_t before = visited_;
   bool fits = true;
-  for (; state_ == State::kFilling && first_ < end_ && nodes > 0 && fits; --nodes) {
+  while (state_ == State::kFilling && first_ < end_ && visited_ - before < visits && fits) {
     fits = look(mesh, node_[first_++]) && visited_ <= kMaxVisits;
   }
   work += visited_ - before;
@@ -136,25 +123,25 @@ Vicinity::State Vicinity::proceed(const MeshView& mesh, std::uint32_t nodes, std
 
 std::uint64_t Vicinity::rounded(const Vec3& a, const Vec3& b, double radius, bool behind,
                                 PrismSweep& sweep) const HD_RT {
+  const double inverse = 1 / radius_;
   for (int i = 0; i < 3; ++i) {
-    sweep.a[i] = static_cast<float>(a[i] - center_[i]);
-    sweep.b[i] = static_cast<float>(b[i] - center_[i]);
+    sweep.a[i] = static_cast<float>((a[i] - center_[i]) * inverse);
+    sweep.b[i] = static_cast<float>((b[i] - center_[i]) * inverse);
   }
   const double way = (b - a).norm();
   sweep.still = way <= kStill * radius_;
   const double grown = radius + kSlack * radius_ + (sweep.still ? way : 0.0);
-  sweep.radius_squared = roundedUp(grown * grown);
-  sweep.behind = static_cast<float>(behind ? 2 * radius_ : kSlack * radius_);
+  sweep.radius_squared = roundedUp(grown * inverse * (grown * inverse));
+  sweep.behind_squared = static_cast<float>(behind ? 4 : kSlack * kSlack);
 
-  const std::uint32_t blocks = (count_ + kPrismWidth - 1) / kPrismWidth;
-  if (blocks <= kFewBlocks) return (std::uint64_t{1} << blocks) - 1;
+  if (blocks_ <= kFewBlocks) return (std::uint64_t{1} << blocks_) - 1;
   // What is beyond a ball about the whole way is not met.
   BoxPoint middle;
-  for (int i = 0; i < 3; ++i) middle.lower[i] = middle.upper[i] = 0.5F * (sweep.a[i] + sweep.b[i]);
+  for (int i = 0; i < 3; ++i) middle.lower[i] = middle.upper[i] = static_cast<float>(0.5 * (a[i] + b[i]) - center_[i]);
   const double reach = grown + 0.5 * way;
   const float squared = roundedUp(reach * reach);
   std::uint64_t near = 0;
-  for (std::uint32_t k = 0; k < blocks; k += HD_BVH_WIDTH) {
+  for (std::uint32_t k = 0; k < blocks_; k += HD_BVH_WIDTH) {
     float key[HD_BVH_WIDTH];
     near |= std::uint64_t{boxTests().approach(box_[k / HD_BVH_WIDTH], middle, squared, key)} << k;
   }

@@ -38,7 +38,7 @@ class Vicinity {
   State proceed(const MeshView& mesh, std::uint32_t nodes, std::uint32_t& work) HD_RT;
   void clear() HD_RT {
     state_ = State::kEmpty;
-    count_ = 0;
+    count_ = blocks_ = 0;
   }
   [[nodiscard]] State state() const HD_RT { return state_; }
   /** Triangles taken so far. */
@@ -73,7 +73,9 @@ class Vicinity {
     std::uint32_t looked = 0;
     for (std::uint64_t rest = near; rest != 0; rest &= rest - 1, ++looked) {
       const int k = std::countr_zero(rest);
-      for (std::uint32_t bits = mask[k]; bits != 0; bits &= bits - 1) take(block_[k].triangle[std::countr_zero(bits)]);
+      const std::uint32_t used = (1u << count_of_[k]) - 1;
+      for (std::uint32_t bits = mask[k] & used; bits != 0; bits &= bits - 1)
+        take(first_of_[k] + static_cast<std::uint32_t>(std::countr_zero(bits)));
     }
     return looked;
   }
@@ -92,19 +94,22 @@ class Vicinity {
   bool look(const MeshView& mesh, std::uint32_t number) HD_RT;
   bool take(const hd_bvh_node& node, std::uint32_t leaf) HD_RT;
   void make(std::uint32_t number) HD_RT;
-  void remake(const MeshView& mesh, PrismBlock& block, std::uint32_t lane) const HD_RT;
+  void remake(PrismBlock& block, std::uint32_t triangle, std::uint32_t lane) const HD_RT;
 
   Vec3 center_ = Vec3::Zero();  ///< In single precision, exactly: differences with corners then round little.
   float origin_[3] = {};        ///< The same.
   double radius_ = -1;
   State state_ = State::kEmpty;
   std::uint32_t count_ = 0;
+  std::uint32_t blocks_ = 0;  ///< One a leaf.
   std::uint32_t visited_ = 0;
   std::uint32_t first_ = 0, end_ = 0;  ///< Of the nodes not looked into yet.
   const MeshView* mesh_ = nullptr;
   std::uint64_t made_ = 0;  ///< Which blocks, by bit.
   std::uint32_t node_[kMaxNodes];
   hd_bvh_node box_[kBlocks / HD_BVH_WIDTH];  ///< About the blocks, from the centre.
+  std::uint32_t first_of_[kBlocks];          ///< Of its triangles,
+  std::uint8_t count_of_[kBlocks];           ///< and how many these are.
   PrismBlock block_[kBlocks];
 };
 

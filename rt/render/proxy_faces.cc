@@ -9,28 +9,34 @@ constexpr double kFlat = 1e-6;          // Of the squared sine: two faces so muc
 constexpr double kTan2 = 1.0 / 3;       // Squared tangent of half the turn at most.
 constexpr int kMaxLeads = 3;            // In a tick: what keeps standing in the way is gone along step by step.
 
-/**
- * The point nearest to x on both planes, if both push it there and it lies between a and b, the ends of the edge that
- * the two faces share.
- */
-bool nearestInHollow(const HalfSpace& one, const HalfSpace& other, const Vec3& a, const Vec3& b, const Vec3& x,
-                     Vec3& nearest) HD_RT {
+/** The point nearest to x on both planes, if both push it there. */
+bool nearestInHollow(const HalfSpace& one, const HalfSpace& other, const Vec3& x, Vec3& nearest) HD_RT {
   const double cosine = one.normal.dot(other.normal), sine2 = 1 - cosine * cosine;
   const double to_one = -one.height(x), to_other = -other.height(x);
   const double push = to_one - cosine * to_other, push_other = to_other - cosine * to_one;
   if (!(sine2 > kFlat && push > 0 && push_other > 0)) return false;
   nearest = x + (push / sine2) * one.normal + (push_other / sine2) * other.normal;
-  const Vec3 along = b - a;
-  const double share = along.dot(nearest - a);
-  return share >= 0 && share <= along.squaredNorm();
+  return true;
+}
+
+/** Whether x, seen along the plane of the triangle a, b, c, is on the inner side of its edges from a to b and from b to
+ * c. */
+bool covers(const Vec3& a, const Vec3& b, const Vec3& c, const HalfSpace& plane, const Vec3& x) HD_RT {
+  return (b - a).cross(x - a).dot(plane.normal) >= 0 && (c - b).cross(x - b).dot(plane.normal) >= 0;
+}
+
+/** Of `triangle` the corner that its neighbour does not have. */
+Vec3 oppositeCorner(const MeshView& mesh, std::uint32_t triangle, std::uint32_t neighbour) HD_RT {
+  const auto& across = mesh.neighbours[triangle];
+  return mesh.vertex(triangle, across[0] == neighbour ? 2 : (across[1] == neighbour ? 0 : 1));
 }
 
 /**
- * Of a face above the hip's foot, `depth` below it: the neighbour over a ridge whose plane is nearer to the hip. HD_NO_INDEX: there is
- * none.
+ * Of a face above the hip's foot, `depth` below it: the neighbour over a ridge whose plane is nearer to the hip.
+ * HD_NO_INDEX: there is none.
  */
-std::uint32_t nearerNeighbour(const MeshView& mesh, std::uint32_t triangle, const Vec3 (&v)[3], const Vec3& up, const Vec3& hip,
-                              double depth) HD_RT {
+std::uint32_t nearerNeighbour(const MeshView& mesh, std::uint32_t triangle, const Vec3 (&v)[3], const Vec3& up,
+                              const Vec3& hip, double depth) HD_RT {
   if (!(depth > 0)) return HD_NO_INDEX;
   const double deep2 = kTan2 * depth * depth * up.squaredNorm();
   for (int k = 0; k < 3; ++k) {
@@ -40,8 +46,7 @@ std::uint32_t nearerNeighbour(const MeshView& mesh, std::uint32_t triangle, cons
     if (in * in > deep2 * along.squaredNorm()) continue;  // Too far from the edge, however it turns.
     const std::uint32_t across = mesh.neighbours[triangle][k];
     if (across == HD_NO_INDEX) continue;
-    const auto& back = mesh.neighbours[across];
-    const Vec3 opposite = mesh.vertex(across, back[0] == triangle ? 2 : (back[1] == triangle ? 0 : 1));
+    const Vec3 opposite = oppositeCorner(mesh, across, triangle);
     if (!(up.dot(opposite - a) < 0)) continue;
     const Vec3 there = (opposite - a).cross(along);
     const double height = there.dot(a - hip);
@@ -49,6 +54,28 @@ std::uint32_t nearerNeighbour(const MeshView& mesh, std::uint32_t triangle, cons
       return across;
   }
   return HD_NO_INDEX;
+}
+
+/**
+ * The edge of a face over which a neighbour rises that a ball touches with its centre at x, above the face: -1 if there
+ * is none. The ball touches it before its foot on the face comes to the edge.
+ */
+int steeperEdge(const MeshView& mesh, std::uint32_t triangle, const Vec3 (&v)[3], const Vec3& up, const Vec3& x,
+                double radius) HD_RT {
+  const double near2 = kTan2 * radius * radius * up.squaredNorm();
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 &a = v[k], &b = v[(k + 1) % 3];
+    const Vec3 along = b - a;
+    const double in = along.cross(x - a).dot(up);
+    if (in * in > near2 * along.squaredNorm()) continue;
+    const std::uint32_t across = mesh.neighbours[triangle][k];
+    if (across == HD_NO_INDEX) continue;
+    const Vec3 opposite = oppositeCorner(mesh, across, triangle);
+    if (!(up.dot(opposite - a) > 0)) continue;
+    const Vec3 there = (opposite - a).cross(along);
+    if (there.dot(x - a) < radius * there.norm()) return k;
+  }
+  return -1;
 }
 
 }  // namespace
@@ -124,6 +151,8 @@ void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at, double fricti
         least = in;
       }
     }
+    if (out < 0 && radius_ > 0 && friction == 0)
+      out = steeperEdge(mesh, triangle, v, up, end - plane.height(end) * plane.normal, radius_ + c.skin);
     std::uint32_t next = HD_NO_INDEX;
     if (out < 0) {
       if (friction == 0) next = nearerNeighbour(mesh, triangle, v, up, hip, c.skin - plane.height(hip) - radius_);
@@ -133,7 +162,9 @@ void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at, double fricti
     }
     if (next == HD_NO_INDEX) return;
     if (next == before) {
-      if (friction > 0 || radius_ > 0 || !nearestInHollow(face[count - 2], plane, v[out], v[(out + 1) % 3], hip, end))
+      const Vec3 &from = v[out], &to = v[(out + 1) % 3], &third = v[(out + 2) % 3];
+      if (friction > 0 || !nearestInHollow(face[count - 2], plane, hip, end) || !covers(to, third, from, plane, end) ||
+          !covers(from, oppositeCorner(mesh, before, triangle), to, face[count - 2], end))
         return;
       plan.faces = 2;
       plan.face[1] = {before, {face[count - 2].normal, face[count - 2].offset - c.skin}};

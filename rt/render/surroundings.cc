@@ -17,7 +17,7 @@ constexpr double kLead = 0.75;          // Of the margin: so far ahead of the ha
 constexpr double kFirstMargin = 0.125;  // Of what is needed.
 constexpr double kReach = 1;            // Ticks that the proxy may go ahead of the hand.
 constexpr double kAhead = 4;            // Ticks before a vicinity is left the next one is begun.
-constexpr std::uint32_t kNodes = 7;     // Of it that are looked into in a tick.
+constexpr std::uint32_t kVisits = 64;   // For it in a tick.
 constexpr std::uint32_t kAll = Vicinity::kMaxVisits;
 constexpr std::uint32_t kRest = 32;  // Ticks.
 constexpr double kShallower = 0.75, kDeeper = 1.05;
@@ -86,7 +86,7 @@ Vicinity* Surroundings::about(std::uint32_t slot, const Shape& shape, const Prox
   const bool nearest = (place.hip - place.proxy).norm() <= kept.deepest;
   Vicinity* now = &kept.vicinity[kept.now];
   Vicinity* next = &kept.vicinity[1 - kept.now];
-  if (next->state() == Vicinity::State::kFilling && next->proceed(mesh, kNodes, work) == Vicinity::State::kEmpty) {
+  if (next->state() == Vicinity::State::kFilling && next->proceed(mesh, kVisits, work) == Vicinity::State::kEmpty) {
     kept.margin /= kChange;
     kept.wait = kRest;
   }

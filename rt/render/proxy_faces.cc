@@ -163,9 +163,10 @@ void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at, double fricti
     if (next == HD_NO_INDEX) return;
     if (next == before) {
       const Vec3 &from = v[out], &to = v[(out + 1) % 3], &third = v[(out + 2) % 3];
-      if (friction > 0 || !nearestInHollow(face[count - 2], plane, hip, end) || !covers(to, third, from, plane, end) ||
-          !covers(from, oppositeCorner(mesh, before, triangle), to, face[count - 2], end))
-        return;
+      const Vec3 there = oppositeCorner(mesh, before, triangle);
+      const bool hollow =
+          friction == 0 && plane.normal.dot(there - from) > 0 && nearestInHollow(face[count - 2], plane, hip, end);
+      if (!hollow || !covers(to, third, from, plane, end) || !covers(from, there, to, face[count - 2], end)) return;
       plan.faces = 2;
       plan.face[1] = {before, {face[count - 2].normal, face[count - 2].offset - c.skin}};
       break;
@@ -181,10 +182,10 @@ void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at, double fricti
   }
   const HalfSpace& last = face[count - 1];
   plan.face[0] = {triangle, {last.normal, last.offset - c.skin}};
-  const bool hollow = plan.faces == 2;
+  const bool in_hollow = plan.faces == 2;
   plan.faces = 0;
   if (!(last.height(hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return;
-  if (hollow) {
+  if (in_hollow) {
     --count;  // The way leads to the face before, which reaches there.
   } else {
     end -= last.height(end) * last.normal;
@@ -200,7 +201,7 @@ void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at, double fricti
   }
   plan.lands = true;
   plan.slot = c.slot;
-  plan.faces = hollow ? 2 : 1;
+  plan.faces = in_hollow ? 2 : 1;
   plan.target = end_W;
   if (plan.stops == 0) return;
   for (int k = 0; k < plan.stops; ++k) plan.stop[k] = object.X_WO * plan.stop[k];

@@ -10,7 +10,7 @@ namespace {
 constexpr std::uint32_t kFew = 16;   // Triangles: a vicinity of fewer is made larger,
 constexpr std::uint32_t kMany = 32;  // and one of more is made smaller,
 constexpr std::uint32_t kMostDeep =
-    448;                                // Of more, those that the look for a nearer surface needs are left to the tree.
+    320;                                // Of more, those that the look for a nearer surface needs are left to the tree.
 constexpr double kChange = 2;           // by this factor of its margin.
 constexpr double kTicks = 3;            // That a margin lasts at least, at the speed of the hand.
 constexpr double kLead = 0.75;          // Of the margin: so far ahead of the hand.

@@ -32,10 +32,11 @@ class Vicinity {
   /** Forgets what it holds; the triangles about the ball are to be gathered next. Nothing if radius <= 0. */
   void begin(const MeshView& mesh, const Vec3& center, double radius) HD_RT;
   /**
-   * Looks into at most `nodes` nodes of the tree; those of later calls are asked for from memory meanwhile. `work`
+   * Looks into nodes of the tree until `visits` of nodes and triangles are reached; those of later calls are asked for
+   * from memory meanwhile. `work`
    * grows by nodes and triangles visited. The mesh must be there as long as anything is asked.
    */
-  State proceed(const MeshView& mesh, std::uint32_t nodes, std::uint32_t& work) HD_RT;
+  State proceed(const MeshView& mesh, std::uint32_t visits, std::uint32_t& work) HD_RT;
   void clear() HD_RT {
     state_ = State::kEmpty;
     count_ = blocks_ = 0;

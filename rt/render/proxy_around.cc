@@ -5,9 +5,9 @@
 namespace hapticd {
 namespace {
 
-constexpr double kOpposed = -0.6;               // Cosine below which two normals are those of two sheets.
-constexpr double kMaxDetour = 5;                // Of the present distance from proxy to hip.
-constexpr double kUnder = 2;                    // Skins below the surface is surely inside.
+constexpr double kOpposed = -0.6;  // Cosine below which two normals are those of two sheets.
+constexpr double kMaxDetour = 5;   // Of the present distance from proxy to hip.
+constexpr double kUnder = 2;       // Skins below the surface is surely inside.
 
 /** Whether the way from the hip to `x`, both in the object's frame, is not all through the solid. */
 bool leavesSolid(const SceneObject& object, const Vec3& hip, const Vec3& x, double tolerance, Vicinity* vicinity,

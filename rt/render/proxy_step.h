@@ -10,9 +10,9 @@
 
 namespace hapticd {
 
-inline constexpr double kSkin = 0x1p-40;   // Of the coordinates involved.
+inline constexpr double kSkin = 0x1p-40;               // Of the coordinates involved.
 inline constexpr double kClearlyNearer = 1 - 0x1p-20;  // Of the present distance: ties keep the side.
-inline constexpr double kNear = 1.0 / 16;  // Of the skin: differences that are rounding.
+inline constexpr double kNear = 1.0 / 16;              // Of the skin: differences that are rounding.
 
 /** q x, as Eigen computes it, but inline: a tick needs a dozen. */
 [[gnu::always_inline]] inline Vec3 rotated(const Quat& q, const Vec3& x) HD_RT {

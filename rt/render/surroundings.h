@@ -25,8 +25,8 @@ struct ProxyPlace {
  * A vicinity holds the ball that the sweeps and the look for a nearer surface need now, a margin about it, and lies
  * ahead of the hand. The margin grows while the vicinity holds few triangles and shrinks where it holds many: coarse
  * meshes are seldom gathered, fine ones not beyond what a vicinity takes. While one is asked the next one is gathered,
- * where the hand will be if it goes on as it does, a few nodes and triangles a tick: no tick waits for all of it, and what a tick
- * looks into has been asked for from memory in the tick before.
+ * where the hand will be if it goes on as it does, a few nodes and triangles a tick: no tick waits for all of it, and
+ * what a tick looks into has been asked for from memory in the tick before.
  */
 class Surroundings {
  public:

@@ -200,8 +200,7 @@ TEST_F(Control, ErrorsNameTheElementAndWhatIsNear) {
     auto answer = loop.call(kj::mv(request));
     return std::string(answer.getStatus().getWhere().cStr()) + " | " + answer.getStatus().getRemedy().cStr();
   };
-  EXPECT_EQ(refused("/object"),
-            "/object | there is objects, _objects, devices, statistics, clients, meshes, textures, config, world");
+  EXPECT_EQ(refused("/object").substr(0, 28), "/object | there is objects, ") << "the likeliest first";
   EXPECT_NE(refused("/objects/moter").find("motor"), std::string::npos);
   EXPECT_EQ(refused("/objects/motor/poss").substr(0, 19), "/objects/motor/poss");
   EXPECT_NE(refused("/objects/motor/poss").find("pos"), std::string::npos);

@@ -12,11 +12,11 @@ constexpr std::uint32_t kMany = 32;  // and one of more is made smaller,
 constexpr std::uint32_t kMostDeep =
     320;                                // Of more, those that the look for a nearer surface needs are left to the tree.
 constexpr double kChange = 2;           // by this factor of its margin.
-constexpr double kTicks = 3;            // That a margin lasts at least, at the speed of the hand.
+constexpr double kTicks = 3.5;          // That a margin lasts at least, at the speed of the hand.
 constexpr double kLead = 0.75;          // Of the margin: so far ahead of the hand.
 constexpr double kFirstMargin = 0.125;  // Of what is needed.
 constexpr double kReach = 3;            // Ticks that the proxy may go ahead of the hand: over a ridge it swings.
-constexpr double kAhead = 4;            // Ticks before a vicinity is left the next one is begun.
+constexpr double kAhead = 3;            // Ticks before a vicinity is left the next one is begun.
 constexpr std::uint32_t kVisits = 64;   // For it in a tick.
 constexpr std::uint32_t kAll = Vicinity::kMaxVisits;
 constexpr std::uint32_t kRest = 32;  // Ticks.

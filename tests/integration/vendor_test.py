@@ -73,13 +73,22 @@ class Vendor(unittest.TestCase):
         done = subprocess.run(["pgrep", "-P", str(self.daemon.pid), "-x", "hapticd-vendor"], capture_output=True, text=True, check=False)
         return int(done.stdout) if done.stdout.strip() else 0
 
+    def arm(self):
+        self.arming = subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm", "dhd"], stdin=subprocess.DEVNULL,
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    def armed(self):
+        """Arming is refused while a new helper is still opening the device: asked again."""
+        if self.arming.poll() is not None:
+            self.arm()
+        return " armed" in self.ctl("status").stdout
+
     def press(self):
         """Armed over a plane, and 4 mm into it."""
         self.place(0.02)
         self.assertEqual(self.ctl("add", "plane", "--name", "floor", "--stiffness", "500", "--replace").returncode, 0)
-        self.arming = subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm", "dhd"], stdin=subprocess.DEVNULL,
-                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.until(lambda: " armed" in self.ctl("status").stdout)
+        self.arm()
+        self.until(self.armed)
         for step in range(240):
             self.place(0.02 - step * 1e-4)
             time.sleep(0.001)

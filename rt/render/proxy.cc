@@ -196,38 +196,30 @@ void ProxyRenderer::settle(Step& step) HD_RT {
   bool hit = false;
   std::uint32_t slot = 0;
   SweepHit first;
+  Plan next;
   bool held = holdAgain(step);
   for (;; held = false) {
     if (!held) step.count = 0;
-    Plan next;
-    next.target = step.goal;
+    next.goTo(step.goal);
     for (int round = 0;; ++round) {
       if (!held) {
-        if (!sweepTo(step, next.target, hit, slot, first)) return;
+        if (!sweepTo(step, next.target(), hit, slot, first)) return;
         if (!hit) {
-          arrive(step, next.target);
-          if (next.has_then) {
-            next.target = next.then;
-            next.has_then = false;
-            continue;
-          }
-          if (next.gone < next.stops) {
-            next.target = next.stop[++next.gone];
-            continue;
-          }
+          arrive(step, next.target());
+          if (++next.gone < next.parts) continue;
           if (!next.lands) break;
           land(step, next);
           return;
         }
         if (round >= kMaxRounds) return;
         if (next.in_groove) ++step.broken;
-        meet(step, next.target, slot, first);
+        meet(step, next.target(), slot, first);
       }
       held = false;
-      next = plan(step);
+      plan(step, next);
       step.settled = next.stay && step.together;
       if (step.settled) return;
-      if (next.stay) next.target = here(step);
+      if (next.stay) next.goTo(here(step));
     }
     if (step.count == 0) return;  // Arrived at the goal.
   }

@@ -99,11 +99,10 @@ class ProxyRenderer {
   };
   /** Most faces of a mesh that a plan leads over. */
   static constexpr int kMaxFaces = 6;
-  /** What is swept next. */
+  /** What is swept next: a way of several parts, without a new look at the surfaces where they meet. */
   struct Plan {
-    Vec3 target = Vec3::Zero();
-    Vec3 then = Vec3::Zero();  ///< After it, without a new look at the surfaces.
-    bool has_then = false;
+    Vec3 way[kMaxFaces + 1];
+    int parts = 0, gone = 0;
     bool in_groove = false;  ///< The way leads through the air above a groove.
     bool stay = false;       ///< The proxy is where it belongs.
     /** At the end of the way, if it is free, the proxy is where it belongs, held by the faces below; of none of them,
@@ -113,8 +112,15 @@ class ProxyRenderer {
     std::uint32_t slot = 0;
     int faces = 0;
     MeshPlane face[2];
-    int stops = 0, gone = 0;  ///< Of the way to `target`.
-    Vec3 stop[kMaxFaces];
+
+    [[nodiscard]] const Vec3& target() const HD_RT { return way[gone]; }
+    void goTo(const Vec3& x) HD_RT {
+      way[0] = x;
+      parts = 1;
+      gone = 0;
+      in_groove = stay = lands = false;
+      faces = 0;
+    }
   };
   /** What keeps the proxy from the hip, exactly on the surfaces. In W. */
   struct Support {
@@ -154,9 +160,9 @@ class ProxyRenderer {
   void hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT;
   void noteRest(const Step& step, std::uint32_t active) HD_RT;
   bool holdAgain(Step& step) HD_RT;
-  Plan plan(Step& step) HD_RT;
-  Plan planOnCurve(Step& step, const Vec3& here) HD_RT;
-  Plan planInGroove(Step& step, const Vec3& here, double rest) HD_RT;
+  void plan(Step& step, Plan& plan) HD_RT;
+  [[nodiscard]] bool planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT;
+  [[nodiscard]] bool planInGroove(Step& step, const Vec3& here, double rest, Plan& plan) HD_RT;
   void followFaces(Step& step, int held, const Vec3& here, double friction, Plan& plan) const HD_RT;
   static bool leadOver(const Step& step, const HalfSpace* face, int count, Vec3 here, const Vec3& end,
                        Plan& plan) HD_RT;

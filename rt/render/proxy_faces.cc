@@ -88,7 +88,7 @@ int steeperEdge(const MeshView& mesh, std::uint32_t triangle, const Vec3 (&v)[3]
 bool ProxyRenderer::leadOver(const Step& step, const HalfSpace* face, int count, Vec3 at, const Vec3& end,
                              Plan& plan) HD_RT {
   const double tiny = kNear * step.held[plan.keeps].skin;
-  plan.stops = 0;
+  plan.parts = 0;
   for (int i = 0; i + 1 < count; ++i) {
     const HalfSpace &here = face[i], &there = face[i + 1];
     const double cosine = here.normal.dot(there.normal);
@@ -102,7 +102,7 @@ bool ProxyRenderer::leadOver(const Step& step, const HalfSpace* face, int count,
     if (height >= 0) continue;
     if (!(share >= 0 && share <= 1)) return false;
     at += share * (end - at) - (height / (1 + cosine)) * (here.normal + there.normal);
-    plan.stop[plan.stops++] = at;
+    plan.way[plan.parts++] = at;
   }
   return true;
 }
@@ -195,18 +195,13 @@ void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at, double fricti
     const HalfSpace& other = step.held[k].surface;
     if (k != i && other.height(end_W) < step.held[k].skin - kNear * c.skin) return;  // Stands in the way.
   }
-  if (!leadOver(step, face, count, toLocal(object.X_WO, at), end, plan)) {
-    plan.stops = 0;
-    return;
-  }
+  const Vec3 target = plan.target();
+  if (!leadOver(step, face, count, toLocal(object.X_WO, at), end, plan)) return plan.goTo(target);
+  for (int k = 0; k < plan.parts; ++k) plan.way[k] = object.X_WO * plan.way[k];
+  plan.way[plan.parts++] = end_W;
   plan.lands = true;
   plan.slot = c.slot;
   plan.faces = in_hollow ? 2 : 1;
-  plan.target = end_W;
-  if (plan.stops == 0) return;
-  for (int k = 0; k < plan.stops; ++k) plan.stop[k] = object.X_WO * plan.stop[k];
-  plan.stop[plan.stops] = end_W;
-  plan.target = plan.stop[0];
 }
 
 /** A face that is known to hold the proxy, a hair below it. */

@@ -140,35 +140,32 @@ bool ProxyRenderer::tangentTo(const SceneObject& object, const Constraint& c, co
 }
 
 /** On a single curved surface: over the edge of two tangent planes to the point nearest to the goal. */
-ProxyRenderer::Plan ProxyRenderer::planOnCurve(Step& step, const Vec3& here) HD_RT {
-  Plan plan;
+bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT {
   const Constraint& c = step.held[0];
   const SceneObject& object = step.scene->slot(c.slot);
   Vec3 normal;
   double offset = 0;
-  if (!tangentTo(object, c, toLocal(object.X_WO, step.goal), normal, offset)) return plan;
+  if (!tangentTo(object, c, toLocal(object.X_WO, step.goal), normal, offset)) return false;
   normal = rotated(object.X_WO.q, normal);
   const double cosine = normal.dot(c.surface.normal);
-  if (cosine < kMaxTurnCosine) return plan;  // Far to go: along the tangent plane, and again from there.
+  if (cosine < kMaxTurnCosine) return false;  // Far to go: along the tangent plane, and again from there.
   offset += normal.dot(object.X_WO.p);
   const HalfSpace planes[2] = {{c.surface.normal, c.surface.offset + c.skin}, {normal, offset + c.skin}};
   Vec3 last = step.goal;
-  if (!nearestOnPlanes(planes, 2, last)) return plan;
+  if (!nearestOnPlanes(planes, 2, last)) return false;
   Vec3 over = last;
-  if (!nearestOnPlanes(planes, 3, over)) return plan;
-  if ((last - here).norm() <= std::max(c.skin, settled(step.sweeps) * (last - step.goal).norm())) return plan;
-  plan.target = over;
-  plan.then = last;
-  plan.has_then = true;
-  return plan;
+  if (!nearestOnPlanes(planes, 3, over)) return false;
+  if ((last - here).norm() <= std::max(c.skin, settled(step.sweeps) * (last - step.goal).norm())) return false;
+  plan.goTo(over);
+  plan.way[plan.parts++] = last;
+  return true;
 }
 
 /**
  * In the groove of two surfaces of which one at least is curved: to the point of both nearest to the goal, found by
  * turning their tangent planes before anything is swept; over the edge of these and the present ones.
  */
-ProxyRenderer::Plan ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest) HD_RT {
-  Plan plan;
+bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan& plan) HD_RT {
   HalfSpace planes[kMaxHalfSpaces];  // The present ones, and those at the point sought.
   double tolerance = 0;
   for (int i = 0; i < 2; ++i) {
@@ -188,15 +185,15 @@ ProxyRenderer::Plan ProxyRenderer::planInGroove(Step& step, const Vec3& here, do
       curved = true;
       plane.normal = rotated(object.X_WO.q, plane.normal);
       plane.offset += plane.normal.dot(object.X_WO.p) + c.skin;
-      if (plane.normal.dot(c.surface.normal) < kMaxTurnCosine) return plan;
+      if (plane.normal.dot(c.surface.normal) < kMaxTurnCosine) return false;
     }
     Vec3 next = step.goal;
     std::uint32_t active = 0;
-    if (!curved || !nearestInside(planes + 2, 2, tolerance, next, active)) return plan;
+    if (!curved || !nearestInside(planes + 2, 2, tolerance, next, active)) return false;
     const Vec3 move = next - last;
     last = next;
     if (move.norm() <= rest) break;
-    if (turn >= kMaxTurns) return plan;
+    if (turn >= kMaxTurns) return false;
     // Each turn shortens the rest of the way by about the same factor: all at once (Aitken).
     const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
     if (factor > 0 && factor < kMaxFactor) last += factor / (1 - factor) * move;
@@ -204,16 +201,15 @@ ProxyRenderer::Plan ProxyRenderer::planInGroove(Step& step, const Vec3& here, do
   }
   Vec3 over = last;
   std::uint32_t active = 0;
-  if ((last - here).norm() <= rest || !nearestInside(planes, 4, tolerance, over, active)) return plan;
-  plan.target = over;
-  plan.then = last;
-  plan.has_then = plan.in_groove = true;
-  return plan;
+  if ((last - here).norm() <= rest || !nearestInside(planes, 4, tolerance, over, active)) return false;
+  plan.goTo(over);
+  plan.way[plan.parts++] = last;
+  plan.in_groove = true;
+  return true;
 }
 
 /** Where the surfaces that hold the proxy, and friction, let it go. */
-ProxyRenderer::Plan ProxyRenderer::plan(Step& step) HD_RT {
-  Plan plan;
+void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   const Vec3 at = here(step);
   HalfSpace above[kMaxHalfSpaces], exact[kMaxHalfSpaces];
   double skin = 0;
@@ -225,8 +221,9 @@ ProxyRenderer::Plan ProxyRenderer::plan(Step& step) HD_RT {
   Vec3 foot = step.goal;
   std::uint32_t active = 0;
   if (!nearestInside(above, step.count, kNear * skin, foot, active)) {
+    plan.goTo(at);
     plan.stay = true;
-    return plan;
+    return;
   }
   const double rest = std::max(kNear * skin, settled(step.sweeps) * (foot - step.goal).norm());
   const hd_material& material = step.scene->slot(step.held[foremost(step, active)].slot).material;
@@ -241,30 +238,27 @@ ProxyRenderer::Plan ProxyRenderer::plan(Step& step) HD_RT {
     }
     const double cone = (step.slip ? material.friction_dynamic : material.friction_static) * d;
     if (r <= cone * (1 + kConeRounding)) {
-      plan.target = at;
+      plan.goTo(at);
       plan.stay = true;
-      return plan;
+      return;
     }
     step.slip = true;
-    plan.target = foot + lag * (material.friction_dynamic * d / r);
-    plan.stay = (plan.target - at).norm() <= rest;
+    plan.goTo(foot + lag * (material.friction_dynamic * d / r));
+    plan.stay = (plan.target() - at).norm() <= rest;
     if (!plan.stay && std::has_single_bit(active))
       followFaces(step, std::countr_zero(active), at, material.friction_dynamic, plan);
-    return plan;
+    return;
   }
   if (step.count == 1) {
-    Plan curved = planOnCurve(step, at);
-    if (curved.has_then) return curved;
+    if (planOnCurve(step, at, plan)) return;
   } else if (step.count == 2 && step.broken < kMaxBroken) {
-    Plan curved = planInGroove(step, at, rest);
-    if (curved.has_then) return curved;
+    if (planInGroove(step, at, rest, plan)) return;
   }
-  plan.target = foot;
+  plan.goTo(foot);
   plan.stay = (foot - at).norm() <= rest;
   const std::uint32_t others = active & (active - 1);
   if (!plan.stay && active != 0 && (others & (others - 1)) == 0)
     followFaces(step, std::countr_zero(active), at, 0, plan);
-  return plan;
 }
 
 }  // namespace hapticd

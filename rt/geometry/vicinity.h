@@ -19,12 +19,13 @@ namespace hapticd {
  */
 class Vicinity {
  public:
-  static constexpr std::uint32_t kMaxTriangles = 512;
+  /** Leaves of the tree, each of them eight triangles at most. */
+  static constexpr std::uint32_t kMaxLeaves = 64;
   /** Nodes and triangles visited for one vicinity. */
   static constexpr std::uint32_t kMaxVisits = 2048;
 
   enum class State : std::uint8_t {
-    kEmpty,  ///< Nothing was begun, or it did not fit: more than kMaxTriangles, or kMaxVisits were met.
+    kEmpty,  ///< Nothing was begun, or it did not fit: more than kMaxLeaves, or kMaxVisits were met.
     kFilling,
     kFull,
   };
@@ -33,8 +34,7 @@ class Vicinity {
   void begin(const MeshView& mesh, const Vec3& center, double radius) HD_RT;
   /**
    * Looks into nodes of the tree until `visits` of nodes and triangles are reached; those of later calls are asked for
-   * from memory meanwhile. `work`
-   * grows by nodes and triangles visited. The mesh must be there as long as anything is asked.
+   * from memory meanwhile. `work` grows by what was visited. The mesh must be there as long as anything is asked.
    */
   State proceed(const MeshView& mesh, std::uint32_t visits, std::uint32_t& work) HD_RT;
   void clear() HD_RT {
@@ -85,8 +85,9 @@ class Vicinity {
   /** Of the radius: beyond what single precision makes of planes and points in the ball, and exact tests of a hit. */
   static constexpr double kSlack = 0x1p-15;
 
-  static constexpr std::uint32_t kBlocks = kMaxTriangles / kPrismWidth;
+  static constexpr std::uint32_t kBlocks = kMaxLeaves;
   static_assert(kBlocks <= 64, "a bit each");
+  static_assert(HD_BVH_LEAF_TRIANGLES <= kPrismWidth, "a leaf is a block");
   static constexpr std::uint32_t kMaxNodes = 768;
 
   /** The sweep as the blocks see it, and those of them whose boxes it may meet. */

@@ -19,8 +19,7 @@ bool nearestInHollow(const HalfSpace& one, const HalfSpace& other, const Vec3& x
   return true;
 }
 
-/** Whether x, seen along the plane of the triangle a, b, c, is on the inner side of its edges from a to b and from b to
- * c. */
+/** Whether x, seen along the plane's normal, is on the inner side of the edges from a to b and from b to c. */
 bool covers(const Vec3& a, const Vec3& b, const Vec3& c, const HalfSpace& plane, const Vec3& x) HD_RT {
   return (b - a).cross(x - a).dot(plane.normal) >= 0 && (c - b).cross(x - b).dot(plane.normal) >= 0;
 }
@@ -108,9 +107,9 @@ bool ProxyRenderer::leadOver(const Step& step, const HalfSpace* face, int count,
 }
 
 /**
- * Extends a plan that leads along the face held[i] of a mesh, the only one that holds the proxy: if the way ends on
- * this face, it lands there. If it leads over an edge, the neighbours are followed to the face on which the proxy will
- * come to lie, or the groove of two, and the plan leads there. `friction`: the dynamic coefficient of a proxy that
+ * Extends a plan that leads along the face held[i] of a mesh, or out of a groove of which it is a side: if the way ends
+ * on this face, it lands there. If it leads over an edge, the neighbours are followed to the face on which the proxy
+ * will come to lie, or the groove of two, and the plan leads there. `friction`: the dynamic coefficient of a proxy that
  * slips, 0 of one without friction.
  */
 void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at, double friction, Plan& plan) const HD_RT {

@@ -7,22 +7,15 @@
 #include <random>
 
 #include "support/test_volume.h"
+#include "unit/contact/voxels.h"
 
 namespace hapticd {
 namespace {
 
+using testing::queryOf;
 using testing::TestVolume;
 
 constexpr std::uint32_t kRoom = 1u << 16;
-
-DetectorQuery queryOf(const TestVolume& a, const TestVolume& b, const Pose& X_WA, const Pose& X_WB = {}) {
-  DetectorQuery query;
-  query.a.volume = &a.view;
-  query.b.volume = &b.view;
-  query.a.X_WO = query.a.X_WO_before = X_WA;
-  query.b.X_WO = query.b.X_WO_before = X_WB;
-  return query;
-}
 
 Pose at(double x, double y, double z) { return {Vec3(x, y, z), Quat::Identity()}; }
 

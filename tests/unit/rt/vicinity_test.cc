@@ -27,7 +27,8 @@ double distance(const MeshView& mesh, std::uint32_t t, const Vec3& x) {
 std::set<std::uint32_t> reached(Vicinity& vicinity, const Vec3& a, const Vec3& b, double radius, bool behind,
                                 std::uint32_t* blocks = nullptr) {
   std::set<std::uint32_t> all;
-  const std::uint32_t looked = vicinity.reach(a, b, radius, behind, [&](std::uint32_t t) { all.insert(t); });
+  const std::uint32_t looked = vicinity.reach(
+      a, b, radius, behind, [&](std::uint32_t t) { EXPECT_TRUE(all.insert(t).second) << "twice: " << t; });
   if (blocks != nullptr) *blocks = looked;
   return all;
 }
@@ -38,12 +39,18 @@ bool farAway(const MeshView& mesh, std::uint32_t t, const Vec3& x, double reach)
   return (a - x).norm() - std::max((b - a).norm(), (c - a).norm()) > reach;
 }
 
-/** A sphere's skin, a clod of needles, and a box of large triangles. */
+/** A sphere's skin, a clod of needles, and a box of large triangles, flat and tilted. */
 std::vector<TestMesh> someMeshes(std::mt19937& random) {
   std::vector<TestMesh> meshes;
   meshes.push_back(testing::sphereMesh(1, 40));
   meshes.push_back(testing::crumpled(random, 12));
   meshes.push_back(testing::boxMesh(Vec3(40, 0.7, 0.001)));
+  meshes.push_back(testing::boxMesh(Vec3(4000, 700, 0.001)));
+  const Quat tilt(Eigen::AngleAxisd(0.7, Vec3(0.3, -0.5, 0.8).normalized()));
+  for (auto& v : meshes.back().vertices) {
+    const Vec3 x = tilt * Vec3(v[0], v[1], v[2]);
+    for (int i = 0; i < 3; ++i) v[i] = static_cast<float>(x[i]);
+  }
   return meshes;
 }
 

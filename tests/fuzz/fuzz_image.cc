@@ -1,13 +1,16 @@
-// Projects of InVesalius: any bytes; what is read has a surface that is drawn.
+// Projects of InVesalius: any bytes; what is read has a surface that is drawn. And where headers say that values lie.
 #include <cmath>
 #include <cstdint>
 
+#include "tools/hapticctl-import/data_place.h"
 #include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/isosurface.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   using namespace hapticctl_import;  // NOLINT(google-build-using-namespace)
   const std::string_view text(reinterpret_cast<const char*>(bytes), size);
+  for (const DataPlace& place : {metaImagePlace(text), nrrdPlace(text)})
+    if (place.countable && place.in_several) __builtin_trap();
   try {
     const Image image = parseInvesalius(text);
     if (image.values.size() != std::size_t{image.size[0]} * image.size[1] * image.size[2]) __builtin_trap();

@@ -1,38 +1,29 @@
 // ITK reads what is missing at the end of a NIfTI file as zeros, and takes no notice of gzip's checksum.
 #include <fmt/core.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 
 #include "tools/hapticctl-import/itk_values.h"
+#include "tools/hapticctl-import/stream_length.h"
 
 namespace hapticctl_import {
 namespace {
 
-/** How many bytes a file holds, unpacked if it is gzip, and the first of them. */
-std::uint64_t unpackedBytes(const std::string& path, std::string& head) {
-  const gzFile file = ::gzopen(path.c_str(), "rb");
-  if (file == nullptr) throw ImportError(path, "cannot be read", "does it exist?");
-  char block[1 << 16];
-  std::uint64_t bytes = 0;
-  int n = 0;
-  while ((n = ::gzread(file, block, sizeof block)) > 0) {
-    if (bytes == 0) head.assign(block, static_cast<std::size_t>(n));
-    bytes += static_cast<std::uint64_t>(n);
-  }
-  if (::gzclose(file) != Z_OK || n < 0)
-    throw ImportError("compressed data", "is damaged or cut short", "fetch the file again");
-  return bytes;
+StreamLength lengthOfAll(const std::string& path) {
+  char magic[2] = {};
+  std::ifstream(path, std::ios::binary).read(magic, sizeof magic);
+  return lengthOf(path, 0, 0, magic[0] == '\x1f' && magic[1] == '\x8b');
 }
 
 }  // namespace
 
 void requireWholeNifti(const std::string& path, std::uint64_t values) {
-  std::string head;
-  std::uint64_t bytes = unpackedBytes(path, head);
+  StreamLength length = lengthOfAll(path);
+  const std::string head = std::move(length.head);
   if (head.size() < 348) throw ImportError("header", "is cut short", "is the file whole?");
   std::int32_t header_bytes = 0;
   std::memcpy(&header_bytes, head.data(), 4);
@@ -49,12 +40,13 @@ void requireWholeNifti(const std::string& path, std::uint64_t values) {
     for (const std::filesystem::path& data :
          {std::filesystem::path(path).replace_extension("img"),
           std::filesystem::path(path).replace_extension("").replace_extension("img.gz")})
-      if (std::filesystem::exists(data)) bytes = unpackedBytes(data, head);
+      if (std::filesystem::exists(data)) length = lengthOfAll(data);
   }
   const double needed = std::max(0.0, offset) + static_cast<double>(values) * bits / 8;
-  if (!(bits > 0 && static_cast<double>(bytes) >= needed)) {
-    throw ImportError("data", fmt::format("{} bytes are there, {:.0f} are needed", bytes, needed),
-                      "is the file whole?");
+  if (!(bits > 0 && static_cast<double>(length.bytes) >= needed && length.end == StreamEnd::kWhole)) {
+    throw ImportError("data",
+                      fmt::format("{} bytes are there, {:.0f} are needed{}", length.bytes, needed, inWords(length.end)),
+                      "is the file whole? Fetch it again");
   }
 }
 

@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "tools/hapticctl-import/complaints.h"
+#include "tools/hapticctl-import/data_place.h"
 #include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/itk_values.h"
 
@@ -89,7 +90,7 @@ std::string inWords(const itk::ExceptionObject& error) {
   return text.empty() ? "cannot be read" : text;
 }
 
-Image readWith(itk::ImageIOBase& io) try {
+Image readWith(itk::ImageIOBase& io, const BeforeValues& before_values) try {
   const Complaints complaints;
   io.ReadImageInformation();
   const unsigned axes = io.GetNumberOfDimensions();
@@ -125,7 +126,9 @@ Image readWith(itk::ImageIOBase& io) try {
     const std::vector<double> direction = io.GetDirection(k);
     for (unsigned a = 0; a < 3 && a < axes; ++a) image.step[k][a] = direction[a] * io.GetSpacing(k);
   }
-  std::vector<char> bytes(static_cast<std::size_t>(io.GetImageSizeInBytes()));
+  const auto size = static_cast<std::size_t>(io.GetImageSizeInBytes());
+  if (before_values) before_values(size);
+  std::vector<char> bytes(size);
   io.Read(bytes.data());
   // MetaIO tells of data that cannot be unpacked in no other way, and leaves zeros. Others warn of what they mend.
   if (const std::string complaint = complaints.first();
@@ -149,7 +152,9 @@ Image readScan(const std::string& path) {
   std::string format;
   const itk::ImageIOBase::Pointer io = readerOf(path, format);
   io->SetFileName(path);
-  Image image = readWith(*io);
+  Image image = readWith(*io, [&](std::uint64_t bytes) {
+    if (format != "NIfTI") requireWhole(path, format, bytes);
+  });
   if (format == "NIfTI") requireWholeNifti(path, image.values.size());
   image.format = format;
   requireTwo(image, "size");

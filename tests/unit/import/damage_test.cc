@@ -65,8 +65,7 @@ TEST(Damage, whatIsCutShortIsRefused) {
   int died = 0;
   for (const Format& f : formats()) {
     ASSERT_EQ(outcomeOf(folder.put(f.name, f.bytes)), kRead) << f.name;
-    // The last bytes of gzip are a checksum, which some readers do not wait for.
-    for (std::size_t n = 0; n + 8 < f.bytes.size(); n += 1 + f.bytes.size() / 23) {
+    for (std::size_t n = 0; n < f.bytes.size(); n += 1 + f.bytes.size() / 23) {
       const int outcome = outcomeOf(folder.put(f.name, f.bytes.substr(0, n)));
       EXPECT_TRUE(outcome == kRefused || outcome == kDied) << f.name << " at " << n << ": " << outcome;
       died += outcome == kDied;

@@ -27,6 +27,11 @@ extern "C" void unlinkAndEnd(int signal) {
   ::raise(signal);
 }
 
+ImportError notWritten(const std::string& path, int code) {
+  return {path, std::string("cannot be written: ") + std::strerror(code),
+          code == ENOSPC ? "make room, or choose another disk" : "choose another place for it"};
+}
+
 }  // namespace
 
 TemporaryFile::TemporaryFile() {
@@ -43,12 +48,25 @@ TemporaryFile::~TemporaryFile() {
   ::unlink(path_.c_str());
 }
 
+void requireWritable(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  if (fs::is_directory(path, none)) throw notWritten(path, EISDIR);
+  const fs::path folder = fs::path(path).parent_path() / ".";  // So that a file in its place is told as one.
+  const bool there = fs::exists(path, none);
+  if (::access(there ? path.c_str() : folder.c_str(), there ? W_OK : W_OK | X_OK) != 0) throw notWritten(path, errno);
+}
+
 void writeFile(const std::string& path, const std::string& bytes) {
   errno = 0;
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file.close();
-  if (!file) throw ImportError(path, std::string("cannot be written: ") + std::strerror(errno != 0 ? errno : EIO));
+  if (file) return;
+  const int code = errno != 0 ? errno : EIO;
+  std::error_code none;
+  if (code == ENOSPC && std::filesystem::is_regular_file(path, none)) std::filesystem::remove(path, none);
+  throw notWritten(path, code);
 }
 
 int runHapticctl(const std::vector<std::string>& words) {

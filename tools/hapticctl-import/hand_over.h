@@ -24,7 +24,10 @@ class TemporaryFile {
   std::string path_;
 };
 
-/** Throws ImportError. */
+/** Throws ImportError that says why, if a file cannot be written there; makes none. To be asked before the long work.
+ */
+void requireWritable(const std::string& path);
+/** Throws ImportError that says why; then no half of the file is left. */
 void writeFile(const std::string& path, const std::string& bytes);
 
 /** Runs hapticctl, beside this program or on PATH, and gives its exit code. Throws ImportError if there is none. */

@@ -42,6 +42,8 @@ float levelOf(const Options& o, Image& image) {
 
 /** The surface as files: all that deals with bytes of others. Says what it found. */
 int draw(const Options& o, const std::string& output) {
+  for (const std::string& path : {output, o.vdb})
+    if (!path.empty()) requireWritable(path);
   Image image = readInput(o.input);
   fmt::print("{}\n", describe(image));
   const float level = levelOf(o, image);

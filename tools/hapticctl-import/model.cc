@@ -2,11 +2,12 @@
 
 #include <fmt/core.h>
 
-#include <fstream>
+#include <sstream>
 
 #include "daemon/builder/vdb/write_vdb.h"
 #include "daemon/builder/volume/mesh_volume.h"
 #include "rt/volume/volume_view.h"
+#include "tools/hapticctl-import/hand_over.h"
 
 namespace hapticctl_import {
 namespace {
@@ -26,9 +27,10 @@ std::string writeModel(const Surface& surface, double voxel_mm, const std::strin
   if (!image) throw inWords(image.error());
   const auto view = hapticd::validateVolume(bytesOf(*image));
   if (!view) throw inWords(view.error());
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  std::ostringstream file;
   const std::string source = fmt::format("volume {:016x}", view->header->checksum);
   if (const auto written = hapticd::writeVdb(file, *view, nullptr, source); !written) throw inWords(written.error());
+  writeFile(path, std::move(file).str());
   return fmt::format("level set of {} bricks, voxels of {:.4g} mm, {:.4g} cm3", view->brick_count, voxel_mm,
                      view->mass.volume * 1e6);
 }

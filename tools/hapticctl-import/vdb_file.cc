@@ -13,6 +13,8 @@
 namespace hapticctl_import {
 namespace {
 
+using openvdb::FloatGrid;
+
 /** What OpenVDB throws, in words. */
 template <class Work>
 auto inWords(Work&& work) {
@@ -24,12 +26,36 @@ auto inWords(Work&& work) {
   }
 }
 
-bool usable(const openvdb::GridBase& grid) { return grid.isType<openvdb::FloatGrid>() && grid.transform().isLinear(); }
+bool usable(const openvdb::GridBase& grid) { return grid.isType<FloatGrid>() && grid.transform().isLinear(); }
 
 std::string printable(std::string text) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 32 || c == 127) c = '?';  // It goes to a terminal.
   return text;
+}
+
+/** Whether it was written by hapticd or this program; a name of the metadata may be wrong. */
+bool isOurs(const openvdb::MetaMap& file, const openvdb::GridBase& grid) {
+  for (const openvdb::MetaMap* map : {&file, static_cast<const openvdb::MetaMap*>(&grid)})
+    for (auto entry = map->beginMeta(); entry != map->endMeta(); ++entry)
+      if (entry->first.rfind("hapticd", 0) == 0) return true;
+  return false;
+}
+
+/** What the sum is of, and what OpenVDB says of the voxels, against what was read. */
+void requireAsWritten(const openvdb::MetaMap& file, const FloatGrid& grid, const std::string& name,
+                      const openvdb::CoordBBox& box) {
+  const auto sum = grid.getMetadata<openvdb::StringMetadata>(hapticd::kVdbChecksum);
+  if (!sum || sum->value() != hapticd::checksumOf(grid, file))
+    throw ImportError({}, "is damaged, or of another version: the checksum does not match", "write it again");
+  const auto voxels = grid.getMetadata<openvdb::Int64Metadata>(openvdb::GridBase::META_FILE_VOXEL_COUNT);
+  const auto low = grid.getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MIN);
+  const auto high = grid.getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MAX);
+  if (name == grid.getName() && voxels && low && high &&
+      static_cast<openvdb::Index64>(voxels->value()) == grid.activeVoxelCount() &&
+      low->value() == box.min().asVec3i() && high->value() == box.max().asVec3i())
+    return;
+  throw ImportError({}, "is damaged: its metadata tell of other voxels than stand in it", "write it again");
 }
 
 }  // namespace
@@ -73,11 +99,9 @@ Image readVdb(const std::string& path, const VdbGrid& entry, double metres_per_u
   return inWords([&] {
     openvdb::io::File file(path);
     file.open(false);
-    const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid(entry.name));
-    if (const auto sum = grid->getMetadata<openvdb::StringMetadata>(hapticd::kVdbChecksum);
-        sum && sum->value() != hapticd::checksumOf(*grid))
-      throw ImportError({}, "is damaged: the checksum does not match", "write it again");
+    const auto grid = openvdb::gridPtrCast<FloatGrid>(file.readGrid(entry.name));
     const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
+    if (const auto meta = file.getMetadata(); isOurs(*meta, *grid)) requireAsWritten(*meta, *grid, entry.name, box);
     if (box.empty()) throw ImportError({}, "the grid has no active voxels", "choose another by --grid");
     Image image;
     image.distances = grid->getGridClass() == openvdb::GRID_LEVEL_SET;

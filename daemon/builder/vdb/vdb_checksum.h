@@ -8,15 +8,23 @@
 
 #include <bit>
 #include <cstring>
+#include <sstream>
 #include <string>
 
+#include "daemon/builder/vdb/write_vdb.h"
 #include "proto/snapshot.h"
 
 namespace hapticd {
 
-/** Of the place, every tile and every active voxel of a grid with 4-byte values; in hexadecimal. */
+/** Whether an entry of metadata is one that OpenVDB itself writes, of what it counts. */
+[[nodiscard]] inline bool isOpenVdbs(const std::string& key) { return key.rfind("file_", 0) == 0; }
+
+/**
+ * Of the place, the background, every tile and every active voxel of a grid with 4-byte values, of its metadata but the
+ * sum itself and OpenVDB's, and of the file's metadata; in hexadecimal.
+ */
 template <class Grid>
-[[nodiscard]] std::string checksumOf(const Grid& grid) {
+[[nodiscard]] std::string checksumOf(const Grid& grid, const openvdb::MetaMap& file) {
   using Value = typename Grid::ValueType;
   static_assert(sizeof(Value) == 4);
   std::uint64_t sum = HD_CHECKSUM_BASIS;
@@ -24,6 +32,18 @@ template <class Grid>
   const auto addPlace = [&](const openvdb::Coord& c) {
     for (int k = 0; k < 3; ++k) add(static_cast<std::uint32_t>(c[k]));
   };
+  const auto addText = [&](const std::string& text) {
+    add(text.size());
+    for (const char c : text) add(static_cast<unsigned char>(c));
+  };
+  for (const openvdb::MetaMap* map : {static_cast<const openvdb::MetaMap*>(&grid), &file})
+    for (auto entry = map->beginMeta(); entry != map->endMeta(); ++entry) {
+      if (entry->first == kVdbChecksum || isOpenVdbs(entry->first)) continue;
+      std::ostringstream value;  // As in the file: in words a double is rounded.
+      entry->second->write(value);
+      for (const std::string& text : {entry->first, entry->second->typeName(), value.str()}) addText(text);
+    }
+  add(std::bit_cast<std::uint32_t>(grid.background()));
   for (const openvdb::Vec3d& corner : {openvdb::Vec3d(0, 0, 0), openvdb::Vec3d(1, 1, 1)}) {
     const openvdb::Vec3d place = grid.indexToWorld(corner);
     for (int k = 0; k < 3; ++k) add(std::bit_cast<std::uint64_t>(place[k]));

@@ -30,7 +30,8 @@ class Archive final : public openvdb::io::Archive {
 };
 
 template <class Grid>
-void describe(Grid& grid, const char* name, const VolumeView& volume, double shift_voxels) {
+void describe(Grid& grid, const char* name, const VolumeView& volume, double shift_voxels,
+              const openvdb::MetaMap& file) {
   const double voxel = double{volume.voxel};
   const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
   transform->postTranslate(openvdb::Vec3d(double{volume.origin[0]} + shift_voxels * voxel,
@@ -39,10 +40,10 @@ void describe(Grid& grid, const char* name, const VolumeView& volume, double shi
   grid.setTransform(transform);
   grid.setName(name);
   grid.insertMeta(kVdbUnit, openvdb::DoubleMetadata(1.0));
-  grid.insertMeta(kVdbChecksum, openvdb::StringMetadata(checksumOf(grid)));
+  grid.insertMeta(kVdbChecksum, openvdb::StringMetadata(checksumOf(grid, file)));
 }
 
-FloatGrid::Ptr surfaceOf(const VolumeView& volume, DistanceField* field) {
+FloatGrid::Ptr surfaceOf(const VolumeView& volume, DistanceField* field, const openvdb::MetaMap& file) {
   const auto band = static_cast<float>(kVdbHalfWidth * double{volume.voxel});
   const auto grid = FloatGrid::create(band);
   auto values = grid->getAccessor();
@@ -58,14 +59,15 @@ FloatGrid::Ptr surfaceOf(const VolumeView& volume, DistanceField* field) {
   openvdb::tools::signedFloodFill(grid->tree(), false);
   grid->pruneGrid();
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  describe(*grid, "surface", volume, 0);
+  describe(*grid, "surface", volume, 0, file);
   return grid;
 }
 
 /** The octree's voxels; a node that is full is one tile or few. */
 class States {
  public:
-  explicit States(const VolumeView& volume) : octree_(volume.octree), values_(grid_->getAccessor()) {
+  States(const VolumeView& volume, const openvdb::MetaMap& file)
+      : octree_(volume.octree), values_(grid_->getAccessor()) {
     descend(0, 0, Coord(0, 0, 0));
     for (const Coord& voxel : surface_)
       for (int n = 0; n < 27; ++n) {
@@ -73,7 +75,7 @@ class States {
         if (!values_.isValueOn(near)) set(near, VoxelState::kProximity);
       }
     grid_->pruneGrid();
-    describe(*grid_, "states", volume, 0.5);  // Voxels are the cubes between lattice points.
+    describe(*grid_, "states", volume, 0.5, file);  // Voxels are the cubes between lattice points.
   }
   [[nodiscard]] Int32Grid::Ptr grid() const { return grid_; }
 
@@ -118,7 +120,7 @@ Result<void> writeVdb(std::ostream& out, const VolumeView& volume, DistanceField
     meta.insertMeta("hapticd_version", openvdb::StringMetadata(kVersion));
     meta.insertMeta("hapticd_volume_version", openvdb::Int32Metadata(HD_VOLUME_VERSION));
     meta.insertMeta("hapticd_source", openvdb::StringMetadata(source));
-    Archive().put(out, {surfaceOf(volume, field), States(volume).grid()}, meta);
+    Archive().put(out, {surfaceOf(volume, field, meta), States(volume, meta).grid()}, meta);
     out.flush();
   } catch (const openvdb::Exception& error) {
     return Error{ErrorCode::kInternal, "vdb", error.what(), {}};

@@ -10,6 +10,7 @@
 #include "support/test_volume.h"
 #include "tests/unit/import/ball.h"
 #include "tools/hapticctl-import/child.h"
+#include "tools/hapticctl-import/hand_over.h"
 #include "tools/hapticctl-import/input.h"
 #include "tools/hapticctl-import/isosurface.h"
 #include "tools/hapticctl-import/model.h"
@@ -134,6 +135,34 @@ TEST(Vdb, whatIsWrittenIsReadAgain) {
   const Surface again = isosurface(image, -*image.usual_iso);
   EXPECT_NEAR(volumeOf(again), volumeOf(surface), 0.005 * volumeOf(surface));
   for (const auto& v : again.vertices) ASSERT_NEAR(std::hypot(v[0] - 21.5, v[1] - 34.25, v[2] - 45), 8, 0.3);
+}
+
+TEST(Vdb, aPlaceThatCannotBeWrittenIsNamedWithTheReason) {
+  Image ball;
+  ball.size = kSize;
+  ball.step = kPlain;
+  for (std::size_t i = 0; i < std::size_t{24} * 20 * 16; ++i)
+    ball.values.push_back(valueAt(i % 24, i / 24 % 20, i / 480));
+  const Surface surface = isosurface(ball, 200);
+  const Folder folder;
+  const std::string file = folder.put("file", "");
+  struct Place {
+    std::string path, reason;
+    bool early;  // Known before anything is read.
+  };
+  for (const Place& place :
+       {Place{folder.path() + "/nowhere/x.vdb", "No such file", true}, Place{file + "/x.vdb", "Not a directory", true},
+        Place{folder.path(), "Is a directory", true}, Place{"/dev/full", "No space left", false}}) {
+    const std::string words = refusal([&] { return writeModel(surface, 1, place.path); });
+    EXPECT_THAT(words, HasSubstr(place.path + ": cannot be written: " + place.reason));
+    const std::string before = refusal([&] { return requireWritable(place.path), 0; });
+    EXPECT_EQ(before, place.early ? words : "read");
+  }
+  const std::string fresh = folder.path() + "/fresh.vdb";
+  requireWritable(fresh);
+  EXPECT_FALSE(std::filesystem::exists(fresh));
+  requireWritable(file);
+  EXPECT_TRUE(std::filesystem::exists("/dev/full"));
 }
 
 /** A file as another program may write it: a fog ball of radius 5 units in a turned, scaled frame, and other grids. */

@@ -12,10 +12,7 @@
 namespace hapticd {
 namespace {
 
-using testing::queryOf;
-using testing::randomPose;
-using testing::surfaceVoxels;
-using testing::TestVolume;
+using testing::queryOf, testing::randomPose, testing::surfaceVoxels, testing::TestVolume;
 
 /** Whether a corner or the centre of one cube, turned or straight, lies well within the other. */
 bool cornersMeet(const Vec3& p, const Quat& turn, double p_side, const Vec3& q, double q_side) {

@@ -12,10 +12,7 @@
 namespace hapticd {
 namespace {
 
-using testing::queryOf;
-using testing::randomPose;
-using testing::surfaceVoxels;
-using testing::TestVolume;
+using testing::queryOf, testing::randomPose, testing::surfaceVoxels, testing::TestVolume;
 
 /** Voxels' centres, settled by a kernel. */
 struct Settled {

@@ -37,6 +37,8 @@ class RigidBody {
   [[nodiscard]] const Twist& twist() const HD_RT { return V_WC_; }  ///< Of C, in the world.
   /** Of the frame O. */
   [[nodiscard]] Pose pose() const HD_RT { return {p_WC_ - q_WO_ * com_O_, q_WO_}; }
+  /** Of O's origin, in the world. */
+  [[nodiscard]] Twist originTwist() const HD_RT { return {V_WC_.v - V_WC_.w.cross(q_WO_ * com_O_), V_WC_.w}; }
   [[nodiscard]] Vec3 comInO() const HD_RT { return com_O_; }
   /** About C, in the world [kg m^2]. */
   [[nodiscard]] Mat3 inertia() const HD_RT;

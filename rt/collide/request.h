@@ -18,12 +18,14 @@ struct CollideRequest {
     std::uint32_t slot = 0;
     Shape shape;
     Pose X_WO;
+    Twist V_WO;  ///< Of the origin, in the world.
   };
   /** One device's tool, or a free body. */
   struct Held {
     std::uint32_t object = 0;  ///< Id, 0: there is none.
     Shape shape;
     Pose X_WO;
+    Twist V_WO;        ///< Of the origin, in the world.
     double speed = 0;  ///< No point of the tool is faster relative to any obstacle [m/s].
     std::uint32_t count = 0;
     std::array<Obstacle, kMostObstacles> obstacle;  ///< The nearest first to be found; more are ignored.

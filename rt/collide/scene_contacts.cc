@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/base/rotation.h"
+#include "rt/contact/field_query.h"
 #include "rt/geometry/nearest.h"
 #include "rt/volume/distance.h"
 
@@ -59,8 +61,8 @@ void SceneContacts::remember(const CollideRequest::Held& held) HD_RT {
   }
 }
 
-bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held, double margin,
-                              const WorkBudget& budget, DetectorReport& report) HD_RT {
+bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held, double ahead, const WorkBudget& budget,
+                              DetectorReport& report) HD_RT {
   const CollideRequest::Obstacle& obstacle = held.obstacle[k];
   DetectorQuery query;
   query.a.volume = volumeOf(held.shape);
@@ -70,10 +72,16 @@ bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held,
   query.a.X_WO_before = before(0, held.X_WO);
   query.b.X_WO = obstacle.X_WO;
   query.b.X_WO_before = before(obstacle.slot, obstacle.X_WO);
-  query.margin = margin;
+  query.margin = kMargin + ahead * held.speed;
   query.budget = budget;
   query.budget.units = kFieldUnits;
   field_.find(query, field_found_);
+  keepFound(k, report);
+  if (ahead * held.speed > usableMargin(query.margin, *query.b.volume)) lookAhead(k, held, ahead, query, report);
+  return true;
+}
+
+void SceneContacts::keepFound(std::uint32_t k, DetectorReport& report) HD_RT {
   for (const Contact& contact : field_found_.contacts()) {
     if (isFinite(contact.n_W) && isFinite(contact.p_WA) && isFinite(contact.p_WB)) {
       keep(contact, static_cast<std::uint8_t>(k));
@@ -82,7 +90,39 @@ bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held,
   report.touching += field_found_.report.touching;
   report.dropped += field_found_.report.dropped;
   report.exhausted = report.exhausted || field_found_.report.exhausted;
-  return true;
+}
+
+/** What the field's margin does not reach: the same question where both will be, swept from where they are. */
+void SceneContacts::lookAhead(std::uint32_t k, const CollideRequest::Held& held, double ahead, DetectorQuery& query,
+                              DetectorReport& report) HD_RT {
+  const CollideRequest::Obstacle& obstacle = held.obstacle[k];
+  const auto later = [ahead](const Pose& X, const Twist& V) HD_RT {
+    return Pose{X.p + ahead * V.v, (fromRotationVector(ahead * V.w) * X.q).normalized()};
+  };
+  query.a.X_WO_before = held.X_WO;
+  query.b.X_WO_before = obstacle.X_WO;
+  query.a.X_WO = later(held.X_WO, held.V_WO);
+  query.b.X_WO = later(obstacle.X_WO, obstacle.V_WO);
+  field_.find(query, field_found_);
+  field_found_.report.touching = 0;  // Not yet.
+  // A contact is a point of the tool and a plane of the obstacle: both are taken back to where their bodies are.
+  const Pose back_A = held.X_WO * query.a.X_WO.inverse(), back_B = obstacle.X_WO * query.b.X_WO.inverse();
+  const std::uint32_t found = found_.count;
+  std::uint32_t met = 0;
+  for (Contact c : field_found_.contacts()) {
+    bool known = false;  // There already: what is seen where they are now is nearer the truth.
+    for (std::uint32_t i = 0; i < found && !known; ++i) {
+      known = body_of_[i] == k && found_.contact[i].feature_a == c.feature_a;
+    }
+    if (known) continue;
+    c.p_WA = back_A * c.p_WA;
+    c.p_WB = back_B * c.p_WB;
+    c.n_W = back_B.q * c.n_W;
+    c.depth = c.n_W.dot(c.p_WB - c.p_WA);
+    field_found_.contact[met++] = c;
+  }
+  field_found_.count = met;
+  keepFound(k, report);
 }
 
 bool SceneContacts::lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach,
@@ -163,7 +203,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
   const double margin = kMargin + ahead * held.speed;
   by_field_ = 0;
   for (std::uint32_t k = 0; k < held.count; ++k) {
-    if (tryVolume(k, held, margin, budget, report)) by_field_ |= 1u << k;
+    if (tryVolume(k, held, ahead, budget, report)) by_field_ |= 1u << k;
   }
   remember(held);
   const bool all_by_field = by_field_ == (std::uint64_t{1} << held.count) - 1;

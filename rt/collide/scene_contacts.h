@@ -20,6 +20,9 @@ namespace hapticd {
  * Of one device's tool; keeps the points of the last tool it was asked for, and which of them touched. Points that
  * touched last time are tried first, the others in turns, so that a budget that is too small still gets round.
  *
+ * A tool that is faster than the field's margin reaches until the next answer is told of what it will meet, from the
+ * way that it will go: a plane that it has not reached stops it there, one that it has passed could only push it back.
+ *
  * One-sided without volumes: a scene's corner between two points of the tool is missed. A point that has gone into a
  * mesh is followed as deep as it goes, in steps of kReach at most; one that begins deeper is found where that mesh has
  * a volume.
@@ -51,8 +54,13 @@ class SceneContacts {
   };
   [[nodiscard]] const VolumeView* volumeOf(const Shape& shape) const HD_RT;
   /** Asks the field of obstacle k; false where there is none. */
-  bool tryVolume(std::uint32_t k, const CollideRequest::Held& held, double margin, const WorkBudget& budget,
+  bool tryVolume(std::uint32_t k, const CollideRequest::Held& held, double ahead, const WorkBudget& budget,
                  DetectorReport& report) HD_RT;
+  /** Adds what tool and obstacle k will meet within `ahead` seconds if both go on as they move; `query` as now. */
+  void lookAhead(std::uint32_t k, const CollideRequest::Held& held, double ahead, DetectorQuery& query,
+                 DetectorReport& report) HD_RT;
+  /** field_found_'s contacts and report become part of the answer. */
+  void keepFound(std::uint32_t k, DetectorReport& report) HD_RT;
   /** Where the tool (slot 0) or an obstacle stood at the last question; now, if it was not named in it. */
   [[nodiscard]] Pose before(std::uint32_t slot, const Pose& now) const HD_RT;
   void remember(const CollideRequest::Held& held) HD_RT;

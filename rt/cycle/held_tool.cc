@@ -181,10 +181,11 @@ void HeldTool::finish(Scene& scene, const Twist& velocity, double dt, HeldToolOu
   auto& pose = move.as<hd_object_pose>();
   pose.object = order_.object;
   const Pose X = tool_.body().pose();
+  const Twist V = tool_.body().originTwist();
   store(X.p, pose.p);
   store(X.q, pose.q);
-  store(tool_.body().twist().v - tool_.body().twist().w.cross(tool_.body().com() - X.p), pose.v);
-  store(tool_.body().twist().w, pose.w);
+  store(V.v, pose.v);
+  store(V.w, pose.w);
   (void)scene.apply(move);
 }
 
@@ -214,6 +215,7 @@ void HeldTool::ask(const Scene& scene, CollideRequest::Held& held) const HD_RT {
   held.object = order_.object;
   held.shape = self->shape;
   held.X_WO = tool_.body().pose();
+  held.V_WO = tool_.body().originTwist();
   const Twist& V = tool_.body().twist();
   held.speed = V.v.norm() + V.w.norm() * self->radius;
   findObstacles(scene, *self, {}, held);

@@ -38,6 +38,7 @@ void findObstacles(const Scene& scene, const SceneObject& self, std::span<const 
     out.slot = slot;
     out.shape = object.shape;
     out.X_WO = object.X_WO;
+    out.V_WO = object.V_WO;
     fastest = std::max(fastest, object.velocityAt(center).norm() + object.V_WO.w.norm() * self.radius);
   }
   held.speed += fastest;

@@ -5,6 +5,8 @@
 
 #include <memory>
 
+#include "rt/body/constraint_response.h"
+#include "rt/body/tool.h"
 #include "support/test_volume.h"
 
 namespace hapticd {
@@ -67,6 +69,81 @@ TEST(SceneContacts, AFastToolIsStoppedByAThinPlate) {
   ASSERT_GT(through.count, 0u);
   const Touch touch = through.touch(0, q.held.X_WO, q.held.X_WO.p, Pose{}, {});
   EXPECT_GT(touch.n.z(), 0.9) << "pushed back to where it came from";
+}
+
+TEST(SceneContacts, AFastToolIsToldOfWhatItWillMeetBeforeItDoes) {
+  // 4 mm above a plate that is thinner than the way that lies ahead, and far beyond the field's margin of a voxel.
+  const double ahead = 0.003;
+  const testing::TestVolume thin = testing::boxVolume({0.02, 0.02, 0.0005}, 0.0005);
+  const Quat tilted(Eigen::AngleAxisd(0.7, Vec3(0.6, 0, 0.8)));
+  for (const bool plate_moves : {false, true}) {
+    Question q;
+    q.volumes.publish(kPlateEntry, &thin.view);
+    const Pose X_WB{{0.2, -0.1, 0.3}, tilted};
+    q.held.obstacle[0].X_WO = X_WB;
+    const Vec3 toward = tilted * Vec3(0, 0, -2);
+    const auto ask = [&](const Vec3& v) {
+      (plate_moves ? q.held.obstacle[0].V_WO.v : q.held.V_WO.v) = plate_moves ? Vec3(-v) : v;
+      q.held.speed = v.norm();
+      ContactModel model;
+      q.held.X_WO = X_WB * Pose{{0.001, 0.002, 0.0005 + 0.01 + 0.004}, Quat::Identity()};
+      q.contacts->find(q.held, ahead, {1'000'000, 0, nullptr}, model, q.report);
+      EXPECT_EQ(q.report.touching, 0u) << "it does not touch yet";
+      return model;
+    };
+    EXPECT_EQ(ask(Vec3::Zero()).count, 0u) << "it stands";
+    EXPECT_EQ(ask(-toward).count, 0u) << "it goes away";
+    EXPECT_EQ(ask(0.5 * toward).count, 0u) << "3 mm are not enough";
+    const ContactModel model = ask(toward);
+    ASSERT_GT(model.count, 0u);
+    EXPECT_NEAR(q.deepest(model), -0.004, 5e-5);
+    for (std::uint32_t i = 0; i < model.count; ++i) {
+      const Touch touch = model.touch(i, q.held.X_WO, q.held.X_WO.p, X_WB, {});
+      EXPECT_GT(touch.gap, 0.0039);
+      EXPECT_GT((X_WB.q.conjugate() * touch.n).z(), 0.99) << "the face that it comes to, not the one behind";
+    }
+  }
+}
+
+/** A ball of 5 mm on a coupling of 500 N/m, its hand thrown at a plate of 0.6 mm, asked as in the daemon. */
+TEST(SceneContacts, NoSpeedOfAHandTakesAToolThroughAThinPlate) {
+  const testing::TestVolume ball = testing::sphereVolume(0.005, 0.0005, 40);
+  const testing::TestVolume plate = testing::boxVolume({0.02, 0.02, 0.0003}, 0.0005);
+  ToolSetup setup;
+  setup.mass = MassProperties::ofBall(0.05, 0.005);
+  setup.gains = {1000, 1000, 5, 1, 1, 0.01};
+  for (const double speed : {0.5, 1.0, 2.0, 4.0}) {
+    for (int phase = 0; phase < 4; ++phase) {
+      Question q;
+      q.volumes.publish(kToolEntry, &ball.view);
+      q.volumes.publish(kPlateEntry, &plate.view);
+      Pose device{{0.001, 0.002, 0.03 + 0.00025 * phase * speed}, Quat::Identity()};
+      Tool tool(setup);
+      tool.reset(device);
+      ConstraintResponse response;
+      ContactModel model, answer;
+      double lowest = INFINITY;
+      for (int tick = 0; tick < 200; ++tick) {
+        device.p.z() = std::max(-0.02, device.p.z() - speed * 1e-3);
+        if (tick % 2 == 1) model = answer;  // a tick after the question
+        std::array<Touch, kMaxTouches> touches;
+        for (std::uint32_t i = 0; i < model.count; ++i) {
+          touches[i] = model.touch(i, tool.body().pose(), tool.body().com(), Pose{}, {});
+          touches[i].friction = 0.3;
+        }
+        ToolStep out;
+        tool.step(device, {touches.data(), model.count}, 1e-3, response, out);
+        lowest = std::min(lowest, tool.body().com().z());
+        if (tick % 2 != 0) continue;
+        q.held.X_WO = tool.body().pose();
+        q.held.V_WO = tool.body().originTwist();
+        q.held.speed = tool.body().twist().v.norm();
+        q.contacts->find(q.held, 0.003, {400'000, 0, nullptr}, answer, q.report);
+      }
+      EXPECT_GT(tool.body().com().z(), 0.0052) << speed << " m/s, " << phase;
+      EXPECT_GT(lowest, 0.0045) << speed << " m/s, " << phase << ": it is stopped at the plate, not beyond it";
+    }
+  }
 }
 
 TEST(SceneContacts, WithoutAVolumeNearestPointsAnswerTheSame) {

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <numeric>
 
+#include "tools/haptic-bench/metric/quantile.h"
+
 namespace haptic_bench {
 namespace {
 
@@ -37,15 +39,12 @@ Times summarise(std::vector<double> ms, std::size_t passes) {
     medians.push_back(one[one.size() / 2]);
   }
   std::sort(medians.begin(), medians.end());
-  times.steady999 = medians[std::min(poses - 1, static_cast<std::size_t>(0.999 * static_cast<double>(poses)))];
+  times.steady999 = nearestRank(medians, 0.999);
   std::sort(ms.begin(), ms.end());
-  const auto at = [&](double q) {
-    return ms[std::min(ms.size() - 1, static_cast<std::size_t>(q * static_cast<double>(ms.size())))];
-  };
   times.mean = std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size());
-  times.p50 = at(0.5);
-  times.p99 = at(0.99);
-  times.p999 = at(0.999);
+  times.p50 = nearestRank(ms, 0.5);
+  times.p99 = nearestRank(ms, 0.99);
+  times.p999 = nearestRank(ms, 0.999);
   times.max = ms.back();
   return times;
 }

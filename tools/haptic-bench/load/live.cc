@@ -14,6 +14,7 @@
 #include "tools/haptic-bench/load/built_surface.h"
 #include "tools/haptic-bench/load/connect.h"
 #include "tools/haptic-bench/load/stepped.h"
+#include "tools/haptic-bench/metric/quantile.h"
 
 namespace haptic_bench {
 namespace {
@@ -129,7 +130,7 @@ void judgePeriods(const std::vector<haptic_sample>& samples, LiveResult& result)
   if (periods.empty()) throw Failure("load", "the servo gave no sample", "see the daemon's log");
   for (const double period : periods) result.period_mean_us += period / static_cast<double>(periods.size());
   std::sort(periods.begin(), periods.end());
-  result.period_p99_us = periods[periods.size() * 99 / 100];
+  result.period_p99_us = nearestRank(periods, 0.99);
   result.period_max_us = periods.back();
   result.missed = samples.back().missed - samples.front().missed;
 }

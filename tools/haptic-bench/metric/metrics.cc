@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "tools/haptic-bench/metric/quantile.h"
+
 namespace haptic_bench {
 
 Accuracy judge(const Trajectory& trajectory, const std::vector<Answer>& answers, double threshold) {
@@ -39,14 +41,10 @@ Accuracy judge(const Trajectory& trajectory, const std::vector<Answer>& answers,
 
 Timing summarise(std::vector<std::int64_t> step_ns) {
   std::sort(step_ns.begin(), step_ns.end());
-  const auto n = step_ns.size();
-  const auto at = [&](double share) {
-    const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(n)));
-    return static_cast<double>(step_ns[std::clamp<std::size_t>(rank, 1, n) - 1]);
-  };
+  const auto at = [&](double share) { return static_cast<double>(nearestRank(step_ns, share)); };
   Timing t;
-  t.mean =
-      static_cast<double>(std::accumulate(step_ns.begin(), step_ns.end(), std::int64_t{0})) / static_cast<double>(n);
+  t.mean = static_cast<double>(std::accumulate(step_ns.begin(), step_ns.end(), std::int64_t{0})) /
+           static_cast<double>(step_ns.size());
   t.median = at(0.5);
   t.p99 = at(0.99);
   t.p999 = at(0.999);

@@ -1,0 +1,59 @@
+/** @file
+ * Medians, their intervals and percentiles.
+ */
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/collide/timing.h"
+#include "tools/haptic-bench/metric/quantile.h"
+
+namespace haptic_bench {
+namespace {
+
+/** 1 to n. */
+std::vector<double> counted(std::size_t n) {
+  std::vector<double> all(n);
+  std::iota(all.begin(), all.end(), 1.0);
+  return all;
+}
+
+TEST(Estimates, IntervalsAreThoseOfTheBinomialTable) {
+  // Conover, table A3: the k-th smallest and k-th largest of n with 2 P(Binomial(n, 1/2) < k) <= 0.05.
+  const struct {
+    std::size_t n, k;
+  } known[] = {{5, 1}, {6, 1}, {8, 1}, {9, 2}, {12, 3}, {15, 4}, {20, 6}, {25, 8}, {100, 40}};
+  for (const auto& [n, k] : known) {
+    const Estimate e = estimate(counted(n));
+    EXPECT_EQ(e.low, static_cast<double>(k)) << n;
+    EXPECT_EQ(e.high, static_cast<double>(n + 1 - k)) << n;
+    EXPECT_EQ(e.median, static_cast<double>(n + 1) / 2) << n;
+  }
+}
+
+TEST(Estimates, IntervalsOfManyRoundsAreThoseOfTheNormalDistribution) {
+  for (const std::size_t n : {1000u, 2000u, 10000u}) {
+    const Estimate e = estimate(counted(n));
+    const double half = 0.98 * std::sqrt(static_cast<double>(n));  // 1.96 sqrt(n) / 2
+    EXPECT_NEAR(e.low, static_cast<double>(n) / 2 - half, 2) << n;
+    EXPECT_NEAR(e.high, static_cast<double>(n) / 2 + half, 2) << n;
+  }
+}
+
+TEST(Percentiles, AreByNearestRankEverywhere) {
+  EXPECT_EQ(nearestRank(counted(1), 0.99), 1);
+  EXPECT_EQ(nearestRank(counted(100), 0.99), 99) << "not the greatest";
+  EXPECT_EQ(nearestRank(counted(1000), 0.999), 999);
+  EXPECT_EQ(nearestRank(counted(1001), 0.999), 1000);
+  EXPECT_EQ(nearestRank(counted(4), 0.5), 2);
+  EXPECT_EQ(nearestRank(counted(7), 1), 7);
+  const Times times = summarise(counted(1000));
+  EXPECT_EQ(times.p50, 500);
+  EXPECT_EQ(times.p99, 990);
+  EXPECT_EQ(times.p999, 999);
+  EXPECT_EQ(times.steady999, 999);
+}
+
+}  // namespace
+}  // namespace haptic_bench

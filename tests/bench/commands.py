@@ -60,6 +60,27 @@ class Commands(unittest.TestCase):
                               "--out", "--rounds", 1)
         self.assertLess(values["ours force MSE"][0], 1e-12)
 
+    def test_numbers_need_not_be_whole(self):
+        self.assertIn("no simulated device", self.bench("zwidth", "mouse://", "--damping", 0.5, "--rate", 1500.5, code=1))
+        self.bench("models", "--latency", 2.5, "--rates", 62.5, "--stiffness", 300.5, "--seconds", 0.5, "--triangles", 100)
+        self.bench("cost", "--radius", 0.5, "--triangles", 1000, "--seconds", 0.1, "--rounds", 1)
+
+    def test_an_output_that_is_not_whole_ends_with_1(self):
+        for rounds in (1, 200):  # In the end, and on the way.
+            command = [PROGRAM, "run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.01", "--csv", "--rounds", str(rounds)]
+            with open("/dev/full", "w", encoding="ascii") as full:
+                done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertRegex(done.stderr, "not all could be written|cannot write")
+
+    def test_what_no_machine_holds_and_no_surface_has_is_refused(self):
+        self.assertIn("3.6e+08 samples", self.bench("run", "-t", "spiral:seconds=3600,rate=100000", code=1))
+        self.assertIn("at most 1e+07", self.bench("run", "-m", "ridge", "-t", "profile:speed=0.000001,rate=100000", code=1))
+        self.assertIn("--stiffness", self.bench("run", "--stiffness", 0, code=2))
+        self.assertIn("--seconds", self.bench("models", "--seconds", 0.1, code=2))
+        self.assertIn("--friction-static: 0 is less", self.bench("run", "--friction-dynamic", 0.5, "-m", "plane", code=1))
+        self.assertTrue(self.bench("run", "-a", "voxel:cells=9999", code=1).startswith("haptic-bench: voxel:cells=9999, cells: "))
+
     def test_faults_are_named_and_end_with_1(self):
         bad = self.folder / "bad.csv"
         bad.write_text("t,x,y,z\n0,0,0,0\n0.001,0,nan,0\n", encoding="ascii")

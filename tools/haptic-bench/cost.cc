@@ -26,6 +26,7 @@
 #include "tools/haptic-bench/bumpy_sphere.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/metric/quantile.h"
 
 namespace haptic_bench {
 namespace {
@@ -151,10 +152,6 @@ struct Options {
   std::vector<double> radii_mm = {0, 1};
 };
 
-double quantile(const std::vector<double>& sorted, double q) {
-  return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(q * static_cast<double>(sorted.size())))];
-}
-
 double clockReading() {
   std::vector<double> clock(1000);
   for (double& c : clock) c = nsSince(Clock::now());
@@ -194,8 +191,8 @@ void printRow(const Common& common, std::uint32_t triangles, const std::string& 
   std::sort(ticks.begin(), ticks.end());
   const char* form = common.csv ? "{},{},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.2f}\n"
                                 : "{:>9}  {:<12} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.1f}\n";
-  fmt::print(fmt::runtime(form), triangles, what, mean, quantile(ticks, 0.5), quantile(ticks, 0.99),
-             quantile(ticks, 0.999), ticks.back(), load);
+  fmt::print(fmt::runtime(form), triangles, what, mean, nearestRank(ticks, 0.5), nearestRank(ticks, 0.99),
+             nearestRank(ticks, 0.999), ticks.back(), load);
   std::fflush(stdout);
 }
 
@@ -222,7 +219,7 @@ void printLooked(const Common& common, const Looked& looked) {
   const auto each = [](std::vector<double> x) {
     const double mean = meanOf(x);
     std::sort(x.begin(), x.end());
-    return fmt::format("{:.1f} ({:.0f}, {:.0f})", mean, quantile(x, 0.99), x.back());
+    return fmt::format("{:.1f} ({:.0f}, {:.0f})", mean, nearestRank(x, 0.99), x.back());
   };
   const double share = 1e3 / static_cast<double>(looked.sweeps.size());
   fmt::print(
@@ -328,7 +325,7 @@ void addCost(CLI::App& app, Run& chosen) {
       ->check(CLI::Range(8, 8'000'000));
   cost->add_option("--radius", options->radii_mm, "Of the swept ball [mm]")
       ->capture_default_str()
-      ->check(CLI::Range(0, 10));
+      ->check(CLI::Range(0.0, 10.0));
   cost->add_option("--seconds", options->seconds, "Of stroke")->capture_default_str()->check(CLI::Range(0.1, 600.0));
   cost->add_option("--profile", options->profile,
                    "CSV to which each tick is appended: triangles, radius [mm], tick, time [ns], sweeps, nodes and "

@@ -4,6 +4,7 @@
  */
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <new>
 
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
@@ -60,9 +61,13 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
     return kExitUsage;
   }
   try {
-    return chosen(common);
-  } catch (const haptic_bench::Failure& failure) {
-    std::fprintf(stderr, "haptic-bench: %s\n", failure.what());
-    return kExitFailed;
+    const int code = chosen(common);
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+    throw haptic_bench::Failure("standard output", "not all could be written", "make room where it goes");
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "haptic-bench: memory: there is not enough (a smaller model, a shorter trajectory)\n");
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "haptic-bench: %s\n", error.what());
   }
+  return kExitFailed;
 }

@@ -54,6 +54,7 @@ void writeSamples(const std::string& path, const Trajectory& trajectory, const s
 }
 
 int run(const Options& options, const Common& common) {
+  checkSurface(options.surface);
   const Model model = makeModel(options.model);
   const Trajectory trajectory = makeTrajectory(options.trajectory, model, options.surface, options.file);
   std::vector<Series> all;

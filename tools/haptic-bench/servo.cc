@@ -118,7 +118,9 @@ void addServo(CLI::App& app, Run& chosen) {
       "servo",
       "Wake-up of a bare real-time loop against the daemon's cycle on a mesh, and what the cycle costs\n"
       "(exit 1 if a round touches nothing)");
-  servo->add_option("--rate", options->rate_hz, "Servo rate [Hz]")->capture_default_str()->check(CLI::Range(100, 4000));
+  servo->add_option("--rate", options->rate_hz, "Servo rate [Hz]")
+      ->capture_default_str()
+      ->check(CLI::Range(100.0, 4000.0));
   servo->add_option("--seconds", options->seconds, "Length of each side of a round [s]")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 600.0));

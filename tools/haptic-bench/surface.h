@@ -20,4 +20,7 @@ struct Surface {
 /** --stiffness, --damping, --friction-static, --friction-dynamic and --radius. */
 void addSurface(CLI::App& sub, Surface& surface);
 
+/** Throws Failure for friction that is less at rest than while sliding: no renderer of ours takes it. */
+void checkSurface(const Surface& surface);
+
 }  // namespace haptic_bench

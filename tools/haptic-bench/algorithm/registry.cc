@@ -71,7 +71,11 @@ Algorithm::Algorithm(const std::string& spec, const haptic_algorithm_problem& pr
   char error[512] = "no reason given";
   instance_.reset(table_->create(&own, error, sizeof error));
   error[sizeof error - 1] = 0;
-  if (instance_ == nullptr) throw Failure(spec, error, "");
+  if (instance_ != nullptr) return;
+  // Those in the box begin with their own name.
+  const std::string reason = error, name = spec.substr(0, colon);
+  if (reason.compare(0, name.size(), name) == 0) throw Failure(reason);
+  throw Failure(spec, reason, "");
 }
 
 void Algorithm::start(const Vec3& hip) { table_->start(instance_.get(), hip.data()); }

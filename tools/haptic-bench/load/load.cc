@@ -107,7 +107,7 @@ void addLoad(CLI::App& app, Run& chosen) {
       ->check(CLI::Range(100, 8'000'000));
   load->add_option("--rates", options->rates_hz, "Clients' rates [Hz]")
       ->capture_default_str()
-      ->check(CLI::Range(1, 1000));
+      ->check(CLI::Range(1.0, 1000.0));
   load->add_option("--levels", options->levels, "Of idle, graphics, uploads, clients, disk, busy; all unless given")
       ->check(CLI::IsMember({"idle", "graphics", "uploads", "clients", "disk", "busy"}));
   load->add_option("--seconds", options->seconds, "Of each run")->capture_default_str()->check(CLI::Range(0.1, 600.0));

@@ -1,5 +1,7 @@
 #include "tools/haptic-bench/trajectory/generators.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,7 +18,7 @@ constexpr double kPi = EIGEN_PI;
 template <class F>
 std::vector<SurfaceSample> sampled(double seconds, const Pace& pace, F f) {
   std::vector<SurfaceSample> out;
-  const auto n = static_cast<std::size_t>(std::max(1.0, std::floor(seconds * pace.rate_hz)));
+  const std::size_t n = samplesIn(seconds, pace);
   out.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
     SurfaceSample s = f((static_cast<double>(i) + 0.5) / pace.rate_hz);
@@ -49,6 +51,15 @@ class Shake {
 };
 
 }  // namespace
+
+std::size_t samplesIn(double seconds, const Pace& pace) {
+  const double n = std::floor(seconds * pace.rate_hz);
+  if (n > kMaxSamples) {
+    throw Failure("trajectory", fmt::format("{:g} s at {:g} Hz are {:.3g} samples", seconds, pace.rate_hz, n),
+                  fmt::format("at most {:g}: fewer seconds, a lower rate or more speed", kMaxSamples));
+  }
+  return static_cast<std::size_t>(std::max(1.0, n));
+}
 
 std::vector<SurfaceSample> spiral(const Model& sphere, const Pace& pace, double turns) {
   return sampled(pace.seconds, pace, [&](double t) {

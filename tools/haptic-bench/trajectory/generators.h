@@ -4,6 +4,7 @@
  */
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -18,6 +19,11 @@ struct Pace {
   double rate_hz = 1000;
   double force = 1;  ///< [N]
 };
+
+inline constexpr double kMaxSamples = 1e7;
+
+/** Samples in so many seconds, at least one. Throws Failure beyond kMaxSamples. */
+[[nodiscard]] std::size_t samplesIn(double seconds, const Pace& pace);
 
 /** From pole to pole of a sphere: polar angle and azimuth rise evenly. */
 [[nodiscard]] std::vector<SurfaceSample> spiral(const Model& sphere, const Pace& pace, double turns);

@@ -120,7 +120,7 @@ std::vector<SurfaceSample> geodesic(const Model& model, const Pace& pace, double
   const NearestPoint surface(model);
   Walker walker(model, first, azimuth);
   std::vector<SurfaceSample> out;
-  const auto n = static_cast<std::size_t>(std::max(1.0, std::floor(pace.seconds * pace.rate_hz)));
+  const std::size_t n = samplesIn(pace.seconds, pace);
   for (std::size_t i = 0; i < n; ++i) {
     out.push_back(walker.sample(surface));
     out.back().t_s = static_cast<double>(i) / pace.rate_hz;

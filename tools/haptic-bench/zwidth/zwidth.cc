@@ -82,13 +82,13 @@ void addZwidth(CLI::App& app, Run& chosen) {
   sub->add_option("uri", options->uri, "Simulated device and hand")->capture_default_str();
   sub->add_option("--rate", options->rates_hz, "Servo and device rates [Hz]")
       ->capture_default_str()
-      ->check(CLI::Range(100, 16000));
+      ->check(CLI::Range(100.0, 16000.0));
   sub->add_option("--delay", options->delays, "From a sample to its force [ticks]")
       ->capture_default_str()
       ->check(CLI::Range(0, 16));
   sub->add_option("--damping", options->dampings, "Of the wall [N s/m]")
       ->capture_default_str()
-      ->check(CLI::Range(0, 1000));
+      ->check(CLI::Range(0.0, 1000.0));
   sub->add_option("--push", options->push, "With which the hand presses [N]")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 100.0));

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <hapticclient/descriptor.hpp>
 #include <hapticclient/result.hpp>
 #include <memory>
 #include <span>
@@ -154,6 +155,13 @@ class Scene {
   }
   [[nodiscard]] Result<Reply<haptic_mesh_list>> meshes() const {
     return detail::ask<haptic_mesh_list>([&](auto** out, auto* e) { return haptic_mesh_list_all(client_, out, e); });
+  }
+  /** The volume of an object's mesh as an OpenVDB file, to be read. Codes as of haptic_object_volume_file(). */
+  [[nodiscard]] Result<Descriptor> volumeFile(const std::string& name) const {
+    int fd = -1;
+    auto done = detail::run([&](auto* e) { return haptic_object_volume_file(client_, name.c_str(), &fd, e); });
+    if (!done) return done.error();
+    return Descriptor(fd);
   }
   Result<void> dropMesh(std::uint64_t mesh) {
     return detail::run([&](auto* e) { return haptic_mesh_drop(client_, mesh, e); });

@@ -222,9 +222,20 @@ class SceneServer final : public proto::Scene::Server {
     context.getResults().setUpload(kj::heap<UploadServer>(inside_, context.getParams().getBytes()));
     return kj::READY_NOW;
   }
+  /** Of the object "solid" alone: a file that holds its name. */
+  kj::Promise<void> volumeFile(VolumeFileContext context) override {
+    if (context.getParams().getName() == "solid") {
+      std::memcpy(file_.address(), "solid", 5);
+      context.getResults().setFile(kj::heap<RegionServer>(file_.fd()));
+    } else {
+      refuse(context.getResults().initStatus(), 17, "hollow", "it is being made", "ask again");
+    }
+    return kj::READY_NOW;
+  }
 
  private:
   Inside& inside_;
+  Memory file_{5};
 };
 
 class SubscriptionServer final : public proto::Subscription::Server {

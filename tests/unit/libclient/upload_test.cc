@@ -1,3 +1,6 @@
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cstring>
 
 #include "proto/snapshot.h"
@@ -138,6 +141,35 @@ TEST_F(UploadTest, ADaemonThatDiesDuringTheBuildIsDisconnected) {
   });
   EXPECT_EQ(upload->commit().code(), HAPTIC_DISCONNECTED);
   killer.join();
+}
+
+TEST_F(UploadTest, AVolumesFileIsReadFromADescriptorThatEndsWithItsScope) {
+  const haptic::Scene scene = client_->scene();
+  int fd = -1;
+  {
+    auto file = scene.volumeFile("solid");
+    ASSERT_TRUE(file) << file.error().message();
+    fd = file->get();
+    EXPECT_EQ(::fcntl(fd, F_GETFD), FD_CLOEXEC);
+    char bytes[8] = {};
+    EXPECT_EQ(::pread(fd, bytes, sizeof bytes, 0), 5);
+    EXPECT_STREQ(bytes, "solid");
+    haptic::Descriptor other = std::move(*file);
+    EXPECT_EQ(file->get(), -1);
+    EXPECT_EQ(other.get(), fd);
+  }
+  EXPECT_EQ(::fcntl(fd, F_GETFD), -1) << "closed";
+  {
+    auto file = scene.volumeFile("solid");
+    ASSERT_TRUE(file);
+    fd = file->release();
+  }
+  EXPECT_EQ(::fcntl(fd, F_GETFD), FD_CLOEXEC) << "the caller's";
+  ::close(fd);
+  const auto none = scene.volumeFile("hollow");
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.code(), HAPTIC_WOULD_BLOCK);
+  EXPECT_EQ(none.error().remedy, "ask again");
 }
 
 }  // namespace

@@ -6,7 +6,9 @@
 
 #include <cerrno>
 #include <cstdlib>
+#include <cstring>
 
+#include "daemon/log.h"
 #include "daemon/unique_fd.h"
 
 namespace hapticd {
@@ -93,7 +95,18 @@ Result<LoadedConfig> loadConfig(const std::string& option, const ConfigEnvironme
   if (!text) return text.error();
   auto config = parseConfig(*text, file);
   if (!config) return config.error();
-  return LoadedConfig{std::move(config).value(), file};
+  return LoadedConfig{std::move(config).value(), file, placeInConfig(*text, file, "motions", "folder")};
+}
+
+Result<void> checkFolders(const LoadedConfig& loaded) {
+  const std::string& folder = loaded.config.motions.folder;
+  if (folder.empty()) return {};
+  struct stat status {};
+  const int code = ::stat(folder.c_str(), &status) != 0 ? errno : S_ISDIR(status.st_mode) ? 0 : ENOTDIR;
+  if (code == 0) return {};
+  return Error{ErrorCode::kNotFound, loaded.motions_place,
+               fmt::format("folder = \"{}\": {}", log::printable(folder), std::strerror(code)),
+               "make the folder, or correct the line: no client finds a motion there"};
 }
 
 }  // namespace hapticd

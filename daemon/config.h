@@ -157,14 +157,22 @@ struct Config {
 /** kInvalidArgument with "`name`:line:column" and, for an unknown key, the nearest known one. Never throws. Fuzzed. */
 [[nodiscard]] Result<Config> parseConfig(std::string_view toml, std::string_view name);
 
+/** "`name`:line:column" of a value in a text that parseConfig() took; `name` if it does not stand there. */
+[[nodiscard]] std::string placeInConfig(std::string_view toml, std::string_view name, const char* section,
+                                        const char* key);
+
 /** Every value, as TOML that parseConfig() reads back to an equal Config. */
 [[nodiscard]] std::string toToml(const Config& config);
 
 /** A configuration and where it came from. */
 struct LoadedConfig {
   Config config;
-  std::string file;  ///< Empty: the embedded default.
+  std::string file;           ///< Empty: the embedded default.
+  std::string motions_place;  ///< Where motions.folder stands in it.
 };
+
+/** What it names and the disk lacks: a folder of motions. Nothing that keeps the daemon from its work. */
+[[nodiscard]] Result<void> checkFolders(const LoadedConfig& loaded);
 
 /** Variables of the environment that matter, so that tests need not change it. */
 struct ConfigEnvironment {

@@ -13,6 +13,10 @@
 namespace hapticd {
 namespace {
 
+std::string inWords(std::string_view name, const toml::source_position& place) {
+  return fmt::format("{}:{}:{}", name, place.line, place.column);
+}
+
 /** The error that stands first in the file. */
 class FirstError {
  public:
@@ -21,8 +25,7 @@ class FirstError {
   void add(const toml::source_position& at, std::string what, std::string remedy = {}) {
     if (error_ && !(at < at_)) return;
     at_ = at;
-    error_ = Error{ErrorCode::kInvalidArgument, fmt::format("{}:{}:{}", file_, at.line, at.column), std::move(what),
-                   std::move(remedy)};
+    error_ = Error{ErrorCode::kInvalidArgument, inWords(file_, at), std::move(what), std::move(remedy)};
   }
   [[nodiscard]] const std::optional<Error>& get() const { return error_; }
 
@@ -258,6 +261,13 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
                fmt::format("ingest_priority {} is not below servo_priority {}", c.servo.ingest_priority,
                            c.servo.servo_priority),
                "ingest must never delay the servo");
+  const auto absolute = [&](const char* section, const char* key, const std::string& path) {
+    if (!path.empty() && path[0] != '/')
+      errors.add(place(section, key), fmt::format("{} = \"{}\" is no absolute path", key, log::printable(path)),
+                 "begin it with /: the daemon is started now in one folder, now in another");
+  };
+  absolute("builder", "cache", c.builder.cache);
+  absolute("motions", "folder", c.motions.folder);
   std::set<std::string> names, uris;
   for (std::size_t i = 0; i < c.groups.size(); ++i) {
     const GroupConfig& group = c.groups[i];
@@ -302,13 +312,22 @@ Result<Config> read(std::string_view text, std::string_view name) {
 
 }  // namespace
 
+std::string placeInConfig(std::string_view toml, std::string_view name, const char* section, const char* key) {
+  try {
+    const toml::table table = toml::parse(toml, name);
+    const toml::node* const node = table[section][key].node();
+    return node == nullptr ? std::string(name) : inWords(name, node->source().begin);
+  } catch (const std::exception&) {
+    return std::string(name);
+  }
+}
+
 Result<Config> parseConfig(std::string_view toml, std::string_view name) {
   try {
     return read(toml, name);
   } catch (const toml::parse_error& error) {
-    const auto& at = error.source().begin;
-    return Error{ErrorCode::kInvalidArgument, fmt::format("{}:{}:{}", name, at.line, at.column),
-                 log::printable(error.description()), "the file must be TOML, https://toml.io"};
+    return Error{ErrorCode::kInvalidArgument, inWords(name, error.source().begin), log::printable(error.description()),
+                 "the file must be TOML, https://toml.io"};
   } catch (const std::exception& error) {
     return Error{ErrorCode::kInternal, std::string(name), log::printable(error.what()), {}};
   }

@@ -177,6 +177,8 @@ int start(const Options& options) {
   kj::UnixEventPort::captureSignal(SIGINT);
   auto io = kj::setupAsyncIo();
   log::info("hapticd {}, configuration: {}", kVersion, options.loaded.file.empty() ? "built in" : options.loaded.file);
+  if (const auto folders = checkFolders(options.loaded); !folders)
+    log::warn("{}", log::printable(toString(folders.error())));
 
   auto sockets = openSockets(config);
   if (!sockets) return fail(sockets.error(), kExitSocket);

@@ -84,10 +84,11 @@ std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
     config.servo.rate_hz = rate_hz;
     for (GroupConfig& group : config.groups) group.rate_hz = rate_hz;
   }
-  Result<void> uris = resolveDeviceLimits(config);
-  if (uris && options.check_config) uris = checkGroupUris(config);
-  if (!uris) {
-    fmt::print(stderr, "hapticd: {}\n", toString(uris.error()));
+  Result<void> good = resolveDeviceLimits(config);
+  if (good && options.check_config) good = checkGroupUris(config);
+  if (good && options.check_config) good = checkFolders(options.loaded);
+  if (!good) {
+    fmt::print(stderr, "hapticd: {}\n", toString(good.error()));
     exit_code = kExitConfig;
     return std::nullopt;
   }

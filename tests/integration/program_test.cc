@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 
 #include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <thread>
 
@@ -193,6 +194,25 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
   EXPECT_NE(misspelt.output().find("bad.toml:2"), std::string::npos) << misspelt.output();
   EXPECT_EQ(code({"--allow-no-rt", "--socket", socket, "--device", "nosuch://thing"}), 4);
   EXPECT_EQ(code({"--allow-no-rt", "--socket", "/" + std::string(200, 'x')}), 5);
+}
+
+TEST_F(ProgramTest, AFolderOfMotionsThatIsMissingIsTold) {
+  const std::string file = directory.path() + "/motions.toml", folder = directory.path() + "/motions";
+  std::ofstream(file) << "[builder]\ncache = \"\"\n[motions]\nfolder = \"" << folder << "\"\n";
+  const auto check = [&](const std::string& words) {
+    Program program(directory, {"--config", file, "--check-config"});
+    EXPECT_EQ(program.wait(), words.empty() ? 0 : 2);
+    EXPECT_NE(program.output().find(words), std::string::npos) << program.output();
+  };
+  check("motions.toml:4:10: folder = \"" + folder + "\": No such file");
+  Program daemon(directory, run({"--config", file}));
+  ASSERT_TRUE(daemon.says("ready")) << "it runs all the same";
+  EXPECT_NE(daemon.output().find("motions.toml:4:10"), std::string::npos) << daemon.output();
+  std::ofstream(folder) << "a file";
+  check("Not a directory");
+  std::filesystem::remove(folder);
+  std::filesystem::create_directory(folder);
+  check("");
 }
 
 TEST_F(ProgramTest, LimitsFindTheirDeviceHoweverItIsSpelt) {

@@ -66,6 +66,22 @@ TEST(Config, ValuesThatDoNotFitTogetherAreRefused) {
   EXPECT_EQ(refused("[[device]]\nforce_n=1").what, "a [[device]] has no uri");
 }
 
+TEST(Config, FoldersAreNamedFromTheRoot) {
+  EXPECT_EQ(
+      toString(refused("[builder]\nvdb = true\ncache = 'volumes'\n")),
+      "f:3:9: cache = \"volumes\" is no absolute path (begin it with /: the daemon is started now in one folder, now "
+      "in another)");
+  EXPECT_EQ(refused("motions.folder = './motions'\n").where, "f:1:18");
+  for (const char* good : {"[builder]\ncache = ''\n[motions]\nfolder = ''\n", "[motions]\nfolder = '/no/such/one'\n"})
+    EXPECT_TRUE(parseConfig(good, "f").ok()) << good;
+}
+
+TEST(Config, PlacesOfValues) {
+  EXPECT_EQ(placeInConfig("[motions]\n\n  folder = '/m'\n", "f", "motions", "folder"), "f:3:12");
+  EXPECT_EQ(placeInConfig("[motions]\n", "f", "motions", "folder"), "f");
+  EXPECT_EQ(placeInConfig("[mot", "f", "motions", "folder"), "f");
+}
+
 TEST(Config, BadTomlIsRefusedWithItsPlace) {
   const Error error = refused("[log]\nlevel = \n");
   EXPECT_EQ(error.code, ErrorCode::kInvalidArgument);

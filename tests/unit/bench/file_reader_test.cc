@@ -3,6 +3,7 @@
  */
 #include "tools/haptic-bench/trajectory/file_reader.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -86,11 +87,56 @@ TEST(TrajectoryFiles, FaultsNameFileLineAndColumn) {
   EXPECT_EQ(parse("t,x,y,z\n0,0,0,0\n1,0,0,0\n2,0,0,0\n33,0,0,0\n", {"", false, 0, 40}).samples.size(), 4u);
 }
 
+TEST(TrajectoryFiles, TextThatNobodyAsksForIsPassedOver) {
+  const Trajectory in = parse("t,x,y,z,\"what, and why\",end\n0,0,0,1,\"slow, at first\",nan\n1,0,0,2,fast,\n");
+  EXPECT_EQ(in.samples[1].hip, Vec3(0, 0, 2));
+  EXPECT_FALSE(in.force_known);
+  const FileOptions named{"t,x,y,z,-", false, 0, 0};
+  EXPECT_EQ(parse("0,0,0,1,slow\n1,0,0,2,fast\n", named).samples.size(), 2u);
+  EXPECT_THAT(refusal("t,x,y,z,proxy_x,proxy_y,proxy_z\n0,0,0,1,0,0,slow\n"), HasSubstr("line 2, column 7 (proxy_z)"));
+}
+
+TEST(TrajectoryFiles, FaultsComeWithWhatToDo) {
+  EXPECT_THAT(refusal("t;x;y;z\n0;0;0;1\n"), HasSubstr("line 1: semicolons part its columns"));
+  EXPECT_THAT(refusal("t;x;y;z\n0;0;0;0,01\n"), HasSubstr("line 1: semicolons part its columns"));
+  EXPECT_THAT(refusal("t,x,y,z\n0,0,0,1\n", {"t,x,y,z", false, 0, 0}), HasSubstr("without --columns"));
+  EXPECT_THAT(refusal("t,x,y,z,fn\n0,0,0,0,-1\n1,0,0,0,-2\n", {"", true, 0, 0}), HasSubstr("no force in it presses"));
+  EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n5,0,0,0\n", {"", false, 0, 1}), HasSubstr("line 3: a gap of 5 s"));
+}
+
+TEST(TrajectoryFiles, ABallComesFromWhereItTouchesNothing) {
+  Surface ball{1000};
+  ball.radius = 0.004;
+  for (const double z : {0.001, 0.0, -0.001}) {
+    const Trajectory in = readColumns(Table::parse(fmt::format("t,x,y,z\n0,0.01,0.01,{}\n", z), "test.csv", ""), {},
+                                      makeModel("plane"), ball);
+    EXPECT_NEAR(in.start.z(), 0.004 + (0.004 - z), 1e-9) << "as far above the touch as the hand is below it";
+  }
+}
+
+TEST(TrajectoryFiles, OptionsThatWouldDoNothingAreRefused) {
+  const Model model = makeModel("plane");
+  const FileOptions idle[] = {
+      {"t,x,y,z", false, 0, 0}, {"", true, 0, 0}, {"", false, 2000, 0}, {"", false, 0, 1}, {"", false, 0, 0, 1}};
+  for (const FileOptions& file : idle) EXPECT_THROW((void)makeTrajectory("lissajous", model, {1000}, file), Failure);
+  EXPECT_THROW((void)makeTrajectory("profile:seconds=3", makeModel("ridge"), {1000}), Failure);
+}
+
 TEST(TrajectoryFiles, AreFoundByTheirKind) {
   const hapticd::test::TemporaryDirectory directory;
   const std::string path = directory.path() + "/path.traj";
   std::ofstream(path) << "0 0 0 0\n0.001 0 0 0\n";
   EXPECT_EQ(makeTrajectory(path, makeModel("plane"), {1000}, {"t,x,y,z", false, 0, 0}).samples.size(), 2u);
+  const std::string loud = directory.path() + "/PATH.CSV", other = directory.path() + "/path.xyz";
+  std::ofstream(loud) << "t,x,y,z\n0,0,0,0\n";
+  EXPECT_EQ(makeTrajectory(loud, makeModel("plane"), {1000}).samples.size(), 1u);
+  std::ofstream(other) << "";
+  try {
+    (void)makeTrajectory(other, makeModel("plane"), {1000});
+    ADD_FAILURE();
+  } catch (const Failure& failure) {
+    EXPECT_THAT(failure.what(), HasSubstr("neither a recording nor"));
+  }
   EXPECT_THROW((void)makeTrajectory(directory.path() + "/none.csv", makeModel("plane"), {1000}), Failure);
   EXPECT_THROW((void)makeTrajectory(directory.path() + "/none.xyz", makeModel("plane"), {1000}), Failure);
 }

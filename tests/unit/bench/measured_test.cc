@@ -159,7 +159,35 @@ TEST(Measured, IsReadFromTwoFiles) {
     ASSERT_NEAR(in.samples[i].hip.z(), -0.001, 2e-4);
   }
   EXPECT_THROW((void)makeTrajectory(spec + ",colour=red", m, {1000}), Failure);
+  EXPECT_THROW((void)makeTrajectory(spec + ",weight=0.3", m, {1000}), Failure) << "it is found";
   EXPECT_THROW((void)makeTrajectory("measured:forces=" + forces, m, {1000}), Failure);
+}
+
+TEST(Measured, BetweenTwoStrokesTheHandGoesThroughTheAir) {
+  // Over the north pole, lifted by 20 mm to the equator, and along that.
+  const Model m = sphere(0.05, 60);
+  std::vector<SurfaceSample> out;
+  for (int i = 0; i < 6000; ++i) {
+    const double t = i / 2000.0, polar = 0.1 * t + 1.2 * std::clamp(t - 1, 0.0, 1.0);
+    const double lift = 0.02 * std::clamp(std::min(t - 1, 2 - t) * 10, 0.0, 1.0);
+    const Vec3 n(std::sin(polar), 0, std::cos(polar));
+    out.push_back({t, (0.05 + lift) * n, n, lift > 0 ? 0.0 : 1.0});
+  }
+  MeasuredOptions o = options();
+  o.registered = true;
+  o.first_guess = {};
+  Apparatus a;
+  const Trajectory in = pressInto(onSurface(record(out, a), o, m).out, {1000});
+  ASSERT_GT(in.samples.size(), 2900u);
+  double highest = 0;
+  for (std::size_t i = 1; i < in.samples.size(); ++i) {
+    ASSERT_LT((in.samples[i].hip - in.samples[i - 1].hip).norm(), 2e-3) << in.samples[i].t_s;
+    highest = std::max(highest, in.samples[i].hip.norm());
+    if (in.samples[i].hip.norm() > 0.06) {
+      ASSERT_EQ(in.samples[i].force, Vec3(Vec3::Zero()));
+    }
+  }
+  EXPECT_NEAR(highest, 0.07, 1e-3);
 }
 
 TEST(Measured, FaultsAreNamed) {
@@ -172,6 +200,18 @@ TEST(Measured, FaultsAreNamed) {
     EXPECT_THAT(failure.what(), HasSubstr("one clock"));
   }
   EXPECT_THROW((void)registerPoints(NearestPoint(plane(1, 1)), {Vec3(0, 0, 0)}, 0, {}), Failure);
+}
+
+TEST(Geodesics, SayWhereAMeshHasNoArea) {
+  Model m = plane(0.05, 1);
+  m.addVertex({0, 0, 0});  // Amid the diagonal: between the halves lies a triangle without area.
+  m.triangles = {{0, 1, 3}, {0, 3, 4}, {4, 3, 2}, {0, 4, 2}};
+  try {
+    (void)geodesic(m, {2, 1000, 1}, 0.1, 2.0, Vec3(0.05, -0.05, 0));
+    ADD_FAILURE();
+  } catch (const Failure& failure) {
+    EXPECT_THAT(failure.what(), HasSubstr("triangle 2, which has no area"));
+  }
 }
 
 TEST(Geodesics, AreGreatCirclesOnASphereAndStraightOnAPlane) {

@@ -1,35 +1,38 @@
 #include "tools/haptic-bench/measured/measured.h"
 
-#include <fmt/format.h>
+#include <algorithm>
 
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
 
 Measured onSurface(const Recording& recording, const MeasuredOptions& options, const Model& model) {
-  std::vector<ProbeSample> touching;
-  for (const ProbeSample& s : merge(recording, options.merge)) {
-    if (s.force_O.norm() > options.contact_force) touching.push_back(s);
-  }
+  const std::vector<ProbeSample> merged = merge(recording, options.merge);
+  const auto touches = [&](const ProbeSample& s) { return s.force_O.norm() > options.contact_force; };
+  const auto first = std::find_if(merged.begin(), merged.end(), touches);
+  const auto last = std::find_if(merged.rbegin(), merged.rend(), touches).base();
+  if (first == merged.end())
+    throw Failure("recording", "nothing is touched in it", "a smaller contact, or another free time");
   const NearestPoint surface(model);
   Measured measured;
   measured.registration.X_MO = options.first_guess;
   if (!options.registered) {
-    std::vector<Vec3> points;
+    std::vector<Vec3> touching, points;
+    for (auto s = first; s != last; ++s) {
+      if (touches(*s)) touching.push_back(s->tip_O);
+    }
     const std::size_t every = std::max<std::size_t>(1, touching.size() / static_cast<std::size_t>(options.points));
-    for (std::size_t i = 0; i < touching.size(); i += every) points.push_back(touching[i].tip_O);
+    for (std::size_t i = 0; i < touching.size(); i += every) points.push_back(touching[i]);
     measured.registration = registerPoints(surface, points, options.tip_radius, options.first_guess);
   }
-  if (touching.empty())
-    throw Failure("recording", "nothing is touched in it", "a smaller contact, or another free time");
   const Pose& X_MO = measured.registration.X_MO;
-  for (const ProbeSample& s : touching) {
-    const Vec3 tip = X_MO * s.tip_O, force = X_MO.q * s.force_O;
+  for (auto s = first; s != last; ++s) {
+    const Vec3 tip = X_MO * s->tip_O, force = touches(*s) ? X_MO.q * s->force_O : Vec3(Vec3::Zero());
     const SurfacePoint at = surface.find(tip);
     const Vec3 away = at.inside ? Vec3(at.point - tip) : Vec3(tip - at.point);
     const Vec3 normal = at.distance > 1e-12 ? Vec3(away / at.distance) : at.normal;
     measured.out.push_back(
-        {s.t_s - touching.front().t_s, tip - options.tip_radius * normal, normal, std::max(0.0, force.dot(normal))});
+        {s->t_s - first->t_s, tip - options.tip_radius * normal, normal, std::max(0.0, force.dot(normal))});
   }
   return measured;
 }
@@ -45,6 +48,9 @@ std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
                          spec.number("tip_z", 0, -1, 1)};
   options.merge.free_s = spec.number("free", 0, 0, 3600);
   options.merge.load.weight = spec.number("weight", 0, 0, 100);
+  if (options.merge.free_s > 0 && spec.has("weight")) {
+    throw Failure(spec.text() + ", weight", "it is found in the free time", "leave out weight or free");
+  }
   options.tip_radius = spec.number("tip_radius", 0, 0, 0.1);
   options.contact_force = spec.number("contact", 0.05, 0, 100);
   options.registered = spec.count("registered", 0, 0, 1) != 0;

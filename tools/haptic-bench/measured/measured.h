@@ -21,7 +21,9 @@ struct MeasuredOptions {
 
 /** An out-trajectory and how it came about. */
 struct Measured {
-  std::vector<SurfaceSample> out;  ///< While in contact: point and force along the normal.
+  /** From the first contact to the last: point and force along the normal. In the air between, where the ball's
+   * surface is nearest to the mesh, without force. */
+  std::vector<SurfaceSample> out;
   Registration registration;
 };
 

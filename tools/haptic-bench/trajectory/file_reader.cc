@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -53,6 +54,10 @@ Trajectory readOut(const Table& table, const std::vector<double>& t_s, const Vec
     s.force = std::max(0.0, fn ? fn[i] : f[i].dot(s.normal));
     out.push_back(s);
   }
+  if (std::none_of(out.begin(), out.end(), [](const SurfaceSample& s) { return s.force > 0; })) {
+    throw Failure(table.where(), "no force in it presses on the surface",
+                  "forces on the hand, outward: change the sign, or the columns");
+  }
   return pressInto(out, surface);
 }
 
@@ -83,14 +88,17 @@ Trajectory readColumns(const Table& table, const FileOptions& options, const Mod
     if (force) checkForce(table, i, force[i]);
     in.samples.push_back({t_s[i], p[i], proxy ? proxy[i] : Vec3(Vec3::Zero()), force ? force[i] : Vec3(Vec3::Zero())});
   }
-  comeFromOutside(in, model);
+  comeFromOutside(in, model, surface.radius);
   return in;
 }
 
-void comeFromOutside(Trajectory& in, const Model& model) {
+void comeFromOutside(Trajectory& in, const Model& model, double radius) {
   const Vec3 first = in.samples.front().hip;
   const SurfacePoint at = NearestPoint(model).find(first);
-  in.start = at.inside ? Vec3(2 * at.point - first) : first;
+  const double above = (at.inside ? -at.distance : at.distance) - radius;
+  const Vec3 away = at.inside ? Vec3(at.point - first) : Vec3(first - at.point);
+  const Vec3 out = at.distance > 0 ? Vec3(away / at.distance) : at.normal;
+  in.start = above < 0 ? Vec3(first - 2 * above * out) : first;
 }
 
 }  // namespace haptic_bench

@@ -36,7 +36,7 @@ void addFileOptions(CLI::App& sub, FileOptions& options);
 [[nodiscard]] Trajectory readColumns(const Table& table, const FileOptions& options, const Model& model,
                                      const Surface& surface);
 
-/** Sets where the hand comes from: outside of the model. */
-void comeFromOutside(Trajectory& in, const Model& model);
+/** Sets where the hand comes from: with a ball of `radius` [m] about it outside of the model. */
+void comeFromOutside(Trajectory& in, const Model& model, double radius);
 
 }  // namespace haptic_bench

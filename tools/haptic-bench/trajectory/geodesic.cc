@@ -1,5 +1,7 @@
 #include "tools/haptic-bench/trajectory/geodesic.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -33,6 +35,10 @@ class Walker {
     for (int crossed = 0; way > 0; ++crossed) {
       if (crossed > kMaxFacets) throw Failure("geodesic", "it is caught among facets without area", "a cleaner mesh");
       const Vec3 rate = barycentricRate();
+      if (!rate.allFinite()) {
+        throw Failure("geodesic", fmt::format("it comes to triangle {}, which has no area", facet_ + 1),
+                      "a cleaner mesh, or another azimuth or beginning");
+      }
       double step = way;
       int leaves = -1;  // By the edge opposite of this corner.
       for (int c = 0; c < 3; ++c) {

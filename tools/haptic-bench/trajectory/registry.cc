@@ -1,5 +1,9 @@
 #include "tools/haptic-bench/trajectory/registry.h"
 
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/measured/measured.h"
 #include "tools/haptic-bench/spec.h"
@@ -48,6 +52,9 @@ constexpr Generator kGenerators[] = {
     {"profile", "profile:length=0.06,speed=0.02,y=0.0123: across a ridge, by arc length",
      [](const Request& r) {
        r.need("ridge");
+       if (r.spec.has("seconds")) {
+         throw Failure(r.spec.text() + ", seconds", "length and speed say how long it takes", "leave it out");
+       }
        return profile(r.model, r.pace(), r.spec.number("length", 0.06, 1e-6, 10),
                       r.spec.number("speed", 0.02, 1e-6, 10), r.spec.number("y", 0.0123, -10, 10));
      }},
@@ -93,8 +100,25 @@ constexpr Reader kReaders[] = {
     {".dat", nullptr, readTable},
 };
 
+/** In capitals too. */
 bool endsWith(const std::string& text, const std::string& end) {
-  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+  const auto same = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; };
+  return text.size() > end.size() &&
+         std::equal(end.begin(), end.end(), text.end() - static_cast<std::ptrdiff_t>(end.size()),
+                    [&](char b, char a) { return same(a, b); });
+}
+
+/** Throws Failure for an option that would do nothing, as a generator's --rate would. */
+void refuseIdle(const FileOptions& file, const std::string& what, bool is_table, bool is_recording) {
+  const auto refuse = [&](const char* option, bool given, const char* meant) {
+    if (given) throw Failure(option, "it does nothing for " + what, std::string("it is for ") + meant);
+  };
+  constexpr const char* kTables = "files of columns; generators have settings, as spiral:rate=2000";
+  refuse("--columns", !is_table && !file.columns.empty(), kTables);
+  refuse("--out", !is_table && file.out, kTables);
+  refuse("--rate", !is_table && file.rate_hz > 0, kTables);
+  refuse("--max-gap", !is_table && file.max_gap_s > 0, kTables);
+  refuse("--device", !is_recording && file.device > 0, "recordings");
 }
 
 }  // namespace
@@ -113,6 +137,7 @@ Trajectory makeTrajectory(const std::string& text, const Model& model, const Sur
   const std::string name = text.substr(0, text.find(':'));
   for (const Generator& g : kGenerators) {
     if (name != g.name) continue;
+    refuseIdle(file, text, false, false);
     Spec spec(text);
     Trajectory made = pressInto(g.make({spec, model, surface}), surface);
     spec.finish();
@@ -120,15 +145,22 @@ Trajectory makeTrajectory(const std::string& text, const Model& model, const Sur
     return made;
   }
   if (isRecording(text)) {
+    refuseIdle(file, text, false, true);
     Trajectory recorded = readRecordedSession(text, file.device);
-    comeFromOutside(recorded, model);
+    comeFromOutside(recorded, model, surface.radius);
     return recorded;
   }
   for (const Reader& r : kReaders) {
     if (!endsWith(text, r.suffix)) continue;
+    refuseIdle(file, text, true, false);
     Trajectory read = r.read(text, file, model, surface);
     read.name = text;
     return read;
+  }
+  std::error_code none;
+  if (std::filesystem::exists(text, none)) {
+    throw Failure(text, "it is neither a recording nor, by its name, a file of columns",
+                  ".csv, .traj, .txt or .dat; a recording begins with HRBLOCK1");
   }
   throw Failure(text, "there is no such trajectory", "haptic-bench run --help lists them");
 }

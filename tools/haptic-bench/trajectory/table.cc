@@ -25,6 +25,16 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r\"") + 1 - first);
 }
 
+/** Where the field at the beginning of `line` ends: at one of `ends` that no quotes enclose. */
+std::size_t endOfField(std::string_view line, std::string_view ends) {
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') quoted = !quoted;
+    if (!quoted && ends.find(line[i]) != std::string_view::npos) return i;
+  }
+  return std::string_view::npos;
+}
+
 /** The fields of a line: between commas, or between blanks where there is no comma. */
 template <class F>
 void forEachField(std::string_view line, F f) {
@@ -32,7 +42,7 @@ void forEachField(std::string_view line, F f) {
   while (true) {
     if (!commas) line.remove_prefix(std::min(line.size(), line.find_first_not_of(kBlanks)));
     if (!commas && line.empty()) return;
-    const std::size_t end = commas ? line.find(',') : line.find_first_of(kBlanks);
+    const std::size_t end = endOfField(line, commas ? "," : kBlanks);
     f(trimmed(line.substr(0, end)));
     if (end == std::string_view::npos) return;
     line.remove_prefix(end + 1);
@@ -44,6 +54,7 @@ void forEachField(std::string_view line, F f) {
 std::string Table::at(std::size_t row) const { return fmt::format("{}, line {}", where_, lines_[row]); }
 
 void Table::setNames(std::string_view line, std::size_t number, bool given) {
+  names_given_ = given;
   forEachField(line, [&](std::string_view field) {
     double value = 0;
     if (!given && parseNumber(field, value)) {
@@ -52,6 +63,10 @@ void Table::setNames(std::string_view line, std::size_t number, bool given) {
     }
     names_.emplace_back(field);
   });
+  if (names_.size() == 1 && line.find(';') != std::string_view::npos) {
+    throw Failure(given ? "--columns" : fmt::format("{}, line {}", where_, number), "semicolons part its columns",
+                  "commas or blanks, and a point in numbers");
+  }
   if (names_.size() > kMaxColumns) {
     throw Failure(fmt::format("{}, line {}", where_, number), fmt::format("there are {} columns", names_.size()),
                   fmt::format("at most {}", kMaxColumns));
@@ -62,10 +77,7 @@ void Table::addRow(std::string_view line, std::size_t number) {
   std::size_t column = 0;
   forEachField(line, [&](std::string_view field) {
     double value = 0;
-    if (column < names_.size() && !parseNumber(field, value)) {
-      throw Failure(fmt::format("{}, line {}, column {} ({})", where_, number, column + 1, names_[column]),
-                    field.empty() ? "there is no number" : "it is not a finite number", "numbers like 0.001 or 1e-3");
-    }
+    if (!parseNumber(field, value)) faults_.try_emplace(column, Fault{number, lines_.empty(), field.empty()});
     ++column;
     values_.push_back(value);
   });
@@ -135,7 +147,17 @@ Table::Column Table::find(std::string_view names) const {
       found.scale_ = scale;
     }
   });
+  if (found) checkNumbers(found.column_);
   return found;
+}
+
+void Table::checkNumbers(std::size_t column) const {
+  const auto fault = faults_.find(column);
+  if (fault == faults_.end()) return;
+  const auto& [line, first_row, empty] = fault->second;
+  throw Failure(fmt::format("{}, line {}, column {} ({})", where_, line, column + 1, names_[column]),
+                empty ? "there is no number" : "it is not a finite number",
+                names_given_ && first_row ? "without --columns, if names stand there" : "numbers like 0.001 or 1e-3");
 }
 
 Table::Column Table::need(std::string_view names) const {
@@ -160,7 +182,7 @@ std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap
       throw Failure(table.at(i), fmt::format("time goes from {:.9g} s to {:.9g} s", t[i - 1], t[i]), "rising times");
     }
   }
-  if (t_s.size() < 3) return t_s;
+  if (t_s.size() < (max_gap_s > 0 ? 2 : 3)) return t_s;  // Nothing is usual yet.
   std::vector<double> steps;
   for (std::size_t i = 1; i < t_s.size(); ++i) steps.push_back(t_s[i] - t_s[i - 1]);
   std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());

@@ -4,22 +4,23 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace haptic_bench {
 
-/** Every number finite, every row whole, at least one row. */
+/** Every row whole, at least one row, every number of a column that is asked for finite. */
 class Table {
  public:
   static constexpr std::size_t kMaxBytes = 1u << 30;
   static constexpr std::size_t kMaxColumns = 256;
 
   /**
-   * Rows of numbers parted by commas, or by blanks where a line has no comma. Lines that begin with # or % and empty
-   * ones are passed over. `names` are the columns' names, parted by commas; where it is empty the first line gives
-   * them. Throws Failure with `where`, line and column.
+   * Rows of numbers parted by commas, or by blanks where a line has no comma; quotes may enclose a field. Lines that
+   * begin with # or % and empty ones are passed over. `names` are the columns' names, parted by commas; where it is
+   * empty the first line gives them. Throws Failure with `where` and line.
    */
   [[nodiscard]] static Table parse(std::string_view text, std::string where, const std::string& names);
   /** A file of at most kMaxBytes. */
@@ -28,7 +29,7 @@ class Table {
   /**
    * A quantity by one of several names, parted by blanks: "x px". A name may carry a unit behind an underscore (s, ms,
    * us, ns; m, mm, um; N, mN) by which the column is scaled to SI; of several units the finest is taken. Throws Failure
-   * when there are two in one.
+   * when there are two in one, and with line and column for what is no finite number in it.
    */
   class Column {
    public:
@@ -55,8 +56,17 @@ class Table {
  private:
   void setNames(std::string_view line, std::size_t number, bool given);
   void addRow(std::string_view line, std::size_t number);
+  void checkNumbers(std::size_t column) const;
+
+  /** Where a column holds no number for the first time: text in a column that nobody asks for is no fault. */
+  struct Fault {
+    std::size_t line;
+    bool first_row, empty;
+  };
 
   std::string where_;
+  bool names_given_ = false;
+  std::map<std::size_t, Fault> faults_;  ///< By column.
   std::vector<std::string> names_;
   std::vector<double> values_;  ///< By row.
   std::vector<std::size_t> lines_;

@@ -35,6 +35,28 @@ class Commands(unittest.TestCase):
         self.assertAlmostEqual(first["nearest force MSE"][0], again["nearest force MSE"][0], delta=1e-15)
         self.assertEqual(first["nearest forces"], again["nearest forces"])
 
+    def test_samples_of_algorithms_with_settings_keep_their_columns(self):
+        samples = self.folder / "samples.csv"
+        self.bench("run", "-a", "local:rate=30,latency=0.01", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds", 1,
+                   "--samples", samples)
+        with open(samples, encoding="ascii", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(len(rows), 100)
+        self.assertEqual(float(rows[50]["ours_fz"]), 1)
+        self.assertAlmostEqual(float(rows[50]["local:rate=30,latency=0.01_fz"]), 1)
+        again = self.results("run", "-a", "ours", "-m", "plane", "-t", samples, "--rounds", 1)
+        self.assertLess(again["ours force MSE"][0], 1e-20)
+
+    def test_a_file_of_samples_is_there_whole_or_not_at_all(self):
+        nowhere = self.folder / "none" / "samples.csv"
+        self.assertIn("cannot be written", self.bench("run", "--rounds", 10000, "--samples", nowhere, code=1))  # At once.
+        kept = self.folder / "kept.csv"
+        kept.write_text("mine", encoding="ascii")
+        self.bench("run", "-a", "theirs", "--samples", kept, code=1)
+        self.assertEqual([path.name for path in self.folder.iterdir()], ["kept.csv"])
+        self.assertEqual(kept.read_text(encoding="ascii"), "mine")
+        self.assertIn("ours_fx", self.bench("run", "-a", "ours", "--rounds", 1, "--samples", "/dev/stdout"))
+
     def test_rounds_are_counted(self):
         values = self.results("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds", 4)
         self.assertEqual(len(values["ours mean"]), 4)

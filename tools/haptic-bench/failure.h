@@ -26,6 +26,13 @@ template <class T>
   return std::move(*result);
 }
 
+/** The same for an error of a recording: that names the block, the file is ours to name. */
+template <class T>
+[[nodiscard]] T orFailIn(const std::string& file, hapticd::Result<T> result) {
+  if (!result.ok()) throw Failure(file, hapticd::toString(result.error()), {});
+  return std::move(*result);
+}
+
 /** A Failure with the error, if there is one. */
 inline void orFail(hapticd::Result<void> result) {
   if (!result.ok()) throw Failure(result.error());

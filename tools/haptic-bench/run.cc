@@ -3,12 +3,15 @@
 
 #include <CLI/CLI.hpp>
 #include <fstream>
+#include <optional>
 
 #include "tools/haptic-bench/algorithm/registry.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/result/results.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial.h"
+#include "tools/haptic-bench/whole_file.h"
 
 namespace haptic_bench {
 namespace {
@@ -24,10 +27,12 @@ struct Options {
 };
 
 /** Every sample and what each algorithm made of it. */
-void writeSamples(const std::string& path, const Trajectory& trajectory, const std::vector<std::string>& names,
+void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::vector<std::string>& names,
                   const std::vector<Outcome>& outcomes) {
-  std::ofstream file(path);
-  const auto columns = [&](const std::string& prefix) { file << fmt::format(",{0}x,{0}y,{0}z", prefix); };
+  std::ofstream file(to.part());
+  const auto columns = [&](const std::string& prefix) {
+    for (const char axis : {'x', 'y', 'z'}) file << ',' << csvField(prefix + axis);
+  };
   const auto values = [&](const Vec3& x) { file << fmt::format(",{},{},{}", x.x(), x.y(), x.z()); };
   file << "t_s";
   columns("");
@@ -50,13 +55,16 @@ void writeSamples(const std::string& path, const Trajectory& trajectory, const s
     }
     file << '\n';
   }
-  if (!file.flush()) throw Failure(path, "it cannot be written", "a file in a folder of yours");
+  if (!file.flush()) throw Failure(to.part(), "it could not be written whole", "make room on the disk");
+  to.keep();
 }
 
 int run(const Options& options, const Common& common) {
   checkSurface(options.surface);
   const Model model = makeModel(options.model);
   const Trajectory trajectory = makeTrajectory(options.trajectory, model, options.surface, options.file);
+  std::optional<WholeFile> samples;
+  if (!options.samples.empty()) samples.emplace(options.samples);
   std::vector<Series> all;
   std::vector<Outcome> outcomes;
   bool repeats = true;
@@ -69,7 +77,7 @@ int run(const Options& options, const Common& common) {
       fmt::format("run {} {} k={} mu_s={} mu_d={} b={}", model.name, trajectory.name, options.surface.stiffness,
                   options.surface.friction_static, options.surface.friction_dynamic, options.surface.damping);
   print(common, what, all);
-  if (!options.samples.empty()) writeSamples(options.samples, trajectory, options.algorithms, outcomes);
+  if (samples) writeSamples(*samples, trajectory, options.algorithms, outcomes);
   if (!repeats) fmt::print("# the rounds did not give the same forces: an algorithm depends on more than its input\n");
   return 0;
 }

@@ -2,12 +2,15 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <CLI/CLI.hpp>
+#include <filesystem>
 #include <fstream>
 #include <span>
 #include <sstream>
 
 #include "daemon/recording/writer.h"
 #include "tests/support/temporary_directory.h"
+#include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/replay/tape.h"
 
@@ -63,7 +66,7 @@ TEST(Replay, Hdf5HoldsEveryCycleOfEachDevice) {
   const hapticd::test::TemporaryDirectory directory;
   const std::string in = directory.path() + "/a.hrec", out = directory.path() + "/a.h5";
   writeRecording(in);
-  exportHdf5(*replay(in), out);
+  exportHdf5(*replay(in), in, out);
   const hid_t file = H5Fopen(out.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   ASSERT_GE(file, 0);
   const auto p = readSet(file, "device0/p", 3), f = readSet(file, "device0/f", 3), t = readSet(file, "device0/t", 1),
@@ -83,7 +86,7 @@ TEST(Replay, CsvReadsBackAsItWas) {
   const hapticd::test::TemporaryDirectory directory;
   const std::string in = directory.path() + "/a.hrec", out = directory.path() + "/a.csv";
   writeRecording(in);
-  exportCsv(*replay(in), out);
+  exportCsv(*replay(in), in, out);
   std::ifstream file(out);
   std::string line;
   ASSERT_TRUE(std::getline(file, line));
@@ -103,12 +106,38 @@ TEST(Replay, CsvReadsBackAsItWas) {
   EXPECT_EQ(rows, 2 * kCycles);
 }
 
+TEST(Replay, ABrokenRecordingLeavesNoHalfOfAnExport) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string in = directory.path() + "/a.hrec";
+  writeRecording(in);
+  std::fstream file(in, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(static_cast<std::streamoff>(std::filesystem::file_size(in) * 3 / 4));
+  file << "spoilt";
+  file.close();
+  for (const char* kind : {".csv", ".h5"}) {
+    const std::string out = directory.path() + "/out" + kind;
+    CLI::App app;
+    haptic_bench::Run chosen;
+    addReplay(app, chosen);
+    app.parse("replay " + in + " --export " + out);
+    try {
+      (void)chosen({});
+      ADD_FAILURE() << kind;
+    } catch (const Failure& failure) {
+      EXPECT_EQ(std::string(failure.what()).rfind(in, 0), 0u) << failure.what();
+    }
+  }
+  int files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(directory.path())) ++files;
+  EXPECT_EQ(files, 1) << "the recording alone";
+}
+
 TEST(Replay, AFileThatCannotBeMadeIsNamed) {
   const hapticd::test::TemporaryDirectory directory;
   const std::string in = directory.path() + "/a.hrec";
   writeRecording(in);
-  EXPECT_THROW(exportCsv(*replay(in), directory.path() + "/none/a.csv"), Failure);
-  EXPECT_THROW(exportHdf5(*replay(in), directory.path() + "/none/a.h5"), Failure);
+  EXPECT_THROW(exportCsv(*replay(in), in, directory.path() + "/none/a.csv"), Failure);
+  EXPECT_THROW(exportHdf5(*replay(in), in, directory.path() + "/none/a.h5"), Failure);
 }
 
 }  // namespace

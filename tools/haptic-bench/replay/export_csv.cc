@@ -10,7 +10,7 @@
 
 namespace haptic_bench {
 
-void exportCsv(hapticd::Replayer& replayer, const std::string& path) {
+void exportCsv(hapticd::Replayer& replayer, const std::string& recording, const std::string& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "we"), &std::fclose);
   if (!file) throw Failure(path, "it cannot be written", "see the path and its rights");
   std::string line = "device";
@@ -19,7 +19,7 @@ void exportCsv(hapticd::Replayer& replayer, const std::string& path) {
   }
   line += '\n';
   bool written = std::fputs(line.c_str(), file.get()) >= 0;
-  forEachRow(replayer, [&](std::uint32_t device, const Row& row) {
+  forEachRow(replayer, recording, [&](std::uint32_t device, const Row& row) {
     std::array<double, 4> values{};
     line = std::to_string(device);
     for (const Column& column : columns()) {

@@ -103,7 +103,7 @@ class DataSet {
 
 }  // namespace
 
-void exportHdf5(hapticd::Replayer& replayer, const std::string& path) {
+void exportHdf5(hapticd::Replayer& replayer, const std::string& recording, const std::string& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to word
   const hapticd::RecordingHeader& header = replayer.recording().header();
   const Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, path);
@@ -123,7 +123,7 @@ void exportHdf5(hapticd::Replayer& replayer, const std::string& path) {
     sets[d].reserve(columns().size());
     for (const Column& column : columns()) sets[d].emplace_back(groups.back(), column);
   }
-  forEachRow(replayer, [&](std::uint32_t device, const Row& row) {
+  forEachRow(replayer, recording, [&](std::uint32_t device, const Row& row) {
     for (DataSet& set : sets[device]) set.add(row);
   });
   for (auto& device : sets) {

@@ -8,6 +8,7 @@
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/replay/tape.h"
+#include "tools/haptic-bench/whole_file.h"
 
 namespace haptic_bench {
 namespace {
@@ -22,13 +23,6 @@ struct Options {
 
 bool endsIn(const std::string& path, std::string_view suffix) {
   return path.size() >= suffix.size() && path.compare(path.size() - suffix.size(), suffix.size(), suffix) == 0;
-}
-
-/** Errors of a recording name the block; the file is ours to name. */
-template <class T>
-T orFailIn(const std::string& file, hapticd::Result<T> result) {
-  if (!result.ok()) throw Failure(file, hapticd::toString(result.error()), {});
-  return std::move(*result);
 }
 
 void describe(const hapticd::RecordingHeader& header) {
@@ -57,7 +51,7 @@ void describeEnd(const Replayer& replayer, std::uint64_t cycles) {
   }
 }
 
-int judge(const Verdict& verdict, const hapticd::RecordingHeader& header) {
+int judge(const Verdict& verdict) {
   if (!verdict.same_program) {
     fmt::print("replay     another program ({} on {}): compared to {:g} N, N m\n",
                hapticd::realtimeBuild().substr(0, 16), hapticd::instructionSet(), Verdict::kTolerance);
@@ -74,7 +68,7 @@ int judge(const Verdict& verdict, const hapticd::RecordingHeader& header) {
   }
   fmt::print("replay     {} of {} cycles differ, by {:g} at most; the first: {}\n", verdict.differing, verdict.cycles,
              verdict.largest, verdict.first);
-  if (header.flush_denormals)
+  if (verdict.same_program)
     fmt::print("           a difference between equal programs is a defect; please report it\n");
   return 1;
 }
@@ -86,7 +80,9 @@ int replay(const Options& options) {
       throw Failure(options.output, "its kind is not known", "end the name in .csv, .h5 or .hdf5");
     }
     const auto replayer = orFailIn(options.file, Replayer::open(options.file));
-    csv ? exportCsv(*replayer, options.output) : exportHdf5(*replayer, options.output);
+    WholeFile output(options.output);
+    (csv ? exportCsv : exportHdf5)(*replayer, options.file, output.part());
+    output.keep();
     fmt::print("wrote      {}\n", options.output);
   }
   const auto replayer = orFailIn(options.file, Replayer::open(options.file));
@@ -94,7 +90,7 @@ int replay(const Options& options) {
   describe(header);
   const Verdict verdict = orFailIn(options.file, hapticd::verify(*replayer));
   describeEnd(*replayer, verdict.cycles);
-  return options.verify ? judge(verdict, header) : 0;
+  return options.verify ? judge(verdict) : 0;
 }
 
 }  // namespace

@@ -53,11 +53,12 @@ std::string columnName(const Column& column, int i) {
   return name + "wxyz"[column.width == 4 ? i : i + 1];
 }
 
-void forEachRow(hapticd::Replayer& replayer, const std::function<void(std::uint32_t device, const Row& row)>& take) {
+void forEachRow(hapticd::Replayer& replayer, const std::string& recording,
+                const std::function<void(std::uint32_t device, const Row& row)>& take) {
   const std::uint32_t devices = replayer.recording().header().start.config.device_count;
   std::int64_t first_ns = 0;
   bool first = true;
-  while (orFail(replayer.step())) {
+  while (orFailIn(recording, replayer.step())) {
     const hapticd::RecordedCycle& cycle = replayer.recorded();
     if (first) first_ns = cycle.input.now_ns;
     first = false;

@@ -36,12 +36,13 @@ struct Column {
 /** "px", "py", "pz" for p; "qw" ... for q; "proxy_x" ... for names of more than two letters. */
 [[nodiscard]] std::string columnName(const Column& column, int i);
 
-/** Replays to the end and calls `take` for each device of each cycle. Throws Failure. */
-void forEachRow(hapticd::Replayer& replayer, const std::function<void(std::uint32_t device, const Row& row)>& take);
+/** Replays to the end and calls `take` for each device of each cycle. Throws Failure that names `recording`. */
+void forEachRow(hapticd::Replayer& replayer, const std::string& recording,
+                const std::function<void(std::uint32_t device, const Row& row)>& take);
 
 /** Writes the rows of all devices; `device` says whose, from 0. Throws Failure. */
-void exportCsv(hapticd::Replayer& replayer, const std::string& path);
+void exportCsv(hapticd::Replayer& replayer, const std::string& recording, const std::string& path);
 /** A group per device with a data set per quantity; attributes say what the header says. Throws Failure. */
-void exportHdf5(hapticd::Replayer& replayer, const std::string& path);
+void exportHdf5(hapticd::Replayer& replayer, const std::string& recording, const std::string& path);
 
 }  // namespace haptic_bench

@@ -17,7 +17,7 @@ bool isRecording(const std::string& path) {
 }
 
 Trajectory readRecordedSession(const std::string& path, std::size_t device) {
-  hapticd::RecordingReader reader = orFail(hapticd::RecordingReader::open(path));
+  hapticd::RecordingReader reader = orFailIn(path, hapticd::RecordingReader::open(path));
   const std::size_t devices = reader.header().devices.size();
   if (device >= devices) {
     throw Failure(path, fmt::format("it has no device {}", device), fmt::format("it has {}: --device from 0", devices));
@@ -27,7 +27,7 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
   in.force_known = true;
   const auto cycle = std::make_unique<hapticd::RecordedCycle>();
   std::int64_t first_ns = 0;
-  while (orFail(reader.next(*cycle))) {
+  while (orFailIn(path, reader.next(*cycle))) {
     if (in.samples.empty()) first_ns = cycle->input.now_ns;
     const double t_s = 1e-9 * static_cast<double>(cycle->input.now_ns - first_ns);
     if (!in.samples.empty() && t_s <= in.samples.back().t_s) {

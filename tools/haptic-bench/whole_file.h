@@ -1,0 +1,32 @@
+/** @file
+ * A result that appears whole or not at all.
+ */
+#pragma once
+
+#include <string>
+
+namespace haptic_bench {
+
+/**
+ * Stands for a file while it is being written under another name beside it: what was there before stays until keep().
+ * What is no regular file (/dev/stdout) is written itself.
+ */
+class WholeFile {
+ public:
+  /** Throws Failure at once where nothing can be written, not when the results are there. */
+  explicit WholeFile(std::string path);
+  WholeFile(const WholeFile&) = delete;
+  WholeFile& operator=(const WholeFile&) = delete;
+  /** Leaves nothing of what was not kept. */
+  ~WholeFile();
+
+  /** Where to write. */
+  [[nodiscard]] const std::string& part() const { return part_; }
+  /** Gives it its name, once it is written and closed. Throws Failure. */
+  void keep();
+
+ private:
+  std::string path_, part_;
+};
+
+}  // namespace haptic_bench

@@ -42,15 +42,11 @@ PointFieldDetector::PointFieldDetector(std::uint32_t max_patches, const PointFie
 
 void PointFieldDetector::reset() HD_RT {
   known_ = false;
-  a_ = b_ = nullptr;
+  a_ = b_ = 0;
   ages_.clear();
 }
 
-void PointFieldDetector::prepare(const VolumeView& a, const VolumeView& b) HD_RT {
-  a_ = &a;
-  b_ = &b;
-  known_ = false;
-  ages_.clear();
+void PointFieldDetector::readPatches(const VolumeView& a) HD_RT {
   map_.build(a);
   const auto count = static_cast<std::uint32_t>(a.patches.size());
   const hd_volume_header& h = *a.header;
@@ -61,12 +57,19 @@ void PointFieldDetector::prepare(const VolumeView& a, const VolumeView& b) HD_RT
     x_[i] = p != nullptr ? p->center[0] : 0;
     y_[i] = p != nullptr ? p->center[1] : 0;
     z_[i] = p != nullptr ? p->center[2] : 0;
-    radius_[i] = p != nullptr ? p->radius / b.voxel : kNowhere;
     lever_[i] = 0;
     if (p == nullptr) continue;
     const double lever = (Vec3(x_[i], y_[i], z_[i]) - middle_A_).norm() + p->radius;
     lever_[i] = static_cast<float>(lever * (1 + 1e-6));
     reach_ = std::max(reach_, lever);
+  }
+}
+
+void PointFieldDetector::scaleRadii(const VolumeView& a, float voxel) HD_RT {
+  voxel_ = voxel;
+  const auto count = static_cast<std::uint32_t>(a.patches.size());
+  for (std::uint32_t i = 0; i < padded(count); ++i) {
+    radius_[i] = i < count && a.patches[i].count > 0 ? a.patches[i].radius / voxel : kNowhere;
   }
 }
 
@@ -83,7 +86,14 @@ void PointFieldDetector::find(const DetectorQuery& query, ContactSet& contacts) 
     contacts.report.exhausted = true;
     return;
   }
-  if (a_ != &a || b_ != &b) prepare(a, b);
+  if (a_ != a.number) readPatches(a);
+  if (a_ != a.number || voxel_ != b.voxel) scaleRadii(a, b.voxel);
+  if (a_ != a.number || b_ != b.number) {
+    known_ = false;
+    ages_.clear();
+  }
+  a_ = a.number;
+  b_ = b.number;
   const double margin = usableMargin(query.margin, b);
   Run run(query, margin, contacts.report);
   const Pose& X_BA = run.X_BA;

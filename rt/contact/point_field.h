@@ -48,7 +48,8 @@ class PointFieldDetector final : public Detector {
  private:
   struct Run;  // One query.
 
-  void prepare(const VolumeView& a, const VolumeView& b) HD_RT;
+  void readPatches(const VolumeView& a) HD_RT;
+  void scaleRadii(const VolumeView& a, float voxel) HD_RT;
   void survey(Run& run, float shift, float turn) HD_RT;
   void share(Run& run) HD_RT;
   void pick(Run& run, std::uint32_t left) HD_RT;
@@ -59,8 +60,8 @@ class PointFieldDetector final : public Detector {
 
   PointFieldOptions options_;
   std::uint32_t max_patches_;
-  const VolumeView* a_ = nullptr;
-  const VolumeView* b_ = nullptr;
+  std::uint64_t a_ = 0, b_ = 0;  ///< VolumeView::number of the last query's.
+  float voxel_ = 0;              ///< Of B, in which radius_ is.
   double margin_ = 0;
   bool known_ = false;  ///< clearance_ is of X_BA_.
   Pose X_BA_;

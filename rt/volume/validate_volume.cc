@@ -1,5 +1,6 @@
 // The check that stands between a volume and the collide thread: whoever wrote it, what passes here is safe to walk.
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -130,6 +131,8 @@ class Validator {
   }
 
   void fillView() {
+    static std::atomic<std::uint64_t> made{0};
+    view_.number = made.fetch_add(1, std::memory_order_relaxed) + 1;
     view_.header = reinterpret_cast<const hd_volume_header*>(bytes_.data());
     view_.voxel = h_.voxel;
     view_.cell = at<std::uint32_t>(HD_VOLUME_CELLS);

@@ -19,6 +19,8 @@ namespace hapticd {
 /** Does not own the memory: whoever published the view keeps it until its readers have passed. All in frame O. */
 struct VolumeView {
   const hd_volume_header* header = nullptr;
+  /** No two that were validated have the same: what is learnt of one says nothing of the next at its address. */
+  std::uint64_t number = 0;
 
   // The distance field. Sample (x, y, z) of a brick, each 0 to 8: bricks[HD_BRICK_STRIDE * brick + x + 9 (y + 9 z)].
   float voxel = 0;  ///< Side [m].

@@ -315,6 +315,28 @@ TEST(PointField, FirstOnlyTellsWhetherTheyTouch) {
   EXPECT_GT(touching, 50);
 }
 
+TEST(PointField, WhatWasLearntOfAVolumeSaysNothingOfTheNextAtItsAddress) {
+  // A mesh is dropped, and the next one's view lies where its was: nearer, or with other voxels and of another tool.
+  const TestVolume ball = testing::sphereVolume(0.005, 0.0005), pea = testing::sphereVolume(0.002, 0.0005);
+  const TestVolume low = testing::boxVolume({0.02, 0.02, 0.001}, 0.0005);
+  const TestVolume high = testing::boxVolume({0.02, 0.02, 0.006}, 0.001);
+  TestVolume a, b;
+  PointFieldDetector detector(kRoom);
+  ContactSet contacts, fresh;
+  const std::pair<const VolumeView*, const VolumeView*> pairs[] = {
+      {&ball.view, &low.view}, {&ball.view, &high.view}, {&pea.view, &high.view}, {&ball.view, &high.view}};
+  for (const auto& [tool, obstacle] : pairs) {
+    a.view = *tool;
+    b.view = *obstacle;
+    const DetectorQuery query = queryOf(a, b, at(0.001, 0.002, 0.0095));
+    detector.find(query, contacts);
+    PointFieldDetector(kRoom).find(query, fresh);
+    EXPECT_EQ(fresh.count > 0, tool == &ball.view && obstacle == &high.view);
+    EXPECT_EQ(contacts.report.touching, fresh.report.touching);
+    EXPECT_EQ(contacts.integral.force, fresh.integral.force);
+  }
+}
+
 TEST(PointField, AWallThinnerThanAStepIsMet) {
   // 0.6 mm, at 1 m/s and 1 kHz.
   const TestVolume wall = testing::boxVolume({0.01, 0.01, 0.0003}, 0.00025);

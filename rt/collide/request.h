@@ -11,6 +11,11 @@
 
 namespace hapticd {
 
+/** Whether the collide thread can say where a shape is: not of deformable meshes, which change meanwhile. */
+[[nodiscard]] inline bool isFirm(const Shape& shape) HD_RT {
+  return shape.kind != ShapeKind::kMesh || (shape.mesh != nullptr && shape.mesh->deform.vertices == nullptr);
+}
+
 struct CollideRequest {
   static constexpr std::uint32_t kMostObstacles = 16;
 
@@ -28,7 +33,7 @@ struct CollideRequest {
     Twist V_WO;        ///< Of the origin, in the world.
     double speed = 0;  ///< No point of the tool is faster relative to any obstacle [m/s].
     std::uint32_t count = 0;
-    std::array<Obstacle, kMostObstacles> obstacle;  ///< The nearest first to be found; more are ignored.
+    std::array<Obstacle, kMostObstacles> obstacle;  ///< The nearest; see findObstacles().
   };
 
   std::uint32_t orders = 0;  ///< Of the control thread that the servo had taken: what they dropped is not named here.

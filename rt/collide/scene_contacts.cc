@@ -21,10 +21,6 @@ bool spent(const WorkBudget& budget, const DetectorReport& report, std::uint32_t
          budget.clock->now() >= budget.deadline_ns;
 }
 
-bool isOpen(const Shape& shape) HD_RT {
-  return shape.kind == ShapeKind::kMesh && (shape.mesh == nullptr || shape.mesh->deform.vertices != nullptr);
-}
-
 }  // namespace
 
 void SceneContacts::keep(const Contact& contact, std::uint8_t body) HD_RT {
@@ -162,7 +158,7 @@ void SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
   float deepest = 0;
   for (std::uint32_t k = 0; k < held.count; ++k) {
     const CollideRequest::Obstacle& obstacle = held.obstacle[k];
-    if (isOpen(obstacle.shape) || (by_field_ >> k & 1) != 0) continue;
+    if (!isFirm(obstacle.shape) || (by_field_ >> k & 1) != 0) continue;
     PointTouch at;
     const double reach = std::max(kReach, margin) + points_.radius() + static_cast<double>(depth_[i]);
     if (!lookAt(obstacle, obstacle.X_WO.inverse() * p_W, reach, report, at)) continue;

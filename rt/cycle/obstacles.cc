@@ -1,13 +1,20 @@
 #include "rt/cycle/obstacles.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace hapticd {
 namespace {
 
 constexpr double kReach = 0.02;      ///< Beyond touching [m] ...
-constexpr double kReachTime = 0.01;  ///< ... and as far as it moves in this time [s].
+constexpr double kReachTime = 0.01;  ///< ... and as far as both move in this time [s].
+
+/** From a point to an object's ball, or to a plane: no surface is nearer [m]. Negative: in there. */
+double apartFrom(const SceneObject& object, const Vec3& x) HD_RT {
+  if (std::isfinite(object.radius)) return (object.center_W - x).norm() - object.radius;
+  return (object.X_WO.q * Vec3::UnitZ()).dot(x - object.X_WO.p);
+}
 
 }  // namespace
 
@@ -23,23 +30,28 @@ void findObstacles(const Scene& scene, const SceneObject& self, std::span<const 
                    CollideRequest::Held& held) HD_RT {
   held.count = 0;
   const Vec3 center = self.center_W + (held.X_WO.p - self.X_WO.p);
+  const double own_speed = held.speed;
+  std::array<double, CollideRequest::kMostObstacles> apart_of;
   double fastest = 0;
   for (const std::uint16_t slot : scene.touchable()) {
     const SceneObject& object = scene.slot(slot);
-    if (held.count == CollideRequest::kMostObstacles) break;
-    if (isPartOf(scene, slot, objectSlot(self.id))) continue;
+    if (!isFirm(object.shape) || isPartOf(scene, slot, objectSlot(self.id))) continue;
     if (std::any_of(but.begin(), but.end(), [&](std::uint32_t id) { return isPartOf(scene, slot, objectSlot(id)); })) {
       continue;
     }
-    const double reach = object.radius + self.radius + kReach + kReachTime * held.speed;
-    const bool endless = !std::isfinite(object.radius);  // a plane
-    if (!endless && (object.center_W - center).squaredNorm() > reach * reach) continue;
-    CollideRequest::Obstacle& out = held.obstacle[held.count++];
-    out.slot = slot;
-    out.shape = object.shape;
-    out.X_WO = object.X_WO;
-    out.V_WO = object.V_WO;
-    fastest = std::max(fastest, object.velocityAt(center).norm() + object.V_WO.w.norm() * self.radius);
+    const double speed = object.velocityAt(center).norm() + object.V_WO.w.norm() * self.radius;
+    const double apart = apartFrom(object, center) - self.radius;
+    if (apart > kReach + kReachTime * (own_speed + speed)) continue;
+    std::uint32_t at = held.count;
+    if (at == CollideRequest::kMostObstacles) {
+      at = static_cast<std::uint32_t>(std::max_element(apart_of.begin(), apart_of.end()) - apart_of.begin());
+      if (apart_of[at] <= apart) continue;
+    } else {
+      ++held.count;
+    }
+    apart_of[at] = apart;
+    held.obstacle[at] = {slot, object.shape, object.X_WO, object.V_WO};
+    fastest = std::max(fastest, speed);
   }
   held.speed += fastest;
 }

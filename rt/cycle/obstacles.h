@@ -15,8 +15,9 @@ namespace hapticd {
 [[nodiscard]] bool isPartOf(const Scene& scene, std::uint32_t slot, std::uint32_t of) HD_RT;
 
 /**
- * Touchable objects within reach of `self` at held.X_WO; its own parts and those of the objects `but` are none. The
- * speed of the fastest is added to held.speed, which is that of `self` on entry.
+ * Touchable objects within reach of `self` at held.X_WO; its own parts and those of the objects `but` are none. Of more
+ * than there is room for, those whose balls are nearest. The speed of the fastest is added to held.speed, which is that
+ * of `self` on entry.
  */
 void findObstacles(const Scene& scene, const SceneObject& self, std::span<const std::uint32_t> but,
                    CollideRequest::Held& held) HD_RT;

@@ -1,0 +1,72 @@
+// What a tool may touch soon: what is near, and of too many the nearest.
+#include "rt/cycle/obstacles.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+struct Asked {
+  Asked() { tool = world.add(ShapeKind::kSphere, {0.01, 0, 0}); }
+  void ask(double speed = 0) {
+    world.scene->advance(testing::kTick);
+    held = CollideRequest::Held{};
+    held.speed = speed;
+    findObstacles(*world.scene, *world.scene->find(tool), {}, held);
+  }
+  [[nodiscard]] bool has(std::uint32_t object) const {
+    return std::any_of(held.obstacle.begin(), held.obstacle.begin() + held.count,
+                       [&](const auto& obstacle) { return obstacle.slot == objectSlot(object); });
+  }
+  testing::TestScene world;
+  std::uint32_t tool;
+  CollideRequest::Held held;
+};
+
+TEST(Obstacles, OfTooManyTheNearestAreAsked) {
+  std::mt19937 random(3);
+  for (int round = 0; round < 20; ++round) {
+    Asked a;
+    // Balls of 5 mm all about, each within reach; and the floor, which the tool lies on, as the last of all.
+    std::vector<std::pair<double, std::uint32_t>> apart;
+    for (int i = 0; i < 40; ++i) {
+      const Vec3 way = Vec3(std::normal_distribution<>()(random), std::normal_distribution<>()(random),
+                            std::normal_distribution<>()(random))
+                           .normalized();
+      const double gap = std::uniform_real_distribution<>(0.001, 0.019)(random);
+      apart.emplace_back(gap, a.world.add(ShapeKind::kSphere, {0.005, 0, 0}, {(0.015 + gap) * way, Quat::Identity()}));
+    }
+    apart.emplace_back(0, a.world.add(ShapeKind::kPlane, Vec3::Zero(), {{0, 0, -0.01}, Quat::Identity()}));
+    a.ask();
+    ASSERT_EQ(a.held.count, CollideRequest::kMostObstacles);
+    std::sort(apart.begin(), apart.end());
+    for (std::uint32_t i = 0; i < a.held.count; ++i) EXPECT_TRUE(a.has(apart[i].second)) << i;
+  }
+}
+
+TEST(Obstacles, WhatComesFastIsAskedFromFarther) {
+  Asked a;
+  const std::uint32_t ball = a.world.add(ShapeKind::kSphere, {0.005, 0, 0}, {{0.07, 0, 0}, Quat::Identity()});
+  const std::uint32_t wall = a.world.add(ShapeKind::kPlane, Vec3::Zero(),
+                                         {{-0.1, 0, 0}, Quat(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitY()))});
+  a.ask();
+  EXPECT_FALSE(a.has(ball)) << "55 mm of air between them";
+  EXPECT_FALSE(a.has(wall)) << "90 mm";
+  a.ask(4);
+  EXPECT_TRUE(a.has(ball)) << "the tool is fast";
+  EXPECT_FALSE(a.has(wall));
+  a.ask(8);
+  EXPECT_TRUE(a.has(wall));
+  a.world.pose(ball, {{0.066, 0, 0}, Quat::Identity()}, {Vec3(-4, 0, 0), Vec3::Zero()});
+  a.ask();
+  EXPECT_TRUE(a.has(ball)) << "the ball is fast";
+  EXPECT_NEAR(a.held.speed, 4, 1e-9);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -13,6 +13,9 @@ namespace {
 
 constexpr std::uint32_t kClockEvery = 16;  ///< Points between two looks at the clock.
 
+/** Whatever has moved farther between two questions was put there [m]. */
+constexpr double kTeleport = Scene::kTeleportSpeed * 2e-3;
+
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
 
 bool spent(const WorkBudget& budget, const DetectorReport& report, std::uint32_t points) HD_RT {
@@ -42,19 +45,20 @@ const VolumeView* SceneContacts::volumeOf(const Shape& shape) const HD_RT {
   return volumes_ != nullptr && shape.kind == ShapeKind::kMesh ? volumes_->get(shape.mesh_entry) : nullptr;
 }
 
-Pose SceneContacts::before(std::uint32_t slot, const Pose& now) const HD_RT {
-  for (std::uint32_t i = 0; i < last_count_; ++i) {
-    if (last_[i].number == slot) return last_[i].X_WB;
+Pose SceneContacts::before(const Stood& now) const HD_RT {
+  for (const Stood& then : std::span(last_).first(last_count_)) {
+    if (then.slot != now.slot || then.number != now.number) continue;
+    const bool elsewhere = (then.X_WO.p - now.X_WO.p).norm() > kTeleport ||
+                           then.X_WO.q.angularDistance(now.X_WO.q) > Scene::kTeleportAngle;
+    return elsewhere ? now.X_WO : then.X_WO;
   }
-  return now;
+  return now.X_WO;
 }
 
 void SceneContacts::remember(const CollideRequest::Held& held) HD_RT {
   last_count_ = 0;
-  last_[last_count_++] = {0, held.X_WO};
-  for (std::uint32_t k = 0; k < held.count; ++k) {
-    last_[last_count_++] = {held.obstacle[k].slot, held.obstacle[k].X_WO};
-  }
+  last_[last_count_++] = stoodOf(held);
+  for (std::uint32_t k = 0; k < held.count; ++k) last_[last_count_++] = stoodOf(held.obstacle[k]);
 }
 
 bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held, double ahead, const WorkBudget& budget,
@@ -65,9 +69,9 @@ bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held,
   query.b.volume = volumeOf(obstacle.shape);
   if (query.a.volume == nullptr || query.b.volume == nullptr) return false;
   query.a.X_WO = held.X_WO;
-  query.a.X_WO_before = before(0, held.X_WO);
+  query.a.X_WO_before = before(stoodOf(held));
   query.b.X_WO = obstacle.X_WO;
-  query.b.X_WO_before = before(obstacle.slot, obstacle.X_WO);
+  query.b.X_WO_before = before(stoodOf(obstacle));
   query.margin = kMargin + ahead * held.speed;
   query.budget = budget;
   query.budget.units = kFieldUnits;

@@ -61,8 +61,20 @@ class SceneContacts {
                  DetectorReport& report) HD_RT;
   /** field_found_'s contacts and report become part of the answer. */
   void keepFound(std::uint32_t k, DetectorReport& report) HD_RT;
-  /** Where the tool (slot 0) or an obstacle stood at the last question; now, if it was not named in it. */
-  [[nodiscard]] Pose before(std::uint32_t slot, const Pose& now) const HD_RT;
+  /** A body at one question. */
+  struct Stood {
+    std::uint32_t slot = 0;    ///< 0: the tool.
+    std::uint64_t number = 0;  ///< Of its shape: the next in that slot is another.
+    Pose X_WO;
+  };
+  [[nodiscard]] static Stood stoodOf(const CollideRequest::Held& held) HD_RT {
+    return {0, held.shape.number, held.X_WO};
+  }
+  [[nodiscard]] static Stood stoodOf(const CollideRequest::Obstacle& obstacle) HD_RT {
+    return {obstacle.slot, obstacle.shape.number, obstacle.X_WO};
+  }
+  /** Where it stood at the last question; where it is now, if it was not named there or has been put elsewhere. */
+  [[nodiscard]] Pose before(const Stood& now) const HD_RT;
   void remember(const CollideRequest::Held& held) HD_RT;
   /** Nearest point of an obstacle, or what its field says where that is too far. */
   bool lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach, DetectorReport& report,
@@ -73,7 +85,7 @@ class SceneContacts {
   const VolumeTable* volumes_ = nullptr;
   PointFieldDetector field_;
   ContactSet field_found_;
-  std::array<ContactBody, CollideRequest::kMostObstacles + 1> last_{};  ///< The tool and the obstacles, last time.
+  std::array<Stood, CollideRequest::kMostObstacles + 1> last_{};  ///< The tool and the obstacles, last time.
   std::uint32_t last_count_ = 0;
   std::uint32_t by_field_ = 0;  ///< Bit k: obstacle k has been asked by its field.
 

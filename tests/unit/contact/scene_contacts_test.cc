@@ -105,6 +105,34 @@ TEST(SceneContacts, AFastToolIsToldOfWhatItWillMeetBeforeItDoes) {
   }
 }
 
+TEST(SceneContacts, WhatIsPutElsewhereHasGoneNoWay) {
+  Question q;
+  const testing::TestVolume thin = testing::boxVolume({0.02, 0.02, 0.001}, 0.0005);
+  q.volumes.publish(kPlateEntry, &thin.view);
+  const Vec3 above(0.001, 0.002, 0.014);
+  EXPECT_EQ(q.ask(above).count, 0u);
+  EXPECT_EQ(q.ask(-above).count, 0u) << "the hand has let go and taken the tool up again beyond the plate";
+  Pose& X_WB = q.held.obstacle[0].X_WO;
+  X_WB.p.z() = -0.028;
+  EXPECT_EQ(q.ask(-above).count, 0u) << "its client has put the plate there";
+  X_WB.q = Quat(Eigen::AngleAxisd(3, Vec3::UnitX()));
+  EXPECT_EQ(q.ask(-above).count, 0u) << "turned where it stands";
+}
+
+TEST(SceneContacts, AnotherObjectInTheSameSlotHasGoneNoWay) {
+  const testing::TestVolume pea = testing::sphereVolume(0.003, 0.0005);
+  const testing::TestVolume thin = testing::boxVolume({0.02, 0.02, 0.001}, 0.0005);
+  for (const bool another : {false, true}) {
+    Question q;
+    q.volumes.publish(kToolEntry, &pea.view);
+    q.volumes.publish(kPlateEntry, &thin.view);
+    EXPECT_EQ(q.ask({0.001, 0.002, 0.006}).count, 0u);
+    q.held.obstacle[0].X_WO.p.z() = 0.012;
+    if (another) q.held.obstacle[0].shape.number = 7;
+    EXPECT_EQ(q.ask({0.001, 0.002, 0.006}).count > 0, !another) << "the plate went through the tool, or did not";
+  }
+}
+
 /** A ball of 5 mm on a coupling of 500 N/m, its hand thrown at a plate of 0.6 mm, asked as in the daemon. */
 TEST(SceneContacts, NoSpeedOfAHandTakesAToolThroughAThinPlate) {
   const testing::TestVolume ball = testing::sphereVolume(0.005, 0.0005, 40);

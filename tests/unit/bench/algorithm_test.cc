@@ -46,6 +46,15 @@ TEST(Algorithms, LocalPlanesErrByTheCurvatureTheyCannotKnow) {
   EXPECT_GT(late, 5 * fast);
 }
 
+TEST(Algorithms, LocalPlanesAreSentAtTheirRateHoweverLateTheyCome) {
+  // 20 ms late, a plane is 20 ms old at 1000 Hz and up to 40 at 50 Hz; the error of the force goes with the age.
+  const char* spiral = "spiral:turns=2,seconds=4";
+  const double slow = accuracy("local:rate=50,latency=0.02,blend=0", "sphere:stacks=64", spiral).force_mse;
+  const double fast = accuracy("local:rate=1000,latency=0.02,blend=0", "sphere:stacks=64", spiral).force_mse;
+  EXPECT_LT(fast, 0.7 * slow);
+  EXPECT_GT(fast, 0.1 * slow) << "it is late all the same";
+}
+
 TEST(Algorithms, VoxelsBecomeExactAsTheyShrink) {
   const double coarse = accuracy("voxel:cells=16", "sphere:stacks=16", "spiral:seconds=2").force_mse;
   const double fine = accuracy("voxel:cells=64", "sphere:stacks=16", "spiral:seconds=2").force_mse;

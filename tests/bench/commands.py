@@ -103,6 +103,14 @@ class Commands(unittest.TestCase):
         self.assertIn("--friction-static: 0 is less", self.bench("run", "--friction-dynamic", 0.5, "-m", "plane", code=1))
         self.assertTrue(self.bench("run", "-a", "voxel:cells=9999", code=1).startswith("haptic-bench: voxel:cells=9999, cells: "))
 
+    def test_compare_counts_what_it_compares(self):
+        times, other = self.folder / "times.csv", self.folder / "other.csv"
+        times.write_text("# cpu: x\n# load: 1\nb,q,ns,1,5\nb,h,hash,1,5\nb,e,N^2,1,5\n", encoding="ascii")
+        other.write_text("# cpu: x\n# load: 2\nb,q,ns,1,5\nb,h,hash,1,5\nb,e,N^2,1,5\n", encoding="ascii")
+        self.assertEqual(self.bench("compare", times, other), "0 of 2 quantities worse or missing\n")
+        times.write_text("b,q,ns,1,5\n", encoding="ascii")
+        self.assertIn("nothing in it is compared", self.bench("compare", "--errors", times, times, code=1))
+
     def test_faults_are_named_and_end_with_1(self):
         bad = self.folder / "bad.csv"
         bad.write_text("t,x,y,z\n0,0,0,0\n0.001,0,nan,0\n", encoding="ascii")

@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
+#include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/result/results.h"
 
 namespace haptic_bench {
@@ -23,9 +25,7 @@ int run(const Options& options) {
   const Results before = Results::read(options.before), after = Results::read(options.after);
   Comparison what = options.what;
   what.times = !options.errors_only;
-  if (what.times && before.machine != after.machine) {
-    fmt::print("# machine, build or load differ: times say little\n");
-  }
+  if (what.times && !sameMachine(before, after)) fmt::print("# machine or build differ: times say little\n");
   int worse = 0;
   for (const Change& c : compare(before, after, what)) {
     const char* kind =
@@ -35,7 +35,12 @@ int run(const Options& options) {
     if (c.kind != Change::Kind::kMissing) fmt::print(" -> {}", text(c.after));
     fmt::print(" {}\n", c.unit);
   }
-  fmt::print("{} of {} quantities worse or missing\n", worse, before.all.size());
+  const auto compared = std::count_if(before.all.begin(), before.all.end(),
+                                      [&](const Result& r) { return isCompared(r.series.unit, what); });
+  if (compared == 0) {
+    throw Failure(options.before, "nothing in it is compared", "without --errors, or with --hashes");
+  }
+  fmt::print("{} of {} quantities worse or missing\n", worse, compared);
   return worse == 0 ? 0 : 1;
 }
 

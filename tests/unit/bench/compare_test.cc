@@ -41,6 +41,7 @@ TEST(CompareResults, ErrorsAreComparedToABillionth) {
   EXPECT_EQ(verdict("N^2", {4 + 6e-9}, {4}), 'b');
   EXPECT_EQ(verdict("J", {-1e-3}, {-2e-3}), 'w') << "further from zero";
   EXPECT_EQ(verdict("samples", {5}, {6}), 'w');
+  EXPECT_EQ(verdict("N", {0.9, 1, 1.1}, {0.95, 1.01, 1.2}), '-') << "how hard a live hand pressed is no error";
 }
 
 TEST(CompareResults, HashesOnlyWhereAskedFor) {
@@ -56,6 +57,22 @@ TEST(CompareResults, WhatIsGoneIsNamed) {
   ASSERT_EQ(changes.size(), 1u);
   EXPECT_EQ(changes[0].kind, Change::Kind::kMissing);
   EXPECT_EQ(changes[0].quantity, "gone");
+}
+
+TEST(CompareResults, TheLoadMakesNoOtherMachine) {
+  Results a = one("ns", {1}), b = one("ns", {1});
+  a.machine = {"cpu: x", "load: 0.10 0.20 0.30 1/80 1234", "build: y"};
+  b.machine = {"cpu: x", "load: 1.10 1.20 1.30 2/81 9876", "build: y"};
+  EXPECT_TRUE(sameMachine(a, b));
+  b.machine[2] = "build: z";
+  EXPECT_FALSE(sameMachine(a, b));
+}
+
+TEST(CompareResults, WhatIsComparedIsKnownByItsUnit) {
+  EXPECT_TRUE(isCompared("ns", {}));
+  EXPECT_FALSE(isCompared("ns", {false, true}));
+  EXPECT_FALSE(isCompared("hash", {}));
+  EXPECT_TRUE(isCompared("N^2", {false, false}));
 }
 
 TEST(ReadResults, WhatWasPrintedIsRead) {
@@ -79,6 +96,8 @@ TEST(ReadResults, FaultsNameTheLine) {
     }
   }
   EXPECT_THROW((void)Results::parse("# nothing\n", "t"), Failure);
+  EXPECT_THROW((void)Results::parse("a,b,s,1,1\na,b,s,1,1\n", "t"), Failure) << "a file twice";
+  EXPECT_THROW((void)Results::parse("a,b,s,1,1\na,b,s,3,1\n", "t"), Failure) << "a line is gone";
   EXPECT_THROW((void)Results::parse("a,b,s,1,1\nc,d,s,1,1\na,b,s,1,1\n", "t"), Failure);
 }
 

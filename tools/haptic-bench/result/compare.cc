@@ -8,13 +8,13 @@ namespace haptic_bench {
 namespace {
 
 constexpr double kNoise = 0.02;     // A smaller difference of medians is never named.
-constexpr double kRounding = 1e-9;  // Of errors across machines, in their SI unit.
+constexpr double kRounding = 1e-9;  // Of errors across machines, in their SI unit; force in its mean square.
 
 enum class Family { kTime, kError, kHash };
 
 Family familyOf(const std::string& unit) {
   if (unit == "hash") return Family::kHash;
-  for (const char* error : {"N^2", "N", "m", "J", "samples"}) {
+  for (const char* error : {"N^2", "m", "J", "samples"}) {
     if (unit == error) return Family::kError;
   }
   return Family::kTime;
@@ -43,12 +43,33 @@ int judge(const Series& before, const Series& after, const Estimate& a, const Es
 
 }  // namespace
 
+bool sameMachine(const Results& a, const Results& b) {
+  const auto lasting = [](const Results& results) {
+    std::vector<std::string> lines;
+    for (const std::string& line : results.machine) {
+      if (line.rfind("load: ", 0) != 0) lines.push_back(line);
+    }
+    return lines;
+  };
+  return lasting(a) == lasting(b);
+}
+
+bool isCompared(const std::string& unit, const Comparison& what) {
+  switch (familyOf(unit)) {
+    case Family::kTime:
+      return what.times;
+    case Family::kHash:
+      return what.hashes;
+    case Family::kError:
+      break;
+  }
+  return true;
+}
+
 std::vector<Change> compare(const Results& before, const Results& after, const Comparison& what) {
   std::vector<Change> changes;
   for (const Result& old : before.all) {
-    const Family family = familyOf(old.series.unit);
-    if (family == Family::kTime && !what.times) continue;
-    if (family == Family::kHash && !what.hashes) continue;
+    if (!isCompared(old.series.unit, what)) continue;
     Change change{
         Change::Kind::kMissing, old.benchmark, old.series.name, old.series.unit, estimate(old.series.rounds), {}};
     const Series* now = after.find(old.benchmark, old.series.name);

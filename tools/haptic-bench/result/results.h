@@ -28,6 +28,9 @@ struct Results {
   [[nodiscard]] const Series* find(const std::string& benchmark, const std::string& quantity) const;
 };
 
+/** Whether both were measured by one build on one machine; its load, which is never the same, aside. */
+[[nodiscard]] bool sameMachine(const Results& a, const Results& b);
+
 /** A field of a CSV line, in quotes where it needs them. */
 [[nodiscard]] std::string csvField(const std::string& text);
 
@@ -36,6 +39,9 @@ struct Comparison {
   bool times = true;    ///< Times, ratios and memory. Only within one machine.
   bool hashes = false;  ///< Hashes of forces. Only within one build and instruction set.
 };
+
+/** Whether a quantity of that unit is compared. */
+[[nodiscard]] bool isCompared(const std::string& unit, const Comparison& what);
 
 /** A quantity that changed. */
 struct Change {

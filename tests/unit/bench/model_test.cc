@@ -1,11 +1,14 @@
 /** @file
  * Shapes against their closed forms, the nearest point against dense sampling.
  */
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <random>
 
+#include "support/temporary_directory.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/nearest.h"
 #include "tools/haptic-bench/model/shapes.h"
@@ -48,6 +51,31 @@ TEST(BenchShapes, BowlLiesOnItsSphere) {
   for (std::uint32_t v = 0; v < m.vertices.size(); ++v) {
     ASSERT_NEAR((m.vertex(v) - Vec3(0, 0, 0.05)).norm(), 0.05, 1e-8);
   }
+}
+
+TEST(BenchModels, CornersOfAFileAreJoinedAcrossTexturesAndMaterials) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/cube.obj";
+  {
+    // Each face has coordinates of its own in the picture, half of them another material.
+    std::ofstream file(path);
+    for (int i = 0; i < 8; ++i) file << fmt::format("v {} {} {}\n", 2 * (i & 1) - 1, (i & 2) - 1, (i >> 1 & 2) - 1);
+    for (int i = 0; i < 24; ++i) file << fmt::format("vt 0.{:02} 0\nvn 0 0 1\n", i);
+    const int faces[][4] = {{1, 3, 4, 2}, {5, 6, 8, 7}, {1, 2, 6, 5}, {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}};
+    for (int f = 0; f < 6; ++f) {
+      file << (f % 3 == 0 ? fmt::format("usemtl m{}\nf", f) : "f");
+      for (int c = 0; c < 4; ++c) file << fmt::format(" {0}/{1}/{1}", faces[f][c], 4 * f + c + 1);
+      file << '\n';
+    }
+  }
+  const Model cube = makeModel(path);
+  EXPECT_EQ(cube.triangles.size(), 12u);
+  EXPECT_EQ(cube.vertices.size(), 8u);
+  EXPECT_NEAR(signedVolume(cube), 8, 1e-6);
+  const NearestPoint surface(cube);
+  EXPECT_FALSE(surface.find(Vec3(1.2, 1.1, 0)).inside) << "beside an edge";
+  EXPECT_FALSE(surface.find(Vec3(1.1, 1.2, 1.3)).inside) << "beside a corner";
+  EXPECT_LT((surface.find(Vec3(1.2, 1.1, 0)).normal - Vec3(1, 1, 0).normalized()).norm(), 1e-9) << "of both faces";
 }
 
 TEST(BenchModels, FaultsAreNamed) {

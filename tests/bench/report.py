@@ -40,10 +40,20 @@ def main():
         (pathlib.Path(folder) / "load.csv").write_text(LOAD, encoding="utf-8")
         command = [sys.argv[1], "report", path, "--rounds", "1", "--with"]
         subprocess.run([*command, f"{folder}/cost.csv", f"{folder}/load.csv"], check=True, stdout=subprocess.DEVNULL)
-        (pathlib.Path(folder) / "nonsense.csv").write_text("a,b\n1\n", encoding="utf-8")
-        refused = subprocess.run([*command, f"{folder}/nonsense.csv"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        if refused.returncode == 0 or "nonsense.csv: holds no table" not in refused.stderr:
-            sys.exit(f"a file without a table was taken: {refused.stderr}")
+        # Refused before anything is measured, else this took hours.
+        command[command.index("1")] = "10000"
+        for nonsense, words in ((b"a,b\n1\n", "holds no table"), (b"a,b\n1,2\n3\n", "holds no table"), (b"a,b\n\xff,2\n", "cannot be read"),
+                                (COST.replace("890", "?").replace("900", "fast").encode(), "cannot be drawn")):
+            (pathlib.Path(folder) / "nonsense.csv").write_bytes(nonsense)
+            refused = subprocess.run([*command, f"{folder}/nonsense.csv"], capture_output=True, text=True, check=False)
+            if refused.returncode != 1 or f"nonsense.csv: {words}" not in refused.stderr.replace("it ", ""):
+                sys.exit(f"{nonsense} was taken: {refused.stderr}")
+        command[command.index(path)] = f"{folder}/none/page.html"
+        nowhere = subprocess.run(command[:-1], capture_output=True, text=True, check=False)
+        if nowhere.returncode != 1 or "none/page.html" not in nowhere.stderr:
+            sys.exit(f"a folder that is not there was not named: {nowhere.stderr}")
+        if sorted(file.name for file in pathlib.Path(folder).iterdir()) != ["cost.csv", "load.csv", "nonsense.csv", "page.html"]:
+            sys.exit(f"files are left: {list(pathlib.Path(folder).iterdir())}")
         page = Page()
         page.feed(path.read_text(encoding="utf-8"))
     missing = [text for text in ("16128", "0.5018", "2.885", "0.0417", "god-object", "voxel:cells=128",

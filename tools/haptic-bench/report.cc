@@ -1,19 +1,22 @@
 // haptic-bench report: one HTML page that can be attached to a paper: tables, plots, and on what they were measured.
 #include <fmt/format.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
+#include <cerrno>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "daemon/unique_fd.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/table/paper_table.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial.h"
+#include "tools/haptic-bench/whole_file.h"
 
 namespace haptic_bench {
 namespace {
@@ -80,20 +83,27 @@ json sweepAsJson() {
   return all;
 }
 
-/** Has the script draw the page, with what is in `results` at its end. Throws Failure when it fails. */
+/**
+ * Has the script draw the page to `output`, with what is in `results` at its end; or, with "--check" for `output`, only
+ * see whether it could. Throws Failure when it fails.
+ */
 void draw(const json& data, const std::string& output, const std::vector<std::string>& results) {
-  const std::filesystem::path path =
-      std::filesystem::temp_directory_path() / fmt::format("haptic-bench-report-{}.json", getpid());
-  std::ofstream(path) << data;
-  const std::string text = path.string();
-  std::vector<const char*> arguments = {kPython, HAPTICD_REPORT_SCRIPT, text.c_str(), output.c_str()};
-  for (const std::string& file : results) arguments.push_back(file.c_str());
+  const hapticd::UniqueFd file(memfd_create("haptic-bench-report", MFD_CLOEXEC));
+  std::ofstream text(fmt::format("/proc/self/fd/{}", file.get()));
+  text << data;
+  if (!text.flush()) throw Failure("report", "its numbers find no room", "more memory");
+  std::vector<const char*> arguments = {kPython, HAPTICD_REPORT_SCRIPT, output.c_str()};
+  for (const std::string& one : results) arguments.push_back(one.c_str());
   arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, file.get(), STDIN_FILENO);
   pid_t child = 0;
   int status = -1;
-  const int error = posix_spawn(&child, kPython, nullptr, nullptr, const_cast<char**>(arguments.data()), environ);
-  if (error == 0) waitpid(child, &status, 0);
-  std::filesystem::remove(path);
+  const int error = posix_spawn(&child, kPython, &actions, nullptr, const_cast<char**>(arguments.data()), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  while (error == 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
   if (error != 0 || status != 0) {
     throw Failure(HAPTICD_REPORT_SCRIPT, "it could not draw the page", "tools/setup installs python3 and matplotlib");
   }
@@ -105,6 +115,8 @@ struct Options {
 };
 
 int run(const Options& options, const Common& common) {
+  WholeFile page(options.output);
+  draw({}, "--check", options.results);  // Before minutes of measurements, not after.
   json data;
   data["version"] = HAPTICD_VERSION;
   data["machine"] = describeMachine();
@@ -112,7 +124,8 @@ int run(const Options& options, const Common& common) {
   data["tables"] = tablesAsJson(paperTables(common.rounds));
   data["ridges"] = ridgesAsJson();
   data["sweep"] = sweepAsJson();
-  draw(data, options.output, options.results);
+  draw(data, page.part(), options.results);
+  page.keep();
   fmt::print("{}\n", options.output);
   return 0;
 }

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Draws the page of haptic-bench report: one HTML file with its plots inside.
 
-    report.py DATA.json PAGE.html [RESULTS.csv ...]
+    report.py PAGE.html [RESULTS.csv ...] < DATA.json
+    report.py --check [RESULTS.csv ...]
 """
 import html
 import io
@@ -134,8 +135,12 @@ def added(path):
 
 
 def main():
-    data = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8"))
     style()
+    if sys.argv[1] == "--check":
+        for path in sys.argv[2:]:
+            added(path)
+        return
+    data = json.load(sys.stdin)
     plots = [spheres(data["tables"]), times(data["tables"]), ridges(data["ridges"]), sweep(data["sweep"])]
     machine = "\n".join([f"hapticd {data['version']}", *data["machine"], f"rounds: {data['rounds']}",
                          "seeds: synthetic recording 1; everything else has no random part"])
@@ -143,8 +148,8 @@ def main():
             "<h1>Three degrees of freedom, measured</h1>\n<pre>", html.escape(machine), "</pre>\n<h2>Tables</h2>\n",
             *map(table_html, data["tables"]), "<h2>Plots</h2>\n",
             *(f"<figure>{drawn}<figcaption>{html.escape(words)}</figcaption></figure>\n" for drawn, words in plots),
-            spread(data["tables"], data["rounds"]), *map(added, sys.argv[3:]), "</html>\n"]
-    pathlib.Path(sys.argv[2]).write_text("".join(page), encoding="utf-8")
+            spread(data["tables"], data["rounds"]), *map(added, sys.argv[2:]), "</html>\n"]
+    pathlib.Path(sys.argv[1]).write_text("".join(page), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -56,14 +56,17 @@ KINDS = [({"eigenvalue", "damping", "off", "on"}, "The closed loop: haptic-bench
 def read(path):
     """The lines of the machine and the rows, each a dictionary."""
     machine, lines = [], []
-    with open(path, encoding="utf-8", newline="") as file:
-        for line in file:
-            if line.startswith("#"):
-                machine.append(line[1:].strip())
-            else:
-                lines.append(line)
-    rows = list(csv.DictReader(lines))
-    if not rows or None in rows[0] or None in rows[0].values():
+    try:
+        with open(path, encoding="utf-8", newline="") as file:
+            for line in file:
+                if line.startswith("#"):
+                    machine.append(line[1:].strip())
+                else:
+                    lines.append(line)
+        rows = list(csv.DictReader(lines))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        sys.exit(f"haptic-bench report: {path}: it cannot be read: {error} (write it with --csv)")
+    if not rows or any(None in row or None in row.values() for row in rows):
         sys.exit(f"haptic-bench report: {path}: holds no table with a header (write it with --csv)")
     return machine, rows
 
@@ -84,4 +87,8 @@ def section(path):
     title, draw = kind(path, rows)
     cells = "".join("<tr>" + "".join(f"<td>{html.escape(row[c])}</td>" for c in row) + "</tr>\n" for row in rows)
     head = "".join(f"<th>{html.escape(c)}</th>" for c in rows[0])
-    return title, machine, draw(path) if draw else None, f"<table><tr>{head}</tr>\n{cells}</table>"
+    try:
+        figure = draw(path) if draw else None
+    except (KeyError, ValueError) as error:
+        sys.exit(f"haptic-bench report: {path}: it cannot be drawn: {error} (write it with --csv)")
+    return title, machine, figure, f"<table><tr>{head}</tr>\n{cells}</table>"

@@ -11,20 +11,42 @@
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kClockEvery = 16;  ///< Points between two looks at the clock.
-
 /** Whatever has moved farther between two questions was put there [m]. */
 constexpr double kTeleport = Scene::kTeleportSpeed * 2e-3;
 
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
 
-bool spent(const WorkBudget& budget, const DetectorReport& report, std::uint32_t points) HD_RT {
-  if (report.work >= budget.units) return true;
-  return budget.clock != nullptr && budget.deadline_ns != 0 && points % kClockEvery == 0 &&
-         budget.clock->now() >= budget.deadline_ns;
-}
-
 }  // namespace
+
+/** What points may cost. */
+struct SceneContacts::Purse {
+  static constexpr std::uint32_t kClockEvery = 256;  ///< Units between two looks at the clock; some 10 ns each.
+
+  Purse(const WorkBudget& b, DetectorReport& r) HD_RT : budget(b), report(r) {}
+  /** Leaves an eighth of what is in it for others. */
+  void spare() HD_RT {
+    budget.units -= budget.units / 8;
+    if (timed()) budget.deadline_ns -= std::max<std::int64_t>(0, budget.deadline_ns - budget.clock->now()) / 8;
+  }
+  [[nodiscard]] bool timed() const HD_RT { return budget.clock != nullptr && budget.deadline_ns != 0; }
+  [[nodiscard]] bool empty() HD_RT {
+    over = over || left() == 0;
+    if (over || !timed() || report.work < next_look) return over;
+    next_look = report.work + kClockEvery;
+    over = budget.clock->now() >= budget.deadline_ns;
+    return over;
+  }
+  /** Of units, for one point. */
+  [[nodiscard]] std::uint32_t left() const HD_RT {
+    if (budget.units == 0) return kWorkOfOne;
+    return budget.units > report.work ? std::min(kWorkOfOne, budget.units - report.work) : 0;
+  }
+
+  WorkBudget budget;
+  DetectorReport& report;
+  std::uint32_t next_look = 0;
+  bool over = false;
+};
 
 void SceneContacts::keep(const Contact& contact, std::uint8_t body) HD_RT {
   std::uint32_t at = found_.count;
@@ -125,47 +147,51 @@ void SceneContacts::lookAhead(std::uint32_t k, const CollideRequest::Held& held,
   keepFound(k, report);
 }
 
-bool SceneContacts::lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach,
-                           DetectorReport& report, PointTouch& out) const HD_RT {
+SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach,
+                                            Purse& purse, PointTouch& out) const HD_RT {
   NearestQuery query;
   query.x = x_B;
   query.reach = reach;
-  query.limit = kWorkOfOne;
+  query.limit = purse.left();
   Nearest nearest;
   const NearestResult result = nearestOnShape(obstacle.shape, query, nearest);
-  report.work += query.work;
-  if (result == NearestResult::kExhausted) ++report.dropped;
+  purse.report.work += query.work;
   if (result == NearestResult::kFound) {
     const double distance = std::sqrt(nearest.squared_distance);
     const bool inside = nearest.isInside(x_B);
     out.surface = nearest.point;
     out.gap = inside ? -distance : distance;
-    // From the surface toward the point, or out by the feature's normal where they coincide.
-    out.out = distance > 1e-7 ? Vec3((x_B - nearest.point) / out.gap) : nearest.pseudo_normal.normalized();
-    return true;
+    // From the surface toward the point, or out by the feature's normal where they coincide; a sheet's rim has none.
+    out.out = distance > 1e-7 ? Vec3((x_B - nearest.point) / out.gap) : nearest.pseudo_normal;
+    if (out.out.isZero(0)) out.out = nearest.normal;
+    return Looked::kNear;
   }
+  const Looked otherwise = result == NearestResult::kExhausted ? Looked::kUnknown : Looked::kFar;
   const VolumeView* volume = volumeOf(obstacle.shape);
-  if (volume == nullptr) return false;
+  if (volume == nullptr) return otherwise;
   const DistanceSample sample = distanceAt(*volume, x_B);
   const double slope = sample.gradient.norm();
-  if (!(sample.value < 0) || !(slope > 0)) return false;
+  if (!(sample.value < 0) || !(slope > 0)) return otherwise;
   out.out = sample.gradient / slope;
   out.gap = sample.value;
   out.surface = x_B - out.gap * out.out;
-  return true;
+  return Looked::kNear;
 }
 
-void SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin,
-                             DetectorReport& report) HD_RT {
+bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
   const Vec3 p_W = held.X_WO * points_.at(i);
-  bool hot = false;
+  bool hot = false, finished = true, unknown = false;
   float deepest = 0;
-  for (std::uint32_t k = 0; k < held.count; ++k) {
+  for (std::uint32_t k = 0; k < held.count && finished; ++k) {
     const CollideRequest::Obstacle& obstacle = held.obstacle[k];
     if (!isFirm(obstacle.shape) || (by_field_ >> k & 1) != 0) continue;
+    finished = !purse.empty();
+    if (!finished) break;
     PointTouch at;
     const double reach = std::max(kReach, margin) + points_.radius() + static_cast<double>(depth_[i]);
-    if (!lookAt(obstacle, obstacle.X_WO.inverse() * p_W, reach, report, at)) continue;
+    const Looked looked = lookAt(obstacle, obstacle.X_WO.inverse() * p_W, reach, purse, at);
+    unknown = unknown || looked == Looked::kUnknown;
+    if (looked != Looked::kNear) continue;
     const double gap = at.gap - points_.radius();
     if (gap > margin) continue;
     Contact contact;
@@ -174,14 +200,32 @@ void SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     contact.p_WA = p_W - points_.radius() * contact.n_W;
     contact.depth = -gap;
     contact.feature_a = i;
-    if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) continue;
+    if (!(contact.n_W.squaredNorm() > 0.9) || !isFinite(contact.p_WA)) continue;
     keep(contact, static_cast<std::uint8_t>(k));
     hot = true;
     deepest = std::max(deepest, static_cast<float>(-at.gap));
-    report.touching += gap <= 0 ? 1 : 0;
+    purse.report.touching += gap <= 0 ? 1 : 0;
   }
-  hot_[i] = hot;
-  depth_[i] = deepest;
+  // How deep a point was is kept until it is known to be elsewhere: without, it would be out of reach.
+  const bool known = finished && !unknown;
+  hot_[i] = hot || (!known && hot_[i]);
+  depth_[i] = known ? deepest : std::max(deepest, depth_[i]);
+  return known;
+}
+
+bool SceneContacts::tryPoints(bool hot, std::uint32_t& cursor, const std::array<bool, ToolPoints::kMost>& was_hot,
+                              const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
+  const std::uint32_t n = points_.count();
+  const std::uint32_t first = cursor % n;
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const std::uint32_t i = (first + k) % n;
+    if (was_hot[i] != hot) continue;
+    if (!purse.empty() && tryPoint(i, held, margin, purse)) --purse.report.dropped;
+    if (!purse.over) continue;
+    cursor = i;
+    return false;
+  }
+  return true;
 }
 
 void SceneContacts::find(const CollideRequest::Held& held, double ahead, const WorkBudget& budget, ContactModel& model,
@@ -195,7 +239,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     model.count = 0;
     hot_.fill(false);
     depth_.fill(0);
-    cursor_ = 0;
+    cursor_ = hot_cursor_ = 0;
     last_count_ = 0;
     field_.reset();
   }
@@ -207,30 +251,15 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
   }
   remember(held);
   const bool all_by_field = by_field_ == (std::uint64_t{1} << held.count) - 1;
-  const std::uint32_t n = all_by_field ? 0 : points_.count();
-  std::uint32_t tried = 0;
-  bool out_of_budget = false;
-  std::array<bool, ToolPoints::kMost> was_hot;
-  std::copy_n(hot_.begin(), n, was_hot.begin());
-  for (std::uint32_t i = 0; i < n && !out_of_budget; ++i) {
-    if (!was_hot[i]) continue;
-    if ((out_of_budget = spent(budget, report, tried))) break;
-    tryPoint(i, held, margin, report);
-    ++tried;
+  if (!all_by_field && points_.count() > 0) {
+    const std::array<bool, ToolPoints::kMost> was_hot = hot_;
+    report.dropped += points_.count();
+    Purse most(budget, report), all(budget, report);
+    most.spare();
+    const bool hot = tryPoints(true, hot_cursor_, was_hot, held, margin, most);
+    const bool cold = tryPoints(false, cursor_, was_hot, held, margin, all);
+    report.exhausted = report.exhausted || !hot || !cold;
   }
-  const std::uint32_t first = n > 0 ? cursor_ % n : 0;
-  for (std::uint32_t k = 0; k < n && !out_of_budget; ++k) {
-    const std::uint32_t i = (first + k) % n;
-    if (was_hot[i]) continue;
-    if ((out_of_budget = spent(budget, report, tried))) {
-      cursor_ = i;
-      break;
-    }
-    tryPoint(i, held, margin, report);
-    ++tried;
-  }
-  report.exhausted = report.exhausted || out_of_budget;
-  report.dropped += n - tried;
 
   std::array<ContactBody, CollideRequest::kMostObstacles> bodies;
   for (std::uint32_t k = 0; k < held.count; ++k) bodies[k] = {held.obstacle[k].slot, held.obstacle[k].X_WO};

@@ -18,7 +18,8 @@ namespace hapticd {
 
 /**
  * Of one device's tool; keeps the points of the last tool it was asked for, and which of them touched. Points that
- * touched last time are tried first, the others in turns, so that a budget that is too small still gets round.
+ * touched last time are tried first, with seven eighths of the budget, then the others; both go on where they ended, so
+ * that a budget that is too small still gets round.
  *
  * A tool that is faster than the field's margin reaches until the next answer is told of what it will meet, from the
  * way that it will go: a plane that it has not reached stops it there, one that it has passed could only push it back.
@@ -76,10 +77,17 @@ class SceneContacts {
   /** Where it stood at the last question; where it is now, if it was not named there or has been put elsewhere. */
   [[nodiscard]] Pose before(const Stood& now) const HD_RT;
   void remember(const CollideRequest::Held& held) HD_RT;
+  struct Purse;
+  enum class Looked : std::uint8_t { kNear, kFar, kUnknown };  ///< Unknown: the work was not enough.
   /** Nearest point of an obstacle, or what its field says where that is too far. */
-  bool lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach, DetectorReport& report,
-              PointTouch& out) const HD_RT;
-  void tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, DetectorReport& report) HD_RT;
+  Looked lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach, Purse& purse,
+                PointTouch& out) const HD_RT;
+  /** False where that is not known of all obstacles. */
+  bool tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
+  /** Those that touched last time, or the others, from `cursor` on; false, and where it ended, if the purse was empty.
+   */
+  bool tryPoints(bool hot, std::uint32_t& cursor, const std::array<bool, ToolPoints::kMost>& was_hot,
+                 const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
   void keep(const Contact& contact, std::uint8_t body) HD_RT;
 
   const VolumeTable* volumes_ = nullptr;
@@ -94,7 +102,7 @@ class SceneContacts {
   Shape made_of_;
   std::array<bool, ToolPoints::kMost> hot_{};
   std::array<float, ToolPoints::kMost> depth_{};  ///< Of each point, when it was last tried [m].
-  std::uint32_t cursor_ = 0;
+  std::uint32_t cursor_ = 0, hot_cursor_ = 0;     ///< Where the budget ended last time.
   ContactSet found_;
   std::array<std::uint8_t, kMaxContacts> body_of_{};
 };

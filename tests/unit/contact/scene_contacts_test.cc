@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
+#include <set>
 
 #include "rt/body/constraint_response.h"
 #include "rt/body/tool.h"
@@ -223,6 +225,81 @@ TEST(SceneContacts, ABudgetOfNothingIsKeptAndTold) {
   // Again and again: it gets round, and what touched is tried first.
   for (int i = 0; i < 40; ++i) q.contacts->find(q.held, 0, {20, 0, nullptr}, model, q.report);
   EXPECT_GT(model.count, 3u);
+}
+
+TEST(SceneContacts, ABudgetThatIsTooSmallGetsRoundAllThatTouches) {
+  // The 81 points of a box's face lie on the floor, and some twenty can be tried a time.
+  Question q;
+  q.held.shape = Shape{ShapeKind::kBox, Vec3(0.01, 0.01, 0.01)};
+  q.held.obstacle[0].shape = Shape{ShapeKind::kPlane};
+  q.held.X_WO.p = Vec3(0, 0, 0.0099);
+  std::set<std::uint32_t> seen;
+  for (int i = 0; i < 200; ++i) {
+    ContactModel model;
+    q.contacts->find(q.held, 0, {20, 0, nullptr}, model, q.report);
+    EXPECT_LE(q.report.work, 20u);
+    for (std::uint32_t k = 0; k < model.count; ++k) seen.insert(model.point[k].key);
+  }
+  EXPECT_EQ(seen.size(), 81u);
+}
+
+/** Notes how much work is done from one look at it to the next; is past any deadline at the look that it is told. */
+struct WatchedClock final : Clock {
+  std::int64_t now() HD_RT override {
+    most = std::max(most, report->work - last);
+    last = report->work;
+    return ++looks < late_at ? 1 : 1'000'000'000;
+  }
+  void sleepUntil(std::int64_t) HD_RT override {}
+  const DetectorReport* report = nullptr;
+  std::uint32_t last = 0, most = 0;
+  int looks = 0, late_at = 1 << 30;
+};
+
+TEST(SceneContacts, TheClockIsReadByWorkNotByPoints) {
+  // 800 points in the middle of a fine ball: all its triangles are as far.
+  Question q;
+  testing::TestMesh tool = testing::sphereMesh(0.0003, 20), hollow = testing::sphereMesh(0.008, 50);
+  q.held.shape = Shape{ShapeKind::kMesh, Vec3::Zero(), tool.view(), 40};
+  q.held.obstacle[0].shape = Shape{ShapeKind::kMesh, Vec3::Zero(), hollow.view(), 41};
+  WatchedClock clock;
+  clock.report = &q.report;
+  ContactModel model;
+  q.contacts->find(q.held, 0, {400'000, 1000, &clock}, model, q.report);
+  EXPECT_GT(q.report.work, 200'000u) << "it is much work";
+  EXPECT_LE(clock.most, 256 + SceneContacts::kWorkOfOne + 64);
+  clock.last = clock.looks = 0;
+  clock.late_at = 10;
+  q.contacts->find(q.held, 0, {400'000, 1000, &clock}, model, q.report);
+  EXPECT_LE(q.report.work, 10 * (256 + SceneContacts::kWorkOfOne + 64));
+  EXPECT_TRUE(q.report.exhausted);
+  EXPECT_GT(q.report.dropped, 0u);
+}
+
+TEST(SceneContacts, HowDeepAPointIsIsNotForgottenWhereTheWorkWasNotEnough) {
+  // In the middle of a fine ball any triangle may be the nearest: more than a point may look at.
+  Question q;
+  testing::TestMesh ball = testing::sphereMesh(0.03, 100);
+  q.held.shape = Shape{ShapeKind::kSphere, Vec3(0.002, 0, 0)};
+  q.held.obstacle[0].shape = Shape{ShapeKind::kMesh, Vec3::Zero(), ball.view(), 40};
+  for (int mm = 32; mm >= 0; mm -= 4) (void)q.ask({0, 0, 1e-3 * mm});
+  EXPECT_EQ(q.report.dropped, 1u) << "else the test shows nothing";
+  const ContactModel model = q.ask({0, 0, 0.02});
+  ASSERT_EQ(model.count, 1u);
+  EXPECT_NEAR(q.deepest(model), 0.012, 1e-4);
+}
+
+TEST(SceneContacts, ARimWithoutANormalSpoilsNoAnswer) {
+  // Two triangles back to back: their shared edge has no side. The servo refuses an answer with a normal that is none.
+  Question q;
+  testing::TestMesh sheet;
+  sheet.vertices = {{0, 0, 0}, {0.02F, 0, 0}, {0, 0.02F, 0}};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 1}};
+  q.held.shape = Shape{ShapeKind::kSphere, Vec3(0.002, 0, 0)};
+  q.held.obstacle[0].shape = Shape{ShapeKind::kMesh, Vec3::Zero(), sheet.view(), 40};
+  const ContactModel model = q.ask({0.01, 0, 0});
+  ASSERT_EQ(model.count, 1u);
+  EXPECT_NEAR(model.touch(0, q.held.X_WO, q.held.X_WO.p, Pose{}, {}).n.norm(), 1, 1e-6);
 }
 
 }  // namespace

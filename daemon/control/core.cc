@@ -81,6 +81,7 @@ Result<void> Core::openConfigured(const std::function<bool()>& go_on) {
       devices_.poll();
       wanted_.poll();
     }
+    if (wanted_.fatal()) devices_.poll();  // What has waited for one that outlasted all patience.
     if (!wanted_.fatal()) return wanted_.fatal();
     if (devices_.links().empty()) {
       if (auto r = mayRunServos(); !r) return r;

@@ -25,7 +25,7 @@ DeviceManager::DeviceManager(const Config& config, Clock& clock, MeshStore& mesh
 DeviceManager::~DeviceManager() { closeAll(); }
 
 Result<void> DeviceManager::roomForGroup(const std::string& where) const {
-  if (links_.size() + groups_opening_ < kMaxGroups) return {};
+  if (links_.size() + groups_opening_.size() < kMaxGroups) return {};
   return Error{ErrorCode::kQuotaExceeded, where, fmt::format("there are {} device groups, the most", kMaxGroups),
                "close a device first"};
 }
@@ -47,6 +47,10 @@ Result<std::vector<std::unique_ptr<Device>>> DeviceManager::makeGroup(const Grou
       return Error{ErrorCode::kDeviceBusy, where, fmt::format("{} is open already", canonical),
                    "name each device once"};
     }
+    if (std::any_of(opening_.begin(), opening_.end(), [&](const Opening& o) { return o.canonical == canonical; })) {
+      return Error{ErrorCode::kDeviceBusy, where, fmt::format("{} is being opened for another group", canonical),
+                   "name each device once"};
+    }
     made.push_back(std::move(*device));
   }
   return made;
@@ -64,44 +68,71 @@ Result<void> DeviceManager::openGroup(const GroupConfig& group) {
   return adopt(group, std::move(*made));
 }
 
-void DeviceManager::openGroup(const GroupConfig& group, GroupDone done) {
+void DeviceManager::openGroup(const GroupConfig& group, GroupDone done, Turn turn) {
   auto made = makeGroup(group, fmt::format("group '{}'", group.name));
-  if (!made) return done(made.error());
-  begin(group, std::move(*made), std::move(done));
+  if (made) return begin(group, std::move(*made), std::move(done), std::move(turn));
+  if (!turn || turn()) return done(made.error());
+  GroupOpening& refused = groups_opening_.emplace_back();
+  refused.group = group;
+  refused.done = std::move(done);
+  refused.turn = std::move(turn);
+  refused.ended = true;
+  refused.devices = made.error();
 }
 
-void DeviceManager::begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done) {
-  const auto opening = std::make_shared<GroupOpening>();
-  opening->group = group;
-  opening->closed = std::move(made);
-  opening->done = std::move(done);
-  for (std::size_t i = 0; i < opening->closed.size(); ++i) {
-    opening->canonical.push_back(opening->closed[i]->info().uri);
-    opening_.push_back({opening->canonical.back(), {group.devices[i]}, {}});
+void DeviceManager::begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done,
+                          Turn turn) {
+  GroupOpening& opening = groups_opening_.emplace_back();
+  opening.group = group;
+  opening.closed = std::move(made);
+  opening.done = std::move(done);
+  opening.turn = std::move(turn);
+  for (std::size_t i = 0; i < opening.closed.size(); ++i) {
+    opening.canonical.push_back(opening.closed[i]->info().uri);
+    opening_.push_back({opening.canonical.back(), {group.devices[i]}, {}});
   }
-  ++groups_opening_;
   openNext(opening);
 }
 
-void DeviceManager::openNext(const std::shared_ptr<GroupOpening>& opening) {
-  if (opening->closed.empty()) return finish(*opening, adopt(opening->group, std::move(opening->open)));
-  auto device = std::move(opening->closed.front());
-  opening->closed.erase(opening->closed.begin());
-  opener_.start(std::move(device), [this, opening](DeviceOpener::Opened opened) {
-    if (!opened) return finish(*opening, opened.error());
-    opening->open.push_back(std::move(*opened));
-    openNext(opening);
+void DeviceManager::openNext(GroupOpening& opening) {
+  if (opening.closed.empty()) {
+    opening.ended = true;
+    return;
+  }
+  auto device = std::move(opening.closed.front());
+  opening.closed.erase(opening.closed.begin());
+  opener_.start(std::move(device), [this, &opening](DeviceOpener::Opened opened) {
+    if (opened) {
+      opening.open.push_back(std::move(*opened));
+      return openNext(opening);
+    }
+    opening.devices = opened.error();
+    opening.ended = true;
   });
 }
 
+void DeviceManager::poll() {
+  opener_.poll();
+  for (auto it = groups_opening_.begin(); it != groups_opening_.end();) {
+    if (!it->ended || (it->turn && !it->turn())) {
+      ++it;
+      continue;
+    }
+    GroupOpening opening = std::move(*it);
+    groups_opening_.erase(it);
+    finish(opening);
+    it = groups_opening_.begin();  // It may have been the turn's only obstacle, and may have begun others.
+  }
+}
+
 /** A group is open, or not: those who wait for one of its devices are told. */
-void DeviceManager::finish(GroupOpening& opening, Result<void> result) {
+void DeviceManager::finish(GroupOpening& opening) {
+  const Result<void> result = opening.devices ? adopt(opening.group, std::move(opening.open)) : opening.devices;
   if (!result) {
     for (auto& device : opening.open) {
       if (device) device->close();
     }
   }
-  --groups_opening_;
   std::vector<Opening> rows;
   for (const std::string& canonical : opening.canonical) rows.push_back(takeOpening(canonical));
   for (const Opening& row : rows) {
@@ -254,8 +285,11 @@ Result<void> DeviceManager::close(OpenDevice& device) {
 
 void DeviceManager::closeAll() {
   opener_.stop();
+  for (GroupOpening& opening : groups_opening_) {
+    for (auto& device : opening.open) device->close();
+  }
+  groups_opening_.clear();
   opening_.clear();
-  groups_opening_ = 0;
   devices_.clear();
   for (auto& link : links_) letGo(*link);
   links_.clear();

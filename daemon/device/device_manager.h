@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <list>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -85,9 +86,14 @@ class DeviceManager {
 
   /** Opens the devices of a group and starts its servo. All or nothing. */
   [[nodiscard]] Result<void> openGroup(const GroupConfig& group);
-  /** The same without waiting: `done` is called now or by a later poll(). */
+  /**
+   * The same without waiting: `done` is called now or by a later poll(). Groups that are begun before others have ended
+   * are opened side by side; whether the devices open or not, it counts (their servo starts, `done` is called) only
+   * once `turn` says so, if there is one.
+   */
   using GroupDone = std::function<void(Result<void>)>;
-  void openGroup(const GroupConfig& group, GroupDone done);
+  using Turn = std::function<bool()>;
+  void openGroup(const GroupConfig& group, GroupDone done, Turn turn = {});
   /** By URI, serial or name. What is open is answered as it is; else it becomes a group of its own. Waits for it. */
   [[nodiscard]] Result<OpenDevice*> open(std::string_view uri);
   /**
@@ -96,7 +102,7 @@ class DeviceManager {
    */
   using Done = std::function<void(Result<OpenDevice*>)>;
   void open(std::string_view uri, Done done);
-  void poll() { opener_.poll(); }
+  void poll();
   /** Devices that are being opened. */
   [[nodiscard]] std::size_t opening() const { return opening_.size(); }
   /** Closes the device and those that share its servo. Refused while any of them has a session. */
@@ -130,12 +136,15 @@ class DeviceManager {
     std::vector<std::unique_ptr<Device>> closed, open;
     std::vector<std::string> canonical;
     GroupDone done;
+    Turn turn;
+    bool ended = false;    ///< All are open, or one has failed.
+    Result<void> devices;  ///< How.
   };
   [[nodiscard]] Result<std::vector<std::unique_ptr<Device>>> makeGroup(const GroupConfig& group,
                                                                        const std::string& where);
-  void begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done);
-  void openNext(const std::shared_ptr<GroupOpening>& opening);
-  void finish(GroupOpening& opening, Result<void> result);
+  void begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done, Turn turn = {});
+  void openNext(GroupOpening& opening);
+  void finish(GroupOpening& opening);
   [[nodiscard]] Opening takeOpening(const std::string& canonical);
   bool waitFor(const std::string& canonical, std::string_view text, Done& done);
   [[nodiscard]] Result<void> adopt(const GroupConfig& group, std::vector<std::unique_ptr<Device>> opened);
@@ -160,8 +169,8 @@ class DeviceManager {
   std::vector<std::unique_ptr<OpenDevice>> devices_;
   std::uint32_t next_group_ = 1;
   std::vector<Opening> opening_;
-  std::size_t groups_opening_ = 0;
-  DeviceOpener opener_;  // last: its threads end before what they use goes
+  std::list<GroupOpening> groups_opening_;  ///< In the order in which they were begun; each stays where it is.
+  DeviceOpener opener_;                     // last: its threads end before what they use goes
 };
 
 }  // namespace hapticd

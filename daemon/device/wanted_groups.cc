@@ -56,15 +56,24 @@ Result<void> WantedGroups::begin(const std::vector<GroupConfig>& groups) {
 }
 
 bool WantedGroups::settled() const {
-  return clock_.now() - began_ns_ >= kPatience_ns ||
-         std::all_of(wanted_.begin(), wanted_.end(), [](const Wanted& wanted) { return wanted.tried; });
+  return !patient() || std::all_of(wanted_.begin(), wanted_.end(), [](const Wanted& wanted) { return wanted.tried; });
+}
+
+bool WantedGroups::turnOf(const Wanted& wanted) const {
+  if (wanted.tried || !patient()) return true;
+  for (const Wanted& before : wanted_) {
+    if (&before == &wanted) return true;
+    if (!before.tried) return false;
+  }
+  return true;
 }
 
 void WantedGroups::poll() {
-  // One at a time: an attempt may take seconds of a bus or a vendor's library.
-  if (std::any_of(wanted_.begin(), wanted_.end(), [](const Wanted& wanted) { return wanted.trying; })) return;
-  for (Wanted& wanted : wanted_) {
-    if (clock_.now() >= wanted.next_ns) return attempt(wanted);  // May have erased it.
+  for (auto it = wanted_.begin(); it != wanted_.end();) {
+    Wanted& wanted = *it++;  // An attempt may erase it.
+    if (wanted.trying || clock_.now() < wanted.next_ns) continue;
+    if (!wanted.candidates.empty() && !turnOf(wanted)) continue;
+    attempt(wanted);
   }
 }
 
@@ -78,7 +87,9 @@ GroupConfig WantedGroups::next(const Wanted& wanted) {
 void WantedGroups::attempt(Wanted& wanted) {
   wanted.trying = true;
   const GroupConfig group = next(wanted);
-  devices_.openGroup(group, [this, &wanted, group](const Result<void>& result) { answered(wanted, group, result); });
+  devices_.openGroup(
+      group, [this, &wanted, group](const Result<void>& result) { answered(wanted, group, result); },
+      [this, &wanted] { return turnOf(wanted); });
 }
 
 void WantedGroups::answered(Wanted& wanted, const GroupConfig& tried, const Result<void>& result) {

@@ -18,10 +18,14 @@ namespace hapticd {
 /**
  * A device that does not answer keeps neither the daemon nor the other groups from starting. Its group is missing,
  * which is said once, and is tried again: after a second, then at intervals that double up to half a minute, and at
- * once when a client asks for one of its devices. Groups are opened one after the other, in their order.
+ * once when a client asks for one of its devices.
  *
- * A group that takes whatever there is (an empty URI) takes the next device, in the end the simulator; what it has
- * passed over is told but not tried again.
+ * Groups are opened side by side. At start each counts after those before it, so that numbers, names and messages come
+ * in the order of the configuration; the start waits for a silent one no longer than kPatience_ns, and then it holds
+ * nobody.
+ *
+ * A group that takes whatever there is (an empty URI) begins when those before it have ended. It takes the next device,
+ * in the end the simulator; what it has passed over is told but not tried again.
  *
  * Control thread only.
  */
@@ -66,6 +70,9 @@ class WantedGroups {
   void attempt(Wanted& wanted);
   void answered(Wanted& wanted, const GroupConfig& tried, const Result<void>& result);
   void miss(Wanted& wanted, const Error& why);
+  [[nodiscard]] bool patient() const { return clock_.now() - began_ns_ < kPatience_ns; }
+  /** Whether nothing before it in the configuration is awaited. */
+  [[nodiscard]] bool turnOf(const Wanted& wanted) const;
   /** The devices that this group would open now. */
   [[nodiscard]] static GroupConfig next(const Wanted& wanted);
 

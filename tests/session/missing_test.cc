@@ -1,13 +1,14 @@
 // Configured devices that do not open: the daemon starts without them, says so, and finds them later.
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <condition_variable>
 #include <map>
 #include <mutex>
 
-#include "drivers/link/slow_to_open.h"
 #include "tests/session/bench.h"
+#include "tests/session/still_device.h"
 
 namespace hapticd::test {
 namespace {
@@ -20,7 +21,7 @@ struct Socket {
   std::mutex mutex;
   std::condition_variable changed;
   bool there = true, hangs = false;
-  int opened = 0, closed = 0;
+  int opened = 0, closed = 0, answers = 0;
   std::vector<std::int64_t> tried_ns;
 
   void set(bool now_there, bool now_hangs = false) {
@@ -31,35 +32,25 @@ struct Socket {
   }
 };
 
-class Plugged final : public Device, public SlowToOpen {
+class Plugged final : public StillDevice {
  public:
-  Plugged(Socket& socket, std::string uri, const std::atomic<std::int64_t>& now_ns) : socket_(socket), now_ns_(now_ns) {
-    info_.uri = std::move(uri);
-    info_.driver = "plugged";
-    info_.max_force = 5;
-  }
-  const DeviceInfo& info() const noexcept override { return info_; }
+  Plugged(Socket& socket, std::string uri, const std::atomic<std::int64_t>& now_ns)
+      : StillDevice("plugged", std::move(uri)), socket_(socket), now_ns_(now_ns) {}
   Result<void> open() override {
     std::unique_lock lock(socket_.mutex);
     socket_.tried_ns.push_back(now_ns_.load());
     socket_.changed.wait(lock, [&] { return !socket_.hangs; });
-    if (!socket_.there) return Error{ErrorCode::kDeviceGone, info_.uri, "it does not answer", "plug it in"};
+    ++socket_.answers;
+    if (!socket_.there) return silence();
     ++socket_.opened;
     return {};
   }
   void giveUp() noexcept override { socket_.set(false); }
   void close() noexcept override { ++socket_.closed; }
-  void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override {
-    sample.t_ns = now_ns;
-    sample.fresh = true;
-  }
-  void write(std::int64_t, const DeviceCommand&) HD_RT override {}
-  void safe() noexcept override {}
 
  private:
   Socket& socket_;
   const std::atomic<std::int64_t>& now_ns_;
-  DeviceInfo info_;
 };
 
 class Missing : public ::testing::Test {
@@ -113,6 +104,19 @@ class Missing : public ::testing::Test {
     std::vector<std::string> all;
     for (const auto& device : core->devices().devices()) all.push_back(device->info().uri);
     return all;
+  }
+  /** Polls for 2 ms, in which nothing is to happen. */
+  void linger() {
+    for (int i = 0; i < 20; ++i) core->poll(), ::usleep(100);
+  }
+  /** Whether its opening has begun, or has ended. */
+  bool tried(const char* uri) {
+    const std::lock_guard lock(sockets[uri].mutex);
+    return !sockets[uri].tried_ns.empty();
+  }
+  bool answered(const char* uri) {
+    const std::lock_guard lock(sockets[uri].mutex);
+    return sockets[uri].answers > 0;
   }
   std::vector<std::string> absent() {
     std::vector<std::string> all;
@@ -197,6 +201,81 @@ TEST_F(Missing, ASlowOneDoesNotHoldTheStart) {
   EXPECT_THAT(open(), ElementsAre("a://slow"));
   EXPECT_NE(device, nullptr) << "who asks meanwhile waits for the same";
   EXPECT_EQ(sockets["a://slow"].opened, 1);
+}
+
+TEST_F(Missing, OneThatHangsDelaysNoneAfterIt) {
+  sockets["a://slow"].set(true, true);
+  (void)sockets["b://well"];
+  sockets["c://dead"].set(false);
+  make({group("left", {"a://slow"}), group("middle", {"b://well"}), group("right", {"c://dead"})});
+  int looks = 0;
+  const auto out_of_patience = [&] {
+    looks += answered("b://well") && answered("c://dead") ? 1 : 0;  // Some more, for their threads to end.
+    if (looks == 50) clock.advance(WantedGroups::kPatience_ns);
+    ::usleep(100);
+    return true;
+  };
+  ASSERT_TRUE(core->openConfigured(out_of_patience).ok());
+  EXPECT_GE(clock.now(), WantedGroups::kPatience_ns);
+  EXPECT_THAT(open(), ElementsAre("b://well")) << "when the first client is served";
+  EXPECT_THAT(absent(), ElementsAre("a://slow", "c://dead"));
+  EXPECT_EQ(sockets["b://well"].tried_ns.front(), 0) << "tried at once";
+  // Nor one that comes back later, while the first still hangs.
+  sockets["c://dead"].set(true);
+  now_ns = clock.now();
+  for (int i = 0; i < 2000 && open().size() < 2; ++i) {
+    clock.advance(5 * kMs);
+    for (int k = 0; k < 20 && open().size() < 2; ++k) core->poll(), ::usleep(100);
+  }
+  EXPECT_THAT(open(), ElementsAre("b://well", "c://dead"));
+  sockets["a://slow"].set(true);
+  until(clock.now());
+  EXPECT_THAT(open(), ElementsAre("b://well", "c://dead", "a://slow"));
+}
+
+TEST_F(Missing, WhicheverOpensFirstTheirOrderIsThatOfTheConfiguration) {
+  sockets["a://slow"].set(true, true);
+  (void)sockets["b://well"];
+  sockets["c://dead"].set(false);
+  sockets["d://slow"].set(true, true);
+  make({group("first", {"a://slow"}), group("second", {"b://well"}), group("third", {"c://dead"}),
+        group("fourth", {"4711"}), group("fifth", {"d://slow"})});
+  ASSERT_TRUE(core->openConfigured([] { return false; }).ok());
+  while (!tried("a://slow") || !answered("b://well") || !answered("c://dead") || !tried("d://slow")) core->poll();
+  linger();
+  EXPECT_TRUE(open().empty()) << "the first is awaited";
+  for (const auto& one : core->wanted().absent()) EXPECT_THAT(one.why.what, HasSubstr("still")) << one.uri;
+  sockets["d://slow"].set(true);
+  sockets["a://slow"].set(true);
+  settle();
+  EXPECT_THAT(open(), ElementsAre("a://slow", "b://well", "d://slow"));
+  EXPECT_THAT(absent(), ElementsAre("c://dead", "4711"));
+}
+
+TEST_F(Missing, WhateverThereIsWaitsForThoseThatAreNamedBefore) {
+  sockets["a://slow"].set(true, true);
+  (void)sockets["b://well"];
+  (void)sockets["sim://default"];
+  attached = {"a://slow", "b://well"};
+  make({group("named", {"a://slow"}), group("any", {""}), group("late", {"b://well"})});
+  ASSERT_TRUE(core->openConfigured([] { return false; }).ok());
+  linger();
+  EXPECT_EQ(core->devices().opening(), 2u) << "the two that are named";
+  sockets["a://slow"].set(true);
+  settle();
+  EXPECT_THAT(open(), ElementsAre("a://slow", "sim://default", "b://well")) << "each device once";
+}
+
+TEST_F(Missing, AnEndClosesWhatWaitsForItsTurn) {
+  sockets["a://slow"].set(true, true);
+  (void)sockets["b://well"];
+  make({group("left", {"a://slow"}), group("right", {"b://well"})});
+  ASSERT_TRUE(core->openConfigured([] { return false; }).ok());
+  while (!tried("a://slow") || !answered("b://well")) core->poll();
+  linger();
+  core.reset();
+  EXPECT_EQ(sockets["b://well"].opened, 1);
+  EXPECT_EQ(sockets["b://well"].closed, 1);
 }
 
 TEST_F(Missing, AnEndDoesNotWaitForIt) {

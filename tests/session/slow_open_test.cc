@@ -7,8 +7,8 @@
 #include <mutex>
 
 #include "daemon/device/device_opener.h"
-#include "drivers/link/slow_to_open.h"
 #include "tests/session/bench.h"
+#include "tests/session/still_device.h"
 
 namespace hapticd::test {
 namespace {
@@ -31,20 +31,16 @@ struct Gate {
   }
 };
 
-class SlowDevice final : public Device, public SlowToOpen {
+class SlowDevice final : public StillDevice {
  public:
-  SlowDevice(Gate& gate, std::string uri, bool refuses) : gate_(gate), refuses_(refuses) {
-    info_.uri = std::move(uri);
-    info_.driver = "slow";
-    info_.max_force = 5;
-  }
-  const DeviceInfo& info() const noexcept override { return info_; }
+  SlowDevice(Gate& gate, std::string uri, bool refuses)
+      : StillDevice("slow", std::move(uri)), gate_(gate), refuses_(refuses) {}
   Result<void> open() override {
     std::unique_lock lock(gate_.mutex);
     gate_.entered = true;
     gate_.changed.notify_all();
     gate_.changed.wait(lock, [&] { return gate_.opened || gate_.given_up; });
-    if (refuses_ || gate_.given_up) return Error{ErrorCode::kDeviceGone, info_.uri, "it does not answer", "plug it in"};
+    if (refuses_ || gate_.given_up) return silence();
     return {};
   }
   void giveUp() noexcept override {
@@ -53,17 +49,10 @@ class SlowDevice final : public Device, public SlowToOpen {
     gate_.changed.notify_all();
   }
   void close() noexcept override { ++gate_.closed; }
-  void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override {
-    sample.t_ns = now_ns;
-    sample.fresh = true;
-  }
-  void write(std::int64_t, const DeviceCommand&) HD_RT override {}
-  void safe() noexcept override {}
 
  private:
   Gate& gate_;
   bool refuses_;
-  DeviceInfo info_;
 };
 
 struct SlowBench {

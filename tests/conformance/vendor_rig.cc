@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/vendor/vendor_driver.h"
+#include "tests/conformance/play.h"
 #include "tests/conformance/trouble.h"
 
 namespace hapticd::test {
@@ -60,17 +61,13 @@ Vec3 VendorRig::truePosition() const {
 Vec3 VendorRig::trueForce() const { return hd() ? toWorld(vec(state.force)) : vec(state.force); }
 
 void VendorRig::advance(std::int64_t ns) {
-  const std::int64_t until_ns = clock.now() + ns;
-  while (clock.now() < until_ns) {
-    // A hand takes its way, at four metres a second.
-    place(truePosition() + clampNorm(at_ - truePosition(), 1e-3));
-    const std::int64_t step_ns = std::min(until_ns, clock.now() + kMs / 4);
-    device_->pump(step_ns);
-    clock.sleepUntil(step_ns);
-    if (clock.now() < next_tick_ns_) continue;
+  // A hand takes its way, at four metres a second.
+  const auto move = [this] { place(truePosition() + clampNorm(at_ - truePosition(), 1e-3)); };
+  playWorld(ns, clock, *device_, move, [this] {
+    if (clock.now() < next_tick_ns_) return;
     next_tick_ns_ = clock.now() + kMs;
     if (hd()) tick_();
-  }
+  });
 }
 
 void VendorRig::makeReady() {

@@ -1,10 +1,7 @@
 // The swept ball against triangles: faces moved out by the radius, and the round edges and vertices between them.
-#include "rt/geometry/box_queries.h"
-#include "rt/geometry/earliest.h"
 #include "rt/geometry/first_touch.h"
 #include "rt/geometry/pseudo_normal.h"
-#include "rt/geometry/sweep_vicinity.h"
-#include "rt/geometry/tree_walk.h"
+#include "rt/geometry/sweep_triangles.h"
 #include "rt/geometry/triangle.h"
 
 namespace hapticd {
@@ -123,24 +120,7 @@ class BallOverMesh {
 
 SweepResult sweepBallOverMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT {
   BallOverMesh ball(mesh, sweep);
-  Earliest earliest(hit);
-  const auto tryTriangle = [&](std::uint32_t t) { ball.tryTriangle(t, earliest); };
-  if (sweep.hint < mesh.triangle_count) {
-    ++sweep.work;
-    tryTriangle(sweep.hint);
-  }
-  if (sweepVicinity(sweep, earliest, tryTriangle)) return earliest.found() ? SweepResult::kHit : SweepResult::kNone;
-  const SweptBoxes boxes(sweep);
-  const BoxTests& tests = boxTests();
-  const bool finished = walkTree(
-      mesh, {sweep.work, sweep.limit},
-      [&](const hd_bvh_node& node, float* key) { return boxes.look(tests, node, hit.t, key); },
-      [&] { return roundedUp(hit.t); },
-      [&](std::uint32_t first, std::uint32_t count) {
-        for (std::uint32_t t = first; t < first + count; ++t) tryTriangle(t);
-      });
-  if (!finished) return SweepResult::kExhausted;
-  return earliest.found() ? SweepResult::kHit : SweepResult::kNone;
+  return sweepTriangles(mesh, sweep, hit, [&](std::uint32_t t, Earliest& first) { ball.tryTriangle(t, first); });
 }
 
 }  // namespace hapticd

@@ -6,10 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/geometry/box_queries.h"
-#include "rt/geometry/earliest.h"
-#include "rt/geometry/sweep_vicinity.h"
-#include "rt/geometry/tree_walk.h"
+#include "rt/geometry/sweep_triangles.h"
 
 namespace hapticd {
 namespace {
@@ -63,24 +60,8 @@ SweepResult sweepMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT {
   if (sweep.d.isZero(0)) return SweepResult::kNone;
   if (sweep.radius > 0) return sweepBallOverMesh(mesh, sweep, hit);
   const Line line(sweep.d);
-  Earliest earliest(hit);
-  const auto tryTriangle = [&](std::uint32_t t) { sweepTriangle(mesh, t, line, sweep, earliest); };
-  if (sweep.hint < mesh.triangle_count) {
-    ++sweep.work;
-    tryTriangle(sweep.hint);
-  }
-  if (sweepVicinity(sweep, earliest, tryTriangle)) return earliest.found() ? SweepResult::kHit : SweepResult::kNone;
-  const SweptBoxes boxes(sweep);
-  const BoxTests& tests = boxTests();
-  const bool finished = walkTree(
-      mesh, {sweep.work, sweep.limit},
-      [&](const hd_bvh_node& node, float* key) { return boxes.look(tests, node, hit.t, key); },
-      [&] { return roundedUp(hit.t); },
-      [&](std::uint32_t first, std::uint32_t count) {
-        for (std::uint32_t t = first; t < first + count; ++t) tryTriangle(t);
-      });
-  if (!finished) return SweepResult::kExhausted;
-  return earliest.found() ? SweepResult::kHit : SweepResult::kNone;
+  return sweepTriangles(mesh, sweep, hit,
+                        [&](std::uint32_t t, Earliest& first) { sweepTriangle(mesh, t, line, sweep, first); });
 }
 
 }  // namespace hapticd

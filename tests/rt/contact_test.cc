@@ -4,6 +4,7 @@
 #include <memory>
 #include <thread>
 
+#include "rt/collide/scene_contacts.h"
 #include "rt/contact/point_field.h"
 #include "rt/contact/sphere_descent.h"
 #include "rt/contact/voxmap.h"
@@ -64,6 +65,55 @@ TEST(Detectors, AreCleanOnEveryVectorPath) {
     }
   }
   ASSERT_TRUE(choosePointPath(best));
+}
+
+TEST(SceneContacts, AreCleanByFieldsAheadAndByPoints) {
+  // A torus that turns and falls through a box with a volume, one without, and a mesh; fast and slow, with little
+  // budget.
+  const testing::TestVolume torus = testing::torusVolume(0.012, 0.004, 0.001);
+  const testing::TestVolume box = testing::boxVolume({0.02, 0.02, 0.002}, 0.001);
+  testing::TestMesh tool = testing::torusMesh(0.012, 0.004, 24, 12), ball = testing::sphereMesh(0.01, 40);
+  VolumeTable volumes;
+  volumes.publish(3, &torus.view);
+  volumes.publish(5, &box.view);
+  auto contacts = std::make_unique<SceneContacts>();
+  contacts->setVolumes(&volumes);
+  auto held = std::make_unique<CollideRequest::Held>();
+  held->object = makeObjectId(9, 1);
+  held->shape = Shape{ShapeKind::kMesh, Vec3::Zero(), tool.view(), 3};
+  held->count = 3;
+  held->obstacle[0] = {1, Shape{ShapeKind::kMesh, Vec3::Zero(), ball.view(), 5}, {}, {}};
+  held->obstacle[1] = {2, Shape{ShapeKind::kBox, Vec3(0.01, 0.01, 0.01)}, {{0.01, 0, 0}, Quat::Identity()}, {}};
+  held->obstacle[2] = {3, Shape{ShapeKind::kMesh, Vec3::Zero(), ball.view(), 6}, {{-0.02, 0, 0}, Quat::Identity()}, {}};
+  ManualClock clock;
+  const auto ask = [&](int queries) {
+    int touching = 0;
+    for (int i = 0; i < queries; ++i) {
+      const double t = 0.05 * i;
+      held->X_WO = {Vec3(0.001, 0.002, 0.012 * std::sin(t)), Quat(Eigen::AngleAxisd(t, Vec3(1, 2, 3).normalized()))};
+      held->V_WO.v.z() = held->speed = i % 3 * 0.5;
+      held->shape.number = static_cast<std::uint64_t>(i / 60);  // Now and then another tool.
+      static ContactModel model;
+      DetectorReport report;
+      contacts->find(*held, 0.003, {i % 4 == 0 ? 500u : 400'000u, i % 5 == 0 ? 1 : 0, &clock}, model, report);
+      clock.advance(i % 7 == 0 ? 10 : 0);
+      touching += model.count > 0 ? 1 : 0;
+    }
+    return touching;
+  };
+  test::RtViolations seen;
+  bool trapped = false;
+  int touching = 0;
+  std::thread([&] {
+    ask(60);
+    trapped = test::trapSystemCalls();
+    test::RtScope scope;
+    touching = ask(240);
+    seen = scope.finish();
+  }).join();
+  EXPECT_TRUE(trapped);
+  EXPECT_EQ(seen, test::RtViolations{});
+  EXPECT_GT(touching, 100);
 }
 
 }  // namespace

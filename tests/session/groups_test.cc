@@ -87,5 +87,52 @@ TEST(TwoGroups, ABodyThatOneHandPushesMovesForTheOther) {
   EXPECT_EQ(x(1), 0);
 }
 
+/** Neither hand's servo knows how hard the other pushes: the body creeps between them, but nothing grows. */
+TEST(TwoGroups, ABodyThatTwoHandsSqueezeStaysBetweenThem) {
+  Bench bench;
+  const Client& by = bench.core.client(bench.administration);
+  const auto make = [&](const char* name, ShapeKind kind, double x) {
+    ObjectSpec spec;
+    spec.name = name;
+    spec.shape = {kind, {0.01, 0.01, 0.01}, 0};
+    spec.material = kDefaultMaterial;
+    spec.X_PO.p = Vec3(x, 0, 0);
+    EXPECT_TRUE(bench.core.scene().create(spec, by).ok());
+  };
+  make("left", ShapeKind::kBox, -0.1);
+  make("right", ShapeKind::kBox, 0.1);
+  make("ball", ShapeKind::kSphere, 0);
+  ASSERT_TRUE(bench.core.scene().setBody("ball", {.mass = 0.2, .damping = 5}).ok());
+  ASSERT_TRUE(bench.core.openDevice("test://second").ok());
+  const auto reach = [&](double x) {  // Both hands as far from the middle.
+    bench.scripted[0]->sample.p.x() = -x;
+    bench.scripted[1]->sample.p.x() = x;
+  };
+  reach(0.05);
+  bench.step(40);
+  ASSERT_TRUE(bench.core.attachTool(bench.device(0), {.object = "left"}, by).ok());
+  ASSERT_TRUE(bench.core.attachTool(bench.device(1), {.object = "right"}, by).ok());
+  bench.step(40);
+  const auto cycle = [&](std::size_t group) -> const Cycle& {
+    return bench.core.devices().links()[group]->group().servo().cycle();
+  };
+  const std::uint32_t ball = bench.core.scene().find("ball")->id;
+  const double overlap = 0.005;  // Of each hand's place with the ball's, were nothing pushed away.
+  double most = 0, apart = 0, away = 0;
+  for (int i = 0; i < 2500; ++i) {
+    reach(std::max(0.02 - overlap, 0.05 - 0.05e-3 * i));
+    bench.step();
+    const double x[2] = {cycle(0).scene().find(ball)->X_PO.p.x(), cycle(1).scene().find(ball)->X_PO.p.x()};
+    for (const std::size_t hand : {0, 1}) most = std::max(most, cycle(hand).tool(0).last().on_device.force.norm());
+    apart = std::max(apart, std::abs(x[0] - x[1]));
+    away = std::max(away, std::abs(x[0]));
+  }
+  const double stiffness = cycle(0).tool(0).stiffness();
+  EXPECT_GT(most, 0.5 * stiffness * overlap) << "they squeeze it";
+  EXPECT_LT(most, 1.5 * stiffness * 2 * overlap) << "no hand holds more than all that both overlap";
+  EXPECT_LT(away, 1.5 * overlap);
+  EXPECT_LT(apart, 2e-3) << "both see it where it is";
+}
+
 }  // namespace
 }  // namespace hapticd::test

@@ -2,10 +2,24 @@
 """haptic-bench load with a daemon and clients of its own: every cell is there and felt, the figure is drawn, and bad
 input is named. Counts and structure, never times. Usage: load.py HAPTIC_BENCH HAPTICD SOURCE_DIRECTORY"""
 import csv
+import os
 import pathlib
 import subprocess
 import sys
 import tempfile
+
+
+def interrupt(run):
+    """It is told to end in the middle: what it started ends, what it measured is printed, nothing is left."""
+    with tempfile.TemporaryDirectory() as folder:
+        bench = subprocess.Popen(run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "TMPDIR": folder})
+        bench.stderr.readline()  # A cell is done.
+        bench.terminate()
+        out, words = bench.communicate()
+        if bench.returncode != 1 or "interrupted" not in words or "native: period mean" not in out:
+            sys.exit(f"interrupted it ended with {bench.returncode}: {words}{out}")
+        if list(pathlib.Path(folder).iterdir()):
+            sys.exit(f"interrupted it left {list(pathlib.Path(folder).iterdir())}")
 
 
 def main():
@@ -37,6 +51,7 @@ def main():
         refused = subprocess.run(["/usr/bin/python3", drawing, results, figure], capture_output=True, text=True, check=False)
         if refused.returncode == 0 or "nonsense" not in refused.stderr:
             sys.exit("figure.py took nonsense")
+    interrupt([program, "load", "--csv", "--rounds", "10000", "--seconds", "0.3", "--triangles", "3000", "--daemon", daemon])
     missing = subprocess.run([*run, "--daemon", "/nonexistent"], capture_output=True, text=True, check=False)
     if missing.returncode != 1 or "/nonexistent" not in missing.stderr:
         sys.exit("a daemon that is not there was not named: " + missing.stderr)

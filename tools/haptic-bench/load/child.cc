@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/load/interrupt.h"
 
 namespace haptic_bench {
 namespace {
@@ -23,6 +24,7 @@ pid_t forkBound() {
   if (pid < 0) throw Failure("process", std::strerror(errno), "raise the limit of processes");
   if (pid == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
+    endOnInterrupts();
     if (getppid() != parent) _exit(127);
   }
   return pid;

@@ -14,11 +14,11 @@ namespace haptic_bench {
 /** The value, or a Failure with the error's own words. */
 template <class T>
 [[nodiscard]] T check(haptic::Result<T> result) {
-  if (!result) throw Failure(result.error().where, result.error().message(), "");
+  if (!result) throw Failure(result.error().message());
   return std::move(*result);
 }
 inline void check(haptic::Result<void> result) {
-  if (!result) throw Failure(result.error().where, result.error().message(), "");
+  if (!result) throw Failure(result.error().message());
 }
 
 [[nodiscard]] inline haptic::Client connectTo(const std::string& socket) {

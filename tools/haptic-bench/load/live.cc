@@ -13,6 +13,7 @@
 
 #include "tools/haptic-bench/load/built_surface.h"
 #include "tools/haptic-bench/load/connect.h"
+#include "tools/haptic-bench/load/interrupt.h"
 #include "tools/haptic-bench/load/stepped.h"
 #include "tools/haptic-bench/metric/quantile.h"
 
@@ -113,6 +114,7 @@ std::vector<haptic_sample> watch(haptic::Session& session, double seconds) {
   (void)session.drain(room, lost);
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
   while (Clock::now() < end) {
+    checkInterrupts();
     std::this_thread::sleep_for(milliseconds(50));
     auto read = session.drain(room, lost);
     if (read) all.insert(all.end(), read->begin(), read->end());
@@ -163,6 +165,7 @@ LiveDaemon::LiveDaemon(const std::string& program)
     : socket_(folder_.path() + "/control.sock"),
       process_(command(program, folder_.path()), folder_.path() + "/hapticd.log") {
   for (int i = 0; i < 500; ++i) {
+    checkInterrupts();
     if (haptic::Client::connect({.socket = socket_, .name = "haptic-bench"})) return;
     if (!process_.running()) break;
     std::this_thread::sleep_for(milliseconds(20));

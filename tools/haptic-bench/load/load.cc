@@ -10,6 +10,7 @@
 
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/load/interrupt.h"
 #include "tools/haptic-bench/load/live.h"
 
 namespace haptic_bench {
@@ -60,6 +61,7 @@ int runLoad(const Common& common, const Options& options) {
       levels.push_back(level);
   }
 
+  const Interrupts interrupts;
   std::vector<Cell> cells;
   std::size_t at = 0;
   const auto measure = [&](const LiveDaemon& daemon, const Model& model, Source source, double rate_hz, Level level) {

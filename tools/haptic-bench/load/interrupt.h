@@ -1,0 +1,28 @@
+/** @file
+ * Ctrl-C in the middle of minutes: what has been started is ended, what has been measured is shown.
+ */
+#pragma once
+
+#include <csignal>
+
+namespace haptic_bench {
+
+/** While it stands, SIGINT, SIGTERM and SIGHUP are noted instead of ending the program. One at a time. */
+class Interrupts {
+ public:
+  Interrupts();
+  Interrupts(const Interrupts&) = delete;
+  Interrupts& operator=(const Interrupts&) = delete;
+  ~Interrupts();
+
+ private:
+  struct sigaction before_[3] = {};
+};
+
+/** Throws Failure once one has come. Often enough is ten times a second. */
+void checkInterrupts();
+
+/** In a process that is no longer this program: they end it again. */
+void endOnInterrupts();
+
+}  // namespace haptic_bench

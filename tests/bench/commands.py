@@ -100,6 +100,10 @@ class Commands(unittest.TestCase):
         self.assertIn("at most 1e+07", self.bench("run", "-m", "ridge", "-t", "profile:speed=0.000001,rate=100000", code=1))
         self.assertIn("--stiffness", self.bench("run", "--stiffness", 0, code=2))
         self.assertIn("--seconds", self.bench("models", "--seconds", 0.1, code=2))
+        self.assertIn("--pair", self.bench("collide", "--pair", "peg", "pegs", code=2))
+        self.assertIn("--response", self.bench("stability", "--response", "soft", code=2))
+        self.assertIn("--check: it judges", self.bench("stability", "--response", "impulse", "--check", code=1))
+        self.assertIn("none/p.csv: it cannot", self.bench("cost", "--profile", self.folder / "none" / "p.csv", code=1))
         self.assertIn("--friction-static: 0 is less", self.bench("run", "--friction-dynamic", 0.5, "-m", "plane", code=1))
         self.assertTrue(self.bench("run", "-a", "voxel:cells=9999", code=1).startswith("haptic-bench: voxel:cells=9999, cells: "))
 

@@ -235,7 +235,7 @@ void writeProfile(const std::string& path, std::uint32_t triangles, double radiu
     file << fmt::format("{},{},{},{:.0f},{},{},{}\n", triangles, radius_mm, i, ticks[i], looked.sweeps[i],
                         looked.visited[i], looked.gathered[i]);
   }
-  if (!file.flush()) throw Failure(path, "cannot be written", "");
+  if (!file.flush()) throw Failure(path, "it could not be written whole", "make room on the disk");
 }
 
 /** A ball from above the surface, clear of its slopes, to `kDepth` below it, a tick further on. */
@@ -305,6 +305,9 @@ void measure(const Common& common, const Options& options, std::uint32_t triangl
 }
 
 int run(const Common& common, const Options& options) {
+  if (!options.profile.empty() && !std::ofstream(options.profile, std::ios::app)) {
+    throw Failure(options.profile, "it cannot be written", "see the path and its rights");
+  }
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
   fmt::print("# stroke of {} s, {} mm deep at {} m/s, 1 kHz; of each tick the median of {} rounds [ns]; boxes: {}\n",
              options.seconds, kDepth * 1e3, kSpeed, common.rounds, nameOf(vectorPath()));

@@ -278,7 +278,9 @@ void addCollide(CLI::App& app, Run& chosen) {
   auto options = std::make_shared<Options>();
   CLI::App* collide =
       app.add_subcommand("collide", "Collision detectors on three pairs of solids, beside FCL and Bullet");
-  collide->add_option("--pair", options->pairs, "bumpy, peg, frac")->capture_default_str();
+  collide->add_option("--pair", options->pairs, "bumpy, peg, frac")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"bumpy", "peg", "frac"}));
   collide->add_option("--peer-seconds", options->peer_seconds, "Of processor time for each question to a library")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 3600.0));

@@ -38,16 +38,18 @@ void printTable(const Row& r, const Row* before) {
              r.buzz_off, r.buzz_on);
 }
 
-/** Whether all goals are met. */
+/** Whether there are goals, and all are met. */
 bool printGoals(const std::vector<Row>& rows, const char* prefix) {
-  bool met = true;
+  bool met = true, any = false;
   for (const Goal& goal : judge(rows)) {
     if (goal.rows == 0) continue;
+    any = true;
     met = met && goal.missed == 0;
     fmt::print("{}{}: {} of {} rows, worst {:.3f} (asked {:g})\n", prefix, goal.name, goal.rows - goal.missed,
                goal.rows, goal.worst, goal.asked);
   }
-  return met;
+  if (!any) fmt::print("{}no goal speaks of these walls\n", prefix);
+  return met && any;
 }
 
 int run(const Options& options, bool check, const Common& common) {

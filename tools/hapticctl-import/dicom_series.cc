@@ -148,7 +148,9 @@ std::vector<DicomSeries> dicomSeriesIn(const std::string& path) try {
     series.text = describe(series.files);
     all.push_back(std::move(series));
   }
-  if (all.empty()) throw ImportError({}, folder ? "holds no DICOM images" : "belongs to no series", "is it whole?");
+  if (all.empty() && folder)
+    throw ImportError({}, "holds no DICOM images", "name the folder in which the slices lie, or an image file");
+  if (all.empty()) throw ImportError({}, "belongs to no series", "is it whole?");
   return all;
 } catch (const itk::ExceptionObject& error) {
   throw ImportError({}, inWords(error), "is it whole?");

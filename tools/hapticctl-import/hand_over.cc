@@ -75,6 +75,7 @@ int runHapticctl(const std::vector<std::string>& words) {
   std::filesystem::path program =
       std::filesystem::path(std::string(self, size > 0 ? static_cast<std::size_t>(size) : 0)).parent_path() /
       "hapticctl";
+  if (const char* const caller = std::getenv("HAPTICCTL")) program = caller;
   if (::access(program.c_str(), X_OK) != 0) program = "hapticctl";
   std::vector<char*> arguments;
   arguments.reserve(words.size());

@@ -30,7 +30,8 @@ void requireWritable(const std::string& path);
 /** Throws ImportError that says why; then no half of the file is left. */
 void writeFile(const std::string& path, const std::string& bytes);
 
-/** Runs hapticctl, beside this program or on PATH, and gives its exit code. Throws ImportError if there is none. */
+/** Runs hapticctl, the one that called this program (HAPTICCTL), or beside it or on PATH, and gives its exit code.
+ * Throws ImportError if there is none. */
 int runHapticctl(const std::vector<std::string>& words);
 
 }  // namespace hapticctl_import

@@ -25,7 +25,12 @@ Image readRaw(const InputOptions& o) {
   const auto steps = numbersIn(o.raw_spacing, "--raw-spacing", 3, "for example 0.5,0.5,1");
   std::copy(steps.begin(), steps.end(), layout.spacing.begin());
   layout.big_endian = o.big_endian;
-  return parseRaw(readFile(o.file), layout);
+  try {
+    return parseRaw(readFile(o.file), layout);
+  } catch (ImportError& error) {
+    if (error.where == "data") error.remedy = "is it whole, and are --raw and --raw-size as it was written?";
+    throw;
+  }
 }
 
 /** What a file or folder holds several of. */

@@ -40,7 +40,10 @@ std::string findExternal(std::string_view name) {
   std::vector<std::filesystem::path> places;
   std::error_code error;
   const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (!error) places.push_back(self.parent_path());
+  if (!error) {
+    places.push_back(self.parent_path());
+    places.push_back(self.parent_path().parent_path() / program);  // As they lie where they are built.
+  }
   places.emplace_back(HAPTICCTL_LIBEXEC);
   if (const char* path = std::getenv("PATH")) {
     for (std::string_view rest = path; !rest.empty();) {
@@ -61,6 +64,9 @@ void runExternal(const std::string& program, int argc, char** argv, int first_ar
   std::vector<char*> arguments{const_cast<char*>(program.c_str())};
   for (int i = first_argument; i < argc; ++i) arguments.push_back(argv[i]);
   arguments.push_back(nullptr);
+  std::error_code error;
+  if (const auto self = std::filesystem::read_symlink("/proc/self/exe", error); !error)
+    setenv("HAPTICCTL", self.c_str(), 1);
   execv(program.c_str(), arguments.data());
 }
 

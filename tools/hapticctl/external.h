@@ -9,9 +9,10 @@
 
 namespace hapticctl {
 
-/** Where hapticctl-NAME is: beside this program, in the installed libexec directory or on PATH; empty if nowhere. */
+/** Where hapticctl-NAME is: beside this program, where it is built (../hapticctl-NAME), in the installed libexec
+ * directory or on PATH; empty if nowhere. */
 [[nodiscard]] std::string findExternal(std::string_view name);
-/** Becomes that program; returns only on failure, with errno set. */
+/** Becomes that program, which finds in HAPTICCTL who called it; returns only on failure, with errno set. */
 void runExternal(const std::string& program, int argc, char** argv, int first_argument);
 /** Those of `known` that `word` may have meant, nearest first. */
 [[nodiscard]] std::vector<std::string> suggestions(std::string_view word, const std::vector<std::string>& known);

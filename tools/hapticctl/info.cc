@@ -4,6 +4,7 @@
 
 #include "tools/hapticctl/command.h"
 #include "tools/hapticctl/daemon.h"
+#include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/to_json.h"
@@ -82,6 +83,16 @@ std::string sheet(const haptic_device_info& d) {
   return fields(lines);
 }
 
+/** A device that no list has may still be one that can be opened: a simulated one, for instance. */
+const haptic_device_info& openOrFound(const haptic_device_list& devices, const std::string& wanted) try {
+  return findDevice(devices, wanted);
+} catch (Failure& failure) {
+  if (wanted.find("://") == std::string::npos) throw;
+  failure.what = "is neither open nor found";
+  failure.remedy += fmt::format("; hapticctl monitor '{}' opens it, if it can be", wanted);
+  throw;
+}
+
 }  // namespace
 
 void addInfo(CLI::App& app, Action& chosen) {
@@ -92,7 +103,7 @@ void addInfo(CLI::App& app, Action& chosen) {
     chosen = [device](const Globals& globals) {
       const Daemon daemon(globals);
       const auto devices = daemon.ask<haptic_device_list>(haptic_list_devices);
-      const haptic_device_info& found = findDevice(*devices, *device);
+      const haptic_device_info& found = openOrFound(*devices, *device);
       if (globals.json) {
         putJson(toJson(found));
       } else {

@@ -99,6 +99,7 @@ int load(Options& options, const Globals& globals) {
   if (mesh.vertices.size() > UINT32_MAX || mesh.triangles.size() > UINT32_MAX) {
     throw Failure{kExitFile, mesh.path, "has more than 2^32 vertices or triangles", "make it coarser", "BAD_MESH"};
   }
+  requireFreeName(daemon, placement);
   live.show(progressBar(0, "uploading"));
   haptic_mesh_report* built = nullptr;
   haptic_error error = HAPTIC_ERROR_INIT;
@@ -107,10 +108,13 @@ int load(Options& options, const Globals& globals) {
   live.clear();
   if (code == HAPTIC_CANCELLED)
     throw Failure{kExitRefused, mesh.path, "cancelled; nothing was loaded", {}, "CANCELLED"};
-  if (code == HAPTIC_BAD_MESH && error.where[0] == '\0') {
-    throw Failure{kExitRefused, mesh.path, error.what, error.remedy, "BAD_MESH"};
+  try {
+    check(code, error);
+  } catch (Failure& failure) {  // "vertex 3" alone is no place.
+    if (failure.exit == kExitRefused)
+      failure.where = failure.where.empty() ? mesh.path : mesh.path + ": " + failure.where;
+    throw;
   }
-  check(code, error);
 
   object.shape.kind = HAPTIC_SHAPE_MESH;
   object.shape.mesh = report->id;

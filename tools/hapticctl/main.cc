@@ -39,7 +39,19 @@ int firstWord(int argc, char** argv) {
   return argc;
 }
 
+/** Programs of a package of their own. */
+constexpr const char* kOwnPrograms[] = {"import", "cut"};
+
+std::string footer() {
+  const bool there = !findExternal(kOwnPrograms[0]).empty();
+  return std::string(there ? "Further: import, a scan as an object; cut, a mesh into two parts. Each has --help.\n"
+                           : "Further, by the package hapticctl-import: import, a scan as an object; cut, a mesh.\n") +
+         kFooter;
+}
+
 [[noreturn]] void failUnknown(std::string_view word, const std::vector<std::string>& names) {
+  for (const char* const own : kOwnPrograms)
+    if (word == own) failUsage(std::string(word), "is not installed", "apt install hapticctl-import");
   std::string near;
   for (const std::string& name : suggestions(word, names)) near += (near.empty() ? "did you mean " : " or ") + name;
   failUsage(std::string(word), "no such subcommand", near.empty() ? "hapticctl --help lists them" : near + "?");
@@ -47,7 +59,7 @@ int firstWord(int argc, char** argv) {
 
 int run(int argc, char** argv, Globals& globals) {
   CLI::App app{"Look at, feed and stop a running hapticd, the haptic device server.", "hapticctl"};
-  app.footer(kFooter);
+  app.footer(footer());
   app.set_version_flag("--version", std::string("hapticctl ") + haptic_version());
   app.add_flag("--json", globals.json, "Answer in JSON (streams: one value a line)");
   app.add_option("--socket", globals.socket, "Socket of the daemon")->type_name("PATH");

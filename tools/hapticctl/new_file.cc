@@ -14,7 +14,8 @@ namespace hapticctl {
 NewFile::NewFile(const std::string& path, bool replace) : path_(path) {
   fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (replace ? O_TRUNC : O_EXCL), 0644);
   if (fd_ >= 0) return;
-  throw Failure{kExitFile, path, std::strerror(errno), errno == EEXIST ? "choose another name, or give --replace" : ""};
+  throw Failure{kExitFile, path, std::strerror(errno),
+                errno == EEXIST ? "choose another name, or give --replace" : "choose a place where you may write"};
 }
 
 NewFile::~NewFile() {

@@ -85,7 +85,13 @@ std::uint32_t place(const Daemon& daemon, const Placement& placement, const hapt
     }
     if (code != HAPTIC_NOT_FOUND) check(code, error);
   }
-  daemon.tell(haptic_object_create, &object, &id);
+  try {
+    daemon.tell(haptic_object_create, &object, &id);
+  } catch (Failure& failure) {  // Fields of the C interface, which the user knows as options.
+    for (const char* field : {"name", "parent", "pose", "material"})
+      if (failure.where == std::string("object.") + field) failure.where = std::string("--") + field;
+    throw;
+  }
   if (!(placement.mass > 0)) return id;
   try {
     setMass(daemon, placement);
@@ -94,6 +100,17 @@ std::uint32_t place(const Daemon& daemon, const Placement& placement, const hapt
     throw;
   }
   return id;
+}
+
+void requireFreeName(const Daemon& daemon, const Placement& placement) {
+  if (placement.replace) return;
+  haptic_object_state* found = nullptr;
+  const int code = haptic_object_find(daemon.client(), placement.name.c_str(), &found, nullptr);
+  const Owned<haptic_object_state> there(found);
+  if (code == HAPTIC_OK) {
+    throw Failure{kExitRefused, "--name", fmt::format("there is an object '{}' already", placement.name),
+                  "give another --name, or --replace to take its place", "ALREADY_EXISTS"};
+  }
 }
 
 std::string nameOf(const std::string& path) {

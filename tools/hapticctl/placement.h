@@ -34,6 +34,9 @@ void addPlacement(CLI::App& command, Placement& placement);
  */
 std::uint32_t place(const Daemon& daemon, const Placement& placement, const haptic_object& object);
 
+/** Throws Failure if another object has the name and is not to be replaced. To be asked before the long work. */
+void requireFreeName(const Daemon& daemon, const Placement& placement);
+
 /** A file name as an object name: "My part.stl" becomes "My_part". */
 [[nodiscard]] std::string nameOf(const std::string& path);
 

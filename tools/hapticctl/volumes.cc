@@ -61,7 +61,12 @@ int openVolume(const Daemon& daemon, const Options& options) {
     const bool late = static_cast<double>(haptic_now_ns() - begin_ns) * 1e-9 >= options.wait_s;
     if (code != HAPTIC_WOULD_BLOCK || late || Interrupt::asked()) {
       live.clear();
-      check(code, error);
+      try {
+        check(code, error);
+      } catch (Failure& failure) {
+        if (failure.where == "mesh") failure.where = options.object;  // Its.
+        throw;
+      }
       return fd;
     }
     live.show("waiting for the file to be made");

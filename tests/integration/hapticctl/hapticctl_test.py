@@ -209,8 +209,8 @@ class WithDaemon(Case):
         self.assertIn("there is no surface", failed.stderr)
         for more, code, said in ((["--iso", "300", "--smoth", "3"], 2, "--smoth"), (["--iso", "300", "--center"], 2, "--center"),
                                  (["--iso", "300", "--crop", "0:9,0:9"], 5, "for example 0:100,20:80,0:50"),
-                                 (["--iso", "300"], 5, "No such file or directory")):
-            failed = subprocess.run([*command[:3], "--output", self.directory / "none/x.ply", *more], capture_output=True, text=True,
+                                 (["--iso", "300", "--voxel", "1", "--vdb", self.directory / "none/x.vdb"], 5, "No such file or directory")):
+            failed = subprocess.run([*command[:3], "--output", self.directory / "x.ply", *more], capture_output=True, text=True,
                                     env={**os.environ, **paths}, check=False)
             self.assertEqual(failed.returncode, code, failed.stderr)
             self.assertIn(said, failed.stderr)
@@ -251,6 +251,35 @@ class WithDaemon(Case):
                                 env={**os.environ, **paths}, check=False)
         self.assertEqual(failed.returncode, 5)
         self.assertIn("No such file or directory", failed.stderr)
+
+    def test_import_and_cut_where_they_are_built(self):
+        """Without PATH: hapticctl finds them beside itself as they lie after a build, and import finds hapticctl."""
+        environment = {**os.environ, "PATH": "/usr/bin:/bin", "HAPTICD_SOCKET": str(self.socket)}
+        scan = self.directory / "cube.mha"
+        header = "NDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n"
+        scan.write_bytes(header.encode() + bytes([9 if 0 < x % 4 < 3 and 0 < y % 4 < 3 and 0 < z % 4 < 3 else 0
+                                                 for z in range(4) for y in range(4) for x in range(4)]))
+        done = subprocess.run([HAPTICCTL, "import", scan, "--iso", "5"], capture_output=True, text=True, env=environment, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.run_ctl("remove", "cube")
+        self.assertIn("--plane", subprocess.run([HAPTICCTL, "cut", "--help"], capture_output=True, text=True, env=environment, check=True).stdout)
+        self.assertIn("import, a scan as an object", self.run_ctl("--help").stdout)
+
+    def test_mistakes_are_told_in_the_words_of_the_command_line(self):
+        path = self.file("word.stl", stl(["0 0 0", "2 0 0", "0 3 0", "0 0 5"]))
+        self.run_ctl("load", path, "--scale", "mm")
+        for command, expected in ((["load", path, "--scale", "mm"], ("--name", "'word'", "--replace")),
+                                  (["add", "plane", "--name", "word"], ("--name", "'word'", "--replace")),
+                                  (["add", "plane", "--name", "a b"], ("--name: byte 1",)),
+                                  (["add", "plane", "--parent", "none"], ("--parent",)),
+                                  (["load", path, "--scale", "100", "--name", "far"], (f"{path}: vertex", "check the scale")),
+                                  (["export", "word", "x.vdb"], ("word: it has no volume", "--voxel")),
+                                  (["info", "sim://falcon"], ("neither open nor found", "hapticctl monitor 'sim://falcon'"))):
+            said = self.run_ctl(*command, exit_code=1).stderr
+            for words in expected:
+                self.assertIn(words, said, command)
+        self.assertIn("where you may write", self.run_ctl("record", "/nowhere/x.hrec", exit_code=5).stderr)
+        self.run_ctl("remove", "word")
 
     def test_scene(self):
         path = self.file("t.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))

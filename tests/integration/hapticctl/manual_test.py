@@ -20,6 +20,14 @@ class Manual(unittest.TestCase):
             done = subprocess.run(["man", "--warnings", "-E", "UTF-8", "-l", page], capture_output=True, text=True, check=True)
             self.assertEqual(done.stderr, "", page.name)
 
+    def test_no_word_is_taken_for_a_macro(self):
+        """As Nm, newton metres, is one that prints the program's name; what lost its word prints "file ..." or nothing."""
+        for page in MAN.iterdir():
+            text = words("man", "-E", "UTF-8", "-l", page)
+            for lost in (" file ...", "[]"):
+                self.assertNotIn(lost, text.replace(".devices[].missed", ""), page.name)
+        self.assertIn("[--torque Nm]", re.sub(r"\s+", " ", words("man", "-E", "UTF-8", "-l", MAN / "hapticctl.1")))
+
     def page(self, name):
         return (MAN / name).read_text(encoding="utf-8").replace("\\-", "-")
 

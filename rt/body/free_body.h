@@ -10,7 +10,7 @@
 
 namespace hapticd {
 
-/** One thread, servo-safe but for the constructor. */
+/** One thread, servo-safe. */
 class FreeBody {
  public:
   static constexpr double kRestSpeed = 1e-3;  ///< Slower than this, [m/s] and at kRestLever of turn, ...

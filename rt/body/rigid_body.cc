@@ -38,14 +38,14 @@ MassProperties MassProperties::ofBall(double mass, double radius) {
   return out;
 }
 
-bool MassProperties::valid() const {
+bool MassProperties::valid() const HD_RT {
   if (!std::isfinite(mass) || !isFinite(com_O) || !inertia_O.allFinite() || !(mass > 0)) return false;
   if ((inertia_O - inertia_O.transpose()).cwiseAbs().maxCoeff() > 1e-9 * inertia_O.cwiseAbs().maxCoeff()) return false;
   const Vec3 m = Eigen::SelfAdjointEigenSolver<Mat3>(inertia_O, Eigen::EigenvaluesOnly).eigenvalues();
   return m[0] > 0 && m[2] <= (m[0] + m[1]) * (1 + 1e-9);
 }
 
-RigidBody::RigidBody(const MassProperties& properties) : mass_(properties.mass), com_O_(properties.com_O) {
+RigidBody::RigidBody(const MassProperties& properties) HD_RT : mass_(properties.mass), com_O_(properties.com_O) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(properties.inertia_O);
   Mat3 axes = solver.eigenvectors();
   if (axes.determinant() < 0) axes.col(0) *= -1;

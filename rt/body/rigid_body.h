@@ -22,14 +22,14 @@ struct MassProperties {
   [[nodiscard]] static MassProperties ofBox(double mass, const Vec3& size);
   [[nodiscard]] static MassProperties ofBall(double mass, double radius);
   /** Finite, positive, and moments that a real body can have (each at most the sum of the other two). */
-  [[nodiscard]] bool valid() const;
+  [[nodiscard]] bool valid() const HD_RT;
 };
 
 /** Pose and motion of one body. Constructed by anybody, moved by one real-time thread. */
 class RigidBody {
  public:
-  /** Needs valid() properties. Finds the principal axes: not for the servo. */
-  explicit RigidBody(const MassProperties& properties);
+  /** Needs valid() properties. Finds the principal axes, some microseconds: servo-safe where an order asks for it. */
+  explicit RigidBody(const MassProperties& properties) HD_RT;
 
   [[nodiscard]] double mass() const HD_RT { return mass_; }
   [[nodiscard]] const Vec3& com() const HD_RT { return p_WC_; }  ///< Centre of mass in the world [m].

@@ -50,7 +50,7 @@ void settleTouches(std::span<Touch> touches, double dt) HD_RT;
 /** What a touch that yields holds once its points have parted by `opened` [J]. */
 [[nodiscard]] double heldBy(const Touch& touch, double opened) HD_RT;
 
-/** One thread, servo-safe but for the constructor. */
+/** One thread, servo-safe. */
 class Tool {
  public:
   static constexpr double kMostReserve = 2e-3;  ///< [J]

@@ -4,6 +4,7 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -34,6 +35,21 @@ struct CollideRequest {
     double speed = 0;  ///< No point of the tool is faster relative to any obstacle [m/s].
     std::uint32_t count = 0;
     std::array<Obstacle, kMostObstacles> obstacle;  ///< The nearest; see findObstacles().
+
+    Held() = default;
+    Held(const Held&) = default;
+    /** Of what is there alone: all of it is 45 kB, which the servo would copy in every tick. */
+    Held& operator=(const Held& other) HD_RT {
+      object = other.object;
+      if (object == 0 || this == &other) return *this;
+      shape = other.shape;
+      X_WO = other.X_WO;
+      V_WO = other.V_WO;
+      speed = other.speed;
+      count = other.count;
+      std::copy_n(other.obstacle.begin(), std::min(count, kMostObstacles), obstacle.begin());
+      return *this;
+    }
   };
 
   std::uint32_t orders = 0;  ///< Of the control thread that the servo had taken: what they dropped is not named here.

@@ -89,7 +89,7 @@ bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held,
   DetectorQuery query;
   query.a.volume = volumeOf(held.shape);
   query.b.volume = volumeOf(obstacle.shape);
-  if (query.a.volume == nullptr || query.b.volume == nullptr) return false;
+  if (query.a.volume == nullptr || query.b.volume == nullptr || query.a.volume->patches.size() > patches_) return false;
   query.a.X_WO = held.X_WO;
   query.a.X_WO_before = before(stoodOf(held));
   query.b.X_WO = obstacle.X_WO;

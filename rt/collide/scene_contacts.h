@@ -36,8 +36,8 @@ class SceneContacts {
       0.002;  ///< Contacts up to this far apart are reported, and more for fast tools [m].
   static constexpr std::uint32_t kWorkOfOne = 4000;  ///< Most tree nodes and triangles for one point.
 
-  /** `patches`: of the largest volume whose points are tried. */
-  explicit SceneContacts(std::uint32_t patches = kPatches) : field_(patches) {}
+  /** `patches`: of the largest volume whose points meet fields; a larger one is tried by the points of its mesh. */
+  explicit SceneContacts(std::uint32_t patches = kPatches) : patches_(patches), field_(patches) {}
 
   /** Contacts within kMargin plus what the tool may move in `ahead` seconds; `model` still holds the answer before.
    * Work units: as NearestQuery::work. */
@@ -54,7 +54,7 @@ class SceneContacts {
     double gap;    ///< Negative: inside [m].
   };
   [[nodiscard]] const VolumeView* volumeOf(const Shape& shape) const HD_RT;
-  /** Asks the field of obstacle k; false where there is none. */
+  /** Asks the field of obstacle k; false where there is none, or no room for the tool's points. */
   bool tryVolume(std::uint32_t k, const CollideRequest::Held& held, double ahead, const WorkBudget& budget,
                  DetectorReport& report) HD_RT;
   /** Adds what tool and obstacle k will meet within `ahead` seconds if both go on as they move; `query` as now. */
@@ -91,6 +91,7 @@ class SceneContacts {
   void keep(const Contact& contact, std::uint8_t body) HD_RT;
 
   const VolumeTable* volumes_ = nullptr;
+  std::uint32_t patches_;
   PointFieldDetector field_;
   ContactSet field_found_;
   std::array<Stood, CollideRequest::kMostObstacles + 1> last_{};  ///< The tool and the obstacles, last time.

@@ -287,8 +287,7 @@ bool FreeBodies::ask(const Scene& scene, std::span<const std::uint32_t> held, Co
     out.shape = self->shape;
     out.X_WO = entry.body.body.pose();
     out.V_WO = entry.body.body.originTwist();
-    const Twist& V = entry.body.body.twist();
-    out.speed = V.v.norm() + V.w.norm() * self->radius;
+    out.speed = speedBound(entry.body.body, *self);
     findObstacles(scene, *self, held, out);
   }
   return any;

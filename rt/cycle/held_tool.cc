@@ -216,8 +216,7 @@ void HeldTool::ask(const Scene& scene, CollideRequest::Held& held) const HD_RT {
   held.shape = self->shape;
   held.X_WO = tool_.body().pose();
   held.V_WO = tool_.body().originTwist();
-  const Twist& V = tool_.body().twist();
-  held.speed = V.v.norm() + V.w.norm() * self->radius;
+  held.speed = speedBound(tool_.body(), *self);
   findObstacles(scene, *self, {}, held);
 }
 

@@ -26,6 +26,12 @@ bool isPartOf(const Scene& scene, std::uint32_t slot, std::uint32_t of) HD_RT {
   return false;
 }
 
+double speedBound(const RigidBody& body, const SceneObject& object) HD_RT {
+  // The ball's middle from the body's centre of mass: as the scene has it, which may be a tick behind.
+  const Vec3 middle = object.X_WO.q.conjugate() * (object.center_W - object.X_WO.p) - body.comInO();
+  return body.twist().v.norm() + body.twist().w.norm() * (middle.norm() + object.radius);
+}
+
 void findObstacles(const Scene& scene, const SceneObject& self, std::span<const std::uint32_t> but,
                    CollideRequest::Held& held) HD_RT {
   held.count = 0;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "rt/body/rigid_body.h"
 #include "rt/collide/request.h"
 #include "rt/scene/scene.h"
 
@@ -13,6 +14,9 @@ namespace hapticd {
 
 /** Whether a slot is that one, or below it in the tree. */
 [[nodiscard]] bool isPartOf(const Scene& scene, std::uint32_t slot, std::uint32_t of) HD_RT;
+
+/** No point of an object's ball is faster, as this body carries it [m/s]. */
+[[nodiscard]] double speedBound(const RigidBody& body, const SceneObject& object) HD_RT;
 
 /**
  * Touchable objects within reach of `self` at held.X_WO; its own parts and those of the objects `but` are none. Of more

@@ -70,6 +70,11 @@ TEST(HeldTool, ServoAndColliderAreClean) {
         house.order(CommandKind::kAddObject, order);
       }
       came = !came;
+      if (i % 500 == 0) {  // Orders that make bodies: their principal axes are found in the tick.
+        house.order(CommandKind::kAttachTool, box(tool));
+        brick.inertia[3] = 1e-5 * (i % 3);
+        house.order(CommandKind::kSetBody, brick);
+      }
       // It falls on the tool, which throws it off.
       const Vec3 above = house.servo->cycle().tool(0).tool().body().com() + Vec3(0.005, 0, 0.025);
       house.order(CommandKind::kObjectPose,

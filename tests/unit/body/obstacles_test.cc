@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <random>
 
 #include "support/test_scene.h"
@@ -66,6 +67,60 @@ TEST(Obstacles, WhatComesFastIsAskedFromFarther) {
   a.ask();
   EXPECT_TRUE(a.has(ball)) << "the ball is fast";
   EXPECT_NEAR(a.held.speed, 4, 1e-9);
+}
+
+TEST(Obstacles, AQuestionIsCopiedAsFarAsItGoes) {
+  auto from = std::make_unique<CollideRequest>(), to = std::make_unique<CollideRequest>();
+  Asked a;
+  for (int i = 0; i < 3; ++i) (void)a.world.add(ShapeKind::kSphere, {0.005, 0, 0}, {{0.02, 0, 0}, Quat::Identity()});
+  a.ask(0.5);
+  a.held.object = 7;
+  from->held[2] = a.held;
+  from->held[2].V_WO.w.x() = 3;
+  from->orders = 5;
+  to->held[3].object = 9;
+  to->held[2].count = 16;
+  *to = *from;
+  EXPECT_EQ(to->orders, 5u);
+  EXPECT_EQ(to->held[3].object, 0u) << "what is gone is gone";
+  const CollideRequest::Held &x = from->held[2], &y = to->held[2];
+  EXPECT_EQ(y.object, 7u);
+  EXPECT_EQ(y.shape.size, x.shape.size);
+  EXPECT_EQ(y.X_WO.p, x.X_WO.p);
+  EXPECT_EQ(y.V_WO.w, x.V_WO.w);
+  EXPECT_EQ(y.speed, 0.5);
+  ASSERT_EQ(y.count, 3u);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(y.obstacle[i].slot, x.obstacle[i].slot);
+    EXPECT_EQ(y.obstacle[i].shape.number, x.obstacle[i].shape.number);
+    EXPECT_EQ(y.obstacle[i].X_WO.p, x.obstacle[i].X_WO.p);
+  }
+}
+
+TEST(Obstacles, NoPointOfAToolIsFasterThanIsSaid) {
+  // A centre of mass beside the shape: a hammer held as a ball.
+  testing::TestScene world;
+  const std::uint32_t id = world.add(ShapeKind::kSphere, {0.01, 0, 0}, {{0.1, 0.2, 0.3}, Quat(0.5, 0.5, -0.5, 0.5)});
+  world.scene->advance(testing::kTick);
+  const SceneObject& object = *world.scene->find(id);
+  MassProperties mass = MassProperties::ofBall(0.1, 0.01);
+  mass.com_O = Vec3(0.03, -0.02, 0.01);
+  RigidBody body(mass);
+  body.place(object.X_WO);
+  std::mt19937 random(4);
+  std::normal_distribution<> n;
+  double nearest = 0;
+  for (int i = 0; i < 2000; ++i) {
+    if (i % 20 == 0)
+      body.setTwist({0.3 * Vec3(n(random), n(random), n(random)), 20 * Vec3(n(random), n(random), n(random))});
+    const Vec3 x = object.center_W + 0.01 * Vec3(n(random), n(random), n(random)).normalized();
+    const Twist& V = body.twist();
+    const double speed = (V.v + V.w.cross(x - body.com())).norm();
+    const double bound = speedBound(body, object);
+    ASSERT_LE(speed, bound * (1 + 1e-12));
+    nearest = std::max(nearest, speed / bound);
+  }
+  EXPECT_GT(nearest, 0.9) << "nor is it said to be much faster";
 }
 
 }  // namespace

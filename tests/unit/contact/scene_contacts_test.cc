@@ -243,6 +243,18 @@ TEST(SceneContacts, ABudgetThatIsTooSmallGetsRoundAllThatTouches) {
   EXPECT_EQ(seen.size(), 81u);
 }
 
+TEST(SceneContacts, AToolTooLargeForItsFieldMeetsThingsByTheVerticesOfItsMesh) {
+  Question q;
+  testing::TestMesh ball = testing::sphereMesh(0.01, 40), plate = testing::boxMesh({0.02, 0.02, 0.005});
+  q.held.shape.mesh = ball.view();
+  q.held.obstacle[0].shape.mesh = plate.view();
+  q.contacts = std::make_unique<SceneContacts>(static_cast<std::uint32_t>(q.ball.view.patches.size()) - 1);
+  q.contacts->setVolumes(&q.volumes);
+  const ContactModel model = q.ask({0.003, 0.001, 0.005 + 0.01 - 0.001});
+  ASSERT_GT(model.count, 0u);
+  EXPECT_NEAR(q.deepest(model), 0.001, 5e-5);
+}
+
 /** Notes how much work is done from one look at it to the next; is past any deadline at the look that it is told. */
 struct WatchedClock final : Clock {
   std::int64_t now() HD_RT override {

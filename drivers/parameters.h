@@ -59,6 +59,7 @@ template <class S>
     }
     if (found == nullptr) {
       std::vector<std::string_view> keys;
+      keys.reserve(table.size());
       for (const Parameter<S>& parameter : table) keys.push_back(parameter.spec.key);
       return unknownKey(key, keys);
     }

@@ -13,7 +13,11 @@ constexpr const char* kSimulator = "sim://default";
 
 bool isUri(std::string_view text) { return text.find("://") != std::string_view::npos; }
 
-std::string listed(const GroupConfig& group) { return fmt::format("{}", fmt::join(group.devices, ", ")); }
+std::string listed(const GroupConfig& group) {
+  std::string all;
+  for (const std::string& uri : group.devices) all += (all.empty() ? "" : ", ") + (uri.empty() ? "any device" : uri);
+  return all;
+}
 
 }  // namespace
 
@@ -101,6 +105,7 @@ void WantedGroups::answered(Wanted& wanted, const GroupConfig& tried, const Resu
   }
   const Error& why = result.error();
   if (why.code == ErrorCode::kNoRealtime && fatal_) fatal_ = why;
+  if (why.code == ErrorCode::kNoRealtime && patient() && !wanted.tried) return;  // The start ends with it.
   if (wanted.candidates.size() > 1) {
     log::warn("{} does not open and is passed over: {}", log::printable(wanted.candidates.front()),
               log::printable(toString(why)));

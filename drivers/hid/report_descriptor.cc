@@ -296,7 +296,7 @@ std::int32_t valueOfChoice(const HidField& field, HidUsage choice) noexcept {
 }
 
 std::int32_t extract(const HidField& field, std::span<const std::uint8_t> data) HD_RT {
-  if (field.bit_offset + field.bits > 8 * data.size()) return 0;
+  if (field.bits == 0 || field.bit_offset + field.bits > 8 * data.size()) return 0;
   std::uint64_t value = 0;
   for (unsigned i = 0; i < field.bits; ++i) {
     const unsigned bit = field.bit_offset + i;

@@ -1,6 +1,8 @@
 #include <hapticclient/frames.h>
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 
 namespace {
 

@@ -317,6 +317,10 @@ TEST_F(ProgramTest, WithoutRealTimeRightsItRefusesAndNamesTheRemedy) {
   EXPECT_EQ(refused.wait(), 3) << refused.output();
   EXPECT_NE(refused.output().find("RLIMIT_RTPRIO"), std::string::npos) << refused.output();
   EXPECT_NE(refused.output().find("--allow-no-rt"), std::string::npos) << refused.output();
+  Program found(directory, {"--socket", at("found")}, true);  // Whatever device there is.
+  EXPECT_EQ(found.wait(), 3) << found.output();
+  EXPECT_NE(found.output().find("RLIMIT_RTPRIO"), std::string::npos) << found.output();
+  EXPECT_EQ(found.output().find("goes on without"), std::string::npos) << found.output();
   Program told(directory, {"--socket", at("told"), "--device", "sim://default", "--allow-no-rt"}, true);
   EXPECT_TRUE(told.says("ready")) << told.output();
   told.terminate();

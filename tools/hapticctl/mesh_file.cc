@@ -107,6 +107,7 @@ void measure(MeshFile& mesh) {
 void checkReadable(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
+  if (error && error != std::errc::no_such_file_or_directory) throw Failure{kExitFile, path, error.message(), {}};
   if (!std::filesystem::exists(status)) throw Failure{kExitFile, path, "no such file", {}};
   if (std::filesystem::is_directory(status)) throw Failure{kExitFile, path, "is a directory, not a mesh file", {}};
   if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) == 0) {

@@ -26,11 +26,13 @@ template <class T>
   return std::move(*result);
 }
 
-/** The same for an error of a recording: that names the block, the file is ours to name. */
+/** The same for an error of a recording: some name the block alone, and the file is ours to name. */
 template <class T>
 [[nodiscard]] T orFailIn(const std::string& file, hapticd::Result<T> result) {
-  if (!result.ok()) throw Failure(file, hapticd::toString(result.error()), {});
-  return std::move(*result);
+  if (result.ok()) return std::move(*result);
+  const std::string words = hapticd::toString(result.error());
+  if (words.compare(0, file.size(), file) == 0) throw Failure(words);
+  throw Failure(file, words, {});
 }
 
 /** A Failure with the error, if there is one. */

@@ -78,7 +78,10 @@ int run(const Options& options, const Common& common) {
                   options.surface.friction_static, options.surface.friction_dynamic, options.surface.damping);
   print(common, what, all);
   if (samples) writeSamples(*samples, trajectory, options.algorithms, outcomes);
-  if (!repeats) fmt::print("# the rounds did not give the same forces: an algorithm depends on more than its input\n");
+  if (!repeats) {
+    fmt::print(stderr,
+               "haptic-bench: the rounds differ in their forces: an algorithm depends on more than its input\n");
+  }
   return 0;
 }
 

@@ -25,7 +25,11 @@ void runOnce(Algorithm& algorithm, const Trajectory& trajectory, std::vector<Ans
     const Vec3 v = i == 0 ? Vec3(Vec3::Zero()) : Vec3((s.hip - trajectory.samples[i - 1].hip) / dt);
     haptic_algorithm_contact contact{};
     const Clock::time_point begin = Clock::now();
-    algorithm.step(s.hip, v, dt, contact);
+    try {
+      algorithm.step(s.hip, v, dt, contact);
+    } catch (const Failure& failure) {
+      throw Failure(fmt::format("{}, at sample {} at {} s", failure.what(), i + 1, s.t_s));
+    }
     step_ns[i] = ns(Clock::now() - begin);
     answers[i] = {hapticd::vec3(contact.force), hapticd::vec3(contact.proxy), contact.touches != 0};
   }

@@ -73,6 +73,13 @@ TEST(RecordedSessions, DamageIsNamedAndACutIsBorne) {
   } catch (const Failure& failure) {
     EXPECT_EQ(std::string(failure.what()).rfind(path + ": block ", 0), 0u) << failure.what();
   }
+  std::filesystem::resize_file(path, 100);
+  try {
+    (void)makeTrajectory(path, makeModel("plane"), {1000});
+    ADD_FAILURE();
+  } catch (const Failure& failure) {
+    EXPECT_EQ(std::string(failure.what()).rfind(path + ": block 0 ", 0), 0u) << "once: " << failure.what();
+  }
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ constexpr std::chrono::seconds kPatience{2};
 /** The value, or a Failure with the daemon's words. */
 template <class T>
 T must(haptic::Result<T> result) {
-  if (!result) throw Failure("daemon", result.error().message(), "");
+  if (!result) throw Failure(result.error().message());
   if constexpr (!std::is_void_v<T>) return std::move(*result);
 }
 
@@ -60,7 +60,11 @@ class Daemon {
     moveTo(Vec3(-kAway, 0, 0), contact);
     moveTo(hip, contact);
     const steady_clock::time_point end = steady_clock::now() + kPatience;
-    while ((sample().flags & HAPTIC_SAMPLE_RAMPING) != 0 && steady_clock::now() < end) pause();
+    while ((sample().flags & HAPTIC_SAMPLE_RAMPING) != 0) {
+      if (steady_clock::now() > end)
+        throw Failure("daemon", "its force is still ramping after 2 s", "hapticctl status");
+      pause();
+    }
   }
 
   void step(const Vec3& hip, const Vec3&, double, haptic_algorithm_contact& contact) { moveTo(hip, contact); }
@@ -105,7 +109,7 @@ class Daemon {
     haptic_acks acks{};
     haptic_sample after{};
     while (acks.applied_seq < seq || after.tick < acks.applied_tick) {
-      if (steady_clock::now() > end) return answer(contact, Vec3::Constant(NAN), hip, false);  // Reported as a sample.
+      if (steady_clock::now() > end) throw Failure("daemon", "it has not taken a pose for 2 s", "hapticctl status");
       pause();
       if (const haptic::Result<haptic_acks> a = session_->acks()) acks = *a;
       after = sample();

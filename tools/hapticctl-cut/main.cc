@@ -119,6 +119,9 @@ int main(int argc, char** argv) {
       ->check(hapticctl::positive());
   app.add_option("--body", o.body, "Where the body goes; else MESH-body.ply")->type_name("FILE.ply");
   app.add_option("--fragment", o.fragment, "Where the fragment goes; else MESH-fragment.ply")->type_name("FILE.ply");
+  app.failure_message([](const CLI::App*, const CLI::Error& error) {
+    return fmt::format("hapticctl cut: {} (hapticctl cut --help tells how)\n", error.what());
+  });
   try {
     app.parse(argc, argv);
     if (plane->count() + shell->count() == 0) throw CLI::RequiredError("--plane or --shell");

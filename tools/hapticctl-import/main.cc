@@ -149,6 +149,9 @@ int main(int argc, char** argv) {
   app.add_option("--vdb", o.vdb, "Write the volume's distances as an OpenVDB level set and load nothing")
       ->type_name("FILE.vdb")
       ->needs(voxel);
+  app.failure_message([](const CLI::App*, const CLI::Error& error) {
+    return fmt::format("hapticctl import: {} (hapticctl import --help tells how)\n", error.what());
+  });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

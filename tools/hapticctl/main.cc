@@ -58,6 +58,8 @@ std::string footer() {
 }
 
 int run(int argc, char** argv, Globals& globals) {
+  for (int i = 1; i < firstWord(argc, argv); ++i)
+    if (std::strcmp(argv[i], "--json") == 0) globals.json = true;  // Also for what is found before all is read.
   CLI::App app{"Look at, feed and stop a running hapticd, the haptic device server.", "hapticctl"};
   app.footer(footer());
   app.set_version_flag("--version", std::string("hapticctl ") + haptic_version());

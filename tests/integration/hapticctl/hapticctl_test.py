@@ -102,6 +102,8 @@ class WithoutDaemon(Case):
                         ["stop"], ["limits"], ["load", path, "--scale", "mm"], ["add", "plane"], ["remove", "x"], ["objects"],
                         ["get", "/objects"], ["set", "/objects/x/pos?value=0,0,0"]):
             self.assertIn(str(self.socket), self.run_ctl(*command, exit_code=3).stderr)
+        unknown = json.loads(self.run_ctl("--json", "--timeout", "1", "stauts", exit_code=2).stderr)
+        self.assertEqual(unknown["error"]["where"], "stauts")
         failure = json.loads(self.run_ctl("--json", "status", exit_code=3).stderr)
         self.assertEqual(failure["error"]["code"], "DISCONNECTED")
 
@@ -263,7 +265,20 @@ class WithDaemon(Case):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.run_ctl("remove", "cube")
         self.assertIn("--plane", subprocess.run([HAPTICCTL, "cut", "--help"], capture_output=True, text=True, env=environment, check=True).stdout)
+        for name, words in (("import", "FILE is required"), ("cut", "MESH is required")):
+            done = subprocess.run([HAPTICCTL, name], capture_output=True, text=True, env=environment, check=False)
+            self.assertEqual(done.stderr, f"hapticctl {name}: {words} (hapticctl {name} --help tells how)\n")
+            self.assertEqual(done.returncode, 2)
         self.assertIn("import, a scan as an object", self.run_ctl("--help").stdout)
+
+    def test_volumes_that_are_not_kept(self):
+        path = self.file("kept.stl", stl(["0 0 0", "2 0 0", "0 3 0", "0 0 5"]))
+        self.run_ctl("load", path, "--scale", "mm", "--voxel", "0.5")
+        self.assertIn("builder.cache", self.run_ctl("volumes").stderr)
+        told = self.run_ctl("export", "kept", "x.vdb", exit_code=1).stderr
+        for words in ("kept: volumes are not kept", "builder.cache in hapticd.toml"):
+            self.assertIn(words, told)
+        self.run_ctl("remove", "kept")
 
     def test_mistakes_are_told_in_the_words_of_the_command_line(self):
         path = self.file("word.stl", stl(["0 0 0", "2 0 0", "0 3 0", "0 0 5"]))

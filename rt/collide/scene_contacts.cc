@@ -14,6 +14,12 @@ namespace {
 /** Whatever has moved farther between two questions was put there [m]. */
 constexpr double kTeleport = Scene::kTeleportSpeed * 2e-3;
 
+constexpr std::uint32_t kMostCut = 50;  ///< Answers: as long as the servo goes on without any (HeldTool::kStale).
+
+bool isLate(const WorkBudget& budget) HD_RT {
+  return budget.clock != nullptr && budget.deadline_ns != 0 && budget.clock->now() >= budget.deadline_ns;
+}
+
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
 
 }  // namespace
@@ -67,20 +73,75 @@ const VolumeView* SceneContacts::volumeOf(const Shape& shape) const HD_RT {
   return volumes_ != nullptr && shape.kind == ShapeKind::kMesh ? volumes_->get(shape.mesh_entry) : nullptr;
 }
 
-Pose SceneContacts::before(const Stood& now) const HD_RT {
+const SceneContacts::Stood* SceneContacts::then(const Stood& now) const HD_RT {
   for (const Stood& then : std::span(last_).first(last_count_)) {
     if (then.slot != now.slot || then.number != now.number) continue;
     const bool elsewhere = (then.X_WO.p - now.X_WO.p).norm() > kTeleport ||
                            then.X_WO.q.angularDistance(now.X_WO.q) > Scene::kTeleportAngle;
-    return elsewhere ? now.X_WO : then.X_WO;
+    return elsewhere ? nullptr : &then;
   }
-  return now.X_WO;
+  return nullptr;
+}
+
+Pose SceneContacts::before(const Stood& now) const HD_RT {
+  const Stood* const stood = then(now);
+  return stood != nullptr ? stood->X_WO : now.X_WO;
 }
 
 void SceneContacts::remember(const CollideRequest::Held& held) HD_RT {
-  last_count_ = 0;
-  last_[last_count_++] = stoodOf(held);
-  for (std::uint32_t k = 0; k < held.count; ++k) last_[last_count_++] = stoodOf(held.obstacle[k]);
+  std::array<Stood, CollideRequest::kMostObstacles + 1> now;
+  std::uint32_t count = 0;
+  now[count++] = stoodOf(held);
+  for (std::uint32_t k = 0; k < held.count; ++k) {
+    Stood stood = stoodOf(held.obstacle[k]);
+    const Stood* const last = then(stood);
+    if ((cut_ >> k & 1) != 0) stood.cut = last != nullptr ? last->cut + 1 : 1;
+    now[count++] = stood;
+  }
+  last_ = now;
+  last_count_ = count;
+}
+
+/** Whose turn it is: that which has been cut short for the longest. */
+std::uint32_t SceneContacts::firstOf(const CollideRequest::Held& held) const HD_RT {
+  std::uint32_t first = 0, most = 0;
+  for (std::uint32_t k = 0; k < held.count; ++k) {
+    const Stood* const last = then(stoodOf(held.obstacle[k]));
+    if (last == nullptr || last->cut <= most) continue;
+    most = last->cut;
+    first = k;
+  }
+  return first;
+}
+
+/** Contacts of the last answer with obstacles for which there was no time, where they are now. */
+void SceneContacts::carryOver(const CollideRequest::Held& held, double margin, const ContactModel& model) HD_RT {
+  if (cut_ == 0 || then(stoodOf(held)) == nullptr) return;
+  const std::uint32_t found = found_.count;
+  for (std::uint32_t i = 0; i < model.count; ++i) {
+    for (std::uint32_t k = 0; k < held.count; ++k) {
+      const CollideRequest::Obstacle& obstacle = held.obstacle[k];
+      if ((cut_ >> k & 1) == 0 || obstacle.slot != model.point[i].body()) continue;
+      const Stood* const last = then(stoodOf(obstacle));
+      if (last == nullptr || last->cut >= kMostCut) continue;
+      const Touch touch = model.touch(i, held.X_WO, Vec3::Zero(), obstacle.X_WO, Twist{});
+      Contact contact;
+      contact.p_WA = touch.r_a;
+      contact.n_W = touch.n;
+      contact.depth = -touch.gap;
+      contact.p_WB = contact.p_WA + contact.depth * contact.n_W;
+      contact.feature_a = (model.point[i].key & 0xffffffu) - 1;
+      const bool known = isFound(k, contact.feature_a, found);
+      if (touch.gap <= margin && !known) keep(contact, static_cast<std::uint8_t>(k));
+    }
+  }
+}
+
+bool SceneContacts::isFound(std::uint32_t k, std::uint32_t feature, std::uint32_t among) const HD_RT {
+  for (std::uint32_t i = 0; i < among; ++i) {
+    if (body_of_[i] == k && found_.contact[i].feature_a == feature) return true;
+  }
+  return false;
 }
 
 bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held, double ahead, const WorkBudget& budget,
@@ -98,6 +159,7 @@ bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held,
   query.budget = budget;
   query.budget.units = kFieldUnits;
   field_.find(query, field_found_);
+  if (field_found_.report.exhausted && isLate(budget)) cut_ |= 1u << k;
   keepFound(k, report);
   if (ahead * held.speed > usableMargin(query.margin, *query.b.volume)) lookAhead(k, held, ahead, query, report);
   return true;
@@ -132,11 +194,7 @@ void SceneContacts::lookAhead(std::uint32_t k, const CollideRequest::Held& held,
   const std::uint32_t found = found_.count;
   std::uint32_t met = 0;
   for (Contact c : field_found_.contacts()) {
-    bool known = false;  // There already: what is seen where they are now is nearer the truth.
-    for (std::uint32_t i = 0; i < found && !known; ++i) {
-      known = body_of_[i] == k && found_.contact[i].feature_a == c.feature_a;
-    }
-    if (known) continue;
+    if (isFound(k, c.feature_a, found)) continue;  // What is seen where they are now is nearer the truth.
     c.p_WA = back_A * c.p_WA;
     c.p_WB = back_B * c.p_WB;
     c.n_W = back_B.q * c.n_W;
@@ -245,11 +303,12 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
   }
   found_.count = 0;
   const double margin = kMargin + ahead * held.speed;
-  by_field_ = 0;
-  for (std::uint32_t k = 0; k < held.count; ++k) {
+  by_field_ = cut_ = 0;
+  const std::uint32_t first = firstOf(held);
+  for (std::uint32_t i = 0; i < held.count; ++i) {
+    const std::uint32_t k = (first + i) % held.count;
     if (tryVolume(k, held, ahead, budget, report)) by_field_ |= 1u << k;
   }
-  remember(held);
   const bool all_by_field = by_field_ == (std::uint64_t{1} << held.count) - 1;
   if (!all_by_field && points_.count() > 0) {
     const std::array<bool, ToolPoints::kMost> was_hot = hot_;
@@ -259,7 +318,10 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     const bool hot = tryPoints(true, hot_cursor_, was_hot, held, margin, most);
     const bool cold = tryPoints(false, cursor_, was_hot, held, margin, all);
     report.exhausted = report.exhausted || !hot || !cold;
+    if (!hot && isLate(budget)) cut_ |= ~by_field_ & ((1u << held.count) - 1);
   }
+  carryOver(held, margin, model);
+  remember(held);
 
   std::array<ContactBody, CollideRequest::kMostObstacles> bodies;
   for (std::uint32_t k = 0; k < held.count; ++k) bodies[k] = {held.obstacle[k].slot, held.obstacle[k].X_WO};

@@ -21,6 +21,9 @@ namespace hapticd {
  * touched last time are tried first, with seven eighths of the budget, then the others; both go on where they ended, so
  * that a budget that is too small still gets round.
  *
+ * Obstacles for which the time was not enough keep the contacts of the answer before, for a tenth of a second, and come
+ * first the next time: an answer that is late must not say that nothing touches.
+ *
  * A tool that is faster than the field's margin reaches until the next answer is told of what it will meet, from the
  * way that it will go: a plane that it has not reached stops it there, one that it has passed could only push it back.
  *
@@ -67,16 +70,23 @@ class SceneContacts {
     std::uint32_t slot = 0;    ///< 0: the tool.
     std::uint64_t number = 0;  ///< Of its shape: the next in that slot is another.
     Pose X_WO;
+    std::uint32_t cut = 0;  ///< Questions since there was time for all of it.
   };
   [[nodiscard]] static Stood stoodOf(const CollideRequest::Held& held) HD_RT {
-    return {0, held.shape.number, held.X_WO};
+    return {0, held.shape.number, held.X_WO, 0};
   }
   [[nodiscard]] static Stood stoodOf(const CollideRequest::Obstacle& obstacle) HD_RT {
-    return {obstacle.slot, obstacle.shape.number, obstacle.X_WO};
+    return {obstacle.slot, obstacle.shape.number, obstacle.X_WO, 0};
   }
+  /** The same at the last question; null: it was not named there, or has been put elsewhere. */
+  [[nodiscard]] const Stood* then(const Stood& now) const HD_RT;
   /** Where it stood at the last question; where it is now, if it was not named there or has been put elsewhere. */
   [[nodiscard]] Pose before(const Stood& now) const HD_RT;
   void remember(const CollideRequest::Held& held) HD_RT;
+  [[nodiscard]] std::uint32_t firstOf(const CollideRequest::Held& held) const HD_RT;
+  void carryOver(const CollideRequest::Held& held, double margin, const ContactModel& model) HD_RT;
+  /** Whether that feature's contact with obstacle k is among the first so many found. */
+  [[nodiscard]] bool isFound(std::uint32_t k, std::uint32_t feature, std::uint32_t among) const HD_RT;
   struct Purse;
   enum class Looked : std::uint8_t { kNear, kFar, kUnknown };  ///< Unknown: the work was not enough.
   /** Nearest point of an obstacle, or what its field says where that is too far. */
@@ -97,6 +107,7 @@ class SceneContacts {
   std::array<Stood, CollideRequest::kMostObstacles + 1> last_{};  ///< The tool and the obstacles, last time.
   std::uint32_t last_count_ = 0;
   std::uint32_t by_field_ = 0;  ///< Bit k: obstacle k has been asked by its field.
+  std::uint32_t cut_ = 0;       ///< Bit k: there was no time for all of it.
 
   ToolPoints points_;
   std::uint32_t made_for_ = 0;

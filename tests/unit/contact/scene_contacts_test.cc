@@ -288,6 +288,72 @@ TEST(SceneContacts, TheClockIsReadByWorkNotByPoints) {
   EXPECT_GT(q.report.dropped, 0u);
 }
 
+TEST(SceneContacts, AnAnswerWithoutTimeKeepsWhatTouchedForAWhile) {
+  for (const bool by_field : {true, false}) {
+    Question q;
+    testing::TestMesh ball = testing::sphereMesh(0.01, 20), plate = testing::boxMesh({0.02, 0.02, 0.005});
+    q.held.shape.mesh = ball.view();
+    q.held.obstacle[0].shape.mesh = plate.view();
+    if (!by_field) q.volumes.publish(kPlateEntry, nullptr);
+    q.held.X_WO.p = Vec3(0.003, 0.001, 0.014);
+    WatchedClock clock;
+    clock.report = &q.report;
+    ContactModel model;
+    const auto ask = [&](bool in_time) {
+      clock.last = clock.looks = 0;
+      clock.late_at = in_time ? 1 << 30 : 1;
+      q.contacts->find(q.held, 0, {400'000, 1000, &clock}, model, q.report);
+      return model.count;
+    };
+    ASSERT_GT(ask(true), 0u);
+    EXPECT_FALSE(q.report.exhausted);
+    q.held.X_WO.p.z() -= 0.0002;  // Meanwhile it sinks.
+    for (int i = 0; i < 50; ++i) {
+      ASSERT_GT(ask(false), 0u) << i;
+      EXPECT_TRUE(q.report.exhausted);
+      EXPECT_NEAR(q.deepest(model), 0.0012, 5e-5);
+    }
+    EXPECT_EQ(ask(false), 0u) << "not for ever";
+    ASSERT_GT(ask(true), 0u);
+    ASSERT_GT(ask(false), 0u);
+    q.held.obstacle[0].shape.number = 3;
+    EXPECT_EQ(ask(false), 0u) << "another object is there now";
+    ASSERT_GT(ask(true), 0u);
+    q.held.X_WO.p.z() = 0.019;
+    EXPECT_EQ(ask(false), 0u) << "it has left it";
+    q.held.X_WO.p.z() = 0.014;
+    ASSERT_GT(ask(true), 0u);
+    q.held.count = 0;
+    EXPECT_EQ(ask(false), 0u) << "it has gone";
+  }
+}
+
+TEST(SceneContacts, WhatWasCutShortComesFirstTheNextTime) {
+  // Four plates about a ball, all touched; there is time for one at a time.
+  Question q;
+  q.held.count = 4;
+  for (int k = 0; k < 4; ++k) {
+    q.held.obstacle[k] = q.held.obstacle[0];
+    q.held.obstacle[k].slot = 7 + static_cast<std::uint32_t>(k);
+    const Quat turn(Eigen::AngleAxisd(k * EIGEN_PI / 2, Vec3::UnitX()));
+    q.held.obstacle[k].X_WO = {turn * Vec3(0, 0, -0.0149), turn};
+  }
+  WatchedClock clock;
+  clock.report = &q.report;
+  ContactModel model;
+  std::set<std::uint32_t> touched;
+  for (int i = 0; i < 4; ++i) {
+    clock.last = clock.looks = 0;
+    clock.late_at = 2;  // One look for the first, and the next finds it late.
+    q.contacts->find(q.held, 0, {400'000, 1000, &clock}, model, q.report);
+    for (std::uint32_t c = 0; c < model.count; ++c) touched.insert(model.point[c].body());
+    EXPECT_EQ(touched.size(), static_cast<std::size_t>(i) + 1);
+  }
+  std::set<std::uint32_t> now;
+  for (std::uint32_t c = 0; c < model.count; ++c) now.insert(model.point[c].body());
+  EXPECT_EQ(now.size(), 4u) << "those looked at before are kept meanwhile";
+}
+
 TEST(SceneContacts, HowDeepAPointIsIsNotForgottenWhereTheWorkWasNotEnough) {
   // In the middle of a fine ball any triangle may be the nearest: more than a point may look at.
   Question q;

@@ -31,6 +31,11 @@ struct Sweep {
   /** A triangle of the mesh that may well be met first: tried first, it shortens the search, whose answer is the same.
    */
   std::uint32_t hint = HD_NO_INDEX;
+  /**
+   * Unit, or zero: a direction in which much of the mesh may well lie below all of the way. Looked at before anything
+   * else of a triangle; any will do, and the answer is the same.
+   */
+  Vec3 above = Vec3::Zero();
   /** Triangles of the mesh about the start, if somebody keeps them: asked instead of the tree as far as they reach. */
   Vicinity* vicinity = nullptr;
   std::uint32_t work = 0;   ///< In and out: tree nodes and triangles visited, primitives too.

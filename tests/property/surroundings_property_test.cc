@@ -181,6 +181,7 @@ TEST(SurroundingsProperty, WhatIsTriedFirstChangesNothing) {
     SweepHit hit, hinted;
     const SweepResult result = sweepMesh(view, sweep, hit);
     sweep.hint = static_cast<std::uint32_t>(random.below(static_cast<int>(view.triangle_count)));
+    if (random.once(2)) sweep.above = Vec3(0, 0, 1);
     ASSERT_EQ(sweepMesh(view, sweep, hinted), result);
     ASSERT_EQ(hit.t, hinted.t);
     ASSERT_EQ(hit.feature, hinted.feature) << sweep.hint;
@@ -190,6 +191,38 @@ TEST(SurroundingsProperty, WhatIsTriedFirstChangesNothing) {
     ties += sweep.hint != hit.feature && sweepMesh(view, sweep, alone) == SweepResult::kExhausted && alone.t == hit.t;
   }
   EXPECT_GT(ties, 50);
+}
+
+TEST(SurroundingsProperty, WhatLiesBelowTheWayIsNotMet) {
+  // Segments and balls that graze a bumpy sheet, seen along all kinds of directions.
+  Random random(2);
+  TestMesh mesh =
+      testing::heightMesh(1, 12, [](double x, double y) { return 0.1 * std::sin(5 * x) * std::cos(4 * y); });
+  const MeshView& view = *mesh.view();
+  int hits = 0, misses = 0;
+  for (int i = 0; i < 20000; ++i) {
+    Sweep sweep;
+    sweep.radius = random.once(2) ? 0 : random.in(0.01, 0.5);
+    sweep.tolerance = 1e-14;
+    sweep.two_sided = random.once(4);
+    sweep.a = Vec3(random.in(-0.8, 0.8), random.in(-0.8, 0.8), sweep.radius + random.in(-0.05, 0.12));
+    sweep.d = random.vector(0.2);
+    sweep.limit = 1u << 20;
+    SweepHit hit, other;
+    const SweepResult result = sweepMesh(view, sweep, hit);
+    const auto t = static_cast<std::uint32_t>(random.below(static_cast<int>(view.triangle_count)));
+    sweep.above =
+        random.once(2)
+            ? random.vector(1).normalized()
+            : Vec3((view.vertex(t, 1) - view.vertex(t, 0)).cross(view.vertex(t, 2) - view.vertex(t, 0)).normalized());
+    ASSERT_EQ(sweepMesh(view, sweep, other), result) << i;
+    ASSERT_EQ(hit.t, other.t) << i;
+    ASSERT_EQ(hit.normal, other.normal) << i;
+    ASSERT_EQ(hit.feature, other.feature) << i;
+    ++(result == SweepResult::kHit ? hits : misses);
+  }
+  EXPECT_GT(hits, 2000);
+  EXPECT_GT(misses, 2000);
 }
 
 TEST(SurroundingsProperty, AStrokeSeldomLooksIntoTheTree) {
@@ -213,7 +246,7 @@ TEST(SurroundingsProperty, AStrokeSeldomLooksIntoTheTree) {
       plain.step(*t.scene, hip, Vec3::Zero(), kTick, contact);
       looked_plain += contact.work;
     }
-    EXPECT_LT(10 * looked, 9 * looked_plain) << radius;
+    EXPECT_LT(2 * looked, looked_plain) << radius;
   }
 }
 

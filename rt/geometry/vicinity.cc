@@ -20,12 +20,19 @@ void put(const Vec3& n, double offset, float (&normal)[3][kPrismWidth], float* o
   offsets[lane] = static_cast<float>(std::clamp(offset, -kFar, kFar));
 }
 
+/** Who slides over the triangles will ask for them. */
+void fetchNeighbours(const MeshView& mesh, std::uint32_t first, std::uint32_t count) HD_RT {
+  if (mesh.neighbours == nullptr) return;
+  __builtin_prefetch(&mesh.neighbours[first]);
+  __builtin_prefetch(&mesh.neighbours[first + count - 1]);
+}
+
 }  // namespace
 
 /** One prism in double precision. */
 void Vicinity::remake(PrismBlock& block, std::uint32_t triangle, std::uint32_t lane) const HD_RT {
   Vec3 v[3];
-  for (int c = 0; c < 3; ++c) v[c] = (mesh_->vertex(triangle, c) - center_) / radius_;
+  for (int c = 0; c < 3; ++c) v[c] = (mesh_->vertex(triangle, c) - center_) / size_;
   const Vec3 edge[3] = {v[1] - v[0], v[2] - v[1], v[0] - v[2]};
   const Vec3 up = edge[0].cross(edge[1]);
   const double area = up.norm();
@@ -47,7 +54,7 @@ void Vicinity::make(std::uint32_t number) HD_RT {
   const std::uint32_t first = first_of_[number], count = count_of_[number];
   PrismFrame frame;
   for (int i = 0; i < 3; ++i) frame.origin[i] = origin_[i];
-  frame.inverse = static_cast<float>(1 / radius_);
+  frame.inverse = static_cast<float>(1 / size_);
   std::uint32_t rough = boxTests().make(&mesh_->corners[first][0][0], count, frame, block) & ((1u << count) - 1);
   for (; rough != 0; rough &= rough - 1) {
     const auto lane = static_cast<std::uint32_t>(std::countr_zero(rough));
@@ -56,12 +63,22 @@ void Vicinity::make(std::uint32_t number) HD_RT {
   made_ |= std::uint64_t{1} << number;
 }
 
-void Vicinity::begin(const MeshView& mesh, const Vec3& center, double radius) HD_RT {
+void Vicinity::begin(const MeshView& mesh, const Vec3& from, const Vec3& to, double radius) HD_RT {
   for (int i = 0; i < 3; ++i) {
-    origin_[i] = static_cast<float>(center[i]);
+    origin_[i] = static_cast<float>(0.5 * (from[i] + to[i]));
     center_[i] = origin_[i];
   }
+  half_ = to - center_;
+  const double half2 = half_.squaredNorm();
+  inverse_half2_ = half2 > kStill * kStill * radius * radius ? 1 / half2 : 0.0;
   radius_ = radius;
+  size_ = radius + std::sqrt(half2);
+  way_ = boxPoint(center_ - half_);
+  const BoxPoint end = boxPoint(center_ + half_);
+  for (int i = 0; i < 3; ++i) {
+    way_.lower[i] = std::min(way_.lower[i], end.lower[i]);
+    way_.upper[i] = std::max(way_.upper[i], end.upper[i]);
+  }
   mesh_ = &mesh;
   made_ = 0;
   count_ = blocks_ = visited_ = first_ = end_ = 0;
@@ -92,15 +109,16 @@ bool Vicinity::look(const MeshView& mesh, std::uint32_t number) HD_RT {
   ++visited_;
   const hd_bvh_node& node = mesh.nodes[number];
   float key[HD_BVH_WIDTH];
-  std::uint32_t mask = boxTests().approach(node, boxPoint(center_), roundedUp(radius_ * radius_), key);
+  std::uint32_t mask = boxTests().approach(node, way_, roundedUp(radius_ * radius_), key);
   if (end_ + HD_BVH_WIDTH > kMaxNodes) return false;
   for (; mask != 0; mask &= mask - 1) {
     const auto i = static_cast<std::uint32_t>(std::countr_zero(mask));
     fetch(mesh, node.child[i], node.count[i]);
     if (node.count[i] == 0) {
       node_[end_++] = node.child[i];
-    } else if (!take(node, i)) {
-      return false;
+    } else {
+      fetchNeighbours(mesh, node.child[i], node.count[i]);
+      if (!take(node, i)) return false;
     }
   }
   return true;
@@ -123,14 +141,14 @@ Vicinity::State Vicinity::proceed(const MeshView& mesh, std::uint32_t visits, st
 
 std::uint64_t Vicinity::rounded(const Vec3& a, const Vec3& b, double radius, bool behind,
                                 PrismSweep& sweep) const HD_RT {
-  const double inverse = 1 / radius_;
+  const double inverse = 1 / size_;
   for (int i = 0; i < 3; ++i) {
     sweep.a[i] = static_cast<float>((a[i] - center_[i]) * inverse);
     sweep.b[i] = static_cast<float>((b[i] - center_[i]) * inverse);
   }
   const double way = (b - a).norm();
-  sweep.still = way <= kStill * radius_;
-  const double grown = radius + kSlack * radius_ + (sweep.still ? way : 0.0);
+  sweep.still = way <= kStill * size_;
+  const double grown = radius + kSlack * size_ + (sweep.still ? way : 0.0);
   sweep.radius_squared = roundedUp(grown * inverse * (grown * inverse));
   sweep.behind_squared = static_cast<float>(behind ? 4 : kSlack * kSlack);
 

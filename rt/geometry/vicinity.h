@@ -3,7 +3,9 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 
 #include "rt/base/math.h"
@@ -14,8 +16,9 @@
 namespace hapticd {
 
 /**
- * All triangles of one mesh that touch a ball, and some more. It does not know when the mesh changes: its owner
- * does. Filled at once or bit by bit; until it is full nothing may be asked of it. Servo-safe.
+ * All triangles of one mesh that a ball touches which goes straight from one place to another, and some more. It does
+ * not know when the mesh changes: its owner does. Filled at once or bit by bit; until it is full nothing may be asked
+ * of it. Servo-safe.
  */
 class Vicinity {
  public:
@@ -30,8 +33,11 @@ class Vicinity {
     kFull,
   };
 
-  /** Forgets what it holds; the triangles about the ball are to be gathered next. Nothing if radius <= 0. */
-  void begin(const MeshView& mesh, const Vec3& center, double radius) HD_RT;
+  /**
+   * Forgets what it holds; the triangles about a ball that goes from `from` to `to` are to be gathered next. Nothing if
+   * radius <= 0.
+   */
+  void begin(const MeshView& mesh, const Vec3& from, const Vec3& to, double radius) HD_RT;
   /**
    * Looks into nodes of the tree until `visits` of nodes and triangles are reached; those of later calls are asked for
    * from memory meanwhile. `work` grows by what was visited. The mesh must be there as long as anything is asked.
@@ -49,13 +55,13 @@ class Vicinity {
   /** Radius of the largest ball about x whose triangles are all here, with a hair to spare; negative if there is none.
    */
   [[nodiscard]] double room(const Vec3& x) const HD_RT {
-    return state_ == State::kFull ? (1 - kSlack) * radius_ - (x - center_).norm() : -1.0;
+    return state_ == State::kFull ? radius_ - kSlack * size_ - std::sqrt(squaredDistance(x)) : -1.0;
   }
 
   /** Whether room(x) is at least `reach`. */
   [[nodiscard]] bool holds(const Vec3& x, double reach) const HD_RT {
-    const double left = (1 - kSlack) * radius_ - reach;
-    return state_ == State::kFull && left >= 0 && (x - center_).squaredNorm() <= left * left;
+    const double left = radius_ - kSlack * size_ - reach;
+    return state_ == State::kFull && left >= 0 && squaredDistance(x) <= left * left;
   }
 
   /**
@@ -82,7 +88,7 @@ class Vicinity {
   }
 
  private:
-  /** Of the radius: beyond what single precision makes of planes and points in the ball, and exact tests of a hit. */
+  /** Of the size: beyond what single precision makes of planes and points in it, and exact tests of a hit. */
   static constexpr double kSlack = 0x1p-15;
 
   static constexpr std::uint32_t kBlocks = kMaxLeaves;
@@ -93,6 +99,12 @@ class Vicinity {
   /** The sweep as the blocks see it, and those of them whose boxes it may meet. */
   [[nodiscard]] std::uint64_t rounded(const Vec3& a, const Vec3& b, double radius, bool behind,
                                       PrismSweep& sweep) const HD_RT;
+  /** Of x from the way of the ball's centre. */
+  [[nodiscard]] double squaredDistance(const Vec3& x) const HD_RT {
+    const Vec3 away = x - center_;
+    const double along = std::clamp(inverse_half2_ * away.dot(half_), -1.0, 1.0);
+    return (away - along * half_).squaredNorm();
+  }
   bool look(const MeshView& mesh, std::uint32_t number) HD_RT;
   bool take(const hd_bvh_node& node, std::uint32_t leaf) HD_RT;
   void make(std::uint32_t number) HD_RT;
@@ -100,7 +112,11 @@ class Vicinity {
 
   Vec3 center_ = Vec3::Zero();  ///< In single precision, exactly: differences with corners then round little.
   float origin_[3] = {};        ///< The same.
+  Vec3 half_ = Vec3::Zero();    ///< From the centre to the end of the ball's way,
+  double inverse_half2_ = 0;    ///< its inverse square; 0 if there is no way.
   double radius_ = -1;
+  double size_ = 0;  ///< Of a ball about all.
+  BoxPoint way_ = {};
   State state_ = State::kEmpty;
   std::uint32_t count_ = 0;
   std::uint32_t blocks_ = 0;  ///< One a leaf.

@@ -28,6 +28,7 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   Step step;
   step.scene = &scene;
   step.goal = hip_W;
+  step.end = proxy_;
   step.scale = std::max(extent(proxy_), extent(hip_W));
   step.slip = slip_;
   surroundings_.tick();
@@ -100,7 +101,8 @@ Vicinity* ProxyRenderer::vicinityOf(Step& step, std::uint32_t slot, const Vec3& 
   const SceneObject& object = step.scene->slot(slot);
   if (!keep_ || object_ == 0 || object.shape.kind != ShapeKind::kMesh || step.near_count == Surroundings::kMeshes)
     return nullptr;
-  const ProxyPlace place{start, toLocal(object.X_WO, step.goal), radius_};
+  const ProxyPlace place{start, start + toLocal(object.X_WO, step.end) - toLocal(object.X_WO, proxy_),
+                         toLocal(object.X_WO, step.goal), radius_};
   Vicinity* const vicinity = surroundings_.about(slot, object.shape, place, step.gathered);
   step.near[step.near_count++] = {slot, vicinity};
   return vicinity;
@@ -119,9 +121,10 @@ Vec3 ProxyRenderer::here(const Step& step) const HD_RT {
 
 /**
  * Sweeps from where the proxy is to `target` against everything. False when the work is used up: then nothing is
- * known and the proxy must not move.
+ * known and the proxy must not move. `above` as in Sweep, in W.
  */
-bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, bool& hit, std::uint32_t& slot, SweepHit& first) HD_RT {
+bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot,
+                            SweepHit& first) HD_RT {
   hit = false;
   if (++step.sweeps > kMaxSweeps) return false;
   first = SweepHit{};
@@ -139,6 +142,7 @@ bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, bool& hit, std::uint
     Sweep sweep;
     sweep.a = startIn(step, i);
     sweep.d = toLocal(object.X_WO, target) - sweep.a;
+    sweep.above = rotated(object.X_WO.q.conjugate(), above);
     sweep.radius = radius_;
     sweep.tolerance = kNear * skin;
     sweep.two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
@@ -203,7 +207,7 @@ void ProxyRenderer::settle(Step& step) HD_RT {
     next.goTo(step.goal);
     for (int round = 0;; ++round) {
       if (!held) {
-        if (!sweepTo(step, next.target(), hit, slot, first)) return;
+        if (!sweepTo(step, next.target(), next.above[next.gone], hit, slot, first)) return;
         if (!hit) {
           arrive(step, next.target());
           if (++next.gone < next.parts) continue;
@@ -217,6 +221,7 @@ void ProxyRenderer::settle(Step& step) HD_RT {
       }
       held = false;
       plan(step, next);
+      if (next.lands) step.end = next.way[next.parts - 1];
       step.settled = next.stay && step.together;
       if (step.settled) return;
       if (next.stay) next.goTo(here(step));

@@ -97,11 +97,10 @@ class ProxyRenderer {
     std::uint32_t triangle = 0;
     HalfSpace plane;
   };
-  /** Most faces of a mesh that a plan leads over. */
-  static constexpr int kMaxFaces = 6;
   /** What is swept next: a way of several parts, without a new look at the surfaces where they meet. */
   struct Plan {
-    Vec3 way[kMaxFaces + 1];
+    Vec3 way[2];
+    Vec3 above[2];  ///< Of each part, the normal of a surface along which it leads; zero if there is none.
     int parts = 0, gone = 0;
     bool in_groove = false;  ///< The way leads through the air above a groove.
     bool stay = false;       ///< The proxy is where it belongs.
@@ -116,6 +115,7 @@ class ProxyRenderer {
     [[nodiscard]] const Vec3& target() const HD_RT { return way[gone]; }
     void goTo(const Vec3& x) HD_RT {
       way[0] = x;
+      above[0].setZero();
       parts = 1;
       gone = 0;
       in_groove = stay = lands = false;
@@ -153,7 +153,8 @@ class ProxyRenderer {
   void begin(Step& step) HD_RT;
   void fitRadius(Step& step) HD_RT;
   void settle(Step& step) HD_RT;
-  bool sweepTo(Step& step, const Vec3& target, bool& hit, std::uint32_t& slot, SweepHit& first) HD_RT;
+  bool sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot,
+               SweepHit& first) HD_RT;
   void moveBy(Step& step, const Vec3& target, double t) HD_RT;
   void arrive(Step& step, const Vec3& target) HD_RT;
   void meet(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT;
@@ -163,9 +164,7 @@ class ProxyRenderer {
   void plan(Step& step, Plan& plan) HD_RT;
   [[nodiscard]] bool planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT;
   [[nodiscard]] bool planInGroove(Step& step, const Vec3& here, double rest, Plan& plan) HD_RT;
-  void followFaces(Step& step, int held, const Vec3& here, double friction, Plan& plan) const HD_RT;
-  static bool leadOver(const Step& step, const HalfSpace* face, int count, Vec3 here, const Vec3& end,
-                       Plan& plan) HD_RT;
+  void followFaces(Step& step, int held, const Vec3& at_W, double friction, Plan& plan) const HD_RT;
   void land(Step& step, const Plan& plan) HD_RT;
   void holdFace(Step& step, std::uint32_t slot, const MeshPlane& face) HD_RT;
   [[nodiscard]] bool tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x, Vec3& normal,
@@ -174,6 +173,7 @@ class ProxyRenderer {
   bool goAround(Step& step) HD_RT;
   void goToward(Step& step, const Vec3& target) HD_RT;
   [[nodiscard]] Nearer nearerSurface(Step& step, const Support& now) const HD_RT;
+  [[nodiscard]] static bool touchesHeld(const Step& step, std::uint32_t slot, const Vec3& x, double radius) HD_RT;
   bool goVia(Step& step, const Vec3* way, int count, double most) HD_RT;
   void finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT;
   [[nodiscard]] int foremost(const Step& step, std::uint32_t active) const HD_RT;

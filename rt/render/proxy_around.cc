@@ -1,5 +1,6 @@
 // A nearer part of the surface, gone to outside of everything solid: docs/rendering.md, "Around the outside".
 #include "rt/geometry/nearest.h"
+#include "rt/geometry/triangle.h"
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
@@ -51,7 +52,7 @@ bool ProxyRenderer::goVia(Step& step, const Vec3* way, int count, double most) H
     bool hit = false;
     std::uint32_t slot = 0;
     SweepHit first;
-    if (!sweepTo(step, way[i], hit, slot, first) || hit) {
+    if (!sweepTo(step, way[i], Vec3::Zero(), hit, slot, first) || hit) {
       proxy_ = from;
       return false;
     }
@@ -65,9 +66,26 @@ void ProxyRenderer::goToward(Step& step, const Vec3& target) HD_RT {
   bool hit = false;
   std::uint32_t slot = 0;
   SweepHit first;
-  if (target == proxy_ || !sweepTo(step, target, hit, slot, first)) return;
+  if (target == proxy_ || !sweepTo(step, target, Vec3::Zero(), hit, slot, first)) return;
   const double margin = hit ? step.skin(step.scene->slot(slot)) / (target - proxy_).norm() : 0;
   moveBy(step, target, hit ? std::max(0.0, first.t - margin) : 1.0);
+}
+
+/**
+ * Whether a ball with its centre at x, in the object's frame, touches a triangle that holds the proxy now: told at
+ * once, and most places are where the ball does not fit for one of these.
+ */
+bool ProxyRenderer::touchesHeld(const Step& step, std::uint32_t slot, const Vec3& x, double radius) HD_RT {
+  const Shape& shape = step.scene->slot(slot).shape;
+  if (shape.kind != ShapeKind::kMesh) return false;
+  for (int i = 0; i < step.count; ++i) {
+    const Constraint& c = step.held[i];
+    if (c.slot != slot) continue;
+    const Corners v{shape.mesh->vertex(c.feature, 0), shape.mesh->vertex(c.feature, 1),
+                    shape.mesh->vertex(c.feature, 2)};
+    if ((nearestOnTriangle(v, x).point - x).squaredNorm() < radius * radius) return true;
+  }
+  return false;
 }
 
 /** The nearest point to the hip, seen from inside or through less than the ball, of the solids that hold the proxy. */
@@ -99,6 +117,9 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     const double skin = step.skin(object), distance = std::sqrt(near.squared_distance);
     const bool inside = near.isInside(query.x);
     if (!inside && radius_ == 0) continue;
+    if (radius_ > 0 &&
+        touchesHeld(step, looked, near.point + (radius_ + skin) * near.pseudo_normal, radius_ + 0.5 * skin))
+      continue;
     // But nothing else may be nearer to it, such as the far side of the sheet on which the ball rests.
     if (!inside && touches(object, query.x, kClearlyNearer * distance, query.vicinity, step.work)) continue;
     const double depth = radius_ + (inside ? distance : -distance);

@@ -77,70 +77,61 @@ int steeperEdge(const MeshView& mesh, std::uint32_t triangle, const Vec3 (&v)[3]
   return -1;
 }
 
-}  // namespace
+/** From face to face toward the hip, in the mesh's frame. */
+struct Walk {
+  const MeshView& mesh;
+  Vec3 hip;
+  Vec3 proxy;
+  double radius;    ///< Of the ball,
+  double skin;      ///< and how far it stays above.
+  double friction;  ///< The dynamic coefficient of a proxy that slips, 0 of one without friction.
 
-/**
- * The way from `at`, on the first of the faces that follow each other over their edges, to `end` on the last: straight
- * through the air, or, where that would lead below the planes of two, over the edge in which they meet. False, and no
- * way, where neither will do.
- */
-bool ProxyRenderer::leadOver(const Step& step, const HalfSpace* face, int count, Vec3 at, const Vec3& end,
-                             Plan& plan) HD_RT {
-  const double tiny = kNear * step.held[plan.keeps].skin;
-  plan.parts = 0;
-  for (int i = 0; i + 1 < count; ++i) {
-    const HalfSpace &here = face[i], &there = face[i + 1];
-    const double cosine = here.normal.dot(there.normal);
-    if (cosine < kMaxTurnCosine) return false;
-    const double here_at = here.height(at), there_at = there.height(at), here_end = here.height(end),
-                 there_end = there.height(end);
-    if (there_at >= -tiny && here_end >= -tiny) continue;  // A hollow.
-    if (there_at > here_at + tiny || here_end > there_end + tiny) return false;
-    const double share = (here_at - there_at) / ((here_at - there_at) + (there_end - here_end));
-    const double height = here_at + share * (here_end - here_at);
-    if (height >= 0) continue;
-    if (!(share >= 0 && share <= 1)) return false;
-    at += share * (end - at) - (height / (1 + cosine)) * (here.normal + there.normal);
-    plan.way[plan.parts++] = at;
-  }
+  static constexpr int kMaxFaces = 6;
+  HalfSpace face[kMaxFaces] = {};  ///< Raised by radius and skin.
+  int count = 0;
+  std::uint32_t triangle = HD_NO_INDEX, before = HD_NO_INDEX;  ///< The last two of them.
+  Vec3 end = Vec3::Zero();  ///< Where the proxy will come to lie: on both if in a hollow, else above the last one.
+  bool in_hollow = false;
+
+  bool toEnd(std::uint32_t first) HD_RT;
+
+ private:
+  bool seekOn(const HalfSpace& plane) HD_RT;
+  [[nodiscard]] bool seekInHollow(const Vec3 (&v)[3], int edge) HD_RT;
+};
+
+/** Where on the face's plane the proxy would come to rest: seen along its normal. False: it is held where it is. */
+bool Walk::seekOn(const HalfSpace& plane) HD_RT {
+  end = hip;
+  if (friction == 0) return true;
+  const Vec3 away = proxy - hip, lag = away - plane.normal.dot(away) * plane.normal;
+  const double depth = skin - plane.height(hip), length = lag.norm();
+  if (!(length > friction * depth)) return false;
+  end += (friction * depth / length) * lag;
   return true;
 }
 
-/**
- * Extends a plan that leads along the face held[i] of a mesh, or out of a groove of which it is a side: if the way ends
- * on this face, it lands there. If it leads over an edge, the neighbours are followed to the face on which the proxy
- * will come to lie, or the groove of two, and the plan leads there. `friction`: the dynamic coefficient of a proxy that
- * slips, 0 of one without friction.
- */
-void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at, double friction, Plan& plan) const HD_RT {
-  const Constraint& c = step.held[i];
-  const SceneObject& object = step.scene->slot(c.slot);
-  if (c.kind != FeatureKind::kFace || object.shape.kind != ShapeKind::kMesh ||
-      (object.flags & HD_OBJECT_TWO_SIDED) != 0)
-    return;
-  const MeshView& mesh = *object.shape.mesh;
-  if (mesh.neighbours == nullptr) return;
-  const Vec3 hip = toLocal(object.X_WO, step.goal);
-  const Vec3 x = friction > 0 ? toLocal(object.X_WO, at) : Vec3(Vec3::Zero());
-  std::uint32_t triangle = c.feature, before = HD_NO_INDEX;
-  Vec3 end;
-  HalfSpace face[kMaxFaces];  // Raised by radius and skin.
-  int count = 0;
-  for (;;) {
+/** Over the edge back to the face before: the end lies in the hollow of the two, if there is one. */
+bool Walk::seekInHollow(const Vec3 (&v)[3], int edge) HD_RT {
+  const Vec3 &from = v[edge], &to = v[(edge + 1) % 3], &third = v[(edge + 2) % 3];
+  const HalfSpace &here = face[count - 1], &there = face[count - 2];
+  const Vec3 beyond = oppositeCorner(mesh, before, triangle);
+  in_hollow = friction == 0 && here.normal.dot(beyond - from) > 0 && nearestInHollow(there, here, hip, end) &&
+              covers(to, third, from, here, end) && covers(from, beyond, to, there, end);
+  return in_hollow;
+}
+
+/** False: it leads nowhere, or too far. */
+bool Walk::toEnd(std::uint32_t first) HD_RT {
+  for (triangle = first;;) {
     const Vec3 v[3] = {mesh.vertex(triangle, 0), mesh.vertex(triangle, 1), mesh.vertex(triangle, 2)};
     const Vec3 up = (v[1] - v[0]).cross(v[2] - v[0]);
     const double area = up.norm();
-    if (!(area > 0)) return;
+    if (!(area > 0)) return false;
     HalfSpace& plane = face[count++];
     plane.normal = up / area;
-    plane.offset = plane.normal.dot(v[0]) + radius_ + c.skin;
-    end = hip;  // Seen along the normal.
-    if (friction > 0) {
-      const Vec3 away = x - hip, lag = away - plane.normal.dot(away) * plane.normal;
-      const double depth = c.skin - plane.height(hip), length = lag.norm();
-      if (!(length > friction * depth)) return;
-      end += (friction * depth / length) * lag;
-    }
+    plane.offset = plane.normal.dot(v[0]) + radius + skin;
+    if (!seekOn(plane)) return false;
     int out = -1;
     double least = 0;
     for (int k = 0; k < 3; ++k) {
@@ -150,57 +141,99 @@ void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at, double fricti
         least = in;
       }
     }
-    if (out < 0 && radius_ > 0 && friction == 0)
-      out = steeperEdge(mesh, triangle, v, up, end - plane.height(end) * plane.normal, radius_ + c.skin);
+    if (out < 0 && radius > 0 && friction == 0)
+      out = steeperEdge(mesh, triangle, v, up, end - plane.height(end) * plane.normal, radius + skin);
     std::uint32_t next = HD_NO_INDEX;
-    if (out < 0) {
-      if (friction == 0) next = nearerNeighbour(mesh, triangle, v, up, hip, c.skin - plane.height(hip) - radius_);
-      if (next == HD_NO_INDEX || next == before || count == kMaxFaces) break;
-    } else {
+    if (out >= 0) {
       next = mesh.neighbours[triangle][out];
+      if (next == HD_NO_INDEX) return false;
+      if (next == before) return seekInHollow(v, out);
+      if (count == kMaxFaces) return false;
+    } else {
+      if (friction == 0) next = nearerNeighbour(mesh, triangle, v, up, hip, skin - plane.height(hip) - radius);
+      if (next == HD_NO_INDEX || next == before || count == kMaxFaces) return true;
     }
-    if (next == HD_NO_INDEX) return;
-    if (next == before) {
-      const Vec3 &from = v[out], &to = v[(out + 1) % 3], &third = v[(out + 2) % 3];
-      const Vec3 there = oppositeCorner(mesh, before, triangle);
-      const bool hollow =
-          friction == 0 && plane.normal.dot(there - from) > 0 && nearestInHollow(face[count - 2], plane, hip, end);
-      if (!hollow || !covers(to, third, from, plane, end) || !covers(from, there, to, face[count - 2], end)) return;
-      plan.faces = 2;
-      plan.face[1] = {before, {face[count - 2].normal, face[count - 2].offset - c.skin}};
-      break;
-    }
-    if (count == kMaxFaces) return;
     before = triangle;
     triangle = next;
   }
+}
+
+enum class Lead : std::uint8_t { kNone, kStraight, kOver };
+
+/**
+ * The way from `at`, on the first of the faces that follow each other over their edges, to `end` on the last: straight
+ * through the air, or over one point above all edges on the way. Seen from the side, along the straight way, each plane
+ * is a line and each edge the point where two of them meet: the way's first half rises no less steeply than to any of
+ * these points, its second half falls no less steeply. (What else stands there stops the sweep.) None where the faces
+ * turn too far.
+ */
+Lead leadOver(const HalfSpace* face, int count, double tiny, const Vec3& at, const Vec3& end, Vec3& over) HD_RT {
+  const Vec3 up = face[0].normal + face[count - 1].normal;
+  double rise = 0, fall = 0, before_at = 0, before_end = 0;
+  for (int i = 0; i < count; ++i) {
+    const double steep = face[i].normal.dot(up);
+    if (steep < 2 * kMaxTurnCosine) return Lead::kNone;
+    const double below_at = -face[i].height(at) / steep, below_end = -face[i].height(end) / steep;
+    if (i == 0) {
+      rise = below_end;
+    } else {
+      const double nearer = below_at - before_at, share = nearer / (nearer - (below_end - before_end));
+      if (share > 0 && share < 1) {
+        const double high = below_at + share * (below_end - below_at);
+        rise = std::max(rise, high / share);
+        fall = std::max(fall, high / (1 - share));
+      }
+    }
+    if (i == count - 1) fall = std::max(fall, below_at);
+    before_at = below_at;
+    before_end = below_end;
+  }
+  if (!(rise > tiny || fall > tiny)) return Lead::kStraight;
+  if (!(rise > tiny)) rise = fall;
+  if (!(fall > tiny)) fall = rise;
+  over = at + fall / (rise + fall) * (end - at) + rise * fall / (rise + fall) * up;
+  return Lead::kOver;
+}
+
+}  // namespace
+
+/**
+ * Extends a plan that leads along the face held[i] of a mesh, or out of a groove of which it is a side: if the way ends
+ * on this face, it lands there. If it leads over an edge, the neighbours are followed to the face on which the proxy
+ * will come to lie, or the hollow of two, and the plan leads there. `friction` as of a Walk.
+ */
+void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double friction, Plan& plan) const HD_RT {
+  const Constraint& c = step.held[i];
+  const SceneObject& object = step.scene->slot(c.slot);
+  if (c.kind != FeatureKind::kFace || object.shape.kind != ShapeKind::kMesh ||
+      (object.flags & HD_OBJECT_TWO_SIDED) != 0 || object.shape.mesh->neighbours == nullptr)
+    return;
+  const Vec3 at = toLocal(object.X_WO, at_W);
+  Walk walk{*object.shape.mesh, toLocal(object.X_WO, step.goal), at, radius_, c.skin, friction};
+  if (!walk.toEnd(c.feature)) return;
   plan.keeps = i;
-  if (count == 1) {
+  if (walk.count == 1) {
     plan.lands = true;
     return;
   }
-  const HalfSpace& last = face[count - 1];
-  plan.face[0] = {triangle, {last.normal, last.offset - c.skin}};
-  const bool in_hollow = plan.faces == 2;
-  plan.faces = 0;
-  if (!(last.height(hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return;
-  if (in_hollow) {
-    --count;  // The way leads to the face before, which reaches there.
-  } else {
-    end -= last.height(end) * last.normal;
+  const HalfSpace &last = walk.face[walk.count - 1], &other = walk.face[walk.count - 2];
+  if (!(last.height(walk.hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return;
+  const Vec3 end = walk.in_hollow ? walk.end : Vec3(walk.end - last.height(walk.end) * last.normal);
+  // Into a hollow the way leads over the face before, which reaches there.
+  Vec3 over;
+  const Lead lead = leadOver(walk.face, walk.in_hollow ? walk.count - 1 : walk.count, kNear * c.skin, at, end, over);
+  if (lead == Lead::kNone) return;
+  plan.parts = 0;
+  if (lead == Lead::kOver) {
+    plan.way[plan.parts++] = object.X_WO * over;
+    plan.above[1] = rotated(object.X_WO.q, last.normal);
   }
-  const Vec3 end_W = object.X_WO * end;
-  for (int k = 0; k < step.count; ++k) {
-    const HalfSpace& other = step.held[k].surface;
-    if (k != i && other.height(end_W) < step.held[k].skin - kNear * c.skin) return;  // Stands in the way.
-  }
-  const Vec3 target = plan.target();
-  if (!leadOver(step, face, count, toLocal(object.X_WO, at), end, plan)) return plan.goTo(target);
-  for (int k = 0; k < plan.parts; ++k) plan.way[k] = object.X_WO * plan.way[k];
-  plan.way[plan.parts++] = end_W;
+  plan.way[plan.parts++] = object.X_WO * end;
   plan.lands = true;
   plan.slot = c.slot;
-  plan.faces = in_hollow ? 2 : 1;
+  plan.face[0] = {walk.triangle, {last.normal, last.offset - c.skin}};
+  plan.face[1] = {walk.before, {other.normal, other.offset - c.skin}};
+  plan.faces = walk.in_hollow ? 2 : 1;
 }
 
 /** A face that is known to hold the proxy, a hair below it. */

@@ -158,6 +158,8 @@ bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT 
   if ((last - here).norm() <= std::max(c.skin, settled(step.sweeps) * (last - step.goal).norm())) return false;
   plan.goTo(over);
   plan.way[plan.parts++] = last;
+  plan.above[0] = planes[0].normal;
+  plan.above[1] = planes[1].normal;
   return true;
 }
 
@@ -204,6 +206,8 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
   if ((last - here).norm() <= rest || !nearestInside(planes, 4, tolerance, over, active)) return false;
   plan.goTo(over);
   plan.way[plan.parts++] = last;
+  plan.above[0] = planes[0].normal;
+  plan.above[1] = planes[2].normal;
   plan.in_groove = true;
   return true;
 }
@@ -245,6 +249,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     step.slip = true;
     plan.goTo(foot + lag * (material.friction_dynamic * d / r));
     plan.stay = (plan.target() - at).norm() <= rest;
+    if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
     if (!plan.stay && std::has_single_bit(active))
       followFaces(step, std::countr_zero(active), at, material.friction_dynamic, plan);
     return;
@@ -256,6 +261,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   }
   plan.goTo(foot);
   plan.stay = (foot - at).norm() <= rest;
+  if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
   const std::uint32_t others = active & (active - 1);
   if (!plan.stay && active != 0 && (others & (others - 1)) == 0)
     followFaces(step, std::countr_zero(active), at, 0, plan);

@@ -30,6 +30,7 @@ inline double extent(const Vec3& x) HD_RT { return x.cwiseAbs().maxCoeff(); }
 struct ProxyRenderer::Step {
   const Scene* scene = nullptr;
   Vec3 goal = Vec3::Zero();  ///< The hip.
+  Vec3 end = Vec3::Zero();   ///< Where the proxy is thought to come to; where it is, if nothing is known.
   double scale = 0;          ///< Of the coordinates in W.
   bool together = true;      ///< The proxy is at one place in W, proxy_; else start_ holds one per object.
   bool settled = false;      ///< The proxy is where what holds it lets it be,

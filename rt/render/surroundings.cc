@@ -7,15 +7,16 @@
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kFew = 16;   // Triangles: a vicinity of fewer is made larger,
-constexpr std::uint32_t kMany = 32;  // and one of more is made smaller,
+constexpr std::uint32_t kFew = 24;   // Triangles: a vicinity of fewer is made larger,
+constexpr std::uint32_t kMany = 48;  // and one of more is made smaller,
 constexpr std::uint32_t kMostDeep =
-    320;                                // Of more, those that the look for a nearer surface needs are left to the tree.
+    448;                                // Of more, those that the look for a nearer surface needs are left to the tree.
 constexpr double kChange = 2;           // by this factor of its margin.
-constexpr double kTicks = 3.5;          // That a margin lasts at least, at the speed of the hand.
-constexpr double kLead = 0.75;          // Of the margin: so far ahead of the hand.
+constexpr double kTicks = 1.2;          // Of the hand at its speed: a margin is this at least.
+constexpr double kLong = 4.5;           // Margins: so far ahead of the hand,
+constexpr double kBehind = 0.5;         // and so far behind it.
 constexpr double kFirstMargin = 0.125;  // Of what is needed.
-constexpr double kReach = 3;            // Ticks that the proxy may go ahead of the hand: over a ridge it swings.
+constexpr double kReach = 1;            // Ticks that the proxy may go ahead of the hand: over a ridge it swings.
 constexpr double kAhead = 3;            // Ticks before a vicinity is left the next one is begun.
 constexpr std::uint32_t kVisits = 64;   // For it in a tick.
 constexpr std::uint32_t kAll = Vicinity::kMaxVisits;
@@ -29,13 +30,15 @@ double needed(const ProxyPlace& place, bool nearest) HD_RT {
 }
 
 bool covers(const Vicinity& vicinity, const ProxyPlace& place, const Vec3& step, bool nearest) HD_RT {
-  if (!vicinity.holds(place.proxy, place.radius) || !vicinity.holds(place.proxy + kReach * step, place.radius))
-    return false;
+  for (const Vec3& x : {place.proxy, place.end, Vec3(place.proxy + kReach * step)}) {
+    if (!vicinity.holds(x, place.radius)) return false;
+  }
   return !nearest || vicinity.holds(place.hip, (place.hip - place.proxy).norm() - place.radius);
 }
 
 ProxyPlace later(ProxyPlace place, const Vec3& way) HD_RT {
   place.proxy += way;
+  place.end = place.proxy;
   place.hip += way;
   return place;
 }
@@ -124,31 +127,36 @@ void Surroundings::adapt(Kept& kept, double depth, bool& nearest) HD_RT {
   nearest = depth <= kept.deepest;
 }
 
+/** Begins a vicinity for the place, along the way of the hand. */
+void Surroundings::begin(const Kept& kept, Vicinity& vicinity, const MeshView& mesh, const ProxyPlace& place,
+                         const Vec3& step, bool nearest) HD_RT {
+  const double depth = (place.hip - place.proxy).norm(), speed = step.norm();
+  const double margin = std::max(kept.margin, kTicks * speed);
+  const Vec3 ahead = speed > 0 ? Vec3(margin / speed * step) : Vec3(Vec3::Zero());
+  const Vec3 from = middle(place, nearest, depth), to = from + (place.end - place.proxy);
+  vicinity.begin(mesh, from - kBehind * ahead, to + kLong * ahead, needed(place, nearest) + margin);
+}
+
 /** Begins the vicinity that the hand will need when it leaves the present one. */
 void Surroundings::gatherAhead(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& step) HD_RT {
-  const double depth = (place.hip - place.proxy).norm(), speed = step.norm();
+  const double depth = (place.hip - place.proxy).norm();
   bool nearest = depth <= kept.deepest;
   adapt(kept, depth, nearest);
-  const double margin = std::max(kept.margin, kTicks * speed);
-  const Vec3 way = (kAhead + std::min(kLead * margin / speed, kTicks)) * step;
-  kept.vicinity[1 - kept.now].begin(mesh, middle(place, nearest, depth) + way, needed(place, nearest) + margin);
+  begin(kept, kept.vicinity[1 - kept.now], mesh, later(place, kAhead * step), step, nearest);
 }
 
 /** Gathers now what is needed now. */
 void Surroundings::gather(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& step,
                           std::uint32_t& work) HD_RT {
-  const double depth = (place.hip - place.proxy).norm(), speed = step.norm();
+  const double depth = (place.hip - place.proxy).norm();
   Vicinity& vicinity = kept.vicinity[kept.now];
   kept.vicinity[1 - kept.now].clear();
   ++at_once_;
   bool nearest = depth <= kept.deepest;
   adapt(kept, depth, nearest);
-  if (kept.margin == 0) kept.margin = std::max(kFirstMargin * needed(place, nearest), kTicks * speed);
+  if (kept.margin == 0) kept.margin = std::max(kFirstMargin * needed(place, nearest), kTicks * step.norm());
   for (int attempt = 0; attempt < 2; ++attempt) {
-    const double margin = std::max(kept.margin, kTicks * speed);
-    Vec3 center = middle(place, nearest, depth);
-    if (speed > 0) center += std::min(kLead * margin / speed, kTicks) * step;
-    vicinity.begin(mesh, center, needed(place, nearest) + margin);
+    begin(kept, vicinity, mesh, place, step, nearest);
     if (vicinity.proceed(mesh, kAll, work) == Vicinity::State::kFull) return;
     kept.margin /= kChange;
     if (nearest) kept.deepest = kShallower * depth;

@@ -13,7 +13,8 @@ namespace hapticd {
 
 /** Where a proxy is about to ask its questions, in the frame of the object asked. */
 struct ProxyPlace {
-  Vec3 proxy = Vec3::Zero();  ///< Centre of the ball.
+  Vec3 proxy = Vec3::Zero();  ///< Centre of the ball,
+  Vec3 end = Vec3::Zero();    ///< and where it is thought to come to in this tick.
   Vec3 hip = Vec3::Zero();
   double radius = 0;  ///< Of the ball [m].
 };
@@ -22,11 +23,11 @@ struct ProxyPlace {
  * Of one proxy. What it gives is only asked instead of a tree, as far as it reaches, and changes no answer: how much is
  * kept is a matter of time alone. Servo thread; deterministic.
  *
- * A vicinity holds the ball that the sweeps and the look for a nearer surface need now, a margin about it, and lies
- * ahead of the hand. The margin grows while the vicinity holds few triangles and shrinks where it holds many: coarse
- * meshes are seldom gathered, fine ones not beyond what a vicinity takes. While one is asked the next one is gathered,
- * where the hand will be if it goes on as it does, a few nodes and triangles a tick: no tick waits for all of it, and
- * what a tick looks into has been asked for from memory in the tick before.
+ * A vicinity holds the ball that the sweeps and the look for a nearer surface need now, a margin about it, and the way
+ * that this ball will go with the hand, some margins long. The margin grows while the vicinity holds few triangles and
+ * shrinks where it holds many: coarse meshes are seldom gathered, fine ones not beyond what a vicinity takes. While one
+ * is asked the next one is gathered, where the hand will be if it goes on as it does, a few nodes and triangles a tick:
+ * no tick waits for all of it, and what a tick looks into has been asked for from memory in the tick before.
  */
 class Surroundings {
  public:
@@ -66,6 +67,8 @@ class Surroundings {
   };
 
   Kept& keptFor(std::uint32_t slot, const Shape& shape, const Vec3& hip) HD_RT;
+  static void begin(const Kept& kept, Vicinity& vicinity, const MeshView& mesh, const ProxyPlace& place,
+                    const Vec3& step, bool nearest) HD_RT;
   static void adapt(Kept& kept, double depth, bool& nearest) HD_RT;
   static void gatherAhead(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& step) HD_RT;
   void gather(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& step, std::uint32_t& work) HD_RT;

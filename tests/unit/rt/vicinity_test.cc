@@ -65,14 +65,19 @@ TEST(Vicinity, HasAllTrianglesThatABallInItMayMeet) {
       const double radius = std::pow(10.0, -2 + 2 * u(random));
       const auto t = static_cast<std::uint32_t>(random() % view.triangle_count);
       const Vec3 center = view.vertex(t, static_cast<int>(random() % 3)) + randomPoint(random, radius);
+      // A third about a place, the others about a way of up to three radii.
+      const Vec3 half = i % 3 == 0 ? Vec3(Vec3::Zero()) : Vec3(randomPoint(random, 1.5 * radius));
       Vicinity vicinity;
       std::uint32_t work = 0;
-      vicinity.begin(view, center, radius);
+      vicinity.begin(view, center - half, center + half, radius);
       if (vicinity.proceed(view, kAll, work) != Vicinity::State::kFull) continue;
       ++filled;
+      const auto somewhere = [&] {
+        return Vec3(vicinity.center() + (2 * u(random) - 1) * half + randomPoint(random, 0.5 * radius));
+      };
       for (int j = 0; j < 10; ++j) {
-        const Vec3 a = vicinity.center() + randomPoint(random, 0.5 * radius);
-        const Vec3 b = j % 3 == 0 ? a : Vec3(vicinity.center() + randomPoint(random, 0.5 * radius));
+        const Vec3 a = somewhere();
+        const Vec3 b = j % 3 == 0 ? a : somewhere();
         const double room = std::min(vicinity.room(a), vicinity.room(b));
         if (room < 0) continue;
         const double ball = j % 4 == 0 ? 0 : u(random) * room;
@@ -97,9 +102,9 @@ TEST(Vicinity, BitByBitIsAsAtOnce) {
   const MeshView& view = *sphere.view();
   Vicinity once, slowly;
   std::uint32_t work = 0, slow_work = 0;
-  once.begin(view, Vec3(1, 0, 0), 0.35);
+  once.begin(view, Vec3(1, 0, 0), Vec3(1, 0, 0), 0.35);
   ASSERT_EQ(once.proceed(view, kAll, work), Vicinity::State::kFull);
-  slowly.begin(view, Vec3(1, 0, 0), 0.35);
+  slowly.begin(view, Vec3(1, 0, 0), Vec3(1, 0, 0), 0.35);
   int calls = 1;
   for (; slowly.proceed(view, 1, slow_work) == Vicinity::State::kFilling; ++calls) {
     ASSERT_LT(slowly.room(Vec3(1, 0, 0)), 0) << "nothing may be asked before all is there";
@@ -115,21 +120,36 @@ TEST(Vicinity, BitByBitIsAsAtOnce) {
   EXPECT_EQ(slow_work, work);
 }
 
+TEST(Vicinity, HasRoomAlongItsWayAndNotBesideIt) {
+  TestMesh sphere = testing::sphereMesh(1, 48);
+  const MeshView& view = *sphere.view();
+  Vicinity vicinity;
+  std::uint32_t work = 0;
+  vicinity.begin(view, Vec3(1, -0.2, 0), Vec3(1, 0.2, 0), 0.1);
+  ASSERT_EQ(vicinity.proceed(view, kAll, work), Vicinity::State::kFull);
+  for (const double y : {-0.2, -0.1, 0.0, 0.15, 0.2}) EXPECT_NEAR(vicinity.room(Vec3(1, y, 0)), 0.1, 1e-4) << y;
+  EXPECT_NEAR(vicinity.room(Vec3(1, 0.27, 0)), 0.03, 1e-4) << "round at its end";
+  EXPECT_NEAR(vicinity.room(Vec3(1.06, 0.1, 0.03)), 0.1 - std::hypot(0.06, 0.03), 1e-4);
+  EXPECT_TRUE(vicinity.holds(Vec3(1, 0.15, 0.05), 0.04));
+  EXPECT_FALSE(vicinity.holds(Vec3(1, 0.15, 0.05), 0.06));
+  EXPECT_FALSE(vicinity.holds(Vec3(1, 0.31, 0), 0));
+}
+
 TEST(Vicinity, MoreThanFitsIsNothing) {
   TestMesh sphere = testing::sphereMesh(1, 48);
   const MeshView& view = *sphere.view();
   Vicinity vicinity;
   std::uint32_t work = 0;
-  vicinity.begin(view, Vec3::Zero(), 2);
+  vicinity.begin(view, Vec3::Zero(), Vec3::Zero(), 2);
   EXPECT_EQ(vicinity.proceed(view, kAll, work), Vicinity::State::kEmpty);
   EXPECT_LE(work, kAll);
   EXPECT_EQ(vicinity.count(), 0u);
   EXPECT_LT(vicinity.room(Vec3::Zero()), 0);
-  vicinity.begin(view, Vec3::Zero(), 0.5);  // In the air: none is there, and that is known.
+  vicinity.begin(view, Vec3::Zero(), Vec3::Zero(), 0.5);  // In the air: none is there, and that is known.
   EXPECT_EQ(vicinity.proceed(view, kAll, work), Vicinity::State::kFull);
   EXPECT_EQ(vicinity.count(), 0u);
   EXPECT_GT(vicinity.room(Vec3::Zero()), 0.4);
-  vicinity.begin(view, Vec3::Zero(), 0);
+  vicinity.begin(view, Vec3::Zero(), Vec3::Zero(), 0);
   EXPECT_EQ(vicinity.proceed(view, kAll, work), Vicinity::State::kEmpty);
 }
 
@@ -138,7 +158,7 @@ TEST(Vicinity, AShortWayLooksAtFewOfMany) {
   const MeshView& view = *sphere.view();
   Vicinity vicinity;
   std::uint32_t work = 0, blocks = 0;
-  vicinity.begin(view, Vec3(1, 0, 0), 0.35);
+  vicinity.begin(view, Vec3(1, 0, 0), Vec3(1, 0, 0), 0.35);
   ASSERT_EQ(vicinity.proceed(view, kAll, work), Vicinity::State::kFull);
   ASSERT_GT(vicinity.count(), 200u);
   const auto near = reached(vicinity, Vec3(1.01, 0, 0), Vec3(0.98, 0.01, 0.01), 0, false, &blocks);

@@ -24,6 +24,7 @@
 #include "rt/body/penalty_response.h"
 #include "rt/body/tool.h"
 #include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/machine.h"
 
 namespace haptic_bench {
 namespace {
@@ -217,6 +218,7 @@ int run(const Common& common, bool check) {
   const std::vector<std::shared_ptr<Response>> responses = {std::make_shared<ConstraintResponse>(),
                                                             std::make_shared<ImpulseResponse>(),
                                                             std::make_shared<PenaltyResponse>(hard), nullptr};
+  for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
   if (common.csv) {
     fmt::print(
         "case,response,rate_hz,force_rms_n,force_relative,force_worst_n,force_angle_deg,torque_rms_nm,"

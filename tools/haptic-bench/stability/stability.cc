@@ -19,6 +19,7 @@
 #include "tools/haptic-bench/collide/ours.h"
 #include "tools/haptic-bench/collide/shapes.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/stability/cases.h"
 
 namespace haptic_bench {
@@ -176,6 +177,7 @@ int run(const Common& common, const Options& o) {
   responses.push_back(std::make_unique<ConstraintResponse>());
   responses.push_back(std::make_unique<ImpulseResponse>());
   responses.push_back(std::make_unique<PenaltyResponse>(hard));
+  for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
   if (common.csv) {
     fmt::print(
         "pair,excitation,response,runs,at_rest,patience_s,unrest_m,created_j,strongest_n,creep_m,creep_rad,finite\n");

@@ -14,6 +14,7 @@ WholeFile::WholeFile(std::string path) : path_(std::move(path)), part_(path_) {
   if (kind == std::filesystem::file_type::not_found || kind == std::filesystem::file_type::regular) part_ += ".part";
   if (!std::ofstream(part_, std::ios::binary))
     throw Failure(path_, "it cannot be written", "see the path and its rights");
+  if (part_ != path_) std::filesystem::remove(part_, none);  // Nothing lies about while the results are made.
 }
 
 WholeFile::~WholeFile() {

@@ -73,6 +73,7 @@ TEST(TrajectoryFiles, FaultsNameFileLineAndColumn) {
   EXPECT_THAT(refusal("t,x,y\n0,0,0\n"), HasSubstr("no column z"));
   EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n1,0,nan,0\n"), HasSubstr("line 3, column 3 (y)"));
   EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n1,0,inf,0\n"), HasSubstr("line 3, column 3 (y)"));
+  EXPECT_THAT(refusal("t,x,y,z\n0,0,+-1,0\n"), HasSubstr("line 2, column 3 (y)"));
   EXPECT_THAT(refusal("t,x,y,z\n0,0,,0\n"), HasSubstr("line 2, column 3 (y): there is no number"));
   EXPECT_THAT(refusal("t,x,y,z\n0,0,0\n"), HasSubstr("line 2: it has 3 columns, 4 have names"));
   EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n# remark\n2,0,0,0\n1,0,0,0\n"),

@@ -160,6 +160,9 @@ TEST(Measured, IsReadFromTwoFiles) {
   }
   EXPECT_THROW((void)makeTrajectory(spec + ",colour=red", m, {1000}), Failure);
   EXPECT_THROW((void)makeTrajectory(spec + ",weight=0.3", m, {1000}), Failure) << "it is found";
+  std::ofstream(poses, std::ios::app) << "6000,0,0,0,1,0,0,0,0,0,0,1,0,0,0\n";
+  EXPECT_THROW((void)makeTrajectory(spec, m, {1000}), Failure) << "a gap";
+  EXPECT_GT(makeTrajectory(spec + ",max_gap=5", m, {1000}).samples.size(), 1900u);
   EXPECT_THROW((void)makeTrajectory("measured:forces=" + forces, m, {1000}), Failure);
 }
 

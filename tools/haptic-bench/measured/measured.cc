@@ -59,7 +59,8 @@ std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
                            spec.number("z", 0, -100, 100)};
   const Vec3 turn(spec.number("turn_x", 0, -4, 4), spec.number("turn_y", 0, -4, 4), spec.number("turn_z", 0, -4, 4));
   if (turn.norm() > 0) options.first_guess.q = Eigen::AngleAxisd(turn.norm(), turn.normalized());
-  Measured measured = onSurface(readRecording(forces, poses), options, model);
+  const double max_gap_s = spec.number("max_gap", 0, 0, 3600);
+  Measured measured = onSurface(readRecording(forces, poses, max_gap_s), options, model);
   return std::move(measured.out);
 }
 

@@ -35,8 +35,8 @@ PoseColumns poseColumns(const Table& table, const std::string& prefix) {
 }
 
 /** Times as they stand, checked. */
-std::vector<double> times(const Table& table) {
-  std::vector<double> t_s = readTimes(table, 0, 0);
+std::vector<double> times(const Table& table, double max_gap_s) {
+  std::vector<double> t_s = readTimes(table, 0, max_gap_s);
   const double first = table.need("t time")[0];
   for (double& t : t_s) t += first;
   return t_s;
@@ -81,15 +81,15 @@ class PoseCursor {
 
 }  // namespace
 
-Recording readRecording(const std::string& forces_path, const std::string& poses_path) {
+Recording readRecording(const std::string& forces_path, const std::string& poses_path, double max_gap_s) {
   Recording recording;
   const Table forces = Table::read(forces_path, "");
-  const std::vector<double> force_times = times(forces);
+  const std::vector<double> force_times = times(forces, max_gap_s);
   const Table::Column fx = forces.need("fx"), fy = forces.need("fy"), fz = forces.need("fz");
   for (std::size_t i = 0; i < forces.rows(); ++i) recording.forces.push_back({force_times[i], {fx[i], fy[i], fz[i]}});
 
   const Table poses = Table::read(poses_path, "");
-  const std::vector<double> pose_times = times(poses);
+  const std::vector<double> pose_times = times(poses, max_gap_s);
   const PoseColumns probe = poseColumns(poses, "");
   const bool object_moves = static_cast<bool>(poses.find("object_qw"));
   const PoseColumns object = object_moves ? poseColumns(poses, "object_") : PoseColumns{};

@@ -192,7 +192,7 @@ std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap
     throw Failure(
         table.at(i),
         fmt::format("a gap of {:.4g} s where {:.4g} s are usual", t_s[i] - t_s[i - 1], steps[steps.size() / 2]),
-        "cut the file there, or allow it with --max-gap");
+        "cut the file there, or allow it with --max-gap (of measured data: max_gap=)");
   }
   return t_s;
 }

@@ -85,7 +85,7 @@ def refused(words, build, folder):
     said = done.stderr.strip().split("\n")[0]
     if hands_on:
         return None if done.returncode == 5 else said
-    return None if done.returncode == 2 and re.search(rf"was not expected: {UNKNOWN}$", said) else said
+    return None if done.returncode == 2 and re.search(rf"was not expected: {UNKNOWN}( \(.* --help tells how\))?$", said) else said
 
 
 def breaches(root, build):

@@ -169,7 +169,7 @@ void JointStep::tell() HD_RT {
     ++a.out->touching;
     a.out->contact.force += j / dt_;
     a.out->contact.torque += touch_[i].r_a.cross(j) / dt_;
-    a.out->obstacle_work += j.cwiseProduct(moving);
+    if (a.out->clamped > 0) a.out->obstacle_work += j.cwiseProduct(moving);  // What was stopped was not moved.
   }
 }
 

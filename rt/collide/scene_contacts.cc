@@ -206,7 +206,7 @@ void SceneContacts::lookAhead(std::uint32_t k, const CollideRequest::Held& held,
 }
 
 SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach,
-                                            Purse& purse, PointTouch& out) const HD_RT {
+                                            Purse& purse, int& side, PointTouch& out) const HD_RT {
   NearestQuery query;
   query.x = x_B;
   query.reach = reach;
@@ -216,12 +216,23 @@ SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obst
   purse.report.work += query.work;
   if (result == NearestResult::kFound) {
     const double distance = std::sqrt(nearest.squared_distance);
-    const bool inside = nearest.isInside(x_B);
+    const Vec3 way = x_B - nearest.point;
+    bool inside = nearest.isInside(x_B);
+    if (!isSheet(obstacle.shape)) {
+      side = 0;
+    } else {
+      // Nothing is inside: a wall from the side that the point came from, and none beside the rim.
+      const bool beside =
+          nearest.kind != FeatureKind::kFace && std::abs(way.dot(nearest.pseudo_normal)) < 0.5 * distance;
+      if (side == 0 || beside) side = inside ? -1 : 1;
+      inside = !beside && inside != (side < 0);
+    }
     out.surface = nearest.point;
     out.gap = inside ? -distance : distance;
     // From the surface toward the point, or out by the feature's normal where they coincide; a sheet's rim has none.
-    out.out = distance > 1e-7 ? Vec3((x_B - nearest.point) / out.gap) : nearest.pseudo_normal;
+    out.out = distance > 1e-7 ? Vec3(way / out.gap) : nearest.pseudo_normal;
     if (out.out.isZero(0)) out.out = nearest.normal;
+    if (distance <= 1e-7 && side < 0) out.out = -out.out;
     return Looked::kNear;
   }
   const Looked otherwise = result == NearestResult::kExhausted ? Looked::kUnknown : Looked::kFar;
@@ -239,6 +250,7 @@ SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obst
 bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
   const Vec3 p_W = held.X_WO * points_.at(i);
   bool hot = false, finished = true, unknown = false;
+  Sided sided;
   float deepest = 0;
   for (std::uint32_t k = 0; k < held.count && finished; ++k) {
     const CollideRequest::Obstacle& obstacle = held.obstacle[k];
@@ -247,7 +259,8 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     if (!finished) break;
     PointTouch at;
     const double reach = std::max(kReach, margin) + points_.radius() + static_cast<double>(depth_[i]);
-    const Looked looked = lookAt(obstacle, obstacle.X_WO.inverse() * p_W, reach, purse, at);
+    int side = side_[i].slot == obstacle.slot ? side_[i].side : 0;
+    const Looked looked = lookAt(obstacle, obstacle.X_WO.inverse() * p_W, reach, purse, side, at);
     unknown = unknown || looked == Looked::kUnknown;
     if (looked != Looked::kNear) continue;
     const double gap = at.gap - points_.radius();
@@ -261,12 +274,14 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     if (!(contact.n_W.squaredNorm() > 0.9) || !isFinite(contact.p_WA)) continue;
     keep(contact, static_cast<std::uint8_t>(k));
     hot = true;
+    if (side != 0) sided = {obstacle.slot, side};
     deepest = std::max(deepest, static_cast<float>(-at.gap));
     purse.report.touching += gap <= 0 ? 1 : 0;
   }
   // How deep a point was is kept until it is known to be elsewhere: without, it would be out of reach.
   const bool known = finished && !unknown;
   hot_[i] = hot || (!known && hot_[i]);
+  if (known || sided.side != 0) side_[i] = sided;
   depth_[i] = known ? deepest : std::max(deepest, depth_[i]);
   return known;
 }
@@ -297,6 +312,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     model.count = 0;
     hot_.fill(false);
     depth_.fill(0);
+    side_.fill({});
     cursor_ = hot_cursor_ = 0;
     last_count_ = 0;
     field_.reset();

@@ -27,6 +27,9 @@ namespace hapticd {
  * A tool that is faster than the field's margin reaches until the next answer is told of what it will meet, from the
  * way that it will go: a plane that it has not reached stops it there, one that it has passed could only push it back.
  *
+ * An open mesh without a volume is a wall from both sides: for each point the one that it came from counts until it has
+ * left the sheet.
+ *
  * One-sided without volumes: a scene's corner between two points of the tool is missed. A point that has gone into a
  * mesh is followed as deep as it goes, in steps of kReach at most; one that begins deeper is found where that mesh has
  * a volume.
@@ -89,8 +92,13 @@ class SceneContacts {
   [[nodiscard]] bool isFound(std::uint32_t k, std::uint32_t feature, std::uint32_t among) const HD_RT;
   struct Purse;
   enum class Looked : std::uint8_t { kNear, kFar, kUnknown };  ///< Unknown: the work was not enough.
-  /** Nearest point of an obstacle, or what its field says where that is too far. */
-  Looked lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach, Purse& purse,
+  /** Whether a shape is a surface that encloses nothing, and has no volume with its holes closed. */
+  [[nodiscard]] bool isSheet(const Shape& shape) const HD_RT {
+    return shape.kind == ShapeKind::kMesh && (shape.mesh->flags & HD_MESH_CLOSED) == 0 && volumeOf(shape) == nullptr;
+  }
+  /** Nearest point of an obstacle, or what its field says where that is too far. `side`, in and out: of a sheet on
+   * which the point counts as outside, 1 or -1; 0: where it is. */
+  Looked lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach, Purse& purse, int& side,
                 PointTouch& out) const HD_RT;
   /** False where that is not known of all obstacles. */
   bool tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
@@ -114,7 +122,13 @@ class SceneContacts {
   Shape made_of_;
   std::array<bool, ToolPoints::kMost> hot_{};
   std::array<float, ToolPoints::kMost> depth_{};  ///< Of each point, when it was last tried [m].
-  std::uint32_t cursor_ = 0, hot_cursor_ = 0;     ///< Where the budget ended last time.
+  /** Of the sheet that a point is near to. */
+  struct Sided {
+    std::uint32_t slot = 0;
+    int side = 0;
+  };
+  std::array<Sided, ToolPoints::kMost> side_{};
+  std::uint32_t cursor_ = 0, hot_cursor_ = 0;  ///< Where the budget ended last time.
   ContactSet found_;
   std::array<std::uint8_t, kMaxContacts> body_of_{};
 };

@@ -367,6 +367,36 @@ TEST(SceneContacts, HowDeepAPointIsIsNotForgottenWhereTheWorkWasNotEnough) {
   EXPECT_NEAR(q.deepest(model), 0.012, 1e-4);
 }
 
+TEST(SceneContacts, ASheetIsAWallFromBothSidesAndNoneBesideIt) {
+  for (const double side : {1.0, -1.0}) {
+    Question q;
+    testing::TestMesh sheet = testing::heightMesh(0.05, 8, [](double, double) { return 0.0; });  // It looks up.
+    q.held.shape = Shape{ShapeKind::kSphere, Vec3(0.002, 0, 0)};
+    q.held.obstacle[0].shape = Shape{ShapeKind::kMesh, Vec3::Zero(), sheet.view(), 40};
+    const auto ask = [&](double x, double z) { return q.ask({x, 0.001, side * z}); };
+    const auto up = [&](const ContactModel& model) {
+      return side * model.touch(0, q.held.X_WO, q.held.X_WO.p, Pose{}, {}).n.z();
+    };
+    EXPECT_EQ(ask(0.001, 0.008).count, 0u) << "6 mm away, whichever side that is";
+    // It comes, presses, and goes through: the side that it came from counts until it has left.
+    for (const double z : {0.003, 0.0015, 0.0002, -0.0005, -0.004}) {
+      const ContactModel model = ask(0.001, z);
+      ASSERT_EQ(model.count, 1u) << z;
+      EXPECT_NEAR(q.deepest(model), 0.002 - z, 1e-6);
+      EXPECT_GT(up(model), 0.999);
+    }
+    EXPECT_EQ(ask(0.001, 0.02).count, 0u);
+    EXPECT_EQ(ask(0.001, -0.008).count, 0u) << "and then the other";
+    // Around the rim: near it, but never inside.
+    for (const auto& [x, z] :
+         {std::pair{0.049, 0.003}, {0.051, 0.0025}, {0.053, 0.0}, {0.053, -0.001}, {0.051, -0.0025}, {0.049, -0.003}}) {
+      const ContactModel model = ask(x, z);
+      ASSERT_EQ(model.count, 1u) << x << " " << z;
+      EXPECT_LT(q.deepest(model), 0) << x << " " << z;
+    }
+  }
+}
+
 TEST(SceneContacts, ARimWithoutANormalSpoilsNoAnswer) {
   // Two triangles back to back: their shared edge has no side. The servo refuses an answer with a normal that is none.
   Question q;

@@ -145,6 +145,8 @@ struct Judged {
   [[nodiscard]] double rms() const { return std::sqrt(square / samples); }
   [[nodiscard]] double relative() const { return size > 0 ? std::sqrt(square / size) : NAN; }
   [[nodiscard]] double degrees() const { return directed > 0 ? std::sqrt(angle / directed) * 180 / EIGEN_PI : NAN; }
+  /** Within 5 % and 3 degrees, or there is nothing to be felt. */
+  [[nodiscard]] bool isGood() const { return std::isnan(relative()) || (relative() < 0.05 && degrees() < 3); }
 };
 
 struct Result {
@@ -246,7 +248,7 @@ int run(const Common& common, bool check) {
                      column(r.torque.degrees(), "d"), r.deepest * 1e6);
         }
         const bool default_response = response == responses.front();
-        good = good && (!default_response || (r.force.relative() < 0.05 && r.force.degrees() < 3));
+        good = good && (!default_response || (r.force.isGood() && r.torque.isGood()));
       }
     }
   }

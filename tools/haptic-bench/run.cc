@@ -61,6 +61,7 @@ void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::vector
 
 int run(const Options& options, const Common& common) {
   checkSurface(options.surface);
+  requireDifferent(options.algorithms);
   const Model model = makeModel(options.model);
   const Trajectory trajectory = makeTrajectory(options.trajectory, model, options.surface, options.file);
   std::optional<WholeFile> samples;

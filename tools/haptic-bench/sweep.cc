@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "tools/haptic-bench/algorithm/registry.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/trajectory/registry.h"
@@ -32,6 +33,7 @@ Trajectory faster(const Trajectory& trajectory, double factor) {
 }
 
 int run(const Options& options, const Common& common) {
+  requireDifferent(options.algorithms);
   const Model model = makeModel(options.model);
   std::vector<Series> all;
   for (const double k : options.stiffness) {

@@ -3,6 +3,8 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <set>
+
 #include "tools/haptic-bench/algorithm/algorithms.h"
 #include "tools/haptic-bench/failure.h"
 
@@ -61,6 +63,13 @@ std::string algorithmHelp() {
   std::string help = "Algorithms:\n";
   for (const haptic_algorithm* one : kInTheBox) help += fmt::format("  {}: {}\n", one->name, one->summary);
   return help + "  ./FILE.so: a plug-in (haptic_algorithm.h)\n";
+}
+
+void requireDifferent(const std::vector<std::string>& algorithms) {
+  std::set<std::string> seen;
+  for (const std::string& one : algorithms) {
+    if (!seen.insert(one).second) throw Failure("--algorithm", one + " is named twice", "more --rounds repeat it");
+  }
 }
 
 Algorithm::Algorithm(const std::string& spec, const haptic_algorithm_problem& problem)

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "rt/base/math.h"
 #include "tools/haptic-bench/plugin/haptic_algorithm.h"
@@ -24,6 +25,9 @@ void checkAlgorithm(const haptic_algorithm* table, const std::string& where);
 
 /** One line for each in the box, for --help. */
 [[nodiscard]] std::string algorithmHelp();
+
+/** Throws Failure for one that is named twice: its results could not be told apart. */
+void requireDifferent(const std::vector<std::string>& algorithms);
 
 /** One instance. */
 class Algorithm {

@@ -100,7 +100,7 @@ class Vicinity {
   [[nodiscard]] std::uint64_t rounded(const Vec3& a, const Vec3& b, double radius, bool behind,
                                       PrismSweep& sweep) const HD_RT;
   /** Of x from the way of the ball's centre. */
-  [[nodiscard]] double squaredDistance(const Vec3& x) const HD_RT {
+  [[nodiscard, gnu::always_inline]] inline double squaredDistance(const Vec3& x) const HD_RT {
     const Vec3 away = x - center_;
     const double along = std::clamp(inverse_half2_ * away.dot(half_), -1.0, 1.0);
     return (away - along * half_).squaredNorm();

@@ -16,7 +16,7 @@ constexpr double kTicks = 1.2;          // Of the hand at its speed: a margin is
 constexpr double kLong = 4.5;           // Margins: so far ahead of the hand,
 constexpr double kBehind = 0.5;         // and so far behind it.
 constexpr double kFirstMargin = 0.125;  // Of what is needed.
-constexpr double kReach = 1;            // Ticks that the proxy may go ahead of the hand: over a ridge it swings.
+constexpr double kReach = 1;            // Ticks that the proxy may go ahead of the hand.
 constexpr double kAhead = 3;            // Ticks before a vicinity is left the next one is begun.
 constexpr std::uint32_t kVisits = 64;   // For it in a tick.
 constexpr std::uint32_t kAll = Vicinity::kMaxVisits;
@@ -29,11 +29,18 @@ double needed(const ProxyPlace& place, bool nearest) HD_RT {
   return nearest ? std::max(depth, place.radius) : place.radius;
 }
 
+/** Whether it holds what is needed now, also if the proxy goes farther than is thought: a ball swings over a ridge. */
 bool covers(const Vicinity& vicinity, const ProxyPlace& place, const Vec3& step, bool nearest) HD_RT {
   for (const Vec3& x : {place.proxy, place.end, Vec3(place.proxy + kReach * step)}) {
     if (!vicinity.holds(x, place.radius)) return false;
   }
   return !nearest || vicinity.holds(place.hip, (place.hip - place.proxy).norm() - place.radius);
+}
+
+/** Whether it will still do so a little later. */
+bool willCover(const Vicinity& vicinity, const ProxyPlace& place, const Vec3& step, bool nearest) HD_RT {
+  return vicinity.holds(place.proxy + (kAhead + kReach) * step, place.radius) &&
+         (!nearest || vicinity.holds(place.hip + kAhead * step, (place.hip - place.proxy).norm() - place.radius));
 }
 
 ProxyPlace later(ProxyPlace place, const Vec3& way) HD_RT {
@@ -111,7 +118,7 @@ Vicinity* Surroundings::about(std::uint32_t slot, const Shape& shape, const Prox
   }
   if (kept.wait > 0) {
     --kept.wait;
-  } else if (next->state() == Vicinity::State::kEmpty && !covers(*now, later(place, kAhead * step), step, nearest)) {
+  } else if (next->state() == Vicinity::State::kEmpty && !willCover(*now, place, step, nearest)) {
     gatherAhead(kept, mesh, place, step);
   }
   return now;

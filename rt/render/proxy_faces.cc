@@ -30,6 +30,12 @@ Vec3 oppositeCorner(const MeshView& mesh, std::uint32_t triangle, std::uint32_t 
   return mesh.vertex(triangle, across[0] == neighbour ? 2 : (across[1] == neighbour ? 0 : 1));
 }
 
+/** Of the triangle of these two edges the square of twice its area (Lagrange's identity). */
+double area2(const Vec3& one, const Vec3& other, double other2) HD_RT {
+  const double common = one.dot(other);
+  return one.squaredNorm() * other2 - common * common;
+}
+
 /**
  * Of a face above the hip's foot, `depth` below it: the neighbour over a ridge whose plane is nearer to the hip.
  * HD_NO_INDEX: there is none.
@@ -40,16 +46,16 @@ std::uint32_t nearerNeighbour(const MeshView& mesh, std::uint32_t triangle, cons
   const double deep2 = kTan2 * depth * depth * up.squaredNorm();
   for (int k = 0; k < 3; ++k) {
     const Vec3 &a = v[k], &b = v[(k + 1) % 3];
-    const Vec3 along = b - a;
-    const double in = along.cross(hip - a).dot(up);
-    if (in * in > deep2 * along.squaredNorm()) continue;  // Too far from the edge, however it turns.
+    const Vec3 along = b - a, across_edge = along.cross(hip - a);
+    const double in = across_edge.dot(up), along2 = along.squaredNorm();
+    if (in * in > deep2 * along2) continue;  // Too far from the edge, however it turns.
     const std::uint32_t across = mesh.neighbours[triangle][k];
     if (across == HD_NO_INDEX) continue;
-    const Vec3 opposite = oppositeCorner(mesh, across, triangle);
-    if (!(up.dot(opposite - a) < 0)) continue;
-    const Vec3 there = (opposite - a).cross(along);
-    const double height = there.dot(a - hip);
-    if (height > 0 && height * height < kClearlyNearer * kClearlyNearer * depth * depth * there.squaredNorm())
+    const Vec3 opposite = oppositeCorner(mesh, across, triangle) - a;
+    if (!(up.dot(opposite) < 0)) continue;
+    const double height = -opposite.dot(across_edge);  // Times the neighbour's doubled area.
+    if (height > 0 &&
+        height * height < kClearlyNearer * kClearlyNearer * depth * depth * area2(opposite, along, along2))
       return across;
   }
   return HD_NO_INDEX;
@@ -64,15 +70,15 @@ int steeperEdge(const MeshView& mesh, std::uint32_t triangle, const Vec3 (&v)[3]
   const double near2 = kTan2 * radius * radius * up.squaredNorm();
   for (int k = 0; k < 3; ++k) {
     const Vec3 &a = v[k], &b = v[(k + 1) % 3];
-    const Vec3 along = b - a;
-    const double in = along.cross(x - a).dot(up);
-    if (in * in > near2 * along.squaredNorm()) continue;
+    const Vec3 along = b - a, across_edge = along.cross(x - a);
+    const double in = across_edge.dot(up), along2 = along.squaredNorm();
+    if (in * in > near2 * along2) continue;
     const std::uint32_t across = mesh.neighbours[triangle][k];
     if (across == HD_NO_INDEX) continue;
-    const Vec3 opposite = oppositeCorner(mesh, across, triangle);
-    if (!(up.dot(opposite - a) > 0)) continue;
-    const Vec3 there = (opposite - a).cross(along);
-    if (there.dot(x - a) < radius * there.norm()) return k;
+    const Vec3 opposite = oppositeCorner(mesh, across, triangle) - a;
+    if (!(up.dot(opposite) > 0)) continue;
+    const double height = opposite.dot(across_edge);
+    if (height < 0 || height * height < radius * radius * area2(opposite, along, along2)) return k;
   }
   return -1;
 }

@@ -215,5 +215,45 @@ TEST(HeldTool, HostileNumbersAreRefused) {
   EXPECT_EQ(tool.take(contacts), ErrorCode::kInvalidArgument);
 }
 
+TEST(HeldTool, TheQuestionTellsHowToolBodiesAndObstaclesMove) {
+  House house;
+  AttachTool tool = house.tool();
+  tool.com[0] = 0.02;  // Beside the frame: what turns moves it.
+  house.hold(tool);
+  const std::uint32_t kBrick = makeObjectId(4, 1);
+  house.send(CommandKind::kAddObject, test::object(kWall, ShapeKind::kSphere, {0.01, 0, 0}, {0, 0.06, 0.05}));
+  house.send(CommandKind::kAddObject, test::object(kBrick, ShapeKind::kBox, {0.01, 0.01, 0.01}, {0, -0.06, 0.05}));
+  house.send(CommandKind::kSetBody, SetBody{kBrick, 1, 0.2, {0.01, 0, 0}, {1e-4, 1e-4, 1e-4}, 0});
+  house.run(3);
+  house.send(CommandKind::kObjectPose, hd_object_pose{kWall, 0, {0, 0.06, 0.05}, {1}, {0.2F, -0.1F, 0.1F}, {0, 3, 0}});
+  house.send(CommandKind::kObjectPose,
+             hd_object_pose{kBrick, 0, {0, -0.06, 0.05}, {1}, {-0.1F, 0.1F, 0.2F}, {1, 0, 4}});
+  house.aim({0.02, 0.01, 0.06}, Vec3(0.5, 0.3, 0.8));
+  house.run(30);
+  auto before = std::make_unique<CollideRequest>(), now = std::make_unique<CollideRequest>();
+  ASSERT_TRUE(house.servo->cycle().ask(*before));
+  house.run(1);
+  ASSERT_TRUE(house.servo->cycle().ask(*now));
+  const auto moved = [](const Pose& from, const Pose& to, const Twist& V, const char* what) {
+    const Vec3 v = (to.p - from.p) / 1e-3, w = rotationVector(to.q * from.q.conjugate()) / 1e-3;
+    EXPECT_GT(v.norm(), 0.05) << what;
+    EXPECT_GT(w.norm(), 0.2) << what;
+    EXPECT_LT((V.v - v).norm(), 0.03 * v.norm()) << what;
+    EXPECT_LT((V.w - w).norm(), 0.03 * w.norm()) << what;
+  };
+  const CollideRequest::Held &a = before->held[0], &b = now->held[0];
+  ASSERT_EQ(b.object, kTool);
+  moved(a.X_WO, b.X_WO, b.V_WO, "the tool");
+  moved(before->held[kMaxDevices].X_WO, now->held[kMaxDevices].X_WO, now->held[kMaxDevices].V_WO, "the body");
+  int seen = 0;
+  for (std::uint32_t k = 0; k < b.count; ++k) {
+    if (b.obstacle[k].slot != objectSlot(kWall) && b.obstacle[k].slot != objectSlot(kBrick)) continue;
+    ASSERT_EQ(a.obstacle[k].slot, b.obstacle[k].slot);
+    moved(a.obstacle[k].X_WO, b.obstacle[k].X_WO, b.obstacle[k].V_WO, "an obstacle");
+    ++seen;
+  }
+  EXPECT_EQ(seen, 2);
+}
+
 }  // namespace
 }  // namespace hapticd

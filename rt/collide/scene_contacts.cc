@@ -158,11 +158,16 @@ bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held,
   query.margin = kMargin + ahead * held.speed;
   query.budget = budget;
   query.budget.units = kFieldUnits;
-  field_.find(query, field_found_);
-  if (field_found_.report.exhausted && isLate(budget)) cut_ |= 1u << k;
+  findIn(k, query);
   keepFound(k, report);
-  if (ahead * held.speed > usableMargin(query.margin, *query.b.volume)) lookAhead(k, held, ahead, query, report);
+  if ((cut_ >> k & 1) == 0 && ahead * held.speed > usableMargin(query.margin, *query.b.volume))
+    lookAhead(k, held, ahead, query, report);
   return true;
+}
+
+void SceneContacts::findIn(std::uint32_t k, const DetectorQuery& query) HD_RT {
+  field_.find(query, field_found_);
+  if (field_found_.report.exhausted && isLate(query.budget)) cut_ |= 1u << k;
 }
 
 void SceneContacts::keepFound(std::uint32_t k, DetectorReport& report) HD_RT {
@@ -187,7 +192,7 @@ void SceneContacts::lookAhead(std::uint32_t k, const CollideRequest::Held& held,
   query.b.X_WO_before = obstacle.X_WO;
   query.a.X_WO = later(held.X_WO, held.V_WO);
   query.b.X_WO = later(obstacle.X_WO, obstacle.V_WO);
-  field_.find(query, field_found_);
+  findIn(k, query);
   field_found_.report.touching = 0;  // Not yet.
   // A contact is a point of the tool and a plane of the obstacle: both are taken back to where their bodies are.
   const Pose back_A = held.X_WO * query.a.X_WO.inverse(), back_B = obstacle.X_WO * query.b.X_WO.inverse();

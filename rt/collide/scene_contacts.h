@@ -66,6 +66,8 @@ class SceneContacts {
   /** Adds what tool and obstacle k will meet within `ahead` seconds if both go on as they move; `query` as now. */
   void lookAhead(std::uint32_t k, const CollideRequest::Held& held, double ahead, DetectorQuery& query,
                  DetectorReport& report) HD_RT;
+  /** To field_found_; notes if the time was not enough. */
+  void findIn(std::uint32_t k, const DetectorQuery& query) HD_RT;
   /** field_found_'s contacts and report become part of the answer. */
   void keepFound(std::uint32_t k, DetectorReport& report) HD_RT;
   /** A body at one question. */

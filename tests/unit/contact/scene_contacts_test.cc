@@ -328,6 +328,24 @@ TEST(SceneContacts, AnAnswerWithoutTimeKeepsWhatTouchedForAWhile) {
   }
 }
 
+TEST(SceneContacts, WhatLiesAheadIsKeptTooWhereTheTimeWasNotEnoughToLook) {
+  Question q;
+  q.held.V_WO.v.z() = -2;
+  q.held.speed = 2;
+  q.held.X_WO.p = Vec3(0.003, 0.001, 0.005 + 0.01 + 0.004);
+  WatchedClock clock;
+  clock.report = &q.report;
+  ContactModel model;
+  for (const int looks_in_time : {1000, 1, 0}) {  // All, only where it is, not even there.
+    clock.last = clock.looks = 0;
+    clock.late_at = looks_in_time + 1;
+    q.contacts->find(q.held, 0.003, {400'000, 1000, &clock}, model, q.report);
+    ASSERT_GT(model.count, 0u) << looks_in_time;
+    EXPECT_NEAR(q.deepest(model), -0.004, 5e-5);
+    EXPECT_EQ(q.report.exhausted, looks_in_time < 2);
+  }
+}
+
 TEST(SceneContacts, WhatWasCutShortComesFirstTheNextTime) {
   // Four plates about a ball, all touched; there is time for one at a time.
   Question q;

@@ -51,7 +51,7 @@ def main():
         refused = subprocess.run(["/usr/bin/python3", drawing, results, figure], capture_output=True, text=True, check=False)
         if refused.returncode == 0 or "nonsense" not in refused.stderr:
             sys.exit("figure.py took nonsense")
-    interrupt([program, "load", "--csv", "--rounds", "10000", "--seconds", "0.3", "--triangles", "3000", "--daemon", daemon])
+    interrupt([program, "load", "--csv", "--rounds", "10000", "--seconds", "0.8", "--triangles", "3000", "--daemon", daemon])
     missing = subprocess.run([*run, "--daemon", "/nonexistent"], capture_output=True, text=True, check=False)
     if missing.returncode != 1 or "/nonexistent" not in missing.stderr:
         sys.exit("a daemon that is not there was not named: " + missing.stderr)

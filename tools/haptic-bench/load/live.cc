@@ -155,6 +155,7 @@ void judgeForces(const std::vector<haptic_sample>& samples, const BuiltSurface& 
   }
   const std::vector<Vec3> native = nativeForces(surface.meshes(), kStiffness, hips);
   const ForceError e = compareForces(forces, std::span(native).subspan(kApproach));
+  if (!(e.mean > 0)) throw Failure("load", "the hand touched nothing", "a stroke takes 0.72 s: more --seconds");
   result.force_rms = e.rms;
   result.mean_force = e.mean;
 }

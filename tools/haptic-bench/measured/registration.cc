@@ -46,6 +46,8 @@ Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>
   Vec3 lower = points[0], upper = points[0];
   for (const Vec3& p : points) lower = lower.cwiseMin(p), upper = upper.cwiseMax(p);
   const double extent = std::max((upper - lower).norm(), 1e-9);
+  Eigen::Matrix<double, 6, 1> before = Eigen::Matrix<double, 6, 1>::Zero();
+  double share = 1;  // Of a step that is taken.
   for (r.rounds = 1; r.rounds <= kMaxRounds; ++r.rounds) {
     const std::vector<Match> matches = matchAll(surface, points, offset, r.X_MO);
     std::vector<double> misses;
@@ -79,6 +81,10 @@ Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>
       step += modes.eigenvectors().col(i) * (modes.eigenvectors().col(i).dot(right) / value);
       ++r.freedoms;
     }
+    // Nearest triangles and points left out change with the pose, and so may lead to and fro for ever: half way then.
+    share = step.dot(before) < 0 ? share / 2 : std::min(1.0, 2 * share);
+    before = step;
+    step *= share;
     const Vec3 turn = step.head<3>() / extent, shift = step.tail<3>();
     const Eigen::Quaterniond q = turn.norm() > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized()))
                                                  : Eigen::Quaterniond::Identity();

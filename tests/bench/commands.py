@@ -7,6 +7,23 @@ import sys
 import tempfile
 import unittest
 
+# From its 151st step on its force is no number.
+LATE = """
+#include "haptic_algorithm.h"
+static int steps;
+static void* create(const haptic_algorithm_problem* p, char* e, size_t n) { return (void)p, (void)e, (void)n, &steps; }
+static void destroy(void* i) { (void)i; }
+static void start(void* i, const double h[3]) { (void)i, (void)h; }
+static void step(void* i, const double h[3], const double v[3], double dt, haptic_algorithm_contact* contact) {
+  (void)i, (void)h, (void)v, (void)dt;
+  if (++steps > 150) contact->force[0] = 0.0 / 0.0;
+}
+const haptic_algorithm* haptic_algorithm_table(void) {
+  static const haptic_algorithm table = {1, sizeof table, "late", 0, create, destroy, start, step, 0};
+  return &table;
+}
+"""
+
 
 class Commands(unittest.TestCase):
     def setUp(self):
@@ -107,6 +124,16 @@ class Commands(unittest.TestCase):
         self.assertIn("none/p.csv: it cannot", self.bench("cost", "--profile", self.folder / "none" / "p.csv", code=1))
         self.assertIn("--friction-static: 0 is less", self.bench("run", "--friction-dynamic", 0.5, "-m", "plane", code=1))
         self.assertTrue(self.bench("run", "-a", "voxel:cells=9999", code=1).startswith("haptic-bench: voxel:cells=9999, cells: "))
+
+    def test_a_plug_in_that_fails_in_a_later_round_is_named_with_its_sample(self):
+        header = pathlib.Path(__file__).resolve().parents[2] / "tools" / "haptic-bench" / "plugin"
+        source, plugin = self.folder / "late.c", self.folder / "late.so"
+        source.write_text(LATE, encoding="ascii")
+        subprocess.run(["cc", "-shared", "-fPIC", f"-I{header}", "-o", plugin, source], check=True)
+        run = ("run", "-a", plugin, "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds")
+        self.bench(*run, 1)
+        self.assertIn("late.so: its answer to sample 51 at 0.05 s is not finite", self.bench(*run, 2, code=1))
+        self.assertEqual(self.bench("run", "-a", self.folder / "none.so", code=1).count("none.so"), 1)
 
     def test_compare_counts_what_it_compares(self):
         times, other = self.folder / "times.csv", self.folder / "other.csv"

@@ -35,6 +35,15 @@ void runOnce(Algorithm& algorithm, const Trajectory& trajectory, std::vector<Ans
   }
 }
 
+void requireFinite(const std::string& algorithm, const Trajectory& trajectory, const std::vector<Answer>& answers) {
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    if (answers[i].force.allFinite() && answers[i].proxy.allFinite()) continue;
+    throw Failure(algorithm,
+                  fmt::format("its answer to sample {} at {} s is not finite", i + 1, trajectory.samples[i].t_s),
+                  "mend the algorithm");
+  }
+}
+
 }  // namespace
 
 Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory, const Surface& surface,
@@ -59,18 +68,14 @@ Outcome runTrial(const std::string& algorithm, const Model& model, const Traject
     const Clock::time_point begin = Clock::now();
     Algorithm instance(algorithm, problem);
     outcome.init_s.push_back(1e-9 * static_cast<double>(ns(Clock::now() - begin)));
-    runOnce(instance, trajectory, round == 0 ? outcome.answers : again, step_ns);
+    std::vector<Answer>& answers = round == 0 ? outcome.answers : again;
+    runOnce(instance, trajectory, answers, step_ns);
+    requireFinite(algorithm, trajectory, answers);
     outcome.rounds.push_back(summarise(step_ns));
     outcome.bytes = instance.bytes();
     for (std::size_t i = 0; i < again.size() && round > 0; ++i) {
       outcome.repeats = outcome.repeats && again[i].force == outcome.answers[i].force;
     }
-  }
-  for (std::size_t i = 0; i < outcome.answers.size(); ++i) {
-    if (outcome.answers[i].force.allFinite() && outcome.answers[i].proxy.allFinite()) continue;
-    throw Failure(algorithm,
-                  fmt::format("its answer to sample {} at {} s is not finite", i + 1, trajectory.samples[i].t_s),
-                  "mend the algorithm");
   }
   return outcome;
 }

@@ -15,7 +15,12 @@ constexpr const haptic_algorithm* kInTheBox[] = {&kOurs, &kGodObject, &kNearest,
 
 const haptic_algorithm* load(const std::string& path) {
   void* object = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (object == nullptr) throw Failure(path, dlerror(), "a shared object built for this machine");
+  if (object == nullptr) {
+    // The loader's words begin with the path, but for some.
+    const std::string words = dlerror(), begin = path + ": ";
+    throw Failure(path, words.compare(0, begin.size(), begin) == 0 ? words.substr(begin.size()) : words,
+                  "a shared object built for this machine");
+  }
   void* symbol = dlsym(object, HAPTIC_ALGORITHM_SYMBOL);
   if (symbol == nullptr) {
     throw Failure(path, "it has no function " HAPTIC_ALGORITHM_SYMBOL, "see haptic_algorithm.h");

@@ -72,6 +72,11 @@ class Commands(unittest.TestCase):
         self.bench("run", "-a", "theirs", "--samples", kept, code=1)
         self.assertEqual([path.name for path in self.folder.iterdir()], ["kept.csv"])
         self.assertEqual(kept.read_text(encoding="ascii"), "mine")
+        link = self.folder / "link.csv"
+        link.symlink_to(kept)
+        self.bench("run", "-a", "ours", "-t", "spiral:seconds=0.01", "--rounds", 1, "--samples", link)
+        self.assertIn("ours_fx", kept.read_text(encoding="ascii"))
+        self.assertTrue(link.is_symlink())
         self.assertIn("ours_fx", self.bench("run", "-a", "ours", "--rounds", 1, "--samples", "/dev/stdout"))
 
     def test_rounds_are_counted(self):

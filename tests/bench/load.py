@@ -52,6 +52,9 @@ def main():
         if refused.returncode == 0 or "nonsense" not in refused.stderr:
             sys.exit("figure.py took nonsense")
     interrupt([program, "load", "--csv", "--rounds", "10000", "--seconds", "0.8", "--triangles", "3000", "--daemon", daemon])
+    homeless = subprocess.run(run, env={**os.environ, "TMPDIR": "/nonexistent"}, capture_output=True, text=True, check=False)
+    if homeless.returncode != 1 or "TMPDIR" not in homeless.stderr:
+        sys.exit("a temporary folder that is not there was not named: " + homeless.stderr)
     missing = subprocess.run([*run, "--daemon", "/nonexistent"], capture_output=True, text=True, check=False)
     if missing.returncode != 1 or "/nonexistent" not in missing.stderr:
         sys.exit("a daemon that is not there was not named: " + missing.stderr)

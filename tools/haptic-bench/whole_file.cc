@@ -11,7 +11,8 @@ WholeFile::WholeFile(std::string path) : path_(std::move(path)), part_(path_) {
   std::error_code none;
   const auto kind = std::filesystem::status(path_, none).type();
   if (kind == std::filesystem::file_type::directory) throw Failure(path_, "it is a folder", "the name of a file");
-  if (kind == std::filesystem::file_type::not_found || kind == std::filesystem::file_type::regular) part_ += ".part";
+  const bool plain = kind == std::filesystem::file_type::not_found || kind == std::filesystem::file_type::regular;
+  if (plain && !std::filesystem::is_symlink(path_, none)) part_ += ".part";
   if (!std::ofstream(part_, std::ios::binary))
     throw Failure(path_, "it cannot be written", "see the path and its rights");
   if (part_ != path_) std::filesystem::remove(part_, none);  // Nothing lies about while the results are made.

@@ -74,8 +74,11 @@ void Child::stop() {
   pid_ = -1;
 }
 
-ScratchDirectory::ScratchDirectory()
-    : path_((std::filesystem::temp_directory_path() / "haptic-bench-XXXXXX").string()) {
+ScratchDirectory::ScratchDirectory() {
+  std::error_code none;
+  const std::filesystem::path place = std::filesystem::temp_directory_path(none);
+  if (none) throw Failure("TMPDIR", none.message(), "a folder that is there, or none");
+  path_ = (place / "haptic-bench-XXXXXX").string();
   if (mkdtemp(path_.data()) == nullptr) throw Failure(path_, std::strerror(errno), "set TMPDIR");
 }
 

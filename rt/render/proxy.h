@@ -105,9 +105,11 @@ class ProxyRenderer {
     bool in_groove = false;  ///< The way leads through the air above a groove.
     bool stay = false;       ///< The proxy is where it belongs.
     /** At the end of the way, if it is free, the proxy is where it belongs, held by the faces below; of none of them,
-     * by held[keeps]. */
+     * by held[keeps], if `rolls` with this tangent plane. */
     bool lands = false;
     int keeps = 0;
+    bool rolls = false;
+    HalfSpace tangent;
     std::uint32_t slot = 0;
     int faces = 0;
     MeshPlane face[2];
@@ -118,7 +120,7 @@ class ProxyRenderer {
       above[0].setZero();
       parts = 1;
       gone = 0;
-      in_groove = stay = lands = false;
+      in_groove = stay = lands = rolls = false;
       faces = 0;
     }
   };
@@ -162,9 +164,10 @@ class ProxyRenderer {
   void noteRest(const Step& step, std::uint32_t active) HD_RT;
   bool holdAgain(Step& step) HD_RT;
   void plan(Step& step, Plan& plan) HD_RT;
+  [[nodiscard]] static bool isOnEdge(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT;
   [[nodiscard]] bool planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT;
   [[nodiscard]] bool planInGroove(Step& step, const Vec3& here, double rest, Plan& plan) HD_RT;
-  void followFaces(Step& step, int held, const Vec3& at_W, double friction, Plan& plan) const HD_RT;
+  bool followFaces(Step& step, int held, const Vec3& at_W, double friction, Plan& plan) const HD_RT;
   void land(Step& step, const Plan& plan) HD_RT;
   void holdFace(Step& step, std::uint32_t slot, const MeshPlane& face) HD_RT;
   [[nodiscard]] bool tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x, Vec3& normal,

@@ -206,40 +206,51 @@ Lead leadOver(const HalfSpace* face, int count, double tiny, const Vec3& at, con
 /**
  * Extends a plan that leads along the face held[i] of a mesh, or out of a groove of which it is a side: if the way ends
  * on this face, it lands there. If it leads over an edge, the neighbours are followed to the face on which the proxy
- * will come to lie, or the hollow of two, and the plan leads there. `friction` as of a Walk.
+ * will come to lie, or the hollow of two, and the plan leads there. From an edge on which a ball lies it leads in the
+ * same way over the face beyond. `friction` as of a Walk. False: nothing has been changed.
  */
-void ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double friction, Plan& plan) const HD_RT {
+bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double friction, Plan& plan) const HD_RT {
   const Constraint& c = step.held[i];
   const SceneObject& object = step.scene->slot(c.slot);
-  if (c.kind != FeatureKind::kFace || object.shape.kind != ShapeKind::kMesh ||
-      (object.flags & HD_OBJECT_TWO_SIDED) != 0 || object.shape.mesh->neighbours == nullptr)
-    return;
+  if (object.shape.kind != ShapeKind::kMesh || (object.flags & HD_OBJECT_TWO_SIDED) != 0 ||
+      object.shape.mesh->neighbours == nullptr)
+    return false;
   const Vec3 at = toLocal(object.X_WO, at_W);
   Walk walk{*object.shape.mesh, toLocal(object.X_WO, step.goal), at, radius_, c.skin, friction};
-  if (!walk.toEnd(c.feature)) return;
-  plan.keeps = i;
+  std::uint32_t first = c.feature;
+  if (c.kind != FeatureKind::kFace) {
+    Vec3 beyond;
+    if (c.kind == FeatureKind::kEdge) first = faceBeyondEdge(walk.mesh, c.feature, c.corner, walk.hip, beyond);
+    if (c.kind != FeatureKind::kEdge || first == HD_NO_INDEX) return false;
+    HalfSpace& here = walk.face[walk.count++];
+    here.normal = rotated(object.X_WO.q.conjugate(), c.surface.normal);
+    here.offset = c.surface.offset - c.surface.normal.dot(object.X_WO.p) + c.skin;
+  }
+  if (!walk.toEnd(first)) return false;
   if (walk.count == 1) {
+    plan.keeps = i;
     plan.lands = true;
-    return;
+    return true;
   }
   const HalfSpace &last = walk.face[walk.count - 1], &other = walk.face[walk.count - 2];
-  if (!(last.height(walk.hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return;
+  if (!(last.height(walk.hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return false;
   const Vec3 end = walk.in_hollow ? walk.end : Vec3(walk.end - last.height(walk.end) * last.normal);
   // Into a hollow the way leads over the face before, which reaches there.
   Vec3 over;
   const Lead lead = leadOver(walk.face, walk.in_hollow ? walk.count - 1 : walk.count, kNear * c.skin, at, end, over);
-  if (lead == Lead::kNone) return;
-  plan.parts = 0;
+  if (lead == Lead::kNone) return false;
+  plan.goTo(object.X_WO * (lead == Lead::kOver ? over : end));
+  plan.above[0] = c.surface.normal;
   if (lead == Lead::kOver) {
-    plan.way[plan.parts++] = object.X_WO * over;
+    plan.way[plan.parts++] = object.X_WO * end;
     plan.above[1] = rotated(object.X_WO.q, last.normal);
   }
-  plan.way[plan.parts++] = object.X_WO * end;
   plan.lands = true;
   plan.slot = c.slot;
   plan.face[0] = {walk.triangle, {last.normal, last.offset - c.skin}};
   plan.face[1] = {walk.before, {other.normal, other.offset - c.skin}};
   plan.faces = walk.in_hollow ? 2 : 1;
+  return true;
 }
 
 /** A face that is known to hold the proxy, a hair below it. */
@@ -258,6 +269,7 @@ void ProxyRenderer::land(Step& step, const Plan& plan) HD_RT {
   step.settled = step.real = true;
   if (plan.faces == 0) {
     step.held[0] = step.held[plan.keeps];
+    if (plan.rolls) step.held[0].surface = plan.tangent;
     step.count = 1;
     return;
   }

@@ -45,30 +45,25 @@ bool isOverFace(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corn
   return normal.cross(along).dot(x - a) > 0;
 }
 
-/**
- * The face of a mesh, grown by `radius`, that a ball comes to which rolls over an edge toward x: normal and offset.
- * False if it stays on the edge.
- */
-bool faceBeyondEdge(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& x, double radius,
-                    Vec3& normal, double& offset) HD_RT {
+double settled(std::uint32_t sweeps) HD_RT { return sweeps < kLate ? kSettled : kSettledLate; }
+
+}  // namespace
+
+std::uint32_t faceBeyondEdge(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& x,
+                             Vec3& normal) HD_RT {
   const std::uint32_t across = mesh.neighbours != nullptr ? mesh.neighbours[triangle][corner] : HD_NO_INDEX;
-  if (across == HD_NO_INDEX) return false;
+  if (across == HD_NO_INDEX) return HD_NO_INDEX;
   std::uint32_t back = 0;
   while (back < 2 && mesh.neighbours[across][back] != triangle) ++back;
   const Vec3 here = faceNormal(mesh, triangle), there = faceNormal(mesh, across);
   const bool over_here = isOverFace(mesh, triangle, corner, here, x);
   const bool over_there = isOverFace(mesh, across, back, there, x);
-  if (!over_here && !over_there) return false;
+  if (!over_here && !over_there) return HD_NO_INDEX;
   const Vec3 a = mesh.vertex(triangle, corner);
   const bool takes_here = over_here && (!over_there || here.dot(x - a) >= there.dot(x - a));
   normal = takes_here ? here : there;
-  offset = normal.dot(a) + radius;
-  return true;
+  return takes_here ? triangle : across;
 }
-
-double settled(std::uint32_t sweeps) HD_RT { return sweeps < kLate ? kSettled : kSettledLate; }
-
-}  // namespace
 
 /** Of the active surfaces the one that gives material and name: that of the last tick, else the last one met. */
 int ProxyRenderer::foremost(const Step& step, std::uint32_t active) const HD_RT {
@@ -129,14 +124,27 @@ bool ProxyRenderer::tangentTo(const SceneObject& object, const Constraint& c, co
   if (c.kind == FeatureKind::kFace) return tangentNearest(object.shape, c.feature, x, normal, offset, radius_);
   const bool one_sided_edge = object.shape.kind == ShapeKind::kMesh && c.kind == FeatureKind::kEdge &&
                               (object.flags & HD_OBJECT_TWO_SIDED) == 0;
-  if (one_sided_edge && faceBeyondEdge(*object.shape.mesh, c.feature, c.corner, x, radius_, normal, offset))
+  if (one_sided_edge && faceBeyondEdge(*object.shape.mesh, c.feature, c.corner, x, normal) != HD_NO_INDEX) {
+    offset = normal.dot(object.shape.mesh->vertex(c.feature, static_cast<int>(c.corner))) + radius_;
     return true;
+  }
   normal = x - footOnRim(object.shape, c.kind, c.feature, c.corner, c.point, x);
   const double length = normal.norm();
   if (!(length > 0)) return false;
   normal /= length;
   offset = normal.dot(x) - length + radius_;
   return true;
+}
+
+/** Whether the foot of x lies between the ends of the edge of a mesh, and x over neither of its faces. */
+bool ProxyRenderer::isOnEdge(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT {
+  if (c.kind != FeatureKind::kEdge || object.shape.kind != ShapeKind::kMesh) return false;
+  const MeshView& mesh = *object.shape.mesh;
+  const Vec3 a = mesh.vertex(c.feature, static_cast<int>(c.corner));
+  const Vec3 along = mesh.vertex(c.feature, static_cast<int>(c.corner + 1) % 3) - a;
+  const double foot = (x - a).dot(along);
+  Vec3 normal;
+  return foot > 0 && foot < along.squaredNorm() && faceBeyondEdge(mesh, c.feature, c.corner, x, normal) == HD_NO_INDEX;
 }
 
 /** On a single curved surface: over the edge of two tangent planes to the point nearest to the goal. */
@@ -160,6 +168,11 @@ bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT 
   plan.way[plan.parts++] = last;
   plan.above[0] = planes[0].normal;
   plan.above[1] = planes[1].normal;
+  if (isOnEdge(object, c, toLocal(object.X_WO, last))) {
+    plan.lands = plan.rolls = true;
+    plan.keeps = 0;
+    plan.tangent = {normal, offset};
+  }
   return true;
 }
 
@@ -251,10 +264,11 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     plan.stay = (plan.target() - at).norm() <= rest;
     if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
     if (!plan.stay && std::has_single_bit(active))
-      followFaces(step, std::countr_zero(active), at, material.friction_dynamic, plan);
+      (void)followFaces(step, std::countr_zero(active), at, material.friction_dynamic, plan);
     return;
   }
   if (step.count == 1) {
+    if (step.held[0].kind == FeatureKind::kEdge && followFaces(step, 0, at, 0, plan)) return;
     if (planOnCurve(step, at, plan)) return;
   } else if (step.count == 2 && step.broken < kMaxBroken) {
     if (planInGroove(step, at, rest, plan)) return;
@@ -264,7 +278,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
   const std::uint32_t others = active & (active - 1);
   if (!plan.stay && active != 0 && (others & (others - 1)) == 0)
-    followFaces(step, std::countr_zero(active), at, 0, plan);
+    (void)followFaces(step, std::countr_zero(active), at, 0, plan);
 }
 
 }  // namespace hapticd

@@ -26,6 +26,13 @@ inline Vec3 toLocal(const Pose& X, const Vec3& x) HD_RT { return rotated(X.q.con
 
 inline double extent(const Vec3& x) HD_RT { return x.cwiseAbs().maxCoeff(); }
 
+/**
+ * The face of a mesh that a ball comes to which rolls toward x over the edge of a triangle that begins at `corner`, and
+ * its normal. HD_NO_INDEX if it stays on the edge.
+ */
+std::uint32_t faceBeyondEdge(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& x,
+                             Vec3& normal) HD_RT;
+
 /** What one step works with. */
 struct ProxyRenderer::Step {
   const Scene* scene = nullptr;

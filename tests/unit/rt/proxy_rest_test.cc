@@ -101,5 +101,49 @@ TEST(ProxyInMotion, IsLedOverFacesByFewSweeps) {
   }
 }
 
+/** A roof of 30 degrees: the ball lies on its ridge for some ticks, and then rolls off. */
+TEST(ProxyInMotion, RollsOffAnEdgeWithoutASecondLook) {
+  TestMesh mesh = testing::heightMesh(0.02, 8, [&](double x, double) { return -std::abs(x) / std::sqrt(3.0); });
+  constexpr double kRadius = 0.002;
+  TestScene t;
+  t.addMesh(mesh.view());
+  t.proxy.setRadius(kRadius);
+  t.tick(Vec3(-0.004, 0.0011, 0.01));
+  const auto tiltOf = [](const Vec3& n) { return std::atan2(std::abs(n.x()), n.z()) * 180 / M_PI; };
+  int on_ridge = 0;
+  double before = 30;
+  for (int i = 0; i < 70; ++i) {
+    // As high above each side as a ball half in it.
+    const double x = -0.004 + 1.07e-4 * i;
+    t.tick(Vec3(x, 0.0011, 0.5 * kRadius / std::cos(M_PI / 6) - std::abs(x) / std::sqrt(3.0)));
+    const double tilt = tiltOf(t.contact.normal);
+    EXPECT_LE(tilt, 30.01);
+    if (before < 29.9) EXPECT_LE(t.proxy.effort().sweeps, 2u) << "at " << x << " m, tilt " << tilt;
+    on_ridge += tilt < 29.9;
+    before = tilt;
+  }
+  EXPECT_GE(on_ridge, 8);
+}
+
+/** Along an edge of a box, half in the ball, and past the corner where it ends: as deep as the distance tells. */
+TEST(ProxyInMotion, AnEdgeHoldsABallAsFarAsItGoes) {
+  const Vec3 half(0.02, 0.02, 0.02);
+  TestMesh box = testing::boxMesh(half);
+  constexpr double kRadius = 0.002, kOff = 0.0008;
+  TestScene t;
+  t.addMesh(box.view());
+  t.proxy.setRadius(kRadius);
+  t.tick(Vec3(0.0101, 0.03, 0.03));
+  int beyond = 0;
+  for (int i = 0; i < 130; ++i) {
+    const Vec3 hip(0.0101 + 9e-5 * i, half.y() + kOff, half.z() + 0.7 * kOff);
+    t.tick(hip);
+    const double distance = (hip - hip.cwiseMin(half)).norm();
+    ASSERT_NEAR(t.contact.depth, std::max(kRadius - distance, 0.0), 1e-9) << hip.x();
+    beyond += hip.x() > half.x() && t.contact.object != 0;
+  }
+  EXPECT_GT(beyond, 10);
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -106,7 +106,7 @@ TEST(TwoGroups, ABodyThatTwoHandsSqueezeStaysBetweenThem) {
   ASSERT_TRUE(bench.core.openDevice("test://second").ok());
   const auto reach = [&](double x) {  // Both hands as far from the middle.
     bench.scripted[0]->sample.p.x() = -x;
-    bench.scripted[1]->sample.p.x() = x;
+    bench.scripted.back()->sample.p.x() = x;  // The one before it was only asked for its name.
   };
   reach(0.05);
   bench.step(40);

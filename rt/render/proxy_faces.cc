@@ -31,32 +31,67 @@ Vec3 oppositeCorner(const MeshView& mesh, std::uint32_t triangle, std::uint32_t 
 }
 
 /** Of the triangle of these two edges the square of twice its area (Lagrange's identity). */
-double area2(const Vec3& one, const Vec3& other, double other2) HD_RT {
+double area2(const Vec3& one, const Vec3& other) HD_RT {
   const double common = one.dot(other);
-  return one.squaredNorm() * other2 - common * common;
+  return one.squaredNorm() * other.squaredNorm() - common * common;
 }
+
+/** A triangle of a mesh, and where some point is, seen along its normal. */
+struct SeenFace {
+  const MeshView& mesh;
+  std::uint32_t triangle;
+  Vec3 v[3];
+  Vec3 up;            ///< Twice the area long,
+  double up2 = 0;     ///< and its square.
+  Vec3 along[3];      ///< From corner to corner.
+  double in[3] = {};  ///< Of the point, beyond each edge: times its length and up's.
+
+  SeenFace(const MeshView& m, std::uint32_t t) HD_RT : mesh(m), triangle(t) {
+    for (int k = 0; k < 3; ++k) v[k] = mesh.vertex(t, k);
+    for (int k = 0; k < 3; ++k) along[k] = v[(k + 1) % 3] - v[k];
+    up = along[0].cross(-along[2]);
+    up2 = up.squaredNorm();
+  }
+  void seek(const Vec3& x) HD_RT {
+    for (int k = 0; k < 3; ++k) in[k] = along[k].cross(x - v[k]).dot(up);
+  }
+  /** The edge beyond which the point lies farthest; -1 if it is over the face. */
+  [[nodiscard]] int out() const HD_RT {
+    int farthest = -1;
+    double least = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (in[k] >= least) continue;
+      farthest = k;
+      least = in[k];
+    }
+    return farthest;
+  }
+  /** Whether the point is so near to edge k that a plane through it, however it turns, may be nearer than `near`. */
+  [[nodiscard]] bool isNear(int k, double near) const HD_RT {
+    return in[k] * in[k] <= kTan2 * near * near * up2 * along[k].squaredNorm();
+  }
+  /** Of the neighbour over edge k the third corner, from corner k. False if there is none. */
+  [[nodiscard]] bool beyond(int k, Vec3& opposite) const HD_RT {
+    const std::uint32_t across = mesh.neighbours[triangle][k];
+    if (across == HD_NO_INDEX) return false;
+    opposite = oppositeCorner(mesh, across, triangle) - v[k];
+    return true;
+  }
+};
 
 /**
  * Of a face above the hip's foot, `depth` below it: the neighbour over a ridge whose plane is nearer to the hip.
  * HD_NO_INDEX: there is none.
  */
-std::uint32_t nearerNeighbour(const MeshView& mesh, std::uint32_t triangle, const Vec3 (&v)[3], const Vec3& up,
-                              const Vec3& hip, double depth) HD_RT {
+std::uint32_t nearerNeighbour(const SeenFace& f, const Vec3& hip, double depth) HD_RT {
   if (!(depth > 0)) return HD_NO_INDEX;
-  const double deep2 = kTan2 * depth * depth * up.squaredNorm();
+  const double less2 = kClearlyNearer * kClearlyNearer * depth * depth;
   for (int k = 0; k < 3; ++k) {
-    const Vec3 &a = v[k], &b = v[(k + 1) % 3];
-    const Vec3 along = b - a, across_edge = along.cross(hip - a);
-    const double in = across_edge.dot(up), along2 = along.squaredNorm();
-    if (in * in > deep2 * along2) continue;  // Too far from the edge, however it turns.
-    const std::uint32_t across = mesh.neighbours[triangle][k];
-    if (across == HD_NO_INDEX) continue;
-    const Vec3 opposite = oppositeCorner(mesh, across, triangle) - a;
-    if (!(up.dot(opposite) < 0)) continue;
-    const double height = -opposite.dot(across_edge);  // Times the neighbour's doubled area.
-    if (height > 0 &&
-        height * height < kClearlyNearer * kClearlyNearer * depth * depth * area2(opposite, along, along2))
-      return across;
+    Vec3 opposite;
+    if (!f.isNear(k, depth) || !f.beyond(k, opposite) || !(f.up.dot(opposite) < 0)) continue;
+    // Above the hip, times the neighbour's doubled area.
+    const double height = -opposite.dot(f.along[k].cross(hip - f.v[k]));
+    if (height > 0 && height * height < less2 * area2(opposite, f.along[k])) return f.mesh.neighbours[f.triangle][k];
   }
   return HD_NO_INDEX;
 }
@@ -65,20 +100,12 @@ std::uint32_t nearerNeighbour(const MeshView& mesh, std::uint32_t triangle, cons
  * The edge of a face over which a neighbour rises that a ball touches with its centre at x, above the face: -1 if there
  * is none. The ball touches it before its foot on the face comes to the edge.
  */
-int steeperEdge(const MeshView& mesh, std::uint32_t triangle, const Vec3 (&v)[3], const Vec3& up, const Vec3& x,
-                double radius) HD_RT {
-  const double near2 = kTan2 * radius * radius * up.squaredNorm();
+int steeperEdge(const SeenFace& f, const Vec3& x, double radius) HD_RT {
   for (int k = 0; k < 3; ++k) {
-    const Vec3 &a = v[k], &b = v[(k + 1) % 3];
-    const Vec3 along = b - a, across_edge = along.cross(x - a);
-    const double in = across_edge.dot(up), along2 = along.squaredNorm();
-    if (in * in > near2 * along2) continue;
-    const std::uint32_t across = mesh.neighbours[triangle][k];
-    if (across == HD_NO_INDEX) continue;
-    const Vec3 opposite = oppositeCorner(mesh, across, triangle) - a;
-    if (!(up.dot(opposite) > 0)) continue;
-    const double height = opposite.dot(across_edge);
-    if (height < 0 || height * height < radius * radius * area2(opposite, along, along2)) return k;
+    Vec3 opposite;
+    if (!f.isNear(k, radius) || !f.beyond(k, opposite) || !(f.up.dot(opposite) > 0)) continue;
+    const double height = opposite.dot(f.along[k].cross(x - f.v[k]));
+    if (height < 0 || height * height < radius * radius * area2(opposite, f.along[k])) return k;
   }
   return -1;
 }
@@ -87,10 +114,10 @@ int steeperEdge(const MeshView& mesh, std::uint32_t triangle, const Vec3 (&v)[3]
 struct Walk {
   const MeshView& mesh;
   Vec3 hip;
-  Vec3 proxy;
-  double radius;    ///< Of the ball,
-  double skin;      ///< and how far it stays above.
-  double friction;  ///< The dynamic coefficient of a proxy that slips, 0 of one without friction.
+  double radius;              ///< Of the ball,
+  double skin;                ///< and how far it stays above.
+  double friction;            ///< The dynamic coefficient of a proxy that slips, 0 of one without friction.
+  Vec3 proxy = Vec3::Zero();  ///< For friction only.
 
   static constexpr int kMaxFaces = 6;
   HalfSpace face[kMaxFaces] = {};  ///< Raised by radius and skin.
@@ -103,7 +130,7 @@ struct Walk {
 
  private:
   bool seekOn(const HalfSpace& plane) HD_RT;
-  [[nodiscard]] bool seekInHollow(const Vec3 (&v)[3], int edge) HD_RT;
+  [[nodiscard]] bool seekInHollow(const SeenFace& f, int k) HD_RT;
 };
 
 /** Where on the face's plane the proxy would come to rest: seen along its normal. False: it is held where it is. */
@@ -117,9 +144,9 @@ bool Walk::seekOn(const HalfSpace& plane) HD_RT {
   return true;
 }
 
-/** Over the edge back to the face before: the end lies in the hollow of the two, if there is one. */
-bool Walk::seekInHollow(const Vec3 (&v)[3], int edge) HD_RT {
-  const Vec3 &from = v[edge], &to = v[(edge + 1) % 3], &third = v[(edge + 2) % 3];
+/** Over edge k back to the face before: the end lies in the hollow of the two, if there is one. */
+bool Walk::seekInHollow(const SeenFace& f, int k) HD_RT {
+  const Vec3 &from = f.v[k], &to = f.v[(k + 1) % 3], &third = f.v[(k + 2) % 3];
   const HalfSpace &here = face[count - 1], &there = face[count - 2];
   const Vec3 beyond = oppositeCorner(mesh, before, triangle);
   in_hollow = friction == 0 && here.normal.dot(beyond - from) > 0 && nearestInHollow(there, here, hip, end) &&
@@ -130,33 +157,24 @@ bool Walk::seekInHollow(const Vec3 (&v)[3], int edge) HD_RT {
 /** False: it leads nowhere, or too far. */
 bool Walk::toEnd(std::uint32_t first) HD_RT {
   for (triangle = first;;) {
-    const Vec3 v[3] = {mesh.vertex(triangle, 0), mesh.vertex(triangle, 1), mesh.vertex(triangle, 2)};
-    const Vec3 up = (v[1] - v[0]).cross(v[2] - v[0]);
-    const double area = up.norm();
-    if (!(area > 0)) return false;
+    SeenFace f(mesh, triangle);
+    if (!(f.up2 > 0)) return false;
     HalfSpace& plane = face[count++];
-    plane.normal = up / area;
-    plane.offset = plane.normal.dot(v[0]) + radius + skin;
+    plane.normal = f.up / std::sqrt(f.up2);
+    plane.offset = plane.normal.dot(f.v[0]) + radius + skin;
     if (!seekOn(plane)) return false;
-    int out = -1;
-    double least = 0;
-    for (int k = 0; k < 3; ++k) {
-      const double in = (v[(k + 1) % 3] - v[k]).cross(end - v[k]).dot(up);
-      if (in < least) {
-        out = k;
-        least = in;
-      }
-    }
+    f.seek(end);
+    int out = f.out();
     if (out < 0 && radius > 0 && friction == 0)
-      out = steeperEdge(mesh, triangle, v, up, end - plane.height(end) * plane.normal, radius + skin);
+      out = steeperEdge(f, end - plane.height(end) * plane.normal, radius + skin);
     std::uint32_t next = HD_NO_INDEX;
     if (out >= 0) {
       next = mesh.neighbours[triangle][out];
       if (next == HD_NO_INDEX) return false;
-      if (next == before) return seekInHollow(v, out);
+      if (next == before) return seekInHollow(f, out);
       if (count == kMaxFaces) return false;
     } else {
-      if (friction == 0) next = nearerNeighbour(mesh, triangle, v, up, hip, skin - plane.height(hip) - radius);
+      if (friction == 0) next = nearerNeighbour(f, hip, skin - plane.height(hip) - radius);
       if (next == HD_NO_INDEX || next == before || count == kMaxFaces) return true;
     }
     before = triangle;
@@ -215,8 +233,8 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
   if (object.shape.kind != ShapeKind::kMesh || (object.flags & HD_OBJECT_TWO_SIDED) != 0 ||
       object.shape.mesh->neighbours == nullptr)
     return false;
-  const Vec3 at = toLocal(object.X_WO, at_W);
-  Walk walk{*object.shape.mesh, toLocal(object.X_WO, step.goal), at, radius_, c.skin, friction};
+  Walk walk{*object.shape.mesh, toLocal(object.X_WO, step.goal), radius_, c.skin, friction};
+  if (friction > 0) walk.proxy = toLocal(object.X_WO, at_W);
   std::uint32_t first = c.feature;
   if (c.kind != FeatureKind::kFace) {
     Vec3 beyond;
@@ -237,7 +255,8 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
   const Vec3 end = walk.in_hollow ? walk.end : Vec3(walk.end - last.height(walk.end) * last.normal);
   // Into a hollow the way leads over the face before, which reaches there.
   Vec3 over;
-  const Lead lead = leadOver(walk.face, walk.in_hollow ? walk.count - 1 : walk.count, kNear * c.skin, at, end, over);
+  const Lead lead = leadOver(walk.face, walk.in_hollow ? walk.count - 1 : walk.count, kNear * c.skin,
+                             toLocal(object.X_WO, at_W), end, over);
   if (lead == Lead::kNone) return false;
   plan.goTo(object.X_WO * (lead == Lead::kOver ? over : end));
   plan.above[0] = c.surface.normal;

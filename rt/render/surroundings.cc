@@ -31,16 +31,15 @@ double needed(const ProxyPlace& place, bool nearest) HD_RT {
 
 /** Whether it holds what is needed now, also if the proxy goes farther than is thought: a ball swings over a ridge. */
 bool covers(const Vicinity& vicinity, const ProxyPlace& place, const Vec3& step, bool nearest) HD_RT {
-  for (const Vec3& x : {place.proxy, place.end, Vec3(place.proxy + kReach * step)}) {
-    if (!vicinity.holds(x, place.radius)) return false;
-  }
-  return !nearest || vicinity.holds(place.hip, (place.hip - place.proxy).norm() - place.radius);
+  return vicinity.holds(place.end, place.radius) && vicinity.holds(place.proxy + kReach * step, place.radius) &&
+         (!nearest || vicinity.holds(place.hip, (place.hip - place.proxy).norm() - place.radius));
 }
 
-/** Whether it will still do so a little later. */
+/** Whether it will still do so a little later; what lies deepest is left first. */
 bool willCover(const Vicinity& vicinity, const ProxyPlace& place, const Vec3& step, bool nearest) HD_RT {
-  return vicinity.holds(place.proxy + (kAhead + kReach) * step, place.radius) &&
-         (!nearest || vicinity.holds(place.hip + kAhead * step, (place.hip - place.proxy).norm() - place.radius));
+  const double deeper = nearest ? (place.hip - place.proxy).norm() - place.radius : 0.0;
+  return deeper > place.radius ? vicinity.holds(place.hip + kAhead * step, deeper)
+                               : vicinity.holds(place.proxy + (kAhead + kReach) * step, place.radius);
 }
 
 ProxyPlace later(ProxyPlace place, const Vec3& way) HD_RT {

@@ -59,7 +59,7 @@ class Vicinity {
   }
 
   /** Whether room(x) is at least `reach`. */
-  [[nodiscard]] bool holds(const Vec3& x, double reach) const HD_RT {
+  [[nodiscard, gnu::always_inline]] inline bool holds(const Vec3& x, double reach) const HD_RT {
     const double left = radius_ - kSlack * size_ - reach;
     return state_ == State::kFull && left >= 0 && squaredDistance(x) <= left * left;
   }

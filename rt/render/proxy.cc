@@ -101,8 +101,8 @@ Vicinity* ProxyRenderer::vicinityOf(Step& step, std::uint32_t slot, const Vec3& 
   const SceneObject& object = step.scene->slot(slot);
   if (!keep_ || object_ == 0 || object.shape.kind != ShapeKind::kMesh || step.near_count == Surroundings::kMeshes)
     return nullptr;
-  const Vec3 way = rotated(object.X_WO.q.conjugate(), step.end - proxy_);
-  const ProxyPlace place{start, start + way, toLocal(object.X_WO, step.goal), radius_};
+  ProxyPlace place{start, start, toLocal(object.X_WO, step.goal), radius_};
+  if (radius_ > 0) place.end += rotated(object.X_WO.q.conjugate(), step.end - proxy_);  // A point swings less.
   Vicinity* const vicinity = surroundings_.about(slot, object.shape, place, step.gathered);
   step.near[step.near_count++] = {slot, vicinity};
   return vicinity;

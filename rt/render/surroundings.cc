@@ -31,7 +31,8 @@ double needed(const ProxyPlace& place, bool nearest) HD_RT {
 
 /** Whether it holds what is needed now, also if the proxy goes farther than is thought: a ball swings over a ridge. */
 bool covers(const Vicinity& vicinity, const ProxyPlace& place, const Vec3& step, bool nearest) HD_RT {
-  return vicinity.holds(place.end, place.radius) && vicinity.holds(place.proxy + kReach * step, place.radius) &&
+  return (place.radius == 0 || vicinity.holds(place.end, place.radius)) &&
+         vicinity.holds(place.proxy + kReach * step, place.radius) &&
          (!nearest || vicinity.holds(place.hip, (place.hip - place.proxy).norm() - place.radius));
 }
 

@@ -115,8 +115,8 @@ class Vicinity {
   Vec3 half_ = Vec3::Zero();    ///< From the centre to the end of the ball's way,
   double inverse_half2_ = 0;    ///< its inverse square; 0 if there is no way.
   double radius_ = -1;
-  double size_ = 0;  ///< Of a ball about all.
-  BoxPoint way_ = {};
+  double size_ = 0;    ///< Of a ball about all.
+  BoxPoint way_ = {};  ///< Of the ball, as boxes see it.
   State state_ = State::kEmpty;
   std::uint32_t count_ = 0;
   std::uint32_t blocks_ = 0;  ///< One a leaf.

@@ -8,89 +8,14 @@ import io
 import json
 import math
 import os
-import pathlib
 import pty
-import shutil
 import signal
 import struct
 import subprocess
-import sys
-import tempfile
 import time
 import unittest
-import zlib
 
-BUILD = pathlib.Path(sys.argv.pop(1)).resolve()
-HAPTICCTL = BUILD / "tools/hapticctl/hapticctl"
-HAPTICD = BUILD / "daemon/hapticd"
-TETRAHEDRON = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
-SILENT = {"TERM": "xterm-256color"}
-
-
-def png(width, height, grey):
-    """A picture of 8 bits of grey."""
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    rows = b"".join(b"\0" + bytes(grey(x, y) for x in range(width)) for y in range(height))
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0))
-            + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
-
-
-def stl(corners):
-    """A text STL of a tetrahedron."""
-    lines = ["solid t"]
-    for triangle in TETRAHEDRON:
-        lines += ["facet normal 0 0 0", "outer loop", *[f"vertex {corners[i]}" for i in triangle], "endloop", "endfacet"]
-    return "\n".join(lines + ["endsolid t", ""])
-
-
-class Case(unittest.TestCase):
-    """A directory of its own, and a daemon for the whole class unless it wants none."""
-    wants_daemon = True
-    daemon = None
-    config = ""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.directory = pathlib.Path(tempfile.mkdtemp(prefix="hapticctl-test-"))
-        cls.socket = cls.directory / "control.sock"
-        if cls.wants_daemon:
-            cls.start_daemon()
-
-    @classmethod
-    def start_daemon(cls):
-        with open(cls.directory / "log", "ab") as log:
-            (cls.directory / "hapticd.toml").write_text(cls.config.replace("DIRECTORY", str(cls.directory)))
-            more = ["--config", cls.directory / "hapticd.toml"] if cls.config else []
-            cls.daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", cls.socket, *more], stdout=log, stderr=log)
-        end = time.monotonic() + 20
-        while subprocess.run([HAPTICCTL, "--socket", cls.socket, "status"], capture_output=True, check=False).returncode != 0:
-            if cls.daemon.poll() is not None or time.monotonic() > end:
-                raise RuntimeError((cls.directory / "log").read_text())
-            time.sleep(0.05)
-
-    @classmethod
-    def tearDownClass(cls):
-        if cls.daemon is not None:
-            cls.daemon.terminate()
-            cls.daemon.wait(10)
-        shutil.rmtree(cls.directory)
-
-    def run_ctl(self, *arguments, exit_code=0, **options):
-        environment = {**os.environ, **SILENT, "HAPTICD_SOCKET": str(self.socket)}
-        done = subprocess.run([HAPTICCTL, *map(str, arguments)], capture_output=True, text=True, env=environment, timeout=60,
-                              stdin=subprocess.DEVNULL, check=False, **options)
-        self.assertEqual(done.returncode, exit_code, f"{arguments}\n{done.stdout}\n{done.stderr}")
-        self.assertNotIn("\x1b", done.stdout + done.stderr, "no colours in a pipe")
-        return done
-
-    def json(self, *arguments):
-        return json.loads(self.run_ctl("--json", *arguments).stdout)
-
-    def file(self, name, text):
-        path = self.directory / name
-        path.write_text(text, encoding="ascii")
-        return path
+from daemon_case import BUILD, HAPTICCTL, SILENT, Case, png, stl
 
 
 class WithoutDaemon(Case):
@@ -475,47 +400,6 @@ class DaemonDies(Case):
             self.daemon.wait()
             self.assertNotEqual(monitor.communicate(timeout=20)[1], "")
             self.assertEqual(monitor.returncode, 4)
-
-
-class Volumes(Case):
-    """What the daemon keeps of volumes on disk, and how a user gets at it."""
-    config = '[builder]\ncache = "DIRECTORY/volumes"\n'
-
-    def test_a_volume_is_listed_and_exported(self):
-        self.assertEqual(self.json("volumes"), [])
-        path = self.file("t.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
-        self.json("load", path, "--scale", "mm", "--voxel", "1", "--name", "solid", "--at", "0,0,0.2")
-        self.json("load", path, "--scale", "mm", "--name", "skin", "--at", "0,0,-0.2")
-        out = self.directory / "solid.vdb"
-        told = self.json("export", "solid", out)
-        self.assertEqual(told["bytes"], out.stat().st_size)
-        self.assertEqual(out.read_bytes()[:4], b" BDV")
-        kept = list((self.directory / "volumes").glob("*.vdb"))
-        self.assertEqual([file.read_bytes() for file in kept], [out.read_bytes()])
-        listed = self.json("volumes")
-        self.assertEqual([(v["objects"], v["vdb_bytes"]) for v in listed], [(["solid"], told["bytes"])])
-        self.assertRegex(self.run_ctl("volumes").stdout, rf"solid +{os.getuid()} ")
-        # Read by the importer, which checks its checksum and knows its unit.
-        paths = {"PATH": f"{BUILD / 'tools/hapticctl-import'}:{os.environ['PATH']}", "HAPTICD_SOCKET": str(self.socket)}
-        again = subprocess.run([HAPTICCTL, "import", out, "--output", self.directory / "again.ply"], capture_output=True,
-                               text=True, env={**os.environ, **paths}, check=False)
-        self.assertEqual(again.returncode, 0, again.stderr)
-        volume = float(again.stdout.split(" cm3")[0].split()[-1])
-        self.assertAlmostEqual(volume, 20 * 30 * 50 / 6 / 1000, delta=0.15)  # its edges are cut by a voxel
-        # Refusals.
-        self.assertIn("--replace", self.run_ctl("export", "solid", out, exit_code=5).stderr)
-        self.run_ctl("export", "solid", out, "--replace")
-        self.assertIn("no volume", self.run_ctl("export", "skin", out, "--replace", exit_code=1).stderr)
-        self.assertIn("solid", self.run_ctl("export", "sold", out, "--replace", exit_code=1).stderr)
-        full = pathlib.Path("/dev/full")
-        self.assertEqual(self.run_ctl("export", "solid", full, "--replace", exit_code=5).stdout, "")
-        self.assertTrue(full.is_char_device(), "what was there before stays")
-        # The same again comes from the disk; when nobody shows it, it stays there.
-        self.run_ctl("remove", "solid")
-        self.assertEqual([v["objects"] for v in self.json("volumes")], [[]])
-        self.json("load", path, "--scale", "mm", "--voxel", "1", "--name", "other", "--at", "0,0,0.2")
-        self.assertEqual([v["objects"] for v in self.json("volumes")], [["other"]])
-        self.assertEqual(self.json("export", "other", self.directory / "other.vdb")["bytes"], told["bytes"])
 
 
 if __name__ == "__main__":

@@ -1,0 +1,87 @@
+"""What the tests of hapticctl share: a daemon with its simulator, and files to load.
+
+Takes the build directory from the first argument of the program that imports it.
+"""
+import json
+import os
+import pathlib
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import zlib
+
+BUILD = pathlib.Path(sys.argv.pop(1)).resolve()
+HAPTICCTL = BUILD / "tools/hapticctl/hapticctl"
+HAPTICD = BUILD / "daemon/hapticd"
+TETRAHEDRON = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+SILENT = {"TERM": "xterm-256color"}
+
+
+def png(width, height, grey):
+    """A picture of 8 bits of grey."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    rows = b"".join(b"\0" + bytes(grey(x, y) for x in range(width)) for y in range(height))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0))
+            + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+def stl(corners):
+    """A text STL of a tetrahedron."""
+    lines = ["solid t"]
+    for triangle in TETRAHEDRON:
+        lines += ["facet normal 0 0 0", "outer loop", *[f"vertex {corners[i]}" for i in triangle], "endloop", "endfacet"]
+    return "\n".join(lines + ["endsolid t", ""])
+
+
+class Case(unittest.TestCase):
+    """A directory of its own, and a daemon for the whole class unless it wants none."""
+    wants_daemon = True
+    daemon = None
+    config = ""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.directory = pathlib.Path(tempfile.mkdtemp(prefix="hapticctl-test-"))
+        cls.socket = cls.directory / "control.sock"
+        if cls.wants_daemon:
+            cls.start_daemon()
+
+    @classmethod
+    def start_daemon(cls):
+        with open(cls.directory / "log", "ab") as log:
+            (cls.directory / "hapticd.toml").write_text(cls.config.replace("DIRECTORY", str(cls.directory)))
+            more = ["--config", cls.directory / "hapticd.toml"] if cls.config else []
+            cls.daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", cls.socket, *more], stdout=log, stderr=log)
+        end = time.monotonic() + 20
+        while subprocess.run([HAPTICCTL, "--socket", cls.socket, "status"], capture_output=True, check=False).returncode != 0:
+            if cls.daemon.poll() is not None or time.monotonic() > end:
+                raise RuntimeError((cls.directory / "log").read_text())
+            time.sleep(0.05)
+
+    @classmethod
+    def tearDownClass(cls):
+        if cls.daemon is not None:
+            cls.daemon.terminate()
+            cls.daemon.wait(10)
+        shutil.rmtree(cls.directory)
+
+    def run_ctl(self, *arguments, exit_code=0, **options):
+        environment = {**os.environ, **SILENT, "HAPTICD_SOCKET": str(self.socket)}
+        done = subprocess.run([HAPTICCTL, *map(str, arguments)], capture_output=True, text=True, env=environment, timeout=60,
+                              stdin=subprocess.DEVNULL, check=False, **options)
+        self.assertEqual(done.returncode, exit_code, f"{arguments}\n{done.stdout}\n{done.stderr}")
+        self.assertNotIn("\x1b", done.stdout + done.stderr, "no colours in a pipe")
+        return done
+
+    def json(self, *arguments):
+        return json.loads(self.run_ctl("--json", *arguments).stdout)
+
+    def file(self, name, text):
+        path = self.directory / name
+        path.write_text(text, encoding="ascii")
+        return path

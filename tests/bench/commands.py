@@ -7,13 +7,14 @@ import sys
 import tempfile
 import unittest
 
-# From its 151st step on its force is no number.
+# From its 151st step on its force is no number. It says when it starts.
 LATE = """
+#include <stdio.h>
 #include "haptic_algorithm.h"
 static int steps;
 static void* create(const haptic_algorithm_problem* p, char* e, size_t n) { return (void)p, (void)e, (void)n, &steps; }
 static void destroy(void* i) { (void)i; }
-static void start(void* i, const double h[3]) { (void)i, (void)h; }
+static void start(void* i, const double h[3]) { (void)i, (void)h, fputs("it starts\\n", stderr); }
 static void step(void* i, const double h[3], const double v[3], double dt, haptic_algorithm_contact* contact) {
   (void)i, (void)h, (void)v, (void)dt;
   if (++steps > 150) contact->force[0] = 0.0 / 0.0;
@@ -125,16 +126,32 @@ class Commands(unittest.TestCase):
         self.assertIn("ours is named twice", self.bench("run", "-a", "ours", "nearest", "ours", code=1))
         self.assertIn("--pair", self.bench("collide", "--pair", "peg", "pegs", code=2))
         self.assertIn("--response", self.bench("stability", "--response", "soft", code=2))
+        for name in ("brick on floor", "peg held deep", "skull fragment", "voxel peg"):
+            self.assertIn(name, self.bench("stability", "--pair", "brick", code=2))
         self.assertIn("--check: it judges", self.bench("stability", "--response", "impulse", "--check", code=1))
         self.assertIn("none/p.csv: it cannot", self.bench("cost", "--profile", self.folder / "none" / "p.csv", code=1))
         self.assertIn("--friction-static: 0 is less", self.bench("run", "--friction-dynamic", 0.5, "-m", "plane", code=1))
         self.assertTrue(self.bench("run", "-a", "voxel:cells=9999", code=1).startswith("haptic-bench: voxel:cells=9999, cells: "))
 
-    def test_a_plug_in_that_fails_in_a_later_round_is_named_with_its_sample(self):
+    def late(self):
         header = pathlib.Path(__file__).resolve().parents[2] / "tools" / "haptic-bench" / "plugin"
         source, plugin = self.folder / "late.c", self.folder / "late.so"
         source.write_text(LATE, encoding="ascii")
         subprocess.run(["cc", "-shared", "-fPIC", f"-I{header}", "-o", plugin, source], check=True)
+        return plugin
+
+    def test_no_algorithm_starts_before_all_are_known(self):
+        plugin = self.late()
+        for command in ("run", "sweep"):
+            some = (command, "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds", 2, "-a", plugin)
+            self.assertIn("it starts", self.bench(*some, code=1))
+            for wrong, words in (("theirs", "no such algorithm"), ("local:rat=30", "rat"), ("./none.so", "none.so")):
+                said = self.bench(*some, wrong, code=1)
+                self.assertIn(words, said)
+                self.assertNotIn("it starts", said)
+
+    def test_a_plug_in_that_fails_in_a_later_round_is_named_with_its_sample(self):
+        plugin = self.late()
         run = ("run", "-a", plugin, "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds")
         self.bench(*run, 1)
         self.assertIn("late.so: its answer to sample 51 at 0.05 s is not finite", self.bench(*run, 2, code=1))

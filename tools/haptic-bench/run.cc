@@ -61,9 +61,10 @@ void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::vector
 
 int run(const Options& options, const Common& common) {
   checkSurface(options.surface);
-  requireDifferent(options.algorithms);
+  requireNames(options.algorithms);
   const Model model = makeModel(options.model);
   const Trajectory trajectory = makeTrajectory(options.trajectory, model, options.surface, options.file);
+  requireAlgorithms(options.algorithms, model, trajectory, options.surface);
   std::optional<WholeFile> samples;
   if (!options.samples.empty()) samples.emplace(options.samples);
   std::vector<Series> all;

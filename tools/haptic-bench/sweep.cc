@@ -33,7 +33,7 @@ Trajectory faster(const Trajectory& trajectory, double factor) {
 }
 
 int run(const Options& options, const Common& common) {
-  requireDifferent(options.algorithms);
+  requireNames(options.algorithms);
   const Model model = makeModel(options.model);
   std::vector<Series> all;
   for (const double k : options.stiffness) {
@@ -41,6 +41,7 @@ int run(const Options& options, const Common& common) {
       // The cone at rest is 1.25 times as wide as in motion.
       const Surface surface{k, 0, 1.25 * mu, mu};
       const Trajectory made = makeTrajectory(options.trajectory, model, surface, options.file);
+      if (all.empty()) requireAlgorithms(options.algorithms, model, made, surface);
       for (const double speed : options.speed) {
         const Trajectory trajectory = speed == 1 ? made : faster(made, speed);
         for (const std::string& algorithm : options.algorithms) {

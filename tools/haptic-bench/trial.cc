@@ -44,10 +44,8 @@ void requireFinite(const std::string& algorithm, const Trajectory& trajectory, c
   }
 }
 
-}  // namespace
-
-Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory, const Surface& surface,
-                 int rounds) {
+/** Points into the model. */
+haptic_algorithm_problem problemOf(const Model& model, const Trajectory& trajectory, const Surface& surface) {
   haptic_algorithm_problem problem{};
   problem.vertices = reinterpret_cast<const float(*)[3]>(model.vertices.data());
   problem.triangles = reinterpret_cast<const std::uint32_t(*)[3]>(model.triangles.data());
@@ -59,7 +57,21 @@ Outcome runTrial(const std::string& algorithm, const Model& model, const Traject
   problem.friction_dynamic = surface.friction_dynamic;
   problem.radius = surface.radius;
   problem.period_s = trajectory.period_s();
+  return problem;
+}
 
+}  // namespace
+
+void requireAlgorithms(const std::vector<std::string>& algorithms, const Model& model, const Trajectory& trajectory,
+                       const Surface& surface) {
+  if (algorithms.size() < 2) return;
+  const haptic_algorithm_problem problem = problemOf(model, trajectory, surface);
+  for (const std::string& one : algorithms) (void)Algorithm(one, problem);
+}
+
+Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory, const Surface& surface,
+                 int rounds) {
+  const haptic_algorithm_problem problem = problemOf(model, trajectory, surface);
   Outcome outcome;
   outcome.answers.resize(trajectory.samples.size());
   std::vector<Answer> again(trajectory.samples.size());

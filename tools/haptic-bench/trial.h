@@ -22,6 +22,13 @@ struct Outcome {
   bool repeats = true;          ///< Every round gave the same forces, bit for bit.
 };
 
+/**
+ * Throws Failure if one of several algorithms refuses its settings or the model: else that would show only when those
+ * before it have run. One alone needs no such look.
+ */
+void requireAlgorithms(const std::vector<std::string>& algorithms, const Model& model, const Trajectory& trajectory,
+                       const Surface& surface);
+
 /** Runs `rounds` times. Throws Failure when the algorithm refuses or answers a force that is not finite (which sample).
  */
 [[nodiscard]] Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory,

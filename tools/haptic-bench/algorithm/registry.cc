@@ -70,10 +70,11 @@ std::string algorithmHelp() {
   return help + "  ./FILE.so: a plug-in (haptic_algorithm.h)\n";
 }
 
-void requireDifferent(const std::vector<std::string>& algorithms) {
+void requireNames(const std::vector<std::string>& algorithms) {
   std::set<std::string> seen;
   for (const std::string& one : algorithms) {
     if (!seen.insert(one).second) throw Failure("--algorithm", one + " is named twice", "more --rounds repeat it");
+    (void)findAlgorithm(one);
   }
 }
 

@@ -26,8 +26,8 @@ void checkAlgorithm(const haptic_algorithm* table, const std::string& where);
 /** One line for each in the box, for --help. */
 [[nodiscard]] std::string algorithmHelp();
 
-/** Throws Failure for one that is named twice: its results could not be told apart. */
-void requireDifferent(const std::vector<std::string>& algorithms);
+/** Throws Failure for one that findAlgorithm() refuses or that is named twice: its results could not be told apart. */
+void requireNames(const std::vector<std::string>& algorithms);
 
 /** One instance. */
 class Algorithm {

@@ -196,7 +196,14 @@ bool judgeHelper(const std::string& scheme, const Common& common, const Options&
   return good;
 }
 
+/** Throws Failure if the library is none that can be played. */
+void tryPlayedSdk(const std::string& sdk) {
+  ManualClock clock;
+  openOrThrow(playDhd(sdk, clock)->device());
+}
+
 int run(const Common& common, const Options& options) {
+  if (!options.sdk.empty()) tryPlayedSdk(options.sdk);  // Before the other devices' measurements, not after.
   std::vector<Series> all;
   std::string note;
   bool good = true;

@@ -94,10 +94,14 @@ std::vector<Pairing> pairings(const Options& o) {
   }
   if (o.pair.empty() || o.pair == kFragment) all.push_back(fragment(o.voxel_mm * 1e-3));
   if (o.pair.empty() || o.pair == kVoxelPeg) all.push_back(voxelPeg(o.voxel_mm * 1e-3));
-  if (all.empty())
-    throw Failure(o.pair, "no such pair",
-                  "brick on floor, plate in bowl, peg in hole, peg held deep, skull fragment, voxel peg");
   return all;
+}
+
+std::vector<std::string> pairNames() {
+  std::vector<std::string> names;
+  for (const StabilityPair& pair : stabilityPairs()) names.emplace_back(pair.name);
+  names.insert(names.end(), {kFragment, kVoxelPeg});
+  return names;
 }
 
 /** All runs of one pair, excitation and response. */
@@ -213,9 +217,7 @@ void addStability(CLI::App& app, Run& chosen) {
   const auto o = std::make_shared<Options>();
   command->add_flag("--quick", o->quick, "The default response, 1 kHz, lightest and heaviest, no minute at rest");
   command->add_flag("--check", o->check, "End with 1 when the default response does not hold");
-  command->add_option(
-      "--pair", o->pair,
-      "Only this: brick on floor, plate in bowl, peg in hole, peg held deep, skull fragment, voxel peg");
+  command->add_option("--pair", o->pair, "Only this")->check(CLI::IsMember(pairNames()));
   command->add_option("--response", o->response, "Only this: constraint, impulse or penalty")
       ->check(CLI::IsMember({kDefault, "impulse", "penalty"}));
   command->add_option("--voxel", o->voxel_mm, "Of the volumes")

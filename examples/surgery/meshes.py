@@ -8,14 +8,23 @@ FACE = np.dtype([("corners", "u1"), ("vertex", "<u4", 3)])
 Mesh = tuple[np.ndarray, np.ndarray]  # vertices n x 3 [mm], triangles m x 3
 
 
+class Unusable(Exception):
+    """A mesh or a place of which no fragment can be cut: what is wrong, and the remedy."""
+
+
 def read_ply(path: pathlib.Path) -> Mesh:
-    """Binary, floats x, y, z, triangles."""
+    """Binary, floats x, y, z, triangles. Unusable if it is none."""
     data = path.read_bytes()
-    end = data.index(b"end_header\n") + len(b"end_header\n")
-    count = {words[1]: int(words[2]) for words in (line.split() for line in data[:end].decode().splitlines())
-             if words[0] == "element"}
-    vertices = np.frombuffer(data, "<f4", 3 * count["vertex"], end).reshape(-1, 3)
-    faces = np.frombuffer(data, FACE, count["face"], end + vertices.nbytes)
+    try:
+        end = data.index(b"end_header\n") + len(b"end_header\n")
+        count = {words[1]: int(words[2]) for words in (line.split() for line in data[:end].decode("ascii").splitlines())
+                 if words[0] == "element"}
+        vertices = np.frombuffer(data, "<f4", 3 * count["vertex"], end).reshape(-1, 3)
+        faces = np.frombuffer(data, FACE, count["face"], end + vertices.nbytes)
+        if not (faces["corners"] == 3).all() or not len(faces) or faces["vertex"].max() >= len(vertices):
+            raise ValueError("its faces are no triangles of its vertices")
+    except (ValueError, KeyError, IndexError) as error:
+        raise Unusable(f"{path}: {error} (a binary PLY as hapticctl import --output writes it)") from error
     return vertices.astype(float), faces["vertex"].astype(np.int64)
 
 
@@ -55,10 +64,16 @@ def small_skull() -> tuple[Mesh, np.ndarray, np.ndarray]:
 
 
 def vault_of(mesh: Mesh, toward: np.ndarray, above: float) -> tuple[np.ndarray, np.ndarray]:
-    """Where a ray from the middle of the box last leaves the mesh: a place so far above it, and the mean way out there."""
+    """Where a ray from the middle of the box last leaves the mesh: a place so far above it, and the mean way out there.
+
+    Unusable if the ray meets nothing, or no outer face.
+    """
     vertices, triangles = mesh
     corner = vertices[triangles]
     middle = (vertices.min(0) + vertices.max(0)) / 2
+    there = " ".join(f"{x:g}" for x in toward)
+    if not 0 < np.linalg.norm(toward) < np.inf:
+        raise Unusable(f"--toward {there}: no direction (three numbers, as 0 0 1 for up)")
     way = toward / np.linalg.norm(toward)
     ab, ac = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     across = np.cross(way, ac)  # Moeller and Trumbore
@@ -68,9 +83,18 @@ def vault_of(mesh: Mesh, toward: np.ndarray, above: float) -> tuple[np.ndarray, 
     u = (from_a * across).sum(1) / det
     beside = np.cross(from_a, ab)
     v, t = beside @ way / det, (ac * beside).sum(1) / det
-    hit = middle + t[(u >= 0) & (v >= 0) & (u + v <= 1)].max() * way
+    ahead = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)
+    if not ahead.any():
+        at = ", ".join(f"{x:.0f}" for x in middle)
+        raise Unusable(f"--toward {there}: nothing of the skull lies there, seen from the middle of its box at {at} mm "
+                       "(choose a way that meets its vault)")
+    last = np.where(ahead, t, 0).argmax()
+    hit = middle + t[last] * way
     near = np.linalg.norm(corner.mean(1) - hit, axis=1) < 12
+    near[last] = True  # However large.
     out = np.cross(ab, ac)[near]
     out = out[out @ way > 0].sum(0)  # The outer face alone.
+    if not out.any():
+        raise Unusable(f"--toward {there}: the skull's triangles there face inwards (turn the order of their corners round)")
     out /= np.linalg.norm(out)
     return hit + above * out, out

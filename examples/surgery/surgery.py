@@ -16,7 +16,7 @@ import time
 import hapticclient as haptic
 import numpy as np
 from hand import MM, Hand, angle_of
-from meshes import read_ply, small_skull, vault_of, write_ply
+from meshes import Unusable, read_ply, small_skull, vault_of, write_ply
 
 
 def run(*command: object) -> None:
@@ -158,5 +158,5 @@ def main() -> int:
 if __name__ == "__main__":
     try:
         sys.exit(main())
-    except haptic.HapticError as error:
+    except (haptic.HapticError, Unusable, OSError) as error:
         sys.exit(f"surgery: {error}")

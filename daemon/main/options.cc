@@ -7,8 +7,17 @@
 
 #include "daemon/control/core.h"
 #include "daemon/main/device_uris.h"
+#include "drivers/number.h"
 
 namespace hapticd {
+namespace {
+
+/** CLI::Range lets "nan" through. */
+std::string isNumber(const std::string& text) {
+  return parseNumber(text) ? std::string() : fmt::format("'{}' is not a finite number", text);
+}
+
+}  // namespace
 
 std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
   CLI::App app(
@@ -25,7 +34,7 @@ std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
   app.add_option("--device", devices,
                  "device URI or serial, e.g. sim://omega3; may be given several times. It must open, or hapticd ends")
       ->allow_extra_args(false);
-  app.add_option("--rate", rate_hz, "servo rate [Hz]")->check(CLI::Range(1000.0, 4000.0));
+  app.add_option("--rate", rate_hz, "servo rate [Hz]")->check(CLI::Range(1000.0, 4000.0))->check(isNumber);
   app.add_option("--socket", socket, "path of the control socket");
   app.add_option("--admin-socket", admin_socket, "path of the administration socket");
   app.add_option("--log-level", level, "trace, debug, info, warn, error or off");

@@ -123,6 +123,11 @@ class Commands(unittest.TestCase):
         self.assertIn("at most 1e+07", self.bench("run", "-m", "ridge", "-t", "profile:speed=0.000001,rate=100000", code=1))
         self.assertIn("--stiffness", self.bench("run", "--stiffness", 0, code=2))
         self.assertIn("--seconds", self.bench("models", "--seconds", 0.1, code=2))
+        for command in ("run --stiffness", "run --threshold", "run --radius", "run --max-gap", "sweep --stiffness", "sweep --speed",
+                        "models --latency", "zwidth --push", "servo --seconds", "cost --seconds", "load --rates", "device --seconds",
+                        "stability --voxel", "collide --peer-seconds"):
+            said = self.bench(*command.split(), "nan", code=2)
+            self.assertIn(f"{command.split()[1]}: 'nan' is not a finite number\n", said)
         self.assertIn("ours is named twice", self.bench("run", "-a", "ours", "nearest", "ours", code=1))
         self.assertIn("--pair", self.bench("collide", "--pair", "peg", "pegs", code=2))
         self.assertIn("--response", self.bench("stability", "--response", "soft", code=2))

@@ -185,6 +185,7 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
   EXPECT_EQ(code({"--check-config"}), 0);
   EXPECT_EQ(code({"--no-such-option"}), 1);
   EXPECT_EQ(code({"--rate", "5"}), 1);
+  EXPECT_EQ(code({"--check-config", "--rate", "nan"}), 1);
   EXPECT_EQ(code({"--log-level", "loud"}), 1);
   EXPECT_EQ(code({"--config", directory.path() + "/missing.toml"}), 2);
   const std::string bad = directory.path() + "/bad.toml";

@@ -27,6 +27,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/metric/quantile.h"
+#include "tools/haptic-bench/option.h"
 
 namespace haptic_bench {
 namespace {
@@ -328,8 +329,8 @@ void addCost(CLI::App& app, Run& chosen) {
       ->check(CLI::Range(8, 8'000'000));
   cost->add_option("--radius", options->radii_mm, "Of the swept ball [mm]")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 10.0));
-  cost->add_option("--seconds", options->seconds, "Of stroke")->capture_default_str()->check(CLI::Range(0.1, 600.0));
+      ->check(within(0.0, 10.0));
+  cost->add_option("--seconds", options->seconds, "Of stroke")->capture_default_str()->check(within(0.1, 600.0));
   cost->add_option("--profile", options->profile,
                    "CSV to which each tick is appended: triangles, radius [mm], tick, time [ns], sweeps, nodes and "
                    "triangles visited, and those gathered");

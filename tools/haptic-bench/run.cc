@@ -8,6 +8,7 @@
 #include "tools/haptic-bench/algorithm/registry.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/result/results.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial.h"
@@ -101,7 +102,7 @@ void addRun(CLI::App& app, Run& chosen) {
   addSurface(*sub, options->surface);
   sub->add_option("--threshold", options->threshold, "Of the position error, in metres")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   sub->add_option("--samples", options->samples, "CSV file for every sample and answer");
   sub->callback([options, &chosen] { chosen = [options](const Common& common) { return run(*options, common); }; });
 }

@@ -17,6 +17,7 @@
 #include "tools/haptic-bench/load/servo_sides.h"
 #include "tools/haptic-bench/model/built_mesh.h"
 #include "tools/haptic-bench/model/shapes.h"
+#include "tools/haptic-bench/option.h"
 
 namespace haptic_bench {
 namespace {
@@ -118,12 +119,10 @@ void addServo(CLI::App& app, Run& chosen) {
       "servo",
       "Wake-up of a bare real-time loop against the daemon's cycle on a mesh, and what the cycle costs\n"
       "(exit 1 if a round touches nothing)");
-  servo->add_option("--rate", options->rate_hz, "Servo rate [Hz]")
-      ->capture_default_str()
-      ->check(CLI::Range(100.0, 4000.0));
+  servo->add_option("--rate", options->rate_hz, "Servo rate [Hz]")->capture_default_str()->check(within(100.0, 4000.0));
   servo->add_option("--seconds", options->seconds, "Length of each side of a round [s]")
       ->capture_default_str()
-      ->check(CLI::Range(0.1, 600.0));
+      ->check(within(0.1, 600.0));
   servo->add_option("--triangles", options->triangles, "Of the sphere that is stroked")
       ->capture_default_str()
       ->check(CLI::Range(100, 8'000'000));

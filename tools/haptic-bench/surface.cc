@@ -5,16 +5,17 @@
 #include <CLI/CLI.hpp>
 
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/option.h"
 
 namespace haptic_bench {
 
 void addSurface(CLI::App& sub, Surface& surface) {
   const auto add = [&](const char* name, double& value, double high, const char* text) {
-    sub.add_option(name, value, text)->capture_default_str()->check(CLI::Range(0.0, high));
+    sub.add_option(name, value, text)->capture_default_str()->check(within(0.0, high));
   };
   sub.add_option("--stiffness", surface.stiffness, "Of the surface, N/m")
       ->capture_default_str()
-      ->check(CLI::Range(1e-3, 1e5));
+      ->check(within(1e-3, 1e5));
   add("--damping", surface.damping, 1e3, "Of the surface along its normal, N s/m");
   add("--friction-static", surface.friction_static, 10, "Coefficient of friction at rest");
   add("--radius", surface.radius, 1, "Of the ball that touches, m; 0 is a point");

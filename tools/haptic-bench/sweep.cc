@@ -6,6 +6,7 @@
 #include "tools/haptic-bench/algorithm/registry.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial.h"
 
@@ -68,15 +69,15 @@ void addSweep(CLI::App& app, Run& chosen) {
   sub->add_option("--stiffness", options->stiffness, "N/m; several, parted by commas or blanks")
       ->capture_default_str()
       ->delimiter(',')
-      ->check(CLI::PositiveNumber);
+      ->check(within(1e-3, 1e5));
   sub->add_option("--friction", options->friction, "Dynamic coefficient; several. At rest 1.25 times that")
       ->capture_default_str()
       ->delimiter(',')
-      ->check(CLI::Range(0.0, 5.0));
+      ->check(within(0.0, 5.0));
   sub->add_option("--speed", options->speed, "Times that of the trajectory; several")
       ->capture_default_str()
       ->delimiter(',')
-      ->check(CLI::Range(1.0, 1000.0));
+      ->check(within(1.0, 1000.0));
   sub->callback([options, &chosen] { chosen = [options](const Common& common) { return run(*options, common); }; });
 }
 

@@ -6,6 +6,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <filesystem>
 
 #include "tools/hapticctl-import/child.h"
@@ -28,6 +30,16 @@ struct Options {
   unsigned shrink = 1;
   bool by_label = false, largest = false;
 };
+
+/** CLI::Range lets "nan" through, and a number without bounds "inf" too. */
+std::string isNumber(const std::string& text) {
+  const char* const end = text.data() + text.size();
+  double value = 0;
+  const auto [stop, problem] = std::from_chars(text.data() + (text[0] == '+' ? 1 : 0), end, value);
+  return problem == std::errc() && stop == end && std::isfinite(value)
+             ? std::string()
+             : fmt::format("'{}' is not a finite number", text);
+}
 
 /** Where the surface is. Turns distances about, so that what is solid is high. */
 float levelOf(const Options& o, Image& image) {
@@ -122,18 +134,22 @@ int main(int argc, char** argv) {
   app.add_option("--grid", o.input.grid, "Of several grids of a .vdb this one: its number in the list, or its name");
   app.add_option("--scale", o.input.scale, "The unit of a .vdb that does not say it")->type_name("UNIT|NUMBER");
   auto* iso = app.add_option("--iso", o.iso,
-                             "Solid is what has at least this value (bone in CT: 226), of distances at most (.vdb: 0)");
-  auto* label = app.add_option("--label", o.label, "Solid is what has exactly this value")->excludes(iso);
+                             "Solid is what has at least this value (bone in CT: 226), of distances at most (.vdb: 0)")
+                  ->check(isNumber);
+  auto* label =
+      app.add_option("--label", o.label, "Solid is what has exactly this value")->check(isNumber)->excludes(iso);
   app.add_option("--crop", o.crop, "Only this part, in values of the file")->type_name("X0:X1,Y0:Y1,Z0:Z1");
   app.add_option("--smooth", o.smooth_mm, "Smooth by a Gaussian of this deviation")
       ->type_name("MM")
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(CLI::Range(0.0, 100.0))
+      ->check(isNumber);
   app.add_option("--shrink", o.shrink, "Replace each block of N x N x N values by its mean")
       ->type_name("N")
       ->check(CLI::Range(1u, 64u));
   app.add_option("--resample", o.resample_mm, "Interpolate to values that are as far apart along each axis")
       ->type_name("MM")
-      ->check(CLI::Range(0.001, 1000.0));
+      ->check(CLI::Range(0.001, 1000.0))
+      ->check(isNumber);
   app.add_flag("--largest", o.largest, "Only the connected part with the most triangles");
   auto* raw =
       app.add_option("--raw", o.input.raw, "The file is raw numbers of this kind")->type_name("int16|uint8|float|...");
@@ -145,7 +161,8 @@ int main(int argc, char** argv) {
   app.add_option("--output", o.output, "Write the surface in millimetres and load nothing")->type_name("FILE.ply");
   auto* voxel = app.add_option("--voxel", o.voxel_mm, "Build its volume too, of voxels of this side")
                     ->type_name("MM")
-                    ->check(CLI::Range(0.001, 1000.0));
+                    ->check(CLI::Range(0.001, 1000.0))
+                    ->check(isNumber);
   app.add_option("--vdb", o.vdb, "Write the volume's distances as an OpenVDB level set and load nothing")
       ->type_name("FILE.vdb")
       ->needs(voxel);

@@ -142,6 +142,13 @@ class WithDaemon(Case):
             self.assertEqual(failed.returncode, code, failed.stderr)
             self.assertIn(said, failed.stderr)
 
+    def test_numbers_of_import_are_finite(self):
+        for option in ("--iso", "--label", "--smooth", "--resample", "--voxel"):
+            command = [BUILD / "tools/hapticctl-import/hapticctl-import", "no.mha", option, "nan"]
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(f"{option}: 'nan' is not a finite number", done.stderr)
+
     def test_import_leaves_nothing_behind_when_it_is_ended(self):
         scan, folder = self.directory / "never.mha", self.directory / "temporary"
         os.mkfifo(scan)  # Whoever reads it waits.

@@ -22,6 +22,7 @@
 #include "tools/haptic-bench/collide/truth.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/option.h"
 
 namespace haptic_bench {
 namespace {
@@ -283,7 +284,7 @@ void addCollide(CLI::App& app, Run& chosen) {
       ->check(CLI::IsMember({"bumpy", "peg", "frac"}));
   collide->add_option("--peer-seconds", options->peer_seconds, "Of processor time for each question to a library")
       ->capture_default_str()
-      ->check(CLI::Range(0.1, 3600.0));
+      ->check(within(0.1, 3600.0));
   collide->add_option("--passes", options->passes, "Over the 2000 poses, for each figure of ours")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));

@@ -15,6 +15,7 @@
 #include "tools/haptic-bench/device/played_device.h"
 #include "tools/haptic-bench/device/played_sdk.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/option.h"
 
 namespace haptic_bench {
 namespace {
@@ -232,7 +233,7 @@ void addDevice(CLI::App& app, Run& chosen) {
                          "and what threads add (exit 1 if readings are few or wrong)");
   device->add_option("--seconds", options->seconds, "Length of each part of a round [s]")
       ->capture_default_str()
-      ->check(CLI::Range(0.1, 600.0));
+      ->check(within(0.1, 600.0));
   device->add_option("--sdk", options->sdk, "Library that plays Force Dimension's and OpenHaptics' SDK");
   device->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });
 }

@@ -12,6 +12,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/load/interrupt.h"
 #include "tools/haptic-bench/load/live.h"
+#include "tools/haptic-bench/option.h"
 
 namespace haptic_bench {
 namespace {
@@ -109,10 +110,10 @@ void addLoad(CLI::App& app, Run& chosen) {
       ->check(CLI::Range(100, 8'000'000));
   load->add_option("--rates", options->rates_hz, "Clients' rates [Hz]")
       ->capture_default_str()
-      ->check(CLI::Range(1.0, 1000.0));
+      ->check(within(1.0, 1000.0));
   load->add_option("--levels", options->levels, "Of idle, graphics, uploads, clients, disk, busy; all unless given")
       ->check(CLI::IsMember({"idle", "graphics", "uploads", "clients", "disk", "busy"}));
-  load->add_option("--seconds", options->seconds, "Of each run")->capture_default_str()->check(CLI::Range(0.1, 600.0));
+  load->add_option("--seconds", options->seconds, "Of each run")->capture_default_str()->check(within(0.1, 600.0));
   load->add_option("--daemon", options->daemon, "Path of hapticd; else the one built beside, else of $PATH");
   load->callback(
       [&chosen, options] { chosen = [options](const Common& common) { return runLoad(common, *options); }; });

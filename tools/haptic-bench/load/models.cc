@@ -11,6 +11,7 @@
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/load/built_surface.h"
 #include "tools/haptic-bench/load/stepped.h"
+#include "tools/haptic-bench/option.h"
 
 namespace haptic_bench {
 namespace {
@@ -68,23 +69,21 @@ void addModels(CLI::App& app, Run& chosen) {
       "models", "Force of local models and of client forces against the native scene, by the client's rate");
   models->add_option("--rates", options->rates_hz, "Client's rates [Hz]")
       ->capture_default_str()
-      ->check(CLI::Range(1.0, 1000.0));
-  models->add_option("--stiffness", options->stiffness, "[N/m]")->capture_default_str()->check(CLI::Range(1.0, 1e5));
+      ->check(within(1.0, 1000.0));
+  models->add_option("--stiffness", options->stiffness, "[N/m]")->capture_default_str()->check(within(1.0, 1e5));
   models->add_option("--latency", options->latency_ms, "From the client's sample to the force [ms]")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1000.0));
+      ->check(within(0.0, 1000.0));
   models->add_option("--seconds", options->seconds, "Of the stroke at 0.1 m/s and 1 N; 0.3 are not judged")
       ->capture_default_str()
-      ->check(CLI::Range(0.5, 100.0));
+      ->check(within(0.5, 100.0));
   models->add_option("--triangles", options->triangles, "Of the mesh")
       ->capture_default_str()
       ->check(CLI::Range(100, 8'000'000));
-  models->add_option("--radius", options->radius, "Of the mesh [m]")
-      ->capture_default_str()
-      ->check(CLI::Range(0.001, 10.0));
+  models->add_option("--radius", options->radius, "Of the mesh [m]")->capture_default_str()->check(within(0.001, 10.0));
   models->add_option("--bumps", options->bumps, "Height of its bumps, of the radius; 0: a sphere")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 0.3));
+      ->check(within(0.0, 0.3));
   models->callback(
       [&chosen, options] { chosen = [options](const Common& common) { return runModels(common, *options); }; });
 }

@@ -20,6 +20,7 @@
 #include "tools/haptic-bench/collide/shapes.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/stability/cases.h"
 
 namespace haptic_bench {
@@ -222,7 +223,7 @@ void addStability(CLI::App& app, Run& chosen) {
       ->check(CLI::IsMember({kDefault, "impulse", "penalty"}));
   command->add_option("--voxel", o->voxel_mm, "Of the volumes")
       ->type_name("MM")
-      ->check(CLI::Range(0.1, 5.0))
+      ->check(within(0.1, 5.0))
       ->capture_default_str();
   command->callback([&chosen, o] { chosen = [o](const Common& common) { return run(common, *o); }; });
 }

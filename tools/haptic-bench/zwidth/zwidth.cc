@@ -6,6 +6,7 @@
 
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/zwidth/sweep.h"
 
 namespace haptic_bench {
@@ -84,19 +85,19 @@ void addZwidth(CLI::App& app, Run& chosen) {
   sub->add_option("uri", options->uri, "Simulated device and hand")->capture_default_str();
   sub->add_option("--rate", options->rates_hz, "Servo and device rates [Hz]")
       ->capture_default_str()
-      ->check(CLI::Range(100.0, 16000.0));
+      ->check(within(100.0, 16000.0));
   sub->add_option("--delay", options->delays, "From a sample to its force [ticks]")
       ->capture_default_str()
       ->check(CLI::Range(0, 16));
   sub->add_option("--damping", options->dampings, "Of the wall [N s/m]")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1000.0));
+      ->check(within(0.0, 1000.0));
   sub->add_option("--push", options->push, "With which the hand presses [N]")
       ->capture_default_str()
-      ->check(CLI::Range(0.01, 100.0));
+      ->check(within(0.01, 100.0));
   sub->add_option("--slew", options->force_slew, "Slew limit of the guard [N/s]; the default is out of the way")
       ->capture_default_str()
-      ->check(CLI::Range(1.0, 1e9));
+      ->check(within(1.0, 1e9));
   sub->add_flag("--quick", options->quick, "Leaves out the device with its encoder but without its friction");
   sub->add_flag("--check", *check, "Exit 1 if a goal is missed (docs/stability.md)");
   sub->callback([options, check, &chosen] {

@@ -80,6 +80,14 @@ class Commands(unittest.TestCase):
         self.assertTrue(link.is_symlink())
         self.assertIn("ours_fx", self.bench("run", "-a", "ours", "--rounds", 1, "--samples", "/dev/stdout"))
 
+    def test_what_is_shown_says_what_it_is(self):
+        run = ("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds")
+        few, many = self.bench(*run, 5), self.bench(*run, 6)
+        self.assertRegex(few, r"b=0 +median +range +rounds")
+        self.assertRegex(many, r"b=0 +median +95 % interval +rounds")
+        self.assertRegex(many, r"ours forces +[0-9a-f]{12} ")
+        self.assertIn("b=0 r=0.001 ", self.bench(*run, 1, "--radius", 0.001))  # Another benchmark than with a point.
+
     def test_rounds_are_counted(self):
         values = self.results("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds", 4)
         self.assertEqual(len(values["ours mean"]), 4)
@@ -179,6 +187,8 @@ class Commands(unittest.TestCase):
         self.assertIn("cannot be read", self.bench("compare", self.folder / "none", bad, code=1))
         self.assertIn("line 1", self.bench("compare", bad, bad, code=1))
         self.assertIn("--help", self.bench("run", "--colour", "red", code=2))
+        self.assertIn("zwith: there is no such benchmark (there is zwidth, ", self.bench("zwith", code=2))
+        self.assertIn("subcommand is required", self.bench(code=2))
 
 
 if __name__ == "__main__":

@@ -3,11 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/result/results.h"
 
 namespace haptic_bench {
+
+std::string valueText(const std::string& unit, double value, int digits) {
+  if (unit == "hash") return fmt::format("{:012x}", static_cast<std::uint64_t>(value));
+  return fmt::format("{:.{}g}", value, digits);
+}
 
 Series ratio(std::string name, const Series& a, const Series& b) {
   Series r{std::move(name), "", {}};
@@ -29,10 +35,14 @@ void print(const Common& common, const std::string& benchmark, const std::vector
   }
   std::size_t width = 0;
   for (const Series& s : all) width = std::max(width, s.name.size());
-  fmt::print("\n{:<{}}  {:>10}  {:>23}  rounds\n", benchmark, width, "median", "95 % interval");
+  std::size_t most = 0;
+  for (const Series& s : all) most = std::max(most, s.rounds.size());
+  const char* interval = most < kRoundsOfAnInterval ? "range" : "95 % interval";
+  fmt::print("\n{:<{}}  {:>12}  {:>23}  rounds\n", benchmark, width, "median", interval);
   for (const Series& s : all) {
     const Estimate e = estimate(s.rounds);
-    fmt::print("{:<{}}  {:>10.4g}  {:>10.4g} .. {:>9.4g}  {} {}\n", s.name, width, e.median, e.low, e.high,
+    const auto text = [&](double x) { return valueText(s.unit, x, 4); };
+    fmt::print("{:<{}}  {:>12}  {:>10} .. {:>9}  {} {}\n", s.name, width, text(e.median), text(e.low), text(e.high),
                s.rounds.size(), s.unit);
   }
 }

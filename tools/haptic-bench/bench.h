@@ -43,6 +43,9 @@ void addCollide(CLI::App& app, Run& chosen);
 void addSixdof(CLI::App& app, Run& chosen);
 void addStability(CLI::App& app, Run& chosen);
 
+/** Rounds below which the interval of a median is no more than their range. */
+inline constexpr std::size_t kRoundsOfAnInterval = 6;
+
 /** Median of some rounds and its interval. */
 struct Estimate {
   double median = 0, low = 0, high = 0;
@@ -61,6 +64,9 @@ struct Series {
   std::string unit;
   std::vector<double> rounds;
 };
+
+/** A value as text: `digits` of it, all of a hash. */
+[[nodiscard]] std::string valueText(const std::string& unit, double value, int digits);
 
 /** a / b, round by round. */
 [[nodiscard]] Series ratio(std::string name, const Series& a, const Series& b);

@@ -16,8 +16,8 @@ struct Options {
   Comparison what;
 };
 
-std::string text(const Estimate& e) {
-  return e.low == e.high ? fmt::format("{:.6g}", e.median)
+std::string text(const std::string& unit, const Estimate& e) {
+  return e.low == e.high ? valueText(unit, e.median, 6)
                          : fmt::format("{:.4g} ({:.4g} .. {:.4g})", e.median, e.low, e.high);
 }
 
@@ -31,9 +31,9 @@ int run(const Options& options) {
     const char* kind =
         c.kind == Change::Kind::kBetter ? "better" : (c.kind == Change::Kind::kWorse ? "worse" : "missing");
     worse += c.kind == Change::Kind::kBetter ? 0 : 1;
-    fmt::print("{:<8} {}, {}: {}", kind, c.benchmark, c.quantity, text(c.before));
-    if (c.kind != Change::Kind::kMissing) fmt::print(" -> {}", text(c.after));
-    fmt::print(" {}\n", c.unit);
+    fmt::print("{:<8} {}, {}: {}", kind, c.benchmark, c.quantity, text(c.unit, c.before));
+    if (c.kind != Change::Kind::kMissing) fmt::print(" -> {}", text(c.unit, c.after));
+    fmt::print(" {}{}\n", c.unit, c.few_rounds ? ", of too few rounds to tell from noise" : "");
   }
   const auto compared = std::count_if(before.all.begin(), before.all.end(),
                                       [&](const Result& r) { return isCompared(r.series.unit, what); });

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <new>
 
+#include "drivers/nearest.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 
@@ -33,6 +34,16 @@ constexpr haptic_bench::AddBenchmark kBenchmarks[] = {
     haptic_bench::addStability,
 };
 // clang-format on
+/** Where a word stands in a benchmark's place that is none: what it is, and what may be meant. Else empty. */
+std::string unknownBenchmark(const CLI::App& app) {
+  const std::vector<std::string> rest = app.remaining();
+  if (!app.get_subcommands().empty() || rest.empty() || rest[0][0] == '-') return {};
+  std::vector<std::string> names;
+  for (const CLI::App* one : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(one->get_name());
+  return rest[0] + ": there is no such benchmark (there is " + hapticd::nearestNames(rest[0], names) + ")";
+}
+
 constexpr int kExitFailed = 1;  ///< Also a broken bound.
 constexpr int kExitUsage = 2;
 
@@ -57,7 +68,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
-    std::fprintf(stderr, "haptic-bench: %s\n  haptic-bench --help lists benchmarks and options\n", error.what());
+    const std::string wrong = unknownBenchmark(app);
+    std::fprintf(stderr, "haptic-bench: %s\n  haptic-bench --help lists benchmarks and options\n",
+                 wrong.empty() ? error.what() : wrong.c_str());
     return kExitUsage;
   }
   try {

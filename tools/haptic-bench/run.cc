@@ -76,9 +76,10 @@ int run(const Options& options, const Common& common) {
     repeats = repeats && outcomes.back().repeats;
     for (Series& s : describe(algorithm, trajectory, outcomes.back(), options.threshold)) all.push_back(std::move(s));
   }
-  const std::string what =
+  std::string what =
       fmt::format("run {} {} k={} mu_s={} mu_d={} b={}", model.name, trajectory.name, options.surface.stiffness,
                   options.surface.friction_static, options.surface.friction_dynamic, options.surface.damping);
+  if (options.surface.radius > 0) what += fmt::format(" r={}", options.surface.radius);
   print(common, what, all);
   if (samples) writeSamples(*samples, trajectory, options.algorithms, outcomes);
   if (!repeats) {

@@ -21,18 +21,6 @@ struct Options {
   double threshold = 0.0005;
 };
 
-/** The same way at the same rate, `factor` times as fast: every factor-th sample. */
-Trajectory faster(const Trajectory& trajectory, double factor) {
-  Trajectory thinned = trajectory;
-  thinned.samples.clear();
-  const double period = trajectory.period_s();
-  for (double at = 0; at < static_cast<double>(trajectory.samples.size()); at += factor) {
-    thinned.samples.push_back(trajectory.samples[static_cast<std::size_t>(at)]);
-    thinned.samples.back().t_s = period * static_cast<double>(thinned.samples.size() - 1);
-  }
-  return thinned;
-}
-
 int run(const Options& options, const Common& common) {
   requireNames(options.algorithms);
   const Model model = makeModel(options.model);

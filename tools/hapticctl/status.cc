@@ -36,8 +36,8 @@ std::string screen(const haptic_status& status) {
                                                                  : "the servo runs as an ordinary thread") +
            "  Deadlines will be missed; hapticctl doctor names what to change.\n";
   }
-  out += fmt::format("scene: {} objects, {} triangles; {} of locked memory\n\n", status.objects,
-                     grouped(status.triangles), bytes(status.locked_bytes));
+  out += fmt::format("scene: {} object{}, {} triangles; {} of locked memory\n\n", status.objects,
+                     status.objects == 1 ? "" : "s", grouped(status.triangles), bytes(status.locked_bytes));
 
   Table devices({{"DEVICE"},
                  {"STATE"},

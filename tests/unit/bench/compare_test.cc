@@ -44,6 +44,22 @@ TEST(CompareResults, ErrorsAreComparedToABillionth) {
   EXPECT_EQ(verdict("N", {0.9, 1, 1.1}, {0.95, 1.01, 1.2}), '-') << "how hard a live hand pressed is no error";
 }
 
+TEST(CompareResults, TimesOfFewRoundsMayBeNoise) {
+  const auto few = [](const std::string& unit, std::vector<double> before, std::vector<double> after) {
+    return compare(one(unit, std::move(before)), one(unit, std::move(after)), {}).at(0).few_rounds;
+  };
+  EXPECT_TRUE(few("ns", {100}, {110}));
+  EXPECT_TRUE(few("ns", {1, 2, 3, 4, 5, 6}, {10, 11, 12, 13, 14}));
+  EXPECT_FALSE(few("ns", {1, 2, 3, 4, 5, 6}, {10, 11, 12, 13, 14, 15}));
+  EXPECT_FALSE(few("N^2", {1}, {2})) << "errors repeat";
+}
+
+TEST(CompareResults, HashesAreShownWhole) {
+  EXPECT_EQ(valueText("hash", 0x2A0123456789 + 0.0, 4), "2a0123456789");
+  EXPECT_EQ(valueText("hash", 1, 4), "000000000001");
+  EXPECT_EQ(valueText("N^2", 1.23456, 4), "1.235");
+}
+
 TEST(CompareResults, HashesOnlyWhereAskedFor) {
   EXPECT_EQ(verdict("hash", {5}, {6}), '-');
   EXPECT_EQ(verdict("hash", {5}, {6}, {true, true}), 'w');

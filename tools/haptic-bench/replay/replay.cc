@@ -34,7 +34,9 @@ void describe(const hapticd::RecordingHeader& header) {
   for (std::size_t d = 0; d < header.devices.size(); ++d) {
     fmt::print("device {}   {} ({})\n", d, header.devices[d].name, header.devices[d].uri);
   }
-  fmt::print("start      {} orders, {} meshes\n", header.start.orders.size(), header.meshes);
+  const std::size_t orders = header.start.orders.size();
+  fmt::print("start      {} order{}, {} mesh{}\n", orders, orders == 1 ? "" : "s", header.meshes,
+             header.meshes == 1 ? "" : "es");
 }
 
 void describeEnd(const Replayer& replayer, std::uint64_t cycles) {

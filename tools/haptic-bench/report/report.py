@@ -119,10 +119,11 @@ def table_html(table):
 
 
 def spread(tables, rounds):
-    """Medians of all rounds with their intervals: the numbers to cite."""
+    """Medians of all rounds with their intervals: the numbers to cite. Of fewer than six rounds that is their range."""
+    interval = "95 % interval" if rounds >= 6 else "range"
     rows = "".join(f"<tr><td>{html.escape(s['name'])}</td><td>{s['median']:.6g}</td><td>{s['low']:.4g} .. {s['high']:.4g}</td>"
                    f"<td>{html.escape(s['unit'])}</td></tr>\n" for t in tables for s in t["series"])
-    return (f"<details><summary>Every quantity: median of {rounds} rounds, 95 % interval</summary>\n<table><tr><th>quantity</th>"
+    return (f"<details><summary>Every quantity: median of {rounds} rounds, {interval}</summary>\n<table><tr><th>quantity</th>"
             f"<th>median</th><th>interval</th><th>unit</th></tr>\n{rows}</table></details>\n")
 
 

@@ -70,8 +70,13 @@ std::vector<Change> compare(const Results& before, const Results& after, const C
   std::vector<Change> changes;
   for (const Result& old : before.all) {
     if (!isCompared(old.series.unit, what)) continue;
-    Change change{
-        Change::Kind::kMissing, old.benchmark, old.series.name, old.series.unit, estimate(old.series.rounds), {}};
+    Change change{Change::Kind::kMissing,
+                  old.benchmark,
+                  old.series.name,
+                  old.series.unit,
+                  estimate(old.series.rounds),
+                  {},
+                  false};
     const Series* now = after.find(old.benchmark, old.series.name);
     if (now == nullptr || now->unit != old.series.unit) {
       changes.push_back(change);
@@ -80,6 +85,8 @@ std::vector<Change> compare(const Results& before, const Results& after, const C
     change.after = estimate(now->rounds);
     const int judgement = judge(old.series, *now, change.before, change.after);
     if (judgement == 0) continue;
+    change.few_rounds = familyOf(change.unit) == Family::kTime &&
+                        std::min(old.series.rounds.size(), now->rounds.size()) < kRoundsOfAnInterval;
     change.kind = judgement > 0 ? Change::Kind::kWorse : Change::Kind::kBetter;
     changes.push_back(change);
   }

@@ -48,6 +48,7 @@ struct Change {
   enum class Kind { kWorse, kBetter, kMissing } kind = Kind::kWorse;
   std::string benchmark, quantity, unit;
   Estimate before, after;
+  bool few_rounds = false;  ///< A time or ratio of fewer than six rounds: the change may be noise.
 };
 
 /**

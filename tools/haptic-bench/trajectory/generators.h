@@ -20,8 +20,6 @@ struct Pace {
   double force = 1;  ///< [N]
 };
 
-inline constexpr double kMaxSamples = 1e7;
-
 /** Samples in so many seconds, at least one. Throws Failure beyond kMaxSamples. */
 [[nodiscard]] std::size_t samplesIn(double seconds, const Pace& pace);
 

@@ -1,6 +1,11 @@
 #include "tools/haptic-bench/trajectory/trajectory.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
+
+#include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
 
@@ -31,6 +36,37 @@ Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surfa
     in.start = out.front().point + out.front().normal * (surface.radius + out.front().force / surface.stiffness);
   }
   return in;
+}
+
+Trajectory faster(const Trajectory& trajectory, double factor) {
+  constexpr double kSame = 1e-6;  // Of a step: rounding of times.
+  const std::vector<Sample>& from = trajectory.samples;
+  const double mean = trajectory.duration_s() / std::max(1.0, static_cast<double>(from.size()) - 1);
+  const double middle = trajectory.period_s(), first = from.front().t_s;
+  const double period =
+      std::abs(mean - middle) < kSame * middle ? mean : middle;  // Even steps: without their rounding.
+  const double steps = std::floor(trajectory.duration_s() / (period * factor) + kSame);
+  if (steps > kMaxSamples) {
+    throw Failure(trajectory.name, fmt::format("{:.3g} samples fill its gaps", steps), "without the gaps");
+  }
+  Trajectory out = trajectory;
+  out.samples.clear();
+  std::size_t i = 0;
+  for (int k = 0; k <= static_cast<int>(steps); ++k) {
+    const double t = first + k * period * factor;
+    while (i + 1 < from.size() && from[i + 1].t_s <= t + kSame * period) ++i;
+    Sample s = from[i];
+    if (i + 1 < from.size() && t > s.t_s + kSame * period) {
+      const Sample& next = from[i + 1];
+      const double u = (t - s.t_s) / (next.t_s - s.t_s);
+      s.hip += u * (next.hip - s.hip);
+      s.proxy += u * (next.proxy - s.proxy);
+      s.force += u * (next.force - s.force);
+    }
+    s.t_s = k * period;
+    out.samples.push_back(s);
+  }
+  return out;
 }
 
 }  // namespace haptic_bench

@@ -13,6 +13,8 @@ namespace haptic_bench {
 
 using hapticd::Vec3;
 
+inline constexpr double kMaxSamples = 1e7;  ///< Of a trajectory.
+
 /** One instant of an in-trajectory. */
 struct Sample {
   double t_s = 0;
@@ -49,5 +51,11 @@ struct SurfaceSample {
  * k off the surface.
  */
 [[nodiscard]] Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surface);
+
+/**
+ * The same way at the same rate, at `factor` >= 1 times the speed. What falls between two samples lies on the line
+ * between them; where none does, as with whole factors and even steps, the samples are kept as they are.
+ */
+[[nodiscard]] Trajectory faster(const Trajectory& trajectory, double factor);
 
 }  // namespace haptic_bench

@@ -260,6 +260,9 @@ struct Statistics {
   overruns @4 :UInt64;
   staleSamples @5 :UInt64;
   histograms @6 :List(Histogram);
+  collideQueries @7 :UInt64;    # answers of the collide thread on held tools and free objects
+  collideExhausted @8 :UInt64;  # of them, those whose time or work was not enough
+  collideUnsent @9 :UInt64;     # of them, those that the servo had no room for
 }
 
 # ---------------------------------------------------------------- sessions

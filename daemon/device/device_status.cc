@@ -26,6 +26,12 @@ std::array<Stage, 7> stagesOf(DeviceGroup& group) {
            {"collide", &group.colliderCounters().duration}}};
 }
 
+CollideNow collideOf(DeviceGroup& group) {
+  const ColliderCounters& counters = group.colliderCounters();
+  return {counters.queries.load(std::memory_order_relaxed), counters.exhausted.load(std::memory_order_relaxed),
+          counters.unsent.load(std::memory_order_relaxed)};
+}
+
 DeviceNow statusOf(const OpenDevice& device) {
   DeviceGroup& group = device.link->group();
   Servo& servo = group.servo();

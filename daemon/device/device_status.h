@@ -31,6 +31,12 @@ struct SessionNow {
 };
 [[nodiscard]] SessionNow statusOf(const Session& session);
 
+/** Answers of a group's collide thread; as ColliderCounters. */
+struct CollideNow {
+  std::uint64_t queries = 0, exhausted = 0, unsent = 0;
+};
+[[nodiscard]] CollideNow collideOf(DeviceGroup& group);
+
 /** A stage of the cycle, or of what runs beside it, with its histogram. */
 struct Stage {
   const char* name;

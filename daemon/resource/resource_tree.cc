@@ -60,6 +60,8 @@ Json statistics(const OpenDevice& device) {
             {"overruns", status.overruns},
             {"stale", status.stale},
             {"busy", number(status.busy)}};
+  const CollideNow collide = collideOf(device.link->group());
+  json["collide"] = {{"queries", collide.queries}, {"exhausted", collide.exhausted}, {"unsent", collide.unsent}};
   for (const Stage& stage : stagesOf(device.link->group())) {
     const Histogram::Summary s = stage.histogram->summary();
     json["stages"][stage.name] = {{"count", s.count},      {"p50_ns", s.p50_ns},      {"p99_ns", s.p99_ns},

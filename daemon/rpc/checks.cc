@@ -110,6 +110,27 @@ CheckLine heartbeat(Core& core, GroupLink& link) {
           "restart hapticd and report it"};
 }
 
+/** What the collide thread could not do. */
+CheckLine collision(GroupLink& link) {
+  constexpr double kMost = 0.01;  ///< Share of the answers since the servo's start.
+  const CollideNow c = collideOf(link.group());
+  const std::string name = "collision " + link.name();
+  if (c.queries == 0) return {name, State::NOT_APPLICABLE, "nothing is held or moves freely", {}};
+  const std::string detail =
+      fmt::format("{} answers, {} cut short for want of time or work, {} lost", c.queries, c.exhausted, c.unsent);
+  const double most = kMost * static_cast<double>(c.queries);
+  if (static_cast<double>(c.unsent) > most) {
+    return {name, State::RED, detail, "the servo stands or is late: mend what is red above"};
+  }
+  if (static_cast<double>(c.exhausted) > most) {
+    return {
+        name, State::RED, detail,
+        "contacts come late: hold and move fewer things, load them with volumes, or with larger voxels (hapticctl load "
+        "--voxel)"};
+  }
+  return {name, State::GREEN, detail, {}};
+}
+
 }  // namespace
 
 std::vector<CheckLine> makeChecks(Core& core) {
@@ -120,7 +141,10 @@ std::vector<CheckLine> makeChecks(Core& core) {
                                vendors(),
                                socketLine("control socket", core.facts().control_socket),
                                socketLine("administration socket", core.facts().admin_socket)};
-  for (const auto& link : core.devices().links()) lines.push_back(heartbeat(core, *link));
+  for (const auto& link : core.devices().links()) {
+    lines.push_back(heartbeat(core, *link));
+    lines.push_back(collision(*link));
+  }
   for (const auto& d : core.devices().devices()) lines.push_back(device(*d));
   for (const auto& one : core.wanted().absent()) lines.push_back(missing(one));
   return lines;

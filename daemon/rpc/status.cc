@@ -99,6 +99,10 @@ void writeStatistics(proto::Statistics::Builder out, const OpenDevice& device) {
   out.setMissed(servo.counters.missed.load(std::memory_order_relaxed));
   out.setOverruns(servo.counters.overruns.load(std::memory_order_relaxed));
   out.setStaleSamples(servo.counters.stale.load(std::memory_order_relaxed));
+  const CollideNow collide = collideOf(device.link->group());
+  out.setCollideQueries(collide.queries);
+  out.setCollideExhausted(collide.exhausted);
+  out.setCollideUnsent(collide.unsent);
   const auto stages = stagesOf(device.link->group());
   auto list = out.initHistograms(static_cast<unsigned>(stages.size()));
   for (unsigned i = 0; i < stages.size(); ++i) {

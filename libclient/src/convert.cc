@@ -210,6 +210,9 @@ haptic_statistics* convert(proto::Statistics::Reader from, Reply& reply) {
   to->overruns = from.getOverruns();
   to->stale_samples = from.getStaleSamples();
   to->histograms = entries<haptic_histogram>(from.getHistograms(), to->histogram_count, reply);
+  to->collide_queries = from.getCollideQueries();
+  to->collide_exhausted = from.getCollideExhausted();
+  to->collide_unsent = from.getCollideUnsent();
   return to;
 }
 

@@ -26,9 +26,9 @@ class VolumeTable;
 
 /** Counters of the collide thread; read by anybody. */
 struct ColliderCounters {
-  std::atomic<std::uint64_t> queries{0};
+  std::atomic<std::uint64_t> queries{0};    ///< Answers, one for each held tool or free body of a question.
   std::atomic<std::uint64_t> exhausted{0};  ///< Of them, those whose budget ended the search.
-  std::atomic<std::uint64_t> unsent{0};     ///< Answers that the servo had no room for.
+  std::atomic<std::uint64_t> unsent{0};     ///< Of them, those that the servo had no room for.
   std::atomic<std::uint32_t> last_work{0};
   /** Handed over with the last answer; as CollideRequest::held. */
   std::array<std::atomic<std::uint32_t>, kMaxDevices + kMaxBodies> contacts{};

@@ -146,6 +146,9 @@ Json toJson(const haptic_statistics& s) {
           {"missed", s.missed},
           {"overruns", s.overruns},
           {"stale_samples", s.stale_samples},
+          {"collide_queries", s.collide_queries},
+          {"collide_exhausted", s.collide_exhausted},
+          {"collide_unsent", s.collide_unsent},
           {"histograms", std::move(histograms)}};
 }
 

@@ -92,6 +92,15 @@ std::string screen(const Look& now, const Baseline& base) {
                                : Style::kPlain);
   }
   out += devices.text();
+  for (std::uint32_t i = 0; i < status.device_count; ++i) {
+    const haptic_statistics& s = *now.statistics[i];
+    if (s.collide_exhausted == 0 && s.collide_unsent == 0) continue;
+    out +=
+        styled(Style::kWarn, fmt::format("{}: of {} answers on what is held or moves freely {} were cut short, {} lost",
+                                         status.devices[i]->name, grouped(s.collide_queries),
+                                         grouped(s.collide_exhausted), grouped(s.collide_unsent))) +
+        " (hapticctl doctor)\n";
+  }
 
   Table clients({{"CLIENT"},
                  {"PID", true},

@@ -64,7 +64,7 @@ typedef struct haptic_status {
   const haptic_client_status* const* clients;
 } haptic_status;
 
-/** One stage of the cycle: wake, read, render, guard, write, cycle. */
+/** One stage: wake, read, render, guard, write, cycle; and collide, the collide thread's answers beside it. */
 typedef struct haptic_histogram {
   uint32_t size;
   uint32_t reserved;
@@ -87,6 +87,9 @@ typedef struct haptic_statistics {
   uint64_t overruns;
   uint64_t stale_samples;
   const haptic_histogram* const* histograms;
+  uint64_t collide_queries;   /**< Answers of the collide thread on held tools and free objects. */
+  uint64_t collide_exhausted; /**< Of them, those whose time or work was not enough: contacts may be missing. */
+  uint64_t collide_unsent;    /**< Of them, those that the servo had no room for: it stands or is late. */
 } haptic_statistics;
 
 typedef enum haptic_check_state {

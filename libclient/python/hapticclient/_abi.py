@@ -72,7 +72,8 @@ Status = struct("haptic_status", *many(u32, "size device_count client_count obje
 Histogram = struct("haptic_histogram", ("size", u32), ("reserved", u32), ("name", text),
                    *many(u64, "count p50_ns p99_ns p999_ns p9999_ns max_ns"))
 Statistics = struct("haptic_statistics", ("size", u32), ("histogram_count", u32), ("uri", text), ("period_ns", i64),
-                    *many(u64, "cycles missed overruns stale_samples"), ("histograms", pointers(Histogram)))
+                    *many(u64, "cycles missed overruns stale_samples"), ("histograms", pointers(Histogram)),
+                    *many(u64, "collide_queries collide_exhausted collide_unsent"))
 Check = struct("haptic_check", ("size", u32), ("state", u32), *many(text, "name detail remedy"))
 CheckList = struct("haptic_check_list", ("size", u32), ("count", u32), ("items", pointers(Check)))
 

@@ -253,6 +253,12 @@ class Statistics:
     overruns: int
     stale_samples: int
     histograms: list[Histogram]
+    collide_queries: int
+    """Answers of the collide thread on held tools and free objects."""
+    collide_exhausted: int
+    """Of them, those whose time or work was not enough: contacts may be missing."""
+    collide_unsent: int
+    """Of them, those that the servo had no room for: it stands or is late."""
 
 
 @dataclass(frozen=True)

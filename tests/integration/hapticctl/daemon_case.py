@@ -3,6 +3,7 @@
 Takes the build directory from the first argument of the program that imports it.
 """
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -36,6 +37,20 @@ def stl(corners):
     for triangle in TETRAHEDRON:
         lines += ["facet normal 0 0 0", "outer loop", *[f"vertex {corners[i]}" for i in triangle], "endloop", "endfacet"]
     return "\n".join(lines + ["endsolid t", ""])
+
+
+def ball(rings):
+    """A text STL of a ball of 50 mm, so many times twice as many facets around."""
+    def corner(i, j):
+        polar, turn = math.pi * i / rings, math.pi * j / rings
+        return " ".join(str(0.05 * x) for x in (math.sin(polar) * math.cos(turn), math.sin(polar) * math.sin(turn), math.cos(polar)))
+    lines = ["solid ball"]
+    for i in range(rings):
+        for j in range(2 * rings):
+            a, b, c, d = corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)
+            for facet in ((a, b, c), (a, c, d)):
+                lines += ["facet normal 0 0 0", "outer loop", *[f"vertex {p}" for p in facet], "endloop", "endfacet"]
+    return "\n".join(lines + ["endsolid ball", ""])
 
 
 class Case(unittest.TestCase):

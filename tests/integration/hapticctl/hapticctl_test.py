@@ -15,7 +15,7 @@ import subprocess
 import time
 import unittest
 
-from daemon_case import BUILD, HAPTICCTL, SILENT, Case, png, stl
+from daemon_case import BUILD, HAPTICCTL, SILENT, Case, ball, png, stl
 
 
 class WithoutDaemon(Case):
@@ -93,6 +93,8 @@ class WithDaemon(Case):
         self.assertEqual(screens.count("MISSES"), 2)
         lines = [json.loads(line) for line in self.run_ctl("--json", "top", "-n", "2", "-d", "0.2").stdout.splitlines()]
         self.assertGreater(lines[1]["statistics"][0]["cycles"], lines[0]["statistics"][0]["cycles"])
+        self.assertEqual([lines[0]["statistics"][0]["collide_" + what] for what in ("queries", "exhausted", "unsent")], [0, 0, 0])
+        self.assertNotIn("cut short", screens)
         self.assertIn("no terminal", self.run_ctl("top", exit_code=2).stderr)
 
     def test_monitor_writes_every_sample(self):
@@ -397,6 +399,24 @@ class OnATerminal(Case):
         self.assertEqual(code, 0)
         self.assertIn("disarmed", output)
         self.assertFalse(self.json("status")["devices"][0]["armed"])
+
+
+class MoreThanThereIsTimeFor(Case):
+    """A tool of many points amid as many meshes as are asked for, none with a volume."""
+
+    def test_collisions_cut_short_are_told_with_their_remedy(self):
+        path = self.file("ball.stl", ball(40))
+        for k in range(17):
+            self.run_ctl("load", path, "--scale", "m", "--name", f"ball{k}")
+        self.assertNotIn("cut short", self.run_ctl("top", "-b", "-n", "1").stdout)
+        self.run_ctl("tool", "attach", "ball0")
+        while (told := self.json("get", "/statistics/sim")["collide"])["queries"] < 10:
+            time.sleep(0.02)
+        self.assertGreater(told["exhausted"], 0)
+        self.assertRegex(self.run_ctl("top", "-b", "-n", "1").stdout, r"sim: of \d+ answers .* [1-9]\d* were cut short, 0 lost")
+        checks = {check["name"]: check for check in json.loads(self.run_ctl("--json", "doctor", exit_code=1).stdout)["checks"]}
+        self.assertEqual(checks["daemon: collision default"]["state"], "red")
+        self.assertIn("--voxel", checks["daemon: collision default"]["remedy"])
 
 
 class DaemonDies(Case):

@@ -28,6 +28,18 @@ TEST_F(ClientTest, ShakesHandsAndTellsWhoItIs) {
   EXPECT_EQ((*info)->size, sizeof(haptic_daemon_info));
 }
 
+TEST_F(ClientTest, StatisticsTellWhatTheCollideThreadCouldNotDo) {
+  start();
+  auto client = connect();
+  ASSERT_TRUE(client) << client.error().message();
+  const auto statistics = client->statistics();
+  ASSERT_TRUE(statistics) << statistics.error().message();
+  EXPECT_EQ((*statistics)->missed, 5u);
+  EXPECT_EQ((*statistics)->collide_queries, 700u);
+  EXPECT_EQ((*statistics)->collide_exhausted, 20u);
+  EXPECT_EQ((*statistics)->collide_unsent, 3u);
+}
+
 TEST_F(ClientTest, NobodyThereIsDisconnectedAndNamesThePath) {
   const auto client = connect();
   ASSERT_FALSE(client);

@@ -309,6 +309,14 @@ class DaemonServer final : public proto::Daemon::Server {
     context.getResults().setJson(kj::str("{\"path\": \"", context.getParams().getPath(), "\"}"));
     return kj::READY_NOW;
   }
+  kj::Promise<void> statistics(StatisticsContext context) override {
+    auto out = context.getResults().initStatistics();
+    out.setMissed(5);
+    out.setCollideQueries(700);
+    out.setCollideExhausted(20);
+    out.setCollideUnsent(3);
+    return kj::READY_NOW;
+  }
   kj::Promise<void> subscribe(SubscribeContext context) override {
     {
       const std::lock_guard lock(inside_.mutex);

@@ -26,21 +26,29 @@ int run(const Options& options) {
   Comparison what = options.what;
   what.times = !options.errors_only;
   if (what.times && !sameMachine(before, after)) fmt::print("# machine or build differ: times say little\n");
-  int worse = 0;
+  int worse = 0, unknown = 0;
   for (const Change& c : compare(before, after, what)) {
+    if (c.kind == Change::Kind::kUnknown) {
+      ++unknown;
+      continue;
+    }
     const char* kind =
         c.kind == Change::Kind::kBetter ? "better" : (c.kind == Change::Kind::kWorse ? "worse" : "missing");
     worse += c.kind == Change::Kind::kBetter ? 0 : 1;
     fmt::print("{:<8} {}, {}: {}", kind, c.benchmark, c.quantity, text(c.unit, c.before));
     if (c.kind != Change::Kind::kMissing) fmt::print(" -> {}", text(c.unit, c.after));
-    fmt::print(" {}{}\n", c.unit, c.few_rounds ? ", of too few rounds to tell from noise" : "");
+    fmt::print(" {}\n", c.unit);
   }
   const auto compared = std::count_if(before.all.begin(), before.all.end(),
                                       [&](const Result& r) { return isCompared(r.series.unit, what); });
-  if (compared == 0) {
-    throw Failure(options.before, "nothing in it is compared", "without --errors, or with --hashes");
+  if (compared == unknown) {
+    throw Failure(options.before, "nothing in it is compared", "without --errors, with --hashes, or of more --rounds");
   }
-  fmt::print("{} of {} quantities worse or missing\n", worse, compared);
+  if (unknown > 0) {
+    fmt::print("# {} not judged: times of fewer than {} rounds, whose difference may be noise\n", unknown,
+               kRoundsOfAnInterval);
+  }
+  fmt::print("{} of {} quantities worse or missing\n", worse, compared - unknown);
   return worse == 0 ? 0 : 1;
 }
 

@@ -1,4 +1,5 @@
 // haptic-bench report: one HTML page that can be attached to a paper: tables, plots, and on what they were measured.
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/mman.h>
@@ -7,9 +8,11 @@
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
+#include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "daemon/recording/recording.h"
 #include "daemon/unique_fd.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
@@ -109,6 +112,13 @@ void draw(const json& data, const std::string& output, const std::vector<std::st
   }
 }
 
+/** What else the numbers hang on. Not among the machine's lines, by which results of two versions are compared. */
+std::vector<std::string> versions() {
+  return {fmt::format("measured: {:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::time(nullptr))),
+          fmt::format("real-time library: {}, {}", hapticd::realtimeBuild().substr(0, 16), hapticd::instructionSet()),
+          fmt::format("Eigen: {}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)};
+}
+
 struct Options {
   std::string output = "haptic-bench.html";
   std::vector<std::string> results;
@@ -120,6 +130,7 @@ int run(const Options& options, const Common& common) {
   json data;
   data["version"] = HAPTICD_VERSION;
   data["machine"] = describeMachine();
+  data["versions"] = versions();
   data["rounds"] = common.rounds;
   data["tables"] = tablesAsJson(paperTables(common.rounds));
   data["ridges"] = ridgesAsJson();

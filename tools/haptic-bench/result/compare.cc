@@ -20,6 +20,8 @@ Family familyOf(const std::string& unit) {
   return Family::kTime;
 }
 
+bool isTime(const std::string& unit) { return unit == "ns" || unit == "us" || unit == "ms" || unit == "s"; }
+
 bool moreIsBetter(const std::string& unit) { return unit == "N/m" || unit == "1/s"; }
 
 /** Positive: worse, negative: better, 0: the same. */
@@ -70,23 +72,21 @@ std::vector<Change> compare(const Results& before, const Results& after, const C
   std::vector<Change> changes;
   for (const Result& old : before.all) {
     if (!isCompared(old.series.unit, what)) continue;
-    Change change{Change::Kind::kMissing,
-                  old.benchmark,
-                  old.series.name,
-                  old.series.unit,
-                  estimate(old.series.rounds),
-                  {},
-                  false};
+    Change change{
+        Change::Kind::kMissing, old.benchmark, old.series.name, old.series.unit, estimate(old.series.rounds), {}};
     const Series* now = after.find(old.benchmark, old.series.name);
     if (now == nullptr || now->unit != old.series.unit) {
       changes.push_back(change);
       continue;
     }
     change.after = estimate(now->rounds);
+    if (isTime(change.unit) && std::min(old.series.rounds.size(), now->rounds.size()) < kRoundsOfAnInterval) {
+      change.kind = Change::Kind::kUnknown;
+      changes.push_back(change);
+      continue;
+    }
     const int judgement = judge(old.series, *now, change.before, change.after);
     if (judgement == 0) continue;
-    change.few_rounds = familyOf(change.unit) == Family::kTime &&
-                        std::min(old.series.rounds.size(), now->rounds.size()) < kRoundsOfAnInterval;
     change.kind = judgement > 0 ? Change::Kind::kWorse : Change::Kind::kBetter;
     changes.push_back(change);
   }

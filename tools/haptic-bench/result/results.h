@@ -45,14 +45,14 @@ struct Comparison {
 
 /** A quantity that changed. */
 struct Change {
-  enum class Kind { kWorse, kBetter, kMissing } kind = Kind::kWorse;
+  enum class Kind { kWorse, kBetter, kMissing, kUnknown } kind = Kind::kWorse;  ///< kUnknown: see compare().
   std::string benchmark, quantity, unit;
   Estimate before, after;
-  bool few_rounds = false;  ///< A time or ratio of fewer than six rounds: the change may be noise.
 };
 
 /**
- * Times and ratios change when the intervals of their rounds do not meet and the medians differ by more than 2 %.
+ * Times and ratios change when the intervals of their rounds do not meet and the medians differ by more than 2 %. A
+ * time of fewer than six rounds on either side has no interval: that is unknown, for a difference may be noise.
  * Errors are deterministic: they change by more than 1e-9 of their unit, mean squares after their root is taken (so
  * that 1e-9 is in newtons). A hash changes for the worse. Less is better, but for stiffness (N/m) and rates (1/s).
  */

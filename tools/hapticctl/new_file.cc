@@ -12,20 +12,30 @@
 namespace hapticctl {
 
 NewFile::NewFile(const std::string& path, bool replace) : path_(path) {
-  fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (replace ? O_TRUNC : O_EXCL), 0644);
+  constexpr int kFlags = O_WRONLY | O_CREAT | O_CLOEXEC;
+  fd_ = ::open(path.c_str(), kFlags | O_EXCL, 0644);
+  if (fd_ < 0 && errno == EEXIST && replace) {
+    before_ = true;
+    fd_ = ::open(path.c_str(), kFlags, 0644);
+  }
+  struct stat s {};
+  file_ = fd_ >= 0 && ::fstat(fd_, &s) == 0 && S_ISREG(s.st_mode);
   if (fd_ >= 0) return;
   throw Failure{kExitFile, path, std::strerror(errno),
                 errno == EEXIST ? "choose another name, or give --replace" : "choose a place where you may write"};
 }
 
 NewFile::~NewFile() {
-  struct stat s {};
-  const bool file = ::fstat(fd_, &s) == 0 && S_ISREG(s.st_mode);  // A device or a pipe was there before.
   ::close(fd_);
-  if (bytes_ == 0 && file) ::unlink(path_.c_str());
+  const bool empty = bytes_ == 0 || !keep_;
+  if (file_ && empty && !before_) ::unlink(path_.c_str());
 }
 
 int NewFile::write(const char* data, std::size_t size) {
+  if (before_ && size > 0) {
+    if (file_ && ::ftruncate(fd_, 0) != 0) return errno;
+    before_ = false;
+  }
   while (size > 0) {
     const ssize_t n = ::write(fd_, data, size);
     if (n < 0 && errno == EINTR) continue;

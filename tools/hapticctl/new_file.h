@@ -8,7 +8,10 @@
 
 namespace hapticctl {
 
-/** It goes again if nothing comes to stand in it. Throws Failure if it is there already and not to be replaced. */
+/**
+ * It goes again if nothing comes to stand in it; one that was there and is to be replaced keeps what it holds until the
+ * first byte is written. Throws Failure if it is there already and not to be replaced.
+ */
 class NewFile {
  public:
   NewFile(const std::string& path, bool replace);
@@ -20,13 +23,16 @@ class NewFile {
   [[nodiscard]] int write(const char* data, std::size_t size);
   /** On the disk; 0, or errno. */
   [[nodiscard]] int sync() const;
-  /** What is in it is not to stay. */
-  void drop() { bytes_ = 0; }
+  /** What was written is not to stay. */
+  void drop() { keep_ = false; }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
  private:
   std::string path_;
   int fd_ = -1;
+  bool file_ = false;    ///< No device and no pipe, which were there before and stay.
+  bool before_ = false;  ///< It holds what it held before.
+  bool keep_ = true;
   std::uint64_t bytes_ = 0;
 };
 

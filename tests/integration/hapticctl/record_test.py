@@ -104,6 +104,9 @@ class Record(unittest.TestCase):
         self.assertEqual(refused.returncode, 1, refused.stderr)
         self.assertIn("disarm", refused.stderr)
         self.assertFalse(self.file.exists())
+        self.file.write_bytes(b"an older recording")
+        self.ctl("record", self.file, "--for", "0.3", "--replace", check=False)
+        self.assertEqual(self.file.read_bytes(), b"an older recording", "a refusal replaces nothing")
         arm.send_signal(signal.SIGINT)
         arm.communicate(timeout=30)
 

@@ -1,0 +1,80 @@
+/** @file
+ * A file that a command makes: what is in it when nothing, something or not all could be written.
+ */
+#include "tools/hapticctl/new_file.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "tools/hapticctl/failure.h"
+
+namespace hapticctl {
+namespace {
+
+class NewFileTest : public ::testing::Test {
+ protected:
+  NewFileTest() {
+    std::string folder = ::testing::TempDir() + "/new_file.XXXXXX";
+    folder_ = ::mkdtemp(folder.data());
+    path_ = folder_ + "/file";
+  }
+  ~NewFileTest() override { std::filesystem::remove_all(folder_); }
+
+  void hold(const std::string& text) const { std::ofstream(path_) << text; }
+  /** What is in it, or "none". */
+  [[nodiscard]] std::string held() const {
+    std::stringstream text;
+    text << std::ifstream(path_).rdbuf();
+    return std::filesystem::exists(path_) ? text.str() : "none";
+  }
+
+  std::string folder_, path_;
+};
+
+TEST_F(NewFileTest, WithoutAByteItIsAsItWasBefore) {
+  { const NewFile file(path_, false); }
+  EXPECT_EQ(held(), "none");
+  hold("older");
+  { const NewFile file(path_, true); }
+  EXPECT_EQ(held(), "older");
+  EXPECT_THROW(NewFile(path_, false), Failure);
+  EXPECT_EQ(held(), "older");
+}
+
+TEST_F(NewFileTest, TheFirstByteReplacesAllThatWasThere) {
+  hold("much older");
+  NewFile file(path_, true);
+  EXPECT_EQ(held(), "much older");
+  EXPECT_EQ(file.write("", 0), 0);
+  EXPECT_EQ(held(), "much older");
+  EXPECT_EQ(file.write("new", 3), 0);
+  EXPECT_EQ(held(), "new");
+  EXPECT_EQ(file.write("er", 2), 0);
+  EXPECT_EQ(held(), "newer");
+  EXPECT_EQ(file.bytes(), 5u);
+}
+
+TEST_F(NewFileTest, WhatIsDroppedDoesNotStay) {
+  for (const bool replace : {false, true}) {
+    if (replace) hold("older");
+    {
+      NewFile file(path_, replace);
+      EXPECT_EQ(file.write("half", 4), 0);
+      file.drop();
+    }
+    EXPECT_EQ(held(), "none");
+  }
+  hold("older");
+  {
+    NewFile file(path_, true);
+    file.drop();
+  }
+  EXPECT_EQ(held(), "older");
+}
+
+}  // namespace
+}  // namespace hapticctl

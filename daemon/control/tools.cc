@@ -7,6 +7,7 @@
 #include "daemon/log.h"
 #include "daemon/scene/body.h"
 #include "rt/body/coupling.h"
+#include "rt/collide/scene_contacts.h"
 
 namespace hapticd {
 namespace {
@@ -74,9 +75,8 @@ Result<void> Core::attachTool(OpenDevice& device, const ToolWish& wish, const Cl
       wish.object,  object->id,  wish.mass,   gains.outer * gains.stiffness / (gains.outer + gains.stiffness),
       shows_torque, wish.weighs, wish.direct, {}};
   std::string note = shows_torque ? "" : "the device cannot show torque: the hand feels the force alone";
-  if (shape.kind == ShapeKind::kMesh && volumeOf(shape, meshes_) == nullptr) {
-    note += fmt::format("{}'{}' has no volume: its vertices alone touch; load it with one (--voxel)",
-                        note.empty() ? "" : "; ", wish.object);
+  if (const auto why = withoutField(wish.object, shape, meshes_, SceneContacts::kPatches); !why.empty()) {
+    note += (note.empty() ? "" : "; ") + why;
   }
   device.tool.note = note;
   log::info("{}: holds '{}', {:g} kg at {:g} N/m{}{}", device.name, log::printable(wish.object), wish.mass,

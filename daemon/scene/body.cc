@@ -10,7 +10,8 @@
 namespace hapticd {
 namespace {
 
-constexpr double kThinnest = 1e-3;  ///< Of the box whose inertia an object gets [m].
+constexpr double kThinnest = 1e-3;      ///< Of the box whose inertia an object gets [m].
+constexpr double kFewestOfAPatch = 24;  ///< Points, in the mean: VolumeOptions::patch_points within a factor of two.
 
 Error invalid(const std::string& where, std::string what, std::string remedy) {
   return {ErrorCode::kInvalidArgument, where, std::move(what), std::move(remedy)};
@@ -48,6 +49,23 @@ Result<void> checkBody(const BodySpec& body, const std::string& where) {
 
 const VolumeView* volumeOf(const ShapeSpec& shape, const MeshStore& meshes) {
   return shape.kind == ShapeKind::kMesh ? meshes.volumes().get(meshes.entryOf(shape.mesh)) : nullptr;
+}
+
+std::string withoutField(const std::string& name, const ShapeSpec& shape, const MeshStore& meshes,
+                         std::uint32_t most_patches) {
+  if (shape.kind != ShapeKind::kMesh) return {};
+  const VolumeView* volume = volumeOf(shape, meshes);
+  if (volume == nullptr) {
+    return fmt::format("'{}' has no volume: its vertices alone touch; load it with one (--voxel)", name);
+  }
+  if (volume->patches.size() <= most_patches) return {};
+  // Points go by the square of the voxel; a tenth for what does not scale.
+  const double points = volume->point_count / kFewestOfAPatch / most_patches;
+  const double voxel_mm = 1.1e3 * double{volume->voxel} * std::sqrt(std::max(1.0, points));
+  return fmt::format(
+      "'{}' is too large for its field: {} patches of points are more than {}, and its vertices alone touch; load it "
+      "with voxels of {:.2f} mm (--voxel)",
+      name, volume->patches.size(), most_patches, std::ceil(voxel_mm * 100) / 100);
 }
 
 MassProperties massOf(const ShapeSpec& shape, const MeshStore& meshes, double mass) {

@@ -25,6 +25,13 @@ inline constexpr double kMostBodyDamping = 1000;                     ///< [1/s]
 /** The mesh's volume, or null. */
 [[nodiscard]] const VolumeView* volumeOf(const ShapeSpec& shape, const MeshStore& meshes);
 
+/**
+ * Why a mesh that is held or moves freely meets things by its vertices alone, and the remedy; "": by its field where
+ * there are fields, or it is no mesh. `most_patches`: of SceneContacts, for tools or for bodies.
+ */
+[[nodiscard]] std::string withoutField(const std::string& name, const ShapeSpec& shape, const MeshStore& meshes,
+                                       std::uint32_t most_patches);
+
 /** xx yy zz xy xz yz, as orders have it. */
 void storeInertia(const Mat3& inertia, double (&out)[6]);
 

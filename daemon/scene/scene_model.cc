@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "daemon/log.h"
 #include "daemon/scene/body.h"
+#include "rt/collide/scene_contacts.h"
 #include "rt/cycle/free_bodies.h"
 #include "rt/cycle/restated.h"
 #include "rt/ingest/limits.h"
@@ -172,7 +174,11 @@ Result<void> SceneModel::setBody(std::string_view name, const BodySpec& body) {
   if (auto r = accepting(); !r) return r;
   object->spec.body = body;
   post(*object, bodyCommand(*object));
-  changed(object->spec.name, "body");
+  const std::string note =
+      body.mass > 0 ? withoutField(object->spec.name, object->spec.shape, meshes_, SceneContacts::kBodyPatches)
+                    : std::string();
+  if (!note.empty()) log::info("{}", log::printable(note));
+  changed(object->spec.name, note.empty() ? "body" : ("body; " + note).c_str());
   return {};
 }
 

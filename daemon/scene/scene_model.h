@@ -43,7 +43,8 @@ class SceneModel {
 
   /** Objects one user may own. */
   void setQuota(std::uint32_t objects_per_user) { quota_ = objects_per_user; }
-  /** Told of each object made, changed ("pose", "material", "flags", "shape", "surface", "body") or removed. */
+  /** Told of each object made, changed ("pose", "material", "flags", "shape", "surface", "body") or removed.
+   * After "body" and "; " why a mesh meets things by its vertices alone, if it does. */
   void onChange(std::function<void(const std::string& name, const char* what)> f) { changed_ = std::move(f); }
 
   [[nodiscard]] Result<std::uint32_t> create(ObjectSpec spec, const Client& by);

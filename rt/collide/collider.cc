@@ -6,15 +6,11 @@
 #include "rt/collide/scene_contacts.h"
 
 namespace hapticd {
-namespace {
-
-constexpr std::uint32_t kBodyPatches = 1u << 12;  ///< Of the largest free body: some 20 cm at 0.5 mm.
-
-}  // namespace
 
 Collider::Collider(const VolumeTable* volumes) {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    contacts_[i] = std::make_unique<SceneContacts>(i < kMaxDevices ? SceneContacts::kPatches : kBodyPatches);
+    contacts_[i] =
+        std::make_unique<SceneContacts>(i < kMaxDevices ? SceneContacts::kPatches : SceneContacts::kBodyPatches);
     contacts_[i]->setVolumes(volumes);
   }
 }

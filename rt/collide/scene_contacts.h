@@ -36,8 +36,9 @@ namespace hapticd {
  */
 class SceneContacts {
  public:
-  static constexpr std::uint32_t kPatches = 1u << 14;  ///< Of the largest tool: some 40 cm at 0.5 mm.
-  static constexpr double kReach = 0.01;               ///< [m]
+  static constexpr std::uint32_t kPatches = 1u << 14;      ///< Of the largest tool: some 40 cm at 0.5 mm.
+  static constexpr std::uint32_t kBodyPatches = 1u << 12;  ///< Of the largest free body: half as long.
+  static constexpr double kReach = 0.01;                   ///< [m]
   static constexpr double kMargin =
       0.002;  ///< Contacts up to this far apart are reported, and more for fast tools [m].
   static constexpr std::uint32_t kWorkOfOne = 4000;  ///< Most tree nodes and triangles for one point.

@@ -14,10 +14,13 @@ vec3 = f64 * 3
 
 
 class Struct(c.Structure):
-    """A structure whose `size`, if it has one, is set when it is made here."""
+    """A structure whose `size`, if it has one, is set when it is made here. Numbers that do not fit are refused."""
 
     def __init__(self, **fields: Any) -> None:
         super().__init__(**fields)
+        for name, value in fields.items():  # ctypes cuts off what is too long: slot 2^32 would be slot 0.
+            if isinstance(value, int) and value != (getattr(self, name) or 0):
+                raise ValueError(f"{name}: {value} is out of range")
         if any(name == "size" and kind is u32 for name, kind in self._fields_):
             self.size = c.sizeof(self)
 

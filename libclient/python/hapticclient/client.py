@@ -12,7 +12,7 @@ from typing import Any, Optional
 import numpy as np
 import numpy.typing as npt
 
-from . import _abi
+from . import _abi, arrays
 from .errors import Code, HapticError, call, check
 from .recording import Recording
 from .session import Session, _vector
@@ -56,9 +56,10 @@ def _raw_material(material: Material) -> Any:
 
 
 def _raw_shape(kind: ShapeKind, size: Sequence[float], mesh: int) -> Any:
-    full = [*size, 0.0, 0.0, 0.0][:3]
+    if len(size) > 3:
+        raise ValueError(f"size: at most 3 numbers, got {len(size)}")
     shape = _abi.Shape(kind=int(kind), mesh=mesh)
-    shape.size = _vector(full)
+    shape.size = _vector([*size, 0.0, 0.0, 0.0][:3])
     return shape
 
 
@@ -165,11 +166,7 @@ class Scene:
 
         `progress(fraction, stage)` may return False to cancel; an exception in it cancels and is raised here.
         """
-        points = np.ascontiguousarray(np.asarray(vertices, np.float32).reshape(-1, 3))
-        corners = np.asarray(triangles)
-        if corners.size and (corners.min() < 0 or corners.max() > 0xffffffff):
-            raise ValueError("triangles: an index is negative or too large")
-        corners = np.ascontiguousarray(corners.astype(np.uint32).reshape(-1, 3))
+        points, corners = arrays.points(vertices, "vertices"), arrays.corners(triangles, "triangles")
         raised: _List[BaseException] = []
 
         def report(fraction: float, stage: bytes, _: Any) -> int:
@@ -237,7 +234,7 @@ class Scene:
         for entry, model, a in zip(raw, models, coefficients):
             entry.speed, entry.force, entry.variance = model.speed, model.force, model.variance
             entry.a = ctypes.addressof(a)
-        corners = np.ascontiguousarray(np.asarray(triangles, np.uint32).reshape(-1, 3))
+        corners = arrays.corners(triangles, "triangles")
         vibration = _abi.Vibration(order=order, rate_hz=rate_hz, model_count=len(models), triangle_count=len(corners),
                                    models=raw, triangles=corners.ctypes.data)
         with _Reply(_abi.TextureReport, _lib.haptic_upload_vibration, self._handle,

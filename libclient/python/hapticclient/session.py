@@ -8,7 +8,7 @@ from typing import Any, Optional
 import numpy as np
 import numpy.typing as npt
 
-from . import _abi
+from . import _abi, arrays
 from .errors import HapticError, call, check
 from .types import Acks, Counters, Material, ModelStatus, SessionInfo, device_info, plain
 
@@ -211,7 +211,7 @@ class Session:
 
     def push_limits(self, force_n: float, torque_nm: float, *, latest: bool = False, at_tick: int = 0) -> int:
         """Binds this session's own share; can only lower what the daemon allows."""
-        return self._push(_lib.haptic_push_limits, _abi.SessionLimits(force_n, torque_nm), latest, at_tick)
+        return self._push(_lib.haptic_push_limits, _abi.SessionLimits(force_n=force_n, torque_nm=torque_nm), latest, at_tick)
 
     def push_object_pose(self, object_id: int, p: Sequence[float], q: Sequence[float] = (1, 0, 0, 0),
                          v: Sequence[float] = (0, 0, 0), w: Sequence[float] = (0, 0, 0), *, latest: bool = False,
@@ -234,8 +234,8 @@ class Session:
     def push_object_vertices(self, object_id: int, indices: npt.ArrayLike, places: npt.ArrayLike, *,
                              at_tick: int = 0) -> int:
         """Moves vertices of a deformable mesh, 26 a command. WOULD_BLOCK, and nothing sent, if the ring lacks room."""
-        index = np.asarray(indices, np.uint32).reshape(-1)
-        place = np.asarray(places, np.float32).reshape(-1, 3)
+        index = arrays.indices(indices, "indices").reshape(-1)
+        place = arrays.points(places, "places")
         if len(index) != len(place) or len(index) == 0:
             raise ValueError("as many places as indices are needed, at least one")
         if self.space < -(-len(index) // 26):

@@ -1,0 +1,32 @@
+"""Arrays as the library takes them; what would be cut off or taken apart is refused."""
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+
+def points(values: npt.ArrayLike, what: str) -> npt.NDArray[np.float32]:
+    """n x 3 numbers, or 3 n in a row."""
+    given = np.asarray(values, np.float32)
+    if given.ndim > 2 or (given.ndim == 2 and given.shape[1] != 3) or given.size % 3 != 0:
+        raise ValueError(f"{what}: n x 3 numbers are needed, not {' x '.join(map(str, given.shape))}")
+    return np.ascontiguousarray(given.reshape(-1, 3))
+
+
+def indices(values: npt.ArrayLike, what: str) -> npt.NDArray[np.uint32]:
+    """Whole numbers from 0, of any shape."""
+    given = np.asarray(values)
+    if given.size and given.dtype.kind not in "iu":
+        if given.dtype.kind != "f" or not (given == np.floor(given)).all():
+            raise ValueError(f"{what}: an index is no whole number")
+    if given.size and (given.min() < 0 or given.max() > 0xffffffff):
+        raise ValueError(f"{what}: an index is negative or too large")
+    return np.ascontiguousarray(given.astype(np.uint32))
+
+
+def corners(values: npt.ArrayLike, what: str) -> npt.NDArray[np.uint32]:
+    """m x 3 indices, or 3 m in a row."""
+    given = indices(values, what)
+    if given.ndim > 2 or (given.ndim == 2 and given.shape[1] != 3) or given.size % 3 != 0:
+        raise ValueError(f"{what}: m x 3 indices are needed, not {' x '.join(map(str, given.shape))}")
+    return given.reshape(-1, 3)

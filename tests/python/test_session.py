@@ -1,0 +1,154 @@
+"""Each push and question of a Python session against a real daemon with a simulated hand; with_daemon starts it."""
+import os
+import time
+import unittest
+
+import hapticclient as haptic
+import numpy as np
+
+MODEL, CLIENT, SURFACE = 2, 3, 0  # Rows of by_source.
+
+
+def eventually(condition, seconds=10.0):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.005)
+    return False
+
+
+class Arrays(unittest.TestCase):
+    """What NumPy or ctypes would cut to size in silence."""
+
+    def test_what_does_not_fit_is_refused(self):
+        from hapticclient import _abi, arrays
+        for values in ([1.5], [-1], [2**32], [np.nan], [1 + 1j]):
+            with self.assertRaisesRegex(ValueError, "^i: an index"):
+                arrays.indices(values, "i")
+        self.assertEqual(arrays.indices([1.0, 7], "i").tolist(), [1, 7])
+        for values in (np.zeros((6, 2)), np.zeros(4), np.zeros((1, 3, 3))):
+            with self.assertRaisesRegex(ValueError, "^p: n x 3 numbers are needed, not"):
+                arrays.points(values, "p")
+            with self.assertRaisesRegex(ValueError, "^c: m x 3 indices are needed, not"):
+                arrays.corners(values, "c")
+        self.assertEqual(arrays.points(range(6), "p").tolist(), [[0, 1, 2], [3, 4, 5]])
+        self.assertEqual(arrays.corners([], "c").shape, (0, 3))
+        for slot in (-1, 2**32):
+            with self.assertRaisesRegex(ValueError, "slot"):
+                _abi.ClearModel(slot=slot)
+
+
+class Pushes(unittest.TestCase):
+    def setUp(self):
+        self.client = haptic.Client(name="python pushes")
+        self.addCleanup(self.client.close)
+        self.session = self.client.open_session()
+        self.addCleanup(self.session.close)
+        self.session.push_intent((0, 0, 0), latest=True)
+
+    def felt(self, owner, force, within=0.05):
+        """Whether the force of that owner comes to what is given, as a function of the hand's place if it is one."""
+        def near():
+            sample = self.session.latest()
+            wanted = force(sample["p"]) if callable(force) else np.asarray(force)
+            return np.linalg.norm(sample["by_source"][owner] - wanted) < within
+        return eventually(near)
+
+    def none_refused(self):
+        self.assertTrue(eventually(lambda: self.session.acks().received_seq >= self.last))
+        self.assertEqual(self.session.acks().rejected, 0)
+
+    def test_local_models(self):
+        session, soft = self.session, haptic.Material(200, 0)
+        session.arm()
+        session.push_intent((0, 0, -0.01), latest=True)
+        self.assertTrue(eventually(lambda: session.latest()["p"][2] < -0.005))
+        session.push_plane((0, 0, 0), (0, 0, 1), material=soft, lease_s=5)
+        self.assertTrue(self.felt(MODEL, lambda p: (0, 0, -200 * p[2])))
+        self.assertEqual(session.model(0).weight, 1)
+        session.push_spring((0.01, 0, 0), material=soft, lease_s=5)
+        self.assertTrue(self.felt(MODEL, lambda p: 200 * (np.array((0.01, 0, 0)) - p)))
+        session.push_halfspaces((0, 0, 0), [(0, 0, 1, 0.002)], material=soft, lease_s=5)
+        self.assertTrue(self.felt(MODEL, lambda p: (0, 0, 200 * (0.002 - p[2]))))
+        jacobian = ((0, 0, 0), (0, 0, 50), (0, 0, -100))  # By rows: y pushes by depth too.
+        self.last = session.push_force_field((0, 0, 0), (0.5, 0, 0), jacobian, 0.1, lease_s=5)
+        self.assertTrue(self.felt(MODEL, lambda p: (0.5, 50 * p[2], -100 * p[2])))
+        session.clear_model(0)
+        self.assertTrue(self.felt(MODEL, (0, 0, 0), 1e-9))
+        self.none_refused()
+
+    def test_forces_and_their_limits(self):
+        session = self.session
+        session.arm()
+        session.push_force((0, 1.5, 0), lease_s=5)
+        self.assertTrue(self.felt(CLIENT, (0, 1.5, 0), 1e-6))
+        self.last = session.push_limits(0.5, 0.1)
+        self.assertTrue(eventually(lambda: abs(np.linalg.norm(session.latest()["force"]) - 0.5) < 1e-6))
+        self.none_refused()
+        self.assertGreater(session.space, 200)
+
+    def test_objects_are_moved_and_changed(self):
+        scene, session = self.client.scene, self.session
+        number = scene.create("ball", haptic.ShapeKind.SPHERE, (0.01,), pose=haptic.Pose((0, 0, 0.3)))
+        self.addCleanup(scene.remove, "ball")
+        session.push_object_pose(number, (0.01, 0.02, 0.3), (0, 1, 0, 0))
+        self.assertTrue(eventually(lambda: scene.find("ball").pose == haptic.Pose((0.01, 0.02, 0.3), (0, 1, 0, 0))))
+        self.last = session.push_object_material(number, haptic.Material(700, 3, 0.4, 0.2))
+        self.last = session.push_object_flags(number, haptic.ObjectFlag.ENABLED, 0)
+        self.none_refused()
+        scene.set_pose("ball", haptic.Pose((0, 0, -0.3)))
+        scene.set_material("ball", haptic.Material(800, 2, 0.3, 0.1))
+        scene.set_flags("ball", haptic.ObjectFlag.ENABLED)
+        scene.set_shape("ball", haptic.ShapeKind.BOX, (0.01, 0.02, 0.03))
+        found = scene.find("ball")
+        self.assertEqual((found.pose.p, found.material, found.flags, found.shape, found.size),
+                         ((0, 0, -0.3), haptic.Material(800, 2, 0.3, 0.1), haptic.ObjectFlag.ENABLED, haptic.ShapeKind.BOX,
+                          (0.01, 0.02, 0.03)))
+        with self.assertRaisesRegex(ValueError, "at most 3"):
+            scene.set_shape("ball", haptic.ShapeKind.BOX, (1, 2, 3, 4))
+
+    def test_vertices_of_a_deformable_mesh(self):
+        scene, session = self.client.scene, self.session
+        plate = np.array(((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))) * 0.05
+        report = scene.upload(plate, ((0, 1, 2), (0, 2, 3)), deformable=True)
+        self.assertIn(report.id, [mesh.id for mesh in scene.meshes()])
+        number = scene.create("plate", haptic.ShapeKind.MESH, mesh=report.id, pose=haptic.Pose((0, 0, -0.02)),
+                              material=haptic.Material(300, 0))
+        self.addCleanup(scene.drop_mesh, report.id)
+        self.addCleanup(scene.remove, "plate")
+        session.arm()
+        session.push_intent((0, 0, -0.03), latest=True)
+        self.assertTrue(self.felt(SURFACE, lambda p: (0, 0, 300 * (-0.02 - p[2])) if p[2] < -0.021 else (9, 9, 9)))
+        self.last = session.push_object_vertices(number, range(4), plate + (0, 0, 0.005))
+        self.assertTrue(self.felt(SURFACE, lambda p: (0, 0, 300 * (-0.015 - p[2]))))
+        self.none_refused()
+
+    def test_a_session_tells_of_itself_and_its_lease(self):
+        session = self.session
+        info = session.describe()
+        self.assertEqual((info.period_ns, info.device_count, info.device.uri), (1_000_000, 1, self.client.devices()[0].uri))
+        session.acquire_lease()
+        with haptic.Client() as other, other.open_session() as rival:
+            self.assertTrue(other.connected)
+            with self.assertRaises(haptic.HapticError) as caught:
+                rival.acquire_lease()
+            self.assertIn("python pushes", str(caught.exception))
+            session.release_lease()
+            rival.acquire_lease()
+        self.assertFalse(session.acks().ended)
+        with self.assertRaises(haptic.HapticError):
+            session.model(99)
+
+    def test_devices_are_opened_and_closed(self):
+        opened = self.client.open_device("sim://touch?serial=second")
+        self.assertIn(opened.uri, [device.uri for device in self.client.devices() if device.open])
+        with self.assertRaisesRegex(haptic.HapticError, "administration"):
+            self.client.close_device(opened.uri)
+        with haptic.Client(administration=True, socket=os.environ["HAPTICD_SOCKET"].replace("control", "admin")) as administrator:
+            administrator.close_device(opened.uri)
+        self.assertNotIn(opened.uri, [device.uri for device in self.client.devices() if device.open])
+
+
+if __name__ == "__main__":
+    unittest.main()

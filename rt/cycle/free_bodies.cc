@@ -203,14 +203,17 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
   return touch;
 }
 
+bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
+  return isFelt(scene.slot(slot)) && (find(slot) == kNone || isFelt(scene.slot(objectSlot(entry_[k].object))));
+}
+
 /** What lies stays asleep until what it lies on goes, or something that moves touches it. */
 void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   Entry& entry = entry_[k];
   bool lies = false;
   for (std::uint32_t i = 0; i < entry.model.count; ++i) {
     const std::uint32_t slot = entry.model.point[i].body();
-    const SceneObject& object = scene.slot(slot);
-    if (object.id == 0 || (object.flags & HD_OBJECT_ENABLED) == 0) continue;
+    if (!meets(scene, k, slot)) continue;
     const Touch touch = touchOf(scene, k, i);
     lies = lies || touch.gap < kSupport;
     if (touch.gap > kTouching) continue;
@@ -225,8 +228,7 @@ void FreeBodies::addTouches(const Scene& scene, std::uint8_t k) HD_RT {
   const Entry& entry = entry_[k];
   for (std::uint32_t i = 0; i < entry.model.count; ++i) {
     const std::uint32_t slot = entry.model.point[i].body();
-    const SceneObject& object = scene.slot(slot);
-    if (object.id == 0 || (object.flags & HD_OBJECT_ENABLED) == 0) continue;
+    if (!meets(scene, k, slot)) continue;
     (void)joint_.add(touchOf(scene, k, i), entry.mover, moverOf(find(slot)));
   }
 }

@@ -74,6 +74,8 @@ class FreeBodies {
   };
   Entry* lookUp(std::uint32_t object) HD_RT;
   std::uint8_t moverOf(std::uint8_t k) HD_RT;
+  /** Whether body k touches what is in that slot; of two bodies neither does if one is not felt. */
+  [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
   [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
   void addTouches(const Scene& scene, std::uint8_t k) HD_RT;

@@ -71,7 +71,7 @@ void HeldTool::gather(const Scene& scene, const FreeBodies& bodies) HD_RT {
   for (std::uint32_t i = 0; i < model_.count; ++i) {
     const std::uint32_t slot = model_.point[i].body();
     const SceneObject& object = scene.slot(slot);
-    if (object.id == 0 || (object.flags & HD_OBJECT_ENABLED) == 0 || !(object.material.stiffness > 0)) continue;
+    if (!isFelt(object)) continue;
     const std::uint8_t body = bodies.find(slot);
     body_of_[touches_] = body;
     Touch& touch = touch_[touches_++];

@@ -41,7 +41,7 @@ void findObstacles(const Scene& scene, const SceneObject& self, std::span<const 
   double fastest = 0;
   for (const std::uint16_t slot : scene.touchable()) {
     const SceneObject& object = scene.slot(slot);
-    if (!isFirm(object.shape) || isPartOf(scene, slot, objectSlot(self.id))) continue;
+    if (!isFelt(object) || !isFirm(object.shape) || isPartOf(scene, slot, objectSlot(self.id))) continue;
     if (std::any_of(but.begin(), but.end(), [&](std::uint32_t id) { return isPartOf(scene, slot, objectSlot(id)); })) {
       continue;
     }

@@ -77,6 +77,41 @@ TEST(FreeBodies, OneThatFallsLiesStillOnTheFloor) {
   EXPECT_LT(seen(house, kBall).X_WO.p.z(), 0);
 }
 
+/** As a tool does: what has no stiffness is not there for either. */
+TEST(FreeBodies, ObjectsWithoutStiffnessAreNotTouched) {
+  const hd_material none{0, 0, 0.4, 0.3}, some{1000, 0, 0.4, 0.3};
+  const auto material = [](House& house, std::uint32_t id, const hd_material& m) {
+    house.send(CommandKind::kObjectMaterial, hd_object_material{id, 0, m});
+  };
+  House house;
+  addBall(house, kBall, {0.1, 0, kRadius + 1e-3}, 0.2);
+  gravity(house, 9.81);
+  house.run(1000);
+  ASSERT_TRUE(house.servo->cycle().bodies().body(0).asleep());
+  material(house, kFloor, none);
+  house.run(50, false);
+  EXPECT_LT(seen(house, kBall).X_WO.p.z(), kRadius - 5e-3) << "at once, whatever the last answer said";
+  house.run(100);
+  EXPECT_LT(seen(house, kBall).X_WO.p.z(), -0.02) << "what it lay on is gone, and it has passed";
+
+  // Of two bodies neither touches the other if one has none.
+  for (const bool other : {false, true}) {
+    House pair;
+    addBall(pair, kBall, {0.1, 0, 0.1}, 0.2);
+    addBall(pair, kOther, {0.16, 0, 0.1}, 0.2);
+    material(pair, other ? kOther : kBall, none);
+    pair.send(CommandKind::kObjectPose, hd_object_pose{kBall, 0, {0.1, 0, 0.1}, {1}, {0.5}, {}});
+    pair.run(200);
+    EXPECT_NEAR(seen(pair, kBall).X_WO.p.x(), 0.2, 3e-3) << other;
+    EXPECT_EQ(seen(pair, kOther).X_WO.p.x(), 0.16) << other;
+    material(pair, other ? kOther : kBall, some);
+    pair.send(CommandKind::kObjectPose, hd_object_pose{kBall, 0, {0.1, 0, 0.1}, {1}, {0.5}, {}});
+    pair.run(200);
+    EXPECT_LT(seen(pair, kBall).X_WO.p.x(), 0.165) << other;
+    EXPECT_GT(seen(pair, kOther).X_WO.p.x(), 0.19) << other;
+  }
+}
+
 TEST(FreeBodies, OneThatCreepsFallsAsleepAndStays) {
   House house;
   addBall(house, kBall, {0.1, 0, 0.1}, 0.2);

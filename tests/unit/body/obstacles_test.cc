@@ -50,6 +50,17 @@ TEST(Obstacles, OfTooManyTheNearestAreAsked) {
   }
 }
 
+TEST(Obstacles, WhatHasNoStiffnessTakesNobodysPlace) {
+  Asked a;
+  for (int i = 0; i < 20; ++i) {
+    (void)a.world.add(ShapeKind::kSphere, {0.005, 0, 0}, {{0.016, 0, 0}, Quat::Identity()}, {0, 0, 0, 0});
+  }
+  const std::uint32_t farther = a.world.add(ShapeKind::kSphere, {0.005, 0, 0}, {{0.03, 0, 0}, Quat::Identity()});
+  a.ask();
+  EXPECT_EQ(a.held.count, 1u);
+  EXPECT_TRUE(a.has(farther));
+}
+
 TEST(Obstacles, WhatComesFastIsAskedFromFarther) {
   Asked a;
   const std::uint32_t ball = a.world.add(ShapeKind::kSphere, {0.005, 0, 0}, {{0.07, 0, 0}, Quat::Identity()});

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "daemon/control/core.h"
 #include "daemon/device/limits.h"
@@ -219,12 +218,7 @@ Result<GuardLimits> Core::setLimits(std::string_view uri, const GuardLimits& wan
     return Error{ErrorCode::kLeaseRequired, device.name,
                  "lowering limits is for the lease holder's user or administration", "acquire the lease first"};
   }
-  if (raises(*merged, device.maxima)) {
-    return Error{
-        ErrorCode::kInvalidArgument, "limits", fmt::format("above what {} itself allows", device.name),
-        fmt::format("at most {:g} N, {:g} N m{}", device.maxima.force, device.maxima.torque,
-                    std::isinf(device.maxima.velocity) ? "" : fmt::format(", {:g} m/s", device.maxima.velocity))};
-  }
+  if (auto r = checkMaxima(*merged, device.maxima, device.name); !r) return r.error();
   if (!device.link->accepting()) {
     return Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"};
   }

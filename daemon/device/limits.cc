@@ -64,6 +64,16 @@ bool raises(const GuardLimits& a, const GuardLimits& b) {
   return std::any_of(std::begin(kFields), std::end(kFields), [&](const Field& f) { return a.*f.value > b.*f.value; });
 }
 
+Result<void> checkMaxima(const GuardLimits& limits, const GuardLimits& maxima, const std::string& device) {
+  for (const Field& f : kFields) {
+    if (limits.*f.value <= maxima.*f.value) continue;
+    return Error{ErrorCode::kInvalidArgument, std::string("limits.") + f.name,
+                 fmt::format("{:g} is above what {} itself allows", limits.*f.value, device),
+                 fmt::format("at most {:g}", maxima.*f.value)};
+  }
+  return {};
+}
+
 Result<GuardLimits> mergeLimits(const GuardLimits& now, GuardLimits wanted) {
   for (const Field& f : kFields) {
     double& value = wanted.*f.value;

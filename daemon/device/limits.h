@@ -21,6 +21,9 @@ namespace hapticd {
 /** Some limit of `a` is above that of `b`. */
 [[nodiscard]] bool raises(const GuardLimits& a, const GuardLimits& b);
 
+/** kInvalidArgument names the first limit that is above what the device allows. */
+[[nodiscard]] Result<void> checkMaxima(const GuardLimits& limits, const GuardLimits& maxima, const std::string& device);
+
 /** NaN in `wanted` keeps what `now` has. kInvalidArgument names the field that is infinite or negative. */
 [[nodiscard]] Result<GuardLimits> mergeLimits(const GuardLimits& now, GuardLimits wanted);
 

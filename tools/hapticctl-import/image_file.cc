@@ -160,6 +160,8 @@ Image parseRaw(std::string_view bytes, const RawLayout& layout) {
   Image image;
   image.format = "raw numbers";
   image.size = layout.size;
+  if (const std::size_t needed = bytesOf(image.size, layout.sample); bytes.size() > needed)
+    throw ImportError("data", fmt::format("{} bytes are there, {} are needed", bytes.size(), needed), "no header");
   for (std::size_t k = 0; k < 3; ++k) image.step[k][k] = layout.spacing[k];
   decode(bytes, layout.sample, layout.big_endian, image);
   checkPlace(image);

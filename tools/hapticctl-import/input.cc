@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -28,7 +29,8 @@ Image readRaw(const InputOptions& o) {
   try {
     return parseRaw(readFile(o.file), layout);
   } catch (ImportError& error) {
-    if (error.where == "data") error.remedy = "is it whole, and are --raw and --raw-size as it was written?";
+    if (error.where == "data")
+      error.remedy = "is it whole and without a header, and are --raw and --raw-size as it was written?";
     throw;
   }
 }
@@ -117,7 +119,8 @@ Image cropped(const Image& image, const std::string& text) {
   const auto n = numbersIn(plain, "--crop", 6, kRemedy);
   std::array<std::uint32_t, 3> first{}, end{};
   for (std::size_t k = 0; k < 3; ++k) {
-    if (!(n[2 * k] >= 0 && n[2 * k + 1] > n[2 * k] && n[2 * k + 1] < 1e6))
+    const bool whole = n[2 * k] == std::floor(n[2 * k]) && n[2 * k + 1] == std::floor(n[2 * k + 1]);
+    if (!(whole && n[2 * k] >= 0 && n[2 * k + 1] > n[2 * k] && n[2 * k + 1] < 1e6))
       throw ImportError("--crop", "is not FIRST:END for each axis", kRemedy);
     first[k] = static_cast<std::uint32_t>(n[2 * k]);
     end[k] = static_cast<std::uint32_t>(n[2 * k + 1]);

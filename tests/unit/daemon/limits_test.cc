@@ -43,6 +43,8 @@ TEST(Limits, RaisingIsSeenInAnyField) {
     b.*field += 0.1;
     EXPECT_TRUE(raises(b, a));
     EXPECT_FALSE(raises(a, b));
+    EXPECT_TRUE(checkMaxima(a, b, "arm").ok());
+    EXPECT_FALSE(checkMaxima(b, a, "arm").ok());
     b = a;
     b.*field = -1;
     EXPECT_FALSE(mergeLimits(a, b).ok());
@@ -51,6 +53,15 @@ TEST(Limits, RaisingIsSeenInAnyField) {
     b.*field = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ((*mergeLimits(a, b)).*field, a.*field);
   }
+}
+
+TEST(Limits, WhatTheDeviceDoesNotAllowIsNamed) {
+  GuardLimits wanted = startLimits({}, omega());
+  wanted.gripper_force = 100;
+  GuardLimits most = wanted;
+  most.gripper_force = 8;
+  EXPECT_EQ(toString(checkMaxima(wanted, most, "arm").error()),
+            "limits.gripperForce: 100 is above what arm itself allows (at most 8)");
 }
 
 }  // namespace

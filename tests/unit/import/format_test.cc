@@ -96,6 +96,7 @@ TEST(Import, readsRawNumbers) {
   layout.spacing = {1, 1.5, 2};
   expectBall(parseRaw(samples(), layout), {0, 0, 0}, kPlain);
   EXPECT_THROW((void)parseRaw(samples().substr(1), layout), ImportError);
+  EXPECT_THAT(refusal([&] { return parseRaw(samples() + '\0', layout); }), HasSubstr("are needed")) << "another size";
   layout.big_endian = true;
   expectBall(parseRaw(samples(true), layout), {0, 0, 0}, kPlain);
   layout.spacing = {1, 0, 2};

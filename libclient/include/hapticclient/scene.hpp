@@ -147,6 +147,8 @@ class Scene {
   /** Uploads and builds a mesh: x, y, z per vertex and three indices per triangle. */
   Result<Reply<haptic_mesh_report>> upload(std::span<const float> vertices, std::span<const std::uint32_t> triangles,
                                            std::uint32_t flags = 0, const Progress& progress = {}) {
+    if (vertices.size() % 3 != 0) return left("vertices", "x, y, z");
+    if (triangles.size() % 3 != 0) return left("triangles", "three indices");
     return detail::ask<haptic_mesh_report>([&](auto** out, auto* e) {
       return haptic_upload_mesh(client_, vertices.data(), static_cast<std::uint32_t>(vertices.size() / 3),
                                 triangles.data(), static_cast<std::uint32_t>(triangles.size() / 3), flags,
@@ -169,6 +171,7 @@ class Scene {
 
   /** A grey picture, row by row from its upper edge: 65535 is the surface itself, 0 the deepest. */
   Result<Reply<haptic_texture_report>> uploadRelief(std::span<const std::uint16_t> grey, std::uint32_t width) {
+    if (width != 0 && grey.size() % width != 0) return left("grey", "a whole row");
     const auto height = width == 0 ? 0 : static_cast<std::uint32_t>(grey.size() / width);
     return detail::ask<haptic_texture_report>(
         [&](auto** out, auto* e) { return haptic_upload_relief(client_, grey.data(), width, height, out, e); });
@@ -186,6 +189,10 @@ class Scene {
   }
 
  private:
+  static Error left(const char* where, const char* each) {
+    return {HAPTIC_INVALID_ARGUMENT, where, std::string("numbers are left over, each has ") + each, {}};
+  }
+
   haptic_client* client_;
 };
 

@@ -282,6 +282,46 @@ TEST_F(ClientIntegration, ABadMeshIsRefusedWithItsTriangle) {
   EXPECT_EQ((*client.scene().list())->count, 0u);
 }
 
+TEST_F(ClientIntegration, NumbersThatAreLeftOverAreRefused) {
+  haptic::Client client = connect("arrays");
+  haptic::Scene scene = client.scene();
+  const std::vector<float> corners{0, 0, 0, 1, 0, 0, 0, 1, 0, 9};
+  const std::vector<std::uint32_t> faces{0, 1, 2, 0};
+  EXPECT_NE(scene.upload(corners, std::span(faces).first(3)).error().message().find("vertices: "), std::string::npos);
+  EXPECT_NE(scene.upload(std::span(corners).first(9), faces).error().message().find("triangles: "), std::string::npos);
+  EXPECT_TRUE(scene.upload(std::span(corners).first(9), std::span(faces).first(3)));
+  const std::vector<std::uint16_t> grey(12, 30000);
+  EXPECT_EQ(scene.uploadRelief(grey, 5).code(), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(scene.uploadRelief(grey, 0).code(), HAPTIC_INVALID_ARGUMENT);
+  auto relief = scene.uploadRelief(grey, 4);
+  ASSERT_TRUE(relief) << relief.error().message();
+  EXPECT_EQ((*relief)->height, 3u);
+}
+
+TEST_F(ClientIntegration, TexturesComeAndGo) {
+  haptic::Client client = connect("textures");
+  EXPECT_TRUE(client.setTimeout(std::chrono::seconds(2)));
+  EXPECT_FALSE(client.setTimeout(std::chrono::seconds(-2)));
+  haptic::Scene scene = client.scene();
+  const double a[] = {-0.5, 0.1};
+  const haptic_vibration_model models[] = {{0.01, 0.2, 1, a}, {0.2, 0.2, 1, a}, {0.01, 2, 1, a}};
+  const std::uint32_t faces[] = {0, 1, 2};
+  haptic_vibration vibration{};
+  vibration.size = sizeof vibration;
+  vibration.order = 2;
+  vibration.rate_hz = 10000;
+  vibration.model_count = 3;
+  vibration.triangle_count = 1;
+  vibration.models = models;
+  vibration.triangles = faces;
+  auto made = scene.uploadVibration(vibration);
+  ASSERT_TRUE(made) << made.error().message();
+  EXPECT_EQ((*scene.textures())->count, 1u);
+  EXPECT_TRUE(scene.dropTexture((*made)->id));
+  EXPECT_EQ(scene.dropTexture((*made)->id).code(), HAPTIC_NOT_FOUND);
+  EXPECT_EQ((*scene.textures())->count, 0u);
+}
+
 TEST_F(ClientIntegration, AnUploadIsCancelledWhileItBuilds) {
   auto client = connect("impatient");
   constexpr std::uint32_t kSide = 400;

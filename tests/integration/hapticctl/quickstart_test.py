@@ -60,12 +60,17 @@ class Quickstart(unittest.TestCase):
             self.assertNotEqual(run.returncode, 0)
 
     def test_wrong_use_is_told(self):
+        mesh = ["--mesh", "/usr/share/opencascade/data/stl/bearing.stl", "--scale"]
         for words, expected in ((["--mesh", "x.stl"], "--scale"), (["--seconds", "soon"], "is no time"), (["--frob"], "unknown option"),
+                                (["--seconds", "0.0"], "is no time"), (["--seconds", "1.2.3"], "is no time"),
+                                (["--seconds"], "--seconds needs a value"), ([*mesh, "-1"], "is no length"), ([*mesh, "."], "is no length"),
+                                (["--output", "/none/x.png"], "cannot be written"), (["--output", "/tmp"], "end in .png"),
                                 (["--mesh", "none.stl", "--scale", "1"], "no such file")):
-            done = subprocess.run([self.command[0], "--prebuilt", BUILD, *words], capture_output=True, text=True, env=self.environment,
-                                  check=False)
+            # Before anything is built or started: there is no such build.
+            done = subprocess.run([self.command[0], "--prebuilt", "/none", *words], capture_output=True, text=True,
+                                  env=self.environment, check=False)
             self.assertIn(expected, done.stderr)
-            self.assertNotEqual(done.returncode, 0)
+            self.assertEqual(done.returncode, 2)
 
 
 if __name__ == "__main__":

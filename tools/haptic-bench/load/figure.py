@@ -9,23 +9,34 @@ import statistics
 import sys
 
 NAME = re.compile(r"(\d+) triangles, (\w+), (\w+)(?: (\S+) Hz)?: (.+)")
+# Quantity, label of its axis, scale.
+ROWS = [("period mean", "servo period, mean [us]", "linear"), ("period p99", "servo period, p99 [us]", "linear"),
+        ("force error rms", "force error, rms [% of the mean force]", "log")]
 COLOURS = {"native": "#26303a", "plane": "#edae49", "patch": "#00798c", "force": "#d1495b"}
 
 
 def read(path):
     """{quantity: {(triangles, level, source, rate): median over the rounds}}; the machine's lines."""
     values, machine = {}, []
-    with open(path, encoding="ascii") as file:
-        lines = [line for line in file if not (line.startswith("#") and machine.append(line[2:].strip()) is None)]
-    for row in csv.DictReader(lines):
-        match = NAME.fullmatch(row["quantity"])
-        if row["benchmark"] != "load" or not match:
-            sys.exit(f"figure.py: {path}: {row['quantity']} is not of haptic-bench load --csv")
+    try:
+        with open(path, encoding="utf-8") as file:
+            lines = [line for line in file if not (line.startswith("#") and machine.append(line[2:].strip()) is None)]
+    except (OSError, UnicodeDecodeError) as error:
+        sys.exit(f"figure.py: {path}: it cannot be read: {error}")
+    rows = csv.DictReader(lines)
+    for row in rows:
+        match = NAME.fullmatch(row.get("quantity") or "")
+        try:
+            value = float(row.get("value") or "")
+        except ValueError:
+            match = None
+        if row.get("benchmark") != "load" or not match:
+            sys.exit(f"figure.py: {path}: row {rows.line_num - 1} is not of haptic-bench load --csv")
         triangles, level, source, rate, quantity = match.groups()
         key = (int(triangles), level, source, float(rate or 0))
-        values.setdefault(quantity, {}).setdefault(key, []).append(float(row["value"]))
-    if not values:
-        sys.exit(f"figure.py: {path}: holds no results of haptic-bench load --csv")
+        values.setdefault(quantity, {}).setdefault(key, []).append(value)
+    if lacks := [quantity for quantity, *_ in ROWS if quantity not in values]:
+        sys.exit(f"figure.py: {path}: holds no {lacks[0]} of haptic-bench load --csv")
     return {q: {key: statistics.median(v) for key, v in cells.items()} for q, cells in values.items()}, machine
 
 
@@ -41,10 +52,8 @@ def draw(values):
     meshes, levels = ordered(k[0] for k in cells), ordered(k[1] for k in cells)
     clients = ordered(k[2:] for k in cells)
     figure, axes = plt.subplots(3, len(meshes), figsize=(5 * len(meshes) + 1, 10), sharex=True, sharey="row", squeeze=False)
-    rows = [("period mean", "servo period, mean [us]", "linear"), ("period p99", "servo period, p99 [us]", "linear"),
-            ("force error rms", "force error, rms [% of the mean force]", "log")]
     for column, mesh in enumerate(meshes):
-        for row, (quantity, label, scale) in enumerate(rows):
+        for row, (quantity, label, scale) in enumerate(ROWS):
             axis = axes[row][column]
             for source, rate in clients:
                 y = [values[quantity].get((mesh, level, source, rate)) for level in levels]
@@ -71,7 +80,10 @@ def main():
     matplotlib.use("Agg")
     figure = draw(values)
     figure.text(0.02, 0.005, "; ".join(machine), fontsize=6)
-    figure.savefig(sys.argv[2], bbox_inches="tight")
+    try:
+        figure.savefig(sys.argv[2], bbox_inches="tight")
+    except (OSError, ValueError) as error:
+        sys.exit(f"figure.py: {sys.argv[2]}: it cannot be written: {error}")
 
 
 if __name__ == "__main__":

@@ -13,14 +13,21 @@ THEORY = [("eigenvalue", "eigenvalue limit", {"color": INK, "lw": 1.2}),
           ("slowest", "the same, estimator at its slowest", {"color": INK, "lw": 1, "ls": ":"}),
           ("colgate_delayed", "Colgate and Schenkel", {"color": "#00798c", "lw": 1.2, "marker": "x"}),
           ("friction_limit", "friction against steps", {"color": FAINT, "lw": 1, "ls": "--"})]
+COLUMNS = {name for name, *_ in THEORY} | {"rate_hz", "delay_ticks", "step_m", "friction_n", "damping", "off", "on"}
 
 
 def load(path):
-    with open(path, encoding="ascii", newline="") as file:
-        lines = [line for line in file if not line.startswith("#")]
-    rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(lines)]
-    if not rows or "eigenvalue" not in rows[0]:
-        sys.exit(f"plot: {path}: holds nothing that haptic-bench zwidth --csv has written")
+    try:
+        with open(path, encoding="utf-8", newline="") as file:
+            lines = [line for line in file if not line.startswith("#")]
+    except (OSError, UnicodeDecodeError) as error:
+        sys.exit(f"plot.py: {path}: it cannot be read: {error}")
+    try:
+        rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(lines)]
+    except (TypeError, ValueError):
+        rows = []
+    if not rows or not COLUMNS <= rows[0].keys():
+        sys.exit(f"plot.py: {path}: holds nothing that haptic-bench zwidth --csv has written")
     return rows
 
 
@@ -75,7 +82,11 @@ def main():
     import matplotlib
 
     matplotlib.use("Agg")
-    draw(rows).savefig(options.output, dpi=110)
+    figure = draw(rows)
+    try:
+        figure.savefig(options.output, dpi=110)
+    except (OSError, ValueError) as error:
+        sys.exit(f"plot.py: {options.output}: it cannot be written: {error}")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,45 @@
+#!/usr/bin/python3
+"""The scripts that draw results say what is wrong with a file instead of a traceback. Usage: drawings.py SOURCE_DIRECTORY"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+LOAD = "benchmark,quantity,unit,round,value\n"
+CELL = 'load,"3024 triangles, idle, native: period mean",us,1,{}\n' + "".join(
+    f'load,"3024 triangles, idle, native: {quantity}",us,1,1\n' for quantity in ("period p99", "force error rms"))
+WALL = ("rate_hz,delay_ticks,step_m,friction_n,damping,colgate,colgate_delayed,friction_limit,eigenvalue,slowest,off,on,displayed,"
+        "buzz_off,buzz_on\n1000,0,1e-05,0.1,0,1000,1000,20000,13000,13000,{},118000,1,0,0\n")
+
+
+def main():
+    tools = pathlib.Path(sys.argv[1]) / "tools/haptic-bench"
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+
+        def draw(script, text, output, words):
+            given = folder / "given.csv"
+            given.unlink(missing_ok=True)
+            if text is not None:
+                given.write_bytes(text)
+            options = [folder / output] if "figure" in script else ["--output", folder / output]
+            done = subprocess.run(["/usr/bin/python3", tools / script, given, *options], capture_output=True, text=True, check=False)
+            place = f"{script.split('/')[-1]}: {folder / output if 'written' in words else given}: "
+            if (done.returncode == 0) != (words == "") or (words and not done.stderr.startswith(place)) or words not in done.stderr:
+                sys.exit(f"{script} said of {text}: {done.stderr}")
+
+        for script, whole, wrong in (("load/figure.py", LOAD + CELL, "row 1 is not of"), ("zwidth/plot.py", WALL, "holds nothing")):
+            good = whole.format(1000).encode()
+            draw(script, None, "out.svg", "cannot be read")
+            draw(script, b"\xff\n", "out.svg", "cannot be read")
+            draw(script, whole.format("fast").encode(), "out.svg", wrong)
+            draw(script, b"a,b\n1,2\n", "out.svg", wrong)
+            draw(script, b"a,b\n1,2,3\n", "out.svg", wrong)
+            gone = good.replace(b"period p99", b"gone").replace(b",off,", b",gone,")
+            draw(script, gone, "out.svg", "holds no")
+            draw(script, good, "none/out.svg", "cannot be written")
+            draw(script, good, "out.nonsense", "cannot be written")
+
+
+if __name__ == "__main__":
+    main()

@@ -93,6 +93,27 @@ TEST(Measured, ForceAndContactComeBack) {
   EXPECT_LT(std::sqrt(point2 / static_cast<double>(measured.out.size())), 5e-4);
 }
 
+TEST(Measured, SaysHowItWent) {
+  const Model m = potato();
+  const Apparatus a = apparatus();
+  Measured measured = onSurface(record(handling(m), a), options(), m);
+  EXPECT_LT((measured.load.bias_S - a.load.bias_S).norm(), 1e-3);
+  EXPECT_NEAR(measured.load.weight, a.load.weight, 1e-3);
+  EXPECT_GT(measured.contacts, 9500);
+  EXPECT_GE(measured.points, 400);
+  measured.load = {Vec3(0.1, -0.05, 0.2), 0.3};
+  measured.contacts = 7;
+  measured.points = 402;
+  measured.out.resize(9);
+  measured.registration.rms = 1.25e-5;
+  measured.registration.left_out = 2;
+  EXPECT_EQ(describe(measured),
+            "bias (0.1, -0.05, 0.2) N, weight 0.3 N; 7 of 9 samples in contact; 400 registered: 0.0125 mm rms off the "
+            "surface, 2 left out, 6 of 6 freedoms determined");
+  measured.points = 0;
+  EXPECT_EQ(describe(measured), "bias (0.1, -0.05, 0.2) N, weight 0.3 N; 7 of 9 samples in contact, not registered");
+}
+
 TEST(Measured, NoiseIsBorne) {
   Apparatus a = apparatus();
   a.force_noise = 0.02;

@@ -1,20 +1,24 @@
 #include "tools/haptic-bench/measured/measured.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cstdio>
 
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
 
 Measured onSurface(const Recording& recording, const MeasuredOptions& options, const Model& model) {
-  const std::vector<ProbeSample> merged = merge(recording, options.merge);
+  Measured measured;
+  const std::vector<ProbeSample> merged = merge(recording, options.merge, &measured.load);
   const auto touches = [&](const ProbeSample& s) { return s.force_O.norm() > options.contact_force; };
   const auto first = std::find_if(merged.begin(), merged.end(), touches);
   const auto last = std::find_if(merged.rbegin(), merged.rend(), touches).base();
   if (first == merged.end())
     throw Failure("recording", "nothing is touched in it", "a smaller contact, or another free time");
   const NearestPoint surface(model);
-  Measured measured;
+  measured.contacts = static_cast<int>(std::count_if(first, last, touches));
   measured.registration.X_MO = options.first_guess;
   if (!options.registered) {
     std::vector<Vec3> touching, points;
@@ -23,6 +27,7 @@ Measured onSurface(const Recording& recording, const MeasuredOptions& options, c
     }
     const std::size_t every = std::max<std::size_t>(1, touching.size() / static_cast<std::size_t>(options.points));
     for (std::size_t i = 0; i < touching.size(); i += every) points.push_back(touching[i]);
+    measured.points = static_cast<int>(points.size());
     measured.registration = registerPoints(surface, points, options.tip_radius, options.first_guess);
   }
   const Pose& X_MO = measured.registration.X_MO;
@@ -35,6 +40,17 @@ Measured onSurface(const Recording& recording, const MeasuredOptions& options, c
         {s->t_s - first->t_s, tip - options.tip_radius * normal, normal, std::max(0.0, force.dot(normal))});
   }
   return measured;
+}
+
+std::string describe(const Measured& measured) {
+  const Vec3& bias = measured.load.bias_S;
+  std::string text =
+      fmt::format("bias ({:.4g}, {:.4g}, {:.4g}) N, weight {:.4g} N; {} of {} samples in contact", bias.x(), bias.y(),
+                  bias.z(), measured.load.weight, measured.contacts, measured.out.size());
+  const Registration& r = measured.registration;
+  if (measured.points == 0) return text + ", not registered";
+  return text + fmt::format("; {} registered: {:.3g} mm rms off the surface, {} left out, {} of 6 freedoms determined",
+                            measured.points - r.left_out, 1000 * r.rms, r.left_out, r.freedoms);
 }
 
 std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
@@ -61,6 +77,7 @@ std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
   if (turn.norm() > 0) options.first_guess.q = Eigen::AngleAxisd(turn.norm(), turn.normalized());
   const double max_gap_s = spec.number("max_gap", 0, 0, 3600);
   Measured measured = onSurface(readRecording(forces, poses, max_gap_s), options, model);
+  fmt::print(stderr, "measured: {}\n", describe(measured));
   return std::move(measured.out);
 }
 

@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <string>
+
 #include "tools/haptic-bench/measured/recording.h"
 #include "tools/haptic-bench/measured/registration.h"
 #include "tools/haptic-bench/spec.h"
@@ -24,8 +26,14 @@ struct Measured {
   /** From the first contact to the last: point and force along the normal. In the air between, where the ball's
    * surface is nearest to the mesh, without force. */
   std::vector<SurfaceSample> out;
+  ProbeLoad load;    ///< Taken off the forces.
+  int contacts = 0;  ///< Samples of `out` in contact.
+  int points = 0;    ///< Of them, those registered; 0: the frames agreed already.
   Registration registration;
 };
+
+/** One line by which the user sees whether it went well: what was taken off, and how near the points lie. */
+[[nodiscard]] std::string describe(const Measured& measured);
 
 /**
  * Merges, compensates, registers, and moves each contact from the ball's centre to the surface, against the mesh's
@@ -33,7 +41,7 @@ struct Measured {
  */
 [[nodiscard]] Measured onSurface(const Recording& recording, const MeasuredOptions& options, const Model& model);
 
-/** The settings of "measured:forces=F.csv,poses=P.csv,...". */
+/** The settings of "measured:forces=F.csv,poses=P.csv,...". Says on the standard error how it went. */
 [[nodiscard]] std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model);
 
 }  // namespace haptic_bench

@@ -119,7 +119,7 @@ ProbeLoad estimateLoad(const Recording& recording, double until_s) {
   return {x.head<3>(), x[3]};
 }
 
-std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& options) {
+std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& options, ProbeLoad* found) {
   const std::vector<ForceSample>& forces = recording.forces;
   const double begin = std::max(forces.front().t_s, recording.poses.front().t_s);
   const double end = std::min(forces.back().t_s, recording.poses.back().t_s);
@@ -130,6 +130,7 @@ std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& o
                   "two streams on one clock, and a free time shorter than both");
   }
   const ProbeLoad load = options.free_s > 0 ? estimateLoad(recording, begin + options.free_s) : options.load;
+  if (found != nullptr) *found = load;
   std::vector<ProbeSample> merged;
   PoseCursor poses(recording.poses);
   const double half = 0.5 / options.rate_hz;

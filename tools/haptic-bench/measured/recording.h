@@ -72,8 +72,10 @@ struct MergeOptions {
 
 /**
  * Both streams at rate_hz over the time they share, from free_s on. Poses between two of the slow stream lie on the
- * cubic through four (position) and the great arc (rotation). Throws Failure where they share no time.
+ * cubic through four (position) and the great arc (rotation). `load`: what was taken off. Throws Failure where they
+ * share no time.
  */
-[[nodiscard]] std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& options);
+[[nodiscard]] std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& options,
+                                             ProbeLoad* load = nullptr);
 
 }  // namespace haptic_bench

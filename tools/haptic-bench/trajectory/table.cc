@@ -166,7 +166,7 @@ Table::Column Table::need(std::string_view names) const {
   std::string all;
   for (const std::string& name : names_) all += (all.empty() ? "" : ",") + name;
   throw Failure(where_, fmt::format("there is no column {}", names.substr(0, names.find(' '))),
-                fmt::format("it has {}; --columns gives other names", all.substr(0, 200)));
+                fmt::format("it has {}; name it in the first line, or with --columns", all.substr(0, 200)));
 }
 
 std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap_s) {

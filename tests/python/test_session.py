@@ -81,6 +81,8 @@ class Pushes(unittest.TestCase):
     def test_forces_and_their_limits(self):
         session = self.session
         session.arm()
+        # A force that is there before the ramp begins keeps it from beginning.
+        self.assertTrue(eventually(lambda: not session.latest()["flags"] & haptic.SampleFlag.RAMPING))
         session.push_force((0, 1.5, 0), lease_s=5)
         self.assertTrue(self.felt(CLIENT, (0, 1.5, 0), 1e-6))
         self.last = session.push_limits(0.5, 0.1)
@@ -143,8 +145,14 @@ class Pushes(unittest.TestCase):
     def test_devices_are_opened_and_closed(self):
         opened = self.client.open_device("sim://touch?serial=second")
         self.assertIn(opened.uri, [device.uri for device in self.client.devices() if device.open])
+        with haptic.Client() as other:
+            other.open_device(opened.uri)
+            with self.assertRaisesRegex(haptic.HapticError, "administration"):
+                self.client.close_device(opened.uri)
         with self.assertRaisesRegex(haptic.HapticError, "administration"):
-            self.client.close_device(opened.uri)
+            self.client.close_device("")
+        self.client.close_device(opened.uri)  # By who alone has asked for it, or by administration.
+        self.client.open_device(opened.uri)
         with haptic.Client(administration=True, socket=os.environ["HAPTICD_SOCKET"].replace("control", "admin")) as administrator:
             administrator.close_device(opened.uri)
         self.assertNotIn(opened.uri, [device.uri for device in self.client.devices() if device.open])

@@ -69,7 +69,7 @@ interface Daemon {
   # By URI or serial; opening what is open answers with it. An empty URI: first real device, else the simulator.
 
   closeDevice @3 (uri :Text) -> (status :Status);
-  # Administration. Refused while a session holds it.
+  # Administration; or who alone has asked for it, of no hardware and not configured. Refused while a session holds it.
 
   openSession @4 (uri :Text, clientName :Text, layoutMajor :UInt16, layoutMinor :UInt16)
       -> (status :Status, session :Session, info :SessionInfo);

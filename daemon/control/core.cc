@@ -185,6 +185,7 @@ void Core::disconnect(std::uint64_t connection) {
   meshes_.dropUnusedOf(connection);
   scene_.textures().dropUnusedOf(connection);
   clients_.erase(connection);
+  for (const auto& device : devices_.devices()) std::erase(device->askers, connection);
   if (gone.name.empty()) return;
   log::info("client '{}' (pid {}) leaves", log::printable(gone.name), gone.pid);
   publish(EventKind::kClientLeft, {}, gone.name);
@@ -219,20 +220,40 @@ Result<void> Core::mayOpen(std::string_view text, std::uint64_t connection) {
 
 Result<OpenDevice*> Core::openDevice(std::string_view text, std::uint64_t connection) {
   if (auto allowed = mayOpen(text, connection); !allowed) return allowed.error();
-  return openDevice(text);
+  auto device = openDevice(text);
+  if (device) noteAsker(**device, connection);
+  return device;
 }
 
 void Core::openDevice(std::string_view text, std::uint64_t connection, DeviceManager::Done done) {
   if (auto allowed = mayOpen(text, connection); !allowed) return done(allowed.error());
-  devices_.open(text, std::move(done));
+  devices_.open(text, [this, connection, done = std::move(done)](const Result<OpenDevice*>& device) {
+    if (device) noteAsker(*device.value(), connection);
+    done(device);
+  });
+}
+
+void Core::noteAsker(OpenDevice& device, std::uint64_t connection) {
+  if (clients_.count(connection) == 0) return;  // It has left meanwhile.
+  auto& askers = device.askers;
+  if (std::find(askers.begin(), askers.end(), connection) == askers.end()) askers.push_back(connection);
+}
+
+bool Core::mayClose(const OpenDevice& device, std::uint64_t connection) const {
+  if (client(connection).administration) return true;
+  const auto uri = parseDeviceUri(device.info().uri);
+  const bool harmless = uri && !isHardware(uri.value().scheme);
+  return harmless && device.asked_for && device.askers == std::vector{connection};
 }
 
 Result<void> Core::closeDevice(std::string_view uri, std::uint64_t connection) {
-  if (!client(connection).administration) {
-    return Error{ErrorCode::kPermissionDenied, "closeDevice", "closing a device needs the administration socket",
+  auto device = devices_.find(uri);
+  if (device ? !mayClose(**device, connection) : !client(connection).administration) {
+    return Error{ErrorCode::kPermissionDenied, "closeDevice",
+                 "closing a device that is real, configured or that others have asked for needs the administration "
+                 "socket",
                  "connect to " + (facts_.admin_socket.empty() ? std::string("it") : facts_.admin_socket)};
   }
-  auto device = devices_.find(uri);
   if (!device) return device.error();
   std::vector<std::string> names;
   const GroupLink* link = (*device)->link;

@@ -128,6 +128,7 @@ class Core {
   [[nodiscard]] Result<OpenDevice*> openDevice(std::string_view uri, std::uint64_t connection);
   /** The same without waiting for the device; `done` is called once, now or by a later poll(). */
   void openDevice(std::string_view uri, std::uint64_t connection, DeviceManager::Done done);
+  /** Administration; and a client that alone has asked for it, of no hardware and not configured. */
   [[nodiscard]] Result<void> closeDevice(std::string_view uri, std::uint64_t connection);
 
   /** Records the device's group; Recordings says who may. */
@@ -174,6 +175,8 @@ class Core {
 
   /** Whether that client may have a device of that URI opened. */
   [[nodiscard]] Result<void> mayOpen(std::string_view uri, std::uint64_t connection);
+  void noteAsker(OpenDevice& device, std::uint64_t connection);
+  [[nodiscard]] bool mayClose(const OpenDevice& device, std::uint64_t connection) const;
   [[nodiscard]] Result<Session*> sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name);
   /** Whether that client may change how a device feels. */
   Result<void> mayChange(const OpenDevice& device, const Client& by);

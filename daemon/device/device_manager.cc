@@ -206,6 +206,7 @@ Result<OpenDevice*> DeviceManager::open(std::string_view uri) {
   if (OpenDevice* device = lookUp((*probe)->info().uri)) return device;
   probe->reset();
   if (auto r = openGroup(groupOf(uri)); !r) return r.error();
+  devices_.back()->asked_for = true;
   return devices_.back().get();
 }
 
@@ -251,7 +252,10 @@ void DeviceManager::open(std::string_view uri, Done done) {
   std::vector<std::unique_ptr<Device>> one;
   one.push_back(std::move(made));
   begin(groupOf(uri), std::move(one), [this, canonical, done = std::move(done)](const Result<void>& opened) {
-    done(opened ? Result<OpenDevice*>(lookUp(canonical)) : Result<OpenDevice*>(opened.error()));
+    if (!opened) return done(opened.error());
+    OpenDevice* const device = lookUp(canonical);
+    device->asked_for = true;
+    done(device);
   });
 }
 

@@ -47,9 +47,11 @@ struct OpenDevice {
   double radius = 0;        ///< Of the ball about its point [m].
   HeldObject tool;
   Grip grip;
-  std::uint64_t lease = 0;           ///< Session that holds it, 0 if free.
-  std::uint32_t sessions = 0;        ///< Sessions on it.
-  std::vector<std::string> aliases;  ///< Other texts by which it was opened.
+  std::uint64_t lease = 0;            ///< Session that holds it, 0 if free.
+  std::uint32_t sessions = 0;         ///< Sessions on it.
+  std::vector<std::string> aliases;   ///< Other texts by which it was opened.
+  bool asked_for = false;             ///< Open because somebody asked, not by the configuration.
+  std::vector<std::uint64_t> askers;  ///< Connections that have asked for it and are still there.
 
   /** Tells the servo. */
   void applyRadius() const {

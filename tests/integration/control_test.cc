@@ -88,12 +88,21 @@ TEST_F(Control, ListsOpensAndReusesDevices) {
   auto answer = loop.call(kj::mv(other));
   ASSERT_TRUE(good(answer.getStatus()));
   EXPECT_EQ(answer.getDevice().getName(), "sim2");
-  auto close = client.daemon.closeDeviceRequest();
-  close.setUri("sim2");
-  EXPECT_EQ(code(loop.call(kj::mv(close)).getStatus()), ErrorCode::kPermissionDenied);
-  auto closing = admin.daemon.closeDeviceRequest();
-  closing.setUri("sim2");
-  EXPECT_TRUE(good(loop.call(kj::mv(closing)).getStatus()));
+  const auto close = [&](auto& caller, const char* uri) {
+    auto request = caller.closeDeviceRequest();
+    request.setUri(uri);
+    return code(loop.call(kj::mv(request)).getStatus());
+  };
+  EXPECT_EQ(close(client.daemon, "sim"), ErrorCode::kPermissionDenied) << "it is configured";
+  EXPECT_EQ(close(client.daemon, "sim2"), ErrorCode::kOk) << "nobody else has asked for it";
+  auto again = client.daemon.openDeviceRequest();
+  again.setUri("sim://falcon");
+  ASSERT_TRUE(good(loop.call(kj::mv(again)).getStatus()));
+  auto too = admin.daemon.openDeviceRequest();
+  too.setUri("sim://falcon");
+  ASSERT_TRUE(good(loop.call(kj::mv(too)).getStatus()));
+  EXPECT_EQ(close(client.daemon, "sim2"), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(close(admin.daemon, "sim2"), ErrorCode::kOk);
   auto none = client.daemon.openDeviceRequest();
   none.setUri("nosuch://device");
   EXPECT_NE(code(loop.call(kj::mv(none)).getStatus()), ErrorCode::kOk);

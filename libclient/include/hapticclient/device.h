@@ -107,7 +107,10 @@ HAPTIC_API int haptic_list_devices(haptic_client* client, haptic_device_list** d
 HAPTIC_API int haptic_open_device(haptic_client* client, const char* uri, haptic_device_info** device,
                                   haptic_error* error);
 
-/** Closes a device; refused while a session holds it. Administration. Blocks; any thread. */
+/**
+ * Closes a device; refused while a session holds it. Administration; but a simulated one that is not configured may be
+ * closed by a client that alone has asked for it, of those that are still there. Blocks; any thread.
+ */
 HAPTIC_API int haptic_close_device(haptic_client* client, const char* uri, haptic_error* error);
 
 /** Zero force at once, latched until armed again. Null or "" stops every device. Anybody may. Blocks; any thread. */

@@ -299,6 +299,7 @@ class Client:
             return device_info(reply)
 
     def close_device(self, uri: str) -> None:
+        """Administration; but a simulated device that only this client has asked for, and that is not configured, may go."""
         call(_lib.haptic_close_device, self._handle, uri.encode())
 
     def stop(self, uri: str = "") -> None:

@@ -2,7 +2,10 @@
 // device. The device stands still (a simulated one with more dry friction than force) and the mesh is moved past it: at
 // the end of a step the hand stands at the trajectory's point relative to the mesh. A step takes as long as the daemon
 // needs to take the pose and publish the next sample: a few of its periods.
+#include <fmt/format.h>
+
 #include <chrono>
+#include <cstdio>
 #include <hapticclient/hapticclient.hpp>
 #include <optional>
 #include <span>
@@ -12,6 +15,7 @@
 #include "tools/haptic-bench/algorithm/algorithms.h"
 #include "tools/haptic-bench/algorithm/native.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/interrupt.h"
 #include "tools/haptic-bench/spec.h"
 
 namespace haptic_bench {
@@ -29,9 +33,38 @@ T must(haptic::Result<T> result) {
   if constexpr (!std::is_void_v<T>) return std::move(*result);
 }
 
+void pause() { std::this_thread::sleep_for(std::chrono::microseconds(100)); }
+
+/** Ctrl-C would leave the daemon with the device that was opened for this run alone. */
+void checkInterrupted() { checkInterrupts("daemon", "its device has been closed"); }
+
+/** A device that is closed at the end, however it comes; not before its sessions have faded out. */
+class OpenedDevice {
+ public:
+  OpenedDevice(haptic::Client& client, const char* uri) : client_(client), uri_(must(client.openDevice(uri))->uri) {}
+  ~OpenedDevice() {
+    const steady_clock::time_point end = steady_clock::now() + kPatience;
+    haptic::Result<void> closed = client_.closeDevice(uri_);
+    while (!closed && closed.code() == HAPTIC_DEVICE_BUSY && steady_clock::now() < end) {
+      pause();
+      closed = client_.closeDevice(uri_);
+    }
+    if (!closed && closed.code() != HAPTIC_DISCONNECTED)
+      fmt::print(stderr, "haptic-bench: {} stays open: {}\n", uri_, closed.error().message());
+  }
+  OpenedDevice(const OpenedDevice&) = delete;
+  OpenedDevice& operator=(const OpenedDevice&) = delete;
+  [[nodiscard]] const std::string& uri() const { return uri_; }
+
+ private:
+  haptic::Client& client_;
+  std::string uri_;
+};
+
 class Daemon {
  public:
   explicit Daemon(const haptic_algorithm_problem& problem) : client_(connect(problem)) {
+    if (device_.empty()) device_ = opened_.emplace(client_, kStill).uri();
     auto mesh =
         must(client_.scene().upload(std::span(&problem.vertices[0][0], std::size_t{problem.vertex_count} * 3),
                                     std::span(&problem.triangles[0][0], std::size_t{problem.triangle_count} * 3)));
@@ -45,6 +78,7 @@ class Daemon {
     object.material = {problem.stiffness, problem.damping, problem.friction_static, problem.friction_dynamic};
     object_.emplace(must(client_.scene().create(object)));
     must(session_->arm());
+    checkInterrupted();
   }
 
   ~Daemon() {
@@ -61,6 +95,7 @@ class Daemon {
     moveTo(hip, contact);
     const steady_clock::time_point end = steady_clock::now() + kPatience;
     while ((sample().flags & HAPTIC_SAMPLE_RAMPING) != 0) {
+      checkInterrupted();
       if (steady_clock::now() > end)
         throw Failure("daemon", "its force is still ramping after 2 s", "hapticctl status");
       pause();
@@ -82,12 +117,8 @@ class Daemon {
     device_ = options.word("device", "");
     options.finish();
     refuseBall(problem);
-    haptic::Client client = must(haptic::Client::connect(how));
-    if (device_.empty()) device_ = must(client.openDevice(kStill))->uri;
-    return client;
+    return must(haptic::Client::connect(how));
   }
-
-  static void pause() { std::this_thread::sleep_for(std::chrono::microseconds(100)); }
 
   haptic_sample sample() const {
     const steady_clock::time_point end = steady_clock::now() + kPatience;
@@ -99,6 +130,7 @@ class Daemon {
   }
 
   void moveTo(const Vec3& hip, haptic_algorithm_contact& contact) {
+    checkInterrupted();
     const haptic_sample before = sample();
     haptic_object_pose pose{};
     pose.object = object_->id();
@@ -119,8 +151,10 @@ class Daemon {
            (after.flags & HAPTIC_SAMPLE_CONTACT) != 0);
   }
 
+  const Interrupts interrupts_;  // First: until the device is closed.
   std::string device_;
   haptic::Client client_;
+  std::optional<OpenedDevice> opened_;  // Before the session, which has to go first.
   std::uint64_t mesh_ = 0;
   std::optional<haptic::Session> session_;
   std::optional<haptic::Object> object_;

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "tools/haptic-bench/failure.h"
-#include "tools/haptic-bench/load/interrupt.h"
+#include "tools/haptic-bench/interrupt.h"
 
 namespace haptic_bench {
 namespace {

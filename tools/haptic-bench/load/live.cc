@@ -11,9 +11,9 @@
 #include <fstream>
 #include <thread>
 
+#include "tools/haptic-bench/interrupt.h"
 #include "tools/haptic-bench/load/built_surface.h"
 #include "tools/haptic-bench/load/connect.h"
-#include "tools/haptic-bench/load/interrupt.h"
 #include "tools/haptic-bench/load/stepped.h"
 #include "tools/haptic-bench/metric/quantile.h"
 
@@ -106,6 +106,8 @@ haptic::Object addMesh(haptic::Client& client, const Model& model) {
   return check(client.scene().create(object));
 }
 
+constexpr const char *kWho = "load", *kShown = "what was measured until then is shown";
+
 /** Every sample of the servo for so long. */
 std::vector<haptic_sample> watch(haptic::Session& session, double seconds) {
   std::vector<haptic_sample> all;
@@ -114,7 +116,7 @@ std::vector<haptic_sample> watch(haptic::Session& session, double seconds) {
   (void)session.drain(room, lost);
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
   while (Clock::now() < end) {
-    checkInterrupts();
+    checkInterrupts(kWho, kShown);
     std::this_thread::sleep_for(milliseconds(50));
     auto read = session.drain(room, lost);
     if (read) all.insert(all.end(), read->begin(), read->end());
@@ -166,7 +168,7 @@ LiveDaemon::LiveDaemon(const std::string& program)
     : socket_(folder_.path() + "/control.sock"),
       process_(command(program, folder_.path()), folder_.path() + "/hapticd.log") {
   for (int i = 0; i < 500; ++i) {
-    checkInterrupts();
+    checkInterrupts(kWho, kShown);
     if (haptic::Client::connect({.socket = socket_, .name = "haptic-bench"})) return;
     if (!process_.running()) break;
     std::this_thread::sleep_for(milliseconds(20));

@@ -10,7 +10,7 @@
 
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
-#include "tools/haptic-bench/load/interrupt.h"
+#include "tools/haptic-bench/interrupt.h"
 #include "tools/haptic-bench/load/live.h"
 #include "tools/haptic-bench/option.h"
 

@@ -19,8 +19,8 @@ class Interrupts {
   struct sigaction before_[3] = {};
 };
 
-/** Throws Failure once one has come. Often enough is ten times a second. */
-void checkInterrupts();
+/** Throws Failure once one has come, also to an object that is gone. Often enough is ten times a second. */
+void checkInterrupts(const char* who, const char* remedy);
 
 /** In a process that is no longer this program: they end it again. */
 void endOnInterrupts();

@@ -1,4 +1,4 @@
-#include "tools/haptic-bench/load/interrupt.h"
+#include "tools/haptic-bench/interrupt.h"
 
 #include <cstddef>
 #include <iterator>
@@ -14,7 +14,6 @@ volatile std::sig_atomic_t came = 0;
 }  // namespace
 
 Interrupts::Interrupts() {
-  came = 0;
   struct sigaction noted = {};
   noted.sa_handler = [](int) { came = 1; };
   for (std::size_t i = 0; i < std::size(kSignals); ++i) {
@@ -27,8 +26,8 @@ Interrupts::~Interrupts() {
   for (std::size_t i = 0; i < std::size(kSignals); ++i) sigaction(kSignals[i], &before_[i], nullptr);
 }
 
-void checkInterrupts() {
-  if (came != 0) throw Failure("load", "it was interrupted", "what was measured until then is shown");
+void checkInterrupts(const char* who, const char* remedy) {
+  if (came != 0) throw Failure(who, "it was interrupted", remedy);
 }
 
 void endOnInterrupts() {

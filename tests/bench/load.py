@@ -4,6 +4,7 @@ input is named. Counts and structure, never times. Usage: load.py HAPTIC_BENCH H
 import csv
 import os
 import pathlib
+import resource
 import subprocess
 import sys
 import tempfile
@@ -51,6 +52,12 @@ def main():
     homeless = subprocess.run(run, env={**os.environ, "TMPDIR": "/nonexistent"}, capture_output=True, text=True, check=False)
     if homeless.returncode != 1 or "TMPDIR" not in homeless.stderr:
         sys.exit("a temporary folder that is not there was not named: " + homeless.stderr)
+    # The disk's program cannot write its first 4 MB: that is no measurement of a busy disk.
+    small = subprocess.run([program, "load", "--rounds", "1", "--seconds", "0.8", "--triangles", "1000", "--levels", "disk", "--daemon",
+                            daemon], capture_output=True, text=True, check=False,
+                           preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3 << 20, 3 << 20)))
+    if small.returncode != 1 or "load, disk: a program of it ended" not in small.stderr:
+        sys.exit(f"a load that was none was measured, {small.returncode}: {small.stderr}")
     missing = subprocess.run([*run, "--daemon", "/nonexistent"], capture_output=True, text=True, check=False)
     if missing.returncode != 1 or "/nonexistent" not in missing.stderr:
         sys.exit("a daemon that is not there was not named: " + missing.stderr)

@@ -13,8 +13,7 @@ namespace haptic_bench {
 /** Where, what and the remedy, as "where: what (remedy)". */
 class Failure : public std::runtime_error {
  public:
-  Failure(const std::string& where, const std::string& what, const std::string& remedy)
-      : std::runtime_error(where + ": " + what + (remedy.empty() ? "" : " (" + remedy + ")")) {}
+  Failure(const std::string& where, const std::string& what, const std::string& remedy);
   explicit Failure(const std::string& sentence) : std::runtime_error(sentence) {}  ///< Which says it all.
   explicit Failure(const hapticd::Error& error) : std::runtime_error(hapticd::toString(error)) {}
 };

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tools/haptic-bench/load/built_surface.h"
+#include "tools/haptic-bench/load/levels.h"
 #include "tools/haptic-bench/load/stepped.h"
 
 namespace haptic_bench {
@@ -27,6 +28,11 @@ TEST(Load, StrokeKeepsSpeedAndDepth) {
     ASSERT_NEAR((s.hips[i] - s.hips[i - 1]).norm(), 1e-4 * 0.049 / 0.05, 1e-9);
     ASSERT_LT((s.forces[i] - s.hips[i].normalized()).norm(), 1e-6);
   }
+}
+
+TEST(Load, TheDisksLoadIsNotInMemory) {
+  EXPECT_EQ(folderOnDisk("/dev/shm"), "/var/tmp");
+  EXPECT_EQ(folderOnDisk("/proc"), "/proc") << "no memory, and it says itself that it cannot be";
 }
 
 TEST(Load, ErrorsOfKnownForces) {

@@ -1,13 +1,20 @@
 #include "tools/haptic-bench/load/levels.h"
 
 #include <fcntl.h>
+#include <linux/magic.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <chrono>
+#include <cstdlib>
+#include <cstring>
 #include <hapticclient/hapticclient.hpp>
 #include <thread>
 
+#include "daemon/unique_fd.h"
+#include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/load/connect.h"
 #include "tools/haptic-bench/load/stroke.h"
 
@@ -54,11 +61,13 @@ void pushAtServoRate(const std::string& socket) {
 
 void writeToDisk(const std::string& folder) {
   const std::vector<char> block(4 << 20, 'x');
-  const int fd = open((folder + "/load").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+  std::string path = folder + "/haptic-bench-load.XXXXXX";
+  const hapticd::UniqueFd file(mkostemp(path.data(), O_CLOEXEC));
+  if (file.valid()) unlink(path.c_str());
+  const auto size = static_cast<ssize_t>(block.size());
   for (off_t at = 0;; at = (at + 1) % 16) {
-    if (pwrite(fd, block.data(), block.size(), at * static_cast<off_t>(block.size())) < 0 || fdatasync(fd) != 0) {
-      std::this_thread::sleep_for(microseconds(1000));
-    }
+    if (pwrite(file.get(), block.data(), block.size(), at * size) == size && fdatasync(file.get()) == 0) continue;
+    throw Failure(path, std::strerror(errno), "64 MB of room on a disk; TMPDIR names another folder");
   }
 }
 
@@ -72,6 +81,12 @@ void writeToDisk(const std::string& folder) {
 const char* nameOf(Level level) {
   constexpr const char* kNames[] = {"idle", "graphics", "uploads", "clients", "disk", "busy"};
   return kNames[static_cast<std::size_t>(level)];
+}
+
+std::string folderOnDisk(const std::string& folder) {
+  struct statfs where {};
+  const bool in_memory = statfs(folder.c_str(), &where) == 0 && where.f_type == TMPFS_MAGIC;
+  return in_memory ? "/var/tmp" : folder;
 }
 
 std::vector<Child> startLoad(Level level, const std::string& socket, const std::string& folder) {
@@ -92,7 +107,7 @@ std::vector<Child> startLoad(Level level, const std::string& socket, const std::
       start(4, [&] { pushAtServoRate(socket); });
       break;
     case Level::kDisk:
-      start(1, [&] { writeToDisk(folder); });
+      start(1, [&] { writeToDisk(folderOnDisk(folder)); });
       break;
     case Level::kBusy:
       start(sysconf(_SC_NPROCESSORS_ONLN), spin);

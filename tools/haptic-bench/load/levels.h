@@ -17,9 +17,12 @@ inline constexpr std::array<Level, 6> kLevels{Level::kIdle,    Level::kGraphics,
 
 [[nodiscard]] const char* nameOf(Level level);
 
+/** `folder`, or /var/tmp where that one lies in memory: what is written there never reaches a disk. */
+[[nodiscard]] std::string folderOnDisk(const std::string& folder);
+
 /**
- * Starts the processes of a level. They load the daemon on `socket`, write to files in `folder`, and go on until the
- * handles go.
+ * Starts the processes of a level. They load the daemon on `socket`, write to a file in `folder`, and go on until the
+ * handles go; one that cannot says so on the standard error and ends.
  *
  * graphics  reads the hand's state at 60 Hz and fills pixels for three quarters of each frame
  * uploads   uploads meshes of 64 k triangles, one after the other, and drops them

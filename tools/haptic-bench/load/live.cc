@@ -199,6 +199,11 @@ LiveResult runLive(const LiveDaemon& daemon, const Model& model, Source source, 
     check(session.arm());
     std::this_thread::sleep_for(milliseconds(400));  // The ramp, and a client's start.
     samples = watch(session, seconds);
+    for (Child& child : children) {
+      if (child.running()) continue;
+      throw Failure(std::string("load, ") + nameOf(level), "a program of it ended before the measurement did",
+                    "if it said why, that stands above");
+    }
     check(session.disarm());
   }
   children.clear();

@@ -7,14 +7,86 @@
 
 #include "daemon/control/core.h"
 #include "daemon/main/device_uris.h"
+#include "daemon/rpc/listen_socket.h"
 #include "drivers/number.h"
 
 namespace hapticd {
 namespace {
 
+/** What stands on the command line besides `Options`. */
+struct Words {
+  std::string config_file, socket, admin_socket, level;
+  std::vector<std::string> devices;
+  bool allow_no_rt = false;
+  bool foreground = false;
+  double rate_hz = 0;
+};
+
 /** CLI::Range lets "nan" through. */
 std::string isNumber(const std::string& text) {
   return parseNumber(text) ? std::string() : fmt::format("'{}' is not a finite number", text);
+}
+
+void addOptions(CLI::App& app, Words& words, Options& options) {
+  app.set_version_flag("--version", fmt::format("hapticd {}", kVersion));
+  app.add_option("--config", words.config_file,
+                 "TOML file; else $HAPTICD_CONFIG, the service's or the user's hapticd.toml, else built-in defaults");
+  app.add_option("--device", words.devices,
+                 "device URI or serial, e.g. sim://omega3; may be given several times. It must open, or hapticd ends")
+      ->allow_extra_args(false);
+  app.add_option("--rate", words.rate_hz, "servo rate [Hz]")->check(CLI::Range(1000.0, 4000.0))->check(isNumber);
+  app.add_option("--socket", words.socket, "path of the control socket");
+  app.add_option("--admin-socket", words.admin_socket, "path of the administration socket");
+  app.add_option("--log-level", words.level, "trace, debug, info, warn, error or off");
+  app.add_flag("--allow-no-rt", words.allow_no_rt, "run without real-time scheduling; every status then says so");
+  app.add_flag("--foreground", words.foreground, "stay in the foreground (hapticd always does)");
+  app.add_flag("--check-config", options.check_config, "check the configuration and end");
+  app.add_flag("--print-config", options.print_config, "print the configuration in force as TOML and end");
+  app.footer(
+      "Exit codes: 0 ended as asked, 1 wrong usage, 2 configuration, 3 no real-time rights, 4 device, 5 socket in use, "
+      "6 other failure.");
+}
+
+/** The command line's changes to the configuration. */
+Result<void> apply(const Words& words, Options& options) {
+  Config& config = options.loaded.config;
+  if (!words.level.empty()) {
+    auto parsed = log::parseLevel(words.level);
+    if (!parsed) return parsed.error();
+    config.log.level = *parsed;
+  }
+  if (!words.socket.empty()) {
+    config.sockets.control = words.socket;
+    config.sockets.admin.clear();  // beside the control socket, unless named too
+  }
+  if (!words.admin_socket.empty()) config.sockets.admin = words.admin_socket;
+  if (words.allow_no_rt) config.servo.allow_no_rt = true;
+  if (!words.devices.empty()) {
+    options.devices_named = true;
+    config.groups.clear();
+    for (std::size_t i = 0; i < words.devices.size(); ++i) {
+      GroupConfig group;
+      group.name = i == 0 ? "default" : fmt::format("default{}", i + 1);
+      group.devices = {words.devices[i]};
+      config.groups.push_back(std::move(group));
+    }
+  }
+  if (words.rate_hz > 0) {
+    config.servo.rate_hz = words.rate_hz;
+    for (GroupConfig& group : config.groups) group.rate_hz = words.rate_hz;
+  }
+  return {};
+}
+
+/** What must be right in any case, and with --check-config what a start would find. */
+Result<void> checkWhole(Options& options) {
+  Config& config = options.loaded.config;
+  Result<void> good = resolveDeviceLimits(config);
+  if (!options.check_config) return good;
+  if (good) good = checkGroupUris(config);
+  if (good) good = checkFolders(options.loaded);
+  if (good) good = checkSocketGroup(config.sockets.group);
+  return good;
 }
 
 }  // namespace
@@ -22,85 +94,30 @@ std::string isNumber(const std::string& text) {
 std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
   CLI::App app(
       "hapticd: the haptic device server. It owns the devices and the servo; programs say what is to be felt.");
-  app.set_version_flag("--version", fmt::format("hapticd {}", kVersion));
-  std::string config_file, socket, admin_socket, level;
-  std::vector<std::string> devices;
-  bool allow_no_rt = false;
-  bool foreground = false;
-  double rate_hz = 0;
+  Words words;
   Options options;
-  app.add_option("--config", config_file,
-                 "TOML file; else $HAPTICD_CONFIG, the service's or the user's hapticd.toml, else built-in defaults");
-  app.add_option("--device", devices,
-                 "device URI or serial, e.g. sim://omega3; may be given several times. It must open, or hapticd ends")
-      ->allow_extra_args(false);
-  app.add_option("--rate", rate_hz, "servo rate [Hz]")->check(CLI::Range(1000.0, 4000.0))->check(isNumber);
-  app.add_option("--socket", socket, "path of the control socket");
-  app.add_option("--admin-socket", admin_socket, "path of the administration socket");
-  app.add_option("--log-level", level, "trace, debug, info, warn, error or off");
-  app.add_flag("--allow-no-rt", allow_no_rt, "run without real-time scheduling; every status then says so");
-  app.add_flag("--foreground", foreground, "stay in the foreground (hapticd always does)");
-  app.add_flag("--check-config", options.check_config, "check the configuration and end");
-  app.add_flag("--print-config", options.print_config, "print the configuration in force as TOML and end");
-  app.footer(
-      "Exit codes: 0 ended as asked, 1 wrong usage, 2 configuration, 3 no real-time rights, 4 device, 5 socket in use, "
-      "6 other failure.");
+  addOptions(app, words, options);
+  const auto refuse = [&](int code, const std::string& sentence) {
+    fmt::print(stderr, "hapticd: {}\n", sentence);
+    exit_code = code;
+    return std::nullopt;
+  };
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) {  // --help, --version
-      exit_code = app.exit(e);
-    } else {
-      fmt::print(stderr, "hapticd: {} (hapticd --help lists the options)\n", e.what());
-      exit_code = kExitUsage;
+    if (e.get_exit_code() != 0) {
+      return refuse(kExitUsage, fmt::format("{} (hapticd --help lists the options)", e.what()));
     }
+    exit_code = app.exit(e);  // --help, --version
     return std::nullopt;
   }
-  auto loaded = loadConfig(config_file);
-  if (!loaded) {
-    fmt::print(stderr, "hapticd: {}\n", toString(loaded.error()));
-    exit_code = kExitConfig;
-    return std::nullopt;
-  }
+  auto loaded = loadConfig(words.config_file);
+  if (!loaded) return refuse(kExitConfig, toString(loaded.error()));
   options.loaded = std::move(*loaded);
-  Config& config = options.loaded.config;
-  if (!level.empty()) {
-    auto parsed = log::parseLevel(level);
-    if (!parsed) {
-      fmt::print(stderr, "hapticd: --log-level: {}\n", toString(parsed.error()));
-      exit_code = kExitUsage;
-      return std::nullopt;
-    }
-    config.log.level = *parsed;
+  if (const auto applied = apply(words, options); !applied) {
+    return refuse(kExitUsage, "--log-level: " + toString(applied.error()));
   }
-  if (!socket.empty()) {
-    config.sockets.control = socket;
-    config.sockets.admin.clear();  // beside the control socket, unless named too
-  }
-  if (!admin_socket.empty()) config.sockets.admin = admin_socket;
-  if (allow_no_rt) config.servo.allow_no_rt = true;
-  if (!devices.empty()) {
-    options.devices_named = true;
-    config.groups.clear();
-    for (std::size_t i = 0; i < devices.size(); ++i) {
-      GroupConfig group;
-      group.name = i == 0 ? "default" : fmt::format("default{}", i + 1);
-      group.devices = {devices[i]};
-      config.groups.push_back(std::move(group));
-    }
-  }
-  if (rate_hz > 0) {
-    config.servo.rate_hz = rate_hz;
-    for (GroupConfig& group : config.groups) group.rate_hz = rate_hz;
-  }
-  Result<void> good = resolveDeviceLimits(config);
-  if (good && options.check_config) good = checkGroupUris(config);
-  if (good && options.check_config) good = checkFolders(options.loaded);
-  if (!good) {
-    fmt::print(stderr, "hapticd: {}\n", toString(good.error()));
-    exit_code = kExitConfig;
-    return std::nullopt;
-  }
+  if (const auto good = checkWhole(options); !good) return refuse(kExitConfig, toString(good.error()));
   return options;
 }
 

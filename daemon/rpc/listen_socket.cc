@@ -59,16 +59,19 @@ Result<UniqueFd> lockFile(const std::string& path, const std::string& socket) {
 
 Result<void> setGroup(const std::string& path, const std::string& group) {
   if (group.empty()) return {};
+  if (auto r = checkSocketGroup(group); !r) return r;
   const struct group* entry = getgrnam(group.c_str());
-  if (entry == nullptr) {
-    return Error{ErrorCode::kNotFound, "sockets.group", fmt::format("there is no group '{}'", group),
-                 "create it, or leave the key out"};
-  }
   if (chown(path.c_str(), static_cast<uid_t>(-1), entry->gr_gid) != 0) return systemError(path, "chown", errno);
   return {};
 }
 
 }  // namespace
+
+Result<void> checkSocketGroup(const std::string& group) {
+  if (group.empty() || getgrnam(group.c_str()) != nullptr) return {};
+  return Error{ErrorCode::kNotFound, "sockets.group", fmt::format("there is no group '{}'", group),
+               "create it, or leave the key out"};
+}
 
 ListenSocket& ListenSocket::operator=(ListenSocket&& other) noexcept {
   if (this == &other) return *this;

@@ -48,6 +48,9 @@ struct SocketPaths {
 /** Empty ones by default: in $RUNTIME_DIRECTORY (a service), $XDG_RUNTIME_DIR/hapticd, or as root /run/hapticd. */
 [[nodiscard]] Result<SocketPaths> defaultSocketPaths(const std::string& control, const std::string& admin);
 
+/** Whether there is a group of that name, or none is wanted. kNotFound. */
+[[nodiscard]] Result<void> checkSocketGroup(const std::string& group);
+
 /** Sockets that systemd passed, by FileDescriptorName= "control" and "admin"; others are refused by name. */
 struct ActivatedSockets {
   ListenSocket control, admin;

@@ -193,6 +193,8 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
   Program misspelt(directory, {"--check-config", "--config", bad});
   EXPECT_EQ(misspelt.wait(), 2);
   EXPECT_NE(misspelt.output().find("bad.toml:2"), std::string::npos) << misspelt.output();
+  std::ofstream(bad) << "[sockets]\ngroup = \"no-such-group\"\n";
+  EXPECT_EQ(code({"--check-config", "--config", bad}), 2) << "found before a start finds it";
   EXPECT_EQ(code({"--allow-no-rt", "--socket", socket, "--device", "nosuch://thing"}), 4);
   EXPECT_EQ(code({"--allow-no-rt", "--socket", "/" + std::string(200, 'x')}), 5);
 }

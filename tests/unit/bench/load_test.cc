@@ -2,7 +2,9 @@
 // yardsticks agree with closed forms.
 #include <gtest/gtest.h>
 
+#include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/load/built_surface.h"
+#include "tools/haptic-bench/load/judge.h"
 #include "tools/haptic-bench/load/levels.h"
 #include "tools/haptic-bench/load/stepped.h"
 
@@ -43,6 +45,41 @@ TEST(Load, ErrorsOfKnownForces) {
   EXPECT_NEAR(e.max, 0.1, 1e-15);
   EXPECT_NEAR(e.rms, 0.1 / std::sqrt(2), 1e-15);
   EXPECT_NEAR(e.change_max, 0.1 * std::sqrt(2), 1e-15);
+}
+
+/** A hand at rest that high over the top of the ball; `owner` pushes it with so much. */
+std::vector<haptic_sample> restingAt(double height, std::size_t owner, float force) {
+  haptic_sample sample{};
+  sample.p[2] = 0.05 + height;
+  sample.by_source[owner][2] = force;
+  return std::vector<haptic_sample>(200, sample);
+}
+
+TEST(Load, ARunThatTouchedNothingIsNoErrorOfNoNumber) {
+  for (const Source source : {Source::kNative, Source::kPlane, Source::kForce}) {
+    for (const auto& samples : {restingAt(0.001, HAPTIC_SOURCE_SURFACE, 0), std::vector<haptic_sample>()}) {
+      try {
+        (void)judgeForces(samples, ball(), source, 1000);
+        ADD_FAILURE() << "it was judged";
+      } catch (const Failure& failure) {
+        EXPECT_STREQ(failure.what(), "load: the hand touched nothing (a stroke takes 0.72 s: more --seconds)");
+      }
+    }
+  }
+}
+
+TEST(Load, ARunIsJudgedByTheShareOfItsSource) {
+  const std::pair<Source, std::size_t> owners[] = {{Source::kNative, HAPTIC_SOURCE_SURFACE},
+                                                   {Source::kPlane, HAPTIC_SOURCE_LOCAL_MODEL},
+                                                   {Source::kPatch, HAPTIC_SOURCE_LOCAL_MODEL},
+                                                   {Source::kForce, HAPTIC_SOURCE_CLIENT}};
+  for (const auto& [source, owner] : owners) {
+    const ForceError half = judgeForces(restingAt(-0.001, owner, 0.5F), ball(), source, 1000);
+    EXPECT_NEAR(half.mean, 1, 0.01);
+    EXPECT_NEAR(half.rms, 0.5, 0.01);
+    const ForceError none = judgeForces(restingAt(-0.001, HAPTIC_SOURCE_EFFECT, 0.5F), ball(), source, 1000);
+    EXPECT_NEAR(none.rms, 1, 1e-6) << "others' shares do not count";
+  }
 }
 
 TEST(Load, PatchAtThirtyHertzIsTheMesh) {

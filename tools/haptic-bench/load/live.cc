@@ -14,7 +14,7 @@
 #include "tools/haptic-bench/interrupt.h"
 #include "tools/haptic-bench/load/built_surface.h"
 #include "tools/haptic-bench/load/connect.h"
-#include "tools/haptic-bench/load/stepped.h"
+#include "tools/haptic-bench/load/judge.h"
 #include "tools/haptic-bench/metric/quantile.h"
 
 namespace haptic_bench {
@@ -139,29 +139,6 @@ void judgePeriods(const std::vector<haptic_sample>& samples, LiveResult& result)
   result.missed = samples.back().missed - samples.front().missed;
 }
 
-/** Against the native force at the places where the hand was, reached from outside. */
-void judgeForces(const std::vector<haptic_sample>& samples, const BuiltSurface& surface, Source source,
-                 LiveResult& result) {
-  const std::size_t owner = source == Source::kNative  ? HAPTIC_SOURCE_SURFACE
-                            : source == Source::kForce ? HAPTIC_SOURCE_CLIENT
-                                                       : HAPTIC_SOURCE_LOCAL_MODEL;
-  std::vector<Vec3> hips, forces;
-  const auto place = [](const haptic_sample& s) { return Vec3(s.p[0], s.p[1], s.p[2]); };
-  for (std::size_t i = 0; i < kApproach; ++i) {
-    const double part = static_cast<double>(i) / kApproach;
-    hips.emplace_back((1 + 0.2 * (1 - part)) * place(samples.front()));
-  }
-  for (const haptic_sample& s : samples) {
-    hips.push_back(place(s));
-    forces.emplace_back(s.by_source[owner][0], s.by_source[owner][1], s.by_source[owner][2]);
-  }
-  const std::vector<Vec3> native = nativeForces(surface.meshes(), kStiffness, hips);
-  const ForceError e = compareForces(forces, std::span(native).subspan(kApproach));
-  if (!(e.mean > 0)) throw Failure("load", "the hand touched nothing", "a stroke takes 0.72 s: more --seconds");
-  result.force_rms = e.rms;
-  result.mean_force = e.mean;
-}
-
 }  // namespace
 
 LiveDaemon::LiveDaemon(const std::string& program)
@@ -209,7 +186,9 @@ LiveResult runLive(const LiveDaemon& daemon, const Model& model, Source source, 
   children.clear();
   std::this_thread::sleep_for(milliseconds(100));  // The daemon lets go of what they had.
   judgePeriods(samples, result);
-  judgeForces(samples, BuiltSurface(model), source, result);
+  const ForceError off = judgeForces(samples, BuiltSurface(model), source, kStiffness);
+  result.force_rms = off.rms;
+  result.mean_force = off.mean;
   if (const auto gaps = static_cast<double>(report->updates.load()) - 1; gaps > 0) {
     result.client_period_mean_us = static_cast<double>(report->last_us - report->first_us) / gaps;
     result.client_period_max_us = static_cast<double>(report->longest_us);

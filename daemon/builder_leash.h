@@ -90,10 +90,4 @@ class BuilderLeash {
   std::unique_ptr<State> state_;
 };
 
-/**
- * Where hapticd-builder is: `configured` if not empty, else beside the running program (a build tree), else the
- * libexec directory next to that of the program (an installation). kNotFound lists what was tried.
- */
-[[nodiscard]] Result<std::string> findBuilder(const std::string& configured);
-
 }  // namespace hapticd

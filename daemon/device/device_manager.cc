@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "daemon/device/limits.h"
 #include "daemon/log.h"
-#include "drivers/nearest.h"
 
 namespace hapticd {
 
@@ -305,111 +303,6 @@ void DeviceManager::letGo(GroupLink& link) {
   link.stop();
   meshes_.detach(link);
   scene_.textures().detach(link);
-}
-
-Result<OpenDevice*> DeviceManager::find(std::string_view text) {
-  if (text.empty() && !devices_.empty()) return devices_.front().get();
-  if (OpenDevice* device = lookUp(text)) return device;
-  return Error{ErrorCode::kNotFound, "device",
-               fmt::format("no open device is called '{}'", log::printable(text.substr(0, 200))),
-               devices_.empty() ? "open one first" : "open devices: " + nearestNames(text, names())};
-}
-
-OpenDevice* DeviceManager::lookUp(std::string_view text) {
-  if (text.empty()) return nullptr;
-  for (const auto& device : devices_) {
-    const DeviceInfo& info = device->info();
-    if (device->name == text || info.uri == text || info.serial == text ||
-        std::find(device->aliases.begin(), device->aliases.end(), text) != device->aliases.end()) {
-      return device.get();
-    }
-  }
-  return nullptr;
-}
-
-OpenDevice* DeviceManager::at(const GroupLink& link, std::uint32_t index) {
-  for (const auto& device : devices_) {
-    if (device->link == &link && device->index == index) return device.get();
-  }
-  return nullptr;
-}
-
-std::vector<std::string> DeviceManager::names() const {
-  std::vector<std::string> all;
-  for (const auto& device : devices_) all.push_back(device->name);
-  return all;
-}
-
-std::vector<DeviceInfo> DeviceManager::found() const {
-  std::vector<DeviceInfo> all;
-  for (auto& device : find_()) {
-    const bool open =
-        std::any_of(devices_.begin(), devices_.end(), [&](const auto& d) { return d->info().uri == device.info.uri; });
-    if (!open) all.push_back(std::move(device.info));
-  }
-  return all;
-}
-
-bool DeviceManager::realtime() const {
-  return std::all_of(links_.begin(), links_.end(), [](const auto& l) { return l->group().realtime(); });
-}
-
-std::string DeviceManager::schedulingNote() const {
-  for (const auto& link : links_) {
-    if (!link->group().realtime()) return link->group().schedulingNote();
-  }
-  return {};
-}
-
-GroupOptions DeviceManager::options(const GroupConfig& group,
-                                    const std::vector<std::unique_ptr<Device>>& devices) const {
-  constexpr double kNsPerMs = 1e6;
-  const double rate_hz = group.rate_hz > 0 ? group.rate_hz : config_.servo.rate_hz;
-  GroupOptions o;
-  o.volumes = &meshes_.volumes();
-  o.cycle.period_ns = std::llround(1e9 / rate_hz);
-  o.cycle.device_count = static_cast<std::uint32_t>(devices.size());
-  o.cycle.loss_fade_ns = std::llround(config_.sessions.loss_fade_ms * kNsPerMs);
-  for (std::size_t i = 0; i < devices.size(); ++i) {
-    const DeviceInfo& info = devices[i]->info();
-    GuardConfig& guard = o.cycle.guard[i];
-    guard.limits = startLimits(config_.limitsFor(info.uri, info.serial), info);
-    guard.ramp_ns = std::llround(config_.guard.arm_ramp_ms * kNsPerMs);
-    guard.small_force = config_.guard.small_force_n;
-    guard.small_force_ticks = config_.guard.small_force_ticks;
-    guard.stale_ns = std::llround(config_.guard.device_stale_ms * kNsPerMs);
-    guard.missed_limit = config_.servo.missed_limit;
-    guard.passivity = config_.guard.passivity;
-    guard.continuous_force = info.continuous_force;
-    guard.peak_force = info.max_force;
-    guard.heating_s = config_.guard.motor_heating_s;
-    guard.delay = info.latency_s * rate_hz;
-    if (info.max_damping > 0) guard.max_damping = info.max_damping;
-  }
-  o.ingest.budget_per_session = config_.sessions.budget_per_tick;
-  o.ingest.stale_after_ns = std::llround(config_.sessions.stale_after_ms * kNsPerMs);
-  o.ingest.max_ahead_ticks = static_cast<std::uint64_t>(config_.sessions.max_ahead_s * rate_hz);
-  o.servo_priority = static_cast<int>(config_.servo.servo_priority);
-  o.ingest_priority = static_cast<int>(config_.servo.ingest_priority);
-  o.cpus = group.cpus;
-  o.allow_no_rt = config_.servo.allow_no_rt;
-  o.lines = lines_;
-  o.threads = threads_;
-  return o;
-}
-
-std::string DeviceManager::shortName(const DeviceInfo& info, const std::vector<std::string>& taken) const {
-  std::string base;
-  for (const char c : info.driver.empty() ? info.uri.substr(0, info.uri.find(':')) : info.driver) {
-    const bool allowed = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-    const bool upper = c >= 'A' && c <= 'Z';
-    if (allowed || upper) base.push_back(upper ? static_cast<char>(c - 'A' + 'a') : c);
-  }
-  base = base.substr(0, 32);
-  if (base.empty()) base = "device";
-  std::string name = base;
-  for (int n = 2; std::find(taken.begin(), taken.end(), name) != taken.end(); ++n) name = fmt::format("{}{}", base, n);
-  return name;
 }
 
 }  // namespace hapticd

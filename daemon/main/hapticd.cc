@@ -9,6 +9,7 @@
 #include "daemon/armed/armed_list.h"
 #include "daemon/armed/make_safe.h"
 #include "daemon/control/core.h"
+#include "daemon/find_builder.h"
 #include "daemon/last_resort.h"
 #include "daemon/main/options.h"
 #include "daemon/main/supervisor.h"

@@ -114,6 +114,8 @@ class SceneModel {
   void postSurface(Object& object);
   [[nodiscard]] Command surfaceCommand(const Object& object, std::int64_t period_ns) const;
   [[nodiscard]] Command bodyCommand(const Object& object) const;
+  [[nodiscard]] Command gravityCommand() const;
+  [[nodiscard]] Command shapeCommand(const Object& object) const;
   [[nodiscard]] Command addCommand(const Object& object) const;
   [[nodiscard]] static Command poseCommand(const Object& object);
   [[nodiscard]] static Command materialCommand(const Object& object);

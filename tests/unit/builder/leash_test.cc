@@ -11,6 +11,7 @@
 
 #include "daemon/builder/sandbox.h"
 #include "daemon/builder_leash.h"
+#include "daemon/find_builder.h"
 #include "daemon/volume_memory.h"
 #include "tests/unit/builder/built.h"
 

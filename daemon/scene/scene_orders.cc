@@ -1,0 +1,168 @@
+// What the scene model tells the servos: each edit as an order, and all of it to a servo that comes later. The edits
+// are in scene_model.cc.
+#include <algorithm>
+#include <utility>
+
+#include "daemon/scene/body.h"
+#include "daemon/scene/scene_model.h"
+#include "rt/cycle/restated.h"
+
+namespace hapticd {
+namespace {
+
+ShapeParameters parameters(const ShapeSpec& shape, const MeshStore& meshes) {
+  ShapeParameters out{};
+  out.kind = static_cast<std::uint32_t>(shape.kind);
+  out.mesh = shape.kind == ShapeKind::kMesh ? meshes.entryOf(shape.mesh) : 0;
+  store(shape.size, out.size);
+  return out;
+}
+
+template <class Visit, std::size_t... kNumbers>
+void visitKinds(Visit&& visit, std::index_sequence<kNumbers...>) {
+  // The highest number first: a body is told its velocity when it is one.
+  (visit(std::integral_constant<CommandKind, static_cast<CommandKind>(kMostKinds - 1 - kNumbers)>()), ...);
+}
+
+}  // namespace
+
+void SceneModel::attach(CommandSink& sink) {
+  const auto free = std::find(sinks_.begin(), sinks_.end(), nullptr);
+  if (free == sinks_.end()) return;
+  *free = &sink;
+  if (!gravity_.isZero(0)) (void)sink.post(gravityCommand());
+  const auto index = static_cast<std::size_t>(free - sinks_.begin());
+  replay(sink.periodNs(), [&](Object& object, const Command& command) {
+    object.client_edits[index] = 0;
+    object.edit[index] = sink.post(command);
+  });
+}
+
+std::vector<Command> SceneModel::orders(std::int64_t period_ns) {
+  std::vector<Command> all;
+  if (!gravity_.isZero(0)) all.push_back(gravityCommand());
+  replay(period_ns, [&](Object&, const Command& command) { all.push_back(command); });
+  return all;
+}
+
+void SceneModel::replay(std::int64_t period_ns, const std::function<void(Object&, const Command&)>& give) {
+  std::vector<std::uint32_t> open = childSlots(0);
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    Object& object = slots_[open[i]];
+    refresh(object);
+    give(object, addCommand(object));
+    const auto giveLasting = [&](auto kind) {
+      constexpr CommandKind kKind = kind;
+      if constexpr (whoRestates(kKind) == Restated::kSceneOrder) {
+        if constexpr (kKind == CommandKind::kSetSurface) {
+          if (object.spec.surface != SurfaceSpec{}) give(object, surfaceCommand(object, period_ns));
+        } else if constexpr (kKind == CommandKind::kSetBody) {
+          if (object.spec.body.mass > 0) give(object, bodyCommand(object));
+        } else if constexpr (kKind == CommandKind::kObjectPose) {
+          if (!object.V_PO.v.isZero() || !object.V_PO.w.isZero()) give(object, poseCommand(object));
+        } else {
+          static_assert(kKind == CommandKind::kNone, "a servo that comes later must be told of this order too");
+        }
+      }
+    };
+    visitKinds(giveLasting, std::make_index_sequence<kMostKinds>());
+    for (const std::uint32_t child : childSlots(open[i])) open.push_back(child);
+  }
+}
+
+void SceneModel::detach(CommandSink& sink) {
+  std::replace(sinks_.begin(), sinks_.end(), &sink, static_cast<CommandSink*>(nullptr));
+}
+
+Result<void> SceneModel::accepting() const {
+  for (const CommandSink* sink : sinks_) {
+    if (sink != nullptr && !sink->accepting()) {
+      return Error{ErrorCode::kWouldBlock, "scene", "a servo has stopped taking orders", "see hapticctl status"};
+    }
+  }
+  return {};
+}
+
+void SceneModel::post(Object& object, const Command& command) {
+  for (std::size_t i = 0; i < sinks_.size(); ++i) {
+    if (sinks_[i] != nullptr) object.edit[i] = sinks_[i]->post(command);
+  }
+}
+
+void SceneModel::postSurface(Object& object) {
+  for (std::size_t i = 0; i < sinks_.size(); ++i) {
+    if (sinks_[i] != nullptr) object.edit[i] = sinks_[i]->post(surfaceCommand(object, sinks_[i]->periodNs()));
+  }
+}
+
+Command SceneModel::surfaceCommand(const Object& object, std::int64_t period_ns) const {
+  return makeCommand(CommandKind::kSetSurface,
+                     SetSurface{object.id, 0, surfaceParameters(object.spec.surface, textures_, period_ns)});
+}
+
+Command SceneModel::bodyCommand(const Object& object) const {
+  const BodySpec& body = object.spec.body;
+  SetBody order{};
+  order.object = object.id;
+  order.falls = body.falls ? 1 : 0;
+  order.damping = body.damping;
+  if (body.mass > 0) {
+    const MassProperties mass = massOf(object.spec.shape, meshes_, body.mass);
+    order.mass = mass.mass;
+    store(mass.com_O, order.com);
+    storeInertia(mass.inertia_O, order.inertia);
+  }
+  return makeCommand(CommandKind::kSetBody, order);
+}
+
+Command SceneModel::gravityCommand() const {
+  SetGravity order{};
+  store(gravity_, order.g);
+  return makeCommand(CommandKind::kSetGravity, order);
+}
+
+Command SceneModel::shapeCommand(const Object& object) const {
+  SetShape payload{};
+  payload.object = object.id;
+  payload.shape = parameters(object.spec.shape, meshes_);
+  return makeCommand(CommandKind::kSetShape, payload);
+}
+
+Command SceneModel::addCommand(const Object& object) const {
+  AddObject add{};
+  add.object = object.id;
+  add.parent = slots_[object.parent_slot].id;
+  add.flags = objectFlags(object.spec);
+  add.shape = parameters(object.spec.shape, meshes_);
+  add.material = object.spec.material;
+  store(object.spec.X_PO.p, add.p);
+  store(object.spec.X_PO.q, add.q);
+  return makeCommand(CommandKind::kAddObject, add);
+}
+
+Command SceneModel::poseCommand(const Object& object) {
+  hd_object_pose pose{};
+  pose.object = object.id;
+  store(object.spec.X_PO.p, pose.p);
+  store(object.spec.X_PO.q, pose.q);
+  store(object.V_PO.v, pose.v);
+  store(object.V_PO.w, pose.w);
+  return makeCommand(CommandKind::kObjectPose, pose);
+}
+
+Command SceneModel::materialCommand(const Object& object) {
+  hd_object_material payload{};
+  payload.object = object.id;
+  payload.material = object.spec.material;
+  return makeCommand(CommandKind::kObjectMaterial, payload);
+}
+
+Command SceneModel::flagsCommand(const Object& object) {
+  hd_object_flags payload{};
+  payload.object = object.id;
+  payload.mask = HD_OBJECT_ENABLED | HD_OBJECT_VISIBLE | HD_OBJECT_TWO_SIDED;
+  payload.value = objectFlags(object.spec);
+  return makeCommand(CommandKind::kObjectFlags, payload);
+}
+
+}  // namespace hapticd

@@ -14,6 +14,8 @@ import numpy as np
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  pylint: disable=wrong-import-position
 
+BLUE, RED, FAINT = "#00798c", "#d1495b", "#8a949e"
+
 
 def felt(scene, session, surface, hand, seconds):
     """Samples of a hand that follows hand(t) over a plane with that surface."""
@@ -46,26 +48,29 @@ def main(path):
         buzz = felt(scene, session, haptic.Surface(vibration=cloth.id, vibration_mass=0.1),
                     lambda t: (0.03 * math.sin(2 * t), 0, press), 4)
 
-    figure, (a, b, c) = pyplot.subplots(1, 3, figsize=(12, 3.2), constrained_layout=True)
+    matplotlib.rcParams.update({
+        "font.family": "DejaVu Sans", "font.size": 9.5, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": FAINT,
+        "axes.grid": True, "grid.color": "#e4e8ec", "axes.axisbelow": True, "axes.titlelocation": "left", "axes.titlesize": 10.5,
+        "axes.titleweight": "bold", "axes.titlepad": 22, "legend.frameon": False, "legend.fontsize": 8.5, "legend.borderaxespad": 0})
+    figure, (a, b, c) = pyplot.subplots(1, 3, figsize=(12, 3.4), constrained_layout=True)
     part = relief[-2000:]
-    a.plot(1000 * part["p"][:, 0], part["by_source"][:, 5, 0], lw=0.7, label="texture, along x")
-    a.plot(1000 * part["p"][:, 0], part["by_source"][:, 5, 2], lw=0.7, label="texture, normal")
-    a.set(title="relief: grooves of 10 mm, 1 mm deep", xlabel="x [mm]", ylabel="N")
-    a.legend(fontsize=7)
+    a.plot(1000 * part["p"][:, 0], part["by_source"][:, 5, 0], color=BLUE, lw=0.9, label="texture, along x")
+    a.plot(1000 * part["p"][:, 0], part["by_source"][:, 5, 2], color=RED, lw=0.9, label="texture, normal")
+    a.set(title="Relief: grooves of 10 mm, 1 mm deep", xlabel="x [mm]", ylabel="force [N]")
     rings = blow["by_source"][:, 6, 2] != 0
     first = (np.flatnonzero(rings[1:] & ~rings[:-1]) + 1)[0]
     near = blow[first - 20:first + 80]
     ms = (near["t_ns"] - near["t_ns"][0]) / 1e6
-    b.plot(ms, near["by_source"][:, 0, 2], lw=0.9, label="surface")
-    b.plot(ms, near["by_source"][:, 6, 2], lw=0.9, label="transient")
-    b.set(title="impact: 20 N s/m, 150 Hz, 10 ms", xlabel="ms", ylabel="N")
-    b.legend(fontsize=7)
+    b.plot(ms, near["by_source"][:, 0, 2], color=BLUE, lw=1.2, label="surface")
+    b.plot(ms, near["by_source"][:, 6, 2], color=RED, lw=1.2, label="transient")
+    b.set(title="Impact: 20 N s/m, 150 Hz, 10 ms", xlabel="time [ms]", ylabel="force [N]")
     part = buzz[-2000:]
-    ms = (part["t_ns"] - part["t_ns"][0]) / 1e6
-    c.plot(ms, part["by_source"][:, 5, 1], lw=0.5, label="texture, across the motion [N]")
-    c.plot(ms, 10 * part["v"][:, 0], lw=0.9, label="speed [dm/s]")
-    c.set(title="vibration: follows the speed", xlabel="ms")
-    c.legend(fontsize=7)
+    seconds = (part["t_ns"] - part["t_ns"][0]) / 1e9
+    c.plot(seconds, part["by_source"][:, 5, 1], color=BLUE, lw=0.5, label="texture, across the motion [N]")
+    c.plot(seconds, np.abs(part["v"][:, 0]), color=RED, lw=1.2, label="speed [m/s]")
+    c.set(title="Vibration: grows with the speed", xlabel="time [s]")
+    for axes in (a, b, c):
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1.015), ncol=2, handlelength=1.2, columnspacing=1.2)
     figure.savefig(path, dpi=110)
 
 

@@ -31,7 +31,7 @@ void printTable(const Row& r, const Row* before) {
     fmt::print(
         "\n{:g} Hz, {} ticks of delay, steps of {:.3g} um, friction {:g} N (steps need K <= {:.4g} N/m of friction)\n",
         r.change.rate_hz, r.change.delay, r.step * 1e6, r.friction, r.friction_limit);
-    fmt::print("{:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>6} {:>9} {:>9} {:>9}\n", "damping", "colgate", "slowest",
+    fmt::print("{:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>6} {:>9} {:>9} {:>9}\n", "damping", "col.delay", "slowest",
                "eigenval", "off", "on", "on/off", "displayed", "buzz off", "buzz on");
   }
   fmt::print("{:>8g} {:>9.0f} {:>9.0f} {:>9.0f} {:>9.0f} {:>9.0f} {:>6.2f} {:>9.3f} {:>9.4f} {:>9.4f}\n", r.damping,

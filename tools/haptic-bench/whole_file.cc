@@ -1,11 +1,28 @@
 #include "tools/haptic-bench/whole_file.h"
 
+#include <unistd.h>
+
+#include <atomic>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
+namespace {
+
+constexpr int kEnds[] = {SIGINT, SIGTERM, SIGHUP};
+std::atomic<const char*> under_way{nullptr};  // There is one at a time.
+
+void removeAndEnd(int number) {
+  if (const char* const part = under_way.load()) ::unlink(part);
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
+
+}  // namespace
 
 WholeFile::WholeFile(std::string path) : path_(std::move(path)), part_(path_) {
   std::error_code none;
@@ -15,12 +32,23 @@ WholeFile::WholeFile(std::string path) : path_(std::move(path)), part_(path_) {
   if (plain && !std::filesystem::is_symlink(path_, none)) part_ += ".part";
   if (!std::ofstream(part_, std::ios::binary))
     throw Failure(path_, "it cannot be written", "see the path and its rights");
-  if (part_ != path_) std::filesystem::remove(part_, none);  // Nothing lies about while the results are made.
+  if (part_ == path_) return;
+  std::filesystem::remove(part_, none);  // Nothing lies about while the results are made.
+  under_way = part_.c_str();
+  struct sigaction removes = {};
+  removes.sa_handler = removeAndEnd;
+  for (std::size_t i = 0; i < std::size(kEnds); ++i) {
+    sigaction(kEnds[i], nullptr, &before_[i]);
+    if (before_[i].sa_handler != SIG_IGN) sigaction(kEnds[i], &removes, nullptr);  // nohup stays so.
+  }
 }
 
 WholeFile::~WholeFile() {
+  if (part_ == path_) return;
+  for (std::size_t i = 0; i < std::size(kEnds); ++i) sigaction(kEnds[i], &before_[i], nullptr);
+  under_way = nullptr;
   std::error_code none;
-  if (part_ != path_) std::filesystem::remove(part_, none);
+  std::filesystem::remove(part_, none);
 }
 
 void WholeFile::keep() {

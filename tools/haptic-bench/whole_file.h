@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <csignal>
 #include <string>
 
 namespace haptic_bench {
@@ -17,7 +18,7 @@ class WholeFile {
   explicit WholeFile(std::string path);
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
-  /** Leaves nothing of what was not kept. */
+  /** Leaves nothing of what was not kept; nor does Ctrl-C, SIGTERM or SIGHUP. */
   ~WholeFile();
 
   /** Where to write. */
@@ -27,6 +28,7 @@ class WholeFile {
 
  private:
   std::string path_, part_;
+  struct sigaction before_[3] = {};  ///< What else the signals would do.
 };
 
 }  // namespace haptic_bench

@@ -4,6 +4,13 @@
 #include <limits>
 
 namespace hapticd {
+namespace {
+
+/** Sets of up to four planes: first one each, then two, then three. Four planes meet in no point. */
+constexpr std::uint32_t kSets[] = {1, 2, 4, 8, 3, 5, 6, 9, 10, 12, 7, 11, 13, 14};
+static_assert(kMaxHalfSpaces == 4);
+
+}  // namespace
 
 bool nearestOnPlanes(const HalfSpace* planes, std::uint32_t mask, Vec3& x) HD_RT {
   // One plane after the other, each step along the part of its normal that keeps the planes before it.
@@ -41,19 +48,27 @@ bool nearestInside(const HalfSpace* planes, int count, double tolerance, Vec3& x
     }
     return true;
   };
+  if (inside(x)) {
+    active = 0;
+    return true;
+  }
   if (count == 1) {
     Vec3 y = x;
-    const bool free = inside(x);
-    if (!free && (!nearestOnPlanes(planes, 1, y) || !inside(y))) return false;
+    if (!nearestOnPlanes(planes, 1, y) || !inside(y)) return false;
     x = y;
-    active = free ? 0 : 1;
+    active = 1;
     return true;
   }
   double best = std::numeric_limits<double>::infinity();
   std::uint32_t best_mask = 0;
   Vec3 nearest = x;
-  for (std::uint32_t mask = 0; mask < (1u << count); ++mask) {
-    if (mask == 15) continue;  // Four planes meet in no point.
+  for (const std::uint32_t mask : kSets) {
+    if (mask >> count != 0) continue;
+    const bool single = std::has_single_bit(mask);
+    // The half-spaces are convex: the foot on one plane behind which x lies, if it is inside all others, is the
+    // nearest.
+    if (best_mask != 0 && std::has_single_bit(best_mask) && !single) break;
+    if (single && planes[std::countr_zero(mask)].height(x) >= 0) continue;
     Vec3 y = x;
     if (!nearestOnPlanes(planes, mask, y) || !inside(y)) continue;
     const double distance = (y - x).squaredNorm();
@@ -62,7 +77,6 @@ bool nearestInside(const HalfSpace* planes, int count, double tolerance, Vec3& x
       best_mask = mask;
       nearest = y;
     }
-    if (mask == 0) break;
   }
   if (best == std::numeric_limits<double>::infinity()) return false;
   x = nearest;

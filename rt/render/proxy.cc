@@ -203,7 +203,7 @@ void ProxyRenderer::settle(Step& step) HD_RT {
   Plan next;
   bool held = holdAgain(step);
   for (;; held = false) {
-    if (!held) step.count = 0;
+    if (!held) step.count = step.broken = 0;
     next.goTo(step.goal);
     for (int round = 0;; ++round) {
       if (!held) {

@@ -104,12 +104,11 @@ class ProxyRenderer {
     int parts = 0, gone = 0;
     bool in_groove = false;  ///< The way leads through the air above a groove.
     bool stay = false;       ///< The proxy is where it belongs.
-    /** At the end of the way, if it is free, the proxy is where it belongs, held by the faces below; of none of them,
-     * by held[keeps], if `rolls` with this tangent plane. */
+    /** At the end of the way, if it is free, the proxy is where it belongs, held by the faces below; if there are none,
+     * by these of Step::held, by bit: surfaces that hold it now, or what was noted behind them: their tangent planes
+     * there, or the faces to which their edges lead. */
     bool lands = false;
-    int keeps = 0;
-    bool rolls = false;
-    HalfSpace tangent;
+    std::uint32_t keeps = 0;
     std::uint32_t slot = 0;
     int faces = 0;
     MeshPlane face[2];
@@ -120,7 +119,7 @@ class ProxyRenderer {
       above[0].setZero();
       parts = 1;
       gone = 0;
-      in_groove = stay = lands = rolls = false;
+      in_groove = stay = lands = false;
       faces = 0;
     }
   };
@@ -165,12 +164,15 @@ class ProxyRenderer {
   bool holdAgain(Step& step) HD_RT;
   void plan(Step& step, Plan& plan) HD_RT;
   [[nodiscard]] static bool isOnEdge(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT;
+  [[nodiscard]] static bool isOnFeature(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT;
   [[nodiscard]] bool planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT;
   [[nodiscard]] bool planInGroove(Step& step, const Vec3& here, double rest, Plan& plan) HD_RT;
   bool followFaces(Step& step, int held, const Vec3& at_W, double friction, Plan& plan) const HD_RT;
   void land(Step& step, const Plan& plan) HD_RT;
   void holdFace(Step& step, std::uint32_t slot, const MeshPlane& face) HD_RT;
-  [[nodiscard]] bool tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x, Vec3& normal,
+  [[nodiscard]] bool tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x,
+                               Constraint& there) const HD_RT;
+  [[nodiscard]] bool tangentIn(const SceneObject& object, Constraint& c, const Vec3& x, Vec3& normal,
                                double& offset) const HD_RT;
   const Support& support(Step& step) const HD_RT;
   bool goAround(Step& step) HD_RT;

@@ -7,7 +7,7 @@ namespace {
 constexpr double kMaxTurnCosine = 0.5;  // As far as the normal turns at most at an edge.
 constexpr double kFlat = 1e-6;          // Of the squared sine: two faces so much in one plane have no hollow.
 constexpr double kTan2 = 1.0 / 3;       // Squared tangent of half the turn at most.
-constexpr int kMaxLeads = 3;            // In a tick: what keeps standing in the way is gone along step by step.
+constexpr int kMaxLeads = 2;            // In a tick: what keeps standing in the way is gone along step by step.
 
 /** The point nearest to x on both planes, if both push it there. */
 bool nearestInHollow(const HalfSpace& one, const HalfSpace& other, const Vec3& x, Vec3& nearest) HD_RT {
@@ -246,7 +246,7 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
   }
   if (!walk.toEnd(first)) return false;
   if (walk.count == 1) {
-    plan.keeps = i;
+    plan.keeps = 1u << i;
     plan.lands = true;
     return true;
   }
@@ -287,9 +287,13 @@ void ProxyRenderer::holdFace(Step& step, std::uint32_t slot, const MeshPlane& fa
 void ProxyRenderer::land(Step& step, const Plan& plan) HD_RT {
   step.settled = step.real = true;
   if (plan.faces == 0) {
-    step.held[0] = step.held[plan.keeps];
-    if (plan.rolls) step.held[0].surface = plan.tangent;
-    step.count = 1;
+    int kept = 0;
+    for (int i = 0; i < 2 * kMaxInGroove; ++i) {
+      if (!(plan.keeps >> i & 1u)) continue;
+      if (kept != i) step.held[kept] = step.held[i];
+      ++kept;
+    }
+    step.count = kept;
     return;
   }
   step.count = 0;

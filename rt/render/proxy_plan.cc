@@ -2,6 +2,7 @@
 #include <bit>
 
 #include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/triangle.h"
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
@@ -14,7 +15,8 @@ constexpr double kConeRounding = 1e-9;    // Of the radius of a friction cone.
 constexpr double kOnFace = 8;             // Skins, twice the height by which a ball on an edge rolls off a face.
 constexpr int kMaxTurns = 16;             // Of the tangent planes of a groove,
 constexpr int kMaxBroken = 2;             // A third surface is about: along the planes, lest one is lost in the air.
-constexpr double kMaxFactor = 0.95;       // each nearer by this factor at most.
+constexpr double kSteepest = 0.02;        // Cosine: what leans more is gone along step by step.
+constexpr double kMaxLeap = 0.125;        // Of the depth: by how much each may be put farther along the groove.
 constexpr double kMaxTurnCosine = 0.5;    // A curved surface's normal turns at most 60 degrees per plan.
 
 /** The point nearest to x of the edge, drawn out, or of the vertex that a ball touches at `point`. */
@@ -116,16 +118,33 @@ void ProxyRenderer::hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD
 }
 
 /**
- * The tangent plane of a curved surface, grown by the radius, at its point nearest to x; of a mesh's edge, where x is
- * beyond it, the face to which it leads. In the object's frame.
+ * What holds the proxy of a curved surface near x, its tangent plane grown by the radius; of a mesh's edge, where x is
+ * beyond it, the face to which it leads. x is in the object's frame.
  */
-bool ProxyRenderer::tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x, Vec3& normal,
+bool ProxyRenderer::tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x,
+                              Constraint& there) const HD_RT {
+  there = c;
+  Vec3 normal;
+  double offset = 0;
+  if (!tangentIn(object, there, x, normal, offset)) return false;
+  there.surface.normal = rotated(object.X_WO.q, normal);
+  there.surface.offset = offset + there.surface.normal.dot(object.X_WO.p);
+  return true;
+}
+
+/** The same, its plane in the object's frame. */
+bool ProxyRenderer::tangentIn(const SceneObject& object, Constraint& c, const Vec3& x, Vec3& normal,
                               double& offset) const HD_RT {
   if (c.kind == FeatureKind::kFace) return tangentNearest(object.shape, c.feature, x, normal, offset, radius_);
   const bool one_sided_edge = object.shape.kind == ShapeKind::kMesh && c.kind == FeatureKind::kEdge &&
                               (object.flags & HD_OBJECT_TWO_SIDED) == 0;
-  if (one_sided_edge && faceBeyondEdge(*object.shape.mesh, c.feature, c.corner, x, normal) != HD_NO_INDEX) {
-    offset = normal.dot(object.shape.mesh->vertex(c.feature, static_cast<int>(c.corner))) + radius_;
+  const std::uint32_t beyond =
+      one_sided_edge ? faceBeyondEdge(*object.shape.mesh, c.feature, c.corner, x, normal) : HD_NO_INDEX;
+  if (beyond != HD_NO_INDEX) {
+    offset = normal.dot(object.shape.mesh->vertex(beyond, 0)) + radius_;
+    c.feature = beyond;
+    c.kind = FeatureKind::kFace;
+    c.corner = 0;
     return true;
   }
   normal = x - footOnRim(object.shape, c.kind, c.feature, c.corner, c.point, x);
@@ -147,18 +166,26 @@ bool ProxyRenderer::isOnEdge(const SceneObject& object, const Constraint& c, con
   return foot > 0 && foot < along.squaredNorm() && faceBeyondEdge(mesh, c.feature, c.corner, x, normal) == HD_NO_INDEX;
 }
 
+/** Whether the foot of x lies on the feature of a mesh itself, not just on its plane or line drawn out. */
+bool ProxyRenderer::isOnFeature(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT {
+  if (object.shape.kind != ShapeKind::kMesh) return false;
+  if (c.kind == FeatureKind::kVertex) return true;
+  if (c.kind == FeatureKind::kEdge) return isOnEdge(object, c, x);
+  const MeshView& mesh = *object.shape.mesh;
+  const Corners v{mesh.vertex(c.feature, 0), mesh.vertex(c.feature, 1), mesh.vertex(c.feature, 2)};
+  return nearestOnTriangle(v, x).kind == FeatureKind::kFace;
+}
+
 /** On a single curved surface: over the edge of two tangent planes to the point nearest to the goal. */
 bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT {
   const Constraint& c = step.held[0];
   const SceneObject& object = step.scene->slot(c.slot);
-  Vec3 normal;
-  double offset = 0;
-  if (!tangentTo(object, c, toLocal(object.X_WO, step.goal), normal, offset)) return false;
-  normal = rotated(object.X_WO.q, normal);
-  const double cosine = normal.dot(c.surface.normal);
+  Constraint& there = step.held[1];
+  if (!tangentTo(object, c, toLocal(object.X_WO, step.goal), there)) return false;
+  const double cosine = there.surface.normal.dot(c.surface.normal);
   if (cosine < kMaxTurnCosine) return false;  // Far to go: along the tangent plane, and again from there.
-  offset += normal.dot(object.X_WO.p);
-  const HalfSpace planes[2] = {{c.surface.normal, c.surface.offset + c.skin}, {normal, offset + c.skin}};
+  const HalfSpace planes[2] = {{c.surface.normal, c.surface.offset + c.skin},
+                               {there.surface.normal, there.surface.offset + c.skin}};
   Vec3 last = step.goal;
   if (!nearestOnPlanes(planes, 2, last)) return false;
   Vec3 over = last;
@@ -168,60 +195,66 @@ bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT 
   plan.way[plan.parts++] = last;
   plan.above[0] = planes[0].normal;
   plan.above[1] = planes[1].normal;
-  if (isOnEdge(object, c, toLocal(object.X_WO, last))) {
-    plan.lands = plan.rolls = true;
-    plan.keeps = 0;
-    plan.tangent = {normal, offset};
-  }
+  plan.lands = isOnFeature(object, there, toLocal(object.X_WO, last));
+  plan.keeps = 2;
   return true;
 }
 
 /**
- * In the groove of two surfaces of which one at least is curved: to the point of both nearest to the goal, found by
- * turning their tangent planes before anything is swept; over the edge of these and the present ones.
+ * In the groove of two surfaces, or the corner of three, of which one at least is curved: to the point of all of them
+ * nearest to the goal, found by turning their tangent planes before anything is swept; over a point above these and the
+ * present ones.
  */
 bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan& plan) HD_RT {
-  HalfSpace planes[kMaxHalfSpaces];  // The present ones, and those at the point sought.
+  const int count = step.count;
+  const Constraint* const from = step.held;
+  Constraint* const there = step.held + count;
+  HalfSpace planes[kMaxInGroove];
   double tolerance = 0;
-  for (int i = 0; i < 2; ++i) {
-    planes[i] = step.held[i].surface;
-    planes[i].offset += step.held[i].skin;
-    planes[2 + i] = planes[i];
-    tolerance = std::max(tolerance, kNear * step.held[i].skin);
-  }
+  for (int i = 0; i < count; ++i) tolerance = std::max(tolerance, kNear * from[i].skin);
   Vec3 last = here, moved = Vec3::Zero();
+  std::uint32_t keeps = 0;
   for (int turn = 0;; ++turn) {
     bool curved = false;
-    for (int i = 0; i < 2; ++i) {
-      const Constraint& c = step.held[i];
-      const SceneObject& object = step.scene->slot(c.slot);
-      HalfSpace& plane = planes[2 + i];
-      if (!tangentTo(object, c, toLocal(object.X_WO, last), plane.normal, plane.offset)) continue;
-      curved = true;
-      plane.normal = rotated(object.X_WO.q, plane.normal);
-      plane.offset += plane.normal.dot(object.X_WO.p) + c.skin;
-      if (plane.normal.dot(c.surface.normal) < kMaxTurnCosine) return false;
+    for (int i = 0; i < count; ++i) {
+      const SceneObject& object = step.scene->slot(from[i].slot);
+      curved = tangentTo(object, from[i], toLocal(object.X_WO, last), there[i]) || curved;
+      if (there[i].surface.normal.dot(from[i].surface.normal) < kMaxTurnCosine) return false;
+      planes[i] = {there[i].surface.normal, there[i].surface.offset + from[i].skin};
     }
     Vec3 next = step.goal;
-    std::uint32_t active = 0;
-    if (!curved || !nearestInside(planes + 2, 2, tolerance, next, active)) return false;
+    if (!curved || !nearestInside(planes, count, tolerance, next, keeps)) return false;
     const Vec3 move = next - last;
     last = next;
     if (move.norm() <= rest) break;
     if (turn >= kMaxTurns) return false;
     // Each turn shortens the rest of the way by about the same factor: all at once (Aitken).
     const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
-    if (factor > 0 && factor < kMaxFactor) last += factor / (1 - factor) * move;
+    const double farthest = kMaxLeap * (last - step.goal).norm() / move.norm();
+    if (factor > 0) last += (factor < 1 ? std::min(factor / (1 - factor), farthest) : farthest) * move;
     moved = move;
   }
-  Vec3 over = last;
-  std::uint32_t active = 0;
-  if ((last - here).norm() <= rest || !nearestInside(planes, 4, tolerance, over, active)) return false;
-  plan.goTo(over);
+  if ((last - here).norm() <= rest) return false;
+  Vec3 up = Vec3::Zero();
+  for (int i = 0; i < count; ++i) up += from[i].surface.normal + there[i].surface.normal;
+  up.normalize();
+  double lift = 0;
+  for (int i = 0; i < count; ++i) {
+    const double steep = std::min(up.dot(from[i].surface.normal), up.dot(there[i].surface.normal));
+    if (!(steep > kSteepest)) return false;
+    lift = std::max(lift, (from[i].skin - from[i].surface.height(last)) / steep);
+  }
+  plan.goTo(last + lift * up);
   plan.way[plan.parts++] = last;
-  plan.above[0] = planes[0].normal;
-  plan.above[1] = planes[2].normal;
+  plan.above[0] = from[0].surface.normal;
+  plan.above[1] = there[0].surface.normal;
   plan.in_groove = true;
+  plan.lands = keeps != 0;
+  plan.keeps = keeps << count;
+  for (int i = 0; i < count; ++i) {
+    const SceneObject& object = step.scene->slot(there[i].slot);
+    if (keeps >> i & 1u) plan.lands = plan.lands && isOnFeature(object, there[i], toLocal(object.X_WO, last));
+  }
   return true;
 }
 
@@ -261,7 +294,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     }
     step.slip = true;
     plan.goTo(foot + lag * (material.friction_dynamic * d / r));
-    plan.stay = (plan.target() - at).norm() <= rest;
+    plan.stay = (plan.way[0] - at).norm() <= rest;
     if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
     if (!plan.stay && std::has_single_bit(active))
       (void)followFaces(step, std::countr_zero(active), at, material.friction_dynamic, plan);
@@ -270,15 +303,23 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   if (step.count == 1) {
     if (step.held[0].kind == FeatureKind::kEdge && followFaces(step, 0, at, 0, plan)) return;
     if (planOnCurve(step, at, plan)) return;
-  } else if (step.count == 2 && step.broken < kMaxBroken) {
+  } else if (step.count <= kMaxInGroove && step.broken < kMaxBroken) {
     if (planInGroove(step, at, rest, plan)) return;
   }
   plan.goTo(foot);
   plan.stay = (foot - at).norm() <= rest;
   if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
   const std::uint32_t others = active & (active - 1);
-  if (!plan.stay && active != 0 && (others & (others - 1)) == 0)
-    (void)followFaces(step, std::countr_zero(active), at, 0, plan);
+  if (plan.stay || active == 0) return;
+  if ((others & (others - 1)) == 0 && followFaces(step, std::countr_zero(active), at, 0, plan)) return;
+  plan.lands = true;
+  plan.keeps = active;
+  for (int i = 0; i < step.count; ++i) {
+    const Constraint& c = step.held[i];
+    const SceneObject& object = step.scene->slot(c.slot);
+    if (active >> i & 1u)
+      plan.lands = plan.lands && c.kind == FeatureKind::kFace && isOnFeature(object, c, toLocal(object.X_WO, foot));
+  }
 }
 
 }  // namespace hapticd

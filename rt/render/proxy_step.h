@@ -24,6 +24,9 @@ inline constexpr double kNear = 1.0 / 16;              // Of the skin: differenc
 
 inline Vec3 toLocal(const Pose& X, const Vec3& x) HD_RT { return rotated(X.q.conjugate(), x - X.p); }
 
+inline constexpr int kMaxInGroove = 3;  // Surfaces that are looked at together.
+static_assert(2 * kMaxInGroove >= kMaxHalfSpaces);
+
 inline double extent(const Vec3& x) HD_RT { return x.cwiseAbs().maxCoeff(); }
 
 /**
@@ -55,7 +58,7 @@ struct ProxyRenderer::Step {
     Vicinity* vicinity = nullptr;
   } near[Surroundings::kMeshes];  ///< Asked for in this step.
   int near_count = 0;
-  Constraint held[kMaxHalfSpaces];
+  Constraint held[2 * kMaxInGroove];  ///< Behind those that hold the proxy stands what a plan has noted.
   int count = 0;
   Support support;         ///< Of the proxy where it is,
   bool supported = false;  ///< if that has been looked at.

@@ -1,0 +1,123 @@
+/** @file
+ * A ball between two surfaces, or in a corner of several: it comes to its place in few sweeps, and that is its place.
+ */
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using testing::TestMesh;
+using testing::TestScene;
+
+constexpr double kRadius = 0.002;  // [m]
+
+/** Two blocks, tops at z = 0, with a slot between them that opens toward x: a ball lies on both of its edges. */
+struct Slot {
+  static constexpr double kHalfGap = 0.001, kYaw = 0.07;
+  TestMesh block = testing::boxMesh(Vec3(0.05, 0.02, 0.01), Vec3(0, 0.02, -0.01));
+  TestScene t;
+  Vec3 along[2];  ///< Of each edge, unit;
+  Vec3 on[2];     ///< and a point of it.
+
+  Slot() {
+    for (const int i : {0, 1}) {
+      const double side = i == 0 ? 1 : -1;
+      const Pose X{Vec3(0, side * kHalfGap, 0),
+                   Quat(Eigen::AngleAxisd((i == 0 ? 0 : M_PI) + side * kYaw, Vec3::UnitZ()))};
+      t.addMesh(block.view(), X);
+      along[i] = X.q * Vec3::UnitX();
+      on[i] = X.p;
+    }
+    t.proxy.setRadius(kRadius);
+  }
+  [[nodiscard]] Vec3 away(int i, const Vec3& x) const {
+    const Vec3 d = x - on[i];
+    return d - along[i].dot(d) * along[i];
+  }
+};
+
+TEST(ProxyInAGroove, SlidesAlongTwoEdgesInOneWay) {
+  Slot s;
+  s.t.tick(Vec3(-0.003, 0, 0.01));
+  int sweeps = 0;
+  constexpr int kTicks = 80;
+  for (int i = 0; i < kTicks; ++i) {
+    const Vec3 hip(-0.003 + 1e-4 * i, 0.0001, 0.0008);
+    const Vec3 at = s.t.tick(hip).proxy;
+    const Vec3 a = s.away(0, at), b = s.away(1, at);
+    ASSERT_NEAR(a.norm(), kRadius, 1e-9) << i;
+    ASSERT_NEAR(b.norm(), kRadius, 1e-9) << i;
+    // Nearest to the hip of all places on both edges.
+    EXPECT_NEAR((at - hip).normalized().dot(a.cross(b).normalized()), 0, 1e-6) << i;
+    sweeps += static_cast<int>(s.t.proxy.effort().sweeps);
+  }
+  EXPECT_LE(sweeps, 2 * kTicks + 3);
+}
+
+/** However far the hand was taken along at once. */
+TEST(ProxyInAGroove, FollowsAHandThatLeaps) {
+  for (const double leap : {0.002, 0.005, 0.009}) {
+    Slot s;
+    s.t.tick(Vec3(-0.004, 0, 0.01));
+    for (int i = 0; i < 3; ++i) s.t.tick(Vec3(-0.004, 0, 0.0008));
+    const Vec3 hip(-0.004 + leap, 0.0001, 0.0008);
+    const Vec3 at = s.t.tick(hip).proxy;
+    const Vec3 a = s.away(0, at), b = s.away(1, at);
+    EXPECT_NEAR((at - hip).normalized().dot(a.cross(b).normalized()), 0, 1e-6) << leap;
+    EXPECT_LE(s.t.proxy.effort().sweeps, 6u) << leap;
+  }
+}
+
+/** Between three balls, nearest to a hand that does not point to the middle: a point as far from each as they are
+ * thick. */
+TEST(ProxyInAGroove, LiesOnThreeBallsAtOnce) {
+  constexpr double kBall = 0.005, kOff = 0.0053;
+  TestScene t;
+  Vec3 center[3];
+  for (int i = 0; i < 3; ++i) {
+    center[i] = kOff * Vec3(std::cos(2 * M_PI / 3 * i), std::sin(2 * M_PI / 3 * i), 0);
+    t.add(ShapeKind::kSphere, Vec3(kBall, 0, 0), {center[i], Quat::Identity()});
+  }
+  t.proxy.setRadius(kRadius);
+  t.tick(Vec3(0.0002, 0.0001, 0.02));
+  int sweeps = 0;
+  constexpr int kTicks = 60;
+  const double height = std::sqrt((kBall + kRadius) * (kBall + kRadius) - kOff * kOff);
+  for (int i = 0; i < kTicks; ++i) {
+    const Vec3 hip(0.0003 * std::cos(0.1 * i), 0.0003 * std::sin(0.1 * i), height - 0.002);
+    EXPECT_LT((t.tick(hip).proxy - Vec3(0, 0, height)).norm(), 1e-8) << i;
+    sweeps += static_cast<int>(t.proxy.effort().sweeps);
+  }
+  EXPECT_LE(sweeps, 4 * kTicks);
+}
+
+/** Over ground as rough as its triangles are large: often three of them and more hold the ball. */
+TEST(ProxyInAGroove, CornersTakeFewSweeps) {
+  int sweeps = 0, many = 0, ticks = 0;
+  for (std::uint32_t seed = 1; seed <= 8; ++seed) {
+    std::mt19937 random(seed);
+    TestMesh mesh = testing::heightMesh(0.02, 80, [&](double x, double y) {
+      return 0.0003 * std::sin(500 * x) * std::cos(500 * y) + 2e-4 * (random() * 0x1p-31 - 1);
+    });
+    TestScene t;
+    t.addMesh(mesh.view());
+    t.proxy.setRadius(0.001);
+    t.tick(Vec3(-0.015, -0.003, 0.01));
+    for (int i = 0; i < 300; ++i, ++ticks) {
+      t.tick(Vec3(-0.015 + 1e-4 * i, -0.003 + 2.3e-5 * i, 0));
+      const auto each = static_cast<int>(t.proxy.effort().sweeps);
+      sweeps += each;
+      many += each > 8;
+    }
+  }
+  EXPECT_LT(sweeps, 4.25 * ticks);
+  EXPECT_LT(many, ticks / 11);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -207,7 +207,9 @@ void addTop(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("top", "Watch devices and clients live: q quits, c clears the counts");
   auto options = std::make_shared<Options>();
   command->add_flag("-b,--batch", options->batch, "Print screen after screen, for scripts and files");
-  command->add_option("-n,--count", options->count, "Stop after so many screens")->type_name("COUNT");
+  command->add_option("-n,--count", options->count, "Stop after so many screens")
+      ->type_name("COUNT")
+      ->check(number(1, 1e9));
   command->add_option("-d,--delay", options->delay_s, "Time between screens")
       ->type_name("SECONDS")
       ->capture_default_str()

@@ -144,6 +144,11 @@ class WithDaemon(Case):
             self.assertEqual(failed.returncode, code, failed.stderr)
             self.assertIn(said, failed.stderr)
 
+    def test_counts_are_counts(self):
+        for command in (["events"], ["top", "-b"]):
+            for count in ("0", "-1", "nan"):  # -1 was 2^64 - 1, and 0 for ever.
+                self.assertIn("--count: ", self.run_ctl(*command, "-n", count, exit_code=2).stderr)
+
     def test_numbers_of_import_are_finite(self):
         for option in ("--iso", "--label", "--smooth", "--resample", "--voxel"):
             command = [BUILD / "tools/hapticctl-import/hapticctl-import", "no.mha", option, "nan"]

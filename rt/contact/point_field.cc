@@ -228,9 +228,10 @@ void PointFieldDetector::pick(Run& run, std::uint32_t left) HD_RT {
     }
     if (given == 0) continue;
     run.worth[g] = static_cast<float>(all) / static_cast<float>(chosen);
-    if (given < wanted)
+    if (given < wanted) {
       run.report.coarsest =
           std::max(run.report.coarsest, 2.0 * radius * std::sqrt(static_cast<double>(wanted) / given));
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstring>
 #include <string>
+#include <type_traits>
 
 #include "rt/base/error.h"
 #include "rt/scene/snapshot_checksum.h"
@@ -45,7 +46,7 @@ class BlockCheck {
   /** Each section has that size and lies behind the one before it, aligned, within the block. */
   template <class Header, std::size_t kCount>
   [[nodiscard]] Result<void> sections(const Header& h, const std::uint64_t (&expected)[kCount]) const {
-    static_assert(sizeof h.section / sizeof h.section[0] == kCount);
+    static_assert(std::extent_v<decltype(h.section)> == kCount);
     std::uint64_t end = sizeof h;
     for (std::size_t i = 0; i < kCount; ++i) {
       const hd_section& s = h.section[i];

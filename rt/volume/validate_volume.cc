@@ -216,9 +216,10 @@ class Validator {
         children += count;
       }
       const std::uint64_t expected = l + 1 < h_.level_count ? view_.octree.level[l + 1].node_count : h_.surface_voxels;
-      if (children != expected)
+      if (children != expected) {
         return bad("octree", "level " + std::to_string(l) + " has " + std::to_string(children) + " children, not " +
                                  std::to_string(expected));
+      }
     }
     return {};
   }

@@ -35,7 +35,7 @@ template <class T>
 }
 
 /** A Failure with the error, if there is one. */
-inline void orFail(hapticd::Result<void> result) {
+inline void orFail(const hapticd::Result<void>& result) {
   if (!result.ok()) throw Failure(result.error());
 }
 

@@ -133,15 +133,17 @@ std::vector<double> numbersIn(std::string_view text, const std::string& where, s
     }
     double value = 0;
     const auto [end, problem] = std::from_chars(text.data() + at, text.data() + text.size(), value);
-    if (problem != std::errc() || !std::isfinite(value))
+    if (problem != std::errc() || !std::isfinite(value)) {
       throw ImportError(where, fmt::format("'{}' is not a number", text.substr(at, 20)),
                         remedy != nullptr ? remedy : "correct the header");
+    }
     at = static_cast<std::size_t>(end - text.data());
     numbers.push_back(value);
   }
-  if (numbers.size() != count)
+  if (numbers.size() != count) {
     throw ImportError(where, fmt::format("{} numbers stand there, {} must", numbers.size(), count),
                       remedy != nullptr ? remedy : "only images of three axes and one component can be used");
+  }
   return numbers;
 }
 

@@ -39,9 +39,10 @@ int listVolumes(const Globals& globals) {
               objects.empty() ? Style::kDim : Style::kPlain);
   }
   put(table.text());
-  if (table.empty())
+  if (table.empty()) {
     note(
         "hapticctl: no volume is kept on disk; hapticctl load --voxel builds one, builder.cache says where it is kept");
+  }
   return kExitOk;
 }
 

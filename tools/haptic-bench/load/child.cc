@@ -45,6 +45,7 @@ Child::Child(const std::function<void()>& body) {
 
 Child::Child(std::vector<std::string> command, const std::string& log) {
   std::vector<char*> argv;
+  argv.reserve(command.size() + 1);
   for (std::string& argument : command) argv.push_back(argument.data());
   argv.push_back(nullptr);
   pid_ = forkBound();

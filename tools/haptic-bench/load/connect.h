@@ -17,7 +17,7 @@ template <class T>
   if (!result) throw Failure(result.error().message());
   return std::move(*result);
 }
-inline void check(haptic::Result<void> result) {
+inline void check(const haptic::Result<void>& result) {
   if (!result) throw Failure(result.error().message());
 }
 

@@ -51,6 +51,7 @@ Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>
   for (r.rounds = 1; r.rounds <= kMaxRounds; ++r.rounds) {
     const std::vector<Match> matches = matchAll(surface, points, offset, r.X_MO);
     std::vector<double> misses;
+    misses.reserve(matches.size());
     for (const Match& m : matches) misses.push_back(std::abs(m.miss));
     std::nth_element(misses.begin(), misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2), misses.end());
     const double limit = 3 * misses[misses.size() / 2] + kSettled * extent;

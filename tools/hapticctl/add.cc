@@ -87,15 +87,16 @@ void addRemove(CLI::App& app, Action& chosen) {
   command->callback([&chosen, names] {
     chosen = [names](const Globals& globals) {
       const Daemon daemon(globals);
-      for (const std::string& name : *names) {
-        haptic_object_state* found = nullptr;
+      std::vector<Owned<haptic_object_state>> old;  // All are looked for before the first one goes.
+      for (const std::string& name : *names)
+        old.push_back(daemon.ask<haptic_object_state>(haptic_object_find, name.c_str()));
+      for (std::size_t i = 0; i < old.size(); ++i) {
         haptic_error error = HAPTIC_ERROR_INIT;
-        check(haptic_object_find(daemon.client(), name.c_str(), &found, &error), error);
-        const Owned<haptic_object_state> old(found);
-        daemon.tell(haptic_object_remove, name.c_str());
+        const int code = haptic_object_remove(daemon.client(), (*names)[i].c_str(), &error);
+        if (code != HAPTIC_NOT_FOUND || i == 0) check(code, error);  // Gone with its parent, or named twice.
         // Its mesh goes too, unless another object shows it: then the daemon refuses, and is right.
-        if (old->object->shape.kind == HAPTIC_SHAPE_MESH)
-          haptic_mesh_drop(daemon.client(), old->object->shape.mesh, nullptr);
+        if (old[i]->object->shape.kind == HAPTIC_SHAPE_MESH)
+          haptic_mesh_drop(daemon.client(), old[i]->object->shape.mesh, nullptr);
       }
       if (globals.json) putJson({{"removed", *names}});
       return kExitOk;

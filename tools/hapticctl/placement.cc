@@ -11,7 +11,11 @@
 namespace hapticctl {
 
 void addPlacement(CLI::App& command, Placement& p) {
-  command.add_option("--name", p.name, "Name of the object")->type_name("NAME");
+  command.add_option("--name", p.name, "Name of the object")
+      ->type_name("NAME")
+      ->check(CLI::Validator(
+          [](const std::string& text) { return std::string(text.empty() ? "a name has at least one letter" : ""); },
+          ""));
   command.add_option("--parent", p.parent, "Object that it moves with")->type_name("NAME");
   command.add_option("--at", p.at, "Place in the parent's frame, metres")->type_name("X,Y,Z");
   command.add_option("--rotate", p.rotate, "Turn by degrees about an axis (x,90), or a quaternion; several: in order")

@@ -268,9 +268,12 @@ class WithDaemon(Case):
         self.assertEqual(self.json("set", "/objects/crate/pos?value=0,0.25,0"), [0, 0.25, 0])
         self.assertEqual(self.json("get", "/objects/crate/pos"), [0, 0.25, 0])
         self.assertIn("/objects/nobody", self.run_ctl("get", "/objects/nobody/pos", exit_code=1).stderr)
-        self.run_ctl("remove", "tetra")
-        self.assertEqual(self.json("objects"), [])
+        self.assertIn("nobody", self.run_ctl("remove", "tetra", "nobody", exit_code=1).stderr)
+        self.assertEqual(len(self.json("objects")), 2, "none goes where one is not there")
+        self.run_ctl("remove", "tetra", "crate", "crate")
+        self.assertEqual(self.json("objects"), [], "a child goes with its parent")
         self.assertIn("tetra", self.run_ctl("remove", "tetra", exit_code=1).stderr)
+        self.assertIn("--name", self.run_ctl("add", "plane", "--name", "", exit_code=2).stderr)
 
     def test_textures(self):
         self.run_ctl("add", "plane", "--name", "wall")

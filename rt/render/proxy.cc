@@ -1,12 +1,15 @@
 #include "rt/render/proxy.h"
 
+#include <limits>
+
 #include "rt/geometry/nearest.h"
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
 namespace {
 
-constexpr int kMaxRounds = 12;  // Hits before the surfaces are looked at afresh.
+constexpr int kMaxRounds = 12;  // Hits before the surfaces are looked at afresh,
+constexpr int kMaxVain = 2;     // and that without having come nearer: round and round.
 
 }  // namespace
 
@@ -202,8 +205,16 @@ void ProxyRenderer::settle(Step& step) HD_RT {
   SweepHit first;
   Plan next;
   bool held = holdAgain(step);
-  for (;; held = false) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int vain = 0;; held = false) {
     if (!held) step.count = step.broken = 0;
+    const double distance = (proxy_ - step.goal).norm();
+    if (!step.together || distance < kClearlyNearer * nearest) {
+      nearest = distance;
+      vain = 0;
+    } else if (++vain > kMaxVain) {
+      return;
+    }
     next.goTo(step.goal);
     for (int round = 0;; ++round) {
       if (!held) {

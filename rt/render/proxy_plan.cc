@@ -17,7 +17,9 @@ constexpr int kMaxTurns = 16;             // Of the tangent planes of a groove,
 constexpr int kMaxBroken = 2;             // A third surface is about: along the planes, lest one is lost in the air.
 constexpr double kSteepest = 0.02;        // Cosine: what leans more is gone along step by step.
 constexpr double kMaxLeap = 0.125;        // Of the depth: by how much each may be put farther along the groove.
-constexpr double kMaxTurnCosine = 0.5;    // A curved surface's normal turns at most 60 degrees per plan.
+constexpr double kMaxTurnCosine = 0.5;    // A curved surface's normal turns at most 60 degrees per plan,
+constexpr double kTurnCosine = 0.6, kTurnSine = 0.8;  // and so far if it must turn farther.
+constexpr double kFarAway = 1000;                     // Of an object's radius.
 
 /** The point nearest to x of the edge, drawn out, or of the vertex that a ball touches at `point`. */
 Vec3 footOnRim(const Shape& shape, FeatureKind kind, std::uint32_t feature, std::uint32_t corner, const Vec3& point,
@@ -183,7 +185,15 @@ bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT 
   Constraint& there = step.held[1];
   if (!tangentTo(object, c, toLocal(object.X_WO, step.goal), there)) return false;
   const double cosine = there.surface.normal.dot(c.surface.normal);
-  if (cosine < kMaxTurnCosine) return false;  // Far to go: along the tangent plane, and again from there.
+  const bool far = cosine < kMaxTurnCosine;
+  if (far) {  // A part of the way round, and again from there: to what is seen from far away in that direction.
+    const Vec3 side = there.surface.normal - cosine * c.surface.normal;
+    const double sine = side.norm();
+    if (!(sine > 0)) return false;
+    const Vec3 toward = kTurnCosine * c.surface.normal + kTurnSine / sine * side;
+    if (!tangentTo(object, c, toLocal(object.X_WO, here + kFarAway * object.radius * toward), there)) return false;
+    if (there.surface.normal.dot(c.surface.normal) < kMaxTurnCosine) return false;
+  }
   const HalfSpace planes[2] = {{c.surface.normal, c.surface.offset + c.skin},
                                {there.surface.normal, there.surface.offset + c.skin}};
   Vec3 last = step.goal;
@@ -195,7 +205,7 @@ bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT 
   plan.way[plan.parts++] = last;
   plan.above[0] = planes[0].normal;
   plan.above[1] = planes[1].normal;
-  plan.lands = isOnFeature(object, there, toLocal(object.X_WO, last));
+  plan.lands = !far && isOnFeature(object, there, toLocal(object.X_WO, last));
   plan.keeps = 2;
   return true;
 }

@@ -96,6 +96,22 @@ TEST(ProxyInAGroove, LiesOnThreeBallsAtOnce) {
   EXPECT_LE(sweeps, 4 * kTicks);
 }
 
+/** Through its middle, all but: the nearest place is on the far side now, and the way leads there round the outside. */
+TEST(ProxyOnACurve, GoesAllTheWayRound) {
+  for (const double radius : {0.0, kRadius}) {
+    for (const double aside : {1e-3, 1e-6, 1e-9}) {
+      TestScene t;
+      t.add(ShapeKind::kSphere, Vec3(0.01, 0, 0));
+      t.proxy.setRadius(radius);
+      t.tick(Vec3(0, 0, 0.02));
+      t.tick(Vec3(0, 0, 0.005));
+      const Vec3 hip(aside, 0, -0.005);
+      EXPECT_LT((t.tick(hip).proxy - (0.01 + radius) * hip.normalized()).norm(), 1e-9) << aside;
+      EXPECT_LE(t.proxy.effort().sweeps, 16u) << aside;
+    }
+  }
+}
+
 /** Over ground as rough as its triangles are large: often three of them and more hold the ball. */
 TEST(ProxyInAGroove, CornersTakeFewSweeps) {
   int sweeps = 0, many = 0, ticks = 0;

@@ -8,14 +8,7 @@ import unittest
 import hapticclient as haptic
 import numpy as np
 
-
-def eventually(condition, seconds=10.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.005)
-    return False
+from waiting import eventually
 
 
 class Daemon(unittest.TestCase):

@@ -1,21 +1,13 @@
 """Each push and question of a Python session against a real daemon with a simulated hand; with_daemon starts it."""
 import os
-import time
 import unittest
 
 import hapticclient as haptic
 import numpy as np
 
+from waiting import eventually
+
 MODEL, CLIENT, SURFACE = 2, 3, 0  # Rows of by_source.
-
-
-def eventually(condition, seconds=10.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.005)
-    return False
 
 
 class Arrays(unittest.TestCase):

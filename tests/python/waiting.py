@@ -1,11 +1,18 @@
 """What the tests of the Python module wait with."""
 import time
 
+import hapticclient as haptic
+
 
 def eventually(condition, seconds=10.0):
+    """Whether it comes true in that time. A sample that cannot be read just now is asked for again."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        if condition():
-            return True
+        try:
+            if condition():
+                return True
+        except haptic.HapticError as error:
+            if error.code != haptic.Code.WOULD_BLOCK:
+                raise
         time.sleep(0.005)
     return False

@@ -160,10 +160,13 @@ class Scene:
     def set_shape(self, name: str, shape: ShapeKind, size: Sequence[float] = (), mesh: int = 0) -> None:
         call(_lib.haptic_object_set_shape, self._handle, name.encode(), ctypes.byref(_raw_shape(shape, size, mesh)))
 
-    def upload(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike, *, deformable: bool = False,
+    def upload(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike, *, deformable: bool = False, weld_m: float = 0.0,
+               voxel_m: float = 0.0, point_spacing_m: float = 0.0, fill_holes: bool = False,
                progress: Optional[Callable[[float, str], Any]] = None) -> MeshReport:
         """Builds a mesh: n x 3 metres, m x 3 indices, counter-clockwise seen from outside.
 
+        `weld_m` joins vertices that are no farther apart. `voxel_m` asks for the solid as a volume too, with a surface
+        point each `point_spacing_m` (0: a voxel); the mesh must be closed then, or have its holes filled.
         `progress(fraction, stage)` may return False to cancel; an exception in it cancels and is raised here.
         """
         points, corners = arrays.points(vertices, "vertices"), arrays.corners(triangles, "triangles")
@@ -178,15 +181,24 @@ class Scene:
                 raised.append(error)
                 return 1
 
+        volume = voxel_m != 0 or point_spacing_m != 0 or fill_holes
+        upload = ctypes.c_void_p()
+        call(_lib.haptic_upload_begin, self._handle, len(points), len(corners),
+             (2 if deformable else 0) | (4 if volume else 0) | (8 if fill_holes else 0), ctypes.byref(upload))
         try:
-            with _Reply(_abi.MeshReport, _lib.haptic_upload_mesh, self._handle, points.ctypes.data, len(points),
-                        corners.ctypes.data, len(corners), 2 if deformable else 0, _abi.Progress(report),
-                        None) as reply:
+            ctypes.memmove(_lib.haptic_upload_vertices(upload), points.ctypes.data, points.nbytes)
+            ctypes.memmove(_lib.haptic_upload_triangles(upload), corners.ctypes.data, corners.nbytes)
+            call(_lib.haptic_upload_weld, upload, weld_m)
+            if volume:
+                call(_lib.haptic_upload_volume, upload, voxel_m, point_spacing_m)
+            with _Reply(_abi.MeshReport, _lib.haptic_upload_commit, upload, _abi.Progress(report), None, 0) as reply:
                 return mesh_report(reply)
         except HapticError:
             if raised:
                 raise raised[0] from None
             raise
+        finally:
+            _lib.haptic_upload_close(upload)
 
     def meshes(self) -> _List[MeshReport]:
         with _Reply(_abi.MeshList, _lib.haptic_mesh_list_all, self._handle) as reply:

@@ -21,8 +21,8 @@ class Recording:
     """A recording under way: a stream to be read, on another thread, until its end. Close it or use `with`."""
 
     def __init__(self, client: Any, uri: str) -> None:
-        self._client = client  # kept while the recording is
         self._handle = ctypes.c_void_p()
+        self._client = client  # kept while the recording is
         call(_lib.haptic_record, client._handle, uri.encode(), ctypes.byref(self._handle))
 
     def fileno(self) -> int:
@@ -47,4 +47,7 @@ class Recording:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
         self.close()

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _abi, arrays
-from .errors import HapticError, call, check
+from .errors import Code, HapticError, call, check
 from .types import Acks, Counters, Material, ModelStatus, SessionInfo, device_info, plain
 
 #: One servo sample; fields as haptic_sample in session.h.
@@ -67,6 +67,7 @@ class Session:
     def reopen(self) -> None:
         """After Client.reconnect(): the device is disarmed and nothing is pushed yet."""
         call(_lib.haptic_session_reopen, self._handle)
+        self._lost.value = 0
 
     def acquire_lease(self) -> None:
         call(_lib.haptic_session_acquire_lease, self._handle)
@@ -91,9 +92,12 @@ class Session:
         """The newest sample: latest()["p"], latest()["force"], ... HapticError WOULD_BLOCK when it cannot be read now."""
         sample = np.empty(1, SAMPLE)
         if device is None:
-            check(_lib.haptic_session_latest(self._handle, sample.ctypes.data))
+            code = _lib.haptic_session_latest(self._handle, sample.ctypes.data)
         else:
-            check(_lib.haptic_session_latest_of(self._handle, device, sample.ctypes.data))
+            code = _lib.haptic_session_latest_of(self._handle, device, sample.ctypes.data)
+        if code == Code.WOULD_BLOCK:
+            raise HapticError(code, "latest", "the servo stands while it writes the sample", "go on with the one before")
+        check(code)
         return sample[0]
 
     def drain(self, out: Optional[npt.NDArray[np.void]] = None) -> npt.NDArray[np.void]:
@@ -109,7 +113,7 @@ class Session:
 
     @property
     def lost(self) -> int:
-        """Samples overwritten before drain() came, since the session began."""
+        """Samples overwritten before drain() came, since the session was opened or reopened."""
         return self._lost.value
 
     def acks(self) -> Acks:
@@ -240,7 +244,7 @@ class Session:
             raise ValueError("as many places as indices are needed, at least one")
         if self.space < -(-len(index) // 26):
             check(_lib.haptic_session_check(self._handle))
-            raise HapticError(17)
+            raise HapticError(Code.WOULD_BLOCK)
         seq = 0
         for first in range(0, len(index), 26):
             command = _abi.ObjectVertices(object=object_id, count=min(26, len(index) - first))

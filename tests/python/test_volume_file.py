@@ -1,0 +1,81 @@
+"""A mesh uploaded with its volume from Python, and that volume as an OpenVDB file."""
+import fcntl
+import os
+import unittest
+
+import hapticclient as haptic
+import numpy as np
+
+from own_daemon import OwnDaemon
+from waiting import eventually
+
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 0.02
+FACES = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+
+
+class VolumeFile(unittest.TestCase):
+    def start(self, config):
+        daemon = OwnDaemon(config)
+        self.addCleanup(daemon.close)
+        self.client = haptic.Client(daemon.socket)
+        self.addCleanup(self.client.close)
+        return daemon
+
+    def show(self, name, **volume):
+        mesh = self.client.scene.upload(CORNERS, FACES, **volume)
+        self.client.scene.create(name, haptic.ShapeKind.MESH, mesh=mesh.id)
+        return mesh
+
+    def refused(self, code, function, *arguments, **named):
+        with self.assertRaises(haptic.HapticError) as caught:
+            function(*arguments, **named)
+        self.assertEqual(caught.exception.code, code)
+        return str(caught.exception)
+
+    def file_of(self, name):
+        """The whole file, once it is made."""
+        found = []
+        self.assertTrue(eventually(lambda: found.append(self.client.scene.volume_file(name)) or found, 30))
+        with open(found[0], "rb") as file:
+            self.assertTrue(fcntl.fcntl(file, fcntl.F_GETFD) & fcntl.FD_CLOEXEC)
+            with self.assertRaises(OSError):
+                os.write(file.fileno(), b"x")  # It is there to be read.
+            return file.read()
+
+    def test_is_the_file_that_the_daemon_keeps(self):
+        daemon = self.start('[builder]\ncache = "DIRECTORY/volumes"\n')
+        self.show("solid", voxel_m=0.001)
+        content = self.file_of("solid")
+        kept = [path.read_bytes() for path in (daemon.directory / "volumes").glob("*.vdb")]
+        self.assertTrue(kept == [content], "the daemon's file, byte by byte")
+        self.assertEqual(content[:4], b" BDV")
+        self.show("coarse", voxel_m=0.002)
+        self.assertTrue(self.file_of("coarse") != content)
+        self.show("skin")
+        self.assertIn("no volume", self.refused(haptic.Code.NOT_FOUND, self.client.scene.volume_file, "skin"))
+        self.assertIn("sold", self.refused(haptic.Code.NOT_FOUND, self.client.scene.volume_file, "sold"))
+        # A new daemon finds it on the disk again.
+        daemon.kill()
+        daemon.start()
+        self.client.reconnect()
+        self.show("again", voxel_m=0.001)
+        self.assertTrue(self.file_of("again") == content)
+
+    def test_is_refused_where_none_are_kept(self):
+        self.start("")
+        self.show("solid", voxel_m=0.001)
+        self.assertIn("builder.cache", self.refused(haptic.Code.UNSUPPORTED, self.client.scene.volume_file, "solid"))
+        # An upload asks for a volume by any of its numbers, and they are checked.
+        upload = self.client.scene.upload
+        for wrong in ({"point_spacing_m": 0.001}, {"fill_holes": True}, {"voxel_m": -1}, {"voxel_m": 0.001, "point_spacing_m": -1},
+                      {"weld_m": 1}):
+            self.refused(haptic.Code.INVALID_ARGUMENT, upload, CORNERS, FACES, **wrong)
+        self.refused(haptic.Code.BAD_MESH, upload, CORNERS, FACES[:3], voxel_m=0.001)
+        self.assertFalse(upload(CORNERS, FACES[:3], voxel_m=0.001, fill_holes=True).closed)
+        apart = CORNERS[np.reshape(FACES, -1)] + np.repeat(np.eye(4, 3), 3, axis=0) * 1e-5  # Facets that do not quite meet.
+        self.assertFalse(upload(apart, range(12)).closed)
+        self.assertTrue(upload(apart, range(12), weld_m=1e-4).closed)
+
+
+if __name__ == "__main__":
+    unittest.main()

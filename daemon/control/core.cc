@@ -122,6 +122,7 @@ void Core::poll() {
   pollArms();
   pollListed();
   sessions_.poll(now);
+  closeUnused();
   scene_.followClients();
   meshes_.reclaim();
   scene_.textures().reclaim();
@@ -136,12 +137,8 @@ void Core::beginShutdown() {
 bool Core::quiet(std::int64_t since_ns) {
   constexpr std::int64_t kPatienceNs = 500'000'000;
   if (clock_.now() - since_ns > kPatienceNs) return true;
-  return std::all_of(devices_.devices().begin(), devices_.devices().end(), [](const auto& device) {
-    hd_sample sample;
-    if (!device->link->latest(device->index, sample)) return true;
-    return (sample.flags & HD_SAMPLE_ARMED) == 0 && sample.force[0] == 0 && sample.force[1] == 0 &&
-           sample.force[2] == 0;
-  });
+  return std::all_of(devices_.devices().begin(), devices_.devices().end(),
+                     [](const auto& device) { return powerless(*device); });
 }
 
 Result<std::uint64_t> Core::connect(std::int32_t pid, std::uint32_t uid, bool administration) {
@@ -192,6 +189,12 @@ void Core::disconnect(std::uint64_t connection) {
 }
 
 Result<OpenDevice*> Core::openDevice(std::string_view uri) {
+  auto device = openNow(uri);
+  if (device) (*device)->kept = true;
+  return device;
+}
+
+Result<OpenDevice*> Core::openNow(std::string_view uri) {
   const std::size_t before = devices_.devices().size();
   auto device = devices_.open(uri);
   if (!device) return device;
@@ -220,51 +223,17 @@ Result<void> Core::mayOpen(std::string_view text, std::uint64_t connection) {
 
 Result<OpenDevice*> Core::openDevice(std::string_view text, std::uint64_t connection) {
   if (auto allowed = mayOpen(text, connection); !allowed) return allowed.error();
-  auto device = openDevice(text);
-  if (device) noteAsker(**device, connection);
+  auto device = openNow(text);
+  if (device) noteAsker(**device, client(connection));
   return device;
 }
 
 void Core::openDevice(std::string_view text, std::uint64_t connection, DeviceManager::Done done) {
   if (auto allowed = mayOpen(text, connection); !allowed) return done(allowed.error());
-  devices_.open(text, [this, connection, done = std::move(done)](const Result<OpenDevice*>& device) {
-    if (device) noteAsker(*device.value(), connection);
+  devices_.open(text, [this, by = client(connection), done = std::move(done)](const Result<OpenDevice*>& device) {
+    if (device) noteAsker(*device.value(), by);
     done(device);
   });
-}
-
-void Core::noteAsker(OpenDevice& device, std::uint64_t connection) {
-  if (clients_.count(connection) == 0) return;  // It has left meanwhile.
-  auto& askers = device.askers;
-  if (std::find(askers.begin(), askers.end(), connection) == askers.end()) askers.push_back(connection);
-}
-
-bool Core::mayClose(const OpenDevice& device, std::uint64_t connection) const {
-  if (client(connection).administration) return true;
-  const auto uri = parseDeviceUri(device.info().uri);
-  const bool harmless = uri && !isHardware(uri.value().scheme);
-  return harmless && device.asked_for && device.askers == std::vector{connection};
-}
-
-Result<void> Core::closeDevice(std::string_view uri, std::uint64_t connection) {
-  auto device = devices_.find(uri);
-  if (device ? !mayClose(**device, connection) : !client(connection).administration) {
-    return Error{ErrorCode::kPermissionDenied, "closeDevice",
-                 "closing a device that is real, configured or that others have asked for needs the administration "
-                 "socket",
-                 "connect to " + (facts_.admin_socket.empty() ? std::string("it") : facts_.admin_socket)};
-  }
-  if (!device) return device.error();
-  std::vector<std::string> names;
-  const GroupLink* link = (*device)->link;
-  for (const auto& other : devices_.devices()) {
-    if (other->link == link) names.push_back(other->name);
-  }
-  if (auto r = devices_.close(**device); !r) return r;
-  recordings_.groupClosed(*link);
-  events_dropped_.erase(link);
-  for (const std::string& name : names) publish(EventKind::kDeviceRemoved, name);
-  return {};
 }
 
 Result<Recordings::Started> Core::record(std::string_view uri, std::uint64_t connection) {

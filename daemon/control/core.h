@@ -120,6 +120,7 @@ class Core {
   /** A spring [N/rad] that opens the gripper where it is closed further than `width` [rad]. Who may: as setRadius.
    * kUnsupported without a gripper that can push. */
   [[nodiscard]] Result<void> setGrip(OpenDevice& device, double stiffness, double width, const Client& by);
+  /** At no client's wish: it stays. */
   [[nodiscard]] Result<OpenDevice*> openDevice(std::string_view uri);
   /**
    * The same for a client. How a real device is driven (firmware, scale of its motors) is the administrator's: a URI
@@ -128,7 +129,10 @@ class Core {
   [[nodiscard]] Result<OpenDevice*> openDevice(std::string_view uri, std::uint64_t connection);
   /** The same without waiting for the device; `done` is called once, now or by a later poll(). */
   void openDevice(std::string_view uri, std::uint64_t connection, DeviceManager::Done done);
-  /** Administration; and a client that alone has asked for it, of no hardware and not configured. */
+  /**
+   * Administration; and a client that alone has asked for it, of no hardware and not configured. What only clients that
+   * have left had asked for closes by itself, in poll(), once nothing uses it.
+   */
   [[nodiscard]] Result<void> closeDevice(std::string_view uri, std::uint64_t connection);
 
   /** Records the device's group; Recordings says who may. */
@@ -175,8 +179,14 @@ class Core {
 
   /** Whether that client may have a device of that URI opened. */
   [[nodiscard]] Result<void> mayOpen(std::string_view uri, std::uint64_t connection);
-  void noteAsker(OpenDevice& device, std::uint64_t connection);
+  [[nodiscard]] Result<OpenDevice*> openNow(std::string_view uri);
+  void noteAsker(OpenDevice& device, const Client& by) const;
   [[nodiscard]] bool mayClose(const OpenDevice& device, std::uint64_t connection) const;
+  [[nodiscard]] bool unused(const OpenDevice& device) const;
+  /** Disarmed, and what was last sent to it is zero. */
+  [[nodiscard]] static bool powerless(const OpenDevice& device);
+  Result<void> closeGroupOf(OpenDevice& device);
+  void closeUnused();
   [[nodiscard]] Result<Session*> sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name);
   /** Whether that client may change how a device feels. */
   Result<void> mayChange(const OpenDevice& device, const Client& by);

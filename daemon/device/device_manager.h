@@ -51,6 +51,7 @@ struct OpenDevice {
   std::uint32_t sessions = 0;         ///< Sessions on it.
   std::vector<std::string> aliases;   ///< Other texts by which it was opened.
   bool asked_for = false;             ///< Open because somebody asked, not by the configuration.
+  bool kept = false;                  ///< An administrator has asked for it: it stays when those who asked have left.
   std::vector<std::uint64_t> askers;  ///< Connections that have asked for it and are still there.
 
   /** Tells the servo. */

@@ -192,6 +192,10 @@ void Recordings::sessionOpens(const GroupLink& link, std::uint32_t uid) {
   }
 }
 
+bool Recordings::of(const GroupLink& link) const {
+  return std::any_of(all_.begin(), all_.end(), [&](const auto& row) { return row.second.link == &link; });
+}
+
 void Recordings::groupClosed(const GroupLink& link) {
   for (auto& [id, recording] : all_) {
     if (recording.link != &link) continue;

@@ -51,6 +51,8 @@ class Recordings {
 
   [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
   [[nodiscard]] std::size_t size() const { return all_.size(); }
+  /** Whether that group is recorded. */
+  [[nodiscard]] bool of(const GroupLink& link) const;
 
  private:
   struct Recording {

@@ -1,5 +1,7 @@
 """Each push and question of a Python session against a real daemon with a simulated hand; with_daemon starts it."""
 import os
+import subprocess
+import sys
 import unittest
 
 import hapticclient as haptic
@@ -148,6 +150,19 @@ class Pushes(unittest.TestCase):
         with haptic.Client(administration=True, socket=os.environ["HAPTICD_SOCKET"].replace("control", "admin")) as administrator:
             administrator.close_device(opened.uri)
         self.assertNotIn(opened.uri, [device.uri for device in self.client.devices() if device.open])
+
+    def test_a_killed_program_leaves_no_simulated_device(self):
+        uri = "sim://touch?serial=killed"
+        program = ("import hapticclient as haptic\n"
+                   f"session = haptic.Client().open_session({uri!r})\n"
+                   "session.arm()\n"
+                   "print('armed', flush=True)\n"
+                   "input()\n")
+        with subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as killed:
+            self.assertEqual(killed.stdout.readline(), "armed\n")
+            self.assertIn(uri, [device.uri for device in self.client.devices() if device.open])
+            killed.kill()
+        self.assertTrue(eventually(lambda: uri not in [device.uri for device in self.client.devices()]))
 
 
 if __name__ == "__main__":

@@ -89,7 +89,7 @@ const haptic_device_info& openOrFound(const haptic_device_list& devices, const s
 } catch (Failure& failure) {
   if (wanted.find("://") == std::string::npos) throw;
   failure.what = "is neither open nor found";
-  failure.remedy += fmt::format("; hapticctl monitor '{}' opens it, if it can be", wanted);
+  failure.remedy += fmt::format("; hapticctl monitor '{}' opens it while it runs, if it can be", wanted);
   throw;
 }
 

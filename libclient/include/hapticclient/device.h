@@ -102,7 +102,8 @@ HAPTIC_API int haptic_list_devices(haptic_client* client, haptic_device_list** d
 
 /**
  * Opens a device by URI or serial number. Null or "": the first real device, else the simulator. Opening what is open
- * answers with it. `device` may be null. Blocks; any thread.
+ * answers with it. A simulated one that is not configured closes when all clients that have opened it, or a session on
+ * it, have disconnected, unless an administrator is among them. `device` may be null. Blocks; any thread.
  */
 HAPTIC_API int haptic_open_device(haptic_client* client, const char* uri, haptic_device_info** device,
                                   haptic_error* error);

@@ -35,7 +35,7 @@ T must(haptic::Result<T> result) {
 
 void pause() { std::this_thread::sleep_for(std::chrono::microseconds(100)); }
 
-/** Ctrl-C would leave the daemon with the device that was opened for this run alone. */
+/** Ctrl-C ends the run in order; after a kill the daemon closes what was opened for this run alone. */
 void checkInterrupted() { checkInterrupts("daemon", "its device has been closed"); }
 
 /** A device that is closed at the end, however it comes; not before its sessions have faded out. */

@@ -1,0 +1,75 @@
+// How devices close: at a client's wish, and by themselves when nobody wants them any more.
+#include <algorithm>
+
+#include "daemon/control/core.h"
+#include "daemon/log.h"
+#include "drivers/registry.h"
+
+namespace hapticd {
+namespace {
+
+/** Nothing real moves, and it is open because somebody asked for it. */
+bool harmless(const OpenDevice& device) {
+  const auto uri = parseDeviceUri(device.info().uri);
+  return device.asked_for && uri && !isHardware(uri.value().scheme);
+}
+
+}  // namespace
+
+void Core::noteAsker(OpenDevice& device, const Client& by) const {
+  if (by.administration) device.kept = true;
+  if (clients_.count(by.connection) == 0) return;  // It has left meanwhile.
+  auto& askers = device.askers;
+  if (std::find(askers.begin(), askers.end(), by.connection) == askers.end()) askers.push_back(by.connection);
+}
+
+bool Core::mayClose(const OpenDevice& device, std::uint64_t connection) const {
+  if (client(connection).administration) return true;
+  return harmless(device) && device.askers == std::vector{connection};
+}
+
+Result<void> Core::closeDevice(std::string_view uri, std::uint64_t connection) {
+  auto device = devices_.find(uri);
+  if (device ? !mayClose(**device, connection) : !client(connection).administration) {
+    return Error{ErrorCode::kPermissionDenied, "closeDevice",
+                 "closing a device that is real, configured or that others have asked for needs the administration "
+                 "socket",
+                 "connect to " + (facts_.admin_socket.empty() ? std::string("it") : facts_.admin_socket)};
+  }
+  return device ? closeGroupOf(**device) : device.error();
+}
+
+Result<void> Core::closeGroupOf(OpenDevice& device) {
+  std::vector<std::string> names;
+  const GroupLink* link = device.link;
+  for (const auto& other : devices_.devices()) {
+    if (other->link == link) names.push_back(other->name);
+  }
+  if (auto r = devices_.close(device); !r) return r;
+  recordings_.groupClosed(*link);
+  events_dropped_.erase(link);
+  for (const std::string& name : names) publish(EventKind::kDeviceRemoved, name);
+  return {};
+}
+
+bool Core::powerless(const OpenDevice& device) {
+  hd_sample sample;
+  if (!device.link->latest(device.index, sample)) return true;
+  return (sample.flags & HD_SAMPLE_ARMED) == 0 && sample.force[0] == 0 && sample.force[1] == 0 && sample.force[2] == 0;
+}
+
+/** What is asked for is a group of its own: nothing else goes with it. */
+bool Core::unused(const OpenDevice& device) const {
+  return harmless(device) && !device.kept && device.askers.empty() && device.sessions == 0 &&
+         !recordings_.of(*device.link) && powerless(device);
+}
+
+void Core::closeUnused() {
+  const auto& all = devices_.devices();
+  const auto it = std::find_if(all.begin(), all.end(), [this](const auto& device) { return unused(*device); });
+  if (it == all.end()) return;  // Of several the next poll() takes the next.
+  log::info("{}: those who asked for it have left", (*it)->name);
+  (void)closeGroupOf(**it);
+}
+
+}  // namespace hapticd

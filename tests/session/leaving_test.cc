@@ -1,0 +1,155 @@
+// What becomes of a device when the client that had it opened is gone: what is simulated, and nobody else's, closes.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/session/bench.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr const char* kUri = "sim://default?mass=0.3";
+
+struct Leaving : testing::Test {
+  void open(const char* uri, std::uint64_t connection) {
+    const auto opened = bench.core.openDevice(uri, connection);
+    ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  }
+  /** A session on kUri whose client has mapped it; live some periods later. */
+  Session* join(std::uint64_t connection) {
+    const auto session = bench.core.openSession(kUri, connection, "guest", HD_SHM_MAJOR, HD_SHM_MINOR);
+    EXPECT_TRUE(session.ok()) << toString(session.error());
+    bench.client = std::make_unique<ClientSide>(**session);
+    EXPECT_TRUE(bench.core.sessions().mapped((*session)->id).ok());
+    bench.step(4);
+    return *session;
+  }
+  /** Ends the client, and waits longer than any fade. */
+  void leave(std::uint64_t connection) {
+    bench.client.reset();
+    bench.core.disconnect(connection);
+    bench.step(200);
+  }
+  [[nodiscard]] bool isOpen(const char* uri = kUri) {
+    const auto& all = bench.core.devices().devices();
+    return std::any_of(all.begin(), all.end(), [&](const auto& d) { return d->info().uri == uri; });
+  }
+  /** The force last sent to the second device [N]. */
+  [[nodiscard]] double sent() const { return bench.scripted.back()->sent.back().force.norm(); }
+
+  Bench bench;
+  const std::uint64_t mine = *bench.core.connect(102, 1001, false);
+  const std::uint64_t other = *bench.core.connect(103, 1002, false);
+};
+
+TEST_F(Leaving, WhatAClientAloneHadOpenedCloses) {
+  const std::uint64_t listener = bench.core.events().subscribe(0, [] {});
+  open(kUri, mine);
+  bench.step(50);
+  ASSERT_TRUE(isOpen()) << "while its client is there";
+  leave(mine);
+  EXPECT_FALSE(isOpen());
+  EXPECT_EQ(bench.core.devices().links().size(), 1u) << "its servo goes too";
+  EXPECT_TRUE(isOpen("test://first")) << "what nobody asked for is not this client's";
+  const auto heard = bench.core.events().take(listener).events;
+  EXPECT_EQ(std::count_if(heard.begin(), heard.end(),
+                          [](const Event& e) { return e.kind == EventKind::kDeviceRemoved && e.device == "sim"; }),
+            1);
+  open(kUri, other);  // And it can be had again.
+  EXPECT_TRUE(isOpen());
+}
+
+TEST_F(Leaving, OnlyWhenTheHandFeelsNothingAnyMore) {
+  const Session* session = join(mine);
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  bench.step(50);
+  GuardLimits limits = bench.device(1).limits;
+  limits.force_slew = 5;  // [N/s]: 200 ms from 1 N to nothing, when the session is long gone.
+  ASSERT_TRUE(bench.core.setLimits(kUri, limits, mine).ok());
+  hd_client_force push{};
+  push.lease_ns = 10'000 * kMs;
+  push.force[0] = 1.0;
+  std::uint64_t seq = 0;
+  ASSERT_EQ(bench.client->producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&push, 1)), 0, seq),
+            ErrorCode::kOk);
+  bench.step(400);
+  ASSERT_NEAR(sent(), 1.0, 1e-3);
+  const double slew = limits.force_slew * 1e-3;  // [N] a tick
+  double before = sent();
+  bench.core.disconnect(mine);
+  bench.client.reset();
+  int ticks = 0;
+  for (; isOpen() && ticks < 500; ++ticks) {
+    for (const auto& link : bench.core.devices().links()) link->group().step();
+    EXPECT_LE(sent(), before) << "tick " << ticks;
+    EXPECT_LE(before - sent(), slew * (1 + 1e-9)) << "tick " << ticks;
+    before = sent();
+    bench.core.poll();
+  }
+  EXPECT_LT(ticks, 500);
+  EXPECT_EQ(before, 0.0) << "the device was closed on a hand that felt a force";
+}
+
+TEST_F(Leaving, NotWhileOthersWantIt) {
+  open(kUri, mine);
+  open(kUri, other);
+  leave(mine);
+  ASSERT_TRUE(isOpen()) << "the other has asked for it, too";
+  const Session* session = join(other);
+  EXPECT_NE(session, nullptr);
+  leave(other);
+  EXPECT_FALSE(isOpen()) << "the last one has left";
+}
+
+TEST_F(Leaving, NotWhileItIsRecorded) {
+  open(kUri, mine);
+  auto recording = bench.core.record(kUri, other);
+  ASSERT_TRUE(recording.ok()) << toString(recording.error());
+  leave(mine);
+  ASSERT_TRUE(isOpen());
+  bench.core.recordings().drop(recording->id);
+  for (int i = 0; i < 5000 && isOpen(); ++i) {
+    bench.step();
+    ::usleep(1000);
+  }
+  EXPECT_FALSE(isOpen());
+}
+
+TEST_F(Leaving, NotWhatIsConfiguredRealOrAnAdministrators) {
+  for (const char* uri : {"test://first", "falcon://default", kUri}) open(uri, mine);
+  open(kUri, bench.administration);  // Later than the client, and yet.
+  open("sim://touch", bench.administration);
+  leave(mine);
+  leave(bench.administration);
+  for (const char* uri : {"test://first", "falcon://default", kUri, "sim://touch"}) EXPECT_TRUE(isOpen(uri)) << uri;
+}
+
+TEST_F(Leaving, WhatWasStillBeingOpenedCloses) {
+  int answers = 0;
+  for (const std::uint64_t connection : {mine, bench.administration}) {
+    const char* uri = connection == mine ? kUri : "sim://touch";
+    bench.core.openDevice(uri, connection, [&](const Result<OpenDevice*>& device) { answers += device.ok() ? 1 : 0; });
+    bench.core.disconnect(connection);
+  }
+  for (int i = 0; i < 10'000 && (answers < 2 || isOpen()); ++i) {
+    bench.step();
+    ::usleep(1000);
+  }
+  EXPECT_EQ(answers, 2);
+  EXPECT_FALSE(isOpen());
+  EXPECT_TRUE(isOpen("sim://touch")) << "an administrator's stays";
+}
+
+TEST_F(Leaving, ASessionThatEndsAloneLeavesItsClientTheDevice) {
+  const Session* session = join(mine);
+  bench.core.sessions().end(session->id, "test");
+  bench.client.reset();
+  bench.step(200);
+  EXPECT_TRUE(isOpen()) << "its client may want to open a session again";
+  leave(mine);
+  EXPECT_FALSE(isOpen());
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -74,20 +74,4 @@ class Attacker {
   pid_t pid_ = 0;
 };
 
-/** xorshift64*: small enough for a child that must not allocate. */
-class Random {
- public:
-  explicit Random(std::uint64_t seed) noexcept : state_(seed * 2654435769u + 1) {}
-  std::uint64_t operator()() noexcept {
-    state_ ^= state_ >> 12;
-    state_ ^= state_ << 25;
-    state_ ^= state_ >> 27;
-    return state_ * 0x2545f4914f6cdd1dull;
-  }
-  std::uint32_t below(std::uint32_t n) noexcept { return static_cast<std::uint32_t>((*this)() >> 33) % n; }
-
- private:
-  std::uint64_t state_;
-};
-
 }  // namespace hapticd::test

@@ -7,12 +7,12 @@
 
 #include "hostile/attacker.h"
 #include "rt/ring/command_ring.h"
+#include "support/random.h"
 
 namespace hapticd {
 namespace {
 
 using test::Attacker;
-using test::Random;
 using test::SharedRegions;
 
 constexpr int kKills = 400;

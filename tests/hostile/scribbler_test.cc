@@ -9,13 +9,13 @@
 #include "hostile/attacker.h"
 #include "rt/ingest/ingest.h"
 #include "support/messages.h"
+#include "support/random.h"
 #include "support/regions.h"
 
 namespace hapticd {
 namespace {
 
 using test::Attacker;
-using test::Random;
 using test::SharedRegions;
 using Kind = IngestReport::Kind;
 
@@ -29,7 +29,7 @@ constexpr auto kLongest = std::chrono::seconds(30);
 std::uint64_t nasty(Random& random) {
   switch (random.below(5)) {
     case 0:
-      return random();
+      return random.bits();
     case 1:
       return random.below(20);
     case 2:
@@ -51,8 +51,8 @@ void scribbleSlot(hd_slot& slot, Random& random, const hd_slot& good, std::uint6
   for (std::size_t i = 1; i < sizeof slot / 8; ++i) words[i] = source[i];
   reinterpret_cast<volatile std::uint32_t*>(&slot)[1] = good.kind;
   words[2] = seq;
-  for (std::uint32_t n = random.below(6); n > 0; --n) {
-    const std::uint32_t at = 1 + random.below(sizeof slot / 8 - 1);
+  for (int n = random.below(6); n > 0; --n) {
+    const std::uint32_t at = 1 + random.below(std::uint32_t{sizeof slot / 8 - 1});
     if (at != 2) words[at] = nasty(random);
   }
 }
@@ -162,9 +162,9 @@ TEST_F(Scribbler, OfIndicesIsCaughtEveryTimeAndHarmsNobody) {
   Random random(1);
   Attacker attacker([&] {
     hd_region_b* b = shared.b();
-    *const_cast<volatile std::uint32_t*>(&b->tail) = static_cast<std::uint32_t>(random());
-    *const_cast<volatile std::int64_t*>(&b->heartbeat_ns) = static_cast<std::int64_t>(random());
-    scribbleSlot(b->ring[random.below(HD_RING_SLOTS)], random, good[random.below(good_count)], random());
+    *const_cast<volatile std::uint32_t*>(&b->tail) = static_cast<std::uint32_t>(random.bits());
+    *const_cast<volatile std::int64_t*>(&b->heartbeat_ns) = static_cast<std::int64_t>(random.bits());
+    scribbleSlot(b->ring[random.below(HD_RING_SLOTS)], random, good[random.below(good_count)], random.bits());
   });
   std::uint64_t violations = 0;
   run(
@@ -197,7 +197,7 @@ TEST_F(Scribbler, OfSlotsBehindPlausibleTailsIsRefusedSlotBySlot) {
     const std::uint32_t fill = tail - __atomic_load_n(&shared.a()->acks.ring_head, __ATOMIC_ACQUIRE);
     tail += random.below(HD_RING_SLOTS - fill + 1);
     __atomic_store_n(&b->tail, tail, __ATOMIC_RELEASE);
-    *const_cast<volatile std::int64_t*>(&b->heartbeat_ns) = static_cast<std::int64_t>(random());
+    *const_cast<volatile std::int64_t*>(&b->heartbeat_ns) = static_cast<std::int64_t>(random.bits());
   });
   const hd_acks& acks = shared.a()->acks;
   run([] {}, [&] { return acks.rejected > 1000 && accepted > 100 && kinds.size() == HD_COMMAND_KINDS - 1u; });
@@ -213,8 +213,8 @@ TEST_F(Scribbler, OfMailboxesIsRefusedOrSkipped) {
   Attacker attacker([&] {
     hd_slot& box = shared.b()->mailbox[random.below(HD_MAILBOXES)];
     scribbleSlot(box, random, good[random.below(good_count)], ++seq);
-    *const_cast<volatile std::uint32_t*>(&box.guard) = static_cast<std::uint32_t>(random());
-    *const_cast<volatile std::int64_t*>(&shared.b()->heartbeat_ns) = static_cast<std::int64_t>(random());
+    *const_cast<volatile std::uint32_t*>(&box.guard) = static_cast<std::uint32_t>(random.bits());
+    *const_cast<volatile std::int64_t*>(&shared.b()->heartbeat_ns) = static_cast<std::int64_t>(random.bits());
   });
   const hd_acks& acks = shared.a()->acks;
   run([] {}, [&] { return acks.rejected > 1000 && acks.stale_mailboxes > 100 && accepted > 100; });

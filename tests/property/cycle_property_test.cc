@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "rt/cycle/cycle.h"
-#include "tests/property/random.h"
+#include "tests/support/random.h"
 
 namespace hapticd {
 namespace {
@@ -196,7 +196,8 @@ void disturbTools(World& w) {
     if (w.random.once(400)) w.tool(d);
     if (w.random.once(1000)) w.device(CommandKind::kDetachTool, d);
     if (w.random.once(3) && w.cycle().tool(d).held()) w.contacts(d, w.cycle().tool(d).order().object);
-    if (w.random.once(300)) w.put(CommandKind::kSetGrip, SetGrip{d, 0, w.random.in(0, 300), w.random.in(0, 0.5)});
+    // Up to 8 N: while it is more than 3 N, no ramp begins.
+    if (w.random.once(300)) w.put(CommandKind::kSetGrip, SetGrip{d, 0, w.random.in(0, 40), w.random.in(0, 0.2)});
   }
   for (std::uint32_t b = 1; b <= 3; ++b) {
     if (w.random.once(300)) w.body(b);
@@ -226,8 +227,9 @@ void disturb(World& w) {
     if (w.random.once(1500)) w.device(CommandKind::kDisarm, d);
     if (w.random.once(3000)) w.device(CommandKind::kStop, d);
     if (w.random.once(300)) {
-      w.put(CommandKind::kDeviceLimits, DeviceLimits{d, 0, w.random.in(0, 8), w.random.in(0, 0.4), w.random.in(0, 1500),
-                                                     w.random.in(0, 50), 3, w.random.in(0, 10), w.random.in(0, 5)});
+      w.put(CommandKind::kDeviceLimits,
+            DeviceLimits{d, 0, w.random.in(0, 8), w.random.in(0, 0.4), w.random.in(0, 1500), w.random.in(0, 50), 3,
+                         w.random.in(0, 10), w.random.in(0, 10), w.random.in(0, 5)});
     }
   }
   for (std::uint32_t s = 0; s < kSessions - 1; ++s) {

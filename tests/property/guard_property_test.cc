@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "rt/guard/guard.h"
-#include "tests/property/random.h"
+#include "tests/support/random.h"
 
 namespace hapticd {
 namespace {
@@ -89,8 +89,8 @@ struct Adversary {
                                 &sample.p.y(),
                                 &sample.q.x(),
                                 &sample.gripper_rad,
-                                &in.source[random.below(HD_SOURCE_GUARD)].force[random.below(3)],
-                                &in.source[random.below(HD_SOURCE_GUARD)].torque[random.below(3)]};
+                                &in.source[random.below(int{HD_SOURCE_GUARD})].force[random.below(3)],
+                                &in.source[random.below(int{HD_SOURCE_GUARD})].torque[random.below(3)]};
     *anything[random.below(static_cast<int>(std::size(anything)))] = random.broken();
   }
 
@@ -420,7 +420,9 @@ TEST(GuardProperty, TheControllerTakesFromAShakenHandAndKeepsToWhatTheContactLea
     }
     EXPECT_LE(with.given, without.given + 1e-9) << "delay " << delay << " angle " << angle;
     compared += with.acted > 100 ? 1 : 0;
-    if (left == 0) EXPECT_EQ(with.acted, 0u);
+    if (left == 0) {
+      EXPECT_EQ(with.acted, 0u);
+    }
   }
   EXPECT_GT(compared, 20u);
 }

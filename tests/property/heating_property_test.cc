@@ -1,9 +1,9 @@
 // The motor heating estimate: closed forms, and its promises under any force whatever.
 #include <gtest/gtest.h>
 
-#include "property/random.h"
 #include "rt/guard/guard.h"
 #include "rt/guard/heating.h"
+#include "support/random.h"
 
 namespace hapticd::test {
 namespace {

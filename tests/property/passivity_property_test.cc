@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "rt/guard/passivity.h"
-#include "tests/property/random.h"
+#include "tests/support/random.h"
 
 namespace hapticd {
 namespace {

@@ -3,9 +3,8 @@
  */
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "tests/support/brute_distance.h"
+#include "tests/support/random.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 
@@ -16,18 +15,6 @@ using testing::kTick;
 using testing::TestMesh;
 using testing::TestScene;
 
-class Random {
- public:
-  explicit Random(std::uint32_t seed) : engine_(seed) {}
-  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
-  Vec3 inCube(double size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
-  Quat turn() { return Quat(Eigen::AngleAxisd(uniform(0, 3), inCube(1).normalized())); }
-  int below(int n) { return std::uniform_int_distribution<int>(0, n - 1)(engine_); }
-
- private:
-  std::mt19937 engine_;
-};
-
 /** A hand that wanders, throws itself about, and now and then rests. */
 class Hand {
  public:
@@ -35,10 +22,10 @@ class Hand {
       : random_(random), size_(size), about_(std::move(about)) {}
   const Vec3& next() {
     if (random_.below(20) == 0) {
-      aim_ = about_[static_cast<std::size_t>(random_.below(static_cast<int>(about_.size())))] + random_.inCube(size_);
+      aim_ = about_[static_cast<std::size_t>(random_.below(static_cast<int>(about_.size())))] + random_.vector(size_);
     }
-    if (random_.below(30) == 0) speed_ = std::pow(10.0, random_.uniform(-3, -0.3));
-    if (random_.below(200) == 0) p_ = random_.inCube(size_);
+    if (random_.below(30) == 0) speed_ = std::pow(10.0, random_.in(-3, -0.3));
+    if (random_.below(200) == 0) p_ = random_.vector(size_);
     p_ += speed_ * (aim_ - p_);
     return p_;
   }
@@ -94,15 +81,15 @@ double depthIn(const SceneObject& o, const Vec3& x_W) {
 TestMesh bumpyBall(double radius, std::uint32_t stacks, Random& random) {
   TestMesh mesh = testing::sphereMesh(radius, stacks);
   for (auto& v : mesh.vertices) {
-    const auto f = static_cast<float>(random.uniform(0.7, 1.1));
+    const auto f = static_cast<float>(random.in(0.7, 1.1));
     for (float& x : v) x *= f;
   }
   return mesh;
 }
 
 hd_material randomMaterial(Random& random) {
-  const double mu = random.below(2) ? random.uniform(0, 1.2) : 0;
-  return {random.uniform(100, 3000), 0, mu, mu * random.uniform(0.3, 1)};
+  const double mu = random.below(2) ? random.in(0, 1.2) : 0;
+  return {random.in(100, 3000), 0, mu, mu * random.in(0.3, 1)};
 }
 
 struct World {
@@ -116,10 +103,10 @@ void fill(World& w, Random& random, bool apart) {
   w.meshes.reserve(8);
   int cell = 0;
   for (int i = 0; i < 6; ++i, ++cell) {
-    const Vec3 center = apart ? Vec3(0.1 * (cell % 3 - 1), 0.1 * (cell / 3) - 0.05, 0) : Vec3(random.inCube(0.05));
+    const Vec3 center = apart ? Vec3(0.1 * (cell % 3 - 1), 0.1 * (cell / 3) - 0.05, 0) : Vec3(random.vector(0.05));
     const Pose X{center, random.turn()};
     const hd_material material = randomMaterial(random);
-    const double a = random.uniform(0.005, 0.03), b = random.uniform(0.005, 0.03), c = random.uniform(0.0001, 0.02);
+    const double a = random.in(0.005, 0.03), b = random.in(0.005, 0.03), c = random.in(0.0001, 0.02);
     switch (random.below(7)) {
       case 0:
         w.ids.push_back(w.t.add(ShapeKind::kSphere, Vec3(a, 0, 0), X, material));
@@ -207,7 +194,7 @@ void aBallNeverEntersSolids(std::uint32_t seed) {
   Random random(seed);
   World w;
   fill(w, random, false);
-  const double radius = std::pow(10.0, random.uniform(-4, -2));
+  const double radius = std::pow(10.0, random.in(-4, -2));
   w.t.proxy.setRadius(radius);
   Hand hand(random, 0.07);
   w.t.tick(Vec3(0, 0, 0.5));
@@ -234,8 +221,8 @@ void neverEntersSolidsInMotion(std::uint32_t seed) {
   std::vector<Vec3> spin;
   std::vector<double> phase;
   for (std::size_t k = 0; k < w.ids.size(); ++k) {
-    spin.push_back(random.inCube(30));
-    phase.push_back(random.uniform(0, 6));
+    spin.push_back(random.vector(30));
+    phase.push_back(random.in(0, 6));
   }
   std::vector<Vec3> centers;
   for (const Pose& X : home) centers.push_back(X.p);
@@ -269,8 +256,8 @@ void sameInputsSameBits(std::uint32_t seed) {
     w.t.tick(Vec3(0, 0, 0.5));
     std::vector<double> trace;
     for (int i = 0; i < 400; ++i) {
-      if (i == 100) w.t.pose(w.ids[0], {}, {random.inCube(0.1), random.inCube(3)});
-      const SurfaceContact& c = w.t.tick(hand.next(), random.inCube(0.1));
+      if (i == 100) w.t.pose(w.ids[0], {}, {random.vector(0.1), random.vector(3)});
+      const SurfaceContact& c = w.t.tick(hand.next(), random.vector(0.1));
       trace.insert(trace.end(), {c.force.x(), c.force.y(), c.force.z(), c.proxy.x(), c.depth, double(c.work)});
     }
     return trace;
@@ -290,7 +277,7 @@ void scaledProxies(std::uint32_t seed, int& same) {
     for (auto& v : meshes[0].vertices) {
       for (float& x : v) x = static_cast<float>(x * static_cast<float>(scale));
     }
-    const Pose X{scale * random.inCube(0.02), random.turn()};
+    const Pose X{scale * random.vector(0.02), random.turn()};
     t.addMesh(meshes[0].view(), X, {1000, 0, 0, 0});
     t.add(ShapeKind::kBox, scale * Vec3(0.05, 0.05, 0.01), {scale * Vec3(0, 0, -0.04), Quat::Identity()},
           {1000, 0, 0, 0});
@@ -323,7 +310,7 @@ bool canComeNearer(const SceneObject& o, const SurfaceContact& contact, double r
   if (winding(*o.shape.mesh, start) > 0.5 || testing::distanceTo(*o.shape.mesh, start) < radius)
     return false;  // Overhung.
   for (int i = 0; i < 200; ++i) {
-    const Vec3 to = from + random.uniform(0, 1e-5) * distance * random.inCube(1);
+    const Vec3 to = from + random.in(0, 1e-5) * distance * random.vector(1);
     if (!((to - hip).norm() < distance - 10 * hair)) continue;
     Sweep sweep;
     sweep.a = start;
@@ -341,8 +328,8 @@ int notAsNearAsTheyCanBe(std::uint32_t seed, int& rested) {
   Random random(seed);
   TestScene t;
   TestMesh mesh = bumpyBall(0.03, 10, random);
-  const std::uint32_t id = t.addMesh(mesh.view(), {random.inCube(0.02), random.turn()}, {1000, 0, 0, 0});
-  const double radius = seed % 3 == 0 ? 0 : random.uniform(0.0002, 0.005);
+  const std::uint32_t id = t.addMesh(mesh.view(), {random.vector(0.02), random.turn()}, {1000, 0, 0, 0});
+  const double radius = seed % 3 == 0 ? 0 : random.in(0.0002, 0.005);
   t.proxy.setRadius(radius);
   t.tick(Vec3(0, 0, 0.5));
   Hand hand(random, 0.04);

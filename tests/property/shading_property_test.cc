@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "rt/render/shading.h"
-#include "tests/property/random.h"
+#include "tests/support/random.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/test_surface.h"

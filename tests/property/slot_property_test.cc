@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "rt/render/local_model.h"
-#include "tests/property/random.h"
+#include "tests/support/random.h"
 
 namespace hapticd {
 namespace {

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "rt/geometry/boxes.h"
-#include "tests/property/random.h"
+#include "tests/support/random.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "tests/property/random.h"
 #include "tests/session/bench.h"
 #include "tests/support/messages.h"
+#include "tests/support/random.h"
 #include "tests/unit/builder/meshes.h"
 
 namespace hapticd::test {

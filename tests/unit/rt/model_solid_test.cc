@@ -3,8 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <random>
 #include <vector>
+
+#include "tests/support/random.h"
 
 namespace hapticd {
 namespace {
@@ -23,24 +24,15 @@ struct Solid {
   [[nodiscard]] double slack(std::uint32_t i, const Vec3& x) const { return plane[i][3] - n(i).dot(x); }
 };
 
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double in(double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine_); }
-  Vec3 vector(double size) { return {in(-size, size), in(-size, size), in(-size, size)}; }
-  Solid solid() {
-    Solid s;
-    const int count = 1 + static_cast<int>(in(0, HD_HALFSPACES - 1e-9));
-    while (static_cast<int>(s.count) < count) {
-      const Vec3 n = vector(1);
-      if (n.norm() > 0.1) s.add(n, in(0, 0.01));
-    }
-    return s;
+Solid randomSolid(Random& random) {
+  Solid s;
+  const int count = 1 + random.below(HD_HALFSPACES);
+  while (static_cast<int>(s.count) < count) {
+    const Vec3 n = random.vector(1);
+    if (n.norm() > 0.1) s.add(n, random.in(0, 0.01));
   }
-
- private:
-  std::mt19937 engine_;
-};
+  return s;
+}
 
 /** Minimum of sum(l s) + r/2 (|l|^2 - 1) over the simplex, by thousands of Frank-Wolfe steps: slow and different. */
 double bruteDepth(const Solid& s, const Vec3& x) {
@@ -86,7 +78,7 @@ TEST(SolidDepth, EdgeIsAFillet) {
 TEST(SolidDepth, AgreesWithBruteForce) {
   Random random(1);
   for (int i = 0; i < 300; ++i) {
-    const Solid s = random.solid();
+    const Solid s = randomSolid(random);
     const Vec3 x = random.vector(0.004);
     ASSERT_NEAR(solidDepth(s.plane, s.count, kRounding, x).depth, bruteDepth(s, x), 1e-9) << "solid " << i;
   }
@@ -95,7 +87,7 @@ TEST(SolidDepth, AgreesWithBruteForce) {
 TEST(SolidDepth, NormalIsTheGradientAndNeverJumps) {
   Random random(2);
   for (int i = 0; i < 2000; ++i) {
-    const Solid s = random.solid();
+    const Solid s = randomSolid(random);
     const Vec3 x = random.vector(0.004);
     const SolidDepth at = solidDepth(s.plane, s.count, kRounding, x);
     const double h = 1e-8;
@@ -188,7 +180,7 @@ TEST(WayOut, IsTheExactMinimum) {
   // No step in any direction lowers the cost of the header, also where no outside is left.
   Random random(4);
   for (int i = 0; i < 3000; ++i) {
-    const Solid s = random.solid();
+    const Solid s = randomSolid(random);
     const Vec3 x = random.vector(0.01);
     const Vec3 e = wayOut(s.plane, s.count, x) / (1 + kCornerSoftness);
     Vec3 gradient = kCornerSoftness * e;
@@ -200,7 +192,7 @@ TEST(WayOut, IsTheExactMinimum) {
 TEST(WayOut, NeverMovesFurtherThanTheTool) {
   Random random(5);
   for (int i = 0; i < 5000; ++i) {
-    const Solid s = random.solid();
+    const Solid s = randomSolid(random);
     const Vec3 x = random.vector(0.01);
     const Vec3 step = random.vector(2e-4);
     const Vec3 change = wayOut(s.plane, s.count, x + step) - wayOut(s.plane, s.count, x);

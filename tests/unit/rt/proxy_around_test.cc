@@ -3,8 +3,7 @@
  */
 #include <gtest/gtest.h>
 
-#include <random>
-
+#include "tests/support/random.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 
@@ -18,16 +17,6 @@ using testing::TestScene;
 constexpr double kThick = 0.00005;
 constexpr double kBall = 0.001;  ///< Radius of a proxy that is none.
 
-class Random {
- public:
-  double operator()(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
-  Vec3 inCube(double size) { return {(*this)(-size, size), (*this)(-size, size), (*this)(-size, size)}; }
-  Quat turn() { return Quat(Eigen::AngleAxisd((*this)(0, 3), inCube(1).normalized())); }
-
- private:
-  std::mt19937 engine_{11};
-};
-
 /** A room with walls: an inner and an outer box in one mesh. */
 TestMesh roomMesh(const Vec3& half, double wall) {
   TestMesh room = testing::boxMesh(half, Vec3::Zero(), true), outer = testing::boxMesh(half + Vec3::Constant(wall));
@@ -40,21 +29,21 @@ TEST(ProxyAround, APlateIsNotPassedAtAnyAngleSpeedAndPlace) {
   const double half = 0.02;
   TestMesh mesh = testing::boxMesh(Vec3(half, half, kThick / 2));
   MeshView* view = mesh.view();
-  Random random;
+  Random random(11);
   for (int run = 0; run < 2000; ++run) {
-    const double mu = run % 2 ? random(0, 1) : 0, speed = std::pow(10.0, random(-2.5, 0));
-    const double radius = run % 5 == 0 ? 0.001 : (run % 5 == 1 ? random(0.0001, 0.003) : 0),
+    const double mu = run % 2 ? random.in(0, 1) : 0, speed = std::pow(10.0, random.in(-2.5, 0));
+    const double radius = run % 5 == 0 ? 0.001 : (run % 5 == 1 ? random.in(0.0001, 0.003) : 0),
                  top = double{static_cast<float>(kThick / 2)} + radius;
     TestScene t;
     t.proxy.setRadius(radius);
-    const Pose X{random.inCube(0.1), random.turn()};
+    const Pose X{random.vector(0.1), random.turn()};
     t.addMesh(view, X, {1000, 0, mu, 0.8 * mu});
     // Anywhere, half of the times within 0.3 mm of the border, but for its own thickness (docs/rendering.md).
-    const double rim = kThick, from_rim = run % 4 < 2 ? random(rim, 0.0003) : random(rim, half);
-    Vec3 through((run % 8 < 4 ? 1 : -1) * (half - from_rim), random(-half + rim, half - rim), top);
+    const double rim = kThick, from_rim = run % 4 < 2 ? random.in(rim, 0.0003) : random.in(rim, half);
+    Vec3 through((run % 8 < 4 ? 1 : -1) * (half - from_rim), random.in(-half + rim, half - rim), top);
     if (run % 3 == 0) std::swap(through.x(), through.y());
     // Inward or level, so that it is the plate that is met.
-    Vec3 along(random(-2, 0) * through.x(), random(-2, 0) * through.y(), -half * random(0.2, 2));
+    Vec3 along(random.in(-2, 0) * through.x(), random.in(-2, 0) * through.y(), -half * random.in(0.2, 2));
     along.normalize();
     for (double s = -0.001; s < 0.008; s += speed * kTick) {
       const Vec3 x = through + s * along;
@@ -70,7 +59,7 @@ TEST(ProxyAround, ARoomWithThinWallsIsNeverLeft) {
   const Vec3 half(0.01, 0.008, 0.006);
   TestMesh mesh = roomMesh(half, kThick);
   MeshView* view = mesh.view();
-  Random random;
+  Random random(11);
   for (const auto& [mu, radius] :
        {std::pair{0.0, 0.0}, {0.7, 0.0}, {1.5, 0.0}, {0.0, kBall}, {0.7, kBall}, {1.5, kBall}}) {
     TestScene t;
@@ -81,11 +70,11 @@ TEST(ProxyAround, ARoomWithThinWallsIsNeverLeft) {
     t.tick(X * x);
     for (int i = 0; i < (radius > 0 ? 6000 : 30000); ++i) {
       // Anywhere; and then again into walls, edges and corners, by less than the walls are thick.
-      if (i % 40 == 0) aim = half.cwiseProduct(random.inCube(1.4));
+      if (i % 40 == 0) aim = half.cwiseProduct(random.vector(1.4));
       if (i % 40 == 20) {
-        for (int k = 0; k < 3; ++k) aim[k] = std::copysign(half[k] + random(-4, 1) * kThick, random(-1, 1));
+        for (int k = 0; k < 3; ++k) aim[k] = std::copysign(half[k] + random.in(-4, 1) * kThick, random.in(-1, 1));
       }
-      x += std::min((aim - x).norm(), std::pow(10.0, random(-5.5, -3))) * (aim - x).normalized();
+      x += std::min((aim - x).norm(), std::pow(10.0, random.in(-5.5, -3))) * (aim - x).normalized();
       const Vec3 p = X.inverse() * t.tick(X * x).proxy;
       ASSERT_LE((p.cwiseAbs() - half).maxCoeff() + radius, 1e-8) << mu << " " << radius << " " << i;
     }
@@ -97,15 +86,15 @@ TEST(ProxyAround, ItDoesNotGetOutByACornerBesideWhichItSticks) {
   const Vec3 half(0.01, 0.008, 0.006);
   TestMesh mesh = roomMesh(half, kThick);
   MeshView* view = mesh.view();
-  Random random;
+  Random random(11);
   for (int run = 0; run < 1000; ++run) {
-    const double mu = random(0.3, 2), radius = run % 4 == 0 ? kBall : 0;
+    const double mu = random.in(0.3, 2), radius = run % 4 == 0 ? kBall : 0;
     TestScene t;
     t.proxy.setRadius(radius);
     t.addMesh(view, {}, {500, 0, mu, mu});
-    const Vec3 start = half - Vec3(0.001 + radius, radius + random(0.1, 1) * kThick, 0.003);
-    const Vec3 touch(half.x() + random(0.1, 1) * kThick, start.y(), start.z());
-    const Vec3 corner = Vec3(half.x(), half.y(), start.z()) + Vec3(random(0, 1), random(0, 1), 0) * kThick;
+    const Vec3 start = half - Vec3(0.001 + radius, radius + random.in(0.1, 1) * kThick, 0.003);
+    const Vec3 touch(half.x() + random.in(0.1, 1) * kThick, start.y(), start.z());
+    const Vec3 corner = Vec3(half.x(), half.y(), start.z()) + Vec3(random.in(0, 1), random.in(0, 1), 0) * kThick;
     t.tick(start);
     t.tick(touch);
     for (int i = 0; i <= 20; ++i) {
@@ -130,15 +119,15 @@ TEST(ProxyAround, ABladeKeepsItsSide) {
   blade.addTriangle(0, 1, 2);
   blade.addTriangle(3, 5, 4);
   MeshView* view = blade.view();
-  Random random;
+  Random random(11);
   for (int run = 0; run < 500; ++run) {
-    const double mu = run % 2 ? random(0, 1) : 0, radius = run % 4 < 2 ? 0 : kBall;
+    const double mu = run % 2 ? random.in(0, 1) : 0, radius = run % 4 < 2 ? 0 : kBall;
     TestScene t;
     t.proxy.setRadius(radius);
     t.addMesh(view, {}, {1000, 0, mu, mu});
-    Vec3 x(-0.004, random(-0.02, 0.02), random(0.004, 0.012));
+    Vec3 x(-0.004, random.in(-0.02, 0.02), random.in(0.004, 0.012));
     t.tick(x);
-    const Vec3 step(std::pow(10.0, random(-5, -3)), random(-1, 1) * 1e-4, 0);
+    const Vec3 step(std::pow(10.0, random.in(-5, -3)), random.in(-1, 1) * 1e-4, 0);
     for (int i = 0; i < 300 && x.x() < 0.005 - foot; ++i) {
       const SurfaceContact& c = t.tick(x += step);
       ASSERT_LT(c.proxy.x(), -radius) << run << " " << i;

@@ -1,6 +1,7 @@
 /** @file
- * Seeded randomness for properties, with a taste for trouble. HAPTICD_SEED=n
- * runs one seed only.
+ * Seeded randomness for tests: the same numbers for the same seed with every compiler and library, which the
+ * distributions of the standard do not promise. With a taste for trouble. HAPTICD_SEED=n runs one seed of a property
+ * only.
  */
 #pragma once
 
@@ -14,8 +15,7 @@
 
 namespace hapticd {
 
-/** The seeds of a property: 1 to count, or the one that the environment names.
- */
+/** The seeds of a property: 1 to count, or the one that the environment names. */
 inline std::vector<unsigned> seeds(unsigned count) {
   if (const char* one = std::getenv("HAPTICD_SEED")) {
     return {static_cast<unsigned>(std::strtoul(one, nullptr, 10))};
@@ -25,14 +25,26 @@ inline std::vector<unsigned> seeds(unsigned count) {
   return all;
 }
 
+/** Neither allocates nor throws, so a forked child may have one. */
 class Random {
  public:
-  explicit Random(unsigned seed) : engine_(seed) {}
+  explicit Random(std::uint32_t seed) : engine_(seed) {}
 
-  double in(double a, double b) { return a + (b - a) * (engine_() * 0x1p-32); }
+  double in(double low, double high) { return low + (high - low) * (engine_() * 0x1p-32); }
   bool once(double in_so_many) { return in(0, in_so_many) < 1; }
-  int below(int n) { return static_cast<int>(in(0, n)); }
+  /** 0 to n - 1. */
+  template <class Int>
+  Int below(Int n) {
+    return static_cast<Int>(in(0, n));
+  }
+  std::uint64_t bits() {
+    const std::uint64_t high = engine_();
+    return high << 32 | engine_();
+  }
+  /** In a cube around zero, twice `size` wide. */
   Vec3 vector(double size) { return {in(-size, size), in(-size, size), in(-size, size)}; }
+  /** By up to 3 rad. */
+  Quat turn() { return Quat(Eigen::AngleAxisd(in(0, 3), vector(1).normalized())); }
 
   /** Not finite. */
   double broken() {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tools/hapticctl/command.h"
+#include "tools/hapticctl/counts.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/output.h"
@@ -24,7 +25,7 @@ std::string stateOf(const haptic_device_status& d) {
   return d.armed != 0 ? "armed" : "disarmed";
 }
 
-std::string screen(const haptic_status& status) {
+std::string screen(const haptic_status& status, const std::vector<Owned<haptic_statistics>>& statistics) {
   const haptic_daemon_info& info = *status.info;
   std::string out =
       fmt::format("{}  pid {}, up {}, {}\n", styled(Style::kBold, fmt::format("hapticd {}", info.version)), info.pid,
@@ -60,6 +61,10 @@ std::string screen(const haptic_status& status) {
                                : Style::kPlain);
   }
   out += devices.empty() ? "no device is open (hapticctl list)\n" : devices.text();
+  for (std::uint32_t i = 0; i < status.device_count; ++i) {
+    const DeviceCounts counts = countsOf(*status.devices[i], statistics[i].get());
+    if (counts.answers != 0) out += collideLine(status.devices[i]->name, counts);
+  }
 
   Table clients(
       {{"CLIENT"}, {"PID", true}, {"DEVICE"}, {"LEASE"}, {"RECEIVED", true}, {"REJECTED", true}, {"MODELS", true}});
@@ -72,6 +77,18 @@ std::string screen(const haptic_status& status) {
   return out;
 }
 
+/** With the counts of the collide thread, as /statistics has them. */
+Json asJson(const haptic_status& status, const std::vector<Owned<haptic_statistics>>& statistics) {
+  Json out = toJson(status);
+  for (std::uint32_t i = 0; i < status.device_count; ++i) {
+    if (!statistics[i]) continue;
+    const DeviceCounts counts = countsOf(*status.devices[i], statistics[i].get());
+    out["devices"][i]["collide"] = {
+        {"queries", counts.answers}, {"exhausted", counts.cut_short}, {"unsent", counts.lost}};
+  }
+  return out;
+}
+
 }  // namespace
 
 void addStatus(CLI::App& app, Action& chosen) {
@@ -80,10 +97,11 @@ void addStatus(CLI::App& app, Action& chosen) {
     chosen = [](const Globals& globals) {
       const Daemon daemon(globals);
       const auto status = daemon.ask<haptic_status>(haptic_get_status);
+      const auto statistics = statisticsOf(daemon, *status);
       if (globals.json) {
-        putJson(toJson(*status));
+        putJson(asJson(*status, statistics));
       } else {
-        put(screen(*status));
+        put(screen(*status, statistics));
       }
       return kExitOk;
     };

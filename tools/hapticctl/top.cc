@@ -2,9 +2,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "tools/hapticctl/command.h"
+#include "tools/hapticctl/counts.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/numbers.h"
@@ -22,29 +22,21 @@ struct Options {
   double delay_s = 1;
 };
 
-/** Counts at the time 'c' was pressed, so that the screen starts anew from there. */
-struct Baseline {
-  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> devices;  ///< missed, stale
-  std::map<std::uint64_t, std::array<std::uint64_t, 3>> clients;           ///< received, rejected, stale
-};
-
 /** One look at the daemon. */
 struct Look {
   Owned<haptic_status> status;
-  std::vector<Owned<haptic_statistics>> statistics;  ///< By device.
+  std::vector<Owned<haptic_statistics>> statistics;  ///< By device; null for one that has been closed since.
 };
 
 Look look(const Daemon& daemon) {
-  Look out{daemon.ask<haptic_status>(haptic_get_status), {}};
-  for (std::uint32_t i = 0; i < out.status->device_count; ++i) {
-    out.statistics.push_back(daemon.ask<haptic_statistics>(haptic_get_statistics, out.status->devices[i]->uri, 0));
-  }
-  return out;
+  auto status = daemon.ask<haptic_status>(haptic_get_status);
+  auto statistics = statisticsOf(daemon, *status);
+  return {std::move(status), std::move(statistics)};
 }
 
-const haptic_histogram* histogram(const haptic_statistics& statistics, std::string_view name) {
-  for (std::uint32_t i = 0; i < statistics.histogram_count; ++i) {
-    if (name == statistics.histograms[i]->name) return statistics.histograms[i];
+const haptic_histogram* histogram(const haptic_statistics* statistics, std::string_view name) {
+  for (std::uint32_t i = 0; statistics != nullptr && i < statistics->histogram_count; ++i) {
+    if (name == statistics->histograms[i]->name) return statistics->histograms[i];
   }
   return nullptr;
 }
@@ -57,9 +49,6 @@ std::string screen(const Look& now, const Baseline& base) {
       fmt::format("hapticd {}  {}  devices {}, clients {}, objects {}, triangles {}\n", status.info->version,
                   status.info->realtime != 0 ? "real-time" : styled(Style::kBad, "NOT REAL-TIME"), status.device_count,
                   status.client_count, status.objects, grouped(status.triangles));
-  const auto since = [](std::uint64_t value, std::uint64_t start) {
-    return grouped(value >= start ? value - start : value);
-  };
 
   Table devices({{"DEVICE"},
                  {"STATE"},
@@ -71,13 +60,13 @@ std::string screen(const Look& now, const Baseline& base) {
                  {"MISSES", true},
                  {"STALE", true},
                  {"FORCE N", true}});
+  std::string collisions;
   for (std::uint32_t i = 0; i < status.device_count; ++i) {
     const haptic_device_status& d = *status.devices[i];
-    const haptic_histogram* wake = histogram(*now.statistics[i], "wake");
-    const haptic_histogram* cycle = histogram(*now.statistics[i], "cycle");
-    const auto start = base.devices.find(d.uri);
-    const auto [missed, stale] =
-        start == base.devices.end() ? std::pair<std::uint64_t, std::uint64_t>{} : start->second;
+    const haptic_histogram* wake = histogram(now.statistics[i].get(), "wake");
+    const haptic_histogram* cycle = histogram(now.statistics[i].get(), "cycle");
+    const DeviceCounts counts = base.since(d, now.statistics[i].get());
+    if (counts.cut_short != 0 || counts.lost != 0) collisions += collideLine(d.name, counts);
     const double force = std::sqrt(d.force[0] * d.force[0] + d.force[1] * d.force[1] + d.force[2] * d.force[2]);
     devices.row({d.name,
                  d.fault != 0   ? "FAULT"
@@ -85,22 +74,13 @@ std::string screen(const Look& now, const Baseline& base) {
                                 : "disarmed",
                  fixed(d.rate_hz, 0), wake != nullptr ? microseconds(static_cast<double>(wake->p50_ns)) : "-",
                  wake != nullptr ? microseconds(static_cast<double>(wake->p99_ns)) : "-", fixed(d.busy * 100, 1),
-                 cycle != nullptr ? microseconds(static_cast<double>(cycle->p99_ns)) : "-", since(d.missed, missed),
-                 since(d.stale, stale), fixed(force, 2)},
+                 cycle != nullptr ? microseconds(static_cast<double>(cycle->p99_ns)) : "-", grouped(counts.missed),
+                 grouped(counts.stale), fixed(force, 2)},
                 d.fault != 0   ? Style::kBad
                 : d.armed != 0 ? Style::kGood
                                : Style::kPlain);
   }
-  out += devices.text();
-  for (std::uint32_t i = 0; i < status.device_count; ++i) {
-    const haptic_statistics& s = *now.statistics[i];
-    if (s.collide_exhausted == 0 && s.collide_unsent == 0) continue;
-    out +=
-        styled(Style::kWarn, fmt::format("{}: of {} answers on what is held or moves freely {} were cut short, {} lost",
-                                         status.devices[i]->name, grouped(s.collide_queries),
-                                         grouped(s.collide_exhausted), grouped(s.collide_unsent))) +
-        " (hapticctl doctor)\n";
-  }
+  out += devices.text() + collisions;
 
   Table clients({{"CLIENT"},
                  {"PID", true},
@@ -114,11 +94,10 @@ std::string screen(const Look& now, const Baseline& base) {
                  {"BEAT ms", true}});
   for (std::uint32_t i = 0; i < status.client_count; ++i) {
     const haptic_client_status& c = *status.clients[i];
-    const auto start = base.clients.find(c.session);
-    const auto from = start == base.clients.end() ? std::array<std::uint64_t, 3>{} : start->second;
-    clients.row({c.name, std::to_string(c.pid), c.device, c.lease != 0 ? "yes" : "", since(c.received, from[0]),
-                 since(c.rejected, from[1]), since(c.stale, from[2]), std::to_string(c.models),
-                 fixed(static_cast<double>(c.fade), 2), fixed(static_cast<double>(c.heartbeat_age_ns) * 1e-6, 1)},
+    const auto [received, rejected, stale] = base.since(c);
+    clients.row({c.name, std::to_string(c.pid), c.device, c.lease != 0 ? "yes" : "", grouped(received),
+                 grouped(rejected), grouped(stale), std::to_string(c.models), fixed(static_cast<double>(c.fade), 2),
+                 fixed(static_cast<double>(c.heartbeat_age_ns) * 1e-6, 1)},
                 c.fade < 1 ? Style::kWarn : Style::kPlain);
   }
   return out + clients.text();
@@ -127,24 +106,19 @@ std::string screen(const Look& now, const Baseline& base) {
 Json asJson(const Look& now) {
   Json out = toJson(*now.status);
   out["statistics"] = Json::array();
-  for (const auto& statistics : now.statistics) out["statistics"].push_back(toJson(*statistics));
+  for (const auto& statistics : now.statistics) {
+    if (statistics) out["statistics"].push_back(toJson(*statistics));
+  }
   return out;
 }
 
 /** Starts the counts anew; the daemon's histograms too where this connection may reset them. Returns what to tell. */
 std::string clear(const Daemon& daemon, const Look& now, Baseline& base) {
-  for (std::uint32_t i = 0; i < now.status->device_count; ++i) {
-    const haptic_device_status& d = *now.status->devices[i];
-    base.devices[d.uri] = {d.missed, d.stale};
-  }
-  for (std::uint32_t i = 0; i < now.status->client_count; ++i) {
-    const haptic_client_status& c = *now.status->clients[i];
-    base.clients[c.session] = {c.received, c.rejected, c.stale};
-  }
+  for (std::uint32_t i = 0; i < now.status->device_count; ++i)
+    base.take(*now.status->devices[i], now.statistics[i].get());
+  for (std::uint32_t i = 0; i < now.status->client_count; ++i) base.take(*now.status->clients[i]);
   if (now.status->info->administration == 0) return "counts cleared; histograms need --admin";
-  for (std::uint32_t i = 0; i < now.status->device_count; ++i) {
-    (void)daemon.ask<haptic_statistics>(haptic_get_statistics, now.status->devices[i]->uri, 1);
-  }
+  (void)statisticsOf(daemon, *now.status, true);
   return "counts and histograms cleared";
 }
 

@@ -363,8 +363,8 @@ class WithDaemon(Case):
             self.assertEqual(monitor.stderr.read(), b"")
 
 
-class OnATerminal(Case):
-    """A pseudo-terminal: colours, keys, the question for the scale, progress."""
+class TerminalCase(Case):
+    """Commands on a pseudo-terminal."""
 
     def run_on_terminal(self, *arguments, send=(), **environment):
         pid, terminal = pty.fork()
@@ -382,6 +382,10 @@ class OnATerminal(Case):
             pass
         os.close(terminal)
         return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), output.decode()
+
+
+class OnATerminal(TerminalCase):
+    """Colours, keys, the question for the scale, progress."""
 
     def test_colours_only_where_wanted(self):
         self.assertIn("\x1b[1m", self.run_on_terminal("list", NO_COLOR="")[1])
@@ -409,22 +413,32 @@ class OnATerminal(Case):
         self.assertFalse(self.json("status")["devices"][0]["armed"])
 
 
-class MoreThanThereIsTimeFor(Case):
+class MoreThanThereIsTimeFor(TerminalCase):
     """A tool of many points amid as many meshes as are asked for, none with a volume."""
 
     def test_collisions_cut_short_are_told_with_their_remedy(self):
         path = self.file("ball.stl", ball(40))
         for k in range(17):
             self.run_ctl("load", path, "--scale", "m", "--name", f"ball{k}")
-        self.assertNotIn("cut short", self.run_ctl("top", "-b", "-n", "1").stdout)
+        for command in (["top", "-b", "-n", "1"], ["status"]):
+            self.assertNotIn("cut short", self.run_ctl(*command).stdout)
         self.run_ctl("tool", "attach", "ball0")
         while (told := self.json("get", "/statistics/sim")["collide"])["queries"] < 10:
             time.sleep(0.02)
         self.assertGreater(told["exhausted"], 0)
-        self.assertRegex(self.run_ctl("top", "-b", "-n", "1").stdout, r"sim: of \d+ answers .* [1-9]\d* were cut short, 0 lost")
+        for command in (["top", "-b", "-n", "1"], ["status"]):
+            self.assertRegex(self.run_ctl(*command).stdout, r"sim: of [\d ]+ answers .* [1-9][\d ]* were cut short, 0 lost")
         checks = {check["name"]: check for check in json.loads(self.run_ctl("--json", "doctor", exit_code=1).stdout)["checks"]}
         self.assertEqual(checks["daemon: collision default"]["state"], "red")
         self.assertIn("--voxel", checks["daemon: collision default"]["remedy"])
+        self.run_ctl("tool", "detach")
+        time.sleep(0.1)  # The last answers come.
+        self.assertEqual(self.json("status")["devices"][0]["collide"], self.json("get", "/statistics/sim")["collide"])
+        keys = [(b"q quit", b"c"), (b"counts cleared", b"q")]
+        screens = self.run_on_terminal("top", "-d", "0.1", send=keys, NO_COLOR="1")[1].split("\x1b[H")
+        before, after = (next(one for one in screens if words in one) for words in ("q quit", "counts cleared"))
+        self.assertIn("cut short", before)
+        self.assertNotIn("cut short", after)
 
 
 class DaemonDies(Case):

@@ -11,6 +11,7 @@
 
 #include "rt/base/clock.h"
 #include "tools/haptic-emu/falcon/falcon_user.h"
+#include "tools/haptic-emu/option.h"
 #include "tools/haptic-emu/play_hid.h"
 #include "tools/haptic-emu/vhci.h"
 
@@ -20,6 +21,7 @@ std::atomic<bool> stop{false};
 void onSignal(int) { stop.store(true); }
 
 constexpr int kExitFailed = 1, kExitUsage = 2;
+constexpr double kLongest_s = 86400;  ///< Between two lines.
 
 struct Options {
   haptic_emu::FalconHabits habits;
@@ -77,28 +79,34 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   app.require_subcommand(1);
   CLI::App* falcon = app.add_subcommand("falcon", "A Novint Falcon; any file will do as its firmware");
   falcon->add_option("--fault", options.faults, "What goes wrong: KIND@FROM+LENGTH in seconds, several times")
-      ->expected(1, 100);
+      ->expected(1, 100)
+      ->check(haptic_emu::isFault());
   falcon->add_option("--press", options.habits.press, "How far the hand goes toward the base and back [m]")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 0.03));
+      ->check(haptic_emu::within(0, 0.03));
   falcon->add_option("--period", options.habits.period_s, "Of pressing [s]")
       ->capture_default_str()
-      ->check(CLI::Range(0.1, 60.0));
+      ->check(haptic_emu::within(0.1, 60));
   falcon->add_flag("!--no-homing", options.habits.homes, "The hand does not home it when it is asked to");
   falcon->add_option("--port", options.vhci.port, "Of vhci_hcd")->capture_default_str()->check(CLI::Range(0, 7));
-  falcon->add_option("--every", options.every_s, "Seconds between two lines; 0 for none")->capture_default_str();
+  falcon->add_option("--every", options.every_s, "Seconds between two lines; 0 for none")
+      ->capture_default_str()
+      ->check(haptic_emu::within(0, kLongest_s));
   haptic_emu::HidPlay hid;
   const auto addHid = [&](const char* name, const char* what, std::vector<std::string> kinds) {
     CLI::App* one = app.add_subcommand(name, what);
     one->add_option("kind", hid.kind, "Which of them; the first unless said")->check(CLI::IsMember(kinds));
     one->add_option("--serial", hid.serial, "Its serial number")->capture_default_str();
     one->add_option("--fault", hid.faults, "What goes wrong: KIND@FROM+LENGTH in seconds, several times")
-        ->expected(1, 100);
+        ->expected(1, 100)
+        ->check(haptic_emu::isFault());
     one->add_option("--press", hid.press, "How far the hand goes and back [m]")
         ->capture_default_str()
-        ->check(CLI::Range(0.0, 0.04));
-    one->add_option("--period", hid.period_s, "Of that [s]")->capture_default_str()->check(CLI::Range(0.1, 60.0));
-    one->add_option("--every", hid.every_s, "Seconds between two lines; 0 for none")->capture_default_str();
+        ->check(haptic_emu::within(0, 0.04));
+    one->add_option("--period", hid.period_s, "Of that [s]")->capture_default_str()->check(haptic_emu::within(0.1, 60));
+    one->add_option("--every", hid.every_s, "Seconds between two lines; 0 for none")
+        ->capture_default_str()
+        ->check(haptic_emu::within(0, kLongest_s));
     one->callback([&hid, name] { hid.device = name; });
   };
   addHid("woodyhid", "A WoodenHaptics or Polhem arm, by /dev/uhid", {"wooden2015", "polhem3"});

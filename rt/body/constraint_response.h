@@ -5,7 +5,8 @@
  *
  * With the coupling's stiffness in the mobility this is the quasi-static god-object of Ortega, Redon, Coquillart (2007)
  * when the tool's mass is small against stiffness times dt^2, and a dynamic body when it is not. Starts from the last
- * step's impulses of the same touches, so that what rests is solved in a sweep or two.
+ * step's impulses of the same touches, so that what rests is solved in a sweep or two. Where the sweeps do not suffice
+ * (one random problem of friction in six) energy may be gained: in 3 of 200 000 such problems, 0.7 % at most.
  */
 #pragma once
 

@@ -45,6 +45,10 @@ class Random {
   Vec3 vector(double size) { return {in(-size, size), in(-size, size), in(-size, size)}; }
   /** By up to 3 rad. */
   Quat turn() { return Quat(Eigen::AngleAxisd(in(0, 3), vector(1).normalized())); }
+  Pose pose(double size) {
+    const Vec3 p = vector(size);
+    return {p, turn()};
+  }
 
   /** Not finite. */
   double broken() {

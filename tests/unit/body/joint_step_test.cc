@@ -4,21 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <memory>
-#include <random>
 #include <vector>
 
 #include "rt/body/coupling.h"
+#include "support/random.h"
 
 namespace hapticd {
 namespace {
 
 constexpr double kDt = 1e-3;
-
-struct Dice {
-  std::mt19937_64 engine{11};
-  double operator()(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine); }
-  Vec3 vec(double size) { return {(*this)(-size, size), (*this)(-size, size), (*this)(-size, size)}; }
-};
 
 FreeBody ball(double mass, const Vec3& at, const Vec3& v, double damping = 0) {
   FreeBody body(MassProperties::ofBall(mass, 0.02), damping, true);
@@ -53,15 +47,15 @@ TEST(JointStep, TwoBallsThatMeetKeepTheirMomentum) {
 }
 
 TEST(JointStep, RandomHeapsKeepMomentumAndNeverGainEnergy) {
-  Dice dice;
+  Random random(11);
   auto joint = std::make_unique<JointStep>();
   double least_kept = 1;
   for (int round = 0; round < 400; ++round) {
     std::vector<FreeBody> bodies;
     for (int i = 0; i < 2 + round % 7; ++i) {
-      FreeBody body(MassProperties::ofBox(dice(0.01, 5), {0.02, 0.05, 0.03}), 0, false);
-      body.body.place({dice.vec(0.05), Quat::UnitRandom()});
-      body.body.setTwist({dice.vec(1), dice.vec(10)});
+      FreeBody body(MassProperties::ofBox(random.in(0.01, 5), {0.02, 0.05, 0.03}), 0, false);
+      body.body.place({random.vector(0.05), random.turn()});
+      body.body.setTwist({random.vector(1), random.vector(10)});
       bodies.push_back(body);
     }
     const auto sums = [&](double& energy, Vec3& p, Vec3& l) {
@@ -83,12 +77,12 @@ TEST(JointStep, RandomHeapsKeepMomentumAndNeverGainEnergy) {
       const auto a = static_cast<std::uint8_t>(round + i) % bodies.size();
       const auto b = (a + 1 + static_cast<std::size_t>(i) % (bodies.size() - 1)) % bodies.size();
       Touch touch;
-      const Vec3 at = 0.5 * (bodies[a].body.com() + bodies[b].body.com()) + dice.vec(0.01);
-      touch.n = dice.vec(1).normalized();
+      const Vec3 at = 0.5 * (bodies[a].body.com() + bodies[b].body.com()) + random.vector(0.01);
+      touch.n = random.vector(1).normalized();
       touch.r_a = at - bodies[a].body.com();
       touch.r_b = at - bodies[b].body.com();
-      touch.gap = dice(-1e-3, 1e-4);
-      touch.friction = dice(0, 1);
+      touch.gap = random.in(-1e-3, 1e-4);
+      touch.friction = random.in(0, 1);
       ASSERT_TRUE(joint->add(touch, static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b)));
     }
     joint->solve();
@@ -187,29 +181,30 @@ TEST(JointStep, AToolPushesABodyAsHeavyAsItFeels) {
 
 TEST(JointStep, AToolThatTheBooksStopGotNoWork) {
   // Light tools among obstacles that move and rub at random: now and then no motion leaves the books in order.
-  Dice dice;
+  Random random(11);
   auto joint = std::make_unique<JointStep>();
   int stopped = 0;
   for (int run = 0; run < 400; ++run) {
     ToolSetup setup;
-    setup.mass =
-        MassProperties::ofBox(std::pow(10, dice(-3, -1)), {dice(0.001, 0.1), dice(0.001, 0.1), dice(0.001, 0.1)});
-    setup.gains = {dice(100, 3000), dice(100, 3000), dice(0, 20), dice(0.01, 3), dice(0.01, 3), dice(0, 0.01)};
+    setup.mass = MassProperties::ofBox(std::pow(10, random.in(-3, -1)),
+                                       {random.in(0.001, 0.1), random.in(0.001, 0.1), random.in(0.001, 0.1)});
+    setup.gains = {random.in(100, 3000), random.in(100, 3000), random.in(0, 20),
+                   random.in(0.01, 3),   random.in(0.01, 3),   random.in(0, 0.01)};
     Tool tool(setup);
     Pose device;
     tool.reset(device);
     for (int tick = 0; tick < 40; ++tick) {
-      device.p += dice.vec(0.003);
+      device.p += random.vector(0.003);
       joint->begin(kDt, Vec3::Zero());
       ToolStep out;
       const std::uint8_t a = joint->add(tool, device, out);
       for (std::uint64_t key = 1; key < 8; ++key) {
         Touch touch;
-        touch.r_a = dice.vec(0.05);
-        touch.n = dice.vec(1).normalized();
-        touch.gap = dice(-0.01, 0.001);
-        touch.friction = dice(0, 3);
-        touch.moving = dice.vec(3);
+        touch.r_a = random.vector(0.05);
+        touch.n = random.vector(1).normalized();
+        touch.gap = random.in(-0.01, 0.001);
+        touch.friction = random.in(0, 3);
+        touch.moving = random.vector(3);
         touch.key = key;
         (void)joint->add(touch, a, JointStep::kFixed);
       }
@@ -223,17 +218,17 @@ TEST(JointStep, AToolThatTheBooksStopGotNoWork) {
 }
 
 TEST(JointStep, WorkIsBoundedWhateverTheInput) {
-  Dice dice;
+  Random random(11);
   auto joint = std::make_unique<JointStep>();
   std::vector<FreeBody> bodies;
-  for (int i = 0; i < 8; ++i) bodies.push_back(ball(0.1, dice.vec(0.05), dice.vec(5)));
+  for (int i = 0; i < 8; ++i) bodies.push_back(ball(0.1, random.vector(0.05), random.vector(5)));
   joint->begin(kDt, Vec3::Zero());
   for (FreeBody& body : bodies) (void)joint->add(body);
   for (int i = 0; i < 200; ++i) {
     Touch touch;
-    touch.n = dice.vec(1).normalized();
-    touch.r_a = dice.vec(0.05);
-    touch.r_b = dice.vec(0.05);
+    touch.n = random.vector(1).normalized();
+    touch.r_a = random.vector(0.05);
+    touch.r_b = random.vector(0.05);
     touch.gap = -1e-3;
     touch.friction = 1;
     const bool room = joint->add(touch, static_cast<std::uint8_t>(i % 8), static_cast<std::uint8_t>((i + 3) % 8));

@@ -6,13 +6,14 @@
 #include "rt/contact/point_field.h"
 #include "rt/contact/sphere_descent.h"
 #include "rt/contact/voxmap.h"
+#include "support/random.h"
 #include "support/test_volume.h"
 #include "unit/contact/voxels.h"
 
 namespace hapticd {
 namespace {
 
-using testing::queryOf, testing::randomPose, testing::surfaceVoxels, testing::TestVolume;
+using testing::queryOf, testing::surfaceVoxels, testing::TestVolume;
 
 /** Whether a corner or the centre of one cube, turned or straight, lies well within the other. */
 bool cornersMeet(const Vec3& p, const Quat& turn, double p_side, const Vec3& q, double q_side) {
@@ -39,7 +40,7 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
       // Voxels that overlap are found, for a node's sphere holds its voxels; only those whose spheres do are.
       const double sides = static_cast<double>(a->voxel) + b->voxel;
       const double reach = 0.5 * std::sqrt(3.0) * sides;
-      std::mt19937 random(2);
+      Random random(2);
       std::uint64_t total = 0;
       for (const bool tight : {true, false}) {
         SphereDescentDetector detector({.tight = tight});
@@ -47,13 +48,14 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
         ContactSet contacts, by_levels;
         std::uint64_t found = 0, meet = 0;
         for (int i = 0; i < 6; ++i) {
-          const Pose X_WB = randomPose(random, 0.5), X_BA = randomPose(random, 0.02);
-          std::uint32_t sure = 0, most = 0;
+          const Pose X_WB = random.pose(0.5), X_BA = random.pose(0.02);
+          std::uint32_t sure = 0, most = 0, edge = 0;
           for (const Vec3& p : va) {
             const Vec3 x = X_BA * p;
             for (const Vec3& q : vb) {
               if ((x - q).squaredNorm() > (reach + 1e-7) * (reach + 1e-7)) continue;
               ++most;
+              edge += (x - q).norm() > reach - 1e-7 ? 1 : 0;  // Rounding decides.
               sure += cornersMeet(x, X_BA.q, a->voxel, q, b->voxel) ? 1 : 0;
             }
           }
@@ -70,7 +72,7 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
           EXPECT_EQ(contacts.report.work, free.report.work);
           EXPECT_EQ(contacts.integral.force, free.integral.force);
           stepping.find(query, by_levels);
-          EXPECT_LE(by_levels.report.touching, contacts.report.touching);
+          EXPECT_LE(by_levels.report.touching, contacts.report.touching + edge);
           EXPECT_GE(by_levels.report.touching, 0.98 * contacts.report.touching - 3);
           EXPECT_NEAR(contacts.touching_area, by_levels.touching_area, 0.02 * contacts.touching_area + 3e-6);
           EXPECT_LE((contacts.integral.force - by_levels.integral.force).norm(),
@@ -102,12 +104,12 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
 TEST(SphereDescent, OneTouchIsFoundEarlyAndNoneIsMissed) {
   const TestVolume torus = testing::torusVolume(0.02, 0.006, 0.001);
   SphereDescentDetector detector;
-  std::mt19937 random(17);
+  Random random(17);
   ContactSet all, first;
   std::uint64_t work = 0, full = 0;
   int touching = 0, hidden = 0;
-  for (int i = 0; i < 400; ++i) {
-    DetectorQuery query = queryOf(torus, torus, randomPose(random, 0.05));
+  for (int i = 0; i < 600; ++i) {
+    DetectorQuery query = queryOf(torus, torus, random.pose(0.05));
     detector.find(query, all);
     query.first_only = true;
     detector.find(query, first);
@@ -124,7 +126,7 @@ TEST(SphereDescent, OneTouchIsFoundEarlyAndNoneIsMissed) {
   }
   EXPECT_GT(touching, 100);
   EXPECT_GT(hidden, 3);
-  EXPECT_LT(touching, 390);
+  EXPECT_LT(touching, 590);
   EXPECT_LT(5 * work, full);
 }
 
@@ -137,13 +139,12 @@ TEST(SphereDescent, KeepsItsBudgetWithTheMostImportantRefined) {
       const TestVolume a = testing::torusVolume(0.012, 0.004, 0.0008, options);
       SphereDescentDetector detector({.leaf = leaf});
       ContactSet all, some;
-      std::mt19937 random(6);
-      std::uniform_real_distribution<double> u(0, 5.5);
+      Random random(6);
       int exhausted = 0;
       for (int i = 0; i < 60; ++i) {
-        DetectorQuery query = queryOf(a, a, randomPose(random, 0.012));
+        DetectorQuery query = queryOf(a, a, random.pose(0.012));
         detector.find(query, all);
-        query.budget.units = 1 + static_cast<std::uint32_t>(std::pow(10.0, u(random)));
+        query.budget.units = 1 + static_cast<std::uint32_t>(std::pow(10.0, random.in(0, 5.5)));
         detector.find(query, some);
         EXPECT_LE(some.report.work, query.budget.units);
         exhausted += some.report.exhausted ? 1 : 0;

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <random>
 
+#include "support/random.h"
 #include "support/test_volume.h"
 #include "unit/contact/voxels.h"
 
@@ -106,17 +106,15 @@ TEST(PointField, ResultsDoNotDependOnTheLastQueryHoweverFastItMoves) {
   const TestVolume other = testing::torusVolume(0.02, 0.006, 0.001);
   PointFieldDetector with(kRoom);
   PointFieldDetector without(kRoom, {.coherent = false});
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> u(-1, 1);
+  Random random(3);
   Pose X = at(0.06, 0, 0);
   ContactSet a, b;
   std::uint64_t reused = 0, touching = 0;
   for (int i = 0; i < 3000; ++i) {
     // From nearly still to leaps, drawn back to the other body.
-    const double step = std::pow(10.0, -6 + 2.2 * (1 + u(random)));
+    const double step = std::pow(10.0, -6 + 2.2 * (1 + random.in(-1, 1)));
     const Vec3 back = -0.1 * step * X.p.normalized();
-    X = {X.p + step * Vec3(u(random), u(random), u(random)) + back,
-         rotated(X.q, step * 30 * Vec3(u(random), u(random), u(random)), 1)};
+    X = {X.p + step * random.vector(1) + back, rotated(X.q, step * 30 * random.vector(1), 1)};
     DetectorQuery query = queryOf(torus, other, X);
     with.find(query, a);
     without.find(query, b);
@@ -134,15 +132,15 @@ TEST(PointField, KeepsItsBudgetAndSaysWhatItDropped) {
   const TestVolume torus = testing::torusVolume(0.02, 0.006, 0.001, fine(0.0004));
   const TestVolume plate = testing::boxVolume({0.04, 0.04, 0.01}, 0.001);
   PointFieldDetector full(kRoom, {.coherent = false}), limited(kRoom, {.coherent = false});
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> u(-1, 1);
+  Random random(5);
   ContactSet all, some;
   int exhausted = 0;
   for (int i = 0; i < 300; ++i) {
-    DetectorQuery query = queryOf(torus, plate, at(0.01 * u(random), 0.01 * u(random), 0.0155 + 0.0015 * u(random)));
-    query.a.X_WO_before.p.z() += 0.004 * std::max(0.0, u(random));  // Some with a way to sweep.
+    DetectorQuery query =
+        queryOf(torus, plate, at(0.01 * random.in(-1, 1), 0.01 * random.in(-1, 1), 0.0155 + 0.0015 * random.in(-1, 1)));
+    query.a.X_WO_before.p.z() += 0.004 * std::max(0.0, random.in(-1, 1));  // Some with a way to sweep.
     full.find(query, all);
-    query.budget.units = 1 + static_cast<std::uint32_t>(std::pow(10.0, 1.7 + 1.7 * u(random)));
+    query.budget.units = 1 + static_cast<std::uint32_t>(std::pow(10.0, 1.7 + 1.7 * random.in(-1, 1)));
     limited.find(query, some);
     EXPECT_LE(some.report.work, query.budget.units);
     if (some.report.exhausted) {
@@ -209,12 +207,11 @@ TEST(PointField, AFifthOfTheWorkTellsOfAMatedFaceWhatAllOfItTells) {
   const TestVolume tool = testing::volumeOfMesh(brokenHalf(true), 0.0005, fine(0.00015));
   const TestVolume base = testing::volumeOfMesh(brokenHalf(false), 0.0005);
   PointFieldDetector full(kRoom), limited(kRoom);
-  std::mt19937 random(11);
-  std::uniform_real_distribution<double> u(-1, 1);
+  Random random(11);
   ContactSet all, some;
   for (int i = 0; i < 200; ++i) {
-    const Pose X{{1e-4 * u(random), 1e-4 * u(random), -1e-4 + 5e-5 * u(random)},
-                 rotated(Quat::Identity(), 0.004 * Vec3(u(random), u(random), u(random)), 1)};
+    const Pose X{{1e-4 * random.in(-1, 1), 1e-4 * random.in(-1, 1), -1e-4 + 5e-5 * random.in(-1, 1)},
+                 rotated(Quat::Identity(), 0.004 * random.vector(1), 1)};
     DetectorQuery query = queryOf(tool, base, X);
     full.find(query, all);
     ASSERT_GT(all.report.touching, 5000u);
@@ -242,12 +239,11 @@ TEST(PointField, WithFewerUnitsThanPatchesSomeStandForTheirNeighbours) {
   const TestVolume tool = testing::volumeOfMesh(brokenHalf(true), 0.00025, options);
   const TestVolume base = testing::volumeOfMesh(brokenHalf(false), 0.0005);
   PointFieldDetector full(kRoom), limited(kRoom);
-  std::mt19937 random(13);
-  std::uniform_real_distribution<double> u(-1, 1);
+  Random random(13);
   ContactSet all, some;
   for (int i = 0; i < 100; ++i) {
-    const Pose X{{1e-4 * u(random), 1e-4 * u(random), -1e-4 + 5e-5 * u(random)},
-                 rotated(Quat::Identity(), 0.004 * Vec3(u(random), u(random), u(random)), 1)};
+    const Pose X{{1e-4 * random.in(-1, 1), 1e-4 * random.in(-1, 1), -1e-4 + 5e-5 * random.in(-1, 1)},
+                 rotated(Quat::Identity(), 0.004 * random.vector(1), 1)};
     DetectorQuery query = queryOf(tool, base, X);
     full.find(query, all);
     query.budget.units = all.report.work / 8;
@@ -294,15 +290,12 @@ TEST(PointField, StopsAtItsDeadlineAndBeginsWithTheDeepest) {
 TEST(PointField, FirstOnlyTellsWhetherTheyTouch) {
   const TestVolume torus = testing::torusVolume(0.02, 0.006, 0.001);
   PointFieldDetector every(kRoom), first(kRoom);
-  std::mt19937 random(9);
-  std::uniform_real_distribution<double> u(-1, 1);
+  Random random(9);
   ContactSet a, b;
   std::uint64_t work = 0, most = 0;
   int touching = 0;
   for (int i = 0; i < 500; ++i) {
-    DetectorQuery query = queryOf(
-        torus, torus,
-        {0.05 * Vec3(u(random), u(random), u(random)), Quat(u(random), u(random), u(random), u(random)).normalized()});
+    DetectorQuery query = queryOf(torus, torus, {0.05 * random.vector(1), random.turn()});
     every.find(query, a);
     query.first_only = true;
     first.find(query, b);

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <random>
 
 #include "rt/volume/distance.h"
+#include "support/random.h"
 #include "support/test_volume.h"
 
 namespace hapticd {
@@ -44,16 +44,12 @@ PointSums cleared() {
   return sums;
 }
 
-Pose randomPose(std::mt19937& random, double reach) {
-  std::uniform_real_distribution<double> u(-1, 1);
-  return {reach * Vec3(u(random), u(random), u(random)), Quat(u(random), u(random), u(random), u(random)).normalized()};
-}
-
 class PointKernels : public ::testing::Test {
  protected:
   PointKernels() : a_(testing::torusVolume(0.02, 0.006, 0.001)), b_(testing::sphereVolume(0.02, 0.001)) {}
   TestVolume a_, b_;
-  std::mt19937 random_{7};
+  float number(double low, double high) { return static_cast<float>(random_.in(low, high)); }
+  Random random_{7};
 };
 
 TEST_F(PointKernels, GiveTheSameBitsOnEveryPath) {
@@ -64,11 +60,11 @@ TEST_F(PointKernels, GiveTheSameBitsOnEveryPath) {
     others.push_back(&pointKernel());
   }
   ASSERT_TRUE(choosePointPath(best));
-  std::uniform_int_distribution<std::uint32_t> pick(0, a_.view.point_count - 1);
   std::uint32_t touching = 0;
   for (int i = 0; i < 300; ++i) {
-    const Tables t(a_.view, b_.view, randomPose(random_, 0.04));
-    const std::uint32_t first = pick(random_), count = std::min(1 + pick(random_) / 8, a_.view.point_count - first);
+    const Tables t(a_.view, b_.view, random_.pose(0.04));
+    const std::uint32_t first = random_.below(a_.view.point_count),
+                        count = std::min(1 + random_.below(a_.view.point_count) / 8, a_.view.point_count - first);
     const PointRange range{first, count, {20, 21, 22}, i % 3 == 0 ? 2.5F : 1.0F, i % 2 == 0 ? 0.0F : 0.7F};
     PointSums expected = cleared();
     const float nearest = kPortablePointKernel.run(t.field, t.points, t.placement, range, expected);
@@ -91,15 +87,14 @@ TEST_F(PointKernels, GiveTheSameBitsOnEveryPath) {
 
 TEST_F(PointKernels, BoundAndExpireAreTheSameOnEveryPath) {
   alignas(64) float x[16], y[16], z[16], r[16], expected[16], got[16];
-  std::uniform_real_distribution<float> u(-0.1F, 0.1F);
   const PointPath best = pointPath();
   for (int i = 0; i < 300; ++i) {
-    const Tables t(a_.view, b_.view, randomPose(random_, 0.04));
+    const Tables t(a_.view, b_.view, random_.pose(0.04));
     for (int k = 0; k < 16; ++k) {
-      x[k] = u(random_);
-      y[k] = u(random_);
-      z[k] = u(random_);
-      r[k] = std::abs(u(random_)) * 30;
+      x[k] = number(-0.1, 0.1);
+      y[k] = number(-0.1, 0.1);
+      z[k] = number(-0.1, 0.1);
+      r[k] = std::abs(number(-0.1, 0.1)) * 30;
     }
     const PatchTable patches{x, y, z, r};
     kPortablePointKernel.bound(t.field, patches, t.placement, 0, expected);
@@ -121,17 +116,16 @@ TEST_F(PointKernels, BoundAndExpireAreTheSameOnEveryPath) {
 
 TEST_F(PointKernels, MeetIsTheSameOnEveryPathAndWhatOneByOneTells) {
   alignas(64) float x[64], y[64], z[64];
-  std::uniform_real_distribution<float> u(-1, 1);
   const PointPath best = pointPath();
   std::uint64_t met = 0, all = 0;
   for (int i = 0; i < 500; ++i) {
     for (int k = 0; k < 64; ++k) {
-      x[k] = u(random_);
-      y[k] = u(random_);
-      z[k] = u(random_);
+      x[k] = number(-1, 1);
+      y[k] = number(-1, 1);
+      z[k] = number(-1, 1);
     }
-    const float from[3] = {u(random_), u(random_), u(random_)}, at[3] = {3 * u(random_), 2, u(random_)};
-    const std::uint64_t mask = random_() | std::uint64_t{i % 3 == 0 ? 0 : random_()} << 32;
+    const float from[3] = {number(-1, 1), number(-1, 1), number(-1, 1)}, at[3] = {3 * number(-1, 1), 2, number(-1, 1)};
+    const std::uint64_t mask = random_.bits() >> (i % 3 == 0 ? 32 : 0);
     const BallTable balls{x, y, z, 0.8F, i % 2 == 0 ? 1.0F : 0.0F};
     BallSums expected{};
     const std::uint64_t hits = kPortablePointKernel.meet(balls, from, at, mask, &expected);
@@ -172,19 +166,17 @@ TEST_F(PointKernels, MeetIsTheSameOnEveryPathAndWhatOneByOneTells) {
 
 TEST_F(PointKernels, NearIsTheSameOnEveryPathAndWhatOneByOneTells) {
   float x[64], y[64], z[64], r[64];
-  std::uniform_real_distribution<float> u(-1, 1);
-  std::uniform_int_distribution<std::uint32_t> some(1, 64);
   const PointPath best = pointPath();
   std::uint32_t met = 0, all = 0;
   for (int i = 0; i < 500; ++i) {
     for (int k = 0; k < 64; ++k) {
-      x[k] = u(random_);
-      y[k] = u(random_);
-      z[k] = u(random_);
-      r[k] = std::abs(u(random_));
+      x[k] = number(-1, 1);
+      y[k] = number(-1, 1);
+      z[k] = number(-1, 1);
+      r[k] = std::abs(number(-1, 1));
     }
-    const float centre[3] = {u(random_), u(random_), u(random_)}, radius = 0.3F;
-    const std::uint32_t count = some(random_);
+    const float centre[3] = {number(-1, 1), number(-1, 1), number(-1, 1)}, radius = 0.3F;
+    const std::uint32_t count = 1 + random_.below(64u);
     const std::uint64_t hits = kPortablePointKernel.near({x, y, z, r}, count, centre, radius);
     for (std::uint32_t k = 0; k < 64; ++k) {
       const double gap = std::hypot(x[k] - centre[0], y[k] - centre[1], z[k] - centre[2]) - r[k] - radius;
@@ -204,19 +196,17 @@ TEST_F(PointKernels, NearIsTheSameOnEveryPathAndWhatOneByOneTells) {
 }
 
 TEST_F(PointKernels, MeetWindowIsTheSameOnEveryPathAndWhatOneByOneTells) {
-  std::uniform_real_distribution<float> u(2, 30);
-  std::uniform_int_distribution<std::uint32_t> some(1, 50);
   const PointPath best = pointPath();
   std::vector<std::uint32_t> row(kWindow * kWindow);
   std::vector<float> x(96), y(96), z(96);
   std::uint32_t pairs = 0;
   for (int i = 0; i < 30; ++i) {
-    for (std::uint32_t& r : row) r = random_() & random_() & random_();
-    const std::uint32_t count = some(random_);
+    for (std::uint32_t& r : row) r = static_cast<std::uint32_t>(random_.bits() & random_.bits() & random_.bits());
+    const std::uint32_t count = 1 + random_.below(50u);
     for (std::uint32_t k = 0; k < count; ++k) {
-      x[k] = i % 5 == 0 ? std::round(u(random_)) : u(random_);
-      y[k] = u(random_);
-      z[k] = u(random_);
+      x[k] = i % 5 == 0 ? std::round(number(2, 30)) : number(2, 30);
+      y[k] = number(2, 30);
+      z[k] = number(2, 30);
     }
     const VoxelWindow window{row.data(), x.data(), y.data(), z.data(), i % 2 == 0 ? 1.73F : 1.99F};
     WindowSums expected{};
@@ -266,7 +256,7 @@ TEST_F(PointKernels, MeetWindowIsTheSameOnEveryPathAndWhatOneByOneTells) {
 
 TEST_F(PointKernels, SumWhatTheScalarFieldSays) {
   for (int i = 0; i < 50; ++i) {
-    const Pose X = randomPose(random_, 0.03);
+    const Pose X = random_.pose(0.03);
     const Tables t(a_.view, b_.view, X);
     const PointRange range{0, a_.view.point_count, {0, 0, 0}, 1, 0};
     PointSums sums = cleared();
@@ -301,22 +291,22 @@ TEST_F(PointKernels, SumWhatTheScalarFieldSays) {
 }
 
 TEST_F(PointKernels, BoundIsBelowEveryInterpolatedDistanceInTheBall) {
-  std::uniform_real_distribution<double> u(-1, 1);
   int tight = 0;
   for (int i = 0; i < 400; ++i) {
-    const Pose X = randomPose(random_, 0.03);
+    const Pose X = random_.pose(0.03);
     const Tables t(a_.view, b_.view, X);
     alignas(64) float x[16], y[16], z[16], r[16], bound[16];
     for (int k = 0; k < 16; ++k) {
-      x[k] = static_cast<float>(0.03 * u(random_));
-      y[k] = static_cast<float>(0.03 * u(random_));
-      z[k] = static_cast<float>(0.03 * u(random_));
-      r[k] = static_cast<float>(3 * std::abs(u(random_)));
+      x[k] = static_cast<float>(0.03 * random_.in(-1, 1));
+      y[k] = static_cast<float>(0.03 * random_.in(-1, 1));
+      z[k] = static_cast<float>(0.03 * random_.in(-1, 1));
+      r[k] = static_cast<float>(3 * std::abs(random_.in(-1, 1)));
     }
     pointKernel().bound(t.field, {x, y, z, r}, t.placement, 0, bound);
     for (int k = 0; k < 16; ++k) {
       for (int n = 0; n < 8; ++n) {
-        const Vec3 away = Vec3(u(random_), u(random_), u(random_)).normalized() * (r[k] * b_.view.voxel);
+        const Vec3 away =
+            Vec3(random_.in(-1, 1), random_.in(-1, 1), random_.in(-1, 1)).normalized() * (r[k] * b_.view.voxel);
         const Vec3 at = X * Vec3(x[k], y[k], z[k]) + away;
         const DistanceSample s = distanceAt(b_.view, at);
         if (!s.fine) continue;

@@ -6,13 +6,14 @@
 #include "rt/contact/field_query.h"
 #include "rt/contact/sphere_descent.h"
 #include "rt/volume/distance.h"
+#include "support/random.h"
 #include "support/test_volume.h"
 #include "unit/contact/voxels.h"
 
 namespace hapticd {
 namespace {
 
-using testing::queryOf, testing::randomPose, testing::surfaceVoxels, testing::TestVolume;
+using testing::queryOf, testing::surfaceVoxels, testing::TestVolume;
 
 /** Voxels' centres, settled by a kernel. */
 struct Settled {
@@ -71,9 +72,8 @@ TEST(Settle, PutsVoxelsOnTheSurfaceAndSharesItsAreaOut) {
 TEST(Settle, IsTheSameOnEveryPath) {
   const TestVolume torus = testing::torusVolume(0.012, 0.004, 0.001);
   std::vector<Vec3> places = surfaceVoxels(torus.view);
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> u(-0.03, 0.03);
-  for (int i = 0; i < 3000; ++i) places.emplace_back(u(random), u(random), u(random));  // Some beyond the lattice.
+  Random random(3);
+  for (int i = 0; i < 3000; ++i) places.push_back(random.vector(0.03));  // Some beyond the lattice.
   const Settled expected(kPortablePointKernel, torus.view, places);
   const PointPath best = pointPath();
   for (const PointPath path : {PointPath::kAvx2, PointPath::kAvx512}) {
@@ -94,12 +94,12 @@ TEST(SphereDescent, OneSidedFindsWhatTheFieldSaysOfEachVoxelsPoint) {
   const auto voxels = surfaceVoxels(a.view);
   const Settled points(kPortablePointKernel, a.view, voxels);
   SphereDescentDetector detector({.leaf = SphereLeaf::kFieldValue});
-  std::mt19937 random(4);
+  Random random(4);
   ContactSet contacts;
   std::uint64_t total = 0;
   const double face = std::pow(a.view.voxel, 2) / kShareSteps;
   for (int i = 0; i < 50; ++i) {
-    const Pose X_BA = randomPose(random, 0.02);
+    const Pose X_BA = random.pose(0.02);
     std::uint32_t sure = 0, most = 0;
     Vec3 force = Vec3::Zero();
     double area = 0;
@@ -128,13 +128,13 @@ TEST(SphereDescent, OneSidedTellsAShallowTouchsForce) {
   const TestVolume plate = testing::boxVolume({0.03, 0.03, 0.01}, voxel);
   SphereDescentDetector detector({.leaf = SphereLeaf::kFieldValue});
   ContactSet contacts;
-  std::mt19937 random(8);
+  Random random(8);
   for (const double depth : {0.05e-3, 0.1e-3, 0.25e-3, 1e-3}) {
     const double truth = M_PI * radius * depth * depth, cap = 2 * M_PI * radius * depth;
     double mean = 0, area = 0;
     constexpr int kPoses = 40;
     for (int i = 0; i < kPoses; ++i) {
-      Pose X = randomPose(random, 0.005);
+      Pose X = random.pose(0.005);
       X.p.z() = 0.01 + radius - depth;
       detector.find(queryOf(ball, plate, X), contacts);
       const Vec3 f = contacts.integral.force;

@@ -3,7 +3,6 @@
  */
 #pragma once
 
-#include <random>
 #include <vector>
 
 #include "rt/contact/detector.h"
@@ -32,11 +31,6 @@ inline std::vector<Vec3> surfaceVoxels(const VolumeView& v) {
     }
   }
   return out;
-}
-
-inline Pose randomPose(std::mt19937& random, double reach) {
-  std::uniform_real_distribution<double> u(-1, 1);
-  return {reach * Vec3(u(random), u(random), u(random)), Quat(u(random), u(random), u(random), u(random)).normalized()};
 }
 
 }  // namespace hapticd::testing

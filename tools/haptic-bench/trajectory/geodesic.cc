@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/model/flat.h"
 #include "tools/haptic-bench/model/nearest.h"
 
 namespace haptic_bench {
@@ -33,11 +34,15 @@ class Walker {
 
   void advance(double way) {
     for (int crossed = 0; way > 0; ++crossed) {
-      if (crossed > kMaxFacets) throw Failure("geodesic", "it is caught among facets without area", "a cleaner mesh");
       const Vec3 rate = barycentricRate();
-      if (!rate.allFinite()) {
-        throw Failure("geodesic", fmt::format("it comes to triangle {}, which has no area", facet_ + 1),
-                      "a cleaner mesh, or another azimuth or beginning");
+      if (crossed > kMaxFacets || !rate.allFinite()) {
+        const Vec3 p = place();
+        throw Failure(
+            "geodesic",
+            fmt::format("at ({:.6g}, {:.6g}, {:.6g}) it is caught among triangles without area that cannot be "
+                        "mended",
+                        p.x(), p.y(), p.z()),
+            "a cleaner mesh, or another azimuth or beginning");
       }
       double step = way;
       int leaves = -1;  // By the edge opposite of this corner.
@@ -57,16 +62,18 @@ class Walker {
 
   [[nodiscard]] SurfaceSample sample(const NearestPoint& surface) const {
     SurfaceSample s;
-    const auto& v = model_.triangles[facet_];
-    for (int c = 0; c < 3; ++c) {
-      s.point += at_[c] * model_.vertex(v[static_cast<std::size_t>(c)]);
-      s.normal += at_[c] * surface.vertexNormal(v[static_cast<std::size_t>(c)]);
-    }
+    s.point = place();
+    for (int c = 0; c < 3; ++c)
+      s.normal += at_[c] * surface.vertexNormal(model_.triangles[facet_][static_cast<std::size_t>(c)]);
     s.normal.normalize();
     return s;
   }
 
  private:
+  [[nodiscard]] Vec3 place() const {
+    return at_[0] * model_.corner(facet_, 0) + at_[1] * model_.corner(facet_, 1) + at_[2] * model_.corner(facet_, 2);
+  }
+
   [[nodiscard]] Vec3 normalOf(std::uint32_t t) const {
     const Vec3 a = model_.corner(t, 0);
     return (model_.corner(t, 1) - a).cross(model_.corner(t, 2) - a).normalized();
@@ -115,14 +122,17 @@ class Walker {
 
 }  // namespace
 
-std::vector<SurfaceSample> geodesic(const Model& model, const Pace& pace, double speed, double azimuth,
+std::vector<SurfaceSample> geodesic(const Model& given, const Pace& pace, double speed, double azimuth,
                                     const Vec3& from) {
+  const Model model = withoutFlatTriangles(given);
   std::uint32_t first = 0;
   double best = std::numeric_limits<double>::infinity();
   for (std::uint32_t t = 0; t < model.triangles.size(); ++t) {
+    if (isFlat(model, t)) continue;
     const double off = ((model.corner(t, 0) + model.corner(t, 1) + model.corner(t, 2)) / 3 - from).norm();
     if (off < best) best = off, first = t;
   }
+  if (!std::isfinite(best)) throw Failure(given.name, "no triangle has an area", "check the scale and the export");
   const NearestPoint surface(model);
   Walker walker(model, first, azimuth);
   std::vector<SurfaceSample> out;

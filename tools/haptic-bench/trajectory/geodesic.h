@@ -14,9 +14,10 @@ namespace haptic_bench {
  * The straightest way (Polthier and Schmies 1998) over the mesh: straight in a facet, and over an edge as if both
  * facets lay in one plane; at a border it turns back. It begins on the facet whose middle is nearest to `from`, at
  * `azimuth` [rad] about its normal against the world's x (y where the facet faces along x), at `speed` [m/s]. The
- * normals are those of the vertices, interpolated: the smooth surface that the facets stand for.
+ * normals are those of the vertices, interpolated: the smooth surface that the facets stand for. Triangles without
+ * area are mended before (model/flat.h). Throws Failure where that cannot be done in its way.
  */
-[[nodiscard]] std::vector<SurfaceSample> geodesic(const Model& model, const Pace& pace, double speed, double azimuth,
+[[nodiscard]] std::vector<SurfaceSample> geodesic(const Model& given, const Pace& pace, double speed, double azimuth,
                                                   const Vec3& from);
 
 }  // namespace haptic_bench

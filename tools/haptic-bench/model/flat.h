@@ -1,0 +1,22 @@
+/** @file
+ * Triangles without area, as exports and closers of T-junctions leave them.
+ */
+#pragma once
+
+#include "tools/haptic-bench/model/model.h"
+
+namespace haptic_bench {
+
+/**
+ * The same surface from triangles with an area, as mesh processing tools mend it (needles collapse, caps flip):
+ * corners of a flat triangle that lie in one place become one; a corner that lies on the opposite edge becomes a corner
+ * of the triangle beyond that edge, too. Flat is what is no higher than a ten millionth of its longest side, and no
+ * point moves by more than a millionth of such a side. What cannot be mended so (a flat triangle about whose corner and
+ * the one beyond there is an edge already) stays; see isFlat(). Vertices keep their numbers.
+ */
+[[nodiscard]] Model withoutFlatTriangles(const Model& model);
+
+/** Whether triangle `t` has no area to speak of. */
+[[nodiscard]] bool isFlat(const Model& model, std::uint32_t t);
+
+}  // namespace haptic_bench

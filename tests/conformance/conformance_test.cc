@@ -15,12 +15,6 @@ class Conformance : public ::testing::TestWithParam<RigCase> {
   void SetUp() override { rig_ = GetParam().make(); }
   Device& device() { return rig_->device(); }
 
-  static DeviceCommand push(const Vec3& force) {
-    DeviceCommand command;
-    command.enabled = true;
-    command.force = force;
-    return command;
-  }
   /** Cycles of a servo: read, write, wait. Returns how many readings were fresh. */
   int run(int cycles, const DeviceCommand& command) {
     int fresh = 0;

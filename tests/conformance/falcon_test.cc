@@ -13,13 +13,6 @@ using ::testing::HasSubstr;
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::uint8_t kHome = 1, kGreen = 2, kBlue = 4, kRed = 8;
 
-DeviceCommand push(const Vec3& force) {
-  DeviceCommand command;
-  command.enabled = true;
-  command.force = force;
-  return command;
-}
-
 void run(FalconRig& rig, int cycles, const DeviceCommand& command, DeviceSample& sample) {
   for (int i = 0; i < cycles; ++i) {
     rig.device().read(rig.now(), sample);

@@ -3,6 +3,7 @@
 
 #include "drivers/hidpid/hidpid_io.h"
 #include "drivers/link/io_device.h"
+#include "tests/support/push.h"
 #include "tools/haptic-emu/hidpid/pid_model.h"
 #include "tools/haptic-emu/in_process_hid.h"
 
@@ -13,13 +14,6 @@ using haptic_emu::PidModel;
 using haptic_emu::PidVariant;
 constexpr std::int64_t kMs = 1'000'000;
 constexpr int kConstant = 1, kSpring = 8, kDamper = 9;
-
-DeviceCommand push(const Vec3& force) {
-  DeviceCommand command;
-  command.enabled = true;
-  command.force = force;
-  return command;
-}
 
 struct Stick {
   explicit Stick(const PidVariant& variant = {}, std::vector<std::pair<std::string, std::string>> query = {})

@@ -10,6 +10,7 @@
 #include "drivers/link/io_device.h"
 #include "drivers/pantograph/pantograph_io.h"
 #include "drivers/serial/tty_transport.h"
+#include "tests/support/push.h"
 #include "tools/haptic-emu/pantograph/pantograph_model.h"
 
 namespace hapticd::test {
@@ -17,13 +18,6 @@ namespace {
 
 using pantograph::Vec2;
 constexpr std::int64_t kMs = 1'000'000;
-
-DeviceCommand push(const Vec3& force) {
-  DeviceCommand command;
-  command.enabled = true;
-  command.force = force;
-  return command;
-}
 
 struct Bench {
   Bench() {

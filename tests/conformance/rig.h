@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "rt/device.h"
+#include "tests/support/push.h"
 
 namespace hapticd::test {
 

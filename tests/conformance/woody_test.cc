@@ -9,13 +9,6 @@ namespace {
 using haptic_emu::WoodyKind;
 constexpr std::int64_t kMs = 1'000'000;
 
-DeviceCommand push(const Vec3& force) {
-  DeviceCommand command;
-  command.enabled = true;
-  command.force = force;
-  return command;
-}
-
 int run(WoodyRig& rig, int cycles, const DeviceCommand& command, DeviceSample& sample) {
   int fresh = 0;
   for (int i = 0; i < cycles; ++i) {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "drivers/registry.h"
+#include "support/push.h"
 
 namespace hapticd::test {
 
@@ -31,10 +32,7 @@ class SteppedDevice {
   template <class Law>
   const DeviceSample& step(Law&& law) {
     device_->read(now_ns_, sample_);
-    DeviceCommand command;
-    command.force = law(std::as_const(sample_));
-    command.enabled = true;
-    device_->write(now_ns_, command);
+    device_->write(now_ns_, push(law(std::as_const(sample_))));
     now_ns_ += period_ns_;
     return sample_;
   }

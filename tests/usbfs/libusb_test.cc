@@ -7,6 +7,7 @@
 #include "drivers/link/io_device.h"
 #include "drivers/usb/libusb_transport.h"
 #include "drivers/usb/usbfs.h"
+#include "tests/support/push.h"
 #include "tests/usbfs/fake_usbfs.h"
 #include "tools/haptic-emu/falcon/falcon_model.h"
 
@@ -54,12 +55,6 @@ class Libusb : public ::testing::Test {
       model_.faults.clear();
     }
   }
-  static DeviceCommand push() {
-    DeviceCommand command;
-    command.enabled = true;
-    command.force = Vec3(1, 0, 0);
-    return command;
-  }
 
   MonotonicClock clock_;
   haptic_emu::FalconModel model_;
@@ -72,7 +67,7 @@ TEST_F(Libusb, AWholeSessionWithRequestsPostedAhead) {
   const auto opened = device->open();
   ASSERT_TRUE(opened.ok()) << toString(opened.error());
   int fresh = 0;
-  ASSERT_TRUE(servo(*device, push(), [&] { return (fresh += sample_.fresh ? 1 : 0) > 300; }));
+  ASSERT_TRUE(servo(*device, push(Vec3::UnitX()), [&] { return (fresh += sample_.fresh ? 1 : 0) > 300; }));
   EXPECT_TRUE(pushes());
   EXPECT_LT(sample_.p.norm(), 0.05);
   EXPECT_TRUE(usbfs_.in_before_out) << "an answer must find a request waiting";
@@ -157,9 +152,9 @@ TEST_F(Libusb, NoRightIsNamed) {
 TEST_F(Libusb, UnplugInContactIsToldAndReplugFound) {
   auto device = falcon();
   ASSERT_TRUE(device->open().ok());
-  ASSERT_TRUE(servo(*device, push(), [&] { return pushes(); }));
+  ASSERT_TRUE(servo(*device, push(Vec3::UnitX()), [&] { return pushes(); }));
   fault(haptic_emu::FaultKind::kUnplug, true);
-  ASSERT_TRUE(servo(*device, push(), [&] { return (sample_.status & kDeviceGone) != 0; }));
+  ASSERT_TRUE(servo(*device, push(Vec3::UnitX()), [&] { return (sample_.status & kDeviceGone) != 0; }));
   EXPECT_EQ(device->calibration(), Calibration::kNeeded);
   fault(haptic_emu::FaultKind::kUnplug, false);
   {
@@ -173,12 +168,13 @@ TEST_F(Libusb, UnplugInContactIsToldAndReplugFound) {
 TEST_F(Libusb, SafeSendsZerosPastTheThread) {
   auto device = falcon();
   ASSERT_TRUE(device->open().ok());
-  ASSERT_TRUE(servo(*device, push(), [&] { return pushes(); }));
+  ASSERT_TRUE(servo(*device, push(Vec3::UnitX()), [&] { return pushes(); }));
   device->safe();
   EXPECT_EQ(usbfs_.sent_at_once, FalconIo::kZeros);
   // An order that the thread had in its hands may still go out; the next one is zero.
   int tick = 0, pushed = 0;
-  ASSERT_TRUE(servo(*device, push(), [&] { return (pushed += ++tick > 10 && pushes() ? 1 : 0), tick == 60; }));
+  ASSERT_TRUE(
+      servo(*device, push(Vec3::UnitX()), [&] { return (pushed += ++tick > 10 && pushes() ? 1 : 0), tick == 60; }));
   EXPECT_EQ(pushed, 0);
 }
 

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/temporary_directory.h"
+
 namespace hapticctl {
 namespace {
 
@@ -26,8 +28,8 @@ TEST(Suggestions, ComeNearestFirst) {
 }
 
 TEST(External, FindsProgramsOnThePathAndNothingElse) {
-  std::string name = (std::filesystem::temp_directory_path() / "hapticctl_path_XXXXXX").string();
-  const std::filesystem::path directory = mkdtemp(name.data());
+  const hapticd::test::TemporaryDirectory temporary;
+  const std::filesystem::path directory = temporary.path();
   const auto program = directory / "hapticctl-greet";
   std::ofstream(program) << "#!/bin/sh\necho hello\n";
   const std::string path = getenv("PATH");
@@ -39,7 +41,6 @@ TEST(External, FindsProgramsOnThePathAndNothingElse) {
   EXPECT_EQ(findExternal("Greet"), "");
   setenv("PATH", path.c_str(), 1);
   EXPECT_EQ(findExternal("greet"), "");
-  std::filesystem::remove_all(directory);
 }
 
 }  // namespace

@@ -3,13 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <png.h>
-#include <stdlib.h>
 
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <vector>
 
+#include "tests/support/temporary_directory.h"
 #include "tools/hapticctl/failure.h"
 
 namespace hapticctl {
@@ -20,12 +20,6 @@ using ::testing::HasSubstr;
 
 class GreyPictureTest : public ::testing::Test {
  protected:
-  GreyPictureTest() {
-    std::string name = (std::filesystem::temp_directory_path() / "hapticctl_png_XXXXXX").string();
-    directory_ = mkdtemp(name.data());
-  }
-  ~GreyPictureTest() override { std::filesystem::remove_all(directory_); }
-
   /** Two by two pixels written by libpng's simplified interface. */
   template <class Sample>
   std::string png(png_uint_32 format, const std::vector<Sample>& samples) {
@@ -48,7 +42,8 @@ class GreyPictureTest : public ::testing::Test {
     }
     return "taken";
   }
-  std::filesystem::path directory_;
+  hapticd::test::TemporaryDirectory temporary_;
+  const std::filesystem::path directory_ = temporary_.path();
 };
 
 TEST_F(GreyPictureTest, EightBitsOfGreyFillTheRange) {

@@ -2,23 +2,18 @@
 #include "tools/hapticctl/host_checks.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+
+#include "tests/support/temporary_directory.h"
 
 namespace hapticctl {
 namespace {
 
 class HostChecksTest : public ::testing::Test {
  protected:
-  HostChecksTest() {
-    std::string name = (std::filesystem::temp_directory_path() / "hapticctl_host_XXXXXX").string();
-    root_ = mkdtemp(name.data());
-  }
-  ~HostChecksTest() override { std::filesystem::remove_all(root_); }
-
   void write(const std::string& path, const std::string& text) {
     const std::filesystem::path full = root_.string() + path;
     std::filesystem::create_directories(full.parent_path());
@@ -31,7 +26,8 @@ class HostChecksTest : public ::testing::Test {
     return at == all.end() ? HostCheck{} : *at;
   }
 
-  std::filesystem::path root_;
+  hapticd::test::TemporaryDirectory temporary_;
+  const std::filesystem::path root_ = temporary_.path();
 };
 
 TEST_F(HostChecksTest, WhatIsNotThereDoesNotApply) {

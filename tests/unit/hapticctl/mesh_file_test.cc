@@ -3,13 +3,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
+#include "tests/support/temporary_directory.h"
 #include "tools/hapticctl/failure.h"
 
 namespace hapticctl {
@@ -20,12 +20,6 @@ using ::testing::HasSubstr;
 
 class MeshFileTest : public ::testing::Test {
  protected:
-  MeshFileTest() {
-    std::string name = (std::filesystem::temp_directory_path() / "hapticctl_mesh_XXXXXX").string();
-    directory_ = mkdtemp(name.data());
-  }
-  ~MeshFileTest() override { std::filesystem::remove_all(directory_); }
-
   std::string file(const std::string& name, const std::string& text) {
     std::ofstream(directory_ / name, std::ios::binary) << text;
     return (directory_ / name).string();
@@ -41,7 +35,8 @@ class MeshFileTest : public ::testing::Test {
     return "not refused";
   }
 
-  std::filesystem::path directory_;
+  hapticd::test::TemporaryDirectory temporary_;
+  const std::filesystem::path directory_ = temporary_.path();
 };
 
 /** A tetrahedron of the four points 0, 2 x, 3 y, 5 z, each corner written three times as STL does. */

@@ -3,11 +3,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/temporary_directory.h"
 #include "tools/hapticctl/failure.h"
 
 namespace hapticctl {
@@ -19,11 +19,6 @@ using ::testing::HasSubstr;
 
 class MotionFileTest : public ::testing::Test {
  protected:
-  MotionFileTest() {
-    std::string name = (std::filesystem::temp_directory_path() / "hapticctl_motion_XXXXXX").string();
-    directory_ = mkdtemp(name.data());
-  }
-  ~MotionFileTest() override { std::filesystem::remove_all(directory_); }
   Motion read(const std::string& text) {
     std::ofstream(directory_ / "m.csv") << text;
     return Motion::read((directory_ / "m.csv").string());
@@ -37,7 +32,8 @@ class MotionFileTest : public ::testing::Test {
     }
     return "not refused";
   }
-  std::filesystem::path directory_;
+  hapticd::test::TemporaryDirectory temporary_;
+  const std::filesystem::path directory_ = temporary_.path();
 };
 
 TEST_F(MotionFileTest, GoesStraightBetweenRowsAndHoldsTheEnds) {

@@ -4,12 +4,12 @@
 #include "tools/hapticctl/new_file.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "tests/support/temporary_directory.h"
 #include "tools/hapticctl/failure.h"
 
 namespace hapticctl {
@@ -17,13 +17,6 @@ namespace {
 
 class NewFileTest : public ::testing::Test {
  protected:
-  NewFileTest() {
-    std::string folder = ::testing::TempDir() + "/new_file.XXXXXX";
-    folder_ = ::mkdtemp(folder.data());
-    path_ = folder_ + "/file";
-  }
-  ~NewFileTest() override { std::filesystem::remove_all(folder_); }
-
   void hold(const std::string& text) const { std::ofstream(path_) << text; }
   /** What is in it, or "none". */
   [[nodiscard]] std::string held() const {
@@ -32,7 +25,8 @@ class NewFileTest : public ::testing::Test {
     return std::filesystem::exists(path_) ? text.str() : "none";
   }
 
-  std::string folder_, path_;
+  hapticd::test::TemporaryDirectory folder_;
+  const std::string path_ = folder_.path() + "/file";
 };
 
 TEST_F(NewFileTest, WithoutAByteItIsAsItWasBefore) {

@@ -10,16 +10,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-class EventsTest : public WithFakeDaemon {
- protected:
-  void SetUp() override {
-    start();
-    auto client = connect();
-    ASSERT_TRUE(client);
-    client_ = std::make_unique<haptic::Client>(std::move(*client));
-  }
-  std::unique_ptr<haptic::Client> client_;
-};
+class EventsTest : public WithClient {};
 
 bool readable(int fd) {
   pollfd poll_fd{fd, POLLIN, 0};

@@ -411,15 +411,4 @@ void FakeDaemon::send(const std::vector<std::uint32_t>& values, std::uint64_t lo
   });
 }
 
-TempDir::TempDir() {
-  char name[] = "/tmp/hapticclient-XXXXXX";
-  if (mkdtemp(name) == nullptr) std::abort();
-  path_ = name;
-}
-
-TempDir::~TempDir() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 }  // namespace hapticd::testing

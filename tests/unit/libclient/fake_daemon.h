@@ -61,15 +61,4 @@ class FakeDaemon {
   std::unique_ptr<Inside> inside_;
 };
 
-/** A directory that goes with its scope. */
-class TempDir {
- public:
-  TempDir();
-  ~TempDir();
-  [[nodiscard]] const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
 }  // namespace hapticd::testing

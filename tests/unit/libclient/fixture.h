@@ -10,6 +10,7 @@
 #include <memory>
 #include <thread>
 
+#include "support/temporary_directory.h"
 #include "unit/libclient/fake_daemon.h"
 
 namespace hapticd::testing {
@@ -39,8 +40,39 @@ class WithFakeDaemon : public ::testing::Test {
     return haptic::Client::connect({socket(), "tester", false, std::chrono::seconds(10)});
   }
 
-  TempDir directory_;
+  test::TemporaryDirectory directory_;
   std::unique_ptr<FakeDaemon> daemon_;
 };
+
+class WithClient : public WithFakeDaemon {
+ protected:
+  void SetUp() override {
+    start();
+    auto client = connect();
+    ASSERT_TRUE(client) << client.error().message();
+    client_ = std::make_unique<haptic::Client>(std::move(*client));
+  }
+  std::unique_ptr<haptic::Client> client_;
+};
+
+class WithSession : public WithClient {
+ protected:
+  void SetUp() override {
+    WithClient::SetUp();
+    ASSERT_NE(client_, nullptr);
+    auto session = client_->openSession();
+    ASSERT_TRUE(session) << session.error().message();
+    session_ = std::make_unique<haptic::Session>(std::move(*session));
+  }
+  std::unique_ptr<haptic::Session> session_;
+};
+
+/** Of so many newtons to the front, held for a millisecond. */
+inline haptic_client_force force(double x) {
+  haptic_client_force force{};
+  force.lease_ns = 1'000'000;
+  force.force[0] = x;
+  return force;
+}
 
 }  // namespace hapticd::testing

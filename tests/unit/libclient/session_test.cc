@@ -9,17 +9,8 @@
 namespace hapticd::testing {
 namespace {
 
-class SessionTest : public WithFakeDaemon {
+class SessionTest : public WithSession {
  protected:
-  void SetUp() override {
-    start();
-    auto client = connect();
-    ASSERT_TRUE(client);
-    client_ = std::make_unique<haptic::Client>(std::move(*client));
-    auto session = client_->openSession();
-    ASSERT_TRUE(session) << session.error().message();
-    session_ = std::make_unique<haptic::Session>(std::move(*session));
-  }
   /** Publishes samples whose ticks count from `first`. */
   void publish(StateWriter& writer, std::uint64_t first, int count) {
     for (int i = 0; i < count; ++i) {
@@ -29,15 +20,6 @@ class SessionTest : public WithFakeDaemon {
       writer.publish(sample);
     }
   }
-  static haptic_client_force force(double x) {
-    haptic_client_force force{};
-    force.lease_ns = 1'000'000;
-    force.force[0] = x;
-    return force;
-  }
-
-  std::unique_ptr<haptic::Client> client_;
-  std::unique_ptr<haptic::Session> session_;
 };
 
 TEST_F(SessionTest, MapsThenSaysSo) {

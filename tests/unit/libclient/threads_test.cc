@@ -18,28 +18,7 @@ namespace {
 
 constexpr std::uint64_t kMessages = 5'000;
 
-haptic_client_force force(double x) {
-  haptic_client_force force{};
-  force.lease_ns = 1'000'000;
-  force.force[0] = x;
-  return force;
-}
-
-class ThreadsTest : public WithFakeDaemon {
- protected:
-  void SetUp() override {
-    start();
-    auto client = connect();
-    ASSERT_TRUE(client);
-    client_ = std::make_unique<haptic::Client>(std::move(*client));
-    auto session = client_->openSession();
-    ASSERT_TRUE(session) << session.error().message();
-    session_ = std::make_unique<haptic::Session>(std::move(*session));
-  }
-
-  std::unique_ptr<haptic::Client> client_;
-  std::unique_ptr<haptic::Session> session_;
-};
+class ThreadsTest : public WithSession {};
 
 TEST_F(ThreadsTest, WhatIsPushedAndPublishedIsWholeWhenTaken) {
   client::Opened& opened = *session_->get()->opened;

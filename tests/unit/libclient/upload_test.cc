@@ -12,16 +12,7 @@ namespace {
 constexpr float kVertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
 constexpr std::uint32_t kTriangles[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
 
-class UploadTest : public WithFakeDaemon {
- protected:
-  void SetUp() override {
-    start();
-    auto client = connect();
-    ASSERT_TRUE(client);
-    client_ = std::make_unique<haptic::Client>(std::move(*client));
-  }
-  std::unique_ptr<haptic::Client> client_;
-};
+class UploadTest : public WithClient {};
 
 TEST_F(UploadTest, TheMeshArrivesAsItWasFilled) {
   auto upload = client_->scene().beginUpload(4, 4, HAPTIC_MESH_DEFORMABLE);

@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/push.h"
+
 namespace hapticd {
 namespace {
 
@@ -293,10 +295,7 @@ TEST(IoDevice, ServoAndThreadNeverTearEachOthersValues) {
   int fresh = 0;
   double last = 0;
   for (int i = 0; fresh < 2000; ++i) {
-    DeviceCommand command;
-    command.enabled = true;
-    command.force = Vec3::Constant(i);
-    device.write(0, command);
+    device.write(0, test::push(Vec3::Constant(i)));
     device.read(0, sample);
     if (!sample.fresh) continue;
     ++fresh;

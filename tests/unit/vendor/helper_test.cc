@@ -21,6 +21,7 @@
 #include "drivers/vendor/serve.h"
 #include "drivers/vendor/vendor_driver.h"
 #include "tests/fakes/vendor_sdk/fake_sdk.h"
+#include "tests/support/push.h"
 
 namespace hapticd {
 namespace {
@@ -141,12 +142,7 @@ TEST_F(Helper, ADaemonThatDiesLeavesZero) {
   const pid_t helper = device_->helper();
   std::atomic<bool> stop{false};
   std::thread servo([&] {
-    while (!stop) {
-      DeviceCommand command;
-      command.enabled = true;
-      command.force = Vec3(0, 0, 2);
-      device_->write(clock_.now(), command);
-    }
+    while (!stop) device_->write(clock_.now(), test::push(Vec3(0, 0, 2)));
   });
   device_->close();
   stop = true;

@@ -3,7 +3,7 @@
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include "rt/geometry/sweep.h"
-#include "rt/scene/snapshot_checksum.h"
+#include "tests/fuzz/spoilt.h"
 #include "tests/unit/builder/meshes.h"
 
 namespace {
@@ -51,26 +51,8 @@ void moveEach(MeshView& mesh, FuzzedDataProvider& data) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   static const std::vector<std::byte> kGood[] = {built(0), built(HD_MESH_DEFORMABLE)};
   FuzzedDataProvider data(bytes, size);
-  const std::vector<std::byte>& good = kGood[data.ConsumeBool() ? 1 : 0];
-  // Its own allocation, so that the address sanitizer stands right behind the last byte; snapshots are page aligned.
-  const std::unique_ptr<std::byte, decltype(&std::free)> memory(
-      static_cast<std::byte*>(std::aligned_alloc(64, good.size())), &std::free);
-  std::memcpy(memory.get(), good.data(), good.size());
-  for (auto n = data.ConsumeIntegralInRange<int>(0, 8); n > 0; --n) {
-    // Half of the patches go to the header, where a word decides most.
-    const std::size_t end = data.ConsumeBool() ? sizeof(hd_snapshot_header) : good.size();
-    const auto at = data.ConsumeIntegralInRange<std::size_t>(0, end / 4 - 1) * 4;
-    const auto word =
-        data.ConsumeBool() ? data.ConsumeIntegralInRange<std::uint32_t>(0, 300) : data.ConsumeIntegral<std::uint32_t>();
-    std::memcpy(memory.get() + at, &word, sizeof word);
-  }
-  const std::size_t kept = data.ConsumeBool() ? good.size() : data.ConsumeIntegralInRange<std::size_t>(0, good.size());
-  const std::span<const std::byte> snapshot(memory.get(), kept);
-  if (kept >= sizeof(hd_snapshot_header) && data.ConsumeBool()) {
-    auto& header = *reinterpret_cast<hd_snapshot_header*>(memory.get());
-    if (kept % 8 == 0) header.checksum = snapshotChecksum(snapshot.subspan(sizeof header));
-  }
-  auto view = validateSnapshot(snapshot);
+  const Spoilt<hd_snapshot_header> snapshot(kGood[data.ConsumeBool() ? 1 : 0], data);
+  auto view = validateSnapshot(snapshot.bytes());
   if (view.ok()) sweepThrough(*view, data);
   if (view.ok()) moveEach(*view, data);
   if (!view.ok() && view.error().what.empty()) __builtin_trap();

@@ -2,14 +2,10 @@
 // means it. What it accepts is looked up and walked within its arrays.
 #include <fuzzer/FuzzedDataProvider.h>
 
-#include <cstdlib>
-#include <cstring>
-#include <memory>
-
 #include "daemon/builder/volume/mesh_volume.h"
-#include "rt/scene/snapshot_checksum.h"
 #include "rt/volume/distance.h"
 #include "rt/volume/octahedral.h"
+#include "tests/fuzz/spoilt.h"
 #include "tests/unit/builder/meshes.h"
 
 namespace {
@@ -60,26 +56,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   static const std::vector<std::byte> kGood[] = {built(OctreeShape::kMixed, true),
                                                  built(OctreeShape::kFiveTwelve, false)};
   FuzzedDataProvider data(bytes, size);
-  const std::vector<std::byte>& good = kGood[data.ConsumeBool() ? 1 : 0];
-  // Its own allocation, so that the address sanitizer stands right behind the last byte; volumes are page aligned.
-  const std::unique_ptr<std::byte, decltype(&std::free)> memory(
-      static_cast<std::byte*>(std::aligned_alloc(64, good.size())), &std::free);
-  std::memcpy(memory.get(), good.data(), good.size());
-  for (auto n = data.ConsumeIntegralInRange<int>(0, 8); n > 0; --n) {
-    // Half of the patches go to the header, where a word decides most.
-    const std::size_t end = data.ConsumeBool() ? sizeof(hd_volume_header) : good.size();
-    const auto at = data.ConsumeIntegralInRange<std::size_t>(0, end / 4 - 1) * 4;
-    const auto word =
-        data.ConsumeBool() ? data.ConsumeIntegralInRange<std::uint32_t>(0, 300) : data.ConsumeIntegral<std::uint32_t>();
-    std::memcpy(memory.get() + at, &word, sizeof word);
-  }
-  const std::size_t kept = data.ConsumeBool() ? good.size() : data.ConsumeIntegralInRange<std::size_t>(0, good.size());
-  const std::span<const std::byte> volume(memory.get(), kept);
-  if (kept >= sizeof(hd_volume_header) && kept % 8 == 0 && data.ConsumeBool()) {
-    auto& header = *reinterpret_cast<hd_volume_header*>(memory.get());
-    header.checksum = snapshotChecksum(volume.subspan(sizeof header));
-  }
-  const auto view = validateVolume(volume);
+  const Spoilt<hd_volume_header> volume(kGood[data.ConsumeBool() ? 1 : 0], data);
+  const auto view = validateVolume(volume.bytes());
   if (view.ok()) lookAbout(*view, data);
   if (!view.ok() && view.error().what.empty()) __builtin_trap();
   return 0;

@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import unittest
 
 import hapticclient as haptic
 
@@ -48,3 +49,20 @@ class OwnDaemon:
         self._process.terminate()
         self._process.wait(20)
         shutil.rmtree(self.directory)
+
+
+class OwnDaemonCase(unittest.TestCase):
+    """A test of such a daemon: `daemon` and a connection to it, `client`, from start() to the end."""
+
+    def start(self, config="", name="python"):
+        self.daemon = OwnDaemon(config)
+        self.addCleanup(self.daemon.close)
+        self.client = haptic.Client(self.daemon.socket, name=name)
+        self.addCleanup(self.client.close)
+
+    def refused(self, code, function, *arguments, **named):
+        """The words of a refusal of that kind."""
+        with self.assertRaises(haptic.HapticError) as caught:
+            function(*arguments, **named)
+        self.assertEqual(caught.exception.code, code)
+        return str(caught.exception)

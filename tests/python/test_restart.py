@@ -5,18 +5,15 @@ import unittest
 import hapticclient as haptic
 import numpy as np
 
-from own_daemon import OwnDaemon
+from own_daemon import OwnDaemonCase
 from waiting import eventually
 
 MODEL = 2  # Row of by_source.
 
 
-class Restart(unittest.TestCase):
+class Restart(OwnDaemonCase):
     def setUp(self):
-        self.daemon = OwnDaemon("[guard]\narm_ramp_ms = 100\n")
-        self.addCleanup(self.daemon.close)
-        self.client = haptic.Client(self.daemon.socket, name="survivor")
-        self.addCleanup(self.client.close)
+        self.start("[guard]\narm_ramp_ms = 100\n", "survivor")
 
     def open(self):
         session = self.client.open_session()
@@ -31,12 +28,6 @@ class Restart(unittest.TestCase):
         self.kill()
         self.daemon.start()
         self.client.reconnect()
-
-    def refused(self, code, function, *arguments, **named):
-        with self.assertRaises(haptic.HapticError) as caught:
-            function(*arguments, **named)
-        self.assertEqual(caught.exception.code, code)
-        return str(caught.exception)
 
     def feel_floor(self, session):
         """Arms, presses into a plane and compares with its law."""

@@ -6,31 +6,18 @@ import unittest
 import hapticclient as haptic
 import numpy as np
 
-from own_daemon import OwnDaemon
+from own_daemon import OwnDaemonCase
 from waiting import eventually
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 0.02
 FACES = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
 
 
-class VolumeFile(unittest.TestCase):
-    def start(self, config):
-        daemon = OwnDaemon(config)
-        self.addCleanup(daemon.close)
-        self.client = haptic.Client(daemon.socket)
-        self.addCleanup(self.client.close)
-        return daemon
-
+class VolumeFile(OwnDaemonCase):
     def show(self, name, **volume):
         mesh = self.client.scene.upload(CORNERS, FACES, **volume)
         self.client.scene.create(name, haptic.ShapeKind.MESH, mesh=mesh.id)
         return mesh
-
-    def refused(self, code, function, *arguments, **named):
-        with self.assertRaises(haptic.HapticError) as caught:
-            function(*arguments, **named)
-        self.assertEqual(caught.exception.code, code)
-        return str(caught.exception)
 
     def file_of(self, name):
         """The whole file, once it is made."""
@@ -43,10 +30,10 @@ class VolumeFile(unittest.TestCase):
             return file.read()
 
     def test_is_the_file_that_the_daemon_keeps(self):
-        daemon = self.start('[builder]\ncache = "DIRECTORY/volumes"\n')
+        self.start('[builder]\ncache = "DIRECTORY/volumes"\n')
         self.show("solid", voxel_m=0.001)
         content = self.file_of("solid")
-        kept = [path.read_bytes() for path in (daemon.directory / "volumes").glob("*.vdb")]
+        kept = [path.read_bytes() for path in (self.daemon.directory / "volumes").glob("*.vdb")]
         self.assertTrue(kept == [content], "the daemon's file, byte by byte")
         self.assertEqual(content[:4], b" BDV")
         self.show("coarse", voxel_m=0.002)
@@ -55,14 +42,14 @@ class VolumeFile(unittest.TestCase):
         self.assertIn("no volume", self.refused(haptic.Code.NOT_FOUND, self.client.scene.volume_file, "skin"))
         self.assertIn("sold", self.refused(haptic.Code.NOT_FOUND, self.client.scene.volume_file, "sold"))
         # A new daemon finds it on the disk again.
-        daemon.kill()
-        daemon.start()
+        self.daemon.kill()
+        self.daemon.start()
         self.client.reconnect()
         self.show("again", voxel_m=0.001)
         self.assertTrue(self.file_of("again") == content)
 
     def test_is_refused_where_none_are_kept(self):
-        self.start("")
+        self.start()
         self.show("solid", voxel_m=0.001)
         self.assertIn("builder.cache", self.refused(haptic.Code.UNSUPPORTED, self.client.scene.volume_file, "solid"))
         # An upload asks for a volume by any of its numbers, and they are checked.

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -107,5 +108,19 @@ struct ToolHouse {
   std::vector<DeviceCommand> sent;
   std::vector<ServoEventKind> events;
 };
+
+/** Another cycle, fed what the house's was, sends what it sent, bit for bit: contacts are among the commands. */
+inline std::unique_ptr<Cycle> expectTheSameForces(const ToolHouse& house) {
+  auto cycle = std::make_unique<Cycle>(house.servo->cycle().config(), house.meshes);
+  cycle->setResolution(0, house.device.info().position_resolution, house.device.info().rotation_resolution);
+  const auto output = std::make_unique<CycleOutput>();
+  for (std::size_t i = 0; i < house.inputs.size() && !::testing::Test::HasFailure(); ++i) {
+    cycle->step(house.inputs[i], *output);
+    const DeviceCommand& now = output->device[0].command;
+    EXPECT_EQ(std::memcmp(&now.force, &house.sent[i].force, sizeof(Vec3)), 0) << "tick " << i;
+    EXPECT_EQ(std::memcmp(&now.torque, &house.sent[i].torque, sizeof(Vec3)), 0) << "tick " << i;
+  }
+  return cycle;
+}
 
 }  // namespace hapticd::test

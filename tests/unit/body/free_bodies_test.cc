@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "tests/support/tool_house.h"
 
@@ -289,13 +288,7 @@ TEST(FreeBodies, TheSameInputsMoveThemAlikeWithoutACollideThread) {
     house.aim({-0.1e-3 * i, 0, 0.025});
     house.run(1);
   }
-  const auto cycle = std::make_unique<Cycle>(house.servo->cycle().config(), house.meshes);
-  cycle->setResolution(0, house.device.info().position_resolution, house.device.info().rotation_resolution);
-  const auto output = std::make_unique<CycleOutput>();
-  for (std::size_t i = 0; i < house.inputs.size(); ++i) {
-    cycle->step(house.inputs[i], *output);
-    ASSERT_EQ(std::memcmp(&output->device[0].command.force, &house.sent[i].force, sizeof(Vec3)), 0) << "tick " << i;
-  }
+  const auto cycle = test::expectTheSameForces(house);
   EXPECT_EQ(cycle->scene().find(kBall)->X_WO.p, seen(house, kBall).X_WO.p);
 }
 

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <memory>
 
 #include "tests/support/tool_house.h"
@@ -96,15 +95,7 @@ TEST(HeldTool, TheSameInputsGiveTheSameForcesWithoutACollideThread) {
   house.hold();
   house.aim({0.005, 0, -0.015}, Vec3(0.1, 0.2, 0));
   house.run(600);
-  // Another cycle, fed what the first one was: contacts are among the commands.
-  const auto cycle = std::make_unique<Cycle>(house.servo->cycle().config(), house.meshes);
-  cycle->setResolution(0, house.device.info().position_resolution, house.device.info().rotation_resolution);
-  const auto output = std::make_unique<CycleOutput>();
-  for (std::size_t i = 0; i < house.inputs.size(); ++i) {
-    cycle->step(house.inputs[i], *output);
-    ASSERT_EQ(std::memcmp(&output->device[0].command.force, &house.sent[i].force, sizeof(Vec3)), 0) << "tick " << i;
-    ASSERT_EQ(std::memcmp(&output->device[0].command.torque, &house.sent[i].torque, sizeof(Vec3)), 0);
-  }
+  test::expectTheSameForces(house);
 }
 
 TEST(HeldTool, StaleContactsFadeTheForceOut) {

@@ -5,7 +5,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <array>
@@ -15,6 +14,8 @@
 #include <fstream>
 #include <string>
 
+#include "tests/support/random.h"
+#include "tests/support/temporary_directory.h"
 #include "tools/hapticctl-import/image.h"
 
 namespace hapticctl_import::testing {
@@ -102,26 +103,32 @@ inline void expectBall(const Image& image, const Double3& origin, const std::arr
 }
 
 /** A folder that goes with the test. */
-class Folder {
+class Folder : public hapticd::test::TemporaryDirectory {
  public:
-  Folder() {
-    std::string path = (std::filesystem::temp_directory_path() / "import-test-XXXXXX").string();
-    path_ = ::mkdtemp(path.data());
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() { std::filesystem::remove_all(path_); }
-  [[nodiscard]] const std::string& path() const { return path_; }
   /** Writes a file and gives its path. */
   std::string put(const std::string& name, const std::string& bytes) const {
-    std::string path = path_ + "/" + name;
-    std::ofstream(path, std::ios::binary) << bytes;
-    return path;
+    std::string file = path() + "/" + name;
+    std::ofstream(file, std::ios::binary) << bytes;
+    return file;
   }
-
- private:
-  std::string path_;
 };
+
+/** The ball as an image of plain steps, its corner at (10, 20, 30) mm. */
+inline Image ballImage() {
+  Image image;
+  image.size = kSize;
+  image.origin = {10, 20, 30};
+  image.step = kPlain;
+  for (std::size_t z = 0; z < kSize[2]; ++z)
+    for (std::size_t y = 0; y < kSize[1]; ++y)
+      for (std::size_t x = 0; x < kSize[0]; ++x) image.values.push_back(valueAt(x, y, z));
+  return image;
+}
+
+/** Turns one bit of a byte. */
+inline void flip(std::string& bytes, std::size_t at, hapticd::Random& random) {
+  bytes[at] = static_cast<char>(bytes[at] ^ (1u << random.below(8)));
+}
 
 /** Why something is refused, in words; "read" if it is not. */
 template <class Work>

@@ -76,12 +76,12 @@ TEST(Damage, whatIsCutShortIsRefused) {
 
 TEST(Damage, wrongBytesAreRefusedOrMakeAnImage) {
   const Folder folder;
-  std::uint32_t state = 7;
+  hapticd::Random random(7);
   int refused = 0, died = 0, read = 0;
   for (const Format& f : formats())
     for (std::size_t at = 0; at < f.header; at += 1 + f.header / 60) {
       std::string bytes = f.bytes;
-      bytes[at] = static_cast<char>(bytes[at] ^ (1u << ((state = state * 1664525u + 1013904223u) >> 29)));
+      flip(bytes, at, random);
       const int outcome = outcomeOf(folder.put(f.name, bytes));
       EXPECT_NE(outcome, kNonsense) << f.name << " at " << at;
       refused += outcome == kRefused;
@@ -114,11 +114,9 @@ TEST(Damage, ofADicomSliceIsRefusedOrLeavesAnImage) {
     EXPECT_TRUE(outcome == kRefused || outcome == kDied) << n << ": " << outcome;
     died += outcome == kDied;
   }
-  std::uint32_t state = 5;
+  hapticd::Random random(5);
   for (std::size_t at = 0; at < size - 960; at += 11) {
-    const int outcome = outcomeOfSeries([&](std::string& bytes) {
-      bytes[at] = static_cast<char>(bytes[at] ^ (1u << ((state = state * 1664525u + 1013904223u) >> 29)));
-    });
+    const int outcome = outcomeOfSeries([&](std::string& bytes) { flip(bytes, at, random); });
     EXPECT_NE(outcome, kNonsense) << at;
     refused += outcome == kRefused;
     died += outcome == kDied;

@@ -8,29 +8,25 @@
 namespace hapticctl_import::testing {
 namespace {
 
-Image ball() {
-  Image image;
-  image.size = kSize;
-  image.origin = {10, 20, 30};
-  image.step = kPlain;
-  for (std::size_t z = 0; z < kSize[2]; ++z)
-    for (std::size_t y = 0; y < kSize[1]; ++y)
-      for (std::size_t x = 0; x < kSize[0]; ++x) image.values.push_back(valueAt(x, y, z));
-  return image;
+/** Each edge has one triangle on either side; `once`: and no other edge lies on it. */
+void expectClosed(const Surface& surface, bool once) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (const auto& t : surface.triangles)
+    for (std::size_t e = 0; e < 3; ++e) ++edges[{t[e], t[(e + 1) % 3]}];
+  for (const auto& [edge, count] : edges) {
+    if (once) {
+      EXPECT_EQ(count, 1);
+    }
+    EXPECT_EQ(edges.count({edge.second, edge.first}), 1u);
+  }
 }
 
 TEST(Surface, isClosedManifoldAndOfTheBallsVolume) {
   for (const bool mirrored : {false, true}) {
-    Image image = ball();
+    Image image = ballImage();
     if (mirrored) image.step[1] = {0, -1.5, 0};
     const Surface surface = isosurface(image, 200);  // 8 mm
-    std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-    for (const auto& t : surface.triangles)
-      for (std::size_t e = 0; e < 3; ++e) ++edges[{t[e], t[(e + 1) % 3]}];
-    for (const auto& [edge, count] : edges) {
-      EXPECT_EQ(count, 1);
-      EXPECT_EQ(edges.count({edge.second, edge.first}), 1u);
-    }
+    expectClosed(surface, true);
     const double ball = 4.0 / 3 * std::numbers::pi * 512;
     EXPECT_NEAR(volumeOf(surface), ball, 0.02 * ball);
     const double y = mirrored ? 20 - 9.5 * 1.5 : 20 + 9.5 * 1.5;
@@ -39,33 +35,24 @@ TEST(Surface, isClosedManifoldAndOfTheBallsVolume) {
 }
 
 TEST(Surface, whatTheImageCutsOffIsClosed) {
-  const Surface surface = isosurface(ball(), -1e6f);  // All of it.
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-  for (const auto& t : surface.triangles)
-    for (std::size_t e = 0; e < 3; ++e) ++edges[{t[e], t[(e + 1) % 3]}];
-  for (const auto& [edge, count] : edges) EXPECT_EQ(edges.count({edge.second, edge.first}), 1u);
+  const Surface surface = isosurface(ballImage(), -1e6f);  // All of it.
+  expectClosed(surface, false);
   const double box = 23 * 1 * 19 * 1.5 * 15 * 2;
   EXPECT_NEAR(volumeOf(surface), box, 0.01 * box);
 }
 
 TEST(Surface, noisyValuesStayManifold) {
-  Image image = ball();
-  std::uint32_t state = 1;
-  for (float& v : image.values) v = static_cast<float>((state = state * 1664525u + 1013904223u) >> 24 & 3);
+  Image image = ballImage();
+  hapticd::Random random(1);
+  for (float& v : image.values) v = static_cast<float>(random.below(4));
   Surface surface = isosurface(image, 2);  // Values equal to iso abound.
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-  for (const auto& t : surface.triangles)
-    for (std::size_t e = 0; e < 3; ++e) ++edges[{t[e], t[(e + 1) % 3]}];
-  for (const auto& [edge, count] : edges) {
-    EXPECT_EQ(count, 1);
-    EXPECT_EQ(edges.count({edge.second, edge.first}), 1u);
-  }
+  expectClosed(surface, true);
   EXPECT_GT(keepLargest(surface), 1u);
   EXPECT_GT(surface.triangles.size(), 100u);
 }
 
 TEST(Image, cropsShrinksAndSmoothsInPlace) {
-  const Image image = ball();
+  const Image image = ballImage();
   const Image part = crop(image, {4, 2, 3}, {20, 18, 99});
   EXPECT_EQ(part.size, (std::array<std::uint32_t, 3>{16, 16, 13}));
   EXPECT_EQ(part.origin, (Double3{14, 23, 36}));
@@ -84,7 +71,7 @@ TEST(Image, cropsShrinksAndSmoothsInPlace) {
 }
 
 TEST(Image, resamplesToEvenSteps) {
-  Image image = ball();
+  Image image = ballImage();
   for (std::size_t z = 0; z < 16; ++z)
     for (std::size_t y = 0; y < 20; ++y)
       for (std::size_t x = 0; x < 24; ++x)
@@ -101,13 +88,13 @@ TEST(Image, resamplesToEvenSteps) {
         ASSERT_NEAR(fine.values[x + fine.size[0] * (y + fine.size[1] * z)],
                     3 * (p[0] - 10) + 2 * (p[1] - 20) - (p[2] - 30), 1e-4);
       }
-  const Image coarse = resample(ball(), 3);
+  const Image coarse = resample(ballImage(), 3);
   for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(spacing(coarse, k), 3, 1e-9);
   const double volume = 4.0 / 3 * std::numbers::pi * 512;
-  EXPECT_NEAR(volumeOf(isosurface(resample(ball(), 1), 200)), volume, 0.03 * volume);
+  EXPECT_NEAR(volumeOf(isosurface(resample(ballImage(), 1), 200)), volume, 0.03 * volume);
   EXPECT_NEAR(volumeOf(isosurface(coarse, 200)), volume, 0.2 * volume);
-  EXPECT_THROW((void)resample(ball(), 25), ImportError);
-  EXPECT_THROW((void)resample(ball(), 1e-3), ImportError);
+  EXPECT_THROW((void)resample(ballImage(), 25), ImportError);
+  EXPECT_THROW((void)resample(ballImage(), 1e-3), ImportError);
 }
 
 }  // namespace

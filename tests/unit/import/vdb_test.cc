@@ -118,13 +118,7 @@ TEST(Vdb, statesAreTheOctreesAndTheFileSaysWhatItIs) {
 
 TEST(Vdb, whatIsWrittenIsReadAgain) {
   const Folder folder;
-  Image ball;
-  ball.size = kSize;
-  ball.origin = {10, 20, 30};
-  ball.step = kPlain;
-  for (std::size_t z = 0; z < kSize[2]; ++z)
-    for (std::size_t y = 0; y < kSize[1]; ++y)
-      for (std::size_t x = 0; x < kSize[0]; ++x) ball.values.push_back(valueAt(x, y, z));
+  const Image ball = ballImage();
   InputOptions options;
   options.file = folder.path() + "/ball.vdb";
   const Surface surface = isosurface(ball, 200);
@@ -259,10 +253,10 @@ TEST(Vdb, damagedFilesAreRefusedOrMakeAnImage) {
     const int code = outcome(whole.substr(0, n));
     EXPECT_TRUE(code == 5 || code == 7) << n << ": " << code;
   }
-  std::uint32_t state = 11;
+  hapticd::Random random(11);
   for (std::size_t at = 0; at < whole.size(); at += 1 + whole.size() / 80) {
     std::string bytes = whole;
-    bytes[at] = static_cast<char>(bytes[at] ^ (1u << ((state = state * 1664525u + 1013904223u) >> 29)));
+    flip(bytes, at, random);
     const int code = outcome(bytes);
     EXPECT_NE(code, 6) << at;
     refused += code == 5;

@@ -1,5 +1,6 @@
 /** @file
- * What a file of the volume cache begins with: written and read by the daemon, read by hapticd-builder-vdb.
+ * What a file of the volume cache begins with: written and read by the daemon, read by hapticd-builder-vdb. And what
+ * the file is called that this makes of it.
  */
 #pragma once
 
@@ -8,6 +9,12 @@
 #include "proto/volume.h"
 
 namespace hapticd {
+
+/**
+ * How the OpenVDB file beside a cached volume is named, instead of .hvol. The number is the version of what is written
+ * into it: raise it with every change of grids, metadata or checksum (builder/vdb), and files of before are made anew.
+ */
+inline constexpr const char* kCachedVdbEnding = ".v2.vdb";
 
 /** Snapshot, volume and notes follow, each note ended by a newline. The first two carry checksums of their own. */
 struct CachedBuildHead {

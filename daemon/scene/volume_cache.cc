@@ -11,7 +11,6 @@
 #include <cstring>
 #include <filesystem>
 
-#include "daemon/cached_build.h"
 #include "daemon/log.h"
 #include "daemon/memfd.h"
 #include "rt/scene/snapshot_checksum.h"
@@ -66,16 +65,23 @@ struct Entry {
   std::uint64_t bytes = 0, vdb_bytes = 0;
 };
 
-/** Those longest unused first. OpenVDB files whose volume is gone are removed. */
+/** Where the volume lies beside which that OpenVDB file is; empty if it is of another version. */
+std::string cachedOf(const std::string& vdb) {
+  const std::string_view ending = kCachedVdbEnding;
+  if (vdb.size() < ending.size() || vdb.substr(vdb.size() - ending.size()) != ending) return {};
+  return vdb.substr(0, vdb.size() - ending.size()) + ".hvol";
+}
+
+/** Those longest unused first. OpenVDB files of another version, or whose volume is gone, are removed. */
 std::vector<Entry> entriesOf(const std::string& directory) {
   std::vector<Entry> entries;
   std::error_code error;
   for (const auto& file : fs::directory_iterator(directory, error)) {
     fs::path other = file.path();
-    if (file.path().extension() == ".vdb" && !fs::exists(other.replace_extension(".hvol"), error))
-      fs::remove(file.path(), error);
-    if (file.path().extension() != ".hvol" || !file.is_regular_file(error)) continue;
-    Entry entry{file.path(), other.replace_extension(".vdb"), file.last_write_time(error), file.file_size(error)};
+    if (other.extension() == ".vdb" && !fs::exists(cachedOf(other), error)) fs::remove(file.path(), error);
+    if (other.extension() != ".hvol" || !file.is_regular_file(error)) continue;
+    other.replace_extension(kCachedVdbEnding);
+    Entry entry{file.path(), other, file.last_write_time(error), file.file_size(error)};
     if (const auto beside = fs::file_size(entry.vdb, error); !error) entry.vdb_bytes = beside;
     entries.push_back(std::move(entry));
   }
@@ -92,6 +98,7 @@ VolumeCache::VolumeCache(std::string directory, std::uint64_t most_bytes, std::o
   if (error) log::warn("no cache of volumes: {}: {}", directory_, error.message());
   for (const auto& file : fs::directory_iterator(directory_, error))
     if (file.path().extension() == ".new") fs::remove(file.path(), error);
+  (void)entriesOf(directory_);  // What an older hapticd made goes.
   if (vdb) maker_ = std::make_unique<VdbMaker>(std::move(*vdb), [this] { prune(); });
 }
 

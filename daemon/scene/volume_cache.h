@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "daemon/cached_build.h"
 #include "daemon/scene/vdb_maker.h"
 #include "daemon/unique_fd.h"
 #include "rt/base/error.h"
@@ -71,7 +72,7 @@ class VolumeCache {
 
  private:
   [[nodiscard]] std::string pathOf(const std::string& key) const { return directory_ + "/" + key + ".hvol"; }
-  [[nodiscard]] std::string vdbOf(const std::string& key) const { return directory_ + "/" + key + ".vdb"; }
+  [[nodiscard]] std::string vdbOf(const std::string& key) const { return directory_ + "/" + key + kCachedVdbEnding; }
   void awaitWriter();
   void prune();
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "daemon/cached_build.h"
 #include "daemon/scene/volume_cache.h"
 #include "daemon/spawn.h"
 #include "daemon/volume_memory.h"
@@ -48,11 +49,11 @@ class VdbCache : public ::testing::Test {
   }
   [[nodiscard]] std::string path(const char* ending) const { return directory_.path() + "/" + kKey + ending; }
   [[nodiscard]] hapticctl_import::Image read() const {
-    const auto grids = hapticctl_import::gridsOf(path(".vdb"));
+    const auto grids = hapticctl_import::gridsOf(path(kCachedVdbEnding));
     EXPECT_EQ(grids.size(), 1u) << "of floats";
     EXPECT_EQ(grids[0].name, "surface");
     EXPECT_EQ(grids[0].metres_per_unit, 1);
-    return hapticctl_import::readVdb(path(".vdb"), grids[0], 1);
+    return hapticctl_import::readVdb(path(kCachedVdbEnding), grids[0], 1);
   }
   [[nodiscard]] std::vector<std::string> files() const {
     std::vector<std::string> names;
@@ -189,9 +190,9 @@ TEST_F(VdbCache, whatIsFoundWithoutOneGetsOneAndDamageHarmsNothing) {
     }
   };
   ASSERT_EQ(outcome(), 0);
-  const auto size = static_cast<std::streamoff>(fs::file_size(path(".vdb")));
+  const auto size = static_cast<std::streamoff>(fs::file_size(path(kCachedVdbEnding)));
   const auto flip = [&](std::streamoff at) {
-    std::fstream file(path(".vdb"), std::ios::in | std::ios::out | std::ios::binary);
+    std::fstream file(path(kCachedVdbEnding), std::ios::in | std::ios::out | std::ios::binary);
     file.seekg(at);
     const int byte = file.get();
     file.seekp(at);
@@ -208,6 +209,33 @@ TEST_F(VdbCache, whatIsFoundWithoutOneGetsOneAndDamageHarmsNothing) {
   }
   ASSERT_EQ(outcome(), 0);
   EXPECT_GE(refused, 4) << "what lies in the surface is never taken for whole; the states are not read";
+}
+
+TEST_F(VdbCache, oneOfAnotherVersionIsMadeAnew) {
+  const BuiltSnapshot built = build(volumeUpload(torus(12, 8), 0.008f));
+  {
+    VolumeCache cache(directory_.path(), 1 << 30);
+    keep(cache, built);
+  }
+  for (const char* old : {".vdb", ".v1.vdb", ".v987.vdb"}) {  // The first version had no number.
+    std::ofstream(path(old)) << "of another version";
+    VolumeCache cache(directory_.path(), 1 << 30, realProgram());
+    EXPECT_EQ(cache.openVdb(kKey).error().code, ErrorCode::kNotFound);
+    ASSERT_TRUE(cache.find(kKey).has_value());
+    cache.wait();
+    EXPECT_FALSE(fs::exists(path(old))) << "nobody would ever remove it";
+    EXPECT_EQ(files(), (std::vector<std::string>{".hvol", ".vdb"}));
+    EXPECT_TRUE(cache.openVdb(kKey).ok());
+    EXPECT_FALSE(read().values.empty());
+    fs::remove(path(kCachedVdbEnding));
+  }
+  // Those of this version stay, and where none are made any more the old ones go all the same.
+  std::ofstream(path(kCachedVdbEnding)) << "of this version";
+  std::ofstream(path(".v1.vdb")) << "of another version";
+  VolumeCache cache(directory_.path(), 1 << 30);
+  EXPECT_TRUE(fs::exists(path(kCachedVdbEnding)));
+  EXPECT_FALSE(fs::exists(path(".v1.vdb")));
+  EXPECT_EQ(cache.list().at(0).vdb_bytes, 15u);
 }
 
 TEST_F(VdbCache, whatDiesOrHangsLeavesNothingAndIsNotTriedAgain) {
@@ -295,7 +323,7 @@ TEST_F(VdbCache, bothCountAndGoTogether) {
   keep(narrow, built);
   EXPECT_TRUE(narrow.find(kKey).has_value());
   narrow.wait();
-  EXPECT_FALSE(fs::exists(small.path() + "/" + kKey + ".vdb"));
+  EXPECT_FALSE(fs::exists(small.path() + "/" + kKey + kCachedVdbEnding));
 }
 
 }  // namespace

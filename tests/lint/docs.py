@@ -58,6 +58,7 @@ def commands(page):
     """Lines of code and what stands between ticks, as words of a shell; and whether it is a line, which must be whole."""
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
         pieces = re.findall(r"`((?:hapticctl|haptic-bench) [^`]+)`", line)
+        line = line.removeprefix(".Dl ")  # A manual page's.
         if re.match(r"(    )?(hapticctl|haptic-bench) ", line):
             pieces = [line]
         for piece in pieces:
@@ -85,7 +86,7 @@ def refused(words, build, folder):
     said = done.stderr.strip().split("\n")[0]
     if hands_on:
         return None if done.returncode == 5 else said
-    return None if done.returncode == 2 and re.search(rf"was not expected: {UNKNOWN}( \(.* --help tells how\))?$", said) else said
+    return None if done.returncode == 2 and re.search(rf'was not expected: {UNKNOWN}("|( \(.* --help tells how\))?$)', said) else said
 
 
 def breaches(root, build):
@@ -93,7 +94,8 @@ def breaches(root, build):
     for source in (root / "tests").rglob("*.cc"):
         found = re.findall(r"^TEST(?:_[FP])?\((\w+),\s*(\w+)\)", source.read_text(encoding="utf-8"), re.M)
         tests.update(f"{suite}.{test}" for suite, test in found)
-    pages = [root / "README.md", *sorted((root / "docs").glob("*.md")), *sorted((root / "examples").rglob("*.md"))]
+    pages = [root / "README.md", *sorted((root / "docs").glob("*.md")), *sorted((root / "examples").rglob("*.md")),
+             *sorted((root / "docs/man").iterdir())]
     with tempfile.TemporaryDirectory() as folder:
         for page in pages:
             where = page.relative_to(root)

@@ -191,7 +191,7 @@ void addRing(CLI::App& app, Run& chosen) {
                          "Push, pop and check of the command ring against a plain ring; ticks from push to force\n"
                          "(exit 1 if more than two)");
   auto messages = std::make_shared<std::uint64_t>(100'000);
-  command->add_option("--messages", *messages, "Messages per round")
+  command->add_option("--messages", *messages, "Messages a round and side")
       ->capture_default_str()
       ->check(CLI::Range(1u, 100'000'000u));
   command->callback(

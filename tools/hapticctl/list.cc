@@ -9,7 +9,7 @@
 namespace hapticctl {
 
 void addList(CLI::App& app, Action& chosen) {
-  CLI::App* command = app.add_subcommand("list", "List devices: open ones first, then those found");
+  CLI::App* command = app.add_subcommand("list", "List devices: open ones first, then those found, then those missing");
   command->callback([&chosen] {
     chosen = [](const Globals& globals) {
       const Daemon daemon(globals);

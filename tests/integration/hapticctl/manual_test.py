@@ -14,6 +14,22 @@ def words(*command):
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
+def options_of(help_text):
+    """The long options in the first column of a help page; of several names of one all."""
+    lines = re.findall(r"^  ((?:-\w,|--[\w-]+[{,]?)+)", help_text, re.M)
+    return {name for line in lines for name in re.findall(r"--([\w-]*[a-z])", line)} - {"help", "version"}
+
+
+def flags_in(page):
+    return set(re.findall(r"\bFl -([\w-]*[a-z])", page))
+
+
+def items_of(section):
+    """{name: text} of a section's .It Cm entries, .It line included."""
+    pieces = re.split(r"^\.It Cm ([\w-]+)", section, flags=re.M)
+    return dict(zip(pieces[1::2], pieces[2::2]))
+
+
 class Manual(unittest.TestCase):
     def test_pages_format_without_a_warning(self):
         for page in MAN.iterdir():
@@ -77,6 +93,37 @@ class Manual(unittest.TestCase):
             self.assertIn(f".It Cm {name}", page)
             self.assertIn(f"\n.Cm {name}\n", page.split(".Sh DESCRIPTION")[0])
         self.assertEqual(subprocess.run([bench, "none"], capture_output=True).returncode, 2)
+
+    def test_each_benchmarks_options_stand_with_it_and_no_others(self):
+        bench, page = BUILD / "tools/haptic-bench/haptic-bench", self.page("haptic-bench.1")
+        general = options_of(words(bench, "--help"))
+        usage = {re.search(r"^\.Cm (\w+)", block, re.M)[1]: block
+                 for block in page.split(".Sh SYNOPSIS")[1].split(".Sh DESCRIPTION")[0].split("\n.Nm\n")[1:]}
+        items = items_of(page.split(".Ss Benchmarks")[1].split(".Sh EXIT")[0])
+        self.assertEqual(sorted(usage), sorted(items))
+        for name, block in usage.items():
+            takes = options_of(words(bench, name, "--help"))
+            shorts = {"a": "algorithm", "m": "model", "t": "trajectory"}
+            told = flags_in(block) | {shorts[flag] for flag in re.findall(r"\bFl ([a-z])\b", block)}
+            self.assertEqual(told - general, takes, f"synopsis of {name}")
+            self.assertLessEqual(flags_in(items[name]), takes | general, name)
+
+    def test_each_commands_options_stand_with_it_and_no_others(self):
+        hapticctl, page = BUILD / "tools/hapticctl/hapticctl", self.page("hapticctl.1")
+        general = options_of(words(hapticctl, "--help"))
+        body, placement = page.split(".Sh COMMANDS")[1].split(".Ss Other")[0].split("of\n.Cm load\nand\n.Cm add :")
+        placement, items = flags_in(placement), items_of(body)
+        for name, text in items.items():
+            own = BUILD / f"tools/hapticctl-{name}/hapticctl-{name}"
+            command = [own] if own.exists() else [hapticctl, *name.split()]
+            takes = options_of(words(*command, "--help")) - {"centre"}
+            if name == "tool":
+                takes |= options_of(words(*command, "attach", "--help"))
+            told = flags_in(text) | (placement if name in ("load", "add") else set())
+            told -= {"csv"} if name == "hand" else set()
+            missing = takes - told
+            self.assertEqual(missing, set(), f"{name} has them")
+            self.assertLessEqual(told, takes | general | ({"voxel"} if name == "import" else set()), f"{name} has them not")
 
     def test_completion_is_valid_bash(self):
         words("bash", "-n", SOURCE / "tools/completion/hapticctl")

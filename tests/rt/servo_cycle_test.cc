@@ -16,8 +16,9 @@
 #include "rt/cycle/realtime.h"
 #include "support/detectors.h"
 #include "support/house.h"
+#include "support/test_mesh.h"
 #include "support/test_surface.h"
-#include "tools/haptic-bench/sphere_upload.h"
+#include "unit/builder/meshes.h"
 
 namespace hapticd {
 namespace {
@@ -114,12 +115,13 @@ TEST(ServoCycle, IsCleanWhileObjectsComeAndGo) {
   });
 }
 
-/** A deformable sphere of about `triangles`, built, checked and locked as the daemon does it. */
+/** A deformable sphere of at least `triangles`, built, checked and locked as the daemon does it. */
 SnapshotMemory sphereMesh(std::uint32_t triangles) {
-  std::vector<std::byte> upload = haptic_bench::sphereUpload(triangles, 0.03);
-  reinterpret_cast<hd_mesh_upload*>(upload.data())->flags = HD_MESH_DEFORMABLE;
+  std::uint32_t stacks = 3;
+  while (4 * stacks * (stacks - 1) < triangles) ++stacks;
+  const testing::TestMesh sphere = testing::sphereMesh(0.03, stacks);
   BuildMonitor monitor;
-  auto built = buildSnapshot(upload, monitor);
+  auto built = buildSnapshot(test::upload({sphere.vertices, sphere.triangles}, HD_MESH_DEFORMABLE), monitor);
   EXPECT_TRUE(built.ok()) << toString(built.error());
   auto memory = openSnapshot(std::move(*built->memfd.share()), true);
   EXPECT_TRUE(memory.ok()) << toString(memory.error());

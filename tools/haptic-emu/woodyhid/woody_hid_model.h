@@ -37,7 +37,6 @@ class WoodyHidModel final : public HidModel {
   /** The button on the electronics goes down. */
   void pressCalibration() { pressed_ = true; }
 
-  [[nodiscard]] const std::array<std::int16_t, 3>& currents_mA() const { return current_mA_; }
   [[nodiscard]] bool amplifiersOn() const { return amplifiers_; }
   [[nodiscard]] Vec3 force() const;
   [[nodiscard]] std::uint64_t heard() const { return heard_; }  ///< Reports that came.

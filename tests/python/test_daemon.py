@@ -1,6 +1,7 @@
 """The Python module against a real daemon with a simulated hand; with_daemon starts it."""
 import math
 import os
+import select
 import threading
 import time
 import unittest
@@ -133,6 +134,40 @@ class Daemon(unittest.TestCase):
         self.assertIn("triangle 0", str(caught.exception))
         with self.assertRaises(ValueError):
             self.client.scene.upload(np.eye(3), [[0, 1, -1]])
+
+        def stumble(fraction, stage):
+            time.sleep(0.1)  # So long that the mesh is built by then.
+            raise LookupError(stage)
+        for _ in range(3):
+            with self.assertRaises(LookupError):
+                self.client.scene.upload(np.eye(3), [[0, 1, 2]], progress=stumble)
+        self.assertEqual(self.client.scene.meshes(), [])
+
+    def test_reliefs_of_any_depth_are_the_same_picture(self):
+        grey = np.array([[0, 51, 102], [153, 204, 255]], np.uint8)
+        made = [self.client.scene.upload_relief(picture) for picture in (grey, grey.astype(np.uint16) * 257, grey / 255)]
+        self.assertEqual([(relief.width, relief.height) for relief in made], [(3, 2)] * 3)
+        for relief in made:
+            self.client.scene.drop_texture(relief.id)
+
+    def test_events_wake_a_select(self):
+        with self.client.open_session() as session, self.client.subscribe(haptic.EventKind.ARMED) as events:
+            self.assertEqual(select.select([events], [], [], 0)[0], [])
+            session.arm()
+            self.assertEqual(select.select([events], [], [], 10)[0], [events])
+            self.assertEqual(events.next().name, "armed")
+            self.assertEqual(select.select([events], [], [], 0)[0], [])
+
+    def test_statistics_begin_anew(self):
+        self.assertTrue(eventually(lambda: self.client.statistics().cycles > 50))
+        with self.assertRaisesRegex(haptic.HapticError, "administration"):
+            self.client.statistics(reset=True)
+        socket = os.environ["HAPTICD_SOCKET"].replace("control", "admin")
+        with haptic.Client(administration=True, socket=socket) as administrator:
+            counted = administrator.statistics().histograms[0].count
+            self.assertGreater(counted, 50)
+            administrator.statistics(reset=True)
+            self.assertLess(administrator.statistics().histograms[0].count, counted)
 
     def test_events_and_limits(self):
         with self.client.open_session() as session, self.client.subscribe(haptic.EventKind.FAULT) as events:

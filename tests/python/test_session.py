@@ -65,11 +65,39 @@ class Pushes(unittest.TestCase):
         self.assertTrue(self.felt(MODEL, lambda p: 200 * (np.array((0.01, 0, 0)) - p)))
         session.push_halfspaces((0, 0, 0), [(0, 0, 1, 0.002)], material=soft, lease_s=5)
         self.assertTrue(self.felt(MODEL, lambda p: (0, 0, 200 * (0.002 - p[2]))))
+        session.push_halfspaces((0, 0, 0), [(0, 0, 1, 0.002), (0, 0, 1, 0.004)], corner=True, material=soft, lease_s=5)
+        self.assertTrue(self.felt(MODEL, lambda p: (0, 0, 200 * (0.004 - p[2]))))  # Any of them is solid: the higher one.
+        session.push_spring((0, 0, -0.05), free_length=0.02, material=soft, lease_s=5)
+        self.assertTrue(self.felt(MODEL, lambda p: (0, 0, -200 * (p[2] + 0.05 - 0.02))))
         jacobian = ((0, 0, 0), (0, 0, 50), (0, 0, -100))  # By rows: y pushes by depth too.
         self.last = session.push_force_field((0, 0, 0), (0.5, 0, 0), jacobian, 0.1, lease_s=5)
         self.assertTrue(self.felt(MODEL, lambda p: (0.5, 50 * p[2], -100 * p[2])))
         session.clear_model(0)
         self.assertTrue(self.felt(MODEL, (0, 0, 0), 1e-9))
+        self.none_refused()
+
+    def test_a_device_is_read_by_its_place_in_the_group(self):
+        session = self.session
+        tick = session.latest()["tick"]
+        self.assertTrue(eventually(lambda: session.latest(0)["tick"] > tick))
+        self.assertEqual(session.latest(0)["device"], session.describe().device_index)
+        with self.assertRaises(haptic.HapticError) as caught:
+            session.latest(7)
+        self.assertEqual(caught.exception.code, haptic.Code.INVALID_ARGUMENT)
+
+    def test_what_is_dated_waits_for_its_tick(self):
+        session = self.session
+        session.arm()
+        armed, ramping = haptic.SampleFlag.ARMED, haptic.SampleFlag.RAMPING
+        self.assertTrue(eventually(lambda: session.latest()["flags"] & (armed | ramping) == armed))
+        session.drain()
+        at = int(session.latest()["tick"]) + 200
+        self.last = session.push_force((0, 0.8, 0), lease_s=1, at_tick=at)
+        self.assertTrue(eventually(lambda: session.latest()["tick"] > at + 20))
+        read = session.drain()
+        felt = read["by_source"][:, CLIENT, 1] > 0
+        self.assertTrue(felt[read["tick"] >= at].all())
+        self.assertFalse(felt[read["tick"] < at].any())
         self.none_refused()
 
     def test_forces_and_their_limits(self):

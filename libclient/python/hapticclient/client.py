@@ -192,13 +192,17 @@ class Scene:
             if volume:
                 call(_lib.haptic_upload_volume, upload, voxel_m, point_spacing_m)
             with _Reply(_abi.MeshReport, _lib.haptic_upload_commit, upload, _abi.Progress(report), None, 0) as reply:
-                return mesh_report(reply)
+                made = mesh_report(reply)
         except HapticError:
             if raised:
                 raise raised[0] from None
             raise
         finally:
             _lib.haptic_upload_close(upload)
+        if raised:  # It was built before this was heard.
+            self.drop_mesh(made.id)
+            raise raised[0]
+        return made
 
     def meshes(self) -> _List[MeshReport]:
         with _Reply(_abi.MeshList, _lib.haptic_mesh_list_all, self._handle) as reply:

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "tools/hapticctl-import/data_files.h"
 #include "tools/hapticctl-import/data_place.h"
 #include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/isosurface.h"
@@ -11,6 +12,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   const std::string_view text(reinterpret_cast<const char*>(bytes), size);
   for (const DataPlace& place : {metaImagePlace(text), nrrdPlace(text)})
     if (place.countable && place.in_several) __builtin_trap();
+  try {
+    for (const std::string& name : metaImageFiles(text))
+      if (name.empty()) __builtin_trap();
+  } catch (const ImportError& error) {
+    if (*error.what() == '\0') __builtin_trap();
+  }
   try {
     const Image image = parseInvesalius(text);
     if (image.values.size() != std::size_t{image.size[0]} * image.size[1] * image.size[2]) __builtin_trap();

@@ -18,7 +18,8 @@ struct DataPlace {
   std::uint64_t unpacked_skip = 0;  ///< Bytes before them, once unpacked.
   bool packed = false;              ///< zlib or gzip.
   bool countable = false;           ///< In one file, as binary numbers.
-  bool in_several = false;          ///< Files.
+  bool in_several = false;          ///< Files: metaImageFiles() names them.
+  bool binary = false;              ///< Of a MetaImage: not numbers in words.
 };
 
 /** `head` may be cut behind the header. Any bytes can be given. */
@@ -27,7 +28,7 @@ struct DataPlace {
 
 /**
  * Throws ImportError, with the file and the bytes found and needed, if the values of an image are not all there, or are
- * packed in a way that nobody would notice it. `format` as readScan() tells it.
+ * packed in a way that ITK reads wrong. `format` as readScan() tells it.
  */
 void requireWhole(const std::string& path, const std::string& format, std::uint64_t needed);
 

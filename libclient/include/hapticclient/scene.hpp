@@ -17,7 +17,7 @@
 
 namespace haptic {
 
-/** Told how far a build is; false cancels it. */
+/** Told how far a build is; false cancels it. What it throws ends the call with HAPTIC_INTERNAL. */
 using Progress = std::function<bool(float fraction, const char* stage)>;
 
 namespace detail {

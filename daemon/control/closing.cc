@@ -36,7 +36,12 @@ Result<void> Core::closeDevice(std::string_view uri, std::uint64_t connection) {
                  "socket",
                  "connect to " + (facts_.admin_socket.empty() ? std::string("it") : facts_.admin_socket)};
   }
-  return device ? closeGroupOf(**device) : device.error();
+  if (!device) return device.error();
+  if (!client(connection).administration && (*device)->sessions == 0 && !powerless(**device)) {
+    return Error{ErrorCode::kDeviceBusy, (*device)->name, "its force is still being lowered",
+                 "try again; it takes a second at most"};
+  }
+  return closeGroupOf(**device);
 }
 
 Result<void> Core::closeGroupOf(OpenDevice& device) {

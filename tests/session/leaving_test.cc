@@ -38,6 +38,41 @@ struct Leaving : testing::Test {
   /** The force last sent to the second device [N]. */
   [[nodiscard]] double sent() const { return bench.scripted.back()->sent.back().force.norm(); }
 
+  /** A session of that client pushes with 1 N, which takes 200 ms to go: longer than its session takes. */
+  std::uint64_t push(std::uint64_t connection) {
+    const Session* session = join(connection);
+    EXPECT_TRUE(bench.arm(session->id).ok());
+    bench.step(50);
+    GuardLimits limits = bench.device(1).limits;
+    limits.force_slew = kSlew;
+    EXPECT_TRUE(bench.core.setLimits(kUri, limits, connection).ok());
+    hd_client_force force{};
+    force.lease_ns = 10'000 * kMs;
+    force.force[0] = 1.0;
+    std::uint64_t seq = 0;
+    EXPECT_EQ(bench.client->producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&force, 1)), 0, seq),
+              ErrorCode::kOk);
+    bench.step(400);
+    EXPECT_NEAR(sent(), 1.0, 1e-3);
+    return session->id;
+  }
+  /** Steps tick by tick, and calls `each` after it: the force falls no faster than it may, and is zero at the end. */
+  template <class Each>
+  void untilClosed(Each&& each) {
+    double before = sent();
+    int ticks = 0;
+    for (; isOpen() && ticks < 500; ++ticks) {
+      for (const auto& link : bench.core.devices().links()) link->group().step();
+      EXPECT_LE(sent(), before) << "tick " << ticks;
+      EXPECT_LE(before - sent(), kSlew * 1e-3 * (1 + 1e-9)) << "tick " << ticks;
+      before = sent();
+      bench.core.poll();
+      each();
+    }
+    EXPECT_LT(ticks, 500);
+    EXPECT_EQ(before, 0.0) << "the device was closed on a hand that felt a force";
+  }
+  static constexpr double kSlew = 5;  ///< [N/s]
   Bench bench;
   const std::uint64_t mine = *bench.core.connect(102, 1001, false);
   const std::uint64_t other = *bench.core.connect(103, 1002, false);
@@ -61,34 +96,24 @@ TEST_F(Leaving, WhatAClientAloneHadOpenedCloses) {
 }
 
 TEST_F(Leaving, OnlyWhenTheHandFeelsNothingAnyMore) {
-  const Session* session = join(mine);
-  ASSERT_TRUE(bench.arm(session->id).ok());
-  bench.step(50);
-  GuardLimits limits = bench.device(1).limits;
-  limits.force_slew = 5;  // [N/s]: 200 ms from 1 N to nothing, when the session is long gone.
-  ASSERT_TRUE(bench.core.setLimits(kUri, limits, mine).ok());
-  hd_client_force push{};
-  push.lease_ns = 10'000 * kMs;
-  push.force[0] = 1.0;
-  std::uint64_t seq = 0;
-  ASSERT_EQ(bench.client->producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&push, 1)), 0, seq),
-            ErrorCode::kOk);
-  bench.step(400);
-  ASSERT_NEAR(sent(), 1.0, 1e-3);
-  const double slew = limits.force_slew * 1e-3;  // [N] a tick
-  double before = sent();
+  push(mine);
   bench.core.disconnect(mine);
   bench.client.reset();
-  int ticks = 0;
-  for (; isOpen() && ticks < 500; ++ticks) {
-    for (const auto& link : bench.core.devices().links()) link->group().step();
-    EXPECT_LE(sent(), before) << "tick " << ticks;
-    EXPECT_LE(before - sent(), slew * (1 + 1e-9)) << "tick " << ticks;
-    before = sent();
-    bench.core.poll();
-  }
-  EXPECT_LT(ticks, 500);
-  EXPECT_EQ(before, 0.0) << "the device was closed on a hand that felt a force";
+  untilClosed([] {});
+}
+
+TEST_F(Leaving, NeitherByItsClientWhileTheHandFeelsAForce) {
+  const std::uint64_t session = push(mine);
+  bench.core.sessions().end(session, "test");
+  bench.client.reset();
+  int refused = 0;
+  untilClosed([&] {
+    const auto closed = bench.core.closeDevice(kUri, mine);
+    if (closed) return;
+    EXPECT_EQ(closed.error().code, ErrorCode::kDeviceBusy);
+    ++refused;
+  });
+  EXPECT_GT(refused, 150) << "200 ms of it";
 }
 
 TEST_F(Leaving, NotWhileOthersWantIt) {

@@ -110,7 +110,8 @@ HAPTIC_API int haptic_open_device(haptic_client* client, const char* uri, haptic
 
 /**
  * Closes a device; refused while a session holds it. Administration; but a simulated one that is not configured may be
- * closed by a client that alone has asked for it, of those that are still there. Blocks; any thread.
+ * closed by a client that alone has asked for it, of those that are still there, once no force is left of it (a second
+ * at most after its last session). Blocks; any thread.
  */
 HAPTIC_API int haptic_close_device(haptic_client* client, const char* uri, haptic_error* error);
 

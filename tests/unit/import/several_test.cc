@@ -37,7 +37,7 @@ struct Several : ::testing::Test {
     return refusal([&] { return read(files, more); });
   }
   static constexpr const char* kPacked = "CompressedData = True\n";
-  const Folder folder;
+  Folder folder;
 };
 
 TEST_F(Several, AreReadLikeOne) {

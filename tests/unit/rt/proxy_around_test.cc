@@ -105,7 +105,7 @@ TEST(ProxyAround, ItDoesNotGetOutByACornerBesideWhichItSticks) {
 }
 
 TEST(ProxyAround, ABladeKeepsItsSide) {
-  // 20 mm high, edge upward, 10 degrees: pressed from one side by up to 5 mm, far from the edge.
+  // 20 mm high, edge upward, 10 degrees: pressed from one side by up to 5 mm, far from the edge and the ends.
   const double foot = 0.02 * std::tan(5 * M_PI / 180), half = 0.05;
   TestMesh blade;
   for (const double y : {-half, half}) {
@@ -125,12 +125,12 @@ TEST(ProxyAround, ABladeKeepsItsSide) {
     TestScene t;
     t.proxy.setRadius(radius);
     t.addMesh(view, {}, {1000, 0, mu, mu});
-    Vec3 x(-0.004, random.in(-0.02, 0.02), random.in(0.004, 0.012));
+    Vec3 x(-0.004, random.in(-0.01, 0.01), random.in(0.004, 0.012));  // It ends 10 mm from the blade's ends.
     t.tick(x);
     const Vec3 step(std::pow(10.0, random.in(-5, -3)), random.in(-1, 1) * 1e-4, 0);
     for (int i = 0; i < 300 && x.x() < 0.005 - foot; ++i) {
       const SurfaceContact& c = t.tick(x += step);
-      ASSERT_LT(c.proxy.x(), -radius) << run << " " << i;
+      ASSERT_LT(c.proxy.x(), -radius) << run << " " << i << " at " << x.transpose();
     }
   }
 }

@@ -93,7 +93,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
       ->capture_default_str()
       ->check(haptic_emu::within(0, kLongest_s));
   haptic_emu::HidPlay hid;
-  const auto addHid = [&](const char* name, const char* what, std::vector<std::string> kinds) {
+  const auto addHid = [&](const char* name, const char* what, const std::vector<std::string>& kinds) {
     CLI::App* one = app.add_subcommand(name, what);
     one->add_option("kind", hid.kind, "Which of them; the first unless said")->check(CLI::IsMember(kinds));
     one->add_option("--serial", hid.serial, "Its serial number")->capture_default_str();

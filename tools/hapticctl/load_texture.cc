@@ -20,11 +20,12 @@ struct Options {
 
 bool isXml(const std::string& path) { return path.size() > 4 && path.compare(path.size() - 4, 4, ".xml") == 0; }
 
-Owned<haptic_texture_report> uploadRelief(const Daemon& daemon, const Options& o, haptic_surface& surface) {
+/** `size`: width and height [m]; empty: as the surface has it. */
+Owned<haptic_texture_report> uploadRelief(const Daemon& daemon, const Options& o, const std::vector<double>& size,
+                                          haptic_surface& surface) {
   const GreyPicture picture = readPng(o.file);
   if (o.depth_m > 0) surface.relief_depth = o.depth_m;
-  if (!o.size.empty()) {
-    const std::vector<double> size = parseNumbers("--size", o.size, 2);
+  if (!size.empty()) {
     surface.relief_width = size[0];
     surface.relief_height = size[1];
   }
@@ -56,11 +57,12 @@ int loadTexture(const Options& o, const Globals& globals) {
   if (vibration && (o.depth_m > 0 || !o.size.empty()))
     failUsage(o.depth_m > 0 ? "--depth" : "--size", "is of a relief; " + o.file + " is a vibration");
   if (!vibration && o.mass_kg > 0) failUsage("--mass", "is of a vibration; " + o.file + " is a relief");
+  const std::vector<double> size = o.size.empty() ? std::vector<double>() : parseNumbers("--size", o.size, 2);
   const Daemon daemon(globals);
   const auto state = daemon.ask<haptic_object_state>(haptic_object_find, o.object.c_str());
   haptic_surface surface = *state->surface;
   const std::uint64_t before = vibration ? surface.vibration : surface.relief;
-  const auto report = vibration ? uploadVibration(daemon, o, surface) : uploadRelief(daemon, o, surface);
+  const auto report = vibration ? uploadVibration(daemon, o, surface) : uploadRelief(daemon, o, size, surface);
   haptic_error error = HAPTIC_ERROR_INIT;
   const int code = haptic_object_set_surface(daemon.client(), o.object.c_str(), &surface, &error);
   // All or nothing; and what nothing shows any more need not stay.

@@ -44,7 +44,8 @@ class WithoutDaemon(Case):
                                 (["add", "sphere", "--size", "-1"], "not above zero"), (["add", "plane", "--at", "0,0"], "3 numbers"),
                                 (["add", "plane", "--friction", "0.2,0.4"], "dynamic at most static"),
                                 (["monitor", "--csv", "--json"], "--json"), (["events", "--kinds", "tuch"], "touch"),
-                                (["top"], "no terminal"), (["limits", "--force", "nan"], "not a finite number")):
+                                (["top"], "no terminal"), (["limits", "--force", "nan"], "not a finite number"),
+                                (["load-texture", "x.png", "wall", "--size", "0.1,nan"], "--size: ")):
             if words and words[0] in ("events", "top"):
                 continue  # These need a daemon first; see below.
             self.assertIn(expected, self.run_ctl(*words, exit_code=2).stderr)

@@ -113,7 +113,8 @@ void ProxyRenderer::hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD
     const Constraint& c = step.held[i];
     if (c.slot == met.slot && c.feature == met.feature && c.kind == met.kind && c.corner == met.corner) continue;
     const Vec3 x = step.together ? proxy_ : Vec3(step.scene->slot(c.slot).X_WO * start_[c.slot]);
-    if (c.surface.height(x) <= 2 * c.skin && kept < kMaxHalfSpaces - 1) step.held[kept++] = c;
+    // Below it, and yet outside: passed on the way around, and no wall from here.
+    if (std::abs(c.surface.height(x)) <= 2 * c.skin && kept < kMaxHalfSpaces - 1) step.held[kept++] = c;
   }
   step.held[kept] = met;
   step.count = kept + 1;

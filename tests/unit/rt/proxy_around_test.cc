@@ -181,5 +181,30 @@ TEST(ProxyAround, WhereABallDoesNotFitItLooksForNoWay) {
   EXPECT_LT(many, ticks / 20);
 }
 
+/** Thrown round a sphere into a rough box: the tangent plane from which it came has been passed, and holds nothing. */
+TEST(ProxyAround, WhatWasPassedOnTheWayHoldsNoMore) {
+  constexpr double kRadius = 0.02;
+  const Vec3 half(0.01, 0.1, 0.01);
+  int boxes = 0;
+  for (double low = 0; low < 0.05; low += 0.002) {
+    for (const double mu : {0.0, 1.0}) {
+      SCOPED_TRACE(::testing::Message() << low << " friction " << mu);
+      const Vec3 center(0.03, 0, -low);
+      TestScene t;
+      const std::uint32_t sphere = t.add(ShapeKind::kSphere, Vec3(kRadius, 0, 0));
+      const std::uint32_t box = t.add(ShapeKind::kBox, half, {center, Quat::Identity()}, {1000, 0, mu, mu});
+      t.tick(Vec3(0, 0, 0.06));
+      const SurfaceContact& c = t.tick(Vec3(0.012, 0.001, -0.05));
+      const double off_sphere = c.proxy.norm() - kRadius, off_box = ((c.proxy - center).cwiseAbs() - half).maxCoeff();
+      EXPECT_GT(off_sphere, -1e-9);
+      EXPECT_GT(off_box, -1e-9);
+      if (c.object == sphere) EXPECT_LT(off_sphere, 1e-9);
+      if (c.object == box) EXPECT_LT(off_box, 1e-9);
+      boxes += c.object == box;
+    }
+  }
+  EXPECT_GT(boxes, 10);
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -51,49 +51,73 @@ SolidDepth solidDepth(const float (*halfspace)[4], std::uint32_t count, double r
   return out;
 }
 
-Vec3 wayOut(const float (*halfspace)[4], std::uint32_t count, const Vec3& x) HD_RT {
-  count = std::min(count, HD_HALFSPACES);
+namespace {
+
+/** The planes at one place, and along a direction from it. */
+struct Planes {
+  std::uint32_t count;
   std::array<Vec3, HD_HALFSPACES> n;
-  std::array<double, HD_HALFSPACES> depth;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    n[i] = Vec3(halfspace[i][0], halfspace[i][1], halfspace[i][2]);
-    depth[i] = halfspace[i][3] - n[i].dot(x);
-  }
-  // Twice the cost at e, times kCornerSoftness.
-  const auto cost = [&](const Vec3& e) {
-    double sum = kCornerSoftness * e.squaredNorm();
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const double left = std::max(0.0, depth[i] - n[i].dot(e));
-      sum += left * left;
+  std::array<double, HD_HALFSPACES> left;   ///< d_i - n_i.(x + e); positive inside
+  std::array<double, HD_HALFSPACES> climb;  ///< n_i.move, what a whole move takes off `left`
+  std::array<double, HD_HALFSPACES> bend;   ///< where on the move `left` is zero; below zero: nowhere
+
+  /**
+   * How many moves lead to the least cost, whose slope along them is a rising broken line: `slope` at the start (below
+   * zero), bending where a plane is left or met. `soft` is the part of its rise that no plane has. At most a bend each.
+   */
+  [[nodiscard]] double bestLength(double slope, double soft) HD_RT {
+    for (std::uint32_t i = 0; i < count; ++i) bend[i] = climb[i] != 0 ? left[i] / climb[i] : -1;
+    double at = 0;
+    for (std::uint32_t bends = 0;; ++bends) {
+      double rise = soft;
+      double next = 1e300;
+      for (std::uint32_t i = 0; i < count; ++i) {
+        const bool ahead = bend[i] > at;
+        if ((climb[i] > 0) == ahead) rise += climb[i] * climb[i];
+        if (ahead) next = std::min(next, bend[i]);
+      }
+      const double least = at - slope / rise;
+      if (least <= next || bends == count) return least;
+      slope += rise * (next - at);
+      at = next;
     }
-    return sum;
-  };
+  }
+};
+
+}  // namespace
+
+Vec3 wayOut(const float (*halfspace)[4], std::uint32_t count, const Vec3& x) HD_RT {
+  Planes planes;
+  planes.count = std::min(count, HD_HALFSPACES);
+  std::array<double, HD_HALFSPACES> depth;
+  for (std::uint32_t i = 0; i < planes.count; ++i) {
+    planes.n[i] = Vec3(halfspace[i][0], halfspace[i][1], halfspace[i][2]);
+    depth[i] = halfspace[i][3] - planes.n[i].dot(x);
+  }
   Vec3 e = Vec3::Zero();
-  double present = cost(e);
   for (int step = 0; step < kCornerSteps; ++step) {
     Mat3 hessian = kCornerSoftness * Mat3::Identity();
     Vec3 downhill = -kCornerSoftness * e;
     bool any = false;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const double left = depth[i] - n[i].dot(e);
-      if (left <= 0) continue;
+    for (std::uint32_t i = 0; i < planes.count; ++i) {
+      planes.left[i] = depth[i] - planes.n[i].dot(e);
+      if (planes.left[i] <= 0) continue;
       any = true;
-      hessian += n[i] * n[i].transpose();
-      downhill += left * n[i];
+      hessian += planes.n[i] * planes.n[i].transpose();
+      downhill += planes.left[i] * planes.n[i];
     }
     if (!any && e.isZero(0)) return e;
     const Vec3 move = hessian.llt().solve(downhill);
-    // A full step is exact while the same planes hold; else it is halved until it is downhill enough.
-    double length = 1;
-    double next = cost(e + move);
-    const double slope = downhill.dot(move);
-    for (int halved = 0; halved < 10 && next > present - 0.5 * length * slope; ++halved) {
-      length *= 0.5;
-      next = cost(e + length * move);
+    const double slope = -downhill.dot(move);
+    if (!(slope < 0)) break;
+    // A whole move is exact while the same planes hold; else it goes to the least cost on its line.
+    bool same = true;
+    for (std::uint32_t i = 0; i < planes.count; ++i) {
+      planes.climb[i] = planes.n[i].dot(move);
+      same = same && (planes.left[i] > 0) == (planes.left[i] > planes.climb[i]);
     }
-    if (!(next < present)) break;
-    e += length * move;
-    present = next;
+    e += (same ? 1 : planes.bestLength(slope, kCornerSoftness * move.squaredNorm())) * move;
+    if (same) break;
   }
   return (1 + kCornerSoftness) * e;
 }

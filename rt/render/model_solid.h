@@ -38,12 +38,15 @@ struct SolidDepth {
  *   min over e of |e|^2 / 2 + sum(max(0, d_i - n_i.(x + e))^2) / (2 kCornerSoftness),   result (1 + kCornerSoftness) e
  *
  * The softness keeps it defined where no outside is left (planes that face each other across a gap too small) and the
- * solution unique; one plane, or planes square to each other, are exact. Lipschitz: |change of e| <= |change of x|.
- * Newton's method on a piecewise quadratic in three unknowns: ends exactly, within kCornerSteps.
+ * solution unique; one plane, or planes square to each other, are exact. Where an outside is left, the result / (1 +
+ * kCornerSoftness) is within sqrt(kCornerSoftness) / 2 |l| of the exact way, l >= 0 being what each plane adds to that
+ * (exact = sum(l_i n_i)): 0.16 % of |l|, which is much longer than the way only in a steep groove. Lipschitz: |change
+ * of e| <= |change of x|. Newton's method on a piecewise quadratic in three unknowns, each step to the least cost on
+ * its line: ends exactly, within kCornerSteps.
  */
 [[nodiscard]] Vec3 wayOut(const float (*halfspace)[4], std::uint32_t count, const Vec3& x) HD_RT;
 
-inline constexpr double kCornerSoftness = 1e-3;
+inline constexpr double kCornerSoftness = 1e-5;
 inline constexpr int kCornerSteps = 32;
 
 }  // namespace hapticd

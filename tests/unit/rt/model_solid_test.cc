@@ -104,37 +104,43 @@ TEST(SolidDepth, NormalIsTheGradientAndNeverJumps) {
   }
 }
 
-/** Projection on the intersection of the outsides, by every set of up to three planes. Exact, cubic. */
-Vec3 bruteWayOut(const Solid& s, const Vec3& x, bool& exists) {
-  Vec3 best = Vec3::Zero();
-  double least = 1e300;
-  const auto offer = [&](const Vec3& e) {
+/** The exact projection on the intersection of the outsides, way = sum(push[k] n_k). */
+struct ExactWay {
+  bool exists = false;
+  Vec3 way = Vec3::Zero();
+  double push = 0;  ///< |(push[0], push[1], ...)| [m]
+};
+
+/** By every set of up to three planes: cubic. */
+ExactWay bruteWayOut(const Solid& s, const Vec3& x) {
+  ExactWay best;
+  const auto offer = [&](const Vec3& e, double push) {
     for (std::uint32_t i = 0; i < s.count; ++i) {
       if (s.slack(i, x + e) > 1e-9) return;
     }
-    if (e.norm() < least) {
-      least = e.norm();
-      best = e;
-    }
+    if (!best.exists || e.norm() < best.way.norm()) best = {true, e, push};
   };
-  offer(Vec3::Zero());
+  offer(Vec3::Zero(), 0);
   for (std::uint32_t i = 0; i < s.count; ++i) {
-    offer(s.slack(i, x) * s.n(i));
+    offer(s.slack(i, x) * s.n(i), std::abs(s.slack(i, x)));
     for (std::uint32_t j = 0; j < i; ++j) {
       Eigen::Matrix<double, 3, 2> A;
       A << s.n(i), s.n(j);
       const Eigen::Matrix2d G = A.transpose() * A;
-      if (std::abs(G.determinant()) > 1e-9) offer(A * G.inverse() * Eigen::Vector2d(s.slack(i, x), s.slack(j, x)));
+      if (std::abs(G.determinant()) > 1e-9) {
+        const Eigen::Vector2d push = G.inverse() * Eigen::Vector2d(s.slack(i, x), s.slack(j, x));
+        offer(A * push, push.norm());
+      }
       for (std::uint32_t k = 0; k < j; ++k) {
         Mat3 B;
         B << s.n(i), s.n(j), s.n(k);
         if (std::abs(B.determinant()) > 1e-9) {
-          offer(B.transpose().inverse() * Vec3(s.slack(i, x), s.slack(j, x), s.slack(k, x)));
+          const Vec3 e = B.transpose().inverse() * Vec3(s.slack(i, x), s.slack(j, x), s.slack(k, x));
+          offer(e, (B.inverse() * e).norm());
         }
       }
     }
   }
-  exists = least < 1e299;
   return best;
 }
 
@@ -147,10 +153,11 @@ TEST(WayOut, SquareCornerIsExact) {
 }
 
 TEST(WayOut, AgreesWithEverySetOfPlanes) {
-  // The softness lets the proxy sink a little. From the cost at the exact answer: |e| <= |exact| and no plane is left
-  // deeper than sqrt(kCornerSoftness) |exact|; in corners that are not steep the two are the same to a tenth.
+  // With r_k = softness l_k >= 0 what is left of plane k, and L_k >= 0 the exact pushes: |e - exact|^2 =
+  // sum((L_k - l_k) n_k).(exact - e) <= sum((L_k - l_k) r_k) <= softness |L|^2 / 4, whatever the planes.
   Random random(3);
   int compared = 0;
+  int close = 0;
   for (int i = 0; i < 3000; ++i) {
     Solid s;
     const int count = 1 + i % 6;
@@ -159,33 +166,44 @@ TEST(WayOut, AgreesWithEverySetOfPlanes) {
       if (n.norm() > 0.3) s.add(n, random.in(-0.002, 0.002));
     }
     const Vec3 x = random.vector(0.004);
-    bool exists = false;
-    const Vec3 brute = bruteWayOut(s, x, exists);
-    if (!exists) continue;
+    const ExactWay exact = bruteWayOut(s, x);
+    if (!exact.exists) continue;
     const Vec3 e = wayOut(s.plane, s.count, x) / (1 + kCornerSoftness);
-    double deepest = 0;
-    for (std::uint32_t k = 0; k < s.count; ++k) {
-      deepest = std::max(deepest, s.slack(k, x));
-      ASSERT_LE(s.slack(k, x + e), std::sqrt(kCornerSoftness) * brute.norm() + 1e-8) << "case " << i;
-    }
-    ASSERT_LE(e.norm(), brute.norm() + 1e-8) << "case " << i;
-    if (brute.norm() > 1.5 * deepest) continue;
+    ASSERT_LE((e - exact.way).norm(), 0.5 * std::sqrt(kCornerSoftness) * exact.push + 1e-8) << "case " << i;
+    ASSERT_LE(e.norm(), exact.way.norm() + 1e-8) << "case " << i;
     ++compared;
-    ASSERT_LT((wayOut(s.plane, s.count, x) - brute).norm(), 0.1 * brute.norm() + 1e-9) << "case " << i;
+    if ((e - exact.way).norm() < 1e-3 * exact.way.norm() + 1e-8) ++close;
   }
   EXPECT_GT(compared, 1500);
+  EXPECT_GT(close, compared * 98 / 100);
+}
+
+/** How far e is from the least cost of the header [m], to first order. */
+double missBy(const Solid& s, const Vec3& x, const Vec3& e) {
+  Vec3 gradient = kCornerSoftness * e;
+  Mat3 hessian = kCornerSoftness * Mat3::Identity();
+  for (std::uint32_t k = 0; k < s.count; ++k) {
+    if (s.slack(k, x + e) <= 0) continue;
+    gradient -= s.slack(k, x + e) * s.n(k);
+    hessian += s.n(k) * s.n(k).transpose();
+  }
+  return hessian.llt().solve(gradient).norm();
 }
 
 TEST(WayOut, IsTheExactMinimum) {
-  // No step in any direction lowers the cost of the header, also where no outside is left.
+  // Also where no outside is left, and in grooves so narrow that their planes nearly face each other.
   Random random(4);
-  for (int i = 0; i < 3000; ++i) {
-    const Solid s = randomSolid(random);
+  for (int i = 0; i < 20000; ++i) {
+    Solid s = randomSolid(random);
+    if (i % 2 == 1) {
+      const std::uint32_t count = s.count;
+      s.count = 0;
+      while (s.count < count) {
+        s.add(Vec3(random.once(2) ? 1 : -1, 0, 0) + random.vector(0.02), random.in(-0.002, 0.002));
+      }
+    }
     const Vec3 x = random.vector(0.01);
-    const Vec3 e = wayOut(s.plane, s.count, x) / (1 + kCornerSoftness);
-    Vec3 gradient = kCornerSoftness * e;
-    for (std::uint32_t k = 0; k < s.count; ++k) gradient -= std::max(0.0, s.slack(k, x + e)) * s.n(k);
-    ASSERT_LT(gradient.norm(), 1e-12) << "case " << i;
+    ASSERT_LT(missBy(s, x, wayOut(s.plane, s.count, x) / (1 + kCornerSoftness)), 1e-9) << "case " << i;
   }
 }
 

@@ -158,7 +158,6 @@ void SphereDescentDetector::choose(Run& run, bool side_a) HD_RT {
     run.report.coarsest = std::max<double>(run.report.coarsest,
                                            run.unit * std::max(run.a.side(), run.field == nullptr ? run.b.side() : 0));
     if (run.field != nullptr) {
-      --run.tests;  // Counted when they are looked up.
       lookUp(run, now_[i]);
       continue;
     }

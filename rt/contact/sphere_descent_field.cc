@@ -85,7 +85,7 @@ void SphereDescentDetector::makeRoom(Run& run, std::uint32_t count, std::uint32_
   run.waiting_side = side;
 }
 
-/** Puts a node's centre with those that wait for the fields. */
+/** Puts a node's centre with those that wait for the fields. All that waits is counted already. */
 void SphereDescentDetector::lookUp(Run& run, const Pair& p) HD_RT {
   makeRoom(run, 1, p.group);
   x_[run.waiting] = p.ca[0];
@@ -106,6 +106,7 @@ void SphereDescentDetector::lookUpVoxels(Run& run, const Pair& p, const OctreeLe
       z_[at++] = p.ca[2] + offset.z[place];
     }
   }
+  run.tests += at - run.waiting;
   run.waiting = at;
 }
 
@@ -127,7 +128,6 @@ void SphereDescentDetector::flush(Run& run) HD_RT {
   field.setMiddle({x_[0], y_[0], z_[0]});
   PointSums sums = noPoints();
   field.kernel.run(field.field, field.points, field.placement, field.range, sums);
-  run.tests += run.waiting;
   run.report.touching += sums.touching;
   run.waiting = 0;
   if (sums.touching == 0) return;

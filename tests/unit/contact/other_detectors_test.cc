@@ -130,6 +130,25 @@ TEST(SphereDescent, OneTouchIsFoundEarlyAndNoneIsMissed) {
   EXPECT_LT(5 * work, full);
 }
 
+TEST(SphereDescent, KeepsASmallBudgetToo) {
+  // What is left at one level waits while the next is walked: it has been spent all the same.
+  const TestVolume a = testing::torusVolume(0.012, 0.004, 0.0008);
+  for (const SphereLeaf leaf : {SphereLeaf::kSphere, SphereLeaf::kFieldValue}) {
+    SphereDescentDetector detector({.leaf = leaf});
+    ContactSet contacts;
+    Random random(7);
+    int exhausted = 0;
+    for (int i = 0; i < 2000; ++i) {
+      DetectorQuery query = queryOf(a, a, random.pose(0.012));
+      query.budget.units = 1 + random.below(60u);
+      detector.find(query, contacts);
+      ASSERT_LE(contacts.report.work, query.budget.units) << "query " << i;
+      exhausted += contacts.report.exhausted ? 1 : 0;
+    }
+    EXPECT_GT(exhausted, 500);
+  }
+}
+
 TEST(SphereDescent, KeepsItsBudgetWithTheMostImportantRefined) {
   VolumeOptions options;
   options.sensation = true;

@@ -98,6 +98,7 @@ TEST(SphereDescent, OneSidedFindsWhatTheFieldSaysOfEachVoxelsPoint) {
   ContactSet contacts;
   std::uint64_t total = 0;
   const double face = std::pow(a.view.voxel, 2) / kShareSteps;
+  const double whole = kShareSteps * face;  // single precision leaves 1e-7 m of the depth of each such face undecided
   for (int i = 0; i < 50; ++i) {
     const Pose X_BA = random.pose(0.02);
     std::uint32_t sure = 0, most = 0;
@@ -115,7 +116,7 @@ TEST(SphereDescent, OneSidedFindsWhatTheFieldSaysOfEachVoxelsPoint) {
     EXPECT_GE(contacts.report.touching, sure);
     EXPECT_LE(contacts.report.touching, most);
     EXPECT_NEAR(contacts.touching_area, area, 2e-3 * area + 3e-6 * (most - sure));
-    EXPECT_LE((contacts.integral.force - force).norm(), 2e-3 * force.norm() + 1e-15);
+    EXPECT_LE((contacts.integral.force - force).norm(), 2e-3 * force.norm() + whole * 1e-7 * (1 + most - sure));
     total += sure;
   }
   EXPECT_GT(total, 1000u);

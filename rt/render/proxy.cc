@@ -234,7 +234,10 @@ void ProxyRenderer::settle(Step& step) HD_RT {
       plan(step, next);
       if (next.lands) step.end = next.way[next.parts - 1];
       step.settled = next.stay && step.together;
-      if (step.settled) return;
+      if (step.settled) {
+        if (!leaveVertex(step)) return;
+        break;
+      }
       if (next.stay) next.goTo(here(step));
     }
     if (step.count == 0) return;  // Arrived at the goal.

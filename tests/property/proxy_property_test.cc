@@ -164,7 +164,7 @@ void forSeeds(std::uint32_t count, Check check) {
   }
 }
 
-void neverEntersSolidsAtRest(std::uint32_t seed) {
+void neverEntersSolidsAtRest(std::uint32_t seed, int& touched) {
   Random random(seed);
   World w;
   fill(w, random, false);
@@ -187,7 +187,7 @@ void neverEntersSolidsAtRest(std::uint32_t seed) {
     contacts += c.object != 0;
   }
   EXPECT_LT(most, 20000u);
-  EXPECT_GT(contacts, 2);
+  touched += contacts > 2;
 }
 
 void aBallNeverEntersSolids(std::uint32_t seed) {
@@ -323,7 +323,7 @@ bool canComeNearer(const SceneObject& o, const SurfaceContact& contact, double r
   return false;
 }
 
-/** Of 60 hands that come to rest deep in a bumpy ball: how many proxies could come nearer. */
+/** Of 60 hands that come to rest deep in a bumpy ball: how many proxies could come nearer. Each third is a point. */
 int notAsNearAsTheyCanBe(std::uint32_t seed, int& rested) {
   Random random(seed);
   TestScene t;
@@ -345,17 +345,24 @@ int notAsNearAsTheyCanBe(std::uint32_t seed, int& rested) {
   return count;
 }
 
-/** But for the few that come nearer by ever less. */
+/** But for the few balls that come nearer by ever less, or wait in a nook of faces, edges and vertices. */
 TEST(ProxyProperty, AProxyAtRestIsAsNearAsItCanBe) {
-  int rested = 0, count = 0;
-  for (const unsigned seed : seeds(60)) count += notAsNearAsTheyCanBe(seed, rested);
-  EXPECT_GT(rested, 1000);
-  EXPECT_LT(count, rested / 200);
-  RecordProperty("rested", rested);
-  RecordProperty("not_as_near", count);
+  int rested[2] = {}, count[2] = {};  // Points, balls.
+  for (const unsigned seed : seeds(60)) {
+    const int kind = seed % 3 == 0 ? 0 : 1;
+    count[kind] += notAsNearAsTheyCanBe(seed, rested[kind]);
+  }
+  EXPECT_GT(rested[0], 300);
+  EXPECT_GT(rested[1], 600);
+  EXPECT_LE(count[0], rested[0] / 1000);
+  EXPECT_LT(count[1], rested[1] / 200);
 }
 
-TEST(ProxyProperty, NeverEntersSolidsAtRest) { forSeeds(60, neverEntersSolidsAtRest); }
+TEST(ProxyProperty, NeverEntersSolidsAtRest) {
+  int touched = 0;
+  forSeeds(60, [&](unsigned seed) { neverEntersSolidsAtRest(seed, touched); });
+  EXPECT_GT(touched, 50);
+}
 TEST(ProxyProperty, ABallNeverEntersSolids) { forSeeds(30, aBallNeverEntersSolids); }
 TEST(ProxyProperty, NeverEntersSolidsInMotion) { forSeeds(40, neverEntersSolidsInMotion); }
 TEST(ProxyProperty, SameInputsSameBits) { forSeeds(10, sameInputsSameBits); }

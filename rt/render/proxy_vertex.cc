@@ -1,0 +1,88 @@
+// At a vertex of a mesh: where the planes of its faces hold the proxy together, and yet an edge leads nearer.
+#include <limits>
+
+#include "rt/geometry/pseudo_normal.h"
+#include "rt/render/proxy_step.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kAtVertex = 64;       // Skins.
+constexpr double kShort = 1 - 0x1p-8;  // Of an edge: its end is a vertex with faces of its own.
+constexpr double kOver = 1.0 / 16;     // Of the way along the edge.
+constexpr double kAnyLength = std::numeric_limits<double>::infinity();
+constexpr double kSharpest = 0.02;  // Cosine of half an edge's angle below which it is a blade.
+
+/** Of the edges that leave a vertex the one along which a point comes nearest to the goal. */
+struct EdgeToward {
+  const MeshView& mesh;
+  Vec3 vertex;
+  Vec3 goal;  ///< From the vertex.
+  double most = 0;
+  double length = 0;  ///< How far to go along it.
+  Vec3 along = Vec3::Zero();
+  Vec3 normal[2];  ///< Of its two faces.
+
+  /** An edge of the triangle, which leads between the vertex and its corner `end`. */
+  void look(std::uint32_t triangle, std::uint32_t edge, std::uint32_t end) HD_RT {
+    const std::uint32_t across = mesh.neighbours[triangle][edge];
+    if (across == HD_NO_INDEX) return;
+    const Vec3 to = mesh.vertex(triangle, static_cast<int>(end)) - vertex;
+    const double far = to.norm(), toward = far > 0 ? to.dot(goal) / far : 0.0;
+    if (!(toward > most)) return;
+    most = toward;
+    length = std::min(toward, kShort * far);
+    along = to / far;
+    normal[0] = faceNormal(mesh, triangle);
+    normal[1] = faceNormal(mesh, across);
+  }
+};
+
+}  // namespace
+
+/**
+ * Of three faces of a vertex that hold the proxy two may meet in a ridge, and then it is free to go where only one of
+ * them is below it: their planes together hold it where the surface does not. The surface about a vertex is made of
+ * sectors between its edges, so if any way on it leads nearer to the hip, one along an edge does. A proxy without
+ * friction, and without a radius, takes the best of them. False: it stays.
+ */
+bool ProxyRenderer::leaveVertex(Step& step) HD_RT {
+  if (radius_ > 0 || !step.together || step.count < 2) return false;
+  const Constraint& c = step.held[step.count - 1];
+  const SceneObject& object = step.scene->slot(c.slot);
+  if (object.shape.kind != ShapeKind::kMesh || object.shape.mesh->neighbours == nullptr ||
+      (object.flags & HD_OBJECT_TWO_SIDED) != 0 || object.material.friction_static > 0)
+    return false;
+  const MeshView& mesh = *object.shape.mesh;
+  const Vec3 x = toLocal(object.X_WO, proxy_);
+  std::uint32_t corner = 0;
+  while (corner < 3 && !((mesh.vertex(c.feature, static_cast<int>(corner)) - x).norm() <= kAtVertex * c.skin)) ++corner;
+  if (corner == 3) return false;
+  const std::uint32_t vertex = mesh.triangles[c.feature][corner];
+  const Vec3 v = mesh.vertex(c.feature, static_cast<int>(corner));
+  EdgeToward edge{mesh, v, toLocal(object.X_WO, step.goal) - v};
+  std::uint32_t t = c.feature;
+  for (int i = 0; i < kMaxFan && t != HD_NO_INDEX; ++i) {  // Round the vertex; at a border as far as it goes.
+    const MeshView::Index3& of = mesh.triangles[t];
+    const std::uint32_t at = of[0] == vertex ? 0 : (of[1] == vertex ? 1 : 2);
+    edge.look(t, at, (at + 1) % 3);
+    edge.look(t, (at + 2) % 3, (at + 2) % 3);
+    ++step.work;
+    t = mesh.neighbours[t][at];
+    if (t == c.feature) break;
+  }
+  if (!(edge.most > 0)) return false;
+  const Vec3 up = (edge.normal[0] + edge.normal[1]).normalized();
+  const double steep = up.dot(edge.normal[0]);
+  if (!(steep > kSharpest)) return false;
+  const Vec3 target = object.X_WO * (v + edge.length * edge.along + c.skin / steep * up);
+  if (!((target - step.goal).norm() < kClearlyNearer * (proxy_ - step.goal).norm())) return false;
+  // Straight, or, where a ridge lies between, over the vertex.
+  const Vec3 out = pseudoNormal(mesh, c.feature, FeatureKind::kVertex, corner, step.work);
+  const Vec3 over[] = {object.X_WO * (v + kOver * edge.length * out), target};
+  if (!goVia(step, &target, 1, kAnyLength) && !goVia(step, over, 2, kAnyLength)) return false;
+  step.settled = false;
+  return true;
+}
+
+}  // namespace hapticd

@@ -205,7 +205,7 @@ void ProxyRenderer::settle(Step& step) HD_RT {
   SweepHit first;
   Plan next;
   bool held = holdAgain(step);
-  double nearest = std::numeric_limits<double>::infinity();
+  double nearest = std::numeric_limits<double>::infinity(), let_go = nearest;
   for (int vain = 0;; held = false) {
     if (!held) step.count = step.broken = 0;
     const double distance = (proxy_ - step.goal).norm();
@@ -235,6 +235,11 @@ void ProxyRenderer::settle(Step& step) HD_RT {
       if (next.lands) step.end = next.way[next.parts - 1];
       step.settled = next.stay && step.together;
       if (step.settled) {
+        if (letGoOfAbsent(step, let_go)) {
+          held = step.count > 0;
+          if (held) continue;
+          break;
+        }
         if (!leaveVertex(step)) return;
         break;
       }

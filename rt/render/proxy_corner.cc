@@ -1,13 +1,14 @@
-// At a vertex of a mesh: where the planes of its faces hold the proxy together, and yet an edge leads nearer.
+// In a corner of a mesh: where the planes that hold the proxy do so together, but the surface does not.
 #include <limits>
 
 #include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/triangle.h"
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
 namespace {
 
-constexpr double kAtVertex = 64;       // Skins.
+constexpr double kAt = 64;             // Skins.
 constexpr double kShort = 1 - 0x1p-8;  // Of an edge: its end is a vertex with faces of its own.
 constexpr double kOver = 1.0 / 16;     // Of the way along the edge.
 constexpr double kAnyLength = std::numeric_limits<double>::infinity();
@@ -41,6 +42,34 @@ struct EdgeToward {
 }  // namespace
 
 /**
+ * Of planes that were met one after the other some may by now be only planes drawn out, beyond the triangles that were
+ * met: these go. True if there were any, for a proxy that is clearly nearer than at `last`, the distance at which the
+ * step let some go before.
+ */
+bool ProxyRenderer::letGoOfAbsent(Step& step, double& last) const HD_RT {
+  const double distance = (proxy_ - step.goal).norm();
+  if (step.count < 2 || !step.together || !(distance < kClearlyNearer * last)) return false;
+  int kept = 0;
+  for (int i = 0; i < step.count; ++i) {
+    const Constraint& c = step.held[i];
+    const SceneObject& object = step.scene->slot(c.slot);
+    if (object.shape.kind == ShapeKind::kMesh) {
+      const MeshView& mesh = *object.shape.mesh;
+      const Vec3 x = toLocal(object.X_WO, proxy_);
+      const Corners v{mesh.vertex(c.feature, 0), mesh.vertex(c.feature, 1), mesh.vertex(c.feature, 2)};
+      const double reach = radius_ + kAt * c.skin;
+      if ((nearestOnTriangle(v, x).point - x).squaredNorm() > reach * reach) continue;
+    }
+    if (kept != i) step.held[kept] = c;
+    ++kept;
+  }
+  if (kept == step.count) return false;
+  step.count = kept;
+  last = distance;
+  return true;
+}
+
+/**
  * Of three faces of a vertex that hold the proxy two may meet in a ridge, and then it is free to go where only one of
  * them is below it: their planes together hold it where the surface does not. The surface about a vertex is made of
  * sectors between its edges, so if any way on it leads nearer to the hip, one along an edge does. A proxy without
@@ -56,7 +85,7 @@ bool ProxyRenderer::leaveVertex(Step& step) HD_RT {
   const MeshView& mesh = *object.shape.mesh;
   const Vec3 x = toLocal(object.X_WO, proxy_);
   std::uint32_t corner = 0;
-  while (corner < 3 && !((mesh.vertex(c.feature, static_cast<int>(corner)) - x).norm() <= kAtVertex * c.skin)) ++corner;
+  while (corner < 3 && !((mesh.vertex(c.feature, static_cast<int>(corner)) - x).norm() <= kAt * c.skin)) ++corner;
   if (corner == 3) return false;
   const std::uint32_t vertex = mesh.triangles[c.feature][corner];
   const Vec3 v = mesh.vertex(c.feature, static_cast<int>(corner));
@@ -77,9 +106,8 @@ bool ProxyRenderer::leaveVertex(Step& step) HD_RT {
   if (!(steep > kSharpest)) return false;
   const Vec3 target = object.X_WO * (v + edge.length * edge.along + c.skin / steep * up);
   if (!((target - step.goal).norm() < kClearlyNearer * (proxy_ - step.goal).norm())) return false;
-  // Straight, or, where a ridge lies between, over the vertex.
-  const Vec3 out = pseudoNormal(mesh, c.feature, FeatureKind::kVertex, corner, step.work);
-  const Vec3 over[] = {object.X_WO * (v + kOver * edge.length * out), target};
+  // Straight, or, where a ridge lies between, over a point above the edge's faces.
+  const Vec3 over[] = {proxy_ + kOver * edge.length * rotated(object.X_WO.q, up), target};
   if (!goVia(step, &target, 1, kAnyLength) && !goVia(step, over, 2, kAnyLength)) return false;
   step.settled = false;
   return true;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "rt/body/constraint_response.h"
+#include "rt/body/share_search.h"
 
 namespace hapticd {
 
@@ -110,8 +111,10 @@ void JointStep::settle(std::uint8_t island) HD_RT {
     held += heldBy(touch_[i], dt_ * u.dot(touch_[i].n));
   }
   double lost = 0;
-  for (int tries = 0;; ++tries) {
-    if (tries == Tool::kMostTries) scale = given = 0;
+  ShareSearch search(scale);
+  do {
+    scale = search.share();
+    if (search.stopped()) given = 0;
     double gained = 0;
     for (std::uint32_t k = 0; k < movers_; ++k) {
       const Mover& m = mover_[k];
@@ -131,9 +134,7 @@ void JointStep::settle(std::uint8_t island) HD_RT {
       gained += to.gained;
     }
     lost = given - gained;
-    if (lost >= -pool || tries == Tool::kMostTries) break;
-    scale *= 0.5;
-  }
+  } while (search.next(-pool - lost));
   const double left = std::clamp(pool + lost, 0.0, members * Tool::kMostReserve + held) / members;
   for (std::uint32_t k = 0; k < movers_; ++k) {
     Mover& m = mover_[k];

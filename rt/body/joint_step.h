@@ -2,7 +2,7 @@
  * One tick of tools and free bodies that push each other: all touches solved together by projected Gauss-Seidel
  * (constraint_row.h), action equal to reaction, and the books of tool.h kept for each island, a group of bodies that
  * touches join: if it holds more energy than before plus what hands, weights, moving obstacles and its reserve gave,
- * all its velocities are scaled down until it does not.
+ * all its velocities are scaled down until it does not, by no more than that takes.
  *
  * Servo-safe; one thread; memory is taken when it is made. begin(), add what takes part, solve(), read.
  */

@@ -46,8 +46,10 @@ TEST(JointStep, TwoBallsThatMeetKeepTheirMomentum) {
   EXPECT_NEAR(b.body.twist().v.x(), together, 1e-7);
 }
 
-TEST(JointStep, RandomHeapsKeepMomentumAndNeverGainEnergy) {
-  Random random(11);
+class JointStepHeaps : public ::testing::TestWithParam<std::uint32_t> {};
+
+TEST_P(JointStepHeaps, KeepMomentumAndNeverGainEnergy) {
+  Random random(GetParam());
   auto joint = std::make_unique<JointStep>();
   double least_kept = 1;
   for (int round = 0; round < 400; ++round) {
@@ -92,13 +94,18 @@ TEST(JointStep, RandomHeapsKeepMomentumAndNeverGainEnergy) {
     const double kept = p_after.dot(p) / p.squaredNorm();
     least_kept = std::min(least_kept, kept);
     ASSERT_NEAR((p_after - kept * p).norm(), 0, 1e-9) << round;
-    if (kept < 0.999) continue;
+    if (kept < 1 - 1e-9) {
+      ASSERT_GT(after, energy * (1 - 1e-6)) << round << ": more was taken than the books ask for";
+      continue;
+    }
     ASSERT_NEAR(kept, 1, 1e-9);
     // But for what a drift's splitting gives back of the spin, to second order.
     ASSERT_LT((l_after - l).norm(), 1e-4 * l.norm() + 1e-9) << round;
   }
   EXPECT_GT(least_kept, 0.99) << "energy that is lost in blows is more than recovery takes";
 }
+// In the second a heap has a rounding more energy than it had, 6e-17 J.
+INSTANTIATE_TEST_SUITE_P(Seeds, JointStepHeaps, ::testing::Values(11, 4011));
 
 TEST(JointStep, BodiesAtRestInAnOverlapStayUnlessEnergyWasLostBefore) {
   auto joint = std::make_unique<JointStep>();

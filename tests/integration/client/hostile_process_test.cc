@@ -14,6 +14,7 @@
 #include "support/daemon_fixture.h"
 #include "tests/hostile/attacker.h"
 #include "tests/integration/raw_client.h"
+#include "tests/support/random.h"
 
 namespace hapticd::test {
 namespace {
@@ -234,9 +235,9 @@ TEST_F(HostileProcess, AScribblerIsNamedAndEndedWhileAnHonestClientsPushesAreAll
       RawClient raw(loop, daemon_.socket());
       LiveSession live(loop, raw);
       say("!");
-      Random random(static_cast<std::uint64_t>(i) + 1);
+      Random random(static_cast<std::uint32_t>(i) + 1);
       auto* words = reinterpret_cast<volatile std::uint64_t*>(live.b->get());
-      for (;;) words[random.below(sizeof(hd_region_b) / sizeof(std::uint64_t))] = random();
+      for (;;) words[random.below(sizeof(hd_region_b) / sizeof(std::uint64_t))] = random.bits();
     });
     ASSERT_TRUE(scribbler.saysSomething());
     const std::string named = "(pid " + std::to_string(scribbler.pid()) + ") broke the ring's protocol";

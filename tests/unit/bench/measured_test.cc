@@ -145,7 +145,8 @@ TEST(Measured, RegistrationSettlesInSpiteOfNoise) {
   // Half a millimetre of noise and a tenth of the points elsewhere: which of them are left out changes with the pose.
   const Model m = potato();
   const NearestPoint surface(m);
-  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+  // The last four once went round in rings of poses for ever.
+  for (std::uint32_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 334, 808, 1200, 2078}) {
     std::mt19937 random(seed);
     const auto one = [&random] { return 2 * (static_cast<double>(random()) / 4294967295.0) - 1; };
     const auto vector = [&] { return Vec3(one(), one(), one()); };
@@ -157,7 +158,7 @@ TEST(Measured, RegistrationSettlesInSpiteOfNoise) {
     const Pose off{0.003 * vector(), Quat(Eigen::AngleAxisd(0.08, vector().normalized()))};
     const Registration r = registerPoints(surface, points, 0, off);
     EXPECT_LT(r.X_MO.p.norm(), 5e-4) << seed;
-    EXPECT_LT(r.rounds, 100) << seed;
+    EXPECT_LT(r.rounds, 150) << seed;
   }
 }
 

@@ -12,6 +12,9 @@ namespace haptic_bench {
 namespace {
 
 constexpr int kMaxRounds = 200;
+constexpr int kFreeRounds = 50;         // Then the steps fade ...
+constexpr double kFading = 0.8;         // ... by this in each.
+constexpr double kOpen = 0.5;           // Of the rms: the step that may be wanted still when they have.
 constexpr double kSettled = 1e-9;       // Of the points' extent.
 constexpr double kUndetermined = 0.02;  // Of the largest singular value.
 
@@ -48,6 +51,7 @@ Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>
   const double extent = std::max((upper - lower).norm(), 1e-9);
   Eigen::Matrix<double, 6, 1> before = Eigen::Matrix<double, 6, 1>::Zero();
   double share = 1;  // Of a step that is taken.
+  double most = 1;
   for (r.rounds = 1; r.rounds <= kMaxRounds; ++r.rounds) {
     const std::vector<Match> matches = matchAll(surface, points, offset, r.X_MO);
     std::vector<double> misses;
@@ -83,14 +87,19 @@ Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>
       ++r.freedoms;
     }
     // Nearest triangles and points left out change with the pose, and so may lead to and fro for ever: half way then.
-    share = step.dot(before) < 0 ? share / 2 : std::min(1.0, 2 * share);
+    // Or in a wider ring, where each step turns a little: less and less then.
+    if (r.rounds > kFreeRounds) most *= kFading;
+    share = std::min(most, step.dot(before) < 0 ? share / 2 : 2 * share);
     before = step;
+    const double wanted = step.norm();
     step *= share;
     const Vec3 turn = step.head<3>() / extent, shift = step.tail<3>();
     const Eigen::Quaterniond q = turn.norm() > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized()))
                                                  : Eigen::Quaterniond::Identity();
     r.X_MO = Pose{middle + shift - q * middle, q} * r.X_MO;
-    if (step.norm() < kSettled * extent) return r;
+    if (step.norm() >= kSettled * extent) continue;
+    if (r.rounds <= kFreeRounds || wanted < std::max(kSettled * extent, kOpen * r.rms)) return r;
+    break;
   }
   throw Failure("registration", fmt::format("it does not settle; the points are {:.3g} m off", r.rms),
                 "a better first guess, or the mesh that was touched");

@@ -23,7 +23,9 @@ struct Registration {
 /**
  * Finds the pose in which the points lie `offset` outside the surface (a ball's centres): point-to-plane ICP (Chen and
  * Medioni, 1992), each step by the singular values of the linearised problem; directions in which the surface slides
- * along itself keep the first guess. Throws Failure for fewer than 6 points, or when it does not settle.
+ * along itself keep the first guess. Where the choice of points left out and of nearest triangles leads round in a ring
+ * the steps fade, and the place is known to half the rms. Throws Failure for fewer than 6 points, or when it
+ * does not settle.
  */
 [[nodiscard]] Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>& points, double offset,
                                           const Pose& first_guess);

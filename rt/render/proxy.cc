@@ -235,13 +235,10 @@ void ProxyRenderer::settle(Step& step) HD_RT {
       if (next.lands) step.end = next.way[next.parts - 1];
       step.settled = next.stay && step.together;
       if (step.settled) {
-        if (letGoOfAbsent(step, let_go)) {
-          held = step.count > 0;
-          if (held) continue;
-          break;
-        }
+        held = letGoOfAbsent(step, let_go);
+        if (held) continue;
         if (!leaveVertex(step)) return;
-        break;
+        break;  // What holds it there is met anew.
       }
       if (next.stay) next.goTo(here(step));
     }

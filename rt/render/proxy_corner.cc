@@ -43,8 +43,8 @@ struct EdgeToward {
 
 /**
  * Of planes that were met one after the other some may by now be only planes drawn out, beyond the triangles that were
- * met: these go. True if there were any, for a proxy that is clearly nearer than at `last`, the distance at which the
- * step let some go before.
+ * met: these go, but for the last, which has just been. True if there were any, for a proxy that is clearly nearer than
+ * at `last`, the distance at which the step let some go before.
  */
 bool ProxyRenderer::letGoOfAbsent(Step& step, double& last) const HD_RT {
   const double distance = (proxy_ - step.goal).norm();
@@ -53,7 +53,7 @@ bool ProxyRenderer::letGoOfAbsent(Step& step, double& last) const HD_RT {
   for (int i = 0; i < step.count; ++i) {
     const Constraint& c = step.held[i];
     const SceneObject& object = step.scene->slot(c.slot);
-    if (object.shape.kind == ShapeKind::kMesh) {
+    if (object.shape.kind == ShapeKind::kMesh && i + 1 < step.count) {
       const MeshView& mesh = *object.shape.mesh;
       const Vec3 x = toLocal(object.X_WO, proxy_);
       const Corners v{mesh.vertex(c.feature, 0), mesh.vertex(c.feature, 1), mesh.vertex(c.feature, 2)};

@@ -67,8 +67,14 @@ void ProxyRenderer::goToward(Step& step, const Vec3& target) HD_RT {
   std::uint32_t slot = 0;
   SweepHit first;
   if (target == proxy_ || !sweepTo(step, target, Vec3::Zero(), hit, slot, first)) return;
-  const double margin = hit ? step.skin(step.scene->slot(slot)) / (target - proxy_).norm() : 0;
-  moveBy(step, target, hit ? std::max(0.0, first.t - margin) : 1.0);
+  if (!hit) {
+    moveBy(step, target, 1);
+    return;
+  }
+  // A hair above the surface, also where the way only grazes it.
+  const SceneObject& object = step.scene->slot(slot);
+  const double approach = -first.normal.dot(toLocal(object.X_WO, target) - startIn(step, slot));
+  moveBy(step, target, std::max(0.0, first.t - step.skin(object) / approach));
 }
 
 /**

@@ -20,7 +20,7 @@ class BallOverMesh {
 
   /** Takes the triangle if it is met first. When it is met does not depend on what was found before. */
   void tryTriangle(std::uint32_t triangle, Earliest& first) HD_RT {
-    const Corners v{mesh_.vertex(triangle, 0), mesh_.vertex(triangle, 1), mesh_.vertex(triangle, 2)};
+    const Corners v = cornersOf(mesh_, triangle);
     if (below_.has(v.a, v.b, v.c)) return;
     Vec3 n = v.normal();
     const double length = n.norm();

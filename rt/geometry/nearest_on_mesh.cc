@@ -13,10 +13,6 @@ namespace {
 
 constexpr double kWider = 1 + 0x1p-30;  // Beyond rounding.
 
-Corners cornersOf(const MeshView& mesh, std::uint32_t t) HD_RT {
-  return {mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)};
-}
-
 }  // namespace
 
 NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& nearest) HD_RT {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "rt/geometry/triangle.h"
+
 namespace hapticd {
 namespace {
 
@@ -27,11 +29,6 @@ double angleBetween(const Vec3& a, const Vec3& b) HD_RT {
 Vec3 unit(const Vec3& x) HD_RT {
   const double length = x.norm();
   return length > 0 ? Vec3(x / length) : Vec3::Zero();
-}
-
-std::uint32_t cornerOf(const MeshView& mesh, std::uint32_t triangle, std::uint32_t vertex) HD_RT {
-  const MeshView::Index3& v = mesh.triangles[triangle];
-  return v[0] == vertex ? 0 : (v[1] == vertex ? 1 : 2);
 }
 
 /** The triangle's share in the normal of its corner. */

@@ -1,10 +1,11 @@
 /** @file
- * The nearest point of a triangle. Servo-safe.
+ * A triangle by itself: its corners, its nearest point. Servo-safe.
  */
 #pragma once
 
 #include "rt/base/math.h"
 #include "rt/geometry/feature.h"
+#include "rt/scene/mesh_view.h"
 
 namespace hapticd {
 
@@ -15,6 +16,16 @@ struct Corners {
   /** Twice the area long. */
   [[nodiscard]] Vec3 normal() const HD_RT { return (b - a).cross(c - a); }
 };
+
+inline Corners cornersOf(const MeshView& mesh, std::uint32_t t) HD_RT {
+  return {mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)};
+}
+
+/** Which corner of the triangle that vertex of it is. */
+inline std::uint32_t cornerOf(const MeshView& mesh, std::uint32_t triangle, std::uint32_t vertex) HD_RT {
+  const MeshView::Index3& v = mesh.triangles[triangle];
+  return v[0] == vertex ? 0 : (v[1] == vertex ? 1 : 2);
+}
 
 /** A point of a triangle and what it belongs to. */
 struct TriangleFoot {

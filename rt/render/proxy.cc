@@ -186,15 +186,17 @@ void ProxyRenderer::arrive(Step& step, const Vec3& target) HD_RT {
   step.together = true;
 }
 
+/** Goes on the way to `target` as far as a hair above the surface met there, also where the way only grazes it. */
+void ProxyRenderer::comeTo(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT {
+  const SceneObject& object = step.scene->slot(slot);
+  const double approach = -first.normal.dot(toLocal(object.X_WO, target) - startIn(step, slot));
+  moveBy(step, target, std::max(0.0, first.t - step.skin(object) / approach));
+}
+
 /** Comes to the surface met on the way to `target`, which holds the proxy from now on. */
 void ProxyRenderer::meet(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT {
   step.real = false;
-  const SceneObject& object = step.scene->slot(slot);
-  const double skin = step.skin(object);
-  if (first.height > 1.5 * skin) {
-    const double approach = -first.normal.dot(toLocal(object.X_WO, target) - startIn(step, slot));
-    moveBy(step, target, std::max(0.0, first.t - skin / approach));
-  }
+  if (first.height > 1.5 * step.skin(step.scene->slot(slot))) comeTo(step, target, slot, first);
   hold(step, slot, first);
 }
 

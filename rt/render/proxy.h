@@ -157,6 +157,7 @@ class ProxyRenderer {
   bool sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot,
                SweepHit& first) HD_RT;
   void moveBy(Step& step, const Vec3& target, double t) HD_RT;
+  void comeTo(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT;
   void arrive(Step& step, const Vec3& target) HD_RT;
   void meet(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT;
   void hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT;

@@ -67,14 +67,11 @@ void ProxyRenderer::goToward(Step& step, const Vec3& target) HD_RT {
   std::uint32_t slot = 0;
   SweepHit first;
   if (target == proxy_ || !sweepTo(step, target, Vec3::Zero(), hit, slot, first)) return;
-  if (!hit) {
+  if (hit) {
+    comeTo(step, target, slot, first);
+  } else {
     moveBy(step, target, 1);
-    return;
   }
-  // A hair above the surface, also where the way only grazes it.
-  const SceneObject& object = step.scene->slot(slot);
-  const double approach = -first.normal.dot(toLocal(object.X_WO, target) - startIn(step, slot));
-  moveBy(step, target, std::max(0.0, first.t - step.skin(object) / approach));
 }
 
 /**
@@ -87,9 +84,8 @@ bool ProxyRenderer::touchesHeld(const Step& step, std::uint32_t slot, const Vec3
   for (int i = 0; i < step.count; ++i) {
     const Constraint& c = step.held[i];
     if (c.slot != slot) continue;
-    const Corners v{shape.mesh->vertex(c.feature, 0), shape.mesh->vertex(c.feature, 1),
-                    shape.mesh->vertex(c.feature, 2)};
-    if ((nearestOnTriangle(v, x).point - x).squaredNorm() < radius * radius) return true;
+    if ((nearestOnTriangle(cornersOf(*shape.mesh, c.feature), x).point - x).squaredNorm() < radius * radius)
+      return true;
   }
   return false;
 }

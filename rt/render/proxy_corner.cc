@@ -54,11 +54,10 @@ bool ProxyRenderer::letGoOfAbsent(Step& step, double& last) const HD_RT {
     const Constraint& c = step.held[i];
     const SceneObject& object = step.scene->slot(c.slot);
     if (object.shape.kind == ShapeKind::kMesh && i + 1 < step.count) {
-      const MeshView& mesh = *object.shape.mesh;
       const Vec3 x = toLocal(object.X_WO, proxy_);
-      const Corners v{mesh.vertex(c.feature, 0), mesh.vertex(c.feature, 1), mesh.vertex(c.feature, 2)};
       const double reach = radius_ + kAt * c.skin;
-      if ((nearestOnTriangle(v, x).point - x).squaredNorm() > reach * reach) continue;
+      if ((nearestOnTriangle(cornersOf(*object.shape.mesh, c.feature), x).point - x).squaredNorm() > reach * reach)
+        continue;
     }
     if (kept != i) step.held[kept] = c;
     ++kept;
@@ -92,8 +91,7 @@ bool ProxyRenderer::leaveVertex(Step& step) HD_RT {
   EdgeToward edge{mesh, v, toLocal(object.X_WO, step.goal) - v};
   std::uint32_t t = c.feature;
   for (int i = 0; i < kMaxFan && t != HD_NO_INDEX; ++i) {  // Round the vertex; at a border as far as it goes.
-    const MeshView::Index3& of = mesh.triangles[t];
-    const std::uint32_t at = of[0] == vertex ? 0 : (of[1] == vertex ? 1 : 2);
+    const std::uint32_t at = cornerOf(mesh, t, vertex);
     edge.look(t, at, (at + 1) % 3);
     edge.look(t, (at + 2) % 3, (at + 2) % 3);
     ++step.work;

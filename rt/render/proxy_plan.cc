@@ -174,9 +174,7 @@ bool ProxyRenderer::isOnFeature(const SceneObject& object, const Constraint& c, 
   if (object.shape.kind != ShapeKind::kMesh) return false;
   if (c.kind == FeatureKind::kVertex) return true;
   if (c.kind == FeatureKind::kEdge) return isOnEdge(object, c, x);
-  const MeshView& mesh = *object.shape.mesh;
-  const Corners v{mesh.vertex(c.feature, 0), mesh.vertex(c.feature, 1), mesh.vertex(c.feature, 2)};
-  return nearestOnTriangle(v, x).kind == FeatureKind::kFace;
+  return nearestOnTriangle(cornersOf(*object.shape.mesh, c.feature), x).kind == FeatureKind::kFace;
 }
 
 /** On a single curved surface: over the edge of two tangent planes to the point nearest to the goal. */

@@ -35,6 +35,14 @@ class ClientSide {
   ClientSide(const ClientSide&) = delete;
   ClientSide& operator=(const ClientSide&) = delete;
 
+  /** A client's force [N] for ten seconds. */
+  [[nodiscard]] ErrorCode push(const Vec3& force_W) const {
+    hd_client_force order{};
+    order.lease_ns = 10'000 * kMs;
+    store(force_W, order.force);
+    std::uint64_t seq = 0;
+    return producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&order, 1)), 0, seq);
+  }
   [[nodiscard]] const hd_region_a* a() const { return a_; }
   [[nodiscard]] hd_region_b* b() const { return b_; }
   std::unique_ptr<CommandProducer> producer;

@@ -161,12 +161,7 @@ TEST(Limits, TheServoObeysALoweredLimit) {
   Session* session = bench.live();
   ASSERT_TRUE(bench.arm(session->id).ok());
   bench.step(40);
-  hd_client_force force{};
-  force.lease_ns = 10'000 * kMs;
-  force.force[1] = 3.0;
-  std::uint64_t seq = 0;
-  ASSERT_EQ(bench.client->producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&force, 1)), 0, seq),
-            ErrorCode::kOk);
+  ASSERT_EQ(bench.client->push(Vec3(0, 3, 0)), ErrorCode::kOk);
   bench.step(60);
   EXPECT_NEAR(bench.sample().force[1], 3.0, 1e-3);
   GuardLimits limits = bench.device().limits;

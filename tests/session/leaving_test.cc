@@ -46,12 +46,7 @@ struct Leaving : testing::Test {
     GuardLimits limits = bench.device(1).limits;
     limits.force_slew = kSlew;
     EXPECT_TRUE(bench.core.setLimits(kUri, limits, connection).ok());
-    hd_client_force force{};
-    force.lease_ns = 10'000 * kMs;
-    force.force[0] = 1.0;
-    std::uint64_t seq = 0;
-    EXPECT_EQ(bench.client->producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&force, 1)), 0, seq),
-              ErrorCode::kOk);
+    EXPECT_EQ(bench.client->push(Vec3(1, 0, 0)), ErrorCode::kOk);
     bench.step(400);
     EXPECT_NEAR(sent(), 1.0, 1e-3);
     return session->id;

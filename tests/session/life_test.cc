@@ -6,13 +6,6 @@
 namespace hapticd::test {
 namespace {
 
-hd_client_force push(double force_x) {
-  hd_client_force f{};
-  f.lease_ns = 10'000 * kMs;
-  f.force[0] = force_x;
-  return f;
-}
-
 TEST(SessionLife, OfferMapLiveAndReadableState) {
   Bench bench;
   Session* session = bench.live();
@@ -70,9 +63,7 @@ TEST(SessionLife, ADeadClientsForceFallsMonotonicallyToZeroAndNothingLeaks) {
   bench.step(40);  // the ramp
   ASSERT_EQ(bench.client->producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&seq, 0)), 0, seq),
             ErrorCode::kOk);  // an empty message: refused, changes nothing
-  const hd_client_force force = push(1.0);
-  ASSERT_EQ(bench.client->producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&force, 1)), 0, seq),
-            ErrorCode::kOk);
+  ASSERT_EQ(bench.client->push(Vec3(1, 0, 0)), ErrorCode::kOk);
   bench.step(60);
   EXPECT_NEAR(bench.sample().force[0], 1.0, 1e-3);
   const std::uint64_t id = session->id;
@@ -116,9 +107,7 @@ TEST(SessionLife, AnothersShareFadesOverItsTimeWhileTheDeviceStaysArmed) {
   ASSERT_TRUE(bench.core.sessions().mapped((*session)->id).ok());
   side.producer->heartbeat(1);
   bench.step(4);
-  std::uint64_t seq = 0;
-  const hd_client_force force = push(1.0);
-  ASSERT_EQ(side.producer->push(HD_COMMAND_CLIENT_FORCE, std::as_bytes(std::span(&force, 1)), 0, seq), ErrorCode::kOk);
+  ASSERT_EQ(side.push(Vec3(1, 0, 0)), ErrorCode::kOk);
   bench.step(60);
   ASSERT_NEAR(bench.sample().force[0], 1.0, 1e-3);
 

@@ -198,8 +198,12 @@ TEST(ProxyAround, WhatWasPassedOnTheWayHoldsNoMore) {
       const double off_sphere = c.proxy.norm() - kRadius, off_box = ((c.proxy - center).cwiseAbs() - half).maxCoeff();
       EXPECT_GT(off_sphere, -1e-9);
       EXPECT_GT(off_box, -1e-9);
-      if (c.object == sphere) EXPECT_LT(off_sphere, 1e-9);
-      if (c.object == box) EXPECT_LT(off_box, 1e-9);
+      if (c.object == sphere) {
+        EXPECT_LT(off_sphere, 1e-9);
+      }
+      if (c.object == box) {
+        EXPECT_LT(off_box, 1e-9);
+      }
       boxes += c.object == box;
     }
   }

@@ -118,7 +118,9 @@ TEST(ProxyInMotion, RollsOffAnEdgeWithoutASecondLook) {
     t.tick(Vec3(x, 0.0011, 0.5 * kRadius / std::cos(M_PI / 6) - std::abs(x) / std::sqrt(3.0)));
     const double tilt = tiltOf(t.contact.normal);
     EXPECT_LE(tilt, 30.01);
-    if (before < 29.9) EXPECT_LE(t.proxy.effort().sweeps, 2u) << "at " << x << " m, tilt " << tilt;
+    if (before < 29.9) {
+      EXPECT_LE(t.proxy.effort().sweeps, 2u) << "at " << x << " m, tilt " << tilt;
+    }
     on_ridge += tilt < 29.9;
     before = tilt;
   }

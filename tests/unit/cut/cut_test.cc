@@ -253,9 +253,12 @@ TEST(Lattice, holdsTheWholeAndIsFineWhereAsked) {
         const double step = planes[i] - planes[i - 1];
         EXPECT_GT(step, 0);
         EXPECT_LE(step, 2 + 1e-9);
-        if (i > 1) EXPECT_LT(step, 1.21 * (planes[i - 1] - planes[i - 2]) + 1e-9);
-        if (planes[i] > lower && planes[i] < upper && planes[i - 1] > least && planes[i] < most)
+        if (i > 1) {
+          EXPECT_LT(step, 1.21 * (planes[i - 1] - planes[i - 2]) + 1e-9);
+        }
+        if (planes[i] > lower && planes[i] < upper && planes[i - 1] > least && planes[i] < most) {
           EXPECT_LE(step, 0.5 + 1e-9);
+        }
       }
     }
   }
@@ -273,7 +276,9 @@ TEST(MeshDistance, isThatOfABoxInClosedForm) {
         const Vec3 over = lattice.at(x, y, z).cwiseAbs() - half;
         const double distance = over.cwiseMax(0).norm() + std::min(over.maxCoeff(), 0.0);
         const double value = found[lattice.index(x, y, z)];
-        if (distance != 0) ASSERT_EQ(value > 0, distance < 0) << lattice.at(x, y, z).transpose();
+        if (distance != 0) {
+          ASSERT_EQ(value > 0, distance < 0) << lattice.at(x, y, z).transpose();
+        }
         const double reach = Vec3(width[0][x], width[1][y], width[2][z]).norm();
         if (std::abs(distance) > reach) continue;
         EXPECT_NEAR(value, -distance, 1e-5);

@@ -38,7 +38,7 @@ bool whole(const hd_slot& copy, std::uint32_t kind) {
 
 TEST(KilledProducer, LeavesNoTornAndNoDisorderedMessage) {
   SharedRegions shared;
-  Random random(400);
+  Random random(seedOf(400));
   std::uint64_t messages = 0;
   std::uint64_t boxes = 0;
   int killed_while_full = 0;

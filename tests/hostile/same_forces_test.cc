@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "support/house.h"
+#include "support/seeds.h"
 
 namespace hapticd {
 namespace {
@@ -59,19 +60,19 @@ void scribble(std::mt19937& random, void* memory, std::size_t bytes) {
 }
 
 TEST(SameForces, WhileIndicesAreScribbled) {
-  std::mt19937 random(1);
+  std::mt19937 random(seedOf(1));
   expectUnfelt([&random](hd_region_b& b, int) { b.tail = static_cast<std::uint32_t>(random()); });
 }
 
 TEST(SameForces, WhileTheWholeRegionIsScribbled) {
-  std::mt19937 random(2);
+  std::mt19937 random(seedOf(2));
   expectUnfelt([&random](hd_region_b& b, int i) {
     if (i % 50 == 0) scribble(random, &b, sizeof b);
   });
 }
 
 TEST(SameForces, WhilePlausibleTailsBringScribbledSlots) {
-  std::mt19937 random(3);
+  std::mt19937 random(seedOf(3));
   std::uint64_t seq = 0;
   expectUnfelt([&](hd_region_b& b, int) {
     for (int k = 0; k < 20; ++k) {
@@ -87,7 +88,7 @@ TEST(SameForces, WhilePlausibleTailsBringScribbledSlots) {
 }
 
 TEST(SameForces, WhileMailboxesAreScribbled) {
-  std::mt19937 random(4);
+  std::mt19937 random(seedOf(4));
   expectUnfelt([&random](hd_region_b& b, int) {
     for (hd_slot& mailbox : b.mailbox) {
       scribble(random, &mailbox, sizeof mailbox);

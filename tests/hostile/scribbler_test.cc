@@ -159,7 +159,7 @@ class Scribbler : public testing::Test {
 };
 
 TEST_F(Scribbler, OfIndicesIsCaughtEveryTimeAndHarmsNobody) {
-  Random random(1);
+  Random random(seedOf(1));
   Attacker attacker([&] {
     hd_region_b* b = shared.b();
     *const_cast<volatile std::uint32_t*>(&b->tail) = static_cast<std::uint32_t>(random.bits());
@@ -184,7 +184,7 @@ TEST_F(Scribbler, OfIndicesIsCaughtEveryTimeAndHarmsNobody) {
 }
 
 TEST_F(Scribbler, OfSlotsBehindPlausibleTailsIsRefusedSlotBySlot) {
-  Random random(2);
+  Random random(seedOf(2));
   std::uint32_t tail = 0;
   std::uint64_t seq = 0;
   Attacker attacker([&] {
@@ -208,7 +208,7 @@ TEST_F(Scribbler, OfSlotsBehindPlausibleTailsIsRefusedSlotBySlot) {
 }
 
 TEST_F(Scribbler, OfMailboxesIsRefusedOrSkipped) {
-  Random random(3);
+  Random random(seedOf(3));
   std::uint64_t seq = 0;
   Attacker attacker([&] {
     hd_slot& box = shared.b()->mailbox[random.below(HD_MAILBOXES)];

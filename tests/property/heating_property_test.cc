@@ -87,7 +87,7 @@ TEST(GuardHeating, WhateverIsAskedForTheMotorsStandIt) {
   config.peak_force = 12;
   config.heating_s = 2;
   Guard guard(config);
-  Random random(5);
+  Random random(seedOf(5));
   DeviceSample sample;
   sample.fresh = true;
   GuardInput input;

@@ -168,7 +168,7 @@ TEST(SurroundingsProperty, KeptOrNotIsFeltAlikeToTheBitOnThePortablePath) {
 
 TEST(SurroundingsProperty, WhatIsTriedFirstChangesNothing) {
   // On a plane of many triangles, by segments and balls that meet several of them at the same time.
-  Random random(1);
+  Random random(seedOf(1));
   TestMesh mesh = testing::heightMesh(1, 8, [](double, double) { return 0.0; });
   const MeshView& view = *mesh.view();
   int ties = 0;
@@ -195,7 +195,7 @@ TEST(SurroundingsProperty, WhatIsTriedFirstChangesNothing) {
 
 TEST(SurroundingsProperty, WhatLiesBelowTheWayIsNotMet) {
   // Segments and balls that graze a bumpy sheet, seen along all kinds of directions.
-  Random random(2);
+  Random random(seedOf(2));
   TestMesh mesh =
       testing::heightMesh(1, 12, [](double x, double y) { return 0.1 * std::sin(5 * x) * std::cos(4 * y); });
   const MeshView& view = *mesh.view();

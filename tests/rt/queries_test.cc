@@ -10,6 +10,7 @@
 #include "rt/geometry/nearest.h"
 #include "rt/geometry/sweep.h"
 #include "support/detectors.h"
+#include "support/seeds.h"
 #include "support/test_mesh.h"
 
 namespace hapticd {
@@ -56,7 +57,7 @@ TEST(Queries, AreCleanOnEveryVectorPath) {
     bool trapped = false;
     int answers = 0;
     std::thread([&] {
-      std::mt19937 random(1);
+      std::mt19937 random(seedOf(1));
       for (int i = 0; i < 100; ++i) askAll(mesh, random);  // Brings in pages and lazily bound symbols.
       trapped = test::trapSystemCalls();
       test::RtScope scope;

@@ -1,31 +1,17 @@
 /** @file
  * Seeded randomness for tests: the same numbers for the same seed with every compiler and library, which the
- * distributions of the standard do not promise. With a taste for trouble. HAPTICD_SEED=n runs one seed of a property
- * only; HAPTICD_FIRST_SEED=n as many as ever, from n on, for a soak.
+ * distributions of the standard do not promise. With a taste for trouble.
  */
 #pragma once
 
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
 #include <random>
-#include <vector>
 
 #include "rt/base/math.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd {
-
-/** The seeds of a property: 1 to count, or those that the environment names. */
-inline std::vector<unsigned> seeds(unsigned count) {
-  if (const char* one = std::getenv("HAPTICD_SEED")) {
-    return {static_cast<unsigned>(std::strtoul(one, nullptr, 10))};
-  }
-  const char* const from = std::getenv("HAPTICD_FIRST_SEED");
-  const unsigned first = from != nullptr ? static_cast<unsigned>(std::strtoul(from, nullptr, 10)) : 1;
-  std::vector<unsigned> all;
-  for (unsigned i = 0; i < count; ++i) all.push_back(first + i);
-  return all;
-}
 
 /** Neither allocates nor throws, so a forked child may have one. */
 class Random {

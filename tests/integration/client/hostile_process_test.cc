@@ -204,7 +204,7 @@ TEST_F(HostileProcess, KilledAtAnyInstantNothingOfThemStaysAndNobodyElseNotices)
   void* shared = mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   ASSERT_NE(shared, MAP_FAILED);
   auto& step = *new (shared) std::atomic<unsigned>(0);
-  Random random(2026);
+  Random random(seedOf(2026));
   int alive = 0;
   for (unsigned round = 0; round < 40; ++round) {
     step = kStarted;
@@ -235,7 +235,7 @@ TEST_F(HostileProcess, AScribblerIsNamedAndEndedWhileAnHonestClientsPushesAreAll
       RawClient raw(loop, daemon_.socket());
       LiveSession live(loop, raw);
       say("!");
-      Random random(static_cast<std::uint32_t>(i) + 1);
+      Random random(seedOf(static_cast<std::uint32_t>(i) + 1));
       auto* words = reinterpret_cast<volatile std::uint64_t*>(live.b->get());
       for (;;) words[random.below(sizeof(hd_region_b) / sizeof(std::uint64_t))] = random.bits();
     });

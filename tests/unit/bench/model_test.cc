@@ -8,6 +8,7 @@
 #include <fstream>
 #include <random>
 
+#include "support/seeds.h"
 #include "support/temporary_directory.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/nearest.h"
@@ -93,7 +94,7 @@ TEST(BenchModels, FaultsAreNamed) {
 TEST(NearestPoint, AgreesWithDenseSampling) {
   const Model m = sphere(1, 5);
   const NearestPoint surface(m);
-  std::mt19937 random(3);
+  std::mt19937 random(hapticd::seedOf(3));
   std::uniform_real_distribution<double> u(-1.3, 1.3);
   for (int n = 0; n < 50; ++n) {
     const Vec3 x(u(random), u(random), u(random));
@@ -122,7 +123,7 @@ TEST(NearestPoint, KnowsInsideAtFacesEdgesAndCorners) {
                                      {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
   for (const auto& q : quads) m.addQuad(q[0], q[1], q[2], q[3]);
   const NearestPoint surface(m);
-  std::mt19937 random(4);
+  std::mt19937 random(hapticd::seedOf(4));
   std::uniform_real_distribution<double> u(-2, 2);
   for (int n = 0; n < 3000; ++n) {
     const Vec3 x(u(random), u(random), u(random));

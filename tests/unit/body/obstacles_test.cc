@@ -7,6 +7,7 @@
 #include <memory>
 #include <random>
 
+#include "support/seeds.h"
 #include "support/test_scene.h"
 
 namespace hapticd {
@@ -30,7 +31,7 @@ struct Asked {
 };
 
 TEST(Obstacles, OfTooManyTheNearestAreAsked) {
-  std::mt19937 random(3);
+  std::mt19937 random(seedOf(3));
   for (int round = 0; round < 20; ++round) {
     Asked a;
     // Balls of 5 mm all about, each within reach; and the floor, which the tool lies on, as the last of all.
@@ -118,7 +119,7 @@ TEST(Obstacles, NoPointOfAToolIsFasterThanIsSaid) {
   mass.com_O = Vec3(0.03, -0.02, 0.01);
   RigidBody body(mass);
   body.place(object.X_WO);
-  std::mt19937 random(4);
+  std::mt19937 random(seedOf(4));
   std::normal_distribution<> n;
   double nearest = 0;
   for (int i = 0; i < 2000; ++i) {

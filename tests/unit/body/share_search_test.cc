@@ -53,7 +53,7 @@ TEST(ShareSearch, KineticEnergyIsBroughtToItsBound) {
 
 TEST(ShareSearch, SpringsAreFollowedToo) {
   // a s^2 + b s <= allowed, by the quadratic's formula.
-  Random random(1);
+  Random random(seedOf(1));
   for (int i = 0; i < 10000; ++i) {
     const double a = random.in(0.1, 1), b = random.in(-1, 1), allowed = random.in(0, a + b);
     if (a + b < 0.01 || allowed < 0.01 * (a + b)) continue;
@@ -66,7 +66,7 @@ TEST(ShareSearch, SpringsAreFollowedToo) {
 }
 
 TEST(ShareSearch, AnswersWhatIsAllowedWhateverItIsTold) {
-  Random random(2);
+  Random random(seedOf(2));
   for (int i = 0; i < 20000; ++i) {
     double last = 0;
     const Found found = search(random.in(0.01, 1), [&](double) {

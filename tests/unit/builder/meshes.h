@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/builder/build.h"
+#include "support/seeds.h"
 
 namespace hapticd::test {
 
@@ -74,7 +75,7 @@ inline TestMesh cube() {
 /** A bumpy open square of n by n cells, 10 cm wide, looking along +z. */
 inline TestMesh terrain(std::uint32_t n, unsigned seed) {
   TestMesh mesh;
-  std::mt19937 random(seed);
+  std::mt19937 random(seedOf(seed));
   std::uniform_real_distribution<float> height(0, 0.002f);
   for (std::uint32_t i = 0; i <= n; ++i)
     for (std::uint32_t j = 0; j <= n; ++j)

@@ -40,7 +40,7 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
       // Voxels that overlap are found, for a node's sphere holds its voxels; only those whose spheres do are.
       const double sides = static_cast<double>(a->voxel) + b->voxel;
       const double reach = 0.5 * std::sqrt(3.0) * sides;
-      Random random(2);
+      Random random(seedOf(2));
       std::uint64_t total = 0;
       for (const bool tight : {true, false}) {
         SphereDescentDetector detector({.tight = tight});
@@ -104,7 +104,7 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
 TEST(SphereDescent, OneTouchIsFoundEarlyAndNoneIsMissed) {
   const TestVolume torus = testing::torusVolume(0.02, 0.006, 0.001);
   SphereDescentDetector detector;
-  Random random(17);
+  Random random(seedOf(17));
   ContactSet all, first;
   std::uint64_t work = 0, full = 0;
   int touching = 0, hidden = 0;
@@ -136,7 +136,7 @@ TEST(SphereDescent, KeepsASmallBudgetToo) {
   for (const SphereLeaf leaf : {SphereLeaf::kSphere, SphereLeaf::kFieldValue}) {
     SphereDescentDetector detector({.leaf = leaf});
     ContactSet contacts;
-    Random random(7);
+    Random random(seedOf(7));
     int exhausted = 0;
     for (int i = 0; i < 2000; ++i) {
       DetectorQuery query = queryOf(a, a, random.pose(0.012));
@@ -158,7 +158,7 @@ TEST(SphereDescent, KeepsItsBudgetWithTheMostImportantRefined) {
       const TestVolume a = testing::torusVolume(0.012, 0.004, 0.0008, options);
       SphereDescentDetector detector({.leaf = leaf});
       ContactSet all, some;
-      Random random(6);
+      Random random(seedOf(6));
       int exhausted = 0;
       for (int i = 0; i < 60; ++i) {
         DetectorQuery query = queryOf(a, a, random.pose(0.012));

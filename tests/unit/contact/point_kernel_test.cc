@@ -49,7 +49,7 @@ class PointKernels : public ::testing::Test {
   PointKernels() : a_(testing::torusVolume(0.02, 0.006, 0.001)), b_(testing::sphereVolume(0.02, 0.001)) {}
   TestVolume a_, b_;
   float number(double low, double high) { return static_cast<float>(random_.in(low, high)); }
-  Random random_{7};
+  Random random_{seedOf(7)};
 };
 
 TEST_F(PointKernels, GiveTheSameBitsOnEveryPath) {

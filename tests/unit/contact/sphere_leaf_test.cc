@@ -72,7 +72,7 @@ TEST(Settle, PutsVoxelsOnTheSurfaceAndSharesItsAreaOut) {
 TEST(Settle, IsTheSameOnEveryPath) {
   const TestVolume torus = testing::torusVolume(0.012, 0.004, 0.001);
   std::vector<Vec3> places = surfaceVoxels(torus.view);
-  Random random(3);
+  Random random(seedOf(3));
   for (int i = 0; i < 3000; ++i) places.push_back(random.vector(0.03));  // Some beyond the lattice.
   const Settled expected(kPortablePointKernel, torus.view, places);
   const PointPath best = pointPath();
@@ -94,7 +94,7 @@ TEST(SphereDescent, OneSidedFindsWhatTheFieldSaysOfEachVoxelsPoint) {
   const auto voxels = surfaceVoxels(a.view);
   const Settled points(kPortablePointKernel, a.view, voxels);
   SphereDescentDetector detector({.leaf = SphereLeaf::kFieldValue});
-  Random random(4);
+  Random random(seedOf(4));
   ContactSet contacts;
   std::uint64_t total = 0;
   const double face = std::pow(a.view.voxel, 2) / kShareSteps;
@@ -129,7 +129,7 @@ TEST(SphereDescent, OneSidedTellsAShallowTouchsForce) {
   const TestVolume plate = testing::boxVolume({0.03, 0.03, 0.01}, voxel);
   SphereDescentDetector detector({.leaf = SphereLeaf::kFieldValue});
   ContactSet contacts;
-  Random random(8);
+  Random random(seedOf(8));
   for (const double depth : {0.05e-3, 0.1e-3, 0.25e-3, 1e-3}) {
     const double truth = M_PI * radius * depth * depth, cap = 2 * M_PI * radius * depth;
     double mean = 0, area = 0;

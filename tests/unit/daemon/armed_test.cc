@@ -8,6 +8,7 @@
 #include "daemon/armed/armed_list.h"
 #include "daemon/armed/make_safe.h"
 #include "drivers/registry.h"
+#include "support/seeds.h"
 #include "support/temporary_directory.h"
 
 namespace hapticd::test {
@@ -69,7 +70,7 @@ TEST_F(ArmedFile, AFolderThatIsNotThereIsAnError) {
 
 /** After every single change the file says what is armed, and it does not grow with use. */
 TEST_F(ArmedFile, AnySequenceOfChangesReadsBack) {
-  std::mt19937 random(7);
+  std::mt19937 random(seedOf(7));
   ArmedList list = open();
   std::map<std::string, bool> armed;
   for (int i = 0; i < 8; ++i) armed["sim://" + std::string(static_cast<std::size_t>(1 + i * 3), 'a')] = false;

@@ -8,6 +8,7 @@
 
 #include "daemon/scene/scene_model.h"
 #include "rt/cycle/restated.h"
+#include "support/seeds.h"
 #include "tests/unit/daemon/fake_sink.h"
 
 namespace hapticd::test {
@@ -151,7 +152,7 @@ TEST(LateServo, knowsWhatTheOthersDo) {
     SceneModel scene(meshes);
     FakeSink first;
     scene.attach(first);
-    Editor editor(seed);
+    Editor editor(seedOf(seed));
     for (int i = 0; i < 300; ++i) {
       editor.edit(scene);
       if (i % 50 != 49) continue;

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "drivers/gpio/safety_contact.h"
+#include "support/seeds.h"
 
 namespace hapticd::test {
 namespace {
@@ -58,7 +59,7 @@ TEST(SafetyContact, ClosesWhenItHasBeenQuietForAWhile) {
 
 /** Whatever the wire does, a level that is open for the debounce time or longer is never taken for closed. */
 TEST(SafetyContact, AnySequenceOfEdgesErrsTowardOpen) {
-  std::mt19937 random(11);
+  std::mt19937 random(seedOf(11));
   for (int round = 0; round < 300; ++round) {
     const std::int64_t debounce = static_cast<std::int64_t>(random() % 6) * kMs;
     bool level = random() % 2 == 0;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "support/seeds.h"
+
 namespace hapticd {
 namespace {
 
@@ -102,7 +104,7 @@ TEST(DryFriction, HoldsBelowAndSlidesAbove) {
 }
 
 TEST(DryFriction, WhatSticksDoesNotCreep) {
-  std::mt19937 random(3);
+  std::mt19937 random(seedOf(3));
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto vector = [&](double size) { return Vec3(size * unit(random), size * unit(random), size * unit(random)); };
   for (int i = 0; i < 300; ++i) {

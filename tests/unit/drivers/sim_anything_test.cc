@@ -7,6 +7,7 @@
 
 #include "drivers/number.h"
 #include "drivers/sim/sim_device.h"
+#include "support/seeds.h"
 
 namespace hapticd {
 namespace {
@@ -68,7 +69,7 @@ SimParameters randomParameters(Draw& draw) {
 }
 
 TEST(SimDevice, AnyKeysAndAnyCommandsKeepSamplesFiniteAndForcesLimited) {
-  Draw draw(20);
+  Draw draw(seedOf(20));
   for (int trial = 0; trial < 300; ++trial) {
     const DeviceUri uri{"sim", "default", difference(simParameterTable(), randomParameters(draw), SimParameters{})};
     SCOPED_TRACE(formatDeviceUri(uri));

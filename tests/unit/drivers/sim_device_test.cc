@@ -8,6 +8,7 @@
 #include <cstring>
 #include <random>
 
+#include "support/seeds.h"
 #include "support/stepped_device.h"
 
 namespace hapticd {
@@ -131,7 +132,7 @@ TEST(SimDevice, PositionIsSeenExactlyNPeriodsLater) {
 TEST(SimDevice, LatenessWithinAPeriodChangesNothing) {
   const char* uri = "sim://default?motion=circle&rate=1000";
   SteppedDevice punctual(uri), late(uri);
-  std::mt19937 random(7);
+  std::mt19937 random(seedOf(7));
   std::uniform_int_distribution<std::int64_t> lateness(0, kMs - 1);
   const test::SpringWall wall{Vec3::Zero(), Vec3::UnitX(), 500};
   DeviceSample sample;

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "drivers/registry.h"
+#include "support/seeds.h"
 
 namespace hapticd {
 namespace {
@@ -62,7 +63,7 @@ TEST(DeviceUri, FaultsNameTheCharacter) {
 }
 
 TEST(DeviceUri, AnythingThatFormatsParsesBack) {
-  std::mt19937 random(1);
+  std::mt19937 random(seedOf(1));
   std::uniform_int_distribution<int> byte(0x20, 0xff), size(0, 12);
   const auto text = [&] {
     std::string out;

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <functional>
 
+#include "support/seeds.h"
 #include "tests/unit/import/dicom_file.h"
 #include "tools/hapticctl-import/child.h"
 #include "tools/hapticctl-import/image_file.h"
@@ -76,7 +77,7 @@ TEST(Damage, whatIsCutShortIsRefused) {
 
 TEST(Damage, wrongBytesAreRefusedOrMakeAnImage) {
   const Folder folder;
-  hapticd::Random random(7);
+  hapticd::Random random(hapticd::seedOf(7));
   int refused = 0, died = 0, read = 0;
   for (const Format& f : formats())
     for (std::size_t at = 0; at < f.header; at += 1 + f.header / 60) {
@@ -114,7 +115,7 @@ TEST(Damage, ofADicomSliceIsRefusedOrLeavesAnImage) {
     EXPECT_TRUE(outcome == kRefused || outcome == kDied) << n << ": " << outcome;
     died += outcome == kDied;
   }
-  hapticd::Random random(5);
+  hapticd::Random random(hapticd::seedOf(5));
   for (std::size_t at = 0; at < size - 960; at += 11) {
     const int outcome = outcomeOfSeries([&](std::string& bytes) { flip(bytes, at, random); });
     EXPECT_NE(outcome, kNonsense) << at;

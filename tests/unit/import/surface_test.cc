@@ -2,6 +2,7 @@
 #include <map>
 #include <numbers>
 
+#include "support/seeds.h"
 #include "tests/unit/import/ball.h"
 #include "tools/hapticctl-import/isosurface.h"
 
@@ -43,7 +44,7 @@ TEST(Surface, whatTheImageCutsOffIsClosed) {
 
 TEST(Surface, noisyValuesStayManifold) {
   Image image = ballImage();
-  hapticd::Random random(1);
+  hapticd::Random random(hapticd::seedOf(1));
   for (float& v : image.values) v = static_cast<float>(random.below(4));
   Surface surface = isosurface(image, 2);  // Values equal to iso abound.
   expectClosed(surface, true);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "support/regions.h"
+#include "support/seeds.h"
 
 namespace hapticd {
 namespace {
@@ -109,7 +110,7 @@ TEST_P(CommandRing, ChangesAfterTheCopyHaveNoEffect) {
 }
 
 TEST_P(CommandRing, BehavesAsAQueueUnderRandomUse) {
-  std::mt19937 random(20240501 + GetParam());
+  std::mt19937 random(seedOf(20240501 + GetParam()));
   std::deque<std::pair<std::uint64_t, std::uint64_t>> model;  // seq, value
   std::uint64_t next = 0;
   std::uint32_t bias = 50;

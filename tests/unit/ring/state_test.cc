@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "support/regions.h"
+#include "support/seeds.h"
 
 namespace hapticd {
 namespace {
@@ -113,7 +114,7 @@ TEST(State, ReaderStartsWithTheNextSample) {
 }
 
 TEST(State, HistoryCountsLossesExactly) {
-  std::mt19937 random(7);
+  std::mt19937 random(seedOf(7));
   Regions r;
   StateWriter writer(r.a.get());
   StateReader reader(r.a.get());

@@ -10,6 +10,7 @@
 #include "rt/geometry/nearest.h"
 #include "rt/geometry/sweep.h"
 #include "tests/support/brute_distance.h"
+#include "tests/support/seeds.h"
 #include "tests/support/test_mesh.h"
 
 namespace hapticd {
@@ -41,7 +42,7 @@ TEST(Boxes, ThePathCanBeChosen) {
 #if defined(__x86_64__)
 
 TEST(Boxes, AllPathsAnswerAlikeToTheBit) {
-  std::mt19937 random(1);
+  std::mt19937 random(seedOf(1));
   if (!OnPath(VectorPath::kAvx2).can()) GTEST_SKIP() << "no AVX2 here";
   for (int shape = 0; shape < 4; ++shape) {
     TestMesh mesh = testing::crumpled(random, 12);
@@ -81,7 +82,7 @@ TEST(Boxes, AllPathsAnswerAlikeToTheBit) {
 }
 
 TEST(Boxes, EveryImplementationGivesTheSameKeys) {
-  std::mt19937 random(2);
+  std::mt19937 random(seedOf(2));
   std::uniform_real_distribution<float> u(-1, 1);
   if (!OnPath(VectorPath::kAvx2).can()) GTEST_SKIP() << "no AVX2 here";
   for (int i = 0; i < 20000; ++i) {

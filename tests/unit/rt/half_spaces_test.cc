@@ -8,6 +8,8 @@
 #include <Eigen/Dense>
 #include <random>
 
+#include "support/seeds.h"
+
 namespace hapticd {
 namespace {
 
@@ -18,7 +20,7 @@ class HalfSpaces : public ::testing::TestWithParam<int> {
     const double x = uniform(), y = uniform(), z = uniform();
     return {x, y, z};
   }
-  std::mt19937 random_{static_cast<std::uint32_t>(GetParam())};
+  std::mt19937 random_{seedOf(static_cast<std::uint32_t>(GetParam()))};
 };
 
 /** The way to the nearest point is a sum of the active planes' normals, none of them taken away. */

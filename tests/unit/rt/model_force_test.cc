@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "support/seeds.h"
 #include "tests/unit/rt/model_rig.h"
 
 namespace hapticd {
@@ -63,7 +64,7 @@ TEST(ModelForce, FieldIsLinearAndFadesAtItsRim) {
 /** Largest |change of force| / |change of place| met on random walks through
  * and about the model. */
 double steepest(LoneModel model, double reach, unsigned seed) {
-  std::uint32_t state = seed;
+  std::uint32_t state = seedOf(seed);
   const auto random = [&state] {
     state = state * 1664525u + 1013904223u;
     return (state >> 8) * (2.0 / (1 << 24)) - 1;

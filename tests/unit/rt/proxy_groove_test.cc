@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "support/seeds.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 
@@ -115,7 +116,7 @@ TEST(ProxyOnACurve, GoesAllTheWayRound) {
 /** Over ground as rough as its triangles are large: often three of them and more hold the ball. */
 TEST(ProxyInAGroove, CornersTakeFewSweeps) {
   int sweeps = 0, many = 0, ticks = 0;
-  for (std::uint32_t seed = 1; seed <= 8; ++seed) {
+  for (const unsigned seed : seeds(8)) {
     std::mt19937 random(seed);
     TestMesh mesh = testing::heightMesh(0.02, 80, [&](double x, double y) {
       return 0.0003 * std::sin(500 * x) * std::cos(500 * y) + 2e-4 * (random() * 0x1p-31 - 1);

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "tests/support/brute_distance.h"
+#include "tests/support/seeds.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 
@@ -42,7 +43,7 @@ TEST(ProxyBall, BesideConvexSolidsTheForceIsWhatTheDistanceLacks) {
   // The hip outside, nearer than the radius to faces, edges and corners.
   TestMesh mesh = testing::boxMesh(Vec3(0.05, 0.04, 0.03));
   MeshView* view = mesh.view();
-  std::mt19937 random(2);
+  std::mt19937 random(seedOf(2));
   for (const Shape& shape : testing::kPrimitives) {
     for (const bool as_mesh : {false, true}) {
       if (as_mesh && shape.kind != ShapeKind::kBox) continue;
@@ -98,7 +99,7 @@ TEST(ProxyBall, CornersOfABoxFromInsideHaveTheirClosedForm) {
     t.addMesh(mesh.view());
     t.tick(Vec3::Zero());
     const double wall = double{0.05f} - radius;
-    std::mt19937 random(3);
+    std::mt19937 random(seedOf(3));
     for (int i = 0; i < 1500; ++i) {
       const Vec3 hip = testing::randomPoint(random, 0.09);
       const Vec3 nearest = hip.cwiseMax(-wall).cwiseMin(wall);

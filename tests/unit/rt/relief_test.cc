@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/seeds.h"
 #include "tests/support/test_surface.h"
 
 namespace hapticd {
@@ -37,7 +38,7 @@ TEST(Relief, ARampIsARamp) {
 }
 
 TEST(Relief, EachAxisShowsTheSamePicture) {
-  std::mt19937 random(3);
+  std::mt19937 random(seedOf(3));
   std::uniform_real_distribution<double> grey;
   const TestRelief t(16, 8, [&](auto, auto) { return grey(random); });
   const SurfaceParameters s = laid(1e-3, 0.02, 0.01);
@@ -54,7 +55,7 @@ TEST(Relief, EachAxisShowsTheSamePicture) {
 
 /** The gradient is the height's, continuous over all borders, and no steeper than the steepest step. */
 TEST(Relief, GradientIsTheHeightsAndBounded) {
-  std::mt19937 random(5);
+  std::mt19937 random(seedOf(5));
   std::uniform_real_distribution<double> number(-1, 1), grey;
   const TestRelief t(9, 7, [&](auto, auto) { return grey(random); });
   const SurfaceParameters s = laid(2e-3, 0.018, 0.014);  // Pixels of 2 mm.

@@ -10,6 +10,7 @@
 
 #include "rt/geometry/triangle.h"
 #include "tests/support/brute_distance.h"
+#include "tests/support/seeds.h"
 #include "tests/support/test_mesh.h"
 
 namespace hapticd {
@@ -55,7 +56,7 @@ std::vector<TestMesh> someMeshes(std::mt19937& random) {
 }
 
 TEST(Vicinity, HasAllTrianglesThatABallInItMayMeet) {
-  std::mt19937 random(1);
+  std::mt19937 random(seedOf(1));
   std::vector<TestMesh> meshes = someMeshes(random);
   std::uniform_real_distribution<double> u(0, 1);
   int filled = 0, met = 0;

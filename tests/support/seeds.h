@@ -1,0 +1,26 @@
+/** @file
+ * Which seeds a test draws from. The same in every run, unless the environment says otherwise: HAPTICD_FIRST_SEED=n
+ * counts from n instead of 1, for a soak; HAPTICD_SEED=n runs one seed of a property only, and of others the nth.
+ */
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <vector>
+
+namespace hapticd {
+
+/** The seeds of a property: 1 to count, or those that the environment names. */
+inline std::vector<unsigned> seeds(unsigned count) {
+  const char* const one = std::getenv("HAPTICD_SEED");
+  const char* const from = one != nullptr ? one : std::getenv("HAPTICD_FIRST_SEED");
+  const unsigned first = from != nullptr ? static_cast<unsigned>(std::strtoul(from, nullptr, 10)) : 1;
+  std::vector<unsigned> all;
+  for (unsigned i = 0; i < (one != nullptr ? 1 : count); ++i) all.push_back(first + i);
+  return all;
+}
+
+/** The seed of a test that draws from one: the usual one, or as far from it as the environment is from 1. */
+inline std::uint32_t seedOf(std::uint32_t usual) { return usual + seeds(1).front() - 1; }
+
+}  // namespace hapticd

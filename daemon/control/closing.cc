@@ -37,11 +37,26 @@ Result<void> Core::closeDevice(std::string_view uri, std::uint64_t connection) {
                  "connect to " + (facts_.admin_socket.empty() ? std::string("it") : facts_.admin_socket)};
   }
   if (!device) return device.error();
-  if (!client(connection).administration && (*device)->sessions == 0 && !powerless(**device)) {
-    return Error{ErrorCode::kDeviceBusy, (*device)->name, "its force is still being lowered",
-                 "try again; it takes a second at most"};
-  }
+  if (auto r = mayGo(*(*device)->link, client(connection).administration); !r) return r;
   return closeGroupOf(**device);
+}
+
+Result<void> Core::mayGo(const GroupLink& link, bool administration) {
+  const std::int64_t now = clock_.now();
+  for (const auto& device : devices_.devices()) {
+    if (device->link != &link || (device->sessions == 0 && powerless(*device))) continue;
+    if (sessions_.inUse(*device)) {
+      return Error{ErrorCode::kDeviceBusy, device->name, "a session uses it",
+                   "end it first; hapticctl status lists them"};
+    }
+    if (administration && now - device->left_ns >= kLowered_ns) {
+      log::warn("{}: closed although its servo has not lowered its force", device->name);
+      continue;
+    }
+    return Error{ErrorCode::kDeviceBusy, device->name, "its force is still being lowered",
+                 "try again; it takes two seconds at most"};
+  }
+  return {};
 }
 
 Result<void> Core::closeGroupOf(OpenDevice& device) {
@@ -50,6 +65,7 @@ Result<void> Core::closeGroupOf(OpenDevice& device) {
   for (const auto& other : devices_.devices()) {
     if (other->link == link) names.push_back(other->name);
   }
+  const SessionManager::Ended ended = sessions_.takeEnded(*link);  // Dropped when its servo is no more.
   if (auto r = devices_.close(device); !r) return r;
   recordings_.groupClosed(*link);
   events_dropped_.erase(link);

@@ -37,6 +37,7 @@ Core::Core(const CoreOptions& options, Clock& clock)
                  options.config.servo.lock_memory && !options.config.servo.allow_no_rt},
                 {[](Session& session) { log::info("session {} is live on {}", session.id, session.device->name); },
                  [this](Session& session) {
+                   session.device->left_ns = clock_.now();
                    if (session.device->lease == session.id) loseLease(*session.device, session.why);
                  },
                  [this](std::uint32_t uid, std::uint64_t bytes) { return checkQuota(uid, bytes, 0); }}),

@@ -23,6 +23,7 @@
 #include "daemon/scene/uploads.h"
 #include "daemon/session/session_manager.h"
 #include "daemon/version.h"
+#include "rt/guard/guard.h"
 
 namespace hapticd {
 
@@ -46,6 +47,9 @@ struct CoreOptions {
 /** How long a device stays listed as armed after it has been switched off: its driver's own thread may be a bit behind.
  */
 inline constexpr std::int64_t kListedAfterDisarm_ns = 100'000'000;
+
+/** Since its last session ended: by then every servo that lives has faded its share and lowered the force to zero. */
+inline constexpr std::int64_t kLowered_ns = static_cast<std::int64_t>(2e9 * Guard::kLower_s);
 
 /** What a client asks of a tool. */
 struct ToolWish {
@@ -130,8 +134,10 @@ class Core {
   /** The same without waiting for the device; `done` is called once, now or by a later poll(). */
   void openDevice(std::string_view uri, std::uint64_t connection, DeviceManager::Done done);
   /**
-   * Administration; and a client that alone has asked for it, of no hardware and not configured. What only clients that
-   * have left had asked for closes by itself, in poll(), once nothing uses it.
+   * Administration; and a client that alone has asked for it, of no hardware and not configured. kDeviceBusy while a
+   * session uses a device of its group, or the force of one is still being lowered; the administrator is held up by the
+   * latter for kLowered_ns at most, for a servo that stands still lowers nothing. What only clients that have left had
+   * asked for closes by itself, in poll(), once nothing uses it.
    */
   [[nodiscard]] Result<void> closeDevice(std::string_view uri, std::uint64_t connection);
 
@@ -183,6 +189,8 @@ class Core {
   void noteAsker(OpenDevice& device, const Client& by) const;
   [[nodiscard]] bool mayClose(const OpenDevice& device, std::uint64_t connection) const;
   [[nodiscard]] bool unused(const OpenDevice& device) const;
+  /** Why the devices of that group must not close yet. */
+  [[nodiscard]] Result<void> mayGo(const GroupLink& link, bool administration);
   /** Disarmed, and what was last sent to it is zero. */
   [[nodiscard]] static bool powerless(const OpenDevice& device);
   Result<void> closeGroupOf(OpenDevice& device);

@@ -48,7 +48,8 @@ struct OpenDevice {
   HeldObject tool;
   Grip grip;
   std::uint64_t lease = 0;            ///< Session that holds it, 0 if free.
-  std::uint32_t sessions = 0;         ///< Sessions on it.
+  std::uint32_t sessions = 0;         ///< Sessions on it, those included that fade.
+  std::int64_t left_ns = 0;           ///< When a session on it last ended.
   std::vector<std::string> aliases;   ///< Other texts by which it was opened.
   bool asked_for = false;             ///< Open because somebody asked, not by the configuration.
   bool kept = false;                  ///< An administrator has asked for it: it stays when those who asked have left.

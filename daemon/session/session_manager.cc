@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 #include "daemon/log.h"
@@ -14,7 +15,7 @@ Command sessionCommand(CommandKind kind, const Session& session) {
   return makeCommand(kind, SessionRef{session.slot, 0, session.id});
 }
 
-bool inUse(const Session& session) {
+bool isInUse(const Session& session) {
   return session.state == Session::State::kOffered || session.state == Session::State::kAdding ||
          session.state == Session::State::kLive;
 }
@@ -212,7 +213,26 @@ void SessionManager::report(GroupLink& link, const IngestReport& report, std::in
 
 Session* SessionManager::find(std::uint64_t id) {
   const auto it = sessions_.find(id);
-  return it == sessions_.end() || !inUse(*it->second) ? nullptr : it->second.get();
+  return it == sessions_.end() || !isInUse(*it->second) ? nullptr : it->second.get();
+}
+
+bool SessionManager::inUse(const OpenDevice& device) const {
+  return std::any_of(sessions_.begin(), sessions_.end(),
+                     [&](const auto& s) { return s.second->device == &device && isInUse(*s.second); });
+}
+
+SessionManager::Ended SessionManager::takeEnded(const GroupLink& link) {
+  Ended ended;
+  for (auto it = sessions_.begin(); it != sessions_.end();) {
+    if (it->second->link != &link || isInUse(*it->second)) {
+      ++it;
+      continue;
+    }
+    --it->second->device->sessions;
+    ended.push_back(std::move(it->second));
+    it = sessions_.erase(it);
+  }
+  return ended;
 }
 
 Session* SessionManager::bySlot(const GroupLink& link, std::uint32_t slot) {

@@ -49,6 +49,14 @@ class SessionManager {
 
   /** Still in use by its client, or null. */
   [[nodiscard]] Session* find(std::uint64_t id);
+  /** Whether a client still has a session on it; one that has ended and only fades does not count. */
+  [[nodiscard]] bool inUse(const OpenDevice& device) const;
+  /**
+   * Takes the sessions of a group that have ended but whose servo does not let them go. The servo may still write
+   * their regions: drop them once its threads are joined.
+   */
+  using Ended = std::vector<std::unique_ptr<Session>>;
+  [[nodiscard]] Ended takeEnded(const GroupLink& link);
   [[nodiscard]] Session* bySlot(const GroupLink& link, std::uint32_t slot);
   /** Sessions in any state, by rising id. */
   [[nodiscard]] std::vector<Session*> all() const;

@@ -111,6 +111,52 @@ TEST_F(Leaving, NeitherByItsClientWhileTheHandFeelsAForce) {
   EXPECT_GT(refused, 150) << "200 ms of it";
 }
 
+TEST_F(Leaving, NorByAnAdministrator) {
+  const std::uint64_t session = push(mine);
+  bench.core.sessions().end(session, "test");
+  bench.client.reset();
+  int refused = 0;
+  untilClosed([&] {
+    const auto closed = bench.core.closeDevice(kUri, bench.administration);
+    if (closed) return;
+    EXPECT_EQ(closed.error().code, ErrorCode::kDeviceBusy);
+    ++refused;
+  });
+  EXPECT_GT(refused, 150) << "200 ms of it";
+}
+
+TEST_F(Leaving, AnAdministratorWaitsTwoSecondsForAServoThatStandsStill) {
+  for (const int ms : {0, 150}) {  // Its session has not been let go, or has.
+    const std::uint64_t session = push(mine);
+    bench.core.sessions().end(session, "test");
+    bench.client.reset();
+    bench.step(ms);
+    ASSERT_NE(sent(), 0.0);
+    ASSERT_EQ(bench.device(1).sessions, ms == 0 ? 1u : 0u);
+    int waited = ms;  // [ms]
+    for (; waited < 3000; ++waited, bench.clock.advance(kMs)) {
+      bench.core.poll();
+      const auto closed = bench.core.closeDevice(kUri, bench.administration);
+      if (closed) break;
+      ASSERT_EQ(closed.error().code, ErrorCode::kDeviceBusy);
+      ASSERT_EQ(bench.core.closeDevice(kUri, mine).error().code, ErrorCode::kDeviceBusy);
+    }
+    EXPECT_NEAR(waited, 2000, 2);
+    EXPECT_FALSE(isOpen());
+    EXPECT_TRUE(bench.core.sessions().empty());
+  }
+}
+
+TEST_F(Leaving, NorAlongWithAnothersDeviceOfItsGroup) {
+  Bench two(Bench::relaxed(), 2);
+  auto session = two.core.openSession("test://second", two.connection, "t", HD_SHM_MAJOR, HD_SHM_MINOR);
+  ASSERT_TRUE(session.ok()) << toString(session.error());
+  const auto closed = two.core.closeDevice("test://first", two.administration);
+  ASSERT_FALSE(closed.ok());
+  EXPECT_EQ(closed.error().code, ErrorCode::kDeviceBusy);
+  EXPECT_EQ(closed.error().where, two.device(1).name);
+}
+
 TEST_F(Leaving, NotWhileOthersWantIt) {
   open(kUri, mine);
   open(kUri, other);

@@ -109,9 +109,10 @@ HAPTIC_API int haptic_open_device(haptic_client* client, const char* uri, haptic
                                   haptic_error* error);
 
 /**
- * Closes a device; refused while a session holds it. Administration; but a simulated one that is not configured may be
- * closed by a client that alone has asked for it, of those that are still there, once no force is left of it (a second
- * at most after its last session). Blocks; any thread.
+ * Closes a device and those that share its servo. HAPTIC_DEVICE_BUSY while a session uses one of them, or its force is
+ * still being lowered: a second or so after the last session, and two at most for an administrator, whatever its servo
+ * does. Administration; but a simulated one that is not configured may be closed by a client that alone has asked for
+ * it, of those that are still there. Blocks; any thread.
  */
 HAPTIC_API int haptic_close_device(haptic_client* client, const char* uri, haptic_error* error);
 

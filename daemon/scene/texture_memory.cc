@@ -1,7 +1,7 @@
 #include "daemon/scene/texture_memory.h"
 
 #include <algorithm>
-#include <cstring>
+#include <memory>
 #include <new>
 
 #include "daemon/scene/ar_model.h"
@@ -24,8 +24,9 @@ Result<TextureMemory> layOut(const Texture& texture, std::int64_t period_ns, boo
   std::byte* next = memory.mapping.data() + sizeof(TextureView);
   if (texture.isRelief()) {
     const Relief& relief = texture.relief;
-    std::memcpy(next, relief.pixels.data(), relief.pixels.size() * sizeof(std::uint16_t));
-    view->relief = {reinterpret_cast<const std::uint16_t*>(next), relief.width, relief.height};
+    auto* pixel = reinterpret_cast<std::uint16_t*>(next);
+    std::uninitialized_copy(relief.pixels.begin(), relief.pixels.end(), pixel);
+    view->relief = {pixel, relief.width, relief.height};
   } else {
     const RecordedVibration& vibration = texture.vibration;
     VibrationView& out = view->vibration;
@@ -43,9 +44,10 @@ Result<TextureMemory> layOut(const Texture& texture, std::int64_t period_ns, boo
       out.least_force = std::min(out.least_force, recorded.force);
       out.most_force = std::max(out.most_force, recorded.force);
     }
-    out.triangle = reinterpret_cast<const VibrationView::Corners*>(model);
+    auto* triangle = reinterpret_cast<VibrationView::Corners*>(model);
+    std::uninitialized_copy(vibration.triangles.begin(), vibration.triangles.end(), triangle);
+    out.triangle = triangle;
     out.triangles = static_cast<std::uint32_t>(vibration.triangles.size());
-    std::memcpy(model, vibration.triangles.data(), vibration.triangles.size() * sizeof(VibrationView::Corners));
   }
   if (lock) {
     if (auto r = memory.mapping.lock(); !r) return r.error();

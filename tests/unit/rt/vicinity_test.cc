@@ -95,7 +95,7 @@ TEST(Vicinity, HasAllTrianglesThatABallInItMayMeet) {
     }
   }
   EXPECT_GT(filled, 200);
-  EXPECT_GT(met, 5000);
+  EXPECT_GT(met, 3000);  // 4486 to 7434 at 120 seeds
 }
 
 TEST(Vicinity, BitByBitIsAsAtOnce) {

@@ -88,7 +88,8 @@ TEST(SurfaceMesh, NearestIsTheNearestOfAllTriangles) {
       if (within) least = std::min(least, length(x - inside));
     }
     const SurfaceMesh::Foot foot = mesh.nearest(x);
-    ASSERT_NEAR(foot.distance, least, 1e-12);
+    // Of places whose distances differ by a part in 1e9 the one that is faced most; those may follow on each other.
+    ASSERT_NEAR(foot.distance, least, 3e-9 * least + 1e-15);
     ASSERT_NEAR(length(x - foot.point), foot.distance, 1e-12);
   }
 }

@@ -124,8 +124,8 @@ TEST(PointField, ResultsDoNotDependOnTheLastQueryHoweverFastItMoves) {
     if (::testing::Test::HasFailure()) FAIL() << "at step " << i;
   }
   EXPECT_GT(reused, 100'000u);
-  // A random walk: how often it touches is its own affair.
-  EXPECT_GT(touching, 50u);
+  // A random walk: how often it touches is its own affair; 48 to 1612 times at 300 seeds.
+  EXPECT_GT(touching, 10u);
   EXPECT_LT(touching, 2900u);
 }
 

@@ -198,15 +198,14 @@ TEST(Responses, BudgetsHoldWhateverTheInput) {
     }
     problem.touches = touches;
     ResponseResult result;
-    ImpulseResponse impulse;
-    impulse.solve(problem, result);
-    rounds = std::max(rounds, result.rounds);
-    ConstraintResponse constraint;
-    constraint.solve(problem, result);
-    sweeps = std::max(sweeps, result.rounds);
-    PenaltyResponse penalty;
-    penalty.solve(problem, result);
-    ASSERT_TRUE(isFinite(result.a.v) && isFinite(result.a.w));
+    const auto solve = [&](Response&& response) {
+      response.solve(problem, result);
+      EXPECT_TRUE(isFinite(result.a.v) && isFinite(result.a.w)) << response.name() << " " << round;
+      return result.rounds;
+    };
+    rounds = std::max(rounds, solve(ImpulseResponse()));
+    sweeps = std::max(sweeps, solve(ConstraintResponse()));
+    solve(PenaltyResponse());
   }
   EXPECT_EQ(rounds, ImpulseResponse::kMaxRounds) << "a test must reach the bound";
   EXPECT_EQ(sweeps, ConstraintResponse::kMaxSweeps);

@@ -41,6 +41,8 @@ std::optional<Leg> legAt(const Vec3& p, std::size_t i) noexcept {
   return leg;
 }
 
+Vec3 anglesOf(const std::array<Leg, 3>& legs) noexcept { return {legs[0].t1, legs[1].t1, legs[2].t1}; }
+
 }  // namespace
 
 std::optional<std::array<Leg, 3>> legsAt(const Vec3& p) noexcept {
@@ -67,26 +69,39 @@ Mat3 jacobian(const std::array<Leg, 3>& legs) noexcept {
   return rows;
 }
 
-std::optional<Grip> gripAt(const Vec3& t1, const Vec3& guess) noexcept {
+namespace {
+
+/**
+ * From p. A step that leads out of reach, or farther from the angles, is halved until it does not: where an arm is
+ * nearly stretched its angle goes like a square root, and full steps would swing about the place for ever.
+ */
+std::optional<Grip> solvedFrom(Vec3 p, const Vec3& t1) noexcept {
   constexpr double kFar = 0.02;  // [m] in one step
-  if (!t1.allFinite() || !guess.allFinite()) return {};
-  Vec3 p = guess;
+  constexpr int kHalvings = 8;
   auto legs = legsAt(p);
-  if (!legs) legs = legsAt(p = kMiddle);
   for (int step = 0; legs && step < kMostSteps; ++step) {
     const Mat3 rows = jacobian(*legs);
-    const Vec3 now((*legs)[0].t1, (*legs)[1].t1, (*legs)[2].t1);
-    Vec3 move = rows.fullPivLu().solve(t1 - now);
+    const Vec3 missing = t1 - anglesOf(*legs);
+    Vec3 move = rows.fullPivLu().solve(missing);
     if (!move.allFinite()) return {};
     if (move.norm() < 1e-10) return Grip{p, rows};
     move = clampNorm(move, kFar);
-    // A step out of reach is halved until it is not.
-    auto there = legsAt(p + move);
-    for (int halving = 0; !there && halving < 8; ++halving) there = legsAt(p + (move *= 0.5));
+    for (int halving = 0;; ++halving) {
+      legs = legsAt(p + move);
+      if (halving == kHalvings || (legs && (t1 - anglesOf(*legs)).norm() < missing.norm())) break;
+      move *= 0.5;
+    }
     p += move;
-    legs = there;
   }
   return {};
+}
+
+}  // namespace
+
+std::optional<Grip> gripAt(const Vec3& t1, const Vec3& guess) noexcept {
+  if (!t1.allFinite() || !guess.allFinite()) return {};
+  const auto grip = solvedFrom(guess, t1);
+  return grip ? grip : solvedFrom(kMiddle, t1);
 }
 
 double anglePerCount() noexcept { return kRadPerDegree / kCountsPerDegree; }

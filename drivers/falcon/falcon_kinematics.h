@@ -32,8 +32,9 @@ struct Grip {
   Mat3 dt1_dp = Mat3::Identity();
 };
 /**
- * The grip for arm angles t1, by Newton's method from `guess`; to 1e-10 m, at most kMostSteps. Nothing when there is no
- * such place: angles that cannot be together, or not finite.
+ * The grip for arm angles t1, by Newton's method from `guess`, or else from kMiddle; to 1e-10 m, at most kMostSteps
+ * each. Nothing when there is no such place: angles that cannot be together, or not finite. Beyond 5 cm from the axis,
+ * where arms are all but stretched, a place may rarely be missed.
  */
 [[nodiscard]] std::optional<Grip> gripAt(const Vec3& t1, const Vec3& guess) noexcept;
 inline constexpr int kMostSteps = 20;

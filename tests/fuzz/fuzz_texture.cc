@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size > 0 && data[0] < 8) {
     upload.assign(reinterpret_cast<const std::byte*>(data + 1), reinterpret_cast<const std::byte*>(data + size));
   } else {
-    upload = size > 0 && data[0] % 2 == 0 ? testing::vibrationUpload() : testing::reliefUpload(2, 2, {1, 2, 3, 4});
+    upload = size > 0 && data[0] % 2 == 0 ? test::vibrationUpload() : test::reliefUpload(2, 2, {1, 2, 3, 4});
     for (std::size_t i = 1; i + 2 < size; i += 3)
       upload[(data[i] * 256u + data[i + 1]) % upload.size()] = static_cast<std::byte>(data[i + 2]);
   }

@@ -17,7 +17,7 @@ std::vector<std::byte> built(OctreeShape shape, bool sensation) {
   options.octree = shape;
   options.sensation = sensation;
   BuildMonitor monitor;
-  const test::TestMesh torus = test::torus(6, 5);
+  const test::UploadMesh torus = test::torus(6, 5);
   const auto image = buildMeshVolume(torus.vertices, torus.triangles, 0.01, options, monitor);
   if (!image.ok()) __builtin_trap();
   const auto bytes = bytesOf(*image);

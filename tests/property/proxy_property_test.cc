@@ -11,9 +11,9 @@
 namespace hapticd {
 namespace {
 
-using testing::kTick;
-using testing::TestMesh;
-using testing::TestScene;
+using test::kTick;
+using test::TestMesh;
+using test::TestScene;
 
 /** A hand that wanders, throws itself about, and now and then rests. */
 class Hand {
@@ -79,7 +79,7 @@ double depthIn(const SceneObject& o, const Vec3& x_W) {
 
 /** A closed bumpy ball: not convex. */
 TestMesh bumpyBall(double radius, std::uint32_t stacks, Random& random) {
-  TestMesh mesh = testing::sphereMesh(radius, stacks);
+  TestMesh mesh = test::sphereMesh(radius, stacks);
   for (auto& v : mesh.vertices) {
     const auto f = static_cast<float>(random.in(0.7, 1.1));
     for (float& x : v) x *= f;
@@ -121,7 +121,7 @@ void fill(World& w, Random& random, bool apart) {
         w.ids.push_back(w.t.add(ShapeKind::kCylinder, Vec3(a, c, 0), X, material));
         break;
       case 4:
-        w.meshes.push_back(testing::boxMesh(Vec3(a, b, c)));
+        w.meshes.push_back(test::boxMesh(Vec3(a, b, c)));
         w.ids.push_back(w.t.addMesh(w.meshes.back().view(), X, material));
         break;
       case 5:
@@ -129,7 +129,7 @@ void fill(World& w, Random& random, bool apart) {
         w.ids.push_back(w.t.addMesh(w.meshes.back().view(), X, material));
         break;
       default:
-        w.meshes.push_back(testing::sphereMesh(b, 9));
+        w.meshes.push_back(test::sphereMesh(b, 9));
         w.ids.push_back(w.t.addMesh(w.meshes.back().view(), X, material));
     }
   }
@@ -142,7 +142,7 @@ void expectBallOutside(const World& w, const Vec3& proxy, double radius, int tic
     const SceneObject& o = *w.t.scene->find(w.ids[k]);
     const Vec3 x = o.X_WO.inverse() * proxy;
     const double distance =
-        o.shape.kind == ShapeKind::kMesh ? testing::distanceTo(*o.shape.mesh, x) : testing::distanceTo(o.shape, x);
+        o.shape.kind == ShapeKind::kMesh ? test::distanceTo(*o.shape.mesh, x) : test::distanceTo(o.shape, x);
     ASSERT_GT(distance, radius * (1 - 1e-6) - 1e-9) << "tick " << tick << " object " << k;
   }
 }
@@ -312,7 +312,7 @@ bool canComeNearer(const SceneObject& o, const SurfaceContact& contact, double r
   const double distance = (contact.proxy - hip).norm(), hair = 1e-9 * distance;
   const Vec3 from = contact.proxy + hair * contact.normal;
   const Vec3 start = o.X_WO.inverse() * from;
-  if (winding(*o.shape.mesh, start) > 0.5 || testing::distanceTo(*o.shape.mesh, start) < radius)
+  if (winding(*o.shape.mesh, start) > 0.5 || test::distanceTo(*o.shape.mesh, start) < radius)
     return false;  // Overhung.
   for (int i = 0; i < 200; ++i) {
     const Vec3 to = from + random.in(0, 1e-5) * distance * random.vector(1);

@@ -17,8 +17,8 @@ constexpr int kSides = 12;
 constexpr double kHalfAngle = std::numbers::pi / kSides;  // Between a facet's normal and those at its ends.
 
 /** A long prism about z, without lids: each facet is flat along z and shaded round across it. */
-testing::TestMesh prism() {
-  testing::TestMesh mesh;
+test::TestMesh prism() {
+  test::TestMesh mesh;
   std::vector<std::uint32_t> low, high;
   for (int i = 0; i < kSides; ++i) {
     const double a = (2 * i - 1) * kHalfAngle;  // The facet 0 faces +x.
@@ -34,11 +34,11 @@ testing::TestMesh prism() {
 
 /** Work of the shaded force on a hand that goes round the corners, in small steps. */
 double workAround(MeshView* mesh, const std::vector<Vec3>& corners) {
-  testing::TestScene t;
+  test::TestScene t;
   const std::uint32_t id = t.addMesh(mesh, {}, {kStiffness, 0, 0, 0});
   SurfaceParameters surface{};
   surface.smooth_cosine = std::cos(1.0);
-  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(id, surface)), ErrorCode::kOk);
+  EXPECT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
   t.tick(corners.front() + Vec3(0.01, 0, 0));
   double work = 0;
   Vec3 last_x = corners.front(), last_f = Vec3::Zero();
@@ -60,7 +60,7 @@ double facet() { return kRadius * std::cos(kHalfAngle); }      // Its place alon
 double width() { return 2 * kRadius * std::sin(kHalfAngle); }  // Along y.
 
 TEST(ShadingProperty, ATourGainsNoMoreThanItsBound) {
-  testing::TestMesh mesh = prism();
+  test::TestMesh mesh = prism();
   MeshView* view = mesh.view();
   for (const unsigned seed : seeds(20)) {
     Random random(seed);
@@ -79,7 +79,7 @@ TEST(ShadingProperty, ATourGainsNoMoreThanItsBound) {
 
 /** The bound is no empty one: 84 % of the way to the edge a tour gains 70 % of it, less what the normal takes. */
 TEST(ShadingProperty, TheBoundIsNoEmptyOne) {
-  testing::TestMesh mesh = prism();
+  test::TestMesh mesh = prism();
   const double deep = 1e-3, shallow = 0.5e-3, reach = 0.42 * width();
   const double gained = workAround(
       mesh.view(),
@@ -90,7 +90,7 @@ TEST(ShadingProperty, TheBoundIsNoEmptyOne) {
 
 /** At one depth, to and fro over a facet, nothing is gained or lost. */
 TEST(ShadingProperty, AtOneDepthNothingIsGained) {
-  testing::TestMesh mesh = prism();
+  test::TestMesh mesh = prism();
   const double x = facet() - 8e-4;
   const double gained =
       workAround(mesh.view(), {{x, -0.4 * width(), 0}, {x, 0.45 * width(), 0.1}, {x, 0.1 * width(), 0.3}});

@@ -14,28 +14,28 @@
 namespace hapticd {
 namespace {
 
-using testing::kTick;
-using testing::TestMesh;
-using testing::TestScene;
+using test::kTick;
+using test::TestMesh;
+using test::TestScene;
 
 constexpr double kSize = 0.03;  // [m]
 
 /** A closed ball with bumps, a sheet with waves that can move, a needle-ridden clod, and a box as the plainest mesh. */
 std::vector<TestMesh> someMeshes(Random& random, unsigned seed) {
   std::vector<TestMesh> meshes;
-  meshes.push_back(testing::sphereMesh(kSize, 16 + random.below(24)));
+  meshes.push_back(test::sphereMesh(kSize, 16 + random.below(24)));
   for (auto& v : meshes[0].vertices) {
     const auto f = static_cast<float>(random.in(0.97, 1.03));
     for (float& x : v) x *= f;
   }
   const double wave = random.in(100, 600), high = random.in(0, 0.002);
-  meshes.push_back(testing::heightMesh(
+  meshes.push_back(test::heightMesh(
       2 * kSize, 30, [&](double x, double y) { return high * std::sin(wave * x) * std::sin(wave * y); }));
   std::mt19937 engine(seed);
-  meshes.push_back(testing::crumpled(engine, 8));
+  meshes.push_back(test::crumpled(engine, 8));
   for (auto& v : meshes[2].vertices)
     for (float& x : v) x *= static_cast<float>(kSize);
-  meshes.push_back(testing::boxMesh(Vec3(kSize, 0.5 * kSize, 0.00003)));
+  meshes.push_back(test::boxMesh(Vec3(kSize, 0.5 * kSize, 0.00003)));
   return meshes;
 }
 
@@ -169,7 +169,7 @@ TEST(SurroundingsProperty, KeptOrNotIsFeltAlikeToTheBitOnThePortablePath) {
 TEST(SurroundingsProperty, WhatIsTriedFirstChangesNothing) {
   // On a plane of many triangles, by segments and balls that meet several of them at the same time.
   Random random(seedOf(1));
-  TestMesh mesh = testing::heightMesh(1, 8, [](double, double) { return 0.0; });
+  TestMesh mesh = test::heightMesh(1, 8, [](double, double) { return 0.0; });
   const MeshView& view = *mesh.view();
   int ties = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -196,8 +196,7 @@ TEST(SurroundingsProperty, WhatIsTriedFirstChangesNothing) {
 TEST(SurroundingsProperty, WhatLiesBelowTheWayIsNotMet) {
   // Segments and balls that graze a bumpy sheet, seen along all kinds of directions.
   Random random(seedOf(2));
-  TestMesh mesh =
-      testing::heightMesh(1, 12, [](double x, double y) { return 0.1 * std::sin(5 * x) * std::cos(4 * y); });
+  TestMesh mesh = test::heightMesh(1, 12, [](double x, double y) { return 0.1 * std::sin(5 * x) * std::cos(4 * y); });
   const MeshView& view = *mesh.view();
   int hits = 0, misses = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -226,7 +225,7 @@ TEST(SurroundingsProperty, WhatLiesBelowTheWayIsNotMet) {
 }
 
 TEST(SurroundingsProperty, AStrokeSeldomLooksIntoTheTree) {
-  TestMesh mesh = testing::sphereMesh(kSize, 64);
+  TestMesh mesh = test::sphereMesh(kSize, 64);
   for (const double radius : {0.0, 0.001}) {
     TestScene t;
     t.addMesh(mesh.view(), {}, {1000, 0, 0, 0});

@@ -73,7 +73,7 @@ std::vector<std::byte> widePicture() {
   for (std::size_t i = 0; i < pixels.size(); ++i)
     pixels[i] = static_cast<std::uint16_t>(30000 + 20000 * std::sin(0.03 * static_cast<double>(i % kWide)) *
                                                        std::cos(0.02 * static_cast<double>(i / kWide)));
-  return testing::reliefUpload(kWide, kHigh, pixels);
+  return reliefUpload(kWide, kHigh, pixels);
 }
 
 TEST(RecordingSurfaces, TexturesAreInItAndTheReplayFeelsThem) {
@@ -83,7 +83,7 @@ TEST(RecordingSurfaces, TexturesAreInItAndTheReplayFeelsThem) {
   shown.relief = rubbed.upload(widePicture());
   shown.relief_depth = 5e-4;
   shown.relief_width = shown.relief_height = 0.05;
-  shown.vibration = rubbed.upload(testing::vibrationUpload());
+  shown.vibration = rubbed.upload(vibrationUpload());
   ObjectSpec spec = wall();
   spec.surface = shown;
   ASSERT_TRUE(bench.core.scene().create(spec, rubbed.root).ok());
@@ -99,7 +99,7 @@ TEST(RecordingSurfaces, TexturesAreInItAndTheReplayFeelsThem) {
   rubbed.rub(300, &felt);
   // Another one takes the place while it is recorded.
   SurfaceSpec other = shown;
-  other.relief = rubbed.upload(testing::reliefUpload(3, 2, {0, 65535, 0, 65535, 0, 65535}));
+  other.relief = rubbed.upload(reliefUpload(3, 2, {0, 65535, 0, 65535, 0, 65535}));
   other.relief_depth = 1e-3;
   ASSERT_TRUE(bench.core.scene().setSurface("wall", other).ok());
   rubbed.rub(200, &felt);

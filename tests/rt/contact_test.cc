@@ -15,7 +15,7 @@ namespace hapticd {
 namespace {
 
 /** Turns and goes up and down, near and away, with leaps: every part of a detector has its turn. */
-int askOften(Detector& detector, const testing::TestVolume& a, const testing::TestVolume& b, int queries) {
+int askOften(Detector& detector, const test::TestVolume& a, const test::TestVolume& b, int queries) {
   static ContactSet contacts;
   int touching = 0;
   DetectorQuery query;
@@ -37,8 +37,8 @@ int askOften(Detector& detector, const testing::TestVolume& a, const testing::Te
 }
 
 TEST(Detectors, AreCleanOnEveryVectorPath) {
-  const testing::TestVolume a = testing::torusVolume(0.012, 0.004, 0.001);
-  const testing::TestVolume b = testing::boxVolume({0.02, 0.02, 0.015}, 0.001);
+  const test::TestVolume a = test::torusVolume(0.012, 0.004, 0.001);
+  const test::TestVolume b = test::boxVolume({0.02, 0.02, 0.015}, 0.001);
   const PointPath best = pointPath();
   std::vector<std::unique_ptr<Detector>> all;
   all.push_back(std::make_unique<PointFieldDetector>(10'000));
@@ -70,9 +70,9 @@ TEST(Detectors, AreCleanOnEveryVectorPath) {
 TEST(SceneContacts, AreCleanByFieldsAheadAndByPoints) {
   // A torus that turns and falls through a box with a volume, one without, and a mesh; fast and slow, with little
   // budget.
-  const testing::TestVolume torus = testing::torusVolume(0.012, 0.004, 0.001);
-  const testing::TestVolume box = testing::boxVolume({0.02, 0.02, 0.002}, 0.001);
-  testing::TestMesh tool = testing::torusMesh(0.012, 0.004, 24, 12), ball = testing::sphereMesh(0.01, 40);
+  const test::TestVolume torus = test::torusVolume(0.012, 0.004, 0.001);
+  const test::TestVolume box = test::boxVolume({0.02, 0.02, 0.002}, 0.001);
+  test::TestMesh tool = test::torusMesh(0.012, 0.004, 24, 12), ball = test::sphereMesh(0.01, 40);
   VolumeTable volumes;
   volumes.publish(3, &torus.view);
   volumes.publish(5, &box.view);

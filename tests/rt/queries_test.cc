@@ -48,7 +48,7 @@ int askAll(MeshView& mesh, std::mt19937& random) {
 }
 
 TEST(Queries, AreCleanOnEveryVectorPath) {
-  testing::TestMesh sphere = testing::sphereMesh(1, 20);
+  test::TestMesh sphere = test::sphereMesh(1, 20);
   MeshView& mesh = *sphere.deformableView();
   const VectorPath best = vectorPath();
   for (const VectorPath path : {VectorPath::kPortable, best}) {

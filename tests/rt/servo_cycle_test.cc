@@ -119,7 +119,7 @@ TEST(ServoCycle, IsCleanWhileObjectsComeAndGo) {
 SnapshotMemory sphereMesh(std::uint32_t triangles) {
   std::uint32_t stacks = 3;
   while (4 * stacks * (stacks - 1) < triangles) ++stacks;
-  const testing::TestMesh sphere = testing::sphereMesh(0.03, stacks);
+  const test::TestMesh sphere = test::sphereMesh(0.03, stacks);
   BuildMonitor monitor;
   auto built = buildSnapshot(test::upload({sphere.vertices, sphere.triangles}, HD_MESH_DEFORMABLE), monitor);
   EXPECT_TRUE(built.ok()) << toString(built.error());
@@ -181,8 +181,8 @@ TEST(ServoCycle, IsCleanWhileVerticesMove) {
 
 TEST(ServoCycle, IsCleanWithTexturedSurfaces) {
   SnapshotMemory mesh = sphereMesh(2000);
-  const testing::TestRelief relief(64, 64, [](auto x, auto y) { return 0.5 + 0.5 * std::sin(0.7 * x) * std::cos(y); });
-  testing::TestVibration vibration;
+  const test::TestRelief relief(64, 64, [](auto x, auto y) { return 0.5 + 0.5 * std::sin(0.7 * x) * std::cos(y); });
+  test::TestVibration vibration;
   vibration.models = {{0.02, 0.2, 4, {-0.9, 0.5}}, {0.3, 0.2, 9, {0.3}}, {0.02, 3, 16, {-0.2, 0.1}}};
   vibration.triangles = {{0, 1, 2}};
   vibration.finish();
@@ -194,7 +194,7 @@ TEST(ServoCycle, IsCleanWithTexturedSurfaces) {
       house.order(CommandKind::kAddObject, meshObject(makeObjectId(20, 1), 0));
     }
     for (const std::uint32_t slot : {1u, 2u, 3u, 4u, 5u, 20u}) {
-      SetSurface order{makeObjectId(slot, 1), 0, testing::ringing(20, 150, 0.01)};
+      SetSurface order{makeObjectId(slot, 1), 0, test::ringing(20, 150, 0.01)};
       order.surface.smooth_cosine = 0.7;
       order.surface.relief = 1;
       order.surface.relief_depth = 2e-4;

@@ -9,7 +9,7 @@
 
 #include "rt/scene/scene.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 
 inline const Shape kPrimitives[] = {{ShapeKind::kPlane, Vec3::Zero()},
                                     {ShapeKind::kSphere, Vec3(0.7, 0, 0)},
@@ -76,4 +76,4 @@ inline Vec3 randomPoint(std::mt19937& random, double size) {
   return {u(random), u(random), u(random)};
 }
 
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

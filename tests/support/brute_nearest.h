@@ -8,7 +8,7 @@
 
 #include "rt/scene/mesh_view.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 
 inline Vec3 nearestOnSegment(const Vec3& a, const Vec3& b, const Vec3& x) {
   return a + std::clamp((x - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0) * (b - a);
@@ -71,4 +71,4 @@ class BruteNearest {
   std::vector<Face> faces_;
 };
 
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

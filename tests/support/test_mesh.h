@@ -15,7 +15,7 @@
 
 #include "rt/scene/mesh_view.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 
 /** Owns the arrays of a MeshView. Not movable once view() was taken. */
 class TestMesh {
@@ -275,4 +275,4 @@ inline TestMesh heightMesh(double half, std::uint32_t n, const std::function<dou
   return m;
 }
 
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -10,7 +10,7 @@
 #include "rt/render/proxy.h"
 #include "rt/scene/scene.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 
 inline constexpr double kTick = 1e-3;
 
@@ -99,4 +99,4 @@ class TestScene {
   std::uint32_t next_ = 1;
 };
 
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -11,7 +11,7 @@
 
 #include "rt/scene/scene.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 
 /** Of a servo at 1 kHz. */
 inline SurfaceParameters ringing(double gain, double hz, double decay_s) {
@@ -64,4 +64,4 @@ inline Command surfaceCommand(std::uint32_t object, const SurfaceParameters& sur
   return command;
 }
 
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -12,7 +12,7 @@
 #include "support/brute_distance.h"
 #include "support/test_mesh.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 
 /** Owns the image of a view. */
 struct TestVolume {
@@ -105,4 +105,4 @@ inline TestVolume torusVolume(double ring, double tube, double voxel, const Volu
       voxel, options);
 }
 
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

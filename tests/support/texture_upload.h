@@ -8,7 +8,7 @@
 
 #include "proto/texture.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 
 template <class T>
 void append(std::vector<std::byte>& bytes, const T& value) {
@@ -54,4 +54,4 @@ inline std::vector<std::byte> vibrationUpload() {
                          {0, 1, 2});
 }
 
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

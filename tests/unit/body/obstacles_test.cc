@@ -16,7 +16,7 @@ namespace {
 struct Asked {
   Asked() { tool = world.add(ShapeKind::kSphere, {0.01, 0, 0}); }
   void ask(double speed = 0) {
-    world.scene->advance(testing::kTick);
+    world.scene->advance(test::kTick);
     held = CollideRequest::Held{};
     held.speed = speed;
     findObstacles(*world.scene, *world.scene->find(tool), {}, held);
@@ -25,7 +25,7 @@ struct Asked {
     return std::any_of(held.obstacle.begin(), held.obstacle.begin() + held.count,
                        [&](const auto& obstacle) { return obstacle.slot == objectSlot(object); });
   }
-  testing::TestScene world;
+  test::TestScene world;
   std::uint32_t tool;
   CollideRequest::Held held;
 };
@@ -111,9 +111,9 @@ TEST(Obstacles, AQuestionIsCopiedAsFarAsItGoes) {
 
 TEST(Obstacles, NoPointOfAToolIsFasterThanIsSaid) {
   // A centre of mass beside the shape: a hammer held as a ball.
-  testing::TestScene world;
+  test::TestScene world;
   const std::uint32_t id = world.add(ShapeKind::kSphere, {0.01, 0, 0}, {{0.1, 0.2, 0.3}, Quat(0.5, 0.5, -0.5, 0.5)});
-  world.scene->advance(testing::kTick);
+  world.scene->advance(test::kTick);
   const SceneObject& object = *world.scene->find(id);
   MassProperties mass = MassProperties::ofBall(0.1, 0.01);
   mass.com_O = Vec3(0.03, -0.02, 0.01);

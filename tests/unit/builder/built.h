@@ -16,7 +16,7 @@ struct Built {
   std::vector<std::string> notes;
 };
 
-inline Built build(const TestMesh& mesh, std::uint32_t flags = 0, float weld_m = 0) {
+inline Built build(const UploadMesh& mesh, std::uint32_t flags = 0, float weld_m = 0) {
   BuildMonitor monitor;
   Built out;
   auto snapshot = buildSnapshot(upload(mesh, flags, weld_m), monitor);
@@ -30,7 +30,7 @@ inline Built build(const TestMesh& mesh, std::uint32_t flags = 0, float weld_m =
   return out;
 }
 
-inline Error refusal(const TestMesh& mesh, std::uint32_t flags = 0) {
+inline Error refusal(const UploadMesh& mesh, std::uint32_t flags = 0) {
   BuildMonitor monitor;
   auto snapshot = buildSnapshot(upload(mesh, flags), monitor);
   EXPECT_FALSE(snapshot.ok());

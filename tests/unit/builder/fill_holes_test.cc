@@ -6,8 +6,8 @@
 namespace hapticd::test {
 namespace {
 
-TestMesh openCube() {
-  TestMesh mesh = cube();
+UploadMesh openCube() {
+  UploadMesh mesh = cube();
   mesh.triangles.resize(mesh.triangles.size() - 2);  // Without the side at +x.
   return mesh;
 }

@@ -47,7 +47,7 @@ struct LargeTool : testing::Test {
     return events.empty() ? "" : events.back().text;
   }
 
-  TestMesh shape = torus(24, 16);
+  UploadMesh shape = torus(24, 16);
   Bench bench;
   Client anybody{.uid = 1000};
   std::uint64_t listener = bench.core.events().subscribe(0, [] {});

@@ -109,7 +109,7 @@ TEST_F(Leash, BuildsTheVolumeOfAMeshBesideIt) {
 }
 
 TEST_F(Leash, VolumesThatCannotBeAreRefusedInWords) {
-  const auto refused = [&](const TestMesh& mesh, float voxel_m, std::uint32_t flags, ErrorCode code,
+  const auto refused = [&](const UploadMesh& mesh, float voxel_m, std::uint32_t flags, ErrorCode code,
                            const char* words) {
     const BuildReport failed = outcome(*leash_, submit(*leash_, frozen(volumeUpload(mesh, voxel_m, flags))));
     EXPECT_EQ(failed.kind, BuildReport::Kind::kFailed);
@@ -137,7 +137,7 @@ TEST_F(Leash, AVolumeUnderWayCanBeCancelled) {
 }
 
 TEST_F(Leash, RefusalsCrossTheProcessBoundaryWithTheirText) {
-  TestMesh mesh = cube();
+  UploadMesh mesh = cube();
   mesh.triangles[4][1] = 77;
   const BuildReport failed = outcome(*leash_, submit(*leash_, frozen(upload(mesh))));
   ASSERT_EQ(failed.kind, BuildReport::Kind::kFailed);

@@ -14,25 +14,25 @@
 
 namespace hapticd::test {
 
-struct TestMesh {
+struct UploadMesh {
   std::vector<Float3> vertices;
   std::vector<Index3> triangles;
 
   /** Appends another mesh, moved and scaled. */
-  TestMesh& add(const TestMesh& other, Float3 shift = {0, 0, 0}, float scale = 1) {
+  UploadMesh& add(const UploadMesh& other, Float3 shift = {0, 0, 0}, float scale = 1) {
     const auto base = static_cast<std::uint32_t>(vertices.size());
     for (const Float3& p : other.vertices)
       vertices.push_back({p[0] * scale + shift[0], p[1] * scale + shift[1], p[2] * scale + shift[2]});
     for (const Index3& t : other.triangles) triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
     return *this;
   }
-  TestMesh& flipAll() {
+  UploadMesh& flipAll() {
     for (Index3& t : triangles) std::swap(t[1], t[2]);
     return *this;
   }
   /** As an STL file gives it: three vertices of its own for each triangle. */
-  [[nodiscard]] TestMesh soup() const {
-    TestMesh out;
+  [[nodiscard]] UploadMesh soup() const {
+    UploadMesh out;
     for (const Index3& t : triangles) {
       const auto base = static_cast<std::uint32_t>(out.vertices.size());
       for (const std::uint32_t v : t) out.vertices.push_back(vertices[v]);
@@ -43,8 +43,8 @@ struct TestMesh {
 };
 
 /** A torus about z, radii 50 mm and 20 mm: closed, outward, 2 * n * m triangles, n * m vertices. */
-inline TestMesh torus(std::uint32_t n, std::uint32_t m) {
-  TestMesh mesh;
+inline UploadMesh torus(std::uint32_t n, std::uint32_t m) {
+  UploadMesh mesh;
   for (std::uint32_t i = 0; i < n; ++i)
     for (std::uint32_t j = 0; j < m; ++j) {
       const double a = 2 * std::numbers::pi * i / n, b = 2 * std::numbers::pi * j / m, r = 0.05 + 0.02 * std::cos(b);
@@ -62,8 +62,8 @@ inline TestMesh torus(std::uint32_t n, std::uint32_t m) {
 }
 
 /** The cube from -1 to 1 [cm], 12 triangles, outward. */
-inline TestMesh cube() {
-  TestMesh mesh;
+inline UploadMesh cube() {
+  UploadMesh mesh;
   for (int i = 0; i < 8; ++i)
     mesh.vertices.push_back(
         {(i & 1) != 0 ? 0.01f : -0.01f, (i & 2) != 0 ? 0.01f : -0.01f, (i & 4) != 0 ? 0.01f : -0.01f});
@@ -73,8 +73,8 @@ inline TestMesh cube() {
 }
 
 /** A bumpy open square of n by n cells, 10 cm wide, looking along +z. */
-inline TestMesh terrain(std::uint32_t n, unsigned seed) {
-  TestMesh mesh;
+inline UploadMesh terrain(std::uint32_t n, unsigned seed) {
+  UploadMesh mesh;
   std::mt19937 random(seedOf(seed));
   std::uniform_real_distribution<float> height(0, 0.002f);
   for (std::uint32_t i = 0; i <= n; ++i)
@@ -90,7 +90,7 @@ inline TestMesh terrain(std::uint32_t n, unsigned seed) {
   return mesh;
 }
 
-inline std::vector<std::byte> upload(const TestMesh& mesh, std::uint32_t flags = 0, float weld_m = 0) {
+inline std::vector<std::byte> upload(const UploadMesh& mesh, std::uint32_t flags = 0, float weld_m = 0) {
   hd_mesh_upload header{};
   header.magic = HD_UPLOAD_MAGIC;
   header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -108,7 +108,7 @@ inline std::vector<std::byte> upload(const TestMesh& mesh, std::uint32_t flags =
 }
 
 /** The upload of a mesh with the request for a volume behind it. */
-inline std::vector<std::byte> volumeUpload(const TestMesh& mesh, float voxel_m, std::uint32_t flags = 0) {
+inline std::vector<std::byte> volumeUpload(const UploadMesh& mesh, float voxel_m, std::uint32_t flags = 0) {
   std::vector<std::byte> bytes = upload(mesh, flags | HD_UPLOAD_VOLUME);
   hd_volume_request request{};
   request.voxel_m = voxel_m;

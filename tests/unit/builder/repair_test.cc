@@ -15,7 +15,7 @@ using testing::IsEmpty;
 TEST(Refuse, NotFiniteVertexNamesVertexAndTriangle) {
   for (const float x : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
                         -std::numeric_limits<float>::infinity()}) {
-    TestMesh mesh = cube();
+    UploadMesh mesh = cube();
     mesh.vertices[6][1] = x;
     const Error error = refusal(mesh);
     EXPECT_EQ(error.code, ErrorCode::kBadMesh);
@@ -25,7 +25,7 @@ TEST(Refuse, NotFiniteVertexNamesVertexAndTriangle) {
 }
 
 TEST(Refuse, HugeVertex) {
-  TestMesh mesh = cube();
+  UploadMesh mesh = cube();
   for (Float3& p : mesh.vertices)
     for (float& x : p) x = std::copysign(100.0f, x);
   EXPECT_EQ(build(mesh).stats.triangles, 12u) << "the limit itself passes";
@@ -39,7 +39,7 @@ TEST(Refuse, HugeVertex) {
 }
 
 TEST(Refuse, IndexPastTheEndNamesTheTriangle) {
-  TestMesh mesh = cube();
+  UploadMesh mesh = cube();
   mesh.triangles[5][2] = 8;
   const Error error = refusal(mesh);
   EXPECT_EQ(toString(error), "triangle 5: index 8 is past the last vertex, 7 (export the mesh again)");
@@ -49,8 +49,8 @@ TEST(Refuse, EmptyAndMalformedUploads) {
   BuildMonitor monitor;
   const auto code = [&](const std::vector<std::byte>& bytes) { return buildSnapshot(bytes, monitor).error().code; };
   EXPECT_EQ(code({}), ErrorCode::kBadMesh);
-  EXPECT_EQ(code(upload(TestMesh{})), ErrorCode::kBadMesh);
-  TestMesh points = cube();
+  EXPECT_EQ(code(upload(UploadMesh{})), ErrorCode::kBadMesh);
+  UploadMesh points = cube();
   points.triangles.clear();
   EXPECT_EQ(code(upload(points)), ErrorCode::kBadMesh);
   EXPECT_EQ(code(upload(cube(), 4)), ErrorCode::kBadMesh);
@@ -64,7 +64,7 @@ TEST(Refuse, EmptyAndMalformedUploads) {
   const std::uint32_t count = HD_MAX_TRIANGLES + 1;
   std::memcpy(many.data() + offsetof(hd_mesh_upload, triangle_count), &count, 4);
   EXPECT_EQ(code(many), ErrorCode::kBadMesh);
-  TestMesh flat;
+  UploadMesh flat;
   flat.vertices = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}};
   flat.triangles = {{0, 1, 2}};
   EXPECT_EQ(refusal(flat).what, "no triangle has an area");
@@ -80,7 +80,7 @@ TEST(Repair, AGoodMeshIsLeftAlone) {
 }
 
 TEST(Repair, DegenerateTrianglesGo) {
-  TestMesh mesh = cube();
+  UploadMesh mesh = cube();
   mesh.triangles.insert(mesh.triangles.begin() + 3, {1, 1, 2});
   mesh.triangles.push_back({0, 0, 0});
   const Built built = build(mesh);
@@ -90,7 +90,7 @@ TEST(Repair, DegenerateTrianglesGo) {
 }
 
 TEST(Repair, DoubledTrianglesGoWhateverTheirWinding) {
-  TestMesh mesh = cube();
+  UploadMesh mesh = cube();
   mesh.triangles.push_back({3, 0, 2});  // as triangle 0, turned about
   mesh.triangles.push_back({7, 5, 4});  // as triangle 2, other way round
   const Built built = build(mesh);
@@ -100,7 +100,7 @@ TEST(Repair, DoubledTrianglesGoWhateverTheirWinding) {
 
 // The number is that of the upload, not of what is left after the slivers have gone.
 TEST(Repair, ADoubledTriangleBehindASliverIsNamedByItsNumber) {
-  TestMesh mesh = cube();
+  UploadMesh mesh = cube();
   mesh.vertices.push_back({0, 0, 0});
   mesh.vertices.push_back({1, 0, 0});
   mesh.vertices.push_back({0.5f, 3e-8f, 0});  // lower than floats of that size can tell
@@ -112,7 +112,7 @@ TEST(Repair, ADoubledTriangleBehindASliverIsNamedByItsNumber) {
 }
 
 TEST(Repair, EqualVerticesAreWeldedAndZerosHaveNoSign) {
-  TestMesh mesh = cube();
+  UploadMesh mesh = cube();
   for (Float3& p : mesh.vertices) p[0] = p[0] > 0 ? 0.02f : 0.0f;
   mesh = mesh.soup();
   for (std::size_t i = 0; i < mesh.vertices.size(); i += 2)
@@ -123,7 +123,7 @@ TEST(Repair, EqualVerticesAreWeldedAndZerosHaveNoSign) {
 }
 
 TEST(Repair, UnusedVerticesGo) {
-  TestMesh mesh = cube();
+  UploadMesh mesh = cube();
   mesh.vertices.insert(mesh.vertices.begin(), {5, 5, 5});
   for (Index3& t : mesh.triangles)
     for (std::uint32_t& v : t) ++v;
@@ -134,7 +134,7 @@ TEST(Repair, UnusedVerticesGo) {
 }
 
 TEST(Repair, TheFewerTrianglesTurn) {
-  TestMesh mesh = torus(20, 10);
+  UploadMesh mesh = torus(20, 10);
   for (const int t : {7, 8, 99}) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
   const double good = signedVolume(build(torus(20, 10)).memory.view);
   ASSERT_GT(good, 0);
@@ -150,7 +150,7 @@ TEST(Repair, TheFewerTrianglesTurn) {
 }
 
 TEST(Repair, OpenSurfacesKeepTheirMajority) {
-  TestMesh mesh = terrain(5, 1).flipAll();
+  UploadMesh mesh = terrain(5, 1).flipAll();
   std::swap(mesh.triangles[30][0], mesh.triangles[30][1]);
   const Built built = build(mesh);
   EXPECT_THAT(built.notes,
@@ -162,26 +162,26 @@ TEST(Repair, OpenSurfacesKeepTheirMajority) {
 }
 
 TEST(Repair, HollowsKeepLookingInward) {
-  TestMesh shell = cube();
-  TestMesh hollow = cube();
+  UploadMesh shell = cube();
+  UploadMesh hollow = cube();
   shell.add(hollow.flipAll(), {0, 0, 0}, 0.5f);
   const Built cavity = build(shell);
   EXPECT_THAT(cavity.notes, IsEmpty());
   EXPECT_NEAR(signedVolume(cavity.memory.view), 7e-6, 1e-12);
   // A solid within the hollow looks outward again; wound inward it is wrong.
-  TestMesh nested = shell;
+  UploadMesh nested = shell;
   nested.add(hollow, {0, 0, 0}, 0.2f);  // hollow is wound inward now
   const Built inner = build(nested);
   EXPECT_THAT(inner.notes, ElementsAre("turned 1 closed parts outside out, the first begins at triangle 24"));
   EXPECT_NEAR(signedVolume(inner.memory.view), 7e-6 + 0.064e-6, 1e-12);
   // Beside, not within: no hollow.
-  TestMesh beside = cube();
+  UploadMesh beside = cube();
   beside.add(hollow, {0.1f, 0, 0}, 0.5f);
   EXPECT_THAT(build(beside).notes, ElementsAre("turned 1 closed parts outside out, the first begins at triangle 12"));
 }
 
 TEST(Repair, EdgesOfThreeTrianglesAreBorders) {
-  TestMesh mesh;
+  UploadMesh mesh;
   mesh.vertices = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, -1, 0}};
   mesh.triangles = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
   const Built built = build(mesh);
@@ -194,7 +194,7 @@ TEST(Repair, EdgesOfThreeTrianglesAreBorders) {
 
 TEST(Repair, AMoebiusStripIsCutAndNamed) {
   constexpr std::uint32_t kSteps = 20;
-  TestMesh mesh;
+  UploadMesh mesh;
   for (std::uint32_t i = 0; i < kSteps; ++i) {
     const double a = 2 * std::numbers::pi * i / kSteps;
     for (const double side : {-0.01, 0.01}) {
@@ -217,7 +217,7 @@ TEST(Repair, AMoebiusStripIsCutAndNamed) {
 
 TEST(Repair, DeformableFansAreBounded) {
   for (const std::uint32_t n : {HD_MAX_DEFORM_VALENCE, HD_MAX_DEFORM_VALENCE + 1}) {
-    TestMesh fan;
+    UploadMesh fan;
     fan.vertices.push_back({0, 0, 0.01f});
     for (std::uint32_t i = 0; i < n; ++i) {
       const double a = 2 * std::numbers::pi * i / n;

@@ -65,9 +65,9 @@ void checkTree(const MeshView& mesh) {
 }
 
 TEST(Tree, BoxesAreExactAndEveryTriangleIsInOneLeaf) {
-  for (const TestMesh& mesh : {cube(), torus(30, 17), terrain(40, 5), torus(30, 17).soup()})
+  for (const UploadMesh& mesh : {cube(), torus(30, 17), terrain(40, 5), torus(30, 17).soup()})
     checkTree(build(mesh).memory.view);
-  TestMesh one;
+  UploadMesh one;
   one.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   one.triangles = {{0, 1, 2}};
   const Built single = build(one);
@@ -76,7 +76,7 @@ TEST(Tree, BoxesAreExactAndEveryTriangleIsInOneLeaf) {
 }
 
 TEST(Tree, TheTrianglesAreThoseOfTheUpload) {
-  const TestMesh mesh = torus(25, 13);
+  const UploadMesh mesh = torus(25, 13);
   const Built built = build(mesh);
   using Corners = std::array<Float3, 3>;
   const auto canonical = [](Corners c) {
@@ -96,7 +96,7 @@ TEST(Tree, TheTrianglesAreThoseOfTheUpload) {
 }
 
 TEST(Tree, NeighboursAreThoseOfBruteForce) {
-  TestMesh mesh = terrain(12, 2);
+  UploadMesh mesh = terrain(12, 2);
   mesh.triangles.erase(mesh.triangles.begin() + 100);  // a hole
   const Built built = build(mesh);
   const MeshView& view = built.memory.view;
@@ -116,7 +116,7 @@ TEST(Tree, NeighboursAreThoseOfBruteForce) {
 
 TEST(Tree, StaysShallowWhereSplitsPeelOffOneByOne) {
   // Triangles at 2^-k: the surface area heuristic cuts off a few at a time, in three directions.
-  TestMesh mesh;
+  UploadMesh mesh;
   for (int k = 0; k < 120; ++k)
     for (int axis = 0; axis < 3; ++axis)
       for (int copy = 0; copy < 6; ++copy) {
@@ -136,7 +136,7 @@ TEST(Tree, StaysShallowWhereSplitsPeelOffOneByOne) {
 }
 
 TEST(Tree, EqualCentresSplitAtTheMedian) {
-  TestMesh mesh;  // stars about one centre: nothing to bin by
+  UploadMesh mesh;  // stars about one centre: nothing to bin by
   for (int i = 0; i < 1000; ++i) {
     const float s = 1.0f + static_cast<float>(i);
     const auto base = static_cast<std::uint32_t>(mesh.vertices.size());

@@ -18,17 +18,17 @@ double squared(const Float3& a, const Float3& b) {
 }
 
 /** As an STL file of a scan: each triangle with corners of its own, a little off. */
-TestMesh scanned(const TestMesh& mesh, float off) {
+UploadMesh scanned(const UploadMesh& mesh, float off) {
   std::mt19937 random(seedOf(1));
   std::uniform_real_distribution<float> shift(-off, off);
-  TestMesh out = mesh.soup();
+  UploadMesh out = mesh.soup();
   for (Float3& p : out.vertices)
     for (float& x : p) x += shift(random);
   return out;
 }
 
 TEST(Weld, ClosesAScanWhoseSeamsDoNotMeet) {
-  const TestMesh mesh = scanned(torus(30, 20), 1e-6f);
+  const UploadMesh mesh = scanned(torus(30, 20), 1e-6f);
   const Built open = build(mesh), closed = build(mesh, 0, 1e-5f);
   EXPECT_EQ(open.memory.view.flags & HD_MESH_CLOSED, 0u) << "exactly by default";
   EXPECT_EQ(open.stats.vertices, 3600u);
@@ -61,7 +61,7 @@ TEST(Weld, AgreesWithASearchOfAll) {
 }
 
 TEST(Weld, TrianglesThatCollapseGoAndAreNamed) {
-  TestMesh mesh = cube();
+  UploadMesh mesh = cube();
   mesh.vertices.push_back({0.01f, 0.01f, 0.0101f});  // near corner 7
   mesh.triangles.push_back({7, 8, 3});
   const Built built = build(mesh, 0, 2e-4f);

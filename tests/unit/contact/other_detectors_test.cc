@@ -13,7 +13,7 @@
 namespace hapticd {
 namespace {
 
-using testing::queryOf, testing::surfaceVoxels, testing::TestVolume;
+using test::queryOf, test::surfaceVoxels, test::TestVolume;
 
 /** Whether a corner or the centre of one cube, turned or straight, lies well within the other. */
 bool cornersMeet(const Vec3& p, const Quat& turn, double p_side, const Vec3& q, double q_side) {
@@ -30,9 +30,9 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
   for (const OctreeShape shape : {OctreeShape::kEight, OctreeShape::kMixed, OctreeShape::kSixtyFour}) {
     VolumeOptions options;
     options.octree = shape;
-    const TestVolume torus = testing::torusVolume(0.012, 0.004, 0.001, options);
-    const TestVolume ball = testing::sphereVolume(0.012, 0.00125, 24, options);
-    const TestVolume coarse = testing::sphereVolume(0.012, 0.002, 24, options);
+    const TestVolume torus = test::torusVolume(0.012, 0.004, 0.001, options);
+    const TestVolume ball = test::sphereVolume(0.012, 0.00125, 24, options);
+    const TestVolume coarse = test::sphereVolume(0.012, 0.002, 24, options);
     const std::pair<const VolumeView*, const VolumeView*> cases[] = {
         {&torus.view, &ball.view}, {&ball.view, &torus.view}, {&coarse.view, &torus.view}};
     for (const auto& [a, b] : cases) {
@@ -102,7 +102,7 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
 }
 
 TEST(SphereDescent, OneTouchIsFoundEarlyAndNoneIsMissed) {
-  const TestVolume torus = testing::torusVolume(0.02, 0.006, 0.001);
+  const TestVolume torus = test::torusVolume(0.02, 0.006, 0.001);
   SphereDescentDetector detector;
   Random random(seedOf(17));
   ContactSet all, first;
@@ -133,7 +133,7 @@ TEST(SphereDescent, OneTouchIsFoundEarlyAndNoneIsMissed) {
 
 TEST(SphereDescent, KeepsASmallBudgetToo) {
   // What is left at one level waits while the next is walked: it has been spent all the same.
-  const TestVolume a = testing::torusVolume(0.012, 0.004, 0.0008);
+  const TestVolume a = test::torusVolume(0.012, 0.004, 0.0008);
   for (const SphereLeaf leaf : {SphereLeaf::kSphere, SphereLeaf::kFieldValue}) {
     SphereDescentDetector detector({.leaf = leaf});
     ContactSet contacts;
@@ -156,7 +156,7 @@ TEST(SphereDescent, KeepsItsBudgetWithTheMostImportantRefined) {
   for (const SphereLeaf leaf : {SphereLeaf::kSphere, SphereLeaf::kFieldValue}) {
     for (const bool sensation : {false, true}) {
       options.sensation = sensation;
-      const TestVolume a = testing::torusVolume(0.012, 0.004, 0.0008, options);
+      const TestVolume a = test::torusVolume(0.012, 0.004, 0.0008, options);
       SphereDescentDetector detector({.leaf = leaf});
       ContactSet all, some;
       Random random(seedOf(6));
@@ -188,7 +188,7 @@ TEST(SphereDescent, KeepsItsBudgetWithTheMostImportantRefined) {
 TEST(SphereDescent, AThresholdLeavesFlatPartsCoarse) {
   VolumeOptions options;
   options.sensation = true;
-  const TestVolume plate = testing::boxVolume({0.016, 0.016, 0.004}, 0.0005, options);
+  const TestVolume plate = test::boxVolume({0.016, 0.016, 0.004}, 0.0005, options);
   ContactSet fine, coarse;
   DetectorQuery query = queryOf(plate, plate, {{0, 0, 0.0079}, Quat::Identity()});
   SphereDescentDetector(SphereDescentOptions{}).find(query, fine);
@@ -201,8 +201,8 @@ TEST(SphereDescent, AThresholdLeavesFlatPartsCoarse) {
 }
 
 TEST(SphereDescent, DepthAndNormalAreTheFields) {
-  const TestVolume ball = testing::sphereVolume(0.01, 0.0005);
-  const TestVolume plate = testing::boxVolume({0.02, 0.02, 0.01}, 0.0005);
+  const TestVolume ball = test::sphereVolume(0.01, 0.0005);
+  const TestVolume plate = test::boxVolume({0.02, 0.02, 0.01}, 0.0005);
   for (const SphereLeaf leaf : {SphereLeaf::kSphere, SphereLeaf::kFieldValue}) {
     SphereDescentDetector detector({.leaf = leaf});
     ContactSet contacts;
@@ -217,8 +217,8 @@ TEST(SphereDescent, DepthAndNormalAreTheFields) {
 
 TEST(SphereDescent, ContactsOfARingOnAPlateStandAllAroundIt) {
   const double ring = 0.02, tube = 0.006, voxel = 0.001, depth = 0.002;
-  const TestVolume torus = testing::torusVolume(ring, tube, voxel);
-  const TestVolume plate = testing::boxVolume({0.04, 0.04, 0.01}, voxel);
+  const TestVolume torus = test::torusVolume(ring, tube, voxel);
+  const TestVolume plate = test::boxVolume({0.04, 0.04, 0.01}, voxel);
   for (const double threshold : {0.0, 1e-30}) {
     SphereDescentDetector detector({.threshold = threshold});
     ContactSet contacts;
@@ -238,7 +238,7 @@ TEST(SphereDescent, ContactsOfARingOnAPlateStandAllAroundIt) {
 }
 
 TEST(SphereDescent, FindsNothingFarAwayOrNowhere) {
-  const TestVolume small = testing::sphereVolume(0.003, 0.001);  // All in one window.
+  const TestVolume small = test::sphereVolume(0.003, 0.001);  // All in one window.
   for (const SphereLeaf leaf : {SphereLeaf::kSphere, SphereLeaf::kFieldValue}) {
     SphereDescentDetector detector({.leaf = leaf});
     ContactSet contacts;
@@ -255,8 +255,8 @@ TEST(SphereDescent, FindsNothingFarAwayOrNowhere) {
 TEST(EveryDetector, EndsSoonAfterADeadlineThatHasPassed) {
   VolumeOptions options;
   options.point_spacing_m = 0.0002;
-  const TestVolume ball = testing::sphereVolume(0.01, 0.0008, 60, options);
-  const TestVolume plate = testing::boxVolume({0.02, 0.02, 0.01}, 0.0008);
+  const TestVolume ball = test::sphereVolume(0.01, 0.0008, 60, options);
+  const TestVolume plate = test::boxVolume({0.02, 0.02, 0.01}, 0.0008);
   ManualClock clock(10);
   std::vector<std::unique_ptr<Detector>> all;
   all.push_back(std::make_unique<PointFieldDetector>(10'000, PointFieldOptions{.coherent = false}));
@@ -279,8 +279,8 @@ TEST(EveryDetector, EndsSoonAfterADeadlineThatHasPassed) {
 }
 
 TEST(Voxmap, PointsInSurfaceVoxelsPushAlongTheirNormalsUpToHalfADiagonal) {
-  const TestVolume ball = testing::sphereVolume(0.01, 0.001, 60);
-  const TestVolume plate = testing::boxVolume({0.02, 0.02, 0.01}, 0.001);
+  const TestVolume ball = test::sphereVolume(0.01, 0.001, 60);
+  const TestVolume plate = test::boxVolume({0.02, 0.02, 0.01}, 0.001);
   VoxmapDetector detector;
   ContactSet contacts;
   detector.find(queryOf(ball, plate, {{0, 0, 0.0225}, Quat::Identity()}), contacts);

@@ -12,8 +12,8 @@
 namespace hapticd {
 namespace {
 
-using testing::queryOf;
-using testing::TestVolume;
+using test::queryOf;
+using test::TestVolume;
 
 constexpr std::uint32_t kRoom = 1u << 16;
 
@@ -27,8 +27,8 @@ VolumeOptions fine(double spacing) {
 
 TEST(PointField, OfASphereInAPlateIsPiTimesRadiusTimesDepthSquared) {
   const double radius = 0.01, depth = 0.002;
-  const TestVolume ball = testing::sphereVolume(radius, 0.0005, 100, fine(0.0002));
-  const TestVolume plate = testing::boxVolume({0.02, 0.02, 0.01}, 0.0005);
+  const TestVolume ball = test::sphereVolume(radius, 0.0005, 100, fine(0.0002));
+  const TestVolume plate = test::boxVolume({0.02, 0.02, 0.01}, 0.0005);
   PointFieldDetector detector(kRoom);
   ContactSet contacts;
   // Wherever the world's frame is.
@@ -53,8 +53,8 @@ TEST(PointField, OfASphereInAPlateIsPiTimesRadiusTimesDepthSquared) {
 }
 
 TEST(PointField, TellsHowFarApartAtLeast) {
-  const TestVolume ball = testing::sphereVolume(0.01, 0.0005);
-  const TestVolume plate = testing::boxVolume({0.02, 0.02, 0.01}, 0.0005);
+  const TestVolume ball = test::sphereVolume(0.01, 0.0005);
+  const TestVolume plate = test::boxVolume({0.02, 0.02, 0.01}, 0.0005);
   PointFieldDetector detector(kRoom);
   ContactSet contacts;
   for (const double gap : {0.002, 0.01, 0.1}) {
@@ -67,8 +67,8 @@ TEST(PointField, TellsHowFarApartAtLeast) {
 }
 
 TEST(PointField, FindsWhatIsNearerThanTheMargin) {
-  const TestVolume ball = testing::sphereVolume(0.01, 0.0005, 60);
-  const TestVolume plate = testing::boxVolume({0.02, 0.02, 0.01}, 0.0005);
+  const TestVolume ball = test::sphereVolume(0.01, 0.0005, 60);
+  const TestVolume plate = test::boxVolume({0.02, 0.02, 0.01}, 0.0005);
   PointFieldDetector detector(kRoom);
   ContactSet contacts;
   DetectorQuery query = queryOf(ball, plate, at(0, 0, 0.02 + 0.0002));
@@ -102,8 +102,8 @@ void expectSame(const ContactSet& a, const ContactSet& b) {
 }
 
 TEST(PointField, ResultsDoNotDependOnTheLastQueryHoweverFastItMoves) {
-  const TestVolume torus = testing::torusVolume(0.02, 0.006, 0.001, fine(0.0005));
-  const TestVolume other = testing::torusVolume(0.02, 0.006, 0.001);
+  const TestVolume torus = test::torusVolume(0.02, 0.006, 0.001, fine(0.0005));
+  const TestVolume other = test::torusVolume(0.02, 0.006, 0.001);
   PointFieldDetector with(kRoom);
   PointFieldDetector without(kRoom, {.coherent = false});
   Random random(seedOf(3));
@@ -130,8 +130,8 @@ TEST(PointField, ResultsDoNotDependOnTheLastQueryHoweverFastItMoves) {
 }
 
 TEST(PointField, KeepsItsBudgetAndSaysWhatItDropped) {
-  const TestVolume torus = testing::torusVolume(0.02, 0.006, 0.001, fine(0.0004));
-  const TestVolume plate = testing::boxVolume({0.04, 0.04, 0.01}, 0.001);
+  const TestVolume torus = test::torusVolume(0.02, 0.006, 0.001, fine(0.0004));
+  const TestVolume plate = test::boxVolume({0.04, 0.04, 0.01}, 0.001);
   PointFieldDetector full(kRoom, {.coherent = false}), limited(kRoom, {.coherent = false});
   Random random(seedOf(5));
   ContactSet all, some;
@@ -169,13 +169,13 @@ TEST(PointField, KeepsItsBudgetAndSaysWhatItDropped) {
 }
 
 /** A half of a block broken along a rough face: the other half fits onto it at z = 0. */
-testing::TestMesh brokenHalf(bool upper) {
+test::TestMesh brokenHalf(bool upper) {
   constexpr std::uint32_t kSide = 40;
   const double half = 0.01, back = upper ? 0.005 : -0.005;
   const auto face = [](double x, double y) {
     return 0.0008 * std::sin(600 * x + 0.3) * std::cos(450 * y) + 0.0002 * std::sin(2100 * x) * std::sin(1900 * y + 1);
   };
-  testing::TestMesh m;
+  test::TestMesh m;
   for (const bool rough : {true, false}) {
     for (std::uint32_t i = 0; i <= kSide; ++i) {
       for (std::uint32_t j = 0; j <= kSide; ++j) {
@@ -206,8 +206,8 @@ testing::TestMesh brokenHalf(bool upper) {
 }
 
 TEST(PointField, AFifthOfTheWorkTellsOfAMatedFaceWhatAllOfItTells) {
-  const TestVolume tool = testing::volumeOfMesh(brokenHalf(true), 0.0005, fine(0.00015));
-  const TestVolume base = testing::volumeOfMesh(brokenHalf(false), 0.0005);
+  const TestVolume tool = test::volumeOfMesh(brokenHalf(true), 0.0005, fine(0.00015));
+  const TestVolume base = test::volumeOfMesh(brokenHalf(false), 0.0005);
   PointFieldDetector full(kRoom), limited(kRoom);
   Random random(seedOf(11));
   ContactSet all, some;
@@ -238,8 +238,8 @@ TEST(PointField, AFifthOfTheWorkTellsOfAMatedFaceWhatAllOfItTells) {
 TEST(PointField, WithFewerUnitsThanPatchesSomeStandForTheirNeighbours) {
   VolumeOptions options = fine(0.0001);
   options.patch_points = 24;
-  const TestVolume tool = testing::volumeOfMesh(brokenHalf(true), 0.00025, options);
-  const TestVolume base = testing::volumeOfMesh(brokenHalf(false), 0.0005);
+  const TestVolume tool = test::volumeOfMesh(brokenHalf(true), 0.00025, options);
+  const TestVolume base = test::volumeOfMesh(brokenHalf(false), 0.0005);
   PointFieldDetector full(kRoom), limited(kRoom);
   Random random(seedOf(13));
   ContactSet all, some;
@@ -271,8 +271,8 @@ class ReadClock final : public Clock {
 };
 
 TEST(PointField, StopsAtItsDeadlineAndBeginsWithTheDeepest) {
-  const TestVolume torus = testing::torusVolume(0.02, 0.006, 0.001, fine(0.00015));
-  const TestVolume plate = testing::boxVolume({0.04, 0.04, 0.01}, 0.001);
+  const TestVolume torus = test::torusVolume(0.02, 0.006, 0.001, fine(0.00015));
+  const TestVolume plate = test::boxVolume({0.04, 0.04, 0.01}, 0.001);
   PointFieldDetector detector(kRoom, {.coherent = false});
   ContactSet all, some;
   DetectorQuery query = queryOf(torus, plate, {{0, 0, 0.0145}, Quat(Eigen::AngleAxisd(0.02, Vec3::UnitX()))});
@@ -290,7 +290,7 @@ TEST(PointField, StopsAtItsDeadlineAndBeginsWithTheDeepest) {
 }
 
 TEST(PointField, FirstOnlyTellsWhetherTheyTouch) {
-  const TestVolume torus = testing::torusVolume(0.02, 0.006, 0.001);
+  const TestVolume torus = test::torusVolume(0.02, 0.006, 0.001);
   PointFieldDetector every(kRoom), first(kRoom);
   Random random(seedOf(9));
   ContactSet a, b;
@@ -312,9 +312,9 @@ TEST(PointField, FirstOnlyTellsWhetherTheyTouch) {
 
 TEST(PointField, WhatWasLearntOfAVolumeSaysNothingOfTheNextAtItsAddress) {
   // A mesh is dropped, and the next one's view lies where its was: nearer, or with other voxels and of another tool.
-  const TestVolume ball = testing::sphereVolume(0.005, 0.0005), pea = testing::sphereVolume(0.002, 0.0005);
-  const TestVolume low = testing::boxVolume({0.02, 0.02, 0.001}, 0.0005);
-  const TestVolume high = testing::boxVolume({0.02, 0.02, 0.006}, 0.001);
+  const TestVolume ball = test::sphereVolume(0.005, 0.0005), pea = test::sphereVolume(0.002, 0.0005);
+  const TestVolume low = test::boxVolume({0.02, 0.02, 0.001}, 0.0005);
+  const TestVolume high = test::boxVolume({0.02, 0.02, 0.006}, 0.001);
   TestVolume a, b;
   PointFieldDetector detector(kRoom);
   ContactSet contacts, fresh;
@@ -334,8 +334,8 @@ TEST(PointField, WhatWasLearntOfAVolumeSaysNothingOfTheNextAtItsAddress) {
 
 TEST(PointField, AWallThinnerThanAStepIsMet) {
   // 0.6 mm, at 1 m/s and 1 kHz.
-  const TestVolume wall = testing::boxVolume({0.01, 0.01, 0.0003}, 0.00025);
-  const TestVolume ball = testing::sphereVolume(0.001, 0.00025);
+  const TestVolume wall = test::boxVolume({0.01, 0.01, 0.0003}, 0.00025);
+  const TestVolume ball = test::sphereVolume(0.001, 0.00025);
   PointFieldDetector swept(kRoom), plain(kRoom, {.swept = false});
   int without = 0;
   for (double start = 0.00143; start < 0.0024; start += 0.0001) {
@@ -368,8 +368,8 @@ TEST(PointField, AWallThinnerThanAStepIsMet) {
 }
 
 TEST(PointField, DepthAndDirectionAreKnownFarInside) {
-  const TestVolume block = testing::boxVolume({0.04, 0.04, 0.02}, 0.001);
-  const TestVolume ball = testing::sphereVolume(0.002, 0.0005);
+  const TestVolume block = test::boxVolume({0.04, 0.04, 0.02}, 0.001);
+  const TestVolume ball = test::sphereVolume(0.002, 0.0005);
   PointFieldDetector detector(kRoom);
   ContactSet contacts;
   detector.find(queryOf(ball, block, at(0.01, 0.005, 0.008)), contacts);
@@ -382,8 +382,8 @@ TEST(PointField, DepthAndDirectionAreKnownFarInside) {
 }
 
 TEST(PointField, RestingContactsGrowOlderAndPartingOnesAreDropped) {
-  const TestVolume ball = testing::sphereVolume(0.01, 0.0005);
-  const TestVolume plate = testing::boxVolume({0.02, 0.02, 0.01}, 0.0005);
+  const TestVolume ball = test::sphereVolume(0.01, 0.0005);
+  const TestVolume plate = test::boxVolume({0.02, 0.02, 0.01}, 0.0005);
   PointFieldDetector detector(kRoom);
   ContactSet contacts;
   DetectorQuery query = queryOf(ball, plate, at(0, 0, 0.02 - 0.0003));
@@ -408,8 +408,8 @@ TEST(PointField, RestingContactsGrowOlderAndPartingOnesAreDropped) {
 }
 
 TEST(PointField, ContactsAreAsManyAsWantedAndKeepTheArea) {
-  const TestVolume torus = testing::torusVolume(0.02, 0.006, 0.001, fine(0.0005));
-  const TestVolume plate = testing::boxVolume({0.04, 0.04, 0.01}, 0.001);
+  const TestVolume torus = test::torusVolume(0.02, 0.006, 0.001, fine(0.0005));
+  const TestVolume plate = test::boxVolume({0.04, 0.04, 0.01}, 0.001);
   for (const Clustering how : {Clustering::kOctree, Clustering::kMeans}) {
     PointFieldDetector detector(kRoom, {.clustering = how});
     for (const std::uint32_t most : {6u, 12u, kMaxContacts}) {
@@ -427,7 +427,7 @@ TEST(PointField, ContactsAreAsManyAsWantedAndKeepTheArea) {
 }
 
 TEST(PointField, ATooLargeToolIsReportedDropped) {
-  const TestVolume ball = testing::sphereVolume(0.01, 0.0005);
+  const TestVolume ball = test::sphereVolume(0.01, 0.0005);
   PointFieldDetector detector(2);
   ContactSet contacts;
   detector.find(queryOf(ball, ball, at(0, 0, 0)), contacts);

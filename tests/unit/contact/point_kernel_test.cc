@@ -12,7 +12,7 @@
 namespace hapticd {
 namespace {
 
-using testing::TestVolume;
+using test::TestVolume;
 
 /** What a query makes of two volumes, written down again. */
 struct Tables {
@@ -46,7 +46,7 @@ PointSums cleared() {
 
 class PointKernels : public ::testing::Test {
  protected:
-  PointKernels() : a_(testing::torusVolume(0.02, 0.006, 0.001)), b_(testing::sphereVolume(0.02, 0.001)) {}
+  PointKernels() : a_(test::torusVolume(0.02, 0.006, 0.001)), b_(test::sphereVolume(0.02, 0.001)) {}
   TestVolume a_, b_;
   float number(double low, double high) { return static_cast<float>(random_.in(low, high)); }
   Random random_{seedOf(7)};

@@ -43,8 +43,8 @@ struct Question {
     return -gap;
   }
 
-  testing::TestVolume ball = testing::sphereVolume(0.01, 0.0005, 60);
-  testing::TestVolume plate = testing::boxVolume({0.02, 0.02, 0.005}, 0.0005);
+  test::TestVolume ball = test::sphereVolume(0.01, 0.0005, 60);
+  test::TestVolume plate = test::boxVolume({0.02, 0.02, 0.005}, 0.0005);
   VolumeTable volumes;
   CollideRequest::Held held;
   DetectorReport report;
@@ -64,7 +64,7 @@ TEST(SceneContacts, VolumesTouchByTheirFields) {
 
 TEST(SceneContacts, AFastToolIsStoppedByAThinPlate) {
   Question q;
-  testing::TestVolume thin = testing::boxVolume({0.02, 0.02, 0.001}, 0.0005);
+  test::TestVolume thin = test::boxVolume({0.02, 0.02, 0.001}, 0.0005);
   q.volumes.publish(kPlateEntry, &thin.view);
   (void)q.ask({0, 0, 0.0115});
   const ContactModel through = q.ask({0, 0, 0.0065});  // 5 mm in a question's time; the plate is 2 mm thick
@@ -76,7 +76,7 @@ TEST(SceneContacts, AFastToolIsStoppedByAThinPlate) {
 TEST(SceneContacts, AFastToolIsToldOfWhatItWillMeetBeforeItDoes) {
   // 4 mm above a plate that is thinner than the way that lies ahead, and far beyond the field's margin of a voxel.
   const double ahead = 0.003;
-  const testing::TestVolume thin = testing::boxVolume({0.02, 0.02, 0.0005}, 0.0005);
+  const test::TestVolume thin = test::boxVolume({0.02, 0.02, 0.0005}, 0.0005);
   const Quat tilted(Eigen::AngleAxisd(0.7, Vec3(0.6, 0, 0.8)));
   for (const bool plate_moves : {false, true}) {
     Question q;
@@ -109,7 +109,7 @@ TEST(SceneContacts, AFastToolIsToldOfWhatItWillMeetBeforeItDoes) {
 
 TEST(SceneContacts, WhatIsPutElsewhereHasGoneNoWay) {
   Question q;
-  const testing::TestVolume thin = testing::boxVolume({0.02, 0.02, 0.001}, 0.0005);
+  const test::TestVolume thin = test::boxVolume({0.02, 0.02, 0.001}, 0.0005);
   q.volumes.publish(kPlateEntry, &thin.view);
   const Vec3 above(0.001, 0.002, 0.014);
   EXPECT_EQ(q.ask(above).count, 0u);
@@ -122,8 +122,8 @@ TEST(SceneContacts, WhatIsPutElsewhereHasGoneNoWay) {
 }
 
 TEST(SceneContacts, AnotherObjectInTheSameSlotHasGoneNoWay) {
-  const testing::TestVolume pea = testing::sphereVolume(0.003, 0.0005);
-  const testing::TestVolume thin = testing::boxVolume({0.02, 0.02, 0.001}, 0.0005);
+  const test::TestVolume pea = test::sphereVolume(0.003, 0.0005);
+  const test::TestVolume thin = test::boxVolume({0.02, 0.02, 0.001}, 0.0005);
   for (const bool another : {false, true}) {
     Question q;
     q.volumes.publish(kToolEntry, &pea.view);
@@ -137,8 +137,8 @@ TEST(SceneContacts, AnotherObjectInTheSameSlotHasGoneNoWay) {
 
 /** A ball of 5 mm on a coupling of 500 N/m, its hand thrown at a plate of 0.6 mm, asked as in the daemon. */
 TEST(SceneContacts, NoSpeedOfAHandTakesAToolThroughAThinPlate) {
-  const testing::TestVolume ball = testing::sphereVolume(0.005, 0.0005, 40);
-  const testing::TestVolume plate = testing::boxVolume({0.02, 0.02, 0.0003}, 0.0005);
+  const test::TestVolume ball = test::sphereVolume(0.005, 0.0005, 40);
+  const test::TestVolume plate = test::boxVolume({0.02, 0.02, 0.0003}, 0.0005);
   ToolSetup setup;
   setup.mass = MassProperties::ofBall(0.05, 0.005);
   setup.gains = {1000, 1000, 5, 1, 1, 0.01};
@@ -191,7 +191,7 @@ TEST(SceneContacts, WithoutAVolumeNearestPointsAnswerTheSame) {
 /** A block of 60 mm, as triangles: its middle is 30 mm deep, three times kReach. */
 TEST(SceneContacts, APointThatGoesIntoAMeshIsFollowedAsDeepAsItGoes) {
   Question q;
-  testing::TestMesh block = testing::boxMesh({0.03, 0.03, 0.03});
+  test::TestMesh block = test::boxMesh({0.03, 0.03, 0.03});
   MeshView* const view = block.view();
   q.held.shape = Shape{ShapeKind::kSphere, Vec3(0.002, 0, 0)};
   q.held.obstacle[0].shape = Shape{ShapeKind::kMesh, Vec3::Zero(), view, 40};
@@ -205,7 +205,7 @@ TEST(SceneContacts, APointThatGoesIntoAMeshIsFollowedAsDeepAsItGoes) {
   // One that is there at once is beyond reach, unless the mesh has a volume.
   EXPECT_EQ(q.ask({0, 0, 0.05}).count, 0u);
   EXPECT_EQ(q.ask({0, 0, 0.012}).count, 0u);
-  const testing::TestVolume solid = testing::boxVolume({0.03, 0.03, 0.03}, 0.001);
+  const test::TestVolume solid = test::boxVolume({0.03, 0.03, 0.03}, 0.001);
   q.volumes.publish(40, &solid.view);
   const ContactModel model = q.ask({0, 0, 0.012});
   ASSERT_EQ(model.count, 1u);
@@ -245,7 +245,7 @@ TEST(SceneContacts, ABudgetThatIsTooSmallGetsRoundAllThatTouches) {
 
 TEST(SceneContacts, AToolTooLargeForItsFieldMeetsThingsByTheVerticesOfItsMesh) {
   Question q;
-  testing::TestMesh ball = testing::sphereMesh(0.01, 40), plate = testing::boxMesh({0.02, 0.02, 0.005});
+  test::TestMesh ball = test::sphereMesh(0.01, 40), plate = test::boxMesh({0.02, 0.02, 0.005});
   q.held.shape.mesh = ball.view();
   q.held.obstacle[0].shape.mesh = plate.view();
   q.contacts = std::make_unique<SceneContacts>(static_cast<std::uint32_t>(q.ball.view.patches.size()) - 1);
@@ -271,7 +271,7 @@ struct WatchedClock final : Clock {
 TEST(SceneContacts, TheClockIsReadByWorkNotByPoints) {
   // 800 points in the middle of a fine ball: all its triangles are as far.
   Question q;
-  testing::TestMesh tool = testing::sphereMesh(0.0003, 20), hollow = testing::sphereMesh(0.008, 50);
+  test::TestMesh tool = test::sphereMesh(0.0003, 20), hollow = test::sphereMesh(0.008, 50);
   q.held.shape = Shape{ShapeKind::kMesh, Vec3::Zero(), tool.view(), 40};
   q.held.obstacle[0].shape = Shape{ShapeKind::kMesh, Vec3::Zero(), hollow.view(), 41};
   WatchedClock clock;
@@ -291,7 +291,7 @@ TEST(SceneContacts, TheClockIsReadByWorkNotByPoints) {
 TEST(SceneContacts, AnAnswerWithoutTimeKeepsWhatTouchedForAWhile) {
   for (const bool by_field : {true, false}) {
     Question q;
-    testing::TestMesh ball = testing::sphereMesh(0.01, 20), plate = testing::boxMesh({0.02, 0.02, 0.005});
+    test::TestMesh ball = test::sphereMesh(0.01, 20), plate = test::boxMesh({0.02, 0.02, 0.005});
     q.held.shape.mesh = ball.view();
     q.held.obstacle[0].shape.mesh = plate.view();
     if (!by_field) q.volumes.publish(kPlateEntry, nullptr);
@@ -375,7 +375,7 @@ TEST(SceneContacts, WhatWasCutShortComesFirstTheNextTime) {
 TEST(SceneContacts, HowDeepAPointIsIsNotForgottenWhereTheWorkWasNotEnough) {
   // In the middle of a fine ball any triangle may be the nearest: more than a point may look at.
   Question q;
-  testing::TestMesh ball = testing::sphereMesh(0.03, 100);
+  test::TestMesh ball = test::sphereMesh(0.03, 100);
   q.held.shape = Shape{ShapeKind::kSphere, Vec3(0.002, 0, 0)};
   q.held.obstacle[0].shape = Shape{ShapeKind::kMesh, Vec3::Zero(), ball.view(), 40};
   for (int mm = 32; mm >= 0; mm -= 4) (void)q.ask({0, 0, 1e-3 * mm});
@@ -388,7 +388,7 @@ TEST(SceneContacts, HowDeepAPointIsIsNotForgottenWhereTheWorkWasNotEnough) {
 TEST(SceneContacts, ASheetIsAWallFromBothSidesAndNoneBesideIt) {
   for (const double side : {1.0, -1.0}) {
     Question q;
-    testing::TestMesh sheet = testing::heightMesh(0.05, 8, [](double, double) { return 0.0; });  // It looks up.
+    test::TestMesh sheet = test::heightMesh(0.05, 8, [](double, double) { return 0.0; });  // It looks up.
     q.held.shape = Shape{ShapeKind::kSphere, Vec3(0.002, 0, 0)};
     q.held.obstacle[0].shape = Shape{ShapeKind::kMesh, Vec3::Zero(), sheet.view(), 40};
     const auto ask = [&](double x, double z) { return q.ask({x, 0.001, side * z}); };
@@ -418,7 +418,7 @@ TEST(SceneContacts, ASheetIsAWallFromBothSidesAndNoneBesideIt) {
 TEST(SceneContacts, ARimWithoutANormalSpoilsNoAnswer) {
   // Two triangles back to back: their shared edge has no side. The servo refuses an answer with a normal that is none.
   Question q;
-  testing::TestMesh sheet;
+  test::TestMesh sheet;
   sheet.vertices = {{0, 0, 0}, {0.02F, 0, 0}, {0, 0.02F, 0}};
   sheet.triangles = {{0, 1, 2}, {0, 2, 1}};
   q.held.shape = Shape{ShapeKind::kSphere, Vec3(0.002, 0, 0)};

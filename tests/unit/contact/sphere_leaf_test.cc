@@ -13,7 +13,7 @@
 namespace hapticd {
 namespace {
 
-using testing::queryOf, testing::surfaceVoxels, testing::TestVolume;
+using test::queryOf, test::surfaceVoxels, test::TestVolume;
 
 /** Voxels' centres, settled by a kernel. */
 struct Settled {
@@ -40,8 +40,8 @@ struct Settled {
 
 TEST(Settle, PutsVoxelsOnTheSurfaceAndSharesItsAreaOut) {
   const double radius = 0.012, ring = 0.012, tube = 0.005;
-  const TestVolume sphere = testing::sphereVolume(radius, 0.0005, 60), torus = testing::torusVolume(ring, tube, 0.0005);
-  const TestVolume box = testing::boxVolume({0.0101, 0.0072, 0.0123}, 0.0005);
+  const TestVolume sphere = test::sphereVolume(radius, 0.0005, 60), torus = test::torusVolume(ring, tube, 0.0005);
+  const TestVolume box = test::boxVolume({0.0101, 0.0072, 0.0123}, 0.0005);
   struct Case {
     const VolumeView& view;
     double area;
@@ -70,7 +70,7 @@ TEST(Settle, PutsVoxelsOnTheSurfaceAndSharesItsAreaOut) {
 }
 
 TEST(Settle, IsTheSameOnEveryPath) {
-  const TestVolume torus = testing::torusVolume(0.012, 0.004, 0.001);
+  const TestVolume torus = test::torusVolume(0.012, 0.004, 0.001);
   std::vector<Vec3> places = surfaceVoxels(torus.view);
   Random random(seedOf(3));
   for (int i = 0; i < 3000; ++i) places.push_back(random.vector(0.03));  // Some beyond the lattice.
@@ -89,8 +89,8 @@ TEST(Settle, IsTheSameOnEveryPath) {
 }
 
 TEST(SphereDescent, OneSidedFindsWhatTheFieldSaysOfEachVoxelsPoint) {
-  const TestVolume a = testing::torusVolume(0.012, 0.004, 0.001);
-  const TestVolume b = testing::sphereVolume(0.012, 0.001);
+  const TestVolume a = test::torusVolume(0.012, 0.004, 0.001);
+  const TestVolume b = test::sphereVolume(0.012, 0.001);
   const auto voxels = surfaceVoxels(a.view);
   const Settled points(kPortablePointKernel, a.view, voxels);
   SphereDescentDetector detector({.leaf = SphereLeaf::kFieldValue});
@@ -125,8 +125,8 @@ TEST(SphereDescent, OneSidedFindsWhatTheFieldSaysOfEachVoxelsPoint) {
 // A ball pressed into a plane by much less than a voxel: depth integrated over its cap is pi R d^2, less a d/R-th part.
 TEST(SphereDescent, OneSidedTellsAShallowTouchsForce) {
   const double radius = 0.02, voxel = 0.0005;
-  const TestVolume ball = testing::sphereVolume(radius, voxel, 120);
-  const TestVolume plate = testing::boxVolume({0.03, 0.03, 0.01}, voxel);
+  const TestVolume ball = test::sphereVolume(radius, voxel, 120);
+  const TestVolume plate = test::boxVolume({0.03, 0.03, 0.01}, voxel);
   SphereDescentDetector detector({.leaf = SphereLeaf::kFieldValue});
   ContactSet contacts;
   Random random(seedOf(8));

@@ -8,7 +8,7 @@
 #include "rt/contact/detector.h"
 #include "support/test_volume.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 
 inline DetectorQuery queryOf(const TestVolume& a, const TestVolume& b, const Pose& X_WA, const Pose& X_WB = {}) {
   DetectorQuery query;
@@ -33,4 +33,4 @@ inline std::vector<Vec3> surfaceVoxels(const VolumeView& v) {
   return out;
 }
 
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -39,7 +39,7 @@ struct SurfaceModel : ::testing::Test {
   std::uint64_t addRelief() {
     std::vector<std::uint16_t> pixels(64, 1000);
     pixels[3 * 8 + 4] = 1000 + 16 * 257;
-    return add(testing::reliefUpload(8, 8, pixels));
+    return add(test::reliefUpload(8, 8, pixels));
   }
   static const SurfaceParameters& last(const FakeSink& sink) {
     EXPECT_EQ(sink.orders.back().kind, CommandKind::kSetSurface);
@@ -141,7 +141,7 @@ TEST_F(SurfaceModel, TexturesAreOfTheirKindAndThere) {
   surface.vibration = addRelief();
   EXPECT_THAT(scene.setSurface("wall", surface).error().what, HasSubstr("is a relief"));
   surface.vibration = 0;
-  surface.relief = add(testing::vibrationUpload());
+  surface.relief = add(test::vibrationUpload());
   EXPECT_THAT(scene.setSurface("wall", surface).error().what, HasSubstr("is a vibration"));
   surface.relief = 99;
   EXPECT_EQ(scene.setSurface("wall", surface).error().code, ErrorCode::kNotFound);
@@ -172,7 +172,7 @@ TEST_F(SurfaceModel, AShownTextureStaysUntilEveryServoHasPassed) {
 TEST_F(SurfaceModel, ATextureGoesWithItsMakerOnceNothingShowsIt) {
   spec.surface.relief = addRelief();
   spec.keep = true;
-  const std::uint64_t unused = add(testing::vibrationUpload());
+  const std::uint64_t unused = add(test::vibrationUpload());
   ASSERT_TRUE(scene.create(spec, client).ok());
   scene.clientLeft(1);
   scene.textures().dropUnusedOf(1);

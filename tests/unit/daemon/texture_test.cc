@@ -12,9 +12,9 @@
 namespace hapticd {
 namespace {
 
+using test::reliefUpload;
+using test::vibrationUpload;
 using ::testing::HasSubstr;
-using testing::reliefUpload;
-using testing::vibrationUpload;
 
 TEST(Texture, AReliefKeepsItsPixelsAndKnowsItsSteepestSteps) {
   const std::vector<std::uint16_t> pixels{0, 100, 50, 60, 70, 65535};

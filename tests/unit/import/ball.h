@@ -18,7 +18,7 @@
 #include "tests/support/temporary_directory.h"
 #include "tools/hapticctl-import/image.h"
 
-namespace hapticctl_import::testing {
+namespace hapticctl_import::test {
 
 inline constexpr std::array<std::uint32_t, 3> kSize{24, 20, 16};
 inline constexpr std::array<Double3, 3> kPlain{{{1, 0, 0}, {0, 1.5, 0}, {0, 0, 2}}};
@@ -141,4 +141,4 @@ std::string refusal(Work&& work) {
   return "read";
 }
 
-}  // namespace hapticctl_import::testing
+}  // namespace hapticctl_import::test

@@ -10,7 +10,7 @@
 #include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/input.h"
 
-namespace hapticctl_import::testing {
+namespace hapticctl_import::test {
 namespace {
 
 enum Outcome { kRead = 0, kRefused = 5, kNonsense = 6, kDied = 7 };
@@ -148,4 +148,4 @@ TEST(Damage, whoDiesOfAFileDiesAlone) {
 }
 
 }  // namespace
-}  // namespace hapticctl_import::testing
+}  // namespace hapticctl_import::test

@@ -7,7 +7,7 @@
 
 #include "tests/unit/import/ball.h"
 
-namespace hapticctl_import::testing {
+namespace hapticctl_import::test {
 
 struct CtSlice {
   std::string series = "1.2.3.4", description = "Ball";
@@ -80,4 +80,4 @@ inline CtSlice ballSlice(std::size_t z) {
   return s;
 }
 
-}  // namespace hapticctl_import::testing
+}  // namespace hapticctl_import::test

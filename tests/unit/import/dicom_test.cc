@@ -5,7 +5,7 @@
 #include "tools/hapticctl-import/input.h"
 #include "tools/hapticctl-import/scan_file.h"
 
-namespace hapticctl_import::testing {
+namespace hapticctl_import::test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -166,4 +166,4 @@ TEST(Dicom, slicesThatMakeNoImageAreNamed) {
 }
 
 }  // namespace
-}  // namespace hapticctl_import::testing
+}  // namespace hapticctl_import::test

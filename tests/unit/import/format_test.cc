@@ -5,7 +5,7 @@
 #include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/scan_file.h"
 
-namespace hapticctl_import::testing {
+namespace hapticctl_import::test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -130,4 +130,4 @@ TEST(Import, liesInHeadersAreRefusedInWords) {
 }
 
 }  // namespace
-}  // namespace hapticctl_import::testing
+}  // namespace hapticctl_import::test

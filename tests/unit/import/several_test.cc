@@ -5,7 +5,7 @@
 #include "tools/hapticctl-import/data_files.h"
 #include "tools/hapticctl-import/scan_file.h"
 
-namespace hapticctl_import::testing {
+namespace hapticctl_import::test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -125,4 +125,4 @@ TEST(MetaImageFiles, AreNamedAsTheHeaderHasThem) {
 }
 
 }  // namespace
-}  // namespace hapticctl_import::testing
+}  // namespace hapticctl_import::test

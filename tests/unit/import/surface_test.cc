@@ -6,7 +6,7 @@
 #include "tests/unit/import/ball.h"
 #include "tools/hapticctl-import/isosurface.h"
 
-namespace hapticctl_import::testing {
+namespace hapticctl_import::test {
 namespace {
 
 /** Each edge has one triangle on either side; `once`: and no other edge lies on it. */
@@ -104,4 +104,4 @@ TEST(Image, resamplesToEvenSteps) {
 }
 
 }  // namespace
-}  // namespace hapticctl_import::testing
+}  // namespace hapticctl_import::test

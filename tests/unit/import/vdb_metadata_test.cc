@@ -7,7 +7,7 @@
 #include "tools/hapticctl-import/model.h"
 #include "tools/hapticctl-import/vdb_file.h"
 
-namespace hapticctl_import::testing {
+namespace hapticctl_import::test {
 namespace {
 
 enum Outcome { kAsItWas = 0, kRefused = 5, kOtherwise = 6, kDied = 7 };
@@ -74,4 +74,4 @@ TEST(VdbMetadata, noBitOfItIsTakenForAnother) {
 }
 
 }  // namespace
-}  // namespace hapticctl_import::testing
+}  // namespace hapticctl_import::test

@@ -17,7 +17,7 @@
 #include "tools/hapticctl-import/model.h"
 #include "tools/hapticctl-import/vdb_file.h"
 
-namespace hapticctl_import::testing {
+namespace hapticctl_import::test {
 namespace {
 
 using hapticd::Vec3;
@@ -25,9 +25,9 @@ using openvdb::FloatGrid;
 using ::testing::HasSubstr;
 
 /** A torus about z [m], in triangles fine enough that their chords are 0.04 mm. */
-hapticd::testing::TestMesh torus() {
+hapticd::test::TestMesh torus() {
   constexpr std::uint32_t n = 96, m = 48;
-  hapticd::testing::TestMesh mesh;
+  hapticd::test::TestMesh mesh;
   for (std::uint32_t i = 0; i < n; ++i)
     for (std::uint32_t j = 0; j < m; ++j) {
       const double a = 2 * M_PI * i / n, b = 2 * M_PI * j / m, r = 0.05 + 0.02 * std::cos(b);
@@ -39,10 +39,10 @@ hapticd::testing::TestMesh torus() {
   return mesh;
 }
 
-hapticd::testing::TestVolume torusVolume(double voxel) {
+hapticd::test::TestVolume torusVolume(double voxel) {
   hapticd::VolumeOptions options;
   options.band_voxels = options.margin_voxels = 4;
-  return hapticd::testing::volumeOfMesh(torus(), voxel, options);
+  return hapticd::test::volumeOfMesh(torus(), voxel, options);
 }
 
 void write(const std::string& path, const hapticd::VolumeView& volume) {
@@ -270,7 +270,7 @@ TEST(Vdb, damagedFilesAreRefusedOrMakeAnImage) {
 
 TEST(Vdb, itsVoxeliserAgreesWithOursWithinHalfAVoxel) {
   constexpr double kVoxel = 0.002;
-  hapticd::testing::TestMesh mesh = torus();
+  hapticd::test::TestMesh mesh = torus();
   const auto volume = torusVolume(kVoxel);
   const hapticd::VolumeView& ours = volume.view;
   openvdb::initialize();
@@ -294,7 +294,7 @@ TEST(Vdb, itsVoxeliserAgreesWithOursWithinHalfAVoxel) {
     ASSERT_TRUE(sample.fine);
     apart = std::max(apart, std::abs(sample.value - static_cast<double>(*value)));
     if (++compared % 97 != 0) continue;
-    const double truth = hapticd::testing::distanceTo(view, x);  // By brute force.
+    const double truth = hapticd::test::distanceTo(view, x);  // By brute force.
     ++measured;
     our_error = std::max(our_error, std::abs(std::abs(sample.value) - truth));
     their_error = std::max(their_error, std::abs(std::abs(static_cast<double>(*value)) - truth));
@@ -310,4 +310,4 @@ TEST(Vdb, itsVoxeliserAgreesWithOursWithinHalfAVoxel) {
 }
 
 }  // namespace
-}  // namespace hapticctl_import::testing
+}  // namespace hapticctl_import::test

@@ -6,7 +6,7 @@
 #include "tools/hapticctl-import/scan_file.h"
 #include "tools/hapticctl-import/stream_length.h"
 
-namespace hapticctl_import::testing {
+namespace hapticctl_import::test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -124,4 +124,4 @@ TEST(Whole, membersOfAGzipFileAreOneStream) {
 }
 
 }  // namespace
-}  // namespace hapticctl_import::testing
+}  // namespace hapticctl_import::test

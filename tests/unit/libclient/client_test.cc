@@ -7,7 +7,7 @@
 
 #include "unit/libclient/fixture.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -222,4 +222,4 @@ TEST_F(ClientTest, AChildOfForkIsRefusedAndHoldsNothing) {
 }
 
 }  // namespace
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

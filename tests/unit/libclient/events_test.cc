@@ -4,7 +4,7 @@
 
 #include "unit/libclient/fixture.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -121,4 +121,4 @@ TEST(EventNames, EachKindHasOne) {
 }
 
 }  // namespace
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

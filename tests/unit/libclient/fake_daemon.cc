@@ -21,7 +21,7 @@
 #include "proto/snapshot.h"
 #include "rt/ring/state.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 namespace {
 
 class Memory {
@@ -411,4 +411,4 @@ void FakeDaemon::send(const std::vector<std::uint32_t>& values, std::uint64_t lo
   });
 }
 
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -12,7 +12,7 @@
 
 #include "proto/shm_layout.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 
 /** What the fake shall do; set before start or by FakeDaemon::script(). */
 struct Script {
@@ -61,4 +61,4 @@ class FakeDaemon {
   std::unique_ptr<Inside> inside_;
 };
 
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -13,7 +13,7 @@
 #include "support/temporary_directory.h"
 #include "unit/libclient/fake_daemon.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 
 /** Waits until `condition` holds, at most ten seconds. */
 template <class Condition>
@@ -75,4 +75,4 @@ inline haptic_client_force force(double x) {
   return force;
 }
 
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -6,7 +6,7 @@
 #include "rt/ring/state.h"
 #include "unit/libclient/fixture.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 namespace {
 
 class SessionTest : public WithSession {
@@ -259,4 +259,4 @@ TEST_F(SessionTest, RefusalsOfOpeningNameTheDevice) {
 }
 
 }  // namespace
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -13,7 +13,7 @@
 #include "rt/ring/state.h"
 #include "unit/libclient/fixture.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 namespace {
 
 constexpr std::uint64_t kMessages = 5'000;
@@ -136,4 +136,4 @@ TEST_F(ThreadsTest, SessionsComeAndGoBesideAnotherInUse) {
 }
 
 }  // namespace
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

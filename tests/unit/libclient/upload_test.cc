@@ -6,7 +6,7 @@
 #include "proto/snapshot.h"
 #include "unit/libclient/fixture.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 namespace {
 
 constexpr float kVertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -164,4 +164,4 @@ TEST_F(UploadTest, AVolumesFileIsReadFromADescriptorThatEndsWithItsScope) {
 }
 
 }  // namespace
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -11,8 +11,8 @@
 namespace hapticd {
 namespace {
 
-using testing::randomPoint;
-using testing::TestMesh;
+using test::randomPoint;
+using test::TestMesh;
 
 constexpr double kScales[] = {1e-3, 1, 40};
 
@@ -60,10 +60,10 @@ int compare(const Sweep& s, SweepResult result, const SweepHit& hit, Distance&& 
 TEST(BallSweep, PrimitivesAreMetWhereTheirDistanceIsTheRadius) {
   std::mt19937 random(seedOf(1));
   for (const double scale : kScales) {
-    for (const Shape& unit : testing::kPrimitives) {
+    for (const Shape& unit : test::kPrimitives) {
       Shape shape = unit;
       shape.size *= scale;
-      const auto distance = [&](const Vec3& x) { return testing::distanceTo(shape, x); };
+      const auto distance = [&](const Vec3& x) { return test::distanceTo(shape, x); };
       int hits = 0;
       for (int i = 0; i < 1500; ++i) {
         Sweep s;
@@ -127,7 +127,7 @@ TEST(BallSweep, ASoupIsMetWhereItsDistanceIsTheRadius) {
       soup.addTriangle(a, b, corner());
     }
     const MeshView& mesh = *soup.view();
-    const auto distance = [&](const Vec3& x) { return testing::distanceTo(mesh, x); };
+    const auto distance = [&](const Vec3& x) { return test::distanceTo(mesh, x); };
     int hits = 0;
     for (int i = 0; i < 400; ++i) {
       Sweep s;
@@ -150,9 +150,9 @@ TEST(BallSweep, AClosedMeshIsMetFromOutsideWhereItsDistanceIsTheRadius) {
   std::mt19937 random(seedOf(4));
   const Vec3 center(0.123, -0.456, 0.789);
   for (const double radius : {1e-4, 0.02, 0.3}) {
-    TestMesh ball = testing::sphereMesh(0.37, 8, center);
+    TestMesh ball = test::sphereMesh(0.37, 8, center);
     const MeshView& mesh = *ball.view();
-    const auto distance = [&](const Vec3& x) { return testing::distanceTo(mesh, x); };
+    const auto distance = [&](const Vec3& x) { return test::distanceTo(mesh, x); };
     for (int i = 0; i < 400; ++i) {
       Sweep s;
       s.a = center + randomPoint(random, 1).normalized() * 0.8;
@@ -170,7 +170,7 @@ TEST(BallSweep, AClosedMeshIsMetFromOutsideWhereItsDistanceIsTheRadius) {
 
 TEST(BallSweep, TheEdgeOfAKnifeStopsTheBallAndItsInsideDoesNot) {
   // A closed plate, thin as paper: a ball on its rim sees both faces nearly from the side.
-  TestMesh plate = testing::boxMesh(Vec3(1, 1, 1e-5));
+  TestMesh plate = test::boxMesh(Vec3(1, 1, 1e-5));
   const MeshView& mesh = *plate.view();
   std::mt19937 random(seedOf(5));
   for (int i = 0; i < 300; ++i) {
@@ -181,9 +181,9 @@ TEST(BallSweep, TheEdgeOfAKnifeStopsTheBallAndItsInsideDoesNot) {
     s.limit = 1u << 20;
     SweepHit hit;
     ASSERT_EQ(sweepMesh(mesh, s, hit), SweepResult::kHit);
-    ASSERT_NEAR(testing::distanceTo(mesh, s.a + hit.t * s.d), 0.1, 1e-13);
+    ASSERT_NEAR(test::distanceTo(mesh, s.a + hit.t * s.d), 0.1, 1e-13);
   }
-  TestMesh hollow = testing::sphereMesh(1, 6);
+  TestMesh hollow = test::sphereMesh(1, 6);
   for (int i = 0; i < 2000; ++i) {
     Sweep s;
     s.a = randomPoint(random, 0.3);
@@ -199,7 +199,7 @@ TEST(BallSweep, NothingIsMetFromInside) {
   std::mt19937 random(seedOf(6));
   int hits = 0;
   for (int shape = 0; shape < 10; ++shape) {
-    TestMesh mesh = testing::crumpled(random, 5);
+    TestMesh mesh = test::crumpled(random, 5);
     for (int i = 0; i < 1500; ++i) {
       Sweep s;
       s.a = randomPoint(random, 1.2);
@@ -209,14 +209,14 @@ TEST(BallSweep, NothingIsMetFromInside) {
       SweepHit hit;
       if (sweepMesh(*mesh.view(), s, hit) != SweepResult::kHit) continue;
       // A ball that overlaps other triangles from the start may be stopped anywhere.
-      if (testing::distanceTo(*mesh.view(), s.a + hit.t * s.d) < s.radius - 1e-9) continue;
+      if (test::distanceTo(*mesh.view(), s.a + hit.t * s.d) < s.radius - 1e-9) continue;
       ++hits;
-      ASSERT_LT(testing::windingNumber(*mesh.view(), s.a + hit.t * s.d), 0.5) << shape << " " << i;
+      ASSERT_LT(test::windingNumber(*mesh.view(), s.a + hit.t * s.d), 0.5) << shape << " " << i;
     }
   }
   EXPECT_GT(hits, 1000);
   // A narrow groove, its bottom touched from below: the centre is in front of the far wall's plane, and yet inside.
-  TestMesh groove = testing::heightMesh(1, 40, [](double x, double) { return std::min(20 * std::abs(x), 1.0); });
+  TestMesh groove = test::heightMesh(1, 40, [](double x, double) { return std::min(20 * std::abs(x), 1.0); });
   Sweep s;
   s.a = Vec3(0.027, 0.012, -0.3);
   s.d = Vec3(0, 0, 0.295);
@@ -227,7 +227,7 @@ TEST(BallSweep, NothingIsMetFromInside) {
 }
 
 TEST(BallSweep, AnOneSidedSheetStopsFromItsFrontOnly) {
-  TestMesh sheet = testing::heightMesh(1, 4, [](double, double) { return 0.0; });
+  TestMesh sheet = test::heightMesh(1, 4, [](double, double) { return 0.0; });
   for (const double sign : {1.0, -1.0}) {
     Sweep s;
     s.a = Vec3(0.1, 0.2, sign);
@@ -245,7 +245,7 @@ TEST(BallSweep, AnOneSidedSheetStopsFromItsFrontOnly) {
 }
 
 TEST(BallSweep, ExhaustionIsReported) {
-  TestMesh mesh = testing::sphereMesh(1, 30);
+  TestMesh mesh = test::sphereMesh(1, 30);
   Sweep sweep;
   sweep.a = Vec3(0, 0, 2);
   sweep.d = Vec3(0.1, 0, -2);

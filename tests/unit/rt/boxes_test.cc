@@ -16,8 +16,8 @@
 namespace hapticd {
 namespace {
 
-using testing::randomPoint;
-using testing::TestMesh;
+using test::randomPoint;
+using test::TestMesh;
 
 /** Chooses a path for a scope. */
 class OnPath {
@@ -45,7 +45,7 @@ TEST(Boxes, AllPathsAnswerAlikeToTheBit) {
   std::mt19937 random(seedOf(1));
   if (!OnPath(VectorPath::kAvx2).can()) GTEST_SKIP() << "no AVX2 here";
   for (int shape = 0; shape < 4; ++shape) {
-    TestMesh mesh = testing::crumpled(random, 12);
+    TestMesh mesh = test::crumpled(random, 12);
     const MeshView& view = *mesh.view();
     for (int i = 0; i < 3000; ++i) {
       Sweep sweep;

@@ -13,7 +13,7 @@ constexpr std::int64_t kPeriod = 1'000'000;
 
 TEST(CycleSurface, TexturesAndTransientsHaveTheirOwnShare) {
   const auto meshes = std::make_unique<MeshTable>();
-  const testing::TestRelief relief(16, 16, [](auto x, auto) { return x % 2; });
+  const test::TestRelief relief(16, 16, [](auto x, auto) { return x % 2; });
   meshes->publishTexture(3, &relief.view);
   CycleConfig config;
   config.guard[0].limits = {20, 1, 1e6, 1e3, 1, 10, 50, 50};
@@ -34,7 +34,7 @@ TEST(CycleSurface, TexturesAndTransientsHaveTheirOwnShare) {
   plane.material = {1000, 0, 0, 0};
   plane.q[0] = 1;
   put(CommandKind::kAddObject, plane);
-  SetSurface surface{plane.object, 0, testing::ringing(10, 150, 0.01)};
+  SetSurface surface{plane.object, 0, test::ringing(10, 150, 0.01)};
   surface.surface.relief = 4;
   surface.surface.relief_depth = 1e-3;
   surface.surface.relief_size[0] = surface.surface.relief_size[1] = 0.02;

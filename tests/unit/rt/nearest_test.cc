@@ -15,9 +15,9 @@
 namespace hapticd {
 namespace {
 
-using testing::crumpled;
-using testing::randomPoint;
-using testing::TestMesh;
+using test::crumpled;
+using test::randomPoint;
+using test::TestMesh;
 
 NearestQuery at(const Vec3& x) {
   NearestQuery query;
@@ -28,22 +28,22 @@ NearestQuery at(const Vec3& x) {
 
 TEST(Nearest, PrimitivesHaveTheirDistanceAndSide) {
   std::mt19937 random(seedOf(1));
-  for (const Shape& shape : testing::kPrimitives) {
+  for (const Shape& shape : test::kPrimitives) {
     for (int i = 0; i < 3000; ++i) {
       NearestQuery query = at(randomPoint(random, 1.2));
       Nearest nearest;
       ASSERT_EQ(nearestOnShape(shape, query, nearest), NearestResult::kFound);
-      const double distance = testing::distanceTo(shape, query.x);
+      const double distance = test::distanceTo(shape, query.x);
       ASSERT_NEAR(std::sqrt(nearest.squared_distance), std::abs(distance), 1e-14) << static_cast<int>(shape.kind);
       ASSERT_NEAR((query.x - nearest.point).norm(), std::abs(distance), 1e-14);
-      ASSERT_NEAR(testing::distanceTo(shape, nearest.point), 0, 1e-14);
-      ASSERT_NEAR(testing::distanceTo(shape, nearest.point + 1e-6 * nearest.normal), 1e-6, 1e-12);
+      ASSERT_NEAR(test::distanceTo(shape, nearest.point), 0, 1e-14);
+      ASSERT_NEAR(test::distanceTo(shape, nearest.point + 1e-6 * nearest.normal), 1e-6, 1e-12);
       ASSERT_EQ(nearest.isInside(query.x), distance < 0);
     }
   }
   Nearest nearest;
   NearestQuery center = at(Vec3::Zero());
-  EXPECT_EQ(nearestOnShape(testing::kPrimitives[1], center, nearest), NearestResult::kFound);
+  EXPECT_EQ(nearestOnShape(test::kPrimitives[1], center, nearest), NearestResult::kFound);
   EXPECT_DOUBLE_EQ(nearest.squared_distance, 0.49);
 }
 
@@ -58,12 +58,12 @@ TEST(Nearest, TheTreeFindsWhatAllTrianglesFind) {
       NearestQuery query = at(scale * randomPoint(random, 1.5));
       Nearest nearest;
       ASSERT_EQ(nearestOnMesh(view, query, nearest), NearestResult::kFound);
-      const double distance = testing::distanceTo(view, query.x);
+      const double distance = test::distanceTo(view, query.x);
       ASSERT_NEAR(std::sqrt(nearest.squared_distance), distance, 1e-14 * scale);
       ASSERT_NEAR((nearest.point - query.x).norm(), distance, 1e-14 * scale);
       const auto t = nearest.feature;
-      ASSERT_NEAR(testing::distanceToTriangle(view.vertex(t, 0), view.vertex(t, 1), view.vertex(t, 2), nearest.point),
-                  0, 1e-14 * scale);
+      ASSERT_NEAR(test::distanceToTriangle(view.vertex(t, 0), view.vertex(t, 1), view.vertex(t, 2), nearest.point), 0,
+                  1e-14 * scale);
       query.reach = distance * 0.999;
       EXPECT_EQ(nearestOnMesh(view, query, nearest), NearestResult::kNone);
       query.reach = distance * 1.001;
@@ -83,7 +83,7 @@ TEST(Nearest, ThePseudoNormalTellsInsideFromOutside) {
       Nearest nearest;
       ASSERT_EQ(nearestOnMesh(view, query, nearest), NearestResult::kFound);
       if (nearest.squared_distance < 1e-12) continue;
-      const bool truth = testing::windingNumber(view, query.x) > 0.5;
+      const bool truth = test::windingNumber(view, query.x) > 0.5;
       ASSERT_EQ(nearest.isInside(query.x), truth) << shape << " " << i;
       inside += truth ? 1 : 0;
       on_vertex += nearest.kind == FeatureKind::kVertex ? 1 : 0;
@@ -109,8 +109,8 @@ TEST(Nearest, OnlyWhatIsTurnedTheRightWayCounts) {
     double least = HUGE_VAL;
     for (std::uint32_t t = 0; t < view.triangle_count; ++t) {
       if (faceNormal(view, t).dot(query.axis) <= query.cosine) continue;
-      least = std::min(least,
-                       testing::distanceToTriangle(view.vertex(t, 0), view.vertex(t, 1), view.vertex(t, 2), query.x));
+      least =
+          std::min(least, test::distanceToTriangle(view.vertex(t, 0), view.vertex(t, 1), view.vertex(t, 2), query.x));
     }
     Nearest nearest;
     const NearestResult result = nearestOnMesh(view, query, nearest);
@@ -138,8 +138,7 @@ TEST(Nearest, TrianglesAboutAPointAreAllGathered) {
     query.limit = 1u << 30;
     std::vector<std::uint32_t> expected;
     for (std::uint32_t t = 0; t < view.triangle_count; ++t) {
-      const double d =
-          testing::distanceToTriangle(view.vertex(t, 0), view.vertex(t, 1), view.vertex(t, 2), query.center);
+      const double d = test::distanceToTriangle(view.vertex(t, 0), view.vertex(t, 1), view.vertex(t, 2), query.center);
       if (d <= query.radius) expected.push_back(t);
     }
     std::array<std::uint32_t, 1000> found{};
@@ -158,7 +157,7 @@ TEST(Nearest, NothingAndTooMuchAreReported) {
   EXPECT_EQ(nearestOnMesh(*empty.view(), query, nearest), NearestResult::kNone);
   EXPECT_EQ(nearestOnShape({ShapeKind::kMesh, Vec3::Zero(), nullptr}, query, nearest), NearestResult::kNone);
   EXPECT_EQ(nearestOnShape({}, query, nearest), NearestResult::kNone);
-  TestMesh mesh = testing::sphereMesh(1, 30);
+  TestMesh mesh = test::sphereMesh(1, 30);
   query.limit = 20;
   EXPECT_EQ(nearestOnMesh(*mesh.view(), query, nearest), NearestResult::kExhausted);
   GatherQuery gather;

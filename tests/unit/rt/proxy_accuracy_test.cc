@@ -10,8 +10,8 @@
 namespace hapticd {
 namespace {
 
-using testing::TestMesh;
-using testing::TestScene;
+using test::TestMesh;
+using test::TestScene;
 
 constexpr double kForce = 1;
 
@@ -27,8 +27,8 @@ TEST(ProxyAccuracy, OnSpheresTheForceIsThatOfTheNearestPoint) {
   };
   for (const auto& [radius, stiffness] : {Setting{0.001, 2000}, Setting{0.05, 100}, Setting{0.05, 1000}}) {
     for (const std::uint32_t stacks : {4u, 8u, 16u, 32u, 64u}) {
-      TestMesh mesh = testing::sphereMesh(radius, stacks);
-      const testing::BruteNearest surface(*mesh.view());
+      TestMesh mesh = test::sphereMesh(radius, stacks);
+      const test::BruteNearest surface(*mesh.view());
       TestScene t;
       t.addMesh(mesh.view(), {}, {stiffness, 0, 0, 0});
       t.tick(2 * radius * spiral(0));
@@ -50,8 +50,8 @@ TEST(ProxyAccuracy, OnSpheresTheForceIsThatOfTheNearestPoint) {
 
 TEST(ProxyAccuracy, TheForceDoesNotDependOnTheWayThere) {
   // A coarse ball pressed at one place, come to from many sides: a proxy that waits at convex edges remembers each.
-  TestMesh mesh = testing::sphereMesh(0.02, 4);
-  const testing::BruteNearest surface(*mesh.view());
+  TestMesh mesh = test::sphereMesh(0.02, 4);
+  const test::BruteNearest surface(*mesh.view());
   for (int k = 0; k < 200; ++k) {
     const Vec3 n = spiral(0.05 * k + 0.013), end = 0.014 * n;
     for (int from = 0; from < 6; ++from) {

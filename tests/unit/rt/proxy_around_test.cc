@@ -10,16 +10,16 @@
 namespace hapticd {
 namespace {
 
-using testing::kTick;
-using testing::TestMesh;
-using testing::TestScene;
+using test::kTick;
+using test::TestMesh;
+using test::TestScene;
 
 constexpr double kThick = 0.00005;
 constexpr double kBall = 0.001;  ///< Radius of a proxy that is none.
 
 /** A room with walls: an inner and an outer box in one mesh. */
 TestMesh roomMesh(const Vec3& half, double wall) {
-  TestMesh room = testing::boxMesh(half, Vec3::Zero(), true), outer = testing::boxMesh(half + Vec3::Constant(wall));
+  TestMesh room = test::boxMesh(half, Vec3::Zero(), true), outer = test::boxMesh(half + Vec3::Constant(wall));
   for (const auto& v : outer.vertices) room.vertices.push_back(v);
   for (const auto& t : outer.triangles) room.addTriangle(t[0] + 8, t[1] + 8, t[2] + 8);
   return room;
@@ -27,7 +27,7 @@ TestMesh roomMesh(const Vec3& half, double wall) {
 
 TEST(ProxyAround, APlateIsNotPassedAtAnyAngleSpeedAndPlace) {
   const double half = 0.02;
-  TestMesh mesh = testing::boxMesh(Vec3(half, half, kThick / 2));
+  TestMesh mesh = test::boxMesh(Vec3(half, half, kThick / 2));
   MeshView* view = mesh.view();
   Random random(seedOf(11));
   for (int run = 0; run < 2000; ++run) {
@@ -137,7 +137,7 @@ TEST(ProxyAround, ABladeKeepsItsSide) {
 
 TEST(ProxyAround, FrictionTurnsAlongWithTheSurface) {
   // Over an edge of 90 degrees: what part of the normal force is tangential, and where it points, does not jump.
-  TestMesh box = testing::boxMesh(Vec3(0.02, 0.02, 0.02));
+  TestMesh box = test::boxMesh(Vec3(0.02, 0.02, 0.02));
   for (const double mu : {0.2, 0.6, 1.0}) {
     TestScene t;
     t.addMesh(box.view(), {}, {1000, 0, mu, mu});
@@ -166,7 +166,7 @@ TEST(ProxyAround, FrictionTurnsAlongWithTheSurface) {
 TEST(ProxyAround, WhereABallDoesNotFitItLooksForNoWay) {
   // Over waves whose nearest point often lies in a hollow too narrow for the ball.
   TestMesh mesh =
-      testing::heightMesh(0.02, 80, [](double x, double y) { return 0.0005 * std::sin(600 * x) * std::sin(600 * y); });
+      test::heightMesh(0.02, 80, [](double x, double y) { return 0.0005 * std::sin(600 * x) * std::sin(600 * y); });
   TestScene t;
   constexpr double kRadius = 0.001;
   t.proxy.setRadius(kRadius);

@@ -13,12 +13,12 @@
 namespace hapticd {
 namespace {
 
-using testing::TestMesh;
-using testing::TestScene;
+using test::TestMesh;
+using test::TestScene;
 
 /** A sheet of n x n quads at z = 0, and its vertices moved to z = f(x, y). */
 struct Sheet {
-  explicit Sheet(std::uint32_t n) : mesh(testing::heightMesh(0.05, n, [](double, double) { return 0.0; })) {}
+  explicit Sheet(std::uint32_t n) : mesh(test::heightMesh(0.05, n, [](double, double) { return 0.0; })) {}
 
   template <class F>
   std::vector<hd_vertex_move> at(F f) const {

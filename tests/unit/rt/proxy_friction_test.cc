@@ -12,20 +12,20 @@
 namespace hapticd {
 namespace {
 
-using testing::kTick;
-using testing::TestMesh;
-using testing::TestScene;
+using test::kTick;
+using test::TestMesh;
+using test::TestScene;
 
 constexpr double kStiffness = 1000;
 
 /** The bottom of a hollow sphere in edges of 0.2 mm. */
 TestMesh bowlMesh(double radius) {
-  return testing::heightMesh(0.03, 300,
-                             [&](double x, double y) { return radius - std::sqrt(radius * radius - x * x - y * y); });
+  return test::heightMesh(0.03, 300,
+                          [&](double x, double y) { return radius - std::sqrt(radius * radius - x * x - y * y); });
 }
 
 TEST(ProxyFriction, BreaksAwayAtTheStaticConeOnAMeshWhateverTheDepth) {
-  TestMesh mesh = testing::heightMesh(0.05, 40, [](double, double) { return 0.0; });
+  TestMesh mesh = test::heightMesh(0.05, 40, [](double, double) { return 0.0; });
   for (const double depth : {1e-5, 3e-4, 3e-3}) {
     for (const double heading : {0.0, 1.0, 2.5, 4.0}) {
       TestScene t;
@@ -163,7 +163,7 @@ TEST(ProxyFriction, AWallNeverGivesMoreThanItTook) {
 }
 
 TEST(ProxyFriction, AFrictionlessTourOfASphereCostsNothing) {
-  TestMesh mesh = testing::sphereMesh(0.05, 60);
+  TestMesh mesh = test::sphereMesh(0.05, 60);
   for (const bool as_mesh : {false, true}) {
     TestScene t;
     if (as_mesh) {

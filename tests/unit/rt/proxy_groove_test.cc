@@ -12,15 +12,15 @@
 namespace hapticd {
 namespace {
 
-using testing::TestMesh;
-using testing::TestScene;
+using test::TestMesh;
+using test::TestScene;
 
 constexpr double kRadius = 0.002;  // [m]
 
 /** Two blocks, tops at z = 0, with a slot between them that opens toward x: a ball lies on both of its edges. */
 struct Slot {
   static constexpr double kHalfGap = 0.001, kYaw = 0.07;
-  TestMesh block = testing::boxMesh(Vec3(0.05, 0.02, 0.01), Vec3(0, 0.02, -0.01));
+  TestMesh block = test::boxMesh(Vec3(0.05, 0.02, 0.01), Vec3(0, 0.02, -0.01));
   TestScene t;
   Vec3 along[2];  ///< Of each edge, unit;
   Vec3 on[2];     ///< and a point of it.
@@ -118,7 +118,7 @@ TEST(ProxyInAGroove, CornersTakeFewSweeps) {
   int sweeps = 0, many = 0, ticks = 0;
   for (const unsigned seed : seeds(8)) {
     std::mt19937 random(seed);
-    TestMesh mesh = testing::heightMesh(0.02, 80, [&](double x, double y) {
+    TestMesh mesh = test::heightMesh(0.02, 80, [&](double x, double y) {
       return 0.0003 * std::sin(500 * x) * std::cos(500 * y) + 2e-4 * (random() * 0x1p-31 - 1);
     });
     TestScene t;

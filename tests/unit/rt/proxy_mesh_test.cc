@@ -12,16 +12,16 @@
 namespace hapticd {
 namespace {
 
-using testing::kTick;
-using testing::TestMesh;
-using testing::TestScene;
+using test::kTick;
+using test::TestMesh;
+using test::TestScene;
 
 constexpr std::uint32_t kOneSided = HD_OBJECT_ENABLED, kTwoSided = HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED;
 
 TEST(ProxyOnMesh, SlidingOverATessellatedPlaneGivesOneSteadyForce) {
   // A proxy that needs a tick to catch up makes the force alternate by k v dt: 0.9 N here.
   for (const std::uint32_t n : {1u, 4u, 10u, 333u}) {
-    TestMesh mesh = testing::heightMesh(0.1, n, [](double, double) { return 0.0; });
+    TestMesh mesh = test::heightMesh(0.1, n, [](double, double) { return 0.0; });
     TestScene t;
     t.addMesh(mesh.view(), {}, {3000, 0, 0, 0});
     t.tick(Vec3(-0.05, 0.0123, 0.001));
@@ -34,7 +34,7 @@ TEST(ProxyOnMesh, SlidingOverATessellatedPlaneGivesOneSteadyForce) {
 }
 
 TEST(ProxyOnMesh, SlidingExactlyAlongEdgesAndThroughVerticesHolds) {
-  TestMesh mesh = testing::heightMesh(0.1, 8, [](double, double) { return 0.0; });
+  TestMesh mesh = test::heightMesh(0.1, 8, [](double, double) { return 0.0; });
   for (const Vec3& along : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0), Vec3(1, -1, 0)}) {
     TestScene t;
     t.addMesh(mesh.view());
@@ -47,7 +47,7 @@ TEST(ProxyOnMesh, SlidingExactlyAlongEdgesAndThroughVerticesHolds) {
 }
 
 TEST(ProxyOnMesh, ThinPlateIsNotTunnelledAtAMetrePerSecond) {
-  TestMesh mesh = testing::boxMesh(Vec3(0.1, 0.1, 0.000025));
+  TestMesh mesh = test::boxMesh(Vec3(0.1, 0.1, 0.000025));
   for (const double mu : {0.0, 0.5}) {
     for (int start = 0; start < 50; ++start) {
       TestScene t;
@@ -68,7 +68,7 @@ TEST(ProxyOnMesh, ClosedBoxIsNeverEscaped) {
   std::uniform_real_distribution<double> u(-1, 1);
   for (const bool inward : {true, false}) {
     for (const double mu : {0.0, 0.7}) {
-      TestMesh mesh = testing::boxMesh(Vec3(0.05, 0.04, 0.03), Vec3(0.01, 0.02, 0.03), inward);
+      TestMesh mesh = test::boxMesh(Vec3(0.05, 0.04, 0.03), Vec3(0.01, 0.02, 0.03), inward);
       TestScene t;
       const Pose X{Vec3(0.1, -0.2, 0.05), Quat(Eigen::AngleAxisd(0.7, Vec3(1, -2, 1).normalized()))};
       t.addMesh(mesh.view(), X, {500, 0, mu, 0.8 * mu}, inward ? kOneSided : kTwoSided);
@@ -87,7 +87,7 @@ TEST(ProxyOnMesh, ClosedBoxIsNeverEscaped) {
 }
 
 TEST(ProxyOnMesh, CornersOfTwoAndThreePlanesHaveTheirClosedForm) {
-  TestMesh mesh = testing::boxMesh(Vec3(0.05, 0.05, 0.05), Vec3::Zero(), true);
+  TestMesh mesh = test::boxMesh(Vec3(0.05, 0.05, 0.05), Vec3::Zero(), true);
   TestScene t;
   t.addMesh(mesh.view());
   t.tick(Vec3::Zero());
@@ -104,7 +104,7 @@ TEST(ProxyOnMesh, CornersOfTwoAndThreePlanesHaveTheirClosedForm) {
 
 TEST(ProxyOnMesh, SphereSlidesSmoothlyOverItsEdges) {
   const double radius = 0.05, depth = 0.001;
-  TestMesh mesh = testing::sphereMesh(radius, 64);
+  TestMesh mesh = test::sphereMesh(radius, 64);
   TestScene t;
   t.addMesh(mesh.view());
   t.tick(Vec3(0, 0, 0.06));
@@ -124,7 +124,7 @@ TEST(ProxyOnMesh, SphereSlidesSmoothlyOverItsEdges) {
 }
 
 TEST(ProxyOnMesh, TwoSidedSheetHoldsFromBothSidesAndOneSidedFromItsFront) {
-  TestMesh mesh = testing::heightMesh(0.1, 6, [](double x, double y) { return 0.1 * x * x - 0.2 * x * y; });
+  TestMesh mesh = test::heightMesh(0.1, 6, [](double x, double y) { return 0.1 * x * x - 0.2 * x * y; });
   for (const bool two_sided : {true, false}) {
     for (const double side : {1.0, -1.0}) {
       TestScene t;
@@ -141,7 +141,7 @@ TEST(ProxyOnMesh, TwoSidedSheetHoldsFromBothSidesAndOneSidedFromItsFront) {
 }
 
 TEST(ProxyOnMesh, InsideAtTheStartNothingIsFeltUntilItHasLeft) {
-  TestMesh mesh = testing::boxMesh(Vec3(0.05, 0.05, 0.05));
+  TestMesh mesh = test::boxMesh(Vec3(0.05, 0.05, 0.05));
   TestScene t;
   t.addMesh(mesh.view());
   EXPECT_EQ(t.tick(Vec3(0.01, 0, 0)).force, Vec3(Vec3::Zero()));

@@ -11,15 +11,15 @@
 namespace hapticd {
 namespace {
 
-using testing::kTick;
-using testing::TestMesh;
-using testing::TestScene;
+using test::kTick;
+using test::TestMesh;
+using test::TestScene;
 
 const Quat kNoTurn = Quat::Identity();
 
 TEST(ProxyInMotion, PlateRaisedByPosesPushesLikeOneRaisedByVelocity) {
   for (const double speed : {0.01, 1.0, 5.0}) {
-    TestMesh mesh = testing::boxMesh(Vec3(0.2, 0.2, 0.000025));
+    TestMesh mesh = test::boxMesh(Vec3(0.2, 0.2, 0.000025));
     TestScene t;
     const auto id = t.addMesh(mesh.view(), {Vec3(0, 0, -0.01), kNoTurn});
     t.tick(Vec3::Zero());
@@ -66,7 +66,7 @@ TEST(ProxyInMotion, RotatingBoxNeverTakesTheProxyIn) {
   for (const double rate : {1.0, 10.0, 60.0}) {
     for (const bool as_mesh : {false, true}) {
       const Vec3 half(0.05, 0.03, 0.02);
-      TestMesh mesh = testing::boxMesh(half);
+      TestMesh mesh = test::boxMesh(half);
       TestScene t;
       const auto id = as_mesh ? t.addMesh(mesh.view()) : t.add(ShapeKind::kBox, half);
       const Vec3 hip(0.033, 0.015, 0.001);

@@ -13,9 +13,9 @@
 namespace hapticd {
 namespace {
 
-using testing::kTick;
-using testing::TestMesh;
-using testing::TestScene;
+using test::kTick;
+using test::TestMesh;
+using test::TestScene;
 
 constexpr double kRadius = 0.001;
 
@@ -41,17 +41,17 @@ TEST(ProxyBall, OnAPlaneTheForceIsStiffnessTimesDepthOneRadiusOut) {
 
 TEST(ProxyBall, BesideConvexSolidsTheForceIsWhatTheDistanceLacks) {
   // The hip outside, nearer than the radius to faces, edges and corners.
-  TestMesh mesh = testing::boxMesh(Vec3(0.05, 0.04, 0.03));
+  TestMesh mesh = test::boxMesh(Vec3(0.05, 0.04, 0.03));
   MeshView* view = mesh.view();
   std::mt19937 random(seedOf(2));
-  for (const Shape& shape : testing::kPrimitives) {
+  for (const Shape& shape : test::kPrimitives) {
     for (const bool as_mesh : {false, true}) {
       if (as_mesh && shape.kind != ShapeKind::kBox) continue;
       const Shape solid{shape.kind, as_mesh ? Vec3(0.05, 0.04, 0.03) : Vec3(0.1 * shape.size)};
       int met = 0;
       for (int run = 0; run < 4000; ++run) {
-        const Vec3 hip = testing::randomPoint(random, 0.1);
-        const double lack = 0.01 - testing::distanceTo(solid, hip);
+        const Vec3 hip = test::randomPoint(random, 0.1);
+        const double lack = 0.01 - test::distanceTo(solid, hip);
         if (lack < 1e-6 || lack > 0.0099) continue;
         BallScene t(0.01);
         if (as_mesh) {
@@ -60,14 +60,14 @@ TEST(ProxyBall, BesideConvexSolidsTheForceIsWhatTheDistanceLacks) {
           t.add(solid.kind, solid.size);
         }
         Vec3 start = hip;  // Where there is room for all of it.
-        while (testing::distanceTo(solid, start) < 0.011) start = 1.3 * start + Vec3(0, 0, 1e-3);
+        while (test::distanceTo(solid, start) < 0.011) start = 1.3 * start + Vec3(0, 0, 1e-3);
         t.tick(start);
         t.tick(hip);
         const SurfaceContact& c = t.tick(hip);
         const double settled = 1e-4;  // 10^-5 of the depth: round edges are reached by steps.
         ASSERT_NEAR(c.force.norm(), 1000 * lack, settled) << int(solid.kind) << as_mesh << " " << hip.transpose();
-        ASSERT_NEAR(testing::distanceTo(solid, c.proxy), 0.01, 1e-8);
-        ASSERT_NEAR(testing::distanceTo(solid, c.point), 0, 1e-8);
+        ASSERT_NEAR(test::distanceTo(solid, c.proxy), 0.01, 1e-8);
+        ASSERT_NEAR(test::distanceTo(solid, c.point), 0, 1e-8);
         ++met;
       }
       EXPECT_GT(met, 40);
@@ -76,7 +76,7 @@ TEST(ProxyBall, BesideConvexSolidsTheForceIsWhatTheDistanceLacks) {
 }
 
 TEST(ProxyBall, AThinPlateIsNotTunnelledAtAMetrePerSecond) {
-  TestMesh mesh = testing::boxMesh(Vec3(0.1, 0.1, 0.000025));
+  TestMesh mesh = test::boxMesh(Vec3(0.1, 0.1, 0.000025));
   MeshView* view = mesh.view();
   for (const double mu : {0.0, 0.5}) {
     for (int start = 0; start < 50; ++start) {
@@ -93,7 +93,7 @@ TEST(ProxyBall, AThinPlateIsNotTunnelledAtAMetrePerSecond) {
 }
 
 TEST(ProxyBall, CornersOfABoxFromInsideHaveTheirClosedForm) {
-  TestMesh mesh = testing::boxMesh(Vec3(0.05, 0.05, 0.05), Vec3::Zero(), true);
+  TestMesh mesh = test::boxMesh(Vec3(0.05, 0.05, 0.05), Vec3::Zero(), true);
   for (const double radius : {0.001, 0.02}) {
     BallScene t(radius);
     t.addMesh(mesh.view());
@@ -101,7 +101,7 @@ TEST(ProxyBall, CornersOfABoxFromInsideHaveTheirClosedForm) {
     const double wall = double{0.05f} - radius;
     std::mt19937 random(seedOf(3));
     for (int i = 0; i < 1500; ++i) {
-      const Vec3 hip = testing::randomPoint(random, 0.09);
+      const Vec3 hip = test::randomPoint(random, 0.09);
       const Vec3 nearest = hip.cwiseMax(-wall).cwiseMin(wall);
       const SurfaceContact& c = t.tick(hip);
       ASSERT_LT((c.force - 1000 * (nearest - hip)).norm(), 1e-8) << i << " " << hip.transpose();
@@ -113,7 +113,7 @@ TEST(ProxyBall, TheBottomOfAFineBowlIsReached) {
   // 50 mm radius, edges of 0.2 mm, a ball of 1 mm, 1 mm deep: CHAI3D stays 9.8 mm behind.
   const double bowl = 0.05, reach = bowl - kRadius, depth = 0.001;
   TestMesh mesh =
-      testing::heightMesh(0.02, 200, [&](double x, double y) { return bowl - std::sqrt(bowl * bowl - x * x - y * y); });
+      test::heightMesh(0.02, 200, [&](double x, double y) { return bowl - std::sqrt(bowl * bowl - x * x - y * y); });
   MeshView* view = mesh.view();
   for (const double speed : {0.01, 0.1}) {
     BallScene t;
@@ -134,7 +134,7 @@ TEST(ProxyBall, TheBottomOfAFineBowlIsReached) {
 
 TEST(ProxyBall, SlidingOverATessellatedPlaneGivesOneSteadyForce) {
   for (const std::uint32_t n : {1u, 10u, 400u}) {  // The last with legs of 0.5 mm.
-    TestMesh mesh = testing::heightMesh(0.1, n, [](double, double) { return 0.0; });
+    TestMesh mesh = test::heightMesh(0.1, n, [](double, double) { return 0.0; });
     BallScene t;
     t.addMesh(mesh.view(), {}, {3000, 0, 0, 0});
     t.tick(Vec3(-0.05, 0.0123, 0.002));
@@ -147,7 +147,7 @@ TEST(ProxyBall, SlidingOverATessellatedPlaneGivesOneSteadyForce) {
 }
 
 TEST(ProxyBall, BreaksAwayAtTheStaticConeAtEveryDepth) {
-  TestMesh mesh = testing::heightMesh(0.05, 40, [](double, double) { return 0.0; });
+  TestMesh mesh = test::heightMesh(0.05, 40, [](double, double) { return 0.0; });
   for (const double depth : {1e-5, 3e-4, 3e-3}) {
     BallScene t;
     t.addMesh(mesh.view(), {}, {1000, 0, 0.6, 0.4});
@@ -183,7 +183,7 @@ TEST(ProxyBall, RisingPlatesPushAndDraggedOnesPull) {
 
 TEST(ProxyBall, ARotatingBoxNeverTakesItIn) {
   const Vec3 half(0.05, 0.03, 0.02);
-  TestMesh mesh = testing::boxMesh(half);
+  TestMesh mesh = test::boxMesh(half);
   for (const bool as_mesh : {false, true}) {
     BallScene t;
     const auto id = as_mesh ? t.addMesh(mesh.view()) : t.add(ShapeKind::kBox, half);
@@ -193,7 +193,7 @@ TEST(ProxyBall, ARotatingBoxNeverTakesItIn) {
     for (int i = 0; i < 1000; ++i) {
       const SurfaceContact& c = t.tick(hip + std::max(0.0, 1 - i / 100.0) * Vec3(0.1, 0.1, 0));
       const Vec3 x = t.scene->find(id)->X_WO.inverse() * c.proxy;
-      ASSERT_GE(testing::distanceTo({ShapeKind::kBox, half}, x), kRadius - 1e-8) << as_mesh << " " << i;
+      ASSERT_GE(test::distanceTo({ShapeKind::kBox, half}, x), kRadius - 1e-8) << as_mesh << " " << i;
     }
   }
 }
@@ -214,7 +214,7 @@ TEST(ProxyBall, GrowingPushesNobody) {
 }
 
 TEST(ProxyBall, ARisingSheetPushesOneRadiusBefore) {
-  TestMesh mesh = testing::heightMesh(0.02, 4, [](double, double) { return 0.0; });
+  TestMesh mesh = test::heightMesh(0.02, 4, [](double, double) { return 0.0; });
   BallScene t;
   const auto id = t.addMesh(mesh.deformableView());
   t.tick(Vec3(0.001, 0.002, 0.005));
@@ -233,7 +233,7 @@ TEST(ProxyBall, ARisingSheetPushesOneRadiusBefore) {
 
 TEST(ProxyBall, ComesToRestOnEdgesAndInGroovesInItsOwnTick) {
   // As deep as the radius, where steps from tangent plane to tangent plane come no nearer or only slowly.
-  TestMesh mesh = testing::sphereMesh(0.05, 60);
+  TestMesh mesh = test::sphereMesh(0.05, 60);
   for (auto& v : mesh.vertices) {
     const Vec3 u = Vec3(v[0], v[1], v[2]).normalized();
     const double wave = 0.01 * std::sin(30 * u.x()) * std::sin(30 * u.y()) * std::sin(30 * u.z());
@@ -256,7 +256,7 @@ TEST(ProxyBall, ComesToRestOnEdgesAndInGroovesInItsOwnTick) {
 
 TEST(ProxyBall, ComesBackOverTheFaceFromBarelyBeyondItsEdge) {
   // So little that the face seems to hold it; going along the face's plane it meets the edge, again and again.
-  TestMesh mesh = testing::boxMesh(Vec3(0.05, 0.05, 0.05));
+  TestMesh mesh = test::boxMesh(Vec3(0.05, 0.05, 0.05));
   const Vec3 edge(double{0.05f}, 0.0123, double{0.05f});
   for (double angle = 1e-6; angle < 1e-3; angle *= 1.2) {
     for (const double way : {0.0001, 0.005, 0.02}) {

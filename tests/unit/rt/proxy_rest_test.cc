@@ -9,13 +9,13 @@
 namespace hapticd {
 namespace {
 
-using testing::TestMesh;
-using testing::TestScene;
+using test::TestMesh;
+using test::TestScene;
 
 /** Two boxes, their tops at 0 and at -0.5 mm; the first lies under the hand. */
 struct Rest {
-  TestMesh high = testing::boxMesh(Vec3(0.05, 0.05, 0.01), Vec3(0, 0, -0.01));
-  TestMesh low = testing::boxMesh(Vec3(0.05, 0.05, 0.01), Vec3(0, 0, -0.0105));
+  TestMesh high = test::boxMesh(Vec3(0.05, 0.05, 0.01), Vec3(0, 0, -0.01));
+  TestMesh low = test::boxMesh(Vec3(0.05, 0.05, 0.01), Vec3(0, 0, -0.0105));
   TestScene t;
   std::uint32_t id = 0, other = 0;
   Vec3 hip = Vec3(0.012, 0.003, -0.001);
@@ -79,7 +79,7 @@ TEST(ProxyAtRest, IsLetGoByAHandThatLeavesAndBeyondTheEdge) {
 TEST(ProxyInMotion, IsLedOverFacesByFewSweeps) {
   const double wave = 2 * M_PI / 0.012;
   for (const int fineness : {120, 360}) {
-    TestMesh mesh = testing::heightMesh(
+    TestMesh mesh = test::heightMesh(
         0.02, fineness, [&](double x, double y) { return 0.0003 * std::sin(wave * x) * std::cos(wave * y); });
     for (const double radius : {0.0, 0.001}) {
       SCOPED_TRACE(::testing::Message() << fineness << ", " << radius);
@@ -103,7 +103,7 @@ TEST(ProxyInMotion, IsLedOverFacesByFewSweeps) {
 
 /** A roof of 30 degrees: the ball lies on its ridge for some ticks, and then rolls off. */
 TEST(ProxyInMotion, RollsOffAnEdgeWithoutASecondLook) {
-  TestMesh mesh = testing::heightMesh(0.02, 8, [&](double x, double) { return -std::abs(x) / std::sqrt(3.0); });
+  TestMesh mesh = test::heightMesh(0.02, 8, [&](double x, double) { return -std::abs(x) / std::sqrt(3.0); });
   constexpr double kRadius = 0.002;
   TestScene t;
   t.addMesh(mesh.view());
@@ -130,7 +130,7 @@ TEST(ProxyInMotion, RollsOffAnEdgeWithoutASecondLook) {
 /** Along an edge of a box, half in the ball, and past the corner where it ends: as deep as the distance tells. */
 TEST(ProxyInMotion, AnEdgeHoldsABallAsFarAsItGoes) {
   const Vec3 half(0.02, 0.02, 0.02);
-  TestMesh box = testing::boxMesh(half);
+  TestMesh box = test::boxMesh(half);
   constexpr double kRadius = 0.002, kOff = 0.0008;
   TestScene t;
   t.addMesh(box.view());

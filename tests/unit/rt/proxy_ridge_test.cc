@@ -10,8 +10,8 @@
 namespace hapticd {
 namespace {
 
-using testing::TestMesh;
-using testing::TestScene;
+using test::TestMesh;
+using test::TestScene;
 
 constexpr double kStiffness = 1000, kForce = 1, kHeight = 0.005, kHalf = 0.05;
 
@@ -62,8 +62,8 @@ struct Profile {
 
   [[nodiscard]] Vec3 nearestOnSide(const Vec3& x, double side) const {
     const Vec3 foot(side * kHeight / std::tan(angle), x.y(), 0);
-    const Vec3 flank = testing::nearestOnSegment(foot, Vec3(0, x.y(), kHeight), x);
-    const Vec3 flat = testing::nearestOnSegment(foot, Vec3(side * kHalf, x.y(), 0), x);
+    const Vec3 flank = test::nearestOnSegment(foot, Vec3(0, x.y(), kHeight), x);
+    const Vec3 flat = test::nearestOnSegment(foot, Vec3(side * kHalf, x.y(), 0), x);
     return (flank - x).norm() < (flat - x).norm() ? flank : flat;
   }
   [[nodiscard]] bool freeOnSide(const Vec3& x, double side) const {

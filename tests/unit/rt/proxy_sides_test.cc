@@ -10,15 +10,15 @@
 namespace hapticd {
 namespace {
 
-using testing::TestMesh;
-using testing::TestScene;
+using test::TestMesh;
+using test::TestScene;
 
 constexpr std::uint32_t kOneSided = HD_OBJECT_ENABLED, kTwoSided = HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED;
 const hd_material kRubber{1000, 2, 0.6, 0.4};
 
 /** A flat sheet z = 0, 10 cm wide, its front up. */
 TestMesh sheet() {
-  return testing::heightMesh(0.05, 8, [](double, double) { return 0.0; });
+  return test::heightMesh(0.05, 8, [](double, double) { return 0.0; });
 }
 
 Vec3 mirrored(const Vec3& x) { return {x.x(), x.y(), -x.z()}; }

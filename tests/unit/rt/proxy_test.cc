@@ -8,8 +8,8 @@
 namespace hapticd {
 namespace {
 
-using testing::TestMesh;
-using testing::TestScene;
+using test::TestMesh;
+using test::TestScene;
 
 constexpr double kStiffness = 1000;
 
@@ -44,7 +44,7 @@ TEST(Proxy, SphereForceIsRadialAndExact) {
 }
 
 TEST(Proxy, MeshBoxIsThePrimitiveBox) {
-  TestMesh mesh = testing::boxMesh(Vec3(0.03, 0.02, 0.01));
+  TestMesh mesh = test::boxMesh(Vec3(0.03, 0.02, 0.01));
   TestScene a, b;
   a.addMesh(mesh.view());
   b.add(ShapeKind::kBox, Vec3(0.03f, 0.02f, 0.01f));
@@ -63,11 +63,11 @@ TEST(Proxy, RisingPlatePushesAtEverySpeed) {
     const auto id = t.add(ShapeKind::kBox, Vec3(1, 1, 0.0005), {Vec3(0, 0, -0.02), Quat::Identity()});
     t.tick(Vec3::Zero());
     t.pose(id, {Vec3(0, 0, -0.02), Quat::Identity()}, {Vec3(0, 0, speed), Vec3::Zero()});
-    const int ticks = static_cast<int>(0.03 / (speed * testing::kTick)) + 2;
+    const int ticks = static_cast<int>(0.03 / (speed * test::kTick)) + 2;
     double top = 0;
     for (int i = 0; i < ticks; ++i) {
       const SurfaceContact& c = t.tick(Vec3::Zero());
-      top = -0.02 + 0.0005 + speed * testing::kTick * i;
+      top = -0.02 + 0.0005 + speed * test::kTick * i;
       ASSERT_NEAR(c.force.z(), kStiffness * std::max(top, 0.0), 1e-6) << speed << " " << i;
     }
     EXPECT_GT(top, 0.005);

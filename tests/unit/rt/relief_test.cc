@@ -11,7 +11,7 @@
 namespace hapticd {
 namespace {
 
-using testing::TestRelief;
+using test::TestRelief;
 
 SurfaceParameters laid(double depth, double width, double height) {
   SurfaceParameters s{};

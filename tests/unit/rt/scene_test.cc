@@ -10,9 +10,9 @@
 namespace hapticd {
 namespace {
 
-using testing::kTick;
-using testing::TestMesh;
-using testing::TestScene;
+using test::kTick;
+using test::TestMesh;
+using test::TestScene;
 
 const Quat kNoTurn = Quat::Identity();
 
@@ -188,7 +188,7 @@ TEST(Scene, CreationAndShapeChangeAreNoMotion) {
 }
 
 TEST(Scene, TheBallHoldsTheMeshWhereverItIs) {
-  TestMesh mesh = testing::sphereMesh(0.1, 8, Vec3(1, 2, 3));
+  TestMesh mesh = test::sphereMesh(0.1, 8, Vec3(1, 2, 3));
   TestScene t;
   const auto id = t.addMesh(mesh.view(), {Vec3(0.5, 0, 0), Quat(Eigen::AngleAxisd(1, Vec3::UnitY()))});
   t.scene->advance(kTick);

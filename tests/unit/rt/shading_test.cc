@@ -9,8 +9,8 @@
 namespace hapticd {
 namespace {
 
-using testing::TestMesh;
-using testing::TestScene;
+using test::TestMesh;
+using test::TestScene;
 
 double degrees(double d) { return std::cos(d * std::numbers::pi / 180); }
 
@@ -24,7 +24,7 @@ struct Shaded {
     const std::uint32_t id = scene.addMesh(mesh, {}, material, flags);
     SurfaceParameters surface{};
     surface.smooth_cosine = cosine;
-    EXPECT_EQ(scene.scene->apply(testing::surfaceCommand(id, surface)), ErrorCode::kOk);
+    EXPECT_EQ(scene.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
   }
   const Vec3& at(const Vec3& hip) {
     scene.tick(hip);
@@ -38,7 +38,7 @@ double angleBetween(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b)
 
 /** The thesis's second sphere: 224 triangles, facets bend by 22 degrees; the ball's own normal is the truth. */
 TEST(Shading, ACoarseSphereFeelsRound) {
-  TestMesh mesh = testing::sphereMesh(0.05, 8);
+  TestMesh mesh = test::sphereMesh(0.05, 8);
   Shaded t(mesh.view(), degrees(60));
   t.at({0, 0.001, 0.06});
   double plain = 0, shaded = 0;
@@ -60,7 +60,7 @@ TEST(Shading, ACoarseSphereFeelsRound) {
 
 /** From tick to tick the direction turns as the hand does, where a facet's edge made it jump. */
 TEST(Shading, NoEdgeIsFelt) {
-  TestMesh mesh = testing::sphereMesh(0.05, 8);
+  TestMesh mesh = test::sphereMesh(0.05, 8);
   Shaded t(mesh.view(), degrees(60));
   t.at({0.06, 0, 0.004});
   double plain = 0, shaded = 0;
@@ -81,7 +81,7 @@ TEST(Shading, NoEdgeIsFelt) {
 
 /** Boxes have creases: whatever the angle below 90 degrees, each face keeps its own normal, edges and corners too. */
 TEST(Shading, CreasesStaySharp) {
-  TestMesh a = testing::boxMesh(Vec3(0.03, 0.02, 0.01)), b = testing::boxMesh(Vec3(0.03, 0.02, 0.01));
+  TestMesh a = test::boxMesh(Vec3(0.03, 0.02, 0.01)), b = test::boxMesh(Vec3(0.03, 0.02, 0.01));
   Shaded shaded(a.view(), degrees(80)), plain(b.view(), 0);
   for (Shaded* t : {&shaded, &plain}) t->at(Vec3(0, 0, 0.02));
   for (int i = 0; i < 5000; ++i) {
@@ -127,7 +127,7 @@ TEST(Shading, OnlyEdgesThatBendLittleAreRounded) {
 
 /** A two-sided sheet is round from behind too. */
 TEST(Shading, TheBackOfASheetIsShadedLikeItsFront) {
-  TestMesh mesh = testing::heightMesh(0.05, 6, [](double x, double y) { return -4 * (x * x + y * y); });
+  TestMesh mesh = test::heightMesh(0.05, 6, [](double x, double y) { return -4 * (x * x + y * y); });
   Shaded front(mesh.view(), degrees(60), {1000, 0, 0, 0}, HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED);
   Shaded back(mesh.view(), degrees(60), {1000, 0, 0, 0}, HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED);
   front.at({0.0113, 0.0071, 0.02});
@@ -152,7 +152,7 @@ TEST(Shading, TheBackOfASheetIsShadedLikeItsFront) {
 /** A groove that bends by 30 degrees, shaded up to 20: a hand below its line is held by both sides, straight up. */
 TEST(Shading, ACreaseKeepsItsSupport) {
   const double slope = std::tan(15 * std::numbers::pi / 180);
-  TestMesh mesh = testing::heightMesh(0.05, 4, [&](double x, double) { return slope * std::abs(x); });
+  TestMesh mesh = test::heightMesh(0.05, 4, [&](double x, double) { return slope * std::abs(x); });
   Shaded t(mesh.view(), degrees(20)), round(mesh.view(), degrees(40));
   for (Shaded* s : {&t, &round}) s->at({0, 0.006, 0.01});
   for (int i = -10; i <= 10; ++i) {
@@ -167,7 +167,7 @@ TEST(Shading, ACreaseKeepsItsSupport) {
 
 /** On a mesh's floor before another object's wall: the support is that of both, and each keeps its share. */
 TEST(Shading, InACornerOfTwoSurfacesNothingIsTurned) {
-  TestMesh mesh = testing::heightMesh(0.05, 4, [](double, double) { return 0.0; });
+  TestMesh mesh = test::heightMesh(0.05, 4, [](double, double) { return 0.0; });
   Shaded t(mesh.view(), degrees(60));
   t.scene.add(ShapeKind::kPlane, Vec3::Zero(), {{0.011, 0, 0}, Quat::FromTwoVectors(Vec3::UnitZ(), -Vec3::UnitX())});
   t.at({0.003, 0.004, 0.01});
@@ -227,7 +227,7 @@ TEST(Shading, GivesUpWhereTheWorkIsUsedUp) {
     t.scene.contact.normal = Vec3(0.01, 0, 0.02).normalized();
     t.scene.contact.force = t.scene.contact.normal;
     t.scene.contact.work = 0;
-    t.scene.scene->advance(testing::kTick);
+    t.scene.scene->advance(test::kTick);
     shade(*t.scene.scene, t.scene.contact);
     const bool turned = t.scene.contact.force != t.scene.contact.normal;
     if (sides == 100) {
@@ -243,7 +243,7 @@ TEST(Shading, GivesUpWhereTheWorkIsUsedUp) {
 
 /** The friction cone turns with the normal: the part across it keeps its size. */
 TEST(Shading, FrictionStaysWithinItsCone) {
-  TestMesh mesh = testing::sphereMesh(0.05, 8);
+  TestMesh mesh = test::sphereMesh(0.05, 8);
   Shaded t(mesh.view(), degrees(60), {1000, 0, 0.5, 0.4});
   t.at({0.06, 0, 0.004});
   for (int i = 0; i < 4000; ++i) {

@@ -9,9 +9,9 @@
 namespace hapticd {
 namespace {
 
-using testing::TestRelief;
-using testing::TestScene;
-using testing::TestVibration;
+using test::TestRelief;
+using test::TestScene;
+using test::TestVibration;
 
 constexpr double kStiffness = 1000;
 
@@ -26,7 +26,7 @@ struct Touch {
                  const hd_material& material = {kStiffness, 0, 0, 0}) {
     scene.table->publishTexture(0, texture);
     plane = scene.add(ShapeKind::kPlane, Vec3::Zero(), {}, material);
-    EXPECT_EQ(scene.scene->apply(testing::surfaceCommand(plane, surface)), ErrorCode::kOk);
+    EXPECT_EQ(scene.scene->apply(test::surfaceCommand(plane, surface)), ErrorCode::kOk);
   }
   const SurfaceForces& at(const Vec3& hip, const Vec3& v = Vec3::Zero()) {
     scene.tick(hip, v);
@@ -60,7 +60,7 @@ TEST(SurfaceEffects, APlainSurfaceAddsNothing) {
 TEST(SurfaceEffects, AnImpactIsFeltInItsOwnTickInProportionToItsSpeed) {
   double per_speed = 0;
   for (const double speed : {0.05, 0.1, 0.4}) {
-    Touch t(testing::ringing(10, 150, 0.01));
+    Touch t(test::ringing(10, 150, 0.01));
     t.at({0, 0, 1e-4}, {0, 0, -speed});
     EXPECT_EQ(t.forces.transient, Vec3::Zero()) << "not before";
     t.at({0, 0, -1e-4}, {0, 0, -speed});
@@ -75,12 +75,12 @@ TEST(SurfaceEffects, AnImpactIsFeltInItsOwnTickInProportionToItsSpeed) {
 }
 
 TEST(SurfaceEffects, AMovingSurfaceStrikesARestingHand) {
-  Touch t(testing::ringing(10, 150, 0.01));
+  Touch t(test::ringing(10, 150, 0.01));
   t.at({0, 0, 1e-4});
   t.scene.pose(t.plane, {}, {Vec3(0, 0, 0.2), Vec3::Zero()});
   t.at({0, 0, 1e-4});
   for (int i = 0; i < 3 && t.forces.transient.z() == 0; ++i) t.at({0, 0, 1e-4});
-  const SurfaceParameters s = testing::ringing(10, 150, 0.01);
+  const SurfaceParameters s = test::ringing(10, 150, 0.01);
   EXPECT_NEAR(t.forces.transient.z(), 10 * 0.2 * s.transient_first, 1e-9);
 }
 
@@ -188,18 +188,18 @@ TEST(SurfaceEffects, ATextureThatIsNotThereIsRefused) {
   TestScene t;
   const std::uint32_t plane = t.add(ShapeKind::kPlane, Vec3::Zero());
   SurfaceParameters s = relief(1e-3);
-  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane, s)), ErrorCode::kNotFound);
+  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane, s)), ErrorCode::kNotFound);
   t.table->publishTexture(0, &vibration.view);
-  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane, s)), ErrorCode::kNotFound) << "a vibration is no relief";
+  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane, s)), ErrorCode::kNotFound) << "a vibration is no relief";
   s.relief = kMaxTextures + 1;
-  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane, s)), ErrorCode::kNotFound);
-  s = testing::ringing(10, 150, 0.01);
-  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane + 1, s)), ErrorCode::kNotFound);
+  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane, s)), ErrorCode::kNotFound);
+  s = test::ringing(10, 150, 0.01);
+  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane + 1, s)), ErrorCode::kNotFound);
   s.transient_decay = 1;
-  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane, s)), ErrorCode::kInvalidArgument) << "it would never end";
+  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane, s)), ErrorCode::kInvalidArgument) << "it would never end";
   s = {};
   s.transient_gain = std::nan("");
-  EXPECT_EQ(t.scene->apply(testing::surfaceCommand(plane, s)), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane, s)), ErrorCode::kInvalidArgument);
 }
 
 }  // namespace

@@ -14,10 +14,10 @@
 namespace hapticd {
 namespace {
 
-using testing::distanceTo;
-using testing::kPrimitives;
-using testing::randomPoint;
-using testing::TestMesh;
+using test::distanceTo;
+using test::kPrimitives;
+using test::randomPoint;
+using test::TestMesh;
 
 /** First zero of the signed distance by sphere tracing, or 2. */
 double traced(const Shape& s, const Vec3& a, const Vec3& d) {
@@ -107,7 +107,7 @@ TEST(Sweep, TheTreeFindsWhatAllTrianglesFind) {
       soup.addTriangle(a, b, soup.addVertex(c + randomPoint(random, 0.2)));
     }
     const MeshView& tree = *soup.view();
-    const std::vector<hd_bvh_node> all = testing::flatTree(tree.triangle_count);
+    const std::vector<hd_bvh_node> all = test::flatTree(tree.triangle_count);
     MeshView flat = tree;
     flat.nodes = all.data();
     flat.node_count = static_cast<std::uint32_t>(all.size());
@@ -136,7 +136,7 @@ TEST(Sweep, NoSegmentSlipsBetweenTrianglesOfAClosedMesh) {
   std::mt19937 random(seedOf(4));
   std::uniform_real_distribution<double> u(0, 1);
   for (const std::uint32_t stacks : {3u, 8u, 24u}) {
-    TestMesh mesh = testing::sphereMesh(0.37, stacks, Vec3(0.123, -0.456, 0.789));
+    TestMesh mesh = test::sphereMesh(0.37, stacks, Vec3(0.123, -0.456, 0.789));
     const MeshView& view = *mesh.view();
     const Vec3 center(0.123, -0.456, 0.789);
     for (int i = 0; i < 20000; ++i) {
@@ -170,7 +170,7 @@ TEST(Sweep, AnEmptyMeshAndAMissingOneMeetNothing) {
 }
 
 TEST(Sweep, ExhaustionIsReported) {
-  TestMesh mesh = testing::sphereMesh(1, 30);
+  TestMesh mesh = test::sphereMesh(1, 30);
   Sweep sweep;
   sweep.a = Vec3(0, 0, 2);
   sweep.d = Vec3(0.1, 0, -2);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kHz = 150, kDecay = 0.01, kGain = 10;
 
-SurfaceParameters ringing() { return testing::ringing(kGain, kHz, kDecay); }
+SurfaceParameters ringing() { return test::ringing(kGain, kHz, kDecay); }
 
 /** gain v exp(-t / decay) sin(2 pi f t), at t = 1, 2, ... ticks. */
 double closedForm(double speed, int n) {
@@ -42,7 +42,7 @@ TEST(Transient, SlowTouchesAndSoftGainsAreNoImpacts) {
   EXPECT_EQ(transient.step(), Vec3::Zero());
   transient.strike(ringing(), -1, Vec3::UnitZ());
   EXPECT_EQ(transient.step(), Vec3::Zero());
-  transient.strike(testing::ringing(0, kHz, kDecay), 1, Vec3::UnitZ());
+  transient.strike(test::ringing(0, kHz, kDecay), 1, Vec3::UnitZ());
   EXPECT_EQ(transient.step(), Vec3::Zero());
 }
 

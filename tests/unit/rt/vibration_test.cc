@@ -7,7 +7,7 @@
 namespace hapticd {
 namespace {
 
-using testing::TestVibration;
+using test::TestVibration;
 
 VibrationModel model(double speed, double force, double power, std::initializer_list<double> reflection) {
   VibrationModel m{speed, force, power, {}};

@@ -16,8 +16,8 @@
 namespace hapticd {
 namespace {
 
-using testing::randomPoint;
-using testing::TestMesh;
+using test::randomPoint;
+using test::TestMesh;
 
 constexpr std::uint32_t kAll = Vicinity::kMaxVisits;
 
@@ -43,10 +43,10 @@ bool farAway(const MeshView& mesh, std::uint32_t t, const Vec3& x, double reach)
 /** A sphere's skin, a clod of needles, and a box of large triangles, flat and tilted. */
 std::vector<TestMesh> someMeshes(std::mt19937& random) {
   std::vector<TestMesh> meshes;
-  meshes.push_back(testing::sphereMesh(1, 40));
-  meshes.push_back(testing::crumpled(random, 12));
-  meshes.push_back(testing::boxMesh(Vec3(40, 0.7, 0.001)));
-  meshes.push_back(testing::boxMesh(Vec3(4000, 700, 0.001)));
+  meshes.push_back(test::sphereMesh(1, 40));
+  meshes.push_back(test::crumpled(random, 12));
+  meshes.push_back(test::boxMesh(Vec3(40, 0.7, 0.001)));
+  meshes.push_back(test::boxMesh(Vec3(4000, 700, 0.001)));
   const Quat tilt(Eigen::AngleAxisd(0.7, Vec3(0.3, -0.5, 0.8).normalized()));
   for (auto& v : meshes.back().vertices) {
     const Vec3 x = tilt * Vec3(v[0], v[1], v[2]);
@@ -99,7 +99,7 @@ TEST(Vicinity, HasAllTrianglesThatABallInItMayMeet) {
 }
 
 TEST(Vicinity, BitByBitIsAsAtOnce) {
-  TestMesh sphere = testing::sphereMesh(1, 48);
+  TestMesh sphere = test::sphereMesh(1, 48);
   const MeshView& view = *sphere.view();
   Vicinity once, slowly;
   std::uint32_t work = 0, slow_work = 0;
@@ -122,7 +122,7 @@ TEST(Vicinity, BitByBitIsAsAtOnce) {
 }
 
 TEST(Vicinity, HasRoomAlongItsWayAndNotBesideIt) {
-  TestMesh sphere = testing::sphereMesh(1, 48);
+  TestMesh sphere = test::sphereMesh(1, 48);
   const MeshView& view = *sphere.view();
   Vicinity vicinity;
   std::uint32_t work = 0;
@@ -137,7 +137,7 @@ TEST(Vicinity, HasRoomAlongItsWayAndNotBesideIt) {
 }
 
 TEST(Vicinity, MoreThanFitsIsNothing) {
-  TestMesh sphere = testing::sphereMesh(1, 48);
+  TestMesh sphere = test::sphereMesh(1, 48);
   const MeshView& view = *sphere.view();
   Vicinity vicinity;
   std::uint32_t work = 0;
@@ -155,7 +155,7 @@ TEST(Vicinity, MoreThanFitsIsNothing) {
 }
 
 TEST(Vicinity, AShortWayLooksAtFewOfMany) {
-  TestMesh sphere = testing::sphereMesh(1, 48);
+  TestMesh sphere = test::sphereMesh(1, 48);
   const MeshView& view = *sphere.view();
   Vicinity vicinity;
   std::uint32_t work = 0, blocks = 0;

@@ -98,10 +98,10 @@ struct TwoBoxes {
   Box large{Vec3::Zero(), Vec3::Constant(0.02)}, small{{-0.0081, 0.008, 0.008}, {-0.005, 0.012, 0.012}};
 
   [[nodiscard]] double distanceTo(const Vec3& x) const { return std::min(large.distanceTo(x), small.distanceTo(x)); }
-  [[nodiscard]] TestMesh mesh() const {
-    TestMesh both;
+  [[nodiscard]] UploadMesh mesh() const {
+    UploadMesh both;
     for (const Box& box : {large, small}) {
-      TestMesh one = cube();
+      UploadMesh one = cube();
       const auto base = static_cast<std::uint32_t>(both.vertices.size());
       for (auto& v : one.vertices) {
         for (int k = 0; k < 3; ++k)
@@ -141,7 +141,7 @@ TEST_F(VdbCache, theProgramInItsSandboxMakesTheWholeBand) {
 }
 
 TEST_F(VdbCache, holesAreClosedAsTheVolumesAre) {
-  TestMesh open = cube();
+  UploadMesh open = cube();
   double low = 0, high = 0;
   for (const auto& v : open.vertices) {
     low = std::min<double>(low, v[0]);

@@ -6,7 +6,7 @@
 #include "rt/scene/snapshot_checksum.h"
 #include "support/test_volume.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 namespace {
 
 class Damaged : public ::testing::Test {
@@ -125,4 +125,4 @@ TEST_F(Damaged, indicesAndPlacesAreChecked) {
 }
 
 }  // namespace
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

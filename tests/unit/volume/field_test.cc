@@ -7,7 +7,7 @@
 #include "support/seeds.h"
 #include "support/test_volume.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 namespace {
 
 TEST(Volume, distanceIsWithinItsStatedErrorEverywhere) {
@@ -182,4 +182,4 @@ TEST(Octahedral, isOffByLessThanItSays) {
 }
 
 }  // namespace
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

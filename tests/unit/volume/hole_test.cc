@@ -8,7 +8,7 @@
 #include "support/seeds.h"
 #include "support/test_volume.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 namespace {
 
 constexpr double kRadius = 0.02, kVoxel = 0.001;
@@ -178,4 +178,4 @@ TEST(Holes, fillingStopsWhenAsked) {
 }
 
 }  // namespace
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -4,7 +4,7 @@
 #include "rt/volume/tight_sphere.h"
 #include "support/test_volume.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 namespace {
 
 constexpr OctreeShape kShapes[] = {OctreeShape::kEight, OctreeShape::kSixtyFour, OctreeShape::kFiveTwelve,
@@ -207,4 +207,4 @@ TEST(Octree, sensationIsWhatItsVoxelsAre) {
 }
 
 }  // namespace
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -7,7 +7,7 @@
 #include "support/seeds.h"
 #include "support/test_mesh.h"
 
-namespace hapticd::testing {
+namespace hapticd::test {
 namespace {
 
 TEST(Winding, ofATriangleIsItsSolidAngle) {
@@ -64,4 +64,4 @@ TEST(Winding, ofFarAwaySurfaceIsThatOfItsAreaVector) {
 }
 
 }  // namespace
-}  // namespace hapticd::testing
+}  // namespace hapticd::test

@@ -19,7 +19,6 @@ namespace {
 constexpr std::array<std::string_view, 6> kNames = {"trace", "debug", "info", "warn", "error", "off"};
 
 std::atomic<Level> g_level{Level::kInfo};
-std::string_view g_sink = "stderr";
 
 spdlog::level::level_enum spdlogLevel(Level level) {
   switch (level) {
@@ -72,11 +71,9 @@ void start(Level level) {
   const char* const stream = std::getenv("JOURNAL_STREAM");
   if (stream != nullptr && isJournalStream(stream, STDERR_FILENO)) {
     logger() = std::make_shared<spdlog::logger>("hapticd", std::make_shared<spdlog::sinks::systemd_sink_mt>("hapticd"));
-    g_sink = "journal";
   } else {
     logger() = std::make_shared<spdlog::logger>("hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
     logger()->set_pattern("%H:%M:%S.%e %^%l%$ %v");
-    g_sink = "stderr";
   }
   logger()->flush_on(spdlog::level::trace);
   logger()->set_level(spdlog::level::trace);  // enabled() decides
@@ -89,8 +86,6 @@ bool enabled(Level level) noexcept {
   const Level least = g_level.load(std::memory_order_relaxed);
   return least != Level::kOff && level >= least;
 }
-
-std::string_view sinkName() { return g_sink; }
 
 std::string printable(std::string_view text) {
   static constexpr char kHex[] = "0123456789abcdef";

@@ -25,9 +25,6 @@ void start(Level level);
 void setLevel(Level level);
 [[nodiscard]] bool enabled(Level level) noexcept;
 
-/** Where messages go: "journal" or "stderr". */
-[[nodiscard]] std::string_view sinkName();
-
 /**
  * True if $JOURNAL_STREAM, "device:inode", names the file behind `fd`: systemd connected it to the journal
  * (systemd.exec(5)).

@@ -67,8 +67,6 @@ Result<UniqueFd> duplicate(int fd) {
   return copy;
 }
 
-std::string toString(Seals seals) { return namesOf(bitsOf(seals)); }
-
 Mapping& Mapping::operator=(Mapping&& other) noexcept {
   if (this != &other) {
     reset();

@@ -22,9 +22,6 @@ enum class Seals {
   kFrozen,        ///< SHRINK|GROW|WRITE|SEAL: uploads at commit, snapshots.
 };
 
-/** "SHRINK|GROW|..." */
-[[nodiscard]] std::string toString(Seals seals);
-
 /** A mapped range, unmapped on destruction. */
 class Mapping {
  public:

@@ -27,9 +27,6 @@ enum class EventKind : std::uint16_t {
 };
 inline constexpr std::uint32_t kEventKinds = 15;
 
-/** "touch", "leaseLost", ... as in the schema. */
-[[nodiscard]] const char* eventName(EventKind kind) noexcept;
-
 struct Event {
   EventKind kind = EventKind::kTouch;
   std::int64_t t_ns = 0;

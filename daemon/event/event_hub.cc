@@ -5,15 +5,6 @@
 
 namespace hapticd {
 
-const char* eventName(EventKind kind) noexcept {
-  static constexpr const char* kNames[kEventKinds] = {"touch",       "untouch",       "button",       "fault",
-                                                      "armed",       "disarmed",      "leaseLost",    "leaseTaken",
-                                                      "deviceAdded", "deviceRemoved", "overrun",      "clientJoined",
-                                                      "clientLeft",  "modelExpired",  "objectChanged"};
-  const auto i = static_cast<std::uint32_t>(kind);
-  return i < kEventKinds ? kNames[i] : "unknown";
-}
-
 std::uint64_t EventHub::subscribe(std::uint32_t kinds, std::function<void()> wake) {
   Subscriber subscriber;
   subscriber.kinds = kinds == 0 ? ~0u : kinds;
@@ -50,11 +41,6 @@ EventHub::Batch EventHub::take(std::uint64_t id) {
   subscriber.queue.erase(subscriber.queue.begin(), subscriber.queue.begin() + static_cast<std::ptrdiff_t>(count));
   batch.lost = std::exchange(subscriber.lost, 0);
   return batch;
-}
-
-bool EventHub::waiting(std::uint64_t id) const {
-  const auto it = subscribers_.find(id);
-  return it != subscribers_.end() && (!it->second.queue.empty() || it->second.lost != 0);
 }
 
 }  // namespace hapticd

@@ -37,7 +37,6 @@ class EventHub {
   void lost(std::uint64_t count);
   /** Oldest first; empty when there is nothing to tell. */
   [[nodiscard]] Batch take(std::uint64_t id);
-  [[nodiscard]] bool waiting(std::uint64_t id) const;
 
  private:
   struct Subscriber {

@@ -91,9 +91,4 @@ void RigidBody::drift(double dt) HD_RT {
   V_WC_.w = q_WP * momentum.cwiseQuotient(moments_);
 }
 
-void RigidBody::shift(const Vec3& dp, const Vec3& turn) HD_RT {
-  p_WC_ += dp;
-  q_WO_ = (fromRotationVector(turn) * q_WO_).normalized();
-}
-
 }  // namespace hapticd

@@ -51,8 +51,6 @@ class RigidBody {
   /** Moves freely for dt. Never ends with more kinetic energy than it began with: what the splitting would add within
    * its bound is taken from the angular momentum. */
   void drift(double dt) HD_RT;
-  /** Moves the pose alone, by a small displacement of C and a rotation vector. */
-  void shift(const Vec3& dp, const Vec3& turn) HD_RT;
 
  private:
   double mass_;

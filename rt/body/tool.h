@@ -96,8 +96,6 @@ class Tool {
   [[nodiscard]] double energy() const HD_RT;
   [[nodiscard]] double reserve() const HD_RT { return reserve_; }
   [[nodiscard]] const ToolSetup& setup() const HD_RT { return setup_; }
-  /** Changes gains from the next tick on; the coupling keeps its stretch. */
-  void setGains(const CouplingGains& gains) HD_RT { setup_.gains = gains; }
   /** On the centre of mass from now on [N]. */
   void setWeight(const Vec3& weight) HD_RT { setup_.weight = weight; }
   /** Sets the motion, for tests and for what is thrown. */

@@ -1,12 +1,11 @@
 /** @file
- * The point of a shape's surface nearest to a point, and the triangles about a point. All in the shape's frame.
- * Servo-safe; the work is bounded by the caller.
+ * The point of a shape's surface nearest to a point. All in the shape's frame. Servo-safe; the work is bounded by the
+ * caller.
  */
 #pragma once
 
 #include <cstdint>
 #include <limits>
-#include <span>
 
 #include "rt/base/math.h"
 #include "rt/geometry/feature.h"
@@ -53,20 +52,5 @@ enum class NearestResult : std::uint8_t { kNone, kFound, kExhausted };
  */
 [[nodiscard]] NearestResult nearestOnShape(const Shape& shape, NearestQuery& query, Nearest& nearest) HD_RT;
 [[nodiscard]] NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& nearest) HD_RT;
-
-/** A ball whose triangles are wanted. */
-struct GatherQuery {
-  Vec3 center = Vec3::Zero();
-  double radius = 0;        ///< [m]
-  std::uint32_t work = 0;   ///< As in NearestQuery.
-  std::uint32_t limit = 0;  ///< Of `work`.
-};
-
-/**
- * The triangles that touch the ball, in the tree's order; `count` of them are written to `out`. False if there are more
- * than fit or the work limit was met: then those written are some of them.
- */
-[[nodiscard]] bool gatherTriangles(const MeshView& mesh, GatherQuery& query, std::span<std::uint32_t> out,
-                                   std::uint32_t& count) HD_RT;
 
 }  // namespace hapticd

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cmath>
 
 #include "rt/geometry/box_queries.h"
@@ -55,35 +54,6 @@ NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& 
   nearest = {foot.point, faceNormal(mesh, triangle), Vec3::Zero(), best, triangle, foot.kind, foot.corner};
   nearest.pseudo_normal = pseudoNormal(mesh, triangle, foot.kind, foot.corner, query.work);
   return NearestResult::kFound;
-}
-
-bool gatherTriangles(const MeshView& mesh, GatherQuery& query, std::span<std::uint32_t> out,
-                     std::uint32_t& count) HD_RT {
-  const double reach = query.radius * query.radius;
-  count = 0;
-  bool fits = true;
-  const BoxTests& tests = boxTests();
-  const BoxPoint point = boxPoint(query.center);
-  const bool finished = walkTree(
-      mesh, {query.work, query.limit},
-      [&](const hd_bvh_node& node, float* key) {
-        const std::uint32_t mask = tests.approach(node, point, roundedUp(reach), key);
-        std::fill_n(key, HD_BVH_WIDTH, 0.0F);  // All in reach weigh alike: visited from left to right.
-        return mask;
-      },
-      [&] { return fits ? 0.0F : -1.0F; },
-      [&](std::uint32_t first, std::uint32_t in_leaf) {
-        for (std::uint32_t t = first; t < first + in_leaf; ++t) {
-          if ((nearestOnTriangle(cornersOf(mesh, t), query.center).point - query.center).squaredNorm() > reach)
-            continue;
-          if (count == out.size()) {
-            fits = false;
-            return;
-          }
-          out[count++] = t;
-        }
-      });
-  return finished && fits;
 }
 
 }  // namespace hapticd

@@ -58,10 +58,6 @@ Vec3 middle(const ProxyPlace& place, bool nearest, double depth) HD_RT {
 
 }  // namespace
 
-void Surroundings::clear() HD_RT {
-  for (Kept& kept : kept_) kept.number = 0;
-}
-
 /** The entry of that object, or the one not used for longest, made new. */
 Surroundings::Kept& Surroundings::keptFor(std::uint32_t slot, const Shape& shape, const Vec3& hip) HD_RT {
   Kept* oldest = &kept_[0];

@@ -34,8 +34,6 @@ class Surroundings {
   /** Meshes kept at a time. */
   static constexpr int kMeshes = 2;
 
-  /** Forgets everything. */
-  void clear() HD_RT;
   /** Begins a tick: what was not asked for in the one before has no speed. */
   void tick() HD_RT { ++tick_; }
   /**

@@ -3,6 +3,9 @@
 #include <capnp/schema.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <string>
+
 #include "daemon/event/event.h"
 #include "proto/control.capnp.h"
 #include "rt/scene/scene.h"
@@ -74,10 +77,29 @@ TEST(Schema, IdsAndDefaultsStay) {
 }
 
 TEST(Schema, EnumerantsAreTheDaemonsNumbers) {
+  const std::map<std::string, EventKind> ours = {
+      {"touch", EventKind::kTouch},
+      {"untouch", EventKind::kUntouch},
+      {"button", EventKind::kButton},
+      {"fault", EventKind::kFault},
+      {"armed", EventKind::kArmed},
+      {"disarmed", EventKind::kDisarmed},
+      {"leaseLost", EventKind::kLeaseLost},
+      {"leaseTaken", EventKind::kLeaseTaken},
+      {"deviceAdded", EventKind::kDeviceAdded},
+      {"deviceRemoved", EventKind::kDeviceRemoved},
+      {"overrun", EventKind::kOverrun},
+      {"clientJoined", EventKind::kClientJoined},
+      {"clientLeft", EventKind::kClientLeft},
+      {"modelExpired", EventKind::kModelExpired},
+      {"objectChanged", EventKind::kObjectChanged},
+  };
   const auto kinds = capnp::Schema::from<proto::EventKind>().getEnumerants();
   ASSERT_EQ(kinds.size(), kEventKinds);
+  ASSERT_EQ(ours.size(), kEventKinds);
   for (const auto kind : kinds) {
-    EXPECT_STREQ(kind.getProto().getName().cStr(), eventName(static_cast<EventKind>(kind.getOrdinal())));
+    const std::string name = kind.getProto().getName().cStr();
+    EXPECT_EQ(ours.at(name), static_cast<EventKind>(kind.getOrdinal())) << name;
   }
   EXPECT_EQ(static_cast<unsigned>(proto::ShapeKind::GROUP), static_cast<unsigned>(ShapeKind::kGroup));
   EXPECT_EQ(static_cast<unsigned>(proto::ShapeKind::PLANE), static_cast<unsigned>(ShapeKind::kPlane));

@@ -5,8 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
-
 #include "rt/geometry/pseudo_normal.h"
 #include "tests/support/brute_distance.h"
 #include "tests/support/seeds.h"
@@ -127,29 +125,6 @@ TEST(Nearest, OnlyWhatIsTurnedTheRightWayCounts) {
   EXPECT_EQ(nearest.point, Vec3(0, 0, 0.2)) << "the bottom is nearer but turned away";
 }
 
-TEST(Nearest, TrianglesAboutAPointAreAllGathered) {
-  std::mt19937 random(seedOf(5));
-  TestMesh mesh = crumpled(random, 12);
-  const MeshView& view = *mesh.view();
-  for (int i = 0; i < 300; ++i) {
-    GatherQuery query;
-    query.center = randomPoint(random, 1.2);
-    query.radius = std::uniform_real_distribution<double>(0, 0.6)(random);
-    query.limit = 1u << 30;
-    std::vector<std::uint32_t> expected;
-    for (std::uint32_t t = 0; t < view.triangle_count; ++t) {
-      const double d = test::distanceToTriangle(view.vertex(t, 0), view.vertex(t, 1), view.vertex(t, 2), query.center);
-      if (d <= query.radius) expected.push_back(t);
-    }
-    std::array<std::uint32_t, 1000> found{};
-    std::uint32_t count = 0;
-    ASSERT_TRUE(gatherTriangles(view, query, found, count));
-    ASSERT_EQ(std::vector<std::uint32_t>(found.begin(), found.begin() + count), expected);
-    if (count < 2) continue;
-    ASSERT_FALSE(gatherTriangles(view, query, std::span(found).first(count - 1), count)) << "one more than fits";
-  }
-}
-
 TEST(Nearest, NothingAndTooMuchAreReported) {
   TestMesh empty;
   Nearest nearest;
@@ -160,12 +135,6 @@ TEST(Nearest, NothingAndTooMuchAreReported) {
   TestMesh mesh = test::sphereMesh(1, 30);
   query.limit = 20;
   EXPECT_EQ(nearestOnMesh(*mesh.view(), query, nearest), NearestResult::kExhausted);
-  GatherQuery gather;
-  gather.radius = 2;
-  gather.limit = 20;
-  std::array<std::uint32_t, 8> out{};
-  std::uint32_t count = 0;
-  EXPECT_FALSE(gatherTriangles(*mesh.view(), gather, out, count));
 }
 
 }  // namespace

@@ -12,6 +12,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   const std::string_view text(reinterpret_cast<const char*>(bytes), size);
   for (const DataPlace& place : {metaImagePlace(text), nrrdPlace(text)})
     if (place.countable && place.in_several) __builtin_trap();
+  if (const DataPlace place = nrrdPlace(text); place.in_several) {
+    for (const std::string& name : nrrdFiles(place.several, text.substr(place.list)))
+      if (name.empty()) __builtin_trap();
+  }
   try {
     for (const std::string& name : metaImageFiles(text))
       if (name.empty()) __builtin_trap();

@@ -32,13 +32,14 @@ std::size_t productFrom(const std::vector<std::uint64_t>& sizes, std::size_t axi
   return n;
 }
 
-/** One %d or %03d in it: as printf would write `n` there. */
-std::string numbered(std::string_view pattern, int n) {
+/** One %d or %03d in it: as printf would write `n` there. Nothing if it is no such name. */
+std::optional<std::string> numbered(std::string_view pattern, int n) {
   const auto at = pattern.find('%');
+  if (at == std::string_view::npos) return {};
   auto end = at + 1;
   while (end < pattern.size() && pattern[end] >= '0' && pattern[end] <= '9') ++end;
   if (end >= pattern.size() || pattern[end] != 'd' || pattern.find('%', end) != std::string_view::npos || end - at > 3)
-    refuse("is no name with one number such as %03d in it");
+    return {};
   const std::string_view width = pattern.substr(at + 1, end - at - 1);
   const int wide = integerIn(width).value_or(0);
   const std::string number =
@@ -66,8 +67,11 @@ std::vector<std::string> counted(std::string_view words, std::size_t needed) {
   if (step < 1 || first < 0 || last > std::numeric_limits<int>::max())
     refuse("needs FIRST LAST STEP behind the name, with a step of at least 1");
   std::vector<std::string> names;
-  for (std::int64_t n = first; n <= last && names.size() <= needed; n += step)
-    names.push_back(numbered(pattern, static_cast<int>(n)));
+  for (std::int64_t n = first; n <= last && names.size() <= needed; n += step) {
+    auto name = numbered(pattern, static_cast<int>(n));
+    if (!name) refuse("is no name with one number such as %03d in it");
+    names.push_back(std::move(*name));
+  }
   return names;
 }
 
@@ -114,6 +118,22 @@ std::vector<std::string> metaImageFiles(std::string_view head) {
                     fmt::format("names {} files, {} are needed",
                                 names.size() > needed ? "more" : std::to_string(names.size()), needed),
                     "is the header whole?");
+}
+
+std::vector<std::string> nrrdFiles(std::string_view value, std::string_view below) {
+  Lines lines(below);
+  if (value.substr(0, 4) == "LIST") return listed(lines, kMostFiles);
+  const std::string_view pattern = takeWord(value);
+  const auto first = integerIn(takeWord(value)), last = integerIn(takeWord(value)), step = integerIn(takeWord(value));
+  std::vector<std::string> names;
+  if (!first || !last || step.value_or(0) == 0) return names;
+  const auto within = [&](std::int64_t n) { return *step > 0 ? n <= *last : n >= *last; };
+  for (std::int64_t n = *first; within(n) && names.size() <= kMostFiles; n += *step) {
+    auto name = numbered(pattern, static_cast<int>(n));
+    if (!name) return {};
+    names.push_back(std::move(*name));
+  }
+  return names;
 }
 
 }  // namespace hapticctl_import

@@ -1,5 +1,5 @@
 /** @file
- * The files of a MetaImage whose values lie in several.
+ * The files of a MetaImage or NRRD whose values lie in several.
  */
 #pragma once
 
@@ -16,5 +16,12 @@ namespace hapticctl_import {
  * many as its DimSize asks for. Any bytes can be given.
  */
 [[nodiscard]] std::vector<std::string> metaImageFiles(std::string_view head);
+
+/**
+ * Their names behind "data file: " of a NRRD: LIST, and the lines below, or "name%03d.raw FIRST LAST STEP". Whether
+ * there are as many as are needed its own reader sees to. None if the name is of a kind that only that one knows. Any
+ * bytes can be given.
+ */
+[[nodiscard]] std::vector<std::string> nrrdFiles(std::string_view value, std::string_view below);
 
 }  // namespace hapticctl_import

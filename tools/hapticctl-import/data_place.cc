@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -76,11 +77,15 @@ DataPlace nrrdPlace(std::string_view head) {
     if (key == "data file" || key == "datafile") {
       away = true;
       takeFile(place, value);
-      if (place.in_several) break;  // A list follows.
+      if (!place.in_several) continue;
+      place.several = value;
+      place.list = std::min<std::uint64_t>(lines.passed(), head.size());
+      if (value.substr(0, 4) == "LIST") break;  // Names follow.
     }
   }
   if (!away) place.skip = lines.passed();
-  place.countable = binary && !lines_skipped && !place.in_several;
+  place.binary = binary && !lines_skipped;
+  place.countable = place.binary && !place.in_several;
   return place;
 }
 
@@ -109,7 +114,13 @@ void requireWhole(const std::string& path, const std::string& format, std::uint6
   head.resize(static_cast<std::size_t>(file.gcount()));
   const DataPlace place = format == "NRRD" ? nrrdPlace(head) : metaImagePlace(head);
   if (place.countable) return requireWhole(path, place.file, place, needed);
-  if (format != "MetaImage" || !place.in_several || !place.binary) return;
+  if (!place.in_several || !place.binary) return;
+  if (format == "NRRD") {
+    if (head.size() == kMostHeader) return;  // The list may be longer.
+    const std::vector<std::string> files = nrrdFiles(place.several, std::string_view(head).substr(place.list));
+    for (const std::string& one : files) requireWhole(path, one, place, needed / files.size());
+    return;
+  }
   if (place.packed && (place.bytes > 0 || place.skip > 0)) {
     throw ImportError(place.bytes > 0 ? "CompressedDataSize" : "HeaderSize",
                       "is one for several compressed files, and MetaIO would read too little of each",

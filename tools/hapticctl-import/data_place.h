@@ -18,8 +18,10 @@ struct DataPlace {
   std::uint64_t unpacked_skip = 0;  ///< Bytes before them, once unpacked.
   bool packed = false;              ///< zlib or gzip.
   bool countable = false;           ///< In one file, as binary numbers.
-  bool in_several = false;          ///< Files: metaImageFiles() names them.
-  bool binary = false;              ///< Of a MetaImage: not numbers in words.
+  bool in_several = false;          ///< Files: metaImageFiles() or nrrdFiles() names them.
+  std::string several;              ///< Of a NRRD: what stands behind "data file:" then.
+  std::uint64_t list = 0;           ///< Where the lines below that begin.
+  bool binary = false;              ///< Not numbers in words, and no lines to be skipped.
 };
 
 /** `head` may be cut behind the header. Any bytes can be given. */

@@ -5,6 +5,7 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -86,6 +87,9 @@ std::string inWords(const itk::ExceptionObject& error) {
   if (const auto end = text.find("): "); end != std::string::npos) text.erase(0, end + 3);
   for (char& c : text)
     if (c == '\n') c = ' ';
+  // NRRD's library tells its way down, "[nrrd] function: trouble [nrrd] function: ...": the last says what is wrong.
+  if (const auto last = text.rfind("[nrrd] "); last != std::string::npos)
+    text.erase(0, std::min(text.find(": ", last), text.size() - 2) + 2);
   while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
   return text.empty() ? "cannot be read" : text;
 }
@@ -143,7 +147,8 @@ Image readWith(itk::ImageIOBase& io, const BeforeValues& before_values) try {
 } catch (const itk::ExceptionObject& error) {
   const std::string suffix = std::filesystem::path(io.GetFileName()).extension().string();
   const bool header = suffix == ".mhd" || suffix == ".nhdr" || suffix == ".hdr";
-  throw ImportError({}, inWords(error), header ? "is the file of values there that it names?" : "is the file whole?");
+  throw ImportError({}, inWords(error),
+                    header ? "is it whole, and are the files of values there that it names?" : "is the file whole?");
 }
 
 Image readScan(const std::string& path) {

@@ -1,4 +1,5 @@
-// MetaImages whose values lie in several files, packed or not: read, or refused with the file that is not whole.
+// MetaImages and NRRDs whose values lie in several files, packed or not: read, or refused with the file that is not
+// whole.
 #include <fmt/core.h>
 
 #include "tests/unit/import/ball.h"
@@ -8,8 +9,10 @@
 namespace hapticctl_import::test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr std::size_t kSlices = 16, kSliceBytes = 24 * 20 * 2;
 
@@ -107,6 +110,36 @@ TEST_F(Several, ThereMustBeAsManyAsTheImageNeeds) {
   EXPECT_THAT(told(listOf(".z"), "CompressedData = True\nHeaderSize = 4\n"), HasSubstr("HeaderSize: "));
 }
 
+TEST_F(Several, OfANrrdToo) {
+  put(false, ".raw");
+  put(true, ".z");
+  const auto readNrrd = [&](const std::string& encoding, const std::string& files) {
+    return readScan(
+        folder.put("several.nhdr", "NRRD0004\ntype: short\ndimension: 3\nsizes: 24 20 16\nendian: little\n" + encoding +
+                                       "spacings: 1 1.5 2\ndata file: " + files));
+  };
+  const auto toldOf = [&](const std::string& encoding, const std::string& files) {
+    return refusal([&] { return readNrrd(encoding, files); });
+  };
+  constexpr const char* kRaw = "encoding: raw\n";
+  const Image one = readScan(folder.put("one.mha", metaImage() + samples()));
+  for (const auto& [name, files] :
+       {std::pair("list", listOf(".raw")), std::pair("pattern", std::string("s%02d.raw 0 15 1\n"))}) {
+    EXPECT_EQ(readNrrd(kRaw, files).values, one.values) << name;
+    const std::string slice = samples().substr(7 * kSliceBytes, kSliceBytes);
+    (void)folder.put("s07.raw", slice.substr(2));
+    EXPECT_THAT(toldOf(kRaw, files),
+                HasSubstr(fmt::format("s07.raw: {} bytes are there, {} are", kSliceBytes - 2, kSliceBytes)));
+    std::filesystem::remove(folder.path() + "/s07.raw");
+    EXPECT_THAT(toldOf(kRaw, files), AllOf(HasSubstr("s07.raw\""), Not(HasSubstr("[nrrd]"))));
+    (void)folder.put("s07.raw", slice);
+  }
+  EXPECT_THAT(toldOf(kRaw, listOf(".raw", 15)), HasSubstr("expected 16 filenames"));
+  std::string back = "LIST\n";
+  for (std::size_t i = kSlices; i-- > 0;) back += fmt::format("s{:02}.raw\n", i);
+  EXPECT_EQ(readNrrd(kRaw, "s%02d.raw 15 0 -1\n").values, readNrrd(kRaw, back).values);
+}
+
 TEST(MetaImageFiles, AreNamedAsTheHeaderHasThem) {
   const auto names = [](const std::string& files) {
     return metaImageFiles("NDims = 3\nDimSize = 9 9 3\nElementDataFile = " + files);
@@ -122,6 +155,15 @@ TEST(MetaImageFiles, AreNamedAsTheHeaderHasThem) {
         "NDims = 2\nDimSize = 3 3\n", "NDims = 2\nDimSize = 3 99999999999999999999\nElementDataFile = LIST\n",
         "NDims = 11\nDimSize = 1 1 1 1 1 1 1 1 1 1 1\nElementDataFile = LIST\na\n"})
     EXPECT_THROW((void)metaImageFiles(head), ImportError) << head;
+}
+
+TEST(NrrdFiles, AreNamedAsTheHeaderHasThem) {
+  EXPECT_THAT(nrrdFiles("LIST", "a b.raw\r\n/c\n"), ElementsAre("a b.raw", "/c"));
+  EXPECT_THAT(nrrdFiles("x%03d.raw 8 12 2", {}), ElementsAre("x008.raw", "x010.raw", "x012.raw"));
+  EXPECT_THAT(nrrdFiles("x%d 3 1 -1 2", {}), ElementsAre("x3", "x2", "x1"));
+  for (const char* other : {"", "x%d", "x%d 1 2", "x%d 1 2 0", "x%s 1 2 1", "x%d%d 1 2 1", "x 1 2 1"})
+    EXPECT_TRUE(nrrdFiles(other, "a\n").empty()) << other;
+  EXPECT_LE(nrrdFiles("x%d -2147483648 2147483647 1", {}).size(), 65537u);
 }
 
 }  // namespace

@@ -75,8 +75,9 @@ TEST(SphereDescent, FindsThePairsOfVoxelsThatTryingAllFinds) {
           EXPECT_LE(by_levels.report.touching, contacts.report.touching + edge);
           EXPECT_GE(by_levels.report.touching, 0.98 * contacts.report.touching - 3);
           EXPECT_NEAR(contacts.touching_area, by_levels.touching_area, 0.02 * contacts.touching_area + 3e-6);
+          // Force is area times depth: as for the area.
           EXPECT_LE((contacts.integral.force - by_levels.integral.force).norm(),
-                    0.02 * by_levels.integral.force.norm() + 1e-9);
+                    0.02 * by_levels.integral.force.norm() + 3e-6 * std::max(contacts.deepest, 0.0) + 1e-9);
           // A voxel's area counts once, however many it meets.
           EXPECT_LE(contacts.touching_area, a->header->area * 1.0001);
           for (const ContactSet* c : {&contacts, &by_levels}) {
@@ -169,7 +170,8 @@ TEST(SphereDescent, KeepsItsBudgetWithTheMostImportantRefined) {
         EXPECT_LE(some.report.work, query.budget.units);
         exhausted += some.report.exhausted ? 1 : 0;
         if (!some.report.exhausted) {
-          EXPECT_LE(some.report.touching, all.report.touching);
+          // Another way of the same sums: of some pairs rounding decides, of all 2e-4 by 1e-7 m in half a voxel.
+          EXPECT_LE(some.report.touching, 1.0002 * all.report.touching + 3);
           EXPECT_GE(some.report.touching, 0.98 * all.report.touching - 3);
         }
         if (some.report.exhausted && some.report.touching > 0) {

@@ -103,20 +103,26 @@ TEST(SphereDescent, OneSidedFindsWhatTheFieldSaysOfEachVoxelsPoint) {
     const Pose X_BA = random.pose(0.02);
     std::uint32_t sure = 0, most = 0;
     Vec3 force = Vec3::Zero();
-    double area = 0;
+    double area = 0, between = 0;
     for (std::size_t k = 0; k < voxels.size(); ++k) {
-      const DistanceSample s = distanceAt(b.view, X_BA * points.at(k));
+      const Vec3 x = X_BA * points.at(k);
+      const DistanceSample s = distanceAt(b.view, x);
       sure += s.value < -1e-7 ? 1 : 0;
       most += s.value < 1e-7 ? 1 : 0;
       if (s.value >= 0) continue;
       force -= face * points.share[k] * s.value * s.gradient;
       area += face * points.share[k];
+      // At the border of two cells rounding decides whose gradient it is.
+      const Vec3 step = Vec3::Constant(1e-7);
+      const Vec3 jump = distanceAt(b.view, x + step).gradient - distanceAt(b.view, x - step).gradient;
+      between -= face * points.share[k] * s.value * jump.norm();
     }
     detector.find(queryOf(a, b, X_BA), contacts);
     EXPECT_GE(contacts.report.touching, sure);
     EXPECT_LE(contacts.report.touching, most);
     EXPECT_NEAR(contacts.touching_area, area, 2e-3 * area + 3e-6 * (most - sure));
-    EXPECT_LE((contacts.integral.force - force).norm(), 2e-3 * force.norm() + whole * 1e-7 * (1 + most - sure));
+    EXPECT_LE((contacts.integral.force - force).norm(),
+              2e-3 * force.norm() + whole * 1e-7 * (1 + most - sure) + between);
     total += sure;
   }
   EXPECT_GT(total, 1000u);

@@ -147,14 +147,34 @@ TEST_F(Leaving, AnAdministratorWaitsTwoSecondsForAServoThatStandsStill) {
   }
 }
 
-TEST_F(Leaving, NorAlongWithAnothersDeviceOfItsGroup) {
-  Bench two(Bench::relaxed(), 2);
-  auto session = two.core.openSession("test://second", two.connection, "t", HD_SHM_MAJOR, HD_SHM_MINOR);
-  ASSERT_TRUE(session.ok()) << toString(session.error());
-  const auto closed = two.core.closeDevice("test://first", two.administration);
-  ASSERT_FALSE(closed.ok());
-  EXPECT_EQ(closed.error().code, ErrorCode::kDeviceBusy);
-  EXPECT_EQ(closed.error().where, two.device(1).name);
+TEST(LeavingAGroup, NoDeviceOfItIsClosedWhileTheHandOnAnotherFeelsAForce) {
+  Bench bench(Bench::relaxed(), 2);
+  const Session* session = bench.live();
+  ASSERT_NE(session, nullptr);
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  bench.step(50);
+  GuardLimits limits = bench.device().limits;
+  limits.force_slew = 5;  // [N/s]
+  ASSERT_TRUE(bench.core.setLimits("test://first", limits, bench.connection).ok());
+  ASSERT_EQ(bench.client->push(Vec3(1, 0, 0)), ErrorCode::kOk);
+  bench.step(400);
+  const auto sent = [&] { return bench.scripted.front()->sent.back().force.norm(); };
+  ASSERT_NEAR(sent(), 1.0, 1e-3);
+  const auto close = [&] { return bench.core.closeDevice("test://second", bench.administration); };
+  EXPECT_EQ(close().error().what, "a session uses it");
+  bench.core.sessions().end(session->id, "test");
+  bench.client.reset();
+  double last = 1;
+  int refused = 0;
+  for (; refused < 500; ++refused) {
+    bench.step();
+    last = sent();
+    const auto closed = close();
+    if (closed) break;
+    EXPECT_EQ(closed.error().where, bench.device().name);
+  }
+  EXPECT_EQ(last, 0.0);
+  EXPECT_NEAR(refused, 200, 10);
 }
 
 TEST_F(Leaving, NotWhileOthersWantIt) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace hapticd {
 namespace {
@@ -79,6 +80,7 @@ void Tool::reset(const Pose& device) HD_RT {
 }
 
 void Tool::kick(const Pose& device, double dt, Kick& out) HD_RT {
+  const Vec3 last_u = stretch(body_, device_).u;
   device_ = device;
   const CouplingGains& g = setup_.gains;
   out.device = device;
@@ -86,6 +88,12 @@ void Tool::kick(const Pose& device, double dt, Kick& out) HD_RT {
   out.linear = SolidStep::make(g.outer, g.stiffness, g.damping, dt);
   out.angular = SolidStep::make(g.angular_outer, g.angular_stiffness, g.angular_damping, dt);
   const Stretch before = stretch(body_, device);
+  if ((before.u - last_u).norm() > std::numbers::pi) {
+    // The hand has turned past half a turn, and the short way back is the other one now. What the coupling holds is
+    // mirrored with it: else its inner part would stand against it, with joules that nobody gave.
+    const Vec3 axis = before.u.normalized();
+    e_turn_ -= 2 * axis.dot(e_turn_) * axis;
+  }
   out.had = energyOf(body_, before, e_, e_turn_);
 
   // Forces at the end of the step, linear in the new velocities, whose part is in the mobility.

@@ -63,10 +63,14 @@ TEST(ToolProperty, NeverHoldsMoreEnergyThanHandWeightAndObstaclesGave) {
     Pose device = random.pose(0.1);
     tool.reset(device);
     const double reach = between(random, 1e-6, 0.02);
+    const Vec3 round = random.once(2) ? random.vector(std::min(0.02, 10 * reach)) : Vec3(Vec3::Zero());
+    Wrench sent;
     for (int tick = 0; tick < 300; ++tick) {
       SCOPED_TRACE(testing::Message() << "tick " << tick);
-      device.p += random.vector(random.once(50) ? 0.3 : reach);
-      device.q = (random.once(50) ? random.turn() : rotated(device.q, random.vector(10 * reach), 1)).normalized();
+      const Vec3 step = random.vector(random.once(50) ? 0.3 : reach);
+      const Vec3 turn = random.once(50) ? random.vector(2) : Vec3(round + random.vector(std::min(0.02, 10 * reach)));
+      device.p += step;
+      device.q = rotated(device.q, turn, 1).normalized();
       std::array<Touch, 18> touch;
       const auto count = static_cast<std::size_t>(random.once(3) ? 0 : random.below(18));
       for (std::size_t i = 0; i < count; ++i) touch[i] = randomTouch(random, 1 + i);
@@ -75,6 +79,13 @@ TEST(ToolProperty, NeverHoldsMoreEnergyThanHandWeightAndObstaclesGave) {
       Tool::Kick kick;
       after_hand.kick(device, kDt, kick);
       const double had = after_hand.energy(), reserve = tool.reserve();
+      if (turn.norm() < 0.1) {
+        const double gave = -sent.force.dot(step) - sent.torque.dot(turn);
+        const CouplingGains& g = tool.setup().gains;
+        const double late = 0.5 * (g.outer * step.squaredNorm() + g.angular_outer * turn.squaredNorm());
+        // Half a turn away the springs stretch by pi / 2 for each radian across: up to pi^2 / 4 as much is late.
+        ASSERT_LE(had - tool.energy(), gave + 2.47 * late + 1e-12 * (had + 1));
+      }
       const Vec3 com = tool.body().com();
       ToolStep out;
       tool.step(device, std::span(touch).first(count), kDt, *response, out);
@@ -85,6 +96,7 @@ TEST(ToolProperty, NeverHoldsMoreEnergyThanHandWeightAndObstaclesGave) {
       const double given = out.obstacle_work.sum() + tool.setup().weight.dot(tool.body().com() - com);
       // Each joule is kept, lost for good or put by; none comes from nowhere.
       ASSERT_LE(tool.energy() + tool.reserve() - had - reserve, given + 1e-12 * (had + 1)) << response->name();
+      sent = out.on_device;
       clamped += out.clamped < 1 ? 1 : 0;
       touched += out.touching > 0 ? 1 : 0;
     }

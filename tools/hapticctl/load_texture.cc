@@ -1,5 +1,6 @@
 // hapticctl load-texture FILE OBJECT: a picture becomes a relief, a model of the Haptic Texture Toolkit a vibration.
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "tools/hapticctl/command.h"
 #include "tools/hapticctl/daemon.h"

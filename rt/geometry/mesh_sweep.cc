@@ -8,6 +8,7 @@
 
 #include "rt/geometry/below.h"
 #include "rt/geometry/sweep_triangles.h"
+#include "rt/geometry/triangle.h"
 
 namespace hapticd {
 namespace {
@@ -41,7 +42,7 @@ void sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, cons
   const bool front = u >= 0 && v >= 0 && w >= 0, back = u <= 0 && v <= 0 && w <= 0;
   if (!front && !(back && sweep.two_sided)) return;
 
-  Vec3 n = (v1 - v0).cross(v2 - v0);
+  Vec3 n = areaVector(v1 - v0, v2 - v0);
   const double length = n.norm();
   if (length == 0) return;
   n /= length;

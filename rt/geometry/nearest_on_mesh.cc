@@ -20,7 +20,7 @@ NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& 
   std::uint32_t triangle = HD_NO_INDEX;
   const auto look = [&](std::uint32_t t) {
     const Corners v = cornersOf(mesh, t);
-    const Vec3 n = v.normal();
+    const Vec3 n = (v.b - v.a).cross(v.c - v.a);  // A needle's roughly: its neighbours are as near.
     const double nn = n.squaredNorm(), height = n.dot(query.x - v.a);
     if (height * height > best * nn * kWider) return;  // Already its plane is too far.
     if (query.turned && !(n.dot(query.axis) > query.cosine * std::sqrt(nn))) return;

@@ -44,6 +44,16 @@ struct Pose {
 [[nodiscard]] inline bool isFinite(const Vec3& x) HD_RT { return x.allFinite(); }
 [[nodiscard]] inline bool isFinite(const Quat& q) HD_RT { return q.coeffs().allFinite(); }
 
+/**
+ * x as a float holds it. Not by a cast there and back: g++ 12 takes two of these side by side for nothing at all (at
+ * -O2, where it makes a vector of them).
+ */
+[[nodiscard]] inline double asFloat(double x) HD_RT {
+  const volatile float stored = static_cast<float>(x);
+  return stored;
+}
+[[nodiscard]] inline Vec3 asFloat(const Vec3& x) HD_RT { return {asFloat(x.x()), asFloat(x.y()), asFloat(x.z())}; }
+
 /** x shortened to at most `limit`, direction kept. Needs finite x, limit >= 0. */
 [[nodiscard]] inline Vec3 clampNorm(const Vec3& x, double limit) HD_RT {
   const double n = x.norm();

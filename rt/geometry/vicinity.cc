@@ -64,10 +64,8 @@ void Vicinity::make(std::uint32_t number) HD_RT {
 }
 
 void Vicinity::begin(const MeshView& mesh, const Vec3& from, const Vec3& to, double radius) HD_RT {
-  for (int i = 0; i < 3; ++i) {
-    origin_[i] = static_cast<float>(0.5 * (from[i] + to[i]));
-    center_[i] = origin_[i];
-  }
+  center_ = asFloat(Vec3(0.5 * (from + to)));
+  for (int i = 0; i < 3; ++i) origin_[i] = static_cast<float>(center_[i]);
   half_ = to - center_;
   const double half2 = half_.squaredNorm();
   inverse_half2_ = half2 > kStill * kStill * radius * radius ? 1 / half2 : 0.0;

@@ -7,30 +7,28 @@
 namespace hapticd {
 namespace {
 
-Vec3 asStored(const Vec3& x) { return x.cast<float>().cast<double>(); }
-
 /** Ritter's two passes ("An efficient bounding sphere", 1990) about the points as they are stored, rounded up. */
 void boundPoints(std::span<const SurfaceSample> points, hd_volume_patch& patch) {
   const auto farthest = [&](const Vec3& from) {
     Vec3 far = from;
     for (const SurfaceSample& p : points)
-      if ((asStored(p.x) - from).squaredNorm() > (far - from).squaredNorm()) far = asStored(p.x);
+      if ((asFloat(p.x) - from).squaredNorm() > (far - from).squaredNorm()) far = asFloat(p.x);
     return far;
   };
-  const Vec3 a = farthest(asStored(points[0].x)), b = farthest(a);
+  const Vec3 a = farthest(asFloat(points[0].x)), b = farthest(a);
   Vec3 center = (a + b) / 2;
   double radius = (a - b).norm() / 2;
   for (const SurfaceSample& p : points) {
-    const Vec3 out = asStored(p.x) - center;
+    const Vec3 out = asFloat(p.x) - center;
     const double distance = out.norm();
     if (distance <= radius) continue;
     const double grown = (radius + distance) / 2;
     center += out * ((grown - radius) / distance);
     radius = grown;
   }
-  center = asStored(center);
+  center = asFloat(center);
   radius = 0;
-  for (const SurfaceSample& p : points) radius = std::max(radius, (asStored(p.x) - center).norm());
+  for (const SurfaceSample& p : points) radius = std::max(radius, (asFloat(p.x) - center).norm());
   for (int k = 0; k < 3; ++k) patch.center[k] = static_cast<float>(center[k]);
   patch.radius = std::nextafter(static_cast<float>(radius), std::numeric_limits<float>::infinity());
 }

@@ -23,9 +23,9 @@ VolumeLattice latticeAbout(const Vec3& lower, const Vec3& upper, double voxel, d
         static_cast<std::uint32_t>(std::clamp(std::ceil(voxels / HD_BRICK_EDGE), 1.0, most));
     const double side = voxel * HD_BRICK_EDGE * lattice.cells[static_cast<std::size_t>(k)];
     // As the header stores it, so that samples stand where readers look them up.
-    lattice.origin[k] = static_cast<float>((lower[k] + upper[k] - side) / 2);
+    lattice.origin[k] = asFloat((lower[k] + upper[k] - side) / 2);
   }
-  lattice.voxel = static_cast<float>(voxel);
+  lattice.voxel = asFloat(voxel);
   return lattice;
 }
 

@@ -1,4 +1,5 @@
 // From face to face of a mesh: where a proxy that slides on one will come to rest, and the way there.
+#include "rt/geometry/triangle.h"
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
@@ -7,6 +8,7 @@ namespace {
 constexpr double kMaxTurnCosine = 0.5;  // As far as the normal turns at most at an edge.
 constexpr double kFlat = 1e-6;          // Of the squared sine: two faces so much in one plane have no hollow.
 constexpr double kTan2 = 1.0 / 3;       // Squared tangent of half the turn at most.
+constexpr double kMaxLift = 2;          // Of the straight way: more is rounding, where edges nearly coincide.
 constexpr int kMaxLeads = 2;            // In a tick: what keeps standing in the way is gone along step by step.
 
 /** The point nearest to x on both planes, if both push it there. */
@@ -51,6 +53,10 @@ struct SeenFace {
     for (int k = 0; k < 3; ++k) along[k] = v[(k + 1) % 3] - v[k];
     up = along[0].cross(-along[2]);
     up2 = up.squaredNorm();
+  }
+  /** Too thin for its plane to be told from products of lengths. */
+  [[nodiscard]] bool isNeedle() const HD_RT {
+    return !(up2 > kNeedle2 * (along[0].squaredNorm() * along[2].squaredNorm()));
   }
   void seek(const Vec3& x) HD_RT {
     for (int k = 0; k < 3; ++k) in[k] = along[k].cross(x - v[k]).dot(up);
@@ -158,7 +164,7 @@ bool Walk::seekInHollow(const SeenFace& f, int k) HD_RT {
 bool Walk::toEnd(std::uint32_t first) HD_RT {
   for (triangle = first;;) {
     SeenFace f(mesh, triangle);
-    if (!(f.up2 > 0)) return false;
+    if (f.isNeedle()) return false;
     HalfSpace& plane = face[count++];
     plane.normal = f.up / std::sqrt(f.up2);
     plane.offset = plane.normal.dot(f.v[0]) + radius + skin;
@@ -215,7 +221,9 @@ Lead leadOver(const HalfSpace* face, int count, double tiny, const Vec3& at, con
   if (!(rise > tiny || fall > tiny)) return Lead::kStraight;
   if (!(rise > tiny)) rise = fall;
   if (!(fall > tiny)) fall = rise;
-  over = at + fall / (rise + fall) * (end - at) + rise * fall / (rise + fall) * up;
+  const double lift = rise * fall / (rise + fall);
+  if (lift * lift * up.squaredNorm() > kMaxLift * kMaxLift * (end - at).squaredNorm()) return Lead::kNone;
+  over = at + fall / (rise + fall) * (end - at) + lift * up;
   return Lead::kOver;
 }
 

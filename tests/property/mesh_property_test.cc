@@ -1,0 +1,192 @@
+/** @file
+ * Meshes as bad as they come, and hands that do not care: rough rooms with thin walls, needles, vertices that move.
+ */
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "tests/support/brute_distance.h"
+#include "tests/support/for_seeds.h"
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using test::kTick;
+using test::TestMesh;
+using test::TestScene;
+using test::windingNumber;
+
+/** A hand that goes for one aim after the other, now slowly, now at once. */
+class Hand {
+ public:
+  Hand(Random& random, double size) : random_(random), size_(size) {}
+  const Vec3& next() {
+    if (random_.once(20)) aim_ = random_.vector(size_);
+    if (random_.once(30)) speed_ = std::pow(10, random_.in(-3, 0));
+    x_ += speed_ * (aim_ - x_);
+    return x_;
+  }
+
+ private:
+  Random& random_;
+  double size_, speed_ = 0.01;
+  Vec3 x_ = Vec3::Zero(), aim_ = Vec3::Zero();
+};
+
+/** Whether x is inside, by more than rounding. */
+bool isInside(const MeshView& mesh, const Vec3& x, double size) {
+  if (windingNumber(mesh, x) < 0.5) return false;
+  return test::distanceTo(mesh, x) > 3e-7 * size;
+}
+
+hd_material anyMaterial(Random& random) {
+  const double mu = random.once(2) ? random.in(0, 1.5) : 0;
+  return {random.in(100, 3000), 0, mu, mu * random.in(0.3, 1)};
+}
+
+double anyRadius(Random& random, double least, double most) {
+  return random.once(2) ? 0 : std::exp(random.in(std::log(least), std::log(most)));
+}
+
+/** Seen from the middle every vertex goes in or out by its own: the mesh stays one that does not pass itself. */
+void aMovingSurfaceSwallowsNobody(unsigned seed, int& touched) {
+  Random random(seed);
+  const double size = 0.03;
+  TestMesh mesh = test::sphereMesh(size, 3 + random.below(6u));
+  const std::vector<std::array<float, 3>> round = mesh.vertices;
+  TestScene t;
+  const std::uint32_t id = t.addMesh(mesh.deformableView(), {random.vector(0.05), random.turn()}, anyMaterial(random));
+  const double radius = anyRadius(random, 1e-4, 5e-3);
+  t.proxy.setRadius(radius);
+  const double most = std::pow(10, random.in(-3, -0.5)), often = std::pow(10, random.in(0, 1.5));
+  Hand hand(random, 1.2 * size);
+  t.tick(Vec3(0, 0, 0.5));
+  const Pose X = t.scene->find(id)->X_WO;
+  std::vector<double> by(round.size(), 1.0);
+  int contacts = 0;
+  for (int i = 0; i < 300; ++i) {
+    std::vector<hd_vertex_move> moves;
+    for (std::uint32_t v = 0; v < round.size(); ++v) {
+      if (!random.once(often)) continue;
+      by[v] = std::clamp(by[v] + random.in(-most, most), 0.5, 1.5);
+      const auto f = static_cast<float>(by[v]);
+      moves.push_back({v, {f * round[v][0], f * round[v][1], f * round[v][2]}});
+    }
+    ASSERT_EQ(t.moveVertices(id, moves), ErrorCode::kOk);
+    const SurfaceContact& c = t.tick(X * hand.next());
+    contacts += c.object != 0;
+    ASSERT_FALSE(isInside(*t.scene->find(id)->shape.mesh, X.inverse() * c.proxy, size)) << "tick " << i;
+  }
+  touched += contacts > 2;
+}
+
+/** A hollow ball, rough inside and outside, whose wall is thinner than its triangles are large; it may spin. */
+void aRoughRoomIsNeverLeft(unsigned seed) {
+  Random random(seed);
+  const double size = 0.02;
+  const std::uint32_t stacks = 4 + random.below(8u);
+  TestMesh mesh = test::sphereMesh(size, stacks);
+  const double rough = random.in(0, 0.3), thick = std::pow(10, random.in(-3, -1));
+  const auto count = static_cast<std::uint32_t>(mesh.vertices.size()),
+             faces = static_cast<std::uint32_t>(mesh.triangles.size());
+  for (std::uint32_t v = 0; v < count; ++v) {
+    const double inner = 1 - random.in(0, rough), outer = inner * (1 + thick);
+    const std::array<float, 3> at = mesh.vertices[v];
+    mesh.vertices.push_back(at);
+    for (int i = 0; i < 3; ++i) {
+      mesh.vertices[v][i] = static_cast<float>(outer * at[i]);
+      mesh.vertices[count + v][i] = static_cast<float>(inner * at[i]);
+    }
+  }
+  for (std::uint32_t f = 0; f < faces; ++f) {
+    const auto t = mesh.triangles[f];
+    mesh.addTriangle(count + t[0], count + t[2], count + t[1]);
+  }
+  TestMesh inside = test::sphereMesh(size, stacks);
+  for (std::uint32_t v = 0; v < count; ++v) inside.vertices[v] = mesh.vertices[count + v];
+  const MeshView room = *inside.view();
+  TestScene t;
+  const double radius = anyRadius(random, 1e-5, 3e-3);
+  t.proxy.setRadius(radius);
+  const Vec3 spin = random.once(2) ? random.vector(20) : Vec3::Zero();
+  const Pose home{random.vector(0.05), random.turn()};
+  const std::uint32_t id = t.addMesh(mesh.view(), home, anyMaterial(random));
+  t.tick(home.p);
+  Hand hand(random, 1.3 * size);
+  for (int i = 1; i <= 500; ++i) {
+    const Pose X{home.p, spin.isZero() ? home.q : rotated(home.q, spin, kTick * i)};
+    if (!spin.isZero()) {
+      ASSERT_EQ(t.pose(id, X, Twist{Vec3::Zero(), spin}), ErrorCode::kOk);
+    }
+    t.tick(X * hand.next());
+    const Vec3 x = t.scene->find(id)->X_WO.inverse() * t.contact.proxy;
+    ASSERT_TRUE(windingNumber(room, x) > 0.5 || test::distanceTo(room, x) < 1e-9 * size) << "tick " << i;
+  }
+}
+
+/** Needles, doubled vertices, faces without area. */
+void needlesHoldWhatTheyHold(unsigned seed, int& touched) {
+  Random random(seed);
+  const double size = 0.03;
+  TestMesh mesh = test::sphereMesh(size, 3 + random.below(10u));
+  const Vec3 squeeze(std::pow(10, random.in(-2.5, 0)), std::pow(10, random.in(-2.5, 0)), 1);
+  for (auto& v : mesh.vertices) {
+    const double f = random.once(3) ? 1 : random.in(0.8, 1.1);
+    for (int i = 0; i < 3; ++i) v[i] = static_cast<float>(f * squeeze[i] * v[i]);
+  }
+  // Each face in so many gets a vertex on an edge: one of the two has no area, or nearly none.
+  const auto faces = static_cast<std::uint32_t>(mesh.triangles.size());
+  for (std::uint32_t f = 0; f < faces; ++f) {
+    if (!random.once(4)) continue;
+    const auto t = mesh.triangles[f];
+    const auto at = [&](int k) { return Vec3(mesh.vertices[t[k]][0], mesh.vertices[t[k]][1], mesh.vertices[t[k]][2]); };
+    const double s = random.once(3) ? 0 : random.in(0, 1);
+    const std::uint32_t mid = mesh.addVertex((1 - s) * at(0) + s * at(1));
+    mesh.triangles[f] = {t[0], mid, t[2]};
+    mesh.addTriangle(mid, t[1], t[2]);
+    mesh.addTriangle(t[0], t[1], mid);
+  }
+  TestScene t;
+  const double radius = anyRadius(random, 1e-5, 3e-3);
+  t.proxy.setRadius(radius);
+  MeshView* const view = mesh.view();
+  const std::uint32_t id = t.addMesh(view, {random.vector(0.05), random.turn()}, anyMaterial(random));
+  t.tick(Vec3(0, 0, 0.5));
+  const Pose X = t.scene->find(id)->X_WO;
+  Hand hand(random, size);
+  int contacts = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 x = hand.next();
+    const SurfaceContact& c = t.tick(X * Vec3(x.cwiseProduct(squeeze.cwiseMax(0.05))));
+    const Vec3 y = X.inverse() * c.proxy;
+    contacts += c.object != 0;
+    ASSERT_FALSE(isInside(*view, y, size)) << "tick " << i;
+    if (radius > 0) {
+      ASSERT_GT(test::distanceTo(*view, y), radius * (1 - 1e-6) - 1e-9 * size) << "tick " << i;
+    }
+  }
+  touched += contacts > 2;
+}
+
+TEST(MeshProperty, AMovingSurfaceSwallowsNobody) {
+  int touched = 0;
+  forSeeds(60, [&](unsigned seed) { aMovingSurfaceSwallowsNobody(seed, touched); });
+  EXPECT_GT(touched, 30);
+}
+TEST(MeshProperty, ARoughRoomIsNeverLeft) { forSeeds(60, aRoughRoomIsNeverLeft); }
+/** Seeds of a soak: points lost beside needles whose planes were tipped; balls beside edges that faced any way. */
+TEST(MeshProperty, NeedlesHoldWhatTheyHold) {
+  int touched = 0;
+  for (const unsigned seed : {10431u, 10603u, 11337u, 12242u, 10224u, 10351u, 12845u}) {
+    SCOPED_TRACE(seed);
+    ASSERT_NO_FATAL_FAILURE(needlesHoldWhatTheyHold(seed, touched));
+  }
+  forSeeds(60, [&](unsigned seed) { needlesHoldWhatTheyHold(seed, touched); });
+  EXPECT_GT(touched, 30);
+}
+
+}  // namespace
+}  // namespace hapticd

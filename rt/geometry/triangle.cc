@@ -1,5 +1,7 @@
 #include "rt/geometry/triangle.h"
 
+#include <algorithm>
+
 namespace hapticd {
 namespace {
 
@@ -66,8 +68,9 @@ TriangleFoot nearestOnTriangle(const Corners& triangle, const Vec3& x) HD_RT {
   if (b1 >= 0 && b2 <= b1) return {b, FeatureKind::kVertex, 1};
   const double c1 = ab.dot(cx), c2 = ac.dot(cx);
   if (c2 >= 0 && c1 <= c2) return {c, FeatureKind::kVertex, 2};
-  const double squares = (a1 - b1) * (a2 - c2), common = a2 - b2;
-  if (!(squares - common * common >= kNeedle2 * squares)) return nearestOnNeedle(triangle, x);
+  const double ab2 = a1 - b1, ac2 = a2 - c2, common = a2 - b2;
+  const double longest2 = std::max({ab2, ac2, ab2 + ac2 - 2 * common});
+  if (!(ab2 * ac2 - common * common >= kNeedle2 * longest2 * longest2)) return nearestOnNeedle(triangle, x);
   const double w = a1 * b2 - b1 * a2;
   if (w <= 0 && a1 >= 0 && b1 <= 0) return {a + share(a1, -b1) * ab, FeatureKind::kEdge, 0};
   const double v = c1 * a2 - a1 * c2;

@@ -12,7 +12,7 @@ namespace hapticd {
 /** As areaVector(), digit by digit: errors of products are taken along (Dekker 1971). */
 [[nodiscard, gnu::cold]] Vec3 areaVectorOfNeedle(const Vec3& one, const Vec3& other) HD_RT;
 
-inline constexpr double kNeedle2 = 0x1p-20;  ///< Squared sine of the angle in the first corner of a needle, at most.
+inline constexpr double kNeedle2 = 0x1p-20;  ///< Squared: how thin a needle is for its length, at most.
 
 /**
  * one x other, twice the area of the triangle between two of its edges; its direction is exact to rounding also for a

@@ -58,7 +58,8 @@ void aMovingSurfaceSwallowsNobody(unsigned seed, int& touched) {
   TestMesh mesh = test::sphereMesh(size, 3 + random.below(6u));
   const std::vector<std::array<float, 3>> round = mesh.vertices;
   TestScene t;
-  const std::uint32_t id = t.addMesh(mesh.deformableView(), {random.vector(0.05), random.turn()}, anyMaterial(random));
+  const hd_material material = anyMaterial(random);
+  const std::uint32_t id = t.addMesh(mesh.deformableView(), {random.vector(0.05), random.turn()}, material);
   const double radius = anyRadius(random, 1e-4, 5e-3);
   t.proxy.setRadius(radius);
   const double most = std::pow(10, random.in(-3, -0.5)), often = std::pow(10, random.in(0, 1.5));
@@ -132,7 +133,8 @@ void needlesHoldWhatTheyHold(unsigned seed, int& touched) {
   Random random(seed);
   const double size = 0.03;
   TestMesh mesh = test::sphereMesh(size, 3 + random.below(10u));
-  const Vec3 squeeze(std::pow(10, random.in(-2.5, 0)), std::pow(10, random.in(-2.5, 0)), 1);
+  const double deep = std::pow(10, random.in(-2.5, 0)), wide = std::pow(10, random.in(-2.5, 0));
+  const Vec3 squeeze(wide, deep, 1);
   for (auto& v : mesh.vertices) {
     const double f = random.once(3) ? 1 : random.in(0.8, 1.1);
     for (int i = 0; i < 3; ++i) v[i] = static_cast<float>(f * squeeze[i] * v[i]);
@@ -153,7 +155,8 @@ void needlesHoldWhatTheyHold(unsigned seed, int& touched) {
   const double radius = anyRadius(random, 1e-5, 3e-3);
   t.proxy.setRadius(radius);
   MeshView* const view = mesh.view();
-  const std::uint32_t id = t.addMesh(view, {random.vector(0.05), random.turn()}, anyMaterial(random));
+  const hd_material material = anyMaterial(random);
+  const std::uint32_t id = t.addMesh(view, {random.vector(0.05), random.turn()}, material);
   t.tick(Vec3(0, 0, 0.5));
   const Pose X = t.scene->find(id)->X_WO;
   Hand hand(random, size);

@@ -22,6 +22,9 @@
  *
  *     k_o <= b_d / (T / 2 + tau),   whatever the tool's mass, b_c, and whatever it touches.
  *
+ * In rotation so where the tool is near: across its axis u grows by (|u| / 2) / sin(|u| / 2) for each radian of the
+ * hand's, and half a turn away the leak is up to pi^2 / 4 as much.
+ *
  * The tool's mass sets b_c: the solid damps best where the tool swings.
  */
 #pragma once

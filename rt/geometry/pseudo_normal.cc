@@ -35,41 +35,55 @@ Vec3 unit(const Vec3& x) HD_RT {
   return length > 0 ? Vec3(x / length) : Vec3::Zero();
 }
 
-/**
- * Whether the triangle is so thin that its corners' rounding decides which way it faces: between floats, where edges of
- * different length were stitched together.
- */
-bool isThread(const MeshView& mesh, std::uint32_t triangle) HD_RT {
-  const Corners v = cornersOf(mesh, triangle);
-  const double longest2 = std::max({(v.b - v.a).squaredNorm(), (v.c - v.b).squaredNorm(), (v.a - v.c).squaredNorm()});
-  const double far = std::max({v.a.cwiseAbs().maxCoeff(), v.b.cwiseAbs().maxCoeff(), v.c.cwiseAbs().maxCoeff()});
-  const double thin = kThin * far;
-  return v.normal().squaredNorm() <= thin * thin * longest2;
+/** Which edge of the triangle leads to that neighbour. */
+std::uint32_t edgeTo(const MeshView& mesh, std::uint32_t triangle, std::uint32_t neighbour) HD_RT {
+  const MeshView::Index3& across = mesh.neighbours[triangle];
+  return across[0] == neighbour ? 0 : (across[1] == neighbour ? 1 : 2);
 }
 
-/** The triangle, or, of a thread entered over edge `entry`, what lies beyond its longer other edge. */
-std::uint32_t beyondThreads(const MeshView& mesh, std::uint32_t triangle, std::uint32_t entry) HD_RT {
-  for (int i = 0; i < kMaxThreads && triangle != HD_NO_INDEX && isThread(mesh, triangle); ++i) {
-    const auto length2 = [&](std::uint32_t k) {
-      return (mesh.vertex(triangle, static_cast<int>((k + 1) % 3)) - mesh.vertex(triangle, static_cast<int>(k)))
-          .squaredNorm();
-    };
-    const std::uint32_t one = (entry + 1) % 3, other = (entry + 2) % 3;
-    const std::uint32_t exit = length2(one) > length2(other) ? one : other;
-    const std::uint32_t next = mesh.neighbours[triangle][exit];
-    if (next == HD_NO_INDEX) return next;
-    entry = 0;
-    while (entry < 2 && mesh.neighbours[next][entry] != triangle) ++entry;
-    triangle = next;
+/** A triangle's corners and normal. */
+struct Face {
+  Corners v;
+  Vec3 area;  ///< Twice the area long.
+
+  Face(const MeshView& mesh, std::uint32_t triangle) HD_RT : v(cornersOf(mesh, triangle)), area(v.normal()) {}
+  [[nodiscard]] Vec3 normal() const HD_RT { return unit(area); }
+  /**
+   * Whether it is so thin that its corners' rounding decides which way it faces: between floats, where edges of
+   * different length were stitched together. Its longest edge is taken for one of the first corner's, and its distance
+   * for that corner's: neither is twice as far off.
+   */
+  [[nodiscard]] bool isThread() const HD_RT {
+    const double ab2 = (v.b - v.a).squaredNorm(), ac2 = (v.c - v.a).squaredNorm();
+    return area.squaredNorm() <= kThin * kThin * (v.a.squaredNorm() + ab2) * std::max(ab2, ac2);
   }
-  return triangle;
-}
+  /** Of the edge that begins at the corner, squared. */
+  [[nodiscard]] double length2(std::uint32_t corner) const HD_RT {
+    return corner == 0 ? (v.b - v.a).squaredNorm() : (corner == 1 ? (v.c - v.b) : (v.a - v.c)).squaredNorm();
+  }
+  /** At the corner. */
+  [[nodiscard]] double angle(std::uint32_t corner) const HD_RT {
+    const Vec3 &at = corner == 0 ? v.a : (corner == 1 ? v.b : v.c),
+               &next = corner == 0 ? v.b : (corner == 1 ? v.c : v.a);
+    const Vec3& last = corner == 0 ? v.c : (corner == 1 ? v.a : v.b);
+    return angleBetween(next - at, last - at);
+  }
+};
 
-/** The triangle's share in the normal of its corner. */
-Vec3 weighted(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner) HD_RT {
-  const auto at = [&](std::uint32_t c) { return mesh.vertex(triangle, static_cast<int>(c % 3)); };
-  const Vec3 v = at(corner);
-  return angleBetween(at(corner + 1) - v, at(corner + 2) - v) * faceNormal(mesh, triangle);
+/**
+ * Of the triangle, seen from its neighbour `from`; if it is a thread, of what lies beyond the longer of its other
+ * edges. Zero at a border.
+ */
+Vec3 sheetNormal(const MeshView& mesh, std::uint32_t triangle, std::uint32_t from) HD_RT {
+  for (int i = 0;; ++i) {
+    const Face face(mesh, triangle);
+    if (i == kMaxThreads || !face.isThread()) return face.normal();
+    const std::uint32_t entry = edgeTo(mesh, triangle, from), one = (entry + 1) % 3, other = (entry + 2) % 3;
+    const std::uint32_t exit = face.length2(one) > face.length2(other) ? one : other;
+    from = triangle;
+    triangle = mesh.neighbours[triangle][exit];
+    if (triangle == HD_NO_INDEX) return Vec3::Zero();
+  }
 }
 
 }  // namespace
@@ -81,21 +95,16 @@ Vec3 pseudoNormal(const MeshView& mesh, std::uint32_t triangle, FeatureKind kind
   ++work;
   if (kind == FeatureKind::kFace || mesh.neighbours == nullptr) return faceNormal(mesh, triangle);
   if (kind == FeatureKind::kEdge) {
-    std::uint32_t across = mesh.neighbours[triangle][corner], back = 0;
-    if (across != HD_NO_INDEX) {
-      while (back < 2 && mesh.neighbours[across][back] != triangle) ++back;
-      across = beyondThreads(mesh, across, back);
-    }
-    const std::uint32_t this_side = beyondThreads(mesh, triangle, corner);
-    Vec3 sum = Vec3::Zero();
-    if (this_side != HD_NO_INDEX) sum += faceNormal(mesh, this_side);
-    if (across != HD_NO_INDEX) sum += faceNormal(mesh, across);
-    return unit(sum);
+    const std::uint32_t across = mesh.neighbours[triangle][corner];
+    if (across == HD_NO_INDEX) return faceNormal(mesh, triangle);
+    return unit(sheetNormal(mesh, triangle, across) + sheetNormal(mesh, across, triangle));
   }
   const std::uint32_t vertex = mesh.triangles[triangle][corner];
-  const bool thread = isThread(mesh, triangle);
-  const Vec3 first = thread ? Vec3(Vec3::Zero()) : faceNormal(mesh, triangle);
-  Vec3 sum = thread ? first : weighted(mesh, triangle, corner);
+  Vec3 first = Vec3::Zero(), sum = first;
+  if (const Face face(mesh, triangle); !face.isThread()) {
+    first = face.normal();
+    sum = face.angle(corner) * first;
+  }
   for (const std::uint32_t side : {0u, 2u}) {  // Over the edge that leaves the vertex, or back over the one that comes.
     std::uint32_t t = mesh.neighbours[triangle][(corner + side) % 3];
     Vec3 last = first;
@@ -103,11 +112,11 @@ Vec3 pseudoNormal(const MeshView& mesh, std::uint32_t triangle, FeatureKind kind
       if (t == triangle) return unit(sum);  // All the way round.
       ++work;
       const std::uint32_t c = cornerOf(mesh, t, vertex);
-      if (!isThread(mesh, t)) {
-        const Vec3 here = faceNormal(mesh, t);
+      if (const Face face(mesh, t); !face.isThread()) {
+        const Vec3 here = face.normal();
         if (!last.isZero(0) && here.dot(last) < crease_cosine) break;
         last = here;
-        sum += weighted(mesh, t, c);
+        sum += face.angle(c) * here;
       }
       t = mesh.neighbours[t][(c + side) % 3];
     }

@@ -30,7 +30,7 @@ double angleBetween(const Vec3& a, const Vec3& b) HD_RT {
   return turns * t * (1 - tt * (1.0 / 3 - tt * (1.0 / 5 - tt * (1.0 / 7 - tt / 9))));
 }
 
-Vec3 unit(const Vec3& x) HD_RT {
+[[gnu::always_inline]] inline Vec3 unit(const Vec3& x) HD_RT {
   const double length = x.norm();
   return length > 0 ? Vec3(x / length) : Vec3::Zero();
 }

@@ -18,7 +18,7 @@ inline constexpr double kNeedle2 = 0x1p-20;  ///< Squared: how thin a needle is 
  * one x other, twice the area of the triangle between two of its edges; its direction is exact to rounding also for a
  * needle, whose edges nearly have one direction and whose plane a plain cross product tips by more than a hair.
  */
-[[nodiscard]] inline Vec3 areaVector(const Vec3& one, const Vec3& other) HD_RT {
+[[nodiscard, gnu::always_inline]] inline Vec3 areaVector(const Vec3& one, const Vec3& other) HD_RT {
   const Vec3 n = one.cross(other);
   const bool needle = n.squaredNorm() < kNeedle2 * (one.squaredNorm() * other.squaredNorm());
   if (needle) [[unlikely]]
@@ -31,7 +31,7 @@ struct Corners {
   Vec3 a, b, c;
 
   /** Twice the area long. */
-  [[nodiscard]] Vec3 normal() const HD_RT { return areaVector(b - a, c - a); }
+  [[nodiscard, gnu::always_inline]] inline Vec3 normal() const HD_RT { return areaVector(b - a, c - a); }
 };
 
 inline Corners cornersOf(const MeshView& mesh, std::uint32_t t) HD_RT {

@@ -37,8 +37,8 @@ double meeting(const Vec3& n0, const Vec3& n1, double v0, double v1, double radi
   const double dv = v1 - v0, r2 = radius * radius;
   const double b = v0 * dv - r2 * n0.dot(dn);
   const double c = v0 * v0 - r2 * n0.squaredNorm();
-  const double root2 = (dv * n0 - v0 * dn).squaredNorm() -
-                       r2 * n0.cross(dn).squaredNorm();  // b b - a c over r r, where a t t + 2 b t + c = 0.
+  // (b b - a c) / (r r), of the equation a t t + 2 b t + c = 0.
+  const double root2 = (dv * n0 - v0 * dn).squaredNorm() - r2 * n0.cross(dn).squaredNorm();
   const double below = -b + radius * std::sqrt(std::max(0.0, root2));
   return c > 0 && below > 0 ? std::min(c / below, 1.0) : 0.0;
 }

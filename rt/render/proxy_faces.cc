@@ -222,7 +222,7 @@ Lead leadOver(const HalfSpace* face, int count, double tiny, const Vec3& at, con
   if (!(rise > tiny)) rise = fall;
   if (!(fall > tiny)) fall = rise;
   const double lift = rise * fall / (rise + fall);
-  if (lift * lift * up.squaredNorm() > kMaxLift * kMaxLift * (end - at).squaredNorm()) return Lead::kNone;
+  if (!(lift * lift * up.squaredNorm() <= kMaxLift * kMaxLift * (end - at).squaredNorm())) return Lead::kNone;
   over = at + fall / (rise + fall) * (end - at) + lift * up;
   return Lead::kOver;
 }

@@ -43,10 +43,12 @@ std::uint32_t edgeTo(const MeshView& mesh, std::uint32_t triangle, std::uint32_t
 
 /** A triangle's corners and normal. */
 struct Face {
-  Corners v;
+  Vec3 v[3];
   Vec3 area;  ///< Twice the area long.
 
-  Face(const MeshView& mesh, std::uint32_t triangle) HD_RT : v(cornersOf(mesh, triangle)), area(v.normal()) {}
+  Face(const MeshView& mesh, std::uint32_t triangle) HD_RT
+      : v{mesh.vertex(triangle, 0), mesh.vertex(triangle, 1), mesh.vertex(triangle, 2)},
+        area(areaVector(v[1] - v[0], v[2] - v[0])) {}
   [[nodiscard]] Vec3 normal() const HD_RT { return unit(area); }
   /**
    * Whether it is so thin that its corners' rounding decides which way it faces: between floats, where edges of
@@ -54,19 +56,16 @@ struct Face {
    * for that corner's: neither is twice as far off.
    */
   [[nodiscard]] bool isThread() const HD_RT {
-    const double ab2 = (v.b - v.a).squaredNorm(), ac2 = (v.c - v.a).squaredNorm();
-    return area.squaredNorm() <= kThin * kThin * (v.a.squaredNorm() + ab2) * std::max(ab2, ac2);
+    const double one2 = (v[1] - v[0]).squaredNorm(), other2 = (v[2] - v[0]).squaredNorm();
+    return area.squaredNorm() <= kThin * kThin * (v[0].squaredNorm() + one2) * std::max(one2, other2);
   }
   /** Of the edge that begins at the corner, squared. */
   [[nodiscard]] double length2(std::uint32_t corner) const HD_RT {
-    return corner == 0 ? (v.b - v.a).squaredNorm() : (corner == 1 ? (v.c - v.b) : (v.a - v.c)).squaredNorm();
+    return (v[(corner + 1) % 3] - v[corner]).squaredNorm();
   }
   /** At the corner. */
   [[nodiscard]] double angle(std::uint32_t corner) const HD_RT {
-    const Vec3 &at = corner == 0 ? v.a : (corner == 1 ? v.b : v.c),
-               &next = corner == 0 ? v.b : (corner == 1 ? v.c : v.a);
-    const Vec3& last = corner == 0 ? v.c : (corner == 1 ? v.a : v.b);
-    return angleBetween(next - at, last - at);
+    return angleBetween(v[(corner + 1) % 3] - v[corner], v[(corner + 2) % 3] - v[corner]);
   }
 };
 

@@ -8,8 +8,10 @@ namespace {
 /** p / (p + q) for p, q >= 0; 0 if both are. */
 double share(double p, double q) HD_RT { return p > 0 ? p / (p + q) : 0.0; }
 
-/** What rounding takes from the product (Dekker, "A floating-point technique for extending the available precision",
- * Numerische Mathematik 18, 1971). */
+/**
+ * What rounding takes from the product (Dekker, "A floating-point technique for extending the available precision",
+ * Numerische Mathematik 18, 1971).
+ */
 double lostIn(double product, double x, double y) HD_RT {
   constexpr double kHalf = 0x1p27 + 1;  // Splits a number into two of 26 digits.
   const double x_big = kHalf * x, y_big = kHalf * y;

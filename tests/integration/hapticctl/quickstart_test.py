@@ -59,6 +59,21 @@ class Quickstart(unittest.TestCase):
             run.communicate(timeout=30)
             self.assertNotEqual(run.returncode, 0)
 
+    def test_a_stop_meanwhile_is_told_with_its_cause(self):
+        with subprocess.Popen(self.command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              env=self.environment) as run:
+            for line in run.stdout:
+                if "sim: armed" in line:
+                    break
+            socket, = pathlib.Path(self.directory.name).glob("hapticd-quickstart.*/control.sock")
+            subprocess.run([BUILD / "tools/hapticctl/hapticctl", "stop"], check=True, stdout=subprocess.DEVNULL,
+                           env={**self.environment, "HAPTICD_SOCKET": str(socket)})
+            told = run.communicate(timeout=100)[0]
+            self.assertEqual(run.returncode, 1, told)
+            self.assertIn("quickstart: the device was disarmed before the hand was through:\n", told)
+            self.assertIn("fault latched: stop", told)
+            self.assertFalse(self.picture.exists())
+
     def test_wrong_use_is_told(self):
         mesh = ["--mesh", "/usr/share/opencascade/data/stl/bearing.stl", "--scale"]
         for words, expected in ((["--mesh", "x.stl"], "--scale"), (["--seconds", "soon"], "is no time"), (["--frob"], "unknown option"),

@@ -1,6 +1,7 @@
 /** @file
- * haptic-bench cost: what a tick of the renderer and the queries in it cost on meshes from a thousand to a million
- * triangles, beside a pointer chase over as many bytes, by which another machine can be judged.
+ * haptic-bench cost: what a tick of the renderer, the servo's whole tick about it and the queries in it cost on meshes
+ * from a thousand to a million triangles, beside a pointer chase over as many bytes, by which another machine can be
+ * judged.
  *
  * A stroke of 10 s over a bumpy sphere, 1 mm deep at 0.1 m/s and 1 kHz, is done again and again; it is the same to the
  * bit each time, so the median over the rounds of each single tick is free of what else the machine did.
@@ -24,6 +25,8 @@
 #include "rt/render/proxy.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/bumpy_sphere.h"
+#include "tools/haptic-bench/cost/servo_stage.h"
+#include "tools/haptic-bench/cost/stroke.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/metric/quantile.h"
@@ -34,47 +37,11 @@ namespace {
 
 using namespace hapticd;  // NOLINT(google-build-using-namespace)
 
-constexpr double kDt = 1e-3;       // [s]
-constexpr double kSpeed = 0.1;     // Of the stroke [m/s].
-constexpr double kAbove = 1e-5;    // Where sweeps begin [m].
-constexpr double kDepth = 1e-3;    // [m]
-constexpr double kTurn = 0.61803;  // Of the stroke's plane per revolution: new ground each time round.
-
 using Clock = std::chrono::steady_clock;
 
 double nsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
 }
-
-/** The hand's way round the sphere, over the mesh itself: a coarse one lies below the sphere by more than a millimetre.
- */
-class Stroke {
- public:
-  /** Throws Failure where the mesh is not found. */
-  Stroke(const MeshView& mesh, double seconds) {
-    const auto count = static_cast<std::size_t>(seconds / kDt);
-    for (std::size_t i = 0; i <= count; ++i) {
-      const double angle = static_cast<double>(i) * kDt * kSpeed / 0.05;
-      const double tilt = 0.3 + kTurn * angle / (2 * M_PI);
-      const Vec3 u(std::cos(angle), std::sin(angle) * std::cos(tilt), std::sin(angle) * std::sin(tilt));
-      Sweep sweep;
-      sweep.a = 2 * bumpyRadius(u) * u;
-      sweep.d = -sweep.a;
-      sweep.limit = ProxyRenderer::kMaxWork;
-      SweepHit hit;
-      if (sweepMesh(mesh, sweep, hit) != SweepResult::kHit) throw Failure("stroke", "no mesh below the hand", "");
-      along_.push_back(u);
-      radius_.push_back(((1 - hit.t) * sweep.a).norm());
-    }
-  }
-  [[nodiscard]] std::size_t ticks() const { return along_.size() - 1; }
-  /** At tick i, 0 to ticks(), `height` above the mesh. */
-  [[nodiscard]] Vec3 at(std::size_t i, double height) const { return (radius_[i] + height) * along_[i]; }
-
- private:
-  std::vector<Vec3> along_;
-  std::vector<double> radius_;
-};
 
 /** Nanoseconds a load of a chain through all lines of `bytes` in random order. */
 double chase(std::size_t bytes) {
@@ -109,7 +76,7 @@ class Stage {
     object.material.stiffness = 1000;
     object.q[0] = 1;
     ok_ = scene_->apply(command) == ErrorCode::kOk;
-    scene_->advance(kDt);
+    scene_->advance(kStrokeDt);
   }
   [[nodiscard]] bool ok() const { return ok_; }
 
@@ -117,12 +84,12 @@ class Stage {
   void begin(double radius) {
     radius_ = radius;
     renderer_.setRadius(radius);
-    renderer_.reset(stroke_.at(0, radius + kAbove));
+    renderer_.reset(stroke_.at(0, radius + kStrokeAbove));
     touched_ = true;
   }
   void tick(std::size_t i) {
-    scene_->advance(kDt);
-    renderer_.step(*scene_, stroke_.at(i, radius_ - kDepth), Vec3::Zero(), kDt, contact_);
+    scene_->advance(kStrokeDt);
+    renderer_.step(*scene_, stroke_.at(i, radius_ - kStrokeDepth), Vec3::Zero(), kStrokeDt, contact_);
     touched_ = touched_ && contact_.object != 0;
   }
   /** Whether the hand has been in contact since begin(). */
@@ -239,14 +206,14 @@ void writeProfile(const std::string& path, std::uint32_t triangles, double radiu
   if (!file.flush()) throw Failure(path, "it could not be written whole", "make room on the disk");
 }
 
-/** A ball from above the surface, clear of its slopes, to `kDepth` below it, a tick further on. */
+/** A ball from above the surface, clear of its slopes, to `kStrokeDepth` below it, a tick further on. */
 std::vector<double> timedSweeps(const Common& common, const Stroke& stroke, const MeshView& mesh, double radius) {
   return timed(
       common, stroke, [] {},
       [&](std::size_t i) {
         Sweep sweep;
-        sweep.a = stroke.at(i, 2 * radius + kAbove);
-        sweep.d = stroke.at(i + 1, radius - kDepth) - sweep.a;
+        sweep.a = stroke.at(i, 2 * radius + kStrokeAbove);
+        sweep.d = stroke.at(i + 1, radius - kStrokeDepth) - sweep.a;
         sweep.radius = radius;
         sweep.limit = ProxyRenderer::kMaxWork;
         SweepHit hit;
@@ -259,7 +226,7 @@ std::vector<double> timedNearest(const Common& common, const Stroke& stroke, con
       common, stroke, [] {},
       [&](std::size_t i) {
         NearestQuery query;
-        query.x = stroke.at(i, -kDepth);
+        query.x = stroke.at(i, -kStrokeDepth);
         query.limit = ProxyRenderer::kMaxWork;
         Nearest nearest;
         if (nearestOnMesh(mesh, query, nearest) != NearestResult::kFound)
@@ -298,6 +265,13 @@ void measure(const Common& common, const Options& options, std::uint32_t triangl
     printLooked(common, looked);
     if (!options.profile.empty()) writeProfile(options.profile, count, radius, ticks, looked);
   }
+  ServoStage servo(memory->view, stroke);
+  for (const double radius : options.radii_mm) {
+    const auto ticks = timed(
+        common, stroke, [&] { servo.begin(radius / 1e3); }, [&](std::size_t i) { servo.tick(i); });
+    if (!servo.touched()) throw Failure("stroke", "the hand left the surface, or the servo was not armed", "");
+    printRow(common, count, fmt::format("servo {} mm", radius), ticks, load);
+  }
   for (const double radius : options.radii_mm) {
     printRow(common, count, fmt::format("sweep {} mm", radius), timedSweeps(common, stroke, memory->view, radius / 1e3),
              load);
@@ -311,7 +285,7 @@ int run(const Common& common, const Options& options) {
   }
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
   fmt::print("# stroke of {} s, {} mm deep at {} m/s, 1 kHz; of each tick the median of {} rounds [ns]; boxes: {}\n",
-             options.seconds, kDepth * 1e3, kSpeed, common.rounds, nameOf(vectorPath()));
+             options.seconds, kStrokeDepth * 1e3, kStrokeSpeed, common.rounds, nameOf(vectorPath()));
   fmt::print("{}\n", common.csv ? "triangles,what,mean,median,p99,p99.9,max,chase"
                                 : "triangles  what             mean   median      p99    p99.9      max    chase");
   for (const std::uint32_t n : options.triangles) measure(common, options, n);
@@ -322,8 +296,9 @@ int run(const Common& common, const Options& options) {
 
 void addCost(CLI::App& app, Run& chosen) {
   auto options = std::make_shared<Options>();
-  CLI::App* cost = app.add_subcommand(
-      "cost", "A tick of the renderer and its queries on meshes of rising size, beside a pointer chase");
+  CLI::App* cost = app.add_subcommand("cost",
+                                      "A tick of the renderer and of the whole servo, and their queries, on meshes of "
+                                      "rising size, beside a pointer chase");
   cost->add_option("--triangles", options->triangles, "Sizes of the mesh")
       ->capture_default_str()
       ->check(CLI::Range(8, 8'000'000));

@@ -85,12 +85,9 @@ enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
 
 /**
  * The other way round: a triangle that moves past a resting point x, its corners along straight lines. If the surface
- * overtakes the point, it is carried on with the surface and left `tolerance` above it, and the answer is true. With a
- * radius the point is a ball's centre, and the triangle's face comes that much earlier; its edges pass into the ball,
- * but never past its centre.
+ * overtakes the point, it is carried on with the surface and left `tolerance` above it, and the answer is true.
  */
-[[nodiscard]] bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3& x,
-                             double radius = 0) HD_RT;
+[[nodiscard]] bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3& x) HD_RT;
 
 struct Ball {
   Vec3 center = Vec3::Zero();

@@ -27,24 +27,9 @@ struct Triangle {
   }
 };
 
-/**
- * When, in [0, 1], the plane of a triangle of which one corner moves comes to a ball about x from that side; x is
- * outside before, by rounding at least, and behind it after. n . (x - v) and n are linear in time, so it is a quadratic
- * equation, v0 + t dv = r |n0 + t dn| squared; with their difference concave, it happens once.
- */
-double meeting(const Vec3& n0, const Vec3& n1, double v0, double v1, double radius) HD_RT {
-  const Vec3 dn = n1 - n0;
-  const double dv = v1 - v0, r2 = radius * radius;
-  const double b = v0 * dv - r2 * n0.dot(dn);
-  const double c = v0 * v0 - r2 * n0.squaredNorm();
-  // (b b - a c) / (r r), of the equation a t t + 2 b t + c = 0.
-  const double root2 = (dv * n0 - v0 * dn).squaredNorm() - r2 * n0.cross(dn).squaredNorm();
-  const double below = -b + radius * std::sqrt(std::max(0.0, root2));
-  return c > 0 && below > 0 ? std::min(c / below, 1.0) : 0.0;
-}
+}  // namespace
 
-/** As overtakes(), of the ball against the face alone. */
-bool faceOvertakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3& x, double radius) HD_RT {
+bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3& x) HD_RT {
   const Triangle before{{fromFloats(move.before[0]), fromFloats(move.before[1]), fromFloats(move.before[2])}};
   Triangle after = before;
   after.v[move.corner] = fromFloats(move.after);
@@ -55,25 +40,17 @@ bool faceOvertakes(const TriangleMove& move, bool two_sided, double tolerance, V
   const double side = two_sided && v0 < 0 ? -1 : 1;
   v0 *= side;
   v1 *= side;
-  const double h0 = v0 / area0 - radius, h1 = v1 / area1 - radius;
-  if (h0 < -tolerance || h1 >= 0 || h1 >= h0) return false;
-  const double t = meeting(n0, n1, v0, v1, radius);
+  if (v0 / area0 < -tolerance || v1 >= 0 || v1 / area1 >= v0 / area0) return false;
+  // One corner on a straight way: the volume below x is linear in time.
+  const double t = v0 > 0 ? v0 / (v0 - v1) : 0.0;
   const Vec3 way = after.v[move.corner] - before.v[move.corner];
   Triangle then = before;
   then.v[move.corner] += t * way;
   if (!then.covers(x)) return false;
   // On with the point of the surface that has reached it, so that it comes to lie on this triangle and no other.
   x += (1 - t) * std::clamp(then.weight(move.corner, x), 0.0, 1.0) * way;
-  x += (side * (radius + tolerance) - n1.dot(x - after.v[0]) / area1) / area1 * n1;
+  x += (side * tolerance - n1.dot(x - after.v[0]) / area1) / area1 * n1;
   return true;
-}
-
-}  // namespace
-
-bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3& x, double radius) HD_RT {
-  // Beside the face the ball gives way, as far as its centre.
-  return faceOvertakes(move, two_sided, tolerance, x, radius) ||
-         (radius > 0 && faceOvertakes(move, two_sided, tolerance, x, 0));
 }
 
 }  // namespace hapticd

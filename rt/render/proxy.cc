@@ -2,7 +2,6 @@
 
 #include <limits>
 
-#include "rt/geometry/nearest.h"
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
@@ -36,7 +35,9 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   step.slip = slip_;
   surroundings_.tick();
   begin(step);
-  if (radius_ != wanted_radius_ || (radius_ > 0 && !scene.triangleMoves().empty())) fitRadius(step);
+  const bool deformed = radius_ > 0 && !scene.triangleMoves().empty();
+  if (deformed) makeRoom(step);
+  if (deformed || radius_ != wanted_radius_) fitRadius(step);
   settle(step);
   if (goAround(step)) {
     step.supported = false;
@@ -66,31 +67,9 @@ void ProxyRenderer::begin(Step& step) HD_RT {
     const double skin = step.skin(object);
     const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
     for (const TriangleMove& move : moves) {
-      if (move.mesh == object.shape.mesh) (void)overtakes(move, two_sided, kNear * skin, start_[slot], radius_);
+      if (move.mesh == object.shape.mesh) (void)overtakes(move, two_sided, kNear * skin, start_[slot]);
     }
   }
-}
-
-/** As large a ball as wanted, or as there is room for. */
-void ProxyRenderer::fitRadius(Step& step) HD_RT {
-  double room = wanted_radius_;
-  for (const std::uint16_t slot : step.scene->touchable()) {
-    const SceneObject& object = step.scene->slot(slot);
-    const double skin = step.skin(object);
-    NearestQuery query;
-    query.x = startIn(step, slot);
-    query.reach = room + skin;
-    query.work = step.work;
-    query.limit = kMaxWork;
-    Nearest near;
-    const NearestResult result = nearestOnShape(object.shape, query, near);
-    step.work = query.work;
-    if (result == NearestResult::kExhausted) return;
-    const bool inside = (object.flags & HD_OBJECT_TWO_SIDED) == 0 && near.isInside(query.x);
-    if (result == NearestResult::kFound && !inside)
-      room = std::min(room, std::max(0.0, std::sqrt(near.squared_distance) - skin));
-  }
-  radius_ = room;
 }
 
 /**

@@ -152,6 +152,8 @@ class ProxyRenderer {
   struct Step;
 
   void begin(Step& step) HD_RT;
+  void makeRoom(Step& step) HD_RT;
+  void pushOut(Step& step, std::uint32_t slot) HD_RT;
   void fitRadius(Step& step) HD_RT;
   void settle(Step& step) HD_RT;
   bool sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot,

@@ -79,6 +79,63 @@ TEST(ProxyOnDeformable, AWaveNeverPassesTheProxy) {
   }
 }
 
+/** A ball over a sheet of which one row or vertex rises. */
+TEST(ProxyOnDeformable, AnEdgeAndAVertexThatRisePushABallUp) {
+  constexpr double kRadius = 0.004;
+  for (const bool one_vertex : {false, true}) {
+    for (const double step : {1e-4, 1e-3, 3e-3}) {
+      Sheet sheet(10);
+      TestScene t;
+      t.proxy.setRadius(kRadius);
+      const auto id = t.addMesh(sheet.mesh.deformableView(), {}, {1000, 0, 0, 0});
+      const Vec3 hip(0, 0, kRadius - 0.001);
+      t.tick(hip + Vec3(0, 0, 0.01));
+      t.tick(hip);
+      for (int i = 1; i <= 8; ++i) {  // Up, and at once down again.
+        const double z = i < 8 ? std::min(step * i, 0.003) : 0;
+        const auto moves = sheet.at(
+            [&](double x, double y) { return std::abs(x) < 1e-4 && (!one_vertex || std::abs(y) < 1e-4) ? z : 0.0; });
+        ASSERT_EQ(t.moveVertices(id, moves), ErrorCode::kOk);
+        const SurfaceContact& c = t.tick(hip);
+        ASSERT_NEAR(c.force.z(), 1000 * (double{static_cast<float>(z)} + 0.001), 1e-8)
+            << one_vertex << " " << step << " " << i;
+        ASSERT_LT(c.force.head<2>().norm(), 1e-8);
+      }
+    }
+  }
+}
+
+/** Two plates of one mesh close on a ball: it stays between them, in the middle, as large as there is room, and is let
+ * go unharmed. */
+TEST(ProxyOnDeformable, PlatesThatCloseOnABallKeepItBetweenThem) {
+  constexpr double kRadius = 0.002;
+  for (const double step : {1e-4, 1e-3, 3e-3}) {
+    TestMesh mesh = test::boxMesh(Vec3(0.02, 0.02, 0.001), Vec3(0, 0, -0.006));
+    const auto lower = static_cast<std::uint32_t>(mesh.vertices.size());
+    const TestMesh above = test::boxMesh(Vec3(0.02, 0.02, 0.001), Vec3(0, 0, 0.006));
+    for (const auto& v : above.vertices) mesh.vertices.push_back(v);
+    for (const auto& f : above.triangles) mesh.addTriangle(lower + f[0], lower + f[1], lower + f[2]);
+    const auto start = mesh.vertices;
+    TestScene t;
+    t.proxy.setRadius(kRadius);
+    const auto id = t.addMesh(mesh.deformableView());
+    t.tick(Vec3::Zero());
+    for (int i = 1; i < 220; ++i) {
+      const double rise = std::clamp(std::min(step * i, 0.0095 - step * (i - 110)), 0.0, 0.0095);
+      std::vector<hd_vertex_move> moves;
+      for (std::uint32_t v = 0; v < lower; ++v)
+        moves.push_back({v, {start[v][0], start[v][1], static_cast<float>(start[v][2] + rise)}});
+      ASSERT_EQ(t.moveVertices(id, moves), ErrorCode::kOk);
+      const double z = t.tick(Vec3::Zero()).proxy.z(), floor = -0.005 + rise, room = 0.005 - floor;
+      const double radius = i < 110 ? std::min(kRadius, 0.4 * room) : 0;  // It grows again when it lifts.
+      ASSERT_GT(z, floor + radius - 1e-8) << step << " " << i;
+      ASSERT_LT(z, 0.005 - radius + 1e-8) << step << " " << i;
+    }
+    EXPECT_EQ(t.contact.object, 0u);
+    EXPECT_NEAR(t.tick(Vec3(0, 0, -0.005)).proxy.z(), kRadius - 0.005, 1e-8);
+  }
+}
+
 TEST(ProxyOnDeformable, OnlyThisTicksMovesAreSwept) {
   Sheet sheet(2);
   TestScene t;

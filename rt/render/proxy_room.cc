@@ -1,0 +1,116 @@
+// Room for the ball: where a mesh has moved into it, it is pushed out, or made smaller where it cannot go.
+#include <limits>
+
+#include "rt/geometry/nearest.h"
+#include "rt/render/proxy_step.h"
+
+namespace hapticd {
+namespace {
+
+constexpr int kMaxPushes = 8;       // Of the ball out of one mesh in one tick.
+constexpr double kAway = 1.25;      // Skins that it is pushed off the surface: fitRadius() wants one.
+constexpr double kDirected = 16.0;  // Skins from the surface at which the way from there tells a direction.
+
+/** From the surface to the centre of the ball, unit; false if that is inside. */
+bool outward(const Nearest& near, const Vec3& x, bool two_sided, double skin, double distance, Vec3& out) HD_RT {
+  const Vec3 away = x - near.point;
+  const double side = away.dot(near.pseudo_normal);
+  if (!two_sided && side < 0) return false;
+  if (near.kind == FeatureKind::kFace || distance < kDirected * skin) {
+    out = side < 0 ? Vec3(-near.pseudo_normal) : near.pseudo_normal;
+  } else {
+    out = away / distance;
+  }
+  return true;
+}
+
+}  // namespace
+
+/**
+ * Pushes the ball out of meshes whose vertices have moved into it, faces, edges or vertices; its centre they have taken
+ * along already. It is swept through the meshes as they are now, as large as it is free where it is, so it passes
+ * nothing; where it cannot go it is made to fit (fitRadius).
+ */
+void ProxyRenderer::makeRoom(Step& step) HD_RT {
+  for (const std::uint16_t slot : step.scene->touchable()) {
+    const SceneObject& object = step.scene->slot(slot);
+    if (object.shape.kind != ShapeKind::kMesh) continue;
+    bool deformed = false;
+    for (const TriangleMove& move : step.scene->triangleMoves()) deformed = deformed || move.mesh == object.shape.mesh;
+    if (deformed) pushOut(step, slot);
+  }
+}
+
+void ProxyRenderer::pushOut(Step& step, std::uint32_t slot) HD_RT {
+  const SceneObject& object = step.scene->slot(slot);
+  const double skin = step.skin(object);
+  const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
+  Vec3& x = start_[slot];
+  HalfSpace planes[kMaxHalfSpaces];
+  int count = 0;
+  double ahead = 1;  // How far is looked, in parts of the push.
+  for (int push = 0; push < kMaxPushes; ++push) {
+    NearestQuery query;
+    query.x = x;
+    query.reach = radius_ + 0.5 * skin;
+    query.work = step.work;
+    query.limit = kMaxWork;
+    Nearest near;
+    const NearestResult result = nearestOnShape(object.shape, query, near);
+    step.work = query.work;
+    if (result != NearestResult::kFound) return;
+    const double distance = std::sqrt(near.squared_distance);
+    Vec3 out;
+    if (!outward(near, x, two_sided, skin, distance, out)) return;
+
+    // As little as gets it off all that was in its way.
+    if (count == kMaxHalfSpaces) count = 0;
+    planes[count++] = {out, out.dot(near.point) + radius_ + kAway * skin};
+    Vec3 to = x;
+    std::uint32_t active = 0;
+    if (!nearestInside(planes, count, kNear * skin, to, active)) {
+      planes[0] = planes[count - 1];
+      count = 1;
+      to = x - planes[0].height(x) * out;
+      ahead = 2;
+    }
+    Sweep sweep;
+    sweep.a = x;
+    sweep.d = ahead * (to - x);
+    sweep.radius = std::max(0.0, distance - skin);
+    sweep.tolerance = kNear * skin;
+    sweep.two_sided = two_sided;
+    sweep.work = step.work;
+    sweep.limit = kMaxWork;
+    SweepHit hit;
+    const SweepResult free = sweepShape(object.shape, sweep, hit);
+    step.work = sweep.work;
+    if (free == SweepResult::kExhausted) return;
+    // Between two walls as far from the one as from the other.
+    x += (free == SweepResult::kHit ? 0.5 * hit.t : 1 / ahead) * sweep.d;
+  }
+}
+
+/** As large a ball as wanted, or as there is room for. */
+void ProxyRenderer::fitRadius(Step& step) HD_RT {
+  double room = wanted_radius_;
+  for (const std::uint16_t slot : step.scene->touchable()) {
+    const SceneObject& object = step.scene->slot(slot);
+    const double skin = step.skin(object);
+    NearestQuery query;
+    query.x = startIn(step, slot);
+    query.reach = room + skin;
+    query.work = step.work;
+    query.limit = kMaxWork;
+    Nearest near;
+    const NearestResult result = nearestOnShape(object.shape, query, near);
+    step.work = query.work;
+    if (result == NearestResult::kExhausted) return;
+    const bool inside = (object.flags & HD_OBJECT_TWO_SIDED) == 0 && near.isInside(query.x);
+    if (result == NearestResult::kFound && !inside)
+      room = std::min(room, std::max(0.0, std::sqrt(near.squared_distance) - skin));
+  }
+  radius_ = room;
+}
+
+}  // namespace hapticd

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
@@ -13,7 +14,7 @@
 
 namespace hapticd {
 
-/** One object as it stood at the end of a cycle. */
+/** One object as it stood at the end of a cycle; of a free slot only id, tick and control_applied mean anything. */
 struct PosedObject {
   std::uint32_t object = 0;           ///< Id; 0: the slot was free.
   std::uint32_t flags = 0;            ///< hd_object_flag
@@ -43,7 +44,9 @@ class PoseBoard {
       posed.object = object.id;
       posed.tick = tick;
       posed.control_applied = control_applied;
-      if (object.id != 0) {
+      if (object.id == 0) {
+        write<kHead>(next_, posed);
+      } else {
         posed.flags = object.flags;
         posed.client_edits = object.client_edits;
         posed.material = object.material;
@@ -53,8 +56,8 @@ class PoseBoard {
         store(object.V_PO.w, posed.w_PO);
         store(object.X_WO.p, posed.p_WO);
         store(object.X_WO.q, posed.q_WO);
+        write<kAll>(next_, posed);
       }
-      write(next_, posed);
       next_ = (next_ + 1) % kMaxObjects;
     }
   }
@@ -76,20 +79,24 @@ class PoseBoard {
 
  private:
   static_assert(sizeof(PosedObject) % sizeof(std::uint64_t) == 0 && std::is_trivially_copyable_v<PosedObject>);
-  using Words = std::array<std::uint64_t, sizeof(PosedObject) / sizeof(std::uint64_t)>;
+  static constexpr std::size_t kAll = sizeof(PosedObject) / sizeof(std::uint64_t);
+  static constexpr std::size_t kHead = offsetof(PosedObject, material) / sizeof(std::uint64_t);
+  using Words = std::array<std::uint64_t, kAll>;
   struct alignas(64) Entry {
     std::atomic<std::uint32_t> guard{0};
-    std::array<std::atomic<std::uint64_t>, std::tuple_size_v<Words>> word{};
+    std::array<std::atomic<std::uint64_t>, kAll> word{};
   };
 
+  /** The first words; those behind stay as they were. */
+  template <std::size_t kCount>
   void write(std::uint32_t slot, const PosedObject& posed) HD_RT {
     Entry& entry = entries_[slot];
-    Words words;
-    std::memcpy(words.data(), &posed, sizeof posed);
+    std::array<std::uint64_t, kCount> words;
+    std::memcpy(words.data(), &posed, sizeof words);
     const std::uint32_t before = entry.guard.load(std::memory_order_relaxed);
     entry.guard.store(before + 1, std::memory_order_relaxed);
     // R1, pairs with A1: who sees a word of this write sees the odd guard. No fence: the thread sanitizer knows none.
-    for (std::size_t i = 0; i < words.size(); ++i) entry.word[i].store(words[i], std::memory_order_release);
+    for (std::size_t i = 0; i < kCount; ++i) entry.word[i].store(words[i], std::memory_order_release);
     entry.guard.store(before + 2, std::memory_order_release);  // R0, pairs with A0
   }
 

@@ -1,29 +1,34 @@
 #include "rt/cycle/velocity_estimator.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace hapticd {
 namespace {
 
-/** Samples of one axis, newest first: y relative to the newest, age in seconds (rising). */
-struct Axis {
-  std::array<double, VelocityEstimator::kWindow> y;
-  std::array<double, VelocityEstimator::kWindow> age;
-  std::uint32_t count;
-};
-
-/** Slope of the longest end-fit line that stays within `resolution` of each sample between its ends. */
-double endFit(const Axis& axis, double resolution) HD_RT {
-  double slope = 0;
-  for (std::uint32_t n = 1; n < axis.count; ++n) {
-    const double candidate = -axis.y[n] / axis.age[n];
-    for (std::uint32_t i = 1; i < n; ++i) {
-      if (std::abs(axis.y[i] + candidate * axis.age[i]) > resolution) return slope;
-    }
-    slope = candidate;
+/**
+ * The end-fit line of one axis, which takes samples from the newest on. The slopes of the lines that pass all of them
+ * within the resolution are an interval, which each sample narrows: each is looked at once.
+ */
+class EndFit {
+ public:
+  /** A sample, relative to the newest, and 1 / its age [1/s]. False: the window has ended. */
+  bool take(double y, double rate, double resolution) HD_RT {
+    const double slope = -y * rate;
+    ended_ = ended_ || !(slope >= least_ && slope <= most_);
+    if (ended_) return false;
+    slope_ = slope;
+    least_ = std::max(least_, slope - resolution * rate);
+    most_ = std::min(most_, slope + resolution * rate);
+    return true;
   }
-  return slope;
-}
+  [[nodiscard]] double slope() const HD_RT { return slope_; }
+
+ private:
+  double least_ = -std::numeric_limits<double>::infinity(), most_ = -least_;
+  double slope_ = 0;
+  bool ended_ = false;
+};
 
 /** Axis times angle of the rotation from `from` to `to`, in the frame of their targets, the short way. */
 Vec3 rotationVector(const Quat& from, const Quat& to) HD_RT {
@@ -66,23 +71,23 @@ Twist VelocityEstimator::update(const DeviceSample& sample) HD_RT {
     return last_;
   }
 
-  std::array<Axis, 6> axes;
+  std::array<EndFit, 3> along, about;
   const Entry& newest = back(0);
-  for (std::uint32_t n = 0; n < count_; ++n) {
+  bool grows = true;
+  for (std::uint32_t n = 1; n < count_ && grows; ++n) {
     const Entry& e = back(n);
-    const double age = static_cast<double>(newest.t_ns - e.t_ns) * 1e-9;
+    const double rate = 1e9 / static_cast<double>(newest.t_ns - e.t_ns);
     const Vec3 dp = e.p - newest.p;
     const Vec3 dr = -rotationVector(e.q, newest.q);
+    grows = false;
     for (int i = 0; i < 3; ++i) {
-      axes[i].y[n] = dp[i];
-      axes[i + 3].y[n] = dr[i];
-      axes[i].age[n] = axes[i + 3].age[n] = age;
+      grows = along[i].take(dp[i], rate, resolution_) || grows;
+      grows = about[i].take(dr[i], rate, rotation_resolution_) || grows;
     }
   }
   for (int i = 0; i < 3; ++i) {
-    axes[i].count = axes[i + 3].count = count_;
-    last_.v[i] = endFit(axes[i], resolution_);
-    last_.w[i] = endFit(axes[i + 3], rotation_resolution_);
+    last_.v[i] = along[i].slope();
+    last_.w[i] = about[i].slope();
   }
   return last_;
 }

@@ -17,7 +17,7 @@
 
 namespace hapticd {
 
-/** One device point. Servo thread. Each Cartesian axis has its own window. Cost: at most 3 kWindow^2 per sample. */
+/** One device point. Servo thread. Each axis has its own window. Cost: at most kWindow steps per sample. */
 class VelocityEstimator {
  public:
   static constexpr std::uint32_t kWindow = 16;  ///< Samples, the newest included.

@@ -47,6 +47,10 @@ class Libusb : public ::testing::Test {
     const auto held = usbfs_.hold();
     return model_.motors() != std::array<std::int16_t, 3>{};
   }
+  bool runs() {
+    const auto held = usbfs_.hold();
+    return model_.running();
+  }
   void fault(haptic_emu::FaultKind kind, bool on) {
     const auto held = usbfs_.hold();
     if (on) {
@@ -106,8 +110,9 @@ TEST_F(Libusb, FirmwareIsLoadedBesideWhatWasAskedBefore) {
   for (std::size_t i = 0; i < firmware.size(); ++i) firmware[i] = static_cast<std::uint8_t>(i * 7);
   for (int i = 0; i < 3; ++i) {
     fault(haptic_emu::FaultKind::kUnplug, true);
-    clock_.sleepUntil(clock_.now() + 2 * kMs);
-    fault(haptic_emu::FaultKind::kUnplug, false);  // It has lost its firmware.
+    for (int k = 0; k < 5000 && runs(); ++k) clock_.sleepUntil(clock_.now() + 2 * kMs);
+    fault(haptic_emu::FaultKind::kUnplug, false);
+    ASSERT_FALSE(runs()) << "it has lost its firmware";
     auto usb = opener()();
     ASSERT_TRUE(usb.ok());
     std::atomic<bool> stop{false};

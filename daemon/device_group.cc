@@ -90,7 +90,7 @@ Result<void> DeviceGroup::startThreads() {
   auto ingest = run(ingest_thread_, "ingest", options_.ingest_priority, [this] {
     // The servo's deadlines are whole periods: half a period off them, neither wakes while the other works.
     const std::int64_t period_ns = options_.cycle.period_ns;
-    while (!stop_.load(std::memory_order_relaxed)) {
+    while (!stop_others_.load(std::memory_order_relaxed)) {
       ingest_->step(clock_.now(), servo_->counters.tick.load(std::memory_order_relaxed));
       clock_.sleepUntil((clock_.now() + period_ns / 2) / period_ns * period_ns + period_ns / 2);
     }
@@ -101,7 +101,7 @@ Result<void> DeviceGroup::startThreads() {
   const int collide_priority = std::clamp(below, 1, options_.collide_priority);
   auto collide = run(collide_thread_, "collide", collide_priority, [this] {
     // However long an answer takes, the thread then sleeps: at 60 % of the processor it is never throttled.
-    while (!stop_.load(std::memory_order_relaxed)) {
+    while (!stop_others_.load(std::memory_order_relaxed)) {
       const std::int64_t began_ns = clock_.now();
       collider_->step(&clock_);
       const std::int64_t took_ns = clock_.now() - began_ns;
@@ -116,6 +116,7 @@ Result<void> DeviceGroup::startThreads() {
       servo_->runOnce();
     }
     servo_->end();
+    servo_ended_.store(true, std::memory_order_release);  // R6, pairs with A6
   });
   if (!servo) return servo;
   realtime_ = note_.empty();
@@ -153,11 +154,44 @@ Result<void> DeviceGroup::betweenCycles(const std::function<void(Servo&)>& work)
   return Error{ErrorCode::kTimeout, "servo", "it did not come to a stand within 100 ms", "see hapticctl status"};
 }
 
-DeviceGroup::~DeviceGroup() {
+bool DeviceGroup::endThreads(std::int64_t patience_ns) {
+  if (servo_thread_.running()) {
+    constexpr std::int64_t kLook_ns = 200'000;
+    const std::int64_t until_ns = clock_.now() + patience_ns;
+    stop_.store(true, std::memory_order_relaxed);
+    while (!servoEnded()) {
+      if (clock_.now() < until_ns) {
+        clock_.sleepUntil(clock_.now() + kLook_ns);
+        continue;
+      }
+      stop_.store(false, std::memory_order_relaxed);  // Should it end all the same, the next call joins it.
+      for (auto& device : devices_) device->safe();
+      return false;
+    }
+  }
+  joinAll();
+  return true;
+}
+
+void DeviceGroup::joinAll() noexcept {
   stop_.store(true, std::memory_order_relaxed);
   servo_thread_.join();
+  stop_others_.store(true, std::memory_order_relaxed);
   collide_thread_.join();
   ingest_thread_.join();
+}
+
+DeviceGroup::Leaving DeviceGroup::takeDevices() {
+  joinAll();
+  Leaving leaving;
+  leaving.devices = std::move(devices_);
+  leaving.last_resort = std::move(last_resort_);
+  devices_.clear();
+  return leaving;
+}
+
+DeviceGroup::~DeviceGroup() {
+  joinAll();
   SafetyLines::giveBack(servo_->sign);
   last_resort_.clear();
   for (auto& device : devices_) {

@@ -40,8 +40,23 @@ class DeviceGroup {
   [[nodiscard]] static Result<std::unique_ptr<DeviceGroup>> start(const GroupOptions& options,
                                                                   std::vector<std::unique_ptr<Device>> devices,
                                                                   const MeshTable& meshes, Clock& clock);
-  /** Stops the threads, then safe() and close() on each device. */
+  /** Joins the threads, then safe() and close() on each device that is still its own. */
   ~DeviceGroup();
+
+  /**
+   * Ends the threads. False when the servo has not come back from a device within `patience_ns`: then safe() was called
+   * for each device, and should it come back it goes on as before. True when there is none (any more).
+   */
+  [[nodiscard]] bool endThreads(std::int64_t patience_ns);
+  /** Whether the servo has ended, though nobody may have joined it yet. */
+  [[nodiscard]] bool servoEnded() const { return servo_ended_.load(std::memory_order_acquire); }  // A6
+  /** Open devices that no servo has any more, still held for the last resort. */
+  struct Leaving {
+    std::vector<std::unique_ptr<Device>> devices;
+    std::list<LastResort> last_resort;  // goes before them
+  };
+  /** Waits for the threads, however long: after endThreads() for nothing. */
+  [[nodiscard]] Leaving takeDevices();
 
   /** Queues an order for the servo, in order. False when 512 wait (the servo is dead). */
   [[nodiscard]] bool send(const Command& command);
@@ -74,6 +89,7 @@ class DeviceGroup {
               Clock& clock);
   Result<void> startThreads();
   void standStill() HD_RT;
+  void joinAll() noexcept;
 
   GroupOptions options_;
   std::vector<std::unique_ptr<Device>> devices_;
@@ -82,7 +98,9 @@ class DeviceGroup {
   std::unique_ptr<Ingest> ingest_;
   std::unique_ptr<Collider> collider_;
   std::unique_ptr<Servo> servo_;
-  std::atomic<bool> stop_{false};
+  std::atomic<bool> stop_{false};         ///< The servo is to end.
+  std::atomic<bool> stop_others_{false};  ///< Ingest and collide are; after the servo.
+  std::atomic<bool> servo_ended_{false};
   std::atomic<bool> hold_{false};  ///< The servo is to stand still ...
   std::atomic<bool> held_{false};  ///< ... and does.
   RtThread ingest_thread_, collide_thread_, servo_thread_;

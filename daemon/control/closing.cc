@@ -65,12 +65,21 @@ Result<void> Core::closeGroupOf(OpenDevice& device) {
   for (const auto& other : devices_.devices()) {
     if (other->link == link) names.push_back(other->name);
   }
-  const SessionManager::Ended ended = sessions_.takeEnded(*link);  // Dropped when its servo is no more.
-  if (auto r = devices_.close(device); !r) return r;
+  if (auto r = devices_.endServo(*device.link); !r) return r;  // It may yet write what sessions that ended have mapped.
+  const SessionManager::Ended ended = sessions_.takeEnded(*link);
+  const auto closed = devices_.close(device);
+  if (!closed) return closed.error();
   recordings_.groupClosed(*link);
   events_dropped_.erase(link);
   for (const std::string& name : names) publish(EventKind::kDeviceRemoved, name);
-  return {};
+  if (closed->empty()) return {};
+  return Error{ErrorCode::kTimeout, closed->front(), "it is out of use, but its driver does not let go of it",
+               "unplug it, or restart hapticd; it can be opened again once its driver has come back"};
+}
+
+std::vector<std::string> Core::closeAll() {
+  for (const auto& link : devices_.links()) recordings_.groupClosed(*link);
+  return devices_.closeAll();
 }
 
 bool Core::powerless(const OpenDevice& device) {
@@ -81,8 +90,8 @@ bool Core::powerless(const OpenDevice& device) {
 
 /** What is asked for is a group of its own: nothing else goes with it. */
 bool Core::unused(const OpenDevice& device) const {
-  return harmless(device) && !device.kept && device.askers.empty() && device.sessions == 0 &&
-         !recordings_.of(*device.link) && powerless(device);
+  return harmless(device) && !device.link->standsStill() && !device.kept && device.askers.empty() &&
+         device.sessions == 0 && !recordings_.of(*device.link) && powerless(device);
 }
 
 void Core::closeUnused() {

@@ -64,10 +64,7 @@ Core::Core(const CoreOptions& options, Clock& clock)
   });
 }
 
-Core::~Core() {
-  for (const auto& link : devices_.links()) recordings_.groupClosed(*link);
-  devices_.closeAll();
-}
+Core::~Core() { (void)closeAll(); }
 
 Result<void> Core::openConfigured(const std::function<bool()>& go_on) {
   const std::vector<GroupConfig> groups = options_.config.effectiveGroups();

@@ -89,6 +89,8 @@ class Core {
   [[nodiscard]] bool busy() const { return busy_; }
   /** Disarms every device and says true once all force is gone or `since_ns` is half a second ago. */
   void beginShutdown();
+  /** The end of every servo; as DeviceManager::closeAll(). No poll() after it. */
+  std::vector<std::string> closeAll();
   [[nodiscard]] bool quiet(std::int64_t since_ns);
 
   // Connections.

@@ -153,6 +153,7 @@ void Core::pollArms() {
 void Core::pollListed() {
   const std::int64_t now = clock_.now();
   const auto off = [&](Listed& listed) {
+    if (devices_.isClosing(listed.uri)) return false;  // only its driver knows whether it is at zero
     const auto device = devices_.find(listed.uri);
     if (!device) return true;  // closed, and so made safe
     hd_sample sample;

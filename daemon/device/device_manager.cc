@@ -20,12 +20,22 @@ DeviceManager::DeviceManager(const Config& config, Clock& clock, MeshStore& mesh
       make_(makeDevice),
       find_(findDevices) {}
 
-DeviceManager::~DeviceManager() { closeAll(); }
+DeviceManager::~DeviceManager() {
+  (void)closeAll();
+  for (auto& link : links_) (void)letGo(*link);  // Waits.
+}
 
 Result<void> DeviceManager::roomForGroup(const std::string& where) const {
-  if (links_.size() + groups_opening_.size() < kMaxGroups) return {};
+  if (links_.size() + groups_opening_.size() + closer_.size() < kMaxGroups) return {};
   return Error{ErrorCode::kQuotaExceeded, where, fmt::format("there are {} device groups, the most", kMaxGroups),
                "close a device first"};
+}
+
+/** Whether its driver has let go of a device that was closed. */
+Result<void> DeviceManager::notClosing(const std::string& canonical) const {
+  if (!closer_.has(canonical)) return {};
+  return Error{ErrorCode::kDeviceBusy, canonical, "it was closed, but its driver has not let go of it yet",
+               "try again; if it stays so, unplug it, or restart hapticd"};
 }
 
 /** Its devices, not open yet; each of them once, and not open already. */
@@ -40,6 +50,7 @@ Result<std::vector<std::unique_ptr<Device>>> DeviceManager::makeGroup(const Grou
     auto device = make_(uri);
     if (!device) return device.error();
     const std::string& canonical = (*device)->info().uri;
+    if (auto r = notClosing(canonical); !r) return r.error();
     const bool here = std::any_of(made.begin(), made.end(), [&](const auto& d) { return d->info().uri == canonical; });
     if (here || lookUp(canonical) != nullptr) {
       return Error{ErrorCode::kDeviceBusy, where, fmt::format("{} is open already", canonical),
@@ -111,6 +122,7 @@ void DeviceManager::openNext(GroupOpening& opening) {
 
 void DeviceManager::poll() {
   opener_.poll();
+  for (const std::string& uri : closer_.poll()) log::warn("{}: its driver has let go of it", log::printable(uri));
   for (auto it = groups_opening_.begin(); it != groups_opening_.end();) {
     if (!it->ended || (it->turn && !it->turn())) {
       ++it;
@@ -230,6 +242,7 @@ void DeviceManager::open(std::string_view uri, Done done) {
     made = std::move(*one);
     canonical = made->info().uri;
     if (OpenDevice* device = lookUp(canonical)) return done(device);
+    if (auto r = notClosing(canonical); !r) return done(r.error());
     if (waitFor(canonical, uri, done)) return;
   }
   if (advice_) {
@@ -245,6 +258,7 @@ void DeviceManager::open(std::string_view uri, Done done) {
     if (!any) return done(any.error());
     made = std::move(*any);
     canonical = made->info().uri;
+    if (auto r = notClosing(canonical); !r) return done(r.error());
     if (waitFor(canonical, uri, done)) return;
   }
   std::vector<std::unique_ptr<Device>> one;
@@ -268,7 +282,21 @@ bool DeviceManager::waitFor(const std::string& canonical, std::string_view text,
   return false;
 }
 
-Result<void> DeviceManager::close(OpenDevice& device) {
+Result<void> DeviceManager::endServo(GroupLink& link) {
+  const bool known = link.standsStill();
+  if (link.endThreads(kEnd_ns)) return {};
+  std::string of;
+  for (std::size_t i = 0; i < link.group().deviceCount(); ++i)
+    of += (of.empty() ? "" : ", ") + link.group().device(i).info().uri;
+  if (!known) {
+    log::error("group {}: its servo has not come back from the driver of {}, which was told to bring it to zero",
+               link.name(), log::printable(of));
+  }
+  return Error{ErrorCode::kTimeout, of, "the servo has not come back from its driver",
+               "unplug it, or restart hapticd: systemctl restart hapticd"};
+}
+
+Result<std::vector<std::string>> DeviceManager::close(OpenDevice& device) {
   GroupLink* link = device.link;
   for (const auto& other : devices_) {
     if (other->link == link && other->sessions != 0) {
@@ -276,16 +304,17 @@ Result<void> DeviceManager::close(OpenDevice& device) {
                    "end them first; hapticctl status lists them"};
     }
   }
+  if (auto r = endServo(*link); !r) return r.error();
   log::info("device group {} closes", link->name());
   devices_.erase(std::remove_if(devices_.begin(), devices_.end(), [&](const auto& d) { return d->link == link; }),
                  devices_.end());
-  letGo(*link);
+  auto left = letGo(*link);
   links_.erase(std::remove_if(links_.begin(), links_.end(), [&](const auto& l) { return l.get() == link; }),
                links_.end());
-  return {};
+  return left;
 }
 
-void DeviceManager::closeAll() {
+std::vector<std::string> DeviceManager::closeAll() {
   opener_.stop();
   for (GroupOpening& opening : groups_opening_) {
     for (auto& device : opening.open) device->close();
@@ -293,16 +322,31 @@ void DeviceManager::closeAll() {
   groups_opening_.clear();
   opening_.clear();
   devices_.clear();
-  for (auto& link : links_) letGo(*link);
-  links_.clear();
+  std::vector<std::string> standing;
+  for (auto it = links_.begin(); it != links_.end();) {
+    if (const auto ended = endServo(**it); !ended) {
+      standing.push_back(ended.error().where);
+      ++it;
+      continue;
+    }
+    (void)letGo(**it);
+    it = links_.erase(it);
+  }
+  for (std::string& uri : closer_.names()) standing.push_back(std::move(uri));
+  return standing;
 }
 
-/** The servo stops before what it reads goes. */
-void DeviceManager::letGo(GroupLink& link) {
+/** After the end of its servo: first that, then what it read. Devices that are not closed yet. */
+std::vector<std::string> DeviceManager::letGo(GroupLink& link) {
   scene_.detach(link);
-  link.stop();
+  auto left = closer_.close(link.stop(), kEnd_ns);
+  if (!left.empty()) {
+    log::error("group {}: the driver of {} does not let go of it; it was told to bring it to zero", link.name(),
+               log::printable(left.front()));
+  }
   meshes_.detach(link);
   scene_.textures().detach(link);
+  return left;
 }
 
 }  // namespace hapticd

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "daemon/config.h"
+#include "daemon/device/device_closer.h"
 #include "daemon/device/device_opener.h"
 #include "daemon/device/group_link.h"
 #include "daemon/scene/scene_model.h"
@@ -109,8 +110,20 @@ class DeviceManager {
   void poll();
   /** Devices that are being opened. */
   [[nodiscard]] std::size_t opening() const { return opening_.size(); }
-  /** Closes the device and those that share its servo. Refused while any of them has a session. */
-  [[nodiscard]] Result<void> close(OpenDevice& device);
+  /**
+   * Ends the servo of a group that is to be closed; nobody may use it from then on. kTimeout when it does not come back
+   * from a device's driver: then safe() was called for its devices, and they stay open.
+   */
+  [[nodiscard]] Result<void> endServo(GroupLink& link);
+  /**
+   * Closes the device and those that share its servo. Refused while any of them has a session; as endServo(). A driver
+   * that does not return from closing is left to it: the device is no longer here, but cannot be opened again until
+   * it has returned; the answer names such devices.
+   */
+  [[nodiscard]] Result<std::vector<std::string>> close(OpenDevice& device);
+
+  /** Whether it was closed, but its driver has not let go of it. */
+  [[nodiscard]] bool isClosing(const std::string& canonical) const { return closer_.has(canonical); }
 
   /** By short name, URI, serial or the text it was opened by; "" is the first device. kNotFound lists the names. */
   [[nodiscard]] Result<OpenDevice*> find(std::string_view text);
@@ -124,8 +137,13 @@ class DeviceManager {
   /** Why not, when realtime() is false. */
   [[nodiscard]] std::string schedulingNote() const;
 
-  /** Stops every servo; devices are safe and closed. */
-  void closeAll();
+  /**
+   * Stops every servo; devices are safe and closed. But those of which a driver does not return: they are safe, named,
+   * and what their threads may touch stays until this is destroyed, which waits for them.
+   */
+  std::vector<std::string> closeAll();
+  /** Longest wait for a servo, and for a driver that closes: both together within a third of the watchdog's time. */
+  static constexpr std::int64_t kEnd_ns = 300'000'000;
 
  private:
   /** A device that is being opened, and who waits for it. */
@@ -156,7 +174,8 @@ class DeviceManager {
   [[nodiscard]] Result<void> roomForGroup(const std::string& where) const;
   GroupOptions options(const GroupConfig& group, const std::vector<std::unique_ptr<Device>>& devices) const;
   std::string shortName(const DeviceInfo& info, const std::vector<std::string>& taken) const;
-  void letGo(GroupLink& link);
+  [[nodiscard]] Result<void> notClosing(const std::string& canonical) const;
+  std::vector<std::string> letGo(GroupLink& link);
   OpenDevice* lookUp(std::string_view text);
 
   const Config& config_;
@@ -174,7 +193,8 @@ class DeviceManager {
   std::uint32_t next_group_ = 1;
   std::vector<Opening> opening_;
   std::list<GroupOpening> groups_opening_;  ///< In the order in which they were begun; each stays where it is.
-  DeviceOpener opener_;                     // last: its threads end before what they use goes
+  DeviceCloser closer_;
+  DeviceOpener opener_;  // last: its threads end before what they use goes
 };
 
 }  // namespace hapticd

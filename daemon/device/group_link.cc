@@ -36,6 +36,19 @@ GroupLink::~GroupLink() {
   if (monitor_ != nullptr) munmap(monitor_, sizeof(hd_region_a));
 }
 
+bool GroupLink::endThreads(std::int64_t patience_ns) {
+  if (standsStill()) return false;
+  if (group_->endThreads(patience_ns)) return true;
+  stands_at_ = cycles() + 1;
+  return false;
+}
+
+DeviceGroup::Leaving GroupLink::stop() {
+  DeviceGroup::Leaving leaving = group_->takeDevices();
+  group_.reset();
+  return leaving;
+}
+
 std::uint64_t GroupLink::post(const Command& command) {
   outbox_.push_back(command);
   flush();

@@ -35,8 +35,15 @@ class GroupLink final : public CommandSink {
   [[nodiscard]] MeshTable& meshes() override { return *meshes_; }
   [[nodiscard]] bool posed(std::uint32_t slot, std::uint64_t ticket, PosedObject& out) override;
 
-  /** Joins the threads: what the servo reads may go. The group is no more; nothing but names and tickets answers. */
-  void stop() { group_.reset(); }
+  /**
+   * Ends the threads; then what the servo reads may go. False when the servo has not come back from a device: all stays
+   * as it is. While it stands still in there, this is answered at once.
+   */
+  [[nodiscard]] bool endThreads(std::int64_t patience_ns);
+  /** Whether endThreads() found it so, and it has not moved since. */
+  [[nodiscard]] bool standsStill() const { return stands_at_ == cycles() + 1 && !group_->servoEnded(); }
+  /** As DeviceGroup::takeDevices(). The group is no more; nothing but names and tickets answers. */
+  [[nodiscard]] DeviceGroup::Leaving stop();
 
   /** Overtakes what waits in the outbox: stop, disarm, loss of a session. False when the servo is dead. */
   [[nodiscard]] bool urgent(const Command& command);
@@ -63,8 +70,9 @@ class GroupLink final : public CommandSink {
   std::unique_ptr<DeviceGroup> group_;
   hd_region_a* monitor_ = nullptr;
   std::deque<Command> outbox_;
-  std::uint64_t sent_ = 0;    ///< Orders handed on from the outbox.
-  std::uint64_t urgent_ = 0;  ///< Orders that overtook.
+  std::uint64_t sent_ = 0;       ///< Orders handed on from the outbox.
+  std::uint64_t urgent_ = 0;     ///< Orders that overtook.
+  std::uint64_t stands_at_ = 0;  ///< cycles() + 1 when it was found not to come back; 0: never.
 };
 
 }  // namespace hapticd

@@ -212,6 +212,12 @@ int start(const Options& options) {
   }
   if (auto r = lockPages(core); !r) return fail(r.error(), kExitNoRealtime);
   run(io, kj::mv(ended), core, *sockets, panel->get());
+  if (const auto left = core.closeAll(); !left.empty()) {
+    // Their threads cannot be ended, only the process. The list of armed devices stays for hapticd-safe.
+    for (const std::string& uri : left)
+      log::error("{}: its driver does not come back; it was told to bring it to zero", log::printable(uri));
+    std::_Exit(kExitFailure);
+  }
   log::info("stopped");
   return kExitOk;
 }

@@ -1,0 +1,76 @@
+#include "daemon/device/device_closer.h"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <system_error>
+
+#include "rt/base/clock.h"
+
+namespace hapticd {
+
+DeviceCloser::~DeviceCloser() {
+  for (Closing& closing : closing_) {
+    if (closing.thread.joinable()) closing.thread.join();
+  }
+}
+
+std::vector<std::string> DeviceCloser::close(DeviceGroup::Leaving leaving, std::int64_t patience_ns) {
+  for (const auto& device : leaving.devices) device->safe();
+  Closing& closing = closing_.emplace_back();
+  closing.group = std::move(leaving);
+  for (const auto& device : closing.group.devices) closing.uris.push_back(device->info().uri);
+  const auto close_all = [&closing] {
+    for (const auto& device : closing.group.devices) {
+      device->close();
+      closing.closed.fetch_add(1, std::memory_order_release);  // R, pairs with A
+    }
+  };
+  try {
+    closing.thread = std::thread([close_all] {
+      ::pthread_setname_np(::pthread_self(), "device-close");
+      close_all();
+    });
+  } catch (const std::system_error&) {  // No more threads: then here.
+    close_all();
+  }
+  MonotonicClock clock;
+  constexpr std::int64_t kLook_ns = 200'000;
+  const std::int64_t until_ns = clock.now() + patience_ns;
+  const auto left = [&closing] { return closing.closed.load(std::memory_order_acquire) < closing.uris.size(); };  // A
+  while (left() && clock.now() < until_ns) clock.sleepUntil(clock.now() + kLook_ns);
+  if (left()) {
+    const auto closed = static_cast<std::ptrdiff_t>(closing.closed.load(std::memory_order_acquire));
+    return {closing.uris.begin() + closed, closing.uris.end()};
+  }
+  if (closing.thread.joinable()) closing.thread.join();
+  closing_.pop_back();
+  return {};
+}
+
+std::vector<std::string> DeviceCloser::poll() {
+  std::vector<std::string> closed;
+  for (auto it = closing_.begin(); it != closing_.end();) {
+    if (it->closed.load(std::memory_order_acquire) < it->uris.size()) {  // A
+      ++it;
+      continue;
+    }
+    if (it->thread.joinable()) it->thread.join();
+    closed.insert(closed.end(), it->uris.begin(), it->uris.end());
+    it = closing_.erase(it);
+  }
+  return closed;
+}
+
+bool DeviceCloser::has(std::string_view uri) const {
+  const auto here = [uri](const Closing& c) { return std::find(c.uris.begin(), c.uris.end(), uri) != c.uris.end(); };
+  return std::any_of(closing_.begin(), closing_.end(), here);
+}
+
+std::vector<std::string> DeviceCloser::names() const {
+  std::vector<std::string> all;
+  for (const Closing& closing : closing_) all.insert(all.end(), closing.uris.begin(), closing.uris.end());
+  return all;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,171 @@
+// Drivers that do not come back: whoever closes them hears so, and nobody else's device waits.
+#include <atomic>
+
+#include "daemon/device/device_closer.h"
+#include "tests/session/bench.h"
+#include "tests/session/still_device.h"
+
+namespace hapticd::test {
+namespace {
+
+template <class T>
+ErrorCode codeOf(const Result<T>& result) {
+  return result ? ErrorCode::kOk : result.error().code;
+}
+
+/** Where a device's driver stays while `shut`, and what was asked of it. Outlives the devices. */
+struct Door {
+  std::atomic<bool> shut{false};
+  std::atomic<int> inside{0}, safe{0}, closed{0};
+
+  void pass() noexcept {
+    inside.fetch_add(1);
+    shut.wait(true);
+    inside.fetch_sub(1);
+  }
+  void open() noexcept {
+    shut.store(false);
+    shut.notify_all();
+  }
+  ~Door() { open(); }
+};
+
+class StuckDevice final : public StillDevice {
+ public:
+  StuckDevice(std::string uri, Door& reading, Door& closing)
+      : StillDevice("stuck", std::move(uri)), reading_(reading), closing_(closing) {}
+  Result<void> open() override { return {}; }
+  void giveUp() noexcept override {}
+  void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override {
+    reading_.pass();
+    StillDevice::read(now_ns, sample);
+  }
+  void close() noexcept override {
+    closing_.pass();
+    closing_.closed.fetch_add(1);
+  }
+  void safe() noexcept override { closing_.safe.fetch_add(1); }
+
+ private:
+  Door& reading_;
+  Door& closing_;
+};
+
+TEST(Stuck, ADriverThatDoesNotCloseHoldsUpNobody) {
+  Door reading, closing;
+  Bench bench;
+  bench.core.devices().setFactory([&](std::string_view uri) -> Result<std::unique_ptr<Device>> {
+    return std::unique_ptr<Device>(std::make_unique<StuckDevice>(std::string(uri), reading, closing));
+  });
+  ASSERT_TRUE(bench.core.openDevice("test://stuck", bench.administration).ok());
+  bench.step(3);
+  closing.shut.store(true);
+  const auto closed = bench.core.closeDevice("test://stuck", bench.administration);
+  ASSERT_FALSE(closed.ok());
+  EXPECT_EQ(closed.error().code, ErrorCode::kTimeout);
+  EXPECT_EQ(closed.error().where, "test://stuck");
+  EXPECT_EQ(closing.safe, 1);
+  EXPECT_EQ(closing.inside, 1);
+  // It is gone from the list, and the device that is left serves on.
+  EXPECT_EQ(bench.core.devices().devices().size(), 1u);
+  const Session* session = bench.live();
+  ASSERT_NE(session, nullptr);
+  EXPECT_TRUE(bench.arm(session->id).ok());
+  // Nobody has it before its driver has come back, whichever way it is asked for.
+  EXPECT_EQ(codeOf(bench.core.openDevice("test://stuck", bench.administration)), ErrorCode::kDeviceBusy);
+  EXPECT_EQ(codeOf(bench.core.devices().openGroup({"again", {"test://stuck"}, 1000})), ErrorCode::kDeviceBusy);
+  int refused = 0;
+  bench.core.openDevice("test://stuck", bench.administration, [&](const Result<OpenDevice*>& device) {
+    refused += !device && device.error().code == ErrorCode::kDeviceBusy ? 1 : 0;
+  });
+  EXPECT_EQ(refused, 1);
+  closing.open();
+  while (bench.core.devices().isClosing("test://stuck")) bench.step();
+  EXPECT_EQ(closing.closed, 1);
+  EXPECT_TRUE(bench.core.openDevice("test://stuck", bench.administration).ok());
+}
+
+TEST(Stuck, TheEndNamesItAndDoesNotWait) {
+  Door reading, closing;
+  Bench bench;
+  bench.core.devices().setFactory([&](std::string_view uri) -> Result<std::unique_ptr<Device>> {
+    return std::unique_ptr<Device>(std::make_unique<StuckDevice>(std::string(uri), reading, closing));
+  });
+  ASSERT_TRUE(bench.core.openDevice("test://stuck", bench.administration).ok());
+  closing.shut.store(true);
+  EXPECT_EQ(bench.core.closeAll(), std::vector<std::string>{"test://stuck"});
+  EXPECT_TRUE(bench.core.devices().links().empty());
+  closing.open();  // Else ~Core would wait for it.
+}
+
+/** With threads: two groups, of which one servo can be kept inside its driver. */
+struct StuckServo : testing::Test {
+  StuckServo() : core(options(), clock) {
+    core.devices().setFactory([this](std::string_view uri) -> Result<std::unique_ptr<Device>> {
+      Door& door = uri == "test://stuck" ? reading : never;
+      return std::unique_ptr<Device>(std::make_unique<StuckDevice>(std::string(uri), door, closing));
+    });
+    for (const char* uri : {"test://stuck", "test://other"}) {
+      const auto opened = core.devices().openGroup({uri + 7, {uri}, 1000});
+      EXPECT_TRUE(opened.ok()) << toString(opened.error());
+    }
+    administration = *core.connect(101, 0, true);
+  }
+  static CoreOptions options() {
+    CoreOptions o;
+    o.config = Bench::relaxed();
+    o.config.servo.lock_memory = false;
+    o.epoch = 42;
+    return o;
+  }
+  [[nodiscard]] const GroupLink& link(std::size_t i) { return *core.devices().links()[i]; }
+  /** Polls until that servo has gone on. */
+  void awaitCycles(std::size_t i) {
+    for (const std::uint64_t from = link(i).cycles(); link(i).cycles() < from + 3;) core.poll();
+  }
+  void shut() {
+    awaitCycles(0);
+    reading.shut.store(true);
+    while (reading.inside == 0) core.poll();
+    // Inside for good, not on its way out.
+    for (std::uint64_t seen = link(0).cycles() + 1; seen != link(0).cycles();) {
+      seen = link(0).cycles();
+      awaitCycles(1);
+    }
+  }
+  Door reading, never, closing;
+  MonotonicClock clock;
+  Core core;
+  std::uint64_t administration = 0;
+};
+
+TEST_F(StuckServo, ClosingItIsRefusedAndTheOthersGoOn) {
+  shut();
+  for (int i = 0; i < 2; ++i) {
+    const auto closed = core.closeDevice("test://stuck", administration);
+    ASSERT_FALSE(closed.ok());
+    EXPECT_EQ(closed.error().code, ErrorCode::kTimeout);
+    EXPECT_EQ(closed.error().where, "test://stuck");
+    EXPECT_EQ(closing.safe, 1) << "told to come to zero once; the second answer comes at once";
+  }
+  EXPECT_EQ(core.devices().devices().size(), 2u) << "its servo may still write: nothing of it is given away";
+  EXPECT_EQ(closing.closed, 0) << "close() is never called beside read()";
+  awaitCycles(1);
+  // Comes it back, it serves on, and closes as any other.
+  reading.open();
+  awaitCycles(0);
+  EXPECT_TRUE(core.closeDevice("test://stuck", administration).ok());
+  EXPECT_EQ(core.devices().devices().size(), 1u);
+  EXPECT_EQ(closing.closed, 1);
+  awaitCycles(0);  // The other's, which is the first now.
+}
+
+TEST_F(StuckServo, TheEndNamesItAndClosesTheOthers) {
+  shut();
+  EXPECT_EQ(core.closeAll(), std::vector<std::string>{"test://stuck"});
+  EXPECT_EQ(closing.closed, 1);
+  reading.open();  // Else ~Core would wait for it.
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -142,7 +142,8 @@ int FakeUsbfs::submit(Node& node, usbdevfs_urb* urb) {
     most_waiting = std::max<std::size_t>(most_waiting, node.waiting.size());
     return 0;
   }
-  if (node.waiting.empty()) in_before_out = false;
+  ++outs;
+  if (node.waiting.empty()) ++unawaited;
   model_.out({bytes, length});
   urb->actual_length = urb->buffer_length;
   end(node, urb, 0);

@@ -35,7 +35,7 @@ class FakeUsbfs {
   std::string kernel_driver;
   std::atomic<int> claims{0}, releases{0}, detached{0}, given_back{0}, sent_at_once{0}, discarded{0};
   std::atomic<std::size_t> most_waiting{0};  ///< IN requests that waited together.
-  std::atomic<bool> in_before_out{true};     ///< No OUT came while no IN was waiting.
+  std::atomic<int> outs{0}, unawaited{0};    ///< OUTs, and those that came while no IN was waiting.
 
   /** For tests that touch the model while it is played. */
   std::unique_lock<std::mutex> hold() { return std::unique_lock(mutex_); }

@@ -221,7 +221,6 @@ void ProxyRenderer::settle(Step& step) HD_RT {
         if (!leaveVertex(step)) return;
         break;  // What holds it there is met anew.
       }
-      if (next.stay) next.goTo(here(step));
     }
     if (step.count == 0) return;  // Arrived at the goal.
   }

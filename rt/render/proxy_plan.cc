@@ -269,7 +269,7 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
 
 /** Where the surfaces that hold the proxy, and friction, let it go. */
 void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
-  const Vec3 at = here(step);
+  Vec3 at = here(step);
   HalfSpace above[kMaxHalfSpaces], exact[kMaxHalfSpaces];
   double skin = 0;
   for (int i = 0; i < step.count; ++i) {
@@ -284,6 +284,9 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     plan.stay = true;
     return;
   }
+  // Not yet at one place relative to all objects: friction knows it as the nearest that suits those that hold it.
+  std::uint32_t holding = 0;
+  if (!step.together && !nearestInside(above, step.count, kNear * skin, at, holding)) at = foot;
   const double rest = std::max(kNear * skin, settled(step.sweeps) * (foot - step.goal).norm());
   const hd_material& material = step.scene->slot(step.held[foremost(step, active)].slot).material;
   if (material.friction_static > 0) {

@@ -173,6 +173,7 @@ int start(const Options& options) {
   const Config& config = options.loaded.config;
   log::start(config.log.level);
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // A log that may not grow is no reason to let go of devices.
   installLastResort();
   kj::UnixEventPort::captureSignal(SIGTERM);  // before any thread: they inherit the mask
   kj::UnixEventPort::captureSignal(SIGINT);
@@ -230,12 +231,9 @@ int main(int argc, char** argv) {
   int exit_code = kExitOk;
   const auto options = readOptions(argc, argv, exit_code);
   if (!options) return exit_code;
-  if (options->print_config) fmt::print("{}", toToml(options->loaded.config));
-  if (options->print_config) return kExitOk;
-  if (options->check_config) {
-    fmt::print("{}: good\n", options->loaded.file.empty() ? "built-in configuration" : options->loaded.file);
-    return kExitOk;
-  }
+  if (options->print_config) return answer(toToml(options->loaded.config));
+  if (options->check_config)
+    return answer((options->loaded.file.empty() ? "built-in configuration" : options->loaded.file) + ": good\n");
   try {
     return start(*options);
   } catch (const kj::Exception& e) {

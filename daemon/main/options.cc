@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <sstream>
 
 #include "daemon/control/core.h"
 #include "daemon/main/device_uris.h"
@@ -91,6 +94,12 @@ Result<void> checkWhole(Options& options) {
 
 }  // namespace
 
+int answer(const std::string& text) {
+  if (std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0) return kExitOk;
+  fmt::print(stderr, "hapticd: standard output: {} (send it where there is room)\n", std::strerror(errno));
+  return kExitFailure;
+}
+
 std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
   CLI::App app(
       "hapticd: the haptic device server. It owns the devices and the servo; programs say what is to be felt.");
@@ -108,7 +117,9 @@ std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
     if (e.get_exit_code() != 0) {
       return refuse(kExitUsage, fmt::format("{} (hapticd --help lists the options)", e.what()));
     }
-    exit_code = app.exit(e);  // --help, --version
+    std::ostringstream text;
+    app.exit(e, text, text);
+    exit_code = answer(text.str());  // --help, --version
     return std::nullopt;
   }
   auto loaded = loadConfig(words.config_file);

@@ -29,6 +29,9 @@ struct Options {
   bool print_config = false;
 };
 
+/** Prints what was asked for. How to end: not everybody who redirects looks at the disk. */
+[[nodiscard]] int answer(const std::string& text);
+
 /** Reads the command line and the configuration it names. On a refusal or --help, `exit_code` says how to end. */
 [[nodiscard]] std::optional<Options> readOptions(int argc, char** argv, int& exit_code);
 

@@ -183,6 +183,11 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
   EXPECT_EQ(code({"--help"}), 0);
   EXPECT_EQ(code({"--print-config"}), 0);
   EXPECT_EQ(code({"--check-config"}), 0);
+  // Whoever writes a configuration to a full disk is told.
+  for (const char* ask : {"--version", "--help", "--print-config", "--check-config"}) {
+    const std::string command = HAPTICD_PROGRAM + std::string(" ") + ask + " >/dev/full 2>/dev/null";
+    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 6) << ask;
+  }
   EXPECT_EQ(code({"--no-such-option"}), 1);
   EXPECT_EQ(code({"--rate", "5"}), 1);
   EXPECT_EQ(code({"--check-config", "--rate", "nan"}), 1);

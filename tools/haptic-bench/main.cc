@@ -3,7 +3,9 @@
  * it in the same run.
  */
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
+#include <iostream>
 #include <new>
 
 #include "drivers/nearest.h"
@@ -55,6 +57,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
       "busy or virtual machine\n"
       "say little; the ratios within one run say more.",
       "haptic-bench"};
+  std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is told as one that could not be written.
   haptic_bench::Common common;
   haptic_bench::Run chosen;
   app.add_flag("--csv", common.csv, "One line per round, for scripts");
@@ -67,7 +70,12 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help
+    if (error.get_exit_code() == 0) {  // --help
+      app.exit(error);
+      return std::cout.flush()
+                 ? 0
+                 : (std::fprintf(stderr, "haptic-bench: standard output: not all could be written\n"), kExitFailed);
+    }
     const std::string wrong = unknownBenchmark(app);
     std::fprintf(stderr, "haptic-bench: %s\n  haptic-bench --help lists benchmarks and options\n",
                  wrong.empty() ? error.what() : wrong.c_str());

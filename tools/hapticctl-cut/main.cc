@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -93,6 +94,7 @@ int run(Options& o) {
 }  // namespace hapticctl_cut
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is told as one that could not be written.
   using namespace hapticctl_cut;
   Options o;
   CLI::App app{"Cut a piece out of a closed mesh: two closed meshes that fit together, as PLY.", "hapticctl cut"};

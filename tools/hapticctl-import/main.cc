@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 
 #include "tools/hapticctl-import/child.h"
@@ -121,6 +122,7 @@ int run(const Options& o, const std::vector<std::string>& rest) {
 }  // namespace hapticctl_import
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is told as one that could not be written.
   using namespace hapticctl_import;
   Options o;
   CLI::App app{"Draw the surface of what is dense in a scan, and load it as something to touch.", "hapticctl import"};

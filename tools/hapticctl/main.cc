@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tools/hapticctl/command.h"
 #include "tools/hapticctl/daemon.h"
@@ -24,7 +25,8 @@ constexpr AddCommand kCommands[] = {addStatus,      addList,    addInfo,   addTo
 
 constexpr const char* kFooter =
     "Exit: 0 done; 1 refused, or a check is red; 2 wrong command line; 3 no daemon answers; 4 the daemon went away;\n"
-    "5 a file is unreadable or holds nothing usable. A program hapticctl-NAME becomes the subcommand NAME.\n"
+    "5 a file cannot be read or written, or holds nothing usable. A program hapticctl-NAME becomes the subcommand "
+    "NAME.\n"
     "Sockets: --socket, else $HAPTICD_SOCKET, else $XDG_RUNTIME_DIR/hapticd, else /run/hapticd. Manual: hapticctl(1).";
 
 /** The index of the first word that is no option (nor an option's value); argc if there is none. */
@@ -91,7 +93,10 @@ int run(int argc, char** argv, Globals& globals) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {  // --help, --version
-      app.exit(error);
+      std::ostringstream text;
+      app.exit(error, text, text);
+      put(text.str());
+      flush();
       return kExitOk;
     }
     std::string command = "hapticctl";
@@ -109,6 +114,7 @@ int run(int argc, char** argv, Globals& globals) {
 int main(int argc, char** argv) {
   using namespace hapticctl;
   std::signal(SIGPIPE, SIG_IGN);  // A reader that leaves is seen as EPIPE: what is armed must still be disarmed.
+  std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow as EFBIG: it is told.
   Globals globals;
   try {
     return run(argc, argv, globals);

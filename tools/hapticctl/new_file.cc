@@ -49,4 +49,9 @@ int NewFile::write(const char* data, std::size_t size) {
 
 int NewFile::sync() const { return ::fdatasync(fd_) == 0 || errno == EINVAL ? 0 : errno; }  // A pipe has none.
 
+void failWriting(const std::string& file, int error) {
+  throw Failure{kExitFile, file, std::strerror(error),
+                error == EFBIG ? "raise the limit of a file's size (ulimit -f)" : "make room on the disk"};
+}
+
 }  // namespace hapticctl

@@ -36,4 +36,7 @@ class NewFile {
   std::uint64_t bytes_ = 0;
 };
 
+/** The file could not be written whole; `error` is errno. */
+[[noreturn]] void failWriting(const std::string& file, int error);
+
 }  // namespace hapticctl

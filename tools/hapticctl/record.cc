@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
@@ -95,8 +94,7 @@ int record(const Options& options, const Globals& globals) {
   const int code = haptic_recording_stop(raw, &end, &error);
   const Owned<haptic_recording_end> ended(end);
   if (code == HAPTIC_OK || !haptic_connected(daemon.client())) carrier.join();
-  if (carrier.problem() != 0)
-    throw Failure{kExitFile, options.file, std::strerror(carrier.problem()), "make room on the disk"};
+  if (carrier.problem() != 0) failWriting(options.file, carrier.problem());
   if (code != HAPTIC_OK && file.bytes() > 0) note(fmt::format("{} holds what came until then", options.file));
   check(code, error);
   if (globals.json) {

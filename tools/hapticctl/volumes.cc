@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <vector>
 
 #include "tools/hapticctl/command.h"
@@ -92,7 +91,7 @@ int exportVolume(const Options& options, const Globals& globals) {
     if (n == 0) break;
     if (const int problem = n < 0 ? errno : file.write(piece.data(), static_cast<std::size_t>(n)); problem != 0) {
       file.drop();
-      throw Failure{kExitFile, options.file, std::strerror(problem), "make room on the disk"};
+      failWriting(options.file, problem);
     }
   }
   if (globals.json) {

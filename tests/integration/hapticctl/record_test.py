@@ -6,6 +6,7 @@ Usage: record_test.py BUILD_DIRECTORY [unittest arguments]
 import csv
 import pathlib
 import random
+import resource
 import shutil
 import signal
 import subprocess
@@ -67,6 +68,31 @@ class Record(unittest.TestCase):
         self.replay("--export", out)
         with open(out, encoding="utf-8") as file:
             return list(csv.DictReader(file))
+
+    def test_a_limit_of_file_sizes_is_told_and_ends_nobody(self):
+        def small():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+        done = subprocess.run([HAPTICCTL, "--socket", self.socket, "record", self.file, "--for", "20"], capture_output=True,
+                              text=True, timeout=60, preexec_fn=small, check=False)
+        self.assertEqual(done.returncode, 5, done)
+        self.assertIn(f"{self.file}: File too large\n  raise the limit of a file's size (ulimit -f)", done.stderr)
+        self.assertLessEqual(self.file.stat().st_size, 20_000)
+        self.assertIn("cut off", self.replay())
+        self.ctl("status")
+        # A daemon whose log has reached the limit serves on.
+        log = self.directory / "full"
+        log.write_bytes(b"x" * 20_000)
+        self.socket = self.directory / "second/control.sock"
+        with open(log, "ab") as full:
+            daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket], stdout=full, stderr=full,
+                                      preexec_fn=small)
+        end = time.monotonic() + 20
+        while daemon.poll() is None and self.ctl("status", check=False).returncode != 0:
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.05)
+        daemon.terminate()
+        self.assertEqual(daemon.wait(10), 0)
 
     def test_a_session_replays_bit_for_bit_and_says_what_was_felt(self):
         recording = self.start()

@@ -4,21 +4,22 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
-#include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 
 #include "rt/scene/scene.h"
 
 namespace hapticd {
 
-/** One object as it stood at the end of a cycle; of a free slot only id, tick and control_applied mean anything. */
+/** One object as it stood at the end of a cycle. */
 struct PosedObject {
-  std::uint32_t object = 0;           ///< Id; 0: the slot was free.
-  std::uint32_t flags = 0;            ///< hd_object_flag
-  std::uint64_t tick = 0;             ///< Of that cycle.
+  std::uint32_t object = 0;  ///< Id; 0: none has been there yet. One that is gone stays until the next is there.
+  std::uint32_t flags = 0;   ///< hd_object_flag
+  std::uint64_t tick = 0;    ///< Of that cycle.
   std::uint32_t control_applied = 0;  ///< ServoCounters::control_applied at that cycle.
   std::uint32_t client_edits = 0;     ///< Of the object, by clients of this servo's rings; wraps.
   hd_material material{};
@@ -28,37 +29,36 @@ struct PosedObject {
 };
 
 /**
- * A seqlocked entry per scene slot. The servo writes kPerCycle slots a cycle in turn, so that an entry is at most
- * kMaxObjects / kPerCycle cycles old. One writer, any number of readers, neither waits.
+ * A seqlocked entry per scene slot. The servo writes kPerCycle objects a cycle in turn, so that of n objects none is
+ * older than 2 n / kPerCycle cycles, nor than n / kPerCycle while none is removed. One writer, any number of readers,
+ * neither waits.
  */
 class PoseBoard {
  public:
   static constexpr std::uint32_t kPerCycle = 16;
-  static_assert(kMaxObjects % kPerCycle == 0);
 
   /** Servo, once a cycle. `control_applied` counts the control thread's commands in force in `scene`. */
   void publish(const Scene& scene, std::uint64_t tick, std::uint32_t control_applied) HD_RT {
-    for (std::uint32_t i = 0; i < kPerCycle; ++i) {
-      const SceneObject& object = scene.slot(next_);
+    const std::span<const std::uint16_t> used = scene.used();
+    const auto count = std::min(kPerCycle, static_cast<std::uint32_t>(used.size()));
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (next_ >= used.size()) next_ = 0;
+      const std::uint16_t slot = used[next_++];
+      const SceneObject& object = scene.slot(slot);
       PosedObject posed;
       posed.object = object.id;
+      posed.flags = object.flags;
       posed.tick = tick;
       posed.control_applied = control_applied;
-      if (object.id == 0) {
-        write<kHead>(next_, posed);
-      } else {
-        posed.flags = object.flags;
-        posed.client_edits = object.client_edits;
-        posed.material = object.material;
-        store(object.X_PO.p, posed.p_PO);
-        store(object.X_PO.q, posed.q_PO);
-        store(object.V_PO.v, posed.v_PO);
-        store(object.V_PO.w, posed.w_PO);
-        store(object.X_WO.p, posed.p_WO);
-        store(object.X_WO.q, posed.q_WO);
-        write<kAll>(next_, posed);
-      }
-      next_ = (next_ + 1) % kMaxObjects;
+      posed.client_edits = object.client_edits;
+      posed.material = object.material;
+      store(object.X_PO.p, posed.p_PO);
+      store(object.X_PO.q, posed.q_PO);
+      store(object.V_PO.v, posed.v_PO);
+      store(object.V_PO.w, posed.w_PO);
+      store(object.X_WO.p, posed.p_WO);
+      store(object.X_WO.q, posed.q_WO);
+      write(slot, posed);
     }
   }
 
@@ -79,24 +79,20 @@ class PoseBoard {
 
  private:
   static_assert(sizeof(PosedObject) % sizeof(std::uint64_t) == 0 && std::is_trivially_copyable_v<PosedObject>);
-  static constexpr std::size_t kAll = sizeof(PosedObject) / sizeof(std::uint64_t);
-  static constexpr std::size_t kHead = offsetof(PosedObject, material) / sizeof(std::uint64_t);
-  using Words = std::array<std::uint64_t, kAll>;
+  using Words = std::array<std::uint64_t, sizeof(PosedObject) / sizeof(std::uint64_t)>;
   struct alignas(64) Entry {
     std::atomic<std::uint32_t> guard{0};
-    std::array<std::atomic<std::uint64_t>, kAll> word{};
+    std::array<std::atomic<std::uint64_t>, std::tuple_size_v<Words>> word{};
   };
 
-  /** The first words; those behind stay as they were. */
-  template <std::size_t kCount>
   void write(std::uint32_t slot, const PosedObject& posed) HD_RT {
     Entry& entry = entries_[slot];
-    std::array<std::uint64_t, kCount> words;
-    std::memcpy(words.data(), &posed, sizeof words);
+    Words words;
+    std::memcpy(words.data(), &posed, sizeof posed);
     const std::uint32_t before = entry.guard.load(std::memory_order_relaxed);
     entry.guard.store(before + 1, std::memory_order_relaxed);
     // R1, pairs with A1: who sees a word of this write sees the odd guard. No fence: the thread sanitizer knows none.
-    for (std::size_t i = 0; i < kCount; ++i) entry.word[i].store(words[i], std::memory_order_release);
+    for (std::size_t i = 0; i < words.size(); ++i) entry.word[i].store(words[i], std::memory_order_release);
     entry.guard.store(before + 2, std::memory_order_release);  // R0, pairs with A0
   }
 

@@ -109,6 +109,8 @@ class Scene {
   /** Moves objects on by their velocities and recomputes world poses; X_WO_before is last tick's X_WO. */
   void advance(double dt) HD_RT;
 
+  /** Slots in which objects stand, parents before their children. */
+  [[nodiscard]] std::span<const std::uint16_t> used() const HD_RT { return {order_.data(), order_count_}; }
   /** Slots in which objects that can be touched stand, rising. */
   [[nodiscard]] std::span<const std::uint16_t> touchable() const HD_RT { return {touchable_.data(), touchable_count_}; }
   /**

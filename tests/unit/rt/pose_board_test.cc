@@ -7,66 +7,98 @@
 namespace hapticd {
 namespace {
 
-TEST(PoseBoard, EverySlotIsFreshAfterItsTurnAndSaysWhen) {
-  const auto table = std::make_unique<MeshTable>();
-  const auto scene = std::make_unique<Scene>(*table);
-  const auto board = std::make_unique<PoseBoard>();
-  PosedObject posed;
-  ASSERT_TRUE(board->read(3, posed));
-  EXPECT_EQ(posed.tick, 0u);
-  constexpr std::uint64_t kRound = kMaxObjects / PoseBoard::kPerCycle;
-  for (std::uint64_t tick = 1; tick <= 2 * kRound; ++tick) {
-    board->publish(*scene, tick, static_cast<std::uint32_t>(7 * tick));
-  }
-  for (std::uint32_t slot = 0; slot < kMaxObjects; ++slot) {
-    ASSERT_TRUE(board->read(slot, posed));
-    EXPECT_EQ(posed.tick, kRound + 1 + slot / PoseBoard::kPerCycle);
-    EXPECT_EQ(posed.control_applied, 7 * posed.tick);
-    EXPECT_EQ(posed.object, 0u);
-  }
-}
-
-TEST(PoseBoard, ASlotThatIsFreedAndTakenAgainShowsWhatIsThereNow) {
-  const auto table = std::make_unique<MeshTable>();
-  const auto scene = std::make_unique<Scene>(*table);
-  const auto board = std::make_unique<PoseBoard>();
-  std::uint64_t tick = 0;
-  const auto turn = [&] {
-    for (std::uint32_t i = 0; i < kMaxObjects; i += PoseBoard::kPerCycle) board->publish(*scene, ++tick, 0);
-  };
-  const auto add = [&](std::uint32_t generation, double stiffness, double x) {
+class PoseBoardOf : public ::testing::Test {
+ protected:
+  void add(std::uint32_t slot, std::uint32_t generation, double stiffness, double x) {
     Command command;
     command.kind = CommandKind::kAddObject;
     auto& object = command.as<AddObject>();
     object = AddObject{};
-    object.object = makeObjectId(1, generation);
+    object.object = makeObjectId(slot, generation);
     object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kSphere);
     object.shape.size[0] = 0.01;
     object.material.stiffness = stiffness;
     object.p[0] = x;
     object.q[0] = 1;
-    ASSERT_EQ(scene->apply(command), ErrorCode::kOk);
-  };
-  PosedObject posed;
-  add(1, 500, 0.1);
-  turn();
-  ASSERT_TRUE(board->read(1, posed));
-  EXPECT_EQ(posed.object, makeObjectId(1, 1));
-  EXPECT_EQ(posed.material.stiffness, 500);
-  EXPECT_EQ(posed.p_PO[0], 0.1);
-  Command remove;
-  remove.kind = CommandKind::kRemoveObject;
-  remove.as<ObjectRef>() = {makeObjectId(1, 1)};
-  ASSERT_EQ(scene->apply(remove), ErrorCode::kOk);
-  turn();
-  ASSERT_TRUE(board->read(1, posed));
-  EXPECT_EQ(posed.object, 0u);
-  add(2, 700, 0.2);
-  turn();
-  ASSERT_TRUE(board->read(1, posed));
+    ASSERT_EQ(scene_->apply(command), ErrorCode::kOk);
+  }
+  void remove(std::uint32_t slot, std::uint32_t generation) {
+    Command command;
+    command.kind = CommandKind::kRemoveObject;
+    command.as<ObjectRef>() = {makeObjectId(slot, generation)};
+    ASSERT_EQ(scene_->apply(command), ErrorCode::kOk);
+  }
+  void publish() {
+    ++tick_;
+    board_->publish(*scene_, tick_, static_cast<std::uint32_t>(7 * tick_));
+  }
+  PosedObject read(std::uint32_t slot) {
+    PosedObject posed;
+    EXPECT_TRUE(board_->read(slot, posed));
+    return posed;
+  }
+
+  std::uint64_t tick_ = 0;
+  std::unique_ptr<MeshTable> table_ = std::make_unique<MeshTable>();
+  std::unique_ptr<Scene> scene_ = std::make_unique<Scene>(*table_);
+  std::unique_ptr<PoseBoard> board_ = std::make_unique<PoseBoard>();
+};
+
+TEST_F(PoseBoardOf, AFewObjectsIsFreshEachCycle) {
+  for (const std::uint32_t slot : {3u, 200u, 5u}) add(slot, 1, 500, 0.1 * slot);
+  for (int i = 0; i < 10; ++i) {
+    publish();
+    for (const std::uint32_t slot : {3u, 200u, 5u}) {
+      const PosedObject posed = read(slot);
+      EXPECT_EQ(posed.object, makeObjectId(slot, 1));
+      EXPECT_EQ(posed.p_PO[0], 0.1 * slot);
+      EXPECT_EQ(posed.tick, tick_);
+      EXPECT_EQ(posed.control_applied, 7 * tick_);
+    }
+    EXPECT_EQ(read(4).object, 0u);
+  }
+}
+
+TEST_F(PoseBoardOf, AFullSceneGivesEachObjectItsTurn) {
+  for (std::uint32_t slot = 1; slot < kMaxObjects; ++slot) add(slot, 1, 500, 0);
+  constexpr std::uint64_t kRound = kMaxObjects / PoseBoard::kPerCycle;
+  for (std::uint64_t i = 0; i < 5 * kRound; ++i) {
+    publish();
+    if (i < kRound) continue;
+    for (std::uint32_t slot = 1; slot < kMaxObjects; ++slot) {
+      const PosedObject posed = read(slot);
+      ASSERT_GT(posed.tick + kRound, tick_) << slot;
+      ASSERT_EQ(posed.control_applied, 7 * posed.tick);
+    }
+  }
+}
+
+TEST_F(PoseBoardOf, AnObjectWaitsTwoRoundsAtMostWhileOthersGo) {
+  constexpr std::uint32_t kCount = 160;
+  for (std::uint32_t slot = 1; slot <= kCount; ++slot) add(slot, 1, 500, 0);
+  for (std::uint32_t gone = 1; gone < kCount; ++gone) {
+    publish();
+    remove(gone, 1);
+    if (gone < 20) continue;
+    for (std::uint32_t slot = gone + 1; slot <= kCount; ++slot)
+      ASSERT_GE(read(slot).tick + 2 * kCount / PoseBoard::kPerCycle, tick_) << slot;
+  }
+}
+
+TEST_F(PoseBoardOf, ASlotTakenAgainShowsWhatIsThereNow) {
+  add(1, 1, 500, 0.1);
+  publish();
+  EXPECT_EQ(read(1).material.stiffness, 500);
+  remove(1, 1);
+  publish();
+  EXPECT_EQ(read(1).tick, 1u) << "as it was at last";
+  add(1, 2, 700, 0.2);
+  publish();
+  const PosedObject posed = read(1);
   EXPECT_EQ(posed.object, makeObjectId(1, 2));
   EXPECT_EQ(posed.material.stiffness, 700);
   EXPECT_EQ(posed.p_PO[0], 0.2);
+  EXPECT_EQ(posed.tick, 3u);
 }
 
 }  // namespace

@@ -32,6 +32,7 @@ class EndFit {
 
 /** Axis times angle of the rotation from `from` to `to`, in the frame of their targets, the short way. */
 Vec3 rotationVector(const Quat& from, const Quat& to) HD_RT {
+  if (to.coeffs() == from.coeffs()) return Vec3::Zero();  // As of each device that senses no rotation.
   Quat d = to * from.conjugate();
   if (d.w() < 0) d.coeffs() = -d.coeffs();
   const double s = d.vec().norm();

@@ -3,6 +3,7 @@ import ctypes
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -74,6 +75,15 @@ class Errors(unittest.TestCase):
         self.assertEqual(caught.exception.code, hapticclient.Code.DISCONNECTED)
         self.assertEqual(caught.exception.where, "/nonexistent/control.sock")
         self.assertTrue(caught.exception.remedy)
+
+    def test_a_library_that_is_missing_or_another_is_told_with_what_to_do(self):
+        for library, what in (("/none/libhapticclient.so.1", "No such file"), ("libc.so.6", "it has no haptic_")):
+            done = subprocess.run([sys.executable, "-c", "import hapticclient"], capture_output=True, text=True, check=False,
+                                  env={**os.environ, "HAPTICCLIENT_LIBRARY": library})
+            told = done.stderr.splitlines()[-1]
+            self.assertTrue(told.startswith("ImportError: " + library), told)
+            self.assertIn(what, told)
+            self.assertIn("libhapticclient1", told)
 
     def test_codes_are_the_librarys(self):
         for code in hapticclient.Code:

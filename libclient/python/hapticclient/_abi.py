@@ -240,9 +240,18 @@ _PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
 
 
 def _load() -> c.CDLL:
-    library = c.CDLL(os.environ.get("HAPTICCLIENT_LIBRARY", "libhapticclient.so.1"))
+    path = os.environ.get("HAPTICCLIENT_LIBRARY", "libhapticclient.so.1")
+    try:
+        library = c.CDLL(path)
+    except OSError as error:
+        raise ImportError(f"{error} (apt install libhapticclient1, or name the library in HAPTICCLIENT_LIBRARY)",
+                          path=path) from None
     for name, (result, arguments) in _PROTOTYPES.items():
-        function = getattr(library, "haptic_" + name)
+        try:
+            function = getattr(library, "haptic_" + name)
+        except AttributeError:
+            raise ImportError(f"{path}: it has no haptic_{name} (install a libhapticclient1 of this version)",
+                              path=path) from None
         function.restype = result
         function.argtypes = arguments
     return library

@@ -46,6 +46,21 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   finish(step, v_W, contact);
 }
 
+/** Whether the last step left the proxy at a place of its own relative to the object, which has not jumped since. */
+bool ProxyRenderer::isBehind(const SceneObject& object, std::uint32_t slot) const HD_RT {
+  const Pose &then = start_pose_[slot], &now = object.X_WO_before;
+  return behind_ && start_id_[slot] == object.id && then.p == now.p && then.q.coeffs() == now.q.coeffs();
+}
+
+/** So that the next step goes on from these places. */
+void ProxyRenderer::noteStarts(const Step& step) HD_RT {
+  start_id_.fill(0);
+  for (const std::uint16_t slot : step.scene->touchable()) {
+    start_id_[slot] = step.scene->slot(slot).id;
+    start_pose_[slot] = step.scene->slot(slot).X_WO;
+  }
+}
+
 /** Puts the proxy where it was relative to each object, if any object has moved since. */
 void ProxyRenderer::begin(Step& step) HD_RT {
   const auto touchable = step.scene->touchable();
@@ -56,9 +71,7 @@ void ProxyRenderer::begin(Step& step) HD_RT {
   step.together = false;
   for (const std::uint16_t slot : touchable) {
     const SceneObject& object = step.scene->slot(slot);
-    if (behind_ && start_id_[slot] == object.id) continue;
-    start_[slot] = toLocal(object.X_WO_before, proxy_);
-    start_id_[slot] = object.id;
+    if (!isBehind(object, slot)) start_[slot] = toLocal(object.X_WO_before, proxy_);
   }
   if (moves.empty()) return;
   for (const std::uint16_t slot : touchable) {
@@ -250,7 +263,10 @@ const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
 
 void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT {
   behind_ = !step.together;
-  if (behind_) proxy_ = here(step);
+  if (behind_) {
+    noteStarts(step);
+    proxy_ = here(step);
+  }
   contact.work = step.work + step.gathered;
   effort_ = {step.sweeps, step.work, step.gathered};
   const Support& support = this->support(step);

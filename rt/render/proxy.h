@@ -152,6 +152,8 @@ class ProxyRenderer {
   struct Step;
 
   void begin(Step& step) HD_RT;
+  void noteStarts(const Step& step) HD_RT;
+  [[nodiscard]] bool isBehind(const SceneObject& object, std::uint32_t slot) const HD_RT;
   void makeRoom(Step& step) HD_RT;
   void pushOut(Step& step, std::uint32_t slot) HD_RT;
   void fitRadius(Step& step) HD_RT;
@@ -210,7 +212,8 @@ class ProxyRenderer {
    */
   bool behind_ = false;
   std::array<Vec3, kMaxObjects> start_{};              ///< By slot, in the object's frame.
-  std::array<std::uint32_t, kMaxObjects> start_id_{};  ///< Which object that was.
+  std::array<std::uint32_t, kMaxObjects> start_id_{};  ///< Which object that was, 0 if it could not be touched,
+  std::array<Pose, kMaxObjects> start_pose_{};         ///< and where it stood.
 };
 
 }  // namespace hapticd

@@ -143,6 +143,23 @@ TEST(ProxyInMotion, SqueezedItDoesNotSlipOutThroughAPlate) {
   }
 }
 
+TEST(ProxyInMotion, WhatLandsOnASqueezedHandIsNotFelt) {
+  for (const bool hidden : {false, true}) {
+    TestScene t;
+    const auto low = t.add(ShapeKind::kBox, Vec3(0.1, 0.1, 0.005), {Vec3(0, 0, -0.01), kNoTurn});
+    t.add(ShapeKind::kBox, Vec3(0.1, 0.1, 0.005), {Vec3(0, 0, 0.01), kNoTurn});
+    const auto ball = t.add(ShapeKind::kSphere, Vec3(0.03, 0, 0), {Vec3(0.3, 0, 0), kNoTurn});
+    t.tick(Vec3::Zero());
+    for (int i = 1; i <= 24; ++i) {
+      t.pose(low, {Vec3(0, 0, -0.01 + 1e-3 * (i <= 12 ? i : 24 - i)), kNoTurn});
+      if (i == 12) t.pose(ball, {Vec3::Zero(), kNoTurn});  // A teleport, or seen again where it was not before.
+      if (hidden) t.flags(ball, HD_OBJECT_ENABLED, i < 11 || i > 13 ? 0u + HD_OBJECT_ENABLED : 0u);
+      ASSERT_NE(t.tick(Vec3::Zero()).object, ball) << i;
+    }
+    EXPECT_EQ(t.tick(Vec3::Zero()).force, Vec3(Vec3::Zero()));
+  }
+}
+
 TEST(ProxyInMotion, FirstContactIsFeltInItsOwnTickAndLeavingNeverPulls) {
   TestScene t;
   t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {2000, 5, 0.3, 0.2});

@@ -23,9 +23,9 @@ class BallOverMesh {
     const Corners v = cornersOf(mesh_, triangle);
     if (below_.has(v.a, v.b, v.c)) return;
     Vec3 n = v.normal();
-    const double length = n.norm();
-    if (length == 0) return;
-    n /= length;
+    const double length2 = n.squaredNorm();
+    if (length2 == 0 || isLeftBehind(n, length2, v.a)) return;
+    n /= std::sqrt(length2);
     double height = n.dot(sweep_.a - v.a), approach = -n.dot(sweep_.d);
     if (sweep_.two_sided && height < 0) {
       n = -n;
@@ -48,6 +48,16 @@ class BallOverMesh {
   }
 
  private:
+  /** Whether the ball is above the plane through a and comes no nearer; without a root. `n` is any length. */
+  [[nodiscard]] bool isLeftBehind(const Vec3& n, double length2, const Vec3& a) const HD_RT {
+    double above = n.dot(sweep_.a - a), away = n.dot(sweep_.d);
+    if (sweep_.two_sided && above < 0) {
+      above = -above;
+      away = -away;
+    }
+    return away >= 0 && above > 0 && above * above > sweep_.radius * sweep_.radius * length2;
+  }
+
   /** From the moment on at which the ball reaches the face's plane, beside the face. */
   void tryRim(std::uint32_t triangle, const Corners& v, const Vec3& n, double t, TriangleFoot touched,
               Earliest& first) HD_RT {
@@ -75,15 +85,15 @@ class BallOverMesh {
       const Vec3 x = sweep_.a + t * sweep_.d;
       if (step > 0) touched = nearestOnTriangle(v, x);
       const Vec3 away = x - touched.point;
+      const double turning = away.dot(sweep_.d);
+      if (turning >= 0) return false;
       const double distance = away.norm();
       const double gap = distance - sweep_.radius;
-      if (distance == 0 || (step == 0 && gap < -std::max(sweep_.tolerance, rounding_))) return false;
+      if (step == 0 && gap < -std::max(sweep_.tolerance, rounding_)) return false;
+      const double next = t - gap * distance / turning;  // Newton's.
+      if (gap > rounding_ && next > t_max) return false;
       out = away / distance;
-      const double slope = out.dot(sweep_.d);
-      if (slope >= 0) return false;
       if (gap <= rounding_) return true;
-      const double next = t - gap / slope;
-      if (next > t_max) return false;
       if (touched.kind != FeatureKind::kFace) {
         const Vec3 d = acrossRim(v, touched);
         const double past = (distance - sweep_.radius) * (distance + sweep_.radius), towards = -away.dot(d);

@@ -53,7 +53,7 @@ Result<UniqueFd> lockFile(const std::string& path, const std::string& socket) {
   }
   const std::string pid = std::to_string(getpid()) + "\n";
   if (ftruncate(fd.get(), 0) != 0 || pwrite(fd.get(), pid.data(), pid.size(), 0) < 0)
-    return systemError(path, "write", errno);
+    return systemError(path, "write", errno, "make room where the socket is to lie; --socket names another place");
   return fd;
 }
 

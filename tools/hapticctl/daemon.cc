@@ -23,7 +23,12 @@ Failure failure(int code, const haptic_error& error) {
   out.where = error.where;
   out.what = error.what[0] != '\0' ? error.what : haptic_error_text(code);
   out.remedy = error.remedy;
-  if (code == HAPTIC_DISCONNECTED && out.remedy.empty()) out.remedy = "see why it ended: journalctl -u hapticd";
+  // The library's remedy is a programmer's.
+  if (code == HAPTIC_DISCONNECTED && (out.remedy.empty() || out.remedy.starts_with("call haptic_reconnect()"))) {
+    out.where.clear();
+    out.what = haptic_error_text(code);
+    out.remedy = "see why it ended: journalctl -u hapticd";
+  }
   return out;
 }
 

@@ -158,6 +158,7 @@ class Record(unittest.TestCase):
         _, errors = recording.communicate(timeout=30)
         self.assertEqual(recording.returncode, 4, errors)
         self.assertIn("holds what came until then", errors)
+        self.assertIn("the daemon is not there or has restarted\n  see why it ended: journalctl -u hapticd\n", errors)
         self.assertIn("bit for bit", self.replay("--verify"))
         self.assertGreater(float(self.rows()[-1]["t"]), elapsed - 1)
 

@@ -261,10 +261,11 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
   const HalfSpace &last = walk.face[walk.count - 1], &other = walk.face[walk.count - 2];
   if (!(last.height(walk.hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return false;
   const Vec3 end = walk.in_hollow ? walk.end : Vec3(walk.end - last.height(walk.end) * last.normal);
+  const Vec3 at = toLocal(object.X_WO, at_W);
+  if (step.together && leadsAway(at, end, walk.hip)) return false;
   // Into a hollow the way leads over the face before, which reaches there.
   Vec3 over;
-  const Lead lead = leadOver(walk.face, walk.in_hollow ? walk.count - 1 : walk.count, kNear * c.skin,
-                             toLocal(object.X_WO, at_W), end, over);
+  const Lead lead = leadOver(walk.face, walk.in_hollow ? walk.count - 1 : walk.count, kNear * c.skin, at, end, over);
   if (lead == Lead::kNone) return false;
   plan.goTo(object.X_WO * (lead == Lead::kOver ? over : end));
   plan.above[0] = c.surface.normal;

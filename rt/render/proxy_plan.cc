@@ -200,6 +200,9 @@ bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT 
   Vec3 over = last;
   if (!nearestOnPlanes(planes, 3, over)) return false;
   if ((last - here).norm() <= std::max(c.skin, settled(step.sweeps) * (last - step.goal).norm())) return false;
+  // But round the middle of a curved surface the way may lead away at first.
+  const bool round = far && c.kind == FeatureKind::kFace;
+  if (!round && step.together && leadsAway(here, last, step.goal)) return false;
   plan.goTo(over);
   plan.way[plan.parts++] = last;
   plan.above[0] = planes[0].normal;
@@ -243,7 +246,7 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
     if (factor > 0) last += (factor < 1 ? std::min(factor / (1 - factor), farthest) : farthest) * move;
     moved = move;
   }
-  if ((last - here).norm() <= rest) return false;
+  if ((last - here).norm() <= rest || (step.together && leadsAway(here, last, step.goal))) return false;
   Vec3 up = Vec3::Zero();
   for (int i = 0; i < count; ++i) up += from[i].surface.normal + there[i].surface.normal;
   up.normalize();

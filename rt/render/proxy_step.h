@@ -29,6 +29,11 @@ static_assert(2 * kMaxInGroove >= kMaxHalfSpaces);
 
 inline double extent(const Vec3& x) HD_RT { return x.cwiseAbs().maxCoeff(); }
 
+/** Whether `end` is clearly farther from the goal than `at`: the spring would gain what nobody gave. */
+inline bool leadsAway(const Vec3& at, const Vec3& end, const Vec3& goal) HD_RT {
+  return kClearlyNearer * (end - goal).squaredNorm() > (at - goal).squaredNorm();
+}
+
 /**
  * The face of a mesh that a ball comes to which rolls toward x over the edge of a triangle that begins at `corner`, and
  * its normal. HD_NO_INDEX if it stays on the edge.

@@ -182,6 +182,36 @@ void needlesHoldWhatTheyHold(unsigned seed, int& touched) {
   touched += contacts > 2;
 }
 
+/** On rough ground at rest the proxy comes no farther from where the hand now is: the spring gives what it was given.
+ */
+void roughGroundGivesNothing(unsigned seed, int& touched) {
+  Random random(seed);
+  const double rough = std::pow(10, random.in(-4, -2));
+  const std::uint32_t fine = 6 + random.below(25u);
+  TestMesh mesh = test::heightMesh(0.05, fine, [&](double, double) { return random.in(-rough, rough); });
+  TestScene t;
+  t.proxy.setRadius(anyRadius(random, 1e-5, 3e-3));
+  Pose X;  // So that the hand comes from behind too, round the border.
+  X.p = random.vector(0.05);
+  X.q = random.turn();
+  t.addMesh(mesh.view(), X, anyMaterial(random));
+  t.tick(Vec3(0, 0, 0.5));
+  Hand hand(random, 0.04);
+  int contacts = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Vec3 before = t.contact.proxy, hip = X * Vec3(hand.next().cwiseProduct(Vec3(1, 1, 0.3)));
+    const SurfaceContact& c = t.tick(hip);
+    contacts += c.object != 0;
+    ASSERT_LT((c.proxy - hip).norm(), 1.01 * (before - hip).norm() + 1e-9) << "tick " << i;
+  }
+  touched += contacts > 2;
+}
+
+TEST(MeshProperty, RoughGroundGivesNothing) {
+  int touched = 0;
+  forSeeds(200, [&](unsigned seed) { roughGroundGivesNothing(seed, touched); });
+  EXPECT_GT(touched, 180);
+}
 TEST(MeshProperty, AMovingSurfaceSwallowsNobody) {
   int touched = 0;
   forSeeds(60, [&](unsigned seed) { aMovingSurfaceSwallowsNobody(seed, touched); });

@@ -7,8 +7,15 @@
 namespace hapticd {
 namespace {
 
-constexpr int kMaxRounds = 12;  // Hits before the surfaces are looked at afresh,
-constexpr int kMaxVain = 2;     // and that without having come nearer: round and round.
+constexpr int kMaxRounds = 12;        // Hits before the surfaces are looked at afresh,
+constexpr double kMostBack = 0x1p14;  // Times rounding that a proxy is put back onto its surfaces.
+constexpr int kMaxVain = 2;           // and that without having come nearer: round and round.
+
+/** Planes so nearly parallel that a hair shifts the line in which they meet tell no more. Out of the way of one plane.
+ */
+[[gnu::noinline]] void distrustFarLine(const Vec3& proxy, double most, Vec3& at, Vec3& foot) HD_RT {
+  if ((at - proxy).squaredNorm() > most * most) at = foot = proxy;
+}
 
 }  // namespace
 
@@ -255,6 +262,8 @@ const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
   s.at = proxy_;
   const bool held = step.count > 0 && nearestInside(exact, step.count, rounding, s.foot, s.active) && s.active != 0;
   if (held && !nearestOnPlanes(exact, s.active, s.at)) s.at = proxy_;
+  if (held && (s.active & (s.active - 1)) != 0 && step.together) [[unlikely]]
+    distrustFarLine(proxy_, kMostBack * rounding, s.at, s.foot);
   if (!held) s.foot = s.at;
   s.touching = held || (s.at != step.goal && (step.count > 0 || proxy_ != step.goal));
   if (step.count > 0) step.met = step.held[foremost(step, s.active)].slot;

@@ -30,16 +30,22 @@ std::string isNumber(const std::string& text) {
   return parseNumber(text) ? std::string() : fmt::format("'{}' is not a finite number", text);
 }
 
+/** A variable of a script that was never set must not mean "as if nothing had been asked for". */
+std::string isNotEmpty(const std::string& text) {
+  return text.empty() ? "the name is empty: name a file, or leave the option out" : std::string();
+}
+
 void addOptions(CLI::App& app, Words& words, Options& options) {
   app.set_version_flag("--version", fmt::format("hapticd {}", kVersion));
   app.add_option("--config", words.config_file,
-                 "TOML file; else $HAPTICD_CONFIG, the service's or the user's hapticd.toml, else built-in defaults");
+                 "TOML file; else $HAPTICD_CONFIG, the service's or the user's hapticd.toml, else built-in defaults")
+      ->check(isNotEmpty);
   app.add_option("--device", words.devices,
                  "device URI or serial, e.g. sim://omega3; may be given several times. It must open, or hapticd ends")
       ->allow_extra_args(false);
   app.add_option("--rate", words.rate_hz, "servo rate [Hz]")->check(CLI::Range(1000.0, 4000.0))->check(isNumber);
-  app.add_option("--socket", words.socket, "path of the control socket");
-  app.add_option("--admin-socket", words.admin_socket, "path of the administration socket");
+  app.add_option("--socket", words.socket, "path of the control socket")->check(isNotEmpty);
+  app.add_option("--admin-socket", words.admin_socket, "path of the administration socket")->check(isNotEmpty);
   app.add_option("--log-level", words.level, "trace, debug, info, warn, error or off");
   app.add_flag("--allow-no-rt", words.allow_no_rt, "run without real-time scheduling; every status then says so");
   app.add_flag("--foreground", words.foreground, "stay in the foreground (hapticd always does)");

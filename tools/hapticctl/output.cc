@@ -73,6 +73,7 @@ void report(const Failure& failure, bool json) {
   }
   std::string text = "hapticctl: ";
   if (!failure.where.empty()) text += failure.where + ": ";
+  if (failure.where.empty() && failure.exit == kExitFile) text += "'': ";  // An empty name, as of an unset variable.
   text += failure.what;
   if (!failure.remedy.empty()) {
     text += "\n  ";

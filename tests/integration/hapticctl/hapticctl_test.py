@@ -59,7 +59,8 @@ class WithoutDaemon(Case):
         bad = self.file("nan.stl", stl(["nan 0 0", "2 0 0", "0 3 0", "0 0 5"]))
         points = self.file("p.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                                     "property float z\nend_header\n0 0 0\n")
-        for path, expected in ((self.directory / "none.stl", "no such file"), (bad, "triangle 0"), (points, "no triangle")):
+        for path, expected in ((self.directory / "none.stl", "no such file"), ("", "hapticctl: '': no such"), (bad, "triangle 0"),
+                               (points, "no triangle")):
             done = self.run_ctl("load", path, "--scale", "mm", exit_code=5)
             self.assertIn(str(path), done.stderr)
             self.assertIn(expected, done.stderr)

@@ -65,6 +65,7 @@ Result<BuiltSnapshot> build(std::span<const std::byte> upload, BuildMonitor& who
   if (!monitor.progress(0.15f, "connecting triangles")) return cancelled();
   dropDuplicates(mesh, monitor);
   connect(mesh, monitor);
+  stitch(mesh, double{source->weld_m}, monitor);
   if (!monitor.progress(0.35f, "orienting the surface")) return cancelled();
   orient(mesh, monitor);
   const auto treeProgress = [&](float x) { return monitor.progress(0.45f + 0.45f * x, "building the tree"); };

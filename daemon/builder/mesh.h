@@ -70,6 +70,12 @@ void dropDuplicates(Mesh& mesh, BuildMonitor& monitor);
 void connect(Mesh& mesh, BuildMonitor& monitor);
 
 /**
+ * Closes cracks: a triangle whose open edge has vertices of other open edges on it, within rounding or the welding
+ * distance, is cut there. After connect(); connects again what it cuts.
+ */
+void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor);
+
+/**
  * One winding for each connected part (the majority's); outward for closed parts, but for cavities, which look inward.
  * Sets mesh.closed.
  */

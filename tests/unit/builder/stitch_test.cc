@@ -1,0 +1,117 @@
+// Cracks: edges cut on one side only.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "rt/geometry/sweep.h"
+#include "support/random.h"
+#include "tests/unit/builder/built.h"
+
+namespace hapticd::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+/** Cuts an edge of some triangles, on their side only, once or more often. */
+UploadMesh cracked(const UploadMesh& whole, Random& random, double often) {
+  UploadMesh mesh = whole;
+  for (std::uint32_t f = 0; f < whole.triangles.size(); ++f) {
+    if (!random.once(often)) continue;
+    Index3 t = whole.triangles[f];
+    std::rotate(t.begin(), t.begin() + random.below(3u), t.end());
+    const std::uint32_t count = 1 + random.below(3u);
+    std::uint32_t from = t[0];
+    for (std::uint32_t i = 1; i <= count; ++i) {
+      const double part = (i + random.in(-0.4, 0.4)) / (count + 1);
+      Float3 p;
+      for (int k = 0; k < 3; ++k)
+        p[k] = static_cast<float>((1 - part) * whole.vertices[t[0]][k] + part * whole.vertices[t[1]][k]);
+      const auto mid = static_cast<std::uint32_t>(mesh.vertices.size());
+      mesh.vertices.push_back(p);
+      if (i == 1) {
+        mesh.triangles[f] = {from, mid, t[2]};
+      } else {
+        mesh.triangles.push_back({from, mid, t[2]});
+      }
+      from = mid;
+    }
+    mesh.triangles.push_back({from, t[1], t[2]});
+  }
+  return mesh;
+}
+
+TEST(Stitch, ClosesWhatWasCutOnOneSide) {
+  for (const unsigned seed : seeds(20)) {
+    SCOPED_TRACE("HAPTICD_SEED=" + std::to_string(seed));
+    Random random(seed);
+    const UploadMesh whole = torus(8 + random.below(20u), 5 + random.below(10u));
+    const double volume = signedVolume(build(whole).memory.view);
+    const UploadMesh mesh = cracked(whole, random, random.in(1, 6));
+    const Built built = build(random.once(2) ? mesh : mesh.soup());
+    EXPECT_NE(built.stats.flags & HD_MESH_CLOSED, 0u);
+    EXPECT_NEAR(signedVolume(built.memory.view), volume, 1e-6 * volume);
+    // Into the torus, through its edges, where the cracks were.
+    for (int i = 0; i < 500; ++i) {
+      const Index3& t = whole.triangles[random.below(static_cast<std::uint32_t>(whole.triangles.size()))];
+      const double part = random.in(0, 1);
+      Vec3 x;
+      for (int k = 0; k < 3; ++k) x[k] = (1 - part) * whole.vertices[t[0]][k] + part * whole.vertices[t[1]][k];
+      const Vec3 core = 0.05 * Vec3(x.x(), x.y(), 0).normalized();
+      Sweep sweep;
+      sweep.a = core + 2 * (x - core);
+      sweep.d = core - sweep.a;
+      sweep.limit = 100'000;
+      SweepHit hit;
+      ASSERT_EQ(sweepMesh(built.memory.view, sweep, hit), SweepResult::kHit) << i;
+    }
+  }
+}
+
+TEST(Stitch, ATriangleWithoutAreaLeavesNoCrack) {
+  UploadMesh mesh = cube();
+  // Triangle 0 is cut in the middle of its longest edge, and what is between the halves and the neighbour has no area.
+  Index3 t = mesh.triangles[0];
+  const auto length2 = [&](std::uint32_t a, std::uint32_t b) {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) sum += std::pow(double{mesh.vertices[a][k]} - mesh.vertices[b][k], 2);
+    return sum;
+  };
+  while (length2(t[0], t[1]) < std::max(length2(t[1], t[2]), length2(t[2], t[0])))
+    std::rotate(t.begin(), t.begin() + 1, t.end());
+  Float3 middle;
+  for (int k = 0; k < 3; ++k) middle[k] = (mesh.vertices[t[0]][k] + mesh.vertices[t[1]][k]) / 2;
+  mesh.vertices.push_back(middle);
+  mesh.triangles[0] = {t[0], 8, t[2]};
+  mesh.triangles.push_back({8, t[1], t[2]});
+  mesh.triangles.push_back({t[0], t[1], 8});
+  const Built built = build(mesh);
+  EXPECT_THAT(built.notes,
+              ElementsAre("removed 1 triangles without area, the first is triangle 13",
+                          "cut 1 edges at vertices that lay on them, the first of triangle 1: else they are cracks"));
+  EXPECT_EQ(built.stats.flags & HD_MESH_CLOSED, HD_MESH_CLOSED);
+  EXPECT_EQ(built.stats.triangles, 14u);
+}
+
+TEST(Stitch, WhatMerelyTouchesIsLeftAlone) {
+  UploadMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.5f, 0, 0}, {0.2f, -1, 0}, {0.7f, -1, 0}};
+  mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+  const Built built = build(mesh);
+  EXPECT_THAT(built.notes, IsEmpty());
+  EXPECT_EQ(built.stats.triangles, 2u);
+}
+
+TEST(Stitch, TheWeldingDistanceSaysWhatLiesOnAnEdge) {
+  UploadMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.5f, -1e-4f, 0}, {0.5f, -1, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 4, 3}, {4, 1, 3}};
+  EXPECT_THAT(build(mesh).notes, IsEmpty());
+  EXPECT_THAT(build(mesh, 0, 2e-4f).notes,
+              ElementsAre("cut 1 edges at vertices that lay on them, the first of triangle 0: else they are cracks"));
+}
+
+}  // namespace
+}  // namespace hapticd::test

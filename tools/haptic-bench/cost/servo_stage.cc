@@ -2,6 +2,7 @@
 
 #include <type_traits>
 
+#include "tools/haptic-bench/desktop_guard.h"
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
@@ -56,15 +57,7 @@ ServoStage::~ServoStage() = default;
 void ServoStage::begin(double radius) {
   radius_ = radius;
   CycleConfig config;
-  config.guard[0].limits = {.force = 8,
-                            .torque = 1,
-                            .force_slew = 1e5,
-                            .torque_slew = 1e3,
-                            .gripper_force = 1,
-                            .velocity = 5,
-                            .power = 50,
-                            .active_power = 20};
-  config.guard[0].ramp_ns = 10 * config.period_ns;
+  config.guard[0] = desktopGuard();
   clock_ = std::make_unique<NoWait>();
   hand_ = std::make_unique<Hand>();
   hand_->place = stroke_.at(0, radius + kStrokeAbove);

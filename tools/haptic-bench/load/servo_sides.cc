@@ -10,6 +10,7 @@
 
 #include "drivers/registry.h"
 #include "rt/cycle/realtime.h"
+#include "tools/haptic-bench/desktop_guard.h"
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
@@ -109,15 +110,7 @@ House::House(const Slice& slice, MeshView& mesh, Clock& clock, Note& note) : sli
   group.allow_no_rt = true;
   group.cpus = {slice.cpu};
   group.cycle.period_ns = periodOf(slice);
-  group.cycle.guard[0].limits = {.force = 8,
-                                 .torque = 1,
-                                 .force_slew = 1e5,
-                                 .torque_slew = 1e3,
-                                 .gripper_force = 1,
-                                 .velocity = 5,
-                                 .power = 50,
-                                 .active_power = 20};
-  group.cycle.guard[0].ramp_ns = 10'000'000;
+  group.cycle.guard[0] = desktopGuard();
   std::vector<std::unique_ptr<Device>> devices;
   devices.push_back(std::move(watched));
   group_ = orFail(DeviceGroup::start(group, std::move(devices), meshes_, clock));

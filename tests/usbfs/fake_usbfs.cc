@@ -162,7 +162,6 @@ int FakeUsbfs::discard(Node& node, usbdevfs_urb* urb) {
   const auto at = std::find(node.waiting.begin(), node.waiting.end(), urb);
   if (at == node.waiting.end()) return refuse(EINVAL);
   node.waiting.erase(at);
-  ++discarded;
   end(node, urb, -ENOENT);
   return 0;
 }
@@ -199,6 +198,7 @@ int FakeUsbfs::ioctlNode(int fd, unsigned long request, void* argument) {
       return claim(node, true);
     case USBDEVFS_RELEASEINTERFACE:
       node.claimed = false;
+      left += node.waiting.size();
       ++releases;
       return 0;
     case USBDEVFS_GETDRIVER: {

@@ -33,7 +33,8 @@ class FakeUsbfs {
   std::atomic<bool> forbidden{false};  ///< No right to the node.
   /** What holds the interface while nobody has claimed it; "" for nothing. */
   std::string kernel_driver;
-  std::atomic<int> claims{0}, releases{0}, detached{0}, given_back{0}, sent_at_once{0}, discarded{0};
+  std::atomic<int> claims{0}, releases{0}, detached{0}, given_back{0}, sent_at_once{0};
+  std::atomic<std::size_t> left{0};          ///< Requests that still waited when their interface was given back.
   std::atomic<std::size_t> most_waiting{0};  ///< IN requests that waited together.
   std::atomic<int> outs{0}, unawaited{0};    ///< OUTs, and those that came while no IN was waiting.
 

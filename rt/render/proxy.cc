@@ -8,8 +8,8 @@ namespace hapticd {
 namespace {
 
 constexpr int kMaxRounds = 12;        // Hits before the surfaces are looked at afresh,
-constexpr double kMostBack = 0x1p14;  // Times rounding that a proxy is put back onto its surfaces.
 constexpr int kMaxVain = 2;           // and that without having come nearer: round and round.
+constexpr double kMostBack = 0x1p14;  // Times rounding that a proxy is put back onto its surfaces.
 
 /** Planes so nearly parallel that a hair shifts the line in which they meet tell no more. Out of the way of one plane.
  */

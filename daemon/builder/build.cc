@@ -68,6 +68,7 @@ Result<BuiltSnapshot> build(std::span<const std::byte> upload, BuildMonitor& who
   stitch(mesh, double{source->weld_m}, monitor);
   if (!monitor.progress(0.35f, "orienting the surface")) return cancelled();
   orient(mesh, monitor);
+  noteHoles(mesh, monitor);
   const auto treeProgress = [&](float x) { return monitor.progress(0.45f + 0.45f * x, "building the tree"); };
   if (!treeProgress(0)) return cancelled();
   const Bvh bvh = buildBvh(mesh, treeProgress);

@@ -81,4 +81,7 @@ void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor);
  */
 void orient(Mesh& mesh, BuildMonitor& monitor);
 
+/** Of an open mesh: tells how many holes it has, how wide, and where. After orient(). */
+void noteHoles(const Mesh& mesh, BuildMonitor& monitor);
+
 }  // namespace hapticd

@@ -9,6 +9,7 @@
 namespace hapticd::test {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
@@ -153,8 +154,7 @@ TEST(Repair, OpenSurfacesKeepTheirMajority) {
   UploadMesh mesh = terrain(5, 1).flipAll();
   std::swap(mesh.triangles[30][0], mesh.triangles[30][1]);
   const Built built = build(mesh);
-  EXPECT_THAT(built.notes,
-              ElementsAre("turned 1 triangles to the winding of their neighbours, the first is triangle 30"));
+  EXPECT_THAT(built.notes, Contains("turned 1 triangles to the winding of their neighbours, the first is triangle 30"));
   EXPECT_EQ(built.stats.flags & HD_MESH_CLOSED, 0u);
   const MeshView& view = built.memory.view;
   for (std::uint32_t t = 0; t < view.triangle_count; ++t)
@@ -185,8 +185,8 @@ TEST(Repair, EdgesOfThreeTrianglesAreBorders) {
   mesh.vertices = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, -1, 0}};
   mesh.triangles = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
   const Built built = build(mesh);
-  EXPECT_THAT(built.notes, ElementsAre("1 edges belong to more than two triangles, the first at triangle 0; "
-                                       "they count as borders"));
+  EXPECT_THAT(built.notes, Contains("1 edges belong to more than two triangles, the first at triangle 0; "
+                                    "they count as borders"));
   const MeshView& view = built.memory.view;
   for (std::uint32_t t = 0; t < 3; ++t)
     EXPECT_THAT(view.neighbours[t], ElementsAre(HD_NO_INDEX, HD_NO_INDEX, HD_NO_INDEX));
@@ -210,8 +210,7 @@ TEST(Repair, AMoebiusStripIsCutAndNamed) {
     mesh.triangles.push_back({b, c, d});
   }
   const Built built = build(mesh);
-  ASSERT_FALSE(built.notes.empty());
-  EXPECT_THAT(built.notes.back(), testing::HasSubstr("has one side only"));
+  EXPECT_THAT(built.notes, Contains(testing::HasSubstr("has one side only")));
   EXPECT_EQ(built.stats.triangles, 2 * kSteps);
 }
 

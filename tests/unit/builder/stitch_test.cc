@@ -12,8 +12,10 @@
 namespace hapticd::test {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
-using testing::IsEmpty;
+using testing::HasSubstr;
+using testing::Not;
 
 /** Cuts an edge of some triangles, on their side only, once or more often. */
 UploadMesh cracked(const UploadMesh& whole, Random& random, double often) {
@@ -100,7 +102,7 @@ TEST(Stitch, WhatMerelyTouchesIsLeftAlone) {
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.5f, 0, 0}, {0.2f, -1, 0}, {0.7f, -1, 0}};
   mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
   const Built built = build(mesh);
-  EXPECT_THAT(built.notes, IsEmpty());
+  EXPECT_THAT(built.notes, Not(Contains(HasSubstr("cut"))));
   EXPECT_EQ(built.stats.triangles, 2u);
 }
 
@@ -108,9 +110,9 @@ TEST(Stitch, TheWeldingDistanceSaysWhatLiesOnAnEdge) {
   UploadMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.5f, -1e-4f, 0}, {0.5f, -1, 0}};
   mesh.triangles = {{0, 1, 2}, {0, 4, 3}, {4, 1, 3}};
-  EXPECT_THAT(build(mesh).notes, IsEmpty());
+  EXPECT_THAT(build(mesh).notes, Not(Contains(HasSubstr("cut"))));
   EXPECT_THAT(build(mesh, 0, 2e-4f).notes,
-              ElementsAre("cut 1 edges at vertices that lay on them, the first of triangle 0: else they are cracks"));
+              Contains("cut 1 edges at vertices that lay on them, the first of triangle 0: else they are cracks"));
 }
 
 }  // namespace

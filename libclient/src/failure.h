@@ -5,6 +5,7 @@
 
 #include <hapticclient/base.h>
 
+#include <charconv>
 #include <cstddef>
 #include <cstring>
 #include <new>
@@ -37,6 +38,12 @@ int edge(haptic_error* error, Body&& body) noexcept {
   } catch (...) {
     return report(fromException(), error);
   }
+}
+
+/** The shortest text that reads back as this number, whatever the locale. */
+inline std::string textOf(double number) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, number).ptr};
 }
 
 /** A refusal of an argument. */

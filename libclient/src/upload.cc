@@ -209,7 +209,7 @@ int haptic_upload_weld(haptic_upload* upload, double distance_m, haptic_error* e
     if (upload->mapping.address() == nullptr) return client::badArgument("upload", "is committed already");
     const auto distance = static_cast<float>(distance_m);
     if (distance != 0 && !(distance >= HD_MIN_WELD && distance <= HD_MAX_WELD)) {
-      return client::badArgument("distance_m", "is " + std::to_string(distance_m), "give 0, or 1e-6 to 0.01 m");
+      return client::badArgument("distance_m", "is " + client::textOf(distance_m), "give 0, or 1e-6 to 0.01 m");
     }
     static_cast<hd_mesh_upload*>(upload->mapping.address())->weld_m = distance;
     return {};
@@ -228,10 +228,10 @@ int haptic_upload_volume(haptic_upload* upload, double voxel_m, double point_spa
     request.voxel_m = static_cast<float>(voxel_m);
     request.point_spacing_m = static_cast<float>(point_spacing_m);
     if (!(request.voxel_m >= HD_MIN_VOXEL && request.voxel_m <= HD_MAX_VOXEL)) {
-      return client::badArgument("voxel_m", "is " + std::to_string(voxel_m), "give 1e-6 to 1 m");
+      return client::badArgument("voxel_m", "is " + client::textOf(voxel_m), "give 1e-6 to 1 m");
     }
     if (!(request.point_spacing_m >= 0 && request.point_spacing_m <= HD_MAX_VOXEL)) {
-      return client::badArgument("point_spacing_m", "is " + std::to_string(point_spacing_m), "give 0 to 1 m");
+      return client::badArgument("point_spacing_m", "is " + client::textOf(point_spacing_m), "give 0 to 1 m");
     }
     std::memcpy(static_cast<std::byte*>(upload->mapping.address()) + meshBytes(head.vertex_count, head.triangle_count),
                 &request, sizeof request);

@@ -156,7 +156,7 @@ void addLoad(CLI::App& app, Action& chosen) {
   command->add_flag("--deformable", o->deformable, "Its vertices may be moved by clients");
   command->add_option("--weld", o->weld_mm, "Join vertices no farther apart than this, for scans; else only equal ones")
       ->type_name("MM")
-      ->check(number(0, 10));
+      ->check(number(0.001, 10));
   auto* voxel = command->add_option("--voxel", o->voxel_mm, "Build its volume too, of voxels of this side: for 6 DOF")
                     ->type_name("MM")
                     ->check(number(0.001, 1000));

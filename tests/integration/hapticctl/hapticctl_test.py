@@ -243,7 +243,7 @@ class WithDaemon(Case):
         self.assertEqual((loaded["vertices"], loaded["triangles"], loaded["closed"]), (4, 4, True))
         self.assertIn("ALREADY_EXISTS", self.run_ctl("--json", "load", path, "--scale", "mm", "--name", "tetra", exit_code=1).stderr)
         self.assertIn("too large", self.run_ctl("load", path, "--scale", "mm", "--weld", "11", exit_code=2).stderr)
-        self.assertIn("0.01 m", self.run_ctl("load", path, "--scale", "mm", "--weld", "0.0001", exit_code=1).stderr)
+        self.assertIn("too small", self.run_ctl("load", path, "--scale", "mm", "--weld", "0.0001", exit_code=2).stderr)
         gone = self.run_ctl("load", path, "--size", "0.005", "--weld", "10", "--name", "gone", exit_code=1).stderr
         self.assertIn("no triangle has an area", gone)  # 5 mm long, all within 10
         solid = self.json("load", path, "--scale", "mm", "--voxel", "1", "--points", "2", "--name", "solid", "--at", "0,0,0.2")

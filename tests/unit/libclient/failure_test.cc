@@ -105,5 +105,11 @@ TEST(SizedStructures, OnlyWhatTheCallerHasIsWritten) {
   EXPECT_EQ(writeSized(value, &out, "options").code, HAPTIC_INVALID_ARGUMENT);
 }
 
+TEST(Failure, NumbersAreToldAsTheyAre) {
+  EXPECT_EQ(textOf(1e-9), "1e-09");
+  EXPECT_EQ(textOf(0.25), "0.25");
+  EXPECT_EQ(textOf(-1.7976931348623157e308), "-1.7976931348623157e+308");
+}
+
 }  // namespace
 }  // namespace hapticd::client

@@ -23,9 +23,14 @@ std::string besides(const std::string& path, const char* name) {
   return slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
 }
 
-bool isSocket(const std::string& path) {
+/** What is wrong with a path that refuses a connection. */
+Failure refusedAt(const std::string& path) {
   struct stat info {};
-  return stat(path.c_str(), &info) != 0 || S_ISSOCK(info.st_mode);
+  if (stat(path.c_str(), &info) != 0 || S_ISSOCK(info.st_mode))
+    return {HAPTIC_DISCONNECTED, path, "nobody listens", {}};
+  if (S_ISDIR(info.st_mode))
+    return badArgument(path, "is a folder", "name the socket in it: " + path + "/control.sock");
+  return {HAPTIC_DISCONNECTED, path, "is not a socket", {}};
 }
 
 /** Who may connect, as far as the socket says so. Blocks as long as a look-up of a group does. */
@@ -88,7 +93,7 @@ Failure connectTo(const std::string& path, std::int64_t timeout_ns, int& fd) {
     case ENOENT:
       return {HAPTIC_DISCONNECTED, path, "no such socket", {}};
     case ECONNREFUSED:
-      return {HAPTIC_DISCONNECTED, path, isSocket(path) ? "nobody listens" : "is not a socket", {}};
+      return refusedAt(path);
     case EACCES:
     case EPERM:
       return {HAPTIC_PERMISSION_DENIED, path, "you may not connect", remedyOf(path)};

@@ -52,6 +52,15 @@ TEST(SocketSearch, AFileThatIsNoSocketIsCalledThat) {
   unlink(path);
 }
 
+TEST(SocketSearch, OfAFolderTheSocketInItIsMeant) {
+  int fd = -1;
+  const Failure failure = connectTo("/tmp", 0, fd);
+  EXPECT_EQ(failure.code, HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(failure.what, "is a folder");
+  EXPECT_EQ(failure.remedy, "name the socket in it: /tmp/control.sock");
+  EXPECT_EQ(fd, -1);
+}
+
 TEST(SocketSearch, AFailedSearchNamesEveryPathAndItsReason) {
   const Failure failure =
       nobodyAnswers({"/a", "/b"}, {{HAPTIC_DISCONNECTED, "/a", "no such socket", {}},

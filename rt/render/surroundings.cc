@@ -121,20 +121,21 @@ Vicinity* Surroundings::about(std::uint32_t slot, const Shape& shape, const Prox
 }
 
 /** To how many triangles were kept until now. */
-void Surroundings::adapt(Kept& kept, double depth, bool& nearest) HD_RT {
+void Surroundings::adapt(Kept& kept, const ProxyPlace& place, bool& nearest) HD_RT {
+  const double depth = (place.hip - place.proxy).norm();
   const Vicinity& now = kept.vicinity[kept.now];
   if (now.state() != Vicinity::State::kFull) return;
   if (now.count() <= kFew) kept.margin *= kChange;
-  if (now.count() > kMany) kept.margin /= kChange;
+  if (now.count() > kMany && kept.margin > kFirstMargin * needed(place, nearest)) kept.margin /= kChange;
   kept.deepest = nearest && now.count() > kMostDeep ? kShallower * depth : kDeeper * kept.deepest;
   nearest = depth <= kept.deepest;
 }
 
 /** Begins a vicinity for the place, along the way of the hand. */
-void Surroundings::begin(const Kept& kept, Vicinity& vicinity, const MeshView& mesh, const ProxyPlace& place,
+void Surroundings::begin(Kept& kept, Vicinity& vicinity, const MeshView& mesh, const ProxyPlace& place,
                          const Vec3& step, bool nearest) HD_RT {
   const double depth = (place.hip - place.proxy).norm(), speed = step.norm();
-  const double margin = std::max(kept.margin, kTicks * speed);
+  const double margin = kept.margin = std::max(kept.margin, kTicks * speed);
   const Vec3 ahead = speed > 0 ? Vec3(margin / speed * step) : Vec3(Vec3::Zero());
   const Vec3 from = middle(place, nearest, depth), to = from + (place.end - place.proxy);
   vicinity.begin(mesh, from - kBehind * ahead, to + kLong * ahead, needed(place, nearest) + margin);
@@ -142,9 +143,8 @@ void Surroundings::begin(const Kept& kept, Vicinity& vicinity, const MeshView& m
 
 /** Begins the vicinity that the hand will need when it leaves the present one. */
 void Surroundings::gatherAhead(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& step) HD_RT {
-  const double depth = (place.hip - place.proxy).norm();
-  bool nearest = depth <= kept.deepest;
-  adapt(kept, depth, nearest);
+  bool nearest = (place.hip - place.proxy).norm() <= kept.deepest;
+  adapt(kept, place, nearest);
   begin(kept, kept.vicinity[1 - kept.now], mesh, later(place, kAhead * step), step, nearest);
 }
 
@@ -156,7 +156,7 @@ void Surroundings::gather(Kept& kept, const MeshView& mesh, const ProxyPlace& pl
   kept.vicinity[1 - kept.now].clear();
   ++at_once_;
   bool nearest = depth <= kept.deepest;
-  adapt(kept, depth, nearest);
+  adapt(kept, place, nearest);
   if (kept.margin == 0) kept.margin = std::max(kFirstMargin * needed(place, nearest), kTicks * step.norm());
   for (int attempt = 0; attempt < 2; ++attempt) {
     begin(kept, vicinity, mesh, place, step, nearest);

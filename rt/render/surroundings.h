@@ -25,9 +25,10 @@ struct ProxyPlace {
  *
  * A vicinity holds the ball that the sweeps and the look for a nearer surface need now, a margin about it, and the way
  * that this ball will go with the hand, some margins long. The margin grows while the vicinity holds few triangles and
- * shrinks where it holds many: coarse meshes are seldom gathered, fine ones not beyond what a vicinity takes. While one
- * is asked the next one is gathered, where the hand will be if it goes on as it does, a few nodes and triangles a tick:
- * no tick waits for all of it, and what a tick looks into has been asked for from memory in the tick before.
+ * shrinks where it holds many, down to an eighth of the ball or what a fast hand needs: coarse meshes are seldom
+ * gathered, nor is what a slow hand feels, and fine ones not beyond what a vicinity takes. While one is asked the next
+ * one is gathered, where the hand will be if it goes on as it does, a few nodes and triangles a tick: no tick waits for
+ * all of it, and what a tick looks into has been asked for from memory in the tick before.
  */
 class Surroundings {
  public:
@@ -52,7 +53,7 @@ class Surroundings {
     std::uint64_t moves = 0;   ///< Of the mesh's vertices, when it was gathered.
     std::uint64_t used = 0;    ///< In which tick.
     Vec3 hip = Vec3::Zero();   ///< In the tick before.
-    double margin = 0;         ///< [m]
+    double margin = 0;         ///< Of the last vicinity begun [m].
     double deepest = 0;        ///< Depth to which the look for a nearer surface is kept too [m].
     std::uint32_t rest = 0;    ///< Ticks without, after one that did not fit.
     std::uint32_t wait = 0;    ///< Ticks until the next one may be begun ahead.
@@ -65,9 +66,9 @@ class Surroundings {
   };
 
   Kept& keptFor(std::uint32_t slot, const Shape& shape, const Vec3& hip) HD_RT;
-  static void begin(const Kept& kept, Vicinity& vicinity, const MeshView& mesh, const ProxyPlace& place,
-                    const Vec3& step, bool nearest) HD_RT;
-  static void adapt(Kept& kept, double depth, bool& nearest) HD_RT;
+  static void begin(Kept& kept, Vicinity& vicinity, const MeshView& mesh, const ProxyPlace& place, const Vec3& step,
+                    bool nearest) HD_RT;
+  static void adapt(Kept& kept, const ProxyPlace& place, bool& nearest) HD_RT;
   static void gatherAhead(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& step) HD_RT;
   void gather(Kept& kept, const MeshView& mesh, const ProxyPlace& place, const Vec3& step, std::uint32_t& work) HD_RT;
 

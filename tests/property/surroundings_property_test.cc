@@ -249,5 +249,35 @@ TEST(SurroundingsProperty, AStrokeSeldomLooksIntoTheTree) {
   }
 }
 
+/** Over fine ground, also if it was fast before. */
+TEST(SurroundingsProperty, ASlowHandSeldomGathers) {
+  TestMesh mesh = test::heightMesh(0.02, 150, [](double x, double y) { return 1e-4 * std::sin(900 * (x + y)); });
+  for (const double radius : {0.0, 0.001}) {
+    TestScene t;
+    t.addMesh(mesh.view(), {}, {1000, 0, 0, 0});
+    ProxyRenderer fresh;
+    for (ProxyRenderer* proxy : {&t.proxy, &fresh}) {
+      proxy->setRadius(radius);
+      proxy->reset(Vec3(0.01, 0, 0.01));
+    }
+    const auto at = [&](double angle) { return Vec3(0.01 * std::cos(angle), 0.01 * std::sin(angle), radius - 0.001); };
+    for (int i = 0; i < 3000; ++i) t.tick(at(0.02 * i));  // 0.2 m/s.
+    SurfaceContact contact;
+    fresh.step(*t.scene, at(60), Vec3::Zero(), kTick, contact);
+    std::uint64_t gathered = 0, gathered_fresh = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const Vec3 hip = at(60 + 0.0002 * i);  // 2 mm, in a second.
+      t.tick(hip);
+      gathered += t.proxy.effort().gathered;
+      fresh.step(*t.scene, hip, Vec3::Zero(), kTick, contact);
+      gathered_fresh += fresh.effort().gathered;
+      ASSERT_NE(contact.object, 0u) << i;
+    }
+    // About 150 triangles lie about the hand; without a least margin they are gathered 20 to 30 times.
+    EXPECT_LT(gathered, 1200u) << radius;
+    EXPECT_LT(gathered_fresh, 1200u) << radius;
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

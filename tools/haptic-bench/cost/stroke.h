@@ -11,7 +11,6 @@
 namespace haptic_bench {
 
 constexpr double kStrokeDt = 1e-3;     // [s]
-constexpr double kStrokeSpeed = 0.1;   // [m/s]
 constexpr double kStrokeAbove = 1e-5;  // Where it begins [m].
 constexpr double kStrokeDepth = 1e-3;  // [m]
 
@@ -21,8 +20,8 @@ constexpr double kStrokeDepth = 1e-3;  // [m]
  */
 class Stroke {
  public:
-  /** Throws Failure where the mesh is not found. */
-  Stroke(const hapticd::MeshView& mesh, double seconds);
+  /** `speed` in m/s. Throws Failure where the mesh is not found. */
+  Stroke(const hapticd::MeshView& mesh, double seconds, double speed);
   [[nodiscard]] std::size_t ticks() const { return along_.size() - 1; }
   /** At tick i, 0 to ticks(), `height` above the mesh. */
   [[nodiscard]] hapticd::Vec3 at(std::size_t i, double height) const { return (radius_[i] + height) * along_[i]; }

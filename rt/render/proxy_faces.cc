@@ -86,34 +86,43 @@ struct SeenFace {
 };
 
 /**
- * Of a face above the hip's foot, `depth` below it: the neighbour over a ridge whose plane is nearer to the hip.
- * HD_NO_INDEX: there is none.
+ * Of a face above the hip's foot, `depth` below it: of the neighbours over a ridge whose planes are nearer to the hip
+ * the nearest, so that the order of corners decides nothing. HD_NO_INDEX: there is none.
  */
 std::uint32_t nearerNeighbour(const SeenFace& f, const Vec3& hip, double depth) HD_RT {
   if (!(depth > 0)) return HD_NO_INDEX;
-  const double less2 = kClearlyNearer * kClearlyNearer * depth * depth;
+  std::uint32_t nearest = HD_NO_INDEX;
+  double less2 = kClearlyNearer * kClearlyNearer * depth * depth;
   for (int k = 0; k < 3; ++k) {
     Vec3 opposite;
     if (!f.isNear(k, depth) || !f.beyond(k, opposite) || !(f.up.dot(opposite) < 0)) continue;
     // Above the hip, times the neighbour's doubled area.
     const double height = -opposite.dot(f.along[k].cross(hip - f.v[k]));
-    if (height > 0 && height * height < less2 * area2(opposite, f.along[k])) return f.mesh.neighbours[f.triangle][k];
+    const double area = area2(opposite, f.along[k]);
+    if (!(height > 0 && height * height < less2 * area)) continue;
+    nearest = f.mesh.neighbours[f.triangle][k];
+    less2 = height * height / area;
   }
-  return HD_NO_INDEX;
+  return nearest;
 }
 
 /**
- * The edge of a face over which a neighbour rises that a ball touches with its centre at x, above the face: -1 if there
- * is none. The ball touches it before its foot on the face comes to the edge.
+ * The edge of a face over which a neighbour rises that a ball touches with its centre at x, above the face, the deepest
+ * of several: -1 if there is none. The ball touches it before its foot on the face comes to the edge.
  */
 int steeperEdge(const SeenFace& f, const Vec3& x, double radius) HD_RT {
+  int steepest = -1;
+  double least = radius * radius;  // Height above its plane, squared with its sign.
   for (int k = 0; k < 3; ++k) {
     Vec3 opposite;
     if (!f.isNear(k, radius) || !f.beyond(k, opposite) || !(f.up.dot(opposite) > 0)) continue;
     const double height = opposite.dot(f.along[k].cross(x - f.v[k]));
-    if (height < 0 || height * height < radius * radius * area2(opposite, f.along[k])) return k;
+    const double area = area2(opposite, f.along[k]), squared = height * std::abs(height);
+    if (!(squared < least * area)) continue;
+    steepest = k;
+    least = squared / area;
   }
-  return -1;
+  return steepest;
 }
 
 /** From face to face toward the hip, in the mesh's frame. */

@@ -85,9 +85,12 @@ enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
 
 /**
  * The other way round: a triangle that moves past a resting point x, its corners along straight lines. If the surface
- * overtakes the point, it is carried on with the surface and left `tolerance` above it, and the answer is true.
+ * overtakes the point, it is carried on with the surface and left `tolerance` above it (two-sided: twice that), and the
+ * answer is true. `from` is where the point was before other triangles of the same vertex, which move with this one,
+ * carried it: it tells on which side of this one it is.
  */
-[[nodiscard]] bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3& x) HD_RT;
+[[nodiscard]] bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, const Vec3& from,
+                             Vec3& x) HD_RT;
 
 struct Ball {
   Vec3 center = Vec3::Zero();

@@ -6,6 +6,8 @@
 namespace hapticd {
 namespace {
 
+constexpr double kClear = 2;  // Tolerances: in one, two-sided triangles would hold the point from either side.
+
 Vec3 fromFloats(const float (&x)[3]) HD_RT { return {x[0], x[1], x[2]}; }
 
 struct Triangle {
@@ -29,18 +31,23 @@ struct Triangle {
 
 }  // namespace
 
-bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3& x) HD_RT {
+bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, const Vec3& from, Vec3& x) HD_RT {
   const Triangle before{{fromFloats(move.before[0]), fromFloats(move.before[1]), fromFloats(move.before[2])}};
   Triangle after = before;
   after.v[move.corner] = fromFloats(move.after);
+  const double above = (two_sided ? kClear : 1) * tolerance;
   const Vec3 n0 = before.normal(), n1 = after.normal();
   const double area0 = n0.norm(), area1 = n1.norm();
   if (area0 == 0 || area1 == 0) return false;
-  double v0 = n0.dot(x - before.v[0]), v1 = n1.dot(x - after.v[0]);
-  const double side = two_sided && v0 < 0 ? -1 : 1;
-  v0 *= side;
-  v1 *= side;
-  if (v0 / area0 < -tolerance || v1 >= 0 || v1 / area1 >= v0 / area0) return false;
+  const double was = n0.dot(from - before.v[0]), side = two_sided && was < 0 ? -1 : 1;
+  const double v0 = side * n0.dot(x - before.v[0]), v1 = side * n1.dot(x - after.v[0]);
+  if (side * was / area0 < -tolerance || v1 >= 0) return false;
+  if (v0 / area0 < -tolerance) {  // A neighbour has carried it past where this triangle was, and into it.
+    if (!after.covers(x)) return false;
+    x += side * (above - v1 / area1) / area1 * n1;
+    return true;
+  }
+  if (v1 / area1 >= v0 / area0) return false;
   // One corner on a straight way: the volume below x is linear in time.
   const double t = v0 > 0 ? v0 / (v0 - v1) : 0.0;
   const Vec3 way = after.v[move.corner] - before.v[move.corner];
@@ -49,7 +56,7 @@ bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, Vec3&
   if (!then.covers(x)) return false;
   // On with the point of the surface that has reached it, so that it comes to lie on this triangle and no other.
   x += (1 - t) * std::clamp(then.weight(move.corner, x), 0.0, 1.0) * way;
-  x += (side * tolerance - n1.dot(x - after.v[0]) / area1) / area1 * n1;
+  x += (side * above - n1.dot(x - after.v[0]) / area1) / area1 * n1;
   return true;
 }
 

@@ -17,6 +17,12 @@ constexpr double kMostBack = 0x1p14;  // Times rounding that a proxy is put back
   if ((at - proxy).squaredNorm() > most * most) at = foot = proxy;
 }
 
+/** Whether one vertex moved both triangles: they move together. */
+bool isSameVertex(const TriangleMove& one, const TriangleMove& other) HD_RT {
+  return std::ranges::equal(one.before[one.corner], other.before[other.corner]) &&
+         std::ranges::equal(one.after, other.after);
+}
+
 }  // namespace
 
 void ProxyRenderer::reset(const Vec3& hip_W) HD_RT {
@@ -86,8 +92,13 @@ void ProxyRenderer::begin(Step& step) HD_RT {
     if (object.shape.kind != ShapeKind::kMesh) continue;
     const double skin = step.skin(object);
     const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
+    Vec3 from = start_[slot];
+    const TriangleMove* last = nullptr;
     for (const TriangleMove& move : moves) {
-      if (move.mesh == object.shape.mesh) (void)overtakes(move, two_sided, kNear * skin, start_[slot]);
+      if (move.mesh != object.shape.mesh) continue;
+      if (last == nullptr || !isSameVertex(*last, move)) from = start_[slot];
+      last = &move;
+      (void)overtakes(move, two_sided, kNear * skin, from, start_[slot]);
     }
   }
 }

@@ -55,14 +55,15 @@ double anyRadius(Random& random, double least, double most) {
  * Seen from the middle every vertex goes in or out by its own: the mesh stays one that does not pass itself, and away
  * from the middle there is always room for a ball.
  */
-void aMovingSurfaceSwallowsNobody(unsigned seed, int& touched) {
+void aMovingSurfaceSwallowsNobody(unsigned seed, std::uint32_t sided, int& touched) {
   Random random(seed);
   const double size = 0.03;
   TestMesh mesh = test::sphereMesh(size, 3 + random.below(6u));
   const std::vector<std::array<float, 3>> round = mesh.vertices;
   TestScene t;
   const hd_material material = anyMaterial(random);
-  const std::uint32_t id = t.addMesh(mesh.deformableView(), {random.vector(0.05), random.turn()}, material);
+  const std::uint32_t id =
+      t.addMesh(mesh.deformableView(), {random.vector(0.05), random.turn()}, material, HD_OBJECT_ENABLED | sided);
   const double radius = anyRadius(random, 1e-4, 5e-3);
   t.proxy.setRadius(radius);
   const double most = std::pow(10, random.in(-3, -0.5)), often = std::pow(10, random.in(0, 1.5));
@@ -243,7 +244,12 @@ TEST(MeshProperty, RoughGroundGivesNothing) {
 }
 TEST(MeshProperty, AMovingSurfaceSwallowsNobody) {
   int touched = 0;
-  forSeeds(60, [&](unsigned seed) { aMovingSurfaceSwallowsNobody(seed, touched); });
+  forSeeds(60, [&](unsigned seed) { aMovingSurfaceSwallowsNobody(seed, 0, touched); });
+  EXPECT_GT(touched, 30);
+}
+TEST(MeshProperty, AMovingSheetLetsNobodyThrough) {
+  int touched = 0;
+  forSeeds(60, [&](unsigned seed) { aMovingSurfaceSwallowsNobody(seed, HD_OBJECT_TWO_SIDED, touched); });
   EXPECT_GT(touched, 30);
 }
 TEST(MeshProperty, ARoughRoomIsNeverLeft) { forSeeds(60, aRoughRoomIsNeverLeft); }

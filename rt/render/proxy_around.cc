@@ -9,6 +9,7 @@ namespace {
 constexpr double kOpposed = -0.6;  // Cosine below which two normals are those of two sheets.
 constexpr double kMaxDetour = 5;   // Of the present distance from proxy to hip.
 constexpr double kUnder = 2;       // Skins below the surface is surely inside.
+constexpr double kRight = -1e-9;   // Cosine of a right angle, less rounding.
 
 /** Whether the way from the hip to `x`, both in the object's frame, is not all through the solid. */
 bool leavesSolid(const SceneObject& object, const Vec3& hip, const Vec3& x, double tolerance, Vicinity* vicinity,
@@ -162,7 +163,7 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
   bool rises = true;
   for (int i = 0; i < step.count && count < kMaxHalfSpaces - 1; ++i) {
     if (!(now.active >> i & 1u)) continue;
-    rises = rises && step.held[i].surface.normal.dot(n) >= 0;
+    rises = rises && step.held[i].surface.normal.dot(n) >= kRight;
     planes[count] = step.held[i].surface;
     planes[count++].offset += step.held[i].skin;
   }

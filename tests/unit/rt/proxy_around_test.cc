@@ -210,5 +210,23 @@ TEST(ProxyAround, WhatWasPassedOnTheWayHoldsNoMore) {
   EXPECT_GT(boxes, 10);
 }
 
+/** Something on the side of a box bars the way over its edge: the one through the air is looked for, or not, at any
+ * turn. */
+TEST(ProxyAround, WhereFacesMeetAtRightAnglesRoundingDecidesNothing) {
+  Random random(seedOf(7));
+  int passed = 0;
+  constexpr int kTurns = 200;
+  for (int i = 0; i < kTurns; ++i) {
+    const Pose X = random.pose(0.1);
+    TestScene t;
+    t.add(ShapeKind::kBox, Vec3(0.02, 0.02, 0.02), X);
+    t.add(ShapeKind::kBox, Vec3(0.001, 0.005, 0.001), X * Pose{Vec3(0.0208, 0, 0.01), Quat::Identity()});
+    t.tick(X * Vec3(0.016, 0, 0.03));
+    const SurfaceContact& c = t.tick(X * Vec3(0.016, 0, 0));
+    passed += (c.proxy - X * Vec3(0.02, 0, 0)).norm() < 1e-9;
+  }
+  EXPECT_EQ(passed, kTurns);
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -326,7 +326,8 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
   const std::uint32_t others = active & (active - 1);
   if (plan.stay || active == 0) return;
-  if ((others & (others - 1)) == 0 && followFaces(step, std::countr_zero(active), at, 0, plan)) return;
+  const bool leads = (others & (others - 1)) == 0 && followFaces(step, std::countr_zero(active), at, 0, plan);
+  if (leads && (others == 0 || plan.faces != 0)) return;  // Of two that hold it one face alone is not the end.
   plan.lands = true;
   plan.keeps = active;
   for (int i = 0; i < step.count; ++i) {

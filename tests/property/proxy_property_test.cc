@@ -180,6 +180,25 @@ void neverEntersSolidsAtRest(std::uint32_t seed, int& touched) {
   touched += contacts > 2;
 }
 
+/** Without friction the normal leads from the hand to the proxy, in every corner: of so many contacts how often not. */
+int turnedNormals(std::uint32_t seed, int& contacts) {
+  Random random(seed);
+  World w;
+  fill(w, random, false);
+  for (const auto id : w.ids) w.t.material(id, {1000, 0, 0, 0});
+  Hand hand(random, 0.07);
+  w.t.tick(Vec3(0, 0, 0.5));
+  int turned = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Vec3 hip = hand.next();
+    const SurfaceContact& c = w.t.tick(hip);
+    const double distance = (c.proxy - hip).norm();
+    contacts += c.object != 0;
+    turned += c.object != 0 && c.depth < distance - 1e-4 * distance;
+  }
+  return turned;
+}
+
 void aBallNeverEntersSolids(std::uint32_t seed) {
   Random random(seed);
   World w;
@@ -364,6 +383,13 @@ TEST(ProxyProperty, NeverEntersSolidsAtRest) {
   int touched = 0;
   forSeeds(60, [&](unsigned seed) { neverEntersSolidsAtRest(seed, touched); });
   EXPECT_GT(touched, 45);
+}
+/** But where a tick ended before the proxy had come to rest. */
+TEST(ProxyProperty, TheNormalLeadsFromTheHandToTheProxy) {
+  int contacts = 0, turned = 0;
+  for (const unsigned seed : seeds(300)) turned += turnedNormals(seed, contacts);
+  EXPECT_GT(contacts, 10000);
+  EXPECT_LE(turned, contacts / 5000);
 }
 TEST(ProxyProperty, ABallNeverEntersSolids) { forSeeds(30, aBallNeverEntersSolids); }
 TEST(ProxyProperty, NeverEntersSolidsInMotion) {

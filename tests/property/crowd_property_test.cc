@@ -1,0 +1,138 @@
+/** @file
+ * Solids that overlap as they like: in one mesh, a mesh that passes through itself, and a hundred objects on one heap.
+ */
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "tests/support/brute_distance.h"
+#include "tests/support/for_seeds.h"
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using test::TestMesh;
+using test::TestScene;
+
+constexpr double kSize = 0.03;  // Of a solid, at most [m].
+constexpr double kStiffness = 1000;
+
+struct Crowd {
+  TestScene t;
+  std::vector<TestMesh> meshes;
+  std::vector<std::uint32_t> ids;
+  double mu = 0;
+
+  explicit Crowd(Random& random) : mu(random.once(2) ? random.in(0, 1.5) : 0) { meshes.reserve(128); }
+  void add(ShapeKind kind, const Vec3& size, const Pose& X) { ids.push_back(t.add(kind, size, X, material())); }
+  void add(TestMesh mesh, const Pose& X) {
+    meshes.push_back(std::move(mesh));
+    ids.push_back(t.addMesh(meshes.back().view(), X, material()));
+  }
+  [[nodiscard]] hd_material material() const { return {kStiffness, 0, mu, 0.7 * mu}; }
+
+  /** By more than rounding. */
+  [[nodiscard]] bool isInside(const SceneObject& o, const Vec3& x_W) const {
+    const Vec3 x = o.X_WO.inverse() * x_W;
+    if (o.shape.kind != ShapeKind::kMesh) return test::distanceTo(o.shape, x) < -1e-9;
+    return test::windingNumber(*o.shape.mesh, x) > 0.5 && test::distanceTo(*o.shape.mesh, x) > 1e-9;
+  }
+
+  /** A hand goes for one aim after the other, and through everything. */
+  void stroke(Random& random, int ticks, int& contacts) {
+    t.tick(Vec3(0, 0, 0.5));
+    Vec3 hand = Vec3::Zero(), aim = hand;
+    double speed = 0.01;
+    for (int i = 0; i < ticks; ++i) {
+      if (random.once(20)) aim = random.vector(0.05);
+      if (random.once(30)) speed = std::pow(10, random.in(-3, 0));
+      hand += speed * (aim - hand);
+      const SurfaceContact& c = t.tick(hand);
+      contacts += c.object != 0;
+      ASSERT_LE(c.force.norm(), kStiffness * (c.proxy - hand).norm() * (1 + 1e-9)) << "tick " << i;
+      ASSERT_LT(c.work, 20000u) << "tick " << i;
+      for (const std::uint32_t id : ids) ASSERT_FALSE(isInside(*t.scene->find(id), c.proxy)) << "tick " << i;
+    }
+  }
+};
+
+TestMesh bumpyBall(Random& random, double radius) {
+  TestMesh mesh = test::sphereMesh(radius, 4 + random.below(6u));
+  for (auto& v : mesh.vertices) {
+    const auto by = static_cast<float>(random.in(0.7, 1.1));
+    for (float& x : v) x *= by;
+  }
+  return mesh;
+}
+
+Vec3 anySize(Random& random, double most) {
+  return {random.in(0.001, most), random.in(0.001, most), random.in(0.0005, most)};
+}
+
+void append(TestMesh& mesh, const TestMesh& other, const Pose& X) {
+  const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const auto& v : other.vertices) mesh.addVertex(X * Vec3(v[0], v[1], v[2]));
+  for (const auto& t : other.triangles) mesh.addTriangle(base + t[0], base + t[1], base + t[2]);
+}
+
+TEST(CrowdProperty, SolidsThatOverlapInOneMeshLetNobodyIn) {
+  int contacts = 0;
+  forSeeds(60, [&](unsigned seed) {
+    Random random(seed);
+    Crowd crowd(random);
+    crowd.t.proxy.setRadius(random.once(2) ? 0 : std::exp(random.in(std::log(1e-5), std::log(5e-3))));
+    TestMesh mesh;
+    for (int i = 2 + random.below(4); i > 0; --i) {
+      const Pose X = random.pose(0.02);
+      append(mesh, random.once(2) ? test::boxMesh(anySize(random, kSize)) : bumpyBall(random, random.in(0.01, kSize)),
+             X);
+    }
+    crowd.add(mesh, random.pose(0.01));
+    crowd.stroke(random, 200, contacts);
+  });
+  EXPECT_GT(contacts, 2000);
+}
+/** A point; a ball may come in at vertices about which faces look every way. */
+TEST(CrowdProperty, AMeshThatPassesThroughItselfLetsNoPointIn) {
+  int contacts = 0;
+  forSeeds(60, [&](unsigned seed) {
+    Random random(seed);
+    Crowd crowd(random);
+    TestMesh mesh = test::sphereMesh(kSize, 3 + random.below(8u));
+    const double far = kSize * std::pow(10, random.in(-1, 0));
+    for (auto& v : mesh.vertices) {
+      const bool thrown = random.once(3);
+      for (float& x : v) x += thrown ? static_cast<float>(random.in(-far, far)) : 0;
+    }
+    crowd.add(mesh, random.pose(0.01));
+    crowd.stroke(random, 200, contacts);
+  });
+  EXPECT_GT(contacts, 2000);
+}
+TEST(CrowdProperty, AHundredObjectsOnOneHeapLetNobodyIn) {
+  int contacts = 0;
+  forSeeds(15, [&](unsigned seed) {
+    Random random(seed);
+    Crowd crowd(random);
+    crowd.t.proxy.setRadius(random.once(2) ? 0 : std::exp(random.in(std::log(1e-5), std::log(5e-3))));
+    for (int i = 0; i < 100; ++i) {
+      const Pose X = random.pose(0.04);
+      const Vec3 size = anySize(random, 0.02);
+      const int kind = random.below(6);
+      if (kind < 4) {
+        constexpr ShapeKind kKinds[] = {ShapeKind::kSphere, ShapeKind::kBox, ShapeKind::kCapsule, ShapeKind::kCylinder};
+        crowd.add(kKinds[kind], size, X);
+      } else {
+        crowd.add(kind == 4 ? test::boxMesh(size) : bumpyBall(random, size.x()), X);
+      }
+    }
+    crowd.stroke(random, 150, contacts);
+  });
+  EXPECT_GT(contacts, 500);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -13,6 +13,12 @@
 namespace hapticd {
 namespace {
 
+/**
+ * Of the tolerance: what leaves a two-sided triangle would else be held as what has come through it. Still 64 times
+ * what rounding does to coordinates.
+ */
+constexpr double kOfTwoSided = 0.125;
+
 /** The swept line in sheared axes: along z it runs, x and y are what the edge tests see. */
 struct Line {
   int x, y, z;
@@ -52,7 +58,8 @@ void sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, cons
     approach = -approach;
     height = -height;
   }
-  if (approach <= 0 || height < -sweep.tolerance || height >= approach) return;
+  const double behind = (sweep.two_sided ? kOfTwoSided : 1) * sweep.tolerance;
+  if (approach <= 0 || height < -behind || height >= approach) return;
   const double time = std::max(height, 0.0) / approach;
   if (!first.isBeatenBy(time, t)) return;
   first.set({time, height, n, n.dot(v0), t, FeatureKind::kFace, 0, Vec3::Zero()});

@@ -179,5 +179,25 @@ TEST(Sweep, ExhaustionIsReported) {
   EXPECT_EQ(sweepMesh(*mesh.view(), sweep, hit), SweepResult::kExhausted);
 }
 
+/** Nearer to the sheet than the tolerance, what goes away from it goes, and what goes into it is met. */
+TEST(Sweep, ATwoSidedSheetDoesNotHoldWhatLeavesIt) {
+  TestMesh mesh = test::heightMesh(1, 4, [](double, double) { return 0.0; });
+  const MeshView& view = *mesh.view();
+  Sweep sweep;
+  sweep.two_sided = true;
+  sweep.tolerance = 1e-14;
+  sweep.limit = 1u << 20;
+  for (const double side : {1.0, -1.0}) {
+    for (const double height : {0.2e-14, 0.5e-14, 2e-14}) {
+      sweep.a = Vec3(0.1, 0.2, side * height);
+      SweepHit hit;
+      sweep.d = Vec3(0.1, 0, side);
+      EXPECT_EQ(sweepMesh(view, sweep, hit), SweepResult::kNone) << height;
+      sweep.d = Vec3(0.1, 0, -side);
+      EXPECT_EQ(sweepMesh(view, sweep, hit), SweepResult::kHit) << height;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -27,6 +27,14 @@ int fail(const Error& error, int code) {
   return code;
 }
 
+/** No start for want of a right, or of what `other_code` says. */
+int failStart(Error error, int other_code) {
+  if (error.code != ErrorCode::kNoRealtime) return fail(error, other_code);
+  error.remedy +=
+      "; or pass --allow-no-rt";  // Said here alone: where the note of a start with it goes, it helps nobody.
+  return fail(error, kExitNoRealtime);
+}
+
 std::uint64_t drawEpoch() {
   std::uint64_t epoch = 0;
   while (epoch == 0) {
@@ -206,12 +214,11 @@ int start(const Options& options) {
     if (!held) core.facts().cpu_latency_note = toString(held.error());
   }
   auto panel = startPanel(core, clock);
-  if (!panel) return fail(panel.error(), panel.error().code == ErrorCode::kNoRealtime ? kExitNoRealtime : kExitDevice);
+  if (!panel) return failStart(panel.error(), kExitDevice);
   auto ended = io.unixEventPort.onSignal(SIGTERM).exclusiveJoin(io.unixEventPort.onSignal(SIGINT));
-  if (auto r = core.openConfigured([&] { return !ended.poll(io.waitScope); }); !r) {
-    return fail(r.error(), r.error().code == ErrorCode::kNoRealtime ? kExitNoRealtime : kExitDevice);
-  }
-  if (auto r = lockPages(core); !r) return fail(r.error(), kExitNoRealtime);
+  if (auto r = core.openConfigured([&] { return !ended.poll(io.waitScope); }); !r)
+    return failStart(r.error(), kExitDevice);
+  if (auto r = lockPages(core); !r) return failStart(r.error(), kExitNoRealtime);
   run(io, kj::mv(ended), core, *sockets, panel->get());
   if (const auto left = core.closeAll(); !left.empty()) {
     // Their threads cannot be ended, only the process. The list of armed devices stays for hapticd-safe.

@@ -34,10 +34,11 @@ Result<void> becomeRealtime(int priority) {
   parameters.sched_priority = priority;
   const int refused = pthread_setschedparam(pthread_self(), SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters);
   if (refused == 0) return {};
-  return Error{ErrorCode::kNoRealtime, "SCHED_FIFO priority " + std::to_string(priority),
-               std::string(std::strerror(refused)) + ", RLIMIT_RTPRIO is " + limitText(RLIMIT_RTPRIO),
-               "add '@haptic - rtprio 85' to /etc/security/limits.d/hapticd.conf and log in again, start the service "
-               "instead, or pass --allow-no-rt"};
+  return Error{
+      ErrorCode::kNoRealtime, "SCHED_FIFO priority " + std::to_string(priority),
+      std::string(std::strerror(refused)) + ", RLIMIT_RTPRIO is " + limitText(RLIMIT_RTPRIO),
+      "add '@haptic - rtprio 85' to /etc/security/limits.d/hapticd.conf and log in again, or start the service "
+      "instead"};
 }
 
 Result<void> lockMemory() {
@@ -47,8 +48,8 @@ Result<void> lockMemory() {
   const int refused = errno;
   return Error{ErrorCode::kNoRealtime, "mlockall",
                std::string(std::strerror(refused)) + ", RLIMIT_MEMLOCK is " + limitText(RLIMIT_MEMLOCK) + " bytes",
-               "add '@haptic - memlock 1048576' to /etc/security/limits.d/hapticd.conf and log in again, start the "
-               "service instead, or pass --allow-no-rt"};
+               "add '@haptic - memlock 1048576' to /etc/security/limits.d/hapticd.conf and log in again, or start the "
+               "service instead"};
 }
 
 void disableDenormals() noexcept {

@@ -335,6 +335,8 @@ TEST_F(ProgramTest, WithoutRealTimeRightsItRefusesAndNamesTheRemedy) {
   EXPECT_TRUE(told.says("ready")) << told.output();
   told.terminate();
   EXPECT_EQ(told.wait(), 0);
+  EXPECT_NE(told.output().find("RLIMIT_RTPRIO"), std::string::npos) << told.output();
+  EXPECT_EQ(told.output().find("--allow-no-rt"), std::string::npos) << "it was passed: " << told.output();
 }
 
 }  // namespace

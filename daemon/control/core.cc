@@ -67,13 +67,18 @@ Core::Core(const CoreOptions& options, Clock& clock)
 Core::~Core() { (void)closeAll(); }
 
 Result<void> Core::openConfigured(const std::function<bool()>& go_on) {
+  constexpr std::int64_t kLook_ns = 1'000'000;
   const std::vector<GroupConfig> groups = options_.config.effectiveGroups();
   if (options_.devices_required) {
     for (const GroupConfig& group : groups) {
-      if (auto r = devices_.openGroup(group); !r) return r;
+      // Shared: should nobody wait for it any more, a later poll() still has its answer to give.
+      const auto answer = std::make_shared<std::optional<Result<void>>>();
+      devices_.openGroup(group, [answer](const Result<void>& result) { *answer = result; });
+      for (; !*answer && (!go_on || go_on()); clock_.sleepUntil(clock_.now() + kLook_ns)) devices_.poll();
+      if (!*answer) return {};
+      if (!**answer) return **answer;
     }
   } else {
-    constexpr std::int64_t kLook_ns = 1'000'000;
     if (auto r = wanted_.begin(groups); !r) return r;
     for (; wanted_.fatal() && !wanted_.settled() && (!go_on || go_on()); clock_.sleepUntil(clock_.now() + kLook_ns)) {
       devices_.poll();

@@ -138,11 +138,7 @@ void DeviceManager::poll() {
 /** A group is open, or not: those who wait for one of its devices are told. */
 void DeviceManager::finish(GroupOpening& opening) {
   const Result<void> result = opening.devices ? adopt(opening.group, std::move(opening.open)) : opening.devices;
-  if (!result) {
-    for (auto& device : opening.open) {
-      if (device) device->close();
-    }
-  }
+  if (!result) closeUnused(opening.open);
   std::vector<Opening> rows;
   for (const std::string& canonical : opening.canonical) rows.push_back(takeOpening(canonical));
   for (const Opening& row : rows) {
@@ -315,14 +311,14 @@ Result<std::vector<std::string>> DeviceManager::close(OpenDevice& device) {
 }
 
 std::vector<std::string> DeviceManager::closeAll() {
-  opener_.stop();
-  for (GroupOpening& opening : groups_opening_) {
-    for (auto& device : opening.open) device->close();
-  }
+  auto [opened, standing] = opener_.stop(kEnd_ns);
+  for (const std::string& uri : standing)
+    log::error("{}: its driver does not come back from opening it; nothing was commanded", log::printable(uri));
+  for (GroupOpening& opening : groups_opening_) closeUnused(opening.open);
+  closeUnused(opened);
   groups_opening_.clear();
   opening_.clear();
   devices_.clear();
-  std::vector<std::string> standing;
   for (auto it = links_.begin(); it != links_.end();) {
     if (const auto ended = endServo(**it); !ended) {
       standing.push_back(ended.error().where);
@@ -334,6 +330,18 @@ std::vector<std::string> DeviceManager::closeAll() {
   }
   for (std::string& uri : closer_.names()) standing.push_back(std::move(uri));
   return standing;
+}
+
+/** Those that no servo has had; each by itself, so that none waits for another's driver. */
+void DeviceManager::closeUnused(std::vector<std::unique_ptr<Device>>& devices) {
+  for (auto& device : devices) {
+    if (!device) continue;
+    DeviceGroup::Leaving one;
+    one.devices.push_back(std::move(device));
+    for (const std::string& uri : closer_.close(std::move(one), kEnd_ns))
+      log::error("{}: its driver does not let go of it; it was told to bring it to zero", log::printable(uri));
+  }
+  devices.clear();
 }
 
 /** After the end of its servo: first that, then what it read. Devices that are not closed yet. */

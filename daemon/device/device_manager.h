@@ -138,8 +138,9 @@ class DeviceManager {
   [[nodiscard]] std::string schedulingNote() const;
 
   /**
-   * Stops every servo; devices are safe and closed. But those of which a driver does not return: they are safe, named,
-   * and what their threads may touch stays until this is destroyed, which waits for them.
+   * Stops every servo; devices are safe and closed, those too that are being opened. But those of which a driver does
+   * not return: they are safe, named, and what their threads may touch stays until this is destroyed, which waits for
+   * them.
    */
   std::vector<std::string> closeAll();
   /** Longest wait for a servo, and for a driver that closes: both together within a third of the watchdog's time. */
@@ -176,6 +177,7 @@ class DeviceManager {
   std::string shortName(const DeviceInfo& info, const std::vector<std::string>& taken) const;
   [[nodiscard]] Result<void> notClosing(const std::string& canonical) const;
   std::vector<std::string> letGo(GroupLink& link);
+  void closeUnused(std::vector<std::unique_ptr<Device>>& devices);
   OpenDevice* lookUp(std::string_view text);
 
   const Config& config_;

@@ -6,12 +6,14 @@
 #include <system_error>
 
 #include "drivers/link/slow_to_open.h"
+#include "rt/base/clock.h"
 
 namespace hapticd {
 
 void DeviceOpener::start(std::unique_ptr<Device> device, Done done) {
   Running& running = running_.emplace_back();
   running.device = std::move(device);
+  running.uri = running.device->info().uri;
   running.done = std::move(done);
   const auto open = [&running] {
     ::pthread_setname_np(::pthread_self(), "device-open");
@@ -20,7 +22,7 @@ void DeviceOpener::start(std::unique_ptr<Device> device, Done done) {
     } catch (const std::exception& e) {  // drivers' libraries may throw; nobody is above us
       running.result = Error{ErrorCode::kInternal, running.device->info().uri, e.what(), {}};
     }
-    running.finished.store(true, std::memory_order_release);  // R, pairs with A in poll()
+    running.finished.store(true, std::memory_order_release);  // R, pairs with A in poll() and stop()
   };
   try {
     running.thread = std::thread(open);
@@ -46,15 +48,38 @@ void DeviceOpener::poll() {
   }
 }
 
-void DeviceOpener::stop() {
-  for (Running& running : running_) {
-    if (auto* const slow = dynamic_cast<SlowToOpen*>(running.device.get())) slow->giveUp();
-  }
+DeviceOpener::~DeviceOpener() {
+  giveUp();
   for (Running& running : running_) {
     if (running.thread.joinable()) running.thread.join();
     if (running.result) running.device->close();
   }
-  running_.clear();
+}
+
+void DeviceOpener::giveUp() {
+  for (Running& running : running_) {
+    if (auto* const slow = dynamic_cast<SlowToOpen*>(running.device.get())) slow->giveUp();
+  }
+}
+
+DeviceOpener::Stopped DeviceOpener::stop(std::int64_t patience_ns) {
+  giveUp();
+  Stopped stopped;
+  MonotonicClock clock;
+  constexpr std::int64_t kLook_ns = 200'000;
+  const std::int64_t until_ns = clock.now() + patience_ns;
+  for (auto it = running_.begin(); it != running_.end();) {
+    while (!it->finished.load(std::memory_order_acquire) && clock.now() < until_ns)  // A
+      clock.sleepUntil(clock.now() + kLook_ns);
+    if (!it->finished.load(std::memory_order_acquire)) {  // A
+      stopped.stuck.push_back((it++)->uri);
+      continue;
+    }
+    if (it->thread.joinable()) it->thread.join();
+    if (it->result) stopped.open.push_back(std::move(it->device));
+    it = running_.erase(it);
+  }
+  return stopped;
 }
 
 }  // namespace hapticd

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <list>
 #include <memory>
@@ -26,9 +27,15 @@ class DeviceOpener {
   DeviceOpener() = default;
   DeviceOpener(const DeviceOpener&) = delete;
   DeviceOpener& operator=(const DeviceOpener&) = delete;
-  /** Gives up what is under way, and closes what opened all the same; `done` is not called. */
-  ~DeviceOpener() { stop(); }
-  void stop();
+  /** Gives up what is under way, waits for it, however long, and closes what opened all the same. */
+  ~DeviceOpener();
+
+  struct Stopped {
+    std::vector<std::unique_ptr<Device>> open;  ///< What opened all the same: to be closed.
+    std::vector<std::string> stuck;             ///< URIs of those that stay here: their open() has not returned.
+  };
+  /** Gives up what is under way, for which it waits `patience_ns` at most; `done` is not called. */
+  [[nodiscard]] Stopped stop(std::int64_t patience_ns);
 
   /** Calls device->open() on a thread of its own; `done` is called by poll() when it has returned. */
   void start(std::unique_ptr<Device> device, Done done);
@@ -38,11 +45,13 @@ class DeviceOpener {
  private:
   struct Running {
     std::unique_ptr<Device> device;
+    std::string uri;  ///< The thread alone may ask the device.
     Done done;
     Result<void> result;
     std::atomic<bool> finished{false};
     std::thread thread;
   };
+  void giveUp();
   std::list<Running> running_;
 };
 

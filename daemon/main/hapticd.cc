@@ -177,6 +177,15 @@ void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Socke
   while (!core.quiet(since)) io.provider->getTimer().afterDelay(2 * kj::MILLISECONDS).wait(io.waitScope);
 }
 
+/** `code`; but threads that are inside a driver end only with the process: then it ends here. */
+int closeAll(Core& core, int code) {
+  const auto left = core.closeAll();
+  if (left.empty()) return code;
+  for (const std::string& uri : left)
+    log::error("{}: its driver does not come back; hapticd ends without it", log::printable(uri));
+  std::_Exit(code);  // The list of armed devices stays for hapticd-safe.
+}
+
 int start(const Options& options) {
   const Config& config = options.loaded.config;
   log::start(config.log.level);
@@ -217,15 +226,10 @@ int start(const Options& options) {
   if (!panel) return failStart(panel.error(), kExitDevice);
   auto ended = io.unixEventPort.onSignal(SIGTERM).exclusiveJoin(io.unixEventPort.onSignal(SIGINT));
   if (auto r = core.openConfigured([&] { return !ended.poll(io.waitScope); }); !r)
-    return failStart(r.error(), kExitDevice);
-  if (auto r = lockPages(core); !r) return failStart(r.error(), kExitNoRealtime);
+    return closeAll(core, failStart(r.error(), kExitDevice));
+  if (auto r = lockPages(core); !r) return closeAll(core, failStart(r.error(), kExitNoRealtime));
   run(io, kj::mv(ended), core, *sockets, panel->get());
-  if (const auto left = core.closeAll(); !left.empty()) {
-    // Their threads cannot be ended, only the process. The list of armed devices stays for hapticd-safe.
-    for (const std::string& uri : left)
-      log::error("{}: its driver does not come back; it was told to bring it to zero", log::printable(uri));
-    std::_Exit(kExitFailure);
-  }
+  closeAll(core, kExitFailure);
   log::info("stopped");
   return kExitOk;
 }

@@ -366,7 +366,7 @@ TEST_F(Missing, WhatNoAttemptWouldMendEndsTheStart) {
 TEST_F(Missing, ADeviceOfTheCommandLineMustOpen) {
   sockets["a://dead"].set(false);
   make({group("default", {"a://dead"})}, true);
-  EXPECT_EQ(start().error().code, ErrorCode::kDeviceGone);
+  EXPECT_EQ(core->openConfigured().error().code, ErrorCode::kDeviceGone);
 }
 
 }  // namespace

@@ -32,9 +32,12 @@ struct Door {
 
 class StuckDevice final : public StillDevice {
  public:
-  StuckDevice(std::string uri, Door& reading, Door& closing)
-      : StillDevice("stuck", std::move(uri)), reading_(reading), closing_(closing) {}
-  Result<void> open() override { return {}; }
+  StuckDevice(std::string uri, Door& reading, Door& closing, Door* opening = nullptr)
+      : StillDevice("stuck", std::move(uri)), reading_(reading), closing_(closing), opening_(opening) {}
+  Result<void> open() override {
+    if (opening_ != nullptr) opening_->pass();
+    return {};
+  }
   void giveUp() noexcept override {}
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override {
     reading_.pass();
@@ -49,6 +52,7 @@ class StuckDevice final : public StillDevice {
  private:
   Door& reading_;
   Door& closing_;
+  Door* opening_;
 };
 
 TEST(Stuck, ADriverThatDoesNotCloseHoldsUpNobody) {
@@ -96,6 +100,64 @@ TEST(Stuck, TheEndNamesItAndDoesNotWait) {
   EXPECT_EQ(bench.core.closeAll(), std::vector<std::string>{"test://stuck"});
   EXPECT_TRUE(bench.core.devices().links().empty());
   closing.open();  // Else ~Core would wait for it.
+}
+
+/** A device that stays in open() until its door opens, whoever gives it up. */
+struct StuckOpening : testing::Test {
+  StuckOpening() {
+    bench.core.devices().setFactory([this](std::string_view uri) -> Result<std::unique_ptr<Device>> {
+      Door* const door = uri == "test://stuck" ? &opening : nullptr;
+      return std::unique_ptr<Device>(std::make_unique<StuckDevice>(std::string(uri), never, closing, door));
+    });
+    opening.shut.store(true);
+  }
+  void begin(const std::vector<std::string>& uris) {
+    bench.core.devices().openGroup({"slow", uris, 1000}, [this](const Result<void>&) { ++answers; });
+    while (opening.inside == 0) bench.step();
+  }
+  Door opening, never, closing;
+  int answers = 0;
+  Bench bench;  // first to go
+};
+
+TEST_F(StuckOpening, TheEndNamesItAndDoesNotWait) {
+  begin({"test://stuck"});
+  EXPECT_EQ(bench.core.closeAll(), std::vector<std::string>{"test://stuck"});
+  EXPECT_TRUE(bench.core.devices().links().empty()) << "the other device is closed";
+  EXPECT_EQ(opening.inside, 1);
+  EXPECT_EQ(closing.safe, 0) << "nothing is called beside open()";
+  opening.open();  // Else ~Core would wait for it.
+}
+
+TEST_F(StuckOpening, WhatWasOpenedBeforeItIsClosedEvenIfItDoesNotClose) {
+  begin({"test://before", "test://stuck"});
+  closing.shut.store(true);
+  EXPECT_EQ(bench.core.closeAll(), (std::vector<std::string>{"test://stuck", "test://before"}));
+  EXPECT_EQ(closing.inside, 1);
+  EXPECT_EQ(closing.safe, 1);
+  EXPECT_EQ(answers, 0);
+  closing.open();
+  opening.open();
+}
+
+/** Devices that were named on the command line must open, but a daemon that is told to end ends. */
+TEST(StuckStart, IsGivenUpWhenTheDaemonIsToldToEnd) {
+  Door opening, never, closing;
+  opening.shut.store(true);
+  MonotonicClock clock;
+  CoreOptions options;
+  options.config = Bench::relaxed();
+  options.config.groups = {{"default", {"test://stuck"}, 1000}};
+  options.epoch = 42;
+  options.threads = false;
+  options.devices_required = true;
+  Core core(options, clock);
+  core.devices().setFactory([&](std::string_view uri) -> Result<std::unique_ptr<Device>> {
+    return std::unique_ptr<Device>(std::make_unique<StuckDevice>(std::string(uri), never, closing, &opening));
+  });
+  EXPECT_TRUE(core.openConfigured([&] { return opening.inside == 0; }).ok());
+  EXPECT_EQ(core.closeAll(), std::vector<std::string>{"test://stuck"});
+  opening.open();
 }
 
 /** With threads: two groups, of which one servo can be kept inside its driver. */

@@ -192,7 +192,7 @@ struct DeviceInfo {
 struct DeviceState {
   uri @0 :Text;
   name @1 :Text;
-  armed @2 :Bool;
+  armed @2 :Bool;             # Forces may reach it: also while its driver has not sent the zeros.
   fault @3 :UInt16;           # hd_fault
   faultText @4 :Text;
   leaseHolder @5 :Text;       # client name, empty if free

@@ -123,6 +123,11 @@ class Device {
   virtual void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT = 0;
   /** Live intent for a simulated hand. */
   virtual void setIntent(const DeviceIntent&) HD_RT {}
+  /**
+   * Whether the last command that the device has got is one that is off: false while a thread of the driver's own has
+   * one that is not behind it, and has not come back from sending zeros. From any thread.
+   */
+  [[nodiscard]] virtual bool isOff() const noexcept { return true; }
   /** Zeros and amplifier off. From any thread, also from a signal handler, when the servo is dead; idempotent. */
   virtual void safe() noexcept = 0;
 };

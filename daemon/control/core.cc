@@ -122,6 +122,7 @@ void Core::poll() {
     busy_ = link->flush() || busy_;
     drain(*link);
   }
+  pollDisarmed();
   pollArms();
   pollListed();
   sessions_.poll(now);

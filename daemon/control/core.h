@@ -206,6 +206,8 @@ class Core {
   void loseLease(OpenDevice& device, const std::string& why);
   void pollArms();
   void pollListed();
+  void pollDisarmed();
+  void forgetDisarmed(const std::string& name);
   void drain(GroupLink& link);
   void translate(GroupLink& link, const ServoEvent& event);
 
@@ -222,7 +224,8 @@ class Core {
   SafetyLines lines_;
   ArmedList armed_;  // before devices_: emptied when they are closed
   std::vector<Listed> listed_;
-  DeviceManager devices_;  // last: its servos stop before what they read goes
+  std::vector<Event> disarmed_;  ///< To be told when the driver has sent the zeros.
+  DeviceManager devices_;        // last: its servos stop before what they read goes
   WantedGroups wanted_;
   std::map<std::uint64_t, Client> clients_;
   std::uint64_t next_connection_ = 1;

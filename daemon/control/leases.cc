@@ -149,7 +149,7 @@ void Core::pollArms() {
   }
 }
 
-/** A device leaves the list when it has been off for a while, or is closed. */
+/** A device leaves the list when it has been off for a while, its driver's own thread included, or is closed. */
 void Core::pollListed() {
   const std::int64_t now = clock_.now();
   const auto off = [&](Listed& listed) {
@@ -159,7 +159,7 @@ void Core::pollListed() {
     hd_sample sample;
     const OpenDevice& open = **device;
     if (!open.link->passed(listed.ticket) || !open.link->latest(open.index, sample)) return false;
-    if ((sample.flags & HD_SAMPLE_ARMED) != 0) {
+    if ((sample.flags & HD_SAMPLE_ARMED) != 0 || !open.device().isOff()) {
       listed.off_ns = 0;
       return false;
     }

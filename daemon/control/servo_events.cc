@@ -1,6 +1,8 @@
 // What the servo and ingest have to tell, put into words for subscribers and the log.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "daemon/control/core.h"
 
 namespace hapticd {
@@ -71,10 +73,11 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
       break;
     case ServoEventKind::kArmed:
       log::info("{}: armed", name);
+      forgetDisarmed(name);
       break;
     case ServoEventKind::kDisarmed:
-      log::info("{}: disarmed", name);
-      break;
+      disarmed_.push_back(std::move(event));
+      return;
     case ServoEventKind::kOverrun:
       if (overrun_log_.allow(clock_.now(), suppressed)) {
         log::warn("{}: missed {} periods{}", name, e.value, log::suppressedNote(suppressed));
@@ -84,6 +87,23 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
       break;
   }
   events_.publish(event);
+}
+
+/** Armed again before it was off: then it never was. */
+void Core::forgetDisarmed(const std::string& name) {
+  const auto is = [&](const Event& event) { return event.device == name; };
+  disarmed_.erase(std::remove_if(disarmed_.begin(), disarmed_.end(), is), disarmed_.end());
+}
+
+/** The servo has disarmed them; that is told when no thread of the driver's has anything else on its way any more. */
+void Core::pollDisarmed() {
+  const auto told = [this](const Event& event) {
+    if (const auto device = devices_.find(event.device); device && !(*device)->device().isOff()) return false;
+    log::info("{}: disarmed", event.device);
+    events_.publish(event);
+    return true;
+  };
+  disarmed_.erase(std::remove_if(disarmed_.begin(), disarmed_.end(), told), disarmed_.end());
 }
 
 }  // namespace hapticd

@@ -38,7 +38,7 @@ DeviceNow statusOf(const OpenDevice& device) {
   const auto period_ns = static_cast<double>(group.options().cycle.period_ns);
   DeviceNow status;
   if (!device.link->latest(device.index, status.sample)) status.sample = {};
-  status.armed = (status.sample.flags & HD_SAMPLE_ARMED) != 0;
+  status.armed = (status.sample.flags & HD_SAMPLE_ARMED) != 0 || !device.device().isOff();
   status.rate_hz = 1e9 / period_ns;
   status.cycles = servo.counters.cycles.load(std::memory_order_relaxed);
   status.missed = servo.counters.missed.load(std::memory_order_relaxed);

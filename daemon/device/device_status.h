@@ -13,7 +13,7 @@ namespace hapticd {
 
 struct DeviceNow {
   hd_sample sample{};  ///< Zeros before the first cycle.
-  bool armed = false;
+  bool armed = false;  ///< Forces may reach it: also while its driver has not sent the zeros.
   double rate_hz = 0;
   std::uint64_t cycles = 0, missed = 0, overruns = 0, stale = 0;
   double heat = 0;  ///< Of the motors, estimated; 1: all they stand for ever.

@@ -28,8 +28,8 @@ struct LinkCounters {
 };
 
 /**
- * The servo calls read and write, the I/O thread the rest but safe() and awaitSent(), which anybody may call, a signal
- * handler too. Neither servo nor I/O thread ever waits for the other.
+ * The servo calls read and write, the I/O thread the rest but safe(), awaitSent() and isOff(), which anybody may call,
+ * a signal handler too. Neither servo nor I/O thread ever waits for the other.
  */
 class DeviceLink {
  public:
@@ -54,10 +54,18 @@ class DeviceLink {
    */
   template <class Send>
   void order(std::int64_t now_ns, Send&& send) noexcept {
-    sending_.store(true);  // S1: before safe_ is read in command(); pairs with S2
-    send(command(now_ns));
+    sending_.store(true);             // S1: before safe_ is read in command(); pairs with S2
+    if (sent_off_) off_.store(true);  // The thread has come back from sending it.
+    const DeviceCommand now = command(now_ns);
+    if (now.enabled) off_.store(false);  // Before it is sent.
+    send(now);
+    sent_off_ = !now.enabled;
     sending_.store(false, std::memory_order_release);
   }
+  /** The device has gone: what was sent last may not have reached it. */
+  void lost() noexcept { sent_off_ = false; }
+  /** Whether nothing that is not off has been sent since zeros were last seen out. Anybody. */
+  [[nodiscard]] bool isOff() const noexcept { return off_.load(); }
 
   /** Zeros from now on, until the servo has sent a command that is off. */
   void safe() noexcept { safe_.store(true); }  // S2: before sending_ is read in awaitSent(); pairs with S1
@@ -92,6 +100,8 @@ class DeviceLink {
   Order order_;    ///< The I/O thread's.
   std::atomic<bool> safe_{false};
   std::atomic<bool> sending_{false};  ///< The I/O thread has taken an order and not yet sent it.
+  std::atomic<bool> off_{true};
+  bool sent_off_ = false;  ///< The last order sent was off. The I/O thread's.
 };
 
 }  // namespace hapticd

@@ -46,6 +46,7 @@ class IoDevice final : public Device, public SlowToOpen, public HasBattery {
   void giveUp() noexcept override;
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override { link_.read(now_ns, sample); }
   void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT override { link_.write(now_ns, command); }
+  [[nodiscard]] bool isOff() const noexcept override { return link_.isOff(); }
   void safe() noexcept override;
 
   /** Without a thread: serves the device until the clock stands at until_ns. */

@@ -63,6 +63,7 @@ class HelperDevice final : public Device, public SlowToOpen {
   void giveUp() noexcept override;
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override;
   void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT override { end_->write(now_ns, command); }
+  [[nodiscard]] bool isOff() const noexcept override { return !end_ || end_->isOff(); }
   void safe() noexcept override;
 
   /** Of the running helper; 0 when there is none or systemd has started it. */

@@ -35,6 +35,7 @@ void SharedServoEnd::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
   sample.buttons = taken.buttons;
   sample.status = taken.status & kDeviceStatusBits;
   sample.fresh = true;
+  if (off_since_ns_ != 0 && taken.answers_ns >= off_since_ns_) off_.store(true);
   if (taken.answers_ns > 0 && taken.answers_ns <= now_ns) round_trip.record(now_ns - taken.answers_ns);
 }
 
@@ -47,6 +48,12 @@ void SharedServoEnd::write(std::int64_t now_ns, const DeviceCommand& command) HD
   }
   order.gripper_force = command.gripper_force;
   order.enabled = command.enabled ? 1 : 0;
+  if (command.enabled) {
+    off_.store(false);
+    off_since_ns_ = 0;
+  } else if (off_since_ns_ == 0) {
+    off_since_ns_ = now_ns;
+  }
   memory_.down.put(order);
   // After the order that is off, so that no older one can follow.
   if (!command.enabled) memory_.safe.store(0, std::memory_order_release);

@@ -1,7 +1,9 @@
 // A device is on the list of armed ones before it is energised, and leaves it after it has been off for a while.
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
+#include "daemon/device/device_status.h"
 #include "support/temporary_directory.h"
 #include "tests/session/bench.h"
 
@@ -60,6 +62,31 @@ TEST_F(Listed, ArmedAgainInBetweenItStays) {
   ASSERT_TRUE(bench->arm(session->id).ok());
   bench->step(300);
   EXPECT_EQ(onDisk(path), kFirst);
+}
+
+/** A thread of its driver's hangs in a transfer: nobody hears that it is off before it is. */
+TEST_F(Listed, WhileItsDriverHasNotSentTheZerosItStaysArmed) {
+  Core& core = bench->core;
+  const std::uint64_t listener = core.events().subscribe(0, [] {});
+  Session* session = bench->live();
+  ASSERT_TRUE(bench->arm(session->id).ok());
+  const auto tellsDisarmed = [&] {
+    const std::vector<Event> heard = core.events().take(listener).events;
+    return std::any_of(heard.begin(), heard.end(), [](const Event& e) { return e.kind == EventKind::kDisarmed; });
+  };
+  bench->scripted[0]->hung = true;
+  ASSERT_TRUE(core.disarm(session->id).ok());
+  bench->step(500);
+  ASSERT_EQ(bench->sample().flags & HD_SAMPLE_ARMED, 0u) << "the servo has done its part";
+  EXPECT_TRUE(statusOf(*core.devices().devices().front()).armed);
+  EXPECT_FALSE(tellsDisarmed());
+  EXPECT_EQ(onDisk(path), kFirst);
+  bench->scripted[0]->hung = false;
+  bench->step(2);
+  EXPECT_FALSE(statusOf(*core.devices().devices().front()).armed);
+  EXPECT_TRUE(tellsDisarmed());
+  bench->step(120);
+  EXPECT_EQ(onDisk(path), kNone);
 }
 
 TEST_F(Listed, AnEndOfTheDaemonEmptiesItAfterTheDevicesAreSafe) {

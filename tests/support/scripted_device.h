@@ -31,6 +31,7 @@ class ScriptedDevice final : public Device {
   void write(std::int64_t, const DeviceCommand& command) noexcept override { sent.push_back(command); }
   void setIntent(const DeviceIntent& wish) noexcept override { intent = wish; }
   void safe() noexcept override { safed = true; }
+  [[nodiscard]] bool isOff() const noexcept override { return !hung; }
   void setUri(std::string uri) { info_.uri = std::move(uri); }
 
   DeviceSample sample = fresh();  ///< Returned by the next read.
@@ -42,6 +43,7 @@ class ScriptedDevice final : public Device {
   DeviceIntent intent;
   bool safed = false;
   bool closed = false;
+  bool hung = false;  ///< As if a thread of its own had not sent the zeros.
 
  private:
   static DeviceSample fresh() {

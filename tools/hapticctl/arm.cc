@@ -1,6 +1,7 @@
 // hapticctl arm: energises a device for as long as it runs. disarm: takes the energy away in good order. stop: at once.
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <thread>
 
 #include "tools/hapticctl/command.h"
 #include "tools/hapticctl/daemon.h"
@@ -70,6 +71,21 @@ void hold(const Session& session, const Options& options, const Globals& globals
   }
 }
 
+/** The order is taken at once, but the force is lowered, and a driver's thread may not come back from its device. */
+void awaitOff(const Daemon& daemon, const std::string& name) {
+  constexpr std::int64_t kMost_ns = 3'000'000'000;
+  for (const std::int64_t begin_ns = haptic_now_ns(); haptic_now_ns() - begin_ns < kMost_ns;
+       std::this_thread::sleep_for(std::chrono::milliseconds(10))) {
+    const auto status = daemon.ask<haptic_status>(haptic_get_status);
+    bool armed = false;
+    for (std::uint32_t i = 0; i < status->device_count; ++i)
+      armed = armed || (name == status->devices[i]->name && status->devices[i]->armed != 0);
+    if (!armed) return;
+  }
+  throw Failure{kExitRefused, name, "it was told to come to zero, but its driver has not said that it has",
+                "let go of the handle and switch the device off; see hapticctl status", "TIMEOUT"};
+}
+
 int arm(const Options& options, const Globals& globals) {
   const Interrupt interrupt;  // Before anything is armed: no signal may fall between.
   const Daemon daemon(globals);
@@ -79,6 +95,7 @@ int arm(const Options& options, const Globals& globals) {
   // Should anything below throw, closing the session disarms.
   hold(session, options, globals, interrupt, name);
   session.tell([](haptic_session* s, haptic_error* e) { return haptic_session_disarm(s, e); });
+  awaitOff(daemon, name);
   tell(globals, name, "disarmed", "disarmed");
   return kExitOk;
 }
@@ -89,6 +106,7 @@ int disarm(const std::string& device, const Globals& globals) {
   haptic_sample sample;
   if (haptic_session_latest(session.get(), &sample) == HAPTIC_OK &&
       (sample.flags & (HAPTIC_SAMPLE_ARMED | HAPTIC_SAMPLE_RAMPING)) == 0) {
+    awaitOff(daemon, session.info().device->name);
     tell(globals, session.info().device->name, "disarmed", "is not armed");
     return kExitOk;
   }
@@ -100,6 +118,7 @@ int disarm(const std::string& device, const Globals& globals) {
                   "LEASE_REQUIRED"};
   }
   check(code, error);
+  awaitOff(daemon, session.info().device->name);
   tell(globals, session.info().device->name, "disarmed", "disarmed");
   return kExitOk;
 }

@@ -169,6 +169,7 @@ HAPTIC_API int haptic_session_release_lease(haptic_session* session, haptic_erro
  * seconds once the force asked for is small.
  */
 HAPTIC_API int haptic_session_arm(haptic_session* session, haptic_error* error);
+/** Has the force lowered, in a second at most; haptic_device_status.armed says when none can reach the device. */
 HAPTIC_API int haptic_session_disarm(haptic_session* session, haptic_error* error);
 
 /** HAPTIC_OK while the session lives, else HAPTIC_DISCONNECTED. Any thread, servo-safe. */

@@ -13,7 +13,7 @@ extern "C" {
 
 typedef struct haptic_device_status {
   uint32_t size;
-  uint32_t armed;
+  uint32_t armed; /**< 1: forces may reach it; also while its driver has not sent the zeros. */
   uint32_t fault; /**< haptic_fault; 0 for none. */
   int32_t lease_pid;
   const char* uri;

@@ -158,6 +158,30 @@ TEST(IoDevice, SafeIsTheLastWordEvenOverAnOrderOnItsWay) {
   }
 }
 
+TEST(IoDevice, IsOffWhenItsThreadHasComeBackFromSendingZeros) {
+  DeviceLink link(10 * kMs);
+  const auto order = [&](bool off) {
+    link.order(0, [&](const DeviceCommand&) { EXPECT_EQ(link.isOff(), off) << "while it is sent"; });
+  };
+  EXPECT_TRUE(link.isOff()) << "nothing has been sent yet";
+  link.write(0, test::push(Vec3(2, 0, 0)));
+  EXPECT_TRUE(link.isOff()) << "no thread has taken it";
+  order(false);
+  link.write(0, {});
+  EXPECT_FALSE(link.isOff());
+  order(false);
+  order(true);
+  EXPECT_TRUE(link.isOff());
+  // Zeros on their way when the device went may not have reached it.
+  link.write(0, test::push(Vec3(2, 0, 0)));
+  order(false);
+  link.write(0, {});
+  order(false);
+  link.lost();
+  order(false);
+  order(true);
+}
+
 TEST(IoDevice, SafeGivesUpOnATransferThatIsStuck) {
   DeviceLink link(0);
   bool gone_out = true;

@@ -33,6 +33,27 @@ struct Ends {
   DeviceSample sample;
 };
 
+TEST(SharedLink, IsOffWhenAReadingAnswersZeros) {
+  Ends ends;
+  EXPECT_TRUE(ends.servo.isOff());
+  const auto reading = [&](std::int64_t now_ns) {
+    ends.device.publish(DeviceSample{});
+    ends.servo.read(now_ns, ends.sample);
+    return ends.servo.isOff();
+  };
+  ends.push(1, 2);
+  (void)ends.ordered(2);
+  ends.push(3, 0);
+  ends.push(4, 0);
+  EXPECT_FALSE(ends.servo.isOff());
+  EXPECT_FALSE(reading(5)) << "the helper has not taken the order";
+  (void)ends.ordered(6);
+  EXPECT_FALSE(ends.servo.isOff());
+  EXPECT_TRUE(reading(7));
+  ends.push(8, 2);
+  EXPECT_FALSE(ends.servo.isOff()) << "the helper may have it at any time";
+}
+
 TEST(SharedLink, SamplesGoUpOnceAndOrdersDown) {
   Ends ends;
   ends.servo.read(0, ends.sample);

@@ -4,15 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 #include "daemon/builder/mesh.h"
+#include "daemon/builder/point_tree.h"
 
 namespace hapticd {
 namespace {
 
-constexpr double kOnEdge = 1e-6;                 // Of the coordinates: what text of six digits leaves of them.
-constexpr int kMaxRounds = 8;                    // In each a triangle is cut on one of its edges.
-constexpr std::uint64_t kMaxWork = 300'000'000;  // Vertices held against edges: half a second.
+constexpr double kOnEdge = 1e-6;                // Of the coordinates: what text of six digits leaves of them.
+constexpr std::int64_t kMaxWork = 200'000'000;  // Steps of the search: a few seconds.
+constexpr std::int64_t kKept = 32;              // Steps that a vertex on an edge counts for: it is kept.
+constexpr double kSpare = 1 + 0x1p-20;          // For what rounding may leave out of the search.
 
 /** Seen from a triangle inside: its edge from corner `edge` to the next. */
 struct Border {
@@ -25,61 +28,48 @@ struct Cut {
   std::uint32_t vertex;
 };
 
+/** A border with vertices of other borders on it, in order from its beginning. */
+struct Crossed {
+  Border border;
+  std::vector<Cut> on;
+  std::size_t from_a = 0, from_b = 0;  ///< How many of them borders lead to, from either end.
+};
+
 class Stitcher {
  public:
   Stitcher(const Mesh& mesh, double weld_m) : mesh_(mesh), weld_m_(weld_m) {
+    std::vector<Border> borders;
     std::vector<bool> is_end(mesh.vertices.size(), false);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       for (std::uint32_t e = 0; e < 3; ++e) {
         if (mesh.neighbours[t][e] != HD_NO_INDEX) continue;
-        borders_.push_back({t, e});
-        const auto [a, b] = ends(borders_.back());
-        links_.push_back(link(a, b));
+        borders.push_back({t, e});
+        const auto [a, b] = ends(borders.back());
         is_end[a] = is_end[b] = true;
       }
     }
-    if (borders_.empty()) return;
+    std::vector<std::uint32_t> numbers;
     for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v)
-      if (is_end[v]) ends_.push_back(v);
-    chooseAxis();
-    std::sort(ends_.begin(), ends_.end(), [&](std::uint32_t a, std::uint32_t b) { return along(a) < along(b); });
-    std::sort(links_.begin(), links_.end());
+      if (is_end[v]) numbers.push_back(v);
+    tree_ = PointTree(mesh.vertices, numbers);
+    for (const Border& border : borders) {
+      std::vector<Cut> on = verticesOn(border);
+      if (gaveUp()) break;
+      if (!on.empty()) crossed_.push_back({border, std::move(on)});
+    }
+    if (crossed_.empty()) return;
+    links_.reserve(2 * borders.size());
+    for (const Border& border : borders) {
+      const auto [a, b] = ends(border);
+      links_.insert(link(a, b));
+    }
+    findThoseWithBorders();
   }
 
-  [[nodiscard]] const std::vector<Border>& borders() const { return borders_; }
+  /** By triangles. */
+  [[nodiscard]] std::vector<Crossed>& crossed() { return crossed_; }
   /** Ran out of work: some edges were not looked at. */
-  [[nodiscard]] bool gaveUp() const { return work_ > kMaxWork; }
-
-  /** Where vertices of other borders lie on this one, in order, if such borders go along it. */
-  const std::vector<Cut>& cuts(const Border& border) {
-    cuts_.clear();
-    const auto [a, b] = ends(border);
-    const std::uint32_t opposite = mesh_.triangles[border.triangle][(border.edge + 2) % 3];
-    const Float3 &p = mesh_.vertices[a], &q = mesh_.vertices[b];
-    double d[3], length2 = 0, largest = 0;
-    for (int k = 0; k < 3; ++k) {
-      d[k] = double{q[k]} - p[k];
-      length2 += d[k] * d[k];
-      largest = std::max({largest, std::abs(double{p[k]}), std::abs(double{q[k]})});
-    }
-    const double near = std::max(weld_m_, kOnEdge * largest), end = near / std::sqrt(length2);
-    const double low = std::min(along(a), along(b)) - near, high = std::max(along(a), along(b)) + near;
-    auto it =
-        std::lower_bound(ends_.begin(), ends_.end(), low, [&](std::uint32_t v, double x) { return along(v) < x; });
-    for (; it != ends_.end() && along(*it) <= high && ++work_ <= kMaxWork; ++it) {
-      if (*it == a || *it == b || *it == opposite) continue;
-      const Float3& x = mesh_.vertices[*it];
-      double part = 0, away2 = 0;
-      for (int k = 0; k < 3; ++k) part += d[k] * (double{x[k]} - p[k]);
-      part /= length2;
-      if (!(part > end && part < 1 - end)) continue;
-      for (int k = 0; k < 3; ++k) away2 += std::pow(double{x[k]} - p[k] - part * d[k], 2);
-      if (away2 <= near * near) cuts_.push_back({part, *it});
-    }
-    std::sort(cuts_.begin(), cuts_.end(), [](const Cut& l, const Cut& r) { return l.part < r.part; });
-    keepThoseWithBorders(a, b);
-    return cuts_;
-  }
+  [[nodiscard]] bool gaveUp() const { return work_ < 0; }
 
  private:
   [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> ends(const Border& border) const {
@@ -89,43 +79,89 @@ class Stitcher {
   static std::uint64_t link(std::uint32_t a, std::uint32_t b) {
     return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
   }
-  [[nodiscard]] double along(std::uint32_t v) const { return mesh_.vertices[v][axis_]; }
 
-  /** The longest: fewest vertices then lie beside an edge. */
-  void chooseAxis() {
-    double longest = -1;
+  std::vector<Cut> verticesOn(const Border& border) {
+    std::vector<Cut> cuts;
+    const auto [a, b] = ends(border);
+    const std::uint32_t opposite = mesh_.triangles[border.triangle][(border.edge + 2) % 3];
+    const Float3 &p = mesh_.vertices[a], &q = mesh_.vertices[b];
+    ThickLine line{};
+    double length2 = 0, largest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto less = [&](std::uint32_t a, std::uint32_t b) { return mesh_.vertices[a][k] < mesh_.vertices[b][k]; };
-      const auto [low, high] = std::minmax_element(ends_.begin(), ends_.end(), less);
-      const double length = double{mesh_.vertices[*high][k]} - mesh_.vertices[*low][k];
-      if (length > longest) axis_ = k;
-      longest = std::max(longest, length);
+      line.p[k] = double{p[k]};
+      line.d[k] = double{q[k]} - p[k];
+      length2 += line.d[k] * line.d[k];
+      largest = std::max({largest, std::abs(double{p[k]}), std::abs(double{q[k]})});
     }
+    const double near = std::max(weld_m_, kOnEdge * largest), end = near / std::sqrt(length2);
+    line.near = kSpare * near;
+    tree_.near(line, work_, [&](std::uint32_t v, const Float3& x) {
+      if (v == a || v == b || v == opposite) return;
+      double part = 0, away2 = 0;
+      for (std::size_t k = 0; k < 3; ++k) part += line.d[k] * (double{x[k]} - p[k]);
+      part /= length2;
+      if (!(part > end && part < 1 - end)) return;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double away = double{x[k]} - p[k] - part * line.d[k];
+        away2 += away * away;
+      }
+      if (away2 > near * near) return;
+      cuts.push_back({part, v});
+      work_ -= kKept;
+    });
+    std::sort(cuts.begin(), cuts.end(),
+              [](const Cut& l, const Cut& r) { return l.part != r.part ? l.part < r.part : l.vertex < r.vertex; });
+    return cuts;
   }
 
-  /** What merely touches is another's: borders must lead to a cut from an end of the edge, all along it. */
-  void keepThoseWithBorders(std::uint32_t a, std::uint32_t b) {
-    const auto linked = [&](std::uint32_t from, std::uint32_t to) {
-      return std::binary_search(links_.begin(), links_.end(), link(from, to));
+  /**
+   * What merely touches is another's: borders must lead to a cut from an end of the edge, all along it. Each cut makes
+   * new borders, which may lead on to cuts of the edge on the other side.
+   */
+  void findThoseWithBorders() {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> of_vertex;  // The vertex, and whose edge it is on.
+    std::vector<std::uint32_t> waiting;
+    for (std::uint32_t i = 0; i < crossed_.size(); ++i) {
+      waiting.push_back(i);
+      for (const Cut& cut : crossed_[i].on) of_vertex.emplace_back(cut.vertex, i);
+    }
+    std::sort(of_vertex.begin(), of_vertex.end());
+    const auto add = [&](std::uint32_t from, std::uint32_t to) {
+      if (!links_.insert(link(from, to)).second) return;
+      for (const std::uint32_t v : {from, to}) {
+        auto it = std::lower_bound(of_vertex.begin(), of_vertex.end(), std::pair(v, std::uint32_t{0}));
+        for (; it != of_vertex.end() && it->first == v && --work_ >= 0; ++it) waiting.push_back(it->second);
+      }
     };
-    std::size_t from_a = 0, from_b = cuts_.size();
-    for (; from_a < cuts_.size() && linked(a, cuts_[from_a].vertex); ++from_a) a = cuts_[from_a].vertex;
-    for (; from_b > from_a && linked(b, cuts_[from_b - 1].vertex); --from_b) b = cuts_[from_b - 1].vertex;
-    cuts_.erase(cuts_.begin() + static_cast<std::ptrdiff_t>(from_a),
-                cuts_.begin() + static_cast<std::ptrdiff_t>(from_b));
+    while (!waiting.empty()) {
+      Crossed& one = crossed_[waiting.back()];
+      waiting.pop_back();
+      const std::size_t count = one.on.size();
+      const auto [a, b] = ends(one.border);
+      const auto linked = [&](std::uint32_t from, std::uint32_t to) { return links_.count(link(from, to)) != 0; };
+      const std::size_t from_a = one.from_a, from_b = one.from_b;
+      const auto last = [&] { return one.from_a == 0 ? a : one.on[one.from_a - 1].vertex; };
+      const auto first = [&] { return one.from_b == 0 ? b : one.on[count - one.from_b].vertex; };
+      while (one.from_a + one.from_b < count && linked(last(), one.on[one.from_a].vertex)) ++one.from_a;
+      while (one.from_a + one.from_b < count && linked(first(), one.on[count - one.from_b - 1].vertex)) ++one.from_b;
+      // The edge goes from cut to cut now, and over what is left between those from either end.
+      if (one.from_a != from_a || one.from_b != from_b) add(last(), first());
+    }
+    for (Crossed& one : crossed_) {
+      const auto middle = one.on.begin() + static_cast<std::ptrdiff_t>(one.from_a);
+      one.on.erase(middle, one.on.end() - static_cast<std::ptrdiff_t>(one.from_b));
+    }
   }
 
   const Mesh& mesh_;
   double weld_m_;
-  std::vector<Border> borders_;
-  std::vector<std::uint64_t> links_;  ///< Ends of borders, sorted.
-  std::vector<std::uint32_t> ends_;   ///< Vertices of borders, along the axis.
-  std::size_t axis_ = 0;
-  std::vector<Cut> cuts_;
-  std::uint64_t work_ = 0;
+  PointTree tree_;  ///< Ends of borders.
+  std::vector<Crossed> crossed_;
+  std::unordered_set<std::uint64_t> links_;  ///< Ends of borders, of those too that cutting makes.
+  std::int64_t work_ = kMaxWork;
 };
 
-/** Fans the triangle out from the corner opposite to the edge. */
+/** Fans the triangle out from the corner opposite to the edge: the last triangle has its end. */
 void cut(Mesh& mesh, const Border& border, const std::vector<Cut>& cuts) {
   const Index3 v = mesh.triangles[border.triangle];
   const std::uint32_t b = v[(border.edge + 1) % 3], c = v[(border.edge + 2) % 3];
@@ -139,35 +175,36 @@ void cut(Mesh& mesh, const Border& border, const std::vector<Cut>& cuts) {
 }  // namespace
 
 void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor) {
-  std::size_t count = 0;
+  Stitcher stitcher(mesh, weld_m);
+  std::vector<Crossed>& crossed = stitcher.crossed();
+  std::size_t count = 0, room = HD_MAX_TRIANGLES - std::min<std::size_t>(HD_MAX_TRIANGLES, mesh.triangles.size());
   std::uint32_t first = HD_NO_INDEX;
-  bool gave_up = false;
-  for (int round = 0; round < kMaxRounds; ++round) {
-    std::vector<std::pair<Border, std::vector<Cut>>> found;
-    std::size_t room = HD_MAX_TRIANGLES - std::min<std::size_t>(HD_MAX_TRIANGLES, mesh.triangles.size());
-    Stitcher stitcher(mesh, weld_m);
-    for (const Border& border : stitcher.borders()) {
-      if (!found.empty() && found.back().first.triangle == border.triangle) continue;  // Its turn comes.
-      const std::vector<Cut>& cuts = stitcher.cuts(border);
-      if (cuts.empty() || cuts.size() > room) continue;
-      room -= cuts.size();
-      found.emplace_back(border, cuts);
+  for (std::size_t i = 0; i < crossed.size(); ++i) {
+    const auto& [border, cuts, from_a, from_b] = crossed[i];
+    if (cuts.empty() || cuts.size() > room) continue;
+    const auto [triangle, edge] = border;
+    first = std::min(first, mesh.source_triangle[triangle]);
+    cut(mesh, border, cuts);
+    room -= cuts.size();
+    ++count;
+    // Its other edges are those of two triangles now.
+    for (std::size_t k = i + 1; k < crossed.size() && crossed[k].border.triangle == triangle; ++k) {
+      Border& other = crossed[k].border;
+      other = other.edge == (edge + 1) % 3 ? Border{static_cast<std::uint32_t>(mesh.triangles.size() - 1), 1}
+                                           : Border{triangle, 2};
     }
-    gave_up = stitcher.gaveUp();
-    if (found.empty()) break;
-    for (const auto& [border, cuts] : found) {
-      first = std::min(first, mesh.source_triangle[border.triangle]);
-      cut(mesh, border, cuts);
-    }
-    count += found.size();
-    BuildMonitor again;
-    connect(mesh, again);
   }
   if (count != 0) {
+    BuildMonitor again;
+    connect(mesh, again);
     monitor.notes.push_back(fmt::format(
         "cut {} edges at vertices that lay on them, the first of triangle {}: else they are cracks", count, first));
   }
-  if (gave_up) monitor.notes.push_back("there are too many open edges to look for cracks along all of them");
+  if (stitcher.gaveUp()) {
+    monitor.notes.push_back(
+        "there are too many open edges to look for cracks along all of them, and a point may fall through one: close "
+        "the surface, weld its vertices (hapticctl load --weld), or load it in parts");
+  }
 }
 
 }  // namespace hapticd

@@ -97,6 +97,56 @@ TEST(Stitch, ATriangleWithoutAreaLeavesNoCrack) {
   EXPECT_EQ(built.stats.triangles, 14u);
 }
 
+/** A square column whose lower and upper half are cut into cells of their own along the line where they meet. */
+UploadMesh column(int below, int above) {
+  UploadMesh mesh;
+  const auto corner = [](int side, float z) {
+    return Float3{(side + 1) % 4 < 2 ? -0.05f : 0.05f, side % 4 < 2 ? -0.05f : 0.05f, z};
+  };
+  const auto add = [&](const Float3& a, const Float3& b, const Float3& c) {
+    const auto at = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), {a, b, c});
+    mesh.triangles.push_back({at, at + 1, at + 2});
+  };
+  for (const auto& [cells, z] : {std::pair(below, -0.05f), std::pair(above, 0.05f)}) {
+    for (int side = 0; side < 4; ++side) {
+      const auto between = [&](int i) {
+        const float part = static_cast<float>(i) / static_cast<float>(cells);
+        const Float3 from = corner(side, 0), to = corner(side + 1, 0);
+        return Float3{(1 - part) * from[0] + part * to[0], (1 - part) * from[1] + part * to[1], 0};
+      };
+      for (int i = 0; i < cells; ++i) add(corner(side, z), between(i), between(i + 1));
+      add(corner(side, z), corner(side + 1, 0), corner(side + 1, z));
+    }
+    add(corner(0, z), corner(1, z), corner(2, z));
+    add(corner(0, z), corner(2, z), corner(3, z));
+  }
+  return mesh;
+}
+
+TEST(Stitch, HalvesThatShareNoVertexAlongALineAreJoined) {
+  const Built built = build(column(41, 58));
+  EXPECT_EQ(built.stats.flags & HD_MESH_CLOSED, HD_MESH_CLOSED);
+  // Each of the vertices of one half, but the corners, is one more for the other.
+  EXPECT_EQ(built.stats.triangles, 2u * (4 * (41 + 58 - 1) + 4 + 2));
+}
+
+TEST(Stitch, GivesUpInBoundedTimeAndSaysWhatToDo) {
+  constexpr std::uint32_t kMany = 2600;
+  UploadMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0.5f, -1, 0}};
+  std::uint32_t from = 0;
+  for (std::uint32_t i = 1; i <= kMany; ++i) {
+    const float part = static_cast<float>(i) / kMany;
+    const auto at = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), {{part, 0, 0}, {0.5f, part, 1}});
+    mesh.triangles.push_back({from, at, 2});
+    mesh.triangles.push_back({0, 1, at + 1});  // All of them over one edge, with all those vertices on it.
+    from = at;
+  }
+  EXPECT_THAT(build(mesh).notes, testing::Contains(testing::HasSubstr("--weld")));
+}
+
 TEST(Stitch, WhatMerelyTouchesIsLeftAlone) {
   UploadMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.5f, 0, 0}, {0.2f, -1, 0}, {0.7f, -1, 0}};

@@ -78,6 +78,7 @@ class Quickstart(unittest.TestCase):
         mesh = ["--mesh", "/usr/share/opencascade/data/stl/bearing.stl", "--scale"]
         for words, expected in ((["--mesh", "x.stl"], "--scale"), (["--seconds", "soon"], "is no time"), (["--frob"], "unknown option"),
                                 (["--seconds", "0.0"], "is no time"), (["--seconds", "1.2.3"], "is no time"),
+                                (["--seconds", "0x10"], "is no time"), (["--seconds", "'5"], "is no time"), (["--seconds", "1e9"], "more than an hour"),
                                 (["--seconds"], "--seconds needs a value"), ([*mesh, "-1"], "is no length"), ([*mesh, "."], "is no length"),
                                 (["--output", "/none/x.png"], "cannot be written"), (["--output", "/tmp"], "end in .png"),
                                 (["--mesh", "none.stl", "--scale", "1"], "no such file")):
@@ -86,6 +87,12 @@ class Quickstart(unittest.TestCase):
                                   env=self.environment, check=False)
             self.assertIn(expected, done.stderr)
             self.assertEqual(done.returncode, 2)
+
+    def test_setup_takes_one_word_it_knows(self):
+        for words in ([""], ["frob"], ["build", "test"]):  # An empty one, as of a variable that is not set, is not "all".
+            done = subprocess.run([SOURCE / "tools/setup", *words], capture_output=True, text=True, check=False)
+            self.assertEqual((done.returncode, done.stdout), (2, ""))
+            self.assertIn("usage: tools/setup", done.stderr)
 
 
 if __name__ == "__main__":

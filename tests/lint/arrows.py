@@ -24,14 +24,15 @@ ROOMS = {
     "examples": ({"libclient/include"}, set()),
     "tools/hapticctl": ({"tools/hapticctl", "libclient/include"}, {"CLI", "fmt", "nlohmann", "assimp"}),
     "tools/hapticctl-cut": ({"tools/hapticctl-cut", "tools/hapticctl-import", "tools/hapticctl"}, {"Eigen", "CLI", "fmt"}),
-    "tools/hapticctl-import": ({"tools/hapticctl-import", "daemon/builder/volume", "daemon/builder/vdb",
+    "tools/options": ({"tools/options"}, {"CLI", "fmt"}),
+    "tools/hapticctl-import": ({"tools/hapticctl-import", "tools/options", "daemon/builder/volume", "daemon/builder/vdb",
                                 "rt/volume"},
                                {"CLI", "fmt", "openvdb", "ITK"}),
-    "tools/haptic-bench": ({"tools/haptic-bench", "tools/haptic-emu", "daemon", "drivers", "rt", "proto", "libclient/include"},
+    "tools/haptic-bench": ({"tools/haptic-bench", "tools/haptic-emu", "tools/options", "daemon", "drivers", "rt", "proto", "libclient/include"},
                            {"Eigen", "CLI", "fmt", "nlohmann", "benchmark", "assimp", "hdf5.h", "fcl",
                             "BulletCollision", "btBulletCollisionCommon.h"}),
     # Never a driver's own folder: with its encoders the played device would agree with its bugs.
-    "tools/haptic-emu": ({"tools/haptic-emu", "drivers/usb", "drivers/hid", "drivers/serial", "drivers/sim/body.h",
+    "tools/haptic-emu": ({"tools/haptic-emu", "tools/options", "drivers/usb", "drivers/hid", "drivers/serial", "drivers/sim/body.h",
                           "drivers/sim/linear_step.h", "rt/base"}, {"Eigen", "CLI", "fmt"}),
 }
 # Libraries that only one place may see, whatever the table says.

@@ -2,18 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
-
-bool parseNumber(std::string_view text, double& value) {
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc{} && end == text.data() + text.size() && std::isfinite(value);
-}
 
 Spec::Spec(std::string_view text) : text_(text) {
   const std::size_t colon = text.find(':');

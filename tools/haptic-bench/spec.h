@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "tools/options/parse_number.h"
+
 namespace haptic_bench {
 
 /** A name and key=value settings. Ask for each setting that is known, then call finish(). */
@@ -38,7 +40,6 @@ class Spec {
   std::set<std::string> known_;
 };
 
-/** A finite number that is the whole of `text`, read without the locale. */
-[[nodiscard]] bool parseNumber(std::string_view text, double& value);
+using hapticd_options::parseNumber;
 
 }  // namespace haptic_bench

@@ -76,9 +76,9 @@ double metresPerUnit(const std::string& scale) {
                                                        {"um", 1e-6}, {"inch", 0.0254}, {"ft", 0.3048}};
   for (const auto& [name, metres] : kUnits)
     if (scale == name) return metres;
-  constexpr const char* kRemedy = "mm, cm, m, inch, um, ft or metres per unit";
+  constexpr const char* kRemedy = "mm, cm, m, inch, um, ft or metres per unit, from 1e-9 to 1000";
   const double metres = numbersIn(scale, "--scale", 1, kRemedy).front();
-  if (!(metres > 0)) throw ImportError("--scale", "is not a length", kRemedy);
+  if (!(metres >= 1e-9 && metres <= 1e3)) throw ImportError("--scale", "is not a length of a unit", kRemedy);
   return metres;
 }
 
@@ -104,10 +104,23 @@ bool namesInvesalius(const std::string& path) {
 }  // namespace
 
 Image readInput(const InputOptions& o) {
-  if (!o.raw.empty()) return readRaw(o);
+  // An option that is passed over would be taken for one that has worked.
+  const auto only = [&o](bool dicom, bool vdb) {
+    if (!dicom && !o.series.empty()) throw ImportError("--series", "is for DICOM, which this is not", "leave it out");
+    if (!vdb && !o.grid.empty()) throw ImportError("--grid", "is for OpenVDB, which this is not", "leave it out");
+    if (!vdb && !o.scale.empty())
+      throw ImportError("--scale", "is for OpenVDB: this file says its lengths, in millimetres", "leave it out");
+  };
+  if (!o.raw.empty()) {
+    only(false, false);
+    return readRaw(o);
+  }
   if (!std::filesystem::exists(o.file)) throw ImportError({}, "cannot be read", "does it exist?");
-  if (std::filesystem::is_directory(o.file) || isDicom(o.file)) return readDicom(o);
-  if (isVdb(o.file)) return readGrid(o);
+  const bool dicom = std::filesystem::is_directory(o.file) || isDicom(o.file);
+  const bool vdb = !dicom && isVdb(o.file);
+  only(dicom, vdb);
+  if (dicom) return readDicom(o);
+  if (vdb) return readGrid(o);
   if (namesInvesalius(o.file)) return parseInvesalius(readFile(o.file));
   return readScan(o.file);
 }

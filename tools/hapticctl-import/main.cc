@@ -6,8 +6,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <csignal>
 #include <filesystem>
 
@@ -17,6 +15,7 @@
 #include "tools/hapticctl-import/input.h"
 #include "tools/hapticctl-import/isosurface.h"
 #include "tools/hapticctl-import/model.h"
+#include "tools/options/number.h"
 
 namespace hapticctl_import {
 namespace {
@@ -32,15 +31,10 @@ struct Options {
   bool by_label = false, largest = false;
 };
 
-/** CLI::Range lets "nan" through, and a number without bounds "inf" too. */
-std::string isNumber(const std::string& text) {
-  const char* const end = text.data() + text.size();
-  double value = 0;
-  const auto [stop, problem] = std::from_chars(text.data() + (text[0] == '+' ? 1 : 0), end, value);
-  return problem == std::errc() && stop == end && std::isfinite(value)
-             ? std::string()
-             : fmt::format("'{}' is not a finite number", text);
-}
+using hapticd_options::isNumber;
+
+/** As a variable that is not set leaves it. */
+std::string isThere(const std::string& text) { return text.empty() ? "is empty" : std::string(); }
 
 /** Where the surface is. Turns distances about, so that what is solid is high. */
 float levelOf(const Options& o, Image& image) {
@@ -132,15 +126,21 @@ int main(int argc, char** argv) {
   app.allow_extras();
   app.add_option("FILE", o.input.file, "The image, or a folder of DICOM slices")->required();
   app.add_option("--series", o.input.series,
-                 "Of several DICOM series this one: its number in the list, or its identifier");
-  app.add_option("--grid", o.input.grid, "Of several grids of a .vdb this one: its number in the list, or its name");
-  app.add_option("--scale", o.input.scale, "The unit of a .vdb that does not say it")->type_name("UNIT|NUMBER");
+                 "Of several DICOM series this one: its number in the list, or its identifier")
+      ->check(isThere);
+  app.add_option("--grid", o.input.grid, "Of several grids of a .vdb this one: its number in the list, or its name")
+      ->check(isThere);
+  app.add_option("--scale", o.input.scale, "The unit of a .vdb that does not say it")
+      ->type_name("UNIT|NUMBER")
+      ->check(isThere);
   auto* iso = app.add_option("--iso", o.iso,
                              "Solid is what has at least this value (bone in CT: 226), of distances at most (.vdb: 0)")
                   ->check(isNumber);
   auto* label =
       app.add_option("--label", o.label, "Solid is what has exactly this value")->check(isNumber)->excludes(iso);
-  app.add_option("--crop", o.crop, "Only this part, in values of the file")->type_name("X0:X1,Y0:Y1,Z0:Z1");
+  app.add_option("--crop", o.crop, "Only this part, in values of the file")
+      ->type_name("X0:X1,Y0:Y1,Z0:Z1")
+      ->check(isThere);
   app.add_option("--smooth", o.smooth_mm, "Smooth by a Gaussian of this deviation")
       ->type_name("MM")
       ->check(CLI::Range(0.0, 100.0))
@@ -160,13 +160,16 @@ int main(int argc, char** argv) {
   raw->needs(raw_size);
   app.add_option("--raw-spacing", o.input.raw_spacing, "How far apart [mm]")->type_name("X,Y,Z")->needs(raw);
   app.add_flag("--raw-big-endian", o.input.big_endian, "Most significant byte first")->needs(raw);
-  app.add_option("--output", o.output, "Write the surface in millimetres and load nothing")->type_name("FILE.ply");
+  app.add_option("--output", o.output, "Write the surface in millimetres and load nothing")
+      ->type_name("FILE.ply")
+      ->check(isThere);
   auto* voxel = app.add_option("--voxel", o.voxel_mm, "Build its volume too, of voxels of this side")
                     ->type_name("MM")
                     ->check(CLI::Range(0.001, 1000.0))
                     ->check(isNumber);
   app.add_option("--vdb", o.vdb, "Write the volume's distances as an OpenVDB level set and load nothing")
       ->type_name("FILE.vdb")
+      ->check(isThere)
       ->needs(voxel);
   app.failure_message([](const CLI::App*, const CLI::Error& error) {
     return fmt::format("hapticctl import: {} (hapticctl import --help tells how)\n", error.what());

@@ -189,16 +189,22 @@ void centre(MeshFile& mesh) {
 }
 
 void scale(MeshFile& mesh, double metres_per_unit) {
+  MeshFile before;
+  before.path = mesh.path;
+  before.lower = mesh.lower;
+  before.upper = mesh.upper;
   for (auto& v : mesh.vertices) {
     for (float& c : v) c = static_cast<float>(c * metres_per_unit);
   }
   measure(mesh);
   double longest = 0;
   for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, mesh.upper[i] - mesh.lower[i]);
-  if (!std::isfinite(longest) || !(longest > 0)) {
-    throw Failure{kExitUsage, "--scale",
-                  fmt::format("{} metres per unit leaves {} nothing to touch", metres_per_unit, mesh.path),
-                  scaleAdvice(mesh)};
+  constexpr double kLeast_m = 1e-6, kMost_m = 200;  // No hand feels less; the daemon takes coordinates to 100 m.
+  if (!(longest >= kLeast_m && longest <= kMost_m)) {
+    failUsage("--scale",
+              fmt::format("{} metres per unit make the longest side of {} {:.3g} m: from {:g} to {:g} m it can be",
+                          metres_per_unit, mesh.path, longest, kLeast_m, kMost_m),
+              scaleAdvice(before));
   }
 }
 

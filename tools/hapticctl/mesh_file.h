@@ -34,8 +34,7 @@ struct MeshFile {
 
 /** Moves the middle of the box to the origin. */
 void centre(MeshFile& mesh);
-/** Multiplies by metres per file unit. Throws Failure when the result cannot be a thing to touch (not finite, no size).
- */
+/** Multiplies by metres per file unit. Fails with usage when the result is too small or too large to touch. */
 void scale(MeshFile& mesh, double metres_per_unit);
 
 }  // namespace hapticctl

@@ -158,6 +158,27 @@ class WithDaemon(Case):
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(f"{option}: 'nan' is not a finite number", done.stderr)
 
+    def test_options_of_import_that_cannot_work_are_refused(self):
+        raw, vdb = self.directory / "ball.raw", self.directory / "ball.vdb"
+        raw.write_bytes(bytes(255 if (i % 12 - 6)**2 + (i // 12 % 12 - 6)**2 + (i // 144 - 6)**2 < 16 else 0 for i in range(12**3)))
+        of_raw = ["--raw", "uint8", "--raw-size", "12,12,12", "--iso", "100"]
+
+        def imported(*words, exit_code=0):
+            command = [BUILD / "tools/hapticctl-import/hapticctl-import", *words]
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, exit_code, done.stderr)
+            return done.stderr
+
+        imported(raw, *of_raw, "--voxel", "1", "--vdb", vdb)
+        ply = self.directory / "ball.ply"
+        for option, value in (("--scale", "mm"), ("--grid", "1"), ("--series", "1")):
+            self.assertIn(f"{option}: is for", imported(raw, *of_raw, option, value, "--output", ply, exit_code=5))
+        for scale in ("1e-30", "1e30", "0", "-1"):
+            self.assertIn("--scale: is not a length of a unit (mm, cm, m, inch, um, ft or metres per unit, from 1e-9 to 1000)",
+                          imported(vdb, "--scale", scale, "--output", ply, exit_code=5))
+        self.assertIn("--scale: is empty", imported(vdb, "--scale", "", "--output", ply, exit_code=2))
+        self.assertFalse(ply.exists())
+
     def test_import_leaves_nothing_behind_when_it_is_ended(self):
         scan, folder = self.directory / "never.mha", self.directory / "temporary"
         os.mkfifo(scan)  # Whoever reads it waits.
@@ -228,7 +249,7 @@ class WithDaemon(Case):
                                   (["add", "plane", "--name", "word"], ("--name", "'word'", "--replace")),
                                   (["add", "plane", "--name", "a b"], ("--name: byte 1",)),
                                   (["add", "plane", "--parent", "none"], ("--parent",)),
-                                  (["load", path, "--scale", "100", "--name", "far"], (f"{path}: vertex", "check the scale")),
+                                  (["load", path, "--scale", "30", "--name", "far"], (f"{path}: vertex", "check the scale")),
                                   (["export", "word", "x.vdb"], ("word: it has no volume", "--voxel")),
                                   (["info", "sim://falcon"], ("neither open nor found", "hapticctl monitor 'sim://falcon'"))):
             said = self.run_ctl(*command, exit_code=1).stderr

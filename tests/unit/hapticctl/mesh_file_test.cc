@@ -117,7 +117,17 @@ TEST_F(MeshFileTest, ScalesAndCentres) {
   scale(mesh, parseScale("cm"));
   EXPECT_NEAR(mesh.lower[2], -0.025, 1e-9);
   EXPECT_NEAR(mesh.upper[0], 0.01, 1e-9);
-  EXPECT_THROW(scale(mesh, 1e-60), Failure);
+  for (const double wrong : {1e-60, 1e-30, 1e-5, 1e6}) {
+    MeshFile other = mesh;
+    try {
+      scale(other, wrong);
+      ADD_FAILURE() << wrong;
+    } catch (const Failure& failure) {
+      EXPECT_EQ(failure.where, "--scale");
+      EXPECT_THAT(failure.what, HasSubstr("from 1e-06 to 200 m"));
+      EXPECT_THAT(failure.remedy, HasSubstr("its box is 0.02 x 0.03 x 0.05 file units"));
+    }
+  }
 }
 
 TEST(Scale, IsAUnitOrAPositiveNumber) {

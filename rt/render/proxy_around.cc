@@ -1,5 +1,4 @@
 // A nearer part of the surface, gone to outside of everything solid: docs/rendering.md, "Around the outside".
-#include "rt/geometry/nearest.h"
 #include "rt/geometry/triangle.h"
 #include "rt/render/proxy_step.h"
 
@@ -29,16 +28,8 @@ bool leavesSolid(const SceneObject& object, const Vec3& hip, const Vec3& x, doub
 
 /** Whether a ball with its centre at x, in the object's frame, touches the object. */
 bool touches(const SceneObject& object, const Vec3& x, double radius, Vicinity* vicinity, std::uint32_t& work) HD_RT {
-  NearestQuery query;
-  query.x = x;
-  query.reach = radius;
-  query.vicinity = vicinity;
-  query.work = work;
-  query.limit = ProxyRenderer::kMaxWork;
   Nearest near;
-  const NearestResult result = nearestOnShape(object.shape, query, near);
-  work = query.work;
-  return result != NearestResult::kNone;
+  return nearestWithin(object, x, radius, vicinity, work, near) != NearestResult::kNone;
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Room for the ball: where a mesh has moved into it, it is pushed out, or made smaller where it cannot go.
 #include <limits>
 
-#include "rt/geometry/nearest.h"
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
@@ -25,6 +24,19 @@ bool outward(const Nearest& near, const Vec3& x, bool two_sided, double skin, do
 }
 
 }  // namespace
+
+NearestResult nearestWithin(const SceneObject& object, const Vec3& x, double reach, Vicinity* vicinity,
+                            std::uint32_t& work, Nearest& near) HD_RT {
+  NearestQuery query;
+  query.x = x;
+  query.reach = reach;
+  query.vicinity = vicinity;
+  query.work = work;
+  query.limit = ProxyRenderer::kMaxWork;
+  const NearestResult result = nearestOnShape(object.shape, query, near);
+  work = query.work;
+  return result;
+}
 
 /**
  * Pushes the ball out of meshes whose vertices have moved into it, faces, edges or vertices; its centre they have taken
@@ -50,15 +62,8 @@ void ProxyRenderer::pushOut(Step& step, std::uint32_t slot) HD_RT {
   int count = 0;
   double ahead = 1;  // How far is looked, in parts of the push.
   for (int push = 0; push < kMaxPushes; ++push) {
-    NearestQuery query;
-    query.x = x;
-    query.reach = radius_ + 0.5 * skin;
-    query.work = step.work;
-    query.limit = kMaxWork;
     Nearest near;
-    const NearestResult result = nearestOnShape(object.shape, query, near);
-    step.work = query.work;
-    if (result != NearestResult::kFound) return;
+    if (nearestWithin(object, x, radius_ + 0.5 * skin, nullptr, step.work, near) != NearestResult::kFound) return;
     const double distance = std::sqrt(near.squared_distance);
     Vec3 out;
     if (!outward(near, x, two_sided, skin, distance, out)) return;
@@ -97,16 +102,11 @@ void ProxyRenderer::fitRadius(Step& step) HD_RT {
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
     const double skin = step.skin(object);
-    NearestQuery query;
-    query.x = startIn(step, slot);
-    query.reach = room + skin;
-    query.work = step.work;
-    query.limit = kMaxWork;
+    const Vec3 x = startIn(step, slot);
     Nearest near;
-    const NearestResult result = nearestOnShape(object.shape, query, near);
-    step.work = query.work;
+    const NearestResult result = nearestWithin(object, x, room + skin, nullptr, step.work, near);
     if (result == NearestResult::kExhausted) return;
-    const bool inside = (object.flags & HD_OBJECT_TWO_SIDED) == 0 && near.isInside(query.x);
+    const bool inside = (object.flags & HD_OBJECT_TWO_SIDED) == 0 && near.isInside(x);
     if (result == NearestResult::kFound && !inside)
       room = std::min(room, std::max(0.0, std::sqrt(near.squared_distance) - skin));
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/geometry/nearest.h"
 #include "rt/render/proxy.h"
 
 namespace hapticd {
@@ -40,6 +41,10 @@ inline bool leadsAway(const Vec3& at, const Vec3& end, const Vec3& goal) HD_RT {
  */
 std::uint32_t faceBeyondEdge(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& x,
                              Vec3& normal) HD_RT;
+
+/** The point of the object nearest to x, in its frame, within `reach`. What is visited counts as `work` of the step. */
+[[nodiscard]] NearestResult nearestWithin(const SceneObject& object, const Vec3& x, double reach, Vicinity* vicinity,
+                                          std::uint32_t& work, Nearest& near) HD_RT;
 
 /** What one step works with. */
 struct ProxyRenderer::Step {

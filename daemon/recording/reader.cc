@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <kj/exception.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "daemon/recording/block.h"
@@ -154,6 +155,8 @@ RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = defaul
 RecordingReader::~RecordingReader() = default;
 
 Result<RecordingReader> RecordingReader::open(const std::string& path) {
+  if (std::error_code none; std::filesystem::is_character_file(path, none))
+    return Error{ErrorCode::kInvalidArgument, path, "it is a device, without an end", "a recording's file"};
   auto file = std::make_unique<std::ifstream>(path, std::ios::binary);
   if (!*file)
     return Error{ErrorCode::kNotFound, path, "it cannot be opened for reading", "see the path and its rights"};

@@ -189,6 +189,10 @@ class Commands(unittest.TestCase):
         self.assertIn("no such model", self.bench("run", "-m", "cube", code=1))
         self.assertIn("cannot be read", self.bench("compare", self.folder / "none", bad, code=1))
         self.assertIn("line 1", self.bench("compare", bad, bad, code=1))
+        for words in (["compare", "/dev/zero", bad], ["replay", "/dev/zero"]):
+            self.assertIn("without an end", self.bench(*words, code=1))
+        self.assertIn("without an end", self.bench("report", "--with", "/dev/zero", code=2))
+        self.assertIn("its name is empty", self.bench("report", "", code=1))
         self.assertIn("--help", self.bench("run", "--colour", "red", code=2))
         self.assertIn("zwith: there is no such benchmark (there is zwidth, ", self.bench("zwith", code=2))
         self.assertIn("subcommand is required", self.bench(code=2))

@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -148,7 +149,11 @@ void addReport(CLI::App& app, Run& chosen) {
   CLI::App* sub = app.add_subcommand("report", "One HTML page with tables and plots, for a paper");
   sub->add_option("FILE", options->output, "The page")->capture_default_str();
   sub->add_option("--with", options->results, "Results of other subcommands to show on it: files that --csv wrote")
-      ->check(CLI::ExistingFile);
+      ->check(CLI::ExistingFile)
+      ->check([](const std::string& path) {
+        std::error_code none;
+        return std::filesystem::is_character_file(path, none) ? path + " is a device, without an end" : std::string();
+      });
   sub->callback([options, &chosen] { chosen = [options](const Common& common) { return run(*options, common); }; });
 }
 

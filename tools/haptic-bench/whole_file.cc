@@ -25,6 +25,7 @@ void removeAndEnd(int number) {
 }  // namespace
 
 WholeFile::WholeFile(std::string path) : path_(std::move(path)), part_(path_) {
+  if (path_.empty()) throw Failure("the file to write", "its name is empty", "a name");  // ".part" would be written.
   std::error_code none;
   const auto kind = std::filesystem::status(path_, none).type();
   if (kind == std::filesystem::file_type::directory) throw Failure(path_, "it is a folder", "the name of a file");

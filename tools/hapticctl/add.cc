@@ -43,8 +43,9 @@ haptic_shape makeShape(const Options& options) {
       failUsage("--size", fmt::format("a {} needs its size in metres", kind.name), fmt::format("--size {}", kind.size));
     const auto numbers = parseNumbers("--size", options.size, kind.numbers);
     for (std::size_t i = 0; i < numbers.size(); ++i) {
-      if (!(numbers[i] > 0)) {
-        failUsage("--size", fmt::format("{} is not above zero", exact(numbers[i])),
+      constexpr double kLeast_m = 1e-6;  // No hand feels less.
+      if (!(numbers[i] >= kLeast_m)) {
+        failUsage("--size", fmt::format("{} is too small: at least {:g} m", exact(numbers[i]), kLeast_m),
                   fmt::format("--size {}", kind.size));
       }
       shape.size[i] = numbers[i];

@@ -82,13 +82,16 @@ int run(int argc, char** argv, Globals& globals) {
     names.push_back(command->get_name());
   }
 
-  if (const int word = firstWord(argc, argv);
-      word < argc && std::find(names.begin(), names.end(), argv[word]) == names.end()) {
+  const int word = firstWord(argc, argv);
+  if (word < argc && std::find(names.begin(), names.end(), argv[word]) == names.end()) {
     const std::string program = findExternal(argv[word]);
     if (program.empty()) failUnknown(argv[word], names);
     runExternal(program, argc, argv, word + 1);
     throw Failure{kExitRefused, program, std::strerror(errno), {}};
   }
+  // Most likely a variable that is not set. "stop" takes it for every device: to stop is never wrong.
+  for (int i = 1; i < argc && !(word < argc && std::strcmp(argv[word], "stop") == 0); ++i)
+    if (argv[i][0] == '\0') failUsage(argv[i - 1], "what follows it is empty", "leave it out, or give it a value");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -113,8 +116,8 @@ int run(int argc, char** argv, Globals& globals) {
 
 int main(int argc, char** argv) {
   using namespace hapticctl;
-  std::signal(SIGPIPE, SIG_IGN);  // A reader that leaves is seen as EPIPE: what is armed must still be disarmed.
-  std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow as EFBIG: it is told.
+  std::signal(SIGPIPE, SIG_IGN);   // A reader that leaves is seen as EPIPE: what is armed must still be disarmed.
+  std::signal(SIGXFSZ, SIG_IGN);   // A file that may not grow as EFBIG: it is told.
   Globals globals;
   try {
     return run(argc, argv, globals);

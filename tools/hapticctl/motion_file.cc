@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <optional>
+#include <sstream>
 #include <string_view>
 
 #include "tools/hapticctl/failure.h"
@@ -34,11 +35,26 @@ constexpr std::array<std::array<std::string_view, 2>, 4> kColumns{
 constexpr double kMaxTime_s = 1e7;
 constexpr double kMaxPosition_m = 10;
 
+constexpr std::size_t kMostBytes = std::size_t{256} << 20;  // Hours at a thousand rows a second.
+
+/** All of it; a device such as /dev/zero has no end, nor need it have a line's. */
+std::istringstream contents(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw Failure{kExitFile, path, "cannot be read", "it must exist and be readable for you"};
+  std::string text;
+  for (std::array<char, 65536> piece; file && text.size() <= kMostBytes;) {
+    file.read(piece.data(), piece.size());
+    text.append(piece.data(), static_cast<std::size_t>(file.gcount()));
+  }
+  if (text.size() > kMostBytes)
+    throw Failure{kExitFile, path, "is larger than 256 MiB", "cut it into parts, or write fewer rows a second"};
+  return std::istringstream(std::move(text));
+}
+
 }  // namespace
 
 Motion Motion::read(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw Failure{kExitFile, path, "cannot be read", "it must exist and be readable for you"};
+  std::istringstream file = contents(path);
   const auto fail = [&](std::size_t number, std::string what, std::string remedy = {}) {
     throw Failure{kExitFile, fmt::format("{}:{}", path, number), std::move(what), std::move(remedy)};
   };

@@ -41,7 +41,9 @@ class WithoutDaemon(Case):
         for words, expected in ((["stauts"], "did you mean status?"), (["frobnicate"], "no such subcommand"), ([], "--help"),
                                 (["load"], "FILE is required"), (["arm", "--for", "0"], "--for"), (["get", "objects"], "begins with '/'"),
                                 (["get", "/a?value=1"], "hapticctl set"), (["set", "/a"], "/a?value=..."), (["set", "/a=3"], "'/a?value=3'"), (["add", "cone"], "no such shape"),
-                                (["add", "sphere", "--size", "-1"], "not above zero"), (["add", "plane", "--at", "0,0"], "3 numbers"),
+                                (["add", "sphere", "--size", "-1"], "at least 1e-06 m"),
+                                (["add", "sphere", "--size", "1e-308"], "at least 1e-06 m"), (["arm", ""], "arm: what follows it is empty"), (["load", "", "--scale", "mm"], "load: what follows it is empty"),
+                                (["add", "plane", "--parent", ""], "--parent: what follows it is empty"), (["--socket", ""], "is empty"), (["add", "plane", "--at", "0,0"], "3 numbers"),
                                 (["add", "plane", "--friction", "0.2,0.4"], "dynamic at most static"),
                                 (["monitor", "--csv", "--json"], "--json"), (["events", "--kinds", "tuch"], "touch"),
                                 (["top"], "no terminal"), (["limits", "--force", "nan"], "not a finite number"),
@@ -59,7 +61,7 @@ class WithoutDaemon(Case):
         bad = self.file("nan.stl", stl(["nan 0 0", "2 0 0", "0 3 0", "0 0 5"]))
         points = self.file("p.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                                     "property float z\nend_header\n0 0 0\n")
-        for path, expected in ((self.directory / "none.stl", "no such file"), ("", "hapticctl: '': no such"), (bad, "triangle 0"),
+        for path, expected in ((self.directory / "none.stl", "no such file"), (bad, "triangle 0"),
                                (points, "no triangle")):
             done = self.run_ctl("load", path, "--scale", "mm", exit_code=5)
             self.assertIn(str(path), done.stderr)

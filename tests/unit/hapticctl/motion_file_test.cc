@@ -54,6 +54,7 @@ TEST_F(MotionFileTest, NamesLineAndColumn) {
   EXPECT_EQ(refusal("t,x,y,z\n-1e307,0,0,0\n1e308,0,0,0\n"), "m.csv:3: time is too far from the first");
   EXPECT_EQ(refusal("t,x,y,z\n1,0,0,0\n"), "m.csv: holds fewer than two rows");
   EXPECT_THROW((void)Motion::read((directory_ / "none.csv").string()), Failure);
+  EXPECT_THROW((void)Motion::read("/dev/zero"), Failure) << "a line without an end";
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -80,6 +81,8 @@ Results Results::parse(std::string_view text, const std::string& where) {
 }
 
 Results Results::read(const std::string& path) {
+  if (std::error_code none; std::filesystem::is_character_file(path, none))
+    throw Failure(path, "it is a device, without an end", kRemedy);
   std::ifstream file(path, std::ios::binary);
   std::stringstream text;
   if (!file || !(text << file.rdbuf())) throw Failure(path, "it cannot be read or is empty", kRemedy);

@@ -17,6 +17,7 @@
 #include "daemon/rpc/listen_socket.h"
 #include "daemon/rpc/server.h"
 #include "drivers/registry.h"
+#include "rt/base/standard_streams.h"
 #include "rt/cycle/realtime.h"
 
 namespace hapticd {
@@ -239,6 +240,7 @@ int start(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace hapticd;
+  holdStandardStreams();
   int exit_code = kExitOk;
   const auto options = readOptions(argc, argv, exit_code);
   if (!options) return exit_code;

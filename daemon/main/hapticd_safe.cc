@@ -10,6 +10,7 @@
 #include "daemon/armed/armed_list.h"
 #include "daemon/armed/make_safe.h"
 #include "drivers/registry.h"
+#include "rt/base/standard_streams.h"
 
 namespace {
 
@@ -30,6 +31,7 @@ std::string listIn(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace hapticd;
+  hapticd::holdStandardStreams();
   if (argc > 2 || (argc == 2 && argv[1][0] == '-')) {
     const bool help = argc == 2 && std::string_view(argv[1]) == "--help";
     std::fputs(kHelp.data(), help ? stdout : stderr);

@@ -9,6 +9,7 @@
 #include <new>
 
 #include "drivers/nearest.h"
+#include "rt/base/standard_streams.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 
@@ -52,6 +53,7 @@ constexpr int kExitUsage = 2;
 }  // namespace
 
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
+  hapticd::holdStandardStreams();
   CLI::App app{
       "Judges rendering algorithms, and measures hapticd's parts against the plain thing beside them. Numbers from a "
       "busy or virtual machine\n"

@@ -10,6 +10,7 @@
 #include <cstdio>
 
 #include "rt/base/clock.h"
+#include "rt/base/standard_streams.h"
 #include "tools/haptic-emu/falcon/falcon_user.h"
 #include "tools/haptic-emu/option.h"
 #include "tools/haptic-emu/play_hid.h"
@@ -67,6 +68,7 @@ int play(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
+  hapticd::holdStandardStreams();
   CLI::App app{
       "Plays a haptic device to this machine's kernel, packet by packet, with a simulated hand that homes it and "
       "presses\n"

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "rt/base/standard_streams.h"
 #include "tools/hapticctl/command.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/external.h"
@@ -116,6 +117,7 @@ int run(int argc, char** argv, Globals& globals) {
 
 int main(int argc, char** argv) {
   using namespace hapticctl;
+  hapticd::holdStandardStreams();  // What is said must not get into the file that is recorded, or to the daemon.
   std::signal(SIGPIPE, SIG_IGN);   // A reader that leaves is seen as EPIPE: what is armed must still be disarmed.
   std::signal(SIGXFSZ, SIG_IGN);   // A file that may not grow as EFBIG: it is told.
   Globals globals;

@@ -4,6 +4,7 @@
 Usage: record_test.py BUILD_DIRECTORY [unittest arguments]
 """
 import csv
+import os
 import pathlib
 import random
 import resource
@@ -93,6 +94,19 @@ class Record(unittest.TestCase):
             time.sleep(0.05)
         daemon.terminate()
         self.assertEqual(daemon.wait(10), 0)
+
+    def test_closed_streams_are_given_to_no_other_file(self):
+        """Else the log goes into what is opened first, a device perhaps."""
+        socket = self.directory / "closed" / "control.sock"
+        command = [HAPTICD, "--allow-no-rt", "--socket", socket, "--device", "sim://default"]
+        with subprocess.Popen(["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *command]) as daemon:
+            try:
+                end = time.monotonic() + 10
+                while not socket.exists() and time.monotonic() < end:
+                    time.sleep(0.05)
+                self.assertEqual([os.readlink(f"/proc/{daemon.pid}/fd/{n}") for n in range(3)], 3 * ["/dev/null"])
+            finally:
+                daemon.terminate()
 
     def test_a_session_replays_bit_for_bit_and_says_what_was_felt(self):
         recording = self.start()

@@ -14,6 +14,7 @@
 #include <unordered_map>
 
 #include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/mesh_child.h"
 #include "tools/hapticctl/numbers.h"
 
 namespace hapticctl {
@@ -118,10 +119,7 @@ void checkReadable(const std::string& path) {
   std::fclose(file);
 }
 
-}  // namespace
-
-MeshFile readMesh(const std::string& path) {
-  checkReadable(path);
+MeshFile parse(const std::string& path) {
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
                               aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |
@@ -151,6 +149,13 @@ MeshFile readMesh(const std::string& path) {
   }
   measure(out);
   return out;
+}
+
+}  // namespace
+
+MeshFile readMesh(const std::string& path) {
+  checkReadable(path);
+  return readInChild(path, [&] { return parse(path); });  // A PLY file that is cut short is read beyond its end.
 }
 
 double parseScale(std::string_view text) {

@@ -103,6 +103,21 @@ TEST_F(MeshFileTest, NamesTheTriangleThatIsNotFinite) {
   EXPECT_THAT(refusal(file("inf.stl", tetrahedron("inf 0 0"))), HasSubstr("triangle 0 has a vertex at"));
 }
 
+TEST_F(MeshFileTest, AFileThatIsCutShortEndsItsReaderAlone) {
+  const std::string path = file("cut.ply",
+                                "ply\nformat binary_little_endian 1.0\nelement vertex 3000\nproperty float x\n"
+                                "property float y\nproperty float z\nelement face 7000\n"
+                                "property list uchar int vertex_indices\nend_header\n" +
+                                    std::string(100, 'x'));
+  try {
+    (void)readMesh(path);
+    ADD_FAILURE() << "there is no mesh in it";
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.exit, kExitFile);
+    EXPECT_EQ(failure.where, path);
+  }
+}
+
 TEST_F(MeshFileTest, AsksForAScale) {
   const MeshFile mesh = readMesh(file("t.stl", tetrahedron()));
   const std::string advice = scaleAdvice(mesh);

@@ -1,0 +1,166 @@
+#include "tools/hapticctl/mesh_child.h"
+
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+#include <new>
+#include <string_view>
+#include <thread>
+
+#include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/terminal.h"
+
+namespace hapticctl {
+namespace {
+
+enum Outcome : int { kRead = 0, kFailed = 1, kNoMemory = 2, kUnsaid = 3 };
+
+/** Memory that both processes see; gone with the last of them. */
+class Shared {
+ public:
+  Shared() : fd_(::memfd_create("hapticctl-mesh", MFD_CLOEXEC)) {}
+  Shared(const Shared&) = delete;
+  Shared& operator=(const Shared&) = delete;
+  ~Shared() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  [[nodiscard]] bool valid() const { return fd_ >= 0; }
+
+  [[nodiscard]] bool put(const void* data, std::size_t bytes) const {
+    for (const char* at = static_cast<const char*>(data); bytes > 0;) {
+      const ssize_t n = ::write(fd_, at, bytes);
+      if (n <= 0) return false;
+      at += n;
+      bytes -= static_cast<std::size_t>(n);
+    }
+    return true;
+  }
+  /** What was put, from the beginning on. */
+  [[nodiscard]] bool take(void* data, std::size_t bytes) {
+    for (char* at = static_cast<char*>(data); bytes > 0;) {
+      const ssize_t n = ::pread(fd_, at, bytes, taken_);
+      if (n <= 0) return false;
+      at += n;
+      taken_ += n;
+      bytes -= static_cast<std::size_t>(n);
+    }
+    return true;
+  }
+  [[nodiscard]] std::string takeRest() {
+    std::string all(static_cast<std::size_t>(::lseek(fd_, 0, SEEK_END) - taken_), '\0');
+    if (!take(all.data(), all.size())) all.clear();
+    return all;
+  }
+
+ private:
+  int fd_;
+  off_t taken_ = 0;
+};
+
+struct Head {
+  std::uint64_t vertices, triangles, meshes, skipped;
+  std::array<double, 3> lower, upper;
+};
+
+/** In the child. */
+int answer(const Shared& shared, const std::function<MeshFile()>& read) {
+  try {
+    const MeshFile mesh = read();
+    const Head head{mesh.vertices.size(), mesh.triangles.size(), mesh.meshes, mesh.skipped, mesh.lower, mesh.upper};
+    const bool put = shared.put(&head, sizeof head) &&
+                     shared.put(mesh.vertices.data(), mesh.vertices.size() * sizeof mesh.vertices[0]) &&
+                     shared.put(mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
+    return put ? kRead : kNoMemory;
+  } catch (const Failure& failure) {
+    const int exit = failure.exit;
+    std::string text;
+    for (const std::string& part : {failure.where, failure.what, failure.remedy, failure.code}) text += part + '\0';
+    return shared.put(&exit, sizeof exit) && shared.put(text.data(), text.size()) ? kFailed : kUnsaid;
+  } catch (const std::bad_alloc&) {
+    return kNoMemory;
+  } catch (...) {
+    return kUnsaid;
+  }
+}
+
+MeshFile takeMesh(const std::string& path, Shared& shared) {
+  Head head{};
+  MeshFile mesh;
+  bool whole = shared.take(&head, sizeof head);
+  if (whole) {
+    mesh.vertices.resize(head.vertices);
+    mesh.triangles.resize(head.triangles);
+    whole = shared.take(mesh.vertices.data(), head.vertices * sizeof mesh.vertices[0]) &&
+            shared.take(mesh.triangles.data(), head.triangles * sizeof mesh.triangles[0]);
+  }
+  if (!whole) throw Failure{kExitFile, path, "what was read of it got lost", "try again"};
+  mesh.path = path;
+  mesh.meshes = head.meshes;
+  mesh.skipped = head.skipped;
+  mesh.lower = head.lower;
+  mesh.upper = head.upper;
+  return mesh;
+}
+
+Failure takeFailure(const std::string& path, Shared& shared) {
+  Failure failure{kExitFile, path, "cannot be read", {}};
+  int exit = 0;
+  if (!shared.take(&exit, sizeof exit)) return failure;
+  failure.exit = static_cast<ExitCode>(exit);
+  const std::string text = shared.takeRest();
+  std::string_view rest = text;
+  for (std::string* const part : {&failure.where, &failure.what, &failure.remedy, &failure.code}) {
+    const std::string_view piece = rest.substr(0, rest.find('\0'));
+    *part = piece;
+    rest.remove_prefix(std::min(rest.size(), piece.size() + 1));
+  }
+  return failure;
+}
+
+}  // namespace
+
+MeshFile readInChild(const std::string& path, const std::function<MeshFile()>& read) {
+  Shared shared;
+  if (!shared.valid()) return read();
+  const pid_t parent = ::getpid(), child = ::fork();
+  if (child < 0) return read();  // No more processes: it may go well.
+  if (child == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // It reads for nobody else.
+    if (::getppid() != parent) ::_exit(kUnsaid);
+    for (const int end : {SIGINT, SIGTERM, SIGHUP}) std::signal(end, SIG_DFL);
+    const rlimit no_core{0, 0};
+    ::setrlimit(RLIMIT_CORE, &no_core);
+    ::_exit(answer(shared, read));
+  }
+  int status = 0;
+  // Some files keep the library busy for ever.
+  for (pid_t ended = 0; ended == 0 || (ended < 0 && errno == EINTR);) {
+    ended = ::waitpid(child, &status, WNOHANG);
+    if (ended != 0) continue;
+    if (Interrupt::asked()) ::kill(child, SIGKILL);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  if (WIFSIGNALED(status) && Interrupt::asked())
+    throw Failure{kExitRefused, path, "cancelled; nothing was loaded", {}, "CANCELLED"};
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kRead) return takeMesh(path, shared);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kFailed) throw takeFailure(path, shared);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory)
+    throw Failure{kExitFile, path, "is too large for this machine's memory, or damaged", "make it coarser", "BAD_MESH"};
+  throw Failure{kExitFile, path,
+                WIFSIGNALED(status) ? fmt::format("the reader died of it ({})", ::strsignal(WTERMSIG(status)))
+                                    : std::string("cannot be read"),
+                "the file is damaged or cut short: export it again", "BAD_MESH"};
+}
+
+}  // namespace hapticctl

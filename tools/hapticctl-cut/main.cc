@@ -12,6 +12,7 @@
 #include <fstream>
 #include <optional>
 
+#include "rt/base/standard_streams.h"
 #include "tools/hapticctl-cut/cut.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/mesh_file.h"
@@ -65,7 +66,24 @@ void tell(const char* what, const std::string& path, const Surface& surface, dou
       upper[1], upper[2]);
 }
 
+/** What is written must not be what is read, nor each other. */
+void requireThreeFiles(const Options& o) {
+  const auto same = [](const std::string& a, const std::string& b) {
+    std::error_code none;
+    return std::filesystem::equivalent(a, b, none) ||
+           std::filesystem::weakly_canonical(a, none) == std::filesystem::weakly_canonical(b, none);
+  };
+  if (same(o.file, o.body)) hapticctl::failUsage("--body", o.body + " is the mesh that is cut", "name another file");
+  if (same(o.file, o.fragment))
+    hapticctl::failUsage("--fragment", o.fragment + " is the mesh that is cut", "name another file");
+  if (o.body != "/dev/null" && same(o.body, o.fragment))
+    hapticctl::failUsage("--fragment", o.fragment + " is the body's file", "name another file");
+}
+
 int run(Options& o) {
+  if (o.body.empty()) o.body = besides(o.file, "-body.ply");
+  if (o.fragment.empty()) o.fragment = besides(o.file, "-fragment.ply");
+  requireThreeFiles(o);
   CutShape& shape = o.cut.shape;
   shape.shell = !o.shell.empty();
   shape.at = shape.shell ? vec3("--shell", o.shell) : vec3("--plane", o.plane);
@@ -75,8 +93,6 @@ int run(Options& o) {
   Surface mesh{std::move(file.vertices), std::move(file.triangles)};
   const double whole = hapticctl_import::volumeOf(mesh);
   const CutParts parts = cut(mesh, o.cut);
-  if (o.body.empty()) o.body = besides(o.file, "-body.ply");
-  if (o.fragment.empty()) o.fragment = besides(o.file, "-fragment.ply");
   writeFile(o.body, hapticctl_import::toPly(parts.body));
   writeFile(o.fragment, hapticctl_import::toPly(parts.fragment));
   fmt::print("whole     {}: {} triangles, {:.4g} cm3; {} lattice points\n", o.file, mesh.triangles.size(), whole * 1e-3,
@@ -94,6 +110,7 @@ int run(Options& o) {
 }  // namespace hapticctl_cut
 
 int main(int argc, char** argv) {
+  hapticd::holdStandardStreams();
   std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is told as one that could not be written.
   using namespace hapticctl_cut;
   Options o;

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <filesystem>
 
+#include "rt/base/standard_streams.h"
 #include "tools/hapticctl-import/child.h"
 #include "tools/hapticctl-import/hand_over.h"
 #include "tools/hapticctl-import/image_file.h"
@@ -49,8 +50,12 @@ float levelOf(const Options& o, Image& image) {
 
 /** The surface as files: all that deals with bytes of others. Says what it found. */
 int draw(const Options& o, const std::string& output) {
-  for (const std::string& path : {output, o.vdb})
-    if (!path.empty()) requireWritable(path);
+  for (const std::string& path : {output, o.vdb}) {
+    if (path.empty()) continue;
+    requireWritable(path);
+    if (std::error_code none; std::filesystem::equivalent(path, o.input.file, none))
+      throw ImportError(path, "is the file that is imported", "name another one to write");
+  }
   Image image = readInput(o.input);
   fmt::print("{}\n", describe(image));
   const float level = levelOf(o, image);
@@ -116,6 +121,7 @@ int run(const Options& o, const std::vector<std::string>& rest) {
 }  // namespace hapticctl_import
 
 int main(int argc, char** argv) {
+  hapticd::holdStandardStreams();
   std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is told as one that could not be written.
   using namespace hapticctl_import;
   Options o;

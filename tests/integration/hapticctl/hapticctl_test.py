@@ -67,6 +67,18 @@ class WithoutDaemon(Case):
             self.assertIn(str(path), done.stderr)
             self.assertIn(expected, done.stderr)
 
+    def test_a_file_that_keeps_its_reader_busy_is_given_up_at_a_signal(self):
+        path = self.directory / "never.ply"  # Its header has no end.
+        path.write_text("ply\nformat binary_little_endian 1.0\nelement vertex 3518\nproperty float x\nproperty float y\nproperty f")
+        with subprocess.Popen([HAPTICCTL, "load", path, "--scale", "mm"], stderr=subprocess.PIPE, text=True) as load:
+            time.sleep(0.5)
+            load.terminate()
+            try:
+                self.assertIn("cancelled", load.communicate(timeout=10)[1])
+            finally:
+                load.kill()
+            self.assertEqual(load.returncode, 1)
+
     def test_programs_become_commands(self):
         program = self.file("hapticctl-greet", "#!/bin/sh\necho hello \"$@\"\nexit 7\n")
         program.chmod(0o755)
@@ -180,6 +192,9 @@ class WithDaemon(Case):
                           imported(vdb, "--scale", scale, "--output", ply, exit_code=5))
         self.assertIn("--scale: is empty", imported(vdb, "--scale", "", "--output", ply, exit_code=2))
         self.assertFalse(ply.exists())
+        before = raw.read_bytes()
+        self.assertIn("is the file that is imported", imported(raw, *of_raw, "--output", raw, exit_code=5))
+        self.assertEqual(raw.read_bytes(), before)
 
     def test_import_leaves_nothing_behind_when_it_is_ended(self):
         scan, folder = self.directory / "never.mha", self.directory / "temporary"
@@ -201,6 +216,13 @@ class WithDaemon(Case):
         path = self.file("block.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
         paths = {"PATH": f"{BUILD / 'tools/hapticctl-cut'}:{os.environ['PATH']}", "HAPTICD_SOCKET": "/nonexistent"}
         command = [HAPTICCTL, "cut", path, "--plane", "0,0,10", "--pull", "0,0,1"]
+        before = path.read_bytes()
+        for words in (["--body", path], ["--fragment", path], ["--body", self.directory / "x.ply", "--fragment", self.directory / "x.ply"]):
+            done = subprocess.run([*command, *words], capture_output=True, text=True, env={**os.environ, **paths}, check=False)
+            self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+            self.assertIn(f"{words[-2]}: {words[-1]} is the ", done.stderr)
+            self.assertFalse((self.directory / "x.ply").exists())
+        self.assertEqual(path.read_bytes(), before)
         done = subprocess.run([*command, "--kerf", "1", "--voxel", "0.7"], capture_output=True, text=True,
                               env={**os.environ, **paths}, check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)

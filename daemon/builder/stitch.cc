@@ -82,7 +82,7 @@ class Stitcher {
 
   std::vector<Cut> verticesOn(const Border& border) {
     std::vector<Cut> cuts;
-    const auto [a, b] = ends(border);
+    const std::uint32_t a = ends(border).first, b = ends(border).second;
     const std::uint32_t opposite = mesh_.triangles[border.triangle][(border.edge + 2) % 3];
     const Float3 &p = mesh_.vertices[a], &q = mesh_.vertices[b];
     ThickLine line{};
@@ -137,7 +137,7 @@ class Stitcher {
       Crossed& one = crossed_[waiting.back()];
       waiting.pop_back();
       const std::size_t count = one.on.size();
-      const auto [a, b] = ends(one.border);
+      const std::uint32_t a = ends(one.border).first, b = ends(one.border).second;
       const auto linked = [&](std::uint32_t from, std::uint32_t to) { return links_.count(link(from, to)) != 0; };
       const std::size_t from_a = one.from_a, from_b = one.from_b;
       const auto last = [&] { return one.from_a == 0 ? a : one.on[one.from_a - 1].vertex; };

@@ -108,7 +108,9 @@ UploadMesh column(int below, int above) {
     mesh.vertices.insert(mesh.vertices.end(), {a, b, c});
     mesh.triangles.push_back({at, at + 1, at + 2});
   };
-  for (const auto& [cells, z] : {std::pair(below, -0.05f), std::pair(above, 0.05f)}) {
+  for (const bool up : {false, true}) {
+    const int cells = up ? above : below;
+    const float z = up ? 0.05f : -0.05f;
     for (int side = 0; side < 4; ++side) {
       const auto between = [&](int i) {
         const float part = static_cast<float>(i) / static_cast<float>(cells);

@@ -69,11 +69,14 @@ void dropDuplicates(Mesh& mesh, BuildMonitor& monitor);
 /** Fills neighbours; edges of more than two triangles get none and a note. */
 void connect(Mesh& mesh, BuildMonitor& monitor);
 
+inline constexpr std::int64_t kStitchWork = 200'000'000;  ///< A few seconds.
+
 /**
  * Closes cracks: a triangle whose open edge has vertices of other open edges on it, within rounding or the welding
- * distance, is cut there. After connect(); connects again what it cuts.
+ * distance, is cut there. After connect(); connects again what it cuts. With its `work` used up, in steps of the
+ * search, it leaves the rest, and a note.
  */
-void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor);
+void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor, std::int64_t work = kStitchWork);
 
 /**
  * One winding for each connected part (the majority's); outward for closed parts, but for cavities, which look inward.

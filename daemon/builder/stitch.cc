@@ -12,10 +12,9 @@
 namespace hapticd {
 namespace {
 
-constexpr double kOnEdge = 1e-6;                // Of the coordinates: what text of six digits leaves of them.
-constexpr std::int64_t kMaxWork = 200'000'000;  // Steps of the search: a few seconds.
-constexpr std::int64_t kKept = 32;              // Steps that a vertex on an edge counts for: it is kept.
-constexpr double kSpare = 1 + 0x1p-20;          // For what rounding may leave out of the search.
+constexpr double kOnEdge = 1e-6;        // Of the coordinates: what text of six digits leaves of them.
+constexpr std::int64_t kKept = 32;      // Steps that a vertex on an edge counts for: it is kept.
+constexpr double kSpare = 1 + 0x1p-20;  // For what rounding may leave out of the search.
 
 /** Seen from a triangle inside: its edge from corner `edge` to the next. */
 struct Border {
@@ -37,7 +36,7 @@ struct Crossed {
 
 class Stitcher {
  public:
-  Stitcher(const Mesh& mesh, double weld_m) : mesh_(mesh), weld_m_(weld_m) {
+  Stitcher(const Mesh& mesh, double weld_m, std::int64_t work) : mesh_(mesh), weld_m_(weld_m), work_(work) {
     std::vector<Border> borders;
     std::vector<bool> is_end(mesh.vertices.size(), false);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -158,7 +157,7 @@ class Stitcher {
   PointTree tree_;  ///< Ends of borders.
   std::vector<Crossed> crossed_;
   std::unordered_set<std::uint64_t> links_;  ///< Ends of borders, of those too that cutting makes.
-  std::int64_t work_ = kMaxWork;
+  std::int64_t work_;
 };
 
 /** Fans the triangle out from the corner opposite to the edge: the last triangle has its end. */
@@ -174,8 +173,8 @@ void cut(Mesh& mesh, const Border& border, const std::vector<Cut>& cuts) {
 
 }  // namespace
 
-void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor) {
-  Stitcher stitcher(mesh, weld_m);
+void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor, std::int64_t work) {
+  Stitcher stitcher(mesh, weld_m, work);
   std::vector<Crossed>& crossed = stitcher.crossed();
   std::size_t count = 0, room = HD_MAX_TRIANGLES - std::min<std::size_t>(HD_MAX_TRIANGLES, mesh.triangles.size());
   std::uint32_t first = HD_NO_INDEX;

@@ -134,8 +134,8 @@ TEST(Stitch, HalvesThatShareNoVertexAlongALineAreJoined) {
 }
 
 TEST(Stitch, GivesUpInBoundedTimeAndSaysWhatToDo) {
-  constexpr std::uint32_t kMany = 2600;
-  UploadMesh mesh;
+  constexpr std::uint32_t kMany = 300;
+  Mesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0.5f, -1, 0}};
   std::uint32_t from = 0;
   for (std::uint32_t i = 1; i <= kMany; ++i) {
@@ -146,7 +146,19 @@ TEST(Stitch, GivesUpInBoundedTimeAndSaysWhatToDo) {
     mesh.triangles.push_back({0, 1, at + 1});  // All of them over one edge, with all those vertices on it.
     from = at;
   }
-  EXPECT_THAT(build(mesh).notes, testing::Contains(testing::HasSubstr("--weld")));
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) mesh.source_triangle.push_back(t);
+  BuildMonitor monitor;
+  connect(mesh, monitor);
+  // Each edge with all the vertices on it is kMany times kMany steps and more in all.
+  for (const std::int64_t work : {std::int64_t{0}, std::int64_t{10'000}, std::int64_t{kMany} * kMany}) {
+    Mesh tried = mesh;
+    BuildMonitor told;
+    stitch(tried, 0, told, work);
+    EXPECT_THAT(told.notes, Contains(HasSubstr("--weld"))) << work;
+    EXPECT_LE(static_cast<std::int64_t>(tried.triangles.size() - mesh.triangles.size()), work / 32) << work;
+  }
+  stitch(mesh, 0, monitor);
+  EXPECT_THAT(monitor.notes, Not(Contains(HasSubstr("--weld"))));
 }
 
 TEST(Stitch, WhatMerelyTouchesIsLeftAlone) {

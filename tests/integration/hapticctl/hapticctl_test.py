@@ -10,12 +10,11 @@ import math
 import os
 import pty
 import signal
-import struct
 import subprocess
 import time
 import unittest
 
-from daemon_case import BUILD, HAPTICCTL, SILENT, Case, ball, png, stl
+from daemon_case import HAPTICCTL, Case, ball, png, stl
 
 
 class WithoutDaemon(Case):
@@ -131,131 +130,10 @@ class WithDaemon(Case):
         line = json.loads(self.run_ctl("--json", "monitor", "--rate", "10", "--duration", "0.2").stdout.splitlines()[0])
         self.assertEqual(len(line["p"]), 3)
 
-    def test_import(self):
-        """A scan becomes a solid in one command, by a program that hapticctl finds on PATH."""
-        path = self.directory / "ball.mha"
-        header = "NDims = 3\nDimSize = 20 20 20\nElementSpacing = 1 1 2\nElementType = MET_SHORT\nElementDataFile = LOCAL\n"
-        at = [(x - 9.5, y - 9.5, 2 * (z - 9.5)) for z in range(20) for y in range(20) for x in range(20)]
-        path.write_bytes(header.encode() + b"".join(struct.pack("<h", round(1000 - 100 * math.hypot(*p))) for p in at))
-        paths = {"PATH": f"{BUILD / 'tools/hapticctl-import'}:{HAPTICCTL.parent}:{os.environ['PATH']}",
-                 "HAPTICD_SOCKET": str(self.socket)}
-        command = [HAPTICCTL, "import", path, "--iso", "300", "--voxel", "0.5", "--center", "--at", "0,0,-0.3"]
-        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **SILENT, **paths}, check=False)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertIn("MetaImage: 20 x 20 x 20 values, 1 x 1 x 2 mm apart", done.stdout)
-        self.assertIn("volume: voxels of 0.5 mm", done.stdout)
-        mesh = [m for m in self.json("get", "/meshes").values() if m["voxel"] == 0.0005000000237487257]
-        self.assertEqual(len(mesh), 1)
-        self.assertAlmostEqual(mesh[0]["upper"][2], 0.007, delta=0.0002)  # where 1000 - 100 r is 300
-        self.run_ctl("remove", "ball")
-        failed = subprocess.run([*command[:3], "--iso", "5000"], capture_output=True, text=True,
-                                env={**os.environ, **paths}, check=False)
-        self.assertEqual(failed.returncode, 5)
-        self.assertIn("there is no surface", failed.stderr)
-        for more, code, said in ((["--iso", "300", "--smoth", "3"], 2, "--smoth"), (["--iso", "300", "--center"], 2, "--center"),
-                                 (["--iso", "300", "--crop", "0:9,0:9"], 5, "for example 0:100,20:80,0:50"),
-                                 (["--iso", "300", "--voxel", "1", "--vdb", self.directory / "none/x.vdb"], 5, "No such file or directory")):
-            failed = subprocess.run([*command[:3], "--output", self.directory / "x.ply", *more], capture_output=True, text=True,
-                                    env={**os.environ, **paths}, check=False)
-            self.assertEqual(failed.returncode, code, failed.stderr)
-            self.assertIn(said, failed.stderr)
-
     def test_counts_are_counts(self):
         for command in (["events"], ["top", "-b"]):
             for count in ("0", "-1", "nan"):  # -1 was 2^64 - 1, and 0 for ever.
                 self.assertIn("--count: ", self.run_ctl(*command, "-n", count, exit_code=2).stderr)
-
-    def test_numbers_of_import_are_finite(self):
-        for option in ("--iso", "--label", "--smooth", "--resample", "--voxel"):
-            command = [BUILD / "tools/hapticctl-import/hapticctl-import", "no.mha", option, "nan"]
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn(f"{option}: 'nan' is not a finite number", done.stderr)
-
-    def test_options_of_import_that_cannot_work_are_refused(self):
-        raw, vdb = self.directory / "ball.raw", self.directory / "ball.vdb"
-        raw.write_bytes(bytes(255 if (i % 12 - 6)**2 + (i // 12 % 12 - 6)**2 + (i // 144 - 6)**2 < 16 else 0 for i in range(12**3)))
-        of_raw = ["--raw", "uint8", "--raw-size", "12,12,12", "--iso", "100"]
-
-        def imported(*words, exit_code=0):
-            command = [BUILD / "tools/hapticctl-import/hapticctl-import", *words]
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
-            self.assertEqual(done.returncode, exit_code, done.stderr)
-            return done.stderr
-
-        imported(raw, *of_raw, "--voxel", "1", "--vdb", vdb)
-        ply = self.directory / "ball.ply"
-        for option, value in (("--scale", "mm"), ("--grid", "1"), ("--series", "1")):
-            self.assertIn(f"{option}: is for", imported(raw, *of_raw, option, value, "--output", ply, exit_code=5))
-        for scale in ("1e-30", "1e30", "0", "-1"):
-            self.assertIn("--scale: is not a length of a unit (mm, cm, m, inch, um, ft or metres per unit, from 1e-9 to 1000)",
-                          imported(vdb, "--scale", scale, "--output", ply, exit_code=5))
-        self.assertIn("--scale: is empty", imported(vdb, "--scale", "", "--output", ply, exit_code=2))
-        self.assertFalse(ply.exists())
-        before = raw.read_bytes()
-        self.assertIn("is the file that is imported", imported(raw, *of_raw, "--output", raw, exit_code=5))
-        self.assertEqual(raw.read_bytes(), before)
-
-    def test_import_leaves_nothing_behind_when_it_is_ended(self):
-        scan, folder = self.directory / "never.mha", self.directory / "temporary"
-        os.mkfifo(scan)  # Whoever reads it waits.
-        folder.mkdir()
-        for end in (signal.SIGINT, signal.SIGTERM):
-            importer = subprocess.Popen([BUILD / "tools/hapticctl-import/hapticctl-import", scan, "--iso", "300"],
-                                        env={**os.environ, "TMPDIR": str(folder)}, stdout=subprocess.PIPE)
-            while not list(folder.iterdir()):
-                time.sleep(0.01)
-            time.sleep(0.2)
-            importer.send_signal(end)
-            importer.communicate()  # Until its child has closed its end too.
-            self.assertEqual(importer.returncode, -end)
-            self.assertEqual(list(folder.iterdir()), [])
-
-    def test_cut(self):
-        """A mesh in two by a program that hapticctl finds on PATH; no daemon needed."""
-        path = self.file("block.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
-        paths = {"PATH": f"{BUILD / 'tools/hapticctl-cut'}:{os.environ['PATH']}", "HAPTICD_SOCKET": "/nonexistent"}
-        command = [HAPTICCTL, "cut", path, "--plane", "0,0,10", "--pull", "0,0,1"]
-        before = path.read_bytes()
-        for words in (["--body", path], ["--fragment", path], ["--body", self.directory / "x.ply", "--fragment", self.directory / "x.ply"]):
-            done = subprocess.run([*command, *words], capture_output=True, text=True, env={**os.environ, **paths}, check=False)
-            self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
-            self.assertIn(f"{words[-2]}: {words[-1]} is the ", done.stderr)
-            self.assertFalse((self.directory / "x.ply").exists())
-        self.assertEqual(path.read_bytes(), before)
-        done = subprocess.run([*command, "--kerf", "1", "--voxel", "0.7"], capture_output=True, text=True,
-                              env={**os.environ, **paths}, check=False)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        share = {line.split()[0]: float(line.split("(")[1].split()[0]) for line in done.stdout.splitlines() if "(" in line}
-        self.assertAlmostEqual(share["fragment"], 100 * 0.79 ** 3, delta=1)  # of a tetrahedron's height
-        self.assertAlmostEqual(share["body"], 100 * (1 - 0.81 ** 3), delta=1)
-        for part in ("body", "fragment"):
-            self.assertTrue(path.with_name(f"block-{part}.ply").read_bytes().startswith(b"ply"))
-        failed = subprocess.run([*command[:3], "--pull", "0,0,1"], capture_output=True, text=True,
-                                env={**os.environ, **paths}, check=False)
-        self.assertEqual(failed.returncode, 2)
-        self.assertIn("--plane or --shell", failed.stderr)
-        failed = subprocess.run([*command, "--voxel", "2", "--body", self.directory / "none/x.ply"], capture_output=True, text=True,
-                                env={**os.environ, **paths}, check=False)
-        self.assertEqual(failed.returncode, 5)
-        self.assertIn("No such file or directory", failed.stderr)
-
-    def test_import_and_cut_where_they_are_built(self):
-        """Without PATH: hapticctl finds them beside itself as they lie after a build, and import finds hapticctl."""
-        environment = {**os.environ, "PATH": "/usr/bin:/bin", "HAPTICD_SOCKET": str(self.socket)}
-        scan = self.directory / "cube.mha"
-        header = "NDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n"
-        scan.write_bytes(header.encode() + bytes([9 if 0 < x % 4 < 3 and 0 < y % 4 < 3 and 0 < z % 4 < 3 else 0
-                                                 for z in range(4) for y in range(4) for x in range(4)]))
-        done = subprocess.run([HAPTICCTL, "import", scan, "--iso", "5"], capture_output=True, text=True, env=environment, check=False)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.run_ctl("remove", "cube")
-        self.assertIn("--plane", subprocess.run([HAPTICCTL, "cut", "--help"], capture_output=True, text=True, env=environment, check=True).stdout)
-        for name, words in (("import", "FILE is required"), ("cut", "MESH is required")):
-            done = subprocess.run([HAPTICCTL, name], capture_output=True, text=True, env=environment, check=False)
-            self.assertEqual(done.stderr, f"hapticctl {name}: {words} (hapticctl {name} --help tells how)\n")
-            self.assertEqual(done.returncode, 2)
-        self.assertIn("import, a scan as an object", self.run_ctl("--help").stdout)
 
     def test_volumes_that_are_not_kept(self):
         path = self.file("kept.stl", stl(["0 0 0", "2 0 0", "0 3 0", "0 0 5"]))

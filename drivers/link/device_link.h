@@ -62,9 +62,9 @@ class DeviceLink {
     sent_off_ = !now.enabled;
     sending_.store(false, std::memory_order_release);
   }
-  /** The device has gone: what was sent last may not have reached it. */
-  void lost() noexcept { sent_off_ = false; }
-  /** Whether nothing that is not off has been sent since zeros were last seen out. Anybody. */
+  /** The device has gone, and the thread has let go of it: nothing is on its way any more. */
+  void lost() noexcept { off_.store(true); }
+  /** Whether nothing that is not off has been sent since zeros were last seen out, or the device went. Anybody. */
   [[nodiscard]] bool isOff() const noexcept { return off_.load(); }
 
   /** Zeros from now on, until the servo has sent a command that is off. */

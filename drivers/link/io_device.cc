@@ -103,9 +103,9 @@ void IoDevice::serve(std::int64_t until_ns) noexcept {
   }
   if (io_->exchange(link_, until_ns)) return;
   there_ = false;
-  link_.lost();
   link_.publishStatus(io_->statusWhenGone());
   io_->close();
+  link_.lost();
   next_look_ns_ = clock_.now() + options_.retry_ns;
 }
 

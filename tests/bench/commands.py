@@ -1,10 +1,13 @@
 #!/usr/bin/python3
 """The commands of haptic-bench as a user types them: results, files, faults and exit codes. Usage: commands.py HAPTIC_BENCH"""
 import csv
+import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 # From its 151st step on its force is no number. It says when it starts.
@@ -113,6 +116,33 @@ class Commands(unittest.TestCase):
                               "--out", "--rounds", 1)
         self.assertLess(values["ours force MSE"][0], 1e-12)
 
+    def test_a_mesh_file_that_is_cut_short_is_an_error(self):
+        ply = self.folder / "cut.ply"
+        ply.write_text("ply\nformat binary_little_endian 1.0\nelement vertex 3000\nproperty float x\nproperty float y\n"
+                       "property float z\nelement face 7000\nproperty list uchar int vertex_indices\nend_header\n" + 100 * "x",
+                       encoding="ascii")
+        self.assertRegex(self.bench("run", "-m", ply, code=1), r"^haptic-bench: .*cut\.ply: .+ \(.+\)\n$")
+
+    def test_a_mesh_file_that_keeps_its_reader_busy_is_given_up_at_a_signal(self):
+        ply = self.folder / "never.ply"  # Its header has no end.
+        ply.write_text("ply\nformat binary_little_endian 1.0\nelement vertex 3518\nproperty float x\nproperty float y\nproperty f",
+                       encoding="ascii")
+
+        def nohup():
+            signal.signal(signal.SIGHUP, signal.SIG_IGN)
+
+        with subprocess.Popen([PROGRAM, "run", "-m", ply], stderr=subprocess.PIPE, text=True, start_new_session=True,
+                              preexec_fn=nohup) as run:
+            time.sleep(0.5)
+            os.killpg(run.pid, signal.SIGHUP)  # The reader stays too.
+            time.sleep(0.1)
+            run.terminate()
+            try:
+                self.assertRegex(run.communicate(timeout=10)[1], r"never\.ply: it was interrupted \(.+\)\n$")
+            finally:
+                run.kill()
+            self.assertEqual(run.returncode, 1)
+
     def test_numbers_need_not_be_whole(self):
         self.assertIn("no simulated device", self.bench("zwidth", "mouse://", "--damping", 0.5, "--rate", 1500.5, code=1))
         self.bench("models", "--latency", 2.5, "--rates", 62.5, "--stiffness", 300.5, "--seconds", 0.5, "--triangles", 100)
@@ -193,6 +223,8 @@ class Commands(unittest.TestCase):
             self.assertIn("without an end", self.bench(*words, code=1))
         self.assertIn("without an end", self.bench("report", "--with", "/dev/zero", code=2))
         self.assertIn("its name is empty", self.bench("report", "", code=1))
+        for words in (["run", "--samples", ""], ["replay", "x", "--export", ""], ["run", "-m", ""], ["--rounds", ""]):
+            self.assertIn(f"{words[-2]}: what follows it is empty", self.bench(*words, code=2))
         self.assertIn("--help", self.bench("run", "--colour", "red", code=2))
         self.assertIn("zwith: there is no such benchmark (there is zwidth, ", self.bench("zwith", code=2))
         self.assertIn("subcommand is required", self.bench(code=2))

@@ -26,8 +26,10 @@ Interrupts::~Interrupts() {
   for (std::size_t i = 0; i < std::size(kSignals); ++i) sigaction(kSignals[i], &before_[i], nullptr);
 }
 
+bool interrupted() noexcept { return came != 0; }
+
 void checkInterrupts(const char* who, const char* remedy) {
-  if (came != 0) throw Failure(who, "it was interrupted", remedy);
+  if (interrupted()) throw Failure(who, "it was interrupted", remedy);
 }
 
 void endOnInterrupts() {

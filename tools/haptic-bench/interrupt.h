@@ -19,6 +19,9 @@ class Interrupts {
   struct sigaction before_[3] = {};
 };
 
+/** Whether one has come, also to an object that is gone. */
+[[nodiscard]] bool interrupted() noexcept;
+
 /** Throws Failure once one has come, also to an object that is gone. Often enough is ten times a second. */
 void checkInterrupts(const char* who, const char* remedy);
 

@@ -47,6 +47,13 @@ std::string unknownBenchmark(const CLI::App& app) {
   return rest[0] + ": there is no such benchmark (there is " + hapticd::nearestNames(rest[0], names) + ")";
 }
 
+/** The option that an empty word follows, most likely of a variable that is not set: CLI11 takes it for not given. */
+const char* emptyOption(int argc, char** argv) {
+  for (int i = 2; i < argc; ++i)
+    if (argv[i][0] == '\0' && argv[i - 1][0] == '-') return argv[i - 1];
+  return nullptr;
+}
+
 constexpr int kExitFailed = 1;  ///< Also a broken bound.
 constexpr int kExitUsage = 2;
 
@@ -69,6 +76,10 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   app.require_subcommand(1);
   app.fallthrough();  // so that they may follow the subcommand's name
   for (const auto add : kBenchmarks) add(app, chosen);
+  if (const char* const option = emptyOption(argc, argv); option != nullptr) {
+    std::fprintf(stderr, "haptic-bench: %s: what follows it is empty (leave it out, or give it a value)\n", option);
+    return kExitUsage;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -15,8 +15,8 @@
 #include "rt/base/standard_streams.h"
 #include "tools/hapticctl-cut/cut.h"
 #include "tools/hapticctl/failure.h"
-#include "tools/hapticctl/mesh_file.h"
 #include "tools/hapticctl/option.h"
+#include "tools/hapticctl/read_mesh.h"
 
 namespace hapticctl_cut {
 namespace {

@@ -7,11 +7,12 @@
 #include "tools/hapticctl/command.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
-#include "tools/hapticctl/mesh_file.h"
+#include "tools/hapticctl/mesh_scale.h"
 #include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/placement.h"
+#include "tools/hapticctl/read_mesh.h"
 #include "tools/hapticctl/terminal.h"
 #include "tools/hapticctl/to_json.h"
 
@@ -36,7 +37,8 @@ double chooseScale(const Options& options, const MeshFile& mesh) {
   if (!stdinIsTerminal() || !stdoutIsTerminal()) {
     failUsage(mesh.path, "a scale is needed: the file does not say its unit", scaleAdvice(mesh));
   }
-  print("{}: the file does not say its unit\n{}\nUnit, or metres per file unit: ", mesh.path, scaleAdvice(mesh));
+  print("{}: the file does not say its unit\n{}\nUnit, or metres per file unit: ", printable(mesh.path),
+        scaleAdvice(mesh));
   flush();
   std::string answer;
   if (!std::getline(std::cin, answer) || answer.empty()) failUsage(mesh.path, "no scale given, nothing loaded");
@@ -85,7 +87,7 @@ int load(Options& options, const Globals& globals) {
   const Interrupt interrupt;
   LiveLine live;
   if (!options.scale.empty()) (void)parseScale(options.scale);  // A wrong one is told before the long work.
-  live.show("reading " + options.file);
+  live.show("reading " + printable(options.file));
   MeshFile mesh = readMesh(options.file);
   live.clear();
   const double metres_per_unit = chooseScale(options, mesh);

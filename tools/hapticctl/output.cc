@@ -21,7 +21,14 @@ std::size_t columnsOf(std::string_view text) {
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
-/** Text from outside (names, error texts) must not steer the terminal. */
+/** On standard error, as it is. */
+void writeLine(std::string_view line) {
+  const std::string text = std::string(line) + "\n";
+  if (::write(STDERR_FILENO, text.data(), text.size()) < 0) return;  // Nobody to tell.
+}
+
+}  // namespace
+
 std::string printable(std::string_view text) {
   std::string out(text);
   for (char& c : out) {
@@ -29,8 +36,6 @@ std::string printable(std::string_view text) {
   }
   return out;
 }
-
-}  // namespace
 
 void put(std::string_view text) {
   buffer += text;
@@ -58,17 +63,14 @@ void flush() {
   buffer.clear();
 }
 
-void note(std::string_view line) {
-  const std::string text = std::string(line) + "\n";
-  if (::write(STDERR_FILENO, text.data(), text.size()) < 0) return;  // Nobody to tell.
-}
+void note(std::string_view line) { writeLine(printable(line)); }
 
 void report(const Failure& failure, bool json) {
   if (json) {
     const nlohmann::ordered_json error = {
         {"error",
          {{"code", failure.code}, {"where", failure.where}, {"what", failure.what}, {"remedy", failure.remedy}}}};
-    note(error.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    writeLine(error.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
     return;
   }
   std::string text = "hapticctl: ";
@@ -82,7 +84,7 @@ void report(const Failure& failure, bool json) {
       if (c == '\n') text += "  ";
     }
   }
-  note(printable(text));
+  note(text);
 }
 
 bool colourful() {

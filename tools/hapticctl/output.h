@@ -19,6 +19,9 @@ struct Failure;
 /** Thrown when the reader of standard output has gone: unwind (disarm what is armed) and say nothing. */
 struct OutputClosed {};
 
+/** Text from outside (names of files, error texts) as it may reach a terminal without steering it. */
+[[nodiscard]] std::string printable(std::string_view text);
+
 /** Appends to standard output's buffer. */
 void put(std::string_view text);
 template <class... Args>
@@ -29,7 +32,7 @@ void print(fmt::format_string<Args...> format, Args&&... args) {
 void putJson(const nlohmann::ordered_json& value, bool one_line = false);
 /** Writes the buffer. Throws OutputClosed, or Failure when the disk is full. */
 void flush();
-/** A line on standard error, at once. */
+/** A line on standard error, at once, printable. */
 void note(std::string_view line);
 /** Prints the failure on standard error; as one JSON line if `json`. */
 void report(const Failure& failure, bool json);

@@ -97,7 +97,7 @@ int exportVolume(const Options& options, const Globals& globals) {
   if (globals.json) {
     putJson({{"file", options.file}, {"bytes", file.bytes()}});
   } else {
-    print("{}: {}\n", options.file, bytes(file.bytes()));
+    print("{}: {}\n", printable(options.file), bytes(file.bytes()));
   }
   return kExitOk;
 }

@@ -137,6 +137,12 @@ class Record(unittest.TestCase):
         self.ctl("record", self.file, "--for", "0.3", "--replace")
         self.assertIn("bit for bit", self.replay("--verify"))
 
+    def test_a_files_name_does_not_steer_the_terminal(self):
+        done = self.ctl("record", self.directory / "a\x1b[31mb.hrec", "--for", "0.1")
+        self.assertNotIn("\x1b", done.stdout + done.stderr)
+        self.assertIn("recording to", done.stderr)
+        self.assertIn("a?[31mb.hrec: ", done.stdout)
+
     def test_an_armed_device_is_refused_with_the_remedy_and_leaves_no_file(self):
         arm = subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm"], stdout=subprocess.PIPE, text=True)
         arm.stdout.readline()

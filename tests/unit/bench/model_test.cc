@@ -79,6 +79,21 @@ TEST(BenchModels, CornersOfAFileAreJoinedAcrossTexturesAndMaterials) {
   EXPECT_LT((surface.find(Vec3(1.2, 1.1, 0)).normal - Vec3(1, 1, 0).normalized()).norm(), 1e-9) << "of both faces";
 }
 
+TEST(BenchModels, AFileInAnotherUnitIsToldSo) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/large.obj";
+  std::ofstream(path) << "v 0 0 0\nv 300 0 0\nv 0 400 0\nf 1 2 3\n";
+  try {
+    (void)makeModel(path);
+    ADD_FAILURE() << "its vertices lie too far away";
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.what(), path +
+                                  ": the vertex 300 0 0 lies 300 m away (at most 100 m: the file's unit may be "
+                                  "another, add :scale=0.001)");
+  }
+  EXPECT_FLOAT_EQ(makeModel(path + ":scale=0.001").vertices[2][1], 0.4f);
+}
+
 TEST(BenchModels, FaultsAreNamed) {
   for (const char* spec : {"cube", "sphere:stacks=2", "sphere:stacks=4.5", "sphere:corners=3", "sphere:stacks",
                            "sphere:stacks=4,stacks=5", "plane:half=nan", "none.stl"}) {

@@ -1,48 +1,56 @@
 #include "tools/haptic-bench/model/mesh_file.h"
 
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <array>
-#include <assimp/Importer.hpp>
-#include <cmath>
 #include <map>
+#include <vector>
 
 #include "proto/snapshot.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/interrupt.h"
+#include "tools/mesh_file/mesh_error.h"
+#include "tools/mesh_file/read_mesh.h"
 
 namespace haptic_bench {
+namespace {
+
+using hapticd_mesh_file::MeshError;
+using hapticd_mesh_file::MeshFile;
+
+MeshFile read(const std::string& path) {
+  const Interrupts interrupts;
+  const auto check = [&] { checkInterrupts(path.c_str(), "a file that takes so long may be damaged"); };
+  try {
+    MeshFile file = hapticd_mesh_file::readMesh(path, "haptic-bench", interrupted);
+    check();  // Whoever has interrupted it just now need not do so again.
+    return file;
+  } catch (const MeshError& error) {
+    check();
+    throw Failure(path, error.what(), error.remedy.empty() ? "a mesh file: STL, OBJ, PLY ..." : error.remedy);
+  }
+}
+
+}  // namespace
 
 Model readMeshFile(const std::string& path, double scale) {
-  Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(path, aiProcess_PreTransformVertices | aiProcess_Triangulate);
-  if (scene == nullptr) throw Failure(path, importer.GetErrorString(), "a mesh file: STL, OBJ, PLY ...");
+  const MeshFile file = read(path);
   Model model;
   model.kind = "file";
-  // Corners in one place are one vertex, whatever the file has them wear: normals, textures, materials of their own.
-  std::map<std::array<float, 3>, std::uint32_t> places;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-    const aiMesh& mesh = *scene->mMeshes[m];
-    std::vector<std::uint32_t> number;
-    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-      const Vec3 x = scale * Vec3(mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z);
-      if (!(x.cwiseAbs().maxCoeff() <= HD_MAX_COORDINATE)) {
-        throw Failure(path, fmt::format("vertex {} of mesh {} lies {:.4g} m away", v, m, x.norm()),
-                      fmt::format("at most {} m: the file's unit may be another, add :scale=0.001", HD_MAX_COORDINATE));
-      }
-      const Eigen::Vector3f rounded = x.cast<float>();
-      const auto [place, fresh] = places.try_emplace({rounded.x(), rounded.y(), rounded.z()}, 0);
-      if (fresh) place->second = model.addVertex(x);
-      number.push_back(place->second);
+  std::map<std::array<float, 3>, std::uint32_t> places;  // Scaled, two may round to one.
+  std::vector<std::uint32_t> number;
+  for (const auto& v : file.vertices) {
+    const Vec3 x = scale * Vec3(v[0], v[1], v[2]);
+    if (!(x.cwiseAbs().maxCoeff() <= HD_MAX_COORDINATE)) {
+      throw Failure(path, fmt::format("the vertex {:g} {:g} {:g} lies {:.4g} m away", v[0], v[1], v[2], x.norm()),
+                    fmt::format("at most {} m: the file's unit may be another, add :scale=0.001", HD_MAX_COORDINATE));
     }
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-      const aiFace& face = mesh.mFaces[f];
-      if (face.mNumIndices != 3) continue;  // Points and lines.
-      model.triangles.push_back({number[face.mIndices[0]], number[face.mIndices[1]], number[face.mIndices[2]]});
-    }
+    const Eigen::Vector3f rounded = x.cast<float>();
+    const auto [place, fresh] = places.try_emplace({rounded.x(), rounded.y(), rounded.z()}, 0);
+    if (fresh) place->second = model.addVertex(x);
+    number.push_back(place->second);
   }
-  if (model.triangles.empty()) throw Failure(path, "there are no triangles in it", "a surface, not points or lines");
+  for (const auto& [a, b, c] : file.triangles) model.triangles.push_back({number[a], number[b], number[c]});
   return model;
 }
 

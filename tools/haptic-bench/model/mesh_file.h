@@ -1,5 +1,5 @@
 /** @file
- * Triangles from a mesh file, in whatever format assimp reads.
+ * Triangles from a mesh file (tools/mesh_file) as a model.
  */
 #pragma once
 
@@ -9,7 +9,9 @@
 
 namespace haptic_bench {
 
-/** All meshes of the file as one; `scale` in metres per unit of the file. Throws Failure with the file and the reason.
+/**
+ * All meshes of the file as one; `scale` in metres per unit of the file. Throws Failure with the file and the reason,
+ * also when it is interrupted.
  */
 [[nodiscard]] Model readMeshFile(const std::string& path, double scale);
 

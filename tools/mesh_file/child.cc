@@ -1,4 +1,4 @@
-#include "tools/hapticctl/mesh_child.h"
+#include "tools/mesh_file/child.h"
 
 #include <fmt/format.h>
 #include <sys/mman.h>
@@ -15,13 +15,13 @@
 #include <cstdint>
 #include <cstring>
 #include <new>
+#include <string>
 #include <string_view>
 #include <thread>
 
-#include "tools/hapticctl/failure.h"
-#include "tools/hapticctl/terminal.h"
+#include "tools/mesh_file/mesh_error.h"
 
-namespace hapticctl {
+namespace hapticd_mesh_file {
 namespace {
 
 enum Outcome : int { kRead = 0, kFailed = 1, kNoMemory = 2, kUnsaid = 3 };
@@ -29,7 +29,7 @@ enum Outcome : int { kRead = 0, kFailed = 1, kNoMemory = 2, kUnsaid = 3 };
 /** Memory that both processes see; gone with the last of them. */
 class Shared {
  public:
-  Shared() : fd_(::memfd_create("hapticctl-mesh", MFD_CLOEXEC)) {}
+  Shared() : fd_(::memfd_create("hapticd-mesh", MFD_CLOEXEC)) {}
   Shared(const Shared&) = delete;
   Shared& operator=(const Shared&) = delete;
   ~Shared() {
@@ -82,11 +82,10 @@ int answer(const Shared& shared, const std::function<MeshFile()>& read) {
                      shared.put(mesh.vertices.data(), mesh.vertices.size() * sizeof mesh.vertices[0]) &&
                      shared.put(mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
     return put ? kRead : kNoMemory;
-  } catch (const Failure& failure) {
-    const int exit = failure.exit;
+  } catch (const MeshError& error) {
     std::string text;
-    for (const std::string& part : {failure.where, failure.what, failure.remedy, failure.code}) text += part + '\0';
-    return shared.put(&exit, sizeof exit) && shared.put(text.data(), text.size()) ? kFailed : kUnsaid;
+    for (const std::string& part : {std::string(error.what()), error.remedy, error.code}) text += part + '\0';
+    return shared.put(text.data(), text.size()) ? kFailed : kUnsaid;
   } catch (const std::bad_alloc&) {
     return kNoMemory;
   } catch (...) {
@@ -94,7 +93,7 @@ int answer(const Shared& shared, const std::function<MeshFile()>& read) {
   }
 }
 
-MeshFile takeMesh(const std::string& path, Shared& shared) {
+MeshFile takeMesh(Shared& shared) {
   Head head{};
   MeshFile mesh;
   bool whole = shared.take(&head, sizeof head);
@@ -104,8 +103,7 @@ MeshFile takeMesh(const std::string& path, Shared& shared) {
     whole = shared.take(mesh.vertices.data(), head.vertices * sizeof mesh.vertices[0]) &&
             shared.take(mesh.triangles.data(), head.triangles * sizeof mesh.triangles[0]);
   }
-  if (!whole) throw Failure{kExitFile, path, "what was read of it got lost", "try again"};
-  mesh.path = path;
+  if (!whole) throw MeshError("what was read of it got lost", "try again");
   mesh.meshes = head.meshes;
   mesh.skipped = head.skipped;
   mesh.lower = head.lower;
@@ -113,24 +111,20 @@ MeshFile takeMesh(const std::string& path, Shared& shared) {
   return mesh;
 }
 
-Failure takeFailure(const std::string& path, Shared& shared) {
-  Failure failure{kExitFile, path, "cannot be read", {}};
-  int exit = 0;
-  if (!shared.take(&exit, sizeof exit)) return failure;
-  failure.exit = static_cast<ExitCode>(exit);
+MeshError takeError(Shared& shared) {
   const std::string text = shared.takeRest();
   std::string_view rest = text;
-  for (std::string* const part : {&failure.where, &failure.what, &failure.remedy, &failure.code}) {
-    const std::string_view piece = rest.substr(0, rest.find('\0'));
-    *part = piece;
-    rest.remove_prefix(std::min(rest.size(), piece.size() + 1));
+  std::string parts[3];
+  for (std::string& part : parts) {
+    part = rest.substr(0, rest.find('\0'));
+    rest.remove_prefix(std::min(rest.size(), part.size() + 1));
   }
-  return failure;
+  return MeshError(parts[0].empty() ? "cannot be read" : parts[0], parts[1], parts[2]);
 }
 
 }  // namespace
 
-MeshFile readInChild(const std::string& path, const std::function<MeshFile()>& read) {
+MeshFile readInChild(const std::function<MeshFile()>& read, const std::function<bool()>& interrupted) {
   Shared shared;
   if (!shared.valid()) return read();
   const pid_t parent = ::getpid(), child = ::fork();
@@ -138,7 +132,9 @@ MeshFile readInChild(const std::string& path, const std::function<MeshFile()>& r
   if (child == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // It reads for nobody else.
     if (::getppid() != parent) ::_exit(kUnsaid);
-    for (const int end : {SIGINT, SIGTERM, SIGHUP}) std::signal(end, SIG_DFL);
+    for (const int end : {SIGINT, SIGTERM, SIGHUP}) {
+      if (std::signal(end, SIG_DFL) == SIG_IGN) std::signal(end, SIG_IGN);  // nohup stays so.
+    }
     const rlimit no_core{0, 0};
     ::setrlimit(RLIMIT_CORE, &no_core);
     ::_exit(answer(shared, read));
@@ -148,19 +144,17 @@ MeshFile readInChild(const std::string& path, const std::function<MeshFile()>& r
   for (pid_t ended = 0; ended == 0 || (ended < 0 && errno == EINTR);) {
     ended = ::waitpid(child, &status, WNOHANG);
     if (ended != 0) continue;
-    if (Interrupt::asked()) ::kill(child, SIGKILL);
+    if (interrupted()) ::kill(child, SIGKILL);
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
-  if (WIFSIGNALED(status) && Interrupt::asked())
-    throw Failure{kExitRefused, path, "cancelled; nothing was loaded", {}, "CANCELLED"};
-  if (WIFEXITED(status) && WEXITSTATUS(status) == kRead) return takeMesh(path, shared);
-  if (WIFEXITED(status) && WEXITSTATUS(status) == kFailed) throw takeFailure(path, shared);
+  if (WIFSIGNALED(status) && interrupted()) throw MeshError("its reading was cancelled", {}, kCancelled);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kRead) return takeMesh(shared);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kFailed) throw takeError(shared);
   if (WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory)
-    throw Failure{kExitFile, path, "is too large for this machine's memory, or damaged", "make it coarser", "BAD_MESH"};
-  throw Failure{kExitFile, path,
-                WIFSIGNALED(status) ? fmt::format("the reader died of it ({})", ::strsignal(WTERMSIG(status)))
-                                    : std::string("cannot be read"),
-                "the file is damaged or cut short: export it again", "BAD_MESH"};
+    throw MeshError("is too large for this machine's memory, or damaged", "make it coarser", kBadMesh);
+  throw MeshError(WIFSIGNALED(status) ? fmt::format("the reader died of it ({})", ::strsignal(WTERMSIG(status)))
+                                      : std::string("cannot be read"),
+                  "the file is damaged or cut short: export it again", kBadMesh);
 }
 
-}  // namespace hapticctl
+}  // namespace hapticd_mesh_file

@@ -1,5 +1,5 @@
 // Mesh files: joined, merged through their node transforms, and refused by name when they hold nothing to touch.
-#include "tools/hapticctl/mesh_file.h"
+#include "tools/mesh_file/read_mesh.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,30 +7,31 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
 
 #include "tests/support/temporary_directory.h"
-#include "tools/hapticctl/failure.h"
+#include "tools/mesh_file/mesh_error.h"
 
-namespace hapticctl {
+namespace hapticd_mesh_file {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-class MeshFileTest : public ::testing::Test {
+bool never() { return false; }
+
+class ReadMeshTest : public ::testing::Test {
  protected:
   std::string file(const std::string& name, const std::string& text) {
     std::ofstream(directory_ / name, std::ios::binary) << text;
     return (directory_ / name).string();
   }
-  std::string refusal(const std::string& path) {
+  std::string refusal(const std::string& path, const std::function<bool()>& interrupted = never) {
     try {
-      (void)readMesh(path);
-    } catch (const Failure& failure) {
-      EXPECT_EQ(failure.exit, kExitFile);
-      EXPECT_EQ(failure.where, path);
-      return failure.what;
+      (void)readMesh(path, "the test", interrupted);
+    } catch (const MeshError& error) {
+      return error.what();
     }
     return "not refused";
   }
@@ -51,29 +52,30 @@ std::string tetrahedron(const std::string& origin = "0 0 0") {
   return out + "endsolid t\n";
 }
 
-TEST_F(MeshFileTest, JoinsEqualVertices) {
-  const MeshFile mesh = readMesh(file("t.stl", tetrahedron()));
+TEST_F(ReadMeshTest, JoinsEqualVertices) {
+  const MeshFile mesh = readMesh(file("t.stl", tetrahedron()), "the test", never);
   EXPECT_EQ(mesh.triangles.size(), 4u);
   EXPECT_EQ(mesh.vertices.size(), 4u);
   EXPECT_THAT(mesh.lower, ElementsAre(0, 0, 0));
   EXPECT_THAT(mesh.upper, ElementsAre(2, 3, 5));
 }
 
-TEST_F(MeshFileTest, MinusZeroIsZero) {
+TEST_F(ReadMeshTest, MinusZeroIsZero) {
   // Four of the twelve corners say -0.
   std::string text = tetrahedron();
   text.replace(text.find("vertex 0 0 0"), 12, "vertex -0 0 -0");
-  EXPECT_EQ(readMesh(file("t.stl", text)).vertices.size(), 4u);
+  EXPECT_EQ(readMesh(file("t.stl", text), "the test", never).vertices.size(), 4u);
 }
 
-TEST_F(MeshFileTest, MergesMeshesThroughTheirNodes) {
+TEST_F(ReadMeshTest, MergesMeshesThroughTheirNodes) {
   // Two nodes show one triangle: one moved by x = 10, the other mirrored in x, which must not turn its winding.
   const MeshFile mesh = readMesh(file("two.gltf", R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],
     "nodes":[{"mesh":0,"translation":[10,0,0]},{"mesh":0,"scale":[-1,1,1]}],
     "meshes":[{"primitives":[{"attributes":{"POSITION":0},"mode":4}]}],
     "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
     "bufferViews":[{"buffer":0,"byteLength":36}],
-    "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})"));
+    "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})"),
+                                 "the test", never);
   EXPECT_EQ(mesh.meshes, 2u);
   ASSERT_EQ(mesh.triangles.size(), 2u);
   EXPECT_EQ(mesh.vertices.size(), 6u);
@@ -85,7 +87,7 @@ TEST_F(MeshFileTest, MergesMeshesThroughTheirNodes) {
   }
 }
 
-TEST_F(MeshFileTest, RefusesWhatCannotBeTouched) {
+TEST_F(ReadMeshTest, RefusesWhatCannotBeTouched) {
   EXPECT_EQ(refusal((directory_ / "none.stl").string()), "no such file");
   EXPECT_EQ(refusal(directory_.string()), "is a directory, not a mesh file");
   EXPECT_EQ(refusal(file("empty.stl", "")), "is empty");
@@ -98,59 +100,38 @@ TEST_F(MeshFileTest, RefusesWhatCannotBeTouched) {
   EXPECT_NE(refusal(file("t.xyz-unknown", "abc")), "not refused");
 }
 
-TEST_F(MeshFileTest, NamesTheTriangleThatIsNotFinite) {
+TEST_F(ReadMeshTest, NamesTheTriangleThatIsNotFinite) {
   EXPECT_THAT(refusal(file("nan.stl", tetrahedron("nan 0 0"))), HasSubstr("triangle 0 has a vertex at"));
   EXPECT_THAT(refusal(file("inf.stl", tetrahedron("inf 0 0"))), HasSubstr("triangle 0 has a vertex at"));
 }
 
-TEST_F(MeshFileTest, AFileThatIsCutShortEndsItsReaderAlone) {
+TEST_F(ReadMeshTest, AFileThatIsCutShortEndsItsReaderAlone) {
   const std::string path = file("cut.ply",
                                 "ply\nformat binary_little_endian 1.0\nelement vertex 3000\nproperty float x\n"
                                 "property float y\nproperty float z\nelement face 7000\n"
                                 "property list uchar int vertex_indices\nend_header\n" +
                                     std::string(100, 'x'));
+  EXPECT_NE(refusal(path), "not refused");
+}
+
+TEST_F(ReadMeshTest, AFileThatKeepsItsReaderBusyIsGivenUp) {
+  const std::string path = file("never.ply",  // Its header has no end.
+                                "ply\nformat binary_little_endian 1.0\nelement vertex 3518\nproperty float x\n"
+                                "property float y\nproperty f");
+  int asked = 0;
+  EXPECT_THAT(refusal(path, [&] { return ++asked > 20; }), HasSubstr("cancelled"));
+  EXPECT_THROW((void)readMesh(path, "the test", [] { return true; }), MeshError);
+}
+
+TEST_F(ReadMeshTest, TheRemedyNamesTheProgram) {
   try {
-    (void)readMesh(path);
-    ADD_FAILURE() << "there is no mesh in it";
-  } catch (const Failure& failure) {
-    EXPECT_EQ(failure.exit, kExitFile);
-    EXPECT_EQ(failure.where, path);
+    (void)readMesh(file("t.xyz-unknown", "abc"), "the test", never);
+    ADD_FAILURE() << "no such format";
+  } catch (const MeshError& error) {
+    EXPECT_THAT(error.remedy, HasSubstr("the test reads STL, OBJ"));
+    EXPECT_EQ(error.code, "");
   }
-}
-
-TEST_F(MeshFileTest, AsksForAScale) {
-  const MeshFile mesh = readMesh(file("t.stl", tetrahedron()));
-  const std::string advice = scaleAdvice(mesh);
-  EXPECT_THAT(advice, HasSubstr("its box is 2 x 3 x 5 file units"));
-  EXPECT_THAT(advice, HasSubstr("--scale mm      would make it 2.00 mm x 3.00 mm x 5.00 mm"));
-  EXPECT_THAT(advice, HasSubstr("--scale inch    would make it 50.8 mm x 76.2 mm x 127 mm"));
-}
-
-TEST_F(MeshFileTest, ScalesAndCentres) {
-  MeshFile mesh = readMesh(file("t.stl", tetrahedron()));
-  centre(mesh);
-  scale(mesh, parseScale("cm"));
-  EXPECT_NEAR(mesh.lower[2], -0.025, 1e-9);
-  EXPECT_NEAR(mesh.upper[0], 0.01, 1e-9);
-  for (const double wrong : {1e-60, 1e-30, 1e-5, 1e6}) {
-    MeshFile other = mesh;
-    try {
-      scale(other, wrong);
-      ADD_FAILURE() << wrong;
-    } catch (const Failure& failure) {
-      EXPECT_EQ(failure.where, "--scale");
-      EXPECT_THAT(failure.what, HasSubstr("from 1e-06 to 200 m"));
-      EXPECT_THAT(failure.remedy, HasSubstr("its box is 0.02 x 0.03 x 0.05 file units"));
-    }
-  }
-}
-
-TEST(Scale, IsAUnitOrAPositiveNumber) {
-  EXPECT_EQ(parseScale("mm"), 1e-3);
-  EXPECT_EQ(parseScale("in"), 0.0254);
-  EXPECT_EQ(parseScale("0.0005"), 0.0005);
-  for (const char* bad : {"0", "-1", "nan", "inf", "yard", ""}) EXPECT_THROW((void)parseScale(bad), Failure) << bad;
 }
 
 }  // namespace
-}  // namespace hapticctl
+}  // namespace hapticd_mesh_file

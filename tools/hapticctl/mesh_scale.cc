@@ -1,0 +1,78 @@
+#include "tools/hapticctl/mesh_scale.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/numbers.h"
+
+namespace hapticctl {
+namespace {
+
+struct Unit {
+  const char* name;
+  double metres;
+};
+constexpr Unit kUnits[] = {{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"inch", 0.0254}, {"um", 1e-6}, {"ft", 0.3048}};
+constexpr std::size_t kAdvised = 4;  // Those that mesh files are usually in.
+
+}  // namespace
+
+double parseScale(std::string_view text) {
+  for (const Unit& unit : kUnits) {
+    if (text == unit.name || (text == "in" && unit.metres == 0.0254)) return unit.metres;
+  }
+  const auto value = parseNumber(text);
+  if (!value || !(*value > 0)) {
+    failUsage("--scale", fmt::format("'{}' is neither a unit nor a positive number", text),
+              "write the file's unit (mm, cm, m, inch, um, ft) or metres per file unit (0.001)");
+  }
+  return *value;
+}
+
+std::string scaleAdvice(const MeshFile& mesh) {
+  std::array<double, 3> side{};
+  for (std::size_t i = 0; i < 3; ++i) side[i] = mesh.upper[i] - mesh.lower[i];
+  std::string text = fmt::format("its box is {:.6g} x {:.6g} x {:.6g} file units, from ({:.6g}, {:.6g}, {:.6g})\n",
+                                 side[0], side[1], side[2], mesh.lower[0], mesh.lower[1], mesh.lower[2]);
+  for (std::size_t u = 0; u < kAdvised; ++u) {
+    text +=
+        fmt::format("--scale {:<7} would make it {} x {} x {}\n", kUnits[u].name, length(side[0] * kUnits[u].metres),
+                    length(side[1] * kUnits[u].metres), length(side[2] * kUnits[u].metres));
+  }
+  text += "--scale NUMBER  metres per file unit;  --size METRES  makes the longest side that long";
+  if (mesh.path.ends_with(".gltf") || mesh.path.ends_with(".glb"))
+    text += "\nglTF is in metres by its standard: --scale m";
+  return text;
+}
+
+void centre(MeshFile& mesh) {
+  for (auto& v : mesh.vertices) {
+    for (std::size_t i = 0; i < 3; ++i) v[i] = static_cast<float>(v[i] - 0.5 * (mesh.lower[i] + mesh.upper[i]));
+  }
+  measure(mesh);
+}
+
+void scale(MeshFile& mesh, double metres_per_unit) {
+  MeshFile before;
+  before.path = mesh.path;
+  before.lower = mesh.lower;
+  before.upper = mesh.upper;
+  for (auto& v : mesh.vertices) {
+    for (float& c : v) c = static_cast<float>(c * metres_per_unit);
+  }
+  measure(mesh);
+  double longest = 0;
+  for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, mesh.upper[i] - mesh.lower[i]);
+  constexpr double kLeast_m = 1e-6, kMost_m = 200;  // No hand feels less; the daemon takes coordinates to 100 m.
+  if (!(longest >= kLeast_m && longest <= kMost_m)) {
+    failUsage("--scale",
+              fmt::format("{} metres per unit make the longest side of {} {:.3g} m: from {:g} to {:g} m it can be",
+                          metres_per_unit, mesh.path, longest, kLeast_m, kMost_m),
+              scaleAdvice(before));
+  }
+}
+
+}  // namespace hapticctl

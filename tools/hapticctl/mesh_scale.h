@@ -1,0 +1,25 @@
+/** @file
+ * The unit of a mesh file, which it does not say: asked for, told and applied.
+ */
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "tools/mesh_file/mesh_file.h"
+
+namespace hapticctl {
+
+using hapticd_mesh_file::MeshFile;
+
+/** Metres per file unit: a unit (um, mm, cm, m, inch, ft) or a positive number. Fails with usage. */
+[[nodiscard]] double parseScale(std::string_view text);
+/** The box in file units, and what each usual unit would make of it: what one needs to choose a scale. */
+[[nodiscard]] std::string scaleAdvice(const MeshFile& mesh);
+
+/** Moves the middle of the box to the origin. */
+void centre(MeshFile& mesh);
+/** Multiplies by metres per file unit. Fails with usage when the result is too small or too large to touch. */
+void scale(MeshFile& mesh, double metres_per_unit);
+
+}  // namespace hapticctl

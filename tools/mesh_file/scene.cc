@@ -1,0 +1,117 @@
+#include "tools/mesh_file/scene.h"
+
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <assimp/Importer.hpp>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "tools/mesh_file/mesh_error.h"
+
+namespace hapticd_mesh_file {
+namespace {
+
+struct PositionHash {
+  std::size_t operator()(const std::array<float, 3>& p) const noexcept {
+    std::uint64_t h = 0x9e3779b97f4a7c15u;
+    for (const float c : p) h = (h ^ std::bit_cast<std::uint32_t>(c)) * 0xff51afd7ed558ccdu, h ^= h >> 32;
+    return h;
+  }
+};
+
+/** Walks the nodes of a scene and gathers their triangles. */
+class Gatherer {
+ public:
+  Gatherer(const aiScene& scene, MeshFile& out) : scene_(scene), out_(out) {}
+
+  void node(const aiNode& node, const aiMatrix4x4& parent, int depth) {
+    if (depth > 512) throw MeshError("its nodes are nested more than 512 deep");
+    const aiMatrix4x4 world = parent * node.mTransformation;
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) mesh(*scene_.mMeshes[node.mMeshes[i]], world);
+    for (unsigned i = 0; i < node.mNumChildren; ++i) this->node(*node.mChildren[i], world, depth + 1);
+  }
+
+ private:
+  void mesh(const aiMesh& mesh, const aiMatrix4x4& world) {
+    // A mirroring transform turns triangles inside out; turn them back.
+    const bool mirrored = world.Determinant() < 0;
+    std::vector<std::uint32_t> joined(mesh.mNumVertices, kUnused);
+    bool used = false;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices != 3) {
+        ++out_.skipped;
+        continue;
+      }
+      std::array<std::uint32_t, 3> corners{};
+      for (unsigned c = 0; c < 3; ++c) {
+        const unsigned index = face.mIndices[c];
+        if (index >= mesh.mNumVertices) {
+          throw MeshError(fmt::format("triangle {} names vertex {} of {}", f, index, mesh.mNumVertices));
+        }
+        if (joined[index] == kUnused) joined[index] = vertex(world * mesh.mVertices[index], f);
+        corners[mirrored ? 2 - c : c] = joined[index];
+      }
+      out_.triangles.push_back(corners);
+      used = true;
+    }
+    if (used) ++out_.meshes;
+  }
+
+  std::uint32_t vertex(const aiVector3D& v, unsigned triangle) {
+    // Adding zero makes -0 equal to 0.
+    const std::array<float, 3> p{v.x + 0.0f, v.y + 0.0f, v.z + 0.0f};
+    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
+      throw MeshError(fmt::format("triangle {} has a vertex at {}, {}, {}", triangle, p[0], p[1], p[2]),
+                      "every coordinate must be a finite number; repair the file and load it again", kBadMesh);
+    }
+    const auto [place, fresh] = index_.try_emplace(p, static_cast<std::uint32_t>(out_.vertices.size()));
+    if (fresh) out_.vertices.push_back(p);
+    return place->second;
+  }
+
+  static constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+  const aiScene& scene_;
+  MeshFile& out_;
+  std::unordered_map<std::array<float, 3>, std::uint32_t, PositionHash> index_;
+};
+
+}  // namespace
+
+MeshFile readScene(const std::string& path, std::string_view program) {
+  Assimp::Importer importer;
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
+                              aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |
+                                  aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
+                                  aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
+  const aiScene* scene = nullptr;
+  std::string error;
+  try {
+    scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_RemoveComponent);
+    error = importer.GetErrorString();
+  } catch (const std::exception& e) {
+    error = e.what();
+  }
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    throw MeshError(error.empty() ? "holds no scene" : error,
+                    fmt::format("{} reads STL, OBJ, PLY, 3DS, glTF and the other formats of assimp; ", program) +
+                        "the ending of the name must fit");
+  }
+  MeshFile out;
+  Gatherer(*scene, out).node(*scene->mRootNode, aiMatrix4x4(), 0);
+  if (out.triangles.empty()) {
+    throw MeshError(
+        out.skipped > 0 ? fmt::format("holds {} points or lines but no triangle", out.skipped) : "holds no triangle",
+        "a surface is needed to touch; export the mesh with its faces", kBadMesh);
+  }
+  measure(out);
+  return out;
+}
+
+}  // namespace hapticd_mesh_file

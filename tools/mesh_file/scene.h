@@ -1,0 +1,16 @@
+/** @file
+ * assimp: a file's scene as one mesh.
+ */
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "tools/mesh_file/mesh_file.h"
+
+namespace hapticd_mesh_file {
+
+/** In this process, which a damaged file may end: a PLY that is cut short is read beyond its end. Throws MeshError. */
+[[nodiscard]] MeshFile readScene(const std::string& path, std::string_view program);
+
+}  // namespace hapticd_mesh_file

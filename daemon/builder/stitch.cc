@@ -160,6 +160,20 @@ class Stitcher {
   std::int64_t work_;
 };
 
+bool isEmpty(const Index3& v) { return v[0] == v[1] || v[1] == v[2] || v[2] == v[0]; }
+
+/** Drops what is left of needles that one vertex cuts on two edges: what is across these edges meets there. */
+void dropEmpty(Mesh& mesh) {
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (isEmpty(mesh.triangles[t])) continue;
+    mesh.triangles[kept] = mesh.triangles[t];
+    mesh.source_triangle[kept++] = mesh.source_triangle[t];
+  }
+  mesh.triangles.resize(kept);
+  mesh.source_triangle.resize(kept);
+}
+
 /** Fans the triangle out from the corner opposite to the edge: the last triangle has its end. */
 void cut(Mesh& mesh, const Border& border, const std::vector<Cut>& cuts) {
   const Index3 v = mesh.triangles[border.triangle];
@@ -194,6 +208,7 @@ void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor, std::int64_t work)
     }
   }
   if (count != 0) {
+    dropEmpty(mesh);
     BuildMonitor again;
     connect(mesh, again);
     monitor.notes.push_back(fmt::format(

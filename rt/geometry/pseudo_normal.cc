@@ -9,6 +9,7 @@ namespace hapticd {
 namespace {
 
 constexpr double kThin = 0x1p-21;  // Of the coordinates: four times what rounding to floats moves a corner.
+constexpr double kShort = 1e-3;    // An edge of a thread, of another.
 constexpr int kMaxThreads = 4;     // One beside the other.
 
 /**
@@ -85,6 +86,24 @@ Vec3 sheetNormal(const MeshView& mesh, std::uint32_t triangle, std::uint32_t fro
   }
 }
 
+/**
+ * What a thread stands for about one of its corners: the normal of the sheet beyond the edge opposite to it, times the
+ * angle there. Where the corner ends a short edge, whose direction is rounding, the angle is the sheet's own at the
+ * other end. Zero at a border.
+ */
+Vec3 sheetBeyond(const MeshView& mesh, const Face& thread, std::uint32_t triangle, std::uint32_t corner) HD_RT {
+  const std::uint32_t across = mesh.neighbours[triangle][(corner + 1) % 3];
+  if (across == HD_NO_INDEX) return Vec3::Zero();
+  double angle = thread.angle(corner);
+  const double next2 = thread.length2(corner), last2 = thread.length2((corner + 2) % 3);
+  const Face sheet(mesh, across);
+  if (!sheet.isThread() && std::min(next2, last2) < kShort * kShort * std::max(next2, last2)) {
+    const std::uint32_t other = mesh.triangles[triangle][(corner + (next2 < last2 ? 1 : 2)) % 3];
+    angle = sheet.angle(cornerOf(mesh, across, other));
+  }
+  return angle * sheetNormal(mesh, across, triangle);
+}
+
 }  // namespace
 
 Vec3 faceNormal(const MeshView& mesh, std::uint32_t triangle) HD_RT { return unit(cornersOf(mesh, triangle).normal()); }
@@ -99,10 +118,13 @@ Vec3 pseudoNormal(const MeshView& mesh, std::uint32_t triangle, FeatureKind kind
     return unit(sheetNormal(mesh, triangle, across) + sheetNormal(mesh, across, triangle));
   }
   const std::uint32_t vertex = mesh.triangles[triangle][corner];
+  const bool creased = crease_cosine > kNoCrease;
   Vec3 first = Vec3::Zero(), sum = first;
   if (const Face face(mesh, triangle); !face.isThread()) {
     first = face.normal();
     sum = face.angle(corner) * first;
+  } else if (!creased) {
+    sum = sheetBeyond(mesh, face, triangle, corner);
   }
   for (const std::uint32_t side : {0u, 2u}) {  // Over the edge that leaves the vertex, or back over the one that comes.
     std::uint32_t t = mesh.neighbours[triangle][(corner + side) % 3];
@@ -116,6 +138,8 @@ Vec3 pseudoNormal(const MeshView& mesh, std::uint32_t triangle, FeatureKind kind
         if (!last.isZero(0) && here.dot(last) < crease_cosine) break;
         last = here;
         sum += face.angle(c) * here;
+      } else if (!creased) {
+        sum += sheetBeyond(mesh, face, t, c);
       }
       t = mesh.neighbours[t][(c + side) % 3];
     }

@@ -72,6 +72,17 @@ TEST(Stitch, ClosesWhatWasCutOnOneSide) {
   }
 }
 
+/** A needle in a face, two edges of which the same vertex cuts on their other sides: it has no inside left there. */
+TEST(Stitch, AVertexOnTwoEdgesOfANeedleCutsBoth) {
+  UploadMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1e-3F, 2e-6F, 0}, {0.5F, 5e-7F, 0}};
+  // A tetrahedron; its bottom holds a vertex by the edge along x, whose middle cuts this edge and that of the needle.
+  mesh.triangles = {{1, 3, 5}, {5, 3, 0}, {1, 2, 3}, {0, 3, 2}, {0, 4, 1}, {0, 2, 4}, {4, 2, 5}, {5, 2, 1}};
+  const Built built = build(mesh);
+  EXPECT_NE(built.stats.flags & HD_MESH_CLOSED, 0u);
+  EXPECT_NEAR(signedVolume(built.memory.view), 1.0 / 6, 1e-6);
+}
+
 TEST(Stitch, ATriangleWithoutAreaLeavesNoCrack) {
   UploadMesh mesh = cube();
   // Triangle 0 is cut in the middle of its longest edge, and what is between the halves and the neighbour has no area.

@@ -152,5 +152,65 @@ TEST(Needle, BetweenStitchedEdgesTellsNoSide) {
   EXPECT_GT(on_edge, 1000);
 }
 
+/** Whether x is inside a closed mesh: its solid angle (van Oosterom and Strackee 1983). */
+bool isWithin(const TestMesh& mesh, const Vec3& x) {
+  const auto at = [&](std::uint32_t v) { return Vec3(mesh.vertices[v][0], mesh.vertices[v][1], mesh.vertices[v][2]); };
+  double sum = 0;
+  for (const auto& t : mesh.triangles) {
+    const Vec3 a = at(t[0]) - x, b = at(t[1]) - x, c = at(t[2]) - x;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    sum += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return sum > 2 * M_PI;
+}
+
+/** A vertex in an edge, a few steps of the floats from one of its ends: the two triangles there become needles. */
+void splitNearEnd(TestMesh& mesh, std::uint32_t a, std::uint32_t b, double part) {
+  const auto at = [&](std::uint32_t v) { return Vec3(mesh.vertices[v][0], mesh.vertices[v][1], mesh.vertices[v][2]); };
+  const std::uint32_t n = mesh.addVertex(at(a) + part * (at(b) - at(a)));
+  if (mesh.vertices[n] == mesh.vertices[a]) return;
+  for (std::size_t t = 0, count = mesh.triangles.size(); t < count; ++t) {
+    for (int e = 0; e < 3; ++e) {
+      const auto v = mesh.triangles[t];
+      const std::uint32_t from = v[e], to = v[(e + 1) % 3], third = v[(e + 2) % 3];
+      if (std::minmax(from, to) != std::minmax(a, b)) continue;
+      mesh.triangles[t] = {from, n, third};
+      mesh.addTriangle(n, to, third);
+      break;
+    }
+  }
+}
+
+/** What lies beyond a needle has its say about a vertex in the needle's place, at the needle's angle there. */
+TEST(Needle, AboutAVertexDoesNotHideWhatLiesBeyond) {
+  int asked = 0;
+  for (const unsigned seed : seeds(40)) {
+    SCOPED_TRACE("HAPTICD_SEED=" + std::to_string(seed));
+    Random random(seed);
+    std::mt19937 engine(seed);
+    TestMesh whole = test::crumpled(engine, 5);
+    const Vec3 far = random.vector(0.3);
+    for (auto& v : whole.vertices)
+      for (int k = 0; k < 3; ++k) v[k] = static_cast<float>(0.01 * v[k] + far[k]);
+    TestMesh split = whole;
+    for (int i = 0; i < 12; ++i) {
+      const auto& t = whole.triangles[random.below(static_cast<std::uint32_t>(whole.triangles.size()))];
+      splitNearEnd(split, t[0], t[1], 3e-5 * random.in(0.3, 1));
+    }
+    const MeshView& mesh = *split.view();
+    for (int i = 0; i < 400; ++i) {
+      NearestQuery query;
+      query.x = far + random.vector(0.02);
+      query.limit = 100'000;
+      Nearest near;
+      ASSERT_EQ(nearestOnMesh(mesh, query, near), NearestResult::kFound);
+      if (near.kind != FeatureKind::kVertex) continue;
+      ++asked;
+      ASSERT_EQ(near.isInside(query.x), isWithin(whole, query.x)) << i;
+    }
+  }
+  EXPECT_GT(asked, 1000);
+}
+
 }  // namespace
 }  // namespace hapticd

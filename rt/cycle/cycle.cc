@@ -306,7 +306,8 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
       energy.damping = touched->material.damping;
       const std::uint8_t body = bodies_.find(objectSlot(out.contact.object));
       if (body != FreeBodies::kNone) {
-        bodies_.push(body, -seconds(config_.period_ns) * out.contact.force, out.contact.point);
+        const Vec3 felt = out.contact.force + added.texture;
+        bodies_.push(body, -seconds(config_.period_ns) * felt, out.contact.point);
       }
     }
   }
@@ -328,6 +329,7 @@ void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput
   // What touches the scene is the tool, and not the device's own point: that one starts anew when the hand is empty.
   DeviceState& device = devices_[d];
   device.proxy.reset(sample.p);
+  device.effects.reset();
   HeldToolOutput held;
   device.tool.finish(scene_, out.velocity, seconds(config_.period_ns), held);
   sources_[d][HD_SOURCE_SURFACE] = held.wrench;

@@ -49,10 +49,11 @@ class Cycle {
  public:
   Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept;
 
-  /** What the velocity estimator may take for noise [m, rad]. Before the first step. */
+  /** What the velocity estimator and friction may take for noise [m, rad]. Before the first step. */
   void setResolution(std::uint32_t device, double position, double rotation) HD_RT {
     devices_[device].velocity.setResolution(position, rotation);
     devices_[device].guard.setResolution(position);
+    devices_[device].proxy.setResolution(position);
   }
 
   void step(const CycleInput& input, CycleOutput& output) HD_RT;

@@ -15,7 +15,7 @@ static_assert(kMaxHalfSpaces == 4);
 bool nearestOnPlanes(const HalfSpace* planes, std::uint32_t mask, Vec3& x) HD_RT {
   // One plane after the other, each step along the part of its normal that keeps the planes before it.
   constexpr double kParallel = 1e-12;  // Sine of the angle below which two planes have no line in common.
-  if (std::has_single_bit(mask)) {
+  if (isOneBit(mask)) {
     const HalfSpace& plane = planes[std::countr_zero(mask)];
     x -= plane.normal * (plane.height(x) / plane.normal.squaredNorm());
     return true;
@@ -64,10 +64,10 @@ bool nearestInside(const HalfSpace* planes, int count, double tolerance, Vec3& x
   Vec3 nearest = x;
   for (const std::uint32_t mask : kSets) {
     if (mask >> count != 0) continue;
-    const bool single = std::has_single_bit(mask);
+    const bool single = isOneBit(mask);
     // The half-spaces are convex: the foot on one plane behind which x lies, if it is inside all others, is the
     // nearest.
-    if (best_mask != 0 && std::has_single_bit(best_mask) && !single) break;
+    if (best_mask != 0 && isOneBit(best_mask) && !single) break;
     if (single && planes[std::countr_zero(mask)].height(x) >= 0) continue;
     Vec3 y = x;
     if (!nearestOnPlanes(planes, mask, y) || !inside(y)) continue;

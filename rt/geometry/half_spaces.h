@@ -21,6 +21,12 @@ struct HalfSpace {
 inline constexpr int kMaxHalfSpaces = 4;
 
 /**
+ * Whether a set of planes, by bit, is one plane. (std::has_single_bit counts bits, by a call where no wider
+ * instructions are allowed.)
+ */
+[[nodiscard]] constexpr bool isOneBit(std::uint32_t mask) HD_RT { return mask != 0 && (mask & (mask - 1)) == 0; }
+
+/**
  * The point nearest to x on all the boundary planes named by `mask` (at most three of them). False, x untouched, if
  * two are parallel or three meet in no point. Servo-safe.
  */

@@ -165,20 +165,10 @@ bool sweepCylinder(double radius, double half, const Sweep& sweep, SweepHit& hit
 
 bool tangentNearest(const Shape& shape, std::uint32_t feature, const Vec3& x, Vec3& normal, double& offset,
                     double grown) HD_RT {
+  if (!isCurved(shape, feature)) return false;
   Vec3 c = Vec3::Zero();
-  switch (shape.kind) {
-    case ShapeKind::kSphere:
-      break;
-    case ShapeKind::kCapsule:
-      c.z() = std::clamp(x.z(), -shape.size.y(), shape.size.y());
-      break;
-    case ShapeKind::kCylinder:
-      if (feature != 0) return false;
-      c.z() = x.z();
-      break;
-    default:
-      return false;
-  }
+  if (shape.kind == ShapeKind::kCapsule) c.z() = std::clamp(x.z(), -shape.size.y(), shape.size.y());
+  if (shape.kind == ShapeKind::kCylinder) c.z() = x.z();
   const Vec3 r = x - c;
   const double length = r.norm();
   if (length < 1e-9 * shape.size.x()) return false;

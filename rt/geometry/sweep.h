@@ -76,6 +76,12 @@ enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
 [[nodiscard]] SweepResult sweepMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT;
 [[nodiscard]] SweepResult sweepBallOverMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT;
 
+/** Whether a face of the shape has tangent planes of its own at each point. */
+[[nodiscard]] inline bool isCurved(const Shape& shape, std::uint32_t feature) HD_RT {
+  return shape.kind == ShapeKind::kSphere || shape.kind == ShapeKind::kCapsule ||
+         (shape.kind == ShapeKind::kCylinder && feature == 0);
+}
+
 /**
  * Normal and offset of the tangent plane of a curved feature, grown by `grown`, at its point nearest to x. False for
  * flat features, for edges and vertices, and where it is not unique (x on the axis or in the centre).

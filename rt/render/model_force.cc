@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "rt/render/friction_cone.h"
 #include "rt/render/model_solid.h"
 
 namespace hapticd {
@@ -83,6 +84,7 @@ void LocalModel::inherit(const LocalModel& former, const ModelFrame& former_fram
   anchor_ = frame.X_WF.inverse() * (former_frame.X_WF * former.anchor_);
   touching_ = true;
   slip_ = former.slip_;
+  inherited_ = true;
 }
 
 std::uint32_t LocalModel::frame() const HD_RT {
@@ -161,15 +163,14 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
   Vec3 t = anchor_ - x;
   t -= n * n.dot(t);
   const double r = t.norm();
-  if (slip_) {
-    slip_ = r > mu_d * contact.depth;
-  } else {
-    slip_ = r > 0 && r >= mu_s * contact.depth;
-  }
-  if (slip_) {
+  if (inherited_) left_ = r / contact.depth;
+  inherited_ = false;
+  slip_ = r > 0 && r >= (slip_ ? slipEnds(left_, mu_d, contact.depth) : mu_s * contact.depth);
+  if (slip_ && r > mu_d * contact.depth) {
     t *= mu_d * contact.depth / r;
     anchor_ = surface + t;
   }
+  left_ = std::min(mu_d, r / contact.depth);
   const double damping = std::clamp(-local_.material.damping * n.dot(v), -contact.elastic, contact.elastic);
   stored = contact.stored + 0.5 * local_.material.stiffness * t.squaredNorm();
   return (contact.elastic + damping) * n + local_.material.stiffness * t;

@@ -84,6 +84,8 @@ class LocalModel {
   Vec3 anchor_ = Vec3::Zero();  ///< In F.
   bool touching_ = false;
   bool slip_ = false;
+  bool inherited_ = false;  ///< Friction's state is that of another model, whose planes lay otherwise.
+  double left_ = 0;         ///< Where friction was left: the way from anchor to surface, in depths.
 };
 
 }  // namespace hapticd

@@ -114,7 +114,7 @@ Vicinity* ProxyRenderer::vicinityOf(Step& step, std::uint32_t slot, const Vec3& 
   const SceneObject& object = step.scene->slot(slot);
   if (!keep_ || object_ == 0 || object.shape.kind != ShapeKind::kMesh || step.near_count == Surroundings::kMeshes)
     return nullptr;
-  ProxyPlace place{start, start, toLocal(object.X_WO, step.goal), radius_};
+  ProxyPlace place{start, start, step.hipIn(slot), radius_};
   if (radius_ > 0) place.end += rotated(object.X_WO.q.conjugate(), step.end - proxy_);  // A point swings less.
   Vicinity* const vicinity = surroundings_.about(slot, object.shape, place, step.gathered);
   step.near[step.near_count++] = {slot, vicinity};
@@ -225,6 +225,7 @@ void ProxyRenderer::settle(Step& step) HD_RT {
       nearest = distance;
       vain = 0;
     } else if (++vain > kMaxVain) {
+      holdByFriction(step);
       return;
     }
     next.goTo(step.goal);
@@ -316,6 +317,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   contact.touch = !before;
   noteRest(step, support.active);
   slip_ = step.slip && material.friction_static > 0;
+  left_ = contact.depth > 0 ? (support.at - support.foot).norm() / contact.depth : material.friction_dynamic;
   contact.slip = slip_;
   object_ = object;
 }

@@ -64,6 +64,11 @@ class ProxyRenderer {
    * else tick by tick: a ball that grows pushes nobody. Not finite or negative counts as 0.
    */
   void setRadius(double radius) HD_RT { wanted_radius_ = std::isfinite(radius) && radius > 0 ? radius : 0; }
+  /**
+   * Steps in which the hip's coordinates come [m], as a device's encoders give them: what slips does not stick for one
+   * of them. Not finite or negative counts as 0, as at the start.
+   */
+  void setResolution(double step) HD_RT { resolution_ = std::isfinite(step) && step > 0 ? step : 0; }
   /** Whether triangles are kept from tick to tick. It changes no force, only what it costs;
    * for tests and benchmarks.
    */
@@ -167,11 +172,13 @@ class ProxyRenderer {
   void hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT;
   void noteRest(const Step& step, std::uint32_t active) HD_RT;
   bool holdAgain(Step& step) HD_RT;
+  void holdByFriction(Step& step) HD_RT;
   void plan(Step& step, Plan& plan) HD_RT;
   [[nodiscard]] static bool isOnEdge(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT;
   [[nodiscard]] static bool isOnFeature(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT;
   [[nodiscard]] bool planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT;
   [[nodiscard]] bool planInGroove(Step& step, const Vec3& here, double rest, Plan& plan) HD_RT;
+  [[nodiscard]] double depthAtRest(Step& step, int i) const HD_RT;
   bool followFaces(Step& step, int held, const Vec3& at_W, double friction, Plan& plan) const HD_RT;
   void land(Step& step, const Plan& plan) HD_RT;
   void holdFace(Step& step, std::uint32_t slot, const MeshPlane& face) HD_RT;
@@ -198,6 +205,9 @@ class ProxyRenderer {
   double wanted_radius_ = 0;
   std::uint32_t object_ = 0;  ///< Id of the object in contact, 0 in free space.
   bool slip_ = false;
+  /** Where the proxy was left: its way from where it would be without friction, in depths. */
+  double left_ = 0;
+  double resolution_ = 0;        ///< Of the hip [m].
   std::uint32_t hint_slot_ = 0;  ///< Where the last triangle was met: likely the next one too.
   std::uint32_t hint_ = HD_NO_INDEX;
   bool started_ = false;

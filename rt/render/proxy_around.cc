@@ -6,6 +6,7 @@ namespace hapticd {
 namespace {
 
 constexpr double kOpposed = -0.6;  // Cosine below which two normals are those of two sheets.
+constexpr double kSameSide = 0.5;  // Cosine above which the one may be the other, farther along a curve.
 constexpr double kMaxDetour = 5;   // Of the present distance from proxy to hip.
 constexpr double kUnder = 2;       // Skins below the surface is surely inside.
 constexpr double kRight = -1e-9;   // Cosine of a right angle, less rounding.
@@ -93,12 +94,13 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     if ((object.flags & HD_OBJECT_TWO_SIDED) != 0 || object.shape.kind == ShapeKind::kPlane) continue;
     const double mu = object.material.friction_static;
     NearestQuery query;
-    query.x = toLocal(object.X_WO, step.goal);
+    query.x = step.hipIn(looked);
     // With friction: nearer by more than the cone can account for.
-    query.reach = kClearlyNearer * (now.at - step.goal).norm() / std::sqrt(1 + mu * mu) - radius_;
+    const double cone = mu > 0 ? std::sqrt(1 + mu * mu) : 1.0;
+    query.reach = kClearlyNearer * (now.at - step.goal).norm() / cone - radius_;
     if (!(query.reach > 0)) continue;
     query.turned = true;
-    query.axis = object.X_WO.q.conjugate() * (now.foot - step.goal).normalized();
+    query.axis = rotated(object.X_WO.q.conjugate(), (now.foot - step.goal).normalized());
     query.cosine = kOpposed;
     query.vicinity = step.vicinity(looked);
     query.work = step.work;
@@ -118,6 +120,11 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     if (!inside && touches(object, query.x, kClearlyNearer * distance, query.vicinity, step.work)) continue;
     const double depth = radius_ + (inside ? distance : -distance);
     if (best.slot != 0 && depth >= best.depth) continue;
+    // Friction alone keeps the proxy from where it would come to without: on a curve farther than its cone is wide.
+    if (mu > 0 && near.pseudo_normal.dot(object.X_WO.q.conjugate() * step.held[i].surface.normal) > kSameSide) {
+      const double at_rest = depthAtRest(step, i);
+      if (at_rest > 0 && kClearlyNearer * at_rest <= depth) continue;
+    }
     const Vec3 contact = now.at - radius_ * step.held[i].surface.normal;
     const Vec3 from = inside && (radius_ == 0 || distance > kUnder * skin)
                           ? query.x

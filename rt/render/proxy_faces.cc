@@ -9,6 +9,7 @@ constexpr double kMaxTurnCosine = 0.5;  // As far as the normal turns at most at
 constexpr double kFlat = 1e-6;          // Of the squared sine: two faces so much in one plane have no hollow.
 constexpr double kTan2 = 1.0 / 3;       // Squared tangent of half the turn at most.
 constexpr double kMaxLift = 2;          // Of the straight way: more is rounding, where edges nearly coincide.
+constexpr int kMaxFacesAtRest = 32;     // Looked at for where a proxy without friction would be.
 constexpr int kMaxLeads = 2;            // In a tick: what keeps standing in the way is gone along step by step.
 
 /** The point nearest to x on both planes, if both push it there. */
@@ -250,7 +251,7 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
   if (object.shape.kind != ShapeKind::kMesh || (object.flags & HD_OBJECT_TWO_SIDED) != 0 ||
       object.shape.mesh->neighbours == nullptr)
     return false;
-  Walk walk{*object.shape.mesh, toLocal(object.X_WO, step.goal), radius_, c.skin, friction};
+  Walk walk{*object.shape.mesh, step.hipIn(c.slot), radius_, c.skin, friction};
   if (friction > 0) walk.proxy = toLocal(object.X_WO, at_W);
   std::uint32_t first = c.feature;
   if (c.kind != FeatureKind::kFace) {
@@ -288,6 +289,40 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
   plan.face[1] = {walk.before, {other.normal, other.offset - c.skin}};
   plan.faces = walk.in_hollow ? 2 : 1;
   return true;
+}
+
+/**
+ * Depth of the hip below where a proxy without friction would come to from held[i], along the same surface: the
+ * curved one, or faces that lead on from each other. 0 where that is not known: in a hollow, over a border, too far.
+ */
+double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
+  const Constraint& c = step.held[i];
+  const SceneObject& object = step.scene->slot(c.slot);
+  const Vec3& hip = step.hipIn(c.slot);
+  Vec3 normal;
+  if (object.shape.kind != ShapeKind::kMesh) {
+    Constraint there = c;
+    double offset = 0;
+    return tangentIn(object, there, hip, normal, offset) ? offset - normal.dot(hip) : 0;
+  }
+  const MeshView& mesh = *object.shape.mesh;
+  std::uint32_t triangle = HD_NO_INDEX, before = HD_NO_INDEX;
+  if (c.kind == FeatureKind::kFace) triangle = c.feature;
+  if (c.kind == FeatureKind::kEdge) triangle = faceBeyondEdge(mesh, c.feature, c.corner, hip, normal);
+  if (triangle == HD_NO_INDEX || mesh.neighbours == nullptr) return 0;
+  for (int faces = 0; faces < kMaxFacesAtRest; ++faces) {
+    SeenFace f(mesh, triangle);
+    if (f.isNeedle()) return 0;
+    f.seek(hip);
+    const double depth = f.up.dot(f.v[0] - hip) / std::sqrt(f.up2);
+    const int out = f.out();
+    const std::uint32_t next = out < 0 ? nearerNeighbour(f, hip, depth) : mesh.neighbours[triangle][out];
+    if (out < 0 && (next == HD_NO_INDEX || next == before)) return depth + radius_;
+    if (next == HD_NO_INDEX || next == before) return 0;
+    before = triangle;
+    triangle = next;
+  }
+  return 0;
 }
 
 /** A face that is known to hold the proxy, a hair below it. */

@@ -3,6 +3,7 @@
 
 #include "rt/geometry/pseudo_normal.h"
 #include "rt/geometry/triangle.h"
+#include "rt/render/friction_cone.h"
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
@@ -11,7 +12,6 @@ namespace {
 constexpr double kSettled = 0x1p-30;      // Of the depth: a smaller move is not worth another look,
 constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a step that comes nearer by ever less.
 constexpr std::uint32_t kLate = 16;       // Sweeps.
-constexpr double kConeRounding = 1e-9;    // Of the radius of a friction cone.
 constexpr double kOnFace = 8;             // Skins, twice the height by which a ball on an edge rolls off a face.
 constexpr int kMaxTurns = 16;             // Of the tangent planes of a groove,
 constexpr int kMaxBroken = 2;             // A third surface is about: along the planes, lest one is lost in the air.
@@ -182,7 +182,8 @@ bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT 
   const Constraint& c = step.held[0];
   const SceneObject& object = step.scene->slot(c.slot);
   Constraint& there = step.held[1];
-  if (!tangentTo(object, c, toLocal(object.X_WO, step.goal), there)) return false;
+  if (c.kind == FeatureKind::kFace && !isCurved(object.shape, c.feature)) return false;
+  if (!tangentTo(object, c, step.hipIn(c.slot), there)) return false;
   const double cosine = there.surface.normal.dot(c.surface.normal);
   const bool far = cosine < kMaxTurnCosine;
   if (far) {  // A part of the way round, and again from there: to what is seen from far away in that direction.
@@ -299,7 +300,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     const double r = lag.norm(), d = (on_surface - step.goal).norm();
     if (!step.judged) {
       step.judged = true;
-      if (step.slip && r < material.friction_dynamic * d * (1 - kConeRounding)) step.slip = false;
+      if (step.slip && r < slipEnds(left_, material.friction_dynamic, d, resolution_)) step.slip = false;
     }
     const double cone = (step.slip ? material.friction_dynamic : material.friction_static) * d;
     if (r <= cone * (1 + kConeRounding)) {
@@ -311,7 +312,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     plan.goTo(foot + lag * (material.friction_dynamic * d / r));
     plan.stay = (plan.way[0] - at).norm() <= rest;
     if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
-    if (!plan.stay && std::has_single_bit(active))
+    if (!plan.stay && isOneBit(active))
       (void)followFaces(step, std::countr_zero(active), at, material.friction_dynamic, plan);
     return;
   }

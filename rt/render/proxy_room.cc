@@ -6,9 +6,10 @@
 namespace hapticd {
 namespace {
 
-constexpr int kMaxPushes = 8;       // Of the ball out of one mesh in one tick.
-constexpr double kAway = 1.25;      // Skins that it is pushed off the surface: fitRadius() wants one.
-constexpr double kDirected = 16.0;  // Skins from the surface at which the way from there tells a direction.
+constexpr int kMaxPushes = 8;        // Of the ball out of one mesh in one tick.
+constexpr double kAway = 1.25;       // Skins that it is pushed off the surface: fitRadius() wants one.
+constexpr double kLeastBall = 1024;  // Skins: on a smaller one what it touches lies in no direction but rounding's.
+constexpr double kDirected = 16.0;   // Skins from the surface at which the way from there tells a direction.
 
 /** From the surface to the centre of the ball, unit; false if that is inside. */
 bool outward(const Nearest& near, const Vec3& x, bool two_sided, double skin, double distance, Vec3& out) HD_RT {
@@ -96,9 +97,9 @@ void ProxyRenderer::pushOut(Step& step, std::uint32_t slot) HD_RT {
   }
 }
 
-/** As large a ball as wanted, or as there is room for. */
+/** As large a ball as wanted, or as there is room for; a point where there is next to none. */
 void ProxyRenderer::fitRadius(Step& step) HD_RT {
-  double room = wanted_radius_;
+  double room = wanted_radius_, least = 0;
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
     const double skin = step.skin(object);
@@ -109,8 +110,9 @@ void ProxyRenderer::fitRadius(Step& step) HD_RT {
     const bool inside = (object.flags & HD_OBJECT_TWO_SIDED) == 0 && near.isInside(x);
     if (result == NearestResult::kFound && !inside)
       room = std::min(room, std::max(0.0, std::sqrt(near.squared_distance) - skin));
+    least = std::max(least, kLeastBall * skin);
   }
-  radius_ = room;
+  radius_ = room >= least ? room : 0;
 }
 
 }  // namespace hapticd

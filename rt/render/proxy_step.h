@@ -23,7 +23,9 @@ inline constexpr double kNear = 1.0 / 16;              // Of the skin: differenc
   return x + q.w() * uv + u.cross(uv);
 }
 
-inline Vec3 toLocal(const Pose& X, const Vec3& x) HD_RT { return rotated(X.q.conjugate(), x - X.p); }
+[[gnu::always_inline]] inline Vec3 toLocal(const Pose& X, const Vec3& x) HD_RT {
+  return rotated(X.q.conjugate(), x - X.p);
+}
 
 inline constexpr int kMaxInGroove = 3;  // Surfaces that are looked at together.
 static_assert(2 * kMaxInGroove >= kMaxHalfSpaces);
@@ -68,11 +70,21 @@ struct ProxyRenderer::Step {
     Vicinity* vicinity = nullptr;
   } near[Surroundings::kMeshes];  ///< Asked for in this step.
   int near_count = 0;
+  Vec3 hip = Vec3::Zero();            ///< The goal in the frame of the object
+  std::uint32_t hip_slot = 0;         ///< in this slot, 0 for none.
   Constraint held[2 * kMaxInGroove];  ///< Behind those that hold the proxy stands what a plan has noted.
   int count = 0;
   Support support;         ///< Of the proxy where it is,
   bool supported = false;  ///< if that has been looked at.
 
+  /** The hip in the frame of that object: asked for several times of the same one. */
+  const Vec3& hipIn(std::uint32_t slot) HD_RT {
+    if (hip_slot != slot) {
+      hip = toLocal(scene->slot(slot).X_WO, goal);
+      hip_slot = slot;
+    }
+    return hip;
+  }
   /** Asked for before in this step; null if none is kept. */
   Vicinity* vicinity(std::uint32_t slot) const HD_RT {
     for (int i = 0; i < near_count; ++i) {

@@ -126,6 +126,48 @@ TEST(ModelForce, FrictionSticksThenSlips) {
   EXPECT_FALSE(plane.model.slips());
 }
 
+TEST(ModelForce, AHandThatRestsWhileItSlidesDoesNotStick) {
+  // Encoders let most ticks of a slow hand pass without a move; rounding must not end the slip there.
+  for (int turn = 0; turn < 100; ++turn) {
+    const Vec3 along(std::cos(turn), std::sin(turn), 0);
+    LoneModel plane(roughPlane());
+    (void)plane.at({0, 0, -0.002});
+    for (int step = 0; step < 30; ++step) {
+      for (int tick = 0; tick < 4; ++tick) {
+        const Vec3 f = plane.at((0.002 + 5e-5 * step) * along - 0.002 * Vec3::UnitZ());
+        ASSERT_TRUE(plane.model.slips()) << turn << " " << step << " " << tick;
+        ASSERT_NEAR(f.dot(along), -0.5, 1e-6) << turn << " " << step << " " << tick;
+      }
+    }
+  }
+}
+
+TEST(ModelForce, PlanesThatFollowAHollowDoNotStick) {
+  // Each plane of a client at 30 Hz leans back against the way: what slipped finds itself inside the cone.
+  constexpr double kRadius = 0.01, kDepth = 0.002;
+  LocalModel model;
+  int slips = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const double a = -0.8 + 2e-5 * i / kRadius;
+    const Vec3 out(std::sin(a), 0, -std::cos(a));
+    if (i % 33 == 0) {
+      hd_local_model m = roughPlane();
+      store(Vec3(-out), m.normal);
+      store(Vec3(kRadius * out), m.origin);
+      LocalModel next;
+      ASSERT_EQ(next.set(commandOf(m)), ErrorCode::kOk);
+      if (i > 0) next.inherit(model, {}, {});
+      model = next;
+    }
+    (void)model.evaluate((kRadius + kDepth) * out, Vec3::Zero(), {});
+    if (slips > 0) {
+      ASSERT_TRUE(model.slips()) << i;
+    }
+    slips += model.slips();
+  }
+  EXPECT_GT(slips, 1000);
+}
+
 TEST(ModelForce, LeavingTheSurfaceForgetsTheAnchor) {
   LoneModel plane(roughPlane());
   (void)plane.at({0, 0, -0.002});

@@ -87,6 +87,70 @@ TEST(ProxyFriction, SteadySlidingInABowlKeepsTheDynamicCone) {
   }
 }
 
+/** A slow hand too, which moves less in a tick than the turning normal takes the proxy into the cone. */
+TEST(ProxyFriction, ASlowHandKeepsSlidingInAGroove) {
+  constexpr double kRadius = 0.01, kDepth = 2e-3;
+  TestMesh mesh =
+      test::heightMesh(0.008, 120, [](double x, double) { return kRadius - std::sqrt(kRadius * kRadius - x * x); });
+  MeshView* const view = mesh.view();
+  for (const double radius : {0.0, 1e-3}) {
+    TestScene t;
+    t.addMesh(view, {}, {kStiffness, 0, 0.6, 0.3});
+    t.proxy.setRadius(radius);
+    t.tick(Vec3(-0.003, 0, 0.005));
+    int slips = 0;
+    for (int i = 0; i < 2500; ++i) {
+      const double a = -0.4 + 2e-6 * i / (kRadius - radius), y = 1e-6 * i;
+      const double out = kRadius - radius + kDepth;
+      const SurfaceContact& c = t.tick(Vec3(out * std::sin(a), y, kRadius - out * std::cos(a)));
+      const double normal = c.force.dot(c.normal), tangential = (c.force - normal * c.normal).norm();
+      if (slips > 0) {
+        ASSERT_TRUE(c.slip) << i << " " << tangential / normal;
+      }
+      slips += c.slip;
+      if (c.slip) {
+        ASSERT_NEAR(tangential / normal, 0.3, 0.03) << i;
+      }
+    }
+    EXPECT_GT(slips, 1500) << radius;
+  }
+}
+
+/** Encoders step on one axis after the other: of a hand that goes on some readings fall back. */
+TEST(ProxyFriction, AHandReadInStepsKeepsSliding) {
+  constexpr double kStep = 3e-5, kRadius = 0.02;
+  const auto read = [=](const Vec3& x) { return Vec3(kStep * (x.array() / kStep).round()); };
+  for (const bool curved : {false, true}) {
+    for (const double depth : {3e-4, 2e-3}) {
+      for (const double heading : {0.0, 0.7, 2.5}) {
+        TestScene t;
+        const Quat turn(Eigen::AngleAxisd(0.6, Vec3(1, 2, 0.5).normalized()));
+        t.add(curved ? ShapeKind::kSphere : ShapeKind::kPlane, Vec3(curved ? kRadius : 0, 0, 0), {Vec3::Zero(), turn},
+              {kStiffness, 0, 0.6, 0.3});
+        t.proxy.setResolution(kStep);
+        const Vec3 up = turn * Vec3::UnitZ(), along = turn * Vec3(std::cos(heading), std::sin(heading), 0);
+        const auto hip = [&](double way) {
+          const double a = way / kRadius;
+          return curved ? Vec3((kRadius - depth) * (std::cos(a) * up + std::sin(a) * along))
+                        : Vec3(way * along - depth * up);
+        };
+        t.tick(0.03 * up);
+        int slips = 0;
+        for (int i = 0; i < 2000; ++i) {
+          const SurfaceContact& c = t.tick(read(hip(5e-6 * i)));
+          if (slips > 0) {
+            ASSERT_TRUE(c.slip) << i << " " << depth << " " << heading << " " << curved;
+          }
+          slips += c.slip;
+        }
+        EXPECT_GT(slips, 1000) << depth;
+        t.tick(read(hip(5e-6 * 1999 - 0.3 * depth)));
+        EXPECT_FALSE(t.contact.slip) << "come back";
+      }
+    }
+  }
+}
+
 TEST(ProxyFriction, NormalAndDepthAreTheSurfacesNotTheForces) {
   const Quat turn(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()));
   const Vec3 p(0.11, -0.07, 0.03), n = turn * Vec3::UnitZ(), along = turn * Vec3::UnitX();
@@ -97,6 +161,61 @@ TEST(ProxyFriction, NormalAndDepthAreTheSurfacesNotTheForces) {
     const SurfaceContact& c = t.tick(p - 0.002 * n + 1e-5 * i * along);
     ASSERT_LT((c.normal - n).norm(), 1e-12) << i;
     ASSERT_NEAR(c.depth, 0.002, 1e-15) << i;
+  }
+}
+
+/** However the steps toward the cone come to their end: a tick's last looks bring a proxy on a curve no nearer. */
+TEST(ProxyFriction, NormalAndDepthOnCurvesAreTheSurfacesToo) {
+  constexpr double kSize = 0.02;
+  for (const ShapeKind kind : {ShapeKind::kSphere, ShapeKind::kCylinder}) {
+    for (const double radius : {0.0, 1e-3}) {
+      for (const double depth : {1e-4, 1e-3}) {
+        TestScene t;
+        t.add(kind, Vec3(kSize, 0.05, 0), {}, {kStiffness, 0, 0.4, 0.3});
+        t.proxy.setRadius(radius);
+        t.tick(Vec3(2 * kSize, 0, 0));
+        int slips = 0;
+        for (int i = 0; i < 500; ++i) {
+          const double a = 2e-3 * i;
+          const Vec3 hip = (kSize + radius - depth) * Vec3(std::cos(a), std::sin(a), 0);
+          const SurfaceContact& c = t.tick(hip);
+          slips += c.slip;
+          ASSERT_LT((c.normal - c.proxy.normalized()).norm(), 1e-3) << i << " " << depth << " " << radius;
+          ASSERT_NEAR(c.depth, (c.proxy - hip).dot(c.normal), 1e-6 * depth) << i;
+        }
+        EXPECT_GT(slips, 100) << depth;
+      }
+    }
+  }
+}
+
+/** A slow hand too: a proxy that sticks on a curve is farther from the hand than its cone is wide. */
+TEST(ProxyFriction, ASlowHandBreaksAwayOnCurves) {
+  constexpr double kRadius = 0.02;
+  TestMesh coarse = test::sphereMesh(kRadius, 20), fine = test::sphereMesh(kRadius, 150);
+  MeshView* const views[] = {nullptr, coarse.view(), fine.view()};
+  for (MeshView* const mesh : views) {
+    for (const double radius : {0.0, 1e-3}) {
+      for (const double depth : {1e-3, 3e-3}) {
+        TestScene t;
+        t.add(mesh != nullptr ? ShapeKind::kMesh : ShapeKind::kSphere, Vec3(kRadius, 0, 0), {},
+              {kStiffness, 0, 0.4, 0.2}, HD_OBJECT_ENABLED, 0, mesh);
+        t.proxy.setRadius(radius);
+        t.tick(Vec3(2 * kRadius, 0, 0));
+        double most = 0;
+        for (int i = 0; i < 400; ++i) {
+          const double a = 5e-4 * i;
+          const SurfaceContact& c =
+              t.tick((kRadius + radius - depth) * Vec3(std::cos(a), 0.8 * std::sin(a), 0.6 * std::sin(a)));
+          const double push = c.force.dot(c.normal), ratio = (c.force - push * c.normal).norm() / push;
+          if (!c.slip) most = std::max(most, ratio);
+          if (i < 350) continue;
+          ASSERT_TRUE(c.slip) << i << " " << depth << " " << radius << " " << (mesh != nullptr);
+          ASSERT_NEAR(ratio, 0.2, 0.002) << i << " " << depth << " " << radius;
+        }
+        EXPECT_NEAR(most, 0.4, 0.02) << depth << " " << radius;
+      }
+    }
   }
 }
 

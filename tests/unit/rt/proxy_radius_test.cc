@@ -6,6 +6,7 @@
 #include <random>
 
 #include "tests/support/brute_distance.h"
+#include "tests/support/random.h"
 #include "tests/support/seeds.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
@@ -211,6 +212,30 @@ TEST(ProxyBall, GrowingPushesNobody) {
   EXPECT_NEAR(t.tick(Vec3(0, 0, 0.004)).force.z(), 1, 1e-6);
   t.proxy.setRadius(0);
   EXPECT_EQ(t.tick(Vec3(0, 0, 0.004)).force, Vec3(Vec3::Zero()));
+}
+
+/** On what it touches a point has room for a ball of some roundings, which would lie in no direction: it stays one. */
+TEST(ProxyBall, GrowingInContactLetsNobodyIn) {
+  Random random(5);
+  for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kSphere, ShapeKind::kCapsule}) {
+    for (int scene = 0; scene < 60; ++scene) {
+      TestScene growing, point;
+      const Pose X = random.pose(0.05);
+      for (TestScene* t : {&growing, &point}) {
+        t->add(kind, Vec3(0.02, 0.015, 0.02), X);
+        t->tick(X * Vec3(0.005, 0.003, 0.05));
+      }
+      Vec3 hip(0.005, 0.003, 0.013), aim = hip;
+      for (int i = 0; i < 60; ++i) {
+        if (i % 10 == 0) aim = random.vector(0.014);
+        hip += 0.05 * (aim - hip);
+        const Vec3 force = point.tick(X * hip).force;
+        growing.proxy.setRadius(i % 3 == 0 ? 0 : std::exp(random.in(std::log(1e-13), std::log(5e-3))));
+        ASSERT_LE((growing.tick(X * hip).force - force).norm(), 0.05 * force.norm())
+            << static_cast<int>(kind) << " " << scene;
+      }
+    }
+  }
 }
 
 TEST(ProxyBall, ARisingSheetPushesOneRadiusBefore) {

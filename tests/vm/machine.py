@@ -36,7 +36,7 @@ def as_root(member):
 def boot(image, payload, serial, timeout_s, on_line):
     """Runs to the guest's power-off. Returns its reports, in order; each is given to on_line as it comes.
 
-    A guest that does not end in timeout_s is killed; then the last report is not the one that says end.
+    A guest that does not end in timeout_s is killed; then the last report says late, and not end.
     """
     command = [QEMU, "-M", "q35,usb=off,vmport=off", "-accel", "tcg,thread=single,tb-size=512",
                "-icount", "shift=1,align=off,sleep=off", "-rtc", "clock=vm,base=2026-01-01", "-cpu", "max", "-smp", "1",
@@ -59,8 +59,10 @@ def boot(image, payload, serial, timeout_s, on_line):
                         reports.append(json.loads(line.split(MARK, 1)[1]))
                         on_line(reports[-1])
                 seen = complete
-                if ended or time.monotonic() > end:
+                if ended:
                     return reports
+                if time.monotonic() > end:
+                    return [*reports, {"late": True}]
                 time.sleep(0.2)
         finally:
             if qemu.poll() is None:

@@ -312,7 +312,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     }
   }
 
-  const ToolPoint tool{sample.p, out.velocity.v, d};
+  const ToolPoint tool{sample.p, out.velocity.v, d, devices_[d].resolution};
   for (SessionShare& session : sessions_) {
     if (session.life() == SessionShare::Life::kFree) continue;
     const SessionShare::Share share = session.evaluate(tool, input.now_ns, scene_);

@@ -54,6 +54,7 @@ class Cycle {
     devices_[device].velocity.setResolution(position, rotation);
     devices_[device].guard.setResolution(position);
     devices_[device].proxy.setResolution(position);
+    devices_[device].resolution = position;
   }
 
   void step(const CycleInput& input, CycleOutput& output) HD_RT;
@@ -88,6 +89,7 @@ class Cycle {
     VelocityEstimator velocity;
     HeldTool tool;
     SetGrip grip{};
+    double resolution = 0;  ///< Of the sample's place [m].
     bool started = false;
     std::uint32_t buttons = 0;
     std::uint32_t touched = 0;  ///< Object of the contact that was told, named when it ends.

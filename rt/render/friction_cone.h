@@ -24,13 +24,14 @@ inline constexpr double kConeRounding = 1e-9;  ///< Of the radius of a cone.
  * @param left  What it was left at, in depths.
  * @param friction_dynamic  Coefficient of the material.
  * @param depth  Of the hand below the surface [m].
- * @param step  By which a reading of the hand's place may be off on each axis, from one to the next [m].
+ * @param step  By which a reading of the hand's place may be off on each axis, from one to the next [m]. Not positive
+ *              counts as 0.
  */
 [[nodiscard]] inline double slipEnds(double left, double friction_dynamic, double depth, double step = 0) HD_RT {
   constexpr double kLeast = 0.5;  // Of the cone: what comes so far inside does not go on.
   constexpr double kSqrt3 = 1.7320508075688772;
   const double border = std::clamp(left, kLeast * friction_dynamic, friction_dynamic) * depth;
-  const double fall = kSqrt3 * step * std::sqrt(1 + friction_dynamic * friction_dynamic);
+  const double fall = step > 0 ? kSqrt3 * step * std::sqrt(1 + friction_dynamic * friction_dynamic) : 0.0;
   return std::max(border - fall, kLeast * border) * (1 - kConeRounding);
 }
 

@@ -127,14 +127,14 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
 
   ModelForce out;
   if (!now_.model.none() && now_.model.device() == tool.device) {
-    out = now_.model.evaluate(tool.p, tool.v, now_.frame);
+    out = now_.model.evaluate(tool.p, tool.v, now_.frame, tool.resolution);
   }
   last_of_now_[tool.device] = out.force;
   if (blending_) {
     ModelForce old;
     if (!before_.model.none() && before_.model.device() == tool.device) {
       follow(before_, scene);
-      old = before_.model.evaluate(tool.p, tool.v, before_.frame);
+      old = before_.model.evaluate(tool.p, tool.v, before_.frame, tool.resolution);
     }
     const double c = before_weight_;
     const Vec3& r = residual_[tool.device];

@@ -20,6 +20,7 @@ struct ToolPoint {
   Vec3 p = Vec3::Zero();
   Vec3 v = Vec3::Zero();
   std::uint32_t device = 0;
+  double resolution = 0;  ///< Steps in which p's coordinates come [m], as the device's encoders give them.
 };
 
 /**

@@ -146,7 +146,8 @@ LocalModel::Contact LocalModel::findContact(const Vec3& x) const HD_RT {
   return c;
 }
 
-Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3& v, double& stored) HD_RT {
+Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3& v, double resolution,
+                              double& stored) HD_RT {
   if (!(contact.depth > 0)) {
     touching_ = false;
     return Vec3::Zero();
@@ -165,7 +166,7 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
   const double r = t.norm();
   if (inherited_) left_ = r / contact.depth;
   inherited_ = false;
-  slip_ = r > 0 && r >= (slip_ ? slipEnds(left_, mu_d, contact.depth) : mu_s * contact.depth);
+  slip_ = r > 0 && r >= (slip_ ? slipEnds(left_, mu_d, contact.depth, resolution) : mu_s * contact.depth);
   if (slip_ && r > mu_d * contact.depth) {
     t *= mu_d * contact.depth / r;
     anchor_ = surface + t;
@@ -195,7 +196,7 @@ Vec3 LocalModel::fieldForce(const Vec3& x) const HD_RT {
   return weight * (vec3(field_.f0) + J * r);
 }
 
-ModelForce LocalModel::evaluate(const Vec3& p, const Vec3& v, const ModelFrame& frame) HD_RT {
+ModelForce LocalModel::evaluate(const Vec3& p, const Vec3& v, const ModelFrame& frame, double resolution) HD_RT {
   ModelForce out;
   if (none()) return out;
   const Quat R_FW = frame.X_WF.q.conjugate();
@@ -209,7 +210,7 @@ ModelForce LocalModel::evaluate(const Vec3& p, const Vec3& v, const ModelFrame& 
     out.force = frame.X_WF.q * springForce(x, v_F);
     out.active = out.force;
   } else {
-    out.force = frame.X_WF.q * contactForce(findContact(x), x, v_F, out.stored);
+    out.force = frame.X_WF.q * contactForce(findContact(x), x, v_F, resolution, out.stored);
     out.carried = out.force.cwiseProduct(v_frame);
   }
   return out;

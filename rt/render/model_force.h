@@ -59,8 +59,14 @@ class LocalModel {
   [[nodiscard]] std::int64_t blend_ns() const HD_RT;
   [[nodiscard]] bool slips() const HD_RT { return touching_ && slip_; }
 
-  /** Force on a hand at p with velocity v, both in W. Advances the friction state. */
-  [[nodiscard]] ModelForce evaluate(const Vec3& p, const Vec3& v, const ModelFrame& frame) HD_RT;
+  /**
+   * Force on a hand at p with velocity v, both in W. Advances the friction state.
+   * @param p  [m]
+   * @param v  [m/s]
+   * @param frame  Of the model, now.
+   * @param resolution  Steps in which the coordinates of p come [m]: what slips does not stick for one of them.
+   */
+  [[nodiscard]] ModelForce evaluate(const Vec3& p, const Vec3& v, const ModelFrame& frame, double resolution = 0) HD_RT;
 
  private:
   /** Where the tool stands in a solid. Vectors in F. */
@@ -72,7 +78,8 @@ class LocalModel {
   };
 
   [[nodiscard]] Contact findContact(const Vec3& x) const HD_RT;
-  [[nodiscard]] Vec3 contactForce(const Contact& contact, const Vec3& x, const Vec3& v, double& stored) HD_RT;
+  [[nodiscard]] Vec3 contactForce(const Contact& contact, const Vec3& x, const Vec3& v, double resolution,
+                                  double& stored) HD_RT;
   [[nodiscard]] Vec3 springForce(const Vec3& x, const Vec3& v) const HD_RT;
   [[nodiscard]] Vec3 fieldForce(const Vec3& x) const HD_RT;
 

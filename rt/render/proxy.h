@@ -66,9 +66,9 @@ class ProxyRenderer {
   void setRadius(double radius) HD_RT { wanted_radius_ = std::isfinite(radius) && radius > 0 ? radius : 0; }
   /**
    * Steps in which the hip's coordinates come [m], as a device's encoders give them: what slips does not stick for one
-   * of them. Not finite or negative counts as 0, as at the start.
+   * of them. Not positive counts as 0, as at the start.
    */
-  void setResolution(double step) HD_RT { resolution_ = std::isfinite(step) && step > 0 ? step : 0; }
+  void setResolution(double step) HD_RT { resolution_ = step; }
   /** Whether triangles are kept from tick to tick. It changes no force, only what it costs;
    * for tests and benchmarks.
    */

@@ -20,6 +20,29 @@ void turnAbout(int i, double dt, const Vec3& moments, Vec3& momentum, Quat& q) H
   momentum = step.conjugate() * momentum;
 }
 
+/**
+ * Turns the momentum within the body to where its energy is `wanted` again, and the body the other way, so that the
+ * momentum stays in the world. About momentum x w the energy changes fastest; Newton's steps, of which only those count
+ * that help: beside a principal axis, where no turn changes it, what is missing is rounding.
+ */
+void restoreEnergy(double wanted, const Vec3& moments, Vec3& momentum, Quat& q) HD_RT {
+  constexpr int kMostSteps = 3;
+  constexpr double kRounding = 1e-14;
+  double excess = spin(momentum, moments) - wanted;
+  for (int i = 0; i < kMostSteps && std::abs(excess) > kRounding * wanted; ++i) {
+    const Vec3 way = momentum.cross(momentum.cwiseQuotient(moments));
+    const double slope = way.squaredNorm();
+    if (!(slope > 0)) return;
+    const Quat step = fromRotationVector(way * (-excess / slope));
+    const Vec3 turned = step * momentum;
+    const double left = spin(turned, moments) - wanted;
+    if (!(std::abs(left) < 0.5 * std::abs(excess))) return;
+    momentum = turned;
+    q = q * step.conjugate();
+    excess = left;
+  }
+}
+
 }  // namespace
 
 MassProperties MassProperties::ofBox(double mass, const Vec3& size) {
@@ -84,6 +107,7 @@ void RigidBody::drift(double dt) HD_RT {
   turnAbout(2, dt, moments_, momentum, q_WP);
   turnAbout(1, dt / 2, moments_, momentum, q_WP);
   turnAbout(0, dt / 2, moments_, momentum, q_WP);
+  restoreEnergy(before, moments_, momentum, q_WP);
   const double after = spin(momentum, moments_);
   if (after > before) momentum *= std::sqrt(before / after);
   q_WP.normalize();

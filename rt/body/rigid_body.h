@@ -4,8 +4,8 @@
  * Time stepping: a kick (new velocities at the old pose, by whoever solves for forces), then drift(): the centre of
  * mass along a straight line, the rotation by the splitting of Dullweber, Leimkuhler, McLachlan, "Symplectic splitting
  * methods for rigid body molecular dynamics", J. Chem. Phys. 107 (1997): turns about the principal axes, 1 2 3 2 1,
- * each exact. Symplectic, second order, time-reversible; keeps the angular momentum in the world to rounding, and the
- * rotational energy within a bound that does not grow.
+ * each exact. Second order; keeps the angular momentum in the world to rounding. The rotational energy, which it would
+ * let swing within a bound, is put right after each step by a turn of the momentum within the body.
  */
 #pragma once
 
@@ -48,8 +48,7 @@ class RigidBody {
   /** Puts O there, at rest. */
   void place(const Pose& X_WO) HD_RT;
   void setTwist(const Twist& V_WC) HD_RT { V_WC_ = V_WC; }
-  /** Moves freely for dt. Never ends with more kinetic energy than it began with: what the splitting would add within
-   * its bound is taken from the angular momentum. */
+  /** Moves freely for dt, with the momentum, the angular momentum and the energy that it has: never with more. */
   void drift(double dt) HD_RT;
 
  private:

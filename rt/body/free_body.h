@@ -30,14 +30,16 @@ class FreeBody {
   [[nodiscard]] Vec3 weightOf(const Vec3& gravity) const HD_RT {
     return falls_ ? Vec3(body.mass() * gravity) : Vec3(Vec3::Zero());
   }
-  /** After each tick. True when it has just fallen asleep: its motion is zero from now on. */
+  /** After each tick. True if it has been still for long enough to sleep. */
   bool watchRest(double dt) HD_RT {
     const Twist& V = body.twist();
     rest_s_ = V.v.norm() + kRestLever * V.w.norm() < kRestSpeed ? rest_s_ + dt : 0;
-    if (asleep_ || rest_s_ < kRestTime) return false;
+    return rest_s_ >= kRestTime;
+  }
+  /** Its motion is zero from now on. */
+  void sleep() HD_RT {
     asleep_ = true;
     body.setTwist(Twist{});
-    return true;
   }
   void wake() HD_RT {
     asleep_ = false;

@@ -35,6 +35,8 @@ class JointStep {
   void solve() HD_RT;
 
   [[nodiscard]] std::uint32_t movers() const HD_RT { return movers_; }
+  /** After solve(): the same number for all that touches join. Below movers(). */
+  [[nodiscard]] std::uint8_t island(std::uint8_t mover) const HD_RT { return mover_[mover].island; }
   [[nodiscard]] std::uint32_t rounds() const HD_RT { return rounds_; }
   [[nodiscard]] std::uint32_t dropped() const HD_RT { return dropped_; }  ///< Touches for which there was no room.
   [[nodiscard]] double residual() const HD_RT { return residual_; }       ///< [m/s]

@@ -207,7 +207,10 @@ bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) c
   return isFelt(scene.slot(slot)) && (find(slot) == kNone || isFelt(scene.slot(objectSlot(entry_[k].object))));
 }
 
-/** What lies stays asleep until what it lies on goes, or something that moves touches it. */
+/**
+ * What lies stays asleep until what it lies on goes, or something that moves touches it. Of two bodies only one may
+ * know of the contact: whichever is awake wakes the other. It does not keep it awake: see watchRest().
+ */
 void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   Entry& entry = entry_[k];
   bool lies = false;
@@ -218,8 +221,13 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
     lies = lies || touch.gap < kSupport;
     if (touch.gap > kTouching) continue;
     const std::uint8_t other = find(slot);
-    if (other != kNone && !entry.body.asleep()) entry_[other].body.wake();
-    if (other == kNone && touch.moving.norm() > kStirring) entry.body.wake();
+    if (other == kNone) {
+      if (touch.moving.norm() > kStirring) entry.body.wake();
+      continue;
+    }
+    const auto moves = [](const Entry& e) HD_RT { return !e.body.asleep() && e.age < kStale; };
+    if (entry_[other].body.asleep() && moves(entry)) entry_[other].body.wake();
+    if (entry.body.asleep() && moves(entry_[other])) entry.body.wake();
   }
   if (entry.body.asleep() && !lies && !entry.body.weightOf(gravity_).isZero(0)) entry.body.wake();
 }
@@ -230,6 +238,18 @@ void FreeBodies::addTouches(const Scene& scene, std::uint8_t k) HD_RT {
     const std::uint32_t slot = entry.model.point[i].body();
     if (!meets(scene, k, slot)) continue;
     (void)joint_.add(touchOf(scene, k, i), entry.mover, moverOf(find(slot)));
+  }
+}
+
+/** What touches falls asleep together: one of a pile that slept by itself would be woken by the next, and so on. */
+void FreeBodies::watchRest(double dt) HD_RT {
+  std::array<bool, JointStep::kMaxMovers> stirs{};
+  for (Entry& entry : entry_) {
+    if (entry.mover == kNone) continue;
+    if (!entry.body.watchRest(dt)) stirs[joint_.island(entry.mover)] = true;
+  }
+  for (Entry& entry : entry_) {
+    if (entry.mover != kNone && !stirs[joint_.island(entry.mover)]) entry.body.sleep();
   }
 }
 
@@ -269,10 +289,9 @@ void FreeBodies::step(Scene& scene, double dt) HD_RT {
     if (entry_[k].mover != kNone) addTouches(scene, k);
   }
   joint_.solve();
-  for (Entry& entry : entry_) {
-    if (entry.mover == kNone) continue;
-    (void)entry.body.watchRest(dt);
-    place(scene, entry, entry.body.body.twist());
+  watchRest(dt);
+  for (const Entry& entry : entry_) {
+    if (entry.mover != kNone) place(scene, entry, entry.body.body.twist());
   }
 }
 

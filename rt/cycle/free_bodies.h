@@ -79,6 +79,7 @@ class FreeBodies {
   [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
   void addTouches(const Scene& scene, std::uint8_t k) HD_RT;
+  void watchRest(double dt) HD_RT;
   static void place(Scene& scene, const Entry& entry, const Twist& V_WC) HD_RT;
 
   std::array<Entry, kMaxBodies> entry_;

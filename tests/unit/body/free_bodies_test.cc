@@ -140,6 +140,41 @@ TEST(FreeBodies, OneFallsOnAnotherThatSleepsAndBothComeToRest) {
   for (const std::uint32_t id : {kBall, kOther}) EXPECT_GT(seen(house, id).X_WO.p.z(), kRadius - 5e-5);
 }
 
+/** Each of a pile has contacts with those above and below: none may keep the others awake that is at rest itself. */
+TEST(FreeBodies, APileFallsAsleepAndStays) {
+  for (const int many : {2, 3, 4}) {
+    for (const double size : {0.1, 1.0}) {
+      House house;
+      gravity(house, 9.81);
+      const Vec3 half = size * Vec3(0.03, 0.03, 0.02);
+      std::vector<std::uint32_t> pile;
+      for (int k = 0; k < many; ++k) {
+        const std::uint32_t id = makeObjectId(10 + static_cast<std::uint32_t>(k), 1);
+        AddObject brick = object(id, ShapeKind::kBox, half, {0.3 + 1e-3 * size * k, 0, (2 * k + 1) * half.z()});
+        store(fromRotationVector({0, 0, 0.2 * k}), brick.q);
+        house.send(CommandKind::kAddObject, brick);
+        SetBody order = body(id, 0.2 * size * size * size);
+        const Mat3 inertia = MassProperties::ofBox(order.mass, 2 * half).inertia_O;
+        for (int i = 0; i < 3; ++i) order.inertia[i] = inertia(i, i);
+        house.send(CommandKind::kSetBody, order);
+        pile.push_back(id);
+      }
+      house.run(1500);
+      std::vector<Vec3> lies;
+      for (int k = 0; k < many; ++k) {
+        EXPECT_TRUE(house.servo->cycle().bodies().body(static_cast<std::uint8_t>(k)).asleep()) << many << " " << size;
+        lies.push_back(seen(house, pile[static_cast<std::size_t>(k)]).X_WO.p);
+      }
+      house.run(500);
+      for (std::size_t k = 0; k < lies.size(); ++k) EXPECT_EQ(seen(house, pile[k]).X_WO.p, lies[k]) << k;
+      // What the lowest is pushed by wakes all that lie on it.
+      house.send(CommandKind::kObjectPose, hd_object_pose{pile[0], 0, {lies[0].x(), 0, lies[0].z()}, {1}, {0.1F}, {}});
+      house.run(20);
+      for (std::size_t k = 0; k < lies.size(); ++k) EXPECT_NE(seen(house, pile[k]).X_WO.p, lies[k]) << k;
+    }
+  }
+}
+
 TEST(FreeBodies, EnergyNeverGrowsWhileTheyTumbleAlone) {
   House house;
   gravity(house, 9.81);

@@ -31,6 +31,7 @@ struct ContactModel {
     std::uint32_t key;  ///< Body's number in the high byte; below it A's feature. Never 0.
 
     [[nodiscard]] std::uint32_t body() const HD_RT { return key >> 24; }
+    [[nodiscard]] std::uint32_t feature() const HD_RT { return (key & 0xffffffu) - 1; }
   };
 
   std::array<Point, kMaxTouches> point{};

@@ -130,7 +130,7 @@ void SceneContacts::carryOver(const CollideRequest::Held& held, double margin, c
       contact.n_W = touch.n;
       contact.depth = -touch.gap;
       contact.p_WB = contact.p_WA + contact.depth * contact.n_W;
-      contact.feature_a = (model.point[i].key & 0xffffffu) - 1;
+      contact.feature_a = model.point[i].feature();
       const bool known = isFound(k, contact.feature_a, found);
       if (touch.gap <= margin && !known) keep(contact, static_cast<std::uint8_t>(k));
     }

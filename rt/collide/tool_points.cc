@@ -9,7 +9,7 @@ namespace {
 constexpr int kAlongEdge = 9;  ///< Points on a box's edge, its ends included.
 constexpr int kAround = 32;    ///< On a cylinder's rim.
 constexpr int kRings = 9;
-constexpr int kBalls = 33;  ///< Along a capsule.
+constexpr std::uint32_t kBalls = 33;  ///< Along a capsule.
 
 }  // namespace
 
@@ -18,6 +18,10 @@ void ToolPoints::add(const Vec3& p) HD_RT {
   for (int i = 0; i < 3; ++i) p_[count_][static_cast<std::size_t>(i)] = static_cast<float>(p[i]);
   ++count_;
   reach_ = std::max(reach_, p.norm() + radius_);
+}
+
+double ToolPoints::alongAxis(std::uint32_t i, double half) HD_RT {
+  return half * (2.0 * std::min(i, kBalls - 1) / (kBalls - 1) - 1);
 }
 
 void ToolPoints::addBox(const Vec3& half) HD_RT {
@@ -68,7 +72,7 @@ void ToolPoints::make(const Shape& shape) HD_RT {
       return;
     case ShapeKind::kCapsule:
       radius_ = shape.size.x();
-      for (int i = 0; i < kBalls; ++i) add({0, 0, shape.size.y() * (2.0 * i / (kBalls - 1) - 1)});
+      for (std::uint32_t i = 0; i < kBalls; ++i) add({0, 0, alongAxis(i, shape.size.y())});
       return;
     case ShapeKind::kBox:
       addBox(shape.size);

@@ -22,7 +22,9 @@ class ToolPoints {
   [[nodiscard]] std::uint32_t count() const HD_RT { return count_; }
   [[nodiscard]] Vec3 at(std::uint32_t i) const HD_RT { return {p_[i][0], p_[i][1], p_[i][2]}; }
   [[nodiscard]] double radius() const HD_RT { return radius_; }  ///< Of each ball [m].
-  [[nodiscard]] double reach() const HD_RT { return reach_; }    ///< Farthest surface from the origin [m].
+  /** Where on its axis a capsule half as long as that has ball i; a sphere's one, of half 0, is in the middle [m]. */
+  [[nodiscard]] static double alongAxis(std::uint32_t i, double half) HD_RT;
+  [[nodiscard]] double reach() const HD_RT { return reach_; }  ///< Farthest surface from the origin [m].
 
  private:
   void add(const Vec3& p) HD_RT;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "rt/collide/round.h"
 #include "rt/cycle/obstacles.h"
 
 namespace hapticd {
@@ -186,19 +187,22 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
   const Entry& entry = entry_[k];
   const RigidBody& mine = entry.body.body;
   const std::uint32_t slot = entry.model.point[i].body();
+  const std::uint32_t feature = entry.model.point[i].feature();
   const SceneObject& object = scene.slot(slot);
+  const SceneObject& self = scene.slot(objectSlot(entry.object));
   const std::uint8_t other = find(slot);
   Touch touch;
   if (other != kNone) {
     const RigidBody& theirs = entry_[other].body.body;
     touch = entry.model.touch(i, mine.pose(), mine.com(), theirs.pose(), Twist{});
+    rollTo({self.shape, mine.pose()}, feature, {object.shape, theirs.pose()}, mine.com(), Vec3::Zero(), touch);
     touch.r_b = mine.com() + touch.r_a - theirs.com();
   } else {
     touch = entry.model.touch(i, mine.pose(), mine.com(), object.X_WO, object.V_WO);
+    rollTo({self.shape, mine.pose()}, feature, {object.shape, object.X_WO}, mine.com(), object.V_WO.w, touch);
   }
   // Two coefficients make one: the geometric mean is common.
-  const hd_material& own = scene.slot(objectSlot(entry.object)).material;
-  touch.friction = std::sqrt(own.friction_static * object.material.friction_static);
+  touch.friction = std::sqrt(self.material.friction_static * object.material.friction_static);
   touch.key |= std::uint64_t{kMaxDevices + kMaxBodies + 1u + k} << kTagShift;
   return touch;
 }

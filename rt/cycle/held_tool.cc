@@ -6,6 +6,7 @@
 #include <initializer_list>
 
 #include "rt/body/direct.h"
+#include "rt/collide/round.h"
 #include "rt/cycle/obstacles.h"
 
 namespace hapticd {
@@ -66,6 +67,7 @@ double HeldTool::stiffness() const HD_RT {
 
 void HeldTool::gather(const Scene& scene, const FreeBodies& bodies) HD_RT {
   touches_ = 0;
+  const SceneObject& self = scene.slot(objectSlot(order_.object));
   const Pose X_WA = tool_.body().pose();
   const Vec3& com = tool_.body().com();
   for (std::uint32_t i = 0; i < model_.count; ++i) {
@@ -75,12 +77,15 @@ void HeldTool::gather(const Scene& scene, const FreeBodies& bodies) HD_RT {
     const std::uint8_t body = bodies.find(slot);
     body_of_[touches_] = body;
     Touch& touch = touch_[touches_++];
+    const std::uint32_t feature = model_.point[i].feature();
     if (body != FreeBodies::kNone) {
       const RigidBody& rigid = bodies.body(body).body;
       touch = model_.touch(i, X_WA, com, rigid.pose(), Twist{});
+      rollTo({self.shape, X_WA}, feature, {object.shape, rigid.pose()}, com, Vec3::Zero(), touch);
       touch.r_b = com + touch.r_a - rigid.com();
     } else {
       touch = model_.touch(i, X_WA, com, object.X_WO, object.V_WO);
+      rollTo({self.shape, X_WA}, feature, {object.shape, object.X_WO}, com, object.V_WO.w, touch);
     }
     touch.friction = object.material.friction_static;
   }

@@ -1,0 +1,123 @@
+// Balls and capsules that turn between two answers of the collide thread: they roll, spin and slide as round things do.
+#include "rt/collide/round.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/tool_house.h"
+
+namespace hapticd {
+namespace {
+
+using test::kFloor;
+using test::kTool;
+using test::kWall;
+using test::object;
+using House = test::ToolHouse;
+
+constexpr double kGravity = 9.81, kRadius = 0.02;
+const std::uint32_t kRoller = makeObjectId(10, 1);
+
+/** Lies on the floor, its axis along y. */
+const Pose kLies{{0, 1, kRadius}, fromRotationVector({-EIGEN_PI / 2, 0, 0})};
+
+void addRoller(House& house, ShapeKind kind, const Vec3& gravity) {
+  AddObject round = object(kRoller, kind, {kRadius, kind == ShapeKind::kCapsule ? 0.03 : 0, 0}, kLies.p);
+  store(kLies.q, round.q);
+  house.send(CommandKind::kAddObject, round);
+  SetBody body{kRoller, 1, 0.2, {}, {}, 0};
+  for (int i = 0; i < 3; ++i) body.inertia[i] = 0.4 * body.mass * kRadius * kRadius;
+  house.send(CommandKind::kSetBody, body);
+  house.send(CommandKind::kSetGravity, SetGravity{{gravity.x(), gravity.y(), gravity.z()}});
+  house.run(50);
+}
+
+void start(House& house, double v, double w) {
+  hd_object_pose pose{kRoller, 0, {}, {}, {static_cast<float>(v)}, {0, static_cast<float>(w)}};
+  store(kLies.p, pose.p);
+  store(kLies.q, pose.q);
+  house.send(CommandKind::kObjectPose, pose);
+  house.run(1);
+}
+
+const RigidBody& roller(const House& house) { return house.servo->cycle().bodies().body(0).body; }
+
+TEST(Round, RollsOnAtItsSpeedAndDoesNotSinkIn) {
+  for (const ShapeKind kind : {ShapeKind::kSphere, ShapeKind::kCapsule}) {
+    for (const double v : {0.02, 0.2, 1.0}) {
+      House house;
+      addRoller(house, kind, {0, 0, -kGravity});
+      start(house, v, v / kRadius);
+      house.run(1500);
+      EXPECT_NEAR(roller(house).twist().v.x(), v, 1e-3 * v);
+      EXPECT_NEAR(roller(house).twist().w.y() * kRadius, v, 1e-3 * v);
+      EXPECT_NEAR(roller(house).com().z(), kRadius, 1e-7);
+    }
+  }
+}
+
+TEST(Round, RollsDownAsTheClosedForm) {
+  for (const double slope : {0.02, 0.1, 0.3}) {
+    House house;
+    addRoller(house, ShapeKind::kSphere, kGravity * Vec3(std::sin(slope), 0, -std::cos(slope)));
+    house.run(50);
+    const double before = roller(house).twist().v.x();
+    house.run(500);
+    const double want = 5.0 / 7 * kGravity * std::sin(slope);
+    EXPECT_NEAR((roller(house).twist().v.x() - before) / 0.5, want, 1e-3 * want) << slope;
+  }
+}
+
+TEST(Round, OneThatSpinsInPlaceEndsRollingAsTheClosedForm) {
+  for (const double w : {5.0, 20.0, 100.0}) {
+    House house;
+    addRoller(house, ShapeKind::kSphere, {0, 0, -kGravity});
+    start(house, 0, w);
+    house.run(1500);
+    const double want = 2.0 / 7 * w * kRadius;
+    EXPECT_NEAR(roller(house).twist().v.x(), want, 2e-3 * want) << w;
+  }
+}
+
+TEST(Round, AHeldBallThatTurnsIsStillABall) {
+  const double radius = 0.01;
+  House house;
+  house.send(CommandKind::kObjectMaterial, hd_object_material{kFloor, 0, {1000, 0, 0, 0}});
+  house.send(CommandKind::kSetShape, SetShape{kTool, 0, {static_cast<std::uint32_t>(ShapeKind::kSphere), 0, {radius}}});
+  house.hold();
+  house.aim({0, 0, -0.02});
+  house.run(800);
+  for (int i = 0; i < 1000; ++i) {
+    house.aim({0, 0, -0.02}, {0, 1.2 * std::sin(0.02 * i), 0});
+    house.run(1);
+    ASSERT_NEAR(house.place().p.z(), radius, 1e-6) << i;
+    const Wrench& contact = house.servo->cycle().tool(0).last().contact;
+    ASSERT_LT(std::abs(contact.torque.y()), 1e-9 * contact.force.z()) << "through its middle" << i;
+  }
+}
+
+TEST(Round, ABallThatSpinsUnderAToolPushesItStraightUp) {
+  for (const double w : {1.0, 5.0, 20.0}) {
+    House house;
+    AddObject ball = object(kWall, ShapeKind::kSphere, {0.03, 0, 0}, {0, 0, 0});
+    ball.material.friction_static = ball.material.friction_dynamic = 0;
+    house.send(CommandKind::kAddObject, ball);
+    house.hold();
+    house.aim({0, 0, 0.033});
+    double across = 0, up = 0;
+    for (int i = 0; i < 2000; ++i) {
+      hd_object_pose pose{kWall, 0, {}, {}, {}, {0, static_cast<float>(w)}};
+      store(fromRotationVector({0, w * 1e-3 * i, 0}), pose.q);
+      house.send(CommandKind::kObjectPose, pose);
+      house.run(1);
+      if (i < 1000) continue;
+      across += house.servo->cycle().tool(0).last().contact.force.x();
+      up += house.servo->cycle().tool(0).last().contact.force.z();
+    }
+    EXPECT_LT(std::abs(across), 1e-3 * up) << w;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -12,19 +12,20 @@ constexpr double kSameSide = 0.5;  // Cosine of 60 degrees.
 
 Vec3 point(const Float3& p) { return {p[0], p[1], p[2]}; }
 
-/** Pieces of one triangle: rows from the apex to the longest edge b-c, t from 0 to 1. */
+double partsOf(double length, double step) { return std::max(1.0, std::ceil(length / step)); }
+
+/** Pieces of one triangle: rows from the apex to the edge b-c, t from 0 to 1, cut by lines from the apex. */
 void cut(const Vec3& apex, const Vec3& b, const Vec3& c, double step,
          const std::function<void(const SurfaceSample&)>& visit) {
   const Vec3 cross = (b - apex).cross(c - apex);
   const double twice = cross.norm(), base = (c - b).norm();
   if (!(twice > 0) || !(base > 0)) return;
   const Vec3 normal = cross / twice;
-  const auto parts = [&](double length) { return std::max(1.0, std::ceil(length / step)); };
-  const double rows = parts(twice / base);
+  const double rows = partsOf(twice / base, step);
   for (double row = 0; row < rows; ++row) {
     const double t0 = row / rows, t1 = (row + 1) / rows, squares = t1 * t1 - t0 * t0;
     const double t = 2.0 / 3.0 * (t1 * t1 * t1 - t0 * t0 * t0) / squares;
-    const double columns = parts(base * t1);
+    const double columns = partsOf(base * t1, step);
     for (double column = 0; column < columns; ++column) {
       const double u = (column + 0.5) / columns;
       visit({apex + t * ((b - apex) + u * (c - b)), normal, 0.5 * twice * squares / columns});
@@ -41,7 +42,25 @@ void sampleSurface(std::span<const Float3> vertices, std::span<const Index3> tri
     int longest = 0;
     for (int e = 1; e < 3; ++e)
       if ((v[(e + 1) % 3] - v[e]).norm() > (v[(longest + 1) % 3] - v[longest]).norm()) longest = e;
-    cut(v[(longest + 2) % 3], v[longest], v[(longest + 1) % 3], step, visit);
+    const Vec3 &apex = v[(longest + 2) % 3], &b = v[longest], &c = v[(longest + 1) % 3];
+    const Vec3 along = c - b;
+    const double share = along.squaredNorm() > 0 ? along.dot(apex - b) / along.squaredNorm() : 0;
+    const Vec3 foot = b + std::clamp(share, 0.0, 1.0) * along;
+    const double height = (apex - foot).norm(), to_b = (b - foot).norm(), to_c = (c - foot).norm();
+    if (std::max(to_b, to_c) <= step * partsOf(height, step)) {
+      cut(apex, b, c, step, visit);
+      continue;
+    }
+    // In a thin triangle the fan's pieces would lean from the apex to the far end. Its altitude cuts it into two with a
+    // right angle, whose rows along the longer leg lean by a step at most.
+    if (to_b > height)
+      cut(b, foot, apex, step, visit);
+    else
+      cut(apex, b, foot, step, visit);
+    if (to_c > height)
+      cut(c, apex, foot, step, visit);
+    else
+      cut(apex, foot, c, step, visit);
   }
 }
 

@@ -21,8 +21,9 @@ struct SurfaceSample {
 };
 
 /**
- * Cuts each triangle into pieces no longer and no wider than `step` [m], rows parallel to its longest edge, each cut
- * across. Areas and centroids are exact, so the areas sum to the mesh's. Triangles without area give nothing.
+ * Cuts each triangle into pieces no longer and no wider than two `step`s [m], however thin it is: rows parallel to its
+ * longest edge, each cut across, or of thin ones rows across. Areas and centroids are exact, so the areas sum to the
+ * mesh's. Triangles without area give nothing.
  */
 void sampleSurface(std::span<const Float3> vertices, std::span<const Index3> triangles, double step,
                    const std::function<void(const SurfaceSample&)>& visit);

@@ -1,0 +1,87 @@
+// Samples of a surface: they lie all over each triangle, however thin it is.
+#include "daemon/builder/volume/surface_points.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "support/test_mesh.h"
+
+namespace hapticd {
+namespace {
+
+Float3 floats(const Vec3& x) { return {float(x.x()), float(x.y()), float(x.z())}; }
+
+/** A right triangle's legs, and a shift of its corner along the longer one: needles, blades and plain ones. */
+struct Thin {
+  double length, width, shift;
+};
+
+TEST(SurfacePoints, LieAllOverATriangleHoweverThin) {
+  const double step = 0.25e-3;
+  for (const Thin& thin : {Thin{0.02, 1e-5, 0}, Thin{0.02, 1e-4, 0.5}, Thin{0.02, 6e-4, 0}, Thin{0.02, 2e-3, 1},
+                           Thin{0.02, 2e-3, 0.3}, Thin{0.02, 0.015, 0.5}, Thin{1e-4, 1e-4, 0}}) {
+    const Vec3 b(0, 0, 0), c(thin.length, 0, 0), a(thin.shift * thin.length, thin.width, 0);
+    std::vector<SurfaceSample> samples;
+    const Float3 corners[] = {floats(a), floats(b), floats(c)};
+    const Index3 triangle[] = {{0, 1, 2}};
+    sampleSurface(corners, triangle, step, [&](const SurfaceSample& s) { samples.push_back(s); });
+    const double area = 0.5 * thin.length * thin.width;
+    double sum = 0;
+    Vec3 middle = Vec3::Zero();
+    for (const SurfaceSample& s : samples) {
+      sum += s.area;
+      middle += s.area * s.x;
+      EXPECT_NEAR(s.normal.z(), 1, 1e-9);
+      EXPECT_LE(s.area, 1.01 * step * step);
+    }
+    EXPECT_NEAR(sum, area, 1e-6 * area);
+    EXPECT_LT((middle / sum - (a + b + c) / 3).norm(), 1e-8);
+    // No place of the triangle is farther from a sample than a piece is large.
+    double farthest = 0;
+    for (int i = 0; i <= 200; ++i) {
+      for (const double t : {0.0, 0.1, 0.5}) {
+        const Vec3 x = b + i / 200.0 * (c - b) + t * (a - b - i / 200.0 * (c - b));
+        double nearest = 1;
+        for (const SurfaceSample& s : samples) nearest = std::min(nearest, (s.x - x).norm());
+        farthest = std::max(farthest, nearest);
+      }
+    }
+    EXPECT_LT(farthest, 1.5 * step) << thin.width << " " << thin.shift;
+    EXPECT_LT(samples.size(), 4 * (area / (step * step) + thin.length / step + 1));
+  }
+}
+
+/** Of facets as wide as a quarter of a voxel and as long as the cylinder each has a voxel wherever it goes. */
+TEST(SurfacePoints, ACylinderOfLongFacetsHasPointsAllAlong) {
+  constexpr int kAround = 96;
+  const double radius = 0.005, half = 0.02, voxel = 0.001;
+  test::TestMesh mesh;
+  for (int i = 0; i < kAround; ++i) {
+    const double a = 2 * EIGEN_PI * i / kAround;
+    mesh.addVertex({radius * std::cos(a), radius * std::sin(a), -half});
+    mesh.addVertex({radius * std::cos(a), radius * std::sin(a), half});
+  }
+  const std::uint32_t low = mesh.addVertex({0, 0, -half}), high = mesh.addVertex({0, 0, half});
+  for (std::uint32_t i = 0; i < kAround; ++i) {
+    const std::uint32_t j = (i + 1) % kAround;
+    mesh.addQuad(2 * i, 2 * j, 2 * j + 1, 2 * i + 1);
+    mesh.addTriangle(low, 2 * j, 2 * i);
+    mesh.addTriangle(high, 2 * i + 1, 2 * j + 1);
+  }
+  // The area of the mantle by slices as long as three voxels.
+  std::vector<double> slice(12, 0);
+  std::vector<SurfaceSample> samples;
+  sampleSurface(mesh.vertices, mesh.triangles, voxel / 4, [&](const SurfaceSample& s) { samples.push_back(s); });
+  for (const SurfaceSample& s : thinOut(samples, Vec3::Constant(-half - voxel), voxel / 2)) {
+    if (std::abs(s.normal.z()) > 0.5) continue;
+    slice[static_cast<std::size_t>(std::clamp((s.x.z() + half) / (2 * half) * 12, 0.0, 11.0))] += s.area;
+  }
+  const double mantle = 2 * kAround * radius * std::sin(EIGEN_PI / kAround) * 2 * half;
+  for (const double area : slice) EXPECT_NEAR(area, mantle / 12, 0.05 * mantle / 12);
+}
+
+}  // namespace
+}  // namespace hapticd

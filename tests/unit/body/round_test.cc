@@ -23,7 +23,7 @@ const std::uint32_t kRoller = makeObjectId(10, 1);
 const Pose kLies{{0, 1, kRadius}, fromRotationVector({-EIGEN_PI / 2, 0, 0})};
 
 void addRoller(House& house, ShapeKind kind, const Vec3& gravity) {
-  AddObject round = object(kRoller, kind, {kRadius, kind == ShapeKind::kCapsule ? 0.03 : 0, 0}, kLies.p);
+  AddObject round = object(kRoller, kind, {kRadius, kind == ShapeKind::kSphere ? 0 : 0.03, 0}, kLies.p);
   store(kLies.q, round.q);
   house.send(CommandKind::kAddObject, round);
   SetBody body{kRoller, 1, 0.2, {}, {}, 0};
@@ -55,6 +55,25 @@ TEST(Round, RollsOnAtItsSpeedAndDoesNotSinkIn) {
       EXPECT_NEAR(roller(house).com().z(), kRadius, 1e-7);
     }
   }
+}
+
+/** Its points are a prism's of 32 sides, which would rock to and fro on one of them. */
+TEST(Round, ACylinderRollsTooAndStandsOnItsEnd) {
+  for (const double v : {0.02, 0.2, 0.5}) {
+    House house;
+    addRoller(house, ShapeKind::kCylinder, {0, 0, -kGravity});
+    start(house, v, v / kRadius);
+    house.run(1500);
+    EXPECT_NEAR(roller(house).twist().v.x(), v, 0.01 * v);
+    EXPECT_NEAR(roller(house).twist().w.y() * kRadius, v, 0.01 * v);
+    EXPECT_NEAR(roller(house).com().z(), kRadius, 1.1e-5);
+  }
+  House house;
+  addRoller(house, ShapeKind::kCylinder, {0, 0, -kGravity});
+  house.send(CommandKind::kObjectPose, hd_object_pose{kRoller, 0, {0, 1, 0.0301}, {1}, {}, {}});
+  house.run(1000);
+  EXPECT_NEAR(roller(house).com().z(), 0.03, 1.1e-5);
+  EXPECT_TRUE(house.servo->cycle().bodies().body(0).asleep());
 }
 
 TEST(Round, RollsDownAsTheClosedForm) {

@@ -295,7 +295,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     renderTool(d, sample, out);
   } else {
     device.proxy.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), out.contact);
-    shade(scene_, out.contact);
+    shade(scene_, out.velocity.v, out.contact);
     source[HD_SOURCE_SURFACE].force = out.contact.force;
     const SurfaceForces added = device.effects.step(scene_, out.contact, sample.p, out.velocity.v);
     source[HD_SOURCE_TEXTURE].force = added.texture;

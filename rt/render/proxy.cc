@@ -311,7 +311,8 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const hd_material& material = surface->material;
   const double elastic = material.stiffness * pull.dot(contact.normal);
   const double approach = contact.normal.dot(surface->velocityAt(contact.point) - v_W);
-  contact.force = material.stiffness * pull + std::max(material.damping * approach, -elastic) * contact.normal;
+  contact.damping = std::max(material.damping * approach, -elastic);
+  contact.force = material.stiffness * pull + contact.damping * contact.normal;
   contact.proxy = support.at;
   contact.object = object;
   contact.touch = !before;

@@ -23,6 +23,7 @@ struct SurfaceContact {
   Vec3 point = Vec3::Zero();   ///< Of contact, on the surface; the proxy in free space [m].
   Vec3 normal = Vec3::Zero();  ///< Outward, unit; zero in free space.
   double depth = 0;            ///< Of the hip below where the proxy may be, along the normal [m].
+  double damping = 0;          ///< Part of the force that the material's damping makes, along the normal [N].
   std::uint32_t object = 0;    ///< Id of the object in contact, 0 for none.
   bool slip = false;
   bool touch = false;      ///< Contact began this tick.

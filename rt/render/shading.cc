@@ -47,7 +47,7 @@ Vec3 turned(const Vec3& x, const Vec3& from, const Vec3& to) HD_RT {
 
 }  // namespace
 
-void shade(const Scene& scene, SurfaceContact& contact) HD_RT {
+void shade(const Scene& scene, const Vec3& v_W, SurfaceContact& contact) HD_RT {
   const SceneObject* object = scene.find(contact.object);
   if (!object || object->shape.kind != ShapeKind::kMesh || !(contact.depth > 0)) return;
   const double cosine = object->surface.parameters.smooth_cosine;
@@ -81,7 +81,10 @@ void shade(const Scene& scene, SurfaceContact& contact) HD_RT {
   if (!(length > 0)) return;
   smooth *= side / length;
   if (smooth.dot(support) < kLeastTurnCosine) return;
-  contact.force = object->X_WO.q * turned(q_OW * contact.force, support, smooth);
+  const Vec3 spring = turned(q_OW * contact.force - contact.damping * support, support, smooth);
+  const double approach = smooth.dot(q_OW * (object->velocityAt(contact.point) - v_W));
+  contact.damping = std::max(object->material.damping * approach, -spring.dot(smooth));
+  contact.force = object->X_WO.q * (spring + contact.damping * smooth);
 }
 
 }  // namespace hapticd

@@ -11,15 +11,16 @@ namespace {
  * The relief lowers the surface by h <= 0 along its normal: with the depth d the elastic energy is that of max(0, d +
  * h), and the force is k (d + h) (n - grad h) where without relief it was k d n. So the contact's force, friction with
  * it, shrinks to the share (d + h) / d, and the slope pushes aside. On a plane no tour gives any energy.
+ * `left` becomes d + h, 0 for a hand above the lowered surface.
  */
-Vec3 reliefForce(const SceneObject& object, const SurfaceContact& contact, const Vec3& hip) HD_RT {
+Vec3 reliefForce(const SceneObject& object, const SurfaceContact& contact, const Vec3& hip, double& left) HD_RT {
   const Quat q_OW = object.X_WO.q.conjugate();
   // With friction the proxy stays behind; the relief does not. A ball touches a radius below its centre.
   const Vec3 foot = hip + contact.depth * contact.normal + (contact.point - contact.proxy);
   const Vec3 n_O = q_OW * contact.normal;
   const ReliefPoint relief =
       reliefAt(*object.surface.relief, object.surface.parameters, q_OW * (foot - object.X_WO.p), n_O);
-  const double left = std::max(0.0, contact.depth + relief.height);
+  left = std::max(0.0, contact.depth + relief.height);
   const Vec3 aside_O = relief.gradient - relief.gradient.dot(n_O) * n_O;
   return (left / contact.depth - 1) * contact.force - object.material.stiffness * left * (object.X_WO.q * aside_O);
 }
@@ -33,17 +34,18 @@ SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& con
   const Surface* surface = object && contact.depth > 0 ? &object->surface : nullptr;
   const Vec3 slide = surface ? Vec3(v - object->velocityAt(contact.point)) : Vec3::Zero();
 
-  if (surface && contact.touch) {
-    transient_.strike(surface->parameters, -slide.dot(contact.normal), contact.normal);
-  }
+  double left = surface ? contact.depth : 0;
+  if (surface && surface->relief) forces.texture += reliefForce(*object, contact, hip, left);
+
+  const bool before = felt_;
+  felt_ = left > 0;
+  if (felt_ && !before) transient_.strike(surface->parameters, -slide.dot(contact.normal), contact.normal);
   forces.transient = transient_.step();
 
-  if (surface && surface->relief) forces.texture += reliefForce(*object, contact, hip);
-
-  if (surface && surface->vibration) {
+  if (felt_ && surface->vibration) {
     // Across the motion, as the paper has it: such a force does no work on the sliding hand.
     const Vec3 aside = contact.normal.cross(slide);
-    const double speed = aside.norm(), normal_force = object->material.stiffness * contact.depth;
+    const double speed = aside.norm(), normal_force = object->material.stiffness * left;
     const double wanted =
         surface->parameters.vibration_mass * vibration_.step(*surface->vibration, speed, normal_force);
     if (speed > 0) forces.texture += std::clamp(wanted, -normal_force, normal_force) / speed * aside;

@@ -27,19 +27,21 @@ class SurfaceEffects {
   explicit SurfaceEffects(std::uint64_t seed = 0) noexcept : vibration_(seed) {}
 
   /**
-   * After the proxy has found `contact` for a hand at `hip` that moves at `v`. Without contact there is no texture; a
-   * transient sounds on until it has died out.
+   * After the proxy has found `contact` for a hand at `hip` that moves at `v`. Without contact, or above the ground of
+   * a relief's hollow, there is no texture; a transient sounds on until it has died out.
    */
   [[nodiscard]] SurfaceForces step(const Scene& scene, const SurfaceContact& contact, const Vec3& hip,
                                    const Vec3& v) HD_RT;
   void reset() HD_RT {
     transient_.reset();
     vibration_.rest();
+    felt_ = false;
   }
 
  private:
   Transient transient_;
   Vibration vibration_;
+  bool felt_ = false;  ///< The surface, as its relief lowers it, pushed in the last tick.
 };
 
 }  // namespace hapticd

@@ -47,7 +47,7 @@ double workAround(MeshView* mesh, const std::vector<Vec3>& corners) {
     for (int i = 0; i <= kSteps; ++i) {
       const Vec3 x = corners[c] + (corners[(c + 1) % corners.size()] - corners[c]) * i / kSteps;
       t.tick(x);
-      shade(*t.scene, t.contact);
+      shade(*t.scene, Vec3::Zero(), t.contact);
       if (c > 0 || i > 0) work += 0.5 * (t.contact.force + last_f).dot(x - last_x);
       last_x = x;
       last_f = t.contact.force;
@@ -95,6 +95,41 @@ TEST(ShadingProperty, AtOneDepthNothingIsGained) {
   const double gained =
       workAround(mesh.view(), {{x, -0.4 * width(), 0}, {x, 0.45 * width(), 0.1}, {x, 0.1 * width(), 0.3}});
   EXPECT_NEAR(gained, 0, 1e-9);
+}
+
+/** Work on a hand that goes to and fro over a facet while it goes up and down, in a closed loop; b damps. */
+double workOfLoop(MeshView* mesh, double b, double up, double rate) {
+  test::TestScene t;
+  const std::uint32_t id = t.addMesh(mesh, {}, {kStiffness, b, 0, 0});
+  SurfaceParameters surface{};
+  surface.smooth_cosine = std::cos(1.0);
+  EXPECT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
+  t.tick({facet() + 0.01, 0, 0});
+  double work = 0;
+  constexpr int kSteps = 4000;
+  constexpr double kRound = 2 * std::numbers::pi;
+  for (int i = 0; i < kSteps; ++i) {
+    const double p = kRound * i / kSteps;
+    const Vec3 x(facet() - 1e-3 + up * std::cos(2 * p), 0.42 * width() * std::sin(p), 0);
+    const Vec3 v = rate * Vec3(-2 * up * std::sin(2 * p), 0.42 * width() * std::cos(p), 0);
+    t.tick(x, v);
+    shade(*t.scene, v, t.contact);
+    work += t.contact.force.dot(v) * kRound / kSteps / rate;
+  }
+  return work;
+}
+
+/** Sliding turns the one into the other: damping of the facet's normal, turned, would give energy one way round. */
+TEST(ShadingProperty, DampingTakesWhereItIsTurned) {
+  test::TestMesh mesh = prism();
+  MeshView* view = mesh.view();
+  for (const double up : {-3e-4, -1e-4, 1e-4, 3e-4}) {
+    for (const double rate : {10.0, 60.0}) {
+      EXPECT_NEAR(workOfLoop(view, 0, up, rate), 0, 1e-9);
+      for (const double b : {1.0, 5.0, 30.0})
+        EXPECT_LT(workOfLoop(view, b, up, rate), 0) << b << " " << up << " " << rate;
+    }
+  }
 }
 
 }  // namespace

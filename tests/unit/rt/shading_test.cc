@@ -26,10 +26,10 @@ struct Shaded {
     surface.smooth_cosine = cosine;
     EXPECT_EQ(scene.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
   }
-  const Vec3& at(const Vec3& hip) {
-    scene.tick(hip);
+  const Vec3& at(const Vec3& hip, const Vec3& v = Vec3::Zero()) {
+    scene.tick(hip, v);
     plain = scene.contact.force;
-    shade(*scene.scene, scene.contact);
+    shade(*scene.scene, v, scene.contact);
     return scene.contact.force;
   }
 };
@@ -228,7 +228,7 @@ TEST(Shading, GivesUpWhereTheWorkIsUsedUp) {
     t.scene.contact.force = t.scene.contact.normal;
     t.scene.contact.work = 0;
     t.scene.scene->advance(test::kTick);
-    shade(*t.scene.scene, t.scene.contact);
+    shade(*t.scene.scene, Vec3::Zero(), t.scene.contact);
     const bool turned = t.scene.contact.force != t.scene.contact.normal;
     if (sides == 100) {
       EXPECT_TRUE(turned);

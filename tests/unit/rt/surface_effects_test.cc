@@ -183,6 +183,41 @@ TEST(SurfaceEffects, VibrationActsAcrossTheMotionAndWithoutItNotAtAll) {
   EXPECT_EQ(t.forces.texture, Vec3::Zero()) << "no contact";
 }
 
+/** What is felt begins at the ground of the hollow, 2 mm down: a hand above it hears no knock and no buzz. */
+TEST(SurfaceEffects, AHollowOfAReliefIsSilent) {
+  const TestRelief black(16, 16, [](auto, auto) { return 0.0; });
+  const TestVibration texture = buzz();
+  Touch t(SurfaceParameters{}, &black.view);
+  t.scene.table->publishTexture(1, &texture.view);
+  SurfaceParameters s = test::ringing(10, 150, 0.01);
+  s.relief = 1;
+  s.relief_depth = 2e-3;
+  s.relief_size[0] = s.relief_size[1] = 0.02;
+  s.vibration = 2;
+  s.vibration_mass = 0.05;
+  ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(t.plane, s)), ErrorCode::kOk);
+  t.at({0, 0, 1e-3});
+  for (int i = 0; i < 30; ++i) {
+    t.at({0, 0, -5e-5 * i}, {0, 0, -0.05});
+    ASSERT_LT(t.total().norm(), 1e-12) << i;
+    ASSERT_EQ(t.forces.transient, Vec3::Zero()) << i;
+  }
+  for (int i = 0; i < 200; ++i) {
+    t.at({2e-4 * i, 0, -1.5e-3}, {0.2, 0, 0});
+    ASSERT_LT(t.total().norm(), 1e-12) << i;
+    ASSERT_EQ(t.forces.transient, Vec3::Zero()) << i;
+  }
+  t.at({0.04, 0, -2.05e-3}, {0.2, 0, -0.05});
+  EXPECT_NEAR(t.forces.transient.z(), 10 * 0.05 * s.transient_first, 1e-9) << "the ground knocks, once";
+  double most = 0;
+  for (int i = 0; i < 200; ++i) {
+    t.at({2e-4 * i, 0, -2.05e-3}, {0.2, 0, 0});
+    most = std::max(most, t.forces.texture.head<2>().norm());
+  }
+  EXPECT_GT(most, 0.01) << "and buzzes";
+  EXPECT_LE(most, kStiffness * 5e-5 * (1 + 1e-6)) << "never more than the normal force that is left";
+}
+
 TEST(SurfaceEffects, ATextureThatIsNotThereIsRefused) {
   const TestVibration vibration = buzz();
   TestScene t;

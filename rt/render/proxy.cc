@@ -219,6 +219,7 @@ void ProxyRenderer::settle(Step& step) HD_RT {
   bool held = holdAgain(step);
   double nearest = std::numeric_limits<double>::infinity(), let_go = nearest;
   for (int vain = 0;; held = false) {
+    const int last = step.count;
     if (!held) step.count = step.broken = 0;
     const double distance = (proxy_ - step.goal).norm();
     if (!step.together || distance < kClearlyNearer * nearest) {
@@ -231,7 +232,10 @@ void ProxyRenderer::settle(Step& step) HD_RT {
     next.goTo(step.goal);
     for (int round = 0;; ++round) {
       if (!held) {
-        if (!sweepTo(step, next.target(), next.above[next.gone], hit, slot, first)) return;
+        if (!sweepTo(step, next.target(), next.above[next.gone], hit, slot, first)) {
+          if (step.count == 0) step.count = last;  // What held it before this look: nearly what does now.
+          return;
+        }
         if (!hit) {
           arrive(step, next.target());
           if (++next.gone < next.parts) continue;

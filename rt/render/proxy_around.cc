@@ -5,11 +5,12 @@
 namespace hapticd {
 namespace {
 
-constexpr double kOpposed = -0.6;  // Cosine below which two normals are those of two sheets.
-constexpr double kSameSide = 0.5;  // Cosine above which the one may be the other, farther along a curve.
-constexpr double kMaxDetour = 5;   // Of the present distance from proxy to hip.
-constexpr double kUnder = 2;       // Skins below the surface is surely inside.
-constexpr double kRight = -1e-9;   // Cosine of a right angle, less rounding.
+constexpr double kOpposed = -0.6;               // Cosine below which two normals are those of two sheets.
+constexpr double kSameSide = 0.5;               // Cosine above which the one may be the other, farther along a curve.
+constexpr double kNearerThanRest = 1 - 0x1p-6;  // Places on facets of one curve differ by what the edges bend.
+constexpr double kMaxDetour = 5;                // Of the present distance from proxy to hip.
+constexpr double kUnder = 2;                    // Skins below the surface is surely inside.
+constexpr double kRight = -1e-9;                // Cosine of a right angle, less rounding.
 
 /** Whether the way from the hip to `x`, both in the object's frame, is not all through the solid. */
 bool leavesSolid(const SceneObject& object, const Vec3& hip, const Vec3& x, double tolerance, Vicinity* vicinity,
@@ -123,7 +124,7 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     // Friction alone keeps the proxy from where it would come to without: on a curve farther than its cone is wide.
     if (mu > 0 && near.pseudo_normal.dot(object.X_WO.q.conjugate() * step.held[i].surface.normal) > kSameSide) {
       const double at_rest = depthAtRest(step, i);
-      if (at_rest > 0 && kClearlyNearer * at_rest <= depth) continue;
+      if (at_rest > 0 && kNearerThanRest * at_rest <= depth) continue;
     }
     const Vec3 contact = now.at - radius_ * step.held[i].surface.normal;
     const Vec3 from = inside && (radius_ == 0 || distance > kUnder * skin)

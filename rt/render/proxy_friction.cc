@@ -9,22 +9,31 @@ constexpr double kInCone = 1 + 0x1p-10;  // Of the static cone: on a curve each 
 }  // namespace
 
 /**
- * Lets the surface below the proxy hold it where it is, if friction on that surface alone keeps it from the hip. Else
- * what keeps it there is taken to push straight from hip to proxy, which without friction is true.
+ * Lets the surface below the proxy hold it where it is, with those it meets from there on the way to the border of its
+ * cone, if friction on these keeps it from the hip. Else what keeps it there is taken to push straight from hip to
+ * proxy, which without friction is true.
  */
 void ProxyRenderer::holdByFriction(Step& step) HD_RT {
-  bool hit = false;
-  std::uint32_t slot = 0;
-  SweepHit first;
-  if (!sweepTo(step, step.goal, Vec3::Zero(), hit, slot, first) || !hit) return;
-  const double mu = step.scene->slot(slot).material.friction_static;
-  if (!(mu > 0)) return;
-  meet(step, step.goal, slot, first);
-  const HalfSpace& plane = step.held[0].surface;
-  const double depth = -plane.height(step.goal);
-  const Vec3 lag = proxy_ - (step.goal + depth * plane.normal);
-  const double most = kInCone * mu * depth + step.held[0].skin;
-  if (!(depth > 0 && lag.squaredNorm() <= most * most)) step.count = 0;
+  Vec3 target = step.goal;
+  for (int i = 0; i < kMaxInGroove; ++i) {
+    bool hit = false;
+    std::uint32_t slot = 0;
+    SweepHit first;
+    if (!sweepTo(step, target, Vec3::Zero(), hit, slot, first) || !hit) break;
+    const hd_material& material = step.scene->slot(slot).material;
+    if (!(material.friction_static > 0)) break;
+    meet(step, target, slot, first);
+    HalfSpace planes[kMaxHalfSpaces];
+    for (int k = 0; k < step.count; ++k) planes[k] = step.held[k].surface;
+    Vec3 foot = step.goal;
+    std::uint32_t active = 0;
+    if (!nearestInside(planes, step.count, kNear * step.held[0].skin, foot, active) || active == 0) break;
+    const Vec3 lag = proxy_ - foot;
+    const double depth = (foot - step.goal).norm(), length = lag.norm();
+    if (length <= kInCone * material.friction_static * depth + step.held[0].skin) return;
+    target = foot + material.friction_dynamic * depth / length * lag;
+  }
+  step.count = 0;
 }
 
 }  // namespace hapticd

@@ -335,5 +335,48 @@ TEST(ProxyFriction, TheBottomOfAFineBowlIsReached) {
   }
 }
 
+/** Force along the normal and across it, and how often the one lost what held the other in a tick. */
+struct Rubbing {
+  int let_go = 0;    ///< Ticks in which a proxy that slides came to lie where it would without friction.
+  double wrong = 0;  ///< Of the contact's normal, the largest angle from the smooth surface's [rad].
+};
+
+/** A stroke at 10 mm/s, 1.5 mm deep, over a sheet of these heights with friction of 0.5. */
+Rubbing rub(double half, std::uint32_t parts, double (*height)(double, double), double radius) {
+  TestMesh mesh = test::heightMesh(half, parts, height);
+  TestScene t;
+  t.proxy.setRadius(radius);
+  t.addMesh(mesh.view(), {}, {kStiffness, 0, 0.5, 0.5});
+  Rubbing rubbing;
+  double last = 0;
+  const double reach = 0.55 * half;
+  for (double a = 0; a < 7; a += 1e-5 / reach) {
+    const double x = reach * std::sin(a), y = 0.83 * reach * std::sin(0.71 * a + 0.4), e = 1e-6;
+    const Vec3 n = Vec3(height(x - e, y) - height(x + e, y), height(x, y - e) - height(x, y + e), 2 * e).normalized();
+    const Vec3 foot(x, y, height(x, y));
+    if (a == 0) t.tick(foot + (radius + 3e-3) * n);
+    const SurfaceContact& c = t.tick(foot + (radius - 1.5e-3) * n);
+    const double along = c.force.dot(c.normal), ratio = (c.force - along * c.normal).norm() / along;
+    if (last > 0.4 && ratio < 0.1) ++rubbing.let_go;
+    rubbing.wrong = std::max(rubbing.wrong, std::acos(c.normal.dot(n)));
+    last = ratio;
+  }
+  return rubbing;
+}
+
+/** Where a proxy without friction would come to in a hollow of two facets, friction alone keeps it from: no way around.
+ */
+TEST(ProxyFriction, IsNotLostOnASaddle) {
+  const auto wave = [](double x, double y) { return 2e-3 * std::sin(157 * x) * std::cos(157 * y); };
+  EXPECT_EQ(rub(0.05, 100, wave, 0).let_go, 0);
+  EXPECT_EQ(rub(0.05, 20, wave, 0).let_go, 0);
+}
+
+/** On its way over an edge, which takes all sweeps of a tick: the contact's normal is the edge's, not the force's. */
+TEST(ProxyFriction, ABallKeepsTheNormalOfAnEdge) {
+  const auto dome = [](double x, double y) { return -10 * (x * x + y * y); };
+  EXPECT_LT(rub(0.03, 6, dome, 2e-3).wrong, 0.25);
+}
+
 }  // namespace
 }  // namespace hapticd

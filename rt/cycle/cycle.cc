@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/render/shading.h"
-
 namespace hapticd {
 namespace {
 
@@ -286,6 +284,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
   if (!usable(sample)) return;
   if (!device.started) {
     device.proxy.reset(sample.p);
+    device.shading.reset();
     device.effects.reset();
     device.started = true;
   }
@@ -295,7 +294,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     renderTool(d, sample, out);
   } else {
     device.proxy.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), out.contact);
-    shade(scene_, out.velocity.v, out.contact);
+    device.shading.step(scene_, device.proxy.holding(), sample.p, out.velocity.v, out.contact);
     source[HD_SOURCE_SURFACE].force = out.contact.force;
     const SurfaceForces added = device.effects.step(scene_, out.contact, sample.p, out.velocity.v);
     source[HD_SOURCE_TEXTURE].force = added.texture;
@@ -329,6 +328,7 @@ void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput
   // What touches the scene is the tool, and not the device's own point: that one starts anew when the hand is empty.
   DeviceState& device = devices_[d];
   device.proxy.reset(sample.p);
+  device.shading.reset();
   device.effects.reset();
   HeldToolOutput held;
   device.tool.finish(scene_, out.velocity, seconds(config_.period_ns), held);

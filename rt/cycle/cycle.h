@@ -16,6 +16,7 @@
 #include "rt/cycle/velocity_estimator.h"
 #include "rt/guard/guard.h"
 #include "rt/render/proxy.h"
+#include "rt/render/shading.h"
 #include "rt/render/surface_effects.h"
 #include "rt/scene/scene.h"
 
@@ -85,6 +86,7 @@ class Cycle {
     DeviceState(const GuardConfig& config, std::uint32_t device) noexcept : guard(config), effects(device) {}
     Guard guard;
     ProxyRenderer proxy;
+    Shading shading;
     SurfaceEffects effects;
     VelocityEstimator velocity;
     HeldTool tool;

@@ -38,6 +38,7 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
                          SurfaceContact& contact) HD_RT {
   contact = SurfaceContact{};
   contact.proxy = contact.point = proxy_;
+  holding_count_ = 0;
   if (!isFinite(hip_W)) return;
   if (!started_) reset(hip_W);
   Step step;
@@ -321,6 +322,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   contact.object = object;
   contact.touch = !before;
   noteRest(step, support.active);
+  noteHolding(step, support.active, up);
   slip_ = step.slip && material.friction_static > 0;
   left_ = contact.depth > 0 ? (support.at - support.foot).norm() / contact.depth : material.friction_dynamic;
   contact.slip = slip_;

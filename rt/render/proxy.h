@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
 
 #include "rt/base/math.h"
 #include "rt/geometry/half_spaces.h"
@@ -31,6 +32,16 @@ struct SurfaceContact {
   std::uint32_t left = 0;  ///< With untouch: the object of the contact that ended.
   /** Tree nodes, triangles and primitives visited: bounded, see kMaxWork; what Surroundings visits comes on top. */
   std::uint32_t work = 0;
+};
+
+/** One of the surfaces that hold a proxy. */
+struct HoldingSurface {
+  std::uint32_t object = 0;   ///< Id.
+  std::uint32_t feature = 0;  ///< As in SweepHit, with kind and corner.
+  FeatureKind kind = FeatureKind::kFace;
+  std::uint32_t corner = 0;
+  Vec3 normal = Vec3::Zero();  ///< Outward, unit, in W.
+  double push = 0;             ///< The sum of push * normal is SurfaceContact's depth * normal [m].
 };
 
 /** What a step looked at: where its time went. */
@@ -77,6 +88,10 @@ class ProxyRenderer {
   /** Of the last step. */
   [[nodiscard]] const ProxyEffort& effort() const HD_RT { return effort_; }
   [[nodiscard]] const Surroundings& surroundings() const HD_RT { return surroundings_; }
+  /** What held the proxy at the end of the last step; none, where no object of these is shaded. */
+  [[nodiscard]] std::span<const HoldingSurface> holding() const HD_RT {
+    return {holding_.data(), static_cast<std::size_t>(holding_count_)};
+  }
   /** As set [m]. */
   [[nodiscard]] double radius() const HD_RT { return wanted_radius_; }
 
@@ -172,6 +187,7 @@ class ProxyRenderer {
   void meet(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT;
   void hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT;
   void noteRest(const Step& step, std::uint32_t active) HD_RT;
+  void noteHolding(const Step& step, std::uint32_t active, const Vec3& up) HD_RT;
   bool holdAgain(Step& step) HD_RT;
   void holdByFriction(Step& step) HD_RT;
   void plan(Step& step, Plan& plan) HD_RT;
@@ -215,6 +231,8 @@ class ProxyRenderer {
   bool keep_ = true;
   Surroundings surroundings_;
   Rest rest_;
+  std::array<HoldingSurface, 3> holding_;
+  int holding_count_ = 0;
   ProxyEffort effort_;
 
   /**

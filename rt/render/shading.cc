@@ -2,41 +2,13 @@
 
 #include <algorithm>
 
-#include "rt/geometry/nearest.h"
 #include "rt/geometry/pseudo_normal.h"
+#include "rt/render/smooth_normal.h"
 
 namespace hapticd {
 namespace {
 
-constexpr double kOnEdge = 1e-6;      // Barycentric: the proxy is on that edge.
-constexpr double kSameNormal = 1e-9;  // 1 - cosine: rounding.
-
-/** Barycentric coordinates of x in a triangle, none below zero. False if it has no area. */
-bool weightsIn(const MeshView& mesh, std::uint32_t triangle, const Vec3& x, double (&weight)[3]) HD_RT {
-  const Vec3 a = mesh.vertex(triangle, 0), b = mesh.vertex(triangle, 1), c = mesh.vertex(triangle, 2);
-  const Vec3 normal = (b - a).cross(c - a);
-  const double area = normal.squaredNorm();
-  if (!(area > 0)) return false;
-  weight[0] = std::max(0.0, normal.dot((c - b).cross(x - b)) / area);
-  weight[1] = std::max(0.0, normal.dot((a - c).cross(x - c)) / area);
-  weight[2] = std::max(0.0, normal.dot((b - a).cross(x - a)) / area);
-  const double sum = weight[0] + weight[1] + weight[2];
-  for (double& w : weight) w /= sum;
-  return true;
-}
-
-/** A support that is not the facet's own normal is that of an edge or corner: all of whose edges have to be smooth. */
-bool onSmoothEdge(const MeshView& mesh, std::uint32_t triangle, const Vec3& face, const double (&weight)[3],
-                  double cosine) HD_RT {
-  bool any = false;
-  for (std::uint32_t corner = 0; corner < 3; ++corner) {
-    if (weight[corner] > kOnEdge) continue;
-    const std::uint32_t across = mesh.neighbours[triangle][(corner + 1) % 3];
-    if (across == HD_NO_INDEX || faceNormal(mesh, across).dot(face) < cosine) return false;
-    any = true;
-  }
-  return any;
-}
+constexpr double kParallel = 1e-9;  // 1 - cosine: rounding.
 
 /** x turned by the shortest rotation that takes the unit vector `from` to `to` (Rodrigues; they are not opposed). */
 Vec3 turned(const Vec3& x, const Vec3& from, const Vec3& to) HD_RT {
@@ -45,46 +17,118 @@ Vec3 turned(const Vec3& x, const Vec3& from, const Vec3& to) HD_RT {
   return cosine * x + axis.cross(x) + axis.dot(x) / (1 + cosine) * axis;
 }
 
+/** Of what holds a proxy, whose push comes from x. In the object's frame. */
+Vec3 smoothNormal(const SceneObject& object, const HoldingSurface& held, const Vec3& x, const Vec3& normal,
+                  std::uint32_t& work) HD_RT {
+  const MeshView& mesh = *object.shape.mesh;
+  const Vec3 facet = faceNormal(mesh, held.feature);
+  const double side = facet.dot(normal) < 0 ? -1 : 1;  // Two-sided meshes are felt from the back too.
+  const SmoothSheet sheet{mesh, object.surface.parameters.smooth_cosine, side};
+  if (held.kind == FeatureKind::kVertex &&
+      !(sheet.isSmooth(held.feature, held.corner) && sheet.isSmooth(held.feature, (held.corner + 2) % 3)))
+    return normal;
+  const Vec3 smooth = sheet.normalToward(x, held.feature, work);
+  if (smooth.isZero(0)) return normal;
+  if (held.kind != FeatureKind::kEdge || sheet.isSmooth(held.feature, held.corner)) return smooth;
+  // On a crease or border a ball rolls from the one face's normal to the other's, or off.
+  const std::uint32_t across = mesh.neighbours[held.feature][held.corner];
+  if (across == HD_NO_INDEX) return turned(normal, side * facet, smooth);
+  const Vec3 here = side * facet, there = side * faceNormal(mesh, across);
+  const double cosine = here.dot(there), one = normal.dot(here), other = normal.dot(there);
+  if (!(1 - cosine * cosine > kParallel)) return normal;
+  const Vec3 beyond = sheet.normalToward(x, across, work);
+  if (beyond.isZero(0)) return normal;
+  return std::max(0.0, one - cosine * other) * smooth + std::max(0.0, other - cosine * one) * beyond;
+}
+
+bool isShaded(const SceneObject* object) HD_RT {
+  return object && object->shape.kind == ShapeKind::kMesh && object->shape.mesh->neighbours != nullptr &&
+         object->surface.parameters.smooth_cosine > 0;
+}
+
+/** Of a spring its part across the unit vector n, in parts of that along it, no longer than `most`. */
+Vec3 lagOf(const Vec3& spring, const Vec3& n, double most) HD_RT {
+  const double along = spring.dot(n);
+  if (!(along > 0)) return Vec3::Zero();
+  const Vec3 lag = spring / along - n;
+  const double length = lag.norm();
+  return length > most ? Vec3(most / length * lag) : lag;
+}
+
 }  // namespace
 
-void shade(const Scene& scene, const Vec3& v_W, SurfaceContact& contact) HD_RT {
-  const SceneObject* object = scene.find(contact.object);
-  if (!object || object->shape.kind != ShapeKind::kMesh || !(contact.depth > 0)) return;
-  const double cosine = object->surface.parameters.smooth_cosine;
-  const MeshView& mesh = *object->shape.mesh;
-  if (!(cosine > 0) || !mesh.neighbours) return;
+/**
+ * What is felt of friction, in depths, across `smooth`. In a hollow the proxy that comes over an edge has the next
+ * facet's normal at once, and is inside its cone until the hand has caught up (docs/rendering.md, "Friction"). That is
+ * the facets' doing: what is felt goes on as it was, and changes as the proxy's lag does from there. What it is more
+ * than that fades as the proxy goes on.
+ */
+Vec3 Shading::lagFelt(const SceneObject& object, const SurfaceContact& contact, const Vec3& spring,
+                      const Vec3& smooth) HD_RT {
+  const Quat q_OW = object.X_WO.q.conjugate();
+  const Vec3 n = q_OW * contact.normal, at = q_OW * (contact.proxy - object.X_WO.p);
+  const hd_material& material = object.material;
+  const double coefficient = contact.slip ? material.friction_dynamic : material.friction_static;
+  const Vec3 lag = spring / contact.depth - n;
+  const double most = std::max(coefficient, lag.norm());
+  if (object_ == object.id && smooth.dot(smooth_) >= kLeastTurnCosine) {
+    // The present facet's normal as it were if the smooth surface had not turned since.
+    const Vec3 then = turned(n, smooth, smooth_);
+    const Vec3 offset = turned(felt_, smooth_, then) - lagOf(spring_, then, most);
+    const double fade = std::max(0.0, 1 - (at - at_).norm() / contact.depth);
+    offset_ = fade * turned(offset, then, n);
+  } else {
+    offset_.setZero();
+  }
+  Vec3 felt = lag + offset_ - offset_.dot(n) * n;
+  if (const double length = felt.norm(); length > most) felt *= most / length;
+  offset_ = felt - lag;
+  object_ = object.id;
+  spring_ = spring;
+  at_ = at;
+  smooth_ = smooth;
+  return felt_ = turned(felt, n, smooth);
+}
 
-  const Quat q_OW = object->X_WO.q.conjugate();
-  NearestQuery query;
-  query.x = q_OW * (contact.point - object->X_WO.p);
-  query.limit = kMaxShadingWork;
-  Nearest nearest;
-  const NearestResult found = nearestOnMesh(mesh, query, nearest);
-  contact.work += query.work;
-  if (found != NearestResult::kFound) return;
-  const std::uint32_t triangle = nearest.feature;
-
-  const Vec3 support = q_OW * contact.normal;
-  const Vec3 facet = faceNormal(mesh, triangle);
-  const double side = facet.dot(support) < 0 ? -1 : 1;  // Two-sided meshes are felt from the back too.
-  const Vec3 face = side * facet;
-  double weight[3];
-  if (!weightsIn(mesh, triangle, nearest.point, weight)) return;
-  if (1 - face.dot(support) > kSameNormal && !onSmoothEdge(mesh, triangle, facet, weight, cosine)) return;
-
+void Shading::step(const Scene& scene, std::span<const HoldingSurface> holding, const Vec3& hip, const Vec3& v_W,
+                   SurfaceContact& contact) HD_RT {
+  const SceneObject* touched = holding.empty() ? nullptr : scene.find(contact.object);
+  if (!touched || !(contact.depth > 0)) {
+    reset();
+    return;
+  }
+  const Vec3 offset = object_ == contact.object ? Vec3(contact.depth * (touched->X_WO.q * offset_)) : Vec3::Zero();
   Vec3 smooth = Vec3::Zero();
-  for (std::uint32_t corner = 0; corner < 3; ++corner) {
-    if (weight[corner] == 0) continue;
-    smooth += weight[corner] * pseudoNormal(mesh, triangle, FeatureKind::kVertex, corner, contact.work, cosine);
+  for (const HoldingSurface& held : holding) {
+    const SceneObject* object = scene.find(held.object);
+    Vec3 normal = held.normal;
+    if (isShaded(object)) {
+      const Quat q_OW = object->X_WO.q.conjugate();
+      const Vec3 x = contact.proxy + offset - held.push * held.normal;
+      normal = object->X_WO.q *
+               smoothNormal(*object, held, q_OW * (x - object->X_WO.p), q_OW * held.normal, contact.work).normalized();
+    }
+    smooth += held.push * normal;
   }
   const double length = smooth.norm();
-  if (!(length > 0)) return;
-  smooth *= side / length;
-  if (smooth.dot(support) < kLeastTurnCosine) return;
-  const Vec3 spring = turned(q_OW * contact.force - contact.damping * support, support, smooth);
-  const double approach = smooth.dot(q_OW * (object->velocityAt(contact.point) - v_W));
-  contact.damping = std::max(object->material.damping * approach, -spring.dot(smooth));
-  contact.force = object->X_WO.q * (spring + contact.damping * smooth);
+  if (!(smooth.dot(contact.normal) >= kLeastTurnCosine * length && length > 0)) {
+    smooth = contact.normal;
+  } else {
+    smooth /= length;
+  }
+
+  const Vec3 spring = contact.proxy - hip;
+  Vec3 along = smooth;
+  if (touched->material.friction_static > 0) {
+    const Quat& q = touched->X_WO.q;
+    along += q * lagFelt(*touched, contact, q.conjugate() * spring, q.conjugate() * smooth);
+  } else {
+    reset();
+  }
+  const Vec3 felt = touched->material.stiffness * spring.norm() / along.norm() * along;
+  const double approach = smooth.dot(touched->velocityAt(contact.point) - v_W);
+  contact.damping = std::max(touched->material.damping * approach, -felt.dot(smooth));
+  contact.force = felt + contact.damping * smooth;
 }
 
 }  // namespace hapticd

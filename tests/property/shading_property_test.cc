@@ -40,6 +40,7 @@ double workAround(MeshView* mesh, const std::vector<Vec3>& corners) {
   surface.smooth_cosine = std::cos(1.0);
   EXPECT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
   t.tick(corners.front() + Vec3(0.01, 0, 0));
+  Shading shading;
   double work = 0;
   Vec3 last_x = corners.front(), last_f = Vec3::Zero();
   constexpr int kSteps = 400;
@@ -47,7 +48,7 @@ double workAround(MeshView* mesh, const std::vector<Vec3>& corners) {
     for (int i = 0; i <= kSteps; ++i) {
       const Vec3 x = corners[c] + (corners[(c + 1) % corners.size()] - corners[c]) * i / kSteps;
       t.tick(x);
-      shade(*t.scene, Vec3::Zero(), t.contact);
+      shading.step(*t.scene, t.proxy.holding(), x, Vec3::Zero(), t.contact);
       if (c > 0 || i > 0) work += 0.5 * (t.contact.force + last_f).dot(x - last_x);
       last_x = x;
       last_f = t.contact.force;
@@ -105,6 +106,7 @@ double workOfLoop(MeshView* mesh, double b, double up, double rate) {
   surface.smooth_cosine = std::cos(1.0);
   EXPECT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
   t.tick({facet() + 0.01, 0, 0});
+  Shading shading;
   double work = 0;
   constexpr int kSteps = 4000;
   constexpr double kRound = 2 * std::numbers::pi;
@@ -113,7 +115,7 @@ double workOfLoop(MeshView* mesh, double b, double up, double rate) {
     const Vec3 x(facet() - 1e-3 + up * std::cos(2 * p), 0.42 * width() * std::sin(p), 0);
     const Vec3 v = rate * Vec3(-2 * up * std::sin(2 * p), 0.42 * width() * std::cos(p), 0);
     t.tick(x, v);
-    shade(*t.scene, v, t.contact);
+    shading.step(*t.scene, t.proxy.holding(), x, v, t.contact);
     work += t.contact.force.dot(v) * kRound / kSteps / rate;
   }
   return work;

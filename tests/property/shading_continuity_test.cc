@@ -1,0 +1,104 @@
+// A shaded mesh feels like the smooth surface it stands for, between its facets too: docs/surfaces.md, "Round facets".
+#include <gtest/gtest.h>
+
+#include "rt/render/shading.h"
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+#include "tests/support/test_surface.h"
+
+namespace hapticd {
+namespace {
+
+using test::TestMesh;
+using test::TestScene;
+
+constexpr double kDepth = 1.5e-3, kStep = 1e-5;  // Of the hand below the smooth surface, and in a tick [m].
+
+/** A sheet z = f(x, y). */
+struct Sheet {
+  double half;
+  std::uint32_t parts;
+  double (*height)(double x, double y);
+
+  [[nodiscard]] Vec3 normal(double x, double y) const {
+    constexpr double kBy = 1e-6;
+    return Vec3(height(x - kBy, y) - height(x + kBy, y), height(x, y - kBy) - height(x, y + kBy), 2 * kBy).normalized();
+  }
+};
+
+double dome(double x, double y) { return -10 * (x * x + y * y); }
+double bowl(double x, double y) { return 10 * (x * x + y * y); }
+double wave(double x, double y) { return 2e-3 * std::sin(157 * x) * std::cos(157 * y); }
+
+constexpr Sheet kSheets[] = {{0.03, 6, dome},  {0.03, 40, dome}, {0.03, 6, bowl},
+                             {0.03, 40, bowl}, {0.05, 20, wave}, {0.05, 100, wave}};
+constexpr double kRadii[] = {0, 2e-3, 8e-3};
+
+double angleBetween(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+/** The largest of a stroke [rad]. */
+struct Stroke {
+  double jump = 0;              ///< Of the force, from tick to tick,
+  double wrong = 0, plain = 0;  ///< against the smooth surface's normal, and of the unshaded force.
+  double most_friction = 0;     ///< Shaded, in parts of the force along the normal; with friction only.
+};
+
+/** A stroke to and fro over the middle, at one depth below the smooth surface grown by the radius. */
+Stroke stroke(const Sheet& sheet, double radius, double mu) {
+  TestMesh mesh = test::heightMesh(sheet.half, sheet.parts, sheet.height);
+  TestScene t;
+  t.proxy.setRadius(radius);
+  const std::uint32_t id = t.addMesh(mesh.view(), {}, {1000, 0, mu, mu});
+  SurfaceParameters surface{};
+  surface.smooth_cosine = std::cos(0.9);
+  EXPECT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
+  Shading shading;
+  Stroke most;
+  Vec3 last = Vec3::Zero();
+  const double reach = 0.55 * sheet.half;
+  for (double a = 0; a < 6; a += kStep / reach) {
+    const double x = reach * std::sin(a), y = 0.83 * reach * std::sin(0.71 * a + 0.4);
+    const Vec3 n = sheet.normal(x, y), foot(x, y, sheet.height(x, y));
+    if (a == 0) t.tick(foot + (radius + 3e-3) * n);
+    const Vec3 hip = foot + (radius - kDepth) * n;
+    t.tick(hip);
+    const Vec3 plain = t.contact.force;
+    shading.step(*t.scene, t.proxy.holding(), hip, Vec3::Zero(), t.contact);
+    const Vec3& force = t.contact.force;
+    EXPECT_NEAR(force.norm(), plain.norm(), 1e-9 * plain.norm()) << a;
+    if (a > 0) most.jump = std::max(most.jump, angleBetween(force, last));
+    most.wrong = std::max(most.wrong, angleBetween(force, n));
+    most.plain = std::max(most.plain, angleBetween(plain, n));
+    last = force;
+  }
+  return most;
+}
+
+/** Where facets meet, a point and balls of all sizes feel the normal turn as it does between: on domes and in hollows.
+ */
+TEST(ShadingContinuity, WithoutFrictionTheForceTurnsAsTheSmoothNormalDoes) {
+  for (const Sheet& sheet : kSheets) {
+    for (const double radius : kRadii) {
+      SCOPED_TRACE(testing::Message() << (&sheet - kSheets) << ", ball of " << radius);
+      const Stroke most = stroke(sheet, radius, 0);
+      EXPECT_LT(most.jump, 6e-3);
+      EXPECT_LT(most.wrong, (sheet.height == wave ? 0.75 : 0.15) * most.plain);
+    }
+  }
+}
+
+/** Friction that sticks lets the force turn by a tick's way over the depth; nothing turns it by more than thrice that.
+ */
+TEST(ShadingContinuity, WithFrictionNoEdgeIsFelt) {
+  for (const Sheet& sheet : kSheets) {
+    for (const double radius : kRadii) {
+      for (const double mu : {0.1, 0.5}) {
+        SCOPED_TRACE(testing::Message() << (&sheet - kSheets) << ", ball of " << radius << ", " << mu);
+        EXPECT_LT(stroke(sheet, radius, mu).jump, 4 * kStep / kDepth);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

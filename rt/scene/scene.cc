@@ -8,6 +8,8 @@
 namespace hapticd {
 namespace {
 
+constexpr double kLate = 1.5;  // Times what there was between two poses, until the next counts as none.
+
 bool isRotation(const Quat& q) HD_RT { return isFinite(q) && std::abs(q.squaredNorm() - 1.0) < 1e-3; }
 
 bool isValid(const hd_material& m) HD_RT {
@@ -299,13 +301,16 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   const SceneObject& parent = objects_[object.parent];
   const Motion& above = motion_[object.parent];
   const bool driven = !isZero(object.V_PO);
-  if (!driven && !motion.pose_set && !motion.jump && !motion.world_moved && !object.moved && !above.world_moved) {
+  const bool still = !motion.pose_set && !motion.jump && !motion.world_moved && !object.moved && !motion.told;
+  if (still && !driven && !above.world_moved && !above.told) {
     motion.teleported = false;
     return false;
   }
 
+  const double since = time_ - motion.pose_time;
+  motion.told = above.told || motion.told_for > 0;
   if (motion.pose_set) {
-    const double time = std::clamp(time_ - motion.pose_time, dt, std::max(dt, kPoseHold));
+    const double time = std::clamp(since, dt, std::max(dt, kPoseHold));
     const Vec3 step = object.X_PO.p - motion.X_PO_before.p;
     if (step.norm() > kTeleportSpeed * time || object.X_PO.q.angularDistance(motion.X_PO_before.q) > kTeleportAngle) {
       motion.jump = true;
@@ -318,11 +323,18 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   motion.world_moved = motion.jump || above.world_moved || !same(object.X_PO, motion.X_PO_before);
   motion.teleported = motion.jump || above.teleported;
 
-  Twist V_PO = object.V_PO;
-  if (!driven && !motion.jump && dt > 0) {
-    V_PO.v = (object.X_PO.p - motion.X_PO_before.p) / dt;
-    V_PO.w = angularVelocity(motion.X_PO_before.q, object.X_PO.q, dt);
+  if (driven || motion.jump) {
+    motion.told_for = 0;
+  } else if (motion.pose_set && dt > 0) {
+    const double time = std::clamp(since, dt, std::max(dt, kPoseSpread));
+    motion.V_told.v = (object.X_PO.p - motion.X_PO_before.p) / time;
+    motion.V_told.w = angularVelocity(motion.X_PO_before.q, object.X_PO.q, time);
+    motion.told_for = isZero(motion.V_told) ? 0 : kLate * time;
+  } else {
+    motion.told_for = std::max(0.0, motion.told_for - dt);
   }
+  motion.told = motion.told || motion.told_for > 0;
+  const Twist V_PO = motion.told_for > 0 ? motion.V_told : object.V_PO;
   object.X_WO_before = object.X_WO;
   object.X_WO = parent.X_WO * object.X_PO;
   if (motion.teleported) object.X_WO_before = object.X_WO;
@@ -334,7 +346,7 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   motion.X_PO_before = object.X_PO;
   motion.pose_set = false;
   motion.jump = false;
-  return driven || motion.world_moved;
+  return driven || motion.world_moved || motion.told;
 }
 
 }  // namespace hapticd

@@ -86,13 +86,16 @@ class MeshTable {
  * the commanded pose. A pose command is a motion that contact sweeps along, if it is credible: at most kTeleportSpeed
  * over the time since the object's last pose (one tick to kPoseHold) and at most kTeleportAngle. Otherwise it is a
  * teleport, as are creation and a change of shape: X_WO_before is X_WO, and a hand that finds itself inside feels
- * nothing until it has left. V_WO follows the given velocity, or, where that is zero, the poses' difference.
+ * nothing until it has left. V_WO follows the given velocity. Where that is zero it is the poses' difference over the
+ * time between them (one tick to kPoseSpread), from the command on for half as long again, so that poses which come at
+ * a client's own pace, and a little late, count as the motion they are samples of; then the object rests.
  */
 class Scene {
  public:
   static constexpr double kTeleportSpeed = 10.0;  ///< [m/s]
   static constexpr double kTeleportAngle = 1.0;   ///< In one command [rad].
   static constexpr double kPoseHold = 0.02;       ///< [s]
+  static constexpr double kPoseSpread = 0.05;     ///< Of a motion told by poses alone: 20 of them a second [s].
   static constexpr std::uint32_t kMaxTriangleMoves = 4096;
 
   explicit Scene(const MeshTable& meshes) noexcept : meshes_(&meshes) {}
@@ -131,6 +134,9 @@ class Scene {
     bool jump = false;         ///< The next advance() is no motion.
     bool teleported = false;   ///< In the last advance(): children were carried along.
     bool world_moved = false;  ///< In the last advance(): children follow.
+    Twist V_told;              ///< By poses alone, in the parent's frame,
+    double told_for = 0;       ///< so much longer [s].
+    bool told = false;         ///< It or that of an object above was not zero, now or the tick before: children follow.
   };
 
   ErrorCode change(const Command& command) HD_RT;

@@ -205,6 +205,25 @@ TEST(ProxyInMotion, DampingActsOnTheVelocityRelativeToTheSurface) {
   EXPECT_LT((c.force - Vec3(0, 0, 1000 * (0.001 + 5e-5) + 10 * 0.03)).norm(), 1e-9);
 }
 
+/** A plate that comes at 60 poses a second is damped as one that comes at a speed, at no time as a step in its tick. */
+TEST(ProxyInMotion, DampingOfAPlateMovedByPosesIsThatOfItsMotion) {
+  constexpr double kDamping = 20, kSpeed = 0.1;
+  TestScene t;
+  const auto id = t.add(ShapeKind::kPlane, Vec3::Zero(), {Vec3(0, 0, -0.02), kNoTurn}, {1000, kDamping, 0, 0});
+  t.tick(Vec3::Zero());
+  int felt = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double z = -0.02 + kSpeed * kTick * i;
+    if (i % 17 == 0) t.pose(id, {Vec3(0, 0, z), kNoTurn});
+    const SurfaceContact& c = t.tick(Vec3::Zero());
+    if (c.object == 0) continue;
+    ++felt;
+    ASSERT_NEAR(c.damping, kDamping * kSpeed, 1e-9) << i;
+    ASSERT_NEAR(c.force.z(), 1000 * c.depth + kDamping * kSpeed, 1e-6) << i;
+  }
+  EXPECT_GT(felt, 150);
+}
+
 TEST(ProxyInMotion, RemovedAndDisabledObjectsLetGo) {
   TestScene t;
   const auto a = t.add(ShapeKind::kPlane, Vec3::Zero());

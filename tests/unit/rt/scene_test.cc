@@ -133,6 +133,8 @@ TEST(Scene, PosesWithoutVelocityGiveTheirDifferenceAndThenRest) {
   TestScene t;
   const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0));
   t.scene->advance(kTick);
+  t.pose(id, {});
+  t.scene->advance(kTick);
   const Quat turn(Eigen::AngleAxisd(0.01, Vec3::UnitX()));
   t.pose(id, {Vec3(0, 0, 0.001), turn});
   t.scene->advance(kTick);
@@ -140,10 +142,40 @@ TEST(Scene, PosesWithoutVelocityGiveTheirDifferenceAndThenRest) {
   EXPECT_LT((o.V_WO.v - Vec3(0, 0, 1)).norm(), 1e-12);
   EXPECT_LT((o.V_WO.w - Vec3(10, 0, 0)).norm(), 1e-9);
   EXPECT_EQ(o.X_WO_before.p, Vec3(Vec3::Zero()));
-  t.scene->advance(kTick);
+  for (int i = 0; i < 2; ++i) t.scene->advance(kTick);
   EXPECT_EQ(o.V_WO.v, Vec3(Vec3::Zero()));
   EXPECT_EQ(o.X_WO_before.p, o.X_WO.p);
   EXPECT_FALSE(o.moved);
+}
+
+/** At 20 poses a second and more, a few milliseconds early or late: the speed is the motion's, not the step's in its
+ * tick. */
+TEST(Scene, PosesAtAClientsPaceCountAsTheMotionTheyAreSamplesOf) {
+  constexpr double kSpeed = 0.1, kTurn = 2;  // m/s, rad/s
+  for (const int pace : {1, 4, 17, 33, 44}) {
+    SCOPED_TRACE(pace);
+    const int late = pace / 8;
+    TestScene t;
+    const auto arm = t.add(ShapeKind::kGroup, Vec3::Zero());
+    const auto tip = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(0.5, 0, 0), kNoTurn}, {}, HD_OBJECT_ENABLED, arm);
+    const SceneObject& o = *t.scene->find(tip);
+    int told = 0, next = 0;
+    for (int i = 0; i < 20 * pace; ++i) {
+      if (i == next) {
+        const double time = i * kTick;
+        t.pose(arm, {Vec3(0, 0, kSpeed * time), Quat(Eigen::AngleAxisd(kTurn * time, Vec3::UnitZ()))});
+        next += pace + (++told % 2 == 0 ? late : -late);
+      }
+      t.scene->advance(kTick);
+      if (told < 3) continue;
+      ASSERT_NEAR(o.V_WO.v.z(), kSpeed, 1e-9) << i;
+      ASSERT_NEAR(o.V_WO.w.z(), kTurn, 1e-9) << i;
+      ASSERT_NEAR(o.V_WO.v.head<2>().norm(), 0.5 * kTurn, 1e-9) << i;
+    }
+    for (int i = 0; i < 2 * (pace + late); ++i) t.scene->advance(kTick);
+    EXPECT_EQ(o.V_WO.v, Vec3(Vec3::Zero())) << "poses that come no more are a rest";
+    EXPECT_EQ(o.V_WO.w, Vec3(Vec3::Zero()));
+  }
 }
 
 TEST(Scene, AStepIsAMotionIfCredibleOverTheTimeSinceTheLastPose) {

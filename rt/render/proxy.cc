@@ -44,6 +44,7 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   Step step;
   step.scene = &scene;
   step.goal = hip_W;
+  step.v_W = v_W;
   step.end = proxy_;
   step.scale = std::max(extent(proxy_), extent(hip_W));
   step.slip = slip_;

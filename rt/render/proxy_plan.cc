@@ -49,6 +49,15 @@ bool isOverFace(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corn
   return normal.cross(along).dot(x - a) > 0;
 }
 
+/**
+ * Of the elastic force along `up`, from hip to foot, what damping leaves to a hand that withdraws at v_W from the
+ * surface at x: the normal force to which friction is in proportion.
+ */
+double pressLeft(const SceneObject& surface, const Vec3& up, const Vec3& x, const Vec3& v_W) HD_RT {
+  const double approach = std::min(0.0, up.dot(surface.velocityAt(x) - v_W));
+  return std::max(0.0, 1 + surface.material.damping * approach / (surface.material.stiffness * up.squaredNorm()));
+}
+
 double settled(std::uint32_t sweeps) HD_RT { return sweeps < kLate ? kSettled : kSettledLate; }
 
 }  // namespace
@@ -292,28 +301,30 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   std::uint32_t holding = 0;
   if (!step.together && !nearestInside(above, step.count, kNear * skin, at, holding)) at = foot;
   const double rest = std::max(kNear * skin, settled(step.sweeps) * (foot - step.goal).norm());
-  const hd_material& material = step.scene->slot(step.held[foremost(step, active)].slot).material;
+  const SceneObject& surface = step.scene->slot(step.held[foremost(step, active)].slot);
+  const hd_material& material = surface.material;
   if (material.friction_static > 0) {
     Vec3 on_surface = step.goal;
     if (!nearestOnPlanes(exact, active, on_surface)) on_surface = foot;
     const Vec3 lag = at - foot;
     const double r = lag.norm(), d = (on_surface - step.goal).norm();
+    const double left = material.damping > 0 && d > 0 ? pressLeft(surface, on_surface - step.goal, at, step.v_W) : 1.0;
     if (!step.judged) {
       step.judged = true;
-      if (step.slip && r < slipEnds(left_, material.friction_dynamic, d, resolution_)) step.slip = false;
+      if (step.slip && r < left * slipEnds(left_, material.friction_dynamic, d, resolution_)) step.slip = false;
     }
-    const double cone = (step.slip ? material.friction_dynamic : material.friction_static) * d;
+    const double sliding = left * material.friction_dynamic;
+    const double cone = (step.slip ? sliding : left * material.friction_static) * d;
     if (r <= cone * (1 + kConeRounding)) {
       plan.goTo(at);
       plan.stay = true;
       return;
     }
     step.slip = true;
-    plan.goTo(foot + lag * (material.friction_dynamic * d / r));
+    plan.goTo(foot + lag * (sliding * d / r));
     plan.stay = (plan.way[0] - at).norm() <= rest;
     if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
-    if (!plan.stay && isOneBit(active))
-      (void)followFaces(step, std::countr_zero(active), at, material.friction_dynamic, plan);
+    if (!plan.stay && isOneBit(active)) (void)followFaces(step, std::countr_zero(active), at, sliding, plan);
     return;
   }
   if (step.count == 1) {

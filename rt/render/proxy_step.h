@@ -51,7 +51,8 @@ std::uint32_t faceBeyondEdge(const MeshView& mesh, std::uint32_t triangle, std::
 /** What one step works with. */
 struct ProxyRenderer::Step {
   const Scene* scene = nullptr;
-  Vec3 goal = Vec3::Zero();  ///< The hip.
+  Vec3 goal = Vec3::Zero();  ///< The hip,
+  Vec3 v_W = Vec3::Zero();   ///< and its velocity [m/s].
   Vec3 end = Vec3::Zero();   ///< Where the proxy is thought to come to; where it is, if nothing is known.
   double scale = 0;          ///< Of the coordinates in W.
   bool together = true;      ///< The proxy is at one place in W, proxy_; else start_ holds one per object.

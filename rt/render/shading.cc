@@ -68,9 +68,10 @@ Vec3 Shading::lagFelt(const SceneObject& object, const SurfaceContact& contact, 
   const Quat q_OW = object.X_WO.q.conjugate();
   const Vec3 n = q_OW * contact.normal, at = q_OW * (contact.proxy - object.X_WO.p);
   const hd_material& material = object.material;
+  const double left = std::max(0.0, 1 + std::min(0.0, contact.damping) / (material.stiffness * contact.depth));
   const double coefficient = contact.slip ? material.friction_dynamic : material.friction_static;
   const Vec3 lag = spring / contact.depth - n;
-  const double most = std::max(coefficient, lag.norm());
+  const double most = std::max(left * coefficient, lag.norm());
   if (object_ == object.id && smooth.dot(smooth_) >= kLeastTurnCosine) {
     // The present facet's normal as it were if the smooth surface had not turned since.
     const Vec3 then = turned(n, smooth, smooth_);

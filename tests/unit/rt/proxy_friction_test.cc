@@ -281,6 +281,60 @@ TEST(ProxyFriction, AWallNeverGivesMoreThanItTook) {
   }
 }
 
+/** Where damping takes from the normal force, friction is in proportion to what it leaves, and nothing is left alone.
+ */
+TEST(ProxyFriction, AWithdrawingHandIsHeldByWhatDampingLeaves) {
+  constexpr double kDamping = 10, kMu = 0.4;
+  for (const double out : {0.0, 0.02, 0.05, 0.15, 0.5}) {
+    TestScene t;
+    t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kStiffness, kDamping, kMu, kMu});
+    t.tick(Vec3(0, 0, 1e-3));
+    const Vec3 along(0.1, 0, 0), v = along + Vec3(0, 0, out);
+    for (int i = 0; i < 200; ++i) t.tick(Vec3(0, 0, -3e-3) + i * kTick * along, along);
+    for (int i = 200; i < 205; ++i) {
+      const double depth = 3e-3 - (i - 200) * kTick * out;
+      const SurfaceContact& c = t.tick(Vec3(0, 0, -depth) + i * kTick * along, v);
+      const double normal = std::max(0.0, kStiffness * depth - kDamping * out);
+      if (!(depth > 0)) break;
+      ASSERT_NEAR(c.force.z(), normal, 1e-6) << out;
+      ASSERT_NEAR(c.force.x(), -kMu * normal, 1e-6) << out;
+    }
+  }
+}
+
+TEST(ProxyFriction, DampingAndFrictionTogetherGiveNothing) {
+  std::mt19937 random(seedOf(6));
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (const double mu : {0.2, 0.9}) {
+    for (int round = 0; round < 40; ++round) {
+      TestScene t;
+      t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kStiffness, 2 + 10 * (1 + u(random)), mu, 0.7 * mu});
+      // A closed path that wanders into the plane and out of it, also along it.
+      Vec3 a[4], b[4];
+      for (int k = 0; k < 4; ++k) {
+        a[k] = 0.003 / (k + 1) * Vec3(u(random), u(random), u(random));
+        b[k] = 0.003 / (k + 1) * Vec3(u(random), u(random), u(random));
+      }
+      constexpr int kTicks = 4000;
+      const double turn = 2 * M_PI / kTicks;
+      double work = 0, exchanged = 0;
+      for (int i = 0; i < 2 * kTicks; ++i) {
+        Vec3 x(0, 0, -1e-3), v = Vec3::Zero();
+        for (int k = 0; k < 4; ++k) {
+          const double w = turn * (k + 1);
+          x += std::cos(w * i) * a[k] + std::sin(w * i) * b[k];
+          v += w / kTick * (std::cos(w * i) * b[k] - std::sin(w * i) * a[k]);
+        }
+        const double part = t.tick(x, v).force.dot(v) * kTick;
+        if (i < kTicks) continue;  // From round to round it is the same.
+        work += part;
+        exchanged += std::abs(part);
+      }
+      EXPECT_LE(work, 1e-3 * exchanged) << mu << " " << round;
+    }
+  }
+}
+
 TEST(ProxyFriction, AFrictionlessTourOfASphereCostsNothing) {
   TestMesh mesh = test::sphereMesh(0.05, 60);
   for (const bool as_mesh : {false, true}) {

@@ -296,7 +296,8 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     device.proxy.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), out.contact);
     device.shading.step(scene_, device.proxy.holding(), sample.p, out.velocity.v, out.contact);
     source[HD_SOURCE_SURFACE].force = out.contact.force;
-    const SurfaceForces added = device.effects.step(scene_, out.contact, sample.p, out.velocity.v);
+    const SurfaceForces added =
+        device.effects.step(scene_, out.contact, device.proxy.holding(), sample.p, out.velocity.v);
     source[HD_SOURCE_TEXTURE].force = added.texture;
     source[HD_SOURCE_TRANSIENT].force = added.transient;
     if (const SceneObject* touched = scene_.find(out.contact.object)) {

@@ -44,6 +44,8 @@ struct HoldingSurface {
   double push = 0;             ///< The sum of push * normal is SurfaceContact's depth * normal [m].
 };
 
+inline constexpr int kMaxHolding = 3;  ///< At once: four planes meet in no point.
+
 /** What a step looked at: where its time went. */
 struct ProxyEffort {
   std::uint32_t sweeps = 0;
@@ -88,7 +90,7 @@ class ProxyRenderer {
   /** Of the last step. */
   [[nodiscard]] const ProxyEffort& effort() const HD_RT { return effort_; }
   [[nodiscard]] const Surroundings& surroundings() const HD_RT { return surroundings_; }
-  /** What held the proxy at the end of the last step; none, where no object of these is shaded. */
+  /** What held the proxy at the end of the last step; none, where no object of these is shaded or rings. */
   [[nodiscard]] std::span<const HoldingSurface> holding() const HD_RT {
     return {holding_.data(), static_cast<std::size_t>(holding_count_)};
   }
@@ -231,7 +233,7 @@ class ProxyRenderer {
   bool keep_ = true;
   Surroundings surroundings_;
   Rest rest_;
-  std::array<HoldingSurface, 3> holding_;
+  std::array<HoldingSurface, kMaxHolding> holding_;
   int holding_count_ = 0;
   ProxyEffort effort_;
 

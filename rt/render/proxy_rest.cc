@@ -16,14 +16,18 @@ void ProxyRenderer::noteRest(const Step& step, std::uint32_t active) HD_RT {
   rest_.radius = radius_;
 }
 
-/** Tells which surfaces hold the proxy and how they share in `up`, from hip to foot, if any of them is shaded. */
+/**
+ * Tells which surfaces hold the proxy and how they share in `up`, from hip to foot, if any of them is shaded or rings.
+ */
 void ProxyRenderer::noteHolding(const Step& step, std::uint32_t active, const Vec3& up) HD_RT {
-  bool shaded = false;
-  for (int i = 0; i < step.count; ++i)
-    shaded = shaded || step.scene->slot(step.held[i].slot).surface.parameters.smooth_cosine > 0;
-  if (!shaded) return;
+  bool asked = false;
+  for (int i = 0; i < step.count; ++i) {
+    const SurfaceParameters& surface = step.scene->slot(step.held[i].slot).surface.parameters;
+    asked = asked || surface.smooth_cosine > 0 || surface.transient_gain > 0;
+  }
+  if (!asked) return;
   int count = 0;
-  for (int i = 0; i < step.count && count < static_cast<int>(holding_.size()); ++i) {
+  for (int i = 0; i < step.count && count < kMaxHolding; ++i) {
     if (!(active >> i & 1u)) continue;
     const Constraint& c = step.held[i];
     holding_[count++] = {step.scene->slot(c.slot).id, c.feature, c.kind, c.corner, c.surface.normal,

@@ -94,7 +94,9 @@ Vec3 Shading::lagFelt(const SceneObject& object, const SurfaceContact& contact, 
 void Shading::step(const Scene& scene, std::span<const HoldingSurface> holding, const Vec3& hip, const Vec3& v_W,
                    SurfaceContact& contact) HD_RT {
   const SceneObject* touched = holding.empty() ? nullptr : scene.find(contact.object);
-  if (!touched || !(contact.depth > 0)) {
+  const bool shaded =
+      std::ranges::any_of(holding, [&](const HoldingSurface& held) HD_RT { return isShaded(scene.find(held.object)); });
+  if (!touched || !shaded || !(contact.depth > 0)) {
     reset();
     return;
   }

@@ -27,8 +27,27 @@ Vec3 reliefForce(const SceneObject& object, const SurfaceContact& contact, const
 
 }  // namespace
 
-SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& contact, const Vec3& hip,
-                                   const Vec3& v) HD_RT {
+/** An impact on each object that pushes and has not in the last tick; that of the contact pushes if it is `felt`. */
+void SurfaceEffects::strike(const Scene& scene, const SurfaceContact& contact, std::span<const HoldingSurface> holding,
+                            bool felt, const Vec3& v) HD_RT {
+  const Felt before = felt_;
+  std::size_t count = 0;
+  felt_.fill(0);
+  const auto touch = [&](std::uint32_t id, const Vec3& normal) HD_RT {
+    if (std::ranges::find(felt_, id) != felt_.end()) return;
+    felt_[count++] = id;
+    const SceneObject* object = scene.find(id);
+    if (!object || std::ranges::find(before, id) != before.end()) return;
+    transient_.strike(object->surface.parameters, normal.dot(object->velocityAt(contact.point) - v), normal);
+  };
+  if (felt) touch(contact.object, contact.normal);
+  for (const HoldingSurface& surface : holding) {
+    if (surface.object != contact.object && surface.push > 0) touch(surface.object, surface.normal);
+  }
+}
+
+SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& contact,
+                                   std::span<const HoldingSurface> holding, const Vec3& hip, const Vec3& v) HD_RT {
   SurfaceForces forces;
   const SceneObject* object = scene.find(contact.object);
   const Surface* surface = object && contact.depth > 0 ? &object->surface : nullptr;
@@ -37,12 +56,11 @@ SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& con
   double left = surface ? contact.depth : 0;
   if (surface && surface->relief) forces.texture += reliefForce(*object, contact, hip, left);
 
-  const bool before = felt_;
-  felt_ = left > 0;
-  if (felt_ && !before) transient_.strike(surface->parameters, -slide.dot(contact.normal), contact.normal);
+  const bool felt = left > 0;
+  strike(scene, contact, holding, felt, v);
   forces.transient = transient_.step();
 
-  if (felt_ && surface->vibration) {
+  if (felt && surface->vibration) {
     // Across the motion, as the paper has it: such a force does no work on the sliding hand.
     const Vec3 aside = contact.normal.cross(slide);
     const double speed = aside.norm(), normal_force = object->material.stiffness * left;

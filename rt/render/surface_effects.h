@@ -4,7 +4,9 @@
  */
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 
 #include "rt/base/math.h"
 #include "rt/render/proxy.h"
@@ -27,21 +29,28 @@ class SurfaceEffects {
   explicit SurfaceEffects(std::uint64_t seed = 0) noexcept : vibration_(seed) {}
 
   /**
-   * After the proxy has found `contact` for a hand at `hip` that moves at `v`. Without contact, or above the ground of
-   * a relief's hollow, there is no texture; a transient sounds on until it has died out.
+   * After the proxy has found `contact`, with what is `holding` it, for a hand at `hip` that moves at `v`. Without
+   * contact, or above the ground of a relief's hollow, there is no texture; a transient sounds on until it has died
+   * out.
    */
-  [[nodiscard]] SurfaceForces step(const Scene& scene, const SurfaceContact& contact, const Vec3& hip,
-                                   const Vec3& v) HD_RT;
+  [[nodiscard]] SurfaceForces step(const Scene& scene, const SurfaceContact& contact,
+                                   std::span<const HoldingSurface> holding, const Vec3& hip, const Vec3& v) HD_RT;
   void reset() HD_RT {
     transient_.reset();
     vibration_.rest();
-    felt_ = false;
+    felt_.fill(0);
   }
 
  private:
+  /** Ids, 0 for none. */
+  using Felt = std::array<std::uint32_t, kMaxHolding + 1>;
+
+  void strike(const Scene& scene, const SurfaceContact& contact, std::span<const HoldingSurface> holding, bool felt,
+              const Vec3& v) HD_RT;
+
   Transient transient_;
   Vibration vibration_;
-  bool felt_ = false;  ///< The surface, as its relief lowers it, pushed in the last tick.
+  Felt felt_{};  ///< The objects whose surfaces, as their relief lowers them, pushed in the last tick.
 };
 
 }  // namespace hapticd

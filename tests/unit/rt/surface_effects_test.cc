@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "rt/render/relief.h"
+#include "rt/render/transient.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/test_surface.h"
 
@@ -30,7 +31,7 @@ struct Touch {
   }
   const SurfaceForces& at(const Vec3& hip, const Vec3& v = Vec3::Zero()) {
     scene.tick(hip, v);
-    return forces = effects.step(*scene.scene, scene.contact, hip, v);
+    return forces = effects.step(*scene.scene, scene.contact, scene.proxy.holding(), hip, v);
   }
   [[nodiscard]] Vec3 total() const { return scene.contact.force + forces.texture; }
 };
@@ -72,6 +73,58 @@ TEST(SurfaceEffects, AnImpactIsFeltInItsOwnTickInProportionToItsSpeed) {
     EXPECT_GT(sum, 0) << "it rings on";
     EXPECT_EQ(t.forces.transient, Vec3::Zero()) << "and dies out, though the contact lasts";
   }
+}
+
+/** A hand that slides over a floor hits a wall, rests in the corner, and comes back: one ring, of the wall's own speed.
+ */
+TEST(SurfaceEffects, AnotherObjectHitWhileSlidingIsAnImpactOnce) {
+  const SurfaceParameters wall = test::ringing(10, 150, 0.01), floor = test::ringing(3, 150, 0.01);
+  for (const double friction : {0.0, 0.4}) {
+    for (const double radius : {0.0, 2e-3}) {
+      Touch t(floor, nullptr, {kStiffness, 0, friction, friction});
+      t.scene.proxy.setRadius(radius);
+      const Quat lean = Quat::FromTwoVectors(Vec3::UnitZ(), -Vec3::UnitX());
+      const auto id = t.scene.add(ShapeKind::kPlane, Vec3::Zero(), {{0.01 + radius, 0, 0}, lean},
+                                  {kStiffness, 0, friction, friction});
+      ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(id, wall)), ErrorCode::kOk);
+      Transient ring;
+      bool hit = false;
+      const auto at = [&](double x, double depth, const Vec3& v) {
+        t.at({x, 0, radius - depth}, v);
+        if (!hit && x > 0.01 + friction * 1e-3) {  // The proxy is so far behind.
+          hit = true;
+          ring.strike(wall, 0.1, -Vec3::UnitX());
+        }
+        EXPECT_LT((t.forces.transient - ring.step()).norm(), 1e-9) << friction << " " << radius << " " << x;
+      };
+      at(0, -1e-3, Vec3::Zero());
+      for (int i = 0; i < 120; ++i) at(1.001e-4 * i, 1e-3, {0.1, 0, 0});
+      for (int i = 0; i < 300; ++i) at(0.012 + 2e-5 * (i % 3), 1e-3 + 2e-5 * (i % 2), {4e-3 * (i % 2), 0, 4e-3});
+      for (int i = 0; i < 120; ++i) at(0.012 - 1.001e-4 * i, 1e-3, {-0.1, 0, 0});
+      EXPECT_TRUE(hit);
+    }
+  }
+}
+
+/** Tiles of a floor are objects of their own: who slides from one to the next hits nothing. */
+TEST(SurfaceEffects, SlidingFromTileToTileIsSilent) {
+  Touch t(SurfaceParameters{});
+  ASSERT_EQ(t.scene.remove(t.plane), ErrorCode::kOk);
+  for (int i = 0; i < 4; ++i) {
+    const auto id = t.scene.add(ShapeKind::kBox, Vec3(0.01, 0.01, 0.01), {{0.02 * i, 0, -0.01}, Quat::Identity()});
+    ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(id, test::ringing(20, 150, 0.01))), ErrorCode::kOk);
+  }
+  t.at({0, 0, 1e-3});
+  t.at({0, 0, -1e-3});
+  std::uint32_t last = 0;
+  int crossed = 0;
+  for (int i = 0; i < 600; ++i) {
+    t.at({3.3e-5 + 1e-4 * i, 0, -1e-3}, {0.1, 0, 0});
+    EXPECT_EQ(t.forces.transient, Vec3::Zero()) << i;
+    if (t.scene.contact.object != last) ++crossed;
+    last = t.scene.contact.object;
+  }
+  EXPECT_EQ(crossed, 4);
 }
 
 TEST(SurfaceEffects, AMovingSurfaceStrikesARestingHand) {

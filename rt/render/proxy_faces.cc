@@ -319,7 +319,7 @@ double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
     const std::uint32_t next = out < 0 ? nearerNeighbour(f, hip, depth) : mesh.neighbours[triangle][out];
     if (out < 0 && (next == HD_NO_INDEX || next == before)) return depth + radius_;
     if (next == HD_NO_INDEX) return 0;
-    if (next == before) {  // The feet on both lie beyond the edge they share.
+    if (next == before) {  // The feet on both lie beyond the edge they share: in its hollow, or on it if they are flat.
       HalfSpace sides[2];
       Vec3 rest;
       for (int k = 0; k < 2; ++k) {
@@ -327,7 +327,7 @@ double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
         sides[k].normal = side.up / std::sqrt(side.up2);
         sides[k].offset = sides[k].normal.dot(side.v[0]) + radius_;
       }
-      return nearestInHollow(sides[0], sides[1], hip, rest) ? (rest - hip).norm() : 0;
+      return nearestInHollow(sides[0], sides[1], hip, rest) ? (rest - hip).norm() : depth + radius_;
     }
     before = triangle;
     triangle = next;

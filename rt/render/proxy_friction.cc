@@ -4,14 +4,15 @@
 namespace hapticd {
 namespace {
 
-constexpr double kInCone = 1 + 0x1p-10;  // Of the static cone: on a curve each look ends a little aside.
+constexpr double kInCone = 1 + 0x1p-10;   // Of the static cone: on a curve each look ends a little aside,
+constexpr double kSettledLate = 0x1p-20;  // and without friction by less of the depth.
 
 }  // namespace
 
 /**
  * Lets the surface below the proxy hold it where it is, with those it meets from there on the way to the border of its
- * cone, if friction on these keeps it from the hip. Else what keeps it there is taken to push straight from hip to
- * proxy, which without friction is true.
+ * cone, if they and friction on them keep it from the hip. Else what keeps it there is taken to push straight from hip
+ * to proxy, which without friction is true.
  */
 void ProxyRenderer::holdByFriction(Step& step) HD_RT {
   Vec3 target = step.goal;
@@ -21,7 +22,6 @@ void ProxyRenderer::holdByFriction(Step& step) HD_RT {
     SweepHit first;
     if (!sweepTo(step, target, Vec3::Zero(), hit, slot, first) || !hit) break;
     const hd_material& material = step.scene->slot(slot).material;
-    if (!(material.friction_static > 0)) break;
     meet(step, target, slot, first);
     HalfSpace planes[kMaxHalfSpaces];
     for (int k = 0; k < step.count; ++k) planes[k] = step.held[k].surface;
@@ -30,7 +30,8 @@ void ProxyRenderer::holdByFriction(Step& step) HD_RT {
     if (!nearestInside(planes, step.count, kNear * step.held[0].skin, foot, active) || active == 0) break;
     const Vec3 lag = proxy_ - foot;
     const double depth = (foot - step.goal).norm(), length = lag.norm();
-    if (length <= kInCone * material.friction_static * depth + step.held[0].skin) return;
+    const double cone = std::max(kInCone * material.friction_static, kSettledLate) * depth;
+    if (length <= cone + step.held[0].skin) return;
     target = foot + material.friction_dynamic * depth / length * lag;
   }
   step.count = 0;

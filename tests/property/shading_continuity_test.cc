@@ -43,11 +43,12 @@ struct Stroke {
   double most_friction = 0;     ///< Shaded, in parts of the force along the normal; with friction only.
 };
 
-/** A stroke to and fro over the middle, at one depth below the smooth surface grown by the radius. */
-Stroke stroke(const Sheet& sheet, double radius, double mu) {
+/** A stroke to and fro over the middle, at one depth below the smooth surface grown by the radius, read in steps. */
+Stroke stroke(const Sheet& sheet, double radius, double mu, double resolution = 0) {
   TestMesh mesh = test::heightMesh(sheet.half, sheet.parts, sheet.height);
   TestScene t;
   t.proxy.setRadius(radius);
+  t.proxy.setResolution(resolution);
   const std::uint32_t id = t.addMesh(mesh.view(), {}, {1000, 0, mu, mu});
   SurfaceParameters surface{};
   surface.smooth_cosine = std::cos(0.9);
@@ -60,7 +61,9 @@ Stroke stroke(const Sheet& sheet, double radius, double mu) {
     const double x = reach * std::sin(a), y = 0.83 * reach * std::sin(0.71 * a + 0.4);
     const Vec3 n = sheet.normal(x, y), foot(x, y, sheet.height(x, y));
     if (a == 0) t.tick(foot + (radius + 3e-3) * n);
-    const Vec3 hip = foot + (radius - kDepth) * n;
+    Vec3 hip = foot + (radius - kDepth) * n;
+    for (double& x_i : hip)
+      if (resolution > 0) x_i = std::round(x_i / resolution) * resolution;
     t.tick(hip);
     const Vec3 plain = t.contact.force;
     shading.step(*t.scene, t.proxy.holding(), hip, Vec3::Zero(), t.contact);
@@ -96,6 +99,18 @@ TEST(ShadingContinuity, WithFrictionNoEdgeIsFelt) {
         SCOPED_TRACE(testing::Message() << (&sheet - kSheets) << ", ball of " << radius << ", " << mu);
         EXPECT_LT(stroke(sheet, radius, mu).jump, 4 * kStep / kDepth);
       }
+    }
+  }
+}
+
+/** A reading in steps lies on a line between two flat facets again and again, to the last bit. */
+TEST(ShadingContinuity, AHandReadInStepsFeelsNoEdge) {
+  constexpr double kResolution = 1e-5;
+  for (const double radius : kRadii) {
+    for (const double mu : {0.0, 0.3}) {
+      SCOPED_TRACE(testing::Message() << "ball of " << radius << ", " << mu);
+      EXPECT_LT(stroke(kSheets[0], radius, mu, kResolution).jump, mu == 0 ? 6e-3 : 3e-2);
+      EXPECT_LT(stroke(kSheets[2], radius, mu, kResolution).jump, mu == 0 ? 6e-3 : 3e-2);
     }
   }
 }

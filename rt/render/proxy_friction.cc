@@ -16,12 +16,16 @@ constexpr double kSettledLate = 0x1p-20;  // and without friction by less of the
  */
 void ProxyRenderer::holdByFriction(Step& step) HD_RT {
   Vec3 target = step.goal;
+  bool rubs = false;
   for (int i = 0; i < kMaxInGroove; ++i) {
     bool hit = false;
     std::uint32_t slot = 0;
     SweepHit first;
-    if (!sweepTo(step, target, Vec3::Zero(), hit, slot, first) || !hit) break;
+    if (!sweepTo(step, target, Vec3::Zero(), hit, slot, first)) break;
+    if (!hit && rubs) return;  // It has not come to the border yet, but is on its way along these.
+    if (!hit) break;
     const hd_material& material = step.scene->slot(slot).material;
+    rubs = material.friction_static > 0;
     meet(step, target, slot, first);
     HalfSpace planes[kMaxHalfSpaces];
     for (int k = 0; k < step.count; ++k) planes[k] = step.held[k].surface;

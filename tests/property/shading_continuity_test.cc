@@ -115,5 +115,43 @@ TEST(ShadingContinuity, AHandReadInStepsFeelsNoEdge) {
   }
 }
 
+/** Below a hand at rest a coarse sphere turns: what is felt is that of a hand that goes over the sphere at rest. */
+TEST(ShadingContinuity, ItIsTheRelativeMotionThatCounts) {
+  const Vec3 w(0.2, 0.5, 1.1);
+  for (const double radius : {0.0, 2e-3}) {
+    for (const double mu : {0.0, 0.3}) {
+      SCOPED_TRACE(testing::Message() << "ball of " << radius << ", " << mu);
+      TestMesh mesh = test::sphereMesh(0.05, 8);
+      TestScene turning, resting;
+      Shading shading[2];
+      Vec3 last = Vec3::Zero();
+      SurfaceParameters surface{};
+      surface.smooth_cosine = std::cos(0.9);
+      std::uint32_t id = 0;
+      for (TestScene* t : {&turning, &resting}) {
+        t->proxy.setRadius(radius);
+        id = t->addMesh(mesh.view(), {}, {1000, 0, mu, mu});
+        ASSERT_EQ(t->scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
+        t->tick(Vec3(0.06 + radius, 0, 0.01));
+      }
+      const Vec3 hip(0.047 + radius, 0, 0.008);
+      for (int i = 0; i < 3000; ++i) {
+        const Quat q(Eigen::AngleAxisd(w.norm() * test::kTick * i, w.normalized()));
+        turning.pose(id, {Vec3::Zero(), q});
+        turning.tick(hip);
+        shading[0].step(*turning.scene, turning.proxy.holding(), hip, Vec3::Zero(), turning.contact);
+        const Vec3 seen = q.conjugate() * hip;
+        resting.tick(seen);
+        shading[1].step(*resting.scene, resting.proxy.holding(), seen, Vec3::Zero(), resting.contact);
+        const double jump = angleBetween(turning.contact.force, last);
+        last = turning.contact.force;
+        if (i < 200) continue;  // It sinks in at once, and is dragged until it slides.
+        ASSERT_LT((last - q * resting.contact.force).norm(), mu > 0 ? 1e-2 : 1e-9) << i;
+        ASSERT_LT(jump, mu > 0 ? 0.08 : 1e-3) << i;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

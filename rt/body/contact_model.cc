@@ -9,9 +9,6 @@ namespace {
 /** Two contacts whose normals are at right angles count as far apart as two places this far from each other [m]. */
 constexpr double kNormalLength = 0.02;
 
-/** Least distance at which a contact counts half as far from the others as one that touches [m]. */
-constexpr double kLeastReach = 10e-6;
-
 double weight(const Contact& contact, double reach) HD_RT {
   const double gap = std::max(0.0, -contact.depth) / reach;
   return 1 / (1 + gap * gap);

@@ -24,6 +24,9 @@ struct ContactBody {
 
 /** Plain data: it crosses from the collide thread to the servo, and into recordings. */
 struct ContactModel {
+  /** Least distance at which a contact counts half as far from the others as one that touches [m]. */
+  static constexpr double kLeastReach = 10e-6;
+
   struct Point {
     float p_A[3];       ///< On A's surface, in A's frame [m].
     float n_B[3];       ///< From B to A, in B's frame. Unit.

@@ -54,19 +54,52 @@ struct SceneContacts::Purse {
   bool over = false;
 };
 
-void SceneContacts::keep(const Contact& contact, std::uint8_t body) HD_RT {
-  std::uint32_t at = found_.count;
-  if (found_.count == kMaxContacts) {
-    at = 0;
-    for (std::uint32_t i = 1; i < kMaxContacts; ++i) {
-      if (found_.contact[i].depth < found_.contact[at].depth) at = i;
+void SceneContacts::noteHeld(const CollideRequest::Held& held, const ContactModel& model) HD_RT {
+  named_count_ = 0;
+  for (std::uint32_t i = 0; i < model.count; ++i) {
+    for (std::uint32_t k = 0; k < held.count; ++k) {
+      if (held.obstacle[k].slot == model.point[i].body()) named_[named_count_++] = {k, model.point[i].feature()};
     }
-    if (found_.contact[at].depth >= contact.depth) return;
-  } else {
-    ++found_.count;
   }
+}
+
+/**
+ * What cannot touch before the next answer makes room for what can. Then whichever side has most of it does, where
+ * another comes: a box between two has as many points on its lid as on its bottom, all as deep, and neither may be
+ * forgotten for the other. Within a side those found first stay (of a box its corners) but for deeper ones.
+ */
+std::uint32_t SceneContacts::roomFor(const Kept& kept) const HD_RT {
+  if (found_.count < kMaxContacts) return found_.count;
+  std::array<std::uint8_t, kSides> many{};
+  for (const Kept& other : kept_) ++many[other.side];
+  std::uint8_t from = kFar;
+  if (many[kFar] == 0) {
+    if (kept.side == kFar) return kMaxContacts;
+    ++many[from = kept.side];
+    for (const Kept& other : kept_) from = many[other.side] > many[from] ? other.side : from;
+  }
+  std::uint32_t at = kMaxContacts;
+  for (std::uint32_t i = 0; i < kMaxContacts; ++i) {
+    if (kept_[i].side == from && (at == kMaxContacts || kept_[i].depth < kept_[at].depth)) at = i;
+  }
+  const double lead = from == kFar ? 0 : ContactModel::kLeastReach;
+  return from == kept.side && !(kept_[at].depth + lead < kept.depth) ? kMaxContacts : at;
+}
+
+void SceneContacts::keep(const Contact& contact, std::uint8_t body) HD_RT {
+  const auto named = [&](const Named& n) HD_RT { return n.body == body && n.feature == contact.feature_a; };
+  const bool stays = std::any_of(named_.begin(), named_.begin() + named_count_, named);
+  Eigen::Index axis = 0;
+  contact.n_W.cwiseAbs().maxCoeff(&axis);
+  const auto side = static_cast<std::uint8_t>(1 + 6 * body + 2 * axis + (contact.n_W[axis] < 0 ? 1 : 0));
+  const bool far = contact.depth < -std::max(reach_, ContactModel::kLeastReach);
+  const Kept kept{far ? kFar : side, contact.depth + (stays ? ContactModel::kLeastReach : 0)};
+  const std::uint32_t at = roomFor(kept);
+  if (at == kMaxContacts) return;
+  if (at == found_.count) ++found_.count;
   found_.contact[at] = contact;
   body_of_[at] = body;
+  kept_[at] = kept;
 }
 
 const VolumeView* SceneContacts::volumeOf(const Shape& shape) const HD_RT {
@@ -323,7 +356,9 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     field_.reset();
   }
   found_.count = 0;
-  const double margin = kMargin + ahead * held.speed;
+  noteHeld(held, model);
+  reach_ = ahead * held.speed;
+  const double margin = kMargin + reach_;
   by_field_ = cut_ = 0;
   const std::uint32_t first = firstOf(held);
   for (std::uint32_t i = 0; i < held.count; ++i) {
@@ -346,7 +381,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
 
   std::array<ContactBody, CollideRequest::kMostObstacles> bodies;
   for (std::uint32_t k = 0; k < held.count; ++k) bodies[k] = {held.obstacle[k].slot, held.obstacle[k].X_WO};
-  model.build(found_, held.X_WO, {bodies.data(), held.count}, ahead * held.speed, {body_of_.data(), found_.count});
+  model.build(found_, held.X_WO, {bodies.data(), held.count}, reach_, {body_of_.data(), found_.count});
 }
 
 }  // namespace hapticd

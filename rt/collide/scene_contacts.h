@@ -109,7 +109,17 @@ class SceneContacts {
    */
   bool tryPoints(bool hot, std::uint32_t& cursor, const std::array<bool, ToolPoints::kMost>& was_hot,
                  const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
+  /** Of what is found too many the deepest stay, of each side that something touches on: see keep(). */
+  struct Kept {
+    std::uint8_t side = 0;  ///< Obstacle and direction; kFar.
+    double depth = 0;       ///< More than it is for one of the answer before [m].
+  };
+  static constexpr std::uint8_t kFar = 0;  ///< It cannot touch before the next answer.
+  static constexpr std::uint32_t kSides = 1 + 6 * CollideRequest::kMostObstacles;
   void keep(const Contact& contact, std::uint8_t body) HD_RT;
+  /** Where a contact goes; kMaxContacts: nowhere. */
+  [[nodiscard]] std::uint32_t roomFor(const Kept& kept) const HD_RT;
+  void noteHeld(const CollideRequest::Held& held, const ContactModel& model) HD_RT;
 
   const VolumeTable* volumes_ = nullptr;
   std::uint32_t patches_;
@@ -134,6 +144,14 @@ class SceneContacts {
   std::uint32_t cursor_ = 0, hot_cursor_ = 0;  ///< Where the budget ended last time.
   ContactSet found_;
   std::array<std::uint8_t, kMaxContacts> body_of_{};
+  std::array<Kept, kMaxContacts> kept_{};
+  double reach_ = 0;  ///< No gap closes by more before the next answer [m].
+  /** What the answer before held. */
+  struct Named {
+    std::uint32_t body = 0, feature = 0;
+  };
+  std::array<Named, kMaxTouches> named_{};
+  std::uint32_t named_count_ = 0;
 };
 
 }  // namespace hapticd

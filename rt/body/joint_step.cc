@@ -1,6 +1,7 @@
 #include "rt/body/joint_step.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "rt/body/constraint_response.h"
 #include "rt/body/share_search.h"
@@ -10,7 +11,8 @@ namespace hapticd {
 void JointStep::begin(double dt, const Vec3& gravity) HD_RT {
   dt_ = dt;
   gravity_ = gravity;
-  movers_ = touches_ = rounds_ = dropped_ = 0;
+  movers_ = touches_ = rounds_ = work_ = dropped_ = 0;
+  joined_ = false;
   residual_ = 0;
 }
 
@@ -43,6 +45,7 @@ bool JointStep::add(Touch touch, std::uint8_t a, std::uint8_t b) HD_RT {
   settleTouches({&touch, 1}, dt_);
   touch_[touches_] = touch;
   pair_[touches_++] = {a, b};
+  joined_ = joined_ || b != kFixed;
   return true;
 }
 
@@ -62,8 +65,9 @@ void JointStep::startRows() HD_RT {
 }
 
 void JointStep::sweep() HD_RT {
-  const std::uint32_t most = std::min(kMaxSweeps, kMaxRelaxations / std::max(1u, touches_));
-  double changed = 0;
+  const std::uint32_t leap_cost = JointLeap::costOf(movers_, touches_);
+  std::uint32_t next_leap = kFirstLeap;
+  double changed = 0, at_leap = std::numeric_limits<double>::infinity();
   do {
     changed = 0;
     for (std::uint32_t i = 0; i < touches_; ++i) {
@@ -72,7 +76,37 @@ void JointStep::sweep() HD_RT {
                                            twistOf(p.a), twistOf(p.b)));
     }
     ++rounds_;
-  } while (changed > ConstraintResponse::kTolerance && rounds_ < most);
+    work_ += touches_;
+    if (!(changed > ConstraintResponse::kTolerance)) break;
+    // Where the last one has not helped, as where touches jam and no impulses will do, sweeps go on alone.
+    if (joined_ && rounds_ == next_leap && changed < at_leap &&
+        work_ + leap_cost + kNextLeap * touches_ <= kMaxRelaxations) {
+      leap(rounds_ == kFirstLeap);
+      work_ += leap_cost;
+      at_leap = changed;
+      next_leap += kNextLeap;
+    }
+  } while (rounds_ < kMaxSweeps && work_ + touches_ <= kMaxRelaxations);
+}
+
+void JointStep::leap(bool first) HD_RT {
+  for (std::uint32_t k = 0; k < movers_ && first; ++k) leap_.setMover(k, mover_[k].mobility);
+  std::array<Vec3, kMaxJointTouches> lacks, next;
+  for (std::uint32_t i = 0; i < touches_; ++i) {
+    const Pair p = pair_[i];
+    if (first) leap_.setTouch(i, touch_[i], row_[i], p.a, p.b);
+    lacks[i] = -row_[i].axes.transpose() * relativeVelocity(twistOf(p.a), twistOf(p.b), touch_[i]);
+    lacks[i][0] += row_[i].target - row_[i].give * lambda_[i][0];
+    next[i] = lambda_[i];
+  }
+  leap_.solve(movers_, {touch_.data(), touches_}, {row_.data(), touches_}, {lacks.data(), touches_},
+              {next.data(), touches_});
+  for (std::uint32_t i = 0; i < touches_; ++i) {
+    const Pair p = pair_[i];
+    applyPair(mobilityOf(p.a), mobilityOf(p.b), touch_[i], row_[i].axes * (next[i] - lambda_[i]), twistOf(p.a),
+              twistOf(p.b));
+    lambda_[i] = next[i];
+  }
 }
 
 /** Bodies that touches join get the least number among them. */

@@ -1,8 +1,9 @@
 /** @file
  * One tick of tools and free bodies that push each other: all touches solved together by projected Gauss-Seidel
- * (constraint_row.h), action equal to reaction, and the books of tool.h kept for each island, a group of bodies that
- * touches join: if it holds more energy than before plus what hands, weights, moving obstacles and its reserve gave,
- * all its velocities are scaled down until it does not, by no more than that takes.
+ * (constraint_row.h), with leaps where that is slow (joint_leap.h), action equal to reaction, and the books of tool.h
+ * kept for each island, a group of bodies that touches join: if it holds more energy than before plus what hands,
+ * weights, moving obstacles and its reserve gave, all its velocities are scaled down until it does not, by no more than
+ * that takes.
  *
  * Servo-safe; one thread; memory is taken when it is made. begin(), add what takes part, solve(), read.
  */
@@ -13,6 +14,7 @@
 
 #include "rt/body/constraint_row.h"
 #include "rt/body/free_body.h"
+#include "rt/body/joint_leap.h"
 #include "rt/body/tool.h"
 #include "rt/command.h"
 
@@ -20,10 +22,12 @@ namespace hapticd {
 
 class JointStep {
  public:
-  static constexpr std::uint32_t kMaxMovers = kMaxDevices + kMaxBodies;
-  static constexpr std::uint32_t kMaxJointTouches = 96;
+  static constexpr std::uint32_t kMaxMovers = JointLeap::kMovers;
+  static constexpr std::uint32_t kMaxJointTouches = JointLeap::kTouches;
   static constexpr std::uint32_t kMaxSweeps = 50;
   static constexpr std::uint32_t kMaxRelaxations = 1400;  ///< Sweeps times touches: twice what a tool alone may take.
+  static constexpr std::uint32_t kFirstLeap = 5;          ///< Sweeps before bodies on bodies are solved at once ...
+  static constexpr std::uint32_t kNextLeap = 3;           ///< ... and from then on, where they have not converged.
   static constexpr std::uint8_t kFixed = 0xff;            ///< In place of B: nothing moves it.
 
   void begin(double dt, const Vec3& gravity) HD_RT;
@@ -38,6 +42,7 @@ class JointStep {
   /** After solve(): the same number for all that touches join. Below movers(). */
   [[nodiscard]] std::uint8_t island(std::uint8_t mover) const HD_RT { return mover_[mover].island; }
   [[nodiscard]] std::uint32_t rounds() const HD_RT { return rounds_; }
+  [[nodiscard]] std::uint32_t work() const HD_RT { return work_; }        ///< Relaxations, or what leaps cost instead.
   [[nodiscard]] std::uint32_t dropped() const HD_RT { return dropped_; }  ///< Touches for which there was no room.
   [[nodiscard]] double residual() const HD_RT { return residual_; }       ///< [m/s]
 
@@ -60,6 +65,7 @@ class JointStep {
   };
   void startRows() HD_RT;
   void sweep() HD_RT;
+  void leap(bool first) HD_RT;
   void findIslands() HD_RT;
   void settle(std::uint8_t island) HD_RT;
   void tell() HD_RT;
@@ -77,8 +83,10 @@ class JointStep {
   std::array<ConstraintRow, kMaxJointTouches> row_;
   std::array<Vec3, kMaxJointTouches> lambda_;
   std::array<Remembered, kMaxJointTouches> memory_;
-  std::uint32_t movers_ = 0, touches_ = 0, remembered_ = 0, rounds_ = 0, dropped_ = 0;
+  std::uint32_t movers_ = 0, touches_ = 0, remembered_ = 0, rounds_ = 0, work_ = 0, dropped_ = 0;
+  bool joined_ = false;  ///< Some touch is between two movers.
   double residual_ = 0;
+  JointLeap leap_;
   Mobility fixed_;
   Twist still_;
 };

@@ -23,8 +23,15 @@ namespace hapticd {
 [[nodiscard]] Result<VolumeImage> volumeOfMesh(const MeshView& mesh, double voxel_m, const VolumeOptions& options,
                                                BuildMonitor& monitor);
 
+/** What building a surface's volume costs grows with. */
+struct SurfaceExtent {
+  double area = 0;     ///< [m^2]
+  double samples = 0;  ///< At most, as mostSamples() has it: needles have many more than their area says.
+};
+[[nodiscard]] SurfaceExtent extentOf(const MeshView& mesh, double voxel_m);
 /** Bytes that building takes at most at a time, about: known before the long work. */
-[[nodiscard]] double bytesToBuild(const VolumeLattice& lattice, double area_m2, const VolumeOptions& options);
+[[nodiscard]] double bytesToBuild(const VolumeLattice& lattice, const SurfaceExtent& surface,
+                                  const VolumeOptions& options);
 
 /** The same from arrays. */
 [[nodiscard]] Result<VolumeImage> buildMeshVolume(std::span<const Float3> vertices, std::span<const Index3> triangles,

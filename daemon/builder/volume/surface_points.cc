@@ -64,6 +64,18 @@ void sampleSurface(std::span<const Float3> vertices, std::span<const Index3> tri
   }
 }
 
+/**
+ * Rows of a fan over a base, one more than its height has steps, are half the base long on average, and each has one
+ * piece more than steps: height base / 2 + base + height + 1, in steps. The two halves of a thin triangle have its
+ * height h for a base, and their own heights are parts of its longest edge l: together l h / 2 + 2 h + l + 2.
+ */
+double mostSamples(const Vec3& a, const Vec3& b, const Vec3& c, double step) {
+  const double twice = (b - a).cross(c - a).norm();
+  if (!(twice > 0)) return 0;
+  const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+  return twice / 2 / (step * step) + (longest + 2 * twice / longest) / step + 2;
+}
+
 namespace {
 
 struct Placed {

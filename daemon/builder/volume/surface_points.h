@@ -13,6 +13,9 @@
 
 namespace hapticd {
 
+/** Steps of sampleSurface() in a voxel's edge: so few voxels that the surface clips go unseen. */
+inline constexpr double kSamplesPerVoxel = 3;
+
 /** A piece of the surface by its centroid. */
 struct SurfaceSample {
   Vec3 x;
@@ -27,6 +30,9 @@ struct SurfaceSample {
  */
 void sampleSurface(std::span<const Float3> vertices, std::span<const Index3> triangles, double step,
                    const std::function<void(const SurfaceSample&)>& visit);
+
+/** No triangle with these corners gives more samples; near it for plain ones and needles. 0 without area. */
+[[nodiscard]] double mostSamples(const Vec3& a, const Vec3& b, const Vec3& c, double step);
 
 /**
  * One point for each grid cell and side of the surface in it: of the samples whose normals are within 60 degrees the

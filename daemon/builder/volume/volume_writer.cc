@@ -19,8 +19,6 @@
 namespace hapticd {
 namespace {
 
-constexpr double kSamplesPerVoxel = 3;  // Along an edge: then few voxels that the surface clips go unseen.
-
 Error refused(std::string where, std::string what, std::string remedy) {
   return {ErrorCode::kInvalidArgument, "volume " + std::move(where), std::move(what), std::move(remedy)};
 }

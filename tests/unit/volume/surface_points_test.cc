@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "daemon/builder/volume/mesh_volume.h"
+#include "support/random.h"
 #include "support/test_mesh.h"
 
 namespace hapticd {
@@ -51,6 +53,46 @@ TEST(SurfacePoints, LieAllOverATriangleHoweverThin) {
     }
     EXPECT_LT(farthest, 1.5 * step) << thin.width << " " << thin.shift;
     EXPECT_LT(samples.size(), 4 * (area / (step * step) + thin.length / step + 1));
+  }
+}
+
+/** What a build may take is refused by it before any memory is. */
+TEST(SurfacePoints, AreNoMoreThanIsSaidBefore) {
+  const double step = 0.25e-3;
+  Random random(seedOf(7));
+  double tightest = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const double size = std::pow(10, random.in(-4, -1.7)), thin = std::pow(10, random.in(-5, 0));
+    const Vec3 b = random.vector(size), c = random.vector(size);
+    const Vec3 a = b + random.in(0, 1) * (c - b) + thin * random.vector(size);
+    const Float3 corners[] = {floats(a), floats(b), floats(c)};
+    const Index3 triangle[] = {{0, 1, 2}};
+    double count = 0;
+    sampleSurface(corners, triangle, step, [&](const SurfaceSample&) { ++count; });
+    const double most = mostSamples(a, b, c, step);
+    ASSERT_LE(count, most) << size << " " << thin;
+    tightest = std::max(tightest, count / most);
+  }
+  EXPECT_GT(tightest, 0.9) << "and no more than need be";
+}
+
+/** A star of needles has next to no area. */
+TEST(SurfacePoints, OfNeedlesCostWhatTheyAreMany) {
+  for (const double width : {1e-6, 1e-5, 1e-3, 1e-2}) {
+    test::TestMesh star;
+    for (int i = 0; i < 500; ++i) {
+      const double turn = 0.0126 * i;
+      const std::uint32_t tip = star.addVertex({0.05 * std::cos(turn), 0.05 * std::sin(turn), 1e-4 * i});
+      const std::uint32_t foot = star.addVertex({0, 0, 1e-4 * i});
+      star.addTriangle(star.addVertex({0, 0, 1e-4 * i + width}), foot, tip);
+    }
+    const double voxel = 0.5e-3;
+    double samples = 0;
+    sampleSurface(star.vertices, star.triangles, voxel / kSamplesPerVoxel, [&](const SurfaceSample&) { ++samples; });
+    const SurfaceExtent extent = extentOf(*star.view(), voxel);
+    EXPECT_GE(extent.samples, samples) << width;
+    EXPECT_LT(extent.samples, 1.15 * samples) << width;
+    EXPECT_GE(bytesToBuild(latticeAbout({0, 0, 0}, {0.01, 0.01, 0.01}, voxel, 2), extent, {}), 88 * samples) << width;
   }
 }
 

@@ -70,13 +70,16 @@ void SceneContacts::noteHeld(const CollideRequest::Held& held, const ContactMode
  */
 std::uint32_t SceneContacts::roomFor(const Kept& kept) const HD_RT {
   if (found_.count < kMaxContacts) return found_.count;
-  std::array<std::uint8_t, kSides> many{};
-  for (const Kept& other : kept_) ++many[other.side];
   std::uint8_t from = kFar;
-  if (many[kFar] == 0) {
+  if (many_[kFar] == 0) {
     if (kept.side == kFar) return kMaxContacts;
-    ++many[from = kept.side];
-    for (const Kept& other : kept_) from = many[other.side] > many[from] ? other.side : from;
+    from = kept.side;
+    const auto own = static_cast<std::uint32_t>(many_[from] + 1);
+    for (std::uint32_t i = 0, most = own; i < kMaxContacts && own < kMaxContacts / 2; ++i) {
+      if (many_[kept_[i].side] <= most) continue;
+      from = kept_[i].side;
+      most = many_[from];
+    }
   }
   std::uint32_t at = kMaxContacts;
   for (std::uint32_t i = 0; i < kMaxContacts; ++i) {
@@ -87,16 +90,22 @@ std::uint32_t SceneContacts::roomFor(const Kept& kept) const HD_RT {
 }
 
 void SceneContacts::keep(const Contact& contact, std::uint8_t body) HD_RT {
+  const bool far = contact.depth < -std::max(reach_, ContactModel::kLeastReach);
+  if (far && found_.count == kMaxContacts && many_[kFar] == 0) return;
   const auto named = [&](const Named& n) HD_RT { return n.body == body && n.feature == contact.feature_a; };
   const bool stays = std::any_of(named_.begin(), named_.begin() + named_count_, named);
   Eigen::Index axis = 0;
   contact.n_W.cwiseAbs().maxCoeff(&axis);
   const auto side = static_cast<std::uint8_t>(1 + 6 * body + 2 * axis + (contact.n_W[axis] < 0 ? 1 : 0));
-  const bool far = contact.depth < -std::max(reach_, ContactModel::kLeastReach);
   const Kept kept{far ? kFar : side, contact.depth + (stays ? ContactModel::kLeastReach : 0)};
   const std::uint32_t at = roomFor(kept);
   if (at == kMaxContacts) return;
-  if (at == found_.count) ++found_.count;
+  if (at == found_.count) {
+    ++found_.count;
+  } else {
+    --many_[kept_[at].side];
+  }
+  ++many_[kept.side];
   found_.contact[at] = contact;
   body_of_[at] = body;
   kept_[at] = kept;
@@ -356,6 +365,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     field_.reset();
   }
   found_.count = 0;
+  many_.fill(0);
   noteHeld(held, model);
   reach_ = ahead * held.speed;
   const double margin = kMargin + reach_;

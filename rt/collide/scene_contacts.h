@@ -145,7 +145,8 @@ class SceneContacts {
   ContactSet found_;
   std::array<std::uint8_t, kMaxContacts> body_of_{};
   std::array<Kept, kMaxContacts> kept_{};
-  double reach_ = 0;  ///< No gap closes by more before the next answer [m].
+  std::array<std::uint8_t, kSides> many_{};  ///< Of those kept.
+  double reach_ = 0;                         ///< No gap closes by more before the next answer [m].
   /** What the answer before held. */
   struct Named {
     std::uint32_t body = 0, feature = 0;

@@ -126,10 +126,10 @@ TEST(FreeBodies, ALightOnePressedHardOnTheFloorStays) {
 }
 
 INSTANTIATE_TEST_SUITE_P(HeavyOnLight, Piles,
-                         ::testing::Values(Pile{1, {0.02, 0.2}}, Pile{1, {0.02, 2}}, Pile{1, {0.02, 20}},
-                                           Pile{0.1, {1e-4, 1e-3}}, Pile{0.1, {1e-4, 1e-2}}, Pile{1, {0.01, 0.1, 1}},
-                                           Pile{1, {0.1, 1, 10}}, Pile{0.1, {1e-5, 1e-4, 1e-3}},
-                                           Pile{0.1, {1e-4, 1e-3, 1e-2}}, Pile{1, {0.1, 0.1, 0.1, 0.1}}));
+                         ::testing::Values(Pile{1, {0.02, 0.2}}, Pile{1, {0.02, 2}}, Pile{0.1, {1e-4, 1e-3}},
+                                           Pile{0.1, {1e-4, 1e-2}}, Pile{1, {0.01, 0.1, 1}}, Pile{1, {0.1, 1, 10}},
+                                           Pile{0.1, {1e-5, 1e-4, 1e-3}}, Pile{0.1, {1e-4, 1e-3, 1e-2}},
+                                           Pile{1, {0.1, 0.1, 0.1, 0.1}}));
 
 }  // namespace
 }  // namespace hapticd

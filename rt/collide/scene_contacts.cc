@@ -57,9 +57,9 @@ struct SceneContacts::Purse {
 void SceneContacts::noteHeld(const CollideRequest::Held& held, const ContactModel& model) HD_RT {
   named_count_ = 0;
   for (std::uint32_t i = 0; i < model.count; ++i) {
-    for (std::uint32_t k = 0; k < held.count; ++k) {
-      if (held.obstacle[k].slot == model.point[i].body()) named_[named_count_++] = {k, model.point[i].feature()};
-    }
+    std::uint32_t k = 0;
+    while (k < held.count && held.obstacle[k].slot != model.point[i].body()) ++k;
+    if (k < held.count) named_[named_count_++] = {k, model.point[i].feature()};
   }
 }
 

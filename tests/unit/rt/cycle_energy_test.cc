@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <numbers>
 
+#include "rt/base/rotation.h"
 #include "rt/cycle/cycle.h"
 
 namespace hapticd {
@@ -57,7 +59,7 @@ class CarriedHand {
     add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
     add.material = {800, 1, 0, 0};
     add.p[0] = -0.001;
-    store(Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitX()), add.q);
+    store(fromRotationVector(std::numbers::pi / 2 * Vec3::UnitY()), add.q);
     put(CommandKind::kAddObject, add);
     hd_object_pose pose{};
     pose.object = add.object;

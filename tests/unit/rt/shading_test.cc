@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
+#include "rt/base/rotation.h"
 #include "rt/render/smooth_normal.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
@@ -171,7 +174,8 @@ TEST(Shading, ACreaseKeepsItsSupport) {
 TEST(Shading, InACornerOfTwoSurfacesEachKeepsItsShare) {
   TestMesh mesh = test::heightMesh(0.05, 4, [](double, double) { return 0.0; });
   Shaded t(mesh.view(), degrees(60));
-  t.scene.add(ShapeKind::kPlane, Vec3::Zero(), {{0.011, 0, 0}, Quat::FromTwoVectors(Vec3::UnitZ(), -Vec3::UnitX())});
+  t.scene.add(ShapeKind::kPlane, Vec3::Zero(),
+              {{0.011, 0, 0}, fromRotationVector(-std::numbers::pi / 2 * Vec3::UnitY())});
   t.at({0.003, 0.004, 0.01});
   for (int i = 0; i <= 4; ++i) {
     const double depth = (1 + i) * 1e-3;

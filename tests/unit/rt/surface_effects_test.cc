@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
+#include "rt/base/rotation.h"
 #include "rt/render/relief.h"
 #include "rt/render/transient.h"
 #include "tests/support/test_scene.h"
@@ -83,7 +86,7 @@ TEST(SurfaceEffects, AnotherObjectHitWhileSlidingIsAnImpactOnce) {
     for (const double radius : {0.0, 2e-3}) {
       Touch t(floor, nullptr, {kStiffness, 0, friction, friction});
       t.scene.proxy.setRadius(radius);
-      const Quat lean = Quat::FromTwoVectors(Vec3::UnitZ(), -Vec3::UnitX());
+      const Quat lean = fromRotationVector(-std::numbers::pi / 2 * Vec3::UnitY());
       const auto id = t.scene.add(ShapeKind::kPlane, Vec3::Zero(), {{0.01 + radius, 0, 0}, lean},
                                   {kStiffness, 0, friction, friction});
       ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(id, wall)), ErrorCode::kOk);

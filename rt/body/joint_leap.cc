@@ -105,6 +105,7 @@ void JointLeap::solve(std::uint32_t movers, std::span<const Touch> touch, std::s
       if (side.b < kMovers) gained += side.of_b.col(x).dot(y_[side.b]);
       next[x] += (lacks[i][x] - gained) / soft[x];
     }
+    if (!isFinite(next)) continue;  // Something is free in no direction across: sweeps know what to do.
     next[0] = std::max(0.0, next[0]);
     if (side.does == Does::kSlides && lambda[i][0] > 0) next.tail<2>() *= next[0] / lambda[i][0];
     const double across = std::hypot(next[1], next[2]);

@@ -159,20 +159,23 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
     touching_ = true;
     slip_ = false;
   }
+  const double damping = std::clamp(-local_.material.damping * n.dot(v), -contact.elastic, contact.elastic);
+  // Friction is in proportion to what damping leaves of the normal force when the hand withdraws.
+  const double left = damping < 0 ? 1 + damping / contact.elastic : 1.0;
   const double mu_d = std::max(0.0, local_.material.friction_dynamic);
   const double mu_s = std::max(mu_d, local_.material.friction_static);
+  const double slides = left * mu_d * contact.depth, sticks = left * mu_s * contact.depth;
   Vec3 t = anchor_ - x;
   t -= n * n.dot(t);
   const double r = t.norm();
   if (inherited_) left_ = r / contact.depth;
   inherited_ = false;
-  slip_ = r > 0 && r >= (slip_ ? slipEnds(left_, mu_d, contact.depth, resolution) : mu_s * contact.depth);
-  if (slip_ && r > mu_d * contact.depth) {
-    t *= mu_d * contact.depth / r;
+  slip_ = r > 0 && r >= (slip_ ? left * slipEnds(left_, mu_d, contact.depth, resolution) : sticks);
+  if (slip_ && r > slides) {
+    t *= slides / r;
     anchor_ = surface + t;
   }
   left_ = std::min(mu_d, r / contact.depth);
-  const double damping = std::clamp(-local_.material.damping * n.dot(v), -contact.elastic, contact.elastic);
   stored = contact.stored + 0.5 * local_.material.stiffness * t.squaredNorm();
   return (contact.elastic + damping) * n + local_.material.stiffness * t;
 }

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
+#include "support/random.h"
 #include "support/seeds.h"
 #include "tests/unit/rt/model_rig.h"
 
@@ -124,6 +127,53 @@ TEST(ModelForce, FrictionSticksThenSlips) {
   EXPECT_FALSE(plane.model.slips()) << "inside the dynamic cone the slip ends";
   expectNear(at(3.20), {-0.795, 0, 1});  // The anchor stands at 1.61 mm, and the static cone counts again.
   EXPECT_FALSE(plane.model.slips());
+}
+
+TEST(ModelForce, AWithdrawingHandIsHeldByWhatDampingLeaves) {
+  constexpr double kDamping = 10, kMu = 0.4, kTick = 1e-3;
+  for (const double out : {0.0, 0.02, 0.05, 0.1, 0.5}) {
+    hd_local_model m = modelOf(HD_MODEL_PLANE, 500, kDamping);
+    m.material.friction_static = m.material.friction_dynamic = kMu;
+    LoneModel plane(m);
+    const Vec3 along(0.1, 0, 0);
+    for (int i = 0; i < 200; ++i) (void)plane.at(Vec3(0, 0, -3e-3) + i * kTick * along, along);
+    for (int i = 200; i < 205; ++i) {
+      const double depth = 3e-3 - (i - 200) * kTick * out;
+      const double normal = std::max(0.0, 500 * depth - kDamping * out);
+      expectNear(plane.at(Vec3(0, 0, -depth) + i * kTick * along, along + Vec3(0, 0, out)), {-kMu * normal, 0, normal});
+    }
+  }
+}
+
+TEST(ModelForce, DampingAndFrictionTogetherGiveNothing) {
+  Random random(seedOf(6));
+  for (int round = 0; round < 80; ++round) {
+    hd_local_model m = modelOf(HD_MODEL_PLANE, 500, random.in(2, 22));
+    m.material.friction_static = random.in(0.2, 1);
+    m.material.friction_dynamic = 0.7 * m.material.friction_static;
+    LoneModel plane(m);
+    // A closed path that wanders into the plane and out of it, also along it.
+    Vec3 sine[4], cosine[4];
+    for (int k = 0; k < 4; ++k) {
+      sine[k] = random.vector(0.003 / (k + 1));
+      cosine[k] = random.vector(0.003 / (k + 1));
+    }
+    constexpr int kTicks = 4000;
+    double gained = 0, exchanged = 0;
+    for (int i = 0; i < 2 * kTicks; ++i) {
+      Vec3 p = Vec3::Zero(), v = Vec3::Zero();
+      for (int k = 0; k < 4; ++k) {
+        const double w = 2 * std::numbers::pi * (k + 1) / kTicks, phase = w * i;
+        p += std::sin(phase) * sine[k] + std::cos(phase) * cosine[k];
+        v += 1e3 * w * (std::cos(phase) * sine[k] - std::sin(phase) * cosine[k]);
+      }
+      const double part = 1e-3 * plane.at(p, v).dot(v);
+      if (i < kTicks) continue;  // From round to round it is the same.
+      gained += part;
+      exchanged += std::abs(part);
+    }
+    EXPECT_LE(gained, 1e-3 * exchanged) << round;
+  }
 }
 
 TEST(ModelForce, AHandThatRestsWhileItSlidesDoesNotStick) {

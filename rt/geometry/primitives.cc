@@ -17,11 +17,14 @@ struct Inside {
   bool never = false;
 };
 
-/** |x| <= half on one axis, x = a + t d. */
+/**
+ * |x| <= half on one axis, x = a + t d. What stays in one of its planes belongs to it on one side and not on the other:
+ * of two boxes side by side just one meets who is exactly between, and who slides in their upper planes meets neither.
+ */
 Inside slab(double a, double d, double half) HD_RT {
   Inside r;
   if (d == 0) {
-    r.never = std::abs(a) >= half;
+    r.never = a >= half || a < -half;
     return r;
   }
   const double s = d > 0 ? 1.0 : -1.0;

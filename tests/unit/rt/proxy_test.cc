@@ -57,6 +57,29 @@ TEST(Proxy, MeshBoxIsThePrimitiveBox) {
   }
 }
 
+// A planar device may well move exactly in the plane in which tiles meet.
+TEST(Proxy, AHandExactlyBetweenTwoBoxesIsHeldByThem) {
+  for (const int axis : {0, 1}) {
+    for (const double first : {-0.05, 0.05}) {
+      TestScene t;
+      for (const double at : {first, -first})
+        t.add(ShapeKind::kBox, Vec3::Constant(0.05), {at * Vec3::Unit(axis), Quat::Identity()});
+      t.tick({0, 0, 0.06});
+      t.tick({0, 0, 0.049});
+      for (int i = 0; i < 50; ++i) {  // Along the seam, then across it.
+        const Vec3 along = 1e-4 * i * Vec3::Unit(1 - axis), across = 1e-4 * (i - 25) * Vec3::Unit(axis);
+        EXPECT_NEAR((t.tick(along + Vec3(0, 0, 0.049)).force - Vec3(0, 0, 1)).norm(), 0, 1e-9) << i;
+        EXPECT_NEAR((t.tick(across + Vec3(0, 0, 0.049)).force - Vec3(0, 0, 1)).norm(), 0, 1e-9) << i;
+      }
+    }
+  }
+  // Nor does a floor of boxes stop a hand that slides on it without a load.
+  TestScene t;
+  for (const double at : {-0.05, 0.05})
+    t.add(ShapeKind::kBox, Vec3::Constant(0.05), {at * Vec3::UnitX(), Quat::Identity()});
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(t.tick({-0.05 + 1e-3 * i, 0, 0.05}).force, Vec3::Zero()) << i;
+}
+
 TEST(Proxy, RisingPlatePushesAtEverySpeed) {
   for (const double speed : {0.01, 0.1, 1.0, 5.0}) {
     TestScene t;

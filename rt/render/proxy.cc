@@ -311,7 +311,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   }
   const Vec3 pull = support.at - step.goal, up = support.foot - step.goal;
   contact.depth = up.norm();
-  if (contact.depth > 0) contact.normal = up / contact.depth;
+  if (contact.depth > 0) contact.normal = contact.smooth = up / contact.depth;
   const Vec3 out = step.count > 0 ? step.held[foremost(step, support.active)].surface.normal : contact.normal;
   contact.point = support.at - radius_ * out;
   const hd_material& material = surface->material;

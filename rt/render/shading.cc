@@ -120,6 +120,7 @@ void Shading::step(const Scene& scene, std::span<const HoldingSurface> holding, 
     smooth /= length;
   }
 
+  contact.smooth = smooth;
   const Vec3 spring = contact.proxy - hip;
   Vec3 along = smooth;
   if (touched->material.friction_static > 0) {

@@ -16,8 +16,8 @@ namespace {
 Vec3 reliefForce(const SceneObject& object, const SurfaceContact& contact, const Vec3& hip, double& left) HD_RT {
   const Quat q_OW = object.X_WO.q.conjugate();
   // With friction the proxy stays behind; the relief does not. A ball touches a radius below its centre.
-  const Vec3 foot = hip + contact.depth * contact.normal + (contact.point - contact.proxy);
-  const Vec3 n_O = q_OW * contact.normal;
+  const Vec3 foot = hip + (contact.depth - (contact.proxy - contact.point).norm()) * contact.smooth;
+  const Vec3 n_O = q_OW * contact.smooth;
   const ReliefPoint relief =
       reliefAt(*object.surface.relief, object.surface.parameters, q_OW * (foot - object.X_WO.p), n_O);
   left = std::max(0.0, contact.depth + relief.height);
@@ -62,7 +62,7 @@ SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& con
 
   if (felt && surface->vibration) {
     // Across the motion, as the paper has it: such a force does no work on the sliding hand.
-    const Vec3 aside = contact.normal.cross(slide);
+    const Vec3 aside = contact.smooth.cross(slide);
     const double speed = aside.norm(), normal_force = object->material.stiffness * left;
     const double wanted =
         surface->parameters.vibration_mass * vibration_.step(*surface->vibration, speed, normal_force);

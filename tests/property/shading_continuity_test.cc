@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "rt/render/shading.h"
+#include "rt/render/surface_effects.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/test_surface.h"
@@ -86,6 +87,47 @@ TEST(ShadingContinuity, WithoutFrictionTheForceTurnsAsTheSmoothNormalDoes) {
       const Stroke most = stroke(sheet, radius, 0);
       EXPECT_LT(most.jump, 6e-3);
       EXPECT_LT(most.wrong, (sheet.height == wave ? 0.75 : 0.15) * most.plain);
+    }
+  }
+}
+
+/** A relief on round facets lies on the smooth surface: as its slopes are felt, no facet is. */
+TEST(ShadingContinuity, AReliefGoesOnOverEdges) {
+  const auto grey = [](std::uint32_t x, std::uint32_t y) { return 0.5 + 0.5 * std::sin(0.1 * x) * std::cos(0.1 * y); };
+  test::TestRelief relief(256, 256, grey);
+  for (const double radius : {0.0, 2e-3}) {
+    for (const double mu : {0.0, 0.3}) {
+      SCOPED_TRACE(testing::Message() << "ball of " << radius << ", " << mu);
+      TestMesh mesh = test::sphereMesh(0.05, 8);
+      TestScene t;
+      t.proxy.setRadius(radius);
+      const std::uint32_t id = t.addMesh(mesh.view(), {}, {1000, 0, mu, mu});
+      SurfaceParameters surface{};
+      surface.smooth_cosine = std::cos(0.9);
+      surface.relief_depth = 5e-4;
+      surface.relief_size[0] = surface.relief_size[1] = 0.1;
+      surface.relief = 1;
+      t.table->publishTexture(0, &relief.view);
+      ASSERT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
+      Shading shading;
+      SurfaceEffects effects;
+      double jump = 0, least = 1, most = 0;
+      Vec3 last = Vec3::Zero();
+      t.tick(Vec3(0.06 + radius, 0, 0));
+      for (double a = 0; a < 6; a += 2e-4) {
+        const Vec3 u = Vec3(std::cos(a), std::sin(a), 0.7 * std::sin(0.6 * a + 0.3)).normalized();
+        const Vec3 hip = (0.044 + radius) * u;
+        t.tick(hip);
+        shading.step(*t.scene, t.proxy.holding(), hip, Vec3::Zero(), t.contact);
+        const Vec3 added = effects.step(*t.scene, t.contact, t.proxy.holding(), hip, Vec3::Zero()).texture;
+        const Vec3 share = added / t.contact.force.norm();
+        if (a > 0) jump = std::max(jump, (share - last).norm());
+        least = std::min(least, share.norm());
+        most = std::max(most, share.norm());
+        last = share;
+      }
+      EXPECT_GT(most - least, 0.1) << "the relief is felt";
+      EXPECT_LT(jump, mu > 0 ? 0.02 : 1e-3);
     }
   }
 }

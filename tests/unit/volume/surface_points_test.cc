@@ -76,6 +76,15 @@ TEST(SurfacePoints, AreNoMoreThanIsSaidBefore) {
   EXPECT_GT(tightest, 0.9) << "and no more than need be";
 }
 
+/** Triangles much smaller than a voxel are counted: an estimate for each would refuse fine meshes that fit. */
+TEST(SurfacePoints, OfFineMeshesAreCounted) {
+  test::TestMesh ball = test::sphereMesh(0.01, 60);
+  const double voxel = 5e-3;
+  double samples = 0;
+  sampleSurface(ball.vertices, ball.triangles, voxel / kSamplesPerVoxel, [&](const SurfaceSample&) { ++samples; });
+  EXPECT_EQ(extentOf(*ball.view(), voxel).samples, samples);
+}
+
 /** A star of needles has next to no area. */
 TEST(SurfacePoints, OfNeedlesCostWhatTheyAreMany) {
   for (const double width : {1e-6, 1e-5, 1e-3, 1e-2}) {

@@ -340,7 +340,7 @@ void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput
   contact.force = held.wrench.force;
   contact.proxy = device.tool.tool().body().pose().p;
   contact.point = held.touched != 0 ? held.point : contact.proxy;
-  contact.normal = held.normal;
+  contact.normal = contact.smooth = held.normal;
   contact.depth = held.touched != 0 ? (contact.proxy - sample.p).norm() : 0.0;
   contact.object = held.touched;
   contact.touch = held.touch;

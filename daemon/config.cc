@@ -14,7 +14,7 @@
 namespace hapticd {
 namespace {
 
-constexpr std::size_t kMostBytes = 1 << 20;  ///< A configuration is a few kilobytes; this stops /dev/zero.
+constexpr std::size_t kMostConfigBytes = 1 << 20;  ///< A configuration is a few kilobytes; this stops /dev/zero.
 
 Result<std::string> readFile(const std::string& path) {
   const UniqueFd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
@@ -33,7 +33,7 @@ Result<std::string> readFile(const std::string& path) {
     if (n < 0) return systemError(path, "read", errno);
     if (n == 0) return text;
     text.append(buffer, static_cast<std::size_t>(n));
-    if (text.size() > kMostBytes)
+    if (text.size() > kMostConfigBytes)
       return Error{ErrorCode::kInvalidArgument, path, "is larger than a configuration may be (1 MiB)", {}};
   }
 }

@@ -15,7 +15,7 @@
 namespace hapticd {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 
 struct Child {
   pid_t pid = -1;
@@ -49,10 +49,10 @@ Child start(const std::string& uri, const SafeOne& one) {
 }
 
 /** Reads until the child closes its end or time is over. */
-void listen(Child& child, Clock::time_point end) {
+void listen(Child& child, SteadyClock::time_point end) {
   std::array<char, 1024> piece;
   while (true) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now()).count();
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - SteadyClock::now()).count();
     pollfd look{child.answer.get(), POLLIN, 0};
     const int n = ::poll(&look, 1, static_cast<int>(std::max<long>(left, 0)));
     if (n < 0 && errno == EINTR) continue;
@@ -67,7 +67,7 @@ void listen(Child& child, Clock::time_point end) {
 
 std::vector<MadeSafe> makeSafe(const std::vector<std::string>& uris, const SafeOne& one,
                                std::chrono::milliseconds within) {
-  const auto end = Clock::now() + within;
+  const auto end = SteadyClock::now() + within;
   std::vector<Child> children;
   for (const std::string& uri : uris) children.push_back(start(uri, one));
   std::vector<MadeSafe> all;

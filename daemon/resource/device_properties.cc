@@ -123,7 +123,7 @@ Result<void> setGrip(Core& core, OpenDevice& device, std::string_view value, con
   return core.setGrip(device, n->front(), n->back(), by);
 }
 
-constexpr DeviceProperty kProperties[] = {
+constexpr DeviceProperty kDeviceProperties[] = {
     {"uri", "opens this device and no other",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return Json(d.info().uri); }},
     {"info", "what it is and can do", getInfo},
@@ -177,7 +177,7 @@ constexpr DeviceProperty kProperties[] = {
 
 }  // namespace
 
-std::span<const DeviceProperty> deviceProperties() { return kProperties; }
+std::span<const DeviceProperty> deviceProperties() { return kDeviceProperties; }
 
 nlohmann::json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
 

@@ -160,7 +160,7 @@ Json getShape(const ObjectNow& object, Core&) {
   return json;
 }
 
-constexpr ObjectProperty kProperties[] = {
+constexpr ObjectProperty kObjectProperties[] = {
     {"pos", "place of its origin in the parent [m]: x,y,z",
      [](const ObjectNow& o, Core&) { return toJson(o.spec.X_PO.p); }, setPos},
     {"rot", "rotation in the parent: w,x,y,z", [](const ObjectNow& o, Core&) { return toJson(o.spec.X_PO.q); }, setRot},
@@ -223,6 +223,6 @@ constexpr ObjectProperty kProperties[] = {
 
 }  // namespace
 
-std::span<const ObjectProperty> objectProperties() { return kProperties; }
+std::span<const ObjectProperty> objectProperties() { return kObjectProperties; }
 
 }  // namespace hapticd

@@ -25,9 +25,9 @@ std::size_t utf8Length(const unsigned char* s, std::size_t left) {
   return 0;
 }
 
-capnp::Text::Reader text(const std::string& in) { return {in.data(), in.size()}; }
-
 }  // namespace
+
+capnp::Text::Reader text(const std::string& in) { return {in.data(), in.size()}; }
 
 void setStatus(proto::Status::Builder out, const Result<void>& result) {
   if (result) return;

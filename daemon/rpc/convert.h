@@ -10,6 +10,8 @@
 
 namespace hapticd {
 
+/** The text itself: it must outlive what is made of it. */
+[[nodiscard]] capnp::Text::Reader text(const std::string& in);
 void setStatus(proto::Status::Builder out, const Result<void>& result);
 
 /** kInvalidArgument if longer than `most` bytes, not UTF-8, or with control characters. */

@@ -8,8 +8,6 @@
 namespace hapticd {
 namespace {
 
-capnp::Text::Reader text(const std::string& in) { return {in.data(), in.size()}; }
-
 Result<std::string> readUri(capnp::Text::Reader in) { return readText(in, kMostUri, "uri"); }
 
 template <class Results>

@@ -6,11 +6,7 @@
 #include "daemon/device/device_status.h"
 
 namespace hapticd {
-namespace {
-
-capnp::Text::Reader text(const std::string& in) { return {in.data(), in.size()}; }
-
-}  // namespace
+namespace {}  // namespace
 
 void writeInfo(proto::DaemonInfo::Builder out, Core& core, bool administration) {
   out.setVersion(kVersion);

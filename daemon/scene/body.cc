@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/scene/invalid.h"
 #include "rt/volume/volume_view.h"
 
 namespace hapticd {
@@ -12,10 +13,6 @@ namespace {
 
 constexpr double kThinnest = 1e-3;      ///< Of the box whose inertia an object gets [m].
 constexpr double kFewestOfAPatch = 24;  ///< Points, in the mean: VolumeOptions::patch_points within a factor of two.
-
-Error invalid(const std::string& where, std::string what, std::string remedy) {
-  return {ErrorCode::kInvalidArgument, where, std::move(what), std::move(remedy)};
-}
 
 }  // namespace
 

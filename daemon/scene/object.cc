@@ -5,19 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/scene/invalid.h"
 #include "rt/ingest/limits.h"
 
 namespace hapticd {
 namespace {
-
-Error invalid(std::string where, std::string what, std::string remedy = {}) {
-  return {ErrorCode::kInvalidArgument, std::move(where), std::move(what), std::move(remedy)};
-}
-
-Result<void> inRange(double value, double lower, double upper, const std::string& where, const char* unit) {
-  if (std::isfinite(value) && value >= lower && value <= upper) return {};
-  return invalid(where, fmt::format("{} is not between {} and {} {}", value, lower, upper, unit));
-}
 
 Result<void> length(double value, const std::string& where) {
   if (std::isfinite(value) && value > 0 && value <= limits::kCoordinate) return {};

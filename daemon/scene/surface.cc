@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "daemon/scene/invalid.h"
 #include "daemon/scene/texture_store.h"
 
 namespace hapticd {
@@ -18,22 +19,13 @@ constexpr double kMostReliefDepth = 0.02;                  // [m]
 constexpr double kLeastPicture = 1e-4, kMostPicture = 10;  // [m]
 constexpr double kMostMass = 1;                            // [kg]
 
-Error refused(std::string where, std::string what, std::string remedy = {}) {
-  return {ErrorCode::kInvalidArgument, std::move(where), std::move(what), std::move(remedy)};
-}
-
-Result<void> within(double value, double lower, double upper, const std::string& where, const char* unit) {
-  if (std::isfinite(value) && value >= lower && value <= upper) return {};
-  return refused(where, fmt::format("{} is not between {} and {} {}", value, lower, upper, unit));
-}
-
 Result<const TextureInfo*> find(std::uint64_t id, bool relief, const TextureStore& textures, const std::string& where) {
   const TextureInfo* texture = textures.find(id);
   if (texture == nullptr) {
     return Error{ErrorCode::kNotFound, where, fmt::format("there is no texture {}", id), "upload it first"};
   }
   if (texture->is_relief == relief) return texture;
-  return refused(where, fmt::format("texture {} is a {}", id, relief ? "vibration" : "relief"),
+  return invalid(where, fmt::format("texture {} is a {}", id, relief ? "vibration" : "relief"),
                  fmt::format("choose a {}", relief ? "relief" : "vibration"));
 }
 
@@ -43,7 +35,7 @@ Result<void> checkSlope(double depth, double side, std::uint32_t pixels, const S
   const double pixel = side / pixels;
   const double slope = depth * steepest.grey / pixel;
   if (slope <= kMostSlope) return {};
-  return refused(where,
+  return invalid(where,
                  fmt::format("the step {} of pixel {},{} has a slope of {:.3g}; {} is the most", direction,
                              steepest.column, steepest.row, slope, kMostSlope),
                  fmt::format("make the depth at most {:.3g} m, the picture larger, or blur it",
@@ -79,7 +71,7 @@ Result<void> checkSurface(const SurfaceSpec& s, const TextureStore& textures, co
       {".vibrationMass", s.vibration_mass, 0, kMostMass, "kg"},
   };
   for (const auto& n : numbers) {
-    if (auto r = within(n.value, n.lower, n.upper, where + n.name, n.unit); !r) return r;
+    if (auto r = inRange(n.value, n.lower, n.upper, where + n.name, n.unit); !r) return r;
   }
   if (s.relief != 0) {
     if (auto r = checkRelief(s, textures, where); !r) return r;

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "daemon/scene/ar_model.h"
+#include "daemon/scene/invalid.h"
 #include "proto/texture.h"
 
 namespace hapticd {
@@ -14,14 +15,10 @@ namespace {
 
 constexpr double kMostSpeed = 10, kMostForce = 100, kMostVariance = 1e8;  // [m/s, N, m^2/s^4]
 
-Error refused(std::string where, std::string what, std::string remedy = {}) {
-  return {ErrorCode::kInvalidArgument, std::move(where), std::move(what), std::move(remedy)};
-}
-
 /** Takes values from the front; the caller has checked the size. */
-class Reader {
+class Values {
  public:
-  explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  explicit Values(std::span<const std::byte> bytes) : bytes_(bytes) {}
   template <class T>
   void take(T* to, std::size_t count) {
     std::memcpy(to, bytes_.data(), count * sizeof(T));
@@ -38,20 +35,15 @@ class Reader {
   std::span<const std::byte> bytes_;
 };
 
-Result<void> within(double value, double lower, double upper, const std::string& where, const char* unit) {
-  if (std::isfinite(value) && value >= lower && value <= upper) return {};
-  return refused(where, fmt::format("{} is not between {} and {} {}", value, lower, upper, unit));
-}
-
 Result<void> count(std::uint32_t value, std::uint32_t lower, std::uint32_t upper, const char* where) {
   if (value >= lower && value <= upper) return {};
-  return refused(where, fmt::format("{} is not between {} and {}", value, lower, upper));
+  return invalid(where, fmt::format("{} is not between {} and {}", value, lower, upper));
 }
 
 /** The file may be larger: a memfd's size is given before what goes into it is known to the last byte. */
 Result<void> holds(std::span<const std::byte> bytes, std::size_t needed) {
   if (bytes.size() >= needed) return {};
-  return refused("texture.bytes", fmt::format("{} bytes cannot hold what its counts ask for: {}", bytes.size(), needed),
+  return invalid("texture.bytes", fmt::format("{} bytes cannot hold what its counts ask for: {}", bytes.size(), needed),
                  "begin an upload of that size");
 }
 
@@ -75,7 +67,7 @@ SteepestStep steepest(const Relief& relief, bool down) {
 
 Result<Texture> parseRelief(std::span<const std::byte> bytes) {
   if (auto r = holds(bytes, sizeof(hd_relief_upload)); !r) return r.error();
-  Reader reader(bytes);
+  Values reader(bytes);
   const auto header = reader.take<hd_relief_upload>();
   if (auto r = count(header.width, HD_RELIEF_LEAST_SIDE, HD_RELIEF_MOST_SIDE, "relief.width"); !r) return r.error();
   if (auto r = count(header.height, HD_RELIEF_LEAST_SIDE, HD_RELIEF_MOST_SIDE, "relief.height"); !r) return r.error();
@@ -92,14 +84,14 @@ Result<Texture> parseRelief(std::span<const std::byte> bytes) {
 }
 
 Result<void> checkModel(const RecordedModel& model, const std::string& where) {
-  if (auto r = within(model.speed, 0, kMostSpeed, where + ".speed", "m/s"); !r) return r;
-  if (auto r = within(model.force, 0, kMostForce, where + ".force", "N"); !r) return r;
-  if (auto r = within(model.variance, 0, kMostVariance, where + ".variance", "m^2/s^4"); !r) return r;
+  if (auto r = inRange(model.speed, 0, kMostSpeed, where + ".speed", "m/s"); !r) return r;
+  if (auto r = inRange(model.force, 0, kMostForce, where + ".force", "N"); !r) return r;
+  if (auto r = inRange(model.variance, 0, kMostVariance, where + ".variance", "m^2/s^4"); !r) return r;
   for (std::size_t i = 0; i < model.a.size(); ++i) {
-    if (!std::isfinite(model.a[i])) return refused(fmt::format("{}.a[{}]", where, i), "it is not finite");
+    if (!std::isfinite(model.a[i])) return invalid(fmt::format("{}.a[{}]", where, i), "it is not finite");
   }
   if (isStable(model.a)) return {};
-  return refused(where + ".a", "the model is unstable: a pole lies on or outside the unit circle",
+  return invalid(where + ".a", "the model is unstable: a pole lies on or outside the unit circle",
                  "fit it again, for example by Burg's method, which never does that");
 }
 
@@ -107,24 +99,24 @@ Result<void> checkTriangle(const RecordedVibration& vibration, const std::uint32
                            const std::string& where) {
   for (const std::uint32_t c : corner) {
     if (c < vibration.models.size()) continue;
-    return refused(where, fmt::format("there is no model {}; the last is {}", c, vibration.models.size() - 1),
+    return invalid(where, fmt::format("there is no model {}; the last is {}", c, vibration.models.size() - 1),
                    "indices count from 0");
   }
   const RecordedModel &a = vibration.models[corner[0]], &b = vibration.models[corner[1]],
                       &c = vibration.models[corner[2]];
   const double area = (b.speed - a.speed) * (c.force - a.force) - (b.force - a.force) * (c.speed - a.speed);
   if (std::abs(area) >= 1e-12) return {};
-  return refused(where, "its three models lie on one line of speed and force", "leave it out");
+  return invalid(where, "its three models lie on one line of speed and force", "leave it out");
 }
 
 Result<Texture> parseVibration(std::span<const std::byte> bytes) {
   if (auto r = holds(bytes, sizeof(hd_vibration_upload)); !r) return r.error();
-  Reader reader(bytes);
+  Values reader(bytes);
   const auto header = reader.take<hd_vibration_upload>();
   if (auto r = count(header.models, 3, HD_VIBRATION_MOST_MODELS, "vibration.models"); !r) return r.error();
   if (auto r = count(header.triangles, 1, HD_VIBRATION_MOST_TRIANGLES, "vibration.triangles"); !r) return r.error();
   if (auto r = count(header.order, 1, HD_VIBRATION_MOST_ORDER, "vibration.order"); !r) return r.error();
-  if (auto r = within(header.rate_hz, HD_VIBRATION_LEAST_RATE, HD_VIBRATION_MOST_RATE, "vibration.rate_hz", "Hz"); !r)
+  if (auto r = inRange(header.rate_hz, HD_VIBRATION_LEAST_RATE, HD_VIBRATION_MOST_RATE, "vibration.rate_hz", "Hz"); !r)
     return r.error();
   const std::size_t model_bytes = sizeof(hd_vibration_model) + header.order * sizeof(double);
   if (auto r = holds(bytes, sizeof header + header.models * model_bytes + header.triangles * 3 * sizeof(std::uint32_t));
@@ -154,13 +146,13 @@ Result<Texture> parseVibration(std::span<const std::byte> bytes) {
 
 Result<Texture> parseTexture(std::span<const std::byte> bytes) {
   if (auto r = holds(bytes, sizeof(hd_texture_upload)); !r) return r.error();
-  const auto head = Reader(bytes).take<hd_texture_upload>();
+  const auto head = Values(bytes).take<hd_texture_upload>();
   if (head.magic != HD_TEXTURE_MAGIC)
-    return refused("texture.magic", fmt::format("{:#x} is not HD_TEXTURE_MAGIC", head.magic), "see proto/texture.h");
-  if (head.reserved != 0) return refused("texture.reserved", "it is not zero");
+    return invalid("texture.magic", fmt::format("{:#x} is not HD_TEXTURE_MAGIC", head.magic), "see proto/texture.h");
+  if (head.reserved != 0) return invalid("texture.reserved", "it is not zero");
   if (head.kind == HD_TEXTURE_RELIEF) return parseRelief(bytes);
   if (head.kind == HD_TEXTURE_VIBRATION) return parseVibration(bytes);
-  return refused("texture.kind", fmt::format("there is no kind {}", head.kind), "1: relief, 2: vibration");
+  return invalid("texture.kind", fmt::format("there is no kind {}", head.kind), "1: relief, 2: vibration");
 }
 
 }  // namespace hapticd

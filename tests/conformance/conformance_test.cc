@@ -4,11 +4,10 @@
 #include <array>
 
 #include "tests/conformance/rig.h"
+#include "tests/support/time.h"
 
 namespace hapticd::test {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 class Conformance : public ::testing::TestWithParam<RigCase> {
  protected:

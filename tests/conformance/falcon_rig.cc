@@ -4,11 +4,10 @@
 
 #include "tests/conformance/play.h"
 #include "tests/conformance/trouble.h"
+#include "tests/support/time.h"
 
 namespace hapticd::test {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 FalconSetup played(haptic_emu::FalconModel& model, ManualClock& clock) {
   auto setup = resolveFalcon({"falcon", "played", {}}, {});

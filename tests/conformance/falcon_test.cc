@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/conformance/falcon_rig.h"
+#include "tests/support/time.h"
 
 namespace hapticd::test {
 namespace {
@@ -10,7 +11,6 @@ namespace {
 using haptic_emu::FaultKind;
 using ::testing::HasSubstr;
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr std::uint8_t kHome = 1, kGreen = 2, kBlue = 4, kRed = 8;
 
 void run(FalconRig& rig, int cycles, const DeviceCommand& command, DeviceSample& sample) {

@@ -4,6 +4,7 @@
 #include "drivers/hidpid/hidpid_io.h"
 #include "drivers/link/io_device.h"
 #include "tests/support/push.h"
+#include "tests/support/time.h"
 #include "tools/haptic-emu/hidpid/pid_model.h"
 #include "tools/haptic-emu/in_process_hid.h"
 
@@ -12,7 +13,6 @@ namespace {
 
 using haptic_emu::PidModel;
 using haptic_emu::PidVariant;
-constexpr std::int64_t kMs = 1'000'000;
 constexpr int kConstant = 1, kSpring = 8, kDamper = 9;
 
 struct Stick {

@@ -11,13 +11,13 @@
 #include "drivers/pantograph/pantograph_io.h"
 #include "drivers/serial/tty_transport.h"
 #include "tests/support/push.h"
+#include "tests/support/time.h"
 #include "tools/haptic-emu/pantograph/pantograph_model.h"
 
 namespace hapticd::test {
 namespace {
 
 using pantograph::Vec2;
-constexpr std::int64_t kMs = 1'000'000;
 
 struct Bench {
   Bench() {

@@ -3,13 +3,12 @@
 
 #include "drivers/link/io_device.h"
 #include "drivers/spacemouse/spacemouse_io.h"
+#include "tests/support/time.h"
 #include "tools/haptic-emu/in_process_hid.h"
 #include "tools/haptic-emu/spacemouse/spacemouse_model.h"
 
 namespace hapticd::test {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 struct Desk {
   explicit Desk(bool new_layout, std::vector<std::pair<std::string, std::string>> query = {}) : model(new_layout) {

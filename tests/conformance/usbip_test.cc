@@ -5,13 +5,14 @@
 
 #include <cerrno>
 
+#include "tests/support/time.h"
 #include "tools/haptic-emu/falcon/falcon_user.h"
 
 namespace haptic_emu {
 namespace {
 
+using hapticd::kMs;
 using Bytes = std::vector<std::uint8_t>;
-constexpr std::int64_t kMs = 1'000'000;
 
 /** Headers of 48 bytes, words of four, the highest first (Documentation/usb/usbip_protocol.rst). */
 Bytes words(std::initializer_list<std::uint32_t> values) {

@@ -6,11 +6,10 @@
 #include "drivers/vendor/vendor_driver.h"
 #include "tests/conformance/play.h"
 #include "tests/conformance/trouble.h"
+#include "tests/support/time.h"
 
 namespace hapticd::test {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 void* library() {
   void* const handle = ::dlopen(FAKE_VENDOR_SDK, RTLD_NOW | RTLD_LOCAL);

@@ -7,13 +7,13 @@
 #include "drivers/vendor/vendor_driver.h"
 #include "drivers/vendor/vendor_parameters.h"
 #include "tests/conformance/vendor_rig.h"
+#include "tests/support/time.h"
 
 namespace hapticd::test {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-constexpr std::int64_t kMs = 1'000'000;
 using Kind = VendorRig::Kind;
 
 /** A servo at 1 kHz. */

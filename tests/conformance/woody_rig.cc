@@ -4,11 +4,10 @@
 
 #include "tests/conformance/play.h"
 #include "tests/conformance/trouble.h"
+#include "tests/support/time.h"
 
 namespace hapticd::test {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 WoodySetup played(haptic_emu::WoodyKind kind, haptic_emu::WoodyHidModel& model, ManualClock& clock, const char* key) {
   DeviceUri uri{"woodyhid", kind == haptic_emu::WoodyKind::kPolhem3 ? "polhem_v3" : "woodenhaptics_v2015", {}};

@@ -2,12 +2,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/conformance/woody_rig.h"
+#include "tests/support/time.h"
 
 namespace hapticd::test {
 namespace {
 
 using haptic_emu::WoodyKind;
-constexpr std::int64_t kMs = 1'000'000;
 
 int run(WoodyRig& rig, int cycles, const DeviceCommand& command, DeviceSample& sample) {
   int fresh = 0;

@@ -17,8 +17,8 @@ namespace {
 using test::TestMesh;
 using test::TestScene;
 
-constexpr double kSize = 0.03;  // Of a solid, at most [m].
-constexpr double kStiffness = 1000;
+constexpr double kSolidSize = 0.03;  // Of a solid, at most [m].
+constexpr double kCrowdStiffness = 1000;
 
 struct Crowd {
   TestScene t;
@@ -32,7 +32,7 @@ struct Crowd {
     meshes.push_back(std::move(mesh));
     ids.push_back(t.addMesh(meshes.back().view(), X, material()));
   }
-  [[nodiscard]] hd_material material() const { return {kStiffness, 0, mu, 0.7 * mu}; }
+  [[nodiscard]] hd_material material() const { return {kCrowdStiffness, 0, mu, 0.7 * mu}; }
 
   /** By more than rounding. */
   [[nodiscard]] bool isInside(const SceneObject& o, const Vec3& x_W) const {
@@ -52,7 +52,7 @@ struct Crowd {
       hand += speed * (aim - hand);
       const SurfaceContact& c = t.tick(hand);
       contacts += c.object != 0;
-      ASSERT_LE(c.force.norm(), kStiffness * (c.proxy - hand).norm() * (1 + 1e-9)) << "tick " << i;
+      ASSERT_LE(c.force.norm(), kCrowdStiffness * (c.proxy - hand).norm() * (1 + 1e-9)) << "tick " << i;
       ASSERT_LT(c.work, 20000u) << "tick " << i;
       for (const std::uint32_t id : ids) ASSERT_FALSE(isInside(*t.scene->find(id), c.proxy)) << "tick " << i;
     }
@@ -87,8 +87,10 @@ TEST(CrowdProperty, SolidsThatOverlapInOneMeshLetNobodyIn) {
     TestMesh mesh;
     for (int i = 2 + random.below(4); i > 0; --i) {
       const Pose X = random.pose(0.02);
-      append(mesh, random.once(2) ? test::boxMesh(anySize(random, kSize)) : bumpyBall(random, random.in(0.01, kSize)),
-             X);
+      append(
+          mesh,
+          random.once(2) ? test::boxMesh(anySize(random, kSolidSize)) : bumpyBall(random, random.in(0.01, kSolidSize)),
+          X);
     }
     crowd.add(mesh, random.pose(0.01));
     crowd.stroke(random, 200, contacts);
@@ -101,8 +103,8 @@ TEST(CrowdProperty, AMeshThatPassesThroughItselfLetsNoPointIn) {
   forSeeds(60, [&](unsigned seed) {
     Random random(seed);
     Crowd crowd(random);
-    TestMesh mesh = test::sphereMesh(kSize, 3 + random.below(8u));
-    const double far = kSize * std::pow(10, random.in(-1, 0));
+    TestMesh mesh = test::sphereMesh(kSolidSize, 3 + random.below(8u));
+    const double far = kSolidSize * std::pow(10, random.in(-1, 0));
     for (auto& v : mesh.vertices) {
       const bool thrown = random.once(3);
       for (float& x : v) x += thrown ? static_cast<float>(random.in(-far, far)) : 0;

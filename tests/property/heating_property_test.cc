@@ -8,14 +8,14 @@
 namespace hapticd::test {
 namespace {
 
-constexpr double kDt = 1e-3;
+constexpr double kHeatDt = 1e-3;
 
 /** A constant force below derating warms as 1 - exp(-t / tau). */
 TEST(Heating, FollowsTheExponential) {
   Heating heating(4, 10, 30);
-  for (int i = 0; i < 20'000; ++i) heating.book(3, kDt);
+  for (int i = 0; i < 20'000; ++i) heating.book(3, kHeatDt);
   EXPECT_NEAR(heating.heat(), 9.0 / 16 * (1 - std::exp(-20.0 / 30)), 1e-4);
-  for (int i = 0; i < 60'000; ++i) heating.book(0, kDt);
+  for (int i = 0; i < 60'000; ++i) heating.book(0, kHeatDt);
   EXPECT_NEAR(heating.heat(), 9.0 / 16 * (1 - std::exp(-20.0 / 30)) * std::exp(-2.0), 1e-4);
 }
 
@@ -25,9 +25,9 @@ TEST(Heating, PeakLastsAsLongAsItShouldAndIsAnnouncedBefore) {
   double announced = -1;
   double derated = -1;
   for (int i = 0; derated < 0; ++i) {
-    if (heating.allowed() < 9) derated = i * kDt;
-    if (heating.warm() && announced < 0) announced = i * kDt;
-    heating.book(9, kDt);
+    if (heating.allowed() < 9) derated = i * kHeatDt;
+    if (heating.warm() && announced < 0) announced = i * kHeatDt;
+    heating.book(9, kHeatDt);
   }
   EXPECT_NEAR(announced, 30 * std::log(9 / (9 - Heating::kAnnounce)), 2e-2);
   EXPECT_NEAR(derated, 30 * std::log(9 / (9 - Heating::kDerate)), 2e-2);
@@ -36,7 +36,7 @@ TEST(Heating, PeakLastsAsLongAsItShouldAndIsAnnouncedBefore) {
 TEST(Heating, ContinuousForceIsNeverCutAndNothingIsWithoutAModel) {
   Heating heating(3, 9, 5);
   for (int i = 0; i < 100'000; ++i) {
-    heating.book(3, kDt);
+    heating.book(3, kHeatDt);
     ASSERT_GE(heating.allowed(), 3);
   }
   EXPECT_NEAR(heating.heat(), 1, 1e-6);
@@ -66,12 +66,12 @@ TEST(HeatingProperty, NeverBeyondWhatTheMotorsStand) {
       const double allowed = std::min(heating.allowed(), peak);
       ASSERT_GE(allowed, continuous * (1 - 1e-12));
       ASSERT_LE(std::abs(allowed - before),
-                (peak - continuous) * kDt / tau / 0.15 * peak * peak / (continuous * continuous) * 1.01);
+                (peak - continuous) * kHeatDt / tau / 0.15 * peak * peak / (continuous * continuous) * 1.01);
       announced = announced || heating.warm();
       if (allowed < peak) {
         ASSERT_TRUE(announced) << "cut without a word";
       }
-      heating.book(std::isfinite(wanted) ? std::min(wanted, allowed) : allowed, kDt);
+      heating.book(std::isfinite(wanted) ? std::min(wanted, allowed) : allowed, kHeatDt);
       ASSERT_LE(heating.heat(), 1 + 1e-12);
       before = allowed;
     }
@@ -91,7 +91,7 @@ TEST(GuardHeating, WhateverIsAskedForTheMotorsStandIt) {
   DeviceSample sample;
   sample.fresh = true;
   GuardInput input;
-  input.dt = kDt;
+  input.dt = kHeatDt;
   input.sample = &sample;
   GuardOutput output;
   Heating oracle(3, 12, 2);
@@ -106,7 +106,7 @@ TEST(GuardHeating, WhateverIsAskedForTheMotorsStandIt) {
     if (i > 200 && random.once(300)) wanted = random.vector(20);
     input.source[HD_SOURCE_CLIENT].force = wanted;
     guard.step(input, output);
-    oracle.book(output.command.force.norm(), kDt);
+    oracle.book(output.command.force.norm(), kHeatDt);
     ASSERT_LE(oracle.heat(), 1 + 1e-3);  // the slew may hold a force some ticks too long
     ASSERT_DOUBLE_EQ(output.heat, oracle.heat());
     warned = warned || output.warm;

@@ -20,7 +20,7 @@ using test::kTick;
 using test::TestMesh;
 using test::TestScene;
 
-constexpr double kSize = 0.03;  // Of an object [m].
+constexpr double kBumpSize = 0.03;  // Of an object [m].
 constexpr int kTicks = 250;
 constexpr double kSame = 1e-9;  // Places that differ by rounding [m].
 
@@ -75,9 +75,9 @@ struct Telling {
 };
 
 /** Bumpy balls, rough sheets and boxes about each other, that may move; a point or a ball strokes them. */
-class World {
+class BumpyWorld {
  public:
-  World(std::uint32_t seed, Telling telling) : told_(telling), random_(seed) {
+  BumpyWorld(std::uint32_t seed, Telling telling) : told_(telling), random_(seed) {
     radius_ = random_.once(2) ? 0 : std::exp(random_.in(std::log(1e-5), std::log(5e-3)));
     moving_ = random_.once(2);
     const bool friction = random_.once(2);
@@ -107,7 +107,7 @@ class World {
       const Twist V{0.1 * std::cos(phase) / kTick * sway_[i], spin_[i]};
       EXPECT_EQ(t_.pose(ids_[i], told_(X), i % 2 == 0 ? Twist{} : told_(V)), ErrorCode::kOk);
     }
-    if (random_.once(20)) aim_ = random_.vector(1.2 * kSize);
+    if (random_.once(20)) aim_ = random_.vector(1.2 * kBumpSize);
     if (random_.once(30)) speed_ = std::pow(10, random_.in(-3, 0));
     hand_ += speed_ * (aim_ - hand_);
     touched_ += t_.tick(told_(hand_)).object != 0;
@@ -126,10 +126,10 @@ class World {
           test::heightMesh(0.05, 6 + random_.below(12u), [&](double, double) { return random_.in(-rough, rough); }));
     } else if (kind == 1) {
       Vec3 half;  // One after the other: in which order arguments are made differs from compiler to compiler.
-      for (double& h : half) h = random_.in(0.0005, kSize);
+      for (double& h : half) h = random_.in(0.0005, kBumpSize);
       meshes_.push_back(test::boxMesh(half));
     } else {
-      meshes_.push_back(test::sphereMesh(kSize, 3 + random_.below(9u)));
+      meshes_.push_back(test::sphereMesh(kBumpSize, 3 + random_.below(9u)));
       for (auto& v : meshes_.back().vertices) {
         const auto by = static_cast<float>(random_.in(0.7, 1.1));
         for (float& x : v) x *= by;
@@ -160,7 +160,7 @@ int leaves(Tell tell) {
   int count = 0, touched = 0;
   for (const unsigned seed : seeds(kSeeds)) {
     Random random(seed ^ 0x5eedu);
-    World one(seed, {}), other(seed, tell(random, seed));
+    BumpyWorld one(seed, {}), other(seed, tell(random, seed));
     bool same = true;
     for (int i = 0; i < kTicks && same; ++i) {
       const Vec3 x = one.next();
@@ -178,7 +178,7 @@ TEST(InvarianceProperty, APowerOfTwoInSizeChangesNoBit) {
     Random random(seed);
     Telling smaller;  // Larger objects would move at more than a teleport's speed.
     smaller.scale = std::exp2(-1 - random.below(12));
-    World one(seed, {}), other(seed, smaller);
+    BumpyWorld one(seed, {}), other(seed, smaller);
     for (int i = 0; i < kTicks; ++i) {
       ASSERT_EQ(one.next(), other.next()) << "tick " << i;
       ASSERT_EQ(one.force(), other.force()) << "tick " << i;

@@ -20,9 +20,9 @@ using test::TestScene;
 using test::windingNumber;
 
 /** A hand that goes for one aim after the other, now slowly, now at once. */
-class Hand {
+class AimingHand {
  public:
-  Hand(Random& random, double size) : random_(random), size_(size) {}
+  AimingHand(Random& random, double size) : random_(random), size_(size) {}
   const Vec3& next() {
     if (random_.once(20)) aim_ = random_.vector(size_);
     if (random_.once(30)) speed_ = std::pow(10, random_.in(-3, 0));
@@ -67,7 +67,7 @@ void aMovingSurfaceSwallowsNobody(unsigned seed, std::uint32_t sided, int& touch
   const double radius = anyRadius(random, 1e-4, 5e-3);
   t.proxy.setRadius(radius);
   const double most = std::pow(10, random.in(-3, -0.5)), often = std::pow(10, random.in(0, 1.5));
-  Hand hand(random, 1.2 * size);
+  AimingHand hand(random, 1.2 * size);
   t.tick(Vec3(0, 0, 0.5));
   const Pose X = t.scene->find(id)->X_WO;
   std::vector<double> by(round.size(), 1.0);
@@ -125,7 +125,7 @@ void aRoughRoomIsNeverLeft(unsigned seed) {
   const Pose home{random.vector(0.05), random.turn()};
   const std::uint32_t id = t.addMesh(mesh.view(), home, anyMaterial(random));
   t.tick(home.p);
-  Hand hand(random, 1.3 * size);
+  AimingHand hand(random, 1.3 * size);
   for (int i = 1; i <= 500; ++i) {
     const Pose X{home.p, spin.isZero() ? home.q : rotated(home.q, spin, kTick * i)};
     if (!spin.isZero()) {
@@ -174,7 +174,7 @@ void needlesHoldWhatTheyHold(unsigned seed, int& touched) {
   const std::uint32_t id = t.addMesh(view, {random.vector(0.05), random.turn()}, material);
   t.tick(Vec3(0, 0, 0.5));
   const Pose X = t.scene->find(id)->X_WO;
-  Hand hand(random, size);
+  AimingHand hand(random, size);
   int contacts = 0;
   for (int i = 0; i < 300; ++i) {
     const Vec3 x = hand.next();
@@ -203,7 +203,7 @@ void roughGroundGivesNothing(unsigned seed, int& touched) {
   X.q = random.turn();
   t.addMesh(mesh.view(), X, anyMaterial(random));
   t.tick(Vec3(0, 0, 0.5));
-  Hand hand(random, 0.04);
+  AimingHand hand(random, 0.04);
   int contacts = 0;
   for (int i = 0; i < 400; ++i) {
     const Vec3 before = t.contact.proxy, hip = X * Vec3(hand.next().cwiseProduct(Vec3(1, 1, 0.3)));
@@ -222,7 +222,7 @@ void needlesGiveNothing(unsigned seed) {
   TestScene t;
   t.addMesh(mesh.view());
   t.tick(Vec3(0, 0, 0.5));
-  Hand hand(random, 0.03);
+  AimingHand hand(random, 0.03);
   for (int i = 0; i < 400; ++i) {
     const Vec3 before = t.contact.proxy, hip = hand.next();
     const SurfaceContact& c = t.tick(hip);

@@ -16,9 +16,9 @@ using test::TestMesh;
 using test::TestScene;
 
 /** A hand that wanders, throws itself about, and now and then rests. */
-class Hand {
+class WanderingHand {
  public:
-  Hand(Random& random, double size, std::vector<Vec3> about = {Vec3::Zero()})
+  WanderingHand(Random& random, double size, std::vector<Vec3> about = {Vec3::Zero()})
       : random_(random), size_(size), about_(std::move(about)) {}
   const Vec3& next() {
     if (random_.below(20) == 0) {
@@ -92,14 +92,14 @@ hd_material randomMaterial(Random& random) {
   return {random.in(100, 3000), 0, mu, mu * random.in(0.3, 1)};
 }
 
-struct World {
+struct MeshWorld {
   TestScene t;
   std::vector<TestMesh> meshes;
   std::vector<std::uint32_t> ids;
 };
 
 /** Solids anywhere, overlapping as they like; or each alone in its own cell. */
-void fill(World& w, Random& random, bool apart) {
+void fill(MeshWorld& w, Random& random, bool apart) {
   w.meshes.reserve(8);
   int cell = 0;
   for (int i = 0; i < 6; ++i, ++cell) {
@@ -137,7 +137,7 @@ void fill(World& w, Random& random, bool apart) {
 }
 
 /** The ball about the proxy and the object have no more in common than rounding. */
-void expectBallOutside(const World& w, const Vec3& proxy, double radius, int tick) {
+void expectBallOutside(const MeshWorld& w, const Vec3& proxy, double radius, int tick) {
   for (std::size_t k = 0; k < w.ids.size(); ++k) {
     const SceneObject& o = *w.t.scene->find(w.ids[k]);
     const Vec3 x = o.X_WO.inverse() * proxy;
@@ -148,7 +148,7 @@ void expectBallOutside(const World& w, const Vec3& proxy, double radius, int tic
 }
 
 /** The first tick starts outside of everything. */
-void expectOutside(const World& w, const Vec3& proxy, int tick) {
+void expectOutside(const MeshWorld& w, const Vec3& proxy, int tick) {
   for (std::size_t k = 0; k < w.ids.size(); ++k) {
     ASSERT_LT(depthIn(*w.t.scene->find(w.ids[k]), proxy), 1e-9) << "tick " << tick << " object " << k;
   }
@@ -156,9 +156,9 @@ void expectOutside(const World& w, const Vec3& proxy, int tick) {
 
 void neverEntersSolidsAtRest(std::uint32_t seed, int& touched) {
   Random random(seed);
-  World w;
+  MeshWorld w;
   fill(w, random, false);
-  Hand hand(random, 0.07);
+  WanderingHand hand(random, 0.07);
   Vec3 hip = Vec3(0, 0, 0.5);
   w.t.tick(hip);
   std::uint32_t most = 0;
@@ -183,10 +183,10 @@ void neverEntersSolidsAtRest(std::uint32_t seed, int& touched) {
 /** Without friction the normal leads from the hand to the proxy, in every corner: of so many contacts how often not. */
 int turnedNormals(std::uint32_t seed, int& contacts) {
   Random random(seed);
-  World w;
+  MeshWorld w;
   fill(w, random, false);
   for (const auto id : w.ids) w.t.material(id, {1000, 0, 0, 0});
-  Hand hand(random, 0.07);
+  WanderingHand hand(random, 0.07);
   w.t.tick(Vec3(0, 0, 0.5));
   int turned = 0;
   for (int i = 0; i < 400; ++i) {
@@ -201,11 +201,11 @@ int turnedNormals(std::uint32_t seed, int& contacts) {
 
 void aBallNeverEntersSolids(std::uint32_t seed) {
   Random random(seed);
-  World w;
+  MeshWorld w;
   fill(w, random, false);
   const double radius = std::pow(10.0, random.in(-4, -2));
   w.t.proxy.setRadius(radius);
-  Hand hand(random, 0.07);
+  WanderingHand hand(random, 0.07);
   w.t.tick(Vec3(0, 0, 0.5));
   std::uint32_t most = 0;
   for (int i = 0; i < 400; ++i) {
@@ -222,7 +222,7 @@ void aBallNeverEntersSolids(std::uint32_t seed) {
 
 void neverEntersSolidsInMotion(std::uint32_t seed, bool ball, int ticks, int& touched) {
   Random random(seed);
-  World w;
+  MeshWorld w;
   fill(w, random, true);
   const double radius = ball ? std::pow(10.0, random.in(-4, -2)) : 0;
   w.t.proxy.setRadius(radius);
@@ -237,7 +237,7 @@ void neverEntersSolidsInMotion(std::uint32_t seed, bool ball, int ticks, int& to
   }
   std::vector<Vec3> centers;
   for (const Pose& X : home) centers.push_back(X.p);
-  Hand hand(random, 0.02, centers);
+  WanderingHand hand(random, 0.02, centers);
   Vec3 hip = Vec3(0, 0, 0.5);
   w.t.tick(hip);
   int contacts = 0;
@@ -264,9 +264,9 @@ void neverEntersSolidsInMotion(std::uint32_t seed, bool ball, int ticks, int& to
 void sameInputsSameBits(std::uint32_t seed) {
   const auto run = [&] {
     Random random(seed);
-    World w;
+    MeshWorld w;
     fill(w, random, false);
-    Hand hand(random, 0.07);
+    WanderingHand hand(random, 0.07);
     w.t.tick(Vec3(0, 0, 0.5));
     std::vector<double> trace;
     for (int i = 0; i < 400; ++i) {
@@ -298,7 +298,7 @@ void scaledProxies(std::uint32_t seed, int& same) {
     t.add(ShapeKind::kCapsule, scale * Vec3(0.01, 0.03, 0), {scale * Vec3(0.03, 0, 0), Quat::Identity()},
           {1000, 0, 0, 0});
     if (seed % 3 == 0) t.proxy.setRadius(scale * 0.0007 * (seed % 31));
-    Hand hand(random, 0.08);
+    WanderingHand hand(random, 0.08);
     t.tick(scale * Vec3(0, 0, 0.5));
     std::vector<Vec3> proxies;
     for (int i = 0; i < 600; ++i) proxies.push_back(t.tick(scale * hand.next()).proxy / scale);
@@ -346,7 +346,7 @@ int notAsNearAsTheyCanBe(std::uint32_t seed, int& rested) {
   const double radius = seed % 3 == 0 ? 0 : random.in(0.0002, 0.005);
   t.proxy.setRadius(radius);
   t.tick(Vec3(0, 0, 0.5));
-  Hand hand(random, 0.04);
+  WanderingHand hand(random, 0.04);
   int count = 0;
   for (int rest = 0; rest < 60; ++rest) {
     Vec3 hip = t.contact.proxy;

@@ -12,7 +12,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kStiffness = 1000, kRadius = 0.02;
+constexpr double kShadedStiffness = 1000, kRadius = 0.02;
 constexpr int kSides = 12;
 constexpr double kHalfAngle = std::numbers::pi / kSides;  // Between a facet's normal and those at its ends.
 
@@ -35,7 +35,7 @@ test::TestMesh prism() {
 /** Work of the shaded force on a hand that goes round the corners, in small steps. */
 double workAround(MeshView* mesh, const std::vector<Vec3>& corners) {
   test::TestScene t;
-  const std::uint32_t id = t.addMesh(mesh, {}, {kStiffness, 0, 0, 0});
+  const std::uint32_t id = t.addMesh(mesh, {}, {kShadedStiffness, 0, 0, 0});
   SurfaceParameters surface{};
   surface.smooth_cosine = std::cos(1.0);
   EXPECT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
@@ -71,7 +71,7 @@ TEST(ShadingProperty, ATourGainsNoMoreThanItsBound) {
     const std::vector<Vec3> way = {
         {facet() - deep, 0, z}, {facet() - deep, reach, z}, {facet() - shallow, reach, z}, {facet() - shallow, 0, z}};
     const double there = workAround(view, way), back = workAround(view, {way[0], way[3], way[2], way[1]});
-    const double bound = kStiffness * (deep - shallow) * width() * std::sin(kHalfAngle) / 4;
+    const double bound = kShadedStiffness * (deep - shallow) * width() * std::sin(kHalfAngle) / 4;
     EXPECT_LE(there, bound) << seed;
     EXPECT_LE(back, bound) << seed;
     EXPECT_NEAR(there + back, 0, 1e-3 * bound) << "backwards it costs what it gave " << seed;
@@ -85,7 +85,7 @@ TEST(ShadingProperty, TheBoundIsNoEmptyOne) {
   const double gained = workAround(
       mesh.view(),
       {{facet() - deep, 0, 0}, {facet() - deep, reach, 0}, {facet() - shallow, reach, 0}, {facet() - shallow, 0, 0}});
-  const double bound = kStiffness * (deep - shallow) * width() * std::sin(kHalfAngle) / 4;
+  const double bound = kShadedStiffness * (deep - shallow) * width() * std::sin(kHalfAngle) / 4;
   EXPECT_GT(gained, 0.6 * bound);
 }
 
@@ -101,7 +101,7 @@ TEST(ShadingProperty, AtOneDepthNothingIsGained) {
 /** Work on a hand that goes to and fro over a facet while it goes up and down, in a closed loop; b damps. */
 double workOfLoop(MeshView* mesh, double b, double up, double rate) {
   test::TestScene t;
-  const std::uint32_t id = t.addMesh(mesh, {}, {kStiffness, b, 0, 0});
+  const std::uint32_t id = t.addMesh(mesh, {}, {kShadedStiffness, b, 0, 0});
   SurfaceParameters surface{};
   surface.smooth_cosine = std::cos(1.0);
   EXPECT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);

@@ -7,11 +7,10 @@
 
 #include "rt/render/local_model.h"
 #include "tests/support/random.h"
+#include "tests/support/time.h"
 
 namespace hapticd {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 Command randomModel(Random& random) {
   Command c;

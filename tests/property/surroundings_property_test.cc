@@ -18,39 +18,39 @@ using test::kTick;
 using test::TestMesh;
 using test::TestScene;
 
-constexpr double kSize = 0.03;  // [m]
+constexpr double kMeshSize = 0.03;  // [m]
 
 /** A closed ball with bumps, a sheet with waves that can move, a needle-ridden clod, and a box as the plainest mesh. */
 std::vector<TestMesh> someMeshes(Random& random, unsigned seed) {
   std::vector<TestMesh> meshes;
-  meshes.push_back(test::sphereMesh(kSize, 16 + random.below(24)));
+  meshes.push_back(test::sphereMesh(kMeshSize, 16 + random.below(24)));
   for (auto& v : meshes[0].vertices) {
     const auto f = static_cast<float>(random.in(0.97, 1.03));
     for (float& x : v) x *= f;
   }
   const double wave = random.in(100, 600), high = random.in(0, 0.002);
   meshes.push_back(test::heightMesh(
-      2 * kSize, 30, [&](double x, double y) { return high * std::sin(wave * x) * std::sin(wave * y); }));
+      2 * kMeshSize, 30, [&](double x, double y) { return high * std::sin(wave * x) * std::sin(wave * y); }));
   std::mt19937 engine(seed);
   meshes.push_back(test::crumpled(engine, 8));
   for (auto& v : meshes[2].vertices)
-    for (float& x : v) x *= static_cast<float>(kSize);
-  meshes.push_back(test::boxMesh(Vec3(kSize, 0.5 * kSize, 0.00003)));
+    for (float& x : v) x *= static_cast<float>(kMeshSize);
+  meshes.push_back(test::boxMesh(Vec3(kMeshSize, 0.5 * kMeshSize, 0.00003)));
   return meshes;
 }
 
-struct World {
+struct MovingMeshes {
   TestScene t;
   std::vector<TestMesh> meshes;
   std::vector<MeshView*> views;
   std::vector<std::uint32_t> ids;
 
-  World(Random& random, unsigned seed) : meshes(someMeshes(random, seed)) {
+  MovingMeshes(Random& random, unsigned seed) : meshes(someMeshes(random, seed)) {
     for (std::size_t i = 0; i < meshes.size(); ++i) {
       views.push_back(i == 1 ? meshes[i].deformableView() : meshes[i].view());
       const double mu = random.once(2) ? random.in(0, 0.8) : 0;
       const bool two_sided = i == 1 && random.once(2);
-      const Pose X{Vec3(2.2 * kSize * (i % 2), 2.2 * kSize * (i / 2), 0) + random.vector(0.1 * kSize),
+      const Pose X{Vec3(2.2 * kMeshSize * (i % 2), 2.2 * kMeshSize * (i / 2), 0) + random.vector(0.1 * kMeshSize),
                    Quat(Eigen::AngleAxisd(random.in(0, 3), random.vector(1).normalized()))};
       ids.push_back(t.addMesh(views[i], X, {random.in(100, 2000), 0, mu, 0.7 * mu},
                               HD_OBJECT_ENABLED | (two_sided ? 0u + HD_OBJECT_TWO_SIDED : 0u)));
@@ -67,7 +67,7 @@ struct World {
         t.pose(ids[which], X, random.once(2) ? Twist{} : Twist{random.vector(0.1), random.vector(2)});
         break;
       case 1:  // Is somewhere else.
-        t.pose(ids[which], {X.p + random.vector(kSize), X.q});
+        t.pose(ids[which], {X.p + random.vector(kMeshSize), X.q});
         break;
       case 2: {  // Waves about the hand.
         const Vec3 at = t.scene->find(ids[1])->X_WO.inverse() * t.contact.proxy;
@@ -95,11 +95,11 @@ struct World {
 };
 
 /** A hand that strokes the meshes, rests, hurries, leaps, and now and then is deep inside. */
-class Hand {
+class StrokingHand {
  public:
-  explicit Hand(Random& random) : random_(random) {}
+  explicit StrokingHand(Random& random) : random_(random) {}
   const Vec3& next() {
-    if (random_.once(40)) aim_ = Vec3(random_.in(-1.2, 3.4), random_.in(-1.2, 3.4), random_.in(-1.2, 1.2)) * kSize;
+    if (random_.once(40)) aim_ = Vec3(random_.in(-1.2, 3.4), random_.in(-1.2, 3.4), random_.in(-1.2, 1.2)) * kMeshSize;
     if (random_.once(30)) step_ = random_.once(4) ? 0 : std::pow(10.0, random_.in(-6, -2.5));
     if (random_.once(300)) p_ = aim_;
     const Vec3 way = aim_ - p_;
@@ -109,7 +109,7 @@ class Hand {
 
  private:
   Random& random_;
-  Vec3 p_ = Vec3(0, 0, 3 * kSize), aim_ = Vec3::Zero();
+  Vec3 p_ = Vec3(0, 0, 3 * kMeshSize), aim_ = Vec3::Zero();
   double step_ = 1e-4;
 };
 
@@ -127,8 +127,8 @@ void expectSameContact(const SurfaceContact& a, const SurfaceContact& b) {
 
 void keptOrNotIsFeltAlike(unsigned seed, int& contacts) {
   Random random(seed);
-  World w(random, seed);
-  Hand hand(random);
+  MovingMeshes w(random, seed);
+  StrokingHand hand(random);
   ProxyRenderer plain;
   plain.keepSurroundings(false);
   for (int i = 0; i < 1500; ++i) {
@@ -225,7 +225,7 @@ TEST(SurroundingsProperty, WhatLiesBelowTheWayIsNotMet) {
 }
 
 TEST(SurroundingsProperty, AStrokeSeldomLooksIntoTheTree) {
-  TestMesh mesh = test::sphereMesh(kSize, 64);
+  TestMesh mesh = test::sphereMesh(kMeshSize, 64);
   for (const double radius : {0.0, 0.001}) {
     TestScene t;
     t.addMesh(mesh.view(), {}, {1000, 0, 0, 0});
@@ -233,13 +233,14 @@ TEST(SurroundingsProperty, AStrokeSeldomLooksIntoTheTree) {
     plain.keepSurroundings(false);
     for (ProxyRenderer* proxy : {&t.proxy, &plain}) {
       proxy->setRadius(radius);
-      proxy->reset(Vec3(0, 0, 2 * kSize));
+      proxy->reset(Vec3(0, 0, 2 * kMeshSize));
     }
     std::uint64_t looked = 0, looked_plain = 0;
     constexpr int kTicks = 1000;
     for (int i = 0; i < kTicks; ++i) {
       const double a = 0.5 + 0.003 * i;
-      const Vec3 hip = (kSize + radius - 0.001) * Vec3(std::cos(0.1 * a) * std::sin(a), std::sin(0.1 * a), std::cos(a));
+      const Vec3 hip =
+          (kMeshSize + radius - 0.001) * Vec3(std::cos(0.1 * a) * std::sin(a), std::sin(0.1 * a), std::cos(a));
       SurfaceContact contact;
       looked += t.tick(hip).work;
       plain.step(*t.scene, hip, Vec3::Zero(), kTick, contact);

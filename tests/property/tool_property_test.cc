@@ -16,7 +16,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kDt = 1e-3;
+constexpr double kToolDt = 1e-3;
 
 double between(Random& random, double low, double high) { return std::exp(random.in(std::log(low), std::log(high))); }
 
@@ -77,7 +77,7 @@ TEST(ToolProperty, NeverHoldsMoreEnergyThanHandWeightAndObstaclesGave) {
       // What the hand gave is in once the tool has heard where it went.
       Tool after_hand = tool;
       Tool::Kick kick;
-      after_hand.kick(device, kDt, kick);
+      after_hand.kick(device, kToolDt, kick);
       const double had = after_hand.energy(), reserve = tool.reserve();
       if (turn.norm() < 0.1) {
         const double gave = -sent.force.dot(step) - sent.torque.dot(turn);
@@ -88,7 +88,7 @@ TEST(ToolProperty, NeverHoldsMoreEnergyThanHandWeightAndObstaclesGave) {
       }
       const Vec3 com = tool.body().com();
       ToolStep out;
-      tool.step(device, std::span(touch).first(count), kDt, *response, out);
+      tool.step(device, std::span(touch).first(count), kToolDt, *response, out);
       ASSERT_TRUE(isFinite(out.on_device.force) && isFinite(out.on_device.torque));
       ASSERT_TRUE(isFinite(tool.body().com()) && std::isfinite(tool.energy()));
       ASSERT_LE(tool.body().twist().v.norm(), Tool::kMostSpeed * (1 + 1e-9));
@@ -136,14 +136,14 @@ TEST(ToolProperty, AmongFreeBodiesAllHoldTogetherNoMoreThanTheyWereGiven) {
     for (int tick = 0; tick < 150; ++tick) {
       SCOPED_TRACE(testing::Message() << "tick " << tick);
       double had = 0, given = 0, holds = 0;
-      joint->begin(kDt, gravity);
+      joint->begin(kToolDt, gravity);
       std::array<ToolStep, 2> out;
       for (std::size_t i = 0; i < tools.size(); ++i) {
         device[i].p += random.vector(random.once(50) ? 0.3 : reach);
         device[i].q = rotated(device[i].q, random.vector(10 * reach), 1).normalized();
         Tool after_hand = tools[i];
         Tool::Kick kick;
-        after_hand.kick(device[i], kDt, kick);
+        after_hand.kick(device[i], kToolDt, kick);
         had += after_hand.energy() + tools[i].reserve();
         given -= tools[i].setup().weight.dot(tools[i].body().com());
         (void)joint->add(tools[i], device[i], out[i]);

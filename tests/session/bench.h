@@ -13,10 +13,9 @@
 #include "rt/ring/command_ring.h"
 #include "rt/ring/state.h"
 #include "tests/support/scripted_device.h"
+#include "tests/support/time.h"
 
 namespace hapticd::test {
-
-inline constexpr std::int64_t kMs = 1'000'000;
 
 /** A client's own mappings of a session, as libhapticclient makes them. */
 class ClientSide {

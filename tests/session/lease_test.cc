@@ -1,4 +1,6 @@
 // Who may energise a device, stepped by hand.
+#include <gmock/gmock.h>
+
 #include <cmath>
 #include <limits>
 

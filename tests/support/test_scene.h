@@ -13,6 +13,7 @@
 namespace hapticd::test {
 
 inline constexpr double kTick = 1e-3;
+inline constexpr std::uint32_t kOneSided = HD_OBJECT_ENABLED, kTwoSided = HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED;
 
 /** Scene with its mesh table. */
 class TestScene {

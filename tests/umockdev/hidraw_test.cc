@@ -7,6 +7,7 @@
 #include "drivers/hid/hidraw_transport.h"
 #include "drivers/registry.h"
 #include "rt/base/clock.h"
+#include "tests/support/time.h"
 #include "tests/umockdev/hidraw_testbed.h"
 #include "tools/haptic-emu/hidpid/pid_model.h"
 #include "tools/haptic-emu/spacemouse/spacemouse_model.h"
@@ -15,7 +16,6 @@
 namespace hapticd::test {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 const HidIdentity kMouse{0x256f, 0xc631, "3Dconnexion", "SpaceMouse Pro Wireless", "EMU7"};
 
 /** Reads until `done`, for at most five seconds. */

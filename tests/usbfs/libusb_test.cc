@@ -8,6 +8,7 @@
 #include "drivers/usb/libusb_transport.h"
 #include "drivers/usb/usbfs.h"
 #include "tests/support/push.h"
+#include "tests/support/time.h"
 #include "tests/usbfs/fake_usbfs.h"
 #include "tools/haptic-emu/falcon/falcon_model.h"
 
@@ -15,7 +16,6 @@ namespace hapticd::test {
 namespace {
 
 using ::testing::HasSubstr;
-constexpr std::int64_t kMs = 1'000'000;
 
 class Libusb : public ::testing::Test {
  protected:

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kRadius = 0.05;    // [m]
 constexpr double kHeight = 0.5e-3;  // Of the waves [m].
-constexpr double kWaves = 30;       // Radians of a wave per radian of the sphere: 10 mm long.
+constexpr double kBumps = 30;       // Radians of a wave per radian of the sphere: 10 mm long.
 
 /** One face of the octahedron; `sign` gives its octant. Corners of neighbours are equal to the bit. */
 void addOctant(std::uint32_t n, const hapticd::Vec3& sign, Model& model) {
@@ -37,7 +37,7 @@ void addOctant(std::uint32_t n, const hapticd::Vec3& sign, Model& model) {
 }  // namespace
 
 double bumpyRadius(const hapticd::Vec3& u) {
-  return kRadius + kHeight * std::sin(kWaves * u.x()) * std::sin(kWaves * u.y()) * std::sin(kWaves * u.z());
+  return kRadius + kHeight * std::sin(kBumps * u.x()) * std::sin(kBumps * u.y()) * std::sin(kBumps * u.z());
 }
 
 std::vector<std::byte> bumpySphereUpload(std::uint32_t triangles) {

@@ -10,7 +10,7 @@
 namespace haptic_bench {
 namespace {
 
-struct Options {
+struct CompareOptions {
   std::string before, after;
   bool errors_only = false;
   Comparison what;
@@ -21,7 +21,7 @@ std::string text(const std::string& unit, const Estimate& e) {
                          : fmt::format("{:.4g} ({:.4g} .. {:.4g})", e.median, e.low, e.high);
 }
 
-int run(const Options& options) {
+int run(const CompareOptions& options) {
   const Results before = Results::read(options.before), after = Results::read(options.after);
   Comparison what = options.what;
   what.times = !options.errors_only;
@@ -40,7 +40,7 @@ int run(const Options& options) {
     fmt::print(" {}\n", c.unit);
   }
   const auto compared = std::count_if(before.all.begin(), before.all.end(),
-                                      [&](const Result& r) { return isCompared(r.series.unit, what); });
+                                      [&](const StoredResult& r) { return isCompared(r.series.unit, what); });
   if (compared == unknown) {
     throw Failure(options.before, "nothing in it is compared", "without --errors, with --hashes, or of more --rounds");
   }
@@ -55,7 +55,7 @@ int run(const Options& options) {
 }  // namespace
 
 void addCompare(CLI::App& app, Run& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareOptions>();
   CLI::App* sub = app.add_subcommand("compare", "What got worse between two files that --csv wrote");
   sub->add_option("OLD", options->before, "Results")->required();
   sub->add_option("NEW", options->after, "Results")->required();

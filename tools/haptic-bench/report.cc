@@ -120,12 +120,12 @@ std::vector<std::string> versions() {
           fmt::format("Eigen: {}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)};
 }
 
-struct Options {
+struct ReportOptions {
   std::string output = "haptic-bench.html";
   std::vector<std::string> results;
 };
 
-int run(const Options& options, const Common& common) {
+int run(const ReportOptions& options, const Common& common) {
   WholeFile page(options.output);
   draw({}, "--check", options.results);  // Before minutes of measurements, not after.
   json data;
@@ -145,7 +145,7 @@ int run(const Options& options, const Common& common) {
 }  // namespace
 
 void addReport(CLI::App& app, Run& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportOptions>();
   CLI::App* sub = app.add_subcommand("report", "One HTML page with tables and plots, for a paper");
   sub->add_option("FILE", options->output, "The page")->capture_default_str();
   sub->add_option("--with", options->results, "Results of other subcommands to show on it: files that --csv wrote")

@@ -17,7 +17,7 @@
 namespace haptic_bench {
 namespace {
 
-struct Options {
+struct RunOptions {
   std::vector<std::string> algorithms{"ours", "nearest"};
   std::string model = "sphere";
   std::string trajectory = "spiral";
@@ -60,7 +60,7 @@ void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::vector
   to.keep();
 }
 
-int run(const Options& options, const Common& common) {
+int run(const RunOptions& options, const Common& common) {
   checkSurface(options.surface);
   requireNames(options.algorithms);
   const Model model = makeModel(options.model);
@@ -92,7 +92,7 @@ int run(const Options& options, const Common& common) {
 }  // namespace
 
 void addRun(CLI::App& app, Run& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RunOptions>();
   CLI::App* sub = app.add_subcommand("run", "Algorithms over a trajectory on a model");
   sub->footer(modelHelp() + trajectoryHelp() + algorithmHelp());
   sub->add_option("-a,--algorithm", options->algorithms, "Name or shared object, with :settings; several")

@@ -22,10 +22,10 @@
 namespace haptic_bench {
 namespace {
 
-constexpr double kRadius = 0.05;  // [m]
+constexpr double kSphereRadius = 0.05;  // [m]
 constexpr double kNsPerUs = 1e3;
 
-struct Options {
+struct ServoOptions {
   double rate_hz = 1000;
   double seconds = 1.5;
   std::uint32_t triangles = 100'000;
@@ -51,10 +51,10 @@ struct Side {
 Model meshOf(std::uint32_t triangles) {
   int stacks = 3;
   while (4 * stacks * (stacks - 1) < static_cast<int>(triangles)) ++stacks;
-  return sphere(kRadius, stacks);
+  return sphere(kSphereRadius, stacks);
 }
 
-int run(const Common& common, const Options& options) {
+int run(const Common& common, const ServoOptions& options) {
   hapticd::SnapshotMemory memory = buildMesh(meshOf(options.triangles));
   hapticd::MonotonicClock clock;
   Note note;
@@ -114,7 +114,7 @@ int run(const Common& common, const Options& options) {
 }  // namespace
 
 void addServo(CLI::App& app, Run& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ServoOptions>();
   CLI::App* servo = app.add_subcommand(
       "servo",
       "Wake-up of a bare real-time loop against the daemon's cycle on a mesh, and what the cycle costs\n"

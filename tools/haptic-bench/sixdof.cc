@@ -149,13 +149,13 @@ struct Judged {
   [[nodiscard]] bool isGood() const { return std::isnan(relative()) || (relative() < 0.05 && degrees() < 3); }
 };
 
-struct Result {
+struct Played {
   Judged force, torque;
   double deepest = 0;  ///< Overlap that the tool was left in [m].
 };
 
 /** The response null: direct rendering, the tool where the device is and as stiff as the coupling in the end. */
-Result play(const Scenario& scenario, Response* response, int every) {
+Played play(const Scenario& scenario, Response* response, int every) {
   ToolSetup setup;
   setup.mass = MassProperties::ofBox(kMass, 2 * kHalf);
   DeviceInfo info;  // a good desktop device: stiffness enough to press with a few newtons
@@ -169,7 +169,7 @@ Result play(const Scenario& scenario, Response* response, int every) {
   start.p.z() += 0.01;
   tool.reset(start);
   if (response != nullptr) response->reset();
-  Result out;
+  Played out;
   ContactSet found;
   ContactModel model, next;
   ToolStep step;
@@ -236,7 +236,7 @@ int run(const Common& common, bool check) {
       if (response == nullptr && scenario != &kBallOnBall) continue;
       const char* const name = response != nullptr ? response->name() : "direct";
       for (const int every : {1, 2, 5}) {
-        const Result r = play(*scenario, response.get(), every);
+        const Played r = play(*scenario, response.get(), every);
         if (common.csv) {
           fmt::print("{},{},{},{:g},{:g},{:g},{:g},{:g},{:g},{:g},{:g}\n", scenario->name, name, 1000 / every,
                      r.force.rms(), r.force.relative(), r.force.worst, r.force.degrees(), r.torque.rms(),

@@ -13,7 +13,7 @@
 namespace haptic_bench {
 namespace {
 
-struct Options {
+struct SweepOptions {
   std::vector<std::string> algorithms{"ours"};
   std::string model = "sphere", trajectory = "spiral";
   std::vector<double> stiffness{100, 300, 1000, 3000}, friction{0}, speed{1};
@@ -21,7 +21,7 @@ struct Options {
   double threshold = 0.0005;
 };
 
-int run(const Options& options, const Common& common) {
+int run(const SweepOptions& options, const Common& common) {
   requireNames(options.algorithms);
   const Model model = makeModel(options.model);
   std::vector<Series> all;
@@ -48,7 +48,7 @@ int run(const Options& options, const Common& common) {
 }  // namespace
 
 void addSweep(CLI::App& app, Run& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SweepOptions>();
   CLI::App* sub = app.add_subcommand("sweep", "Algorithms over ranges of stiffness, friction and speed");
   sub->add_option("-a,--algorithm", options->algorithms, "As for run; several")->capture_default_str();
   sub->add_option("-m,--model", options->model, "As for run")->capture_default_str();

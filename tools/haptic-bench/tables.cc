@@ -25,7 +25,7 @@ void show(const PaperTable& table) {
   for (const auto& row : table.rows) line(row);
 }
 
-int run(const Common& common) {
+int printTables(const Common& common) {
   const std::vector<PaperTable> tables = paperTables(common.rounds);
   if (common.csv) {
     std::vector<Series> all;
@@ -43,7 +43,7 @@ int run(const Common& common) {
 
 void addTables(CLI::App& app, Run& chosen) {
   CLI::App* sub = app.add_subcommand("tables", "Tables 4.1 to 4.3 of the thesis, its figures beside ours");
-  sub->callback([&chosen] { chosen = run; });
+  sub->callback([&chosen] { chosen = printTables; });
 }
 
 }  // namespace haptic_bench

@@ -10,9 +10,9 @@
 namespace haptic_bench {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 
-std::int64_t ns(Clock::duration d) { return std::chrono::duration_cast<std::chrono::nanoseconds>(d).count(); }
+std::int64_t ns(SteadyClock::duration d) { return std::chrono::duration_cast<std::chrono::nanoseconds>(d).count(); }
 
 /** Answers and times of one run. */
 void runOnce(Algorithm& algorithm, const Trajectory& trajectory, std::vector<Answer>& answers,
@@ -24,13 +24,13 @@ void runOnce(Algorithm& algorithm, const Trajectory& trajectory, std::vector<Ans
     const double dt = i == 0 ? period : s.t_s - trajectory.samples[i - 1].t_s;
     const Vec3 v = i == 0 ? Vec3(Vec3::Zero()) : Vec3((s.hip - trajectory.samples[i - 1].hip) / dt);
     haptic_algorithm_contact contact{};
-    const Clock::time_point begin = Clock::now();
+    const SteadyClock::time_point begin = SteadyClock::now();
     try {
       algorithm.step(s.hip, v, dt, contact);
     } catch (const Failure& failure) {
       throw Failure(fmt::format("{}, at sample {} at {} s", failure.what(), i + 1, s.t_s));
     }
-    step_ns[i] = ns(Clock::now() - begin);
+    step_ns[i] = ns(SteadyClock::now() - begin);
     answers[i] = {hapticd::vec3(contact.force), hapticd::vec3(contact.proxy), contact.touches != 0};
   }
 }
@@ -77,9 +77,9 @@ Outcome runTrial(const std::string& algorithm, const Model& model, const Traject
   std::vector<Answer> again(trajectory.samples.size());
   std::vector<std::int64_t> step_ns(trajectory.samples.size());
   for (int round = 0; round < rounds; ++round) {
-    const Clock::time_point begin = Clock::now();
+    const SteadyClock::time_point begin = SteadyClock::now();
     Algorithm instance(algorithm, problem);
-    outcome.init_s.push_back(1e-9 * static_cast<double>(ns(Clock::now() - begin)));
+    outcome.init_s.push_back(1e-9 * static_cast<double>(ns(SteadyClock::now() - begin)));
     std::vector<Answer>& answers = round == 0 ? outcome.answers : again;
     runOnce(instance, trajectory, answers, step_ns);
     requireFinite(algorithm, trajectory, answers);

@@ -12,7 +12,7 @@
 namespace hapticctl {
 namespace {
 
-struct Options {
+struct AddOptions {
   std::string kind, size;
   Placement placement;
 };
@@ -30,7 +30,7 @@ constexpr Kind kKinds[] = {{"plane", HAPTIC_SHAPE_PLANE, 0, "none: solid below i
                            {"cylinder", HAPTIC_SHAPE_CYLINDER, 2, "RADIUS,HALF_LENGTH (along z)"},
                            {"group", HAPTIC_SHAPE_GROUP, 0, "none: a parent for others"}};
 
-haptic_shape makeShape(const Options& options) {
+haptic_shape makeShape(const AddOptions& options) {
   for (const Kind& kind : kKinds) {
     if (options.kind != kind.name) continue;
     haptic_shape shape{};
@@ -59,7 +59,7 @@ haptic_shape makeShape(const Options& options) {
 
 void addAdd(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("add", "Add a plane, sphere, box, capsule, cylinder or group to the scene");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<AddOptions>();
   command->add_option("SHAPE", o->kind, "plane, sphere, box, capsule, cylinder or group")->required();
   command->add_option("--size", o->size, "Metres. sphere: R; box: half X,Y,Z; capsule, cylinder: R,half length")
       ->type_name("NUMBERS");

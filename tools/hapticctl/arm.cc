@@ -15,7 +15,7 @@
 namespace hapticctl {
 namespace {
 
-struct Options {
+struct ArmOptions {
   std::string device;
   double seconds = 0;
 };
@@ -44,7 +44,7 @@ void tell(const Globals& globals, const std::string& device, std::string_view st
 }
 
 /** Watches until it is time, the user ends it, the device faults or the daemon goes. */
-void hold(const Session& session, const Options& options, const Globals& globals, const Interrupt& interrupt,
+void hold(const Session& session, const ArmOptions& options, const Globals& globals, const Interrupt& interrupt,
           const std::string& name) {
   const std::int64_t begin_ns = haptic_now_ns();
   std::string state;
@@ -86,7 +86,7 @@ void awaitOff(const Daemon& daemon, const std::string& name) {
                 "let go of the handle and switch the device off; see hapticctl status", "TIMEOUT"};
 }
 
-int arm(const Options& options, const Globals& globals) {
+int arm(const ArmOptions& options, const Globals& globals) {
   const Interrupt interrupt;  // Before anything is armed: no signal may fall between.
   const Daemon daemon(globals);
   const Session session(daemon, options.device);
@@ -127,7 +127,7 @@ int disarm(const std::string& device, const Globals& globals) {
 
 void addArm(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("arm", "Energise a device until Ctrl-C, SIGTERM or --for; then disarm it");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ArmOptions>();
   command->add_option("DEVICE", options->device, "URI, name or serial; without it: the open one");
   command->add_option("--for", options->seconds, "Disarm after so long")
       ->type_name("SECONDS")

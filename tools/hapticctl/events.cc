@@ -16,7 +16,7 @@
 namespace hapticctl {
 namespace {
 
-struct Options {
+struct EventsOptions {
   std::vector<std::string> kinds;
   std::uint64_t count = 0;
   double duration_s = 0;
@@ -75,7 +75,7 @@ void line(const haptic_event& e, std::int64_t start_ns) {
   put(styled(bad ? Style::kBad : Style::kPlain, text) + "\n");
 }
 
-int follow(const Options& options, const Globals& globals) {
+int follow(const EventsOptions& options, const Globals& globals) {
   const Interrupt interrupt;
   const Daemon daemon(globals);
   haptic_events_options asked = HAPTIC_EVENTS_OPTIONS_INIT;
@@ -114,7 +114,7 @@ int follow(const Options& options, const Globals& globals) {
 
 void addEvents(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("events", "Follow touches, buttons, faults, leases, devices, clients");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EventsOptions>();
   command->add_option("--kinds", options->kinds, "Only these, between commas")->delimiter(',')->type_name("KIND,...");
   command->add_option("-n,--count", options->count, "Stop after so many")->type_name("COUNT")->check(number(1, 1e9));
   command->add_option("--duration", options->duration_s, "Stop after so long")

@@ -18,7 +18,7 @@
 namespace hapticctl {
 namespace {
 
-struct Options {
+struct HandOptions {
   std::string file, device;
   bool loop = false;
   double speed = 1;
@@ -50,7 +50,7 @@ std::string describe(double t_s, double end_s, const haptic_sample& s, const Sin
       duration(since.wake_ns), duration(since.cycle_ns));
 }
 
-int play(const Options& options, const Globals& globals) {
+int play(const HandOptions& options, const Globals& globals) {
   const Interrupt interrupt;
   const Motion motion = Motion::read(options.file);
   const Daemon daemon(globals);
@@ -114,7 +114,7 @@ int play(const Options& options, const Globals& globals) {
 
 void addHand(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("hand", "Move the hand of a simulated device along a path from a CSV file");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<HandOptions>();
   command->add_option("FILE", options->file, "CSV with columns t,x,y,z (s, m); a recording of monitor --csv will do")
       ->required();
   command->add_option("DEVICE", options->device, "URI, name or serial; without it: the open one");

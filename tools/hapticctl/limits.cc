@@ -29,7 +29,7 @@ constexpr Limit kLimits[] = {
     {"--active-power", "W", "Power of sources declared active", &haptic_device_limits::active_power},
     {"--gripper-force", "N", "Force of a gripper", &haptic_device_limits::gripper_force}};
 
-struct Options {
+struct LimitsOptions {
   std::string device;
   haptic_device_limits wanted{};
 };
@@ -51,7 +51,7 @@ void show(const std::string& name, const haptic_device_limits& limits, bool json
 
 void addLimits(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("limits", "Show or change the limits of a device; raising them needs --admin");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<LimitsOptions>();
   o->wanted.size = sizeof o->wanted;
   command->add_option("DEVICE", o->device, "URI, name or serial; without it: the first open one");
   for (const Limit& limit : kLimits) {

@@ -19,7 +19,7 @@
 namespace hapticctl {
 namespace {
 
-struct Options {
+struct LoadOptions {
   std::string file, scale;
   double size_m = 0, weld_mm = 0, voxel_mm = 0, point_spacing_mm = 0;
   bool centre = false, deformable = false, fill_holes = false;
@@ -27,7 +27,7 @@ struct Options {
 };
 
 /** The scale is the user's to give: a file does not know its unit, and a guess would be felt. */
-double chooseScale(const Options& options, const MeshFile& mesh) {
+double chooseScale(const LoadOptions& options, const MeshFile& mesh) {
   if (!options.scale.empty()) return parseScale(options.scale);
   if (options.size_m > 0) {
     double longest = 0;
@@ -63,7 +63,7 @@ std::string describe(const std::string& name, const MeshFile& mesh, const haptic
 }
 
 /** Sends the mesh and waits for the builder. */
-int upload(haptic_client* client, const MeshFile& mesh, const Options& options, LiveLine& live,
+int upload(haptic_client* client, const MeshFile& mesh, const LoadOptions& options, LiveLine& live,
            haptic_mesh_report** built, haptic_error& error) {
   const auto vertices = static_cast<std::uint32_t>(mesh.vertices.size());
   const auto triangles = static_cast<std::uint32_t>(mesh.triangles.size());
@@ -83,7 +83,7 @@ int upload(haptic_client* client, const MeshFile& mesh, const Options& options, 
   return haptic_upload_commit(raw, onProgress, &live, 0, built, &error);
 }
 
-int load(Options& options, const Globals& globals) {
+int load(LoadOptions& options, const Globals& globals) {
   const Interrupt interrupt;
   LiveLine live;
   if (!options.scale.empty()) (void)parseScale(options.scale);  // A wrong one is told before the long work.
@@ -145,7 +145,7 @@ int load(Options& options, const Globals& globals) {
 
 void addLoad(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("load", "Load a mesh file (STL, OBJ, PLY, 3DS, glTF, ...) into the scene");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<LoadOptions>();
   command->add_option("FILE", o->file, "The mesh file")->required();
   auto* scale =
       command->add_option("--scale", o->scale, "The file's unit (mm, cm, m, inch, um, ft) or metres per unit; needed")

@@ -14,7 +14,7 @@
 namespace hapticctl {
 namespace {
 
-struct Options {
+struct TextureOptions {
   std::string file, object, size;
   double depth_m = 0, mass_kg = 0;  ///< 0: as the surface has it.
 };
@@ -22,8 +22,8 @@ struct Options {
 bool isXml(const std::string& path) { return path.size() > 4 && path.compare(path.size() - 4, 4, ".xml") == 0; }
 
 /** `size`: width and height [m]; empty: as the surface has it. */
-Owned<haptic_texture_report> uploadRelief(const Daemon& daemon, const Options& o, const std::vector<double>& size,
-                                          haptic_surface& surface) {
+Owned<haptic_texture_report> uploadRelief(const Daemon& daemon, const TextureOptions& o,
+                                          const std::vector<double>& size, haptic_surface& surface) {
   const GreyPicture picture = readPng(o.file);
   if (o.depth_m > 0) surface.relief_depth = o.depth_m;
   if (!size.empty()) {
@@ -36,7 +36,7 @@ Owned<haptic_texture_report> uploadRelief(const Daemon& daemon, const Options& o
   return report;
 }
 
-Owned<haptic_texture_report> uploadVibration(const Daemon& daemon, const Options& o, haptic_surface& surface) {
+Owned<haptic_texture_report> uploadVibration(const Daemon& daemon, const TextureOptions& o, haptic_surface& surface) {
   const HattFile file = readHatt(o.file);
   std::vector<haptic_vibration_model> models;
   for (const HattModel& m : file.models) models.push_back({m.speed, m.force, m.variance, m.a.data()});
@@ -53,7 +53,7 @@ Owned<haptic_texture_report> uploadVibration(const Daemon& daemon, const Options
   return report;
 }
 
-int loadTexture(const Options& o, const Globals& globals) {
+int loadTexture(const TextureOptions& o, const Globals& globals) {
   const bool vibration = isXml(o.file);
   if (vibration && (o.depth_m > 0 || !o.size.empty()))
     failUsage(o.depth_m > 0 ? "--depth" : "--size", "is of a relief; " + o.file + " is a vibration");
@@ -87,7 +87,7 @@ void addLoadTexture(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("load-texture",
                                          "Lay a picture (PNG) or a model of recorded vibration "
                                          "(XML of the Haptic Texture Toolkit) on an object");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<TextureOptions>();
   command->add_option("FILE", o->file, "FILE.png: heights by grey; FILE.xml: a texture model")->required();
   command->add_option("OBJECT", o->object, "Name of the object")->required();
   command->add_option("--depth", o->depth_m, "How deep black lies below white")->type_name("METRES")->check(positive());

@@ -16,7 +16,7 @@
 namespace hapticctl {
 namespace {
 
-struct Options {
+struct MonitorOptions {
   std::string device;
   bool csv = false;
   double rate_hz = 0;  ///< 0: every sample.
@@ -108,7 +108,7 @@ class Decimator {
   std::int64_t period_ns_, due_ns_ = 0;
 };
 
-int monitor(const Options& options, const Globals& globals) {
+int monitor(const MonitorOptions& options, const Globals& globals) {
   const Interrupt interrupt;
   const Daemon daemon(globals);
   const Session session(daemon, options.device);
@@ -176,7 +176,7 @@ int monitor(const Options& options, const Globals& globals) {
 
 void addMonitor(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("monitor", "Print position, force and timing as they happen");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MonitorOptions>();
   command->add_option("DEVICE", options->device, "URI, name or serial; without it: the open one");
   command->add_flag("--csv", options->csv, "Comma-separated, every servo sample; columns in hapticctl(1)");
   command->add_option("--rate", options->rate_hz, "Lines per second at most (table: 10; --csv, --json: every sample)")

@@ -21,7 +21,7 @@
 namespace hapticctl {
 namespace {
 
-struct Options {
+struct RecordOptions {
   std::string file, device;
   bool replace = false;
   double seconds = 0;
@@ -72,7 +72,7 @@ class Carrier {
   std::thread thread_;
 };
 
-int record(const Options& options, const Globals& globals) {
+int record(const RecordOptions& options, const Globals& globals) {
   const Interrupt interrupt;
   const Daemon daemon(globals);
   const std::string uri = deviceUri(daemon, options.device);
@@ -116,7 +116,7 @@ int record(const Options& options, const Globals& globals) {
 void addRecord(CLI::App& app, Action& chosen) {
   CLI::App* command =
       app.add_subcommand("record", "Record all that enters a device's servo and what comes out, until Ctrl-C or --for");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RecordOptions>();
   command->add_option("FILE", options->file, "File to make; haptic-bench replay reads it")->required();
   command->add_option("DEVICE", options->device, "URI, name or serial; without it: the open one");
   command->add_flag("--replace", options->replace, "Replace a file that is there");

@@ -14,7 +14,7 @@
 namespace hapticctl {
 namespace {
 
-struct Options {
+struct ToolOptions {
   std::string device, object;
   double mass = 0.1;
   double stiffness = 0;
@@ -46,7 +46,7 @@ void tell(const std::string& name, const haptic_text& answer, const Globals& glo
   }
 }
 
-int set(const Options& o, const std::string& value, const Globals& globals) {
+int set(const ToolOptions& o, const std::string& value, const Globals& globals) {
   const Daemon daemon(globals);
   const std::string name = nameOf(daemon, o.device);
   const std::string uri = "/devices/" + name + "/tool?value=" + value;
@@ -59,7 +59,7 @@ int set(const Options& o, const std::string& value, const Globals& globals) {
 void addTool(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("tool", "Put an object into a device's hand, take it away, or show it");
   command->require_subcommand(0, 1);
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<ToolOptions>();
   CLI::App* attach = command->add_subcommand("attach", "The object follows the hand and is stopped by the scene");
   attach->add_option("OBJECT", o->object, "Directly below the root: sphere, box, capsule, cylinder or mesh")
       ->required();

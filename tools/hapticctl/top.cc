@@ -16,7 +16,7 @@
 namespace hapticctl {
 namespace {
 
-struct Options {
+struct TopOptions {
   bool batch = false;
   std::uint64_t count = 0;
   double delay_s = 1;
@@ -137,7 +137,7 @@ class FullScreen {
   FullScreen& operator=(const FullScreen&) = delete;
 };
 
-int live(const Daemon& daemon, const Options& options, std::chrono::milliseconds delay) {
+int live(const Daemon& daemon, const TopOptions& options, std::chrono::milliseconds delay) {
   const Interrupt interrupt;
   const RawKeys keys;
   const FullScreen full;
@@ -158,7 +158,7 @@ int live(const Daemon& daemon, const Options& options, std::chrono::milliseconds
   return kExitOk;
 }
 
-int batch(const Daemon& daemon, const Options& options, std::chrono::milliseconds delay, bool json) {
+int batch(const Daemon& daemon, const TopOptions& options, std::chrono::milliseconds delay, bool json) {
   const Interrupt interrupt;
   const Baseline none;
   for (std::uint64_t n = 0; !Interrupt::asked(); ++n) {
@@ -179,7 +179,7 @@ int batch(const Daemon& daemon, const Options& options, std::chrono::millisecond
 
 void addTop(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("top", "Watch devices and clients live: q quits, c clears the counts");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TopOptions>();
   command->add_flag("-b,--batch", options->batch, "Print screen after screen, for scripts and files");
   command->add_option("-n,--count", options->count, "Stop after so many screens")
       ->type_name("COUNT")

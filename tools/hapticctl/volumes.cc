@@ -45,14 +45,14 @@ int listVolumes(const Globals& globals) {
   return kExitOk;
 }
 
-struct Options {
+struct VolumesOptions {
   std::string object, file;
   bool replace = false;
   double wait_s = 60;
 };
 
 /** A descriptor of the daemon's file; waits while it is being made. */
-int openVolume(const Daemon& daemon, const Options& options) {
+int openVolume(const Daemon& daemon, const VolumesOptions& options) {
   const Interrupt interrupt;
   LiveLine live;
   const std::int64_t begin_ns = haptic_now_ns();
@@ -76,7 +76,7 @@ int openVolume(const Daemon& daemon, const Options& options) {
   }
 }
 
-int exportVolume(const Options& options, const Globals& globals) {
+int exportVolume(const VolumesOptions& options, const Globals& globals) {
   const Daemon daemon(globals);
   const int from = openVolume(daemon, options);
   const struct Close {
@@ -111,7 +111,7 @@ void addVolumes(CLI::App& app, Action& chosen) {
 
 void addExport(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("export", "Write the volume of an object as an OpenVDB file");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<VolumesOptions>();
   command->add_option("OBJECT", o->object, "Name of an object whose mesh was loaded with --voxel")->required();
   command->add_option("FILE", o->file, "The file to write, .vdb")->required();
   command->add_flag("--replace", o->replace, "Overwrite the file if it is there");

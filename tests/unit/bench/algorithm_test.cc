@@ -20,7 +20,7 @@ Accuracy accuracy(const std::string& algorithm, const std::string& model_spec, c
   return judge(trajectory, runTrial(algorithm, model, trajectory, {1000}, 1).answers, 1e-3);
 }
 
-std::string refusal(const std::string& algorithm) {
+std::string refusalOf(const std::string& algorithm) {
   try {
     (void)accuracy(algorithm, "plane", "lissajous:seconds=0.1");
   } catch (const Failure& failure) {
@@ -64,10 +64,10 @@ TEST(Algorithms, VoxelsBecomeExactAsTheyShrink) {
 }
 
 TEST(PlugIns, OfAnotherVersionAreRefusedBeforeAnythingIsCalled) {
-  EXPECT_THAT(refusal(HAPTIC_BENCH_OTHER_VERSION), HasSubstr("version 2, this haptic-bench has 1"));
-  EXPECT_THAT(refusal("/dev/null"), HasSubstr("/dev/null"));
-  EXPECT_THAT(refusal(HAPTIC_BENCH_EXAMPLE ":x=1"), HasSubstr("it takes no options")) << "its own words";
-  EXPECT_THAT(refusal("libc.so.6"), HasSubstr("no such algorithm")) << "a path has a slash";
+  EXPECT_THAT(refusalOf(HAPTIC_BENCH_OTHER_VERSION), HasSubstr("version 2, this haptic-bench has 1"));
+  EXPECT_THAT(refusalOf("/dev/null"), HasSubstr("/dev/null"));
+  EXPECT_THAT(refusalOf(HAPTIC_BENCH_EXAMPLE ":x=1"), HasSubstr("it takes no options")) << "its own words";
+  EXPECT_THAT(refusalOf("libc.so.6"), HasSubstr("no such algorithm")) << "a path has a slash";
 }
 
 }  // namespace

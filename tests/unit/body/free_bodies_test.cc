@@ -15,21 +15,21 @@ using test::kTool;
 using test::object;
 using House = test::ToolHouse;
 
-const std::uint32_t kBall = makeObjectId(10, 1), kOther = makeObjectId(11, 1);
-constexpr double kRadius = 0.02;
+const std::uint32_t kRolled = makeObjectId(10, 1), kOther = makeObjectId(11, 1);
+constexpr double kBallRadius = 0.02;
 
 SetBody body(std::uint32_t id, double mass, double damping = 0) {
   SetBody out{};
   out.object = id;
   out.falls = 1;
   out.mass = mass;
-  for (int i = 0; i < 3; ++i) out.inertia[i] = 0.4 * mass * kRadius * kRadius;
+  for (int i = 0; i < 3; ++i) out.inertia[i] = 0.4 * mass * kBallRadius * kBallRadius;
   out.damping = damping;
   return out;
 }
 
 void addBall(House& house, std::uint32_t id, const Vec3& at, double mass, double damping = 0) {
-  house.send(CommandKind::kAddObject, object(id, ShapeKind::kSphere, {kRadius, 0, 0}, at));
+  house.send(CommandKind::kAddObject, object(id, ShapeKind::kSphere, {kBallRadius, 0, 0}, at));
   house.send(CommandKind::kSetBody, body(id, mass, damping));
   house.run(10);
 }
@@ -40,40 +40,40 @@ void gravity(House& house, double g) { house.send(CommandKind::kSetGravity, SetG
 TEST(FreeBodies, AToolPushesOneAwayAndTheSceneFollows) {
   House house;
   house.hold();
-  addBall(house, kBall, {-0.06, 0, 0.04}, 0.3, 0.5);
+  addBall(house, kRolled, {-0.06, 0, 0.04}, 0.3, 0.5);
   for (int i = 0; i < 700; ++i) {
     house.aim({-0.1e-3 * i, 0, 0.04});
     house.run(1);
   }
-  EXPECT_LT(seen(house, kBall).X_WO.p.x(), -0.09) << "it has been pushed along";
+  EXPECT_LT(seen(house, kRolled).X_WO.p.x(), -0.09) << "it has been pushed along";
   EXPECT_GT(house.servo->cycle().tool(0).last().on_device.force.x(), -0.5);
   double strongest = 0;
   for (const DeviceCommand& c : house.sent) strongest = std::max(strongest, c.force.x());
   EXPECT_GT(strongest, 0.1) << "and felt";
-  EXPECT_GT(seen(house, kBall).client_edits, 0u) << "so that control and other groups take over where it is";
-  EXPECT_LT(seen(house, kBall).V_WO.v.x(), -0.02);
+  EXPECT_GT(seen(house, kRolled).client_edits, 0u) << "so that control and other groups take over where it is";
+  EXPECT_LT(seen(house, kRolled).V_WO.v.x(), -0.02);
   EXPECT_EQ(house.told(ServoEventKind::kTouch), 1);
   EXPECT_GT(house.out().guard.energy, -1e-3);
 }
 
 TEST(FreeBodies, OneThatFallsLiesStillOnTheFloor) {
   House house;
-  addBall(house, kBall, {0.1, 0, 0.05}, 0.2);
+  addBall(house, kRolled, {0.1, 0, 0.05}, 0.2);
   gravity(house, 9.81);
   house.run(50);
   const double t = 0.049;  // the contacts' first answer is in the first tick or two
-  EXPECT_NEAR(seen(house, kBall).X_WO.p.z(), 0.05 - 0.5 * 9.81 * t * t, 1.5e-3) << "free fall";
+  EXPECT_NEAR(seen(house, kRolled).X_WO.p.z(), 0.05 - 0.5 * 9.81 * t * t, 1.5e-3) << "free fall";
   house.run(1500);
-  const Vec3 lies = seen(house, kBall).X_WO.p;
-  EXPECT_NEAR(lies.z(), kRadius, 2e-5);
+  const Vec3 lies = seen(house, kRolled).X_WO.p;
+  EXPECT_NEAR(lies.z(), kBallRadius, 2e-5);
   EXPECT_TRUE(house.servo->cycle().bodies().body(0).asleep());
   house.run(3000);
-  EXPECT_EQ(seen(house, kBall).X_WO.p, lies) << "at rest it stays, to the bit";
-  EXPECT_TRUE(seen(house, kBall).V_WO.v.isZero(0));
+  EXPECT_EQ(seen(house, kRolled).X_WO.p, lies) << "at rest it stays, to the bit";
+  EXPECT_TRUE(seen(house, kRolled).V_WO.v.isZero(0));
   // What it lies on goes: it falls on.
   house.send(CommandKind::kObjectFlags, hd_object_flags{kFloor, HD_OBJECT_ENABLED, 0, 0});
   house.run(100);
-  EXPECT_LT(seen(house, kBall).X_WO.p.z(), 0);
+  EXPECT_LT(seen(house, kRolled).X_WO.p.z(), 0);
 }
 
 /** As a tool does: what has no stiffness is not there for either. */
@@ -83,46 +83,46 @@ TEST(FreeBodies, ObjectsWithoutStiffnessAreNotTouched) {
     house.send(CommandKind::kObjectMaterial, hd_object_material{id, 0, m});
   };
   House house;
-  addBall(house, kBall, {0.1, 0, kRadius + 1e-3}, 0.2);
+  addBall(house, kRolled, {0.1, 0, kBallRadius + 1e-3}, 0.2);
   gravity(house, 9.81);
   house.run(1000);
   ASSERT_TRUE(house.servo->cycle().bodies().body(0).asleep());
   material(house, kFloor, none);
   house.run(50, false);
-  EXPECT_LT(seen(house, kBall).X_WO.p.z(), kRadius - 5e-3) << "at once, whatever the last answer said";
+  EXPECT_LT(seen(house, kRolled).X_WO.p.z(), kBallRadius - 5e-3) << "at once, whatever the last answer said";
   house.run(100);
-  EXPECT_LT(seen(house, kBall).X_WO.p.z(), -0.02) << "what it lay on is gone, and it has passed";
+  EXPECT_LT(seen(house, kRolled).X_WO.p.z(), -0.02) << "what it lay on is gone, and it has passed";
 
   // Of two bodies neither touches the other if one has none.
   for (const bool other : {false, true}) {
     House pair;
-    addBall(pair, kBall, {0.1, 0, 0.1}, 0.2);
+    addBall(pair, kRolled, {0.1, 0, 0.1}, 0.2);
     addBall(pair, kOther, {0.16, 0, 0.1}, 0.2);
-    material(pair, other ? kOther : kBall, none);
-    pair.send(CommandKind::kObjectPose, hd_object_pose{kBall, 0, {0.1, 0, 0.1}, {1}, {0.5}, {}});
+    material(pair, other ? kOther : kRolled, none);
+    pair.send(CommandKind::kObjectPose, hd_object_pose{kRolled, 0, {0.1, 0, 0.1}, {1}, {0.5}, {}});
     pair.run(200);
-    EXPECT_NEAR(seen(pair, kBall).X_WO.p.x(), 0.2, 3e-3) << other;
+    EXPECT_NEAR(seen(pair, kRolled).X_WO.p.x(), 0.2, 3e-3) << other;
     EXPECT_EQ(seen(pair, kOther).X_WO.p.x(), 0.16) << other;
-    material(pair, other ? kOther : kBall, some);
-    pair.send(CommandKind::kObjectPose, hd_object_pose{kBall, 0, {0.1, 0, 0.1}, {1}, {0.5}, {}});
+    material(pair, other ? kOther : kRolled, some);
+    pair.send(CommandKind::kObjectPose, hd_object_pose{kRolled, 0, {0.1, 0, 0.1}, {1}, {0.5}, {}});
     pair.run(200);
-    EXPECT_LT(seen(pair, kBall).X_WO.p.x(), 0.165) << other;
+    EXPECT_LT(seen(pair, kRolled).X_WO.p.x(), 0.165) << other;
     EXPECT_GT(seen(pair, kOther).X_WO.p.x(), 0.19) << other;
   }
 }
 
 TEST(FreeBodies, OneThatCreepsFallsAsleepAndStays) {
   House house;
-  addBall(house, kBall, {0.1, 0, 0.1}, 0.2);
-  hd_object_pose pose{kBall, 0, {0.1, 0, 0.1}, {1}, {0.5 * FreeBody::kRestSpeed}, {}};
+  addBall(house, kRolled, {0.1, 0, 0.1}, 0.2);
+  hd_object_pose pose{kRolled, 0, {0.1, 0, 0.1}, {1}, {0.5 * FreeBody::kRestSpeed}, {}};
   house.send(CommandKind::kObjectPose, pose);
   house.run(200);
-  EXPECT_GT(seen(house, kBall).X_WO.p.x(), 0.10008) << "it has crept on for a while";
+  EXPECT_GT(seen(house, kRolled).X_WO.p.x(), 0.10008) << "it has crept on for a while";
   house.run(200);
   ASSERT_TRUE(house.servo->cycle().bodies().body(0).asleep());
-  const Vec3 lies = seen(house, kBall).X_WO.p;
+  const Vec3 lies = seen(house, kRolled).X_WO.p;
   house.run(500);
-  EXPECT_EQ(seen(house, kBall).X_WO.p, lies);
+  EXPECT_EQ(seen(house, kRolled).X_WO.p, lies);
 }
 
 TEST(FreeBodies, OneFallsOnAnotherThatSleepsAndBothComeToRest) {
@@ -131,13 +131,13 @@ TEST(FreeBodies, OneFallsOnAnotherThatSleepsAndBothComeToRest) {
   addBall(house, kOther, {0.1, 0, 0.021}, 0.2, 1);
   house.run(1000);
   ASSERT_TRUE(house.servo->cycle().bodies().body(0).asleep());
-  addBall(house, kBall, {0.105, 0, 0.1}, 0.2, 1);
+  addBall(house, kRolled, {0.105, 0, 0.1}, 0.2, 1);
   house.run(300);
   EXPECT_LT(seen(house, kOther).X_WO.p.x(), 0.0999) << "woken, and pushed aside";
   house.run(6000);
-  const double apart = (seen(house, kBall).X_WO.p - seen(house, kOther).X_WO.p).norm();
-  EXPECT_GT(apart, 2 * kRadius - 5e-5);
-  for (const std::uint32_t id : {kBall, kOther}) EXPECT_GT(seen(house, id).X_WO.p.z(), kRadius - 5e-5);
+  const double apart = (seen(house, kRolled).X_WO.p - seen(house, kOther).X_WO.p).norm();
+  EXPECT_GT(apart, 2 * kBallRadius - 5e-5);
+  for (const std::uint32_t id : {kRolled, kOther}) EXPECT_GT(seen(house, id).X_WO.p.z(), kBallRadius - 5e-5);
 }
 
 /** Each of a pile has contacts with those above and below: none may keep the others awake that is at rest itself. */
@@ -178,14 +178,14 @@ TEST(FreeBodies, APileFallsAsleepAndStays) {
 TEST(FreeBodies, EnergyNeverGrowsWhileTheyTumbleAlone) {
   House house;
   gravity(house, 9.81);
-  house.send(CommandKind::kAddObject, object(kBall, ShapeKind::kBox, {0.02, 0.01, 0.03}, {0.1, 0, 0.1}));
-  SetBody box = body(kBall, 0.2);
+  house.send(CommandKind::kAddObject, object(kRolled, ShapeKind::kBox, {0.02, 0.01, 0.03}, {0.1, 0, 0.1}));
+  SetBody box = body(kRolled, 0.2);
   for (double& i : box.inertia) i *= 3;
   box.inertia[2] *= 0.5;
   house.send(CommandKind::kSetBody, box);
   house.run(5);
   hd_object_pose pose{};
-  pose.object = kBall;
+  pose.object = kRolled;
   pose.p[0] = 0.1;
   pose.p[2] = 0.1;
   pose.q[0] = 1;
@@ -214,24 +214,24 @@ TEST(FreeBodies, OnePressedOnTheFloorStaysAndThePressIsFelt) {
   for (const double mass : {0.02, 20.0}) {
     House house;
     gravity(house, 9.81);
-    house.send(CommandKind::kAddObject, object(kBall, ShapeKind::kBox, {0.03, 0.03, 0.01}, {0, 0, 0.01}));
-    SetBody brick = body(kBall, mass);
+    house.send(CommandKind::kAddObject, object(kRolled, ShapeKind::kBox, {0.03, 0.03, 0.01}, {0, 0, 0.01}));
+    SetBody brick = body(kRolled, mass);
     brick.inertia[2] *= 2;
     house.send(CommandKind::kSetBody, brick);
     house.run(5);
     house.hold();
     house.aim({0.005, 0, 0.01}, Vec3(0.1, 0.05, 0));
     house.run(2000);
-    EXPECT_NEAR(seen(house, kBall).X_WO.p.z(), 0.01, 3e-5) << mass;
+    EXPECT_NEAR(seen(house, kRolled).X_WO.p.z(), 0.01, 3e-5) << mass;
     const double force = house.out().command.force.z();
     EXPECT_GT(force, 1);
-    const Vec3 lies = seen(house, kBall).X_WO.p, hand = house.device.body().position();
+    const Vec3 lies = seen(house, kRolled).X_WO.p, hand = house.device.body().position();
     double most = 0;
     for (int i = 0; i < 2000; ++i) {
       house.run(1);
       most = std::max(most, std::abs(house.out().command.force.z() - force));
     }
-    EXPECT_LT((seen(house, kBall).X_WO.p - lies).norm(), 1e-5) << mass;
+    EXPECT_LT((seen(house, kRolled).X_WO.p - lies).norm(), 1e-5) << mass;
     EXPECT_LT((house.device.body().position() - hand).norm(), 1e-5) << mass;
     EXPECT_LT(most, 0.02 * force) << mass;
   }
@@ -242,7 +242,7 @@ TEST(FreeBodies, NoTickOfToolAndBodiesCreatesEnergy) {
   House house;
   gravity(house, 9.81);
   house.hold();
-  addBall(house, kBall, {-0.04, 0, 0.03}, 0.15, 0.2);
+  addBall(house, kRolled, {-0.04, 0, 0.03}, 0.15, 0.2);
   addBall(house, kOther, {0.05, 0.01, 0.03}, 0.4, 0.2);
   const Cycle& cycle = house.servo->cycle();
   const CouplingGains& g = cycle.tool(0).tool().setup().gains;
@@ -284,17 +284,17 @@ TEST(FreeBodies, AHandOfThreeAxesPushesOneWithTheForceItFeels) {
   house.run(1000);
   house.send(CommandKind::kArm, DeviceRef{0});
   house.run(50);
-  addBall(house, kBall, {-0.04, 0.005, 0.06}, 0.5);
+  addBall(house, kRolled, {-0.04, 0.005, 0.06}, 0.5);
   Vec3 impulse = Vec3::Zero();
   for (int i = 0; i < 600; ++i) {
     house.aim({-0.1e-3 * i, 0, 0.06});
     house.run(1);
     const SurfaceContact& c = house.out().contact;
-    if (c.object == kBall) impulse -= 1e-3 * c.force;
+    if (c.object == kRolled) impulse -= 1e-3 * c.force;
     ASSERT_LT((0.5 * house.servo->cycle().bodies().body(0).body.twist().v - impulse).norm(), 1e-12) << i;
   }
   EXPECT_LT(impulse.x(), -0.01) << "it has been pushed";
-  EXPECT_LT(seen(house, kBall).X_WO.p.x(), -0.05);
+  EXPECT_LT(seen(house, kRolled).X_WO.p.x(), -0.05);
 }
 
 TEST(FreeBodies, AHandTakesOneAsItsToolAndLetsItGo) {
@@ -318,34 +318,34 @@ TEST(FreeBodies, TheSameInputsMoveThemAlikeWithoutACollideThread) {
   House house;
   house.hold();
   gravity(house, 3);
-  addBall(house, kBall, {-0.05, 0, 0.03}, 0.2);
+  addBall(house, kRolled, {-0.05, 0, 0.03}, 0.2);
   for (int i = 0; i < 500; ++i) {
     house.aim({-0.1e-3 * i, 0, 0.025});
     house.run(1);
   }
   const auto cycle = test::expectTheSameForces(house);
-  EXPECT_EQ(cycle->scene().find(kBall)->X_WO.p, seen(house, kBall).X_WO.p);
+  EXPECT_EQ(cycle->scene().find(kRolled)->X_WO.p, seen(house, kRolled).X_WO.p);
 }
 
 TEST(FreeBodies, WithoutAnswersTheyStandAndGoOnWithThem) {
   House house;
-  addBall(house, kBall, {0.1, 0, 0.5}, 0.2);
+  addBall(house, kRolled, {0.1, 0, 0.5}, 0.2);
   gravity(house, 1);
   house.run(100);
   house.run(300, false);
-  const double z = seen(house, kBall).X_WO.p.z();
+  const double z = seen(house, kRolled).X_WO.p.z();
   house.run(200, false);
-  EXPECT_EQ(seen(house, kBall).X_WO.p.z(), z) << "what it would touch is not known";
+  EXPECT_EQ(seen(house, kRolled).X_WO.p.z(), z) << "what it would touch is not known";
   house.run(100);
-  EXPECT_LT(seen(house, kBall).X_WO.p.z(), z);
+  EXPECT_LT(seen(house, kRolled).X_WO.p.z(), z);
 }
 
 TEST(FreeBodies, OneInThePlaceOfOneThatStoodStandsToo) {
   House house;
-  addBall(house, kBall, {0.1, 0, 0.5}, 0.2);
+  addBall(house, kRolled, {0.1, 0, 0.5}, 0.2);
   house.run(300, false);
-  house.send(CommandKind::kSetBody, body(kBall, 0));
-  AddObject next = object(kOther, ShapeKind::kSphere, {kRadius, 0, 0}, {0.2, 0, 0.5});
+  house.send(CommandKind::kSetBody, body(kRolled, 0));
+  AddObject next = object(kOther, ShapeKind::kSphere, {kBallRadius, 0, 0}, {0.2, 0, 0.5});
   house.send(CommandKind::kAddObject, next);
   hd_object_pose moving{};
   moving.object = kOther;
@@ -375,7 +375,7 @@ TEST(FreeBodies, WhatCannotMoveIsRefused) {
   EXPECT_EQ(code(body(kTool, 0.1)), ErrorCode::kOk);
   EXPECT_EQ(code(body(kTool, 0)), ErrorCode::kOk) << "no mass: it stays";
   EXPECT_EQ(code(body(kFloor, 0.1)), ErrorCode::kInvalidArgument) << "a plane has no end";
-  EXPECT_EQ(code(body(kBall, 0.1)), ErrorCode::kNotFound);
+  EXPECT_EQ(code(body(kRolled, 0.1)), ErrorCode::kNotFound);
   EXPECT_EQ(code(body(kTool, -1)), ErrorCode::kInvalidArgument);
   EXPECT_EQ(code(body(kTool, std::nan(""))), ErrorCode::kInvalidArgument);
   EXPECT_EQ(code(body(kTool, 0.1, -1)), ErrorCode::kInvalidArgument);
@@ -388,11 +388,11 @@ TEST(FreeBodies, WhatCannotMoveIsRefused) {
 
   for (std::uint32_t i = 0; i < kMaxBodies; ++i) addBall(house, makeObjectId(20 + i, 1), {0.2 * i, 0, 1}, 0.1);
   const int refused = house.told(ServoEventKind::kCommandRefused);
-  addBall(house, kBall, {5, 0, 1}, 0.1);
+  addBall(house, kRolled, {5, 0, 1}, 0.1);
   EXPECT_EQ(house.told(ServoEventKind::kCommandRefused), refused + 1) << "kMaxBodies is the most";
   house.send(CommandKind::kRemoveObject, ObjectRef{makeObjectId(20, 1)});
   house.run(5);
-  house.send(CommandKind::kSetBody, body(kBall, 0.1));
+  house.send(CommandKind::kSetBody, body(kRolled, 0.1));
   house.run(5);
   EXPECT_EQ(house.told(ServoEventKind::kCommandRefused), refused + 1) << "one that has gone makes room";
 }

@@ -12,7 +12,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kDt = 1e-3;
+constexpr double kStepDt = 1e-3;
 
 FreeBody ball(double mass, const Vec3& at, const Vec3& v, double damping = 0) {
   FreeBody body(MassProperties::ofBall(mass, 0.02), damping, true);
@@ -37,7 +37,7 @@ TEST(JointStep, TwoBallsThatMeetKeepTheirMomentum) {
   // Head on and without bounce they go on together, at the speed of their centre of mass.
   auto joint = std::make_unique<JointStep>();
   FreeBody a = ball(0.3, {0.04, 0, 0}, {-0.5, 0, 0}), b = ball(0.1, {0, 0, 0}, {0.1, 0, 0});
-  joint->begin(kDt, Vec3::Zero());
+  joint->begin(kStepDt, Vec3::Zero());
   const auto ia = joint->add(a), ib = joint->add(b);
   ASSERT_TRUE(joint->add(between(a.body, b.body), ia, ib));
   joint->solve();
@@ -73,7 +73,7 @@ TEST_P(JointStepHeaps, KeepMomentumAndNeverGainEnergy) {
     double energy, after;
     Vec3 p, l, p_after, l_after;
     sums(energy, p, l);
-    joint->begin(kDt, Vec3::Zero());
+    joint->begin(kStepDt, Vec3::Zero());
     for (FreeBody& body : bodies) (void)joint->add(body);
     for (int i = 0; i < 3 * static_cast<int>(bodies.size()); ++i) {
       const auto a = static_cast<std::uint8_t>(round + i) % bodies.size();
@@ -113,7 +113,7 @@ TEST(JointStep, BodiesAtRestInAnOverlapStayUnlessEnergyWasLostBefore) {
     FreeBody a = ball(0.3, {0.038, 0, 0}, Vec3::Zero()), b = ball(0.1, {0, 0, 0}, Vec3::Zero());
     a.reserve = reserve;
     for (int tick = 0; tick < 100; ++tick) {
-      joint->begin(kDt, Vec3::Zero());
+      joint->begin(kStepDt, Vec3::Zero());
       const auto ia = joint->add(a), ib = joint->add(b);
       ASSERT_TRUE(joint->add(between(a.body, b.body), ia, ib));
       joint->solve();
@@ -134,7 +134,7 @@ TEST(JointStep, ABallOnABallOnATableStaysForAMinute) {
   const Vec3 g(0, 0, -9.81);
   FreeBody lower = ball(0.2, {0, 0, 0.02}, Vec3::Zero()), upper = ball(0.5, {0, 0, 0.06}, Vec3::Zero());
   for (int tick = 0; tick < 60'000; ++tick) {
-    joint->begin(kDt, g);
+    joint->begin(kStepDt, g);
     const auto u = joint->add(upper), l = joint->add(lower);
     Touch floor;
     floor.r_a = Vec3(0, 0, -0.02);
@@ -155,7 +155,7 @@ TEST(JointStep, AToolPushesABodyAsHeavyAsItFeels) {
   setup.mass = MassProperties::ofBall(0.05, 0.02);
   DeviceInfo info;
   info.max_stiffness = 2000;
-  setup.gains = chooseGains(info, {0.05, setup.mass.inertia_O.trace() / 3, kDt});
+  setup.gains = chooseGains(info, {0.05, setup.mass.inertia_O.trace() / 3, kStepDt});
   Tool tool(setup);
   Pose hand{{0, 0, 0}, Quat::Identity()};
   tool.reset(hand);
@@ -166,15 +166,15 @@ TEST(JointStep, AToolPushesABodyAsHeavyAsItFeels) {
   for (int tick = 0; tick < 1500; ++tick) {
     const double before = tool.energy() + tool.reserve() + body.body.kineticEnergy() + body.reserve;
     const Vec3 f = out.on_device.force;
-    const Vec3 step = kDt * Vec3(-0.1, 0, 0);
+    const Vec3 step = kStepDt * Vec3(-0.1, 0, 0);
     hand.p += step;
-    joint->begin(kDt, Vec3::Zero());
+    joint->begin(kStepDt, Vec3::Zero());
     const auto t = joint->add(tool, hand, out), b = joint->add(body);
     ASSERT_TRUE(joint->add(between(tool.body(), body.body), t, b));
     joint->solve();
     hand_gave += -f.dot(step);
     strongest = std::max(strongest, out.on_device.force.x());
-    impulse += kDt * out.contact.force.x();
+    impulse += kStepDt * out.contact.force.x();
     const double after = tool.energy() + tool.reserve() + body.body.kineticEnergy() + body.reserve;
     const double leak = 0.5 * setup.gains.outer * step.squaredNorm();
     ASSERT_LE(after - before, -f.dot(step) + leak + 1e-12) << tick;
@@ -202,7 +202,7 @@ TEST(JointStep, AToolThatTheBooksStopGotNoWork) {
     tool.reset(device);
     for (int tick = 0; tick < 40; ++tick) {
       device.p += random.vector(0.003);
-      joint->begin(kDt, Vec3::Zero());
+      joint->begin(kStepDt, Vec3::Zero());
       ToolStep out;
       const std::uint8_t a = joint->add(tool, device, out);
       for (std::uint64_t key = 1; key < 8; ++key) {
@@ -229,7 +229,7 @@ TEST(JointStep, WorkIsBoundedWhateverTheInput) {
   auto joint = std::make_unique<JointStep>();
   std::vector<FreeBody> bodies;
   for (int i = 0; i < 8; ++i) bodies.push_back(ball(0.1, random.vector(0.05), random.vector(5)));
-  joint->begin(kDt, Vec3::Zero());
+  joint->begin(kStepDt, Vec3::Zero());
   for (FreeBody& body : bodies) (void)joint->add(body);
   for (int i = 0; i < 200; ++i) {
     Touch touch;

@@ -16,18 +16,18 @@ using test::kWall;
 using test::object;
 using House = test::ToolHouse;
 
-constexpr double kGravity = 9.81, kRadius = 0.02;
+constexpr double kGravity = 9.81, kRoundRadius = 0.02;
 const std::uint32_t kRoller = makeObjectId(10, 1);
 
 /** Lies on the floor, its axis along y. */
-const Pose kLies{{0, 1, kRadius}, fromRotationVector({-EIGEN_PI / 2, 0, 0})};
+const Pose kLies{{0, 1, kRoundRadius}, fromRotationVector({-EIGEN_PI / 2, 0, 0})};
 
 void addRoller(House& house, ShapeKind kind, const Vec3& gravity) {
-  AddObject round = object(kRoller, kind, {kRadius, kind == ShapeKind::kSphere ? 0 : 0.03, 0}, kLies.p);
+  AddObject round = object(kRoller, kind, {kRoundRadius, kind == ShapeKind::kSphere ? 0 : 0.03, 0}, kLies.p);
   store(kLies.q, round.q);
   house.send(CommandKind::kAddObject, round);
   SetBody body{kRoller, 1, 0.2, {}, {}, 0};
-  for (int i = 0; i < 3; ++i) body.inertia[i] = 0.4 * body.mass * kRadius * kRadius;
+  for (int i = 0; i < 3; ++i) body.inertia[i] = 0.4 * body.mass * kRoundRadius * kRoundRadius;
   house.send(CommandKind::kSetBody, body);
   house.send(CommandKind::kSetGravity, SetGravity{{gravity.x(), gravity.y(), gravity.z()}});
   house.run(50);
@@ -48,11 +48,11 @@ TEST(Round, RollsOnAtItsSpeedAndDoesNotSinkIn) {
     for (const double v : {0.02, 0.2, 1.0}) {
       House house;
       addRoller(house, kind, {0, 0, -kGravity});
-      start(house, v, v / kRadius);
+      start(house, v, v / kRoundRadius);
       house.run(1500);
       EXPECT_NEAR(roller(house).twist().v.x(), v, 1e-3 * v);
-      EXPECT_NEAR(roller(house).twist().w.y() * kRadius, v, 1e-3 * v);
-      EXPECT_NEAR(roller(house).com().z(), kRadius, 1e-7);
+      EXPECT_NEAR(roller(house).twist().w.y() * kRoundRadius, v, 1e-3 * v);
+      EXPECT_NEAR(roller(house).com().z(), kRoundRadius, 1e-7);
     }
   }
 }
@@ -62,11 +62,11 @@ TEST(Round, ACylinderRollsTooAndStandsOnItsEnd) {
   for (const double v : {0.02, 0.2, 0.5}) {
     House house;
     addRoller(house, ShapeKind::kCylinder, {0, 0, -kGravity});
-    start(house, v, v / kRadius);
+    start(house, v, v / kRoundRadius);
     house.run(1500);
     EXPECT_NEAR(roller(house).twist().v.x(), v, 0.01 * v);
-    EXPECT_NEAR(roller(house).twist().w.y() * kRadius, v, 0.01 * v);
-    EXPECT_NEAR(roller(house).com().z(), kRadius, 1.1e-5);
+    EXPECT_NEAR(roller(house).twist().w.y() * kRoundRadius, v, 0.01 * v);
+    EXPECT_NEAR(roller(house).com().z(), kRoundRadius, 1.1e-5);
   }
   House house;
   addRoller(house, ShapeKind::kCylinder, {0, 0, -kGravity});
@@ -94,7 +94,7 @@ TEST(Round, OneThatSpinsInPlaceEndsRollingAsTheClosedForm) {
     addRoller(house, ShapeKind::kSphere, {0, 0, -kGravity});
     start(house, 0, w);
     house.run(1500);
-    const double want = 2.0 / 7 * w * kRadius;
+    const double want = 2.0 / 7 * w * kRoundRadius;
     EXPECT_NEAR(roller(house).twist().v.x(), want, 2e-3 * want) << w;
   }
 }

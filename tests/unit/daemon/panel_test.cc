@@ -8,11 +8,11 @@
 
 #include "drivers/gpio/safety_contact.h"
 #include "support/seeds.h"
+#include "tests/support/time.h"
 
 namespace hapticd::test {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kStart = 1'000'000'000;
 
 /** Opens a closed contact at `opens`, closes it after `for_ns`; says for how long it was then seen open from its edge

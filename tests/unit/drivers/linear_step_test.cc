@@ -11,13 +11,13 @@
 namespace hapticd {
 namespace {
 
-constexpr double kStep_s = 62.5e-6;
+constexpr double kStepTime_s = 62.5e-6;
 
 struct State {
   Vec3 x = Vec3::Zero(), v = Vec3::Zero();
 };
 
-State after(State s, double m, double c, double k, const Vec3& u, double coulomb, int steps, double h = kStep_s) {
+State after(State s, double m, double c, double k, const Vec3& u, double coulomb, int steps, double h = kStepTime_s) {
   const LinearStep step = LinearStep::make(m, c, k, h);
   for (int i = 0; i < steps; ++i) step.advance(s.x, s.v, u, k, coulomb);
   return s;
@@ -27,7 +27,7 @@ TEST(LinearStep, DampedOscillationIsTheClosedForm) {
   const double m = 0.3, c = 1.2, k = 500, x0 = 0.02, v0 = -0.4;
   const double decay = c / (2 * m), rate = std::sqrt(k / m - decay * decay);
   for (const int steps : {1, 100, 16000}) {
-    const double t = steps * kStep_s;
+    const double t = steps * kStepTime_s;
     const State s = after({Vec3(x0, 0, 0), Vec3(v0, 0, 0)}, m, c, k, Vec3::Zero(), 0, steps);
     const double a = x0, b = (v0 + decay * x0) / rate;
     const double x = std::exp(-decay * t) * (a * std::cos(rate * t) + b * std::sin(rate * t));
@@ -48,19 +48,19 @@ TEST(LinearStep, OverdampedAndCriticalAreTheClosedForms) {
   const double m = 0.2, k = 100, x0 = 0.05;
   {
     const double c = 40, d = std::sqrt(c * c - 4 * m * k);
-    const double r1 = (-c + d) / (2 * m), r2 = (-c - d) / (2 * m), t = 3200 * kStep_s;
+    const double r1 = (-c + d) / (2 * m), r2 = (-c - d) / (2 * m), t = 3200 * kStepTime_s;
     const State s = after({Vec3(0, x0, 0), Vec3::Zero()}, m, c, k, Vec3::Zero(), 0, 3200);
     EXPECT_NEAR(s.x.y(), x0 * (r2 * std::exp(r1 * t) - r1 * std::exp(r2 * t)) / (r2 - r1), 1e-13);
   }
   {
-    const double r = std::sqrt(k / m), c = 2 * m * r, t = 3200 * kStep_s;
+    const double r = std::sqrt(k / m), c = 2 * m * r, t = 3200 * kStepTime_s;
     const State s = after({Vec3(0, x0, 0), Vec3::Zero()}, m, c, k, Vec3::Zero(), 0, 3200);
     EXPECT_NEAR(s.x.y(), x0 * (1 + r * t) * std::exp(-r * t), 1e-12);
   }
 }
 
 TEST(LinearStep, ViscousDecayIsTheClosedForm) {
-  const double m = 0.15, c = 2.5, v0 = 0.7, t = 8000 * kStep_s;
+  const double m = 0.15, c = 2.5, v0 = 0.7, t = 8000 * kStepTime_s;
   const State s = after({Vec3::Zero(), Vec3(0, 0, v0)}, m, c, 0, Vec3::Zero(), 0, 8000);
   EXPECT_NEAR(s.v.z(), v0 * std::exp(-c / m * t), 1e-13);
   EXPECT_NEAR(s.x.z(), v0 * m / c * (1 - std::exp(-c / m * t)), 1e-13);
@@ -77,7 +77,7 @@ TEST(LinearStep, VeryStiffAndLongStepsStayExactAndStable) {
 TEST(DryFriction, StopDistanceAndTimeAreTheClosedForms) {
   const double m = 0.2, f = 0.5, v0 = 0.4;
   const double distance = m * v0 * v0 / (2 * f), time = m * v0 / f;
-  const LinearStep step = LinearStep::make(m, 0, 0, kStep_s);
+  const LinearStep step = LinearStep::make(m, 0, 0, kStepTime_s);
   State s{Vec3::Zero(), Vec3(v0, 0, 0)};
   int steps = 0;
   while (s.v.x() != 0 && steps < 100000) {
@@ -85,8 +85,8 @@ TEST(DryFriction, StopDistanceAndTimeAreTheClosedForms) {
     EXPECT_GE(s.v.x(), 0) << "friction never reverses the motion";
     ++steps;
   }
-  EXPECT_NEAR(steps * kStep_s, time, kStep_s);
-  EXPECT_NEAR(s.x.x(), distance, 0.5 * f / m * kStep_s * kStep_s);
+  EXPECT_NEAR(steps * kStepTime_s, time, kStepTime_s);
+  EXPECT_NEAR(s.x.x(), distance, 0.5 * f / m * kStepTime_s * kStepTime_s);
   const Vec3 rest = s.x;
   for (int i = 0; i < 1000; ++i) step.advance(s.x, s.v, Vec3::Zero(), 0, f);
   EXPECT_EQ(s.x, rest) << "no chatter, no creep";
@@ -118,7 +118,7 @@ TEST(DryFriction, WhatSticksDoesNotCreep) {
 TEST(DryFriction, SpringLosesFourFrictionsOverStiffnessPerCycle) {
   // Each half cycle is a half cosine about +-f/k: the amplitude falls by 2 f / k, exactly.
   const double m = 0.1, k = 1000, f = 0.5, x0 = 0.0103;
-  const LinearStep step = LinearStep::make(m, 0, k, kStep_s);
+  const LinearStep step = LinearStep::make(m, 0, k, kStepTime_s);
   State s{Vec3(x0, 0, 0), Vec3::Zero()};
   double expected = x0, previous = 0;
   int turns = 0;
@@ -139,7 +139,7 @@ TEST(DryFriction, SpringLosesFourFrictionsOverStiffnessPerCycle) {
 
 TEST(DryFriction, NeverAddsEnergy) {
   const double m = 0.1, k = 800;
-  const LinearStep step = LinearStep::make(m, 0.2, k, kStep_s);
+  const LinearStep step = LinearStep::make(m, 0.2, k, kStepTime_s);
   State s{Vec3(0.01, -0.004, 0.002), Vec3(-0.1, 0.5, 0.3)};
   double energy = 1e9;
   for (int i = 0; i < 20000; ++i) {

@@ -10,13 +10,13 @@
 
 #include "support/seeds.h"
 #include "support/stepped_device.h"
+#include "tests/support/time.h"
 
 namespace hapticd {
 namespace {
 
 using test::SteppedDevice;
 
-constexpr std::int64_t kMs = 1'000'000;
 const Vec3 kZero = Vec3::Zero();
 // A device nobody holds, without friction: what remains is what is tested.
 constexpr const char* kBare = "hand_stiffness=0&hand_damping=0&hand_mass=0&viscous=0&coulomb=0";

@@ -10,7 +10,7 @@
 namespace hapticctl_import::test {
 namespace {
 
-enum Outcome { kAsItWas = 0, kRefused = 5, kOtherwise = 6, kDied = 7 };
+enum Read { kAsItWas = 0, kReadRefused = 5, kOtherwise = 6, kReadDied = 7 };
 
 /** Written by another process, whose memory would make each fork slow. */
 std::string ours(const Folder& folder) {
@@ -51,16 +51,16 @@ TEST(VdbMetadata, noBitOfItIsTakenForAnother) {
     bytes[at] = static_cast<char>(was ^ (1 << (at % 7)));
     (void)folder.put("flipped.vdb", bytes);
     bytes[at] = was;
-    int outcome = kDied;
+    int outcome = kReadDied;
     try {
       outcome = inChild(
           [&]() -> int {
             try {
               return same(readInput(options), truth) ? kAsItWas : kOtherwise;
             } catch (const ImportError&) {
-              return kRefused;
+              return kReadRefused;
             } catch (const std::exception&) {
-              return kRefused;
+              return kReadRefused;
             }
           },
           std::uint64_t{1} << 28);  // Lengths are damaged too, and are allocated.
@@ -70,7 +70,7 @@ TEST(VdbMetadata, noBitOfItIsTakenForAnother) {
     ++count[outcome];
   }
   RecordProperty("as_it_was", count[kAsItWas]);
-  EXPECT_GT(count[kRefused], 200);
+  EXPECT_GT(count[kReadRefused], 200);
 }
 
 }  // namespace

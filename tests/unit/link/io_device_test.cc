@@ -8,11 +8,10 @@
 #include <vector>
 
 #include "tests/support/push.h"
+#include "tests/support/time.h"
 
 namespace hapticd {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 /** Answers once a millisecond of its clock; keeps what it was sent. */
 struct Script {

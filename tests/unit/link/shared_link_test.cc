@@ -7,10 +7,10 @@
 #include <limits>
 #include <thread>
 
+#include "tests/support/time.h"
+
 namespace hapticd {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 struct Ends {
   Ends() { memory.generation = 1; }

@@ -7,14 +7,13 @@
 
 #include "support/messages.h"
 #include "support/regions.h"
+#include "tests/support/time.h"
 
 namespace hapticd {
 namespace {
 
 using test::bytesOf;
 using Kind = IngestReport::Kind;
-
-constexpr std::int64_t kMs = 1'000'000;
 
 /** A client with both ends of its session, attached to an ingest. */
 struct Client {

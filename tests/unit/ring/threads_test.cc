@@ -90,7 +90,7 @@ TEST(TwoThreads, MailboxIsNeverTornAndOnlyRises) {
   client.join();
 }
 
-hd_sample sampleOf(std::uint64_t n) {
+hd_sample wholeSample(std::uint64_t n) {
   hd_sample s{};
   s.tick = n;
   const auto x = static_cast<double>(n);
@@ -102,7 +102,7 @@ hd_sample sampleOf(std::uint64_t n) {
 }
 
 bool whole(const hd_sample& s) {
-  hd_sample wanted = sampleOf(s.tick);
+  hd_sample wanted = wholeSample(s.tick);
   wanted.guard = s.guard;
   return std::memcmp(&s, &wanted, sizeof wanted) == 0;
 }
@@ -117,7 +117,7 @@ TEST(TwoThreads, StateIsNeverTornAndLossesAreExact) {
     StateWriter writer(r.a.get());
     for (std::uint64_t n = 0; n < 5 * kMessages; ++n) {
       published[n] = n;
-      writer.publish(sampleOf(n));
+      writer.publish(wholeSample(n));
       if (n % 256 == 0) std::this_thread::yield();
     }
     done = true;

@@ -7,11 +7,11 @@
 
 #include "rt/base/rotation.h"
 #include "rt/cycle/cycle.h"
+#include "tests/support/time.h"
 
 namespace hapticd {
 namespace {
 
-constexpr std::int64_t kPeriod = 1'000'000;
 constexpr double kSpeed = 0.05;  ///< Of the body that pushes [m/s].
 
 /** A hand that resists with 30 N s/m while something carries it along x;
@@ -21,7 +21,7 @@ class CarriedHand {
   CarriedHand() {
     CycleConfig config;
     config.guard[0].limits = {20, 1, 1e5, 1e3, 1, 3, 50, 50};
-    config.guard[0].ramp_ns = kPeriod;
+    config.guard[0].ramp_ns = kMs;
     config.guard[0].small_force = 100;
     cycle_ = std::make_unique<Cycle>(config, meshes_);
     put(CommandKind::kAddSession, SessionRef{0, 0, 1});
@@ -37,7 +37,7 @@ class CarriedHand {
   }
   const GuardOutput& tick() {
     ++input_->tick;
-    input_->now_ns += kPeriod;
+    input_->now_ns += kMs;
     input_->device[0].t_ns = input_->now_ns;
     input_->device[0].p = {x_, 0, 0};
     input_->device[0].fresh = true;
@@ -100,7 +100,7 @@ TEST(CycleEnergy, ALocalModelThatTravelsWithItsObjectToo) {
   hd_local_model m{};
   m.kind = HD_MODEL_PLANE;
   m.frame = makeObjectId(1, 1);
-  m.lease_ns = 20'000 * kPeriod;
+  m.lease_ns = 20'000 * kMs;
   m.material = {800, 1, 0, 0};
   m.normal[2] = 1;
   hand.put(CommandKind::kLocalModel, m, 0);
@@ -113,8 +113,8 @@ TEST(CycleEnergy, ASpringThatIsDraggedAlongIsActive) {
     if (i % 16 == 0) {
       hd_local_model m{};
       m.kind = HD_MODEL_SPRING;
-      m.lease_ns = 100 * kPeriod;
-      m.blend_ns = 16 * kPeriod;
+      m.lease_ns = 100 * kMs;
+      m.blend_ns = 16 * kMs;
       m.material = {800, 0, 0, 0};
       m.origin[0] = kSpeed * i * 1e-3;
       hand.put(CommandKind::kLocalModel, m, 0);

@@ -7,13 +7,13 @@
 #include <memory>
 
 #include "rt/cycle/cycle.h"
+#include "tests/support/time.h"
 #include "tests/unit/rt/model_rig.h"
 
 namespace hapticd {
 namespace {
 
-constexpr std::int64_t kPeriod = 1'000'000;
-constexpr double kStep = 3e-5, kDepth = 3e-4, kStatic = 0.6, kDynamic = 0.3;
+constexpr double kStroke = 3e-5, kPressed = 3e-4, kStatic = 0.6, kDynamic = 0.3;
 constexpr int kTicks = 2000;
 
 /** Of the surface: the plane z = 0 of a frame turned so. No axis of the encoders lies in it. */
@@ -24,9 +24,9 @@ std::array<double, kTicks> slopes(const auto& addSurface) {
   MeshTable meshes;
   CycleConfig config;
   config.guard[0].limits = {20, 1, 1e6, 1e3, 1, 10, 50, 50};
-  config.guard[0].ramp_ns = kPeriod;
+  config.guard[0].ramp_ns = kMs;
   const auto cycle = std::make_unique<Cycle>(config, meshes);
-  cycle->setResolution(0, kStep, 1e-4);
+  cycle->setResolution(0, kStroke, 1e-4);
   const auto input = std::make_unique<CycleInput>();
   const auto output = std::make_unique<CycleOutput>();
   const auto put = [&](CommandKind kind, const auto& payload, std::uint32_t session) {
@@ -43,10 +43,10 @@ std::array<double, kTicks> slopes(const auto& addSurface) {
   const Quat turn = tilt();
   for (int i = 0; i < kTicks; ++i) {
     ++input->tick;
-    input->now_ns += kPeriod;
-    const Vec3 hip = turn * Vec3(3e-6 * i, 4e-6 * i, std::max(-kDepth, 2e-4 - 2e-5 * i));
+    input->now_ns += kMs;
+    const Vec3 hip = turn * Vec3(3e-6 * i, 4e-6 * i, std::max(-kPressed, 2e-4 - 2e-5 * i));
     input->device[0].t_ns = input->now_ns;
-    input->device[0].p = kStep * (hip.array() / kStep).round();
+    input->device[0].p = kStroke * (hip.array() / kStroke).round();
     input->device[0].fresh = true;
     cycle->step(*input, *output);
     input->command_count = 0;
@@ -78,7 +78,7 @@ TEST(CycleFriction, ASlowHandReadInStepsSlidesOnAnObject) {
 TEST(CycleFriction, ASlowHandReadInStepsSlidesOnALocalModel) {
   expectOneSlip(slopes([](const auto& put) {
     hd_local_model plane = modelOf(HD_MODEL_PLANE, 1000);
-    plane.lease_ns = 2 * kTicks * kPeriod;
+    plane.lease_ns = 2 * kTicks * kMs;
     plane.material.friction_static = kStatic;
     plane.material.friction_dynamic = kDynamic;
     store(Vec3(tilt() * Vec3::UnitZ()), plane.normal);

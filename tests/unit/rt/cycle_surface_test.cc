@@ -5,11 +5,10 @@
 
 #include "rt/cycle/cycle.h"
 #include "tests/support/test_surface.h"
+#include "tests/support/time.h"
 
 namespace hapticd {
 namespace {
-
-constexpr std::int64_t kPeriod = 1'000'000;
 
 TEST(CycleSurface, TexturesAndTransientsHaveTheirOwnShare) {
   const auto meshes = std::make_unique<MeshTable>();
@@ -17,7 +16,7 @@ TEST(CycleSurface, TexturesAndTransientsHaveTheirOwnShare) {
   meshes->publishTexture(3, &relief.view);
   CycleConfig config;
   config.guard[0].limits = {20, 1, 1e6, 1e3, 1, 10, 50, 50};
-  config.guard[0].ramp_ns = kPeriod;
+  config.guard[0].ramp_ns = kMs;
   const auto cycle = std::make_unique<Cycle>(config, *meshes);
   const auto input = std::make_unique<CycleInput>();
   const auto output = std::make_unique<CycleOutput>();
@@ -44,7 +43,7 @@ TEST(CycleSurface, TexturesAndTransientsHaveTheirOwnShare) {
   double texture = 0, transient = 0, contact = 0;
   for (int i = 0; i < 400; ++i) {
     ++input->tick;
-    input->now_ns += kPeriod;
+    input->now_ns += kMs;
     DeviceSample& sample = input->device[0];
     sample.t_ns = input->now_ns;
     sample.p = {1e-4 * i, 0, std::max(-0.003, 0.01 - 1e-4 * i)};

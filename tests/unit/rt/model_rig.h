@@ -4,10 +4,9 @@
 #pragma once
 
 #include "rt/render/local_model.h"
+#include "tests/support/time.h"
 
 namespace hapticd {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 inline hd_local_model modelOf(hd_model_kind kind, double stiffness = 500, double damping = 0) {
   hd_local_model m{};

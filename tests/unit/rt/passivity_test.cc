@@ -10,7 +10,7 @@ namespace hapticd {
 namespace {
 
 /** Solid below n.x = 0: force k d - b v.n, seen `delay` ticks late. */
-struct Wall {
+struct DelayedWall {
   Vec3 n = Vec3::UnitX();
   double k = 600, b = 0;
   std::size_t delay = 0;
@@ -81,7 +81,7 @@ TEST(Passivity, ControllerDampingIsBounded) {
 }
 
 /** Runs a tap against the wall; true if every force came through as it was wanted. */
-bool untouched(HandSim<Wall> sim, int ticks) {
+bool untouched(HandSim<DelayedWall> sim, int ticks) {
   for (int i = 0; i < ticks; ++i) {
     const GuardOutput& out = sim.tick();
     if ((out.flags & HD_SAMPLE_PASSIVITY) != 0 || out.fault != HD_FAULT_NONE) return false;
@@ -96,7 +96,7 @@ TEST(Passivity, DampedWallIsUntouched) {
     for (const double speed : {0.02, 0.1, 0.3}) {
       for (const double resolution : {0.0, 1e-5, 5e-5}) {
         for (const bool told : {true, false}) {
-          HandSim sim(open(), Wall{.n = n, .k = 600, .b = 1.5, .tell_stored = told});
+          HandSim sim(open(), DelayedWall{.n = n, .k = 600, .b = 1.5, .tell_stored = told});
           sim.resolution = resolution;
           sim.x = 2e-3 * n;
           sim.v = -speed * n;
@@ -109,7 +109,7 @@ TEST(Passivity, DampedWallIsUntouched) {
 }
 
 TEST(Passivity, RestAtAWallIsSilent) {
-  HandSim sim(open(), Wall{.k = 1500, .b = 2});
+  HandSim sim(open(), DelayedWall{.k = 1500, .b = 2});
   sim.resolution = 2e-5;
   sim.friction = 2;
   sim.push = {-2, 0, 0};
@@ -123,7 +123,7 @@ TEST(Passivity, RestAtAWallIsSilent) {
 
 /** A ball of 40 mm that is pressed unevenly and stroked around: energy goes in along one axis, comes out along another.
  */
-struct Ball {
+struct RoundWall {
   double k = 800;
   void operator()(GuardInput& in, const Vec3& x, const Vec3&) {
     const double d = 0.04 - x.norm();
@@ -137,7 +137,7 @@ TEST(Passivity, CurvedPassiveSurfaceIsNotTakenForActive) {
   GuardRig rig(open());
   rig.armFully();
   Passivity books(0);
-  Ball ball;
+  RoundWall ball;
   for (int i = 0; i < 20000; ++i) {
     const double a = i * 2e-3;
     const double r = 0.04 - 3e-3 * (1 + 0.8 * std::sin(2 * a)) * std::min(1.0, i / 200.0);
@@ -163,7 +163,7 @@ Outcome bounce(bool controlled, std::size_t delay, double k) {
   config.passivity = controlled;
   config.max_damping = 10;
   config.energy_limit = 1;
-  HandSim sim(config, Wall{.k = k, .delay = delay});
+  HandSim sim(config, DelayedWall{.k = k, .delay = delay});
   sim.resolution = 1e-5;
   sim.x = {1e-3, 0, 0};
   sim.push = {-0.5, 0, 0};

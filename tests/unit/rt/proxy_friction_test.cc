@@ -16,7 +16,7 @@ using test::kTick;
 using test::TestMesh;
 using test::TestScene;
 
-constexpr double kStiffness = 1000;
+constexpr double kGripStiffness = 1000;
 
 /** The bottom of a hollow sphere in edges of 0.2 mm. */
 TestMesh bowlMesh(double radius) {
@@ -29,7 +29,7 @@ TEST(ProxyFriction, BreaksAwayAtTheStaticConeOnAMeshWhateverTheDepth) {
   for (const double depth : {1e-5, 3e-4, 3e-3}) {
     for (const double heading : {0.0, 1.0, 2.5, 4.0}) {
       TestScene t;
-      t.addMesh(mesh.view(), {}, {kStiffness, 0, 0.6, 0.4});
+      t.addMesh(mesh.view(), {}, {kGripStiffness, 0, 0.6, 0.4});
       const Vec3 along(std::cos(heading), std::sin(heading), 0), from(0.0011, 0.0007, 0);
       t.tick(from + Vec3(0, 0, 0.001));
       double held = 0;
@@ -49,7 +49,7 @@ TEST(ProxyFriction, SteadySlidingOnASphereKeepsTheDynamicCone) {
   // On a curved surface a proxy that stops wherever it happens to be inside the cone sticks and slips in turn.
   for (const double depth : {1e-4, 2e-3}) {
     TestScene t;
-    t.add(ShapeKind::kSphere, Vec3(0.05, 0, 0), {}, {kStiffness, 0, 0.8, 0.4});
+    t.add(ShapeKind::kSphere, Vec3(0.05, 0, 0), {}, {kGripStiffness, 0, 0.8, 0.4});
     t.tick(Vec3(0, 0, 0.06));
     for (int i = 0; i < 1500; ++i) {
       const double a = 0.1 * kTick * i / 0.05;
@@ -71,7 +71,7 @@ TEST(ProxyFriction, SteadySlidingInABowlKeepsTheDynamicCone) {
   MeshView* view = mesh.view();
   for (const double depth : {1e-4, 2e-3}) {
     TestScene t;
-    t.addMesh(view, {}, {kStiffness, 0, 0.8, 0.4});
+    t.addMesh(view, {}, {kGripStiffness, 0, 0.8, 0.4});
     t.tick(Vec3(0, 0, 0.01));
     int slips = 0;
     for (int i = 0; i < 400; ++i) {
@@ -95,7 +95,7 @@ TEST(ProxyFriction, ASlowHandKeepsSlidingInAGroove) {
   MeshView* const view = mesh.view();
   for (const double radius : {0.0, 1e-3}) {
     TestScene t;
-    t.addMesh(view, {}, {kStiffness, 0, 0.6, 0.3});
+    t.addMesh(view, {}, {kGripStiffness, 0, 0.6, 0.3});
     t.proxy.setRadius(radius);
     t.tick(Vec3(-0.003, 0, 0.005));
     int slips = 0;
@@ -126,7 +126,7 @@ TEST(ProxyFriction, AHandReadInStepsKeepsSliding) {
         TestScene t;
         const Quat turn(Eigen::AngleAxisd(0.6, Vec3(1, 2, 0.5).normalized()));
         t.add(curved ? ShapeKind::kSphere : ShapeKind::kPlane, Vec3(curved ? kRadius : 0, 0, 0), {Vec3::Zero(), turn},
-              {kStiffness, 0, 0.6, 0.3});
+              {kGripStiffness, 0, 0.6, 0.3});
         t.proxy.setResolution(kStep);
         const Vec3 up = turn * Vec3::UnitZ(), along = turn * Vec3(std::cos(heading), std::sin(heading), 0);
         const auto hip = [&](double way) {
@@ -155,7 +155,7 @@ TEST(ProxyFriction, NormalAndDepthAreTheSurfacesNotTheForces) {
   const Quat turn(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()));
   const Vec3 p(0.11, -0.07, 0.03), n = turn * Vec3::UnitZ(), along = turn * Vec3::UnitX();
   TestScene t;
-  t.add(ShapeKind::kPlane, Vec3::Zero(), {p, turn}, {kStiffness, 0, 0.6, 0.4});
+  t.add(ShapeKind::kPlane, Vec3::Zero(), {p, turn}, {kGripStiffness, 0, 0.6, 0.4});
   t.tick(p + 0.01 * n);
   for (int i = 0; i < 200; ++i) {
     const SurfaceContact& c = t.tick(p - 0.002 * n + 1e-5 * i * along);
@@ -171,7 +171,7 @@ TEST(ProxyFriction, NormalAndDepthOnCurvesAreTheSurfacesToo) {
     for (const double radius : {0.0, 1e-3}) {
       for (const double depth : {1e-4, 1e-3}) {
         TestScene t;
-        t.add(kind, Vec3(kSize, 0.05, 0), {}, {kStiffness, 0, 0.4, 0.3});
+        t.add(kind, Vec3(kSize, 0.05, 0), {}, {kGripStiffness, 0, 0.4, 0.3});
         t.proxy.setRadius(radius);
         t.tick(Vec3(2 * kSize, 0, 0));
         int slips = 0;
@@ -199,7 +199,7 @@ TEST(ProxyFriction, ASlowHandBreaksAwayOnCurves) {
       for (const double depth : {1e-3, 3e-3}) {
         TestScene t;
         t.add(mesh != nullptr ? ShapeKind::kMesh : ShapeKind::kSphere, Vec3(kRadius, 0, 0), {},
-              {kStiffness, 0, 0.4, 0.2}, HD_OBJECT_ENABLED, 0, mesh);
+              {kGripStiffness, 0, 0.4, 0.2}, HD_OBJECT_ENABLED, 0, mesh);
         t.proxy.setRadius(radius);
         t.tick(Vec3(2 * kRadius, 0, 0));
         double most = 0;
@@ -221,7 +221,7 @@ TEST(ProxyFriction, ASlowHandBreaksAwayOnCurves) {
 
 TEST(ProxyFriction, SlipEndsInsideTheDynamicCone) {
   TestScene t;
-  t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kStiffness, 0, 0.6, 0.4});
+  t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kGripStiffness, 0, 0.6, 0.4});
   t.tick(Vec3(0, 0, 0.001));
   const double depth = 0.001;
   t.tick(Vec3(0, 0, -depth));
@@ -229,7 +229,7 @@ TEST(ProxyFriction, SlipEndsInsideTheDynamicCone) {
   EXPECT_TRUE(t.tick(Vec3(0.01, 0, -depth)).slip) << "at rest on the border";
   const SurfaceContact back = t.tick(Vec3(0.0099, 0, -depth));
   EXPECT_FALSE(back.slip);
-  EXPECT_NEAR(back.force.x(), -kStiffness * 0.3 * depth, 1e-9);
+  EXPECT_NEAR(back.force.x(), -kGripStiffness * 0.3 * depth, 1e-9);
   EXPECT_FALSE(t.tick(Vec3(0.01019, 0, -depth)).slip) << "now the static cone holds: 0.59";
   EXPECT_TRUE(t.tick(Vec3(0.01021, 0, -depth)).slip);
 }
@@ -238,7 +238,7 @@ TEST(ProxyFriction, ACycleDissipatesTheAreaOfItsLoop) {
   // Elastic and perfectly plastic: 4 mu F_n (A - mu d) for a stroke of +-A.
   const double mu = 0.5, depth = 0.002, amplitude = 0.01;
   TestScene t;
-  t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kStiffness, 0, mu, mu});
+  t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kGripStiffness, 0, mu, mu});
   t.tick(Vec3(0, 0, 0.001));
   const int n = 4000;
   Vec3 x = Vec3(0, 0, -depth), f = t.tick(x).force;
@@ -250,7 +250,7 @@ TEST(ProxyFriction, ACycleDissipatesTheAreaOfItsLoop) {
     x = next;
     f = force;
   }
-  EXPECT_NEAR(-work / 2, 4 * mu * kStiffness * depth * (amplitude - mu * depth), 1e-7);
+  EXPECT_NEAR(-work / 2, 4 * mu * kGripStiffness * depth * (amplitude - mu * depth), 1e-7);
 }
 
 TEST(ProxyFriction, AWallNeverGivesMoreThanItTook) {
@@ -260,7 +260,7 @@ TEST(ProxyFriction, AWallNeverGivesMoreThanItTook) {
   for (const double mu : {0.0, 0.2, 0.9}) {
     for (int round = 0; round < 20; ++round) {
       TestScene t;
-      t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kStiffness, 0, mu, 0.7 * mu});
+      t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kGripStiffness, 0, mu, 0.7 * mu});
       const Vec3 a(0.004 * u(random), 0.004 * u(random), -0.002 + 0.001 * u(random));
       const Vec3 b(0.006 * u(random), 0.006 * u(random), 0.003 * u(random));
       Vec3 x(0, 0, 0.004), f = t.tick(x).force;
@@ -287,14 +287,14 @@ TEST(ProxyFriction, AWithdrawingHandIsHeldByWhatDampingLeaves) {
   constexpr double kDamping = 10, kMu = 0.4;
   for (const double out : {0.0, 0.02, 0.05, 0.15, 0.5}) {
     TestScene t;
-    t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kStiffness, kDamping, kMu, kMu});
+    t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kGripStiffness, kDamping, kMu, kMu});
     t.tick(Vec3(0, 0, 1e-3));
     const Vec3 along(0.1, 0, 0), v = along + Vec3(0, 0, out);
     for (int i = 0; i < 200; ++i) t.tick(Vec3(0, 0, -3e-3) + i * kTick * along, along);
     for (int i = 200; i < 205; ++i) {
       const double depth = 3e-3 - (i - 200) * kTick * out;
       const SurfaceContact& c = t.tick(Vec3(0, 0, -depth) + i * kTick * along, v);
-      const double normal = std::max(0.0, kStiffness * depth - kDamping * out);
+      const double normal = std::max(0.0, kGripStiffness * depth - kDamping * out);
       if (!(depth > 0)) break;
       ASSERT_NEAR(c.force.z(), normal, 1e-6) << out;
       ASSERT_NEAR(c.force.x(), -kMu * normal, 1e-6) << out;
@@ -308,7 +308,7 @@ TEST(ProxyFriction, DampingAndFrictionTogetherGiveNothing) {
   for (const double mu : {0.2, 0.9}) {
     for (int round = 0; round < 40; ++round) {
       TestScene t;
-      t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kStiffness, 2 + 10 * (1 + u(random)), mu, 0.7 * mu});
+      t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kGripStiffness, 2 + 10 * (1 + u(random)), mu, 0.7 * mu});
       // A closed path that wanders into the plane and out of it, also along it.
       Vec3 a[4], b[4];
       for (int k = 0; k < 4; ++k) {
@@ -363,7 +363,7 @@ TEST(ProxyFriction, AFrictionlessTourOfASphereCostsNothing) {
     EXPECT_GT(spent, 1e-3);
     // Over an edge the proxy falls from one facet's depth to the next one's: a little is lost, nothing is won.
     EXPECT_LT(work, 1e-6 * spent) << as_mesh;
-    EXPECT_GT(work, as_mesh ? -1e-3 * kStiffness * 0.001 * 0.31 : -1e-6 * spent) << as_mesh;
+    EXPECT_GT(work, as_mesh ? -1e-3 * kGripStiffness * 0.001 * 0.31 : -1e-6 * spent) << as_mesh;
   }
 }
 
@@ -400,7 +400,7 @@ Rubbing rub(double half, std::uint32_t parts, double (*height)(double, double), 
   TestMesh mesh = test::heightMesh(half, parts, height);
   TestScene t;
   t.proxy.setRadius(radius);
-  t.addMesh(mesh.view(), {}, {kStiffness, 0, 0.5, 0.5});
+  t.addMesh(mesh.view(), {}, {kGripStiffness, 0, 0.5, 0.5});
   Rubbing rubbing;
   double last = 0;
   const double reach = 0.55 * half;

@@ -15,7 +15,7 @@ namespace {
 using test::TestMesh;
 using test::TestScene;
 
-constexpr double kRadius = 0.002;  // [m]
+constexpr double kGrooveBall = 0.002;  // [m]
 
 /** Two blocks, tops at z = 0, with a slot between them that opens toward x: a ball lies on both of its edges. */
 struct Slot {
@@ -34,7 +34,7 @@ struct Slot {
       along[i] = X.q * Vec3::UnitX();
       on[i] = X.p;
     }
-    t.proxy.setRadius(kRadius);
+    t.proxy.setRadius(kGrooveBall);
   }
   [[nodiscard]] Vec3 away(int i, const Vec3& x) const {
     const Vec3 d = x - on[i];
@@ -51,8 +51,8 @@ TEST(ProxyInAGroove, SlidesAlongTwoEdgesInOneWay) {
     const Vec3 hip(-0.003 + 1e-4 * i, 0.0001, 0.0008);
     const Vec3 at = s.t.tick(hip).proxy;
     const Vec3 a = s.away(0, at), b = s.away(1, at);
-    ASSERT_NEAR(a.norm(), kRadius, 1e-9) << i;
-    ASSERT_NEAR(b.norm(), kRadius, 1e-9) << i;
+    ASSERT_NEAR(a.norm(), kGrooveBall, 1e-9) << i;
+    ASSERT_NEAR(b.norm(), kGrooveBall, 1e-9) << i;
     // Nearest to the hip of all places on both edges.
     EXPECT_NEAR((at - hip).normalized().dot(a.cross(b).normalized()), 0, 1e-6) << i;
     sweeps += static_cast<int>(s.t.proxy.effort().sweeps);
@@ -84,11 +84,11 @@ TEST(ProxyInAGroove, LiesOnThreeBallsAtOnce) {
     center[i] = kOff * Vec3(std::cos(2 * M_PI / 3 * i), std::sin(2 * M_PI / 3 * i), 0);
     t.add(ShapeKind::kSphere, Vec3(kBall, 0, 0), {center[i], Quat::Identity()});
   }
-  t.proxy.setRadius(kRadius);
+  t.proxy.setRadius(kGrooveBall);
   t.tick(Vec3(0.0002, 0.0001, 0.02));
   int sweeps = 0;
   constexpr int kTicks = 60;
-  const double height = std::sqrt((kBall + kRadius) * (kBall + kRadius) - kOff * kOff);
+  const double height = std::sqrt((kBall + kGrooveBall) * (kBall + kGrooveBall) - kOff * kOff);
   for (int i = 0; i < kTicks; ++i) {
     const Vec3 hip(0.0003 * std::cos(0.1 * i), 0.0003 * std::sin(0.1 * i), height - 0.002);
     EXPECT_LT((t.tick(hip).proxy - Vec3(0, 0, height)).norm(), 1e-8) << i;
@@ -99,7 +99,7 @@ TEST(ProxyInAGroove, LiesOnThreeBallsAtOnce) {
 
 /** Through its middle, all but: the nearest place is on the far side now, and the way leads there round the outside. */
 TEST(ProxyOnACurve, GoesAllTheWayRound) {
-  for (const double radius : {0.0, kRadius}) {
+  for (const double radius : {0.0, kGrooveBall}) {
     for (const double aside : {1e-3, 1e-6, 1e-9}) {
       TestScene t;
       t.add(ShapeKind::kSphere, Vec3(0.01, 0, 0));

@@ -12,11 +12,11 @@
 namespace hapticd {
 namespace {
 
+using test::kOneSided;
 using test::kTick;
+using test::kTwoSided;
 using test::TestMesh;
 using test::TestScene;
-
-constexpr std::uint32_t kOneSided = HD_OBJECT_ENABLED, kTwoSided = HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED;
 
 TEST(ProxyOnMesh, SlidingOverATessellatedPlaneGivesOneSteadyForce) {
   // A proxy that needs a tick to catch up makes the force alternate by k v dt: 0.9 N here.

@@ -18,11 +18,11 @@ using test::kTick;
 using test::TestMesh;
 using test::TestScene;
 
-constexpr double kRadius = 0.001;
+constexpr double kBallRadius = 0.001;
 
 /** A scene whose proxy is a ball. */
 struct BallScene : TestScene {
-  explicit BallScene(double radius = kRadius) { proxy.setRadius(radius); }
+  explicit BallScene(double radius = kBallRadius) { proxy.setRadius(radius); }
 };
 
 TEST(ProxyBall, OnAPlaneTheForceIsStiffnessTimesDepthOneRadiusOut) {
@@ -87,7 +87,7 @@ TEST(ProxyBall, AThinPlateIsNotTunnelledAtAMetrePerSecond) {
         const double z = 0.01 + 0.00002 * start - 1.0 * kTick * i;
         const SurfaceContact& c = t.tick(Vec3(0.01 + 0.3 * kTick * i, 0.02, z));
         ASSERT_GE(c.proxy.z(), 0.0010249999);
-        ASSERT_NEAR(c.force.z(), 1000 * std::max(0.0, kRadius + double{0.000025f} - z), 1e-9);
+        ASSERT_NEAR(c.force.z(), 1000 * std::max(0.0, kBallRadius + double{0.000025f} - z), 1e-9);
       }
     }
   }
@@ -112,7 +112,7 @@ TEST(ProxyBall, CornersOfABoxFromInsideHaveTheirClosedForm) {
 
 TEST(ProxyBall, TheBottomOfAFineBowlIsReached) {
   // 50 mm radius, edges of 0.2 mm, a ball of 1 mm, 1 mm deep: CHAI3D stays 9.8 mm behind.
-  const double bowl = 0.05, reach = bowl - kRadius, depth = 0.001;
+  const double bowl = 0.05, reach = bowl - kBallRadius, depth = 0.001;
   TestMesh mesh =
       test::heightMesh(0.02, 200, [&](double x, double y) { return bowl - std::sqrt(bowl * bowl - x * x - y * y); });
   MeshView* view = mesh.view();
@@ -152,7 +152,7 @@ TEST(ProxyBall, BreaksAwayAtTheStaticConeAtEveryDepth) {
   for (const double depth : {1e-5, 3e-4, 3e-3}) {
     BallScene t;
     t.addMesh(mesh.view(), {}, {1000, 0, 0.6, 0.4});
-    const Vec3 along(std::cos(1.0), std::sin(1.0), 0), from(0.0011, 0.0007, kRadius);
+    const Vec3 along(std::cos(1.0), std::sin(1.0), 0), from(0.0011, 0.0007, kBallRadius);
     t.tick(from + Vec3(0, 0, 0.001));
     for (int i = 0; i <= 400; ++i) {
       const double r = 5e-3 * depth * i;
@@ -170,7 +170,7 @@ TEST(ProxyBall, RisingPlatesPushAndDraggedOnesPull) {
     t.pose(id, {Vec3(0, 0, -0.02), Quat::Identity()}, {Vec3(0, 0, speed), Vec3::Zero()});
     for (int i = 0; - 0.02 + speed * kTick * i < 0.02; ++i) {
       const double top = -0.0195 + speed * kTick * i;
-      ASSERT_NEAR(t.tick(Vec3::Zero()).force.z(), 1000 * std::max(0.0, top + kRadius), 1e-8) << speed << " " << i;
+      ASSERT_NEAR(t.tick(Vec3::Zero()).force.z(), 1000 * std::max(0.0, top + kBallRadius), 1e-8) << speed << " " << i;
     }
   }
   BallScene t;
@@ -194,7 +194,7 @@ TEST(ProxyBall, ARotatingBoxNeverTakesItIn) {
     for (int i = 0; i < 1000; ++i) {
       const SurfaceContact& c = t.tick(hip + std::max(0.0, 1 - i / 100.0) * Vec3(0.1, 0.1, 0));
       const Vec3 x = t.scene->find(id)->X_WO.inverse() * c.proxy;
-      ASSERT_GE(test::distanceTo({ShapeKind::kBox, half}, x), kRadius - 1e-8) << as_mesh << " " << i;
+      ASSERT_GE(test::distanceTo({ShapeKind::kBox, half}, x), kBallRadius - 1e-8) << as_mesh << " " << i;
     }
   }
 }
@@ -252,7 +252,7 @@ TEST(ProxyBall, ARisingSheetPushesOneRadiusBefore) {
       moves.push_back({v, {x[0], x[1], static_cast<float>(z)}});
     }
     ASSERT_EQ(t.moveVertices(id, moves), ErrorCode::kOk);
-    ASSERT_NEAR(t.tick(Vec3(0.001, 0.002, 0.005)).force.z(), 1000 * std::max(0.0, z + kRadius - 0.005), 1e-4) << i;
+    ASSERT_NEAR(t.tick(Vec3(0.001, 0.002, 0.005)).force.z(), 1000 * std::max(0.0, z + kBallRadius - 0.005), 1e-4) << i;
   }
 }
 
@@ -288,12 +288,12 @@ TEST(ProxyBall, ComesBackOverTheFaceFromBarelyBeyondItsEdge) {
       BallScene t;
       t.addMesh(mesh.view());
       const Vec3 out(std::sin(angle), 0, std::cos(angle));
-      t.tick(edge + 2 * kRadius * out);
-      t.tick(edge + 0.5 * kRadius * out);
-      const Vec3 hip = edge + Vec3(-way, 0, 0.5 * kRadius);
+      t.tick(edge + 2 * kBallRadius * out);
+      t.tick(edge + 0.5 * kBallRadius * out);
+      const Vec3 hip = edge + Vec3(-way, 0, 0.5 * kBallRadius);
       t.tick(hip);
       const Vec3 proxy = t.tick(hip).proxy;
-      ASSERT_LT((proxy - Vec3(hip.x(), hip.y(), edge.z() + kRadius)).norm(), 1e-8) << angle << " " << way;
+      ASSERT_LT((proxy - Vec3(hip.x(), hip.y(), edge.z() + kBallRadius)).norm(), 1e-8) << angle << " " << way;
     }
   }
 }

@@ -13,7 +13,7 @@ namespace {
 using test::TestMesh;
 using test::TestScene;
 
-constexpr double kStiffness = 1000, kForce = 1, kHeight = 0.005, kHalf = 0.05;
+constexpr double kRidgeStiffness = 1000, kRidgeForce = 1, kHeight = 0.005, kHalf = 0.05;
 
 /** Along y; the profile has `cells` facets on each flat and flank. */
 TestMesh ridgeMesh(double angle, std::uint32_t cells) {
@@ -32,8 +32,8 @@ TestMesh ridgeMesh(double angle, std::uint32_t cells) {
 struct Stroke {
   Vec3 out, normal;
   bool rising = false;  ///< On the flank that goes up.
-  [[nodiscard]] Vec3 hip() const { return out - kForce / kStiffness * normal; }
-  [[nodiscard]] Vec3 force() const { return kForce * normal; }
+  [[nodiscard]] Vec3 hip() const { return out - kRidgeForce / kRidgeStiffness * normal; }
+  [[nodiscard]] Vec3 force() const { return kRidgeForce * normal; }
 };
 
 /** By arc length at 0.02 m/s from x = -30 to 30 mm, 1 kHz. */
@@ -73,12 +73,12 @@ struct Profile {
   [[nodiscard]] Vec3 nearestForce(const Vec3& x) const {
     if (freeOnSide(x, -1) || freeOnSide(x, 1)) return Vec3::Zero();
     const Vec3 l = nearestOnSide(x, -1), r = nearestOnSide(x, 1);
-    return kStiffness * ((l - x).norm() < (r - x).norm() ? l - x : r - x);
+    return kRidgeStiffness * ((l - x).norm() < (r - x).norm() ? l - x : r - x);
   }
   /** That of the nearest point of the hand's side, 0 where it is free there. */
   [[nodiscard]] Vec3 forceOnSide(const Vec3& x, double side) const {
     if (freeOnSide(x, side)) return Vec3::Zero();
-    return kStiffness * (nearestOnSide(x, side) - x);
+    return kRidgeStiffness * (nearestOnSide(x, side) - x);
   }
   /** The hand changes sides above the ridge and below its foot, never through it. */
   [[nodiscard]] double sideAfter(const Vec3& x, double side) const {
@@ -95,7 +95,7 @@ Scores stroke(double angle, std::uint32_t cells) {
   TestMesh mesh = ridgeMesh(angle, cells);
   const Profile profile{angle};
   TestScene t;
-  t.addMesh(mesh.view(), {}, {kStiffness, 0, 0, 0});
+  t.addMesh(mesh.view(), {}, {kRidgeStiffness, 0, 0, 0});
   Scores s;
   double side = -1;
   const auto way = strokes(angle);
@@ -142,7 +142,7 @@ Scores strokeByBall(double angle, std::uint32_t cells, double radius) {
   const Profile profile{angle};
   TestScene t;
   t.proxy.setRadius(radius);
-  t.addMesh(mesh.view(), {}, {kStiffness, 0, 0, 0});
+  t.addMesh(mesh.view(), {}, {kRidgeStiffness, 0, 0, 0});
   Scores s;
   int count = 0;
   const auto way = strokes(angle);

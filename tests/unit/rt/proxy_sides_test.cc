@@ -10,10 +10,11 @@
 namespace hapticd {
 namespace {
 
+using test::kOneSided;
+using test::kTwoSided;
 using test::TestMesh;
 using test::TestScene;
 
-constexpr std::uint32_t kOneSided = HD_OBJECT_ENABLED, kTwoSided = HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED;
 const hd_material kRubber{1000, 2, 0.6, 0.4};
 
 /** A flat sheet z = 0, 10 cm wide, its front up. */

@@ -11,7 +11,7 @@ namespace {
 using test::TestMesh;
 using test::TestScene;
 
-constexpr double kStiffness = 1000;
+constexpr double kPlateStiffness = 1000;
 
 TEST(Proxy, PlaneForceIsStiffnessTimesDepthAtEveryDepth) {
   for (const double depth : {1e-6, 1e-5, 1e-3, 0.1, 1.0}) {
@@ -21,8 +21,8 @@ TEST(Proxy, PlaneForceIsStiffnessTimesDepthAtEveryDepth) {
     const Vec3 n = Quat(Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized())) * Vec3::UnitZ();
     t.tick(Vec3(0, 0, 0.05) + 0.01 * n);
     const SurfaceContact& c = t.tick(Vec3(0, 0, 0.05) - depth * n);
-    EXPECT_NEAR(c.force.dot(n) / (kStiffness * depth), 1, 1e-9) << depth;
-    EXPECT_NEAR((c.force - c.force.dot(n) * n).norm() / (kStiffness * depth), 0, 1e-9) << depth;
+    EXPECT_NEAR(c.force.dot(n) / (kPlateStiffness * depth), 1, 1e-9) << depth;
+    EXPECT_NEAR((c.force - c.force.dot(n) * n).norm() / (kPlateStiffness * depth), 0, 1e-9) << depth;
     EXPECT_TRUE(c.touch);
     EXPECT_NEAR(c.depth, depth, 1e-9 * depth);
     EXPECT_LT(c.work, 10u);
@@ -39,7 +39,7 @@ TEST(Proxy, SphereForceIsRadialAndExact) {
     const Vec3 u(std::sin(a), 0.3 * std::cos(0.7 * a), std::cos(a));
     const Vec3 n = u.normalized();
     const SurfaceContact& s = t.tick(c + 0.049 * n);
-    ASSERT_LT((s.force - kStiffness * 0.001 * n).norm(), 1e-9) << i;
+    ASSERT_LT((s.force - kPlateStiffness * 0.001 * n).norm(), 1e-9) << i;
   }
 }
 
@@ -91,7 +91,7 @@ TEST(Proxy, RisingPlatePushesAtEverySpeed) {
     for (int i = 0; i < ticks; ++i) {
       const SurfaceContact& c = t.tick(Vec3::Zero());
       top = -0.02 + 0.0005 + speed * test::kTick * i;
-      ASSERT_NEAR(c.force.z(), kStiffness * std::max(top, 0.0), 1e-6) << speed << " " << i;
+      ASSERT_NEAR(c.force.z(), kPlateStiffness * std::max(top, 0.0), 1e-6) << speed << " " << i;
     }
     EXPECT_GT(top, 0.005);
   }
@@ -100,7 +100,7 @@ TEST(Proxy, RisingPlatePushesAtEverySpeed) {
 TEST(Proxy, StaticFrictionHoldsUntilItsConeAndDynamicFrictionAfter) {
   for (const double depth : {1e-5, 3e-4, 5e-3}) {
     TestScene t;
-    t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kStiffness, 0, 0.6, 0.4});
+    t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kPlateStiffness, 0, 0.6, 0.4});
     t.tick(Vec3(0, 0, 0.001));
     t.tick(Vec3(0, 0, -depth));
     bool slipped = false;

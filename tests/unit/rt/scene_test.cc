@@ -14,7 +14,7 @@ using test::kTick;
 using test::TestMesh;
 using test::TestScene;
 
-const Quat kNoTurn = Quat::Identity();
+const Quat kUnturned = Quat::Identity();
 
 Command addOrder(std::uint32_t id, std::uint32_t parent = 0) {
   Command command;
@@ -51,7 +51,7 @@ TEST(Scene, ARefusedCommandChangesNothing) {
   Scene& scene = *t.scene;
   const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {}, {1000, 1, 0.5, 0.4});
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(t.pose(id, {Vec3(nan, 0, 0), kNoTurn}), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(t.pose(id, {Vec3(nan, 0, 0), kUnturned}), ErrorCode::kInvalidArgument);
   EXPECT_EQ(t.pose(id, {Vec3::Zero(), Quat(0, 0, 0, 0)}), ErrorCode::kInvalidArgument);
   EXPECT_EQ(t.pose(id, {}, {Vec3(0, nan, 0), Vec3::Zero()}), ErrorCode::kInvalidArgument);
   for (const hd_material& m : {hd_material{-1, 0, 0, 0}, {1, nan, 0, 0}, {1, 0, 0.3, 0.4}}) {
@@ -102,7 +102,7 @@ TEST(Scene, ParentsComeFirstWhateverTheSlots) {
   const Quat turn(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ()));
   t.pose(makeObjectId(200, 1), {Vec3(1, 0, 0), turn});
   t.pose(makeObjectId(3, 1), {Vec3(1, 0, 0), turn});
-  t.pose(makeObjectId(100, 1), {Vec3(1, 0, 0), kNoTurn});
+  t.pose(makeObjectId(100, 1), {Vec3(1, 0, 0), kUnturned});
   t.scene->advance(kTick);
   EXPECT_LT((t.scene->find(makeObjectId(100, 1))->X_WO.p - Vec3(0, 1, 0)).norm(), 1e-12);
   const auto touchable = t.scene->touchable();
@@ -111,10 +111,10 @@ TEST(Scene, ParentsComeFirstWhateverTheSlots) {
 
 TEST(Scene, VelocityMovesOnAndComposesUpTheTree) {
   TestScene t;
-  const auto arm = t.add(ShapeKind::kGroup, Vec3::Zero(), {Vec3(0.1, 0, 0), kNoTurn});
-  const auto tip = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(0, 1, 0), kNoTurn}, {}, HD_OBJECT_ENABLED, arm);
-  t.pose(arm, {Vec3(0.1, 0, 0), kNoTurn}, {Vec3(0.5, 0, 0), Vec3(0, 0, 2)});
-  t.pose(tip, {Vec3(0, 1, 0), kNoTurn}, {Vec3(0, 0.25, 0), Vec3::Zero()});
+  const auto arm = t.add(ShapeKind::kGroup, Vec3::Zero(), {Vec3(0.1, 0, 0), kUnturned});
+  const auto tip = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(0, 1, 0), kUnturned}, {}, HD_OBJECT_ENABLED, arm);
+  t.pose(arm, {Vec3(0.1, 0, 0), kUnturned}, {Vec3(0.5, 0, 0), Vec3(0, 0, 2)});
+  t.pose(tip, {Vec3(0, 1, 0), kUnturned}, {Vec3(0, 0.25, 0), Vec3::Zero()});
   t.scene->advance(kTick);
   EXPECT_EQ(t.scene->find(tip)->X_WO.p, Vec3(0.1, 1, 0)) << "the tick of the command stands at the command";
   for (int i = 0; i < 500; ++i) t.scene->advance(kTick);
@@ -157,7 +157,8 @@ TEST(Scene, PosesAtAClientsPaceCountAsTheMotionTheyAreSamplesOf) {
     const int late = pace / 8;
     TestScene t;
     const auto arm = t.add(ShapeKind::kGroup, Vec3::Zero());
-    const auto tip = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(0.5, 0, 0), kNoTurn}, {}, HD_OBJECT_ENABLED, arm);
+    const auto tip =
+        t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(0.5, 0, 0), kUnturned}, {}, HD_OBJECT_ENABLED, arm);
     const SceneObject& o = *t.scene->find(tip);
     int told = 0, next = 0;
     for (int i = 0; i < 20 * pace; ++i) {
@@ -196,7 +197,7 @@ TEST(Scene, AStepIsAMotionIfCredibleOverTheTimeSinceTheLastPose) {
     t.scene->advance(kTick);
     t.pose(arm, {});
     for (int i = 0; i < c.ticks; ++i) t.scene->advance(kTick);
-    t.pose(arm, {Vec3(c.step, 0, 0), kNoTurn});
+    t.pose(arm, {Vec3(c.step, 0, 0), kUnturned});
     t.scene->advance(kTick);
     EXPECT_EQ(t.scene->find(id)->moved, c.motion) << c.ticks << " " << c.step;
     EXPECT_EQ(t.scene->find(id)->X_WO.p, Vec3(c.step, 0, 0));
@@ -206,7 +207,7 @@ TEST(Scene, AStepIsAMotionIfCredibleOverTheTimeSinceTheLastPose) {
 
 TEST(Scene, CreationAndShapeChangeAreNoMotion) {
   TestScene t;
-  const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(1, 0, 0), kNoTurn});
+  const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(1, 0, 0), kUnturned});
   t.scene->advance(kTick);
   EXPECT_FALSE(t.scene->find(id)->moved);
   Command command;

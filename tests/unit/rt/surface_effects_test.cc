@@ -17,7 +17,7 @@ using test::TestRelief;
 using test::TestScene;
 using test::TestVibration;
 
-constexpr double kStiffness = 1000;
+constexpr double kBlockStiffness = 1000;
 
 /** A plane z = 0 with a surface, and a hand over it. */
 struct Touch {
@@ -27,7 +27,7 @@ struct Touch {
   std::uint32_t plane = 0;
 
   explicit Touch(const SurfaceParameters& surface, const TextureView* texture = nullptr,
-                 const hd_material& material = {kStiffness, 0, 0, 0}) {
+                 const hd_material& material = {kBlockStiffness, 0, 0, 0}) {
     scene.table->publishTexture(0, texture);
     plane = scene.add(ShapeKind::kPlane, Vec3::Zero(), {}, material);
     EXPECT_EQ(scene.scene->apply(test::surfaceCommand(plane, surface)), ErrorCode::kOk);
@@ -84,11 +84,11 @@ TEST(SurfaceEffects, AnotherObjectHitWhileSlidingIsAnImpactOnce) {
   const SurfaceParameters wall = test::ringing(10, 150, 0.01), floor = test::ringing(3, 150, 0.01);
   for (const double friction : {0.0, 0.4}) {
     for (const double radius : {0.0, 2e-3}) {
-      Touch t(floor, nullptr, {kStiffness, 0, friction, friction});
+      Touch t(floor, nullptr, {kBlockStiffness, 0, friction, friction});
       t.scene.proxy.setRadius(radius);
       const Quat lean = fromRotationVector(-std::numbers::pi / 2 * Vec3::UnitY());
       const auto id = t.scene.add(ShapeKind::kPlane, Vec3::Zero(), {{0.01 + radius, 0, 0}, lean},
-                                  {kStiffness, 0, friction, friction});
+                                  {kBlockStiffness, 0, friction, friction});
       ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(id, wall)), ErrorCode::kOk);
       Transient ring;
       bool hit = false;
@@ -147,7 +147,7 @@ TEST(SurfaceEffects, AReliefIsTheGradientOfItsEnergy) {
   const auto energy = [&](const Vec3& hip) {
     const double left =
         std::max(0.0, -hip.z() + reliefAt(picture.view.relief, s, {hip.x(), hip.y(), 0}, Vec3::UnitZ()).height);
-    return 0.5 * kStiffness * left * left;
+    return 0.5 * kBlockStiffness * left * left;
   };
   Touch t(s, &picture.view);
   for (int i = 0; i < 2000; ++i) {
@@ -232,7 +232,7 @@ TEST(SurfaceEffects, VibrationActsAcrossTheMotionAndWithoutItNotAtAll) {
     most = std::max(most, t.forces.texture.norm());
   }
   EXPECT_GT(sum / 3000, 0.05 * 0.05 * 4);
-  EXPECT_LE(most, kStiffness * 1e-3) << "never more than the normal force";
+  EXPECT_LE(most, kBlockStiffness * 1e-3) << "never more than the normal force";
   t.at({0, 0, -1e-3});
   EXPECT_EQ(t.forces.texture, Vec3::Zero()) << "no motion";
   t.at({0, 0, 1e-3}, {0.1, 0, 0});
@@ -271,7 +271,7 @@ TEST(SurfaceEffects, AHollowOfAReliefIsSilent) {
     most = std::max(most, t.forces.texture.head<2>().norm());
   }
   EXPECT_GT(most, 0.01) << "and buzzes";
-  EXPECT_LE(most, kStiffness * 5e-5 * (1 + 1e-6)) << "never more than the normal force that is left";
+  EXPECT_LE(most, kBlockStiffness * 5e-5 * (1 + 1e-6)) << "never more than the normal force that is left";
 }
 
 TEST(SurfaceEffects, ATextureThatIsNotThereIsRefused) {

@@ -22,12 +22,12 @@
 #include "drivers/vendor/vendor_driver.h"
 #include "tests/fakes/vendor_sdk/fake_sdk.h"
 #include "tests/support/push.h"
+#include "tests/support/time.h"
 
 namespace hapticd {
 namespace {
 
 using ::testing::HasSubstr;
-constexpr std::int64_t kMs = 1'000'000;
 constexpr int kPatience_ms = 20'000;
 
 class Helper : public ::testing::Test {

@@ -31,7 +31,7 @@ constexpr double kRate = 1000;                // Poses a second [Hz].
 constexpr std::uint32_t kMostPairs = 10'000;  // Records a library may write.
 constexpr double kDualSeconds = 30;           // Of spheres against spheres: no pass begins after that.
 
-struct Options {
+struct CollideOptions {
   std::vector<std::string> pairs = {"bumpy", "peg", "frac"};
   bool quick = false;
   bool peers = true;
@@ -48,15 +48,15 @@ void tell(const std::string& what) {
 }
 
 /** One line of the result. */
-struct Row {
+struct Line {
   std::string pair, subject, query;
-  Measured measured;
+  Measures measured;
   double build_ms = 0, megabytes = 0;
   bool wrench = false;
 };
 
-void print(const Common& common, const Row& row) {
-  const Measured& m = row.measured;
+void print(const Common& common, const Line& row) {
+  const Measures& m = row.measured;
   const char* form = common.csv ? "{},{},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.0f},{:.0f},{:.0f},{:.1f}"
                                 : "{:<5} {:<26} {:<8} {:>6} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f} "
                                   "{:>8.0f} {:>8.0f} {:>6.0f} {:>5.1f}";
@@ -89,8 +89,8 @@ constexpr std::uint32_t kPatchPoints = 48;
 constexpr double kSphereVoxel = 0.5e-3;  // Of both bodies, where spheres are descended [m].
 
 /** Hot, cold, with a fifth of the work, and whether they touch at all; with each vector unit. */
-void measurePoints(const Common& common, const Options& options, const CollidePair& pair, const BuiltVolume& base,
-                   const TruthTable& truth) {
+void measurePoints(const Common& common, const CollideOptions& options, const CollidePair& pair,
+                   const BuiltVolume& base, const TruthTable& truth) {
   const auto poses = pair.poses(kRate);
   const auto from = static_cast<std::size_t>(pair.contact_from * kRate);
   const double coarser = options.quick ? 3 : 1;
@@ -113,7 +113,7 @@ void measurePoints(const Common& common, const Options& options, const CollidePa
       timing.passes = options.quick || portable ? 1 : options.passes;
       timing.stride = options.quick ? 100 : portable ? 4 : 1;
       const auto row = [&](const char* query, std::size_t begin, const TruthTable& with) {
-        const Measured measured = measure(subject, poses, begin, timing, with);
+        const Measures measured = measure(subject, poses, begin, timing, with);
         print(common, {pair.name, name, query, measured, base.build_ms + tool.build_ms,
                        base.megabytes() + tool.megabytes(), !with.pose.empty()});
         return measured.work;
@@ -150,8 +150,8 @@ void measurePoints(const Common& common, const Options& options, const CollidePa
 }
 
 /** The thesis's descent, at 0.5 mm; and one-sided, with the field that points are given. */
-void measureSpheres(const Common& common, const Options& options, const CollidePair& pair, const BuiltVolume& field,
-                    const TruthTable& truth) {
+void measureSpheres(const Common& common, const CollideOptions& options, const CollidePair& pair,
+                    const BuiltVolume& field, const TruthTable& truth) {
   const auto poses = pair.poses(kRate);
   const auto from = static_cast<std::size_t>(pair.contact_from * kRate);
   const double voxel = (options.quick ? 3 : 1) * kSphereVoxel;
@@ -200,7 +200,7 @@ double megabytesHeld() {
 }
 
 /** As many poses as the seconds allow: several passes over all, or some that are spread over all. */
-void measurePeer(const Common& common, const Options& options, const CollidePair& pair, const PeerKind& kind) {
+void measurePeer(const Common& common, const CollideOptions& options, const CollidePair& pair, const PeerKind& kind) {
   const auto poses = pair.poses(kRate);
   tell(fmt::format("{}: {}", pair.name, kind.name));
   const double before = processNs(), held = megabytesHeld();
@@ -228,8 +228,8 @@ void measurePeer(const Common& common, const Options& options, const CollidePair
       timing.seconds = options.peer_seconds;
     }
     found = records = 0;
-    Row line{pair.name, kind.name, query, {}, build_ms, megabytes};
-    Measured& m = line.measured;
+    Line line{pair.name, kind.name, query, {}, build_ms, megabytes};
+    Measures& m = line.measured;
     const auto ms = timeQueries(asked, timing, ask);
     const auto stride = static_cast<std::size_t>(timing.stride);
     m.times = summarise(ms, ms.size() / ((asked.size() + stride - 1) / stride));
@@ -242,7 +242,7 @@ void measurePeer(const Common& common, const Options& options, const CollidePair
   row("cold", true, true);
 }
 
-int run(const Common& common, const Options& options) {
+int run(const Common& common, const CollideOptions& options) {
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
   fmt::print(
       "# thread CPU time [ms]; steady: p99.9 over the poses of each pose's median over the passes; records: points of "
@@ -276,7 +276,7 @@ int run(const Common& common, const Options& options) {
 }  // namespace
 
 void addCollide(CLI::App& app, Run& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CollideOptions>();
   CLI::App* collide =
       app.add_subcommand("collide", "Collision detectors on three pairs of solids, beside FCL and Bullet");
   collide->add_option("--pair", options->pairs, "bumpy, peg, frac")

@@ -59,11 +59,11 @@ TruthTable makeTruth(const CollidePair& pair, const std::vector<hapticd::Pose>& 
   return table;
 }
 
-Measured measure(const Subject& subject, const std::vector<hapticd::Pose>& poses, std::size_t from,
+Measures measure(const Subject& subject, const std::vector<hapticd::Pose>& poses, std::size_t from,
                  const TimingOptions& timing, const TruthTable& truth) {
   const std::vector<hapticd::Pose> asked(poses.begin() + static_cast<std::ptrdiff_t>(from), poses.end());
   auto contacts = std::make_unique<hapticd::ContactSet>();
-  Measured measured;
+  Measures measured;
   double touching = 0, work = 0;
   subject.detector->reset();
   const auto ms = timeQueries(asked, timing, [&](std::size_t i) {

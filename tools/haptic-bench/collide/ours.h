@@ -46,7 +46,7 @@ struct TruthTable {
                                    int split);
 
 /** What was measured of one subject. */
-struct Measured {
+struct Measures {
   Times times;
   double touching = 0;      ///< Points or pairs, mean of the poses that touch.
   double rate = 0;          ///< Touching a millisecond.
@@ -58,7 +58,7 @@ struct Measured {
 };
 inline constexpr double kLever = 0.03;  ///< [m]
 
-[[nodiscard]] Measured measure(const Subject& subject, const std::vector<hapticd::Pose>& poses, std::size_t from,
+[[nodiscard]] Measures measure(const Subject& subject, const std::vector<hapticd::Pose>& poses, std::size_t from,
                                const TimingOptions& timing, const TruthTable& truth);
 
 }  // namespace haptic_bench

@@ -9,10 +9,10 @@
 namespace haptic_bench {
 namespace {
 
-constexpr double kMm = 1e-3;
-constexpr double kTurn = 2 * EIGEN_PI;
+constexpr double kMillimetre = 1e-3;
+constexpr double kFullTurn = 2 * EIGEN_PI;
 
-std::uint32_t addMm(Model& model, double x, double y, double z) { return model.addVertex(kMm * Vec3(x, y, z)); }
+std::uint32_t addMm(Model& model, double x, double y, double z) { return model.addVertex(kMillimetre * Vec3(x, y, z)); }
 
 /** Of the bumpy ball in a direction [mm]. */
 double bumps(const Vec3& d) {
@@ -82,7 +82,7 @@ double noise(double x, double y, int octave) {
 }  // namespace
 
 double fractureHeight(double x, double y) {
-  double z = 4 * std::sin(kTurn * x / 47 + 0.3) * std::cos(kTurn * y / 39);
+  double z = 4 * std::sin(kFullTurn * x / 47 + 0.3) * std::cos(kFullTurn * y / 39);
   for (int o = 0; o < 6; ++o) {
     const double scale = 1 << o;
     z += 2.5 / scale * noise(x * scale / 15 + 100, y * scale / 15 + 100, o);
@@ -103,7 +103,7 @@ Model bumpyBall() {
     for (int i = 0; i <= kFrequency; ++i) {
       for (int j = 0; i + j <= kFrequency; ++j) {
         const Vec3 d = ((kFrequency - i - j) * corner[f[0]] + i * corner[f[1]] + j * corner[f[2]]).normalized();
-        row[i].push_back(weld.add(kMm * bumps(d) * d));
+        row[i].push_back(weld.add(kMillimetre * bumps(d) * d));
       }
     }
     for (int i = 0; i < kFrequency; ++i) {
@@ -122,7 +122,7 @@ Model peg() {
   model.name = "peg";
   for (std::uint32_t r = 0; r <= kRows; ++r) {
     for (std::uint32_t s = 0; s < kSlices; ++s)
-      addMm(model, 10 * std::cos(kTurn * s / kSlices), 10 * std::sin(kTurn * s / kSlices), 60.0 * r / kRows);
+      addMm(model, 10 * std::cos(kFullTurn * s / kSlices), 10 * std::sin(kFullTurn * s / kSlices), 60.0 * r / kRows);
   }
   const std::uint32_t tip = addMm(model, 0, 0, 0), top = addMm(model, 0, 0, 60);
   for (std::uint32_t s = 0; s < kSlices; ++s) {
@@ -143,7 +143,7 @@ Model plateWithHole() {
   model.name = "plate";
   const auto ring = [&](double out, double z) {
     for (std::uint32_t s = 0; s < kSlices; ++s) {
-      const double c = std::cos(kTurn * s / kSlices), d = std::sin(kTurn * s / kSlices);
+      const double c = std::cos(kFullTurn * s / kSlices), d = std::sin(kFullTurn * s / kSlices);
       const double square = 40 / std::max(std::abs(c), std::abs(d));
       const double r = 10.1 + out * (square - 10.1);
       addMm(model, r * c, r * d, z);
@@ -187,7 +187,7 @@ Model fractureHalf(bool upper) {
   const double far = upper ? 20 : -20;
   std::vector<std::uint32_t> flat;
   for (const std::uint32_t v : rim)
-    flat.push_back(model.addVertex({model.vertex(v).x(), model.vertex(v).y(), kMm * far}));
+    flat.push_back(model.addVertex({model.vertex(v).x(), model.vertex(v).y(), kMillimetre * far}));
   const std::uint32_t middle = addMm(model, 0, 0, far);
   for (std::size_t i = 0; i < rim.size(); ++i) {
     const std::size_t next = (i + 1) % rim.size();

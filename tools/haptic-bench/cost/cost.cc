@@ -37,10 +37,10 @@ namespace {
 
 using namespace hapticd;  // NOLINT(google-build-using-namespace)
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 
-double nsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
+double nsSince(SteadyClock::time_point start) {
+  return std::chrono::duration<double, std::nano>(SteadyClock::now() - start).count();
 }
 
 /** Nanoseconds a load of a chain through all lines of `bytes` in random order. */
@@ -55,7 +55,7 @@ double chase(std::size_t bytes) {
   std::uint32_t at = 0;
   const std::size_t loads = std::clamp<std::size_t>(2 * lines, 100'000, 2'000'000);
   for (std::size_t i = 0; i < loads / 2; ++i) at = line[at][0];  // warms up
-  const auto start = Clock::now();
+  const auto start = SteadyClock::now();
   for (std::size_t i = 0; i < loads; ++i) at = line[at][0];
   const double each = nsSince(start) / static_cast<double>(loads);
   return at == ~0u ? 0 : each;
@@ -64,7 +64,7 @@ double chase(std::size_t bytes) {
 /** One mesh in a scene. */
 class Stage {
  public:
-  Stage(MeshView& mesh, const Stroke& stroke) : stroke_(stroke), scene_(std::make_unique<Scene>(table_)) {
+  Stage(MeshView& mesh, const MeshStroke& stroke) : stroke_(stroke), scene_(std::make_unique<Scene>(table_)) {
     table_.publish(0, &mesh);
     Command command;
     command.kind = CommandKind::kAddObject;
@@ -97,7 +97,7 @@ class Stage {
   [[nodiscard]] const ProxyRenderer& renderer() const { return renderer_; }
 
  private:
-  const Stroke& stroke_;
+  const MeshStroke& stroke_;
   MeshTable table_;
   std::unique_ptr<Scene> scene_;
   ProxyRenderer renderer_;
@@ -113,7 +113,7 @@ struct Looked {
   double at_once = 0, ahead = 0;                  ///< Vicinities gathered in the tick that needs them, and before.
 };
 
-struct Options {
+struct CostOptions {
   double seconds = 10;
   double speed = 0.1;  ///< [m/s]
   std::string profile;
@@ -123,19 +123,19 @@ struct Options {
 
 double clockReading() {
   std::vector<double> clock(1000);
-  for (double& c : clock) c = nsSince(Clock::now());
+  for (double& c : clock) c = nsSince(SteadyClock::now());
   return *std::min_element(clock.begin(), clock.end());
 }
 
 /** Of each tick of the stroke the median time over the rounds, less what reading the clock takes [ns]. */
 template <class Begin, class Tick>
-std::vector<double> timed(const Common& common, const Stroke& stroke, Begin&& begin, Tick&& tick) {
+std::vector<double> timed(const Common& common, const MeshStroke& stroke, Begin&& begin, Tick&& tick) {
   const std::size_t count = stroke.ticks();
   std::vector<std::vector<double>> rounds(static_cast<std::size_t>(common.rounds), std::vector<double>(count));
   for (auto& round : rounds) {
     begin();
     for (std::size_t i = 0; i < count; ++i) {
-      const auto start = Clock::now();
+      const auto start = SteadyClock::now();
       tick(i);
       round[i] = nsSince(start);
     }
@@ -166,7 +166,7 @@ void printRow(const Common& common, std::uint32_t triangles, const std::string& 
 }
 
 /** The stroke once more, counted instead of timed. */
-Looked counted(Stage& stage, const Stroke& stroke, double radius) {
+Looked counted(Stage& stage, const MeshStroke& stroke, double radius) {
   Looked looked;
   const Surroundings& around = stage.renderer().surroundings();
   stage.begin(radius);
@@ -208,7 +208,7 @@ void writeProfile(const std::string& path, std::uint32_t triangles, double radiu
 }
 
 /** A ball from above the surface, clear of its slopes, to `kStrokeDepth` below it, a tick further on. */
-std::vector<double> timedSweeps(const Common& common, const Stroke& stroke, const MeshView& mesh, double radius) {
+std::vector<double> timedSweeps(const Common& common, const MeshStroke& stroke, const MeshView& mesh, double radius) {
   return timed(
       common, stroke, [] {},
       [&](std::size_t i) {
@@ -222,7 +222,7 @@ std::vector<double> timedSweeps(const Common& common, const Stroke& stroke, cons
       });
 }
 
-std::vector<double> timedNearest(const Common& common, const Stroke& stroke, const MeshView& mesh) {
+std::vector<double> timedNearest(const Common& common, const MeshStroke& stroke, const MeshView& mesh) {
   return timed(
       common, stroke, [] {},
       [&](std::size_t i) {
@@ -241,7 +241,7 @@ double cpuSeconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-void measure(const Common& common, const Options& options, std::uint32_t triangles) {
+void measure(const Common& common, const CostOptions& options, std::uint32_t triangles) {
   const std::vector<std::byte> upload = bumpySphereUpload(triangles);
   BuildMonitor monitor;
   const double before = cpuSeconds();
@@ -255,7 +255,7 @@ void measure(const Common& common, const Options& options, std::uint32_t triangl
   const double load = chase(bytes);
   fmt::print("# {} triangles: {:.2f} MB, tree {} deep, built in {:.3f} s of processor time\n", count,
              static_cast<double>(bytes) / 1e6, built->stats.depth, build_s);
-  const Stroke stroke(memory->view, options.seconds, options.speed);
+  const MeshStroke stroke(memory->view, options.seconds, options.speed);
   Stage stage(memory->view, stroke);
   for (const double radius : options.radii_mm) {
     const auto ticks = timed(
@@ -280,7 +280,7 @@ void measure(const Common& common, const Options& options, std::uint32_t triangl
   printRow(common, count, "nearest", timedNearest(common, stroke, memory->view), load);
 }
 
-int run(const Common& common, const Options& options) {
+int run(const Common& common, const CostOptions& options) {
   if (!options.profile.empty() && !std::ofstream(options.profile, std::ios::app)) {
     throw Failure(options.profile, "it cannot be written", "see the path and its rights");
   }
@@ -296,7 +296,7 @@ int run(const Common& common, const Options& options) {
 }  // namespace
 
 void addCost(CLI::App& app, Run& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CostOptions>();
   CLI::App* cost = app.add_subcommand("cost",
                                       "A tick of the renderer and of the whole servo, and their queries, on meshes of "
                                       "rising size, beside a pointer chase");

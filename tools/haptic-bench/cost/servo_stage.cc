@@ -51,7 +51,7 @@ class ServoStage::NoWait final : public Clock {
   std::int64_t skipped_ns_ = 0;
 };
 
-ServoStage::ServoStage(MeshView& mesh, const Stroke& stroke) : stroke_(stroke) { meshes_.publish(0, &mesh); }
+ServoStage::ServoStage(MeshView& mesh, const MeshStroke& stroke) : stroke_(stroke) { meshes_.publish(0, &mesh); }
 ServoStage::~ServoStage() = default;
 
 void ServoStage::begin(double radius) {

@@ -15,7 +15,7 @@ namespace haptic_bench {
 /** A servo with one mesh and one device whose hand follows the stroke; its ticks come without the waiting between. */
 class ServoStage {
  public:
-  ServoStage(hapticd::MeshView& mesh, const Stroke& stroke);
+  ServoStage(hapticd::MeshView& mesh, const MeshStroke& stroke);
   ~ServoStage();
 
   /** A new servo, armed, its ball above the start of the stroke. Throws Failure. */
@@ -28,7 +28,7 @@ class ServoStage {
   class Hand;
   class NoWait;
 
-  const Stroke& stroke_;
+  const MeshStroke& stroke_;
   hapticd::MeshTable meshes_;
   std::unique_ptr<NoWait> clock_;
   std::unique_ptr<Hand> hand_;

@@ -9,14 +9,14 @@
 
 namespace haptic_bench {
 
-constexpr double kTurn = 0.61803;  // Of the stroke's plane per revolution: new ground each time round.
+constexpr double kPlaneTurn = 0.61803;  // Of the stroke's plane per revolution: new ground each time round.
 
-Stroke::Stroke(const hapticd::MeshView& mesh, double seconds, double speed) {
+MeshStroke::MeshStroke(const hapticd::MeshView& mesh, double seconds, double speed) {
   using hapticd::Vec3;
   const auto count = static_cast<std::size_t>(seconds / kStrokeDt);
   for (std::size_t i = 0; i <= count; ++i) {
     const double angle = static_cast<double>(i) * kStrokeDt * speed / 0.05;
-    const double tilt = 0.3 + kTurn * angle / (2 * M_PI);
+    const double tilt = 0.3 + kPlaneTurn * angle / (2 * M_PI);
     const Vec3 u(std::cos(angle), std::sin(angle) * std::cos(tilt), std::sin(angle) * std::sin(tilt));
     hapticd::Sweep sweep;
     sweep.a = 2 * bumpyRadius(u) * u;

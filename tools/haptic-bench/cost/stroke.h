@@ -18,10 +18,10 @@ constexpr double kStrokeDepth = 1e-3;  // [m]
  * The hand's way round a bumpy sphere, always over new ground, over the mesh itself: a coarse one lies below the sphere
  * by more than a millimetre.
  */
-class Stroke {
+class MeshStroke {
  public:
   /** `speed` in m/s. Throws Failure where the mesh is not found. */
-  Stroke(const hapticd::MeshView& mesh, double seconds, double speed);
+  MeshStroke(const hapticd::MeshView& mesh, double seconds, double speed);
   [[nodiscard]] std::size_t ticks() const { return along_.size() - 1; }
   /** At tick i, 0 to ticks(), `height` above the mesh. */
   [[nodiscard]] hapticd::Vec3 at(std::size_t i, double height) const { return (radius_[i] + height) * along_[i]; }

@@ -27,7 +27,7 @@ constexpr std::int64_t kHalfWave = 25;  ///< Ticks of force, then as many withou
 constexpr double kNewtons = 1;
 constexpr std::int64_t kSettle_ns = 400'000'000;  ///< Until the grip is where its hand wants it.
 
-struct Options {
+struct DeviceOptions {
   double seconds = 1;
   std::string sdk = playedSdk();
 };
@@ -135,9 +135,9 @@ Threads runThreads(const PlayedCase& played, double seconds, std::string& note) 
 }
 
 /** What one device came to. */
-class Table {
+class DeviceTable {
  public:
-  Table(std::string name, std::vector<Series>& to) : name_(std::move(name)), to_(to) {}
+  DeviceTable(std::string name, std::vector<Series>& to) : name_(std::move(name)), to_(to) {}
   void add(const std::string& what, const std::string& unit, double value) {
     const std::string name = name_ + ": " + what;
     const auto same = std::find_if(to_.begin(), to_.end(), [&](const Series& series) { return series.name == name; });
@@ -162,7 +162,7 @@ class Table {
 /** False if readings are few or wrong. */
 bool judge(const PlayedCase& played, const Common& common, double seconds, std::vector<Series>& all,
            std::string& note) {
-  Table table(played.name, all);
+  DeviceTable table(played.name, all);
   const Protocol protocol = measure(played, seconds);  // All but the processor time is the same each time.
   table.add("readings", "Hz", protocol.rate_hz);
   table.add("age of a reading, median", "us", part(protocol.age_us, 0.5));
@@ -184,8 +184,9 @@ bool judge(const PlayedCase& played, const Common& common, double seconds, std::
 }
 
 /** False if nothing came back. */
-bool judgeHelper(const std::string& scheme, const Common& common, const Options& options, std::vector<Series>& all) {
-  Table table(scheme, all);
+bool judgeHelper(const std::string& scheme, const Common& common, const DeviceOptions& options,
+                 std::vector<Series>& all) {
+  DeviceTable table(scheme, all);
   bool good = true;
   for (int round = 0; round < common.rounds; ++round) {
     const HelperFigures figures = runHelper(scheme, options.sdk, options.seconds);
@@ -203,7 +204,7 @@ void tryPlayedSdk(const std::string& sdk) {
   openOrThrow(playDhd(sdk, clock)->device());
 }
 
-int run(const Common& common, const Options& options) {
+int run(const Common& common, const DeviceOptions& options) {
   if (!options.sdk.empty()) tryPlayedSdk(options.sdk);  // Before the other devices' measurements, not after.
   std::vector<Series> all;
   std::string note;
@@ -226,7 +227,7 @@ int run(const Common& common, const Options& options) {
 }  // namespace
 
 void addDevice(CLI::App& app, Run& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DeviceOptions>();
   CLI::App* device =
       app.add_subcommand("device",
                          "Each driver against its played device: delays of the protocol, processor time,\n"

@@ -21,7 +21,7 @@
 namespace haptic_bench {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 using std::chrono::microseconds;
 
 void drawFrames(const std::string& socket) {
@@ -29,10 +29,10 @@ void drawFrames(const std::string& socket) {
   haptic::Session session = check(client.openSession());
   constexpr microseconds kFrame{16'667}, kDrawn{12'500};
   std::vector<float> pixels(1920 * 1080);
-  for (auto next = Clock::now();; std::this_thread::sleep_until(next += kFrame)) {
+  for (auto next = SteadyClock::now();; std::this_thread::sleep_until(next += kFrame)) {
     const auto sample = session.latest();
     auto shade = sample ? static_cast<float>(sample->p[2]) : 0.0f;
-    while (Clock::now() < next + kDrawn) {
+    while (SteadyClock::now() < next + kDrawn) {
       for (float& pixel : pixels) pixel = shade += 1e-3f * pixel;
     }
   }
@@ -53,7 +53,7 @@ void pushAtServoRate(const std::string& socket) {
   haptic::Session session = check(client.openSession());
   haptic_client_force none{};
   none.lease_ns = 100'000'000;
-  for (auto next = Clock::now();; std::this_thread::sleep_until(next += microseconds(1000))) {
+  for (auto next = SteadyClock::now();; std::this_thread::sleep_until(next += microseconds(1000))) {
     (void)session.latest();
     (void)session.push(none, {.latest = true});
   }

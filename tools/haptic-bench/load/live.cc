@@ -20,10 +20,10 @@
 namespace haptic_bench {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-constexpr double kStiffness = 1000;  ///< [N/m]
+constexpr double kLiveStiffness = 1000;  ///< [N/m]
 // Over the top of the sphere and back at 0.1 m/s, pressing with about 1 N, and off it at both ends: an object that
 // appears about a hand is not felt until the hand has left it.
 constexpr const char* kHand =
@@ -38,7 +38,7 @@ struct Report {
 
 std::uint64_t now_us() {
   return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch()).count());
+      std::chrono::duration_cast<std::chrono::microseconds>(SteadyClock::now().time_since_epoch()).count());
 }
 
 void note(Report& report) {
@@ -56,10 +56,10 @@ void runClient(const std::string& socket, const Model& model, Source source, dou
   const haptic::SurfaceMesh mesh = clientMesh(model);
   haptic::Client client = connectTo(socket);
   haptic::Session session = check(client.openSession());
-  const ClientTiming timing{1 / rate_hz, 0.002, kStiffness};
-  const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timing.period_s));
-  for (auto next = Clock::now();;
-       std::this_thread::sleep_until(next = std::max(next + period, Clock::now() - period))) {
+  const ClientTiming timing{1 / rate_hz, 0.002, kLiveStiffness};
+  const auto period = std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(timing.period_s));
+  for (auto next = SteadyClock::now();;
+       std::this_thread::sleep_until(next = std::max(next + period, SteadyClock::now() - period))) {
     const auto sample = session.latest();
     if (!sample) continue;
     note(report);
@@ -102,7 +102,7 @@ haptic::Object addMesh(haptic::Client& client, const Model& model) {
   object.name = "stroked";
   object.shape.kind = HAPTIC_SHAPE_MESH;
   object.shape.mesh = mesh->id;
-  object.material = {kStiffness, 0, 0, 0};
+  object.material = {kLiveStiffness, 0, 0, 0};
   return check(client.scene().create(object));
 }
 
@@ -114,8 +114,8 @@ std::vector<haptic_sample> watch(haptic::Session& session, double seconds) {
   std::vector<haptic_sample> room(1024);
   std::uint64_t lost = 0;
   (void)session.drain(room, lost);
-  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
-  while (Clock::now() < end) {
+  const auto end = SteadyClock::now() + std::chrono::duration<double>(seconds);
+  while (SteadyClock::now() < end) {
     checkInterrupts(kWho, kShown);
     std::this_thread::sleep_for(milliseconds(50));
     auto read = session.drain(room, lost);
@@ -186,7 +186,7 @@ LiveResult runLive(const LiveDaemon& daemon, const Model& model, Source source, 
   children.clear();
   std::this_thread::sleep_for(milliseconds(100));  // The daemon lets go of what they had.
   judgePeriods(samples, result);
-  const ForceError off = judgeForces(samples, BuiltSurface(model), source, kStiffness);
+  const ForceError off = judgeForces(samples, BuiltSurface(model), source, kLiveStiffness);
   result.force_rms = off.rms;
   result.mean_force = off.mean;
   if (const auto gaps = static_cast<double>(report->updates.load()) - 1; gaps > 0) {

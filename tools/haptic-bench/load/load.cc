@@ -17,7 +17,7 @@
 namespace haptic_bench {
 namespace {
 
-struct Options {
+struct LoadOptions {
   std::vector<std::uint32_t> triangles{3'000, 64'000, 137'000};
   std::vector<double> rates_hz{10, 30, 100, 300, 1000};
   std::vector<std::string> levels;
@@ -54,7 +54,7 @@ void printCells(const Common& common, const std::vector<Cell>& cells) {
   print(common, "load", all);
 }
 
-int runLoad(const Common& common, const Options& options) {
+int runLoad(const Common& common, const LoadOptions& options) {
   std::vector<Level> levels;
   for (const Level level : kLevels) {
     const auto& wanted = options.levels;
@@ -102,7 +102,7 @@ int runLoad(const Common& common, const Options& options) {
 }  // namespace
 
 void addLoad(CLI::App& app, Run& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LoadOptions>();
   CLI::App* load = app.add_subcommand(
       "load", "Servo period and force error under six levels of load, on a daemon and clients of its own");
   load->add_option("--triangles", options->triangles, "Of the meshes")

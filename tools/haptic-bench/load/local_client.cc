@@ -6,13 +6,13 @@
 namespace haptic_bench {
 namespace {
 
-constexpr double kPatience = 3;       ///< Leases, in periods: two updates may be lost.
+constexpr double kModelPatience = 3;  ///< Leases, in periods: two updates may be lost.
 constexpr double kLeastLease = 0.05;  ///< [s]
 
 std::int64_t nanoseconds(double s) { return std::llround(s * 1e9); }
 
 std::int64_t leaseOf(const ClientTiming& timing) {
-  return nanoseconds(std::max(kLeastLease, kPatience * timing.period_s));
+  return nanoseconds(std::max(kLeastLease, kModelPatience * timing.period_s));
 }
 
 }  // namespace

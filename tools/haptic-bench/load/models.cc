@@ -16,7 +16,7 @@
 namespace haptic_bench {
 namespace {
 
-struct Options {
+struct ModelsOptions {
   std::vector<double> rates_hz{10, 30, 100, 300, 1000};
   std::vector<double> stiffness{300, 1000};
   double latency_ms = 5;
@@ -26,7 +26,7 @@ struct Options {
   double bumps = 0;
 };
 
-int runModels(const Common& common, const Options& options) {
+int runModels(const Common& common, const ModelsOptions& options) {
   const BumpySphere shape{options.radius, options.bumps};
   const Model model = tessellate(shape, options.triangles);
   const BuiltSurface surface(model);
@@ -64,7 +64,7 @@ int runModels(const Common& common, const Options& options) {
 }  // namespace
 
 void addModels(CLI::App& app, Run& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ModelsOptions>();
   CLI::App* models = app.add_subcommand(
       "models", "Force of local models and of client forces against the native scene, by the client's rate");
   models->add_option("--rates", options->rates_hz, "Client's rates [Hz]")

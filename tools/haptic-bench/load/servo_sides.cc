@@ -19,10 +19,10 @@ namespace {
 using namespace hapticd;  // NOLINT(google-build-using-namespace)
 
 constexpr int kPriority = 80;
-constexpr double kStiffness = 1000;                 // [N/m]
+constexpr double kSphereStiffness = 1000;           // [N/m]
 constexpr std::size_t kStackBytes = 512 * 1024;     // As DeviceGroup's.
 constexpr std::size_t kPrefaultBytes = 256 * 1024;  // As DeviceGroup's.
-constexpr std::chrono::milliseconds kWarmUp{200};
+constexpr std::chrono::milliseconds kArming{200};
 // Along the top of the sphere, half a millimetre deep, in contact for nine tenths of the way.
 constexpr const char* kDevice =
     "sim://default?motion=stroke&from=-0.008,0,0.0495&to=0.008,0,0.0495&period=0.5&hand_stiffness=1000";
@@ -47,7 +47,7 @@ Wakes runBare(const Slice& slice, Clock& clock, Note& note) {
     if (auto rights = becomeRealtime(kPriority); !rights) note = toString(rights.error());
     const std::int64_t period_ns = periodOf(slice);
     std::int64_t deadline_ns = (clock.now() / period_ns + 1) * period_ns;
-    const std::int64_t from_ns = deadline_ns + std::chrono::nanoseconds(kWarmUp).count();
+    const std::int64_t from_ns = deadline_ns + std::chrono::nanoseconds(kArming).count();
     const std::int64_t end_ns = from_ns + static_cast<std::int64_t>(slice.seconds * 1e9);
     while (deadline_ns < end_ns) {
       clock.sleepUntil(deadline_ns);
@@ -125,14 +125,14 @@ House::House(const Slice& slice, MeshView& mesh, Clock& clock, Note& note) : sli
   object.object = makeObjectId(1, 1);
   object.flags = HD_OBJECT_ENABLED;
   object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
-  object.material.stiffness = kStiffness;
+  object.material.stiffness = kSphereStiffness;
   object.material.damping = 1;
   object.material.friction_static = 0.4;
   object.material.friction_dynamic = 0.3;
   object.q[0] = 1;
   send(CommandKind::kAddObject, object);
   send(CommandKind::kArm, DeviceRef{0});
-  std::this_thread::sleep_for(kWarmUp);
+  std::this_thread::sleep_for(kArming);
 }
 
 House::~House() = default;

@@ -16,7 +16,7 @@ namespace {
 using hapticd::Replayer;
 using hapticd::Verdict;
 
-struct Options {
+struct ReplayOptions {
   std::string file, output;
   bool verify = false;
 };
@@ -75,7 +75,7 @@ int judge(const Verdict& verdict) {
   return 1;
 }
 
-int replay(const Options& options) {
+int replay(const ReplayOptions& options) {
   if (!options.output.empty()) {
     const bool csv = endsIn(options.output, ".csv");
     if (!csv && !endsIn(options.output, ".h5") && !endsIn(options.output, ".hdf5")) {
@@ -99,7 +99,7 @@ int replay(const Options& options) {
 
 void addReplay(CLI::App& app, Run& chosen) {
   CLI::App* sub = app.add_subcommand("replay", "Run a recording again: check it, export it");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   sub->add_option("FILE", options->file, "Made by hapticctl record")->required();
   sub->add_flag("--verify", options->verify, "Compare every force with what was sent; 1 if any differs");
   sub->add_option("--export", options->output, "Write every cycle to a .csv, .h5 or .hdf5 file")->type_name("OUT");

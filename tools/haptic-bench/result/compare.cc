@@ -70,7 +70,7 @@ bool isCompared(const std::string& unit, const Comparison& what) {
 
 std::vector<Change> compare(const Results& before, const Results& after, const Comparison& what) {
   std::vector<Change> changes;
-  for (const Result& old : before.all) {
+  for (const StoredResult& old : before.all) {
     if (!isCompared(old.series.unit, what)) continue;
     Change change{
         Change::Kind::kMissing, old.benchmark, old.series.name, old.series.unit, estimate(old.series.rounds), {}};

@@ -90,7 +90,7 @@ Results Results::read(const std::string& path) {
 }
 
 const Series* Results::find(const std::string& benchmark, const std::string& quantity) const {
-  for (const Result& r : all) {
+  for (const StoredResult& r : all) {
     if (r.series.name == quantity && r.benchmark == benchmark) return &r.series;
   }
   return nullptr;

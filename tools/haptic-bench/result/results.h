@@ -12,7 +12,7 @@
 namespace haptic_bench {
 
 /** One benchmark's quantity with the values of its rounds. */
-struct Result {
+struct StoredResult {
   std::string benchmark;
   Series series;
 };
@@ -20,7 +20,7 @@ struct Result {
 /** All series of a file that --csv wrote, in its order, and its comment lines (the machine). */
 struct Results {
   std::vector<std::string> machine;
-  std::vector<Result> all;
+  std::vector<StoredResult> all;
 
   /** Throws Failure with `where` and the line. */
   [[nodiscard]] static Results parse(std::string_view text, const std::string& where);

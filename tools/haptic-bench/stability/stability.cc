@@ -34,7 +34,7 @@ constexpr const char* kFragment = "skull fragment";
 constexpr const char* kVoxelPeg = "voxel peg";
 constexpr const char* kDefault = "constraint";  ///< Of the responses.
 
-struct Options {
+struct StabilityOptions {
   bool quick = false, check = false;
   std::string pair, response;
   double voxel_mm = 0.5;
@@ -84,7 +84,7 @@ Pairing voxelPeg(double voxel) {
   return s;
 }
 
-std::vector<Pairing> pairings(const Options& o) {
+std::vector<Pairing> pairings(const StabilityOptions& o) {
   std::vector<Pairing> all;
   for (StabilityPair& pair : stabilityPairs()) {
     if (!o.pair.empty() && o.pair != pair.name) continue;
@@ -106,7 +106,7 @@ std::vector<std::string> pairNames() {
 }
 
 /** All runs of one pair, excitation and response. */
-struct Row {
+struct Line {
   int runs = 0, at_rest = 0;
   double created = -1, unrest = 0, strongest = 0;
   double patience = 0;  ///< Most that a run took beyond the usual time to come to rest [s].
@@ -114,8 +114,8 @@ struct Row {
   std::optional<double> creep, creep_turn;  ///< In a minute [m, rad], of what ends pressed.
 };
 
-Row sweep(Pairing& pairing, const Excitation& what, Response& response, const Options& o) {
-  Row row;
+Line sweep(Pairing& pairing, const Excitation& what, Response& response, const StabilityOptions& o) {
+  Line row;
   const std::vector<double> rates = o.quick ? std::vector<double>{1000} : std::vector<double>{1000, 4000};
   const std::vector<double> masses =
       o.quick ? std::vector<double>{0.02, 2.0} : std::vector<double>{0.02, 0.06, 0.2, 0.6, 2.0};
@@ -149,12 +149,12 @@ Row sweep(Pairing& pairing, const Excitation& what, Response& response, const Op
   return row;
 }
 
-bool holds(const Row& row) {
+bool holds(const Line& row) {
   return row.finite && row.at_rest == row.runs && row.created <= kCreated && row.creep.value_or(0) < kCreep &&
          row.creep_turn.value_or(0) < kCreepTurn;
 }
 
-void print(const Common& common, const char* pair, const char* what, const char* response, const Row& row) {
+void print(const Common& common, const char* pair, const char* what, const char* response, const Line& row) {
   const auto optional = [&](const std::optional<double>& x, double unit) {
     return x ? fmt::format("{:.3g}", *x * unit) : std::string("-");
   };
@@ -171,7 +171,7 @@ void print(const Common& common, const char* pair, const char* what, const char*
   std::fflush(stdout);
 }
 
-int run(const Common& common, const Options& o) {
+int run(const Common& common, const StabilityOptions& o) {
   if (o.check && !o.response.empty() && o.response != kDefault) {
     throw Failure("--check", "it judges the default response alone", std::string("without --response, or ") + kDefault);
   }
@@ -196,7 +196,7 @@ int run(const Common& common, const Options& o) {
       for (const auto& response : responses) {
         const bool is_default = response == responses.front();
         if (!o.response.empty() ? o.response != response->name() : o.quick && !is_default) continue;
-        const Row row = sweep(pairing, what, *response, o);
+        const Line row = sweep(pairing, what, *response, o);
         print(common, pairing.pair.name, what.name, response->name(), row);
         good = good && (!is_default || holds(row));
       }
@@ -215,7 +215,7 @@ int run(const Common& common, const Options& o) {
 void addStability(CLI::App& app, Run& chosen) {
   CLI::App* command = app.add_subcommand(
       "stability", "Held tools dropped, pushed, jammed, spun and hammered: energy from nothing, unrest, creep");
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<StabilityOptions>();
   command->add_flag("--quick", o->quick, "The default response, 1 kHz, lightest and heaviest, no minute at rest");
   command->add_flag("--check", o->check, "End with 1 when the default response does not hold");
   command->add_option("--pair", o->pair, "Only this")->check(CLI::IsMember(pairNames()));

@@ -49,3 +49,14 @@ function(hapticd_sources out)
   file(GLOB_RECURSE found CONFIGURE_DEPENDS ${patterns})
   set(${out} ${found} PARENT_SCOPE)
 endfunction()
+
+# Most of what a file costs is what it instantiates of libraries, the same in each: in batches that is done once for eight files.
+# A full build takes half the time, one change twice as long. Names in unnamed namespaces must then differ within a target.
+option(HAPTICD_UNITY "Compile tests and tools in batches of files" OFF)
+function(hapticd_unity target)
+  if(HAPTICD_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    # A local name may be that of another file's own, and an unnamed namespace is not that of a header.
+    target_compile_options(${target} PRIVATE -Wno-shadow $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  endif()
+endfunction()

@@ -55,6 +55,8 @@ class Cycle {
     devices_[device].velocity.setResolution(position, rotation);
     devices_[device].guard.setResolution(position);
     devices_[device].proxy.setResolution(position);
+    devices_[device].effects.setResolution(
+        position, VelocityEstimator::noiseAtRest(position, 1e-9 * static_cast<double>(config_.period_ns)));
     devices_[device].resolution = position;
   }
 

@@ -6,6 +6,8 @@
 namespace hapticd {
 namespace {
 
+constexpr double kRounded = 1 + 0x1p-10;  // Readings a step apart, in parts of it: those of a float's rounding, too.
+
 /**
  * The end-fit line of one axis, which takes samples from the newest on. The slopes of the lines that pass all of them
  * within the resolution are an interval, which each sample narrows: each is looked at once.
@@ -50,8 +52,8 @@ void VelocityEstimator::reset() HD_RT {
 }
 
 void VelocityEstimator::setResolution(double position, double rotation) HD_RT {
-  if (std::isfinite(position) && position > 0) resolution_ = position;
-  if (std::isfinite(rotation) && rotation > 0) rotation_resolution_ = rotation;
+  if (std::isfinite(position) && position > 0) resolution_ = kRounded * position;
+  if (std::isfinite(rotation) && rotation > 0) rotation_resolution_ = kRounded * rotation;
 }
 
 Twist VelocityEstimator::update(const DeviceSample& sample) HD_RT {

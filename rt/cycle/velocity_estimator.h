@@ -22,6 +22,12 @@ class VelocityEstimator {
  public:
   static constexpr std::uint32_t kWindow = 16;  ///< Samples, the newest included.
 
+  /** Speed that readings in steps may feign of a hand at rest, all axes together, a sample each `dt` [m/s]. */
+  [[nodiscard]] static constexpr double noiseAtRest(double step, double dt) HD_RT {
+    constexpr double kSqrt3 = 1.7320508075688772;
+    return step > 0 ? kSqrt3 * step / ((kWindow - 1) * dt) : 0.0;
+  }
+
   /** Forgets all samples; the next estimate needs two. */
   void reset() HD_RT;
   /** Peak error of a reading [m], [rad]: the device's resolution. Values that are not positive and finite are ignored.

@@ -1,6 +1,7 @@
 #include "rt/render/surface_effects.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "rt/render/relief.h"
 
@@ -27,22 +28,35 @@ Vec3 reliefForce(const SceneObject& object, const SurfaceContact& contact, const
 
 }  // namespace
 
-/** An impact on each object that pushes and has not in the last tick; that of the contact pushes if it is `felt`. */
+/** An impact on each object that pushes and is not felt since before; that of the contact pushes if it is `felt`. */
 void SurfaceEffects::strike(const Scene& scene, const SurfaceContact& contact, std::span<const HoldingSurface> holding,
-                            bool felt, const Vec3& v) HD_RT {
+                            bool felt, const Vec3& hip, const Vec3& v) HD_RT {
+  if (!felt && holding.empty() && felt_.id[0] == 0) return;
   const Felt before = felt_;
   std::size_t count = 0;
-  felt_.fill(0);
+  felt_.id.fill(0);
   const auto touch = [&](std::uint32_t id, const Vec3& normal) HD_RT {
-    if (std::ranges::find(felt_, id) != felt_.end()) return;
-    felt_[count++] = id;
+    if (std::ranges::find(felt_.id, id) != felt_.id.end()) return;
+    felt_.id[count] = id;
     const SceneObject* object = scene.find(id);
-    if (!object || std::ranges::find(before, id) != before.end()) return;
-    transient_.strike(object->surface.parameters, normal.dot(object->velocityAt(contact.point) - v), normal);
+    if (object && away_ > 0) felt_.at[count] = object->X_WO.q.conjugate() * (hip - object->X_WO.p);
+    ++count;
+    if (!object || std::ranges::find(before.id, id) != before.id.end()) return;
+    const double speed = normal.dot(object->velocityAt(contact.point) - v);
+    if (speed >= Transient::kLeastSpeed + noise_) transient_.strike(object->surface.parameters, speed, normal);
   };
   if (felt) touch(contact.object, contact.normal);
   for (const HoldingSurface& surface : holding) {
     if (surface.object != contact.object && surface.push > 0) touch(surface.object, surface.normal);
+  }
+  if (!(away_ > 0)) return;
+  for (std::size_t i = 0; i < before.id.size() && count < before.id.size(); ++i) {
+    const SceneObject* object = scene.find(before.id[i]);
+    if (!object || std::ranges::find(felt_.id, before.id[i]) != felt_.id.end()) continue;
+    const Vec3 at = object->X_WO.q.conjugate() * (hip - object->X_WO.p);
+    if ((at - before.at[i]).squaredNorm() > away_ * away_) continue;
+    felt_.at[count] = before.at[i];
+    felt_.id[count++] = before.id[i];
   }
 }
 
@@ -57,15 +71,16 @@ SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& con
   if (surface && surface->relief) forces.texture += reliefForce(*object, contact, hip, left);
 
   const bool felt = left > 0;
-  strike(scene, contact, holding, felt, v);
+  strike(scene, contact, holding, felt, hip, v);
   forces.transient = transient_.step();
 
   if (felt && surface->vibration) {
     // Across the motion, as the paper has it: such a force does no work on the sliding hand.
     const Vec3 aside = contact.smooth.cross(slide);
     const double speed = aside.norm(), normal_force = object->material.stiffness * left;
+    const double heard = std::sqrt(std::max(0.0, speed * speed - noise_ * noise_));
     const double wanted =
-        surface->parameters.vibration_mass * vibration_.step(*surface->vibration, speed, normal_force);
+        surface->parameters.vibration_mass * vibration_.step(*surface->vibration, heard, normal_force);
     if (speed > 0) forces.texture += std::clamp(wanted, -normal_force, normal_force) / speed * aside;
   } else {
     vibration_.rest();

@@ -29,6 +29,14 @@ class SurfaceEffects {
   explicit SurfaceEffects(std::uint64_t seed = 0) noexcept : vibration_(seed) {}
 
   /**
+   * Steps in which the hand's coordinates come [m], and the speed that they may feign of one at rest [m/s]: neither
+   * makes an impact or a vibration. Not positive counts as 0, as at the start.
+   */
+  void setResolution(double step, double speed) HD_RT {
+    away_ = step > 0 ? kAway * step : 0;
+    noise_ = speed > 0 ? speed : 0;
+  }
+  /**
    * After the proxy has found `contact`, with what is `holding` it, for a hand at `hip` that moves at `v`. Without
    * contact, or above the ground of a relief's hollow, there is no texture; a transient sounds on until it has died
    * out.
@@ -38,19 +46,26 @@ class SurfaceEffects {
   void reset() HD_RT {
     transient_.reset();
     vibration_.rest();
-    felt_.fill(0);
+    felt_.id.fill(0);
   }
 
  private:
-  /** Ids, 0 for none. */
-  using Felt = std::array<std::uint32_t, kMaxHolding + 1>;
+  static constexpr double kAway = 4;  ///< Steps that a hand must go to have left: readings at rest differ by two.
+
+  /** Objects whose surfaces, as their relief lowers them, push, or have and are not left yet. */
+  struct Felt {
+    std::array<std::uint32_t, kMaxHolding + 1> id{};  ///< 0 for none.
+    std::array<Vec3, kMaxHolding + 1> at;             ///< The hand then, in the object's frame.
+  };
 
   void strike(const Scene& scene, const SurfaceContact& contact, std::span<const HoldingSurface> holding, bool felt,
-              const Vec3& v) HD_RT;
+              const Vec3& hip, const Vec3& v) HD_RT;
 
   Transient transient_;
   Vibration vibration_;
-  Felt felt_{};  ///< The objects whose surfaces, as their relief lowers them, pushed in the last tick.
+  double away_ = 0;   ///< [m]
+  double noise_ = 0;  ///< Of the hand's speed [m/s].
+  Felt felt_;         ///< In the last tick.
 };
 
 }  // namespace hapticd

@@ -13,9 +13,9 @@
 
 namespace hapticd::test {
 
-/** Of a servo at 1 kHz. */
-inline SurfaceParameters ringing(double gain, double hz, double decay_s) {
-  const double r = std::exp(-1e-3 / decay_s), theta = 2 * std::numbers::pi * hz * 1e-3;
+/** Of a servo at 1 kHz, or with another period. */
+inline SurfaceParameters ringing(double gain, double hz, double decay_s, double period_s = 1e-3) {
+  const double r = std::exp(-period_s / decay_s), theta = 2 * std::numbers::pi * hz * period_s;
   SurfaceParameters s{};
   s.transient_gain = gain;
   s.transient_first = r * std::sin(theta);

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "rt/scene/snapshot_checksum.h"
+#include "rt/scene/vertex_motion.h"
 
 namespace hapticd {
 
@@ -20,9 +21,22 @@ Result<SnapshotMemory> openSnapshot(UniqueFd fd, bool lock) {
   }
   auto view = validateSnapshot(mapping->bytes());
   if (!view) return view.error();
-  if (lock)
-    if (const auto locked = mapping->lock(); !locked) return locked.error();
-  return SnapshotMemory{std::move(*mapping), *view};
+  auto motion = addMotion(*view);
+  if (!motion) return motion.error();
+  for (Mapping* const memory : {&*mapping, &*motion}) {
+    if (!lock || !*memory) continue;
+    if (const auto locked = memory->lock(); !locked) return locked.error();
+  }
+  return SnapshotMemory{std::move(*mapping), std::move(*motion), *view};
+}
+
+Result<Mapping> addMotion(MeshView& view) {
+  if (view.deform.vertices == nullptr) return Mapping{};
+  auto file = Memfd::create("hapticd-motion", view.vertex_count * sizeof(VertexMotion));
+  if (!file) return file.error();
+  auto memory = file->map(Memfd::Access::kWrite);
+  if (memory) view.deform.motion = memory->as<VertexMotion>();  // All zero: none has moved.
+  return memory;
 }
 
 std::vector<std::byte> copyDeformed(std::span<const std::byte> snapshot) {

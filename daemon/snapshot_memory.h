@@ -13,8 +13,12 @@ namespace hapticd {
 /** Owns the memory that `view` points into. The servo must have passed before it goes. */
 struct SnapshotMemory {
   Mapping mapping;
+  Mapping motion;  ///< Of the vertices, if they can be moved.
   MeshView view;
 };
+
+/** Memory for how the vertices of a deformable mesh move, to which `view` then points; none for a rigid one. */
+[[nodiscard]] Result<Mapping> addMotion(MeshView& view);
 
 /**
  * Takes a snapshot that the builder (or a cache file's copy) made: requires Seals::kFrozen, maps it (a private copy if

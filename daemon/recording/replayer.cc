@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 
+#include "daemon/snapshot_memory.h"
 #include "rt/cycle/realtime.h"
 
 namespace hapticd {
@@ -15,6 +16,7 @@ namespace hapticd {
 /** A mesh in memory of its own: a deformable one is written to. */
 struct ReplayedMesh {
   Mapping memory;
+  Mapping motion;
   MeshView view;
 };
 
@@ -33,7 +35,9 @@ Result<std::unique_ptr<ReplayedMesh>> makeMesh(const RecordedMesh& mesh) {
   std::memcpy(memory->data(), mesh.bytes.data(), mesh.bytes.size());
   auto view = validateSnapshot(memory->bytes());
   if (!view) return view.error();
-  return std::make_unique<ReplayedMesh>(ReplayedMesh{std::move(*memory), *view});
+  auto motion = addMotion(*view);
+  if (!motion) return motion.error();
+  return std::make_unique<ReplayedMesh>(ReplayedMesh{std::move(*memory), std::move(*motion), *view});
 }
 
 struct Difference {

@@ -29,7 +29,7 @@ Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, UniqueFd volume, MeshInf
   info.triangles = view.triangle_count;
   info.closed = (view.flags & HD_MESH_CLOSED) != 0;
   info.deformable = (view.flags & HD_MESH_DEFORMABLE) != 0;
-  info.bytes = memory->mapping.size();
+  info.bytes = memory->mapping.size() + memory->motion.size();
   if (volume.valid()) {
     auto opened = openVolume(std::move(volume), lock_);
     if (!opened) return opened.error();

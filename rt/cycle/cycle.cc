@@ -301,7 +301,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     source[HD_SOURCE_TEXTURE].force = added.texture;
     source[HD_SOURCE_TRANSIENT].force = added.transient;
     if (const SceneObject* touched = scene_.find(out.contact.object)) {
-      energy.carried = out.contact.force.cwiseProduct(touched->velocityAt(out.contact.point));
+      energy.carried = out.contact.force.cwiseProduct(out.contact.velocity);
       energy.stored = 0.5 * touched->material.stiffness * (out.contact.proxy - sample.p).squaredNorm();
       energy.damping = touched->material.damping;
       const std::uint8_t body = bodies_.find(objectSlot(out.contact.object));

@@ -312,11 +312,12 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const Vec3 pull = support.at - step.goal, up = support.foot - step.goal;
   contact.depth = up.norm();
   if (contact.depth > 0) contact.normal = contact.smooth = up / contact.depth;
-  const Vec3 out = step.count > 0 ? step.held[foremost(step, support.active)].surface.normal : contact.normal;
-  contact.point = support.at - radius_ * out;
+  const Constraint* const on = step.count > 0 ? &step.held[foremost(step, support.active)] : nullptr;
+  contact.point = support.at - radius_ * (on ? on->surface.normal : contact.normal);
+  contact.velocity = step.scene->velocityAt(*surface, on ? on->feature : HD_NO_INDEX, contact.point);
   const hd_material& material = surface->material;
   const double elastic = material.stiffness * pull.dot(contact.normal);
-  const double approach = contact.normal.dot(surface->velocityAt(contact.point) - v_W);
+  const double approach = contact.normal.dot(contact.velocity - v_W);
   contact.damping = std::max(material.damping * approach, -elastic);
   contact.force = material.stiffness * pull + contact.damping * contact.normal;
   contact.proxy = support.at;

@@ -19,14 +19,15 @@ namespace hapticd {
 
 /** Contact of one device point. Vectors in W. */
 struct SurfaceContact {
-  Vec3 force = Vec3::Zero();   ///< On the hand [N].
-  Vec3 proxy = Vec3::Zero();   ///< Centre of the ball, or point on the surface; the hip in free space [m].
-  Vec3 point = Vec3::Zero();   ///< Of contact, on the surface; the proxy in free space [m].
-  Vec3 normal = Vec3::Zero();  ///< Outward, unit; zero in free space.
-  Vec3 smooth = Vec3::Zero();  ///< The same of the surface that a shaded mesh stands for (Shading); else `normal`.
-  double depth = 0;            ///< Of the hip below where the proxy may be, along the normal [m].
-  double damping = 0;          ///< Part of the force that the material's damping makes, along the normal [N].
-  std::uint32_t object = 0;    ///< Id of the object in contact, 0 for none.
+  Vec3 force = Vec3::Zero();     ///< On the hand [N].
+  Vec3 proxy = Vec3::Zero();     ///< Centre of the ball, or point on the surface; the hip in free space [m].
+  Vec3 point = Vec3::Zero();     ///< Of contact, on the surface; the proxy in free space [m].
+  Vec3 normal = Vec3::Zero();    ///< Outward, unit; zero in free space.
+  Vec3 smooth = Vec3::Zero();    ///< The same of the surface that a shaded mesh stands for (Shading); else `normal`.
+  Vec3 velocity = Vec3::Zero();  ///< Of the surface at `point` [m/s].
+  double depth = 0;              ///< Of the hip below where the proxy may be, along the normal [m].
+  double damping = 0;            ///< Part of the force that the material's damping makes, along the normal [N].
+  std::uint32_t object = 0;      ///< Id of the object in contact, 0 for none.
   bool slip = false;
   bool touch = false;      ///< Contact began this tick.
   bool untouch = false;    ///< Contact ended this tick.

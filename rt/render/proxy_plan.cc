@@ -50,12 +50,12 @@ bool isOverFace(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corn
 }
 
 /**
- * Of the elastic force along `up`, from hip to foot, what damping leaves to a hand that withdraws at v_W from the
- * surface at x: the normal force to which friction is in proportion.
+ * Of the elastic force along `up`, from hip to foot, what damping leaves where the surface goes away from the hand, at
+ * v as that sees it: the normal force to which friction is in proportion.
  */
-double pressLeft(const SceneObject& surface, const Vec3& up, const Vec3& x, const Vec3& v_W) HD_RT {
-  const double approach = std::min(0.0, up.dot(surface.velocityAt(x) - v_W));
-  return std::max(0.0, 1 + surface.material.damping * approach / (surface.material.stiffness * up.squaredNorm()));
+double pressLeft(const hd_material& material, const Vec3& up, const Vec3& v) HD_RT {
+  const double approach = std::min(0.0, up.dot(v));
+  return std::max(0.0, 1 + material.damping * approach / (material.stiffness * up.squaredNorm()));
 }
 
 double settled(std::uint32_t sweeps) HD_RT { return sweeps < kLate ? kSettled : kSettledLate; }
@@ -301,14 +301,17 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   std::uint32_t holding = 0;
   if (!step.together && !nearestInside(above, step.count, kNear * skin, at, holding)) at = foot;
   const double rest = std::max(kNear * skin, settled(step.sweeps) * (foot - step.goal).norm());
-  const SceneObject& surface = step.scene->slot(step.held[foremost(step, active)].slot);
+  const Constraint& first = step.held[foremost(step, active)];
+  const SceneObject& surface = step.scene->slot(first.slot);
   const hd_material& material = surface.material;
   if (material.friction_static > 0) {
     Vec3 on_surface = step.goal;
     if (!nearestOnPlanes(exact, active, on_surface)) on_surface = foot;
     const Vec3 lag = at - foot;
     const double r = lag.norm(), d = (on_surface - step.goal).norm();
-    const double left = material.damping > 0 && d > 0 ? pressLeft(surface, on_surface - step.goal, at, step.v_W) : 1.0;
+    double left = 1;
+    if (material.damping > 0 && d > 0)
+      left = pressLeft(material, on_surface - step.goal, step.scene->velocityAt(surface, first.feature, at) - step.v_W);
     if (!step.judged) {
       step.judged = true;
       if (step.slip && r < left * slipEnds(left_, material.friction_dynamic, d, resolution_)) step.slip = false;

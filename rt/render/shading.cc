@@ -130,7 +130,7 @@ void Shading::step(const Scene& scene, std::span<const HoldingSurface> holding, 
     reset();
   }
   const Vec3 felt = touched->material.stiffness * spring.norm() / along.norm() * along;
-  const double approach = smooth.dot(touched->velocityAt(contact.point) - v_W);
+  const double approach = smooth.dot(contact.velocity - v_W);
   contact.damping = std::max(touched->material.damping * approach, -felt.dot(smooth));
   contact.force = felt + contact.damping * smooth;
 }

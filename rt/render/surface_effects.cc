@@ -35,19 +35,20 @@ void SurfaceEffects::strike(const Scene& scene, const SurfaceContact& contact, s
   const Felt before = felt_;
   std::size_t count = 0;
   felt_.id.fill(0);
-  const auto touch = [&](std::uint32_t id, const Vec3& normal) HD_RT {
+  const auto touch = [&](std::uint32_t id, const Vec3& normal, const HoldingSurface* second) HD_RT {
     if (std::ranges::find(felt_.id, id) != felt_.id.end()) return;
     felt_.id[count] = id;
     const SceneObject* object = scene.find(id);
     if (object && away_ > 0) felt_.at[count] = object->X_WO.q.conjugate() * (hip - object->X_WO.p);
     ++count;
     if (!object || std::ranges::find(before.id, id) != before.id.end()) return;
-    const double speed = normal.dot(object->velocityAt(contact.point) - v);
+    const Vec3 moving = second ? scene.velocityAt(*object, second->feature, contact.point) : contact.velocity;
+    const double speed = normal.dot(moving - v);
     if (speed >= Transient::kLeastSpeed + noise_) transient_.strike(object->surface.parameters, speed, normal);
   };
-  if (felt) touch(contact.object, contact.normal);
+  if (felt) touch(contact.object, contact.normal, nullptr);
   for (const HoldingSurface& surface : holding) {
-    if (surface.object != contact.object && surface.push > 0) touch(surface.object, surface.normal);
+    if (surface.object != contact.object && surface.push > 0) touch(surface.object, surface.normal, &surface);
   }
   if (!(away_ > 0)) return;
   for (std::size_t i = 0; i < before.id.size() && count < before.id.size(); ++i) {
@@ -65,7 +66,7 @@ SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& con
   SurfaceForces forces;
   const SceneObject* object = scene.find(contact.object);
   const Surface* surface = object && contact.depth > 0 ? &object->surface : nullptr;
-  const Vec3 slide = surface ? Vec3(v - object->velocityAt(contact.point)) : Vec3::Zero();
+  const Vec3 slide = surface ? Vec3(v - contact.velocity) : Vec3::Zero();
 
   double left = surface ? contact.depth : 0;
   if (surface && surface->relief) forces.texture += reliefForce(*object, contact, hip, left);

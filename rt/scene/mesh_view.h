@@ -14,6 +14,8 @@
 
 namespace hapticd {
 
+struct VertexMotion;
+
 /**
  * Triangles with their tree. Does not own the memory: whoever published the view keeps it until the servo has passed.
  * For a deformable mesh the arrays are a private writable copy and `deform` is set; otherwise they are read-only.
@@ -34,7 +36,9 @@ struct MeshView {
     const std::uint32_t* triangle_leaf = nullptr;
     const std::uint32_t* source_vertex = nullptr;
     std::uint32_t source_count = 0;
-    std::uint64_t moves = 0;  ///< Of vertices, so far.
+    std::uint64_t moves = 0;         ///< Of vertices, so far.
+    VertexMotion* motion = nullptr;  ///< Of each vertex; null: none is known.
+    double moved = 0;                ///< When any moved last, on the scene's clock [s].
   };
 
   const Float3* vertices = nullptr;

@@ -8,8 +8,6 @@
 namespace hapticd {
 namespace {
 
-constexpr double kLate = 1.5;  // Times what there was between two poses, until the next counts as none.
-
 bool isRotation(const Quat& q) HD_RT { return isFinite(q) && std::abs(q.squaredNorm() - 1.0) < 1e-3; }
 
 bool isValid(const hd_material& m) HD_RT {
@@ -53,6 +51,13 @@ Vec3 angularVelocity(const Quat& from, const Quat& to, double dt) HD_RT {
 const SceneObject* Scene::find(std::uint32_t id) const HD_RT {
   const std::uint32_t slot = objectSlot(id);
   return id != 0 && slot != 0 && slot < kMaxObjects && objects_[slot].id == id ? &objects_[slot] : nullptr;
+}
+
+Vec3 Scene::velocityAt(const SceneObject& object, std::uint32_t feature, const Vec3& x_W) const HD_RT {
+  const Vec3 v = object.velocityAt(x_W);
+  if (object.shape.kind != ShapeKind::kMesh || object.shape.mesh->deform.motion == nullptr) return v;
+  const Vec3 x = object.X_WO.q.conjugate() * (x_W - object.X_WO.p);
+  return v + object.X_WO.q * deformingVelocity(*object.shape.mesh, feature, x, time_);
 }
 
 SceneObject* Scene::findMutable(std::uint32_t id) HD_RT { return const_cast<SceneObject*>(find(id)); }
@@ -241,10 +246,19 @@ ErrorCode Scene::moveVertices(const hd_object_vertices& order) HD_RT {
   MeshView* mesh = object->shape.mesh;
   ErrorCode result = ErrorCode::kOk;
   for (std::uint32_t i = 0; i < order.count && result == ErrorCode::kOk; ++i) {
+    const hd_vertex_move& move = order.move[i];
+    const MeshView::Deform& d = mesh->deform;
+    const std::uint32_t vertex = d.motion && move.index < d.source_count ? d.source_vertex[move.index] : HD_NO_INDEX;
+    float from[3] = {};
+    if (vertex < mesh->vertex_count) std::copy_n(mesh->vertices[vertex], 3, from);
     const std::uint32_t noted = move_count_;
-    noteTriangles(*mesh, order.move[i]);
-    result = moveVertex(*mesh, order.move[i].index, order.move[i].p);
-    if (result != ErrorCode::kOk) move_count_ = noted;
+    noteTriangles(*mesh, move);
+    result = moveVertex(*mesh, move.index, move.p);
+    if (result != ErrorCode::kOk) {
+      move_count_ = noted;
+    } else if (vertex < mesh->vertex_count) {
+      noteMotion(*mesh, vertex, from, time_ + dt_, dt_);  // In the tick that comes.
+    }
   }
   for (std::uint32_t i = 0; i < order_count_; ++i) {  // Others may show the same mesh.
     SceneObject& other = objects_[order_[i]];
@@ -285,6 +299,7 @@ void Scene::rebuildTouchable() HD_RT {
 
 void Scene::advance(double dt) HD_RT {
   time_ += dt;
+  dt_ = dt;
   if (!moves_are_new_) move_count_ = 0;
   moves_are_new_ = false;
   if (settled_) return;
@@ -329,7 +344,7 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
     const double time = std::clamp(since, dt, std::max(dt, kPoseSpread));
     motion.V_told.v = (object.X_PO.p - motion.X_PO_before.p) / time;
     motion.V_told.w = angularVelocity(motion.X_PO_before.q, object.X_PO.q, time);
-    motion.told_for = isZero(motion.V_told) ? 0 : kLate * time;
+    motion.told_for = isZero(motion.V_told) ? 0 : kLatePose * time;
   } else {
     motion.told_for = std::max(0.0, motion.told_for - dt);
   }

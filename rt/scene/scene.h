@@ -12,6 +12,7 @@
 #include "rt/command.h"
 #include "rt/scene/mesh_view.h"
 #include "rt/scene/texture.h"
+#include "rt/scene/vertex_motion.h"
 
 namespace hapticd {
 
@@ -88,14 +89,14 @@ class MeshTable {
  * teleport, as are creation and a change of shape: X_WO_before is X_WO, and a hand that finds itself inside feels
  * nothing until it has left. V_WO follows the given velocity. Where that is zero it is the poses' difference over the
  * time between them (one tick to kPoseSpread), from the command on for half as long again, so that poses which come at
- * a client's own pace, and a little late, count as the motion they are samples of; then the object rests.
+ * a client's own pace, and a little late, count as the motion they are samples of; then the object rests. Moves of
+ * vertices tell the velocity of a place of a mesh in the same way.
  */
 class Scene {
  public:
   static constexpr double kTeleportSpeed = 10.0;  ///< [m/s]
   static constexpr double kTeleportAngle = 1.0;   ///< In one command [rad].
   static constexpr double kPoseHold = 0.02;       ///< [s]
-  static constexpr double kPoseSpread = 0.05;     ///< Of a motion told by poses alone: 20 of them a second [s].
   static constexpr std::uint32_t kMaxTriangleMoves = 4096;
 
   explicit Scene(const MeshTable& meshes) noexcept : meshes_(&meshes) {}
@@ -122,6 +123,8 @@ class Scene {
    */
   [[nodiscard]] std::span<const TriangleMove> triangleMoves() const HD_RT { return {moves_.data(), move_count_}; }
   [[nodiscard]] const SceneObject& slot(std::uint32_t i) const HD_RT { return objects_[i]; }
+  /** Velocity of the surface at x_W, in W; `feature`, as in SweepHit, is the triangle of a mesh that may deform. */
+  [[nodiscard]] Vec3 velocityAt(const SceneObject& object, std::uint32_t feature, const Vec3& x_W) const HD_RT;
   /** The object of that id, or null when it is gone. */
   [[nodiscard]] const SceneObject* find(std::uint32_t id) const HD_RT;
 
@@ -164,7 +167,8 @@ class Scene {
   std::array<TriangleMove, kMaxTriangleMoves> moves_{};
   std::uint32_t move_count_ = 0;
   bool moves_are_new_ = false;  ///< The next advance() keeps them.
-  double time_ = 0;             ///< Sum of all dt [s].
+  double time_ = 0;             ///< Sum of all dt [s],
+  double dt_ = 0;               ///< and the last of them.
   bool settled_ = true;         ///< Nothing moves and nothing moved last tick: advance() has nothing to do.
 };
 

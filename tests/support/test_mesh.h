@@ -13,7 +13,7 @@
 #include <random>
 #include <vector>
 
-#include "rt/scene/mesh_view.h"
+#include "rt/scene/vertex_motion.h"
 
 namespace hapticd::test {
 
@@ -89,6 +89,8 @@ class TestMesh {
                     leaf_.data(),
                     source_.data(),
                     static_cast<std::uint32_t>(source_.size())};
+    motion_.assign(vertices.size(), VertexMotion{});
+    view_.deform.motion = motion_.data();
     return &view_;
   }
 
@@ -184,6 +186,7 @@ class TestMesh {
   std::uint32_t depth_ = 0;
   std::vector<std::array<std::uint32_t, 3>> neighbours_;
   std::vector<std::array<std::array<float, 3>, 3>> corners_;
+  std::vector<VertexMotion> motion_;
   std::vector<std::uint32_t> parents_, leaf_, first_, around_, source_;
 };
 

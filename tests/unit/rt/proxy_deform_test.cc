@@ -152,5 +152,40 @@ TEST(ProxyOnDeformable, OnlyThisTicksMovesAreSwept) {
   EXPECT_TRUE(t.scene->triangleMoves().empty());
 }
 
+/** A sheet that turns about its border, each place at a speed of its own, at the pace of a client or of every tick. */
+TEST(ProxyOnDeformable, DampingIsThatOfTheMotionItsVerticesAreSamplesOf) {
+  constexpr double kDamping = 20, kSpeed = 0.05, kWidth = 0.05;
+  for (const int pace : {1, 17, 40}) {
+    for (const double friction : {0.0, 0.5}) {
+      for (const double x : {-0.031, 0.002, 0.043}) {
+        Sheet sheet(10);
+        TestScene t;
+        const auto id =
+            t.addMesh(sheet.mesh.deformableView(), {Vec3(0, 0, -0.02), Quat(Eigen::AngleAxisd(0.4, Vec3::UnitZ()))},
+                      {1000, kDamping, friction, friction});
+        const Vec3 hip = Quat(Eigen::AngleAxisd(0.4, Vec3::UnitZ())) * Vec3(x, 0.003, -0.015);
+        t.tick(Vec3::Zero());
+        t.tick(hip);
+        int felt = 0;
+        for (int i = 0; i < 400; ++i) {
+          const double risen = 0.002 + kSpeed * test::kTick * (i - i % pace);
+          if (i % pace == 0) {
+            ASSERT_EQ(t.moveVertices(id, sheet.at([&](double at, double) { return risen * (1 + at / kWidth); })),
+                      ErrorCode::kOk);
+          }
+          const SurfaceContact& c = t.tick(hip);
+          if (c.object == 0 || i <= pace) continue;
+          ++felt;
+          const double at = (t.scene->find(id)->X_WO.q.conjugate() * c.point).x();
+          ASSERT_NEAR(c.damping, kDamping * kSpeed * (1 + at / kWidth) * c.normal.z(), 1e-4) << pace << " " << i;
+        }
+        EXPECT_GT(felt, 50) << x;
+        for (int i = 0; i < 100; ++i) t.tick(hip);
+        EXPECT_EQ(t.contact.damping, 0) << "at rest again";
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -7,6 +7,7 @@
 #include "rt/base/rotation.h"
 #include "rt/render/relief.h"
 #include "rt/render/transient.h"
+#include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/test_surface.h"
 
@@ -49,6 +50,14 @@ SurfaceParameters relief(double depth) {
 
 TestRelief waves() {
   return {40, 40, [](auto x, auto y) { return 0.5 + 0.25 * std::sin(0.8 * x) + 0.25 * std::cos(0.5 * y + 0.3 * x); }};
+}
+
+TestVibration buzz() {
+  TestVibration t;
+  t.models = {{0.02, 0.2, 4, {}}, {0.3, 0.2, 9, {}}, {0.02, 3, 16, {}}};
+  t.triangles = {{0, 1, 2}};
+  t.finish();
+  return t;
 }
 
 TEST(SurfaceEffects, APlainSurfaceAddsNothing) {
@@ -140,6 +149,39 @@ TEST(SurfaceEffects, AMovingSurfaceStrikesARestingHand) {
   EXPECT_NEAR(t.forces.transient.z(), 10 * 0.2 * s.transient_first, 1e-9);
 }
 
+/** A sheet whose vertices a client moves 60 times a second. */
+TEST(SurfaceEffects, ASheetThatIsMovedByItsVerticesStrikesWithItsSpeedAndBuzzes) {
+  constexpr double kSpeed = 0.1;
+  const TestVibration texture = buzz();
+  test::TestMesh mesh = test::heightMesh(0.05, 8, [](double, double) { return 0.0; });
+  Touch t(SurfaceParameters{}, &texture.view);
+  ASSERT_EQ(t.scene.remove(t.plane), ErrorCode::kOk);
+  const auto id = t.scene.addMesh(mesh.deformableView());
+  SurfaceParameters s = test::ringing(10, 150, 0.01);
+  s.vibration = 1;
+  s.vibration_mass = 0.05;
+  ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(id, s)), ErrorCode::kOk);
+  const auto start = mesh.vertices;
+  const Vec3 hip(0.0113, 0.0021, 0.005);
+  double first = 0, most = 0;
+  for (int i = 0; i < 100; ++i) {  // Up and aside.
+    if (i % 17 == 0) {
+      std::vector<hd_vertex_move> moves;
+      for (std::uint32_t v = 0; v < start.size(); ++v) {
+        const float way = static_cast<float>(kSpeed * 1e-3 * i);
+        moves.push_back({v, {start[v][0] + way, start[v][1], start[v][2] + way}});
+      }
+      ASSERT_EQ(t.scene.moveVertices(id, moves), ErrorCode::kOk);
+    }
+    t.at(hip);
+    if (first == 0) first = t.forces.transient.z();
+    most = std::max(most, t.forces.texture.norm());
+    ASSERT_NEAR(t.forces.texture.x(), 0, 1e-9) << "across the motion";
+  }
+  EXPECT_NEAR(first, 10 * kSpeed * s.transient_first, 1e-5);
+  EXPECT_GT(most, 0.01);
+}
+
 /** Total force = -gradient of k max(0, d + h)^2 / 2, by finite differences of that energy. */
 TEST(SurfaceEffects, AReliefIsTheGradientOfItsEnergy) {
   const TestRelief picture = waves();
@@ -205,14 +247,6 @@ TEST(SurfaceEffects, AReliefDependsOnPlaceAlone) {
     fast.at({0.02 * std::sin(0.01 * i), 0.02 * std::cos(0.017 * i), -1e-7 * i});
     ASSERT_GE(fast.total().z(), -1e-12) << i;
   }
-}
-
-TestVibration buzz() {
-  TestVibration t;
-  t.models = {{0.02, 0.2, 4, {}}, {0.3, 0.2, 9, {}}, {0.02, 3, 16, {}}};
-  t.triangles = {{0, 1, 2}};
-  t.finish();
-  return t;
 }
 
 TEST(SurfaceEffects, VibrationActsAcrossTheMotionAndWithoutItNotAtAll) {

@@ -1,4 +1,6 @@
 // From face to face of a mesh: where a proxy that slides on one will come to rest, and the way there.
+#include <limits>
+
 #include "rt/geometry/triangle.h"
 #include "rt/render/proxy_step.h"
 
@@ -20,6 +22,23 @@ bool nearestInHollow(const HalfSpace& one, const HalfSpace& other, const Vec3& x
   if (!(sine2 > kFlat && push > 0 && push_other > 0)) return false;
   nearest = x + (push / sine2) * one.normal + (push_other / sine2) * other.normal;
   return true;
+}
+
+/** Height of x above the faces of a box or cylinder that meet in the rim about `point`, and over it above the rim. */
+double heightAtRim(const Shape& shape, FeatureKind kind, const Vec3& point, const Vec3& x) HD_RT {
+  Vec3 height = Vec3::Constant(-std::numeric_limits<double>::infinity());
+  if (shape.kind == ShapeKind::kCylinder) {
+    height[0] = std::copysign(1.0, point.z()) * x.z() - shape.size.y();
+    height[1] = x.head<2>().norm() - shape.size.x();
+  } else {
+    int along = 3;  // Of an edge: where the point is not at the border.
+    if (kind == FeatureKind::kEdge) (shape.size - point.cwiseAbs()).maxCoeff(&along);
+    for (int i = 0; i < 3; ++i) {
+      if (i != along) height[i] = std::copysign(1.0, point[i]) * x[i] - shape.size[i];
+    }
+  }
+  const double out = height.cwiseMax(0.0).norm();
+  return out > 0 ? out : height.maxCoeff();
 }
 
 /** Whether x, seen along the plane's normal, is on the inner side of the edges from a to b and from b to c. */
@@ -293,7 +312,8 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
 
 /**
  * Depth of the hip below where a proxy without friction would come to from held[i], along the same surface: the
- * curved one, or faces that lead on from each other. 0 where that is not known: in a hollow, over a border, too far.
+ * curved one, those that meet in its rim, or faces that lead on from each other. 0 where that is not known: in a
+ * hollow, over a border, too far.
  */
 double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
   const Constraint& c = step.held[i];
@@ -301,6 +321,7 @@ double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
   const Vec3& hip = step.hipIn(c.slot);
   Vec3 normal;
   if (object.shape.kind != ShapeKind::kMesh) {
+    if (c.kind != FeatureKind::kFace) return radius_ - heightAtRim(object.shape, c.kind, c.point, hip);
     Constraint there = c;
     double offset = 0;
     return tangentIn(object, there, hip, normal, offset) ? offset - normal.dot(hip) : 0;

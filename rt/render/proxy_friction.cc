@@ -1,4 +1,5 @@
-// What a proxy rubs on whose looks at the surfaces have brought it no nearer: for its contact's normal and depth.
+// Friction where surfaces turn: the way to the border of the cone on one, and what a proxy rubs on whose looks at the
+// surfaces have brought it no nearer, for its contact's normal and depth.
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
@@ -7,7 +8,54 @@ namespace {
 constexpr double kInCone = 1 + 0x1p-10;   // Of the static cone: on a curve each look ends a little aside,
 constexpr double kSettledLate = 0x1p-20;  // and without friction by less of the depth.
 
+constexpr int kMaxTurns = 32;           // Of the tangent plane of a curve, to the border of its cone,
+constexpr double kAtBorder = 0x1p-32;   // and what is left of the depth then.
+constexpr double kMaxFactor = 0.9;      // Of a turn to the last: slower ones are not put farther.
+constexpr double kMaxTurnCosine = 0.5;  // As far as a curve's normal turns at most in one plan.
+
 }  // namespace
+
+/**
+ * On a single curved surface, be it a ball's edge or vertex: to where it lies on the border of the cone of `friction`,
+ * found by turning the tangent plane before anything is swept; over the edge in which that meets the present one.
+ */
+bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, Plan& plan) const HD_RT {
+  const Constraint& c = step.held[0];
+  const SceneObject& object = step.scene->slot(c.slot);
+  if (c.kind == FeatureKind::kFace && !isCurved(object.shape, c.feature)) return false;
+  Constraint& there = step.held[1];
+  Vec3 last = at, moved = Vec3::Zero();
+  double depth = 0;
+  for (int turn = 0;; ++turn) {
+    if (!tangentTo(object, c, toLocal(object.X_WO, last), there) || there.kind != c.kind) return false;
+    const Vec3& n = there.surface.normal;
+    depth = -there.surface.height(step.goal);
+    const Vec3 foot = step.goal + (depth + c.skin) * n, along = last - foot, lag = along - along.dot(n) * n;
+    const double r = lag.norm();
+    if (!(depth > 0 && r > 0)) return false;
+    const Vec3 next = foot + friction * depth / r * lag, move = next - last;
+    last = next;
+    if (move.norm() <= std::max(kNear * c.skin, kAtBorder * depth)) break;
+    if (turn == kMaxTurns) return false;
+    // Each turn shortens the rest of the way by about the same factor: all at once (Aitken).
+    const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
+    if (factor > 0 && factor < kMaxFactor) last += factor / (1 - factor) * move;
+    moved = move;
+  }
+  const HalfSpace planes[2] = {{c.surface.normal, c.surface.offset + c.skin},
+                               {there.surface.normal, there.surface.offset + c.skin}};
+  Vec3 over = last;
+  if (planes[1].normal.dot(planes[0].normal) < kMaxTurnCosine || !nearestOnPlanes(planes, 3, over) ||
+      (step.together && leadsAway(at, last, step.goal)))
+    return false;
+  plan.goTo(over);
+  plan.way[plan.parts++] = last;
+  plan.above[0] = planes[0].normal;
+  plan.above[1] = planes[1].normal;
+  plan.lands = isOnFeature(object, there, toLocal(object.X_WO, last));
+  plan.keeps = 2;
+  return true;
+}
 
 /**
  * Lets the surface below the proxy hold it where it is, with those it meets from there on the way to the border of its

@@ -432,24 +432,5 @@ TEST(ProxyFriction, ABallKeepsTheNormalOfAnEdge) {
   EXPECT_LT(rub(0.03, 6, dome, 2e-3).wrong, 0.25);
 }
 
-/** Pushed along the face beyond the edge, at 37 degrees from the edge's normal: inside a cone of 39 wherever it is. */
-TEST(ProxyFriction, ABallSticksToAnEdgeWhateverHasIt) {
-  constexpr double kHalf = 0.02, kRadius = 2e-3, kStep = 1e-4;
-  for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kMesh}) {
-    TestMesh mesh = test::boxMesh(Vec3::Constant(kHalf));
-    TestScene t;
-    t.proxy.setRadius(kRadius);
-    t.add(kind, Vec3::Constant(kHalf), {}, {kStiffness, 0, 0.8, 0.6}, HD_OBJECT_ENABLED, 0,
-          kind == ShapeKind::kMesh ? mesh.view() : nullptr);
-    const auto hip = [&](int i) { return Vec3(-kHalf - 0.8 * kRadius + kStep * i, 0, kHalf + 0.6 * kRadius); };
-    for (int i = -40; i <= 100; ++i) {
-      const SurfaceContact& c = t.tick(hip(i));
-      ASSERT_NEAR((c.force - Vec3(-kStiffness * kStep * std::max(0, i), 0, 0)).norm(), 0, 1e-6)
-          << static_cast<int>(kind) << " " << i;
-      ASSERT_FALSE(c.slip);
-    }
-  }
-}
-
 }  // namespace
 }  // namespace hapticd

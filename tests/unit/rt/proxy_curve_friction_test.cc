@@ -1,0 +1,83 @@
+// Friction where the surface turns below the proxy: on curves, and on edges over which a ball slides.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using test::TestMesh;
+using test::TestScene;
+
+constexpr double kStiffness = 1000;
+
+/** Pushed along the face beyond the edge, at 37 degrees from the edge's normal: inside a cone of 39 wherever it is. */
+TEST(ProxyFriction, ABallSticksToAnEdgeWhateverHasIt) {
+  constexpr double kHalf = 0.02, kRadius = 2e-3, kStep = 1e-4;
+  for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kMesh}) {
+    TestMesh mesh = test::boxMesh(Vec3::Constant(kHalf));
+    TestScene t;
+    t.proxy.setRadius(kRadius);
+    t.add(kind, Vec3::Constant(kHalf), {}, {kStiffness, 0, 0.8, 0.6}, HD_OBJECT_ENABLED, 0,
+          kind == ShapeKind::kMesh ? mesh.view() : nullptr);
+    const auto hip = [&](int i) { return Vec3(-kHalf - 0.8 * kRadius + kStep * i, 0, kHalf + 0.6 * kRadius); };
+    for (int i = -40; i <= 100; ++i) {
+      const SurfaceContact& c = t.tick(hip(i));
+      ASSERT_NEAR((c.force - Vec3(-kStiffness * kStep * std::max(0, i), 0, 0)).norm(), 0, 1e-6)
+          << static_cast<int>(kind) << " " << i;
+      ASSERT_FALSE(c.slip);
+    }
+  }
+}
+
+/**
+ * On a circle of radius R, from a hip at h of its middle, the border of the cone is at the angle from it at which
+ * h sin(angle) = mu (R - h cos(angle)); it takes no more looks at the surface than without friction.
+ */
+TEST(ProxyFriction, TheBorderOfTheConeOnACurveTakesFewSweeps) {
+  constexpr double kMu = 0.64, kRadius = 2e-3;
+  struct Case {
+    ShapeKind kind;
+    double size, ball;
+  };
+  for (const Case& at : {Case{ShapeKind::kSphere, 0.02, 0},
+                         {ShapeKind::kCapsule, 0.02, kRadius},
+                         {ShapeKind::kCylinder, 0.02, 0},
+                         {ShapeKind::kBox, 0.02, kRadius},
+                         {ShapeKind::kMesh, 0.02, kRadius}}) {
+    const bool edge = at.kind == ShapeKind::kBox || at.kind == ShapeKind::kMesh;
+    const double round = at.ball + (edge ? 0 : at.size);
+    const Vec3 middle = edge ? Vec3(at.size, at.size, 0) : Vec3::Zero();
+    for (const double part : {0.01, 0.2}) {
+      TestMesh mesh = test::boxMesh(Vec3::Constant(at.size));
+      TestScene t;
+      t.proxy.setRadius(at.ball);
+      t.add(at.kind, Vec3::Constant(at.size), {}, {kStiffness, 0, 0.8, kMu}, HD_OBJECT_ENABLED, 0,
+            at.kind == ShapeKind::kMesh ? mesh.view() : nullptr);
+      const double h = round * (1 - part);
+      const double lag = std::asin(kMu * round / (h * std::sqrt(1 + kMu * kMu))) - std::atan(kMu);
+      const double step = 0.01 * lag;  // Vertices of meshes are floats.
+      int slid = 0;
+      for (int i = -1; i < 600; ++i) {
+        const double angle = 0.05 + step * std::max(0, i);
+        if (edge && angle > 1.5) break;
+        const double out = i < 0 ? 1.5 * round : h;
+        const SurfaceContact& c = t.tick(middle + out * Vec3(std::cos(angle), std::sin(angle), 0));
+        if (i < 300 || angle - lag < 0.05) continue;
+        const Vec3 way = c.proxy - middle;
+        ++slid;
+        ASSERT_TRUE(c.slip) << static_cast<int>(at.kind) << " " << part << " " << i;
+        ASSERT_NEAR(angle - std::atan2(way.y(), way.x()), lag, at.kind == ShapeKind::kMesh ? 1e-6 : 1e-7 * lag)
+            << static_cast<int>(at.kind) << " " << part;
+        ASSERT_LE(t.proxy.effort().sweeps, 5u) << static_cast<int>(at.kind) << " " << part << " " << i;
+      }
+      EXPECT_GT(slid, 20) << static_cast<int>(at.kind) << " " << part;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -194,7 +194,7 @@ class ProxyRenderer {
   void noteHolding(const Step& step, std::uint32_t active, const Vec3& up) HD_RT;
   bool holdAgain(Step& step) HD_RT;
   void holdByFriction(Step& step) HD_RT;
-  [[nodiscard]] bool slideOnCurve(Step& step, const Vec3& at, double friction, Plan& plan) const HD_RT;
+  [[nodiscard]] bool slideOnCurve(Step& step, const Vec3& at, double friction, double rest, Plan& plan) const HD_RT;
   void plan(Step& step, Plan& plan) HD_RT;
   [[nodiscard]] static bool isOnEdge(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT;
   [[nodiscard]] static bool isOnFeature(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT;

@@ -19,7 +19,7 @@ constexpr double kMaxTurnCosine = 0.5;  // As far as a curve's normal turns at m
  * On a single curved surface, be it a ball's edge or vertex: to where it lies on the border of the cone of `friction`,
  * found by turning the tangent plane before anything is swept; over the edge in which that meets the present one.
  */
-bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, Plan& plan) const HD_RT {
+bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, double rest, Plan& plan) const HD_RT {
   const Constraint& c = step.held[0];
   const SceneObject& object = step.scene->slot(c.slot);
   if (c.kind == FeatureKind::kFace && !isCurved(object.shape, c.feature)) return false;
@@ -41,6 +41,10 @@ bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, Pl
     const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
     if (factor > 0 && factor < kMaxFactor) last += factor / (1 - factor) * move;
     moved = move;
+  }
+  if ((last - at).norm() <= rest) {  // A hair aside, and the plane there is turned by more than that.
+    plan.goTo(at);
+    return plan.stay = true;
   }
   const HalfSpace planes[2] = {{c.surface.normal, c.surface.offset + c.skin},
                                {there.surface.normal, there.surface.offset + c.skin}};

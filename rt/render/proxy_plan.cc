@@ -327,7 +327,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     plan.goTo(foot + lag * (sliding * d / r));
     plan.stay = (plan.way[0] - at).norm() <= rest;
     if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
-    if (!plan.stay && step.count == 1 && slideOnCurve(step, at, sliding, plan)) return;
+    if (!plan.stay && step.count == 1 && slideOnCurve(step, at, sliding, rest, plan)) return;
     if (!plan.stay && isOneBit(active)) (void)followFaces(step, std::countr_zero(active), at, sliding, plan);
     return;
   }

@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/collide/tool_points.h"
-
 namespace hapticd {
 namespace {
 
-bool isRound(const Shape& shape) HD_RT { return shape.kind == ShapeKind::kSphere || shape.kind == ShapeKind::kCapsule; }
+constexpr std::uint32_t kOnePrimitive = 1;  ///< Work.
 
-/** Half as long as a capsule's axis; a sphere has none. */
-double halfAxis(const Shape& shape) HD_RT { return shape.kind == ShapeKind::kCapsule ? shape.size.y() : 0; }
+/** What has passed B's middle is pushed back to where it came from: the plane knows. */
+bool sameSide(const Vec3& now, const Vec3& before) HD_RT { return now.dot(before) > 0.5 * now.norm(); }
 
 /**
  * Of a cylinder's mantle the point that lies lowest over the plane, within a quarter turn of the one that was tried
@@ -37,12 +35,49 @@ struct Ball {
   double radius;
 };
 
+/** A's surface moves along B's axis, or B's ball along A's surface. */
+void meetAgain(const RoundBody& a, const RoundBody& b, const Vec3& com_W, const Vec3& w_B, Touch& touch) HD_RT {
+  const Vec3 before = com_W + touch.r_a;
+  NearestQuery query;
+  query.limit = kOnePrimitive;
+  BallTouch now;
+  if (meetBall(a, b, onAxis(b, before), query, now) != NearestResult::kFound || !sameSide(now.n, touch.n)) return;
+  touch.n = now.n;
+  touch.gap = now.gap;
+  touch.r_a = now.p_A - com_W;
+  touch.moving += w_B.cross(now.p_A - before);
+}
+
 }  // namespace
+
+Vec3 onAxis(const RoundBody& b, const Vec3& x_W) HD_RT {
+  const double half = halfAxis(b.shape);
+  return b.X_WO * Vec3(0, 0, std::clamp((b.X_WO.inverse() * x_W).z(), -half, half));
+}
+
+NearestResult meetBall(const RoundBody& a, const RoundBody& b, const Vec3& center, NearestQuery& query,
+                       BallTouch& out) HD_RT {
+  query.x = a.X_WO.inverse() * center;
+  Nearest nearest;
+  const NearestResult result = nearestOnShape(a.shape, query, nearest);
+  if (result != NearestResult::kFound) return result;
+  const bool open = a.shape.kind == ShapeKind::kMesh && (a.shape.mesh->flags & HD_MESH_CLOSED) == 0;
+  const bool inside = !open && nearest.isInside(query.x);
+  const double apart = std::sqrt(nearest.squared_distance);
+  const double gap = inside ? -apart : apart;
+  const Vec3 toward = apart > 1e-7 ? Vec3((nearest.point - query.x) / gap) : Vec3(-nearest.pseudo_normal);
+  out = {a.X_WO * nearest.point, a.X_WO.q * toward, gap - b.shape.size.x()};
+  return result;
+}
 
 void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
             Touch& touch) HD_RT {
   const bool mantle = a.shape.kind == ShapeKind::kCylinder;
   if (!isRound(a.shape) && !isRound(b.shape) && !mantle) return;
+  if (feature >= kFirstBall && a.shape.kind != ShapeKind::kMesh) {
+    if (isRound(b.shape)) meetAgain(a, b, com_W, w_B, touch);
+    return;
+  }
   const Vec3 before = com_W + touch.r_a;
   Ball x{before, 0};
   if (isRound(a.shape)) {
@@ -51,12 +86,9 @@ void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const
     x.center = roundAbout(a.shape, a.X_WO, before, touch.n);
   }
   if (isRound(b.shape)) {
-    const double half = halfAxis(b.shape);
-    const double along = (b.X_WO.inverse() * x.center).z();
-    const Vec3 way = x.center - b.X_WO * Vec3(0, 0, std::clamp(along, -half, half));
+    const Vec3 way = x.center - onAxis(b, x.center);
     const double apart = way.norm();
-    // What has passed B's middle is pushed back to where it came from: the plane knows.
-    if (!(way.dot(touch.n) > 0.5 * apart)) return;
+    if (!sameSide(way, touch.n)) return;
     touch.n = way / apart;
     touch.gap = apart - x.radius - b.shape.size.x();
   } else {

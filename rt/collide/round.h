@@ -4,7 +4,11 @@
  */
 #pragma once
 
+#include <cstdint>
+
 #include "rt/body/response.h"
+#include "rt/collide/tool_points.h"
+#include "rt/geometry/nearest.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {
@@ -15,10 +19,36 @@ struct RoundBody {
   Pose X_WO;
 };
 
+/** A sphere or a capsule: balls of one radius along an axis. */
+[[nodiscard]] inline bool isRound(const Shape& shape) HD_RT {
+  return shape.kind == ShapeKind::kSphere || shape.kind == ShapeKind::kCapsule;
+}
+/** Half as long as a capsule's axis; a sphere has none [m]. */
+[[nodiscard]] inline double halfAxis(const Shape& shape) HD_RT {
+  return shape.kind == ShapeKind::kCapsule ? shape.size.y() : 0;
+}
+
+/** Features from here on are balls of B that A's surface meets, not points of A. */
+inline constexpr std::uint32_t kFirstBall = ToolPoints::kMost;
+
+/** A's surface and a ball of B, which is round, where they are nearest; in the world. */
+struct BallTouch {
+  Vec3 p_A;    ///< On A.
+  Vec3 n;      ///< Unit, from B to A.
+  double gap;  ///< Negative: inside [m].
+};
+
+/** With the ball about `center`; `query`: reach from there and limit of work, in A's frame. */
+[[nodiscard]] NearestResult meetBall(const RoundBody& a, const RoundBody& b, const Vec3& center, NearestQuery& query,
+                                     BallTouch& out) HD_RT;
+/** The point of B's axis nearest to x_W. */
+[[nodiscard]] Vec3 onAxis(const RoundBody& b, const Vec3& x_W) HD_RT;
+
 /**
  * Where A or B is a sphere or a capsule, the touch becomes that of its ball where both are now; where A is a cylinder,
  * that of its round mantle, of which ToolPoints knows a prism's edges; else it stays. `feature`: ToolPoints' number of
- * A's point or ball. A's centre of mass is at com_W, and B turns with w_B; r_b is not looked at.
+ * A's point or ball, or kFirstBall and more: of a primitive that is the point nearest to B's ball. A's centre of mass
+ * is at com_W, and B turns with w_B; r_b is not looked at.
  */
 void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
             Touch& touch) HD_RT;

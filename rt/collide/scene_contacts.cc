@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "rt/base/rotation.h"
+#include "rt/collide/purse.h"
 #include "rt/contact/field_query.h"
 #include "rt/geometry/nearest.h"
 #include "rt/volume/distance.h"
@@ -23,36 +24,6 @@ bool isLate(const WorkBudget& budget) HD_RT {
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
 
 }  // namespace
-
-/** What points may cost. */
-struct SceneContacts::Purse {
-  static constexpr std::uint32_t kClockEvery = 256;  ///< Units between two looks at the clock; some 10 ns each.
-
-  Purse(const WorkBudget& b, DetectorReport& r) HD_RT : budget(b), report(r) {}
-  /** Leaves an eighth of what is in it for others. */
-  void spare() HD_RT {
-    budget.units -= budget.units / 8;
-    if (timed()) budget.deadline_ns -= std::max<std::int64_t>(0, budget.deadline_ns - budget.clock->now()) / 8;
-  }
-  [[nodiscard]] bool timed() const HD_RT { return budget.clock != nullptr && budget.deadline_ns != 0; }
-  [[nodiscard]] bool empty() HD_RT {
-    over = over || left() == 0;
-    if (over || !timed() || report.work < next_look) return over;
-    next_look = report.work + kClockEvery;
-    over = budget.clock->now() >= budget.deadline_ns;
-    return over;
-  }
-  /** Of units, for one point. */
-  [[nodiscard]] std::uint32_t left() const HD_RT {
-    if (budget.units == 0) return kWorkOfOne;
-    return budget.units > report.work ? std::min(kWorkOfOne, budget.units - report.work) : 0;
-  }
-
-  WorkBudget budget;
-  DetectorReport& report;
-  std::uint32_t next_look = 0;
-  bool over = false;
-};
 
 void SceneContacts::noteHeld(const CollideRequest::Held& held, const ContactModel& model) HD_RT {
   named_count_ = 0;
@@ -301,7 +272,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
   float deepest = 0;
   for (std::uint32_t k = 0; k < held.count && finished; ++k) {
     const CollideRequest::Obstacle& obstacle = held.obstacle[k];
-    if (!isFirm(obstacle.shape) || (by_field_ >> k & 1) != 0) continue;
+    if (!isFirm(obstacle.shape) || (whole_ >> k & 1) != 0) continue;
     finished = !purse.empty();
     if (!finished) break;
     PointTouch at;
@@ -369,22 +340,25 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
   noteHeld(held, model);
   reach_ = ahead * held.speed;
   const double margin = kMargin + reach_;
-  by_field_ = cut_ = 0;
+  whole_ = cut_ = 0;
   const std::uint32_t first = firstOf(held);
   for (std::uint32_t i = 0; i < held.count; ++i) {
     const std::uint32_t k = (first + i) % held.count;
-    if (tryVolume(k, held, ahead, budget, report)) by_field_ |= 1u << k;
+    if (tryVolume(k, held, ahead, budget, report)) whole_ |= 1u << k;
   }
-  const bool all_by_field = by_field_ == (std::uint64_t{1} << held.count) - 1;
-  if (!all_by_field && points_.count() > 0) {
+  Purse most(budget, report), all(budget, report);
+  most.spare();
+  for (std::uint32_t k = 0; k < held.count; ++k) {
+    if (tryRound(k, held, margin, most)) whole_ |= 1u << k;
+  }
+  const bool all_whole = whole_ == (std::uint64_t{1} << held.count) - 1;
+  if (!all_whole && points_.count() > 0) {
     const std::array<bool, ToolPoints::kMost> was_hot = hot_;
     report.dropped += points_.count();
-    Purse most(budget, report), all(budget, report);
-    most.spare();
     const bool hot = tryPoints(true, hot_cursor_, was_hot, held, margin, most);
     const bool cold = tryPoints(false, cursor_, was_hot, held, margin, all);
     report.exhausted = report.exhausted || !hot || !cold;
-    if (!hot && isLate(budget)) cut_ |= ~by_field_ & ((1u << held.count) - 1);
+    if (!hot && isLate(budget)) cut_ |= ~whole_ & ((1u << held.count) - 1);
   }
   carryOver(held, margin, model);
   remember(held);

@@ -30,7 +30,8 @@ namespace hapticd {
  * An open mesh without a volume is a wall from both sides: for each point the one that it came from counts until it has
  * left the sheet.
  *
- * One-sided without volumes: a scene's corner between two points of the tool is missed. A point that has gone into a
+ * One-sided without volumes: a scene's corner between two points of the tool is missed; what is round there is not, for
+ * its balls are tried against the tool's surface, too (round_obstacle.cc). A point that has gone into a
  * mesh is followed as deep as it goes, in steps of kReach at most; one that begins deeper is found where that mesh has
  * a volume.
  */
@@ -109,6 +110,9 @@ class SceneContacts {
    */
   bool tryPoints(bool hot, std::uint32_t& cursor, const std::array<bool, ToolPoints::kMost>& was_hot,
                  const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
+  /** The tool's surface against a sphere or capsule: what it meets between two of its points. False: its points may
+   * know more, for it may be hollow. */
+  bool tryRound(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
   /** Of what is found too many the deepest stay, of each side that something touches on: see keep(). */
   struct Kept {
     std::uint8_t side = 0;  ///< Obstacle and direction; kFar.
@@ -127,8 +131,8 @@ class SceneContacts {
   ContactSet field_found_;
   std::array<Stood, CollideRequest::kMostObstacles + 1> last_{};  ///< The tool and the obstacles, last time.
   std::uint32_t last_count_ = 0;
-  std::uint32_t by_field_ = 0;  ///< Bit k: obstacle k has been asked by its field.
-  std::uint32_t cut_ = 0;       ///< Bit k: there was no time for all of it.
+  std::uint32_t whole_ = 0;  ///< Bit k: obstacle k has been asked by its field or its balls, not by points.
+  std::uint32_t cut_ = 0;    ///< Bit k: there was no time for all of it.
 
   ToolPoints points_;
   std::uint32_t made_for_ = 0;

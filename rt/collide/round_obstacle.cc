@@ -1,0 +1,120 @@
+// What is round in the scene against a tool's surface, which a ball may meet between two of the tool's points.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "rt/collide/purse.h"
+#include "rt/collide/round.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::uint32_t kBalls = 9;  ///< Of a capsule, from end to end of what the tool may touch.
+constexpr int kSections = 24;        ///< To find the nearest between two of them: to 1e-5 of the way.
+constexpr int kHalvings = 12;        ///< To find where touching ends: to 1e-3 of the way.
+constexpr double kGolden = 0.6180339887498949;
+
+/** Part of B's axis that A may touch. */
+struct Axis {
+  double first, last;  ///< [m]
+  [[nodiscard]] double at(double ball) const HD_RT { return first + ball / (kBalls - 1) * (last - first); }
+};
+
+Axis nearPart(const RoundBody& a, double reach, const RoundBody& b) HD_RT {
+  const double half = halfAxis(b.shape);
+  const double middle = (b.X_WO.inverse() * a.X_WO.p).z();
+  return {std::clamp(middle - reach, -half, half), std::clamp(middle + reach, -half, half)};
+}
+
+/** Where between two balls the gap is least, if it falls and then grows. */
+template <class Gap>
+double leastOf(double lo, double hi, const Gap& gapAt) HD_RT {
+  double x = hi - kGolden * (hi - lo), y = lo + kGolden * (hi - lo);
+  double at_x = gapAt(x), at_y = gapAt(y);
+  for (int i = 0; i < kSections; ++i) {
+    if (at_x <= at_y) {
+      hi = y;
+      y = x;
+      at_y = at_x;
+      at_x = gapAt(x = hi - kGolden * (hi - lo));
+    } else {
+      lo = x;
+      x = y;
+      at_x = at_y;
+      at_y = gapAt(y = lo + kGolden * (hi - lo));
+    }
+  }
+  return 0.5 * (lo + hi);
+}
+
+/** How far from one ball toward another the gap is no more than that. */
+template <class Gap>
+double lastOf(double from, double to, double most, const Gap& gapAt) HD_RT {
+  if (gapAt(to) <= most) return to;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (from + to);
+    (gapAt(middle) <= most ? from : to) = middle;
+  }
+  return from;
+}
+
+}  // namespace
+
+/**
+ * Of a capsule the nearest ball, and both ends of what touches, which hold the rotation of what lies along it; balls
+ * between and beyond, for it may have turned before the next answer.
+ */
+bool SceneContacts::tryRound(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
+  const CollideRequest::Obstacle& obstacle = held.obstacle[k];
+  if (!isRound(obstacle.shape) || held.shape.kind == ShapeKind::kSphere) return false;
+  const RoundBody a{held.shape, held.X_WO}, b{obstacle.shape, obstacle.X_WO};
+  const bool mesh = held.shape.kind == ShapeKind::kMesh;
+  const Axis axis = nearPart(a, points_.reach(), b);
+  BallTouch touch;
+  const auto meets = [&](const Vec3& center) HD_RT {
+    NearestQuery query;
+    if (mesh) query.reach = b.shape.size.x() + std::max(kReach, margin);
+    query.limit = purse.left();
+    const bool found = !purse.empty() && meetBall(a, b, center, query, touch) == NearestResult::kFound;
+    purse.report.work += query.work;
+    return found;
+  };
+  const auto gapAt = [&](double ball)
+                         HD_RT { return meets(b.X_WO * Vec3(0, 0, axis.at(ball))) ? touch.gap : INFINITY; };
+  const auto add = [&](double ball, std::uint32_t feature) HD_RT {
+    if (!meets(b.X_WO * Vec3(0, 0, axis.at(ball)))) return;
+    // Beyond an edge of the tool the ball beside it touches that edge.
+    if (axis.first < axis.last && !meets(onAxis(b, touch.p_A))) return;
+    if (!(touch.gap <= margin) || !isFinite(touch.n) || !isFinite(touch.p_A)) return;
+    Contact contact;
+    contact.n_W = touch.n;
+    contact.p_WA = touch.p_A;
+    contact.p_WB = touch.p_A - touch.gap * touch.n;
+    contact.depth = -touch.gap;
+    contact.feature_a = kFirstBall + feature;
+    keep(contact, static_cast<std::uint8_t>(k));
+    purse.report.touching += touch.gap <= 0 ? 1 : 0;
+  };
+  if (!(axis.first < axis.last)) {
+    add(0, 0);
+    return !mesh && !purse.over;
+  }
+  std::uint32_t nearest = 0;
+  double least = INFINITY;
+  for (std::uint32_t i = 0; i < kBalls; ++i) {
+    const double gap = gapAt(i);
+    if (!(gap < least)) continue;
+    least = gap;
+    nearest = i;
+  }
+  if (!std::isfinite(least)) return false;
+  const double best = leastOf(std::max(0.0, nearest - 1.0), std::min(kBalls - 1.0, nearest + 1.0), gapAt);
+  const double touching = gapAt(best) + ContactModel::kLeastReach;
+  add(best, kBalls);
+  add(lastOf(best, 0, touching, gapAt), kBalls + 1);
+  add(lastOf(best, kBalls - 1, touching, gapAt), kBalls + 2);
+  for (std::uint32_t i = 0; i < kBalls; ++i) add(i, i);
+  return !mesh && !purse.over;
+}
+
+}  // namespace hapticd

@@ -74,14 +74,14 @@ void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const
             Touch& touch) HD_RT {
   const bool mantle = a.shape.kind == ShapeKind::kCylinder;
   if (!isRound(a.shape) && !isRound(b.shape) && !mantle) return;
-  if (feature >= kFirstBall && a.shape.kind != ShapeKind::kMesh) {
-    if (isRound(b.shape)) meetAgain(a, b, com_W, w_B, touch);
+  if (feature >= kFirstBall && isRound(b.shape) && a.shape.kind != ShapeKind::kMesh) {
+    meetAgain(a, b, com_W, w_B, touch);
     return;
   }
   const Vec3 before = com_W + touch.r_a;
   Ball x{before, 0};
   if (isRound(a.shape)) {
-    x = {a.X_WO * Vec3(0, 0, ToolPoints::alongAxis(feature, halfAxis(a.shape))), a.shape.size.x()};
+    x = {a.X_WO * Vec3(0, 0, ToolPoints::alongAxis(feature % ToolPoints::kMost, halfAxis(a.shape))), a.shape.size.x()};
   } else if (mantle) {
     x.center = roundAbout(a.shape, a.X_WO, before, touch.n);
   }

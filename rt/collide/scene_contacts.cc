@@ -291,6 +291,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     contact.feature_a = i;
     if (!(contact.n_W.squaredNorm() > 0.9) || !isFinite(contact.p_WA)) continue;
     keep(contact, static_cast<std::uint8_t>(k));
+    tryFurtherWalls(i, k, held, at, side, margin, purse);
     hot = true;
     if (side != 0) sided = {obstacle.slot, side};
     deepest = std::max(deepest, static_cast<float>(-at.gap));

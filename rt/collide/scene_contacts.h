@@ -106,6 +106,9 @@ class SceneContacts {
                 PointTouch& out) const HD_RT;
   /** False where that is not known of all obstacles. */
   bool tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
+  /** What else of obstacle k ball i touches, where it is a mesh: `first` is the nearest, `side` lookAt()'s. */
+  void tryFurtherWalls(std::uint32_t i, std::uint32_t k, const CollideRequest::Held& held, const PointTouch& first,
+                       int side, double margin, Purse& purse) HD_RT;
   /** Those that touched last time, or the others, from `cursor` on; false, and where it ended, if the purse was empty.
    */
   bool tryPoints(bool hot, std::uint32_t& cursor, const std::array<bool, ToolPoints::kMost>& was_hot,

@@ -1,0 +1,70 @@
+// A ball in a hollow of a mesh touches other walls than the nearest: it lies on both sides of a groove at once.
+#include <array>
+#include <cmath>
+
+#include "rt/collide/purse.h"
+#include "rt/geometry/nearest.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::uint32_t kWalls = 3;  ///< They hold a ball.
+/** Walls that look into directions nearer than this are one: cosine and sine of 2.6 degrees. */
+const double kCosine = 0.999, kSine = std::sqrt(1 - kCosine * kCosine);
+constexpr double kEmpty = 0.999;  ///< Of half the way: nothing is nearer.
+
+}  // namespace
+
+/**
+ * Each is the nearest of those that look elsewhere than the ones before, if the ball could shrink toward it and still
+ * touch it: then nothing stands before it, nor is it a neighbour's edge.
+ */
+void SceneContacts::tryFurtherWalls(std::uint32_t i, std::uint32_t k, const CollideRequest::Held& held,
+                                    const PointTouch& first, int side, double margin, Purse& purse) HD_RT {
+  const CollideRequest::Obstacle& obstacle = held.obstacle[k];
+  if (obstacle.shape.kind != ShapeKind::kMesh || !(points_.radius() > 0) || !(first.gap > 0)) return;
+  const Vec3 x = first.surface + first.gap * first.out;
+  const double facing = side < 0 ? -1 : 1;
+  Vec3 middle = first.out, sum = first.out;
+  double cosine = kCosine;  // Of the cone that holds all outward directions so far.
+  for (std::uint32_t n = 1; n < kWalls && !purse.empty(); ++n) {
+    NearestQuery query;
+    query.x = x;
+    query.reach = points_.radius() + margin;
+    query.turned = true;
+    query.axis = -facing * middle;
+    query.cosine = -cosine;
+    query.limit = purse.left();
+    Nearest wall;
+    const NearestResult result = nearestOnShape(obstacle.shape, query, wall);
+    purse.report.work += query.work;
+    if (result != NearestResult::kFound) return;
+    const Vec3 way = x - wall.point;
+    const double apart = way.norm();
+    if (!(facing * way.dot(wall.pseudo_normal) >= 0) || !(way.dot(middle) < cosine * apart)) return;
+    NearestQuery before;
+    before.x = wall.point + 0.5 * way;
+    before.reach = 0.5 * kEmpty * apart;
+    before.limit = purse.left();
+    Nearest other;
+    const NearestResult empty = nearestOnShape(obstacle.shape, before, other);
+    purse.report.work += before.work;
+    if (empty != NearestResult::kNone) return;
+    const Vec3 out = way / apart;
+    Contact contact;
+    contact.n_W = obstacle.X_WO.q * out;
+    contact.p_WB = obstacle.X_WO * wall.point;
+    contact.p_WA = obstacle.X_WO * x - points_.radius() * contact.n_W;
+    contact.depth = points_.radius() - apart;
+    contact.feature_a = i + n * ToolPoints::kMost;
+    if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) return;
+    keep(contact, static_cast<std::uint8_t>(k));
+    purse.report.touching += contact.depth >= 0 ? 1 : 0;
+    sum += out;
+    middle = sum.normalized();
+    const double c = middle.dot(out), s = std::sqrt(std::max(0.0, 1 - c * c));
+    cosine = c * kCosine - s * kSine;
+  }
+}
+
+}  // namespace hapticd

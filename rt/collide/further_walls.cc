@@ -8,7 +8,6 @@
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kWalls = 3;  ///< They hold a ball.
 /** Walls that look into directions nearer than this are one: cosine and sine of 2.6 degrees. */
 const double kCosine = 0.999, kSine = std::sqrt(1 - kCosine * kCosine);
 constexpr double kEmpty = 0.999;  ///< Of half the way: nothing is nearer.
@@ -19,51 +18,61 @@ constexpr double kEmpty = 0.999;  ///< Of half the way: nothing is nearer.
  * Each is the nearest of those that look elsewhere than the ones before, if the ball could shrink toward it and still
  * touch it: then nothing stands before it, nor is it a neighbour's edge.
  */
-void SceneContacts::tryFurtherWalls(std::uint32_t i, std::uint32_t k, const CollideRequest::Held& held,
-                                    const PointTouch& first, int side, double margin, Purse& purse) HD_RT {
-  const CollideRequest::Obstacle& obstacle = held.obstacle[k];
-  if (obstacle.shape.kind != ShapeKind::kMesh || !(points_.radius() > 0) || !(first.gap > 0)) return;
-  const Vec3 x = first.surface + first.gap * first.out;
-  const double facing = side < 0 ? -1 : 1;
-  Vec3 middle = first.out, sum = first.out;
+std::uint32_t SceneContacts::furtherWalls(const Shape& mesh, const Vec3& x, const Vec3& first, double facing,
+                                          double reach, Purse& purse, Walls& out) HD_RT {
+  Vec3 middle = first, sum = first;
   double cosine = kCosine;  // Of the cone that holds all outward directions so far.
-  for (std::uint32_t n = 1; n < kWalls && !purse.empty(); ++n) {
+  for (std::uint32_t n = 0; n < out.size(); ++n) {
+    if (purse.empty()) return n;
     NearestQuery query;
     query.x = x;
-    query.reach = points_.radius() + margin;
+    query.reach = reach;
     query.turned = true;
     query.axis = -facing * middle;
     query.cosine = -cosine;
     query.limit = purse.left();
     Nearest wall;
-    const NearestResult result = nearestOnShape(obstacle.shape, query, wall);
+    const NearestResult result = nearestOnShape(mesh, query, wall);
     purse.report.work += query.work;
-    if (result != NearestResult::kFound) return;
+    if (result != NearestResult::kFound) return n;
     const Vec3 way = x - wall.point;
     const double apart = way.norm();
-    if (!(facing * way.dot(wall.pseudo_normal) >= 0) || !(way.dot(middle) < cosine * apart)) return;
+    if (!(facing * way.dot(wall.pseudo_normal) >= 0) || !(way.dot(middle) < cosine * apart)) return n;
     NearestQuery before;
     before.x = wall.point + 0.5 * way;
     before.reach = 0.5 * kEmpty * apart;
     before.limit = purse.left();
     Nearest other;
-    const NearestResult empty = nearestOnShape(obstacle.shape, before, other);
+    const NearestResult empty = nearestOnShape(mesh, before, other);
     purse.report.work += before.work;
-    if (empty != NearestResult::kNone) return;
-    const Vec3 out = way / apart;
+    if (empty != NearestResult::kNone) return n;
+    out[n] = {wall.point, way / apart, apart};
+    sum += out[n].out;
+    middle = sum.normalized();
+    const double c = middle.dot(out[n].out), s = std::sqrt(std::max(0.0, 1 - c * c));
+    cosine = c * kCosine - s * kSine;
+  }
+  return static_cast<std::uint32_t>(out.size());
+}
+
+void SceneContacts::tryFurtherWalls(std::uint32_t i, std::uint32_t k, const CollideRequest::Held& held,
+                                    const PointTouch& first, int side, double margin, Purse& purse) HD_RT {
+  const CollideRequest::Obstacle& obstacle = held.obstacle[k];
+  if (obstacle.shape.kind != ShapeKind::kMesh || !(points_.radius() > 0) || !(first.gap > 0)) return;
+  const Vec3 x = first.surface + first.gap * first.out;
+  Walls walls;
+  const std::uint32_t count =
+      furtherWalls(obstacle.shape, x, first.out, side < 0 ? -1 : 1, points_.radius() + margin, purse, walls);
+  for (std::uint32_t n = 0; n < count; ++n) {
     Contact contact;
-    contact.n_W = obstacle.X_WO.q * out;
-    contact.p_WB = obstacle.X_WO * wall.point;
+    contact.n_W = obstacle.X_WO.q * walls[n].out;
+    contact.p_WB = obstacle.X_WO * walls[n].surface;
     contact.p_WA = obstacle.X_WO * x - points_.radius() * contact.n_W;
-    contact.depth = points_.radius() - apart;
-    contact.feature_a = i + n * ToolPoints::kMost;
+    contact.depth = points_.radius() - walls[n].gap;
+    contact.feature_a = i + (n + 1) * ToolPoints::kMost;
     if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) return;
     keep(contact, static_cast<std::uint8_t>(k));
     purse.report.touching += contact.depth >= 0 ? 1 : 0;
-    sum += out;
-    middle = sum.normalized();
-    const double c = middle.dot(out), s = std::sqrt(std::max(0.0, 1 - c * c));
-    cosine = c * kCosine - s * kSine;
   }
 }
 

@@ -9,9 +9,10 @@
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kBalls = 9;  ///< Of a capsule, from end to end of what the tool may touch.
-constexpr int kSections = 24;        ///< To find the nearest between two of them: to 1e-5 of the way.
-constexpr int kHalvings = 12;        ///< To find where touching ends: to 1e-3 of the way.
+constexpr std::uint32_t kBalls = 9;              ///< Of a capsule, from end to end of what the tool may touch.
+constexpr int kSections = 24;                    ///< To find the nearest between two of them: to 1e-5 of the way.
+constexpr int kHalvings = 12;                    ///< To find where touching ends: to 1e-3 of the way.
+constexpr std::uint32_t kFeatures = kBalls + 3;  ///< Numbers of places on an axis.
 constexpr double kGolden = 0.6180339887498949;
 
 /** Part of B's axis that A may touch. */
@@ -81,19 +82,35 @@ bool SceneContacts::tryRound(std::uint32_t k, const CollideRequest::Held& held, 
   };
   const auto gapAt = [&](double ball)
                          HD_RT { return meets(b.X_WO * Vec3(0, 0, axis.at(ball))) ? touch.gap : INFINITY; };
-  const auto add = [&](double ball, std::uint32_t feature) HD_RT {
-    if (!meets(b.X_WO * Vec3(0, 0, axis.at(ball)))) return;
-    // Beyond an edge of the tool the ball beside it touches that edge.
-    if (axis.first < axis.last && !meets(onAxis(b, touch.p_A))) return;
-    if (!(touch.gap <= margin) || !isFinite(touch.n) || !isFinite(touch.p_A)) return;
+  const auto keepAt = [&](const Vec3& p_A, const Vec3& n, double gap, std::uint32_t feature) HD_RT {
+    if (!(gap <= margin) || !isFinite(n) || !isFinite(p_A)) return;
     Contact contact;
-    contact.n_W = touch.n;
-    contact.p_WA = touch.p_A;
-    contact.p_WB = touch.p_A - touch.gap * touch.n;
-    contact.depth = -touch.gap;
+    contact.n_W = n;
+    contact.p_WA = p_A;
+    contact.p_WB = p_A - gap * n;
+    contact.depth = -gap;
     contact.feature_a = kFirstBall + feature;
     keep(contact, static_cast<std::uint8_t>(k));
-    purse.report.touching += touch.gap <= 0 ? 1 : 0;
+    purse.report.touching += gap <= 0 ? 1 : 0;
+  };
+  const auto add = [&](double ball, std::uint32_t feature) HD_RT {
+    Vec3 center = b.X_WO * Vec3(0, 0, axis.at(ball));
+    if (!meets(center)) return;
+    if (axis.first < axis.last) {
+      // Beyond an edge of the tool the ball beside it touches that edge.
+      center = onAxis(b, touch.p_A);
+      if (!meets(center)) return;
+    }
+    keepAt(touch.p_A, touch.n, touch.gap, feature);
+    const double radius = b.shape.size.x();
+    if (!mesh || !(touch.gap > -radius)) return;
+    Walls walls;
+    const Pose X_AW = a.X_WO.inverse();
+    const Vec3 first = X_AW.q * -touch.n;
+    const std::uint32_t count = furtherWalls(a.shape, X_AW * center, first, 1, radius + margin, purse, walls);
+    for (std::uint32_t n = 0; n < count; ++n) {
+      keepAt(a.X_WO * walls[n].surface, a.X_WO.q * -walls[n].out, walls[n].gap - radius, feature + (n + 1) * kFeatures);
+    }
   };
   if (!(axis.first < axis.last)) {
     add(0, 0);

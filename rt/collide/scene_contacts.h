@@ -106,6 +106,11 @@ class SceneContacts {
                 PointTouch& out) const HD_RT;
   /** False where that is not known of all obstacles. */
   bool tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
+  using Walls = std::array<PointTouch, 2>;  ///< With the nearest three, which hold a ball.
+  /** Of a mesh: where else a ball about x touches it within reach, in its frame; `first` leads from the nearest place
+   * to x, `facing` is -1 behind a sheet. How many. */
+  static std::uint32_t furtherWalls(const Shape& mesh, const Vec3& x, const Vec3& first, double facing, double reach,
+                                    Purse& purse, Walls& out) HD_RT;
   /** What else of obstacle k ball i touches, where it is a mesh: `first` is the nearest, `side` lookAt()'s. */
   void tryFurtherWalls(std::uint32_t i, std::uint32_t k, const CollideRequest::Held& held, const PointTouch& first,
                        int side, double margin, Purse& purse) HD_RT;

@@ -101,7 +101,55 @@ TEST(Hollow, ABallLiesOnThreeWallsOfACorner) {
     EXPECT_LT(rest.moved, 1e-6) << friction;
     EXPECT_LT(rest.changed, 1e-3) << friction;
     EXPECT_GT(rest.gap, -1.1 * Tool::kSlop) << friction;
-    if (friction == 0) EXPECT_EQ(house.servo->cycle().tool(0).last().touching, 3u);
+    if (friction == 0) {
+      EXPECT_EQ(house.servo->cycle().tool(0).last().touching, 3u);
+    }
+  }
+}
+
+/** A block with a groove in its lower side. */
+test::TestMesh saddle() {
+  test::TestMesh m;
+  const double profile[7][2] = {{-0.02, 0},    {0, 0.02},      {0.02, 0},  {0.025, 0},
+                                {0.025, 0.03}, {-0.025, 0.03}, {-0.025, 0}};
+  for (const double y : {-0.02, 0.02}) {
+    for (const auto& p : profile) m.addVertex({p[0], y, p[1]});
+  }
+  for (std::uint32_t i = 0; i < 7; ++i) m.addQuad(i, i + 7, (i + 1) % 7 + 7, (i + 1) % 7);
+  const std::uint32_t ends[5][3] = {{6, 0, 5}, {0, 1, 5}, {1, 4, 5}, {1, 2, 4}, {2, 3, 4}};
+  for (const auto& t : ends) {
+    m.addTriangle(t[0], t[1], t[2]);
+    m.addTriangle(t[0] + 7, t[2] + 7, t[1] + 7);
+  }
+  m.flags = HD_MESH_CLOSED;
+  return m;
+}
+
+TEST(Hollow, ASaddleLiesOnABallWithBothItsSides) {
+  for (const bool rod : {false, true}) {
+    for (const double friction : {0.0, 0.4}) {
+      test::TestMesh mesh = saddle();
+      House house;
+      house.meshes.publish(3, mesh.view());
+      house.send(CommandKind::kSetShape, SetShape{kTool, 0, {static_cast<std::uint32_t>(ShapeKind::kMesh), 3, {}}});
+      AddObject ball =
+          object(kWall, rod ? ShapeKind::kCapsule : ShapeKind::kSphere, {kRadius, 0.1, 0}, {0, 0.0013, 0.02});
+      store(fromRotationVector({EIGEN_PI / 2, 0, 0}), ball.q);
+      ball.material.friction_static = ball.material.friction_dynamic = friction;
+      house.send(CommandKind::kAddObject, ball);
+      house.hold();
+      house.aim({0.001, 0, 0.008});
+      house.run(1500);
+      const auto gapOf = [&](const Vec3& p) {
+        const Vec3 x = house.place().q.conjugate() * (Vec3(0, p.y(), 0.02) - p);
+        return (0.02 - x.z() - std::abs(x.x())) / std::sqrt(2.0) - kRadius;
+      };
+      const Rest rest = watch(house, gapOf);
+      EXPECT_LT(rest.moved, 1e-6) << rod << " " << friction;
+      EXPECT_LT(rest.changed, 2e-3) << rod << " " << friction;
+      EXPECT_GT(rest.gap, -1.5 * Tool::kSlop) << rod << " " << friction;
+      EXPECT_GT(house.servo->cycle().tool(0).last().contact.force.z(), 0.5) << rod << " " << friction;
+    }
   }
 }
 

@@ -6,6 +6,8 @@
 namespace hapticd {
 namespace {
 
+/** Sine of a tilt over which a plane on a cylinder is on its end. */
+constexpr double kUpright = 0.7;
 constexpr std::uint32_t kOnePrimitive = 1;  ///< Work.
 
 /** What has passed B's middle is pushed back to where it came from: the plane knows. */
@@ -34,6 +36,20 @@ struct Ball {
   Vec3 center;
   double radius;
 };
+
+/** From a ball about a cylinder's axis to the disc there, against the plane that A is: false where A meets an end. */
+bool toDisc(const RoundBody& b, const Vec3& center, double distance, BallTouch& touch) HD_RT {
+  const double radius = b.shape.size.x();
+  const Vec3 axis = b.X_WO.q * Vec3::UnitZ();
+  const Vec3 across = touch.n - axis.dot(touch.n) * axis;
+  const double share = across.norm();
+  const Vec3 p = b.X_WO.inverse() * touch.p_A;
+  const double within = b.shape.size.y() - std::abs(p.z());
+  if (!(share > kUpright) || within < 0 || within < radius - p.head<2>().norm()) return false;
+  touch.gap = distance - radius * share;
+  touch.p_A = center + radius / share * across + touch.gap * touch.n;
+  return true;
+}
 
 /** A's surface moves along B's axis, or B's ball along A's surface. */
 void meetAgain(const RoundBody& a, const RoundBody& b, const Vec3& com_W, const Vec3& w_B, Touch& touch) HD_RT {
@@ -67,14 +83,14 @@ NearestResult meetBall(const RoundBody& a, const RoundBody& b, const Vec3& cente
   const double gap = inside ? -apart : apart;
   const Vec3 toward = apart > 1e-7 ? Vec3((nearest.point - query.x) / gap) : Vec3(-nearest.pseudo_normal);
   out = {a.X_WO * nearest.point, a.X_WO.q * toward, gap - b.shape.size.x()};
-  return result;
+  return b.shape.kind != ShapeKind::kCylinder || toDisc(b, center, gap, out) ? result : NearestResult::kNone;
 }
 
 void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
             Touch& touch) HD_RT {
   const bool mantle = a.shape.kind == ShapeKind::kCylinder;
   if (!isRound(a.shape) && !isRound(b.shape) && !mantle) return;
-  if (feature >= kFirstBall && isRound(b.shape) && a.shape.kind != ShapeKind::kMesh) {
+  if (feature >= kFirstBall && hasMantle(b.shape) && a.shape.kind != ShapeKind::kMesh) {
     meetAgain(a, b, com_W, w_B, touch);
     return;
   }

@@ -23,22 +23,27 @@ struct RoundBody {
 [[nodiscard]] inline bool isRound(const Shape& shape) HD_RT {
   return shape.kind == ShapeKind::kSphere || shape.kind == ShapeKind::kCapsule;
 }
-/** Half as long as a capsule's axis; a sphere has none [m]. */
+/** What has a mantle: a cylinder's is made of discs about its axis. */
+[[nodiscard]] inline bool hasMantle(const Shape& shape) HD_RT {
+  return isRound(shape) || shape.kind == ShapeKind::kCylinder;
+}
+/** Half as long as a capsule's or cylinder's axis; a sphere has none [m]. */
 [[nodiscard]] inline double halfAxis(const Shape& shape) HD_RT {
-  return shape.kind == ShapeKind::kCapsule ? shape.size.y() : 0;
+  return shape.kind == ShapeKind::kSphere ? 0 : shape.size.y();
 }
 
-/** Features from here on are balls of B that A's surface meets, not points of A. */
+/** Features from here on are balls or discs of B that A's surface meets, not points of A. */
 inline constexpr std::uint32_t kFirstBall = ToolPoints::kMost;
 
-/** A's surface and a ball of B, which is round, where they are nearest; in the world. */
+/** A's surface and a ball or disc of B, where they are nearest; in the world. */
 struct BallTouch {
   Vec3 p_A;    ///< On A.
   Vec3 n;      ///< Unit, from B to A.
   double gap;  ///< Negative: inside [m].
 };
 
-/** With the ball about `center`; `query`: reach from there and limit of work, in A's frame. */
+/** With the ball or disc about `center`; `query`: reach from there and limit of work, in A's frame. Of a cylinder
+ * kNone where A is nearer to an end than to its mantle. */
 [[nodiscard]] NearestResult meetBall(const RoundBody& a, const RoundBody& b, const Vec3& center, NearestQuery& query,
                                      BallTouch& out) HD_RT;
 /** The point of B's axis nearest to x_W. */

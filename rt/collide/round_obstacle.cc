@@ -67,9 +67,9 @@ double lastOf(double from, double to, double most, const Gap& gapAt) HD_RT {
  */
 bool SceneContacts::tryRound(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
   const CollideRequest::Obstacle& obstacle = held.obstacle[k];
-  if (!isRound(obstacle.shape) || held.shape.kind == ShapeKind::kSphere) return false;
+  if (!hasMantle(obstacle.shape) || held.shape.kind == ShapeKind::kSphere) return false;
   const RoundBody a{held.shape, held.X_WO}, b{obstacle.shape, obstacle.X_WO};
-  const bool mesh = held.shape.kind == ShapeKind::kMesh;
+  const bool mesh = held.shape.kind == ShapeKind::kMesh, round = isRound(obstacle.shape);
   const Axis axis = nearPart(a, points_.reach(), b);
   BallTouch touch;
   const auto meets = [&](const Vec3& center) HD_RT {
@@ -103,7 +103,7 @@ bool SceneContacts::tryRound(std::uint32_t k, const CollideRequest::Held& held, 
     }
     keepAt(touch.p_A, touch.n, touch.gap, feature);
     const double radius = b.shape.size.x();
-    if (!mesh || !(touch.gap > -radius)) return;
+    if (!mesh || !round || !(touch.gap > -radius)) return;
     Walls walls;
     const Pose X_AW = a.X_WO.inverse();
     const Vec3 first = X_AW.q * -touch.n;
@@ -114,7 +114,7 @@ bool SceneContacts::tryRound(std::uint32_t k, const CollideRequest::Held& held, 
   };
   if (!(axis.first < axis.last)) {
     add(0, 0);
-    return !mesh && !purse.over;
+    return !mesh && round && !purse.over;
   }
   std::uint32_t nearest = 0;
   double least = INFINITY;
@@ -125,13 +125,14 @@ bool SceneContacts::tryRound(std::uint32_t k, const CollideRequest::Held& held, 
     nearest = i;
   }
   if (!std::isfinite(least)) return false;
-  const double best = leastOf(std::max(0.0, nearest - 1.0), std::min(kBalls - 1.0, nearest + 1.0), gapAt);
+  double best = leastOf(std::max(0.0, nearest - 1.0), std::min(kBalls - 1.0, nearest + 1.0), gapAt);
+  if (!(gapAt(best) <= least)) best = nearest;
   const double touching = gapAt(best) + ContactModel::kLeastReach;
   add(best, kBalls);
   add(lastOf(best, 0, touching, gapAt), kBalls + 1);
   add(lastOf(best, kBalls - 1, touching, gapAt), kBalls + 2);
   for (std::uint32_t i = 0; i < kBalls; ++i) add(i, i);
-  return !mesh && !purse.over;
+  return !mesh && round && !purse.over;
 }
 
 }  // namespace hapticd

@@ -31,7 +31,7 @@ namespace hapticd {
  * left the sheet.
  *
  * One-sided without volumes: a scene's corner between two points of the tool is missed; what is round there is not, for
- * its balls are tried against the tool's surface, too (round_obstacle.cc). A point that has gone into a
+ * its balls and discs are tried against the tool's surface, too (round_obstacle.cc). A point that has gone into a
  * mesh is followed as deep as it goes, in steps of kReach at most; one that begins deeper is found where that mesh has
  * a volume.
  */
@@ -118,8 +118,8 @@ class SceneContacts {
    */
   bool tryPoints(bool hot, std::uint32_t& cursor, const std::array<bool, ToolPoints::kMost>& was_hot,
                  const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
-  /** The tool's surface against a sphere or capsule: what it meets between two of its points. False: its points may
-   * know more, for it may be hollow. */
+  /** The tool's surface against a sphere, a capsule, or a cylinder's mantle: what it meets between two of its points.
+   * False: its points may know more, for it may be hollow, and they meet a cylinder's ends. */
   bool tryRound(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
   /** Of what is found too many the deepest stay, of each side that something touches on: see keep(). */
   struct Kept {

@@ -119,7 +119,7 @@ Result<ListenSocket> ListenSocket::bind(const std::string& path, unsigned mode, 
   out.ours_ = true;
   if (auto r = setGroup(path, group); !r) return r.error();
   if (chmod(path.c_str(), mode) != 0) return systemError(path, "chmod", errno);
-  if (listen(out.fd_.get(), kBacklog) != 0) return systemError(path, "listen", errno);
+  if (::listen(out.fd_.get(), kBacklog) != 0) return systemError(path, "listen", errno);
   return out;
 }
 

@@ -18,7 +18,7 @@ using test::kWall;
 using test::object;
 using House = test::ToolHouse;
 
-constexpr double kRadius = 0.03;
+constexpr double kRoundObstacle = 0.03;
 /** Between four of the box's points. */
 const Vec3 kBetween(0.00125, 0.0025, 0);
 
@@ -52,7 +52,7 @@ Stood stood(const Shape& tool, const Pose& X_WT, const Shape& round, const Pose&
 }
 
 const Shape kBox{ShapeKind::kBox, {0.01, 0.02, 0.005}};
-const Shape kBall{ShapeKind::kSphere, {kRadius, 0, 0}};
+const Shape kBallObstacle{ShapeKind::kSphere, {kRoundObstacle, 0, 0}};
 
 struct Meeting {
   const char* name;
@@ -111,12 +111,12 @@ const double kQuarter = EIGEN_PI / 2;
 const Pose kAlongY{{0, 0, 0.02}, fromRotationVector({kQuarter, 0, 0})};
 const Pose kAlongX{{0, 0, 0.02}, fromRotationVector({0, kQuarter, 0})};
 const Pose kUp{{0, 0, -0.08}, Quat::Identity()};
-const Vec3 kOnBall = Vec3(0, 0, kRadius) + kBetween, kOnRod(0.0003, 0.0025, 0.03);
+const Vec3 kOnBall = Vec3(0, 0, kRoundObstacle) + kBetween, kOnRod(0.0003, 0.0025, 0.03);
 
 INSTANTIATE_TEST_SUITE_P(
     Lies, RoundObstacles,
-    ::testing::Values(Meeting{"BoxOnBall", kBox, kBall, {}, kOnBall, {0, 0, 0}},
-                      Meeting{"TiltedBoxOnBall", kBox, kBall, {}, kOnBall, {0.2, 0.1, 0}},
+    ::testing::Values(Meeting{"BoxOnBall", kBox, kBallObstacle, {}, kOnBall, {0, 0, 0}},
+                      Meeting{"TiltedBoxOnBall", kBox, kBallObstacle, {}, kOnBall, {0.2, 0.1, 0}},
                       Meeting{"BoxAlongRod", kBox, kRod, kAlongY, kOnRod, {0, 0, 0}},
                       Meeting{"BoxAcrossRod", kBox, kRod, kAlongX, kOnRod, {0, 0, 0}},
                       Meeting{"BoxAskewOnRod", kBox, kRod, kAlongY, kOnRod, {0, 0, 0.6}},
@@ -129,26 +129,26 @@ INSTANTIATE_TEST_SUITE_P(
                       Meeting{"EdgeOnPipe", kBox, kPipe, kAlongY, {0.0003, 0.003, 0.035}, {0, 0.7, 1.2}},
                       Meeting{"RodOnPipe", kLongTool, kPipe, kAlongX, {0, 0.0047, 0.03}, {kQuarter, 0, 0.4}},
                       Meeting{"BoxOnEndOfRod", kBox, kRod, kUp, kOnRod, {0, 0, 0}},
-                      Meeting{"RodOnBall", kLongTool, kBall, {}, {0, 0.0047, 0.03}, {kQuarter, 0, 0}},
+                      Meeting{"RodOnBall", kLongTool, kBallObstacle, {}, {0, 0.0047, 0.03}, {kQuarter, 0, 0}},
                       Meeting{"RodOnRod", kLongTool, kRod, kAlongX, {0, 0.0047, 0.03}, {kQuarter, 0, 0.4}},
-                      Meeting{"CanOnBall", kCan, kBall, {}, {0.0003, 0.003, 0.035}, {kQuarter, 0.1, 0}}),
+                      Meeting{"CanOnBall", kCan, kBallObstacle, {}, {0.0003, 0.003, 0.035}, {kQuarter, 0.1, 0}}),
     [](const auto& meeting) { return meeting.param.name; });
 
 TEST(RoundObstacle, ABoxSlidesAndRollsOverABall) {
   for (const double friction : {0.0, 0.4}) {
     for (const double rate : {0.5, 5.0}) {
       House house;
-      addRound(house, {ShapeKind::kSphere, {kRadius, 0, 0}}, Pose{}, friction);
+      addRound(house, {ShapeKind::kSphere, {kRoundObstacle, 0, 0}}, Pose{}, friction);
       house.hold();
-      house.aim(Vec3(0, 0, kRadius) + kBetween);
+      house.aim(Vec3(0, 0, kRoundObstacle) + kBetween);
       house.run(800);
       double deepest = 0, oblique = 0;
       const int ticks = static_cast<int>(4 * EIGEN_PI / rate * 1e3 / 2);
       for (int i = 0; i < ticks; ++i) {
         const double phase = rate * 1e-3 * i;
-        house.aim(Vec3(0.006 * std::sin(phase), 0.01 * std::sin(0.7 * phase), kRadius) + kBetween,
+        house.aim(Vec3(0.006 * std::sin(phase), 0.01 * std::sin(0.7 * phase), kRoundObstacle) + kBetween,
                   {0.2 * std::sin(0.7 * phase), 0.15 * std::sin(phase), 0});
-        const Stood now = stood(kBox, house.place(), kBall, Pose{});
+        const Stood now = stood(kBox, house.place(), kBallObstacle, Pose{});
         house.run(1);
         deepest = std::max(deepest, -now.gap);
         const Vec3 force = house.servo->cycle().tool(0).last().contact.force;

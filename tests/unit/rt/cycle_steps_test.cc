@@ -14,7 +14,7 @@ namespace hapticd {
 namespace {
 
 constexpr double kSteps[] = {1e-5, 4e-5}, kPeriods[] = {1e-3, 2.5e-4};
-constexpr double kGain = 5;
+constexpr double kKnockGain = 5;
 
 /** An armed hand, read in steps, and a plane that rings and buzzes, turned at random. */
 class Hand {
@@ -23,7 +23,7 @@ class Hand {
     std::normal_distribution<double> normal;
     plane = {1e-2 * Vec3(normal(random), normal(random), normal(random)),
              Quat(normal(random), normal(random), normal(random), normal(random)).normalized()};
-    ring = test::ringing(kGain, 150, 0.01, period);
+    ring = test::ringing(kKnockGain, 150, 0.01, period);
     cloth_.models = {{0.02, 0.02, 4, {}}, {0.3, 0.02, 9, {}}, {0.02, 3, 16, {}}};
     cloth_.triangles = {{0, 1, 2}};
     cloth_.finish();
@@ -136,7 +136,7 @@ TEST(CycleSteps, ATapRingsOnceAsHardAsItCame) {
           const double ringing = hand.felt(HD_SOURCE_TRANSIENT).z();
           if (std::abs(ringing - (hand.ring.transient_turn * one - hand.ring.transient_decay * two)) > 2e-4) {
             ++knocks;
-            strength = ringing / (kGain * hand.ring.transient_first);
+            strength = ringing / (kKnockGain * hand.ring.transient_first);
           }
           two = std::exchange(one, ringing);
         }

@@ -28,9 +28,9 @@ std::int64_t ticks() {
 }
 
 /** While it stands, time is the played device's. */
-struct Span {
-  explicit Span(PlayedCost& of) : cost(of), from_ns(ticks()) {}
-  ~Span() { cost.inside_ns += ticks() - from_ns; }
+struct TimedSpan {
+  explicit TimedSpan(PlayedCost& of) : cost(of), from_ns(ticks()) {}
+  ~TimedSpan() { cost.inside_ns += ticks() - from_ns; }
   PlayedCost& cost;
   std::int64_t from_ns;
 };
@@ -41,19 +41,19 @@ class TimedUsb final : public UsbTransport, private UsbListener {
   TimedUsb(std::unique_ptr<UsbTransport> usb, PlayedCost& cost) : usb_(std::move(usb)), cost_(cost) {}
 
   UsbStatus control(const UsbControl& request) noexcept override {
-    const Span span(cost_);
+    const TimedSpan span(cost_);
     return usb_->control(request);
   }
   UsbStatus postIn() noexcept override {
-    const Span span(cost_);
+    const TimedSpan span(cost_);
     return usb_->postIn();
   }
   UsbStatus postOut(std::span<const std::uint8_t> bytes) noexcept override {
-    const Span span(cost_);
+    const TimedSpan span(cost_);
     return usb_->postOut(bytes);
   }
   void poll(std::int64_t until_ns, UsbListener& listener) noexcept override {
-    const Span span(cost_);
+    const TimedSpan span(cost_);
     listener_ = &listener;
     usb_->poll(until_ns, *this);
   }
@@ -85,11 +85,11 @@ class TimedHid final : public HidTransport {
   const std::vector<std::uint8_t>& descriptor() const noexcept override { return hid_->descriptor(); }
   std::int64_t now() const noexcept override { return hid_->now(); }
   HidResult read(std::span<std::uint8_t> buffer, std::size_t& size, std::int64_t until_ns) noexcept override {
-    const Span span(cost_);
+    const TimedSpan span(cost_);
     return hid_->read(buffer, size, until_ns);
   }
   HidResult write(std::span<const std::uint8_t> report) noexcept override {
-    const Span span(cost_);
+    const TimedSpan span(cost_);
     return hid_->write(report);
   }
   HidResult setFeature(std::span<const std::uint8_t> report) noexcept override { return hid_->setFeature(report); }
@@ -111,11 +111,11 @@ class TimedSerial final : public SerialTransport {
   void close() noexcept override { line_->close(); }
   std::int64_t now() const noexcept override { return line_->now(); }
   bool read(std::span<std::uint8_t> buffer, std::size_t& size, std::int64_t until_ns) noexcept override {
-    const Span span(cost_);
+    const TimedSpan span(cost_);
     return line_->read(buffer, size, until_ns);
   }
   bool write(std::span<const std::uint8_t> bytes) noexcept override {
-    const Span span(cost_);
+    const TimedSpan span(cost_);
     return line_->write(bytes);
   }
   void lastWords(std::span<const std::uint8_t> bytes) noexcept override { line_->lastWords(bytes); }

@@ -15,7 +15,7 @@ constexpr int kMaxRounds = 200;
 constexpr int kFreeRounds = 50;         // Then the steps fade ...
 constexpr double kFading = 0.8;         // ... by this in each.
 constexpr double kOpen = 0.5;           // Of the rms: the step that may be wanted still when they have.
-constexpr double kStill = 1e-9;         // Of the points' extent.
+constexpr double kUnmoved = 1e-9;       // Of the points' extent.
 constexpr double kUndetermined = 0.02;  // Of the largest singular value.
 
 struct Match {
@@ -58,7 +58,7 @@ Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>
     misses.reserve(matches.size());
     for (const Match& m : matches) misses.push_back(std::abs(m.miss));
     std::nth_element(misses.begin(), misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2), misses.end());
-    const double limit = 3 * misses[misses.size() / 2] + kStill * extent;
+    const double limit = 3 * misses[misses.size() / 2] + kUnmoved * extent;
 
     // A small turn w about the points' middle and a shift: (c x n) . w + n . shift = -miss; lengths in extents.
     const Vec3 middle = r.X_MO * Vec3((lower + upper) / 2);
@@ -97,8 +97,8 @@ Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>
     const Eigen::Quaterniond q = turn.norm() > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized()))
                                                  : Eigen::Quaterniond::Identity();
     r.X_MO = Pose{middle + shift - q * middle, q} * r.X_MO;
-    if (step.norm() >= kStill * extent) continue;
-    if (r.rounds <= kFreeRounds || wanted < std::max(kStill * extent, kOpen * r.rms)) return r;
+    if (step.norm() >= kUnmoved * extent) continue;
+    if (r.rounds <= kFreeRounds || wanted < std::max(kUnmoved * extent, kOpen * r.rms)) return r;
     break;
   }
   throw Failure("registration", fmt::format("it does not settle; the points are {:.3g} m off", r.rms),

@@ -106,7 +106,7 @@ std::vector<std::string> pairNames() {
 }
 
 /** All runs of one pair, excitation and response. */
-struct Line {
+struct SweepLine {
   int runs = 0, at_rest = 0;
   double created = -1, unrest = 0, strongest = 0;
   double patience = 0;  ///< Most that a run took beyond the usual time to come to rest [s].
@@ -114,8 +114,8 @@ struct Line {
   std::optional<double> creep, creep_turn;  ///< In a minute [m, rad], of what ends pressed.
 };
 
-Line sweep(Pairing& pairing, const Excitation& what, Response& response, const StabilityOptions& o) {
-  Line row;
+SweepLine sweep(Pairing& pairing, const Excitation& what, Response& response, const StabilityOptions& o) {
+  SweepLine row;
   const std::vector<double> rates = o.quick ? std::vector<double>{1000} : std::vector<double>{1000, 4000};
   const std::vector<double> masses =
       o.quick ? std::vector<double>{0.02, 2.0} : std::vector<double>{0.02, 0.06, 0.2, 0.6, 2.0};
@@ -149,12 +149,12 @@ Line sweep(Pairing& pairing, const Excitation& what, Response& response, const S
   return row;
 }
 
-bool holds(const Line& row) {
+bool holds(const SweepLine& row) {
   return row.finite && row.at_rest == row.runs && row.created <= kCreated && row.creep.value_or(0) < kCreep &&
          row.creep_turn.value_or(0) < kCreepTurn;
 }
 
-void print(const Common& common, const char* pair, const char* what, const char* response, const Line& row) {
+void print(const Common& common, const char* pair, const char* what, const char* response, const SweepLine& row) {
   const auto optional = [&](const std::optional<double>& x, double unit) {
     return x ? fmt::format("{:.3g}", *x * unit) : std::string("-");
   };
@@ -196,7 +196,7 @@ int run(const Common& common, const StabilityOptions& o) {
       for (const auto& response : responses) {
         const bool is_default = response == responses.front();
         if (!o.response.empty() ? o.response != response->name() : o.quick && !is_default) continue;
-        const Line row = sweep(pairing, what, *response, o);
+        const SweepLine row = sweep(pairing, what, *response, o);
         print(common, pairing.pair.name, what.name, response->name(), row);
         good = good && (!is_default || holds(row));
       }

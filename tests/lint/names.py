@@ -1,0 +1,91 @@
+#!/usr/bin/python3
+"""Finds constants, types and functions of unnamed namespaces that two files of one program have: compiled in batches
+(HAPTICD_UNITY, tools/cmake/Settings.cmake) they would clash, and then only in a build of that kind.
+
+Usage: names.py ROOT. Prints each name with the files that have it, and exits 1.
+"""
+import collections
+import pathlib
+import re
+import sys
+
+# Programs and what of their folders is compiled otherwise; in tests each folder with files is one.
+PROGRAMS = {"daemon": r"/(main|builder|recording)/|/(memfd|builder_protocol)\.cc$", "tools/hapticctl": r"/main\.cc$",
+            "tools/haptic-bench": r"/(peers|example)/|/main\.cc$"}
+ONE_BY_ONE = ("tests/fakes", "tests/fuzz", "tests/rt", "tests/support", "tests/install")
+TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])\'|[{};()]|[^{};()"\']+')
+SCOPE = re.compile(r"(?:inline\s+)?namespace\s*([\w:]*)\s*$")
+TYPE = re.compile(r"^(?:struct|class|union|enum(?:\s+class)?)\s+(?:alignas\(\w+\)\s*)?(\w+)")
+CONSTANT = re.compile(r"\b(k[A-Z]\w*)\s*(?=[=\[{(,]|$)")
+FUNCTION = re.compile(r"\b([a-z]\w*)\s*\((.*)\)[^()]*$", re.S)
+
+
+def declarations(text):
+    """Each declaration at the outermost level of an unnamed namespace, to its body or end."""
+    text = re.sub(r"//[^\n]*|^\s*#.*$", "", re.sub(r"/\*.*?\*/", "", text, flags=re.S), flags=re.M)
+    scopes, bodies, round_ones, words = [], 0, 0, ""
+    for token in TOKEN.findall(text):
+        if bodies == 0 and token == "{" and round_ones == 0 and (scope := SCOPE.search(words)):
+            scopes.append(scope.group(1))
+            words = ""
+        elif bodies == 0 and token == "}" and scopes:
+            scopes.pop()
+            words = ""
+        elif token == "{":
+            bodies += 1
+            words += "{" if bodies == 1 and round_ones == 0 else ""
+        elif token == "}":
+            bodies -= 1
+            if bodies == 0 and round_ones == 0 and not re.search(r"=|\bk[A-Z]\w*\s*\{", words.split("(")[0]):
+                if "" in scopes:
+                    yield words
+                words = ""
+        elif bodies == 0 and token == ";" and round_ones == 0:
+            if "" in scopes:
+                yield words
+            words = ""
+        else:
+            round_ones += {"(": 1, ")": -1}.get(token, 0) if bodies == 0 else 0
+            words += token if bodies == 0 else ""
+
+
+def names(path):
+    for words in declarations(path.read_text(encoding="utf-8")):
+        words = " ".join(words.split())
+        words = re.sub(r"^template <[^{(]*> ", "", words)
+        if re.match(r"(using|TEST|INSTANTIATE|TYPED|namespace|extern|static_assert)", words):
+            continue
+        if kind := TYPE.match(words):
+            if "{" in words:
+                yield kind.group(1)
+        elif re.match(r"(?:inline |static )*(?:constexpr|const)\b[^(]*\bk[A-Z]", words):
+            yield from CONSTANT.findall(words)
+        elif function := FUNCTION.search(words.split("{")[0].replace("HD_RT", "")):
+            yield f"{function.group(1)}({re.sub(r' ?= ?[^,]*', '', function.group(2))})"
+
+
+def main():
+    root = pathlib.Path(sys.argv[1]).resolve()
+    programs = collections.defaultdict(list)
+    for path in sorted(root.glob("tests/**/*.cc")):
+        folder = str(path.parent.relative_to(root))
+        if not folder.startswith(ONE_BY_ONE):
+            programs[folder].append(path)
+    for folder, others in PROGRAMS.items():
+        programs[folder] = [p for p in sorted((root / folder).rglob("*.cc")) if not re.search(others, str(p))]
+    found = 0
+    for program, files in programs.items():
+        have = collections.defaultdict(set)
+        for path in files:
+            for name in names(path):
+                have[name].add(path)
+        for name, paths in have.items():
+            if len(paths) > 1:
+                found += 1
+                print(f"{name} of {program}: " + ", ".join(str(p.relative_to(root)) for p in sorted(paths)))
+    print(f"{found} names to tell apart" if found else "each program calls one thing by one name")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -58,19 +58,22 @@ std::uint32_t SceneContacts::furtherWalls(const Shape& mesh, const Vec3& x, cons
 void SceneContacts::tryFurtherWalls(std::uint32_t i, std::uint32_t k, const CollideRequest::Held& held,
                                     const PointTouch& first, int side, double margin, Purse& purse) HD_RT {
   const CollideRequest::Obstacle& obstacle = held.obstacle[k];
-  if (obstacle.shape.kind != ShapeKind::kMesh || !(points_.radius() > 0) || !(first.gap > 0)) return;
+  const bool disc = held.shape.kind == ShapeKind::kCylinder && ToolPoints::isDisc(i);
+  const double radius = disc ? held.shape.size.x() : points_.radius();
+  if (obstacle.shape.kind != ShapeKind::kMesh || !(radius > 0) || !(first.gap > 0)) return;
   const Vec3 x = first.surface + first.gap * first.out;
   Walls walls;
   const std::uint32_t count =
-      furtherWalls(obstacle.shape, x, first.out, side < 0 ? -1 : 1, points_.radius() + margin, purse, walls);
+      furtherWalls(obstacle.shape, x, first.out, side < 0 ? -1 : 1, radius + margin, purse, walls);
   for (std::uint32_t n = 0; n < count; ++n) {
     Contact contact;
     contact.n_W = obstacle.X_WO.q * walls[n].out;
     contact.p_WB = obstacle.X_WO * walls[n].surface;
-    contact.p_WA = obstacle.X_WO * x - points_.radius() * contact.n_W;
-    contact.depth = points_.radius() - walls[n].gap;
+    if (!lowest(i, held, obstacle.X_WO * x, contact.n_W, contact.p_WA)) continue;
+    contact.depth = contact.n_W.dot(contact.p_WB - contact.p_WA);
     contact.feature_a = i + (n + 1) * ToolPoints::kMost;
-    if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) return;
+    if (disc && !isThere(contact, obstacle, radius + margin, side, purse)) continue;
+    if (contact.depth < -margin || !isFinite(contact.n_W) || !isFinite(contact.p_WA)) continue;
     keep(contact, static_cast<std::uint8_t>(k));
     purse.report.touching += contact.depth >= 0 ? 1 : 0;
   }

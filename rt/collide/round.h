@@ -51,9 +51,9 @@ struct BallTouch {
 
 /**
  * Where A or B is a sphere or a capsule, the touch becomes that of its ball where both are now; where A is a cylinder,
- * that of its round mantle, of which ToolPoints knows a prism's edges; else it stays. `feature`: ToolPoints' number of
- * A's point or ball, or kFirstBall and more: of a primitive that is the point nearest to B's ball. A's centre of mass
- * is at com_W, and B turns with w_B; r_b is not looked at.
+ * a disc's is that of its round mantle; else it stays. `feature`: ToolPoints' number of A's point, ball or disc, or
+ * kFirstBall and more: of a primitive that is the point nearest to B's ball. A's centre of mass is at com_W, and B
+ * turns with w_B; r_b is not looked at.
  */
 void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
             Touch& touch) HD_RT;

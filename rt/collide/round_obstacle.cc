@@ -82,8 +82,22 @@ bool SceneContacts::tryRound(std::uint32_t k, const CollideRequest::Held& held, 
   };
   const auto gapAt = [&](double ball)
                          HD_RT { return meets(b.X_WO * Vec3(0, 0, axis.at(ball))) ? touch.gap : INFINITY; };
+  // Where a disc and the tool are not nearest to each other, what tells them apart is no plane of either.
+  const auto isThere = [&](const Vec3& p_B, double gap) HD_RT {
+    NearestQuery query;
+    query.x = a.X_WO.inverse() * p_B;
+    query.reach = b.shape.size.x() + std::max(kReach, margin);
+    query.limit = purse.left();
+    Nearest nearest;
+    const NearestResult result = nearestOnShape(a.shape, query, nearest);
+    purse.report.work += query.work;
+    if (result != NearestResult::kFound) return false;
+    const double least = ContactModel::kLeastReach + std::max(0.0, gap);
+    return nearest.isInside(query.x) || nearest.squared_distance <= least * least;
+  };
   const auto keepAt = [&](const Vec3& p_A, const Vec3& n, double gap, std::uint32_t feature) HD_RT {
     if (!(gap <= margin) || !isFinite(n) || !isFinite(p_A)) return;
+    if (!round && !isThere(p_A - gap * n, gap)) return;
     Contact contact;
     contact.n_W = n;
     contact.p_WA = p_A;

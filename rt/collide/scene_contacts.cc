@@ -21,6 +21,12 @@ bool isLate(const WorkBudget& budget) HD_RT {
   return budget.clock != nullptr && budget.deadline_ns != 0 && budget.clock->now() >= budget.deadline_ns;
 }
 
+/** Sine of a tilt under which a cylinder stands on its end and not on its mantle. */
+constexpr double kOnMantle = 0.1;
+/** Cosine of the angle about a cylinder's axis within which its disc tells more than a point: three points' of its rim.
+ */
+constexpr double kBeside = 0.95;
+
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
 
 }  // namespace
@@ -265,8 +271,51 @@ SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obst
   return Looked::kNear;
 }
 
+bool SceneContacts::isBesideDisc(std::uint32_t i, const CollideRequest::Held& held, const Vec3& n_W) const HD_RT {
+  if (held.shape.kind != ShapeKind::kCylinder) return false;
+  const Vec3 p = points_.at(i), down = held.X_WO.q.conjugate() * -n_W;
+  const double across = down.head<2>().norm(), radius = held.shape.size.x();
+  return across > kOnMantle && p.head<2>().dot(down.head<2>()) > kBeside * radius * across;
+}
+
+SceneContacts::Looked SceneContacts::lookFromDisc(std::uint32_t i, const CollideRequest::Held& held,
+                                                  const CollideRequest::Obstacle& obstacle, double reach, Purse& purse,
+                                                  int& side, Vec3& x_W, PointTouch& out) const HD_RT {
+  const Pose X_AB = held.X_WO.inverse() * obstacle.X_WO, X_BA = X_AB.inverse();
+  const double half = held.shape.size.y(), apart = ToolPoints::apart(half);
+  Vec3 c = points_.at(i);
+  Looked looked = lookAt(obstacle, X_BA * c, reach, purse, side, out);
+  if (looked != Looked::kNear) return looked;
+  const double z = std::clamp((X_AB * out.surface).z(), std::max(-half, c.z() - apart), std::min(half, c.z() + apart));
+  if (z != c.z()) {
+    c.z() = z;
+    looked = lookAt(obstacle, X_BA * c, reach, purse, side, out);
+  }
+  x_W = held.X_WO * c;
+  return looked;
+}
+
+bool SceneContacts::lowest(std::uint32_t i, const CollideRequest::Held& held, const Vec3& x_W, const Vec3& n_W,
+                           Vec3& p_WA) const HD_RT {
+  p_WA = x_W - points_.radius() * n_W;
+  if (held.shape.kind != ShapeKind::kCylinder || !ToolPoints::isDisc(i)) return true;
+  const Vec3 axis = held.X_WO.q * Vec3::UnitZ(), across = n_W - axis.dot(n_W) * axis;
+  const double share = across.norm();
+  if (!(share > kOnMantle)) return false;
+  p_WA = x_W - held.shape.size.x() / share * across;
+  return true;
+}
+
+bool SceneContacts::isThere(const Contact& contact, const CollideRequest::Obstacle& obstacle, double reach, int side,
+                            Purse& purse) const HD_RT {
+  PointTouch there;
+  const Looked looked = lookAt(obstacle, obstacle.X_WO.inverse() * contact.p_WA, reach, purse, side, there);
+  return looked == Looked::kNear && there.gap <= ContactModel::kLeastReach + std::max(0.0, -contact.depth);
+}
+
 bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
-  const Vec3 p_W = held.X_WO * points_.at(i);
+  const Vec3 middle_W = held.X_WO * points_.at(i);
+  const bool disc = held.shape.kind == ShapeKind::kCylinder && ToolPoints::isDisc(i);
   bool hot = false, finished = true, unknown = false;
   Sided sided;
   float deepest = 0;
@@ -276,26 +325,30 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     finished = !purse.empty();
     if (!finished) break;
     PointTouch at;
-    const double reach = std::max(kReach, margin) + points_.radius() + static_cast<double>(depth_[i]);
+    const double radius = disc ? held.shape.size.x() : points_.radius();
+    const double reach = std::max(kReach, margin) + radius + static_cast<double>(depth_[i]);
     int side = side_[i].slot == obstacle.slot ? side_[i].side : 0;
-    const Looked looked = lookAt(obstacle, obstacle.X_WO.inverse() * p_W, reach, purse, side, at);
+    Vec3 x_W = middle_W;
+    const Looked looked = disc ? lookFromDisc(i, held, obstacle, reach, purse, side, x_W, at)
+                               : lookAt(obstacle, obstacle.X_WO.inverse() * x_W, reach, purse, side, at);
     unknown = unknown || looked == Looked::kUnknown;
     if (looked != Looked::kNear) continue;
-    const double gap = at.gap - points_.radius();
-    if (gap > margin) continue;
+    if (at.gap - radius > margin) continue;
     Contact contact;
     contact.n_W = obstacle.X_WO.q * at.out;
     contact.p_WB = obstacle.X_WO * at.surface;
-    contact.p_WA = p_W - points_.radius() * contact.n_W;
-    contact.depth = -gap;
     contact.feature_a = i;
-    if (!(contact.n_W.squaredNorm() > 0.9) || !isFinite(contact.p_WA)) continue;
-    keep(contact, static_cast<std::uint8_t>(k));
-    tryFurtherWalls(i, k, held, at, side, margin, purse);
+    if (!(contact.n_W.squaredNorm() > 0.9) || !isFinite(x_W)) continue;
     hot = true;
     if (side != 0) sided = {obstacle.slot, side};
     deepest = std::max(deepest, static_cast<float>(-at.gap));
-    purse.report.touching += gap <= 0 ? 1 : 0;
+    tryFurtherWalls(i, k, held, at, side, margin, purse);
+    if (!lowest(i, held, x_W, contact.n_W, contact.p_WA)) continue;
+    contact.depth = contact.n_W.dot(contact.p_WB - contact.p_WA);
+    if (disc && !isThere(contact, obstacle, reach, side, purse)) continue;
+    if (contact.depth < -margin || (!disc && isBesideDisc(i, held, contact.n_W))) continue;
+    keep(contact, static_cast<std::uint8_t>(k));
+    purse.report.touching += contact.depth >= 0 ? 1 : 0;
   }
   // How deep a point was is kept until it is known to be elsewhere: without, it would be out of reach.
   const bool known = finished && !unknown;

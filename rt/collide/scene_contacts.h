@@ -104,6 +104,17 @@ class SceneContacts {
    * which the point counts as outside, 1 or -1; 0: where it is. */
   Looked lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach, Purse& purse, int& side,
                 PointTouch& out) const HD_RT;
+  /** The same for disc i of a cylinder, or one beside it, from its middle, which comes to be at x_W. */
+  Looked lookFromDisc(std::uint32_t i, const CollideRequest::Held& held, const CollideRequest::Obstacle& obstacle,
+                      double reach, Purse& purse, int& side, Vec3& x_W, PointTouch& out) const HD_RT;
+  /** What of point, ball or disc i about x_W lies lowest over a plane; false: of a disc the cylinder's end does. */
+  [[nodiscard]] bool lowest(std::uint32_t i, const CollideRequest::Held& held, const Vec3& x_W, const Vec3& n_W,
+                            Vec3& p_WA) const HD_RT;
+  /** Whether the obstacle is where a disc is said to meet it, and not beyond the end of the cylinder. */
+  [[nodiscard]] bool isThere(const Contact& contact, const CollideRequest::Obstacle& obstacle, double reach, int side,
+                             Purse& purse) const HD_RT;
+  /** Whether point i of a cylinder is so near to the disc's that a point tied to what rolls would only brake it. */
+  [[nodiscard]] bool isBesideDisc(std::uint32_t i, const CollideRequest::Held& held, const Vec3& n_W) const HD_RT;
   /** False where that is not known of all obstacles. */
   bool tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
   using Walls = std::array<PointTouch, 2>;  ///< With the nearest three, which hold a ball.

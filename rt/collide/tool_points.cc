@@ -6,9 +6,7 @@
 namespace hapticd {
 namespace {
 
-constexpr int kAlongEdge = 9;  ///< Points on a box's edge, its ends included.
-constexpr int kAround = 32;    ///< On a cylinder's rim.
-constexpr int kRings = 9;
+constexpr int kAlongEdge = 9;         ///< Points on a box's edge, its ends included.
 constexpr std::uint32_t kBalls = 33;  ///< Along a capsule.
 
 }  // namespace
@@ -46,19 +44,21 @@ void ToolPoints::addBox(const Vec3& half) HD_RT {
 }
 
 void ToolPoints::addCylinder(double radius, double half) HD_RT {
-  const auto ring = [&](double r, double z, int around) {
-    for (int i = 0; i < around; ++i) {
+  const auto height = [half](std::uint32_t k) { return half * (2.0 * k / (kRings - 1) - 1); };
+  const auto ring = [&](double r, double z, std::uint32_t around) {
+    for (std::uint32_t i = 0; i < around; ++i) {
       const double a = 2 * EIGEN_PI * i / around;
       add({r * std::cos(a), r * std::sin(a), z});
     }
   };
   ring(radius, -half, kAround);
   ring(radius, half, kAround);
-  for (int k = 1; k < kRings - 1; ++k) ring(radius, half * (2.0 * k / (kRings - 1) - 1), kAround);
+  for (std::uint32_t k = 1; k < kRings - 1; ++k) ring(radius, height(k), kAround);
   for (const double z : {-half, half}) {
     add({0, 0, z});
     ring(radius / 2, z, kAround / 2);
   }
+  for (std::uint32_t k = 0; k < kRings; ++k) add({0, 0, height(k)});
 }
 
 void ToolPoints::make(const Shape& shape) HD_RT {

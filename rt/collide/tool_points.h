@@ -15,7 +15,8 @@ class ToolPoints {
  public:
   static constexpr std::uint32_t kMost = 2048;
 
-  /** A sphere is one ball, a capsule a row of them; boxes and cylinders are sampled; of a mesh, vertices evenly taken.
+  /** A sphere is one ball, a capsule a row of them; boxes and cylinders are sampled, and of a
+   * cylinder's mantle there are discs; of a mesh, vertices evenly taken.
    * Planes and groups have none. */
   void make(const Shape& shape) HD_RT;
 
@@ -24,9 +25,17 @@ class ToolPoints {
   [[nodiscard]] double radius() const HD_RT { return radius_; }  ///< Of each ball [m].
   /** Where on its axis a capsule half as long as that has ball i; a sphere's one, of half 0, is in the middle [m]. */
   [[nodiscard]] static double alongAxis(std::uint32_t i, double half) HD_RT;
+  /** Of a cylinder: whether that is no point but a disc of its mantle, at() its middle. */
+  [[nodiscard]] static bool isDisc(std::uint32_t i) HD_RT { return i >= kFirstDisc && i < kFirstDisc + kRings; }
+  /** Half the way from disc to disc of a cylinder half as long as that [m]. */
+  [[nodiscard]] static double apart(double half) HD_RT { return half / (kRings - 1); }
   [[nodiscard]] double reach() const HD_RT { return reach_; }  ///< Farthest surface from the origin [m].
 
  private:
+  static constexpr std::uint32_t kAround = 32;  ///< On a cylinder's rim.
+  static constexpr std::uint32_t kRings = 9;
+  static constexpr std::uint32_t kFirstDisc = kRings * kAround + 2 * (1 + kAround / 2);
+
   void add(const Vec3& p) HD_RT;
   void addBox(const Vec3& half) HD_RT;
   void addCylinder(double radius, double half) HD_RT;

@@ -1,4 +1,5 @@
-// Balls and capsules in hollows of meshes: what lies on several walls at once lies on all of them, and still.
+// Balls, capsules and cylinders in hollows of meshes: what lies on several walls at once lies on all of them, and
+// still.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,8 +26,7 @@ void addHollow(House& house, test::TestMesh& mesh, double friction) {
   house.send(CommandKind::kAddObject, hollow);
 }
 
-void holdRound(House& house, bool capsule) {
-  const ShapeKind kind = capsule ? ShapeKind::kCapsule : ShapeKind::kSphere;
+void holdRound(House& house, ShapeKind kind) {
   house.send(CommandKind::kSetShape, SetShape{kTool, 0, {static_cast<std::uint32_t>(kind), 0, {kRadius, 0.01}}});
   house.hold();
 }
@@ -54,22 +54,22 @@ Rest watch(House& house, const Gap& gapOf) {
 
 TEST(Hollow, WhatIsRoundLiesOnBothWallsOfAGroove) {
   const auto gapOf = [](const Vec3& p) { return (p.z() - kBottom - std::abs(p.x())) / std::sqrt(2.0) - kRadius; };
-  for (const bool capsule : {false, true}) {
+  for (const ShapeKind kind : {ShapeKind::kSphere, ShapeKind::kCapsule, ShapeKind::kCylinder}) {
     for (const double friction : {0.0, 0.4}) {
       for (const double aside : {0.0, 0.002}) {
         test::TestMesh groove = test::heightMesh(0.03, 12, [](double x, double) { return std::abs(x); });
         House house;
         addHollow(house, groove, friction);
-        holdRound(house, capsule);
-        const Vec3 along(capsule ? EIGEN_PI / 2 : 0, 0, 0);
+        holdRound(house, kind);
+        const Vec3 along(kind == ShapeKind::kSphere ? 0 : EIGEN_PI / 2, 0, 0);
         house.aim({aside, 0, 0.03}, along);
         house.run(500);
         house.aim({aside, 0, 0.005}, along);
         house.run(1200);
         const Rest rest = watch(house, gapOf);
-        EXPECT_LT(rest.moved, 1e-6) << capsule << " " << friction << " " << aside;
-        EXPECT_LT(rest.changed, 1e-3) << capsule << " " << friction << " " << aside;
-        EXPECT_GT(rest.gap, -1.1 * Tool::kSlop) << capsule << " " << friction << " " << aside;
+        EXPECT_LT(rest.moved, 1e-6) << static_cast<int>(kind) << " " << friction << " " << aside;
+        EXPECT_LT(rest.changed, 1e-3) << static_cast<int>(kind) << " " << friction << " " << aside;
+        EXPECT_GT(rest.gap, -1.1 * Tool::kSlop) << static_cast<int>(kind) << " " << friction << " " << aside;
         // Along the groove friction is that of both walls, each of which presses as half the load over cos 45.
         double least = INFINITY, most = -INFINITY;
         for (int i = 0; i < 500; ++i) {
@@ -81,8 +81,8 @@ TEST(Hollow, WhatIsRoundLiesOnBothWallsOfAGroove) {
           most = std::max(most, -force.y() / (std::sqrt(2.0) * force.z()));
           ASSERT_GT(gapOf(house.place().p), -1.1 * Tool::kSlop);
         }
-        EXPECT_NEAR(least, friction, 5e-3) << capsule << " " << friction << " " << aside;
-        EXPECT_NEAR(most, friction, 5e-3) << capsule << " " << friction << " " << aside;
+        EXPECT_NEAR(least, friction, 5e-3) << static_cast<int>(kind) << " " << friction << " " << aside;
+        EXPECT_NEAR(most, friction, 5e-3) << static_cast<int>(kind) << " " << friction << " " << aside;
       }
     }
   }
@@ -93,7 +93,7 @@ TEST(Hollow, ABallLiesOnThreeWallsOfACorner) {
   for (const double friction : {0.0, 0.4}) {
     House house;
     addHollow(house, corner, friction);
-    holdRound(house, false);
+    holdRound(house, ShapeKind::kSphere);
     house.aim({0.034, 0.036, 0.005});
     house.run(1500);
     const auto gapOf = [](const Vec3& p) { return std::min({0.04 - p.x(), 0.04 - p.y(), p.z() - kBottom}) - kRadius; };

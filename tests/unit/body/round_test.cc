@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "support/test_mesh.h"
 #include "tests/support/tool_house.h"
 
 namespace hapticd {
@@ -96,6 +97,47 @@ TEST(Round, OneThatSpinsInPlaceEndsRollingAsTheClosedForm) {
     house.run(1500);
     const double want = 2.0 / 7 * w * kRoundRadius;
     EXPECT_NEAR(roller(house).twist().v.x(), want, 2e-3 * want) << w;
+  }
+}
+
+/** Its lowest point over a plane is not that over a ball or an edge: the cylinder hung in the air, or fell to and fro.
+ */
+TEST(Round, ACylinderLiesOnABallOfAMeshAndOnAnEdge) {
+  for (const double radius : {0.003, 0.008, 0.015}) {
+    for (const bool edge : {false, true}) {
+      const Vec3 middle(0, 0, edge ? 0.015 : 0.01);
+      test::TestMesh mesh = test::sphereMesh(0.02, 50);
+      House house;
+      house.meshes.publish(3, mesh.view());
+      AddObject obstacle = object(kWall, edge ? ShapeKind::kBox : ShapeKind::kMesh,
+                                  edge ? Vec3(0.05, 0.01, 0.01) : Vec3(0, 0, 0), middle);
+      if (edge) store(fromRotationVector({EIGEN_PI / 4, 0, 0}), obstacle.q);
+      if (!edge) obstacle.shape.mesh = 3;
+      obstacle.material.friction_static = obstacle.material.friction_dynamic = 0;
+      house.send(CommandKind::kAddObject, obstacle);
+      const SetShape shape{kTool, 0, {static_cast<std::uint32_t>(ShapeKind::kCylinder), 0, {radius, 0.02}}};
+      house.send(CommandKind::kSetShape, shape);
+      const Vec3 lying(EIGEN_PI / 2, 0.2, 0);
+      house.aim({0, 0.001, 0.05}, lying);
+      house.run(800);
+      house.hold();
+      house.aim({0, 0.001, 0.027 + radius}, lying);
+      house.run(1500);
+      const Vec3 top = middle + Vec3(0, 0, edge ? std::sqrt(2.0) * 0.01 : 0);
+      Vec3 least = house.place().p, most = least;
+      for (int i = 0; i < 500; ++i) {
+        house.run(1);
+        const Vec3 axis = house.place().q * Vec3::UnitZ(), away = house.place().p - top;
+        const double apart = edge ? std::abs(away.dot(axis.cross(Vec3::UnitX()).normalized())) - radius
+                                  : away.cross(axis).norm() - radius - 0.02;
+        ASSERT_LT(apart, 2e-6) << radius << " " << edge;
+        ASSERT_GT(apart, edge ? -1.5 * Tool::kSlop : -50e-6) << radius << " " << edge << ": of the ball's facets 20 um";
+        least = least.cwiseMin(house.place().p);
+        most = most.cwiseMax(house.place().p);
+      }
+      EXPECT_GT(house.servo->cycle().tool(0).last().contact.force.z(), 0.3) << radius << " " << edge;
+      EXPECT_LT((most - least).norm(), 2e-6) << radius << " " << edge;
+    }
   }
 }
 

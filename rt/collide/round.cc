@@ -88,6 +88,7 @@ NearestResult meetBall(const RoundBody& a, const RoundBody& b, const Vec3& cente
 
 void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
             Touch& touch) HD_RT {
+  if (feature >= kFirstEdge) return;
   const bool mantle = a.shape.kind == ShapeKind::kCylinder && ToolPoints::isDisc(feature % ToolPoints::kMost);
   if (!isRound(a.shape) && !isRound(b.shape) && !mantle) return;
   if (feature >= kFirstBall && hasMantle(b.shape) && a.shape.kind != ShapeKind::kMesh) {

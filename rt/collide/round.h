@@ -34,6 +34,8 @@ struct RoundBody {
 
 /** Features from here on are balls or discs of B that A's surface meets, not points of A. */
 inline constexpr std::uint32_t kFirstBall = ToolPoints::kMost;
+/** From here on a feature is a place on an edge of B that A's surface meets. */
+inline constexpr std::uint32_t kFirstEdge = 4 * ToolPoints::kMost;
 
 /** A's surface and a ball or disc of B, where they are nearest; in the world. */
 struct BallTouch {

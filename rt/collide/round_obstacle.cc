@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "rt/collide/line_search.h"
 #include "rt/collide/purse.h"
 #include "rt/collide/round.h"
 
@@ -10,10 +11,7 @@ namespace hapticd {
 namespace {
 
 constexpr std::uint32_t kBalls = 9;              ///< Of a capsule, from end to end of what the tool may touch.
-constexpr int kSections = 24;                    ///< To find the nearest between two of them: to 1e-5 of the way.
-constexpr int kHalvings = 12;                    ///< To find where touching ends: to 1e-3 of the way.
 constexpr std::uint32_t kFeatures = kBalls + 3;  ///< Numbers of places on an axis.
-constexpr double kGolden = 0.6180339887498949;
 
 /** Part of B's axis that A may touch. */
 struct Axis {
@@ -25,38 +23,6 @@ Axis nearPart(const RoundBody& a, double reach, const RoundBody& b) HD_RT {
   const double half = halfAxis(b.shape);
   const double middle = (b.X_WO.inverse() * a.X_WO.p).z();
   return {std::clamp(middle - reach, -half, half), std::clamp(middle + reach, -half, half)};
-}
-
-/** Where between two balls the gap is least, if it falls and then grows. */
-template <class Gap>
-double leastOf(double lo, double hi, const Gap& gapAt) HD_RT {
-  double x = hi - kGolden * (hi - lo), y = lo + kGolden * (hi - lo);
-  double at_x = gapAt(x), at_y = gapAt(y);
-  for (int i = 0; i < kSections; ++i) {
-    if (at_x <= at_y) {
-      hi = y;
-      y = x;
-      at_y = at_x;
-      at_x = gapAt(x = hi - kGolden * (hi - lo));
-    } else {
-      lo = x;
-      x = y;
-      at_x = at_y;
-      at_y = gapAt(y = lo + kGolden * (hi - lo));
-    }
-  }
-  return 0.5 * (lo + hi);
-}
-
-/** How far from one ball toward another the gap is no more than that. */
-template <class Gap>
-double lastOf(double from, double to, double most, const Gap& gapAt) HD_RT {
-  if (gapAt(to) <= most) return to;
-  for (int i = 0; i < kHalvings; ++i) {
-    const double middle = 0.5 * (from + to);
-    (gapAt(middle) <= most ? from : to) = middle;
-  }
-  return from;
 }
 
 }  // namespace

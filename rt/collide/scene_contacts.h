@@ -30,10 +30,10 @@ namespace hapticd {
  * An open mesh without a volume is a wall from both sides: for each point the one that it came from counts until it has
  * left the sheet.
  *
- * One-sided without volumes: a scene's corner between two points of the tool is missed; what is round there is not, for
- * its balls and discs are tried against the tool's surface, too (round_obstacle.cc). A point that has gone into a
- * mesh is followed as deep as it goes, in steps of kReach at most; one that begins deeper is found where that mesh has
- * a volume.
+ * Without volumes a corner of a mesh in the scene is missed between two points of the tool. What is round there is not,
+ * nor are boxes and cylinders: their balls, discs and edges are tried against the tool's surface, too
+ * (round_obstacle.cc, edge_obstacle.cc). A point that has gone into a mesh is followed as deep as it goes, in steps of
+ * kReach at most; one that begins deeper is found where that mesh has a volume.
  */
 class SceneContacts {
  public:
@@ -132,6 +132,8 @@ class SceneContacts {
   /** The tool's surface against a sphere, a capsule, or a cylinder's mantle: what it meets between two of its points.
    * False: its points may know more, for it may be hollow, and they meet a cylinder's ends. */
   bool tryRound(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
+  /** The tool's surface against the edges, corners and rims of a box or cylinder: as tryRound(). */
+  void tryEdges(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
   /** Of what is found too many the deepest stay, of each side that something touches on: see keep(). */
   struct Kept {
     std::uint8_t side = 0;  ///< Obstacle and direction; kFar.

@@ -1,0 +1,175 @@
+// Edges, corners and rims of the scene's boxes and cylinders against a tool's surface, which they may meet between two
+// of the tool's points.
+#include <algorithm>
+#include <cmath>
+
+#include "rt/collide/line_search.h"
+#include "rt/collide/purse.h"
+#include "rt/collide/round.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::uint32_t kBoxEdges = 12, kArcs = 8;  ///< Of a rim.
+constexpr int kTries = 4;                           ///< Parts of an edge, from which the nearest place is looked for.
+constexpr double kStep = 1e-3, kFlat = 1e-9;        ///< Of an edge; and by how much a gap grows that does not [m].
+constexpr double kAside = 0.05;                     ///< Sine of the angle by which a normal may look into the obstacle,
+constexpr double kAlong = 0.3;                      ///< and along its edge: farther on it is nearer.
+constexpr double kOnEnd = 0.7;                      ///< Cosine of a cylinder's axis with a normal on its end.
+constexpr double kInset = 2e-4;                     ///< At most a quarter of the obstacle [m].
+
+/** One edge of B, straight or an eighth of a rim, as far as A may reach; in B's frame. */
+struct Edge {
+  Vec3 origin;  ///< Its middle; of an arc that of the rim.
+  Vec3 along;   ///< Unit; of an arc zero.
+  double radius = 0, first = 0, last = 0;
+
+  [[nodiscard]] double at(double t) const HD_RT { return first + t * (last - first); }
+  [[nodiscard]] Vec3 point(double t) const HD_RT {
+    const double s = at(t);
+    return radius > 0 ? Vec3(origin + radius * Vec3(std::cos(s), std::sin(s), 0)) : Vec3(origin + s * along);
+  }
+  /** The end, where the place is hardly away from it: that is a corner, or where the tool's reach ends. */
+  [[nodiscard]] double orEnd(double t) const HD_RT {
+    if (radius > 0) return t;
+    return t * length() < kInset ? 0 : (1 - t) * length() < kInset ? 1 : t;
+  }
+  [[nodiscard]] double length() const HD_RT { return (last - first) * (radius > 0 ? radius : 1); }
+};
+
+std::uint32_t edgesOf(const Shape& shape) HD_RT { return shape.kind == ShapeKind::kBox ? kBoxEdges : 2 * kArcs; }
+
+/** `near`: A's middle in B's frame, and how far it reaches from there. */
+Edge edgeOf(const Shape& shape, std::uint32_t i, const Vec3& near, double reach) HD_RT {
+  Edge edge;
+  if (shape.kind == ShapeKind::kCylinder) {
+    const double arc = 2 * EIGEN_PI / kArcs;
+    edge.origin = Vec3(0, 0, i < kArcs ? -shape.size.y() : shape.size.y());
+    edge.along = Vec3::Zero();
+    edge.radius = shape.size.x();
+    edge.first = arc * (i % kArcs);
+    edge.last = edge.first + arc;
+    return edge;
+  }
+  const int axis = static_cast<int>(i / 4), u = (axis + 1) % 3, v = (axis + 2) % 3;
+  edge.origin = edge.along = Vec3::Zero();
+  edge.along[axis] = 1;
+  edge.origin[u] = (i & 1) != 0 ? shape.size[u] : -shape.size[u];
+  edge.origin[v] = (i & 2) != 0 ? shape.size[v] : -shape.size[v];
+  edge.first = std::clamp(near[axis] - reach, -shape.size[axis], shape.size[axis]);
+  edge.last = std::clamp(near[axis] + reach, -shape.size[axis], shape.size[axis]);
+  return edge;
+}
+
+bool isAtBorder(const Shape& box, const Vec3& x, int i) HD_RT {
+  return box.size[i] - std::abs(x[i]) <= 1e-9 * box.size[i];
+}
+
+/**
+ * A place a little within B's corner at x, or its edge `along`, from which A is looked at: edges that cross are in each
+ * other, however little, and from within A its nearest face tells nothing of how they lie, while from here A's edge is
+ * nearest.
+ */
+Vec3 withinEdge(const Shape& shape, const Vec3& x, const Vec3& along) HD_RT {
+  const bool round = shape.kind == ShapeKind::kCylinder;
+  const double inset = std::min(kInset, 0.25 * (round ? shape.size.head<2>().minCoeff() : shape.size.minCoeff()));
+  if (round) {
+    const double share = 1 - inset / shape.size.x();
+    return {share * x.x(), share * x.y(), x.z() - std::copysign(inset, x.z())};
+  }
+  Vec3 at = x;
+  for (int i = 0; i < 3; ++i) {
+    if (along[i] == 0 && isAtBorder(shape, x, i)) at[i] -= std::copysign(inset, x[i]);
+  }
+  return at;
+}
+
+/** Whether what touches B at x along n may lean there: n is outward on both faces of the edge, or all of the corner. */
+bool leansOut(const Shape& shape, const Vec3& x, const Vec3& n) HD_RT {
+  if (shape.kind == ShapeKind::kCylinder) {
+    const Vec3 out = Vec3(x.x(), x.y(), 0).normalized();
+    return std::copysign(1.0, x.z()) * n.z() > -kAside && out.dot(n) > -kAside && std::abs(out.cross(n).z()) < kAlong;
+  }
+  for (int i = 0; i < 3; ++i) {
+    if (isAtBorder(shape, x, i) ? std::copysign(1.0, x[i]) * n[i] < -kAside : std::abs(n[i]) > kAlong) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
+  const CollideRequest::Obstacle& obstacle = held.obstacle[k];
+  const bool mesh = held.shape.kind == ShapeKind::kMesh;
+  if (obstacle.shape.kind != ShapeKind::kBox && obstacle.shape.kind != ShapeKind::kCylinder) return;
+  if (isRound(held.shape) || (mesh && (held.shape.mesh->flags & HD_MESH_CLOSED) == 0)) return;
+  const Pose X_AB = held.X_WO.inverse() * obstacle.X_WO;
+  const double tool = points_.reach() + margin;
+  NearestQuery query;
+  Nearest nearest;
+  const auto gapAt = [&](const Vec3& x_B, const Vec3& on, double reach) HD_RT {
+    query = {};
+    query.x = X_AB * withinEdge(obstacle.shape, x_B, on);
+    if (mesh) query.reach = reach;
+    query.limit = purse.left();
+    const bool found = !purse.empty() && nearestOnShape(held.shape, query, nearest) == NearestResult::kFound;
+    purse.report.work += query.work;
+    if (!found) return static_cast<double>(INFINITY);
+    const double apart = std::sqrt(nearest.squared_distance);
+    return nearest.isInside(query.x) ? -apart : apart;
+  };
+  const auto add = [&](const Vec3& x_B, std::uint32_t feature) HD_RT {
+    const double apart = gapAt(x_B, Vec3::Zero(), std::max(kReach, margin));
+    // A vertex of the tool is one of its points, and its mantle has discs.
+    if (!(apart <= margin + 2 * kInset) || nearest.kind == FeatureKind::kVertex) return;
+    const Vec3 n_A = std::abs(apart) > 1e-7 ? Vec3((nearest.point - query.x) / apart) : Vec3(-nearest.pseudo_normal);
+    const double gap = n_A.dot(nearest.point - X_AB * x_B);
+    if (gap > margin) return;
+    if (held.shape.kind == ShapeKind::kCylinder && !(std::abs(n_A.z()) > kOnEnd)) return;
+    if (!leansOut(obstacle.shape, x_B, X_AB.q.conjugate() * n_A)) return;
+    Contact contact;
+    contact.n_W = held.X_WO.q * n_A;
+    contact.p_WA = held.X_WO * nearest.point;
+    contact.p_WB = obstacle.X_WO * x_B;
+    contact.depth = -gap;
+    contact.feature_a = kFirstEdge + feature;
+    if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) return;
+    keep(contact, static_cast<std::uint8_t>(k));
+    purse.report.touching += gap <= 0 ? 1 : 0;
+  };
+  const Vec3 middle = X_AB.inverse().p;
+  const std::uint32_t count = edgesOf(obstacle.shape);
+  for (std::uint32_t i = 0; i < count && !purse.empty(); ++i) {
+    const Edge edge = edgeOf(obstacle.shape, i, middle, tool);
+    const double length = edge.length(), reach = 0.5 * length + std::max(kReach, margin);
+    if ((X_AB * edge.point(0.5)).norm() > tool + 0.5 * length) continue;
+    const auto along = [&](double t) HD_RT { return gapAt(edge.point(t), edge.along, reach); };
+    if (!(along(0.5) <= margin + 2 * kInset + 0.5 * length)) continue;
+    // The nearest place, and both ends of what touches, which hold the rotation of what lies along it.
+    double best = 0, least = INFINITY;
+    for (int j = 0; j <= kTries; ++j) {
+      const double t = static_cast<double>(j) / kTries, gap = along(t);
+      if (!(gap < least)) continue;
+      least = gap;
+      best = t;
+    }
+    if (!(least <= margin + 2 * kInset + 0.5 * length / kTries)) continue;
+    // At an end, or where A lies flat along it, nothing is nearer between two places.
+    const double before = best > 0 ? along(best - kStep) : INFINITY, behind = best < 1 ? along(best + kStep) : INFINITY;
+    if (std::min(before, behind) < least || (best > 0 && best < 1 && std::max(before, behind) > least + kFlat)) {
+      const double near = leastOf(std::max(0.0, best - 1.0 / kTries), std::min(1.0, best + 1.0 / kTries), along);
+      const double there = along(near);
+      if (there < least) {
+        best = near;
+        least = there;
+      }
+    }
+    const double touching = least + ContactModel::kLeastReach;
+    const double first = lastOf(best, 0, touching, along), last = lastOf(best, 1, touching, along);
+    add(edge.point(edge.orEnd(best)), 3 * i);
+    if (first < best) add(edge.point(edge.orEnd(first)), 3 * i + 1);
+    if (last > best) add(edge.point(edge.orEnd(last)), 3 * i + 2);
+  }
+}
+
+}  // namespace hapticd

@@ -1,0 +1,125 @@
+// Edges, corners and rims of the scene that a tool meets between its points.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt/geometry/nearest.h"
+#include "support/test_mesh.h"
+#include "tests/support/tool_house.h"
+
+namespace hapticd {
+namespace {
+
+using test::kTool;
+using test::kWall;
+using test::object;
+using House = test::ToolHouse;
+
+double signedGap(const Shape& shape, const Pose& X_WO, const Vec3& x_W) {
+  NearestQuery query;
+  query.x = X_WO.inverse() * x_W;
+  query.limit = 1'000'000;
+  Nearest nearest;
+  EXPECT_EQ(nearestOnShape(shape, query, nearest), NearestResult::kFound);
+  return (nearest.isInside(query.x) ? -1 : 1) * std::sqrt(nearest.squared_distance);
+}
+
+/** Of both, every edge in many places against the other: whichever lies deepest, one of its edges does. */
+double gapOf(const Shape& one, const Pose& X_1, const Shape& other, const Pose& X_2) {
+  constexpr int kPlaces = 2000;
+  double least = INFINITY;
+  const auto add = [&](const Pose& X, const Shape& to, const Pose& X_to, const Vec3& x) {
+    least = std::min(least, signedGap(to, X_to, X * x));
+  };
+  const auto all = [&](const Shape& of, const Pose& X, const Shape& to, const Pose& X_to) {
+    for (int j = 0; j <= kPlaces; ++j) {
+      const double t = 2.0 * j / kPlaces - 1;
+      if (of.kind == ShapeKind::kCylinder) {
+        const Vec3 rim = of.size.x() * Vec3(std::cos(EIGEN_PI * t), std::sin(EIGEN_PI * t), 0);
+        for (const double z : {-of.size.y(), of.size.y()}) add(X, to, X_to, rim + Vec3(0, 0, z));
+        continue;
+      }
+      for (int i = 0; i < 12; ++i) {
+        Vec3 x = of.size;
+        x[i / 4] *= t;
+        x[(i / 4 + 1) % 3] *= (i & 1) != 0 ? 1 : -1;
+        x[(i / 4 + 2) % 3] *= (i & 2) != 0 ? 1 : -1;
+        add(X, to, X_to, x);
+      }
+    }
+  };
+  all(one, X_1, other, X_2);
+  all(other, X_2, one, X_1);
+  return least;
+}
+
+struct Crossing {
+  const char* name;
+  Shape tool, obstacle;
+  Vec3 tool_turn, obstacle_turn;
+  double top;  ///< Of the obstacle above its middle [m].
+};
+
+void PrintTo(const Crossing& crossing, std::ostream* out) { *out << crossing.name; }
+
+class EdgeObstacles : public ::testing::TestWithParam<Crossing> {};
+
+/** A tool that is pressed on it lies still, no deeper than it is let be. */
+TEST_P(EdgeObstacles, CarryAToolBetweenItsPoints) {
+  const Crossing& crossing = GetParam();
+  for (const bool mesh : {false, true}) {
+    if (mesh && crossing.tool.kind != ShapeKind::kBox) continue;
+    House house;
+    test::TestMesh block = test::boxMesh(crossing.tool.size);
+    house.meshes.publish(3, block.view());
+    SetShape shape{kTool, 0, {static_cast<std::uint32_t>(crossing.tool.kind), 0, {}}};
+    store(crossing.tool.size, shape.shape.size);
+    if (mesh) shape.shape = {static_cast<std::uint32_t>(ShapeKind::kMesh), 3, {}};
+    house.send(CommandKind::kSetShape, shape);
+    const Pose X_WO{{0.0013, 0.0017, 0.03 - crossing.top}, fromRotationVector(crossing.obstacle_turn)};
+    AddObject obstacle = object(kWall, crossing.obstacle.kind, crossing.obstacle.size, X_WO.p);
+    store(X_WO.q, obstacle.q);
+    house.send(CommandKind::kAddObject, obstacle);
+    house.aim({0, 0, 0.08}, crossing.tool_turn);
+    house.run(800);
+    house.hold();
+    house.aim({0, 0, 0.03}, crossing.tool_turn);
+    house.run(1500);
+    Vec3 least = house.place().p, most = least;
+    double deepest = 0;
+    for (int i = 0; i < 500; ++i) {
+      house.run(1);
+      least = least.cwiseMin(house.place().p);
+      most = most.cwiseMax(house.place().p);
+      ASSERT_GT(house.servo->cycle().tool(0).last().contact.force.z(), 0.3) << i;
+      if (i % 100 == 0) {
+        deepest = std::max(deepest, -gapOf(crossing.tool, house.place(), crossing.obstacle, X_WO));
+      }
+    }
+    EXPECT_LT(deepest, 1.1 * Tool::kSlop) << (mesh ? "as a mesh" : "");
+    EXPECT_LT((most - least).norm(), 2e-6) << (mesh ? "as a mesh" : "");
+  }
+}
+
+const Shape kSlab{ShapeKind::kBox, {0.04, 0.03, 0.005}}, kDrum{ShapeKind::kCylinder, {0.03, 0.01, 0}};
+const Shape kCube{ShapeKind::kBox, {0.003, 0.003, 0.003}}, kPeg{ShapeKind::kCylinder, {0.003, 0.01, 0}};
+const Shape kBeam{ShapeKind::kBox, {0.005, 0.03, 0.005}};
+const Shape kBar{ShapeKind::kBox, {0.05, 0.004, 0.004}};
+const double kEighth = EIGEN_PI / 4;
+
+INSTANTIATE_TEST_SUITE_P(
+    Lies, EdgeObstacles,
+    ::testing::Values(Crossing{"SlabOnCube", kSlab, kCube, {0, 0, 0}, {0, 0, 0}, 0.003},
+                      Crossing{"TiltedSlabOnCube", kSlab, kCube, {0.1, 0.15, 0}, {0, 0, 0}, 0.003},
+                      Crossing{"SlabOnPeg", kSlab, kPeg, {0, 0, 0.3}, {0, 0, 0}, 0.01},
+                      Crossing{"TiltedSlabOnPeg", kSlab, kPeg, {0.2, 0.1, 0.3}, {0, 0, 0}, 0.01},
+                      Crossing{"SlabOnCorner", kSlab, kCube, {0, 0, 0}, {0.6155, kEighth, 0}, 0.0052},
+                      Crossing{"SlabOnRidge", kSlab, kBar, {0, 0, 0.4}, {kEighth, 0, 0}, 0.00566},
+                      Crossing{"EdgeAcrossRidge", kBeam, kBar, {0, kEighth, 0.3}, {kEighth, 0, 0}, 0.00566},
+                      Crossing{"DrumOnCube", kDrum, kCube, {0, 0, 0}, {0, 0, 0}, 0.003},
+                      Crossing{"DrumOnPeg", kDrum, kPeg, {0.1, 0, 0}, {0, 0, 0}, 0.01}),
+    [](const auto& crossing) { return crossing.param.name; });
+
+}  // namespace
+}  // namespace hapticd

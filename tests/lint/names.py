@@ -10,7 +10,7 @@ import re
 import sys
 
 # Programs and what of their folders is compiled otherwise; in tests each folder with files is one.
-PROGRAMS = {"daemon": r"/(main|builder|recording)/|/(memfd|builder_protocol)\.cc$", "tools/hapticctl": r"/main\.cc$",
+PROGRAMS = {"daemon": r"/(main|builder|recording)/|/(memfd|builder_protocol|snapshot_memory)\.cc$", "tools/hapticctl": r"/main\.cc$",
             "tools/haptic-bench": r"/(peers|example)/|/main\.cc$"}
 ONE_BY_ONE = ("tests/fakes", "tests/fuzz", "tests/rt", "tests/support", "tests/install")
 TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])\'|[{};()]|[^{};()"\']+')

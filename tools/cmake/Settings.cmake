@@ -51,7 +51,7 @@ function(hapticd_sources out)
 endfunction()
 
 # Most of what a file costs is what it instantiates of libraries, the same in each: in batches that is done once for eight files.
-# A full build takes half the time, one change twice as long. Names in unnamed namespaces must then differ within a target
+# A full build takes two thirds of the time or less, one change twice as long. Names in unnamed namespaces must then differ within a target
 # (tests/lint/names.py).
 option(HAPTICD_UNITY "Compile tests and tools in batches of files" OFF)
 function(hapticd_unity target)

@@ -71,6 +71,12 @@ struct ToolHouse {
   void send(CommandKind kind, const T& payload) {
     ASSERT_TRUE(servo->from_control.push(order(kind, payload)));
   }
+  /** What is to be held is of another shape: of that size, or mesh number `mesh`. */
+  void reshape(ShapeKind kind, const Vec3& size, std::uint32_t mesh = 0) {
+    SetShape shape{kTool, 0, {static_cast<std::uint32_t>(kind), mesh, {}}};
+    store(size, shape.shape.size);
+    send(CommandKind::kSetShape, shape);
+  }
   [[nodiscard]] AttachTool tool() const { return attachBox(kTool, {0.02, 0.04, 0.01}, device.info()); }
   void hold() { hold(tool()); }
   void hold(const AttachTool& tool) {

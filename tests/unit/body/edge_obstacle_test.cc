@@ -11,7 +11,6 @@
 namespace hapticd {
 namespace {
 
-using test::kTool;
 using test::kWall;
 using test::object;
 using House = test::ToolHouse;
@@ -73,10 +72,7 @@ TEST_P(EdgeObstacles, CarryAToolBetweenItsPoints) {
     House house;
     test::TestMesh block = test::boxMesh(crossing.tool.size);
     house.meshes.publish(3, block.view());
-    SetShape shape{kTool, 0, {static_cast<std::uint32_t>(crossing.tool.kind), 0, {}}};
-    store(crossing.tool.size, shape.shape.size);
-    if (mesh) shape.shape = {static_cast<std::uint32_t>(ShapeKind::kMesh), 3, {}};
-    house.send(CommandKind::kSetShape, shape);
+    mesh ? house.reshape(ShapeKind::kMesh, Vec3::Zero(), 3) : house.reshape(crossing.tool.kind, crossing.tool.size);
     const Pose X_WO{{0.0013, 0.0017, 0.03 - crossing.top}, fromRotationVector(crossing.obstacle_turn)};
     AddObject obstacle = object(kWall, crossing.obstacle.kind, crossing.obstacle.size, X_WO.p);
     store(X_WO.q, obstacle.q);

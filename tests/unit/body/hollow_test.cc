@@ -11,7 +11,6 @@
 namespace hapticd {
 namespace {
 
-using test::kTool;
 using test::kWall;
 using test::object;
 using House = test::ToolHouse;
@@ -27,7 +26,7 @@ void addHollow(House& house, test::TestMesh& mesh, double friction) {
 }
 
 void holdRound(House& house, ShapeKind kind) {
-  house.send(CommandKind::kSetShape, SetShape{kTool, 0, {static_cast<std::uint32_t>(kind), 0, {kRadius, 0.01}}});
+  house.reshape(kind, {kRadius, 0.01, 0});
   house.hold();
 }
 
@@ -131,7 +130,7 @@ TEST(Hollow, ASaddleLiesOnABallWithBothItsSides) {
       test::TestMesh mesh = saddle();
       House house;
       house.meshes.publish(3, mesh.view());
-      house.send(CommandKind::kSetShape, SetShape{kTool, 0, {static_cast<std::uint32_t>(ShapeKind::kMesh), 3, {}}});
+      house.reshape(ShapeKind::kMesh, Vec3::Zero(), 3);
       AddObject ball =
           object(kWall, rod ? ShapeKind::kCapsule : ShapeKind::kSphere, {kRadius, 0.1, 0}, {0, 0.0013, 0.02});
       store(fromRotationVector({EIGEN_PI / 2, 0, 0}), ball.q);

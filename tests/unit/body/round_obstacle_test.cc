@@ -13,7 +13,6 @@
 namespace hapticd {
 namespace {
 
-using test::kTool;
 using test::kWall;
 using test::object;
 using House = test::ToolHouse;
@@ -73,10 +72,7 @@ TEST_P(RoundObstacles, CarryAToolBetweenItsPoints) {
     House house;
     test::TestMesh block = test::boxMesh(meeting.tool.size);
     house.meshes.publish(3, block.view());
-    SetShape shape{kTool, 0, {static_cast<std::uint32_t>(meeting.tool.kind), 0, {}}};
-    store(meeting.tool.size, shape.shape.size);
-    if (mesh) shape.shape = {static_cast<std::uint32_t>(ShapeKind::kMesh), 3, {}};
-    house.send(CommandKind::kSetShape, shape);
+    mesh ? house.reshape(ShapeKind::kMesh, Vec3::Zero(), 3) : house.reshape(meeting.tool.kind, meeting.tool.size);
     addRound(house, meeting.round, meeting.X_WO, 0);
     house.aim({0, 0, 0.045}, meeting.tool_turn);
     house.run(800);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/collide/line_search.h"
+#include "rt/collide/edge_search.h"
 #include "rt/collide/purse.h"
 #include "rt/collide/round.h"
 
@@ -11,8 +11,6 @@ namespace hapticd {
 namespace {
 
 constexpr std::uint32_t kBoxEdges = 12, kArcs = 8;  ///< Of a rim.
-constexpr int kTries = 4;                           ///< Parts of an edge, from which the nearest place is looked for.
-constexpr double kStep = 1e-3, kFlat = 1e-9;        ///< Of an edge; and by how much a gap grows that does not [m].
 constexpr double kAside = 0.05;                     ///< Sine of the angle by which a normal may look into the obstacle,
 constexpr double kAlong = 0.3;                      ///< and along its edge: farther on it is nearer.
 constexpr double kOnEnd = 0.7;                      ///< Cosine of a cylinder's axis with a normal on its end.
@@ -144,31 +142,10 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     const double length = edge.length(), reach = 0.5 * length + std::max(kReach, margin);
     if ((X_AB * edge.point(0.5)).norm() > tool + 0.5 * length) continue;
     const auto along = [&](double t) HD_RT { return gapAt(edge.point(t), edge.along, reach); };
-    if (!(along(0.5) <= margin + 2 * kInset + 0.5 * length)) continue;
-    // The nearest place, and both ends of what touches, which hold the rotation of what lies along it.
-    double best = 0, least = INFINITY;
-    for (int j = 0; j <= kTries; ++j) {
-      const double t = static_cast<double>(j) / kTries, gap = along(t);
-      if (!(gap < least)) continue;
-      least = gap;
-      best = t;
+    const EdgeSpan span = touchingSpan(margin + 2 * kInset, length, along);
+    for (int j = 0; j < 3; ++j) {
+      if (span.has(j)) add(edge.point(edge.orEnd(span.place[j])), 3 * i + static_cast<std::uint32_t>(j));
     }
-    if (!(least <= margin + 2 * kInset + 0.5 * length / kTries)) continue;
-    // At an end, or where A lies flat along it, nothing is nearer between two places.
-    const double before = best > 0 ? along(best - kStep) : INFINITY, behind = best < 1 ? along(best + kStep) : INFINITY;
-    if (std::min(before, behind) < least || (best > 0 && best < 1 && std::max(before, behind) > least + kFlat)) {
-      const double near = leastOf(std::max(0.0, best - 1.0 / kTries), std::min(1.0, best + 1.0 / kTries), along);
-      const double there = along(near);
-      if (there < least) {
-        best = near;
-        least = there;
-      }
-    }
-    const double touching = least + ContactModel::kLeastReach;
-    const double first = lastOf(best, 0, touching, along), last = lastOf(best, 1, touching, along);
-    add(edge.point(edge.orEnd(best)), 3 * i);
-    if (first < best) add(edge.point(edge.orEnd(first)), 3 * i + 1);
-    if (last > best) add(edge.point(edge.orEnd(last)), 3 * i + 2);
   }
 }
 

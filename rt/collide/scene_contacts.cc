@@ -26,6 +26,7 @@ constexpr double kOnMantle = 0.1;
 /** Cosine of the angle about a cylinder's axis within which its disc tells more than a point: three points' of its rim.
  */
 constexpr double kBeside = 0.95;
+constexpr double kSameWay = 0.999;  ///< Cosine of normals that say the same.
 
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
 
@@ -271,11 +272,34 @@ SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obst
   return Looked::kNear;
 }
 
-bool SceneContacts::isBesideDisc(std::uint32_t i, const CollideRequest::Held& held, const Vec3& n_W) const HD_RT {
-  if (held.shape.kind != ShapeKind::kCylinder) return false;
-  const Vec3 p = points_.at(i), down = held.X_WO.q.conjugate() * -n_W;
+bool SceneContacts::isBesideDisc(std::uint32_t i, const CollideRequest::Held& held) const HD_RT {
+  const Contact& contact = found_.contact[i];
+  if (contact.feature_a >= points_.count() || ToolPoints::isDisc(contact.feature_a)) return false;
+  const Vec3 p = points_.at(contact.feature_a), down = held.X_WO.q.conjugate() * -contact.n_W;
   const double across = down.head<2>().norm(), radius = held.shape.size.x();
-  return across > kOnMantle && p.head<2>().dot(down.head<2>()) > kBeside * radius * across;
+  if (!(across > kOnMantle && p.head<2>().dot(down.head<2>()) > kBeside * radius * across)) return false;
+  const double apart = ToolPoints::apart(held.shape.size.y());
+  for (std::uint32_t j = 0; j < found_.count; ++j) {
+    const Contact& disc = found_.contact[j];
+    if (body_of_[j] == body_of_[i] && disc.feature_a < 3 * ToolPoints::kMost &&
+        ToolPoints::isDisc(disc.feature_a % ToolPoints::kMost) && disc.n_W.dot(contact.n_W) > kSameWay &&
+        disc.depth >= contact.depth - ContactModel::kLeastReach &&
+        std::abs((held.X_WO.inverse() * disc.p_WA).z() - p.z()) <= apart)
+      return true;
+  }
+  return false;
+}
+
+void SceneContacts::dropBesideDiscs(const CollideRequest::Held& held) HD_RT {
+  if (held.shape.kind != ShapeKind::kCylinder) return;
+  for (std::uint32_t i = found_.count; i-- > 0;) {
+    if (!isBesideDisc(i, held)) continue;
+    --many_[kept_[i].side];
+    const std::uint32_t last = --found_.count;
+    found_.contact[i] = found_.contact[last];
+    body_of_[i] = body_of_[last];
+    kept_[i] = kept_[last];
+  }
 }
 
 SceneContacts::Looked SceneContacts::lookFromDisc(std::uint32_t i, const CollideRequest::Held& held,
@@ -346,7 +370,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     if (!lowest(i, held, x_W, contact.n_W, contact.p_WA)) continue;
     contact.depth = contact.n_W.dot(contact.p_WB - contact.p_WA);
     if (disc && !isThere(contact, obstacle, reach, side, purse)) continue;
-    if (contact.depth < -margin || (!disc && isBesideDisc(i, held, contact.n_W))) continue;
+    if (contact.depth < -margin) continue;
     keep(contact, static_cast<std::uint8_t>(k));
     purse.report.touching += contact.depth >= 0 ? 1 : 0;
   }
@@ -411,10 +435,12 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     const std::array<bool, ToolPoints::kMost> was_hot = hot_;
     report.dropped += points_.count();
     const bool hot = tryPoints(true, hot_cursor_, was_hot, held, margin, most);
+    for (std::uint32_t k = 0; k < held.count; ++k) tryRidges(k, held, most);
     const bool cold = tryPoints(false, cursor_, was_hot, held, margin, all);
     report.exhausted = report.exhausted || !hot || !cold;
     if (!hot && isLate(budget)) cut_ |= ~whole_ & ((1u << held.count) - 1);
   }
+  dropBesideDiscs(held);
   carryOver(held, margin, model);
   remember(held);
 

@@ -30,10 +30,10 @@ namespace hapticd {
  * An open mesh without a volume is a wall from both sides: for each point the one that it came from counts until it has
  * left the sheet.
  *
- * Without volumes a corner of a mesh in the scene is missed between two points of the tool. What is round there is not,
- * nor are boxes and cylinders: their balls, discs and edges are tried against the tool's surface, too
- * (round_obstacle.cc, edge_obstacle.cc). A point that has gone into a mesh is followed as deep as it goes, in steps of
- * kReach at most; one that begins deeper is found where that mesh has a volume.
+ * What stands in the scene between two points of the tool is found, too: its balls, discs, edges and ridges are tried
+ * against the tool's surface (round_obstacle.cc, edge_obstacle.cc, mesh_edge_obstacle.cc). A point that has gone into a
+ * mesh is followed as deep as it goes, in steps of kReach at most; one that begins deeper is found where that mesh has
+ * a volume.
  */
 class SceneContacts {
  public:
@@ -113,8 +113,10 @@ class SceneContacts {
   /** Whether the obstacle is where a disc is said to meet it, and not beyond the end of the cylinder. */
   [[nodiscard]] bool isThere(const Contact& contact, const CollideRequest::Obstacle& obstacle, double reach, int side,
                              Purse& purse) const HD_RT;
-  /** Whether point i of a cylinder is so near to the disc's that a point tied to what rolls would only brake it. */
-  [[nodiscard]] bool isBesideDisc(std::uint32_t i, const CollideRequest::Held& held, const Vec3& n_W) const HD_RT;
+  /** Whether contact i is that of a cylinder's point, and of a disc, too: what is tied to that point would only brake
+   * the cylinder where it rolls. */
+  [[nodiscard]] bool isBesideDisc(std::uint32_t i, const CollideRequest::Held& held) const HD_RT;
+  void dropBesideDiscs(const CollideRequest::Held& held) HD_RT;
   /** False where that is not known of all obstacles. */
   bool tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
   using Walls = std::array<PointTouch, 2>;  ///< With the nearest three, which hold a ball.
@@ -134,6 +136,8 @@ class SceneContacts {
   bool tryRound(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
   /** The tool's surface against the edges, corners and rims of a box or cylinder: as tryRound(). */
   void tryEdges(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
+  /** The tool's surface against ridges and peaks of a mesh, but for those of which the tool's points tell as much. */
+  void tryRidges(std::uint32_t k, const CollideRequest::Held& held, Purse& purse) HD_RT;
   /** Of what is found too many the deepest stay, of each side that something touches on: see keep(). */
   struct Kept {
     std::uint8_t side = 0;  ///< Obstacle and direction; kFar.

@@ -3,11 +3,26 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/geometry/pseudo_normal.h"
+
 namespace hapticd {
 namespace {
 
 constexpr int kAlongEdge = 9;         ///< Points on a box's edge, its ends included.
 constexpr std::uint32_t kBalls = 33;  ///< Along a capsule.
+constexpr double kFlat = 1e-6;        ///< Of the tool: vertices are floats.
+
+/** Whether every vertex is below every face, but for rounding. */
+bool isConvexMesh(const MeshView& mesh, double tolerance) HD_RT {
+  for (std::uint32_t t = 0; t < mesh.triangle_count; ++t) {
+    const Vec3 n = faceNormal(mesh, t), on_face = mesh.vertex(t, 0);
+    for (std::uint32_t i = 0; i < mesh.vertex_count; ++i) {
+      const auto& v = mesh.vertices[i];
+      if (n.dot(Vec3(v[0], v[1], v[2]) - on_face) > tolerance) return false;
+    }
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -65,6 +80,7 @@ void ToolPoints::make(const Shape& shape) HD_RT {
   count_ = 0;
   radius_ = 0;
   reach_ = 0;
+  convex_ = shape.kind != ShapeKind::kMesh;
   switch (shape.kind) {
     case ShapeKind::kSphere:
       radius_ = shape.size.x();
@@ -88,6 +104,7 @@ void ToolPoints::make(const Shape& shape) HD_RT {
         const auto& v = shape.mesh->vertices[std::uint64_t{i} * vertices / n];
         add({v[0], v[1], v[2]});
       }
+      convex_ = shape.mesh->triangle_count <= kMostFaces && isConvexMesh(*shape.mesh, kFlat * reach_);
       return;
     }
     default:

@@ -30,10 +30,13 @@ class ToolPoints {
   /** Half the way from disc to disc of a cylinder half as long as that [m]. */
   [[nodiscard]] static double apart(double half) HD_RT { return half / (kRings - 1); }
   [[nodiscard]] double reach() const HD_RT { return reach_; }  ///< Farthest surface from the origin [m].
+  /** Whether no part of the surface is beyond a tangent plane; of a mesh of more than kMostFaces that is not known. */
+  [[nodiscard]] bool isConvex() const HD_RT { return convex_; }
 
  private:
   static constexpr std::uint32_t kAround = 32;  ///< On a cylinder's rim.
   static constexpr std::uint32_t kRings = 9;
+  static constexpr std::uint32_t kMostFaces = 512;
   static constexpr std::uint32_t kFirstDisc = kRings * kAround + 2 * (1 + kAround / 2);
 
   void add(const Vec3& p) HD_RT;
@@ -44,6 +47,7 @@ class ToolPoints {
   std::uint32_t count_ = 0;
   double radius_ = 0;
   double reach_ = 0;
+  bool convex_ = false;
 };
 
 }  // namespace hapticd

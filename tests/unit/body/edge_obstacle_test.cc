@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "rt/geometry/nearest.h"
 #include "support/test_mesh.h"
@@ -67,14 +68,20 @@ class EdgeObstacles : public ::testing::TestWithParam<Crossing> {};
 /** A tool that is pressed on it lies still, no deeper than it is let be. */
 TEST_P(EdgeObstacles, CarryAToolBetweenItsPoints) {
   const Crossing& crossing = GetParam();
-  for (const bool mesh : {false, true}) {
+  for (int meshes = 0; meshes < 4; ++meshes) {
+    const bool mesh = (meshes & 1) != 0, on_mesh = (meshes & 2) != 0;
     if (mesh && crossing.tool.kind != ShapeKind::kBox) continue;
+    if (on_mesh && crossing.obstacle.kind != ShapeKind::kBox) continue;
+    SCOPED_TRACE(std::string(mesh ? "as a mesh" : "as a primitive") + (on_mesh ? " on a mesh" : ""));
     House house;
     test::TestMesh block = test::boxMesh(crossing.tool.size);
     house.meshes.publish(3, block.view());
     mesh ? house.reshape(ShapeKind::kMesh, Vec3::Zero(), 3) : house.reshape(crossing.tool.kind, crossing.tool.size);
     const Pose X_WO{{0.0013, 0.0017, 0.03 - crossing.top}, fromRotationVector(crossing.obstacle_turn)};
+    test::TestMesh ground = test::boxMesh(crossing.obstacle.size);
+    house.meshes.publish(4, ground.view());
     AddObject obstacle = object(kWall, crossing.obstacle.kind, crossing.obstacle.size, X_WO.p);
+    if (on_mesh) obstacle.shape = {static_cast<std::uint32_t>(ShapeKind::kMesh), 4, {}};
     store(X_WO.q, obstacle.q);
     house.send(CommandKind::kAddObject, obstacle);
     house.aim({0, 0, 0.08}, crossing.tool_turn);
@@ -93,8 +100,8 @@ TEST_P(EdgeObstacles, CarryAToolBetweenItsPoints) {
         deepest = std::max(deepest, -gapOf(crossing.tool, house.place(), crossing.obstacle, X_WO));
       }
     }
-    EXPECT_LT(deepest, 1.1 * Tool::kSlop) << (mesh ? "as a mesh" : "");
-    EXPECT_LT((most - least).norm(), 2e-6) << (mesh ? "as a mesh" : "");
+    EXPECT_LT(deepest, 1.1 * Tool::kSlop);
+    EXPECT_LT((most - least).norm(), 2e-6);
   }
 }
 

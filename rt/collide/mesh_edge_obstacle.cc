@@ -1,0 +1,252 @@
+// Ridges and peaks of the scene's meshes against a tool's surface, which they may meet between two of the tool's
+// points.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "rt/collide/edge_search.h"
+#include "rt/collide/purse.h"
+#include "rt/collide/round.h"
+#include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/triangle.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::uint32_t kQueue = 1024;    ///< Parts of the tree that wait,
+constexpr std::uint32_t kWork = 40000;    ///< and units for them: of one mesh.
+constexpr std::uint32_t kMostFound = 16;  ///< Places.
+constexpr std::uint32_t kLook = 7;        ///< Units that a place costs beside what its query counts.
+constexpr double kNearby = 5e-4;          ///< Beyond what may close before the next answer [m].
+constexpr double kRidge = 1e-3;           ///< Sine of the least angle between the faces of a ridge.
+constexpr double kAside = 0.05;           ///< Sine of the angle by which a normal may look into a face of the ridge,
+constexpr double kAlong = 0.3;            ///< and along it: farther on it is nearer.
+constexpr double kInset = 2e-4;           ///< At most a quarter of the ridge [m].
+constexpr double kApart = 1.0 / 8;        ///< Of the tool: so near to a contact nothing new is told.
+constexpr double kOnEnd = 0.7;            ///< Cosine of a cylinder's axis with a normal on its end.
+constexpr double kBrief = 1.0 / 8;        ///< Of that: a ridge this short is one place.
+constexpr double kSameWay = 0.999;        ///< Cosine of normals that say the same.
+constexpr std::uint32_t kFirstRidge = 1u << 16, kFeatures = (1u << 24) - 2 - kFirstRidge;
+
+/** What waits, its gap no less than `key`: a node (count 0), a leaf, or a ridge. */
+struct Part {
+  static constexpr std::uint32_t kRidgePart = 0x100;
+  float key;
+  std::uint32_t child, count;
+  [[nodiscard]] bool operator<(const Part& other) const HD_RT { return key > other.key; }  // The least comes first.
+};
+
+/** Of at most so many parts the one of least key; of more the one that came last is forgotten. */
+class Queue {
+ public:
+  void push(double key, std::uint32_t child, std::uint32_t count) HD_RT {
+    if (size_ == kQueue) return;
+    part_[size_++] = {static_cast<float>(key), child, count};
+    std::push_heap(part_.begin(), part_.begin() + size_);
+  }
+  [[nodiscard]] bool pop(Part& part) HD_RT {
+    if (size_ == 0) return false;
+    std::pop_heap(part_.begin(), part_.begin() + size_);
+    part = part_[--size_];
+    return true;
+  }
+
+ private:
+  std::array<Part, kQueue> part_;
+  std::uint32_t size_ = 0;
+};
+
+/** A plane through `on` with all of a convex tool on one side; `in` leads there. Unit. */
+struct Tangent {
+  Vec3 on, in;
+};
+
+/** Of a primitive: near to x, the one of its face where that is flat. */
+Tangent tangentNear(const Shape& shape, const Vec3& x) HD_RT {
+  if (shape.kind == ShapeKind::kBox) {
+    Eigen::Index axis = 0;
+    (x.cwiseAbs() - shape.size).maxCoeff(&axis);
+    Vec3 out = Vec3::Zero(), on = x;
+    out[axis] = x[axis] < 0 ? -1 : 1;
+    on[axis] = out[axis] * shape.size[axis];
+    return {on, -out};
+  }
+  const bool flat = shape.kind == ShapeKind::kCylinder;
+  const double end = shape.kind == ShapeKind::kSphere ? 0 : shape.size.y(), radius = shape.size.x();
+  const double side = x.z() < 0 ? -1 : 1;
+  if (flat && std::abs(x.z()) - end > x.head<2>().norm() - radius)
+    return {Vec3(x.x(), x.y(), side * end), Vec3(0, 0, -side)};
+  const Vec3 middle(0, 0, flat ? x.z() : std::clamp(x.z(), -end, end));
+  const Vec3 way = x - middle;
+  const double length = way.norm();
+  const Vec3 out = length > 0 ? Vec3(way / length) : Vec3(Vec3::UnitX());
+  return {middle + radius * out, -out};
+}
+
+/** An edge of a mesh where the surface is ridged, seen from the side that `facing` tells: 1 or, of a sheet, -1. */
+struct Ridge {
+  Vec3 from, to;
+  Vec3 one, other;  ///< Outward, unit, of its faces.
+
+  [[nodiscard]] Vec3 at(double t) const HD_RT { return from + t * (to - from); }
+  [[nodiscard]] double length() const HD_RT { return (to - from).norm(); }
+};
+
+/** False: triangle t has no ridge there, or its neighbour of a lower number has it. */
+bool ridgeOf(const MeshView& mesh, std::uint32_t t, std::uint32_t k, double facing, Ridge& ridge) HD_RT {
+  const std::uint32_t across = mesh.neighbours[t][k];
+  if (across == HD_NO_INDEX || across < t) return false;
+  ridge.one = facing * faceNormal(mesh, t);
+  ridge.other = facing * faceNormal(mesh, across);
+  if (ridge.one.isZero(0) || ridge.other.isZero(0)) return false;
+  const int corner = static_cast<int>(k);
+  ridge.from = mesh.vertex(t, corner);
+  ridge.to = mesh.vertex(t, (corner + 1) % 3);
+  const Vec3 along = ridge.to - ridge.from;
+  return facing * ridge.one.cross(ridge.other).dot(along) > kRidge * along.norm();
+}
+
+}  // namespace
+
+/**
+ * The tree's parts come in the order of how near to the tool they may be, so the deepest ridge is found first; what is
+ * near to a contact that says the same, a point's of the tool or a ridge's, is passed over.
+ */
+void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held, Purse& purse) HD_RT {
+  const CollideRequest::Obstacle& obstacle = held.obstacle[k];
+  const bool made_of_mesh = held.shape.kind == ShapeKind::kMesh;
+  if (obstacle.shape.kind != ShapeKind::kMesh || !isFirm(obstacle.shape) || (whole_ >> k & 1) != 0) return;
+  if (made_of_mesh && (held.shape.mesh->flags & HD_MESH_CLOSED) == 0) return;
+  const MeshView& mesh = *obstacle.shape.mesh;
+  if (mesh.neighbours == nullptr || mesh.node_count == 0) return;
+  const Pose X_AB = held.X_WO.inverse() * obstacle.X_WO;
+  const double margin = reach_ + kNearby, apart = kApart * points_.reach();
+  double facing = 1;
+  for (std::uint32_t i = 0; i < points_.count() && isSheet(obstacle.shape); ++i) {
+    if (side_[i].slot == obstacle.slot && side_[i].side < 0) facing = -1;
+  }
+  NearestQuery query;
+  Nearest nearest;
+  const auto gapAt = [&](const Vec3& x_B, double reach) HD_RT {
+    query = {};
+    query.x = X_AB * x_B;
+    if (made_of_mesh) query.reach = reach;
+    query.limit = purse.left();
+    const bool found = nearestOnShape(held.shape, query, nearest) == NearestResult::kFound;
+    purse.report.work += query.work;
+    if (!found) return static_cast<double>(INFINITY);
+    const double gap = std::sqrt(nearest.squared_distance);
+    return nearest.isInside(query.x) ? -gap : gap;
+  };
+  // From the obstacle to the tool, where it was asked last.
+  const auto normal = [&](double gap) HD_RT {
+    return std::abs(gap) > 1e-7 ? Vec3((nearest.point - query.x) / gap) : Vec3(-nearest.pseudo_normal);
+  };
+  // Whether a contact near to all within `radius` of x_B is as deep as what is there, no nearer than `least`.
+  const auto isTold = [&](const Vec3& x_B, double radius, double least, const Vec3& n_A) HD_RT {
+    if (!(radius < apart)) return false;
+    const Vec3 x_W = obstacle.X_WO * x_B, n_W = held.X_WO.q * n_A;
+    for (std::uint32_t i = 0; i < found_.count; ++i) {
+      const Contact& contact = found_.contact[i];
+      if (body_of_[i] == k && -contact.depth <= least + ContactModel::kLeastReach && contact.n_W.dot(n_W) > kSameWay &&
+          (contact.p_WB - x_W).norm() + radius < apart)
+        return true;
+    }
+    return false;
+  };
+  std::uint32_t many = 0;
+  const auto add = [&](const Ridge& ridge, double t, std::uint32_t feature) HD_RT {
+    const Vec3 x_B = ridge.at(t), bisector = (ridge.one + ridge.other).normalized();
+    const double inset = std::min(kInset, 0.25 * ridge.length());
+    const double gap_inset = gapAt(x_B - inset * bisector, std::max(kReach, margin));
+    if (!(gap_inset <= margin + 2 * inset) || nearest.kind == FeatureKind::kVertex) return;
+    const Vec3 n_A = normal(gap_inset);
+    const double gap = n_A.dot(nearest.point - X_AB * x_B);
+    if (!(gap <= margin)) return;
+    if (held.shape.kind == ShapeKind::kCylinder && !(std::abs(n_A.z()) > kOnEnd)) return;  // Its mantle has discs.
+    const Vec3 n_B = X_AB.q.conjugate() * n_A;
+    if (n_B.dot(ridge.one) < -kAside || n_B.dot(ridge.other) < -kAside) return;
+    if (t > 0 && t < 1 && std::abs(n_B.dot(ridge.to - ridge.from)) > kAlong * ridge.length()) return;
+    if (isTold(x_B, 0, gap, n_A)) return;
+    Contact contact;
+    contact.n_W = held.X_WO.q * n_A;
+    contact.p_WA = held.X_WO * nearest.point;
+    contact.p_WB = obstacle.X_WO * x_B;
+    contact.depth = -gap;
+    contact.feature_a = kFirstRidge + feature % kFeatures;
+    if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) return;
+    keep(contact, static_cast<std::uint8_t>(k));
+    ++many;
+    purse.report.touching += gap <= 0 ? 1 : 0;
+  };
+  const auto search = [&](std::uint32_t t, std::uint32_t corner, double least) HD_RT {
+    Ridge ridge;
+    (void)ridgeOf(mesh, t, corner, facing, ridge);
+    const double length = ridge.length(), inset = std::min(kInset, 0.25 * length);
+    const double gap = gapAt(ridge.at(0.5), 0.5 * length + std::max(kReach, margin));
+    const bool brief = length < kBrief * apart;
+    if (isTold(ridge.at(0.5), brief ? 0 : 0.5 * length, least, normal(gap))) return;  // By what was found meanwhile.
+    const double reach = 0.5 * length + std::max(kReach, margin);
+    const Vec3 within = inset * (ridge.one + ridge.other).normalized();
+    const EdgeSpan span =
+        touchingSpan(margin + 2 * inset, length, [&](double at) HD_RT { return gapAt(ridge.at(at) - within, reach); });
+    for (int j = 0; j < 3; ++j) {
+      const double at = span.place[j], aside = inset / length;
+      const double snapped = at < aside ? 0 : (1 - at < aside ? 1 : at);
+      if (span.has(j)) add(ridge, snapped, 9 * t + 3 * corner + static_cast<std::uint32_t>(j));
+    }
+  };
+  Queue queue;
+  const auto wait = [&](const Vec3& middle, const Vec3& half, std::uint32_t child, std::uint32_t count) HD_RT {
+    purse.report.work += kLook;
+    const double radius = half.norm();
+    Tangent tangent;
+    double least = 0;
+    if (made_of_mesh) {
+      const double gap = gapAt(middle, radius + std::max(kReach, margin));
+      least = gap - radius;
+      tangent = {nearest.point, normal(gap)};
+    } else {
+      tangent = tangentNear(held.shape, X_AB * middle);
+    }
+    if (points_.isConvex() && least <= margin) {  // None of its points is beyond the plane,
+      const Vec3 n_B = X_AB.q.conjugate() * tangent.in;
+      double highest = n_B.dot(middle) + half.dot(n_B.cwiseAbs());
+      if (count > 0 && count != Part::kRidgePart) {  // and none of a leaf beyond its corners.
+        highest = -INFINITY;
+        for (std::uint32_t t = child; t < child + count; ++t) {
+          for (int c = 0; c < 3; ++c) highest = std::max(highest, n_B.dot(mesh.vertex(t, c)));
+        }
+      }
+      const double under = tangent.in.dot(tangent.on - X_AB.p) - highest;
+      least = made_of_mesh ? std::max(least, under) : under;
+    }
+    if (least <= margin && !isTold(middle, radius, least, tangent.in)) queue.push(least, child, count);
+  };
+  queue.push(-INFINITY, 0, 0);
+  const std::uint32_t end = purse.report.work + kWork;
+  for (Part part; many < kMostFound && purse.report.work < end && !purse.empty() && queue.pop(part);) {
+    if (part.count == Part::kRidgePart) {
+      search(part.child / 3, part.child % 3, static_cast<double>(part.key));
+    } else if (part.count == 0) {
+      const hd_bvh_node& node = mesh.nodes[part.child];
+      ++purse.report.work;
+      for (std::uint32_t i = 0; i < node.used; ++i) {
+        const Vec3 lower(node.lower[0][i], node.lower[1][i], node.lower[2][i]);
+        const Vec3 upper(node.upper[0][i], node.upper[1][i], node.upper[2][i]);
+        wait(0.5 * (lower + upper), 0.5 * (upper - lower), node.child[i], node.count[i]);
+      }
+    } else {
+      for (std::uint32_t t = part.child; t < part.child + part.count; ++t) {
+        ++purse.report.work;
+        Ridge ridge;
+        for (std::uint32_t corner = 0; corner < 3; ++corner) {
+          if (ridgeOf(mesh, t, corner, facing, ridge))
+            wait(ridge.at(0.5), 0.5 * (ridge.to - ridge.from).cwiseAbs(), 3 * t + corner, Part::kRidgePart);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace hapticd

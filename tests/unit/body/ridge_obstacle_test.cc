@@ -1,0 +1,166 @@
+// Ridges and peaks of a mesh in the scene that a tool meets between its points.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <random>
+
+#include "rt/geometry/nearest.h"
+#include "support/seeds.h"
+#include "support/test_mesh.h"
+#include "tests/support/tool_house.h"
+
+namespace hapticd {
+namespace {
+
+using test::kFloor;
+using test::kTool;
+using test::kWall;
+using test::object;
+using test::TestMesh;
+using House = test::ToolHouse;
+
+/** A closed surface of 8 n^2 triangles that is seen whole from its middle, as far from it as `radius` says. */
+TestMesh starMesh(int n, const std::function<double(const Vec3&)>& radius) {
+  TestMesh mesh;
+  std::map<std::array<int, 3>, std::uint32_t> known;
+  for (int octant = 0; octant < 8; ++octant) {
+    const int sign[3] = {(octant & 1) != 0 ? -1 : 1, (octant & 2) != 0 ? -1 : 1, (octant & 4) != 0 ? -1 : 1};
+    const bool flip = sign[0] * sign[1] * sign[2] < 0;
+    const auto corner = [&](int i, int j) {
+      const std::array<int, 3> at{i * sign[0], j * sign[1], (n - i - j) * sign[2]};
+      const auto seen = known.find(at);
+      if (seen != known.end()) return seen->second;
+      const Vec3 u = Vec3(at[0], at[1], at[2]).normalized();
+      return known[at] = mesh.addVertex(radius(u) * u);
+    };
+    const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+      mesh.addTriangle(a, flip ? c : b, flip ? b : c);
+    };
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; i + j < n; ++j) {
+        add(corner(i, j), corner(i + 1, j), corner(i, j + 1));
+        if (i + j + 2 <= n) add(corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1));
+      }
+    }
+  }
+  mesh.flags = HD_MESH_CLOSED;
+  return mesh;
+}
+
+double signedGap(const Shape& shape, const Vec3& x) {
+  NearestQuery query;
+  query.x = x;
+  query.reach = 0.05;
+  query.limit = 1'000'000;
+  Nearest nearest;
+  if (nearestOnShape(shape, query, nearest) != NearestResult::kFound) return query.reach;
+  return (nearest.isInside(x) ? -1 : 1) * std::sqrt(nearest.squared_distance);
+}
+
+/** A mesh's edges against the tool, and the tool's, or its axis, against the mesh, in many places. */
+double gapOf(const Shape& tool, const Pose& X_WT, const Shape& ground, const Pose& X_WG) {
+  constexpr int kParts = 8, kPlaces = 200;
+  const Pose X_TG = X_WT.inverse() * X_WG, X_GT = X_TG.inverse();
+  double least = INFINITY;
+  for (std::uint32_t t = 0; t < ground.mesh->triangle_count; ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 a = X_TG * ground.mesh->vertex(t, k), b = X_TG * ground.mesh->vertex(t, (k + 1) % 3);
+      if (a.norm() > tool.size.norm() + tool.size.x() + (b - a).norm()) continue;
+      for (int j = 0; j < kParts; ++j) least = std::min(least, signedGap(tool, a + (b - a) * (1.0 * j / kParts)));
+    }
+  }
+  const double radius = tool.kind == ShapeKind::kCapsule ? tool.size.x() : 0;
+  const auto add = [&](const Vec3& x) { least = std::min(least, signedGap(ground, X_GT * x) - radius); };
+  for (int j = 0; j <= kPlaces; ++j) {
+    const double t = 2.0 * j / kPlaces - 1;
+    if (tool.kind == ShapeKind::kBox) {
+      for (int i = 0; i < 12; ++i) {
+        Vec3 x = tool.size;
+        x[i / 4] *= t;
+        x[(i / 4 + 1) % 3] *= (i & 1) != 0 ? 1 : -1;
+        x[(i / 4 + 2) % 3] *= (i & 2) != 0 ? 1 : -1;
+        add(x);
+      }
+    } else if (tool.kind == ShapeKind::kCapsule) {
+      add({0, 0, t * tool.size.y()});
+    } else {
+      for (int i = 0; i <= 20; ++i) {
+        const double z = tool.size.y() * (0.1 * i - 1);
+        add({tool.size.x() * std::cos(double(EIGEN_PI) * t), tool.size.x() * std::sin(double(EIGEN_PI) * t), z});
+      }
+    }
+  }
+  return least;
+}
+
+struct Ground {
+  const char* name;
+  int n;        ///< As in starMesh().
+  bool jagged;  ///< Each vertex for itself, or waves.
+};
+
+void PrintTo(const Ground& ground, std::ostream* out) { *out << ground.name; }
+
+class RidgeObstacles : public ::testing::TestWithParam<Ground> {};
+
+/** Tools of every shape, pressed on it and turned, do not sink in. */
+TEST_P(RidgeObstacles, CarryToolsBetweenTheirPoints) {
+  for (const unsigned seed : seeds(2)) {
+    std::mt19937 random(seed);
+    const auto u = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+    const double radius = u(0.02, 0.04), rough = u(0.1, 0.3);
+    TestMesh mesh = starMesh(GetParam().n, [&](const Vec3& d) {
+      const double wave = 0.3 * std::sin(9 * d.x()) * std::sin(8 * d.y() + 1) * std::sin(7 * d.z() + 2);
+      return radius * (1 + rough * (GetParam().jagged ? u(-0.5, 0.5) : wave));
+    });
+    for (int kind = 0; kind < 4; ++kind) {
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", tool " + std::to_string(kind));
+      const Vec3 half(u(0.01, 0.03), u(0.01, 0.03), u(0.005, 0.01));
+      const Shape tool = kind < 2    ? Shape{ShapeKind::kBox, half}
+                         : kind == 2 ? Shape{ShapeKind::kCapsule, {0.3 * half.x(), half.y(), 0}}
+                                     : Shape{ShapeKind::kCylinder, {half.x(), half.z(), 0}};
+      House house;
+      TestMesh block = test::boxMesh(half);
+      house.meshes.publish(3, block.view());
+      house.meshes.publish(4, mesh.view());
+      house.send(CommandKind::kObjectPose, hd_object_pose{kFloor, 0, {0, 0, -1}, {1, 0, 0, 0}, {}, {}});
+      kind == 1 ? house.reshape(ShapeKind::kMesh, Vec3::Zero(), 3) : house.reshape(tool.kind, tool.size);
+      Shape ground{ShapeKind::kMesh, Vec3::Zero()};
+      ground.mesh = mesh.view();
+      const Pose X_WG{{u(-0.005, 0.005), u(-0.005, 0.005), -1.25 * radius},
+                      fromRotationVector({u(-2, 2), u(-2, 2), u(-2, 2)})};
+      AddObject obstacle = object(kWall, ShapeKind::kMesh, Vec3::Zero(), X_WG.p);
+      obstacle.shape.mesh = 4;
+      store(X_WG.q, obstacle.q);
+      house.aim({0, 0, 0.08});
+      house.run(300);
+      house.send(CommandKind::kAddObject, obstacle);
+      house.hold();
+      const Vec3 turn(u(-0.2, 0.2), u(-0.2, 0.2), u(-0.2, 0.2));
+      double deepest = 0;
+      bool touched = false;
+      for (int i = 0; i < 1200; ++i) {
+        const double t = 1e-3 * i;
+        house.aim({0.003 * std::sin(2 * t), 0.003 * std::sin(3 * t), std::max(0.08 - 0.15 * t, -0.01)},
+                  std::sin(4 * t) * turn);
+        house.run(1);
+        touched = touched || house.servo->cycle().tool(0).last().touching > 0;
+        if (touched && i % 60 == 0) deepest = std::max(deepest, -gapOf(tool, house.place(), ground, X_WG));
+      }
+      EXPECT_TRUE(touched);
+      EXPECT_LT(deepest, 60e-6);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(On, RidgeObstacles,
+                         ::testing::Values(Ground{"ACrystal", 4, true}, Ground{"Thorns", 12, true},
+                                           Ground{"CoarseHills", 8, false}, Ground{"FineHills", 40, false}),
+                         [](const auto& ground) { return ground.param.name; });
+
+}  // namespace
+}  // namespace hapticd

@@ -124,6 +124,32 @@ TEST(Trajectories, TremorHasItsAmplitudeAndBand) {
   EXPECT_GT(in_band, 20 * at_all);
 }
 
+TEST(Trajectories, ATremorThatLiftsTheHandOffLetsItHover) {
+  const Model model = makeModel("plane");
+  const Trajectory firm = makeTrajectory("reach:tremor=0.0005,force=100,seconds=4", model, {3000});
+  const Trajectory light = makeTrajectory("reach:tremor=0.0005,force=0.3,seconds=4", model, {3000});
+  int above = 0;
+  for (std::size_t i = 0; i < light.samples.size(); ++i) {
+    const Sample& s = light.samples[i];
+    ASSERT_NEAR(s.hip.z(), firm.samples[i].hip.z() + 99.7 / 3000, 1e-12) << "the same tremor";
+    if (s.hip.z() <= 0) continue;
+    ++above;
+    ASSERT_EQ(s.force, Vec3(Vec3::Zero()));
+    ASSERT_EQ(s.proxy, s.hip);
+  }
+  EXPECT_GT(above, 1000);
+}
+
+TEST(Trajectories, RoundingTakesNoSample) {
+  const Model model = makeModel("plane");
+  for (const auto& [seconds, rate, samples] :
+       {std::tuple{1.001, 1000, 1001u}, {8.2, 1000, 8200u}, {0.29, 100, 29u}, {0.2955, 1000, 295u}}) {
+    const Pace pace{seconds, static_cast<double>(rate), 1};
+    EXPECT_EQ(samplesIn(seconds, pace), samples);
+    EXPECT_EQ(lissajous(model, pace).size(), samples);
+  }
+}
+
 TEST(Trajectories, FaultsAreNamed) {
   const Model model = makeModel("plane");
   for (const char* spec : {"spiral", "walk", "lissajous:force=-1", "lissajous:turns=3", "reach:seed=0.5"}) {

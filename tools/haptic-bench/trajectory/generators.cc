@@ -53,7 +53,8 @@ class Shake {
 }  // namespace
 
 std::size_t samplesIn(double seconds, const Pace& pace) {
-  const double n = std::floor(seconds * pace.rate_hz);
+  constexpr double kRounding = 1e-12;  // 1.001 s at 1000 Hz are 1001 samples, not 1000.99999.
+  const double n = std::floor(seconds * pace.rate_hz * (1 + kRounding));
   if (n > kMaxSamples) {
     throw Failure("trajectory", fmt::format("{:g} s at {:g} Hz are {:.3g} samples", seconds, pace.rate_hz, n),
                   fmt::format("at most {:g}: fewer seconds, a lower rate or more speed", kMaxSamples));
@@ -110,16 +111,16 @@ std::vector<SurfaceSample> reach(const Model& plane, const Pace& pace, const Tre
   std::mt19937 random(tremor.seed);
   const Shake x(random), y(random), z(random);
   constexpr double kWay_s = 2;
-  std::vector<SurfaceSample> out = sampled(pace.seconds, pace, [&](double t) {
+  return sampled(pace.seconds, pace, [&](double t) {
     const double way = std::fmod(t / kWay_s, 2), tau = way < 1 ? way : 2 - way;
     const double jerk = tau * tau * tau * (10 + tau * (6 * tau - 15)) - 0.5;
+    const double press = pace.force - stiffness * tremor.amplitude * z.at(t);
+    // Lifted off by the tremor the hand hovers: no contact, no force.
+    const double above = std::max(0.0, -press / stiffness);
     const Vec3 p(plane.half * jerk + tremor.amplitude * x.at(t), 0.7 * plane.half * jerk + tremor.amplitude * y.at(t),
-                 0);
-    // No contact, no force: the hand then hovers, and the truth is the point below it.
-    return SurfaceSample{0, p, Vec3::UnitZ(), pace.force - stiffness * tremor.amplitude * z.at(t)};
+                 above);
+    return SurfaceSample{0, p, Vec3::UnitZ(), std::max(0.0, press)};
   });
-  for (SurfaceSample& s : out) s.force = std::max(s.force, 0.0);
-  return out;
 }
 
 }  // namespace haptic_bench

@@ -49,7 +49,7 @@ struct Tremor {
 /**
  * Over a plane, from one side of its middle half to the other and back by minimum jerk (Flash and Hogan 1985), two
  * seconds each way, with a tremor of 8 to 12 Hz: three sines with random phases in each direction. Along the normal the
- * tremor changes depth and force, in the plane the path.
+ * tremor changes depth and force, and may lift the hand off; in the plane it changes the path.
  */
 [[nodiscard]] std::vector<SurfaceSample> reach(const Model& plane, const Pace& pace, const Tremor& tremor,
                                                double stiffness);

@@ -28,6 +28,41 @@ const haptic_algorithm* haptic_algorithm_table(void) {
 }
 """
 
+# At its 51st step, or when it is loaded or made, it does what its options say.
+WRONG = """
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+#include "haptic_algorithm.h"
+static char how[32];
+static int steps;
+static int deep(volatile int* x) { volatile int y[1000]; y[0] = *x; return deep(y) + y[0]; }
+static void fail() {
+  static volatile int zero = 0;
+  if (!std::strcmp(how, "crash")) *(volatile int*)nullptr = 1;
+  if (!std::strcmp(how, "divide")) zero = 7 / zero;
+  if (!std::strcmp(how, "deep")) zero = deep(&zero);
+  if (!std::strcmp(how, "abort")) std::abort();
+  if (!std::strcmp(how, "exit")) std::exit(0);
+  if (!std::strcmp(how, "throw")) throw std::runtime_error("no luck");
+  if (!std::strcmp(how, "throw a number")) throw 7;
+}
+static void* create(const haptic_algorithm_problem* p, char*, size_t) {
+  const bool now = !std::strncmp(p->options, "create ", 7);
+  std::strcpy(how, p->options + (now ? 7 : 0));
+  if (now) fail();
+  return &steps;
+}
+static void destroy(void*) {}
+static void start(void*, const double*) {}
+static void step(void*, const double*, const double*, double, haptic_algorithm_contact*) { if (++steps == 51) fail(); }
+extern "C" const haptic_algorithm* haptic_algorithm_table(void) {
+  static const haptic_algorithm table = {1, sizeof table, "wrong", 0, create, destroy, start, step, 0};
+  return &table;
+}
+"""
+
 
 class Commands(unittest.TestCase):
     def setUp(self):
@@ -55,6 +90,16 @@ class Commands(unittest.TestCase):
         again = self.results("run", "-a", "nearest", "-m", "sphere:stacks=8", "-t", samples, "--rounds", 1)
         self.assertAlmostEqual(first["nearest force MSE"][0], again["nearest force MSE"][0], delta=1e-15)
         self.assertEqual(first["nearest forces"], again["nearest forces"])
+
+    def test_times_of_samples_are_those_that_are_summed_up(self):
+        samples = self.folder / "samples.csv"
+        values = self.results("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.5", "--rounds", 2, "--samples", samples)
+        with open(samples, encoding="ascii", newline="") as file:
+            times = sorted(float(row["ours_step_ns"]) for row in csv.DictReader(file))
+        self.assertEqual(len(times), 500)
+        self.assertAlmostEqual(values["ours mean"][0], sum(times) / 500, delta=1e-6)
+        for quantity, rank in (("median", 250), ("p99", 495), ("p99.9", 500), ("max", 500)):
+            self.assertEqual(values[f"ours {quantity}"][0], times[rank - 1])
 
     def test_samples_of_algorithms_with_settings_keep_their_columns(self):
         samples = self.folder / "samples.csv"
@@ -178,11 +223,29 @@ class Commands(unittest.TestCase):
         self.assertTrue(self.bench("run", "-a", "voxel:cells=9999", code=1).startswith("haptic-bench: voxel:cells=9999, cells: "))
 
     def late(self):
+        return self.plugin("late.c", LATE)
+
+    def plugin(self, name, text):
         header = pathlib.Path(__file__).resolve().parents[2] / "tools" / "haptic-bench" / "plugin"
-        source, plugin = self.folder / "late.c", self.folder / "late.so"
-        source.write_text(LATE, encoding="ascii")
-        subprocess.run(["cc", "-shared", "-fPIC", f"-I{header}", "-o", plugin, source], check=True)
-        return plugin
+        source = self.folder / name
+        source.write_text(text, encoding="ascii")
+        compiler = "cc" if source.suffix == ".c" else "c++"
+        subprocess.run([compiler, "-shared", "-fPIC", f"-I{header}", "-o", source.with_suffix(".so"), source], check=True)
+        return source.with_suffix(".so")
+
+    def test_a_plug_in_that_takes_the_program_with_it_is_named_with_its_sample(self):
+        plugin, samples = self.plugin("wrong.cc", WRONG), self.folder / "samples.csv"
+        for how, code, words in (("crash", -signal.SIGSEGV, "it crashed"), ("divide", -signal.SIGFPE, "it crashed in its arithmetic"),
+                                 ("deep", -signal.SIGSEGV, "it crashed"), ("abort", -signal.SIGABRT, "it aborted"),
+                                 ("exit", 1, "it ended the program"), ("throw", 1, 'it has thrown "no luck"'),
+                                 ("throw a number", -signal.SIGABRT, "it aborted")):
+            run = ("run", "-m", "plane", "-t", "lissajous:seconds=0.1", "--samples", samples, "--rounds", 2, "-a", "ours")
+            said = self.bench(*run, f"{plugin}:{how}", code=code)
+            self.assertRegex(said, rf"haptic-bench: .*wrong\.so:{how}: {words} at sample 51\b.* \(mend the algorithm")
+            said = self.bench(*run, f"{plugin}:create {how}", code=code)
+            self.assertRegex(said, rf"haptic-bench: .*wrong\.so:create {how}: {words}.* \(mend the algorithm")
+            self.assertNotIn("sample", said.replace("samples", ""))
+            self.assertFalse(samples.exists())
 
     def test_no_algorithm_starts_before_all_are_known(self):
         plugin = self.late()

@@ -42,6 +42,7 @@ void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::vector
   for (const std::string& name : names) {
     columns(name + "_f");
     columns(name + "_proxy_");
+    file << ',' << csvField(name + "_step_ns");
   }
   file << '\n';
   for (std::size_t i = 0; i < trajectory.samples.size(); ++i) {
@@ -53,6 +54,7 @@ void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::vector
     for (const Outcome& outcome : outcomes) {
       values(outcome.answers[i].force);
       values(outcome.answers[i].proxy);
+      file << ',' << outcome.step_ns[i];
     }
     file << '\n';
   }
@@ -104,7 +106,7 @@ void addRun(CLI::App& app, Run& chosen) {
   sub->add_option("--threshold", options->threshold, "Of the position error, in metres")
       ->capture_default_str()
       ->check(positive());
-  sub->add_option("--samples", options->samples, "CSV file for every sample and answer");
+  sub->add_option("--samples", options->samples, "CSV file for every sample, answer and time of a step");
   sub->callback([options, &chosen] { chosen = [options](const Common& common) { return run(*options, common); }; });
 }
 

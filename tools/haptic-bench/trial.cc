@@ -15,7 +15,7 @@ using SteadyClock = std::chrono::steady_clock;
 std::int64_t ns(SteadyClock::duration d) { return std::chrono::duration_cast<std::chrono::nanoseconds>(d).count(); }
 
 /** Answers and times of one run. */
-void runOnce(Algorithm& algorithm, const Trajectory& trajectory, std::vector<Answer>& answers,
+void runOnce(const std::string& name, Algorithm& algorithm, const Trajectory& trajectory, std::vector<Answer>& answers,
              std::vector<std::int64_t>& step_ns) {
   algorithm.start(trajectory.start);
   const double period = trajectory.period_s();
@@ -24,15 +24,20 @@ void runOnce(Algorithm& algorithm, const Trajectory& trajectory, std::vector<Ans
     const double dt = i == 0 ? period : s.t_s - trajectory.samples[i - 1].t_s;
     const Vec3 v = i == 0 ? Vec3(Vec3::Zero()) : Vec3((s.hip - trajectory.samples[i - 1].hip) / dt);
     haptic_algorithm_contact contact{};
+    PluginWatch::atSample(i + 1);
     const SteadyClock::time_point begin = SteadyClock::now();
     try {
       algorithm.step(s.hip, v, dt, contact);
     } catch (const Failure& failure) {
       throw Failure(fmt::format("{}, at sample {} at {} s", failure.what(), i + 1, s.t_s));
+    } catch (const std::exception& thrown) {
+      throw Failure(name, fmt::format("it has thrown \"{}\" at sample {} at {} s", thrown.what(), i + 1, s.t_s),
+                    "mend the algorithm: no function of it may throw");
     }
     step_ns[i] = ns(SteadyClock::now() - begin);
     answers[i] = {hapticd::vec3(contact.force), hapticd::vec3(contact.proxy), contact.touches != 0};
   }
+  PluginWatch::atSample(0);
 }
 
 void requireFinite(const std::string& algorithm, const Trajectory& trajectory, const std::vector<Answer>& answers) {
@@ -81,9 +86,10 @@ Outcome runTrial(const std::string& algorithm, const Model& model, const Traject
     Algorithm instance(algorithm, problem);
     outcome.init_s.push_back(1e-9 * static_cast<double>(ns(SteadyClock::now() - begin)));
     std::vector<Answer>& answers = round == 0 ? outcome.answers : again;
-    runOnce(instance, trajectory, answers, step_ns);
+    runOnce(algorithm, instance, trajectory, answers, step_ns);
     requireFinite(algorithm, trajectory, answers);
     outcome.rounds.push_back(summarise(step_ns));
+    if (round == 0) outcome.step_ns = step_ns;
     outcome.bytes = instance.bytes();
     for (std::size_t i = 0; i < again.size() && round > 0; ++i) {
       outcome.repeats = outcome.repeats && again[i].force == outcome.answers[i].force;

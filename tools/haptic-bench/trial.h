@@ -15,11 +15,12 @@ namespace haptic_bench {
 
 /** What came of it. */
 struct Outcome {
-  std::vector<Answer> answers;  ///< Of the first round, one for each sample.
-  std::vector<Timing> rounds;   ///< Times of the steps; each includes one reading of the clock, about 30 ns.
-  std::vector<double> init_s;   ///< Of create(), with whatever tree or volume it builds: one for each round.
-  std::uint64_t bytes = 0;      ///< 0: unknown.
-  bool repeats = true;          ///< Every round gave the same forces, bit for bit.
+  std::vector<Answer> answers;        ///< Of the first round, one for each sample.
+  std::vector<std::int64_t> step_ns;  ///< The same: what the first of `rounds` sums up.
+  std::vector<Timing> rounds;         ///< Times of the steps; each includes one reading of the clock, about 30 ns.
+  std::vector<double> init_s;         ///< Of create(), with whatever tree or volume it builds: one for each round.
+  std::uint64_t bytes = 0;            ///< 0: unknown.
+  bool repeats = true;                ///< Every round gave the same forces, bit for bit.
 };
 
 /**

@@ -13,7 +13,10 @@ namespace {
 
 constexpr const haptic_algorithm* kInTheBox[] = {&kOurs, &kGodObject, &kNearest, &kVoxel, &kLocal, &kDaemon};
 
+bool isPlugin(const std::string& name) { return name.find('/') != std::string::npos; }
+
 const haptic_algorithm* load(const std::string& path) {
+  const PluginWatch watch(path);  // Its constructors run too.
   void* object = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (object == nullptr) {
     // The loader's words begin with the path, but for some.
@@ -54,7 +57,7 @@ const haptic_algorithm& findAlgorithm(const std::string& spec) {
   for (const haptic_algorithm* one : kInTheBox) {
     if (name == one->name) found = one;
   }
-  if (found == nullptr && name.find('/') != std::string::npos) found = load(name);
+  if (found == nullptr && isPlugin(name)) found = load(name);
   if (found == nullptr) {
     std::string names;
     for (const haptic_algorithm* one : kInTheBox) names += std::string(one->name) + ", ";
@@ -81,10 +84,16 @@ void requireNames(const std::vector<std::string>& algorithms) {
 Algorithm::Algorithm(const std::string& spec, const haptic_algorithm_problem& problem)
     : table_(&findAlgorithm(spec)), instance_(nullptr, table_->destroy) {
   const std::size_t colon = spec.find(':');
+  if (isPlugin(spec.substr(0, colon))) watch_.emplace(spec);
   haptic_algorithm_problem own = problem;
   own.options = colon == std::string::npos ? "" : spec.c_str() + colon + 1;
   char error[512] = "no reason given";
-  instance_.reset(table_->create(&own, error, sizeof error));
+  try {
+    instance_.reset(table_->create(&own, error, sizeof error));
+  } catch (const std::exception& thrown) {
+    throw Failure(spec, fmt::format("it has thrown \"{}\"", thrown.what()),
+                  "mend the algorithm: no function of it may throw");
+  }
   error[sizeof error - 1] = 0;
   if (instance_ != nullptr) return;
   // Those in the box begin with their own name.

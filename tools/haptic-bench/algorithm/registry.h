@@ -4,10 +4,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "rt/base/math.h"
+#include "tools/haptic-bench/algorithm/plugin_watch.h"
 #include "tools/haptic-bench/plugin/haptic_algorithm.h"
 
 namespace haptic_bench {
@@ -44,6 +46,7 @@ class Algorithm {
 
  private:
   const haptic_algorithm* table_;
+  std::optional<PluginWatch> watch_;  ///< Before the instance, whose end it sees.
   std::unique_ptr<void, void (*)(void*)> instance_;
 };
 

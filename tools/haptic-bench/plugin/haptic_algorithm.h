@@ -2,8 +2,9 @@
  * A rendering algorithm as haptic-bench sees it: a table of functions. Those in the box use it in-process; others come
  * as a shared object that exports haptic_algorithm_table(). This header needs nothing but the standard library.
  *
- * haptic-bench makes one instance for a run with create(), calls start() once, then step() for every sample from one
- * thread, and at the end destroy(). Runs of one trajectory follow each other with a new start().
+ * For each round haptic-bench makes an instance with create(), calls start() once, then step() for every sample from
+ * one thread, and at the end destroy(). Where several algorithms are to run, one more instance of each is made and
+ * destroyed before, to see whether it refuses.
  *
  * SI units; right-handed axes; forces act on the hand. No function may throw or exit.
  */

@@ -12,15 +12,17 @@ namespace {
 
 using ::testing::HasSubstr;
 
-Results one(const std::string& unit, std::vector<double> rounds) {
+Results one(const std::string& unit, std::vector<double> rounds, const std::string& benchmark = "b") {
   Results r;
-  r.all.push_back({"b", {"q", unit, std::move(rounds)}});
+  r.all.push_back({benchmark, {"q", unit, std::move(rounds)}});
   return r;
 }
 
 /** What compare says of one quantity: w(orse), b(etter), m(issing), u(nknown) or -. */
-char verdict(const std::string& unit, std::vector<double> before, std::vector<double> after, Comparison what = {}) {
-  const std::vector<Change> changes = compare(one(unit, std::move(before)), one(unit, std::move(after)), what);
+char verdict(const std::string& unit, std::vector<double> before, std::vector<double> after, Comparison what = {},
+             const std::string& benchmark = "b") {
+  const std::vector<Change> changes =
+      compare(one(unit, std::move(before), benchmark), one(unit, std::move(after), benchmark), what);
   if (changes.empty()) return '-';
   return "wbmu"[static_cast<int>(changes[0].kind)];
 }
@@ -52,6 +54,20 @@ TEST(CompareResults, TimesOfFewRoundsAreNotJudged) {
   EXPECT_EQ(verdict("N^2", {1}, {2}), 'w') << "errors repeat";
   EXPECT_EQ(verdict("%", {1}, {2}), 'w') << "as do these of models";
   EXPECT_EQ(verdict("byte", {100}, {200}), 'w');
+}
+
+TEST(CompareResults, WhatRunsAgainstTheClockIsJudgedLikeATime) {
+  for (const char* unit : {"ns per message", "us a tick"}) EXPECT_EQ(verdict(unit, {100}, {110}), 'u') << unit;
+  for (const char* unit : {"%", "N", ""})
+    EXPECT_EQ(verdict(unit, {1}, {2}, {}, "load"), 'u') << "a live hand: " << unit;
+  EXPECT_EQ(verdict("", {1}, {2}, {}, "servo"), 'u') << "a ratio of times";
+  EXPECT_EQ(verdict("ticks", {2}, {3}, {}, "ring"), 'w') << "counted";
+  EXPECT_EQ(verdict("%", {1, 1, 1, 1, 1, 1}, {2, 2, 2, 2, 2, 2}, {}, "load"), 'w');
+}
+
+TEST(CompareResults, MoreReadingsAreBetter) {
+  EXPECT_EQ(verdict("Hz", {4000}, {1000}, {}, "device"), 'w');
+  EXPECT_EQ(verdict("Hz", {1000}, {4000}, {}, "device"), 'b');
 }
 
 TEST(CompareResults, HashesAreShownWhole) {

@@ -20,9 +20,17 @@ Family familyOf(const std::string& unit) {
   return Family::kTime;
 }
 
-bool isTime(const std::string& unit) { return unit == "ns" || unit == "us" || unit == "ms" || unit == "s"; }
+/** Whether two runs of one build differ in it: a time ("ns per message" too), or what runs against the clock. */
+bool varies(const std::string& benchmark, const std::string& unit) {
+  const std::string first = unit.substr(0, unit.find(' '));
+  for (const char* time : {"ns", "us", "ms", "s"}) {
+    if (first == time) return true;
+  }
+  const bool live = benchmark == "load" || benchmark == "servo" || benchmark == "ring";
+  return live && unit != "ticks";  // Those of ring are counted.
+}
 
-bool moreIsBetter(const std::string& unit) { return unit == "N/m" || unit == "1/s"; }
+bool moreIsBetter(const std::string& unit) { return unit == "N/m" || unit == "1/s" || unit == "Hz"; }
 
 /** Positive: worse, negative: better, 0: the same. */
 int judge(const Series& before, const Series& after, const Estimate& a, const Estimate& b) {
@@ -80,7 +88,8 @@ std::vector<Change> compare(const Results& before, const Results& after, const C
       continue;
     }
     change.after = estimate(now->rounds);
-    if (isTime(change.unit) && std::min(old.series.rounds.size(), now->rounds.size()) < kRoundsOfAnInterval) {
+    if (varies(old.benchmark, change.unit) &&
+        std::min(old.series.rounds.size(), now->rounds.size()) < kRoundsOfAnInterval) {
       change.kind = Change::Kind::kUnknown;
       changes.push_back(change);
       continue;

@@ -52,9 +52,10 @@ struct Change {
 
 /**
  * Times and ratios change when the intervals of their rounds do not meet and the medians differ by more than 2 %. A
- * time of fewer than six rounds on either side has no interval: that is unknown, for a difference may be noise.
+ * time, and all that runs against the clock (load, servo, ring), of fewer than six rounds on either side has no
+ * interval: that is unknown, for a difference may be noise.
  * Errors are deterministic: they change by more than 1e-9 of their unit, mean squares after their root is taken (so
- * that 1e-9 is in newtons). A hash changes for the worse. Less is better, but for stiffness (N/m) and rates (1/s).
+ * that 1e-9 is in newtons). A hash changes for the worse. Less is better, but for stiffness (N/m) and rates (1/s, Hz).
  */
 [[nodiscard]] std::vector<Change> compare(const Results& before, const Results& after, const Comparison& what);
 

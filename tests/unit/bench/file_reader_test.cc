@@ -105,6 +105,13 @@ TEST(TrajectoryFiles, FaultsComeWithWhatToDo) {
   EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n5,0,0,0\n", {"", false, 0, 1}), HasSubstr("line 3: a gap of 5 s"));
 }
 
+TEST(TrajectoryFiles, WhatIsNoTextAndWhatIsTooLongIsRefused) {
+  EXPECT_THAT(refusal(std::string("t\0,\0x\0,\0y\0,\0z\0\n\0", 16)), HasSubstr("no plain text")) << "UTF-16";
+  std::string rows = "x,y,z\n";
+  for (std::size_t i = 0; i <= Table::kMaxRows; ++i) rows += "0 0 0\n";
+  EXPECT_THAT(refusal(rows, {"", false, 1000, 0}), HasSubstr("line 10000002: there are more than 10000000 rows"));
+}
+
 TEST(TrajectoryFiles, ABallComesFromWhereItTouchesNothing) {
   Surface ball{1000};
   ball.radius = 0.004;

@@ -35,6 +35,11 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
                     "a whole recording");
     }
     if (!cycle->input.device[device].p.allFinite()) continue;  // A device that failed: the hand is nowhere.
+    if (static_cast<double>(in.samples.size()) >= kMaxSamples) {
+      throw Failure(path,
+                    fmt::format("there are more than {:g} cycles in it, at tick {}", kMaxSamples, cycle->input.tick),
+                    "a shorter recording");
+    }
     in.samples.push_back({t_s, cycle->input.device[device].p, Vec3::Zero(), cycle->sent[device].force});
   }
   if (in.samples.empty()) throw Failure(path, "there are no cycles in it", "a longer recording");

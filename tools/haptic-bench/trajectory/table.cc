@@ -74,6 +74,10 @@ void Table::setNames(std::string_view line, std::size_t number, bool given) {
 }
 
 void Table::addRow(std::string_view line, std::size_t number) {
+  if (lines_.size() == kMaxRows) {
+    throw Failure(fmt::format("{}, line {}", where_, number), fmt::format("there are more than {} rows", kMaxRows),
+                  "a shorter piece of it");
+  }
   std::size_t column = 0;
   forEachField(line, [&](std::string_view field) {
     double value = 0;
@@ -93,6 +97,8 @@ Table Table::parse(std::string_view text, std::string where, const std::string& 
   table.where_ = std::move(where);
   if (!names.empty()) table.setNames(names, 0, true);
   if (text.substr(0, 3) == "\xef\xbb\xbf") text.remove_prefix(3);  // Byte order mark.
+  if (text.substr(0, 4096).find('\0') != std::string_view::npos)
+    throw Failure(table.where_, "it is no plain text", "text in UTF-8, as spreadsheets and editors save it");
   for (std::size_t number = 1; !text.empty(); ++number) {
     const std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(text.size(), line.size() + 1));

@@ -16,6 +16,7 @@ class Table {
  public:
   static constexpr std::size_t kMaxBytes = 1u << 30;
   static constexpr std::size_t kMaxColumns = 256;
+  static constexpr std::size_t kMaxRows = 10'000'000;  ///< As many as a trajectory may have.
 
   /**
    * Rows of numbers parted by commas, or by blanks where a line has no comma; quotes may enclose a field. Lines that

@@ -237,6 +237,18 @@ TEST(Measured, BetweenTwoStrokesTheHandGoesThroughTheAir) {
   EXPECT_NEAR(highest, 0.07, 1e-3);
 }
 
+TEST(Measured, ForcesOfTheWrongSignAreRefused) {
+  const Model m = potato();
+  Recording r = record(handling(m), apparatus());
+  for (ForceSample& f : r.forces) f.f_S = -f.f_S;
+  try {
+    (void)onSurface(r, options(), m);
+    ADD_FAILURE();
+  } catch (const Failure& failure) {
+    EXPECT_THAT(failure.what(), HasSubstr("change their sign"));
+  }
+}
+
 TEST(Measured, FaultsAreNamed) {
   Recording r = record(lissajous(plane(0.05, 3), {1, 2000, 1}), {});
   for (ForceSample& f : r.forces) f.t_s += 100;

@@ -31,13 +31,19 @@ Measured onSurface(const Recording& recording, const MeasuredOptions& options, c
     measured.registration = registerPoints(surface, points, options.tip_radius, options.first_guess);
   }
   const Pose& X_MO = measured.registration.X_MO;
+  double outward = 0;
   for (auto s = first; s != last; ++s) {
     const Vec3 tip = X_MO * s->tip_O, force = touches(*s) ? X_MO.q * s->force_O : Vec3(Vec3::Zero());
     const SurfacePoint at = surface.find(tip);
     const Vec3 away = at.inside ? Vec3(at.point - tip) : Vec3(tip - at.point);
     const Vec3 normal = at.distance > 1e-12 ? Vec3(away / at.distance) : at.normal;
+    outward += force.dot(normal);
     measured.out.push_back(
         {s->t_s - first->t_s, tip - options.tip_radius * normal, normal, std::max(0.0, force.dot(normal))});
+  }
+  if (outward <= 0) {
+    throw Failure("recording", "its forces pull the probe into the surface",
+                  "forces on the probe, outward: change their sign, or see the pose's frames");
   }
   return measured;
 }

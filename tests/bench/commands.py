@@ -55,7 +55,7 @@ static void* create(const haptic_algorithm_problem* p, char*, size_t) {
   return &steps;
 }
 static void destroy(void*) {}
-static void start(void*, const double*) {}
+static void start(void*, const double*) { std::fprintf(stderr, "%s starts\\n", how); }
 static void step(void*, const double*, const double*, double, haptic_algorithm_contact*) { if (++steps == 51) fail(); }
 extern "C" const haptic_algorithm* haptic_algorithm_table(void) {
   static const haptic_algorithm table = {1, sizeof table, "wrong", 0, create, destroy, start, step, 0};
@@ -256,6 +256,13 @@ class Commands(unittest.TestCase):
                 said = self.bench(*some, wrong, code=1)
                 self.assertIn(words, said)
                 self.assertNotIn("it starts", said)
+
+    def test_rounds_take_turns(self):
+        plugin = self.plugin("turns.cc", WRONG)
+        for command, runs in ((("run",), "a b a b a b"), (("sweep", "--stiffness", "100,200"), "a b a b a b a b a b a b")):
+            some = (PROGRAM, *command, "-m", "plane", "-t", "lissajous:seconds=0.01", "--rounds", "3", "-a", f"{plugin}:a", f"{plugin}:b")
+            said = subprocess.run(some, capture_output=True, text=True, check=True).stderr
+            self.assertEqual(said, "".join(f"{one} starts\n" for one in runs.split()))
 
     def test_a_plug_in_that_fails_in_a_later_round_is_named_with_its_sample(self):
         plugin = self.late()

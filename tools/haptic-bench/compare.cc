@@ -46,7 +46,7 @@ int run(const CompareOptions& options) {
   }
   if (unknown > 0) {
     fmt::print("# {} not judged: times of fewer than {} rounds, whose difference may be noise\n", unknown,
-               kRoundsOfAnInterval);
+               roundsToJudge(before));
   }
   fmt::print("{} of {} quantities worse or missing\n", worse, compared - unknown);
   return worse == 0 ? 0 : 1;

@@ -28,8 +28,7 @@ struct RunOptions {
 };
 
 /** Every sample and what each algorithm made of it. */
-void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::vector<std::string>& names,
-                  const std::vector<Outcome>& outcomes) {
+void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::deque<Trial>& trials) {
   std::ofstream file(to.part());
   const auto columns = [&](const std::string& prefix) {
     for (const char axis : {'x', 'y', 'z'}) file << ',' << csvField(prefix + axis);
@@ -39,10 +38,10 @@ void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::vector
   columns("");
   if (trajectory.proxy_known) columns("proxy_");
   if (trajectory.force_known) columns("f");
-  for (const std::string& name : names) {
-    columns(name + "_f");
-    columns(name + "_proxy_");
-    file << ',' << csvField(name + "_step_ns");
+  for (const Trial& trial : trials) {
+    columns(trial.algorithm() + "_f");
+    columns(trial.algorithm() + "_proxy_");
+    file << ',' << csvField(trial.algorithm() + "_step_ns");
   }
   file << '\n';
   for (std::size_t i = 0; i < trajectory.samples.size(); ++i) {
@@ -51,10 +50,10 @@ void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::vector
     values(s.hip);
     if (trajectory.proxy_known) values(s.proxy);
     if (trajectory.force_known) values(s.force);
-    for (const Outcome& outcome : outcomes) {
-      values(outcome.answers[i].force);
-      values(outcome.answers[i].proxy);
-      file << ',' << outcome.step_ns[i];
+    for (const Trial& trial : trials) {
+      values(trial.outcome().answers[i].force);
+      values(trial.outcome().answers[i].proxy);
+      file << ',' << trial.outcome().step_ns[i];
     }
     file << '\n';
   }
@@ -71,19 +70,22 @@ int run(const RunOptions& options, const Common& common) {
   std::optional<WholeFile> samples;
   if (!options.samples.empty()) samples.emplace(options.samples);
   std::vector<Series> all;
-  std::vector<Outcome> outcomes;
+  std::deque<Trial> trials;
+  for (const std::string& algorithm : options.algorithms)
+    trials.emplace_back(algorithm, model, trajectory, options.surface);
+  runRounds(trials, common.rounds);
   bool repeats = true;
-  for (const std::string& algorithm : options.algorithms) {
-    outcomes.push_back(runTrial(algorithm, model, trajectory, options.surface, common.rounds));
-    repeats = repeats && outcomes.back().repeats;
-    for (Series& s : describe(algorithm, trajectory, outcomes.back(), options.threshold)) all.push_back(std::move(s));
+  for (const Trial& trial : trials) {
+    repeats = repeats && trial.outcome().repeats;
+    for (Series& s : describe(trial.algorithm(), trajectory, trial.outcome(), options.threshold))
+      all.push_back(std::move(s));
   }
   std::string what =
       fmt::format("run {} {} k={} mu_s={} mu_d={} b={}", model.name, trajectory.name, options.surface.stiffness,
                   options.surface.friction_static, options.surface.friction_dynamic, options.surface.damping);
   if (options.surface.radius > 0) what += fmt::format(" r={}", options.surface.radius);
   print(common, what, all);
-  if (samples) writeSamples(*samples, trajectory, options.algorithms, outcomes);
+  if (samples) writeSamples(*samples, trajectory, trials);
   if (!repeats) {
     fmt::print(stderr,
                "haptic-bench: the rounds differ in their forces: an algorithm depends on more than its input\n");

@@ -24,22 +24,32 @@ struct SweepOptions {
 int run(const SweepOptions& options, const Common& common) {
   requireNames(options.algorithms);
   const Model model = makeModel(options.model);
-  std::vector<Series> all;
+  struct Cell {
+    std::string name;
+    Trajectory trajectory;
+  };
+  std::deque<Cell> cells;
+  std::deque<Trial> trials;  // One for each cell.
   for (const double k : options.stiffness) {
     for (const double mu : options.friction) {
       // The cone at rest is 1.25 times as wide as in motion.
       const Surface surface{k, 0, 1.25 * mu, mu};
       const Trajectory made = makeTrajectory(options.trajectory, model, surface, options.file);
-      if (all.empty()) requireAlgorithms(options.algorithms, model, made, surface);
+      if (trials.empty()) requireAlgorithms(options.algorithms, model, made, surface);
       for (const double speed : options.speed) {
-        const Trajectory trajectory = speed == 1 ? made : faster(made, speed);
         for (const std::string& algorithm : options.algorithms) {
-          const Outcome outcome = runTrial(algorithm, model, trajectory, surface, common.rounds);
-          const std::string name = fmt::format("{} k={} mu={} speed={}", algorithm, k, mu, speed);
-          for (Series& s : describe(name, trajectory, outcome, options.threshold)) all.push_back(std::move(s));
+          cells.push_back({fmt::format("{} k={} mu={} speed={}", algorithm, k, mu, speed),
+                           speed == 1 ? made : faster(made, speed)});
+          trials.emplace_back(algorithm, model, cells.back().trajectory, surface);
         }
       }
     }
+  }
+  runRounds(trials, common.rounds);
+  std::vector<Series> all;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    for (Series& s : describe(cells[i].name, cells[i].trajectory, trials[i].outcome(), options.threshold))
+      all.push_back(std::move(s));
   }
   print(common, fmt::format("sweep {} {}", model.name, options.trajectory), all);
   return 0;

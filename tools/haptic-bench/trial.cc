@@ -74,28 +74,39 @@ void requireAlgorithms(const std::vector<std::string>& algorithms, const Model& 
   for (const std::string& one : algorithms) (void)Algorithm(one, problem);
 }
 
+Trial::Trial(std::string algorithm, const Model& model, const Trajectory& trajectory, const Surface& surface)
+    : algorithm_(std::move(algorithm)), model_(model), trajectory_(trajectory), surface_(surface) {}
+
+void Trial::runRound() {
+  const SteadyClock::time_point begin = SteadyClock::now();
+  Algorithm instance(algorithm_, problemOf(model_, trajectory_, surface_));
+  outcome_.init_s.push_back(1e-9 * static_cast<double>(ns(SteadyClock::now() - begin)));
+  std::vector<Answer> answers(trajectory_.samples.size());
+  std::vector<std::int64_t> step_ns(trajectory_.samples.size());
+  runOnce(algorithm_, instance, trajectory_, answers, step_ns);
+  requireFinite(algorithm_, trajectory_, answers);
+  outcome_.rounds.push_back(summarise(step_ns));
+  outcome_.bytes = instance.bytes();
+  if (outcome_.rounds.size() == 1) {
+    outcome_.answers = std::move(answers);
+    outcome_.step_ns = std::move(step_ns);
+    return;
+  }
+  for (std::size_t i = 0; i < answers.size(); ++i)
+    outcome_.repeats = outcome_.repeats && answers[i].force == outcome_.answers[i].force;
+}
+
+void runRounds(std::deque<Trial>& trials, int rounds) {
+  for (int round = 0; round < rounds; ++round)
+    for (Trial& trial : trials) trial.runRound();
+}
+
 Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory, const Surface& surface,
                  int rounds) {
-  const haptic_algorithm_problem problem = problemOf(model, trajectory, surface);
-  Outcome outcome;
-  outcome.answers.resize(trajectory.samples.size());
-  std::vector<Answer> again(trajectory.samples.size());
-  std::vector<std::int64_t> step_ns(trajectory.samples.size());
-  for (int round = 0; round < rounds; ++round) {
-    const SteadyClock::time_point begin = SteadyClock::now();
-    Algorithm instance(algorithm, problem);
-    outcome.init_s.push_back(1e-9 * static_cast<double>(ns(SteadyClock::now() - begin)));
-    std::vector<Answer>& answers = round == 0 ? outcome.answers : again;
-    runOnce(algorithm, instance, trajectory, answers, step_ns);
-    requireFinite(algorithm, trajectory, answers);
-    outcome.rounds.push_back(summarise(step_ns));
-    if (round == 0) outcome.step_ns = step_ns;
-    outcome.bytes = instance.bytes();
-    for (std::size_t i = 0; i < again.size() && round > 0; ++i) {
-      outcome.repeats = outcome.repeats && again[i].force == outcome.answers[i].force;
-    }
-  }
-  return outcome;
+  std::deque<Trial> one;
+  one.emplace_back(algorithm, model, trajectory, surface);
+  runRounds(one, rounds);
+  return one.front().outcome();
 }
 
 std::vector<Series> describe(const std::string& name, const Trajectory& trajectory, const Outcome& outcome,

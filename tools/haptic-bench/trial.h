@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <cstdint>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -30,8 +32,32 @@ struct Outcome {
 void requireAlgorithms(const std::vector<std::string>& algorithms, const Model& model, const Trajectory& trajectory,
                        const Surface& surface);
 
-/** Runs `rounds` times. Throws Failure when the algorithm refuses or answers a force that is not finite (which sample).
+/** One algorithm, a round at a time. Holds on to model and trajectory. */
+class Trial {
+ public:
+  Trial(std::string algorithm, const Model& model, const Trajectory& trajectory, const Surface& surface);
+  /** From loading on. Throws Failure when the algorithm refuses or answers a force that is not finite (which sample).
+   */
+  void runRound();
+
+  [[nodiscard]] const std::string& algorithm() const { return algorithm_; }
+  [[nodiscard]] const Outcome& outcome() const { return outcome_; }
+
+ private:
+  std::string algorithm_;
+  const Model& model_;
+  const Trajectory& trajectory_;
+  const Surface surface_;
+  Outcome outcome_;
+};
+
+/**
+ * Each of them so many rounds, in turn: what keeps the machine busy for a while falls on one round of many, and not on
+ * all of one algorithm, so that rounds tell how far times differ by chance. Throws as runRound().
  */
+void runRounds(std::deque<Trial>& trials, int rounds);
+
+/** One alone. */
 [[nodiscard]] Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory,
                                const Surface& surface, int rounds);
 

@@ -1,6 +1,7 @@
 /** @file
  * Results: written, read, compared.
  */
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -63,6 +64,42 @@ TEST(CompareResults, WhatRunsAgainstTheClockIsJudgedLikeATime) {
   EXPECT_EQ(verdict("", {1}, {2}, {}, "servo"), 'u') << "a ratio of times";
   EXPECT_EQ(verdict("ticks", {2}, {3}, {}, "ring"), 'w') << "counted";
   EXPECT_EQ(verdict("%", {1, 1, 1, 1, 1, 1}, {2, 2, 2, 2, 2, 2}, {}, "load"), 'w');
+}
+
+TEST(CompareResults, OfMeansAndTailsNoRoundMayBeShared) {
+  std::vector<double> before, after;  // Twenty per cent slower, but for two rounds that something disturbed.
+  for (int i = 0; i < 15; ++i) before.push_back(i < 2 ? 130 : 100 + i), after.push_back(120 + i);
+  const auto changes = [](const std::string& name, const std::vector<double>& a, const std::vector<double>& b) {
+    Results old, now;
+    old.all.push_back({"run", {name, "ns", a}});
+    now.all.push_back({"run", {name, "ns", b}});
+    return compare(old, now, {}).size();
+  };
+  EXPECT_EQ(changes("ours median", before, after), 1u);
+  for (const char* name : {"ours mean", "ours p99", "ours init"}) EXPECT_EQ(changes(name, before, after), 0u) << name;
+  before[0] = before[1] = 100;
+  EXPECT_EQ(changes("ours mean", before, after), 1u);
+}
+
+TEST(CompareResults, ManyQuantitiesNeedMoreRounds) {
+  // Of 400 that differ by chance one in 462 is set apart in six rounds each.
+  const auto all = [](double first, int rounds) {
+    Results r;
+    for (int q = 0; q < 400; ++q) {
+      r.all.push_back({"tables", {fmt::format("{} mean", q), "ns", {}}});
+      for (int i = 0; i < rounds; ++i) r.all.back().series.rounds.push_back(first + i);
+    }
+    r.all.push_back({"tables", {"one median", "ns", r.all.back().series.rounds}});
+    return r;
+  };
+  EXPECT_EQ(roundsToJudge(all(100, 6)), 9u);
+  for (const auto& [rounds, kind] : {std::pair{8, Change::Kind::kUnknown}, {9, Change::Kind::kWorse}}) {
+    const std::vector<Change> changes = compare(all(100, rounds), all(150, rounds), {});
+    ASSERT_EQ(changes.size(), 401u) << rounds;
+    EXPECT_EQ(changes[0].kind, kind) << rounds;
+    EXPECT_EQ(changes[400].kind, Change::Kind::kWorse) << "a median stands by itself";
+  }
+  EXPECT_EQ(roundsToJudge(one("ns", {1})), 6u);
 }
 
 TEST(CompareResults, MoreReadingsAreBetter) {

@@ -32,6 +32,40 @@ bool varies(const std::string& benchmark, const std::string& unit) {
 
 bool moreIsBetter(const std::string& unit) { return unit == "N/m" || unit == "1/s" || unit == "Hz"; }
 
+/**
+ * The middle one of many steps is much the same in every run of one build. Into means, tails and times of loading goes
+ * what else the machine does, for many rounds on end.
+ */
+bool isSteady(const Series& s) {
+  constexpr std::string_view kMedian = " median";
+  return s.name.size() > kMedian.size() && s.name.compare(s.name.size() - kMedian.size(), kMedian.size(), kMedian) == 0;
+}
+
+/** How likely it is that, of rounds that differ by chance alone, all of one run exceed all of the other. */
+double chanceApart(std::size_t a, std::size_t b) {
+  const auto logFactorial = [](std::size_t n) { return std::lgamma(static_cast<double>(n) + 1); };
+  return 2 * std::exp(logFactorial(a) + logFactorial(b) - logFactorial(a + b));
+}
+
+/** Whether chance sets none of `count` such quantities apart, with 95 %. */
+bool suffices(std::size_t before, std::size_t after, std::size_t count) {
+  return std::min(before, after) >= kRoundsOfAnInterval &&
+         chanceApart(before, after) * static_cast<double>(count) < 0.05;
+}
+
+/** Quantities that vary and are not steady. */
+std::size_t countRestless(const Results& results) {
+  return static_cast<std::size_t>(std::count_if(results.all.begin(), results.all.end(), [](const StoredResult& r) {
+    return varies(r.benchmark, r.series.unit) && !isSteady(r.series);
+  }));
+}
+
+/** All rounds, not only those about the median. */
+Estimate range(const std::vector<double>& rounds) {
+  const auto [low, high] = std::minmax_element(rounds.begin(), rounds.end());
+  return {estimate(rounds).median, *low, *high};
+}
+
 /** Positive: worse, negative: better, 0: the same. */
 int judge(const Series& before, const Series& after, const Estimate& a, const Estimate& b) {
   switch (familyOf(before.unit)) {
@@ -76,8 +110,15 @@ bool isCompared(const std::string& unit, const Comparison& what) {
   return true;
 }
 
+std::size_t roundsToJudge(const Results& before) {
+  std::size_t rounds = kRoundsOfAnInterval;
+  while (!suffices(rounds, rounds, countRestless(before))) ++rounds;
+  return rounds;
+}
+
 std::vector<Change> compare(const Results& before, const Results& after, const Comparison& what) {
   std::vector<Change> changes;
+  const std::size_t restless = countRestless(before);
   for (const StoredResult& old : before.all) {
     if (!isCompared(old.series.unit, what)) continue;
     Change change{
@@ -88,11 +129,14 @@ std::vector<Change> compare(const Results& before, const Results& after, const C
       continue;
     }
     change.after = estimate(now->rounds);
-    if (varies(old.benchmark, change.unit) &&
-        std::min(old.series.rounds.size(), now->rounds.size()) < kRoundsOfAnInterval) {
-      change.kind = Change::Kind::kUnknown;
-      changes.push_back(change);
-      continue;
+    if (varies(old.benchmark, change.unit)) {
+      const bool steady = isSteady(old.series);
+      if (!suffices(old.series.rounds.size(), now->rounds.size(), steady ? 1 : restless)) {
+        change.kind = Change::Kind::kUnknown;
+        changes.push_back(change);
+        continue;
+      }
+      if (!steady) change.before = range(old.series.rounds), change.after = range(now->rounds);
     }
     const int judgement = judge(old.series, *now, change.before, change.after);
     if (judgement == 0) continue;

@@ -50,10 +50,15 @@ struct Change {
   Estimate before, after;
 };
 
+/** Rounds of each side by which compare() judges all of it. */
+[[nodiscard]] std::size_t roundsToJudge(const Results& before);
+
 /**
- * Times and ratios change when the intervals of their rounds do not meet and the medians differ by more than 2 %. A
- * time, and all that runs against the clock (load, servo, ring), of fewer than six rounds on either side has no
- * interval: that is unknown, for a difference may be noise.
+ * Times change when their medians differ by more than 2 % and: of the middle one of many steps (a quantity that ends in
+ * "median"), the intervals of the rounds do not meet; of others (means, tails, loading, and all of load, servo and ring
+ * that runs against the clock) no round of one side lies within those of the other. Rounds that are too few, fewer than
+ * six or so few that among all these quantities some would be set apart by chance, make it unknown.
+ * Ratios and memory change by more than 2 %.
  * Errors are deterministic: they change by more than 1e-9 of their unit, mean squares after their root is taken (so
  * that 1e-9 is in newtons). A hash changes for the worse. Less is better, but for stiffness (N/m) and rates (1/s, Hz).
  */

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <deque>
+#include <iterator>
+
 #include "tools/haptic-bench/measured/measured.h"
 #include "tools/haptic-bench/measured/synthetic.h"
 #include "tools/haptic-bench/trajectory/generators.h"
@@ -18,18 +21,47 @@ struct Figures {
   double mse = 0, mean_us = 0, init_s = 0;
 };
 
-/** Runs and adds its series to the table's. */
-Figures runInto(PaperTable& table, const std::string& algorithm, const Model& model, const Trajectory& trajectory,
-                const Surface& surface, int rounds) {
-  const Outcome outcome = runTrial(algorithm, model, trajectory, surface, rounds);
-  for (Series& s : describe(model.name + " " + algorithm, trajectory, outcome, kThreshold)) {
-    table.series.push_back(std::move(s));
+/** Models with a trajectory each, and the algorithms over them. */
+class Cells {
+ public:
+  Cells(const Surface& surface, std::vector<std::string> algorithms)
+      : surface_(surface), algorithms_(std::move(algorithms)) {}
+
+  void add(Model model, Trajectory trajectory) {
+    ways_.push_back({std::move(model), std::move(trajectory)});
+    for (const std::string& one : algorithms_)
+      trials_.emplace_back(one, ways_.back().model, ways_.back().trajectory, surface_);
   }
-  std::vector<double> means;
-  for (const Timing& t : outcome.rounds) means.push_back(t.mean);
-  return {judge(trajectory, outcome.answers, kThreshold).force_mse, estimate(means).median / 1000,
-          estimate(outcome.init_s).median};
-}
+
+  void run(int rounds) { runRounds(trials_, rounds); }
+
+  [[nodiscard]] const Model& model(std::size_t way) const { return ways_[way].model; }
+
+  /** Of one algorithm over one of the models; its series are added to the table's. */
+  Figures take(PaperTable& table, std::size_t way, std::size_t algorithm) const {
+    const auto& [model, trajectory] = ways_[way];
+    const Trial& trial = trials_[way * algorithms_.size() + algorithm];
+    const Outcome& outcome = trial.outcome();
+    for (Series& s : describe(model.name + " " + trial.algorithm(), trajectory, outcome, kThreshold))
+      table.series.push_back(std::move(s));
+    std::vector<double> means;
+    for (const Timing& t : outcome.rounds) means.push_back(t.mean);
+    return {judge(trajectory, outcome.answers, kThreshold).force_mse, estimate(means).median / 1000,
+            estimate(outcome.init_s).median};
+  }
+
+ private:
+  struct Way {
+    Model model;
+    Trajectory trajectory;
+  };
+  Surface surface_;
+  std::vector<std::string> algorithms_;
+  std::deque<Way> ways_;
+  std::deque<Trial> trials_;
+};
+
+const std::vector<std::string> kThree{"ours", "god-object", "nearest"};
 
 std::string number(double x) { return fmt::format("{:.4g}", x); }
 
@@ -50,12 +82,15 @@ PaperTable sphereTable(double radius, double stiffness, bool thesis, int rounds)
   table.columns = {"triangles",   "thesis MSE",   "thesis us", "ours MSE",      "god-object MSE",
                    "nearest MSE", "ours/nearest", "ours us",   "god-object us", "nearest us"};
   const Surface surface{stiffness, 0, 0, 0};
+  Cells cells(surface, kThree);
   for (int i = 0; i < 5; ++i) {
     const Model model = makeModel(fmt::format("sphere:radius={},stacks={}", radius, 4 << i));
-    const Trajectory spiral = makeTrajectory("spiral:turns=20", model, surface);
-    const Figures ours = runInto(table, "ours", model, spiral, surface, rounds);
-    const Figures god = runInto(table, "god-object", model, spiral, surface, rounds);
-    const Figures nearest = runInto(table, "nearest", model, spiral, surface, rounds);
+    cells.add(model, makeTrajectory("spiral:turns=20", model, surface));
+  }
+  cells.run(rounds);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const Model& model = cells.model(i);
+    const Figures ours = cells.take(table, i, 0), god = cells.take(table, i, 1), nearest = cells.take(table, i, 2);
     table.rows.push_back({fmt::format("{}", model.triangles.size()), thesis ? kThesisSpheres[i].mse : "-",
                           thesis ? kThesisSpheres[i].time_us : "-", number(ours.mse), number(god.mse),
                           number(nearest.mse), fmt::format("{:.3f}", ours.mse / nearest.mse), number(ours.mean_us),
@@ -84,8 +119,9 @@ PaperTable planeTable(int rounds) {
                    "nearest MSE", "ours us",    "god-object us", "nearest us"};
   const Surface surface{1000, 0, 0, 0};
   constexpr std::pair<int, const char*> kThesisPlanes[] = {{1, "0.209"}, {4, "0.201"}, {10, "0.198"}};
-  for (const auto& [cells, thesis_s] : kThesisPlanes) {
-    const Model model = makeModel(fmt::format("plane:half=0.05,cells={}", cells));
+  Cells cells(surface, kThree);
+  for (const auto& known : kThesisPlanes) {
+    const Model model = makeModel(fmt::format("plane:half=0.05,cells={}", known.first));
     Apparatus apparatus;
     apparatus.load = {Vec3(0.1, -0.05, 0.2), 0.3};
     apparatus.X_OM.p = Vec3(0.003, -0.002, 0.01);
@@ -96,13 +132,14 @@ PaperTable planeTable(int rounds) {
     options.merge.free_s = 0.95 * apparatus.free_s;
     options.tip_radius = apparatus.tip_radius;
     const Measured measured = onSurface(record(lissajous(model, {10, 5000, 1}), apparatus), options, model);
-    const Trajectory in = pressInto(measured.out, surface);
-    const Figures ours = runInto(table, "ours", model, in, surface, rounds);
-    const Figures god = runInto(table, "god-object", model, in, surface, rounds);
-    const Figures nearest = runInto(table, "nearest", model, in, surface, rounds);
-    table.rows.push_back({fmt::format("{}", model.triangles.size()), "2.885", thesis_s, number(ours.mse),
-                          number(god.mse), number(nearest.mse), number(ours.mean_us), number(god.mean_us),
-                          number(nearest.mean_us)});
+    cells.add(model, pressInto(measured.out, surface));
+  }
+  cells.run(rounds);
+  for (std::size_t i = 0; i < std::size(kThesisPlanes); ++i) {
+    const Figures ours = cells.take(table, i, 0), god = cells.take(table, i, 1), nearest = cells.take(table, i, 2);
+    table.rows.push_back({fmt::format("{}", cells.model(i).triangles.size()), "2.885", kThesisPlanes[i].second,
+                          number(ours.mse), number(god.mse), number(nearest.mse), number(ours.mean_us),
+                          number(god.mean_us), number(nearest.mean_us)});
   }
   return table;
 }
@@ -123,12 +160,18 @@ PaperTable ridgeTable(int rounds) {
                {"god-object", "8.1", "0", "0.298"},
                {"nearest", "12.3", "0", "0.0417"},
                {"voxel:cells=128", "3.6", "0.270", "0.0949"}};
-  for (const auto& k : known) {
-    std::vector<std::string> row{k.algorithm, k.time_us, k.init_s, k.mse};
+  Cells cells(surface, {known[0].algorithm, known[1].algorithm, known[2].algorithm, known[3].algorithm});
+  constexpr int kDegrees[] = {45, 60, 75, 85};
+  for (const int degrees : kDegrees) {
+    const Model model = makeModel(fmt::format("ridge:degrees={}", degrees));
+    cells.add(model, makeTrajectory("profile", model, surface));
+  }
+  cells.run(rounds);
+  for (std::size_t a = 0; a < std::size(known); ++a) {
+    std::vector<std::string> row{known[a].algorithm, known[a].time_us, known[a].init_s, known[a].mse};
     Figures last;
-    for (const int degrees : {45, 60, 75, 85}) {
-      const Model model = makeModel(fmt::format("ridge:degrees={}", degrees));
-      last = runInto(table, k.algorithm, model, makeTrajectory("profile", model, surface), surface, rounds);
+    for (std::size_t i = 0; i < std::size(kDegrees); ++i) {
+      last = cells.take(table, i, a);
       row.push_back(number(last.mse));
     }
     row.push_back(number(last.mean_us));

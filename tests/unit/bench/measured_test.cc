@@ -208,6 +208,7 @@ TEST(Measured, IsReadFromTwoFiles) {
   EXPECT_THROW((void)makeTrajectory(spec, m, {1000}), Failure) << "a gap";
   EXPECT_GT(makeTrajectory(spec + ",max_gap=5", m, {1000}).samples.size(), 1900u);
   EXPECT_THROW((void)makeTrajectory("measured:forces=" + forces, m, {1000}), Failure);
+  EXPECT_THROW((void)makeTrajectory(spec + ",max_gap=5,clock=100", m, {1000}), Failure) << "they share no time then";
 }
 
 TEST(Measured, BetweenTwoStrokesTheHandGoesThroughTheAir) {
@@ -235,6 +236,25 @@ TEST(Measured, BetweenTwoStrokesTheHandGoesThroughTheAir) {
     }
   }
   EXPECT_NEAR(highest, 0.07, 1e-3);
+}
+
+TEST(Measured, ClocksThatDisagreeAreTold) {
+  const Model m = potato();
+  for (const double lag : {0.0, 0.004, 0.02, -0.05}) {
+    Apparatus a = apparatus();
+    a.force_noise = 0.005;
+    Recording r = record(handling(m), a);
+    for (PoseSample& p : r.poses) p.t_s += lag;
+    const Measured measured = onSurface(r, options(), m);
+    EXPECT_NEAR(measured.lag.lag_s, lag, 5 * measured.lag.deviation_s) << lag;
+    EXPECT_LT(measured.lag.deviation_s, 1e-3) << lag;
+    EXPECT_GT(measured.lag.deviation_s, 1e-5) << lag;
+    EXPECT_EQ(describe(measured).find("clock=") != std::string::npos, lag != 0) << describe(measured);
+    EXPECT_EQ(describe(measured).find(" late ") != std::string::npos, lag > 0) << describe(measured);
+  }
+  Recording still = record(handling(m), apparatus());
+  for (PoseSample& p : still.poses) p.X_OS.q = still.poses[0].X_OS.q;
+  EXPECT_EQ(estimateLag(still, 0.95).deviation_s, 0) << "it does not turn";
 }
 
 TEST(Measured, ForcesOfTheWrongSignAreRefused) {

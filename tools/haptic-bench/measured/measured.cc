@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "tools/haptic-bench/failure.h"
@@ -12,6 +13,12 @@ namespace haptic_bench {
 Measured onSurface(const Recording& recording, const MeasuredOptions& options, const Model& model) {
   Measured measured;
   const std::vector<ProbeSample> merged = merge(recording, options.merge, &measured.load);
+  measured.pose_step_s =
+      (recording.poses.back().t_s - recording.poses.front().t_s) / static_cast<double>(recording.poses.size() - 1);
+  if (options.merge.free_s > 0) {
+    const double begin = std::max(recording.forces.front().t_s, recording.poses.front().t_s);
+    measured.lag = estimateLag(recording, begin + options.merge.free_s);
+  }
   const auto touches = [&](const ProbeSample& s) { return s.force_O.norm() > options.contact_force; };
   const auto first = std::find_if(merged.begin(), merged.end(), touches);
   const auto last = std::find_if(merged.rbegin(), merged.rend(), touches).base();
@@ -53,6 +60,14 @@ std::string describe(const Measured& measured) {
   std::string text =
       fmt::format("bias ({:.4g}, {:.4g}, {:.4g}) N, weight {:.4g} N; {} of {} samples in contact", bias.x(), bias.y(),
                   bias.z(), measured.load.weight, measured.contacts, measured.out.size());
+  // Beyond chance, and beyond what a pose between two others may be off.
+  constexpr double kSure = 5, kMatters = 0.1;
+  const double lag = measured.lag.lag_s;
+  if (measured.lag.deviation_s > 0 && std::abs(lag) > kSure * measured.lag.deviation_s &&
+      std::abs(lag) > kMatters * measured.pose_step_s) {
+    text += fmt::format("; the poses seem {:.3g} ms {} (try clock={:.3g})", 1000 * std::abs(lag),
+                        lag > 0 ? "late" : "early", -lag);
+  }
   const Registration& r = measured.registration;
   if (measured.points == 0) return text + ", not registered";
   return text + fmt::format("; {} registered: {:.3g} mm rms off the surface, {} left out, {} of 6 freedoms determined",
@@ -82,7 +97,10 @@ std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
   const Vec3 turn(spec.number("turn_x", 0, -4, 4), spec.number("turn_y", 0, -4, 4), spec.number("turn_z", 0, -4, 4));
   if (turn.norm() > 0) options.first_guess.q = Eigen::AngleAxisd(turn.norm(), turn.normalized());
   const double max_gap_s = spec.number("max_gap", 0, 0, 3600);
-  Measured measured = onSurface(readRecording(forces, poses, max_gap_s), options, model);
+  Recording recording = readRecording(forces, poses, max_gap_s);
+  const double clock_s = spec.number("clock", 0, -1e10, 1e10);
+  for (PoseSample& pose : recording.poses) pose.t_s += clock_s;
+  Measured measured = onSurface(recording, options, model);
   fmt::print(stderr, "measured: {}\n", describe(measured));
   return std::move(measured.out);
 }

@@ -26,7 +26,9 @@ struct Measured {
   /** From the first contact to the last: point and force along the normal. In the air between, where the ball's
    * surface is nearest to the mesh, without force. */
   std::vector<SurfaceSample> out;
-  ProbeLoad load;    ///< Taken off the forces.
+  ProbeLoad load;  ///< Taken off the forces.
+  ClockLag lag;    ///< As the free time shows it; not taken off.
+  double pose_step_s = 0;
   int contacts = 0;  ///< Samples of `out` in contact.
   int points = 0;    ///< Of them, those registered; 0: the frames agreed already.
   Registration registration;

@@ -119,6 +119,42 @@ ProbeLoad estimateLoad(const Recording& recording, double until_s) {
   return {x.head<3>(), x[3]};
 }
 
+ClockLag estimateLag(const Recording& recording, double until_s) {
+  using Row = Eigen::Matrix<double, 3, 5>;
+  // f(t) = bias + weight * down(t + lag), about the lag found so far.
+  const std::vector<PoseSample>& poses = recording.poses;
+  const double reach = (poses.back().t_s - poses.front().t_s) / static_cast<double>(poses.size() - 1) / 2;
+  ClockLag found;
+  constexpr int kRounds = 6;
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
+    Eigen::Matrix<double, 5, 1> right = Eigen::Matrix<double, 5, 1>::Zero();
+    double squares = 0;
+    int count = 0;
+    PoseCursor before(poses), at(poses), after(poses);
+    for (const ForceSample& f : recording.forces) {
+      const double t = f.t_s + found.lag_s;
+      if (f.t_s > until_s || !before.covers(t - reach) || !after.covers(t + reach)) continue;
+      const Vec3 turning = (down_S(after.at(t + reach)) - down_S(before.at(t - reach))) / (2 * reach);
+      Row row;
+      row << Eigen::Matrix3d::Identity(), down_S(at.at(t)), turning;
+      normal += row.transpose() * row;
+      right += row.transpose() * f.f_S;
+      squares += f.f_S.squaredNorm();
+      ++count;
+    }
+    Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix<double, 5, 5>> solver;
+    solver.setThreshold(1e-6);
+    const Eigen::Matrix<double, 5, 1> x = solver.compute(normal).solve(right);
+    if (count < 2 || solver.rank() < 5 || x[3] == 0) return {};
+    const double variance = std::max(0.0, squares - x.dot(right)) / (3 * count - 5);
+    found.deviation_s = std::sqrt(variance * solver.pseudoInverse()(4, 4)) / std::abs(x[3]);
+    found.lag_s += x[4] / x[3];
+    if (std::abs(found.lag_s) > (until_s - recording.forces.front().t_s) / 2) return {};
+  }
+  return found;
+}
+
 std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& options, ProbeLoad* found) {
   const std::vector<ForceSample>& forces = recording.forces;
   const double begin = std::max(forces.front().t_s, recording.poses.front().t_s);

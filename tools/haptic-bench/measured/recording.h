@@ -49,6 +49,12 @@ struct ProbeLoad {
   double weight = 0;           ///< [N], pulling down in W.
 };
 
+/** By how much the poses' times are late against the forces'. */
+struct ClockLag {
+  double lag_s = 0;
+  double deviation_s = 0;  ///< Standard deviation of the above; 0: it cannot be told.
+};
+
 /** One instant of both streams. */
 struct ProbeSample {
   double t_s = 0;
@@ -69,6 +75,12 @@ struct MergeOptions {
  * be told apart: the smallest pair that explains the forces is taken, good for that orientation alone.
  */
 [[nodiscard]] ProbeLoad estimateLoad(const Recording& recording, double until_s);
+
+/**
+ * How late the poses are, from the weight that turns over a stretch without contact: five unknowns by Gauss and
+ * Newton's steps. Nothing where the probe does not turn or weighs nothing.
+ */
+[[nodiscard]] ClockLag estimateLag(const Recording& recording, double until_s);
 
 /**
  * Both streams at rate_hz over the time they share, from free_s on. Poses between two of the slow stream lie on the

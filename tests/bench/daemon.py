@@ -45,6 +45,9 @@ def main():
     if not mse < 1e-12:
         sys.exit(f"the daemon's force is off: mean square {mse} N^2")
     closes_its_device("after a run", before)
+    refused = subprocess.run([*command, "--damping", "2"], capture_output=True, text=True, check=False)
+    if refused.returncode != 1 or "--damping: " not in refused.stderr:
+        sys.exit(f"it does not go at the trajectory's speed, and yet takes --damping: {refused}")
     for signal_number in (signal.SIGINT, signal.SIGTERM):
         interrupt(signal_number, before)
     stand_still()

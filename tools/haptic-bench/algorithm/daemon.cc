@@ -117,6 +117,10 @@ class Daemon {
     device_ = options.word("device", "");
     options.finish();
     refuseBall(problem);
+    if (problem.damping > 0) {
+      throw Failure("--damping", "the daemon is moved at its own pace, not as fast as the trajectory goes",
+                    "leave it out");
+    }
     return must(haptic::Client::connect(how));
   }
 

@@ -94,6 +94,21 @@ TEST(ZwidthSearch, FindsTheEigenvalueLimitAndTheControllerDoublesIt) {
   }
 }
 
+TEST(ZwidthSearch, AHeavyHandIsGivenItsTime) {
+  const char* heavy = "sim://default?mass=1.5&viscous=3&hand_mass=0.5&hand_stiffness=800&hand_damping=10";
+  const Loop loop = makeLoop(heavy, {3000, 0, kIdealStep, 0});
+  EXPECT_NEAR(trialLength(loop), 50 * 2 / 13.0, 1e-9);
+  EXPECT_EQ(trialLength(idealLoop(1000, 0)), kTrial_s);
+  const double limit = eigenvalueLimit(loop, 0);
+  EXPECT_NEAR(largestStable(loop, 0, limit).stiffness / limit, 1, 0.03) << "its bounces last three seconds";
+  const Loop light =
+      makeLoop("sim://default?mass=1&viscous=0.2&hand_mass=0.1&hand_damping=1", {1000, 0, kIdealStep, 0});
+  EXPECT_EQ(trialLength(light), 30);
+  const double its = eigenvalueLimit(light, 0);
+  EXPECT_NEAR(largestStable(light, 0, its).stiffness / its, 1, 0.03)
+      << "it loses a tenth in seconds, well below the limit";
+}
+
 TEST(ZwidthSearch, DryFrictionHelps) {
   const double without = largestStable(makeLoop("sim://default", {1000, 0, 1e-5, 0}), 0, 13000).stiffness;
   const double with = largestStable(makeLoop("sim://default", {1000, 0, 1e-5, 0.1}), 0, 13000).stiffness;

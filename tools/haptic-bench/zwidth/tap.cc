@@ -20,7 +20,6 @@ using namespace hapticd;  // NOLINT(google-build-using-namespace)
 
 constexpr double kGap = 1e-3;     // From the hand at rest to the wall [m].
 constexpr double kRest_s = 0.05;  // Before the tap; the device is armed in it.
-constexpr double kEarly_s = 0.5;  // From the tap to the early window.
 
 /** The wall is the plane z = 0, solid below. */
 class Bench {
@@ -108,6 +107,12 @@ class Span {
 
 }  // namespace
 
+double trialLength(const Loop& loop) {
+  constexpr double kTimes = 50, kLongest_s = 30;
+  const SimParameters& p = loop.device.parameters;
+  return std::clamp(kTimes * (p.mass + p.hand_mass) / (p.viscous + p.hand_damping), kTrial_s, kLongest_s);
+}
+
 Tap tap(const Loop& loop, const Wall& wall) {
   Bench bench(loop, wall);
   const auto ticks = [&](double seconds) { return static_cast<int>(std::lround(seconds * loop.rate_hz)); };
@@ -118,11 +123,11 @@ Tap tap(const Loop& loop, const Wall& wall) {
   std::vector<double> force;
   double depth = 0, sum = 0;
   bool held = true;
-  const int end = ticks(kTrial_s);
+  const int end = ticks(trialLength(loop)), early_begin = ticks(trialLength(loop) / 6);
   for (int i = 0; i < end; ++i) {
     bench.tick();
     if (bench.faulted()) return Tap{};
-    if (i >= ticks(kEarly_s) && i < ticks(kEarly_s + kWindow_s)) early.add(bench.place());
+    if (i >= early_begin && i < early_begin + ticks(kWindow_s)) early.add(bench.place());
     if (i < end - ticks(kWindow_s)) continue;
     late.add(bench.place());
     held = held && bench.force() > 0;

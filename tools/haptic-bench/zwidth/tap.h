@@ -8,11 +8,11 @@
 
 namespace haptic_bench::zwidth {
 
-inline constexpr double kTrial_s = 3;  ///< From the tap to the end.
+inline constexpr double kTrial_s = 3;  ///< From the tap to the end, but for what is heavy; see trialLength().
 inline constexpr double kWindow_s =
-    0.5;                               ///< Of the early look, half a second after the tap, and of the late, at the end.
-inline constexpr double kDecay = 0.9;  ///< Late over early amplitude that still counts as decay.
-inline constexpr double kSteps = 8;    ///< Encoder steps, peak to peak, that hunting may take.
+    0.5;  ///< Of the early look, a sixth of the trial after the tap, and of the late, at its end.
+inline constexpr double kDecay = 0.9;   ///< Late over early amplitude that still counts as decay.
+inline constexpr double kSteps = 8;     ///< Encoder steps, peak to peak, that hunting may take.
 inline constexpr double kStill = 1e-6;  ///< Peak to peak [m] that may be left however fine the encoder.
 inline constexpr double kBuzz_hz = 30;  ///< Hands do not move faster by will: above it is vibration.
 
@@ -36,6 +36,12 @@ struct Tap {
   double displayed = 0;  ///< Mean force over mean depth read, in the late window [N/m].
   double buzz = 0;       ///< Mean square of the force above kBuzz_hz in the late window [N^2].
 };
+
+/**
+ * Fifty times mass over damping, of device and hand, but 3 s at least and 30 s at most: the bounces of the tap are over
+ * then even near the limit, where a heavy hand on a light damper takes long, and their decay is seen [s].
+ */
+[[nodiscard]] double trialLength(const Loop& loop);
 
 [[nodiscard]] Tap tap(const Loop& loop, const Wall& wall);
 

@@ -70,6 +70,17 @@ TEST(ZwidthTheory, EigenvalueLimitIsWhereABruteSimulationTurns) {
   EXPECT_LE(slowestLimit(idealLoop(1000, 1), 40), eigenvalueLimit(idealLoop(1000, 1), 40, 15));
 }
 
+TEST(ZwidthTheory, EigenvalueLimitKeepsItsDigits) {
+  // By numpy, from the characteristic polynomial and from the matrix, which agree to nine digits.
+  const auto limit = [](const char* uri, double rate_hz, std::uint32_t delay, double damping) {
+    return eigenvalueLimit(makeLoop(uri, {rate_hz, delay, kIdealStep, 0}), damping);
+  };
+  const char* light = "sim://default?mass=1&viscous=0.2&hand_mass=0.1&hand_stiffness=300&hand_damping=1";
+  const char* heavy = "sim://default?mass=4&viscous=2&hand_mass=1&hand_stiffness=500&hand_damping=15";
+  EXPECT_NEAR(limit(light, 3000, 4, 120) / 74613.7496, 1, 2e-6);
+  EXPECT_NEAR(limit(heavy, 3000, 4, 30) / 31231.0323, 1, 2e-6);
+}
+
 TEST(ZwidthBuzz, ASineAboveCountsWithHalfItsSquareAndOneBelowDoesNot) {
   std::vector<double> signal;
   for (int i = 0; i < 1000; ++i) {

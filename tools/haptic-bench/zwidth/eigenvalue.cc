@@ -14,23 +14,26 @@ double spectralRadius(const Loop& loop, double stiffness, double damping, std::u
   const double tick_s = 1 / loop.rate_hz;
   const auto step =
       hapticd::LinearStep::make(p.mass + p.hand_mass, p.viscous + p.hand_damping, p.hand_stiffness, tick_s);
-  // State: x, v, then x of the last `window` ticks, then the forces under way, the oldest last.
+  // State: x, v, then x of the last `window` ticks, then the forces under way, the oldest last. All as lengths, v as
+  // its way in a tick, a force as T^2 / m of it: eigenvalues of a matrix whose entries differ by 1e5 lose half their
+  // digits.
+  const double length = tick_s * tick_s / (p.mass + p.hand_mass);
   const auto m = static_cast<Eigen::Index>(window), d = static_cast<Eigen::Index>(loop.delay);
   const Eigen::Index size = 2 + m + d;
   Eigen::RowVectorXd law = Eigen::RowVectorXd::Zero(size);
   const double gain = damping / (static_cast<double>(window) * tick_s);
-  law(0) = -stiffness - gain;
-  law(2 + m - 1) = gain;
+  law(0) = -(stiffness + gain) * length;
+  law(2 + m - 1) = gain * length;
   Eigen::RowVectorXd acting = law;
   if (d > 0) acting = Eigen::RowVectorXd::Unit(size, size - 1);
 
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(size, size);
   a(0, 0) = step.xx;
-  a(0, 1) = step.xv;
-  a(1, 0) = step.vx;
+  a(0, 1) = step.xv / tick_s;
+  a(1, 0) = step.vx * tick_s;
   a(1, 1) = step.vv;
-  a.row(0) += step.xu * acting;
-  a.row(1) += step.vu * acting;
+  a.row(0) += step.xu / length * acting;
+  a.row(1) += step.vu * tick_s / length * acting;
   a(2, 0) = 1;
   for (Eigen::Index i = 1; i < m; ++i) a(2 + i, 1 + i) = 1;
   if (d > 0) a.row(2 + m) = law;

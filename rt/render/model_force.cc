@@ -139,9 +139,8 @@ LocalModel::Contact LocalModel::findContact(const Vec3& x) const HD_RT {
     default:
       return c;
   }
-  const double full = k * std::max(0.0, c.depth);
-  c.stored = 0.5 * full * c.depth;
-  c.elastic = full * share;
+  c.full = std::max(0.0, c.depth);
+  c.elastic = k * c.full * share;
   c.depth *= share;  // The friction cone closes where the normal force vanishes.
   return c;
 }
@@ -152,14 +151,19 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
     touching_ = false;
     return Vec3::Zero();
   }
+  const double k = local_.material.stiffness;
   const Vec3& n = contact.normal;
   const Vec3 surface = x + contact.depth * n;
+  const auto holdAt = [&](const Vec3& t) HD_RT {
+    anchor_ = surface + t;
+    beyond_ = contact.full * contact.full - contact.depth * contact.depth;
+  };
   if (!touching_) {
-    anchor_ = surface;
+    holdAt(Vec3::Zero());
     touching_ = true;
     slip_ = false;
   }
-  const double damping = std::clamp(-local_.material.damping * n.dot(v), -contact.elastic, contact.elastic);
+  double damping = std::clamp(-local_.material.damping * n.dot(v), -contact.elastic, contact.elastic);
   // Friction is in proportion to what damping leaves of the normal force when the hand withdraws.
   const double left = damping < 0 ? 1 + damping / contact.elastic : 1.0;
   const double mu_d = std::max(0.0, local_.material.friction_dynamic);
@@ -168,16 +172,23 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
   Vec3 t = anchor_ - x;
   t -= n * n.dot(t);
   const double r = t.norm();
-  if (inherited_) left_ = r / contact.depth;
+  if (inherited_) {
+    left_ = r / contact.depth;
+    holdAt(t);
+  }
   inherited_ = false;
   slip_ = r > 0 && r >= (slip_ ? left * slipEnds(left_, mu_d, contact.depth, resolution) : sticks);
   if (slip_ && r > slides) {
-    t *= slides / r;
-    anchor_ = surface + t;
+    const double most2 =
+        (anchor_ - x).squaredNorm() + beyond_ - contact.full * contact.full;  // The spring gains nothing.
+    holdAt(std::min(slides, std::sqrt(std::max(0.0, most2))) / r * t);
   }
   left_ = std::min(mu_d, r / contact.depth);
-  stored = contact.stored + 0.5 * local_.material.stiffness * t.squaredNorm();
-  return (contact.elastic + damping) * n + local_.material.stiffness * t;
+  const Vec3 spring = anchor_ - x;
+  stored = 0.5 * k * (spring.squaredNorm() + beyond_);
+  const double push = k * std::max(0.0, n.dot(spring));
+  damping = std::clamp(damping, -push, push);
+  return k * spring + damping * n;
 }
 
 Vec3 LocalModel::springForce(const Vec3& x, const Vec3& v) const HD_RT {

@@ -34,6 +34,9 @@ struct ModelFrame {
  *   friction F_t = k (a - x)_t with the anchor a in F (thesis section 2.2.1): sticks while r = |(a - x)_t| < mu_s d;
  *            leaving it moves a to the border of the dynamic cone, r = mu_d d; slip ends inside the dynamic cone
  *
+ * Sticking, the whole force is that of the spring to the anchor, k (a - x) + c n: on a plane the same, and where the
+ * normal turns as the hand moves, on balls and at edges, no closed way gives energy. A slip leaves less in the spring.
+ *
  * with v relative to the frame. The solid of half-spaces has its edges rounded (model_solid.h) by
  * `radius`, or by 0.5 mm where that is 0: between faces the force turns within that much slack, and 1 - 1/m of half of
  * it is missing where m faces meet. A radius of 1e-9 leaves them as sharp as those of a mesh: no depth is missing, and
@@ -71,9 +74,9 @@ class LocalModel {
  private:
   /** Where the tool stands in a solid. Vectors in F. */
   struct Contact {
-    double depth = 0;             ///< [m]; <= 0: outside.
-    double elastic = 0;           ///< [N]
-    double stored = 0;            ///< [J]
+    double depth = 0;    ///< Of the spring, [m]; <= 0: outside.
+    double full = 0;     ///< Without friction k full^2 / 2 is stored [m]; at edges and centres more than depth.
+    double elastic = 0;  ///< [N]
     Vec3 normal = Vec3::UnitZ();  ///< Outward, unit.
   };
 
@@ -89,6 +92,7 @@ class LocalModel {
     hd_force_field field_;
   };
   Vec3 anchor_ = Vec3::Zero();  ///< In F.
+  double beyond_ = 0;           ///< Energy that was stored when it was set, beyond the spring's, over k / 2 [m^2].
   bool touching_ = false;
   bool slip_ = false;
   bool inherited_ = false;  ///< Friction's state is that of another model, whose planes lay otherwise.

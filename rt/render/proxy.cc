@@ -47,7 +47,7 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   step.v_W = v_W;
   step.end = proxy_;
   step.scale = std::max(extent(proxy_), extent(hip_W));
-  step.slip = slip_;
+  step.slip = step.slipped = slip_;
   surroundings_.tick();
   begin(step);
   const bool deformed = radius_ > 0 && !scene.triangleMoves().empty();
@@ -183,6 +183,7 @@ bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, const Vec3& above, b
 /** Goes the fraction t of the way to `target`. */
 void ProxyRenderer::moveBy(Step& step, const Vec3& target, double t) HD_RT {
   if (t <= 0) return;
+  step.noteGone();
   if (step.together) {
     proxy_ += t * (target - proxy_);
     return;
@@ -196,6 +197,7 @@ void ProxyRenderer::moveBy(Step& step, const Vec3& target, double t) HD_RT {
 void ProxyRenderer::arrive(Step& step, const Vec3& target) HD_RT {
   proxy_ = target;
   step.together = true;
+  step.noteGone();
 }
 
 /** Goes on the way to `target` as far as a hair above the surface met there, also where the way only grazes it. */

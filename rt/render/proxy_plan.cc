@@ -312,9 +312,10 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     double left = 1;
     if (material.damping > 0 && d > 0)
       left = pressLeft(material, on_surface - step.goal, step.scene->velocityAt(surface, first.feature, at) - step.v_W);
+    step.slip = step.slipped;  // Surfaces that it meets where it is hold it together: none decides alone.
     if (!step.judged) {
-      step.judged = true;
-      if (step.slip && r < left * slipEnds(left_, material.friction_dynamic, d, resolution_)) step.slip = false;
+      step.asked = true;
+      step.slip = slip_ && r >= left * slipEnds(left_, material.friction_dynamic, d, resolution_);
     }
     const double sliding = left * material.friction_dynamic;
     const double cone = (step.slip ? sliding : left * material.friction_static) * d;
@@ -323,12 +324,15 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
       plan.stay = true;
       return;
     }
+    const bool breaks_away = !step.slip;
     step.slip = true;
     plan.goTo(foot + lag * (sliding * d / r));
     plan.stay = (plan.way[0] - at).norm() <= rest;
     if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
     if (!plan.stay && step.count == 1 && slideOnCurve(step, at, sliding, rest, plan)) return;
-    if (!plan.stay && isOneBit(active)) (void)followFaces(step, std::countr_zero(active), at, sliding, plan);
+    // What breaks away goes straight: in a hollow the other face is there, and may hold it yet.
+    if (!plan.stay && !breaks_away && isOneBit(active))
+      (void)followFaces(step, std::countr_zero(active), at, sliding, plan);
     return;
   }
   if (step.count == 1) {

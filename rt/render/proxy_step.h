@@ -58,8 +58,10 @@ struct ProxyRenderer::Step {
   bool together = true;      ///< The proxy is at one place in W, proxy_; else start_ holds one per object.
   bool settled = false;      ///< The proxy is where what holds it lets it be,
   bool real = false;         ///< and each of several faces that hold it is there, not just its plane drawn out.
-  bool judged = false;       ///< The friction state of this tick has been decided.
   bool slip = false;
+  bool slipped = false;  ///< Before it came to where it is.
+  bool asked = false;    ///< What held the proxy where the tick began has been asked whether slip ends,
+  bool judged = false;   ///< and that has been decided: the proxy has gone on.
   std::uint32_t work = 0;
   std::uint32_t sweeps = 0;
   int leads = 0;               ///< Plans that led over edges of a mesh.
@@ -78,6 +80,10 @@ struct ProxyRenderer::Step {
   Support support;         ///< Of the proxy where it is,
   bool supported = false;  ///< if that has been looked at.
 
+  void noteGone() HD_RT {
+    slipped = slip;
+    judged = asked;
+  }
   /** The hip in the frame of that object: asked for several times of the same one. */
   const Vec3& hipIn(std::uint32_t slot) HD_RT {
     if (hip_slot != slot) {

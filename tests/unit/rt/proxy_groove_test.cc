@@ -113,6 +113,48 @@ TEST(ProxyOnACurve, GoesAllTheWayRound) {
   }
 }
 
+/** What lies in a corner rests on both of its walls: neither alone decides that it slips. At rest and carried along. */
+TEST(ProxyInAGroove, StaticFrictionHoldsWhatLiesInACorner) {
+  constexpr double kStatic = 0.8, kDepth = 0.002, kBy = 4e-6, kWide = 0.1;
+  for (const bool mesh : {false, true}) {
+    for (const double radius : {0.0, kGrooveBall}) {
+      for (const double speed : {0.0, 0.05}) {
+        for (const double angle : {0.6, 0.8, 1.0}) {  // Of the push in the corner: no wall alone holds it.
+          SCOPED_TRACE(testing::Message() << mesh << " radius " << radius << " speed " << speed << " angle " << angle);
+          TestMesh room = test::boxMesh(Vec3::Constant(kWide), Vec3(kWide, 0, kWide), true);
+          TestScene t;
+          t.proxy.setRadius(radius);
+          const hd_material rough{1000, 0, kStatic, 0.3};
+          const std::uint32_t corner = t.add(ShapeKind::kGroup, Vec3::Zero());
+          if (mesh) {
+            t.add(ShapeKind::kMesh, Vec3::Zero(), {}, rough, HD_OBJECT_ENABLED, corner, room.view());
+          } else {
+            const Quat to_x(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitY()));
+            t.add(ShapeKind::kPlane, Vec3::Zero(), {}, rough, HD_OBJECT_ENABLED, corner);
+            t.add(ShapeKind::kPlane, Vec3::Zero(), {Vec3::Zero(), to_x}, rough, HD_OBJECT_ENABLED, corner);
+          }
+          const Vec3 from(0.03, 0, 0.03), in(radius - kDepth * std::sin(angle), 0, radius - kDepth * std::cos(angle));
+          const Twist V{Vec3(0, 0.3 * speed, speed), Vec3::Zero()};
+          t.tick(from);
+          t.pose(corner, {}, V);
+          Vec3 carried = Vec3::Zero();
+          const auto tick = [&](const Vec3& x) {
+            t.tick(x + carried);
+            carried += test::kTick * V.v;
+            return t.contact.proxy.y() - t.scene->find(corner)->X_WO.p.y();
+          };
+          for (int i = 0; i <= 200; ++i) tick(from + std::min(1.0, i / 100.0) * (in - from));
+          EXPECT_FALSE(t.contact.slip);
+          for (int i = 0; i * kBy < 0.99 * kStatic * kDepth; ++i)
+            ASSERT_NEAR(tick(in + Vec3(0, i * kBy, 0)), 0, 1e-9) << i;
+          EXPECT_GT(tick(in + Vec3(0, 1.01 * kStatic * kDepth, 0)), kDepth / 4);
+          EXPECT_TRUE(t.contact.slip);
+        }
+      }
+    }
+  }
+}
+
 /** Over ground as rough as its triangles are large: often three of them and more hold the ball. */
 TEST(ProxyInAGroove, CornersTakeFewSweeps) {
   int sweeps = 0, many = 0, ticks = 0;

@@ -397,7 +397,10 @@ void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
   }
 }
 
-/** A touch and its end are told in turns, whatever ends one: a tool taken up or let go, a reading not to be used. */
+/**
+ * A touch and its end are told in turns, of one object, whatever ends one: a tool taken up or let go, a reading not to
+ * be used. What goes on to another object goes on touching.
+ */
 void Cycle::raiseTouches(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
   std::uint32_t& touched = devices_[d].touched;
   const SurfaceContact& contact = output.device[d].contact;
@@ -408,10 +411,14 @@ void Cycle::raiseTouches(std::uint32_t d, const CycleInput& input, CycleOutput& 
     store(contact.point, event.point);
     output.events.add(event);
   };
-  const bool ended = touched != 0 && (contact.object == 0 || contact.touch);
-  if (ended) raise(ServoEventKind::kUntouch, touched);
-  if (contact.object != 0 && (touched == 0 || ended)) raise(ServoEventKind::kTouch, contact.object);
-  touched = contact.object;
+  if (touched != 0 && (contact.object == 0 || contact.touch)) {
+    raise(ServoEventKind::kUntouch, touched);
+    touched = 0;
+  }
+  if (contact.object != 0 && touched == 0) {
+    raise(ServoEventKind::kTouch, contact.object);
+    touched = contact.object;
+  }
 }
 
 void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {

@@ -53,7 +53,15 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   const bool deformed = radius_ > 0 && !scene.triangleMoves().empty();
   if (deformed) makeRoom(step);
   if (deformed || radius_ != wanted_radius_) fitRadius(step);
+  const Vec3 from = proxy_;
+  const bool at_rest = step.together;
   settle(step);
+  if (at_rest && leadsAway(from, proxy_, step.goal)) [[unlikely]] {
+    goBack(step, from);
+    step.plain = true;
+    settle(step);
+    if (leadsAway(from, proxy_, step.goal)) goBack(step, from);
+  }
   if (goAround(step)) {
     step.supported = false;
     settle(step);
@@ -288,6 +296,13 @@ const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
   s.touching = held || (s.at != step.goal && (step.count > 0 || proxy_ != step.goal));
   if (step.count > 0) step.met = step.held[foremost(step, s.active)].slot;
   return s;
+}
+
+/** To where the tick began: the spring would gain by what has interrupted a way. */
+void ProxyRenderer::goBack(Step& step, const Vec3& from) HD_RT {
+  arrive(step, from);
+  step.count = 0;
+  step.settled = step.supported = false;
 }
 
 void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT {

@@ -183,6 +183,7 @@ class ProxyRenderer {
   void pushOut(Step& step, std::uint32_t slot) HD_RT;
   void fitRadius(Step& step) HD_RT;
   void settle(Step& step) HD_RT;
+  void goBack(Step& step, const Vec3& from) HD_RT;
   bool sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot,
                SweepHit& first) HD_RT;
   void moveBy(Step& step, const Vec3& target, double t) HD_RT;

@@ -288,7 +288,7 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
     return true;
   }
   const HalfSpace &last = walk.face[walk.count - 1], &other = walk.face[walk.count - 2];
-  if (!(last.height(walk.hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return false;
+  if (step.plain || !(last.height(walk.hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return false;
   const Vec3 end = walk.in_hollow ? walk.end : Vec3(walk.end - last.height(walk.end) * last.normal);
   const Vec3 at = toLocal(object.X_WO, at_W);
   if (step.together && leadsAway(at, end, walk.hip)) return false;

@@ -337,8 +337,8 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   }
   if (step.count == 1) {
     if (step.held[0].kind == FeatureKind::kEdge && followFaces(step, 0, at, 0, plan)) return;
-    if (planOnCurve(step, at, plan)) return;
-  } else if (step.count <= kMaxInGroove && step.broken < kMaxBroken) {
+    if (!step.plain && planOnCurve(step, at, plan)) return;
+  } else if (step.count <= kMaxInGroove && step.broken < kMaxBroken && !step.plain) {
     if (planInGroove(step, at, rest, plan)) return;
   }
   plan.goTo(foot);

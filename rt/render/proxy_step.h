@@ -64,6 +64,7 @@ struct ProxyRenderer::Step {
   bool judged = false;   ///< and that has been decided: the proxy has gone on.
   std::uint32_t work = 0;
   std::uint32_t sweeps = 0;
+  bool plain = false;          ///< No ways of several parts: one has led away.
   int leads = 0;               ///< Plans that led over edges of a mesh.
   int broken = 0;              ///< Ways above grooves that something stood in.
   std::uint32_t met = 0;       ///< Slot of the last surface met in this step, 0 for none.

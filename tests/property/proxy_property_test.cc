@@ -337,6 +337,21 @@ bool canComeNearer(const SceneObject& o, const SurfaceContact& contact, double r
   return false;
 }
 
+/** Where nothing moves the proxy could stay: whatever it does instead brings it no farther from the hand. */
+void theSpringGainsNothing(std::uint32_t seed, int& contacts) {
+  Random random(seed);
+  MeshWorld w;
+  fill(w, random, false);
+  w.t.proxy.setRadius(seed % 2 == 0 ? 0 : std::pow(10.0, random.in(-4, -2)));
+  WanderingHand hand(random, 0.07);
+  w.t.tick(Vec3(0, 0, 0.5));
+  for (int i = 0; i < 400; ++i) {
+    const Vec3 from = w.t.contact.proxy, hip = hand.next();
+    ASSERT_LT((w.t.tick(hip).proxy - hip).norm(), (from - hip).norm() * (1 + 1e-6) + 1e-9) << "tick " << i;
+    contacts += w.t.contact.object != 0;
+  }
+}
+
 /** Of 60 hands that come to rest deep in a bumpy ball: how many proxies could come nearer. Each third is a point. */
 int notAsNearAsTheyCanBe(std::uint32_t seed, int& rested) {
   Random random(seed);
@@ -379,6 +394,13 @@ TEST(ProxyProperty, ProxiesThatOnceWaitedForNothingComeNearer) {
     EXPECT_EQ(notAsNearAsTheyCanBe(seed, rested), 0) << seed;
 }
 
+TEST(ProxyProperty, AtRestTheSpringGainsNothing) {
+  int contacts = 0;
+  forSeeds(200, [&](unsigned seed) { theSpringGainsNothing(seed, contacts); });
+  EXPECT_GT(contacts, 10000);
+  // Seeds of a soak: what interrupted a way over its highest point left the proxy up there.
+  for (const unsigned seed : {1025u, 4035u, 7046u, 18053u, 19012u, 28100u}) theSpringGainsNothing(seed, contacts);
+}
 TEST(ProxyProperty, NeverEntersSolidsAtRest) {
   int touched = 0;
   forSeeds(60, [&](unsigned seed) { neverEntersSolidsAtRest(seed, touched); });

@@ -32,6 +32,7 @@ void ProxyRenderer::reset(const Vec3& hip_W) HD_RT {
   slip_ = false;
   started_ = true;
   behind_ = false;
+  crowded_ = true;
 }
 
 void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W, double,
@@ -52,7 +53,11 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   begin(step);
   const bool deformed = radius_ > 0 && !scene.triangleMoves().empty();
   if (deformed) makeRoom(step);
-  if (deformed || radius_ != wanted_radius_) fitRadius(step);
+  if (scene.arrivals() != arrivals_) {
+    arrivals_ = scene.arrivals();
+    crowded_ = true;
+  }
+  if (deformed || radius_ != wanted_radius_ || (crowded_ && radius_ > 0)) fitRadius(step);
   const Vec3 from = proxy_;
   const bool at_rest = step.together;
   settle(step);

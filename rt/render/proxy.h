@@ -235,6 +235,8 @@ class ProxyRenderer {
   std::uint32_t hint_ = HD_NO_INDEX;
   bool started_ = false;
   bool keep_ = true;
+  std::uint64_t arrivals_ = 0;  ///< Of the scene, as in the last step.
+  bool crowded_ = true;         ///< Something may stand in the ball that has not come there by a motion.
   Surroundings surroundings_;
   Rest rest_;
   std::array<HoldingSurface, kMaxHolding> holding_;

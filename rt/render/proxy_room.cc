@@ -97,22 +97,35 @@ void ProxyRenderer::pushOut(Step& step, std::uint32_t slot) HD_RT {
   }
 }
 
-/** As large a ball as wanted, or as there is room for; a point where there is next to none. */
+/**
+ * As large a ball as wanted, or as there is room for; a point where there is next to none. Of what its centre is inside
+ * nothing is felt until that has left it, and no more then of what the ball overlaps yet: it is looked for till then.
+ */
 void ProxyRenderer::fitRadius(Step& step) HD_RT {
   double room = wanted_radius_, least = 0;
+  bool inside_any = false;
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
     const double skin = step.skin(object);
     const Vec3 x = startIn(step, slot);
-    Nearest near;
-    const NearestResult result = nearestWithin(object, x, room + skin, nullptr, step.work, near);
-    if (result == NearestResult::kExhausted) return;
-    const bool inside = (object.flags & HD_OBJECT_TWO_SIDED) == 0 && near.isInside(x);
-    if (result == NearestResult::kFound && !inside)
-      room = std::min(room, std::max(0.0, std::sqrt(near.squared_distance) - skin));
     least = std::max(least, kLeastBall * skin);
+    const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
+    const bool far = (object.X_WO * x - object.center_W).norm() > object.radius;  // Surely outside.
+    const double reach = crowded_ && !far && !two_sided ? std::numeric_limits<double>::infinity() : room + skin;
+    Nearest near;
+    const NearestResult result = nearestWithin(object, x, reach, nullptr, step.work, near);
+    if (result == NearestResult::kExhausted) return;
+    if (result == NearestResult::kNone) continue;
+    const double distance = std::sqrt(near.squared_distance);
+    if (!two_sided && near.isInside(x)) {
+      inside_any = true;
+    } else if (distance < room + skin) {
+      const double free = std::max(0.0, distance - skin);  // But what is free as it is stays as it is.
+      room = distance > radius_ + 0.5 * skin ? std::max(free, std::min(room, radius_)) : free;
+    }
   }
   radius_ = room >= least ? room : 0;
+  crowded_ = inside_any;
 }
 
 }  // namespace hapticd

@@ -289,6 +289,7 @@ void Scene::noteTriangles(const MeshView& mesh, const hd_vertex_move& move) HD_R
 }
 
 void Scene::rebuildTouchable() HD_RT {
+  ++arrivals_;
   touchable_count_ = 0;
   for (std::uint32_t slot = 1; slot < kMaxObjects; ++slot) {
     const SceneObject& object = objects_[slot];
@@ -352,7 +353,10 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   const Twist V_PO = motion.told_for > 0 ? motion.V_told : object.V_PO;
   object.X_WO_before = object.X_WO;
   object.X_WO = parent.X_WO * object.X_PO;
-  if (motion.teleported) object.X_WO_before = object.X_WO;
+  if (motion.teleported) {
+    ++arrivals_;
+    object.X_WO_before = object.X_WO;
+  }
   const Vec3 arm = object.X_WO.p - parent.X_WO.p;
   object.V_WO.v = parent.V_WO.v + parent.V_WO.w.cross(arm) + parent.X_WO.q * V_PO.v;
   object.V_WO.w = parent.V_WO.w + parent.X_WO.q * V_PO.w;

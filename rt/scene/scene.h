@@ -122,6 +122,8 @@ class Scene {
    * surface along. Beyond kMaxTriangleMoves in one tick the rest moves without being swept.
    */
   [[nodiscard]] std::span<const TriangleMove> triangleMoves() const HD_RT { return {moves_.data(), move_count_}; }
+  /** Grows whenever something may stand where it has not come by a motion: added, enabled, shaped anew or jumped. */
+  [[nodiscard]] std::uint64_t arrivals() const HD_RT { return arrivals_; }
   [[nodiscard]] const SceneObject& slot(std::uint32_t i) const HD_RT { return objects_[i]; }
   /** Velocity of the surface at x_W, in W; `feature`, as in SweepHit, is the triangle of a mesh that may deform. */
   [[nodiscard]] Vec3 velocityAt(const SceneObject& object, std::uint32_t feature, const Vec3& x_W) const HD_RT;
@@ -164,6 +166,7 @@ class Scene {
   std::uint32_t order_count_ = 0;
   std::array<std::uint16_t, kMaxObjects> touchable_{};
   std::uint32_t touchable_count_ = 0;
+  std::uint64_t arrivals_ = 0;
   std::array<TriangleMove, kMaxTriangleMoves> moves_{};
   std::uint32_t move_count_ = 0;
   bool moves_are_new_ = false;  ///< The next advance() keeps them.

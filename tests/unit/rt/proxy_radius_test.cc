@@ -238,6 +238,41 @@ TEST(ProxyBall, GrowingInContactLetsNobodyIn) {
   }
 }
 
+/**
+ * What appears in the ball or about its centre is not felt before the hand has left it, nor is it shot out: the ball is
+ * made as small as there is room. The proxy's distance from the hand grows by no more than the hand goes.
+ */
+TEST(ProxyBall, WhatAppearsInItShootsNobodyOut) {
+  int contacts = 0;
+  for (const unsigned seed : seeds(200)) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> u(-1, 1);
+    TestMesh mesh = seed % 3 == 0 ? test::boxMesh(Vec3(0.02, 0.015, 0.008)) : test::crumpled(random, 6);
+    if (seed % 3 != 0) {
+      for (auto& v : mesh.vertices)
+        for (float& x : v) x *= 0.02F;
+    }
+    TestScene t;
+    t.proxy.setRadius(0.003);
+    const std::uint32_t id = seed % 4 == 0 ? t.add(ShapeKind::kCylinder, Vec3(0.02, 0.01, 0)) : t.addMesh(mesh.view());
+    t.flags(id, HD_OBJECT_ENABLED, 0);
+    Vec3 hip = 0.02 * Vec3(u(random), u(random), u(random)), aim = hip;
+    t.tick(hip);
+    t.flags(id, HD_OBJECT_ENABLED, HD_OBJECT_ENABLED);
+    double last = 0;
+    for (int i = 0; i < 1500; ++i) {
+      if (i % 150 == 0) aim = 0.025 * Vec3(u(random), u(random), u(random));
+      const Vec3 step = std::min(1.0, 1e-4 / (aim - hip).norm()) * (aim - hip);
+      hip += step;
+      const double distance = (t.tick(hip).proxy - hip).norm();
+      ASSERT_LT(distance, last + 1.001 * step.norm() + 1e-9) << "seed " << seed << " tick " << i;
+      last = distance;
+      contacts += t.contact.object != 0;
+    }
+  }
+  EXPECT_GT(contacts, 10000);
+}
+
 TEST(ProxyBall, ARisingSheetPushesOneRadiusBefore) {
   TestMesh mesh = test::heightMesh(0.02, 4, [](double, double) { return 0.0; });
   BallScene t;

@@ -260,6 +260,21 @@ TEST(ModelForce, PlanesThatFollowAHollowDoNotStick) {
   EXPECT_GT(slips, 1000);
 }
 
+/** A plane that a client lifts lifts the hand that sticks to the one before: what is handed on is the way across. */
+TEST(ModelForce, AnAnchorThatIsHandedOnLiesOnTheNewSurface) {
+  LocalModel model, lifted;
+  ASSERT_EQ(model.set(commandOf(roughPlane())), ErrorCode::kOk);
+  (void)model.evaluate({0, 0, -0.002}, Vec3::Zero(), {});
+  expectNear(model.evaluate({0.001, 0, -0.002}, Vec3::Zero(), {}).force, {-0.5, 0, 1});
+  hd_local_model m = roughPlane();
+  m.origin[2] = 0.001;
+  ASSERT_EQ(lifted.set(commandOf(m)), ErrorCode::kOk);
+  lifted.inherit(model, {}, {});
+  expectNear(lifted.evaluate({0.001, 0, -0.002}, Vec3::Zero(), {}).force, {-0.5, 0, 1.5});
+  EXPECT_FALSE(lifted.slips());
+  expectNear(lifted.evaluate({0.0005, 0, -0.002}, Vec3::Zero(), {}).force, {-0.25, 0, 1.5});
+}
+
 TEST(ModelForce, LeavingTheSurfaceForgetsTheAnchor) {
   LoneModel plane(roughPlane());
   (void)plane.at({0, 0, -0.002});

@@ -5,7 +5,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kInCone = 1 + 0x1p-10;   // Of the static cone: on a curve each look ends a little aside,
+constexpr double kInCone = 1 + 0x1p-10;   // Of the cone: on a curve each look ends a little aside,
 constexpr double kSettledLate = 0x1p-20;  // and without friction by less of the depth.
 
 constexpr int kMaxTurns = 32;           // Of the tangent plane of a curve, to the border of its cone,
@@ -86,7 +86,8 @@ void ProxyRenderer::holdByFriction(Step& step) HD_RT {
     if (!nearestInside(planes, step.count, kNear * step.held[0].skin, foot, active) || active == 0) break;
     const Vec3 lag = proxy_ - foot;
     const double depth = (foot - step.goal).norm(), length = lag.norm();
-    const double cone = std::max(kInCone * material.friction_static, kSettledLate) * depth;
+    const double friction = step.slip ? material.friction_dynamic : material.friction_static;
+    const double cone = std::max(kInCone * friction, kSettledLate) * depth;
     if (length <= cone + step.held[0].skin) return;
     target = foot + material.friction_dynamic * depth / length * lag;
   }

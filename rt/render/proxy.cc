@@ -9,7 +9,8 @@ namespace {
 
 constexpr int kMaxRounds = 12;        // Hits before the surfaces are looked at afresh,
 constexpr int kMaxVain = 2;           // and that without having come nearer: round and round.
-constexpr double kMostBack = 0x1p14;  // Times rounding that a proxy is put back onto its surfaces.
+constexpr double kMostBack = 0x1p14;  // Times rounding that a proxy is put back onto its surfaces,
+constexpr double kMostApart = 5;      // and times what lies between its places relative to them.
 
 /** Planes so nearly parallel that a hair shifts the line in which they meet tell no more. Out of the way of one plane.
  */
@@ -279,6 +280,16 @@ void ProxyRenderer::settle(Step& step) HD_RT {
   }
 }
 
+/** How far its places relative to the objects that hold it are from the proxy. */
+double ProxyRenderer::spread(const Step& step) const HD_RT {
+  double most = 0;
+  for (int i = 0; i < step.count && !step.together; ++i) {
+    const std::uint32_t slot = step.held[i].slot;
+    most = std::max(most, (step.scene->slot(slot).X_WO * start_[slot] - proxy_).norm());
+  }
+  return most;
+}
+
 /** The surfaces that hold the proxy against the hip; the proxy's hair above them is not felt. */
 const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
   Support& s = step.support;
@@ -295,8 +306,8 @@ const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
   s.at = proxy_;
   const bool held = step.count > 0 && nearestInside(exact, step.count, rounding, s.foot, s.active) && s.active != 0;
   if (held && !nearestOnPlanes(exact, s.active, s.at)) s.at = proxy_;
-  if (held && (s.active & (s.active - 1)) != 0 && step.together) [[unlikely]]
-    distrustFarLine(proxy_, kMostBack * rounding, s.at, s.foot);
+  if (held && (s.active & (s.active - 1)) != 0) [[unlikely]]
+    distrustFarLine(proxy_, kMostBack * rounding + kMostApart * spread(step), s.at, s.foot);
   if (!held) s.foot = s.at;
   s.touching = held || (s.at != step.goal && (step.count > 0 || proxy_ != step.goal));
   if (step.count > 0) step.met = step.held[foremost(step, s.active)].slot;

@@ -210,6 +210,7 @@ class ProxyRenderer {
   [[nodiscard]] bool tangentIn(const SceneObject& object, Constraint& c, const Vec3& x, Vec3& normal,
                                double& offset) const HD_RT;
   const Support& support(Step& step) const HD_RT;
+  [[nodiscard]] double spread(const Step& step) const HD_RT;
   bool letGoOfAbsent(Step& step, double& last) const HD_RT;
   bool leaveVertex(Step& step) HD_RT;
   bool goAround(Step& step) HD_RT;

@@ -206,7 +206,9 @@ TEST(ModelForce, NoWayRoundInsideTheConeGives) {
           if (i > kTicks) {
             gained += part;
             exchanged += std::abs(part);
-            if (!model.model.slips()) ASSERT_NEAR(now.stored - stored, -part, 1e-4 * std::abs(part) + 1e-12) << i;
+            if (!model.model.slips()) {
+              ASSERT_NEAR(now.stored - stored, -part, 1e-4 * std::abs(part) + 1e-12) << i;
+            }
           }
           last_p = p;
           last_f = now.force;

@@ -11,10 +11,6 @@ namespace hapticd {
 namespace {
 
 constexpr std::uint32_t kBoxEdges = 12, kArcs = 8;  ///< Of a rim.
-constexpr double kAside = 0.05;                     ///< Sine of the angle by which a normal may look into the obstacle,
-constexpr double kAlong = 0.3;                      ///< and along its edge: farther on it is nearer.
-constexpr double kOnEnd = 0.7;                      ///< Cosine of a cylinder's axis with a normal on its end.
-constexpr double kInset = 2e-4;                     ///< At most a quarter of the obstacle [m].
 
 /** One edge of B, straight or an eighth of a rim, as far as A may reach; in B's frame. */
 struct Edge {

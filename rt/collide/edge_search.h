@@ -12,6 +12,13 @@
 
 namespace hapticd {
 
+// What tells whether a normal belongs to an edge, of a box as of a mesh.
+inline constexpr double kAside = 0.05;  ///< Sine of the angle by which it may look into a face of the edge,
+inline constexpr double kAlong = 0.3;   ///< and along it: farther on it is nearer.
+inline constexpr double kOnEnd = 0.7;   ///< Cosine of a cylinder's axis with a normal on its end.
+/** How far within an edge the tool is asked for, at most a quarter of what the edge is of [m]. */
+inline constexpr double kInset = 2e-4;
+
 /** Places on an edge, as parts of its way. */
 struct EdgeSpan {
   /** The nearest, and both ends of what touches, which hold the rotation of what lies along. */

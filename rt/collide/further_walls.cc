@@ -8,8 +8,9 @@
 namespace hapticd {
 namespace {
 
-/** Walls that look into directions nearer than this are one: cosine and sine of 2.6 degrees. */
-const double kCosine = 0.999, kSine = std::sqrt(1 - kCosine * kCosine);
+/** Walls that look into directions nearer than this are one: cosine and sine. */
+constexpr double kCosine = SceneContacts::kSameWay;
+const double kSine = std::sqrt(1 - kCosine * kCosine);
 constexpr double kEmpty = 0.999;  ///< Of half the way: nothing is nearer.
 
 }  // namespace

@@ -19,13 +19,8 @@ constexpr std::uint32_t kMostFound = 16;  ///< Places.
 constexpr std::uint32_t kLook = 7;        ///< Units that a place costs beside what its query counts.
 constexpr double kNearby = 5e-4;          ///< Beyond what may close before the next answer [m].
 constexpr double kRidge = 1e-3;           ///< Sine of the least angle between the faces of a ridge.
-constexpr double kAside = 0.05;           ///< Sine of the angle by which a normal may look into a face of the ridge,
-constexpr double kAlong = 0.3;            ///< and along it: farther on it is nearer.
-constexpr double kInset = 2e-4;           ///< At most a quarter of the ridge [m].
 constexpr double kApart = 1.0 / 8;        ///< Of the tool: so near to a contact nothing new is told.
-constexpr double kOnEnd = 0.7;            ///< Cosine of a cylinder's axis with a normal on its end.
 constexpr double kBrief = 1.0 / 8;        ///< Of that: a ridge this short is one place.
-constexpr double kSameWay = 0.999;        ///< Cosine of normals that say the same.
 constexpr std::uint32_t kFirstRidge = 1u << 16, kFeatures = (1u << 24) - 2 - kFirstRidge;
 
 /** What waits, its gap no less than `key`: a node (count 0), a leaf, or a ridge. */

@@ -26,7 +26,6 @@ constexpr double kOnMantle = 0.1;
 /** Cosine of the angle about a cylinder's axis within which its disc tells more than a point: three points' of its rim.
  */
 constexpr double kBeside = 0.95;
-constexpr double kSameWay = 0.999;  ///< Cosine of normals that say the same.
 
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
 

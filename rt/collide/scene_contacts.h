@@ -43,6 +43,7 @@ class SceneContacts {
   static constexpr double kMargin =
       0.002;  ///< Contacts up to this far apart are reported, and more for fast tools [m].
   static constexpr std::uint32_t kWorkOfOne = 4000;  ///< Most tree nodes and triangles for one point.
+  static constexpr double kSameWay = 0.999;          ///< Cosine of normals that say the same: within 2.6 degrees.
 
   /** `patches`: of the largest volume whose points meet fields; a larger one is tried by the points of its mesh. */
   explicit SceneContacts(std::uint32_t patches = kPatches) : patches_(patches), field_(patches) {}

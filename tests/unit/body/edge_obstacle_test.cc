@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "rt/geometry/nearest.h"
+#include "support/signed_gap.h"
 #include "support/test_mesh.h"
 #include "tests/support/tool_house.h"
 
@@ -16,21 +16,12 @@ using test::kWall;
 using test::object;
 using House = test::ToolHouse;
 
-double signedGap(const Shape& shape, const Pose& X_WO, const Vec3& x_W) {
-  NearestQuery query;
-  query.x = X_WO.inverse() * x_W;
-  query.limit = 1'000'000;
-  Nearest nearest;
-  EXPECT_EQ(nearestOnShape(shape, query, nearest), NearestResult::kFound);
-  return (nearest.isInside(query.x) ? -1 : 1) * std::sqrt(nearest.squared_distance);
-}
-
 /** Of both, every edge in many places against the other: whichever lies deepest, one of its edges does. */
 double gapOf(const Shape& one, const Pose& X_1, const Shape& other, const Pose& X_2) {
   constexpr int kPlaces = 2000;
   double least = INFINITY;
   const auto add = [&](const Pose& X, const Shape& to, const Pose& X_to, const Vec3& x) {
-    least = std::min(least, signedGap(to, X_to, X * x));
+    least = std::min(least, test::signedGap(to, X_to.inverse() * (X * x)));
   };
   const auto all = [&](const Shape& of, const Pose& X, const Shape& to, const Pose& X_to) {
     for (int j = 0; j <= kPlaces; ++j) {
@@ -40,13 +31,7 @@ double gapOf(const Shape& one, const Pose& X_1, const Shape& other, const Pose& 
         for (const double z : {-of.size.y(), of.size.y()}) add(X, to, X_to, rim + Vec3(0, 0, z));
         continue;
       }
-      for (int i = 0; i < 12; ++i) {
-        Vec3 x = of.size;
-        x[i / 4] *= t;
-        x[(i / 4 + 1) % 3] *= (i & 1) != 0 ? 1 : -1;
-        x[(i / 4 + 2) % 3] *= (i & 2) != 0 ? 1 : -1;
-        add(X, to, X_to, x);
-      }
+      test::onBoxEdges(of.size, t, [&](const Vec3& x) { add(X, to, X_to, x); });
     }
   };
   all(one, X_1, other, X_2);

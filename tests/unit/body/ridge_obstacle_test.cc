@@ -8,8 +8,8 @@
 #include <map>
 #include <random>
 
-#include "rt/geometry/nearest.h"
 #include "support/seeds.h"
+#include "support/signed_gap.h"
 #include "support/test_mesh.h"
 #include "tests/support/tool_house.h"
 
@@ -51,40 +51,25 @@ TestMesh starMesh(int n, const std::function<double(const Vec3&)>& radius) {
   return mesh;
 }
 
-double signedGap(const Shape& shape, const Vec3& x) {
-  NearestQuery query;
-  query.x = x;
-  query.reach = 0.05;
-  query.limit = 1'000'000;
-  Nearest nearest;
-  if (nearestOnShape(shape, query, nearest) != NearestResult::kFound) return query.reach;
-  return (nearest.isInside(x) ? -1 : 1) * std::sqrt(nearest.squared_distance);
-}
-
 /** A mesh's edges against the tool, and the tool's, or its axis, against the mesh, in many places. */
 double gapOf(const Shape& tool, const Pose& X_WT, const Shape& ground, const Pose& X_WG) {
   constexpr int kParts = 8, kPlaces = 200;
+  constexpr double kReach = 0.05;
   const Pose X_TG = X_WT.inverse() * X_WG, X_GT = X_TG.inverse();
   double least = INFINITY;
   for (std::uint32_t t = 0; t < ground.mesh->triangle_count; ++t) {
     for (int k = 0; k < 3; ++k) {
       const Vec3 a = X_TG * ground.mesh->vertex(t, k), b = X_TG * ground.mesh->vertex(t, (k + 1) % 3);
       if (a.norm() > tool.size.norm() + tool.size.x() + (b - a).norm()) continue;
-      for (int j = 0; j < kParts; ++j) least = std::min(least, signedGap(tool, a + (b - a) * (1.0 * j / kParts)));
+      for (int j = 0; j < kParts; ++j) least = std::min(least, test::signedGap(tool, a + (b - a) * (1.0 * j / kParts)));
     }
   }
   const double radius = tool.kind == ShapeKind::kCapsule ? tool.size.x() : 0;
-  const auto add = [&](const Vec3& x) { least = std::min(least, signedGap(ground, X_GT * x) - radius); };
+  const auto add = [&](const Vec3& x) { least = std::min(least, test::signedGap(ground, X_GT * x, kReach) - radius); };
   for (int j = 0; j <= kPlaces; ++j) {
     const double t = 2.0 * j / kPlaces - 1;
     if (tool.kind == ShapeKind::kBox) {
-      for (int i = 0; i < 12; ++i) {
-        Vec3 x = tool.size;
-        x[i / 4] *= t;
-        x[(i / 4 + 1) % 3] *= (i & 1) != 0 ? 1 : -1;
-        x[(i / 4 + 2) % 3] *= (i & 2) != 0 ? 1 : -1;
-        add(x);
-      }
+      test::onBoxEdges(tool.size, t, add);
     } else if (tool.kind == ShapeKind::kCapsule) {
       add({0, 0, t * tool.size.y()});
     } else {

@@ -49,6 +49,12 @@ def declarations(text):
             words += token if bodies == 0 else ""
 
 
+def types(parameters):
+    """Without names and defaults, which tell no two functions apart."""
+    parted = re.split(r",(?![^<(]*[>)])", re.sub(r" ?= ?[^,]*", "", parameters))
+    return ", ".join(re.sub(r"^(.*[\s&*>])\w+(\[.*\])?$", r"\1\2", one.strip()).strip() for one in parted)
+
+
 def names(path):
     for words in declarations(path.read_text(encoding="utf-8")):
         words = " ".join(words.split())
@@ -61,7 +67,7 @@ def names(path):
         elif re.match(r"(?:inline |static )*(?:constexpr|const)\b[^(]*\bk[A-Z]", words):
             yield from CONSTANT.findall(words)
         elif function := FUNCTION.search(words.split("{")[0].replace("HD_RT", "")):
-            yield f"{function.group(1)}({re.sub(r' ?= ?[^,]*', '', function.group(2))})"
+            yield f"{function.group(1)}({types(function.group(2))})"
 
 
 def main():

@@ -52,7 +52,7 @@ TestMesh starMesh(int n, const std::function<double(const Vec3&)>& radius) {
 }
 
 /** A mesh's edges against the tool, and the tool's, or its axis, against the mesh, in many places. */
-double gapOf(const Shape& tool, const Pose& X_WT, const Shape& ground, const Pose& X_WG) {
+double leastGap(const Shape& tool, const Pose& X_WT, const Shape& ground, const Pose& X_WG) {
   constexpr int kParts = 8, kPlaces = 200;
   constexpr double kReach = 0.05;
   const Pose X_TG = X_WT.inverse() * X_WG, X_GT = X_TG.inverse();
@@ -134,7 +134,7 @@ TEST_P(RidgeObstacles, CarryToolsBetweenTheirPoints) {
                   std::sin(4 * t) * turn);
         house.run(1);
         touched = touched || house.servo->cycle().tool(0).last().touching > 0;
-        if (touched && i % 60 == 0) deepest = std::max(deepest, -gapOf(tool, house.place(), ground, X_WG));
+        if (touched && i % 60 == 0) deepest = std::max(deepest, -leastGap(tool, house.place(), ground, X_WG));
       }
       EXPECT_TRUE(touched);
       EXPECT_LT(deepest, 60e-6);

@@ -16,7 +16,7 @@
 namespace hapticd {
 namespace {
 
-constexpr std::size_t kStackBytes = 256 * 1024;
+constexpr std::size_t kWatchStackBytes = 256 * 1024;
 constexpr int kLook_ms = 50;
 
 Error refused(const char* call) {
@@ -82,7 +82,7 @@ Result<void> HelperDevice::open() {
   info_.calibration_style = style;
   info_.buttons = buttons;
   live_.store(end_.get());
-  return watcher_.start("vendor-watch", kStackBytes, [this] { watch(); });
+  return watcher_.start("vendor-watch", kWatchStackBytes, [this] { watch(); });
 }
 
 void HelperDevice::close() noexcept {

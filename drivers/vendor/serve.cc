@@ -17,10 +17,10 @@ namespace {
 
 constexpr std::int64_t kStale_ns = 10'000'000;    ///< A servo silent for so long has its force taken back.
 constexpr std::int64_t kService_ns = 20'000'000;  ///< Longest stay in one exchange().
-constexpr int kLook_ms = 20;
+constexpr int kServeLook_ms = 20;
 constexpr int kHung_ms = 1000;  ///< A library that does not come back for so long is dead.
 constexpr int kPriority = 85;
-constexpr std::size_t kStackBytes = 1024 * 1024;
+constexpr std::size_t kServeStackBytes = 1024 * 1024;
 
 struct Running {
   std::atomic<bool> stop{false}, ended{false};
@@ -42,9 +42,9 @@ void drive(DeviceIo& io, SharedLinkMemory& memory, SharedDeviceEnd& link, Clock&
 /** Until there is a reason to end. */
 void watch(int socket, const std::atomic<bool>& stop, const Running& running) {
   std::uint64_t beat = 0;
-  for (int still_ms = 0; still_ms < kHung_ms && !stop.load() && !running.ended.load(); still_ms += kLook_ms) {
+  for (int still_ms = 0; still_ms < kHung_ms && !stop.load() && !running.ended.load(); still_ms += kServeLook_ms) {
     pollfd look{socket, POLLIN, 0};
-    if (::poll(&look, 1, kLook_ms) > 0) return;  // The daemon says nothing more: it has hung up.
+    if (::poll(&look, 1, kServeLook_ms) > 0) return;  // The daemon says nothing more: it has hung up.
     if (running.beat.load() != beat) still_ms = 0;
     beat = running.beat.load();
   }
@@ -67,10 +67,10 @@ class Opening {
  private:
   void watch(int socket, int patience_ms) const {
     bool alone = false;
-    for (int alone_ms = 0; !done_.load(); alone_ms += alone ? kLook_ms : 0) {
+    for (int alone_ms = 0; !done_.load(); alone_ms += alone ? kServeLook_ms : 0) {
       pollfd look{socket, POLLIN, 0};  // The daemon says nothing more: whatever comes is its end.
-      alone = alone || ::poll(&look, 1, kLook_ms) > 0;
-      if (alone) (void)::poll(nullptr, 0, kLook_ms);
+      alone = alone || ::poll(&look, 1, kServeLook_ms) > 0;
+      if (alone) (void)::poll(nullptr, 0, kServeLook_ms);
       if (alone_ms >= patience_ms) ::_exit(3);
     }
   }
@@ -112,7 +112,7 @@ int serveVendor(int socket, const std::atomic<bool>& stop, int patience_ms) {
   SharedDeviceEnd link(*mapping.get(), request.value().generation, kStale_ns);
   Running running;
   RtThread thread;
-  const auto started = thread.start("vendor-io", kStackBytes, [&] {
+  const auto started = thread.start("vendor-io", kServeStackBytes, [&] {
     (void)becomeRealtime(kPriority);  // Without the right to it, it runs as others do.
     drive(*io, *mapping.get(), link, clock, running);
   });
@@ -120,9 +120,9 @@ int serveVendor(int socket, const std::atomic<bool>& stop, int patience_ms) {
   if (!sendAnswer(socket, answer) || !started) running.stop.store(true);
   if (started) watch(socket, stop, running);
   running.stop.store(true);
-  for (int waited_ms = 0; started && !running.ended.load(); waited_ms += kLook_ms) {
+  for (int waited_ms = 0; started && !running.ended.load(); waited_ms += kServeLook_ms) {
     if (waited_ms >= kHung_ms / 4) ::_exit(3);  // Its thread is in the library and does not come back.
-    (void)::poll(nullptr, 0, kLook_ms);
+    (void)::poll(nullptr, 0, kServeLook_ms);
   }
   thread.join();
   io->close();

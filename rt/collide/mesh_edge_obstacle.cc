@@ -21,7 +21,7 @@ constexpr double kNearby = 5e-4;          ///< Beyond what may close before the 
 constexpr double kRidge = 1e-3;           ///< Sine of the least angle between the faces of a ridge.
 constexpr double kApart = 1.0 / 8;        ///< Of the tool: so near to a contact nothing new is told.
 constexpr double kBrief = 1.0 / 8;        ///< Of that: a ridge this short is one place.
-constexpr std::uint32_t kFirstRidge = 1u << 16, kFeatures = (1u << 24) - 2 - kFirstRidge;
+constexpr std::uint32_t kFirstRidge = 1u << 16, kRidges = (1u << 24) - 2 - kFirstRidge;
 
 /** What waits, its gap no less than `key`: a node (count 0), a leaf, or a ridge. */
 struct Part {
@@ -168,7 +168,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     contact.p_WA = held.X_WO * nearest.point;
     contact.p_WB = obstacle.X_WO * x_B;
     contact.depth = -gap;
-    contact.feature_a = kFirstRidge + feature % kFeatures;
+    contact.feature_a = kFirstRidge + feature % kRidges;
     if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) return;
     keep(contact, static_cast<std::uint8_t>(k));
     ++many;

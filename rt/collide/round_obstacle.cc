@@ -10,8 +10,8 @@
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kBalls = 9;              ///< Of a capsule, from end to end of what the tool may touch.
-constexpr std::uint32_t kFeatures = kBalls + 3;  ///< Numbers of places on an axis.
+constexpr std::uint32_t kBalls = 9;            ///< Of a capsule, from end to end of what the tool may touch.
+constexpr std::uint32_t kPlaces = kBalls + 3;  ///< Numbers of places on an axis.
 
 /** Part of B's axis that A may touch. */
 struct Axis {
@@ -89,7 +89,7 @@ bool SceneContacts::tryRound(std::uint32_t k, const CollideRequest::Held& held, 
     const Vec3 first = X_AW.q * -touch.n;
     const std::uint32_t count = furtherWalls(a.shape, X_AW * center, first, 1, radius + margin, purse, walls);
     for (std::uint32_t n = 0; n < count; ++n) {
-      keepAt(a.X_WO * walls[n].surface, a.X_WO.q * -walls[n].out, walls[n].gap - radius, feature + (n + 1) * kFeatures);
+      keepAt(a.X_WO * walls[n].surface, a.X_WO.q * -walls[n].out, walls[n].gap - radius, feature + (n + 1) * kPlaces);
     }
   };
   if (!(axis.first < axis.last)) {

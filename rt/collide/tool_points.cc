@@ -8,9 +8,9 @@
 namespace hapticd {
 namespace {
 
-constexpr int kAlongEdge = 9;         ///< Points on a box's edge, its ends included.
-constexpr std::uint32_t kBalls = 33;  ///< Along a capsule.
-constexpr double kFlat = 1e-6;        ///< Of the tool: vertices are floats.
+constexpr int kAlongEdge = 9;              ///< Points on a box's edge, its ends included.
+constexpr std::uint32_t kBallsAlong = 33;  ///< Along a capsule.
+constexpr double kFlatTool = 1e-6;         ///< Of the tool: vertices are floats.
 
 /** Whether every vertex is below every face, but for rounding. */
 bool isConvexMesh(const MeshView& mesh, double tolerance) HD_RT {
@@ -34,7 +34,7 @@ void ToolPoints::add(const Vec3& p) HD_RT {
 }
 
 double ToolPoints::alongAxis(std::uint32_t i, double half) HD_RT {
-  return half * (2.0 * std::min(i, kBalls - 1) / (kBalls - 1) - 1);
+  return half * (2.0 * std::min(i, kBallsAlong - 1) / (kBallsAlong - 1) - 1);
 }
 
 void ToolPoints::addBox(const Vec3& half) HD_RT {
@@ -88,7 +88,7 @@ void ToolPoints::make(const Shape& shape) HD_RT {
       return;
     case ShapeKind::kCapsule:
       radius_ = shape.size.x();
-      for (std::uint32_t i = 0; i < kBalls; ++i) add({0, 0, alongAxis(i, shape.size.y())});
+      for (std::uint32_t i = 0; i < kBallsAlong; ++i) add({0, 0, alongAxis(i, shape.size.y())});
       return;
     case ShapeKind::kBox:
       addBox(shape.size);
@@ -104,7 +104,7 @@ void ToolPoints::make(const Shape& shape) HD_RT {
         const auto& v = shape.mesh->vertices[std::uint64_t{i} * vertices / n];
         add({v[0], v[1], v[2]});
       }
-      convex_ = shape.mesh->triangle_count <= kMostFaces && isConvexMesh(*shape.mesh, kFlat * reach_);
+      convex_ = shape.mesh->triangle_count <= kMostFaces && isConvexMesh(*shape.mesh, kFlatTool * reach_);
       return;
     }
     default:

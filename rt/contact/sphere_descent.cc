@@ -9,7 +9,7 @@
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kFew = 32;  // Pairs of a level that are followed first when one touch is enough.
+constexpr std::uint32_t kFewPairs = 32;  // Pairs of a level that are followed first when one touch is enough.
 
 }  // namespace
 
@@ -59,7 +59,7 @@ void SphereDescentDetector::find(const DetectorQuery& query, ContactSet& contact
 
 void SphereDescentDetector::descend(Run& run) HD_RT {
   if (run.query.first_only) {
-    walk(run, kFew);
+    walk(run, kFewPairs);
     if (run.report.touching > 0) return;
     run.a.level = run.b.level = 0;
   }

@@ -8,7 +8,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kHalfDiagonal = 0.8660254037844386;  // sqrt(3) / 2
+constexpr double kHalfVoxel = 0.8660254037844386;  // sqrt(3) / 2
 
 }  // namespace
 
@@ -21,7 +21,7 @@ void VoxmapDetector::find(const DetectorQuery& query, ContactSet& contacts) HD_R
   const VolumeView& b = *query.b.volume;
   map_.build(a);
   const Pose X_BA = query.b.X_WO.inverse() * query.a.X_WO;
-  const double deepest = kHalfDiagonal * b.voxel;
+  const double deepest = kHalfVoxel * b.voxel;
   const bool timed = query.budget.clock != nullptr && query.budget.deadline_ns != 0;
   bool late = timed && query.budget.clock->now() >= query.budget.deadline_ns;
   std::uint64_t tests = 0;

@@ -7,8 +7,8 @@
 namespace hapticd {
 namespace {
 
-constexpr double kReach = 0.02;      ///< Beyond touching [m] ...
-constexpr double kReachTime = 0.01;  ///< ... and as far as both move in this time [s].
+constexpr double kNearObstacle = 0.02;      ///< Beyond touching [m] ...
+constexpr double kNearObstacleTime = 0.01;  ///< ... and as far as both move in this time [s].
 
 /** From a point to an object's ball, or to a plane: no surface is nearer [m]. Negative: in there. */
 double apartFrom(const SceneObject& object, const Vec3& x) HD_RT {
@@ -47,7 +47,7 @@ void findObstacles(const Scene& scene, const SceneObject& self, std::span<const 
     }
     const double speed = object.velocityAt(center).norm() + object.V_WO.w.norm() * self.radius;
     const double apart = apartFrom(object, center) - self.radius;
-    if (apart > kReach + kReachTime * (own_speed + speed)) continue;
+    if (apart > kNearObstacle + kNearObstacleTime * (own_speed + speed)) continue;
     std::uint32_t at = held.count;
     if (at == CollideRequest::kMostObstacles) {
       at = static_cast<std::uint32_t>(std::max_element(apart_of.begin(), apart_of.end()) - apart_of.begin());

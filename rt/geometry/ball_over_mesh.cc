@@ -11,7 +11,7 @@ namespace {
 /** Sine of the angle by which a contact on an edge may seem to lie behind a face: rounding on the edge of a knife. */
 constexpr double kGrazing = 1e-9;
 
-constexpr int kMaxSteps = 64;  // Of one touch; few are needed.
+constexpr int kMaxTouchSteps = 64;  // Of one touch; few are needed.
 
 class BallOverMesh {
  public:
@@ -81,7 +81,7 @@ class BallOverMesh {
    * steps would gain two bits each.
    */
   bool firstTouch(const Corners& v, double t_max, double& t, Vec3& out, TriangleFoot& touched) const HD_RT {
-    for (int step = 0; step < kMaxSteps; ++step) {
+    for (int step = 0; step < kMaxTouchSteps; ++step) {
       const Vec3 x = sweep_.a + t * sweep_.d;
       if (step > 0) touched = nearestOnTriangle(v, x);
       const Vec3 away = x - touched.point;

@@ -8,9 +8,9 @@
 namespace hapticd {
 namespace {
 
-constexpr double kThin = 0x1p-21;  // Of the coordinates: four times what rounding to floats moves a corner.
-constexpr double kShort = 1e-3;    // An edge of a thread, of another.
-constexpr int kMaxThreads = 4;     // One beside the other.
+constexpr double kThin = 0x1p-21;    // Of the coordinates: four times what rounding to floats moves a corner.
+constexpr double kShortEdge = 1e-3;  // An edge of a thread, of another.
+constexpr int kMaxThreads = 4;       // One beside the other.
 
 /**
  * The angle between two vectors, from 0 to pi, to 10^-9: only sums, products and roots, so that every machine gets the
@@ -97,7 +97,7 @@ Vec3 sheetBeyond(const MeshView& mesh, const Face& thread, std::uint32_t triangl
   double angle = thread.angle(corner);
   const double next2 = thread.length2(corner), last2 = thread.length2((corner + 2) % 3);
   const Face sheet(mesh, across);
-  if (!sheet.isThread() && std::min(next2, last2) < kShort * kShort * std::max(next2, last2)) {
+  if (!sheet.isThread() && std::min(next2, last2) < kShortEdge * kShortEdge * std::max(next2, last2)) {
     const std::uint32_t other = mesh.triangles[triangle][(corner + (next2 < last2 ? 1 : 2)) % 3];
     angle = sheet.angle(cornerOf(mesh, across, other));
   }

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kClear = 2;  // Tolerances: in one, two-sided triangles would hold the point from either side.
 
-Vec3 fromFloats(const float (&x)[3]) HD_RT { return {x[0], x[1], x[2]}; }
+Vec3 cornerAt(const float (&x)[3]) HD_RT { return {x[0], x[1], x[2]}; }
 
 struct Triangle {
   Vec3 v[3];
@@ -32,9 +32,9 @@ struct Triangle {
 }  // namespace
 
 bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, const Vec3& from, Vec3& x) HD_RT {
-  const Triangle before{{fromFloats(move.before[0]), fromFloats(move.before[1]), fromFloats(move.before[2])}};
+  const Triangle before{{cornerAt(move.before[0]), cornerAt(move.before[1]), cornerAt(move.before[2])}};
   Triangle after = before;
-  after.v[move.corner] = fromFloats(move.after);
+  after.v[move.corner] = cornerAt(move.after);
   const double above = (two_sided ? kClear : 1) * tolerance;
   const Vec3 n0 = before.normal(), n1 = after.normal();
   const double area0 = n0.norm(), area1 = n1.norm();

@@ -7,12 +7,11 @@
 namespace hapticd {
 namespace {
 
-constexpr double kMaxTurnCosine = 0.5;  // As far as the normal turns at most at an edge.
-constexpr double kFlat = 1e-6;          // Of the squared sine: two faces so much in one plane have no hollow.
-constexpr double kTan2 = 1.0 / 3;       // Squared tangent of half the turn at most.
-constexpr double kMaxLift = 2;          // Of the straight way: more is rounding, where edges nearly coincide.
-constexpr int kMaxFacesAtRest = 32;     // Looked at for where a proxy without friction would be.
-constexpr int kMaxLeads = 2;            // In a tick: what keeps standing in the way is gone along step by step.
+constexpr double kFlat = 1e-6;       // Of the squared sine: two faces so much in one plane have no hollow.
+constexpr double kTan2 = 1.0 / 3;    // Squared tangent of half the turn at most.
+constexpr double kMaxLift = 2;       // Of the straight way: more is rounding, where edges nearly coincide.
+constexpr int kMaxFacesAtRest = 32;  // Looked at for where a proxy without friction would be.
+constexpr int kMaxLeads = 2;         // In a tick: what keeps standing in the way is gone along step by step.
 
 /** The point nearest to x on both planes, if both push it there. */
 bool nearestInHollow(const HalfSpace& one, const HalfSpace& other, const Vec3& x, Vec3& nearest) HD_RT {

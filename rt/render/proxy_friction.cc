@@ -5,13 +5,11 @@
 namespace hapticd {
 namespace {
 
-constexpr double kInCone = 1 + 0x1p-10;   // Of the cone: on a curve each look ends a little aside,
-constexpr double kSettledLate = 0x1p-20;  // and without friction by less of the depth.
+constexpr double kInCone = 1 + 0x1p-10;  // Of the cone: on a curve each look ends a little aside.
 
-constexpr int kMaxTurns = 32;           // Of the tangent plane of a curve, to the border of its cone,
-constexpr double kAtBorder = 0x1p-32;   // and what is left of the depth then.
-constexpr double kMaxFactor = 0.9;      // Of a turn to the last: slower ones are not put farther.
-constexpr double kMaxTurnCosine = 0.5;  // As far as a curve's normal turns at most in one plan.
+constexpr int kMaxBorderTurns = 32;    // Of the tangent plane of a curve, to the border of its cone,
+constexpr double kAtBorder = 0x1p-32;  // and what is left of the depth then.
+constexpr double kMaxFactor = 0.9;     // Of a turn to the last: slower ones are not put farther.
 
 }  // namespace
 
@@ -36,7 +34,7 @@ bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, do
     const Vec3 next = foot + friction * depth / r * lag, move = next - last;
     last = next;
     if (move.norm() <= std::max(kNear * c.skin, kAtBorder * depth)) break;
-    if (turn == kMaxTurns) return false;
+    if (turn == kMaxBorderTurns) return false;
     // Each turn shortens the rest of the way by about the same factor: all at once (Aitken).
     const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
     if (factor > 0 && factor < kMaxFactor) last += factor / (1 - factor) * move;

@@ -9,15 +9,12 @@
 namespace hapticd {
 namespace {
 
-constexpr double kSettled = 0x1p-30;      // Of the depth: a smaller move is not worth another look,
-constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a step that comes nearer by ever less.
-constexpr std::uint32_t kLate = 16;       // Sweeps.
-constexpr double kOnFace = 8;             // Skins, twice the height by which a ball on an edge rolls off a face.
-constexpr int kMaxTurns = 16;             // Of the tangent planes of a groove,
-constexpr int kMaxBroken = 2;             // A third surface is about: along the planes, lest one is lost in the air.
-constexpr double kSteepest = 0.02;        // Cosine: what leans more is gone along step by step.
-constexpr double kMaxLeap = 0.125;        // Of the depth: by how much each may be put farther along the groove.
-constexpr double kMaxTurnCosine = 0.5;    // A curved surface's normal turns at most 60 degrees per plan,
+constexpr std::uint32_t kLate = 16;  // Sweeps after which kSettledLate holds.
+constexpr double kOnFace = 8;        // Skins, twice the height by which a ball on an edge rolls off a face.
+constexpr int kMaxGrooveTurns = 16;  // Of the tangent planes of a groove,
+constexpr int kMaxBroken = 2;        // A third surface is about: along the planes, lest one is lost in the air.
+constexpr double kSteepest = 0.02;   // Cosine: what leans more is gone along step by step.
+constexpr double kMaxLeap = 0.125;   // Of the depth: by how much each may be put farther along the groove.
 constexpr double kTurnCosine = 0.6, kTurnSine = 0.8;  // and so far if it must turn farther.
 constexpr double kFarAway = 1000;                     // Of an object's radius.
 
@@ -249,7 +246,7 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
     const Vec3 move = next - last;
     last = next;
     if (move.norm() <= rest) break;
-    if (turn >= kMaxTurns) return false;
+    if (turn >= kMaxGrooveTurns) return false;
     // Each turn shortens the rest of the way by about the same factor: all at once (Aitken).
     const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
     const double farthest = kMaxLeap * (last - step.goal).norm() / move.norm();

@@ -14,6 +14,9 @@ namespace hapticd {
 inline constexpr double kSkin = 0x1p-40;               // Of the coordinates involved.
 inline constexpr double kClearlyNearer = 1 - 0x1p-20;  // Of the present distance: ties keep the side.
 inline constexpr double kNear = 1.0 / 16;              // Of the skin: differences that are rounding.
+inline constexpr double kMaxTurnCosine = 0.5;          // A surface's normal turns at most 60 degrees in one plan.
+inline constexpr double kSettled = 0x1p-30;            // Of the depth: a smaller move is not worth another look,
+inline constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a step that comes nearer by ever less.
 
 /** q x, as Eigen computes it, but inline: a tick needs a dozen. */
 [[gnu::always_inline]] inline Vec3 rotated(const Quat& q, const Vec3& x) HD_RT {

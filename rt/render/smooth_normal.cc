@@ -8,7 +8,7 @@
 namespace hapticd {
 namespace {
 
-constexpr int kMaxTurns = 8;           // Of Newton's: each doubles the digits.
+constexpr int kMaxNewton = 8;          // Of Newton's: each doubles the digits.
 constexpr double kFound = 1e-12;       // Of the triangle's size: rounding.
 constexpr double kLeastShrunk = 0.25;  // Of an edge, where the normals of its ends come together.
 
@@ -49,7 +49,7 @@ bool Prism::seek(const Vec3& at) HD_RT {
   if (!(area2 > 0)) return false;
   double height = face.dot(x - v[0]);
   double a = area.dot((x - v[0]).cross(other)) / area2, b = area.dot(one.cross(x - v[0])) / area2;
-  for (int i = 0; i < kMaxTurns; ++i) {
+  for (int i = 0; i < kMaxNewton; ++i) {
     const Vec3 up = normal[0] + a * turn_one + b * turn_other;
     const Vec3 miss = x - (v[0] + a * one + b * other) - height * up;
     if (miss.squaredNorm() <= kFound * kFound * size2) break;

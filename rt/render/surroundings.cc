@@ -7,8 +7,8 @@
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kFew = 24;   // Triangles: a vicinity of fewer is made larger,
-constexpr std::uint32_t kMany = 48;  // and one of more is made smaller,
+constexpr std::uint32_t kFewTriangles = 24;   // Triangles: a vicinity of fewer is made larger,
+constexpr std::uint32_t kManyTriangles = 48;  // and one of more is made smaller,
 constexpr std::uint32_t kMostDeep =
     448;                                // Of more, those that the look for a nearer surface needs are left to the tree.
 constexpr double kChange = 2;           // by this factor of its margin.
@@ -16,7 +16,7 @@ constexpr double kTicks = 1.2;          // Of the hand at its speed: a margin is
 constexpr double kLong = 4.5;           // Margins: so far ahead of the hand,
 constexpr double kBehind = 1;           // and so far behind it.
 constexpr double kFirstMargin = 0.125;  // Of what is needed.
-constexpr double kReach = 1;            // Ticks that the proxy may go ahead of the hand.
+constexpr double kAheadOfHand = 1;      // Ticks that the proxy may go ahead of the hand.
 constexpr double kAhead = 3;            // Ticks before a vicinity is left the next one is begun.
 constexpr std::uint32_t kVisits = 64;   // For it in a tick.
 constexpr std::uint32_t kAll = Vicinity::kMaxVisits;
@@ -32,7 +32,7 @@ double needed(const ProxyPlace& place, bool nearest) HD_RT {
 /** Whether it holds what is needed now, also if the proxy goes farther than is thought: a ball swings over a ridge. */
 bool covers(const Vicinity& vicinity, const ProxyPlace& place, const Vec3& step, bool nearest) HD_RT {
   return (place.radius == 0 || vicinity.holds(place.end, place.radius)) &&
-         vicinity.holds(place.proxy + kReach * step, place.radius) &&
+         vicinity.holds(place.proxy + kAheadOfHand * step, place.radius) &&
          (!nearest || vicinity.holds(place.hip, (place.hip - place.proxy).norm() - place.radius));
 }
 
@@ -40,7 +40,7 @@ bool covers(const Vicinity& vicinity, const ProxyPlace& place, const Vec3& step,
 bool willCover(const Vicinity& vicinity, const ProxyPlace& place, const Vec3& step, bool nearest) HD_RT {
   const double deeper = nearest ? (place.hip - place.proxy).norm() - place.radius : 0.0;
   return deeper > place.radius ? vicinity.holds(place.hip + kAhead * step, deeper)
-                               : vicinity.holds(place.proxy + (kAhead + kReach) * step, place.radius);
+                               : vicinity.holds(place.proxy + (kAhead + kAheadOfHand) * step, place.radius);
 }
 
 ProxyPlace later(ProxyPlace place, const Vec3& way) HD_RT {
@@ -125,8 +125,8 @@ void Surroundings::adapt(Kept& kept, const ProxyPlace& place, bool& nearest) HD_
   const double depth = (place.hip - place.proxy).norm();
   const Vicinity& now = kept.vicinity[kept.now];
   if (now.state() != Vicinity::State::kFull) return;
-  if (now.count() <= kFew) kept.margin *= kChange;
-  if (now.count() > kMany && kept.margin > kFirstMargin * needed(place, nearest)) kept.margin /= kChange;
+  if (now.count() <= kFewTriangles) kept.margin *= kChange;
+  if (now.count() > kManyTriangles && kept.margin > kFirstMargin * needed(place, nearest)) kept.margin /= kChange;
   kept.deepest = nearest && now.count() > kMostDeep ? kShallower * depth : kDeeper * kept.deepest;
   nearest = depth <= kept.deepest;
 }

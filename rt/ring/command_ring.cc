@@ -9,8 +9,8 @@ namespace hapticd {
 namespace {
 
 constexpr std::size_t kPayloadBytes = sizeof(hd_slot::payload);
-constexpr std::uint32_t kMask = HD_RING_SLOTS - 1;
-static_assert((HD_RING_SLOTS & kMask) == 0, "the capacity divides 2^32");
+constexpr std::uint32_t kSlotMask = HD_RING_SLOTS - 1;
+static_assert((HD_RING_SLOTS & kSlotMask) == 0, "the capacity divides 2^32");
 static_assert(offsetof(hd_slot, payload) % 8 == 0 && kPayloadBytes % 8 == 0, "slots are copied by words");
 
 /** Everything but the guard, for a mailbox: the reader may look at any moment. The last word is filled up with zeros.
@@ -56,7 +56,7 @@ ErrorCode CommandProducer::push(std::uint32_t kind, std::span<const std::byte> p
   }
   seq = ++seq_;
   // Plain writes: until the tail moves, the slot is ours alone.
-  hd_slot& slot = b_->ring[tail_ & kMask];
+  hd_slot& slot = b_->ring[tail_ & kSlotMask];
   slot.kind = kind;
   slot.length = static_cast<std::uint32_t>(payload.size());
   slot.reserved = 0;
@@ -89,7 +89,7 @@ CommandConsumer::Pop CommandConsumer::pop(hd_slot& copy) HD_RT {
       return Pop::kViolation;
     }
   }
-  readSlot<__ATOMIC_RELAXED>(b_->ring[head_ & kMask], copy);
+  readSlot<__ATOMIC_RELAXED>(b_->ring[head_ & kSlotMask], copy);
   storeRelease(a_->acks.ring_head, ++head_);  // R1, pairs with A1: the slot may be written again
   return Pop::kSlot;
 }

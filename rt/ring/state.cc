@@ -8,8 +8,8 @@ namespace hapticd {
 namespace {
 
 constexpr std::size_t kSampleWords = sizeof(hd_sample) / 8 - 1;  // without the guard
-constexpr std::uint64_t kMask = HD_HISTORY_SLOTS - 1;
-static_assert((HD_HISTORY_SLOTS & kMask) == 0);
+constexpr std::uint64_t kHistoryMask = HD_HISTORY_SLOTS - 1;
+static_assert((HD_HISTORY_SLOTS & kHistoryMask) == 0);
 /** Looks before latest() gives up: more than it takes a writer to write, unless it is stopped in the middle. */
 constexpr int kLooks = 64;
 static_assert(offsetof(hd_sample, guard) == 0 && offsetof(hd_sample, tick) == 8 && sizeof(hd_sample) % 8 == 0);
@@ -81,7 +81,7 @@ ErrorCode checkHeader(const hd_shm_header& header, char region, std::uint64_t by
 
 void StateWriter::publish(const hd_sample& sample) HD_RT {
   if (sample.device < HD_MAX_DEVICES) writeSample(a_->latest[sample.device], sample, latest_count_[sample.device]++);
-  writeSample(a_->history[tail_ & kMask], sample, tail_);
+  writeSample(a_->history[tail_ & kHistoryMask], sample, tail_);
   storeRelease(a_->history_tail, ++tail_);  // R2, pairs with A2: the sample stands in the history
 }
 
@@ -108,7 +108,7 @@ std::uint32_t StateReader::drain(std::span<hd_sample> out, std::uint64_t& lost) 
       lost += tail - HD_HISTORY_SLOTS - next_;
       next_ = tail - HD_HISTORY_SLOTS;
     }
-    const hd_sample& slot = a_->history[next_ & kMask];
+    const hd_sample& slot = a_->history[next_ & kHistoryMask];
     const std::uint64_t expected = 2 * next_ + 2;
     if (loadAcquire(slot.guard) == expected && readSample(slot, out[got], expected)) {  // A0, pairs with R0
       ++got;

@@ -14,11 +14,6 @@ using Float3 = MeshView::Float3;
 using Index3 = MeshView::Index3;
 using Corners = MeshView::Corners;
 
-const BlockCheck kCheck("snapshot");
-
-Error bad(const std::string& where, std::string what) { return kCheck.bad(where, std::move(what)); }
-Error bad(const char* kind, std::size_t index, std::string what) { return kCheck.bad(kind, index, std::move(what)); }
-
 bool contains(const hd_bvh_node& node, std::uint32_t child, const float (&x)[3]) {
   for (int k = 0; k < 3; ++k)
     if (!(node.lower[k][child] <= x[k] && x[k] <= node.upper[k][child])) return false;
@@ -26,21 +21,22 @@ bool contains(const hd_bvh_node& node, std::uint32_t child, const float (&x)[3])
 }
 
 /** One pass per section, each relying on those before it. */
-class Validator {
+class SnapshotValidator : private BlockCheck {
  public:
-  explicit Validator(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  explicit SnapshotValidator(std::span<const std::byte> bytes) : BlockCheck("snapshot"), bytes_(bytes) {}
 
   Result<MeshView> run() {
     for (const auto check :
-         {&Validator::checkHeader, &Validator::checkSections, &Validator::checkVertices, &Validator::checkTriangles,
-          &Validator::checkNeighbours, &Validator::checkTree, &Validator::checkDeformable})
+         {&SnapshotValidator::checkHeader, &SnapshotValidator::checkSections, &SnapshotValidator::checkVertices,
+          &SnapshotValidator::checkTriangles, &SnapshotValidator::checkNeighbours, &SnapshotValidator::checkTree,
+          &SnapshotValidator::checkDeformable})
       if (const Result<void> passed = (this->*check)(); !passed) return passed.error();
     return view_;
   }
 
  private:
   Result<void> checkHeader() {
-    if (auto r = kCheck.header(bytes_, HD_SNAPSHOT_MAGIC, HD_SNAPSHOT_VERSION, h_); !r) return r;
+    if (auto r = header(bytes_, HD_SNAPSHOT_MAGIC, HD_SNAPSHOT_VERSION, h_); !r) return r;
     if (h_.kind != HD_SNAPSHOT_TRIANGLES) return bad("header", "kind " + std::to_string(h_.kind) + " is not known");
     if ((h_.flags & ~static_cast<std::uint32_t>(HD_MESH_CLOSED | HD_MESH_DEFORMABLE)) != 0)
       return bad("header", "a flag is not known");
@@ -70,7 +66,7 @@ class Validator {
                                                  many * h_.triangle_count,
                                                  source_bytes,
                                                  std::uint64_t{h_.triangle_count} * sizeof(Corners)};
-    if (auto r = kCheck.sections(h_, expected); !r) return r;
+    if (auto r = sections(h_, expected); !r) return r;
     view_.vertices = at<Float3>(HD_SECTION_VERTICES);
     view_.triangles = at<Index3>(HD_SECTION_TRIANGLES);
     view_.neighbours = at<Index3>(HD_SECTION_NEIGHBOURS);
@@ -265,6 +261,6 @@ class Validator {
 
 }  // namespace
 
-Result<MeshView> validateSnapshot(std::span<const std::byte> bytes) { return Validator(bytes).run(); }
+Result<MeshView> validateSnapshot(std::span<const std::byte> bytes) { return SnapshotValidator(bytes).run(); }
 
 }  // namespace hapticd

@@ -12,11 +12,6 @@
 namespace hapticd {
 namespace {
 
-const BlockCheck kCheck("volume");
-
-Error bad(const std::string& where, std::string what) { return kCheck.bad(where, std::move(what)); }
-Error bad(const char* kind, std::size_t index, std::string what) { return kCheck.bad(kind, index, std::move(what)); }
-
 bool within(float x, float low, float high) { return low <= x && x <= high; }
 bool isPlace(float x) { return std::fabs(x) <= HD_MAX_COORDINATE; }
 
@@ -25,21 +20,22 @@ constexpr std::uint64_t padded(std::uint64_t points) {
 }
 
 /** One pass per section, each relying on those before it. */
-class Validator {
+class VolumeValidator : private BlockCheck {
  public:
-  explicit Validator(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  explicit VolumeValidator(std::span<const std::byte> bytes) : BlockCheck("volume"), bytes_(bytes) {}
 
   Result<VolumeView> run() {
-    for (const auto check : {&Validator::checkHeader, &Validator::checkNumbers, &Validator::checkLevels,
-                             &Validator::checkSections, &Validator::checkCells, &Validator::checkPoints,
-                             &Validator::checkOctree, &Validator::checkPatches, &Validator::checkSensation})
+    for (const auto check :
+         {&VolumeValidator::checkHeader, &VolumeValidator::checkNumbers, &VolumeValidator::checkLevels,
+          &VolumeValidator::checkSections, &VolumeValidator::checkCells, &VolumeValidator::checkPoints,
+          &VolumeValidator::checkOctree, &VolumeValidator::checkPatches, &VolumeValidator::checkSensation})
       if (const Result<void> passed = (this->*check)(); !passed) return passed.error();
     return view_;
   }
 
  private:
   Result<void> checkHeader() {
-    if (auto r = kCheck.header(bytes_, HD_VOLUME_MAGIC, HD_VOLUME_VERSION, h_); !r) return r;
+    if (auto r = header(bytes_, HD_VOLUME_MAGIC, HD_VOLUME_VERSION, h_); !r) return r;
     if (h_.flags != 0) return bad("header", "a flag is not known");
     return {};
   }
@@ -125,7 +121,7 @@ class Validator {
                                                         mask_bytes_,
                                                         first_count_ * 4,
                                                         sensation == 0 ? 0 : nodes_ * sizeof(hd_octree_sensation)};
-    if (auto r = kCheck.sections(h_, expected); !r) return r;
+    if (auto r = sections(h_, expected); !r) return r;
     fillView();
     return {};
   }
@@ -267,6 +263,6 @@ class Validator {
 
 }  // namespace
 
-Result<VolumeView> validateVolume(std::span<const std::byte> bytes) { return Validator(bytes).run(); }
+Result<VolumeView> validateVolume(std::span<const std::byte> bytes) { return VolumeValidator(bytes).run(); }
 
 }  // namespace hapticd

@@ -11,7 +11,7 @@ using hapticd::HidResult;
 namespace {
 
 /** The world goes on in such steps while a driver waits. */
-constexpr std::int64_t kStep_ns = 125'000;
+constexpr std::int64_t kHidStep_ns = 125'000;
 
 /** hidraw takes a leading 0 off: such a device numbers no reports. */
 std::span<const std::uint8_t> onTheWire(std::span<const std::uint8_t> report) {
@@ -40,7 +40,7 @@ HidResult InProcessHid::read(std::span<std::uint8_t> buffer, std::size_t& size, 
       return size != 0 ? HidResult::kOk : HidResult::kNothing;
     }
     if (clock_.now() >= until_ns) return HidResult::kNothing;
-    clock_.sleepUntil(std::min(until_ns, clock_.now() + kStep_ns));
+    clock_.sleepUntil(std::min(until_ns, clock_.now() + kHidStep_ns));
   }
   return HidResult::kGone;
 }

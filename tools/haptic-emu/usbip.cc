@@ -9,7 +9,7 @@ namespace {
 constexpr std::uint32_t kSubmit = 1, kUnlink = 2, kReplySubmit = 3, kReplyUnlink = 4;
 constexpr std::uint32_t kDirectionIn = 1;
 
-std::uint32_t word(std::span<const std::uint8_t> message, std::size_t index) {
+std::uint32_t wordAt(std::span<const std::uint8_t> message, std::size_t index) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < 4; ++i) value = value << 8 | message[4 * index + i];
   return value;
@@ -24,13 +24,13 @@ void putWord(std::uint32_t value, std::vector<std::uint8_t>& out) {
 bool UsbIp::whole(std::size_t& length) const {
   length = 0;
   if (in_.size() < kHeader) return true;
-  const std::uint32_t command = word(in_, 0);
+  const std::uint32_t command = wordAt(in_, 0);
   if (command != kSubmit && command != kUnlink) return false;
   std::size_t wanted = kHeader;
   if (command == kSubmit) {
-    const std::uint32_t bytes = word(in_, 6);
+    const std::uint32_t bytes = wordAt(in_, 6);
     if (bytes > kMostBytes) return false;
-    if (word(in_, 3) != kDirectionIn) wanted += bytes;
+    if (wordAt(in_, 3) != kDirectionIn) wanted += bytes;
   }
   if (in_.size() >= wanted) length = wanted;
   return true;
@@ -43,7 +43,7 @@ bool UsbIp::feed(std::span<const std::uint8_t> bytes) {
     if (length == 0) return true;
     const std::vector<std::uint8_t> message(in_.begin(), in_.begin() + static_cast<std::ptrdiff_t>(length));
     in_.erase(in_.begin(), in_.begin() + static_cast<std::ptrdiff_t>(length));
-    if (word(message, 0) == kUnlink) {
+    if (wordAt(message, 0) == kUnlink) {
       unlink(message);
     } else if (!submit(message)) {
       return false;
@@ -52,8 +52,8 @@ bool UsbIp::feed(std::span<const std::uint8_t> bytes) {
 }
 
 bool UsbIp::submit(std::span<const std::uint8_t> message) {
-  const std::uint32_t sequence = word(message, 1), endpoint = word(message, 4), length = word(message, 6);
-  const bool in = word(message, 3) == kDirectionIn;
+  const std::uint32_t sequence = wordAt(message, 1), endpoint = wordAt(message, 4), length = wordAt(message, 6);
+  const bool in = wordAt(message, 3) == kDirectionIn;
   if (!model_.plugged()) {
     reply(sequence, -ESHUTDOWN, {}, 0);
     return true;
@@ -89,7 +89,7 @@ void UsbIp::control(std::uint32_t sequence, const UsbSetup& setup, bool in, std:
 }
 
 void UsbIp::unlink(std::span<const std::uint8_t> message) {
-  const std::uint32_t sequence = word(message, 1), victim = word(message, 5);
+  const std::uint32_t sequence = wordAt(message, 1), victim = wordAt(message, 5);
   const auto at = std::find_if(asked_.begin(), asked_.end(), [=](const Asked& a) { return a.sequence == victim; });
   const bool found = at != asked_.end();
   if (found) asked_.erase(at);

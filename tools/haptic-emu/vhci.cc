@@ -19,7 +19,7 @@ using hapticd::Error;
 using hapticd::ErrorCode;
 using hapticd::Result;
 
-constexpr std::int64_t kStep_ns = 250'000;
+constexpr std::int64_t kVhciStep_ns = 250'000;
 constexpr int kFullSpeed = 2;
 constexpr int kBusAndNumber = 0x10001;  ///< Any, but not zero.
 
@@ -98,12 +98,13 @@ Result<void> playToKernel(UsbModel& model, const VhciOptions& options, const std
   model.startAt(start_ns);
   Fd fd;
   std::unique_ptr<UsbIp> usbip;
-  for (std::int64_t next_ns = start_ns; !stop.load(); next_ns = std::max(next_ns + kStep_ns, clock.now() - kStep_ns)) {
+  for (std::int64_t next_ns = start_ns; !stop.load();
+       next_ns = std::max(next_ns + kVhciStep_ns, clock.now() - kVhciStep_ns)) {
     each(clock.now() - start_ns);
     if (!model.plugged()) {
       fd.reset();
       model.advance(clock.now());
-      clock.sleepUntil(next_ns + kStep_ns);
+      clock.sleepUntil(next_ns + kVhciStep_ns);
       continue;
     }
     if (fd.get() < 0) {
@@ -112,8 +113,8 @@ Result<void> playToKernel(UsbModel& model, const VhciOptions& options, const std
       fd.reset(*end);
       usbip = std::make_unique<UsbIp>(model);
     }
-    while (clock.now() < next_ns + kStep_ns) {
-      if (!serve(fd.get(), *usbip, next_ns + kStep_ns, clock)) return {};
+    while (clock.now() < next_ns + kVhciStep_ns) {
+      if (!serve(fd.get(), *usbip, next_ns + kVhciStep_ns, clock)) return {};
     }
   }
   return {};

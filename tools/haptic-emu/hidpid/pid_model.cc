@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace haptic_emu {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kConstant = 1, kSpring = 8, kDamper = 9;
 
 int word(std::span<const std::uint8_t> d, std::size_t at) { return d[at] + 256 * d[at + 1]; }
@@ -64,7 +64,7 @@ Vec3 PidModel::force() const {
   for (const auto& [block, e] : effects_) {
     if (e.ends_ns < now_ns_) continue;
     if (e.type == kConstant) {
-      const double angle = e.degrees * kPi / 180;
+      const double angle = e.degrees * std::numbers::pi / 180;
       if (e.axes & 1) share[0] += e.gain * e.magnitude * std::sin(angle);
       if (e.axes & 2) share[1] -= e.gain * e.magnitude * std::cos(angle);
       continue;

@@ -2,11 +2,11 @@
 
 #include <cmath>
 #include <cstring>
+#include <numbers>
 
 namespace haptic_emu {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kShort = 0.05, kLong = 0.07, kApart = 0.02, kCentre = 0.07;
 /** Newton metres for one that it is told: its makers' programs tell a tenth. */
 constexpr double kGain = 10;
@@ -100,7 +100,7 @@ void PantographModel::answer() {
   std::vector<std::uint8_t> bytes = {5};
   const auto now = angles(hand.position());
   for (std::size_t i = 0; i < 2; ++i) {
-    const double turn = std::round((now[i] - zero_[i]) / (2 * kPi) * counts_[i]) / counts_[i];
+    const double turn = std::round((now[i] - zero_[i]) / (2 * std::numbers::pi) * counts_[i]) / counts_[i];
     auto degrees = static_cast<float>(offset_deg_[i] + 360 * turn);
     if (i == 0 && faults.active(FaultKind::kEncoderJump, now_ns_)) degrees += 40;
     std::uint8_t raw[4];

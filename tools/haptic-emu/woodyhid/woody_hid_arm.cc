@@ -1,11 +1,10 @@
 #include "tools/haptic-emu/woodyhid/woody_hid_arm.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace haptic_emu {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 struct Drive {
   double ratio;  ///< Turns of the motor for one of the body; negative: the other way round.
@@ -47,7 +46,7 @@ Vec3 woodyJoints(WoodyKind kind, const Vec3& p) {
   const Point behind{elbow.r - 0.034 * ur, elbow.z - 0.034 * uz};
   const Point crank = meet(motor_c, 0.025, behind, 0.190);
   double c = std::atan2(crank.z, crank.r - motor_c.r);
-  if (c < 0.5) c += 2 * kPi;
+  if (c < 0.5) c += 2 * std::numbers::pi;
   return {std::atan2(y, x), std::atan2(elbow.z, elbow.r - motor_b.r), c};
 }
 
@@ -55,7 +54,7 @@ Vec3 woodyCounts(WoodyKind kind, const Vec3& joints) {
   Vec3 counts;
   for (int i = 0; i < 3; ++i) {
     const Drive& drive = drives(kind)[static_cast<std::size_t>(i)];
-    counts[i] = joints[i] * drive.ratio * drive.counts / (2 * kPi);
+    counts[i] = joints[i] * drive.ratio * drive.counts / (2 * std::numbers::pi);
   }
   return counts;
 }

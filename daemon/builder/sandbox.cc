@@ -61,7 +61,7 @@ constexpr int kAllowedWithThreads[] = {
 #endif
     SYS_set_robust_list, SYS_sched_yield, SYS_sched_getaffinity};
 
-Result<void> filterSystemCalls(SandboxThreads threads) {
+[[maybe_unused]] Result<void> filterSystemCalls(SandboxThreads threads) {
   if (kArchitecture == 0) return {};
   std::vector<sock_filter> program;
   const auto load = [&](std::size_t offset) {

@@ -10,8 +10,11 @@ import re
 import sys
 
 # Programs and what of their folders is compiled otherwise; in tests each folder with files is one.
-PROGRAMS = {"daemon": r"/(main|builder|recording)/|/(memfd|builder_protocol|snapshot_memory)\.cc$", "tools/hapticctl": r"/main\.cc$",
-            "tools/haptic-bench": r"/(peers|example)/|/main\.cc$"}
+PROGRAMS = {"rt": r"_(portable|avx2|avx512)\.cc$", "drivers": r"_(driver|io)\.cc$",
+            "daemon": r"/(main|builder|recording)/|/(memfd|builder_protocol|snapshot_memory)\.cc$",
+            "daemon/builder": r"/(volume|vdb)/", "daemon/recording": r"^$", "tools/hapticctl": r"/main\.cc$",
+            "tools/hapticctl-import": r"/(main|vdb_file|scan_file|dicom_series|nifti_whole)\.cc$", "tools/hapticctl-cut": r"/main\.cc$",
+            "tools/haptic-emu": r"/main\.cc$", "tools/haptic-bench": r"/(peers|example)/|/main\.cc$"}
 ONE_BY_ONE = ("tests/fakes", "tests/fuzz", "tests/rt", "tests/support", "tests/install")
 TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])\'|[{};()]|[^{};()"\']+')
 SCOPE = re.compile(r"(?:inline\s+)?namespace\s*([\w:]*)\s*$")

@@ -22,9 +22,16 @@ if(HAPTICD_CCACHE)
   endif()
 endif()
 
+# Most of what a file costs is what it instantiates of libraries, the same in each: in batches that is done once for eight files.
+# A full build takes two thirds of the time or less, one change twice as long. Names in unnamed namespaces must then differ within a target
+# (tests/lint/names.py).
+option(HAPTICD_UNITY "Compile in batches of files" OFF)
+
 add_library(hapticd_settings INTERFACE)
 target_include_directories(hapticd_settings INTERFACE ${PROJECT_SOURCE_DIR})
-target_compile_options(hapticd_settings INTERFACE -Wall -Wextra -Wshadow -Wno-missing-field-initializers -ffp-contract=off)
+# In batches a local name may be that of another file's own.
+target_compile_options(hapticd_settings INTERFACE -Wall -Wextra $<$<NOT:$<BOOL:${HAPTICD_UNITY}>>:-Wshadow> -Wno-missing-field-initializers
+                       -ffp-contract=off)
 if(HAPTICD_SANITIZE)
   add_compile_options(-fsanitize=${HAPTICD_SANITIZE} -fno-omit-frame-pointer -g1)
   add_link_options(-fsanitize=${HAPTICD_SANITIZE})
@@ -50,14 +57,17 @@ function(hapticd_sources out)
   set(${out} ${found} PARENT_SCOPE)
 endfunction()
 
-# Most of what a file costs is what it instantiates of libraries, the same in each: in batches that is done once for eight files.
-# A full build takes two thirds of the time or less, one change twice as long. Names in unnamed namespaces must then differ within a target
-# (tests/lint/names.py).
-option(HAPTICD_UNITY "Compile tests and tools in batches of files" OFF)
+# hapticd_unity(TARGET [EXCEPT REGEX]): without files whose names would clash, or that need much memory.
 function(hapticd_unity target)
+  cmake_parse_arguments(PARSE_ARGV 1 of "" EXCEPT "")
   if(HAPTICD_UNITY)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-    # A local name may be that of another file's own, and an unnamed namespace is not that of a header.
-    target_compile_options(${target} PRIVATE -Wno-shadow $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+    # An unnamed namespace is not that of a header.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+    if(of_EXCEPT)
+      get_target_property(alone ${target} SOURCES)
+      list(FILTER alone INCLUDE REGEX ${of_EXCEPT})
+      set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    endif()
   endif()
 endfunction()

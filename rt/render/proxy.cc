@@ -105,7 +105,7 @@ void ProxyRenderer::begin(Step& step) HD_RT {
   if (moves.empty()) return;
   for (const std::uint16_t slot : touchable) {
     const SceneObject& object = step.scene->slot(slot);
-    if (object.shape.kind != ShapeKind::kMesh) continue;
+    if (object.shape.kind != ShapeKind::kMesh || object.appeared) continue;
     const double skin = step.skin(object);
     const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
     Vec3 from = start_[slot];

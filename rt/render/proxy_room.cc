@@ -47,7 +47,7 @@ NearestResult nearestWithin(const SceneObject& object, const Vec3& x, double rea
 void ProxyRenderer::makeRoom(Step& step) HD_RT {
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
-    if (object.shape.kind != ShapeKind::kMesh) continue;
+    if (object.shape.kind != ShapeKind::kMesh || object.appeared) continue;
     bool deformed = false;
     for (const TriangleMove& move : step.scene->triangleMoves()) deformed = deformed || move.mesh == object.shape.mesh;
     if (deformed) pushOut(step, slot);

@@ -196,7 +196,7 @@ ErrorCode Scene::setShape(const SetShape& order) HD_RT {
   if (const ErrorCode code = makeShape(order.shape, shape); code != ErrorCode::kOk) return code;
   object->shape = shape;
   updateBall(*object);
-  motion_[objectSlot(order.object)].jump = true;
+  motion_[objectSlot(order.object)].reshaped = true;
   settled_ = false;
   rebuildTouchable();
   return ErrorCode::kOk;
@@ -234,6 +234,7 @@ ErrorCode Scene::setFlags(const hd_object_flags& order) HD_RT {
   SceneObject* object = findMutable(order.object);
   if (!object) return ErrorCode::kNotFound;
   object->flags = (object->flags & ~order.mask) | (order.value & order.mask);
+  settled_ = false;
   rebuildTouchable();
   return ErrorCode::kOk;
 }
@@ -317,10 +318,14 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   const SceneObject& parent = objects_[object.parent];
   const Motion& above = motion_[object.parent];
   const bool driven = !isZero(object.V_PO);
+  const bool enabled = (object.flags & HD_OBJECT_ENABLED) != 0, appears = enabled && motion.hidden;
+  object.appeared = appears || object.shape.mesh != motion.mesh;
+  motion.hidden = !enabled;
+  motion.mesh = object.shape.mesh;
   const bool still = !motion.pose_set && !motion.jump && !motion.world_moved && !object.moved && !motion.told;
   if (still && !driven && !above.world_moved && !above.told) {
-    motion.teleported = false;
-    return false;
+    motion.teleported = motion.reshaped = false;
+    return object.appeared;
   }
 
   const double since = time_ - motion.pose_time;
@@ -328,7 +333,8 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   if (motion.pose_set) {
     const double time = std::clamp(since, dt, std::max(dt, kPoseHold));
     const Vec3 step = object.X_PO.p - motion.X_PO_before.p;
-    if (step.norm() > kTeleportSpeed * time || object.X_PO.q.angularDistance(motion.X_PO_before.q) > kTeleportAngle) {
+    if (motion.reshaped || step.norm() > kTeleportSpeed * time ||
+        object.X_PO.q.angularDistance(motion.X_PO_before.q) > kTeleportAngle) {
       motion.jump = true;
     }
     motion.pose_time = time_;
@@ -357,6 +363,7 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
     ++arrivals_;
     object.X_WO_before = object.X_WO;
   }
+  if (appears) object.X_WO_before = object.X_WO;
   const Vec3 arm = object.X_WO.p - parent.X_WO.p;
   object.V_WO.v = parent.V_WO.v + parent.V_WO.w.cross(arm) + parent.X_WO.q * V_PO.v;
   object.V_WO.w = parent.V_WO.w + parent.X_WO.q * V_PO.w;
@@ -365,7 +372,8 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   motion.X_PO_before = object.X_PO;
   motion.pose_set = false;
   motion.jump = false;
-  return driven || motion.world_moved || motion.told;
+  motion.reshaped = false;
+  return driven || motion.world_moved || motion.told || object.appeared;
 }
 
 }  // namespace hapticd

@@ -44,6 +44,7 @@ struct SceneObject {
   Vec3 center_W = Vec3::Zero();  ///< Of a ball about the shape, this tick.
   double radius = 0;             ///< Of that ball; infinite for a plane, 0 for a group.
   bool moved = false;            ///< X_WO differs from X_WO_before.
+  bool appeared = false;         ///< It could not be touched the tick before, or not as this mesh: see Scene.
 
   /** Velocity of the body's point that is now at x_W. */
   [[nodiscard]] Vec3 velocityAt(const Vec3& x_W) const HD_RT { return V_WO.v + V_WO.w.cross(x_W - X_WO.p); }
@@ -86,11 +87,13 @@ class MeshTable {
  * Motion. Between pose commands an object moves on by its velocity; in the tick of a pose command it stands exactly at
  * the commanded pose. A pose command is a motion that contact sweeps along, if it is credible: at most kTeleportSpeed
  * over the time since the object's last pose (one tick to kPoseHold) and at most kTeleportAngle. Otherwise it is a
- * teleport, as are creation and a change of shape: X_WO_before is X_WO, and a hand that finds itself inside feels
- * nothing until it has left. V_WO follows the given velocity. Where that is zero it is the poses' difference over the
- * time between them (one tick to kPoseSpread), from the command on for half as long again, so that poses which come at
- * a client's own pace, and a little late, count as the motion they are samples of; then the object rests. Moves of
- * vertices tell the velocity of a place of a mesh in the same way.
+ * teleport, as is creation, and a change of shape together with a pose (a new shape may have its origin elsewhere):
+ * X_WO_before is X_WO, and a hand that finds itself inside feels nothing until it has left. So it is with one object
+ * alone, not with those below it, when it is enabled; where it came from unseen is no motion, nor are the moves of its
+ * vertices in that tick, or those of a mesh that it is given. V_WO follows the given velocity. Where that is zero it is
+ * the poses' difference over the time between them (one tick to kPoseSpread), from the command on for half as long
+ * again, so that poses which come at a client's own pace, and a little late, count as the motion they are samples of;
+ * then the object rests. Moves of vertices tell the velocity of a place of a mesh in the same way.
  */
 class Scene {
  public:
@@ -133,15 +136,18 @@ class Scene {
  private:
   /** What advance() needs beside the object itself. */
   struct Motion {
-    Pose X_PO_before;          ///< At the last advance().
-    double pose_time = 0;      ///< Of the last pose command, on the scene's clock [s].
-    bool pose_set = false;     ///< A pose command came since the last advance().
-    bool jump = false;         ///< The next advance() is no motion.
-    bool teleported = false;   ///< In the last advance(): children were carried along.
-    bool world_moved = false;  ///< In the last advance(): children follow.
-    Twist V_told;              ///< By poses alone, in the parent's frame,
-    double told_for = 0;       ///< so much longer [s].
-    bool told = false;         ///< It or that of an object above was not zero, now or the tick before: children follow.
+    Pose X_PO_before;                ///< At the last advance().
+    double pose_time = 0;            ///< Of the last pose command, on the scene's clock [s].
+    bool pose_set = false;           ///< A pose command came since the last advance().
+    bool jump = false;               ///< The next advance() is no motion.
+    bool reshaped = false;           ///< Nor is a pose in it: a change of shape came since the last one.
+    bool hidden = true;              ///< It could not be touched at the last advance(),
+    const MeshView* mesh = nullptr;  ///< and this was its mesh; not to be followed.
+    bool teleported = false;         ///< In the last advance(): children were carried along.
+    bool world_moved = false;        ///< In the last advance(): children follow.
+    Twist V_told;                    ///< By poses alone, in the parent's frame,
+    double told_for = 0;             ///< so much longer [s].
+    bool told = false;  ///< It or that of an object above was not zero, now or the tick before: children follow.
   };
 
   ErrorCode change(const Command& command) HD_RT;

@@ -1,0 +1,113 @@
+/** @file
+ * What appears, or is shaped anew, while it moves: what nobody could touch has not moved anybody, and what could be
+ * touched goes on moving.
+ */
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+#include "tests/support/test_mesh.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using test::kTick;
+using test::TestMesh;
+using test::TestScene;
+
+const Quat kNoTurn = Quat::Identity();
+
+ErrorCode setShape(TestScene& t, std::uint32_t id, const ShapeParameters& shape) {
+  Command command;
+  command.kind = CommandKind::kSetShape;
+  command.as<SetShape>().object = id;
+  command.as<SetShape>().shape = shape;
+  return t.scene->apply(command);
+}
+
+std::vector<hd_vertex_move> raised(const std::vector<std::array<float, 3>>& from, float by) {
+  std::vector<hd_vertex_move> moves;
+  for (std::uint32_t v = 0; v < from.size(); ++v) moves.push_back({v, {from[v][0], from[v][1], from[v][2] + by}});
+  return moves;
+}
+
+/** A plate below the hand, out of touch, that comes about it unseen and is seen in the tick in which it comes. */
+TEST(ProxyAppear, WhatComesUnseenPushesNobody) {
+  for (const double radius : {0.0, 0.002}) {
+    for (const bool by_vertices : {false, true}) {
+      for (const bool seen_first : {false, true}) {
+        TestScene t;
+        t.proxy.setRadius(radius);
+        TestMesh mesh = test::boxMesh(Vec3(0.02, 0.02, 0.01));
+        const auto start = mesh.vertices;
+        const auto id = t.addMesh(mesh.deformableView(), {Vec3(0, 0, -0.03), kNoTurn});
+        const Vec3 hip(0.001, 0.002, 0);
+        t.tick(hip);
+        t.flags(id, HD_OBJECT_ENABLED, 0);
+        for (int i = 0; i < 30; ++i) t.tick(hip);
+        const auto see = [&] { t.flags(id, HD_OBJECT_ENABLED, HD_OBJECT_ENABLED); };
+        if (seen_first) see();
+        if (by_vertices) {
+          ASSERT_EQ(t.moveVertices(id, raised(start, 0.03F)), ErrorCode::kOk);
+        } else {
+          ASSERT_EQ(t.pose(id, {Vec3::Zero(), kNoTurn}), ErrorCode::kOk);
+        }
+        if (!seen_first) see();
+        for (int i = 0; i < 3; ++i) EXPECT_EQ(t.tick(hip).object, 0u) << radius << by_vertices << seen_first;
+        t.tick(Vec3(0, 0, 0.1));
+        EXPECT_NEAR(t.tick(Vec3(0, 0, 0.009)).force.z(), 1000 * (radius + 0.001), 1e-6) << "when it has left";
+      }
+    }
+  }
+}
+
+/** The same of a mesh whose vertices have moved before an object is given it. */
+TEST(ProxyAppear, AMeshThatMovedUnseenPushesNobody) {
+  TestScene t;
+  TestMesh shown = test::boxMesh(Vec3(0.02, 0.02, 0.001)), next = test::boxMesh(Vec3(0.02, 0.02, 0.01));
+  const auto start = next.vertices;
+  const auto other = t.addMesh(next.deformableView(), {Vec3(1, 0, 0), kNoTurn});
+  const auto id = t.addMesh(shown.view(), {Vec3(0, 0, -0.03), kNoTurn});
+  const Vec3 hip(0.001, 0.002, 0);
+  t.tick(hip);
+  ASSERT_EQ(t.moveVertices(other, raised(start, 0.03F)), ErrorCode::kOk);
+  ASSERT_EQ(setShape(t, id, {static_cast<std::uint32_t>(ShapeKind::kMesh), objectSlot(other), {}}), ErrorCode::kOk);
+  EXPECT_EQ(t.tick(hip).object, 0u);
+}
+
+/** Nor do things below one that appears lose whom they carry. */
+TEST(ProxyAppear, WhatHangsOnAnObjectThatAppearsGoesOnCarrying) {
+  TestScene t;
+  const auto arm = t.add(ShapeKind::kSphere, Vec3(0.001, 0, 0), {Vec3(0, 0, -0.5), kNoTurn}, {1000, 0, 0, 0}, 0);
+  t.add(ShapeKind::kBox, Vec3(0.02, 0.02, 0.01), {Vec3(0, 0, 0.47), kNoTurn}, {1000, 0, 0, 0}, test::kOneSided, arm);
+  const Vec3 hip(0.001, 0.002, -0.019);
+  t.tick(hip);
+  t.pose(arm, {Vec3(0, 0, -0.5), kNoTurn}, {Vec3(0, 0, 0.1), Vec3::Zero()});
+  for (int i = 1; i < 100; ++i) {
+    if (i == 50) t.flags(arm, HD_OBJECT_ENABLED, HD_OBJECT_ENABLED);
+    ASSERT_NEAR(t.tick(hip).force.z(), 1000 * std::max(0.0, 1e-4 * (i - 1) - 0.001), 1e-6) << i;
+  }
+}
+
+/** A plate that lifts the hand and is given a shape: the same, or one that is lower. */
+TEST(ProxyAppear, WhatIsShapedAnewWhileItMovesGoesOnCarrying) {
+  for (const double half : {0.01, 0.0095}) {
+    TestScene t;
+    const auto id = t.add(ShapeKind::kBox, Vec3(0.02, 0.02, 0.01), {Vec3(0, 0, -0.02), kNoTurn});
+    const Vec3 hip(0.001, 0.002, 0);
+    t.tick(hip);
+    t.pose(id, {Vec3(0, 0, -0.02), kNoTurn}, {Vec3(0, 0, 0.1), Vec3::Zero()});
+    for (int i = 1; i < 150; ++i) {
+      if (i == 120)
+        ASSERT_EQ(setShape(t, id, {static_cast<std::uint32_t>(ShapeKind::kBox), 0, {0.02, 0.02, half}}),
+                  ErrorCode::kOk);
+      const double top = -0.02 + 1e-4 * (i - 1) + (i < 120 ? 0.01 : half);
+      ASSERT_NEAR(t.tick(hip).force.z(), 1000 * std::max(0.0, top), 1e-6) << half << " " << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

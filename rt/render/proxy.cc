@@ -53,7 +53,7 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   surroundings_.tick();
   begin(step);
   const bool deformed = radius_ > 0 && !scene.triangleMoves().empty();
-  if (deformed) makeRoom(step);
+  if (deformed && !crowded_) makeRoom(step);  // Of what has appeared in it fitRadius() takes it out.
   if (scene.arrivals() != arrivals_) {
     arrivals_ = scene.arrivals();
     crowded_ = true;

@@ -77,6 +77,23 @@ TEST(ProxyAppear, AMeshThatMovedUnseenPushesNobody) {
   EXPECT_EQ(t.tick(hip).object, 0u);
 }
 
+/** A ball whose centre comes out of what has appeared about it, while vertices of that move elsewhere. */
+TEST(ProxyAppear, ABallComesOutOfAMeshThatMovesWithoutAKick) {
+  TestScene t;
+  t.proxy.setRadius(0.003);
+  TestMesh mesh = test::boxMesh(Vec3(0.02, 0.02, 0.01));
+  const std::array<float, 3> corner = mesh.vertices[0];
+  const auto id = t.addMesh(mesh.deformableView());
+  t.tick(Vec3::Zero());
+  for (int i = 1; i < 200; ++i) {
+    ASSERT_EQ(t.moveVertices(id, {{0, {corner[0], corner[1], corner[2] - 1e-6F * static_cast<float>(i)}}}),
+              ErrorCode::kOk);
+    const SurfaceContact& c = t.tick(Vec3(0.001, 0.002, 1e-4 * i));
+    ASSERT_LT(c.force.norm(), 1e-6) << i;
+  }
+  EXPECT_NEAR(t.tick(Vec3(0.001, 0.002, 0.012)).force.z(), 1, 1e-6) << "as large as ever";
+}
+
 /** Nor do things below one that appears lose whom they carry. */
 TEST(ProxyAppear, WhatHangsOnAnObjectThatAppearsGoesOnCarrying) {
   TestScene t;

@@ -10,17 +10,22 @@ double ratio(std::int64_t part, std::int64_t whole) HD_RT {
   return static_cast<double>(part) / static_cast<double>(whole);
 }
 
+constexpr double kSilent2 = 1e-24;  // [N^2]
+
 /** Direction in which energy of a blend is booked: squares of the parts sum to one. */
 Vec3 byAxis(double power, const Vec3& direction) HD_RT {
   const double squared = direction.squaredNorm();
-  return squared > 1e-24 ? Vec3(power / squared * direction.cwiseProduct(direction)) : Vec3::Constant(power / 3);
+  return squared > kSilent2 ? Vec3(power / squared * direction.cwiseProduct(direction)) : Vec3::Constant(power / 3);
 }
 
-/** The share of `model` that explains most of `force`: at least `own`, the share it has, and not more than all of it.
+/**
+ * The share of `model` that explains most of `force`: at least `own`, the share it has, and not more than all of it.
+ * Where neither says anything, `agreed`: that of all models which say so.
  */
-double shareIn(const Vec3& force, const Vec3& model, double own) HD_RT {
+double shareIn(const Vec3& force, const Vec3& model, double own, double agreed) HD_RT {
   const double squared = model.squaredNorm();
-  return squared > 1e-24 ? std::clamp(force.dot(model) / squared, own, std::max(own, 1.0)) : own;
+  if (squared > kSilent2) return std::clamp(force.dot(model) / squared, own, std::max(own, 1.0));
+  return force.squaredNorm() > kSilent2 ? own : agreed;
 }
 
 }  // namespace
@@ -30,7 +35,7 @@ void LocalModelSlot::reset() HD_RT {
   now_ = before_ = Framed{};
   blending_ = evaluated_ = expired_ = false;
   seq_ = 0;
-  now_weight_ = 1;
+  now_weight_ = agreed_weight_ = 1;
   before_weight_ = 0;
   for (std::uint32_t i = 0; i < kMaxDevices; ++i) {
     residual_[i].setZero();
@@ -56,6 +61,12 @@ ErrorCode LocalModelSlot::set(const Command& command, std::int64_t now_ns, const
   if (const ErrorCode error = next.model.set(command); error != ErrorCode::kOk) return error;
   const std::uint32_t frame = next.model.frame();
   if (frame != 0 && scene.find(frame) == nullptr) return ErrorCode::kNotFound;
+  if (state_ == State::kInForce && !now_.frame_gone && next.model.isSame(now_.model)) {  // Nothing new but its lease.
+    seq_ = command.seq;
+    applied_ns_ = now_ns;
+    lease_ns_ = next.model.lease_ns();
+    return ErrorCode::kOk;
+  }
   follow(next, scene);
   if (state_ != State::kEmpty) {
     follow(now_, scene);
@@ -80,7 +91,7 @@ void LocalModelSlot::replace(const Framed& next, std::uint64_t seq, std::int64_t
   } else if (evaluated_) {
     before_ = now_;
     const std::uint32_t device = now_.model.none() ? 0 : now_.model.device();
-    before_weight_ = now_.model.none() ? 0 : shareIn(last_[device], last_of_now_[device], now_weight_);
+    before_weight_ = now_.model.none() ? 0 : shareIn(last_[device], last_of_now_[device], now_weight_, agreed_weight_);
     for (std::uint32_t i = 0; i < kMaxDevices; ++i) {
       residual_[i] = last_[i] - before_weight_ * last_of_now_[i];
       last_of_now_[i].setZero();
@@ -124,6 +135,8 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
   evaluated_ = true;
   last_ns_ = now_ns;
   now_weight_ = w * s;
+  const bool one_device = !before_.model.none() && !now_.model.none() && before_.model.device() == now_.model.device();
+  agreed_weight_ = w * (one_device ? s + (1 - s) * before_weight_ : s);
 
   ModelForce out;
   if (!now_.model.none() && now_.model.device() == tool.device) {

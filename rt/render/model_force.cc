@@ -1,6 +1,7 @@
 #include "rt/render/model_force.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "rt/render/friction_cone.h"
 #include "rt/render/model_solid.h"
@@ -53,6 +54,24 @@ bool prepare(hd_local_model& m) HD_RT {
   }
 }
 
+/** What of the command makes the force. */
+template <class Model>
+Model lawOf(Model model) HD_RT {
+  model.lease_ns = model.blend_ns = 0;
+  return model;
+}
+
+hd_local_model shapeOf(const hd_local_model& model) HD_RT {
+  hd_local_model shape = lawOf(model);
+  shape.material = {};
+  return shape;
+}
+
+template <class T>
+bool sameBytes(const T& one, const T& other) HD_RT {
+  return std::memcmp(&one, &other, sizeof(T)) == 0;
+}
+
 }  // namespace
 
 ErrorCode LocalModel::set(const Command& command) HD_RT {
@@ -79,12 +98,25 @@ Command LocalModel::command() const HD_RT {
   return out;
 }
 
+bool LocalModel::isSame(const LocalModel& other) const HD_RT {
+  if (none() || kind_ != other.kind_) return false;
+  return kind_ == CommandKind::kForceField ? sameBytes(lawOf(field_), lawOf(other.field_))
+                                           : sameBytes(lawOf(local_), lawOf(other.local_));
+}
+
 void LocalModel::inherit(const LocalModel& former, const ModelFrame& former_frame, const ModelFrame& frame) HD_RT {
   if (kind_ != CommandKind::kLocalModel || former.kind_ != CommandKind::kLocalModel || !former.touching_) return;
-  anchor_ = frame.X_WF.inverse() * (former_frame.X_WF * former.anchor_);
   touching_ = true;
   slip_ = former.slip_;
-  inherited_ = true;
+  if (sameBytes(shapeOf(local_), shapeOf(former.local_))) {
+    anchor_ = former.anchor_;
+    beyond_ = former.beyond_;
+    left_ = former.left_;
+    inherited_ = former.inherited_;
+  } else {
+    anchor_ = frame.X_WF.inverse() * (former_frame.X_WF * former.anchor_);
+    inherited_ = true;
+  }
 }
 
 std::uint32_t LocalModel::frame() const HD_RT {

@@ -50,7 +50,12 @@ class LocalModel {
 
   /** From a command of kind kLocalModel or kForceField; normals are made unit. kInvalidArgument: nothing changes. */
   ErrorCode set(const Command& command) HD_RT;
-  /** The contact memory of the model that this one replaces: a stuck anchor stays stuck through updates. */
+  /** Whether it is the same law in the same frame, whatever lease and blend it came with. */
+  [[nodiscard]] bool isSame(const LocalModel& other) const HD_RT;
+  /**
+   * The contact memory of the model that this one replaces: a stuck anchor stays stuck through updates. All of it, if
+   * only the material is another.
+   */
   void inherit(const LocalModel& former, const ModelFrame& former_frame, const ModelFrame& frame) HD_RT;
 
   [[nodiscard]] bool none() const HD_RT { return kind_ == CommandKind::kNone; }

@@ -19,6 +19,12 @@ class SlotTest : public ::testing::Test {
   void set(const hd_local_model& m, std::int64_t ms) {
     ASSERT_EQ(slot.set(commandOf(m, ++seq_), now + ms * kMs, scene), ErrorCode::kOk);
   }
+  /** A plane, each time another that says the same. */
+  hd_local_model planeAgain() {
+    hd_local_model m = modelOf(HD_MODEL_PLANE);
+    m.origin[0] = 1e-6 * static_cast<double>(seq_);
+    return m;
+  }
   /** An object at p, moving with v. Returns its id. */
   std::uint32_t addObject(const Vec3& p, const Vec3& v = Vec3::Zero()) {
     Command c;
@@ -65,7 +71,7 @@ TEST_F(SlotTest, ModelsReplacedInEveryTickComeIntoForce) {
   // What is missing falls by dt / blend in each tick, so that a client as fast as the servo is felt, one blend late.
   double missing = 1;
   for (int ms = 0; ms < 100; ++ms) {
-    set(modelOf(HD_MODEL_PLANE, 500), ms);
+    set(planeAgain(), ms);
     EXPECT_NEAR(at(ms).z(), 1 - missing, 1e-12);
     missing *= 0.9;
   }
@@ -74,7 +80,7 @@ TEST_F(SlotTest, ModelsReplacedInEveryTickComeIntoForce) {
 /** They say the same of the same place: what they replace in mid-blend follows the hand as they do. */
 TEST_F(SlotTest, ModelsThatAgreeFollowTheHandHoweverOftenTheyAreReplaced) {
   for (int ms = 0; ms < 300; ++ms) {
-    set(modelOf(HD_MODEL_PLANE, 500), ms);
+    set(planeAgain(), ms);
     tool.p.z() = -0.004 + 0.003 * std::sin(0.05 * ms);
     const double wanted = -500 * tool.p.z(), felt = at(ms).z();
     if (ms <= 120) continue;
@@ -85,13 +91,80 @@ TEST_F(SlotTest, ModelsThatAgreeFollowTheHandHoweverOftenTheyAreReplaced) {
 /** What the old model does not explain stays as it was, and goes: a hand that leaves is not drawn back. */
 TEST_F(SlotTest, AHandThatLeavesInMidBlendIsNotPulled) {
   for (int ms = 0; ms < 4; ++ms) {
-    set(modelOf(HD_MODEL_PLANE, 500), ms);
+    set(planeAgain(), ms);
     (void)at(ms);
   }
   tool.p.z() = 0.001;
   for (int ms = 4; ms < 30; ++ms) {
-    set(modelOf(HD_MODEL_PLANE, 500), ms);
+    set(planeAgain(), ms);
     ASSERT_NEAR(at(ms).z(), 0, 1e-12) << ms;
+  }
+}
+
+/** In the air they have agreed that there is nothing: taps of a hand meet the whole plane, and get nothing from it. */
+TEST_F(SlotTest, AHandThatComesToASurfaceMeetsAllOfItHoweverOftenItIsReplaced) {
+  for (const int blend_ms : {5, 10, 50}) {
+    for (const int every : {1, 2, 7}) {
+      slot.reset();
+      double most = 0, work = 0, before = 0;
+      const auto height = [](int ms) { return std::abs(ms % 200 - 100) * 1e-4 - 0.002; };  // To 2 mm deep, at 0.1 m/s.
+      for (int ms = 0; ms < 1000; ++ms) {
+        hd_local_model m = planeAgain();
+        m.blend_ns = blend_ms * kMs;
+        if (ms % every == 0) set(m, ms);
+        tool.p.z() = height(ms);
+        const double force = at(ms).z();
+        if (ms < 400) continue;
+        most = std::max(most, force);
+        work += (force + before) / 2 * (height(ms) - height(ms - 1));
+        before = force;
+      }
+      EXPECT_NEAR(most, 1, 1e-3) << blend_ms << " " << every;
+      EXPECT_NEAR(work, 0, 1e-6) << blend_ms << " " << every << ": of the three times 1 mJ that went in";
+    }
+  }
+}
+
+/** One that is in force and is sent again is felt as if it had not been: not a bit changes, whatever the surface. */
+TEST_F(SlotTest, SentAgainAModelOnlyHasItsLeaseRenewed) {
+  for (const bool round : {false, true}) {
+    for (const double friction : {0.0, 0.7}) {
+      slot.reset();
+      LocalModelSlot other;
+      hd_local_model m = modelOf(round ? HD_MODEL_SPHERE : HD_MODEL_PLANE, 500, 2);
+      if (round) m.origin[2] = -0.02;
+      m.material.friction_static = friction;
+      m.material.friction_dynamic = 0.6 * friction;
+      m.lease_ns = 5000 * kMs;
+      ASSERT_EQ(other.set(commandOf(m), now, scene), ErrorCode::kOk);
+      m.lease_ns = 100 * kMs;
+      for (int ms = 0; ms < 3000; ++ms) {
+        if (ms > 0) m.blend_ns = (5 + ms % 40) * kMs;
+        if (ms % 37 == 0 || ms % 100 < 10) set(m, ms);
+        tool.p = Vec3(0.004 * std::sin(0.01 * ms), 0.002 * std::sin(0.023 * ms), 0.003 * std::sin(0.017 * ms) - 0.001);
+        tool.v = Vec3(0.04 * std::cos(0.01 * ms), 0.046 * std::cos(0.023 * ms), 0.051 * std::cos(0.017 * ms));
+        ASSERT_EQ(at(ms), other.evaluate(tool, now + ms * kMs, scene).force) << round << " " << friction << " " << ms;
+      }
+      EXPECT_FALSE(slot.takeExpired());
+    }
+  }
+}
+
+/** A surface whose material changes by next to nothing keeps a hand where it sticks, round or flat. */
+TEST_F(SlotTest, AnotherMaterialKeepsWhatSticksWhereItIs) {
+  LocalModelSlot other;
+  hd_local_model m = modelOf(HD_MODEL_SPHERE);
+  m.origin[2] = -0.02;
+  m.lease_ns = 5000 * kMs;
+  m.material.friction_static = 0.7;
+  m.material.friction_dynamic = 0.4;
+  ASSERT_EQ(other.set(commandOf(m), now, scene), ErrorCode::kOk);
+  for (int ms = 0; ms < 3000; ++ms) {
+    m.material.stiffness = 500 + 1e-9 * ms;
+    set(m, ms);
+    tool.p = Vec3(0.004 * std::sin(0.01 * ms), 0.002 * std::sin(0.023 * ms), 0.002 * std::sin(0.017 * ms) - 0.003);
+    const Vec3 alone = other.evaluate(tool, now + ms * kMs, scene).force, force = at(ms);
+    if (ms > 200) ASSERT_LT((force - alone).norm(), 1e-3) << ms;
   }
 }
 

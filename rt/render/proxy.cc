@@ -53,7 +53,8 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   surroundings_.tick();
   begin(step);
   const bool deformed = radius_ > 0 && !scene.triangleMoves().empty();
-  if (deformed && !crowded_) makeRoom(step);  // Of what has appeared in it fitRadius() takes it out.
+  if (deformed && !crowded_) makeRoom(step);       // Of what has appeared in it fitRadius() takes it out.
+  step.together = step.together || !step.carried;  // Vertices have moved elsewhere.
   if (scene.arrivals() != arrivals_) {
     arrivals_ = scene.arrivals();
     crowded_ = true;
@@ -94,9 +95,9 @@ void ProxyRenderer::noteStarts(const Step& step) HD_RT {
 void ProxyRenderer::begin(Step& step) HD_RT {
   const auto touchable = step.scene->touchable();
   const auto moves = step.scene->triangleMoves();
-  bool moved = behind_ || !moves.empty();
-  for (const std::uint16_t slot : touchable) moved = moved || step.scene->slot(slot).moved;
-  if (!moved) return;
+  step.carried = behind_;
+  for (const std::uint16_t slot : touchable) step.carried = step.carried || step.scene->slot(slot).moved;
+  if (!step.carried && moves.empty()) return;
   step.together = false;
   for (const std::uint16_t slot : touchable) {
     const SceneObject& object = step.scene->slot(slot);
@@ -114,7 +115,7 @@ void ProxyRenderer::begin(Step& step) HD_RT {
       if (move.mesh != object.shape.mesh) continue;
       if (last == nullptr || !isSameVertex(*last, move)) from = start_[slot];
       last = &move;
-      (void)overtakes(move, two_sided, kNear * skin, from, start_[slot]);
+      if (overtakes(move, two_sided, kNear * skin, from, start_[slot])) step.carried = true;
     }
   }
 }

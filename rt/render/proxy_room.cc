@@ -69,6 +69,7 @@ void ProxyRenderer::pushOut(Step& step, std::uint32_t slot) HD_RT {
     Vec3 out;
     if (!outward(near, x, two_sided, skin, distance, out)) return;
 
+    step.carried = true;
     // As little as gets it off all that was in its way.
     if (count == kMaxHalfSpaces) count = 0;
     planes[count++] = {out, out.dot(near.point) + radius_ + kAway * skin};

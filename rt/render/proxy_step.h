@@ -59,6 +59,7 @@ struct ProxyRenderer::Step {
   Vec3 end = Vec3::Zero();   ///< Where the proxy is thought to come to; where it is, if nothing is known.
   double scale = 0;          ///< Of the coordinates in W.
   bool together = true;      ///< The proxy is at one place in W, proxy_; else start_ holds one per object.
+  bool carried = false;      ///< An object has moved since the last tick, or its vertices have moved the proxy.
   bool settled = false;      ///< The proxy is where what holds it lets it be,
   bool real = false;         ///< and each of several faces that hold it is there, not just its plane drawn out.
   bool slip = false;

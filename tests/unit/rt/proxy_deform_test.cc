@@ -136,6 +136,37 @@ TEST(ProxyOnDeformable, PlatesThatCloseOnABallKeepItBetweenThem) {
   }
 }
 
+/** Vertices that move out of touch change not a bit of what is felt. */
+TEST(ProxyOnDeformable, WhatMovesElsewhereIsNotFelt) {
+  for (const double radius : {0.0, 0.002}) {
+    for (const double friction : {0.0, 0.6}) {
+      TestScene still, moving;
+      TestMesh mesh = test::sphereMesh(0.03, 5), far = test::sphereMesh(0.03, 5);
+      const Pose X{Vec3(0.01, 0.02, 0.03), Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()))};
+      MeshView* const view = mesh.view();
+      for (TestScene* t : {&still, &moving}) {
+        t->addMesh(view, X, {1000, 0, friction, 0.7 * friction});
+        t->proxy.setRadius(radius);
+        t->tick(Vec3(0, 0, 0.2));
+      }
+      const auto id = moving.addMesh(far.deformableView(), {Vec3(0.5, 0.5, 0.5), Quat::Identity()});
+      int contacts = 0;
+      for (int i = 0; i < 2000; ++i) {
+        const auto by = static_cast<float>(1 + 0.1 * std::sin(i));
+        const auto& v = mesh.vertices[7];
+        ASSERT_EQ(moving.moveVertices(id, {{7, {by * v[0], by * v[1], by * v[2]}}}), ErrorCode::kOk);
+        const Vec3 hip = X * Vec3(0.03 * std::sin(0.011 * i), 0.03 * std::sin(0.017 * i), 0.03 * std::cos(0.007 * i));
+        const SurfaceContact &one = still.tick(hip), &other = moving.tick(hip);
+        contacts += one.object != 0;
+        ASSERT_EQ(one.proxy, other.proxy) << i;
+        ASSERT_EQ(one.force, other.force) << i;
+        ASSERT_EQ(one.slip, other.slip) << i;
+      }
+      EXPECT_GT(contacts, 300);
+    }
+  }
+}
+
 TEST(ProxyOnDeformable, OnlyThisTicksMovesAreSwept) {
   Sheet sheet(2);
   TestScene t;

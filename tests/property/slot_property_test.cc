@@ -49,8 +49,8 @@ Command randomModel(Random& random) {
  * they have no memory. */
 struct Account {
   LocalModel now, old;
-  bool has_now = false;
-  double c = 0, now_weight = 0;
+  bool has_now = false, has_old = false;
+  double c = 0, now_weight = 0, agreed_weight = 0;
   Vec3 r = Vec3::Zero(), last = Vec3::Zero(), last_of_now = Vec3::Zero();
   std::int64_t start = 0, applied = 0, blend = 5 * kMs, lease = 0;
   bool fresh = false;  ///< Replaced in this tick.
@@ -64,7 +64,10 @@ struct Account {
       if (has_now && last_of_now.norm() > 1e-12) {
         const double least_squares = last.dot(last_of_now) / last_of_now.squaredNorm();
         c = std::max(c, std::min(1.0, least_squares));
+      } else if (has_now && last.norm() <= 1e-12) {
+        c = agreed_weight;
       }
+      has_old = has_now;
       r = last - c * last_of_now;
     }
     now = next;
@@ -143,6 +146,7 @@ TEST(SlotProperty, ForceIsContinuousAndWithinTheStatedBound) {
       a.last = f;
       a.last_of_now = f_new;
       a.now_weight = w * s;
+      a.agreed_weight = w * (s + (a.has_old ? (1 - s) * a.c : 0));
     }
   }
   if (seeds(2).size() > 1) {

@@ -19,6 +19,8 @@ namespace {
  */
 constexpr double kOfTwoSided = 0.125;
 
+constexpr double kAtEnd = 1 - 0x1p-53;  // The last moment of a way.
+
 /** The swept line in sheared axes: along z it runs, x and y are what the edge tests see. */
 struct Line {
   int x, y, z;
@@ -58,9 +60,11 @@ void sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, cons
     approach = -approach;
     height = -height;
   }
+  // Nobody comes to lie on a two-sided triangle, for there nobody knows from which side.
   const double behind = (sweep.two_sided ? kOfTwoSided : 1) * sweep.tolerance;
-  if (approach <= 0 || height < -behind || height >= approach) return;
-  const double time = std::max(height, 0.0) / approach;
+  const double before = sweep.two_sided ? sweep.tolerance : 0.0;
+  if (approach <= 0 || height < -behind || height >= approach + before) return;
+  const double time = std::min(std::max(height, 0.0) / approach, kAtEnd);
   if (!first.isBeatenBy(time, t)) return;
   first.set({time, height, n, n.dot(v0), t, FeatureKind::kFace, 0, Vec3::Zero()});
 }

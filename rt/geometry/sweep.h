@@ -27,7 +27,7 @@ struct Sweep {
   Vec3 d = Vec3::Zero();
   double radius = 0;       ///< Of the ball [m].
   double tolerance = 0;    ///< Depth at which a start still counts as outside [m].
-  bool two_sided = false;  ///< Both faces of triangles stop the point.
+  bool two_sided = false;  ///< Both faces of triangles stop the point, from `tolerance` before them.
   /** A triangle of the mesh that may well be met first: tried first, it shortens the search, whose answer is the same.
    */
   std::uint32_t hint = HD_NO_INDEX;

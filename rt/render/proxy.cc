@@ -10,7 +10,10 @@ namespace {
 constexpr int kMaxRounds = 12;        // Hits before the surfaces are looked at afresh,
 constexpr int kMaxVain = 2;           // and that without having come nearer: round and round.
 constexpr double kMostBack = 0x1p14;  // Times rounding that a proxy is put back onto its surfaces,
+constexpr double kHovers = 32;        // Times rounding: two hairs.
 constexpr double kMostApart = 5;      // and times what lies between its places relative to them.
+
+constexpr std::uint64_t kNoArrivals = ~std::uint64_t{0};  // Of no scene.
 
 /** Planes so nearly parallel that a hair shifts the line in which they meet tell no more. Out of the way of one plane.
  */
@@ -34,6 +37,7 @@ void ProxyRenderer::reset(const Vec3& hip_W) HD_RT {
   started_ = true;
   behind_ = false;
   crowded_ = true;
+  arrivals_ = kNoArrivals;
 }
 
 void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W, double,
@@ -58,6 +62,7 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   if (scene.arrivals() != arrivals_) {
     arrivals_ = scene.arrivals();
     crowded_ = true;
+    stepOff(step);
   }
   if (deformed || radius_ != wanted_radius_ || (crowded_ && radius_ > 0)) fitRadius(step);
   const Vec3 from = proxy_;
@@ -304,8 +309,10 @@ const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
     rounding = std::max(rounding, kNear * step.held[i].skin);
   }
   s.foot = step.goal;
-  s.at = proxy_;
   const bool held = step.count > 0 && nearestInside(exact, step.count, rounding, s.foot, s.active) && s.active != 0;
+  // On a two-sided sheet itself, or less than a hair above: the proxy hovers, nothing is felt.
+  const bool hovers = !held && step.count > 0 && (proxy_ - step.goal).norm() <= kHovers * rounding;
+  s.at = hovers ? step.goal : proxy_;
   if (held && !nearestOnPlanes(exact, s.active, s.at)) s.at = proxy_;
   if (held && (s.active & (s.active - 1)) != 0) [[unlikely]]
     distrustFarLine(proxy_, kMostBack * rounding + kMostApart * spread(step), s.at, s.foot);

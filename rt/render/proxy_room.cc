@@ -6,10 +6,13 @@
 namespace hapticd {
 namespace {
 
-constexpr int kMaxPushes = 8;        // Of the ball out of one mesh in one tick.
-constexpr double kAway = 1.25;       // Skins that it is pushed off the surface: fitRadius() wants one.
-constexpr double kLeastBall = 1024;  // Skins: on a smaller one what it touches lies in no direction but rounding's.
-constexpr double kDirected = 16.0;   // Skins from the surface at which the way from there tells a direction.
+constexpr int kMaxPushes = 8;         // Of the ball out of one mesh in one tick.
+constexpr double kAway = 1.25;        // Skins that it is pushed off the surface: fitRadius() wants one.
+constexpr double kLeastBall = 1024;   // Skins: on a smaller one what it touches lies in no direction but rounding's.
+constexpr double kOnSheet = 0x1p-6;   // Skins: twice as near as a two-sided triangle must be to hold from either side,
+constexpr double kOffSheet = 0x1p-3;  // and clearly beyond.
+constexpr int kMaxSheets = 4;         // That meet where the proxy is.
+constexpr double kDirected = 16.0;    // Skins from the surface at which the way from there tells a direction.
 
 /** From the surface to the centre of the ball, unit; false if that is inside. */
 bool outward(const Nearest& near, const Vec3& x, bool two_sided, double skin, double distance, Vec3& out) HD_RT {
@@ -95,6 +98,30 @@ void ProxyRenderer::pushOut(Step& step, std::uint32_t slot) HD_RT {
     if (free == SweepResult::kExhausted) return;
     // Between two walls as far from the one as from the other.
     x += (free == SweepResult::kHit ? 0.5 * hit.t : 1 / ahead) * sweep.d;
+  }
+}
+
+/**
+ * Off two-sided triangles on which the proxy has started, or which have appeared on it: so near that they would hold it
+ * from either side. It comes to lie on the one where it is; on the front, if that cannot be told.
+ */
+void ProxyRenderer::stepOff(Step& step) HD_RT {
+  for (const std::uint16_t slot : step.scene->touchable()) {
+    const SceneObject& object = step.scene->slot(slot);
+    if (object.shape.kind != ShapeKind::kMesh || (object.flags & HD_OBJECT_TWO_SIDED) == 0) continue;
+    const double skin = step.skin(object);
+    for (int sheet = 0; sheet < kMaxSheets; ++sheet) {
+      const Vec3 x = startIn(step, slot);
+      Nearest near;
+      if (nearestWithin(object, x, kOnSheet * skin, nullptr, step.work, near) != NearestResult::kFound) break;
+      const double side = (x - near.point).dot(near.normal) < 0 ? -1 : 1;
+      const Vec3 off = side * kOffSheet * skin * near.normal;
+      if (step.together) {
+        proxy_ += rotated(object.X_WO.q, off);
+      } else {
+        start_[slot] += off;
+      }
+    }
   }
 }
 

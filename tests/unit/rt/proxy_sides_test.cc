@@ -24,6 +24,55 @@ TestMesh sheet() {
 
 Vec3 mirrored(const Vec3& x) { return {x.x(), x.y(), -x.z()}; }
 
+/** A hand that starts on a sheet, or about which one appears, is on one side of it: it is held on one way, not on both.
+ */
+TEST(ProxySides, AHandThatStartsOnASheetIsOnOneSideOfIt) {
+  TestMesh flat = sheet();
+  MeshView* const view = flat.view();
+  const double cell = 0.0125;  // [m]
+  for (const bool appears : {false, true}) {
+    for (const double radius : {0.0, 0.002}) {
+      for (const Vec3& at : {Vec3(0, 0, 0), Vec3(0.5 * cell, 0, 0), Vec3(0.3 * cell, 0.2 * cell, 0)}) {
+        for (const Pose& X :
+             {Pose{}, Pose{Vec3(0.1, 0.2, 0.3), Quat(Eigen::AngleAxisd(1, Vec3(1, 2, 3).normalized()))}}) {
+          int held = 0;
+          for (const double way : {0.003, -0.003}) {
+            TestScene t;
+            t.proxy.setRadius(radius);
+            if (appears) t.tick(X * at);
+            t.addMesh(view, X, kRubber, kTwoSided);
+            t.tick(X * at);
+            held += t.tick(X * (at + Vec3(0, 0, way))).object != 0;
+          }
+          EXPECT_EQ(held, 1) << appears << " " << radius << " " << at.transpose();
+        }
+      }
+    }
+  }
+}
+
+/** Nor does one that comes to stand on the sheet itself, from either side, forget where it came from, or feel a touch.
+ */
+TEST(ProxySides, AHandThatStopsOnASheetIsOnTheSideItCameFrom) {
+  TestMesh flat = sheet();
+  MeshView* const view = flat.view();
+  for (const double from : {1.0, -1.0}) {
+    for (const Vec3& at : {Vec3(0.001, 0.002, 0), Vec3(0.00625, 0, 0), Vec3(0.0125, 0.0125, 0)}) {
+      TestScene t;
+      t.addMesh(view, {}, kRubber, kTwoSided);
+      const auto force = [&](double height) { return from * t.tick(at + Vec3(0, 0, from * height)).force.z(); };
+      for (const double height : {0.003, 0.001, 0.0, 0.0, 0.001, 0.005, 0.0}) {
+        EXPECT_EQ(force(height), 0) << at.transpose() << " " << height;
+        EXPECT_EQ(t.contact.object, 0u);
+      }
+      EXPECT_NEAR(force(-0.002), 2, 1e-9);
+      EXPECT_EQ(force(0), 0);
+      EXPECT_EQ(force(0.003), 0);
+      EXPECT_NEAR(force(-0.002), 2, 1e-9);
+    }
+  }
+}
+
 /** The back of a two-sided sheet feels as its front does: stiffness, damping, friction. */
 TEST(ProxySides, TheBackOfATwoSidedSheetIsTheMirrorOfItsFront) {
   TestMesh a = sheet(), b = sheet();

@@ -164,7 +164,8 @@ TEST_F(SlotTest, AnotherMaterialKeepsWhatSticksWhereItIs) {
     set(m, ms);
     tool.p = Vec3(0.004 * std::sin(0.01 * ms), 0.002 * std::sin(0.023 * ms), 0.002 * std::sin(0.017 * ms) - 0.003);
     const Vec3 alone = other.evaluate(tool, now + ms * kMs, scene).force, force = at(ms);
-    if (ms > 200) ASSERT_LT((force - alone).norm(), 1e-3) << ms;
+    if (ms <= 200) continue;
+    ASSERT_LT((force - alone).norm(), 1e-3) << ms;
   }
 }
 

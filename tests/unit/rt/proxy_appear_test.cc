@@ -117,9 +117,10 @@ TEST(ProxyAppear, WhatIsShapedAnewWhileItMovesGoesOnCarrying) {
     t.tick(hip);
     t.pose(id, {Vec3(0, 0, -0.02), kNoTurn}, {Vec3(0, 0, 0.1), Vec3::Zero()});
     for (int i = 1; i < 150; ++i) {
-      if (i == 120)
+      if (i == 120) {
         ASSERT_EQ(setShape(t, id, {static_cast<std::uint32_t>(ShapeKind::kBox), 0, {0.02, 0.02, half}}),
                   ErrorCode::kOk);
+      }
       const double top = -0.02 + 1e-4 * (i - 1) + (i < 120 ? 0.01 : half);
       ASSERT_NEAR(t.tick(hip).force.z(), 1000 * std::max(0.0, top), 1e-6) << half << " " << i;
     }

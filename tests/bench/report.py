@@ -2,6 +2,7 @@
 """The page of haptic-bench report: all tables and plots on it, nothing outside of it needed. Usage: report.py HAPTIC_BENCH"""
 import html.parser
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -58,6 +59,11 @@ def main():
         page.feed(path.read_text(encoding="utf-8"))
     missing = [text for text in ("16128", "0.5018370", "22.349", "2.885208", "0.201283", "0.0417", "god-object", "voxel:cells=128",
                                 "150.5", "1010.25") if text not in page.cells]
+    words = " ".join(page.cells)
+    missing += [text for text in ("thesis MSE [N²]", "ours [µs]", "MSE 45° [N²]", "[µs] at 85°", "thesis init [s]", "mean of a trajectory's steps, median of the rounds")
+                if text not in words]
+    if re.search(r"e\+1\d .{1,40}hash", words) or not re.search(r" ours forces +[0-9a-f]{12} ", words):
+        sys.exit("the page shows hashes as numbers that have lost their end")
     if missing or page.count.get("svg") != 6 or page.count.get("table", 0) < 8 or page.fetched:
         sys.exit(f"the page lacks {missing}, counts {page.count}, fetches {page.fetched[:5]}")
 

@@ -119,8 +119,15 @@ def sweep(data):
     return svg(figure), f"Stiffness: {data['model']}, {data['trajectory']}. local: tangent planes from a client at that rate."
 
 
+def heading(name):
+    """A column's name as text has it, with units and degrees as print has them."""
+    for plain, printed in ((r"\bMSE( \d+)?$", r"MSE\1 [N²]"), (r"\bus\b", "[µs]"), (r"\bs\b", "[s]"), (r" (\d+)\b", r" \1°")):
+        name = re.sub(plain, printed, name)
+    return name
+
+
 def table_html(table):
-    head = "".join(f"<th>{html.escape(c)}</th>" for c in table["columns"])
+    head = "".join(f"<th>{html.escape(heading(c))}</th>" for c in table["columns"])
     rows = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>\n" for row in table["rows"])
     return (f"<h3>{html.escape(table['title'])}</h3>\n<p class=settings>{html.escape(table['settings'])}</p>\n"
             f"<table><tr>{head}</tr>\n{rows}</table>\n")
@@ -129,8 +136,13 @@ def table_html(table):
 def spread(tables, rounds):
     """Medians of all rounds with their intervals: the numbers to cite. Of fewer than six rounds that is their range."""
     what = "one round" if rounds == 1 else f"median of {rounds} rounds, {'95 % interval' if rounds >= 6 else 'range'}"
-    rows = "".join(f"<tr><td>{html.escape(s['name'])}</td><td>{s['median']:.6g}</td><td>{s['low']:.4g} .. {s['high']:.4g}</td>"
-                   f"<td>{html.escape(s['unit'])}</td></tr>\n" for t in tables for s in t["series"])
+    def figures(s):
+        if s["unit"] == "hash":
+            return f"<td>{int(s['median']):012x}</td><td></td>"
+        return f"<td>{s['median']:.6g}</td><td>{s['low']:.4g} .. {s['high']:.4g}</td>"
+
+    rows = "".join(f"<tr><td>{html.escape(s['name'])}</td>{figures(s)}<td>{html.escape(s['unit'])}</td></tr>\n"
+                   for t in tables for s in t["series"])
     return (f"<details><summary>Every quantity: {what}</summary>\n<table><tr><th>quantity</th>"
             f"<th>median</th><th>interval</th><th>unit</th></tr>\n{rows}</table></details>\n")
 
@@ -155,6 +167,7 @@ def main():
                          "seeds: synthetic recording 1; everything else has no random part"])
     page = ["<!doctype html>\n<html lang=en><meta charset=utf-8><title>haptic-bench</title>\n<style>", STYLE, "</style>\n",
             "<h1>Three degrees of freedom, measured</h1>\n<pre>", html.escape(machine), "</pre>\n<h2>Tables</h2>\n",
+            "<p>Times of a step: mean of a trajectory's steps, median of the rounds.</p>\n",
             *map(table_html, data["tables"]), "<h2>Plots</h2>\n",
             *(f"<figure>{drawn}<figcaption>{html.escape(words)}</figcaption></figure>\n" for drawn, words in plots),
             spread(data["tables"], data["rounds"]), *map(added, sys.argv[2:]), "</html>\n"]

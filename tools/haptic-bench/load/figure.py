@@ -13,6 +13,7 @@ NAME = re.compile(r"(\d+) triangles, (\w+), (\w+)(?: (\S+) Hz)?: (.+)")
 ROWS = [("period mean", "servo period, mean [us]", "linear"), ("period p99", "servo period, p99 [us]", "linear"),
         ("force error rms", "force error, rms [% of the mean force]", "log")]
 COLOURS = {"native": "#26303a", "plane": "#edae49", "patch": "#00798c", "force": "#d1495b"}
+MARKERS = "osD^v"  # By rate.
 
 
 def read(path):
@@ -57,9 +58,9 @@ def draw(values):
             axis = axes[row][column]
             for source, rate in clients:
                 y = [values[quantity].get((mesh, level, source, rate)) for level in levels]
-                width = 0.8 + 0.4 * [r for s, r in clients if s == source].index(rate)
-                axis.plot(levels, [max(v, 1e-4) if v is not None else None for v in y], marker="o", markersize=3,
-                          color=COLOURS[source], linewidth=width, label=f"{source} {rate:g} Hz" if rate else source)
+                nth = [r for s, r in clients if s == source].index(rate)
+                axis.plot(levels, [max(v, 1e-4) if v is not None else None for v in y], marker=MARKERS[nth % len(MARKERS)],
+                          markersize=4.5, color=COLOURS[source], linewidth=0.8 + 0.4 * nth, label=f"{source} {rate:g} Hz" if rate else source)
             axis.set_yscale(scale)
             axis.grid(True, color="#e4e8ec")
             if row == 0:

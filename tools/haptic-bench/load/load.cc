@@ -78,7 +78,7 @@ int runLoad(const Common& common, const LoadOptions& options) {
       throw;
     }
     const LiveResult& last = cells[at].rounds.back();
-    fmt::print(stderr, "{}: period p99 {:.0f} us, force error {:.2g} %\n", cells[at].name, last.period_p99_us,
+    fmt::print(stderr, "{}: period p99 {:.0f} us, force error {:.3g} %\n", cells[at].name, last.period_p99_us,
                100 * last.force_rms);
     ++at;
   };

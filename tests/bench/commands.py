@@ -136,6 +136,19 @@ class Commands(unittest.TestCase):
         self.assertRegex(many, r"ours forces +[0-9a-f]{12} ")
         self.assertIn("b=0 r=0.001 ", self.bench(*run, 1, "--radius", 0.001))  # Another benchmark than with a point.
 
+    def test_it_says_which_version_it_is(self):
+        self.assertRegex(self.bench("--version"), r"^haptic-bench \d+\.\d+\.\d+\n$")
+
+    def test_a_profile_has_its_columns_names_once(self):
+        profile = self.folder / "profile.csv"
+        for ticks in (200, 400):
+            self.bench("cost", "--triangles", 1000, "--radius", 0, "--seconds", 0.1, "--rounds", 1, "--profile", profile)
+            with open(profile, encoding="ascii", newline="") as file:
+                rows = list(csv.DictReader(file))
+            self.assertEqual(list(rows[0]), ["triangles", "radius_mm", "tick", "time_ns", "sweeps", "visited", "gathered"])
+            self.assertEqual([float(row["triangles"]) for row in rows], [1152] * len(rows))
+            self.assertEqual(len(rows), ticks // 2)
+
     def test_rounds_are_counted(self):
         values = self.results("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds", 4)
         self.assertEqual(len(values["ours mean"]), 4)
@@ -246,6 +259,10 @@ class Commands(unittest.TestCase):
             self.assertRegex(said, rf"haptic-bench: .*wrong\.so:create {how}: {words}.* \(mend the algorithm")
             self.assertNotIn("sample", said.replace("samples", ""))
             self.assertFalse(samples.exists())
+
+    def test_a_plug_in_without_a_table_is_told_from_a_name_that_nobody_has(self):
+        plugin = self.plugin("none.c", '#include "haptic_algorithm.h"\nconst haptic_algorithm* haptic_algorithm_table(void) { return 0; }\n')
+        self.assertRegex(self.bench("run", "-a", plugin, code=1), r"none\.so: its haptic_algorithm_table\(\) answers null \(")
 
     def test_no_algorithm_starts_before_all_are_known(self):
         plugin = self.late()

@@ -2,6 +2,8 @@
  * haptic-bench: judges rendering algorithms, and measures what the daemon's parts cost against the plain thing beside
  * it in the same run.
  */
+#include <hapticclient/hapticclient.h>
+
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
@@ -73,6 +75,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   app.add_option("--rounds", common.rounds, "Interleaved A/B rounds")
       ->capture_default_str()
       ->check(CLI::Range(1, 10000));
+  app.set_version_flag("--version", std::string("haptic-bench ") + haptic_version());
   app.require_subcommand(1);
   app.fallthrough();  // so that they may follow the subcommand's name
   for (const auto add : kBenchmarks) add(app, chosen);
@@ -83,7 +86,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) {  // --help
+    if (error.get_exit_code() == 0) {  // --help, --version
       app.exit(error);
       return std::cout.flush()
                  ? 0

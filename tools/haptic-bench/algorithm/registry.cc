@@ -28,13 +28,14 @@ const haptic_algorithm* load(const std::string& path) {
   if (symbol == nullptr) {
     throw Failure(path, "it has no function " HAPTIC_ALGORITHM_SYMBOL, "see haptic_algorithm.h");
   }
-  return reinterpret_cast<const haptic_algorithm* (*)()>(symbol)();
+  const haptic_algorithm* table = reinterpret_cast<const haptic_algorithm* (*)()>(symbol)();
+  if (table == nullptr) throw Failure(path, "its " HAPTIC_ALGORITHM_SYMBOL "() answers null", "see haptic_algorithm.h");
+  return table;
 }
 
 }  // namespace
 
 void checkAlgorithm(const haptic_algorithm* table, const std::string& where) {
-  if (table == nullptr) throw Failure(where, "it gives no table", "see haptic_algorithm.h");
   if (table->version != HAPTIC_ALGORITHM_VERSION) {
     throw Failure(
         where,

@@ -199,7 +199,8 @@ void printLooked(const Common& common, const Looked& looked) {
 
 void writeProfile(const std::string& path, std::uint32_t triangles, double radius_mm, const std::vector<double>& ticks,
                   const Looked& looked) {
-  std::ofstream file(path, std::ios::app);
+  std::ofstream file(path, std::ios::app | std::ios::ate);
+  if (file.tellp() == 0) file << "triangles,radius_mm,tick,time_ns,sweeps,visited,gathered\n";
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     file << fmt::format("{},{},{},{:.0f},{},{},{}\n", triangles, radius_mm, i, ticks[i], looked.sweeps[i],
                         looked.visited[i], looked.gathered[i]);
@@ -309,8 +310,7 @@ void addCost(CLI::App& app, Run& chosen) {
   cost->add_option("--seconds", options->seconds, "Of stroke")->capture_default_str()->check(within(0.1, 600.0));
   cost->add_option("--speed", options->speed, "Of the hand [m/s]")->capture_default_str()->check(within(0.001, 1.0));
   cost->add_option("--profile", options->profile,
-                   "CSV to which each tick is appended: triangles, radius [mm], tick, time [ns], sweeps, nodes and "
-                   "triangles visited, and those gathered");
+                   "CSV to which each tick is appended: time, sweeps, nodes and triangles visited, and those gathered");
   cost->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });
 }
 

@@ -108,9 +108,10 @@ TEST(Measured, SaysHowItWent) {
   measured.out.resize(9);
   measured.registration.rms = 1.25e-5;
   measured.registration.left_out = 2;
+  measured.registration.X_MO = {Vec3(0.25, -0.0625, 1), Quat(Eigen::AngleAxisd(0.5, Vec3::UnitY()))};
   EXPECT_EQ(describe(measured),
             "bias (0.1, -0.05, 0.2) N, weight 0.3 N; 7 of 9 samples in contact; 400 registered: 0.0125 mm rms off the "
-            "surface, 2 left out, 6 of 6 freedoms determined");
+            "surface, 2 left out, 6 of 6 freedoms determined; found x=0.25,y=-0.0625,z=1,turn_x=0,turn_y=0.5,turn_z=0");
   measured.points = 0;
   EXPECT_EQ(describe(measured), "bias (0.1, -0.05, 0.2) N, weight 0.3 N; 7 of 9 samples in contact, not registered");
 }
@@ -267,6 +268,57 @@ TEST(Measured, ForcesOfTheWrongSignAreRefused) {
   } catch (const Failure& failure) {
     EXPECT_THAT(failure.what(), HasSubstr("change their sign"));
   }
+}
+
+TEST(Measured, WhatItFoundIsAFirstGuessThatNeedsNoOther) {
+  const Model m = potato();
+  const Recording r = record(handling(m), apparatus());
+  const Measured measured = onSurface(r, options(), m);
+  const std::string words = describe(measured);
+  MeasuredOptions again = options();
+  const std::size_t at = words.find("found ");
+  ASSERT_NE(at, std::string::npos) << words;
+  Spec spec("measured:" + words.substr(at + 6));
+  again.first_guess = firstGuess(spec);
+  again.registered = true;
+  const Measured same = onSurface(r, again, m);
+  EXPECT_LT((same.registration.X_MO.p - measured.registration.X_MO.p).norm(), 1e-6);
+  EXPECT_LT(same.registration.X_MO.q.angularDistance(measured.registration.X_MO.q), 1e-5);
+  ASSERT_EQ(same.out.size(), measured.out.size());
+  EXPECT_LT((same.out[5000].point - measured.out[5000].point).norm(), 2e-6);
+}
+
+TEST(Measured, ContactsThatLieNowhereNearTheMeshAreRefused) {
+  const Model m = potato();
+  MeasuredOptions wrong = options();
+  wrong.merge.tip_S = Vec3::Zero();  // The sensor's own origin, 10 cm from the tip that touches.
+  Recording r = record(handling(m), apparatus());
+  try {
+    (void)onSurface(r, wrong, m);
+    ADD_FAILURE();
+  } catch (const Failure& failure) {
+    EXPECT_THAT(failure.what(), HasSubstr(" mm rms off the surface of a mesh of "));
+  }
+}
+
+TEST(Measured, UnitsThatNoHandSurvivesAreNamedWithTheirLine) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string forces = directory.path() + "/f.csv", poses = directory.path() + "/p.csv";
+  const auto refusal = [&](double force, double place) -> std::string {
+    std::ofstream(forces) << "t,fx,fy,fz\n0,0,0,1\n1,0,0," << force << "\n";
+    std::ofstream(poses) << "t,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n1,0," << place << ",0,1,0,0,0\n";
+    try {
+      (void)readRecording(forces, poses);
+    } catch (const Failure& failure) {
+      return failure.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(1, 1), "");
+  EXPECT_EQ(refusal(2e6, 1), forces + ", line 3: the force is 2e+06 N (name the column with its unit, as fx_mN)");
+  EXPECT_EQ(refusal(1, 250), poses +
+                                 ", line 3: the position is 250 m away (at most 100 m: name the column with its "
+                                 "unit, as x_mm)");
 }
 
 TEST(Measured, FaultsAreNamed) {

@@ -9,6 +9,16 @@
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
+namespace {
+
+/** Of the box about it [m]. */
+double diagonal(const Model& model) {
+  Eigen::AlignedBox3d box;
+  for (std::uint32_t v = 0; v < model.vertices.size(); ++v) box.extend(model.vertex(v));
+  return box.diagonal().norm();
+}
+
+}  // namespace
 
 Measured onSurface(const Recording& recording, const MeasuredOptions& options, const Model& model) {
   Measured measured;
@@ -36,6 +46,14 @@ Measured onSurface(const Recording& recording, const MeasuredOptions& options, c
     for (std::size_t i = 0; i < touching.size(); i += every) points.push_back(touching[i]);
     measured.points = static_cast<int>(points.size());
     measured.registration = registerPoints(surface, points, options.tip_radius, options.first_guess);
+    // Most points that come to lie anywhere at all lie nearer than this; those of the right mesh far nearer.
+    constexpr double kAnywhere = 0.1;
+    if (const double large = diagonal(model); measured.registration.rms > kAnywhere * large) {
+      throw Failure("recording",
+                    fmt::format("its contacts lie {:.3g} mm rms off the surface of a mesh of {:.3g} mm",
+                                1000 * measured.registration.rms, 1000 * large),
+                    "see scale of the mesh, tip_x, tip_y and tip_z, the order of the quaternion, and the first guess");
+    }
   }
   const Pose& X_MO = measured.registration.X_MO;
   double outward = 0;
@@ -70,8 +88,22 @@ std::string describe(const Measured& measured) {
   }
   const Registration& r = measured.registration;
   if (measured.points == 0) return text + ", not registered";
-  return text + fmt::format("; {} registered: {:.3g} mm rms off the surface, {} left out, {} of 6 freedoms determined",
-                            measured.points - r.left_out, 1000 * r.rms, r.left_out, r.freedoms);
+  const Vec3& at = r.X_MO.p;
+  const Eigen::AngleAxisd turn(r.X_MO.q);
+  const Vec3 turned = turn.angle() * turn.axis();
+  return text + fmt::format(
+                    "; {} registered: {:.3g} mm rms off the surface, {} left out, {} of 6 freedoms determined; found "
+                    "x={:.8g},y={:.8g},z={:.8g},turn_x={:.8g},turn_y={:.8g},turn_z={:.8g}",
+                    measured.points - r.left_out, 1000 * r.rms, r.left_out, r.freedoms, at.x(), at.y(), at.z(),
+                    turned.x(), turned.y(), turned.z());
+}
+
+Pose firstGuess(Spec& spec) {
+  Pose guess;
+  guess.p = {spec.number("x", 0, -100, 100), spec.number("y", 0, -100, 100), spec.number("z", 0, -100, 100)};
+  const Vec3 turn(spec.number("turn_x", 0, -4, 4), spec.number("turn_y", 0, -4, 4), spec.number("turn_z", 0, -4, 4));
+  if (turn.norm() > 0) guess.q = Eigen::AngleAxisd(turn.norm(), turn.normalized());
+  return guess;
 }
 
 std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
@@ -92,10 +124,7 @@ std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
   options.contact_force = spec.number("contact", 0.05, 0, 100);
   options.registered = spec.count("registered", 0, 0, 1) != 0;
   options.points = spec.count("points", 400, 6, 100000);
-  options.first_guess.p = {spec.number("x", 0, -100, 100), spec.number("y", 0, -100, 100),
-                           spec.number("z", 0, -100, 100)};
-  const Vec3 turn(spec.number("turn_x", 0, -4, 4), spec.number("turn_y", 0, -4, 4), spec.number("turn_z", 0, -4, 4));
-  if (turn.norm() > 0) options.first_guess.q = Eigen::AngleAxisd(turn.norm(), turn.normalized());
+  options.first_guess = firstGuess(spec);
   const double max_gap_s = spec.number("max_gap", 0, 0, 3600);
   Recording recording = readRecording(forces, poses, max_gap_s);
   const double clock_s = spec.number("clock", 0, -1e10, 1e10);

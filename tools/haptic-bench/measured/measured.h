@@ -39,9 +39,12 @@ struct Measured {
 
 /**
  * Merges, compensates, registers, and moves each contact from the ball's centre to the surface, against the mesh's
- * normal there. Throws Failure when there is too little contact.
+ * normal there. Throws Failure when there is too little contact, or when it lies nowhere near the mesh.
  */
 [[nodiscard]] Measured onSurface(const Recording& recording, const MeasuredOptions& options, const Model& model);
+
+/** x, y, z and the rotation vector turn_x, turn_y, turn_z, as describe() prints what was found. */
+[[nodiscard]] Pose firstGuess(Spec& spec);
 
 /** The settings of "measured:forces=F.csv,poses=P.csv,...". Says on the standard error how it went. */
 [[nodiscard]] std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model);

@@ -22,7 +22,9 @@ struct PoseColumns {
       throw Failure(table.at(row), fmt::format("the quaternion has length {:.4g}", turn.norm()),
                     "unit, in the order w x y z");
     }
-    return {Vec3(p[0][row], p[1][row], p[2][row]), turn.normalized()};
+    const Vec3 place(p[0][row], p[1][row], p[2][row]);
+    checkPosition(table, row, place);
+    return {place, turn.normalized()};
   }
 };
 
@@ -86,7 +88,10 @@ Recording readRecording(const std::string& forces_path, const std::string& poses
   const Table forces = Table::read(forces_path, "");
   const std::vector<double> force_times = times(forces, max_gap_s);
   const Table::Column fx = forces.need("fx"), fy = forces.need("fy"), fz = forces.need("fz");
-  for (std::size_t i = 0; i < forces.rows(); ++i) recording.forces.push_back({force_times[i], {fx[i], fy[i], fz[i]}});
+  for (std::size_t i = 0; i < forces.rows(); ++i) {
+    recording.forces.push_back({force_times[i], {fx[i], fy[i], fz[i]}});
+    checkForce(forces, i, recording.forces.back().f_S);
+  }
 
   const Table poses = Table::read(poses_path, "");
   const std::vector<double> pose_times = times(poses, max_gap_s);

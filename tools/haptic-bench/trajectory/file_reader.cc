@@ -29,15 +29,6 @@ Vectors findVectors(const Table& table, const char* pattern, bool needed) {
   return {table.need(name('x')), table.need(name('y')), table.need(name('z'))};
 }
 
-constexpr double kMaxForce = 1e6;  // [N]
-
-/** Throws Failure for what no hand survives: a wrong column or unit. */
-void checkForce(const Table& table, std::size_t row, const Vec3& force) {
-  if (force.cwiseAbs().maxCoeff() <= kMaxForce) return;
-  throw Failure(table.at(row), fmt::format("the force is {:.4g} N", force.cwiseAbs().maxCoeff()),
-                "name the column with its unit, as fx_mN");
-}
-
 Trajectory readOut(const Table& table, const std::vector<double>& t_s, const Vectors& p, const Model& model,
                    const Surface& surface) {
   const Vectors n = findVectors(table, "n{0}", false), f = findVectors(table, "f{0}", false);
@@ -75,11 +66,7 @@ void addFileOptions(CLI::App& sub, FileOptions& options) {
 Trajectory readColumns(const Table& table, const FileOptions& options, const Model& model, const Surface& surface) {
   const std::vector<double> t_s = readTimes(table, options.rate_hz, options.max_gap_s);
   const Vectors p = findVectors(table, "{0} p{0} hip_{0}", true);
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    if (p[i].cwiseAbs().maxCoeff() <= 100) continue;
-    throw Failure(table.at(i), fmt::format("the position is {:.4g} m away", p[i].norm()),
-                  "at most 100 m: name the column with its unit, as x_mm");
-  }
+  for (std::size_t i = 0; i < table.rows(); ++i) checkPosition(table, i, p[i]);
   if (options.out) return readOut(table, t_s, p, model, surface);
   const Vectors proxy = findVectors(table, "proxy_{0}", false), force = findVectors(table, "f{0}", false);
   Trajectory in;

@@ -203,4 +203,18 @@ std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap
   return t_s;
 }
 
+void checkForce(const Table& table, std::size_t row, const hapticd::Vec3& force) {
+  constexpr double kMaxForce = 1e6;  // [N]
+  if (force.cwiseAbs().maxCoeff() <= kMaxForce) return;
+  throw Failure(table.at(row), fmt::format("the force is {:.4g} N", force.cwiseAbs().maxCoeff()),
+                "name the column with its unit, as fx_mN");
+}
+
+void checkPosition(const Table& table, std::size_t row, const hapticd::Vec3& position) {
+  constexpr double kFarthest = 100;  // [m]
+  if (position.cwiseAbs().maxCoeff() <= kFarthest) return;
+  throw Failure(table.at(row), fmt::format("the position is {:.4g} m away", position.norm()),
+                fmt::format("at most {} m: name the column with its unit, as x_mm", kFarthest));
+}
+
 }  // namespace haptic_bench

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "rt/base/math.h"
+
 namespace haptic_bench {
 
 /** Every row whole, at least one row, every number of a column that is asked for finite. */
@@ -78,5 +80,9 @@ class Table {
  * time that does not rise, or a step longer than `max_gap_s` (0: ten times the middle step).
  */
 [[nodiscard]] std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap_s);
+
+/** Throw Failure with the row's line for what no hand survives, or reaches: a wrong column or unit. */
+void checkForce(const Table& table, std::size_t row, const hapticd::Vec3& force);
+void checkPosition(const Table& table, std::size_t row, const hapticd::Vec3& position);
 
 }  // namespace haptic_bench

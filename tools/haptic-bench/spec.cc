@@ -62,4 +62,17 @@ void Spec::finish() const {
   }
 }
 
+hapticd::Pose placement(Spec& spec) {
+  constexpr double kFarthest = 100, kTurn = 4;
+  const auto three = [&](const std::string& prefix, double most) -> hapticd::Vec3 {
+    return {spec.number(prefix + "x", 0, -most, most), spec.number(prefix + "y", 0, -most, most),
+            spec.number(prefix + "z", 0, -most, most)};
+  };
+  hapticd::Pose pose;
+  pose.p = three("", kFarthest);
+  const hapticd::Vec3 turn = three("turn_", kTurn);
+  if (turn.norm() > 0) pose.q = Eigen::AngleAxisd(turn.norm(), turn.normalized());
+  return pose;
+}
+
 }  // namespace haptic_bench

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "rt/base/math.h"
 #include "tools/options/parse_number.h"
 
 namespace haptic_bench {
@@ -39,6 +40,9 @@ class Spec {
   std::map<std::string, std::string> values_;
   std::set<std::string> known_;
 };
+
+/** Settings x, y, z [m] and the rotation vector turn_x, turn_y, turn_z [rad]; nothing where none is given. */
+[[nodiscard]] hapticd::Pose placement(Spec& spec);
 
 using hapticd_options::parseNumber;
 

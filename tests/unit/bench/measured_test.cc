@@ -279,7 +279,7 @@ TEST(Measured, WhatItFoundIsAFirstGuessThatNeedsNoOther) {
   const std::size_t at = words.find("found ");
   ASSERT_NE(at, std::string::npos) << words;
   Spec spec("measured:" + words.substr(at + 6));
-  again.first_guess = firstGuess(spec);
+  again.first_guess = placement(spec);
   again.registered = true;
   const Measured same = onSurface(r, again, m);
   EXPECT_LT((same.registration.X_MO.p - measured.registration.X_MO.p).norm(), 1e-6);

@@ -13,6 +13,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/nearest.h"
 #include "tools/haptic-bench/model/shapes.h"
+#include "tools/haptic-bench/trajectory/registry.h"
 
 namespace haptic_bench {
 namespace {
@@ -92,6 +93,28 @@ TEST(BenchModels, AFileInAnotherUnitIsToldSo) {
                                   "another, add :scale=0.001)");
   }
   EXPECT_FLOAT_EQ(makeModel(path + ":scale=0.001").vertices[2][1], 0.4f);
+}
+
+TEST(BenchModels, AreWhereTheObjectOfASessionStood) {
+  const Model ball = makeModel("sphere:radius=0.05,x=0.1,y=-0.2,z=0.3,turn_y=1.5707963267948966");
+  const Model at_origin = makeModel("sphere:radius=0.05");
+  ASSERT_EQ(ball.vertices.size(), at_origin.vertices.size());
+  for (std::uint32_t v = 0; v < ball.vertices.size(); ++v) {
+    const Vec3 x = at_origin.vertex(v);  // A quarter turn about y takes z to x and x to -z.
+    ASSERT_LT((ball.vertex(v) - Vec3(0.1 + x.z(), -0.2 + x.y(), 0.3 - x.x())).norm(), 1e-7);
+  }
+  EXPECT_THROW((void)makeTrajectory("spiral", ball, {1000}), Failure) << "its poles are elsewhere";
+  EXPECT_EQ(makeTrajectory("geodesic:seconds=1", ball, {1000}).samples.size(), 1000u);
+
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/box.obj";
+  std::ofstream(path) << "v 100 0 0\nv 300 0 0\nv 100 400 50\nf 1 2 3\n";
+  const Model middle = makeModel(path + ":scale=0.001,center=1,z=1");
+  EXPECT_LT((middle.vertex(0) - Vec3(-0.1, -0.2, 0.975)).norm(), 1e-7)
+      << "the middle of its box, as hapticctl load has it";
+  EXPECT_LT((middle.vertex(2) - Vec3(-0.1, 0.2, 1.025)).norm(), 1e-7);
+  EXPECT_THROW((void)makeModel("sphere:center=1"), Failure) << "it is there already";
+  EXPECT_THROW((void)makeModel(path + ":scale=0.001,x=200"), Failure);
 }
 
 TEST(BenchModels, FaultsAreNamed) {

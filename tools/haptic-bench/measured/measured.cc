@@ -98,14 +98,6 @@ std::string describe(const Measured& measured) {
                     turned.x(), turned.y(), turned.z());
 }
 
-Pose firstGuess(Spec& spec) {
-  Pose guess;
-  guess.p = {spec.number("x", 0, -100, 100), spec.number("y", 0, -100, 100), spec.number("z", 0, -100, 100)};
-  const Vec3 turn(spec.number("turn_x", 0, -4, 4), spec.number("turn_y", 0, -4, 4), spec.number("turn_z", 0, -4, 4));
-  if (turn.norm() > 0) guess.q = Eigen::AngleAxisd(turn.norm(), turn.normalized());
-  return guess;
-}
-
 std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
   const std::string forces = spec.word("forces", ""), poses = spec.word("poses", "");
   if (forces.empty() || poses.empty()) {
@@ -124,7 +116,7 @@ std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
   options.contact_force = spec.number("contact", 0.05, 0, 100);
   options.registered = spec.count("registered", 0, 0, 1) != 0;
   options.points = spec.count("points", 400, 6, 100000);
-  options.first_guess = firstGuess(spec);
+  options.first_guess = placement(spec);
   const double max_gap_s = spec.number("max_gap", 0, 0, 3600);
   Recording recording = readRecording(forces, poses, max_gap_s);
   const double clock_s = spec.number("clock", 0, -1e10, 1e10);

@@ -43,9 +43,6 @@ struct Measured {
  */
 [[nodiscard]] Measured onSurface(const Recording& recording, const MeasuredOptions& options, const Model& model);
 
-/** x, y, z and the rotation vector turn_x, turn_y, turn_z, as describe() prints what was found. */
-[[nodiscard]] Pose firstGuess(Spec& spec);
-
 /** The settings of "measured:forces=F.csv,poses=P.csv,...". Says on the standard error how it went. */
 [[nodiscard]] std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model);
 

@@ -1,5 +1,8 @@
 #include "tools/haptic-bench/model/model.h"
 
+#include <fmt/format.h>
+
+#include "proto/snapshot.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/mesh_file.h"
 #include "tools/haptic-bench/model/shapes.h"
@@ -31,6 +34,30 @@ constexpr Shape kShapes[] = {
      }},
 };
 
+/** Moves the middle of the box about it to the origin, as hapticctl load --center does. */
+void centre(Model& model) {
+  Eigen::AlignedBox3d box;
+  for (std::uint32_t v = 0; v < model.vertices.size(); ++v) box.extend(model.vertex(v));
+  for (auto& vertex : model.vertices) {
+    for (int i = 0; i < 3; ++i) vertex[i] = static_cast<float>(vertex[i] - box.center()[i]);
+  }
+}
+
+/** Puts it where its settings say. What has been moved is of no kind any more: generators know where theirs stand. */
+void place(Spec& spec, Model& model) {
+  const hapticd::Pose pose = placement(spec);
+  if (pose.p.norm() == 0 && pose.q.vec().norm() == 0) return;
+  model.kind = "moved";
+  for (std::uint32_t v = 0; v < model.vertices.size(); ++v) {
+    const Vec3 x = pose * model.vertex(v);
+    if (!(x.cwiseAbs().maxCoeff() <= HD_MAX_COORDINATE)) {
+      throw Failure(spec.text(), fmt::format("there its vertices lie up to {:.4g} m away", x.norm()),
+                    fmt::format("at most {} m", HD_MAX_COORDINATE));
+    }
+    for (int i = 0; i < 3; ++i) model.vertices[v][i] = static_cast<float>(x[i]);
+  }
+}
+
 }  // namespace
 
 std::uint32_t Model::addVertex(const Vec3& x) {
@@ -46,7 +73,10 @@ void Model::addQuad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint
 std::string modelHelp() {
   std::string help = "Models:\n";
   for (const Shape& shape : kShapes) help += std::string("  ") + shape.help + "\n";
-  return help + "  FILE.stl, .obj, .ply ...:scale=0.001: a mesh file, scale in metres per unit of the file\n";
+  return help +
+         "  FILE.stl, .obj, .ply ...:scale=0.001,center=0: a mesh file, scale in metres per unit of the file; center=1 "
+         "moves\n    the middle of its box to the origin\n"
+         "  Each also x=0,y=0,z=0,turn_x=0,turn_y=0,turn_z=0: where it stands [m], turned by a rotation vector [rad]\n";
 }
 
 Model makeModel(const std::string& text) {
@@ -54,6 +84,7 @@ Model makeModel(const std::string& text) {
   for (const Shape& shape : kShapes) {
     if (spec.name() != shape.name) continue;
     Model model = shape.make(spec);
+    place(spec, model);
     spec.finish();
     model.name = text;
     return model;
@@ -62,6 +93,8 @@ Model makeModel(const std::string& text) {
     throw Failure(text, "there is no such model", "sphere, plane, ridge, bowl, or a mesh file");
   }
   Model model = readMeshFile(spec.name(), spec.number("scale", 1, 1e-9, 1e6));
+  if (spec.count("center", 0, 0, 1) != 0) centre(model);
+  place(spec, model);
   spec.finish();
   model.name = text;
   return model;

@@ -18,7 +18,7 @@ using hapticd::Vec3;
 /** Triangles, counter-clockwise seen from outside [m]. */
 struct Model {
   std::string name;
-  std::string kind;  ///< sphere, plane, ridge, bowl or file.
+  std::string kind;  ///< sphere, plane, ridge, bowl or file; moved, if it stands elsewhere.
   std::vector<std::array<float, 3>> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 

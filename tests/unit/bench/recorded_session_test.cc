@@ -11,12 +11,13 @@
 #include "support/temporary_directory.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/trajectory/registry.h"
+#include "tools/haptic-bench/trial.h"
 
 namespace haptic_bench {
 namespace {
 
-/** A hand that goes 1 mm deep along a plane, pushed with 2 N. */
-void writeSession(const std::string& path, int cycles) {
+/** A hand that goes 1 mm deep along a plane, pushed with 2 N once the device is armed. */
+void writeSession(const std::string& path, int cycles, int armed_at = 0) {
   std::ofstream file(path, std::ios::binary);
   hapticd::RecordingWriter writer([&file](std::span<const std::byte> bytes) {
     file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
@@ -31,7 +32,8 @@ void writeSession(const std::string& path, int cycles) {
     cycle->input.tick = static_cast<std::uint64_t>(100 + i);
     cycle->input.now_ns = 7'000'000'000 + 1'000'000 * i;
     cycle->input.device[0].p = Vec3(1e-5 * i, 0, -0.001);
-    cycle->sent[0].force = Vec3(0, 0, 2);
+    cycle->sent[0].enabled = i >= armed_at;
+    cycle->sent[0].force = Vec3(0, 0, i >= armed_at ? 2 : 0);
     ASSERT_TRUE(writer.cycle(*cycle));
   }
   ASSERT_TRUE(writer.end("test", 0));
@@ -52,6 +54,27 @@ TEST(RecordedSessions, AreTrajectories) {
   FileOptions second;
   second.device = 1;
   EXPECT_THROW((void)makeTrajectory(path, makeModel("plane"), {1000}, second), Failure);
+}
+
+TEST(RecordedSessions, WhatWasNotPushedIsNotJudged) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/session";
+  writeSession(path, 300, 100);
+  const Model plane = makeModel("plane");
+  const Surface surface{2000};
+  const Trajectory in = makeTrajectory(path, plane, surface);
+  ASSERT_EQ(in.samples.size(), 300u) << "the hand's way is whole";
+  EXPECT_FALSE(in.samples[99].judged);
+  EXPECT_TRUE(in.samples[100].judged);
+  const Outcome outcome = runTrial("ours", plane, in, surface, 1);
+  const Accuracy accuracy = judge(in, outcome.answers, 0.001);
+  EXPECT_LT(accuracy.force_mse, 1e-12) << "2 N at 1 mm, which a device that is off does not push";
+  EXPECT_LT(std::abs(accuracy.energy_error), 1e-12);
+  const Trajectory twice = faster(in, 2);
+  EXPECT_FALSE(twice.samples[49].judged);
+  EXPECT_TRUE(twice.samples[51].judged);
+  writeSession(path, 300, 300);
+  EXPECT_FALSE(makeTrajectory(path, plane, surface).force_known);
 }
 
 TEST(RecordedSessions, DamageIsNamedAndACutIsBorne) {

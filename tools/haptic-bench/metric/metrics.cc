@@ -14,6 +14,7 @@ Accuracy judge(const Trajectory& trajectory, const std::vector<Answer>& answers,
   double force_sum = 0, proxy_sum = 0;
   std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a over words.
   Vec3 error_before = Vec3::Zero();
+  std::size_t judged = 0;
   for (std::size_t i = 0; i < answers.size(); ++i) {
     const Sample& truth = trajectory.samples[i];
     for (int axis = 0; axis < 3; ++axis) {
@@ -21,16 +22,19 @@ Accuracy judge(const Trajectory& trajectory, const std::vector<Answer>& answers,
       hash = (hash ^ std::bit_cast<std::uint64_t>(answers[i].force[axis] + 0.0)) * 0x100000001b3u;
       hash ^= hash >> 29;
     }
+    if (!truth.judged) continue;
+    ++judged;
     const Vec3 error = answers[i].force - truth.force;
     force_sum += error.squaredNorm();
-    if (i > 0) a.energy_error += 0.5 * (error + error_before).dot(truth.hip - trajectory.samples[i - 1].hip);
+    if (i > 0 && trajectory.samples[i - 1].judged)
+      a.energy_error += 0.5 * (error + error_before).dot(truth.hip - trajectory.samples[i - 1].hip);
     error_before = error;
     const double off = (answers[i].proxy - truth.proxy).norm();
     proxy_sum += off * off;
     a.proxy_max = std::max(a.proxy_max, off);
     if (off > threshold) ++a.above;
   }
-  const auto n = static_cast<double>(std::max<std::size_t>(answers.size(), 1));
+  const auto n = static_cast<double>(std::max<std::size_t>(judged, 1));
   a.force_mse = force_sum / n;
   a.proxy_rms = std::sqrt(proxy_sum / n);
   a.hash = hash >> 16;

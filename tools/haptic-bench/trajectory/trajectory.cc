@@ -62,6 +62,7 @@ Trajectory faster(const Trajectory& trajectory, double factor) {
       s.hip += u * (next.hip - s.hip);
       s.proxy += u * (next.proxy - s.proxy);
       s.force += u * (next.force - s.force);
+      s.judged = s.judged && next.judged;
     }
     s.t_s = k * period;
     out.samples.push_back(s);

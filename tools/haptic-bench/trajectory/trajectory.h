@@ -21,6 +21,7 @@ struct Sample {
   Vec3 hip = Vec3::Zero();    ///< Where the hand is, possibly inside the model [m].
   Vec3 proxy = Vec3::Zero();  ///< Where the contact should be [m]; with proxy_known.
   Vec3 force = Vec3::Zero();  ///< What the hand should feel [N]; with force_known.
+  bool judged = true;         ///< Else nobody knows the truth here, and it is on the way only.
 };
 
 /** An in-trajectory: time rises from sample to sample. Never empty. */

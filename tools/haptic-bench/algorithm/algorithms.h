@@ -13,5 +13,6 @@ extern const haptic_algorithm kNearest;
 extern const haptic_algorithm kVoxel;
 extern const haptic_algorithm kLocal;
 extern const haptic_algorithm kDaemon;
+extern const haptic_algorithm kClient;
 
 }  // namespace haptic_bench

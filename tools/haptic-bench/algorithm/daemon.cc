@@ -2,18 +2,14 @@
 // device. The device stands still (a simulated one with more dry friction than force) and the mesh is moved past it: at
 // the end of a step the hand stands at the trajectory's point relative to the mesh. A step takes as long as the daemon
 // needs to take the pose and publish the next sample: a few of its periods.
-#include <fmt/format.h>
-
 #include <chrono>
-#include <cstdio>
-#include <hapticclient/hapticclient.hpp>
 #include <optional>
 #include <span>
 #include <string>
-#include <thread>
 
 #include "tools/haptic-bench/algorithm/algorithms.h"
 #include "tools/haptic-bench/algorithm/native.h"
+#include "tools/haptic-bench/algorithm/opened_device.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/interrupt.h"
 #include "tools/haptic-bench/spec.h"
@@ -24,42 +20,9 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr const char* kStill = "sim://default?motion=hold&coulomb=20&max_force=200&resolution=0&serial=haptic-bench";
-constexpr std::chrono::seconds kPatience{2};
-
-/** The value, or a Failure with the daemon's words. */
-template <class T>
-T must(haptic::Result<T> result) {
-  if (!result) throw Failure(result.error().message());
-  if constexpr (!std::is_void_v<T>) return std::move(*result);
-}
-
-void pause() { std::this_thread::sleep_for(std::chrono::microseconds(100)); }
 
 /** Ctrl-C ends the run in order; after a kill the daemon closes what was opened for this run alone. */
 void checkInterrupted() { checkInterrupts("daemon", "its device has been closed"); }
-
-/** A device that is closed at the end, however it comes; not before its sessions have faded out. */
-class OpenedDevice {
- public:
-  OpenedDevice(haptic::Client& client, const char* uri) : client_(client), uri_(must(client.openDevice(uri))->uri) {}
-  ~OpenedDevice() {
-    const steady_clock::time_point end = steady_clock::now() + kPatience;
-    haptic::Result<void> closed = client_.closeDevice(uri_);
-    while (!closed && closed.code() == HAPTIC_DEVICE_BUSY && steady_clock::now() < end) {
-      pause();
-      closed = client_.closeDevice(uri_);
-    }
-    if (!closed && closed.code() != HAPTIC_DISCONNECTED)
-      fmt::print(stderr, "haptic-bench: {} stays open: {}\n", uri_, closed.error().message());
-  }
-  OpenedDevice(const OpenedDevice&) = delete;
-  OpenedDevice& operator=(const OpenedDevice&) = delete;
-  [[nodiscard]] const std::string& uri() const { return uri_; }
-
- private:
-  haptic::Client& client_;
-  std::string uri_;
-};
 
 class Daemon {
  public:
@@ -98,7 +61,7 @@ class Daemon {
       checkInterrupted();
       if (steady_clock::now() > end)
         throw Failure("daemon", "its force is still ramping after 2 s", "hapticctl status");
-      pause();
+      pauseBriefly();
     }
   }
 
@@ -124,14 +87,7 @@ class Daemon {
     return must(haptic::Client::connect(how));
   }
 
-  haptic_sample sample() const {
-    const steady_clock::time_point end = steady_clock::now() + kPatience;
-    for (;;) {
-      if (const haptic::Result<haptic_sample> s = session_->latest()) return *s;
-      if (steady_clock::now() > end) throw Failure("daemon", "its state cannot be read", "hapticctl status");
-      pause();
-    }
-  }
+  [[nodiscard]] haptic_sample sample() const { return latestSample(*session_, "daemon"); }
 
   void moveTo(const Vec3& hip, haptic_algorithm_contact& contact) {
     checkInterrupted();
@@ -146,7 +102,7 @@ class Daemon {
     haptic_sample after{};
     while (acks.applied_seq < seq || after.tick < acks.applied_tick) {
       if (steady_clock::now() > end) throw Failure("daemon", "it has not taken a pose for 2 s", "hapticctl status");
-      pause();
+      pauseBriefly();
       if (const haptic::Result<haptic_acks> a = session_->acks()) acks = *a;
       after = sample();
     }

@@ -11,7 +11,7 @@
 namespace haptic_bench {
 namespace {
 
-constexpr const haptic_algorithm* kInTheBox[] = {&kOurs, &kGodObject, &kNearest, &kVoxel, &kLocal, &kDaemon};
+constexpr const haptic_algorithm* kInTheBox[] = {&kOurs, &kGodObject, &kNearest, &kVoxel, &kLocal, &kDaemon, &kClient};
 
 bool isPlugin(const std::string& name) { return name.find('/') != std::string::npos; }
 

@@ -66,6 +66,22 @@ TEST(TrajectoryFiles, TrajWithNamedColumnsIsPressedIn) {
   EXPECT_EQ(parse("x,y,z\n1,1,1\n2,2,2\n", {"", false, 500, 0}).samples[1].t_s, 0.002);
 }
 
+TEST(TrajectoryFiles, AnOutTrajectoryLiesOnTheSurface) {
+  FileOptions out;
+  out.out = true;
+  for (const char* normals : {"", ",nx,ny,nz"}) {
+    const std::string upward = normals[0] == 0 ? "" : ",0,0,1", head = std::string("t,x,y,z,fn") + normals + "\n";
+    const auto file = [&](double z) {
+      return head + "0,0,0," + std::to_string(z) + ",1" + upward + "\n0.001,0.01,0," + std::to_string(z) + ",1" +
+             upward;
+    };
+    EXPECT_EQ(parse(file(0.002), out).samples.size(), 2u) << "a scan is never exact";
+    EXPECT_THAT(refusal(file(0.04), out),
+                HasSubstr("test.csv: its positions lie 40 mm rms off the surface of a mesh of "
+                          "141 mm (in the model's frame"));
+  }
+}
+
 TEST(TrajectoryFiles, FaultsNameFileLineAndColumn) {
   EXPECT_THAT(refusal(""), HasSubstr("test.csv: there are no rows"));
   EXPECT_THAT(refusal("t,x,y,z\n"), HasSubstr("no rows"));

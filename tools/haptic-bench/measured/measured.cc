@@ -9,17 +9,6 @@
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
-namespace {
-
-/** Of the box about it [m]. */
-double diagonal(const Model& model) {
-  Eigen::AlignedBox3d box;
-  for (std::uint32_t v = 0; v < model.vertices.size(); ++v) box.extend(model.vertex(v));
-  return box.diagonal().norm();
-}
-
-}  // namespace
-
 Measured onSurface(const Recording& recording, const MeasuredOptions& options, const Model& model) {
   Measured measured;
   const std::vector<ProbeSample> merged = merge(recording, options.merge, &measured.load);
@@ -46,14 +35,8 @@ Measured onSurface(const Recording& recording, const MeasuredOptions& options, c
     for (std::size_t i = 0; i < touching.size(); i += every) points.push_back(touching[i]);
     measured.points = static_cast<int>(points.size());
     measured.registration = registerPoints(surface, points, options.tip_radius, options.first_guess);
-    // Most points that come to lie anywhere at all lie nearer than this; those of the right mesh far nearer.
-    constexpr double kAnywhere = 0.1;
-    if (const double large = diagonal(model); measured.registration.rms > kAnywhere * large) {
-      throw Failure("recording",
-                    fmt::format("its contacts lie {:.3g} mm rms off the surface of a mesh of {:.3g} mm",
-                                1000 * measured.registration.rms, 1000 * large),
-                    "see scale of the mesh, tip_x, tip_y and tip_z, the order of the quaternion, and the first guess");
-    }
+    requireNear(model, measured.registration.rms, "recording: its contacts",
+                "see scale of the mesh, tip_x, tip_y and tip_z, the order of the quaternion, and the first guess");
   }
   const Pose& X_MO = measured.registration.X_MO;
   double outward = 0;

@@ -36,8 +36,7 @@ constexpr Shape kShapes[] = {
 
 /** Moves the middle of the box about it to the origin, as hapticctl load --center does. */
 void centre(Model& model) {
-  Eigen::AlignedBox3d box;
-  for (std::uint32_t v = 0; v < model.vertices.size(); ++v) box.extend(model.vertex(v));
+  const Eigen::AlignedBox3d box = boxOf(model);
   for (auto& vertex : model.vertices) {
     for (int i = 0; i < 3; ++i) vertex[i] = static_cast<float>(vertex[i] - box.center()[i]);
   }
@@ -68,6 +67,20 @@ std::uint32_t Model::addVertex(const Vec3& x) {
 void Model::addQuad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
   triangles.push_back({a, b, c});
   triangles.push_back({a, c, d});
+}
+
+Eigen::AlignedBox3d boxOf(const Model& model) {
+  Eigen::AlignedBox3d box;
+  for (std::uint32_t v = 0; v < model.vertices.size(); ++v) box.extend(model.vertex(v));
+  return box;
+}
+
+void requireNear(const Model& model, double rms, const std::string& what, const std::string& remedy) {
+  constexpr double kNear = 0.1;
+  const double large = boxOf(model).diagonal().norm();
+  if (rms <= kNear * large) return;
+  throw Failure(fmt::format("{} lie {:.3g} mm rms off the surface of a mesh of {:.3g} mm ({})", what, 1000 * rms,
+                            1000 * large, remedy));
 }
 
 std::string modelHelp() {

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/nearest.h"
@@ -33,11 +32,20 @@ Trajectory readOut(const Table& table, const std::vector<double>& t_s, const Vec
                    const Surface& surface) {
   const Vectors n = findVectors(table, "n{0}", false), f = findVectors(table, "f{0}", false);
   const Table::Column fn = f ? table.find("fn") : table.need("fn");
-  std::optional<NearestPoint> nearest;
-  if (!n) nearest.emplace(model);
+  const NearestPoint nearest(model);
+  // Some of them tell: each tries every triangle.
+  constexpr std::size_t kProbes = 100;
+  double squares = 0;
+  for (std::size_t k = 0; k < kProbes; ++k) {
+    const double off = nearest.find(p[k * table.rows() / kProbes]).distance;
+    squares += off * off / kProbes;
+  }
+  requireNear(
+      model, std::sqrt(squares), table.where() + ": its positions",
+      "in the model's frame and metres: see the columns' units, scale of the model, and its x, y, z, turn_x ...");
   std::vector<SurfaceSample> out;
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    SurfaceSample s{t_s[i], p[i], n ? n[i] : nearest->find(p[i]).normal, 0};
+    SurfaceSample s{t_s[i], p[i], n ? n[i] : nearest.find(p[i]).normal, 0};
     if (std::abs(s.normal.norm() - 1) > 0.01) {
       throw Failure(table.at(i), fmt::format("the normal has length {:.4g}", s.normal.norm()), "unit normals");
     }

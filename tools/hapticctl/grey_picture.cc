@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include <algorithm>
 #include <array>
 #include <csetjmp>
 #include <cstdio>
@@ -14,7 +15,7 @@
 namespace hapticctl {
 namespace {
 
-constexpr std::uint32_t kMostSide = 4096;  // What the daemon takes; more is not even unpacked.
+constexpr std::uint32_t kLeastSide = 2, kMostSide = 4096;  // What the daemon takes; more is not even unpacked.
 
 [[noreturn]] void failFile(const std::string& path, const std::string& what, const std::string& remedy = {}) {
   throw Failure{kExitFile, path, what, remedy, "BAD_PICTURE"};
@@ -59,7 +60,6 @@ void askForSixteenBits(png_structp png, png_infop info) {
 /** False when libpng gave up. No object with a destructor lives here: it returns by longjmp. */
 bool readHeader(PngReader& reader, std::FILE* file) {
   if (setjmp(png_jmpbuf(reader.png)) != 0) return false;
-  png_set_user_limits(reader.png, kMostSide, kMostSide);
   png_init_io(reader.png, file);
   png_read_info(reader.png, reader.info);
   askForSixteenBits(reader.png, reader.info);
@@ -96,6 +96,11 @@ GreyPicture readPng(const std::string& path) {
   GreyPicture picture;
   picture.width = png_get_image_width(reader.png, reader.info);
   picture.height = png_get_image_height(reader.png, reader.info);
+  const auto [least, most] = std::minmax(picture.width, picture.height);
+  if (least < kLeastSide || most > kMostSide) {
+    failFile(path, fmt::format("it has {} x {} pixels", picture.width, picture.height),
+             fmt::format("make it {} to {} pixels a side", kLeastSide, kMostSide));
+  }
   const std::size_t row = png_get_rowbytes(reader.png, reader.info) / sizeof(std::uint16_t);
   const std::size_t channels = row / picture.width;
   if (row % picture.width != 0 || (channels != 1 && channels != 3))

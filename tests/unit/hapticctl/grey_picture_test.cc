@@ -1,5 +1,6 @@
 #include "tools/hapticctl/grey_picture.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <png.h>
@@ -20,13 +21,15 @@ using ::testing::HasSubstr;
 
 class GreyPictureTest : public ::testing::Test {
  protected:
-  /** Two by two pixels written by libpng's simplified interface. */
+  /** Two by two pixels, or others, written by libpng's simplified interface. */
   template <class Sample>
-  std::string png(png_uint_32 format, const std::vector<Sample>& samples) {
+  std::string png(png_uint_32 format, const std::vector<Sample>& samples, png_uint_32 width = 2,
+                  png_uint_32 height = 2) {
     png_image image;
     std::memset(&image, 0, sizeof image);
     image.version = PNG_IMAGE_VERSION;
-    image.width = image.height = 2;
+    image.width = width;
+    image.height = height;
     image.format = format;
     const std::string path = (directory_ / "picture.png").string();
     EXPECT_NE(png_image_write_to_file(&image, path.c_str(), 0, samples.data(), 0, nullptr), 0) << image.message;
@@ -77,6 +80,10 @@ TEST_F(GreyPictureTest, WhatIsNoPictureIsRefusedByName) {
   const std::string whole = png<std::uint8_t>(PNG_FORMAT_GRAY, {0, 1, 128, 255});
   std::filesystem::resize_file(whole, std::filesystem::file_size(whole) - 20);
   EXPECT_THAT(refusal(whole), HasSubstr("damaged"));
+  for (const auto& [width, height] : {std::pair{1u, 2u}, std::pair{4097u, 2u}, std::pair{2u, 5000u}}) {
+    EXPECT_EQ(refusal(png(PNG_FORMAT_GRAY, std::vector<std::uint8_t>(width * height), width, height)),
+              fmt::format("it has {} x {} pixels", width, height));
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <fstream>
 #include <optional>
 
@@ -38,6 +39,9 @@ void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::deque<
   columns("");
   if (trajectory.proxy_known) columns("proxy_");
   if (trajectory.force_known) columns("f");
+  const bool all_judged =
+      std::all_of(trajectory.samples.begin(), trajectory.samples.end(), [](const Sample& s) { return s.judged; });
+  if (!all_judged) file << ",judged";
   for (const Trial& trial : trials) {
     columns(trial.algorithm() + "_f");
     columns(trial.algorithm() + "_proxy_");
@@ -50,6 +54,7 @@ void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::deque<
     values(s.hip);
     if (trajectory.proxy_known) values(s.proxy);
     if (trajectory.force_known) values(s.force);
+    if (!all_judged) file << (s.judged ? ",1" : ",0");
     for (const Trial& trial : trials) {
       values(trial.outcome().answers[i].force);
       values(trial.outcome().answers[i].proxy);

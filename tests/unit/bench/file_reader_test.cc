@@ -55,6 +55,21 @@ TEST(TrajectoryFiles, WhatHapticctlMonitorWritesIsRead) {
   EXPECT_TRUE(in.force_known && in.proxy_known);
 }
 
+TEST(TrajectoryFiles, WhatADeviceThatIsOffWasSentIsNotJudged) {
+  // As hapticctl monitor writes it: off, ramping (flags 3), armed (1; 9 in contact).
+  const Trajectory in = parse(
+      "t_s,px,py,pz,fx,fy,fz,armed,flags\n0,0,0,-0.001,0,0,0,0,0\n0.001,0,0,-0.001,0,0,0.5,1,3\n"
+      "0.002,0,0,-0.001,0,0,1,1,9\n0.003,0,0,-0.001,0,0,1,1,1\n");
+  EXPECT_TRUE(in.force_known);
+  EXPECT_FALSE(in.samples[0].judged);
+  EXPECT_FALSE(in.samples[1].judged);
+  EXPECT_TRUE(in.samples[2].judged && in.samples[3].judged);
+  const Trajectory off = parse("t,x,y,z,fx,fy,fz,judged\n0,0,0,-0.001,0,0,0,0\n0.001,0,0,-0.001,0,0,1,1\n");
+  EXPECT_TRUE(!off.samples[0].judged && off.samples[1].judged) << "as --samples writes it";
+  EXPECT_FALSE(parse("t,x,y,z,fx,fy,fz,armed,flags\n0,0,0,-0.001,0,0,0,0,0\n").force_known) << "nobody knows any";
+  EXPECT_TRUE(parse("t,x,y,z,fx,fy,fz,flags\n0,0,0,-0.001,0,0,1,3\n").samples[0].judged) << "flags of somebody else";
+}
+
 TEST(TrajectoryFiles, TrajWithNamedColumnsIsPressedIn) {
   const FileOptions options{"-,t,x,y,z,fn_mN", true, 0, 0};
   const Trajectory in = parse("9 0.0 0.01 0 0 500\n9  0.1\t0.02 0 0 -3\n", options);

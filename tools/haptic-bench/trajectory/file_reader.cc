@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/shm_layout.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/nearest.h"
 #include "tools/haptic-bench/option.h"
@@ -27,6 +28,22 @@ Vectors findVectors(const Table& table, const char* pattern, bool needed) {
   if (!needed && !v.x && !v.y && !v.z) return v;
   return {table.need(name('x')), table.need(name('y')), table.need(name('z'))};
 }
+
+/** Which rows hold the truth: all, but where columns of --samples, or of hapticctl monitor, say otherwise. */
+class Judged {
+ public:
+  explicit Judged(const Table& table) : judged_(table.find("judged")), armed_(table.find("armed")) {
+    if (armed_) flags_ = table.find("flags");
+  }
+  bool operator[](std::size_t row) const {
+    if (judged_) return judged_[row] != 0;
+    const bool ramping = flags_ && std::fmod(std::floor(flags_[row] / HD_SAMPLE_RAMPING), 2) == 1;
+    return !armed_ || (armed_[row] != 0 && !ramping);
+  }
+
+ private:
+  Table::Column judged_, armed_, flags_;
+};
 
 Trajectory readOut(const Table& table, const std::vector<double>& t_s, const Vectors& p, const Model& model,
                    const Surface& surface) {
@@ -77,13 +94,16 @@ Trajectory readColumns(const Table& table, const FileOptions& options, const Mod
   for (std::size_t i = 0; i < table.rows(); ++i) checkPosition(table, i, p[i]);
   if (options.out) return readOut(table, t_s, p, model, surface);
   const Vectors proxy = findVectors(table, "proxy_{0}", false), force = findVectors(table, "f{0}", false);
+  const Judged judged(table);
   Trajectory in;
   in.proxy_known = static_cast<bool>(proxy);
   in.force_known = static_cast<bool>(force);
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (force) checkForce(table, i, force[i]);
-    in.samples.push_back({t_s[i], p[i], proxy ? proxy[i] : Vec3(Vec3::Zero()), force ? force[i] : Vec3(Vec3::Zero())});
+    in.samples.push_back(
+        {t_s[i], p[i], proxy ? proxy[i] : Vec3(Vec3::Zero()), force ? force[i] : Vec3(Vec3::Zero()), judged[i]});
   }
+  countJudged(in, table.where());
   comeFromOutside(in, model, surface.radius);
   return in;
 }

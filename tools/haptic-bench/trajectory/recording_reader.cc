@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <fstream>
 #include <memory>
 
@@ -27,7 +26,6 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
   Trajectory in;
   in.name = path;
   std::int64_t first_ns = 0;
-  std::size_t judged = 0;
   while (orFailIn(path, replayer->step())) {
     const hapticd::RecordedCycle& cycle = replayer->recorded();
     if (in.samples.empty()) first_ns = cycle.input.now_ns;
@@ -45,14 +43,10 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
     const bool ramping = (replayer->output().device[device].guard.flags & HD_SAMPLE_RAMPING) != 0;
     in.samples.push_back({t_s, cycle.input.device[device].p, Vec3::Zero(), cycle.sent[device].force,
                           cycle.sent[device].enabled && !ramping});
-    judged += in.samples.back().judged ? 1 : 0;
   }
   if (in.samples.empty()) throw Failure(path, "there are no cycles in it", "a longer recording");
-  in.force_known = judged > 0;
-  if (judged < in.samples.size()) {
-    fmt::print(stderr, "{}: {} of {} cycles are judged, in which the device was armed and its ramp over\n", path,
-               judged, in.samples.size());
-  }
+  in.force_known = true;
+  countJudged(in, path);
   return in;
 }
 

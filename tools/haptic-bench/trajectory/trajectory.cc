@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "tools/haptic-bench/failure.h"
 
@@ -15,6 +16,16 @@ double Trajectory::period_s() const {
   for (std::size_t i = 1; i < samples.size(); ++i) steps.push_back(samples[i].t_s - samples[i - 1].t_s);
   std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
   return steps[steps.size() / 2];
+}
+
+void countJudged(Trajectory& trajectory, const std::string& where) {
+  const std::vector<Sample>& all = trajectory.samples;
+  const auto judged =
+      static_cast<std::size_t>(std::count_if(all.begin(), all.end(), [](const Sample& s) { return s.judged; }));
+  if (judged == all.size()) return;
+  if (judged == 0) trajectory.force_known = trajectory.proxy_known = false;
+  fmt::print(stderr, "{}: {} of {} samples are judged, in which the device was armed and its ramp over\n", where,
+             judged, all.size());
 }
 
 Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surface) {

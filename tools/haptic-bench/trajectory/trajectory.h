@@ -37,6 +37,9 @@ struct Trajectory {
   [[nodiscard]] double period_s() const;
 };
 
+/** Says on the standard error how many samples are judged, if not all are; where none is, no truth is known at all. */
+void countJudged(Trajectory& trajectory, const std::string& where);
+
 /** One instant of an out-trajectory: on the surface, with the force that presses on it. */
 struct SurfaceSample {
   double t_s = 0;

@@ -5,6 +5,7 @@
 #include "proto/snapshot.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/mesh_file.h"
+#include "tools/haptic-bench/model/nearest.h"
 #include "tools/haptic-bench/model/shapes.h"
 #include "tools/haptic-bench/spec.h"
 
@@ -67,20 +68,6 @@ std::uint32_t Model::addVertex(const Vec3& x) {
 void Model::addQuad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
   triangles.push_back({a, b, c});
   triangles.push_back({a, c, d});
-}
-
-Eigen::AlignedBox3d boxOf(const Model& model) {
-  Eigen::AlignedBox3d box;
-  for (std::uint32_t v = 0; v < model.vertices.size(); ++v) box.extend(model.vertex(v));
-  return box;
-}
-
-void requireNear(const Model& model, double rms, const std::string& what, const std::string& remedy) {
-  constexpr double kNear = 0.1;
-  const double large = boxOf(model).diagonal().norm();
-  if (rms <= kNear * large) return;
-  throw Failure(fmt::format("{} lie {:.3g} mm rms off the surface of a mesh of {:.3g} mm ({})", what, 1000 * rms,
-                            1000 * large, remedy));
 }
 
 std::string modelHelp() {

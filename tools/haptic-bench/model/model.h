@@ -39,15 +39,6 @@ struct Model {
  */
 [[nodiscard]] Model makeModel(const std::string& spec);
 
-/** The box about it. */
-[[nodiscard]] Eigen::AlignedBox3d boxOf(const Model& model);
-
-/**
- * Throws Failure, "WHAT lie ... off the surface", for points of that distance rms [m] from it: a tenth of the model.
- * What has anything to do with it lies far nearer; what has another unit or frame seldom does.
- */
-void requireNear(const Model& model, double rms, const std::string& what, const std::string& remedy);
-
 /** One line for each shape and its settings, for --help. */
 [[nodiscard]] std::string modelHelp();
 

@@ -1,10 +1,14 @@
 #include "tools/haptic-bench/model/nearest.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <utility>
+
+#include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
 namespace {
@@ -114,6 +118,20 @@ SurfacePoint NearestPoint::find(const Vec3& x) const {
 
 std::size_t NearestPoint::bytes() const {
   return balls_.size() * sizeof(Ball) + faces_.size() * sizeof(Face) + vertex_normals_.size() * sizeof(Vec3);
+}
+
+Eigen::AlignedBox3d boxOf(const Model& model) {
+  Eigen::AlignedBox3d box;
+  for (std::uint32_t v = 0; v < model.vertices.size(); ++v) box.extend(model.vertex(v));
+  return box;
+}
+
+void requireNear(const Model& model, double rms, const std::string& what, const std::string& remedy) {
+  constexpr double kNear = 0.1;
+  const double large = boxOf(model).diagonal().norm();
+  if (rms <= kNear * large) return;
+  throw Failure(fmt::format("{} lie {:.3g} mm rms off the surface of a mesh of {:.3g} mm ({})", what, 1000 * rms,
+                            1000 * large, remedy));
 }
 
 }  // namespace haptic_bench

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "tools/haptic-bench/model/model.h"
@@ -47,5 +48,14 @@ class NearestPoint {
   std::vector<Face> faces_;
   std::vector<Vec3> vertex_normals_;
 };
+
+/** The box about it. */
+[[nodiscard]] Eigen::AlignedBox3d boxOf(const Model& model);
+
+/**
+ * Throws Failure, "WHAT lie ... off the surface", for points of that distance rms [m] from it: a tenth of the model.
+ * What has anything to do with it lies far nearer; what has another unit or frame seldom does.
+ */
+void requireNear(const Model& model, double rms, const std::string& what, const std::string& remedy);
 
 }  // namespace haptic_bench

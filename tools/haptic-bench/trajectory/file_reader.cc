@@ -30,9 +30,9 @@ Vectors findVectors(const Table& table, const char* pattern, bool needed) {
 }
 
 /** Which rows hold the truth: all, but where columns of --samples, or of hapticctl monitor, say otherwise. */
-class Judged {
+class JudgedRows {
  public:
-  explicit Judged(const Table& table) : judged_(table.find("judged")), armed_(table.find("armed")) {
+  explicit JudgedRows(const Table& table) : judged_(table.find("judged")), armed_(table.find("armed")) {
     if (armed_) flags_ = table.find("flags");
   }
   bool operator[](std::size_t row) const {
@@ -94,7 +94,7 @@ Trajectory readColumns(const Table& table, const FileOptions& options, const Mod
   for (std::size_t i = 0; i < table.rows(); ++i) checkPosition(table, i, p[i]);
   if (options.out) return readOut(table, t_s, p, model, surface);
   const Vectors proxy = findVectors(table, "proxy_{0}", false), force = findVectors(table, "f{0}", false);
-  const Judged judged(table);
+  const JudgedRows judged(table);
   Trajectory in;
   in.proxy_known = static_cast<bool>(proxy);
   in.force_known = static_cast<bool>(force);
@@ -103,7 +103,6 @@ Trajectory readColumns(const Table& table, const FileOptions& options, const Mod
     in.samples.push_back(
         {t_s[i], p[i], proxy ? proxy[i] : Vec3(Vec3::Zero()), force ? force[i] : Vec3(Vec3::Zero()), judged[i]});
   }
-  countJudged(in, table.where());
   comeFromOutside(in, model, surface.radius);
   return in;
 }

@@ -46,7 +46,6 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
   }
   if (in.samples.empty()) throw Failure(path, "there are no cycles in it", "a longer recording");
   in.force_known = true;
-  countJudged(in, path);
   return in;
 }
 

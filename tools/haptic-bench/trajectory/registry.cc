@@ -148,6 +148,7 @@ Trajectory makeTrajectory(const std::string& text, const Model& model, const Sur
     refuseIdle(file, text, false, true);
     Trajectory recorded = readRecordedSession(text, file.device);
     comeFromOutside(recorded, model, surface.radius);
+    countJudged(recorded);
     return recorded;
   }
   for (const Reader& r : kReaders) {
@@ -155,6 +156,7 @@ Trajectory makeTrajectory(const std::string& text, const Model& model, const Sur
     refuseIdle(file, text, true, false);
     Trajectory read = r.read(text, file, model, surface);
     read.name = text;
+    countJudged(read);
     return read;
   }
   std::error_code none;

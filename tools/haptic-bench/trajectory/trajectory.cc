@@ -18,14 +18,14 @@ double Trajectory::period_s() const {
   return steps[steps.size() / 2];
 }
 
-void countJudged(Trajectory& trajectory, const std::string& where) {
+void countJudged(Trajectory& trajectory) {
   const std::vector<Sample>& all = trajectory.samples;
   const auto judged =
       static_cast<std::size_t>(std::count_if(all.begin(), all.end(), [](const Sample& s) { return s.judged; }));
   if (judged == all.size()) return;
   if (judged == 0) trajectory.force_known = trajectory.proxy_known = false;
-  fmt::print(stderr, "{}: {} of {} samples are judged, in which the device was armed and its ramp over\n", where,
-             judged, all.size());
+  fmt::print(stderr, "{}: {} of {} samples are judged, in which the device was armed and its ramp over\n",
+             trajectory.name, judged, all.size());
 }
 
 Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surface) {

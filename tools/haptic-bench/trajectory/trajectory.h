@@ -38,7 +38,7 @@ struct Trajectory {
 };
 
 /** Says on the standard error how many samples are judged, if not all are; where none is, no truth is known at all. */
-void countJudged(Trajectory& trajectory, const std::string& where);
+void countJudged(Trajectory& trajectory);
 
 /** One instant of an out-trajectory: on the surface, with the force that presses on it. */
 struct SurfaceSample {

@@ -17,7 +17,7 @@ using test::kTick;
 using test::TestMesh;
 using test::TestScene;
 
-const Quat kNoTurn = Quat::Identity();
+const Quat kNotTurned = Quat::Identity();
 
 ErrorCode setShape(TestScene& t, std::uint32_t id, const ShapeParameters& shape) {
   Command command;
@@ -42,7 +42,7 @@ TEST(ProxyAppear, WhatComesUnseenPushesNobody) {
         t.proxy.setRadius(radius);
         TestMesh mesh = test::boxMesh(Vec3(0.02, 0.02, 0.01));
         const auto start = mesh.vertices;
-        const auto id = t.addMesh(mesh.deformableView(), {Vec3(0, 0, -0.03), kNoTurn});
+        const auto id = t.addMesh(mesh.deformableView(), {Vec3(0, 0, -0.03), kNotTurned});
         const Vec3 hip(0.001, 0.002, 0);
         t.tick(hip);
         t.flags(id, HD_OBJECT_ENABLED, 0);
@@ -52,7 +52,7 @@ TEST(ProxyAppear, WhatComesUnseenPushesNobody) {
         if (by_vertices) {
           ASSERT_EQ(t.moveVertices(id, raised(start, 0.03F)), ErrorCode::kOk);
         } else {
-          ASSERT_EQ(t.pose(id, {Vec3::Zero(), kNoTurn}), ErrorCode::kOk);
+          ASSERT_EQ(t.pose(id, {Vec3::Zero(), kNotTurned}), ErrorCode::kOk);
         }
         if (!seen_first) see();
         for (int i = 0; i < 3; ++i) EXPECT_EQ(t.tick(hip).object, 0u) << radius << by_vertices << seen_first;
@@ -68,8 +68,8 @@ TEST(ProxyAppear, AMeshThatMovedUnseenPushesNobody) {
   TestScene t;
   TestMesh shown = test::boxMesh(Vec3(0.02, 0.02, 0.001)), next = test::boxMesh(Vec3(0.02, 0.02, 0.01));
   const auto start = next.vertices;
-  const auto other = t.addMesh(next.deformableView(), {Vec3(1, 0, 0), kNoTurn});
-  const auto id = t.addMesh(shown.view(), {Vec3(0, 0, -0.03), kNoTurn});
+  const auto other = t.addMesh(next.deformableView(), {Vec3(1, 0, 0), kNotTurned});
+  const auto id = t.addMesh(shown.view(), {Vec3(0, 0, -0.03), kNotTurned});
   const Vec3 hip(0.001, 0.002, 0);
   t.tick(hip);
   ASSERT_EQ(t.moveVertices(other, raised(start, 0.03F)), ErrorCode::kOk);
@@ -97,11 +97,11 @@ TEST(ProxyAppear, ABallComesOutOfAMeshThatMovesWithoutAKick) {
 /** Nor do things below one that appears lose whom they carry. */
 TEST(ProxyAppear, WhatHangsOnAnObjectThatAppearsGoesOnCarrying) {
   TestScene t;
-  const auto arm = t.add(ShapeKind::kSphere, Vec3(0.001, 0, 0), {Vec3(0, 0, -0.5), kNoTurn}, {1000, 0, 0, 0}, 0);
-  t.add(ShapeKind::kBox, Vec3(0.02, 0.02, 0.01), {Vec3(0, 0, 0.47), kNoTurn}, {1000, 0, 0, 0}, test::kOneSided, arm);
+  const auto arm = t.add(ShapeKind::kSphere, Vec3(0.001, 0, 0), {Vec3(0, 0, -0.5), kNotTurned}, {1000, 0, 0, 0}, 0);
+  t.add(ShapeKind::kBox, Vec3(0.02, 0.02, 0.01), {Vec3(0, 0, 0.47), kNotTurned}, {1000, 0, 0, 0}, test::kOneSided, arm);
   const Vec3 hip(0.001, 0.002, -0.019);
   t.tick(hip);
-  t.pose(arm, {Vec3(0, 0, -0.5), kNoTurn}, {Vec3(0, 0, 0.1), Vec3::Zero()});
+  t.pose(arm, {Vec3(0, 0, -0.5), kNotTurned}, {Vec3(0, 0, 0.1), Vec3::Zero()});
   for (int i = 1; i < 100; ++i) {
     if (i == 50) t.flags(arm, HD_OBJECT_ENABLED, HD_OBJECT_ENABLED);
     ASSERT_NEAR(t.tick(hip).force.z(), 1000 * std::max(0.0, 1e-4 * (i - 1) - 0.001), 1e-6) << i;
@@ -112,10 +112,10 @@ TEST(ProxyAppear, WhatHangsOnAnObjectThatAppearsGoesOnCarrying) {
 TEST(ProxyAppear, WhatIsShapedAnewWhileItMovesGoesOnCarrying) {
   for (const double half : {0.01, 0.0095}) {
     TestScene t;
-    const auto id = t.add(ShapeKind::kBox, Vec3(0.02, 0.02, 0.01), {Vec3(0, 0, -0.02), kNoTurn});
+    const auto id = t.add(ShapeKind::kBox, Vec3(0.02, 0.02, 0.01), {Vec3(0, 0, -0.02), kNotTurned});
     const Vec3 hip(0.001, 0.002, 0);
     t.tick(hip);
-    t.pose(id, {Vec3(0, 0, -0.02), kNoTurn}, {Vec3(0, 0, 0.1), Vec3::Zero()});
+    t.pose(id, {Vec3(0, 0, -0.02), kNotTurned}, {Vec3(0, 0, 0.1), Vec3::Zero()});
     for (int i = 1; i < 150; ++i) {
       if (i == 120) {
         ASSERT_EQ(setShape(t, id, {static_cast<std::uint32_t>(ShapeKind::kBox), 0, {0.02, 0.02, half}}),

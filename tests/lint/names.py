@@ -17,6 +17,7 @@ PROGRAMS = {"rt": r"_(portable|avx2|avx512)\.cc$", "drivers": r"_(driver|io)\.cc
             "tools/haptic-emu": r"/main\.cc$", "tools/haptic-bench": r"/(peers|example)/|/main\.cc$"}
 ONE_BY_ONE = ("tests/fakes", "tests/fuzz", "tests/rt", "tests/support", "tests/install")
 TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])\'|[{};()]|[^{};()"\']+')
+COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|//[^\n]*|/\*.*?\*/', re.S)
 SCOPE = re.compile(r"(?:inline\s+)?namespace\s*([\w:]*)\s*$")
 TYPE = re.compile(r"^(?:struct|class|union|enum(?:\s+class)?)\s+(?:alignas\(\w+\)\s*)?(\w+)")
 CONSTANT = re.compile(r"\b(k[A-Z]\w*)\s*(?=[=\[{(,]|$)")
@@ -25,7 +26,8 @@ FUNCTION = re.compile(r"\b([a-z]\w*)\s*\((.*)\)[^()]*$", re.S)
 
 def declarations(text):
     """Each declaration at the outermost level of an unnamed namespace, to its body or end."""
-    text = re.sub(r"//[^\n]*|^\s*#.*$", "", re.sub(r"/\*.*?\*/", "", text, flags=re.S), flags=re.M)
+    text = COMMENT.sub(lambda found: found[0] if found[0][0] in "\"'" else "", text)  # "sim://default" holds none.
+    text = re.sub(r"^\s*#.*$", "", text, flags=re.M)
     scopes, bodies, round_ones, words = [], 0, 0, ""
     for token in TOKEN.findall(text):
         if bodies == 0 and token == "{" and round_ones == 0 and (scope := SCOPE.search(words)):

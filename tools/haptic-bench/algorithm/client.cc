@@ -24,7 +24,7 @@ using std::chrono::steady_clock;
 
 /** A light hand with the stiffest grip there is, critically damped: it is where it wants to be 4 ms later. */
 constexpr double kGrip = 10000;  // [N/m]
-constexpr const char* kHand =
+constexpr const char* kLedHand =
     "sim://default?motion=live&mass=0.005&hand_mass=0&hand_stiffness=10000&hand_damping=14&viscous=0&coulomb=0&delay=0&"
     "resolution=0&max_force=200&lower=-2,-2,-2&upper=2,2,2&serial=haptic-bench-client";
 constexpr const char* kName = "haptic-bench-client";  // Its serial number.
@@ -32,7 +32,7 @@ constexpr double kThere = 1e-6;                       // [m]: a millinewton on a
 constexpr std::chrono::milliseconds kHandSettles{
     30};  // For a step; what is not there by then pushes and pulls by itself.
 
-void checkInterrupted() { checkInterrupts("client", "its device has been closed"); }
+void checkClientInterrupted() { checkInterrupts("client", "its device has been closed"); }
 
 class ClientOfDaemon {
  public:
@@ -56,7 +56,7 @@ class ClientOfDaemon {
   void start(const Vec3& hip) {
     interrupts_.emplace();
     client_.emplace(must(haptic::Client::connect(how_)));
-    device_.emplace(*client_, kHand, true);
+    device_.emplace(*client_, kLedHand, true);
     session_.emplace(must(client_->openSession(device_->uri(), "haptic-bench")));
     of_group_ = sample().device;
     there_ = hapticd::vec3(sample().p);
@@ -67,7 +67,7 @@ class ClientOfDaemon {
     const steady_clock::time_point end = steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(
                                                                    std::chrono::duration<double>(wait_s_));
     while (!ready(sample())) {
-      checkInterrupted();
+      checkClientInterrupted();
       if (steady_clock::now() > end) {
         throw Failure("client", fmt::format("nobody has armed the device {} within {} s", kName, wait_s_),
                       "a program that opens a session on it and arms it; client:wait=60");
@@ -118,7 +118,7 @@ class ClientOfDaemon {
     const Vec3 from = there_;
     const steady_clock::time_point begin = steady_clock::now();
     for (int i = 1; i <= steps; ++i) {
-      checkInterrupted();
+      checkClientInterrupted();
       want(from + (hip - from) * (static_cast<double>(i) / steps) + bent_);
       if (i < steps) std::this_thread::sleep_until(begin + i * std::chrono::milliseconds(1));
     }

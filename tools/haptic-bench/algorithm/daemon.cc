@@ -22,7 +22,7 @@ using std::chrono::steady_clock;
 constexpr const char* kStill = "sim://default?motion=hold&coulomb=20&max_force=200&resolution=0&serial=haptic-bench";
 
 /** Ctrl-C ends the run in order; after a kill the daemon closes what was opened for this run alone. */
-void checkInterrupted() { checkInterrupts("daemon", "its device has been closed"); }
+void checkDaemonInterrupted() { checkInterrupts("daemon", "its device has been closed"); }
 
 class Daemon {
  public:
@@ -41,7 +41,7 @@ class Daemon {
     object.material = {problem.stiffness, problem.damping, problem.friction_static, problem.friction_dynamic};
     object_.emplace(must(client_.scene().create(object)));
     must(session_->arm());
-    checkInterrupted();
+    checkDaemonInterrupted();
   }
 
   ~Daemon() {
@@ -58,7 +58,7 @@ class Daemon {
     moveTo(hip, contact);
     const steady_clock::time_point end = steady_clock::now() + kPatience;
     while ((sample().flags & HAPTIC_SAMPLE_RAMPING) != 0) {
-      checkInterrupted();
+      checkDaemonInterrupted();
       if (steady_clock::now() > end)
         throw Failure("daemon", "its force is still ramping after 2 s", "hapticctl status");
       pauseBriefly();
@@ -90,7 +90,7 @@ class Daemon {
   [[nodiscard]] haptic_sample sample() const { return latestSample(*session_, "daemon"); }
 
   void moveTo(const Vec3& hip, haptic_algorithm_contact& contact) {
-    checkInterrupted();
+    checkDaemonInterrupted();
     const haptic_sample before = sample();
     haptic_object_pose pose{};
     pose.object = object_->id();

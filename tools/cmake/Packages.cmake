@@ -1,6 +1,6 @@
 # Debian packages, one for each install component: cpack -G DEB, in a build with CMAKE_INSTALL_PREFIX=/usr.
 # What goes where is said by the install() rules of each room; here are names, texts, dependencies and scripts.
-set(packages hapticd hapticd-vdb libhapticclient1 libhapticclient-dev python3-hapticclient hapticctl hapticctl-import)
+set(packages hapticd hapticd-vdb libhapticclient1 libhapticclient-dev python3-hapticclient hapticctl hapticctl-import haptic-bench)
 
 # Debian wants these two files in each package.
 find_program(HAPTICD_GZIP gzip)
@@ -106,5 +106,13 @@ MetaImage, OpenVDB, InVesalius) and loads it into hapticd as something to
 touch; cuts fragments out of meshes.
 ]])
 set(CPACK_DEBIAN_HAPTICCTL-IMPORT_PACKAGE_DEPENDS hapticctl)
+
+hapticd_package(haptic-bench science "benchmark of haptic rendering" [[
+Judges algorithms that render touch, in the box or yours, over models and
+trajectories or recorded sessions: errors of force and place, times and
+stability. Replays sessions of hapticd and compares the forces bit for bit.
+]])
+set(CPACK_DEBIAN_HAPTIC-BENCH_PACKAGE_DEPENDS "libhapticclient1 (>= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_HAPTIC-BENCH_PACKAGE_RECOMMENDS "python3-matplotlib, hapticd (= ${PROJECT_VERSION})")
 
 include(CPack)

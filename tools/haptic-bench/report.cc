@@ -15,6 +15,7 @@
 
 #include "daemon/recording/recording.h"
 #include "daemon/unique_fd.h"
+#include "tools/haptic-bench/beside_program.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/table/paper_table.h"
@@ -96,7 +97,8 @@ void draw(const json& data, const std::string& output, const std::vector<std::st
   std::ofstream text(fmt::format("/proc/self/fd/{}", file.get()));
   text << data;
   if (!text.flush()) throw Failure("report", "its numbers find no room", "more memory");
-  std::vector<const char*> arguments = {kPython, HAPTICD_REPORT_SCRIPT, output.c_str()};
+  const std::string script = ownFile("report/report.py");
+  std::vector<const char*> arguments = {kPython, script.c_str(), output.c_str()};
   for (const std::string& one : results) arguments.push_back(one.c_str());
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;
@@ -109,7 +111,7 @@ void draw(const json& data, const std::string& output, const std::vector<std::st
   while (error == 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (error != 0 || status != 0) {
-    throw Failure(HAPTICD_REPORT_SCRIPT, "it could not draw the page", "tools/setup installs python3 and matplotlib");
+    throw Failure(script, "it could not draw the page", "install python3 and python3-matplotlib");
   }
 }
 

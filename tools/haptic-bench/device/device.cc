@@ -211,7 +211,8 @@ int run(const Common& common, const DeviceOptions& options) {
   bool good = true;
   for (const PlayedCase& played : playedCases()) good = judge(played, common, options.seconds, all, note) && good;
   if (options.sdk.empty()) {
-    fmt::print(stderr, "haptic-bench: dhd and openhaptics left out: built without the played SDK (--sdk)\n");
+    fmt::print(stderr,
+               "haptic-bench: dhd and openhaptics left out: there is no played SDK beside this program (--sdk)\n");
   } else {
     const PlayedCase dhd{
         .name = "dhd", .make = [&](Clock& clock, bool) { return playDhd(options.sdk, clock); }, .thread = false};

@@ -15,6 +15,7 @@
 #include "drivers/vendor/helper_device.h"
 #include "drivers/vendor/vendor_driver.h"
 #include "rt/cycle/realtime.h"
+#include "tools/haptic-bench/beside_program.h"
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
@@ -71,7 +72,7 @@ std::int64_t processorTime_ns(pid_t process) {
 
 }  // namespace
 
-std::string playedSdk() { return HAPTIC_BENCH_PLAYED_SDK; }
+std::string playedSdk() { return besideProgram({"../../tests/libfake_vendor_sdk.so"}); }
 
 std::unique_ptr<PlayedDevice> playDhd(const std::string& sdk, Clock& clock) {
   return std::make_unique<PlayedDhd>(sdk, clock);
@@ -83,7 +84,7 @@ HelperFigures runHelper(const std::string& scheme, const std::string& sdk, doubl
   MonotonicClock clock;
   DeviceInfo info;
   info.uri = uriOf(scheme, sdk);
-  HelperDevice device(info, {"", HAPTIC_BENCH_VENDOR_PROGRAM}, clock);
+  HelperDevice device(info, {"", besideProgram({"../../daemon/hapticd-vendor"})}, clock);
   orFail(device.open());
   const std::int64_t ticks = std::llround(seconds * 1000), spent_ns = processorTime_ns(device.helper());
   Histogram age;

@@ -14,7 +14,7 @@
 
 namespace haptic_bench {
 
-/** The played SDK that this was built with; "" if it was built without tests. */
+/** The played SDK that was built with this; "" if it was built without tests, or is installed. */
 [[nodiscard]] std::string playedSdk();
 
 /** Force Dimension's driver over that library, in this process; nothing else in it may hold the played device. */

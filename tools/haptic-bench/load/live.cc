@@ -7,10 +7,10 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <thread>
 
+#include "tools/haptic-bench/beside_program.h"
 #include "tools/haptic-bench/interrupt.h"
 #include "tools/haptic-bench/load/built_surface.h"
 #include "tools/haptic-bench/load/connect.h"
@@ -74,10 +74,8 @@ void runClient(const std::string& socket, const Model& model, Source source, dou
 }
 
 std::string programBeside() {
-  std::error_code none;
-  const auto here = std::filesystem::read_symlink("/proc/self/exe", none);
-  const auto built = here.parent_path().parent_path().parent_path() / "daemon" / "hapticd";
-  return std::filesystem::exists(built, none) ? built.string() : "hapticd";
+  const std::string beside = besideProgram({"../../daemon/hapticd", "../sbin/hapticd"});
+  return beside.empty() ? "hapticd" : beside;
 }
 
 std::vector<std::string> command(const std::string& program, const std::string& folder) {

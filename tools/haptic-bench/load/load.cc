@@ -114,7 +114,8 @@ void addLoad(CLI::App& app, Run& chosen) {
   load->add_option("--levels", options->levels, "Of idle, graphics, uploads, clients, disk, busy; all unless given")
       ->check(CLI::IsMember({"idle", "graphics", "uploads", "clients", "disk", "busy"}));
   load->add_option("--seconds", options->seconds, "Of each run")->capture_default_str()->check(within(0.1, 600.0));
-  load->add_option("--daemon", options->daemon, "Path of hapticd; else the one built beside, else of $PATH");
+  load->add_option("--daemon", options->daemon,
+                   "Path of hapticd; else the one built or installed with this, else of $PATH");
   load->callback(
       [&chosen, options] { chosen = [options](const Common& common) { return runLoad(common, *options); }; });
 }

@@ -2,16 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/measured/least_squares.h"
 
 namespace haptic_bench {
 namespace {
 
 using Quat = Eigen::Quaterniond;
+
+constexpr double kUnturned = 1e-6;  // Of the largest eigenvalue: the probe has not turned.
 
 struct PoseColumns {
   Table::Column p[3], q[4];
@@ -108,8 +110,8 @@ Recording readRecording(const std::string& forces_path, const std::string& poses
 
 ProbeLoad estimateLoad(const Recording& recording, double until_s) {
   // f = bias + weight * down, four unknowns.
-  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  NormalMatrix normal = NormalMatrix::Zero(4, 4);
+  Unknowns right = Unknowns::Zero(4);
   PoseCursor poses(recording.poses);
   for (const ForceSample& f : recording.forces) {
     if (!poses.covers(f.t_s) || f.t_s > until_s) continue;
@@ -118,9 +120,7 @@ ProbeLoad estimateLoad(const Recording& recording, double until_s) {
     normal += row.transpose() * row;
     right += row.transpose() * f.f_S;
   }
-  Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix4d> solver;
-  solver.setThreshold(1e-6);
-  const Eigen::Vector4d x = solver.compute(normal).solve(right);
+  const Unknowns x = leastSquares(normal, right, kUnturned).x;
   return {x.head<3>(), x[3]};
 }
 
@@ -132,8 +132,8 @@ ClockLag estimateLag(const Recording& recording, double until_s) {
   ClockLag found;
   constexpr int kRounds = 6;
   for (int round = 0; round < kRounds; ++round) {
-    Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
-    Eigen::Matrix<double, 5, 1> right = Eigen::Matrix<double, 5, 1>::Zero();
+    NormalMatrix normal = NormalMatrix::Zero(5, 5);
+    Unknowns right = Unknowns::Zero(5);
     double squares = 0;
     int count = 0;
     PoseCursor before(poses), at(poses), after(poses);
@@ -148,12 +148,10 @@ ClockLag estimateLag(const Recording& recording, double until_s) {
       squares += f.f_S.squaredNorm();
       ++count;
     }
-    Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix<double, 5, 5>> solver;
-    solver.setThreshold(1e-6);
-    const Eigen::Matrix<double, 5, 1> x = solver.compute(normal).solve(right);
-    if (count < 2 || solver.rank() < 5 || x[3] == 0) return {};
+    const auto [x, rank, inverse] = leastSquares(normal, right, kUnturned);
+    if (count < 2 || rank < 5 || x[3] == 0) return {};
     const double variance = std::max(0.0, squares - x.dot(right)) / (3 * count - 5);
-    found.deviation_s = std::sqrt(variance * solver.pseudoInverse()(4, 4)) / std::abs(x[3]);
+    found.deviation_s = std::sqrt(variance * inverse(4, 4)) / std::abs(x[3]);
     found.lag_s += x[4] / x[3];
     if (std::abs(found.lag_s) > (until_s - recording.forces.front().t_s) / 2) return {};
   }

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/measured/least_squares.h"
 
 namespace haptic_bench {
 namespace {
@@ -62,8 +62,8 @@ Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>
 
     // A small turn w about the points' middle and a shift: (c x n) . w + n . shift = -miss; lengths in extents.
     const Vec3 middle = r.X_MO * Vec3((lower + upper) / 2);
-    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+    NormalMatrix normal = NormalMatrix::Zero(6, 6);
+    Unknowns right = Unknowns::Zero(6);
     double sum = 0;
     int used = 0;
     for (const Match& m : matches) {
@@ -77,15 +77,8 @@ Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>
     }
     r.rms = std::sqrt(sum / used);
     r.left_out = static_cast<int>(points.size()) - used;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> modes(normal);
-    Eigen::Matrix<double, 6, 1> step = Eigen::Matrix<double, 6, 1>::Zero();
-    r.freedoms = 0;
-    for (int i = 0; i < 6; ++i) {
-      const double value = modes.eigenvalues()[i];  // A squared singular value.
-      if (!(value > kUndetermined * kUndetermined * modes.eigenvalues()[5])) continue;
-      step += modes.eigenvectors().col(i) * (modes.eigenvectors().col(i).dot(right) / value);
-      ++r.freedoms;
-    }
+    auto [step, freedoms, inverse] = leastSquares(normal, right, kUndetermined * kUndetermined);
+    r.freedoms = freedoms;
     // Nearest triangles and points left out change with the pose, and so may lead to and fro for ever: half way then.
     // Or in a wider ring, where each step turns a little: less and less then.
     if (r.rounds > kFreeRounds) most *= kFading;

@@ -127,6 +127,49 @@ class Record(unittest.TestCase):
             subprocess.run([BENCH, "run", "-m", "plane:cells=3", "-a", "nearest", "-t", trajectory, "--rounds", "1", *more],
                            check=True, capture_output=True)
 
+    def test_the_meshes_of_a_session_are_a_model(self):
+        """As they stood, so that nobody needs the file again, or what it was loaded with."""
+        roof = self.directory / "roof.obj"
+        roof.write_text("v -60 -60 -9\nv 60 -60 -9\nv 60 60 9\nv -60 60 9\nf 1 2 3\nf 1 3 4\n")
+        self.ctl("load", roof, "--scale", "mm", "--at", "0,0,0.003", "--rotate", "z,20", "--stiffness", "500", "--damping", "0")
+        recording = self.start()
+        self.ctl("arm", "--for", "1.2")
+        recording.send_signal(signal.SIGINT)
+        recording.communicate(timeout=30)
+        run = [BENCH, "run", "-a", "ours", "-t", self.file, "--rounds", "1", "--stiffness", "500", "-m"]
+        samples = self.directory / "samples.csv"
+        done = subprocess.run([*run, self.file, "--samples", samples], capture_output=True, text=True, check=True)
+        self.assertRegex(done.stderr, r"session.hrec: object \d+: 2 triangles; felt with --stiffness 500 --damping 0 ")
+        self.assertIn("left out: ", done.stderr)
+        # The floor is no mesh, and lies lower: the daemon's proxy was on the roof, where ours is now.
+        with open(samples, encoding="utf-8") as file:
+            judged = list(csv.DictReader(file))
+        felt = 0
+        for row, again in zip(self.rows(), judged, strict=True):
+            if row["object"] == "0" or again["judged"] == "0":
+                continue
+            felt += 1
+            for axis in "xyz":
+                self.assertAlmostEqual(float(row[f"proxy_{axis}"]), float(again[f"ours_proxy_{axis}"]), delta=1e-8)
+        self.assertGreater(felt, 50)
+        number = done.stderr.split("object ")[1].split(":")[0]
+        subprocess.run([*run, f"{self.file}:object={number}"], capture_output=True, check=True)
+        for model, words in ((f"{self.file}:object=7", "it has no mesh 7 (it has objects "), (f"{self.file}:scale=2", "scale")):
+            refused = subprocess.run([*run, model], capture_output=True, text=True, check=False)
+            self.assertEqual(refused.returncode, 1)
+            self.assertIn(words, refused.stderr)
+        # What moves while the hand is on its way cannot stand for it.
+        recording = self.start("--replace")
+        with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm", "--for", "1.2"], stdout=subprocess.DEVNULL) as arm:
+            time.sleep(0.4)
+            self.ctl("set", "/objects/roof/pos?value=0,0,0.004")
+            arm.wait(30)
+        recording.send_signal(signal.SIGINT)
+        recording.communicate(timeout=30)
+        refused = subprocess.run([*run, self.file], capture_output=True, text=True, check=False)
+        self.assertEqual(refused.returncode, 1)
+        self.assertRegex(refused.stderr, rf"object {number} moves or goes at tick \d+ \(a recording in which it stands still")
+
     def test_for_ends_it_and_a_file_that_is_there_stays(self):
         self.ctl("record", self.file, "--for", "0.3")
         before = self.file.read_bytes()

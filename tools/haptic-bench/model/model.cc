@@ -6,8 +6,10 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/mesh_file.h"
 #include "tools/haptic-bench/model/nearest.h"
+#include "tools/haptic-bench/model/recorded.h"
 #include "tools/haptic-bench/model/shapes.h"
 #include "tools/haptic-bench/spec.h"
+#include "tools/haptic-bench/trajectory/recording_reader.h"
 
 namespace haptic_bench {
 namespace {
@@ -76,6 +78,7 @@ std::string modelHelp() {
   return help +
          "  FILE.stl, .obj, .ply ...:scale=0.001,center=0: a mesh file, scale in metres per unit of the file; center=1 "
          "moves\n    the middle of its box to the origin\n"
+         "  FILE.hrec:object=0: the meshes of a recorded session where they stood, or that object alone\n"
          "  Each also x=0,y=0,z=0,turn_x=0,turn_y=0,turn_z=0: where it stands [m], turned by a rotation vector [rad]\n";
 }
 
@@ -89,11 +92,15 @@ Model makeModel(const std::string& text) {
     model.name = text;
     return model;
   }
-  if (spec.name().find('.') == std::string::npos) {
-    throw Failure(text, "there is no such model", "sphere, plane, ridge, bowl, or a mesh file");
+  Model model;
+  if (isRecording(spec.name())) {
+    model = readRecordedModel(spec.name(), static_cast<std::uint32_t>(spec.number("object", 0, 0, 0xffffffffu)));
+  } else if (spec.name().find('.') == std::string::npos) {
+    throw Failure(text, "there is no such model", "sphere, plane, ridge, bowl, a mesh file, or a recording");
+  } else {
+    model = readMeshFile(spec.name(), spec.number("scale", 1, 1e-9, 1e6));
+    if (spec.count("center", 0, 0, 1) != 0) centre(model);
   }
-  Model model = readMeshFile(spec.name(), spec.number("scale", 1, 1e-9, 1e6));
-  if (spec.count("center", 0, 0, 1) != 0) centre(model);
   place(spec, model);
   spec.finish();
   model.name = text;

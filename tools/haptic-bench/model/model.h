@@ -18,7 +18,7 @@ using hapticd::Vec3;
 /** Triangles, counter-clockwise seen from outside [m]. */
 struct Model {
   std::string name;
-  std::string kind;  ///< sphere, plane, ridge, bowl or file; moved, if it stands elsewhere.
+  std::string kind;  ///< sphere, plane, ridge, bowl, file or recorded; moved, if it stands elsewhere.
   std::vector<std::array<float, 3>> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 
@@ -35,7 +35,8 @@ struct Model {
 };
 
 /**
- * The model named on the command line: a shape of shapes.h, or a mesh file. Throws Failure that lists what there is.
+ * The model named on the command line: a shape of shapes.h, a mesh file, or a recording. Throws Failure that lists what
+ * there is.
  */
 [[nodiscard]] Model makeModel(const std::string& spec);
 

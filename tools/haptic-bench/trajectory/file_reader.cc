@@ -37,7 +37,7 @@ class JudgedRows {
   }
   bool operator[](std::size_t row) const {
     if (judged_) return judged_[row] != 0;
-    const bool ramping = flags_ && std::fmod(std::floor(flags_[row] / HD_SAMPLE_RAMPING), 2) == 1;
+    const bool ramping = flags_ && std::fmod(std::floor(flags_[row] / double{HD_SAMPLE_RAMPING}), 2) == 1;
     return !armed_ || (armed_[row] != 0 && !ramping);
   }
 

@@ -149,6 +149,32 @@ class Commands(unittest.TestCase):
             self.assertEqual([float(row["triangles"]) for row in rows], [1152] * len(rows))
             self.assertEqual(len(rows), ticks // 2)
 
+    def test_cost_is_compared(self):
+        cost = ("cost", "--triangles", 1000, 1100, "--radius", 0, 0, "--seconds", 0.1, "--csv", "--rounds")
+        files = [self.folder / f"{name}.csv" for name in ("one", "many", "again", "fast", "counted")]
+        for file, rounds, more in zip(files, (1, 6, 6, 6), ((), (), (), ("--speed", 0.2))):
+            file.write_text(self.bench(*cost, rounds, *more), encoding="ascii")
+        one, many, again, fast, counted = files
+        with open(many, encoding="ascii", newline="") as file:
+            rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        self.assertEqual({row["benchmark"] for row in rows}, {"cost 1152 triangles 0.1 m/s 0.1 s"})
+        rounds = {row["quantity"]: int(row["round"]) for row in rows}
+        self.assertEqual({rounds[f"{what} {figure}"] for what in ("tick 0 mm", "servo 0 mm", "sweep 0 mm", "nearest")
+                          for figure in ("median", "mean", "p99", "p99.9", "max")}, {6})
+        self.assertEqual((rounds["build"], rounds["pointer chase"], rounds["snapshot"]), (6, 6, 1))
+        # Counts are the same in any two runs, and judged without regard to the machine; times of one round are not judged.
+        self.assertEqual(self.bench("compare", "--errors", many, again), "0 of 6 quantities worse or missing\n")
+        self.assertRegex(self.bench("compare", one, one), "# 22 not judged: times of fewer than 6 rounds.*\n0 of 7 quantities")
+        text = many.read_text(encoding="ascii")
+        mean = next(row["value"] for row in rows if row["quantity"] == "tick 0 mm nodes and triangles, mean")
+        counted.write_text(text.replace(mean, str(float(mean) * 1.001)), encoding="ascii")
+        said = subprocess.run([PROGRAM, "compare", "--errors", many, counted], capture_output=True, text=True, check=False)
+        self.assertEqual(said.returncode, 1)
+        self.assertRegex(said.stdout, "^worse    cost 1152 .*, tick 0 mm nodes and triangles, mean: .* a tick\n1 of 6")
+        # Another stroke is another benchmark.
+        said = subprocess.run([PROGRAM, "compare", "--errors", many, fast], capture_output=True, text=True, check=False)
+        self.assertEqual((said.returncode, said.stdout.count("missing  ")), (1, 6))
+
     def test_rounds_are_counted(self):
         values = self.results("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds", 4)
         self.assertEqual(len(values["ours mean"]), 4)

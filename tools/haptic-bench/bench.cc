@@ -22,15 +22,19 @@ Series ratio(std::string name, const Series& a, const Series& b) {
   return r;
 }
 
+void printRounds(const std::string& benchmark, const std::vector<Series>& all) {
+  for (const Series& s : all) {
+    for (std::size_t i = 0; i < s.rounds.size(); ++i) {
+      fmt::print("{},{},{},{},{}\n", csvField(benchmark), csvField(s.name), s.unit, i + 1, s.rounds[i]);
+    }
+  }
+}
+
 void print(const Common& common, const std::string& benchmark, const std::vector<Series>& all) {
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
   if (common.csv) {
-    fmt::print("benchmark,quantity,unit,round,value\n");
-    for (const Series& s : all) {
-      for (std::size_t i = 0; i < s.rounds.size(); ++i) {
-        fmt::print("{},{},{},{},{}\n", csvField(benchmark), csvField(s.name), s.unit, i + 1, s.rounds[i]);
-      }
-    }
+    fmt::print("{}\n", kResultsHeader);
+    printRounds(benchmark, all);
     return;
   }
   std::size_t width = 0;

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace CLI {
@@ -65,11 +66,20 @@ struct Series {
   std::vector<double> rounds;
 };
 
+/** What is counted in each tick of a fixed course: the same on every machine. */
+inline constexpr const char* kCountedUnit = "a tick";
+
+/** The columns of --csv: one line for each round. */
+inline constexpr std::string_view kResultsHeader = "benchmark,quantity,unit,round,value";
+
 /** A value as text: `digits` of it, all of a hash. */
 [[nodiscard]] std::string valueText(const std::string& unit, double value, int digits);
 
 /** a / b, round by round. */
 [[nodiscard]] Series ratio(std::string name, const Series& a, const Series& b);
+
+/** Prints the lines of a CSV under kResultsHeader. */
+void printRounds(const std::string& benchmark, const std::vector<Series>& all);
 
 /**
  * Prints series. As a table: machine, then median and interval of each. As CSV: the machine as comment lines, then

@@ -34,15 +34,26 @@ void addOctant(std::uint32_t n, const hapticd::Vec3& sign, Model& model) {
   }
 }
 
+/** Into how many parts an edge of the octahedron is divided. */
+std::uint32_t edgeParts(std::uint32_t triangles) {
+  std::uint32_t n = 1;
+  while (8 * n * n < triangles) ++n;
+  return n;
+}
+
 }  // namespace
 
 double bumpyRadius(const hapticd::Vec3& u) {
   return kRadius + kHeight * std::sin(kBumps * u.x()) * std::sin(kBumps * u.y()) * std::sin(kBumps * u.z());
 }
 
+std::uint32_t bumpySphereTriangles(std::uint32_t triangles) {
+  const std::uint32_t n = edgeParts(triangles);
+  return 8 * n * n;
+}
+
 std::vector<std::byte> bumpySphereUpload(std::uint32_t triangles) {
-  std::uint32_t n = 1;
-  while (8 * n * n < triangles) ++n;
+  const std::uint32_t n = edgeParts(triangles);
   Model model;
   for (int octant = 0; octant < 8; ++octant)
     addOctant(n, {octant & 1 ? -1.0 : 1.0, octant & 2 ? -1.0 : 1.0, octant & 4 ? -1.0 : 1.0}, model);

@@ -19,5 +19,7 @@ namespace haptic_bench {
  * triangles, the fewest that are not less than `triangles`.
  */
 [[nodiscard]] std::vector<std::byte> bumpySphereUpload(std::uint32_t triangles);
+/** How many it has then. */
+[[nodiscard]] std::uint32_t bumpySphereTriangles(std::uint32_t triangles);
 
 }  // namespace haptic_bench

@@ -47,6 +47,12 @@ TEST(CompareResults, ErrorsAreComparedToABillionth) {
   EXPECT_EQ(verdict("N", {0.9, 1, 1.1}, {0.95, 1.01, 1.2}), '-') << "how hard a live hand pressed is no error";
 }
 
+TEST(CompareResults, WhatIsCountedIsJudgedOnAnyMachine) {
+  EXPECT_EQ(verdict(kCountedUnit, {41.2}, {41.201}, {false, false}), 'w');
+  EXPECT_EQ(verdict(kCountedUnit, {41.2}, {41.1}, {false, false}), 'b');
+  EXPECT_EQ(verdict(kCountedUnit, {41.2}, {41.2}), '-');
+}
+
 TEST(CompareResults, TimesOfFewRoundsAreNotJudged) {
   EXPECT_EQ(verdict("ns", {100}, {110}), 'u');
   EXPECT_EQ(verdict("us", {1, 2, 3, 4, 5, 6}, {10, 11, 12, 13, 14}), 'u');

@@ -4,29 +4,22 @@
  * judged.
  *
  * A stroke of 10 s over a bumpy sphere, 1 mm deep at 0.1 m/s (or --speed) and 1 kHz, is done again and again; it is the
- * same to the bit each time, so the median over the rounds of each single tick is free of what else the machine did.
+ * same to the bit each time. So the table can show the median over the rounds of each single tick, which is free of
+ * what else the machine did. A CSV holds median, mean and tails of each round, by which compare judges.
  */
 #include <fmt/format.h>
-#include <time.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
-#include <chrono>
+#include <deque>
 #include <fstream>
-#include <memory>
 #include <numeric>
-#include <random>
 
-#include "daemon/builder/build.h"
-#include "daemon/snapshot_memory.h"
 #include "rt/geometry/boxes.h"
-#include "rt/geometry/nearest.h"
-#include "rt/render/proxy.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/bumpy_sphere.h"
-#include "tools/haptic-bench/cost/servo_stage.h"
-#include "tools/haptic-bench/cost/stroke.h"
+#include "tools/haptic-bench/cost/deeper_stack.h"
+#include "tools/haptic-bench/cost/mesh_cost.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/metric/quantile.h"
@@ -35,160 +28,31 @@
 namespace haptic_bench {
 namespace {
 
-using namespace hapticd;  // NOLINT(google-build-using-namespace)
+constexpr int kStackSteps = 13;  // A page.
 
-using SteadyClock = std::chrono::steady_clock;
+double medianOf(const Series& series) { return estimate(series.rounds).median; }
 
-double nsSince(SteadyClock::time_point start) {
-  return std::chrono::duration<double, std::nano>(SteadyClock::now() - start).count();
-}
-
-/** Nanoseconds a load of a chain through all lines of `bytes` in random order. */
-double chase(std::size_t bytes) {
-  const std::size_t lines = std::max<std::size_t>(bytes / 64, 2);
-  std::vector<std::uint32_t> order(lines);
-  std::iota(order.begin(), order.end(), 0u);
-  std::mt19937 random(1);
-  std::shuffle(order.begin(), order.end(), random);
-  std::vector<std::array<std::uint32_t, 16>> line(lines);
-  for (std::size_t i = 0; i < lines; ++i) line[order[i]][0] = order[(i + 1) % lines];
-  std::uint32_t at = 0;
-  const std::size_t loads = std::clamp<std::size_t>(2 * lines, 100'000, 2'000'000);
-  for (std::size_t i = 0; i < loads / 2; ++i) at = line[at][0];  // warms up
-  const auto start = SteadyClock::now();
-  for (std::size_t i = 0; i < loads; ++i) at = line[at][0];
-  const double each = nsSince(start) / static_cast<double>(loads);
-  return at == ~0u ? 0 : each;
-}
-
-/** One mesh in a scene. */
-class Stage {
- public:
-  Stage(MeshView& mesh, const MeshStroke& stroke) : stroke_(stroke), scene_(std::make_unique<Scene>(table_)) {
-    table_.publish(0, &mesh);
-    Command command;
-    command.kind = CommandKind::kAddObject;
-    auto& object = command.as<AddObject>();
-    object = AddObject{};
-    object.object = makeObjectId(1, 1);
-    object.flags = HD_OBJECT_ENABLED;
-    object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
-    object.material.stiffness = 1000;
-    object.q[0] = 1;
-    ok_ = scene_->apply(command) == ErrorCode::kOk;
-    scene_->advance(kStrokeDt);
-  }
-  [[nodiscard]] bool ok() const { return ok_; }
-
-  /** Puts a ball above the start of the stroke. */
-  void begin(double radius) {
-    radius_ = radius;
-    renderer_.setRadius(radius);
-    renderer_.reset(stroke_.at(0, radius + kStrokeAbove));
-    touched_ = true;
-  }
-  void tick(std::size_t i) {
-    scene_->advance(kStrokeDt);
-    renderer_.step(*scene_, stroke_.at(i, radius_ - kStrokeDepth), Vec3::Zero(), kStrokeDt, contact_);
-    touched_ = touched_ && contact_.object != 0;
-  }
-  /** Whether the hand has been in contact since begin(). */
-  [[nodiscard]] bool touched() const { return touched_; }
-  [[nodiscard]] const ProxyRenderer& renderer() const { return renderer_; }
-
- private:
-  const MeshStroke& stroke_;
-  MeshTable table_;
-  std::unique_ptr<Scene> scene_;
-  ProxyRenderer renderer_;
-  SurfaceContact contact_;
-  double radius_ = 0;
-  bool ok_ = false;
-  bool touched_ = true;
+/** Mean, 99th percentile and maximum of what each tick looked at. */
+struct Spread {
+  double mean = 0, p99 = 0, max = 0;
 };
 
-/** What the ticks of a stroke looked at. */
-struct Looked {
-  std::vector<double> sweeps, visited, gathered;  ///< Each tick; visited: for sweeps and looks.
-  double at_once = 0, ahead = 0;                  ///< Vicinities gathered in the tick that needs them, and before.
-};
-
-struct CostOptions {
-  double seconds = 10;
-  double speed = 0.1;  ///< [m/s]
-  std::string profile;
-  std::vector<std::uint32_t> triangles = {1'000, 16'000, 100'000, 1'000'000};
-  std::vector<double> radii_mm = {0, 1};
-};
-
-double clockReading() {
-  std::vector<double> clock(1000);
-  for (double& c : clock) c = nsSince(SteadyClock::now());
-  return *std::min_element(clock.begin(), clock.end());
+Spread spreadOf(std::vector<double> x) {
+  const double mean = std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+  std::sort(x.begin(), x.end());
+  return {mean, nearestRank(x, 0.99), x.back()};
 }
 
-/** Of each tick of the stroke the median time over the rounds, less what reading the clock takes [ns]. */
-template <class Begin, class Tick>
-std::vector<double> timed(const Common& common, const MeshStroke& stroke, Begin&& begin, Tick&& tick) {
-  const std::size_t count = stroke.ticks();
-  std::vector<std::vector<double>> rounds(static_cast<std::size_t>(common.rounds), std::vector<double>(count));
-  for (auto& round : rounds) {
-    begin();
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto start = SteadyClock::now();
-      tick(i);
-      round[i] = nsSince(start);
-    }
-  }
-  const double reading = clockReading();
-  std::vector<double> ticks(count), one(rounds.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t r = 0; r < rounds.size(); ++r) one[r] = rounds[r][i];
-    std::nth_element(one.begin(), one.begin() + static_cast<std::ptrdiff_t>(one.size() / 2), one.end());
-    ticks[i] = std::max(one[one.size() / 2] - reading, 0.0);
-  }
-  return ticks;
+void printRow(std::uint32_t triangles, const TickTimes& times, double load) {
+  const TickSummary steady = summariseTicks(times.medians());
+  fmt::print("{:>9}  {:<12} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.1f}\n", triangles, times.name(),
+             steady.mean, steady.median, steady.p99, steady.p999, steady.max, load);
 }
 
-double meanOf(const std::vector<double>& x) {
-  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
-}
-
-void printRow(const Common& common, std::uint32_t triangles, const std::string& what, std::vector<double> ticks,
-              double load) {
-  const double mean = meanOf(ticks);
-  std::sort(ticks.begin(), ticks.end());
-  const char* form = common.csv ? "{},{},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.2f}\n"
-                                : "{:>9}  {:<12} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.0f} {:>8.1f}\n";
-  fmt::print(fmt::runtime(form), triangles, what, mean, nearestRank(ticks, 0.5), nearestRank(ticks, 0.99),
-             nearestRank(ticks, 0.999), ticks.back(), load);
-  std::fflush(stdout);
-}
-
-/** The stroke once more, counted instead of timed. */
-Looked counted(Stage& stage, const MeshStroke& stroke, double radius) {
-  Looked looked;
-  const Surroundings& around = stage.renderer().surroundings();
-  stage.begin(radius);
-  const std::uint64_t at_once = around.gatheredAtOnce(), ahead = around.gatheredAhead();
-  for (std::size_t i = 0; i < stroke.ticks(); ++i) {
-    stage.tick(i);
-    const ProxyEffort& effort = stage.renderer().effort();
-    looked.sweeps.push_back(effort.sweeps);
-    looked.visited.push_back(effort.visited);
-    looked.gathered.push_back(effort.gathered);
-  }
-  looked.at_once = static_cast<double>(around.gatheredAtOnce() - at_once);
-  looked.ahead = static_cast<double>(around.gatheredAhead() - ahead);
-  return looked;
-}
-
-void printLooked(const Common& common, const Looked& looked) {
-  if (common.csv) return;
-  const auto each = [](std::vector<double> x) {
-    const double mean = meanOf(x);
-    std::sort(x.begin(), x.end());
-    return fmt::format("{:.1f} ({:.0f}, {:.0f})", mean, nearestRank(x, 0.99), x.back());
+void printLooked(const Looked& looked) {
+  const auto each = [](const std::vector<double>& x) {
+    const Spread spread = spreadOf(x);
+    return fmt::format("{:.1f} ({:.0f}, {:.0f})", spread.mean, spread.p99, spread.max);
   };
   const double share = 1e3 / static_cast<double>(looked.sweeps.size());
   fmt::print(
@@ -208,89 +72,81 @@ void writeProfile(const std::string& path, std::uint32_t triangles, double radiu
   if (!file.flush()) throw Failure(path, "it could not be written whole", "make room on the disk");
 }
 
-/** A ball from above the surface, clear of its slopes, to `kStrokeDepth` below it, a tick further on. */
-std::vector<double> timedSweeps(const Common& common, const MeshStroke& stroke, const MeshView& mesh, double radius) {
-  return timed(
-      common, stroke, [] {},
-      [&](std::size_t i) {
-        Sweep sweep;
-        sweep.a = stroke.at(i, 2 * radius + kStrokeAbove);
-        sweep.d = stroke.at(i + 1, radius - kStrokeDepth) - sweep.a;
-        sweep.radius = radius;
-        sweep.limit = ProxyRenderer::kMaxWork;
-        SweepHit hit;
-        if (sweepMesh(mesh, sweep, hit) != SweepResult::kHit) throw Failure("stroke", "a sweep met nothing", "");
-      });
+void addCounts(std::vector<Series>& all, const std::string& name, const Looked& looked) {
+  const auto add = [&](const char* what, const std::vector<double>& each) {
+    const Spread spread = spreadOf(each);
+    all.push_back({fmt::format("{} {}, mean", name, what), kCountedUnit, {spread.mean}});
+    all.push_back({fmt::format("{} {}, max", name, what), kCountedUnit, {spread.max}});
+  };
+  add("sweeps", looked.sweeps);
+  add("nodes and triangles", looked.visited);
+  add("gathered", looked.gathered);
 }
 
-std::vector<double> timedNearest(const Common& common, const MeshStroke& stroke, const MeshView& mesh) {
-  return timed(
-      common, stroke, [] {},
-      [&](std::size_t i) {
-        NearestQuery query;
-        query.x = stroke.at(i, -kStrokeDepth);
-        query.limit = ProxyRenderer::kMaxWork;
-        Nearest nearest;
-        if (nearestOnMesh(mesh, query, nearest) != NearestResult::kFound)
-          throw Failure("stroke", "no point of the mesh is near", "");
-      });
-}
-
-double cpuSeconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-void measure(const Common& common, const CostOptions& options, std::uint32_t triangles) {
-  const std::vector<std::byte> upload = bumpySphereUpload(triangles);
-  BuildMonitor monitor;
-  const double before = cpuSeconds();
-  auto built = buildSnapshot(upload, monitor);
-  const double build_s = cpuSeconds() - before;
-  if (!built) throw Failure(built.error());
-  const auto bytes = static_cast<std::size_t>(built->stats.bytes);
-  const std::uint32_t count = built->stats.triangles;
-  auto memory = openSnapshot(std::move(*built->memfd.share()), false);
-  if (!memory) throw Failure(memory.error());
-  const double load = chase(bytes);
-  fmt::print("# {} triangles: {:.2f} MB, tree {} deep, built in {:.3f} s of processor time\n", count,
-             static_cast<double>(bytes) / 1e6, built->stats.depth, build_s);
-  const MeshStroke stroke(memory->view, options.seconds, options.speed);
-  Stage stage(memory->view, stroke);
-  for (const double radius : options.radii_mm) {
-    const auto ticks = timed(
-        common, stroke, [&] { stage.begin(radius / 1e3); }, [&](std::size_t i) { stage.tick(i); });
-    if (!stage.ok() || !stage.touched()) throw Failure("stroke", "the hand left the surface", "");
-    printRow(common, count, fmt::format("tick {} mm", radius), ticks, load);
-    const Looked looked = counted(stage, stroke, radius / 1e3);
-    printLooked(common, looked);
-    if (!options.profile.empty()) writeProfile(options.profile, count, radius, ticks, looked);
+/** One mesh's table or results. */
+void print(const Common& common, const CostOptions& options, MeshCost& mesh) {
+  std::vector<Series> all{{"snapshot", "byte", {static_cast<double>(mesh.bytes())}}, mesh.builds(), mesh.chases()};
+  if (!common.csv) {
+    fmt::print("# {} triangles: {:.2f} MB, tree {} deep, built in {:.3f} s of processor time\n", mesh.triangles(),
+               static_cast<double>(mesh.bytes()) / 1e6, mesh.depth(), medianOf(mesh.builds()) / 1e3);
   }
-  ServoStage servo(memory->view, stroke);
-  for (const double radius : options.radii_mm) {
-    const auto ticks = timed(
-        common, stroke, [&] { servo.begin(radius / 1e3); }, [&](std::size_t i) { servo.tick(i); });
-    if (!servo.touched()) throw Failure("stroke", "the hand left the surface, or the servo was not armed", "");
-    printRow(common, count, fmt::format("servo {} mm", radius), ticks, load);
+  const std::vector<TickTimes>& times = mesh.times();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    for (Series& s : times[i].series()) all.push_back(std::move(s));
+    if (!common.csv) printRow(mesh.triangles(), times[i], medianOf(mesh.chases()));
+    if (i >= options.radii_mm.size()) continue;
+    const double radius_mm = options.radii_mm[i];
+    const Looked looked = mesh.count(radius_mm);
+    addCounts(all, times[i].name(), looked);
+    if (!common.csv) printLooked(looked);
+    if (!options.profile.empty())
+      writeProfile(options.profile, mesh.triangles(), radius_mm, times[i].medians(), looked);
   }
-  for (const double radius : options.radii_mm) {
-    printRow(common, count, fmt::format("sweep {} mm", radius), timedSweeps(common, stroke, memory->view, radius / 1e3),
-             load);
+  // The whole stroke is part of the name: one of another speed or length meets other ticks.
+  if (common.csv) {
+    printRounds(fmt::format("cost {} triangles {} m/s {} s", mesh.triangles(), options.speed, options.seconds), all);
   }
-  printRow(common, count, "nearest", timedNearest(common, stroke, memory->view), load);
 }
 
-int run(const Common& common, const CostOptions& options) {
+/** Each once, in their order. */
+template <class T>
+std::vector<T> distinct(const std::vector<T>& all) {
+  std::vector<T> once;
+  for (const T x : all) {
+    if (std::find(once.begin(), once.end(), x) == once.end()) once.push_back(x);
+  }
+  return once;
+}
+
+int run(const Common& common, CostOptions options) {
+  options.radii_mm = distinct(options.radii_mm);
   if (!options.profile.empty() && !std::ofstream(options.profile, std::ios::app)) {
     throw Failure(options.profile, "it cannot be written", "see the path and its rights");
   }
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
-  fmt::print("# stroke of {} s, {} mm deep at {} m/s, 1 kHz; of each tick the median of {} rounds [ns]; boxes: {}\n",
-             options.seconds, kStrokeDepth * 1e3, options.speed, common.rounds, nameOf(vectorPath()));
-  fmt::print("{}\n", common.csv ? "triangles,what,mean,median,p99,p99.9,max,chase"
-                                : "triangles  what             mean   median      p99    p99.9      max    chase");
-  for (const std::uint32_t n : options.triangles) measure(common, options, n);
+  fmt::print("# stroke of {} s, {} mm deep at {} m/s, 1 kHz; {}; boxes: {}\n", options.seconds, kStrokeDepth * 1e3,
+             options.speed,
+             common.csv ? "median, mean and tails of each round"
+                        : fmt::format("of each tick the median of {} rounds [ns]", common.rounds),
+             hapticd::nameOf(hapticd::vectorPath()));
+  if (common.csv) {
+    fmt::print("{}\n", kResultsHeader);
+  } else {
+    fmt::print("triangles  what             mean   median      p99    p99.9      max    chase\n");
+  }
+  std::fflush(stdout);
+  for (std::uint32_t& n : options.triangles) n = bumpySphereTriangles(n);
+  std::deque<MeshCost> meshes;
+  for (const std::uint32_t n : distinct(options.triangles)) {
+    meshes.emplace_back(n, options, !common.csv || !options.profile.empty());
+  }
+  // The meshes take turns, so that what disturbs the machine for a while is not in all rounds of one.
+  for (int round = 0; round < common.rounds; ++round) {
+    withDeeperStack(round % kStackSteps, [&] {
+      for (MeshCost& mesh : meshes) mesh.round();
+    });
+  }
+  for (MeshCost& mesh : meshes) print(common, options, mesh);
   return 0;
 }
 

@@ -1,9 +1,13 @@
 """Sections of the page of haptic-bench report for what other benchmarks wrote with --csv: a plot where there is one for it, and
-the machine and the rows as they stand in the file."""
+the machine and the rows as they stand in the file, of rounds their medians."""
 import csv
+import functools
 import html
 import importlib.util
+import itertools
+import math
 import pathlib
+import re
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -28,29 +32,65 @@ def zwidth(path):
     return script.draw(script.load(path))
 
 
+@functools.cache
+def rank(count):
+    """Of so many sorted rounds, the first in the interval that holds the true median with 95 %; of fewer than six all are."""
+    below, at = 0.0, 0
+    while at < count // 2:
+        below += math.exp(math.lgamma(count + 1) - math.lgamma(at + 1) - math.lgamma(count - at + 1) - count * math.log(2))
+        if 2 * below > 0.05:
+            break
+        at += 1
+    return max(0, at - 1)
+
+
+def estimate(values):
+    """Median of some rounds and its interval."""
+    values = sorted(values)
+    count, at = len(values), rank(len(values))
+    return (values[(count - 1) // 2] + values[count // 2]) / 2, values[at], values[-1 - at]
+
+
+def rounds(rows):
+    """{(benchmark, quantity, unit): values} of a file with a line for each round."""
+    series = {}
+    for row in rows:
+        series.setdefault((row["benchmark"], row["quantity"], row["unit"]), []).append(float(row["value"]))
+    return series
+
+
 def cost(path):
-    """Mean and 99th percentile of a tick over the triangles, and a pointer chase over as many bytes."""
+    """Mean and 99th percentile of a tick over the triangles, and a pointer chase over as many bytes, with their intervals."""
     import matplotlib.pyplot as plt
 
-    _, rows = read(path)
-    ways = [what for what in dict.fromkeys(row["what"] for row in rows) if what.startswith("tick")]
+    curves = {}
+    for (benchmark, quantity, _), values in rounds(read(path)[1]).items():
+        triangles, stroke = re.fullmatch(r"cost (\d+) triangles (.*)", benchmark).groups()
+        curves.setdefault((stroke, quantity), []).append((int(triangles), *(value / 1e3 for value in estimate(values))))
     figure, axis = plt.subplots(figsize=(6, 3.6))
-    for way, colour in zip(ways, ("#00798c", "#d1495b", "#edae49")):
-        mine = [row for row in rows if row["what"] == way]
-        triangles = [float(row["triangles"]) for row in mine]
+    several = len({stroke for stroke, _ in curves}) > 1
+
+    def draw(stroke, quantity, label, style, **look):
+        x, median, low, high = zip(*sorted(curves[stroke, quantity]))
+        spread = [[m - l for m, l in zip(median, low)], [h - m for m, h in zip(median, high)]]
+        axis.errorbar(x, median, yerr=spread, fmt=style, capsize=2, label=f"{label}, {stroke}" if several else label, **look)
+
+    ways = list(dict.fromkeys((stroke, quantity[:-5]) for stroke, quantity in curves if re.fullmatch("tick .* mean", quantity)
+                              and "," not in quantity))
+    for (stroke, way), colour in zip(ways, itertools.cycle(("#00798c", "#d1495b", "#edae49"))):
         for column, line in (("mean", "o-"), ("p99", "^:")):
-            axis.loglog(triangles, [float(row[column]) / 1e3 for row in mine], line, color=colour, label=f"{way}, {column}", ms=4)
-    chase = {float(row["triangles"]): float(row["chase"]) / 1e3 for row in rows}
-    axis.loglog(list(chase), list(chase.values()), "--", color=FAINT, label="one step of a pointer chase")
-    axis.set_xlabel("triangles")
-    axis.set_ylabel("time [µs]")
+            draw(stroke, f"{way} {column}", f"{way}, {column}", line, color=colour, ms=4)
+    for stroke in dict.fromkeys(stroke for stroke, _ in curves):
+        draw(stroke, "pointer chase", "one step of a pointer chase", "--", color=FAINT)
+    axis.set(xscale="log", yscale="log", xlabel="triangles", ylabel="time [µs]")
     axis.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
     return figure
 
 
 # Columns that tell whose file it is, the heading, how it is drawn.
-KINDS = [({"eigenvalue", "damping", "off", "on"}, "The closed loop: haptic-bench zwidth", zwidth),
-         ({"triangles", "what", "p99", "chase"}, "A tick over a million triangles: haptic-bench cost", cost)]
+KINDS = [({"eigenvalue", "damping", "off", "on"}, "The closed loop: haptic-bench zwidth", zwidth)]
+ROUNDS = {"benchmark", "quantity", "unit", "round", "value"}
+FORMER_COST = {"triangles", "what", "p99", "chase"}
 
 
 def read(path):
@@ -68,6 +108,8 @@ def read(path):
         sys.exit(f"haptic-bench report: {path}: it cannot be read: {error} (write it with --csv)")
     if not rows or any(None in row or None in row.values() for row in rows):
         sys.exit(f"haptic-bench report: {path}: holds no table with a header (write it with --csv)")
+    if FORMER_COST <= rows[0].keys():
+        sys.exit(f"haptic-bench report: {path}: was written by an older version of haptic-bench cost (write it again with --csv)")
     return machine, rows
 
 
@@ -76,19 +118,38 @@ def kind(path, rows):
         if columns <= rows[0].keys():
             return title, draw
     benchmark = rows[0].get("benchmark")
+    if benchmark and benchmark.startswith("cost "):
+        return "A tick over a million triangles: haptic-bench cost", cost
     if benchmark == "load":
         return "A busy machine: haptic-bench load", load
     return (f"haptic-bench {benchmark}" if benchmark else pathlib.Path(path).name), None
+
+
+def table(header, rows):
+    cells = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>\n" for row in rows)
+    return f"<table><tr>{''.join(f'<th>{html.escape(name)}</th>' for name in header)}</tr>\n{cells}</table>"
+
+
+def summary(rows):
+    """The table of a file with a line for each round: medians with their intervals."""
+    def figures(unit, values):
+        median, low, high = estimate(values)
+        if unit == "hash":
+            return f"{int(median):012x}", ""
+        return f"{median:.6g}", "" if low == high else f"{low:.4g} .. {high:.4g}"
+
+    return table(("benchmark", "quantity", "median", "interval", "unit", "rounds"),
+                 ((benchmark, quantity, *figures(unit, values), unit, str(len(values)))
+                  for (benchmark, quantity, unit), values in rounds(rows).items()))
 
 
 def section(path):
     """(heading, lines of the machine, figure or None, table as HTML) of a file."""
     machine, rows = read(path)
     title, draw = kind(path, rows)
-    cells = "".join("<tr>" + "".join(f"<td>{html.escape(row[c])}</td>" for c in row) + "</tr>\n" for row in rows)
-    head = "".join(f"<th>{html.escape(c)}</th>" for c in rows[0])
     try:
+        shown = summary(rows) if ROUNDS <= rows[0].keys() else table(rows[0], (row.values() for row in rows))
         figure = draw(path) if draw else None
-    except (KeyError, ValueError) as error:
+    except (AttributeError, KeyError, ValueError) as error:
         sys.exit(f"haptic-bench report: {path}: it cannot be drawn: {error} (write it with --csv)")
-    return title, machine, figure, f"<table><tr>{head}</tr>\n{cells}</table>"
+    return title, machine, figure, shown

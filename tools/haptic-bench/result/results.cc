@@ -12,9 +12,8 @@
 namespace haptic_bench {
 namespace {
 
-constexpr std::string_view kHeader = "benchmark,quantity,unit,round,value";
 constexpr const char* kRemedy =
-    "what --csv prints of all but cost, collide, zwidth, sixdof and stability, which have columns of their own";
+    "what --csv prints of all but collide, zwidth, sixdof and stability, which have columns of their own";
 
 /** Fields of a CSV line; a quote within quotes is doubled. False where quotes do not close. */
 bool splitLine(std::string_view line, std::vector<std::string>& fields) {
@@ -51,7 +50,7 @@ Results Results::parse(std::string_view text, const std::string& where) {
     std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(text.size(), line.size() + 1));
     if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-    if (line.empty() || line == kHeader) continue;
+    if (line.empty() || line == kResultsHeader) continue;
     if (line[0] == '#') {
       results.machine.emplace_back(line.substr(std::min<std::size_t>(2, line.size())));
       continue;

@@ -1,0 +1,64 @@
+/** @file
+ * haptic-bench cost: what it counts is the same with all vector instructions; its rounds are summed up one by one.
+ */
+#include <gtest/gtest.h>
+
+#include "rt/geometry/boxes.h"
+#include "tools/haptic-bench/cost/mesh_cost.h"
+
+namespace haptic_bench {
+namespace {
+
+CostOptions shortStroke() {
+  CostOptions options;
+  options.seconds = 0.3;
+  return options;
+}
+
+TEST(Cost, AllVectorPathsLookAtTheSame) {
+  using hapticd::VectorPath;
+  const VectorPath best = hapticd::vectorPath();
+  std::vector<Looked> looked;
+  for (const VectorPath path : {VectorPath::kPortable, VectorPath::kAvx2}) {
+    if (!hapticd::choosePath(path)) continue;
+    MeshCost mesh(16'000, shortStroke(), false);
+    mesh.round();
+    for (const double radius_mm : {0.0, 1.0}) looked.push_back(mesh.count(radius_mm));
+  }
+  hapticd::choosePath(best);
+  for (std::size_t i = 2; i < looked.size(); ++i) {
+    EXPECT_EQ(looked[i].sweeps, looked[i - 2].sweeps);
+    EXPECT_EQ(looked[i].visited, looked[i - 2].visited);
+    EXPECT_EQ(looked[i].gathered, looked[i - 2].gathered);
+  }
+  EXPECT_EQ(looked[0].sweeps.size(), 300u);
+}
+
+TEST(Cost, EveryRoundIsMeasuredFromBuildingOn) {
+  MeshCost mesh(1'000, shortStroke(), true);
+  for (int i = 0; i < 3; ++i) mesh.round();
+  EXPECT_EQ(mesh.builds().rounds.size(), 3u);
+  EXPECT_EQ(mesh.chases().rounds.size(), 3u);
+  ASSERT_EQ(mesh.times().size(), 7u);
+  EXPECT_EQ(mesh.times()[3].name(), "servo 1 mm");
+  for (const TickTimes& times : mesh.times()) {
+    EXPECT_EQ(times.medians().size(), 300u);
+    for (const Series& s : times.series()) EXPECT_EQ(s.rounds.size(), 3u) << s.name;
+  }
+  const TickTimes fresh(mesh.times()[0].name(), false);
+  EXPECT_TRUE(fresh.medians().empty());
+}
+
+TEST(Cost, TicksAreSummedUp) {
+  std::vector<double> ticks;
+  for (int i = 1000; i > 0; --i) ticks.push_back(i);
+  const TickSummary summary = summariseTicks(ticks);
+  EXPECT_EQ(summary.mean, 500.5);
+  EXPECT_EQ(summary.median, 500);
+  EXPECT_EQ(summary.p99, 990);
+  EXPECT_EQ(summary.p999, 999);
+  EXPECT_EQ(summary.max, 1000);
+}
+
+}  // namespace
+}  // namespace haptic_bench

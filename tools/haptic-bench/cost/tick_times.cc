@@ -1,0 +1,63 @@
+#include "tools/haptic-bench/cost/tick_times.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "tools/haptic-bench/metric/quantile.h"
+
+namespace haptic_bench {
+
+double clockReading() {
+  using Clock = std::chrono::steady_clock;
+  double least = 1e9;
+  for (int i = 0; i < 1000; ++i) {
+    const auto start = Clock::now();
+    least = std::min(least, std::chrono::duration<double, std::nano>(Clock::now() - start).count());
+  }
+  return least;
+}
+
+TickSummary summariseTicks(std::vector<double> ticks) {
+  TickSummary summary;
+  summary.mean = std::accumulate(ticks.begin(), ticks.end(), 0.0) / static_cast<double>(ticks.size());
+  std::sort(ticks.begin(), ticks.end());
+  summary.median = nearestRank(ticks, 0.5);
+  summary.p99 = nearestRank(ticks, 0.99);
+  summary.p999 = nearestRank(ticks, 0.999);
+  summary.max = ticks.back();
+  return summary;
+}
+
+void TickTimes::add(std::vector<double> ticks, double reading) {
+  for (double& t : ticks) t = std::max(t - reading, 0.0);
+  if (keep_) kept_.emplace_back(ticks.begin(), ticks.end());
+  rounds_.push_back(summariseTicks(std::move(ticks)));
+}
+
+std::vector<double> TickTimes::medians() const {
+  std::vector<double> ticks(kept_.empty() ? 0 : kept_.front().size());
+  std::vector<float> one(kept_.size());
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    for (std::size_t r = 0; r < one.size(); ++r) one[r] = kept_[r][i];
+    std::nth_element(one.begin(), one.begin() + static_cast<std::ptrdiff_t>(one.size() / 2), one.end());
+    ticks[i] = static_cast<double>(one[one.size() / 2]);
+  }
+  return ticks;
+}
+
+std::vector<Series> TickTimes::series() const {
+  std::vector<Series> all;
+  const auto add = [&](const char* what, double TickSummary::*figure) {
+    Series s{name_ + " " + what, "ns", {}};
+    for (const TickSummary& round : rounds_) s.rounds.push_back(round.*figure);
+    all.push_back(std::move(s));
+  };
+  add("median", &TickSummary::median);
+  add("mean", &TickSummary::mean);
+  add("p99", &TickSummary::p99);
+  add("p99.9", &TickSummary::p999);
+  add("max", &TickSummary::max);
+  return all;
+}
+
+}  // namespace haptic_bench

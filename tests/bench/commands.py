@@ -172,8 +172,48 @@ class Commands(unittest.TestCase):
         self.assertEqual(said.returncode, 1)
         self.assertRegex(said.stdout, "^worse    cost 1152 .*, tick 0 mm nodes and triangles, mean: .* a tick\n1 of 6")
         # Another stroke is another benchmark.
-        said = subprocess.run([PROGRAM, "compare", "--errors", many, fast], capture_output=True, text=True, check=False)
-        self.assertEqual((said.returncode, said.stdout.count("missing  ")), (1, 6))
+        self.assertRegex(self.bench("compare", many, fast, code=1), r"fast\.csv, line \d+: it holds \"cost .* 0\.2 m/s .* nothing of what")
+
+    def test_tables_are_compared(self):
+        # Each as the program prints it; what changes in one cell is named with its row and its unit.
+        for command, column, factor, words in (
+                ("zwidth --quick --rate 1000 --delay 0 --damping 0 5".split(), "off", 0.5, r"zwidth rate_hz=1000 .* damping=0, off: .* N/m"),
+                (["sixdof"], "torque_rms_nm", 1.01, "sixdof case=box on floor response=constraint rate_hz=1000, torque_rms_nm: .* N m"),
+                (["stability", "--quick", "--pair", "peg in hole"], "strongest_n", 2, "stability pair=peg in hole .*, strongest_n: .* N"),
+                ("collide --quick --no-peers --pair peg --truths 1".split(), "records", 0.5, "collide pair=peg .*, records: .* records")):
+            first, second = self.folder / "first.csv", self.folder / "second.csv"
+            first.write_text(self.bench(*command, "--csv"), encoding="ascii")
+            self.assertRegex(self.bench("compare", "--errors", first, first), r"^0 of \d+ quantities worse or missing\n$")
+            lines = first.read_text(encoding="ascii").splitlines()
+            lines.sort(key=lambda line: not line.startswith("#"))  # What is said comes first, then the header.
+            at = next(i for i, line in enumerate(lines) if not line.startswith("#"))
+            cells = next(csv.reader(lines[at + 1:at + 2]))
+            place = lines[at].split(",").index(column)
+            self.assertEqual(len(cells), len(lines[at].split(",")))
+            cells[place] = str(float(cells[place]) * factor)
+            second.write_text("\n".join([*lines[:at + 1], ",".join(cells), *lines[at + 2:]]) + "\n", encoding="ascii")
+            said = subprocess.run([PROGRAM, "compare", "--errors", first, second], capture_output=True, text=True, check=False)
+            self.assertEqual(said.returncode, 1, said.stderr)
+            self.assertRegex(said.stdout, rf"^worse    {words}\n1 of \d+ quantities worse or missing\n$")
+            second.write_text("\n".join([*lines[:at + 1], *lines[at + 2:]]) + "\n", encoding="ascii")
+            said = subprocess.run([PROGRAM, "compare", first, second], capture_output=True, text=True, check=False)
+            self.assertRegex(said.stdout, "missing  .*: all that is compared of it")
+            said = self.bench("compare", second, first)
+            self.assertRegex(said, r"# \d+ quantities of NEW are not in OLD")
+
+    def test_tables_of_other_settings_are_not_compared(self):
+        first, second = self.folder / "first.csv", self.folder / "second.csv"
+        for file, push in ((first, 4), (second, 5)):
+            file.write_text(self.bench("zwidth", "--csv", "--quick", "--rate", 1000, "--delay", 0, "--damping", 0, "--push", push),
+                            encoding="ascii")
+        self.assertIn('second.csv: its settings of zwidth are "sim://default, press of 5 N,', self.bench("compare", first, second, code=1))
+        lines = second.read_text(encoding="ascii").splitlines(keepends=True)
+        second.write_text("".join(line for line in lines if "settings of" not in line), encoding="ascii")
+        said = subprocess.run([PROGRAM, "compare", first, second], capture_output=True, text=True, check=False).stdout
+        self.assertIn("# NEW does not tell its settings of zwidth", said)
+        sixdof = self.folder / "sixdof.csv"
+        sixdof.write_text(self.bench("sixdof", "--csv"), encoding="ascii")
+        self.assertRegex(self.bench("compare", first, sixdof, code=1), r"sixdof\.csv, line \d+: it holds \"sixdof .* nothing of what .*first\.csv")
 
     def test_rounds_are_counted(self):
         values = self.results("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds", 4)

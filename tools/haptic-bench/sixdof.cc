@@ -25,6 +25,7 @@
 #include "rt/body/tool.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/result/tables.h"
 
 namespace haptic_bench {
 namespace {
@@ -222,9 +223,7 @@ int run(const Common& common, bool check) {
                                                             std::make_shared<PenaltyResponse>(hard), nullptr};
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
   if (common.csv) {
-    fmt::print(
-        "case,response,rate_hz,force_rms_n,force_relative,force_worst_n,force_angle_deg,torque_rms_nm,"
-        "torque_relative,torque_angle_deg,overlap_m\n");
+    fmt::print("{}\n", tableForm("sixdof").header());
   } else {
     fmt::print("{:14} {:11} {:>5} | {:>9} {:>8} {:>8} {:>7} | {:>10} {:>8} {:>7} | {:>9}\n", "case", "response", "Hz",
                "force RMS", "relative", "worst", "angle", "torque RMS", "relative", "angle", "overlap");

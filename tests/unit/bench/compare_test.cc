@@ -136,7 +136,7 @@ TEST(CompareResults, WhatIsGoneIsNamed) {
 
 TEST(CompareResults, TheLoadMakesNoOtherMachine) {
   Results a = one("ns", {1}), b = one("ns", {1});
-  a.machine = {"cpu: x", "load: 0.10 0.20 0.30 1/80 1234", "build: y"};
+  a.machine = {"cpu: x", "load: 0.10 0.20 0.30 1/80 1234", "build: y", "1000 triangles: built in 0.1 s"};
   b.machine = {"cpu: x", "load: 1.10 1.20 1.30 2/81 9876", "build: y"};
   EXPECT_TRUE(sameMachine(a, b));
   b.machine[2] = "build: z";
@@ -144,6 +144,9 @@ TEST(CompareResults, TheLoadMakesNoOtherMachine) {
 }
 
 TEST(CompareResults, WhatIsComparedIsKnownByItsUnit) {
+  const auto isCompared = [](const std::string& unit, const Comparison& what) {
+    return haptic_bench::isCompared(one(unit, {1}).all[0], what);
+  };
   EXPECT_TRUE(isCompared("ns", {}));
   EXPECT_FALSE(isCompared("ns", {false, true}));
   EXPECT_FALSE(isCompared("hash", {}));
@@ -152,9 +155,10 @@ TEST(CompareResults, WhatIsComparedIsKnownByItsUnit) {
 
 TEST(ReadResults, WhatWasPrintedIsRead) {
   const std::string name = "run sphere:radius=1,stacks=4 \"mine\"";
-  const Results r = Results::parse("# cpu: x\nbenchmark,quantity,unit,round,value\n" + csvField(name) +
-                                       ",a,ns,1,0.30000000000000004\n" + csvField(name) + ",a,ns,2,4\r\nother,a,s,1,5",
-                                   "t");
+  const Results r =
+      Results::parse("# cpu: x\nbenchmark,quantity,unit,round,value\n" + csvField(name) +
+                         ",a,ns,1,0.30000000000000004\n" + csvField(name) + ",a,ns,2,4\r\nother,a,s,1,5\n",
+                     "t");
   ASSERT_EQ(r.all.size(), 2u);
   EXPECT_EQ(r.machine, std::vector<std::string>{"cpu: x"});
   EXPECT_EQ(r.all[0].benchmark, name);

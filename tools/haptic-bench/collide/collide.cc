@@ -23,6 +23,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/option.h"
+#include "tools/haptic-bench/result/results.h"
 
 namespace haptic_bench {
 namespace {
@@ -60,9 +61,9 @@ void print(const Common& common, const Line& row) {
   const char* form = common.csv ? "{},{},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.0f},{:.0f},{:.0f},{:.1f}"
                                 : "{:<5} {:<26} {:<8} {:>6} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f} "
                                   "{:>8.0f} {:>8.0f} {:>6.0f} {:>5.1f}";
-  fmt::print(fmt::runtime(form), row.pair, row.subject, row.query, m.times.count, m.times.mean, m.times.p50,
-             m.times.p99, m.times.p999, m.times.steady999, m.times.max, m.touching, m.rate, row.build_ms,
-             row.megabytes);
+  fmt::print(fmt::runtime(form), row.pair, common.csv ? csvField(row.subject) : row.subject, row.query, m.times.count,
+             m.times.mean, m.times.p50, m.times.p99, m.times.p999, m.times.steady999, m.times.max, m.touching, m.rate,
+             row.build_ms, row.megabytes);
   if (row.wrench) {
     fmt::print(fmt::runtime(common.csv ? ",{:.2f},{:.2f},{:.2f}" : " {:>6.2f} {:>6.2f} {:>6.2f}"), m.error_force * 100,
                m.error_angle * 180 / EIGEN_PI, m.error_torque * 100);
@@ -252,11 +253,17 @@ int run(const Common& common, const CollideOptions& options) {
       "wrench against brute force: force [% of peak], direction [deg], torque [% of peak force x {} mm]; points are to "
       "be within 5 % and 1 deg on peg, 2 % on frac, one-sided spheres within 5 %\n",
       kFclPeer.what, kBulletPeer.what, kLever * 1e3);
-  fmt::print("{}\n",
-             common.csv
-                 ? "pair,subject,query,poses,mean,p50,p99,p99.9,steady,max,records,rate,build,MB,force,angle,torque"
-                 : "pair  subject                    query     poses     mean      p50      p99    p99.9   steady "
-                   "     max  records     rate  build    MB  force  angle torque");
+  if (common.csv) {
+    fmt::print("{}\n",
+               settingsLine("collide", fmt::format("{}{} passes, {} truths, {} s for each question to a library",
+                                                   options.quick ? "quick, " : "", options.passes, options.truths,
+                                                   options.peer_seconds)));
+    fmt::print("{}\n", tableForm("collide").header());
+  } else {
+    fmt::print(
+        "pair  subject                    query     poses     mean      p50      p99    p99.9   steady      max  "
+        "records     rate  build    MB  force  angle torque\n");
+  }
   for (const std::string& name : options.pairs) {
     const CollidePair pair = makePair(name);
     const auto poses = pair.poses(kRate);

@@ -20,17 +20,25 @@ Family familyOf(const std::string& unit) {
   return Family::kTime;
 }
 
+/** Of a table's cell. */
+const Rule& ruleOf(const StoredResult& result) {
+  const Rule &rule = result.column->rule, &calm = result.column->calm;
+  return result.calm && calm.relative > 0 ? calm : rule;
+}
+
 /** Whether two runs of one build differ in it: a time ("ns per message" too), or what runs against the clock. */
-bool varies(const std::string& benchmark, const std::string& unit) {
+bool varies(const StoredResult& result) {
+  if (result.column != nullptr) return false;
+  const std::string &benchmark = result.benchmark, &unit = result.series.unit;
   const std::string first = unit.substr(0, unit.find(' '));
-  for (const char* time : {"ns", "us", "ms", "s"}) {
+  for (const char* time : {"ns", "us", "ms", "s", "1/ms"}) {
     if (first == time) return true;
   }
   const bool live = benchmark == "load" || benchmark == "servo" || benchmark == "ring";
   return live && unit != "ticks";  // Those of ring are counted.
 }
 
-bool moreIsBetter(const std::string& unit) { return unit == "N/m" || unit == "1/s" || unit == "Hz"; }
+bool moreIsBetter(const std::string& unit) { return unit == "N/m" || unit == "1/s" || unit == "1/ms" || unit == "Hz"; }
 
 /**
  * The middle one of many steps is much the same in every run of one build. Into means, tails and times of loading goes
@@ -55,9 +63,8 @@ bool suffices(std::size_t before, std::size_t after, std::size_t count) {
 
 /** Quantities that vary and are not steady. */
 std::size_t countRestless(const Results& results) {
-  return static_cast<std::size_t>(std::count_if(results.all.begin(), results.all.end(), [](const StoredResult& r) {
-    return varies(r.benchmark, r.series.unit) && !isSteady(r.series);
-  }));
+  return static_cast<std::size_t>(std::count_if(
+      results.all.begin(), results.all.end(), [](const StoredResult& r) { return varies(r) && !isSteady(r.series); }));
 }
 
 /** All rounds, not only those about the median. */
@@ -91,15 +98,19 @@ bool sameMachine(const Results& a, const Results& b) {
   const auto lasting = [](const Results& results) {
     std::vector<std::string> lines;
     for (const std::string& line : results.machine) {
-      if (line.rfind("load: ", 0) != 0) lines.push_back(line);
+      // The load is never the same; what else is said of a run is not of the machine.
+      for (const char* what : {"cpu: ", "kernel: ", "governor: ", "clock source: ", "build: "}) {
+        if (line.rfind(what, 0) == 0) lines.push_back(line);
+      }
     }
     return lines;
   };
   return lasting(a) == lasting(b);
 }
 
-bool isCompared(const std::string& unit, const Comparison& what) {
-  switch (familyOf(unit)) {
+bool isCompared(const StoredResult& result, const Comparison& what) {
+  if (result.column != nullptr) return what.times || result.column->role != TableColumn::Role::kMemory;
+  switch (familyOf(result.series.unit)) {
     case Family::kTime:
       return what.times;
     case Family::kHash:
@@ -108,6 +119,14 @@ bool isCompared(const std::string& unit, const Comparison& what) {
       break;
   }
   return true;
+}
+
+std::string otherSettings(const Results& before, const Results& after) {
+  for (const auto& [benchmark, settings] : before.settings) {
+    const auto now = after.settings.find(benchmark);
+    if (now != after.settings.end() && now->second != settings) return benchmark;
+  }
+  return {};
 }
 
 std::size_t roundsToJudge(const Results& before) {
@@ -120,16 +139,17 @@ std::vector<Change> compare(const Results& before, const Results& after, const C
   std::vector<Change> changes;
   const std::size_t restless = countRestless(before);
   for (const StoredResult& old : before.all) {
-    if (!isCompared(old.series.unit, what)) continue;
+    if (!isCompared(old, what)) continue;
     Change change{
         Change::Kind::kMissing, old.benchmark, old.series.name, old.series.unit, estimate(old.series.rounds), {}};
-    const Series* now = after.find(old.benchmark, old.series.name);
-    if (now == nullptr || now->unit != old.series.unit) {
+    const StoredResult* found = after.find(old.benchmark, old.series.name);
+    if (found == nullptr || found->series.unit != old.series.unit) {
       changes.push_back(change);
       continue;
     }
+    const Series* now = &found->series;
     change.after = estimate(now->rounds);
-    if (varies(old.benchmark, change.unit)) {
+    if (varies(old)) {
       const bool steady = isSteady(old.series);
       if (!suffices(old.series.rounds.size(), now->rounds.size(), steady ? 1 : restless)) {
         change.kind = Change::Kind::kUnknown;
@@ -138,11 +158,13 @@ std::vector<Change> compare(const Results& before, const Results& after, const C
       }
       if (!steady) change.before = range(old.series.rounds), change.after = range(now->rounds);
     }
-    const int judgement = judge(old.series, *now, change.before, change.after);
+    const int judgement = old.column != nullptr ? judgeByRule(ruleOf(old), change.before.median, change.after.median)
+                                                : judge(old.series, *now, change.before, change.after);
     if (judgement == 0) continue;
     change.kind = judgement > 0 ? Change::Kind::kWorse : Change::Kind::kBetter;
     changes.push_back(change);
   }
+  for (Change& change : judgeTogether(before, after)) changes.push_back(std::move(change));
   return changes;
 }
 

@@ -21,6 +21,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/option.h"
+#include "tools/haptic-bench/result/tables.h"
 #include "tools/haptic-bench/stability/cases.h"
 
 namespace haptic_bench {
@@ -184,8 +185,9 @@ int run(const Common& common, const StabilityOptions& o) {
   responses.push_back(std::make_unique<PenaltyResponse>(hard));
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
   if (common.csv) {
-    fmt::print(
-        "pair,excitation,response,runs,at_rest,patience_s,unrest_m,created_j,strongest_n,creep_m,creep_rad,finite\n");
+    fmt::print("{}\n",
+               settingsLine("stability", fmt::format("{}voxels of {} mm", o.quick ? "quick, " : "", o.voxel_mm)));
+    fmt::print("{}\n", tableForm("stability").header());
   } else {
     fmt::print("{:15} {:9} {:11} | {:>10} {:>6} {:>10} | {:>8} {:>8} | {:>9} {:>6}\n", "pair", "", "response",
                "at rest", "later", "unrest um", "creep um", "mrad", "created J", "most N");

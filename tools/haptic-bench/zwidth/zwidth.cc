@@ -7,6 +7,7 @@
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/option.h"
+#include "tools/haptic-bench/result/tables.h"
 #include "tools/haptic-bench/zwidth/sweep.h"
 
 namespace haptic_bench {
@@ -14,10 +15,7 @@ namespace {
 
 using namespace zwidth;  // NOLINT(google-build-using-namespace)
 
-constexpr const char* kCsvHeader =
-    "rate_hz,delay_ticks,step_m,friction_n,damping,colgate,colgate_delayed,friction_limit,eigenvalue,slowest,off,on,"
-    "displayed,buzz_off,buzz_on\n";
-
+/** The columns of tableForm("zwidth"). */
 void printCsv(const Row& r) {
   fmt::print("{},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.4g},{:.4g},{:.4g}\n", r.change.rate_hz,
              r.change.delay, r.step, r.friction, r.damping, r.colgate, r.colgate_delayed, r.friction_limit,
@@ -58,7 +56,11 @@ int run(const Options& options, bool check, const Common& common) {
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
   fmt::print("# {}: press of {} N, stiffness in N/m, damping in N s/m, buzz in N^2 at {} of off\n", options.uri,
              options.push, kBuzzAt);
-  if (common.csv) fmt::print(kCsvHeader);
+  if (common.csv) {
+    fmt::print("{}\n", settingsLine("zwidth", fmt::format("{}, press of {} N, slew limit of {} N/s", options.uri,
+                                                          options.push, options.force_slew)));
+    fmt::print("{}\n", tableForm("zwidth").header());
+  }
   const Row* before = nullptr;
   for (Row& row : rows) {
     measure(options, row);

@@ -69,6 +69,9 @@ struct Series {
 /** What is counted in each tick of a fixed course: the same on every machine. */
 inline constexpr const char* kCountedUnit = "a tick";
 
+/** A quantity of the machine, beside which others are seen; not compared. */
+inline constexpr const char* kMachineLatency = "pointer chase";
+
 /** The columns of --csv: one line for each round. */
 inline constexpr std::string_view kResultsHeader = "benchmark,quantity,unit,round,value";
 

@@ -3,6 +3,8 @@
  */
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include "rt/geometry/boxes.h"
 #include "tools/haptic-bench/cost/mesh_cost.h"
 
@@ -21,7 +23,7 @@ TEST(Cost, AllVectorPathsLookAtTheSame) {
   std::vector<Looked> looked;
   for (const VectorPath path : {VectorPath::kPortable, VectorPath::kAvx2}) {
     if (!hapticd::choosePath(path)) continue;
-    MeshCost mesh(16'000, shortStroke(), false);
+    MeshCost mesh(16'000, shortStroke());
     mesh.round();
     for (const double radius_mm : {0.0, 1.0}) looked.push_back(mesh.count(radius_mm));
   }
@@ -35,7 +37,7 @@ TEST(Cost, AllVectorPathsLookAtTheSame) {
 }
 
 TEST(Cost, EveryRoundIsMeasuredFromBuildingOn) {
-  MeshCost mesh(1'000, shortStroke(), true);
+  MeshCost mesh(1'000, shortStroke());
   for (int i = 0; i < 3; ++i) mesh.round();
   EXPECT_EQ(mesh.builds().rounds.size(), 3u);
   EXPECT_EQ(mesh.chases().rounds.size(), 3u);
@@ -45,8 +47,27 @@ TEST(Cost, EveryRoundIsMeasuredFromBuildingOn) {
     EXPECT_EQ(times.medians().size(), 300u);
     for (const Series& s : times.series()) EXPECT_EQ(s.rounds.size(), 3u) << s.name;
   }
-  const TickTimes fresh(mesh.times()[0].name(), false);
-  EXPECT_TRUE(fresh.medians().empty());
+}
+
+TEST(Cost, WhatInterruptsATickIsNotItsCost) {
+  TickTimes times("tick");
+  int strokes = 0;
+  const auto busy = [](double us) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double, std::micro>(us);
+    while (std::chrono::steady_clock::now() < end) {
+    }
+  };
+  times.take(
+      100, [&] { ++strokes; }, [&](std::size_t i) { busy(i == 7 && strokes == 1 ? 50'000
+                                                         : i == 50              ? 2000
+                                                                                : 1); });
+  EXPECT_EQ(strokes, 2);
+  for (const Series& s : times.series()) {
+    if (s.name != "tick max") continue;
+    EXPECT_GE(s.rounds[0], 1.9e6) << "dear each time";
+    EXPECT_LT(s.rounds[0], 40e6) << "dear once";
+  }
+  EXPECT_GE(times.medians()[7], 40e6);
 }
 
 TEST(Cost, TicksAreSummedUp) {

@@ -13,6 +13,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/result/results.h"
 #include "tools/haptic-bench/zwidth/search.h"
+#include "tools/haptic-bench/zwidth/sweep.h"
 
 namespace haptic_bench {
 namespace {
@@ -81,6 +82,7 @@ TEST(Tables, ALimitIsAsSharpAsItsSearch) {
     EXPECT_GT(c.rule.together, zwidth::kPrecision);
     EXPECT_LT(c.rule.together, zwidth::kPrecision * 1.01);
   }
+  EXPECT_EQ(tableForm("zwidth").calm_most, zwidth::kIdealStep);
 }
 
 TEST(Tables, RulesHaveASense) {

@@ -69,12 +69,12 @@ void nearestOnce(const MeshView& mesh, const MeshStroke& stroke, std::size_t i) 
 
 }  // namespace
 
-MeshCost::MeshCost(std::uint32_t triangles, const CostOptions& options, bool keep)
+MeshCost::MeshCost(std::uint32_t triangles, const CostOptions& options)
     : options_(options), upload_(bumpySphereUpload(triangles)) {
   for (const char* what : {"tick", "servo", "sweep"}) {
-    for (const double radius : options.radii_mm) times_.emplace_back(fmt::format("{} {} mm", what, radius), keep);
+    for (const double radius : options.radii_mm) times_.emplace_back(fmt::format("{} {} mm", what, radius));
   }
-  times_.emplace_back("nearest", keep);
+  times_.emplace_back("nearest");
 }
 
 void MeshCost::build() {
@@ -100,19 +100,21 @@ void MeshCost::round() {
   auto next = times_.begin();
   RenderStage render(mesh, stroke);
   for (const double radius : options_.radii_mm) {
-    render.begin(radius / 1e3);
-    next++->take(stroke.ticks(), [&](std::size_t i) { render.tick(i); });
+    next++->take(
+        stroke.ticks(), [&] { render.begin(radius / 1e3); }, [&](std::size_t i) { render.tick(i); });
     if (!render.touched()) throw Failure("stroke", "the hand left the surface", "");
   }
   ServoStage servo(mesh, stroke);
   for (const double radius : options_.radii_mm) {
-    servo.begin(radius / 1e3);
-    next++->take(stroke.ticks(), [&](std::size_t i) { servo.tick(i); });
+    next++->take(
+        stroke.ticks(), [&] { servo.begin(radius / 1e3); }, [&](std::size_t i) { servo.tick(i); });
     if (!servo.touched()) throw Failure("stroke", "the hand left the surface, or the servo was not armed", "");
   }
   for (const double radius : options_.radii_mm)
-    next++->take(stroke.ticks(), [&](std::size_t i) { sweepOnce(mesh, stroke, i, radius / 1e3); });
-  next->take(stroke.ticks(), [&](std::size_t i) { nearestOnce(mesh, stroke, i); });
+    next++->take(
+        stroke.ticks(), [] {}, [&](std::size_t i) { sweepOnce(mesh, stroke, i, radius / 1e3); });
+  next->take(
+      stroke.ticks(), [] {}, [&](std::size_t i) { nearestOnce(mesh, stroke, i); });
 }
 
 Looked MeshCost::count(double radius_mm) {

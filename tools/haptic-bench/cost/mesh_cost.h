@@ -28,8 +28,8 @@ struct CostOptions {
 /** A bumpy sphere that is stroked. */
 class MeshCost {
  public:
-  /** `keep`: see TickTimes. Throws Failure, as all of these. */
-  MeshCost(std::uint32_t triangles, const CostOptions& options, bool keep);
+  /** Throws Failure, as all of these. */
+  MeshCost(std::uint32_t triangles, const CostOptions& options);
 
   /**
    * Builds it, chases pointers through as many bytes, and does the stroke with each stage and query. Anew from building
@@ -54,7 +54,7 @@ class MeshCost {
   std::vector<std::byte> upload_;
   std::uint32_t triangles_ = 0, depth_ = 0;
   std::size_t bytes_ = 0;
-  Series builds_{"build", "ms", {}}, chases_{"pointer chase", "ns", {}};
+  Series builds_{"build", "ms", {}}, chases_{kMachineLatency, "ns", {}};
   std::vector<TickTimes> times_;
   std::unique_ptr<hapticd::SnapshotMemory> memory_;
   std::unique_ptr<MeshStroke> stroke_;

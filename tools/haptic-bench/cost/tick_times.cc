@@ -28,10 +28,10 @@ TickSummary summariseTicks(std::vector<double> ticks) {
   return summary;
 }
 
-void TickTimes::add(std::vector<double> ticks, double reading) {
-  for (double& t : ticks) t = std::max(t - reading, 0.0);
-  if (keep_) kept_.emplace_back(ticks.begin(), ticks.end());
-  rounds_.push_back(summariseTicks(std::move(ticks)));
+void TickTimes::add(std::vector<double> first, const std::vector<double>& second) {
+  kept_.emplace_back(first.begin(), first.end());
+  for (std::size_t i = 0; i < first.size(); ++i) first[i] = std::min(first[i], second[i]);
+  rounds_.push_back(summariseTicks(std::move(first)));
 }
 
 std::vector<double> TickTimes::medians() const {

@@ -109,6 +109,7 @@ bool sameMachine(const Results& a, const Results& b) {
 }
 
 bool isCompared(const StoredResult& result, const Comparison& what) {
+  if (result.series.name == kMachineLatency) return false;  // Who else reads memory decides it, not the build.
   if (result.column != nullptr) return what.times || result.column->role != TableColumn::Role::kMemory;
   switch (familyOf(result.series.unit)) {
     case Family::kTime:

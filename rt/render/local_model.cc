@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace hapticd {
 namespace {
@@ -41,6 +42,7 @@ void LocalModelSlot::reset() HD_RT {
     residual_[i].setZero();
     last_[i].setZero();
     last_of_now_[i].setZero();
+    stored_[i] = stored_of_now_[i] = appeared_[i] = 0;
   }
 }
 
@@ -87,7 +89,7 @@ void LocalModelSlot::replace(const Framed& next, std::uint64_t seq, std::int64_t
   const bool was_empty = state_ == State::kEmpty;
   if (was_empty) {
     reset();
-    last_ns_ = now_ns;
+    last_ns_ = former_ns_ = now_ns;
   } else if (evaluated_) {
     before_ = now_;
     const std::uint32_t device = now_.model.none() ? 0 : now_.model.device();
@@ -95,6 +97,8 @@ void LocalModelSlot::replace(const Framed& next, std::uint64_t seq, std::int64_t
     for (std::uint32_t i = 0; i < kMaxDevices; ++i) {
       residual_[i] = last_[i] - before_weight_ * last_of_now_[i];
       last_of_now_[i].setZero();
+      appeared_[i] = before_weight_ * stored_of_now_[i] - stored_[i];
+      stored_of_now_[i] = 0;
     }
   }  // Else the model replaced never came into force: what it was to replace still stands.
   now_ = next;
@@ -131,9 +135,10 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
     expired_ = expired;
     return {};
   }
-  blending_ = s < 1;
+  if (now_ns != last_ns_) former_ns_ = std::exchange(last_ns_, now_ns);
+  const double s_former = blend(former_ns_);
+  blending_ = s_former < 1;
   evaluated_ = true;
-  last_ns_ = now_ns;
   now_weight_ = w * s;
   const bool one_device = !before_.model.none() && !now_.model.none() && before_.model.device() == now_.model.device();
   agreed_weight_ = w * (one_device ? s + (1 - s) * before_weight_ : s);
@@ -143,6 +148,7 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
     out = now_.model.evaluate(tool.p, tool.v, now_.frame, tool.resolution);
   }
   last_of_now_[tool.device] = out.force;
+  stored_of_now_[tool.device] = out.stored;
   if (blending_) {
     ModelForce old;
     if (!before_.model.none() && before_.model.device() == tool.device) {
@@ -151,8 +157,12 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
     }
     const double c = before_weight_;
     const Vec3& r = residual_[tool.device];
-    // The client changes the world by the blend: what energy it puts in is its own, not the world's.
-    const double put_in = std::max(0.0, out.stored - c * old.stored) / (static_cast<double>(blend_ns_) * 1e-9);
+    // The client changes the world by the blend: what energy it has put in since the last tick is its own, not the
+    // world's; the first time with what the old model's new share of it began.
+    const double begun = former_ns_ == blend_start_ns_ ? appeared_[tool.device] : 0.0;
+    const double grown = (s - s_former) * (out.stored - c * old.stored) + begun;
+    const double dt = static_cast<double>(now_ns - former_ns_) * 1e-9;
+    const double put_in = grown > 0 && dt > 0 ? grown / dt : 0.0;
     const Vec3 change = out.force - c * old.force - r;
     out.force = s * out.force + (1 - s) * (c * old.force + r);
     out.active = s * out.active + (1 - s) * (c * old.active + r);
@@ -164,6 +174,7 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
   out.carried *= w;
   out.stored *= w;
   last_[tool.device] = out.force;
+  stored_[tool.device] = out.stored;
   return out;
 }
 
@@ -187,7 +198,7 @@ hd_model_status LocalModelSlot::status(std::int64_t now_ns) const HD_RT {
   out.seq = seq_;
   out.age_ns = now_ns - applied_ns_;
   out.weight = static_cast<float>(weight(now_ns) * (now_.model.none() ? 1 - s : s));
-  out.state = state_ == State::kFading || now_.model.none() ? 3 : (blending_ ? 1 : 2);
+  out.state = state_ == State::kFading || now_.model.none() ? 3 : (s < 1 ? 1 : 2);
   return out;
 }
 

@@ -81,7 +81,7 @@ class LocalModelSlot {
 
   State state_ = State::kEmpty;
   Framed now_, before_;
-  bool blending_ = false;
+  bool blending_ = false;   ///< The old model had a part in the force, a tick ago at least.
   bool evaluated_ = false;  ///< Since the last replacement.
   bool expired_ = false;
   std::uint64_t seq_ = 0;
@@ -89,14 +89,18 @@ class LocalModelSlot {
   std::int64_t lease_ns_ = 0;
   std::int64_t blend_ns_ = kMinBlendNs;
   std::int64_t blend_start_ns_ = 0;
-  std::int64_t last_ns_ = 0;  ///< Of the last evaluation.
+  std::int64_t last_ns_ = 0;    ///< Tick of the last evaluation,
+  std::int64_t former_ns_ = 0;  ///< and the one before.
   std::int64_t fade_start_ns_ = 0;
-  double now_weight_ = 1;                      ///< w s at the last evaluation,
-  double agreed_weight_ = 1;                   ///< and w (s + (1 - s) c).
-  double before_weight_ = 0;                   ///< c
-  std::array<Vec3, kMaxDevices> residual_;     ///< r, by device [N].
-  std::array<Vec3, kMaxDevices> last_;         ///< Force at the last evaluation, by device [N].
-  std::array<Vec3, kMaxDevices> last_of_now_;  ///< What now_ alone made of it, before weights [N].
+  double now_weight_ = 1;                          ///< w s at the last evaluation,
+  double agreed_weight_ = 1;                       ///< and w (s + (1 - s) c).
+  double before_weight_ = 0;                       ///< c
+  std::array<Vec3, kMaxDevices> residual_;         ///< r, by device [N].
+  std::array<Vec3, kMaxDevices> last_;             ///< Force at the last evaluation, by device [N].
+  std::array<Vec3, kMaxDevices> last_of_now_;      ///< What now_ alone made of it, before weights [N].
+  std::array<double, kMaxDevices> stored_;         ///< Elastic energy at the last evaluation, by device [J],
+  std::array<double, kMaxDevices> stored_of_now_;  ///< and that of now_ alone.
+  std::array<double, kMaxDevices> appeared_;  ///< By which c times that of the old model is more than there was [J].
 };
 
 }  // namespace hapticd

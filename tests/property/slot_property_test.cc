@@ -155,5 +155,44 @@ TEST(SlotProperty, ForceIsContinuousAndWithinTheStatedBound) {
   }
 }
 
+/** Of a hand that rests: what is stored more than a tick ago, the client has put in, and that is what is charged to
+ * him. */
+TEST(SlotProperty, WhatReplacedModelsAddIsBookedToTheJoule) {
+  double booked = 0;
+  for (const unsigned seed : seeds(40)) {
+    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+    Random random(seed);
+    MeshTable meshes;
+    const auto scene = std::make_unique<Scene>(meshes);
+    LocalModelSlot slot;
+    ToolPoint tool;
+    double former = 0;
+    std::int64_t now = 1000 * kMs;
+    const int period = 1 + random.below(20);
+    for (int tick = 0; tick < 3000; ++tick, now += kMs) {
+      const bool rests = tick % 50 != 0;
+      if (!rests) tool.p = random.vector(0.01);
+      if (random.once(period)) {
+        Command command = randomModel(random);
+        if (command.kind == CommandKind::kLocalModel) command.as<hd_local_model>().lease_ns = 10'000 * kMs;
+        if (command.kind == CommandKind::kForceField) command.as<hd_force_field>().lease_ns = 10'000 * kMs;
+        ASSERT_EQ(slot.set(command, now, *scene), ErrorCode::kOk);
+      } else if (random.once(100)) {
+        slot.clear(now, random.below(20) * kMs);
+      }
+      const ModelForce f = slot.evaluate(tool, now, *scene);
+      if (rests) {
+        const double put_in = 1e-3 * f.carried.sum();
+        ASSERT_NEAR(put_in, std::max(0.0, f.stored - former), 1e-12) << "tick " << tick;
+        booked += put_in;
+      }
+      former = f.stored;
+    }
+  }
+  if (seeds(2).size() > 1) {
+    EXPECT_GT(booked, 10.0);
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

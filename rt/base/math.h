@@ -60,6 +60,13 @@ struct Pose {
   return n > limit ? Vec3(x * (limit / n)) : x;
 }
 
+/** A power or an energy along `direction`, by axis: as the squares of its parts, which sum to all; along none a third.
+ */
+[[nodiscard]] inline Vec3 byAxis(double amount, const Vec3& direction) HD_RT {
+  const double squared = direction.squaredNorm();
+  return squared > 1e-24 ? Vec3(amount / squared * direction.cwiseProduct(direction)) : Vec3::Constant(amount / 3);
+}
+
 /** The rotation after `dt` seconds at angular velocity w (same frame as q's target). Exact for constant w. */
 [[nodiscard]] inline Quat rotated(const Quat& q, const Vec3& w, double dt) HD_RT {
   const double angle = w.norm() * dt;

@@ -70,6 +70,7 @@ void SessionShare::revive() HD_RT {
   for (std::uint32_t i = 0; i < kMaxDevices; ++i) {
     force_[i].at_return = force_[i].last;
     torque_[i].at_return = torque_[i].last;
+    force_[i].returned = torque_[i].returned = 0;
   }
 }
 
@@ -133,12 +134,18 @@ void SessionShare::addClientForce(const ToolPoint& tool, std::int64_t now_ns, Sh
 
 double SessionShare::scaleOf(Envelope& envelope, double magnitude, std::int64_t now_ns) const HD_RT {
   double allowed = magnitude;
+  envelope.grows = 0;
   if (life_ == Life::kLost) {
     const double line = envelope.at_loss * (1 - progress(lost_ns_, now_ns, fade_ns_));
     allowed = std::min({magnitude, line, envelope.last});
   } else if (returning_ && magnitude > envelope.at_return) {
-    allowed = envelope.at_return + progress(return_ns_, now_ns, fade_ns_) * (magnitude - envelope.at_return);
+    const double returned = progress(return_ns_, now_ns, fade_ns_);
+    allowed = envelope.at_return + returned * (magnitude - envelope.at_return);
+    const double part = (returned - envelope.returned) * (1 - envelope.at_return / magnitude);
+    if (part > 0) envelope.grows = part / (1e-9 * static_cast<double>(now_ns - envelope.last_ns));
+    envelope.returned = returned;
   }
+  envelope.last_ns = now_ns;
   envelope.last = allowed;
   return magnitude > 0 ? allowed / magnitude : 1.0;
 }
@@ -157,16 +164,21 @@ SessionShare::Share SessionShare::evaluate(const ToolPoint& tool, std::int64_t n
   addClientForce(tool, now_ns, share);
   if (!finite(share)) share = Share{};
 
-  scaleForce(share, shrink((share.local_model + share.client_force).norm(), limits_.force_n));
+  const double in_limit = shrink((share.local_model + share.client_force).norm(), limits_.force_n);
+  scaleForce(share, in_limit);
+  share.stored *= 2 - in_limit;  // A spring that is bound gives back its limit all the way to where it was not.
   share.client_torque *= shrink(share.client_torque.norm(), limits_.torque_nm);
 
+  Envelope& envelope = force_[tool.device];
+  if (envelope.returned == 1) returning_ = false;
   if (returning_ && !return_started_) {
     return_started_ = true;
     return_ns_ = now_ns;
   }
-  scaleForce(share, scaleOf(force_[tool.device], (share.local_model + share.client_force).norm(), now_ns));
+  const double stored = share.stored;
+  scaleForce(share, scaleOf(envelope, (share.local_model + share.client_force).norm(), now_ns));
+  if (envelope.grows > 0) share.carried += byAxis(envelope.grows * stored, share.local_model);
   share.client_torque *= scaleOf(torque_[tool.device], share.client_torque.norm(), now_ns);
-  if (returning_ && progress(return_ns_, now_ns, fade_ns_) == 1) returning_ = false;
 
   last_[tool.device] = share.local_model + share.client_force;
   return share;

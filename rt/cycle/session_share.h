@@ -23,7 +23,7 @@ class SessionShare {
     Vec3 client_force = Vec3::Zero();
     Vec3 client_torque = Vec3::Zero();
     Vec3 local_active = Vec3::Zero();  ///< Part of local_model that springs and force fields make [N].
-    Vec3 carried = Vec3::Zero();       ///< Power, by axis, that moving or changing models put in [W].
+    Vec3 carried = Vec3::Zero();       ///< Power, by axis, that moving, changing or returning models put in [W].
     double stored = 0;                 ///< Elastic energy in the local models [J].
   };
 
@@ -77,6 +77,9 @@ class SessionShare {
     double last = 0;     ///< Magnitude at the last evaluation.
     double at_loss = 0;  ///< When it was lost.
     double at_return = 0;
+    double returned = 0;       ///< Progress of the return at the last evaluation,
+    std::int64_t last_ns = 0;  ///< which was then.
+    double grows = 0;          ///< Part of the whole that the return adds [1/s].
   };
 
   void addClientForce(const ToolPoint& tool, std::int64_t now_ns, Share& share) HD_RT;

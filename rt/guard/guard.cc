@@ -105,6 +105,7 @@ void Guard::latch(std::uint32_t cause) HD_RT {
 void Guard::forgetEnergy() HD_RT {
   last_passive_.setZero();
   last_carried_.setZero();
+  last_ramped_.setZero();
   past_passive_.reset();
   last_share_ = 0;
   last_stored_ = -1;
@@ -176,7 +177,7 @@ void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
   past_passive_.push(last_passive_);
   const Vec3 acted = past_passive_.acted(config_.delay);
   const double stored = storedIn(input, wanted);
-  passivity_.observe(acted, moved, last_carried_);
+  passivity_.observe(acted, moved, last_carried_ + last_ramped_);
   passivity_.limitStore(stored);
   if (stored >= 0 && last_stored_ >= 0) {
     const double leaked = last_share_ * (stored - last_stored_) + acted.dot(moved) - last_carried_.sum();
@@ -189,6 +190,7 @@ void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
 }
 
 void Guard::advanceState(const Wanted& wanted, double dt) HD_RT {
+  ramp_rose_ = 0;
   switch (state_) {
     case State::kDisarmed:
       return;
@@ -202,9 +204,11 @@ void Guard::advanceState(const Wanted& wanted, double dt) HD_RT {
       return;
     }
     case State::kArmed: {
+      const double former = ramp_;
       ramped_ns_ = std::min(ramped_ns_ + static_cast<std::int64_t>(dt * 1e9 + 0.5), config_.ramp_ns);
       ramp_ =
           ramped_ns_ < config_.ramp_ns ? static_cast<double>(ramped_ns_) / static_cast<double>(config_.ramp_ns) : 1.0;
+      ramp_rose_ = ramp_ > 0 ? 1 - former / ramp_ : 0.0;
       return;
     }
     case State::kLowering:
@@ -294,6 +298,12 @@ Guard::Sent Guard::pass(const GuardInput& input, const Wanted& wanted, std::uint
   last_passive_ = out.force - share * (wanted.active + wanted.gravity);
   last_share_ = tt > 0 ? share : target_share;
   last_carried_ = share * input.dt * wanted.carried;
+  last_ramped_.setZero();
+  if (ramp_rose_ > 0) {
+    // A spring that limits bind gives back its limit all the way to where they do not.
+    const double bound = std::min(1.0, share / ramp_);
+    last_ramped_ = byAxis(ramp_rose_ * ramp_ * bound * (2 - bound) * std::max(0.0, last_stored_), wanted.passive);
+  }
   return out;
 }
 

@@ -164,6 +164,7 @@ class Guard {
   std::uint32_t small_ticks_ = 0;
   std::int64_t ramped_ns_ = 0;
   double ramp_ = 0;
+  double ramp_rose_ = 0;  ///< In this tick, as a part of ramp_.
   double lowered_s_ = 0;
   bool started_ = false;
   std::int64_t last_fresh_ns_ = 0;
@@ -174,7 +175,8 @@ class Guard {
   double last_share_ = 0;             ///< Part of what was wanted that was sent.
   double last_stored_ = -1;  ///< Elastic energy of the passive sources in the last tick [J]; negative: unknown.
   BuzzVelocity v_buzz_;
-  Vec3 last_carried_ = Vec3::Zero();  ///< Energy carried in over the last tick [J].
+  Vec3 last_carried_ = Vec3::Zero();  ///< Energy carried in over the last tick [J],
+  Vec3 last_ramped_ = Vec3::Zero();   ///< and what the ramp's rise added to what is stored.
   double carried_power_ = 0;          ///< Carried power, averaged over kCarried_s [W].
   Passivity passivity_;
   Heating heating_;

@@ -13,12 +13,6 @@ double ratio(std::int64_t part, std::int64_t whole) HD_RT {
 
 constexpr double kSilent2 = 1e-24;  // [N^2]
 
-/** Direction in which energy of a blend is booked: squares of the parts sum to one. */
-Vec3 byAxis(double power, const Vec3& direction) HD_RT {
-  const double squared = direction.squaredNorm();
-  return squared > kSilent2 ? Vec3(power / squared * direction.cwiseProduct(direction)) : Vec3::Constant(power / 3);
-}
-
 /**
  * The share of `model` that explains most of `force`: at least `own`, the share it has, and not more than all of it.
  * Where neither says anything, `agreed`: that of all models which say so.

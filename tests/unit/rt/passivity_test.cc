@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 
 #include "tests/unit/rt/hand_sim.h"
@@ -244,6 +245,28 @@ TEST(Passivity, AWallThatMovesIsCharged) {
     if (told) {
       EXPECT_GT(least, -Passivity::kDeadZone);
     }
+  }
+}
+
+TEST(Passivity, AHandThatLeansOnAWallWhileTheRampRisesLeavesNoDebt) {
+  for (const double limit : {100.0, 5.0}) {
+    GuardConfig config = open();
+    config.limits.force = limit;  // 5 N: bound until the ramp's end.
+    HandSim<DelayedWall> sim(config, {.k = 600, .b = 1});
+    sim.friction = 100;  // A hand that gives way slowly.
+    sim.rig.guard.disarm();
+    for (int i = 0; i < 20; ++i) sim.tick();
+    ASSERT_EQ(sim.rig.guard.arm(), ErrorCode::kOk);
+    double least = 0, deepest = 0;
+    for (int i = 0; i < 3000; ++i) {
+      sim.push.x() = i < 60 ? 0.0 : -3.0;
+      least = std::min(least, sim.tick().energy);
+      deepest = std::min(deepest, sim.x.x());
+    }
+    EXPECT_LT(deepest, -0.01) << "while the ramp was low";
+    EXPECT_GT(sim.delivered, 0.005) << "by which the ramp pushed it out";
+    EXPECT_NEAR(sim.x.x(), -0.005, 1e-4);
+    EXPECT_GT(least, -0.1e-3) << "limit " << limit;
   }
 }
 

@@ -65,6 +65,22 @@ TEST_F(ShareTest, ClientsOwnLimitBindsItsWholeShare) {
   EXPECT_EQ(limits(std::nan(""), 1), ErrorCode::kInvalidArgument);
 }
 
+TEST_F(ShareTest, ALimitedSpringStoresWhatItGivesBack) {
+  ASSERT_EQ(model(modelOf(HD_MODEL_PLANE, 2000)), ErrorCode::kOk);
+  ASSERT_EQ(limits(2.5, 0.15), ErrorCode::kOk);
+  tool.p.z() = 0.0001;
+  for (int i = 0; i < 20; ++i) (void)tick();
+  double work = 0, last = 0;
+  for (int i = 1; i <= 200; ++i) {  // To 20 mm, of which the first 1.25 mm are within the limit.
+    tool.p.z() = -1e-4 * i;
+    const auto s = tick();
+    work += 0.5e-4 * (s.local_model.z() + last);
+    last = s.local_model.z();
+    ASSERT_NEAR(s.stored, work, 1e-5) << i;  // The step in which the limit begins lies half in it.
+  }
+  EXPECT_NEAR(last, 2.5, 1e-12);
+}
+
 TEST_F(ShareTest, LostShareFallsMonotonicallyWhateverTheHandDoes) {
   ASSERT_EQ(force({1, 0, 0}, 10'000), ErrorCode::kOk);
   ASSERT_EQ(model(modelOf(HD_MODEL_PLANE, 500)), ErrorCode::kOk);
@@ -108,6 +124,23 @@ TEST_F(ShareTest, RevivedShareComesBackWithoutAJump) {
   }
   EXPECT_NEAR(total(tick()).norm(), 2, 1e-12);
   EXPECT_EQ(session.fade(now), 1.0f);
+}
+
+TEST_F(ShareTest, WhatAReturnAddsToTheSpringsIsCharged) {
+  ASSERT_EQ(model(modelOf(HD_MODEL_PLANE, 500)), ErrorCode::kOk);
+  for (int i = 0; i < 20; ++i) (void)tick();
+  session.lose(now, 50 * kMs);
+  for (int i = 0; i < 60; ++i) (void)tick();
+  tool.p.z() = -0.01;  // It has fallen in meanwhile.
+  ASSERT_EQ(tick().stored, 0);
+  session.revive();
+  double last = 0;
+  for (int i = 0; i < 60; ++i) {
+    const auto s = tick();
+    ASSERT_NEAR(1e-3 * s.carried.z(), s.stored - last, 1e-12) << i;
+    last = s.stored;
+  }
+  EXPECT_NEAR(last, 0.5 * 500 * 0.01 * 0.01, 1e-12);
 }
 
 TEST_F(ShareTest, FreedSlotForgetsEverything) {

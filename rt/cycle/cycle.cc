@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace hapticd {
 namespace {
@@ -300,10 +301,17 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
         device.effects.step(scene_, out.contact, device.proxy.holding(), sample.p, out.velocity.v);
     source[HD_SOURCE_TEXTURE].force = added.texture;
     source[HD_SOURCE_TRANSIENT].force = added.transient;
+    const std::uint32_t pressed = std::exchange(device.pressed, out.contact.object);
     if (const SceneObject* touched = scene_.find(out.contact.object)) {
       energy.carried = out.contact.force.cwiseProduct(out.contact.velocity);
       energy.stored = 0.5 * touched->material.stiffness * (out.contact.proxy - sample.p).squaredNorm();
       energy.damping = touched->material.damping;
+      const double grown = pressed == touched->id ? touched->material.stiffness - device.stiffness : 0.0;
+      if (grown > 0) {  // A client has made it stiffer: what that adds is the client's.
+        const double put_in = energy.stored * grown / touched->material.stiffness / seconds(config_.period_ns);
+        energy.carried += byAxis(put_in, out.contact.force);
+      }
+      device.stiffness = touched->material.stiffness;
       const std::uint8_t body = bodies_.find(objectSlot(out.contact.object));
       if (body != FreeBodies::kNone) {
         const Vec3 felt = out.contact.force + added.texture;
@@ -331,6 +339,7 @@ void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput
   device.proxy.reset(sample.p);
   device.shading.reset();
   device.effects.reset();
+  device.pressed = 0;
   HeldToolOutput held;
   device.tool.finish(scene_, out.velocity, seconds(config_.period_ns), held);
   sources_[d][HD_SOURCE_SURFACE] = held.wrench;

@@ -45,14 +45,14 @@ class CarriedHand {
     input_->command_count = 0;
     const GuardOutput& out = output_->device[0].guard;
     for (int i = 0; i < 20; ++i) {
-      v_ += 5e-5 / 0.15 * (out.command.force.x() - 30 * v_);
+      v_ += 5e-5 / 0.15 * (out.command.force.x() + push - 30 * v_);
       x_ += 5e-5 * v_;
     }
     delivered += out.command.force.x() * kSpeed * 1e-3;
     return out;
   }
   /** A plane that faces +x and travels along it from just behind the hand. */
-  void addTravellingPlane(bool touchable) {
+  void addTravellingPlane(bool touchable, double speed = kSpeed) {
     AddObject add{};
     add.object = makeObjectId(1, 1);
     add.flags = touchable ? std::uint32_t{HD_OBJECT_ENABLED} : 0;
@@ -65,10 +65,11 @@ class CarriedHand {
     pose.object = add.object;
     store(vec3(add.p), pose.p);
     store(quat(add.q), pose.q);
-    pose.v[0] = kSpeed;
+    pose.v[0] = speed;
     put(CommandKind::kObjectPose, pose);
   }
   double delivered = 0;  ///< Roughly [J].
+  double push = 0;       ///< Along x [N].
 
  private:
   MeshTable meshes_;
@@ -105,6 +106,23 @@ TEST(CycleEnergy, ALocalModelThatTravelsWithItsObjectToo) {
   m.normal[2] = 1;
   hand.put(CommandKind::kLocalModel, m, 0);
   expectCalm(hand);
+}
+
+TEST(CycleEnergy, AnObjectThatIsMadeStifferUnderAHandIsChargedToWhoDoesIt) {
+  CarriedHand hand;
+  hand.addTravellingPlane(true, 0);
+  for (int i = 0; i < 20; ++i) hand.tick();
+  hand.push = -3;
+  for (int i = 0; i < 8000; ++i) {
+    const bool stiffer = i % 400 == 0;
+    if (stiffer || i % 400 == 200) {
+      hand.put(CommandKind::kObjectMaterial,
+               hd_object_material{makeObjectId(1, 1), 0, {stiffer ? 800.0 : 200.0, 1, 0, 0}}, 0);
+    }
+    const GuardOutput& out = hand.tick();
+    ASSERT_EQ(out.fault, std::uint32_t{HD_FAULT_NONE}) << i;
+    ASSERT_FALSE(out.flags & HD_SAMPLE_PASSIVITY) << i << ": " << out.energy;
+  }
 }
 
 TEST(CycleEnergy, ASpringThatIsDraggedAlongIsActive) {

@@ -105,7 +105,7 @@ bool LocalModel::isSame(const LocalModel& other) const HD_RT {
 }
 
 void LocalModel::inherit(const LocalModel& former, const ModelFrame& former_frame, const ModelFrame& frame) HD_RT {
-  if (kind_ != CommandKind::kLocalModel || former.kind_ != CommandKind::kLocalModel || !former.touching_) return;
+  if (!isContact() || !former.isContact() || !former.touching_ || device() != former.device()) return;
   touching_ = true;
   slip_ = former.slip_;
   if (sameBytes(shapeOf(local_), shapeOf(former.local_))) {
@@ -131,6 +131,8 @@ std::int64_t LocalModel::lease_ns() const HD_RT {
 std::int64_t LocalModel::blend_ns() const HD_RT {
   return std::max<std::int64_t>(0, kind_ == CommandKind::kForceField ? field_.blend_ns : local_.blend_ns);
 }
+
+bool LocalModel::isContact() const HD_RT { return kind_ == CommandKind::kLocalModel && local_.kind != HD_MODEL_SPRING; }
 
 LocalModel::Contact LocalModel::findContact(const Vec3& x) const HD_RT {
   const double k = local_.material.stiffness;

@@ -54,7 +54,7 @@ class LocalModel {
   [[nodiscard]] bool isSame(const LocalModel& other) const HD_RT;
   /**
    * The contact memory of the model that this one replaces: a stuck anchor stays stuck through updates. All of it, if
-   * only the material is another.
+   * only the material is another. None of a spring's, which touches nothing, and none of another device's.
    */
   void inherit(const LocalModel& former, const ModelFrame& former_frame, const ModelFrame& frame) HD_RT;
 
@@ -85,6 +85,8 @@ class LocalModel {
     Vec3 normal = Vec3::UnitZ();  ///< Outward, unit.
   };
 
+  /** Neither spring nor field. */
+  [[nodiscard]] bool isContact() const HD_RT;
   [[nodiscard]] Contact findContact(const Vec3& x) const HD_RT;
   [[nodiscard]] Vec3 contactForce(const Contact& contact, const Vec3& x, const Vec3& v, double resolution,
                                   double& stored) HD_RT;

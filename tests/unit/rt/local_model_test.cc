@@ -259,6 +259,34 @@ TEST_F(SlotTest, UpdatesOfOneSurfaceKeepAStickingHandStuck) {
   }
 }
 
+TEST_F(SlotTest, AHandThatHungOnASpringMeetsAPlaneAnew) {
+  hd_local_model plane = modelOf(HD_MODEL_PLANE), spring = modelOf(HD_MODEL_SPRING);
+  plane.material.friction_static = plane.material.friction_dynamic = 0.5;
+  set(plane, 0);
+  (void)at(0);
+  ASSERT_LT((at(20) - Vec3(0, 0, 1)).norm(), 1e-12);
+  set(spring, 30);
+  (void)at(30);
+  tool.p.x() = 0.05;
+  (void)at(50);
+  set(plane, 60);
+  (void)at(60);
+  EXPECT_LT((at(80) - Vec3(0, 0, 1)).norm(), 1e-12) << "where it stuck before the spring is forgotten";
+}
+
+TEST_F(SlotTest, AnotherDevicesHandDoesNotHangOnTheAnchorOfTheFormer) {
+  hd_local_model plane = modelOf(HD_MODEL_PLANE);
+  plane.material.friction_static = plane.material.friction_dynamic = 0.5;
+  set(plane, 0);
+  (void)at(0);
+  ASSERT_LT((at(20) - Vec3(0, 0, 1)).norm(), 1e-12);
+  plane.device = 1;
+  set(plane, 30);
+  tool = {{0.05, 0, -0.002}, Vec3::Zero(), 1};
+  (void)at(30);
+  EXPECT_LT((at(50) - Vec3(0, 0, 1)).norm(), 1e-12);
+}
+
 TEST_F(SlotTest, FollowsItsObject) {
   hd_local_model m = modelOf(HD_MODEL_PLANE);
   m.frame = addObject({0, 0, 0.05}, {0, 0, 0.1});

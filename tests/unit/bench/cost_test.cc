@@ -58,16 +58,18 @@ TEST(Cost, WhatInterruptsATickIsNotItsCost) {
     }
   };
   times.take(
-      100, [&] { ++strokes; }, [&](std::size_t i) { busy(i == 7 && strokes == 1 ? 50'000
-                                                         : i == 50              ? 2000
-                                                                                : 1); });
+      100, [&] { ++strokes; },
+      [&](std::size_t i) {
+        busy(i == 7 && strokes == 1 ? 50'000 : i == 9 && strokes == 2 ? 50'000 : i == 50 ? 2000 : 1);
+      });
   EXPECT_EQ(strokes, 2);
   for (const Series& s : times.series()) {
     if (s.name != "tick max") continue;
     EXPECT_GE(s.rounds[0], 1.9e6) << "dear each time";
     EXPECT_LT(s.rounds[0], 40e6) << "dear once";
   }
-  EXPECT_GE(times.medians()[7], 40e6);
+  EXPECT_LT(times.medians()[7], 40e6) << "of the first stroke, which warms the caches";
+  EXPECT_GE(times.medians()[9], 40e6) << "of the second stroke";
 }
 
 TEST(Cost, TicksAreSummedUp) {

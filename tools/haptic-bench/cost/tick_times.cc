@@ -29,7 +29,7 @@ TickSummary summariseTicks(std::vector<double> ticks) {
 }
 
 void TickTimes::add(std::vector<double> first, const std::vector<double>& second) {
-  kept_.emplace_back(first.begin(), first.end());
+  kept_.emplace_back(second.begin(), second.end());
   for (std::size_t i = 0; i < first.size(); ++i) first[i] = std::min(first[i], second[i]);
   rounds_.push_back(summariseTicks(std::move(first)));
 }

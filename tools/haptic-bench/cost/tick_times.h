@@ -41,7 +41,7 @@ class TickTimes {
   }
 
   [[nodiscard]] const std::string& name() const { return name_; }
-  /** Of each tick the median over the rounds, of their first strokes [ns]. */
+  /** Of each tick the median over the rounds, of their second strokes: the first has warmed the caches [ns]. */
   [[nodiscard]] std::vector<double> medians() const;
   /** Median, mean, tails and maximum of each round. */
   [[nodiscard]] std::vector<Series> series() const;
@@ -66,7 +66,7 @@ class TickTimes {
   std::string name_;
   std::vector<TickSummary> rounds_;
   std::vector<std::vector<float>>
-      kept_;  // Of the first strokes. For up to 10000 rounds of many things: half the memory.
+      kept_;  // Of the second strokes. For up to 10000 rounds of many things: half the memory.
 };
 
 }  // namespace haptic_bench

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Keeps the house rules of source files: formatted as .clang-format says, at most 500 lines, real-time code free of
-names it must not use, and no path of a build machine anywhere.
+names it must not use, no path of a build machine anywhere, and every lane of tools/test in CI.
 
 Usage: house.py ROOT. Prints each breach and exits 1.
 """
@@ -44,6 +44,10 @@ def breaches(root):
     for line in formatted.stderr.splitlines():
         if "error:" in line:
             yield line.replace(str(root) + "/", "").replace("code should be clang-formatted", "run clang-format-14 -i")
+    lanes = re.search(r"\$\{\*:-([a-z ]+)\}", (root / "tools/test").read_text(encoding="utf-8")).group(1).split()
+    run = re.findall(r"^\./tools/test (.+)$", (root / ".ci/run").read_text(encoding="utf-8"), re.MULTILINE)
+    for lane in sorted(set(lanes) - set(" ".join(run).split())):
+        yield f".ci/run: leaves out lane {lane} of tools/test"
 
 
 def main():

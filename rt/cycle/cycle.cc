@@ -274,6 +274,22 @@ void Cycle::moveTools(const CycleInput& input, CycleOutput& output) HD_RT {
   bodies_.step(scene_, dt);
 }
 
+/** What the hand feels of free bodies they feel of it; where several objects hold it, each its own part. */
+void Cycle::pushBodies(const SurfaceContact& contact, const Vec3& felt) HD_RT {
+  const double dt = seconds(config_.period_ns);
+  const auto push = [&](std::uint32_t object, const Vec3& force, const Vec3& at) HD_RT {
+    const std::uint8_t body = bodies_.find(objectSlot(object));
+    if (body != FreeBodies::kNone) bodies_.push(body, -dt * force, at);
+  };
+  if (contact.parts == 0) return push(contact.object, felt, contact.point);
+  Vec3 rest = felt;
+  for (std::uint32_t i = 0; i < contact.parts; ++i) rest -= contact.part[i].force;
+  for (std::uint32_t i = 0; i < contact.parts; ++i) {
+    const ContactPart& part = contact.part[i];
+    push(part.object, part.force + part.share * rest, part.point);
+  }
+}
+
 void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT {
   DeviceState& device = devices_[d];
   const DeviceSample& sample = input.device[d];
@@ -295,7 +311,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     renderTool(d, sample, out);
   } else {
     device.proxy.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), out.contact);
-    device.shading.step(scene_, device.proxy.holding(), sample.p, out.velocity.v, out.contact);
+    device.shading.step(scene_, device.proxy.holding(), out.velocity.v, out.contact);
     source[HD_SOURCE_SURFACE].force = out.contact.force;
     const SurfaceForces added =
         device.effects.step(scene_, out.contact, device.proxy.holding(), sample.p, out.velocity.v);
@@ -303,20 +319,16 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     source[HD_SOURCE_TRANSIENT].force = added.transient;
     const std::uint32_t pressed = std::exchange(device.pressed, out.contact.object);
     if (const SceneObject* touched = scene_.find(out.contact.object)) {
-      energy.carried = out.contact.force.cwiseProduct(out.contact.velocity);
-      energy.stored = 0.5 * touched->material.stiffness * (out.contact.proxy - sample.p).squaredNorm();
-      energy.damping = touched->material.damping;
+      energy.carried = out.contact.force.cwiseProduct(out.contact.velocity) + out.contact.apart;
+      energy.stored = out.contact.stored;
+      energy.damping = out.contact.damping_gain;
       const double grown = pressed == touched->id ? touched->material.stiffness - device.stiffness : 0.0;
       if (grown > 0) {  // A client has made it stiffer: what that adds is the client's.
         const double put_in = energy.stored * grown / touched->material.stiffness / seconds(config_.period_ns);
         energy.carried += byAxis(put_in, out.contact.force);
       }
       device.stiffness = touched->material.stiffness;
-      const std::uint8_t body = bodies_.find(objectSlot(out.contact.object));
-      if (body != FreeBodies::kNone) {
-        const Vec3 felt = out.contact.force + added.texture;
-        bodies_.push(body, -seconds(config_.period_ns) * felt, out.contact.point);
-      }
+      pushBodies(out.contact, out.contact.force + added.texture);
     }
   }
 

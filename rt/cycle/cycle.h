@@ -121,6 +121,7 @@ class Cycle {
   ErrorCode applyToBodies(const Command& command) HD_RT;
   [[nodiscard]] std::uint32_t heldObjects(std::array<std::uint32_t, kMaxDevices>& held) const HD_RT;
   void moveTools(const CycleInput& input, CycleOutput& output) HD_RT;
+  void pushBodies(const SurfaceContact& contact, const Vec3& felt) HD_RT;
   void renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT;
   void renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT;
   void noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT;

@@ -350,24 +350,32 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
     slip_ = false;
     return;
   }
-  const Vec3 pull = support.at - step.goal, up = support.foot - step.goal;
-  contact.depth = up.norm();
-  if (contact.depth > 0) contact.normal = contact.smooth = up / contact.depth;
-  const Constraint* const on = step.count > 0 ? &step.held[foremost(step, support.active)] : nullptr;
-  contact.point = support.at - radius_ * (on ? on->surface.normal : contact.normal);
-  contact.velocity = step.scene->velocityAt(*surface, on ? on->feature : HD_NO_INDEX, contact.point);
-  const hd_material& material = surface->material;
-  const double elastic = material.stiffness * pull.dot(contact.normal);
-  const double approach = contact.normal.dot(contact.velocity - v_W);
-  contact.damping = std::max(material.damping * approach, -elastic);
-  contact.force = material.stiffness * pull + contact.damping * contact.normal;
+  const Vec3 up = support.foot - step.goal;
   contact.proxy = support.at;
+  contact.depth = up.norm();
+  const Constraint* const on = step.count > 0 ? &step.held[foremost(step, support.active)] : nullptr;
+  const Vec3 out = on ? on->surface.normal : contact.depth > 0 ? Vec3(up / contact.depth) : Vec3::Zero();
+  contact.point = support.at - radius_ * out;
+  const Press press =
+      pressOf(step, *surface, on ? on->feature : HD_NO_INDEX, support.active, up, contact.point, &contact);
+  contact.normal = contact.smooth = press.normal;
+  contact.velocity = press.velocity;
+  contact.apart = press.apart;
+  contact.stiffness = press.stiffness;
+  contact.damping_gain = press.damping;
+  contact.pull = support.at - step.goal + press.turned;
+  contact.stored = 0.5 * (press.stiffness * contact.pull.squaredNorm() +
+                          (press.stored - press.stiffness) * contact.depth * contact.depth);
+  const double elastic = press.stiffness * contact.pull.dot(contact.normal);
+  const double approach = contact.normal.dot(contact.velocity - v_W);
+  contact.damping = std::max(press.damping * approach, -elastic);
+  contact.force = press.stiffness * contact.pull + contact.damping * contact.normal;
   contact.object = object;
   contact.touch = !before;
   noteRest(step, support.active);
   noteHolding(step, support.active, up);
-  slip_ = step.slip && material.friction_static > 0;
-  left_ = contact.depth > 0 ? (support.at - support.foot).norm() / contact.depth : material.friction_dynamic;
+  slip_ = step.slip && surface->material.friction_static > 0;
+  left_ = contact.depth > 0 ? (support.at - support.foot).norm() / contact.depth : surface->material.friction_dynamic;
   contact.slip = slip_;
   object_ = object;
 }

@@ -17,17 +17,35 @@
 
 namespace hapticd {
 
+inline constexpr int kMaxHolding = 3;  ///< At once: four planes meet in no point.
+
+/** What one of several objects that hold a proxy has of the contact. */
+struct ContactPart {
+  std::uint32_t object = 0;   ///< Id.
+  Vec3 point = Vec3::Zero();  ///< Of contact, in W [m].
+  Vec3 force = Vec3::Zero();  ///< Of its spring on the hand, in W [N].
+  double share = 0;           ///< Of friction, damping and what is added: from 0 to 1, in the sum 1.
+};
+
 /** Contact of one device point. Vectors in W. */
 struct SurfaceContact {
-  Vec3 force = Vec3::Zero();     ///< On the hand [N].
-  Vec3 proxy = Vec3::Zero();     ///< Centre of the ball, or point on the surface; the hip in free space [m].
-  Vec3 point = Vec3::Zero();     ///< Of contact, on the surface; the proxy in free space [m].
-  Vec3 normal = Vec3::Zero();    ///< Outward, unit; zero in free space.
+  Vec3 force = Vec3::Zero();  ///< On the hand [N].
+  Vec3 proxy = Vec3::Zero();  ///< Centre of the ball, or point on the surface; the hip in free space [m].
+  Vec3 point = Vec3::Zero();  ///< Of contact, on the surface; the proxy in free space [m].
+  /** Outward, unit; zero in free space. Where objects of different stiffness hold the proxy, turned to the stiffer. */
+  Vec3 normal = Vec3::Zero();
   Vec3 smooth = Vec3::Zero();    ///< The same of the surface that a shaded mesh stands for (Shading); else `normal`.
   Vec3 velocity = Vec3::Zero();  ///< Of the surface at `point` [m/s].
   double depth = 0;              ///< Of the hip below where the proxy may be, along the normal [m].
+  double stiffness = 0;          ///< Of all that holds the proxy: the elastic force is that times `pull` [N/m].
+  Vec3 pull = Vec3::Zero();      ///< Depth * normal, and across it what friction keeps back [m].
+  double stored = 0;             ///< Energy in the springs [J].
   double damping = 0;            ///< Part of the force that the material's damping makes, along the normal [N].
-  std::uint32_t object = 0;      ///< Id of the object in contact, 0 for none.
+  double damping_gain = 0;       ///< By which it is made [N s/m].
+  Vec3 apart = Vec3::Zero();     ///< What objects that move apart give the hand beyond force * velocity, by axis [W].
+  std::uint32_t object = 0;      ///< Id of the object in contact, 0 for none: of several, that which it touched first.
+  std::array<ContactPart, kMaxHolding> part;
+  std::uint32_t parts = 0;  ///< Surfaces of several objects that hold the proxy; 0 where one object does.
   bool slip = false;
   bool touch = false;      ///< Contact began this tick.
   bool untouch = false;    ///< Contact ended this tick.
@@ -43,10 +61,8 @@ struct HoldingSurface {
   FeatureKind kind = FeatureKind::kFace;
   std::uint32_t corner = 0;
   Vec3 normal = Vec3::Zero();  ///< Outward, unit, in W.
-  double push = 0;             ///< The sum of push * normal is SurfaceContact's depth * normal [m].
+  double push = 0;             ///< The sum of push * normal leads from the hip to where all of them let it be [m].
 };
-
-inline constexpr int kMaxHolding = 3;  ///< At once: four planes meet in no point.
 
 /** What a step looked at: where its time went. */
 struct ProxyEffort {
@@ -167,6 +183,16 @@ class ProxyRenderer {
     int count = 0;
     double radius = 0;  ///< Of the ball.
   };
+  /** What all that holds the proxy does to the hand. */
+  struct Press {
+    Vec3 normal = Vec3::Zero();  ///< Of the force without friction.
+    Vec3 turned = Vec3::Zero();  ///< Depth * normal - up [m].
+    double stiffness = 0;        ///< That force for each metre of depth [N/m].
+    double stored = 0;           ///< Twice the energy in its springs for the square of one [N/m].
+    double damping = 0;          ///< [N s/m].
+    Vec3 velocity = Vec3::Zero();
+    Vec3 apart = Vec3::Zero();  ///< As in SurfaceContact.
+  };
   /** A place of the surface that is nearer to the hip than the one that holds the proxy. In W. */
   struct Nearer {
     std::uint32_t slot = 0;      ///< 0: there is none.
@@ -193,7 +219,10 @@ class ProxyRenderer {
   void meet(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT;
   void hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD_RT;
   void noteRest(const Step& step, std::uint32_t active) HD_RT;
+  int holders(const Step& step, std::uint32_t active, const Vec3& up, HoldingSurface* out) const HD_RT;
   void noteHolding(const Step& step, std::uint32_t active, const Vec3& up) HD_RT;
+  [[nodiscard]] Press pressOf(const Step& step, const SceneObject& object, std::uint32_t feature, std::uint32_t active,
+                              const Vec3& up, const Vec3& x, SurfaceContact* contact = nullptr) const HD_RT;
   bool holdAgain(Step& step) HD_RT;
   void holdByFriction(Step& step) HD_RT;
   [[nodiscard]] bool slideOnCurve(Step& step, const Vec3& at, double friction, double rest, Plan& plan) const HD_RT;

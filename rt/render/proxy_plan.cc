@@ -46,15 +46,6 @@ bool isOverFace(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corn
   return normal.cross(along).dot(x - a) > 0;
 }
 
-/**
- * Of the elastic force along `up`, from hip to foot, what damping leaves where the surface goes away from the hand, at
- * v as that sees it: the normal force to which friction is in proportion.
- */
-double pressLeft(const hd_material& material, const Vec3& up, const Vec3& v) HD_RT {
-  const double approach = std::min(0.0, up.dot(v));
-  return std::max(0.0, 1 + material.damping * approach / (material.stiffness * up.squaredNorm()));
-}
-
 double settled(std::uint32_t sweeps) HD_RT { return sweeps < kLate ? kSettled : kSettledLate; }
 
 }  // namespace
@@ -307,8 +298,13 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     const Vec3 lag = at - foot;
     const double r = lag.norm(), d = (on_surface - step.goal).norm();
     double left = 1;
-    if (material.damping > 0 && d > 0)
-      left = pressLeft(material, on_surface - step.goal, step.scene->velocityAt(surface, first.feature, at) - step.v_W);
+    if (d > 0 && (material.damping > 0 || !isOneBit(active))) {
+      // What damping leaves of the elastic force where the surface goes away from the hand: the cone is that of the
+      // rest.
+      const Press press = pressOf(step, surface, first.feature, active, on_surface - step.goal, at);
+      const double approach = std::min(0.0, press.normal.dot(press.velocity - step.v_W));
+      if (press.damping > 0) left = std::max(0.0, 1 + press.damping * approach / (press.stiffness * d));
+    }
     step.slip = step.slipped;  // Surfaces that it meets where it is hold it together: none decides alone.
     if (!step.judged) {
       step.asked = true;

@@ -17,33 +17,6 @@ void ProxyRenderer::noteRest(const Step& step, std::uint32_t active) HD_RT {
 }
 
 /**
- * Tells which surfaces hold the proxy and how they share in `up`, from hip to foot, if any of them is shaded or rings.
- */
-void ProxyRenderer::noteHolding(const Step& step, std::uint32_t active, const Vec3& up) HD_RT {
-  bool asked = false;
-  for (int i = 0; i < step.count; ++i) {
-    const SurfaceParameters& surface = step.scene->slot(step.held[i].slot).surface.parameters;
-    asked = asked || surface.smooth_cosine > 0 || surface.transient_gain > 0;
-  }
-  if (!asked) return;
-  int count = 0;
-  for (int i = 0; i < step.count && count < kMaxHolding; ++i) {
-    if (!(active >> i & 1u)) continue;
-    const Constraint& c = step.held[i];
-    holding_[count++] = {step.scene->slot(c.slot).id, c.feature, c.kind, c.corner, c.surface.normal,
-                         up.dot(c.surface.normal)};
-  }
-  holding_count_ = count;
-  if (count < 2) return;
-  const Vec3 &one = holding_[0].normal, &other = holding_[1].normal;
-  const Vec3 third = count == 3 ? holding_[2].normal : one.cross(other);
-  const Vec3 part = up / one.cross(other).dot(third);  // Of planes that nearestOnPlanes() has told apart.
-  holding_[0].push = std::max(0.0, part.dot(other.cross(third)));
-  holding_[1].push = std::max(0.0, part.dot(third.cross(one)));
-  if (count == 3) holding_[2].push = std::max(0.0, part.dot(one.cross(other)));
-}
-
-/**
  * Lets the same surfaces hold the proxy, if none has moved or changed, it is a hair above all of them and the goal is
  * below one: the sweeps to the goal would find them at once.
  */

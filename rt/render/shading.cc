@@ -68,7 +68,7 @@ Vec3 Shading::lagFelt(const SceneObject& object, const SurfaceContact& contact, 
   const Quat q_OW = object.X_WO.q.conjugate();
   const Vec3 n = q_OW * contact.normal, at = q_OW * (contact.proxy - object.X_WO.p);
   const hd_material& material = object.material;
-  const double left = std::max(0.0, 1 + std::min(0.0, contact.damping) / (material.stiffness * contact.depth));
+  const double left = std::max(0.0, 1 + std::min(0.0, contact.damping) / (contact.stiffness * contact.depth));
   const double coefficient = contact.slip ? material.friction_dynamic : material.friction_static;
   const Vec3 lag = spring / contact.depth - n;
   const double most = std::max(left * coefficient, lag.norm());
@@ -91,27 +91,27 @@ Vec3 Shading::lagFelt(const SceneObject& object, const SurfaceContact& contact, 
   return felt_ = turned(felt, n, smooth);
 }
 
-void Shading::step(const Scene& scene, std::span<const HoldingSurface> holding, const Vec3& hip, const Vec3& v_W,
+void Shading::step(const Scene& scene, std::span<const HoldingSurface> holding, const Vec3& v_W,
                    SurfaceContact& contact) HD_RT {
   const SceneObject* touched = holding.empty() ? nullptr : scene.find(contact.object);
   const bool shaded =
       std::ranges::any_of(holding, [&](const HoldingSurface& held) HD_RT { return isShaded(scene.find(held.object)); });
-  if (!touched || !shaded || !(contact.depth > 0)) {
+  if (!touched || !shaded || !(contact.depth > 0 && contact.stiffness > 0)) {
     reset();
     return;
   }
   const Vec3 offset = object_ == contact.object ? Vec3(contact.depth * (touched->X_WO.q * offset_)) : Vec3::Zero();
-  Vec3 smooth = Vec3::Zero();
+  Vec3 smooth = contact.depth * contact.normal;
   for (const HoldingSurface& held : holding) {
     const SceneObject* object = scene.find(held.object);
-    Vec3 normal = held.normal;
     if (isShaded(object)) {
       const Quat q_OW = object->X_WO.q.conjugate();
       const Vec3 x = contact.proxy + offset - held.push * held.normal;
-      normal = object->X_WO.q *
-               smoothNormal(*object, held, q_OW * (x - object->X_WO.p), q_OW * held.normal, contact.work).normalized();
+      const Vec3 normal =
+          object->X_WO.q *
+          smoothNormal(*object, held, q_OW * (x - object->X_WO.p), q_OW * held.normal, contact.work).normalized();
+      smooth += object->material.stiffness / contact.stiffness * held.push * (normal - held.normal);
     }
-    smooth += held.push * normal;
   }
   const double length = smooth.norm();
   if (!(smooth.dot(contact.normal) >= kLeastTurnCosine * length && length > 0)) {
@@ -121,7 +121,7 @@ void Shading::step(const Scene& scene, std::span<const HoldingSurface> holding, 
   }
 
   contact.smooth = smooth;
-  const Vec3 spring = contact.proxy - hip;
+  const Vec3& spring = contact.pull;
   Vec3 along = smooth;
   if (touched->material.friction_static > 0) {
     const Quat& q = touched->X_WO.q;
@@ -129,9 +129,9 @@ void Shading::step(const Scene& scene, std::span<const HoldingSurface> holding, 
   } else {
     reset();
   }
-  const Vec3 felt = touched->material.stiffness * spring.norm() / along.norm() * along;
+  const Vec3 felt = contact.stiffness * spring.norm() / along.norm() * along;
   const double approach = smooth.dot(contact.velocity - v_W);
-  contact.damping = std::max(touched->material.damping * approach, -felt.dot(smooth));
+  contact.damping = std::max(contact.damping_gain * approach, -felt.dot(smooth));
   contact.force = felt + contact.damping * smooth;
 }
 

@@ -17,12 +17,12 @@ class Shading {
  public:
   /**
    * Turns contact.force to contact.smooth where a surface touched asks for it (SurfaceParameters::smooth_cosine), for a
-   * hand at `hip` that moves at v_W [m/s]. Each surface `holding` the proxy has its smooth normal, and of several the
-   * mean by their push counts, as it does of plain ones. The force keeps its magnitude and its part across the normal,
-   * so a friction cone stays one; the proxy is not touched. Damping is not turned but made anew along the turned
-   * normal: it takes energy in any case. Beyond 60 degrees nothing is turned.
+   * hand that moves at v_W [m/s]. Each surface `holding` the proxy has its smooth normal, and of several each has as
+   * much say as it presses. The force keeps its magnitude and its part across the normal, so a friction cone stays one;
+   * the proxy is not touched. Damping is not turned but made anew along the turned normal: it takes energy in any case.
+   * Beyond 60 degrees nothing is turned.
    */
-  void step(const Scene& scene, std::span<const HoldingSurface> holding, const Vec3& hip, const Vec3& v_W,
+  void step(const Scene& scene, std::span<const HoldingSurface> holding, const Vec3& v_W,
             SurfaceContact& contact) HD_RT;
   void reset() HD_RT { object_ = 0; }
 

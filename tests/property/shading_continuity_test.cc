@@ -67,7 +67,7 @@ Stroke stroke(const Sheet& sheet, double radius, double mu, double resolution = 
       if (resolution > 0) x_i = std::round(x_i / resolution) * resolution;
     t.tick(hip);
     const Vec3 plain = t.contact.force;
-    shading.step(*t.scene, t.proxy.holding(), hip, Vec3::Zero(), t.contact);
+    shading.step(*t.scene, t.proxy.holding(), Vec3::Zero(), t.contact);
     const Vec3& force = t.contact.force;
     EXPECT_NEAR(force.norm(), plain.norm(), 1e-9 * plain.norm()) << a;
     if (a > 0) most.jump = std::max(most.jump, angleBetween(force, last));
@@ -118,7 +118,7 @@ TEST(ShadingContinuity, AReliefGoesOnOverEdges) {
         const Vec3 u = Vec3(std::cos(a), std::sin(a), 0.7 * std::sin(0.6 * a + 0.3)).normalized();
         const Vec3 hip = (0.044 + radius) * u;
         t.tick(hip);
-        shading.step(*t.scene, t.proxy.holding(), hip, Vec3::Zero(), t.contact);
+        shading.step(*t.scene, t.proxy.holding(), Vec3::Zero(), t.contact);
         const Vec3 added = effects.step(*t.scene, t.contact, t.proxy.holding(), hip, Vec3::Zero()).texture;
         const Vec3 share = added / t.contact.force.norm();
         if (a > 0) jump = std::max(jump, (share - last).norm());
@@ -181,10 +181,10 @@ TEST(ShadingContinuity, ItIsTheRelativeMotionThatCounts) {
         const Quat q(Eigen::AngleAxisd(w.norm() * test::kTick * i, w.normalized()));
         turning.pose(id, {Vec3::Zero(), q});
         turning.tick(hip);
-        shading[0].step(*turning.scene, turning.proxy.holding(), hip, Vec3::Zero(), turning.contact);
+        shading[0].step(*turning.scene, turning.proxy.holding(), Vec3::Zero(), turning.contact);
         const Vec3 seen = q.conjugate() * hip;
         resting.tick(seen);
-        shading[1].step(*resting.scene, resting.proxy.holding(), seen, Vec3::Zero(), resting.contact);
+        shading[1].step(*resting.scene, resting.proxy.holding(), Vec3::Zero(), resting.contact);
         const double jump = angleBetween(turning.contact.force, last);
         last = turning.contact.force;
         if (i < 200) continue;  // It sinks in at once, and is dragged until it slides.

@@ -48,7 +48,7 @@ double workAround(MeshView* mesh, const std::vector<Vec3>& corners) {
     for (int i = 0; i <= kSteps; ++i) {
       const Vec3 x = corners[c] + (corners[(c + 1) % corners.size()] - corners[c]) * i / kSteps;
       t.tick(x);
-      shading.step(*t.scene, t.proxy.holding(), x, Vec3::Zero(), t.contact);
+      shading.step(*t.scene, t.proxy.holding(), Vec3::Zero(), t.contact);
       if (c > 0 || i > 0) work += 0.5 * (t.contact.force + last_f).dot(x - last_x);
       last_x = x;
       last_f = t.contact.force;
@@ -115,7 +115,7 @@ double workOfLoop(MeshView* mesh, double b, double up, double rate) {
     const Vec3 x(facet() - 1e-3 + up * std::cos(2 * p), 0.42 * width() * std::sin(p), 0);
     const Vec3 v = rate * Vec3(-2 * up * std::sin(2 * p), 0.42 * width() * std::cos(p), 0);
     t.tick(x, v);
-    shading.step(*t.scene, t.proxy.holding(), x, v, t.contact);
+    shading.step(*t.scene, t.proxy.holding(), v, t.contact);
     work += t.contact.force.dot(v) * kRound / kSteps / rate;
   }
   return work;

@@ -3,8 +3,10 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "rt/render/proxy.h"
@@ -99,5 +101,25 @@ class TestScene {
  private:
   std::uint32_t next_ = 1;
 };
+
+/** Of all that holds the proxy the softest and the stiffest [N/m]; 0 in free space. */
+inline std::pair<double, double> stiffnesses(const Scene& scene, const SurfaceContact& contact) {
+  const auto of = [&](std::uint32_t id) { return id != 0 ? scene.find(id)->material.stiffness : 0.0; };
+  std::pair<double, double> both{of(contact.object), of(contact.object)};
+  for (std::uint32_t i = 0; i < contact.parts; ++i) {
+    both.first = std::min(both.first, of(contact.part[i].object));
+    both.second = std::max(both.second, of(contact.part[i].object));
+  }
+  return both;
+}
+
+/** Whether the force without friction and damping is one that surfaces of these stiffnesses can make. */
+inline bool pressesAsItCan(const Scene& scene, const SurfaceContact& contact, const Vec3& hip) {
+  const auto [softest, stiffest] = stiffnesses(scene, contact);
+  const Vec3 pull = contact.proxy - hip;
+  if (softest == stiffest) return (contact.force - stiffest * pull).norm() < 1e-9;
+  return contact.force.dot(pull) > (softest * pull.squaredNorm()) * (1 - 1e-9) - 1e-12 &&
+         contact.force.norm() < stiffest * pull.norm() + 1e-9;
+}
 
 }  // namespace hapticd::test

@@ -297,6 +297,45 @@ TEST(FreeBodies, AHandOfThreeAxesPushesOneWithTheForceItFeels) {
   EXPECT_LT(seen(house, kRolled).X_WO.p.x(), -0.05);
 }
 
+/** The floor is touched first, and presses, too: the box feels what the hand feels of the box, and no more. */
+TEST(FreeBodies, AHandThatSlidesOnTheFloorPushesWhatStandsInItsWay) {
+  for (const double stiffness : {1000.0, 200.0}) {
+    House house("sim://default");
+    house.aim({0, 0, 0.02});
+    house.run(1000);
+    house.send(CommandKind::kArm, DeviceRef{0});
+    house.run(50);
+    house.send(CommandKind::kObjectMaterial, hd_object_material{kFloor, 0, {1000, 0, 0, 0}});
+    constexpr double kHalf = 0.01;
+    AddObject box = object(kRolled, ShapeKind::kBox, Vec3::Constant(kHalf), {-0.04, 0, kHalf});
+    box.material = {stiffness, 0, 0, 0};
+    house.send(CommandKind::kAddObject, box);
+    SetBody moves = body(kRolled, 0.5);
+    for (int i = 0; i < 3; ++i) moves.inertia[i] = 0.5 * 4 * kHalf * kHalf / 6;
+    house.send(CommandKind::kSetBody, moves);
+    for (int i = 0; i < 500; ++i) {
+      house.aim({0, 0, 0.02 - 0.05e-3 * i});
+      house.run(1);
+    }
+    ASSERT_NE(house.out().contact.object, 0u) << "on the floor";
+    ASSERT_NE(house.out().contact.object, kRolled);
+    double given = 0;
+    int pushed = 0;
+    for (int i = 0; i < 600; ++i) {
+      house.aim({-0.1e-3 * i, 0, -0.005});
+      house.run(1);
+      const SurfaceContact& c = house.out().contact;
+      given -= 1e-3 * c.force.x();
+      pushed += c.parts > 1;
+      const Vec3 momentum = 0.5 * house.servo->cycle().bodies().body(0).body.twist().v;
+      ASSERT_NEAR(momentum.x(), given, 1e-9) << i;
+      ASSERT_LT(std::abs(momentum.z()), 2e-3) << "the floor's push is not the box's";
+    }
+    EXPECT_GT(pushed, 5);
+    EXPECT_LT(given, -0.002) << "momentum [N s]";
+  }
+}
+
 TEST(FreeBodies, AHandTakesOneAsItsToolAndLetsItGo) {
   House house;
   SetBody box{};

@@ -34,7 +34,7 @@ struct Shaded {
   const Vec3& at(const Vec3& hip, const Vec3& v = Vec3::Zero()) {
     scene.tick(hip, v);
     plain = scene.contact.force;
-    shading.step(*scene.scene, scene.proxy.holding(), hip, v, scene.contact);
+    shading.step(*scene.scene, scene.proxy.holding(), v, scene.contact);
     return scene.contact.force;
   }
 };
@@ -231,8 +231,7 @@ TEST(Shading, WorkIsBounded) {
     t.at(1e-3 * along + 1e-3 * normal);
     t.scene.tick(1e-3 * along - 1e-4 * normal);
     const std::uint32_t before = t.scene.contact.work;
-    t.shading.step(*t.scene.scene, t.scene.proxy.holding(), 1e-3 * along - 1e-4 * normal, Vec3::Zero(),
-                   t.scene.contact);
+    t.shading.step(*t.scene.scene, t.scene.proxy.holding(), Vec3::Zero(), t.scene.contact);
     EXPECT_GT(t.scene.contact.work, before + 100);
     EXPECT_LT(t.scene.contact.work, before + 2 * SmoothSheet::kMaxWork);
   }

@@ -1,0 +1,155 @@
+// Several objects hold a hand, each of a material of its own.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "tests/support/for_seeds.h"
+#include "tests/support/random.h"
+#include "tests/support/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kReach = 3e-3;
+
+/** Planes through the origin, of which the hand is above, with their materials. */
+struct Walls {
+  test::TestScene scene;
+  std::vector<Vec3> normals;
+  std::vector<double> stiffness;
+  std::vector<std::uint32_t> ids;
+
+  void add(const Vec3& n, const hd_material& material) {
+    normals.push_back(n);
+    stiffness.push_back(material.stiffness);
+    ids.push_back(scene.add(ShapeKind::kPlane, Vec3::Zero(), {{}, Quat::FromTwoVectors(Vec3::UnitZ(), n)}, material));
+  }
+  [[nodiscard]] double softest() const { return *std::ranges::min_element(stiffness); }
+  [[nodiscard]] double stiffest() const { return *std::ranges::max_element(stiffness); }
+};
+
+double anyStiffness(Random& random) { return std::exp(random.in(std::log(50.0), std::log(5000.0))); }
+
+/** A corner of two or three walls at right angles, anyhow turned. */
+void addCorner(Walls& walls, Random& random, double friction) {
+  const Quat turn = random.turn();
+  const int count = 2 + random.below(2);
+  for (int i = 0; i < count; ++i)
+    walls.add(turn * Vec3::Unit(i), {anyStiffness(random), random.in(0, 5), friction, 0.8 * friction});
+}
+
+/** Each wall presses with its own k times its own depth, whichever the hand came to first; so does its energy count. */
+TEST(MaterialsProperty, WallsAtRightAnglesPressAsIfAlone) {
+  forSeeds(400, [&](std::uint32_t seed) {
+    Random random(seed);
+    Walls walls;
+    addCorner(walls, random, 0);
+    walls.scene.proxy.setRadius(seed % 2 ? 2e-3 : 0);
+    const double radius = walls.scene.proxy.radius();
+    Vec3 corner = Vec3::Zero();  // Of all places that let it be, the lowest.
+    for (const Vec3& n : walls.normals) corner += radius * n;
+    walls.scene.tick(corner + kReach * walls.normals[0] + kReach * walls.normals[1]);
+    for (int i = 0; i < 40; ++i) {
+      const Vec3 hip = corner + random.vector(kReach);
+      const SurfaceContact& contact = walls.scene.tick(hip);
+      Vec3 force = Vec3::Zero();
+      double stored = 0;
+      for (std::size_t w = 0; w < walls.normals.size(); ++w) {
+        const double depth = std::max(0.0, radius - walls.normals[w].dot(hip));
+        force += walls.stiffness[w] * depth * walls.normals[w];
+        stored += 0.5 * walls.stiffness[w] * depth * depth;
+      }
+      const Vec3 elastic = contact.force - contact.damping * contact.normal;
+      ASSERT_LT((elastic - force).norm(), 1e-9);
+      ASSERT_NEAR(contact.stored, stored, 1e-12);
+    }
+  });
+}
+
+/** Whatever the angle: no softer than the softest, no stiffer than the stiffest, the same by every way, and no jump. */
+TEST(MaterialsProperty, NoForceJumpsInACorner) {
+  double steepest = 0;
+  forSeeds(300, [&](std::uint32_t seed) {
+    Random random(seed);
+    Walls walls;
+    const double between = random.in(0.2, 2.9);  // Of the normals: a wedge, a corner, a shallow valley.
+    const Quat turn = random.turn();
+    walls.add(turn * Vec3::UnitZ(), {anyStiffness(random), 0, 0, 0});
+    walls.add(turn * Vec3(std::sin(between), 0, std::cos(between)), {anyStiffness(random), 0, 0, 0});
+    const Vec3 out = (walls.normals[0] + walls.normals[1]).normalized();
+    const double kStep = 1e-6;
+    Vec3 x = kReach * out, last = Vec3::Zero();
+    walls.scene.tick(x);
+    for (int leg = 0; leg < 6; ++leg) {
+      const Vec3 to = turn * Vec3(random.in(-kReach, kReach), 0, random.in(-kReach, kReach));
+      const int steps = static_cast<int>((to - x).norm() / kStep) + 1;
+      const Vec3 step = (to - x) / steps;
+      for (int i = 0; i < steps; ++i) {
+        const SurfaceContact& contact = walls.scene.tick(x += step);
+        const Vec3 up = contact.proxy - x;
+        ASSERT_GE(contact.force.dot(up), (walls.softest() * (1 - 1e-9)) * up.squaredNorm() - 1e-15);
+        ASSERT_LE(contact.force.norm(), (walls.stiffest() * (1 + 1e-9)) * up.norm() + 1e-12);
+        steepest = std::max(steepest, (contact.force - last).norm() / (walls.stiffest() * step.norm()));
+        last = contact.force;
+      }
+      Walls other;  // Straight there.
+      for (std::size_t w = 0; w < 2; ++w) other.add(walls.normals[w], {walls.stiffness[w], 0, 0, 0});
+      other.scene.tick(kReach * out);
+      other.scene.tick(x);
+      ASSERT_LT((other.scene.tick(x).force - last).norm(), 1e-6);
+    }
+  });
+  EXPECT_LT(steepest, 10) << "force per way, in the stiffest wall's stiffness";
+}
+
+/** Friction is in proportion to what the walls press with; a hand that goes away is never pulled. */
+TEST(MaterialsProperty, FrictionInACornerStaysInItsCone) {
+  forSeeds(300, [&](std::uint32_t seed) {
+    Random random(seed);
+    Walls walls;
+    const double mu = random.in(0.1, 0.8);
+    addCorner(walls, random, mu);
+    walls.scene.tick(kReach * (walls.normals[0] + walls.normals[1]));
+    Vec3 hip = -1e-3 * (walls.normals[0] + walls.normals[1]);
+    for (int i = 0; i < 300; ++i) {
+      const Vec3 v = random.vector(0.1);
+      const SurfaceContact& contact = walls.scene.tick(hip += 1e-3 * v, v);
+      if (contact.object == 0) continue;
+      const double along = contact.force.dot(contact.normal);
+      const Vec3 across = contact.force - along * contact.normal;
+      ASSERT_GE(along, -1e-12);
+      ASSERT_LE(across.norm(), mu * along * (1 + 1e-6) + 1e-9);
+    }
+  });
+}
+
+/** A floor at rest and a wall that comes: what the wall gives is its own force times its own speed. */
+TEST(MaterialsProperty, WhatAMovingWallGivesIsItsOwn) {
+  forSeeds(200, [&](std::uint32_t seed) {
+    Random random(seed);
+    Walls walls;
+    const Quat turn = random.turn();
+    for (int i = 0; i < 2; ++i) walls.add(turn * Vec3::Unit(i), {anyStiffness(random), 0, 0, 0});
+    const Vec3 hip = -1e-3 * walls.normals[0];
+    walls.scene.tick(kReach * (walls.normals[0] + walls.normals[1]));
+    walls.scene.tick(hip);
+    const double speed = random.in(0.01, 0.5);
+    double most = 0;
+    for (int i = 1; i < 10; ++i) {
+      Pose at = walls.scene.scene->find(walls.ids[1])->X_WO;
+      at.p = 1e-3 * i * speed * walls.normals[1];
+      walls.scene.pose(walls.ids[1], at, {speed * walls.normals[1], Vec3::Zero()});
+      const SurfaceContact& contact = walls.scene.tick(hip);
+      const double depth = (contact.proxy - hip).dot(walls.normals[1]);
+      const double given = contact.force.dot(contact.velocity) + contact.apart.sum();
+      const double moving = walls.scene.scene->find(walls.ids[1])->velocityAt(contact.point).dot(walls.normals[1]);
+      ASSERT_NEAR(given, walls.stiffness[1] * depth * moving, 1e-9);
+      most = std::max(most, given);
+    }
+    ASSERT_GT(most, 0);
+  });
+}
+
+}  // namespace
+}  // namespace hapticd

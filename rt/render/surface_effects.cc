@@ -8,22 +8,63 @@
 namespace hapticd {
 namespace {
 
+/** A surface that presses on the hand. Vectors in W. */
+struct Pressed {
+  const SceneObject* object = nullptr;
+  Vec3 normal;           ///< Outward, unit.
+  Vec3 force;            ///< Of this surface on the hand, as it is without relief [N].
+  double stiffness = 0;  ///< [N/m].
+  double depth = 0;      ///< Of the hand, as deep as it presses with that [m].
+  Vec3 foot;             ///< Of the hand on it: with friction the proxy stays behind; the relief does not.
+};
+
 /**
  * The relief lowers the surface by h <= 0 along its normal: with the depth d the elastic energy is that of max(0, d +
  * h), and the force is k (d + h) (n - grad h) where without relief it was k d n. So the contact's force, friction with
  * it, shrinks to the share (d + h) / d, and the slope pushes aside. On a plane no tour gives any energy.
- * `left` becomes d + h, 0 for a hand above the lowered surface.
+ * Adds what that changes to `texture`; tells d + h, 0 for a hand above the lowered surface.
  */
-Vec3 reliefForce(const SceneObject& object, const SurfaceContact& contact, const Vec3& hip, double& left) HD_RT {
-  const Quat q_OW = object.X_WO.q.conjugate();
-  // With friction the proxy stays behind; the relief does not. A ball touches a radius below its centre.
-  const Vec3 foot = hip + (contact.depth - (contact.proxy - contact.point).norm()) * contact.smooth;
-  const Vec3 n_O = q_OW * contact.smooth;
-  const ReliefPoint relief =
-      reliefAt(*object.surface.relief, object.surface.parameters, q_OW * (foot - object.X_WO.p), n_O);
-  left = std::max(0.0, contact.depth + relief.height);
+double addRelief(const Pressed& by, Vec3& texture) HD_RT {
+  const Surface& surface = by.object->surface;
+  if (!surface.relief || !(by.depth > 0)) return by.depth;
+  const Pose& X_WO = by.object->X_WO;
+  const Quat q_OW = X_WO.q.conjugate();
+  const Vec3 n_O = q_OW * by.normal;
+  const ReliefPoint relief = reliefAt(*surface.relief, surface.parameters, q_OW * (by.foot - X_WO.p), n_O);
+  const double left = std::max(0.0, by.depth + relief.height);
   const Vec3 aside_O = relief.gradient - relief.gradient.dot(n_O) * n_O;
-  return (left / contact.depth - 1) * contact.force - object.material.stiffness * left * (object.X_WO.q * aside_O);
+  texture += (left / by.depth - 1) * by.force - by.stiffness * left * (X_WO.q * aside_O);
+  return left;
+}
+
+/**
+ * Of all that presses, each with its own relief, and of friction and damping with its share. Tells with how much the
+ * surface of `touched` still does [N].
+ */
+double addReliefs(const Scene& scene, const SceneObject& touched, const SurfaceContact& contact, const Vec3& hip,
+                  Vec3& texture) HD_RT {
+  const double radius = (contact.proxy - contact.point).norm();  // A ball touches that far below its centre.
+  if (contact.parts == 0) {
+    const Vec3 foot = hip + (contact.depth - radius) * contact.smooth;
+    return contact.stiffness *
+           addRelief({&touched, contact.smooth, contact.force, contact.stiffness, contact.depth, foot}, texture);
+  }
+  Vec3 rest = contact.force;
+  for (std::uint32_t i = 0; i < contact.parts; ++i) rest -= contact.part[i].force;
+  double load = 0;
+  for (std::uint32_t i = 0; i < contact.parts; ++i) {
+    const ContactPart& part = contact.part[i];
+    const SceneObject* object = scene.find(part.object);
+    const double newtons = part.force.norm();
+    if (!object || !(newtons > 0)) continue;
+    const Vec3 n = part.force / newtons;
+    const double stiffness = object->material.stiffness;
+    const Vec3 foot = hip + (n.dot(contact.proxy - hip) - radius) * n;
+    const double left =
+        addRelief({object, n, part.force + part.share * rest, stiffness, newtons / stiffness, foot}, texture);
+    if (object == &touched) load += stiffness * left;
+  }
+  return load;
 }
 
 }  // namespace
@@ -68,17 +109,17 @@ SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& con
   const Surface* surface = object && contact.depth > 0 ? &object->surface : nullptr;
   const Vec3 slide = surface ? Vec3(v - contact.velocity) : Vec3::Zero();
 
-  double left = surface ? contact.depth : 0;
-  if (surface && surface->relief) forces.texture += reliefForce(*object, contact, hip, left);
+  // What the surface touched presses with.
+  const double normal_force = surface ? addReliefs(scene, *object, contact, hip, forces.texture) : 0;
 
-  const bool felt = left > 0;
+  const bool felt = normal_force > 0;
   strike(scene, contact, holding, felt, hip, v);
   forces.transient = transient_.step();
 
   if (felt && surface->vibration) {
     // Across the motion, as the paper has it: such a force does no work on the sliding hand.
     const Vec3 aside = contact.smooth.cross(slide);
-    const double speed = aside.norm(), normal_force = object->material.stiffness * left;
+    const double speed = aside.norm();
     const double heard = std::sqrt(std::max(0.0, speed * speed - noise_ * noise_));
     const double wanted =
         surface->parameters.vibration_mass * vibration_.step(*surface->vibration, heard, normal_force);

@@ -182,6 +182,42 @@ TEST(SurfaceEffects, ASheetThatIsMovedByItsVerticesStrikesWithItsSpeedAndBuzzes)
   EXPECT_GT(most, 0.01);
 }
 
+/** In a corner each wall is lowered by its own relief and presses with its own stiffness, by whichever way it is come
+ * to. */
+TEST(SurfaceEffects, InACornerEachWallHasItsOwnRelief) {
+  const TestRelief picture = waves();
+  const double stiffness[2] = {kBlockStiffness, 3 * kBlockStiffness}, deep[2] = {5e-4, 2e-4};
+  for (const bool both : {false, true}) {
+    Touch t(relief(deep[0]), &picture.view, {stiffness[0], 0, 0, 0});
+    const Quat lean = fromRotationVector(-std::numbers::pi / 2 * Vec3::UnitY());  // Its z is -x of the world.
+    const auto wall = t.scene.add(ShapeKind::kPlane, Vec3::Zero(), {{0.01, 0, 0}, lean}, {stiffness[1], 0, 0, 0});
+    if (both) {
+      ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(wall, relief(deep[1]))), ErrorCode::kOk);
+    }
+    int in_corner = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const Vec3 hip(0.01 + 1e-3 * std::sin(0.7 * i), 0.03 * std::cos(1.1 * i), 1e-3 * std::sin(0.31 * i));
+      t.at(hip);
+      Vec3 wanted = Vec3::Zero();
+      if (hip.z() < 0) {
+        const ReliefPoint r = reliefAt(picture.view.relief, relief(deep[0]), {hip.x(), hip.y(), 0}, Vec3::UnitZ());
+        const double left = std::max(0.0, -hip.z() + r.height);
+        wanted += stiffness[0] * left * (Vec3::UnitZ() - r.gradient);
+      }
+      if (hip.x() > 0.01) {
+        const Vec3 foot = lean.conjugate() * Vec3(0, hip.y(), hip.z());
+        ReliefPoint r;
+        if (both) r = reliefAt(picture.view.relief, relief(deep[1]), foot, Vec3::UnitZ());
+        const double left = std::max(0.0, hip.x() - 0.01 + r.height);
+        wanted += stiffness[1] * left * (-Vec3::UnitX() - lean * r.gradient);
+      }
+      in_corner += hip.z() < 0 && hip.x() > 0.01;
+      ASSERT_LT((t.total() - wanted).norm(), 1e-9) << i;
+    }
+    EXPECT_GT(in_corner, 500);
+  }
+}
+
 /** Total force = -gradient of k max(0, d + h)^2 / 2, by finite differences of that energy. */
 TEST(SurfaceEffects, AReliefIsTheGradientOfItsEnergy) {
   const TestRelief picture = waves();

@@ -419,26 +419,35 @@ void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
 }
 
 /**
- * A touch and its end are told in turns, of one object, whatever ends one: a tool taken up or let go, a reading not to
- * be used. What goes on to another object goes on touching.
+ * Of each object a touch and its end are told in turns, whatever ends one: a tool taken up or let go, a reading not to
+ * be used.
  */
 void Cycle::raiseTouches(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
-  std::uint32_t& touched = devices_[d].touched;
+  auto& touched = devices_[d].touched;
   const SurfaceContact& contact = output.device[d].contact;
-  const auto raise = [&](ServoEventKind kind, std::uint32_t object) HD_RT {
+  const auto raise = [&](ServoEventKind kind, std::uint32_t object, const Vec3& force, const Vec3& point) HD_RT {
     ServoEvent event = eventAt(kind, d, input);
     event.object = object;
-    event.force = contact.force.norm();
-    store(contact.point, event.point);
+    event.force = force.norm();
+    store(point, event.point);
     output.events.add(event);
   };
-  if (touched != 0 && (contact.object == 0 || contact.touch)) {
-    raise(ServoEventKind::kUntouch, touched);
-    touched = 0;
+  for (std::uint32_t& id : touched) {
+    bool still = contact.parts == 0 && id == contact.object;
+    for (std::uint32_t i = 0; i < contact.parts; ++i) still = still || id == contact.part[i].object;
+    if (id == 0 || (still && !contact.touch)) continue;
+    raise(ServoEventKind::kUntouch, id, contact.force, contact.point);
+    id = 0;
   }
-  if (contact.object != 0 && touched == 0) {
-    raise(ServoEventKind::kTouch, contact.object);
-    touched = contact.object;
+  const auto touch = [&](std::uint32_t id, const Vec3& force, const Vec3& point) HD_RT {
+    if (id == 0 || std::ranges::find(touched, id) != touched.end()) return;
+    if (const auto free = std::ranges::find(touched, 0u); free != touched.end()) *free = id;
+    raise(ServoEventKind::kTouch, id, force, point);
+  };
+  if (contact.parts == 0) touch(contact.object, contact.force, contact.point);
+  for (std::uint32_t i = 0; i < contact.parts; ++i) {
+    const ContactPart& part = contact.part[i];
+    touch(part.object, part.force, part.point);
   }
 }
 

@@ -96,9 +96,9 @@ class Cycle {
     double resolution = 0;  ///< Of the sample's place [m].
     bool started = false;
     std::uint32_t buttons = 0;
-    std::uint32_t touched = 0;  ///< Object of the contact that was told, named when it ends.
-    std::uint32_t pressed = 0;  ///< Object of the last tick's contact,
-    double stiffness = 0;       ///< and as stiff as it was then [N/m].
+    std::array<std::uint32_t, kMaxHolding> touched{};  ///< Objects whose touch was told, named when it ends.
+    std::uint32_t pressed = 0;                         ///< Object of the last tick's contact,
+    double stiffness = 0;                              ///< and as stiff as it was then [N/m].
     std::uint32_t last_fault = HD_FAULT_NONE;
     bool last_armed = false;
     bool last_warm = false;

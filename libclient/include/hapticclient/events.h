@@ -12,8 +12,8 @@ extern "C" {
 #endif
 
 typedef enum haptic_event_kind {
-  HAPTIC_EVENT_TOUCH = 0,   /**< object: the first one touched; a hand that goes on to another goes on touching. */
-  HAPTIC_EVENT_UNTOUCH = 1, /**< object: that of the touch which ends. */
+  HAPTIC_EVENT_TOUCH = 0,   /**< object: one that the hand begins to touch; of several each has its own event. */
+  HAPTIC_EVENT_UNTOUCH = 1, /**< object: one that it touches no more. */
   HAPTIC_EVENT_BUTTON = 2,  /**< value: the button mask now. */
   HAPTIC_EVENT_FAULT = 3,   /**< value: haptic_fault. */
   HAPTIC_EVENT_ARMED = 4,

@@ -39,7 +39,7 @@ class CarriedHand {
     ++input_->tick;
     input_->now_ns += kMs;
     input_->device[0].t_ns = input_->now_ns;
-    input_->device[0].p = {x_, 0, 0};
+    input_->device[0].p = {x_, 0, z_};
     input_->device[0].fresh = true;
     cycle_->step(*input_, *output_);
     input_->command_count = 0;
@@ -68,6 +68,18 @@ class CarriedHand {
     pose.v[0] = speed;
     put(CommandKind::kObjectPose, pose);
   }
+  /** A plane at rest, a millimetre above the hand. */
+  void addFloor(double stiffness) {
+    AddObject add{};
+    add.object = makeObjectId(2, 1);
+    add.flags = HD_OBJECT_ENABLED;
+    add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
+    add.material = {stiffness, 1, 0, 0};
+    add.p[2] = z_ + 0.001;
+    add.q[0] = 1;
+    put(CommandKind::kAddObject, add);
+  }
+  void lowerBy(double depth) { z_ -= depth; }
   double delivered = 0;  ///< Roughly [J].
   double push = 0;       ///< Along x [N].
 
@@ -76,7 +88,7 @@ class CarriedHand {
   std::unique_ptr<Cycle> cycle_;
   std::unique_ptr<CycleInput> input_ = std::make_unique<CycleInput>();
   std::unique_ptr<CycleOutput> output_ = std::make_unique<CycleOutput>();
-  double x_ = 0, v_ = 0;
+  double x_ = 0, v_ = 0, z_ = 0;
 };
 
 void expectCalm(CarriedHand& hand) {
@@ -92,6 +104,23 @@ TEST(CycleEnergy, ASurfaceThatTravelsIsChargedToItsMotion) {
   CarriedHand hand;
   hand.addTravellingPlane(true);
   expectCalm(hand);
+}
+
+/** The floor is touched first; what carries the hand is the wall that comes. */
+TEST(CycleEnergy, ASurfaceThatTravelsOverAFloorToo) {
+  for (const double stiffness : {800.0, 200.0}) {
+    CarriedHand hand;
+    hand.lowerBy(-0.003);
+    hand.addFloor(stiffness);
+    hand.lowerBy(-0.002);
+    hand.tick();
+    for (int i = 0; i < 40; ++i) {
+      hand.lowerBy(1e-4);
+      hand.tick();
+    }
+    hand.addTravellingPlane(true);
+    expectCalm(hand);
+  }
 }
 
 TEST(CycleEnergy, ALocalModelThatTravelsWithItsObjectToo) {

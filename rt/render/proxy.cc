@@ -338,11 +338,11 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   contact.work = step.work + step.gathered;
   effort_ = {step.sweeps, step.work, step.gathered};
   const Support& support = this->support(step);
-  const std::uint32_t object = step.met != 0 ? step.scene->slot(step.met).id : object_;
+  std::uint32_t object = step.met != 0 ? step.scene->slot(step.met).id : object_;
   const SceneObject* surface = support.touching ? step.scene->find(object) : nullptr;
   const bool before = object_ != 0;
   if (!surface) {
-    rest_.count = 0;
+    rest_.count = beside_.count = 0;
     contact.proxy = contact.point = proxy_;
     contact.untouch = before;
     contact.left = object_;
@@ -350,14 +350,20 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
     slip_ = false;
     return;
   }
-  const Vec3 up = support.foot - step.goal;
+  Vec3 foot = support.foot;
+  const bool rubs = surface->material.friction_static > 0;
+  const std::uint32_t active = rubs ? holdBeside(step, support, foot) : support.active;
+  const Vec3 up = foot - step.goal;
   contact.proxy = support.at;
   contact.depth = up.norm();
-  const Constraint* const on = step.count > 0 ? &step.held[foremost(step, support.active)] : nullptr;
+  const Constraint* const on = step.count > 0 ? &step.held[foremost(step, active)] : nullptr;
+  if (on && active != support.active) {
+    surface = &step.scene->slot(on->slot);
+    object = surface->id;
+  }
   const Vec3 out = on ? on->surface.normal : contact.depth > 0 ? Vec3(up / contact.depth) : Vec3::Zero();
   contact.point = support.at - radius_ * out;
-  const Press press =
-      pressOf(step, *surface, on ? on->feature : HD_NO_INDEX, support.active, up, contact.point, &contact);
+  const Press press = pressOf(step, *surface, on ? on->feature : HD_NO_INDEX, active, up, contact.point, &contact);
   contact.normal = contact.smooth = press.normal;
   contact.velocity = press.velocity;
   contact.apart = press.apart;
@@ -369,13 +375,21 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const double elastic = press.stiffness * contact.pull.dot(contact.normal);
   const double approach = contact.normal.dot(contact.velocity - v_W);
   contact.damping = std::max(press.damping * approach, -elastic);
+  if (contact.damping < 0 && active != support.active) {  // The cone is that of what damping leaves of them all.
+    const Vec3 along = contact.depth * contact.normal, lag = contact.pull - along;
+    const double most = surface->material.friction_static *
+                        std::max(0.0, contact.depth + std::min(0.0, contact.damping) / press.stiffness);
+    if (lag.squaredNorm() > most * most) contact.pull = along + most / lag.norm() * lag;
+  }
   contact.force = press.stiffness * contact.pull + contact.damping * contact.normal;
   contact.object = object;
   contact.touch = !before;
   noteRest(step, support.active);
-  noteHolding(step, support.active, up);
+  noteHolding(step, active, up);
+  if (contact.parts != 0) noteBeside(step, active, support.at);
   slip_ = step.slip && surface->material.friction_static > 0;
-  left_ = contact.depth > 0 ? (support.at - support.foot).norm() / contact.depth : surface->material.friction_dynamic;
+  const double depth = (support.foot - step.goal).norm();
+  left_ = depth > 0 ? (support.at - support.foot).norm() / depth : surface->material.friction_dynamic;
   contact.slip = slip_;
   object_ = object;
 }

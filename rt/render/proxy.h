@@ -183,6 +183,19 @@ class ProxyRenderer {
     int count = 0;
     double radius = 0;  ///< Of the ball.
   };
+  /** Surfaces of several objects that held the proxy: those that friction on another one relieves still press. */
+  struct Beside {
+    struct Surface {
+      Constraint held;
+      std::uint32_t id = 0;       ///< Of the object,
+      std::uint64_t number = 0;   ///< its Shape::number
+      std::uint64_t moves = 0;    ///< and those of its mesh's vertices.
+      HalfSpace plane;            ///< In the object's frame,
+      Vec3 proxy = Vec3::Zero();  ///< as the proxy was.
+    };
+    std::array<Surface, kMaxHolding> on;
+    int count = 0;
+  };
   /** What all that holds the proxy does to the hand. */
   struct Press {
     Vec3 normal = Vec3::Zero();  ///< Of the force without friction.
@@ -221,6 +234,8 @@ class ProxyRenderer {
   void noteRest(const Step& step, std::uint32_t active) HD_RT;
   int holders(const Step& step, std::uint32_t active, const Vec3& up, HoldingSurface* out) const HD_RT;
   void noteHolding(const Step& step, std::uint32_t active, const Vec3& up) HD_RT;
+  std::uint32_t holdBeside(Step& step, const Support& support, Vec3& foot) HD_RT;
+  void noteBeside(const Step& step, std::uint32_t active, const Vec3& at) HD_RT;
   [[nodiscard]] Press pressOf(const Step& step, const SceneObject& object, std::uint32_t feature, std::uint32_t active,
                               const Vec3& up, const Vec3& x, SurfaceContact* contact = nullptr) const HD_RT;
   bool holdAgain(Step& step) HD_RT;
@@ -270,6 +285,7 @@ class ProxyRenderer {
   bool crowded_ = true;         ///< Something may stand in the ball that has not come there by a motion.
   Surroundings surroundings_;
   Rest rest_;
+  Beside beside_;
   std::array<HoldingSurface, kMaxHolding> holding_;
   int holding_count_ = 0;
   ProxyEffort effort_;

@@ -32,11 +32,11 @@ struct Walls {
 double anyStiffness(Random& random) { return std::exp(random.in(std::log(50.0), std::log(5000.0))); }
 
 /** A corner of two or three walls at right angles, anyhow turned. */
-void addCorner(Walls& walls, Random& random, double friction) {
+void addCorner(Walls& walls, Random& random, double friction, double dynamic) {
   const Quat turn = random.turn();
   const int count = 2 + random.below(2);
   for (int i = 0; i < count; ++i)
-    walls.add(turn * Vec3::Unit(i), {anyStiffness(random), random.in(0, 5), friction, 0.8 * friction});
+    walls.add(turn * Vec3::Unit(i), {anyStiffness(random), random.in(0, 5), friction, dynamic});
 }
 
 /** Each wall presses with its own k times its own depth, whichever the hand came to first; so does its energy count. */
@@ -44,7 +44,7 @@ TEST(MaterialsProperty, WallsAtRightAnglesPressAsIfAlone) {
   forSeeds(400, [&](std::uint32_t seed) {
     Random random(seed);
     Walls walls;
-    addCorner(walls, random, 0);
+    addCorner(walls, random, 0, 0);
     walls.scene.proxy.setRadius(seed % 2 ? 2e-3 : 0);
     const double radius = walls.scene.proxy.radius();
     Vec3 corner = Vec3::Zero();  // Of all places that let it be, the lowest.
@@ -109,7 +109,7 @@ TEST(MaterialsProperty, FrictionInACornerStaysInItsCone) {
     Random random(seed);
     Walls walls;
     const double mu = random.in(0.1, 0.8);
-    addCorner(walls, random, mu);
+    addCorner(walls, random, mu, 0.8 * mu);
     walls.scene.tick(kReach * (walls.normals[0] + walls.normals[1]));
     Vec3 hip = -1e-3 * (walls.normals[0] + walls.normals[1]);
     for (int i = 0; i < 300; ++i) {
@@ -120,6 +120,34 @@ TEST(MaterialsProperty, FrictionInACornerStaysInItsCone) {
       const Vec3 across = contact.force - along * contact.normal;
       ASSERT_GE(along, -1e-12);
       ASSERT_LE(across.norm(), mu * along * (1 + 1e-6) + 1e-9);
+    }
+  });
+}
+
+/** A hand in a corner that sticks to one wall and is deep in the other: nothing jumps but by what slips. */
+TEST(MaterialsProperty, WhatSticksToOneWallIsStillPressedByTheOther) {
+  forSeeds(100, [&](std::uint32_t seed) {
+    Random random(seed);
+    Walls walls;
+    const double mu = random.in(0.2, 0.8);
+    addCorner(walls, random, 0, 0);
+    Vec3 corner = Vec3::Zero();
+    for (const Vec3& n : walls.normals) corner += n;
+    walls.scene.tick(kReach * corner);
+    Vec3 hip = -1e-3 * corner;
+    walls.scene.tick(hip);  // All hold it, and then they rub; slip and stick make no difference.
+    for (std::size_t w = 0; w < walls.ids.size(); ++w)
+      walls.scene.material(walls.ids[w], {walls.stiffness[w], 0, mu, mu});
+    walls.scene.tick(hip);
+    Vec3 last = walls.scene.contact.force;
+    for (int leg = 0; leg < 10; ++leg) {
+      const Vec3 to = -random.in(0.2e-3, 2e-3) * corner + 0.15e-3 * random.vector(1);
+      const Vec3 step = (to - hip) / 1000;
+      for (int i = 0; i < 1000; ++i) {
+        const SurfaceContact& contact = walls.scene.tick(hip += step);
+        ASSERT_LT((contact.force - last).norm(), 10 * walls.stiffest() * step.norm()) << leg << " " << i;
+        last = contact.force;
+      }
     }
   });
 }

@@ -23,7 +23,8 @@ struct Walls {
   void add(const Vec3& n, const hd_material& material) {
     normals.push_back(n);
     stiffness.push_back(material.stiffness);
-    ids.push_back(scene.add(ShapeKind::kPlane, Vec3::Zero(), {{}, Quat::FromTwoVectors(Vec3::UnitZ(), n)}, material));
+    ids.push_back(
+        scene.add(ShapeKind::kPlane, Vec3::Zero(), {Vec3::Zero(), Quat::FromTwoVectors(Vec3::UnitZ(), n)}, material));
   }
   [[nodiscard]] double softest() const { return *std::ranges::min_element(stiffness); }
   [[nodiscard]] double stiffest() const { return *std::ranges::max_element(stiffness); }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace hapticd {
 namespace {
@@ -11,15 +10,6 @@ double seconds(std::int64_t ns) HD_RT { return static_cast<double>(ns) * 1e-9; }
 
 bool usable(const DeviceSample& sample) HD_RT {
   return isFinite(sample.p) && isFinite(sample.q) && isFinite(sample.v) && isFinite(sample.w);
-}
-
-ServoEvent eventAt(ServoEventKind kind, std::uint32_t device, const CycleInput& input) HD_RT {
-  ServoEvent event;
-  event.kind = kind;
-  event.device = device;
-  event.t_ns = input.now_ns;
-  event.tick = input.tick;
-  return event;
 }
 
 }  // namespace
@@ -67,14 +57,6 @@ void Cycle::applyCommands(const CycleInput& input, CycleOutput& output) HD_RT {
       refuse(command, ErrorCode::kQuotaExceeded, input, output);
     }
   }
-}
-
-void Cycle::refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT {
-  ServoEvent event = eventAt(ServoEventKind::kCommandRefused, 0, input);
-  event.session = command.session;
-  event.value = static_cast<std::uint32_t>(code);
-  event.object = static_cast<std::uint32_t>(command.kind);
-  output.events.add(event);
 }
 
 ErrorCode Cycle::applyToSession(const Command& command, const CycleInput& input) HD_RT {
@@ -290,6 +272,33 @@ void Cycle::pushBodies(const SurfaceContact& contact, const Vec3& felt) HD_RT {
   }
 }
 
+/**
+ * What clients have put into the springs that hold the hand, by having made their objects stiffer since the last tick
+ * [J]: what that adds is theirs, not the wall's. Of several walls each holds k d^2 / 2, as if alone.
+ */
+double Cycle::stiffened(DeviceState& device, const SurfaceContact& contact) const HD_RT {
+  std::array<PressedObject, kMaxHolding> now{};
+  std::array<double, kMaxHolding> share{};
+  double all = 0;
+  const std::uint32_t count = contact.parts > 0 ? contact.parts : contact.object != 0 ? 1 : 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const SceneObject* object = scene_.find(contact.parts > 0 ? contact.part[i].object : contact.object);
+    if (object == nullptr || !(object->material.stiffness > 0)) continue;
+    now[i] = {object->id, object->material.stiffness};
+    all += share[i] = contact.parts > 0 ? contact.part[i].force.squaredNorm() / now[i].stiffness : 1;
+  }
+  double put_in = 0;
+  for (std::uint32_t i = 0; i < count && all > 0; ++i) {
+    for (const PressedObject& before : device.pressed) {
+      if (before.object == 0 || before.object != now[i].object || !(now[i].stiffness > before.stiffness)) continue;
+      put_in += contact.stored * share[i] / all * (1 - before.stiffness / now[i].stiffness);
+      break;
+    }
+  }
+  device.pressed = now;
+  return put_in;
+}
+
 void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT {
   DeviceState& device = devices_[d];
   const DeviceSample& sample = input.device[d];
@@ -317,17 +326,11 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
         device.effects.step(scene_, out.contact, device.proxy.holding(), sample.p, out.velocity.v);
     source[HD_SOURCE_TEXTURE].force = added.texture;
     source[HD_SOURCE_TRANSIENT].force = added.transient;
-    const std::uint32_t pressed = std::exchange(device.pressed, out.contact.object);
-    if (const SceneObject* touched = scene_.find(out.contact.object)) {
-      energy.carried = out.contact.force.cwiseProduct(out.contact.velocity) + out.contact.apart;
+    energy.carried = out.contact.force.cwiseProduct(out.contact.velocity) + out.contact.apart;
+    energy.carried += byAxis(stiffened(device, out.contact) / seconds(config_.period_ns), out.contact.force);
+    if (out.contact.object != 0) {
       energy.stored = out.contact.stored;
       energy.damping = out.contact.damping_gain;
-      const double grown = pressed == touched->id ? touched->material.stiffness - device.stiffness : 0.0;
-      if (grown > 0) {  // A client has made it stiffer: what that adds is the client's.
-        const double put_in = energy.stored * grown / touched->material.stiffness / seconds(config_.period_ns);
-        energy.carried += byAxis(put_in, out.contact.force);
-      }
-      device.stiffness = touched->material.stiffness;
       pushBodies(out.contact, out.contact.force + added.texture);
     }
   }
@@ -351,7 +354,7 @@ void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput
   device.proxy.reset(sample.p);
   device.shading.reset();
   device.effects.reset();
-  device.pressed = 0;
+  device.pressed = {};
   HeldToolOutput held;
   device.tool.finish(scene_, out.velocity, seconds(config_.period_ns), held);
   sources_[d][HD_SOURCE_SURFACE] = held.wrench;
@@ -381,19 +384,6 @@ bool Cycle::ask(CollideRequest& request) const HD_RT {
   return any;
 }
 
-void Cycle::noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT {
-  for (std::uint32_t s = 0; s < kMaxSessions; ++s) {
-    if (sessions_[s].life() == SessionShare::Life::kFree) continue;
-    for (std::uint32_t m = 0; m < HD_MODEL_SLOTS; ++m) {
-      if (!sessions_[s].model(m).takeExpired()) continue;
-      ServoEvent event = eventAt(ServoEventKind::kModelExpired, 0, input);
-      event.session = s;
-      event.value = m;
-      output.events.add(event);
-    }
-  }
-}
-
 void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
   for (std::uint32_t d = 0; d < config_.device_count; ++d) {
     DeviceState& device = devices_[d];
@@ -415,72 +405,6 @@ void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
     device.guard.step(in, out.guard);
     out.command = out.guard.command;
     raiseEvents(d, input, output);
-  }
-}
-
-/**
- * Of each object a touch and its end are told in turns, whatever ends one: a tool taken up or let go, a reading not to
- * be used.
- */
-void Cycle::raiseTouches(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
-  auto& touched = devices_[d].touched;
-  const SurfaceContact& contact = output.device[d].contact;
-  const auto raise = [&](ServoEventKind kind, std::uint32_t object, const Vec3& force, const Vec3& point) HD_RT {
-    ServoEvent event = eventAt(kind, d, input);
-    event.object = object;
-    event.force = force.norm();
-    store(point, event.point);
-    output.events.add(event);
-  };
-  for (std::uint32_t& id : touched) {
-    bool still = contact.parts == 0 && id == contact.object;
-    for (std::uint32_t i = 0; i < contact.parts; ++i) still = still || id == contact.part[i].object;
-    if (id == 0 || (still && !contact.touch)) continue;
-    raise(ServoEventKind::kUntouch, id, contact.force, contact.point);
-    id = 0;
-  }
-  const auto touch = [&](std::uint32_t id, const Vec3& force, const Vec3& point) HD_RT {
-    if (id == 0 || std::ranges::find(touched, id) != touched.end()) return;
-    if (const auto free = std::ranges::find(touched, 0u); free != touched.end()) *free = id;
-    raise(ServoEventKind::kTouch, id, force, point);
-  };
-  if (contact.parts == 0) touch(contact.object, contact.force, contact.point);
-  for (std::uint32_t i = 0; i < contact.parts; ++i) {
-    const ContactPart& part = contact.part[i];
-    touch(part.object, part.force, part.point);
-  }
-}
-
-void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
-  DeviceState& device = devices_[d];
-  DeviceOutput& out = output.device[d];
-  raiseTouches(d, input, output);
-
-  const std::uint32_t buttons = input.device[d].buttons;
-  if (buttons != device.buttons) {
-    ServoEvent event = eventAt(ServoEventKind::kButton, d, input);
-    event.value = buttons;
-    output.events.add(event);
-    device.buttons = buttons;
-  }
-  if (out.guard.fault != device.last_fault) {
-    if (out.guard.fault != HD_FAULT_NONE) {
-      ServoEvent event = eventAt(ServoEventKind::kFault, d, input);
-      event.value = out.guard.fault;
-      output.events.add(event);
-    }
-    device.last_fault = out.guard.fault;
-  }
-  if (out.guard.warm != device.last_warm) {
-    ServoEvent event = eventAt(ServoEventKind::kWarm, d, input);
-    event.value = out.guard.warm ? 1 : 0;
-    output.events.add(event);
-    device.last_warm = out.guard.warm;
-  }
-  const bool armed = device.guard.armed();
-  if (armed != device.last_armed) {
-    output.events.add(eventAt(armed ? ServoEventKind::kArmed : ServoEventKind::kDisarmed, d, input));
-    device.last_armed = armed;
   }
 }
 

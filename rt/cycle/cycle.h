@@ -84,6 +84,11 @@ class Cycle {
   [[nodiscard]] std::span<const Command> pending() const HD_RT { return {pending_.data(), pending_count_}; }
 
  private:
+  /** An object that held a hand, as stiff as it was then [N/m]. */
+  struct PressedObject {
+    std::uint32_t object = 0;
+    double stiffness = 0;
+  };
   struct DeviceState {
     DeviceState(const GuardConfig& config, std::uint32_t device) noexcept : guard(config), effects(device) {}
     Guard guard;
@@ -97,8 +102,7 @@ class Cycle {
     bool started = false;
     std::uint32_t buttons = 0;
     std::array<std::uint32_t, kMaxHolding> touched{};  ///< Objects whose touch was told, named when it ends.
-    std::uint32_t pressed = 0;                         ///< Object of the last tick's contact,
-    double stiffness = 0;                              ///< and as stiff as it was then [N/m].
+    std::array<PressedObject, kMaxHolding> pressed{};  ///< Objects of the last tick's contact.
     std::uint32_t last_fault = HD_FAULT_NONE;
     bool last_armed = false;
     bool last_warm = false;
@@ -122,6 +126,7 @@ class Cycle {
   [[nodiscard]] std::uint32_t heldObjects(std::array<std::uint32_t, kMaxDevices>& held) const HD_RT;
   void moveTools(const CycleInput& input, CycleOutput& output) HD_RT;
   void pushBodies(const SurfaceContact& contact, const Vec3& felt) HD_RT;
+  double stiffened(DeviceState& device, const SurfaceContact& contact) const HD_RT;
   void renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT;
   void renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT;
   void noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT;

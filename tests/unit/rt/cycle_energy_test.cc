@@ -154,6 +154,34 @@ TEST(CycleEnergy, AnObjectThatIsMadeStifferUnderAHandIsChargedToWhoDoesIt) {
   }
 }
 
+/** The floor was touched first; the wall behind which the hand is, or the floor, is made stiffer and softer. */
+TEST(CycleEnergy, AWallThatIsMadeStifferBesideAFloorToo) {
+  for (const std::uint32_t slot : {1u, 2u}) {
+    CarriedHand hand;
+    hand.lowerBy(-0.003);
+    hand.addFloor(500);
+    hand.lowerBy(-0.002);
+    hand.tick();
+    for (int i = 0; i < 40; ++i) {
+      hand.lowerBy(1e-4);
+      hand.tick();
+    }
+    hand.addTravellingPlane(true, 0);
+    for (int i = 0; i < 20; ++i) hand.tick();
+    hand.push = -3;
+    for (int i = 0; i < 8000; ++i) {
+      const bool stiffer = i % 400 == 0;
+      if (stiffer || i % 400 == 200) {
+        hand.put(CommandKind::kObjectMaterial,
+                 hd_object_material{makeObjectId(slot, 1), 0, {stiffer ? 800.0 : 200.0, 1, 0, 0}}, 0);
+      }
+      const GuardOutput& out = hand.tick();
+      ASSERT_EQ(out.fault, std::uint32_t{HD_FAULT_NONE}) << slot << " " << i;
+      ASSERT_FALSE(out.flags & HD_SAMPLE_PASSIVITY) << slot << " " << i << ": " << out.energy;
+    }
+  }
+}
+
 TEST(CycleEnergy, ASpringThatIsDraggedAlongIsActive) {
   CarriedHand hand;
   for (int i = 0; i < 8000; ++i) {

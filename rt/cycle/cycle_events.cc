@@ -1,0 +1,107 @@
+// What a cycle tells the control thread: touches, buttons, faults, models that expired, orders refused.
+#include <algorithm>
+
+#include "rt/cycle/cycle.h"
+
+namespace hapticd {
+namespace {
+
+ServoEvent eventAt(ServoEventKind kind, std::uint32_t device, const CycleInput& input) HD_RT {
+  ServoEvent event;
+  event.kind = kind;
+  event.device = device;
+  event.t_ns = input.now_ns;
+  event.tick = input.tick;
+  return event;
+}
+
+}  // namespace
+
+void Cycle::refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT {
+  ServoEvent event = eventAt(ServoEventKind::kCommandRefused, 0, input);
+  event.session = command.session;
+  event.value = static_cast<std::uint32_t>(code);
+  event.object = static_cast<std::uint32_t>(command.kind);
+  output.events.add(event);
+}
+
+void Cycle::noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT {
+  for (std::uint32_t s = 0; s < kMaxSessions; ++s) {
+    if (sessions_[s].life() == SessionShare::Life::kFree) continue;
+    for (std::uint32_t m = 0; m < HD_MODEL_SLOTS; ++m) {
+      if (!sessions_[s].model(m).takeExpired()) continue;
+      ServoEvent event = eventAt(ServoEventKind::kModelExpired, 0, input);
+      event.session = s;
+      event.value = m;
+      output.events.add(event);
+    }
+  }
+}
+
+/**
+ * Of each object a touch and its end are told in turns, whatever ends one: a tool taken up or let go, a reading not to
+ * be used.
+ */
+void Cycle::raiseTouches(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
+  auto& touched = devices_[d].touched;
+  const SurfaceContact& contact = output.device[d].contact;
+  const auto raise = [&](ServoEventKind kind, std::uint32_t object, const Vec3& force, const Vec3& point) HD_RT {
+    ServoEvent event = eventAt(kind, d, input);
+    event.object = object;
+    event.force = force.norm();
+    store(point, event.point);
+    output.events.add(event);
+  };
+  for (std::uint32_t& id : touched) {
+    bool still = contact.parts == 0 && id == contact.object;
+    for (std::uint32_t i = 0; i < contact.parts; ++i) still = still || id == contact.part[i].object;
+    if (id == 0 || (still && !contact.touch)) continue;
+    raise(ServoEventKind::kUntouch, id, contact.force, contact.point);
+    id = 0;
+  }
+  const auto touch = [&](std::uint32_t id, const Vec3& force, const Vec3& point) HD_RT {
+    if (id == 0 || std::ranges::find(touched, id) != touched.end()) return;
+    if (const auto free = std::ranges::find(touched, 0u); free != touched.end()) *free = id;
+    raise(ServoEventKind::kTouch, id, force, point);
+  };
+  if (contact.parts == 0) touch(contact.object, contact.force, contact.point);
+  for (std::uint32_t i = 0; i < contact.parts; ++i) {
+    const ContactPart& part = contact.part[i];
+    touch(part.object, part.force, part.point);
+  }
+}
+
+void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
+  DeviceState& device = devices_[d];
+  DeviceOutput& out = output.device[d];
+  raiseTouches(d, input, output);
+
+  const std::uint32_t buttons = input.device[d].buttons;
+  if (buttons != device.buttons) {
+    ServoEvent event = eventAt(ServoEventKind::kButton, d, input);
+    event.value = buttons;
+    output.events.add(event);
+    device.buttons = buttons;
+  }
+  if (out.guard.fault != device.last_fault) {
+    if (out.guard.fault != HD_FAULT_NONE) {
+      ServoEvent event = eventAt(ServoEventKind::kFault, d, input);
+      event.value = out.guard.fault;
+      output.events.add(event);
+    }
+    device.last_fault = out.guard.fault;
+  }
+  if (out.guard.warm != device.last_warm) {
+    ServoEvent event = eventAt(ServoEventKind::kWarm, d, input);
+    event.value = out.guard.warm ? 1 : 0;
+    output.events.add(event);
+    device.last_warm = out.guard.warm;
+  }
+  const bool armed = device.guard.armed();
+  if (armed != device.last_armed) {
+    output.events.add(eventAt(armed ? ServoEventKind::kArmed : ServoEventKind::kDisarmed, d, input));
+    device.last_armed = armed;
+  }
+}
+
+}  // namespace hapticd

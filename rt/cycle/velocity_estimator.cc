@@ -32,9 +32,16 @@ class EndFit {
   bool ended_ = false;
 };
 
+/** Whether the window of any axis goes on. */
+bool takeEach(std::array<EndFit, 3>& axis, const Vec3& y, double rate, double resolution) HD_RT {
+  bool any = false;
+  for (int i = 0; i < 3; ++i) any = axis[i].take(y[i], rate, resolution) || any;
+  return any;
+}
+
 /** Axis times angle of the rotation from `from` to `to`, in the frame of their targets, the short way. */
 Vec3 rotationVector(const Quat& from, const Quat& to) HD_RT {
-  if (to.coeffs() == from.coeffs()) return Vec3::Zero();  // As of each device that senses no rotation.
+  if (to.coeffs() == from.coeffs()) return Vec3::Zero();
   Quat d = to * from.conjugate();
   if (d.w() < 0) d.coeffs() = -d.coeffs();
   const double s = d.vec().norm();
@@ -47,7 +54,7 @@ Vec3 rotationVector(const Quat& from, const Quat& to) HD_RT {
 
 void VelocityEstimator::reset() HD_RT {
   next_ = 0;
-  count_ = 0;
+  count_ = unturned_ = 0;
   last_ = Twist{};
 }
 
@@ -65,6 +72,7 @@ Twist VelocityEstimator::update(const DeviceSample& sample) HD_RT {
     if (sample.t_ns < before) reset();
   }
   if (count_ == 0 || sample.t_ns != back(0).t_ns) {
+    unturned_ = count_ > 0 && sample.q.coeffs() == back(0).q.coeffs() ? std::min(unturned_ + 1, kWindow) : 1;
     ring_[next_] = {sample.t_ns, sample.p, sample.q};
     next_ = (next_ + 1) % kWindow;
     count_ = std::min(count_ + 1, kWindow);
@@ -76,17 +84,12 @@ Twist VelocityEstimator::update(const DeviceSample& sample) HD_RT {
 
   std::array<EndFit, 3> along, about;
   const Entry& newest = back(0);
-  bool grows = true;
-  for (std::uint32_t n = 1; n < count_ && grows; ++n) {
+  bool moves = true, turns = unturned_ < count_;  // It never does on a device that senses no rotation.
+  for (std::uint32_t n = 1; n < count_ && (moves || turns); ++n) {
     const Entry& e = back(n);
     const double rate = 1e9 / static_cast<double>(newest.t_ns - e.t_ns);
-    const Vec3 dp = e.p - newest.p;
-    const Vec3 dr = -rotationVector(e.q, newest.q);
-    grows = false;
-    for (int i = 0; i < 3; ++i) {
-      grows = along[i].take(dp[i], rate, resolution_) || grows;
-      grows = about[i].take(dr[i], rate, rotation_resolution_) || grows;
-    }
+    if (moves) moves = takeEach(along, e.p - newest.p, rate, resolution_);
+    if (turns) turns = takeEach(about, -rotationVector(e.q, newest.q), rate, rotation_resolution_);
   }
   for (int i = 0; i < 3; ++i) {
     last_.v[i] = along[i].slope();

@@ -54,6 +54,7 @@ class VelocityEstimator {
   std::array<Entry, kWindow> ring_{};
   std::uint32_t next_ = 0;
   std::uint32_t count_ = 0;
+  std::uint32_t unturned_ = 0;  ///< The newest so many samples have one orientation.
   double resolution_ = 1e-5;
   double rotation_resolution_ = 1e-4;
   Twist last_;

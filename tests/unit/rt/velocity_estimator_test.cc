@@ -8,7 +8,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kResolution = 1e-5;
+constexpr double kResolution = 1e-5, kRotationResolution = 1e-4;
 
 DeviceSample sampleAt(std::int64_t t_ns, const Vec3& p) {
   DeviceSample s;
@@ -22,7 +22,7 @@ Vec3 quantised(const Vec3& p) { return (p / kResolution).array().round().matrix(
 
 VelocityEstimator estimator() {
   VelocityEstimator e;
-  e.setResolution(kResolution, 1e-4);
+  e.setResolution(kResolution, kRotationResolution);
   return e;
 }
 
@@ -78,30 +78,41 @@ TEST(VelocityEstimator, FollowsASuddenStartWithinTwoSamples) {
   EXPECT_NEAR(v.v.x(), 0.2, 1e-9);
 }
 
+/** The slope of the longest window whose end-fit line passes all of the last samples within the resolution. */
+double slopeByDefinition(const std::vector<double>& t, const std::vector<double>& y, double resolution) {
+  double found = 0;
+  const std::size_t last = y.size() - 1;
+  for (std::size_t n = 1; n < 16 && n <= last; ++n) {
+    const double slope = (y[last] - y[last - n]) / (t[last] - t[last - n]);
+    bool fits = true;
+    for (std::size_t j = last - n; j <= last; ++j)
+      fits = fits && std::abs(y[last] + slope * (t[j] - t[last]) - y[j]) <= 1.001 * resolution;
+    if (!fits) break;
+    found = slope;
+  }
+  return found;
+}
+
+/** Each axis for itself; it turns, too, for a while each time. */
 TEST(VelocityEstimator, AgreesWithTheDefinitionByBruteForce) {
-  // The longest window whose end-fit line passes all samples within the resolution, each axis for itself.
   VelocityEstimator e = estimator();
-  std::vector<double> y, t;
+  std::vector<double> y, angle, t;
   std::uint32_t state = 12345;
-  double x = 0;
+  double x = 0, turn = 0;
   for (int i = 0; i < 3000; ++i) {
     state = state * 1664525u + 1013904223u;
     x += ((state >> 8) % 1000) * 1e-7 * std::sin(i * 0.01);
+    if (i / 23 % 2 == 1) turn += ((state >> 8) % 1000) * 1e-6;
     const std::int64_t t_ns = std::int64_t{i} * 1000000 + (state >> 20) % 200'000;
-    const double q = std::round(x / kResolution) * kResolution;
-    y.push_back(q);
+    y.push_back(std::round(x / kResolution) * kResolution);
+    angle.push_back(std::round(turn / kRotationResolution) * kRotationResolution);
     t.push_back(static_cast<double>(t_ns) * 1e-9);
-    const double got = e.update(sampleAt(t_ns, {0, q, 0})).v.y();
-    double want = 0;
-    for (int n = 1; n < 16 && n <= i; ++n) {
-      const double slope = (y[i] - y[i - n]) / (t[i] - t[i - n]);
-      bool fits = true;
-      for (int j = i - n; j <= i; ++j)
-        fits = fits && std::abs(y[i] + slope * (t[j] - t[i]) - y[j]) <= 1.001 * kResolution;
-      if (!fits) break;
-      want = slope;
-    }
-    ASSERT_NEAR(got, want, 1e-6 * (1 + std::abs(want))) << "sample " << i;
+    DeviceSample sample = sampleAt(t_ns, {0, y.back(), 0});
+    sample.q = Quat(Eigen::AngleAxisd(angle.back(), Vec3::UnitX()));
+    const Twist got = e.update(sample);
+    const double v = slopeByDefinition(t, y, kResolution), w = slopeByDefinition(t, angle, kRotationResolution);
+    ASSERT_NEAR(got.v.y(), v, 1e-6 * (1 + std::abs(v))) << "sample " << i;
+    ASSERT_NEAR(got.w.x(), w, 1e-6 * (1 + std::abs(w))) << "sample " << i;
   }
 }
 

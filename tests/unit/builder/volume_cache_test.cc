@@ -124,7 +124,10 @@ TEST_F(Cache, anUploadBuiltBeforeIsThereAtOnce) {
     }
     ASSERT_TRUE(uploads.commit(*id, {}, [&](Result<MeshInfo> r) { done = std::move(r); }).ok());
   };
-  const auto newCache = [&] { uploads.setCache(std::make_unique<VolumeCache>(directory_.path(), 1 << 30)); };
+  const auto newCache = [&] {
+    uploads.setCache(nullptr);  // Its end awaits its writer, whose unfinished file a new one would remove.
+    uploads.setCache(std::make_unique<VolumeCache>(directory_.path(), 1 << 30));
+  };
   newCache();
   std::optional<Result<MeshInfo>> first, second, third;
   send(first);
@@ -135,7 +138,7 @@ TEST_F(Cache, anUploadBuiltBeforeIsThereAtOnce) {
     uploads.poll();
   }
   ASSERT_TRUE(first->ok()) << toString(first->error());
-  newCache();  // The old one's end awaits its writer.
+  newCache();
   send(second);
   ASSERT_TRUE(second.has_value()) << "no builder, no waiting";
   ASSERT_TRUE(second->ok()) << toString(second->error());

@@ -25,7 +25,8 @@ struct Pressing {
  * For one order of the surfaces: the first presses with k (n . up) n, the next ones with what is left of `up` across
  * n, along their normals across n. That is K up with K symmetric and its eigenvalues the stiffnesses. The mean of all
  * orders, the first counted as it pushes, then the second of those left, is within the same bounds, and where one
- * alone pushes it is the first. Servo-safe; at most kMaxPressing surfaces, six orders.
+ * alone pushes it is the first. What of `up` is no sum of their normals, as while a proxy is still on its way, the last
+ * one presses with. Servo-safe; at most kMaxPressing surfaces, six orders.
  */
 [[nodiscard]] Vec3 press(std::span<const Pressing> surfaces, const Vec3& up) HD_RT;
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "rt/render/press.h"
 #include "tests/support/for_seeds.h"
 #include "tests/support/random.h"
 #include "tests/support/test_scene.h"
@@ -65,6 +66,26 @@ TEST(MaterialsProperty, WallsAtRightAnglesPressAsIfAlone) {
       ASSERT_LT((elastic - force).norm(), 1e-9);
       ASSERT_NEAR(contact.stored, stored, 1e-12);
     }
+  });
+}
+
+/** Whatever is asked of any surfaces, also what they cannot account for: K up, its eigenvalues the stiffnesses. */
+TEST(MaterialsProperty, NoSofterThanTheSoftestWhereverTheHandIs) {
+  forSeeds(20000, [&](std::uint32_t seed) {
+    Random random(seed);
+    Pressing surface[kMaxPressing];
+    const int count = 1 + random.below(kMaxPressing);
+    double softest = 5000, stiffest = 0;
+    for (int i = 0; i < count; ++i) {
+      surface[i] = {random.vector(1).normalized(), random.below(4) == 0 && i > 0 ? 0.0 : random.in(0, kReach),
+                    anyStiffness(random)};
+      softest = std::min(softest, surface[i].stiffness);
+      stiffest = std::max(stiffest, surface[i].stiffness);
+    }
+    const Vec3 up = random.vector(kReach);
+    const Vec3 force = press({surface, static_cast<std::size_t>(count)}, up);
+    ASSERT_GE(force.dot(up), softest * up.squaredNorm() * (1 - 1e-9));
+    ASSERT_LE(force.norm(), stiffest * up.norm() * (1 + 1e-9));
   });
 }
 

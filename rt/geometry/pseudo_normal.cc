@@ -8,9 +8,8 @@
 namespace hapticd {
 namespace {
 
-constexpr double kThin = 0x1p-21;    // Of the coordinates: four times what rounding to floats moves a corner.
-constexpr double kShortEdge = 1e-3;  // An edge of a thread, of another.
-constexpr int kMaxThreads = 4;       // One beside the other.
+constexpr double kThin = 0x1p-23;  // Of the coordinates: what rounding to floats moves a corner, and hardly more.
+constexpr int kMaxThreads = 4;     // One beside the other.
 
 /**
  * The angle between two vectors, from 0 to pi, to 10^-9: only sums, products and roots, so that every machine gets the
@@ -52,13 +51,17 @@ struct Face {
         area(areaVector(v[1] - v[0], v[2] - v[0])) {}
   [[nodiscard]] Vec3 normal() const HD_RT { return unit(area); }
   /**
-   * Whether it is so thin that its corners' rounding decides which way it faces: between floats, where edges of
-   * different length were stitched together. Its longest edge is taken for one of the first corner's, and its distance
-   * for that corner's: neither is twice as far off.
+   * Whether it is so thin that its corners' rounding may fold it over: between floats, where edges of different length
+   * were stitched together. What is wider, however tipped, has its own say: the theorem asks no more of it. Its longest
+   * edge is taken for one of the first corner's, and its distance for that corner's: neither is twice as far off.
    */
   [[nodiscard]] bool isThread() const HD_RT {
     const double one2 = (v[1] - v[0]).squaredNorm(), other2 = (v[2] - v[0]).squaredNorm();
     return area.squaredNorm() <= kThin * kThin * (v[0].squaredNorm() + one2) * std::max(one2, other2);
+  }
+  /** Whether the ends of the edge that begins at the corner are taken for one vertex; on both of its sides alike. */
+  [[nodiscard]] bool isShut(std::uint32_t corner) const HD_RT {
+    return length2(corner) <= kThin * kThin * (v[corner].squaredNorm() + v[(corner + 1) % 3].squaredNorm());
   }
   /** Of the edge that begins at the corner, squared. */
   [[nodiscard]] double length2(std::uint32_t corner) const HD_RT {
@@ -88,21 +91,33 @@ Vec3 sheetNormal(const MeshView& mesh, std::uint32_t triangle, std::uint32_t fro
 
 /**
  * What a thread stands for about one of its corners: the normal of the sheet beyond the edge opposite to it, times the
- * angle there. Where the corner ends a short edge, whose direction is rounding, the angle is the sheet's own at the
- * other end. Zero at a border.
+ * angle there. Zero at a border.
  */
 Vec3 sheetBeyond(const MeshView& mesh, const Face& thread, std::uint32_t triangle, std::uint32_t corner) HD_RT {
   const std::uint32_t across = mesh.neighbours[triangle][(corner + 1) % 3];
   if (across == HD_NO_INDEX) return Vec3::Zero();
-  double angle = thread.angle(corner);
-  const double next2 = thread.length2(corner), last2 = thread.length2((corner + 2) % 3);
-  const Face sheet(mesh, across);
-  if (!sheet.isThread() && std::min(next2, last2) < kShortEdge * kShortEdge * std::max(next2, last2)) {
-    const std::uint32_t other = mesh.triangles[triangle][(corner + (next2 < last2 ? 1 : 2)) % 3];
-    angle = sheet.angle(cornerOf(mesh, across, other));
-  }
-  return angle * sheetNormal(mesh, across, triangle);
+  return thread.angle(corner) * sheetNormal(mesh, across, triangle);
 }
+
+/** A triangle about a vertex, or about several that shut edges make one. */
+struct Spoke {
+  std::uint32_t triangle, vertex, corner;
+  Face face;
+
+  Spoke(const MeshView& mesh, std::uint32_t t, std::uint32_t v) HD_RT : triangle(t),
+                                                                        vertex(v),
+                                                                        corner(cornerOf(mesh, t, v)),
+                                                                        face(mesh, t) {}
+  /** Of its two edges at the corner the one that leaves (0) or comes (2). */
+  [[nodiscard]] bool isShut(std::uint32_t side) const HD_RT { return face.isShut((corner + side) % 3); }
+  /** The edge over which to go on, that way round; `next` receives the vertex about which. */
+  [[nodiscard]] std::uint32_t exit(const MeshView& mesh, std::uint32_t side, std::uint32_t& next) const HD_RT {
+    next = vertex;
+    if (!isShut(side)) return (corner + side) % 3;
+    next = mesh.triangles[triangle][(corner + (side == 0 ? 1 : 2)) % 3];
+    return (corner + 1) % 3;
+  }
+};
 
 }  // namespace
 
@@ -117,31 +132,33 @@ Vec3 pseudoNormal(const MeshView& mesh, std::uint32_t triangle, FeatureKind kind
     if (across == HD_NO_INDEX) return faceNormal(mesh, triangle);
     return unit(sheetNormal(mesh, triangle, across) + sheetNormal(mesh, across, triangle));
   }
-  const std::uint32_t vertex = mesh.triangles[triangle][corner];
   const bool creased = crease_cosine > kNoCrease;
+  const Spoke start(mesh, triangle, mesh.triangles[triangle][corner]);
   Vec3 first = Vec3::Zero(), sum = first;
-  if (const Face face(mesh, triangle); !face.isThread()) {
-    first = face.normal();
-    sum = face.angle(corner) * first;
-  } else if (!creased) {
-    sum = sheetBeyond(mesh, face, triangle, corner);
-  }
+  const auto add = [&](const Spoke& spoke, Vec3& last) {
+    if (spoke.isShut(0) || spoke.isShut(2)) return true;
+    if (spoke.face.isThread()) {
+      if (!creased) sum += sheetBeyond(mesh, spoke.face, spoke.triangle, spoke.corner);
+      return true;
+    }
+    const Vec3 here = spoke.face.normal();
+    if (!last.isZero(0) && here.dot(last) < crease_cosine) return false;
+    last = here;
+    sum += spoke.face.angle(spoke.corner) * here;
+    return true;
+  };
+  add(start, first);
   for (const std::uint32_t side : {0u, 2u}) {  // Over the edge that leaves the vertex, or back over the one that comes.
-    std::uint32_t t = mesh.neighbours[triangle][(corner + side) % 3];
+    std::uint32_t vertex = 0;
+    const std::uint32_t next = mesh.neighbours[triangle][start.exit(mesh, side, vertex)];
+    std::uint32_t t = next;
     Vec3 last = first;
     for (int i = 0; i < kMaxFan && t != HD_NO_INDEX; ++i) {
-      if (t == triangle) return unit(sum);  // All the way round.
+      if (t == triangle || (i > 0 && t == next)) return unit(sum);  // All the way round.
       ++work;
-      const std::uint32_t c = cornerOf(mesh, t, vertex);
-      if (const Face face(mesh, t); !face.isThread()) {
-        const Vec3 here = face.normal();
-        if (!last.isZero(0) && here.dot(last) < crease_cosine) break;
-        last = here;
-        sum += face.angle(c) * here;
-      } else if (!creased) {
-        sum += sheetBeyond(mesh, face, t, c);
-      }
-      t = mesh.neighbours[t][(c + side) % 3];
+      const Spoke spoke(mesh, t, vertex);
+      if (!add(spoke, last)) break;
+      t = mesh.neighbours[t][spoke.exit(mesh, side, vertex)];
     }
   }
   return unit(sum);

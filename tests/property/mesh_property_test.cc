@@ -253,10 +253,11 @@ TEST(MeshProperty, AMovingSheetLetsNobodyThrough) {
   EXPECT_GT(touched, 30);
 }
 TEST(MeshProperty, ARoughRoomIsNeverLeft) { forSeeds(60, aRoughRoomIsNeverLeft); }
-/** Seeds of a soak: points lost beside needles whose planes were tipped; balls beside edges that faced any way. */
+/** Seeds of soaks: points lost beside needles whose planes were tipped; balls beside edges that faced any way, and at
+ * doubled vertices. */
 TEST(MeshProperty, NeedlesHoldWhatTheyHold) {
   int touched = 0;
-  for (const unsigned seed : {10431u, 10603u, 11337u, 12242u, 10224u, 10351u, 12845u}) {
+  for (const unsigned seed : {10431u, 10603u, 11337u, 12242u, 10224u, 10351u, 12845u, 57215u, 71710u}) {
     SCOPED_TRACE(seed);
     ASSERT_NO_FATAL_FAILURE(needlesHoldWhatTheyHold(seed, touched));
   }

@@ -156,16 +156,17 @@ Vec3 ProxyRenderer::here(const Step& step) const HD_RT {
 
 /**
  * Sweeps from where the proxy is to `target` against everything. False when the work is used up: then nothing is
- * known and the proxy must not move. `above` as in Sweep, in W.
+ * known and the proxy must not move. `above` as in Sweep, in W. `beside`: against what does not hold it yet.
  */
 bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot,
-                            SweepHit& first) HD_RT {
+                            SweepHit& first, bool beside) HD_RT {
   hit = false;
   if (++step.sweeps > kMaxSweeps) return false;
   first = SweepHit{};
   const Vec3 along = target - proxy_;
   const double along2 = along.squaredNorm();
   for (const std::uint16_t i : step.scene->touchable()) {
+    if (beside && step.isHeldBy(i)) continue;
     const SceneObject& object = step.scene->slot(i);
     const double skin = step.skin(object);
     if (step.together) {  // A ball that the segment does not reach.
@@ -193,7 +194,7 @@ bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, const Vec3& above, b
       slot = i;
     }
   }
-  if (hit) {
+  if (hit && !beside) {
     hint_slot_ = slot;
     hint_ = first.feature;
   }
@@ -230,7 +231,13 @@ void ProxyRenderer::comeTo(Step& step, const Vec3& target, std::uint32_t slot, c
 /** Comes to the surface met on the way to `target`, which holds the proxy from now on. */
 void ProxyRenderer::meet(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT {
   step.real = false;
-  if (first.height > 1.5 * step.skin(step.scene->slot(slot))) comeTo(step, target, slot, first);
+  const double skin = step.skin(step.scene->slot(slot));
+  const bool judged = step.judged, slipped = step.slipped;
+  if (first.height > 1.5 * skin) comeTo(step, target, slot, first);
+  if (first.height <= kAt * skin) {  // It has not gone on, but was there.
+    step.judged = judged;
+    step.slipped = slipped;
+  }
   hold(step, slot, first);
 }
 
@@ -273,6 +280,7 @@ void ProxyRenderer::settle(Step& step) HD_RT {
       }
       held = false;
       plan(step, next);
+      for (int i = 1; i < kMaxHolding && next.stay && meetBeside(step); ++i) plan(step, next);
       if (next.lands) step.end = next.way[next.parts - 1];
       step.settled = next.stay && step.together;
       if (step.settled) {
@@ -342,7 +350,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const SceneObject* surface = support.touching ? step.scene->find(object) : nullptr;
   const bool before = object_ != 0;
   if (!surface) {
-    rest_.count = beside_.count = 0;
+    rest_.count = 0;
     contact.proxy = contact.point = proxy_;
     contact.untouch = before;
     contact.left = object_;
@@ -350,17 +358,12 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
     slip_ = false;
     return;
   }
-  Vec3 foot = support.foot;
-  const bool rubs = surface->material.friction_static > 0;
-  const std::uint32_t active = rubs ? holdBeside(step, support, foot) : support.active;
-  const Vec3 up = foot - step.goal;
+  const std::uint32_t active = support.active;
+  const Vec3 up = support.foot - step.goal;
+  contact.friction = frictionOf(step, *surface, active, up);
   contact.proxy = support.at;
   contact.depth = up.norm();
   const Constraint* const on = step.count > 0 ? &step.held[foremost(step, active)] : nullptr;
-  if (on && active != support.active) {
-    surface = &step.scene->slot(on->slot);
-    object = surface->id;
-  }
   const Vec3 out = on ? on->surface.normal : contact.depth > 0 ? Vec3(up / contact.depth) : Vec3::Zero();
   contact.point = support.at - radius_ * out;
   const Press press = pressOf(step, *surface, on ? on->feature : HD_NO_INDEX, active, up, contact.point, &contact);
@@ -375,21 +378,13 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const double elastic = press.stiffness * contact.pull.dot(contact.normal);
   const double approach = contact.normal.dot(contact.velocity - v_W);
   contact.damping = std::max(press.damping * approach, -elastic);
-  if (contact.damping < 0 && active != support.active) {  // The cone is that of what damping leaves of them all.
-    const Vec3 along = contact.depth * contact.normal, lag = contact.pull - along;
-    const double most = surface->material.friction_static *
-                        std::max(0.0, contact.depth + std::min(0.0, contact.damping) / press.stiffness);
-    if (lag.squaredNorm() > most * most) contact.pull = along + most / lag.norm() * lag;
-  }
   contact.force = press.stiffness * contact.pull + contact.damping * contact.normal;
   contact.object = object;
   contact.touch = !before;
-  noteRest(step, support.active);
+  noteRest(step, active);
   noteHolding(step, active, up);
-  if (contact.parts != 0) noteBeside(step, active, support.at);
-  slip_ = step.slip && surface->material.friction_static > 0;
-  const double depth = (support.foot - step.goal).norm();
-  left_ = depth > 0 ? (support.at - support.foot).norm() / depth : surface->material.friction_dynamic;
+  slip_ = step.slip && contact.friction.still > 0;
+  left_ = contact.depth > 0 ? (support.at - support.foot).norm() / contact.depth : contact.friction.sliding;
   contact.slip = slip_;
   object_ = object;
 }

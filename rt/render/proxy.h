@@ -27,6 +27,11 @@ struct ContactPart {
   double share = 0;           ///< Of friction, damping and what is added: from 0 to 1, in the sum 1.
 };
 
+/** Coefficients of friction. */
+struct Friction {
+  double still = 0, sliding = 0;
+};
+
 /** Contact of one device point. Vectors in W. */
 struct SurfaceContact {
   Vec3 force = Vec3::Zero();  ///< On the hand [N].
@@ -42,6 +47,7 @@ struct SurfaceContact {
   double stored = 0;             ///< Energy in the springs [J].
   double damping = 0;            ///< Part of the force that the material's damping makes, along the normal [N].
   double damping_gain = 0;       ///< By which it is made [N s/m].
+  Friction friction;             ///< Of all that holds the proxy.
   Vec3 apart = Vec3::Zero();     ///< What objects that move apart give the hand beyond force * velocity, by axis [W].
   std::uint32_t object = 0;      ///< Id of the object in contact, 0 for none: of several, that which it touched first.
   std::array<ContactPart, kMaxHolding> part;
@@ -183,19 +189,6 @@ class ProxyRenderer {
     int count = 0;
     double radius = 0;  ///< Of the ball.
   };
-  /** Surfaces of several objects that held the proxy: those that friction on another one relieves still press. */
-  struct Beside {
-    struct Surface {
-      Constraint held;
-      std::uint32_t id = 0;       ///< Of the object,
-      std::uint64_t number = 0;   ///< its Shape::number
-      std::uint64_t moves = 0;    ///< and those of its mesh's vertices.
-      HalfSpace plane;            ///< In the object's frame,
-      Vec3 proxy = Vec3::Zero();  ///< as the proxy was.
-    };
-    std::array<Surface, kMaxHolding> on;
-    int count = 0;
-  };
   /** What all that holds the proxy does to the hand. */
   struct Press {
     Vec3 normal = Vec3::Zero();  ///< Of the force without friction.
@@ -224,8 +217,9 @@ class ProxyRenderer {
   void fitRadius(Step& step) HD_RT;
   void settle(Step& step) HD_RT;
   void goBack(Step& step, const Vec3& from) HD_RT;
-  bool sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot,
-               SweepHit& first) HD_RT;
+  bool sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot, SweepHit& first,
+               bool beside = false) HD_RT;
+  bool meetBeside(Step& step) HD_RT;
   void moveBy(Step& step, const Vec3& target, double t) HD_RT;
   void comeTo(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT;
   void arrive(Step& step, const Vec3& target) HD_RT;
@@ -234,8 +228,8 @@ class ProxyRenderer {
   void noteRest(const Step& step, std::uint32_t active) HD_RT;
   int holders(const Step& step, std::uint32_t active, const Vec3& up, HoldingSurface* out) const HD_RT;
   void noteHolding(const Step& step, std::uint32_t active, const Vec3& up) HD_RT;
-  std::uint32_t holdBeside(Step& step, const Support& support, Vec3& foot) HD_RT;
-  void noteBeside(const Step& step, std::uint32_t active, const Vec3& at) HD_RT;
+  [[nodiscard]] Friction frictionOf(const Step& step, const SceneObject& object, std::uint32_t active,
+                                    const Vec3& up) const HD_RT;
   [[nodiscard]] Press pressOf(const Step& step, const SceneObject& object, std::uint32_t feature, std::uint32_t active,
                               const Vec3& up, const Vec3& x, SurfaceContact* contact = nullptr) const HD_RT;
   bool holdAgain(Step& step) HD_RT;
@@ -285,7 +279,6 @@ class ProxyRenderer {
   bool crowded_ = true;         ///< Something may stand in the ball that has not come there by a motion.
   Surroundings surroundings_;
   Rest rest_;
-  Beside beside_;
   std::array<HoldingSurface, kMaxHolding> holding_;
   int holding_count_ = 0;
   ProxyEffort effort_;

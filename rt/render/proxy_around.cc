@@ -93,7 +93,7 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     looked = step.held[i].slot;
     const SceneObject& object = step.scene->slot(looked);
     if ((object.flags & HD_OBJECT_TWO_SIDED) != 0 || object.shape.kind == ShapeKind::kPlane) continue;
-    const double mu = object.material.friction_static;
+    const double mu = frictionOf(step, object, now.active, now.foot - step.goal).still;
     NearestQuery query;
     query.x = step.hipIn(looked);
     // With friction: nearer by more than the cone can account for.

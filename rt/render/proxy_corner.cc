@@ -8,7 +8,6 @@
 namespace hapticd {
 namespace {
 
-constexpr double kAt = 64;             // Skins.
 constexpr double kShort = 1 - 0x1p-8;  // Of an edge: its end is a vertex with faces of its own.
 constexpr double kOver = 1.0 / 16;     // Of the way along the edge.
 constexpr double kAnyLength = std::numeric_limits<double>::infinity();
@@ -79,8 +78,10 @@ bool ProxyRenderer::leaveVertex(Step& step) HD_RT {
   const Constraint& c = step.held[step.count - 1];
   const SceneObject& object = step.scene->slot(c.slot);
   if (object.shape.kind != ShapeKind::kMesh || object.shape.mesh->neighbours == nullptr ||
-      (object.flags & HD_OBJECT_TWO_SIDED) != 0 || object.material.friction_static > 0)
+      (object.flags & HD_OBJECT_TWO_SIDED) != 0)
     return false;
+  for (int i = 0; i < step.count; ++i)
+    if (step.scene->slot(step.held[i].slot).material.friction_static > 0) return false;
   const MeshView& mesh = *object.shape.mesh;
   const Vec3 x = toLocal(object.X_WO, proxy_);
   std::uint32_t corner = 0;

@@ -60,6 +60,33 @@ bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, do
 }
 
 /**
+ * A proxy that lies on a floor and sticks to a wall needs no floor to stay there; the hand, deep in both, does: how
+ * hard the floor is must not hang on whether friction on the wall would do. So an object at the proxy, on the way to
+ * where it would be without friction, holds it too. True if there was one.
+ */
+bool ProxyRenderer::meetBeside(Step& step) HD_RT {
+  if (step.scene->touchable().size() < 2 || step.count == 0 || step.count == kMaxHalfSpaces) return false;
+  HalfSpace above[kMaxHalfSpaces];
+  double skin = 0;
+  for (int i = 0; i < step.count; ++i) {
+    above[i] = step.held[i].surface;
+    above[i].offset += step.held[i].skin;
+    skin = std::max(skin, step.held[i].skin);
+  }
+  Vec3 foot = step.goal;
+  std::uint32_t active = 0, slot = 0;
+  if (!nearestInside(above, step.count, kNear * skin, foot, active) || !((foot - here(step)).norm() > kAt * skin))
+    return false;
+  bool hit = false;
+  SweepHit first;
+  if (!sweepTo(step, foot, Vec3::Zero(), hit, slot, first, true) || !hit ||
+      !(first.height <= kAt * step.skin(step.scene->slot(slot))))
+    return false;
+  meet(step, foot, slot, first);
+  return true;
+}
+
+/**
  * Lets the surface below the proxy hold it where it is, with those it meets from there on the way to the border of its
  * cone, if they and friction on them keep it from the hip. Else what keeps it there is taken to push straight from hip
  * to proxy, which without friction is true.
@@ -74,20 +101,19 @@ void ProxyRenderer::holdByFriction(Step& step) HD_RT {
     if (!sweepTo(step, target, Vec3::Zero(), hit, slot, first)) break;
     if (!hit && rubs) return;  // It has not come to the border yet, but is on its way along these.
     if (!hit) break;
-    const hd_material& material = step.scene->slot(slot).material;
-    rubs = material.friction_static > 0;
     meet(step, target, slot, first);
     HalfSpace planes[kMaxHalfSpaces];
     for (int k = 0; k < step.count; ++k) planes[k] = step.held[k].surface;
     Vec3 foot = step.goal;
     std::uint32_t active = 0;
     if (!nearestInside(planes, step.count, kNear * step.held[0].skin, foot, active) || active == 0) break;
+    const Friction mu = frictionOf(step, step.scene->slot(slot), active, foot - step.goal);
+    rubs = mu.still > 0;
     const Vec3 lag = proxy_ - foot;
     const double depth = (foot - step.goal).norm(), length = lag.norm();
-    const double friction = step.slip ? material.friction_dynamic : material.friction_static;
-    const double cone = std::max(kInCone * friction, kSettledLate) * depth;
+    const double cone = std::max(kInCone * (step.slip ? mu.sliding : mu.still), kSettledLate) * depth;
     if (length <= cone + step.held[0].skin) return;
-    target = foot + material.friction_dynamic * depth / length * lag;
+    target = foot + mu.sliding * depth / length * lag;
   }
   step.count = 0;
 }

@@ -291,14 +291,14 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   const double rest = std::max(kNear * skin, settled(step.sweeps) * (foot - step.goal).norm());
   const Constraint& first = step.held[foremost(step, active)];
   const SceneObject& surface = step.scene->slot(first.slot);
-  const hd_material& material = surface.material;
-  if (material.friction_static > 0) {
+  const Friction friction = frictionOf(step, surface, active, foot - step.goal);
+  if (friction.still > 0) {
     Vec3 on_surface = step.goal;
     if (!nearestOnPlanes(exact, active, on_surface)) on_surface = foot;
     const Vec3 lag = at - foot;
     const double r = lag.norm(), d = (on_surface - step.goal).norm();
     double left = 1;
-    if (d > 0 && (material.damping > 0 || !isOneBit(active))) {
+    if (d > 0 && (surface.material.damping > 0 || !isOneBit(active))) {
       // What damping leaves of the elastic force where the surface goes away from the hand: the cone is that of the
       // rest.
       const Press press = pressOf(step, surface, first.feature, active, on_surface - step.goal, at);
@@ -308,10 +308,10 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     step.slip = step.slipped;  // Surfaces that it meets where it is hold it together: none decides alone.
     if (!step.judged) {
       step.asked = true;
-      step.slip = slip_ && r >= left * slipEnds(left_, material.friction_dynamic, d, resolution_);
+      step.slip = slip_ && r >= left * slipEnds(left_, friction.sliding, d, resolution_);
     }
-    const double sliding = left * material.friction_dynamic;
-    const double cone = (step.slip ? sliding : left * material.friction_static) * d;
+    const double sliding = left * friction.sliding;
+    const double cone = (step.slip ? sliding : left * friction.still) * d;
     if (r <= cone * (1 + kConeRounding)) {
       plan.goTo(at);
       plan.stay = true;

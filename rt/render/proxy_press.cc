@@ -6,8 +6,6 @@ namespace hapticd {
 
 namespace {
 
-constexpr double kUnmoved = 4;  ///< Hairs.
-
 /** What of x, a sum of the normals, falls to each; none negative. */
 void shareOut(const HoldingSurface* held, int count, const Vec3& x, double* of) HD_RT {
   const Vec3 &one = held[0].normal, &other = held[1].normal;
@@ -46,70 +44,45 @@ void ProxyRenderer::noteHolding(const Step& step, std::uint32_t active, const Ve
   if (asked) holding_count_ = holders(step, active, up, holding_.data());
 }
 
-/** Notes the active surfaces, of several objects; `at` is the proxy. */
-void ProxyRenderer::noteBeside(const Step& step, std::uint32_t active, const Vec3& at) HD_RT {
-  beside_.count = 0;
-  for (int i = 0; i < step.count && beside_.count < kMaxHolding; ++i) {
-    if (!(active >> i & 1u)) continue;
-    const Constraint& c = step.held[i];
-    const SceneObject& object = step.scene->slot(c.slot);
-    Beside::Surface& on = beside_.on[beside_.count++];
-    on.held = c;
-    on.id = object.id;
-    on.number = object.shape.number;
-    on.moves = object.shape.mesh != nullptr ? object.shape.mesh->deform.moves : 0;
-    on.plane.normal = rotated(object.X_WO.q.conjugate(), c.surface.normal);
-    on.plane.offset = c.surface.offset - c.surface.normal.dot(object.X_WO.p);
-    on.proxy = toLocal(object.X_WO, at);
-  }
-}
-
 /**
- * Which surfaces press. A proxy that lies on a floor and sticks to a wall needs no floor to stay there; the hand, deep
- * in both, does: how hard the floor is must not hang on whether friction on the wall would do. So what held the proxy
- * beside others holds on while the proxy has not moved on it and the hand is behind it. `foot` becomes that of them
- * all.
+ * Friction of the active surfaces. Of several objects with forces F_i the cone is |sum of mu_i F_i| wide: for equal
+ * ones mu |F|, about the resultant; and no narrower than one wall's alone beside others at right angles. A surface that
+ * comes in or goes presses with nothing, so friction does not jump.
  */
-std::uint32_t ProxyRenderer::holdBeside(Step& step, const Support& support, Vec3& foot) HD_RT {
-  if (beside_.count == 0 || support.active == 0) return support.active;
-  const int before = step.count;
-  double rounding = 0;
-  int kept = 0;
-  for (int i = 0; i < beside_.count; ++i) {
-    Beside::Surface on = beside_.on[i];
-    const SceneObject& object = step.scene->slot(on.held.slot);
-    const double skin = step.skin(object);
-    rounding = std::max(rounding, kNear * skin);
-    const bool same = object.id == on.id && (object.flags & HD_OBJECT_ENABLED) && object.shape.number == on.number &&
-                      (object.shape.mesh == nullptr || object.shape.mesh->deform.moves == on.moves);
-    if (!same || !((toLocal(object.X_WO, support.at) - on.proxy).norm() <= kUnmoved * skin)) continue;
-    beside_.on[kept++] = on;
-    on.held.surface.normal = rotated(object.X_WO.q, on.plane.normal);
-    on.held.surface.offset = on.plane.offset + on.held.surface.normal.dot(object.X_WO.p);
-    bool holds = false;
-    for (int k = 0; k < before; ++k) {
-      const bool active = support.active >> k & 1u;
-      holds = holds || (active && step.held[k].slot == on.held.slot);
-    }
-    if (!holds && step.count < kMaxHalfSpaces && on.held.surface.height(step.goal) < 0)
-      step.held[step.count++] = on.held;
-  }
-  beside_.count = kept;
-  if (step.count == before) return support.active;
-  HalfSpace planes[kMaxHalfSpaces];
-  int slot_of[kMaxHalfSpaces];
-  int count = 0;
+Friction ProxyRenderer::frictionOf(const Step& step, const SceneObject& object, std::uint32_t active,
+                                   const Vec3& up) const HD_RT {
+  const auto of = [](const SceneObject& o) HD_RT {
+    return Friction{o.material.friction_static, o.material.friction_dynamic};
+  };
+  const Friction first = of(object);
+  bool alike = true;
   for (int i = 0; i < step.count; ++i) {
-    if (i < before && !(support.active >> i & 1u)) continue;
-    slot_of[count] = i;
-    planes[count++] = step.held[i].surface;
+    const Friction other = of(step.scene->slot(step.held[i].slot));
+    alike = alike && (!(active >> i & 1u) || (other.still == first.still && other.sliding == first.sliding));
   }
-  Vec3 of_all = step.goal;
-  std::uint32_t mask = 0, active = 0;
-  if (!nearestInside(planes, count, rounding, of_all, mask) || mask == 0) return support.active;
-  for (int i = 0; i < count; ++i) active |= (mask >> i & 1u) << slot_of[i];
-  foot = of_all;
-  return active;
+  if (alike) [[likely]]
+    return first;
+
+  HoldingSurface held[kMaxHolding];
+  const int count = holders(step, active, up, held);
+  Vec3 force = Vec3::Zero(), still = force, sliding = force;
+  Friction least = first, most = first;
+  for (int i = 0; i < count; ++i) {
+    const SceneObject& other = *step.scene->find(held[i].object);
+    const Friction mu = of(other);
+    const Vec3 newtons = held[i].push * other.material.stiffness * held[i].normal;
+    force += newtons;
+    still += mu.still * newtons;
+    sliding += mu.sliding * newtons;
+    least = {std::min(least.still, mu.still), std::min(least.sliding, mu.sliding)};
+    most = {std::max(most.still, mu.still), std::max(most.sliding, mu.sliding)};
+  }
+  const double all = force.norm();
+  if (!(all > 0)) return first;
+  Friction mean{std::clamp(still.norm() / all, least.still, most.still),
+                std::clamp(sliding.norm() / all, least.sliding, most.sliding)};
+  mean.sliding = std::min(mean.sliding, mean.still);  // Where walls press against each other it may be more.
+  return mean;
 }
 
 /**

@@ -14,6 +14,7 @@ namespace hapticd {
 inline constexpr double kSkin = 0x1p-40;               // Of the coordinates involved.
 inline constexpr double kClearlyNearer = 1 - 0x1p-20;  // Of the present distance: ties keep the side.
 inline constexpr double kNear = 1.0 / 16;              // Of the skin: differences that are rounding.
+inline constexpr double kAt = 64;                      // Skins: so near, a proxy is on a surface.
 inline constexpr double kMaxTurnCosine = 0.5;          // A surface's normal turns at most 60 degrees in one plan.
 inline constexpr double kSettled = 0x1p-30;            // Of the depth: a smaller move is not worth another look,
 inline constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a step that comes nearer by ever less.
@@ -85,6 +86,11 @@ struct ProxyRenderer::Step {
   Support support;         ///< Of the proxy where it is,
   bool supported = false;  ///< if that has been looked at.
 
+  [[nodiscard]] bool isHeldBy(std::uint32_t slot) const HD_RT {
+    for (int i = 0; i < count; ++i)
+      if (held[i].slot == slot) return true;
+    return false;
+  }
   void noteGone() HD_RT {
     slipped = slip;
     judged = asked;

@@ -67,9 +67,8 @@ Vec3 Shading::lagFelt(const SceneObject& object, const SurfaceContact& contact, 
                       const Vec3& smooth) HD_RT {
   const Quat q_OW = object.X_WO.q.conjugate();
   const Vec3 n = q_OW * contact.normal, at = q_OW * (contact.proxy - object.X_WO.p);
-  const hd_material& material = object.material;
   const double left = std::max(0.0, 1 + std::min(0.0, contact.damping) / (contact.stiffness * contact.depth));
-  const double coefficient = contact.slip ? material.friction_dynamic : material.friction_static;
+  const double coefficient = contact.slip ? contact.friction.sliding : contact.friction.still;
   const Vec3 lag = spring / contact.depth - n;
   const double most = std::max(left * coefficient, lag.norm());
   if (object_ == object.id && smooth.dot(smooth_) >= kLeastTurnCosine) {
@@ -123,7 +122,7 @@ void Shading::step(const Scene& scene, std::span<const HoldingSurface> holding, 
   contact.smooth = smooth;
   const Vec3& spring = contact.pull;
   Vec3 along = smooth;
-  if (touched->material.friction_static > 0) {
+  if (contact.friction.still > 0) {
     const Quat& q = touched->X_WO.q;
     along += q * lagFelt(*touched, contact, q.conjugate() * spring, q.conjugate() * smooth);
   } else {

@@ -13,9 +13,12 @@ namespace hapticd {
 namespace {
 
 constexpr double kReach = 3e-3;
+constexpr double kHalfBox = 0.05;  // Of a box.
 
-/** Planes through the origin, of which the hand is above, with their materials. */
+/** Planes through the origin, or faces of boxes there, of which the hand is above, with their materials. */
 struct Walls {
+  ShapeKind kind = ShapeKind::kPlane;
+  test::TestMesh box = test::boxMesh(Vec3::Constant(kHalfBox));
   test::TestScene scene;
   std::vector<Vec3> normals;
   std::vector<double> stiffness;
@@ -24,8 +27,10 @@ struct Walls {
   void add(const Vec3& n, const hd_material& material) {
     normals.push_back(n);
     stiffness.push_back(material.stiffness);
-    ids.push_back(
-        scene.add(ShapeKind::kPlane, Vec3::Zero(), {Vec3::Zero(), Quat::FromTwoVectors(Vec3::UnitZ(), n)}, material));
+    const double below = kind == ShapeKind::kPlane ? 0 : kHalfBox;
+    const Pose X{-below * n, Quat::FromTwoVectors(Vec3::UnitZ(), n)};
+    ids.push_back(kind == ShapeKind::kMesh ? scene.addMesh(box.view(), X, material)
+                                           : scene.add(kind, Vec3::Constant(below), X, material));
   }
   [[nodiscard]] double softest() const { return *std::ranges::min_element(stiffness); }
   [[nodiscard]] double stiffest() const { return *std::ranges::max_element(stiffness); }
@@ -144,6 +149,80 @@ TEST(MaterialsProperty, FrictionInACornerStaysInItsCone) {
       ASSERT_LE(across.norm(), mu * along * (1 + 1e-6) + 1e-9);
     }
   });
+}
+
+/** Walls at right angles rub each with its own friction on its own force: of those forces the resultant. */
+TEST(MaterialsProperty, EachWallRubsWithItsOwnFriction) {
+  forSeeds(300, [&](std::uint32_t seed) {
+    Random random(seed);
+    Walls walls;
+    walls.kind = std::array{ShapeKind::kPlane, ShapeKind::kBox, ShapeKind::kMesh}[seed % 3];
+    const Quat turn = random.turn();
+    Vec3 hip = Vec3::Zero();
+    double still = 0, sliding = 0;
+    std::vector<hd_material> rubs;
+    for (int i = 0; i < 2; ++i) {
+      const double mu = random.below(3) == 0 ? 0.0 : random.in(0.1, 1.0), depth = random.in(0.1e-3, kReach);
+      const hd_material material{anyStiffness(random), 0, mu, random.in(0.5, 0.9) * mu};
+      rubs.push_back(material);
+      walls.add(turn * Vec3::Unit(i), {material.stiffness, 0, 0, 0});
+      hip -= depth * walls.normals.back();
+      still += std::pow(material.friction_static * material.stiffness * depth, 2);
+      sliding += std::pow(material.friction_dynamic * material.stiffness * depth, 2);
+    }
+    walls.scene.tick(kReach * (walls.normals[0] + walls.normals[1]));
+    for (int i = 0; i < 2; ++i) walls.scene.tick(hip);  // Both hold it, and then they rub.
+    for (std::size_t w = 0; w < 2; ++w) walls.scene.material(walls.ids[w], rubs[w]);
+    if (still == 0) return;
+    const Vec3 along = turn * Vec3::UnitZ();
+    const double step = 1e-6;
+    double most = 0;
+    bool slips = false;
+    for (int i = 0; i < 20000 && !slips; ++i) {
+      const SurfaceContact& contact = walls.scene.tick(hip += step * along);
+      slips = contact.slip;
+      if (!slips) most = -contact.force.dot(along);
+    }
+    ASSERT_TRUE(slips);
+    ASSERT_NEAR(most, std::sqrt(still), 1e-9 + 2 * step * walls.stiffest());
+    ASSERT_NEAR(-walls.scene.tick(hip += step * along).force.dot(along), std::sqrt(sliding),
+                1e-5 * (1 + std::sqrt(sliding)));
+  });
+}
+
+/** From one wall into the corner and out over the other one, as stiff but not as rough, rubbing all the way. */
+TEST(MaterialsProperty, FrictionHardlyJumpsInACorner) {
+  double jumps = 0;  // In all, of the force.
+  forSeeds(300, [&](std::uint32_t seed) {
+    Random random(seed);
+    Walls walls;
+    const double between = random.in(0.4, 2.2), stiffness = anyStiffness(random);
+    const Quat turn = random.turn();
+    const Vec3 first = turn * Vec3::UnitX(), second = turn * Vec3(std::cos(between), std::sin(between), 0);
+    for (const Vec3& n : {first, second}) {
+      const double mu = random.below(3) == 0 ? 0.0 : random.in(0.1, 0.8);
+      walls.add(n, {stiffness, 0, mu, mu});
+    }
+    const Vec3 along = turn * Vec3::UnitZ();
+    const Vec3 over_first = (second - second.dot(first) * first).normalized();
+    const Vec3 over_second = (first - first.dot(second) * second).normalized();
+    const double depth = random.in(0.3e-3, 1e-3);
+    const Vec3 stop[] = {kReach * over_first - depth * first, -depth * (first + second).normalized(),
+                         kReach * over_second - depth * second};
+    walls.scene.tick(stop[0] + kReach * first);
+    Vec3 x = stop[0], last = walls.scene.tick(x).force;
+    constexpr int kSteps = 4000;
+    for (int leg = 0; leg < 2; ++leg) {
+      const Vec3 step = (stop[leg + 1] - stop[leg]) / kSteps + 2e-6 * along;
+      for (int i = 0; i < kSteps; ++i) {
+        const Vec3 force = walls.scene.tick(x += step).force;
+        const double jump = (force - last).norm();
+        if (jump > 10 * stiffness * step.norm()) jumps += jump / last.norm();
+        last = force;
+      }
+    }
+  });
+  EXPECT_LT(jumps, 5);  // With the friction of the wall touched first it was 59.
 }
 
 /** A hand in a corner that sticks to one wall and is deep in the other: nothing jumps but by what slips. */

@@ -68,11 +68,14 @@ bool ProxyRenderer::meetBeside(Step& step) HD_RT {
   if (step.scene->touchable().size() < 2 || step.count == 0 || step.count == kMaxHalfSpaces) return false;
   HalfSpace above[kMaxHalfSpaces];
   double skin = 0;
+  bool rubs = false;
   for (int i = 0; i < step.count; ++i) {
     above[i] = step.held[i].surface;
     above[i].offset += step.held[i].skin;
     skin = std::max(skin, step.held[i].skin);
+    rubs = rubs || step.scene->slot(step.held[i].slot).material.friction_static > 0;
   }
+  if (!rubs) return false;
   Vec3 foot = step.goal;
   std::uint32_t active = 0, slot = 0;
   if (!nearestInside(above, step.count, kNear * skin, foot, active) || !((foot - here(step)).norm() > kAt * skin))

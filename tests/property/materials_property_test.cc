@@ -2,11 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <numbers>
 
 #include "rt/render/press.h"
 #include "tests/support/for_seeds.h"
 #include "tests/support/random.h"
+#include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 
 namespace hapticd {

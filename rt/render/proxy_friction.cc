@@ -110,7 +110,8 @@ void ProxyRenderer::holdByFriction(Step& step) HD_RT {
     Vec3 foot = step.goal;
     std::uint32_t active = 0;
     if (!nearestInside(planes, step.count, kNear * step.held[0].skin, foot, active) || active == 0) break;
-    const Friction mu = frictionOf(step, step.scene->slot(slot), active, foot - step.goal);
+    const Friction mu =
+        frictionOf(step, step.scene->slot(step.held[foremost(step, active)].slot), active, foot - step.goal);
     rubs = mu.still > 0;
     const Vec3 lag = proxy_ - foot;
     const double depth = (foot - step.goal).norm(), length = lag.norm();

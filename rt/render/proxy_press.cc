@@ -45,9 +45,9 @@ void ProxyRenderer::noteHolding(const Step& step, std::uint32_t active, const Ve
 }
 
 /**
- * Friction of the active surfaces. Of several objects with forces F_i the cone is |sum of mu_i F_i| wide: for equal
- * ones mu |F|, about the resultant; and no narrower than one wall's alone beside others at right angles. A surface that
- * comes in or goes presses with nothing, so friction does not jump.
+ * Friction of the active surfaces, of which `object` has one. Of several objects with forces F_i the cone is |sum of
+ * mu_i F_i| wide: for equal ones mu |F|, about the resultant; and no narrower than one wall's alone beside others at
+ * right angles. A surface that comes in or goes presses with nothing, so friction does not jump.
  */
 Friction ProxyRenderer::frictionOf(const Step& step, const SceneObject& object, std::uint32_t active,
                                    const Vec3& up) const HD_RT {
@@ -55,12 +55,7 @@ Friction ProxyRenderer::frictionOf(const Step& step, const SceneObject& object, 
     return Friction{o.material.friction_static, o.material.friction_dynamic};
   };
   const Friction first = of(object);
-  bool alike = true;
-  for (int i = 0; i < step.count; ++i) {
-    const Friction other = of(step.scene->slot(step.held[i].slot));
-    alike = alike && (!(active >> i & 1u) || (other.still == first.still && other.sliding == first.sliding));
-  }
-  if (alike) [[likely]]
+  if (!step.isHeldBySeveral(active)) [[likely]]
     return first;
 
   HoldingSurface held[kMaxHolding];
@@ -99,10 +94,7 @@ ProxyRenderer::Press ProxyRenderer::pressOf(const Step& step, const SceneObject&
   all.stiffness = all.stored = object.material.stiffness;
   all.damping = object.material.damping;
   all.velocity = step.scene->velocityAt(object, feature, x);
-  bool alone = true;
-  for (int i = 0; i < step.count; ++i)
-    alone = alone && (!(active >> i & 1u) || step.scene->slot(step.held[i].slot).id == object.id);
-  if (alone) [[likely]]
+  if (!step.isHeldBySeveral(active)) [[likely]]
     return all;
 
   HoldingSurface held[kMaxHolding];

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "rt/geometry/nearest.h"
@@ -89,6 +90,14 @@ struct ProxyRenderer::Step {
   [[nodiscard]] bool isHeldBy(std::uint32_t slot) const HD_RT {
     for (int i = 0; i < count; ++i)
       if (held[i].slot == slot) return true;
+    return false;
+  }
+  /** Whether active surfaces are of more than one object. */
+  [[nodiscard]] bool isHeldBySeveral(std::uint32_t active) const HD_RT {
+    if ((active & (active - 1)) == 0) return false;
+    const std::uint32_t first = held[std::countr_zero(active)].slot;
+    for (active &= active - 1; active != 0; active &= active - 1)
+      if (held[std::countr_zero(active)].slot != first) return true;
     return false;
   }
   void noteGone() HD_RT {

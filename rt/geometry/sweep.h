@@ -98,6 +98,10 @@ enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
 [[nodiscard]] bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, const Vec3& from,
                              Vec3& x) HD_RT;
 
+/** Where x comes to, which is to stay as high above the same place of a triangle; `weight`: of the corner that moves.
+ */
+[[nodiscard]] Vec3 takenAlong(const TriangleMove& move, double weight, const Vec3& x) HD_RT;
+
 struct Ball {
   Vec3 center = Vec3::Zero();
   double radius = 0;

@@ -29,12 +29,28 @@ struct Triangle {
   }
 };
 
+Triangle before(const TriangleMove& move) HD_RT {
+  return {{cornerAt(move.before[0]), cornerAt(move.before[1]), cornerAt(move.before[2])}};
+}
+
+Triangle after(const TriangleMove& move) HD_RT {
+  Triangle moved = before(move);
+  moved.v[move.corner] = cornerAt(move.after);
+  return moved;
+}
+
 }  // namespace
 
+Vec3 takenAlong(const TriangleMove& move, double weight, const Vec3& x) HD_RT {
+  const Triangle was = before(move), is = after(move);
+  const Vec3 to = x + weight * (is.v[move.corner] - was.v[move.corner]), n0 = was.normal(), n1 = is.normal();
+  const double area0 = n0.norm(), area1 = n1.norm();
+  if (area0 == 0 || area1 == 0) return to;
+  return to + n0.dot(x - was.v[0]) / area0 * (n1 / area1 - n0 / area0);
+}
+
 bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, const Vec3& from, Vec3& x) HD_RT {
-  const Triangle before{{cornerAt(move.before[0]), cornerAt(move.before[1]), cornerAt(move.before[2])}};
-  Triangle after = before;
-  after.v[move.corner] = cornerAt(move.after);
+  const Triangle before = hapticd::before(move), after = hapticd::after(move);
   const double above = (two_sided ? kClear : 1) * tolerance;
   const Vec3 n0 = before.normal(), n1 = after.normal();
   const double area0 = n0.norm(), area1 = n1.norm();

@@ -21,18 +21,13 @@ constexpr std::uint64_t kNoArrivals = ~std::uint64_t{0};  // Of no scene.
   if ((at - proxy).squaredNorm() > most * most) at = foot = proxy;
 }
 
-/** Whether one vertex moved both triangles: they move together. */
-bool isSameVertex(const TriangleMove& one, const TriangleMove& other) HD_RT {
-  return std::ranges::equal(one.before[one.corner], other.before[other.corner]) &&
-         std::ranges::equal(one.after, other.after);
-}
-
 }  // namespace
 
 void ProxyRenderer::reset(const Vec3& hip_W) HD_RT {
   proxy_ = hip_W;
   object_ = 0;
   rest_.count = 0;
+  footing_.object = 0;
   slip_ = false;
   started_ = true;
   behind_ = false;
@@ -108,21 +103,7 @@ void ProxyRenderer::begin(Step& step) HD_RT {
     const SceneObject& object = step.scene->slot(slot);
     if (!isBehind(object, slot)) start_[slot] = toLocal(object.X_WO_before, proxy_);
   }
-  if (moves.empty()) return;
-  for (const std::uint16_t slot : touchable) {
-    const SceneObject& object = step.scene->slot(slot);
-    if (object.shape.kind != ShapeKind::kMesh || object.appeared) continue;
-    const double skin = step.skin(object);
-    const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
-    Vec3 from = start_[slot];
-    const TriangleMove* last = nullptr;
-    for (const TriangleMove& move : moves) {
-      if (move.mesh != object.shape.mesh) continue;
-      if (last == nullptr || !isSameVertex(*last, move)) from = start_[slot];
-      last = &move;
-      if (overtakes(move, two_sided, kNear * skin, from, start_[slot])) step.carried = true;
-    }
-  }
+  followVertices(step);
 }
 
 /**
@@ -351,6 +332,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const bool before = object_ != 0;
   if (!surface) {
     rest_.count = 0;
+    footing_.object = 0;
     contact.proxy = contact.point = proxy_;
     contact.untouch = before;
     contact.left = object_;
@@ -382,6 +364,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   contact.object = object;
   contact.touch = !before;
   noteRest(step, active);
+  noteFooting(step, active, contact.friction);
   noteHolding(step, active, up);
   slip_ = step.slip && contact.friction.still > 0;
   left_ = contact.depth > 0 ? (support.at - support.foot).norm() / contact.depth : contact.friction.sliding;

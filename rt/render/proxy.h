@@ -189,6 +189,13 @@ class ProxyRenderer {
     int count = 0;
     double radius = 0;  ///< Of the ball.
   };
+  /** Where the proxy lies on a mesh that rubs and may deform: that place of the surface takes it along. */
+  struct Footing {
+    std::uint32_t object = 0;  ///< Id, 0 if there is none,
+    std::uint64_t number = 0;  ///< and its Shape::number.
+    std::uint32_t triangle = 0;
+    double weight[3] = {};  ///< Of its corners, in the sum 1.
+  };
   /** What all that holds the proxy does to the hand. */
   struct Press {
     Vec3 normal = Vec3::Zero();  ///< Of the force without friction.
@@ -210,6 +217,8 @@ class ProxyRenderer {
 
   void begin(Step& step) HD_RT;
   void noteStarts(const Step& step) HD_RT;
+  void followVertices(Step& step) HD_RT;
+  void noteFooting(const Step& step, std::uint32_t active, const Friction& friction) HD_RT;
   [[nodiscard]] bool isBehind(const SceneObject& object, std::uint32_t slot) const HD_RT;
   void makeRoom(Step& step) HD_RT;
   void pushOut(Step& step, std::uint32_t slot) HD_RT;
@@ -279,6 +288,7 @@ class ProxyRenderer {
   bool crowded_ = true;         ///< Something may stand in the ball that has not come there by a motion.
   Surroundings surroundings_;
   Rest rest_;
+  Footing footing_;
   std::array<HoldingSurface, kMaxHolding> holding_;
   int holding_count_ = 0;
   ProxyEffort effort_;

@@ -7,14 +7,19 @@ namespace {
 
 constexpr double kMostSpeed = 10.0;  // As of a pose that is a motion [m/s].
 
+Vec3 lastVelocity(const MeshView& mesh, std::uint32_t vertex) HD_RT {
+  const VertexMotion& motion = mesh.deform.motion[vertex];
+  const float(&now)[3] = mesh.vertices[vertex];
+  const Vec3 step(double{now[0]} - motion.from[0], double{now[1]} - motion.from[1], double{now[2]} - motion.from[2]);
+  return step / motion.duration;
+}
+
 Vec3 velocityOf(const MeshView& mesh, std::uint32_t vertex, double time) HD_RT {
   const VertexMotion& motion = mesh.deform.motion[vertex];
   const double age = time - motion.time;
-  if (!(motion.duration > 0 && age >= 0 && age < kLatePose * motion.duration)) return Vec3::Zero();
-  const float(&now)[3] = mesh.vertices[vertex];
-  const Vec3 step(double{now[0]} - motion.from[0], double{now[1]} - motion.from[1], double{now[2]} - motion.from[2]);
-  const Vec3 velocity = step / motion.duration;
-  return velocity.squaredNorm() <= kMostSpeed * kMostSpeed ? velocity : Vec3::Zero();
+  if (!(motion.duration > 0 && age >= 0 && age < kLatePose * motion.duration) || isJump(mesh, vertex))
+    return Vec3::Zero();
+  return lastVelocity(mesh, vertex);
 }
 
 }  // namespace
@@ -26,6 +31,10 @@ void noteMotion(MeshView& mesh, std::uint32_t vertex, const float (&from)[3], do
   motion.time = time;
   std::copy_n(from, 3, motion.from);
   mesh.deform.moved = time;
+}
+
+bool isJump(const MeshView& mesh, std::uint32_t vertex) HD_RT {
+  return !(lastVelocity(mesh, vertex).squaredNorm() <= kMostSpeed * kMostSpeed);
 }
 
 Vec3 deformingVelocity(const MeshView& mesh, std::uint32_t triangle, const Vec3& x, double time) HD_RT {

@@ -23,6 +23,9 @@ inline constexpr double kPoseSpread = 0.05;  ///< Most between samples of one mo
 /** Notes that the vertex was at `from` until the tick at `time`; `dt` is a tick's length [s]. */
 void noteMotion(MeshView& mesh, std::uint32_t vertex, const float (&from)[3], double time, double dt) HD_RT;
 
+/** Whether the vertex' last move was no motion, for it was too fast: as a pose that is a teleport. */
+[[nodiscard]] bool isJump(const MeshView& mesh, std::uint32_t vertex) HD_RT;
+
 /** Velocity at x, a point of that triangle, of its deforming in the tick at `time`; in the object's frame. */
 [[nodiscard]] Vec3 deformingVelocity(const MeshView& mesh, std::uint32_t triangle, const Vec3& x, double time) HD_RT;
 

@@ -2,11 +2,15 @@
 // theirs, not the wall's.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <functional>
 #include <memory>
 #include <numbers>
+#include <vector>
 
 #include "rt/base/rotation.h"
 #include "rt/cycle/cycle.h"
+#include "tests/support/test_mesh.h"
 #include "tests/support/time.h"
 
 namespace hapticd {
@@ -79,20 +83,57 @@ class CarriedHand {
     add.q[0] = 1;
     put(CommandKind::kAddObject, add);
   }
+  /** A sheet below the hand, which sticks to it. */
+  void addBelt() {
+    meshes_.publish(3, belt_.deformableView());
+    AddObject add{};
+    add.object = kBelt;
+    add.flags = HD_OBJECT_ENABLED;
+    add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
+    add.shape.mesh = 3;
+    add.material = {800, 1, 5, 5};
+    add.p[2] = z_ - 0.001;
+    add.q[0] = 1;
+    put(CommandKind::kAddObject, add);
+  }
+  /** Along x, by its pose or by its vertices. */
+  void moveBeltTo(double x, bool by_vertices) {
+    if (by_vertices) {
+      hd_object_vertices order{};
+      order.object = kBelt;
+      for (std::uint32_t i = 0; i < belt_made_.size(); ++i) {
+        const auto& v = belt_made_[i];
+        order.move[order.count++] = {i, {static_cast<float>(v[0] + x), v[1], v[2]}};
+      }
+      put(CommandKind::kObjectVertices, order);
+    } else {
+      hd_object_pose pose{};
+      pose.object = kBelt;
+      pose.p[0] = x;
+      pose.p[2] = -0.001;
+      pose.q[0] = 1;
+      put(CommandKind::kObjectPose, pose);
+    }
+  }
   void lowerBy(double depth) { z_ -= depth; }
   double delivered = 0;  ///< Roughly [J].
   double push = 0;       ///< Along x [N].
 
  private:
+  static constexpr std::uint32_t kBelt = makeObjectId(3, 1);
   MeshTable meshes_;
+  test::TestMesh belt_ = test::heightMesh(0.5, 1, [](double, double) { return 0.0; });
+  std::vector<std::array<float, 3>> belt_made_ = belt_.vertices;
   std::unique_ptr<Cycle> cycle_;
   std::unique_ptr<CycleInput> input_ = std::make_unique<CycleInput>();
   std::unique_ptr<CycleOutput> output_ = std::make_unique<CycleOutput>();
   double x_ = 0, v_ = 0, z_ = 0;
 };
 
-void expectCalm(CarriedHand& hand) {
+void expectCalm(
+    CarriedHand& hand, const std::function<void(int)>& before = [](int) {}) {
   for (int i = 0; i < 8000; ++i) {
+    before(i);
     const GuardOutput& out = hand.tick();
     ASSERT_EQ(out.fault, std::uint32_t{HD_FAULT_NONE}) << i;
     ASSERT_FALSE(out.flags & HD_SAMPLE_PASSIVITY) << i << ": " << out.energy;
@@ -120,6 +161,23 @@ TEST(CycleEnergy, ASurfaceThatTravelsOverAFloorToo) {
     }
     hand.addTravellingPlane(true);
     expectCalm(hand);
+  }
+}
+
+/** What the hand sticks to carries it, told each tick or a hundred times a second. */
+TEST(CycleEnergy, ABeltThatDragsTheHandAlongToo) {
+  for (const bool by_vertices : {false, true}) {
+    for (const int pace : {1, 10}) {
+      CarriedHand hand;
+      hand.addBelt();
+      hand.tick();
+      hand.lowerBy(0.003);
+      hand.tick();
+      int told = 0;
+      expectCalm(hand, [&](int i) {
+        if (++told % pace == 0) hand.moveBeltTo(1e-3 * kSpeed * i, by_vertices);
+      });
+    }
   }
 }
 

@@ -1,0 +1,99 @@
+// Meshes whose vertices move: they push the proxy out of their way, and take along what stands on them by friction.
+#include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/sweep.h"
+#include "rt/geometry/triangle.h"
+#include "rt/render/proxy_step.h"
+#include "rt/scene/vertex_motion.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kLift = 0.5;  // Of a way, over what bulges.
+
+/** Whether one vertex moved both triangles: they move together. */
+bool isSameVertex(const TriangleMove& one, const TriangleMove& other) HD_RT {
+  return one.mesh == other.mesh && std::ranges::equal(one.before[one.corner], other.before[other.corner]) &&
+         std::ranges::equal(one.after, other.after);
+}
+
+/** Whether nothing of the mesh stands between the points. */
+bool sees(const SceneObject& object, const Vec3& from, const Vec3& to, double tolerance, std::uint32_t& work) HD_RT {
+  Sweep sweep;
+  sweep.a = from;
+  sweep.d = to - from;
+  sweep.tolerance = tolerance;
+  sweep.two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
+  sweep.work = work;
+  sweep.limit = ProxyRenderer::kMaxWork;
+  SweepHit hit;
+  const SweepResult result = sweepShape(object.shape, sweep, hit);
+  work = sweep.work;
+  return result == SweepResult::kNone;
+}
+
+/** The same, or over what bulges between them; `up`: unit, from the surface. */
+bool leadsTo(const SceneObject& object, const Vec3& from, const Vec3& to, const Vec3& up, double tolerance,
+             std::uint32_t& work) HD_RT {
+  if (sees(object, from, to, tolerance, work)) return true;
+  const Vec3 lift = kLift * (to - from).norm() * up;
+  return sees(object, from, from + lift, tolerance, work) && sees(object, from + lift, to + lift, tolerance, work) &&
+         sees(object, to + lift, to, tolerance, work);
+}
+
+}  // namespace
+
+/**
+ * Puts the proxy, in the frame of each mesh that deforms, where the tick's moves of vertices leave it: pushed out of
+ * their way, one vertex after the other; and from there, past the mesh as it is then, to the place that it stood on.
+ */
+void ProxyRenderer::followVertices(Step& step) HD_RT {
+  const auto moves = step.scene->triangleMoves();
+  for (const std::uint16_t slot : step.scene->touchable()) {
+    const SceneObject& object = step.scene->slot(slot);
+    if (object.shape.kind != ShapeKind::kMesh || object.appeared) continue;
+    const MeshView& mesh = *object.shape.mesh;
+    const double tolerance = kNear * step.skin(object);
+    const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
+    const bool rubs = footing_.object == object.id && footing_.number == object.shape.number;
+    Vec3 from = start_[slot], pushed = from, along = from;
+    const TriangleMove* last = nullptr;
+    for (const TriangleMove& move : moves) {
+      if (move.mesh != &mesh) continue;
+      if (last == nullptr || !isSameVertex(*last, move)) from = pushed;
+      last = &move;
+      if (overtakes(move, two_sided, tolerance, from, pushed)) step.carried = true;
+      if (rubs && move.triangle == footing_.triangle && !isJump(mesh, mesh.triangles[move.triangle][move.corner]))
+        along = takenAlong(move, footing_.weight[move.corner], along);
+    }
+    const bool taken = along != start_[slot];
+    start_[slot] = pushed;
+    if (!taken) continue;
+    Vec3 up = faceNormal(mesh, footing_.triangle);
+    if (up.dot(along - mesh.vertex(footing_.triangle, 0)) < 0) up = -up;
+    if (!leadsTo(object, pushed, along, up, tolerance, step.work)) continue;
+    start_[slot] = along;
+    step.carried = true;
+  }
+}
+
+/** Notes on which triangle that may move the proxy lies, where one of those that hold it rubs. */
+void ProxyRenderer::noteFooting(const Step& step, std::uint32_t active, const Friction& friction) HD_RT {
+  footing_.object = 0;
+  if (step.count == 0 || !(friction.still > 0)) return;
+  const Constraint& on = step.held[foremost(step, active)];
+  const SceneObject& object = step.scene->slot(on.slot);
+  if (object.shape.kind != ShapeKind::kMesh || object.shape.mesh->deform.motion == nullptr) return;
+  const Vec3 x = startIn(step, on.slot);
+  const Corners v = cornersOf(*object.shape.mesh, on.feature);
+  const Vec3 foot = nearestOnTriangle(v, x).point, area = v.normal();
+  const double nn = area.squaredNorm();
+  if (!(nn > 0) || !((x - foot).norm() <= radius_ + kAt * on.skin)) return;
+  footing_.weight[1] = area.dot((foot - v.a).cross(v.c - v.a)) / nn;
+  footing_.weight[2] = area.dot((v.b - v.a).cross(foot - v.a)) / nn;
+  footing_.weight[0] = 1 - footing_.weight[1] - footing_.weight[2];
+  footing_.object = object.id;
+  footing_.number = object.shape.number;
+  footing_.triangle = on.feature;
+}
+
+}  // namespace hapticd

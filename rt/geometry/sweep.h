@@ -89,14 +89,19 @@ enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
 [[nodiscard]] bool tangentNearest(const Shape& shape, std::uint32_t feature, const Vec3& x, Vec3& normal,
                                   double& offset, double grown = 0) HD_RT;
 
+/** From which side triangles meet a point. */
+struct MetFrom {
+  bool two_sided = false;  ///< From where it is, else from the front alone.
+  int on = 0;  ///< Of a two-sided mesh on which the point lies the side, 1 for the front or -1; 0 if that is not known.
+};
+
 /**
  * The other way round: a triangle that moves past a resting point x, its corners along straight lines. If the surface
  * overtakes the point, it is carried on with the surface and left `tolerance` above it (two-sided: twice that), and the
  * answer is true. `from` is where the point was before other triangles of the same vertex, which move with this one,
- * carried it: it tells on which side of this one it is.
+ * carried it: it tells on which side of this one it is, unless it lies so near that rounding would.
  */
-[[nodiscard]] bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, const Vec3& from,
-                             Vec3& x) HD_RT;
+[[nodiscard]] bool overtakes(const TriangleMove& move, MetFrom met, double tolerance, const Vec3& from, Vec3& x) HD_RT;
 
 /** Where x comes to, which is to stay as high above the same place of a triangle; `weight`: of the corner that moves.
  */

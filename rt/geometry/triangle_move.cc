@@ -6,7 +6,8 @@
 namespace hapticd {
 namespace {
 
-constexpr double kClear = 2;  // Tolerances: in one, two-sided triangles would hold the point from either side.
+constexpr double kLiesOn = 64;  // Tolerances.
+constexpr double kClear = 2;    // Tolerances: in one, two-sided triangles would hold the point from either side.
 
 Vec3 cornerAt(const float (&x)[3]) HD_RT { return {x[0], x[1], x[2]}; }
 
@@ -49,13 +50,15 @@ Vec3 takenAlong(const TriangleMove& move, double weight, const Vec3& x) HD_RT {
   return to + n0.dot(x - was.v[0]) / area0 * (n1 / area1 - n0 / area0);
 }
 
-bool overtakes(const TriangleMove& move, bool two_sided, double tolerance, const Vec3& from, Vec3& x) HD_RT {
+bool overtakes(const TriangleMove& move, MetFrom met, double tolerance, const Vec3& from, Vec3& x) HD_RT {
   const Triangle before = hapticd::before(move), after = hapticd::after(move);
-  const double above = (two_sided ? kClear : 1) * tolerance;
+  const double above = (met.two_sided ? kClear : 1) * tolerance;
   const Vec3 n0 = before.normal(), n1 = after.normal();
   const double area0 = n0.norm(), area1 = n1.norm();
   if (area0 == 0 || area1 == 0) return false;
-  const double was = n0.dot(from - before.v[0]), side = two_sided && was < 0 ? -1 : 1;
+  const double was = n0.dot(from - before.v[0]);
+  const bool lies_on = met.on != 0 && std::abs(was) <= kLiesOn * tolerance * area0;
+  const double side = !met.two_sided ? 1 : (lies_on ? met.on : (was < 0 ? -1 : 1));
   const double v0 = side * n0.dot(x - before.v[0]), v1 = side * n1.dot(x - after.v[0]);
   if (side * was / area0 < -tolerance || v1 >= 0) return false;
   if (v0 / area0 < -tolerance) {  // A neighbour has carried it past where this triangle was, and into it.

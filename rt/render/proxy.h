@@ -189,12 +189,14 @@ class ProxyRenderer {
     int count = 0;
     double radius = 0;  ///< Of the ball.
   };
-  /** Where the proxy lies on a mesh that rubs and may deform: that place of the surface takes it along. */
+  /** Where the proxy lies on a mesh that may deform: if it rubs, that place of the surface takes it along. */
   struct Footing {
     std::uint32_t object = 0;  ///< Id, 0 if there is none,
     std::uint64_t number = 0;  ///< and its Shape::number.
     std::uint32_t triangle = 0;
     double weight[3] = {};  ///< Of its corners, in the sum 1.
+    bool rubs = false;
+    int side = 0;  ///< As MetFrom::on.
   };
   /** What all that holds the proxy does to the hand. */
   struct Press {

@@ -9,6 +9,7 @@ namespace hapticd {
 namespace {
 
 constexpr double kLift = 0.5;  // Of a way, over what bulges.
+constexpr double kLow = 0.5;   // Skins: so much lower than where it lay the side may be another one.
 
 /** Whether one vertex moved both triangles: they move together. */
 bool isSameVertex(const TriangleMove& one, const TriangleMove& other) HD_RT {
@@ -40,6 +41,27 @@ bool leadsTo(const SceneObject& object, const Vec3& from, const Vec3& to, const 
          sees(object, to + lift, to, tolerance, work);
 }
 
+/**
+ * Puts what lies on a two-sided mesh, or a hair behind it, onto its side of it: a hair above all that meets there. Left
+ * where it is if there is no such place.
+ */
+void putOn(const SceneObject& object, int side, double skin, Vec3& x, std::uint32_t& work) HD_RT {
+  HalfSpace planes[kMaxHalfSpaces];
+  Vec3 to = x;
+  for (int count = 0;; ++count) {
+    Nearest near;
+    if (nearestWithin(object, to, kAt * skin, nullptr, work, near) != NearestResult::kFound) break;
+    const Vec3 out = side * near.pseudo_normal;
+    if (out.dot(to - near.point) > kLow * skin) break;
+    if (count == kMaxHalfSpaces) return;
+    planes[count] = {out, out.dot(near.point) + skin};
+    to = x;
+    std::uint32_t active = 0;
+    if (!nearestInside(planes, count + 1, kNear * skin, to, active)) return;
+  }
+  x = to;
+}
+
 }  // namespace
 
 /**
@@ -53,33 +75,34 @@ void ProxyRenderer::followVertices(Step& step) HD_RT {
     if (object.shape.kind != ShapeKind::kMesh || object.appeared) continue;
     const MeshView& mesh = *object.shape.mesh;
     const double tolerance = kNear * step.skin(object);
-    const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
-    const bool rubs = footing_.object == object.id && footing_.number == object.shape.number;
+    const Footing known = footing_.object == object.id && footing_.number == object.shape.number ? footing_ : Footing{};
+    const MetFrom met{(object.flags & HD_OBJECT_TWO_SIDED) != 0, known.side};
     Vec3 from = start_[slot], pushed = from, along = from;
     const TriangleMove* last = nullptr;
     for (const TriangleMove& move : moves) {
       if (move.mesh != &mesh) continue;
       if (last == nullptr || !isSameVertex(*last, move)) from = pushed;
       last = &move;
-      if (overtakes(move, two_sided, tolerance, from, pushed)) step.carried = true;
-      if (rubs && move.triangle == footing_.triangle && !isJump(mesh, mesh.triangles[move.triangle][move.corner]))
-        along = takenAlong(move, footing_.weight[move.corner], along);
+      if (overtakes(move, met, tolerance, from, pushed)) step.carried = true;
+      if (known.rubs && move.triangle == known.triangle && !isJump(mesh, mesh.triangles[move.triangle][move.corner]))
+        along = takenAlong(move, known.weight[move.corner], along);
     }
+    if (met.two_sided && met.on != 0) putOn(object, met.on, step.skin(object), pushed, step.work);
     const bool taken = along != start_[slot];
     start_[slot] = pushed;
     if (!taken) continue;
-    Vec3 up = faceNormal(mesh, footing_.triangle);
-    if (up.dot(along - mesh.vertex(footing_.triangle, 0)) < 0) up = -up;
+    Vec3 up = faceNormal(mesh, known.triangle);
+    if (up.dot(along - mesh.vertex(known.triangle, 0)) < 0) up = -up;
     if (!leadsTo(object, pushed, along, up, tolerance, step.work)) continue;
     start_[slot] = along;
     step.carried = true;
   }
 }
 
-/** Notes on which triangle that may move the proxy lies, where one of those that hold it rubs. */
+/** Notes on which triangle that may move the proxy lies. */
 void ProxyRenderer::noteFooting(const Step& step, std::uint32_t active, const Friction& friction) HD_RT {
   footing_.object = 0;
-  if (step.count == 0 || !(friction.still > 0)) return;
+  if (step.count == 0) return;
   const Constraint& on = step.held[foremost(step, active)];
   const SceneObject& object = step.scene->slot(on.slot);
   if (object.shape.kind != ShapeKind::kMesh || object.shape.mesh->deform.motion == nullptr) return;
@@ -94,6 +117,9 @@ void ProxyRenderer::noteFooting(const Step& step, std::uint32_t active, const Fr
   footing_.object = object.id;
   footing_.number = object.shape.number;
   footing_.triangle = on.feature;
+  footing_.rubs = friction.still > 0;
+  const bool faces = on.kind == FeatureKind::kFace;
+  footing_.side = !faces ? 0 : on.surface.normal.dot(rotated(object.X_WO.q, area)) < 0 ? -1 : 1;
 }
 
 }  // namespace hapticd

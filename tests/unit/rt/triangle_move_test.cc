@@ -59,7 +59,7 @@ TEST(TriangleMove, TakesAlongWhatItPassesHoweverItGrows) {
     for (int c = 0; c < 3; ++c) move.after[c] = static_cast<float>(m.at(m.corner, 1)[c]);
     move.corner = static_cast<std::uint32_t>(m.corner);
     Vec3 y = x;
-    const bool overtaken = overtakes(move, false, kTolerance, y, y);
+    const bool overtaken = overtakes(move, {}, kTolerance, y, y);
     if (w.minCoeff() > 0) {
       ++taken;
       ASSERT_TRUE(overtaken) << i;

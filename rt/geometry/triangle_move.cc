@@ -6,6 +6,8 @@
 namespace hapticd {
 namespace {
 
+constexpr double kHair = 1e-9;  // Of a triangle: neighbours overlap.
+constexpr double kAround = 4;   // Than ways: where a triangle tilts.
 constexpr double kLiesOn = 64;  // Tolerances.
 constexpr double kClear = 2;    // Tolerances: in one, two-sided triangles would hold the point from either side.
 
@@ -18,7 +20,6 @@ struct Triangle {
   [[nodiscard]] Vec3 normal() const HD_RT { return areaVector(v[1] - v[0], v[2] - v[0]); }
   /** Whether x, seen along the normal, is within the triangle or a hair beside it. */
   [[nodiscard]] bool covers(const Vec3& x) const HD_RT {
-    constexpr double kHair = 1e-9;  // Neighbours overlap.
     return weight(0, x) >= -kHair && weight(1, x) >= -kHair && weight(2, x) >= -kHair;
   }
   /** Barycentric coordinate of x, seen along the normal, that belongs to corner c. */
@@ -40,6 +41,17 @@ Triangle after(const TriangleMove& move) HD_RT {
   return moved;
 }
 
+/** Whether x is farther from all places of the triangle than this, along one axis. Most are, and nothing else is asked.
+ */
+bool isFar(const TriangleMove& move, const Vec3& x, double distance) HD_RT {
+  for (int k = 0; k < 3; ++k) {
+    const auto [low, high] = std::minmax({move.before[0][k], move.before[1][k], move.before[2][k], move.after[k]});
+    const double beside = distance + kAround * kHair * (double{high} - low);
+    if (x[k] < low - beside || x[k] > high + beside) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Vec3 takenAlong(const TriangleMove& move, double weight, const Vec3& x) HD_RT {
@@ -51,6 +63,9 @@ Vec3 takenAlong(const TriangleMove& move, double weight, const Vec3& x) HD_RT {
 }
 
 bool overtakes(const TriangleMove& move, MetFrom met, double tolerance, const Vec3& from, Vec3& x) HD_RT {
+  const Vec3 way = cornerAt(move.after) - cornerAt(move.before[move.corner]);
+  // What a neighbour has carried past this triangle is no farther from it than both ways.
+  if (isFar(move, x, kAround * (way.norm() + (x - from).norm() + kClear * tolerance))) return false;
   const Triangle before = hapticd::before(move), after = hapticd::after(move);
   const double above = (met.two_sided ? kClear : 1) * tolerance;
   const Vec3 n0 = before.normal(), n1 = after.normal();
@@ -69,7 +84,6 @@ bool overtakes(const TriangleMove& move, MetFrom met, double tolerance, const Ve
   if (v1 / area1 >= v0 / area0) return false;
   // One corner on a straight way: the volume below x is linear in time.
   const double t = v0 > 0 ? v0 / (v0 - v1) : 0.0;
-  const Vec3 way = after.v[move.corner] - before.v[move.corner];
   Triangle then = before;
   then.v[move.corner] += t * way;
   if (!then.covers(x)) return false;

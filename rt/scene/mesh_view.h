@@ -14,6 +14,7 @@
 
 namespace hapticd {
 
+class Refit;
 struct VertexMotion;
 
 /**
@@ -71,5 +72,7 @@ struct MeshView {
  * upload. kNotFound for an index out of range, kUnsupported for a rigid mesh, kInvalidArgument if not finite.
  */
 ErrorCode moveVertex(MeshView& mesh, std::uint32_t vertex, const float (&p)[3]) HD_RT;
+/** The same, one of several: the boxes are left to `refit`, which is of this mesh. */
+ErrorCode moveVertex(MeshView& mesh, std::uint32_t vertex, const float (&p)[3], Refit& refit) HD_RT;
 
 }  // namespace hapticd

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "rt/geometry/sweep.h"
+#include "rt/scene/refit.h"
 
 namespace hapticd {
 namespace {
@@ -246,6 +247,7 @@ ErrorCode Scene::moveVertices(const hd_object_vertices& order) HD_RT {
   if (object->shape.kind != ShapeKind::kMesh) return ErrorCode::kUnsupported;
   MeshView* mesh = object->shape.mesh;
   ErrorCode result = ErrorCode::kOk;
+  Refit refit(*mesh);
   for (std::uint32_t i = 0; i < order.count && result == ErrorCode::kOk; ++i) {
     const hd_vertex_move& move = order.move[i];
     const MeshView::Deform& d = mesh->deform;
@@ -254,13 +256,14 @@ ErrorCode Scene::moveVertices(const hd_object_vertices& order) HD_RT {
     if (vertex < mesh->vertex_count) std::copy_n(mesh->vertices[vertex], 3, from);
     const std::uint32_t noted = move_count_;
     noteTriangles(*mesh, move);
-    result = moveVertex(*mesh, move.index, move.p);
+    result = moveVertex(*mesh, move.index, move.p, refit);
     if (result != ErrorCode::kOk) {
       move_count_ = noted;
     } else if (vertex < mesh->vertex_count) {
       noteMotion(*mesh, vertex, from, time_ + dt_, dt_);  // In the tick that comes.
     }
   }
+  refit.finish();
   for (std::uint32_t i = 0; i < order_count_; ++i) {  // Others may show the same mesh.
     SceneObject& other = objects_[order_[i]];
     if (other.shape.mesh == mesh) updateBall(other);

@@ -100,7 +100,7 @@ class Scene {
   static constexpr double kTeleportSpeed = 10.0;  ///< [m/s]
   static constexpr double kTeleportAngle = 1.0;   ///< In one command [rad].
   static constexpr double kPoseHold = 0.02;       ///< [s]
-  static constexpr std::uint32_t kMaxTriangleMoves = 4096;
+  static constexpr std::uint32_t kMaxTriangleMoves = 8192;
 
   explicit Scene(const MeshTable& meshes) noexcept : meshes_(&meshes) {}
 

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "daemon/builder/bvh.h"
+#include "rt/scene/refit.h"
 #include "support/seeds.h"
 #include "tests/unit/builder/built.h"
 
@@ -181,22 +182,28 @@ TEST(Tree, CostGrowsWithTheLogarithm) {
   EXPECT_LT(large, small * 1.6);
 }
 
+/** One by one, as many as a message holds, and more than are noted at once. */
 TEST(Refit, EqualsABuildOfTheMovedMesh) {
-  Built built = build(torus(20, 11).soup(), HD_MESH_DEFORMABLE);
-  MeshView& mesh = built.memory.view;
-  ASSERT_NE(mesh.deform.vertices, nullptr);
-  std::mt19937 random(seedOf(7));
-  std::uniform_real_distribution<float> place(-0.1f, 0.1f);
-  std::uniform_int_distribution<std::uint32_t> pick(0, mesh.deform.source_count - 1);
-  for (int i = 0; i < 300; ++i) {
-    const std::uint32_t v = pick(random);
-    const float p[3] = {place(random), place(random), place(random)};
-    ASSERT_EQ(moveVertex(mesh, v, p), ErrorCode::kOk);
-    const std::uint32_t here = mesh.deform.source_vertex[v];
-    EXPECT_EQ(mesh.vertices[here][0], p[0]);
-    if (i % 50 == 0) checkTree(mesh);
+  for (const int batch : {1, 26, 400}) {
+    Built built = build(torus(40, 21).soup(), HD_MESH_DEFORMABLE);
+    MeshView& mesh = built.memory.view;
+    ASSERT_NE(mesh.deform.vertices, nullptr);
+    std::mt19937 random(seedOf(7));
+    std::uniform_real_distribution<float> place(-0.1f, 0.1f);
+    std::uniform_int_distribution<std::uint32_t> pick(0, mesh.deform.source_count - 1);
+    for (int round = 0; round < 40; ++round) {
+      Refit refit(mesh);
+      for (int i = 0; i < batch; ++i) {
+        const std::uint32_t v = pick(random);
+        const float p[3] = {place(random), place(random), place(random)};
+        ASSERT_EQ(moveVertex(mesh, v, p, refit), ErrorCode::kOk);
+        EXPECT_EQ(mesh.vertices[mesh.deform.source_vertex[v]][0], p[0]);
+      }
+      refit.finish();
+      if (batch > 1 || round % 10 == 0) checkTree(mesh);
+    }
+    checkTree(mesh);
   }
-  checkTree(mesh);
 }
 
 TEST(Refit, ShrinksBackToTheFormerBoxes) {

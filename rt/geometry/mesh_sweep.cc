@@ -60,10 +60,10 @@ void sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, cons
     approach = -approach;
     height = -height;
   }
-  // Nobody comes to lie on a two-sided triangle, for there nobody knows from which side.
+  // Nobody comes to lie on a triangle itself: of a two-sided one nobody knows there from which side, and who lies in
+  // the wall of a one-sided mesh is not above the floor that ends there.
   const double behind = (sweep.two_sided ? kOfTwoSided : 1) * sweep.tolerance;
-  const double before = sweep.two_sided ? sweep.tolerance : 0.0;
-  if (approach <= 0 || height < -behind || height >= approach + before) return;
+  if (approach <= 0 || height < -behind || height >= approach + sweep.tolerance) return;
   const double time = std::min(std::max(height, 0.0) / approach, kAtEnd);
   if (!first.isBeatenBy(time, t)) return;
   first.set({time, height, n, n.dot(v0), t, FeatureKind::kFace, 0, Vec3::Zero()});

@@ -8,6 +8,7 @@ namespace hapticd {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kAtEnd = 1 - 0x1p-53;  // The last moment of a way.
 
 /** Times at which the swept line is inside one convex constraint of a solid, and how high above it the start is. */
 struct Inside {
@@ -20,8 +21,9 @@ struct Inside {
 /**
  * |x| <= half on one axis, x = a + t d. What stays in one of its planes belongs to it on one side and not on the other:
  * of two boxes side by side just one meets who is exactly between, and who slides in their upper planes meets neither.
+ * Who comes to within the tolerance of a plane meets it: nobody is left exactly in one.
  */
-Inside slab(double a, double d, double half) HD_RT {
+Inside slab(double a, double d, double half, double tolerance) HD_RT {
   Inside r;
   if (d == 0) {
     r.never = a >= half || a < -half;
@@ -30,6 +32,7 @@ Inside slab(double a, double d, double half) HD_RT {
   const double s = d > 0 ? 1.0 : -1.0;
   r.height = -s * a - half;
   r.in = r.height / std::abs(d);
+  if (r.in > kAtEnd && r.height - std::abs(d) <= tolerance) r.in = kAtEnd;
   r.out = (half - s * a) / std::abs(d);
   return r;
 }
@@ -81,8 +84,8 @@ SweepHit found(double t, double height, const Vec3& normal, double offset, std::
 
 bool sweepPlane(const Sweep& sweep, SweepHit& hit) HD_RT {
   const double a = sweep.a.z(), d = sweep.d.z();
-  if (d >= 0 || a < -sweep.tolerance || a + d >= 0) return false;
-  const double t = std::max(a, 0.0) / -d;
+  if (d >= 0 || a < -sweep.tolerance || a + d > sweep.tolerance) return false;
+  const double t = std::min(std::max(a, 0.0) / -d, kAtEnd);
   if (t >= hit.t) return false;
   hit = found(t, a, Vec3::UnitZ(), 0);
   return true;
@@ -102,7 +105,7 @@ bool sweepBox(const Vec3& half, const Sweep& sweep, SweepHit& hit) HD_RT {
   double out = kInfinity;
   int axis = 0;
   for (int i = 0; i < 3; ++i) {
-    const Inside r = slab(sweep.a[i], sweep.d[i], half[i]);
+    const Inside r = slab(sweep.a[i], sweep.d[i], half[i], sweep.tolerance);
     if (r.never) return false;
     out = std::min(out, r.out);
     if (r.in > last.in) {
@@ -149,7 +152,7 @@ bool sweepCapsule(double radius, double half, const Sweep& sweep, SweepHit& hit)
 
 bool sweepCylinder(double radius, double half, const Sweep& sweep, SweepHit& hit) HD_RT {
   const Inside side = round(Eigen::Vector2d(sweep.a.head<2>()), Eigen::Vector2d(sweep.d.head<2>()), radius);
-  const Inside cap = slab(sweep.a.z(), sweep.d.z(), half);
+  const Inside cap = slab(sweep.a.z(), sweep.d.z(), half, sweep.tolerance);
   if (side.never || cap.never) return false;
   const bool by_cap = cap.in > side.in;
   const Inside& last = by_cap ? cap : side;

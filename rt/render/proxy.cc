@@ -15,9 +15,11 @@ constexpr double kMostApart = 5;      // and times what lies between its places 
 
 constexpr std::uint64_t kNoArrivals = ~std::uint64_t{0};  // Of no scene.
 
-/** Planes so nearly parallel that a hair shifts the line in which they meet tell no more. Out of the way of one plane.
+/**
+ * Planes so nearly parallel that a hair shifts the line in which they meet tell no more; nor does one that the proxy
+ * has left behind, when a tick's sweeps are used up. Out of the way of one plane.
  */
-[[gnu::noinline]] void distrustFarLine(const Vec3& proxy, double most, Vec3& at, Vec3& foot) HD_RT {
+[[gnu::noinline]] void distrustFarPlanes(const Vec3& proxy, double most, Vec3& at, Vec3& foot) HD_RT {
   if ((at - proxy).squaredNorm() > most * most) at = foot = proxy;
 }
 
@@ -303,8 +305,8 @@ const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
   const bool hovers = !held && step.count > 0 && (proxy_ - step.goal).norm() <= kHovers * rounding;
   s.at = hovers ? step.goal : proxy_;
   if (held && !nearestOnPlanes(exact, s.active, s.at)) s.at = proxy_;
-  if (held && (s.active & (s.active - 1)) != 0) [[unlikely]]
-    distrustFarLine(proxy_, kMostBack * rounding + kMostApart * spread(step), s.at, s.foot);
+  if (held && ((s.active & (s.active - 1)) != 0 || leadsAway(proxy_, s.at, step.goal))) [[unlikely]]
+    distrustFarPlanes(proxy_, kMostBack * rounding + kMostApart * spread(step), s.at, s.foot);
   if (!held) s.foot = s.at;
   s.touching = held || (s.at != step.goal && (step.count > 0 || proxy_ != step.goal));
   if (step.count > 0) step.met = step.held[foremost(step, s.active)].slot;

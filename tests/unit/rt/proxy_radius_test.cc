@@ -244,7 +244,9 @@ TEST(ProxyBall, GrowingInContactLetsNobodyIn) {
  */
 TEST(ProxyBall, WhatAppearsInItShootsNobodyOut) {
   int contacts = 0;
-  for (const unsigned seed : seeds(200)) {
+  std::vector<unsigned> all = seeds(200);
+  all.push_back(320149);  // Of a soak: its sweeps used up, it was held by a plane that it had left 3 mm behind.
+  for (const unsigned seed : all) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> u(-1, 1);
     TestMesh mesh = seed % 3 == 0 ? test::boxMesh(Vec3(0.02, 0.015, 0.008)) : test::crumpled(random, 6);

@@ -56,7 +56,8 @@ bool isFar(const TriangleMove& move, const Vec3& x, double distance) HD_RT {
 
 Vec3 takenAlong(const TriangleMove& move, double weight, const Vec3& x) HD_RT {
   const Triangle was = before(move), is = after(move);
-  const Vec3 to = x + weight * (is.v[move.corner] - was.v[move.corner]), n0 = was.normal(), n1 = is.normal();
+  Vec3 to = x + weight * (is.v[move.corner] - was.v[move.corner]);
+  const Vec3 n0 = was.normal(), n1 = is.normal();
   const double area0 = n0.norm(), area1 = n1.norm();
   if (area0 == 0 || area1 == 0) return to;
   return to + n0.dot(x - was.v[0]) / area0 * (n1 / area1 - n0 / area0);

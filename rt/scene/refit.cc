@@ -25,12 +25,14 @@ Bounds boundsOfLeaf(const MeshView& mesh, std::uint32_t first, std::uint32_t cou
   const float(&start)[3] = mesh.corners[first][0];
   std::copy_n(start, 3, box.lower);
   std::copy_n(start, 3, box.upper);
-  for (std::uint32_t t = first; t < first + count; ++t)
-    for (const auto& corner : mesh.corners[t])
+  for (std::uint32_t t = first; t < first + count; ++t) {
+    for (const auto& corner : mesh.corners[t]) {
       for (int k = 0; k < 3; ++k) {
         box.lower[k] = std::min(box.lower[k], corner[k]);
         box.upper[k] = std::max(box.upper[k], corner[k]);
       }
+    }
+  }
   return box;
 }
 

@@ -19,8 +19,6 @@ namespace {
  */
 constexpr double kOfTwoSided = 0.125;
 
-constexpr double kAtEnd = 1 - 0x1p-53;  // The last moment of a way.
-
 /** The swept line in sheared axes: along z it runs, x and y are what the edge tests see. */
 struct Line {
   int x, y, z;

@@ -8,7 +8,6 @@ namespace hapticd {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kAtEnd = 1 - 0x1p-53;  // The last moment of a way.
 
 /** Times at which the swept line is inside one convex constraint of a solid, and how high above it the start is. */
 struct Inside {

@@ -42,6 +42,8 @@ struct Sweep {
   std::uint32_t limit = 0;  ///< Of `work`.
 };
 
+inline constexpr double kAtEnd = 1 - 0x1p-53;  ///< The last moment of a way: when it meets what it ends on.
+
 /** First entry. */
 struct SweepHit {
   double t = 1;                ///< Fraction of the segment, in [0, 1).

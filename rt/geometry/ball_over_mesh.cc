@@ -91,7 +91,8 @@ class BallOverMesh {
       const double gap = distance - sweep_.radius;
       if (step == 0 && gap < -std::max(sweep_.tolerance, rounding_)) return false;
       const double next = t - gap * distance / turning;  // Newton's.
-      if (gap > rounding_ && next > t_max) return false;
+      // But for rounding, of which a gap of a hair is full: two triangles tell the same of the edge that they share.
+      if (gap > rounding_ && t - (gap - rounding_) * distance / turning > t_max) return false;
       out = away / distance;
       if (gap <= rounding_) return true;
       if (touched.kind != FeatureKind::kFace) {

@@ -244,6 +244,40 @@ TEST(BallSweep, AnOneSidedSheetStopsFromItsFrontOnly) {
   }
 }
 
+TEST(BallSweep, WhichOfTwoTrianglesIsTriedFirstChangesNothing) {
+  // A ball a hair above the edge of both, which then meet it at the same time to the bit, or nearly.
+  std::mt19937 random(seedOf(7));
+  int hits = 0;
+  for (int pair = 0; pair < 2000; ++pair) {
+    TestMesh mesh;
+    for (int i = 0; i < 4; ++i) mesh.addVertex(randomPoint(random, 1));
+    mesh.addTriangle(0, 1, 2);
+    mesh.addTriangle(1, 0, 3);
+    const MeshView& view = *mesh.view();
+    const Vec3 from = view.vertex(0, 0), along = view.vertex(0, 1) - from;
+    for (int i = 0; i < 40; ++i) {
+      Vec3 out = randomPoint(random, 1);
+      out -= out.dot(along) / along.squaredNorm() * along;
+      Sweep sweep;
+      sweep.radius = 0.3;
+      sweep.a = from + 0.025 * i * along + sweep.radius * (1 + 1e-12) * out.normalized();
+      sweep.d = randomPoint(random, 0.1);
+      sweep.two_sided = pair % 2 == 1;
+      sweep.limit = 100;
+      SweepHit hit[2];
+      for (std::uint32_t first = 0; first < 2; ++first) {
+        Sweep s = sweep;
+        s.hint = first;
+        hits += sweepMesh(view, s, hit[first]) == SweepResult::kHit ? 1 : 0;
+      }
+      ASSERT_EQ(hit[0].t, hit[1].t) << pair << " " << i;
+      ASSERT_EQ(hit[0].feature, hit[1].feature) << pair << " " << i;
+      ASSERT_EQ(hit[0].normal, hit[1].normal) << pair << " " << i;
+    }
+  }
+  EXPECT_GT(hits, 20000);
+}
+
 TEST(BallSweep, ExhaustionIsReported) {
   TestMesh mesh = test::sphereMesh(1, 30);
   Sweep sweep;

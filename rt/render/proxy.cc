@@ -62,18 +62,10 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
     stepOff(step);
   }
   if (deformed || radius_ != wanted_radius_ || (crowded_ && radius_ > 0)) fitRadius(step);
-  const Vec3 from = proxy_;
-  const bool at_rest = step.together;
-  settle(step);
-  if (at_rest && leadsAway(from, proxy_, step.goal)) [[unlikely]] {
-    goBack(step, from);
-    step.plain = true;
-    settle(step);
-    if (leadsAway(from, proxy_, step.goal)) goBack(step, from);
-  }
+  settleNearer(step);
   if (goAround(step)) {
     step.supported = false;
-    settle(step);
+    settleNearer(step);
   }
   finish(step, v_W, contact);
 }
@@ -277,6 +269,18 @@ void ProxyRenderer::settle(Step& step) HD_RT {
   }
 }
 
+/** Where nothing moves no farther from the hip than it is: the spring would gain by what has interrupted a way. */
+void ProxyRenderer::settleNearer(Step& step) HD_RT {
+  const Vec3 from = proxy_;
+  const bool at_rest = step.together;
+  settle(step);
+  if (!at_rest || !leadsAway(from, proxy_, step.goal)) [[likely]] return;
+  goBack(step, from);
+  step.plain = true;
+  settle(step);
+  if (leadsAway(from, proxy_, step.goal)) goBack(step, from);
+}
+
 /** How far its places relative to the objects that hold it are from the proxy. */
 double ProxyRenderer::spread(const Step& step) const HD_RT {
   double most = 0;
@@ -313,7 +317,7 @@ const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
   return s;
 }
 
-/** To where the tick began: the spring would gain by what has interrupted a way. */
+/** To where it was before it settled. */
 void ProxyRenderer::goBack(Step& step, const Vec3& from) HD_RT {
   arrive(step, from);
   step.count = 0;

@@ -155,6 +155,7 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
       touches(object, toLocal(object.X_WO, landing), radius_ + 0.5 * skin, step.vicinity(nearer.slot), step.work))
     return false;
   const double most = kMaxDetour * (now.at - step.goal).norm();
+  const Vec3 from = proxy_;
 
   // Over the edge in which the tangent planes meet; or over what stands between two places that face alike.
   HalfSpace planes[kMaxHalfSpaces];
@@ -178,7 +179,8 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
   const double depth = (now.foot - step.goal).norm();
   const Vec3 up = (now.foot - step.goal) / depth, lag = now.at - now.foot;
   const Vec3 turned = lag - (lag.dot(n) / (1 + up.dot(n))) * (up + n);
-  goToward(step, landing + nearer.depth / depth * turned);
+  const Vec3 behind = landing + nearer.depth / depth * turned;
+  if (!leadsAway(from, behind, step.goal)) goToward(step, behind);  // About an edge it may, and gives the spring.
   return true;
 }
 

@@ -21,9 +21,9 @@ namespace hapticd {
 
 /**
  * First t in [t, t_max] at which the ball touches the set; `foot(x)` is the point of the set nearest to x. The ball
- * must not touch it before the t given. The answer does not depend on t_max, as long as it is not beyond; by rounding it
- * may be, and the caller compares. False if there is none, or the ball overlaps the set at t by more than the tolerance.
- * `out`: unit, from the contact to the centre.
+ * must not touch it before the t given. The answer does not depend on t_max, as long as it is not beyond; by rounding
+ * it may be, and the caller compares. False if there is none, or the ball overlaps the set at t by more than the
+ * tolerance. `out`: unit, from the contact to the centre.
  */
 template <class Foot>
 [[nodiscard]] bool firstTouch(const Sweep& sweep, double rounding, double t_max, Foot&& foot, double& t,

@@ -274,7 +274,7 @@ void ProxyRenderer::settleNearer(Step& step) HD_RT {
   const Vec3 from = proxy_;
   const bool at_rest = step.together;
   settle(step);
-  if (!at_rest || !leadsAway(from, proxy_, step.goal)) [[likely]] return;
+  if (!at_rest || !leadsAway(from, proxy_, step.goal)) return;
   goBack(step, from);
   step.plain = true;
   settle(step);

@@ -307,7 +307,7 @@ TEST(MeshProperty, NeedlesGiveNothing) {
     needlesGiveNothing(seed);
   }
 }
-/** First seeds of a soak in which what came after going around led away: without friction, and with what comes along. */
+/** First seeds of a soak in which what came after going around led away, or what friction brought along. */
 TEST(MeshProperty, SolidsWithHolesGiveNothing) {
   int contacts = 0;
   for (const unsigned seed : {53768u, 63971u, 242027u, 274822u, 117125u, 153309u, 182382u, 193202u, 230628u}) {

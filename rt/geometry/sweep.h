@@ -94,16 +94,25 @@ enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
 /** From which side triangles meet a point. */
 struct MetFrom {
   bool two_sided = false;  ///< From where it is, else from the front alone.
-  int on = 0;  ///< Of a two-sided mesh on which the point lies the side, 1 for the front or -1; 0 if that is not known.
+  int on = 0;  ///< Of the mesh on which the point lies the side, 1 for the front or -1; 0 if that is not known.
+};
+
+enum class Overtaking : std::uint8_t {
+  kNone,
+  kDone,
+  kUnsure,  ///< None, for the point is behind a one-sided triangle, but by less than a hair; it asks for MetFrom::on.
 };
 
 /**
  * The other way round: a triangle that moves past a resting point x, its corners along straight lines. If the surface
- * overtakes the point, it is carried on with the surface and left `tolerance` above it (two-sided: twice that), and the
- * answer is true. `from` is where the point was before other triangles of the same vertex, which move with this one,
- * carried it: it tells on which side of this one it is, unless it lies so near that rounding would.
+ * overtakes the point, it is carried on with the surface and left `tolerance` above it (two-sided: twice that): kDone.
+ * `from` is where the point was before other triangles of the same vertex, which move with this one, carried it: it
+ * tells on which side of this one it is, unless it lies so near that rounding would, or what has pushed it in a crease.
  */
-[[nodiscard]] bool overtakes(const TriangleMove& move, MetFrom met, double tolerance, const Vec3& from, Vec3& x) HD_RT;
+[[nodiscard]] Overtaking overtakes(const TriangleMove& move, MetFrom met, double tolerance, const Vec3& from,
+                                   Vec3& x) HD_RT;
+/** Whether x is in front of the triangle, or behind by no more than the tolerance, before its corner moves. */
+[[nodiscard]] bool isInFront(const TriangleMove& move, const Vec3& x, double tolerance) HD_RT;
 
 /** Where x comes to, which is to stay as high above the same place of a triangle; `weight`: of the corner that moves.
  */

@@ -63,35 +63,42 @@ Vec3 takenAlong(const TriangleMove& move, double weight, const Vec3& x) HD_RT {
   return to + n0.dot(x - was.v[0]) / area0 * (n1 / area1 - n0 / area0);
 }
 
-bool overtakes(const TriangleMove& move, MetFrom met, double tolerance, const Vec3& from, Vec3& x) HD_RT {
+bool isInFront(const TriangleMove& move, const Vec3& x, double tolerance) HD_RT {
+  const Triangle triangle = before(move);
+  const Vec3 n = triangle.normal();
+  return n.dot(x - triangle.v[0]) >= -tolerance * n.norm();
+}
+
+Overtaking overtakes(const TriangleMove& move, MetFrom met, double tolerance, const Vec3& from, Vec3& x) HD_RT {
   const Vec3 way = cornerAt(move.after) - cornerAt(move.before[move.corner]);
   // What a neighbour has carried past this triangle is no farther from it than both ways.
-  if (isFar(move, x, kAround * (way.norm() + (x - from).norm() + kClear * tolerance))) return false;
+  if (isFar(move, x, kAround * (way.norm() + (x - from).norm() + kClear * tolerance))) return Overtaking::kNone;
   const Triangle before = hapticd::before(move), after = hapticd::after(move);
   const double above = (met.two_sided ? kClear : 1) * tolerance;
   const Vec3 n0 = before.normal(), n1 = after.normal();
   const double area0 = n0.norm(), area1 = n1.norm();
-  if (area0 == 0 || area1 == 0) return false;
+  if (area0 == 0 || area1 == 0) return Overtaking::kNone;
   const double was = n0.dot(from - before.v[0]);
-  const bool lies_on = met.on != 0 && std::abs(was) <= kLiesOn * tolerance * area0;
+  const bool near = std::abs(was) <= kLiesOn * tolerance * area0, lies_on = near && met.on != 0;
   const double side = !met.two_sided ? 1 : (lies_on ? met.on : (was < 0 ? -1 : 1));
   const double v0 = side * n0.dot(x - before.v[0]), v1 = side * n1.dot(x - after.v[0]);
-  if (side * was / area0 < -tolerance || v1 >= 0) return false;
+  if (v1 >= 0) return Overtaking::kNone;
+  if (side * was / area0 < -tolerance && !(lies_on && !met.two_sided))
+    return near && !met.two_sided ? Overtaking::kUnsure : Overtaking::kNone;
   if (v0 / area0 < -tolerance) {  // A neighbour has carried it past where this triangle was, and into it.
-    if (!after.covers(x)) return false;
-    x += side * (above - v1 / area1) / area1 * n1;
-    return true;
+    if (!after.covers(x)) return Overtaking::kNone;
+  } else {
+    if (v1 / area1 >= v0 / area0) return Overtaking::kNone;
+    // One corner on a straight way: the volume below x is linear in time.
+    const double t = v0 > 0 ? v0 / (v0 - v1) : 0.0;
+    Triangle then = before;
+    then.v[move.corner] += t * way;
+    if (!then.covers(x)) return Overtaking::kNone;
+    // On with the point of the surface that has reached it, so that it comes to lie on this triangle and no other.
+    x += (1 - t) * std::clamp(then.weight(move.corner, x), 0.0, 1.0) * way;
   }
-  if (v1 / area1 >= v0 / area0) return false;
-  // One corner on a straight way: the volume below x is linear in time.
-  const double t = v0 > 0 ? v0 / (v0 - v1) : 0.0;
-  Triangle then = before;
-  then.v[move.corner] += t * way;
-  if (!then.covers(x)) return false;
-  // On with the point of the surface that has reached it, so that it comes to lie on this triangle and no other.
-  x += (1 - t) * std::clamp(then.weight(move.corner, x), 0.0, 1.0) * way;
   x += (side * above - n1.dot(x - after.v[0]) / area1) / area1 * n1;
-  return true;
+  return Overtaking::kDone;
 }
 
 }  // namespace hapticd

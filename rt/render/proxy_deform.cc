@@ -10,11 +10,19 @@ namespace {
 
 constexpr double kLift = 0.5;  // Of a way, over what bulges.
 constexpr double kLow = 0.5;   // Skins: so much lower than where it lay the side may be another one.
+constexpr int kMaxUnsure = 8;  // Triangles in a tick of which is asked on which side the point was.
 
 /** Whether one vertex moved both triangles: they move together. */
 bool isSameVertex(const TriangleMove& one, const TriangleMove& other) HD_RT {
   return one.mesh == other.mesh && std::ranges::equal(one.before[one.corner], other.before[other.corner]) &&
          std::ranges::equal(one.after, other.after);
+}
+
+/** Whether x, where the point was when the tick began, was in front of the move's triangle then. */
+bool wasInFront(std::span<const TriangleMove> moves, const TriangleMove& move, const Vec3& x, double tolerance) HD_RT {
+  for (const TriangleMove& first : moves)
+    if (first.mesh == move.mesh && first.triangle == move.triangle) return isInFront(first, x, tolerance);
+  return false;
 }
 
 /** Whether nothing of the mesh stands between the points. */
@@ -79,11 +87,17 @@ void ProxyRenderer::followVertices(Step& step) HD_RT {
     const MetFrom met{(object.flags & HD_OBJECT_TWO_SIDED) != 0, known.side};
     Vec3 from = start_[slot], pushed = from, along = from;
     const TriangleMove* last = nullptr;
+    int unsure = 0;
     for (const TriangleMove& move : moves) {
       if (move.mesh != &mesh) continue;
       if (last == nullptr || !isSameVertex(*last, move)) from = pushed;
       last = &move;
-      if (overtakes(move, met, tolerance, from, pushed)) step.carried = true;
+      Overtaking overtaking = overtakes(move, met, tolerance, from, pushed);
+      // In a crease one face pushes the point behind the other by less than a hair, and that one moves on.
+      if (overtaking == Overtaking::kUnsure && pushed != start_[slot] && unsure++ < kMaxUnsure &&
+          wasInFront(moves, move, start_[slot], tolerance))
+        overtaking = overtakes(move, {false, 1}, tolerance, from, pushed);
+      step.carried = step.carried || overtaking == Overtaking::kDone;
       if (known.rubs && move.triangle == known.triangle && !isJump(mesh, mesh.triangles[move.triangle][move.corner]))
         along = takenAlong(move, known.weight[move.corner], along);
     }

@@ -3,6 +3,7 @@
  */
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "rt/geometry/sweep.h"
@@ -59,7 +60,7 @@ TEST(TriangleMove, TakesAlongWhatItPassesHoweverItGrows) {
     for (int c = 0; c < 3; ++c) move.after[c] = static_cast<float>(m.at(m.corner, 1)[c]);
     move.corner = static_cast<std::uint32_t>(m.corner);
     Vec3 y = x;
-    const bool overtaken = overtakes(move, {}, kTolerance, y, y);
+    const bool overtaken = overtakes(move, {}, kTolerance, y, y) == Overtaking::kDone;
     if (w.minCoeff() > 0) {
       ++taken;
       ASSERT_TRUE(overtaken) << i;
@@ -73,6 +74,33 @@ TEST(TriangleMove, TakesAlongWhatItPassesHoweverItGrows) {
   }
   EXPECT_GT(taken, 300);
   EXPECT_GT(left, 300);
+}
+
+/** As in a crease, where one face has pushed a point behind the other before that one moves on. */
+TEST(TriangleMove, WhatIsBehindByLessThanAHairIsOvertakenIfItsSideIsKnown) {
+  constexpr double kTolerance = 1e-14;
+  TriangleMove move{};
+  const float corners[3][3] = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
+  std::copy(&corners[0][0], &corners[0][0] + 9, &move.before[0][0]);
+  move.corner = 2;
+  move.after[1] = 1;
+  move.after[2] = 1e-3F;
+  const auto overtaken = [&](double height, int on, Vec3& x) {
+    x = Vec3(0, 0, height);
+    return overtakes(move, {false, on}, kTolerance, x, x);
+  };
+  Vec3 x;
+  EXPECT_EQ(overtaken(-0.9 * kTolerance, 0, x), Overtaking::kDone);
+  EXPECT_EQ(overtaken(-30 * kTolerance, 0, x), Overtaking::kUnsure);
+  EXPECT_EQ(x.z(), -30 * kTolerance);
+  EXPECT_FALSE(isInFront(move, x, kTolerance));
+  EXPECT_EQ(overtaken(-30 * kTolerance, 1, x), Overtaking::kDone);
+  const Vec3 normal = Vec3(2, 0, 0).cross(Vec3(1, 2, 1e-3F)).normalized();
+  EXPECT_NEAR(normal.dot(x - Vec3(0, -1, 0)), kTolerance, 1e-15);
+  EXPECT_EQ(overtaken(-100 * kTolerance, 1, x), Overtaking::kNone);  // Behind it, beyond doubt.
+  EXPECT_TRUE(isInFront(move, Vec3(0.1, 0, 1e-3), kTolerance));
+  move.after[2] = -1e-3F;
+  EXPECT_EQ(overtaken(-30 * kTolerance, 1, x), Overtaking::kNone);  // It goes away.
 }
 
 }  // namespace

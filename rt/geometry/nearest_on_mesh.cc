@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 
 #include "rt/geometry/box_queries.h"
 #include "rt/geometry/nearest.h"
@@ -11,6 +12,7 @@ namespace hapticd {
 namespace {
 
 constexpr double kWider = 1 + 0x1p-30;  // Beyond rounding.
+constexpr double kAnySide = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -34,7 +36,7 @@ NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& 
   };
   Vicinity* const vicinity = query.vicinity;
   if (vicinity != nullptr && vicinity->holds(query.x, query.reach)) {
-    query.work += vicinity->reach(query.x, query.x, query.reach, true, [&](std::uint32_t t) {
+    query.work += vicinity->reach(query.x, query.x, query.reach, kAnySide, [&](std::uint32_t t) {
       ++query.work;
       look(t);
     });

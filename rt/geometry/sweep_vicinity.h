@@ -4,11 +4,14 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 
 #include "rt/geometry/earliest.h"
 #include "rt/geometry/vicinity.h"
 
 namespace hapticd {
+
+inline constexpr double kGrazed = 0x1p-29;  ///< Of the radius: twice what the test of a ball allows.
 
 /**
  * Tries the triangles of the sweep's vicinity that may be met before all others. True: the first hit, or that there is
@@ -27,7 +30,10 @@ template <class Try>
     ++sweep.work;
     tryTriangle(t);
   };
-  sweep.work += sweep.vicinity->reach(sweep.a, sweep.a + known * sweep.d, reach, sweep.two_sided, take);
+  // Who is behind a triangle by the tolerance meets it still, and that may be more than all that is kept.
+  const double behind =
+      sweep.two_sided ? std::numeric_limits<double>::infinity() : sweep.tolerance + kGrazed * sweep.radius;
+  sweep.work += sweep.vicinity->reach(sweep.a, sweep.a + known * sweep.d, reach, behind, take);
   return earliest.time() <= known;
 }
 

@@ -137,7 +137,7 @@ Vicinity::State Vicinity::proceed(const MeshView& mesh, std::uint32_t visits, st
   return state_;
 }
 
-std::uint64_t Vicinity::rounded(const Vec3& a, const Vec3& b, double radius, bool behind,
+std::uint64_t Vicinity::rounded(const Vec3& a, const Vec3& b, double radius, double behind,
                                 PrismSweep& sweep) const HD_RT {
   const double inverse = 1 / size_;
   for (int i = 0; i < 3; ++i) {
@@ -148,7 +148,8 @@ std::uint64_t Vicinity::rounded(const Vec3& a, const Vec3& b, double radius, boo
   sweep.still = way <= kStill * size_;
   const double grown = radius + kSlack * size_ + (sweep.still ? way : 0.0);
   sweep.radius_squared = roundedUp(grown * inverse * (grown * inverse));
-  sweep.behind_squared = static_cast<float>(behind ? 4 : kSlack * kSlack);
+  const double back = std::min(behind * inverse + kSlack, 2.0);  // Nothing asked for is farther behind.
+  sweep.behind_squared = roundedUp(back * back);
 
   if (blocks_ <= kFewBlocks) return (std::uint64_t{1} << blocks_) - 1;
   // What is beyond a ball about the whole way is not met.

@@ -66,11 +66,11 @@ class Vicinity {
 
   /**
    * Calls take(triangle) for each triangle that a ball may meet whose centre goes from a to b, which must be in the
-   * vicinity, and for few others. Those that the centre stays behind are left out unless `behind` is asked for. The
-   * number of eights looked at; they are made of their triangles when they are looked at first.
+   * vicinity, and for few others. Those behind which the centre stays by more than `behind` are left out. The number of
+   * eights looked at; they are made of their triangles when they are looked at first.
    */
   template <class Take>
-  std::uint32_t reach(const Vec3& a, const Vec3& b, double radius, bool behind, Take&& take) HD_RT {
+  std::uint32_t reach(const Vec3& a, const Vec3& b, double radius, double behind, Take&& take) HD_RT {
     PrismSweep sweep;
     const std::uint64_t near = rounded(a, b, radius, behind, sweep);
     for (std::uint64_t rest = near & ~made_; rest != 0; rest &= rest - 1)
@@ -97,7 +97,7 @@ class Vicinity {
   static constexpr std::uint32_t kMaxNodes = 768;
 
   /** The sweep as the blocks see it, and those of them whose boxes it may meet. */
-  [[nodiscard]] std::uint64_t rounded(const Vec3& a, const Vec3& b, double radius, bool behind,
+  [[nodiscard]] std::uint64_t rounded(const Vec3& a, const Vec3& b, double radius, double behind,
                                       PrismSweep& sweep) const HD_RT;
   /** Of x from the way of the ball's centre. */
   [[nodiscard, gnu::always_inline]] inline double squaredDistance(const Vec3& x) const HD_RT {

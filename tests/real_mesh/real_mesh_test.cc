@@ -68,7 +68,10 @@ class StrokingHand {
 
  private:
   Vec3 seek() {
-    if (tick_ % 500 == 0) aim_ = mesh_.vertex(random_.below(mesh_.triangle_count), 0) + random_.vector(1e-3);
+    if (tick_ % 500 == 0) {
+      aim_ = mesh_.vertex(random_.below(mesh_.triangle_count), 0);
+      if (random_.once(2)) aim_ += random_.vector(1e-3);
+    }
     const Vec3 way = aim_ - x_;
     return std::min(1.0, 5e-4 / way.norm()) * way;
   }

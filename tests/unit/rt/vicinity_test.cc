@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 #include <set>
 
@@ -28,8 +29,9 @@ double distance(const MeshView& mesh, std::uint32_t t, const Vec3& x) {
 std::set<std::uint32_t> reached(Vicinity& vicinity, const Vec3& a, const Vec3& b, double radius, bool behind,
                                 std::uint32_t* blocks = nullptr) {
   std::set<std::uint32_t> all;
-  const std::uint32_t looked = vicinity.reach(
-      a, b, radius, behind, [&](std::uint32_t t) { EXPECT_TRUE(all.insert(t).second) << "twice: " << t; });
+  const std::uint32_t looked =
+      vicinity.reach(a, b, radius, behind ? std::numeric_limits<double>::infinity() : 0.0,
+                     [&](std::uint32_t t) { EXPECT_TRUE(all.insert(t).second) << "twice: " << t; });
   if (blocks != nullptr) *blocks = looked;
   return all;
 }

@@ -84,7 +84,8 @@ void ProxyRenderer::followVertices(Step& step) HD_RT {
     const MeshView& mesh = *object.shape.mesh;
     const double tolerance = kNear * step.skin(object);
     const Footing known = footing_.object == object.id && footing_.number == object.shape.number ? footing_ : Footing{};
-    const MetFrom met{(object.flags & HD_OBJECT_TWO_SIDED) != 0, known.side};
+    const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
+    const MetFrom met{two_sided, two_sided ? known.side : 0};
     Vec3 from = start_[slot], pushed = from, along = from;
     const TriangleMove* last = nullptr;
     int unsure = 0;

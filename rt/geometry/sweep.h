@@ -15,6 +15,7 @@
 
 #include "rt/base/math.h"
 #include "rt/geometry/feature.h"
+#include "rt/geometry/triangle.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {
@@ -91,28 +92,18 @@ enum class SweepResult : std::uint8_t { kNone, kHit, kExhausted };
 [[nodiscard]] bool tangentNearest(const Shape& shape, std::uint32_t feature, const Vec3& x, Vec3& normal,
                                   double& offset, double grown = 0) HD_RT;
 
-/** From which side triangles meet a point. */
-struct MetFrom {
-  bool two_sided = false;  ///< From where it is, else from the front alone.
-  int on = 0;  ///< Of the mesh on which the point lies the side, 1 for the front or -1; 0 if that is not known.
-};
-
-enum class Overtaking : std::uint8_t {
-  kNone,
-  kDone,
-  kUnsure,  ///< None, for the point is behind a one-sided triangle, but by less than a hair; it asks for MetFrom::on.
-};
+/** Skins from a surface: nearer, rounding and what a push leaves behind do not tell on which side of it a point is. */
+inline constexpr double kLiesOn = 4;
 
 /**
- * The other way round: a triangle that moves past a resting point x, its corners along straight lines. If the surface
- * overtakes the point, it is carried on with the surface and left `tolerance` above it (two-sided: twice that): kDone.
- * `from` is where the point was before other triangles of the same vertex, which move with this one, carried it: it
- * tells on which side of this one it is, unless it lies so near that rounding would, or what has pushed it in a crease.
+ * The other way round: a triangle that moves past a resting point x, one corner along a straight line. If it overtakes
+ * the point, which is on that side of it (1: the front, or -1) or nearer than kLiesOn, the point is carried on with the
+ * surface and left a skin above it. A point that is behind it already was pushed there: it is put above what covers it.
  */
-[[nodiscard]] Overtaking overtakes(const TriangleMove& move, MetFrom met, double tolerance, const Vec3& from,
-                                   Vec3& x) HD_RT;
-/** Whether x is in front of the triangle, or behind by no more than the tolerance, before its corner moves. */
-[[nodiscard]] bool isInFront(const TriangleMove& move, const Vec3& x, double tolerance) HD_RT;
+[[nodiscard]] bool overtakes(const TriangleMove& move, int side, double skin, Vec3& x) HD_RT;
+
+/** Whether x, seen along the normal, is within the triangle or a hair beside it. */
+[[nodiscard]] bool covers(const Corners& triangle, const Vec3& x) HD_RT;
 
 /** Where x comes to, which is to stay as high above the same place of a triangle; `weight`: of the corner that moves.
  */

@@ -19,7 +19,7 @@ inline constexpr double kNeedle2 = 0x1p-20;  ///< Squared: how thin a needle is 
  * needle, whose edges nearly have one direction and whose plane a plain cross product tips by more than a hair.
  */
 [[nodiscard, gnu::always_inline]] inline Vec3 areaVector(const Vec3& one, const Vec3& other) HD_RT {
-  const Vec3 n = one.cross(other);
+  Vec3 n = one.cross(other);
   const bool needle = n.squaredNorm() < kNeedle2 * (one.squaredNorm() * other.squaredNorm());
   if (needle) [[unlikely]]
     return areaVectorOfNeedle(one, other);

@@ -7,9 +7,6 @@ namespace hapticd {
 namespace {
 
 constexpr double kHair = 1e-9;  // Of a triangle: neighbours overlap.
-constexpr double kAround = 4;   // Than ways: where a triangle tilts.
-constexpr double kLiesOn = 64;  // Tolerances.
-constexpr double kClear = 2;    // Tolerances: in one, two-sided triangles would hold the point from either side.
 
 Vec3 cornerAt(const float (&x)[3]) HD_RT { return {x[0], x[1], x[2]}; }
 
@@ -41,17 +38,6 @@ Triangle after(const TriangleMove& move) HD_RT {
   return moved;
 }
 
-/** Whether x is farther from all places of the triangle than this, along one axis. Most are, and nothing else is asked.
- */
-bool isFar(const TriangleMove& move, const Vec3& x, double distance) HD_RT {
-  for (int k = 0; k < 3; ++k) {
-    const auto [low, high] = std::minmax({move.before[0][k], move.before[1][k], move.before[2][k], move.after[k]});
-    const double beside = distance + kAround * kHair * (double{high} - low);
-    if (x[k] < low - beside || x[k] > high + beside) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 Vec3 takenAlong(const TriangleMove& move, double weight, const Vec3& x) HD_RT {
@@ -63,42 +49,34 @@ Vec3 takenAlong(const TriangleMove& move, double weight, const Vec3& x) HD_RT {
   return to + n0.dot(x - was.v[0]) / area0 * (n1 / area1 - n0 / area0);
 }
 
-bool isInFront(const TriangleMove& move, const Vec3& x, double tolerance) HD_RT {
-  const Triangle triangle = before(move);
-  const Vec3 n = triangle.normal();
-  return n.dot(x - triangle.v[0]) >= -tolerance * n.norm();
+bool covers(const Corners& triangle, const Vec3& x) HD_RT {
+  return Triangle{{triangle.a, triangle.b, triangle.c}}.covers(x);
 }
 
-Overtaking overtakes(const TriangleMove& move, MetFrom met, double tolerance, const Vec3& from, Vec3& x) HD_RT {
-  const Vec3 way = cornerAt(move.after) - cornerAt(move.before[move.corner]);
-  // What a neighbour has carried past this triangle is no farther from it than both ways.
-  if (isFar(move, x, kAround * (way.norm() + (x - from).norm() + kClear * tolerance))) return Overtaking::kNone;
+bool overtakes(const TriangleMove& move, int side, double skin, Vec3& x) HD_RT {
   const Triangle before = hapticd::before(move), after = hapticd::after(move);
-  const double above = (met.two_sided ? kClear : 1) * tolerance;
-  const Vec3 n0 = before.normal(), n1 = after.normal();
+  const Vec3 n1 = after.normal();
+  const double v1 = side * n1.dot(x - after.v[0]);
+  if (v1 >= 0) return false;
+  const Vec3 n0 = before.normal();
   const double area0 = n0.norm(), area1 = n1.norm();
-  if (area0 == 0 || area1 == 0) return Overtaking::kNone;
-  const double was = n0.dot(from - before.v[0]);
-  const bool near = std::abs(was) <= kLiesOn * tolerance * area0, lies_on = near && met.on != 0;
-  const double side = !met.two_sided ? 1 : (lies_on ? met.on : (was < 0 ? -1 : 1));
-  const double v0 = side * n0.dot(x - before.v[0]), v1 = side * n1.dot(x - after.v[0]);
-  if (v1 >= 0) return Overtaking::kNone;
-  if (side * was / area0 < -tolerance && !(lies_on && !met.two_sided))
-    return near && !met.two_sided ? Overtaking::kUnsure : Overtaking::kNone;
-  if (v0 / area0 < -tolerance) {  // A neighbour has carried it past where this triangle was, and into it.
-    if (!after.covers(x)) return Overtaking::kNone;
+  if (area0 == 0 || area1 == 0) return false;
+  const double v0 = side * n0.dot(x - before.v[0]);
+  if (v0 < -kLiesOn * skin * area0) {  // A push has led through it, and it moves on.
+    if (!after.covers(x)) return false;
   } else {
-    if (v1 / area1 >= v0 / area0) return Overtaking::kNone;
+    if (v1 / area1 >= v0 / area0) return false;
     // One corner on a straight way: the volume below x is linear in time.
+    const Vec3 way = cornerAt(move.after) - cornerAt(move.before[move.corner]);
     const double t = v0 > 0 ? v0 / (v0 - v1) : 0.0;
     Triangle then = before;
     then.v[move.corner] += t * way;
-    if (!then.covers(x)) return Overtaking::kNone;
+    if (!then.covers(x)) return false;
     // On with the point of the surface that has reached it, so that it comes to lie on this triangle and no other.
     x += (1 - t) * std::clamp(then.weight(move.corner, x), 0.0, 1.0) * way;
   }
-  x += (side * above - n1.dot(x - after.v[0]) / area1) / area1 * n1;
-  return Overtaking::kDone;
+  x += (side * skin - n1.dot(x - after.v[0]) / area1) / area1 * n1;
+  return true;
 }
 
 }  // namespace hapticd

@@ -1,4 +1,5 @@
 // Meshes whose vertices move: they push the proxy out of their way, and take along what stands on them by friction.
+#include "rt/geometry/moving_triangles.h"
 #include "rt/geometry/pseudo_normal.h"
 #include "rt/geometry/sweep.h"
 #include "rt/geometry/triangle.h"
@@ -9,21 +10,6 @@ namespace hapticd {
 namespace {
 
 constexpr double kLift = 0.5;  // Of a way, over what bulges.
-constexpr double kLow = 0.5;   // Skins: so much lower than where it lay the side may be another one.
-constexpr int kMaxUnsure = 8;  // Triangles in a tick of which is asked on which side the point was.
-
-/** Whether one vertex moved both triangles: they move together. */
-bool isSameVertex(const TriangleMove& one, const TriangleMove& other) HD_RT {
-  return one.mesh == other.mesh && std::ranges::equal(one.before[one.corner], other.before[other.corner]) &&
-         std::ranges::equal(one.after, other.after);
-}
-
-/** Whether x, where the point was when the tick began, was in front of the move's triangle then. */
-bool wasInFront(std::span<const TriangleMove> moves, const TriangleMove& move, const Vec3& x, double tolerance) HD_RT {
-  for (const TriangleMove& first : moves)
-    if (first.mesh == move.mesh && first.triangle == move.triangle) return isInFront(first, x, tolerance);
-  return false;
-}
 
 /** Whether nothing of the mesh stands between the points. */
 bool sees(const SceneObject& object, const Vec3& from, const Vec3& to, double tolerance, std::uint32_t& work) HD_RT {
@@ -49,27 +35,6 @@ bool leadsTo(const SceneObject& object, const Vec3& from, const Vec3& to, const 
          sees(object, to + lift, to, tolerance, work);
 }
 
-/**
- * Puts what lies on a two-sided mesh, or a hair behind it, onto its side of it: a hair above all that meets there. Left
- * where it is if there is no such place.
- */
-void putOn(const SceneObject& object, int side, double skin, Vec3& x, std::uint32_t& work) HD_RT {
-  HalfSpace planes[kMaxHalfSpaces];
-  Vec3 to = x;
-  for (int count = 0;; ++count) {
-    Nearest near;
-    if (nearestWithin(object, to, kAt * skin, nullptr, work, near) != NearestResult::kFound) break;
-    const Vec3 out = side * near.pseudo_normal;
-    if (out.dot(to - near.point) > kLow * skin) break;
-    if (count == kMaxHalfSpaces) return;
-    planes[count] = {out, out.dot(near.point) + skin};
-    to = x;
-    std::uint32_t active = 0;
-    if (!nearestInside(planes, count + 1, kNear * skin, to, active)) return;
-  }
-  x = to;
-}
-
 }  // namespace
 
 /**
@@ -78,37 +43,29 @@ void putOn(const SceneObject& object, int side, double skin, Vec3& x, std::uint3
  */
 void ProxyRenderer::followVertices(Step& step) HD_RT {
   const auto moves = step.scene->triangleMoves();
+  if (moves.empty()) return;
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
     if (object.shape.kind != ShapeKind::kMesh || object.appeared) continue;
     const MeshView& mesh = *object.shape.mesh;
-    const double tolerance = kNear * step.skin(object);
+    const double skin = step.skin(object);
     const Footing known = footing_.object == object.id && footing_.number == object.shape.number ? footing_ : Footing{};
     const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
-    const MetFrom met{two_sided, two_sided ? known.side : 0};
-    Vec3 from = start_[slot], pushed = from, along = from;
-    const TriangleMove* last = nullptr;
-    int unsure = 0;
+    const int on = two_sided ? known.side : 0;
+    Vec3 pushed = start_[slot], along = pushed;
+    MovingTriangles moving(mesh, moves, pushed, {two_sided, on, skin});
+    if (moving.push(pushed, step.work, kMaxWork)) step.carried = true;
     for (const TriangleMove& move : moves) {
-      if (move.mesh != &mesh) continue;
-      if (last == nullptr || !isSameVertex(*last, move)) from = pushed;
-      last = &move;
-      Overtaking overtaking = overtakes(move, met, tolerance, from, pushed);
-      // In a crease one face pushes the point behind the other by less than a hair, and that one moves on.
-      if (overtaking == Overtaking::kUnsure && pushed != start_[slot] && unsure++ < kMaxUnsure &&
-          wasInFront(moves, move, start_[slot], tolerance))
-        overtaking = overtakes(move, {false, 1}, tolerance, from, pushed);
-      step.carried = step.carried || overtaking == Overtaking::kDone;
-      if (known.rubs && move.triangle == known.triangle && !isJump(mesh, mesh.triangles[move.triangle][move.corner]))
+      if (known.rubs && move.mesh == &mesh && move.triangle == known.triangle &&
+          !isJump(mesh, mesh.triangles[move.triangle][move.corner]))
         along = takenAlong(move, known.weight[move.corner], along);
     }
-    if (met.two_sided && met.on != 0) putOn(object, met.on, step.skin(object), pushed, step.work);
     const bool taken = along != start_[slot];
     start_[slot] = pushed;
     if (!taken) continue;
     Vec3 up = faceNormal(mesh, known.triangle);
     if (up.dot(along - mesh.vertex(known.triangle, 0)) < 0) up = -up;
-    if (!leadsTo(object, pushed, along, up, tolerance, step.work)) continue;
+    if (!leadsTo(object, pushed, along, up, kNear * skin, step.work)) continue;
     start_[slot] = along;
     step.carried = true;
   }

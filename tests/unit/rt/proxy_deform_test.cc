@@ -52,6 +52,20 @@ TEST(ProxyOnDeformable, ARisingSheetPushesTheHandItTouchesAndTheOneItMeets) {
   }
 }
 
+/** More triangles come near the hand than are swept past it. */
+TEST(ProxyOnDeformable, ASheetThatRisesByManyOfItsEdgesPushesTheHand) {
+  for (const Vec3& hip : {Vec3(0.0013, 0.0021, -0.002), Vec3(-0.041, 0.032, -0.011), Vec3(0.043, 0.046, -0.017)}) {
+    Sheet sheet(36);
+    TestScene t;
+    const auto id = t.addMesh(sheet.mesh.deformableView(), {}, {1000, 0, 0, 0});
+    ASSERT_EQ(t.moveVertices(id, sheet.at([](double, double) { return -0.02; })), ErrorCode::kOk);
+    t.tick(hip);
+    ASSERT_EQ(t.contact.object, 0u);
+    ASSERT_EQ(t.moveVertices(id, sheet.at([](double, double) { return 0; })), ErrorCode::kOk);
+    ASSERT_NEAR(t.tick(hip).force.z(), -1000 * hip.z(), 1e-8);
+  }
+}
+
 TEST(ProxyOnDeformable, AWaveNeverPassesTheProxy) {
   for (const auto& [mu, speed] : {std::pair(0.0, 0.05), {0.5, 0.05}, {0.0, 0.3}, {0.5, 1.0}}) {
     Sheet sheet(24);

@@ -35,7 +35,7 @@ struct Moving {
 
 TEST(TriangleMove, TakesAlongWhatItPassesHoweverItGrows) {
   Random random(1);
-  constexpr double kTolerance = 1e-12;
+  constexpr double kSkin = 1e-12;
   int taken = 0, left = 0;
   for (int i = 0; i < 100000; ++i) {
     Moving m;
@@ -60,11 +60,11 @@ TEST(TriangleMove, TakesAlongWhatItPassesHoweverItGrows) {
     for (int c = 0; c < 3; ++c) move.after[c] = static_cast<float>(m.at(m.corner, 1)[c]);
     move.corner = static_cast<std::uint32_t>(m.corner);
     Vec3 y = x;
-    const bool overtaken = overtakes(move, {}, kTolerance, y, y) == Overtaking::kDone;
+    const bool overtaken = overtakes(move, 1, kSkin, y);
     if (w.minCoeff() > 0) {
       ++taken;
       ASSERT_TRUE(overtaken) << i;
-      ASSERT_NEAR(m.height(y, 1), kTolerance, 1e-12) << i;
+      ASSERT_NEAR(m.height(y, 1), kSkin, 1e-12) << i;
       ASSERT_LT((m.weights(y, 1) - w).norm(), 1e-6) << i;  // On with the same point of the surface.
     } else {
       ++left;
@@ -77,30 +77,32 @@ TEST(TriangleMove, TakesAlongWhatItPassesHoweverItGrows) {
 }
 
 /** As in a crease, where one face has pushed a point behind the other before that one moves on. */
-TEST(TriangleMove, WhatIsBehindByLessThanAHairIsOvertakenIfItsSideIsKnown) {
-  constexpr double kTolerance = 1e-14;
+TEST(TriangleMove, WhatIsBehindByAHairIsOvertakenFromTheSideThatIsKnown) {
+  constexpr double kSkin = 1e-13;
   TriangleMove move{};
   const float corners[3][3] = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
   std::copy(&corners[0][0], &corners[0][0] + 9, &move.before[0][0]);
   move.corner = 2;
   move.after[1] = 1;
-  move.after[2] = 1e-3F;
-  const auto overtaken = [&](double height, int on, Vec3& x) {
+  const auto overtaken = [&](float rises, int side, double height, Vec3& x) {
+    move.after[2] = rises;
     x = Vec3(0, 0, height);
-    return overtakes(move, {false, on}, kTolerance, x, x);
+    return overtakes(move, side, kSkin, x);
+  };
+  const auto above = [&](const Vec3& x) {
+    const Vec3 normal = Vec3(2, 0, 0).cross(Vec3(1, 2, move.after[2])).normalized();
+    return normal.dot(x - Vec3(0, -1, 0));
   };
   Vec3 x;
-  EXPECT_EQ(overtaken(-0.9 * kTolerance, 0, x), Overtaking::kDone);
-  EXPECT_EQ(overtaken(-30 * kTolerance, 0, x), Overtaking::kUnsure);
-  EXPECT_EQ(x.z(), -30 * kTolerance);
-  EXPECT_FALSE(isInFront(move, x, kTolerance));
-  EXPECT_EQ(overtaken(-30 * kTolerance, 1, x), Overtaking::kDone);
-  const Vec3 normal = Vec3(2, 0, 0).cross(Vec3(1, 2, 1e-3F)).normalized();
-  EXPECT_NEAR(normal.dot(x - Vec3(0, -1, 0)), kTolerance, 1e-15);
-  EXPECT_EQ(overtaken(-100 * kTolerance, 1, x), Overtaking::kNone);  // Behind it, beyond doubt.
-  EXPECT_TRUE(isInFront(move, Vec3(0.1, 0, 1e-3), kTolerance));
-  move.after[2] = -1e-3F;
-  EXPECT_EQ(overtaken(-30 * kTolerance, 1, x), Overtaking::kNone);  // It goes away.
+  for (const double height : {0.9, 0.0, -0.9, -3.9, -1e6}) {  // The last has been pushed through it.
+    ASSERT_TRUE(overtaken(1e-3F, 1, height * kSkin, x)) << height;
+    ASSERT_NEAR(above(x), kSkin, 1e-15) << height;
+    ASSERT_TRUE(overtaken(-1e-3F, -1, -height * kSkin, x)) << height;
+    ASSERT_NEAR(above(x), -kSkin, 1e-15) << height;
+  }
+  EXPECT_FALSE(overtaken(1e-3F, -1, -kSkin, x));  // It goes away.
+  EXPECT_FALSE(overtaken(-1e-3F, 1, -3 * kSkin, x));
+  EXPECT_EQ(x, Vec3(0, 0, -3 * kSkin));
 }
 
 }  // namespace

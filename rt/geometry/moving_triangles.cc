@@ -24,11 +24,16 @@ Corners MovingTriangles::Moving::corners() const HD_RT {
 }
 
 MovingTriangles::Height MovingTriangles::Moving::height(const Vec3& x) const HD_RT {
-  const Corners v = corners();
-  const Vec3 n = v.normal();
-  const double area = n.norm();
   if (!(area > 0)) return {};
-  return {n / area, n.dot(x - v.a) / area};
+  return {normal / area, normal.dot(x - base) / area};
+}
+
+/** Made once a move: each push asks for the heights above all of them. */
+void MovingTriangles::Moving::notePlane() HD_RT {
+  const Corners v = corners();
+  base = v.a;
+  normal = v.normal();
+  area = normal.norm();
 }
 
 MovingTriangles::MovingTriangles(const MeshView& mesh, std::span<const TriangleMove> moves, const Vec3& x,
@@ -41,15 +46,17 @@ MovingTriangles::MovingTriangles(const MeshView& mesh, std::span<const TriangleM
       longest = std::max(longest, std::abs(double{move.after[k]} - move.before[move.corner][k]));
   }
   reach_ = kFarther * longest + kLiesOn * meeting.skin;
-  for (int i = 1; !collect(moves, x, reach_) && i < kTries; ++i) reach_ *= 0.25;
+  for (int i = 1; !collect(moves, x, reach_, i == kTries) && i < kTries; ++i) reach_ *= 0.25;
 }
 
-/** False if there may be more. */
-bool MovingTriangles::collect(std::span<const TriangleMove> moves, const Vec3& x, double reach) HD_RT {
+/** False if there may be more than there is room for; then not `all` is gone through. */
+bool MovingTriangles::collect(std::span<const TriangleMove> moves, const Vec3& x, double reach, bool all) HD_RT {
   count_ = turn_count_ = 0;
+  std::fill(std::begin(place_), std::end(place_), std::uint8_t{0});
   for (const TriangleMove& move : moves) {
     if (move.mesh != &mesh_) continue;
     Moving* const moving = add(move, x, reach);
+    if (moving == nullptr && count_ == kMost && !all) return false;
     if (moving == nullptr || moving->moves[move.corner]) continue;
     moving->moves[move.corner] = true;
     turns_[turn_count_++] = {mesh_.triangles[move.triangle][move.corner], static_cast<std::uint16_t>(moving - all_),
@@ -67,14 +74,17 @@ MovingTriangles::Moving* MovingTriangles::add(const TriangleMove& move, const Ve
                      mesh_.vertices[corner[1]][k], mesh_.vertices[corner[2]][k]});
     if (x[k] < low - reach || x[k] > high + reach) return nullptr;
   }
-  for (std::uint32_t i = 0; i < count_; ++i)
-    if (all_[i].move.triangle == move.triangle) return &all_[i];
+  std::uint32_t at = move.triangle % (2 * kMost);
+  for (; place_[at] != 0; at = (at + 1) % (2 * kMost))
+    if (all_[place_[at] - 1].move.triangle == move.triangle) return &all_[place_[at] - 1];
   if (count_ == kMost) return nullptr;
   Moving& moving = all_[count_++];
+  place_[at] = static_cast<std::uint8_t>(count_);
   moving = {};
   moving.move = move;
   std::copy_n(&move.before[0][0], 9, &moving.from[0][0]);
   for (int c = 0; c < 3; ++c) std::copy_n(&mesh_.vertices[corner[c]][0], 3, moving.to[c]);
+  moving.notePlane();
   const double height = moving.height(x).above;
   if (!meeting_.two_sided) {
     moving.side = height >= -kNoHeight * meeting_.skin ? 1 : 0;
@@ -114,6 +124,7 @@ bool MovingTriangles::push(Vec3& x, std::uint32_t& work, std::uint32_t limit) HD
         move(turns_[end], step);
         if (moving.side != 0) (void)overtakes(moving.move, moving.side, meeting_.skin, x);
         std::copy_n(moving.move.after, 3, moving.move.before[moving.move.corner]);
+        moving.notePlane();
       }
       if (x == from) {
         for (std::uint32_t i = first; i < end; ++i) noteSide(all_[turns_[i].triangle], x);

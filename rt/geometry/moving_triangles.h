@@ -24,7 +24,7 @@ struct Meeting {
  * a triangle passes the point. In one step only, a mesh that moves by more than a gap of it is wide would pass through
  * itself between two vertices, and take in who is in the gap. On which side of a triangle the point is, is remembered
  * where it lies too near to tell, and after each step it is put a skin above all on which it lies: what one face leaves
- * of a hair, another one would. All in the mesh's frame. Servo-safe; 21 kB.
+ * of a hair, another one would. All in the mesh's frame. Servo-safe; 30 kB.
  */
 class MovingTriangles {
  public:
@@ -51,16 +51,19 @@ class MovingTriangles {
     float from[3][3] = {}, to[3][3] = {};
     bool moves[3] = {};
     int side = 0;  ///< Of its plane, on which the point is: 1, -1, or 0 where it does not meet the point.
+    Vec3 base = Vec3::Zero(), normal = Vec3::Zero();  ///< Of its plane as it is; twice the area long,
+    double area = 0;                                  ///< as this says.
 
     [[nodiscard]] Corners corners() const HD_RT;
     [[nodiscard]] Height height(const Vec3& x) const HD_RT;
+    void notePlane() HD_RT;
   };
   struct Turn {
     std::uint32_t vertex;
     std::uint16_t triangle, corner;
   };
 
-  [[nodiscard]] bool collect(std::span<const TriangleMove> moves, const Vec3& x, double reach) HD_RT;
+  [[nodiscard]] bool collect(std::span<const TriangleMove> moves, const Vec3& x, double reach, bool all) HD_RT;
   void addResting(const Vec3& x, std::uint32_t& work, std::uint32_t limit) HD_RT;
   [[nodiscard]] Moving* add(const TriangleMove& move, const Vec3& x, double reach) HD_RT;
   void move(Turn turn, int step) HD_RT;
@@ -74,7 +77,9 @@ class MovingTriangles {
   double reach_ = 0;  ///< Within it something may touch the point.
   std::uint32_t count_ = 0, turn_count_ = 0;
   Moving all_[kMost];
-  Turn turns_[3 * kMost];  ///< Which corners move, one vertex after the other.
+  static_assert(kMost <= 255);
+  std::uint8_t place_[2 * kMost];  ///< Of a triangle in all_, and one; 0: free. By its number, or the next free one.
+  Turn turns_[3 * kMost];          ///< Which corners move, one vertex after the other.
 };
 
 }  // namespace hapticd

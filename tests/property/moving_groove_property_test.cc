@@ -56,7 +56,7 @@ class Groove {
     ASSERT_EQ(scene_.moveVertices(id_, moves_), ErrorCode::kOk);
     moves_.clear();
     if (random_.once(30))
-      aim_ = Vec3(random_.in(-1.2, 1.2) * wide_, random_.in(-1, 1) * kSize, random_.in(-1.5, 0.5) * kSize);
+      aim_ = Vec3{random_.in(-1.2, 1.2) * wide_, random_.in(-1, 1) * kSize, random_.in(-1.5, 0.5) * kSize};
     if (random_.once(40)) speed_ = std::pow(10, random_.in(-3, -0.3));
     hand_ += speed_ * (X * aim_ - hand_);
     const SurfaceContact& c = scene_.tick(hand_);

@@ -251,6 +251,7 @@ void ProxyRenderer::settle(Step& step) HD_RT {
         }
         if (round >= kMaxRounds) return;
         if (next.in_groove) ++step.broken;
+        if (next.faces > 0) step.seek(next.slot, next.face[0], next.face[1], next.faces);
         meet(step, next.target(), slot, first);
       }
       held = false;

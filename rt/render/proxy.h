@@ -217,6 +217,8 @@ class ProxyRenderer {
   };
   struct Step;
 
+  static constexpr int kMaxInGroove = 3;  ///< Surfaces that are looked at together.
+
   void begin(Step& step) HD_RT;
   void noteStarts(const Step& step) HD_RT;
   void followVertices(Step& step) HD_RT;
@@ -251,6 +253,11 @@ class ProxyRenderer {
   [[nodiscard]] static bool isOnEdge(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT;
   [[nodiscard]] static bool isOnFeature(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT;
   [[nodiscard]] bool planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT;
+  [[nodiscard]] static int sidesOf(const Step& step, Constraint (&side)[kMaxInGroove]) HD_RT;
+  [[nodiscard]] bool walkBelow(const SceneObject& object, const Constraint& c, const Vec3& x,
+                               Constraint& there) const HD_RT;
+  [[nodiscard]] bool sideAt(const SceneObject& object, const Constraint& c, const Vec3& x,
+                            Constraint& there) const HD_RT;
   [[nodiscard]] bool planInGroove(Step& step, const Vec3& here, double rest, Plan& plan) HD_RT;
   [[nodiscard]] double depthAtRest(Step& step, int i) const HD_RT;
   bool followFaces(Step& step, int held, const Vec3& at_W, double friction, Plan& plan) const HD_RT;

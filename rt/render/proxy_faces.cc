@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kFlat = 1e-6;       // Of the squared sine: two faces so much in one plane have no hollow.
 constexpr double kTan2 = 1.0 / 3;    // Squared tangent of half the turn at most.
+constexpr double kAbove = 2;         // Times as high as need be: what stands beside the way is cleared, too.
 constexpr double kMaxLift = 2;       // Of the straight way: more is rounding, where edges nearly coincide.
 constexpr int kMaxFacesAtRest = 32;  // Looked at for where a proxy without friction would be.
 constexpr int kMaxLeads = 2;         // In a tick: what keeps standing in the way is gone along step by step.
@@ -159,6 +160,7 @@ struct Walk {
   std::uint32_t triangle = HD_NO_INDEX, before = HD_NO_INDEX;  ///< The last two of them.
   Vec3 end = Vec3::Zero();  ///< Where the proxy will come to lie: on both if in a hollow, else above the last one.
   bool in_hollow = false;
+  bool hollow_ends = false;  ///< Before where both of the last two faces would be touched.
 
   bool toEnd(std::uint32_t first) HD_RT;
 
@@ -183,8 +185,9 @@ bool Walk::seekInHollow(const SeenFace& f, int k) HD_RT {
   const Vec3 &from = f.v[k], &to = f.v[(k + 1) % 3], &third = f.v[(k + 2) % 3];
   const HalfSpace &here = face[count - 1], &there = face[count - 2];
   const Vec3 beyond = oppositeCorner(mesh, before, triangle);
-  in_hollow = friction == 0 && here.normal.dot(beyond - from) > 0 && nearestInHollow(there, here, hip, end) &&
-              covers(to, third, from, here, end) && covers(from, beyond, to, there, end);
+  if (!(friction == 0 && here.normal.dot(beyond - from) > 0 && nearestInHollow(there, here, hip, end))) return false;
+  in_hollow = covers(to, third, from, here, end) && covers(from, beyond, to, there, end);
+  hollow_ends = !in_hollow;
   return in_hollow;
 }
 
@@ -249,7 +252,7 @@ Lead leadOver(const HalfSpace* face, int count, double tiny, const Vec3& at, con
   if (!(rise > tiny || fall > tiny)) return Lead::kStraight;
   if (!(rise > tiny)) rise = fall;
   if (!(fall > tiny)) fall = rise;
-  const double lift = rise * fall / (rise + fall);
+  const double lift = kAbove * rise * fall / (rise + fall);
   if (!(lift * lift * up.squaredNorm() <= kMaxLift * kMaxLift * (end - at).squaredNorm())) return Lead::kNone;
   over = at + fall / (rise + fall) * (end - at) + lift * up;
   return Lead::kOver;
@@ -280,13 +283,20 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
     here.normal = rotated(object.X_WO.q.conjugate(), c.surface.normal);
     here.offset = c.surface.offset - c.surface.normal.dot(object.X_WO.p) + c.skin;
   }
-  if (!walk.toEnd(first)) return false;
+  const auto lowest = [&](int back) {  // The last of the faces, or the one before.
+    const HalfSpace& plane = walk.face[walk.count - 1 - back];
+    return MeshPlane{back == 0 ? walk.triangle : walk.before, {plane.normal, plane.offset - c.skin}};
+  };
+  if (!walk.toEnd(first)) {
+    if (walk.hollow_ends) step.seek(c.slot, lowest(0), lowest(1));
+    return false;
+  }
   if (walk.count == 1) {
     plan.keeps = 1u << i;
     plan.lands = true;
     return true;
   }
-  const HalfSpace &last = walk.face[walk.count - 1], &other = walk.face[walk.count - 2];
+  const HalfSpace& last = walk.face[walk.count - 1];
   if (step.plain || !(last.height(walk.hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return false;
   const Vec3 end = walk.in_hollow ? walk.end : Vec3(walk.end - last.height(walk.end) * last.normal);
   const Vec3 at = toLocal(object.X_WO, at_W);
@@ -303,8 +313,8 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
   }
   plan.lands = true;
   plan.slot = c.slot;
-  plan.face[0] = {walk.triangle, {last.normal, last.offset - c.skin}};
-  plan.face[1] = {walk.before, {other.normal, other.offset - c.skin}};
+  plan.face[0] = lowest(0);
+  plan.face[1] = lowest(1);
   plan.faces = walk.in_hollow ? 2 : 1;
   return true;
 }

@@ -11,10 +11,7 @@ namespace {
 
 constexpr std::uint32_t kLate = 16;  // Sweeps after which kSettledLate holds.
 constexpr double kOnFace = 8;        // Skins, twice the height by which a ball on an edge rolls off a face.
-constexpr int kMaxGrooveTurns = 16;  // Of the tangent planes of a groove,
-constexpr int kMaxBroken = 2;        // A third surface is about: along the planes, lest one is lost in the air.
-constexpr double kSteepest = 0.02;   // Cosine: what leans more is gone along step by step.
-constexpr double kMaxLeap = 0.125;   // Of the depth: by how much each may be put farther along the groove.
+constexpr int kMaxBroken = 2;        // Ways above a groove; then along the planes, lest one is lost in the air.
 constexpr double kTurnCosine = 0.6, kTurnSine = 0.8;  // and so far if it must turn farther.
 constexpr double kFarAway = 1000;                     // Of an object's radius.
 
@@ -210,64 +207,6 @@ bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT 
   return true;
 }
 
-/**
- * In the groove of two surfaces, or the corner of three, of which one at least is curved: to the point of all of them
- * nearest to the goal, found by turning their tangent planes before anything is swept; over a point above these and the
- * present ones.
- */
-bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan& plan) HD_RT {
-  const int count = step.count;
-  const Constraint* const from = step.held;
-  Constraint* const there = step.held + count;
-  HalfSpace planes[kMaxInGroove];
-  double tolerance = 0;
-  for (int i = 0; i < count; ++i) tolerance = std::max(tolerance, kNear * from[i].skin);
-  Vec3 last = here, moved = Vec3::Zero();
-  std::uint32_t keeps = 0;
-  for (int turn = 0;; ++turn) {
-    bool curved = false;
-    for (int i = 0; i < count; ++i) {
-      const SceneObject& object = step.scene->slot(from[i].slot);
-      curved = tangentTo(object, from[i], toLocal(object.X_WO, last), there[i]) || curved;
-      if (there[i].surface.normal.dot(from[i].surface.normal) < kMaxTurnCosine) return false;
-      planes[i] = {there[i].surface.normal, there[i].surface.offset + from[i].skin};
-    }
-    Vec3 next = step.goal;
-    if (!curved || !nearestInside(planes, count, tolerance, next, keeps)) return false;
-    const Vec3 move = next - last;
-    last = next;
-    if (move.norm() <= rest) break;
-    if (turn >= kMaxGrooveTurns) return false;
-    // Each turn shortens the rest of the way by about the same factor: all at once (Aitken).
-    const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
-    const double farthest = kMaxLeap * (last - step.goal).norm() / move.norm();
-    if (factor > 0) last += (factor < 1 ? std::min(factor / (1 - factor), farthest) : farthest) * move;
-    moved = move;
-  }
-  if ((last - here).norm() <= rest || (step.together && leadsAway(here, last, step.goal))) return false;
-  Vec3 up = Vec3::Zero();
-  for (int i = 0; i < count; ++i) up += from[i].surface.normal + there[i].surface.normal;
-  up.normalize();
-  double lift = 0;
-  for (int i = 0; i < count; ++i) {
-    const double steep = std::min(up.dot(from[i].surface.normal), up.dot(there[i].surface.normal));
-    if (!(steep > kSteepest)) return false;
-    lift = std::max(lift, (from[i].skin - from[i].surface.height(last)) / steep);
-  }
-  plan.goTo(last + lift * up);
-  plan.way[plan.parts++] = last;
-  plan.above[0] = from[0].surface.normal;
-  plan.above[1] = there[0].surface.normal;
-  plan.in_groove = true;
-  plan.lands = keeps != 0;
-  plan.keeps = keeps << count;
-  for (int i = 0; i < count; ++i) {
-    const SceneObject& object = step.scene->slot(there[i].slot);
-    if (keeps >> i & 1u) plan.lands = plan.lands && isOnFeature(object, there[i], toLocal(object.X_WO, last));
-  }
-  return true;
-}
-
 /** Where the surfaces that hold the proxy, and friction, let it go. */
 void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   Vec3 at = here(step);
@@ -328,11 +267,16 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
       (void)followFaces(step, std::countr_zero(active), at, sliding, plan);
     return;
   }
+  const bool may_bend = !step.plain && step.broken < kMaxBroken && step.count <= kMaxInGroove;
+  const bool tried = may_bend && step.sought_count > 0;
+  if (tried && planInGroove(step, at, rest, plan)) return;
+  step.sought_count = 0;
   if (step.count == 1) {
     if (step.held[0].kind == FeatureKind::kEdge && followFaces(step, 0, at, 0, plan)) return;
+    if (may_bend && !tried && step.sought_count > 0 && planInGroove(step, at, rest, plan)) return;
     if (!step.plain && planOnCurve(step, at, plan)) return;
-  } else if (step.count <= kMaxInGroove && step.broken < kMaxBroken && !step.plain) {
-    if (planInGroove(step, at, rest, plan)) return;
+  } else if (may_bend && !step.isHeldByFaces() && planInGroove(step, at, rest, plan)) {
+    return;
   }
   plan.goTo(foot);
   plan.stay = (foot - at).norm() <= rest;
@@ -349,6 +293,9 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     if (active >> i & 1u)
       plan.lands = plan.lands && c.kind == FeatureKind::kFace && isOnFeature(object, c, toLocal(object.X_WO, foot));
   }
+  if (plan.lands || !may_bend || step.count + step.sought_count < 2 || tried) return;
+  Plan bent;
+  if (planInGroove(step, at, rest, bent)) plan = bent;
 }
 
 }  // namespace hapticd

@@ -32,9 +32,6 @@ inline constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a s
   return rotated(X.q.conjugate(), x - X.p);
 }
 
-inline constexpr int kMaxInGroove = 3;  // Surfaces that are looked at together.
-static_assert(2 * kMaxInGroove >= kMaxHalfSpaces);
-
 inline double extent(const Vec3& x) HD_RT { return x.cwiseAbs().maxCoeff(); }
 
 /** Whether `end` is clearly farther from the goal than `at`: the spring would gain what nobody gave. */
@@ -55,6 +52,7 @@ std::uint32_t faceBeyondEdge(const MeshView& mesh, std::uint32_t triangle, std::
 
 /** What one step works with. */
 struct ProxyRenderer::Step {
+  static_assert(2 * kMaxInGroove >= kMaxHalfSpaces);
   const Scene* scene = nullptr;
   Vec3 goal = Vec3::Zero();  ///< The hip,
   Vec3 v_W = Vec3::Zero();   ///< and its velocity [m/s].
@@ -84,6 +82,9 @@ struct ProxyRenderer::Step {
   std::uint32_t hip_slot = 0;         ///< in this slot, 0 for none.
   Constraint held[2 * kMaxInGroove];  ///< Behind those that hold the proxy stands what a plan has noted.
   int count = 0;
+  MeshPlane sought[2];  ///< Faces on which the proxy was thought to come to lie, and something stood in its way;
+  std::uint32_t sought_slot = 0;
+  int sought_count = 0;    ///< or in whose hollow, which has ended.
   Support support;         ///< Of the proxy where it is,
   bool supported = false;  ///< if that has been looked at.
 
@@ -100,6 +101,14 @@ struct ProxyRenderer::Step {
       if (held[std::countr_zero(active)].slot != first) return true;
     return false;
   }
+  void seek(std::uint32_t slot, const MeshPlane& face, const MeshPlane& other, int faces = 2) HD_RT {
+    sought_slot = slot;
+    sought[0] = face;
+    sought[1] = other;
+    sought_count = faces;
+  }
+  /** All of them faces of meshes. */
+  [[nodiscard]] bool isHeldByFaces() const HD_RT;
   void noteGone() HD_RT {
     slipped = slip;
     judged = asked;

@@ -101,6 +101,7 @@ struct ProxyRenderer::Step {
       if (held[std::countr_zero(active)].slot != first) return true;
     return false;
   }
+  /** One or two faces that were sought in vain: for the groove or corner that they make with what is met. */
   void seek(std::uint32_t slot, const MeshPlane& face, const MeshPlane& other, int faces = 2) HD_RT {
     sought_slot = slot;
     sought[0] = face;

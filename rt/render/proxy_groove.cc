@@ -1,5 +1,4 @@
 // A proxy held by several surfaces at once: where in their groove, or corner, it will come to lie, and the way there.
-#include "rt/geometry/pseudo_normal.h"
 #include "rt/geometry/triangle.h"
 #include "rt/render/proxy_step.h"
 
@@ -28,6 +27,14 @@ std::uint32_t nextAbout(const MeshView& mesh, std::uint32_t triangle, std::uint3
   const std::uint32_t other = mesh.neighbours[triangle][first ? last : corner];
   if (over != HD_NO_INDEX && over != before) return over;
   return other != before ? other : HD_NO_INDEX;
+}
+
+/** Whether x is above or below the triangle. */
+bool isOver(const MeshView& mesh, std::uint32_t triangle, const Vec3& x) HD_RT {
+  const Corners v = cornersOf(mesh, triangle);
+  const Vec3 n = v.normal();
+  return (v.b - v.a).cross(x - v.a).dot(n) > 0 && (v.c - v.b).cross(x - v.b).dot(n) > 0 &&
+         (v.a - v.c).cross(x - v.c).dot(n) > 0;
 }
 
 }  // namespace
@@ -74,15 +81,17 @@ bool ProxyRenderer::walkBelow(const SceneObject& object, const Constraint& c, co
   const MeshView& mesh = *object.shape.mesh;
   std::uint32_t triangle = c.feature, before = HD_NO_INDEX;
   for (int walked = 0; walked < kMaxWalked; ++walked) {
-    const TriangleFoot foot = nearestOnTriangle(cornersOf(mesh, triangle), x);
-    Vec3 normal = faceNormal(mesh, triangle);
-    if (!(normal.squaredNorm() > 0.5)) return false;  // Without area.
+    const Corners corners = cornersOf(mesh, triangle);
+    const Vec3 up = corners.normal();
+    if (!(up.squaredNorm() > 0)) return false;  // Without area.
+    const TriangleFoot foot = nearestOnTriangle(corners, x);
     std::uint32_t next = HD_NO_INDEX;
     if (foot.kind == FeatureKind::kEdge) next = mesh.neighbours[triangle][foot.corner];
     if (foot.kind == FeatureKind::kVertex) {
-      next = nextAbout(mesh, triangle, foot.corner, normal, x, before);
+      next = nextAbout(mesh, triangle, foot.corner, up, x, before);
       if (next == HD_NO_INDEX) return false;
     } else if (next == before || next == HD_NO_INDEX) {
+      Vec3 normal = up / up.norm();
       if (foot.kind == FeatureKind::kEdge) {
         const Vec3 out = x - foot.point;
         if (radius_ == 0 || !(out.dot(normal) > 0)) return false;
@@ -105,12 +114,15 @@ bool ProxyRenderer::walkBelow(const SceneObject& object, const Constraint& c, co
 
 /**
  * The tangent plane near x of the surface that goes on from `c`, grown by the radius; x is in the object's frame.
- * False: it is that of `c`.
+ * `there` is where it was looked for last. False: it is that of `c`.
  */
 bool ProxyRenderer::sideAt(const SceneObject& object, const Constraint& c, const Vec3& x,
                            Constraint& there) const HD_RT {
-  const bool walks = object.shape.kind == ShapeKind::kMesh && c.kind != FeatureKind::kVertex &&
-                     (object.flags & HD_OBJECT_TWO_SIDED) == 0 && object.shape.mesh->neighbours != nullptr;
+  const bool on_mesh = object.shape.kind == ShapeKind::kMesh;
+  if (on_mesh && there.kind == FeatureKind::kFace && isOver(*object.shape.mesh, there.feature, x))
+    return c.kind != FeatureKind::kFace || there.feature != c.feature;
+  const bool walks = on_mesh && c.kind != FeatureKind::kVertex && (object.flags & HD_OBJECT_TWO_SIDED) == 0 &&
+                     object.shape.mesh->neighbours != nullptr;
   if (!walks || !walkBelow(object, c, x, there)) return tangentTo(object, c, x, there);
   return there.kind != FeatureKind::kFace || c.kind != FeatureKind::kFace || there.feature != c.feature;
 }
@@ -126,23 +138,31 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
   Constraint* const there = step.held + step.count;
   HalfSpace planes[kMaxInGroove];
   double tolerance = 0;
-  for (int i = 0; i < count; ++i) tolerance = std::max(tolerance, kNear * from[i].skin);
+  for (int i = 0; i < count; ++i) {
+    tolerance = std::max(tolerance, kNear * from[i].skin);
+    there[i] = from[i];
+  }
   const int most_walks = radius_ > 0 ? kMaxWalks : kMaxPointWalks;
   Vec3 last = here, moved = Vec3::Zero();
   std::uint32_t keeps = 0;
+  bool turned = step.sought_count > 0 || step.isHeldByFaces();  // Faces do when one is left.
+  bool leapt = false;
   for (int turn = 0;; ++turn) {
-    bool turned = turn > 0 || step.sought_count > 0 || step.isHeldByFaces();  // Faces do when one is left.
-    bool walks = false;
+    bool walks = false, same = turn > 0 && !leapt;
     for (int i = 0; i < count; ++i) {
       const SceneObject& object = step.scene->slot(from[i].slot);
       const std::uint32_t feature = there[i].feature;
-      turned = sideAt(object, from[i], toLocal(object.X_WO, last), there[i]) || turned;
+      turned = (turn > 0 && sideAt(object, from[i], toLocal(object.X_WO, last), there[i])) || turned;
       walks = walks || there[i].feature != feature;
       if (there[i].surface.normal.dot(from[i].surface.normal) < kMaxTurnCosine) return false;
-      planes[i] = {there[i].surface.normal, there[i].surface.offset + from[i].skin};
+      const HalfSpace plane{there[i].surface.normal, there[i].surface.offset + from[i].skin};
+      same = same && plane.normal == planes[i].normal && plane.offset == planes[i].offset;
+      planes[i] = plane;
     }
+    if (turn > 0 && !turned) return false;
+    if (same) break;
     Vec3 next = step.goal;
-    if (!turned || !nearestInside(planes, count, tolerance, next, keeps)) return false;
+    if (!nearestInside(planes, count, tolerance, next, keeps)) return false;
     const Vec3 move = next - last;
     last = next;
     if (move.norm() <= rest) break;
@@ -150,7 +170,8 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
     // Each turn shortens the rest of the way by about the same factor: all at once (Aitken).
     const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
     const double farthest = kMaxLeap * (last - step.goal).norm() / move.norm();
-    if (factor > 0) last += (factor < 1 ? std::min(factor / (1 - factor), farthest) : farthest) * move;
+    leapt = factor > 0;
+    if (leapt) last += (factor < 1 ? std::min(factor / (1 - factor), farthest) : farthest) * move;
     moved = move;
   }
   if ((last - here).norm() <= rest || (step.together && leadsAway(here, last, step.goal))) return false;

@@ -117,7 +117,7 @@ struct hd_sample {
   float depth_m;             /**< Penetration of the HIP below the surface, 0 in free space. */
   uint32_t contact_object;   /**< Object in contact, 0 for none. */
   uint32_t missed;           /**< Periods missed since start. */
-  uint32_t wake_ns;          /**< Wake-up latency of this tick. */
+  uint32_t wake_ns;          /**< Wake-up latency of this tick: of the first period, where some were missed. */
   uint32_t cycle_ns;         /**< Duration of the previous tick's whole cycle. */
   uint32_t applied_commands; /**< Commands taken by this tick, all sessions together. */
   uint8_t reserved[16];

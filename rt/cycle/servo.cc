@@ -127,7 +127,7 @@ void Servo::runOnce() HD_RT {
 
   if (CycleLog* to = log.load(std::memory_order_acquire)) to->push(*input_, *output_, config_.device_count);
   askCollider();
-  publish(woke_ns - deadline_ns_);
+  publish(woke_ns, late_ns);
   const std::int64_t done_ns = clock_.now();
 
   histograms.wake.record(late_ns);
@@ -138,7 +138,7 @@ void Servo::runOnce() HD_RT {
   histograms.cycle.record(done_ns - woke_ns);
   last_cycle_duration_ns_ = done_ns - woke_ns;
   deadline_ns_ += config_.period_ns;
-  count(done_ns);
+  count(done_ns, late_ns);
 }
 
 /** The panel's buttons follow the device's own. */
@@ -187,11 +187,11 @@ void Servo::askCollider() HD_RT {
   collider->questions.put(*question_);
 }
 
-void Servo::publish(std::int64_t wake_latency_ns) HD_RT {
+void Servo::publish(std::int64_t woke_ns, std::int64_t late_ns) HD_RT {
   hd_sample sample{};
   sample.tick = tick_;
-  sample.t_ns = deadline_ns_ + wake_latency_ns;
-  sample.wake_ns = clampToU32(wake_latency_ns);
+  sample.t_ns = woke_ns;
+  sample.wake_ns = clampToU32(late_ns);
   sample.cycle_ns = clampToU32(last_cycle_duration_ns_);
   sample.missed =
       clampToU32(static_cast<std::int64_t>(counters.missed.load(std::memory_order_relaxed) + input_->missed));
@@ -242,7 +242,7 @@ void Servo::publishSession(std::uint32_t slot) HD_RT {
   publishField(a.counters.max_cycle_ns, max_cycle_ns_);
 }
 
-void Servo::count(std::int64_t done_ns) HD_RT {
+void Servo::count(std::int64_t done_ns, std::int64_t late_ns) HD_RT {
   const auto add = [](std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {
     if (n != 0) counter.store(counter.load(std::memory_order_relaxed) + n, std::memory_order_relaxed);
   };
@@ -255,7 +255,7 @@ void Servo::count(std::int64_t done_ns) HD_RT {
   std::uint64_t stale = 0;
   for (std::uint32_t d = 0; d < config_.device_count; ++d) stale += input_->device[d].fresh ? 0 : 1;
   const bool overran = input_->missed != 0 || done_ns > deadline_ns_;
-  max_wake_ns_ = std::max(max_wake_ns_, clampToU32(done_ns - last_cycle_duration_ns_ - input_->now_ns));
+  max_wake_ns_ = std::max(max_wake_ns_, clampToU32(late_ns));
   max_cycle_ns_ = std::max(max_cycle_ns_, clampToU32(last_cycle_duration_ns_));
   add(counters.cycles, 1);
   add(counters.missed, input_->missed);

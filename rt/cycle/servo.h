@@ -91,9 +91,9 @@ class Servo {
   void gather() HD_RT;
   void addButtons(std::uint32_t device) HD_RT;
   void askCollider() HD_RT;
-  void publish(std::int64_t wake_latency_ns) HD_RT;
+  void publish(std::int64_t woke_ns, std::int64_t late_ns) HD_RT;
   void publishSession(std::uint32_t slot) HD_RT;
-  void count(std::int64_t done_ns) HD_RT;
+  void count(std::int64_t done_ns, std::int64_t late_ns) HD_RT;
 
   CycleConfig config_;
   std::array<Device*, kMaxDevices> devices_;

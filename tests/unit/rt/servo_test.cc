@@ -103,6 +103,8 @@ TEST_F(ServoFixture, TheSampleBehindAGapCountsIt) {
   ASSERT_EQ(samples.size(), 3u);
   for (const hd_sample& sample : samples) EXPECT_EQ(sample.missed, sample.tick - (&sample - samples.data()) - 1);
   EXPECT_EQ(samples[1].missed, 2u);
+  EXPECT_EQ(samples[1].wake_ns, 2 * kPeriodNs + kPeriodNs / 2);
+  EXPECT_EQ(samples[1].t_ns, 4 * kPeriodNs + kPeriodNs / 2);
 }
 
 TEST_F(ServoFixture, ASmallOverrunMissesNothingButCounts) {

@@ -95,7 +95,7 @@ void ProxyRenderer::begin(Step& step) HD_RT {
   step.together = false;
   for (const std::uint16_t slot : touchable) {
     const SceneObject& object = step.scene->slot(slot);
-    if (!isBehind(object, slot)) start_[slot] = toLocal(object.X_WO_before, proxy_);
+    if (!isBehind(object, slot)) start_[slot] = object.X_WO_before.q.conjugate() * (proxy_ - object.X_WO_before.p);
   }
   followVertices(step);
 }
@@ -112,21 +112,21 @@ Vicinity* ProxyRenderer::vicinityOf(Step& step, std::uint32_t slot, const Vec3& 
   if (!keep_ || object_ == 0 || object.shape.kind != ShapeKind::kMesh || step.near_count == Surroundings::kMeshes)
     return nullptr;
   ProxyPlace place{start, start, step.hipIn(slot), radius_};
-  if (radius_ > 0) place.end += rotated(object.X_WO.q.conjugate(), step.end - proxy_);  // A point swings less.
+  if (radius_ > 0) place.end += object.R_WO.transpose() * (step.end - proxy_);  // A point swings less.
   Vicinity* const vicinity = surroundings_.about(slot, object.shape, place, step.gathered);
   step.near[step.near_count++] = {slot, vicinity};
   return vicinity;
 }
 
 Vec3 ProxyRenderer::startIn(const Step& step, std::uint32_t slot) const HD_RT {
-  return step.together ? toLocal(step.scene->slot(slot).X_WO, proxy_) : start_[slot];
+  return step.together ? step.scene->slot(slot).toLocal(proxy_) : start_[slot];
 }
 
 /** The proxy in W: carried along by the surface that holds it. */
 Vec3 ProxyRenderer::here(const Step& step) const HD_RT {
   if (step.together || step.count == 0) return proxy_;
   const std::uint32_t slot = step.held[step.count - 1].slot;
-  return step.scene->slot(slot).X_WO * start_[slot];
+  return step.scene->slot(slot).toWorld(start_[slot]);
 }
 
 /**
@@ -152,8 +152,8 @@ bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, const Vec3& above, b
     }
     Sweep sweep;
     sweep.a = startIn(step, i);
-    sweep.d = toLocal(object.X_WO, target) - sweep.a;
-    sweep.above = rotated(object.X_WO.q.conjugate(), above);
+    sweep.d = object.toLocal(target) - sweep.a;
+    sweep.above = object.R_WO.transpose() * above;
     sweep.radius = radius_;
     sweep.tolerance = kNear * skin;
     sweep.two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
@@ -185,7 +185,7 @@ void ProxyRenderer::moveBy(Step& step, const Vec3& target, double t) HD_RT {
     return;
   }
   for (const std::uint16_t i : step.scene->touchable()) {
-    start_[i] += t * (toLocal(step.scene->slot(i).X_WO, target) - start_[i]);
+    start_[i] += t * (step.scene->slot(i).toLocal(target) - start_[i]);
   }
   proxy_ += t * (target - proxy_);
 }
@@ -199,7 +199,7 @@ void ProxyRenderer::arrive(Step& step, const Vec3& target) HD_RT {
 /** Goes on the way to `target` as far as a hair above the surface met there, also where the way only grazes it. */
 void ProxyRenderer::comeTo(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT {
   const SceneObject& object = step.scene->slot(slot);
-  const double approach = -first.normal.dot(toLocal(object.X_WO, target) - startIn(step, slot));
+  const double approach = -first.normal.dot(object.toLocal(target) - startIn(step, slot));
   moveBy(step, target, std::max(0.0, first.t - step.skin(object) / approach));
 }
 
@@ -287,7 +287,7 @@ double ProxyRenderer::spread(const Step& step) const HD_RT {
   double most = 0;
   for (int i = 0; i < step.count && !step.together; ++i) {
     const std::uint32_t slot = step.held[i].slot;
-    most = std::max(most, (step.scene->slot(slot).X_WO * start_[slot] - proxy_).norm());
+    most = std::max(most, (step.scene->slot(slot).toWorld(start_[slot]) - proxy_).norm());
   }
   return most;
 }

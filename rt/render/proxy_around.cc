@@ -101,7 +101,7 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     query.reach = kClearlyNearer * (now.at - step.goal).norm() / cone - radius_;
     if (!(query.reach > 0)) continue;
     query.turned = true;
-    query.axis = rotated(object.X_WO.q.conjugate(), (now.foot - step.goal).normalized());
+    query.axis = object.R_WO.transpose() * (now.foot - step.goal).normalized();
     query.cosine = kOpposed;
     query.vicinity = step.vicinity(looked);
     query.work = step.work;
@@ -122,7 +122,7 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     const double depth = radius_ + (inside ? distance : -distance);
     if (best.slot != 0 && depth >= best.depth) continue;
     // Friction alone keeps the proxy from where it would come to without: on a curve farther than its cone is wide.
-    if (mu > 0 && near.pseudo_normal.dot(object.X_WO.q.conjugate() * step.held[i].surface.normal) > kSameSide) {
+    if (mu > 0 && near.pseudo_normal.dot(object.R_WO.transpose() * step.held[i].surface.normal) > kSameSide) {
       const double at_rest = depthAtRest(step, i);
       if (at_rest > 0 && kNearerThanRest * at_rest <= depth) continue;
     }
@@ -130,10 +130,10 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     const Vec3 from = inside && (radius_ == 0 || distance > kUnder * skin)
                           ? query.x
                           : Vec3(near.point - kUnder * skin * near.pseudo_normal);
-    if (leavesSolid(object, from, toLocal(object.X_WO, contact), kNear * skin, query.vicinity, step.work)) continue;
+    if (leavesSolid(object, from, object.toLocal(contact), kNear * skin, query.vicinity, step.work)) continue;
     best.slot = looked;
-    best.point = object.X_WO * near.point;
-    best.normal = object.X_WO.q * near.pseudo_normal;
+    best.point = object.toWorld(near.point);
+    best.normal = object.R_WO * near.pseudo_normal;
     best.depth = depth;
   }
   return best;
@@ -152,7 +152,7 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
   const Vec3 landing = nearer.point + (radius_ + skin) * n;
   // Where the ball does not fit no way leads, and most that are looked for end there.
   if (radius_ > 0 &&
-      touches(object, toLocal(object.X_WO, landing), radius_ + 0.5 * skin, step.vicinity(nearer.slot), step.work))
+      touches(object, object.toLocal(landing), radius_ + 0.5 * skin, step.vicinity(nearer.slot), step.work))
     return false;
   const double most = kMaxDetour * (now.at - step.goal).norm();
   const Vec3 from = proxy_;

@@ -53,7 +53,7 @@ bool ProxyRenderer::letGoOfAbsent(Step& step, double& last) const HD_RT {
     const Constraint& c = step.held[i];
     const SceneObject& object = step.scene->slot(c.slot);
     if (object.shape.kind == ShapeKind::kMesh && i + 1 < step.count) {
-      const Vec3 x = toLocal(object.X_WO, proxy_);
+      const Vec3 x = object.toLocal(proxy_);
       const double reach = radius_ + kAt * c.skin;
       if ((nearestOnTriangle(cornersOf(*object.shape.mesh, c.feature), x).point - x).squaredNorm() > reach * reach)
         continue;
@@ -83,13 +83,13 @@ bool ProxyRenderer::leaveVertex(Step& step) HD_RT {
   for (int i = 0; i < step.count; ++i)
     if (step.scene->slot(step.held[i].slot).material.friction_static > 0) return false;
   const MeshView& mesh = *object.shape.mesh;
-  const Vec3 x = toLocal(object.X_WO, proxy_);
+  const Vec3 x = object.toLocal(proxy_);
   std::uint32_t corner = 0;
   while (corner < 3 && !((mesh.vertex(c.feature, static_cast<int>(corner)) - x).norm() <= kAt * c.skin)) ++corner;
   if (corner == 3) return false;
   const std::uint32_t vertex = mesh.triangles[c.feature][corner];
   const Vec3 v = mesh.vertex(c.feature, static_cast<int>(corner));
-  EdgeToward edge{mesh, v, toLocal(object.X_WO, step.goal) - v};
+  EdgeToward edge{mesh, v, object.toLocal(step.goal) - v};
   std::uint32_t t = c.feature;
   for (int i = 0; i < kMaxFan && t != HD_NO_INDEX; ++i) {  // Round the vertex; at a border as far as it goes.
     const std::uint32_t at = cornerOf(mesh, t, vertex);
@@ -103,10 +103,10 @@ bool ProxyRenderer::leaveVertex(Step& step) HD_RT {
   const Vec3 up = (edge.normal[0] + edge.normal[1]).normalized();
   const double steep = up.dot(edge.normal[0]);
   if (!(steep > kSharpest)) return false;
-  const Vec3 target = object.X_WO * (v + edge.length * edge.along + c.skin / steep * up);
+  const Vec3 target = object.toWorld(v + edge.length * edge.along + c.skin / steep * up);
   if (!((target - step.goal).norm() < kClearlyNearer * (proxy_ - step.goal).norm())) return false;
   // Straight, or, where a ridge lies between, over a point above the edge's faces.
-  const Vec3 over[] = {proxy_ + kOver * edge.length * rotated(object.X_WO.q, up), target};
+  const Vec3 over[] = {proxy_ + kOver * edge.length * (object.R_WO * up), target};
   if (!goVia(step, &target, 1, kAnyLength) && !goVia(step, over, 2, kAnyLength)) return false;
   step.settled = false;
   return true;

@@ -91,7 +91,7 @@ void ProxyRenderer::noteFooting(const Step& step, std::uint32_t active, const Fr
   footing_.triangle = on.feature;
   footing_.rubs = friction.still > 0;
   const bool faces = on.kind == FeatureKind::kFace;
-  footing_.side = !faces ? 0 : on.surface.normal.dot(rotated(object.X_WO.q, area)) < 0 ? -1 : 1;
+  footing_.side = !faces ? 0 : on.surface.normal.dot(object.R_WO * area) < 0 ? -1 : 1;
 }
 
 }  // namespace hapticd

@@ -273,14 +273,14 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
       object.shape.mesh->neighbours == nullptr)
     return false;
   Walk walk{*object.shape.mesh, step.hipIn(c.slot), radius_, c.skin, friction};
-  if (friction > 0) walk.proxy = toLocal(object.X_WO, at_W);
+  if (friction > 0) walk.proxy = object.toLocal(at_W);
   std::uint32_t first = c.feature;
   if (c.kind != FeatureKind::kFace) {
     Vec3 beyond;
     if (c.kind == FeatureKind::kEdge) first = faceBeyondEdge(walk.mesh, c.feature, c.corner, walk.hip, beyond);
     if (c.kind != FeatureKind::kEdge || first == HD_NO_INDEX) return false;
     HalfSpace& here = walk.face[walk.count++];
-    here.normal = rotated(object.X_WO.q.conjugate(), c.surface.normal);
+    here.normal = object.R_WO.transpose() * c.surface.normal;
     here.offset = c.surface.offset - c.surface.normal.dot(object.X_WO.p) + c.skin;
   }
   const auto lowest = [&](int back) {  // The last of the faces, or the one before.
@@ -299,17 +299,17 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
   const HalfSpace& last = walk.face[walk.count - 1];
   if (step.plain || !(last.height(walk.hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return false;
   const Vec3 end = walk.in_hollow ? walk.end : Vec3(walk.end - last.height(walk.end) * last.normal);
-  const Vec3 at = toLocal(object.X_WO, at_W);
+  const Vec3 at = object.toLocal(at_W);
   if (step.together && leadsAway(at, end, walk.hip)) return false;
   // Into a hollow the way leads over the face before, which reaches there.
   Vec3 over;
   const Lead lead = leadOver(walk.face, walk.in_hollow ? walk.count - 1 : walk.count, kNear * c.skin, at, end, over);
   if (lead == Lead::kNone) return false;
-  plan.goTo(object.X_WO * (lead == Lead::kOver ? over : end));
+  plan.goTo(object.toWorld(lead == Lead::kOver ? over : end));
   plan.above[0] = c.surface.normal;
   if (lead == Lead::kOver) {
-    plan.way[plan.parts++] = object.X_WO * end;
-    plan.above[1] = rotated(object.X_WO.q, last.normal);
+    plan.way[plan.parts++] = object.toWorld(end);
+    plan.above[1] = object.R_WO * last.normal;
   }
   plan.lands = true;
   plan.slot = c.slot;
@@ -369,7 +369,7 @@ double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
 void ProxyRenderer::holdFace(Step& step, std::uint32_t slot, const MeshPlane& face) HD_RT {
   const SceneObject& object = step.scene->slot(slot);
   const HalfSpace& plane = face.plane;
-  const Vec3 x = toLocal(object.X_WO, proxy_);
+  const Vec3 x = object.toLocal(proxy_);
   const double height = plane.height(x);
   hold(step, slot,
        {0, height, plane.normal, plane.offset, face.triangle, FeatureKind::kFace, 0,

@@ -25,7 +25,7 @@ bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, do
   Vec3 last = at, moved = Vec3::Zero();
   double depth = 0;
   for (int turn = 0;; ++turn) {
-    if (!tangentTo(object, c, toLocal(object.X_WO, last), there) || there.kind != c.kind) return false;
+    if (!tangentTo(object, c, object.toLocal(last), there) || there.kind != c.kind) return false;
     const Vec3& n = there.surface.normal;
     depth = -there.surface.height(step.goal);
     const Vec3 foot = step.goal + (depth + c.skin) * n, along = last - foot, lag = along - along.dot(n) * n;
@@ -54,7 +54,7 @@ bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, do
   plan.way[plan.parts++] = last;
   plan.above[0] = planes[0].normal;
   plan.above[1] = planes[1].normal;
-  plan.lands = isOnFeature(object, there, toLocal(object.X_WO, last));
+  plan.lands = isOnFeature(object, there, object.toLocal(last));
   plan.keeps = 2;
   return true;
 }

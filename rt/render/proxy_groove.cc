@@ -65,7 +65,7 @@ int ProxyRenderer::sidesOf(const Step& step, Constraint (&side)[kMaxInGroove]) H
     c.feature = face.triangle;
     c.kind = FeatureKind::kFace;
     c.corner = 0;
-    c.surface.normal = rotated(object.X_WO.q, face.plane.normal);
+    c.surface.normal = object.R_WO * face.plane.normal;
     c.surface.offset = face.plane.offset + c.surface.normal.dot(object.X_WO.p);
     c.skin = step.skin(object);
   }
@@ -102,7 +102,7 @@ bool ProxyRenderer::walkBelow(const SceneObject& object, const Constraint& c, co
       there.kind = foot.kind;
       there.corner = foot.kind == FeatureKind::kFace ? 0 : foot.corner;
       there.point = foot.point;
-      there.surface.normal = rotated(object.X_WO.q, normal);
+      there.surface.normal = object.R_WO * normal;
       there.surface.offset = normal.dot(foot.point) + radius_ + there.surface.normal.dot(object.X_WO.p);
       return true;
     }
@@ -152,7 +152,7 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
     for (int i = 0; i < count; ++i) {
       const SceneObject& object = step.scene->slot(from[i].slot);
       const std::uint32_t feature = there[i].feature;
-      turned = (turn > 0 && sideAt(object, from[i], toLocal(object.X_WO, last), there[i])) || turned;
+      turned = (turn > 0 && sideAt(object, from[i], object.toLocal(last), there[i])) || turned;
       walks = walks || there[i].feature != feature;
       if (there[i].surface.normal.dot(from[i].surface.normal) < kMaxTurnCosine) return false;
       const HalfSpace plane{there[i].surface.normal, there[i].surface.offset + from[i].skin};
@@ -196,7 +196,7 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
   plan.keeps = keeps << step.count;
   for (int i = 0; i < count; ++i) {
     const SceneObject& object = step.scene->slot(there[i].slot);
-    if (keeps >> i & 1u) plan.lands = plan.lands && isOnFeature(object, there[i], toLocal(object.X_WO, last));
+    if (keeps >> i & 1u) plan.lands = plan.lands && isOnFeature(object, there[i], object.toLocal(last));
   }
   return true;
 }

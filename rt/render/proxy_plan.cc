@@ -83,7 +83,7 @@ void ProxyRenderer::hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD
   met.kind = hit.kind;
   met.corner = hit.corner;
   met.point = hit.point;
-  met.surface.normal = rotated(object.X_WO.q, hit.normal);
+  met.surface.normal = object.R_WO * hit.normal;
   met.surface.offset = hit.offset + met.surface.normal.dot(object.X_WO.p);
   met.skin = step.skin(object);
   bool on_face = false;  // Held by that face already: what stops the ball now is the edge itself.
@@ -93,20 +93,20 @@ void ProxyRenderer::hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD
   }
   if (hit.kind != FeatureKind::kFace && object.shape.kind == ShapeKind::kMesh && !on_face) {
     // On an edge, but within the skin on the face too: the face's plane does not turn from tick to tick.
-    Vec3 face = object.X_WO.q * faceNormal(*object.shape.mesh, hit.feature);
+    Vec3 face = object.R_WO * faceNormal(*object.shape.mesh, hit.feature);
     if (face.dot(met.surface.normal) < 0) face = -face;
     if ((face - met.surface.normal).squaredNorm() * radius_ < kOnFace * met.skin) {
       met.kind = FeatureKind::kFace;
       met.corner = 0;
       met.surface.normal = face;
-      met.surface.offset = face.dot(object.X_WO * object.shape.mesh->vertex(hit.feature, 0)) + radius_;
+      met.surface.offset = face.dot(object.toWorld(object.shape.mesh->vertex(hit.feature, 0))) + radius_;
     }
   }
   int kept = 0;
   for (int i = 0; i < step.count; ++i) {
     const Constraint& c = step.held[i];
     if (c.slot == met.slot && c.feature == met.feature && c.kind == met.kind && c.corner == met.corner) continue;
-    const Vec3 x = step.together ? proxy_ : Vec3(step.scene->slot(c.slot).X_WO * start_[c.slot]);
+    const Vec3 x = step.together ? proxy_ : Vec3(step.scene->slot(c.slot).toWorld(start_[c.slot]));
     // Below it, and yet outside: passed on the way around, and no wall from here.
     if (std::abs(c.surface.height(x)) <= 2 * c.skin && kept < kMaxHalfSpaces - 1) step.held[kept++] = c;
   }
@@ -124,7 +124,7 @@ bool ProxyRenderer::tangentTo(const SceneObject& object, const Constraint& c, co
   Vec3 normal;
   double offset = 0;
   if (!tangentIn(object, there, x, normal, offset)) return false;
-  there.surface.normal = rotated(object.X_WO.q, normal);
+  there.surface.normal = object.R_WO * normal;
   there.surface.offset = offset + there.surface.normal.dot(object.X_WO.p);
   return true;
 }
@@ -185,7 +185,7 @@ bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT 
     const double sine = side.norm();
     if (!(sine > 0)) return false;
     const Vec3 toward = kTurnCosine * c.surface.normal + kTurnSine / sine * side;
-    if (!tangentTo(object, c, toLocal(object.X_WO, here + kFarAway * object.radius * toward), there)) return false;
+    if (!tangentTo(object, c, object.toLocal(here + kFarAway * object.radius * toward), there)) return false;
     if (there.surface.normal.dot(c.surface.normal) < kMaxTurnCosine) return false;
   }
   const HalfSpace planes[2] = {{c.surface.normal, c.surface.offset + c.skin},
@@ -202,7 +202,7 @@ bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT 
   plan.way[plan.parts++] = last;
   plan.above[0] = planes[0].normal;
   plan.above[1] = planes[1].normal;
-  plan.lands = !far && isOnFeature(object, there, toLocal(object.X_WO, last));
+  plan.lands = !far && isOnFeature(object, there, object.toLocal(last));
   plan.keeps = 2;
   return true;
 }
@@ -291,7 +291,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     const Constraint& c = step.held[i];
     const SceneObject& object = step.scene->slot(c.slot);
     if (active >> i & 1u)
-      plan.lands = plan.lands && c.kind == FeatureKind::kFace && isOnFeature(object, c, toLocal(object.X_WO, foot));
+      plan.lands = plan.lands && c.kind == FeatureKind::kFace && isOnFeature(object, c, object.toLocal(foot));
   }
   if (plan.lands || !may_bend || step.count + step.sought_count < 2 || tried) return;
   Plan bent;

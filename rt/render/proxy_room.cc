@@ -117,7 +117,7 @@ void ProxyRenderer::stepOff(Step& step) HD_RT {
       const double side = (x - near.point).dot(near.normal) < 0 ? -1 : 1;
       const Vec3 off = side * kOffSheet * skin * near.normal;
       if (step.together) {
-        proxy_ += rotated(object.X_WO.q, off);
+        proxy_ += object.R_WO * off;
       } else {
         start_[slot] += off;
       }
@@ -138,7 +138,7 @@ void ProxyRenderer::fitRadius(Step& step) HD_RT {
     const Vec3 x = startIn(step, slot);
     least = std::max(least, kLeastBall * skin);
     const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
-    const bool far = (object.X_WO * x - object.center_W).norm() > object.radius;  // Surely outside.
+    const bool far = (object.toWorld(x) - object.center_W).norm() > object.radius;  // Surely outside.
     const double reach = crowded_ && !far && !two_sided ? std::numeric_limits<double>::infinity() : room + skin;
     Nearest near;
     const NearestResult result = nearestWithin(object, x, reach, nullptr, step.work, near);

@@ -20,18 +20,6 @@ inline constexpr double kMaxTurnCosine = 0.5;          // A surface's normal tur
 inline constexpr double kSettled = 0x1p-30;            // Of the depth: a smaller move is not worth another look,
 inline constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a step that comes nearer by ever less.
 
-/** q x, as Eigen computes it, but inline: a tick needs a dozen. */
-[[gnu::always_inline]] inline Vec3 rotated(const Quat& q, const Vec3& x) HD_RT {
-  const Vec3 u = q.vec();
-  Vec3 uv = u.cross(x);
-  uv += uv;
-  return x + q.w() * uv + u.cross(uv);
-}
-
-[[gnu::always_inline]] inline Vec3 toLocal(const Pose& X, const Vec3& x) HD_RT {
-  return rotated(X.q.conjugate(), x - X.p);
-}
-
 inline double extent(const Vec3& x) HD_RT { return x.cwiseAbs().maxCoeff(); }
 
 /** Whether `end` is clearly farther from the goal than `at`: the spring would gain what nobody gave. */
@@ -117,7 +105,7 @@ struct ProxyRenderer::Step {
   /** The hip in the frame of that object: asked for several times of the same one. */
   const Vec3& hipIn(std::uint32_t slot) HD_RT {
     if (hip_slot != slot) {
-      hip = toLocal(scene->slot(slot).X_WO, goal);
+      hip = scene->slot(slot).toLocal(goal);
       hip_slot = slot;
     }
     return hip;

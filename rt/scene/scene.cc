@@ -146,7 +146,8 @@ ErrorCode Scene::add(const AddObject& order) HD_RT {
   object.parent = static_cast<std::uint32_t>(parent - objects_.data());
   object.flags = order.flags;
   object.X_PO = {vec3(order.p), q.normalized()};
-  object.X_WO = object.X_WO_before = parent->X_WO * object.X_PO;
+  object.place(parent->X_WO * object.X_PO);
+  object.X_WO_before = object.X_WO;
   object.material = order.material;
   updateBall(object);
   objects_[slot] = object;
@@ -361,7 +362,7 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   motion.told = motion.told || motion.told_for > 0;
   const Twist V_PO = motion.told_for > 0 ? motion.V_told : object.V_PO;
   object.X_WO_before = object.X_WO;
-  object.X_WO = parent.X_WO * object.X_PO;
+  object.place(parent.X_WO * object.X_PO);
   if (motion.teleported) {
     ++arrivals_;
     object.X_WO_before = object.X_WO;

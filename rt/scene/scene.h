@@ -35,7 +35,8 @@ struct SceneObject {
   std::uint32_t client_edits = 0;  ///< Changes by clients through their rings; wraps.
   Pose X_PO;                       ///< In the parent.
   Twist V_PO;                      ///< Velocity in the parent's frame, about the object's origin.
-  Pose X_WO;                       ///< In the world, this tick.
+  Pose X_WO;                       ///< In the world, this tick: set by place().
+  Mat3 R_WO = Mat3::Identity();    ///< Its rotation: a tick of the renderer turns a dozen vectors.
   Pose X_WO_before;                ///< In the world, the tick before: contact sweeps relative to it.
   Twist V_WO;                      ///< Velocity of the frame's origin and its rotation, in the world.
   Shape shape;
@@ -46,6 +47,14 @@ struct SceneObject {
   bool moved = false;            ///< X_WO differs from X_WO_before.
   bool appeared = false;         ///< It could not be touched the tick before, or not as this mesh: see Scene.
 
+  void place(const Pose& X) HD_RT {
+    X_WO = X;
+    R_WO = X.q.toRotationMatrix();
+  }
+  [[nodiscard, gnu::always_inline]] inline Vec3 toWorld(const Vec3& x_O) const HD_RT { return R_WO * x_O + X_WO.p; }
+  [[nodiscard, gnu::always_inline]] inline Vec3 toLocal(const Vec3& x_W) const HD_RT {
+    return R_WO.transpose() * (x_W - X_WO.p);
+  }
   /** Velocity of the body's point that is now at x_W. */
   [[nodiscard]] Vec3 velocityAt(const Vec3& x_W) const HD_RT { return V_WO.v + V_WO.w.cross(x_W - X_WO.p); }
 };

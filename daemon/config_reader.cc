@@ -89,10 +89,11 @@ class Reader {
     if (node == nullptr) return;
     const auto* const integer = node->as_integer();
     if (integer == nullptr) return wrongType(key, *node, "file permissions such as 0o660");
-    if (integer->get() < 0 || integer->get() > 0777)
+    if (integer->get() < 0 || integer->get() > 0777) {
       return errors_.add(node->source().begin,
                          fmt::format("{} = {} is not a set of file permissions", key, integer->get()),
                          "0o000 to 0o777, in octal");
+    }
     value = static_cast<std::uint32_t>(integer->get());
   }
 
@@ -238,12 +239,14 @@ void checkLines(const Config& c, const Reader& root, FirstError& errors) {
   for (std::size_t i = 0; i < c.lines.size(); ++i) {
     const LineConfig& line = c.lines[i];
     const auto at = root.place("line", i);
-    if (!among(kRoles, line.role))
+    if (!among(kRoles, line.role)) {
       errors.add(at, fmt::format("a [[line]] has the role \"{}\"", log::printable(line.role)),
                  "stop, deadman, home, enable, heartbeat or led");
-    if (!among(kBiases, line.bias))
+    }
+    if (!among(kBiases, line.bias)) {
       errors.add(at, fmt::format("a [[line]] has the bias \"{}\"", log::printable(line.bias)),
                  "as-is, pull-up, pull-down or none");
+    }
     if (line.name.empty()) errors.add(at, "a [[line]] has no name", "gpioinfo lists chips and lines");
     if (!seen.insert(line.chip + '\0' + line.name).second)
       errors.add(at, fmt::format("line \"{}\" stands twice", log::printable(line.name)));
@@ -256,15 +259,17 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
     const toml::node* const node = table[section][key].node();
     return node == nullptr ? table[section].node()->source().begin : node->source().begin;
   };
-  if (c.servo.ingest_priority >= c.servo.servo_priority && table["servo"].node() != nullptr)
+  if (c.servo.ingest_priority >= c.servo.servo_priority && table["servo"].node() != nullptr) {
     errors.add(place("servo", "ingest_priority"),
                fmt::format("ingest_priority {} is not below servo_priority {}", c.servo.ingest_priority,
                            c.servo.servo_priority),
                "ingest must never delay the servo");
+  }
   const auto absolute = [&](const char* section, const char* key, const std::string& path) {
-    if (!path.empty() && path[0] != '/')
+    if (!path.empty() && path[0] != '/') {
       errors.add(place(section, key), fmt::format("{} = \"{}\" is no absolute path", key, log::printable(path)),
                  "begin it with /: the daemon is started now in one folder, now in another");
+    }
   };
   absolute("builder", "cache", c.builder.cache);
   absolute("motions", "folder", c.motions.folder);
@@ -275,16 +280,20 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
     if (group.name.empty()) errors.add(at, "a [[group]] has no name", "give it name = \"...\"");
     if (!names.insert(group.name).second)
       errors.add(at, fmt::format("group \"{}\" stands twice", log::printable(group.name)));
-    if (group.devices.empty())
+    if (group.devices.empty()) {
       errors.add(at, fmt::format("group \"{}\" has no devices", log::printable(group.name)),
                  "devices = [\"\"] takes the first real device, else the simulator");
-    if (group.devices.size() > HD_MAX_DEVICES)
+    }
+    if (group.devices.size() > HD_MAX_DEVICES) {
       errors.add(at, fmt::format("group \"{}\" has {} devices", log::printable(group.name), group.devices.size()),
                  fmt::format("one servo serves at most {}", HD_MAX_DEVICES));
-    for (const std::string& uri : group.devices)
-      if (!uris.insert(uri).second)
+    }
+    for (const std::string& uri : group.devices) {
+      if (!uris.insert(uri).second) {
         errors.add(at, fmt::format("device \"{}\" stands in two places", log::printable(uri)),
                    "a device has one servo");
+      }
+    }
   }
   checkLines(c, root, errors);
   uris.clear();

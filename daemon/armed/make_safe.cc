@@ -69,6 +69,7 @@ std::vector<MadeSafe> makeSafe(const std::vector<std::string>& uris, const SafeO
                                std::chrono::milliseconds within) {
   const auto end = SteadyClock::now() + within;
   std::vector<Child> children;
+  children.reserve(uris.size());
   for (const std::string& uri : uris) children.push_back(start(uri, one));
   std::vector<MadeSafe> all;
   for (std::size_t i = 0; i < uris.size(); ++i) {

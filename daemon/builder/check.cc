@@ -13,9 +13,10 @@ constexpr const char* kAxis[] = {"x", "y", "z"};
 
 /** The first triangle that uses a vertex, in words. */
 std::string userOf(const MeshSource& source, std::uint32_t vertex) {
-  for (std::size_t t = 0; t < source.triangles.size(); ++t)
+  for (std::size_t t = 0; t < source.triangles.size(); ++t) {
     for (const std::uint32_t v : source.triangles[t])
       if (v == vertex) return fmt::format(" (of triangle {})", t);
+  }
   return " (of no triangle)";
 }
 
@@ -35,16 +36,19 @@ Error badVertex(const MeshSource& source, std::uint32_t vertex) {
 
 Result<void> checkRequest(const MeshSource& source) {
   const hd_volume_request& r = source.request;
-  if (!(r.voxel_m >= HD_MIN_VOXEL && r.voxel_m <= HD_MAX_VOXEL))
+  if (!(r.voxel_m >= HD_MIN_VOXEL && r.voxel_m <= HD_MAX_VOXEL)) {
     return Error{ErrorCode::kInvalidArgument, "volume request", fmt::format("a voxel of {} m", r.voxel_m),
                  fmt::format("give {} to {} m", HD_MIN_VOXEL, HD_MAX_VOXEL)};
-  if (!(r.point_spacing_m >= 0 && r.point_spacing_m <= HD_MAX_VOXEL) || r.reserved[0] != 0 || r.reserved[1] != 0)
+  }
+  if (!(r.point_spacing_m >= 0 && r.point_spacing_m <= HD_MAX_VOXEL) || r.reserved[0] != 0 || r.reserved[1] != 0) {
     return Error{ErrorCode::kInvalidArgument, "volume request",
                  fmt::format("points {} m apart, or a reserved field that is not 0", r.point_spacing_m),
                  fmt::format("give 0 to {} m", HD_MAX_VOXEL)};
-  if (source.deformable)
+  }
+  if (source.deformable) {
     return Error{ErrorCode::kUnsupported, "volume request", "a deformable mesh has no volume",
                  "load it as rigid, or without a voxel size"};
+  }
   return {};
 }
 
@@ -64,28 +68,32 @@ Result<MeshSource> readUpload(std::span<const std::byte> upload) {
     return Error{ErrorCode::kBadMesh, "upload header", fmt::format("unknown flags {:#x}", header.flags), {}};
   if ((header.flags & HD_UPLOAD_FILL_HOLES) != 0 && !as_volume)
     return Error{ErrorCode::kInvalidArgument, "upload header", "holes are filled in volumes alone", "ask for a volume"};
-  if (header.weld_m != 0 && !(header.weld_m >= HD_MIN_WELD && header.weld_m <= HD_MAX_WELD))
+  if (header.weld_m != 0 && !(header.weld_m >= HD_MIN_WELD && header.weld_m <= HD_MAX_WELD)) {
     return Error{ErrorCode::kBadMesh, "upload header", fmt::format("a welding distance of {} m", header.weld_m),
                  fmt::format("give 0, or {} to {} m", HD_MIN_WELD, HD_MAX_WELD)};
-  if (header.triangle_count == 0 || header.vertex_count == 0)
+  }
+  if (header.triangle_count == 0 || header.vertex_count == 0) {
     return Error{
         ErrorCode::kBadMesh,
         "upload",
         fmt::format("{} vertices and {} triangles: the mesh is empty", header.vertex_count, header.triangle_count),
         {}};
-  if (header.vertex_count > HD_MAX_VERTICES || header.triangle_count > HD_MAX_TRIANGLES)
+  }
+  if (header.vertex_count > HD_MAX_VERTICES || header.triangle_count > HD_MAX_TRIANGLES) {
     return Error{ErrorCode::kBadMesh, "upload",
                  fmt::format("{} vertices and {} triangles are too many", header.vertex_count, header.triangle_count),
                  fmt::format("at most {} and {}", HD_MAX_VERTICES, HD_MAX_TRIANGLES)};
+  }
   const std::size_t vertex_bytes = std::size_t{header.vertex_count} * sizeof(Float3);
   const std::size_t triangle_bytes = std::size_t{header.triangle_count} * sizeof(Index3);
   const std::size_t bytes = sizeof header + vertex_bytes + triangle_bytes + (as_volume ? sizeof(hd_volume_request) : 0);
-  if (upload.size() != bytes)
+  if (upload.size() != bytes) {
     return Error{ErrorCode::kBadMesh,
                  "upload",
                  fmt::format("{} vertices and {} triangles take {} bytes, but {} came", header.vertex_count,
                              header.triangle_count, bytes, upload.size()),
                  {}};
+  }
   MeshSource source;
   const std::byte* const p = upload.data() + sizeof header;
   source.vertices = {reinterpret_cast<const Float3*>(p), header.vertex_count};
@@ -102,12 +110,15 @@ Result<MeshSource> readUpload(std::span<const std::byte> upload) {
 }
 
 Result<void> checkNumbers(const MeshSource& source) {
-  for (std::size_t t = 0; t < source.triangles.size(); ++t)
-    for (const std::uint32_t v : source.triangles[t])
-      if (v >= source.vertices.size())
+  for (std::size_t t = 0; t < source.triangles.size(); ++t) {
+    for (const std::uint32_t v : source.triangles[t]) {
+      if (v >= source.vertices.size()) {
         return Error{ErrorCode::kBadMesh, fmt::format("triangle {}", t),
                      fmt::format("index {} is past the last vertex, {}", v, source.vertices.size() - 1),
                      "export the mesh again"};
+      }
+    }
+  }
   for (std::size_t v = 0; v < source.vertices.size(); ++v) {
     const auto& [x, y, z] = source.vertices[v];
     // One comparison each; NaN fails it.

@@ -46,10 +46,11 @@ void connect(Mesh& mesh, BuildMonitor& monitor) {
       i = end;
     }
   }
-  if (crowded != 0)
+  if (crowded != 0) {
     monitor.notes.push_back(
         fmt::format("{} edges belong to more than two triangles, the first at triangle {}; they count as borders",
                     crowded, first_crowded));
+  }
 }
 
 }  // namespace hapticd

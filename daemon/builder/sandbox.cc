@@ -111,12 +111,12 @@ bool sandboxIsComplete() {
 Result<void> enterSandbox(std::uint64_t memory_bytes, SandboxThreads threads) {
   if (::prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) return systemError("sandbox", "PR_SET_PDEATHSIG", errno);
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return systemError("sandbox", "PR_SET_NO_NEW_PRIVS", errno);
-  if (const auto set = limit(RLIMIT_CORE, "RLIMIT_CORE", 0); !set) return set;
-  if (const auto set = limit(RLIMIT_RTPRIO, "RLIMIT_RTPRIO", 0); !set) return set;
-  if (const auto set = limit(RLIMIT_NOFILE, "RLIMIT_NOFILE", 16); !set) return set;
+  if (auto set = limit(RLIMIT_CORE, "RLIMIT_CORE", 0); !set) return set;
+  if (auto set = limit(RLIMIT_RTPRIO, "RLIMIT_RTPRIO", 0); !set) return set;
+  if (auto set = limit(RLIMIT_NOFILE, "RLIMIT_NOFILE", 16); !set) return set;
   (void)::setpriority(PRIO_PROCESS, 0, 10);  // a courtesy: a filter of the service may forbid it
 #ifndef HAPTICD_SANITIZED
-  if (const auto set = limit(RLIMIT_AS, "RLIMIT_AS", memory_bytes); !set) return set;
+  if (auto set = limit(RLIMIT_AS, "RLIMIT_AS", memory_bytes); !set) return set;
   return filterSystemCalls(threads);
 #else
   (void)memory_bytes;

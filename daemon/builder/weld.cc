@@ -103,9 +103,10 @@ Mesh weld(const MeshSource& source, BuildMonitor& monitor) {
       first_dropped = t;
     }
   }
-  if (dropped != 0)
+  if (dropped != 0) {
     monitor.notes.push_back(
         fmt::format("removed {} triangles without area, the first is triangle {}", dropped, first_dropped));
+  }
   return mesh;
 }
 

@@ -239,7 +239,7 @@ int start(const Options& options) {
 }  // namespace hapticd
 
 int main(int argc, char** argv) {
-  using namespace hapticd;
+  using namespace hapticd;  // NOLINT(google-build-using-namespace)
   holdStandardStreams();
   int exit_code = kExitOk;
   const auto options = readOptions(argc, argv, exit_code);

@@ -10,7 +10,7 @@
 #include "daemon/builder_protocol.h"
 
 int main(int argc, char** argv) {
-  using namespace hapticd;
+  using namespace hapticd;  // NOLINT(google-build-using-namespace)
   std::uint64_t memory_bytes = 0;
   int type = 0;
   socklen_t size = sizeof type;

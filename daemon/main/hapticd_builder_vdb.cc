@@ -35,7 +35,7 @@ int writeAll(const std::string& bytes) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  using namespace hapticd;
+  using namespace hapticd;  // NOLINT(google-build-using-namespace)
   std::uint64_t memory_bytes = 0;
   struct stat from {
   }, to{};

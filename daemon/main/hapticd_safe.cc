@@ -30,7 +30,7 @@ std::string listIn(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  using namespace hapticd;
+  using namespace hapticd;  // NOLINT(google-build-using-namespace)
   hapticd::holdStandardStreams();
   if (argc > 2 || (argc == 2 && argv[1][0] == '-')) {
     const bool help = argc == 2 && std::string_view(argv[1]) == "--help";

@@ -50,7 +50,7 @@ void Recorder::begin(RecordingHeader header, std::vector<Mesh> meshes, std::vect
   header.meshes = static_cast<std::uint32_t>(meshes.size());
   meshes_ = std::move(meshes);
   textures_ = std::move(textures);
-  thread_ = std::thread([this, header = std::move(header)]() mutable { run(std::move(header)); });
+  thread_ = std::thread([this, header = std::move(header)] { run(header); });
   pthread_setname_np(thread_.native_handle(), "recorder");
 }
 
@@ -71,7 +71,7 @@ void Recorder::finish(const std::string& reason) {
   changed_.notify_one();
 }
 
-void Recorder::run(RecordingHeader header) {
+void Recorder::run(const RecordingHeader& header) {
   RecordingWriter writer([this](std::span<const std::byte> bytes) { return send(bytes); });
   MonotonicClock clock;
   bool going = writer.header(header);

@@ -68,7 +68,7 @@ class Recorder {
 
  private:
   Recorder() = default;
-  void run(RecordingHeader header);
+  void run(const RecordingHeader& header);
   bool drain(RecordingWriter& writer);
   bool writeDue(RecordingWriter& writer);
   bool send(std::span<const std::byte> bytes);

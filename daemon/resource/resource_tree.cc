@@ -198,10 +198,11 @@ Result<std::string> ResourceTree::set(std::string_view uri, const Client& by) {
   } else if (!core_.scene().has(object)) {
     return noSuchElement(*name, 1, core_.scene().names());
   }
-  if (at + 1 != last)
+  if (at + 1 != last) {
     return at >= last ? Error{ErrorCode::kInvalidArgument, name->upTo(last), "that is an object, not a property",
                               "name one of its properties"}
                       : tooDeep(*name, at + 1);
+  }
   const ObjectProperty* property = findRow(objectProperties(), name->element[at]);
   if (property == nullptr) return noSuchElement(*name, at, namesOf(objectProperties()));
   if (property->set == nullptr) {

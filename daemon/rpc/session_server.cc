@@ -35,7 +35,7 @@ kj::Promise<void> SessionServer::arm(ArmContext context) {
   auto paf = kj::newPromiseAndFulfiller<void>();
   auto later = std::make_shared<LaterAnswer<ArmContext>>(context, kj::mv(paf.fulfiller));
   const Result<void> asked = caught([&]() -> Result<void> {
-    core_.arm(id_, [later](Result<void> result) { later->done(result); });
+    core_.arm(id_, [later](const Result<void>& result) { later->done(result); });
     return {};
   });
   if (!asked) later->done(asked);

@@ -45,7 +45,7 @@ Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, UniqueFd volume, MeshInf
   entry->fd = std::move(snapshot);
   if (!entry->info.deformable) entry->copies.emplace(nullptr, std::make_unique<SnapshotMemory>(std::move(*memory)));
   const VolumeView* own = entry->volume != nullptr ? &entry->volume->view : nullptr;
-  const auto id = shelf_->put(
+  auto id = shelf_->put(
       std::move(entry), [&](std::uint32_t index, CommandSink& sink) { return publish(index, sink); },
       [&](std::uint32_t index) { unpublish(index); });
   if (id && own != nullptr) volumes_.publish(shelf_->indexOf(*id), own);

@@ -190,9 +190,10 @@ Result<UniqueFd> Uploads::volumeFile(const MeshInfo& mesh, const Client& by) con
   }
   if (mesh.voxel == 0)
     return Error{ErrorCode::kNotFound, "mesh", "it has no volume", "load it with hapticctl load --voxel"};
-  if (cache_ == nullptr || mesh.cache_key.empty())
+  if (cache_ == nullptr || mesh.cache_key.empty()) {
     return Error{ErrorCode::kUnsupported, "mesh", "volumes are not kept on disk here",
                  "set builder.cache in hapticd.toml to a folder"};
+  }
   return cache_->openVdb(mesh.cache_key);
 }
 

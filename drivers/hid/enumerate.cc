@@ -13,7 +13,7 @@ namespace {
 std::string utf8(const wchar_t* text) {
   std::string out;
   for (; text != nullptr && *text != 0 && out.size() < 200; ++text) {
-    const auto c = static_cast<std::uint32_t>(*text);
+    const auto c = static_cast<std::uint32_t>(*text);  // NOLINT(bugprone-signed-char-misuse)
     if (c < 0x20 || c == 0x7f || c > 0xffff || (c >= 0xd800 && c < 0xe000)) {
       out += '?';
     } else if (c < 0x80) {

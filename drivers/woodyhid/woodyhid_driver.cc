@@ -100,9 +100,10 @@ Result<void> zero(const DeviceUri& uri) {
   // A board that takes 14 bytes takes the first of them.
   const bool sent =
       hid.write(report) == HidResult::kOk || hid.write({report.data(), 1 + woodyhid::kReportBytes}) == HidResult::kOk;
-  if (!sent)
+  if (!sent) {
     return Error{ErrorCode::kDeviceGone, setup->info.uri, "it takes no report",
                  "it cuts its motors itself after half a second"};
+  }
   return {};
 }
 

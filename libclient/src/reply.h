@@ -36,7 +36,7 @@ class Reply {
   template <class T>
   T* makeArray(std::size_t count) {
     static_assert(std::is_scalar_v<T>);
-    return static_cast<T*>(allocate(sizeof(T) * count));
+    return static_cast<T*>(allocate(sizeof(T) * count));  // NOLINT(bugprone-sizeof-expression): of pointers, too
   }
   /** A copy that ends in a zero byte. */
   const char* text(std::string_view from) {

@@ -15,7 +15,7 @@ Vec3 contactImpulse(const Mat3& K, const Vec3& u, const Vec3& n, double target, 
   const double lacking = target - u.dot(n);
   const double along = n.dot(K * n);
   if (!(lacking > 0) || !(along > 0)) return Vec3::Zero();
-  const Vec3 smooth = n * (lacking / along);
+  Vec3 smooth = n * (lacking / along);
   if (!(friction > 0)) return smooth;
 
   Vec3 j = K.inverse() * (n * target - u);  // the point sticks

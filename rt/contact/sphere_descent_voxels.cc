@@ -14,7 +14,7 @@ std::uint32_t bitsOf(std::uint64_t mask) HD_RT { return static_cast<std::uint32_
 
 /** What met, kept apart for the group at hand. */
 struct SphereDescentDetector::Met {
-  Met(std::vector<TouchGroup>& to) HD_RT : groups(to) {}
+  explicit Met(std::vector<TouchGroup>& to) HD_RT : groups(to) {}
 
   /** Those of another group come next: adds up what there is. */
   void turnTo(std::uint32_t next) HD_RT {

@@ -69,7 +69,7 @@ hd_local_model shapeOf(const hd_local_model& model) HD_RT {
 
 template <class T>
 bool sameBytes(const T& one, const T& other) HD_RT {
-  return std::memcmp(&one, &other, sizeof(T)) == 0;
+  return std::memcmp(&one, &other, sizeof(T)) == 0;  // NOLINT(bugprone-suspicious-memory-comparison): bit for bit
 }
 
 }  // namespace

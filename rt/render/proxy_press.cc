@@ -118,9 +118,10 @@ ProxyRenderer::Press ProxyRenderer::pressOf(const Step& step, const SceneObject&
   const Vec3 force = press({part, static_cast<std::size_t>(count)}, up);
   double newtons[kMaxHolding];
   shareOut(held, count, force, newtons);
-  for (int i = 0; contact && i < count; ++i)
+  for (int i = 0; contact && i < count; ++i) {
     contact->part[contact->parts++] = {held[i].object, contact->proxy - radius_ * held[i].normal,
                                        newtons[i] * held[i].normal, held[i].push / pushes};
+  }
   const double sum = force.norm();
   if (alike || !(sum > 0)) return all;
   all.normal = force / sum;

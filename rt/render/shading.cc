@@ -27,7 +27,7 @@ Vec3 smoothNormal(const SceneObject& object, const HoldingSurface& held, const V
   if (held.kind == FeatureKind::kVertex &&
       !(sheet.isSmooth(held.feature, held.corner) && sheet.isSmooth(held.feature, (held.corner + 2) % 3)))
     return normal;
-  const Vec3 smooth = sheet.normalToward(x, held.feature, work);
+  Vec3 smooth = sheet.normalToward(x, held.feature, work);
   if (smooth.isZero(0)) return normal;
   if (held.kind != FeatureKind::kEdge || sheet.isSmooth(held.feature, held.corner)) return smooth;
   // On a crease or border a ball rolls from the one face's normal to the other's, or off.

@@ -46,7 +46,7 @@ void fillHeader(hd_shm_header& header, char region, std::uint64_t bytes, const R
   header.sample_bytes = sizeof(hd_sample);
   header.device_count = identity.device_count;
   header.period_ns = identity.period_ns;
-  header.region = static_cast<std::uint32_t>(region);
+  header.region = static_cast<std::uint32_t>(region);  // NOLINT(bugprone-signed-char-misuse)
 }
 
 /** A function because `minor < 0` is a warning for as long as HD_SHM_MINOR is zero. */

@@ -55,7 +55,7 @@ const SceneObject* Scene::find(std::uint32_t id) const HD_RT {
 }
 
 Vec3 Scene::velocityAt(const SceneObject& object, std::uint32_t feature, const Vec3& x_W) const HD_RT {
-  const Vec3 v = object.velocityAt(x_W);
+  Vec3 v = object.velocityAt(x_W);
   if (object.shape.kind != ShapeKind::kMesh || object.shape.mesh->deform.motion == nullptr) return v;
   const Vec3 x = object.X_WO.q.conjugate() * (x_W - object.X_WO.p);
   return v + object.X_WO.q * deformingVelocity(*object.shape.mesh, feature, x, time_);

@@ -98,9 +98,11 @@ class SnapshotValidator : private BlockCheck {
         ++valence_[i];
       }
       if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) return bad("triangle", t, "two corners are one vertex");
-      for (int c = 0; c < 3; ++c)
+      for (int c = 0; c < 3; ++c) {
+        // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): bit for bit
         if (std::memcmp(view_.corners[t][c], view_.vertices[v[c]], sizeof(Float3)) != 0)
           return bad("triangle", t, "its corners are not its vertices");
+      }
     }
     if (*std::max_element(valence_.begin(), valence_.end()) != h_.max_valence)
       return bad("header", "the greatest valence is not " + std::to_string(h_.max_valence));

@@ -43,7 +43,7 @@ DistanceSample distanceAt(const VolumeView& volume, const Vec3& x_O) HD_RT {
   DistanceSample sample;
   sample.fine = brick != HD_NO_INDEX;
   if (sample.fine) {
-    constexpr std::size_t n = HD_BRICK_SAMPLES;
+    constexpr std::size_t kSide = HD_BRICK_SAMPLES;
     std::size_t i[3];
     Vec3 t;
     for (int k = 0; k < 3; ++k) {
@@ -51,7 +51,8 @@ DistanceSample distanceAt(const VolumeView& volume, const Vec3& x_O) HD_RT {
       t[k] = local[k] - static_cast<double>(i[k]);
     }
     const auto got =
-        interpolate(volume.bricks + std::size_t{HD_BRICK_STRIDE} * brick + i[0] + n * (i[1] + n * i[2]), n, n * n, t);
+        interpolate(volume.bricks + std::size_t{HD_BRICK_STRIDE} * brick + i[0] + kSide * (i[1] + kSide * i[2]), kSide,
+                    kSide * kSide, t);
     sample.value = got.value * volume.fine_step;
     sample.gradient = got.slope * (volume.fine_step / side);
     sample.error = kHalfDiagonal * side + volume.fine_step / 2;

@@ -77,10 +77,11 @@ VoxelState voxelState(const OctreeView& octree, std::int32_t i, std::int32_t j, 
   };
   const VoxelState here = own(i, j, k);
   if (here != VoxelState::kEmpty) return here;
-  for (int n = 0; n < 27; ++n)
+  for (int n = 0; n < 27; ++n) {
     if (own(std::int64_t{i} + n % 3 - 1, std::int64_t{j} + n / 3 % 3 - 1, std::int64_t{k} + n / 9 - 1) ==
         VoxelState::kSurface)
       return VoxelState::kProximity;
+  }
   return VoxelState::kEmpty;
 }
 

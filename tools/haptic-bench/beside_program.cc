@@ -17,7 +17,7 @@ std::string besideProgram(std::initializer_list<const char*> paths) {
 }
 
 std::string ownFile(const std::string& name) {
-  const std::string path = besideProgram({name.c_str(), ("../share/haptic-bench/" + name).c_str()});
+  std::string path = besideProgram({name.c_str(), ("../share/haptic-bench/" + name).c_str()});
   if (path.empty())
     throw Failure(name, "it lies neither beside the program nor where that is installed", "install it whole");
   return path;

@@ -25,7 +25,7 @@ bool readable(int fd) {
 bool send(int fd, const uhid_event& event) { return ::write(fd, &event, sizeof event) >= 0; }
 
 void copyText(const std::string& text, std::uint8_t* to, std::size_t room) {
-  std::memcpy(to, text.data(), std::min(text.size(), room - 1));
+  std::memcpy(to, text.data(), std::min(text.size(), room - 1));  // NOLINT(bugprone-not-null-terminated-result)
 }
 
 /** hidraw hands on what programs write, a leading 0 included where reports have no ID. */

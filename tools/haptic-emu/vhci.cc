@@ -45,8 +45,8 @@ Result<int> attach(const VhciOptions& options) {
   int ends[2] = {-1, -1};
   const std::string path = options.folder + "/attach";
   const auto failed = [&](const char* what) {
-    const Error error{ErrorCode::kSystem, path, std::string(what) + ": " + std::strerror(errno),
-                      "run it as root after modprobe vhci_hcd, with a port that is free"};
+    Error error{ErrorCode::kSystem, path, std::string(what) + ": " + std::strerror(errno),
+                "run it as root after modprobe vhci_hcd, with a port that is free"};
     for (const int end : ends) {
       if (end >= 0) close(end);
     }

@@ -109,10 +109,10 @@ int run(Options& o) {
 }  // namespace
 }  // namespace hapticctl_cut
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
   hapticd::holdStandardStreams();
   std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is told as one that could not be written.
-  using namespace hapticctl_cut;
+  using namespace hapticctl_cut;  // NOLINT(google-build-using-namespace)
   Options o;
   CLI::App app{"Cut a piece out of a closed mesh: two closed meshes that fit together, as PLY.", "hapticctl cut"};
   app.footer("Lengths are in the file's unit, millimetres for what hapticctl import --output writes.");

@@ -34,12 +34,13 @@ std::map<std::string, std::string_view> filesOf(std::string_view tar) {
 
 /** The value after a key of a property list's dictionary; empty if there is none. */
 pugi::xml_node valueOf(const pugi::xml_node& dictionary, std::string_view key) {
-  for (const pugi::xml_node k : dictionary.children("key"))
+  for (const pugi::xml_node k : dictionary.children("key")) {
     if (k.child_value() == key) {
       pugi::xml_node value = k.next_sibling();
       while (value && value.type() != pugi::node_element) value = value.next_sibling();
       return value;
     }
+  }
   return {};
 }
 

@@ -120,10 +120,10 @@ int run(const Options& o, const std::vector<std::string>& rest) {
 }  // namespace
 }  // namespace hapticctl_import
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
   hapticd::holdStandardStreams();
-  std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is told as one that could not be written.
-  using namespace hapticctl_import;
+  std::signal(SIGXFSZ, SIG_IGN);     // A file that may not grow is told as one that could not be written.
+  using namespace hapticctl_import;  // NOLINT(google-build-using-namespace)
   Options o;
   CLI::App app{"Draw the surface of what is dense in a scan, and load it as something to touch.", "hapticctl import"};
   app.footer(

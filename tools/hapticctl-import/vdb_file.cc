@@ -36,9 +36,10 @@ std::string printable(std::string text) {
 
 /** Whether it was written by hapticd or this program; a name of the metadata may be wrong. */
 bool isOurs(const openvdb::MetaMap& file, const openvdb::GridBase& grid) {
-  for (const openvdb::MetaMap* map : {&file, static_cast<const openvdb::MetaMap*>(&grid)})
+  for (const openvdb::MetaMap* map : {&file, static_cast<const openvdb::MetaMap*>(&grid)}) {
     for (auto entry = map->beginMeta(); entry != map->endMeta(); ++entry)
       if (entry->first.rfind("hapticd", 0) == 0) return true;
+  }
   return false;
 }
 
@@ -88,9 +89,10 @@ std::vector<VdbGrid> gridsOf(const std::string& path) {
         entry.metres_per_unit = unit->value();
       grids.push_back(std::move(entry));
     }
-    if (grids.empty())
+    if (grids.empty()) {
       throw ImportError({}, "holds no grid of floats that can be used;" + (others.empty() ? " it is empty" : others),
                         "convert the grid to a level set or a fog volume");
+    }
     return grids;
   });
 }
@@ -121,18 +123,21 @@ Image readVdb(const std::string& path, const VdbGrid& entry, double metres_per_u
       for (int a = 0; a < 3; ++a) image.step[static_cast<std::size_t>(k)][static_cast<std::size_t>(a)] = step[a] * mm;
       image.origin[static_cast<std::size_t>(k)] = origin[k] * mm;
     }
-    if (count > static_cast<double>(kMostValues))
+    if (count > static_cast<double>(kMostValues)) {
       throw ImportError("size", fmt::format("{} about the active voxels, more than 2^31", count),
                         "resample the grid elsewhere first");
+    }
     image.values.reserve(static_cast<std::size_t>(count));
     const auto values = grid->getConstAccessor();
     openvdb::Coord c;
-    for (c.z() = box.min().z(); c.z() <= box.max().z(); ++c.z())
-      for (c.y() = box.min().y(); c.y() <= box.max().y(); ++c.y())
+    for (c.z() = box.min().z(); c.z() <= box.max().z(); ++c.z()) {
+      for (c.y() = box.min().y(); c.y() <= box.max().y(); ++c.y()) {
         for (c.x() = box.min().x(); c.x() <= box.max().x(); ++c.x()) {
           const float v = values.getValue(c);
           image.values.push_back(std::isfinite(v) ? v : grid->background());
         }
+      }
+    }
     requireTwo(image, "size");
     checkPlace(image);
     return image;

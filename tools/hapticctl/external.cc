@@ -80,6 +80,7 @@ std::vector<std::string> suggestions(std::string_view word, const std::vector<st
   }
   std::sort(near.begin(), near.end());
   std::vector<std::string> out;
+  out.reserve(near.size());
   for (auto& [d, candidate] : near) out.push_back(std::move(candidate));
   return out;
 }

@@ -116,7 +116,7 @@ int run(int argc, char** argv, Globals& globals) {
 }  // namespace hapticctl
 
 int main(int argc, char** argv) {
-  using namespace hapticctl;
+  using namespace hapticctl;       // NOLINT(google-build-using-namespace)
   hapticd::holdStandardStreams();  // What is said must not get into the file that is recorded, or to the daemon.
   std::signal(SIGPIPE, SIG_IGN);   // A reader that leaves is seen as EPIPE: what is armed must still be disarmed.
   std::signal(SIGXFSZ, SIG_IGN);   // A file that may not grow as EFBIG: it is told.

@@ -165,9 +165,10 @@ int monitor(const MonitorOptions& options, const Globals& globals) {
     if (!over && n == 0) check(haptic_session_check(session.get()), haptic_error HAPTIC_ERROR_INIT);
     if (!over) interrupt.wait(std::chrono::milliseconds(20));
   }
-  if (lost != 0)
+  if (lost != 0) {
     note(fmt::format("hapticctl: {} samples lost (the history holds 1024; write to a file or take a lower --rate)",
                      lost));
+  }
   if (every && !globals.json && stdoutIsTerminal()) note(fmt::format("{} samples", written));
   return kExitOk;
 }

@@ -88,9 +88,10 @@ Motion Motion::read(const std::string& path) {
     if (!out.rows_.empty() && !(values[0] - out.rows_.front().t_s <= kMaxTime_s))
       fail(number, "time is too far from the first", "times are in seconds, within 1e7 of the first");
     for (std::size_t c = 1; c < 4; ++c) {
-      if (!(std::abs(values[c]) <= kMaxPosition_m))
+      if (!(std::abs(values[c]) <= kMaxPosition_m)) {
         fail(number, fmt::format("{} in column '{}' is more than 10 m", exact(values[c]), kColumns[c][0]),
              "positions are in metres");
+      }
     }
     out.rows_.push_back({values[0], {values[1], values[2], values[3]}});
   }

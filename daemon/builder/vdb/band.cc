@@ -17,9 +17,10 @@ class Band {
 
   void run() {
     Lattice3 c;
-    for (c[2] = 0; c[2] < count(2); ++c[2])
+    for (c[2] = 0; c[2] < count(2); ++c[2]) {
       for (c[1] = 0; c[1] < count(1); ++c[1])
         for (c[0] = 0; c[0] < count(0); ++c[0]) cell(c);
+    }
   }
 
  private:

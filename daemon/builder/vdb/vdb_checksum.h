@@ -36,13 +36,14 @@ template <class Grid>
     add(text.size());
     for (const char c : text) add(static_cast<unsigned char>(c));
   };
-  for (const openvdb::MetaMap* map : {static_cast<const openvdb::MetaMap*>(&grid), &file})
+  for (const openvdb::MetaMap* map : {static_cast<const openvdb::MetaMap*>(&grid), &file}) {
     for (auto entry = map->beginMeta(); entry != map->endMeta(); ++entry) {
       if (entry->first == kVdbChecksum || isOpenVdbs(entry->first)) continue;
       std::ostringstream value;  // As in the file: in words a double is rounded.
       entry->second->write(value);
       for (const std::string& text : {entry->first, entry->second->typeName(), value.str()}) addText(text);
     }
+  }
   add(std::bit_cast<std::uint32_t>(grid.background()));
   for (const openvdb::Vec3d& corner : {openvdb::Vec3d(0, 0, 0), openvdb::Vec3d(1, 1, 1)}) {
     const openvdb::Vec3d place = grid.indexToWorld(corner);

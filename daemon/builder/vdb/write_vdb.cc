@@ -45,16 +45,18 @@ void describe(Grid& grid, const char* name, const VolumeView& volume, double shi
 
 FloatGrid::Ptr surfaceOf(const VolumeView& volume, DistanceField* field, const openvdb::MetaMap& file) {
   const auto band = static_cast<float>(kVdbHalfWidth * double{volume.voxel});
-  const auto grid = FloatGrid::create(band);
+  auto grid = FloatGrid::create(band);
   auto values = grid->getAccessor();
   visitBand(volume, field, double{band}, [&](const Lattice3& first, std::span<const float, HD_BRICK_VALUES> distances) {
-    constexpr int n = HD_BRICK_SAMPLES;
+    constexpr int kSide = HD_BRICK_SAMPLES;
     const Coord begin(first[0], first[1], first[2]);
     const float* d = distances.data();
-    for (int z = 0; z < n; ++z)
-      for (int y = 0; y < n; ++y)
-        for (int x = 0; x < n; ++x, ++d)
+    for (int z = 0; z < kSide; ++z) {
+      for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x, ++d)
           if (std::abs(*d) < band) values.setValue(begin.offsetBy(x, y, z), *d);
+      }
+    }
   });
   openvdb::tools::signedFloodFill(grid->tree(), false);
   grid->pruneGrid();
@@ -69,11 +71,12 @@ class States {
   States(const VolumeView& volume, const openvdb::MetaMap& file)
       : octree_(volume.octree), values_(grid_->getAccessor()) {
     descend(0, 0, Coord(0, 0, 0));
-    for (const Coord& voxel : surface_)
+    for (const Coord& voxel : surface_) {
       for (int n = 0; n < 27; ++n) {
         const Coord near = voxel.offsetBy(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
         if (!values_.isValueOn(near)) set(near, VoxelState::kProximity);
       }
+    }
     grid_->pruneGrid();
     describe(*grid_, "states", volume, 0.5, file);  // Voxels are the cubes between lattice points.
   }

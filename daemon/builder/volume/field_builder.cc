@@ -15,9 +15,10 @@ std::int16_t quantised(double value, double step) {
 
 std::uint64_t morton(const Lattice3& cell) {
   std::uint64_t key = 0;
-  for (int bit = 0; bit < 16; ++bit)
+  for (int bit = 0; bit < 16; ++bit) {
     for (std::size_t k = 0; k < 3; ++k)
       key |= (static_cast<std::uint64_t>(cell[k]) >> bit & 1) << (3 * bit + static_cast<int>(k));
+  }
   return key;
 }
 
@@ -40,10 +41,12 @@ std::size_t cellIndex(const VolumeLattice& lattice, const Lattice3& c) {
 template <class Visit>
 bool forEach(const std::array<std::uint32_t, 3>& n, Visit&& visit) {
   Lattice3 c{};
-  for (c[2] = 0; c[2] < static_cast<std::int32_t>(n[2]); ++c[2])
-    for (c[1] = 0; c[1] < static_cast<std::int32_t>(n[1]); ++c[1])
+  for (c[2] = 0; c[2] < static_cast<std::int32_t>(n[2]); ++c[2]) {
+    for (c[1] = 0; c[1] < static_cast<std::int32_t>(n[1]); ++c[1]) {
       for (c[0] = 0; c[0] < static_cast<std::int32_t>(n[0]); ++c[0])
         if (!visit(c)) return false;
+    }
+  }
   return true;
 }
 

@@ -53,14 +53,16 @@ void sampleSurface(std::span<const Float3> vertices, std::span<const Index3> tri
     }
     // In a thin triangle the fan's pieces would lean from the apex to the far end. Its altitude cuts it into two with a
     // right angle, whose rows along the longer leg lean by a step at most.
-    if (to_b > height)
+    if (to_b > height) {
       cut(b, foot, apex, step, visit);
-    else
+    } else {
       cut(apex, b, foot, step, visit);
-    if (to_c > height)
+    }
+    if (to_c > height) {
       cut(c, apex, foot, step, visit);
-    else
+    } else {
       cut(apex, foot, c, step, visit);
+    }
   }
 }
 

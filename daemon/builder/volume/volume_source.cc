@@ -6,11 +6,12 @@
 namespace hapticd {
 
 void DistanceField::fill(const Lattice3& first, std::span<float, HD_BRICK_VALUES> out) {
-  constexpr std::int32_t n = HD_BRICK_SAMPLES;
+  constexpr std::int32_t kSide = HD_BRICK_SAMPLES;
   std::size_t i = 0;
-  for (std::int32_t z = 0; z < n; ++z)
-    for (std::int32_t y = 0; y < n; ++y)
-      for (std::int32_t x = 0; x < n; ++x) out[i++] = at({first[0] + x, first[1] + y, first[2] + z});
+  for (std::int32_t z = 0; z < kSide; ++z) {
+    for (std::int32_t y = 0; y < kSide; ++y)
+      for (std::int32_t x = 0; x < kSide; ++x) out[i++] = at({first[0] + x, first[1] + y, first[2] + z});
+  }
 }
 
 VolumeLattice latticeAbout(const Vec3& lower, const Vec3& upper, double voxel, double margin_voxels) {

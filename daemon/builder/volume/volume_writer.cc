@@ -212,18 +212,20 @@ Result<VolumeImage> writeVolume(const VolumeSource& source, BuildMonitor& monito
   const VolumeOptions& options = source.options;
   Parts parts;
   parts.header.mass = massOf(source.vertices, source.triangles);
-  if (!(parts.header.mass.volume > 0))
+  if (!(parts.header.mass.volume > 0)) {
     return Error{ErrorCode::kBadMesh, "volume", fmt::format("its solid has {} m^3", parts.header.mass.volume),
                  "close the surface and turn it outward"};
+  }
 
   const double band_m = options.band_voxels * lattice.voxel;
   parts.field = buildField(lattice, *source.field, band_m, monitor, 0, 0.8f);
   if (parts.field.cells.empty()) return cancelled();
   if (parts.field.brick_count == 0)
     return Error{ErrorCode::kBadMesh, "volume", "the distance is nowhere near zero", "check mesh and lattice"};
-  if (parts.field.brick_count > HD_MAX_BRICKS)
+  if (parts.field.brick_count > HD_MAX_BRICKS) {
     return refused("bricks", fmt::format("{} are needed, {} fit", parts.field.brick_count, HD_MAX_BRICKS),
                    "choose a larger voxel");
+  }
 
   if (!monitor.progress(0.8f, "sampling the surface")) return cancelled();
   const std::uint32_t longest = *std::max_element(lattice.cells.begin(), lattice.cells.end()) * HD_BRICK_EDGE;
@@ -231,9 +233,10 @@ Result<VolumeImage> writeVolume(const VolumeSource& source, BuildMonitor& monito
   std::vector<std::uint64_t> voxels;
   auto samples = sampleInto(source, keys, voxels);
   if (!samples) return samples.error();
-  if (voxels.size() > HD_MAX_POINTS)
+  if (voxels.size() > HD_MAX_POINTS) {
     return refused("surface", fmt::format("{} voxels hold it, {} fit", voxels.size(), HD_MAX_POINTS),
                    "choose a larger voxel");
+  }
 
   if (!monitor.progress(0.85f, "building the octree")) return cancelled();
   parts.levels = buildOctree(keys, voxels, [&](const Lattice3& corner, std::int32_t side) {
@@ -251,9 +254,10 @@ Result<VolumeImage> writeVolume(const VolumeSource& source, BuildMonitor& monito
   if (options.sensation) parts.sensation = sensationOf(lattice, keys, parts.levels, voxels, *samples);
   const double spacing = options.point_spacing_m > 0 ? options.point_spacing_m : lattice.voxel;
   parts.points = thinOut(std::move(*samples), lattice.origin, spacing);
-  if (parts.points.size() > HD_MAX_POINTS)
+  if (parts.points.size() > HD_MAX_POINTS) {
     return refused("points", fmt::format("{} are too many, {} fit", parts.points.size(), HD_MAX_POINTS),
                    "choose a larger point spacing");
+  }
   if (!monitor.progress(0.95f, "making patches")) return cancelled();
   parts.header.patch_level = patchLevel(parts.levels, parts.points.size(), options.patch_points);
   parts.patches =

@@ -1,5 +1,6 @@
 #include "tools/haptic-bench/collide/pair.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tools/haptic-bench/collide/shapes.h"
@@ -54,6 +55,7 @@ Pose fracturePose(double t) {
 std::vector<Pose> CollidePair::poses(double rate_hz) const {
   std::vector<Pose> all;
   const auto count = static_cast<int>(duration * rate_hz);
+  all.reserve(static_cast<std::size_t>(std::max(count, 0)));
   for (int i = 0; i < count; ++i) all.push_back(pose(i / rate_hz));
   return all;
 }

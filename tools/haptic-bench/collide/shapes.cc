@@ -186,6 +186,7 @@ Model fractureHalf(bool upper) {
   for (std::uint32_t i = kCells; i > 0; --i) rim.push_back(place(0, i));
   const double far = upper ? 20 : -20;
   std::vector<std::uint32_t> flat;
+  flat.reserve(rim.size());
   for (const std::uint32_t v : rim)
     flat.push_back(model.addVertex({model.vertex(v).x(), model.vertex(v).y(), kMillimetre * far}));
   const std::uint32_t middle = addMm(model, 0, 0, far);

@@ -110,9 +110,10 @@ void MeshCost::round() {
         stroke.ticks(), [&] { servo.begin(radius / 1e3); }, [&](std::size_t i) { servo.tick(i); });
     if (!servo.touched()) throw Failure("stroke", "the hand left the surface, or the servo was not armed", "");
   }
-  for (const double radius : options_.radii_mm)
+  for (const double radius : options_.radii_mm) {
     next++->take(
         stroke.ticks(), [] {}, [&](std::size_t i) { sweepOnce(mesh, stroke, i, radius / 1e3); });
+  }
   next->take(
       stroke.ticks(), [] {}, [&](std::size_t i) { nearestOnce(mesh, stroke, i); });
 }

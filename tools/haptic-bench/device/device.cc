@@ -20,7 +20,7 @@
 namespace haptic_bench {
 namespace {
 
-using namespace hapticd;
+using namespace hapticd;  // NOLINT(google-build-using-namespace)
 
 constexpr std::int64_t kTick_ns = 1'000'000, kGrain_ns = 62'500;
 constexpr std::int64_t kHalfWave = 25;  ///< Ticks of force, then as many without.

@@ -20,7 +20,7 @@
 namespace haptic_bench {
 namespace {
 
-using namespace hapticd;
+using namespace hapticd;  // NOLINT(google-build-using-namespace)
 
 std::int64_t ticks() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())

@@ -21,7 +21,7 @@
 namespace haptic_bench {
 namespace {
 
-using namespace hapticd;
+using namespace hapticd;  // NOLINT(google-build-using-namespace)
 constexpr std::size_t kStateBytes = 4096;
 
 /** The beginning of what the played SDK keeps of its device: all that scripts and this know. */

@@ -114,9 +114,10 @@ class ResultsReader {
   /** A line of a table: one round of all its columns. */
   void row() {
     const std::span<const TableColumn> columns = form_->columns;
-    if (fields_.size() != columns.size())
+    if (fields_.size() != columns.size()) {
       fault(fmt::format("it has {} fields, and {} the header in line {}", fields_.size(), columns.size(), header_),
             kAsPrinted);
+    }
     std::string name = form_->benchmark, group = name;
     std::vector<double> values(columns.size());
     bool calm = false;

@@ -47,8 +47,9 @@ std::optional<std::vector<std::uint8_t>> SampleModel::in(std::size_t) {
   for (int axis = 0; axis < 3; ++axis) {
     const double counts = std::clamp(hand.position()[axis] * 1e5 + jump, -32768.0, 32767.0);
     const auto value = static_cast<unsigned>(std::lround(counts)) & 0xffffu;
-    packet[static_cast<std::size_t>(2 + 2 * axis)] = static_cast<std::uint8_t>(value & 0xff);
-    packet[static_cast<std::size_t>(3 + 2 * axis)] = static_cast<std::uint8_t>(value >> 8);
+    std::uint8_t* const at = &packet[2 + 2 * static_cast<std::size_t>(axis)];
+    at[0] = static_cast<std::uint8_t>(value & 0xff);
+    at[1] = static_cast<std::uint8_t>(value >> 8);
   }
   packet[8] = buttons;
   const std::uint16_t sum = sumOf(packet.data(), 10);

@@ -105,6 +105,7 @@ TEST_F(ServoFixture, TheSampleBehindAGapCountsIt) {
   EXPECT_EQ(samples[1].missed, 2u);
   EXPECT_EQ(samples[1].wake_ns, 2 * kPeriodNs + kPeriodNs / 2);
   EXPECT_EQ(samples[1].t_ns, 4 * kPeriodNs + kPeriodNs / 2);
+  EXPECT_EQ(regions.a->counters.max_wake_ns, 2 * kPeriodNs + kPeriodNs / 2);
 }
 
 TEST_F(ServoFixture, ASmallOverrunMissesNothingButCounts) {

@@ -28,7 +28,7 @@ bool isPartOf(const Scene& scene, std::uint32_t slot, std::uint32_t of) HD_RT {
 
 double speedBound(const RigidBody& body, const SceneObject& object) HD_RT {
   // The ball's middle from the body's centre of mass: as the scene has it, which may be a tick behind.
-  const Vec3 middle = object.X_WO.q.conjugate() * (object.center_W - object.X_WO.p) - body.comInO();
+  const Vec3 middle = object.toLocal(object.center_W) - body.comInO();
   return body.twist().v.norm() + body.twist().w.norm() * (middle.norm() + object.radius);
 }
 

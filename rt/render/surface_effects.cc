@@ -80,7 +80,7 @@ void SurfaceEffects::strike(const Scene& scene, const SurfaceContact& contact, s
     if (std::ranges::find(felt_.id, id) != felt_.id.end()) return;
     felt_.id[count] = id;
     const SceneObject* object = scene.find(id);
-    if (object && away_ > 0) felt_.at[count] = object->X_WO.q.conjugate() * (hip - object->X_WO.p);
+    if (object && away_ > 0) felt_.at[count] = object->toLocal(hip);
     ++count;
     if (!object || std::ranges::find(before.id, id) != before.id.end()) return;
     const Vec3 moving = second ? scene.velocityAt(*object, second->feature, contact.point) : contact.velocity;
@@ -95,7 +95,7 @@ void SurfaceEffects::strike(const Scene& scene, const SurfaceContact& contact, s
   for (std::size_t i = 0; i < before.id.size() && count < before.id.size(); ++i) {
     const SceneObject* object = scene.find(before.id[i]);
     if (!object || std::ranges::find(felt_.id, before.id[i]) != felt_.id.end()) continue;
-    const Vec3 at = object->X_WO.q.conjugate() * (hip - object->X_WO.p);
+    const Vec3 at = object->toLocal(hip);
     if ((at - before.at[i]).squaredNorm() > away_ * away_) continue;
     felt_.at[count] = before.at[i];
     felt_.id[count++] = before.id[i];

@@ -34,7 +34,7 @@ bool same(const Pose& a, const Pose& b) HD_RT { return a.p == b.p && a.q.coeffs(
 
 void updateBall(SceneObject& object) HD_RT {
   const Ball ball = boundingBall(object.shape);
-  object.center_W = object.X_WO * ball.center;
+  object.center_W = object.toWorld(ball.center);
   object.radius = ball.radius;
 }
 
@@ -57,8 +57,8 @@ const SceneObject* Scene::find(std::uint32_t id) const HD_RT {
 Vec3 Scene::velocityAt(const SceneObject& object, std::uint32_t feature, const Vec3& x_W) const HD_RT {
   Vec3 v = object.velocityAt(x_W);
   if (object.shape.kind != ShapeKind::kMesh || object.shape.mesh->deform.motion == nullptr) return v;
-  const Vec3 x = object.X_WO.q.conjugate() * (x_W - object.X_WO.p);
-  return v + object.X_WO.q * deformingVelocity(*object.shape.mesh, feature, x, time_);
+  const Vec3 x = object.toLocal(x_W);
+  return v + object.R_WO * deformingVelocity(*object.shape.mesh, feature, x, time_);
 }
 
 SceneObject* Scene::findMutable(std::uint32_t id) HD_RT { return const_cast<SceneObject*>(find(id)); }

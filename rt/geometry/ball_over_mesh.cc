@@ -1,5 +1,4 @@
 // The swept ball against triangles: faces moved out by the radius, and the round edges and vertices between them.
-#include "rt/geometry/below.h"
 #include "rt/geometry/first_touch.h"
 #include "rt/geometry/pseudo_normal.h"
 #include "rt/geometry/sweep_triangles.h"
@@ -16,12 +15,11 @@ constexpr int kMaxTouchSteps = 64;  // Of one touch; few are needed.
 class BallOverMesh {
  public:
   BallOverMesh(const MeshView& mesh, Sweep& sweep) noexcept
-      : mesh_(mesh), sweep_(sweep), below_(sweep), rounding_(roundingOf(sweep)) {}
+      : mesh_(mesh), sweep_(sweep), rounding_(roundingOf(sweep)) {}
 
   /** Takes the triangle if it is met first. When it is met does not depend on what was found before. */
   void tryTriangle(std::uint32_t triangle, Earliest& first) HD_RT {
     const Corners v = cornersOf(mesh_, triangle);
-    if (below_.has(v.a, v.b, v.c)) return;
     Vec3 n = v.normal();
     const double length2 = n.squaredNorm();
     if (length2 == 0 || isLeftBehind(n, length2, v.a)) return;
@@ -126,7 +124,6 @@ class BallOverMesh {
 
   const MeshView& mesh_;
   Sweep& sweep_;
-  BelowWay below_;
   double rounding_;
 };
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "rt/geometry/sweep.h"
+#include "rt/scene/mesh_view.h"
 
 namespace hapticd {
 
@@ -18,11 +19,17 @@ class BelowWay {
     const double from = up_.dot(sweep.a);
     low_ = from + std::min(up_.dot(sweep.d), 0.0) - sweep.radius - sweep.tolerance;
   }
-  [[nodiscard]] bool has(const Vec3& a, const Vec3& b, const Vec3& c) const HD_RT {
-    return up_.dot(a) < low_ && up_.dot(b) < low_ && up_.dot(c) < low_;
+  /** No branch to be guessed: of triangles that lie about a ball about half do. */
+  [[nodiscard]] bool has(const MeshView::Corners& corners) const HD_RT {
+    const bool a = heightOf(corners[0]) < low_, b = heightOf(corners[1]) < low_, c = heightOf(corners[2]) < low_;
+    return static_cast<int>(a) + static_cast<int>(b) + static_cast<int>(c) == 3;
   }
 
  private:
+  [[nodiscard]] double heightOf(const MeshView::Float3& x) const HD_RT {
+    return (up_[0] * x[0] + up_[1] * x[1]) + up_[2] * x[2];
+  }
+
   Vec3 up_;
   double low_ = -std::numeric_limits<double>::infinity();  ///< Of the ball, along the axis [m].
 };

@@ -41,18 +41,24 @@ class SweptBoxes {
       box_.entry[i] = static_cast<float>(sweep.a[i] + sign * grown);
       box_.exit[i] = static_cast<float>(sweep.a[i] - sign * grown);
     }
-    reach_ = radius_ + sweep.tolerance;
-    length_ = radius_ > 0 ? sweep.d.norm() : 0.0;
+    rounding_ = kBoxRounding * far;
+    const double reach = radius_ + sweep.tolerance;
+    squared_reach_ = roundedUp(reach * reach);
   }
 
   [[nodiscard]] std::uint32_t look(const BoxTests& tests, const hd_bvh_node& node, double t_max,
                                    float* key) const HD_RT {
     std::uint32_t mask = tests.enter(node, box_, roundedUp(t_max), key);
     if (radius_ > 0 && mask != 0) {
-      // A grown box has corners that no ball reaches: what is beyond a ball about the whole way is not met.
-      const double reach = reach_ + 0.5 * t_max * length_;
+      // A grown box has corners that no ball reaches: what is farther than the radius from the way is not met.
+      BoxPoint way;
+      for (int i = 0; i < 3; ++i) {
+        const double from = a_[i], to = a_[i] + t_max * d_[i];
+        way.lower[i] = static_cast<float>(std::min(from, to) - rounding_);
+        way.upper[i] = static_cast<float>(std::max(from, to) + rounding_);
+      }
       float squared[HD_BVH_WIDTH];
-      mask &= tests.approach(node, boxPoint(a_ + 0.5 * t_max * d_), roundedUp(reach * reach), squared);
+      mask &= tests.approach(node, way, squared_reach_, squared);
     }
     return mask;
   }
@@ -60,7 +66,8 @@ class SweptBoxes {
  private:
   Vec3 a_, d_;
   BoxSweep box_;
-  double radius_, reach_ = 0, length_ = 0;
+  double radius_, rounding_ = 0;
+  float squared_reach_ = 0;
 };
 
 }  // namespace hapticd

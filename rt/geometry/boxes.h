@@ -35,7 +35,8 @@ struct BoxTests {
   std::uint32_t (*enter)(const hd_bvh_node& node, const BoxSweep& sweep, float t_max, float* key) noexcept;
   /** Bit i: child i may come within the root of `squared_reach`; key[i] is the squared distance or less. */
   std::uint32_t (*approach)(const hd_bvh_node& node, const BoxPoint& point, float squared_reach, float* key) noexcept;
-  ReachPrisms reach;  ///< The triangles of a vicinity,
+  NearPrisms near;    ///< The blocks of a vicinity,
+  ReachPrisms reach;  ///< their triangles,
   MakePrisms make;    ///< and how they are made.
 };
 

@@ -39,8 +39,31 @@ std::uint32_t approach(const hd_bvh_node& node, const BoxPoint& point, float squ
   return mask & ((1u << node.used) - 1);
 }
 
+std::uint64_t near(const PrismBoxes* boxes, std::uint32_t blocks, const PrismSweep& sweep) noexcept {
+  __m256 from[3], to[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const __m256 a = _mm256_set1_ps(sweep.a[axis]), b = _mm256_set1_ps(sweep.b[axis]);
+    from[axis] = _mm256_min_ps(a, b);
+    to[axis] = _mm256_max_ps(a, b);
+  }
+  const __m256 reach = _mm256_set1_ps(sweep.radius_squared);
+  std::uint64_t bits = 0;
+  for (std::uint32_t k = 0; k < blocks; k += kPrismWidth, ++boxes) {
+    __m256 squared = _mm256_setzero_ps();
+    for (int axis = 0; axis < 3; ++axis) {
+      const __m256 below = _mm256_sub_ps(_mm256_load_ps(boxes->lower[axis]), to[axis]);
+      const __m256 above = _mm256_sub_ps(from[axis], _mm256_load_ps(boxes->upper[axis]));
+      const __m256 outside = _mm256_max_ps(_mm256_max_ps(below, above), _mm256_setzero_ps());
+      squared = _mm256_add_ps(squared, _mm256_mul_ps(outside, outside));
+    }
+    const auto met = static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(squared, reach, _CMP_LE_OQ)));
+    bits |= static_cast<std::uint64_t>(met) << k;
+  }
+  return blocks < 64 ? bits & ((std::uint64_t{1} << blocks) - 1) : bits;
+}
+
 }  // namespace
 
-extern const BoxTests kAvx2BoxTests{enter, approach, reachPrismsAvx2, makePrismsAvx2};
+extern const BoxTests kAvx2BoxTests{enter, approach, near, reachPrismsAvx2, makePrismsAvx2};
 
 }  // namespace hapticd

@@ -43,8 +43,24 @@ std::uint32_t approach(const hd_bvh_node& node, const BoxPoint& point, float squ
   return mask & ((1u << node.used) - 1);
 }
 
+std::uint64_t near(const PrismBoxes* boxes, std::uint32_t blocks, const PrismSweep& sweep) noexcept {
+  std::uint64_t bits = 0;
+  for (std::uint32_t k = 0; k < blocks; ++k) {
+    const PrismBoxes& box = boxes[k / kPrismWidth];
+    const std::uint32_t i = k % kPrismWidth;
+    float squared = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float from = least(sweep.a[axis], sweep.b[axis]), to = greatest(sweep.a[axis], sweep.b[axis]);
+      const float outside = greatest(greatest(box.lower[axis][i] - to, from - box.upper[axis][i]), 0.0F);
+      squared = squared + outside * outside;
+    }
+    bits |= static_cast<std::uint64_t>(squared <= sweep.radius_squared) << k;
+  }
+  return bits;
+}
+
 }  // namespace
 
-extern const BoxTests kPortableBoxTests{enter, approach, reachPrismsPortable, makePrismsPortable};
+extern const BoxTests kPortableBoxTests{enter, approach, near, reachPrismsPortable, makePrismsPortable};
 
 }  // namespace hapticd

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/geometry/below.h"
 #include "rt/geometry/sweep_triangles.h"
 #include "rt/geometry/triangle.h"
 
@@ -35,10 +34,8 @@ struct Line {
   }
 };
 
-void sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, const BelowWay& below, const Sweep& sweep,
-                   Earliest& first) HD_RT {
+void sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, const Sweep& sweep, Earliest& first) HD_RT {
   const Vec3 v0 = mesh.vertex(t, 0), v1 = mesh.vertex(t, 1), v2 = mesh.vertex(t, 2);
-  if (below.has(v0, v1, v2)) return;
   const Vec3 a = v0 - sweep.a, b = v1 - sweep.a, c = v2 - sweep.a;
   const double ax = a[line.x] - line.shear_x * a[line.z], ay = a[line.y] - line.shear_y * a[line.z];
   const double bx = b[line.x] - line.shear_x * b[line.z], by = b[line.y] - line.shear_y * b[line.z];
@@ -73,9 +70,8 @@ SweepResult sweepMesh(const MeshView& mesh, Sweep& sweep, SweepHit& hit) HD_RT {
   if (sweep.d.isZero(0)) return SweepResult::kNone;
   if (sweep.radius > 0) return sweepBallOverMesh(mesh, sweep, hit);
   const Line line(sweep.d);
-  const BelowWay below(sweep);
   return sweepTriangles(mesh, sweep, hit,
-                        [&](std::uint32_t t, Earliest& first) { sweepTriangle(mesh, t, line, below, sweep, first); });
+                        [&](std::uint32_t t, Earliest& first) { sweepTriangle(mesh, t, line, sweep, first); });
 }
 
 }  // namespace hapticd

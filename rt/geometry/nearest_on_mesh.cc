@@ -36,10 +36,10 @@ NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& 
   };
   Vicinity* const vicinity = query.vicinity;
   if (vicinity != nullptr && vicinity->holds(query.x, query.reach)) {
-    query.work += vicinity->reach(query.x, query.x, query.reach, kAnySide, [&](std::uint32_t t) {
-      ++query.work;
-      look(t);
-    });
+    Vicinity::Reached reached;
+    vicinity->reach(query.x, query.x, query.reach, kAnySide, reached);
+    query.work += reached.blocks + reached.count;
+    for (std::uint32_t i = 0; i < reached.count; ++i) look(reached.triangle[i]);
   } else {
     const BoxTests& tests = boxTests();
     const BoxPoint point = boxPoint(query.x);

@@ -24,6 +24,14 @@ struct PrismBlock {
   float side[3][3][kPrismWidth];  ///< Outward normals of the planes on the edges.
   float side_offset[3][kPrismWidth];
   float side_squared[3][kPrismWidth];  ///< Of the side's normal over that of the face.
+  std::uint32_t first;                 ///< The number of the first triangle: the others follow it.
+  std::uint32_t used;                  ///< A bit each.
+};
+
+/** Boxes about eight blocks, in the same frame. */
+struct PrismBoxes {
+  alignas(32) float lower[3][kPrismWidth];
+  float upper[3][kPrismWidth];
 };
 
 /** Where a frame of prisms is, and how long its unit is: the radius of the ball in which questions are asked. */
@@ -37,14 +45,14 @@ struct PrismSweep {
   float a[3];
   float b[3];
   float radius_squared;
-  bool still;            ///< a and b are one: asked with a alone.
+  bool still;            ///< a and b are one: prisms are asked with a alone.
   float behind_squared;  ///< What stays farther than this behind its plane is not met.
 };
 
 /**
  * Makes prisms of `count` triangles, 1 to 8, whose corners stand one after the other, nine coordinates a triangle;
- * lanes left over repeat the last. Bit i of the answer: triangle i is so large, narrow or small that single precision
- * will not do for it.
+ * lanes left over repeat the last. Leaves `first` and `used` alone. Bit i of the answer: triangle i is so large, narrow
+ * or small that single precision will not do for it.
  */
 using MakePrisms = std::uint32_t (*)(const float* corners, std::uint32_t count, const PrismFrame& frame,
                                      PrismBlock& block) noexcept;
@@ -64,15 +72,23 @@ inline constexpr float kPrismRough = 64;
 inline constexpr float kPrismSmall = 1e-20F;
 
 /**
- * Bit i of mask[k], for each bit k of `blocks`: triangle i of block k may be met. The implementations of boxes.h's
- * paths; all give the same bits. Servo-safe.
+ * Bit k: the ball may meet what is in box k of the first `blocks`, at most 64. What is farther than the radius from a
+ * box about the way is not met.
  */
-using ReachPrisms = void (*)(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
-                             std::uint8_t* mask) noexcept;
-void reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
-                         std::uint8_t* mask) noexcept;
+using NearPrisms = std::uint64_t (*)(const PrismBoxes* boxes, std::uint32_t blocks, const PrismSweep& sweep) noexcept;
+
+/**
+ * Lists the triangles of blocks k, for each bit k of `blocks`, that may be met, block by block in rising order, and
+ * counts them. There must be room for eight of each block. No branch is to be guessed for a block or a triangle:
+ * guesses cost more than all the rest, for what is met is different each time. The implementations of boxes.h's paths;
+ * all give the same bits. Servo-safe.
+ */
+using ReachPrisms = std::uint32_t (*)(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+                                      std::uint32_t* triangles) noexcept;
+std::uint32_t reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+                                  std::uint32_t* triangles) noexcept;
 /** Only on x86-64. */
-void reachPrismsAvx2(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
-                     std::uint8_t* mask) noexcept;
+std::uint32_t reachPrismsAvx2(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+                              std::uint32_t* triangles) noexcept;
 
 }  // namespace hapticd

@@ -66,36 +66,83 @@ void transposed(const float* const (&row)[kPrismWidth], __m256 (&column)[9]) noe
   column[8] = _mm256_setr_ps(row[0][8], row[1][8], row[2][8], row[3][8], row[4][8], row[5][8], row[6][8], row[7][8]);
 }
 
+/** A sweep in all lanes. */
+struct Spread {
+  Point a, b;
+  __m256 radius_squared, behind_squared;
+};
+
+/** Bit i: triangle i may be met, judged by its plane; `left`: of the radius' square, what its sides may be away. */
 template <bool kStill>
-void reach(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep, std::uint8_t* mask) noexcept {
-  const Point a = spread(sweep.a), b = spread(sweep.b);
-  const __m256 zero = _mm256_setzero_ps(), radius2 = _mm256_set1_ps(sweep.radius_squared);
-  const __m256 behind2 = _mm256_set1_ps(sweep.behind_squared);
+std::uint32_t planes(const PrismBlock& p, const Spread& s, __m256& left) noexcept {
+  const __m256 zero = _mm256_setzero_ps(), squared = _mm256_load_ps(p.squared);
+  const __m256 at_a = above(p.normal, p.offset, s.a), at_b = kStill ? at_a : above(p.normal, p.offset, s.b);
+  const __m256 low = kStill ? at_a : _mm256_min_ps(at_a, at_b), high = kStill ? at_a : _mm256_max_ps(at_a, at_b);
+  const __m256 apart = _mm256_max_ps(_mm256_max_ps(low, _mm256_sub_ps(zero, high)), zero);
+  left = _mm256_sub_ps(_mm256_mul_ps(s.radius_squared, squared), _mm256_mul_ps(apart, apart));
+  const __m256 close = _mm256_cmp_ps(_mm256_mul_ps(high, high), _mm256_mul_ps(s.behind_squared, squared), _CMP_LE_OQ);
+  const __m256 front = _mm256_or_ps(_mm256_cmp_ps(high, zero, _CMP_GE_OQ), close);
+  return static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_and_ps(front, _mm256_cmp_ps(left, zero, _CMP_GE_OQ))));
+}
+
+/** The same by the planes on its edges. */
+template <bool kStill>
+std::uint32_t sides(const PrismBlock& p, const Spread& s, __m256 left) noexcept {
+  __m256 met[3];
+  for (int i = 0; i < 3; ++i) {
+    const __m256 at_a = above(p.side[i], p.side_offset[i], s.a);
+    const __m256 low = kStill ? at_a : _mm256_min_ps(at_a, above(p.side[i], p.side_offset[i], s.b));
+    const __m256 beyond = _mm256_max_ps(low, _mm256_setzero_ps());
+    const __m256 most = _mm256_mul_ps(left, _mm256_load_ps(p.side_squared[i]));
+    met[i] = _mm256_cmp_ps(_mm256_mul_ps(beyond, beyond), most, _CMP_LE_OQ);
+  }
+  return static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_and_ps(met[0], _mm256_and_ps(met[1], met[2]))));
+}
+
+/** Of each mask the numbers of its bits, a byte each. */
+struct BitNumbers {
+  std::uint64_t of[1u << kPrismWidth];
+};
+
+constexpr BitNumbers bitNumbers() noexcept {
+  BitNumbers numbers{};
+  for (unsigned mask = 0; mask < 1u << kPrismWidth; ++mask) {
+    unsigned shift = 0;
+    for (unsigned bit = 0; bit < kPrismWidth; ++bit) {
+      if ((mask >> bit & 1u) == 0) continue;
+      numbers.of[mask] |= static_cast<std::uint64_t>(bit) << shift;
+      shift += 8;
+    }
+  }
+  return numbers;
+}
+
+constexpr BitNumbers kBitNumbers = bitNumbers();
+
+template <bool kStill>
+std::uint32_t reach(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+                    std::uint32_t* triangles) noexcept {
+  const Spread s{spread(sweep.a), spread(sweep.b), _mm256_set1_ps(sweep.radius_squared),
+                 _mm256_set1_ps(sweep.behind_squared)};
+  __m256 left[64];
+  std::uint32_t near[64];
+  std::uint64_t rest = 0;
   for (; blocks != 0; blocks &= blocks - 1) {
     const int k = __builtin_ctzll(blocks);
-    const PrismBlock& p = block[k];
-    const __m256 at_a = above(p.normal, p.offset, a), at_b = kStill ? at_a : above(p.normal, p.offset, b);
-    const __m256 low = _mm256_min_ps(at_a, at_b), high = _mm256_max_ps(at_a, at_b);
-    const __m256 apart = _mm256_max_ps(_mm256_max_ps(low, _mm256_sub_ps(zero, high)), zero);
-    const __m256 squared = _mm256_loadu_ps(p.squared);
-    const __m256 left = _mm256_sub_ps(_mm256_mul_ps(radius2, squared), _mm256_mul_ps(apart, apart));
-    const __m256 front =
-        _mm256_or_ps(_mm256_cmp_ps(high, zero, _CMP_GE_OQ),
-                     _mm256_cmp_ps(_mm256_mul_ps(high, high), _mm256_mul_ps(behind2, squared), _CMP_LE_OQ));
-    __m256 met = _mm256_and_ps(front, _mm256_cmp_ps(left, zero, _CMP_GE_OQ));
-    if (_mm256_movemask_ps(met) == 0) {  // Most blocks are done with their planes.
-      mask[k] = 0;
-      continue;
-    }
-    for (int i = 0; i < 3; ++i) {
-      const __m256 side_a = above(p.side[i], p.side_offset[i], a);
-      const __m256 side_b = kStill ? side_a : above(p.side[i], p.side_offset[i], b);
-      const __m256 beyond = _mm256_max_ps(_mm256_min_ps(side_a, side_b), zero);
-      const __m256 most = _mm256_mul_ps(left, _mm256_loadu_ps(p.side_squared[i]));
-      met = _mm256_and_ps(met, _mm256_cmp_ps(_mm256_mul_ps(beyond, beyond), most, _CMP_LE_OQ));
-    }
-    mask[k] = static_cast<std::uint8_t>(_mm256_movemask_ps(met));
+    near[k] = planes<kStill>(block[k], s, left[k]) & block[k].used;
+    rest |= static_cast<std::uint64_t>(near[k] != 0) << k;
   }
+  std::uint32_t count = 0;
+  for (; rest != 0; rest &= rest - 1) {
+    const int k = __builtin_ctzll(rest);
+    const std::uint32_t met = near[k] & sides<kStill>(block[k], s, left[k]);
+    const __m128i bytes = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(&kBitNumbers.of[met]));
+    const __m256i first = _mm256_set1_epi32(static_cast<int>(block[k].first));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(triangles + count),
+                        _mm256_add_epi32(_mm256_cvtepu8_epi32(bytes), first));
+    count += static_cast<std::uint32_t>(__builtin_popcount(met));
+  }
+  return count;
 }
 
 }  // namespace
@@ -131,13 +178,9 @@ std::uint32_t makePrismsAvx2(const float* corners, std::uint32_t count, const Pr
   return ~static_cast<std::uint32_t>(_mm256_movemask_ps(fine)) & 0xffu;
 }
 
-void reachPrismsAvx2(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
-                     std::uint8_t* mask) noexcept {
-  if (sweep.still) {
-    reach<true>(block, blocks, sweep, mask);
-  } else {
-    reach<false>(block, blocks, sweep, mask);
-  }
+std::uint32_t reachPrismsAvx2(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+                              std::uint32_t* triangles) noexcept {
+  return sweep.still ? reach<true>(block, blocks, sweep, triangles) : reach<false>(block, blocks, sweep, triangles);
 }
 
 }  // namespace hapticd

@@ -78,14 +78,16 @@ std::uint32_t makePrismsPortable(const float* corners, std::uint32_t count, cons
   return rough;
 }
 
-void reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
-                         std::uint8_t* mask) noexcept {
+std::uint32_t reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+                                  std::uint32_t* triangles) noexcept {
+  std::uint32_t count = 0;
   for (; blocks != 0; blocks &= blocks - 1) {
-    const int k = __builtin_ctzll(blocks);
-    unsigned bits = 0;
-    for (int i = 0; i < kPrismWidth; ++i) bits |= static_cast<unsigned>(reaches(block[k], i, sweep)) << i;
-    mask[k] = static_cast<std::uint8_t>(bits);
+    const PrismBlock& each = block[__builtin_ctzll(blocks)];
+    for (int i = 0; i < kPrismWidth; ++i)
+      if ((each.used >> i & 1u) != 0 && reaches(each, i, sweep))
+        triangles[count++] = each.first + static_cast<std::uint32_t>(i);
   }
+  return count;
 }
 
 }  // namespace hapticd

@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include "rt/geometry/below.h"
 #include "rt/geometry/box_queries.h"
 #include "rt/geometry/earliest.h"
 #include "rt/geometry/sweep_vicinity.h"
@@ -15,12 +16,16 @@ namespace hapticd {
 template <class Try>
 [[nodiscard]] SweepResult sweepTriangles(const MeshView& mesh, Sweep& sweep, SweepHit& hit, Try&& tryTriangle) HD_RT {
   Earliest earliest(hit);
-  const auto tryOne = [&](std::uint32_t t) { tryTriangle(t, earliest); };
+  const BelowWay below(sweep);
+  const auto tryOne = [&](std::uint32_t t) {
+    if (!below.has(mesh.corners[t])) tryTriangle(t, earliest);
+  };
   if (sweep.hint < mesh.triangle_count) {
     ++sweep.work;
     tryOne(sweep.hint);
   }
-  if (sweepVicinity(sweep, earliest, tryOne)) return earliest.found() ? SweepResult::kHit : SweepResult::kNone;
+  if (sweepVicinity(mesh, sweep, below, earliest, [&](std::uint32_t t) { tryTriangle(t, earliest); }))
+    return earliest.found() ? SweepResult::kHit : SweepResult::kNone;
   const SweptBoxes boxes(sweep);
   const BoxTests& tests = boxTests();
   const bool finished = walkTree(

@@ -1,6 +1,7 @@
 #include "rt/geometry/vicinity.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "rt/geometry/box_queries.h"
 #include "rt/geometry/tree_walk.h"
@@ -51,26 +52,25 @@ void Vicinity::remake(PrismBlock& block, std::uint32_t triangle, std::uint32_t l
 /** Makes prisms of a block's triangles. */
 void Vicinity::make(std::uint32_t number) HD_RT {
   PrismBlock& block = block_[number];
-  const std::uint32_t first = first_of_[number], count = count_of_[number];
-  PrismFrame frame;
-  for (int i = 0; i < 3; ++i) frame.origin[i] = origin_[i];
-  frame.inverse = static_cast<float>(1 / size_);
-  std::uint32_t rough = boxTests().make(&mesh_->corners[first][0][0], count, frame, block) & ((1u << count) - 1);
+  const auto count = static_cast<std::uint32_t>(std::popcount(block.used));
+  std::uint32_t rough = boxTests().make(&mesh_->corners[block.first][0][0], count, frame_, block) & block.used;
   for (; rough != 0; rough &= rough - 1) {
     const auto lane = static_cast<std::uint32_t>(std::countr_zero(rough));
-    remake(block, first + lane, lane);
+    remake(block, block.first + lane, lane);
   }
   made_ |= std::uint64_t{1} << number;
 }
 
 void Vicinity::begin(const MeshView& mesh, const Vec3& from, const Vec3& to, double radius) HD_RT {
   center_ = asFloat(Vec3(0.5 * (from + to)));
-  for (int i = 0; i < 3; ++i) origin_[i] = static_cast<float>(center_[i]);
   half_ = to - center_;
   const double half2 = half_.squaredNorm();
   inverse_half2_ = half2 > kStill * kStill * radius * radius ? 1 / half2 : 0.0;
   radius_ = radius;
   size_ = radius + std::sqrt(half2);
+  inverse_size_ = 1 / std::max(size_, kSmallest);
+  for (int i = 0; i < 3; ++i) frame_.origin[i] = static_cast<float>(center_[i]);
+  frame_.inverse = static_cast<float>(inverse_size_);
   way_ = boxPoint(center_ - half_);
   const BoxPoint end = boxPoint(center_ + half_);
   for (int i = 0; i < 3; ++i) {
@@ -88,15 +88,14 @@ void Vicinity::begin(const MeshView& mesh, const Vec3& from, const Vec3& to, dou
 bool Vicinity::take(const hd_bvh_node& node, std::uint32_t leaf) HD_RT {
   visited_ += node.count[leaf];
   if (blocks_ == kBlocks) return false;
-  const std::uint32_t child = blocks_ % HD_BVH_WIDTH;
-  hd_bvh_node& box = box_[blocks_ / HD_BVH_WIDTH];
+  const std::uint32_t lane = blocks_ % kPrismWidth;
+  PrismBoxes& box = box_[blocks_ / kPrismWidth];
   for (int k = 0; k < 3; ++k) {
-    box.lower[k][child] = node.lower[k][leaf] - origin_[k];
-    box.upper[k][child] = node.upper[k][leaf] - origin_[k];
+    box.lower[k][lane] = (node.lower[k][leaf] - frame_.origin[k]) * frame_.inverse;
+    box.upper[k][lane] = (node.upper[k][leaf] - frame_.origin[k]) * frame_.inverse;
   }
-  box.used = child + 1;
-  first_of_[blocks_] = node.child[leaf];
-  count_of_[blocks_] = node.count[leaf];
+  block_[blocks_].first = node.child[leaf];
+  block_[blocks_].used = (1u << node.count[leaf]) - 1;
   ++blocks_;
   count_ += node.count[leaf];
   return true;
@@ -137,32 +136,29 @@ Vicinity::State Vicinity::proceed(const MeshView& mesh, std::uint32_t visits, st
   return state_;
 }
 
-std::uint64_t Vicinity::rounded(const Vec3& a, const Vec3& b, double radius, double behind,
-                                PrismSweep& sweep) const HD_RT {
-  const double inverse = 1 / size_;
+PrismSweep Vicinity::rounded(const Vec3& a, const Vec3& b, double radius, double behind) const HD_RT {
+  PrismSweep sweep;
   for (int i = 0; i < 3; ++i) {
-    sweep.a[i] = static_cast<float>((a[i] - center_[i]) * inverse);
-    sweep.b[i] = static_cast<float>((b[i] - center_[i]) * inverse);
+    sweep.a[i] = static_cast<float>((a[i] - center_[i]) * inverse_size_);
+    sweep.b[i] = static_cast<float>((b[i] - center_[i]) * inverse_size_);
   }
-  const double way = (b - a).norm();
-  sweep.still = way <= kStill * size_;
-  const double grown = radius + kSlack * size_ + (sweep.still ? way : 0.0);
-  sweep.radius_squared = roundedUp(grown * inverse * (grown * inverse));
-  const double back = std::min(behind * inverse + kSlack, 2.0);  // Nothing asked for is farther behind.
+  const double still = kStill * size_;
+  sweep.still = (b - a).squaredNorm() <= still * still;
+  const double grown = radius * inverse_size_ + kSlack + (sweep.still ? kStill : 0.0);
+  sweep.radius_squared = roundedUp(grown * grown);
+  const double back = std::min(behind * inverse_size_ + kSlack, 2.0);  // Nothing asked for is farther behind.
   sweep.behind_squared = roundedUp(back * back);
+  return sweep;
+}
 
-  if (blocks_ <= kFewBlocks) return (std::uint64_t{1} << blocks_) - 1;
-  // What is beyond a ball about the whole way is not met.
-  BoxPoint middle;
-  for (int i = 0; i < 3; ++i) middle.lower[i] = middle.upper[i] = static_cast<float>(0.5 * (a[i] + b[i]) - center_[i]);
-  const double reach = grown + 0.5 * way;
-  const float squared = roundedUp(reach * reach);
-  std::uint64_t near = 0;
-  for (std::uint32_t k = 0; k < blocks_; k += HD_BVH_WIDTH) {
-    float key[HD_BVH_WIDTH];
-    near |= std::uint64_t{boxTests().approach(box_[k / HD_BVH_WIDTH], middle, squared, key)} << k;
-  }
-  return near;
+void Vicinity::reach(const Vec3& a, const Vec3& b, double radius, double behind, Reached& reached) HD_RT {
+  const PrismSweep sweep = rounded(a, b, radius, behind);
+  const std::uint64_t near =
+      blocks_ <= kFewBlocks ? (std::uint64_t{1} << blocks_) - 1 : boxTests().near(box_, blocks_, sweep);
+  for (std::uint64_t rest = near & ~made_; rest != 0; rest &= rest - 1)
+    make(static_cast<std::uint32_t>(std::countr_zero(rest)));
+  reached.blocks = static_cast<std::uint32_t>(std::popcount(near));
+  reached.count = boxTests().reach(block_, near, sweep, reached.triangle);
 }
 
 }  // namespace hapticd

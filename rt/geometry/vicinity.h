@@ -4,7 +4,6 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -64,28 +63,18 @@ class Vicinity {
     return state_ == State::kFull && left >= 0 && squaredDistance(x) <= left * left;
   }
 
+  /** Numbers of triangles, as reach() lists them. */
+  struct Reached {
+    std::uint32_t blocks;  ///< That were looked at.
+    std::uint32_t count;
+    std::uint32_t triangle[kMaxLeaves * kPrismWidth];
+  };
   /**
-   * Calls take(triangle) for each triangle that a ball may meet whose centre goes from a to b, which must be in the
-   * vicinity, and for few others. Those behind which the centre stays by more than `behind` are left out. The number of
-   * eights looked at; they are made of their triangles when they are looked at first.
+   * Lists each triangle that a ball may meet whose centre goes from a to b, which must be in the vicinity, and few
+   * others. Those behind which the centre stays by more than `behind` are left out. Eights are made of their triangles
+   * when they are looked at first.
    */
-  template <class Take>
-  std::uint32_t reach(const Vec3& a, const Vec3& b, double radius, double behind, Take&& take) HD_RT {
-    PrismSweep sweep;
-    const std::uint64_t near = rounded(a, b, radius, behind, sweep);
-    for (std::uint64_t rest = near & ~made_; rest != 0; rest &= rest - 1)
-      make(static_cast<std::uint32_t>(std::countr_zero(rest)));
-    std::uint8_t mask[kBlocks];
-    boxTests().reach(block_, near, sweep, mask);
-    std::uint32_t looked = 0;
-    for (std::uint64_t rest = near; rest != 0; rest &= rest - 1, ++looked) {
-      const int k = std::countr_zero(rest);
-      const std::uint32_t used = (1u << count_of_[k]) - 1;
-      for (std::uint32_t bits = mask[k] & used; bits != 0; bits &= bits - 1)
-        take(first_of_[k] + static_cast<std::uint32_t>(std::countr_zero(bits)));
-    }
-    return looked;
-  }
+  void reach(const Vec3& a, const Vec3& b, double radius, double behind, Reached& reached) HD_RT;
 
  private:
   /** Of the size: beyond what single precision makes of planes and points in it, and exact tests of a hit. */
@@ -96,9 +85,8 @@ class Vicinity {
   static_assert(HD_BVH_LEAF_TRIANGLES <= kPrismWidth, "a leaf is a block");
   static constexpr std::uint32_t kMaxNodes = 768;
 
-  /** The sweep as the blocks see it, and those of them whose boxes it may meet. */
-  [[nodiscard]] std::uint64_t rounded(const Vec3& a, const Vec3& b, double radius, double behind,
-                                      PrismSweep& sweep) const HD_RT;
+  /** The sweep as the blocks see it. */
+  [[nodiscard]] PrismSweep rounded(const Vec3& a, const Vec3& b, double radius, double behind) const HD_RT;
   /** Of x from the way of the ball's centre. */
   [[nodiscard, gnu::always_inline]] inline double squaredDistance(const Vec3& x) const HD_RT {
     const Vec3 away = x - center_;
@@ -111,12 +99,13 @@ class Vicinity {
   void remake(PrismBlock& block, std::uint32_t triangle, std::uint32_t lane) const HD_RT;
 
   Vec3 center_ = Vec3::Zero();  ///< In single precision, exactly: differences with corners then round little.
-  float origin_[3] = {};        ///< The same.
   Vec3 half_ = Vec3::Zero();    ///< From the centre to the end of the ball's way,
   double inverse_half2_ = 0;    ///< its inverse square; 0 if there is no way.
   double radius_ = -1;
-  double size_ = 0;    ///< Of a ball about all.
-  BoxPoint way_ = {};  ///< Of the ball, as boxes see it.
+  double size_ = 0;          ///< Of a ball about all: the unit of the prisms,
+  double inverse_size_ = 0;  ///< its inverse,
+  PrismFrame frame_ = {};    ///< and both as they see them.
+  BoxPoint way_ = {};        ///< Of the ball, as boxes see it.
   State state_ = State::kEmpty;
   std::uint32_t count_ = 0;
   std::uint32_t blocks_ = 0;  ///< One a leaf.
@@ -125,9 +114,7 @@ class Vicinity {
   const MeshView* mesh_ = nullptr;
   std::uint64_t made_ = 0;  ///< Which blocks, by bit.
   std::uint32_t node_[kMaxNodes];
-  hd_bvh_node box_[kBlocks / HD_BVH_WIDTH];  ///< About the blocks, from the centre.
-  std::uint32_t first_of_[kBlocks];          ///< Of its triangles,
-  std::uint8_t count_of_[kBlocks];           ///< and how many these are.
+  PrismBoxes box_[kBlocks / kPrismWidth];  ///< About the blocks.
   PrismBlock block_[kBlocks];
 };
 

@@ -9,6 +9,7 @@
 
 #include "rt/geometry/nearest.h"
 #include "rt/geometry/sweep.h"
+#include "rt/geometry/vicinity.h"
 #include "tests/support/brute_distance.h"
 #include "tests/support/seeds.h"
 #include "tests/support/test_mesh.h"
@@ -108,6 +109,46 @@ TEST(Boxes, EveryImplementationGivesTheSameKeys) {
     ASSERT_EQ(kPortableBoxTests.approach(node, point, 0.3F, a), kAvx2BoxTests.approach(node, point, 0.3F, b));
     ASSERT_EQ(std::memcmp(a, b, sizeof(float) * node.used), 0);
   }
+}
+
+TEST(Boxes, AllPathsListTheSameTrianglesOfAVicinity) {
+  std::mt19937 random(seedOf(3));
+  if (!OnPath(VectorPath::kAvx2).can()) GTEST_SKIP() << "no AVX2 here";
+  TestMesh mesh = test::crumpled(random, 24);
+  const MeshView& view = *mesh.view();
+  std::uniform_real_distribution<double> u(0, 1);
+  int full = 0;
+  std::uint32_t looked = 0, listed = 0;
+  for (int i = 0; i < 300; ++i) {
+    const double radius = std::pow(10.0, -2 + 1.5 * u(random));
+    const Vec3 center = view.vertex(static_cast<std::uint32_t>(random() % view.triangle_count), 0);
+    Vicinity vicinity[2];
+    for (Vicinity& each : vicinity) {
+      std::uint32_t work = 0;
+      each.begin(view, center, center, radius);
+      each.proceed(view, Vicinity::kMaxVisits, work);
+    }
+    if (vicinity[0].state() != Vicinity::State::kFull) continue;
+    ++full;
+    for (int j = 0; j < 20; ++j) {
+      const Vec3 a = center + randomPoint(random, 0.5 * radius);
+      const Vec3 b = j % 3 == 0 ? a : Vec3(a + randomPoint(random, 0.5 * radius));
+      const double ball = j % 4 == 0 ? 0 : 0.3 * radius * u(random), behind = j % 2 == 0 ? 0 : 2 * radius;
+      Vicinity::Reached reached[2];
+      for (const int k : {0, 1}) {
+        OnPath path(k == 0 ? VectorPath::kPortable : VectorPath::kAvx2);
+        vicinity[k].reach(a, b, ball, behind, reached[k]);
+      }
+      ASSERT_EQ(reached[0].blocks, reached[1].blocks);
+      ASSERT_EQ(reached[0].count, reached[1].count);
+      for (std::uint32_t t = 0; t < reached[0].count; ++t) ASSERT_EQ(reached[0].triangle[t], reached[1].triangle[t]);
+      looked += reached[0].blocks;
+      listed += reached[0].count;
+    }
+  }
+  EXPECT_GT(full, 200);
+  EXPECT_GT(looked, 10000u);  // 31,000 to 35,000 at 8 seeds,
+  EXPECT_GT(listed, 5000u);   // 9,000 to 10,200.
 }
 
 #endif

@@ -28,11 +28,12 @@ double distance(const MeshView& mesh, std::uint32_t t, const Vec3& x) {
 
 std::set<std::uint32_t> reached(Vicinity& vicinity, const Vec3& a, const Vec3& b, double radius, bool behind,
                                 std::uint32_t* blocks = nullptr) {
+  Vicinity::Reached reached;
+  vicinity.reach(a, b, radius, behind ? std::numeric_limits<double>::infinity() : 0.0, reached);
   std::set<std::uint32_t> all;
-  const std::uint32_t looked =
-      vicinity.reach(a, b, radius, behind ? std::numeric_limits<double>::infinity() : 0.0,
-                     [&](std::uint32_t t) { EXPECT_TRUE(all.insert(t).second) << "twice: " << t; });
-  if (blocks != nullptr) *blocks = looked;
+  for (std::uint32_t i = 0; i < reached.count; ++i)
+    EXPECT_TRUE(all.insert(reached.triangle[i]).second) << "twice: " << reached.triangle[i];
+  if (blocks != nullptr) *blocks = reached.blocks;
   return all;
 }
 

@@ -19,7 +19,7 @@ class BelowWay {
     const double from = up_.dot(sweep.a);
     low_ = from + std::min(up_.dot(sweep.d), 0.0) - sweep.radius - sweep.tolerance;
   }
-  /** No branch to be guessed: of triangles that lie about a ball about half do. */
+  /** Without a branch to be guessed: of the triangles about a ball some are, some are not. */
   [[nodiscard]] bool has(const MeshView::Corners& corners) const HD_RT {
     const bool a = heightOf(corners[0]) < low_, b = heightOf(corners[1]) < low_, c = heightOf(corners[2]) < low_;
     return static_cast<int>(a) + static_cast<int>(b) + static_cast<int>(c) == 3;

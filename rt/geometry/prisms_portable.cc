@@ -83,9 +83,10 @@ std::uint32_t reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks,
   std::uint32_t count = 0;
   for (; blocks != 0; blocks &= blocks - 1) {
     const PrismBlock& each = block[__builtin_ctzll(blocks)];
-    for (int i = 0; i < kPrismWidth; ++i)
+    for (int i = 0; i < kPrismWidth; ++i) {
       if ((each.used >> i & 1u) != 0 && reaches(each, i, sweep))
         triangles[count++] = each.first + static_cast<std::uint32_t>(i);
+    }
   }
   return count;
 }

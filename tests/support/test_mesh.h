@@ -136,6 +136,7 @@ class TestMesh {
     std::stable_sort(order.begin(), order.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return key[a - first] < key[b - first]; });
     std::vector<std::array<std::uint32_t, 3>> sorted;
+    sorted.reserve(order.size());
     for (const std::uint32_t t : order) sorted.push_back(triangles[t]);
     std::copy(sorted.begin(), sorted.end(), triangles.begin() + first);
     return first + (end - first) / 2;

@@ -6,6 +6,13 @@
 namespace hapticd {
 namespace {
 
+/** Of eight boxes the square of what lies between them and a range, along one axis. */
+__m256 squaredOutside(const float* lower, const float* upper, __m256 from, __m256 to) noexcept {
+  const __m256 below = _mm256_sub_ps(_mm256_loadu_ps(lower), to), above = _mm256_sub_ps(from, _mm256_loadu_ps(upper));
+  const __m256 outside = _mm256_max_ps(_mm256_max_ps(below, above), _mm256_setzero_ps());
+  return _mm256_mul_ps(outside, outside);
+}
+
 std::uint32_t enter(const hd_bvh_node& node, const BoxSweep& sweep, float t_max, float* key) noexcept {
   __m256 in = _mm256_setzero_ps(), out = _mm256_set1_ps(t_max);
   for (int axis = 0; axis < 3; ++axis) {
@@ -28,10 +35,8 @@ std::uint32_t enter(const hd_bvh_node& node, const BoxSweep& sweep, float t_max,
 std::uint32_t approach(const hd_bvh_node& node, const BoxPoint& point, float squared_reach, float* key) noexcept {
   __m256 sum = _mm256_setzero_ps();
   for (int axis = 0; axis < 3; ++axis) {
-    const __m256 below = _mm256_sub_ps(_mm256_loadu_ps(node.lower[axis]), _mm256_set1_ps(point.upper[axis]));
-    const __m256 above = _mm256_sub_ps(_mm256_set1_ps(point.lower[axis]), _mm256_loadu_ps(node.upper[axis]));
-    const __m256 outside = _mm256_max_ps(_mm256_max_ps(below, above), _mm256_setzero_ps());
-    sum = _mm256_add_ps(sum, _mm256_mul_ps(outside, outside));
+    const __m256 from = _mm256_set1_ps(point.lower[axis]), to = _mm256_set1_ps(point.upper[axis]);
+    sum = _mm256_add_ps(sum, squaredOutside(node.lower[axis], node.upper[axis], from, to));
   }
   _mm256_storeu_ps(key, sum);
   const auto mask =
@@ -51,15 +56,13 @@ std::uint64_t near(const PrismBoxes* boxes, std::uint32_t blocks, const PrismSwe
   for (std::uint32_t k = 0; k < blocks; k += kPrismWidth, ++boxes) {
     __m256 squared = _mm256_setzero_ps();
     for (int axis = 0; axis < 3; ++axis) {
-      const __m256 below = _mm256_sub_ps(_mm256_load_ps(boxes->lower[axis]), to[axis]);
-      const __m256 above = _mm256_sub_ps(from[axis], _mm256_load_ps(boxes->upper[axis]));
-      const __m256 outside = _mm256_max_ps(_mm256_max_ps(below, above), _mm256_setzero_ps());
-      squared = _mm256_add_ps(squared, _mm256_mul_ps(outside, outside));
+      const __m256 outside = squaredOutside(boxes->lower[axis], boxes->upper[axis], from[axis], to[axis]);
+      squared = _mm256_add_ps(squared, outside);
     }
     const auto met = static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(squared, reach, _CMP_LE_OQ)));
     bits |= static_cast<std::uint64_t>(met) << k;
   }
-  return blocks < 64 ? bits & ((std::uint64_t{1} << blocks) - 1) : bits;
+  return blocks < kPrismBlocks ? bits & ((std::uint64_t{1} << blocks) - 1) : bits;
 }
 
 }  // namespace

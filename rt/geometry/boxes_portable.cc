@@ -10,6 +10,12 @@ constexpr float kWider = 1 + 0x1p-20F;
 float least(float a, float b) noexcept { return a < b ? a : b; }
 float greatest(float a, float b) noexcept { return a > b ? a : b; }
 
+/** The square of what lies between a box and a range, along one axis. */
+float squaredOutside(float lower, float upper, float from, float to) noexcept {
+  const float outside = greatest(greatest(lower - to, from - upper), 0.0F);
+  return outside * outside;
+}
+
 std::uint32_t enter(const hd_bvh_node& node, const BoxSweep& sweep, float t_max, float* key) noexcept {
   float out[kWidth];
   for (int i = 0; i < kWidth; ++i) {
@@ -33,9 +39,7 @@ std::uint32_t approach(const hd_bvh_node& node, const BoxPoint& point, float squ
   for (int i = 0; i < kWidth; ++i) key[i] = 0;
   for (int axis = 0; axis < 3; ++axis) {
     for (int i = 0; i < kWidth; ++i) {
-      const float below = node.lower[axis][i] - point.upper[axis], above = point.lower[axis] - node.upper[axis][i];
-      const float outside = greatest(greatest(below, above), 0.0F);
-      key[i] = key[i] + outside * outside;
+      key[i] = key[i] + squaredOutside(node.lower[axis][i], node.upper[axis][i], point.lower[axis], point.upper[axis]);
     }
   }
   std::uint32_t mask = 0;
@@ -51,8 +55,7 @@ std::uint64_t near(const PrismBoxes* boxes, std::uint32_t blocks, const PrismSwe
     float squared = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const float from = least(sweep.a[axis], sweep.b[axis]), to = greatest(sweep.a[axis], sweep.b[axis]);
-      const float outside = greatest(greatest(box.lower[axis][i] - to, from - box.upper[axis][i]), 0.0F);
-      squared = squared + outside * outside;
+      squared = squared + squaredOutside(box.lower[axis][i], box.upper[axis][i], from, to);
     }
     bits |= static_cast<std::uint64_t>(squared <= sweep.radius_squared) << k;
   }

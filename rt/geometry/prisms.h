@@ -15,6 +15,7 @@
 namespace hapticd {
 
 inline constexpr int kPrismWidth = 8;
+inline constexpr int kPrismBlocks = 64;  ///< That are asked at a time, at most: a bit each.
 
 /** Eight triangles, coordinate by coordinate, in a frame about some place. A plane is normal . x = offset. */
 struct PrismBlock {
@@ -72,8 +73,8 @@ inline constexpr float kPrismRough = 64;
 inline constexpr float kPrismSmall = 1e-20F;
 
 /**
- * Bit k: the ball may meet what is in box k of the first `blocks`, at most 64. What is farther than the radius from a
- * box about the way is not met.
+ * Bit k: the ball may meet what is in box k of the first `blocks`, at most kPrismBlocks. What is farther than the
+ * radius from a box about the way is not met.
  */
 using NearPrisms = std::uint64_t (*)(const PrismBoxes* boxes, std::uint32_t blocks, const PrismSweep& sweep) noexcept;
 

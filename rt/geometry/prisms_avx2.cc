@@ -124,8 +124,8 @@ std::uint32_t reach(const PrismBlock* block, std::uint64_t blocks, const PrismSw
                     std::uint32_t* triangles) noexcept {
   const Spread s{spread(sweep.a), spread(sweep.b), _mm256_set1_ps(sweep.radius_squared),
                  _mm256_set1_ps(sweep.behind_squared)};
-  __m256 left[64];
-  std::uint32_t near[64];
+  __m256 left[kPrismBlocks];
+  std::uint32_t near[kPrismBlocks];
   std::uint64_t rest = 0;
   for (; blocks != 0; blocks &= blocks - 1) {
     const int k = __builtin_ctzll(blocks);

@@ -81,7 +81,7 @@ class Vicinity {
   static constexpr double kSlack = 0x1p-15;
 
   static constexpr std::uint32_t kBlocks = kMaxLeaves;
-  static_assert(kBlocks <= 64, "a bit each");
+  static_assert(kBlocks <= kPrismBlocks, "asked at once");
   static_assert(HD_BVH_LEAF_TRIANGLES <= kPrismWidth, "a leaf is a block");
   static constexpr std::uint32_t kMaxNodes = 768;
 

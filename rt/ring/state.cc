@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kSampleWords = sizeof(hd_sample) / 8 - 1;  // without the guard
 constexpr std::uint64_t kHistoryMask = HD_HISTORY_SLOTS - 1;
 static_assert((HD_HISTORY_SLOTS & kHistoryMask) == 0);
-/** Looks before latest() gives up: more than it takes a writer to write, unless it is stopped in the middle. */
+/** Looks before latest() turns to the history: more than it takes a writer to write, unless it is stopped in there. */
 constexpr int kLooks = 64;
 static_assert(offsetof(hd_sample, guard) == 0 && offsetof(hd_sample, tick) == 8 && sizeof(hd_sample) % 8 == 0);
 
@@ -19,7 +19,7 @@ static_assert(offsetof(hd_sample, guard) == 0 && offsetof(hd_sample, tick) == 8 
 // guard differs from the first.
 
 void writeSample(hd_sample& slot, const hd_sample& sample, std::uint64_t n) HD_RT {
-  storeRelaxed(slot.guard, 2 * n + 1);
+  storeRelease(slot.guard, 2 * n + 1);  // R5, pairs with A0: what was published before stands in the history
   copyToShared<__ATOMIC_RELEASE>(&slot.tick, &sample.tick, kSampleWords);  // R1, pairs with A1
   storeRelease(slot.guard, 2 * n + 2);                                     // R0, pairs with A0: the sample stands
 }
@@ -94,6 +94,18 @@ bool StateReader::latest(std::uint32_t device, hd_sample& out) const HD_RT {
     const std::uint64_t guard = loadAcquire(slot.guard);  // A0, pairs with R0
     if (guard == 0) return false;
     if ((guard & 1u) == 0 && readSample(slot, out, guard)) return true;
+  }
+  return newestInHistory(device, out);
+}
+
+bool StateReader::newestInHistory(std::uint32_t device, hd_sample& out) const HD_RT {
+  std::uint64_t n = loadAcquire(a_->history_tail);  // A2, pairs with R2
+  // A tick publishes each device once: the newest of each is among as many as there are devices.
+  for (std::uint32_t back = 0; back < HD_MAX_DEVICES && n != 0; ++back) {
+    const hd_sample& slot = a_->history[--n & kHistoryMask];
+    const std::uint64_t expected = 2 * n + 2;
+    if (loadAcquire(slot.guard) != expected || !readSample(slot, out, expected)) return false;  // lapped meanwhile
+    if (out.device == device) return true;
   }
   return false;
 }

@@ -55,13 +55,15 @@ class StateReader {
  public:
   /** Starts with the next sample that the servo publishes. */
   explicit StateReader(const hd_region_a* a) noexcept;
-  /** Latest sample of a device. False when none stands yet, or the writer was in the way at 64 looks: it is
-   * stopped in the middle, ask again. */
+  /** Latest sample of a device: the one before where the writer is stopped in the middle of the latest. False when
+   * none stands yet. */
   bool latest(std::uint32_t device, hd_sample& out) const HD_RT;
   /** Oldest unread samples, in order. Returns how many; adds what was overwritten unread to `lost`. */
   std::uint32_t drain(std::span<hd_sample> out, std::uint64_t& lost) HD_RT;
 
  private:
+  bool newestInHistory(std::uint32_t device, hd_sample& out) const HD_RT;
+
   const hd_region_a* a_;
   std::uint64_t next_ = 0;
 };

@@ -89,14 +89,14 @@ class Session:
     # ---------------------------------------------------------------- reading
 
     def latest(self, device: Optional[int] = None) -> np.void:
-        """The newest sample: latest()["p"], latest()["force"], ... HapticError WOULD_BLOCK when it cannot be read now."""
+        """The newest sample: latest()["p"], latest()["force"], ... HapticError WOULD_BLOCK while there is none."""
         sample = np.empty(1, SAMPLE)
         if device is None:
             code = _lib.haptic_session_latest(self._handle, sample.ctypes.data)
         else:
             code = _lib.haptic_session_latest_of(self._handle, device, sample.ctypes.data)
         if code == Code.WOULD_BLOCK:
-            raise HapticError(code, "latest", "the servo stands while it writes the sample", "go on with the one before")
+            raise HapticError(code, "latest", "the servo has not run since the session was opened", "ask again")
         check(code)
         return sample[0]
 

@@ -42,6 +42,11 @@ class ClientIntegration : public ::testing::Test {
     EXPECT_TRUE(session) << session.error().message();
     return session ? std::move(*session) : haptic::Session(nullptr);
   }
+  static haptic_sample newest(const haptic::Session& session) {
+    const auto sample = session.latest();
+    EXPECT_TRUE(sample) << sample.error().message();
+    return sample ? *sample : haptic_sample{};
+  }
   static haptic_intent handAt(double z) { return {0, 0, {0, 0, z}, {1, 0, 0, 0}, 0}; }
   static haptic_local_model floorAt(double z) {
     haptic_local_model plane{};
@@ -117,7 +122,7 @@ TEST_F(ClientIntegration, ComesBackAfterTheDaemonWasKilled) {
   ASSERT_TRUE(back) << back.error().message();
   EXPECT_NE((*session.describe())->epoch, epoch);
   ASSERT_TRUE(eventually([&] { return session.latest().ok(); }));
-  EXPECT_EQ(session.latest()->flags & HAPTIC_SAMPLE_ARMED, 0u) << "a restarted daemon holds still";
+  EXPECT_EQ(newest(session).flags & HAPTIC_SAMPLE_ARMED, 0u) << "a restarted daemon holds still";
   EXPECT_TRUE(session.arm());
 }
 
@@ -133,7 +138,7 @@ TEST_F(ClientIntegration, EverySampleIsInTheHistoryOrCountedLost) {
     return last != 0;
   }));
   lost = 0;
-  ASSERT_TRUE(eventually([&] { return session.latest()->tick > last + 1300; })) << "longer than the history is";
+  ASSERT_TRUE(eventually([&] { return newest(session).tick > last + 1300; })) << "longer than the history is";
   const auto got = session.drain(room, lost);
   ASSERT_TRUE(got);
   ASSERT_FALSE(got->empty());
@@ -159,10 +164,10 @@ TEST_F(ClientIntegration, AStopIsAnEventAndLatchesUntilArmedAgain) {
   ASSERT_TRUE(event);
   EXPECT_EQ(event->kind, unsigned{HAPTIC_EVENT_FAULT});
   EXPECT_EQ(event->value, unsigned{HAPTIC_FAULT_STOP_LINE});
-  ASSERT_TRUE(eventually([&] { return (session.latest()->flags & HAPTIC_SAMPLE_FAULT) != 0; }));
+  ASSERT_TRUE(eventually([&] { return (newest(session).flags & HAPTIC_SAMPLE_FAULT) != 0; }));
   ASSERT_TRUE(session.arm());
-  EXPECT_TRUE(eventually([&] { return (session.latest()->flags & HAPTIC_SAMPLE_ARMED) != 0; }));
-  EXPECT_EQ(session.latest()->fault, 0u);
+  EXPECT_TRUE(eventually([&] { return (newest(session).flags & HAPTIC_SAMPLE_ARMED) != 0; }));
+  EXPECT_EQ(newest(session).fault, 0u);
 }
 
 TEST_F(ClientIntegration, APushedPlaneIsFeltAcknowledgedAndExpires) {
@@ -175,7 +180,7 @@ TEST_F(ClientIntegration, APushedPlaneIsFeltAcknowledgedAndExpires) {
   haptic_local_model plane = floorAt(0);
   plane.slot = 3;
   plane.lease_ns = 1'500'000'000;
-  const std::uint64_t at = session.latest()->tick + 50;
+  const std::uint64_t at = newest(session).tick + 50;
   const auto seq = session.push(plane, {.at_tick = at});
   ASSERT_TRUE(seq);
   ASSERT_TRUE(eventually([&] { return session.acks()->applied_seq >= *seq; }));
@@ -183,11 +188,11 @@ TEST_F(ClientIntegration, APushedPlaneIsFeltAcknowledgedAndExpires) {
   EXPECT_EQ(session.model(3)->seq, *seq);
   ASSERT_TRUE(session.push(handAt(-0.01), {.latest = true}));
   // The hand (400 N/m) wants 1 cm into a plane of 1000 N/m: it is stopped at 400 / 1400 cm.
-  EXPECT_TRUE(eventually([&] { return session.latest()->by_source[HAPTIC_SOURCE_LOCAL_MODEL][2] > 2; }));
+  EXPECT_TRUE(eventually([&] { return newest(session).by_source[HAPTIC_SOURCE_LOCAL_MODEL][2] > 2; }));
   const auto event = events->next(seconds(10));
   ASSERT_TRUE(event);
   EXPECT_EQ(event->value, 3u);
-  EXPECT_TRUE(eventually([&] { return session.latest()->by_source[HAPTIC_SOURCE_LOCAL_MODEL][2] == 0; }));
+  EXPECT_TRUE(eventually([&] { return newest(session).by_source[HAPTIC_SOURCE_LOCAL_MODEL][2] == 0; }));
 }
 
 TEST_F(ClientIntegration, WhatTheDaemonRefusesIsInTheAcks) {

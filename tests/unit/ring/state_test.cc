@@ -74,14 +74,36 @@ TEST(State, LatestIsPerDevice) {
   EXPECT_FALSE(reader.latest(1, out));
 }
 
-TEST(State, HalfWrittenSampleIsNotSeen) {
+// A servo that lost its CPU in the middle of writing does not leave its clients without a sample.
+TEST(State, WhileTheLatestIsHalfWrittenTheOneBeforeIsSeen) {
   Regions r;
   StateWriter writer(r.a.get());
   const StateReader reader(r.a.get());
   hd_sample out{};
-  writer.publish(sampleOf(1));
-  r.a->latest[0].guard = 3;
+  for (std::uint64_t tick = 1; tick <= 2000; tick += 7) {
+    for (std::uint32_t d = 0; d < HD_MAX_DEVICES; ++d) writer.publish(sampleOf(tick, d));
+    for (std::uint32_t d = 0; d < HD_MAX_DEVICES; ++d) {
+      const hd_sample whole = r.a->latest[d];
+      r.a->latest[d].guard += 1;
+      r.a->latest[d].tick = 9999;
+      ASSERT_TRUE(reader.latest(d, out));
+      EXPECT_EQ(out.tick, tick);
+      EXPECT_EQ(out.device, d);
+      r.a->latest[d] = whole;
+    }
+  }
+}
+
+TEST(State, AFirstSampleHalfWrittenIsNotSeen) {
+  Regions r;
+  StateWriter writer(r.a.get());
+  const StateReader reader(r.a.get());
+  hd_sample out{};
+  r.a->latest[0].guard = 1;
   EXPECT_FALSE(reader.latest(0, out));
+  writer.publish(sampleOf(1, 1));
+  EXPECT_FALSE(reader.latest(0, out)) << "another device's is not its own";
+  EXPECT_TRUE(reader.latest(1, out));
 }
 
 TEST(State, HistoryDeliversEverySampleInOrder) {

@@ -44,6 +44,11 @@ IoDevice::IoDevice(std::unique_ptr<DeviceIo> io, IoOptions options)
 IoDevice::IoDevice(std::unique_ptr<DeviceIo> io, IoOptions options, Clock& clock)
     : io_(std::move(io)), options_(options), clock_(clock), link_(options.stale_ns) {}
 
+Calibration IoDevice::calibration() const noexcept {
+  const Calibration told = io_->calibration();
+  return told == Calibration::kNotNeeded || there_.load() ? told : Calibration::kNeeded;
+}
+
 Result<void> IoDevice::open() {
   close();
   stop_.store(false);
@@ -102,7 +107,7 @@ void IoDevice::serve(std::int64_t until_ns) noexcept {
     return;
   }
   if (io_->exchange(link_, until_ns)) return;
-  there_ = false;
+  there_ = false;  // before the servo is told
   link_.publishStatus(io_->statusWhenGone());
   io_->close();
   link_.lost();

@@ -37,7 +37,8 @@ class IoDevice final : public Device, public SlowToOpen, public HasBattery {
   ~IoDevice() override { close(); }
 
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return io_->info(); }
-  [[nodiscard]] Calibration calibration() const noexcept override { return io_->calibration(); }
+  /** Of a device that needs one, none from the moment the servo is told that it has gone. */
+  [[nodiscard]] Calibration calibration() const noexcept override;
   [[nodiscard]] int batteryPercent() const noexcept override { return io_->batteryPercent(); }
   [[nodiscard]] Histogram* roundTrip() noexcept override { return &link_.round_trip; }
 
@@ -68,7 +69,7 @@ class IoDevice final : public Device, public SlowToOpen, public HasBattery {
   RtThread thread_;
   std::atomic<bool> stop_{false}, given_up_{false};
   bool open_ = false;
-  bool there_ = false;  ///< The I/O thread's.
+  std::atomic<bool> there_{false};  ///< Written by the I/O thread.
   std::int64_t next_look_ns_ = 0;
   std::string note_;
 };

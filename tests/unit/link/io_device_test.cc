@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sched.h>
 
+#include <functional>
 #include <thread>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct Script {
   bool there = true;
   bool refuse = false;  ///< open() fails.
   int opened = 0, closed = 0;
+  Calibration calibration = Calibration::kNotNeeded;
+  std::function<void()> on_gone = [] {};                ///< Before the servo is told.
   std::vector<int> policy_of_open, policy_of_exchange;  ///< Scheduling of the thread that called.
   std::atomic<int> safed{0};
 };
@@ -28,11 +31,16 @@ class ScriptedIo final : public DeviceIo {
  public:
   explicit ScriptedIo(Script& script) : script_(script) { info_.uri = "script://"; }
   const DeviceInfo& info() const noexcept override { return info_; }
+  Calibration calibration() const noexcept override { return script_.calibration; }
   Result<void> open(const std::atomic<bool>&) override {
     ++script_.opened;
     script_.policy_of_open.push_back(sched_getscheduler(0) & ~SCHED_RESET_ON_FORK);
     if (script_.refuse || !script_.there) return Error{ErrorCode::kDeviceGone, "script", "not there", ""};
     return {};
+  }
+  std::uint32_t statusWhenGone() const noexcept override {
+    script_.on_gone();
+    return kDeviceGone;
   }
   void close() noexcept override { ++script_.closed; }
   bool exchange(DeviceLink& link, std::int64_t until_ns) noexcept override {
@@ -209,6 +217,25 @@ TEST(IoDevice, UnplugIsToldAndReplugFound) {
 }
 
 // Who looks for a device reads sysfs for milliseconds: at priority 85 that would be taken from a servo.
+// The driver itself forgets its calibration in close(), milliseconds after the servo has been told.
+TEST(IoDevice, WhatIsToldToBeGoneIsNotCalibratedAnyMore) {
+  Rig rig;
+  std::vector<Calibration> when_told;
+  rig.script.on_gone = [&] { when_told.push_back(rig.device.calibration()); };
+  ASSERT_TRUE(rig.device.open().ok());
+  for (const Calibration calibration : {Calibration::kDone, Calibration::kNotNeeded}) {
+    rig.script.calibration = calibration;
+    rig.script.there = true;
+    rig.run(600 * kMs);
+    EXPECT_EQ(rig.device.calibration(), calibration) << "as the driver says";
+    rig.script.there = false;
+    rig.run(kMs);
+    rig.read();
+    EXPECT_EQ(rig.sample.status, kDeviceGone);
+  }
+  EXPECT_EQ(when_told, (std::vector{Calibration::kNeeded, Calibration::kNotNeeded}));
+}
+
 TEST(IoDevice, LooksForAnUnpluggedDeviceWithoutPriority) {
   Rig rig;
   ASSERT_TRUE(rig.device.open().ok());

@@ -61,27 +61,16 @@ def load(options, folder: pathlib.Path) -> None:
     run(options.hapticctl, "tool", "attach", "fragment", "--mass", "0.03")
 
 
-def newest(session: haptic.Session):
-    """The newest sample; asked again where the servo was just writing it."""
-    while True:
-        try:
-            return session.latest()
-        except haptic.HapticError as error:
-            if error.code != haptic.Code.WOULD_BLOCK:
-                raise
-            time.sleep(0.001)
-
-
 def bring_home(session: haptic.Session, client: haptic.Client, hand: Hand):
     """Plays the hand; rows of time, place [mm], turn [deg], force, torque, contacts; and every sample of the servo."""
     rows, history = [], []
     tool = f"/devices/{client.status().devices[0].name}/tool"
-    begin, sample = time.monotonic(), newest(session)
+    begin, sample = time.monotonic(), session.latest()
     while (t := time.monotonic() - begin) < hand.seconds:
         p, q = hand.intent(t, sample["force"], sample["torque"])
         session.push_intent(p, q, latest=True)
         time.sleep(0.005)
-        sample = newest(session)
+        sample = session.latest()
         history.append(session.drain())
         place, turn = client.get("/objects/fragment/pos"), client.get("/objects/fragment/rot")
         contacts = client.get(tool)["contacts"]
@@ -138,7 +127,7 @@ def main() -> int:
         session.push_intent(*hand.intent(0, np.zeros(3), np.zeros(3)), latest=True)
         load(options, pathlib.Path(folder))
         session.arm()
-        while newest(session)["flags"] & (haptic.SampleFlag.ARMED | haptic.SampleFlag.RAMPING) != haptic.SampleFlag.ARMED:
+        while session.latest()["flags"] & (haptic.SampleFlag.ARMED | haptic.SampleFlag.RAMPING) != haptic.SampleFlag.ARMED:
             time.sleep(0.01)
         session.drain()
         rows, history = bring_home(session, client, hand)

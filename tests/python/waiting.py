@@ -5,7 +5,7 @@ import hapticclient as haptic
 
 
 def eventually(condition, seconds=10.0):
-    """Whether it comes true in that time. A sample that cannot be read just now is asked for again."""
+    """Whether it comes true in that time. What is not made yet is asked for again."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         try:

@@ -57,7 +57,7 @@ Result<void> SharedLinkMapping::map() {
 }
 
 Calibration HelperDevice::calibration() const noexcept {
-  if (gone_.load() || mapping_.get() == nullptr) return Calibration::kNeeded;
+  if (gone_.load() || told_gone_.load() || mapping_.get() == nullptr) return Calibration::kNeeded;
   const std::uint32_t told = mapping_.get()->calibration.load(std::memory_order_relaxed);
   return told <= static_cast<std::uint32_t>(Calibration::kDone) ? static_cast<Calibration>(told) : Calibration::kNeeded;
 }
@@ -71,6 +71,7 @@ Result<void> HelperDevice::open() {
   }
   end_->write(clock_.now(), {});  // What was commanded before it was closed is over.
   stop_.store(false);
+  told_gone_.store(false);
   if (given_up_.load()) stop_.store(true);  // After the line above, so that giveUp() is not lost whenever it comes.
   auto started = startHelper();
   if (!started) return started.error();
@@ -102,9 +103,11 @@ void HelperDevice::giveUp() noexcept {
 
 void HelperDevice::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
   end_->read(now_ns, sample);
-  if (!gone_.load(std::memory_order_acquire)) return;
-  sample.fresh = false;
-  sample.status |= kDeviceGone;
+  if (gone_.load(std::memory_order_acquire)) {
+    sample.fresh = false;
+    sample.status |= kDeviceGone;
+  }
+  told_gone_.store((sample.status & kDeviceGone) != 0, std::memory_order_relaxed);
 }
 
 void HelperDevice::safe() noexcept {

@@ -84,6 +84,7 @@ class HelperDevice final : public Device, public SlowToOpen {
   std::unique_ptr<HelperProcess> process_;      ///< open() and close(), and the watching thread between them.
   std::atomic<pid_t> pid_{0};
   std::atomic<bool> gone_{true}, stop_{false}, given_up_{false};
+  std::atomic<bool> told_gone_{false};  ///< The servo knows that the device has gone, and its calibration with it.
   std::uint32_t generation_ = 0;
   RtThread watcher_;
 };

@@ -194,6 +194,7 @@ TEST_F(Helper, UnplugIsToldAndReplugFound) {
     pushing();
     state_->unplugged = true;
     EXPECT_TRUE(until(2, [&] { return (sample_.status & kDeviceGone) != 0; }));
+    EXPECT_EQ(device_->calibration(), Calibration::kNeeded) << "told at once";
     state_->unplugged = false;
     EXPECT_TRUE(until(0, [&] { return sample_.fresh && sample_.status == kDeviceOk && pushed() == 0; }));
     device_->close();

@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kSampleWords = sizeof(hd_sample) / 8 - 1;  // without the guard
 constexpr std::uint64_t kHistoryMask = HD_HISTORY_SLOTS - 1;
 static_assert((HD_HISTORY_SLOTS & kHistoryMask) == 0);
-/** Looks before latest() turns to the history: more than it takes a writer to write, unless it is stopped in there. */
+/** Looks before latest() turns to the history: more than it takes to write, unless the writer is stopped meanwhile. */
 constexpr int kLooks = 64;
 static_assert(offsetof(hd_sample, guard) == 0 && offsetof(hd_sample, tick) == 8 && sizeof(hd_sample) % 8 == 0);
 

@@ -56,7 +56,7 @@ class StateReader {
   /** Starts with the next sample that the servo publishes. */
   explicit StateReader(const hd_region_a* a) noexcept;
   /** Latest sample of a device: the one before where the writer is stopped in the middle of the latest. False when
-   * none stands yet. */
+   * none stands yet, or this thread itself was stopped meanwhile until the whole history was written over. */
   bool latest(std::uint32_t device, hd_sample& out) const HD_RT;
   /** Oldest unread samples, in order. Returns how many; adds what was overwritten unread to `lost`. */
   std::uint32_t drain(std::span<hd_sample> out, std::uint64_t& lost) HD_RT;

@@ -176,8 +176,9 @@ HAPTIC_API int haptic_session_disarm(haptic_session* session, haptic_error* erro
 HAPTIC_API int haptic_session_check(const haptic_session* session);
 /**
  * The newest sample of this session's device, the one before while the servo is stopped in the middle of writing it;
- * one stands when the session has been opened. HAPTIC_WOULD_BLOCK only as long as the servo has not run since then: it
- * was stuck for 50 ms. Reading thread, servo-safe.
+ * one stands when the session has been opened. HAPTIC_WOULD_BLOCK only as long as the servo has not run since then (it
+ * was stuck for 50 ms), or when this call itself was stopped for the 1024 samples of the history; ask again. Reading
+ * thread, servo-safe.
  */
 HAPTIC_API int haptic_session_latest(haptic_session* session, haptic_sample* sample);
 /** The same for another device of the group. */

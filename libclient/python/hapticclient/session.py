@@ -96,7 +96,7 @@ class Session:
         else:
             code = _lib.haptic_session_latest_of(self._handle, device, sample.ctypes.data)
         if code == Code.WOULD_BLOCK:
-            raise HapticError(code, "latest", "the servo has not run since the session was opened", "ask again")
+            raise HapticError(code, "latest", "no sample can be had: the servo has not run yet", "ask again")
         check(code)
         return sample[0]
 

@@ -216,7 +216,6 @@ TEST(IoDevice, UnplugIsToldAndReplugFound) {
   EXPECT_EQ(rig.device.link().counters.replugs.load(), 1u);
 }
 
-// Who looks for a device reads sysfs for milliseconds: at priority 85 that would be taken from a servo.
 // The driver itself forgets its calibration in close(), milliseconds after the servo has been told.
 TEST(IoDevice, WhatIsToldToBeGoneIsNotCalibratedAnyMore) {
   Rig rig;
@@ -236,6 +235,7 @@ TEST(IoDevice, WhatIsToldToBeGoneIsNotCalibratedAnyMore) {
   EXPECT_EQ(when_told, (std::vector{Calibration::kNeeded, Calibration::kNotNeeded}));
 }
 
+// Who looks for a device reads sysfs for milliseconds: at priority 85 that would be taken from a servo.
 TEST(IoDevice, LooksForAnUnpluggedDeviceWithoutPriority) {
   Rig rig;
   ASSERT_TRUE(rig.device.open().ok());

@@ -21,8 +21,9 @@ void put(const Vec3& n, double offset, float (&normal)[3][kPrismWidth], float* o
   offsets[lane] = static_cast<float>(std::clamp(offset, -kFar, kFar));
 }
 
-/** Who slides over the triangles will ask for them. */
-void fetchNeighbours(const MeshView& mesh, std::uint32_t first, std::uint32_t count) HD_RT {
+/** Who slides over the triangles will ask for them. Always inline, as fetch(). */
+[[gnu::always_inline]] inline void fetchNeighbours(const MeshView& mesh, std::uint32_t first,
+                                                   std::uint32_t count) HD_RT {
   if (mesh.neighbours == nullptr) return;
   __builtin_prefetch(&mesh.neighbours[first]);
   __builtin_prefetch(&mesh.neighbours[first + count - 1]);

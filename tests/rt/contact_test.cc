@@ -53,7 +53,7 @@ TEST(Detectors, AreCleanOnEveryVectorPath) {
       bool trapped = false;
       int touching = 0;
       std::thread([&] {
-        askOften(*detector, a, b, 60);  // Brings in pages and lazily bound symbols.
+        askOften(*detector, a, b, 60);  // Brings in pages.
         trapped = test::trapSystemCalls();
         test::RtScope scope;
         touching = askOften(*detector, a, b, 200);

@@ -50,7 +50,7 @@ TEST(Queries, AreCleanOnEveryVectorPath) {
     int answers = 0;
     std::thread([&] {
       std::mt19937 random(seedOf(1));
-      for (int i = 0; i < 100; ++i) askAll(mesh, random);  // Brings in pages and lazily bound symbols.
+      for (int i = 0; i < 100; ++i) askAll(mesh, random);  // Brings in pages.
       trapped = test::trapSystemCalls();
       test::RtScope scope;
       for (int i = 0; i < 1000; ++i) answers += askAll(mesh, random);

@@ -37,7 +37,7 @@ void expectClean(const std::function<void(House&, int)>& change,
   std::thread([&] {
     disableDenormals();
     prefaultStack(128 * 1024);
-    // Both passes run the same code; the first brings in pages and lazily bound symbols.
+    // Both passes run the same code; the first brings in pages.
     for (int i = 0; i < kWarmUp; ++i) {
       change(house, i);
       house.step();

@@ -12,6 +12,9 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
 
+# Bound when loaded: a servo's first call of a library's function must not go through the dynamic linker.
+add_link_options(-Wl,-z,relro,-z,now)
+
 find_program(HAPTICD_CCACHE ccache)
 if(HAPTICD_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime

@@ -195,8 +195,12 @@ Result<void> Core::stop(std::string_view uri, std::uint64_t connection) {
   return {};
 }
 
-/** Disarm and stop overtake everything; a servo that takes no order any more is bypassed. */
+/**
+ * Disarm and stop overtake everything, and no arming that they overtake comes after them. A servo that takes no order
+ * any more is bypassed.
+ */
 void Core::order(OpenDevice& device, CommandKind kind) {
+  device.link->callOffArms(device.index);
   if (device.link->urgent(makeCommand(kind, DeviceRef{device.index}))) return;
   log::error("{}: the servo is dead; the device is made safe without it", device.name);
   device.link->group().device(device.index).safe();

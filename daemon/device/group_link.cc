@@ -69,6 +69,13 @@ bool GroupLink::urgent(const Command& command) {
   return true;
 }
 
+void GroupLink::callOffArms(std::uint32_t device) {
+  for (Command& command : outbox_) {  // Replaced, not taken out: tickets count places.
+    if (command.kind == CommandKind::kArm && command.as<DeviceRef>().device == device)
+      command = makeCommand(CommandKind::kDisarm, DeviceRef{device});
+  }
+}
+
 // A ticket's number among all orders is at most ticket + urgent_: equal once everything sent has been taken, so the
 // answer is late at worst, never early.
 bool GroupLink::passed(std::uint64_t ticket) { return ticket <= sent_ && group_->taken() >= ticket + urgent_; }

@@ -47,6 +47,8 @@ class GroupLink final : public CommandSink {
 
   /** Overtakes what waits in the outbox: stop, disarm, loss of a session. False when the servo is dead. */
   [[nodiscard]] bool urgent(const Command& command);
+  /** Orders to arm that device that still wait become orders to disarm it: else they undid what overtakes them. */
+  void callOffArms(std::uint32_t device);
   /** Hands on what the servo has room for. True when orders still wait. */
   bool flush();
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "tests/session/bench.h"
 
@@ -108,6 +109,50 @@ TEST(Stop, OvertakesAThousandEditsThatWait) {
   bench.step(5);  // 64 orders in flight at 16 a cycle
   EXPECT_EQ(bench.sample().fault, static_cast<std::uint32_t>(HD_FAULT_STOP_LINE));
   EXPECT_TRUE(bench.core.busy());
+}
+
+/** An order to arm that still waits behind a thousand edits when it is called off. */
+class ArmThatWaits : public testing::Test {
+ protected:
+  ArmThatWaits() {
+    for (int i = 0; i < 1000; ++i) bench.device().applyRadius();
+    bench.core.arm(session->id, [this](Result<void> r) { outcome = std::move(r); });
+  }
+  void expectOff() {
+    bench.step(200);
+    EXPECT_EQ(bench.sample().flags & HD_SAMPLE_ARMED, 0u);
+    EXPECT_TRUE(bench.device().device().isOff());
+  }
+  Bench bench;
+  Session* session = bench.live();
+  std::optional<Result<void>> outcome;
+};
+
+TEST_F(ArmThatWaits, IsCalledOffByAStop) {
+  ASSERT_TRUE(bench.core.stop("", bench.connection).ok());
+  expectOff();
+  EXPECT_EQ(bench.sample().fault, static_cast<std::uint32_t>(HD_FAULT_STOP_LINE));
+  ASSERT_TRUE(outcome.has_value());
+  EXPECT_EQ(outcome->error().code, ErrorCode::kFaultLatched);
+  EXPECT_TRUE(bench.arm(session->id).ok()) << "armed again it goes on";
+}
+
+TEST_F(ArmThatWaits, IsCalledOffByItsHoldersDisarm) {
+  ASSERT_TRUE(bench.core.disarm(session->id).ok());
+  expectOff();
+  EXPECT_TRUE(outcome.has_value());
+}
+
+TEST_F(ArmThatWaits, IsCalledOffByItsHoldersDeath) {
+  bench.core.disconnect(bench.connection);
+  expectOff();
+  ASSERT_TRUE(outcome.has_value());
+  EXPECT_FALSE(outcome->ok());
+}
+
+TEST_F(ArmThatWaits, IsCalledOffByTheEndOfTheDaemon) {
+  bench.core.beginShutdown();
+  expectOff();
 }
 
 TEST(Stop, ArmingWhileTheCauseStandsIsRefusedWithTheCause) {

@@ -92,6 +92,10 @@ class Core {
   /** The end of every servo; as DeviceManager::closeAll(). No poll() after it. */
   std::vector<std::string> closeAll();
   [[nodiscard]] bool quiet(std::int64_t since_ns);
+  /** The machine goes to sleep: stops what is armed; nothing can be armed until it is awake again. */
+  void setAsleep(bool asleep);
+  /** No device is energised, nor was one kListedAfterDisarm_ns ago. */
+  [[nodiscard]] bool allOff() const { return listed_.empty(); }
 
   // Connections.
   [[nodiscard]] Result<std::uint64_t> connect(std::int32_t pid, std::uint32_t uid, bool administration);
@@ -235,6 +239,7 @@ class Core {
   log::RateLimit refused_log_{1'000'000'000, 5};
   log::RateLimit overrun_log_{1'000'000'000, 1};
   bool busy_ = false;
+  bool asleep_ = false;
 };
 
 /** "stop line", "velocity", ... for hd_fault. */

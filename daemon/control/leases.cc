@@ -105,6 +105,10 @@ Result<Session*> Core::leaseHolder(std::uint64_t id, const char* to_do) {
 void Core::arm(std::uint64_t id, std::function<void(Result<void>)> done) {
   if (auto r = acquireLease(id); !r) return done(r);
   OpenDevice& device = *sessions_.find(id)->device;
+  if (asleep_) {
+    return done(
+        Error{ErrorCode::kWouldBlock, device.name, "the machine goes to sleep", "arm it when the machine is awake"});
+  }
   if (device.device().calibration() == Calibration::kNeeded || device.device().calibration() == Calibration::kRunning) {
     return done(Error{ErrorCode::kUnsupported, device.name, "the device is not calibrated", "calibrate it, then arm"});
   }
@@ -193,6 +197,19 @@ Result<void> Core::stop(std::string_view uri, std::uint64_t connection) {
     order(*device, CommandKind::kStop);
   }
   return {};
+}
+
+void Core::setAsleep(bool asleep) {
+  if (asleep == asleep_) return;
+  asleep_ = asleep;
+  if (!asleep) return log::info("the machine is awake");
+  log::info("the machine goes to sleep");
+  for (const Listed& listed : listed_) {
+    const auto device = devices_.find(listed.uri);
+    if (!device) continue;  // Closed, or closing.
+    log::warn("{}: stopped, for the machine goes to sleep", (*device)->name);
+    order(**device, CommandKind::kStop);
+  }
 }
 
 /**

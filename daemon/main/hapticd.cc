@@ -16,6 +16,7 @@
 #include "daemon/panel/panel.h"
 #include "daemon/rpc/listen_socket.h"
 #include "daemon/rpc/server.h"
+#include "daemon/sleep_watch.h"
 #include "drivers/registry.h"
 #include "rt/base/standard_streams.h"
 #include "rt/cycle/realtime.h"
@@ -158,10 +159,12 @@ Result<std::unique_ptr<Panel>> startPanel(Core& core, Clock& clock) {
 /** Serves until SIGTERM or SIGINT, then brings every force to zero. */
 void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Sockets& sockets, const Panel* panel) {
   Supervisor supervisor(core, true);
+  SleepWatch sleep(core);
   ControlServer server(core, *io.lowLevelProvider, io.provider->getTimer());
   bool told = false;
   server.onStep([&] {
     supervisor.step();
+    sleep.step();
     if (panel != nullptr && panel->lost() && !std::exchange(told, true))
       log::error("a GPIO line is lost: the emergency stop counts as open until hapticd is started again");
   });

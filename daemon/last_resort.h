@@ -9,8 +9,9 @@
 namespace hapticd {
 
 /**
- * From now on SIGXCPU, SIGABRT, SIGSEGV, SIGBUS, SIGFPE and SIGILL call safe() of every device held below, then do what
- * they did before: end the process. Once, before any thread.
+ * From now on each signal that would end the process, of a crash or sent by somebody, calls safe() of every device held
+ * below before it does. Not SIGTERM, SIGINT, SIGPIPE and SIGXFSZ, for which the daemon has better; nor what is ignored
+ * or handled already. Once, before any thread.
  */
 void installLastResort() noexcept;
 

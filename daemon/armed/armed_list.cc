@@ -60,7 +60,7 @@ ArmedList::~ArmedList() { clear(); }
 
 void ArmedList::clear() {
   if (!file_.valid()) return;
-  (void)::ftruncate(file_.get(), 0);
+  (void)!::ftruncate(file_.get(), 0);
   end_ = 0;
   places_.clear();
   left_.clear();
@@ -73,7 +73,7 @@ Result<void> ArmedList::add(const std::string& uri) {
   if (!writeAt(file_.get(), uri + '\n', it->second.offset)) {
     const int why = errno;
     if (fresh) {
-      (void)::ftruncate(file_.get(), end_);  // half a line says nothing
+      (void)!::ftruncate(file_.get(), end_);  // half a line says nothing
       places_.erase(it);
     }
     return systemError(path_, "write", why, "a device that cannot be listed is not armed");

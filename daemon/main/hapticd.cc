@@ -5,6 +5,9 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
+#include <span>
+#include <vector>
 
 #include "daemon/armed/armed_list.h"
 #include "daemon/armed/make_safe.h"
@@ -156,7 +159,19 @@ Result<std::unique_ptr<Panel>> startPanel(Core& core, Clock& clock) {
   return panel;
 }
 
-/** Serves until SIGTERM or SIGINT, then brings every force to zero. */
+/**
+ * The signals that end the daemon in good order. Not SIGHUP where nohup has it ignored: who closes the terminal then
+ * wants it to go on. Before any thread: they inherit the mask.
+ */
+std::vector<int> captureEndings() {
+  std::vector<int> endings{SIGTERM, SIGINT};
+  struct sigaction hang_up {};
+  if (sigaction(SIGHUP, nullptr, &hang_up) == 0 && hang_up.sa_handler != SIG_IGN) endings.push_back(SIGHUP);
+  for (const int each : endings) kj::UnixEventPort::captureSignal(each);
+  return endings;
+}
+
+/** Serves until a signal ends it, then brings every force to zero. */
 void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Sockets& sockets, const Panel* panel) {
   Supervisor supervisor(core, true);
   SleepWatch sleep(core);
@@ -173,7 +188,7 @@ void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Socke
     if (auto fd = sockets.admin.share()) server.serve(std::move(*fd), true);
   }
   const siginfo_t info = ended.wait(io.waitScope);
-  log::info("{}: stopping", info.si_signo == SIGTERM ? "SIGTERM" : "SIGINT");
+  log::info("SIG{}: stopping", sigabbrev_np(info.si_signo));
   supervisor.stopping();
   server.closeAll();  // sessions end, leases with them
   core.beginShutdown();
@@ -195,9 +210,10 @@ int start(const Options& options) {
   log::start(config.log.level);
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);  // A log that may not grow is no reason to let go of devices.
+  // Nor does Ctrl-Z stop it: nobody would take the force off its devices then.
+  for (const int stop : {SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(stop, SIG_IGN);
   installLastResort();
-  kj::UnixEventPort::captureSignal(SIGTERM);  // before any thread: they inherit the mask
-  kj::UnixEventPort::captureSignal(SIGINT);
+  const auto endings = captureEndings();
   auto io = kj::setupAsyncIo();
   log::info("hapticd {}, configuration: {}", kVersion, options.loaded.file.empty() ? "built in" : options.loaded.file);
   if (const auto folders = checkFolders(options.loaded); !folders)
@@ -228,7 +244,8 @@ int start(const Options& options) {
   }
   auto panel = startPanel(core, clock);
   if (!panel) return failStart(panel.error(), kExitDevice);
-  auto ended = io.unixEventPort.onSignal(SIGTERM).exclusiveJoin(io.unixEventPort.onSignal(SIGINT));
+  auto ended = io.unixEventPort.onSignal(endings.front());
+  for (const int other : std::span(endings).subspan(1)) ended = ended.exclusiveJoin(io.unixEventPort.onSignal(other));
   if (auto r = core.openConfigured([&] { return !ended.poll(io.waitScope); }); !r)
     return closeAll(core, failStart(r.error(), kExitDevice));
   if (auto r = lockPages(core); !r) return closeAll(core, failStart(r.error(), kExitNoRealtime));

@@ -27,8 +27,7 @@ int main() {
   if (socket < 0 || nothing < 0 || ::dup2(nothing, STDIN_FILENO) < 0) return 2;
   struct sigaction end {};
   end.sa_handler = [](int) { stop.store(true); };
-  ::sigaction(SIGTERM, &end, nullptr);
-  ::sigaction(SIGINT, &end, nullptr);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGQUIT}) ::sigaction(signal, &end, nullptr);
   ::signal(SIGPIPE, SIG_IGN);
   return hapticd::serveVendor(socket, stop);
 }

@@ -138,6 +138,35 @@ TEST_F(ProgramTest, ServesRefusesASecondEndsCleanlyAndLeavesNoSocket) {
   EXPECT_EQ(folder.st_mode & 0777u, 0700u);
 }
 
+/** Whose terminal is closed, say. */
+TEST_F(ProgramTest, AHangUpEndsItInGoodOrder) {
+  Program program(directory, run());
+  ASSERT_TRUE(program.says("ready")) << program.output();
+  program.terminate(SIGHUP);
+  EXPECT_EQ(program.wait(), 0) << program.output();
+  EXPECT_NE(program.output().find("SIGHUP: stopping"), std::string::npos) << program.output();
+}
+
+TEST_F(ProgramTest, UnderNohupItOutlivesItsTerminal) {
+  signal(SIGHUP, SIG_IGN);  // Inherited.
+  Program program(directory, run());
+  signal(SIGHUP, SIG_DFL);
+  ASSERT_TRUE(program.says("ready")) << program.output();
+  program.terminate(SIGHUP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  program.terminate();
+  EXPECT_EQ(program.wait(), 0) << program.output();
+  EXPECT_EQ(program.output().find("SIGHUP"), std::string::npos) << program.output();
+}
+
+TEST_F(ProgramTest, CtrlZDoesNotStopIt) {
+  Program program(directory, run());
+  ASSERT_TRUE(program.says("ready")) << program.output();
+  program.terminate(SIGTSTP);
+  program.terminate();
+  EXPECT_EQ(program.wait(), 0) << program.output();
+}
+
 TEST_F(ProgramTest, ASocketLeftByADeadDaemonIsTakenOver) {
   {
     Program dies(directory, run());

@@ -46,9 +46,19 @@ std::string lastWords(Dies dies) {
 }
 
 TEST(LastResort, EveryDeviceIsZeroedOnceAndTheSignalStillKills) {
-  for (const int signal : {SIGXCPU, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) {
+  // All of signal(7) that end a process, but for those that the daemon ends of in good order, or ignores.
+  for (const int signal : {SIGHUP, SIGQUIT, SIGILL, SIGTRAP, SIGABRT, SIGBUS, SIGFPE, SIGUSR1, SIGSEGV, SIGUSR2,
+                           SIGALRM, SIGSTKFLT, SIGXCPU, SIGVTALRM, SIGPROF, SIGIO, SIGPWR, SIGSYS}) {
     EXPECT_EQ(lastWords([signal] { raise(signal); }), "abkilled by signal " + std::to_string(signal));
   }
+}
+
+TEST(LastResort, WhatIsIgnoredStaysSo) {
+  EXPECT_EQ(lastWords([] {
+              raise(SIGWINCH);
+              raise(SIGCHLD);
+            }),
+            "");
 }
 
 TEST(LastResort, ACleanEndCallsNothing) {

@@ -150,6 +150,15 @@ TEST_F(ArmThatWaits, IsCalledOffByItsHoldersDeath) {
   EXPECT_FALSE(outcome->ok());
 }
 
+TEST_F(ArmThatWaits, TooLongIsCalledOff) {
+  bench.clock.advance(Core::kArmAnswerNs + kMs);
+  bench.core.poll();
+  ASSERT_TRUE(outcome.has_value());
+  EXPECT_EQ(outcome->error().code, ErrorCode::kTimeout);
+  expectOff();
+  EXPECT_TRUE(bench.arm(session->id).ok());
+}
+
 TEST_F(ArmThatWaits, IsCalledOffByTheEndOfTheDaemon) {
   bench.core.beginShutdown();
   expectOff();

@@ -27,6 +27,7 @@ void SleepWatch::step() {
     if (r < 0) return lose(r);
   }
   if (asleep_ && lock_.valid() && core_.allOff()) lock_.reset();
+  if (asleep_ && core_.now() - since_ns_ > kFallingAsleep_ns) sleeps(false);
 }
 
 int SleepWatch::connect() {
@@ -54,6 +55,7 @@ void SleepWatch::lose(int error) {
 
 void SleepWatch::sleeps(bool asleep) {
   asleep_ = asleep;
+  since_ns_ = core_.now();
   core_.setAsleep(asleep);
 }
 

@@ -26,6 +26,8 @@ namespace hapticd {
 class SleepWatch {
  public:
   static constexpr std::int64_t kAgain_ns = 30'000'000'000;
+  /** Awake, that is without the time asleep: whoever announced sleep has then forgotten it, or died. */
+  static constexpr std::int64_t kFallingAsleep_ns = 120'000'000'000;
   /** A connection to the system's bus, as sd_bus_open_system(); tests give their own. */
   using Open = std::function<int(sd_bus**)>;
 
@@ -56,6 +58,7 @@ class SleepWatch {
   std::unique_ptr<sd_bus, Close> bus_;
   UniqueFd lock_;
   bool asleep_ = false;
+  std::int64_t since_ns_ = 0;  ///< When it was last told to be asleep.
   std::int64_t next_try_ns_ = 0;
   bool told_ = false;  ///< That nobody says when the machine sleeps.
 };

@@ -136,6 +136,16 @@ TEST_F(Sleep, ALogindThatGoesLeavesNobodyAsleep) {
   EXPECT_TRUE(logind.held());
 }
 
+/** A logind that is started anew does not know what the one before has said. */
+TEST_F(Sleep, OfWhichNothingMoreIsHeardIsOver) {
+  tell(true);
+  step(2);
+  bench.clock.advance(SleepWatch::kFallingAsleep_ns);
+  step(4);
+  EXPECT_TRUE(logind.held());
+  arm();
+}
+
 TEST(SleepWithoutABus, IsNoTrouble) {
   Bench bench;
   int asked = 0;

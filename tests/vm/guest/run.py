@@ -6,7 +6,7 @@ import traceback
 from guest import report
 
 # The order matters: what is installed first is tested by all that follow, and the last removes it.
-TOPICS = ["install", "service", "access", "felt", "deaths", "panel", "falcon", "hid", "vendor", "load", "remove"]
+TOPICS = ["install", "service", "access", "felt", "deaths", "panel", "falcon", "hid", "vendor", "sleep", "load", "remove"]
 ALWAYS = TOPICS[:2]  # the others need a service that is installed and enabled
 
 

@@ -146,7 +146,8 @@ void Core::pollArms() {
         arm.done({});
       }
     } else if (clock_.now() - arm.since_ns > kArmAnswerNs) {
-      order(device, CommandKind::kDisarm);  // Else it came to be armed after this answer.
+      // Else it came to be armed after this answer. Whoever has lost the lease was disarmed then.
+      if (device.lease == arm.session) order(device, CommandKind::kDisarm);
       arm.done(Error{ErrorCode::kTimeout, device.name, "the servo did not answer", "see hapticctl status"});
     } else {
       arms_.push_back(std::move(arm));

@@ -13,7 +13,8 @@ constexpr std::size_t kMostGroups = 16;
 std::array<std::atomic<Device*>, kMostGroups * HD_MAX_DEVICES> held;
 static_assert(std::atomic<Device*>::is_always_lock_free);  // read by a signal handler
 
-/** All that would end the process at once; of these SIGPIPE and SIGXFSZ are ignored by whoever installs this. */
+/** All that would end the process at once, but real-time signals; of these SIGPIPE and SIGXFSZ are ignored by whoever
+ * installs this. */
 constexpr int kFatal[] = {SIGXCPU, SIGABRT, SIGSEGV, SIGBUS,    SIGFPE,  SIGILL,  SIGSYS, SIGTRAP, SIGQUIT,
                           SIGHUP,  SIGALRM, SIGUSR1, SIGVTALRM, SIGPROF, SIGUSR2, SIGPWR, SIGPOLL, SIGSTKFLT};
 
@@ -33,11 +34,13 @@ void installLastResort() noexcept {
   action.sa_handler = bringToZero;
   action.sa_flags = static_cast<int>(SA_RESETHAND | SA_NODEFER);
   sigemptyset(&action.sa_mask);
-  for (const int signal : kFatal) {
+  const auto install = [&](int signal) {
     struct sigaction before {};
     // What is ignored kills nobody.
     if (sigaction(signal, nullptr, &before) == 0 && before.sa_handler == SIG_DFL) sigaction(signal, &action, nullptr);
-  }
+  };
+  for (const int signal : kFatal) install(signal);
+  for (int signal = SIGRTMIN; signal <= SIGRTMAX; ++signal) install(signal);
 }
 
 LastResort::LastResort(Device& device) noexcept : device_(&device) {

@@ -47,8 +47,9 @@ std::string lastWords(Dies dies) {
 
 TEST(LastResort, EveryDeviceIsZeroedOnceAndTheSignalStillKills) {
   // All of signal(7) that end a process, but for those that the daemon ends of in good order, or ignores.
-  for (const int signal : {SIGHUP, SIGQUIT, SIGILL, SIGTRAP, SIGABRT, SIGBUS, SIGFPE, SIGUSR1, SIGSEGV, SIGUSR2,
-                           SIGALRM, SIGSTKFLT, SIGXCPU, SIGVTALRM, SIGPROF, SIGIO, SIGPWR, SIGSYS}) {
+  for (const int signal :
+       {SIGHUP,  SIGQUIT,   SIGILL,  SIGTRAP,   SIGABRT, SIGBUS, SIGFPE, SIGUSR1, SIGSEGV,  SIGUSR2,
+        SIGALRM, SIGSTKFLT, SIGXCPU, SIGVTALRM, SIGPROF, SIGIO,  SIGPWR, SIGSYS,  SIGRTMIN, SIGRTMAX}) {
     EXPECT_EQ(lastWords([signal] { raise(signal); }), "abkilled by signal " + std::to_string(signal));
   }
 }

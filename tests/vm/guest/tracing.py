@@ -1,4 +1,5 @@
 """Plants faults into one thread of a running daemon: to stand still, or never to wait again."""
+import contextlib
 import ctypes
 import os
 import struct
@@ -78,5 +79,7 @@ def spin(task):
         with open(f"/proc/{task}/mem", "r+b", buffering=0) as memory:
             memory.seek(address)
             memory.write(struct.pack("<H", JUMP_TO_ITSELF))
-        ptrace(PTRACE_DETACH, task)
+        # Other threads wait at the same place: one that returned meanwhile jumps already, and may have ended the process.
+        with contextlib.suppress(ProcessLookupError):
+            ptrace(PTRACE_DETACH, task)
     in_thread(work)

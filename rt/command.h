@@ -119,7 +119,7 @@ struct StopOrder {
 };
 struct DeviceLimits {
   std::uint32_t device;
-  std::uint32_t reserved;
+  std::uint32_t only_lowers;  ///< Not 0: each limit becomes the lower of this and what is in force.
   double force, torque, force_slew, torque_slew, velocity, power, active_power, gripper_force;
 };
 

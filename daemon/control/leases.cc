@@ -243,16 +243,15 @@ Result<GuardLimits> Core::setLimits(std::string_view uri, const GuardLimits& wan
                  "lowering limits is for the lease holder's user or administration", "acquire the lease first"};
   }
   if (auto r = checkMaxima(*merged, device.maxima, device.name); !r) return r.error();
-  if (!device.link->accepting()) {
-    return Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"};
+  // What is lowered overtakes the edits that wait; what is raised comes after those that were to come first.
+  const bool raised = raises(*merged, device.limits);
+  if ((raised && !device.link->accepting()) || !device.link->lowerLimits(device.index, *merged)) {
+    return Error{ErrorCode::kTimeout, device.name, "the servo takes no more orders now",
+                 "try again; see hapticctl status"};
   }
   device.limits = *merged;
-  const DeviceLimits payload{device.index,         0,
-                             merged->force,        merged->torque,
-                             merged->force_slew,   merged->torque_slew,
-                             merged->velocity,     merged->power,
-                             merged->active_power, merged->gripper_force};
-  (void)device.link->post(makeCommand(CommandKind::kDeviceLimits, payload));
+  if (raised)
+    (void)device.link->post(makeCommand(CommandKind::kDeviceLimits, limitsOrder(device.index, *merged, false)));
   log::info("{}: limits {:g} N, {:g} N m, {:g} m/s by '{}' (pid {})", device.name, merged->force, merged->torque,
             merged->velocity, log::printable(by.name), by.pid);
   return *merged;

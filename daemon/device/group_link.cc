@@ -76,6 +76,19 @@ void GroupLink::callOffArms(std::uint32_t device) {
   }
 }
 
+bool GroupLink::lowerLimits(std::uint32_t device, const GuardLimits& most) {
+  if (group_->sent() - group_->taken() >= kInFlight + kLowering) return false;
+  if (!urgent(makeCommand(CommandKind::kDeviceLimits, limitsOrder(device, most, true)))) return false;
+  for (Command& command : outbox_) {
+    if (command.kind != CommandKind::kDeviceLimits) continue;
+    const auto& waits = command.as<DeviceLimits>();
+    if (waits.device != device) continue;
+    command = makeCommand(CommandKind::kDeviceLimits,
+                          limitsOrder(device, lower(limitsOf(waits), most), waits.only_lowers != 0));
+  }
+  return true;
+}
+
 // A ticket's number among all orders is at most ticket + urgent_: equal once everything sent has been taken, so the
 // answer is late at worst, never early.
 bool GroupLink::passed(std::uint64_t ticket) { return ticket <= sent_ && group_->taken() >= ticket + urgent_; }

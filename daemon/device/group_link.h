@@ -49,6 +49,11 @@ class GroupLink final : public CommandSink {
   [[nodiscard]] bool urgent(const Command& command);
   /** Orders to arm that device that still wait become orders to disarm it: else they undid what overtakes them. */
   void callOffArms(std::uint32_t device);
+  /**
+   * Lowers the device's limits to these where they are higher, before all that waits in the outbox, where orders that
+   * set limits then set none above these. False when so many of them are under way that a stop would have to wait.
+   */
+  [[nodiscard]] bool lowerLimits(std::uint32_t device, const GuardLimits& most);
   /** Hands on what the servo has room for. True when orders still wait. */
   bool flush();
 
@@ -63,6 +68,7 @@ class GroupLink final : public CommandSink {
  private:
   static constexpr std::size_t kOutbox = 4096;    ///< Beyond it edits are refused.
   static constexpr std::uint64_t kInFlight = 64;  ///< Four cycles' worth: an urgent order waits no longer.
+  static constexpr std::uint64_t kLowering = kControlCommandsPerCycle;  ///< So many limits at once may overtake.
 
   GroupLink(std::string name, std::int64_t period_ns);
 

@@ -54,12 +54,6 @@ GuardLimits startLimits(const LimitsConfig& config, const DeviceInfo& info) {
   return limits;
 }
 
-GuardLimits lower(const GuardLimits& a, const GuardLimits& b) {
-  GuardLimits least;
-  for (const Field& f : kFields) least.*f.value = std::min(a.*f.value, b.*f.value);
-  return least;
-}
-
 bool raises(const GuardLimits& a, const GuardLimits& b) {
   return std::any_of(std::begin(kFields), std::end(kFields), [&](const Field& f) { return a.*f.value > b.*f.value; });
 }

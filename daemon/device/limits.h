@@ -15,9 +15,6 @@ namespace hapticd {
 /** The limits a device starts with: the configuration's, the device's, and its continuous force. */
 [[nodiscard]] GuardLimits startLimits(const LimitsConfig& config, const DeviceInfo& info);
 
-/** Each the lower of the two. */
-[[nodiscard]] GuardLimits lower(const GuardLimits& a, const GuardLimits& b);
-
 /** Some limit of `a` is above that of `b`. */
 [[nodiscard]] bool raises(const GuardLimits& a, const GuardLimits& b);
 

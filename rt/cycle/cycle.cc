@@ -131,16 +131,8 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
     }
     default: {
       const auto& wanted = command.as<DeviceLimits>();
-      GuardLimits limits = guard.limits();
-      limits.force = wanted.force;
-      limits.torque = wanted.torque;
-      limits.force_slew = wanted.force_slew;
-      limits.torque_slew = wanted.torque_slew;
-      limits.velocity = wanted.velocity;
-      limits.power = wanted.power;
-      limits.active_power = wanted.active_power;
-      limits.gripper_force = wanted.gripper_force;
-      return guard.setLimits(limits);
+      const GuardLimits limits = limitsOf(wanted);
+      return guard.setLimits(wanted.only_lowers != 0 ? lower(limits, guard.limits()) : limits);
     }
   }
 }

@@ -53,14 +53,6 @@ bool latchesWhileDisarmed(std::uint32_t cause) HD_RT {
 
 }  // namespace
 
-bool valid(const GuardLimits& l) HD_RT {
-  for (const double x :
-       {l.force, l.torque, l.force_slew, l.torque_slew, l.gripper_force, l.velocity, l.power, l.active_power}) {
-    if (!std::isfinite(x) || x < 0) return false;
-  }
-  return true;
-}
-
 Guard::Guard(const GuardConfig& config) noexcept
     : config_(config),
       passivity_(config.max_damping),

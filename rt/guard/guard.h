@@ -15,24 +15,12 @@
 #include "rt/command.h"
 #include "rt/device.h"
 #include "rt/guard/buzz_velocity.h"
+#include "rt/guard/guard_limits.h"
 #include "rt/guard/heating.h"
 #include "rt/guard/passivity.h"
 #include "rt/guard/past_forces.h"
 
 namespace hapticd {
-
-/** Bounds on what reaches the hand. All >= 0 and finite; zero means none at all. */
-struct GuardLimits {
-  double force = 0;          ///< [N]
-  double torque = 0;         ///< [N m]
-  double force_slew = 0;     ///< [N/s], of the gripper too.
-  double torque_slew = 0;    ///< [N m/s]
-  double gripper_force = 0;  ///< [N]
-  double velocity = 0;       ///< Above it the guard latches [m/s].
-  double power = 0;          ///< Most power delivered to the hand [W].
-  double active_power =
-      0;  ///< Budget of active sources (client force, springs, moving bodies, textures, transients) [W].
-};
 
 /** Fixed behaviour; limits can change while running. */
 struct GuardConfig {
@@ -181,8 +169,5 @@ class Guard {
   Passivity passivity_;
   Heating heating_;
 };
-
-/** Whether each limit is finite and not negative. */
-[[nodiscard]] bool valid(const GuardLimits& limits) HD_RT;
 
 }  // namespace hapticd

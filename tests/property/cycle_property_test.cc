@@ -228,8 +228,9 @@ void disturb(World& w) {
     if (w.random.once(3000)) w.device(CommandKind::kStop, d);
     if (w.random.once(300)) {
       w.put(CommandKind::kDeviceLimits,
-            DeviceLimits{d, 0, w.random.in(0, 8), w.random.in(0, 0.4), w.random.in(0, 1500), w.random.in(0, 50), 3,
-                         w.random.in(0, 10), w.random.in(0, 10), w.random.in(0, 5)});
+            DeviceLimits{d, static_cast<std::uint32_t>(w.random.in(0, 2)), w.random.in(0, 8), w.random.in(0, 0.4),
+                         w.random.in(0, 1500), w.random.in(0, 50), 3, w.random.in(0, 10), w.random.in(0, 10),
+                         w.random.in(0, 5)});
     }
   }
   for (std::uint32_t s = 0; s < kSessions - 1; ++s) {

@@ -248,5 +248,95 @@ TEST(Limits, TheServoObeysALoweredLimit) {
   EXPECT_LE(std::abs(bench.sample().force[1]), 0.5);
 }
 
+/** A force of 3 N, and a thousand edits that wait for the servo. */
+class LimitsBehindEdits : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(bench.arm(session->id).ok());
+    bench.step(40);
+    ASSERT_EQ(bench.client->push(Vec3(0, 3, 0)), ErrorCode::kOk);
+    bench.step(60);
+    ASSERT_NEAR(force(), 3.0, 1e-3);
+    limits = bench.device().limits;
+  }
+  void edit() {
+    for (int i = 0; i < 1000; ++i) bench.device().applyRadius();
+  }
+  void set(double force) {
+    limits.force = force;
+    ASSERT_TRUE(bench.core.setLimits("", limits, bench.administration).ok());
+  }
+  double force() { return std::abs(bench.sample().force[1]); }
+  double mostIn(int ticks) {
+    double most = 0;
+    for (int i = 0; i < ticks; ++i) {
+      EXPECT_EQ(bench.client->push(Vec3(0, 3, 0)), ErrorCode::kOk);
+      bench.step();
+      most = std::max(most, force());
+    }
+    return most;
+  }
+  Bench bench;
+  Session* session = bench.live();
+  GuardLimits limits;
+};
+
+TEST_F(LimitsBehindEdits, ALoweredOneComesAtOnce) {
+  edit();
+  set(0.5);
+  bench.step(5);  // 64 orders in flight at 16 a cycle
+  EXPECT_TRUE(bench.core.busy());
+  EXPECT_LE(mostIn(100), 0.5);
+}
+
+TEST_F(LimitsBehindEdits, ARaisedOneInItsTurn) {
+  set(0.5);
+  EXPECT_NEAR(mostIn(200), 0.5, 2.5);
+  EXPECT_LE(mostIn(10), 0.5);
+  edit();
+  set(2);
+  EXPECT_LE(mostIn(50), 0.5) << "the edits that were to come first have not";
+  EXPECT_NEAR(mostIn(200), 2, 1e-3);
+}
+
+TEST_F(LimitsBehindEdits, ARaiseThatWaitsUndoesNoLowering) {
+  set(0.5);
+  bench.step(5);
+  edit();
+  set(2);
+  edit();
+  set(1);
+  EXPECT_LE(mostIn(50), 0.5) << "a lowering raises nothing";
+  EXPECT_LE(mostIn(300), 1.0);
+  EXPECT_NEAR(force(), 1.0, 1e-3);
+}
+
+TEST_F(LimitsBehindEdits, WhatIsRaisedHoldsBackNothingThatIsLowered) {
+  edit();
+  limits.velocity /= 2;
+  set(0.5);
+  limits.velocity *= 1.5;
+  set(0.4);
+  bench.step(5);
+  EXPECT_LE(mostIn(100), 0.4);
+  EXPECT_EQ(bench.device().limits.velocity, limits.velocity);
+}
+
+/** Thousands of lowerings in one breath leave the servo room for a stop. */
+TEST_F(LimitsBehindEdits, AFloodOfLoweringsKeepsRoomForAStop) {
+  bool refused = false;
+  for (int i = 0; i < 2000 && !refused; ++i) {
+    limits.force *= 0.999;
+    const auto lowered = bench.core.setLimits("", limits, bench.administration);
+    refused = !lowered.ok();
+    EXPECT_TRUE(lowered.ok() || lowered.error().code == ErrorCode::kTimeout);
+  }
+  EXPECT_TRUE(refused);
+  ASSERT_TRUE(bench.core.stop("", bench.connection).ok());
+  bench.step(10);
+  EXPECT_EQ(bench.sample().fault, static_cast<std::uint32_t>(HD_FAULT_STOP_LINE));
+  EXPECT_TRUE(bench.core.setLimits("", limits, bench.administration).ok());
+}
+
 }  // namespace
 }  // namespace hapticd::test

@@ -207,12 +207,13 @@ TEST(Limits, HolderLowersAdministrationRaisesNobodyPassesTheDevice) {
   EXPECT_EQ(bench.core.setLimits("", before, bench.connection).error().code, ErrorCode::kPermissionDenied);
   ASSERT_TRUE(bench.core.setLimits("", before, bench.administration).ok());
   GuardLimits beyond = before;
-  beyond.force = 1e6;
+  beyond.force = bench.device().info().max_force;
+  EXPECT_TRUE(bench.core.setLimits("", beyond, bench.administration).ok());
+  beyond.force *= 1.01;
   const auto refused = bench.core.setLimits("", beyond, bench.administration);
-  if (std::isfinite(bench.device().maxima.force)) {
-    EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
-    EXPECT_EQ(bench.device().limits.force, before.force);
-  }
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(bench.device().limits.force, bench.device().info().max_force);
+  EXPECT_EQ(bench.core.setLimits("test://nowhere", before, bench.administration).error().code, ErrorCode::kNotFound);
 }
 
 TEST(Limits, BadNumbersAreRefusedByNameAndNaNKeeps) {
@@ -320,6 +321,18 @@ TEST_F(LimitsBehindEdits, WhatIsRaisedHoldsBackNothingThatIsLowered) {
   bench.step(5);
   EXPECT_LE(mostIn(100), 0.4);
   EXPECT_EQ(bench.device().limits.velocity, limits.velocity);
+}
+
+TEST_F(LimitsBehindEdits, WhereNothingMoreIsTakenALoweringStillIs) {
+  for (int i = 0; i < 5; ++i) edit();
+  EXPECT_FALSE(bench.device().link->accepting());
+  limits.force *= 1.5;
+  const auto raised = bench.core.setLimits("", limits, bench.administration);
+  EXPECT_EQ(raised.error().code, ErrorCode::kTimeout);
+  EXPECT_LT(bench.device().limits.force, limits.force) << "refused, nothing is changed";
+  set(0.5);
+  bench.step(5);
+  EXPECT_LE(force(), 0.5);
 }
 
 /** Thousands of lowerings in one breath leave the servo room for a stop. */

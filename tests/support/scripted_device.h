@@ -14,7 +14,10 @@ namespace hapticd::test {
 
 class ScriptedDevice final : public Device {
  public:
-  ScriptedDevice() { info_.uri = "test://scripted"; }
+  ScriptedDevice() {
+    info_.uri = "test://scripted";
+    info_.max_force = 20;
+  }
 
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   [[nodiscard]] Result<void> open() override { return {}; }

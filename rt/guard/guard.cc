@@ -69,10 +69,7 @@ ErrorCode Guard::arm() HD_RT {
   }
   fault_ = HD_FAULT_NONE;
   if (state_ == State::kWaiting || state_ == State::kArmed) return ErrorCode::kOk;
-  if (state_ == State::kDisarmed) {
-    forgetEnergy();
-    lowered_s_ = 0;
-  }
+  if (state_ == State::kDisarmed) forgetEnergy();
   state_ = State::kWaiting;
   small_ticks_ = 0;
   ramped_ns_ = 0;
@@ -139,12 +136,12 @@ bool Guard::gather(const GuardInput& input, Wanted& wanted) HD_RT {
 
 std::uint32_t Guard::causeOf(const GuardInput& input, bool sources_finite) const HD_RT {
   if (input.stop_line) return HD_FAULT_STOP_LINE;
-  const std::uint32_t status = input.sample != nullptr ? input.sample->status : std::uint32_t{kDeviceOk};
+  const std::uint32_t status = input.sample->status;
   if (input.deadman_open || (status & kDeviceDeadmanOpen) != 0) return HD_FAULT_DEADMAN;
   if ((status & (kDeviceError | kDeviceGone)) != 0) return HD_FAULT_DEVICE_ERROR;
   const bool tick_usable = input.dt > 0 && input.dt <= kLongestTick;  // False for NaN.
   if (!sources_finite || !tick_usable || !finite(input.velocity)) return HD_FAULT_NOT_FINITE;
-  if (input.sample != nullptr && !finite(*input.sample)) return HD_FAULT_NOT_FINITE;
+  if (!finite(*input.sample)) return HD_FAULT_NOT_FINITE;
   if (!(input.velocity.v.norm() <= std::min(config_.limits.velocity, kFastest))) return HD_FAULT_VELOCITY;
   if (!(input.velocity.w.norm() <= kFastestTurn)) return HD_FAULT_VELOCITY;
   // Unsigned: a clock that ran backwards is as bad as a silent device.
@@ -160,12 +157,9 @@ double Guard::storedIn(const GuardInput& input, const Wanted& wanted) HD_RT {
 }
 
 void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
-  Vec3 moved = Vec3::Zero();
-  if (input.sample != nullptr) {
-    moved = input.sample->p - last_p_;
-    // A metre within a tick is no motion of a hand; the velocity limit deals with it.
-    if (!(moved.cwiseAbs().maxCoeff() <= 1)) moved.setZero();
-  }
+  Vec3 moved = input.sample->p - last_p_;
+  // A metre within a tick is no motion of a hand; the velocity limit deals with it.
+  if (!(moved.cwiseAbs().maxCoeff() <= 1)) moved.setZero();
   past_passive_.push(last_passive_);
   const Vec3 acted = past_passive_.acted(config_.delay);
   const double stored = storedIn(input, wanted);
@@ -302,7 +296,7 @@ Guard::Sent Guard::pass(const GuardInput& input, const Wanted& wanted, std::uint
 void Guard::step(const GuardInput& input, GuardOutput& output) HD_RT {
   Wanted wanted;
   const bool sources_finite = gather(input, wanted);
-  if (!started_ || (input.sample != nullptr && input.sample->fresh)) last_fresh_ns_ = input.now_ns;
+  if (!started_ || input.sample->fresh) last_fresh_ns_ = input.now_ns;
   started_ = true;
 
   present_cause_ = causeOf(input, sources_finite);
@@ -311,7 +305,7 @@ void Guard::step(const GuardInput& input, GuardOutput& output) HD_RT {
     if (config_.passivity && passivity_.energy() < -config_.energy_limit) latch(HD_FAULT_ENERGY);
   }
   if (present_cause_ != HD_FAULT_NONE && (armed() || latchesWhileDisarmed(present_cause_))) latch(present_cause_);
-  if (input.sample != nullptr && isFinite(input.sample->p)) last_p_ = input.sample->p;
+  if (isFinite(input.sample->p)) last_p_ = input.sample->p;
 
   output.flags = 0;
   Sent sent;

@@ -44,8 +44,8 @@ struct GuardConfig {
 /** What one tick asks of the device. */
 struct GuardInput {
   std::int64_t now_ns = 0;
-  double dt = 0;  ///< Nominal period [s].
-  const DeviceSample* sample = nullptr;
+  double dt = 0;                          ///< Nominal period [s].
+  const DeviceSample* sample = nullptr;   ///< There must be one.
   Twist velocity;                         ///< Estimated, of the device point.
   std::array<Wrench, HD_SOURCES> source;  ///< By hd_source; HD_SOURCE_GUARD unused.
   double gripper_force = 0;

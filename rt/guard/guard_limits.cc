@@ -6,21 +6,22 @@
 namespace hapticd {
 namespace {
 
-constexpr double GuardLimits::*kAll[] = {
+constexpr double GuardLimits::*kLimitFields[] = {
     &GuardLimits::force,         &GuardLimits::torque,   &GuardLimits::force_slew, &GuardLimits::torque_slew,
     &GuardLimits::gripper_force, &GuardLimits::velocity, &GuardLimits::power,      &GuardLimits::active_power};
-static_assert(sizeof kAll / sizeof kAll[0] * sizeof(double) == sizeof(GuardLimits), "every limit has its place here");
+static_assert(sizeof kLimitFields / sizeof kLimitFields[0] * sizeof(double) == sizeof(GuardLimits),
+              "every limit has its place here");
 
 }  // namespace
 
 bool valid(const GuardLimits& limits) HD_RT {
-  return std::all_of(std::begin(kAll), std::end(kAll),
+  return std::all_of(std::begin(kLimitFields), std::end(kLimitFields),
                      [&](auto field) HD_RT { return std::isfinite(limits.*field) && limits.*field >= 0; });
 }
 
 GuardLimits lower(const GuardLimits& a, const GuardLimits& b) HD_RT {
   GuardLimits least;
-  for (const auto field : kAll) least.*field = std::min(a.*field, b.*field);
+  for (const auto field : kLimitFields) least.*field = std::min(a.*field, b.*field);
   return least;
 }
 

@@ -57,6 +57,9 @@ struct Adversary {
     sample.status = random.once(50) ? std::uint32_t{kDeviceSaturated} : std::uint32_t{kDeviceOk};
     sample.p = random.vector(0.001);
     sample.q = Quat::Identity();
+    sample.has_velocity = random.once(2);
+    sample.v = random.vector(1);
+    sample.w = random.vector(1);
     const bool quiet = random.once(2);  // So that small force comes at times.
     for (auto& source : in.source) {
       if (quiet || random.once(2)) continue;
@@ -89,6 +92,8 @@ struct Adversary {
                                 &sample.p.y(),
                                 &sample.q.x(),
                                 &sample.gripper_rad,
+                                &sample.v.z(),
+                                &sample.w.x(),
                                 &in.source[random.below(int{HD_SOURCE_GUARD})].force[random.below(3)],
                                 &in.source[random.below(int{HD_SOURCE_GUARD})].torque[random.below(3)]};
     *anything[random.below(static_cast<int>(std::size(anything)))] = random.broken();
@@ -109,6 +114,7 @@ struct Adversary {
       bad = bad || !std::isfinite(in.local_active[i]) || !std::isfinite(in.carried[i]);
     }
     for (int i = 0; i < 4; ++i) bad = bad || !std::isfinite(sample.q.coeffs()[i]);
+    if (sample.has_velocity) bad = bad || !std::isfinite(sample.v.sum() + sample.w.sum());
     if (bad) return true;
     const double speed = in.velocity.v.norm();  // Of 1e-160 m/s the squares are zero, and that is a rest.
     return speed > guard.limits().velocity || speed > 100 || in.now_ns - last_fresh > 20'000'000;

@@ -1,0 +1,165 @@
+// Off until armed, and how force comes and goes.
+#include <gtest/gtest.h>
+
+#include "rt/guard/guard.h"
+#include "tests/unit/rt/guard_rig.h"
+
+namespace hapticd {
+namespace {
+
+TEST(GuardArming, RampWaitsForSmallForceThenTakesTwoSeconds) {
+  GuardRig rig;
+  rig.ask(HD_SOURCE_SURFACE, {3, 0, 0});
+  rig.step();
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  rig.step(1000);
+  EXPECT_TRUE(rig.out.command.force.isZero(0)) << "three newtons are not small";
+  EXPECT_TRUE(rig.out.command.enabled);
+  EXPECT_TRUE(rig.out.flags & HD_SAMPLE_RAMPING);
+
+  rig.ask(HD_SOURCE_SURFACE, {0.1, 0, 0});
+  rig.step(3);
+  rig.ask(HD_SOURCE_SURFACE, {3, 0, 0});
+  rig.step(100);
+  EXPECT_TRUE(rig.out.command.force.isZero(0)) << "three small ticks are one too few";
+
+  rig.ask(HD_SOURCE_SURFACE, {0, 0, 0});
+  rig.step(4);
+  rig.ask(HD_SOURCE_SURFACE, {3, 0, 0});
+  for (int i = 1; i <= 2000; ++i) {
+    rig.step();
+    ASSERT_NEAR(rig.out.command.force.x(), 3.0 * i / 2000, 1e-9) << "tick " << i;
+  }
+  EXPECT_FALSE(rig.out.flags & HD_SAMPLE_RAMPING);
+  EXPECT_TRUE(rig.out.flags & HD_SAMPLE_ARMED);
+}
+
+TEST(GuardArming, GravityCompensationDoesNotHoldTheRampBack) {
+  GuardRig rig;
+  rig.ask(HD_SOURCE_GRAVITY, {0, 0, 2});
+  rig.step();
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  rig.step(2010);
+  EXPECT_NEAR(rig.out.command.force.z(), 2, 1e-9);
+}
+
+TEST(GuardArming, DisarmLowersAtTheSlewLimitThenOff) {
+  GuardRig rig;
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(50);
+  ASSERT_NEAR(rig.out.command.force.x(), 5, 1e-9);
+  rig.guard.disarm();
+  for (int i = 1; i < 10; ++i) {
+    rig.step();
+    ASSERT_NEAR(rig.out.command.force.x(), 5 - 0.5 * i, 1e-9);
+    ASSERT_TRUE(rig.out.command.enabled);
+  }
+  rig.step(2);  // The slew limit is kept to the safe side of rounding: a few 1e-12 N may be left for one more tick.
+  EXPECT_TRUE(rig.out.command.force.isZero(0));
+  EXPECT_FALSE(rig.out.command.enabled);
+  EXPECT_FALSE(rig.guard.armed());
+}
+
+TEST(GuardArming, DisarmEndsInOneSecondEvenWithoutSlew) {
+  GuardRig rig;
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(50);
+  GuardLimits limits = rig.guard.limits();
+  limits.force_slew = 0;
+  ASSERT_EQ(rig.guard.setLimits(limits), ErrorCode::kOk);
+  rig.guard.disarm();
+  rig.step(990);
+  EXPECT_NEAR(rig.out.command.force.x(), 5, 1e-9);
+  rig.step(11);
+  EXPECT_TRUE(rig.out.command.force.isZero(0));
+  EXPECT_FALSE(rig.guard.armed());
+}
+
+TEST(GuardArming, ArmedAgainWhileItLowersItStillEndsInThatSecond) {
+  GuardRig rig;
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(50);
+  GuardLimits limits = rig.guard.limits();
+  limits.force_slew = 0;
+  ASSERT_EQ(rig.guard.setLimits(limits), ErrorCode::kOk);
+  rig.guard.disarm();
+  rig.step(500);
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  rig.step(490);
+  EXPECT_NEAR(rig.out.command.force.x(), 5, 1e-9);
+  rig.guard.disarm();
+  rig.step(11);
+  EXPECT_TRUE(rig.out.command.force.isZero(0));
+}
+
+TEST(GuardArming, ALongWaitForSmallForceIsNotTakenOffTheTimeToLower) {
+  GuardRig rig;
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.step();
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  rig.step(3000);
+  rig.armFully();
+  rig.step(50);
+  rig.guard.disarm();
+  rig.step();
+  EXPECT_NEAR(rig.out.command.force.x(), 4.5, 1e-9);
+}
+
+TEST(GuardArming, DisarmingWhatIsOffDoesNotTurnItOn) {
+  GuardRig rig;
+  rig.step();
+  rig.guard.disarm();
+  EXPECT_FALSE(rig.guard.armed());
+  rig.step();
+  EXPECT_FALSE(rig.out.command.enabled);
+  EXPECT_EQ(rig.out.flags, 0u);
+}
+
+TEST(GuardArming, ArmedInTheVeryTickOfAFaultItStillStartsFromZero) {
+  GuardRig rig;
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(50);
+  rig.guard.latch(HD_FAULT_STOP_LINE);
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  rig.step();
+  EXPECT_TRUE(rig.out.command.force.isZero(0));
+}
+
+TEST(GuardArming, ArmingWhatIsArmedChangesNothing) {
+  GuardRig rig;
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(50);
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  rig.step();
+  EXPECT_NEAR(rig.out.command.force.x(), 5, 1e-9);
+  EXPECT_FALSE(rig.out.flags & HD_SAMPLE_RAMPING);
+}
+
+/** All of what arming asks for is asked for each time. */
+TEST(GuardArming, ArmedAgainItWaitsAndRampsAnew) {
+  GuardRig rig;
+  rig.armFully();
+  rig.guard.disarm();
+  rig.step(5);
+  ASSERT_FALSE(rig.guard.armed());
+  rig.ask(HD_SOURCE_GRAVITY, {0, 0, 2});
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  rig.step(3);
+  rig.ask(HD_SOURCE_SURFACE, {3, 0, 0});
+  rig.step(10);
+  EXPECT_TRUE(rig.out.command.force.isZero(0)) << "three small ticks are one too few";
+  rig.ask(HD_SOURCE_SURFACE, {0, 0, 0});
+  for (int i = 0; i < 10; ++i) {
+    rig.step();
+    EXPECT_LE(rig.out.command.force.z(), 2 * 10 / 2000.0) << "tick " << i;
+  }
+  EXPECT_GT(rig.out.command.force.z(), 0);
+}
+
+}  // namespace
+}  // namespace hapticd

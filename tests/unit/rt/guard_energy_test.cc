@@ -1,0 +1,142 @@
+// What the guard tells the observer of a hand at rest, and forgets.
+#include <gtest/gtest.h>
+
+#include "rt/guard/guard.h"
+#include "tests/unit/rt/guard_rig.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kForce = 30, kStiffness = 600, kStored = kForce * kForce / (2 * kStiffness);
+
+GuardConfig strong(double force_limit) {
+  GuardConfig config = rigConfig();
+  config.limits.force = force_limit;
+  config.limits.force_slew = 1e6;
+  config.limits.power = config.limits.active_power = 1000;
+  return config;
+}
+
+/** A hand that rests in a wall while the ramp rises. */
+struct Resting {
+  GuardRig rig;
+  explicit Resting(double force_limit) : rig(strong(force_limit)) {
+    rig.step();
+    (void)rig.guard.arm();
+    rig.step(static_cast<int>(rig.config.small_force_ticks));
+    rig.ask(HD_SOURCE_SURFACE, {kForce, 0, 0});
+    rig.in.stored = kStored;
+  }
+};
+
+// At the part r of its ramp a wall gives r F all the way out: r times what it holds.
+TEST(GuardEnergy, TheRampGivesTheStoreItsPart) {
+  Resting hand(100);
+  hand.rig.step(1000);
+  EXPECT_NEAR(hand.rig.out.command.force.x(), kForce / 2, 1e-9);
+  EXPECT_NEAR(hand.rig.out.energy, kStored / 2, 2e-3 * kStored);
+  hand.rig.step(1000);
+  EXPECT_NEAR(hand.rig.out.energy, kStored, 2e-3 * kStored);
+}
+
+// Bound to a third of F, it gives L = F / 3 from depth F / k to L / k, and the spring's force from there:
+// (F - L) L / k + L^2 / 2 k = b (2 - b) F^2 / 2 k with b = L / F.
+TEST(GuardEnergy, OfAWallThatTheLimitBindsWhatItCanGive) {
+  Resting hand(kForce / 3);
+  hand.rig.step(1000);
+  EXPECT_NEAR(hand.rig.out.command.force.x(), kForce / 6, 1e-9);
+  EXPECT_NEAR(hand.rig.out.energy, 5.0 / 9.0 * kStored / 2, 2e-3 * kStored);
+}
+
+TEST(GuardEnergy, NothingIsGivenWhenTheRampIsThrough) {
+  Resting hand(100);
+  hand.rig.step(2010);
+  const double energy = hand.rig.out.energy;
+  hand.rig.in.stored = -1;  // Unknown: it bounds nothing.
+  hand.rig.step(100);
+  EXPECT_EQ(hand.rig.out.energy, energy);
+}
+
+/** A wall that pushes the hand along does its work, and has been paid for it by who moves it. */
+TEST(GuardEnergy, AWallThatCarriesTheHandAlongLeavesTheBooksAsTheyWere) {
+  GuardRig rig(strong(100));
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(5);
+  rig.in.carried = {5 * 0.1, 0, 0};  // It moves at 0.1 m/s.
+  rig.in.velocity.v = {0.1, 0, 0};
+  rig.step();
+  for (int i = 0; i < 500; ++i) {
+    rig.sample.p.x() += 1e-4;
+    rig.step();
+    ASSERT_NEAR(rig.out.energy, 0, 1e-9);
+  }
+}
+
+/** The force of before a fault, or of before the device was off, is not the force over the first way after. */
+TEST(GuardEnergy, WhatActedBeforeItWasOffIsForgotten) {
+  for (const bool fault : {true, false}) {
+    GuardConfig config = strong(100);
+    config.delay = fault ? 0 : 3;
+    GuardRig rig(config);
+    rig.ask(HD_SOURCE_SURFACE, {20, 0, 0});
+    rig.in.carried = {5, 0, 0};
+    rig.armFully();
+    rig.step(50);
+    ASSERT_NEAR(rig.out.command.force.x(), 20, 1e-9);
+    if (fault) {
+      rig.guard.latch(HD_FAULT_STOP_LINE);
+    } else {
+      rig.guard.disarm();
+    }
+    rig.in.source = {};
+    rig.in.carried.setZero();
+    rig.step(20);
+    ASSERT_FALSE(rig.guard.armed());
+    ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+    for (int i = 0; i < 5; ++i) {
+      rig.sample.p.x() += 1e-3;
+      rig.step();
+      EXPECT_EQ(rig.out.energy, 0) << (fault ? "fault" : "disarmed");
+    }
+  }
+}
+
+/** And not in the same tick either: a stop and an arming that come together. */
+TEST(GuardEnergy, NorWhenArmedAgainInTheSameTick) {
+  GuardConfig config = strong(100);
+  config.delay = 2;
+  GuardRig rig(config);
+  rig.ask(HD_SOURCE_SURFACE, {20, 0, 0});
+  rig.in.carried = {5, 0, 0};
+  rig.armFully();
+  rig.step(50);
+  rig.guard.latch(HD_FAULT_STOP_LINE);
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  for (int i = 0; i < 5; ++i) {
+    rig.sample.p.x() += 1e-3;
+    rig.step();
+    EXPECT_EQ(rig.out.energy, 0);
+  }
+}
+
+/** A surface that damps by more than guard and surface may together leaves the guard none: also no negative damping. */
+TEST(GuardEnergy, AWellDampedSurfaceLeavesTheControllerNothing) {
+  GuardRig rig(strong(100));
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.in.damping = 10 * rig.config.max_damping;
+  rig.in.velocity.v = {0.1, 0, 0};
+  for (int i = 0; i < 50; ++i) {
+    rig.sample.p.x() += 1e-4;  // Pushed along by it: a debt of 0.5 mJ a tick.
+    rig.step();
+  }
+  ASSERT_LT(rig.out.energy, -0.02);
+  EXPECT_NEAR(rig.out.command.force.x(), 5, 1e-9);
+  rig.in.damping = 0;
+  rig.step();
+  EXPECT_LT(rig.out.command.force.x(), 4.9);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -92,6 +92,8 @@ scenes and local models, with context managers.
 ]])
 set(CPACK_DEBIAN_PYTHON3-HAPTICCLIENT_PACKAGE_DEPENDS "python3, python3-numpy, libhapticclient1 (>= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_PYTHON3-HAPTICCLIENT_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON3-HAPTICCLIENT_PACKAGE_CONTROL_EXTRA ${control}/python3-hapticclient/postinst
+    ${control}/python3-hapticclient/prerm)
 
 hapticd_package(hapticctl utils "command line of the haptic device server" [[
 Lists devices, shows state and timing live, loads meshes, arms and disarms,

@@ -98,7 +98,8 @@ void draw(const json& data, const std::string& output, const std::vector<std::st
   text << data;
   if (!text.flush()) throw Failure("report", "its numbers find no room", "more memory");
   const std::string script = ownFile("report/report.py");
-  std::vector<const char*> arguments = {kPython, script.c_str(), output.c_str()};
+  // -B: what root's Python would write beside the scripts, no package removes.
+  std::vector<const char*> arguments = {kPython, "-B", script.c_str(), output.c_str()};
   for (const std::string& one : results) arguments.push_back(one.c_str());
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;

@@ -82,7 +82,8 @@ meshes and push local models to hapticd.
 set(CPACK_DEBIAN_LIBHAPTICCLIENT1_PACKAGE_CONTROL_EXTRA ${control}/libhapticclient1/triggers)
 
 hapticd_package(libhapticclient-dev libdevel "headers of the haptic device server's client library" [[
-C header, C++20 header over it, and the files of pkg-config and CMake.
+What programs are built with that touch by way of hapticd: the C headers,
+the C++20 headers over them, and the files of pkg-config and CMake.
 ]])
 set(CPACK_DEBIAN_LIBHAPTICCLIENT-DEV_PACKAGE_DEPENDS "libhapticclient1 (= ${PROJECT_VERSION})")
 
@@ -114,7 +115,7 @@ Judges algorithms that render touch, in the box or yours, over models and
 trajectories or recorded sessions: errors of force and place, times and
 stability. Replays sessions of hapticd and compares the forces bit for bit.
 ]])
-set(CPACK_DEBIAN_HAPTIC-BENCH_PACKAGE_DEPENDS "libhapticclient1 (>= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_HAPTIC-BENCH_PACKAGE_DEPENDS "python3, libhapticclient1 (>= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_HAPTIC-BENCH_PACKAGE_RECOMMENDS "python3-matplotlib, hapticd (= ${PROJECT_VERSION})")
 
 include(CPack)

@@ -25,7 +25,7 @@ CheckLine scheduling(Core& core) {
             {}};
   }
   return {"real-time scheduling", State::RED, core.devices().schedulingNote(),
-          fmt::format("as root: echo '@haptic - rtprio 85' > /etc/security/limits.d/hapticd.conf, then log in again")};
+          "have '@haptic - rtprio 85' in /etc/security/limits.d/hapticd.conf and log in as a member of group haptic"};
 }
 
 CheckLine memory(Core& core) {

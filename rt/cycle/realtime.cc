@@ -34,11 +34,10 @@ Result<void> becomeRealtime(int priority) {
   parameters.sched_priority = priority;
   const int refused = pthread_setschedparam(pthread_self(), SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters);
   if (refused == 0) return {};
-  return Error{
-      ErrorCode::kNoRealtime, "SCHED_FIFO priority " + std::to_string(priority),
-      std::string(std::strerror(refused)) + ", RLIMIT_RTPRIO is " + limitText(RLIMIT_RTPRIO),
-      "add '@haptic - rtprio 85' to /etc/security/limits.d/hapticd.conf and log in again, or start the service "
-      "instead"};
+  return Error{ErrorCode::kNoRealtime, "SCHED_FIFO priority " + std::to_string(priority),
+               std::string(std::strerror(refused)) + ", RLIMIT_RTPRIO is " + limitText(RLIMIT_RTPRIO),
+               "have '@haptic - rtprio 85' in /etc/security/limits.d/hapticd.conf and log in as a member of group "
+               "haptic, or start the service instead"};
 }
 
 Result<void> lockMemory() {
@@ -46,10 +45,11 @@ Result<void> lockMemory() {
   mallopt(M_MMAP_MAX, 0);
   if (mlockall(MCL_CURRENT) == 0) return {};
   const int refused = errno;
-  return Error{ErrorCode::kNoRealtime, "mlockall",
-               std::string(std::strerror(refused)) + ", RLIMIT_MEMLOCK is " + limitText(RLIMIT_MEMLOCK) + " bytes",
-               "add '@haptic - memlock 1048576' to /etc/security/limits.d/hapticd.conf and log in again, or start the "
-               "service instead"};
+  return Error{
+      ErrorCode::kNoRealtime, "mlockall",
+      std::string(std::strerror(refused)) + ", RLIMIT_MEMLOCK is " + limitText(RLIMIT_MEMLOCK) + " bytes",
+      "have '@haptic - memlock 1048576' in /etc/security/limits.d/hapticd.conf and log in as a member of group "
+      "haptic, or start the service instead"};
 }
 
 void disableDenormals() noexcept {

@@ -71,6 +71,21 @@ TEST_F(HostChecksTest, RealTimeKernelAndRulesAreFound) {
   EXPECT_EQ(check("udev rules").detail, "/usr/lib/udev/rules.d/60-hapticd.rules");
 }
 
+TEST_F(HostChecksTest, LimitsThatThePackageGrantsAreNotWrittenAgain) {
+  const auto remedy = [&](const char* name) { return check(name).remedy; };
+  for (const auto& [name, item] : {std::pair{"real-time priority", "'@haptic - rtprio 85' >> /etc/security/limits.d"},
+                                   {"locked memory", "'@haptic - memlock 1048576' >> /etc/security/limits.d"}}) {
+    EXPECT_NE(remedy(name).find(item), std::string::npos) << remedy(name);
+  }
+  std::filesystem::create_directories(root_ / "etc/security/limits.d");
+  std::filesystem::copy_file(HAPTICD_SOURCE_DIR "/systemd/hapticd.limits",
+                             root_ / "etc/security/limits.d/hapticd.conf");
+  for (const char* name : {"real-time priority", "locked memory"}) {
+    EXPECT_EQ(remedy(name).find("echo"), std::string::npos) << remedy(name);
+    EXPECT_NE(remedy(name).find("adduser"), std::string::npos) << remedy(name);
+  }
+}
+
 TEST_F(HostChecksTest, EveryRedHasItsRemedyInOneLine) {
   write("/proc/self/cgroup", "3:memory:/m\n4:cpu,cpuacct:/user.slice");
   write("/sys/fs/cgroup/cpu/cpu.rt_runtime_us", "950000");

@@ -106,7 +106,8 @@ Failure connectTo(const std::string& path, std::int64_t timeout_ns, int& fd) {
 
 Failure nobodyAnswers(const std::vector<std::string>& paths, const std::vector<Failure>& why) {
   if (why.size() == 1 && why[0].code != HAPTIC_DISCONNECTED) return why[0];
-  Failure all{HAPTIC_DISCONNECTED, {}, {}, "start the daemon: systemctl start hapticd, or hapticd --allow-no-rt"};
+  Failure all{
+      HAPTIC_DISCONNECTED, {}, {}, "start the daemon: systemctl start hapticd, or /usr/sbin/hapticd --allow-no-rt"};
   for (std::size_t i = 0; i < paths.size(); ++i) {
     all.where += (i == 0 ? "" : ", ") + paths[i];
     all.what += (i == 0 ? "" : "; ") + (paths.size() == 1 ? std::string() : paths[i] + ": ") + why[i].what;

@@ -55,7 +55,8 @@ Daemon::Daemon(const Globals& globals) {
     out.exit = kExitNoDaemon;
     if (error.remedy[0] == '\0') {
       out.remedy =
-          "start it (systemctl start hapticd, or hapticd --allow-no-rt to try it), or name its socket with --socket";
+          "start it (systemctl start hapticd, or /usr/sbin/hapticd --allow-no-rt to try it), or name its socket with "
+          "--socket";
     }
   }
   throw out;

@@ -35,6 +35,8 @@ class Manual(unittest.TestCase):
         for page in MAN.iterdir():
             done = subprocess.run(["man", "--warnings", "-E", "UTF-8", "-l", page], capture_output=True, text=True, check=True)
             self.assertEqual(done.stderr, "", page.name)
+        done = subprocess.run(["mandoc", "-T", "lint", "-W", "warning", *MAN.iterdir()], capture_output=True, text=True, check=False)
+        self.assertEqual(done.stdout, "")
 
     def test_no_word_is_taken_for_a_macro(self):
         """As Nm, newton metres, is one that prints the program's name; what lost its word prints "file ..." or nothing."""

@@ -56,6 +56,20 @@ class Layout(unittest.TestCase):
         self.assertEqual(missing, set())
 
 
+class Help(unittest.TestCase):
+    def test_everything_public_tells_what_it_does(self):
+        import inspect
+        silent = []
+        for name in hapticclient.__all__:
+            value = getattr(hapticclient, name)
+            parts = {name: value}
+            if inspect.isclass(value):
+                parts.update({f"{name}.{inner}": part for inner, part in vars(value).items() if not inner.startswith("_")})
+            silent += [name for name, part in parts.items()
+                       if (inspect.isroutine(part) or inspect.isclass(part) or isinstance(part, property)) and not inspect.getdoc(part)]
+        self.assertEqual(silent, [])
+
+
 class Frames(unittest.TestCase):
     def test_conversion_and_its_inverse(self):
         import numpy as np

@@ -80,6 +80,7 @@ class Events:
         self.close()
 
     def close(self) -> None:
+        """Ends the subscription."""
         if getattr(self, "_handle", None) is not None:
             _lib.haptic_events_close(self._handle)
             self._handle = None
@@ -141,23 +142,29 @@ class Scene:
         call(_lib.haptic_object_remove, self._handle, name.encode())
 
     def list(self) -> _List[ObjectState]:
+        """All objects, whoever made them."""
         with _Reply(_abi.ObjectList, _lib.haptic_object_list_all, self._handle) as reply:
             return [object_state(entry) for entry in _entries(reply)]
 
     def find(self, name: str) -> ObjectState:
+        """One object; HapticError NOT_FOUND if there is none of that name."""
         with _Reply(_abi.ObjectState, _lib.haptic_object_find, self._handle, name.encode()) as reply:
             return object_state(reply)
 
     def set_pose(self, name: str, pose: Pose) -> None:
+        """In the parent's frame. For motion use Session.push_object_pose(), which goes on between two pushes."""
         call(_lib.haptic_object_set_pose, self._handle, name.encode(), ctypes.byref(_raw_pose(pose)))
 
     def set_material(self, name: str, material: Material) -> None:
+        """How hard it is, how it damps and rubs."""
         call(_lib.haptic_object_set_material, self._handle, name.encode(), ctypes.byref(_raw_material(material)))
 
     def set_flags(self, name: str, flags: ObjectFlag) -> None:
+        """All of them as they shall be."""
         call(_lib.haptic_object_set_flags, self._handle, name.encode(), int(flags))
 
     def set_shape(self, name: str, shape: ShapeKind, size: Sequence[float] = (), mesh: int = 0) -> None:
+        """Another shape or mesh in the place of the one it has."""
         call(_lib.haptic_object_set_shape, self._handle, name.encode(), ctypes.byref(_raw_shape(shape, size, mesh)))
 
     def upload(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike, *, deformable: bool = False, weld_m: float = 0.0,
@@ -205,6 +212,7 @@ class Scene:
         return made
 
     def meshes(self) -> _List[MeshReport]:
+        """All meshes, whoever uploaded them."""
         with _Reply(_abi.MeshList, _lib.haptic_mesh_list_all, self._handle) as reply:
             return [mesh_report(entry) for entry in _entries(reply)]
 
@@ -215,6 +223,7 @@ class Scene:
         return descriptor.value
 
     def drop_mesh(self, mesh: int) -> None:
+        """Gives a mesh back, by its number; refused while an object shows it."""
         call(_lib.haptic_mesh_drop, self._handle, mesh)
 
     def set_surface(self, name: str, surface: Surface) -> None:
@@ -258,10 +267,12 @@ class Scene:
             return texture_report(reply)
 
     def textures(self) -> _List[TextureReport]:
+        """All textures, whoever uploaded them."""
         with _Reply(_abi.TextureList, _lib.haptic_texture_list_all, self._handle) as reply:
             return [texture_report(entry) for entry in _entries(reply)]
 
     def drop_texture(self, texture: int) -> None:
+        """Gives a texture back, by its number; refused while a surface has it."""
         call(_lib.haptic_texture_drop, self._handle, texture)
 
 
@@ -297,20 +308,25 @@ class Client:
 
     @property
     def connected(self) -> bool:
+        """Whether the connection stands."""
         return _lib.haptic_connected(self._handle) != 0
 
     def reconnect(self) -> None:
+        """Connects again; sessions come back by Session.reopen(), subscriptions by themselves."""
         call(_lib.haptic_reconnect, self._handle)
 
     def info(self) -> DaemonInfo:
+        """Version, process and scheduling of the daemon."""
         with _Reply(_abi.DaemonInfo, _lib.haptic_get_daemon_info, self._handle) as reply:
             return plain(DaemonInfo, reply)
 
     def devices(self) -> list[DeviceInfo]:
+        """Opened devices first, then those found but not opened."""
         with _Reply(_abi.DeviceList, _lib.haptic_list_devices, self._handle) as reply:
             return [device_info(entry) for entry in _entries(reply)]
 
     def open_device(self, uri: str = "") -> DeviceInfo:
+        """By URI or serial; without one the first real device, else the simulator. What is open stays so."""
         with _Reply(_abi.DeviceInfo, _lib.haptic_open_device, self._handle, uri.encode()) as reply:
             return device_info(reply)
 
@@ -335,15 +351,18 @@ class Client:
         return plain(DeviceLimits, in_force)
 
     def status(self) -> Status:
+        """Devices and clients as they are now."""
         with _Reply(_abi.Status, _lib.haptic_get_status, self._handle) as reply:
             return status(reply)
 
     def statistics(self, uri: str = "", reset: bool = False) -> Statistics:
+        """Counters and histograms of a device. To reset them takes administration."""
         with _Reply(_abi.Statistics, _lib.haptic_get_statistics, self._handle, uri.encode(), int(reset)) as reply:
             return plain(Statistics, reply, histograms=[plain(Histogram, reply.histograms[i].contents)
                                                         for i in range(reply.histogram_count)])
 
     def doctor(self) -> list[Check]:
+        """What the daemon finds about itself, with the remedy of each fault."""
         with _Reply(_abi.CheckList, _lib.haptic_run_doctor, self._handle) as reply:
             return [plain(Check, entry) for entry in _entries(reply)]
 
@@ -364,9 +383,11 @@ class Client:
         return self._text(_lib.haptic_get_configuration)
 
     def dump(self) -> Any:
+        """All there is to know, for a bug report."""
         return json.loads(self._text(_lib.haptic_get_dump))
 
     def open_session(self, uri: str = "", name: Optional[str] = None) -> Session:
+        """Opens the device if need be: by URI or serial, without one as open_device()."""
         options = _abi.SessionOptions(uri=uri.encode(), name=_bytes(name))
         handle = ctypes.c_void_p()
         call(_lib.haptic_session_open, self._handle, ctypes.byref(options), ctypes.byref(handle))
@@ -374,6 +395,7 @@ class Client:
 
     @property
     def scene(self) -> Scene:
+        """Named objects and meshes, shared by all clients."""
         return Scene(self)
 
     def record(self, uri: str = "") -> Recording:

@@ -40,6 +40,7 @@ class Recording:
             _lib.haptic_free(out)
 
     def close(self) -> None:
+        """Ends it, if it has not ended, and frees it."""
         _lib.haptic_recording_close(self._handle)
         self._handle = ctypes.c_void_p()
 

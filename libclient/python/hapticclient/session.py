@@ -51,11 +51,13 @@ class Session:
         self.close()
 
     def close(self) -> None:
+        """Its share of the force fades, its lease ends."""
         if getattr(self, "_handle", None) is not None:
             _lib.haptic_session_close(self._handle)
             self._handle = None
 
     def describe(self) -> SessionInfo:
+        """Its number, the period of the servo, the device."""
         out = ctypes.c_void_p()
         call(_lib.haptic_session_describe, self._handle, ctypes.byref(out))
         try:
@@ -70,9 +72,11 @@ class Session:
         self._lost.value = 0
 
     def acquire_lease(self) -> None:
+        """Reserves the right to arm; LEASE_HELD names the holder."""
         call(_lib.haptic_session_acquire_lease, self._handle)
 
     def release_lease(self) -> None:
+        """Gives it back; the device is disarmed."""
         call(_lib.haptic_session_release_lease, self._handle)
 
     def arm(self) -> None:
@@ -80,10 +84,12 @@ class Session:
         call(_lib.haptic_session_arm, self._handle)
 
     def disarm(self) -> None:
+        """Has the force lowered, in a second at most."""
         call(_lib.haptic_session_disarm, self._handle)
 
     @property
     def alive(self) -> bool:
+        """Whether the session lives."""
         return _lib.haptic_session_check(self._handle) == 0
 
     # ---------------------------------------------------------------- reading
@@ -117,16 +123,19 @@ class Session:
         return self._lost.value
 
     def acks(self) -> Acks:
+        """What became of the commands pushed: the last one taken, how many were refused, and why."""
         raw = _abi.Acks()
         check(_lib.haptic_session_acks(self._handle, ctypes.byref(raw)))
         return plain(Acks, raw)
 
     def counters(self) -> Counters:
+        """What the daemon has counted of this session."""
         raw = _abi.Counters()
         check(_lib.haptic_session_counters(self._handle, ctypes.byref(raw)))
         return plain(Counters, raw)
 
     def model(self, slot: int) -> ModelStatus:
+        """What the servo does with the local model or force field in a slot."""
         raw = _abi.ModelStatus()
         check(_lib.haptic_session_model_status(self._handle, slot, ctypes.byref(raw)))
         return plain(ModelStatus, raw)
@@ -197,6 +206,7 @@ class Session:
         return self._push(_lib.haptic_push_force_field, field, latest, at_tick)
 
     def clear_model(self, slot: int, *, blend_s: float = 0.02, latest: bool = False, at_tick: int = 0) -> int:
+        """Fades a local model or force field out over `blend_s`."""
         return self._push(_lib.haptic_push_clear_model, _abi.ClearModel(slot=slot, blend_ns=round(blend_s * _S)),
                           latest, at_tick)
 
@@ -226,6 +236,7 @@ class Session:
 
     def push_object_material(self, object_id: int, material: Material, *, latest: bool = False,
                              at_tick: int = 0) -> int:
+        """Changes how an object feels from one tick to the next."""
         command = _abi.ObjectMaterial(object=object_id, material=_abi.Material(**material._asdict()))
         return self._push(_lib.haptic_push_object_material, command, latest, at_tick)
 

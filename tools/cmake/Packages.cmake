@@ -108,7 +108,7 @@ Draws the surface of what is dense in a scan (DICOM, NIfTI, NRRD,
 MetaImage, OpenVDB, InVesalius) and loads it into hapticd as something to
 touch; cuts fragments out of meshes.
 ]])
-set(CPACK_DEBIAN_HAPTICCTL-IMPORT_PACKAGE_DEPENDS hapticctl)
+set(CPACK_DEBIAN_HAPTICCTL-IMPORT_PACKAGE_DEPENDS "hapticctl (>= ${PROJECT_VERSION})")  # Which it hands options to.
 
 hapticd_package(haptic-bench science "benchmark of haptic rendering" [[
 Judges algorithms that render touch, in the box or yours, over models and

@@ -1,6 +1,8 @@
 #include "daemon/rpc/server.h"
 
 #include <capnp/rpc-twoparty.h>
+#include <fcntl.h>
+#include <sys/socket.h>
 
 #include "daemon/rpc/servers.h"
 
@@ -9,6 +11,7 @@ namespace {
 
 constexpr std::uint64_t kMessageWords = 128 * 1024;  ///< 1 MiB: the largest request; meshes go by shared memory.
 constexpr int kMessageNesting = 16;
+constexpr int kMostTurnedAway = 64;             ///< At a time: as many as the backlog holds.
 constexpr std::size_t kFlowWords = 128 * 1024;  ///< Requests under way of one client before its reading pauses.
 
 capnp::ReaderOptions readerOptions() {
@@ -17,6 +20,9 @@ capnp::ReaderOptions readerOptions() {
   options.nestingLimit = kMessageNesting;
   return options;
 }
+
+/** Invalid if no more can be had. */
+UniqueFd spareDescriptor() { return UniqueFd(::open("/dev/null", O_RDONLY | O_CLOEXEC)); }
 
 }  // namespace
 
@@ -38,32 +44,57 @@ struct ControlServer::Connection {
   capnp::RpcSystem<capnp::rpc::twoparty::VatId> rpc;
 };
 
+struct ControlServer::Listener {
+  kj::Own<kj::ConnectionReceiver> receiver;
+  int fd;  ///< Of the receiver.
+  bool administration;
+};
+
 ControlServer::ControlServer(Core& core, kj::LowLevelAsyncIoProvider& io, kj::Timer& timer)
-    : core_(core), io_(io), timer_(timer), tasks_(*this) {
+    : core_(core), io_(io), timer_(timer), spare_(spareDescriptor()), tasks_(*this) {
   tasks_.add(stepLoop());
 }
 
 ControlServer::~ControlServer() { closeAll(); }
 
 void ControlServer::serve(UniqueFd socket, bool administration) {
+  const int fd = socket.release();
   auto receiver = io_.wrapListenSocketFd(
-      socket.release(), kj::LowLevelAsyncIoProvider::TAKE_OWNERSHIP | kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC);
-  auto& r = *receiver;
-  tasks_.add(acceptLoop(r, administration).attach(kj::mv(receiver)));
+      fd, kj::LowLevelAsyncIoProvider::TAKE_OWNERSHIP | kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC);
+  auto listener = kj::heap(Listener{kj::mv(receiver), fd, administration});
+  auto& l = *listener;
+  tasks_.add(acceptLoop(l).attach(kj::mv(listener)));
 }
 
-kj::Promise<void> ControlServer::acceptLoop(kj::ConnectionReceiver& receiver, bool administration) {
-  return receiver.acceptAuthenticated()
-      .then([this, administration](kj::AuthenticatedStream stream) { accept(kj::mv(stream), administration); })
-      .catch_([this](kj::Exception&& exception) -> kj::Promise<void> {
-        std::uint64_t suppressed = 0;
-        if (refused_log_.allow(core_.now(), suppressed)) {
-          log::warn("a connection was not accepted: {}{}", log::printable(exception.getDescription().cStr()),
-                    log::suppressedNote(suppressed));
-        }
-        return timer_.afterDelay(100 * kj::MILLISECONDS);  // out of descriptors, perhaps: do not spin
+kj::Promise<void> ControlServer::acceptLoop(Listener& listener) {
+  // accept() may throw before there is a promise: what it throws must not pass by what follows and end the loop.
+  return kj::evalNow([&listener] { return listener.receiver->acceptAuthenticated(); })
+      .then([this, &listener](kj::AuthenticatedStream stream) { accept(kj::mv(stream), listener.administration); })
+      .catch_([this, &listener](kj::Exception&& exception) -> kj::Promise<void> {
+        notAccepted(listener, exception);
+        return timer_.afterDelay(100 * kj::MILLISECONDS);  // do not spin
       })
-      .then([this, &receiver, administration] { return acceptLoop(receiver, administration); });
+      .then([this, &listener] { return acceptLoop(listener); });
+}
+
+/** Out of descriptors, those who wait are let in and out again: else each would wait for an answer until its timeout.
+ */
+void ControlServer::notAccepted(const Listener& listener, const kj::Exception& why) {
+  int turned_away = 0;
+  while (turned_away < kMostTurnedAway && !spareDescriptor().valid()) {
+    spare_.reset();
+    UniqueFd one(::accept4(listener.fd, nullptr, nullptr, SOCK_CLOEXEC));
+    const bool came = one.valid();
+    one.reset();
+    spare_ = spareDescriptor();
+    if (!came) break;
+    ++turned_away;
+  }
+  std::uint64_t suppressed = 0;
+  if (!refused_log_.allow(core_.now(), suppressed)) return;
+  log::warn("a connection was not accepted: {}{}{}", log::printable(why.getDescription().cStr()),
+            turned_away == 0 ? "" : " (end clients, or raise LimitNOFILE= or ulimit -n)",
+            log::suppressedNote(suppressed));
 }
 
 void ControlServer::accept(kj::AuthenticatedStream stream, bool administration) {

@@ -34,7 +34,9 @@ class ControlServer final : private kj::TaskSet::ErrorHandler {
 
  private:
   struct Connection;
-  kj::Promise<void> acceptLoop(kj::ConnectionReceiver& receiver, bool administration);
+  struct Listener;
+  kj::Promise<void> acceptLoop(Listener& listener);
+  void notAccepted(const Listener& listener, const kj::Exception& why);
   kj::Promise<void> stepLoop();
   void accept(kj::AuthenticatedStream stream, bool administration);
   void taskFailed(kj::Exception&& exception) override;
@@ -45,6 +47,7 @@ class ControlServer final : private kj::TaskSet::ErrorHandler {
   std::function<void()> after_step_;
   std::map<std::uint64_t, std::unique_ptr<Connection>> connections_;
   log::RateLimit refused_log_{10'000'000'000, 3};
+  UniqueFd spare_;  ///< Given up for a moment where there is no other descriptor.
   kj::TaskSet tasks_;
 };
 

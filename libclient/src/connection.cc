@@ -201,7 +201,10 @@ Failure Connection::attach(const std::string& path) {
   Failure failure = greet(path);
   if (failure) {
     disconnect();
-    if (failure.code == HAPTIC_DISCONNECTED) failure = {HAPTIC_DISCONNECTED, path, "the daemon hung up", {}};
+    if (failure.code == HAPTIC_DISCONNECTED) {
+      failure = {HAPTIC_DISCONNECTED, path, "the daemon hung up",
+                 "it may have too many clients: end some; hapticd's log says why"};
+    }
   }
   return failure;
 }

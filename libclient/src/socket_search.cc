@@ -111,10 +111,8 @@ Failure nobodyAnswers(const std::vector<std::string>& paths, const std::vector<F
   for (std::size_t i = 0; i < paths.size(); ++i) {
     all.where += (i == 0 ? "" : ", ") + paths[i];
     all.what += (i == 0 ? "" : "; ") + (paths.size() == 1 ? std::string() : paths[i] + ": ") + why[i].what;
-    if (why[i].code == HAPTIC_PERMISSION_DENIED) {
-      all.code = HAPTIC_PERMISSION_DENIED;
-      all.remedy = why[i].remedy;
-    }
+    if (why[i].code == HAPTIC_PERMISSION_DENIED) all.code = HAPTIC_PERMISSION_DENIED;
+    if (!why[i].remedy.empty()) all.remedy = why[i].remedy;  // There is a daemon.
   }
   return all;
 }

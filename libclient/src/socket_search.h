@@ -28,7 +28,8 @@ std::vector<std::string> candidates(const SocketSearch& search);
 /** A connected, non-blocking, close-on-exec stream socket in `fd`. Waits for a place in the backlog at most so long. */
 Failure connectTo(const std::string& path, std::int64_t timeout_ns, int& fd);
 
-/** One refusal for a whole search: the paths tried, why each failed, and how to start a daemon. */
+/** One refusal for a whole search: the paths tried, why each failed, and the last one's remedy, else how to start a
+ * daemon. */
 Failure nobodyAnswers(const std::vector<std::string>& paths, const std::vector<Failure>& why);
 
 }  // namespace hapticd::client

@@ -1,0 +1,57 @@
+#!/usr/bin/python3
+"""A real daemon where something has run out: whoever asks is told, nobody else notices, and it is over when there is room again.
+
+Usage: exhaustion_test.py BUILD_DIRECTORY [unittest arguments]
+"""
+import os
+import resource
+import socket
+import subprocess
+import time
+import unittest
+
+from daemon_case import HAPTICCTL, Case
+
+
+def eventually(holds, seconds=10):
+    end = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+class Descriptors(Case):
+    def descriptors(self):
+        return len(os.listdir(f"/proc/{self.daemon.pid}/fd"))
+
+    def served(self):
+        return subprocess.run([HAPTICCTL, "--socket", self.socket, "status"], capture_output=True, check=False).returncode == 0
+
+    def connect(self):
+        client = socket.socket(socket.AF_UNIX)
+        self.addCleanup(client.close)
+        client.connect(str(self.socket))
+        return client
+
+    def test_who_comes_when_none_is_left_is_hung_up_on_and_served_when_there_is(self):
+        pid = self.daemon.pid
+        time.sleep(0.2)  # Whoever asked at the start is gone then.
+        before = self.descriptors()
+        soft, hard = resource.prlimit(pid, resource.RLIMIT_NOFILE)
+        resource.prlimit(pid, resource.RLIMIT_NOFILE, (before + 4, hard))
+        self.addCleanup(resource.prlimit, pid, resource.RLIMIT_NOFILE, (soft, hard))
+        silent = [self.connect() for _ in range(12)]
+        said = self.run_ctl("status", exit_code=3).stderr
+        self.assertIn("the daemon hung up\n  it may have too many clients: end some; hapticd's log says why", said)
+        self.assertIn("Too many open files (end clients, or raise LimitNOFILE= or ulimit -n)",
+                      (self.directory / "log").read_text())
+        for client in silent:
+            client.close()
+        self.assertTrue(eventually(self.served), "there is room again")
+        self.assertTrue(eventually(lambda: self.descriptors() == before), "and nothing is left open")
+
+
+if __name__ == "__main__":
+    unittest.main()

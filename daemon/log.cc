@@ -1,7 +1,8 @@
 #include "daemon/log.h"
 
 #define SD_JOURNAL_SUPPRESS_LOCATION
-#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/details/os.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/sinks/systemd_sink.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
@@ -12,6 +13,9 @@
 #include <charconv>
 #include <cstdlib>
 #include <memory>
+#include <mutex>
+
+#include "daemon/line_stream.h"
 
 namespace hapticd::log {
 namespace {
@@ -38,9 +42,34 @@ spdlog::level::level_enum spdlogLevel(Level level) {
   return spdlog::level::info;
 }
 
+/** As spdlog's own with colours, but nobody waits for whoever reads standard error: the control thread logs, too. */
+class StderrSink final : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  explicit StderrSink(LineStream stream)
+      : stream_(std::move(stream)),
+        coloured_(::isatty(STDERR_FILENO) != 0 && spdlog::details::os::is_color_terminal()) {}
+
+ private:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    constexpr std::array<const char*, spdlog::level::n_levels> kColours = {
+        "\033[37m", "\033[36m", "\033[32m", "\033[33m\033[1m", "\033[31m\033[1m", "\033[1m\033[41m", ""};
+    spdlog::memory_buf_t formatted;
+    formatter_->format(message, formatted);
+    const std::string_view line(formatted.data(), formatted.size());
+    const std::size_t begin = message.color_range_start, end = message.color_range_end;
+    if (!coloured_ || end <= begin) return stream_.write(line);
+    stream_.write(fmt::format("{}{}{}\033[m{}", line.substr(0, begin), kColours[message.level],
+                              line.substr(begin, end - begin), line.substr(end)));
+  }
+  void flush_() override {}
+
+  LineStream stream_;
+  bool coloured_;
+};
+
 std::shared_ptr<spdlog::logger>& logger() {
   static auto instance =
-      std::make_shared<spdlog::logger>("hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+      std::make_shared<spdlog::logger>("hapticd", std::make_shared<StderrSink>(LineStream(STDERR_FILENO)));
   return instance;
 }
 
@@ -72,7 +101,8 @@ void start(Level level) {
   if (stream != nullptr && isJournalStream(stream, STDERR_FILENO)) {
     logger() = std::make_shared<spdlog::logger>("hapticd", std::make_shared<spdlog::sinks::systemd_sink_mt>("hapticd"));
   } else {
-    logger() = std::make_shared<spdlog::logger>("hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+    logger() =
+        std::make_shared<spdlog::logger>("hapticd", std::make_shared<StderrSink>(LineStream::unblocked(STDERR_FILENO)));
     logger()->set_pattern("%H:%M:%S.%e %^%l%$ %v");
   }
   logger()->flush_on(spdlog::level::trace);

@@ -1,6 +1,7 @@
 /** @file
  * Logging: to the journal with priorities when systemd reads our standard error, else to standard error, with colours
- * on a terminal. Never from the real-time threads: they send events that the control thread words (RateLimit).
+ * on a terminal. Never from the real-time threads: they send events that the control thread words (RateLimit). Who
+ * does not read standard error loses lines and holds nobody up.
  */
 #pragma once
 

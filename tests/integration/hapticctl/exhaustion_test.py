@@ -3,6 +3,7 @@
 
 Usage: exhaustion_test.py BUILD_DIRECTORY [unittest arguments]
 """
+import fcntl
 import os
 import resource
 import socket
@@ -10,7 +11,7 @@ import subprocess
 import time
 import unittest
 
-from daemon_case import HAPTICCTL, Case
+from daemon_case import HAPTICCTL, HAPTICD, Case
 
 
 def eventually(holds, seconds=10):
@@ -51,6 +52,27 @@ class Descriptors(Case):
             client.close()
         self.assertTrue(eventually(self.served), "there is room again")
         self.assertTrue(eventually(lambda: self.descriptors() == before), "and nothing is left open")
+
+
+class Log(Case):
+    wants_daemon = False
+
+    def test_a_reader_who_stands_still_holds_nobody_up(self):
+        reader, writer = os.pipe()
+        self.addCleanup(os.close, reader)
+        fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 8192)
+        daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket], stdout=writer, stderr=writer)
+        os.close(writer)
+        self.addCleanup(daemon.wait, 10)
+        self.addCleanup(daemon.kill)
+        self.assertTrue(eventually(self.socket.exists))
+        for _ in range(90):  # Each is two lines.
+            self.run_ctl("status")
+        self.assertIn("ready:", os.read(reader, 65536).decode())
+        self.run_ctl("status")
+        self.assertIn("lines are lost here", os.read(reader, 65536).decode())
+        daemon.terminate()
+        self.assertEqual(daemon.wait(10), 0)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <iterator>
 #include <new>
+#include <system_error>
 
 #include "rt/base/clock.h"
 
@@ -36,6 +37,13 @@ Result<std::unique_ptr<Recorder>> Recorder::create(bool lock) {
   out->stream_.reset(ends[0]);
   out->reader_end_.reset(ends[1]);
   (void)::shutdown(ends[0], SHUT_RD);
+  try {
+    out->thread_ = std::thread([recorder = out.get()] { recorder->run(); });
+  } catch (const std::system_error& e) {
+    return Error{ErrorCode::kSystem, "recording", std::string("no thread can be started: ") + e.what(),
+                 "raise TasksMax= or the user's nproc"};
+  }
+  pthread_setname_np(out->thread_.native_handle(), "recorder");
   return out;
 }
 
@@ -43,15 +51,16 @@ Recorder::~Recorder() {
   abandon_.store(true, std::memory_order_relaxed);
   finish("abandoned");
   if (thread_.joinable()) thread_.join();
-  log_->~CycleLog();
+  if (log_ != nullptr) log_->~CycleLog();
 }
 
 void Recorder::begin(RecordingHeader header, std::vector<Mesh> meshes, std::vector<Texture> textures) {
+  const std::lock_guard lock(mutex_);
   header.meshes = static_cast<std::uint32_t>(meshes.size());
   meshes_ = std::move(meshes);
   textures_ = std::move(textures);
-  thread_ = std::thread([this, header = std::move(header)] { run(header); });
-  pthread_setname_np(thread_.native_handle(), "recorder");
+  header_ = std::move(header);
+  changed_.notify_one();
 }
 
 void Recorder::add(Mesh mesh) {
@@ -71,10 +80,15 @@ void Recorder::finish(const std::string& reason) {
   changed_.notify_one();
 }
 
-void Recorder::run(const RecordingHeader& header) {
+void Recorder::run() {
+  {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return header_ || reason_; });
+    if (!header_) return done_.store(true, std::memory_order_release);
+  }
   RecordingWriter writer([this](std::span<const std::byte> bytes) { return send(bytes); });
   MonotonicClock clock;
-  bool going = writer.header(header);
+  bool going = writer.header(*header_);
   std::int64_t flushed_ns = clock.now();
   std::string reason;
   while (going) {

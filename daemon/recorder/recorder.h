@@ -45,7 +45,7 @@ class Recorder {
     PublishedTexture texture;
   };
 
-  /** The log and the stream; the log is locked if `lock`. */
+  /** The log, the stream and a thread that waits for begin(); the log is locked if `lock`. */
   [[nodiscard]] static Result<std::unique_ptr<Recorder>> create(bool lock);
   /** Ends at once; what is not written is lost. The servo has let go of the log. */
   ~Recorder();
@@ -54,7 +54,7 @@ class Recorder {
   /** The end to read from; once. */
   [[nodiscard]] UniqueFd takeStream() { return std::move(reader_end_); }
 
-  /** Starts the thread. */
+  /** From here on it writes. Fails never: the servo may have the log already. */
   void begin(RecordingHeader header, std::vector<Mesh> meshes, std::vector<Texture> textures);
   /** What is published from now on. */
   void add(Mesh mesh);
@@ -68,7 +68,7 @@ class Recorder {
 
  private:
   Recorder() = default;
-  void run(const RecordingHeader& header);
+  void run();
   bool drain(RecordingWriter& writer);
   bool writeDue(RecordingWriter& writer);
   bool send(std::span<const std::byte> bytes);
@@ -81,9 +81,10 @@ class Recorder {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<Mesh> meshes_;           ///< Not written yet, `after` rising. Under the mutex.
-  std::vector<Texture> textures_;      ///< Likewise.
-  std::optional<std::string> reason_;  ///< Under the mutex.
+  std::optional<RecordingHeader> header_;  ///< Set once, under the mutex.
+  std::vector<Mesh> meshes_;               ///< Not written yet, `after` rising. Under the mutex.
+  std::vector<Texture> textures_;          ///< Likewise.
+  std::optional<std::string> reason_;      ///< Under the mutex.
   std::atomic<bool> abandon_{false};
   std::atomic<bool> done_{false};
   RecordingEnd end_;

@@ -75,5 +75,37 @@ class Log(Case):
         self.assertEqual(daemon.wait(10), 0)
 
 
+class Threads(Case):
+    """A limit of processes binds no root: the daemon is nobody's then."""
+    wants_daemon = False
+    nobody = {"user": 65534, "group": 65534, "extra_groups": []} if os.getuid() == 0 else {}
+
+    def setUp(self):
+        self.directory.chmod(0o777)
+        self.socket.unlink(missing_ok=True)
+        config = self.file("hapticd.toml", f'[builder]\ncache = "{self.directory}/cache"\n')
+        with open(self.directory / "log", "wb") as log:
+            self.daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket, "--config", config],
+                                           stdout=log, stderr=log, **self.nobody)
+        self.addCleanup(self.daemon.wait, 10)
+        self.addCleanup(self.daemon.terminate)
+        self.assertTrue(eventually(lambda: "ready:" in self.log(), 20), self.log())
+
+    def log(self):
+        return (self.directory / "log").read_text()
+
+    def tasks(self, most=resource.getrlimit(resource.RLIMIT_NPROC)[0]):
+        most = "unlimited" if most == resource.RLIM_INFINITY else most
+        subprocess.run(["prlimit", "--pid", str(self.daemon.pid), f"--nproc={most}:"], check=True, **self.nobody)
+
+    def test_a_recording_without_a_thread_is_refused_and_hurts_nobody(self):
+        self.tasks(1)
+        said = self.run_ctl("record", self.directory / "none", "--for", "1", exit_code=1).stderr
+        self.assertIn("recording: no thread can be started", said)
+        self.assertIn("raise TasksMax= or the user's nproc", said)
+        self.tasks()
+        self.run_ctl("record", self.directory / "one", "--for", "0.2")
+
+
 if __name__ == "__main__":
     unittest.main()

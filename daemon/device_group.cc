@@ -147,10 +147,17 @@ Result<void> DeviceGroup::betweenCycles(const std::function<void(Servo&)>& work)
     return false;
   };
   if (wait(false)) hold_.store(true, std::memory_order_relaxed);  // it has left the last stand
-  const bool held = wait(true);
-  if (held) work(*servo_);
-  hold_.store(false, std::memory_order_release);  // R4
-  if (held) return {};
+  struct LetGo {                                                  // Also when `work` throws.
+    ~LetGo() { hold.store(false, std::memory_order_release); }    // R4
+    std::atomic<bool>& hold;
+  };
+  {
+    const LetGo let_go{hold_};
+    if (wait(true)) {
+      work(*servo_);
+      return {};
+    }
+  }
   return Error{ErrorCode::kTimeout, "servo", "it did not come to a stand within 100 ms", "see hapticctl status"};
 }
 

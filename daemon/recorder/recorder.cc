@@ -80,12 +80,23 @@ void Recorder::finish(const std::string& reason) {
   changed_.notify_one();
 }
 
-void Recorder::run() {
+void Recorder::run() noexcept {
   {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return header_ || reason_; });
     if (!header_) return done_.store(true, std::memory_order_release);
   }
+  try {
+    record();
+  } catch (...) {               // Nobody is above us, and there is but one thing that it can be.
+    end_.reason = "no memory";  // Short enough to need none.
+    end_.lost = log_->lost();
+  }
+  (void)::shutdown(stream_.get(), SHUT_RDWR);
+  done_.store(true, std::memory_order_release);
+}
+
+void Recorder::record() {
   RecordingWriter writer([this](std::span<const std::byte> bytes) { return send(bytes); });
   MonotonicClock clock;
   bool going = writer.header(*header_);
@@ -100,6 +111,7 @@ void Recorder::run() {
     // Read before draining: of a log that is finished or broken nothing is missed then.
     const bool last = !reason.empty() || log_->lost() != 0;
     going = drain(writer);
+    end_.cycles = writer.cycles();
     if (going && clock.now() - flushed_ns >= kFlushNs) {
       going = writer.flush();
       flushed_ns = clock.now();
@@ -110,8 +122,6 @@ void Recorder::run() {
   if (!going) reason = "the reader of the recording has gone or stands still";
   end_ = {reason, writer.cycles(), log_->lost()};
   (void)writer.end(reason, log_->lost());
-  (void)::shutdown(stream_.get(), SHUT_RDWR);
-  done_.store(true, std::memory_order_release);
 }
 
 /** Meshes and textures that the next cycle may use. */

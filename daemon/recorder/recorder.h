@@ -68,7 +68,8 @@ class Recorder {
 
  private:
   Recorder() = default;
-  void run();
+  void run() noexcept;
+  void record();
   bool drain(RecordingWriter& writer);
   bool writeDue(RecordingWriter& writer);
   bool send(std::span<const std::byte> bytes);

@@ -108,6 +108,11 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
   auto recorder = Recorder::create(lock_);
   if (!recorder) return recorder.error();
   GroupLink& link = *device.link;
+  // All that could fail for want of memory comes before the servo has the log.
+  std::map<std::uint64_t, Recording> made;
+  Recording& recording = made[next_];
+  recording.link = &link;
+  recording.by = by;
   RecordingHeader header = describe(link, devices);
   header.flush_denormals = link.group().options().threads;
   std::vector<Recorder::Mesh> meshes;
@@ -148,10 +153,8 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
 
   Started started{next_++, (*recorder)->takeStream()};
   (*recorder)->begin(std::move(header), std::move(meshes), std::move(textures));
-  Recording& recording = all_[started.id];
   recording.recorder = std::move(*recorder);
-  recording.link = &link;
-  recording.by = by;
+  all_.merge(made);
   log::info("{}: '{}' (pid {}) records it", link.name(), log::printable(by.name), by.pid);
   return started;
 }

@@ -12,4 +12,12 @@ Error defect(const char* text) noexcept {
   return {ErrorCode::kInternal, {}, {}, {}};
 }
 
+Error outOfMemory() noexcept {
+  try {
+    return {ErrorCode::kSystem, "memory", "hapticd can have no more", "end programs, or raise MemoryMax= or ulimit -v"};
+  } catch (...) {
+    return {ErrorCode::kSystem, {}, {}, {}};
+  }
+}
+
 }  // namespace hapticd

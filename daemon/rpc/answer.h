@@ -7,6 +7,7 @@
 #include <kj/exception.h>
 
 #include <exception>
+#include <new>
 
 #include "daemon/rpc/convert.h"
 
@@ -15,13 +16,18 @@ namespace hapticd {
 /** Logs a defect and words it for the client, without its text. */
 [[nodiscard]] Error defect(const char* text) noexcept;
 
-/** The result of `body`, or kInternal for whatever it throws. */
+/** What to say where there was no memory. Does without any itself, if need be. */
+[[nodiscard]] Error outOfMemory() noexcept;
+
+/** The result of `body`; kSystem for want of memory, kInternal for whatever else it throws. */
 template <class Body>
 [[nodiscard]] Result<void> caught(Body&& body) noexcept {
   try {
     return body();
   } catch (const kj::Exception& e) {
     return defect(e.getDescription().cStr());
+  } catch (const std::bad_alloc&) {
+    return outOfMemory();
   } catch (const std::exception& e) {
     return defect(e.what());
   } catch (...) {

@@ -5,6 +5,8 @@ Usage: exhaustion_test.py BUILD_DIRECTORY [unittest arguments]
 """
 import fcntl
 import os
+import pathlib
+import re
 import resource
 import socket
 import subprocess
@@ -105,6 +107,36 @@ class Threads(Case):
         self.assertIn("raise TasksMax= or the user's nproc", said)
         self.tasks()
         self.run_ctl("record", self.directory / "one", "--for", "0.2")
+
+
+class Memory(Case):
+    def room(self, more):
+        """Of what the daemon may still take, in KiB."""
+        status = pathlib.Path(f"/proc/{self.daemon.pid}/status").read_text()
+        limit = (int(re.search(r"VmData:\s+(\d+)", status)[1]) + more) * 1024
+        resource.prlimit(self.daemon.pid, resource.RLIMIT_DATA, (limit, self.hard))
+
+    def setUp(self):
+        before = resource.prlimit(self.daemon.pid, resource.RLIMIT_DATA)
+        self.hard = before[1]
+        self.addCleanup(resource.prlimit, self.daemon.pid, resource.RLIMIT_DATA, before)
+
+    def cycles(self):
+        return self.json("get", "/statistics/sim")["cycles"]
+
+    def test_a_recording_for_which_there_is_none_ends_and_nothing_else_does(self):
+        self.room(0)
+        said = self.run_ctl("record", self.directory / "none", "--for", "1", exit_code=1).stderr
+        self.assertIn("memory: hapticd can have no more\n  end programs, or raise MemoryMax= or ulimit -v", said)
+        before = self.cycles()
+        self.assertTrue(eventually(lambda: self.cycles() > before), "the servo goes on")
+        ends = ""
+        for more in (2000, 3000, 4000, 6000, 8000):  # Enough to begin with, but not to write it.
+            self.room(more)
+            command = [HAPTICCTL, "--socket", self.socket, "record", "--replace", self.directory / "some", "--for", "0.5"]
+            ends += subprocess.run(command, capture_output=True, text=True, timeout=60, check=False).stderr
+            self.assertIsNone(self.daemon.poll(), (self.directory / "log").read_text())
+        self.assertIn("the recording ended by itself: no memory", ends)
 
 
 if __name__ == "__main__":

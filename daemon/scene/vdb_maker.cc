@@ -11,6 +11,8 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <exception>
+#include <system_error>
 
 #include "daemon/log.h"
 #include "daemon/spawn.h"
@@ -37,7 +39,14 @@ void VdbMaker::want(const std::string& cached, const std::string& vdb, bool fres
     if (fresh) failed_.erase(vdb);
     if (isWaiting(vdb) || stopping_ || failed_.count(vdb) != 0) return;
     jobs_.push_back({cached, vdb});
-    if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
+    try {
+      if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
+    } catch (const std::system_error& e) {  // No more threads: asked for again when the volume is used again.
+      log::warn("no OpenVDB file beside a cached volume: {}: no thread can be started: {} {}", vdb, e.what(),
+                "(raise TasksMax= or the user's nproc)");
+      jobs_.pop_back();
+      return;
+    }
   }
   changed_.notify_all();
 }
@@ -63,8 +72,13 @@ void VdbMaker::work() {
     if (stopping_) return;
     const Job job = jobs_.front();
     lock.unlock();
-    const bool made = make(job);
-    if (made) made_();
+    bool made = false;
+    try {
+      made = make(job);
+      if (made) made_();
+    } catch (const std::exception& e) {  // Nobody is above us.
+      log::warn("no OpenVDB file beside a cached volume: {}: {}", job.vdb, e.what());
+    }
     lock.lock();
     if (!made) failed_.insert(job.vdb);
     jobs_.pop_front();

@@ -7,9 +7,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <system_error>
 
 #include "daemon/log.h"
 #include "daemon/memfd.h"
@@ -42,20 +44,25 @@ std::uint64_t sizeOf(int fd) {
   return ::fstat(fd, &s) == 0 ? static_cast<std::uint64_t>(s.st_size) : 0;
 }
 
-bool writeFile(const std::string& path, int snapshot, int volume, const std::string& notes) {
+Result<void> writeFile(const std::string& path, int snapshot, int volume, const std::string& notes) {
   UniqueFd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600));
-  if (!file.valid()) return false;
+  if (!file.valid()) return systemError(path, "open", errno);
   CachedBuildHead head;
   head.snapshot_bytes = sizeOf(snapshot);
   head.volume_bytes = sizeOf(volume);
   head.notes_bytes = notes.size();
   const auto whole = [&](const void* data, std::size_t bytes) {
-    return ::write(file.get(), data, bytes) == static_cast<ssize_t>(bytes);
+    const ssize_t n = ::write(file.get(), data, bytes);
+    if (n >= 0 && n != static_cast<ssize_t>(bytes)) errno = ENOSPC;  // What stands behind a part of a write.
+    return n == static_cast<ssize_t>(bytes);
   };
   // Descriptors of one memfd share their place: from the start, whoever read last.
-  if (::lseek(snapshot, 0, SEEK_SET) != 0 || ::lseek(volume, 0, SEEK_SET) != 0) return false;
-  return whole(&head, sizeof head) && copy(snapshot, file.get(), head.snapshot_bytes) &&
-         copy(volume, file.get(), head.volume_bytes) && whole(notes.data(), notes.size()) && ::fsync(file.get()) == 0;
+  if (::lseek(snapshot, 0, SEEK_SET) != 0 || ::lseek(volume, 0, SEEK_SET) != 0)
+    return systemError(path, "lseek", errno);
+  if (whole(&head, sizeof head) && copy(snapshot, file.get(), head.snapshot_bytes) &&
+      copy(volume, file.get(), head.volume_bytes) && whole(notes.data(), notes.size()) && ::fsync(file.get()) == 0)
+    return {};
+  return systemError(path, "write", errno, "make room on the disk, or see builder.cache_mb");
 }
 
 /** A volume on disk with what lies beside it. */
@@ -196,20 +203,35 @@ void VolumeCache::keep(const std::string& key, UniqueFd snapshot, UniqueFd volum
   std::string text;
   for (const std::string& note : notes) text += note + "\n";
   writing_.store(true);
-  writer_ = std::thread([this, path = pathOf(key), vdb = vdbOf(key), text = std::move(text),
-                         snapshot = std::move(snapshot), volume = std::move(volume)] {
-    const std::string unfinished = path + ".new";
-    std::error_code error;
-    if (writeFile(unfinished, snapshot.get(), volume.get(), text)) {
-      fs::remove(vdb, error);  // Of another volume than the one that comes.
-      fs::rename(unfinished, path, error);
-      prune();
-      if (maker_ && !error) maker_->want(path, vdb, true);
-    } else {
-      fs::remove(unfinished, error);
-    }
+  try {
+    writer_ =
+        std::thread([this, key, text = std::move(text), snapshot = std::move(snapshot), volume = std::move(volume)] {
+          try {
+            store(key, snapshot.get(), volume.get(), text);
+          } catch (const std::exception& e) {  // Nobody is above us.
+            log::warn("a volume is not kept on disk: {}", e.what());
+          }
+          writing_.store(false);
+        });
+  } catch (const std::system_error& e) {  // No more threads: the mesh is there all the same.
+    log::warn("a volume is not kept on disk: no thread can be started: {} (raise TasksMax= or the user's nproc)",
+              e.what());
     writing_.store(false);
-  });
+  }
+}
+
+void VolumeCache::store(const std::string& key, int snapshot, int volume, const std::string& notes) {
+  const std::string path = pathOf(key), vdb = vdbOf(key), unfinished = path + ".new";
+  std::error_code error;
+  if (const auto written = writeFile(unfinished, snapshot, volume, notes); !written) {
+    log::warn("a volume is not kept on disk: {}", toString(written.error()));
+    fs::remove(unfinished, error);
+    return;
+  }
+  fs::remove(vdb, error);  // Of another volume than the one that comes.
+  fs::rename(unfinished, path, error);
+  prune();
+  if (maker_ && !error) maker_->want(path, vdb, true);
 }
 
 }  // namespace hapticd

@@ -74,6 +74,8 @@ class VolumeCache {
   [[nodiscard]] std::string pathOf(const std::string& key) const { return directory_ + "/" + key + ".hvol"; }
   [[nodiscard]] std::string vdbOf(const std::string& key) const { return directory_ + "/" + key + kCachedVdbEnding; }
   void awaitWriter();
+  /** In the writing thread. */
+  void store(const std::string& key, int snapshot, int volume, const std::string& notes);
   void prune();
 
   std::string directory_;

@@ -8,12 +8,13 @@ import os
 import pathlib
 import re
 import resource
+import shutil
 import socket
 import subprocess
 import time
 import unittest
 
-from daemon_case import HAPTICCTL, HAPTICD, Case
+from daemon_case import HAPTICCTL, HAPTICD, Case, stl
 
 
 def eventually(holds, seconds=10):
@@ -84,13 +85,16 @@ class Threads(Case):
 
     def setUp(self):
         self.directory.chmod(0o777)
-        self.socket.unlink(missing_ok=True)
+        shutil.rmtree(self.directory / "cache", ignore_errors=True)
+        self.start()
+        self.addCleanup(lambda: self.daemon.wait(10))
+        self.addCleanup(lambda: self.daemon.terminate())
+
+    def start(self):
         config = self.file("hapticd.toml", f'[builder]\ncache = "{self.directory}/cache"\n')
         with open(self.directory / "log", "wb") as log:
             self.daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket, "--config", config],
                                            stdout=log, stderr=log, **self.nobody)
-        self.addCleanup(self.daemon.wait, 10)
-        self.addCleanup(self.daemon.terminate)
         self.assertTrue(eventually(lambda: "ready:" in self.log(), 20), self.log())
 
     def log(self):
@@ -107,6 +111,39 @@ class Threads(Case):
         self.assertIn("raise TasksMax= or the user's nproc", said)
         self.tasks()
         self.run_ctl("record", self.directory / "one", "--for", "0.2")
+
+    def load(self):
+        """A tetrahedron with a volume."""
+        mesh = self.file("mesh.stl", stl(["0 0 0", "0.05 0 0", "0 0.05 0", "0 0 0.05"]))
+        self.run_ctl("load", mesh, "--scale", "m", "--voxel", "2", "--replace")
+
+    def kept(self, ending):
+        return list((self.directory / "cache").glob("*" + ending))
+
+    def test_a_volume_that_no_thread_can_keep_is_felt_and_kept_the_next_time(self):
+        self.tasks(1)
+        self.load()
+        self.assertIn("a volume is not kept on disk: no thread can be started", self.log())
+        self.assertEqual(self.kept(".hvol"), [])
+        self.tasks()
+        self.load()
+        self.assertTrue(eventually(lambda: self.kept(".hvol")))
+
+    def test_an_openvdb_file_that_no_thread_can_make_is_made_the_next_time(self):
+        if not (HAPTICD.parent / "hapticd-builder-vdb").exists():
+            self.skipTest("it is not built")
+        self.load()
+        self.assertTrue(eventually(lambda: self.kept(".vdb")))
+        self.kept(".vdb")[0].unlink()
+        self.daemon.terminate()  # Its maker's thread lives; the next one has none.
+        self.daemon.wait(10)
+        self.start()
+        self.tasks(1)
+        self.load()
+        self.assertIn("no OpenVDB file beside a cached volume", self.log())
+        self.tasks()
+        self.load()
+        self.assertTrue(eventually(lambda: self.kept(".vdb")))
 
 
 class Memory(Case):

@@ -2,7 +2,9 @@
 #include "daemon/scene/volume_cache.h"
 
 #include <poll.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -101,6 +103,28 @@ TEST_F(Cache, longestUnusedFilesGoFirst) {
   EXPECT_TRUE(cache.find("a").has_value());
   EXPECT_FALSE(cache.find("b").has_value());
   EXPECT_TRUE(cache.find("c").has_value());
+}
+
+TEST_F(Cache, whatTheDiskHasNoRoomForIsToldAndLeavesNothing) {
+  VolumeCache cache(directory_.path(), 1 << 30);
+  UniqueFd snapshot = std::move(*built_.memfd.share()), volume = std::move(*built_.volume.share());
+  const auto before = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit all{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &all), 0);
+  const rlimit little{1000, all.rlim_max};
+  testing::internal::CaptureStderr();
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &little), 0);
+  cache.keep("key", std::move(snapshot), std::move(volume), {});
+  cache.wait();
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &all), 0);
+  (void)std::signal(SIGXFSZ, before);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("a volume is not kept on disk: " + directory_.path() + "/key.hvol.new: write: File too large"),
+            std::string::npos)
+      << said;
+  EXPECT_TRUE(fs::is_empty(directory_.path()));
+  keep(cache, "key");
+  EXPECT_TRUE(cache.find("key").has_value()) << "there is room again";
 }
 
 TEST_F(Cache, anUploadBuiltBeforeIsThereAtOnce) {

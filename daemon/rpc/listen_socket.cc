@@ -28,6 +28,17 @@ std::string folderOf(const std::string& path) {
   return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
 }
 
+/** The default for what is not there. */
+FileId idAt(const std::string& path) {
+  struct stat info {};
+  return lstat(path.c_str(), &info) == 0 ? FileId{info.st_dev, info.st_ino} : FileId{};
+}
+
+FileId idOf(int fd) {
+  struct stat info {};
+  return fstat(fd, &info) == 0 ? FileId{info.st_dev, info.st_ino} : FileId{};
+}
+
 /** Takes the lock for as long as the descriptor lives. Its file holds our pid. */
 Result<UniqueFd> lockFile(const std::string& path, const std::string& socket) {
   UniqueFd fd;
@@ -37,9 +48,7 @@ Result<UniqueFd> lockFile(const std::string& path, const std::string& socket) {
     if (!fd.valid())
       return systemError(path, "open", errno, "this user must own the socket's folder; --socket names another");
     locked = flock(fd.get(), LOCK_EX | LOCK_NB) == 0;
-    struct stat ours {
-    }, there{};
-    const bool same = fstat(fd.get(), &ours) == 0 && stat(path.c_str(), &there) == 0 && ours.st_ino == there.st_ino;
+    const bool same = idOf(fd.get()) == idAt(path);
     if (same || !locked) break;
     locked = false;  // its former owner removed the file after we had opened it: lock the new one
   }
@@ -79,7 +88,7 @@ ListenSocket& ListenSocket::operator=(ListenSocket&& other) noexcept {
   fd_ = std::move(other.fd_);
   lock_ = std::move(other.lock_);
   path_ = std::move(other.path_);
-  ours_ = std::exchange(other.ours_, false);
+  file_ = std::exchange(other.file_, {});
   return *this;
 }
 
@@ -116,7 +125,7 @@ Result<ListenSocket> ListenSocket::bind(const std::string& path, unsigned mode, 
   const int bind_errno = errno;
   umask(before);
   if (bound != 0) return systemError(path, "bind", bind_errno);
-  out.ours_ = true;
+  out.file_ = idAt(path);
   if (auto r = setGroup(path, group); !r) return r.error();
   if (chmod(path.c_str(), mode) != 0) return systemError(path, "chmod", errno);
   if (::listen(out.fd_.get(), kBacklog) != 0) return systemError(path, "listen", errno);
@@ -131,9 +140,11 @@ ListenSocket ListenSocket::adopt(UniqueFd fd, std::string path) {
 }
 
 void ListenSocket::close() noexcept {
-  if (ours_) (void)unlink(path_.c_str());
-  if (lock_.valid()) (void)unlink((path_ + ".lock").c_str());
-  ours_ = false;
+  // Where the folder was made anew, another daemon may serve there.
+  const std::string lock = path_ + ".lock";
+  if (file_ != FileId{} && idAt(path_) == file_) (void)unlink(path_.c_str());
+  if (lock_.valid() && idAt(lock) == idOf(lock_.get())) (void)unlink(lock.c_str());
+  file_ = {};
   fd_.reset();
   lock_.reset();
 }

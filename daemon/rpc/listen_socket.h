@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <sys/types.h>
+
 #include <string>
 #include <vector>
 
@@ -10,7 +12,14 @@
 
 namespace hapticd {
 
-/** A listening Unix socket; its file and lock go with it if the daemon made them. */
+/** Which file it is, wherever it lies; none by default. */
+struct FileId {
+  dev_t device = 0;
+  ino_t inode = 0;
+  bool operator==(const FileId&) const = default;
+};
+
+/** A listening Unix socket; its file and lock go with it if the daemon made them and nobody has put others there. */
 class ListenSocket {
  public:
   ListenSocket() noexcept = default;
@@ -38,7 +47,7 @@ class ListenSocket {
  private:
   UniqueFd fd_, lock_;
   std::string path_;
-  bool ours_ = false;  ///< We made the file.
+  FileId file_;  ///< What we made; nothing if we did not.
 };
 
 /** The two sockets of this daemon. */

@@ -181,6 +181,23 @@ TEST_F(ProgramTest, ASocketLeftByADeadDaemonIsTakenOver) {
   EXPECT_EQ(next.wait(), 0);
 }
 
+/** Whose folder was moved away, or removed and made anew. */
+TEST_F(ProgramTest, OneThatEndsLeavesAnothersSocketAndLock) {
+  const std::string folder = directory.path() + "/run";
+  Program first(directory, run());
+  ASSERT_TRUE(first.says("ready")) << first.output();
+  std::filesystem::rename(folder, folder + "-moved");
+  Program second(directory, run());
+  ASSERT_TRUE(second.says("ready")) << second.output();
+  first.terminate();
+  EXPECT_EQ(first.wait(), 0) << first.output();
+  for (const char* name : {"control.sock", "admin.sock", "control.sock.lock", "admin.sock.lock"})
+    EXPECT_TRUE(std::filesystem::exists(folder + "/" + name)) << name;
+  second.terminate();
+  EXPECT_EQ(second.wait(), 0) << second.output();
+  EXPECT_FALSE(std::filesystem::exists(socket)) << "its own it takes away";
+}
+
 TEST_F(ProgramTest, AFileInTheWayIsNotRemoved) {
   const std::string precious = directory.path() + "/notes.txt";
   std::ofstream(precious) << "mine";

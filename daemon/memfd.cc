@@ -54,9 +54,29 @@ std::string namesOf(int bits) {
   return text.empty() ? "none" : text;
 }
 
+/** What to do where something has run out; empty for what is no want. */
+std::string remedyFor(int number) {
+  switch (number) {
+    case EMFILE:
+      return "end clients, or raise LimitNOFILE= or ulimit -n";
+    case ENFILE:
+      return "end programs, or raise fs.file-max";
+    case ENOMEM:
+      return "end programs, or raise MemoryMax= or ulimit -v (the builder's: builder.memory_mb)";
+    case ENOSPC:
+    case EDQUOT:
+      return "make room on the disk";
+    case EFBIG:
+      return "raise LimitFSIZE= or ulimit -f";
+    default:
+      return {};
+  }
+}
+
 }  // namespace
 
 Error systemError(std::string where, const char* call, int number, std::string remedy) {
+  if (remedy.empty()) remedy = remedyFor(number);
   return {ErrorCode::kSystem, std::move(where), std::string(call) + ": " + std::generic_category().message(number),
           std::move(remedy)};
 }

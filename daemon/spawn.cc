@@ -49,7 +49,8 @@ Result<pid_t> spawnProgram(const std::string& program, const std::vector<std::st
   ::posix_spawn_file_actions_destroy(&files);
   ::posix_spawnattr_destroy(&attributes);
   if (failed != 0) {
-    return Error{ErrorCode::kBuilderFailed, program, "does not start: " + systemError({}, "spawn", failed).what, {}};
+    const Error why = systemError({}, "spawn", failed, failed == EAGAIN ? "raise TasksMax= or the user's nproc" : "");
+    return Error{ErrorCode::kBuilderFailed, program, "does not start: " + why.what, why.remedy};
   }
   return child;
 }

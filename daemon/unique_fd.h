@@ -38,7 +38,7 @@ class UniqueFd {
   int fd_ = -1;
 };
 
-/** kSystem: "`where`: `call`: text of `number`". */
+/** kSystem: "`where`: `call`: text of `number`". Where something has run out, the remedy for that if none is given. */
 [[nodiscard]] Error systemError(std::string where, const char* call, int number, std::string remedy = {});
 
 /** A second descriptor of the same file, closed on exec. */

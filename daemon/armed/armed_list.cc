@@ -76,7 +76,8 @@ Result<void> ArmedList::add(const std::string& uri) {
       (void)!::ftruncate(file_.get(), end_);  // half a line says nothing
       places_.erase(it);
     }
-    return systemError(path_, "write", why, "a device that cannot be listed is not armed");
+    return systemError(path_, "write", why,
+                       "make room there, or see to that disk: a device that cannot be listed is not armed");
   }
   if (fresh) end_ += static_cast<long>(uri.size()) + 1;
   it->second.armed = true;

@@ -42,6 +42,21 @@ TEST(Memfd, RefusesSizesThatCannotBe) {
   EXPECT_EQ(Memfd::create("test", SIZE_MAX).error().code, ErrorCode::kInvalidArgument);
 }
 
+TEST(Memfd, WhereSomethingHasRunOutTheRemedyIsNamed) {
+  rlimit all{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &all), 0);
+  const rlimit few{3, all.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
+  const auto none = Memfd::create("test", 4096);
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &all), 0);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(toString(none.error()),
+            "test: memfd_create: Too many open files (end clients, or raise LimitNOFILE= or ulimit -n)");
+  EXPECT_EQ(systemError("x", "call", ENOSPC).remedy, "make room on the disk");
+  EXPECT_EQ(systemError("x", "call", ENOSPC, "the caller's").remedy, "the caller's");
+  EXPECT_EQ(systemError("x", "call", EINVAL).remedy, "");
+}
+
 TEST(Memfd, TruncationIsRefusedBothWaysOnceTheSizeIsFixed) {
   const Memfd memfd = make();
   ASSERT_EQ(truncateTo(memfd, kBytes + kPage), 0);  // allowed before

@@ -80,6 +80,7 @@ struct BuilderLeash::State {
   /** The builder is gone or must go: fails the job it ran. */
   void lose(std::string why);
   void receive();
+  void loseResult();
   void handle(BuilderFrame& frame);
   void checkEnd();
   void checkTime();
@@ -192,6 +193,9 @@ void BuilderLeash::State::receive() {
         break;
       case FrameIo::kLater:
         return;
+      case FrameIo::kNoDescriptor:
+        loseResult();
+        break;
       case FrameIo::kBad:
         doom = "the builder broke its protocol";
         [[fallthrough]];
@@ -203,6 +207,15 @@ void BuilderLeash::State::receive() {
         return;
     }
   }
+}
+
+/** What was built did not come through, and that is not the builder's fault. */
+void BuilderLeash::State::loseResult() {
+  if (running.number == 0) return;
+  BuildReport report;
+  report.kind = BuildReport::Kind::kFailed;
+  report.error = cancelled ? Error{ErrorCode::kCancelled, "build", {}, {}} : systemError("build", "recvmsg", EMFILE);
+  finish(std::move(report));
 }
 
 void BuilderLeash::State::handle(BuilderFrame& frame) {

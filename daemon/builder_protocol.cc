@@ -82,6 +82,8 @@ FrameIo receiveFrame(int socket, BuilderFrame& frame, bool nonblocking) {
     frame.fd.reset();
     return FrameIo::kBad;
   };
+  if (one && !frame.fd.valid() && (message.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) == MSG_CTRUNC)
+    return FrameIo::kNoDescriptor;
   if (!one || (message.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) != 0) return bad();
   if (static_cast<std::size_t>(size) < sizeof frame.head) return bad();
   std::memcpy(&frame.head, bytes, sizeof frame.head);

@@ -42,9 +42,10 @@ struct BuilderFrame {
 
 enum class FrameIo {
   kOk,
-  kLater,   ///< Nothing there, or no room.
-  kClosed,  ///< The other end is gone.
-  kBad,     ///< Truncated, of another protocol, or with more descriptors than one.
+  kLater,         ///< Nothing there, or no room.
+  kClosed,        ///< The other end is gone.
+  kBad,           ///< Truncated, of another protocol, or with more descriptors than one.
+  kNoDescriptor,  ///< One came, but this process can have no more of them: the datagram is lost.
 };
 
 /** Never blocks if `nonblocking`; `fd` < 0 sends none. */

@@ -99,6 +99,7 @@ class Server {
           exit_ = 0;
           return false;
         case FrameIo::kBad:
+        case FrameIo::kNoDescriptor:
           exit_ = 1;
           return false;
       }

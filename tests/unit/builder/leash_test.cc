@@ -1,6 +1,7 @@
 // The builder as a process: its work, its death, its limits.
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -192,6 +193,23 @@ TEST_F(Leash, ABuilderThatDiesBeforeItBeginsCostsNoJob) {
   ASSERT_EQ(::kill(pid, SIGKILL), 0);
   EXPECT_EQ(outcome(*leash_, job).kind, BuildReport::Kind::kDone);
   EXPECT_EQ(leash_->restarts(), 1u);
+}
+
+TEST_F(Leash, AResultForWhichThereIsNoDescriptorCostsItsJobAndNotTheBuilder) {
+  const Memfd mesh = frozen(upload(cube()));
+  const int pid = leash_->pid();
+  rlimit all{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &all), 0);
+  const std::uint64_t lost = submit(*leash_, mesh);
+  const rlimit few{3, all.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
+  const BuildReport failed = outcome(*leash_, lost);
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &all), 0);
+  EXPECT_EQ(failed.kind, BuildReport::Kind::kFailed);
+  EXPECT_EQ(toString(failed.error),
+            "build: recvmsg: Too many open files (end clients, or raise LimitNOFILE= or ulimit -n)");
+  EXPECT_EQ(outcome(*leash_, submit(*leash_, mesh)).kind, BuildReport::Kind::kDone);
+  EXPECT_EQ(leash_->pid(), pid);
 }
 
 TEST_F(Leash, CrashesInARowSlowTheRestarts) {

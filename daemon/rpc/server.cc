@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::uint64_t kMessageWords = 128 * 1024;  ///< 1 MiB: the largest request; meshes go by shared memory.
 constexpr int kMessageNesting = 16;
+constexpr std::size_t kReserveBytes = 256 * 1024;
 constexpr int kMostTurnedAway = 64;             ///< At a time: as many as the backlog holds.
 constexpr std::size_t kFlowWords = 128 * 1024;  ///< Requests under way of one client before its reading pauses.
 
@@ -44,15 +45,9 @@ struct ControlServer::Connection {
   capnp::RpcSystem<capnp::rpc::twoparty::VatId> rpc;
 };
 
-struct ControlServer::Listener {
-  kj::Own<kj::ConnectionReceiver> receiver;
-  int fd;  ///< Of the receiver.
-  bool administration;
-};
-
 ControlServer::ControlServer(Core& core, kj::LowLevelAsyncIoProvider& io, kj::Timer& timer)
     : core_(core), io_(io), timer_(timer), spare_(spareDescriptor()), tasks_(*this) {
-  tasks_.add(stepLoop());
+  startSteps();
 }
 
 ControlServer::~ControlServer() { closeAll(); }
@@ -61,9 +56,19 @@ void ControlServer::serve(UniqueFd socket, bool administration) {
   const int fd = socket.release();
   auto receiver = io_.wrapListenSocketFd(
       fd, kj::LowLevelAsyncIoProvider::TAKE_OWNERSHIP | kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC);
-  auto listener = kj::heap(Listener{kj::mv(receiver), fd, administration});
-  auto& l = *listener;
-  tasks_.add(acceptLoop(l).attach(kj::mv(listener)));
+  listen(listeners_.emplace_back(Listener{kj::mv(receiver), fd, administration}));
+}
+
+void ControlServer::listen(Listener& listener) {
+  listener.accepting = true;
+  auto ended = kj::defer([&listener] { listener.accepting = false; });
+  tasks_.add(acceptLoop(listener).attach(kj::mv(ended)));
+}
+
+void ControlServer::startSteps() {
+  stepping_ = true;
+  auto ended = kj::defer([this] { stepping_ = false; });
+  tasks_.add(stepLoop().attach(kj::mv(ended)));
 }
 
 kj::Promise<void> ControlServer::acceptLoop(Listener& listener) {
@@ -127,6 +132,10 @@ kj::Promise<void> ControlServer::stepLoop() {
   const Result<void> stepped = caught([this]() -> Result<void> {  // whatever fails, the daemon goes on
     core_.poll();
     if (after_step_) after_step_();
+    if (reserve_ == nullptr) reserve_ = std::make_unique<std::byte[]>(kReserveBytes);
+    for (Listener& listener : listeners_) {
+      if (!listener.accepting) listen(listener);
+    }
     return {};
   });
   (void)stepped;
@@ -141,8 +150,14 @@ void ControlServer::closeAll() {
   }
 }
 
+/** A loop that has ended, for want of memory, begins again: the step's at once, the others' with its next step. */
 void ControlServer::taskFailed(kj::Exception&& exception) {
-  log::error("control: {}", log::printable(exception.getDescription().cStr()));
+  reserve_ = nullptr;
+  std::uint64_t suppressed = 0;
+  if (failed_log_.allow(core_.now(), suppressed)) {
+    log::error("control: {}{}", log::printable(exception.getDescription().cStr()), log::suppressedNote(suppressed));
+  }
+  if (!stepping_) startSteps();
 }
 
 }  // namespace hapticd

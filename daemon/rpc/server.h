@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <list>
 #include <map>
 #include <memory>
 
@@ -34,7 +35,14 @@ class ControlServer final : private kj::TaskSet::ErrorHandler {
 
  private:
   struct Connection;
-  struct Listener;
+  struct Listener {
+    kj::Own<kj::ConnectionReceiver> receiver;
+    int fd;  ///< Of the receiver.
+    bool administration;
+    bool accepting = false;  ///< Its loop goes on.
+  };
+  void listen(Listener& listener);
+  void startSteps();
   kj::Promise<void> acceptLoop(Listener& listener);
   void notAccepted(const Listener& listener, const kj::Exception& why);
   kj::Promise<void> stepLoop();
@@ -46,8 +54,11 @@ class ControlServer final : private kj::TaskSet::ErrorHandler {
   kj::Timer& timer_;
   std::function<void()> after_step_;
   std::map<std::uint64_t, std::unique_ptr<Connection>> connections_;
-  log::RateLimit refused_log_{10'000'000'000, 3};
-  UniqueFd spare_;  ///< Given up for a moment where there is no other descriptor.
+  log::RateLimit refused_log_{10'000'000'000, 3}, failed_log_{10'000'000'000, 3};
+  std::list<Listener> listeners_;
+  std::unique_ptr<std::byte[]> reserve_;  ///< Memory given up so that a loop can begin again.
+  bool stepping_ = false;                 ///< Its loop goes on; for want of memory it may not.
+  UniqueFd spare_;                        ///< Given up for a moment where there is no other descriptor.
   kj::TaskSet tasks_;
 };
 

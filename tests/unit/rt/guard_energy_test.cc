@@ -7,7 +7,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kForce = 30, kStiffness = 600, kStored = kForce * kForce / (2 * kStiffness);
+constexpr double kPush = 30, kSpring = 600, kStored = kPush * kPush / (2 * kSpring);
 
 GuardConfig strong(double force_limit) {
   GuardConfig config = rigConfig();
@@ -24,7 +24,7 @@ struct Resting {
     rig.step();
     (void)rig.guard.arm();
     rig.step(static_cast<int>(rig.config.small_force_ticks));
-    rig.ask(HD_SOURCE_SURFACE, {kForce, 0, 0});
+    rig.ask(HD_SOURCE_SURFACE, {kPush, 0, 0});
     rig.in.stored = kStored;
   }
 };
@@ -33,7 +33,7 @@ struct Resting {
 TEST(GuardEnergy, TheRampGivesTheStoreItsPart) {
   Resting hand(100);
   hand.rig.step(1000);
-  EXPECT_NEAR(hand.rig.out.command.force.x(), kForce / 2, 1e-9);
+  EXPECT_NEAR(hand.rig.out.command.force.x(), kPush / 2, 1e-9);
   EXPECT_NEAR(hand.rig.out.energy, kStored / 2, 2e-3 * kStored);
   hand.rig.step(1000);
   EXPECT_NEAR(hand.rig.out.energy, kStored, 2e-3 * kStored);
@@ -42,9 +42,9 @@ TEST(GuardEnergy, TheRampGivesTheStoreItsPart) {
 // Bound to a third of F, it gives L = F / 3 from depth F / k to L / k, and the spring's force from there:
 // (F - L) L / k + L^2 / 2 k = b (2 - b) F^2 / 2 k with b = L / F.
 TEST(GuardEnergy, OfAWallThatTheLimitBindsWhatItCanGive) {
-  Resting hand(kForce / 3);
+  Resting hand(kPush / 3);
   hand.rig.step(1000);
-  EXPECT_NEAR(hand.rig.out.command.force.x(), kForce / 6, 1e-9);
+  EXPECT_NEAR(hand.rig.out.command.force.x(), kPush / 6, 1e-9);
   EXPECT_NEAR(hand.rig.out.energy, 5.0 / 9.0 * kStored / 2, 2e-3 * kStored);
 }
 

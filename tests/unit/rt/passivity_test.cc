@@ -71,6 +71,34 @@ TEST(Passivity, ControllerRepaysTheDebtAndNoMore) {
   EXPECT_FALSE(p.acting());
 }
 
+// The force of this tick acts until the next: what it will put in then counts now.
+TEST(Passivity, ControllerLooksOneTickAhead) {
+  Passivity p(100);
+  const Vec3 f(10, 0, 0), v(0.1, 0, 0);
+  EXPECT_EQ(p.control(f, v, v, Vec3::Zero(), 1e-6), f);
+  const double debt = 10 * 0.1 * 1e-3 - Passivity::kDeadZone;
+  EXPECT_NEAR(p.control(f, v, v, Vec3::Zero(), 1e-3).x(), 10 - debt / Passivity::kRepay_s / 0.1, 1e-9);
+  EXPECT_EQ(p.control(f, v, v, {1, 0, 0}, 1e-3), f) << "who moves the wall pays for it";
+  EXPECT_EQ(p.control(f, -v, -v, Vec3::Zero(), 1e-3), f);
+}
+
+TEST(Passivity, LeakAndDebtTogetherHaveOneBound) {
+  Passivity p(2);
+  p.follow(1);
+  p.observe({10, 0, 0}, {1, 0, 0}, Vec3::Zero());
+  EXPECT_NEAR(p.control({10, 0, 0}, {0.5, 0, 0}, {0.5, 0, 0}, Vec3::Zero(), 1e-3).x(), 10 - 2 * 0.5, 1e-12);
+}
+
+TEST(Passivity, BothBooksAreForgotten) {
+  Passivity p(2);
+  p.follow(1);
+  p.observe({10, 0, 0}, {1, 0, 0}, Vec3::Zero());
+  p.reset();
+  EXPECT_EQ(p.energy(), 0);
+  EXPECT_EQ(p.control({10, 0, 0}, {0.01, 0, 0}, {0.01, 0, 0}, Vec3::Zero(), 1e-3), Vec3(10, 0, 0));
+  EXPECT_FALSE(p.acting());
+}
+
 TEST(Passivity, ControllerDampingIsBounded) {
   Passivity p(5);
   p.observe({1, 1, 1}, {0.1, 0.05, -0.01}, Vec3::Zero());

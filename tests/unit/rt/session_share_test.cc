@@ -37,6 +37,12 @@ class ShareTest : public ::testing::Test {
     return session.apply(c, now, scene);
   }
   ErrorCode model(const hd_local_model& m) { return session.apply(commandOf(m), now, scene); }
+  ErrorCode clear(std::uint32_t slot) {
+    Command c;
+    c.kind = CommandKind::kClearModel;
+    c.as<hd_clear_model>().slot = slot;
+    return session.apply(c, now, scene);
+  }
 };
 
 TEST_F(ShareTest, ClientForceHoldsThenFades) {
@@ -168,18 +174,90 @@ TEST_F(ShareTest, HugeValuesOfOneClientCountAsNothing) {
   }
 }
 
+TEST_F(ShareTest, AClearedModelIsGone) {
+  ASSERT_EQ(model(modelOf(HD_MODEL_PLANE, 500)), ErrorCode::kOk);
+  for (int i = 0; i < 20; ++i) (void)tick();
+  ASSERT_NEAR(tick().local_model.z(), 1, 1e-12);
+  ASSERT_EQ(clear(0), ErrorCode::kOk);
+  for (int i = 0; i < 20; ++i) (void)tick();
+  EXPECT_EQ(tick().local_model, Vec3(0, 0, 0));
+}
+
+/** What the limit binds is the force that the client brings about, and not the sum of what makes it. */
+TEST_F(ShareTest, PartsThatCancelAreNotBound) {
+  ASSERT_EQ(model(modelOf(HD_MODEL_PLANE, 2000)), ErrorCode::kOk);
+  ASSERT_EQ(force({0, 0, -3}), ErrorCode::kOk);
+  ASSERT_EQ(limits(1, 1), ErrorCode::kOk);
+  for (int i = 0; i < 20; ++i) (void)tick();
+  EXPECT_NEAR(tick().local_model.z(), 4, 1e-12);
+  EXPECT_NEAR(tick().client_force.z(), -3, 1e-12);
+}
+
+TEST_F(ShareTest, TheFadeTellsHowMuchIsLeft) {
+  EXPECT_EQ(session.fade(now), 1.0f);
+  ASSERT_EQ(force({2, 0, 0}), ErrorCode::kOk);
+  (void)tick();
+  session.lose(now, 50 * kMs);
+  for (int i = 0; i < 25; ++i) (void)tick();
+  EXPECT_EQ(session.fade(now), 0.5f);
+  session.lose(now, 50 * kMs);
+  EXPECT_EQ(session.fade(now), 0.5f) << "lost again it falls no later";
+  for (int i = 0; i < 30; ++i) (void)tick();
+  EXPECT_EQ(session.fade(now), 0.0f);
+  session.revive();
+  EXPECT_EQ(session.fade(now), 0.0f);
+  for (int i = 0; i < 26; ++i) (void)tick();
+  EXPECT_EQ(session.fade(now), 0.5f);
+  session.lose(now, 50 * kMs);
+  EXPECT_EQ(session.fade(now), 1.0f);
+  session.revive();
+  session.free();
+  EXPECT_EQ(session.fade(now), 0.0f);
+  session.start(9);
+  EXPECT_EQ(session.fade(now), 1.0f);
+}
+
+TEST_F(ShareTest, ASlotKnowsWhoseItIs) {
+  EXPECT_EQ(session.id(), 7u);
+  session.noteApplied(5, 6);
+  session.free();
+  EXPECT_EQ(session.id(), 0u);
+  session.start(8);
+  EXPECT_EQ(session.id(), 8u);
+  EXPECT_EQ(session.appliedSeq(), 0u);
+  EXPECT_EQ(session.appliedTick(), 0u);
+}
+
+TEST_F(ShareTest, WhatIsRestatedGivesTheSameForce) {
+  ASSERT_EQ(model(modelOf(HD_MODEL_PLANE, 2000)), ErrorCode::kOk);
+  ASSERT_EQ(force({3, 0, 0}), ErrorCode::kOk);
+  ASSERT_EQ(limits(2.5, 0.15), ErrorCode::kOk);
+  for (int i = 0; i < 20; ++i) (void)tick();
+  std::vector<Command> said;
+  session.restate(now, said);
+  ASSERT_EQ(said.size(), 3u) << "limits, one model, one force, and nothing of what is not set";
+  const Vec3 before = total(tick());
+  session.start(7);
+  for (const Command& command : said) ASSERT_EQ(session.apply(command, now, scene), ErrorCode::kOk);
+  for (int i = 0; i < 20; ++i) (void)tick();
+  EXPECT_LT((total(tick()) - before).norm(), 1e-12);
+}
+
 TEST_F(ShareTest, RefusesSlotsDevicesAndKinds) {
   hd_local_model m = modelOf(HD_MODEL_PLANE);
   m.slot = HD_MODEL_SLOTS;
   EXPECT_EQ(model(m), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(clear(HD_MODEL_SLOTS), ErrorCode::kInvalidArgument);
   Command c;
-  c.kind = CommandKind::kClearModel;
-  c.as<hd_clear_model>().slot = HD_MODEL_SLOTS;
-  EXPECT_EQ(session.apply(c, now, scene), ErrorCode::kInvalidArgument);
-  c = Command{};
   c.kind = CommandKind::kClientForce;
   c.as<hd_client_force>().device = kMaxDevices;
   EXPECT_EQ(session.apply(c, now, scene), ErrorCode::kInvalidArgument);
+  for (const bool torque : {false, true}) {
+    c = Command{};
+    c.kind = CommandKind::kClientForce;
+    (torque ? c.as<hd_client_force>().torque : c.as<hd_client_force>().force)[1] = std::nan("");
+    EXPECT_EQ(session.apply(c, now, scene), ErrorCode::kInvalidArgument);
+  }
   c = Command{};
   c.kind = CommandKind::kArm;
   EXPECT_EQ(session.apply(c, now, scene), ErrorCode::kUnsupported);

@@ -1,9 +1,7 @@
 #include "daemon/log.h"
 
-#define SD_JOURNAL_SUPPRESS_LOCATION
 #include <spdlog/details/os.h>
 #include <spdlog/sinks/base_sink.h>
-#include <spdlog/sinks/systemd_sink.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -42,34 +40,45 @@ spdlog::level::level_enum spdlogLevel(Level level) {
   return spdlog::level::info;
 }
 
-/** As spdlog's own with colours, but nobody waits for whoever reads standard error: the control thread logs, too. */
+enum class Dress { kNone, kColours, kJournal };
+
+/** To standard error. Nobody waits for whoever reads it, nor for a journald that stands still: control logs, too. */
 class StderrSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
-  explicit StderrSink(LineStream stream)
-      : stream_(std::move(stream)),
-        coloured_(::isatty(STDERR_FILENO) != 0 && spdlog::details::os::is_color_terminal()) {}
+  StderrSink(LineStream stream, Dress dress) : stream_(std::move(stream)), dress_(dress) {}
 
  private:
   void sink_it_(const spdlog::details::log_msg& message) override {
     constexpr std::array<const char*, spdlog::level::n_levels> kColours = {
         "\033[37m", "\033[36m", "\033[32m", "\033[33m\033[1m", "\033[31m\033[1m", "\033[1m\033[41m", ""};
+    constexpr std::array<char, spdlog::level::n_levels> kPriorities = {'7', '7', '6', '4', '3', '2', '7'};
     spdlog::memory_buf_t formatted;
     formatter_->format(message, formatted);
     const std::string_view line(formatted.data(), formatted.size());
     const std::size_t begin = message.color_range_start, end = message.color_range_end;
-    if (!coloured_ || end <= begin) return stream_.write(line);
-    stream_.write(fmt::format("{}{}{}\033[m{}", line.substr(0, begin), kColours[message.level],
-                              line.substr(begin, end - begin), line.substr(end)));
+    if (dress_ == Dress::kJournal) {
+      stream_.write(fmt::format("<{}>{}", kPriorities[message.level], line));  // sd-daemon(3)
+    } else if (dress_ == Dress::kColours && end > begin) {
+      stream_.write(fmt::format("{}{}{}\033[m{}", line.substr(0, begin), kColours[message.level],
+                                line.substr(begin, end - begin), line.substr(end)));
+    } else {
+      stream_.write(line);
+    }
   }
   void flush_() override {}
 
   LineStream stream_;
-  bool coloured_;
+  Dress dress_;
 };
 
+std::shared_ptr<spdlog::logger> loggerTo(LineStream stream, Dress dress, const char* pattern) {
+  auto made = std::make_shared<spdlog::logger>("hapticd", std::make_shared<StderrSink>(std::move(stream), dress));
+  made->set_pattern(pattern);
+  return made;
+}
+
 std::shared_ptr<spdlog::logger>& logger() {
-  static auto instance =
-      std::make_shared<spdlog::logger>("hapticd", std::make_shared<StderrSink>(LineStream(STDERR_FILENO)));
+  static auto instance = loggerTo(LineStream(STDERR_FILENO), Dress::kNone, "%+");
   return instance;
 }
 
@@ -99,13 +108,12 @@ bool isJournalStream(std::string_view journal_stream, int fd) {
 void start(Level level) {
   const char* const stream = std::getenv("JOURNAL_STREAM");
   if (stream != nullptr && isJournalStream(stream, STDERR_FILENO)) {
-    logger() = std::make_shared<spdlog::logger>("hapticd", std::make_shared<spdlog::sinks::systemd_sink_mt>("hapticd"));
+    logger() = loggerTo(LineStream(STDERR_FILENO), Dress::kJournal, "%v");
   } else {
-    logger() =
-        std::make_shared<spdlog::logger>("hapticd", std::make_shared<StderrSink>(LineStream::unblocked(STDERR_FILENO)));
-    logger()->set_pattern("%H:%M:%S.%e %^%l%$ %v");
+    const bool coloured = ::isatty(STDERR_FILENO) != 0 && spdlog::details::os::is_color_terminal();
+    logger() = loggerTo(LineStream::unblocked(STDERR_FILENO), coloured ? Dress::kColours : Dress::kNone,
+                        "%H:%M:%S.%e %^%l%$ %v");
   }
-  logger()->flush_on(spdlog::level::trace);
   logger()->set_level(spdlog::level::trace);  // enabled() decides
   setLevel(level);
 }

@@ -146,10 +146,15 @@ bool Core::quiet(std::int64_t since_ns) {
 }
 
 Result<std::uint64_t> Core::connect(std::int32_t pid, std::uint32_t uid, bool administration) {
-  const auto same = std::count_if(clients_.begin(), clients_.end(), [&](const auto& c) { return c.second.uid == uid; });
-  if (clients_.size() >= kConnections || static_cast<std::size_t>(same) >= kConnectionsPerUser) {
+  std::size_t all = 0, same = 0;
+  for (const auto& [number, other] : clients_) {
+    if (other.administration != administration) continue;
+    ++all;
+    same += other.uid == uid ? 1 : 0;
+  }
+  if (administration ? all >= kAdministrators : all >= kConnections || same >= kConnectionsPerUser) {
     return Error{ErrorCode::kQuotaExceeded, "connection",
-                 fmt::format("user {} has {} of {} connections", uid, same, clients_.size()), "close some"};
+                 fmt::format("user {} has {} of {} connections", uid, same, all), "close some"};
   }
   Client client;
   client.connection = next_connection_;

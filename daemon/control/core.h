@@ -65,6 +65,7 @@ class Core {
  public:
   static constexpr std::size_t kConnections = 256;  ///< Of all users together.
   static constexpr std::size_t kConnectionsPerUser = 64;
+  static constexpr std::size_t kAdministrators = 16;    ///< Connections beside those: users leave them the room.
   static constexpr std::uint32_t kRegionsPerUser = 64;  ///< Region capabilities: each holds a descriptor of ours.
   static constexpr std::int64_t kArmAnswerNs = 1'000'000'000;
 

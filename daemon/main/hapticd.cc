@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 #include <kj/async-io.h>
 #include <sys/random.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -205,6 +207,15 @@ int closeAll(Core& core, int code) {
   std::_Exit(code);  // The list of armed devices stays for hapticd-safe.
 }
 
+/** Connections, sessions, meshes and Regions of many users are more than the 1024 that select() is content with. */
+void allowDescriptors() {
+  constexpr rlim_t kEnough = 65536;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= kEnough) return;
+  limit.rlim_cur = std::min(limit.rlim_max, kEnough);
+  (void)setrlimit(RLIMIT_NOFILE, &limit);
+}
+
 int start(const Options& options) {
   const Config& config = options.loaded.config;
   log::start(config.log.level);
@@ -212,6 +223,7 @@ int start(const Options& options) {
   std::signal(SIGXFSZ, SIG_IGN);  // A log that may not grow is no reason to let go of devices.
   // Nor does Ctrl-Z stop it: nobody would take the force off its devices then.
   for (const int stop : {SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(stop, SIG_IGN);
+  allowDescriptors();
   installLastResort();
   const auto endings = captureEndings();
   auto io = kj::setupAsyncIo();

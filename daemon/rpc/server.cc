@@ -119,12 +119,15 @@ void ControlServer::accept(kj::AuthenticatedStream stream, bool administration) 
       }
       return;
     }
-    auto connection = std::make_unique<Connection>(kj::mv(stream.stream), core_, *id);
-    tasks_.add(connection->network.onDisconnect().then([this, number = *id] {
+    const auto leave = [this, number = *id] {
       connections_.erase(number);  // drops its capabilities, which ends its sessions
       core_.disconnect(number);
-    }));
-    connections_.emplace(*id, std::move(connection));
+    };
+    bool served = false;  // Not for want of memory.
+    KJ_DEFER(if (!served) leave());
+    auto& connection = connections_[*id] = std::make_unique<Connection>(kj::mv(stream.stream), core_, *id);
+    tasks_.add(connection->network.onDisconnect().then(kj::cp(leave)));
+    served = true;
   }
 }
 

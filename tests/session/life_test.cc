@@ -155,6 +155,20 @@ TEST(SessionLife, SlotsAreReusedAndTheLastOneBelongsToTheMonitor) {
   EXPECT_EQ((*again)->slot, 3u);
 }
 
+TEST(SessionLife, ConnectionsOfAllUsersLeaveRoomForAdministration) {
+  Bench bench;
+  std::size_t all = 1;  // The bench's own.
+  for (std::uint32_t user = 2000; all < Core::kConnections; ++user) {
+    std::size_t own = 0;
+    while (all < Core::kConnections && bench.core.connect(1, user, false).ok()) ++own, ++all;
+    EXPECT_TRUE(all == Core::kConnections || own == Core::kConnectionsPerUser);
+    ASSERT_NE(own, 0u);
+  }
+  EXPECT_EQ(bench.core.connect(1, 5000, false).error().code, ErrorCode::kQuotaExceeded);
+  for (std::size_t i = 1; i < Core::kAdministrators; ++i) EXPECT_TRUE(bench.core.connect(1, 0, true).ok());
+  EXPECT_EQ(bench.core.connect(1, 0, true).error().code, ErrorCode::kQuotaExceeded);
+}
+
 TEST(SessionLife, QuotaOfSessionsAndBytesIsPerUser) {
   Config config = Bench::relaxed();
   config.quotas.sessions = 2;

@@ -78,6 +78,26 @@ class Log(Case):
         self.assertEqual(daemon.wait(10), 0)
 
 
+    def test_nor_does_a_journal_that_stands_still(self):
+        reader, writer = socket.socketpair()
+        self.addCleanup(reader.close)
+        writer.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 8192)
+        named = os.fstat(writer.fileno())
+        daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket], stdout=writer, stderr=writer,
+                                  env=os.environ | {"JOURNAL_STREAM": f"{named.st_dev}:{named.st_ino}"})
+        writer.close()
+        self.addCleanup(daemon.wait, 10)
+        self.addCleanup(daemon.kill)
+        self.assertTrue(eventually(self.socket.exists))
+        for _ in range(90):
+            self.run_ctl("status")
+        self.assertRegex(reader.recv(1 << 20).decode(), r"(?m)^<6>ready:")
+        self.run_ctl("status")
+        self.assertIn("lines are lost here", reader.recv(1 << 20).decode())
+        daemon.terminate()
+        self.assertEqual(daemon.wait(10), 0)
+
+
 class Threads(Case):
     """A limit of processes binds no root: the daemon is nobody's then."""
     wants_daemon = False

@@ -138,35 +138,50 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
   Constraint* const there = step.held + step.count;
   HalfSpace planes[kMaxInGroove];
   double tolerance = 0;
+  bool in_parts = true;  // But an edge of a mesh, drawn out, is not there far from here.
   for (int i = 0; i < count; ++i) {
     tolerance = std::max(tolerance, kNear * from[i].skin);
     there[i] = from[i];
+    in_parts = in_parts &&
+               (from[i].kind == FeatureKind::kFace || step.scene->slot(from[i].slot).shape.kind != ShapeKind::kMesh);
   }
   const int most_walks = radius_ > 0 ? kMaxWalks : kMaxPointWalks;
-  Vec3 last = here, moved = Vec3::Zero();
+  Vec3 last = here, moved = Vec3::Zero(), found = here;
   std::uint32_t keeps = 0;
   bool turned = step.sought_count > 0 || step.isHeldByFaces();  // Faces do when one is left.
-  bool leapt = false;
+  bool leapt = false, far = false;
   for (int turn = 0;; ++turn) {
     bool walks = false, same = turn > 0 && !leapt;
+    HalfSpace now[kMaxInGroove];
     for (int i = 0; i < count; ++i) {
       const SceneObject& object = step.scene->slot(from[i].slot);
       const std::uint32_t feature = there[i].feature;
       turned = (turn > 0 && sideAt(object, from[i], object.toLocal(last), there[i])) || turned;
       walks = walks || there[i].feature != feature;
-      if (there[i].surface.normal.dot(from[i].surface.normal) < kMaxTurnCosine) return false;
-      const HalfSpace plane{there[i].surface.normal, there[i].surface.offset + from[i].skin};
-      same = same && plane.normal == planes[i].normal && plane.offset == planes[i].offset;
-      planes[i] = plane;
+      far = far || there[i].surface.normal.dot(from[i].surface.normal) < kMaxTurnCosine;
+      now[i] = {there[i].surface.normal, there[i].surface.offset + from[i].skin};
+      same = same && now[i].normal == planes[i].normal && now[i].offset == planes[i].offset;
     }
+    if (far) {  // As far as they turn in one plan, and again from there.
+      if (!in_parts) return false;
+      last = found;
+      break;
+    }
+    std::copy(now, now + count, planes);
     if (turn > 0 && !turned) return false;
     if (same) break;
     Vec3 next = step.goal;
     if (!nearestInside(planes, count, tolerance, next, keeps)) return false;
     const Vec3 move = next - last;
-    last = next;
+    last = found = next;
     if (move.norm() <= rest) break;
-    if (turn >= (walks ? most_walks : kMaxTurns)) return false;  // To and fro: more than these sides hold it there.
+    in_parts = in_parts && !walks;
+    if (turn >= kMaxTurns) {  // The same, where each turn leads only a little farther.
+      if (!in_parts) return false;
+      far = true;
+      break;
+    }
+    if (walks && turn >= most_walks) return false;  // To and fro: more than these sides hold it there.
     // Each turn shortens the rest of the way by about the same factor: all at once (Aitken).
     const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
     const double farthest = kMaxLeap * (last - step.goal).norm() / move.norm();
@@ -176,11 +191,11 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
   }
   if ((last - here).norm() <= rest || (step.together && leadsAway(here, last, step.goal))) return false;
   Vec3 up = Vec3::Zero();
-  for (int i = 0; i < count; ++i) up += from[i].surface.normal + there[i].surface.normal;
+  for (int i = 0; i < count; ++i) up += from[i].surface.normal + planes[i].normal;
   up.normalize();
   double lift = 0;
   for (int i = 0; i < count; ++i) {
-    const double steep = std::min(up.dot(from[i].surface.normal), up.dot(there[i].surface.normal));
+    const double steep = std::min(up.dot(from[i].surface.normal), up.dot(planes[i].normal));
     if (!(steep > kSteepest)) return false;
     lift = std::max(lift, (from[i].skin - from[i].surface.height(last)) / steep);
   }
@@ -188,11 +203,11 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
   if (lift > tolerance) {
     plan.goTo(last + lift * up);
     plan.way[plan.parts++] = last;
-    plan.above[1] = there[0].surface.normal;
+    plan.above[1] = planes[0].normal;
   }
   plan.above[0] = from[0].surface.normal;
   plan.in_groove = true;
-  plan.lands = keeps != 0;
+  plan.lands = !far && keeps != 0;
   plan.keeps = keeps << step.count;
   for (int i = 0; i < count; ++i) {
     const SceneObject& object = step.scene->slot(there[i].slot);

@@ -113,6 +113,32 @@ TEST(ProxyOnACurve, GoesAllTheWayRound) {
   }
 }
 
+/**
+ * In the groove of a floor and a sphere, a circle, a hand that goes through the middle is nearest to the far side: the
+ * ring is gone round in a tick or two, though next to nothing tells where to.
+ */
+TEST(ProxyInAGroove, GoesAllTheWayRound) {
+  constexpr double kBall = 0.03, kHigh = 0.0144, kDeep = 0.0134;
+  for (const double radius : {0.0, kGrooveBall}) {
+    const double ring = std::sqrt(std::pow(kBall + radius, 2) - std::pow(kHigh - radius, 2));
+    for (const double aside : {2e-3, 5e-4, 1e-4, 1e-5}) {
+      TestScene t;
+      t.add(ShapeKind::kPlane, Vec3::Zero());
+      t.add(ShapeKind::kSphere, Vec3(kBall, 0, 0), {Vec3(0, 0, kHigh), Quat::Identity()});
+      t.proxy.setRadius(radius);
+      t.tick(Vec3(-ring - 0.01, 0, 0.01));
+      for (int i = 0; i < 2; ++i) t.tick(Vec3(-0.9 * ring, 0, -0.002));
+      EXPECT_LT((t.contact.proxy - Vec3(-ring, 0, radius)).norm(), 1e-9);
+      const Vec3 toward(std::cos(0.5), std::sin(0.5), 0), hip = aside * toward - kDeep * Vec3::UnitZ();
+      for (int i = 0; i < 2; ++i) {
+        t.tick(hip);
+        EXPECT_LE(t.proxy.effort().sweeps, 26u) << radius << " " << aside;
+      }
+      EXPECT_LT((t.contact.proxy - (ring * toward + radius * Vec3::UnitZ())).norm(), 1e-9) << radius << " " << aside;
+    }
+  }
+}
+
 /** What lies in a corner rests on both of its walls: neither alone decides that it slips. At rest and carried along. */
 TEST(ProxyInAGroove, StaticFrictionHoldsWhatLiesInACorner) {
   constexpr double kStatic = 0.8, kDepth = 0.002, kBy = 4e-6, kWide = 0.1;

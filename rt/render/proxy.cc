@@ -232,12 +232,16 @@ void ProxyRenderer::settle(Step& step) HD_RT {
       nearest = distance;
       vain = 0;
     } else if (++vain > kMaxVain) {
-      holdByFriction(step);
+      holdWhereItIs(step);
       return;
     }
     next.goTo(step.goal);
     for (int round = 0;; ++round) {
       if (!held) {
+        if (step.together && step.sweeps >= kMaxSweeps - kKeptSweeps) {
+          holdWhereItIs(step);
+          return;
+        }
         if (!sweepTo(step, next.target(), next.above[next.gone], hit, slot, first)) {
           if (step.count == 0) step.count = last;  // What held it before this look: nearly what does now.
           return;
@@ -249,7 +253,10 @@ void ProxyRenderer::settle(Step& step) HD_RT {
           land(step, next);
           return;
         }
-        if (round >= kMaxRounds) return;
+        if (round >= kMaxRounds) {
+          if (step.together) holdWhereItIs(step);
+          return;
+        }
         if (next.in_groove) ++step.broken;
         if (next.faces > 0) step.seek(next.slot, next.face[0], next.face[1], next.faces);
         meet(step, next.target(), slot, first);

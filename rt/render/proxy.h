@@ -217,7 +217,8 @@ class ProxyRenderer {
   };
   struct Step;
 
-  static constexpr int kMaxInGroove = 3;  ///< Surfaces that are looked at together.
+  static constexpr int kMaxInGroove = 3;                          ///< Surfaces that are looked at together.
+  static constexpr std::uint32_t kKeptSweeps = kMaxInGroove + 1;  ///< Of a step, for holdWhereItIs().
 
   void begin(Step& step) HD_RT;
   void noteStarts(const Step& step) HD_RT;
@@ -247,7 +248,7 @@ class ProxyRenderer {
   [[nodiscard]] Press pressOf(const Step& step, const SceneObject& object, std::uint32_t feature, std::uint32_t active,
                               const Vec3& up, const Vec3& x, SurfaceContact* contact = nullptr) const HD_RT;
   bool holdAgain(Step& step) HD_RT;
-  void holdByFriction(Step& step) HD_RT;
+  void holdWhereItIs(Step& step) HD_RT;
   [[nodiscard]] bool slideOnCurve(Step& step, const Vec3& at, double friction, double rest, Plan& plan) const HD_RT;
   void plan(Step& step, Plan& plan) HD_RT;
   [[nodiscard]] static bool isOnEdge(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT;

@@ -1,5 +1,5 @@
-// Friction where surfaces turn: the way to the border of the cone on one, and what a proxy rubs on whose looks at the
-// surfaces have brought it no nearer, for its contact's normal and depth.
+// Friction where surfaces turn: the way to the border of the cone on one, and what a proxy lies and rubs on whose tick
+// ends before it has come to rest, for its contact's normal and depth.
 #include "rt/render/proxy_step.h"
 
 namespace hapticd {
@@ -90,33 +90,42 @@ bool ProxyRenderer::meetBeside(Step& step) HD_RT {
 }
 
 /**
- * Lets the surface below the proxy hold it where it is, with those it meets from there on the way to the border of its
- * cone, if they and friction on them keep it from the hip. Else what keeps it there is taken to push straight from hip
- * to proxy, which without friction is true.
+ * Where a tick ends before the proxy has come to rest: lets the surface below hold it, with those it meets from there
+ * on the way to the border of its cone (without friction: to where they let it be), so that normal and depth are
+ * theirs. Where that way is free at last it goes there. If nothing is met, what keeps it from the hip is taken to push
+ * straight from hip to proxy.
  */
-void ProxyRenderer::holdByFriction(Step& step) HD_RT {
+void ProxyRenderer::holdWhereItIs(Step& step) HD_RT {
   Vec3 target = step.goal;
   bool rubs = false;
-  for (int i = 0; i < kMaxInGroove; ++i) {
+  for (int i = 0; i <= kMaxInGroove; ++i) {
     bool hit = false;
     std::uint32_t slot = 0;
     SweepHit first;
     if (!sweepTo(step, target, Vec3::Zero(), hit, slot, first)) break;
-    if (!hit && rubs) return;  // It has not come to the border yet, but is on its way along these.
-    if (!hit) break;
+    if (!hit && i == 0) break;
+    if (!hit) {
+      step.slip = rubs;
+      arrive(step, target);
+      return;
+    }
+    if (i == kMaxInGroove) break;
     meet(step, target, slot, first);
-    HalfSpace planes[kMaxHalfSpaces];
-    for (int k = 0; k < step.count; ++k) planes[k] = step.held[k].surface;
+    HalfSpace above[kMaxHalfSpaces];
+    for (int k = 0; k < step.count; ++k) {
+      above[k] = step.held[k].surface;
+      above[k].offset += step.held[k].skin;
+    }
     Vec3 foot = step.goal;
     std::uint32_t active = 0;
-    if (!nearestInside(planes, step.count, kNear * step.held[0].skin, foot, active) || active == 0) break;
+    if (!nearestInside(above, step.count, kNear * step.held[0].skin, foot, active) || active == 0) break;
     const Friction mu =
         frictionOf(step, step.scene->slot(step.held[foremost(step, active)].slot), active, foot - step.goal);
-    rubs = mu.still > 0;
     const Vec3 lag = proxy_ - foot;
     const double depth = (foot - step.goal).norm(), length = lag.norm();
     const double cone = std::max(kInCone * (step.slip ? mu.sliding : mu.still), kSettledLate) * depth;
     if (length <= cone + step.held[0].skin) return;
+    rubs = mu.still > 0;
     target = foot + mu.sliding * depth / length * lag;
   }
   step.count = 0;

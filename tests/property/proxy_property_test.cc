@@ -179,23 +179,24 @@ void neverEntersSolidsAtRest(std::uint32_t seed, int& touched) {
   touched += contacts > 2;
 }
 
-/** Without friction the normal leads from the hand to the proxy, in every corner: of so many contacts how often not. */
-int turnedNormals(std::uint32_t seed, int& contacts) {
+/** Without friction the normal leads from the hand to the proxy, in every corner, however the tick ended. */
+void theNormalLeadsToTheProxy(std::uint32_t seed, bool ball, int& contacts) {
   Random random(seed);
   MeshWorld w;
   fill(w, random, false);
   for (const auto id : w.ids) w.t.material(id, {1000, 0, 0, 0});
+  if (ball) w.t.proxy.setRadius(std::pow(10.0, random.in(-4, -2)));
   WanderingHand hand(random, 0.07);
   w.t.tick(Vec3(0, 0, 0.5));
-  int turned = 0;
   for (int i = 0; i < 400; ++i) {
     const Vec3 hip = hand.next();
     const SurfaceContact& c = w.t.tick(hip);
     const double distance = (c.proxy - hip).norm();
     contacts += c.object != 0;
-    turned += c.object != 0 && c.depth < distance - 1e-4 * distance;
+    if (c.object != 0) {
+      ASSERT_GE(c.depth, distance - 1e-4 * distance) << "tick " << i;
+    }
   }
-  return turned;
 }
 
 void aBallNeverEntersSolids(std::uint32_t seed) {
@@ -334,8 +335,8 @@ bool canComeNearer(const SceneObject& o, const SurfaceContact& contact, double r
   return false;
 }
 
-/** What slips lags by the dynamic cone of the contact that is told, in grooves too: how often it does not. */
-int beyondItsCone(std::uint32_t seed, int& slips) {
+/** What slips lags by the dynamic cone of the contact that is told, in grooves too, however the tick ended. */
+void whatSlipsIsInItsCone(std::uint32_t seed, int& slips) {
   Random random(seed);
   MeshWorld w;
   fill(w, random, false);
@@ -344,17 +345,15 @@ int beyondItsCone(std::uint32_t seed, int& slips) {
   w.t.proxy.setRadius(std::pow(10.0, random.in(-3, -2)));
   WanderingHand hand(random, 0.07);
   w.t.tick(Vec3(0, 0, 0.5));
-  int beyond = 0;
   for (int i = 0; i < 400; ++i) {
     const Vec3 hip = hand.next();
     const SurfaceContact& c = w.t.tick(hip);
-    if (!c.slip || c.depth < 1e-4 || w.t.proxy.effort().sweeps >= ProxyRenderer::kMaxSweeps) continue;
+    if (!c.slip || c.depth < 1e-4) continue;
     const Vec3 spring = c.proxy - hip;
     const double press = spring.dot(c.normal);
-    beyond += (spring - press * c.normal).norm() > dynamic * press * (1 + 2e-3) + 1e-9;
+    ASSERT_LE((spring - press * c.normal).norm(), dynamic * press * (1 + 2e-3) + 1e-9) << "tick " << i;
     ++slips;
   }
-  return beyond;
 }
 
 /** Where nothing moves the proxy could stay: whatever it does instead brings it no farther from the hand. */
@@ -414,14 +413,14 @@ TEST(ProxyProperty, ProxiesThatOnceWaitedForNothingComeNearer) {
     EXPECT_EQ(notAsNearAsTheyCanBe(seed, rested), 0) << seed;
 }
 
-/** But where a tick ended before the proxy had come to its place. */
 TEST(ProxyProperty, WhatSlipsIsInItsCone) {
-  int slips = 0, beyond = 0;
-  for (const unsigned seed : seeds(200)) beyond += beyondItsCone(seed, slips);
+  int slips = 0;
+  forSeeds(200, [&](unsigned seed) { whatSlipsIsInItsCone(seed, slips); });
   EXPECT_GT(slips, 10000);
-  EXPECT_LE(beyond, slips / 10000);
-  // Seeds of a soak: in a groove the contact was told of one wall alone.
-  for (const unsigned seed : {69u, 1100u, 5002u, 6081u, 7088u, 8111u}) EXPECT_EQ(beyondItsCone(seed, slips), 0) << seed;
+  // Seeds of soaks: in a groove the contact was told of one wall alone; ticks that met too much, or had swept enough.
+  for (const unsigned seed : {69u, 1100u, 5002u, 6081u, 7088u, 8111u}) whatSlipsIsInItsCone(seed, slips);
+  for (const unsigned seed : {108276u, 108313u, 696034u, 696117u, 865004u, 865173u, 891075u, 891176u, 891130u})
+    whatSlipsIsInItsCone(seed, slips);
 }
 TEST(ProxyProperty, AtRestTheSpringGainsNothing) {
   int contacts = 0;
@@ -435,12 +434,15 @@ TEST(ProxyProperty, NeverEntersSolidsAtRest) {
   forSeeds(60, [&](unsigned seed) { neverEntersSolidsAtRest(seed, touched); });
   EXPECT_GT(touched, 45);
 }
-/** But where a tick ended before the proxy had come to rest. */
 TEST(ProxyProperty, TheNormalLeadsFromTheHandToTheProxy) {
-  int contacts = 0, turned = 0;
-  for (const unsigned seed : seeds(300)) turned += turnedNormals(seed, contacts);
+  int contacts = 0;
+  forSeeds(300, [&](unsigned seed) { theNormalLeadsToTheProxy(seed, seed % 2 == 0, contacts); });
   EXPECT_GT(contacts, 10000);
-  EXPECT_LE(turned, contacts / 5000);
+  // Seeds of a soak: ticks whose sweeps were used up, or that met too much, told of the surface looked at last.
+  for (const unsigned seed : {307166u, 677018u, 677065u, 677172u, 677177u, 686085u, 686239u, 600064u, 604987u})
+    theNormalLeadsToTheProxy(seed, false, contacts);
+  for (const unsigned seed : {600391u, 600548u, 600862u, 603758u, 604517u})
+    theNormalLeadsToTheProxy(seed, true, contacts);
 }
 TEST(ProxyProperty, ABallNeverEntersSolids) { forSeeds(30, aBallNeverEntersSolids); }
 TEST(ProxyProperty, NeverEntersSolidsInMotion) {

@@ -32,7 +32,10 @@ class Random {
   /** In a cube around zero, twice `size` wide. */
   Vec3 vector(double size) { return {in(-size, size), in(-size, size), in(-size, size)}; }
   /** By up to 3 rad. */
-  Quat turn() { return Quat(Eigen::AngleAxisd(in(0, 3), vector(1).normalized())); }
+  Quat turn() {
+    const Vec3 axis = vector(1).normalized();  // First: in which order arguments are made differs between compilers.
+    return Quat(Eigen::AngleAxisd(in(0, 3), axis));
+  }
   Pose pose(double size) {
     const Vec3 p = vector(size);
     return {p, turn()};

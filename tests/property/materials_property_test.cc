@@ -227,32 +227,55 @@ TEST(MaterialsProperty, FrictionHardlyJumpsInACorner) {
   EXPECT_LT(jumps, 5);  // With the friction of the wall touched first it was 59.
 }
 
-/** A hand in a corner that sticks to one wall and is deep in the other: nothing jumps but by what slips. */
-TEST(MaterialsProperty, WhatSticksToOneWallIsStillPressedByTheOther) {
-  forSeeds(100, [&](std::uint32_t seed) {
-    Random random(seed);
-    Walls walls;
-    const double mu = random.in(0.2, 0.8);
-    addCorner(walls, random, 0, 0);
-    Vec3 corner = Vec3::Zero();
-    for (const Vec3& n : walls.normals) corner += n;
-    walls.scene.tick(kReach * corner);
-    Vec3 hip = -1e-3 * corner;
-    walls.scene.tick(hip);  // All hold it, and then they rub; slip and stick make no difference.
-    for (std::size_t w = 0; w < walls.ids.size(); ++w)
-      walls.scene.material(walls.ids[w], {walls.stiffness[w], 0, mu, mu});
-    walls.scene.tick(hip);
-    Vec3 last = walls.scene.contact.force;
-    for (int leg = 0; leg < 10; ++leg) {
-      const Vec3 to = -random.in(0.2e-3, 2e-3) * corner + 0.15e-3 * random.vector(1);
-      const Vec3 step = (to - hip) / 1000;
-      for (int i = 0; i < 1000; ++i) {
-        const SurfaceContact& contact = walls.scene.tick(hip += step);
-        ASSERT_LT((contact.force - last).norm(), 10 * walls.stiffest() * step.norm()) << leg << " " << i;
-        last = contact.force;
+/**
+ * A hand in a corner that rubs on all walls and is as deep in each as it happens. Nothing jumps but by what slips; but
+ * where the hand has left a wall, the proxy, which lags, comes back to it after the hand, and the force jumps by what
+ * the wall is softer or harder than the others, for as much as the hand is behind it by then.
+ */
+void whatSticksIsStillPressed(std::uint32_t seed, int& came_late) {
+  Random random(seed);
+  Walls walls;
+  const double mu = random.in(0.2, 0.8);
+  addCorner(walls, random, 0, 0);
+  Vec3 corner = Vec3::Zero();
+  for (const Vec3& n : walls.normals) corner += n;
+  walls.scene.tick(kReach * corner);
+  Vec3 hip = -1e-3 * corner;
+  walls.scene.tick(hip);  // All hold it, and then they rub; slip and stick make no difference.
+  for (std::size_t w = 0; w < walls.ids.size(); ++w)
+    walls.scene.material(walls.ids[w], {walls.stiffness[w], 0, mu, mu});
+  walls.scene.tick(hip);
+  Vec3 last = walls.scene.contact.force;
+  std::vector<bool> left(walls.normals.size());
+  for (int leg = 0; leg < 10; ++leg) {
+    // One after the other: in which order operands are made differs from compiler to compiler.
+    const Vec3 aside = 0.15e-3 * random.vector(1);
+    const Vec3 to = aside - random.in(0.2e-3, 2e-3) * corner;
+    const Vec3 step = (to - hip) / 1000;
+    for (int i = 0; i < 1000; ++i) {
+      const SurfaceContact& contact = walls.scene.tick(hip += step);
+      double most = 2 * walls.stiffest() * step.norm();  // In 60 million ticks 1.06 times, where none came late.
+      for (std::size_t w = 0; w < walls.normals.size(); ++w) {
+        const double depth = -walls.normals[w].dot(hip);
+        if (depth <= 0) {
+          left[w] = true;
+        } else if (left[w] && walls.normals[w].dot(contact.proxy) < 1e-9) {
+          left[w] = false;
+          most += (walls.stiffest() - walls.softest()) * depth;
+          ++came_late;
+        }
       }
+      ASSERT_LT((contact.force - last).norm(), most) << leg << " " << i;
+      last = contact.force;
     }
-  });
+  }
+}
+TEST(MaterialsProperty, WhatSticksToOneWallIsStillPressedByTheOther) {
+  int came_late = 0;
+  forSeeds(100, [&](std::uint32_t seed) { whatSticksIsStillPressed(seed, came_late); });
+  came_late = 0;  // Seed of a soak: 1 in 1000 does.
+  whatSticksIsStillPressed(869016, came_late);
+  EXPECT_EQ(came_late, 1);
 }
 
 /** A floor at rest and a wall that comes: what the wall gives is its own force times its own speed. */

@@ -76,6 +76,10 @@ kj::Promise<void> ControlServer::acceptLoop(Listener& listener) {
   return kj::evalNow([&listener] { return listener.receiver->acceptAuthenticated(); })
       .then([this, &listener](kj::AuthenticatedStream stream) { accept(kj::mv(stream), listener.administration); })
       .catch_([this, &listener](kj::Exception&& exception) -> kj::Promise<void> {
+        if (listener.administration && spare_.valid()) {  // Who comes to stop a device finds a descriptor.
+          spare_.reset();
+          return kj::READY_NOW;
+        }
         notAccepted(listener, exception);
         return timer_.afterDelay(100 * kj::MILLISECONDS);  // do not spin
       })
@@ -135,6 +139,7 @@ kj::Promise<void> ControlServer::stepLoop() {
   const Result<void> stepped = caught([this]() -> Result<void> {  // whatever fails, the daemon goes on
     core_.poll();
     if (after_step_) after_step_();
+    if (!spare_.valid()) spare_ = spareDescriptor();
     if (reserve_ == nullptr) reserve_ = std::make_unique<std::byte[]>(kReserveBytes);
     for (Listener& listener : listeners_) {
       if (!listener.accepting) listen(listener);

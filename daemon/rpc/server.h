@@ -58,7 +58,7 @@ class ControlServer final : private kj::TaskSet::ErrorHandler {
   std::list<Listener> listeners_;
   std::unique_ptr<std::byte[]> reserve_;  ///< Memory given up so that a loop can begin again.
   bool stepping_ = false;                 ///< Its loop goes on; for want of memory it may not.
-  UniqueFd spare_;                        ///< Given up for a moment where there is no other descriptor.
+  UniqueFd spare_;                        ///< Given up for an administrator, or for a moment to turn others away.
   kj::TaskSet tasks_;
 };
 

@@ -51,6 +51,7 @@ class Descriptors(Case):
         self.assertIn("the daemon hung up\n  it may have too many clients: end some; hapticd's log says why", said)
         self.assertIn("Too many open files (end clients, or raise LimitNOFILE= or ulimit -n)",
                       (self.directory / "log").read_text())
+        self.run_ctl("--admin", "stop")  # Whoever fills it up does not keep it armed.
         for client in silent:
             client.close()
         self.assertTrue(eventually(self.served), "there is room again")

@@ -71,6 +71,26 @@ TEST(Lease, TheHoldersDeathDisarmsAndSaysSo) {
                          {EventKind::kLeaseTaken, EventKind::kArmed, EventKind::kLeaseLost, EventKind::kDisarmed}));
 }
 
+TEST(Lease, WhoHasNoSessionHasNothing) {
+  Bench bench;
+  constexpr std::uint64_t kNobody = 4711;
+  EXPECT_FALSE(bench.core.acquireLease(kNobody).ok());
+  EXPECT_FALSE(bench.core.releaseLease(kNobody).ok());
+  EXPECT_FALSE(bench.arm(kNobody).ok());
+  EXPECT_FALSE(bench.core.disarm(kNobody).ok());
+}
+
+TEST(Lease, WhatIsNotCalibratedIsNotArmed) {
+  for (const Calibration state : {Calibration::kNeeded, Calibration::kRunning}) {
+    Bench bench;
+    Session* session = bench.live();
+    bench.scripted[0]->calibrated = state;
+    EXPECT_EQ(bench.arm(session->id).error().code, ErrorCode::kUnsupported);
+    bench.scripted[0]->calibrated = Calibration::kDone;
+    EXPECT_TRUE(bench.arm(session->id).ok());
+  }
+}
+
 TEST(Lease, NothingBeforeTheRegionsAreMapped) {
   Bench bench;
   auto session = bench.core.openSession("", bench.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
@@ -94,6 +114,30 @@ TEST(Stop, AnybodyStopsAndItLatchesUntilArmedAgain) {
   ASSERT_TRUE(bench.arm(session->id).ok());
   EXPECT_EQ(bench.sample().fault, static_cast<std::uint32_t>(HD_FAULT_NONE));
   EXPECT_EQ(bench.core.stop("test://nowhere", stranger).error().code, ErrorCode::kNotFound);
+}
+
+TEST(Stop, OfOneDeviceIsNotOfTheOthersAndOfNoneIsOfAll) {
+  for (const bool all : {false, true}) {
+    Bench bench(Bench::relaxed(), 2);
+    ASSERT_TRUE(bench.core.stop(all ? "" : "test://second", bench.connection).ok());
+    bench.step(2);
+    for (std::uint32_t device = 0; device < 2; ++device) {
+      hd_sample s{};
+      ASSERT_TRUE(bench.core.devices().links().front()->latest(device, s));
+      EXPECT_EQ(s.fault, static_cast<std::uint32_t>(all || device == 1 ? HD_FAULT_STOP_LINE : HD_FAULT_NONE));
+    }
+  }
+}
+
+TEST(Stop, WhereTheServoTakesNothingMoreTheDeviceIsMadeSafeWithoutIt) {
+  Bench bench;
+  Session* session = bench.live();
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  ASSERT_TRUE(bench.core.stop("", bench.connection).ok());
+  EXPECT_FALSE(bench.scripted[0]->safed) << "the servo will do it";
+  for (int i = 0; i < 1000 && !bench.scripted[0]->safed; ++i)  // No cycle comes, and its ring is full at last.
+    ASSERT_TRUE(bench.core.stop("", bench.connection).ok());
+  EXPECT_TRUE(bench.scripted[0]->safed);
 }
 
 TEST(Stop, OvertakesAThousandEditsThatWait) {

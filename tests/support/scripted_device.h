@@ -34,6 +34,7 @@ class ScriptedDevice final : public Device {
   void write(std::int64_t, const DeviceCommand& command) noexcept override { sent.push_back(command); }
   void setIntent(const DeviceIntent& wish) noexcept override { intent = wish; }
   void safe() noexcept override { safed = true; }
+  [[nodiscard]] Calibration calibration() const noexcept override { return calibrated; }
   [[nodiscard]] bool isOff() const noexcept override { return !hung; }
   void setUri(std::string uri) { info_.uri = std::move(uri); }
 
@@ -44,6 +45,7 @@ class ScriptedDevice final : public Device {
   std::vector<std::int64_t> reads;
   std::vector<DeviceCommand> sent;
   DeviceIntent intent;
+  Calibration calibrated = Calibration::kNotNeeded;
   bool safed = false;
   bool closed = false;
   bool hung = false;  ///< As if a thread of its own had not sent the zeros.

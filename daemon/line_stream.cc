@@ -17,7 +17,7 @@ LineStream::LineStream(int fd) noexcept : fd_(fd) {
   socket_ = ::fstat(fd, &status) == 0 && S_ISSOCK(status.st_mode);
 }
 
-LineStream LineStream::unblocked(int fd) noexcept {
+LineStream LineStream::unblocked(int fd) {
   LineStream out(fd);
   struct stat status {};
   // Not O_NONBLOCK on the descriptor itself: others share its description, the shell that started us among them.
@@ -29,7 +29,7 @@ LineStream LineStream::unblocked(int fd) noexcept {
   return out;
 }
 
-void LineStream::write(std::string_view line) noexcept {
+void LineStream::write(std::string_view line) {
   if (lost_ != 0) {
     std::array<char, 128> note;
     const auto end = fmt::format_to_n(

@@ -16,10 +16,10 @@ class LineStream {
   /** `fd` stays the caller's. */
   explicit LineStream(int fd) noexcept;
   /** Through a description of its own that cannot block, where the kind of file and the rights allow one. */
-  [[nodiscard]] static LineStream unblocked(int fd) noexcept;
+  [[nodiscard]] static LineStream unblocked(int fd);
 
   /** A line, or nothing of it if there is no room; the next for which there is some says first how many are lost. */
-  void write(std::string_view line) noexcept;
+  void write(std::string_view line);
 
  private:
   [[nodiscard]] bool put(std::string_view text) noexcept;

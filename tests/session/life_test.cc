@@ -161,6 +161,7 @@ TEST(SessionLife, ConnectionsOfAllUsersLeaveRoomForAdministration) {
   for (std::uint32_t user = 2000; all < Core::kConnections; ++user) {
     std::size_t own = 0;
     while (all < Core::kConnections && bench.core.connect(1, user, false).ok()) ++own, ++all;
+    EXPECT_LE(own, Core::kConnectionsPerUser);
     EXPECT_TRUE(all == Core::kConnections || own == Core::kConnectionsPerUser);
     ASSERT_NE(own, 0u);
   }

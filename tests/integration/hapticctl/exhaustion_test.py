@@ -58,55 +58,48 @@ class Descriptors(Case):
         self.assertTrue(eventually(lambda: self.descriptors() == before), "and nothing is left open")
 
 
-def drained(reader):
-    text = b""
-    try:
-        while piece := reader.recv(1 << 20, socket.MSG_DONTWAIT):
-            text += piece
-    except BlockingIOError:
-        pass
-    return text.decode()
-
-
 class Log(Case):
     wants_daemon = False
 
-    def test_a_reader_who_stands_still_holds_nobody_up(self):
-        reader, writer = os.pipe()
-        self.addCleanup(os.close, reader)
-        fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 8192)
-        daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket], stdout=writer, stderr=writer)
+    def expect_nobody_waits(self, reader, writer, begins, **environment):
+        """For whoever has the reader and does not read until the daemon has said more than there is room for."""
+        daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket], stdout=writer, stderr=writer,
+                                  env=os.environ | environment)
         os.close(writer)
+        self.addCleanup(os.close, reader)
         self.addCleanup(daemon.wait, 10)
         self.addCleanup(daemon.kill)
+        os.set_blocking(reader, False)
         self.assertTrue(eventually(self.socket.exists))
         for _ in range(90):  # Each is two lines.
             self.run_ctl("status")
-        self.assertIn("ready:", os.read(reader, 65536).decode())
+        self.assertRegex(self.drained(reader), begins)
         self.run_ctl("status")
-        self.assertIn("lines are lost here", os.read(reader, 65536).decode())
+        self.assertIn("lines are lost here", self.drained(reader))
         daemon.terminate()
         self.assertEqual(daemon.wait(10), 0)
 
+    @staticmethod
+    def drained(reader):
+        text = b""
+        try:
+            while piece := os.read(reader, 1 << 20):
+                text += piece
+        except BlockingIOError:
+            pass
+        return text.decode()
+
+    def test_a_reader_who_stands_still_holds_nobody_up(self):
+        reader, writer = os.pipe()
+        fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 8192)
+        self.expect_nobody_waits(reader, writer, "ready:")
 
     def test_nor_does_a_journal_that_stands_still(self):
         reader, writer = socket.socketpair()
-        self.addCleanup(reader.close)
         writer.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 16384)
         named = os.fstat(writer.fileno())
-        daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket], stdout=writer, stderr=writer,
-                                  env=os.environ | {"JOURNAL_STREAM": f"{named.st_dev}:{named.st_ino}"})
-        writer.close()
-        self.addCleanup(daemon.wait, 10)
-        self.addCleanup(daemon.kill)
-        self.assertTrue(eventually(self.socket.exists))
-        for _ in range(90):
-            self.run_ctl("status")
-        self.assertRegex(drained(reader), r"(?m)^<6>device sim:")
-        self.run_ctl("status")
-        self.assertIn("lines are lost here", drained(reader))
-        daemon.terminate()
-        self.assertEqual(daemon.wait(10), 0)
+        self.expect_nobody_waits(reader.detach(), writer.detach(), "(?m)^<6>device sim:",
+                                 JOURNAL_STREAM=f"{named.st_dev}:{named.st_ino}")
 
 
 class Threads(Case):

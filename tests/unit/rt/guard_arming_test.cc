@@ -7,6 +7,23 @@
 namespace hapticd {
 namespace {
 
+/** At 5 N. */
+struct Pushing : GuardRig {
+  Pushing() {
+    ask(HD_SOURCE_SURFACE, {5, 0, 0});
+    armFully();
+    step(50);
+    EXPECT_NEAR(out.command.force.x(), 5, 1e-9);
+  }
+  /** With a slew that lowers nothing. */
+  void disarmWithoutSlew() {
+    GuardLimits limits = guard.limits();
+    limits.force_slew = 0;
+    EXPECT_EQ(guard.setLimits(limits), ErrorCode::kOk);
+    guard.disarm();
+  }
+};
+
 TEST(GuardArming, RampWaitsForSmallForceThenTakesTwoSeconds) {
   GuardRig rig;
   rig.ask(HD_SOURCE_SURFACE, {3, 0, 0});
@@ -44,11 +61,7 @@ TEST(GuardArming, GravityCompensationDoesNotHoldTheRampBack) {
 }
 
 TEST(GuardArming, DisarmLowersAtTheSlewLimitThenOff) {
-  GuardRig rig;
-  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
-  rig.armFully();
-  rig.step(50);
-  ASSERT_NEAR(rig.out.command.force.x(), 5, 1e-9);
+  Pushing rig;
   rig.guard.disarm();
   for (int i = 1; i < 10; ++i) {
     rig.step();
@@ -62,14 +75,8 @@ TEST(GuardArming, DisarmLowersAtTheSlewLimitThenOff) {
 }
 
 TEST(GuardArming, DisarmEndsInOneSecondEvenWithoutSlew) {
-  GuardRig rig;
-  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
-  rig.armFully();
-  rig.step(50);
-  GuardLimits limits = rig.guard.limits();
-  limits.force_slew = 0;
-  ASSERT_EQ(rig.guard.setLimits(limits), ErrorCode::kOk);
-  rig.guard.disarm();
+  Pushing rig;
+  rig.disarmWithoutSlew();
   rig.step(990);
   EXPECT_NEAR(rig.out.command.force.x(), 5, 1e-9);
   rig.step(11);
@@ -78,14 +85,8 @@ TEST(GuardArming, DisarmEndsInOneSecondEvenWithoutSlew) {
 }
 
 TEST(GuardArming, ArmedAgainWhileItLowersItStillEndsInThatSecond) {
-  GuardRig rig;
-  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
-  rig.armFully();
-  rig.step(50);
-  GuardLimits limits = rig.guard.limits();
-  limits.force_slew = 0;
-  ASSERT_EQ(rig.guard.setLimits(limits), ErrorCode::kOk);
-  rig.guard.disarm();
+  Pushing rig;
+  rig.disarmWithoutSlew();
   rig.step(500);
   ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
   rig.step(490);
@@ -119,10 +120,7 @@ TEST(GuardArming, DisarmingWhatIsOffDoesNotTurnItOn) {
 }
 
 TEST(GuardArming, ArmedInTheVeryTickOfAFaultItStillStartsFromZero) {
-  GuardRig rig;
-  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
-  rig.armFully();
-  rig.step(50);
+  Pushing rig;
   rig.guard.latch(HD_FAULT_STOP_LINE);
   ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
   rig.step();
@@ -130,10 +128,7 @@ TEST(GuardArming, ArmedInTheVeryTickOfAFaultItStillStartsFromZero) {
 }
 
 TEST(GuardArming, ArmingWhatIsArmedChangesNothing) {
-  GuardRig rig;
-  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
-  rig.armFully();
-  rig.step(50);
+  Pushing rig;
   ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
   rig.step();
   EXPECT_NEAR(rig.out.command.force.x(), 5, 1e-9);

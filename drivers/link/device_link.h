@@ -18,7 +18,7 @@ struct LinkCounters {
   std::atomic<std::uint64_t> lost{0};            ///< Questions without an answer in time.
   std::atomic<std::uint64_t> dropped_bytes{0};   ///< Thrown away to find the next packet.
   std::atomic<std::uint64_t> rejected{0};        ///< Whole packets with a reading that cannot be.
-  std::atomic<std::uint64_t> stale_commands{0};  ///< Zeros sent because the servo was silent.
+  std::atomic<std::uint64_t> stale_commands{0};  ///< Zeros sent because the servo was silent, or stopped amid an order.
   std::atomic<std::uint64_t> replugs{0};         ///< Times the device came back.
 
   /** By the one writer. */

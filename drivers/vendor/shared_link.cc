@@ -16,7 +16,7 @@ static_assert(std::atomic<std::uint64_t>::is_always_lock_free && std::atomic<std
 void SharedServoEnd::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
   sample.fresh = false;
   SharedSample taken;
-  if (!memory_.up.take(taken, seen_)) return;
+  if (memory_.up.take(taken, seen_) != Taken::kNew) return;
   if (taken.measured == 0) {
     sample.status = (taken.status & kDeviceStatusBits) | kDeviceError;  // A helper has no good news without a reading.
     return;
@@ -89,9 +89,10 @@ void SharedDeviceEnd::publishStatus(std::uint32_t status) HD_RT {
 
 DeviceCommand SharedDeviceEnd::command(std::int64_t now_ns) HD_RT {
   const bool safe = memory_.safe.load() != 0;  // Before the order is taken.
-  (void)memory_.down.take(order_, seen_);
+  const Taken taken = memory_.down.take(order_, seen_);
   if (safe || !current() || order_.enabled == 0) return {};
-  if (now_ns - order_.t_ns > stale_ns_ || order_.t_ns > now_ns) {
+  // What there is instead of a newer order may be from before one that was off.
+  if (taken == Taken::kBusy || now_ns - order_.t_ns > stale_ns_ || order_.t_ns > now_ns) {
     LinkCounters::add(counters.stale_commands);
     return {};
   }

@@ -15,6 +15,8 @@
 
 namespace hapticd {
 
+enum class Taken : std::uint8_t { kSame, kNew, kBusy };
+
 /**
  * The newest value of one writer for readers in other processes: wait-free for the writer, and for a reader, who after
  * kTries torn copies goes on with what it has. A writer that dies in the middle leaves it unreadable, which is silence.
@@ -36,20 +38,20 @@ class SharedBox {
     for (std::size_t i = 0; i < kWords; ++i) words_[i].store(words[i], std::memory_order_release);
     version_.store(version + 1, std::memory_order_release);  // R2, pairs with A1
   }
-  /** False, and `out` untouched, if there is nothing newer than `seen`, or no whole copy to be had. */
-  [[nodiscard]] bool take(T& out, std::uint32_t& seen) const HD_RT {
+  /** kSame: there is nothing newer than `seen`; kBusy: there is, and no whole copy to be had. Both leave `out`. */
+  [[nodiscard]] Taken take(T& out, std::uint32_t& seen) const HD_RT {
     for (int i = 0; i < kTries; ++i) {
       const std::uint32_t before = version_.load(std::memory_order_acquire);  // A1
-      if (before == seen) return false;
+      if (before == seen) return Taken::kSame;
       if ((before & 1) != 0) continue;
       std::uint64_t words[kWords];
       for (std::size_t k = 0; k < kWords; ++k) words[k] = words_[k].load(std::memory_order_acquire);  // A2
       if (version_.load(std::memory_order_relaxed) != before) continue;
       std::memcpy(&out, words, sizeof out);
       seen = before;
-      return true;
+      return Taken::kNew;
     }
-    return false;
+    return Taken::kBusy;
   }
 
  private:

@@ -156,12 +156,26 @@ TEST(SharedLink, ADeadWriterIsSilenceAndTheNextIsHeard) {
   box.put(order);
   auto* const version = reinterpret_cast<std::atomic<std::uint32_t>*>(&box);
   version->store(3);
-  EXPECT_FALSE(box.take(order, seen));
+  EXPECT_EQ(box.take(order, seen), Taken::kBusy);
   order.t_ns = 2;
   box.put(order);
-  ASSERT_TRUE(box.take(order, seen));
+  ASSERT_EQ(box.take(order, seen), Taken::kNew);
   EXPECT_EQ(order.t_ns, 2);
-  EXPECT_FALSE(box.take(order, seen));
+  EXPECT_EQ(box.take(order, seen), Taken::kSame);
+}
+
+// The order that is being written may come after one that was off, which the device then never saw.
+TEST(SharedLink, AnOrderThatIsBeingWrittenIsZerosAndNotTheOneBefore) {
+  Ends ends;
+  ends.push(1, 2);
+  ASSERT_TRUE(ends.ordered(2).enabled);
+  auto* const version = reinterpret_cast<std::atomic<std::uint32_t>*>(&ends.memory.down);
+  const std::uint32_t whole = version->load();
+  version->store(whole + 1);
+  EXPECT_FALSE(ends.ordered(3).enabled);
+  EXPECT_EQ(ends.device.counters.stale_commands, 1u);
+  version->store(whole);
+  EXPECT_TRUE(ends.ordered(4).enabled);
 }
 
 TEST(SharedLink, NoReaderEverSeesATornValue) {
@@ -180,7 +194,7 @@ TEST(SharedLink, NoReaderEverSeesATornValue) {
   std::uint32_t seen = 0;
   std::int64_t last = 0;
   for (int taken = 0; taken < 1000;) {
-    if (!box.take(sample, seen)) continue;
+    if (box.take(sample, seen) != Taken::kNew) continue;
     ++taken;
     ASSERT_EQ(sample.t_ns, sample.answers_ns);
     ASSERT_EQ(static_cast<double>(sample.t_ns), sample.p[2]);

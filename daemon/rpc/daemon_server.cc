@@ -237,9 +237,11 @@ kj::Promise<void> DaemonServer::record(RecordContext context) {
   return answer(context, [&](auto params, auto results) -> Result<void> {
     auto uri = readUri(params.getUri());
     if (!uri) return uri.error();
+    auto recording = kj::heap<RecordingServer>(core_, client().uid);  // First: without memory for it nothing begins.
     auto started = core_.record(*uri, connection_);
     if (!started) return started.error();
-    results.setRecording(kj::heap<RecordingServer>(core_, std::move(*started), client().uid));
+    recording->hold(std::move(*started));
+    results.setRecording(kj::mv(recording));
     return {};
   });
 }

@@ -55,8 +55,12 @@ class SessionServer final : public proto::Session::Server {
 /** A recording under way, for its user. */
 class RecordingServer final : public proto::Recording::Server {
  public:
-  RecordingServer(Core& core, Recordings::Started started, std::uint32_t uid)
-      : core_(core), id_(started.id), stream_(std::move(started.stream)), uid_(uid) {}
+  RecordingServer(Core& core, std::uint32_t uid) : core_(core), uid_(uid) {}
+  /** From here on the recording ends with this, if not before. */
+  void hold(Recordings::Started started) noexcept {
+    id_ = started.id;
+    stream_ = std::move(started.stream);
+  }
   ~RecordingServer() { core_.recordings().drop(id_); }
   RecordingServer(const RecordingServer&) = delete;
   RecordingServer& operator=(const RecordingServer&) = delete;
@@ -67,7 +71,7 @@ class RecordingServer final : public proto::Recording::Server {
 
  private:
   Core& core_;
-  std::uint64_t id_;
+  std::uint64_t id_ = 0;
   UniqueFd stream_;
   std::uint32_t uid_;
 };

@@ -78,6 +78,7 @@ class Record(unittest.TestCase):
                               text=True, timeout=60, preexec_fn=small, check=False)
         self.assertEqual(done.returncode, 5, done)
         self.assertIn(f"{self.file}: File too large\n  raise the limit of a file's size (ulimit -f)", done.stderr)
+        self.assertIn("holds what came until then", done.stderr)
         self.assertLessEqual(self.file.stat().st_size, 20_000)
         self.assertIn("cut off", self.replay())
         self.ctl("status")

@@ -44,11 +44,12 @@ Result<void> Core::closeDevice(std::string_view uri, std::uint64_t connection) {
 Result<void> Core::mayGo(const GroupLink& link, bool administration) {
   const std::int64_t now = clock_.now();
   for (const auto& device : devices_.devices()) {
-    if (device->link != &link || (device->sessions == 0 && powerless(*device))) continue;
+    if (device->link != &link) continue;
     if (sessions_.inUse(*device)) {
       return Error{ErrorCode::kDeviceBusy, device->name, "a session uses it",
                    "end it first; hapticctl status lists them"};
     }
+    if (powerless(*device)) continue;  // Sessions that have ended go with it.
     if (administration && now - device->left_ns >= kLowered_ns) {
       log::warn("{}: closed although its servo has not lowered its force", device->name);
       continue;

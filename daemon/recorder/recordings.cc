@@ -83,7 +83,7 @@ Recordings::~Recordings() {
 
 Result<void> Recordings::mayRecord(const OpenDevice& device, const Client& by) const {
   for (const auto& [id, recording] : all_) {
-    if (recording.link == device.link) {
+    if (recording.link == device.link && !isOver(recording)) {
       return Error{ErrorCode::kAlreadyExists, device.name,
                    fmt::format("its group is being recorded by '{}' (pid {})", recording.by.name, recording.by.pid),
                    "wait for its end"};
@@ -173,6 +173,10 @@ bool Recordings::letGo(const Recording& recording) {
   return recording.link == nullptr || recording.link->cycles() >= recording.let_go_after;
 }
 
+bool Recordings::isOver(const Recording& recording) {
+  return !recording.reason.empty() && letGo(recording) && recording.recorder->done();
+}
+
 void Recordings::stop(std::uint64_t id, Done done) {
   const auto it = all_.find(id);
   if (it == all_.end()) return done(RecordingEnd{"it has ended before", 0, 0});
@@ -216,7 +220,7 @@ void Recordings::poll() {
     const bool servo_dead = !recording.reason.empty() && clock_.now() - recording.ending_since_ns > kServoPatienceNs;
     if (let_go || servo_dead) recorder.finish(recording.reason);
     if (recorder.done() && recording.done) std::exchange(recording.done, nullptr)(recorder.end());
-    const bool over = let_go && recorder.done() && recording.dropped;  // the log goes only when the servo has
+    const bool over = isOver(recording) && recording.dropped;  // the log goes only when the servo has
     if (over) log::info("a recording of {} cycles has ended: {}", recorder.end().cycles, recorder.end().reason);
     it = over ? all_.erase(it) : std::next(it);
   }

@@ -67,7 +67,9 @@ class Recordings {
   };
 
   void endRecording(Recording& recording, const std::string& reason);
-  bool letGo(const Recording& recording);
+  [[nodiscard]] static bool letGo(const Recording& recording);
+  /** All is written, and the servo has let go: only its client's handle is still there. */
+  [[nodiscard]] static bool isOver(const Recording& recording);
   void published(CommandSink& sink, const PublishedMesh& mesh);
   Result<void> mayRecord(const OpenDevice& device, const Client& by) const;
 

@@ -117,6 +117,19 @@ TEST(RecordingStart, OneAGroup) {
   EXPECT_TRUE(bench.core.record("", bench.administration).ok());
 }
 
+// A program that stops one and starts the next holds both for a moment.
+TEST(RecordingStart, TheNextBeginsAsSoonAsOneHasEnded) {
+  Bench bench;
+  Taken first(bench);
+  bench.step(3);
+  (void)first.finish([&] { bench.step(); });
+  Taken second(bench);
+  bench.step(5);
+  ASSERT_TRUE(readerOf(second.finish([&] { bench.step(); })).ok());
+  EXPECT_GE(second.end()->cycles, 5u);
+  EXPECT_EQ(bench.core.recordings().size(), 2u);
+}
+
 TEST(RecordingStart, NobodyRecordsAnotherUsersMessages) {
   Bench bench;
   ASSERT_NE(bench.live(), nullptr);  // of user 1000

@@ -51,7 +51,6 @@ TEST_F(Closing, NotWhileASessionHoldsIt) {
   ASSERT_TRUE(session.ok()) << toString(session.error());
   EXPECT_EQ(close("sim://default?mass=0.3", mine), ErrorCode::kDeviceBusy);
   bench.core.sessions().end((*session)->id, "test");
-  bench.step(120);
   EXPECT_EQ(close("sim://default?mass=0.3", mine), ErrorCode::kOk);
 }
 

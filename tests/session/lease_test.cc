@@ -379,6 +379,31 @@ TEST_F(LimitsBehindEdits, WhereNothingMoreIsTakenALoweringStillIs) {
   EXPECT_LE(force(), 0.5);
 }
 
+TEST(Limits, LoweringOneDeviceLeavesTheRaiseOfAnotherThatWaits) {
+  Bench bench(Bench::relaxed(), 2);
+  const auto set = [&](const char* device, double force) {
+    GuardLimits limits = bench.device().limits;
+    limits.force = force;
+    ASSERT_TRUE(bench.core.setLimits(device, limits, bench.administration).ok());
+  };
+  const auto inForce = [&](std::uint32_t device) {
+    return bench.device().link->group().servo().cycle().deviceGuard(device).limits().force;
+  };
+  set("test://first", 2);
+  set("test://second", 1);
+  bench.step(5);
+  ASSERT_EQ(inForce(1), 1);
+  for (int i = 0; i < 1000; ++i) bench.device().applyRadius();
+  set("test://second", 3);
+  set("test://first", 0.5);
+  bench.step(10);
+  EXPECT_EQ(inForce(0), 0.5);
+  EXPECT_EQ(inForce(1), 1) << "its turn has not come";
+  bench.step(100);
+  EXPECT_EQ(inForce(0), 0.5);
+  EXPECT_EQ(inForce(1), 3);
+}
+
 /** Thousands of lowerings in one breath leave the servo room for a stop. */
 TEST_F(LimitsBehindEdits, AFloodOfLoweringsKeepsRoomForAStop) {
   bool refused = false;

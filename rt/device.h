@@ -82,6 +82,12 @@ struct DeviceSample {
   bool has_velocity = false;  ///< v and w are measured by the device.
 };
 
+/** All that it tells is finite. Else the cycle does not look at it, and the guard latches. */
+[[nodiscard]] inline bool usable(const DeviceSample& s) HD_RT {
+  return isFinite(s.p) && isFinite(s.q) && std::isfinite(s.gripper_rad) &&
+         (!s.has_velocity || (isFinite(s.v) && isFinite(s.w)));
+}
+
 /** What the guard lets through. */
 struct DeviceCommand {
   Vec3 force = Vec3::Zero();   ///< [N]

@@ -8,10 +8,6 @@ namespace {
 
 double seconds(std::int64_t ns) HD_RT { return static_cast<double>(ns) * 1e-9; }
 
-bool usable(const DeviceSample& sample) HD_RT {
-  return isFinite(sample.p) && isFinite(sample.q) && isFinite(sample.v) && isFinite(sample.w);
-}
-
 }  // namespace
 
 Cycle::Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept

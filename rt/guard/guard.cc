@@ -40,11 +40,6 @@ double radiusOf(double limit) HD_RT { return std::max(0.0, std::min(limit, kLarg
 
 bool finite(const Twist& x) HD_RT { return isFinite(x.v) && isFinite(x.w); }
 
-bool finite(const DeviceSample& s) HD_RT {
-  if (!isFinite(s.p) || !isFinite(s.q) || !std::isfinite(s.gripper_rad)) return false;
-  return !s.has_velocity || (isFinite(s.v) && isFinite(s.w));
-}
-
 /** Causes that latch even while disarmed: they say that something is broken. The others are daily life there. */
 bool latchesWhileDisarmed(std::uint32_t cause) HD_RT {
   return cause == HD_FAULT_STOP_LINE || cause == HD_FAULT_NOT_FINITE || cause == HD_FAULT_DEVICE_LOST ||
@@ -141,7 +136,7 @@ std::uint32_t Guard::causeOf(const GuardInput& input, bool sources_finite) const
   if ((status & (kDeviceError | kDeviceGone)) != 0) return HD_FAULT_DEVICE_ERROR;
   const bool tick_usable = input.dt > 0 && input.dt <= kLongestTick;  // False for NaN.
   if (!sources_finite || !tick_usable || !finite(input.velocity)) return HD_FAULT_NOT_FINITE;
-  if (!finite(*input.sample)) return HD_FAULT_NOT_FINITE;
+  if (!usable(*input.sample)) return HD_FAULT_NOT_FINITE;
   if (!(input.velocity.v.norm() <= std::min(config_.limits.velocity, kFastest))) return HD_FAULT_VELOCITY;
   if (!(input.velocity.w.norm() <= kFastestTurn)) return HD_FAULT_VELOCITY;
   // Unsigned: a clock that ran backwards is as bad as a silent device.

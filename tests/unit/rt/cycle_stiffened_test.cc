@@ -1,0 +1,129 @@
+// What clients put into the walls that hold a hand, by making them stiffer, is booked to the joule.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <memory>
+#include <numbers>
+
+#include "rt/base/rotation.h"
+#include "rt/cycle/cycle.h"
+#include "tests/support/for_seeds.h"
+#include "tests/support/time.h"
+
+namespace hapticd {
+namespace {
+
+/** An armed hand in the corner of three walls: each coordinate is how far it is before one. */
+class Corner {
+ public:
+  explicit Corner(const Vec3& stiffness) : stiffness_(stiffness) {
+    CycleConfig config;
+    config.guard[0].limits = {100, 1, 1e6, 1e3, 1, 10, 50, 50};
+    config.guard[0].ramp_ns = kMs;
+    config.guard[0].energy_limit = 100;
+    cycle_ = std::make_unique<Cycle>(config, meshes_);
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      AddObject wall{};
+      wall.object = id(i);
+      wall.flags = HD_OBJECT_ENABLED;
+      wall.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
+      wall.material = {stiffness_[i], 0, 0, 0};
+      store(Quat(Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::Unit(i))), wall.q);
+      put(CommandKind::kAddObject, wall);
+    }
+    put(CommandKind::kArm, DeviceRef{0});
+    rest(20);
+  }
+  /** Slowly. */
+  void go(const Vec3& to) {
+    const Vec3 from = p_;
+    for (int i = 1; i <= 1000; ++i) {
+      p_ = from + 1e-3 * i * (to - from);
+      rest(1);
+    }
+  }
+  void rest(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      ++input_->tick;
+      input_->now_ns += kMs;
+      input_->device[0].t_ns = input_->now_ns;
+      input_->device[0].p = p_;
+      input_->device[0].fresh = true;
+      cycle_->step(*input_, *output_);
+      input_->command_count = 0;
+    }
+  }
+  void set(std::uint32_t wall, double stiffness) {
+    stiffness_[wall] = stiffness;
+    put(CommandKind::kObjectMaterial, hd_object_material{id(wall), 0, {stiffness, 0, 0, 0}});
+  }
+  /** Of the springs: independent, as the walls are at right angles. */
+  double stored() const {
+    double sum = 0;
+    for (int i = 0; i < 3; ++i) sum += 0.5 * stiffness_[i] * std::pow(std::min(0.0, p_[i]), 2);
+    return sum;
+  }
+  double stiffness(std::uint32_t wall) const { return stiffness_[wall]; }
+  const DeviceOutput& out() const { return output_->device[0]; }
+
+ private:
+  static std::uint32_t id(std::uint32_t wall) { return makeObjectId(wall + 1, 1); }
+  template <class T>
+  void put(CommandKind kind, const T& payload) {
+    Command& c = input_->command[input_->command_count++] = Command{};
+    c.kind = kind;
+    c.as<T>() = payload;
+  }
+
+  Vec3 stiffness_, p_ = Vec3::Constant(1e-3);
+  MeshTable meshes_;
+  std::unique_ptr<Cycle> cycle_;
+  std::unique_ptr<CycleInput> input_ = std::make_unique<CycleInput>();
+  std::unique_ptr<CycleOutput> output_ = std::make_unique<CycleOutput>();
+};
+
+/** In one wall, two or all three, of which some are made stiffer, twice at least. */
+TEST(CycleStiffened, WhatIsPutInIsWhatTheSpringsHoldMore) {
+  int several = 0;
+  forSeeds(60, [&](unsigned seed) {
+    Random random(seed);
+    Corner corner({random.in(200, 800), random.in(200, 800), random.in(200, 800)});
+    Vec3 to;
+    for (double& x : to) x = random.once(3) ? random.in(0.001, 0.003) : random.in(-0.006, -0.002);
+    corner.go(to);
+    corner.rest(5);
+    several += corner.out().contact.parts > 1 ? 1 : 0;
+    ASSERT_NEAR(corner.out().contact.stored, corner.stored(), 1e-9);
+    const double begun = corner.out().guard.energy - corner.stored();
+    ASSERT_LE(begun, 0) << "less than what the guard would cut off";
+    for (int i = 0; i < 4; ++i) {
+      const double before = corner.stored(), energy = corner.out().guard.energy;
+      for (std::uint32_t wall = 0; wall < 3; ++wall) {
+        if (random.once(2)) corner.set(wall, corner.stiffness(wall) * random.in(1, 1.5));
+      }
+      corner.rest(3);
+      ASSERT_NEAR(corner.out().guard.energy - energy, corner.stored() - before, 1e-9) << i;
+    }
+    ASSERT_EQ(corner.out().guard.fault, HD_FAULT_NONE);
+  });
+  if (seeds(2).size() > 1) {
+    EXPECT_GT(several, 20);
+  }
+}
+
+/** Who makes a wall softer takes out, and gets nothing for it; nor does who then gives back less. */
+TEST(CycleStiffened, WhatIsTakenOutIsNotPutIn) {
+  Corner corner({600, 400, 500});
+  corner.go({-0.004, -0.003, -0.005});
+  corner.rest(5);
+  const double energy = corner.out().guard.energy;
+  corner.set(0, 500);
+  corner.rest(3);
+  EXPECT_LE(corner.out().guard.energy, energy);
+  corner.set(1, 300);
+  corner.rest(3);
+  EXPECT_LE(corner.out().guard.energy, energy);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -15,9 +15,9 @@ namespace {
 constexpr std::uint32_t kFloor = makeObjectId(1, 1);
 
 /** An armed hand, and a floor at z = 0 that rubs, rings and has a relief. */
-class Hand {
+class SlidingHand {
  public:
-  explicit Hand(std::int64_t begin_ns = 0) {
+  explicit SlidingHand(std::int64_t begin_ns = 0) {
     meshes_.publishTexture(0, &relief_.view);
     CycleConfig config;
     config.guard[0].limits = {20, 1, 1e6, 1e3, 1, 10, 50, 50};
@@ -93,7 +93,7 @@ TEST(CycleReading, WithANumberThatIsNotFiniteIsNotFelt) {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()}) {
     const auto samples = broken(bad);
     for (std::size_t k = 0; k < samples.size(); ++k) {
-      Hand hand;
+      SlidingHand hand;
       hand.arm();
       for (int i = 0; i < 80; ++i) hand.at(path(i));
       ASSERT_EQ(hand.at(path(80)).contact.object, kFloor);
@@ -112,11 +112,11 @@ TEST(CycleReading, WithANumberThatIsNotFiniteIsNotFelt) {
 TEST(CycleReading, AfterOneThatIsNotToBeUsedTheHandStartsAnew) {
   for (const DeviceSample& bad : broken(std::numeric_limits<double>::quiet_NaN())) {
     for (const int from : {5, 30, 60, 81}) {
-      Hand hand;
+      SlidingHand hand;
       hand.arm();
       for (int i = 0; i < 80; ++i) hand.at(path(i));
       hand.read(bad);
-      Hand anew(hand.now());
+      SlidingHand anew(hand.now());
       for (int i = from; i < from + 200; ++i) {
         if (i == from + 2) hand.arm();  // The cause is gone.
         if (i == from + 2) anew.arm();
@@ -134,7 +134,7 @@ TEST(CycleReading, AfterOneThatIsNotToBeUsedTheHandStartsAnew) {
 
 /** One it does not measure may hold anything. */
 TEST(CycleReading, AVelocityThatTheDeviceDoesNotHaveIsNotLookedAt) {
-  Hand hand, expected;
+  SlidingHand hand, expected;
   hand.arm();
   expected.arm();
   for (int i = 0; i < 200; ++i) {

@@ -71,10 +71,10 @@ ErrorCode Cycle::applySessionOrder(const Command& command, const CycleInput& inp
       session.start(command.as<SessionRef>().id);
       break;
     case CommandKind::kLoseSession:
-      if (session.life() == SessionShare::Life::kAlive) session.lose(input.now_ns, config_.loss_fade_ns);
+      session.lose(input.now_ns, config_.loss_fade_ns);
       break;
     case CommandKind::kReviveSession:
-      if (session.life() == SessionShare::Life::kLost) session.revive();
+      session.revive();
       break;
     default:
       session.free();
@@ -365,7 +365,7 @@ bool Cycle::ask(CollideRequest& request) const HD_RT {
   bool any = bodies_.ask(scene_, {held.data(), heldObjects(held)}, request);
   for (std::uint32_t d = 0; d < kMaxDevices; ++d) {
     request.held[d].object = 0;
-    if (d >= config_.device_count || !devices_[d].tool.held()) continue;
+    if (!devices_[d].tool.held()) continue;
     devices_[d].tool.ask(scene_, request.held[d]);
     any = true;
   }

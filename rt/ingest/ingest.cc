@@ -50,7 +50,6 @@ void Ingest::takeOrders(std::int64_t now_ns) HD_RT {
     slot.session = order.session;
     slot.consumer = CommandConsumer(order.session.b, order.session.a, order.start_index);
     for (std::uint32_t m = 0; m < HD_MAILBOXES; ++m) slot.mailbox[m] = MailboxReader(&order.session.b->mailbox[m]);
-    slot.last_heartbeat_ns = slot.consumer.heartbeat();
     slot.heartbeat_seen_ns = now_ns;
     slot.used = true;
   }

@@ -240,10 +240,14 @@ TEST_F(IngestTest, CommandsMayBeSentAheadWithinBounds) {
   EXPECT_EQ(servo().size(), limits::kWaitingPerSession + 1);
   EXPECT_EQ(client.acks().rejected, 4u);
   EXPECT_EQ(client.acks().last_rejected_code, static_cast<std::uint32_t>(ErrorCode::kQuotaExceeded));
-  for (int i = 0; i < 5; ++i) step();  // their tick has come
-  ASSERT_EQ(client.push(HD_COMMAND_LIMITS, test::goodLimits(), tick + 6), ErrorCode::kOk);
+  ASSERT_EQ(client.push(HD_COMMAND_LIMITS, test::goodLimits(), tick + 1), ErrorCode::kOk) << "the present, too";
   step();
   EXPECT_EQ(servo().size(), 1u);
+  for (int i = 0; i < 3; ++i) step();
+  ASSERT_EQ(client.push(HD_COMMAND_LIMITS, test::goodLimits(), tick + 1 + config.max_ahead_ticks), ErrorCode::kOk);
+  step();  // their tick has come
+  EXPECT_EQ(servo().size(), 1u);
+  EXPECT_EQ(client.acks().rejected, 4u);
 }
 
 TEST_F(IngestTest, MailboxesAreLatestWinsWithTheirOwnNumbers) {
@@ -284,6 +288,7 @@ TEST_F(IngestTest, MailboxLeftHalfWrittenCountsAsStaleAndHurtsNoOther) {
   step();
   EXPECT_EQ(servo().size(), 1u);
   EXPECT_EQ(client.acks().stale_mailboxes, 1u);
+  EXPECT_EQ(client.acks().rejected, 0u) << "what was copied last is not taken for it";
 }
 
 TEST_F(IngestTest, NeitherRingNorMailboxesStarveTheOther) {
@@ -301,6 +306,14 @@ TEST_F(IngestTest, NeitherRingNorMailboxesStarveTheOther) {
   EXPECT_EQ(ring, 20 * config.budget_per_session / 2);
   EXPECT_EQ(boxes.size(), HD_MAILBOXES);
   for (const auto& [box, n] : boxes) EXPECT_EQ(n, 10u) << box;
+}
+
+TEST_F(IngestTest, AnEmptyRingCostsTheMailboxesNothing) {
+  Client client(ingest, 0);
+  std::uint64_t seq = 0;
+  for (auto& box : client.mailbox) box.write(HD_COMMAND_INTENT, bytesOf(test::goodIntent()), seq);
+  step();
+  EXPECT_EQ(servo().size(), HD_MAILBOXES);
 }
 
 TEST_F(IngestTest, ViolationLosesTheSessionForGoodAndIsReportedOnce) {
@@ -365,6 +378,43 @@ TEST_F(IngestTest, SilentHeartbeatLosesAndItsReturnRevives) {
   ASSERT_EQ(all.size(), 2u);
   EXPECT_EQ(all[0].kind, Kind::kStale);
   EXPECT_EQ(all[1].kind, Kind::kAlive);
+}
+
+/** However often it has beaten before. */
+TEST_F(IngestTest, AHeartbeatIsAsOldAsItsLastChange) {
+  Client client(ingest, 5);
+  const std::int64_t stale = config.stale_after_ns / kMs;
+  std::int64_t beat = 0;
+  for (const std::int64_t pause : {std::int64_t{1}, std::int64_t{7}, stale, stale + 1, std::int64_t{3}, stale + 5}) {
+    client.producer.heartbeat(++beat);
+    step();
+    EXPECT_EQ(client.acks().heartbeat_age_ns, 0);
+    servo();
+    for (std::int64_t age = 1; age <= pause; ++age) {
+      step();
+      ASSERT_EQ(client.acks().heartbeat_age_ns, age * kMs);
+      const auto taken = servo();
+      ASSERT_EQ(taken.size(), age == stale + 1 ? 1u : 0u) << "lost after " << age << " of " << pause;
+      if (!taken.empty()) {
+        EXPECT_EQ(taken[0].kind, CommandKind::kLoseSession);
+      }
+    }
+  }
+}
+
+TEST_F(IngestTest, OfAHeartbeatThatCameAndWentUnreadOnlyTheLastIsReported) {
+  Client client(ingest, 0);
+  step();
+  while (ingest.reports.push(IngestReport{})) {
+  }
+  for (int i = 0; i < 300; ++i) step();
+  client.producer.heartbeat(1);
+  for (int i = 0; i < 300; ++i) step();
+  reports();
+  step();
+  const auto all = reports();
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_EQ(all[0].kind, Kind::kStale);
 }
 
 TEST_F(IngestTest, FullOutletsLoseNoOrderAndNoReport) {

@@ -243,6 +243,18 @@ TEST(Validate, BoundsTheMagnitudeNotOnlyTheComponents) {
   hd_client_force x = goodForce();
   for (double& f : x.force) f = 0.6 * limits::kForce;  // |f| = 1.04 kForce
   EXPECT_EQ(check(HD_COMMAND_CLIENT_FORCE, x), ErrorCode::kInvalidArgument);
+  store(Vec3(-limits::kForce, 0, 0), x.force);
+  store(Vec3(0, limits::kTorque, 0), x.torque);
+  EXPECT_EQ(check(HD_COMMAND_CLIENT_FORCE, x), ErrorCode::kOk) << "the most there is";
+}
+
+TEST(Validate, AModelMayHaveAsManyFacesAsFitAndNoMore) {
+  hd_local_model x = goodModel(HD_MODEL_HALFSPACES);
+  for (auto& face : x.halfspace) std::memcpy(face, x.halfspace[0], sizeof face);
+  x.count = HD_HALFSPACES;
+  EXPECT_EQ(check(HD_COMMAND_LOCAL_MODEL, x), ErrorCode::kOk);
+  x.count = HD_HALFSPACES + 1;
+  EXPECT_EQ(check(HD_COMMAND_LOCAL_MODEL, x), ErrorCode::kInvalidArgument);
 }
 
 // A number the servo does not expect may not reach it, so unused fields are cleared, not refused.

@@ -356,8 +356,6 @@ void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput
   contact.depth = held.touched != 0 ? (contact.proxy - sample.p).norm() : 0.0;
   contact.object = held.touched;
   contact.touch = held.touch;
-  contact.untouch = held.untouch;
-  contact.left = held.left;
 }
 
 bool Cycle::ask(CollideRequest& request) const HD_RT {

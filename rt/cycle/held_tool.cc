@@ -207,8 +207,6 @@ void HeldTool::noteTouch(const Scene& scene, HeldToolOutput& out) HD_RT {
     out.normal = touch.n;
   }
   out.touch = out.touched != 0 && touched_ == 0;
-  out.untouch = out.touched == 0 && touched_ != 0;
-  out.left = out.untouch ? touched_ : 0;
   touched_ = out.touched;
 }
 

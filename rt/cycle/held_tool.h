@@ -23,8 +23,6 @@ struct HeldToolOutput {
   double stored = 0;            ///< Energy that may come back [J].
   std::uint32_t touched = 0;    ///< Object with the strongest contact, 0 for none.
   bool touch = false;           ///< The first contact began this tick.
-  bool untouch = false;         ///< The last contact ended this tick ...
-  std::uint32_t left = 0;       ///< ... with this object.
   Vec3 point = Vec3::Zero();    ///< Of that contact, in the world [m].
   Vec3 normal = Vec3::Zero();   ///< Its direction, toward the tool.
   double weight = 1;            ///< Below one: contacts are stale, the force fades.

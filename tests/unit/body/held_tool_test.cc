@@ -30,7 +30,14 @@ TEST(HeldTool, FollowsTheHandAndLiesOnTheFloorThatStopsIt) {
   const double depth = 0.005 - house.device.body().position().z();
   ASSERT_GT(depth, 0.001);
   EXPECT_NEAR(house.out().command.force.z(), k * depth, 0.02 * k * depth + 0.02);
-  EXPECT_EQ(house.out().contact.object, kFloor);
+  const SurfaceContact& contact = house.out().contact;
+  EXPECT_EQ(contact.object, kFloor);
+  EXPECT_LT((contact.proxy - house.place().p).norm(), 1e-12) << "what is shown is where the tool is";
+  EXPECT_NEAR(contact.depth, depth, 1e-5) << "and how far the hand has left it";
+  EXPECT_NEAR(contact.point.z(), 0, 2e-5);
+  EXPECT_LT((contact.normal - Vec3::UnitZ()).norm(), 1e-9);
+  EXPECT_LT((contact.smooth - Vec3::UnitZ()).norm(), 1e-9);
+  EXPECT_LT((contact.force - house.out().guard.by_source[HD_SOURCE_SURFACE]).norm(), 1e-9);
   const SceneObject* seen = house.servo->cycle().scene().find(kTool);
   ASSERT_NE(seen, nullptr);
   EXPECT_LT((seen->X_PO.p - house.place().p).norm(), 1e-9) << "the scene's object follows";
@@ -42,7 +49,9 @@ TEST(HeldTool, FollowsTheHandAndLiesOnTheFloorThatStopsIt) {
 
   house.aim({0, 0, 0.05});
   house.run(1500);
-  EXPECT_EQ(house.out().contact.object, 0u);
+  EXPECT_EQ(contact.object, 0u);
+  EXPECT_EQ(contact.depth, 0);
+  EXPECT_EQ(contact.point, contact.proxy) << "as of a point in free space";
   EXPECT_LT(house.out().command.force.norm(), 0.05);
   EXPECT_EQ(house.told(ServoEventKind::kTouch), 1);
   EXPECT_EQ(house.told(ServoEventKind::kUntouch), 1);

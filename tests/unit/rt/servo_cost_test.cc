@@ -1,4 +1,4 @@
-// What a servo takes in one tick, and what it tells of how long it took.
+// What a servo takes in one tick, of devices, the panel and its inlets; and what it tells of how long it took.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace {
 class SlowDevice final : public Device {
  public:
   explicit SlowDevice(ManualClock& clock) : clock_(clock) {}
-  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return told; }
   [[nodiscard]] Result<void> open() override { return {}; }
   void close() noexcept override {}
   void read(std::int64_t now_ns, DeviceSample& out) noexcept override {
@@ -22,16 +22,18 @@ class SlowDevice final : public Device {
     if (silent) return;
     out.t_ns = now_ns;
     out.fresh = true;
+    out.buttons = pressed;
   }
   void write(std::int64_t, const DeviceCommand&) noexcept override { clock_.advance(write_ns); }
   void safe() noexcept override {}
 
   std::int64_t read_ns = 0, write_ns = 0;
   bool silent = false;
+  std::uint32_t pressed = 0;
+  DeviceInfo told;
 
  private:
   ManualClock& clock_;
-  DeviceInfo info_;
 };
 
 struct ServoCost : testing::Test {
@@ -41,6 +43,7 @@ struct ServoCost : testing::Test {
   }
   ManualClock clock{123};
   SlowDevice device{clock};
+  SafetyLines lines;
   MeshTable meshes;
   std::unique_ptr<Servo> servo;
 };
@@ -71,6 +74,25 @@ TEST_F(ServoCost, ADeviceWithNothingNewIsStale) {
   servo->runOnce();
   EXPECT_FALSE(servo->lastInput().device[0].fresh);
   EXPECT_EQ(servo->counters.stale.load(), 1u);
+}
+
+/** Where there is room for all of them; else they are left out, and the device keeps its own. */
+TEST_F(ServoCost, ThePanelsButtonsStandBehindTheDevicesOwn) {
+  servo->lines = &lines;
+  for (const std::uint32_t own : {0u, 1u, 8u, 31u, 32u}) {
+    for (const std::uint32_t panel : {0u, 1u, 8u, 24u, 31u, 32u}) {
+      device.told.buttons = own;
+      device.pressed = 0x5a5a5a5au;
+      lines.button_count = panel;
+      lines.buttons = 0xc3a5c3a5u;
+      servo->runOnce();
+      for (std::uint32_t i = 0; i < 32; ++i) {
+        const bool of_panel = own + panel <= 32 && i >= own && i < own + panel;
+        const std::uint32_t expected = of_panel ? 0xc3a5c3a5u >> (i - own) : device.pressed >> i;
+        ASSERT_EQ(servo->lastInput().device[0].buttons >> i & 1, expected & 1) << own << "+" << panel << " " << i;
+      }
+    }
+  }
 }
 
 /** Each inlet has its part of what a tick may take, whatever the others send. */

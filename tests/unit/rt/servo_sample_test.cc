@@ -177,6 +177,7 @@ TEST_F(ServoSample, CountersCountWhatHappenedUntilTheTickBefore) {
     ASSERT_EQ(told.wake_ns, late);
     ASSERT_EQ(told.t_ns, std::max(deadline + late, deadline));
     ASSERT_EQ(told.cycle_ns, last_cost);
+    ASSERT_EQ(told.fault, servo->cycle().deviceGuard(0).fault());
     ASSERT_EQ(std::memcmp(&regions.a->counters, &counted, sizeof counted), 0);
 
     ++counted.cycles;

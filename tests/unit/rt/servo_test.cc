@@ -89,6 +89,14 @@ TEST_F(ServoFixture, OverrunKeepsThePhaseAndNeverRunsAPeriodTwice) {
   EXPECT_EQ(servo->counters.cycles.load(), 4u);
 }
 
+TEST_F(ServoFixture, APeriodThatHasJustPassedIsSkipped) {
+  device.clock = &clock;
+  device.read_cost_ns = 2 * kPeriodNs;
+  run(3);
+  EXPECT_EQ(device.reads, (std::vector<std::int64_t>{1 * kPeriodNs, 3 * kPeriodNs, 4 * kPeriodNs}));
+  EXPECT_EQ(servo->counters.missed.load(), 1u);
+}
+
 TEST_F(ServoFixture, TheSampleBehindAGapCountsIt) {
   const test::Regions regions;
   servo->ports[3].region.store(regions.a.get());
@@ -244,7 +252,6 @@ TEST_F(ServoFixture, PassesIntentToTheDevice) {
   EXPECT_EQ(device.intent.p.y(), 0.25);
 }
 
-// The same inputs give the same bits, whatever memory the cycle stands in.
 /** Control frees a mesh when the servo has passed the order that drops it: no older question may lie there then. */
 TEST_F(ServoFixture, WhenTheLastToolIsGoneTheQuestionThatNamesItIsReplaced) {
   Collider collider;
@@ -271,6 +278,7 @@ TEST_F(ServoFixture, WhenTheLastToolIsGoneTheQuestionThatNamesItIsReplaced) {
   EXPECT_FALSE(collider.questions.take(*question)) << "with nothing to ask nothing is asked";
 }
 
+// The same inputs give the same bits, whatever memory the cycle stands in.
 TEST(Cycle, IsDeterministicToTheBit) {
   const auto trace = [] {
     MeshTable meshes;

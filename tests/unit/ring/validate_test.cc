@@ -291,6 +291,7 @@ TEST(Validate, IgnoresBytesBeyondTheLength) {
   hd_slot slot = slotOf(HD_COMMAND_LIMITS, goodLimits());
   std::memset(slot.payload + slot.length, 0xff, sizeof slot.payload - slot.length);
   Command out;
+  std::memset(out.payload, 0xff, sizeof out.payload);
   ASSERT_EQ(validate(slot, 1, out), ErrorCode::kOk);
   for (std::size_t i = slot.length; i < sizeof out.payload; ++i) ASSERT_EQ(out.payload[i], 0) << i;
 }

@@ -117,9 +117,10 @@ TEST(CycleStiffened, WhatIsTakenOutIsNotPutIn) {
   corner.go({-0.004, -0.003, -0.005});
   corner.rest(5);
   const double energy = corner.out().guard.energy;
-  corner.set(0, 500);
+  corner.set(0, 300);
   corner.rest(3);
   EXPECT_LE(corner.out().guard.energy, energy);
+  EXPECT_LE(corner.out().guard.energy, corner.stored() + Passivity::kMargin) << "the guard is told what is left";
   corner.set(1, 300);
   corner.rest(3);
   EXPECT_LE(corner.out().guard.energy, energy);

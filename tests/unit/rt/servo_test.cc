@@ -97,6 +97,20 @@ TEST_F(ServoFixture, APeriodThatHasJustPassedIsSkipped) {
   EXPECT_EQ(servo->counters.missed.load(), 1u);
 }
 
+TEST_F(ServoFixture, WhilePeriodsPassThatNobodyRanItNoneIsMissed) {
+  run(2);
+  clock.advance(kPeriodNs / 2);
+  servo->skipPassed();
+  run(1);
+  clock.advance(2 * kPeriodNs + kPeriodNs / 2);
+  servo->skipPassed();
+  run(2);
+  EXPECT_EQ(device.reads,
+            (std::vector<std::int64_t>{1 * kPeriodNs, 2 * kPeriodNs, 3 * kPeriodNs, 6 * kPeriodNs, 7 * kPeriodNs}));
+  EXPECT_EQ(servo->counters.missed.load(), 0u);
+  EXPECT_EQ(servo->counters.tick.load(), 7u);
+}
+
 TEST_F(ServoFixture, TheSampleBehindAGapCountsIt) {
   const test::Regions regions;
   servo->ports[3].region.store(regions.a.get());

@@ -2,6 +2,7 @@
 
 #include <alloca.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 
 #if defined(__SSE2__)
@@ -20,6 +22,25 @@
 
 namespace hapticd {
 namespace {
+
+// The word by which this thread's processor rounds, and what in it makes zeros of denormals, given and got.
+#if defined(__SSE2__)
+constexpr std::uint64_t kZeroDenormals = _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON;
+std::uint64_t arithmetic() noexcept { return _mm_getcsr(); }
+void setArithmetic(std::uint64_t word) noexcept { _mm_setcsr(static_cast<unsigned>(word)); }
+#elif defined(__aarch64__)
+constexpr std::uint64_t kZeroDenormals = 1u << 24;  // FPCR.FZ is both.
+std::uint64_t arithmetic() noexcept {
+  std::uint64_t word;
+  asm volatile("mrs %0, fpcr" : "=r"(word));
+  return word;
+}
+void setArithmetic(std::uint64_t word) noexcept { asm volatile("msr fpcr, %0" ::"r"(word)); }
+#else
+constexpr std::uint64_t kZeroDenormals = 0;
+std::uint64_t arithmetic() noexcept { return 0; }
+void setArithmetic(std::uint64_t) noexcept {}
+#endif
 
 std::string limitText(__rlimit_resource resource) {
   rlimit limit{};
@@ -52,28 +73,13 @@ Result<void> lockMemory() {
       "haptic, or start the service instead"};
 }
 
-void disableDenormals() noexcept {
-#if defined(__SSE2__)
-  _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
-  _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
-#endif
+void disableDenormals() noexcept { setArithmetic(arithmetic() | kZeroDenormals); }
+
+DenormalsAsZero::DenormalsAsZero(bool on) noexcept : before_(arithmetic()) {
+  setArithmetic(on ? before_ | kZeroDenormals : before_ & ~kZeroDenormals);
 }
 
-DenormalsAsZero::DenormalsAsZero(bool on) noexcept {
-#if defined(__SSE2__)
-  constexpr unsigned kBits = _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON;
-  before_ = _mm_getcsr();
-  _mm_setcsr(on ? before_ | kBits : before_ & ~kBits);
-#else
-  (void)on;
-#endif
-}
-
-DenormalsAsZero::~DenormalsAsZero() {
-#if defined(__SSE2__)
-  _mm_setcsr(before_);
-#endif
-}
+DenormalsAsZero::~DenormalsAsZero() { setArithmetic(before_); }
 
 void prefaultStack(std::size_t bytes) noexcept {
   const long page = sysconf(_SC_PAGESIZE);
@@ -105,6 +111,7 @@ Result<void> RtThread::start(const char* name, std::size_t stack_bytes, std::fun
 #if defined(__SANITIZE_THREAD__)
   stack_bytes += std::size_t{2} << 20;  // The sanitizer's thread-local storage lies on the thread's stack.
 #endif
+  stack_bytes = std::max(stack_bytes, static_cast<std::size_t>(PTHREAD_STACK_MIN));  // 128 KiB on arm64.
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(&attributes, stack_bytes);

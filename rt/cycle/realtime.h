@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <thread>
 
@@ -29,7 +30,7 @@ class DenormalsAsZero {
   ~DenormalsAsZero();
 
  private:
-  unsigned before_ = 0;
+  std::uint64_t before_;
 };
 
 /** Touches `bytes` of the calling thread's stack so that it never faults later. */

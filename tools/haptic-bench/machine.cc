@@ -41,7 +41,10 @@ std::vector<std::string> describeMachine() {
   utsname kernel{};
   uname(&kernel);
   std::string cpu = cpuInfo("model name");
-  if (cpu.empty()) cpu = kernel.machine;
+  if (cpu.empty()) {  // Kernels for ARM name no processor, but most the board; with a zero byte at the end.
+    const std::string board = firstLine("/proc/device-tree/model");
+    cpu = board == "unknown" ? kernel.machine : board.c_str();
+  }
   const bool hypervisor = cpuInfo("flags").find("hypervisor") != std::string::npos;
   return {
     fmt::format("cpu: {}, {} online{}", cpu, sysconf(_SC_NPROCESSORS_ONLN), hypervisor ? ", virtual machine" : ""),

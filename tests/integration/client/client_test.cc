@@ -265,13 +265,13 @@ TEST_F(ClientIntegration, AnUploadThatIsStillMappedIsRefusedUntilItIsNot) {
   std::copy(std::begin(vertices), std::end(vertices), upload->vertices().begin());
   std::copy(std::begin(triangles), std::end(triangles), upload->triangles().begin());
   // A second mapping of the same pages, as a program that clings to its mesh would have.
-  void* page =
-      reinterpret_cast<void*>(reinterpret_cast<std::uintptr_t>(upload->vertices().data()) & ~std::uintptr_t{4095});
-  void* second = mremap(page, 0, 4096, MREMAP_MAYMOVE);
+  const auto page_bytes = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  void* page = reinterpret_cast<void*>(reinterpret_cast<std::uintptr_t>(upload->vertices().data()) & ~(page_bytes - 1));
+  void* second = mremap(page, 0, page_bytes, MREMAP_MAYMOVE);
   ASSERT_NE(second, MAP_FAILED);
   const auto refused = upload->commit();
   EXPECT_EQ(refused.code(), HAPTIC_STILL_MAPPED) << refused.error().message();
-  munmap(second, 4096);
+  munmap(second, page_bytes);
   const auto report = upload->commit();
   ASSERT_TRUE(report) << report.error().message();
   EXPECT_EQ((*report)->triangles, 4u);

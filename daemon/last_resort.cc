@@ -21,7 +21,7 @@ constexpr int kFatal[] = {SIGXCPU, SIGABRT, SIGSEGV, SIGBUS,    SIGFPE,  SIGILL,
 /** Only what is safe in a signal handler: safe() is by its contract. */
 void bringToZero(int signal) {
   for (const auto& slot : held) {
-    if (Device* const device = slot.load(std::memory_order_acquire)) device->safe();
+    if (Device* const device = slot.load(std::memory_order_acquire)) device->safe();  // A, pairs with R
   }
   // The handler was removed when it was called. Another servo may still write; it ends with the process, at once.
   std::raise(signal);
@@ -46,7 +46,7 @@ void installLastResort() noexcept {
 LastResort::LastResort(Device& device) noexcept : device_(&device) {
   for (auto& slot : held) {
     Device* nobody = nullptr;
-    if (slot.compare_exchange_strong(nobody, device_, std::memory_order_release)) return;
+    if (slot.compare_exchange_strong(nobody, device_, std::memory_order_release)) return;  // R: it stands
   }
 }
 

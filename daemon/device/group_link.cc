@@ -101,6 +101,8 @@ bool GroupLink::posed(std::uint32_t slot, std::uint64_t ticket, PosedObject& out
 
 bool GroupLink::latest(std::uint32_t device, hd_sample& out) const { return StateReader(monitor_).latest(device, out); }
 
-std::uint64_t GroupLink::cycles() const { return group_->servo().counters.cycles.load(std::memory_order_relaxed); }
+std::uint64_t GroupLink::cycles() const {
+  return group_->servo().counters.cycles.load(std::memory_order_acquire);  // A7, pairs with R7 in Servo::count()
+}
 
 }  // namespace hapticd

@@ -61,6 +61,7 @@ class GroupLink final : public CommandSink {
   [[nodiscard]] bool latest(std::uint32_t device, hd_sample& out) const;
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] DeviceGroup& group() { return *group_; }
+  /** Cycles that have ended; what they left in a log is there to be read. */
   [[nodiscard]] std::uint64_t cycles() const;
   /** Bytes of the monitor. */
   [[nodiscard]] static constexpr std::size_t monitorBytes() { return sizeof(hd_region_a); }

@@ -127,7 +127,8 @@ void Panel::publish(std::int64_t now_ns) noexcept {
   safety_.deadman_open.store(deadman, std::memory_order_release);
   safety_.buttons.store(pressed, std::memory_order_relaxed);
   safety_.stop.store(stop, std::memory_order_release);
-  safety_.looked_ns.store(std::max<std::int64_t>(now_ns, 1), std::memory_order_relaxed);
+  // R10, pairs with A10 in stopAt(): what it saw is told before that it looked.
+  safety_.looked_ns.store(std::max<std::int64_t>(now_ns, 1), std::memory_order_release);
 }
 
 /** The enable line follows the servos; it falls at once with the stop. */
@@ -147,7 +148,7 @@ void Panel::show(std::int64_t now_ns) noexcept {
   for (std::size_t i = 0; i < safety_.servos.size(); ++i) {
     const SafetyLines::Sign& sign = safety_.servos[i];
     if (!sign.used.load(std::memory_order_acquire)) continue;
-    const std::uint64_t cycles = sign.cycles.load(std::memory_order_relaxed);
+    const std::uint64_t cycles = sign.cycles.load(std::memory_order_acquire);  // A9, pairs with R9 in Servo::runOnce()
     const bool advanced = cycles != std::exchange(seen_cycles_[i], cycles);
     alive = alive && advanced;
     enabled = enabled || (advanced && sign.enabled.load(std::memory_order_relaxed));

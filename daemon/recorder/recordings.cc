@@ -165,7 +165,8 @@ void Recordings::endRecording(Recording& recording, const std::string& reason) {
   recording.ending_since_ns = clock_.now();
   if (recording.link == nullptr) return;
   recording.link->group().servo().log.store(nullptr, std::memory_order_relaxed);
-  // The cycle under way may have the log still; the one after it has not.
+  // The cycle under way may have the log still; the one after it, a sleep later, has not. What they wrote is there when
+  // cycles() counts them.
   recording.let_go_after = recording.link->cycles() + 2;
 }
 

@@ -50,7 +50,7 @@ Result<void> HidrawTransport::open() {
     ::close(node);
     return refusal(path, error);
   }
-  node_.store(node, std::memory_order_release);
+  node_.store(node, std::memory_order_release);  // Pairs with lastWords().
   descriptor_ = reportDescriptorOf(path);
   return {};
 }

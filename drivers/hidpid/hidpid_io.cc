@@ -26,7 +26,7 @@ Result<void> HidPidIo::open(const std::atomic<bool>& stop) {
   refusals_ = 0;
   if (auto prepared = prepare(stop); !prepared) return prepared;
   last_words_ = {encoder_.control(Control::kStopAll), encoder_.control(Control::kDisable)};
-  can_speak_.store(true, std::memory_order_release);
+  can_speak_.store(true, std::memory_order_release);  // Pairs with safe(): `last_words_` are whole.
   next_ns_ = hid_->now();
   return {};
 }

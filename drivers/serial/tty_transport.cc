@@ -65,7 +65,7 @@ Result<void> TtyTransport::open() {
   }
   (void)::ioctl(fd, TIOCEXCL);
   (void)::tcflush(fd, TCIOFLUSH);
-  fd_.store(fd, std::memory_order_release);
+  fd_.store(fd, std::memory_order_release);  // Pairs with lastWords().
   return {};
 }
 

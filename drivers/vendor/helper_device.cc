@@ -107,7 +107,8 @@ void HelperDevice::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
     sample.fresh = false;
     sample.status |= kDeviceGone;
   }
-  told_gone_.store((sample.status & kDeviceGone) != 0, std::memory_order_relaxed);
+  // Release, pairs with calibration(): who sees it back sees what the helper that brought it back said of itself.
+  told_gone_.store((sample.status & kDeviceGone) != 0, std::memory_order_release);
 }
 
 void HelperDevice::safe() noexcept {

@@ -4,6 +4,7 @@
 #include "libclient/src/session.h"
 #include "rt/ring/shared.h"
 
+using hapticd::loadAcquire;
 using hapticd::loadRelaxed;
 
 namespace {
@@ -50,11 +51,11 @@ int haptic_session_acks(const haptic_session* session, haptic_acks* acks) {
   acks->ring_head = loadRelaxed(from.ring_head);
   acks->violations = loadRelaxed(from.violations);
   acks->received_seq = loadRelaxed(from.received_seq);
-  acks->rejected = loadRelaxed(from.rejected);
+  acks->rejected = loadAcquire(from.rejected);  // Pairs with Ingest::reject(): before what was refused last.
   acks->last_rejected_seq = loadRelaxed(from.last_rejected_seq);
   acks->last_rejected_code = loadRelaxed(from.last_rejected_code);
   acks->stale_mailboxes = loadRelaxed(from.stale_mailboxes);
-  acks->applied_seq = loadRelaxed(from.applied_seq);
+  acks->applied_seq = loadAcquire(from.applied_seq);  // A8, pairs with R8 in Servo::publishSession()
   acks->applied_tick = loadRelaxed(from.applied_tick);
   acks->heartbeat_age_ns = loadRelaxed(from.heartbeat_age_ns);
   acks->fade = loadRelaxed(from.fade);

@@ -36,7 +36,7 @@ class SafetyLines {
   std::array<Sign, kServos> servos;
 
   [[nodiscard]] bool stopAt(std::int64_t now_ns) const HD_RT {
-    const std::int64_t looked = looked_ns.load(std::memory_order_relaxed);
+    const std::int64_t looked = looked_ns.load(std::memory_order_acquire);  // A10, pairs with R10 in Panel::publish()
     return stop.load(std::memory_order_acquire) || (looked != 0 && now_ns - looked > kDeaf_ns);
   }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "rt/ring/shared.h"
+
 namespace hapticd {
 namespace {
 
@@ -121,7 +123,7 @@ void Servo::runOnce() HD_RT {
   }
   if (sign != nullptr) {
     sign->enabled.store(enabled, std::memory_order_relaxed);
-    sign->cycles.fetch_add(1, std::memory_order_relaxed);
+    sign->cycles.fetch_add(1, std::memory_order_release);  // R9, pairs with A9 in Panel::show(): `enabled` is of it
   }
   const std::int64_t written_ns = clock_.now();
 
@@ -222,8 +224,9 @@ void Servo::publish(std::int64_t woke_ns, std::int64_t late_ns) HD_RT {
 void Servo::publishSession(std::uint32_t slot) HD_RT {
   hd_region_a& a = *writers_[slot].region();
   const SessionShare& session = cycle_.session(slot);
-  publishField(a.acks.applied_seq, session.appliedSeq());
   publishField(a.acks.applied_tick, session.appliedTick());
+  // R8, pairs with A8 in haptic_session_acks(): who sees a command in force sees its tick, and the samples until now.
+  storeRelease(a.acks.applied_seq, session.appliedSeq());
   publishField(a.acks.fade, session.fade(input_->now_ns));
   for (std::uint32_t m = 0; m < HD_MODEL_SLOTS; ++m) {
     const hd_model_status status = session.model(m).status(input_->now_ns);
@@ -257,7 +260,8 @@ void Servo::count(std::int64_t done_ns, std::int64_t late_ns) HD_RT {
   const bool overran = input_->missed != 0 || done_ns > deadline_ns_;
   max_wake_ns_ = std::max(max_wake_ns_, clampToU32(late_ns));
   max_cycle_ns_ = std::max(max_cycle_ns_, clampToU32(last_cycle_duration_ns_));
-  add(counters.cycles, 1);
+  // R7, pairs with A7 in GroupLink::cycles(): what this cycle had to leave in a log is there.
+  counters.cycles.store(counters.cycles.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   add(counters.missed, input_->missed);
   add(counters.overruns, overran ? 1 : 0);
   add(counters.stale, stale);

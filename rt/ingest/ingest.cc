@@ -154,7 +154,8 @@ void Ingest::reject(Slot& slot, ErrorCode code, std::uint64_t seq, std::uint32_t
   storeRelaxed(acks.last_rejected_seq, seq);
   storeRelaxed(acks.last_rejected_code, static_cast<std::uint32_t>(code));
   storeRelaxed(acks.last_rejected_channel, channel);
-  storeRelease(acks.rejected, ++slot.rejected);  // who sees the count sees these three, or newer ones
+  // Pairs with haptic_session_acks(): who sees the count sees these three, or newer ones.
+  storeRelease(acks.rejected, ++slot.rejected);
   slot.rejection.kind = IngestReport::Kind::kRejected;
   slot.rejection.code = static_cast<std::uint32_t>(code);
   slot.rejection.channel = channel;

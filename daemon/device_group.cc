@@ -112,7 +112,7 @@ Result<void> DeviceGroup::startThreads() {
   auto servo = run(servo_thread_, "servo", options_.servo_priority, [this] {
     servo_->begin();
     while (!stop_.load(std::memory_order_relaxed)) {
-      if (hold_.load(std::memory_order_relaxed)) standStill();
+      if (const std::uint64_t stand = hold_.load(std::memory_order_relaxed); stand != 0) standStill(stand);
       servo_->runOnce();
     }
     servo_->end();
@@ -124,12 +124,12 @@ Result<void> DeviceGroup::startThreads() {
   return {};
 }
 
-void DeviceGroup::standStill() HD_RT {
-  held_.store(true, std::memory_order_release);  // R3, pairs with A3: the servo's own is free to change
-  while (hold_.load(std::memory_order_acquire) && !stop_.load(std::memory_order_relaxed)) {  // A4, pairs with R4
+void DeviceGroup::standStill(std::uint64_t stand) HD_RT {
+  held_.store(stand, std::memory_order_release);  // R3, pairs with A3: the servo's own is free to change
+  // A4, pairs with R4: it goes on with what has been changed, whichever of the two it sees first.
+  while (hold_.load(std::memory_order_acquire) == stand && !stop_.load(std::memory_order_acquire)) {
     clock_.sleepUntil(clock_.now() + options_.cycle.period_ns);
   }
-  held_.store(false, std::memory_order_relaxed);
   servo_->skipPassed();
 }
 
@@ -138,25 +138,21 @@ Result<void> DeviceGroup::betweenCycles(const std::function<void(Servo&)>& work)
     work(*servo_);
     return {};
   }
-  const auto wait = [this](bool held) {
-    constexpr std::int64_t kLookNs = 200'000;
-    for (int looks = 0; looks < 500; ++looks) {
-      if (held_.load(std::memory_order_acquire) == held) return true;  // A3
-      clock_.sleepUntil(clock_.now() + kLookNs);
-    }
-    return false;
+  // Each has its number: a servo that came too late to the last one is not taken to stand in this.
+  const std::uint64_t stand = ++stands_;
+  hold_.store(stand, std::memory_order_release);            // R4
+  struct LetGo {                                            // Also when `work` throws.
+    ~LetGo() { hold.store(0, std::memory_order_release); }  // R4
+    std::atomic<std::uint64_t>& hold;
   };
-  if (wait(false)) hold_.store(true, std::memory_order_relaxed);  // it has left the last stand
-  struct LetGo {                                                  // Also when `work` throws.
-    ~LetGo() { hold.store(false, std::memory_order_release); }    // R4
-    std::atomic<bool>& hold;
-  };
-  {
-    const LetGo let_go{hold_};
-    if (wait(true)) {
+  const LetGo let_go{hold_};
+  constexpr std::int64_t kLookNs = 200'000;
+  for (int looks = 0; looks < 500; ++looks) {
+    if (held_.load(std::memory_order_acquire) == stand) {  // A3
       work(*servo_);
       return {};
     }
+    clock_.sleepUntil(clock_.now() + kLookNs);
   }
   return Error{ErrorCode::kTimeout, "servo", "it did not come to a stand within 100 ms", "see hapticctl status"};
 }
@@ -165,7 +161,7 @@ bool DeviceGroup::endThreads(std::int64_t patience_ns) {
   if (servo_thread_.running()) {
     constexpr std::int64_t kLook_ns = 200'000;
     const std::int64_t until_ns = clock_.now() + patience_ns;
-    stop_.store(true, std::memory_order_relaxed);
+    stop_.store(true, std::memory_order_release);  // R4
     while (!servoEnded()) {
       if (clock_.now() < until_ns) {
         clock_.sleepUntil(clock_.now() + kLook_ns);
@@ -181,7 +177,7 @@ bool DeviceGroup::endThreads(std::int64_t patience_ns) {
 }
 
 void DeviceGroup::joinAll() noexcept {
-  stop_.store(true, std::memory_order_relaxed);
+  stop_.store(true, std::memory_order_release);  // R4
   servo_thread_.join();
   stop_others_.store(true, std::memory_order_relaxed);
   collide_thread_.join();

@@ -88,7 +88,7 @@ class DeviceGroup {
   DeviceGroup(const GroupOptions& options, std::vector<std::unique_ptr<Device>> devices, const MeshTable& meshes,
               Clock& clock);
   Result<void> startThreads();
-  void standStill() HD_RT;
+  void standStill(std::uint64_t stand) HD_RT;
   void joinAll() noexcept;
 
   GroupOptions options_;
@@ -101,11 +101,12 @@ class DeviceGroup {
   std::atomic<bool> stop_{false};         ///< The servo is to end.
   std::atomic<bool> stop_others_{false};  ///< Ingest and collide are; after the servo.
   std::atomic<bool> servo_ended_{false};
-  std::atomic<bool> hold_{false};  ///< The servo is to stand still ...
-  std::atomic<bool> held_{false};  ///< ... and does.
+  std::atomic<std::uint64_t> hold_{0};  ///< Number of the stand in which the servo is to stand still, 0: none ...
+  std::atomic<std::uint64_t> held_{0};  ///< ... and of the last in which it did.
   RtThread ingest_thread_, collide_thread_, servo_thread_;
   bool realtime_ = false;
   std::string note_;
+  std::uint64_t stands_ = 0;
   std::uint64_t sent_ = 0;
   std::uint64_t taken_ = 0;
 };

@@ -102,13 +102,17 @@ class TestScene {
   std::uint32_t next_ = 1;
 };
 
-/** Of all that holds the proxy the softest and the stiffest [N/m]; 0 in free space. */
-inline std::pair<double, double> stiffnesses(const Scene& scene, const SurfaceContact& contact) {
+struct Stiffnesses {
+  double softest, stiffest;
+};
+
+/** Of all that holds the proxy [N/m]; 0 in free space. */
+inline Stiffnesses stiffnesses(const Scene& scene, const SurfaceContact& contact) {
   const auto of = [&](std::uint32_t id) { return id != 0 ? scene.find(id)->material.stiffness : 0.0; };
-  std::pair<double, double> both{of(contact.object), of(contact.object)};
+  Stiffnesses both{of(contact.object), of(contact.object)};
   for (std::uint32_t i = 0; i < contact.parts; ++i) {
-    both.first = std::min(both.first, of(contact.part[i].object));
-    both.second = std::max(both.second, of(contact.part[i].object));
+    both.softest = std::min(both.softest, of(contact.part[i].object));
+    both.stiffest = std::max(both.stiffest, of(contact.part[i].object));
   }
   return both;
 }

@@ -348,8 +348,6 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
     rest_.count = 0;
     footing_.object = 0;
     contact.proxy = contact.point = proxy_;
-    contact.untouch = before;
-    contact.left = object_;
     object_ = 0;
     slip_ = false;
     return;

@@ -53,9 +53,7 @@ struct SurfaceContact {
   std::array<ContactPart, kMaxHolding> part;
   std::uint32_t parts = 0;  ///< Surfaces of several objects that hold the proxy; 0 where one object does.
   bool slip = false;
-  bool touch = false;      ///< Contact began this tick.
-  bool untouch = false;    ///< Contact ended this tick.
-  std::uint32_t left = 0;  ///< With untouch: the object of the contact that ended.
+  bool touch = false;  ///< Contact began this tick.
   /** Tree nodes, triangles and primitives visited: bounded, see kMaxWork; what Surroundings visits comes on top. */
   std::uint32_t work = 0;
 };

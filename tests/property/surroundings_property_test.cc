@@ -122,7 +122,6 @@ void expectSameContact(const SurfaceContact& a, const SurfaceContact& b) {
   ASSERT_EQ(a.object, b.object);
   ASSERT_EQ(a.slip, b.slip);
   ASSERT_EQ(a.touch, b.touch);
-  ASSERT_EQ(a.untouch, b.untouch);
 }
 
 void keptOrNotIsFeltAlike(unsigned seed, int& contacts) {

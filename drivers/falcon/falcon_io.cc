@@ -25,7 +25,7 @@ Result<void> FalconIo::open(const std::atomic<bool>& stop) {
     firmware = std::move(*read);
   }
   if (auto booted = falcon::boot(*usb_, clock_, firmware, stop); !booted) return booted;
-  live_.store(usb_.get());
+  live_.lend(usb_.get());
   gone_ = asked_ = homed_ = false;
   parser_ = {};
   dropped_ = 0;
@@ -38,7 +38,7 @@ Result<void> FalconIo::open(const std::atomic<bool>& stop) {
 }
 
 void FalconIo::close() noexcept {
-  live_.store(nullptr);
+  (void)live_.takeBack();
   if (!usb_) return;
   for (int i = 0; i < kZeros && !gone_; ++i) usb_->sendNow(falcon::encode({}));
   usb_.reset();
@@ -46,9 +46,9 @@ void FalconIo::close() noexcept {
 }
 
 void FalconIo::safe() noexcept {
-  UsbTransport* const usb = live_.load();
-  if (usb == nullptr) return;
-  for (int i = 0; i < kZeros; ++i) usb->sendNow(falcon::encode({}));
+  live_.use([](UsbTransport* usb) {
+    for (int i = 0; i < kZeros; ++i) usb->sendNow(falcon::encode({}));
+  });
 }
 
 void FalconIo::forget() noexcept {

@@ -11,6 +11,7 @@
 #include "drivers/falcon/falcon_parameters.h"
 #include "drivers/falcon/falcon_protocol.h"
 #include "drivers/link/device_io.h"
+#include "drivers/link/lent.h"
 #include "rt/base/clock.h"
 
 namespace hapticd {
@@ -58,7 +59,7 @@ class FalconIo final : public DeviceIo, private UsbListener {
   FalconSetup setup_;
   Clock& clock_;
   std::unique_ptr<UsbTransport> usb_;
-  std::atomic<UsbTransport*> live_{nullptr};  ///< For safe().
+  Lent<UsbTransport*, nullptr> live_;  ///< For safe().
   std::atomic<Calibration> calibration_{Calibration::kNeeded};
 
   falcon::Parser parser_;

@@ -50,13 +50,13 @@ Result<void> HidrawTransport::open() {
     ::close(node);
     return refusal(path, error);
   }
-  node_.store(node, std::memory_order_release);  // Pairs with lastWords().
+  node_.lend(node);
   descriptor_ = reportDescriptorOf(path);
   return {};
 }
 
 void HidrawTransport::close() noexcept {
-  const int node = node_.exchange(-1, std::memory_order_acq_rel);
+  const int node = node_.takeBack();
   if (device_ != nullptr) hid_close(device_);
   device_ = nullptr;
   if (node >= 0) ::close(node);
@@ -66,7 +66,7 @@ std::int64_t HidrawTransport::now() const noexcept { return MonotonicClock().now
 
 HidResult HidrawTransport::failure() const noexcept {
   // hidapi keeps no errno; the node itself knows whether the device is there.
-  pollfd probe{node_.load(std::memory_order_relaxed), 0, 0};
+  pollfd probe{node_.get(), 0, 0};
   if (probe.fd < 0 || ::poll(&probe, 1, 0) < 0) return HidResult::kGone;
   return (probe.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0 ? HidResult::kGone : HidResult::kRefused;
 }
@@ -101,11 +101,11 @@ HidResult HidrawTransport::getFeature(std::span<std::uint8_t> buffer, std::size_
 }
 
 void HidrawTransport::lastWords(std::span<const std::uint8_t> report) noexcept {
-  const int node = node_.load(std::memory_order_acquire);
-  if (node < 0) return;
-  const int before = errno;
-  [[maybe_unused]] const ssize_t sent = ::write(node, report.data(), report.size());
-  errno = before;
+  node_.use([&](int node) {
+    const int before = errno;
+    [[maybe_unused]] const ssize_t sent = ::write(node, report.data(), report.size());
+    errno = before;
+  });
 }
 
 }  // namespace hapticd

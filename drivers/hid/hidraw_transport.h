@@ -3,11 +3,11 @@
  */
 #pragma once
 
-#include <atomic>
 #include <string>
 
 #include "drivers/hid/enumerate.h"
 #include "drivers/hid/transport.h"
+#include "drivers/link/lent.h"
 
 struct hid_device_;
 
@@ -41,7 +41,7 @@ class HidrawTransport final : public HidTransport {
 
   HidWanted wanted_;
   hid_device_* device_ = nullptr;
-  std::atomic<int> node_{-1};
+  Lent<int, -1> node_;  ///< For lastWords().
   std::vector<std::uint8_t> descriptor_;
 };
 

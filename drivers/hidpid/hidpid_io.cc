@@ -9,7 +9,7 @@ using pid::Control;
 using pid::Effect;
 
 Result<void> HidPidIo::open(const std::atomic<bool>& stop) {
-  can_speak_.store(false);
+  (void)speak_.takeBack();
   if (auto opened = hid_->open(); !opened) return opened;
   Result<HidReports> reports = HidReports::parse(hid_->descriptor());
   if (!reports) return reports.error();
@@ -26,7 +26,7 @@ Result<void> HidPidIo::open(const std::atomic<bool>& stop) {
   refusals_ = 0;
   if (auto prepared = prepare(stop); !prepared) return prepared;
   last_words_ = {encoder_.control(Control::kStopAll), encoder_.control(Control::kDisable)};
-  can_speak_.store(true, std::memory_order_release);  // Pairs with safe(): `last_words_` are whole.
+  speak_.lend(&last_words_);
   next_ns_ = hid_->now();
   return {};
 }
@@ -93,22 +93,23 @@ Result<std::int32_t> HidPidIo::create(Effect effect, const std::atomic<bool>& st
 }
 
 void HidPidIo::close() noexcept {
-  if (can_speak_.load()) {
+  if (speak_.get() != nullptr) {
     say(encoder_.control(Control::kStopAll));
     for (const Axis& axis : axes_) {
       if (axis.block != 0) say(encoder_.stop(axis.block));
     }
     say(encoder_.control(Control::kDisable));
   }
-  can_speak_.store(false);
+  (void)speak_.takeBack();
   hid_->close();
 }
 
 void HidPidIo::safe() noexcept {
-  if (!can_speak_.load(std::memory_order_acquire)) return;
-  for (const pid::Report& report : last_words_) {
-    if (!report.bytes().empty()) hid_->lastWords(report.bytes());
-  }
+  speak_.use([this](const std::array<pid::Report, 2>* words) {
+    for (const pid::Report& report : *words) {
+      if (!report.bytes().empty()) hid_->lastWords(report.bytes());
+    }
+  });
 }
 
 void HidPidIo::say(const pid::Report& report) noexcept {

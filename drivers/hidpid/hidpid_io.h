@@ -12,6 +12,7 @@
 #include "drivers/hidpid/hidpid_parameters.h"
 #include "drivers/hidpid/pid_reports.h"
 #include "drivers/link/device_io.h"
+#include "drivers/link/lent.h"
 
 namespace hapticd {
 
@@ -74,7 +75,7 @@ class HidPidIo final : public DeviceIo {
   std::array<Fallback, 2 * pid::kMostAxes> fallback_;
   std::size_t fallbacks_ = 0;
   std::array<pid::Report, 2> last_words_;
-  std::atomic<bool> can_speak_{false};  ///< `last_words_` stand.
+  Lent<const std::array<pid::Report, 2>*, nullptr> speak_;  ///< `last_words_`, once it may be spoken to.
   std::int64_t next_ns_ = 0;
   std::uint32_t buttons_ = 0;
   bool known_ = false, energised_ = false, fallen_ = false, saturated_ = false;

@@ -43,7 +43,7 @@ Result<void> SampleIo::open(const std::atomic<bool>&) {
   auto usb = open_usb_();
   if (!usb) return usb.error();
   usb_ = std::move(*usb);
-  live_.store(usb_.get());
+  live_.lend(usb_.get());
   gone_ = answered_ = saturated_ = false;
   heard_ns_ = sent_ns_ = clock_.now();
   // Two requests wait for a reading at any time, so that none is missed between two calls.
@@ -52,14 +52,14 @@ Result<void> SampleIo::open(const std::atomic<bool>&) {
 }
 
 void SampleIo::close() noexcept {
-  live_.store(nullptr);
+  (void)live_.takeBack();
   if (!usb_) return;
   if (!gone_) usb_->sendNow(sample::encode({}));
   usb_.reset();
 }
 
 void SampleIo::safe() noexcept {
-  if (UsbTransport* const usb = live_.load()) usb->sendNow(sample::encode({}));
+  live_.use([](UsbTransport* usb) { usb->sendNow(sample::encode({})); });
 }
 
 bool SampleIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "drivers/link/device_io.h"
+#include "drivers/link/lent.h"
 #include "drivers/sample/sample_protocol.h"
 #include "drivers/usb/transport.h"
 #include "rt/base/clock.h"
@@ -46,8 +47,8 @@ class SampleIo final : public DeviceIo, private UsbListener {
   Clock& clock_;
   DeviceInfo info_;
   std::unique_ptr<UsbTransport> usb_;
-  std::atomic<UsbTransport*> live_{nullptr};  ///< For safe().
-  DeviceLink* link_ = nullptr;                ///< While exchange() runs.
+  Lent<UsbTransport*, nullptr> live_;  ///< For safe().
+  DeviceLink* link_ = nullptr;         ///< While exchange() runs.
   bool gone_ = false;
   bool answered_ = false;  ///< A good reading came since the last order.
   bool saturated_ = false;

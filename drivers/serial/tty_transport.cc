@@ -65,12 +65,12 @@ Result<void> TtyTransport::open() {
   }
   (void)::ioctl(fd, TIOCEXCL);
   (void)::tcflush(fd, TCIOFLUSH);
-  fd_.store(fd, std::memory_order_release);  // Pairs with lastWords().
+  fd_.lend(fd);
   return {};
 }
 
 void TtyTransport::close() noexcept {
-  const int fd = fd_.exchange(-1, std::memory_order_acq_rel);
+  const int fd = fd_.takeBack();
   if (fd < 0) return;
   (void)::ioctl(fd, TIOCNXCL);
   ::close(fd);
@@ -80,7 +80,7 @@ std::int64_t TtyTransport::now() const noexcept { return MonotonicClock().now();
 
 bool TtyTransport::read(std::span<std::uint8_t> buffer, std::size_t& size, std::int64_t until_ns) noexcept {
   size = 0;
-  const int fd = fd_.load(std::memory_order_relaxed);
+  const int fd = fd_.get();
   bool gone = fd < 0;
   if (gone || !waitFor(fd, POLLIN, until_ns - now(), gone)) return !gone;
   const ssize_t got = ::read(fd, buffer.data(), buffer.size());
@@ -91,7 +91,7 @@ bool TtyTransport::read(std::span<std::uint8_t> buffer, std::size_t& size, std::
 }
 
 bool TtyTransport::write(std::span<const std::uint8_t> bytes) noexcept {
-  const int fd = fd_.load(std::memory_order_relaxed);
+  const int fd = fd_.get();
   if (fd < 0) return false;
   const std::int64_t until_ns = now() + kWriteWait_ns;
   while (!bytes.empty()) {
@@ -108,11 +108,11 @@ bool TtyTransport::write(std::span<const std::uint8_t> bytes) noexcept {
 }
 
 void TtyTransport::lastWords(std::span<const std::uint8_t> bytes) noexcept {
-  const int fd = fd_.load(std::memory_order_acquire);
-  if (fd < 0) return;
-  const int before = errno;
-  [[maybe_unused]] const ssize_t sent = ::write(fd, bytes.data(), bytes.size());
-  errno = before;
+  fd_.use([&](int fd) {
+    const int before = errno;
+    [[maybe_unused]] const ssize_t sent = ::write(fd, bytes.data(), bytes.size());
+    errno = before;
+  });
 }
 
 }  // namespace hapticd

@@ -3,9 +3,9 @@
  */
 #pragma once
 
-#include <atomic>
 #include <string>
 
+#include "drivers/link/lent.h"
 #include "drivers/serial/transport.h"
 
 namespace hapticd {
@@ -30,7 +30,7 @@ class TtyTransport final : public SerialTransport {
 
  private:
   std::string path_;
-  std::atomic<int> fd_{-1};
+  Lent<int, -1> fd_;  ///< For lastWords().
 };
 
 }  // namespace hapticd

@@ -60,6 +60,10 @@ Plain<T> fetchAdd(T* at, V value, int order) {
       modelChange(const_cast<Plain<T>*>(at), sizeof(T), order, next, bitsOf(static_cast<Plain<T>>(value))));
 }
 template <class T, class V>
+Plain<T> fetchSub(T* at, V value, int order) {
+  return fetchAdd(at, static_cast<Plain<T>>(0 - static_cast<Plain<T>>(value)), order);
+}
+template <class T, class V>
 void loadTo(T* at, V* out, int order) {
   if (!running()) return __atomic_load(at, out, order);
   *out = fromBits<V>(modelLoad(const_cast<const Plain<T>*>(at), sizeof(V), order));
@@ -77,6 +81,7 @@ void storeFrom(T* at, V* value, int order) {
 #define __atomic_store_n(at, value, order) ::hapticd::model::store(at, value, static_cast<int>(order))
 #define __atomic_exchange_n(at, value, order) ::hapticd::model::exchange(at, value, static_cast<int>(order))
 #define __atomic_fetch_add(at, value, order) ::hapticd::model::fetchAdd(at, value, static_cast<int>(order))
+#define __atomic_fetch_sub(at, value, order) ::hapticd::model::fetchSub(at, value, static_cast<int>(order))
 #define __atomic_load(at, out, order) ::hapticd::model::loadTo(at, out, static_cast<int>(order))
 #define __atomic_store(at, value, order) ::hapticd::model::storeFrom(at, value, static_cast<int>(order))
 // NOLINTEND(bugprone-reserved-identifier,cppcoreguidelines-macro-usage)

@@ -4,9 +4,12 @@
  */
 #include <gtest/gtest.h>
 
+#include <array>
+#include <atomic>
 #include <cstdint>
 
 #include "drivers/link/device_link.h"
+#include "drivers/link/lent.h"
 #include "drivers/vendor/shared_link.h"
 #include "model/weak_memory.h"
 #include "support/seeds.h"
@@ -52,6 +55,42 @@ TEST(WeakLinks, NothingIsOnItsWayOnceADeviceIsSafe) {
   EXPECT_TRUE(found.all) << found.runs;
   EXPECT_GT(late, 0);
   EXPECT_GT(in_time, 0);
+}
+
+// The owner loses the device, and frees what others reach it through: a handler of a signal may be at it.
+TEST(WeakLinks, WhatIsTakenBackIsUsedNoMore) {
+  int uses = 0, waits = 0;
+  const Found found = exploreSome(2'000, seedOf(1), [&](Threads& threads) {
+    std::atomic<int> device{0};
+    Lent<std::atomic<int>*, nullptr> lent;
+    bool freed = false;
+    int at_it = 0;
+    std::array<Mark, 2> used;
+    threads.add([&] {
+      lent.lend(&device);
+      (void)device.load(std::memory_order_relaxed);
+      waits += at_it;
+      threads.expect(lent.takeBack() == &device, "what was lent comes back");
+      freed = true;
+      for (const Mark& mark : used) threads.expect(threads.knows(mark), "freed before it was used");
+    });
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      threads.add([&, i] {
+        lent.use([&](std::atomic<int>* lent_device) {
+          ++uses;
+          ++at_it;
+          lent_device->fetch_add(1, std::memory_order_relaxed);
+          threads.expect(!freed, "used after it was freed");
+          used[i] = threads.mark();
+          --at_it;
+        });
+      });
+    }
+    threads.go();
+  });
+  EXPECT_EQ(found.failure, "");
+  EXPECT_GT(uses, 0);
+  EXPECT_GT(waits, 0) << "some run must be at it when it is taken back";
 }
 
 // Who closes a device, or lets its machine sleep, waits for it to be off.

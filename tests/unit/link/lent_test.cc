@@ -5,7 +5,11 @@
 
 #include <atomic>
 #include <memory>
+#include <span>
 #include <thread>
+#include <vector>
+
+#include "drivers/sample/sample_io.h"
 
 namespace hapticd {
 namespace {
@@ -33,7 +37,7 @@ TEST(Lent, IsFreedOnlyWhenNobodyUsesIt) {
   std::thread user([&] {
     while (!over) lent.use([&](const int* device) { uses += *device; });
   });
-  for (int i = 0; i < 2000 || uses == 0; ++i) {
+  for (int i = 0; i < 500 || uses == 0; ++i) {
     auto device = std::make_unique<int>(1);
     lent.lend(device.get());
     if (i % 2 == 0) std::this_thread::yield();
@@ -42,6 +46,36 @@ TEST(Lent, IsFreedOnlyWhenNobodyUsesIt) {
   }
   over = true;
   user.join();
+}
+
+/** Where all that is posted is lost. What was sent at once lies on the heap, and goes with it. */
+class Wire final : public UsbTransport {
+ public:
+  [[nodiscard]] UsbStatus control(const UsbControl&) noexcept override { return UsbStatus::kOk; }
+  [[nodiscard]] UsbStatus postIn() noexcept override { return UsbStatus::kOk; }
+  [[nodiscard]] UsbStatus postOut(std::span<const std::uint8_t>) noexcept override { return UsbStatus::kOk; }
+  void poll(std::int64_t, UsbListener&) noexcept override {}
+  void sendNow(std::span<const std::uint8_t> bytes) noexcept override { sent_.assign(bytes.begin(), bytes.end()); }
+
+ private:
+  std::vector<std::uint8_t> sent_;
+};
+
+TEST(Lent, ADriverIsMadeSafeWhileItLosesItsDevice) {
+  ManualClock clock;
+  SampleIo io([] { return Result<std::unique_ptr<UsbTransport>>(std::make_unique<Wire>()); }, clock);
+  std::atomic<bool> over{false};
+  std::atomic<int> calls{0};
+  std::thread other([&] {
+    for (; !over; ++calls) io.safe();
+  });
+  for (int i = 0; i < 300 || calls == 0; ++i) {
+    EXPECT_TRUE(io.open(over).ok());
+    std::this_thread::yield();
+    io.close();
+  }
+  over = true;
+  other.join();
 }
 
 }  // namespace

@@ -297,6 +297,41 @@ TEST(FreeBodies, AHandOfThreeAxesPushesOneWithTheForceItFeels) {
   EXPECT_LT(seen(house, kRolled).X_WO.p.x(), -0.05);
 }
 
+/** In the groove between two balls that rub and damp: both together get what the hand feels. */
+TEST(FreeBodies, AHandBetweenTwoPushesBothWithTheForceItFeels) {
+  House house("sim://default");
+  house.aim({0, 0, 0.06});
+  house.run(1000);
+  house.send(CommandKind::kDeviceRadius, DeviceRadius{0, 0, 0.003});
+  house.send(CommandKind::kArm, DeviceRef{0});
+  house.run(50);
+  const Vec3 aside(0, kBallRadius + 0.05e-3, 0), at(-0.04, 0, 0.06);
+  addBall(house, kRolled, at - aside, 0.5);
+  addBall(house, kOther, at + aside, 0.8);
+  for (const std::uint32_t id : {kRolled, kOther}) {
+    house.send(CommandKind::kObjectMaterial, hd_object_material{id, 0, {1000, 2, 0.4, 0.3}});
+  }
+  house.run(10);
+  Vec3 impulse = Vec3::Zero();
+  int both = 0, rubbed = 0;
+  for (int i = 0; i < 600; ++i) {
+    house.aim({-0.1e-3 * i, 0.002e-3 * i, 0.06 + 0.02e-3 * i});
+    house.run(1);
+    const SurfaceContact& c = house.out().contact;
+    if (c.object != 0) impulse -= 1e-3 * c.force;
+    both += c.parts > 1;
+    Vec3 shared = c.force;  // Friction and damping.
+    for (std::uint32_t part = 0; part < c.parts; ++part) shared -= c.part[part].force;
+    rubbed += c.parts > 1 && shared.norm() > 1e-3;
+    const auto& bodies = house.servo->cycle().bodies();
+    const Vec3 momentum = 0.5 * bodies.body(0).body.twist().v + 0.8 * bodies.body(1).body.twist().v;
+    ASSERT_LT((momentum - impulse).norm(), 1e-9) << i;
+  }
+  EXPECT_GT(both, 20);
+  EXPECT_GT(rubbed, 20);
+  EXPECT_LT(impulse.x(), -0.01) << "they have been pushed";
+}
+
 /** The floor is touched first, and presses, too: the box feels what the hand feels of the box, and no more. */
 TEST(FreeBodies, AHandThatSlidesOnTheFloorPushesWhatStandsInItsWay) {
   for (const double stiffness : {1000.0, 200.0}) {

@@ -4,7 +4,7 @@
  * Region A is written by the daemon and mapped read-only by the client: acknowledgements, statistics, the latest state
  * of each device and a history ring in which every servo sample stands. Region B is written by the client: a command
  * ring and latest-value mailboxes. Plain C, no pointers, no locks; every shared counter is a naturally aligned integer
- * that C++ accesses through std::atomic_ref. docs/protocol.md tells the handshake and who trusts what.
+ * that each side loads and stores atomically. docs/protocol.md tells the handshake and who trusts what.
  *
  * SI units, world frame W: right-handed, x toward the operator, y to the operator's right, z up. Quaternions are
  * w, x, y, z. Times are CLOCK_MONOTONIC nanoseconds. All reserved fields are zero.
@@ -125,7 +125,8 @@ struct hd_sample {
 
 /**
  * What became of a session's commands. Each field has one writer, named in parentheses, and is written alone: two
- * fields read together may be of different moments.
+ * fields read together may be of different moments. But applied_seq and rejected are stored last, with release: who
+ * loads one with acquire finds what belongs to it, or newer.
  */
 struct hd_acks {
   uint32_t ring_head;    /**< Slots consumed (ingest). */

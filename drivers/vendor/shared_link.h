@@ -15,6 +15,7 @@
 
 namespace hapticd {
 
+/** What SharedBox::take() came to. */
 enum class Taken : std::uint8_t { kSame, kNew, kBusy };
 
 /**

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
 
 namespace hapticd {
 

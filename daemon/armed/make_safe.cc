@@ -10,7 +10,7 @@
 #include <array>
 #include <cerrno>
 
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
 
 namespace hapticd {
 namespace {

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "daemon/builder/mesh.h"
-#include "daemon/builder_leash.h"
-#include "daemon/memfd.h"
+#include "daemon/ipc/build_stats.h"
+#include "daemon/ipc/memfd.h"
 
 namespace hapticd {
 

@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define HAPTICD_SANITIZED 1

@@ -1,7 +1,7 @@
 #include "daemon/builder/serve.h"
 
 #include "daemon/builder/build.h"
-#include "daemon/builder_protocol.h"
+#include "daemon/ipc/builder_protocol.h"
 
 namespace hapticd {
 namespace {

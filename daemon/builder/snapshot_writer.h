@@ -4,7 +4,7 @@
 #pragma once
 
 #include "daemon/builder/bvh.h"
-#include "daemon/memfd.h"
+#include "daemon/ipc/memfd.h"
 
 namespace hapticd {
 

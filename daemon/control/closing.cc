@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "daemon/control/core.h"
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 #include "drivers/registry.h"
 
 namespace hapticd {

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "daemon/device/limits.h"
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 #include "drivers/named_file.h"
 #include "drivers/registry.h"
 #include "rt/cycle/realtime.h"

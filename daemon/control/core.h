@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "daemon/armed/armed_list.h"
-#include "daemon/config.h"
+#include "daemon/config/config.h"
 #include "daemon/device/device_manager.h"
 #include "daemon/device/wanted_groups.h"
 #include "daemon/event/event_hub.h"
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 #include "daemon/recorder/recordings.h"
 #include "daemon/scene/mesh_store.h"
 #include "daemon/scene/scene_model.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "daemon/control/core.h"
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 #include "daemon/scene/body.h"
 #include "rt/body/coupling.h"
 #include "rt/collide/scene_contacts.h"

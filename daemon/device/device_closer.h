@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/device_group.h"
+#include "daemon/device/device_group.h"
 
 namespace hapticd {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "daemon/device/limits.h"
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 
 namespace hapticd {
 

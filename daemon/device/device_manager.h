@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/config.h"
+#include "daemon/config/config.h"
 #include "daemon/device/device_closer.h"
 #include "daemon/device/device_opener.h"
 #include "daemon/device/group_link.h"

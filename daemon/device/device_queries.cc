@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "daemon/device/device_manager.h"
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 #include "drivers/nearest.h"
 
 namespace hapticd {

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "daemon/device_group.h"
+#include "daemon/device/device_group.h"
 #include "daemon/scene/command_sink.h"
 
 namespace hapticd {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/config.h"
+#include "daemon/config/config.h"
 #include "daemon/device/device_manager.h"
 #include "rt/base/clock.h"
 

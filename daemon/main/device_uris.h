@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "daemon/config.h"
+#include "daemon/config/config.h"
 #include "rt/base/error.h"
 
 namespace hapticd {

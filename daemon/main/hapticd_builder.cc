@@ -7,7 +7,7 @@
 
 #include "daemon/builder/sandbox.h"
 #include "daemon/builder/serve.h"
-#include "daemon/builder_protocol.h"
+#include "daemon/ipc/builder_protocol.h"
 
 int main(int argc, char** argv) {
   using namespace hapticd;  // NOLINT(google-build-using-namespace)

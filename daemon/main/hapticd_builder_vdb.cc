@@ -11,7 +11,7 @@
 #include "daemon/builder/sandbox.h"
 #include "daemon/builder/vdb/cached_vdb.h"
 #include "daemon/builder/vdb/write_vdb.h"
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "daemon/config.h"
+#include "daemon/config/config.h"
 #include "drivers/gpio/lines.h"
 #include "drivers/gpio/safety_contact.h"
 #include "rt/base/clock.h"

@@ -15,7 +15,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/memfd.h"
+#include "daemon/ipc/memfd.h"
 #include "daemon/recording/writer.h"
 #include "daemon/scene/texture_store.h"
 #include "rt/cycle/cycle_log.h"

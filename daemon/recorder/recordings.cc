@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <ctime>
 
-#include "daemon/log.h"
-#include "daemon/snapshot_memory.h"
+#include "daemon/ipc/snapshot_memory.h"
+#include "daemon/log/log.h"
 #include "daemon/version.h"
 #include "rt/cycle/cycle_start.h"
 

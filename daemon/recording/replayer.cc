@@ -8,7 +8,7 @@
 #include <cstring>
 #include <limits>
 
-#include "daemon/snapshot_memory.h"
+#include "daemon/ipc/snapshot_memory.h"
 #include "rt/cycle/realtime.h"
 
 namespace hapticd {

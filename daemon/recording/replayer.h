@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/memfd.h"
+#include "daemon/ipc/memfd.h"
 #include "daemon/recording/reader.h"
 
 namespace hapticd {

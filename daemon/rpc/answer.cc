@@ -1,6 +1,6 @@
 #include "daemon/rpc/answer.h"
 
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 
 namespace hapticd {
 

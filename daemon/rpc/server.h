@@ -13,8 +13,8 @@
 #include <memory>
 
 #include "daemon/control/core.h"
-#include "daemon/log.h"
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
+#include "daemon/log/log.h"
 
 namespace hapticd {
 

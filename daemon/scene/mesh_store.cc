@@ -1,7 +1,7 @@
 #include "daemon/scene/mesh_store.h"
 
-#include "daemon/snapshot_memory.h"
-#include "daemon/volume_memory.h"
+#include "daemon/ipc/snapshot_memory.h"
+#include "daemon/ipc/volume_memory.h"
 
 namespace hapticd {
 

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "daemon/ipc/unique_fd.h"
 #include "daemon/scene/command_sink.h"
 #include "daemon/scene/object.h"
 #include "daemon/scene/shelf.h"
-#include "daemon/unique_fd.h"
 #include "rt/volume/volume_table.h"
 
 namespace hapticd {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 #include "daemon/scene/body.h"
 #include "rt/collide/scene_contacts.h"
 #include "rt/cycle/free_bodies.h"

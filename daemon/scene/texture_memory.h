@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "daemon/memfd.h"
+#include "daemon/ipc/memfd.h"
 #include "daemon/scene/texture.h"
 #include "rt/scene/texture.h"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 #include "daemon/scene/texture_memory.h"
 #include "proto/volume.h"
 

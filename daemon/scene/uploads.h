@@ -10,8 +10,8 @@
 #include <memory>
 #include <string>
 
-#include "daemon/builder_leash.h"
-#include "daemon/memfd.h"
+#include "daemon/ipc/memfd.h"
+#include "daemon/leash/builder_leash.h"
 #include "daemon/scene/mesh_store.h"
 #include "daemon/scene/texture_store.h"
 #include "daemon/scene/volume_cache.h"

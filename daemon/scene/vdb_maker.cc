@@ -14,8 +14,8 @@
 #include <exception>
 #include <system_error>
 
-#include "daemon/log.h"
-#include "daemon/spawn.h"
+#include "daemon/leash/spawn.h"
+#include "daemon/log/log.h"
 
 namespace hapticd {
 

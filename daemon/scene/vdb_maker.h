@@ -13,7 +13,7 @@
 #include <string>
 #include <thread>
 
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
 
 namespace hapticd {
 

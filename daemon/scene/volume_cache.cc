@@ -13,8 +13,8 @@
 #include <filesystem>
 #include <system_error>
 
-#include "daemon/log.h"
-#include "daemon/memfd.h"
+#include "daemon/ipc/memfd.h"
+#include "daemon/log/log.h"
 #include "rt/scene/snapshot_checksum.h"
 
 namespace hapticd {

@@ -13,9 +13,9 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/cached_build.h"
+#include "daemon/ipc/cached_build.h"
+#include "daemon/ipc/unique_fd.h"
 #include "daemon/scene/vdb_maker.h"
-#include "daemon/unique_fd.h"
 #include "rt/base/error.h"
 
 namespace hapticd {

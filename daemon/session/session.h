@@ -7,7 +7,7 @@
 #include <string>
 
 #include "daemon/device/device_manager.h"
-#include "daemon/memfd.h"
+#include "daemon/ipc/memfd.h"
 #include "daemon/scene/object.h"
 #include "proto/shm_layout.h"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 #include "rt/ring/state.h"
 
 namespace hapticd {

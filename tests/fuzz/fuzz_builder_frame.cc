@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "daemon/builder_protocol.h"
+#include "daemon/ipc/builder_protocol.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // Any text as configuration: refused with a place, or read to what writes and reads back the same.
 #include <cstdlib>
 
-#include "daemon/config.h"
+#include "daemon/config/config.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hapticd;

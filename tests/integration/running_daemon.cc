@@ -4,7 +4,7 @@
 #include <unistd.h>
 
 #include "daemon/control/core.h"
-#include "daemon/find_builder.h"
+#include "daemon/leash/find_builder.h"
 #include "daemon/rpc/listen_socket.h"
 #include "daemon/rpc/server.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "daemon/config.h"
+#include "daemon/config/config.h"
 #include "tests/support/temporary_directory.h"
 
 namespace hapticd {

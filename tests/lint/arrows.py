@@ -14,10 +14,9 @@ ROOMS = {
     "drivers": ({"drivers", "rt", "proto"}, {"Eigen", "fmt", "libusb-1.0", "hidapi", "gpiod.h"}),
     "daemon": ({"daemon", "drivers", "rt", "proto"},
                {"Eigen", "capnp", "kj", "spdlog", "fmt", "toml++", "CLI", "nlohmann", "systemd"}),
-    "daemon/builder": ({"daemon/builder", "daemon/memfd.h", "daemon/unique_fd.h", "daemon/builder_protocol.h",
-                        "daemon/builder_leash.h", "rt", "proto"}, {"Eigen", "fmt"}),
+    "daemon/builder": ({"daemon/builder", "daemon/ipc", "rt", "proto"}, {"Eigen", "fmt"}),
     # The one room of the daemon's that may see OpenVDB; hapticd itself links none of it.
-    "daemon/builder/vdb": ({"daemon/builder", "daemon/cached_build.h", "daemon/version.h", "rt", "proto"},
+    "daemon/builder/vdb": ({"daemon/builder", "daemon/ipc/cached_build.h", "daemon/version.h", "rt", "proto"},
                            {"Eigen", "fmt", "openvdb"}),
     "libclient/include": ({"libclient/include"}, set()),
     "libclient/src": ({"libclient", "proto", "rt/ring", "rt/base/contract.h", "rt/base/error.h"}, {"capnp", "kj"}),

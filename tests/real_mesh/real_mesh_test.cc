@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "daemon/builder/build.h"
-#include "daemon/snapshot_memory.h"
+#include "daemon/ipc/snapshot_memory.h"
 #include "tests/support/for_seeds.h"
 #include "tests/support/test_scene.h"
 #include "tests/unit/builder/meshes.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "daemon/builder/build.h"
-#include "daemon/snapshot_memory.h"
+#include "daemon/ipc/snapshot_memory.h"
 #include "rt/cycle/realtime.h"
 #include "support/detectors.h"
 #include "support/house.h"

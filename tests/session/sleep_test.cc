@@ -1,5 +1,5 @@
 // A machine that goes to sleep: nothing may keep its force meanwhile.
-#include "daemon/sleep_watch.h"
+#include "daemon/main/sleep_watch.h"
 #include "support/fake_logind.h"
 #include "tests/session/bench.h"
 

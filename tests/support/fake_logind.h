@@ -14,7 +14,7 @@
 #include <memory>
 #include <string>
 
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
 
 namespace hapticd::test {
 

@@ -13,8 +13,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "daemon/ipc/unique_fd.h"
 #include "daemon/recording/recording.h"
-#include "daemon/unique_fd.h"
 #include "tools/haptic-bench/beside_program.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"

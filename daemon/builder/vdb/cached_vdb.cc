@@ -9,7 +9,7 @@
 #include "daemon/builder/vdb/write_vdb.h"
 #include "daemon/builder/volume/mesh_field.h"
 #include "daemon/builder/volume/volume_writer.h"
-#include "daemon/cached_build.h"
+#include "daemon/ipc/cached_build.h"
 
 namespace hapticd {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon/snapshot_memory.h"
+#include "daemon/ipc/snapshot_memory.h"
 #include "tests/unit/builder/meshes.h"
 
 namespace hapticd::test {

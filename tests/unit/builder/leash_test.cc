@@ -11,9 +11,9 @@
 #include <fstream>
 
 #include "daemon/builder/sandbox.h"
-#include "daemon/builder_leash.h"
-#include "daemon/find_builder.h"
-#include "daemon/volume_memory.h"
+#include "daemon/ipc/volume_memory.h"
+#include "daemon/leash/builder_leash.h"
+#include "daemon/leash/find_builder.h"
 #include "tests/unit/builder/built.h"
 
 namespace hapticd::test {

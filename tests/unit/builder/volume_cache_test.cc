@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "daemon/ipc/volume_memory.h"
 #include "daemon/scene/uploads.h"
-#include "daemon/volume_memory.h"
 #include "support/temporary_directory.h"
 #include "tests/unit/builder/built.h"
 

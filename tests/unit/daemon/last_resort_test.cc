@@ -1,5 +1,5 @@
 // A daemon that dies of a signal zeroes its devices first. Each death is a child's.
-#include "daemon/last_resort.h"
+#include "daemon/armed/last_resort.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

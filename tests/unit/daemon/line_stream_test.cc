@@ -1,4 +1,4 @@
-#include "daemon/line_stream.h"
+#include "daemon/log/line_stream.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

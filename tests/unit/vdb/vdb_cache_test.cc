@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "daemon/cached_build.h"
+#include "daemon/ipc/cached_build.h"
+#include "daemon/ipc/volume_memory.h"
+#include "daemon/leash/spawn.h"
 #include "daemon/scene/volume_cache.h"
-#include "daemon/spawn.h"
-#include "daemon/volume_memory.h"
 #include "rt/volume/distance.h"
 #include "support/temporary_directory.h"
 #include "tests/unit/builder/built.h"

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "daemon/snapshot_memory.h"
+#include "daemon/ipc/snapshot_memory.h"
 #include "tools/haptic-bench/model/model.h"
 
 namespace haptic_bench {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/snapshot_memory.h"
+#include "daemon/ipc/snapshot_memory.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/cost/render_stage.h"
 #include "tools/haptic-bench/cost/stroke.h"

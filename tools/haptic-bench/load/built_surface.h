@@ -5,7 +5,7 @@
 
 #include <hapticclient/surface.hpp>
 
-#include "daemon/snapshot_memory.h"
+#include "daemon/ipc/snapshot_memory.h"
 #include "rt/scene/scene.h"
 #include "tools/haptic-bench/model/model.h"
 

@@ -13,7 +13,7 @@
 #include <hapticclient/hapticclient.hpp>
 #include <thread>
 
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/load/connect.h"
 #include "tools/haptic-bench/load/stroke.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "daemon/device_group.h"
+#include "daemon/device/device_group.h"
 #include "tools/haptic-bench/load/wakes.h"
 
 namespace haptic_bench {

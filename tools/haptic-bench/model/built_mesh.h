@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "daemon/snapshot_memory.h"
+#include "daemon/ipc/snapshot_memory.h"
 #include "tools/haptic-bench/model/model.h"
 
 namespace haptic_bench {

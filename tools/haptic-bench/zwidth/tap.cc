@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "daemon/config.h"
+#include "daemon/config/config.h"
 #include "daemon/device/limits.h"
 #include "drivers/sim/sim_device.h"
 #include "rt/cycle/cycle.h"

@@ -12,7 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/build_stats.h"
+#include "daemon/ipc/unique_fd.h"
 #include "proto/snapshot.h"
 #include "rt/base/error.h"
 
@@ -22,19 +23,6 @@ struct BuilderOptions {
   std::string program;                           ///< Path of hapticd-builder; see findBuilder().
   std::uint64_t memory_bytes = 2'147'483'648;    ///< Address space of the builder. Beyond it a job fails.
   std::int64_t job_timeout_ns = 60'000'000'000;  ///< A job that takes longer is ended and fails.
-};
-
-/** Figures of a finished build. */
-struct BuildStats {
-  std::uint32_t vertices = 0;
-  std::uint32_t triangles = 0;
-  std::uint32_t nodes = 0;
-  std::uint32_t depth = 0;
-  std::uint32_t flags = 0;  ///< hd_snapshot_flag
-  std::uint64_t bytes = 0;  ///< Of the snapshot.
-  float lower[3] = {}, upper[3] = {};
-  std::int64_t build_ns = 0;
-  std::uint64_t peak_bytes = 0;  ///< Resident memory of the builder at its highest.
 };
 
 /** One message about one job. The last one of a job is kDone or kFailed. */

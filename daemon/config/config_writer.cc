@@ -1,5 +1,5 @@
 // A Config as TOML that reads back to the same.
-#include "daemon/config_schema.h"
+#include "daemon/config/config_schema.h"
 
 namespace hapticd {
 namespace {

@@ -1,4 +1,4 @@
-#include "daemon/volume_memory.h"
+#include "daemon/ipc/volume_memory.h"
 
 namespace hapticd {
 

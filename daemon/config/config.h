@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 #include "rt/base/error.h"
 
 namespace hapticd {

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "daemon/memfd.h"
+#include "daemon/ipc/memfd.h"
 #include "rt/volume/volume_view.h"
 
 namespace hapticd {

@@ -1,4 +1,4 @@
-#include "daemon/memfd.h"
+#include "daemon/ipc/memfd.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>

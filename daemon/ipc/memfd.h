@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <span>
 
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
 
 namespace hapticd {
 

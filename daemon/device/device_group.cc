@@ -1,4 +1,4 @@
-#include "daemon/device_group.h"
+#include "daemon/device/device_group.h"
 
 #include <pthread.h>
 #include <sched.h>

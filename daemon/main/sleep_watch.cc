@@ -1,4 +1,4 @@
-#include "daemon/sleep_watch.h"
+#include "daemon/main/sleep_watch.h"
 
 #include <cstring>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "daemon/builder_leash.h"
+#include "daemon/leash/builder_leash.h"
 
 #include <poll.h>
 #include <sys/epoll.h>
@@ -14,9 +14,9 @@
 #include <cstring>
 #include <deque>
 
-#include "daemon/builder_protocol.h"
-#include "daemon/log.h"
-#include "daemon/spawn.h"
+#include "daemon/ipc/builder_protocol.h"
+#include "daemon/leash/spawn.h"
+#include "daemon/log/log.h"
 
 namespace hapticd {
 namespace {

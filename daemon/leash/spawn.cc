@@ -1,4 +1,4 @@
-#include "daemon/spawn.h"
+#include "daemon/leash/spawn.h"
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <csignal>
 
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
 
 namespace hapticd {
 

@@ -1,4 +1,4 @@
-#include "daemon/builder_protocol.h"
+#include "daemon/ipc/builder_protocol.h"
 
 #include <sys/socket.h>
 

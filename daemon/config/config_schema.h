@@ -6,7 +6,7 @@
  */
 #pragma once
 
-#include "daemon/config.h"
+#include "daemon/config/config.h"
 #include "proto/shm_layout.h"
 
 namespace hapticd {

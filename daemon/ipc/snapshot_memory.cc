@@ -1,4 +1,4 @@
-#include "daemon/snapshot_memory.h"
+#include "daemon/ipc/snapshot_memory.h"
 
 #include <algorithm>
 #include <cstring>

@@ -11,8 +11,8 @@
 #include <cstdint>
 #include <string>
 
-#include "daemon/builder_leash.h"
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/build_stats.h"
+#include "daemon/ipc/unique_fd.h"
 
 namespace hapticd {
 

@@ -1,4 +1,4 @@
-#include "daemon/last_resort.h"
+#include "daemon/armed/last_resort.h"
 
 #include <array>
 #include <atomic>

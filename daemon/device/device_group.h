@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/last_resort.h"
+#include "daemon/armed/last_resort.h"
 #include "rt/base/clock.h"
 #include "rt/cycle/realtime.h"
 #include "rt/cycle/servo.h"

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
 
 namespace hapticd {
 

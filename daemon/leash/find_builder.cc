@@ -1,4 +1,4 @@
-#include "daemon/find_builder.h"
+#include "daemon/leash/find_builder.h"
 
 #include <unistd.h>
 

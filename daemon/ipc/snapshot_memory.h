@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "daemon/memfd.h"
+#include "daemon/ipc/memfd.h"
 #include "rt/scene/mesh_view.h"
 
 namespace hapticd {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "daemon/config_schema.h"
+#include "daemon/config/config_schema.h"
 #include "drivers/nearest.h"
 
 namespace hapticd {

@@ -1,4 +1,4 @@
-#include "daemon/log.h"
+#include "daemon/log/log.h"
 
 #include <spdlog/details/os.h>
 #include <spdlog/sinks/base_sink.h>
@@ -13,7 +13,7 @@
 #include <memory>
 #include <mutex>
 
-#include "daemon/line_stream.h"
+#include "daemon/log/line_stream.h"
 
 namespace hapticd::log {
 namespace {

@@ -1,4 +1,4 @@
-#include "daemon/config.h"
+#include "daemon/config/config.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "daemon/log.h"
-#include "daemon/unique_fd.h"
+#include "daemon/ipc/unique_fd.h"
+#include "daemon/log/log.h"
 
 namespace hapticd {
 namespace {

@@ -2,6 +2,8 @@
 #include <hapticclient/record.h>
 #include <unistd.h>
 
+#include <utility>
+
 #include "libclient/src/convert.h"
 #include "libclient/src/descriptor.h"
 #include "libclient/src/loop.h"
@@ -83,6 +85,13 @@ int haptic_recording_stop(haptic_recording* recording, haptic_recording_end** en
   });
 }
 
-void haptic_recording_close(haptic_recording* recording) { delete recording; }
+void haptic_recording_close(haptic_recording* recording) {
+  if (recording == nullptr) return;
+  if (recording->connection->ownProcess()) {
+    delete recording;
+  } else if (recording->fd >= 0) {
+    ::close(std::exchange(recording->fd, -1));  // this process's own; the capability is of a thread of the parent
+  }
+}
 
 }  // extern "C"

@@ -1,0 +1,57 @@
+// A child of fork() closes every handle that it got from its parent: nothing of the parent's ends, nor does the child.
+#include <gtest/gtest.h>
+#include <hapticclient/hapticclient.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "support/daemon_fixture.h"
+
+namespace hapticd::test {
+namespace {
+
+TEST(Fork, AChildMayCloseAllHandlesAndTheParentGoesOn) {
+  DaemonFixture daemon({.program = HAPTICD_PROGRAM});
+  ASSERT_TRUE(daemon.running()) << daemon.log();
+  haptic_error error{};
+  error.size = sizeof error;
+  haptic_connect_options options = HAPTIC_CONNECT_OPTIONS_INIT;
+  const std::string socket = daemon.socket();
+  options.socket = socket.c_str();
+  haptic_client* client = nullptr;
+  haptic_session* session = nullptr;
+  haptic_recording* recording = nullptr;
+  haptic_upload* upload = nullptr;
+  haptic_events* events = nullptr;
+  ASSERT_EQ(haptic_connect(&options, &client, &error), HAPTIC_OK) << error.what;
+  ASSERT_EQ(haptic_session_open(client, nullptr, &session, &error), HAPTIC_OK) << error.what;
+  ASSERT_EQ(haptic_record(client, nullptr, &recording, &error), HAPTIC_OK) << error.what;
+  ASSERT_EQ(haptic_upload_begin(client, 3, 1, 0, &upload, &error), HAPTIC_OK) << error.what;
+  ASSERT_EQ(haptic_events_open(client, nullptr, &events, &error), HAPTIC_OK) << error.what;
+
+  const pid_t child = fork();
+  if (child == 0) {
+    haptic_recording_close(recording);
+    haptic_upload_close(upload);
+    haptic_events_close(events);
+    haptic_session_close(session);
+    haptic_disconnect(client);
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status);
+
+  EXPECT_EQ(haptic_session_check(session), HAPTIC_OK);
+  EXPECT_EQ(haptic_recording_stop(recording, nullptr, &error), HAPTIC_OK) << error.what;
+  haptic_status* now = nullptr;
+  EXPECT_EQ(haptic_get_status(client, &now, &error), HAPTIC_OK) << error.what;
+  haptic_free(now);
+  haptic_events_close(events);
+  haptic_upload_close(upload);
+  haptic_recording_close(recording);
+  haptic_session_close(session);
+  haptic_disconnect(client);
+}
+
+}  // namespace
+}  // namespace hapticd::test

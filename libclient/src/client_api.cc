@@ -68,6 +68,7 @@ int haptic_connect(const haptic_connect_options* options, haptic_client** c, hap
     o.timeout_ns = full.timeout_ns;
     auto made = std::make_unique<haptic_client>();
     made->connection = std::shared_ptr<Connection>(new Connection(std::move(o)), destroy);
+    if (Failure failure = made->connection->start()) return failure;
     if (Failure failure = made->connection->connect()) return failure;
     *c = made.release();
     return {};

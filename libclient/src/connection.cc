@@ -5,6 +5,7 @@
 #include <signal.h>
 
 #include <future>
+#include <system_error>
 
 #include "libclient/src/fork_guard.h"
 #include "libclient/src/loop.h"
@@ -19,6 +20,30 @@ constexpr std::int64_t kDefaultTimeoutNs = 5'000'000'000;
 constexpr auto kHeartbeat = 20 * kj::MILLISECONDS;
 /** An answer of the daemon carries at most this many descriptors; a session's two regions are the most. */
 constexpr unsigned kDescriptors = 4;
+
+/**
+ * Signals are the program's affair. A thread begun while this lives is delivered none; and KJ, which ignores SIGPIPE
+ * for the whole process, leaves the program its own setting.
+ */
+class CallersSignals {
+ public:
+  CallersSignals() {
+    sigset_t all;
+    sigfillset(&all);
+    sigaction(SIGPIPE, nullptr, &pipe_);
+    pthread_sigmask(SIG_SETMASK, &all, &mask_);
+  }
+  ~CallersSignals() {
+    sigaction(SIGPIPE, &pipe_, nullptr);
+    pthread_sigmask(SIG_SETMASK, &mask_, nullptr);
+  }
+  CallersSignals(const CallersSignals&) = delete;
+  CallersSignals& operator=(const CallersSignals&) = delete;
+
+ private:
+  sigset_t mask_{};
+  struct sigaction pipe_ {};
+};
 
 std::int64_t orDefault(std::int64_t timeout_ns) { return timeout_ns > 0 ? timeout_ns : kDefaultTimeoutNs; }
 
@@ -79,44 +104,47 @@ void Connection::add(Loop& loop, Dependent& dependent) {
 void Connection::remove(Loop& loop, Dependent& dependent) { std::erase(loop.dependents, &dependent); }
 
 Connection::Connection(Options options)
-    : options_(std::move(options)), process_(forkGeneration()), timeout_ns_(orDefault(options_.timeout_ns)) {
-  // Signals are the program's affair: none is delivered to this thread. KJ ignores SIGPIPE for the whole process; the
-  // program gets its own setting back, and on this thread it is blocked.
-  sigset_t all, before;
-  sigfillset(&all);
-  struct sigaction pipe {};
-  sigaction(SIGPIPE, nullptr, &pipe);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  std::promise<void> ready;
-  auto started = ready.get_future();
-  thread_ = std::thread([this, &ready] {
-    pthread_setname_np(pthread_self(), "hapticclient");
-    try {
-      Loop loop(*this);
-      loop_ = &loop;
-      executor_ = kj::getCurrentThreadExecutor().addRef();
-      ready.set_value();
-      loop.stop.promise.wait(loop.io.waitScope);
-    } catch (...) {
-      if (loop_ == nullptr) ready.set_exception(std::current_exception());
-    }
-  });
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+    : options_(std::move(options)), process_(forkGeneration()), timeout_ns_(orDefault(options_.timeout_ns)) {}
+
+Failure Connection::start() {
+  const CallersSignals kept;
+  const auto begun = std::make_shared<std::promise<Failure>>();  // the thread may still be at it when we have heard
   try {
-    started.get();
-  } catch (...) {
-    thread_.join();
-    throw;
+    thread_ = std::thread([this, begun] {
+      pthread_setname_np(pthread_self(), "hapticclient");
+      std::unique_ptr<Loop> loop;
+      try {
+        loop = std::make_unique<Loop>(*this);
+        executor_ = kj::getCurrentThreadExecutor().addRef();
+      } catch (const kj::Exception& e) {
+        return begun->set_value(
+            {HAPTIC_SYSTEM, "the library's thread", e.getDescription().cStr(), "close some descriptors"});
+      } catch (...) {
+        return begun->set_value(fromException());
+      }
+      loop_ = loop.get();
+      begun->set_value({});
+      try {
+        loop->stop.promise.wait(loop->io.waitScope);
+      } catch (...) {  // whoever calls from now on is told
+      }
+    });
+  } catch (const std::system_error& e) {
+    return {HAPTIC_SYSTEM, "the library's thread", std::string("cannot be started: ") + e.what(),
+            "raise the user's limit of processes (ulimit -u), or TasksMax= of the service"};
   }
-  sigaction(SIGPIPE, &pipe, nullptr);
+  return begun->get_future().get();
 }
 
 Connection::~Connection() {
-  run([](Loop& loop) {
-    loop.lose();
-    loop.link = nullptr;
-    loop.stop.fulfiller->fulfill();
-  });
+  if (!thread_.joinable()) return;
+  if (loop_ != nullptr) {
+    run([](Loop& loop) {
+      loop.lose();
+      loop.link = nullptr;
+      loop.stop.fulfiller->fulfill();
+    });
+  }
   thread_.join();
 }
 

@@ -74,6 +74,8 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
+  /** Begins the library's thread: once, before all else. What it refuses leaves nothing behind. */
+  Failure start();
   /** Searches, connects, shakes hands, renews the dependents. A standing link is left alone. */
   Failure connect();
   /** Drops the link for good. */
@@ -97,7 +99,6 @@ class Connection {
   static void remove(Loop& loop, Dependent& dependent);
 
  private:
-  void serve(kj::Own<const kj::Executor>& executor, std::atomic<int>& started);
   Failure refused() const;
   Failure attach(const std::string& path);
   Failure greet(const std::string& path);

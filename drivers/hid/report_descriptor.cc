@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 namespace hapticd {
 namespace {
@@ -184,11 +185,8 @@ class HidDescriptorReader {
       if (!locals_.minimum || usage < *locals_.minimum) return malformed(item.at, "a usage maximum without a minimum");
       const std::size_t room = HidReports::kMostChoices - locals_.usages.size();
       // A range larger than anything here looks at (a keyboard's, a vendor's): its first part.
-      const HidUsage last =
-          *locals_.minimum + static_cast<HidUsage>(std::min<std::size_t>(usage - *locals_.minimum, room));
-      for (HidUsage u = *locals_.minimum; u <= last && locals_.usages.size() < HidReports::kMostChoices; ++u) {
-        locals_.usages.push_back(u);
-      }
+      const std::size_t count = std::min(std::size_t{usage - *locals_.minimum} + 1, room);
+      for (std::size_t i = 0; i < count; ++i) locals_.usages.push_back(*locals_.minimum + static_cast<HidUsage>(i));
       locals_.minimum.reset();
     }
     return {};
@@ -226,11 +224,18 @@ class HidDescriptorReader {
     if (g.logical_min >= 0 && g.logical_max < g.logical_min) {
       one.logical_max = static_cast<std::int32_t>(std::min<std::uint32_t>(g.logical_max_unsigned, 0x7fffffffu));
     }
+    // A range beyond what the bits hold: a force at its far end would come out small, or turned round.
+    const std::int64_t values = std::int64_t{1} << one.bits, lowest = g.logical_min < 0 ? -values / 2 : 0;
+    one.logical_min = static_cast<std::int32_t>(std::max<std::int64_t>(one.logical_min, lowest));
+    one.logical_max = static_cast<std::int32_t>(std::min<std::int64_t>(one.logical_max, lowest + values - 1));
     if (one.logical_max < one.logical_min) return malformed(item.at, "a logical maximum below the minimum");
     one.physical_min = g.physical_min;
     one.physical_max = g.physical_max;
     one.collection = open_;
     if (one.is_array) one.choices = locals_.usages;
+    // Those that no value selects are none.
+    const std::int64_t selects = std::int64_t{one.logical_max} - one.logical_min + 1;
+    if (std::cmp_less(selects, one.choices.size())) one.choices.resize(static_cast<std::size_t>(selects));
     for (std::uint32_t i = 0; i < g.report_count; ++i) {
       one.bit_offset = static_cast<std::uint16_t>(begin + i * g.report_size);
       if (!one.is_array) one.usage = locals_.usages[std::min<std::size_t>(i, locals_.usages.size() - 1)];

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
 #include <vector>
 
 namespace hapticd {
@@ -103,6 +105,47 @@ TEST(ReportDescriptor, AMaximumOf255InOneByteIsNotMinusOne) {
       parsed({0x05, 0x0f, 0x09, 0x01, 0x15, 0x00, 0x25, 0xff, 0x75, 0x08, 0x95, 0x01, 0x91, 0x02});
   ASSERT_EQ(reports.fields().size(), 1u);
   EXPECT_EQ(reports.fields()[0].logical_max, 255);
+}
+
+TEST(ReportDescriptor, ARangeIsNoLargerThanItsBits) {
+  // -10000 to 10000 in 8 bits: the largest value must not come out as 16, nor 128 as -128.
+  const HidReports reports = parsed({0x05, 0x0f, 0x09, 0x01, 0x16, 0xf0, 0xd8, 0x26, 0x10, 0x27, 0x75, 0x08, 0x95,
+                                     0x01, 0x91, 0x02, 0x09, 0x02, 0x15, 0x00, 0x91, 0x02, 0x09, 0x03, 0x17, 0x00,
+                                     0x00, 0x00, 0x80, 0x27, 0xff, 0xff, 0xff, 0x7f, 0x75, 0x20, 0x91, 0x02});
+  ASSERT_EQ(reports.fields().size(), 3u);
+  const HidField &both = reports.fields()[0], &positive = reports.fields()[1], &whole = reports.fields()[2];
+  EXPECT_EQ(both.logical_min, -128);
+  EXPECT_EQ(both.logical_max, 127);
+  EXPECT_EQ(positive.logical_min, 0);
+  EXPECT_EQ(positive.logical_max, 255);
+  EXPECT_EQ(whole.logical_min, std::numeric_limits<std::int32_t>::min());
+  EXPECT_EQ(whole.logical_max, std::numeric_limits<std::int32_t>::max());
+  for (const std::int32_t value : {10'000, 128, -10'000, 5}) {
+    Bytes data(6);
+    insert(both, value, data);
+    EXPECT_EQ(extract(both, data), std::clamp(value, -128, 127));
+  }
+}
+
+TEST(ReportDescriptor, ChoicesThatNoValueSelectsAreNone) {
+  // Of three usages the second would be told as the largest number there is and one, the third as two more.
+  for (const bool largest : {true, false}) {
+    Bytes bytes = {0x05, 0x0f, 0x09, 0x26, 0x09, 0x40, 0x09, 0x41, 0x75, 0x20, 0x95, 0x01};
+    const Bytes range =
+        largest ? Bytes{0x17, 0xff, 0xff, 0xff, 0x7f, 0x27, 0xff, 0xff, 0xff, 0x7f} : Bytes{0x15, 0x01, 0x25, 0x01};
+    bytes.insert(bytes.end(), range.begin(), range.end());
+    bytes.insert(bytes.end(), {0x91, 0x00});
+    const HidReports reports = parsed(bytes);
+    EXPECT_NE(reports.findChoice(HidKind::kOutput, hidUsage(0x0f, 0x26)), nullptr);
+    EXPECT_EQ(reports.findChoice(HidKind::kOutput, hidUsage(0x0f, 0x40)), nullptr);
+  }
+}
+
+TEST(ReportDescriptor, ARangeOfUsagesEndsWithTheLastThereIs) {
+  const HidReports reports = parsed({0x1b, 0xfe, 0xff, 0xff, 0xff, 0x2b, 0xff, 0xff, 0xff, 0xff,
+                                     0x15, 0x00, 0x25, 0x7f, 0x75, 0x08, 0x95, 0x01, 0x91, 0x00});
+  ASSERT_EQ(reports.fields().size(), 1u);
+  EXPECT_EQ(reports.fields()[0].choices, (std::vector<HidUsage>{0xffff'fffe, 0xffff'ffff}));
 }
 
 TEST(ReportDescriptor, PushAndPopBringTheOldStateBack) {

@@ -11,8 +11,8 @@ constexpr std::uint16_t kPid = 0x0f, kDesktop = 0x01, kButtons = 0x09, kOrdinals
 
 constexpr HidUsage pidUsage(std::uint16_t usage) { return hidUsage(kPid, usage); }
 constexpr HidUsage kSetEffect = pidUsage(0x21), kCondition = pidUsage(0x5f), kConstant = pidUsage(0x73),
-                   kOperation = pidUsage(0x77), kBlockLoad = pidUsage(0x89), kBlockFree = pidUsage(0x90),
-                   kState = pidUsage(0x92), kCreateNew = pidUsage(0xab), kBlockIndex = pidUsage(0x22);
+                   kOperation = pidUsage(0x77), kBlockLoad = pidUsage(0x89), kState = pidUsage(0x92),
+                   kCreateNew = pidUsage(0xab), kBlockIndex = pidUsage(0x22);
 
 Field copyOf(const HidField* found) {
   if (found == nullptr) return {};
@@ -94,7 +94,6 @@ Result<Layout> layoutOf(const HidReports& reports) {
   l.loop_count = find.out(0x7c, kOperation);
   l.start = find.choice(HidKind::kOutput, 0x79, kOperation);
   l.stop = find.choice(HidKind::kOutput, 0x7b, kOperation);
-  l.free_block = find.out(0x22, kBlockFree);
   constexpr std::uint16_t kControlUsages[kControls] = {0x97, 0x98, 0x99, 0x9a};
   for (std::size_t i = 0; i < kControls; ++i) l.control[i] = find.choice(HidKind::kOutput, kControlUsages[i], 0);
   l.device_gain = find.out(0x7e, 0);

@@ -55,8 +55,8 @@ struct Layout {
   // Set Condition
   Field condition_block, block_offset, centre, positive_coefficient, negative_coefficient, positive_saturation,
       negative_saturation, dead_band;
-  // Effect Operation, Block Free, Device Control, Device Gain
-  Field operation_block, loop_count, free_block, device_gain;
+  // Effect Operation, Device Control, Device Gain
+  Field operation_block, loop_count, device_gain;
   Choice start, stop;
   std::array<Choice, kControls> control;
   // Features: Create New Effect, Block Load

@@ -35,7 +35,6 @@ Result<Lengths> lengthsOf(const HidReports& reports, const Layout& l) {
   n.gain = length(HidKind::kOutput, l.device_gain);
   n.create = length(HidKind::kFeature, l.new_type[0].field);
   n.load = length(HidKind::kFeature, l.loaded_block);
-  n.free = length(HidKind::kOutput, l.free_block);
   for (const std::size_t bytes :
        {n.effect, n.constant, n.condition, n.operation, n.control, n.gain, n.create, n.load}) {
     if (bytes > Report::kLongest) {

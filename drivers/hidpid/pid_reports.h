@@ -33,8 +33,7 @@ class Report {
 
 /** Lengths of the reports, which a Layout's fields do not know. */
 struct Lengths {
-  std::size_t effect = 0, constant = 0, condition = 0, operation = 0, control = 0, gain = 0, create = 0, load = 0,
-              free = 0;
+  std::size_t effect = 0, constant = 0, condition = 0, operation = 0, control = 0, gain = 0, create = 0, load = 0;
 };
 /** kUnsupported if one is longer than Report::kLongest. */
 [[nodiscard]] Result<Lengths> lengthsOf(const HidReports& reports, const Layout& layout);

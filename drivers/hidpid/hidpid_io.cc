@@ -42,8 +42,11 @@ Result<void> HidPidIo::prepare(const std::atomic<bool>& stop) {
     Result<std::int32_t> block = create(Effect::kConstant, stop);
     if (!block) return block.error();
     axes_[i].block = *block;
-    say(encoder_.effect({Effect::kConstant, i, kHold_ms, *block}));
-    say(encoder_.constant(*block, 0));
+    if (!say(encoder_.effect({Effect::kConstant, i, kHold_ms, *block})) && !gone_) {
+      return Error{ErrorCode::kUnsupported, setup_.info.uri, "the device does not let its effects be bounded in time",
+                   "only devices whose forces end by themselves can be used"};
+    }
+    tell(axes_[i], 0);
   }
   const double share = setup_.parameters.fallback;
   for (const Effect effect : {Effect::kDamper, Effect::kSpring}) {
@@ -53,8 +56,8 @@ Result<void> HidPidIo::prepare(const std::atomic<bool>& stop) {
       // Without a bound on its force it must not run on its own.
       if (!known || !layout_.positive_saturation.there) continue;
       Result<std::int32_t> block = create(effect, stop);
-      if (!block) break;  // No room: then without.
-      say(encoder_.effect({effect, i, kFallback_ms, *block}));
+      if (!block) break;                                                       // No room: then without.
+      if (!say(encoder_.effect({effect, i, kFallback_ms, *block}))) continue;  // Nor one without an end.
       say(encoder_.condition({*block, i, 0, share, share}));
       fallback_[fallbacks_++] = {effect, i, *block};
     }
@@ -112,11 +115,16 @@ void HidPidIo::safe() noexcept {
   });
 }
 
-void HidPidIo::say(const pid::Report& report) noexcept {
-  if (report.bytes().empty() || gone_) return;  // It has no such thing.
+bool HidPidIo::say(const pid::Report& report) noexcept {
+  if (report.bytes().empty() || gone_) return !gone_;  // It has no such thing.
   const HidResult result = hid_->write(report.bytes());
   refusals_ = result == HidResult::kOk ? 0 : refusals_ + 1;
   gone_ = result == HidResult::kGone || refusals_ >= kRefusalsInARow;
+  return result == HidResult::kOk;
+}
+
+void HidPidIo::tell(Axis& axis, double share) noexcept {
+  axis.told = say(encoder_.constant(axis.block, share)) ? share : std::nan("");
 }
 
 bool HidPidIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
@@ -190,8 +198,7 @@ void HidPidIo::drive(const DeviceCommand& command, std::int64_t now_ns) noexcept
   for (std::size_t i = 0; i < layout_.axes; ++i) {
     Axis& axis = axes_[i];
     const double wanted = !finite ? 0 : saturated_ ? share[i] / most : share[i];
-    if (wanted != axis.told) say(encoder_.constant(axis.block, wanted));
-    axis.told = wanted;
+    if (wanted != axis.told) tell(axis, wanted);
     if (!axis.started || now_ns - axis.started_ns >= kHold_ms * 500'000LL) {
       say(encoder_.start(axis.block));
       axis.started = true;
@@ -204,9 +211,8 @@ void HidPidIo::rest(bool actuators_off) noexcept {
   saturated_ = false;
   for (std::size_t i = 0; i < layout_.axes; ++i) {
     Axis& axis = axes_[i];
-    if (axis.told != 0) say(encoder_.constant(axis.block, 0));
+    if (axis.told != 0) tell(axis, 0);
     if (axis.started) say(encoder_.stop(axis.block));
-    axis.told = 0;
     axis.started = false;
   }
   if (!actuators_off) return;

@@ -46,7 +46,7 @@ class HidPidIo final : public DeviceIo {
   struct Axis {
     std::int32_t block = 0;  ///< Of its constant force.
     double position = 0;     ///< -1 to 1.
-    double told = 0;         ///< Share of the force that the device was told.
+    double told = 0;         ///< Share of the force that the device has taken; NaN: it refused the last.
     bool started = false;
     std::int64_t started_ns = 0;
   };
@@ -60,7 +60,9 @@ class HidPidIo final : public DeviceIo {
   [[nodiscard]] Result<void> prepare(const std::atomic<bool>& stop);
   [[nodiscard]] Result<std::int32_t> create(pid::Effect effect, const std::atomic<bool>& stop);
   void listen(std::span<const std::uint8_t> report) noexcept;
-  void say(const pid::Report& report) noexcept;
+  /** False if it has not taken it; then nobody knows what it did. */
+  bool say(const pid::Report& report) noexcept;
+  void tell(Axis& axis, double share) noexcept;
   void drive(const DeviceCommand& command, std::int64_t now_ns) noexcept;
   void rest(bool actuators_off) noexcept;
   void fallBack() noexcept;

@@ -253,6 +253,38 @@ TEST(HidPid, AForceIsOnlyToldWhenItChanges) {
   EXPECT_GE(stick.model.constants(), before + 98);  // as fast as the servo
 }
 
+TEST(HidPid, AForceThatWasNotTakenIsToldAgain) {
+  constexpr int kSetConstant = 5;
+  Stick stick;
+  stick.hold(Vec3::Zero());
+  stick.run(20, push(Vec3(0, 2, 0)));
+  ASSERT_GT(stick.model.force().y(), 1.9);
+  // The hand leaves a wall: zero, once and for all. The report is lost.
+  stick.model.refused = kSetConstant;
+  stick.run(3, push(Vec3::Zero()));
+  stick.model.refused = 0;
+  stick.run(5, push(Vec3::Zero()));
+  EXPECT_TRUE(stick.model.force().isZero(0));
+  // And one that is told after a refusal is told even where it is what the device had before.
+  stick.run(5, push(Vec3(0, 2, 0)));
+  stick.model.refused = kSetConstant;
+  stick.run(1, push(Vec3(0, 3, 0)));
+  stick.model.refused = 0;
+  const std::uint64_t before = stick.model.constants();
+  stick.run(5, push(Vec3(0, 2, 0)));
+  EXPECT_EQ(stick.model.constants(), before + 1);
+}
+
+TEST(HidPid, ADeviceWhoseEffectsCannotBeBoundedIsRefused) {
+  constexpr int kSetEffect = 1;
+  Stick stick;
+  stick.device->close();
+  stick.model.refused = kSetEffect;
+  const Result<void> opened = stick.device->open();
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kUnsupported);
+}
+
 struct Maker {
   const char* name;
   PidVariant variant;

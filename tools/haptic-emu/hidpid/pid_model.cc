@@ -126,7 +126,7 @@ void PidModel::control(int order) {
 }
 
 bool PidModel::out(std::span<const std::uint8_t> report) {
-  if (report.empty()) return false;
+  if (report.empty() || report[0] == refused) return false;
   const std::span<const std::uint8_t> d = report.subspan(1);
   switch (report[0]) {
     case 1:

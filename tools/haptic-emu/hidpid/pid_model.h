@@ -43,6 +43,7 @@ class PidModel final : public HidModel {
   [[nodiscard]] int running(int type) const;
   [[nodiscard]] std::uint64_t constants() const { return constants_; }  ///< Set Constant reports taken.
   [[nodiscard]] std::int64_t longestDuration_ms() const { return longest_ms_; }
+  int refused = 0;     ///< Report that it stalls, by its ID; 0: none.
   int busy_polls = 2;  ///< How often Block Load says "not yet" before it says where.
 
  private:

@@ -28,7 +28,7 @@ void SharedServoEnd::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
     sample.status |= kDeviceError;
     return;
   }
-  sample.t_ns = std::min(taken.t_ns, now_ns);
+  sample.t_ns = std::clamp<std::int64_t>(taken.t_ns, 0, now_ns);  // Differences of times must not overflow.
   sample.p = p;
   sample.q = q.normalized();
   sample.gripper_rad = taken.gripper_rad;

@@ -141,6 +141,10 @@ TEST(SharedLink, AHelperIsNoDeadManSwitchOfItsGroupAndTimeIsNotAheadOfTheServo) 
   ends.servo.read(10, ends.sample);
   EXPECT_EQ(ends.sample.status, kDeviceOk);
   EXPECT_EQ(ends.sample.t_ns, 10);
+  sample.t_ns = std::numeric_limits<std::int64_t>::min();
+  ends.device.publish(sample);
+  ends.servo.read(10, ends.sample);
+  EXPECT_EQ(ends.sample.t_ns, 0) << "nor so far back that a difference overflows";
   ends.device.publishStatus(kDeviceOk);
   ends.servo.read(11, ends.sample);
   EXPECT_FALSE(ends.sample.fresh);

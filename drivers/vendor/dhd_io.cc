@@ -29,7 +29,7 @@ Result<void> DhdIo::open(const std::atomic<bool>&) {
   id_ = static_cast<DhdSdk::Id>(id);
   open_ = true;
   known_ = asked_ = saturated_ = energised_ = switched_off_ = false;
-  failures_ = 0;
+  failures_ = refusals_ = 0;
   ticks_ = 0;
   check_.forget();
   setForce(Vec3::Zero(), Vec3::Zero(), 0);
@@ -101,6 +101,7 @@ bool DhdIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
     }
     if (++ticks_ % kStatusEvery == 0) lookAtStatus();
     link.order(clock_.now(), [this](const DeviceCommand& command) noexcept { send(command); });
+    if (refusals_ >= kFailuresInARow) return false;
   }
   return true;
 }
@@ -172,6 +173,7 @@ void DhdIo::setForce(const Vec3& force, const Vec3& torque, double gripper) noex
   const int done = sdk_->setForceAndTorqueAndGripperForce(force.x(), force.y(), force.z(), torque.x(), torque.y(),
                                                           torque.z(), gripper, id_);
   if (done == DhdSdk::kMotorSaturated) saturated_ = true;
+  refusals_ = energised_ && done < 0 ? refusals_ + 1 : 0;
 }
 
 void DhdIo::lookAtStatus() noexcept {

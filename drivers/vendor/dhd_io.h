@@ -23,7 +23,7 @@ class DhdIo final : public DeviceIo {
  public:
   static constexpr std::int64_t kPeriod_ns = 1'000'000;
   static constexpr std::int64_t kTrust_ns = 10'000'000;
-  static constexpr int kFailuresInARow = 10;         ///< Calls that fail: it is gone.
+  static constexpr int kFailuresInARow = 10;         ///< Readings or forces that fail: it is gone.
   static constexpr std::uint32_t kStatusEvery = 50;  ///< Ticks between two looks at its state.
   static constexpr int kZeros = 3;
 
@@ -58,7 +58,7 @@ class DhdIo final : public DeviceIo {
   PoseCheck check_;
   std::int64_t next_ns_ = 0, reading_ns_ = 0, asked_ns_ = 0;
   bool asked_ = false, saturated_ = false, energised_ = false, switched_off_ = false;
-  int failures_ = 0;
+  int failures_ = 0, refusals_ = 0;
   std::uint32_t ticks_ = 0, energised_ticks_ = 0;  ///< They wrap after 49 days.
 };
 

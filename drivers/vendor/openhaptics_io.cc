@@ -56,6 +56,7 @@ Result<void> OpenHapticsIo::open(const std::atomic<bool>&) {
   if (!described_) describe();
   described_ = true;
   gone_ = known_ = asked_ = saturated_ = energised_ = false;
+  wrote_ = kDeviceOk;
   ticks_ = 0;
   check_.forget();
   (void)errors();
@@ -178,7 +179,7 @@ void OpenHapticsIo::tick() noexcept {
   sdk_->getDoublev(HdSdk::kTransform, transform);
   sdk_->getDoublev(HdSdk::kPosition, transform + 12);  // The same place, told in the documented unit.
   sdk_->getIntegerv(HdSdk::kButtons, &buttons);
-  const std::uint32_t read = errors();
+  const std::uint32_t read = errors() | wrote_;
   if (read == kDeviceOk) take(transform, buttons);
   {
     const Inside inside(*this);
@@ -196,7 +197,8 @@ void OpenHapticsIo::tick() noexcept {
       inside.link->order(clock_.now(), finish);
     }
   }
-  if (((read | errors()) & kDeviceGone) != 0) gone_.store(true);
+  wrote_ = errors();  // Of the force: they come with the frame's end, and are told with the next reading.
+  if (((read | wrote_) & kDeviceGone) != 0) gone_.store(true);
   ticked_ns_.store(clock_.now());
 }
 

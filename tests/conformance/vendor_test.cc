@@ -232,6 +232,39 @@ TEST(VendorForce, ErrorsOfHdsForceAndMotorsAreFaults) {
   EXPECT_NE(servo.sample.status & kDeviceError, 0u);
 }
 
+TEST(VendorForce, WhatHdSaysOfAForceWhenItIsSentIsAFaultToo) {
+  VendorRig rig(Kind::kTouch);
+  rig.makeReady();
+  Servo servo(rig);
+  servo.run(20, Vec3(0, 0, 1));
+  ASSERT_EQ(servo.sample.status, kDeviceOk);
+  rig.state.hd_force_error = 0x200;
+  bool told = false;
+  for (int i = 0; i < 5; ++i) {
+    servo.run(1, Vec3(0, 0, 1));
+    told = told || (servo.sample.status & kDeviceError) != 0;
+  }
+  EXPECT_TRUE(told);
+  servo.run(20, Vec3(0, 0, 1));
+  EXPECT_EQ(servo.sample.status, kDeviceOk) << "told once, as it was";
+}
+
+TEST(VendorForce, ADeviceThatTakesNoForceAnyMoreIsGone) {
+  VendorRig rig(Kind::kOmega3);
+  rig.makeReady();
+  Servo servo(rig);
+  servo.run(20, Vec3(0, 0, 1));
+  rig.state.deaf = true;  // It goes on pushing with what it has, and tells where it is.
+  servo.run(30);
+  EXPECT_EQ(servo.sample.status & kDeviceGone, 0u) << "nobody asks it for a force";
+  rig.state.deaf = false;
+  servo.run(20, Vec3(0, 0, 1));
+  rig.state.deaf = true;
+  servo.run(30, Vec3(0, 0, 1));
+  EXPECT_NE(servo.sample.status & kDeviceGone, 0u);
+  EXPECT_FALSE(rig.state.force_on);
+}
+
 TEST(VendorLife, TheSdkCarriesTheArmOnlyIfAskedTo) {
   VendorRig plain(Kind::kOmega3);
   plain.makeReady();

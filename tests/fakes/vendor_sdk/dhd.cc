@@ -105,7 +105,7 @@ unsigned int dhdGetButtonMask(char) { return s().buttons; }
 int dhdSetForceAndTorqueAndGripperForce(double fx, double fy, double fz, double tx, double ty, double tz, double fg,
                                         char id) {
   ++s().force_calls;
-  if (id != kId || s().unplugged) return kError;  // A silent device still hears.
+  if (id != kId || s().unplugged || s().deaf) return kError;  // A silent device still hears.
   const double force[3] = {fx, fy, fz}, torque[3] = {tx, ty, tz};
   push(force, torque, fg);
   return s().saturating ? 2 : s().force_calls % 3 == 0 ? 1 : kOk;  // 1: told again too soon, which is no error.

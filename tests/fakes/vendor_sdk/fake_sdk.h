@@ -26,9 +26,11 @@ struct State {
   std::atomic<bool> calibrated, force_on;
   // Faults.
   std::atomic<bool> unplugged, silent, garbled, failing, jumping, forces_refused, saturating;
-  std::atomic<bool> hangs;         ///< Every call that reads the grip never comes back.
-  std::atomic<bool> crashes;       ///< Opening it ends the process.
-  std::atomic<unsigned> hd_error;  ///< Put on HD's stack of errors in the next frame.
+  std::atomic<bool> deaf;                ///< It takes no force any more, and keeps the last; reading goes on.
+  std::atomic<bool> hangs;               ///< Every call that reads the grip never comes back.
+  std::atomic<bool> crashes;             ///< Opening it ends the process.
+  std::atomic<unsigned> hd_error;        ///< Put on HD's stack of errors where the next frame begins.
+  std::atomic<unsigned> hd_force_error;  ///< Where it ends: that is when the force is sent.
   // What was seen.
   std::atomic<int> opened, closed, force_calls, closed_pushing, frames_outside, gravity_on;
   std::atomic<int> owner;  ///< Process that has it open; the kernel takes it from one that is dead.

@@ -68,6 +68,7 @@ void hdEndFrame(unsigned int) {
   in_frame = false;
   if (!s().unplugged) apply();
   ++s().force_calls;
+  if (const unsigned error = s().hd_force_error.exchange(0)) error_waiting = error;
 }
 ErrorInfo hdGetError() {
   const unsigned code = error_waiting;

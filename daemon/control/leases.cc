@@ -24,11 +24,10 @@ namespace {
 
 Result<void> speaksOurLayout(std::uint16_t major, std::uint16_t minor) {
   if (major != HD_SHM_MAJOR || minor > HD_SHM_MINOR) {
-    return Error{
-        ErrorCode::kVersionMismatch, "layoutMajor",
-        fmt::format("the client's shared memory layout is {}.{}, the daemon's {}.{}", major, minor, HD_SHM_MAJOR,
-                    HD_SHM_MINOR),
-        major > HD_SHM_MAJOR || minor > HD_SHM_MINOR ? "update hapticd" : "update the client's libhapticclient"};
+    return Error{ErrorCode::kVersionMismatch, "layoutMajor",
+                 fmt::format("the client's shared memory layout is {}.{}, the daemon's {}.{}", major, minor,
+                             HD_SHM_MAJOR, HD_SHM_MINOR),
+                 major < HD_SHM_MAJOR ? "update the client's libhapticclient" : "update hapticd"};
   }
   return {};
 }

@@ -1,6 +1,8 @@
 // A session from the offer to the last unmapping, stepped by hand.
 #include <fcntl.h>
 
+#include <optional>
+
 #include "tests/session/bench.h"
 
 namespace hapticd::test {
@@ -12,6 +14,8 @@ TEST(SessionLife, OfferMapLiveAndReadableState) {
   ASSERT_NE(session, nullptr);
   EXPECT_EQ(bench.client->a()->header.daemon_epoch, 42u);
   EXPECT_EQ(bench.client->a()->header.session_id, session->id);
+  EXPECT_EQ(bench.client->a()->header.device_count, 1u);
+  EXPECT_EQ(bench.client->a()->header.period_ns, kMs);
   hd_sample sample{};
   bench.step(5);
   ASSERT_TRUE(StateReader(bench.client->a()).latest(0, sample));
@@ -183,20 +187,48 @@ TEST(SessionLife, QuotaOfSessionsAndBytesIsPerUser) {
   EXPECT_TRUE(open(*bench.core.connect(7, 1001, false)).ok()) << "another user has a quota of its own";
 
   config.quotas.sessions = 100;
-  config.quotas.memory_mb = 1.5 * static_cast<double>(kSessionBytes) * 1e-6;
+  config.quotas.memory_mb = 2.5 * static_cast<double>(kSessionBytes) * 1e-6;
   Bench small(config);
-  ASSERT_TRUE(small.core.openSession("", small.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR).ok());
+  const std::uint64_t none = small.core.lockedBytes();
+  for (int i = 0; i < 2; ++i)
+    ASSERT_TRUE(small.core.openSession("", small.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR).ok());
+  EXPECT_EQ(small.core.lockedBytes() - none, 2 * kSessionBytes);
   const auto refused = small.core.openSession("", small.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
   EXPECT_EQ(refused.error().code, ErrorCode::kQuotaExceeded);
   EXPECT_EQ(refused.error().where, "memory");
 }
 
+/** On either way, with the one of the two that is to be updated. */
 TEST(SessionLife, AnotherLayoutIsRefused) {
   Bench bench;
-  EXPECT_EQ(bench.core.openSession("", bench.connection, "t", HD_SHM_MAJOR + 1, 0).error().code,
-            ErrorCode::kVersionMismatch);
-  EXPECT_EQ(bench.core.openSession("", bench.connection, "t", HD_SHM_MAJOR, HD_SHM_MINOR + 1).error().code,
-            ErrorCode::kVersionMismatch);
+  const auto refused = [&](std::uint16_t major, std::uint16_t minor) {
+    const Error at_once = bench.core.openSession("", bench.connection, "t", major, minor).error();
+    EXPECT_EQ(at_once.code, ErrorCode::kVersionMismatch);
+    Error later;
+    bench.core.openSession("", bench.connection, "t", major, minor,
+                           [&](const Result<Session*>& session) { later = session ? Error{} : session.error(); });
+    EXPECT_EQ(toString(later), toString(at_once));
+    return at_once.remedy;
+  };
+  EXPECT_EQ(refused(HD_SHM_MAJOR + 1, 0), "update hapticd");
+  EXPECT_EQ(refused(HD_SHM_MAJOR, HD_SHM_MINOR + 1), "update hapticd");
+  EXPECT_EQ(refused(HD_SHM_MAJOR - 1, 0), "update the client's libhapticclient");
+  EXPECT_EQ(refused(HD_SHM_MAJOR - 1, HD_SHM_MINOR + 1), "update the client's libhapticclient");
+  EXPECT_TRUE(bench.core.sessions().empty());
+}
+
+TEST(SessionLife, OfADeviceThatIsNotThereThereIsNone) {
+  Bench bench;
+  const auto nowhere = [](std::string_view) -> Result<std::unique_ptr<Device>> {
+    return Error{ErrorCode::kNotFound, "test://nowhere", "nothing has that name", {}};
+  };
+  bench.core.devices().setFactory(nowhere);
+  std::optional<ErrorCode> answer;
+  bench.core.openSession(
+      "test://nowhere", bench.connection, "t", HD_SHM_MAJOR, HD_SHM_MINOR,
+      [&](const Result<Session*>& session) { answer = session ? ErrorCode::kOk : session.error().code; });
+  while (!answer) bench.step();
+  EXPECT_EQ(*answer, ErrorCode::kNotFound);
   EXPECT_TRUE(bench.core.sessions().empty());
 }
 

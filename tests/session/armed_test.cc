@@ -46,6 +46,18 @@ TEST_F(Listed, BeforeTheOrderAndUntilAfterItIsOff) {
   EXPECT_EQ(onDisk(path), kNone);
 }
 
+TEST_F(Listed, WhileTheOrderWaitsBehindEdits) {
+  Session* session = bench->live();
+  for (int i = 0; i < 3000; ++i) bench->device().applyRadius();
+  bench->core.arm(session->id, [](const Result<void>&) {});
+  bench->step(150);
+  ASSERT_EQ(bench->sample().flags & HD_SAMPLE_ARMED, 0u);
+  EXPECT_EQ(onDisk(path), kFirst) << "off for long, but about to be armed";
+  bench->step(100);
+  ASSERT_NE(bench->sample().flags & HD_SAMPLE_ARMED, 0u);
+  EXPECT_EQ(onDisk(path), kFirst);
+}
+
 TEST_F(Listed, AStopTakesItOffToo) {
   Session* session = bench->live();
   ASSERT_TRUE(bench->arm(session->id).ok());
@@ -86,6 +98,19 @@ TEST_F(Listed, WhileItsDriverHasNotSentTheZerosItStaysArmed) {
   EXPECT_FALSE(statusOf(*core.devices().devices().front()).armed);
   EXPECT_TRUE(tellsDisarmed());
   bench->step(120);
+  EXPECT_EQ(onDisk(path), kNone);
+}
+
+TEST_F(Listed, ItIsOffAtAStretchBeforeItLeaves) {
+  Session* session = bench->live();
+  ASSERT_TRUE(bench->arm(session->id).ok());
+  ASSERT_TRUE(bench->core.disarm(session->id).ok());
+  for (const bool hung : {false, true, false}) {
+    bench->scripted[0]->hung = hung;
+    bench->step(70);
+    EXPECT_EQ(onDisk(path), kFirst) << "140 ms in all, but not at once";
+  }
+  bench->step(60);
   EXPECT_EQ(onDisk(path), kNone);
 }
 

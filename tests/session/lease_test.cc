@@ -91,6 +91,19 @@ TEST(Lease, WhatIsNotCalibratedIsNotArmed) {
   }
 }
 
+TEST(Lease, WhereTheServoTakesNothingMoreNothingIsArmed) {
+  Bench bench;
+  Session* session = bench.live();
+  while (bench.device().link->accepting()) bench.device().applyRadius();
+  std::optional<ErrorCode> answer;
+  bench.core.arm(session->id, [&](const Result<void>& r) { answer = r ? ErrorCode::kOk : r.error().code; });
+  ASSERT_TRUE(answer.has_value()) << "at once, not when the servo has had time";
+  EXPECT_EQ(*answer, ErrorCode::kTimeout);
+  bench.step(400);
+  EXPECT_EQ(bench.sample().flags & HD_SAMPLE_ARMED, 0u);
+  EXPECT_TRUE(bench.arm(session->id).ok());
+}
+
 TEST(Lease, NothingBeforeTheRegionsAreMapped) {
   Bench bench;
   auto session = bench.core.openSession("", bench.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
@@ -184,6 +197,13 @@ TEST_F(ArmThatWaits, IsCalledOffByItsHoldersDisarm) {
   ASSERT_TRUE(bench.core.disarm(session->id).ok());
   expectOff();
   EXPECT_TRUE(outcome.has_value());
+}
+
+TEST_F(ArmThatWaits, IsCalledOffByTheReleaseOfItsLease) {
+  ASSERT_TRUE(bench.core.releaseLease(session->id).ok());
+  expectOff();
+  ASSERT_TRUE(outcome.has_value());
+  EXPECT_EQ(outcome->error().code, ErrorCode::kLeaseRequired) << "it is not armed, and must not be told so";
 }
 
 TEST_F(ArmThatWaits, IsCalledOffByItsHoldersDeath) {

@@ -1,9 +1,11 @@
 // Drivers that do not come back: whoever closes them hears so, and nobody else's device waits.
 #include <atomic>
+#include <fstream>
 
 #include "daemon/device/device_closer.h"
 #include "tests/session/bench.h"
 #include "tests/session/still_device.h"
+#include "tests/support/temporary_directory.h"
 
 namespace hapticd::test {
 namespace {
@@ -87,6 +89,42 @@ TEST(Stuck, ADriverThatDoesNotCloseHoldsUpNobody) {
   while (bench.core.devices().isClosing("test://stuck")) bench.step();
   EXPECT_EQ(closing.closed, 1);
   EXPECT_TRUE(bench.core.openDevice("test://stuck", bench.administration).ok());
+}
+
+/** Should the daemon die meanwhile, hapticd-safe is to bring it to zero: only its driver knows whether it is. */
+TEST(Stuck, WhatWasArmedStaysListedUntilItsDriverHasClosedIt) {
+  const TemporaryDirectory folder;
+  const std::string path = folder.path() + "/armed";
+  Door reading, closing;
+  Bench bench;
+  bench.core.devices().setFactory([&](std::string_view uri) -> Result<std::unique_ptr<Device>> {
+    return std::unique_ptr<Device>(std::make_unique<StuckDevice>(std::string(uri), reading, closing));
+  });
+  auto list = ArmedList::open(path);
+  ASSERT_TRUE(list.ok());
+  bench.core.keepArmed(std::move(*list));
+  const auto listed = [&] {
+    std::ifstream file(path);
+    return armedIn(std::string(std::istreambuf_iterator<char>(file), {}));
+  };
+  auto session = bench.core.openSession("test://stuck", bench.administration, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
+  ASSERT_TRUE(session.ok());
+  bench.client = std::make_unique<ClientSide>(**session);
+  ASSERT_TRUE(bench.core.sessions().mapped((*session)->id).ok());
+  bench.step(4);
+  ASSERT_TRUE(bench.arm((*session)->id).ok());
+  bench.core.sessions().end((*session)->id, "test");
+  bench.step(20);
+  closing.shut.store(true);
+  EXPECT_EQ(codeOf(bench.core.closeDevice("test://stuck", bench.administration)), ErrorCode::kTimeout);
+  bench.core.setAsleep(true);  // There is none to be stopped.
+  bench.core.setAsleep(false);
+  bench.step(300);
+  EXPECT_EQ(listed(), std::vector<std::string>{"test://stuck"});
+  closing.open();
+  while (bench.core.devices().isClosing("test://stuck")) bench.step();
+  bench.step();
+  EXPECT_EQ(listed(), std::vector<std::string>());
 }
 
 TEST(Stuck, TheEndNamesItAndDoesNotWait) {

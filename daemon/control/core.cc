@@ -35,8 +35,7 @@ Core::Core(const CoreOptions& options, Clock& clock)
       scene_(meshes_),
       sessions_({options.epoch, options.config.quotas.sessions,
                  options.config.servo.lock_memory && !options.config.servo.allow_no_rt},
-                {[](Session& session) { log::info("session {} is live on {}", session.id, session.device->name); },
-                 [this](Session& session) {
+                {[this](Session& session) {
                    session.device->left_ns = clock_.now();
                    if (session.device->lease == session.id) loseLease(*session.device, session.why);
                  },

@@ -31,8 +31,7 @@ void Core::drain(GroupLink& link) {
   if (dropped != seen) events_.lost(dropped - seen);
   seen = dropped;
   IngestReport report;
-  for (int i = 0; i < 256 && link.group().ingest().reports.pop(report); ++i)
-    sessions_.report(link, report, clock_.now());
+  for (int i = 0; i < 256 && link.group().ingest().reports.pop(report); ++i) sessions_.report(link, report);
 }
 
 void Core::translate(GroupLink& link, const ServoEvent& e) {

@@ -62,7 +62,6 @@ struct Session {
   bool fading = false;          ///< The last loss order is posted; `ticket` is its.
   bool fade_started = false;    ///< The servo has it.
   std::uint64_t fade_tick = 0;  ///< Servo tick when it had it.
-  bool stale = false;           ///< Its heartbeat is late.
   std::string why;              ///< Why it ended.
 };
 

@@ -138,7 +138,7 @@ bool SessionManager::step(Session& session, std::int64_t now_ns) {
                        static_cast<std::uint32_t>(link.group().deviceCount())};
       if (!ingest.orders.push(order)) return false;
       session.state = Session::State::kLive;
-      if (hooks_.live) hooks_.live(session);
+      log::info("session {} is live on {}", session.id, session.device->name);
       return false;
     }
     case Session::State::kLive:
@@ -148,7 +148,6 @@ bool SessionManager::step(Session& session, std::int64_t now_ns) {
         IngestOrder order;
         order.kind = IngestOrder::Kind::kDetach;
         order.slot = session.slot;
-        order.session.id = session.id;
         session.detach_sent = ingest.orders.push(order);
         return false;
       }
@@ -181,7 +180,7 @@ bool SessionManager::step(Session& session, std::int64_t now_ns) {
   return false;
 }
 
-void SessionManager::report(GroupLink& link, const IngestReport& report, std::int64_t) {
+void SessionManager::report(GroupLink& link, const IngestReport& report) {
   Session* session = bySlot(link, report.slot);
   if (session == nullptr) return;
   switch (report.kind) {
@@ -198,14 +197,12 @@ void SessionManager::report(GroupLink& link, const IngestReport& report, std::in
                 report.seq, describe(static_cast<ErrorCode>(report.code)), log::suppressedNote(report.suppressed));
       return;
     case IngestReport::Kind::kStale:
-      session->stale = true;
       log::warn("session {} of '{}' (pid {}): heartbeat is late, its force fades", session->id,
                 log::printable(session->client.name), session->client.pid);
       return;
     case IngestReport::Kind::kKinds:
       return;
     case IngestReport::Kind::kAlive:
-      session->stale = false;
       log::info("session {}: heartbeat is back", session->id);
       return;
   }

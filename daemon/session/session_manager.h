@@ -27,7 +27,6 @@ class SessionManager {
 
   /** What the owner is told. */
   struct Hooks {
-    std::function<void(Session&)> live;    ///< The servo renders it.
     std::function<void(Session&)> ending;  ///< The client is gone; its lease is to be taken back.
     std::function<Result<void>(std::uint32_t uid, std::uint64_t bytes)> quota;
   };
@@ -45,7 +44,7 @@ class SessionManager {
   /** Steps every session: reports of ingest, time-outs, fades, freeing. Call every few milliseconds. */
   void poll(std::int64_t now_ns);
   /** One report of a group's ingest. */
-  void report(GroupLink& link, const IngestReport& report, std::int64_t now_ns);
+  void report(GroupLink& link, const IngestReport& report);
 
   /** Still in use by its client, or null. */
   [[nodiscard]] Session* find(std::uint64_t id);

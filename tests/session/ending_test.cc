@@ -54,7 +54,7 @@ TEST_F(SessionEnding, ASecondTimeAndOfNobodyIsNothing) {
   EXPECT_EQ((*session)->why, "for the test");
   bench.step(150);
   EXPECT_TRUE(bench.core.sessions().empty());
-  bench.core.sessions().report(*bench.device().link, {}, bench.clock.now());  // Of a slot that nobody has any more.
+  bench.core.sessions().report(*bench.device().link, {});  // Of a slot that nobody has any more.
 }
 
 /** A thread that hangs keeps no force in a hand. */

@@ -14,13 +14,21 @@ TEST(SessionLife, OfferMapLiveAndReadableState) {
   ASSERT_NE(session, nullptr);
   EXPECT_EQ(bench.client->a()->header.daemon_epoch, 42u);
   EXPECT_EQ(bench.client->a()->header.session_id, session->id);
-  EXPECT_EQ(bench.client->a()->header.device_count, 1u);
-  EXPECT_EQ(bench.client->a()->header.period_ns, kMs);
   hd_sample sample{};
   bench.step(5);
   ASSERT_TRUE(StateReader(bench.client->a()).latest(0, sample));
   EXPECT_GT(sample.tick, 0u);
   EXPECT_EQ(sample.flags & HD_SAMPLE_ARMED, 0u);
+}
+
+TEST(SessionLife, ARegionSaysOfItsGroupHowManyAndHowFast) {
+  Bench bench;
+  ASSERT_TRUE(bench.core.devices().openGroup({"pair", {"test://left", "test://right"}, 2000, {}}).ok());
+  auto session = bench.core.openSession("test://left", bench.administration, "tester", HD_SHM_MAJOR, HD_SHM_MINOR);
+  ASSERT_TRUE(session.ok()) << toString(session.error());
+  const ClientSide side(**session);
+  EXPECT_EQ(side.a()->header.device_count, 2u);
+  EXPECT_EQ(side.a()->header.period_ns, kMs / 2);
 }
 
 TEST(SessionLife, NobodyCanResizePunchOrMapAnewOnceSealed) {

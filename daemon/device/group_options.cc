@@ -16,7 +16,6 @@ GroupOptions DeviceManager::options(const GroupConfig& group,
   GroupOptions o;
   o.volumes = &meshes_.volumes();
   o.cycle.period_ns = std::llround(1e9 / rate_hz);
-  o.cycle.device_count = static_cast<std::uint32_t>(devices.size());
   o.cycle.loss_fade_ns = std::llround(config_.sessions.loss_fade_ms * kNsPerMs);
   for (std::size_t i = 0; i < devices.size(); ++i) {
     const DeviceInfo& info = devices[i]->info();

@@ -1,4 +1,5 @@
 // An object put into a device's hand by name.
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "daemon/resource/resource_tree.h"
@@ -105,6 +106,38 @@ TEST_F(ToolBench, ThatTorqueIsNotShownIsToldByAnEvent) {
   EXPECT_EQ(told.back().object, "box");
   EXPECT_EQ(told.back().device, device.name);
   EXPECT_NE(told.back().text.find("cannot show torque"), std::string::npos);
+}
+
+/** Runs something while the collide thread finds an answer, which asks for the time. */
+class DuringAnswer final : public Clock {
+ public:
+  explicit DuringAnswer(std::function<void()> work) : work_(std::move(work)) {}
+  [[nodiscard]] std::int64_t now() HD_RT override {
+    if (auto work = std::exchange(work_, nullptr)) work();
+    return 0;
+  }
+  void sleepUntil(std::int64_t) HD_RT override {}
+
+ private:
+  std::function<void()> work_;
+};
+
+/** Else the memory of a mesh that an order drops would be gone under the answer. */
+TEST_F(ToolBench, WhatTheCollideThreadStillReadsIsNotTaken) {
+  ASSERT_TRUE(tree.set(path() + "?value=box,0.2,300", anybody).ok());
+  bench.step(3);
+  DeviceGroup& group = device.link->group();
+  group.servo().runOnce();
+  ASSERT_EQ(group.taken(), group.sent());
+  std::uint64_t during = 0;
+  DuringAnswer clock([&] {
+    device.applyRadius();
+    group.servo().runOnce();
+    during = group.taken();
+  });
+  group.servo().collider->step(&clock);
+  EXPECT_EQ(during + 1, group.sent()) << "the servo has passed the order, the answer is older than it";
+  EXPECT_EQ(group.taken(), group.sent());
 }
 
 TEST_F(ToolBench, AGripTakesAGripperThatCanPush) {

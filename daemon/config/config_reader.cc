@@ -214,7 +214,6 @@ class Reader {
     if (node == nullptr) return;
     const toml::array* const array = node->as_array();
     if (array == nullptr) return wrongType(key, *node, wanted);
-    values.clear();
     for (const toml::node& element : *array) read(element, values.emplace_back());
   }
 

@@ -116,5 +116,13 @@ TEST(ConfigBounds, AreThemselvesTakenAndNothingBeyond) {
   }
 }
 
+TEST(ConfigBounds, OfPermissions) {
+  for (const std::string key : {"mode", "admin_mode"}) {
+    const auto taken = [&](const char* value) { return parseConfig("[sockets]\n" + key + " = " + value, "f").ok(); };
+    EXPECT_TRUE(taken("0o000") && taken("0o777")) << key;
+    EXPECT_FALSE(taken("-1") || taken("0o1000")) << key;
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -37,6 +37,8 @@ TEST(Config, WrongTypesAreNamed) {
   EXPECT_EQ(refused("servo = 3\n").remedy, "it must be a table, [servo]");
   EXPECT_EQ(refused("[group]\nname = 'x'\n").remedy, "it must be an array of tables, [[group]]");
   EXPECT_EQ(refused("[sockets]\nmode = '0660'\n").remedy, "it must be file permissions such as 0o660");
+  EXPECT_EQ(refused("[[group]]\ndevices = 3\n").remedy, "it must be an array of texts");
+  EXPECT_EQ(refused("[[group]]\ncpus = 3\n").remedy, "it must be an array of integers");
   EXPECT_EQ(refused("[log]\nlevel = 'loud'\n").remedy, "one of trace, debug, info, warn, error, off");
   EXPECT_EQ(refused("[servo]\nservo_priority = 80.5\n").what, "servo_priority is a number");
 }
@@ -63,7 +65,11 @@ TEST(Config, ValuesThatDoNotFitTogetherAreRefused) {
   EXPECT_EQ(refused("[[group]]\nname='a'\ndevices=['x','x']").what, "device \"x\" stands in two places");
   EXPECT_EQ(refused("[[group]]\nname='a'\ndevices=['1','2','3','4','5']").remedy, "one servo serves at most 4");
   EXPECT_EQ(refused("[[group]]\nname='a'").what, "group \"a\" has no devices");
+  EXPECT_TRUE(parseConfig("[[group]]\nname='a'\ndevices=['1','2','3','4']", "f").ok());
+  EXPECT_EQ(refused("[[group]]\ndevices=['x']").what, "a [[group]] has no name");
   EXPECT_EQ(refused("[[device]]\nforce_n=1").what, "a [[device]] has no uri");
+  EXPECT_EQ(refused("[[device]]\nuri='x'\n[[device]]\nuri='x'").what, "device \"x\" stands twice");
+  EXPECT_TRUE(parseConfig("[[group]]\nname='a'\ndevices=['x']\n[[device]]\nuri='x'", "f").ok());
 }
 
 TEST(Config, FoldersAreNamedFromTheRoot) {

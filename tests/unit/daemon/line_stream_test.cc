@@ -78,7 +78,8 @@ TEST(LineStream, ALineLongerThanAPipeTakesAtOnceIsWhole) {
   ASSERT_EQ(::pipe2(ends, O_CLOEXEC), 0);
   const UniqueFd reader(ends[0]), writer(ends[1]);
   LineStream stream(writer.get());
-  const std::string longest = std::string(10'000, 'x') + "\n";
+  std::string longest(10'001, 'x');
+  longest.back() = '\n';
   stream.write(longest);
   EXPECT_EQ(readAll(reader.get()), longest);
 }

@@ -14,6 +14,7 @@
 #include <chrono>
 #include <cstdint>
 #include <hapticclient/events.hpp>
+#include <hapticclient/recording.hpp>
 #include <hapticclient/result.hpp>
 #include <hapticclient/scene.hpp>
 #include <hapticclient/session.hpp>
@@ -116,6 +117,13 @@ class Client {
     auto done = detail::run([&](auto* e) { return haptic_session_open(get(), &o, &handle, e); });
     if (!done) return done.error();
     return Session(handle);
+  }
+  /** Empty: the first device. It must not be armed. */
+  Result<Recording> record(const std::string& uri = {}) {
+    haptic_recording* handle = nullptr;
+    auto done = detail::run([&](auto* e) { return haptic_record(get(), uri.c_str(), &handle, e); });
+    if (!done) return done.error();
+    return Recording(handle);
   }
   [[nodiscard]] Scene scene() const noexcept { return Scene(get()); }
   /** `kinds`: 1 << haptic_event_kind each, 0 for all. */

@@ -53,6 +53,14 @@ class Session {
     if (const int code = haptic_session_latest(get(), &sample); code != HAPTIC_OK) return Error{code, {}, {}, {}};
     return sample;
   }
+  /** That of another device of the group, by its index. */
+  [[nodiscard]] Result<haptic_sample> latest(std::uint32_t device) const {
+    haptic_sample sample;
+    if (const int code = haptic_session_latest_of(get(), device, &sample); code != HAPTIC_OK) {
+      return Error{code, {}, {}, {}};
+    }
+    return sample;
+  }
   /** Fills `room` with the oldest unread samples and gives the filled part; `lost` grows by those overwritten. */
   [[nodiscard]] Result<std::span<haptic_sample>> drain(std::span<haptic_sample> room, std::uint64_t& lost) {
     std::uint32_t count = 0;

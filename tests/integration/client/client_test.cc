@@ -1,6 +1,7 @@
 // The client library against a real daemon with a simulated hand.
 #include <gtest/gtest.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -69,6 +70,36 @@ TEST_F(ClientIntegration, ASampleStandsAsSoonAsASessionIsOpen) {
     missed += session.latest() ? 0 : 1;
   }
   EXPECT_EQ(missed, 0);
+}
+
+TEST_F(ClientIntegration, ARecordingIsReadToItsEnd) {
+  auto client = connect("recorder");
+  auto session = open(client);
+  auto recording = client.record();
+  ASSERT_TRUE(recording) << recording.error().message();
+  std::string stream;
+  std::thread reading([&] {
+    char buffer[4096];
+    for (ssize_t n; (n = read(recording->fd(), buffer, sizeof buffer)) > 0;) stream.append(buffer, n);
+  });
+  const std::uint64_t begun = newest(session).tick;
+  EXPECT_TRUE(eventually([&] { return newest(session).tick > begun + 20; }));
+  EXPECT_EQ(client.record().code(), HAPTIC_ALREADY_EXISTS);
+  const auto end = recording->stop();
+  reading.join();
+  ASSERT_TRUE(end) << end.error().message();
+  EXPECT_GE((*end)->cycles, 20u);
+  EXPECT_EQ((*end)->lost, 0u);
+  EXPECT_TRUE(stream.starts_with("HRBLOCK1"));
+}
+
+TEST_F(ClientIntegration, ASampleIsOfTheDeviceThatIsAskedFor) {
+  auto client = connect("one");
+  auto session = open(client);
+  const auto first = session.latest(0);
+  ASSERT_TRUE(first) << first.error().message();
+  EXPECT_EQ(first->device, 0u);
+  EXPECT_EQ(session.latest(1).code(), HAPTIC_INVALID_ARGUMENT) << "the group has one";
 }
 
 TEST_F(ClientIntegration, TwoClientsShareTheSceneAndOneHoldsTheLease) {

@@ -173,8 +173,9 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
 }
 
 bool LocalModelSlot::restate(std::int64_t now_ns, Command& command) const HD_RT {
+  if (state_ != State::kInForce || now_.model.none() || now_.frame_gone) return false;  // What is cleared has no end.
   const std::int64_t left_ns = applied_ns_ + lease_ns_ - now_ns;
-  if (state_ != State::kInForce || now_.model.none() || now_.frame_gone || left_ns <= 0) return false;
+  if (left_ns <= 0) return false;
   command = now_.model.command();
   command.seq = seq_;
   if (command.kind == CommandKind::kForceField) {

@@ -243,6 +243,18 @@ TEST_F(ShareTest, WhatIsRestatedGivesTheSameForce) {
   EXPECT_LT((total(tick()) - before).norm(), 1e-12);
 }
 
+TEST_F(ShareTest, WhatFadesOutIsNotRestated) {
+  ASSERT_EQ(model(modelOf(HD_MODEL_PLANE, 2000)), ErrorCode::kOk);
+  for (int i = 0; i < 20; ++i) (void)tick();
+  ASSERT_EQ(clear(modelOf(HD_MODEL_PLANE).slot), ErrorCode::kOk);
+  for (int i = 0; i < 2; ++i) {  // Also before its first tick.
+    std::vector<Command> said;
+    session.restate(now, said);
+    EXPECT_EQ(said.size(), 1u) << "the limits alone";
+    (void)tick();
+  }
+}
+
 TEST_F(ShareTest, RefusesSlotsDevicesAndKinds) {
   hd_local_model m = modelOf(HD_MODEL_PLANE);
   m.slot = HD_MODEL_SLOTS;

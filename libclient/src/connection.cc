@@ -9,6 +9,7 @@
 
 #include "libclient/src/fork_guard.h"
 #include "libclient/src/loop.h"
+#include "libclient/src/patience.h"
 #include "libclient/src/socket_search.h"
 
 namespace hapticd::client {
@@ -44,8 +45,6 @@ class CallersSignals {
   sigset_t mask_{};
   struct sigaction pipe_ {};
 };
-
-std::int64_t orDefault(std::int64_t timeout_ns) { return timeout_ns > 0 ? timeout_ns : kDefaultTimeoutNs; }
 
 }  // namespace
 
@@ -104,7 +103,9 @@ void Connection::add(Loop& loop, Dependent& dependent) {
 void Connection::remove(Loop& loop, Dependent& dependent) { std::erase(loop.dependents, &dependent); }
 
 Connection::Connection(Options options)
-    : options_(std::move(options)), process_(forkGeneration()), timeout_ns_(orDefault(options_.timeout_ns)) {}
+    : options_(std::move(options)),
+      process_(forkGeneration()),
+      timeout_ns_(patience_ns(options_.timeout_ns, kDefaultTimeoutNs)) {}
 
 Failure Connection::start() {
   const CallersSignals kept;
@@ -151,7 +152,7 @@ Connection::~Connection() {
 bool Connection::ownProcess() const noexcept { return process_ == forkGeneration(); }
 
 void Connection::setTimeout(std::int64_t timeout_ns) noexcept {
-  timeout_ns_.store(orDefault(timeout_ns), std::memory_order_relaxed);
+  timeout_ns_.store(patience_ns(timeout_ns, kDefaultTimeoutNs), std::memory_order_relaxed);
 }
 
 Connection::Info Connection::info() const {

@@ -9,6 +9,7 @@
 
 #include "libclient/src/convert.h"
 #include "libclient/src/loop.h"
+#include "libclient/src/patience.h"
 
 using hapticd::client::Connection;
 using hapticd::client::Failure;
@@ -68,9 +69,7 @@ class Queue {
     if (timeout_ns < 0) {
       changed_.wait(lock, ready);
     } else {
-      // Far deadlines must not overflow the clock.
-      const std::int64_t most = INT64_C(1'000'000'000) * 3600 * 24 * 365;
-      changed_.wait_for(lock, std::chrono::nanoseconds(std::min(timeout_ns, most)), ready);
+      changed_.wait_for(lock, std::chrono::nanoseconds(std::min(timeout_ns, client::kLongestWait_ns)), ready);
     }
     if (events_.empty()) return connected_ ? HAPTIC_TIMEOUT : HAPTIC_DISCONNECTED;
     event = events_.front();

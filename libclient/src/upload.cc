@@ -8,6 +8,7 @@
 #include "libclient/src/convert.h"
 #include "libclient/src/loop.h"
 #include "libclient/src/mapping.h"
+#include "libclient/src/patience.h"
 #include "libclient/src/upload_region.h"
 #include "proto/snapshot.h"
 #include "proto/volume.h"
@@ -166,7 +167,7 @@ Failure commit(haptic_upload& upload, haptic_progress progress, void* user, std:
   Failure failure = client::commitPatiently([&] {
     waiting = std::make_shared<Waiting>();
     startCommit(upload, waiting);
-    return waitForBuilder(*waiting, progress, user, timeout_ns > 0 ? timeout_ns : kDefaultPatienceNs);
+    return waitForBuilder(*waiting, progress, user, client::patience_ns(timeout_ns, kDefaultPatienceNs));
   });
   connection.run([&](Connection::Loop&) {
     upload.commit = nullptr;

@@ -33,6 +33,10 @@ class Daemon(unittest.TestCase):
         self.assertIsInstance(self.client.dump(), dict)
         self.assertIn("[", self.client.configuration())
 
+    def test_who_waits_for_ever_is_answered(self):
+        with haptic.Client(timeout_s=math.inf) as patient:
+            self.assertTrue(patient.devices())
+
     def test_records_a_stream_until_it_is_stopped(self):
         with self.client.record() as recording:
             stream, pieces = os.dup(recording.fileno()), []

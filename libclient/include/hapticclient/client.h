@@ -79,7 +79,7 @@ HAPTIC_API int haptic_connected(const haptic_client* client);
  */
 HAPTIC_API int haptic_reconnect(haptic_client* client, haptic_error* error);
 
-/** Sets the timeout of later calls [ns]; 0: 5 s. Any thread. */
+/** Sets the timeout of later calls [ns]; 0: 5 s; whoever would wait for ever waits a year. Any thread. */
 HAPTIC_API int haptic_set_timeout(haptic_client* client, int64_t timeout_ns);
 
 /** What the daemon said of itself when the connection was made. Does not block. */

@@ -286,7 +286,7 @@ class Client:
                  timeout_s: float = 0.0) -> None:
         self._handle: Optional[ctypes.c_void_p] = None
         options = _abi.ConnectOptions(flags=1 if administration else 0, socket=_bytes(socket), name=name.encode(),
-                                      timeout_ns=round(timeout_s * 1e9))
+                                      timeout_ns=round(min(timeout_s, 1e9) * 1e9))
         handle = ctypes.c_void_p()
         call(_lib.haptic_connect, ctypes.byref(options), ctypes.byref(handle))
         self._handle = handle

@@ -28,6 +28,16 @@ TEST_F(ClientTest, ShakesHandsAndTellsWhoItIs) {
   EXPECT_EQ((*info)->size, sizeof(haptic_daemon_info));
 }
 
+TEST_F(ClientTest, WhoWaitsForEverIsAnswered) {
+  start();
+  constexpr auto kForEver = std::chrono::nanoseconds::max();
+  auto client = haptic::Client::connect({socket(), "tester", false, kForEver});
+  ASSERT_TRUE(client) << client.error().message();
+  EXPECT_TRUE(client->devices());
+  EXPECT_TRUE(client->setTimeout(kForEver));
+  EXPECT_TRUE(client->devices());
+}
+
 TEST_F(ClientTest, StatisticsTellWhatTheCollideThreadCouldNotDo) {
   start();
   auto client = connect();

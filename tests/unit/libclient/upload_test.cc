@@ -76,6 +76,13 @@ TEST_F(UploadTest, ABuilderThatNeverEndsIsGivenUp) {
   EXPECT_TRUE(client_->get("/x"));
 }
 
+TEST_F(UploadTest, WhoWaitsForEverGetsTheMesh) {
+  auto upload = client_->scene().beginUpload(4, 4);
+  ASSERT_TRUE(upload);
+  const auto report = upload->commit({}, std::chrono::nanoseconds::max());
+  EXPECT_TRUE(report) << report.error().message();
+}
+
 TEST_F(UploadTest, AWeldingDistanceTravelsWithTheMesh) {
   auto upload = client_->scene().beginUpload(4, 4);
   ASSERT_TRUE(upload);

@@ -68,6 +68,13 @@ Failure toFailure(const kj::Exception& exception) {
   return {HAPTIC_INTERNAL, "daemon", what, {}};
 }
 
+Failure tooLong(std::uint64_t words) {
+  constexpr std::uint64_t kMost_bytes = 128 * 1024;  // The daemon reads 1 MiB; its longest text has 4 KiB.
+  if (8 * words <= kMost_bytes) return {};
+  return badArgument("request", "is " + std::to_string(8 * words) + " bytes long",
+                     "shorten its texts: " + std::to_string(kMost_bytes) + " bytes are the most");
+}
+
 Link::Link(kj::Own<kj::AsyncCapabilityStream> socket, int descriptor)
     : fd(descriptor),
       stream(kj::mv(socket)),

@@ -120,12 +120,17 @@ Failure toFailure(proto::Status::Reader status);
 /** An exception of the RPC system. */
 Failure toFailure(const kj::Exception& exception);
 
+/** Of a request that is longer than any that makes sense: the daemon would hang up on it, and sessions would end. */
+Failure tooLong(std::uint64_t words);
+
 /**
  * Sends a request; when the daemon has agreed, `use` gets the results. `failure` receives its refusal. Both are kept by
  * reference until the promise is done.
  */
 template <class Request, class Use>
 kj::Promise<void> ask(Request&& request, Failure& failure, Use&& use) {
+  failure = tooLong(request.totalSize().wordCount);
+  if (failure) return kj::READY_NOW;
   return request.send().then([&failure, use = std::forward<Use>(use)](auto&& results) mutable {
     failure = toFailure(results.getStatus());
     if (!failure) use(results);

@@ -84,9 +84,11 @@ int haptic_object_volume_file(haptic_client* c, const char* name, int* fd, hapti
     if (fd == nullptr) return client::badArgument("fd", "is null");
     int received = -1;
     Failure refusal;
-    Failure broken = c->connection->call([&](Link& link) {
+    Failure broken = c->connection->call([&](Link& link) -> kj::Promise<void> {
       auto request = link.scene.volumeFileRequest();
       request.setName(name);
+      refusal = client::tooLong(request.totalSize().wordCount);
+      if (refusal) return kj::READY_NOW;
       return request.send().then([&](auto&& results) -> kj::Promise<void> {
         refusal = client::toFailure(results.getStatus());
         if (refusal) return kj::READY_NOW;

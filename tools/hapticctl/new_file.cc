@@ -21,8 +21,12 @@ NewFile::NewFile(const std::string& path, bool replace) : path_(path) {
   struct stat s {};
   file_ = fd_ >= 0 && ::fstat(fd_, &s) == 0 && S_ISREG(s.st_mode);
   if (fd_ >= 0) return;
-  throw Failure{kExitFile, path, std::strerror(errno),
-                errno == EEXIST ? "choose another name, or give --replace" : "choose a place where you may write"};
+  const int error = errno;
+  if (::stat(path.c_str(), &s) == 0 && S_ISDIR(s.st_mode)) {
+    throw Failure{kExitFile, path, "is a folder", "name a file in it"};
+  }
+  throw Failure{kExitFile, path, std::strerror(error),
+                error == EEXIST ? "choose another name, or give --replace" : "choose a place where you may write"};
 }
 
 NewFile::~NewFile() {

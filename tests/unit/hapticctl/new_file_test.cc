@@ -39,6 +39,17 @@ TEST_F(NewFileTest, WithoutAByteItIsAsItWasBefore) {
   EXPECT_EQ(held(), "older");
 }
 
+TEST_F(NewFileTest, AFolderIsNamedAsOne) {
+  for (const bool replace : {false, true}) {
+    try {
+      const NewFile file(folder_.path(), replace);
+      ADD_FAILURE();
+    } catch (const Failure& failure) {
+      EXPECT_EQ(failure.what, "is a folder");
+    }
+  }
+}
+
 TEST_F(NewFileTest, TheFirstByteReplacesAllThatWasThere) {
   hold("much older");
   NewFile file(path_, true);

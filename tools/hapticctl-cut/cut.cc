@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tools/hapticctl-cut/mesh_distance.h"
+#include "tools/hapticctl-cut/sound_surface.h"
 
 namespace hapticctl_cut {
 namespace {
@@ -27,7 +28,8 @@ Surface draw(const Lattice& lattice, const std::vector<float>& solid, const std:
 
 }  // namespace
 
-CutParts cut(const Surface& mesh, const CutOptions& options) {
+CutParts cut(const Surface& whole_mesh, const CutOptions& options) {
+  const Surface mesh = withoutNeedles(whole_mesh);
   if (const auto open = whyOpen(mesh)) throw ImportError("", *open, "only what is closed has an inside to be cut");
   const CutSurface surface(options.shape);
   Box whole;

@@ -13,6 +13,7 @@
 #include <set>
 
 #include "tools/hapticctl-cut/mesh_distance.h"
+#include "tools/hapticctl-cut/sound_surface.h"
 
 namespace hapticctl_cut {
 namespace {
@@ -327,6 +328,57 @@ TEST(MeshDistance, ofTwoWallsCloseTogetherEachKeepsItsSide) {
       }
     }
   }
+}
+
+/** A box with a vertex in the middle of the edge from 0 to 4, for the triangle on one side alone; a needle fills the
+ * gap. */
+Surface boxWithANeedle(const Vec3& half) {
+  Surface out = box(half);
+  const Vec3 middle = 0.5 * (place(out, 0) + place(out, 4));
+  out.vertices.push_back(
+      {static_cast<float>(middle.x()), static_cast<float>(middle.y()), static_cast<float>(middle.z())});
+  out.triangles[4] = {0, 1, 8};  // of {0, 1, 4}
+  out.triangles.push_back({8, 1, 4});
+  out.triangles.push_back({4, 0, 8});
+  return out;
+}
+
+TEST(Cut, whatHasNoAreaIsNeitherAHoleNorASpike) {
+  const Vec3 half(5, 7, 3);
+  Surface twice = box(half);
+  twice.triangles.insert(twice.triangles.begin(), {0, 0, 1});
+  Surface several = boxWithANeedle(half);  // and the needle in three, one across another
+  several.vertices.push_back({-5, -7, -1.5f});
+  several.triangles.pop_back();
+  several.triangles.insert(several.triangles.end(), {{4, 0, 9}, {4, 9, 8}, {9, 0, 8}});
+  CutOptions o;
+  o.shape.at = {0.1, 0, 0};
+  o.shape.pull = {1, 0, 0};
+  o.voxel = 0.37;
+  for (const Surface& whole : {twice, boxWithANeedle(half), several}) {
+    EXPECT_EQ(volumeOf(withoutNeedles(whole)), volumeOf(box(half)));
+    const CutParts parts = cut(whole, o), plain = cut(box(half), o);
+    EXPECT_EQ(parts.body.triangles.size(), plain.body.triangles.size());
+    EXPECT_NEAR(volumeOf(parts.body), volumeOf(plain.body), 1e-3);
+    for (const auto& v : parts.body.vertices)
+      for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(v[static_cast<std::size_t>(k)]), half[k] + 0.01);
+  }
+}
+
+TEST(SoundSurface, splitsWhatLiesAcrossANeedle) {
+  const Surface whole = boxWithANeedle({5, 7, 3});
+  const Surface sound = withoutNeedles(whole);
+  expectClosed(sound);
+  EXPECT_EQ(sound.triangles.size(), 14u);
+  for (const auto& t : sound.triangles) {
+    const Vec3 a = place(sound, t[0]);
+    EXPECT_GT((place(sound, t[1]) - a).cross(place(sound, t[2]) - a).norm(), 1);
+  }
+  // An edge of three triangles says not which of them to split: nothing is lost.
+  Surface fan = whole;
+  fan.vertices.push_back({-20, -20, 0});
+  fan.triangles.push_back({0, 4, 9});
+  EXPECT_EQ(withoutNeedles(fan).triangles.size(), fan.triangles.size());
 }
 
 std::string placeInWords(const std::array<float, 3>& x) {

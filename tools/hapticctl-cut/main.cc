@@ -5,15 +5,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
 #include <csignal>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 
 #include "rt/base/standard_streams.h"
 #include "tools/hapticctl-cut/cut.h"
+#include "tools/hapticctl-import/hand_over.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/option.h"
 #include "tools/hapticctl/read_mesh.h"
@@ -33,16 +31,6 @@ struct Options {
 Vec3 vec3(const std::string& option, const std::string& text) {
   const auto x = parseVec3(option, text);
   return {x[0], x[1], x[2]};
-}
-
-void writeFile(const std::string& path, const std::string& bytes) {
-  errno = 0;
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (file) return;
-  throw hapticctl::Failure{
-      hapticctl::kExitFile, path, fmt::format("cannot be written: {}", std::strerror(errno != 0 ? errno : EIO)), {}};
 }
 
 std::string besides(const std::string& file, const char* part) {
@@ -84,6 +72,7 @@ int run(Options& o) {
   if (o.body.empty()) o.body = besides(o.file, "-body.ply");
   if (o.fragment.empty()) o.fragment = besides(o.file, "-fragment.ply");
   requireThreeFiles(o);
+  for (const std::string& path : {o.body, o.fragment}) hapticctl_import::requireWritable(path);
   CutShape& shape = o.cut.shape;
   shape.shell = !o.shell.empty();
   shape.at = shape.shell ? vec3("--shell", o.shell) : vec3("--plane", o.plane);
@@ -93,8 +82,8 @@ int run(Options& o) {
   Surface mesh{std::move(file.vertices), std::move(file.triangles)};
   const double whole = hapticctl_import::volumeOf(mesh);
   const CutParts parts = cut(mesh, o.cut);
-  writeFile(o.body, hapticctl_import::toPly(parts.body));
-  writeFile(o.fragment, hapticctl_import::toPly(parts.fragment));
+  hapticctl_import::writeFile(o.body, hapticctl_import::toPly(parts.body));
+  hapticctl_import::writeFile(o.fragment, hapticctl_import::toPly(parts.fragment));
   fmt::print("whole     {}: {} triangles, {:.4g} cm3; {} lattice points\n", o.file, mesh.triangles.size(), whole * 1e-3,
              parts.points);
   tell("body", o.body, parts.body, whole);

@@ -1,6 +1,8 @@
 #include "tools/hapticctl-import/hand_over.h"
 
+#include <fcntl.h>
 #include <spawn.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,7 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
+#include <string_view>
 
 #include "tools/hapticctl-import/image.h"
 
@@ -30,6 +32,19 @@ extern "C" void unlinkAndEnd(int signal) {
 ImportError notWritten(const std::string& path, int code) {
   return {path, std::string("cannot be written: ") + std::strerror(code),
           code == ENOSPC ? "make room, or choose another disk" : "choose another place for it"};
+}
+
+/** 0, or what went wrong. */
+int writeAndClose(int fd, std::string_view bytes) {
+  int code = 0;
+  while (code == 0 && !bytes.empty()) {
+    const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+    if (n < 0 && errno != EINTR) code = errno;
+    if (n == 0) code = EIO;
+    if (n > 0) bytes.remove_prefix(static_cast<std::size_t>(n));
+  }
+  const int closed = ::close(fd) != 0 ? errno : 0;
+  return code != 0 ? code : closed;
 }
 
 }  // namespace
@@ -57,15 +72,26 @@ void requireWritable(const std::string& path) {
   if (::access(there ? path.c_str() : folder.c_str(), there ? W_OK : W_OK | X_OK) != 0) throw notWritten(path, errno);
 }
 
+void writeInPlace(const std::string& path, const std::string& bytes) {
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOCTTY, 0666);
+  if (const int code = fd < 0 ? errno : writeAndClose(fd, bytes); code != 0) throw notWritten(path, code);
+}
+
 void writeFile(const std::string& path, const std::string& bytes) {
-  errno = 0;
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (file) return;
-  const int code = errno != 0 ? errno : EIO;
+  namespace fs = std::filesystem;
   std::error_code none;
-  if (code == ENOSPC && std::filesystem::is_regular_file(path, none)) std::filesystem::remove(path, none);
+  const fs::file_status status = fs::symlink_status(path, none);
+  const bool there = fs::exists(status);
+  std::string part = path + ".XXXXXX";
+  const int fd = !there || fs::is_regular_file(status) ? ::mkostemp(part.data(), O_CLOEXEC) : -1;
+  if (fd < 0) return writeInPlace(path, bytes);
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  ::fchmod(fd, there ? static_cast<mode_t>(status.permissions()) : 0666 & ~mask);
+  int code = writeAndClose(fd, bytes);
+  if (code == 0 && ::rename(part.c_str(), path.c_str()) != 0) code = errno;
+  if (code == 0) return;
+  ::unlink(part.c_str());
   throw notWritten(path, code);
 }
 

@@ -27,7 +27,12 @@ class TemporaryFile {
 /** Throws ImportError that says why, if a file cannot be written there; makes none. To be asked before the long work.
  */
 void requireWritable(const std::string& path);
-/** Throws ImportError that says why; then no half of the file is left. */
+/** As it goes, so that a TemporaryFile stays the only one. Throws ImportError that says why. */
+void writeInPlace(const std::string& path, const std::string& bytes);
+/**
+ * Whole or not at all: on ImportError, which says why, what was there before is there still. Only a device, a pipe, a
+ * link's goal and a file in a folder that may not be written are written in their place.
+ */
 void writeFile(const std::string& path, const std::string& bytes);
 
 /** Runs hapticctl, the one that called this program (HAPTICCTL), or beside it or on PATH, and gives its exit code.

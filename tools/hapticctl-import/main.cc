@@ -74,7 +74,7 @@ int draw(const Options& o, const std::string& output) {
   if (o.largest) parts = fmt::format(", the largest of {} parts", keepLargest(surface));
   fmt::print("{} triangles{} of {}, {:.4g} cm3 within\n", surface.triangles.size(), parts, all,
              volumeOf(surface) * 1e-3);
-  if (!output.empty()) writeFile(output, toPly(surface));
+  if (!output.empty()) (o.output.empty() ? writeInPlace : writeFile)(output, toPly(surface));
   if (!o.vdb.empty()) fmt::print("{}\n", writeModel(surface, numbersIn(o.voxel_mm, "--voxel", 1).front(), o.vdb));
   return kDone;
 }

@@ -28,6 +28,14 @@ class Arrays(unittest.TestCase):
                 arrays.corners(values, "c")
         self.assertEqual(arrays.points(range(6), "p").tolist(), [[0, 1, 2], [3, 4, 5]])
         self.assertEqual(arrays.corners([], "c").shape, (0, 3))
+        with self.assertRaisesRegex(ValueError, "zero byte"):
+            arrays.text("wall\0x")
+        with haptic.Client(name="python names") as client:
+            client.scene.create("whole")
+            for cut in (lambda: client.scene.remove("whole\0x"), lambda: client.set("/objects/whole/pos?value=0,0,1\0x")):
+                with self.assertRaisesRegex(ValueError, "zero byte"):
+                    cut()
+            self.assertEqual(client.get("/objects/whole/pos"), [0, 0, 0])
         for slot in (-1, 2**32):
             with self.assertRaisesRegex(ValueError, "slot"):
                 _abi.ClearModel(slot=slot)

@@ -1,8 +1,15 @@
-"""Arrays as the library takes them; what would be cut off or taken apart is refused."""
+"""Arrays and texts as the library takes them; what would be cut off or taken apart is refused."""
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+
+
+def text(value: str) -> bytes:
+    """UTF-8; the library would read it up to a zero, another name than was given."""
+    if "\0" in value:
+        raise ValueError(f"a zero byte in {value!r}")
+    return value.encode()
 
 
 def points(values: npt.ArrayLike, what: str) -> npt.NDArray[np.float32]:

@@ -25,7 +25,7 @@ _List = list  # Scene has a method of that name
 
 
 def _bytes(value: Optional[str]) -> Optional[bytes]:
-    return None if value is None else value.encode()
+    return None if value is None else arrays.text(value)
 
 
 class _Reply:
@@ -131,7 +131,7 @@ class Scene:
                pose: Pose = Pose(), material: Material = Material(), parent: str = "",
                flags: ObjectFlag = ObjectFlag.ENABLED | ObjectFlag.VISIBLE) -> int:
         """Creates an object; gives its number for pushes. `size` as haptic_shape_kind in scene.h tells."""
-        raw = _abi.Object(flags=int(flags), name=name.encode(), parent=parent.encode(), pose=_raw_pose(pose),
+        raw = _abi.Object(flags=int(flags), name=arrays.text(name), parent=arrays.text(parent), pose=_raw_pose(pose),
                           shape=_raw_shape(shape, size, mesh), material=_raw_material(material))
         number = ctypes.c_uint32()
         call(_lib.haptic_object_create, self._handle, ctypes.byref(raw), ctypes.byref(number))
@@ -139,7 +139,7 @@ class Scene:
 
     def remove(self, name: str) -> None:
         """With its children."""
-        call(_lib.haptic_object_remove, self._handle, name.encode())
+        call(_lib.haptic_object_remove, self._handle, arrays.text(name))
 
     def list(self) -> _List[ObjectState]:
         """All objects, whoever made them."""
@@ -148,24 +148,24 @@ class Scene:
 
     def find(self, name: str) -> ObjectState:
         """One object; HapticError NOT_FOUND if there is none of that name."""
-        with _Reply(_abi.ObjectState, _lib.haptic_object_find, self._handle, name.encode()) as reply:
+        with _Reply(_abi.ObjectState, _lib.haptic_object_find, self._handle, arrays.text(name)) as reply:
             return object_state(reply)
 
     def set_pose(self, name: str, pose: Pose) -> None:
         """In the parent's frame. For motion use Session.push_object_pose(), which goes on between two pushes."""
-        call(_lib.haptic_object_set_pose, self._handle, name.encode(), ctypes.byref(_raw_pose(pose)))
+        call(_lib.haptic_object_set_pose, self._handle, arrays.text(name), ctypes.byref(_raw_pose(pose)))
 
     def set_material(self, name: str, material: Material) -> None:
         """How hard it is, how it damps and rubs."""
-        call(_lib.haptic_object_set_material, self._handle, name.encode(), ctypes.byref(_raw_material(material)))
+        call(_lib.haptic_object_set_material, self._handle, arrays.text(name), ctypes.byref(_raw_material(material)))
 
     def set_flags(self, name: str, flags: ObjectFlag) -> None:
         """All of them as they shall be."""
-        call(_lib.haptic_object_set_flags, self._handle, name.encode(), int(flags))
+        call(_lib.haptic_object_set_flags, self._handle, arrays.text(name), int(flags))
 
     def set_shape(self, name: str, shape: ShapeKind, size: Sequence[float] = (), mesh: int = 0) -> None:
         """Another shape or mesh in the place of the one it has."""
-        call(_lib.haptic_object_set_shape, self._handle, name.encode(), ctypes.byref(_raw_shape(shape, size, mesh)))
+        call(_lib.haptic_object_set_shape, self._handle, arrays.text(name), ctypes.byref(_raw_shape(shape, size, mesh)))
 
     def upload(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike, *, deformable: bool = False, weld_m: float = 0.0,
                voxel_m: float = 0.0, point_spacing_m: float = 0.0, fill_holes: bool = False,
@@ -219,7 +219,7 @@ class Scene:
     def volume_file(self, name: str) -> int:
         """The volume of an object's mesh as an OpenVDB file: a descriptor to read, which the caller closes."""
         descriptor = ctypes.c_int(-1)
-        call(_lib.haptic_object_volume_file, self._handle, name.encode(), ctypes.byref(descriptor))
+        call(_lib.haptic_object_volume_file, self._handle, arrays.text(name), ctypes.byref(descriptor))
         return descriptor.value
 
     def drop_mesh(self, mesh: int) -> None:
@@ -228,7 +228,7 @@ class Scene:
 
     def set_surface(self, name: str, surface: Surface) -> None:
         """All of it at once; dataclasses.replace() changes a part."""
-        call(_lib.haptic_object_set_surface, self._handle, name.encode(),
+        call(_lib.haptic_object_set_surface, self._handle, arrays.text(name),
              ctypes.byref(_abi.Surface(**dataclasses.asdict(surface))))
 
     def upload_relief(self, grey: npt.ArrayLike) -> TextureReport:
@@ -285,7 +285,7 @@ class Client:
     def __init__(self, socket: Optional[str] = None, *, name: str = "python", administration: bool = False,
                  timeout_s: float = 0.0) -> None:
         self._handle: Optional[ctypes.c_void_p] = None
-        options = _abi.ConnectOptions(flags=1 if administration else 0, socket=_bytes(socket), name=name.encode(),
+        options = _abi.ConnectOptions(flags=1 if administration else 0, socket=_bytes(socket), name=arrays.text(name),
                                       timeout_ns=round(min(timeout_s, 1e9) * 1e9))
         handle = ctypes.c_void_p()
         call(_lib.haptic_connect, ctypes.byref(options), ctypes.byref(handle))
@@ -327,16 +327,16 @@ class Client:
 
     def open_device(self, uri: str = "") -> DeviceInfo:
         """By URI or serial; without one the first real device, else the simulator. What is open stays so."""
-        with _Reply(_abi.DeviceInfo, _lib.haptic_open_device, self._handle, uri.encode()) as reply:
+        with _Reply(_abi.DeviceInfo, _lib.haptic_open_device, self._handle, arrays.text(uri)) as reply:
             return device_info(reply)
 
     def close_device(self, uri: str) -> None:
         """Administration; but a simulated device that only this client has asked for, and that is not configured, may go."""
-        call(_lib.haptic_close_device, self._handle, uri.encode())
+        call(_lib.haptic_close_device, self._handle, arrays.text(uri))
 
     def stop(self, uri: str = "") -> None:
         """Zero force at once; without a URI on every device."""
-        call(_lib.haptic_stop, self._handle, uri.encode())
+        call(_lib.haptic_stop, self._handle, arrays.text(uri))
 
     def set_limits(self, uri: str = "", **limits: float) -> DeviceLimits:
         """set_limits(uri, force=2.0): what is not named stays. Gives the limits in force."""
@@ -347,7 +347,7 @@ class Client:
                 raise TypeError(f"no limit is called {name}")
             setattr(raw, name, value)
         in_force = _abi.DeviceLimits()
-        call(_lib.haptic_set_limits, self._handle, uri.encode(), ctypes.byref(raw), ctypes.byref(in_force))
+        call(_lib.haptic_set_limits, self._handle, arrays.text(uri), ctypes.byref(raw), ctypes.byref(in_force))
         return plain(DeviceLimits, in_force)
 
     def status(self) -> Status:
@@ -357,7 +357,7 @@ class Client:
 
     def statistics(self, uri: str = "", reset: bool = False) -> Statistics:
         """Counters and histograms of a device. To reset them takes administration."""
-        with _Reply(_abi.Statistics, _lib.haptic_get_statistics, self._handle, uri.encode(), int(reset)) as reply:
+        with _Reply(_abi.Statistics, _lib.haptic_get_statistics, self._handle, arrays.text(uri), int(reset)) as reply:
             return plain(Statistics, reply, histograms=[plain(Histogram, reply.histograms[i].contents)
                                                         for i in range(reply.histogram_count)])
 
@@ -372,11 +372,11 @@ class Client:
 
     def get(self, path: str) -> Any:
         """A resource, /objects/C/pos, as Python values."""
-        return json.loads(self._text(_lib.haptic_get, path.encode()))
+        return json.loads(self._text(_lib.haptic_get, arrays.text(path)))
 
     def set(self, uri: str) -> Any:
         """/objects/C/pos?value=1,2,3; gives the value now in force."""
-        return json.loads(self._text(_lib.haptic_set, uri.encode()))
+        return json.loads(self._text(_lib.haptic_set, arrays.text(uri)))
 
     def configuration(self) -> str:
         """TOML."""
@@ -388,7 +388,7 @@ class Client:
 
     def open_session(self, uri: str = "", name: Optional[str] = None) -> Session:
         """Opens the device if need be: by URI or serial, without one as open_device()."""
-        options = _abi.SessionOptions(uri=uri.encode(), name=_bytes(name))
+        options = _abi.SessionOptions(uri=arrays.text(uri), name=_bytes(name))
         handle = ctypes.c_void_p()
         call(_lib.haptic_session_open, self._handle, ctypes.byref(options), ctypes.byref(handle))
         return Session(handle, self)

@@ -4,7 +4,7 @@ from __future__ import annotations
 import ctypes
 from typing import Any, NamedTuple
 
-from . import _abi
+from . import _abi, arrays
 from .errors import call
 
 _lib = _abi.lib
@@ -23,7 +23,7 @@ class Recording:
     def __init__(self, client: Any, uri: str) -> None:
         self._handle = ctypes.c_void_p()
         self._client = client  # kept while the recording is
-        call(_lib.haptic_record, client._handle, uri.encode(), ctypes.byref(self._handle))
+        call(_lib.haptic_record, client._handle, arrays.text(uri), ctypes.byref(self._handle))
 
     def fileno(self) -> int:
         """The descriptor to read from; the recording's own."""

@@ -84,6 +84,7 @@ Result<void> SceneModel::setPose(std::string_view name, Pose X_PO) {
   if (object == nullptr) return notFound(name, "name");
   if (auto r = checkPose(X_PO, "pose"); !r) return r;
   if (auto r = accepting(); !r) return r;
+  refresh(*object);
   object->spec.X_PO = X_PO;
   object->V_PO = {};
   post(*object, poseCommand(*object));
@@ -114,6 +115,7 @@ Result<void> SceneModel::setMaterial(std::string_view name, const hd_material& m
   if (object == nullptr) return notFound(name, "name");
   if (auto r = checkMaterial(material, "material"); !r) return r;
   if (auto r = accepting(); !r) return r;
+  refresh(*object);
   object->spec.material = material;
   post(*object, materialCommand(*object));
   changed(object->spec.name, "material");
@@ -125,6 +127,7 @@ Result<void> SceneModel::setSurface(std::string_view name, const SurfaceSpec& su
   if (object == nullptr) return notFound(name, "name");
   if (auto r = checkSurface(surface, textures_, "surface"); !r) return r;
   if (auto r = accepting(); !r) return r;
+  refresh(*object);
   const SurfaceSpec before = object->spec.surface;
   textures_.use(surface.relief);
   textures_.use(surface.vibration);
@@ -151,6 +154,7 @@ Result<void> SceneModel::setBody(std::string_view name, const BodySpec& body) {
     }
   }
   if (auto r = accepting(); !r) return r;
+  refresh(*object);
   object->spec.body = body;
   post(*object, bodyCommand(*object));
   const std::string note =
@@ -178,6 +182,7 @@ Result<void> SceneModel::setFlags(std::string_view name, bool enabled, bool visi
   Object* object = lookUp(name);
   if (object == nullptr) return notFound(name, "name");
   if (auto r = accepting(); !r) return r;
+  refresh(*object);
   object->spec.enabled = enabled;
   object->spec.visible = visible;
   object->spec.two_sided = two_sided;
@@ -191,6 +196,7 @@ Result<void> SceneModel::setShape(std::string_view name, const ShapeSpec& shape)
   if (object == nullptr) return notFound(name, "name");
   if (auto r = checkShapeMesh(shape, "shape"); !r) return r;
   if (auto r = accepting(); !r) return r;
+  refresh(*object);
   const ShapeSpec before = object->spec.shape;
   if (shape.kind == ShapeKind::kMesh) meshes_.use(shape.mesh);
   object->spec.shape = shape;

@@ -122,7 +122,10 @@ class SceneModel {
   [[nodiscard]] static Command flagsCommand(const Object& object);
   void removeSubtree(std::uint32_t slot);
   std::vector<std::uint32_t> childSlots(std::uint32_t slot) const;
-  /** Takes over what clients changed through their rings. */
+  /**
+   * Takes over what clients changed through their rings. Before each edit: after it the board tells nothing until the
+   * edit has passed, and what was not taken over would be answered, and told to the servos again, as it once was.
+   */
   void refresh(Object& object);
   static void takeOver(const PosedObject& posed, Object& object);
   ObjectNow describe(std::uint32_t slot);

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <functional>
 #include <limits>
 
 #include "drivers/nearest.h"
@@ -198,6 +199,36 @@ TEST_F(SceneModelTest, ThePoseInForceWinsOnceTheLastEditHasPassed) {
   EXPECT_FALSE(scene.find("a")->spec.visible);
   ASSERT_TRUE(scene.setPose("a", {{0.1, 0, 0}, Quat::Identity()}).ok());
   EXPECT_EQ(scene.find("a")->spec.X_PO.p.x(), 0.1) << "what was set is what is answered";
+}
+
+TEST_F(SceneModelTest, AnEditKeepsWhatClientsChangedThroughTheirRings) {
+  const auto id = *scene.create(sphere("ball"), client(1));
+  const struct {
+    const char* what;
+    std::function<Result<void>()> edit;
+  } edits[] = {{"material",
+                [&] {
+                  return scene.setMaterial("ball", {700, 1, 0, 0});
+                }},
+               {"surface", [&] { return scene.setSurface("ball", SurfaceSpec{}); }},
+               {"body", [&] { return scene.setBody("ball", BodySpec{}); }},
+               {"flags", [&] { return scene.setFlags("ball", true, true, false); }},
+               {"shape", [&] { return scene.setShape("ball", sphere("ball").shape); }}};
+  for (const auto& [what, edit] : edits) {
+    sink.taken = sink.orders.size();
+    sink.board = {};
+    sink.board.object = id;
+    sink.board.p_PO[0] += 7;
+    sink.board.q_PO[0] = 1;
+    sink.board.flags = HD_OBJECT_ENABLED;
+    ASSERT_TRUE(edit().ok()) << what;  // The servo takes it later than the question below.
+    EXPECT_EQ(scene.find("ball")->spec.X_PO.p.x(), 7) << what;
+    ASSERT_TRUE(scene.setPose("ball", Pose{}).ok());
+  }
+  sink.taken = sink.orders.size();
+  sink.board.material.stiffness = 123;
+  ASSERT_TRUE(scene.setPose("ball", Pose{}).ok());
+  EXPECT_EQ(scene.find("ball")->spec.material.stiffness, 123);
 }
 
 TEST_F(SceneModelTest, WorldPosesMultiplyDownTheTree) {

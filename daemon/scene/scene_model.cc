@@ -37,7 +37,7 @@ Result<std::uint32_t> SceneModel::create(ObjectSpec spec, const Client& by) {
   if (countOf(by.uid) >= quota_) {
     return Error{ErrorCode::kQuotaExceeded, "object",
                  fmt::format("user {} owns {} objects, the most allowed", by.uid, quota_),
-                 "remove some, or raise quota.objects in the configuration"};
+                 "remove some, or raise quotas.objects in the configuration"};
   }
   if (auto r = accepting(); !r) return r.error();
   const std::uint32_t slot = takeSlot();
@@ -68,8 +68,9 @@ Result<void> SceneModel::remove(std::string_view name, const Client& by) {
   for (std::size_t i = 0; i < subtree.size(); ++i) {
     const Object& o = slots_[subtree[i]];
     if (!mayRemove(o.owner, by)) {
+      const std::string maker = o.owner.name.empty() ? std::string() : fmt::format("'{}' of ", o.owner.name);  // Left.
       return Error{ErrorCode::kPermissionDenied, "name",
-                   fmt::format("'{}' belongs to '{}' of user {}", o.spec.name, o.owner.name, o.owner.uid),
+                   fmt::format("'{}' belongs to {}user {}", o.spec.name, maker, o.owner.uid),
                    "ask that user, or use the administration socket"};
     }
     for (const std::uint32_t child : childSlots(subtree[i])) subtree.push_back(child);

@@ -136,7 +136,9 @@ TEST_F(SceneModelTest, QuotaCountsPerUser) {
   scene.setQuota(2);
   ASSERT_TRUE(scene.create(sphere("a"), client(1, 1000)).ok());
   ASSERT_TRUE(scene.create(sphere("b"), client(2, 1000)).ok());
-  EXPECT_EQ(scene.create(sphere("c"), client(3, 1000)).error().code, ErrorCode::kQuotaExceeded);
+  const Error full = scene.create(sphere("c"), client(3, 1000)).error();
+  EXPECT_EQ(full.code, ErrorCode::kQuotaExceeded);
+  EXPECT_THAT(full.remedy, testing::HasSubstr("quotas.objects")) << "as the configuration calls it";
   EXPECT_TRUE(scene.create(sphere("c"), client(4, 1001)).ok());
 }
 
@@ -171,6 +173,8 @@ TEST_F(SceneModelTest, LeavingTakesOnesObjectsButNotThoseKeptOrCarryingOthers) {
   EXPECT_THAT(scene.names(), testing::ElementsAre("carrier", "kept", "rider"));
   EXPECT_EQ(scene.find("carrier")->owner, "c2");
   EXPECT_EQ(scene.find("kept")->owner, "");
+  EXPECT_EQ(scene.remove("kept", client(3, 1001)).error().what, "'kept' belongs to user 1000");
+  EXPECT_EQ(scene.remove("rider", client(3, 1001)).error().what, "'rider' belongs to 'c2' of user 1000");
   scene.clientLeft(2);
   EXPECT_THAT(scene.names(), testing::ElementsAre("kept"));
 }

@@ -70,7 +70,7 @@ void addAdd(CLI::App& app, Action& chosen) {
       haptic_object object = makeObject(o->placement);
       object.shape = makeShape(*o);
       const Daemon daemon(globals);
-      requireFreeName(daemon, o->placement);
+      requirePlace(daemon, o->placement);
       const std::uint32_t id = place(daemon, o->placement, object);
       if (globals.json) {
         putJson({{"name", o->placement.name}, {"object", id}});

@@ -101,7 +101,7 @@ int load(LoadOptions& options, const Globals& globals) {
   if (mesh.vertices.size() > UINT32_MAX || mesh.triangles.size() > UINT32_MAX) {
     throw Failure{kExitFile, mesh.path, "has more than 2^32 vertices or triangles", "make it coarser", "BAD_MESH"};
   }
-  requireFreeName(daemon, placement);
+  requirePlace(daemon, placement);
   live.show(progressBar(0, "uploading"));
   haptic_mesh_report* built = nullptr;
   haptic_error error = HAPTIC_ERROR_INIT;

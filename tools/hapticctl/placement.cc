@@ -62,43 +62,98 @@ haptic_object makeObject(const Placement& p) {
 
 namespace {
 
-void setMass(const Daemon& daemon, const Placement& placement) {
-  const std::string uri = fmt::format("/objects/{}/mass?value={}", placement.name, exact(placement.mass));
-  (void)daemon.ask<haptic_text>(haptic_set, uri.c_str());
+std::string massOf(const std::string& name) { return fmt::format("/objects/{}/mass", name); }
+
+void setMass(const Daemon& daemon, const std::string& name, const std::string& mass) {
+  (void)daemon.ask<haptic_text>(haptic_set, (massOf(name) + "?value=" + mass).c_str());
+}
+
+/** A field of the C interface, as the option by which the user knows it. */
+std::string optionOf(std::string_view field) {
+  if (field.starts_with("object.")) field.remove_prefix(7);
+  constexpr std::pair<std::string_view, const char*> kOptions[] = {
+      {"name", "--name"},
+      {"parent", "--parent"},
+      {"pose.p", "--at"},
+      {"pose.q", "--rotate"},
+      {"material.stiffness", "--stiffness"},
+      {"material.damping", "--damping"},
+      {"material.friction", "--friction"},
+      {"shape.size", "--size"},
+  };
+  for (const auto& [begin, option] : kOptions)
+    if (field.starts_with(begin)) return option;
+  return std::string(field);
+}
+
+Owned<haptic_object_state> find(const Daemon& daemon, const std::string& name) {
+  haptic_object_state* found = nullptr;
+  haptic_error error = HAPTIC_ERROR_INIT;
+  const int code = haptic_object_find(daemon.client(), name.c_str(), &found, &error);
+  try {
+    if (code != HAPTIC_NOT_FOUND) check(code, error);
+  } catch (Failure& failure) {
+    failure.where = optionOf(failure.where);
+    throw;
+  }
+  return Owned<haptic_object_state>(found);
+}
+
+/** An object stays where it hangs: the daemon moves none to another parent. */
+void requireSameParent(const Placement& p, const haptic_object_state& old) {
+  if (p.parent.empty() || p.parent == old.object->parent) return;
+  throw Failure{kExitRefused, "--parent",
+                *old.object->parent == '\0' ? fmt::format("'{}' hangs on no object", p.name)
+                                            : fmt::format("'{}' hangs on '{}'", p.name, old.object->parent),
+                "leave --parent out, or remove it and load or add it anew", "INVALID_ARGUMENT"};
+}
+
+/** What may be refused for its place comes before the shape: the wrong one must not be felt there meanwhile. */
+void show(const Daemon& daemon, const haptic_object& object) {
+  daemon.tell(haptic_object_set_material, object.name, &object.material);
+  daemon.tell(haptic_object_set_pose, object.name, &object.pose);
+  daemon.tell(haptic_object_set_shape, object.name, &object.shape);
+  daemon.tell(haptic_object_set_flags, object.name, object.flags & 7u);
+}
+
+/** All or nothing. */
+void takePlace(const Daemon& daemon, const Placement& placement, const haptic_object& object,
+               const haptic_object_state& old) {
+  requireSameParent(placement, old);
+  const auto mass = daemon.ask<haptic_text>(haptic_get, massOf(placement.name).c_str());
+  try {
+    show(daemon, object);
+    setMass(daemon, placement.name, exact(placement.mass));
+  } catch (...) {
+    try {
+      show(daemon, *old.object);
+      setMass(daemon, placement.name, std::string(mass->text, mass->length));
+    } catch (const Failure&) {  // What went wrong first is told.
+    }
+    throw;
+  }
 }
 
 }  // namespace
 
 std::uint32_t place(const Daemon& daemon, const Placement& placement, const haptic_object& object) {
   std::uint32_t id = 0;
-  if (placement.replace) {
-    haptic_object_state* found = nullptr;
-    haptic_error error = HAPTIC_ERROR_INIT;
-    const int code = haptic_object_find(daemon.client(), object.name, &found, &error);
-    const Owned<haptic_object_state> old(found);
-    if (code == HAPTIC_OK) {
-      daemon.tell(haptic_object_set_shape, object.name, &object.shape);
-      daemon.tell(haptic_object_set_pose, object.name, &object.pose);
-      daemon.tell(haptic_object_set_material, object.name, &object.material);
-      daemon.tell(haptic_object_set_flags, object.name, object.flags & 7u);
+  try {
+    if (const auto old = placement.replace ? find(daemon, placement.name) : nullptr) {
+      takePlace(daemon, placement, object, *old);
       // Nobody asked for the old mesh any more, unless another object shows it: then the daemon keeps it.
       if (old->object->shape.kind == HAPTIC_SHAPE_MESH)
         haptic_mesh_drop(daemon.client(), old->object->shape.mesh, nullptr);
-      setMass(daemon, placement);
       return old->id;
     }
-    if (code != HAPTIC_NOT_FOUND) check(code, error);
-  }
-  try {
     daemon.tell(haptic_object_create, &object, &id);
-  } catch (Failure& failure) {  // Fields of the C interface, which the user knows as options.
-    for (const char* field : {"name", "parent", "pose", "material"})
-      if (failure.where == std::string("object.") + field) failure.where = std::string("--") + field;
+  } catch (Failure& failure) {
+    failure.where = optionOf(failure.where);
     throw;
   }
   if (!(placement.mass > 0)) return id;
   try {
-    setMass(daemon, placement);
+    setMass(daemon, placement.name, exact(placement.mass));
   } catch (...) {
     haptic_object_remove(daemon.client(), object.name, nullptr);  // All or nothing.
     throw;
@@ -106,15 +161,12 @@ std::uint32_t place(const Daemon& daemon, const Placement& placement, const hapt
   return id;
 }
 
-void requireFreeName(const Daemon& daemon, const Placement& placement) {
-  if (placement.replace) return;
-  haptic_object_state* found = nullptr;
-  const int code = haptic_object_find(daemon.client(), placement.name.c_str(), &found, nullptr);
-  const Owned<haptic_object_state> there(found);
-  if (code == HAPTIC_OK) {
-    throw Failure{kExitRefused, "--name", fmt::format("there is an object '{}' already", placement.name),
-                  "give another --name, or --replace to take its place", "ALREADY_EXISTS"};
-  }
+void requirePlace(const Daemon& daemon, const Placement& placement) {
+  const auto there = find(daemon, placement.name);
+  if (!there) return;
+  if (placement.replace) return requireSameParent(placement, *there);
+  throw Failure{kExitRefused, "--name", fmt::format("there is an object '{}' already", placement.name),
+                "give another --name, or --replace to take its place", "ALREADY_EXISTS"};
 }
 
 std::string nameOf(const std::string& path) {

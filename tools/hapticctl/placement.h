@@ -30,12 +30,15 @@ void addPlacement(CLI::App& command, Placement& placement);
 
 /**
  * Creates the object, or with --replace gives the one of that name the new shape, pose and material without a moment in
- * which it is gone. Returns its id for pushes. Objects of hapticctl stay when it ends.
+ * which it is gone; refused, that one is as it was. Returns its id for pushes. Objects of hapticctl stay when it ends.
  */
 std::uint32_t place(const Daemon& daemon, const Placement& placement, const haptic_object& object);
 
-/** Throws Failure if another object has the name and is not to be replaced. To be asked before the long work. */
-void requireFreeName(const Daemon& daemon, const Placement& placement);
+/**
+ * Throws Failure if another object has the name and is not to be replaced, or has another parent than is asked for.
+ * To be asked before the long work.
+ */
+void requirePlace(const Daemon& daemon, const Placement& placement);
 
 /** A file name as an object name: "My part.stl" becomes "My_part". */
 [[nodiscard]] std::string nameOf(const std::string& path);

@@ -151,6 +151,8 @@ class WithDaemon(Case):
                                   (["add", "plane", "--name", "word"], ("--name", "'word'", "--replace")),
                                   (["add", "plane", "--name", "a b"], ("--name: byte 1",)),
                                   (["add", "plane", "--parent", "none"], ("--parent",)),
+                                  (["add", "plane", "--at", "1000,0,0"], ("--at: 1000 is not within",)),
+                                  (["add", "plane", "--friction", "9"], ("--friction: 9 is not between",)),
                                   (["load", path, "--scale", "30", "--name", "far"], (f"{path}: vertex", "check the scale")),
                                   (["export", "word", "x.vdb"], ("word: it has no volume", "--voxel")),
                                   (["info", "sim://falcon"], ("neither open nor found", "hapticctl monitor 'sim://falcon'"))):
@@ -159,6 +161,20 @@ class WithDaemon(Case):
                 self.assertIn(words, said, command)
         self.assertIn("where you may write", self.run_ctl("record", "/nowhere/x.hrec", exit_code=5).stderr)
         self.run_ctl("remove", "word")
+
+    def test_what_cannot_take_a_place_leaves_it_as_it_was(self):
+        self.run_ctl("add", "group", "--name", "frame", "--at", "0,0,1")
+        self.run_ctl("add", "sphere", "--size", "0.01", "--name", "ball", "--at", "0.3,0,0", "--mass", "0.2")
+        before = self.json("get", "/objects/ball")
+        for words, expected in ((["--at", "1000,0,0"], "--at: 1000 is not within"), (["--stiffness", "1e9"], "--stiffness: "),
+                                (["--mass", "0.001"], "is not between"), (["--parent", "frame"], "--parent: 'ball' hangs on no object")):
+            self.assertIn(expected, self.run_ctl("add", "box", "--size", "0.5,0.5,0.5", "--name", "ball", "--replace", *words, exit_code=1).stderr)
+            self.assertEqual(self.json("get", "/objects/ball"), before, words)
+        self.assertIn("plane", self.run_ctl("add", "plane", "--name", "ball", "--replace", "--mass", "1", exit_code=1).stderr)
+        self.assertEqual(self.json("get", "/objects/ball"), before)
+        self.run_ctl("add", "plane", "--name", "ball", "--replace")
+        self.assertEqual(self.json("get", "/objects/ball/shape"), {"kind": "plane"})
+        self.run_ctl("remove", "ball", "frame")
 
     def test_scene(self):
         path = self.file("t.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))

@@ -48,6 +48,7 @@ std::istringstream contents(const std::string& path) {
   }
   if (text.size() > kMostBytes)
     throw Failure{kExitFile, path, "is larger than 256 MiB", "cut it into parts, or write fewer rows a second"};
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // Byte order mark, as of spreadsheets.
   return std::istringstream(std::move(text));
 }
 

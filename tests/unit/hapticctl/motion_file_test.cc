@@ -43,6 +43,7 @@ TEST_F(MotionFileTest, GoesStraightBetweenRowsAndHoldsTheEnds) {
   EXPECT_THAT(motion.at(0.5), ElementsAre(DoubleEq(1.5), DoubleEq(-1), DoubleEq(0.5)));
   EXPECT_THAT(motion.at(2), ElementsAre(3, -4, 2));
   EXPECT_THAT(motion.at(99), ElementsAre(3, -4, 2));
+  EXPECT_EQ(read("\xef\xbb\xbft,x,y,z\n0,0,0,0\n3,0,0,0\n").duration(), 3) << "as a spreadsheet and the daemon have it";
 }
 
 TEST_F(MotionFileTest, NamesLineAndColumn) {

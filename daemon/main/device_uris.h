@@ -10,12 +10,15 @@ namespace hapticd {
 
 /**
  * Brings the URIs of the [[device]] entries to the form by which open devices are known: another spelling of a device
- * must not lose its limits. Refuses a URI that no driver takes; serial numbers and schemes that this build cannot open
- * stay as they are.
+ * must not lose its limits. Refuses a URI that no driver takes, and a second entry of a device as far as URIs tell;
+ * serial numbers and schemes that this build cannot open stay as they are.
  */
 [[nodiscard]] Result<void> resolveDeviceLimits(Config& config);
 
-/** Refuses a URI of a group that could not be opened whatever is attached. Serial numbers are not looked for. */
+/**
+ * Refuses a URI of a group that could not be opened whatever is attached, or that names a device for the second time.
+ * Serial numbers are not looked for.
+ */
 [[nodiscard]] Result<void> checkGroupUris(const Config& config);
 
 }  // namespace hapticd

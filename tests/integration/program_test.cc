@@ -286,6 +286,14 @@ TEST_F(ProgramTest, LimitsFindTheirDeviceHoweverItIsSpelt) {
   EXPECT_EQ(check("[[group]]\nname = \"a\"\ndevices = [\"sim://default?ratee=1\"]\n", said), 2);
   EXPECT_NE(said.find("did you mean \"rate\""), std::string::npos) << said;
   EXPECT_EQ(check("[[device]]\nuri = \"a-serial-number\"\nforce_n = 2\n", said), 0) << said;
+  const std::string once = "[[device]]\nuri = \"sim://falcon\"\nforce_n = 8\n[[device]]\nforce_n = 2\nuri = ";
+  EXPECT_EQ(check(once + "\"sim://omega3\"\n", said), 0) << said;
+  for (const char* same : {"\"SIM://falcon\"\n", "\"sim://falcon?rate=1000\"\n"}) {
+    EXPECT_EQ(check(once + same, said), 2) << said;
+    EXPECT_NE(said.find("sim://falcon: it is there twice"), std::string::npos) << said;
+  }
+  EXPECT_EQ(check("[[group]]\nname = \"a\"\ndevices = [\"sim://falcon\", \"SIM://falcon\"]\n", said), 2)
+      << "found before a start finds it";
 
   const std::string file = directory.path() + "/spelt.toml";
   std::ofstream(file) << "[[device]]\nuri = \"sim://falcon?rate=1000\"\nforce_n = 2\n";  // 1000 is falcon's own rate

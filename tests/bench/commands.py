@@ -228,6 +228,11 @@ class Commands(unittest.TestCase):
         for name, error in errors.items():
             self.assertLess(error, 1e-12 if "mu=0 " in name else 0.1, name)
 
+    def test_a_sweep_takes_no_value_twice(self):
+        for option, values in (("--stiffness", "500,1000,5e2"), ("--friction", "0.4,0.40"), ("--speed", "1,2,1")):
+            said = self.bench("sweep", "-m", "plane", "-t", "lissajous:seconds=0.1", option, values, code=1)
+            self.assertRegex(said, rf"{option}: [\d.]+ is named twice \(")
+
     def test_a_mesh_file_is_touched(self):
         stl = self.folder / "plate.stl"
         corners = ((-50, -50, 0), (50, -50, 0), (50, 50, 0), (-50, 50, 0))

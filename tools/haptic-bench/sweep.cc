@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <set>
 
 #include "tools/haptic-bench/algorithm/registry.h"
 #include "tools/haptic-bench/bench.h"
@@ -21,8 +22,20 @@ struct SweepOptions {
   double threshold = 0.0005;
 };
 
+/** Throws Failure for a value that is named twice: its results could not be told apart. */
+void requireOnce(const char* option, const std::vector<double>& values) {
+  std::set<double> seen;
+  for (const double value : values) {
+    if (!seen.insert(value).second)
+      throw Failure(option, fmt::format("{} is named twice", value), "more --rounds repeat it");
+  }
+}
+
 int run(const SweepOptions& options, const Common& common) {
   requireNames(options.algorithms);
+  requireOnce("--stiffness", options.stiffness);
+  requireOnce("--friction", options.friction);
+  requireOnce("--speed", options.speed);
   const Model model = makeModel(options.model);
   struct Cell {
     std::string name;

@@ -142,6 +142,16 @@ TEST(TrajectoryFiles, WhatIsNoTextAndWhatIsTooLongIsRefused) {
   EXPECT_THAT(refusal(rows, {"", false, 1000, 0}), HasSubstr("line 10000002: there are more than 10000000 rows"));
 }
 
+TEST(TrajectoryFiles, AFolderIsCalledOne) {
+  const hapticd::test::TemporaryDirectory directory;
+  try {
+    (void)Table::read(directory.path(), "");
+    ADD_FAILURE();
+  } catch (const Failure& failure) {
+    EXPECT_THAT(failure.what(), HasSubstr(": it is a folder"));
+  }
+}
+
 TEST(TrajectoryFiles, ABallComesFromWhereItTouchesNothing) {
   Surface ball{1000};
   ball.radius = 0.004;

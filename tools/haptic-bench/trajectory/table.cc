@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 
 #include "tools/haptic-bench/failure.h"
@@ -116,6 +117,8 @@ Table Table::parse(std::string_view text, std::string where, const std::string& 
 }
 
 Table Table::read(const std::string& path, const std::string& names) {
+  if (std::error_code none; std::filesystem::is_directory(path, none))  // Which opens, and seems endless.
+    throw Failure(path, "it is a folder", "the name of a file");
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : -1;
   if (size < 0) throw Failure(path, "it cannot be read", "a file that is there");

@@ -36,6 +36,15 @@ TEST(Algorithms, OnAPlaneVoxelsPlanesAndThePlugInAreExact) {
   EXPECT_LT(accuracy(HAPTIC_BENCH_EXAMPLE, "plane:cells=9", "lissajous:seconds=2").force_mse, 1e-12);
 }
 
+TEST(Algorithms, WhatLiesOnTheSurfaceHasItsNormalAndNotThatOfRounding) {
+  const Model model = makeModel("plane");
+  Surface ball{1000};
+  ball.radius = 0.001;  // 1 N at 1000 N/m press its centre down to the surface.
+  const Trajectory in = makeTrajectory("lissajous:seconds=2", model, ball);
+  EXPECT_LT(judge(in, runTrial("nearest", model, in, ball, 1).answers, 1e-3).force_mse, 1e-20);
+  EXPECT_LT(accuracy("local", "plane", "lissajous:seconds=2,force=0").force_mse, 1e-20);
+}
+
 TEST(Algorithms, LocalPlanesErrByTheCurvatureTheyCannotKnow) {
   // At v t behind, a sphere of radius R (about the hand at R - d) lies (v t)^2 / 2 R below its tangent plane.
   const char* spiral = "spiral:turns=2,seconds=4";

@@ -70,9 +70,8 @@ class LocalPlanes {
 
   void look(const Vec3& hip) {
     const SurfacePoint at = surface_.find(hip);
-    const Vec3 out = at.inside ? Vec3(at.point - hip) : Vec3(hip - at.point);
     hapticd::store(at.point, plane_.origin);
-    hapticd::store(out.isZero(0) ? at.normal : Vec3(out.normalized()), plane_.normal);
+    hapticd::store(at.outward(hip), plane_.normal);
     under_way_.push_back({now_s_ + latency_s_, plane_});
   }
 

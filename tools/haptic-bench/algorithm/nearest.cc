@@ -22,8 +22,7 @@ class Nearest {
     const SurfacePoint at = surface_.find(hip);
     const double depth = radius_ + (at.inside ? at.distance : -at.distance);
     if (depth <= 0) return answer(contact, Vec3::Zero(), hip, false);
-    const Vec3 away = at.inside ? Vec3(at.point - hip) : Vec3(hip - at.point);
-    const Vec3 out = at.distance > 0 ? Vec3(away / at.distance) : at.normal;
+    const Vec3 out = at.outward(hip);
     answer(contact, std::max(0.0, stiffness_ * depth - damping_ * v.dot(out)) * out, hip + depth * out, true);
   }
 

@@ -43,8 +43,7 @@ Measured onSurface(const Recording& recording, const MeasuredOptions& options, c
   for (auto s = first; s != last; ++s) {
     const Vec3 tip = X_MO * s->tip_O, force = touches(*s) ? X_MO.q * s->force_O : Vec3(Vec3::Zero());
     const SurfacePoint at = surface.find(tip);
-    const Vec3 away = at.inside ? Vec3(at.point - tip) : Vec3(tip - at.point);
-    const Vec3 normal = at.distance > 1e-12 ? Vec3(away / at.distance) : at.normal;
+    const Vec3 normal = at.outward(tip);
     outward += force.dot(normal);
     measured.out.push_back(
         {s->t_s - first->t_s, tip - options.tip_radius * normal, normal, std::max(0.0, force.dot(normal))});

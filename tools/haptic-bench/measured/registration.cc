@@ -30,9 +30,7 @@ std::vector<Match> matchAll(const NearestPoint& surface, const std::vector<Vec3>
     const Vec3 x = X_MO * p;
     const SurfacePoint at = surface.find(x);
     // Along the line to the nearest point: right at edges too.
-    const Vec3 away = at.inside ? Vec3(at.point - x) : Vec3(x - at.point);
-    const Vec3 normal = at.distance > 1e-12 ? Vec3(away / at.distance) : at.normal;
-    all.push_back({x, normal, (at.inside ? -at.distance : at.distance) - offset});
+    all.push_back({x, at.outward(x), (at.inside ? -at.distance : at.distance) - offset});
   }
   return all;
 }

@@ -19,6 +19,13 @@ struct SurfacePoint {
   double distance = 0;  ///< Not negative.
   bool inside = false;  ///< Below the surface there: its sign is right for closed meshes (Baerentzen and Aanaes 2005).
   std::uint32_t triangle = 0;
+
+  /** Unit, away from the surface through `x`, whose nearest point this is; the normal where `x` lies on the surface. */
+  [[nodiscard]] Vec3 outward(const Vec3& x) const {
+    constexpr double kOnIt = 1e-12;  // [m]: what lies between is rounding, which points anywhere.
+    if (distance <= kOnIt) return normal;
+    return Vec3(inside ? point - x : x - point) / distance;
+  }
 };
 
 /** A mesh ready to be asked. */

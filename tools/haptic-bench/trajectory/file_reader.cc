@@ -111,9 +111,7 @@ void comeFromOutside(Trajectory& in, const Model& model, double radius) {
   const Vec3 first = in.samples.front().hip;
   const SurfacePoint at = NearestPoint(model).find(first);
   const double above = (at.inside ? -at.distance : at.distance) - radius;
-  const Vec3 away = at.inside ? Vec3(at.point - first) : Vec3(first - at.point);
-  const Vec3 out = at.distance > 0 ? Vec3(away / at.distance) : at.normal;
-  in.start = above < 0 ? Vec3(first - 2 * above * out) : first;
+  in.start = above < 0 ? Vec3(first - 2 * above * at.outward(first)) : first;
 }
 
 }  // namespace haptic_bench

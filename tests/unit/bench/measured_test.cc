@@ -176,6 +176,32 @@ TEST(Measured, APlaneIsRegisteredInThreeDirectionsAndKeepsTheGuessInTheOthers) {
   for (const SurfaceSample& s : measured.out) ASSERT_NEAR(s.point.z(), 0, 2e-4);
 }
 
+/** The same with times `scale` times as long, `later`. */
+Recording retimed(Recording r, double scale, double later) {
+  for (ForceSample& f : r.forces) f.t_s = scale * f.t_s + later;
+  for (PoseSample& p : r.poses) p.t_s = scale * p.t_s + later;
+  return r;
+}
+
+TEST(Measured, SamplesAreEvenInSecondsSince1970) {
+  const Recording r = record(lissajous(plane(0.05, 3), {2, 2000, 1}), {});
+  const std::vector<ProbeSample> merged = merge(retimed(r, 1, 1.7e9), {});
+  EXPECT_EQ(merged.size(), merge(r, {}).size());
+  EXPECT_NEAR(merged.back().t_s - merged.front().t_s, 1e-3 * static_cast<double>(merged.size() - 1), 1e-6);
+}
+
+TEST(Measured, TimesInAnotherUnitDoNotGoOnForEver) {
+  const Recording r = record(lissajous(plane(0.05, 3), {2, 2000, 1}), {});
+  for (const double scale : {1e6, 1e9}) {  // Microseconds and nanoseconds in a column t.
+    try {
+      (void)merge(retimed(r, scale, 0), {});
+      ADD_FAILURE() << scale;
+    } catch (const Failure& failure) {
+      EXPECT_THAT(failure.what(), HasSubstr("at 1000 Hz are too many samples (at most 1e+07: name the column of"));
+    }
+  }
+}
+
 TEST(Measured, IsReadFromTwoFiles) {
   const Model m = plane(0.05, 3);
   const Recording r = record(lissajous(m, {2, 2000, 1}), {});

@@ -7,6 +7,7 @@
 
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/measured/least_squares.h"
+#include "tools/haptic-bench/trajectory/trajectory.h"
 
 namespace haptic_bench {
 namespace {
@@ -168,13 +169,21 @@ std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& o
                               forces.back().t_s, recording.poses.front().t_s, recording.poses.back().t_s),
                   "two streams on one clock, and a free time shorter than both");
   }
+  const double length = end - begin - options.free_s;
+  if (!(length * options.rate_hz <= kMaxSamples)) {
+    throw Failure("recording", fmt::format("{:.3g} s at {:g} Hz are too many samples", length, options.rate_hz),
+                  fmt::format("at most {:g}: name the column of times with its unit, as t_ns", kMaxSamples));
+  }
   const ProbeLoad load = options.free_s > 0 ? estimateLoad(recording, begin + options.free_s) : options.load;
   if (found != nullptr) *found = load;
   std::vector<ProbeSample> merged;
   PoseCursor poses(recording.poses);
   const double half = 0.5 / options.rate_hz;
   std::size_t next = 0;
-  for (double t = begin + options.free_s + half; t <= end - half; t += 2 * half) {
+  for (int i = 0;; ++i) {
+    // Not by adding up steps: of seconds since 1970 each would be rounded to a quarter of a microsecond.
+    const double t = begin + options.free_s + (2 * i + 1) * half;
+    if (t > end - half) break;
     Vec3 sum = Vec3::Zero();
     int count = 0;
     while (next < forces.size() && forces[next].t_s < t - half) ++next;

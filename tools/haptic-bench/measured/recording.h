@@ -85,7 +85,7 @@ struct MergeOptions {
 /**
  * Both streams at rate_hz over the time they share, from free_s on. Poses between two of the slow stream lie on the
  * cubic through four (position) and the great arc (rotation). `load`: what was taken off. Throws Failure where they
- * share no time.
+ * share no time, or so much that there would be more than kMaxSamples.
  */
 [[nodiscard]] std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& options,
                                              ProbeLoad* load = nullptr);

@@ -8,6 +8,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/shapes.h"
 #include "tools/haptic-bench/trajectory/generators.h"
+#include "tools/haptic-bench/trajectory/geodesic.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 
 namespace haptic_bench {
@@ -148,6 +149,14 @@ TEST(Trajectories, RoundingTakesNoSample) {
     EXPECT_EQ(samplesIn(seconds, pace), samples);
     EXPECT_EQ(lissajous(model, pace).size(), samples);
   }
+}
+
+TEST(Trajectories, AStrokeOverATwoSidedSheetHasTheNormalOfItsFacet) {
+  Model sheet = plane(0.05, 3);
+  const auto above = sheet.triangles;
+  for (const auto& v : above) sheet.triangles.push_back({v[2], v[1], v[0]});
+  for (const SurfaceSample& s : geodesic(sheet, {1, 1000, 1}, 0.1, 0.5, Vec3(0, 0, 1)))
+    ASSERT_NEAR(std::abs(s.normal.z()), 1, 1e-12) << "the normals of its vertices cancel";
 }
 
 TEST(Trajectories, FaultsAreNamed) {

@@ -68,7 +68,8 @@ NearestPoint::NearestPoint(const Model& model) : vertex_normals_(model.vertices.
                       static_cast<float>(1.000001 * radius + 0x1p-22 * center.norm())});
     faces_.push_back({x[0], x[1] - x[0], x[2] - x[0], normal, v, {}});
   }
-  for (Vec3& n : vertex_normals_) n.normalize();
+  constexpr double kCancelled = 1e-9;  // Of angles: what is left is rounding.
+  for (Vec3& n : vertex_normals_) n = n.norm() > kCancelled ? Vec3(n.normalized()) : Vec3(Vec3::Zero());
   for (Face& face : faces_) {
     for (std::size_t c = 0; c < 3; ++c) {
       face.edge_normals[c] = edge(face.vertices[c], face.vertices[(c + 1) % 3]).normalized();

@@ -35,7 +35,7 @@ class NearestPoint {
   explicit NearestPoint(const Model& model);
 
   [[nodiscard]] SurfacePoint find(const Vec3& x) const;
-  /** Normal of a vertex: the faces' about it, weighted by their angles. */
+  /** Normal of a vertex: the faces' about it, weighted by their angles; zero where they cancel. */
   [[nodiscard]] const Vec3& vertexNormal(std::uint32_t vertex) const { return vertex_normals_[vertex]; }
   [[nodiscard]] std::size_t bytes() const;
 

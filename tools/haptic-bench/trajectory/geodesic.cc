@@ -65,7 +65,8 @@ class Walker {
     s.point = place();
     for (int c = 0; c < 3; ++c)
       s.normal += at_[c] * surface.vertexNormal(model_.triangles[facet_][static_cast<std::size_t>(c)]);
-    s.normal.normalize();
+    constexpr double kNone = 1e-9;
+    s.normal = s.normal.norm() > kNone ? Vec3(s.normal.normalized()) : normalOf(facet_);
     return s;
   }
 

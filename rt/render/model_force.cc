@@ -13,10 +13,19 @@ constexpr double kCore = 0.1;          ///< Part of a radius over which a direct
 constexpr double kFieldEdge = 0.2;     ///< Outer part of a field's radius over which it fades.
 constexpr double kRounding = 0.5e-3;   ///< Of the edges between half-spaces, unless the client says [m].
 constexpr double kLeastLength = 1e-9;  ///< Keeps divisions finite [m].
+constexpr double kMiddle = 0.5;        ///< Share of k d below which what holds a hand is the middle of a solid.
 
 /** x / |x|, shrinking to zero over the inner `core`. */
 Vec3 fadedDirection(const Vec3& x, double distance, double core) HD_RT {
   return x / std::max({distance, core, kLeastLength});
+}
+
+/** Depth d for which k d^2 / 2 is what a sphere stores within its core, at `share` of the core's radius. */
+double fullInCore(double radius, double share) HD_RT {
+  const double border = (1 - kCore) * radius;
+  // Twice the integral of (radius - r) r / core from there to the core's border.
+  const double within = kCore * radius * radius * ((1 - share * share) - 2.0 / 3 * kCore * (1 - share * share * share));
+  return std::sqrt(border * border + within);
 }
 
 /** False when x is no direction at all. */
@@ -176,6 +185,9 @@ LocalModel::Contact LocalModel::findContact(const Vec3& x) const HD_RT {
   c.full = std::max(0.0, c.depth);
   c.elastic = k * c.full * share;
   c.depth *= share;  // The friction cone closes where the normal force vanishes.
+  if (share < 1 && local_.kind == HD_MODEL_SPHERE) c.full = fullInCore(local_.radius, share);
+  // Toward the middle, where the force fades, a stuck one fades too: from what it is in a straight way to that place.
+  if (share < kMiddle) c.most = c.depth * (1 + std::clamp(2 * share / kMiddle - 1, 0.0, 1.0));
   return c;
 }
 
@@ -187,13 +199,12 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
   }
   const double k = local_.material.stiffness;
   const Vec3& n = contact.normal;
-  const Vec3 surface = x + contact.depth * n;
-  const auto holdAt = [&](const Vec3& t) HD_RT {
-    anchor_ = surface + t;
-    beyond_ = contact.full * contact.full - contact.depth * contact.depth;
+  const auto holdAt = [&](const Vec3& t, double along) HD_RT {
+    anchor_ = x + along * n + t;
+    beyond_ = contact.full * contact.full - along * along;
   };
   if (!touching_) {
-    holdAt(Vec3::Zero());
+    holdAt(Vec3::Zero(), contact.depth);
     touching_ = true;
     slip_ = false;
   }
@@ -208,14 +219,21 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
   const double r = t.norm();
   if (inherited_) {
     left_ = r / contact.depth;
-    holdAt(t);
+    holdAt(t, contact.depth);
   }
   inherited_ = false;
   slip_ = r > 0 && r >= (slip_ ? left * slipEnds(left_, mu_d, contact.depth, resolution) : sticks);
-  if (slip_ && r > slides) {
-    const double most2 =
-        (anchor_ - x).squaredNorm() + beyond_ - contact.full * contact.full;  // The spring gains nothing.
-    holdAt(std::min(slides, std::sqrt(std::max(0.0, most2))) / r * t);
+  // The spring gains nothing. Without friction nothing is held, nor on the other side of a solid, where it would pull.
+  const double along = n.dot(anchor_ - x);
+  const double most2 = (anchor_ - x).squaredNorm() + beyond_ - contact.full * contact.full;
+  if (!(along > 0 && sticks > 0) || (slip_ && r > slides)) {
+    const double keeps = std::min(slip_ ? std::min(slides, r) : r, std::sqrt(std::max(0.0, most2)));
+    holdAt(r > 0 ? Vec3(keeps / r * t) : Vec3::Zero(), contact.depth);
+  } else if (along > contact.most) {
+    holdAt(std::min(1.0, std::sqrt(std::max(0.0, most2)) / std::max(r, kLeastLength)) * t, contact.most);
+  } else if (beyond_ > 0 && along < contact.depth && most2 > r * r) {  // Held deeper in, where it was less.
+    holdAt(t, contact.depth);
+    beyond_ += most2 - r * r;
   }
   left_ = std::min(mu_d, r / contact.depth);
   const Vec3 spring = anchor_ - x;

@@ -7,6 +7,8 @@
  */
 #pragma once
 
+#include <limits>
+
 #include "rt/base/error.h"
 #include "rt/base/math.h"
 #include "rt/command.h"
@@ -36,6 +38,8 @@ struct ModelFrame {
  *
  * Sticking, the whole force is that of the spring to the anchor, k (a - x) + c n: on a plane the same, and where the
  * normal turns as the hand moves, on balls and at edges, no closed way gives energy. A slip leaves less in the spring.
+ * So does the anchor in the middle of a solid: it fades as the force without friction does, and lets go of a hand that
+ * comes out on the other side.
  *
  * with v relative to the frame. The solid of half-spaces has its edges rounded (model_solid.h) by
  * `radius`, or by 0.5 mm where that is 0: between faces the force turns within that much slack, and 1 - 1/m of half of
@@ -82,7 +86,8 @@ class LocalModel {
     double depth = 0;    ///< Of the spring, [m]; <= 0: outside.
     double full = 0;     ///< Without friction k full^2 / 2 is stored [m]; at edges and centres more than depth.
     double elastic = 0;  ///< [N]
-    Vec3 normal = Vec3::UnitZ();  ///< Outward, unit.
+    double most = std::numeric_limits<double>::infinity();  ///< Of a stuck spring's part along the normal [m].
+    Vec3 normal = Vec3::UnitZ();                            ///< Outward, unit.
   };
 
   /** Neither spring nor field. */

@@ -314,6 +314,59 @@ TEST(ModelForce, AtAnEdgeTheFrictionConeClosesWithTheNormalForce) {
   EXPECT_NEAR(wedge.at({-0.002, -0.002, 0.01}).z(), -0.5 * normal, 1e-9);
 }
 
+/** A hand that is pushed straight through, off the line of symmetry by `aside`. */
+void passThrough(const hd_local_model& m, double reach, double aside) {
+  LoneModel solid(m);
+  hd_local_model smooth = m;
+  smooth.material.friction_static = smooth.material.friction_dynamic = 0;
+  double before = 0;
+  const double mu = m.material.friction_static;
+  for (double z = reach; z > -reach; z -= reach / 400.5) {
+    const Vec3 p(aside, 0, z);
+    LoneModel fresh(smooth);  // What has not come from anywhere.
+    const double force = solid.at(p).z(), want = fresh.at(p).z();
+    EXPECT_GT(force * z, -1e-9) << "it pulls at " << z << " of " << reach << ", mu " << mu << ", aside " << aside;
+    if (mu == 0 || z < 0) EXPECT_NEAR(force, want, 0.01 * m.material.stiffness * reach) << z << " " << aside;
+    EXPECT_LT(std::abs(force - before), 0.12 * m.material.stiffness * reach) << z << " " << aside;
+    before = force;
+  }
+}
+
+TEST(ModelForce, WhoIsPushedThroughIsNotPulledBack) {
+  for (const double mu : {0.0, 0.3}) {
+    for (const double aside : {0.0, 1e-9, 1e-6, 1e-5}) {
+      hd_local_model ball = modelOf(HD_MODEL_SPHERE);
+      ball.material.friction_static = ball.material.friction_dynamic = mu;
+      passThrough(ball, ball.radius, aside);
+      hd_local_model plate = modelOf(HD_MODEL_HALFSPACES);
+      plate.material = ball.material;
+      setHalfspace(plate, {0, 0, 1}, 0.002);
+      setHalfspace(plate, {0, 0, -1}, 0.002);
+      passThrough(plate, 0.002, aside);
+    }
+  }
+}
+
+TEST(ModelForce, AFrictionlessWedgeIsAsStiffInItsMiddleAsBeside) {
+  hd_local_model wedge = modelOf(HD_MODEL_HALFSPACES);
+  setHalfspace(wedge, {1, 0, 1}, 0);
+  setHalfspace(wedge, {-1, 0, 1}, 0);
+  LoneModel middle(wedge), beside(wedge);
+  for (double depth = 0; depth < 0.01; depth += 1e-4)
+    expectNear(middle.at({0, 0, -depth}), beside.at({1e-9, 0, -depth}), 1e-5);
+}
+
+TEST(ModelForce, ABallStoresWhatItsForceHasTaken) {
+  LoneModel ball(modelOf(HD_MODEL_SPHERE));
+  double taken = 0;
+  constexpr double kStep = 1e-6;
+  for (double z = 0.02; z > kStep; z -= kStep) {
+    taken += kStep * ball.at({1e-9, 0, z - kStep / 2}).z();
+    const ModelForce there = ball.model.evaluate({1e-9, 0, z - kStep}, Vec3::Zero(), {});
+    EXPECT_NEAR(there.stored, taken, 1e-6) << z;
+  }
+}
+
 TEST(ModelForce, MovesAlongWithItsFrame) {
   LocalModel model;
   ASSERT_EQ(model.set(commandOf(modelOf(HD_MODEL_PLANE, 500, 4))), ErrorCode::kOk);

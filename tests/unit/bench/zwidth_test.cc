@@ -120,6 +120,13 @@ TEST(ZwidthSearch, AHeavyHandIsGivenItsTime) {
       << "it loses a tenth in seconds, well below the limit";
 }
 
+TEST(ZwidthSearch, TheSoftestIsTriedToo) {
+  const Loop loop = makeLoop("sim://default?hand_damping=0.1&viscous=0.02", {1000, 8, kIdealStep, 0});
+  const double limit = eigenvalueLimit(loop, 0);
+  EXPECT_LT(limit, 20) << "the search begins at half of it, below 10 N/m";
+  EXPECT_NEAR(largestStable(loop, 0, limit).stiffness / limit, 1, 0.05);
+}
+
 TEST(ZwidthSearch, DryFrictionHelps) {
   const double without = largestStable(makeLoop("sim://default", {1000, 0, 1e-5, 0}), 0, 13000).stiffness;
   const double with = largestStable(makeLoop("sim://default", {1000, 0, 1e-5, 0.1}), 0, 13000).stiffness;

@@ -14,8 +14,10 @@ Limit largestStable(const Loop& loop, double damping, double guess) {
     return trial.stable;
   };
   double high = std::clamp(guess / 2, kSoftest, kStiffest);
-  while (high > kSoftest && !stable(high)) high /= kStride;
-  if (limit.stiffness == 0) return limit;
+  while (!stable(high)) {
+    if (high == kSoftest) return limit;
+    high = std::max(high / kStride, kSoftest);
+  }
   for (high *= kStride; high < kStiffest && stable(high);) high *= kStride;
   while (high > limit.stiffness * (1 + kPrecision)) {
     const double middle = std::sqrt(limit.stiffness * high);

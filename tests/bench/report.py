@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 
 
 class Page(html.parser.HTMLParser):
@@ -37,6 +38,25 @@ LOAD = """benchmark,quantity,unit,round,value
               for quantity, value in (("period mean", 1000), ("period p99", 1010.25), ("force error rms", 0.1)))
 
 
+def leavesNothing(folder):
+    """Killed while the page is being drawn: what draws it goes on for a moment, into nothing."""
+    killed = subprocess.Popen([sys.argv[1], "report", f"{folder}/killed.html", "--rounds", "1"], stdout=subprocess.DEVNULL)
+    children = pathlib.Path(f"/proc/{killed.pid}/task/{killed.pid}/children")
+    drawing = None
+    while killed.poll() is None and not drawing:
+        time.sleep(0.02)
+        for child in children.read_text().split():
+            words = pathlib.Path(f"/proc/{child}/cmdline").read_bytes().split(b"\0")
+            if any(word.endswith(b"report.py") for word in words) and b"--check" not in words:
+                drawing = child
+    killed.terminate()
+    killed.wait()
+    while pathlib.Path(f"/proc/{drawing}/cmdline").exists() and pathlib.Path(f"/proc/{drawing}/cmdline").read_bytes():
+        time.sleep(0.1)
+    if left := list(pathlib.Path(folder).glob("killed*")):
+        sys.exit(f"a report that was killed left {left}")
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "page.html"
@@ -53,6 +73,7 @@ def main():
             refused = subprocess.run([*command, f"{folder}/nonsense.csv"], capture_output=True, text=True, check=False)
             if refused.returncode != 1 or f"nonsense.csv: {words}" not in refused.stderr.replace("it ", ""):
                 sys.exit(f"{nonsense} was taken: {refused.stderr}")
+        leavesNothing(folder)
         command[command.index(path)] = f"{folder}/none/page.html"
         nowhere = subprocess.run(command[:-1], capture_output=True, text=True, check=False)
         if nowhere.returncode != 1 or "none/page.html" not in nowhere.stderr:

@@ -1,6 +1,7 @@
 // haptic-bench report: one HTML page that can be attached to a paper: tables, plots, and on what they were measured.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fcntl.h>
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
@@ -98,13 +99,18 @@ void draw(const json& data, const std::string& output, const std::vector<std::st
   text << data;
   if (!text.flush()) throw Failure("report", "its numbers find no room", "more memory");
   const std::string script = ownFile("report/report.py");
+  // The page is opened here: once this program is killed and its name is gone, the script writes into nothing.
+  const bool check = output == "--check";
+  const hapticd::UniqueFd page(check ? -1 : open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  if (!check && !page.valid()) throw Failure(output, "it cannot be written", "see the path and its rights");
   // -B: what root's Python would write beside the scripts, no package removes.
-  std::vector<const char*> arguments = {kPython, "-B", script.c_str(), output.c_str()};
+  std::vector<const char*> arguments = {kPython, "-B", script.c_str(), check ? output.c_str() : "/dev/stdout"};
   for (const std::string& one : results) arguments.push_back(one.c_str());
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, file.get(), STDIN_FILENO);
+  if (!check) posix_spawn_file_actions_adddup2(&actions, page.get(), STDOUT_FILENO);
   pid_t child = 0;
   int status = -1;
   const int error = posix_spawn(&child, kPython, &actions, nullptr, const_cast<char**>(arguments.data()), environ);

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/load/built_surface.h"
 #include "tools/haptic-bench/load/stepped.h"
 #include "tools/haptic-bench/option.h"
@@ -28,6 +29,12 @@ struct ModelsOptions {
 
 int runModels(const Common& common, const ModelsOptions& options) {
   const BumpySphere shape{options.radius, options.bumps};
+  for (const double k : options.stiffness) {
+    const double depth = Stroke{}.force / k;
+    if (depth < options.radius * (1 - options.bumps)) continue;
+    throw Failure("--stiffness", fmt::format("at {:g} N/m the hand is pressed {:g} m in, to the mesh's middle", k, depth),
+                  "stiffer, or a larger --radius");
+  }
   const Model model = tessellate(shape, options.triangles);
   const BuiltSurface surface(model);
   std::vector<Series> all;

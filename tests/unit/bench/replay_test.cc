@@ -1,8 +1,11 @@
 // Exports of a recording hold its numbers.
 #include <gtest/gtest.h>
 #include <hdf5.h>
+#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <span>
@@ -138,6 +141,24 @@ TEST(Replay, AFileThatCannotBeMadeIsNamed) {
   writeRecording(in);
   EXPECT_THROW(exportCsv(*replay(in), in, directory.path() + "/none/a.csv"), Failure);
   EXPECT_THROW(exportHdf5(*replay(in), in, directory.path() + "/none/a.h5"), Failure);
+}
+
+TEST(Replay, AFileThatMayNotGrowIsRefusedAndTheProgramEndsWell) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string in = directory.path() + "/a.hrec", out = directory.path() + "/a.h5";
+  writeRecording(in);
+  const auto exportAndEnd = [&] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit small{20480, 20480};
+    setrlimit(RLIMIT_FSIZE, &small);
+    try {
+      exportHdf5(*replay(in), in, out);
+    } catch (const Failure&) {
+      std::exit(7);  // With what the HDF5 library does then.
+    }
+    std::exit(0);
+  };
+  EXPECT_EXIT(exportAndEnd(), testing::ExitedWithCode(7), "");
 }
 
 }  // namespace

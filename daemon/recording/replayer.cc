@@ -49,7 +49,8 @@ void compare(double a, double b, Difference& difference) {
   if (std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b)) return;
   difference.bits = true;
   const double size = std::abs(a - b);
-  difference.size = size <= difference.size ? difference.size : size;  // NaN counts
+  // What is no number is further off than any: as NaN it would be forgotten with the next difference.
+  difference.size = std::isnan(size) ? std::numeric_limits<double>::infinity() : std::max(difference.size, size);
 }
 
 Difference compare(const DeviceCommand& a, const DeviceCommand& b) {
@@ -147,7 +148,7 @@ Result<Verdict> verify(Replayer& replayer) {
       const DeviceCommand& then = replayer.recorded().sent[d];
       const DeviceCommand& now = replayer.output().device[d].command;
       const Difference difference = compare(then, now);
-      verdict.largest = difference.size <= verdict.largest ? verdict.largest : difference.size;
+      verdict.largest = std::max(verdict.largest, difference.size);
       if (!difference.bits || (!verdict.same_program && difference.size <= Verdict::kTolerance)) continue;
       differs = true;
       if (verdict.first.empty()) {

@@ -107,5 +107,19 @@ TEST(Replay, AnotherBuildIsComparedToANanonewton) {
   EXPECT_EQ(verdict->differing, 1u) << verdict->first;
 }
 
+TEST(Replay, WhatIsNoNumberDiffersWhateverStandsBesideIt) {
+  bool spoilt = false;
+  const auto verdict = verdictOn(
+      play(2).bytes, [](RecordingHeader& header) { header.build = "another"; },
+      [&](RecordedCycle& cycle) {
+        if (std::exchange(spoilt, true)) return;
+        cycle.sent[0].force.x() = std::nan("");
+        cycle.sent[0].force.y() += 1e-15;
+      });
+  ASSERT_TRUE(spoilt);
+  ASSERT_TRUE(verdict.ok()) << toString(verdict.error());
+  EXPECT_EQ(verdict->differing, 1u);
+}
+
 }  // namespace
 }  // namespace hapticd::test

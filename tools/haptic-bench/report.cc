@@ -1,7 +1,7 @@
 // haptic-bench report: one HTML page that can be attached to a paper: tables, plots, and on what they were measured.
+#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <fcntl.h>
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/wait.h>

@@ -32,7 +32,8 @@ int runModels(const Common& common, const ModelsOptions& options) {
   for (const double k : options.stiffness) {
     const double depth = Stroke{}.force / k;
     if (depth < options.radius * (1 - options.bumps)) continue;
-    throw Failure("--stiffness", fmt::format("at {:g} N/m the hand is pressed {:g} m in, to the mesh's middle", k, depth),
+    throw Failure("--stiffness",
+                  fmt::format("at {:g} N/m the hand is pressed {:g} m in, to the mesh's middle", k, depth),
                   "stiffer, or a larger --radius");
   }
   const Model model = tessellate(shape, options.triangles);

@@ -104,7 +104,7 @@ class DataSet {
 }  // namespace
 
 void exportHdf5(hapticd::Replayer& replayer, const std::string& recording, const std::string& path) {
-  H5dont_atexit();  // What a full disk has refused it would write again at exit, and crash.
+  H5dont_atexit();                              // What a full disk has refused it would write again at exit, and crash.
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to word
   const hapticd::RecordingHeader& header = replayer.recording().header();
   const Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, path);

@@ -119,7 +119,7 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     const Vec3 n_A = std::abs(apart) > 1e-7 ? Vec3((nearest.point - query.x) / apart) : Vec3(-nearest.pseudo_normal);
     const double gap = n_A.dot(nearest.point - X_AB * x_B);
     if (gap > margin) return;
-    if (held.shape.kind == ShapeKind::kCylinder && !(std::abs(n_A.z()) > kOnEnd)) return;
+    if (held.shape.kind == ShapeKind::kCylinder && isOnMantle(held.shape, nearest.point, n_A)) return;
     if (!leansOut(obstacle.shape, x_B, X_AB.q.conjugate() * n_A)) return;
     Contact contact;
     contact.n_W = held.X_WO.q * n_A;

@@ -9,15 +9,21 @@
 
 #include "rt/body/contact_model.h"
 #include "rt/collide/line_search.h"
+#include "rt/scene/scene.h"
 
 namespace hapticd {
 
 // What tells whether a normal belongs to an edge, of a box as of a mesh.
-inline constexpr double kAside = 0.05;  ///< Sine of the angle by which it may look into a face of the edge,
-inline constexpr double kAlong = 0.3;   ///< and along it: farther on it is nearer.
-inline constexpr double kOnEnd = 0.7;   ///< Cosine of a cylinder's axis with a normal on its end.
+inline constexpr double kAside = 0.05;      ///< Sine of the angle by which it may look into a face of the edge,
+inline constexpr double kAlong = 0.3;       ///< and along it: farther on it is nearer.
+inline constexpr double kOffMantle = 0.02;  ///< Cosine of a cylinder's axis with a normal that is none of its mantle.
 /** How far within an edge the tool is asked for, at most a quarter of what the edge is of [m]. */
 inline constexpr double kInset = 2e-4;
+
+/** Whether a touch of a cylinder along n, in its frame, is its mantle's, which has discs: not an end's, nor a rim's. */
+[[nodiscard]] inline bool isOnMantle(const Shape& cylinder, const Vec3& point, const Vec3& n) HD_RT {
+  return std::abs(point.z()) < cylinder.size.y() || !(std::abs(n.z()) > kOffMantle);
+}
 
 /** Places on an edge, as parts of its way. */
 struct EdgeSpan {

@@ -158,7 +158,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     const Vec3 n_A = normal(gap_inset);
     const double gap = n_A.dot(nearest.point - X_AB * x_B);
     if (!(gap <= margin)) return;
-    if (held.shape.kind == ShapeKind::kCylinder && !(std::abs(n_A.z()) > kOnEnd)) return;  // Its mantle has discs.
+    if (held.shape.kind == ShapeKind::kCylinder && isOnMantle(held.shape, nearest.point, n_A)) return;
     const Vec3 n_B = X_AB.q.conjugate() * n_A;
     if (n_B.dot(ridge.one) < -kAside || n_B.dot(ridge.other) < -kAside) return;
     if (t > 0 && t < 1 && std::abs(n_B.dot(ridge.to - ridge.from)) > kAlong * ridge.length()) return;

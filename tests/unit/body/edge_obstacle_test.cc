@@ -106,7 +106,9 @@ INSTANTIATE_TEST_SUITE_P(
                       Crossing{"SlabOnRidge", kSlab, kBar, {0, 0, 0.4}, {kEighth, 0, 0}, 0.00566},
                       Crossing{"EdgeAcrossRidge", kBeam, kBar, {0, kEighth, 0.3}, {kEighth, 0, 0}, 0.00566},
                       Crossing{"DrumOnCube", kDrum, kCube, {0, 0, 0}, {0, 0, 0}, 0.003},
-                      Crossing{"DrumOnPeg", kDrum, kPeg, {0.1, 0, 0}, {0, 0, 0}, 0.01}),
+                      Crossing{"DrumOnPeg", kDrum, kPeg, {0.1, 0, 0}, {0, 0, 0}, 0.01},
+                      Crossing{"RimAcrossRidge", kDrum, kBar, {0.1, 1.1, 0.1}, {kEighth, 0, 0}, 0.00566},
+                      Crossing{"SteepRimAcrossRidge", kDrum, kBar, {0.15, 1.4, 0.1}, {kEighth, 0, 0}, 0.00566}),
     [](const auto& crossing) { return crossing.param.name; });
 
 }  // namespace

@@ -27,6 +27,9 @@ constexpr double kOnMantle = 0.1;
  */
 constexpr double kBeside = 0.95;
 
+constexpr double kAlongEdge = 0.99;  ///< Of a disc's way: an edge on which it moves so much lies along the axis.
+constexpr double kMetEdge = 1e-5;    ///< A disc this near to where it meets an edge stays [m].
+
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
 
 }  // namespace
@@ -309,10 +312,28 @@ SceneContacts::Looked SceneContacts::lookFromDisc(std::uint32_t i, const Collide
   Vec3 c = points_.at(i);
   Looked looked = lookAt(obstacle, X_BA * c, reach, purse, side, out);
   if (looked != Looked::kNear) return looked;
-  const double z = std::clamp((X_AB * out.surface).z(), std::max(-half, c.z() - apart), std::min(half, c.z() + apart));
-  if (z != c.z()) {
-    c.z() = z;
+  const double least = std::max(-half, c.z() - apart), most = std::min(half, c.z() + apart);
+  const auto across = [&]() HD_RT { return (X_AB * out.surface).z(); };
+  const auto moveTo = [&](double z) HD_RT {
+    c.z() = std::clamp(z, least, most);
     looked = lookAt(obstacle, X_BA * c, reach, purse, side, out);
+    return looked == Looked::kNear;
+  };
+  const double first = c.z(), seen = across();
+  if (std::clamp(seen, least, most) != first && moveTo(seen)) {
+    // Along an edge the place goes with the disc by a part of its way: two of them tell where they meet. Facets do not.
+    const double second = c.z(), slope = (across() - seen) / (second - first);
+    const double meet = (seen - slope * first) / (1 - slope);
+    if (slope < kAlongEdge && std::abs(std::clamp(meet, least, most) - second) > kMetEdge) {
+      const PointTouch met = out;
+      const int met_side = side;
+      if (!moveTo(meet) || out.gap > met.gap) {
+        looked = Looked::kNear;
+        c.z() = second;
+        out = met;
+        side = met_side;
+      }
+    }
   }
   x_W = held.X_WO * c;
   return looked;

@@ -92,6 +92,7 @@ TEST_P(EdgeObstacles, CarryAToolBetweenItsPoints) {
 
 const Shape kSlab{ShapeKind::kBox, {0.04, 0.03, 0.005}}, kDrum{ShapeKind::kCylinder, {0.03, 0.01, 0}};
 const Shape kCube{ShapeKind::kBox, {0.003, 0.003, 0.003}}, kPeg{ShapeKind::kCylinder, {0.003, 0.01, 0}};
+const Shape kRoll{ShapeKind::kCylinder, {0.03, 0.04, 0}};
 const Shape kBeam{ShapeKind::kBox, {0.005, 0.03, 0.005}};
 const Shape kBar{ShapeKind::kBox, {0.05, 0.004, 0.004}};
 const double kEighth = EIGEN_PI / 4;
@@ -108,7 +109,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Crossing{"DrumOnCube", kDrum, kCube, {0, 0, 0}, {0, 0, 0}, 0.003},
                       Crossing{"DrumOnPeg", kDrum, kPeg, {0.1, 0, 0}, {0, 0, 0}, 0.01},
                       Crossing{"RimAcrossRidge", kDrum, kBar, {0.1, 1.1, 0.1}, {kEighth, 0, 0}, 0.00566},
-                      Crossing{"SteepRimAcrossRidge", kDrum, kBar, {0.15, 1.4, 0.1}, {kEighth, 0, 0}, 0.00566}),
+                      Crossing{"SteepRimAcrossRidge", kDrum, kBar, {0.15, 1.4, 0.1}, {kEighth, 0, 0}, 0.00566},
+                      Crossing{"MantleAcrossRidge", kRoll, kBar, {-0.664, 1.424, 0}, {kEighth, 0, 0}, 0.00566}),
     [](const auto& crossing) { return crossing.param.name; });
 
 }  // namespace

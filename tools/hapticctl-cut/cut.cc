@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "tools/hapticctl-cut/mesh_distance.h"
-#include "tools/hapticctl-cut/sound_surface.h"
+#include "tools/mesh_file/flat.h"
 
 namespace hapticctl_cut {
 namespace {
@@ -29,7 +29,9 @@ Surface draw(const Lattice& lattice, const std::vector<float>& solid, const std:
 }  // namespace
 
 CutParts cut(const Surface& whole_mesh, const CutOptions& options) {
-  const Surface mesh = withoutNeedles(whole_mesh);
+  // What has no area has no side to tell.
+  const Surface mesh{whole_mesh.vertices,
+                     hapticd_mesh_file::withoutFlatTriangles(whole_mesh.vertices, whole_mesh.triangles)};
   if (const auto open = whyOpen(mesh)) throw ImportError("", *open, "only what is closed has an inside to be cut");
   const CutSurface surface(options.shape);
   Box whole;

@@ -1,7 +1,7 @@
 /** @file
  * Triangles without area: a stroke goes the same way over a mesh with them as over the mesh without.
  */
-#include "tools/haptic-bench/model/flat.h"
+#include "tools/mesh_file/flat.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,8 +20,8 @@
 namespace haptic_bench {
 namespace {
 
+using hapticd_mesh_file::Triangle;
 using ::testing::HasSubstr;
-using Triangle = std::array<std::uint32_t, 3>;
 
 /** Closed, without symmetry, on a lattice so coarse that floats hold the eighths of its edges exactly. */
 Model lattice() {
@@ -117,9 +117,15 @@ Pair wild() {
   return p;
 }
 
+Model withoutFlatTriangles(Model m) {
+  m.triangles = hapticd_mesh_file::withoutFlatTriangles(m.vertices, std::move(m.triangles));
+  return m;
+}
+
 std::size_t flatOf(const Model& m) {
   std::size_t n = 0;
-  for (std::uint32_t t = 0; t < m.triangles.size(); ++t) n += isFlat(m, t) ? 1 : 0;
+  for (std::uint32_t t = 0; t < m.triangles.size(); ++t)
+    n += hapticd_mesh_file::isFlat(m.vertices, m.triangles[t]) ? 1 : 0;
   return n;
 }
 

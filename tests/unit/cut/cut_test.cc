@@ -13,7 +13,6 @@
 #include <set>
 
 #include "tools/hapticctl-cut/mesh_distance.h"
-#include "tools/hapticctl-cut/sound_surface.h"
 
 namespace hapticctl_cut {
 namespace {
@@ -356,29 +355,12 @@ TEST(Cut, whatHasNoAreaIsNeitherAHoleNorASpike) {
   o.shape.pull = {1, 0, 0};
   o.voxel = 0.37;
   for (const Surface& whole : {twice, boxWithANeedle(half), several}) {
-    EXPECT_EQ(volumeOf(withoutNeedles(whole)), volumeOf(box(half)));
     const CutParts parts = cut(whole, o), plain = cut(box(half), o);
     EXPECT_EQ(parts.body.triangles.size(), plain.body.triangles.size());
     EXPECT_NEAR(volumeOf(parts.body), volumeOf(plain.body), 1e-3);
     for (const auto& v : parts.body.vertices)
       for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(v[static_cast<std::size_t>(k)]), half[k] + 0.01);
   }
-}
-
-TEST(SoundSurface, splitsWhatLiesAcrossANeedle) {
-  const Surface whole = boxWithANeedle({5, 7, 3});
-  const Surface sound = withoutNeedles(whole);
-  expectClosed(sound);
-  EXPECT_EQ(sound.triangles.size(), 14u);
-  for (const auto& t : sound.triangles) {
-    const Vec3 a = place(sound, t[0]);
-    EXPECT_GT((place(sound, t[1]) - a).cross(place(sound, t[2]) - a).norm(), 1);
-  }
-  // An edge of three triangles says not which of them to split: nothing is lost.
-  Surface fan = whole;
-  fan.vertices.push_back({-20, -20, 0});
-  fan.triangles.push_back({0, 4, 9});
-  EXPECT_EQ(withoutNeedles(fan).triangles.size(), fan.triangles.size());
 }
 
 std::string placeInWords(const std::array<float, 3>& x) {

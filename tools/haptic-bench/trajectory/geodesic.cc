@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "tools/haptic-bench/failure.h"
-#include "tools/haptic-bench/model/flat.h"
 #include "tools/haptic-bench/model/nearest.h"
+#include "tools/mesh_file/flat.h"
 
 namespace haptic_bench {
 namespace {
@@ -125,11 +125,12 @@ class Walker {
 
 std::vector<SurfaceSample> geodesic(const Model& given, const Pace& pace, double speed, double azimuth,
                                     const Vec3& from) {
-  const Model model = withoutFlatTriangles(given);
+  Model model = given;
+  model.triangles = hapticd_mesh_file::withoutFlatTriangles(given.vertices, given.triangles);
   std::uint32_t first = 0;
   double best = std::numeric_limits<double>::infinity();
   for (std::uint32_t t = 0; t < model.triangles.size(); ++t) {
-    if (isFlat(model, t)) continue;
+    if (hapticd_mesh_file::isFlat(model.vertices, model.triangles[t])) continue;
     const double off = ((model.corner(t, 0) + model.corner(t, 1) + model.corner(t, 2)) / 3 - from).norm();
     if (off < best) best = off, first = t;
   }

@@ -127,6 +127,8 @@ class Core {
   /** Puts an object into the device's hand, in place of what it holds. Who may: as setRadius. Refused for planes,
    * groups, children, deformable meshes and what another hand holds. */
   [[nodiscard]] Result<void> attachTool(OpenDevice& device, const ToolWish& wish, const Client& by);
+  /** SceneModel::setShape(), but what is in a hand keeps a shape that can be held. */
+  [[nodiscard]] Result<void> setShape(std::string_view name, const ShapeSpec& shape);
   [[nodiscard]] Result<void> detachTool(OpenDevice& device, const Client& by);
   /** A spring [N/rad] that opens the gripper where it is closed further than `width` [rad]. Who may: as setRadius.
    * kUnsupported without a gripper that can push. */

@@ -91,6 +91,21 @@ Result<void> Core::attachTool(OpenDevice& device, const ToolWish& wish, const Cl
   return {};
 }
 
+Result<void> Core::setShape(std::string_view name, const ShapeSpec& shape) {
+  const auto object = scene_.find(name);
+  for (const auto& device : devices_.devices()) {
+    if (!object || device->tool.object != name || device->tool.id != object->id) continue;
+    ObjectSpec held = object->spec;
+    held.shape = shape;
+    if (auto r = checkMovable(held, meshes_, "shape"); !r) {
+      return Error{r.error().code, r.error().where,
+                   r.error().what + fmt::format(", and in the hand of {}", device->name),
+                   "another shape, or detach it there first"};
+    }
+  }
+  return scene_.setShape(name, shape);
+}
+
 Result<void> Core::detachTool(OpenDevice& device, const Client& by) {
   if (auto r = mayChange(device, by); !r) return r;
   device.tool = HeldObject{};

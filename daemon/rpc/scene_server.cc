@@ -96,7 +96,7 @@ kj::Promise<void> SceneServer::setShape(SetShapeContext context) {
   return answer(context, [&](auto params, auto) -> Result<void> {
     auto name = readName(params.getName());
     if (!name) return name.error();
-    return core_.scene().setShape(*name, read(params.getShape()));
+    return core_.setShape(*name, read(params.getShape()));
   });
 }
 

@@ -53,6 +53,20 @@ TEST_F(ToolBench, IsAttachedReadAndDetachedByName) {
   EXPECT_EQ(*tree.get(path(), anybody), "null");
 }
 
+TEST_F(ToolBench, KeepsAShapeThatCanBeHeld) {
+  ASSERT_TRUE(tree.set(path() + "?value=box", anybody).ok());
+  for (const ShapeKind kind : {ShapeKind::kPlane, ShapeKind::kGroup}) {
+    const auto refused = bench.core.setShape("box", {kind, {}, 0});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().what.find("in the hand of " + device.name), std::string::npos) << refused.error().what;
+  }
+  EXPECT_EQ(bench.core.scene().find("box")->spec.shape.kind, ShapeKind::kBox);
+  EXPECT_TRUE(bench.core.setShape("box", {ShapeKind::kSphere, {0.01, 0, 0}, 0}).ok());
+  ASSERT_TRUE(tree.set(path() + "?value=", anybody).ok());
+  EXPECT_TRUE(bench.core.setShape("box", {ShapeKind::kPlane, {}, 0}).ok());
+  EXPECT_FALSE(bench.core.setShape("nothing", {ShapeKind::kPlane, {}, 0}).ok());
+}
+
 TEST_F(ToolBench, WhatIsNoToolIsRefusedByItsReason) {
   const auto code = [&](const char* value) { return tree.set(path() + "?value=" + value, anybody).error().code; };
   EXPECT_EQ(code("nothing"), ErrorCode::kNotFound);

@@ -204,7 +204,7 @@ class Commands(unittest.TestCase):
     def test_tables_of_other_settings_are_not_compared(self):
         first, second = self.folder / "first.csv", self.folder / "second.csv"
         for file, push in ((first, 4), (second, 5)):
-            file.write_text(self.bench("zwidth", "--csv", "--quick", "--rate", 1000, "--delay", 0, "--damping", 0, "--push", push),
+            file.write_text(self.bench("zwidth", "--csv", "--quick", "--rate", 1000, "--delay", 0, 0, "--damping", 0, 0, "--push", push),
                             encoding="ascii")
         self.assertIn('second.csv: its settings of zwidth are "sim://default, press of 5 N,', self.bench("compare", first, second, code=1))
         lines = second.read_text(encoding="ascii").splitlines(keepends=True)

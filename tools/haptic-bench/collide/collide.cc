@@ -264,7 +264,7 @@ int run(const Common& common, const CollideOptions& options) {
         "pair  subject                    query     poses     mean      p50      p99    p99.9   steady      max  "
         "records     rate  build    MB  force  angle torque\n");
   }
-  for (const std::string& name : options.pairs) {
+  for (const std::string& name : distinct(options.pairs)) {
     const CollidePair pair = makePair(name);
     const auto poses = pair.poses(kRate);
     tell(name + ": the wrench by brute force");

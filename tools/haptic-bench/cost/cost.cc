@@ -109,16 +109,6 @@ void print(const Common& common, const CostOptions& options, MeshCost& mesh) {
   }
 }
 
-/** Each once, in their order. */
-template <class T>
-std::vector<T> distinct(const std::vector<T>& all) {
-  std::vector<T> once;
-  for (const T x : all) {
-    if (std::find(once.begin(), once.end(), x) == once.end()) once.push_back(x);
-  }
-  return once;
-}
-
 int run(const Common& common, CostOptions options) {
   options.radii_mm = distinct(options.radii_mm);
   if (!options.profile.empty() && !std::ofstream(options.profile, std::ios::app)) {

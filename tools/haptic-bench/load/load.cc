@@ -62,6 +62,9 @@ int runLoad(const Common& common, const LoadOptions& options) {
       levels.push_back(level);
   }
 
+  const std::vector<std::uint32_t> all_triangles = distinct(options.triangles);
+  const std::vector<double> rates_hz = distinct(options.rates_hz);
+
   const Interrupts interrupts;
   std::vector<Cell> cells;
   std::size_t at = 0;
@@ -84,13 +87,13 @@ int runLoad(const Common& common, const LoadOptions& options) {
   };
   for (int round = 0; round < common.rounds; ++round) {
     at = 0;
-    for (const std::uint32_t triangles : options.triangles) {
+    for (const std::uint32_t triangles : all_triangles) {
       const Model model = tessellate({0.05, 0.02}, triangles);
       const LiveDaemon daemon(options.daemon);
       for (const Level level : levels) {
         measure(daemon, model, Source::kNative, 0, level);
         for (const Source source : {Source::kPlane, Source::kPatch, Source::kForce}) {
-          for (const double rate_hz : options.rates_hz) measure(daemon, model, source, rate_hz, level);
+          for (const double rate_hz : rates_hz) measure(daemon, model, source, rate_hz, level);
         }
       }
     }

@@ -40,7 +40,7 @@ int runModels(const Common& common, const ModelsOptions& options) {
   const BuiltSurface surface(model);
   std::vector<Series> all;
   const auto add = [&](const std::string& name, double fraction) { all.push_back({name, "%", {100 * fraction}}); };
-  for (const double k : options.stiffness) {
+  for (const double k : distinct(options.stiffness)) {
     const Stroked stroke = strokeOver(shape, {.stiffness = k}, options.seconds);
     const auto settled = [](const std::vector<Vec3>& forces) { return std::span(forces).subspan(kSettled); };
     const std::vector<Vec3> native = nativeForces(surface.meshes(), k, stroke.hips);
@@ -58,7 +58,7 @@ int runModels(const Common& common, const ModelsOptions& options) {
     };
     judge("native", native);
     for (const Source source : {Source::kPlane, Source::kPatch, Source::kForce}) {
-      for (const double rate : options.rates_hz) {
+      for (const double rate : distinct(options.rates_hz)) {
         const ClientTiming timing{1 / rate, options.latency_ms * 1e-3, k};
         judge(fmt::format("{} at {:g} Hz", nameOf(source), rate),
               clientForces(source, surface.client(), timing, stroke.hips));

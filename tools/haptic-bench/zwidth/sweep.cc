@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/zwidth/eigenvalue.h"
 #include "tools/haptic-bench/zwidth/search.h"
 #include "tools/haptic-bench/zwidth/theory.h"
@@ -21,12 +22,12 @@ Loop loopOf(const Options& options, const Change& change) {
 
 std::vector<Row> plan(const Options& options) {
   std::vector<Row> rows;
-  for (const double rate : options.rates_hz) {
-    for (const std::uint32_t delay : options.delays) {
+  for (const double rate : distinct(options.rates_hz)) {
+    for (const std::uint32_t delay : distinct(options.delays)) {
       std::vector<Change> devices{{rate, delay, kIdealStep, 0}};
       if (!options.quick) devices.push_back({rate, delay, -1, 0});
       devices.push_back({rate, delay, -1, -1});
-      for (const double damping : options.dampings) {
+      for (const double damping : distinct(options.dampings)) {
         double eigenvalue = -1, slowest = 0;  // The same for all three.
         for (const Change& change : devices) {
           const Loop loop = loopOf(options, change);

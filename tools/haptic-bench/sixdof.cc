@@ -147,7 +147,7 @@ struct Judged {
   [[nodiscard]] double relative() const { return size > 0 ? std::sqrt(square / size) : NAN; }
   [[nodiscard]] double degrees() const { return directed > 0 ? std::sqrt(angle / directed) * 180 / EIGEN_PI : NAN; }
   /** Within 5 % and 3 degrees, or there is nothing to be felt. */
-  [[nodiscard]] bool isGood() const { return std::isnan(relative()) || (relative() < 0.05 && degrees() < 3); }
+  [[nodiscard]] bool isGood() const { return size == 0 ? std::isfinite(square) : relative() < 0.05 && degrees() < 3; }
 };
 
 struct Played {

@@ -156,7 +156,7 @@ TEST(CompareResults, WhatIsComparedIsKnownByItsUnit) {
 TEST(ReadResults, WhatWasPrintedIsRead) {
   const std::string name = "run sphere:radius=1,stacks=4 \"mine\"";
   const Results r =
-      Results::parse("# cpu: x\nbenchmark,quantity,unit,round,value\n" + csvField(name) +
+      Results::parse("\xef\xbb\xbf# cpu: x\nbenchmark,quantity,unit,round,value\n" + csvField(name) +
                          ",a,ns,1,0.30000000000000004\n" + csvField(name) + ",a,ns,2,4\r\nother,a,s,1,5\n",
                      "t");
   ASSERT_EQ(r.all.size(), 2u);

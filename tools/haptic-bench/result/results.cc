@@ -163,6 +163,8 @@ std::string csvField(const std::string& text) {
 
 Results Results::parse(std::string_view text, const std::string& where) {
   ResultsReader reader(where);
+  if (constexpr std::string_view kMark = "\xef\xbb\xbf"; text.substr(0, kMark.size()) == kMark)
+    text.remove_prefix(kMark.size());  // Byte order mark, as of spreadsheets.
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
     if (end == std::string_view::npos) reader.cutOff();

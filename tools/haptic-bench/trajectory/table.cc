@@ -191,6 +191,11 @@ std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap
       throw Failure(table.at(i), fmt::format("time goes from {:.9g} s to {:.9g} s", t[i - 1], t[i]), "rising times");
     }
   }
+  constexpr double kLongest = 1e6;  // Eleven days.
+  if (!t_s.empty() && t_s.back() > kLongest) {
+    throw Failure(table.at(t_s.size() - 1), fmt::format("the times span {:.4g} s", t_s.back()),
+                  "name the column of times with its unit, as t_ns");
+  }
   if (t_s.size() < (max_gap_s > 0 ? 2 : 3)) return t_s;  // Nothing is usual yet.
   std::vector<double> steps;
   for (std::size_t i = 1; i < t_s.size(); ++i) steps.push_back(t_s[i] - t_s[i - 1]);

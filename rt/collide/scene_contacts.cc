@@ -27,8 +27,8 @@ constexpr double kOnMantle = 0.1;
  */
 constexpr double kBeside = 0.95;
 
-constexpr double kAlongEdge = 0.99;  ///< Of a disc's way: an edge on which it moves so much lies along the axis.
-constexpr double kMetEdge = 1e-5;    ///< A disc this near to where it meets an edge stays [m].
+constexpr double kWithEdge = 0.99;  ///< Of a disc's way: an edge on which it moves so much lies along the axis.
+constexpr double kMetEdge = 1e-5;   ///< A disc this near to where it meets an edge stays [m].
 
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
 
@@ -324,7 +324,7 @@ SceneContacts::Looked SceneContacts::lookFromDisc(std::uint32_t i, const Collide
     // Along an edge the place goes with the disc by a part of its way: two of them tell where they meet. Facets do not.
     const double second = c.z(), slope = (across() - seen) / (second - first);
     const double meet = (seen - slope * first) / (1 - slope);
-    if (slope < kAlongEdge && std::abs(std::clamp(meet, least, most) - second) > kMetEdge) {
+    if (slope < kWithEdge && std::abs(std::clamp(meet, least, most) - second) > kMetEdge) {
       const PointTouch met = out;
       const int met_side = side;
       if (!moveTo(meet) || out.gap > met.gap) {

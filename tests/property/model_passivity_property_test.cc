@@ -14,7 +14,7 @@ namespace hapticd {
 namespace {
 
 constexpr double kStiffness = 1000, kSize = 0.01;
-constexpr int kTicks = 4000;
+constexpr int kTicksRound = 4000;
 
 hd_local_model solid(std::initializer_list<std::pair<Vec3, double>> sides) {
   hd_local_model m = modelOf(sides.size() == 0 ? HD_MODEL_SPHERE : HD_MODEL_HALFSPACES, kStiffness);
@@ -57,8 +57,8 @@ TEST(ModelPassivityProperty, NoClosedWayGivesMoreThanItTook) {
         ModelForce last = model.evaluate(last_p, Vec3::Zero(), {});
         const double before = last.stored;
         double taken = 0;
-        for (int i = 1; i <= 2 * kTicks; ++i) {
-          const Vec3 p = way.at(2 * std::numbers::pi * i / kTicks);
+        for (int i = 1; i <= 2 * kTicksRound; ++i) {
+          const Vec3 p = way.at(2 * std::numbers::pi * i / kTicksRound);
           const ModelForce now = model.evaluate(p, Vec3::Zero(), {});
           taken -= 0.5 * (now.force + last.force).dot(p - last_p);
           last_p = p;

@@ -226,14 +226,16 @@ void SceneModel::clientLeft(std::uint64_t connection) {
   for (std::uint32_t slot = 1; slot < kMaxObjects; ++slot) {
     Object& object = slots_[slot];
     if (object.id == 0 || object.owner.connection != connection) continue;
-    if (object.spec.keep) {
+    const Object* const heir = object.spec.keep ? &object : foreign(slot);
+    if (heir == nullptr) {
+      removeSubtree(slot);
+      continue;
+    }
+    object.owner = heir->owner;
+    object.spec.keep = heir->spec.keep;
+    if (object.owner.connection == connection) {  // Kept: by nobody who is there.
       object.owner.connection = 0;
       object.owner.name.clear();
-    } else if (const Object* heir = foreign(slot)) {
-      object.owner = heir->owner;
-      if (heir->spec.keep) object.spec.keep = true;
-    } else {
-      removeSubtree(slot);
     }
   }
 }

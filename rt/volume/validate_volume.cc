@@ -67,7 +67,7 @@ class VolumeValidator : private BlockCheck {
     return checkInertia();
   }
 
-  /** The tensor of a solid: positive moments of which none exceeds the sum of the others, and definite. */
+  /** Positive definite. Whether a solid can have it MassProperties::valid() tells where it is used. */
   [[nodiscard]] Result<void> checkInertia() const {
     const double* i = h_.mass.inertia;
     for (int k = 0; k < 6; ++k)

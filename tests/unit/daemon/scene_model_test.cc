@@ -169,14 +169,19 @@ TEST_F(SceneModelTest, LeavingTakesOnesObjectsButNotThoseKeptOrCarryingOthers) {
   ASSERT_TRUE(scene.create(kept, client(1)).ok());
   ASSERT_TRUE(scene.create(sphere("carrier"), client(1)).ok());
   ASSERT_TRUE(scene.create(sphere("rider", "carrier"), client(2)).ok());
+  ASSERT_TRUE(scene.create(sphere("shelf"), client(1)).ok());
+  kept.name = "on_shelf";
+  kept.parent = "shelf";
+  ASSERT_TRUE(scene.create(kept, client(1)).ok());
   scene.clientLeft(1);
-  EXPECT_THAT(scene.names(), testing::ElementsAre("carrier", "kept", "rider"));
+  EXPECT_THAT(scene.names(), testing::ElementsAre("carrier", "kept", "on_shelf", "rider", "shelf"));
+  for (const char* name : {"shelf", "on_shelf"}) EXPECT_EQ(scene.find(name)->owner, "") << name;
   EXPECT_EQ(scene.find("carrier")->owner, "c2");
   EXPECT_EQ(scene.find("kept")->owner, "");
   EXPECT_EQ(scene.remove("kept", client(3, 1001)).error().what, "'kept' belongs to user 1000");
   EXPECT_EQ(scene.remove("rider", client(3, 1001)).error().what, "'rider' belongs to 'c2' of user 1000");
   scene.clientLeft(2);
-  EXPECT_THAT(scene.names(), testing::ElementsAre("kept"));
+  EXPECT_THAT(scene.names(), testing::ElementsAre("kept", "on_shelf", "shelf"));
 }
 
 TEST_F(SceneModelTest, ADeadServoRefusesEditsBeforeTheyHappen) {

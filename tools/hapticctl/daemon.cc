@@ -59,6 +59,7 @@ Daemon::Daemon(const Globals& globals) {
           "--socket";
     }
   }
+  if (code == HAPTIC_INVALID_ARGUMENT) out.exit = kExitUsage;  // Of the socket's name: nobody was asked.
   throw out;
 }
 

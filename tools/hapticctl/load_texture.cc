@@ -21,6 +21,17 @@ struct TextureOptions {
 
 bool isXml(const std::string& path) { return path.size() > 4 && path.compare(path.size() - 4, 4, ".xml") == 0; }
 
+/** A field of the surface as the option by which the user knows it. */
+std::string optionOf(const std::string& field) {
+  constexpr std::pair<const char*, const char*> kOptions[] = {{"surface.reliefDepth", "--depth"},
+                                                              {"surface.reliefWidth", "--size"},
+                                                              {"surface.reliefHeight", "--size"},
+                                                              {"surface.vibrationMass", "--mass"}};
+  for (const auto& [name, option] : kOptions)
+    if (field == name) return option;
+  return field;
+}
+
 /** `size`: width and height [m]; empty: as the surface has it. */
 Owned<haptic_texture_report> uploadRelief(const Daemon& daemon, const TextureOptions& o,
                                           const std::vector<double>& size, haptic_surface& surface) {
@@ -68,7 +79,12 @@ int loadTexture(const TextureOptions& o, const Globals& globals) {
   const int code = haptic_object_set_surface(daemon.client(), o.object.c_str(), &surface, &error);
   // All or nothing; and what nothing shows any more need not stay.
   if (code != HAPTIC_OK) haptic_texture_drop(daemon.client(), report->id, nullptr);
-  check(code, error);
+  try {
+    check(code, error);
+  } catch (Failure& failure) {
+    failure.where = optionOf(failure.where);
+    throw;
+  }
   if (before != 0) haptic_texture_drop(daemon.client(), before, nullptr);
   if (globals.json) {
     putJson({{"object", o.object}, {"texture", report->id}, {"kind", vibration ? "vibration" : "relief"}});

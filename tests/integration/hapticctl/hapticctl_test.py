@@ -229,6 +229,7 @@ class WithDaemon(Case):
         self.assertEqual((shown["width"], shown["height"], shown["uses"]), (8, 4, 1))
         steep = self.run_ctl("load-texture", picture, "wall", "--size", "0.0001,0.04", exit_code=1).stderr
         self.assertIn("pixel", steep)
+        self.assertIn("--depth: ", self.run_ctl("load-texture", picture, "wall", "--depth", "9", exit_code=1).stderr)
         self.assertEqual(self.json("get", "/objects/wall/relief"), laid["texture"], "a refusal changes nothing")
         self.assertEqual(len(self.json("get", "/textures")), 1, "nor does it leave anything behind")
         lines = "<ARlsf><value>0.4</value><value>1.3</value></ARlsf><var>1</var>"

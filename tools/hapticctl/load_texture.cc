@@ -21,16 +21,10 @@ struct TextureOptions {
 
 bool isXml(const std::string& path) { return path.size() > 4 && path.compare(path.size() - 4, 4, ".xml") == 0; }
 
-/** A field of the surface as the option by which the user knows it. */
-std::string optionOf(const std::string& field) {
-  constexpr std::pair<const char*, const char*> kOptions[] = {{"surface.reliefDepth", "--depth"},
-                                                              {"surface.reliefWidth", "--size"},
-                                                              {"surface.reliefHeight", "--size"},
-                                                              {"surface.vibrationMass", "--mass"}};
-  for (const auto& [name, option] : kOptions)
-    if (field == name) return option;
-  return field;
-}
+constexpr FieldOption kSurfaceFields[] = {{"surface.reliefDepth", "--depth"},
+                                          {"surface.reliefWidth", "--size"},
+                                          {"surface.reliefHeight", "--size"},
+                                          {"surface.vibrationMass", "--mass"}};
 
 /** `size`: width and height [m]; empty: as the surface has it. */
 Owned<haptic_texture_report> uploadRelief(const Daemon& daemon, const TextureOptions& o,
@@ -82,7 +76,7 @@ int loadTexture(const TextureOptions& o, const Globals& globals) {
   try {
     check(code, error);
   } catch (Failure& failure) {
-    failure.where = optionOf(failure.where);
+    failure.where = optionOf(failure.where, kSurfaceFields);
     throw;
   }
   if (before != 0) haptic_texture_drop(daemon.client(), before, nullptr);

@@ -7,7 +7,9 @@
 
 #include <CLI/CLI.hpp>
 #include <limits>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "tools/hapticctl/numbers.h"
 
@@ -29,5 +31,20 @@ inline CLI::Validator number(double lowest, double highest = std::numeric_limits
 
 /** A finite number above zero. */
 inline CLI::Validator positive() { return number(0, std::numeric_limits<double>::max(), true); }
+
+/** How the name of a field of the interface begins, and the option by which the user knows it. */
+struct FieldOption {
+  std::string_view field;
+  const char* option;
+};
+
+/** The option for what an error names; that name where it is none of them. Creating calls "object." what edits do not.
+ */
+[[nodiscard]] inline std::string optionOf(std::string_view where, std::span<const FieldOption> options) {
+  if (where.starts_with("object.")) where.remove_prefix(7);
+  for (const FieldOption& o : options)
+    if (where.starts_with(o.field)) return o.option;
+  return std::string(where);
+}
 
 }  // namespace hapticctl

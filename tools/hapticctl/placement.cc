@@ -68,23 +68,16 @@ void setMass(const Daemon& daemon, const std::string& name, const std::string& m
   (void)daemon.ask<haptic_text>(haptic_set, (massOf(name) + "?value=" + mass).c_str());
 }
 
-/** A field of the C interface, as the option by which the user knows it. */
-std::string optionOf(std::string_view field) {
-  if (field.starts_with("object.")) field.remove_prefix(7);
-  constexpr std::pair<std::string_view, const char*> kOptions[] = {
-      {"name", "--name"},
-      {"parent", "--parent"},
-      {"pose.p", "--at"},
-      {"pose.q", "--rotate"},
-      {"material.stiffness", "--stiffness"},
-      {"material.damping", "--damping"},
-      {"material.friction", "--friction"},
-      {"shape.size", "--size"},
-  };
-  for (const auto& [begin, option] : kOptions)
-    if (field.starts_with(begin)) return option;
-  return std::string(field);
-}
+constexpr FieldOption kPlacementFields[] = {
+    {"name", "--name"},
+    {"parent", "--parent"},
+    {"pose.p", "--at"},
+    {"pose.q", "--rotate"},
+    {"material.stiffness", "--stiffness"},
+    {"material.damping", "--damping"},
+    {"material.friction", "--friction"},
+    {"shape.size", "--size"},
+};
 
 Owned<haptic_object_state> find(const Daemon& daemon, const std::string& name) {
   haptic_object_state* found = nullptr;
@@ -93,7 +86,7 @@ Owned<haptic_object_state> find(const Daemon& daemon, const std::string& name) {
   try {
     if (code != HAPTIC_NOT_FOUND) check(code, error);
   } catch (Failure& failure) {
-    failure.where = optionOf(failure.where);
+    failure.where = optionOf(failure.where, kPlacementFields);
     throw;
   }
   return Owned<haptic_object_state>(found);
@@ -148,7 +141,7 @@ std::uint32_t place(const Daemon& daemon, const Placement& placement, const hapt
     }
     daemon.tell(haptic_object_create, &object, &id);
   } catch (Failure& failure) {
-    failure.where = optionOf(failure.where);
+    failure.where = optionOf(failure.where, kPlacementFields);
     throw;
   }
   if (!(placement.mass > 0)) return id;

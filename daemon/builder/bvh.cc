@@ -58,6 +58,7 @@ class Builder {
  public:
   Builder(const Mesh& mesh, const std::function<bool(float)>& progress) : progress_(progress) {
     items_.resize(mesh.triangles.size());
+    bin_.resize(items_.size());
     for (std::uint32_t t = 0; t < items_.size(); ++t) {
       const auto corner = [&](int c) {
         const Float3& p = mesh.vertices[mesh.triangles[t][c]];
@@ -136,61 +137,65 @@ class Builder {
   }
 
   std::pair<Range, Range> splitByBins(const Range& range, int axis, float extent) {
-    struct Bin {
-      Box box;
-      std::uint32_t count = 0;
-    };
-    Bin bins[kBins];
+    Box box[kBins];
+    std::uint32_t count[kBins] = {};
     const float scale = kBins / extent, origin = range.centres.lower[axis];
-    const auto binOf = [&](const Item& item) {
-      const float x = (item.lower[axis] + item.upper[axis] - origin) * scale;
-      return std::min(static_cast<int>(x), kBins - 1);  // x >= 0, finite: extent > 0 may be tiny, hence the next line
-    };
     if (!(scale <= std::numeric_limits<float>::max())) return {};
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      Bin& bin = bins[binOf(items_[i])];
-      bin.box.add(items_[i].lower, items_[i].upper);
-      ++bin.count;
+      const Item& item = items_[i];
+      const float x = (item.lower[axis] + item.upper[axis] - origin) * scale;
+      const int b = std::min(static_cast<int>(x), kBins - 1);  // x >= 0, and finite as scale is
+      bin_[i] = static_cast<std::uint8_t>(b);
+      box[b].add(item.lower, item.upper);
+      ++count[b];
     }
     // Cost of a cut after bin k: area times count on both sides.
+    Box right, right_of[kBins];
     float right_cost[kBins] = {};
-    Box right;
     std::uint32_t right_count = 0;
     for (int k = kBins - 1; k > 0; --k) {
-      right.add(bins[k].box);
-      right_count += bins[k].count;
+      if (count[k] != 0) right.add(box[k]);
+      right_count += count[k];
+      right_of[k - 1] = right;
       right_cost[k - 1] = right_count == 0 ? 0 : right.halfArea() * static_cast<float>(right_count);
     }
-    Box left;
+    Box left, left_of_cut;
     std::uint32_t left_count = 0;
     int cut = -1;
     float least = std::numeric_limits<float>::infinity();
     for (int k = 0; k + 1 < kBins; ++k) {
-      left.add(bins[k].box);
-      left_count += bins[k].count;
-      if (left_count == 0 || left_count == range.size()) continue;
+      if (count[k] == 0) continue;  // the same cut as the one before
+      left.add(box[k]);
+      left_count += count[k];
+      if (left_count == range.size()) break;
       const float cost = left.halfArea() * static_cast<float>(left_count) + right_cost[k];
       if (cost < least) {
         least = cost;
         cut = k;
+        left_of_cut = left;
       }
     }
     if (cut < 0) return {};
-    return partition(range, [&](const Item& item) { return binOf(item) <= cut; });
+    auto halves = partition(range, cut);
+    halves.first.box = left_of_cut;
+    halves.second.box = right_of[cut];
+    return halves;
   }
 
-  template <class GoesLeft>
-  std::pair<Range, Range> partition(const Range& range, GoesLeft&& goes_left) {
+  /** Bins up to `cut` go left. Leaves the halves' own boxes to the caller, who knows them from the bins. */
+  std::pair<Range, Range> partition(const Range& range, int cut) {
     Range left{0, range.begin, range.begin, range.depth + 1, {}, {}};
     Range right{0, range.end, range.end, range.depth + 1, {}, {}};
     while (left.end < right.begin) {
       Item& item = items_[left.end];
-      if (goes_left(item)) {
-        grow(left, item);
+      const Vec4 centre = item.centre();
+      if (bin_[left.end] <= cut) {
+        left.centres.add(centre, centre);
         ++left.end;
       } else {
-        grow(right, item);
+        right.centres.add(centre, centre);
         std::swap(item, items_[--right.begin]);
+        bin_[left.end] = bin_[right.begin];
       }
     }
     return {left, right};
@@ -212,6 +217,7 @@ class Builder {
 
   const std::function<bool(float)>& progress_;
   std::vector<Item> items_;
+  std::vector<std::uint8_t> bin_;  ///< Of each item, while its range is split.
 };
 
 }  // namespace

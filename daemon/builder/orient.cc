@@ -86,7 +86,10 @@ class Orienter {
       std::uint32_t turned = 0;
       mark_[seed] = Mark::kSame;
       order_.push_back(seed);
-      for (std::uint32_t i = part.begin; i < order_.size(); ++i) turned += spread(order_[i]);
+      for (std::uint32_t i = part.begin; i < order_.size(); ++i) {
+        if (i + kFetchAhead < order_.size()) fetchNeighbours(order_[i + kFetchAhead]);
+        turned += spread(order_[i]);
+      }
       part.end = static_cast<std::uint32_t>(order_.size());
       if (turned != 0) {
         part.repaired = true;
@@ -99,6 +102,15 @@ class Orienter {
         }
       }
       parts_.push_back(part);
+    }
+  }
+
+  // Always inline: a compiler may leave out calls of what only fetches, as without effect.
+  [[gnu::always_inline]] void fetchNeighbours(std::uint32_t t) const {
+    for (const std::uint32_t s : mesh_.neighbours[t]) {
+      if (s == HD_NO_INDEX) continue;
+      __builtin_prefetch(&mesh_.triangles[s]);
+      __builtin_prefetch(&mesh_.neighbours[s]);
     }
   }
 
@@ -132,6 +144,11 @@ class Orienter {
     part.lower = part.upper = origin;
     for (std::uint32_t i = part.begin; i < part.end; ++i) {
       const std::uint32_t t = order_[i];
+      if (i + 2 * kFetchAhead < part.end) {
+        __builtin_prefetch(&mesh_.neighbours[order_[i + 2 * kFetchAhead]]);
+        __builtin_prefetch(&mesh_.triangles[order_[i + 2 * kFetchAhead]]);
+        for (const std::uint32_t v : mesh_.triangles[order_[i + kFetchAhead]]) __builtin_prefetch(&mesh_.vertices[v]);
+      }
       for (const std::uint32_t s : mesh_.neighbours[t]) part.closed &= s != HD_NO_INDEX;
       Double3 corner[3];
       for (int c = 0; c < 3; ++c) {

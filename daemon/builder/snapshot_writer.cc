@@ -48,6 +48,10 @@ Numbering renumber(const Mesh& mesh, const Bvh& bvh) {
   n.used.reserve(mesh.vertices.size());
   n.valence.reserve(mesh.vertices.size());
   for (std::uint32_t i = 0; i < bvh.order.size(); ++i) {
+    if (i + 2 * kFetchAhead < bvh.order.size()) {
+      __builtin_prefetch(&mesh.triangles[bvh.order[i + 2 * kFetchAhead]]);
+      for (const std::uint32_t v : mesh.triangles[bvh.order[i + kFetchAhead]]) __builtin_prefetch(&n.new_vertex[v]);
+    }
     n.place[bvh.order[i]] = i;
     for (const std::uint32_t v : mesh.triangles[bvh.order[i]]) {
       if (n.new_vertex[v] == HD_NO_INDEX) {
@@ -69,6 +73,17 @@ void fillTriangles(const Mapping& mapping, const Mesh& mesh, const Bvh& bvh, con
   auto* const corners = sectionOf<std::array<Float3, 3>>(mapping, HD_SECTION_CORNERS);
   for (std::size_t i = 0; i < bvh.order.size(); ++i) {
     const std::uint32_t t = bvh.order[i];
+    if (i + 2 * kFetchAhead < bvh.order.size()) {
+      __builtin_prefetch(&mesh.triangles[bvh.order[i + 2 * kFetchAhead]]);
+      __builtin_prefetch(&mesh.neighbours[bvh.order[i + 2 * kFetchAhead]]);
+      const std::uint32_t next = bvh.order[i + kFetchAhead];
+      for (const std::uint32_t v : mesh.triangles[next]) {
+        __builtin_prefetch(&n.new_vertex[v]);
+        __builtin_prefetch(&mesh.vertices[v]);
+      }
+      for (const std::uint32_t s : mesh.neighbours[next])
+        if (s != HD_NO_INDEX) __builtin_prefetch(&n.place[s]);
+    }
     for (int k = 0; k < 3; ++k) {
       triangles[i][k] = n.new_vertex[mesh.triangles[t][k]];
       corners[i][k] = mesh.vertices[mesh.triangles[t][k]];

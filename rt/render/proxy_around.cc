@@ -171,9 +171,9 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
   Vec3 edge = step.goal;
   std::uint32_t mask = 0;
   const bool meet = nearestInside(planes, count + 1, kNear * skin, edge, mask) && (mask >> count) == 1;
-  const double lift = (1 - 0x1p-40) * (most - (landing - proxy_).norm()) / 2;
+  const double lift = (most - (landing - proxy_).norm()) / 2;  // As long as that: not asked again, for rounding.
   const Vec3 over[] = {edge, landing}, arch[] = {proxy_ + lift * n, landing + lift * n, landing};
-  if (!(meet && goVia(step, over, 2, most)) && !(rises && lift > 0 && goVia(step, arch, 3, most))) return false;
+  if (!(meet && goVia(step, over, 2, most)) && !(rises && lift > 0 && goVia(step, arch, 3, kAnyLength))) return false;
 
   // Friction comes along: the proxy is as far behind, in parts of the depth, and turned as the surface is.
   const double depth = (now.foot - step.goal).norm();

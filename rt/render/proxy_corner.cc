@@ -1,6 +1,4 @@
 // In a corner of a mesh: where the planes that hold the proxy do so together, but the surface does not.
-#include <limits>
-
 #include "rt/geometry/pseudo_normal.h"
 #include "rt/geometry/triangle.h"
 #include "rt/render/proxy_step.h"
@@ -10,7 +8,6 @@ namespace {
 
 constexpr double kShort = 1 - 0x1p-8;  // Of an edge: its end is a vertex with faces of its own.
 constexpr double kOver = 1.0 / 16;     // Of the way along the edge.
-constexpr double kAnyLength = std::numeric_limits<double>::infinity();
 constexpr double kSharpest = 0.02;  // Cosine of half an edge's angle below which it is a blade.
 
 /** Of the edges that leave a vertex the one along which a point comes nearest to the goal. */

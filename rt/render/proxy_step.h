@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "rt/geometry/nearest.h"
 #include "rt/render/proxy.h"
@@ -19,6 +20,8 @@ inline constexpr double kAt = 64;                      // Skins: so near, a prox
 inline constexpr double kMaxTurnCosine = 0.5;          // A surface's normal turns at most 60 degrees in one plan.
 inline constexpr double kSettled = 0x1p-30;            // Of the depth: a smaller move is not worth another look,
 inline constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a step that comes nearer by ever less.
+
+inline constexpr double kAnyLength = std::numeric_limits<double>::infinity();  // Of a way.
 
 inline double extent(const Vec3& x) HD_RT { return x.cwiseAbs().maxCoeff(); }
 

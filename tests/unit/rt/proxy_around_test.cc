@@ -228,5 +228,32 @@ TEST(ProxyAround, WhereFacesMeetAtRightAnglesRoundingDecidesNothing) {
   EXPECT_EQ(passed, kTurns);
 }
 
+/** Over a fin to the floor beyond it, in an arch as long as may be: no place in the world makes that too long. */
+TEST(ProxyAround, FarFromTheOriginAsNearIt) {
+  TestMesh mesh = test::heightMesh(0.02, 40, [](double x, double) { return std::abs(x) < 1e-6 ? 0.002 : 0.0; });
+  MeshView* view = mesh.view();
+  Random random(seedOf(11));
+  int over = 0;
+  for (int run = 0; run < 300; ++run) {
+    const double depth = random.in(0.003, 0.006), y = random.in(-0.01, 0.01);
+    double at_origin = 0;
+    for (const double far : {0.0, 1e4}) {
+      TestScene t;
+      const Vec3 p = far * random.vector(1);
+      t.addMesh(view, {p, Quat::Identity()});
+      t.tick(p + Vec3(-0.004, y, 0.001));
+      t.tick(p + Vec3(-0.004, y, -depth));
+      t.tick(p + Vec3(0.004, y, -depth));
+      const double x = t.contact.proxy.x() - p.x();
+      if (far == 0) {
+        at_origin = x;
+        over += x > 0.003 ? 1 : 0;
+      }
+      EXPECT_NEAR(x, at_origin, 1e-6) << run << " at " << p.transpose();
+    }
+  }
+  EXPECT_GT(over, 200);
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -163,12 +163,21 @@ bool ProxyRenderer::isOnEdge(const SceneObject& object, const Constraint& c, con
   return foot > 0 && foot < along.squaredNorm() && faceBeyondEdge(mesh, c.feature, c.corner, x, normal) == HD_NO_INDEX;
 }
 
-/** Whether the foot of x lies on the feature of a mesh itself, not just on its plane or line drawn out. */
+/**
+ * Whether the foot of x lies on the feature of a mesh itself, not just on its plane or line drawn out; of an edge or
+ * vertex of an open sheet only where it stops a ball: from its front.
+ */
 bool ProxyRenderer::isOnFeature(const SceneObject& object, const Constraint& c, const Vec3& x) HD_RT {
   if (object.shape.kind != ShapeKind::kMesh) return false;
-  if (c.kind == FeatureKind::kVertex) return true;
-  if (c.kind == FeatureKind::kEdge) return isOnEdge(object, c, x);
-  return nearestOnTriangle(cornersOf(*object.shape.mesh, c.feature), x).kind == FeatureKind::kFace;
+  const MeshView& mesh = *object.shape.mesh;
+  if (c.kind != FeatureKind::kFace) {
+    if (c.kind == FeatureKind::kEdge && !isOnEdge(object, c, x)) return false;
+    if ((mesh.flags & HD_MESH_CLOSED) != 0 || (object.flags & HD_OBJECT_TWO_SIDED) != 0) return true;
+    std::uint32_t work = 0;
+    const Vec3 rim = mesh.vertex(c.feature, static_cast<int>(c.corner));
+    return pseudoNormal(mesh, c.feature, c.kind, c.corner, work).dot(x - rim) >= 0;
+  }
+  return nearestOnTriangle(cornersOf(mesh, c.feature), x).kind == FeatureKind::kFace;
 }
 
 /** On a single curved surface: over the edge of two tangent planes to the point nearest to the goal. */

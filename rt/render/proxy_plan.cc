@@ -211,7 +211,8 @@ bool ProxyRenderer::planOnCurve(Step& step, const Vec3& here, Plan& plan) HD_RT 
   plan.way[plan.parts++] = last;
   plan.above[0] = planes[0].normal;
   plan.above[1] = planes[1].normal;
-  plan.lands = !far && isOnFeature(object, there, object.toLocal(last));
+  // Above the plane there it is free to go on: it would hang on it, and be pulled.
+  plan.lands = !far && there.surface.height(step.goal) < 0 && isOnFeature(object, there, object.toLocal(last));
   plan.keeps = 2;
   return true;
 }

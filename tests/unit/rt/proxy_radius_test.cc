@@ -335,5 +335,28 @@ TEST(ProxyBall, ComesBackOverTheFaceFromBarelyBeyondItsEdge) {
   }
 }
 
+/** A hand that goes round an edge and off it in one tick is free in that tick, and is not pulled back to the edge. */
+TEST(ProxyBall, AnEdgeThatWasPassedPullsNobody) {
+  TestMesh mesh = test::boxMesh(Vec3(0.02, 0.02, 0.02));
+  MeshView* view = mesh.view();
+  constexpr double kRadius = 0.005;
+  Random random(seedOf(12));
+  for (int run = 0; run < 500; ++run) {
+    TestScene t;
+    t.addMesh(view);
+    t.proxy.setRadius(kRadius);
+    const double y = random.in(-0.01, 0.01), from = random.in(0.1, 1.4), to = random.in(0.1, 1.4);
+    const auto about = [&](double angle, double out) {
+      return Vec3(0.02 + out * std::cos(angle), y, 0.02 + out * std::sin(angle));
+    };
+    t.tick(about(from, 0.02));
+    const double depth = random.in(1e-6, 0.001), off = random.in(1e-6, 0.001);
+    ASSERT_NEAR(t.tick(about(from, kRadius - depth)).force.norm(), 1000 * depth, 1e-6) << run;
+    const Vec3 hip = about(to, kRadius + off);
+    EXPECT_EQ(t.tick(hip).force, Vec3::Zero()) << run;
+    EXPECT_EQ(t.contact.proxy, hip) << run;
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -35,12 +35,21 @@ struct EdgeToward {
   }
 };
 
+/** Whether a triangle of a mesh, or what else the object is, is within `reach` of x, in its frame. */
+bool touchesSurface(const SceneObject& object, std::uint32_t feature, const Vec3& x, double reach,
+                    std::uint32_t& work) HD_RT {
+  if (object.shape.kind == ShapeKind::kMesh)
+    return (nearestOnTriangle(cornersOf(*object.shape.mesh, feature), x).point - x).squaredNorm() <= reach * reach;
+  Nearest near;
+  return nearestWithin(object, x, reach, nullptr, work, near) != NearestResult::kNone;
+}
+
 }  // namespace
 
 /**
- * Of planes that were met one after the other some may by now be only planes drawn out, beyond the triangles that were
- * met: these go, but for the last, which has just been. True if there were any, for a proxy that is clearly nearer than
- * at `last`, the distance at which the step let some go before.
+ * Of planes that were met one after the other some may by now be only planes drawn out, beyond the triangles or solids
+ * that were met: these go, but for the last, which has just been. True if there were any, for a proxy that is clearly
+ * nearer than at `last`, the distance at which the step let some go before.
  */
 bool ProxyRenderer::letGoOfAbsent(Step& step, double& last) const HD_RT {
   const double distance = (proxy_ - step.goal).norm();
@@ -49,11 +58,9 @@ bool ProxyRenderer::letGoOfAbsent(Step& step, double& last) const HD_RT {
   for (int i = 0; i < step.count; ++i) {
     const Constraint& c = step.held[i];
     const SceneObject& object = step.scene->slot(c.slot);
-    if (object.shape.kind == ShapeKind::kMesh && i + 1 < step.count) {
+    if (i + 1 < step.count) {
       const Vec3 x = object.toLocal(proxy_);
-      const double reach = radius_ + kAt * c.skin;
-      if ((nearestOnTriangle(cornersOf(*object.shape.mesh, c.feature), x).point - x).squaredNorm() > reach * reach)
-        continue;
+      if (!touchesSurface(object, c.feature, x, radius_ + kAt * c.skin, step.work)) continue;
     }
     if (kept != i) step.held[kept] = c;
     ++kept;

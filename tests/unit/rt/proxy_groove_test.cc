@@ -222,5 +222,24 @@ TEST(ProxyInAGroove, GrooveAfterGrooveTakesFewSweeps) {
   EXPECT_LT(effort.many, 0.17);
 }
 
+/** Slid off a solid and met by a wall in the same tick, a hand is held by the wall alone: what has it does not matter. */
+TEST(ProxyInAGroove, ASolidThatWasSlidOffHoldsNobodyBesideAWall) {
+  constexpr double kHalf = 0.02;
+  for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kMesh}) {
+    for (const double radius : {0.0, 0.001}) {
+      TestMesh mesh = test::boxMesh(Vec3::Constant(kHalf));
+      TestScene t;
+      t.add(kind, Vec3::Constant(kHalf), {}, {1000, 0, 0, 0}, HD_OBJECT_ENABLED, 0, mesh.view());
+      t.add(ShapeKind::kBox, {0.02, 0.05, 0.05}, {Vec3(0.045, 0, 0), Quat::Identity()});
+      t.proxy.setRadius(radius);
+      t.tick({0, 0, 0.04});
+      t.tick({0, 0, kHalf + radius - 0.005});
+      t.tick({0.035, 0, kHalf + radius - 0.008});
+      EXPECT_NEAR((t.contact.force - Vec3(-10 - 1000 * radius, 0, 0)).norm(), 0, 1e-6)
+          << static_cast<int>(kind) << " " << radius << " " << t.contact.force.transpose();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -39,6 +39,7 @@ class JointStep {
   void solve() HD_RT;
 
   [[nodiscard]] std::uint32_t movers() const HD_RT { return movers_; }
+  [[nodiscard]] std::uint32_t room() const HD_RT { return kMaxJointTouches - touches_; }  ///< For touches.
   /** After solve(): the same number for all that touches join. Below movers(). */
   [[nodiscard]] std::uint8_t island(std::uint8_t mover) const HD_RT { return mover_[mover].island; }
   [[nodiscard]] std::uint32_t rounds() const HD_RT { return rounds_; }

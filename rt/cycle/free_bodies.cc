@@ -236,11 +236,31 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   if (entry.body.asleep() && !lies && !entry.body.weightOf(gravity_).isZero(0)) entry.body.wake();
 }
 
-void FreeBodies::addTouches(const Scene& scene, std::uint8_t k) HD_RT {
+/** Those that have fewer leave the rest to the others: who came last would have none, and fall through the floor. */
+std::uint32_t FreeBodies::fairShare(const Scene& scene) const HD_RT {
+  std::array<std::uint32_t, kMaxBodies> wanted{};
+  for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
+    const ContactModel& model = entry_[k].model;
+    for (std::uint32_t i = 0; i < model.count && entry_[k].mover != kNone; ++i) {
+      wanted[k] += meets(scene, k, model.point[i].body()) ? 1 : 0;
+    }
+  }
+  std::uint32_t most = kMaxTouches;
+  const auto sum = [&]() HD_RT {
+    std::uint32_t all = 0;
+    for (const std::uint32_t n : wanted) all += std::min(n, most);
+    return all;
+  };
+  while (most > 1 && sum() > joint_.room()) --most;
+  return most;
+}
+
+void FreeBodies::addTouches(const Scene& scene, std::uint8_t k, std::uint32_t most) HD_RT {
   const Entry& entry = entry_[k];
-  for (std::uint32_t i = 0; i < entry.model.count; ++i) {
+  for (std::uint32_t i = 0; i < entry.model.count && most > 0; ++i) {
     const std::uint32_t slot = entry.model.point[i].body();
     if (!meets(scene, k, slot)) continue;
+    --most;
     (void)joint_.add(touchOf(scene, k, i), entry.mover, moverOf(find(slot)));
   }
 }
@@ -289,8 +309,9 @@ void FreeBodies::step(Scene& scene, double dt) HD_RT {
     }
   }
   if (joint_.movers() == 0) return;
+  const std::uint32_t most = fairShare(scene);
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
-    if (entry_[k].mover != kNone) addTouches(scene, k);
+    if (entry_[k].mover != kNone) addTouches(scene, k, most);
   }
   joint_.solve();
   watchRest(dt);

@@ -78,7 +78,10 @@ class FreeBodies {
   [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
   [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
-  void addTouches(const Scene& scene, std::uint8_t k) HD_RT;
+  /** How many touches each body may have, so that all together have room. */
+  [[nodiscard]] std::uint32_t fairShare(const Scene& scene) const HD_RT;
+  /** The first `most` of them: those that ContactModel chose first hold it best. */
+  void addTouches(const Scene& scene, std::uint8_t k, std::uint32_t most) HD_RT;
   void watchRest(double dt) HD_RT;
   static void place(Scene& scene, const Entry& entry, const Twist& V_WC) HD_RT;
 

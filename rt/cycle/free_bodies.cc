@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "rt/collide/round.h"
 #include "rt/cycle/obstacles.h"
@@ -11,7 +12,7 @@ namespace hapticd {
 namespace {
 
 constexpr double kSupport = 5e-4;        ///< What lies has something this near [m].
-constexpr double kStirring = 1e-3;       ///< An obstacle that moves faster wakes what it touches [m/s].
+constexpr double kStirring = 1e-5;       ///< An obstacle that moves faster wakes what it touches [m/s].
 constexpr std::uint64_t kTagShift = 40;  ///< Keys of contacts are told apart by who found them.
 
 MassProperties massOf(const SetBody& order) HD_RT {
@@ -212,18 +213,20 @@ bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) c
 }
 
 /**
- * What lies stays asleep until what it lies on goes, or something that moves touches it. Of two bodies only one may
- * know of the contact: whichever is awake wakes the other. It does not keep it awake: see watchRest().
+ * What lies stays asleep until what it lies on goes or holds it less, or something that moves touches it. Of two bodies
+ * only one may know of the contact: whichever is awake wakes the other. It does not keep it awake: see watchRest().
  */
 void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   Entry& entry = entry_[k];
   bool lies = false;
+  double grip = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < entry.model.count; ++i) {
     const std::uint32_t slot = entry.model.point[i].body();
     if (!meets(scene, k, slot)) continue;
     const Touch touch = touchOf(scene, k, i);
     lies = lies || touch.gap < kSupport;
     if (touch.gap > kTouching) continue;
+    grip = std::min(grip, touch.friction);
     const std::uint8_t other = find(slot);
     if (other == kNone) {
       if (touch.moving.norm() > kStirring) entry.body.wake();
@@ -234,6 +237,8 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
     if (entry.body.asleep() && moves(entry_[other])) entry.body.wake();
   }
   if (entry.body.asleep() && !lies && !entry.body.weightOf(gravity_).isZero(0)) entry.body.wake();
+  if (entry.body.asleep() && grip < entry.grip) entry.body.wake();
+  if (!entry.body.asleep()) entry.grip = grip;
 }
 
 /** Those that have fewer leave the rest to the others: who came last would have none, and fall through the floor. */

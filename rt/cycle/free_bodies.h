@@ -67,6 +67,7 @@ class FreeBodies {
     FreeBody body{MassProperties{}, 0, false};
     ContactModel model;
     double age = 0;       ///< Of the contacts [s].
+    double grip = 0;      ///< The least friction that held it when it was last awake.
     bool held = false;    ///< In a hand.
     bool ours = false;    ///< Pushed here last: control is told where it goes.
     bool stands = false;  ///< Its contacts are stale, and the scene knows that it stands.

@@ -136,6 +136,50 @@ TEST(FreeBodies, AsManyAsThereCanBeAllLieOnTheFloor) {
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) EXPECT_TRUE(house.servo->cycle().bodies().body(k).asleep()) << int{k};
 }
 
+/** A floor that moves slower than what falls asleep once rose through what slept on it. */
+TEST(FreeBodies, WhatLiesOnASlowFloorGoesWithIt) {
+  const double slow = 0.5 * FreeBody::kRestSpeed;
+  for (const Vec3& way : {Vec3(0, 0, slow), Vec3(slow, 0, 0)}) {
+    House house;
+    addBall(house, kRolled, {0.1, 0, kBallRadius}, 0.2);
+    SetShape shape{kRolled, 0, {static_cast<std::uint32_t>(ShapeKind::kBox), 0, {}}};
+    store(Vec3::Constant(kBallRadius), shape.shape.size);
+    house.send(CommandKind::kSetShape, shape);
+    gravity(house, 9.81);
+    house.run(500);
+    ASSERT_TRUE(house.servo->cycle().bodies().body(0).asleep());
+    hd_object_pose moves{kFloor, 0, {}, {1}, {}, {}};
+    store(way, moves.v);
+    house.send(CommandKind::kObjectPose, moves);
+    house.run(4000);
+    const Vec3 gone = seen(house, kFloor).X_WO.p;
+    EXPECT_GT(gone.norm(), 1.9e-3);
+    EXPECT_LT((seen(house, kRolled).X_WO.p - Vec3(0.1, 0, kBallRadius) - gone).norm(), 2e-5);
+  }
+}
+
+/** What friction holds on a slope sleeps, and slides when there is none any more. */
+TEST(FreeBodies, OneThatNothingHoldsAnyMoreWakes) {
+  const Quat steep = fromRotationVector({0, 0.3, 0});
+  House house;
+  AddObject slope = object(kOther, ShapeKind::kBox, {0.5, 0.1, 0.01}, {0, 0.5, 0.3});
+  store(steep, slope.q);
+  house.send(CommandKind::kAddObject, slope);
+  AddObject box =
+      object(kRolled, ShapeKind::kBox, Vec3::Constant(kBallRadius), Vec3(0, 0.5, 0.3) + steep * Vec3(0, 0, 0.03));
+  store(steep, box.q);
+  house.send(CommandKind::kAddObject, box);
+  house.send(CommandKind::kSetBody, body(kRolled, 0.2));
+  house.run(20);
+  gravity(house, 9.81);
+  house.run(1000);
+  ASSERT_TRUE(house.servo->cycle().bodies().body(0).asleep());
+  const Vec3 from = seen(house, kRolled).X_WO.p;
+  house.send(CommandKind::kObjectMaterial, hd_object_material{kOther, 0, {1000, 0, 0, 0}});
+  house.run(300);
+  EXPECT_NEAR((seen(house, kRolled).X_WO.p - from).norm(), 0.5 * 9.81 * std::sin(0.3) * 0.3 * 0.3, 2e-3);
+}
+
 TEST(FreeBodies, OneThatCreepsFallsAsleepAndStays) {
   House house;
   addBall(house, kRolled, {0.1, 0, 0.1}, 0.2);

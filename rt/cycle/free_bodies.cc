@@ -81,6 +81,7 @@ ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
     entry->model.count = 0;
     entry->age = kStale;  // it stands until it is known what it touches
     entry->held = entry->ours = entry->stands = false;
+    entry->put = std::max(0.0, kAnswerTime - scene.sinceArrival(objectSlot(order.object)));
   }
   entry->body = FreeBody(mass, order.damping, order.falls != 0);
   entry->body.body.place(object->X_PO);
@@ -118,7 +119,10 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
   body.place(X);
   const Vec3 w = vec3(pose.w);
   body.setTwist({vec3(pose.v) + w.cross(body.com() - X.p), w});
-  if (elsewhere) entry->model.count = 0;
+  if (elsewhere) {
+    entry->model.count = 0;
+    entry->put = kAnswerTime;
+  }
   entry->body.wake();
   entry->stands = false;
   if (by_control) entry->ours = false;
@@ -137,6 +141,7 @@ void FreeBodies::begin(const Scene& scene, double dt, std::span<const std::uint3
       continue;
     }
     entry.age += dt;
+    entry.put = std::max(0.0, entry.put - dt);
     const bool was_held = entry.held;
     entry.held = std::find(held.begin(), held.end(), entry.object) != held.end();
     if (entry.held) continue;

@@ -47,6 +47,8 @@ class FreeBodies {
     return slot < kMaxObjects ? of_slot_[slot] : kNone;
   }
   [[nodiscard]] const FreeBody& body(std::uint8_t k) const HD_RT { return entry_[k].body; }
+  /** Whether contacts found before may be of where somebody took it from. */
+  [[nodiscard]] bool wasPut(std::uint8_t k) const HD_RT { return entry_[k].put > 0; }
   /** A tool that touches bodies is stepped with them. Its number for touch(). */
   std::uint8_t join(Tool& tool, const Pose& device, ToolStep& out) HD_RT { return joint_.add(tool, device, out); }
   /** A touch of a tool that has joined; `body`: what find() says of the other side. */
@@ -67,6 +69,7 @@ class FreeBodies {
     FreeBody body{MassProperties{}, 0, false};
     ContactModel model;
     double age = 0;       ///< Of the contacts [s].
+    double put = 0;       ///< It was put elsewhere: so long until an answer tells of it there [s].
     double grip = 0;      ///< The least friction that held it when it was last awake.
     bool held = false;    ///< In a hand.
     bool ours = false;    ///< Pushed here last: control is told where it goes.

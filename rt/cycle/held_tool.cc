@@ -75,6 +75,8 @@ void HeldTool::gather(const Scene& scene, const FreeBodies& bodies) HD_RT {
     const SceneObject& object = scene.slot(slot);
     if (!isFelt(object)) continue;
     const std::uint8_t body = bodies.find(slot);
+    // What it touched where something else stood, or the same elsewhere, may be deep in it: a blow by the whole leap.
+    if (body != FreeBodies::kNone ? bodies.wasPut(body) : !isKnown(scene, slot)) continue;
     body_of_[touches_] = body;
     Touch& touch = touch_[touches_++];
     const std::uint32_t feature = model_.point[i].feature();

@@ -20,6 +20,15 @@ namespace hapticd {
   return object.id != 0 && (object.flags & HD_OBJECT_ENABLED) != 0 && object.material.stiffness > 0;
 }
 
+/** Time in which the collide thread has answered anew [s]. */
+inline constexpr double kAnswerTime = 5e-3;
+
+/** Whether contacts found before are of the object in that slot, where it is: it has not just come there by no motion.
+ */
+[[nodiscard]] inline bool isKnown(const Scene& scene, std::uint32_t slot) HD_RT {
+  return scene.sinceArrival(slot) >= kAnswerTime;
+}
+
 /** No point of an object's ball is faster, as this body carries it [m/s]. */
 [[nodiscard]] double speedBound(const RigidBody& body, const SceneObject& object) HD_RT;
 

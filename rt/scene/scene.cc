@@ -365,6 +365,7 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   object.place(parent.X_WO * object.X_PO);
   if (motion.teleported) {
     ++arrivals_;
+    motion.arrived = time_;
     object.X_WO_before = object.X_WO;
   }
   if (appears) object.X_WO_before = object.X_WO;

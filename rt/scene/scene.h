@@ -137,6 +137,10 @@ class Scene {
   /** Grows whenever something may stand where it has not come by a motion: added, enabled, shaped anew or jumped. */
   [[nodiscard]] std::uint64_t arrivals() const HD_RT { return arrivals_; }
   [[nodiscard]] const SceneObject& slot(std::uint32_t i) const HD_RT { return objects_[i]; }
+  /** Since the object in that slot was added or last jumped [s]. */
+  [[nodiscard]] double sinceArrival(std::uint32_t i) const HD_RT {
+    return motion_[i].jump ? 0 : time_ - motion_[i].arrived;
+  }
   /** Velocity of the surface at x_W, in W; `feature`, as in SweepHit, is the triangle of a mesh that may deform. */
   [[nodiscard]] Vec3 velocityAt(const SceneObject& object, std::uint32_t feature, const Vec3& x_W) const HD_RT;
   /** The object of that id, or null when it is gone. */
@@ -153,6 +157,7 @@ class Scene {
     bool hidden = true;              ///< It could not be touched at the last advance(),
     const MeshView* mesh = nullptr;  ///< and this was its mesh; not to be followed.
     bool teleported = false;         ///< In the last advance(): children were carried along.
+    double arrived = 0;              ///< When that was, on the scene's clock [s].
     bool world_moved = false;        ///< In the last advance(): children follow.
     Twist V_told;                    ///< By poses alone, in the parent's frame,
     double told_for = 0;             ///< so much longer [s].

@@ -184,6 +184,49 @@ TEST(HeldTool, TakingItUpAndLettingGoEndsWhatTouched) {
   }
 }
 
+/** Contacts that were found with an obstacle are none of it elsewhere, nor of what stands in its slot next. */
+TEST(HeldTool, WhatIsPutElsewhereUnderItDealsNoBlow) {
+  enum class Goes { kElsewhere, kForAnother, kForABody };
+  for (const std::uint32_t flags : {0u, std::uint32_t{kToolDirect}}) {
+    for (const Goes goes : {Goes::kElsewhere, Goes::kForAnother, Goes::kForABody}) {
+      House house;
+      AddObject wall = object(kWall, ShapeKind::kBox, {0.05, 0.05, 0.01}, {0, 0, 0.02});
+      wall.material.stiffness = 100;
+      house.send(CommandKind::kAddObject, wall);
+      house.aim({0, 0, 0.06});
+      house.run(200);
+      AttachTool tool = house.tool();
+      tool.flags |= flags;
+      house.hold(tool);
+      house.aim({0, 0, 0.032});
+      house.run(1500);
+      const double pressed = house.sent.back().force.norm();
+      ASSERT_GT(pressed, 0.2);
+      if (goes == Goes::kElsewhere) {
+        house.send(CommandKind::kObjectPose, hd_object_pose{kWall, 0, {0, 0, 0.52}, {1}, {}, {}});
+      } else {
+        wall.object = makeObjectId(objectSlot(kWall), 2);
+        store(Vec3(0, 0, 0.6), wall.p);
+        house.send(CommandKind::kRemoveObject, ObjectRef{kWall});
+        house.send(CommandKind::kAddObject, wall);
+      }
+      if (goes == Goes::kForABody) {
+        SetBody body{};
+        body.object = wall.object;
+        body.mass = 1;
+        for (int i = 0; i < 3; ++i) body.inertia[i] = 1e-3;
+        house.send(CommandKind::kSetBody, body);
+      }
+      double strongest = 0;
+      for (int i = 0; i < 40; ++i) {
+        house.run(1);
+        strongest = std::max(strongest, house.sent.back().force.norm());
+      }
+      EXPECT_LT(strongest, pressed) << flags << ' ' << static_cast<int>(goes);
+    }
+  }
+}
+
 TEST(HeldTool, HostileNumbersAreRefused) {
   House house;
   Scene const& scene = house.servo->cycle().scene();

@@ -53,6 +53,11 @@ class FreeBodies {
   std::uint8_t join(Tool& tool, const Pose& device, ToolStep& out) HD_RT { return joint_.add(tool, device, out); }
   /** A touch of a tool that has joined; `body`: what find() says of the other side. */
   void touch(const Touch& touch, std::uint8_t tool, std::uint8_t body) HD_RT;
+  /** Of the body's point at x_W; zero where it stands [m/s]. */
+  [[nodiscard]] Vec3 velocityAt(std::uint8_t k, const Vec3& x_W) const HD_RT {
+    const RigidBody& rigid = entry_[k].body.body;
+    return entry_[k].age < kStale ? hapticd::velocityAt(rigid.twist(), x_W - rigid.com()) : Vec3(Vec3::Zero());
+  }
   /** The body gets an impulse at a point of the world [N s, m]. */
   void push(std::uint8_t body, const Vec3& impulse, const Vec3& at) HD_RT;
   void step(Scene& scene, double dt) HD_RT;

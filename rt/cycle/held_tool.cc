@@ -128,10 +128,13 @@ void HeldTool::render(const Twist& velocity, const Pose& device, double dt, Free
     step_.contact.torque += torque;
     step_.on_device.force += force;
     step_.on_device.torque += torque + arm.cross(force);
-    step_.obstacle_work += dt * force.cwiseProduct(touch.moving);
+    const Vec3 at = tool_.body().com() + touch.r_a;
+    const std::uint8_t body = body_of_[i];
+    step_.obstacle_work +=
+        dt * force.cwiseProduct(body != FreeBodies::kNone ? bodies.velocityAt(body, at) : touch.moving);
     stored_ += 0.5 * k / pushing * touch.gap * touch.gap;
     ++step_.touching;
-    if (body_of_[i] != FreeBodies::kNone) bodies.push(body_of_[i], -dt * force, tool_.body().com() + touch.r_a);
+    if (body != FreeBodies::kNone) bodies.push(body, -dt * force, at);
   }
 }
 

@@ -56,6 +56,25 @@ TEST(FreeBodies, AToolPushesOneAwayAndTheSceneFollows) {
   EXPECT_GT(house.out().guard.energy, -1e-3);
 }
 
+/** What one that falls brings to a tool that is rendered directly is its own, and no debt of the wall's. */
+TEST(FreeBodies, OneThatFallsOnADirectToolIsChargedWithWhatItBrings) {
+  House house;
+  AttachTool tool = house.tool();
+  tool.flags |= kToolDirect;
+  house.hold(tool);
+  house.run(500);
+  addBall(house, kRolled, {0, 0, 0.12}, 0.1);
+  gravity(house, 9.81);
+  double least = 0, strongest = 0;
+  for (int i = 0; i < 1000; ++i) {
+    house.run(1);
+    least = std::min(least, house.out().guard.energy);
+    strongest = std::max(strongest, house.sent.back().force.norm());
+  }
+  EXPECT_GT(strongest, 5);
+  EXPECT_GT(least, -1e-3);
+}
+
 TEST(FreeBodies, OneThatFallsLiesStillOnTheFloor) {
   House house;
   addBall(house, kRolled, {0.1, 0, 0.05}, 0.2);

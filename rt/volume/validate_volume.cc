@@ -14,6 +14,8 @@ namespace {
 
 bool within(float x, float low, float high) { return low <= x && x <= high; }
 bool isPlace(float x) { return std::fabs(x) <= HD_MAX_COORDINATE; }
+/** Of the lattice and its nodes, which reach beyond the surface by a margin and what makes whole brick cells. */
+bool isAbout(float x) { return std::fabs(x) <= 2 * HD_MAX_COORDINATE; }
 
 constexpr std::uint64_t padded(std::uint64_t points) {
   return (points + HD_POINT_PADDING - 1) / HD_POINT_PADDING * HD_POINT_PADDING;
@@ -51,7 +53,7 @@ class VolumeValidator : private BlockCheck {
       if (n == 0 || n > 1u << (HD_OCTREE_MAX_SIDE - 3)) return bad("header", "brick cells are out of range");
       cell_count_ *= n;
       corner_count_ *= n + 1;
-      if (!isPlace(h_.origin[k]) || !isPlace(h_.origin[k] + static_cast<float>(n * HD_BRICK_EDGE) * h_.voxel))
+      if (!isAbout(h_.origin[k]) || !isAbout(h_.origin[k] + static_cast<float>(n * HD_BRICK_EDGE) * h_.voxel))
         return bad("header", "the lattice lies out of range");
       if (!isPlace(h_.lower[k]) || !isPlace(h_.upper[k]) || !(h_.lower[k] <= h_.upper[k]))
         return bad("header", "its box is not a box");
@@ -226,7 +228,7 @@ class VolumeValidator : private BlockCheck {
       const hd_volume_patch& p = view_.patches[i];
       if (p.first != first || p.count > h_.point_count - first) return bad("patch", i, "its points are not in place");
       first += p.count;
-      if (!isPlace(p.center[0]) || !isPlace(p.center[1]) || !isPlace(p.center[2]) ||
+      if (!isAbout(p.center[0]) || !isAbout(p.center[1]) || !isAbout(p.center[2]) ||
           !within(p.radius, 0, 2 * HD_MAX_COORDINATE) || !within(p.spread, 0, 2 * HD_MAX_COORDINATE) ||
           !within(p.area, 0, 1e12f))
         return bad("patch", i, "a number of it is out of range");

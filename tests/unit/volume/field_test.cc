@@ -119,6 +119,14 @@ TEST(Volume, pointsCarryTheWholeAreaAndItsVector) {
   }
 }
 
+/** Its lattice reaches beyond what a mesh may: such a volume was built, and then refused as damaged. */
+TEST(Volume, ofAMeshAsLargeAsThereMayBeIsOpened) {
+  const Vec3 half(HD_MAX_COORDINATE, 3, 3);
+  const TestVolume box = volumeOfMesh(boxMesh(half), 0.9);
+  ASSERT_NE(box.view.header, nullptr);
+  EXPECT_NEAR(distanceAt(box.view, Vec3(HD_MAX_COORDINATE - 0.9, 0, 0)).value, -0.9, 0.01);
+}
+
 TEST(Volume, bothSidesOfAThinWallHavePoints) {
   const TestVolume wall = boxVolume(Vec3(0.01, 0.01, 0.0001), 0.001);  // A fifth of a voxel thick.
   double up = 0, down = 0;

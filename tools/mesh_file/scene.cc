@@ -11,8 +11,10 @@
 #include <cmath>
 #include <limits>
 #include <unordered_map>
+#include <vector>
 
 #include "tools/mesh_file/mesh_error.h"
+#include "tools/mesh_file/polygon.h"
 
 namespace hapticd_mesh_file {
 namespace {
@@ -45,30 +47,42 @@ class Gatherer {
     bool used = false;
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
       const aiFace& face = mesh.mFaces[f];
-      if (face.mNumIndices != 3) {
+      if (face.mNumIndices < 3) {
         ++out_.skipped;
         continue;
       }
-      std::array<std::uint32_t, 3> corners{};
-      for (unsigned c = 0; c < 3; ++c) {
+      const char* const kind = face.mNumIndices == 3 ? "triangle" : "face";
+      for (unsigned c = 0; c < face.mNumIndices; ++c) {
         const unsigned index = face.mIndices[c];
-        if (index >= mesh.mNumVertices) {
-          throw MeshError(fmt::format("triangle {} names vertex {} of {}", f, index, mesh.mNumVertices));
-        }
-        if (joined[index] == kUnused) joined[index] = vertex(world * mesh.mVertices[index], f);
-        corners[mirrored ? 2 - c : c] = joined[index];
+        if (index >= mesh.mNumVertices)
+          throw MeshError(fmt::format("{} {} names vertex {} of {}", kind, f, index, mesh.mNumVertices));
+        if (joined[index] == kUnused) joined[index] = vertex(world * mesh.mVertices[index], kind, f);
       }
-      out_.triangles.push_back(corners);
+      const auto add = [&](const std::array<std::uint32_t, 3>& of_face) {
+        std::array<std::uint32_t, 3> corners{};
+        for (unsigned c = 0; c < 3; ++c) corners[mirrored ? 2 - c : c] = joined[face.mIndices[of_face[c]]];
+        out_.triangles.push_back(corners);
+      };
+      if (face.mNumIndices == 3) {
+        add({0, 1, 2});
+      } else {
+        std::vector<std::array<float, 3>> places;
+        for (unsigned c = 0; c < face.mNumIndices; ++c) {
+          const aiVector3D& v = mesh.mVertices[face.mIndices[c]];
+          places.push_back({v.x, v.y, v.z});
+        }
+        for (const auto& triangle : trianglesOf(places)) add(triangle);
+      }
       used = true;
     }
     if (used) ++out_.meshes;
   }
 
-  std::uint32_t vertex(const aiVector3D& v, unsigned triangle) {
+  std::uint32_t vertex(const aiVector3D& v, const char* kind, unsigned face) {
     // Adding zero makes -0 equal to 0.
     const std::array<float, 3> p{v.x + 0.0f, v.y + 0.0f, v.z + 0.0f};
     if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
-      throw MeshError(fmt::format("triangle {} has a vertex at {}, {}, {}", triangle, p[0], p[1], p[2]),
+      throw MeshError(fmt::format("{} {} has a vertex at {}, {}, {}", kind, face, p[0], p[1], p[2]),
                       "every coordinate must be a finite number; repair the file and load it again", kBadMesh);
     }
     const auto [place, fresh] = index_.try_emplace(p, static_cast<std::uint32_t>(out_.vertices.size()));
@@ -93,7 +107,8 @@ MeshFile readScene(const std::string& path, std::string_view program) {
   const aiScene* scene = nullptr;
   std::string error;
   try {
-    scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_RemoveComponent);
+    // Polygons are cut here, not by assimp: where three corners of one lie in a line it lays a lid over its hollow.
+    scene = importer.ReadFile(path, aiProcess_RemoveComponent);
     error = importer.GetErrorString();
   } catch (const std::exception& e) {
     error = e.what();

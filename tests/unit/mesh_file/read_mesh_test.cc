@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -84,6 +85,44 @@ TEST_F(ReadMeshTest, MergesMeshesThroughTheirNodes) {
   for (const auto& t : mesh.triangles) {  // Both still face +z.
     const auto &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
     EXPECT_GT((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]), 0);
+  }
+}
+
+double areaOf(const MeshFile& mesh) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles) {
+    const auto &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    const double u[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+    sum += 0.5 * std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
+  }
+  return sum;
+}
+
+// Of an L three corners lie in a line: cut off along it, its hollow had a lid in the air.
+TEST_F(ReadMeshTest, NoLidLiesOverTheHollowOfAPolygon) {
+  const std::string text =
+      "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 1 2\nv 1 1 2\nv 1 2 2\nv 0 2 2\n"
+      "f 6 5 4 3 2 1\nf 7 8 9 10 11 12\nf 1 2 8 7\nf 2 3 9 8\nf 3 4 10 9\nf 4 5 11 10\nf 5 6 12 11\nf 6 1 7 12\n";
+  const MeshFile mesh = readMesh(file("l.obj", text), "the test", never);
+  EXPECT_EQ(mesh.triangles.size(), 20u);
+  EXPECT_NEAR(areaOf(mesh), 22, 1e-6);
+}
+
+TEST_F(ReadMeshTest, APolygonKeepsItsHoleAndTheCornersOnItsSides) {
+  // A frame: its hole is joined to the rim by a doubled edge.
+  const MeshFile frame = readMesh(file("frame.obj",
+                                       "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\nv 3 3 0\n"
+                                       "v 3 1 0\nf 1 5 6 7 8 5 1 2 3 4\n"),
+                                  "the test", never);
+  EXPECT_EQ(frame.triangles.size(), 8u);
+  EXPECT_NEAR(areaOf(frame), 12, 1e-6);
+  const MeshFile halved = readMesh(
+      file("halved.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 1 1 0\nv 0 2 0\nv 0 1 0\nf 1 2 3 4 5 6\n"), "the test", never);
+  ASSERT_EQ(halved.triangles.size(), 4u);
+  for (const auto& t : halved.triangles) {
+    MeshFile one = halved;
+    one.triangles = {t};
+    EXPECT_NEAR(areaOf(one), 0.5, 1e-6) << "none is without area";
   }
 }
 

@@ -23,7 +23,7 @@ double dot(const Double3& a, const Double3& b) { return a[0] * b[0] + a[1] * b[1
 struct Part {
   std::uint32_t begin = 0, end = 0;
   bool closed = true;
-  bool repaired = false;
+  bool mixed = false;  ///< Wound this way and that: its winding says nothing.
   double volume = 0;  ///< Signed, as wound [m^3].
   Float3 lower{}, upper{};
   [[nodiscard]] std::uint32_t size() const { return end - begin; }
@@ -92,7 +92,7 @@ class Orienter {
       }
       part.end = static_cast<std::uint32_t>(order_.size());
       if (turned != 0) {
-        part.repaired = true;
+        part.mixed = 4 * std::uint64_t{std::min(turned, part.size() - turned)} > part.size();
         const Mark wrong = turned * 2 <= part.size() ? Mark::kTurned : Mark::kSame;
         for (std::uint32_t i = part.begin; i < part.end; ++i) {
           if (mark_[order_[i]] != wrong) continue;
@@ -171,7 +171,7 @@ class Orienter {
 
   /** A closed part wound inward is right where it bounds a hollow: inside an odd number of other closed parts. */
   [[nodiscard]] bool isCavity(const Part& part) {
-    if (part.repaired) return false;  // its winding says nothing
+    if (part.mixed) return false;
     const Float3& inner = mesh_.vertices[mesh_.triangles[order_[part.begin]][0]];
     bool inside = false;
     for (const Part& other : parts_) {

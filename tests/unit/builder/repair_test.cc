@@ -180,6 +180,22 @@ TEST(Repair, HollowsKeepLookingInward) {
   EXPECT_THAT(build(beside).notes, ElementsAre("turned 1 closed parts outside out, the first begins at triangle 12"));
 }
 
+// One triangle the wrong way round says nothing of the others: the hollow was filled for it.
+TEST(Repair, AHollowWithAWrongTriangleStaysAHollow) {
+  UploadMesh hollow = torus(20, 10);
+  hollow.flipAll();
+  UploadMesh mesh = cube();
+  for (Float3& p : mesh.vertices)
+    for (float& x : p) x *= 8;
+  mesh.add(hollow);
+  const double right = signedVolume(build(mesh).memory.view);
+  std::swap(mesh.triangles[12 + 7][0], mesh.triangles[12 + 7][1]);
+  const Built built = build(mesh);
+  EXPECT_THAT(built.notes,
+              ElementsAre("turned 1 triangles to the winding of their neighbours, the first is triangle 19"));
+  EXPECT_DOUBLE_EQ(signedVolume(built.memory.view), right);
+}
+
 TEST(Repair, EdgesOfThreeTrianglesAreBorders) {
   UploadMesh mesh;
   mesh.vertices = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, -1, 0}};

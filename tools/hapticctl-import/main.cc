@@ -104,8 +104,13 @@ int run(const Options& o, const std::vector<std::string>& rest) {
   if (!o.output.empty() || !o.vdb.empty()) return drawInChild(o.output);
   const TemporaryFile ply;
   if (const int code = drawInChild(ply.path()); code != kDone) return code;
-  std::vector<std::string> words = {"hapticctl", "load", ply.path(), "--scale", "mm"};
-  if (std::find(rest.begin(), rest.end(), "--name") == rest.end()) {
+  const auto given = [&rest](const std::string& option) {
+    return std::any_of(rest.begin(), rest.end(),
+                       [&](const std::string& word) { return word == option || word.rfind(option + "=", 0) == 0; });
+  };
+  std::vector<std::string> words = {"hapticctl", "load", ply.path()};
+  if (!given("--size")) words.insert(words.end(), {"--scale", "mm"});
+  if (!given("--name")) {
     const std::filesystem::path path = std::filesystem::path(file).lexically_normal();
     std::string name = (path.has_filename() ? path : path.parent_path()).stem().string().substr(0, 63);
     for (char& c : name)

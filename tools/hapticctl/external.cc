@@ -60,9 +60,21 @@ std::string findExternal(std::string_view name) {
   return {};
 }
 
-void runExternal(const std::string& program, int argc, char** argv, int first_argument) {
+void runExternal(const std::string& program, int argc, char** argv, int word, bool hands_on) {
   std::vector<char*> arguments{const_cast<char*>(program.c_str())};
-  for (int i = first_argument; i < argc; ++i) arguments.push_back(argv[i]);
+  for (int i = word + 1; i < argc; ++i) arguments.push_back(argv[i]);
+  for (int i = 1; i < word; ++i) {
+    const std::string_view option = argv[i];
+    constexpr std::string_view kSocket = "--socket";
+    if (option == kSocket) {
+      setenv("HAPTICD_SOCKET", argv[++i], 1);
+    } else if (option.starts_with(kSocket) && option[kSocket.size()] == '=') {
+      setenv("HAPTICD_SOCKET", argv[i] + kSocket.size() + 1, 1);
+    } else if (hands_on) {
+      arguments.push_back(argv[i]);
+      if (option == "--timeout") arguments.push_back(argv[++i]);
+    }
+  }
   arguments.push_back(nullptr);
   std::error_code error;
   if (const auto self = std::filesystem::read_symlink("/proc/self/exe", error); !error)

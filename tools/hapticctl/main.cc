@@ -43,13 +43,18 @@ int firstWord(int argc, char** argv) {
 }
 
 /** Programs of a package of their own. */
-constexpr const char* kOwnPrograms[] = {"import", "cut"};
+constexpr const char* kImport = "import";  // Hands on to load what it does not know.
+constexpr const char* kOwnPrograms[] = {kImport, "cut"};
 
 std::string footer() {
   const bool there = !findExternal(kOwnPrograms[0]).empty();
   return std::string(there ? "Further: import, a scan as an object; cut, a mesh into two parts. Each has --help.\n"
                            : "Further, by the package hapticctl-import: import, a scan as an object; cut, a mesh.\n") +
          kFooter;
+}
+
+void failIfEmpty(char** argv, int i) {
+  if (argv[i][0] == '\0') failUsage(argv[i - 1], "what follows it is empty", "leave it out, or give it a value");
 }
 
 [[noreturn]] void failUnknown(std::string_view word, const std::vector<std::string>& names) {
@@ -87,12 +92,12 @@ int run(int argc, char** argv, Globals& globals) {
   if (word < argc && std::find(names.begin(), names.end(), argv[word]) == names.end()) {
     const std::string program = findExternal(argv[word]);
     if (program.empty()) failUnknown(argv[word], names);
-    runExternal(program, argc, argv, word + 1);
+    for (int i = 1; i < word; ++i) failIfEmpty(argv, i);
+    runExternal(program, argc, argv, word, std::strcmp(argv[word], kImport) == 0);
     throw Failure{kExitRefused, program, std::strerror(errno), {}};
   }
   // Most likely a variable that is not set. "stop" takes it for every device: to stop is never wrong.
-  for (int i = 1; i < argc && !(word < argc && std::strcmp(argv[word], "stop") == 0); ++i)
-    if (argv[i][0] == '\0') failUsage(argv[i - 1], "what follows it is empty", "leave it out, or give it a value");
+  for (int i = 1; i < argc && !(word < argc && std::strcmp(argv[word], "stop") == 0); ++i) failIfEmpty(argv, i);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

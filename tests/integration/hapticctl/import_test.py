@@ -3,6 +3,7 @@
 
 Usage: import_test.py BUILD_DIRECTORY [unittest arguments]
 """
+import json
 import math
 import os
 import signal
@@ -129,6 +130,15 @@ class ImportAndCut(Case):
         done = subprocess.run([HAPTICCTL, "import", scan, "--iso", "5"], capture_output=True, text=True, env=environment, check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.run_ctl("remove", "cube")
+        # What stands before the command is for it, too: another daemon's scene had got it.
+        elsewhere = {**environment, "HAPTICD_SOCKET": "/nonexistent"}
+        done = subprocess.run([HAPTICCTL, "--json", "--socket", str(self.socket), "import", scan, "--iso", "5", "--name=die", "--size", "0.1"],
+                              capture_output=True, text=True, env=elsewhere, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        die = json.loads(done.stdout[done.stdout.index("{"):])
+        self.assertEqual(die["name"], "die")
+        self.assertAlmostEqual(die["upper"][0] - die["lower"][0], 0.1, delta=1e-6)
+        self.run_ctl("remove", "die")
         self.assertIn("--plane", subprocess.run([HAPTICCTL, "cut", "--help"], capture_output=True, text=True, env=environment, check=True).stdout)
         for name, words in (("import", "FILE is required"), ("cut", "MESH is required")):
             done = subprocess.run([HAPTICCTL, name], capture_output=True, text=True, env=environment, check=False)

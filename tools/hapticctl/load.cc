@@ -28,12 +28,12 @@ struct LoadOptions {
 
 /** The scale is the user's to give: a file does not know its unit, and a guess would be felt. */
 double chooseScale(const LoadOptions& options, const MeshFile& mesh) {
+  double longest = 0;
+  for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, mesh.upper[i] - mesh.lower[i]);
+  if (longest == 0)
+    throw Failure{kExitFile, mesh.path, "all its vertices are in one place", "export it again", "BAD_MESH"};
   if (!options.scale.empty()) return parseScale(options.scale);
-  if (options.size_m > 0) {
-    double longest = 0;
-    for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, mesh.upper[i] - mesh.lower[i]);
-    return options.size_m / longest;
-  }
+  if (options.size_m > 0) return options.size_m / longest;
   if (!stdinIsTerminal() || !stdoutIsTerminal()) {
     failUsage(mesh.path, "a scale is needed: the file does not say its unit", scaleAdvice(mesh));
   }
@@ -92,7 +92,7 @@ int load(LoadOptions& options, const Globals& globals) {
   live.clear();
   const double metres_per_unit = chooseScale(options, mesh);
   if (options.centre) centre(mesh);
-  scale(mesh, metres_per_unit);
+  scale(mesh, metres_per_unit, options.size_m > 0 ? "--size" : "--scale");
   Placement& placement = options.placement;
   if (placement.name.empty()) placement.name = nameOf(options.file);
   haptic_object object = makeObject(placement);

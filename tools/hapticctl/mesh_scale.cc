@@ -45,6 +45,8 @@ std::string scaleAdvice(const MeshFile& mesh) {
   text += "--scale NUMBER  metres per file unit;  --size METRES  makes the longest side that long";
   if (mesh.path.ends_with(".gltf") || mesh.path.ends_with(".glb"))
     text += "\nglTF is in metres by its standard: --scale m";
+  if (mesh.path.ends_with(".dae") || mesh.path.ends_with(".zae"))
+    text += "\nCOLLADA is read in metres, whatever unit it names: --scale m";
   return text;
 }
 
@@ -55,7 +57,7 @@ void centre(MeshFile& mesh) {
   measure(mesh);
 }
 
-void scale(MeshFile& mesh, double metres_per_unit) {
+void scale(MeshFile& mesh, double metres_per_unit, const char* option) {
   MeshFile before;
   before.path = mesh.path;
   before.lower = mesh.lower;
@@ -68,7 +70,7 @@ void scale(MeshFile& mesh, double metres_per_unit) {
   for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, mesh.upper[i] - mesh.lower[i]);
   constexpr double kLeast_m = 1e-6, kMost_m = 200;  // No hand feels less; the daemon takes coordinates to 100 m.
   if (!(longest >= kLeast_m && longest <= kMost_m)) {
-    failUsage("--scale",
+    failUsage(option,
               fmt::format("{} metres per unit make the longest side of {} {:.3g} m: from {:g} to {:g} m it can be",
                           metres_per_unit, mesh.path, longest, kLeast_m, kMost_m),
               scaleAdvice(before));

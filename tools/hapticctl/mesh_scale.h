@@ -19,7 +19,7 @@ using hapticd_mesh_file::MeshFile;
 
 /** Moves the middle of the box to the origin. */
 void centre(MeshFile& mesh);
-/** Multiplies by metres per file unit. Fails with usage when the result is too small or too large to touch. */
-void scale(MeshFile& mesh, double metres_per_unit);
+/** Multiplies by metres per file unit. Fails with usage of `option` when the result is too small or large to touch. */
+void scale(MeshFile& mesh, double metres_per_unit, const char* option = "--scale");
 
 }  // namespace hapticctl

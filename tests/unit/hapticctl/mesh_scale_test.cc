@@ -10,6 +10,7 @@ namespace hapticctl {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 MeshFile box() {
   MeshFile mesh;
@@ -44,6 +45,23 @@ TEST(MeshScale, ScalesAndCentres) {
       EXPECT_THAT(failure.remedy, HasSubstr("its box is 0.02 x 0.03 x 0.05 file units"));
     }
   }
+}
+
+TEST(MeshScale, NamesTheOptionThatWasGiven) {
+  MeshFile mesh = box();
+  try {
+    scale(mesh, 1e-30, "--size");
+    ADD_FAILURE() << "too small";
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.where, "--size");
+  }
+}
+
+TEST(MeshScale, SaysOfWhichFormatsTheUnitIsKnown) {
+  MeshFile mesh = box();
+  EXPECT_THAT(scaleAdvice(mesh), Not(HasSubstr("metres:")));
+  mesh.path = "t.dae";
+  EXPECT_THAT(scaleAdvice(mesh), HasSubstr("COLLADA is read in metres, whatever unit it names: --scale m"));
 }
 
 TEST(MeshScale, IsAUnitOrAPositiveNumber) {

@@ -65,7 +65,12 @@ namespace {
 std::string massOf(const std::string& name) { return fmt::format("/objects/{}/mass", name); }
 
 void setMass(const Daemon& daemon, const std::string& name, const std::string& mass) {
-  (void)daemon.ask<haptic_text>(haptic_set, (massOf(name) + "?value=" + mass).c_str());
+  try {
+    (void)daemon.ask<haptic_text>(haptic_set, (massOf(name) + "?value=" + mass).c_str());
+  } catch (Failure& failure) {
+    if (failure.where.starts_with(massOf(name))) failure.where = "--mass";
+    throw;
+  }
 }
 
 constexpr FieldOption kPlacementFields[] = {
@@ -169,7 +174,7 @@ std::string nameOf(const std::string& path) {
         (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-';
     if (!plain) c = '_';
   }
-  return name.empty() ? "mesh" : name;
+  return name.empty() || name == "." || name == ".." ? "mesh" : name;
 }
 
 }  // namespace hapticctl

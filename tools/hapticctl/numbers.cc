@@ -90,7 +90,7 @@ namespace {
 /** Three significant digits. */
 std::string significant(double value) {
   const double size = std::fabs(value);
-  return fixed(value, size < 10 ? 2 : size < 100 ? 1 : 0);
+  return fixed(value, size < 9.995 ? 2 : size < 99.95 ? 1 : 0);
 }
 }  // namespace
 

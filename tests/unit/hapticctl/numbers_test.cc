@@ -74,6 +74,8 @@ TEST(Numbers, AreShownWithTheirUnit) {
   EXPECT_EQ(length(0.95), "950 mm");
   EXPECT_EQ(length(950), "950 m");
   EXPECT_EQ(length(2e-5), "20.0 um");
+  EXPECT_EQ(length(9.9999e-3), "10.0 mm");
+  EXPECT_EQ(length(99.999e-3), "100 mm");
   EXPECT_EQ(bytes(1023), "1023 B");
   EXPECT_EQ(bytes(3 * 1024 * 1024 / 2), "1.50 MiB");
   EXPECT_EQ(grouped(1234567), "1 234 567");

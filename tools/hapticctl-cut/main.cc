@@ -48,9 +48,9 @@ void tell(const char* what, const std::string& path, const Surface& surface, dou
   }
   const double volume = hapticctl_import::volumeOf(surface);
   fmt::print(
-      "{:<9} {}: {} triangles, {:.4g} cm3 ({:.2f} % of the whole), from ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, "
-      "{:.4g}) mm\n",
-      what, path, surface.triangles.size(), volume * 1e-3, 100 * volume / whole, lower[0], lower[1], lower[2], upper[0],
+      "{:<9} {}: {} triangles, {:.4g} cubic units ({:.2f} % of the whole), from ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, "
+      "{:.4g}, {:.4g})\n",
+      what, path, surface.triangles.size(), volume, 100 * volume / whole, lower[0], lower[1], lower[2], upper[0],
       upper[1], upper[2]);
 }
 
@@ -84,13 +84,13 @@ int run(Options& o) {
   const CutParts parts = cut(mesh, o.cut);
   hapticctl_import::writeFile(o.body, hapticctl_import::toPly(parts.body));
   hapticctl_import::writeFile(o.fragment, hapticctl_import::toPly(parts.fragment));
-  fmt::print("whole     {}: {} triangles, {:.4g} cm3; {} lattice points\n", o.file, mesh.triangles.size(), whole * 1e-3,
-             parts.points);
+  fmt::print("whole     {}: {} triangles, {:.4g} cubic units; {} lattice points\n", o.file, mesh.triangles.size(),
+             whole, parts.points);
   tell("body", o.body, parts.body, whole);
   tell("fragment", o.fragment, parts.fragment, whole);
   if (parts.crumbs > 0) {
-    fmt::print("crumbs    {} loose pieces on the fragment's side are in neither, {:.3g} cm3\n", parts.crumbs,
-               parts.crumbs_volume * 1e-3);
+    fmt::print("crumbs    {} loose pieces on the fragment's side are in neither, {:.3g} cubic units\n", parts.crumbs,
+               parts.crumbs_volume);
   }
   return hapticctl::kExitOk;
 }

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <assimp/DefaultLogger.hpp>
 #include <assimp/Importer.hpp>
 #include <bit>
 #include <cmath>
@@ -96,6 +97,36 @@ class Gatherer {
   std::unordered_map<std::array<float, 3>, std::uint32_t, PositionHash> index_;
 };
 
+/** While it lives: what assimp's OFF reader says of faces that it leaves out, or gives other corners, and then takes.
+ */
+class OffComplaint {
+ public:
+  OffComplaint() {
+    Assimp::DefaultLogger::create("", Assimp::Logger::NORMAL, 0);
+    Assimp::DefaultLogger::get()->attachStream(new Stream(first_), Assimp::Logger::Err);  // Which it will own.
+  }
+  OffComplaint(const OffComplaint&) = delete;
+  OffComplaint& operator=(const OffComplaint&) = delete;
+  ~OffComplaint() { Assimp::DefaultLogger::kill(); }
+  [[nodiscard]] const std::string& first() const { return first_; }
+
+ private:
+  class Stream : public Assimp::LogStream {
+   public:
+    explicit Stream(std::string& first) : first_(first) {}
+    void write(const char* message) override {
+      const std::string_view text = message;
+      const std::size_t at = text.find("OFF: ");
+      if (first_.empty() && at != text.npos) first_ = text.substr(at, text.find('\n', at) - at);
+    }
+
+   private:
+    std::string& first_;
+  };
+
+  std::string first_;
+};
+
 }  // namespace
 
 MeshFile readScene(const std::string& path, std::string_view program) {
@@ -106,6 +137,7 @@ MeshFile readScene(const std::string& path, std::string_view program) {
                                   aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
   const aiScene* scene = nullptr;
   std::string error;
+  const OffComplaint off;
   try {
     // Polygons are cut here, not by assimp: where three corners of one lie in a line it lays a lid over its hollow.
     scene = importer.ReadFile(path, aiProcess_RemoveComponent);
@@ -117,6 +149,10 @@ MeshFile readScene(const std::string& path, std::string_view program) {
     throw MeshError(error.empty() ? "holds no scene" : error,
                     fmt::format("{} reads STL, OBJ, PLY, 3DS, glTF and the other formats of assimp; ", program) +
                         "the ending of the name must fit");
+  }
+  if (!off.first().empty()) {
+    throw MeshError(off.first(), "it is damaged, or has faces of more than nine corners: export it as triangles or PLY",
+                    kBadMesh);
   }
   MeshFile out;
   Gatherer(*scene, out).node(*scene->mRootNode, aiMatrix4x4(), 0);

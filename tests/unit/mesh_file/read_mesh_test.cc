@@ -126,6 +126,16 @@ TEST_F(ReadMeshTest, APolygonKeepsItsHoleAndTheCornersOnItsSides) {
   }
 }
 
+// assimp leaves such a face out, and takes another corner for one that is not there, in silence.
+TEST_F(ReadMeshTest, AnOffFileThatIsNotReadWholeIsRefused) {
+  const std::string corners = "0 0 0\n1 0 0\n2 0 0\n3 0 0\n4 0 0\n4 4 0\n3 4 0\n2 4 0\n1 4 0\n0 4 0\n",
+                    rest = "3 0 1 9\n";
+  EXPECT_EQ(refusal(file("nine.off", "OFF\n10 2 0\n" + corners + "9 0 1 2 3 4 5 6 7 8\n" + rest)), "not refused");
+  EXPECT_THAT(refusal(file("ten.off", "OFF\n10 2 0\n" + corners + "10 0 1 2 3 4 5 6 7 8 9\n" + rest)),
+              HasSubstr("OFF: "));
+  EXPECT_THAT(refusal(file("beyond.off", "OFF\n10 1 0\n" + corners + "3 0 1 10\n")), HasSubstr("out of range"));
+}
+
 TEST_F(ReadMeshTest, RefusesWhatCannotBeTouched) {
   EXPECT_EQ(refusal((directory_ / "none.stl").string()), "no such file");
   EXPECT_EQ(refusal(directory_.string()), "is a directory, not a mesh file");

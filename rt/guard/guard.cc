@@ -243,8 +243,9 @@ Guard::Sent Guard::slew(const Sent& target, double dt) const HD_RT {
     return Vec3(from + toGrid(clampStrictly(to - from, rate * dt)));
   };
   Sent out;
-  // A limit that was lowered clamps what stands at once; the slew binds from there.
-  out.force = step(toGrid(clampStrictly(last_.force, radiusOf(limits.force))), target.force, limits.force_slew);
+  // A limit that was lowered clamps what stands at once, that of warm motors too; the slew binds from there.
+  const double most = radiusOf(std::min(limits.force, heating_.allowed()));
+  out.force = step(toGrid(clampStrictly(last_.force, most)), target.force, limits.force_slew);
   out.torque = step(toGrid(clampStrictly(last_.torque, radiusOf(limits.torque))), target.torque, limits.torque_slew);
   const double grip = radiusOf(limits.gripper_force);
   const double from = std::clamp(last_.gripper, -grip, grip);

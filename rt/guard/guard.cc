@@ -170,13 +170,16 @@ void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
   v_buzz_.update(moved, input.dt, config_.delay);
 }
 
-void Guard::advanceState(const Wanted& wanted, double dt) HD_RT {
+void Guard::advanceState(const Wanted& wanted, const GuardInput& input) HD_RT {
+  const double dt = input.dt;
+  // Of what ends by a time all that has passed counts; what rises waits for ticks.
+  const double passed = dt * (1.0 + input.missed);
   ramp_rose_ = 0;
   switch (state_) {
     case State::kDisarmed:
       return;
     case State::kWaiting: {
-      lowered_s_ += dt;
+      lowered_s_ += passed;
       const bool small = (wanted.passive + wanted.active).norm() < config_.small_force &&
                          wanted.torque.norm() < config_.small_torque &&
                          std::abs(wanted.gripper) < config_.small_force && last_.force.isZero(0);
@@ -193,7 +196,7 @@ void Guard::advanceState(const Wanted& wanted, double dt) HD_RT {
       return;
     }
     case State::kLowering:
-      lowered_s_ += dt;
+      lowered_s_ += passed;
       return;
   }
 }
@@ -292,6 +295,7 @@ Guard::Sent Guard::pass(const GuardInput& input, const Wanted& wanted, std::uint
 void Guard::step(const GuardInput& input, GuardOutput& output) HD_RT {
   Wanted wanted;
   const bool sources_finite = gather(input, wanted);
+  const double held = last_.force.norm();
   if (!started_ || input.sample->fresh) last_fresh_ns_ = input.now_ns;
   started_ = true;
 
@@ -302,11 +306,13 @@ void Guard::step(const GuardInput& input, GuardOutput& output) HD_RT {
   }
   if (present_cause_ != HD_FAULT_NONE && (armed() || latchesWhileDisarmed(present_cause_))) latch(present_cause_);
   if (isFinite(input.sample->p)) last_p_ = input.sample->p;
+  // What stood through the periods that were missed; before a fault, too.
+  heating_.book(held, input.missed * input.dt);
 
   output.flags = 0;
   Sent sent;
   if (armed()) {
-    advanceState(wanted, input.dt);
+    advanceState(wanted, input);
     sent = pass(input, wanted, output.flags);
     if (!isFinite(sent.force) || !isFinite(sent.torque) || !std::isfinite(sent.gripper)) {
       latch(HD_FAULT_NOT_FINITE);

@@ -139,7 +139,7 @@ class Guard {
   [[nodiscard]] static double storedIn(const GuardInput& input, const Wanted& wanted) HD_RT;
   void forgetEnergy() HD_RT;
   void bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT;
-  void advanceState(const Wanted& wanted, double dt) HD_RT;
+  void advanceState(const Wanted& wanted, const GuardInput& input) HD_RT;
   [[nodiscard]] Sent pass(const GuardInput& input, const Wanted& wanted, std::uint32_t& flags) HD_RT;
   [[nodiscard]] Sent limit(const GuardInput& input, const Wanted& wanted, const Sent& target,
                            std::uint32_t& flags) const HD_RT;

@@ -118,6 +118,38 @@ TEST(GuardHeating, WhateverIsAskedForTheMotorsStandIt) {
   EXPECT_TRUE(derated) << "the test never came to the point";
 }
 
+/** A force that stands through periods that the servo missed heats as long. */
+TEST(GuardHeating, PeriodsThatAreMissedCount) {
+  GuardConfig config;
+  config.limits = {12, 1, 5000, 250, 5, 3, 1000, 1000};
+  config.ramp_ns = 100'000'000;
+  config.continuous_force = 3;
+  config.peak_force = 12;
+  config.heating_s = 2;
+  Guard guard(config);
+  DeviceSample sample;
+  sample.fresh = true;
+  GuardInput input;
+  input.dt = kHeatDt;
+  input.sample = &sample;
+  GuardOutput output;
+  Heating oracle(3, 12, 2);
+  for (int i = 0; i < 5'000; ++i) {
+    input.missed = i % 4;
+    oracle.book(output.command.force.norm(), input.missed * kHeatDt);
+    input.now_ns += (1 + std::int64_t{input.missed}) * 1'000'000;
+    if (i == 10) {
+      ASSERT_EQ(guard.arm(), ErrorCode::kOk);
+    }
+    if (i > 200) input.source[HD_SOURCE_CLIENT].force = Vec3(0, 0, 12);
+    guard.step(input, output);
+    oracle.book(output.command.force.norm(), kHeatDt);
+    ASSERT_DOUBLE_EQ(output.heat, oracle.heat());
+    ASSERT_LE(oracle.heat(), 1 + 1e-3);  // A tick may allow for more than its missed periods leave.
+  }
+  EXPECT_NEAR(output.heat, 1, 1e-2);
+}
+
 /** A slew limit, however slow, is for what is asked for; what the motors do not stand it does not hold. */
 TEST(GuardHeating, NorDoesASlowSlewKeepThemHot) {
   for (const double slew : {10.0, 1.0, 0.0}) {

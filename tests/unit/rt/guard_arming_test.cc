@@ -84,6 +84,18 @@ TEST(GuardArming, DisarmEndsInOneSecondEvenWithoutSlew) {
   EXPECT_FALSE(rig.guard.armed());
 }
 
+TEST(GuardArming, DisarmEndsInOneSecondAlsoOfAServoThatMissesPeriods) {
+  Pushing rig;
+  rig.disarmWithoutSlew();
+  rig.in.missed = 3;
+  for (int i = 0; i < 251; ++i) {
+    rig.in.now_ns += 3'000'000;
+    rig.step();
+  }
+  EXPECT_TRUE(rig.out.command.force.isZero(0));
+  EXPECT_FALSE(rig.guard.armed());
+}
+
 TEST(GuardArming, ArmedAgainWhileItLowersItStillEndsInThatSecond) {
   Pushing rig;
   rig.disarmWithoutSlew();

@@ -35,8 +35,8 @@ void visitConfig(Visitor& root, Configuration& c) {
   });
   root.table("servo", [&](auto& v) {
     v.number("rate_hz", c.servo.rate_hz, 1000, 4000);
-    v.integer("servo_priority", c.servo.servo_priority, 1, 98);
-    v.integer("ingest_priority", c.servo.ingest_priority, 1, 98);
+    v.integer("servo_priority", c.servo.servo_priority, 2, 98);
+    v.integer("ingest_priority", c.servo.ingest_priority, 1, 97);
     v.integer("gpio_priority", c.servo.gpio_priority, 1, 98);
     v.flag("allow_no_rt", c.servo.allow_no_rt);
     v.flag("lock_memory", c.servo.lock_memory);

@@ -70,8 +70,8 @@ Collector collected() {
 
 TEST(ConfigBounds, AreThoseThatWereChosen) {
   std::map<std::string, Bounds> expected{
-      {"[servo]\nrate_hz", {1000, 4000}},       {"[servo]\nservo_priority", {1, 98}},
-      {"[servo]\ningest_priority", {1, 98}},    {"[servo]\ngpio_priority", {1, 98}},
+      {"[servo]\nrate_hz", {1000, 4000}},       {"[servo]\nservo_priority", {2, 98}},
+      {"[servo]\ningest_priority", {1, 97}},    {"[servo]\ngpio_priority", {1, 98}},
       {"[servo]\nmissed_limit", {1, 1e5}},      {"[guard]\narm_ramp_ms", {100, 6e4}},
       {"[guard]\nsmall_force_n", {0.001, 10}},  {"[guard]\nsmall_force_ticks", {1, 1e4}},
       {"[guard]\ndevice_stale_ms", {1, 1000}},  {"[guard]\nmotor_heating_s", {0, 3600}},

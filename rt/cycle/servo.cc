@@ -100,7 +100,7 @@ void Servo::runOnce() HD_RT {
   for (std::uint32_t d = 0; d < config_.device_count; ++d) {
     input_->device[d].fresh = false;
     devices_[d]->read(deadline_ns_, input_->device[d]);
-    if ((input_->device[d].status & kGroupDeadmanOpen) != 0) input_->deadman_open = true;
+    if (deadmanOpen(d)) input_->deadman_open = true;
     if (lines != nullptr) addButtons(d);
   }
   const std::int64_t read_ns = clock_.now();
@@ -141,6 +141,16 @@ void Servo::runOnce() HD_RT {
   last_cycle_duration_ns_ = done_ns - woke_ns;
   deadline_ns_ += config_.period_ns;
   count(done_ns, late_ns);
+}
+
+/** Of a device that is its group's. One that is no longer heard of is not held: what it said last says nothing now. */
+bool Servo::deadmanOpen(std::uint32_t device) HD_RT {
+  const DeviceSample& sample = input_->device[device];
+  Deadman& deadman = deadman_[device];
+  const bool open = (sample.status & kGroupDeadmanOpen) != 0;
+  deadman.is_one = deadman.is_one || open;  // It begins open.
+  if (sample.fresh) deadman.heard_ns = deadline_ns_;
+  return open || (deadman.is_one && deadline_ns_ - deadman.heard_ns > SafetyLines::kDeaf_ns);
 }
 
 /** The panel's buttons follow the device's own. */

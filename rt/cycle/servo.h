@@ -89,14 +89,22 @@ class Servo {
 
  private:
   void gather() HD_RT;
+  [[nodiscard]] bool deadmanOpen(std::uint32_t device) HD_RT;
   void addButtons(std::uint32_t device) HD_RT;
   void askCollider() HD_RT;
   void publish(std::int64_t woke_ns, std::int64_t late_ns) HD_RT;
   void publishSession(std::uint32_t slot) HD_RT;
   void count(std::int64_t done_ns, std::int64_t late_ns) HD_RT;
 
+  /** What a device shows of the group's dead-man switch. */
+  struct Deadman {
+    bool is_one = false;
+    std::int64_t heard_ns = 0;  ///< Deadline of its last fresh sample.
+  };
+
   CycleConfig config_;
   std::array<Device*, kMaxDevices> devices_;
+  std::array<Deadman, kMaxDevices> deadman_;
   Clock& clock_;
   Cycle cycle_;
   std::unique_ptr<CycleInput> input_;

@@ -257,6 +257,40 @@ TEST_F(ServoFixture, ADeviceCanBeTheDeadManSwitchOfItsGroup) {
   EXPECT_FALSE(servo->lastInput().deadman_open);
 }
 
+TEST(ServoDeadman, OneThatIsNotHeardOfIsNotHeld) {
+  ManualClock clock{123'456};
+  test::ScriptedDevice arm, deadman;
+  MeshTable meshes;
+  CycleConfig config;
+  config.period_ns = kPeriodNs;
+  config.device_count = 2;
+  config.guard.fill(openGuard());
+  Servo servo(config, {&arm, &deadman}, meshes, clock);
+  const auto run = [&](int cycles) {
+    for (int i = 0; i < cycles; ++i) servo.runOnce();
+  };
+  servo.begin();
+  deadman.sample.status = kGroupDeadmanOpen;  // Nobody has held it yet.
+  run(5);
+  deadman.sample.status = kDeviceOk;
+  run(5);
+  ASSERT_TRUE(servo.from_control.push(order(CommandKind::kArm, DeviceRef{0})));
+  run(10);
+  ASSERT_TRUE(servo.cycle().deviceGuard(0).armed());
+  deadman.sample.fresh = false;  // Its thread hangs while it is held.
+  run(100);
+  EXPECT_FALSE(servo.lastInput().deadman_open);
+  run(1);
+  EXPECT_TRUE(servo.lastInput().deadman_open);
+  EXPECT_EQ(servo.cycle().deviceGuard(0).fault(), HD_FAULT_DEADMAN);
+  deadman.sample.fresh = true;
+  run(1);
+  EXPECT_FALSE(servo.lastInput().deadman_open);
+  arm.sample.fresh = false;  // One that is no dead-man switch holds up nobody else.
+  run(150);
+  EXPECT_FALSE(servo.lastInput().deadman_open);
+}
+
 TEST_F(ServoFixture, PassesIntentToTheDevice) {
   hd_intent wish{};
   wish.p[1] = 0.25;

@@ -21,8 +21,26 @@ struct Globals {
 
 /** State of the next main item alone. */
 struct Locals {
-  std::vector<HidUsage> usages;
+  struct Named {
+    HidUsage usage;
+    bool whole;  ///< With its page, in four bytes.
+  };
+  std::vector<Named> named;
   std::optional<HidUsage> minimum;
+
+  /**
+   * The usages, of the page in force at their main item (HID 1.11, 6.2.2.8). Those before another of that page keep
+   * theirs: so the kernel reads descriptors that name several pages for one item.
+   */
+  [[nodiscard]] std::vector<HidUsage> usages(std::uint16_t page) const {
+    std::vector<HidUsage> out(named.size());
+    bool late = true;
+    for (std::size_t i = named.size(); i-- > 0;) {
+      late = late && (named[i].whole || named[i].usage >> 16 != page);
+      out[i] = late && !named[i].whole ? hidUsage(page, static_cast<std::uint16_t>(named[i].usage)) : named[i].usage;
+    }
+    return out;
+  }
 };
 
 enum ItemType : std::uint8_t { kMain = 0, kGlobal = 1, kLocal = 2 };
@@ -90,6 +108,7 @@ class HidDescriptorReader {
 
   Result<void> main(const Item& item) {
     Result<void> done;
+    usages_ = locals_.usages(globals_.usage_page);
     switch (item.tag) {
       case 8:
         done = field(item, HidKind::kInput);
@@ -119,7 +138,7 @@ class HidDescriptorReader {
     if (out_.collections_.size() >= HidReports::kMostCollections || depth_ >= HidReports::kMostDepth) {
       return tooMuch(item.at, "too many or too deep collections");
     }
-    const HidUsage usage = locals_.usages.empty() ? 0 : locals_.usages.front();
+    const HidUsage usage = usages_.empty() ? 0 : usages_.front();
     out_.collections_.push_back({usage, static_cast<std::uint8_t>(item.data), open_});
     open_ = static_cast<std::int16_t>(out_.collections_.size() - 1);
     ++depth_;
@@ -177,16 +196,17 @@ class HidDescriptorReader {
     const HidUsage usage =
         item.bytes == 4 ? item.data : hidUsage(globals_.usage_page, static_cast<std::uint16_t>(item.data));
     if (item.tag == 0) {
-      if (locals_.usages.size() >= HidReports::kMostChoices) return tooMuch(item.at, "too many usages");
-      locals_.usages.push_back(usage);
+      if (locals_.named.size() >= HidReports::kMostChoices) return tooMuch(item.at, "too many usages");
+      locals_.named.push_back({usage, item.bytes == 4});
     } else if (item.tag == 1) {
       locals_.minimum = usage;
     } else if (item.tag == 2) {
       if (!locals_.minimum || usage < *locals_.minimum) return malformed(item.at, "a usage maximum without a minimum");
-      const std::size_t room = HidReports::kMostChoices - locals_.usages.size();
+      const std::size_t room = HidReports::kMostChoices - locals_.named.size();
       // A range larger than anything here looks at (a keyboard's, a vendor's): its first part.
       const std::size_t count = std::min(std::size_t{usage - *locals_.minimum} + 1, room);
-      for (std::size_t i = 0; i < count; ++i) locals_.usages.push_back(*locals_.minimum + static_cast<HidUsage>(i));
+      for (std::size_t i = 0; i < count; ++i)
+        locals_.named.push_back({*locals_.minimum + static_cast<HidUsage>(i), item.bytes == 4});
       locals_.minimum.reset();
     }
     return {};
@@ -210,7 +230,7 @@ class HidDescriptorReader {
     const std::size_t begin = into.bits;
     into.bits += g.report_size * g.report_count;
     // Padding, numbers that have no name, and numbers wider than any here.
-    if ((item.data & kConstant) != 0 || locals_.usages.empty() || g.report_size == 0 || g.report_size > 32) return {};
+    if ((item.data & kConstant) != 0 || usages_.empty() || g.report_size == 0 || g.report_size > 32) return {};
     if (g.report_count > HidReports::kMostFields - out_.fields_.size()) return tooMuch(item.at, "too many fields");
     HidField one;
     one.kind = kind;
@@ -232,13 +252,13 @@ class HidDescriptorReader {
     one.physical_min = g.physical_min;
     one.physical_max = g.physical_max;
     one.collection = open_;
-    if (one.is_array) one.choices = locals_.usages;
+    if (one.is_array) one.choices = usages_;
     // Those that no value selects are none.
     const std::int64_t selects = std::int64_t{one.logical_max} - one.logical_min + 1;
     if (std::cmp_less(selects, one.choices.size())) one.choices.resize(static_cast<std::size_t>(selects));
     for (std::uint32_t i = 0; i < g.report_count; ++i) {
       one.bit_offset = static_cast<std::uint16_t>(begin + i * g.report_size);
-      if (!one.is_array) one.usage = locals_.usages[std::min<std::size_t>(i, locals_.usages.size() - 1)];
+      if (!one.is_array) one.usage = usages_[std::min<std::size_t>(i, usages_.size() - 1)];
       out_.fields_.push_back(one);
     }
     return {};
@@ -249,6 +269,7 @@ class HidDescriptorReader {
   Globals globals_;
   std::vector<Globals> pushed_;
   Locals locals_;
+  std::vector<HidUsage> usages_;  ///< Of the main item at hand.
   std::int16_t open_ = -1;
   std::size_t depth_ = 0;
 };

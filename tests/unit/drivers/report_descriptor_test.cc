@@ -44,6 +44,28 @@ const Bytes kExample = {0x05, 0x01,                                      // Usag
                         0x91, 0x00,                                      //     Output (Array)
                         0xc0, 0xc0};
 
+/** HID 1.11, 6.2.2.8: a usage is of the page that is in force at its main item. */
+TEST(ReportDescriptor, AUsageIsOfThePageThatStandsAtItsMainItem) {
+  const HidReports late = parsed({0x05, 0x01, 0x09, 0x04, 0xa1, 0x01,  // Generic Desktop, Joystick, Collection
+                                  0x15, 0x00, 0x25, 0x7f, 0x75, 0x08,  // 0 to 127, 8 bits
+                                  0x05, 0x09, 0x95, 0x03,              // Usage Page (Button), three of them
+                                  0x09, 0x30, 0x09, 0x31,              // 0x30 and 0x31 ...
+                                  0x0b, 0x32, 0x00, 0x02, 0x00,        // ... and 0x32 of page 2, written in full
+                                  0x05, 0x01, 0x81, 0x02,              // Usage Page (Generic Desktop), Input
+                                  0xc0});
+  EXPECT_NE(late.find(HidKind::kInput, hidUsage(1, 0x30)), nullptr);
+  EXPECT_NE(late.find(HidKind::kInput, hidUsage(1, 0x31)), nullptr);
+  EXPECT_NE(late.find(HidKind::kInput, hidUsage(2, 0x32)), nullptr);
+  EXPECT_EQ(late.find(HidKind::kInput, hidUsage(9, 0x30)), nullptr);
+  // One item for two pages: each keeps its own, as the kernel has it.
+  const HidReports mixed =
+      parsed({0x05, 0x01, 0x09, 0x04, 0xa1, 0x01, 0x15, 0x00, 0x25, 0x7f, 0x75, 0x08, 0x95, 0x02, 0x09, 0x30,  // X
+              0x05, 0x02, 0x09, 0xc4, 0x81, 0x02,  // Simulation, Accelerator; Input
+              0xc0});
+  EXPECT_NE(mixed.find(HidKind::kInput, hidUsage(1, 0x30)), nullptr);
+  EXPECT_NE(mixed.find(HidKind::kInput, hidUsage(2, 0xc4)), nullptr);
+}
+
 TEST(ReportDescriptor, FindsFieldsWhereTheItemsPutThem) {
   const HidReports reports = parsed(kExample);
   EXPECT_TRUE(reports.numbered());

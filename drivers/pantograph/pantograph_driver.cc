@@ -63,10 +63,11 @@ Result<PantographSetup> resolvePantograph(const DeviceUri& uri) {
   info.max_stiffness = 500;
   info.max_damping = 2;
   info.workspace_radius = 0.03;
-  info.workspace_lower = Vec3(-0.025, -0.03, 0);
-  info.workspace_upper = Vec3(0.025, 0.03, 0);
-  info.max_workspace_lower = Vec3(-0.05, -0.06, 0);
-  info.max_workspace_upper = Vec3(0.045, 0.06, 0);
+  // The bars stay where they are, wherever x = 0 is.
+  info.workspace_lower = Vec3(0.045 - p.centre, -0.03, 0);
+  info.workspace_upper = Vec3(0.095 - p.centre, 0.03, 0);
+  info.max_workspace_lower = Vec3(0.02 - p.centre, -0.06, 0);
+  info.max_workspace_upper = Vec3(0.115 - p.centre, 0.06, 0);
   info.position_resolution = 6.283185307179586 / p.counts_per_turn * 0.07;
   info.force_resolution = 1e-3;
   info.native_rate_hz = 1000;

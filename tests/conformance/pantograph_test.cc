@@ -62,6 +62,19 @@ struct Bench {
 
 const std::vector<Vec3> kPlaces = {Vec3(0, 0, 0), Vec3(0.02, 0.02, 0), Vec3(-0.02, 0.015, 0), Vec3(0.01, -0.025, 0)};
 
+TEST(PantographSetup, ItsWorkspaceStaysWhereTheBarsReachWhereverZeroIs) {
+  for (const char* const centre : {"0.04", "0.07", "0.11"}) {
+    const auto setup = resolvePantograph({"pantograph", "/dev/played", {{"centre", centre}}});
+    ASSERT_TRUE(setup.ok());
+    const DeviceInfo& info = setup->info;
+    const double from_motors = setup->parameters.centre;
+    EXPECT_NEAR(from_motors + info.workspace_lower.x(), 0.045, 1e-12) << centre;
+    EXPECT_NEAR(from_motors + info.workspace_upper.x(), 0.095, 1e-12) << centre;
+    EXPECT_NEAR(from_motors + info.max_workspace_lower.x(), 0.02, 1e-12) << centre;
+    EXPECT_NEAR(from_motors + info.max_workspace_upper.x(), 0.115, 1e-12) << centre;
+  }
+}
+
 TEST(Pantograph, SpeaksAsThePublishedLayout) {
   EXPECT_EQ(pantograph::encodeReset(), (std::array<std::uint8_t, 2>{0, 5}));
   const auto setup = pantograph::encodeSetup({{{180, 13824, false}, {0, 13824, false}}}, false);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 
 #include "drivers/falcon/falcon_io.h"
@@ -79,8 +81,15 @@ DeviceInfo falconInfo(const FalconParameters& parameters) {
 }
 
 Result<std::vector<std::uint8_t>> readFalconFirmware(const std::string& path) {
+  errno = 0;
   std::ifstream file(path, std::ios::binary);
-  if (!file) return std::vector<std::uint8_t>{};
+  if (!file && (errno == ENOENT || errno == ENOTDIR)) return std::vector<std::uint8_t>{};
+  if (!file) {
+    const int refused = errno;
+    return Error{refused == EACCES ? ErrorCode::kPermissionDenied : ErrorCode::kSystem,
+                 fmt::format("firmware {}", path), std::strerror(refused),
+                 "let hapticd read it, and the folders it is in"};
+  }
   std::vector<char> bytes(kMostFirmware + 1);
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   const auto size = static_cast<std::size_t>(file.gcount());

@@ -18,13 +18,14 @@ Result<void> FalconIo::open(const std::atomic<bool>& stop) {
   auto usb = setup_.open_usb();
   if (!usb) return usb.error();
   usb_ = std::move(*usb);
-  std::vector<std::uint8_t> firmware;
-  if (setup_.read_firmware) {
-    auto read = setup_.read_firmware();
-    if (!read) return read.error();
-    firmware = std::move(*read);
+  Result<std::vector<std::uint8_t>> firmware = std::vector<std::uint8_t>{};
+  if (setup_.read_firmware) firmware = setup_.read_firmware();
+  const std::vector<std::uint8_t> bytes = firmware ? *firmware : std::vector<std::uint8_t>{};
+  if (auto booted = falcon::boot(*usb_, clock_, bytes, stop); !booted) {
+    // Why it cannot be had matters only where the device asks for it.
+    if (!firmware && booted.error().code == ErrorCode::kNotFound) return firmware.error();
+    return booted;
   }
-  if (auto booted = falcon::boot(*usb_, clock_, firmware, stop); !booted) return booted;
   live_.lend(usb_.get());
   gone_ = asked_ = homed_ = false;
   parser_ = {};

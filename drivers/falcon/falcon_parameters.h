@@ -38,7 +38,8 @@ struct FalconSetup {
 /** The setup of a URI for a device of `plugged`, which need not be there yet. */
 [[nodiscard]] Result<FalconSetup> resolveFalcon(const DeviceUri& uri, const std::vector<UsbFound>& plugged);
 
-/** The firmware from a file of the user; an empty one when there is no such file. kInvalidArgument if it is none. */
+/** The firmware from a file of the user; an empty one when there is no such file. kInvalidArgument if it is none,
+ * kPermissionDenied if it cannot be read. */
 [[nodiscard]] Result<std::vector<std::uint8_t>> readFalconFirmware(const std::string& path);
 
 }  // namespace hapticd

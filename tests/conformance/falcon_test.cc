@@ -57,6 +57,26 @@ TEST(FalconFirmware, WithoutItTheErrorSaysWhereToGetIt) {
   EXPECT_THAT(toString(opened.error()), HasSubstr("firmware=/path"));
 }
 
+TEST(FalconFirmware, AFileThatCannotBeReadIsToldToADeviceThatNeedsIt) {
+  const std::string loop = testing::TempDir() + "falcon_firmware_loop.bin";
+  (void)::unlink(loop.c_str());
+  ASSERT_EQ(::symlink(loop.c_str(), loop.c_str()), 0);
+  FalconRig rig;
+  FalconSetup setup = rig.setup;
+  setup.read_firmware = [&] { return readFalconFirmware(loop); };
+  const auto open = [&] {
+    return IoDevice(std::make_unique<FalconIo>(setup, rig.clock), IoOptions{.thread = false}, rig.clock).open();
+  };
+  const auto refused = open();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(toString(refused.error()), HasSubstr(loop));
+  EXPECT_THAT(toString(refused.error()), HasSubstr("symbolic links"));
+  rig.makeReady();
+  rig.device().close();
+  EXPECT_TRUE(open().ok());
+  (void)::unlink(loop.c_str());
+}
+
 TEST(FalconFirmware, AWrongEchoIsLoadedAgain) {
   FalconRig rig;
   // Wrong for a while in the middle of the first load.

@@ -31,6 +31,12 @@ struct Layout {
 
 constexpr std::string_view kNames[kColumns] = {"t", "x", "y", "z", "qw", "qx", "qy", "qz", "gripper_rad", "buttons"};
 
+/** As parseNumber(), and with the plus that some programs write before what is not negative. */
+std::optional<double> number(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  return parseNumber(text);
+}
+
 std::string_view nextLine(std::string_view& rest) {
   const std::size_t end = std::min(rest.find('\n'), rest.size());
   std::string_view line = rest.substr(0, end);
@@ -78,7 +84,7 @@ class Parser {
       if (!split(line, fields_)) return fault(0, fmt::format("more than {} columns", kMaxFields), "is it a CSV file?");
       if (!started) {
         started = true;
-        const bool header = !parseNumber(fields_.front());
+        const bool header = !number(fields_.front());
         Result<void> read = header ? readHeader(layout) : assumeLayout(layout);
         if (!read) return read;
         width_ = fields_.size();
@@ -166,9 +172,9 @@ class Parser {
         value[i] = static_cast<double>(static_cast<std::int64_t>(*t_ns) - layout.origin_ns) * 1e-9;
         continue;
       }
-      const std::optional<double> number = parseNumber(text);
-      if (!number) return badNumber(layout, i, text);
-      value[i] = *number;
+      const std::optional<double> read = number(text);
+      if (!read) return badNumber(layout, i, text);
+      value[i] = *read;
     }
     return check(layout, value, row, earlier);
   }

@@ -37,6 +37,15 @@ TEST(PoseCsv, ReadsRowsWithoutAHeader) {
   EXPECT_FALSE(track->hasRotation());
 }
 
+TEST(PoseCsv, TakesNumbersWithAPlus) {
+  const auto track = good("+0.0,+1e-2,-0.02,+0\n+5.0e-01,0,0,0\n");
+  ASSERT_EQ(track->rows().size(), 2u);
+  EXPECT_EQ(track->rows()[0].p, Vec3(0.01, -0.02, 0));
+  EXPECT_EQ(track->rows()[1].t_s, 0.5);
+  for (const char* const wrong : {"0,+,0,0\n", "0,+-1,0,0\n", "0,++1,0,0\n", "0,+inf,0,0\n"})
+    EXPECT_THAT(refusal(wrong), HasSubstr("x is not a finite number")) << wrong;
+}
+
 TEST(PoseCsv, FindsColumnsByName) {
   const auto track = good(
       "tick,t_ns,device,px,py,pz,fx,qx,qy,qz,qw,buttons,gripper_rad,note\n"

@@ -30,6 +30,16 @@ double reachOf(const WoodyModel& m) {
   return m.linkage == WoodyLinkage::kSerial ? m.Lb + m.Lc : m.bars.L0 / 2 + m.bars.L1 + m.bars.L5;
 }
 
+/** Half of a box that is used well: as much of what most have as lies well within the joints' reach, every corner. */
+Vec3 halfBoxOf(const WoodyModel& m, const Vec3& shoulder) {
+  if (m.linkage == WoodyLinkage::kFiveBar) return {0.05, 0.08, 0.05};
+  const Vec3 most(0.06, 0.08, 0.06);
+  double share = 1;
+  // The corner farthest from the shoulder.
+  while ((share * most + shoulder.cwiseAbs()).norm() > 0.95 * reachOf(m)) share -= 0.05;
+  return share * most;
+}
+
 DeviceInfo infoOf(const WoodyModel& model) {
   DeviceInfo info;
   info.model = model.title;
@@ -39,13 +49,13 @@ DeviceInfo infoOf(const WoodyModel& model) {
   info.max_force = model.max_force;
   info.max_stiffness = model.max_stiffness;
   info.max_damping = model.max_damping;
-  // Well within the joints' reach; the figures that are published give a radius only.
+  // The figures that are published give a radius only.
   info.workspace_radius = 0.08;
-  const Vec3 half = model.linkage == WoodyLinkage::kSerial ? Vec3(0.06, 0.08, 0.06) : Vec3(0.05, 0.08, 0.05);
-  info.workspace_lower = -half;
-  info.workspace_upper = half;
   const double reach = reachOf(model);
   const Vec3 shoulder = Vec3(0, 0, model.La) - model.origin;
+  const Vec3 half = halfBoxOf(model, shoulder);
+  info.workspace_lower = -half;
+  info.workspace_upper = half;
   info.max_workspace_lower = shoulder - Vec3::Constant(reach);
   info.max_workspace_upper = shoulder + Vec3::Constant(reach);
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "drivers/woodyhid/woodyhid_parameters.h"
 #include "support/seeds.h"
 
 namespace hapticd {
@@ -128,6 +129,24 @@ std::vector<std::string_view> names() {
   for (const WoodyModel& model : woodyModels()) all.push_back(model.name);
   return all;
 }
+TEST_P(Poses, EveryCornerOfTheWorkspaceIsReached) {
+  const auto setup = resolveWoody({"woodyhid", std::string(model.name), {}});
+  ASSERT_TRUE(setup.ok());
+  const DeviceInfo& info = setup->info;
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 wanted;
+    for (int i = 0; i < 3; ++i) wanted[i] = (corner >> i & 1) != 0 ? info.workspace_upper[i] : info.workspace_lower[i];
+    Vec3 at = model.linkage == WoodyLinkage::kSerial ? Vec3(0, 0.6, 1.3) : Vec3(0, 1.0, 2.7);
+    WoodyArm arm = solveWoodyArm(model, at);
+    for (int step = 0; step < 200 && arm.reachable && (wanted - arm.p).norm() > 1e-9; ++step) {
+      at += clampNorm(arm.jacobian.fullPivLu().solve(wanted - arm.p), 0.2);
+      arm = solveWoodyArm(model, at);
+    }
+    ASSERT_TRUE(arm.reachable);
+    EXPECT_LT((wanted - arm.p).norm(), 1e-9) << "corner " << wanted.transpose();
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Woody, Poses, testing::ValuesIn(names()),
                          [](const auto& each) { return std::string(each.param); });
 

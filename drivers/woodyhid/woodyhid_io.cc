@@ -27,7 +27,7 @@ Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
   // 14 bytes of the first boards, 64 of a Teensy: what the device says it takes.
   const Result<HidReports> reports = HidReports::parse(hid_->descriptor());
   const std::size_t declared = reports ? reports->reportBytes(HidKind::kOutput, 0) : 0;
-  report_bytes_ = 1 + std::clamp(declared, woodyhid::kReportBytes, woodyhid::kTeensyReportBytes);
+  report_bytes_.store(1 + std::clamp(declared, woodyhid::kReportBytes, woodyhid::kTeensyReportBytes));
   calibration_.store(setup_.parameters.calibrated ? Calibration::kDone : Calibration::kNeeded);
   may_press_ = known_ = saturated_ = asked_ = false;
   bad_in_a_row_ = 0;
@@ -53,13 +53,13 @@ void WoodyIo::close() noexcept {
 
 void WoodyIo::safe() noexcept {
   const woodyhid::Report zero = woodyhid::encodeCurrents({});
-  hid_->lastWords({zero.data(), report_bytes_});
+  hid_->lastWords({zero.data(), report_bytes_.load()});
 }
 
 bool WoodyIo::send(const woodyhid::Report& report) noexcept {
   sent_ns_ = hid_->now();
   asked_ = true;
-  return hid_->write({report.data(), report_bytes_}) == HidResult::kOk;
+  return hid_->write({report.data(), report_bytes_.load()}) == HidResult::kOk;
 }
 
 bool WoodyIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {

@@ -51,7 +51,8 @@ class WoodyIo final : public DeviceIo {
 
   WoodySetup setup_;
   std::unique_ptr<HidTransport> hid_;
-  std::size_t report_bytes_ = 0;  ///< Of what goes out, its ID included.
+  /** Of what goes out, its ID included. safe() may come before it is known; any board takes as much as this. */
+  std::atomic<std::size_t> report_bytes_{1 + woodyhid::kReportBytes};
   std::atomic<Calibration> calibration_{Calibration::kNeeded};
   bool may_press_ = false;  ///< The button was seen up while the motors were off.
   bool known_ = false;      ///< `last_` and `arm_` are.

@@ -1,6 +1,8 @@
 // What WoodenHaptics and Polhem do of their own: taking turns, the button of calibration, the watchdog in the device.
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "tests/conformance/woody_rig.h"
 #include "tests/support/time.h"
 
@@ -52,6 +54,46 @@ TEST(WoodyIo, TheFirstBoardsTakeFourteenBytes) {
   rig.makeReady();
   DeviceSample sample;
   EXPECT_GT(run(rig, 100, {}, sample), 90);
+}
+
+/** Stops whoever opens it in the middle: when it is open, and its reports are not known yet. */
+class HidAmidOpen final : public HidTransport {
+ public:
+  explicit HidAmidOpen(std::function<void()>& amid, std::vector<std::size_t>& last_words)
+      : amid_(amid), last_words_(last_words) {}
+  Result<void> open() override { return {}; }
+  void close() noexcept override {}
+  const std::vector<std::uint8_t>& descriptor() const noexcept override {
+    amid_();
+    return descriptor_;
+  }
+  std::int64_t now() const noexcept override { return now_ns_; }
+  HidResult read(std::span<std::uint8_t>, std::size_t&, std::int64_t until_ns) noexcept override {
+    now_ns_ = until_ns;
+    return HidResult::kNothing;
+  }
+  HidResult write(std::span<const std::uint8_t>) noexcept override { return HidResult::kOk; }
+  HidResult setFeature(std::span<const std::uint8_t>) noexcept override { return HidResult::kRefused; }
+  HidResult getFeature(std::span<std::uint8_t>, std::size_t&) noexcept override { return HidResult::kRefused; }
+  void lastWords(std::span<const std::uint8_t> report) noexcept override { last_words_.push_back(report.size()); }
+
+ private:
+  std::function<void()>& amid_;
+  std::vector<std::size_t>& last_words_;
+  std::vector<std::uint8_t> descriptor_;
+  std::int64_t now_ns_ = 0;
+};
+
+TEST(WoodyIo, LastWordsAreWholeHoweverEarlyTheyCome) {
+  std::function<void()> amid;
+  std::vector<std::size_t> last_words;
+  auto setup = resolveWoody({"woodyhid", "", {}});
+  ASSERT_TRUE(setup.ok());
+  setup->hid = [&] { return std::make_unique<HidAmidOpen>(amid, last_words); };
+  WoodyIo io(std::move(*setup));
+  amid = [&] { io.safe(); };
+  EXPECT_FALSE(io.open(std::atomic<bool>{false}).ok());
+  EXPECT_EQ(last_words, std::vector<std::size_t>{1 + woodyhid::kReportBytes});
 }
 
 TEST(WoodyIo, SomethingElseOnSuchABoardIsNotTaken) {

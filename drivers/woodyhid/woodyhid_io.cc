@@ -29,8 +29,8 @@ Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
   const std::size_t declared = reports ? reports->reportBytes(HidKind::kOutput, 0) : 0;
   report_bytes_.store(1 + std::clamp(declared, woodyhid::kReportBytes, woodyhid::kTeensyReportBytes));
   calibration_.store(setup_.parameters.calibrated ? Calibration::kDone : Calibration::kNeeded);
-  may_press_ = known_ = saturated_ = asked_ = false;
-  bad_in_a_row_ = 0;
+  may_press_ = calibrating_ = known_ = saturated_ = asked_ = false;
+  bad_in_a_row_ = still_ = 0;
 
   const std::int64_t give_up_ns = hid_->now() + kFirstWord_ns;
   while (!stop.load(std::memory_order_relaxed) && hid_->now() < give_up_ns) {
@@ -80,6 +80,8 @@ bool WoodyIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
     LinkCounters::add(link.counters.exchanges);
     if (asked_) link.round_trip.record(now_ns - sent_ns_);
     asked_ = false;
+    still_ = reading->encoder == heard_ ? still_ + 1 : 0;
+    heard_ = reading->encoder;
     take(*reading, now_ns, link);
   }
   return reply(reading ? &*reading : nullptr, now_ns, link);
@@ -95,6 +97,11 @@ bool WoodyIo::plausible(const woodyhid::Reading& reading, std::int64_t now_ns) c
 }
 
 void WoodyIo::take(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept {
+  if (calibrating_ && !reading.calibrate) {
+    calibrating_ = known_ = false;
+    bad_in_a_row_ = 0;
+    calibration_.store(Calibration::kDone);
+  }
   if (calibration_.load() != Calibration::kDone) return;
   const Vec3 angles = woodyAngles(*setup_.model, reading.encoder);
   const WoodyArm arm = solveWoodyArm(*setup_.model, angles);
@@ -137,13 +144,21 @@ bool WoodyIo::reply(const woodyhid::Reading* reading, std::int64_t now_ns, Devic
 woodyhid::Report WoodyIo::answer(const woodyhid::Reading* reading, const DeviceCommand& command,
                                  std::int64_t now_ns) noexcept {
   if (reading != nullptr && !reading->calibrate && !command.enabled) may_press_ = true;
-  if (command.enabled) may_press_ = false;
+  if (command.enabled) {
+    may_press_ = false;
+    // The arm may have left its pose before the counters were heard.
+    if (calibrating_) calibration_.store(Calibration::kNeeded);
+    calibrating_ = false;
+  }
   if (reading != nullptr && reading->calibrate && !command.enabled) {
+    if (calibrating_ && ++deaf_ < kDeaf) return woodyhid::encodeCurrents({});
     std::array<std::int16_t, 6> counts = setup_.model->calibration;
-    if (may_press_) {
-      calibration_.store(Calibration::kDone);
-      known_ = false;
-      bad_in_a_row_ = 0;
+    if (may_press_ || calibrating_) {
+      calibrating_ = true;
+      deaf_ = 0;
+      calibration_.store(Calibration::kRunning);
+    } else if (calibration_.load() == Calibration::kDone && still_ < kStill) {
+      return woodyhid::encodeCurrents({});  // Of a moving arm these counts are old when they are heard.
     } else {
       for (std::size_t i = 0; i < counts.size(); ++i) counts[i] = static_cast<std::int16_t>(reading->encoder[i]);
     }

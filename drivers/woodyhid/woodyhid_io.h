@@ -18,7 +18,9 @@ namespace hapticd {
 /**
  * The encoders count from wherever the arm was when it got its power. So nothing is published, and nothing pushed,
  * until the user has put the arm into its pose of calibration and pressed the button on the electronics. A press from
- * before the start, or while the motors were on, says nothing of the pose now: it is wiped, not obeyed.
+ * before the start, or while the motors were on, says nothing of the pose now: it is wiped, not obeyed. What it reads
+ * is by the new counters from the first report on that shows the button up: of those before, one may have been on its
+ * way already, and where two orders came at once the firmware has dropped the first.
  */
 class WoodyIo final : public DeviceIo {
  public:
@@ -27,6 +29,8 @@ class WoodyIo final : public DeviceIo {
   static constexpr std::int64_t kTrust_ns = 10'000'000;  ///< Age of a reading by which forces may still be computed.
   static constexpr double kMostCountsPerMs = 200;        ///< Of a motor: twice what a hand does at 2 m/s.
   static constexpr int kBadInARow = 20;
+  static constexpr int kStill = 5;  ///< Reports without a motion after which the arm is where the last one says.
+  static constexpr int kDeaf = 5;   ///< Reports after which a device that shows no new counters is told them again.
 
   explicit WoodyIo(WoodySetup setup) : setup_(std::move(setup)), hid_(setup_.hid()) {}
   ~WoodyIo() override { close(); }
@@ -54,8 +58,12 @@ class WoodyIo final : public DeviceIo {
   /** Of what goes out, its ID included. safe() may come before it is known; any board takes as much as this. */
   std::atomic<std::size_t> report_bytes_{1 + woodyhid::kReportBytes};
   std::atomic<Calibration> calibration_{Calibration::kNeeded};
-  bool may_press_ = false;  ///< The button was seen up while the motors were off.
-  bool known_ = false;      ///< `last_` and `arm_` are.
+  bool may_press_ = false;    ///< The button was seen up while the motors were off.
+  bool calibrating_ = false;  ///< It was told the counters of calibration; its button is not up yet.
+  int deaf_ = 0;              ///< Reports since then.
+  std::array<std::int32_t, 6> heard_{};
+  int still_ = 0;       ///< Reports in a row with the same encoders.
+  bool known_ = false;  ///< `last_` and `arm_` are.
   woodyhid::Reading last_;
   WoodyArm arm_;
   std::int64_t reading_ns_ = 0, sent_ns_ = 0;

@@ -130,6 +130,29 @@ TEST(WoodyIo, APressFromBeforeTheStartIsWiped) {
   EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
 }
 
+TEST(WoodyIo, CountersThatAreHeardLateAreNotTakenBack) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  ASSERT_TRUE(rig.device().open().ok());
+  rig.model.behind = true;
+  rig.calibrate();
+  ASSERT_EQ(rig.device().calibration(), Calibration::kDone);
+  EXPECT_FALSE(rig.model.pressed());
+  DeviceSample sample;
+  EXPECT_GT(run(rig, 50, {}, sample), 40);
+  EXPECT_LT((sample.p - rig.truePosition()).norm(), 2e-4);
+}
+
+TEST(WoodyIo, CountersThatAreNotHeardAreToldAgain) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  ASSERT_TRUE(rig.device().open().ok());
+  rig.model.deaf_to_counters = 1;
+  rig.calibrate();
+  ASSERT_EQ(rig.device().calibration(), Calibration::kDone);
+  DeviceSample sample;
+  EXPECT_GT(run(rig, 50, {}, sample), 40);
+  EXPECT_LT((sample.p - rig.truePosition()).norm(), 2e-4);
+}
+
 TEST(WoodyIo, APressWhileTheMotorsAreOnMovesNothing) {
   WoodyRig rig(WoodyKind::kWooden2015);
   rig.makeReady();
@@ -144,6 +167,22 @@ TEST(WoodyIo, APressWhileTheMotorsAreOnMovesNothing) {
   EXPECT_FALSE(rig.model.pressed());
   EXPECT_LT((sample.p - Vec3(0.02, 0.01, 0)).norm(), 3e-4);
   EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
+}
+
+TEST(WoodyIo, NorIsThePlaceLostIfTheHandMovesWhileThatPressIsWiped) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  rig.makeReady();
+  rig.model.behind = true;
+  rig.hold(Vec3(0, -0.08, 0));
+  DeviceSample sample;
+  run(rig, 20, push(Vec3(0, 1, 0)), sample);
+  rig.model.pressCalibration();
+  run(rig, 20, push(Vec3(0, 1, 0)), sample);
+  rig.device().write(rig.now(), {});
+  rig.hold(Vec3(0, 0.08, 0));  // at 0.8 m/s, and the motors are off
+  run(rig, 50, {}, sample);
+  EXPECT_FALSE(rig.model.pressed());
+  EXPECT_LT((sample.p - rig.truePosition()).norm(), 2e-4);
 }
 
 TEST(WoodyIo, CountersOfAnEarlierSessionServeIfTheUserSaysSo) {

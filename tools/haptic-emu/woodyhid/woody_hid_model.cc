@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace haptic_emu {
 namespace {
@@ -33,6 +34,7 @@ void WoodyHidModel::advance(std::int64_t t_ns) {
     amplifiers_ = pressed_ = false;
     waiting_ = true;
     queue_.clear();
+    waits_.clear();
     stepped_ns_ = now_ns_;
     return;
   }
@@ -78,6 +80,7 @@ void WoodyHidModel::say() {
   queue_.push_back(std::move(report));
   longest_ = std::max(longest_, queue_.size());
   ++said_;
+  if (!waits_.empty()) obey(std::exchange(waits_, {}));
 }
 
 std::optional<HidModel::Bytes> WoodyHidModel::in() {
@@ -92,17 +95,29 @@ bool WoodyHidModel::out(std::span<const std::uint8_t> report) {
   ++heard_;
   heard_ns_ = now_ns_;
   waiting_ = false;
+  if (behind) {
+    waits_.assign(report.begin(), report.end());
+  } else {
+    obey(report);
+  }
+  return true;
+}
+
+void WoodyHidModel::obey(std::span<const std::uint8_t> report) {
   if (get(report, 3) == 1) {
+    if (deaf_to_counters > 0) {
+      --deaf_to_counters;
+      return;
+    }
     const Vec3 counts = woodyCounts(kind_, woodyJoints(kind_, hand.position()));
     for (std::size_t i = 0; i < 3; ++i) zero_[i] = counts[static_cast<int>(i)] - get(report, 4 + i);
     for (std::size_t i = 0; i < 3; ++i) zero_[3 + i] = gimbal[i] - get(report, i);
     current_mA_ = {};
     pressed_ = false;
-    return true;
+    return;
   }
   amplifiers_ = true;
   for (std::size_t i = 0; i < 3; ++i) current_mA_[i] = get(report, i);
-  return true;
 }
 
 }  // namespace haptic_emu

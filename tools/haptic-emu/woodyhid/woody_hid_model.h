@@ -16,7 +16,8 @@ namespace haptic_emu {
 
 /**
  * After power-up the counters are 0 wherever the arm is. The firmware speaks once a millisecond, and after each word
- * waits until it is spoken to. When it is found, it waits already.
+ * waits until it is spoken to. When it is found, it waits already. Once it was spoken to twice for a word it is one
+ * order behind (`behind`): the next word goes out before it obeys. Of orders that wait it obeys the newest alone.
  */
 class WoodyHidModel final : public HidModel {
  public:
@@ -34,6 +35,8 @@ class WoodyHidModel final : public HidModel {
   Hand hand;            ///< Frame of hapticd.
   bool button = false;  ///< Of the stylus.
   std::array<std::int16_t, 3> gimbal{};
+  bool behind = false;
+  int deaf_to_counters = 0;  ///< So many orders to set counters are lost, as when another comes at once.
   /** The button on the electronics goes down. */
   void pressCalibration() { pressed_ = true; }
 
@@ -46,6 +49,7 @@ class WoodyHidModel final : public HidModel {
 
  private:
   void say();
+  void obey(std::span<const std::uint8_t> report);
   [[nodiscard]] std::array<std::int16_t, 6> counters() const;
 
   WoodyKind kind_;
@@ -56,6 +60,7 @@ class WoodyHidModel final : public HidModel {
   bool amplifiers_ = false, pressed_ = false, waiting_ = true, powered_ = false;
   std::int64_t heard_ns_ = 0, next_ns_ = 0, stepped_ns_ = 0;
   std::deque<Bytes> queue_;
+  Bytes waits_;  ///< An order not obeyed yet.
   std::uint64_t heard_ = 0, said_ = 0;
   std::size_t longest_ = 0;
   Noise noise_{7};

@@ -158,10 +158,12 @@ void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
   past_passive_.push(last_passive_);
   const Vec3 acted = past_passive_.acted(config_.delay);
   const double stored = storedIn(input, wanted);
-  passivity_.observe(acted, moved, last_carried_ + last_ramped_);
+  // Bodies went on through periods that were missed. What was put in at once counts as often, up to what is stored.
+  const Vec3 carried = (1.0 + input.missed) * last_carried_;
+  passivity_.observe(acted, moved, carried + last_ramped_);
   passivity_.limitStore(stored);
   if (stored >= 0 && last_stored_ >= 0) {
-    const double leaked = last_share_ * (stored - last_stored_) + acted.dot(moved) - last_carried_.sum();
+    const double leaked = last_share_ * (stored - last_stored_) + acted.dot(moved) - carried.sum();
     // Along the way the force should have gone from what acted to what it is now: more than that over the way is no
     // leak of a wall, but somebody who has moved or changed it without saying so.
     passivity_.follow(std::min(leaked, (last_share_ * wanted.passive - acted).norm() * moved.norm()));

@@ -163,7 +163,7 @@ class Guard {
   double last_share_ = 0;             ///< Part of what was wanted that was sent.
   double last_stored_ = -1;  ///< Elastic energy of the passive sources in the last tick [J]; negative: unknown.
   BuzzVelocity v_buzz_;
-  Vec3 last_carried_ = Vec3::Zero();  ///< Energy carried in over the last tick [J],
+  Vec3 last_carried_ = Vec3::Zero();  ///< Energy carried in over the last tick, for each period that it lasts [J],
   Vec3 last_ramped_ = Vec3::Zero();   ///< and what the ramp's rise added to what is stored.
   double carried_power_ = 0;          ///< Carried power, averaged over kCarried_s [W].
   Passivity passivity_;

@@ -73,6 +73,25 @@ TEST(GuardEnergy, AWallThatCarriesTheHandAlongLeavesTheBooksAsTheyWere) {
   }
 }
 
+/** It has been paid for through the periods that the servo misses, too. */
+TEST(GuardEnergy, ThroughMissedPeriodsAsWell) {
+  GuardRig rig(strong(100));
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(5);
+  rig.in.carried = {5 * 0.1, 0, 0};
+  rig.in.velocity.v = {0.1, 0, 0};
+  rig.step();
+  for (std::uint32_t i = 0; i < 2000; ++i) {
+    rig.in.missed = i % 4;
+    rig.in.now_ns += std::int64_t{rig.in.missed} * 1'000'000;
+    rig.sample.p.x() += 1e-4 * (1 + rig.in.missed);
+    rig.step();
+    ASSERT_NEAR(rig.out.energy, 0, 1e-9);
+    ASSERT_EQ(rig.out.flags & HD_SAMPLE_PASSIVITY, 0u);
+  }
+}
+
 /** The force of before a fault, or of before the device was off, is not the force over the first way after. */
 TEST(GuardEnergy, WhatActedBeforeItWasOffIsForgotten) {
   for (const bool fault : {true, false}) {

@@ -151,6 +151,7 @@ void HelperDevice::watch() noexcept {
     gone_.store(true, std::memory_order_release);
     pid_.store(0);
     process_.reset();
+    end_->lost();                    // Again with each attempt: the servo may not have heard yet that it is gone.
     bool back = startHelper().ok();  // At once: what its library has left in the motors goes to zero by that.
     for (int waited_ms = 0; !back && waited_ms < kRetry_ms && !stop_.load(); waited_ms += kLook_ms) {
       (void)::poll(nullptr, 0, kLook_ms);

@@ -18,6 +18,7 @@ void SharedServoEnd::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
   SharedSample taken;
   if (memory_.up.take(taken, seen_) != Taken::kNew) return;
   if (taken.measured == 0) {
+    if ((taken.status & kDeviceGone) != 0) gone_.store(true);
     sample.status = (taken.status & kDeviceStatusBits) | kDeviceError;  // A helper has no good news without a reading.
     return;
   }
@@ -35,6 +36,7 @@ void SharedServoEnd::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
   sample.buttons = taken.buttons;
   sample.status = taken.status & kDeviceStatusBits;
   sample.fresh = true;
+  gone_.store(false);
   if (off_since_ns_ != 0 && taken.answers_ns >= off_since_ns_) off_.store(true);
   if (taken.answers_ns > 0 && taken.answers_ns <= now_ns) round_trip.record(now_ns - taken.answers_ns);
 }

@@ -97,7 +97,11 @@ class SharedServoEnd {
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT;
   void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT;
   void safe() noexcept { memory_.safe.store(1); }
-  /** As Device::isOff: a reading has come that was taken after the device got an order that is off. */
+  /** The helper has ended. If it had told that the device is gone, nothing is on its way to it any more. */
+  void lost() noexcept {
+    if (gone_.load()) off_.store(true);
+  }
+  /** As Device::isOff: a reading has come that was taken after the device got an order that is off, or it is gone. */
   [[nodiscard]] bool isOff() const noexcept { return off_.load(); }
 
   Histogram round_trip;  ///< From a command to a reading after it, both by the servo's own ticks.
@@ -107,6 +111,7 @@ class SharedServoEnd {
   std::uint32_t seen_ = 0;
   std::int64_t off_since_ns_ = 0;  ///< When the first order that is off was given, after any that is not; 0: it is not.
   std::atomic<bool> off_{true};
+  std::atomic<bool> gone_{false};  ///< The helper says so; not that it has died.
 };
 
 /** The device's end: what a DeviceIo in the helper exchanges with. */

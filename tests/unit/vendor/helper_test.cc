@@ -201,6 +201,19 @@ TEST_F(Helper, UnplugIsToldAndReplugFound) {
   }
 }
 
+TEST_F(Helper, OneThatIsUnpluggedAndDoesNotComeBackIsOff) {
+  for (const char* scheme : {"dhd", "openhaptics"}) {
+    open(scheme);
+    pushing();
+    EXPECT_FALSE(device_->isOff());
+    state_->unplugged = true;
+    EXPECT_TRUE(until(2, [&] { return (sample_.status & kDeviceGone) != 0; }));
+    EXPECT_TRUE(until(0, [&] { return device_->isOff(); })) << scheme;
+    device_->close();
+    state_->unplugged = false;
+  }
+}
+
 TEST_F(Helper, AnOpeningThatHangsCanBeGivenUp) {
   state_->hangs = true;
   make(uriOf("dhd"));

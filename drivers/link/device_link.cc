@@ -6,14 +6,17 @@ namespace hapticd {
 
 void DeviceLink::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
   sample.fresh = false;
-  if (!to_servo_.take(taken_)) return;
-  if (!taken_.measured) {
-    sample.status = taken_.sample.status;
-    return;
+  const std::uint32_t told = told_.load(std::memory_order_relaxed) != 0 ? told_.exchange(0) : 0;
+  if (to_servo_.take(taken_)) {
+    if (taken_.measured) {
+      sample = taken_.sample;
+      sample.fresh = true;
+      age.record(now_ns - sample.t_ns);
+    } else {
+      sample.status = taken_.sample.status;
+    }
   }
-  sample = taken_.sample;
-  sample.fresh = true;
-  age.record(now_ns - sample.t_ns);
+  sample.status |= told;
 }
 
 void DeviceLink::write(std::int64_t now_ns, const DeviceCommand& command) HD_RT {
@@ -25,6 +28,7 @@ void DeviceLink::write(std::int64_t now_ns, const DeviceCommand& command) HD_RT 
 void DeviceLink::publishStatus(std::uint32_t status) HD_RT {
   Reading reading;
   reading.sample.status = status;
+  told_.fetch_or(status);  // First: the servo may see it early, never late.
   to_servo_.put(reading);
 }
 

@@ -46,7 +46,10 @@ class DeviceLink {
 
   /** A reading for the servo; its `fresh` is set here. */
   virtual void publish(const DeviceSample& sample) HD_RT { to_servo_.put({sample, true}); }
-  /** No reading, but the device's state (bits of DeviceStatus). The servo sees it as not fresh. */
+  /**
+   * No reading, but the device's state (bits of DeviceStatus). The servo sees it as not fresh; where a reading follows
+   * before it looks, with that one.
+   */
   virtual void publishStatus(std::uint32_t status) HD_RT;
   /**
    * Calls send(command) with what is to be sent now: the servo's newest command; zeros when that is stale, off, or
@@ -64,6 +67,8 @@ class DeviceLink {
   }
   /** The device has gone, and the thread has let go of it: nothing is on its way any more. */
   void lost() noexcept { off_.store(true); }
+  /** What was told before the device was opened is over. While neither side is at work. */
+  void forget() noexcept { told_.store(0); }
   /** Whether nothing that is not off has been sent since zeros were last seen out, or the device went. Anybody. */
   [[nodiscard]] bool isOff() const noexcept { return off_.load(); }
 
@@ -95,6 +100,7 @@ class DeviceLink {
 
   std::int64_t stale_ns_;
   Newest<Reading> to_servo_;
+  std::atomic<std::uint32_t> told_{0};  ///< Status that the servo has not seen; a newer reading may stand before it.
   Newest<Order> to_device_;
   Reading taken_;  ///< The servo's.
   Order order_;    ///< The I/O thread's.

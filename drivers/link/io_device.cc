@@ -59,6 +59,7 @@ Result<void> IoDevice::open() {
   }
   open_ = there_ = true;
   link_.write(clock_.now(), {});  // What was commanded before it was closed is over.
+  link_.forget();
   keepResident(this, sizeof *this);
   if (!options_.thread) return {};
   std::promise<std::string> scheduled;

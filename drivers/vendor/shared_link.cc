@@ -77,7 +77,8 @@ void SharedDeviceEnd::publish(const DeviceSample& sample) HD_RT {
   out.q[3] = sample.q.z();
   out.gripper_rad = sample.gripper_rad;
   out.buttons = sample.buttons;
-  out.status = sample.status;
+  out.status = sample.status | (tell_ > 0 ? told_ : 0u);
+  tell_ = std::max(0, tell_ - 1);
   out.measured = 1;
   memory_.up.put(out);
 }
@@ -86,6 +87,8 @@ void SharedDeviceEnd::publishStatus(std::uint32_t status) HD_RT {
   if (!current()) return;
   SharedSample out{};
   out.status = status;
+  told_ = tell_ > 0 ? told_ | status : status;
+  tell_ = kTell;
   memory_.up.put(out);
 }
 

@@ -126,10 +126,13 @@ class SharedDeviceEnd final : public DeviceLink {
   [[nodiscard]] DeviceCommand command(std::int64_t now_ns) HD_RT override;
 
  private:
+  static constexpr int kTell = 20;  ///< A thousand readings a second: longer than a servo needs to look.
   [[nodiscard]] bool current() const HD_RT;
   SharedLinkMemory& memory_;
   std::uint32_t generation_;
   std::int64_t stale_ns_;
+  std::uint32_t told_ = 0;  ///< Status that is told with the next readings,
+  int tell_ = 0;            ///< so many.
   SharedOrder order_{};
   std::uint32_t seen_ = 0;
 };

@@ -95,6 +95,31 @@ TEST(IoDevice, SamplesGoUpOnceAndCommandsDown) {
   EXPECT_EQ(rig.sample.p.x(), 1e6) << "the rest stays as before";
 }
 
+TEST(DeviceLink, AFaultIsSeenThoughAReadingFollowsAtOnce) {
+  DeviceLink link(10 * kMs);
+  DeviceSample reading, sample;
+  reading.p.x() = 0.25;
+  link.publish(reading);
+  link.publishStatus(kDeviceError);
+  link.publish(reading);
+  link.read(0, sample);
+  EXPECT_TRUE(sample.fresh);
+  EXPECT_EQ(sample.p.x(), 0.25);
+  EXPECT_EQ(sample.status, kDeviceError);
+  link.read(1, sample);
+  EXPECT_FALSE(sample.fresh);
+  link.publish(reading);
+  link.read(2, sample);
+  EXPECT_EQ(sample.status, kDeviceOk) << "told once";
+  link.publishStatus(kDeviceGone);
+  link.read(3, sample);
+  EXPECT_FALSE(sample.fresh);
+  EXPECT_EQ(sample.status, kDeviceGone);
+  link.publish(reading);
+  link.read(4, sample);
+  EXPECT_EQ(sample.status, kDeviceOk);
+}
+
 TEST(IoDevice, ASilentServoLosesItsForceAfterTheStatedTime) {
   Rig rig;
   ASSERT_TRUE(rig.device.open().ok());

@@ -152,6 +152,18 @@ TEST(SharedLink, AHelperIsNoDeadManSwitchOfItsGroupAndTimeIsNotAheadOfTheServo) 
 }
 
 // Whoever dies in the middle of a write leaves silence, and who comes after it can write again.
+TEST(SharedLink, AFaultIsSeenThoughReadingsFollowAtOnce) {
+  Ends ends;
+  ends.device.publishStatus(kDeviceError);
+  for (int i = 0; i < 10; ++i) ends.device.publish(DeviceSample{});
+  ends.servo.read(10, ends.sample);
+  EXPECT_TRUE(ends.sample.fresh);
+  EXPECT_EQ(ends.sample.status, kDeviceError);
+  for (int i = 0; i < 20; ++i) ends.device.publish(DeviceSample{});
+  ends.servo.read(11, ends.sample);
+  EXPECT_EQ(ends.sample.status, kDeviceOk);
+}
+
 TEST(SharedLink, ADeadWriterIsSilenceAndTheNextIsHeard) {
   SharedBox<SharedOrder> box;
   SharedOrder order{};

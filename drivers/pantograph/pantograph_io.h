@@ -56,6 +56,7 @@ class PantographIo final : public DeviceIo {
   std::uint64_t dropped_ = 0;
   bool open_ = false, known_ = false, asked_ = false, saturated_ = false;
   int bad_in_a_row_ = 0;
+  double silent_ms_ = 0;  ///< From the last reading that was believed to the one after it.
 };
 
 }  // namespace hapticd

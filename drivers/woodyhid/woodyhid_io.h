@@ -46,7 +46,7 @@ class WoodyIo final : public DeviceIo {
 
  private:
   [[nodiscard]] bool send(const woodyhid::Report& report) noexcept;
-  [[nodiscard]] bool plausible(const woodyhid::Reading& reading, std::int64_t now_ns) const noexcept;
+  [[nodiscard]] bool plausible(const woodyhid::Reading& reading, std::int64_t now_ns) noexcept;
   void take(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept;
   void publish(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept;
   [[nodiscard]] bool reply(const woodyhid::Reading* reading, std::int64_t now_ns, DeviceLink& link) noexcept;
@@ -70,6 +70,7 @@ class WoodyIo final : public DeviceIo {
   bool asked_ = false;  ///< Something was sent since the last reading.
   bool saturated_ = false;
   int bad_in_a_row_ = 0;
+  double silent_ms_ = 0;  ///< From the last reading that was believed to the one after it.
 };
 
 }  // namespace hapticd

@@ -193,6 +193,18 @@ TEST(Pantograph, NoReadingIsWrongWhateverHappensOnTheLine) {
   }
 }
 
+TEST(PantographIo, AHandThatMovesWhileNothingIsHeardIsBelieved) {
+  Bench bench;
+  ASSERT_TRUE(bench.opened.ok());
+  bench.hold(Vec3(-0.02, -0.03, 0));
+  bench.trouble(haptic_emu::FaultKind::kSilence);
+  bench.hold(Vec3(0.02, 0.03, 0));
+  bench.model.faults.clear();
+  EXPECT_GT(bench.run(50, {}), 30);
+  EXPECT_EQ(bench.device->calibration(), Calibration::kDone);
+  EXPECT_LT((bench.sample.p - Vec3(0.02, 0.03, 0)).norm(), 1e-4);
+}
+
 TEST(Pantograph, ABoardThatIsNoneAndALineThatIsPulled) {
   Bench bench;
   bench.hold(Vec3::Zero());

@@ -153,6 +153,19 @@ TEST(WoodyIo, CountersThatAreNotHeardAreToldAgain) {
   EXPECT_LT((sample.p - rig.truePosition()).norm(), 2e-4);
 }
 
+TEST(WoodyIo, AHandThatMovesWhileNothingIsHeardIsBelieved) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  rig.makeReady();
+  rig.hold(Vec3(0, -0.08, 0));
+  rig.trouble(Trouble::kSilence, true);
+  rig.hold(Vec3(0, 0.08, 0));  // for 200 ms
+  rig.trouble(Trouble::kSilence, false);
+  DeviceSample sample;
+  EXPECT_GT(run(rig, 50, {}, sample), 30);
+  EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
+  EXPECT_LT((sample.p - rig.truePosition()).norm(), 2e-4);
+}
+
 TEST(WoodyIo, APressWhileTheMotorsAreOnMovesNothing) {
   WoodyRig rig(WoodyKind::kWooden2015);
   rig.makeReady();

@@ -102,6 +102,7 @@ int haptic_get_daemon_info(haptic_client* c, haptic_daemon_info** info, haptic_e
   return client::edge(error, [&]() -> Failure {
     if (c == nullptr) return client::badArgument("client", "is null");
     if (info == nullptr) return client::badArgument("info", "is null");
+    if (Failure failure = c->connection->foreign()) return failure;
     Reply memory;
     *info = memory.release(client::convert(c->connection->info(), memory));
     return {};

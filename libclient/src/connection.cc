@@ -167,10 +167,13 @@ Connection::Info Connection::info() const {
   return info_;
 }
 
+Failure Connection::foreign() const {
+  if (ownProcess()) return {};
+  return {HAPTIC_DISCONNECTED, "process", "the connection was made before fork()", "connect anew in the child"};
+}
+
 Failure Connection::refused() const {
-  if (!ownProcess()) {
-    return {HAPTIC_DISCONNECTED, "process", "the connection was made before fork()", "connect anew in the child"};
-  }
+  if (Failure failure = foreign()) return failure;
   if (onOwnThread()) return badArgument("thread", "a callback may not wait for the daemon", "call from another thread");
   return {};
 }

@@ -84,6 +84,8 @@ class Connection {
   [[nodiscard]] bool connected() const noexcept { return connected_.load(std::memory_order_acquire); }
   /** False in a child of the process that made it. Servo-safe. */
   [[nodiscard]] bool ownProcess() const noexcept;
+  /** The refusal of that child, else nothing. */
+  Failure foreign() const;
   [[nodiscard]] bool onOwnThread() const noexcept { return std::this_thread::get_id() == thread_.get_id(); }
   [[nodiscard]] const std::string& name() const noexcept { return options_.name; }
   [[nodiscard]] Info info() const;

@@ -195,6 +195,7 @@ int haptic_session_describe(haptic_session* session, haptic_session_info** info,
   return client::edge(error, [&]() -> Failure {
     if (session == nullptr) return client::badArgument("session", "is null");
     if (info == nullptr) return client::badArgument("info", "is null");
+    if (Failure failure = session->connection->foreign()) return failure;
     if (session->opened == nullptr) return {HAPTIC_DISCONNECTED, "session", "is not open", {}};
     Opened& opened = *session->opened;
     Reply reply;

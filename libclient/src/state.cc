@@ -46,7 +46,7 @@ int haptic_session_drain(haptic_session* session, haptic_sample* samples, uint32
 
 int haptic_session_acks(const haptic_session* session, haptic_acks* acks) {
   if (session == nullptr || acks == nullptr) return HAPTIC_INVALID_ARGUMENT;
-  if (session->opened == nullptr) return HAPTIC_DISCONNECTED;
+  if (session->opened == nullptr || !session->connection->ownProcess()) return HAPTIC_DISCONNECTED;
   const hd_acks& from = session->opened->a()->acks;
   acks->ring_head = loadRelaxed(from.ring_head);
   acks->violations = loadRelaxed(from.violations);

@@ -86,6 +86,14 @@ struct haptic_upload {
 
 namespace {
 
+/** Why its arrays cannot be reached, if so: a child of fork() has them no more. */
+Failure closed(const haptic_upload* upload) {
+  if (upload == nullptr) return client::badArgument("upload", "is null");
+  if (Failure failure = upload->connection->foreign()) return failure;
+  if (upload->mapping.address() == nullptr) return client::badArgument("upload", "is committed already");
+  return {};
+}
+
 Failure begin(haptic_client* c, std::uint32_t vertices, std::uint32_t triangles, std::uint32_t flags,
               std::unique_ptr<haptic_upload>& upload) {
   if (c == nullptr) return client::badArgument("client", "is null");
@@ -195,7 +203,7 @@ int haptic_upload_begin(haptic_client* c, uint32_t vertices, uint32_t triangles,
 }
 
 float* haptic_upload_vertices(haptic_upload* upload) {
-  if (upload == nullptr || upload->mapping.address() == nullptr) return nullptr;
+  if (upload == nullptr || !upload->connection->ownProcess() || upload->mapping.address() == nullptr) return nullptr;
   return reinterpret_cast<float*>(static_cast<hd_mesh_upload*>(upload->mapping.address()) + 1);
 }
 
@@ -206,8 +214,7 @@ uint32_t* haptic_upload_triangles(haptic_upload* upload) {
 
 int haptic_upload_weld(haptic_upload* upload, double distance_m, haptic_error* error) {
   return client::edge(error, [&]() -> Failure {
-    if (upload == nullptr) return client::badArgument("upload", "is null");
-    if (upload->mapping.address() == nullptr) return client::badArgument("upload", "is committed already");
+    if (Failure failure = closed(upload)) return failure;
     const auto distance = static_cast<float>(distance_m);
     if (distance != 0 && !(distance >= HD_MIN_WELD && distance <= HD_MAX_WELD)) {
       return client::badArgument("distance_m", "is " + client::textOf(distance_m), "give 0, or 1e-6 to 0.01 m");
@@ -219,8 +226,7 @@ int haptic_upload_weld(haptic_upload* upload, double distance_m, haptic_error* e
 
 int haptic_upload_volume(haptic_upload* upload, double voxel_m, double point_spacing_m, haptic_error* error) {
   return client::edge(error, [&]() -> Failure {
-    if (upload == nullptr) return client::badArgument("upload", "is null");
-    if (upload->mapping.address() == nullptr) return client::badArgument("upload", "is committed already");
+    if (Failure failure = closed(upload)) return failure;
     const hd_mesh_upload& head = *static_cast<hd_mesh_upload*>(upload->mapping.address());
     if ((head.flags & HAPTIC_MESH_VOLUME) == 0) {
       return client::badArgument("upload", "was begun without HAPTIC_MESH_VOLUME");

@@ -53,5 +53,44 @@ TEST(Fork, AChildMayCloseAllHandlesAndTheParentGoesOn) {
   haptic_disconnect(client);
 }
 
+TEST(Fork, AChildIsRefusedWhereItHasNoMemory) {
+  DaemonFixture daemon({.program = HAPTICD_PROGRAM});
+  ASSERT_TRUE(daemon.running()) << daemon.log();
+  haptic_error error = HAPTIC_ERROR_INIT;
+  haptic_connect_options options = HAPTIC_CONNECT_OPTIONS_INIT;
+  const std::string socket = daemon.socket();
+  options.socket = socket.c_str();
+  haptic_client* client = nullptr;
+  haptic_session* session = nullptr;
+  haptic_upload* upload = nullptr;
+  ASSERT_EQ(haptic_connect(&options, &client, &error), HAPTIC_OK) << error.what;
+  ASSERT_EQ(haptic_session_open(client, nullptr, &session, &error), HAPTIC_OK) << error.what;
+  ASSERT_EQ(haptic_upload_begin(client, 3, 1, HAPTIC_MESH_VOLUME, &upload, &error), HAPTIC_OK) << error.what;
+
+  const pid_t child = fork();
+  if (child == 0) {
+    haptic_acks acks;
+    haptic_session_info* session_info = nullptr;
+    haptic_daemon_info* daemon_info = nullptr;
+    int wrong = 0;
+    wrong |= haptic_session_acks(session, &acks) == HAPTIC_DISCONNECTED ? 0 : 1;
+    wrong |= haptic_upload_vertices(upload) == nullptr ? 0 : 2;
+    wrong |= haptic_upload_triangles(upload) == nullptr ? 0 : 4;
+    wrong |= haptic_upload_weld(upload, 0.001, nullptr) == HAPTIC_DISCONNECTED ? 0 : 8;
+    wrong |= haptic_upload_volume(upload, 0.001, 0, nullptr) == HAPTIC_DISCONNECTED ? 0 : 16;
+    wrong |= haptic_session_describe(session, &session_info, nullptr) == HAPTIC_DISCONNECTED ? 0 : 32;
+    wrong |= haptic_get_daemon_info(client, &daemon_info, nullptr) == HAPTIC_DISCONNECTED ? 0 : 64;
+    _exit(wrong);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EQ(haptic_upload_weld(upload, 0.001, &error), HAPTIC_OK) << error.what;
+  haptic_upload_close(upload);
+  haptic_session_close(session);
+  haptic_disconnect(client);
+}
+
 }  // namespace
 }  // namespace hapticd::test

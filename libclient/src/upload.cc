@@ -73,6 +73,7 @@ struct haptic_upload {
   std::shared_ptr<Connection> connection;
   std::uint32_t vertices = 0;
   Mapping mapping;
+  bool given_up = false;                       ///< Cancelled, or not waited for to the end.
   proto::Upload::Client capability = nullptr;  ///< Library's thread.
   kj::Promise<void> commit = nullptr;          ///< Library's thread.
 
@@ -170,6 +171,7 @@ Failure commit(haptic_upload& upload, haptic_progress progress, void* user, std:
     return {HAPTIC_DISCONNECTED, "upload", "the connection is gone", "call haptic_reconnect() and upload again"};
   }
   if (connection.onOwnThread()) return client::badArgument("thread", "a callback may not wait for the daemon");
+  if (upload.given_up) return {HAPTIC_NOT_FOUND, "upload", "the upload is over", "begin another"};  // As the daemon says.
   upload.mapping.unmap();
   std::shared_ptr<Waiting> waiting;
   Failure failure = client::commitPatiently([&] {
@@ -177,10 +179,10 @@ Failure commit(haptic_upload& upload, haptic_progress progress, void* user, std:
     startCommit(upload, waiting);
     return waitForBuilder(*waiting, progress, user, client::patience_ns(timeout_ns, kDefaultPatienceNs));
   });
+  upload.given_up = failure.code == HAPTIC_CANCELLED || failure.code == HAPTIC_TIMEOUT;
   connection.run([&](Connection::Loop&) {
     upload.commit = nullptr;
-    // Dropping the capability is how a build is cancelled.
-    if (failure.code == HAPTIC_CANCELLED || failure.code == HAPTIC_TIMEOUT) upload.capability = nullptr;
+    if (upload.given_up) upload.capability = nullptr;  // This is how a build is cancelled.
   });
   if (failure) return failure;
   if (report != nullptr) *report = waiting->memory.release(waiting->report);

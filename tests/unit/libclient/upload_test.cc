@@ -73,6 +73,9 @@ TEST_F(UploadTest, ABuilderThatNeverEndsIsGivenUp) {
   ASSERT_TRUE(upload);
   EXPECT_EQ(upload->commit({}, std::chrono::milliseconds(30)).code(), HAPTIC_TIMEOUT);
   EXPECT_TRUE(eventually([&] { return daemon_->seen().cancelled_uploads == 1; }));
+  const auto again = upload->commit();
+  EXPECT_EQ(again.code(), HAPTIC_NOT_FOUND);
+  EXPECT_EQ(again.error().what, "the upload is over");
   EXPECT_TRUE(client_->get("/x"));
 }
 

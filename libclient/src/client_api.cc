@@ -1,6 +1,9 @@
 // client.h and status.h.
 #include <errno.h>
 
+#include <algorithm>
+#include <string_view>
+
 #include "libclient/src/convert.h"
 #include "libclient/src/loop.h"
 
@@ -20,6 +23,39 @@ void destroy(Connection* connection) {
   } else {
     delete connection;
   }
+}
+
+/** Bytes of the UTF-8 character (RFC 3629) that `s` begins with; 0 if there is none, or it is a control character. */
+std::size_t characterIn(std::string_view s) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(s[i]); };
+  const std::size_t n = byte(0) < 0x80         ? 1
+                        : byte(0) >> 5 == 0x6  ? 2
+                        : byte(0) >> 4 == 0xe  ? 3
+                        : byte(0) >> 3 == 0x1e ? 4
+                                               : 0;
+  if (n == 0 || n > s.size()) return 0;
+  constexpr std::uint32_t kLeast[] = {0, 0x20, 0xa0, 0x800, 0x10000};
+  std::uint32_t code = n == 1 ? byte(0) : byte(0) & (0x7fu >> n);
+  for (std::size_t i = 1; i < n; ++i) {
+    if (byte(i) >> 6 != 2) return 0;
+    code = code << 6 | (byte(i) & 0x3fu);
+  }
+  const bool surrogate = code >= 0xd800 && code < 0xe000;
+  return code < kLeast[n] || code == 0x7f || surrogate || code > 0x10ffff ? 0 : n;
+}
+
+/** The program's own name as the daemon takes one, whatever its file is called. */
+std::string programName() {
+  constexpr std::size_t kMost = 64;  // Of a client's name in the daemon.
+  std::string name;
+  for (std::string_view rest = program_invocation_short_name; !rest.empty();) {
+    const std::size_t n = characterIn(rest);
+    const std::string_view next = n == 0 ? "?" : rest.substr(0, n);
+    if (name.size() + next.size() > kMost) break;
+    name += next;
+    rest.remove_prefix(std::max<std::size_t>(n, 1));
+  }
+  return name;
 }
 
 /** A call that answers with something for the caller to keep. */
@@ -63,7 +99,7 @@ int haptic_connect(const haptic_connect_options* options, haptic_client** c, hap
     }
     Connection::Options o;
     if (full.socket != nullptr) o.socket = full.socket;
-    o.name = full.name == nullptr ? program_invocation_short_name : full.name;
+    o.name = full.name == nullptr ? programName() : full.name;
     o.administration = (full.flags & HAPTIC_CONNECT_ADMINISTRATION) != 0;
     o.timeout_ns = full.timeout_ns;
     auto made = std::make_unique<haptic_client>();

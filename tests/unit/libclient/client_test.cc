@@ -28,6 +28,29 @@ TEST_F(ClientTest, ShakesHandsAndTellsWhoItIs) {
   EXPECT_EQ((*info)->size, sizeof(haptic_daemon_info));
 }
 
+TEST_F(ClientTest, AProgramThatNamesNothingGoesByANameThatTheDaemonTakes) {
+  start();
+  const std::string longest(62, 'a');
+  const std::pair<std::string, std::string> names[] = {{"tester", "tester"},
+                                                       {longest + "bcd", longest + "bc"},
+                                                       {longest + "b\u00e9", longest + "b"},
+                                                       {"caf\xe9", "caf?"},
+                                                       {"caf\u00e9 \u20ac\U0001f600", "caf\u00e9 \u20ac\U0001f600"},
+                                                       {"a\x1b[m\x7f", "a?[m?"},
+                                                       {"\u009b"
+                                                        "31m\xc2",
+                                                        "??31m?"},
+                                                       {"\xed\xa0\x80\xc0\xaf", "?????"}};
+  char* const before = program_invocation_short_name;
+  for (auto [name, told] : names) {
+    program_invocation_short_name = name.data();
+    const auto client = haptic::Client::connect({socket(), {}, false, std::chrono::seconds(10)});
+    program_invocation_short_name = before;
+    ASSERT_TRUE(client) << client.error().message();
+    EXPECT_EQ(daemon_->seen().client_name, told);
+  }
+}
+
 TEST_F(ClientTest, WhoWaitsForEverIsAnswered) {
   start();
   constexpr auto kForEver = std::chrono::nanoseconds::max();

@@ -64,7 +64,8 @@ class Reader {
     const toml::node* const node = take(key);
     if (node == nullptr) return;
     if (!node->is_number()) return wrongType(key, *node, "a number");
-    const double read = *node->value<double>();
+    const auto* const integer = node->as_integer();  // toml++ turns none into a double that would be rounded.
+    const double read = integer != nullptr ? static_cast<double>(integer->get()) : node->as_floating_point()->get();
     if (!(read >= least && read <= most)) return outOfRange(key, *node, fmt::format("{}", read), least, most);
     value = read;
   }

@@ -47,6 +47,7 @@ TEST(Config, RangesAreNamed) {
   EXPECT_EQ(toString(refused("[servo]\nrate_hz = 9000\n")), "f:2:11: rate_hz = 9000 is out of range (1000 to 4000)");
   EXPECT_EQ(refused("[limits]\nforce_n = nan\n").what, "force_n = nan is out of range");
   EXPECT_EQ(refused("[limits]\nforce_n = -1\n").what, "force_n = -1 is out of range");
+  EXPECT_EQ(refused("[limits]\nforce_n = 9007199254740994\n").what, "force_n = 9007199254740994 is out of range");
   EXPECT_EQ(refused("[servo]\nservo_priority = 99\n").what, "servo_priority = 99 is out of range");
   EXPECT_EQ(refused("[quotas]\nsessions = 99999999999999\n").what, "sessions = 99999999999999 is out of range");
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nradius_m = 0.2\n").remedy, "0 to 0.1");

@@ -51,7 +51,8 @@ TEST(Config, RangesAreNamed) {
   EXPECT_EQ(refused("[servo]\nservo_priority = 99\n").what, "servo_priority = 99 is out of range");
   EXPECT_EQ(refused("[quotas]\nsessions = 99999999999999\n").what, "sessions = 99999999999999 is out of range");
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nradius_m = 0.2\n").remedy, "0 to 0.1");
-  EXPECT_EQ(refused("[sockets]\nmode = 0o7777\n").what, "mode = 4095 is not a set of file permissions");
+  EXPECT_EQ(refused("[sockets]\nmode = 0o7777\n").what, "mode = 0o7777 is not a set of file permissions");
+  EXPECT_EQ(refused("[sockets]\nmode = 660\n").what, "mode = 660 is not a set of file permissions");
 }
 
 TEST(Config, TheFirstErrorOfTheFileIsReported) {

@@ -50,6 +50,11 @@ std::string variable(const char* name) {
 
 }  // namespace
 
+std::string serviceFolder(const char* name) {
+  const std::string all = variable(name);
+  return all.substr(0, all.find(':'));
+}
+
 std::vector<GroupConfig> Config::effectiveGroups() const {
   std::vector<GroupConfig> all = groups;
   if (all.empty()) all.push_back({"default", {""}, 0, {}});
@@ -77,7 +82,7 @@ double Config::radiusFor(std::string_view uri, std::string_view serial) const {
 ConfigEnvironment ConfigEnvironment::fromProcess() {
   ConfigEnvironment e;
   e.hapticd_config = variable("HAPTICD_CONFIG");
-  e.configuration_directory = variable("CONFIGURATION_DIRECTORY");
+  e.configuration_directory = serviceFolder("CONFIGURATION_DIRECTORY");
   e.config_home = variable("XDG_CONFIG_HOME");
   const std::string home = variable("HOME");
   if (e.config_home.empty() && !home.empty()) e.config_home = home + "/.config";

@@ -174,6 +174,12 @@ struct LoadedConfig {
 /** What it names and the disk lacks: a folder of motions. Nothing that keeps the daemon from its work. */
 [[nodiscard]] Result<void> checkFolders(const LoadedConfig& loaded);
 
+/**
+ * What systemd made for the service and names in $RUNTIME_DIRECTORY, $STATE_DIRECTORY or $CONFIGURATION_DIRECTORY: the
+ * first, which is the unit's, where a drop-in adds others. Empty: nothing.
+ */
+[[nodiscard]] std::string serviceFolder(const char* variable);
+
 /** Variables of the environment that matter, so that tests need not change it. */
 struct ConfigEnvironment {
   std::string hapticd_config;           ///< $HAPTICD_CONFIG

@@ -125,8 +125,8 @@ std::optional<VdbOptions> openVdbOptions(const Config::Builder& config) {
 void openVolumeCache(Core& core) {
   const auto& options = core.config().builder;
   std::string directory = options.cache;
-  if (const char* const state = std::getenv("STATE_DIRECTORY"); directory.empty() && state != nullptr)
-    directory = std::string(state) + "/volumes";
+  if (const std::string state = serviceFolder("STATE_DIRECTORY"); directory.empty() && !state.empty())
+    directory = state + "/volumes";
   if (directory.empty() || options.cache_mb <= 0) return;
   core.uploads().setCache(std::make_unique<VolumeCache>(directory, static_cast<std::uint64_t>(options.cache_mb * 1e6),
                                                         openVdbOptions(options)));

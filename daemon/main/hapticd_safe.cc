@@ -3,12 +3,12 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 
 #include "daemon/armed/armed_list.h"
 #include "daemon/armed/make_safe.h"
+#include "daemon/config/config.h"
 #include "drivers/registry.h"
 #include "rt/base/standard_streams.h"
 
@@ -23,8 +23,8 @@ constexpr std::string_view kHelp =
 
 std::string listIn(int argc, char** argv) {
   if (argc == 2) return argv[1];
-  const char* const folder = std::getenv("RUNTIME_DIRECTORY");
-  return std::string(folder != nullptr && *folder != '\0' ? folder : "/run/hapticd") + "/armed";
+  const std::string folder = hapticd::serviceFolder("RUNTIME_DIRECTORY");
+  return (folder.empty() ? "/run/hapticd" : folder) + "/armed";
 }
 
 }  // namespace

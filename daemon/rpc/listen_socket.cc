@@ -13,6 +13,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "daemon/config/config.h"
+
 namespace hapticd {
 namespace {
 
@@ -152,10 +154,10 @@ void ListenSocket::close() noexcept {
 Result<SocketPaths> defaultSocketPaths(const std::string& control, const std::string& admin) {
   SocketPaths paths{control, admin};
   if (paths.control.empty()) {
-    const std::string service = environment("RUNTIME_DIRECTORY");
+    const std::string service = serviceFolder("RUNTIME_DIRECTORY");
     const std::string user = environment("XDG_RUNTIME_DIR");
     if (!service.empty()) {
-      paths.control = service.substr(0, service.find(':')) + "/control.sock";
+      paths.control = service + "/control.sock";
     } else if (!user.empty()) {
       paths.control = user + "/hapticd/control.sock";
     } else if (geteuid() == 0) {

@@ -252,6 +252,20 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
   EXPECT_EQ(code({"--allow-no-rt", "--socket", "/" + std::string(200, 'x')}), 5);
 }
 
+TEST_F(ProgramTest, SafeReadsTheListInTheServicesOwnFolder) {
+  const std::string program = HAPTICD_PROGRAM + std::string("-safe"), said = directory.path() + "/said";
+  const auto code = [&](const std::string& arguments) {
+    const std::string command =
+        "RUNTIME_DIRECTORY=" + directory.path() + ":/nonexistent " + program + " " + arguments + " 2>" + said;
+    return WEXITSTATUS(std::system(command.c_str()));
+  };
+  EXPECT_EQ(code(""), 0) << "nothing was ever armed";
+  std::ofstream(directory.path() + "/armed") << "sim://falcon\n";
+  EXPECT_EQ(code(""), 0);
+  std::ifstream in(said);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), "made safe: sim://falcon\n");
+}
+
 TEST_F(ProgramTest, AFolderOfMotionsThatIsMissingIsTold) {
   const std::string file = directory.path() + "/motions.toml", folder = directory.path() + "/motions";
   std::ofstream(file) << "[builder]\ncache = \"\"\n[motions]\nfolder = \"" << folder << "\"\n";

@@ -240,6 +240,15 @@ TEST_F(ConfigSearch, OptionThenVariableThenServiceThenHome) {
   EXPECT_EQ(loadConfig(home, environment)->config.servo.rate_hz, 1001);
 }
 
+TEST_F(ConfigSearch, OfAServiceWithFoldersFromADropInTheUnitsCounts) {
+  const std::string etc = write("/etc/hapticd.toml", "");
+  ::setenv("CONFIGURATION_DIRECTORY", (directory_ + "/etc:" + directory_ + "/user").c_str(), 1);
+  const ConfigEnvironment environment = ConfigEnvironment::fromProcess();
+  ::unsetenv("CONFIGURATION_DIRECTORY");
+  EXPECT_EQ(loadConfig("", environment)->file, etc);
+  EXPECT_EQ(serviceFolder("CONFIGURATION_DIRECTORY"), "");
+}
+
 TEST_F(ConfigSearch, ANamedFileMustExistAndBeSane) {
   const auto missing = loadConfig(directory_ + "/own.toml", {});
   ASSERT_FALSE(missing.ok());

@@ -2,6 +2,7 @@
 // whenever the service has ended, however that came about.
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -32,13 +33,13 @@ std::string listIn(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace hapticd;  // NOLINT(google-build-using-namespace)
   hapticd::holdStandardStreams();
-  if (argc > 2 || (argc == 2 && argv[1][0] == '-')) {
+  if (argc > 2 || (argc == 2 && (argv[1][0] == '-' || argv[1][0] == '\0'))) {
     const bool help = argc == 2 && std::string_view(argv[1]) == "--help";
     std::fputs(kHelp.data(), help ? stdout : stderr);
     return help ? 0 : 2;
   }
   const std::string path = listIn(argc, argv);
-  if (::access(path.c_str(), F_OK) != 0) return 0;  // nothing was ever armed
+  if (::access(path.c_str(), F_OK) != 0 && errno == ENOENT) return 0;  // nothing was ever armed
   Result<ArmedList> list = ArmedList::open(path);
   if (!list) {
     std::fprintf(stderr, "hapticd-safe: %s\n", toString(list.error()).c_str());

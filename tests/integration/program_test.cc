@@ -264,6 +264,8 @@ TEST_F(ProgramTest, SafeReadsTheListInTheServicesOwnFolder) {
   EXPECT_EQ(code(""), 0);
   std::ifstream in(said);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), "made safe: sim://falcon\n");
+  EXPECT_EQ(code(directory.path() + "/" + std::string(300, 'x')), 3) << "whether it is there cannot be told";
+  EXPECT_EQ(code("\"\""), 2) << "of a variable that is not set";
 }
 
 TEST_F(ProgramTest, AFolderOfMotionsThatIsMissingIsTold) {

@@ -40,7 +40,7 @@ Result<std::string> readFile(const std::string& path) {
 
 bool exists(const std::string& path) {
   struct stat status {};
-  return ::stat(path.c_str(), &status) == 0 || errno != ENOENT;
+  return ::stat(path.c_str(), &status) == 0 || (errno != ENOENT && errno != ENOTDIR);
 }
 
 std::string variable(const char* name) {

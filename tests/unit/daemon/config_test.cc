@@ -229,6 +229,7 @@ TEST_F(ConfigSearch, OptionThenVariableThenServiceThenHome) {
   auto loaded = loadConfig("", environment);
   ASSERT_TRUE(loaded.ok());
   EXPECT_EQ(loaded->file, "");
+  EXPECT_TRUE(loadConfig("", {"", "", "/dev/null/.config"}).ok()) << "as of a user without a home";
   const std::string home = write("/user/hapticd/hapticd.toml", "[servo]\nrate_hz = 1001\n");
   const std::string etc = write("/etc/hapticd.toml", "[servo]\nrate_hz = 1002\n");
   const std::string own = write("/own.toml", "[servo]\nrate_hz = 1003\n");

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <sstream>
 
 #include "daemon/control/core.h"
@@ -18,7 +19,8 @@ namespace {
 
 /** What stands on the command line besides `Options`. */
 struct Words {
-  std::string config_file, socket, admin_socket, level;
+  std::string config_file, socket, admin_socket;
+  std::optional<std::string> level;
   std::vector<std::string> devices;
   bool allow_no_rt = false;
   bool foreground = false;
@@ -59,8 +61,8 @@ void addOptions(CLI::App& app, Words& words, Options& options) {
 /** The command line's changes to the configuration. */
 Result<void> apply(const Words& words, Options& options) {
   Config& config = options.loaded.config;
-  if (!words.level.empty()) {
-    auto parsed = log::parseLevel(words.level);
+  if (words.level) {
+    auto parsed = log::parseLevel(*words.level);
     if (!parsed) return parsed.error();
     config.log.level = *parsed;
   }

@@ -239,7 +239,7 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
     EXPECT_EQ(code({"--check-config", option, ""}), 1) << option << " of a variable that is not set";
   EXPECT_EQ(code({"--rate", "5"}), 1);
   EXPECT_EQ(code({"--check-config", "--rate", "nan"}), 1);
-  EXPECT_EQ(code({"--log-level", "loud"}), 1);
+  for (const char* level : {"loud", ""}) EXPECT_EQ(code({"--check-config", "--log-level", level}), 1) << level;
   EXPECT_EQ(code({"--config", directory.path() + "/missing.toml"}), 2);
   const std::string bad = directory.path() + "/bad.toml";
   std::ofstream(bad) << "[servo]\nrate_zh = 1000\n";

@@ -47,7 +47,8 @@ Result<std::string> readText(capnp::Text::Reader in, std::size_t most, const cha
   const auto* s = reinterpret_cast<const unsigned char*>(in.begin());
   for (std::size_t i = 0; i < in.size();) {
     const std::size_t n = utf8Length(s + i, in.size() - i);
-    if (n == 0 || s[i] < 0x20 || s[i] == 0x7f) {
+    const bool control = s[i] < 0x20 || s[i] == 0x7f || (s[i] == 0xc2 && n == 2 && s[i + 1] < 0xa0);
+    if (n == 0 || control) {
       return Error{
           ErrorCode::kInvalidArgument, where, fmt::format("byte {} (0x{:02x}) is not printable UTF-8", i, s[i]), {}};
     }

@@ -171,7 +171,8 @@ Failure commit(haptic_upload& upload, haptic_progress progress, void* user, std:
     return {HAPTIC_DISCONNECTED, "upload", "the connection is gone", "call haptic_reconnect() and upload again"};
   }
   if (connection.onOwnThread()) return client::badArgument("thread", "a callback may not wait for the daemon");
-  if (upload.given_up) return {HAPTIC_NOT_FOUND, "upload", "the upload is over", "begin another"};  // As the daemon says.
+  if (upload.given_up)
+    return {HAPTIC_NOT_FOUND, "upload", "the upload is over", "begin another"};  // As the daemon says.
   upload.mapping.unmap();
   std::shared_ptr<Waiting> waiting;
   Failure failure = client::commitPatiently([&] {

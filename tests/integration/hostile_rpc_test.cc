@@ -38,8 +38,14 @@ class Hostile : public ::testing::Test {
 };
 
 TEST_F(Hostile, BadTextsAreRefusedByEveryMethodThatTakesOne) {
-  const std::string texts[] = {std::string(5000, 'a'), std::string("a\nb"),         std::string("\xff\xfe"),
-                               std::string("a\0b", 3), std::string("\xed\xa0\x80"), std::string("\xc0\xaf")};
+  const std::string texts[] = {std::string(5000, 'a'),
+                               std::string("a\nb"),
+                               std::string("\xff\xfe"),
+                               std::string("a\0b", 3),
+                               std::string("\xed\xa0\x80"),
+                               std::string("\xc0\xaf"),
+                               std::string("\xc2\x9b"
+                                           "31m")};
   auto scene = loop.call(client.daemon.sceneRequest()).getScene();
   for (const std::string& bad : texts) {
     const capnp::Text::Reader text(bad.data(), bad.size());

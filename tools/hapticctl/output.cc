@@ -30,9 +30,14 @@ void writeLine(std::string_view line) {
 }  // namespace
 
 std::string printable(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) {
-    if ((static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') || c == 0x7f) c = '?';
+  std::string out;
+  unsigned char before = 0;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool c1 = before == 0xc2 && byte >= 0x80 && byte < 0xa0;  // U+0080 to U+009F steer terminals, too.
+    if (c1) out.pop_back();
+    out += c1 || (byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7f ? '?' : c;
+    before = byte;
   }
   return out;
 }

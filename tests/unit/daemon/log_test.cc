@@ -35,6 +35,10 @@ TEST(Log, LevelDecidesWhatIsWritten) {
 TEST(Log, ControlCharactersCannotForgeALine) {
   EXPECT_EQ(printable("a\nb\x1b[31m\tc\x7f"), "a\\x0ab\\x1b[31m\tc\\x7f");
   EXPECT_EQ(printable("Grüße"), "Grüße");
+  EXPECT_EQ(printable("a\xc2\x9b"
+                      "31m\xc2\x85\xc2\xa0\xc2"),
+            "a\\x9b31m\\x85\xc2\xa0\xc2");
+  EXPECT_EQ(printable("\xe2\x80\x82\xc3\x85"), "\xe2\x80\x82\xc3\x85") << "letters with such bytes in them";
   testing::internal::CaptureStderr();
   error("client {}", "x\n00:00:00 error all is lost");
   const std::string text = testing::internal::GetCapturedStderr();

@@ -115,7 +115,7 @@ std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
   Options options;
   addOptions(app, words, options);
   const auto refuse = [&](int code, const std::string& sentence) {
-    fmt::print(stderr, "hapticd: {}\n", sentence);
+    fmt::print(stderr, "hapticd: {}\n", log::printable(sentence));
     exit_code = code;
     return std::nullopt;
   };

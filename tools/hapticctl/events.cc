@@ -94,6 +94,7 @@ int follow(const EventsOptions& options, const Globals& globals) {
     const int code = haptic_next_event(events.get(), &event, 50'000'000);
     if (code == HAPTIC_TIMEOUT) {
       flush();
+      expectReader();
       continue;
     }
     check(code, error);

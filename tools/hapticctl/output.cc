@@ -1,5 +1,6 @@
 #include "tools/hapticctl/output.h"
 
+#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -66,6 +67,11 @@ void flush() {
     }
   }
   buffer.clear();
+}
+
+void expectReader() {
+  pollfd out{STDOUT_FILENO, 0, 0};
+  if (::poll(&out, 1, 0) == 1 && (out.revents & (POLLERR | POLLHUP)) != 0) throw OutputClosed{};
 }
 
 void note(std::string_view line) { writeLine(printable(line)); }

@@ -32,6 +32,8 @@ void print(fmt::format_string<Args...> format, Args&&... args) {
 void putJson(const nlohmann::ordered_json& value, bool one_line = false);
 /** Writes the buffer. Throws OutputClosed, or Failure when the disk is full. */
 void flush();
+/** Throws OutputClosed where nobody reads standard output any more: for who waits and has nothing to write. */
+void expectReader();
 /** A line on standard error, at once, printable. */
 void note(std::string_view line);
 /** Prints the failure on standard error; as one JSON line if `json`. */

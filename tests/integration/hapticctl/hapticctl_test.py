@@ -291,6 +291,16 @@ class WithDaemon(Case):
         self.assertEqual(kinds, ["armed", "disarmed"])
         self.assertIn("did you mean touch?", self.run_ctl("events", "--kinds", "tuch", exit_code=2).stderr)
 
+    def test_events_end_with_their_reader(self):
+        with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "events", "--kinds", "fault"],
+                              stdout=subprocess.PIPE) as events:
+            time.sleep(0.3)
+            events.stdout.close()
+            try:
+                self.assertEqual(events.wait(5), 0)  # Although no event comes that it could write.
+            finally:
+                events.kill()
+
     def test_hand_follows_the_file(self):
         rows = "".join(f"{i / 10},0.0{i},0,0\n" for i in range(5))
         self.run_ctl("hand", self.file("path.csv", "t,x,y,z\n" + rows))

@@ -39,6 +39,14 @@ Error tooDeep(const ResourceName& name, std::size_t i) {
   return {ErrorCode::kNotFound, name.upTo(i), fmt::format("there is nothing below {}", name.upTo(i - 1)), {}};
 }
 
+/** A refusal of a write to `path`, in whatever words its place was told below. */
+Error refusedAt(const std::string& path, Error error) {
+  if (error.where.rfind('/', 0) == 0) return error;
+  const bool told = error.where.empty() || (path + "/").find("/" + error.where + "/") != std::string::npos;
+  error.where = told ? path : path + " (" + error.where + ")";
+  return error;
+}
+
 Json describe(const ObjectNow& object, Core& core) {
   Json json = Json::object();
   for (const ObjectProperty& property : objectProperties()) json[property.name] = property.get(object, core);
@@ -144,7 +152,7 @@ Result<std::string> ResourceTree::get(std::string_view path, const Client&) {
 
 Result<std::string> ResourceTree::setOfDevice(const ResourceName& name, std::string_view value, const Client& by) {
   auto device = core_.devices().find(name.element[1]);
-  if (!device) return device.error();
+  if (!device) return noSuchElement(name, 1, core_.devices().names());
   if (name.element.size() > 3) return tooDeep(name, 3);
   const DeviceProperty* property = findRow(deviceProperties(), name.element[2]);
   if (property == nullptr) return noSuchElement(name, 2, namesOf(deviceProperties()));
@@ -152,7 +160,7 @@ Result<std::string> ResourceTree::setOfDevice(const ResourceName& name, std::str
     return Error{ErrorCode::kPermissionDenied, name.upTo(2), fmt::format("'{}' cannot be written", property->name),
                  "limits and arming have commands of their own"};
   }
-  if (auto r = property->set(core_, **device, value, name.upTo(2), by); !r) return r.error();
+  if (auto r = property->set(core_, **device, value, name.upTo(2), by); !r) return refusedAt(name.upTo(2), r.error());
   return print(property->get(**device, statusOf(**device), core_));
 }
 
@@ -161,7 +169,7 @@ Result<std::string> ResourceTree::setOfWorld(const ResourceName& name, std::stri
   if (name.element[1] != "gravity") return noSuchElement(name, 1, {"gravity"});
   auto n = parseNumbers(value, 3, name.upTo(1));
   if (!n) return n.error();
-  if (auto r = core_.scene().setGravity({(*n)[0], (*n)[1], (*n)[2]}); !r) return r.error();
+  if (auto r = core_.scene().setGravity({(*n)[0], (*n)[1], (*n)[2]}); !r) return refusedAt(name.upTo(1), r.error());
   return print(toJson(core_.scene().gravity()));
 }
 
@@ -211,11 +219,7 @@ Result<std::string> ResourceTree::set(std::string_view uri, const Client& by) {
   }
   auto now = core_.scene().find(object);
   if (!now) return now.error();
-  if (auto r = property->set(core_, *now, *value, name->upTo(at)); !r) {
-    Error error = r.error();
-    if (error.where.rfind('/', 0) != 0) error.where = name->upTo(at) + " (" + error.where + ")";
-    return error;
-  }
+  if (auto r = property->set(core_, *now, *value, name->upTo(at)); !r) return refusedAt(name->upTo(at), r.error());
   now = core_.scene().find(object);
   if (!now) return now.error();
   return print(property->get(*now, core_));

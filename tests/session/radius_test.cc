@@ -47,13 +47,20 @@ TEST(DeviceRadius, OutOfRangeOrAnothersLeaseIsRefusedAndChangesNothing) {
   OpenDevice& device = *bench.core.devices().devices().front();
   const std::string path = "/devices/" + device.name + "/radius";
   for (const char* value : {"-0.001", "0.2", "nan", "wide", "0.001,0"}) {
-    EXPECT_EQ(tree.set(path + "?value=" + value, Client{.uid = 1000}).error().code, ErrorCode::kInvalidArgument)
-        << value;
+    const Error refused = tree.set(path + "?value=" + value, Client{.uid = 1000}).error();
+    EXPECT_EQ(refused.code, ErrorCode::kInvalidArgument) << value;
+    EXPECT_EQ(refused.where, path) << value;
   }
   ASSERT_TRUE(bench.core.acquireLease(bench.live()->id).ok());
   EXPECT_EQ(tree.set(path + "?value=0.001", Client{.uid = 1001}).error().code, ErrorCode::kLeaseHeld);
   EXPECT_EQ(tree.set("/devices/" + device.name + "/force?value=1", Client{.uid = 1000}).error().code,
             ErrorCode::kPermissionDenied);
+  const Error nobody = tree.set("/devices/nope/radius?value=0", Client{.uid = 1000}).error();
+  EXPECT_EQ(nobody.where, "/devices/nope");
+  EXPECT_NE(nobody.remedy.find(device.name), std::string::npos) << nobody.remedy;
+  EXPECT_EQ(tree.set("/world/gravity?value=0,0,-1e9", Client{.uid = 1000}).error().where, "/world/gravity");
+  EXPECT_EQ(tree.set("/devices/" + device.name + "/tool?value=nope", Client{.uid = 1000}).error().where,
+            "/devices/" + device.name + "/tool (name)");
   EXPECT_EQ(device.radius, 0);
   EXPECT_TRUE(tree.set(path + "?value=0.001", Client{.uid = 1000}).ok());
   EXPECT_TRUE(tree.set(path + "?value=0.003", Client{.uid = 0, .administration = true}).ok());

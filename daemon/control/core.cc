@@ -286,6 +286,23 @@ void Core::regionDropped(std::uint32_t uid) {
   if (it != regions_out_.end() && --it->second == 0) regions_out_.erase(it);
 }
 
+Result<void> Core::subscriptionOpened(const Subscriber& by) {
+  std::size_t all = 0;
+  for (const auto& [other, count] : subscriptions_) all += other.second == by.second ? count : 0;
+  std::uint32_t& held = subscriptions_[by];
+  if (held >= kSubscriptionsPerUser || all >= kConnections) {
+    return Error{ErrorCode::kQuotaExceeded, "subscribe",
+                 fmt::format("user {} has {} of {} subscriptions", by.first, held, all), "drop some"};
+  }
+  ++held;
+  return {};
+}
+
+void Core::subscriptionDropped(const Subscriber& by) {
+  const auto it = subscriptions_.find(by);
+  if (it != subscriptions_.end() && --it->second == 0) subscriptions_.erase(it);
+}
+
 std::uint64_t Core::bytesOf(std::uint32_t uid) const {
   return sessions_.bytesOf(uid) + meshes_.bytesOf(uid) + scene_.textures().bytesOf(uid) + uploads_.bytesOf(uid) +
          recordings_.bytesOf(uid);

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/armed/armed_list.h"
@@ -65,8 +66,9 @@ class Core {
  public:
   static constexpr std::size_t kConnections = 256;  ///< Of all users together.
   static constexpr std::size_t kConnectionsPerUser = 64;
-  static constexpr std::size_t kAdministrators = 16;    ///< Connections beside those: users leave them the room.
-  static constexpr std::uint32_t kRegionsPerUser = 64;  ///< Region capabilities: each holds a descriptor of ours.
+  static constexpr std::size_t kAdministrators = 16;          ///< Connections beside those: users leave them the room.
+  static constexpr std::uint32_t kRegionsPerUser = 64;        ///< Region capabilities: each holds a descriptor of ours.
+  static constexpr std::uint32_t kSubscriptionsPerUser = 64;  ///< Each may hold a queue of events.
   static constexpr std::int64_t kArmAnswerNs = 1'000'000'000;
 
   Core(const CoreOptions& options, Clock& clock);
@@ -160,6 +162,11 @@ class Core {
   /** kQuotaExceeded if that user holds kRegionsPerUser already; else regionDropped() is due when it goes. */
   [[nodiscard]] Result<void> regionHandedOut(std::uint32_t uid);
   void regionDropped(std::uint32_t uid);
+  /** A user; and whether by the administration socket, where subscriptions count apart. */
+  using Subscriber = std::pair<std::uint32_t, bool>;
+  /** kQuotaExceeded if there is no room for one more; else subscriptionDropped() is due when it goes. */
+  [[nodiscard]] Result<void> subscriptionOpened(const Subscriber& by);
+  void subscriptionDropped(const Subscriber& by);
 
   [[nodiscard]] DeviceManager& devices() { return devices_; }
   [[nodiscard]] const WantedGroups& wanted() const { return wanted_; }
@@ -237,6 +244,7 @@ class Core {
   std::map<std::uint64_t, Client> clients_;
   std::uint64_t next_connection_ = 1;
   std::map<std::uint32_t, std::uint32_t> regions_out_;  ///< By user.
+  std::map<Subscriber, std::uint32_t> subscriptions_;
   std::vector<PendingArm> arms_;
   std::map<const GroupLink*, std::uint64_t> events_dropped_;
   log::RateLimit refused_log_{1'000'000'000, 5};

@@ -30,7 +30,6 @@ class EventHub {
   /** `kinds`: a bit (1 << EventKind) each, 0 for all. `wake` is called when the queue stops being empty. */
   std::uint64_t subscribe(std::uint32_t kinds, std::function<void()> wake);
   void unsubscribe(std::uint64_t id) { subscribers_.erase(id); }
-  [[nodiscard]] std::size_t subscribers() const { return subscribers_.size(); }
 
   void publish(const Event& event);
   /** Adds to what every subscriber is told it lost: the servo's own queue was full. */

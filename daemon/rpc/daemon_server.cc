@@ -177,10 +177,9 @@ kj::Promise<void> DaemonServer::subscribe(SubscribeContext context) {
       return Error{ErrorCode::kInvalidArgument, "kinds", fmt::format("bits beyond {} name no event", kEventKinds - 1),
                    "0 means all"};
     }
-    if (core_.events().subscribers() >= Core::kConnections) {
-      return Error{ErrorCode::kQuotaExceeded, "subscribe", "too many subscriptions", "drop some"};
-    }
-    results.setSubscription(kj::heap<SubscriptionServer>(core_, params.getListener(), params.getKinds()));
+    const Core::Subscriber by{client().uid, client().administration};
+    if (auto r = core_.subscriptionOpened(by); !r) return r;
+    results.setSubscription(kj::heap<SubscriptionServer>(core_, by, params.getListener(), params.getKinds()));
     return {};
   });
 }

@@ -123,8 +123,12 @@ class SceneServer final : public proto::Scene::Server {
 /** Calls the listener with what happened, one call in flight at a time. */
 class SubscriptionServer final : public proto::Subscription::Server, private kj::TaskSet::ErrorHandler {
  public:
-  SubscriptionServer(Core& core, proto::EventListener::Client listener, std::uint32_t kinds);
-  ~SubscriptionServer() { core_.events().unsubscribe(id_); }
+  SubscriptionServer(Core& core, const Core::Subscriber& by, proto::EventListener::Client listener,
+                     std::uint32_t kinds);
+  ~SubscriptionServer() {
+    core_.events().unsubscribe(id_);
+    core_.subscriptionDropped(by_);
+  }
   SubscriptionServer(const SubscriptionServer&) = delete;
   SubscriptionServer& operator=(const SubscriptionServer&) = delete;
 
@@ -134,6 +138,7 @@ class SubscriptionServer final : public proto::Subscription::Server, private kj:
   void taskFailed(kj::Exception&& exception) override;
 
   Core& core_;
+  Core::Subscriber by_;
   proto::EventListener::Client listener_;
   std::uint64_t id_;
   bool pumping_ = false;

@@ -3,8 +3,10 @@
 
 namespace hapticd {
 
-SubscriptionServer::SubscriptionServer(Core& core, proto::EventListener::Client listener, std::uint32_t kinds)
+SubscriptionServer::SubscriptionServer(Core& core, const Core::Subscriber& by, proto::EventListener::Client listener,
+                                       std::uint32_t kinds)
     : core_(core),
+      by_(by),
       listener_(kj::mv(listener)),
       id_(core.events().subscribe(kinds, [this] { wake(); })),
       tasks_(*this) {}

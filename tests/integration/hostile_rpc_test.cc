@@ -204,6 +204,24 @@ TEST_F(Hostile, SentDescriptorsAreClosed) {
       << openDescriptors() << " > " << before;
 }
 
+TEST_F(Hostile, AFloodOfSubscriptionsIsBoundedPerUserAndLeavesAdministratorsTheirs) {
+  class Deaf final : public proto::EventListener::Server {};
+  const auto subscribe = [&](RawClient& by) {
+    auto request = by.daemon.subscribeRequest();
+    request.setListener(kj::heap<Deaf>());
+    return loop.call(kj::mv(request));
+  };
+  using Answer = capnp::Response<proto::Daemon::SubscribeResults>;
+  std::vector<Answer> held;
+  for (int i = 0; i < 64; ++i) held.push_back(subscribe(client));
+  EXPECT_TRUE(good(held.back().getStatus()));
+  RawClient another{loop, daemon.control()}, administrator{loop, daemon.admin()};
+  EXPECT_EQ(code(subscribe(another).getStatus()), ErrorCode::kQuotaExceeded);
+  EXPECT_TRUE(good(subscribe(administrator).getStatus()));
+  held.pop_back();
+  EXPECT_TRUE(loop.until([&] { return static_cast<bool>(good(subscribe(another).getStatus())); }));
+}
+
 TEST_F(Hostile, AFloodOfConnectionsIsBoundedPerUser) {
   std::vector<int> held;
   for (int i = 0; i < 100; ++i) held.push_back(rawConnection());

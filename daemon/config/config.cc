@@ -26,6 +26,8 @@ Result<std::string> readFile(const std::string& path) {
     if (missing) error.code = ErrorCode::kNotFound;
     return error;
   }
+  // Only the opening of a pipe that nobody writes must not wait; one that is still being written is read to its end.
+  (void)::fcntl(fd.get(), F_SETFL, 0);
   std::string text;
   char buffer[4096];
   for (;;) {

@@ -1,12 +1,15 @@
 #include "daemon/config/config.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 namespace hapticd {
 namespace {
@@ -248,6 +251,23 @@ TEST_F(ConfigSearch, OfAServiceWithFoldersFromADropInTheUnitsCounts) {
   ::unsetenv("CONFIGURATION_DIRECTORY");
   EXPECT_EQ(loadConfig("", environment)->file, etc);
   EXPECT_EQ(serviceFolder("CONFIGURATION_DIRECTORY"), "");
+}
+
+TEST_F(ConfigSearch, APipeIsReadToItsEndAndOneThatNobodyWritesIsEmpty) {
+  const std::string pipe = directory_ + "/own.toml";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(loadConfig(pipe, {})->config, Config{});
+  const int end = ::open(pipe.c_str(), O_RDWR | O_CLOEXEC);
+  std::thread writer([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // As in: hapticd --config <(sed ... FILE)
+    EXPECT_GT(::write(end, "[servo]\nrate_hz = 2000\n", 23), 0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    ::close(end);
+  });
+  const auto loaded = loadConfig(pipe, {});
+  writer.join();
+  ASSERT_TRUE(loaded.ok()) << toString(loaded.error());
+  EXPECT_EQ(loaded->config.servo.rate_hz, 2000);
 }
 
 TEST_F(ConfigSearch, ANamedFileMustExistAndBeSane) {

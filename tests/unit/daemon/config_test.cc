@@ -31,6 +31,7 @@ TEST(Config, UnknownKeysNameLineColumnAndTheNearestKey) {
   EXPECT_EQ(toString(key), "f:3:3: unknown key \"ingest_prio\" in [servo] (did you mean \"ingest_priority\"?)");
   EXPECT_EQ(refused("[servos]\n").remedy, "did you mean \"servo\"?");
   EXPECT_EQ(refused("x = 1\n").where, "f:1:1");
+  EXPECT_EQ(refused("[log]\nverbosity = 3\n").remedy, "known here: level") << "nothing is near";
   EXPECT_EQ(refused("[[group]]\nname='a'\ndevices=['']\nrat_hz=1000").where, "f:4:1");
 }
 
@@ -39,6 +40,8 @@ TEST(Config, WrongTypesAreNamed) {
   EXPECT_EQ(refused("[servo]\nallow_no_rt = 1\n").remedy, "it must be true or false");
   EXPECT_EQ(refused("servo = 3\n").remedy, "it must be a table, [servo]");
   EXPECT_EQ(refused("[group]\nname = 'x'\n").remedy, "it must be an array of tables, [[group]]");
+  EXPECT_EQ(refused("group = [1]\n").remedy, "it must be an array of tables, [[group]]");
+  EXPECT_EQ(refused("[sockets]\ncontrol = \"a\\u0000b\"\n").what, "control holds a zero byte");
   EXPECT_EQ(refused("[sockets]\nmode = '0660'\n").remedy, "it must be file permissions such as 0o660");
   EXPECT_EQ(refused("[[group]]\ndevices = 3\n").remedy, "it must be an array of texts");
   EXPECT_EQ(refused("[[group]]\ncpus = 3\n").remedy, "it must be an array of integers");
@@ -141,6 +144,7 @@ TEST(Config, ReadsLinesAndRefusesThoseThatMeanNothing) {
   EXPECT_EQ(refused("[[line]]\nrole = \"led\"\nname = \"A\"\nbias = \"up\"\n").what, "a [[line]] has the bias \"up\"");
   const std::string one = "[[line]]\nrole = \"stop\"\nname = \"A\"\n";
   EXPECT_EQ(refused(one + one).what, "line \"A\" stands twice");
+  EXPECT_TRUE(parseConfig(one + one + "chip = \"gpiochip1\"\n", "f").ok()) << "of another chip";
 }
 
 TEST(Config, WithoutGroupsThereIsOneDefaultGroup) {
@@ -155,7 +159,7 @@ TEST(Config, WritesWhatItReads) {
   config.servo.rate_hz = 1333.25;
   config.guard.passivity = false;
   config.log.level = log::Level::kDebug;
-  config.sockets.control = "/run/\"odd\\ näme\"\n";
+  config.sockets.control = "/run/\"odd\\ näme\"\n\x7f";
   config.sockets.mode = 0640;
   config.quotas.memory_mb = 0.1 + 64;
   config.groups.push_back({"a", {"sim://falcon?x=1", "s"}, 4000, {0, 1}});
@@ -166,6 +170,10 @@ TEST(Config, WritesWhatItReads) {
   const auto again = parseConfig(toToml(config), "f");
   ASSERT_TRUE(again.ok()) << toString(again.error()) << toToml(config);
   EXPECT_EQ(*again, config);
+  config.groups[0].rate_hz = 0;  // As where the file gives none.
+  const auto filled = parseConfig(toToml(config), "f");
+  ASSERT_TRUE(filled.ok()) << toString(filled.error());
+  EXPECT_EQ(filled->groups[0].rate_hz, 1333.25);
   const auto plain = parseConfig(toToml(Config{}), "f");
   ASSERT_TRUE(plain.ok());
   EXPECT_EQ(*plain, Config{});
@@ -237,11 +245,25 @@ TEST_F(ConfigSearch, OptionThenVariableThenServiceThenHome) {
   const std::string etc = write("/etc/hapticd.toml", "[servo]\nrate_hz = 1002\n");
   const std::string own = write("/own.toml", "[servo]\nrate_hz = 1003\n");
   EXPECT_EQ(loadConfig("", environment)->file, home);
+  environment.configuration_directory = directory_ + "/no-such-folder";
+  EXPECT_EQ(loadConfig("", environment)->file, "") << "a service does not read what its user has at home";
   environment.configuration_directory = directory_ + "/etc";
   EXPECT_EQ(loadConfig("", environment)->file, etc);
   environment.hapticd_config = own;
   EXPECT_EQ(loadConfig("", environment)->config.servo.rate_hz, 1003);
   EXPECT_EQ(loadConfig(home, environment)->config.servo.rate_hz, 1001);
+}
+
+TEST_F(ConfigSearch, HomeIsWhereXdgNamesNone) {
+  const char* const home = ::getenv("HOME");
+  const std::string before = home == nullptr ? "" : home;
+  ::setenv("HOME", "/home/somebody", 1);
+  ::unsetenv("XDG_CONFIG_HOME");
+  EXPECT_EQ(ConfigEnvironment::fromProcess().config_home, "/home/somebody/.config");
+  ::setenv("XDG_CONFIG_HOME", "/elsewhere", 1);
+  EXPECT_EQ(ConfigEnvironment::fromProcess().config_home, "/elsewhere");
+  ::unsetenv("XDG_CONFIG_HOME");
+  if (home != nullptr) ::setenv("HOME", before.c_str(), 1);
 }
 
 TEST_F(ConfigSearch, OfAServiceWithFoldersFromADropInTheUnitsCounts) {

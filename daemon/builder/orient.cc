@@ -24,7 +24,7 @@ struct Part {
   std::uint32_t begin = 0, end = 0;
   bool closed = true;
   bool mixed = false;  ///< Wound this way and that: its winding says nothing.
-  double volume = 0;  ///< Signed, as wound [m^3].
+  double volume = 0;   ///< Signed, as wound [m^3].
   Float3 lower{}, upper{};
   [[nodiscard]] std::uint32_t size() const { return end - begin; }
 };

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kShort = 1 - 0x1p-8;  // Of an edge: its end is a vertex with faces of its own.
 constexpr double kOver = 1.0 / 16;     // Of the way along the edge.
-constexpr double kSharpest = 0.02;  // Cosine of half an edge's angle below which it is a blade.
+constexpr double kSharpest = 0.02;     // Cosine of half an edge's angle below which it is a blade.
 
 /** Of the edges that leave a vertex the one along which a point comes nearest to the goal. */
 struct EdgeToward {

@@ -257,9 +257,9 @@ TEST_F(ConfigSearch, OptionThenVariableThenServiceThenHome) {
 TEST_F(ConfigSearch, HomeIsWhereXdgNamesNone) {
   const char* const home = ::getenv("HOME");
   const std::string before = home == nullptr ? "" : home;
-  ::setenv("HOME", "/home/somebody", 1);
+  ::setenv("HOME", "/nowhere/somebody", 1);
   ::unsetenv("XDG_CONFIG_HOME");
-  EXPECT_EQ(ConfigEnvironment::fromProcess().config_home, "/home/somebody/.config");
+  EXPECT_EQ(ConfigEnvironment::fromProcess().config_home, "/nowhere/somebody/.config");
   ::setenv("XDG_CONFIG_HOME", "/elsewhere", 1);
   EXPECT_EQ(ConfigEnvironment::fromProcess().config_home, "/elsewhere");
   ::unsetenv("XDG_CONFIG_HOME");

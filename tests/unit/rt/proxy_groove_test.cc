@@ -222,7 +222,8 @@ TEST(ProxyInAGroove, GrooveAfterGrooveTakesFewSweeps) {
   EXPECT_LT(effort.many, 0.17);
 }
 
-/** Slid off a solid and met by a wall in the same tick, a hand is held by the wall alone: what has it does not matter. */
+/** Slid off a solid and met by a wall in the same tick, a hand is held by the wall alone: what has it does not matter.
+ */
 TEST(ProxyInAGroove, ASolidThatWasSlidOffHoldsNobodyBesideAWall) {
   constexpr double kHalf = 0.02;
   for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kMesh}) {

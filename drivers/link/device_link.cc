@@ -6,7 +6,6 @@ namespace hapticd {
 
 void DeviceLink::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
   sample.fresh = false;
-  const std::uint32_t told = told_.load(std::memory_order_relaxed) != 0 ? told_.exchange(0) : 0;
   if (to_servo_.take(taken_)) {
     if (taken_.measured) {
       sample = taken_.sample;
@@ -16,7 +15,8 @@ void DeviceLink::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
       sample.status = taken_.sample.status;
     }
   }
-  sample.status |= told;
+  // After take(), which acquires what publishStatus() did before a reading that came later: told with that one.
+  if (told_.load(std::memory_order_relaxed) != 0) sample.status |= told_.exchange(0);
 }
 
 void DeviceLink::write(std::int64_t now_ns, const DeviceCommand& command) HD_RT {
@@ -28,7 +28,7 @@ void DeviceLink::write(std::int64_t now_ns, const DeviceCommand& command) HD_RT 
 void DeviceLink::publishStatus(std::uint32_t status) HD_RT {
   Reading reading;
   reading.sample.status = status;
-  told_.fetch_or(status);  // First: the servo may see it early, never late.
+  told_.fetch_or(status);  // Before put(), which releases it: the servo may see it early, never late.
   to_servo_.put(reading);
 }
 

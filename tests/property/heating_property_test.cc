@@ -78,22 +78,35 @@ TEST(HeatingProperty, NeverBeyondWhatTheMotorsStand) {
   }
 }
 
+/** A guard of motors that stand 12 N for a while and 3 N for ever, and what it is asked. */
+struct GuardOfWarmMotors {
+  static GuardConfig config() {
+    GuardConfig config;
+    config.limits = {12, 1, 5000, 250, 5, 3, 1000, 1000};
+    config.ramp_ns = 100'000'000;
+    config.continuous_force = 3;
+    config.peak_force = 12;
+    config.heating_s = 2;
+    return config;
+  }
+  GuardOfWarmMotors() {
+    sample.fresh = true;
+    input.dt = kHeatDt;
+    input.sample = &sample;
+  }
+  Guard guard{config()};
+  DeviceSample sample;
+  GuardInput input;
+  GuardOutput output;
+};
+
 /** The whole guard: clients ask for what they like, limits are raised to the peak, and the motors stand it. */
 TEST(GuardHeating, WhateverIsAskedForTheMotorsStandIt) {
-  GuardConfig config;
-  config.limits = {12, 1, 5000, 250, 5, 3, 1000, 1000};
-  config.ramp_ns = 100'000'000;
-  config.continuous_force = 3;
-  config.peak_force = 12;
-  config.heating_s = 2;
-  Guard guard(config);
+  GuardOfWarmMotors motors;
+  Guard& guard = motors.guard;
+  GuardInput& input = motors.input;
+  GuardOutput& output = motors.output;
   Random random(seedOf(5));
-  DeviceSample sample;
-  sample.fresh = true;
-  GuardInput input;
-  input.dt = kHeatDt;
-  input.sample = &sample;
-  GuardOutput output;
   Heating oracle(3, 12, 2);
   bool warned = false;
   bool derated = false;
@@ -120,19 +133,10 @@ TEST(GuardHeating, WhateverIsAskedForTheMotorsStandIt) {
 
 /** A force that stands through periods that the servo missed heats as long. */
 TEST(GuardHeating, PeriodsThatAreMissedCount) {
-  GuardConfig config;
-  config.limits = {12, 1, 5000, 250, 5, 3, 1000, 1000};
-  config.ramp_ns = 100'000'000;
-  config.continuous_force = 3;
-  config.peak_force = 12;
-  config.heating_s = 2;
-  Guard guard(config);
-  DeviceSample sample;
-  sample.fresh = true;
-  GuardInput input;
-  input.dt = kHeatDt;
-  input.sample = &sample;
-  GuardOutput output;
+  GuardOfWarmMotors motors;
+  Guard& guard = motors.guard;
+  GuardInput& input = motors.input;
+  GuardOutput& output = motors.output;
   Heating oracle(3, 12, 2);
   for (int i = 0; i < 5'000; ++i) {
     input.missed = i % 4;
@@ -153,19 +157,10 @@ TEST(GuardHeating, PeriodsThatAreMissedCount) {
 /** A slew limit, however slow, is for what is asked for; what the motors do not stand it does not hold. */
 TEST(GuardHeating, NorDoesASlowSlewKeepThemHot) {
   for (const double slew : {10.0, 1.0, 0.0}) {
-    GuardConfig config;
-    config.limits = {12, 1, 5000, 250, 5, 3, 1000, 1000};
-    config.ramp_ns = 100'000'000;
-    config.continuous_force = 3;
-    config.peak_force = 12;
-    config.heating_s = 2;
-    Guard guard(config);
-    DeviceSample sample;
-    sample.fresh = true;
-    GuardInput input;
-    input.dt = kHeatDt;
-    input.sample = &sample;
-    GuardOutput output;
+    GuardOfWarmMotors motors;
+    Guard& guard = motors.guard;
+    GuardInput& input = motors.input;
+    GuardOutput& output = motors.output;
     for (int i = 0; i < 10'000; ++i) {
       input.now_ns = std::int64_t{i} * 1'000'000;
       if (i == 10) {
@@ -174,8 +169,9 @@ TEST(GuardHeating, NorDoesASlowSlewKeepThemHot) {
       if (i == 150) input.source[HD_SOURCE_CLIENT].force = Vec3(0, 0, 12);
       if (i == 180) {
         ASSERT_GT(output.command.force.norm(), 11.9);
-        config.limits.force_slew = slew;
-        ASSERT_EQ(guard.setLimits(config.limits), ErrorCode::kOk);
+        auto limits = GuardOfWarmMotors::config().limits;
+        limits.force_slew = slew;
+        ASSERT_EQ(guard.setLimits(limits), ErrorCode::kOk);
       }
       guard.step(input, output);
       ASSERT_LE(output.heat, 1 + 1e-12) << "slew " << slew << " N/s";

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 
 import gpio_module
+import machine
 
 KERNEL_METAPACKAGE = "linux-image-rt-amd64"
 SUITE = "bookworm"
@@ -17,7 +18,7 @@ SUITE = "bookworm"
 GUEST_PACKAGES = ["systemd", "systemd-sysv", "udev", "kmod", "dbus", "procps", "util-linux", "python3", "libgpiod2",
                   "libusb-1.0-0", "libhidapi-hidraw0", "libhidapi-libusb0"]
 LEFT_OUT = ["/usr/share/doc/*", "/usr/share/man/*", "/usr/share/locale/*", "/usr/share/info/*", "/usr/share/lintian/*"]
-BOOT_MODULES = ["virtio_pci", "virtio_blk", "crc32c_generic", "ext4"]
+BOOT_MODULES = ["nfit", "nd_pmem", "crc32c_generic", "ext4"]
 GUEST_MODULES = BOOT_MODULES + ["uhid", "hid_generic", "usbhid", "vhci_hcd", "configfs", "autofs4"]
 # Not wanted in a machine that lives for two minutes; each costs seconds of emulation.
 MASKED = ["systemd-udev-settle.service", "systemd-journal-flush.service", "systemd-update-utmp.service",
@@ -37,7 +38,7 @@ After=basic.target systemd-udevd.service systemd-udev-trigger.service dbus.socke
 [Service]
 Type=oneshot
 ExecStartPre=/bin/mkdir -p /run/vmtest
-ExecStartPre=/bin/tar -x -m -C /run/vmtest -f /dev/vdb
+ExecStartPre=/bin/tar -x -m -C /run/vmtest -f /dev/payload
 Environment=PYTHONPATH=/run/vmtest
 ExecStart=/usr/bin/python3 -B -m guest.run
 StandardOutput=tty
@@ -52,7 +53,8 @@ INIT = """#!/bin/busybox sh
 b=/bin/busybox
 $b mount -t devtmpfs dev /dev
 while read -r module; do $b insmod "$module"; done < /modules
-$b mount -t ext4 -o rw /dev/vda /newroot
+# The disks come in no order; the one without a file system is the payload.
+for disk in /dev/pmem*; do $b mount -t ext4 -o rw "$disk" /newroot 2>/dev/null || $b ln -s "$disk" /dev/payload; done
 $b mount --move /dev /newroot/dev
 exec $b switch_root /newroot /usr/lib/systemd/systemd
 """
@@ -186,7 +188,8 @@ class Image:
 
     def _disk(self):
         root = self.base / "root"
-        megabytes = int(output("du", "-sm", root).split()[0]) + 192
+        step = machine.DISK_STEP // 2**20
+        megabytes = -(-(int(output("du", "-sm", root).split()[0]) + 192) // step) * step
         run("mke2fs", "-q", "-t", "ext4", "-O", "^has_journal", "-E", "root_owner=0:0", "-d", root, self.disk,
             f"{megabytes}M", stdout=subprocess.DEVNULL)
         small = self.base / "small"

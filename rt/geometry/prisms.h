@@ -78,18 +78,24 @@ inline constexpr float kPrismSmall = 1e-20F;
  */
 using NearPrisms = std::uint64_t (*)(const PrismBoxes* boxes, std::uint32_t blocks, const PrismSweep& sweep) noexcept;
 
+/** Of one question; counted where the processor is known to count bits. */
+struct PrismsReached {
+  std::uint32_t blocks;     ///< That were looked at.
+  std::uint32_t triangles;  ///< That may be met.
+};
+
 /**
  * Lists the triangles of blocks k, for each bit k of `blocks`, that may be met, block by block in rising order, and
  * counts them. There must be room for eight of each block. No branch is to be guessed for a block or a triangle:
  * guesses cost more than all the rest, for what is met is different each time. The implementations of boxes.h's paths;
  * all give the same bits. Servo-safe.
  */
-using ReachPrisms = std::uint32_t (*)(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+using ReachPrisms = PrismsReached (*)(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
                                       std::uint32_t* triangles) noexcept;
-std::uint32_t reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+PrismsReached reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
                                   std::uint32_t* triangles) noexcept;
 /** Only on x86-64. */
-std::uint32_t reachPrismsAvx2(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+PrismsReached reachPrismsAvx2(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
                               std::uint32_t* triangles) noexcept;
 
 }  // namespace hapticd

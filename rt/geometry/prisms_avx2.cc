@@ -120,10 +120,11 @@ constexpr BitNumbers bitNumbers() noexcept {
 constexpr BitNumbers kBitNumbers = bitNumbers();
 
 template <bool kStill>
-std::uint32_t reach(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+PrismsReached reach(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
                     std::uint32_t* triangles) noexcept {
   const Spread s{spread(sweep.a), spread(sweep.b), _mm256_set1_ps(sweep.radius_squared),
                  _mm256_set1_ps(sweep.behind_squared)};
+  const auto looked_at = static_cast<std::uint32_t>(__builtin_popcountll(blocks));
   __m256 left[kPrismBlocks];
   std::uint32_t near[kPrismBlocks];
   std::uint64_t rest = 0;
@@ -142,7 +143,7 @@ std::uint32_t reach(const PrismBlock* block, std::uint64_t blocks, const PrismSw
                         _mm256_add_epi32(_mm256_cvtepu8_epi32(bytes), first));
     count += static_cast<std::uint32_t>(__builtin_popcount(met));
   }
-  return count;
+  return {looked_at, count};
 }
 
 }  // namespace
@@ -178,7 +179,7 @@ std::uint32_t makePrismsAvx2(const float* corners, std::uint32_t count, const Pr
   return ~static_cast<std::uint32_t>(_mm256_movemask_ps(fine)) & 0xffu;
 }
 
-std::uint32_t reachPrismsAvx2(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+PrismsReached reachPrismsAvx2(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
                               std::uint32_t* triangles) noexcept {
   return sweep.still ? reach<true>(block, blocks, sweep, triangles) : reach<false>(block, blocks, sweep, triangles);
 }

@@ -78,8 +78,9 @@ std::uint32_t makePrismsPortable(const float* corners, std::uint32_t count, cons
   return rough;
 }
 
-std::uint32_t reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
+PrismsReached reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks, const PrismSweep& sweep,
                                   std::uint32_t* triangles) noexcept {
+  const auto looked_at = static_cast<std::uint32_t>(__builtin_popcountll(blocks));
   std::uint32_t count = 0;
   for (; blocks != 0; blocks &= blocks - 1) {
     const PrismBlock& each = block[__builtin_ctzll(blocks)];
@@ -88,7 +89,7 @@ std::uint32_t reachPrismsPortable(const PrismBlock* block, std::uint64_t blocks,
         triangles[count++] = each.first + static_cast<std::uint32_t>(i);
     }
   }
-  return count;
+  return {looked_at, count};
 }
 
 }  // namespace hapticd

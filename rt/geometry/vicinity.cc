@@ -53,7 +53,7 @@ void Vicinity::remake(PrismBlock& block, std::uint32_t triangle, std::uint32_t l
 /** Makes prisms of a block's triangles. */
 void Vicinity::make(std::uint32_t number) HD_RT {
   PrismBlock& block = block_[number];
-  const auto count = static_cast<std::uint32_t>(std::popcount(block.used));
+  const auto count = static_cast<std::uint32_t>(std::bit_width(block.used));
   std::uint32_t rough = boxTests().make(&mesh_->corners[block.first][0][0], count, frame_, block) & block.used;
   for (; rough != 0; rough &= rough - 1) {
     const auto lane = static_cast<std::uint32_t>(std::countr_zero(rough));
@@ -158,8 +158,9 @@ void Vicinity::reach(const Vec3& a, const Vec3& b, double radius, double behind,
       blocks_ <= kFewBlocks ? (std::uint64_t{1} << blocks_) - 1 : boxTests().near(box_, blocks_, sweep);
   for (std::uint64_t rest = near & ~made_; rest != 0; rest &= rest - 1)
     make(static_cast<std::uint32_t>(std::countr_zero(rest)));
-  reached.blocks = static_cast<std::uint32_t>(std::popcount(near));
-  reached.count = boxTests().reach(block_, near, sweep, reached.triangle);
+  const PrismsReached met = boxTests().reach(block_, near, sweep, reached.triangle);
+  reached.blocks = met.blocks;
+  reached.count = met.triangles;
 }
 
 }  // namespace hapticd

@@ -1,6 +1,7 @@
 #include "rt/guard/guard.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hapticd {
 namespace {
@@ -19,7 +20,11 @@ constexpr double kLongestTick = 0.1;  // [s]
 /** Contact and controller together damp by at most so many times what the device can show: half its stability limit. */
 constexpr double kMostTogether = 1.5;
 
-double toGrid(double x) HD_RT { return std::trunc(x * kPerGrid) * kGrid; }
+double toGrid(double x) HD_RT {
+  const double steps = x * kPerGrid;
+  // As std::trunc, which is a call where the processor is not known to have SSE 4.1. From 2^53 on each number is on it.
+  return std::abs(steps) < 0x1p53 ? static_cast<double>(static_cast<std::int64_t>(steps)) * kGrid : x;
+}
 /** Toward zero: never longer than x. */
 Vec3 toGrid(const Vec3& x) HD_RT { return {toGrid(x.x()), toGrid(x.y()), toGrid(x.z())}; }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/unit/rt/guard_rig.h"
 
 namespace hapticd {
@@ -213,6 +215,24 @@ TEST(Guard, LoweredLimitClampsAtOnce) {
   EXPECT_EQ(rig.guard.setLimits({.force = -1}), ErrorCode::kInvalidArgument);
   EXPECT_EQ(rig.guard.setLimits({.force = std::nan("")}), ErrorCode::kInvalidArgument);
   EXPECT_EQ(rig.guard.limits().force, 1);
+}
+
+TEST(Guard, SendsForcesOnTheirGridAndNeverMoreThanAsked) {
+  for (const Vec3& asked : {Vec3(1.0 / 3, -2.0 / 7, 1e-13), Vec3(-1e-13, 5e-324, -0.0), Vec3(-0x1p-40, 0x1.8p-40, 7),
+                            Vec3(1e300, -1e299, 3e298)}) {
+    GuardRig rig;
+    rig.ask(HD_SOURCE_SURFACE, asked);
+    rig.armFully();
+    rig.step(100);
+    const Vec3 sent = rig.out.command.force;
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_EQ(sent[i] * 0x1p40, std::trunc(sent[i] * 0x1p40)) << i;
+      EXPECT_LE(std::abs(sent[i]), std::abs(asked[i])) << i;
+      if (asked.norm() < 8) {
+        EXPECT_EQ(sent[i], std::trunc(asked[i] * 0x1p40) * 0x1p-40) << i;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "daemon/builder/mesh.h"
 
@@ -23,7 +24,8 @@ double dot(const Double3& a, const Double3& b) { return a[0] * b[0] + a[1] * b[1
 struct Part {
   std::uint32_t begin = 0, end = 0;
   bool closed = true;
-  bool mixed = false;  ///< Wound this way and that: its winding says nothing.
+  bool mixed = false;   ///< Wound this way and that: its winding says nothing.
+  bool turned = false;  ///< Outward, as a whole.
   double volume = 0;   ///< Signed, as wound [m^3].
   Float3 lower{}, upper{};
   [[nodiscard]] std::uint32_t size() const { return end - begin; }
@@ -48,12 +50,18 @@ class Orienter {
     gatherParts();
     std::uint32_t inverted = 0, first_inverted = HD_NO_INDEX;
     for (Part& part : parts_) measure(part);
-    for (const Part& part : parts_) {
-      if (!part.closed || part.volume >= 0 || isCavity(part)) continue;
+    const auto turn = [&](const Part& part) {
       ++inverted;
       first_inverted = std::min(first_inverted, firstOf(part));
       for (std::uint32_t i = part.begin; i < part.end; ++i) flip(mesh_, order_[i]);
+    };
+    for (Part& part : parts_) {
+      if (!part.closed || part.volume >= 0 || isCavity(part)) continue;
+      turn(part);
+      part.turned = !part.mixed;
     }
+    for (const Part& part : parts_)
+      if (part.closed && part.volume > 0 && isTurnedCavity(part)) turn(part);
     if (flipped_ != 0) {
       monitor_.notes.push_back(
           fmt::format("turned {} triangles to the winding of their neighbours, the first is triangle {}", flipped_,
@@ -169,21 +177,37 @@ class Orienter {
     return first;
   }
 
-  /** A closed part wound inward is right where it bounds a hollow: inside an odd number of other closed parts. */
-  [[nodiscard]] bool isCavity(const Part& part) {
-    if (part.mixed) return false;
+  /** The closed parts that hold a part. Nothing if there are too many to test. */
+  [[nodiscard]] std::optional<std::vector<const Part*>> about(const Part& part) {
     const Float3& inner = mesh_.vertices[mesh_.triangles[order_[part.begin]][0]];
-    bool inside = false;
+    std::vector<const Part*> outer;
     for (const Part& other : parts_) {
       if (&other == &part || !other.closed) continue;
       bool boxed = true;
       for (int k = 0; k < 3; ++k) boxed &= other.lower[k] < part.lower[k] && part.upper[k] < other.upper[k];
       if (!boxed) continue;
-      if (work_left_ < other.size()) return true;  // too many parts to test: trust the file
+      if (work_left_ < other.size()) return {};
       work_left_ -= other.size();
-      inside ^= crossesOdd(other, inner);
+      if (crossesOdd(other, inner)) outer.push_back(&other);
     }
-    return inside;
+    return outer;
+  }
+
+  /** A closed part wound inward is right where it bounds a hollow: inside an odd number of other closed parts. */
+  [[nodiscard]] bool isCavity(const Part& part) {
+    if (part.mixed) return false;
+    const auto outer = about(part);
+    return !outer || outer->size() % 2 == 1;  // What cannot be tested is as the file has it.
+  }
+
+  /** One wound outward bounds a hollow, too, of a solid that is inside out as a whole: if its outermost part was. */
+  [[nodiscard]] bool isTurnedCavity(const Part& part) {
+    if (part.mixed || !std::any_of(parts_.begin(), parts_.end(), [](const Part& p) { return p.turned; })) return false;
+    const auto outer = about(part);
+    if (!outer || outer->size() % 2 == 0) return false;
+    return (*std::min_element(outer->begin(), outer->end(), [](const Part* a, const Part* b) {
+             return a->lower[0] < b->lower[0];
+           }))->turned;
   }
 
   /** Parity of the crossings of a ray from x with the part: odd means inside. */

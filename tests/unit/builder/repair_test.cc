@@ -180,6 +180,24 @@ TEST(Repair, HollowsKeepLookingInward) {
   EXPECT_THAT(build(beside).notes, ElementsAre("turned 1 closed parts outside out, the first begins at triangle 12"));
 }
 
+// Only the outer part was turned, and the hollow became a second solid within the first.
+TEST(Repair, ASolidInsideOutAsAWholeKeepsItsHollow) {
+  UploadMesh shell = cube(), hollow = cube();
+  shell.add(hollow.flipAll(), {0, 0, 0}, 0.5f);
+  shell.add(cube(), {0, 0, 0}, 0.2f);  // Solid in the hollow, hollow again.
+  shell.add(hollow, {0, 0, 0}, 0.1f);
+  const double right = 7e-6 + (0.064e-6 - 0.008e-6);
+  EXPECT_NEAR(signedVolume(build(shell).memory.view), right, 1e-12);
+  const Built turned = build(shell.flipAll());
+  EXPECT_THAT(turned.notes, ElementsAre("turned 4 closed parts outside out, the first begins at triangle 0"));
+  EXPECT_NEAR(signedVolume(turned.memory.view), right, 1e-12);
+  // What stands beside is judged by itself.
+  shell.add(cube(), {0.1f, 0, 0}).add(hollow, {0.1f, 0, 0}, 0.5f);
+  const Built beside = build(shell);
+  EXPECT_THAT(beside.notes, ElementsAre("turned 4 closed parts outside out, the first begins at triangle 0"));
+  EXPECT_NEAR(signedVolume(beside.memory.view), right + 7e-6, 1e-11);
+}
+
 // One triangle the wrong way round says nothing of the others: the hollow was filled for it.
 TEST(Repair, AHollowWithAWrongTriangleStaysAHollow) {
   UploadMesh hollow = torus(20, 10);

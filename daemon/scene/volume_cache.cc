@@ -167,7 +167,8 @@ std::string VolumeCache::keyOf(std::span<const std::byte> upload, std::uint32_t 
   const std::size_t tail = upload.size() % 8;
   std::memcpy(&rest, upload.data() + upload.size() - tail, tail);
   const std::uint64_t sum = snapshotChecksum(upload) ^ (rest * HD_CHECKSUM_PRIME);
-  return fmt::format("{}-{:016x}-{}-{}.{}", uid, sum, upload.size(), HD_SNAPSHOT_VERSION, HD_VOLUME_VERSION);
+  return fmt::format("{}-{:016x}-{}-{}.{}.{}", uid, sum, upload.size(), HD_SNAPSHOT_VERSION, HD_VOLUME_VERSION,
+                     kBuilderVersion);
 }
 
 std::optional<CachedBuild> VolumeCache::find(const std::string& key) {
@@ -222,16 +223,21 @@ void VolumeCache::keep(const std::string& key, UniqueFd snapshot, UniqueFd volum
 
 void VolumeCache::store(const std::string& key, int snapshot, int volume, const std::string& notes) {
   const std::string path = pathOf(key), vdb = vdbOf(key), unfinished = path + ".new";
-  std::error_code error;
+  std::error_code error, ignored;
   if (const auto written = writeFile(unfinished, snapshot, volume, notes); !written) {
     log::warn("a volume is not kept on disk: {}", toString(written.error()));
-    fs::remove(unfinished, error);
+    fs::remove(unfinished, ignored);
     return;
   }
-  fs::remove(vdb, error);  // Of another volume than the one that comes.
+  fs::remove(vdb, ignored);  // Of another volume than the one that comes.
   fs::rename(unfinished, path, error);
+  if (error) {
+    log::warn("a volume is not kept on disk: {}: {}", path, error.message());
+    fs::remove(unfinished, ignored);
+    return;
+  }
   prune();
-  if (maker_ && !error) maker_->want(path, vdb, true);
+  if (maker_) maker_->want(path, vdb, true);
 }
 
 }  // namespace hapticd

@@ -51,7 +51,7 @@ class VolumeCache {
   VolumeCache(const VolumeCache&) = delete;
   VolumeCache& operator=(const VolumeCache&) = delete;
 
-  /** Names an upload of a user: its checksum, its size, the user and the versions of what is built. */
+  /** Names an upload of a user: its checksum, its size, the user, and the versions of forms and builder. */
   [[nodiscard]] static std::string keyOf(std::span<const std::byte> upload, std::uint32_t uid);
 
   /** Read whole into new memfds; about 1 ms for each 2 MB that the kernel has in memory. */

@@ -59,6 +59,9 @@ TEST_F(Cache, givesBackWhatItKept) {
 TEST_F(Cache, keysTellUploadsAndUsersApart) {
   const std::string key = VolumeCache::keyOf(upload_, 1000);
   EXPECT_NE(key, VolumeCache::keyOf(upload_, 1001));
+  const std::string versions = "-" + std::to_string(HD_SNAPSHOT_VERSION) + "." + std::to_string(HD_VOLUME_VERSION) +
+                               "." + std::to_string(kBuilderVersion);
+  EXPECT_EQ(key.substr(key.size() - versions.size()), versions) << "what an older builder made is not found";
   for (std::size_t i = 0; i < upload_.size(); i += 101) {
     auto other = upload_;
     other[i] ^= std::byte{1};
@@ -125,6 +128,19 @@ TEST_F(Cache, whatTheDiskHasNoRoomForIsToldAndLeavesNothing) {
   EXPECT_TRUE(fs::is_empty(directory_.path()));
   keep(cache, "key");
   EXPECT_TRUE(cache.find("key").has_value()) << "there is room again";
+}
+
+TEST_F(Cache, whatCannotTakeItsPlaceIsToldAndLeavesNothing) {
+  VolumeCache cache(directory_.path(), 1 << 30);
+  fs::create_directories(directory_.path() + "/key.hvol/in the way");
+  testing::internal::CaptureStderr();
+  keep(cache, "key");
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("a volume is not kept on disk: " + directory_.path() + "/key.hvol: Is a directory"),
+            std::string::npos)
+      << said;
+  EXPECT_FALSE(fs::exists(directory_.path() + "/key.hvol.new"));
+  EXPECT_FALSE(cache.find("key").has_value());
 }
 
 TEST_F(Cache, anUploadBuiltBeforeIsThereAtOnce) {

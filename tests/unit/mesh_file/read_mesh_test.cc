@@ -5,14 +5,20 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <numbers>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "tests/support/temporary_directory.h"
 #include "tools/mesh_file/mesh_error.h"
+#include "tools/mesh_file/polygon.h"
 
 namespace hapticd_mesh_file {
 namespace {
@@ -124,6 +130,29 @@ TEST_F(ReadMeshTest, APolygonKeepsItsHoleAndTheCornersOnItsSides) {
     one.triangles = {t};
     EXPECT_NEAR(areaOf(one), 0.5, 1e-6) << "none is without area";
   }
+}
+
+// Each ear was held against every inner corner: a minute for this one.
+TEST(Polygon, OfManyCornersIsCutInTime) {
+  constexpr int kCorners = 200'000;
+  std::vector<std::array<float, 3>> corners;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> radius(0.2, 1.2);
+  for (int i = 0; i < kCorners; ++i) {
+    const double a = 2 * std::numbers::pi * i / kCorners, r = radius(random);
+    corners.push_back({static_cast<float>(r * std::cos(a)), static_cast<float>(r * std::sin(a)), 0});
+  }
+  const auto twice = [&](std::size_t i, std::size_t k) {
+    return double{corners[i][0]} * double{corners[k][1]} - double{corners[i][1]} * double{corners[k][0]};
+  };
+  double all = 0, sum = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i) all += twice(i, (i + 1) % corners.size());
+  const std::clock_t begin = std::clock();
+  const auto triangles = trianglesOf(corners);
+  EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 15);
+  ASSERT_EQ(triangles.size(), corners.size() - 2);
+  for (const auto& t : triangles) sum += std::abs(twice(t[0], t[1]) + twice(t[1], t[2]) + twice(t[2], t[0]));
+  EXPECT_NEAR(sum, all, 1e-9 * all) << "some overlap";
 }
 
 // assimp leaves such a face out, and takes another corner for one that is not there, in silence.

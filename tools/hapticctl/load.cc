@@ -26,7 +26,7 @@ struct LoadOptions {
   Placement placement;
 };
 
-/** The scale is the user's to give: a file does not know its unit, and a guess would be felt. */
+/** The scale is the user's to give: few files know their unit, and a guess would be felt. */
 double chooseScale(const LoadOptions& options, const MeshFile& mesh) {
   double longest = 0;
   for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, mesh.upper[i] - mesh.lower[i]);
@@ -35,10 +35,9 @@ double chooseScale(const LoadOptions& options, const MeshFile& mesh) {
   if (!options.scale.empty()) return parseScale(options.scale);
   if (options.size_m > 0) return options.size_m / longest;
   if (!stdinIsTerminal() || !stdoutIsTerminal()) {
-    failUsage(mesh.path, "a scale is needed: the file does not say its unit", scaleAdvice(mesh));
+    failUsage(mesh.path, "a scale is needed: " + whyScale(mesh), scaleAdvice(mesh));
   }
-  print("{}: the file does not say its unit\n{}\nUnit, or metres per file unit: ", printable(mesh.path),
-        scaleAdvice(mesh));
+  print("{}: {}\n{}\nUnit, or metres per file unit: ", printable(mesh.path), whyScale(mesh), scaleAdvice(mesh));
   flush();
   std::string answer;
   if (!std::getline(std::cin, answer) || answer.empty()) failUsage(mesh.path, "no scale given, nothing loaded");

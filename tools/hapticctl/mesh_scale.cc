@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/numbers.h"
@@ -17,6 +18,28 @@ struct Unit {
 };
 constexpr Unit kUnits[] = {{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"inch", 0.0254}, {"um", 1e-6}, {"ft", 0.3048}};
 constexpr std::size_t kAdvised = 4;  // Those that mesh files are usually in.
+
+/** Formats that say their unit, or have one. */
+struct Format {
+  const char* ending;
+  const char *why, *advice;
+};
+constexpr const char *kNotRead = "the unit that the file names is not read", *kMetres = "its format is read in metres";
+constexpr Format kFormats[] = {{".gltf", kMetres, "glTF is in metres by its standard: --scale m"},
+                               {".glb", kMetres, "glTF is in metres by its standard: --scale m"},
+                               {".dae", kMetres, "COLLADA is read in metres, whatever unit it names: --scale m"},
+                               {".zae", kMetres, "COLLADA is read in metres, whatever unit it names: --scale m"},
+                               {".fbx", kNotRead, "FBX is in cm unless it names another: --scale cm"},
+                               {".3mf", kNotRead, "3MF is in mm unless it names another: --scale mm"},
+                               {".amf", kNotRead, "AMF is in mm unless it names another: --scale mm"}};
+
+const Format* formatOf(const MeshFile& mesh) {
+  std::string path = mesh.path;
+  for (char& c : path) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  const auto* const found = std::find_if(std::begin(kFormats), std::end(kFormats),
+                                         [&](const Format& format) { return path.ends_with(format.ending); });
+  return found == std::end(kFormats) ? nullptr : found;
+}
 
 }  // namespace
 
@@ -32,6 +55,11 @@ double parseScale(std::string_view text) {
   return *value;
 }
 
+std::string whyScale(const MeshFile& mesh) {
+  const Format* const format = formatOf(mesh);
+  return format == nullptr ? "the file does not say its unit" : format->why;
+}
+
 std::string scaleAdvice(const MeshFile& mesh) {
   std::array<double, 3> side{};
   for (std::size_t i = 0; i < 3; ++i) side[i] = mesh.upper[i] - mesh.lower[i];
@@ -43,10 +71,7 @@ std::string scaleAdvice(const MeshFile& mesh) {
                     length(side[1] * kUnits[u].metres), length(side[2] * kUnits[u].metres));
   }
   text += "--scale NUMBER  metres per file unit;  --size METRES  makes the longest side that long";
-  if (mesh.path.ends_with(".gltf") || mesh.path.ends_with(".glb"))
-    text += "\nglTF is in metres by its standard: --scale m";
-  if (mesh.path.ends_with(".dae") || mesh.path.ends_with(".zae"))
-    text += "\nCOLLADA is read in metres, whatever unit it names: --scale m";
+  if (const Format* const format = formatOf(mesh)) text += fmt::format("\n{}", format->advice);
   return text;
 }
 

@@ -1,5 +1,5 @@
 /** @file
- * The unit of a mesh file, which it does not say: asked for, told and applied.
+ * The unit of a mesh file, which it does not say or assimp does not read: asked for, told and applied.
  */
 #pragma once
 
@@ -14,6 +14,8 @@ using hapticd_mesh_file::MeshFile;
 
 /** Metres per file unit: a unit (um, mm, cm, m, inch, ft) or a positive number. Fails with usage. */
 [[nodiscard]] double parseScale(std::string_view text);
+/** Why a scale is needed: what the file's format says of its unit. */
+[[nodiscard]] std::string whyScale(const MeshFile& mesh);
 /** The box in file units, and what each usual unit would make of it: what one needs to choose a scale. */
 [[nodiscard]] std::string scaleAdvice(const MeshFile& mesh);
 

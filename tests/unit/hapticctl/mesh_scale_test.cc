@@ -62,6 +62,14 @@ TEST(MeshScale, SaysOfWhichFormatsTheUnitIsKnown) {
   EXPECT_THAT(scaleAdvice(mesh), Not(HasSubstr("metres:")));
   mesh.path = "t.dae";
   EXPECT_THAT(scaleAdvice(mesh), HasSubstr("COLLADA is read in metres, whatever unit it names: --scale m"));
+  EXPECT_EQ(whyScale(mesh), "its format is read in metres");
+  mesh.path = "T.GLB";
+  EXPECT_THAT(scaleAdvice(mesh), HasSubstr("glTF is in metres by its standard: --scale m"));
+  mesh.path = "t.fbx";
+  EXPECT_EQ(whyScale(mesh), "the unit that the file names is not read");
+  EXPECT_THAT(scaleAdvice(mesh), HasSubstr("--scale cm"));
+  mesh.path = "t.obj";
+  EXPECT_EQ(whyScale(mesh), "the file does not say its unit");
 }
 
 TEST(MeshScale, IsAUnitOrAPositiveNumber) {

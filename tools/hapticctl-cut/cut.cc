@@ -33,18 +33,26 @@ CutParts cut(const Surface& whole_mesh, const CutOptions& options) {
   const Surface mesh{whole_mesh.vertices,
                      hapticd_mesh_file::withoutFlatTriangles(whole_mesh.vertices, whole_mesh.triangles)};
   if (const auto open = whyOpen(mesh)) throw ImportError("", *open, "only what is closed has an inside to be cut");
-  const CutSurface surface(options.shape);
   Box whole;
   for (const auto& v : mesh.vertices) {
     const Vec3 x(v[0], v[1], v[2]);
     whole.lower = whole.lower.cwiseMin(x);
     whole.upper = whole.upper.cwiseMax(x);
   }
+  const Vec3 size = whole.upper - whole.lower;
+  if (options.voxel > size.maxCoeff() / 2) {
+    throw ImportError(
+        "--voxel",
+        fmt::format("{:.4g} is too coarse for a mesh of {:.4g} x {:.4g} x {:.4g}", options.voxel, size.x(), size.y(),
+                    size.z()),
+        "lengths are in the unit of the file: if that is metres, give --voxel and --wavelength in metres");
+  }
+  const CutSurface surface(options.shape);
   Box detail = surface.box();
   const Vec3 beside = Vec3::Constant(options.kerf + 3 * options.voxel);
   detail.lower -= beside;
   detail.upper += beside;
-  const double points = ((whole.upper - whole.lower).cwiseMin(detail.upper - detail.lower) / options.voxel).prod();
+  const double points = (size.cwiseMin(detail.upper - detail.lower) / options.voxel).prod();
   if (points > kMostPoints) {
     throw ImportError("--voxel", fmt::format("the cut would need {:.2g} points", points), "take larger voxels");
   }

@@ -401,6 +401,9 @@ TEST(Cut, whatCannotBeCutIsRefusedInWords) {
   CutOptions fine = roughPlane();
   fine.voxel = 0.01;
   EXPECT_THAT(refusal(ball(), fine), HasSubstr("points"));
+  // In metres, with the voxels of millimetres: it said that nothing lies on the fragment's side.
+  EXPECT_THAT(refusal(box({0.02, 0.03, 0.05}), roughPlane()),
+              HasSubstr("--voxel: 0.5 is too coarse for a mesh of 0.04 x 0.06 x 0.1"));
 }
 
 }  // namespace

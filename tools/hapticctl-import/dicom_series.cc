@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "tools/hapticctl-import/complaints.h"
+#include "tools/hapticctl-import/dicom_frames.h"
 #include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/itk_values.h"
 #include "tools/hapticctl-import/scan_file.h"
@@ -62,7 +63,9 @@ std::string describe(const std::vector<std::string>& files) {
 Image readSlice(const std::string& file) try {
   const auto io = itk::GDCMImageIO::New();
   io->SetFileName(file);
-  return readWith(*io);
+  Image image = readWith(*io);
+  requireWholeDicom(file);
+  return image;
 } catch (const ImportError& error) {
   throw ImportError(nameOf(file), (error.where.empty() ? "" : error.where + ": ") + error.what(), error.remedy);
 }
@@ -88,6 +91,42 @@ void requireAlike(const Slice& first, const Slice& other) {
                         "put only slices of one kind into the folder");
     }
   }
+}
+
+/**
+ * The frames of an enhanced image as slices of their own, or none if it does not say where each lies: GDCM takes only
+ * those that are in order and evenly spaced for a volume, and else tells a spacing of 1 mm for all axes.
+ */
+std::vector<Slice> slicesOf(const Slice& all) {
+  const std::vector<DicomFrame> frames = framesOf(all.file);
+  if (frames.size() < 2) return {};
+  if (frames.size() != all.image.size[2]) {
+    throw ImportError(nameOf(all.file),
+                      fmt::format("says of {} frames where they lie, and holds {}", frames.size(), all.image.size[2]),
+                      "is the file whole?");
+  }
+  const std::size_t count = std::size_t{all.image.size[0]} * all.image.size[1];
+  std::vector<Slice> slices;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const DicomFrame &frame = frames[i], &first = frames[0];
+    Slice slice{{}, fmt::format("{}, frame {}", all.file, i + 1), 0};
+    slice.image.size = {all.image.size[0], all.image.size[1], 1};
+    slice.image.origin = frame.position;
+    for (std::size_t a = 0; a < 3; ++a) {
+      slice.image.step[0][a] = frame.row[a] * frame.column_spacing;
+      slice.image.step[1][a] = frame.column[a] * frame.row_spacing;
+    }
+    const auto begin = all.image.values.begin() + static_cast<std::ptrdiff_t>(i * count);
+    slice.image.values.assign(begin, begin + static_cast<std::ptrdiff_t>(count));
+    if (frame.slope != first.slope || frame.intercept != first.intercept) {  // GDCM has taken the first one's.
+      for (float& v : slice.image.values) {
+        v = static_cast<float>((static_cast<double>(v) - first.intercept) / first.slope * frame.slope +
+                               frame.intercept);
+      }
+    }
+    slices.push_back(std::move(slice));
+  }
+  return slices;
 }
 
 /** The step from slice to slice, which must be the same everywhere; oblique if the gantry was tilted. */
@@ -161,6 +200,9 @@ Image readSeries(const DicomSeries& series) {
   std::vector<Slice> slices;
   for (const std::string& file : series.files) slices.push_back({readSlice(file), file, 0});
   if (slices.size() == 1) {  // All slices in one file.
+    if (auto frames = slicesOf(slices[0]); !frames.empty()) slices = std::move(frames);
+  }
+  if (slices.size() == 1) {
     Image image = std::move(slices[0].image);
     image.format = "DICOM, " + series.text;
     requireTwo(image, "size");

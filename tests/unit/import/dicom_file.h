@@ -18,6 +18,7 @@ struct CtSlice {
   Double3 position{}, row{1, 0, 0}, column{0, 1, 0};
   double column_spacing = 1, row_spacing = 1.5, slope = 1, intercept = 0;
   std::string values;  ///< 16 bits each.
+  std::string groups;  ///< Functional groups of an enhanced image, see enhanced().
 };
 
 /** An element of a data set. Values are padded to an even length by blanks, identifiers by zeros. */
@@ -28,7 +29,7 @@ inline std::string element(std::uint16_t group, std::uint16_t number, const char
   append(out, static_cast<short>(number));
   out += vr;
   const auto size = static_cast<std::uint32_t>(value.size());
-  const bool large = std::string(vr) == "OB" || std::string(vr) == "OW";
+  const bool large = std::string(vr) == "OB" || std::string(vr) == "OW" || std::string(vr) == "SQ";
   if (large) append(out, 0);
   append(out, static_cast<short>(size));
   if (large) append(out, static_cast<short>(size >> 16));
@@ -67,7 +68,7 @@ inline std::string dicomFile(const CtSlice& s) {
          element(0x28, 0x100, "US", number16(16)) + element(0x28, 0x101, "US", number16(16)) +
          element(0x28, 0x102, "US", number16(15)) + element(0x28, 0x103, "US", number16(1)) +
          element(0x28, 0x1052, "DS", fmt::format("{:.8g}", s.intercept)) +
-         element(0x28, 0x1053, "DS", fmt::format("{:.8g}", s.slope)) + element(0x7fe0, 0x10, "OW", s.values);
+         element(0x28, 0x1053, "DS", fmt::format("{:.8g}", s.slope)) + s.groups + element(0x7fe0, 0x10, "OW", s.values);
 }
 
 /** Slice z of the ball. */
@@ -78,6 +79,41 @@ inline CtSlice ballSlice(std::size_t z) {
   s.number = static_cast<int>(z) + 1;
   s.position = {10, 20, 30 + 2.0 * static_cast<double>(z)};
   return s;
+}
+
+/** A sequence of items. */
+inline std::string sequence(std::uint16_t group, std::uint16_t number, const std::vector<std::string>& items) {
+  std::string all;
+  for (const std::string& item : items) {
+    append(all, static_cast<short>(0xfffe));
+    append(all, static_cast<short>(0xe000));
+    append(all, static_cast<short>(item.size()));
+    append(all, static_cast<short>(item.size() >> 16));
+    all += item;
+  }
+  return element(group, number, "SQ", all);
+}
+
+/** The ball in one file: frame i is slice order[i], with a slope of its own if asked for. */
+inline CtSlice enhanced(const std::vector<std::size_t>& order, bool sloping = false) {
+  CtSlice all;
+  all.kind = "1.2.840.10008.5.1.4.1.1.2.1";
+  all.frames = static_cast<int>(order.size());
+  std::vector<std::string> each;
+  for (const std::size_t z : order) {
+    const int slope = sloping ? 2 : 1, intercept = sloping && z % 2 != 0 ? -7 : 0;
+    for (std::size_t y = 0; y < kSize[1]; ++y)
+      for (std::size_t x = 0; x < kSize[0]; ++x) append(all.values, valueAt(x, y, z));
+    each.push_back(sequence(0x20, 0x9113, {element(0x20, 0x32, "DS", fmt::format("10\\20\\{}", 30 + 2 * z))}) +
+                   sequence(0x28, 0x9145,
+                            {element(0x28, 0x1052, "DS", fmt::format("{}", intercept)) +
+                             element(0x28, 0x1053, "DS", fmt::format("{}", slope * (sloping && z % 2 != 0 ? 2 : 1)))}));
+  }
+  all.groups = sequence(0x5200, 0x9229,
+                        {sequence(0x20, 0x9116, {element(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0")}) +
+                         sequence(0x28, 0x9110, {element(0x28, 0x30, "DS", "1.5\\1")})}) +
+               sequence(0x5200, 0x9230, each);
+  return all;
 }
 
 }  // namespace hapticctl_import::test

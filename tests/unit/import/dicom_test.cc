@@ -130,6 +130,35 @@ TEST(Dicom, allSlicesMayBeInOneFile) {
       for (std::size_t x = 0; x < 24; ++x) ASSERT_EQ(image.values[x + 24 * (y + 20 * z)], valueAt(x, y, z));
 }
 
+// GDCM told 1 mm for all axes where frames were not in order, and took the first one's slope for all.
+TEST(Dicom, framesOfAnEnhancedImageStandWhereEachSays) {
+  const Folder folder;
+  std::vector<std::size_t> order(kSize[2]);
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  expectBall(readOne(folder.put("a.dcm", dicomFile(enhanced(order)))), {10, 20, 30}, kPlain);
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i * 7 % order.size();
+  expectBall(readOne(folder.put("a.dcm", dicomFile(enhanced(order)))), {10, 20, 30}, kPlain);
+  const Image sloping = readOne(folder.put("a.dcm", dicomFile(enhanced(order, true))));
+  for (std::size_t z = 0; z < kSize[2]; ++z)
+    ASSERT_EQ(sloping.values[480 * z + 99], (z % 2 != 0 ? 4 * valueAt(3, 4, z) - 7 : 2 * valueAt(3, 4, z))) << z;
+  const auto told = [&] { return refusal([&] { return readOne(folder.put("a.dcm", dicomFile(enhanced(order)))); }); };
+  order.back() = order.front();
+  EXPECT_THAT(told(), HasSubstr("a.dcm, frame 16: stands where a.dcm, frame 1 does"));
+  order.pop_back();
+  EXPECT_THAT(told(), HasSubstr("is a slice missing?"));
+}
+
+// They were what the memory held, or zeros.
+TEST(Dicom, valuesThatAreFewerThanFramesMakeAreMissed) {
+  const Folder folder;
+  CtSlice all = ballSlice(0);
+  all.kind = "1.2.840.10008.5.1.4.1.1.7.3";
+  all.frames = static_cast<int>(kSize[2]);
+  all.values = samples().substr(2);
+  EXPECT_THAT(refusal([&] { return readOne(folder.put("all.dcm", dicomFile(all))); }),
+              HasSubstr("15358 bytes are there, 15360 are needed"));
+}
+
 TEST(Dicom, slicesThatMakeNoImageAreNamed) {
   const auto told = [](const std::function<void(const Folder&)>& spoil) {
     const Folder folder;

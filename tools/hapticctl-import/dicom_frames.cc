@@ -1,0 +1,101 @@
+#include "tools/hapticctl-import/dicom_frames.h"
+
+#include <fmt/core.h>
+#include <gdcmAttribute.h>
+#include <gdcmByteValue.h>
+#include <gdcmReader.h>
+#include <gdcmSequenceOfItems.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include "tools/hapticctl-import/image_file.h"
+
+namespace hapticctl_import {
+namespace {
+
+using Items = gdcm::SmartPointer<gdcm::SequenceOfItems>;
+
+gdcm::Tag pixels() { return {0x7fe0, 0x10}; }
+
+Items itemsOf(const gdcm::DataSet& set, const gdcm::Tag& tag) {
+  return set.FindDataElement(tag) ? set.GetDataElement(tag).GetValueAsSQ() : Items();
+}
+
+/** Numbers in words in the one item of a group; empty if they are not there. */
+std::vector<double> numbersOf(const gdcm::DataSet& set, const gdcm::Tag& group, const gdcm::Tag& tag,
+                              std::size_t count) {
+  const Items items = itemsOf(set, group);
+  if (items == nullptr || items->GetNumberOfItems() == 0) return {};
+  const gdcm::DataSet& of_group = items->GetItem(1).GetNestedDataSet();
+  if (!of_group.FindDataElement(tag)) return {};
+  const gdcm::ByteValue* const value = of_group.GetDataElement(tag).GetByteValue();
+  if (value == nullptr) return {};
+  std::string text(value->GetPointer(), value->GetLength());
+  for (char& c : text)
+    if (c == '\\' || c == '\0') c = ' ';
+  return numbersIn(text, fmt::format("({:04x},{:04x})", tag.GetGroup(), tag.GetElement()), count);
+}
+
+template <std::uint16_t kGroup, std::uint16_t kElement>
+std::uint64_t countOf(const gdcm::DataSet& set, std::uint64_t otherwise) {
+  gdcm::Attribute<kGroup, kElement> attribute;
+  if (!set.FindDataElement(attribute.GetTag())) return otherwise;
+  attribute.SetFromDataElement(set.GetDataElement(attribute.GetTag()));
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(0, attribute.GetValue()));
+}
+
+}  // namespace
+
+std::vector<DicomFrame> framesOf(const std::string& path) {
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  if (!reader.ReadUpToTag(pixels(), {})) return {};
+  const gdcm::DataSet& set = reader.GetFile().GetDataSet();
+  const Items shared = itemsOf(set, {0x5200, 0x9229}), each = itemsOf(set, {0x5200, 0x9230});
+  if (each == nullptr) return {};
+  std::vector<DicomFrame> frames;
+  for (std::size_t i = 1; i <= each->GetNumberOfItems(); ++i) {
+    const auto of = [&](const gdcm::Tag& group, const gdcm::Tag& tag, std::size_t count) {
+      auto numbers = numbersOf(each->GetItem(i).GetNestedDataSet(), group, tag, count);
+      if (numbers.empty() && shared != nullptr && shared->GetNumberOfItems() > 0)
+        numbers = numbersOf(shared->GetItem(1).GetNestedDataSet(), group, tag, count);
+      return numbers;
+    };
+    const auto position = of({0x20, 0x9113}, {0x20, 0x32}, 3), axes = of({0x20, 0x9116}, {0x20, 0x37}, 6),
+               spacing = of({0x28, 0x9110}, {0x28, 0x30}, 2), intercept = of({0x28, 0x9145}, {0x28, 0x1052}, 1),
+               slope = of({0x28, 0x9145}, {0x28, 0x1053}, 1);
+    if (position.empty() || axes.empty() || spacing.empty()) return {};
+    DicomFrame frame;
+    std::copy_n(position.begin(), 3, frame.position.begin());
+    std::copy_n(axes.begin(), 3, frame.row.begin());
+    std::copy_n(axes.begin() + 3, 3, frame.column.begin());
+    frame.row_spacing = spacing[0];
+    frame.column_spacing = spacing[1];
+    if (!slope.empty()) frame.slope = slope[0];
+    if (!intercept.empty()) frame.intercept = intercept[0];
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+void requireWholeDicom(const std::string& path) {
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  const std::set<gdcm::Tag> tags = {{0x28, 0x2}, {0x28, 0x8}, {0x28, 0x10}, {0x28, 0x11}, {0x28, 0x100}, pixels()};
+  if (!reader.ReadSelectedTags(tags)) return;  // For others to say.
+  const gdcm::DataSet& set = reader.GetFile().GetDataSet();
+  if (reader.GetFile().GetHeader().GetDataSetTransferSyntax().IsEncapsulated() || !set.FindDataElement(pixels()))
+    return;
+  const std::uint64_t values = countOf<0x28, 0x10>(set, 0) * countOf<0x28, 0x11>(set, 0) * countOf<0x28, 0x2>(set, 1) *
+                               std::max<std::uint64_t>(1, countOf<0x28, 0x8>(set, 1));
+  const std::uint64_t needed = (values * countOf<0x28, 0x100>(set, 8) + 7) / 8;
+  const std::uint64_t there = set.GetDataElement(pixels()).GetVL();
+  if (there < needed) {
+    throw ImportError("values", fmt::format("{} bytes are there, {} are needed", there, needed),
+                      "is the file whole? Fetch it again");
+  }
+}
+
+}  // namespace hapticctl_import

@@ -1,0 +1,26 @@
+/** @file
+ * What ITK does not say of a DICOM file: where each of its frames lies, and whether all its values are there.
+ */
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/hapticctl-import/image.h"
+
+namespace hapticctl_import {
+
+/** Of an enhanced image, as its functional groups have it (PS3.3 C.7.6.16). */
+struct DicomFrame {
+  Double3 position{}, row{}, column{};         ///< Of its first value [mm]; unit vectors.
+  double row_spacing = 0, column_spacing = 0;  ///< Between rows, and between columns [mm].
+  double slope = 1, intercept = 0;
+};
+
+/** One after the other; empty if the file does not say of each where it lies. */
+[[nodiscard]] std::vector<DicomFrame> framesOf(const std::string& path);
+
+/** Throws ImportError if values that are not compressed are fewer than rows, columns and frames make. */
+void requireWholeDicom(const std::string& path);
+
+}  // namespace hapticctl_import

@@ -16,12 +16,6 @@ namespace {
 
 constexpr std::size_t kMostHeader = 1 << 20;
 
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-  return out;
-}
-
 /** Of several files "LIST", or "name%03d.raw 1 9 1". */
 void takeFile(DataPlace& place, std::string_view name) {
   place.in_several = name.substr(0, 4) == "LIST" || name.find('%') != std::string_view::npos;

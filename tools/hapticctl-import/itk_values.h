@@ -18,8 +18,13 @@ using BeforeValues = std::function<void(std::uint64_t bytes)>;
  */
 [[nodiscard]] Image readWith(itk::ImageIOBase& io, const BeforeValues& before_values = {});
 
-/** Throws ImportError if a NIfTI file has fewer bytes than its values take, or is gzip and damaged or cut short. */
-void requireWholeNifti(const std::string& path, std::uint64_t values);
+/**
+ * Of a NIfTI file that ITK has read: puts its origin into millimetres where it is in another unit. Throws ImportError
+ * if the file has fewer bytes than its values take, is gzip and damaged or cut short, or has a spacing that is none.
+ */
+void checkNifti(const std::string& path, Image& image);
+/** Whether it is NIfTI of the second version, which ITK does not read. */
+[[nodiscard]] bool isNifti2(const std::string& path);
 
 /** Without ITK's addresses and class names. */
 [[nodiscard]] std::string inWords(const itk::ExceptionObject& error);

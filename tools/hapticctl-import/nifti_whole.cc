@@ -1,4 +1,5 @@
-// ITK reads what is missing at the end of a NIfTI file as zeros, and takes no notice of gzip's checksum.
+// ITK reads what is missing at the end of a NIfTI file as zeros, and takes no notice of gzip's checksum. It takes a
+// spacing that is none for 1, and puts spacings into millimetres, but not origins.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -21,7 +22,13 @@ StreamLength lengthOfAll(const std::string& path) {
 
 }  // namespace
 
-void requireWholeNifti(const std::string& path, std::uint64_t values) {
+bool isNifti2(const std::string& path) {
+  const std::string head = lengthOfAll(path).head;
+  return head.size() >= 8 && (head.compare(4, 3, "n+2") == 0 || head.compare(4, 3, "ni2") == 0);
+}
+
+void checkNifti(const std::string& path, Image& image) {
+  const std::size_t values = image.values.size();
   StreamLength length = lengthOfAll(path);
   const std::string head = std::move(length.head);
   if (head.size() < 348) throw ImportError("header", "is cut short", "is the file whole?");
@@ -47,6 +54,23 @@ void requireWholeNifti(const std::string& path, std::uint64_t values) {
     throw ImportError("data",
                       fmt::format("{} bytes are there, {:.0f} are needed{}", length.bytes, needed, inWords(length.end)),
                       "is the file whole? Fetch it again");
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float spacing = get(80 + 4 * k, float{});
+    if (!std::isfinite(spacing) || spacing == 0)
+      throw ImportError("spacing", fmt::format("is {} along axis {}", spacing, k + 1), "correct the header");
+  }
+  const int unit = head[123] & 7;  // 1: metres, 3: micrometres.
+  if (unit != 1 && unit != 3) return;
+  for (const std::size_t at : {292, 268}) {  // Of the sform, a row after the other, and of the qform.
+    bool as_said = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double said = static_cast<double>(get(at + k * (at == 292 ? 16 : 4), float{}));
+      as_said = as_said && std::abs(std::abs(image.origin[k]) - std::abs(said)) <= 1e-6 * std::abs(said);
+    }
+    if (!as_said) continue;
+    for (double& x : image.origin) x *= unit == 1 ? 1e3 : 1e-3;
+    return;
   }
 }
 

@@ -12,6 +12,7 @@
 
 #include "tools/hapticctl-import/complaints.h"
 #include "tools/hapticctl-import/data_place.h"
+#include "tools/hapticctl-import/header_place.h"
 #include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/itk_values.h"
 
@@ -63,6 +64,14 @@ void requireFile(const std::string& path) {
   if (!std::ifstream(path)) throw ImportError(path, "cannot be read", "does it exist?");
 }
 
+std::string headOf(const std::string& path) {
+  std::string head(1 << 20, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return head;
+}
+
 itk::ImageIOBase::Pointer readerOf(const std::string& path, std::string& format) {
   const itk::ImageIOBase::Pointer readers[] = {itk::NiftiImageIO::New().GetPointer(),
                                                itk::NrrdImageIO::New().GetPointer(),
@@ -74,6 +83,7 @@ itk::ImageIOBase::Pointer readerOf(const std::string& path, std::string& format)
     format = formats[i];
     return readers[i];
   }
+  if (isNifti2(path)) throw ImportError({}, "is NIfTI-2, of which NIfTI-1 alone is read", "convert it to NIfTI-1");
   throw ImportError({}, "is no NIfTI, NRRD, MetaImage, DICOM or InVesalius file that can be read",
                     "is it whole, and does its name end in .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd? For raw numbers "
                     "give --raw, --raw-size and --raw-spacing");
@@ -146,8 +156,13 @@ Image readWith(itk::ImageIOBase& io, const BeforeValues& before_values) try {
   return image;
 } catch (const itk::ExceptionObject& error) {
   const std::string suffix = std::filesystem::path(io.GetFileName()).extension().string();
+  const std::string told = inWords(error);
+  if (told.find("orthonormal") != told.npos) {
+    throw ImportError("orientation", "its axes are not at right angles, or not as long as its spacing says",
+                      "resample it to right angles elsewhere");
+  }
   const bool header = suffix == ".mhd" || suffix == ".nhdr" || suffix == ".hdr";
-  throw ImportError({}, inWords(error),
+  throw ImportError({}, told,
                     header ? "is it whole, and are the files of values there that it names?" : "is the file whole?");
 }
 
@@ -160,7 +175,11 @@ Image readScan(const std::string& path) {
   Image image = readWith(*io, [&](std::uint64_t bytes) {
     if (format != "NIfTI") requireWhole(path, format, bytes);
   });
-  if (format == "NIfTI") requireWholeNifti(path, image.values.size());
+  if (format == "NIfTI") {
+    checkNifti(path, image);
+  } else {
+    placeAsSaid(headOf(path), format, image);
+  }
   image.format = format;
   requireTwo(image, "size");
   checkPlace(image);

@@ -1,6 +1,8 @@
 // Scans in every format: values, place, and what is refused.
 #include <fmt/core.h>
 
+#include <limits>
+
 #include "tests/unit/import/ball.h"
 #include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/scan_file.h"
@@ -63,6 +65,63 @@ TEST(Import, readsNifti) {
   put<float>(turned, 112, 2);
   put<float>(turned, 116, -5);
   EXPECT_EQ(readScan(folder.put("d.nii", turned + samples())).values[0], 2.0f * valueAt(0, 0, 0) - 5);
+}
+
+// ITK passes units over, but for the spacing of a NIfTI image, whose origin it then leaves.
+TEST(Import, lengthsAreInTheUnitThatTheHeaderNames) {
+  const Folder folder;
+  std::string small = nifti();
+  small[123] = 3;
+  const float microns[] = {1000, 1500, 2000}, rows[12] = {1000, 0, 0, 5000, 0, 1500, 0, 6000, 0, 0, 2000, 7000};
+  std::memcpy(small.data() + 80, microns, sizeof microns);
+  std::memcpy(small.data() + 280, rows, sizeof rows);
+  put<std::int16_t>(small, 254, 1);
+  const std::array<Double3, 3> plain{{{-1, 0, 0}, {0, -1.5, 0}, {0, 0, 2}}};
+  expectBall(readScan(folder.put("a.nii", small + samples())), {-5, -6, 7}, plain);
+  put<std::int16_t>(small, 254, 0);
+  put<std::int16_t>(small, 252, 1);
+  put<float>(small, 268, 9000);
+  expectBall(readScan(folder.put("a.nii", small + samples())), {-9, 0, 0}, plain);
+  const std::string placed =
+      "encoding: raw\nendian: little\nspace: LPS\nspace directions: (1000,0,0) (0,1500,0) (0,0,2000)\n"
+      "space origin: (10000,20000,30000)\nspace units: ";
+  expectBall(readScan(folder.put("b.nrrd", nrrd(placed + "\"microns\" \"microns\" \"microns\"\n") + samples())),
+             {10, 20, 30}, kPlain);
+  EXPECT_THAT(
+      refusal([&] { return readScan(folder.put("b.nrrd", nrrd(placed + "\"m\" \"m\" \"cm\"\n") + samples())); }),
+      HasSubstr("units: differ"));
+  const std::string spaced = "encoding: raw\nendian: little\nspacings: 0.1 0.15 0.2\nunits: \"cm\" \"cm\" \"cm\"\n";
+  expectBall(readScan(folder.put("c.nrrd", nrrd(spaced) + samples())), {0, 0, 0}, kPlain);
+  std::string in_cm = metaImage("DistanceUnits = cm\n");
+  in_cm.replace(in_cm.find("1 1.5 2"), 7, ".1 .15 .2").replace(in_cm.find("10 20 30"), 8, "1 2 3");
+  expectBall(readScan(folder.put("d.mha", in_cm + samples())), {10, 20, 30}, kPlain);
+}
+
+TEST(Import, leftAnteriorSuperiorIsTurnedAsItSays) {
+  const Folder folder;
+  expectBall(
+      readScan(folder.put("a.nrrd", nrrd("encoding: raw\nendian: little\nspace: left-anterior-superior\n"
+                                         "space directions: (1,0,0) (0,1.5,0) (0,0,2)\nspace origin: (1,2,3)\n") +
+                                        samples())),
+      {1, -2, 3}, {{{1, 0, 0}, {0, -1.5, 0}, {0, 0, 2}}});
+}
+
+TEST(Import, whatNiftiCannotBeReadIsSaid) {
+  const Folder folder;
+  for (const float none : {0.0f, std::numeric_limits<float>::quiet_NaN()}) {  // ITK took it for 1.
+    std::string header = nifti();
+    put<float>(header, 84, none);
+    EXPECT_THAT(refusal([&] { return readScan(folder.put("a.nii", header + samples())); }), HasSubstr("along axis 2"));
+  }
+  std::string sheared = nifti();
+  put<std::int16_t>(sheared, 254, 1);
+  const float rows[12] = {1, 0.5f, 0, 5, 0, 1.5f, 0, 6, 0, 0, 2, 7};
+  std::memcpy(sheared.data() + 280, rows, sizeof rows);
+  EXPECT_THAT(refusal([&] { return readScan(folder.put("b.nii", sheared + samples())); }), HasSubstr("right angles"));
+  std::string second(540, '\0');
+  put<std::int32_t>(second, 0, 540);
+  std::memcpy(second.data() + 4, "n+2\0\r\n\032\n", 8);
+  EXPECT_THAT(refusal([&] { return readScan(folder.put("c.nii", second + samples())); }), HasSubstr("is NIfTI-2"));
 }
 
 std::string tarFile(const std::string& name, const std::string& bytes) {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "daemon/builder/mesh.h"
+#include "daemon/builder/volume/winding.h"
 
 namespace hapticd {
 namespace {
@@ -26,7 +27,7 @@ struct Part {
   bool closed = true;
   bool mixed = false;   ///< Wound this way and that: its winding says nothing.
   bool turned = false;  ///< Outward, as a whole.
-  double volume = 0;   ///< Signed, as wound [m^3].
+  double volume = 0;    ///< Signed, as wound [m^3].
   Float3 lower{}, upper{};
   [[nodiscard]] std::uint32_t size() const { return end - begin; }
 };
@@ -177,23 +178,23 @@ class Orienter {
     return first;
   }
 
-  /** The closed parts that hold a part. Nothing if there are too many to test. */
+  /** The parts that hold a part, open ones by their winding number. Nothing if there are too many to test. */
   [[nodiscard]] std::optional<std::vector<const Part*>> about(const Part& part) {
     const Float3& inner = mesh_.vertices[mesh_.triangles[order_[part.begin]][0]];
     std::vector<const Part*> outer;
     for (const Part& other : parts_) {
-      if (&other == &part || !other.closed) continue;
+      if (&other == &part) continue;
       bool boxed = true;
       for (int k = 0; k < 3; ++k) boxed &= other.lower[k] < part.lower[k] && part.upper[k] < other.upper[k];
       if (!boxed) continue;
       if (work_left_ < other.size()) return {};
       work_left_ -= other.size();
-      if (crossesOdd(other, inner)) outer.push_back(&other);
+      if (other.closed ? crossesOdd(other, inner) : windsAbout(other, inner)) outer.push_back(&other);
     }
     return outer;
   }
 
-  /** A closed part wound inward is right where it bounds a hollow: inside an odd number of other closed parts. */
+  /** A closed part wound inward is right where it bounds a hollow: inside an odd number of others. */
   [[nodiscard]] bool isCavity(const Part& part) {
     if (part.mixed) return false;
     const auto outer = about(part);
@@ -205,9 +206,21 @@ class Orienter {
     if (part.mixed || !std::any_of(parts_.begin(), parts_.end(), [](const Part& p) { return p.turned; })) return false;
     const auto outer = about(part);
     if (!outer || outer->size() % 2 == 0) return false;
-    return (*std::min_element(outer->begin(), outer->end(), [](const Part* a, const Part* b) {
-             return a->lower[0] < b->lower[0];
-           }))->turned;
+    return (*std::min_element(outer->begin(), outer->end(),
+                              [](const Part* a, const Part* b) { return a->lower[0] < b->lower[0]; }))
+        ->turned;
+  }
+
+  /** Whether x is inside an open part as volume/hole_fill.h has it. */
+  [[nodiscard]] bool windsAbout(const Part& part, const Float3& x) const {
+    const auto point = [](const Float3& p) { return Vec3(p[0], p[1], p[2]); };
+    double sum = 0;
+    for (std::uint32_t i = part.begin; i < part.end; ++i) {
+      const Index3& v = mesh_.triangles[order_[i]];
+      sum += windingOfTriangle(point(mesh_.vertices[v[0]]), point(mesh_.vertices[v[1]]), point(mesh_.vertices[v[2]]),
+                               point(x));
+    }
+    return sum > 0.5;
   }
 
   /** Parity of the crossings of a ray from x with the part: odd means inside. */

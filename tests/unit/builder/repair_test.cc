@@ -12,6 +12,7 @@ namespace {
 using testing::Contains;
 using testing::ElementsAre;
 using testing::IsEmpty;
+using testing::StartsWith;
 
 TEST(Refuse, NotFiniteVertexNamesVertexAndTriangle) {
   for (const float x : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
@@ -196,6 +197,23 @@ TEST(Repair, ASolidInsideOutAsAWholeKeepsItsHollow) {
   const Built beside = build(shell);
   EXPECT_THAT(beside.notes, ElementsAre("turned 4 closed parts outside out, the first begins at triangle 0"));
   EXPECT_NEAR(signedVolume(beside.memory.view), right + 7e-6, 1e-11);
+}
+
+// It was turned into a second solid, which holes that are filled for a volume did not undo.
+TEST(Repair, AHollowInAnOpenSolidKeepsLookingInward) {
+  UploadMesh hollow = cube();
+  hollow.flipAll();
+  UploadMesh open = cube();
+  open.triangles.pop_back();
+  UploadMesh mesh = open;
+  mesh.add(hollow, {0, 0, 0}, 0.5f);
+  EXPECT_THAT(build(mesh).notes, ElementsAre(StartsWith("open along 3 edges")));
+  UploadMesh beside = open;  // Within nothing.
+  beside.add(hollow, {0.1f, 0, 0}, 0.5f);
+  EXPECT_THAT(build(beside).notes, Contains("turned 1 closed parts outside out, the first begins at triangle 11"));
+  UploadMesh room = open;  // Whose walls look inward: the solid in it is one.
+  room.flipAll().add(hollow, {0, 0, 0}, 0.5f);
+  EXPECT_THAT(build(room).notes, Contains("turned 1 closed parts outside out, the first begins at triangle 11"));
 }
 
 // One triangle the wrong way round says nothing of the others: the hollow was filled for it.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -72,6 +73,27 @@ TEST_F(ReadMeshTest, MinusZeroIsZero) {
   std::string text = tetrahedron();
   text.replace(text.find("vertex 0 0 0"), 12, "vertex -0 0 -0");
   EXPECT_EQ(readMesh(file("t.stl", text), "the test", never).vertices.size(), 4u);
+}
+
+// Of -0.01 the first byte is a line's end, which assimp took for one of the header's: one binary PLY in 256.
+TEST_F(ReadMeshTest, ABinaryPlyMayBeginWithAnyByte) {
+  for (const char* const ending : {"\n", "\r\n"}) {
+    for (unsigned first = 0; first < 256; first += first < 16 ? 1 : 16) {
+      std::array<float, 9> corners{-0.01f, 0, 0, 1, 0, 0, 0, 1, 0};
+      std::memcpy(corners.data(), &first, 1);
+      std::string text;
+      for (const char* const line :
+           {"ply", "format binary_little_endian 1.0", "element vertex 3", "property float x", "property float y",
+            "property float z", "element face 1", "property list uchar int vertex_indices", "end_header"})
+        text += std::string(line) + ending;
+      text.append(reinterpret_cast<const char*>(corners.data()), sizeof corners);
+      text.append("\3\0\0\0\0\1\0\0\0\2\0\0\0", 13);
+      const MeshFile mesh = readMesh(file("a.ply", text), "the test", never);
+      ASSERT_EQ(mesh.vertices.size(), 3u) << first;
+      EXPECT_EQ(mesh.vertices[0][0], corners[0]) << first;
+      EXPECT_EQ(mesh.triangles, (std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}}));
+    }
+  }
 }
 
 TEST_F(ReadMeshTest, MergesMeshesThroughTheirNodes) {

@@ -5,6 +5,7 @@
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <assimp/DefaultLogger.hpp>
 #include <assimp/Importer.hpp>
@@ -18,6 +19,7 @@
 
 #include "tools/mesh_file/mesh_error.h"
 #include "tools/mesh_file/polygon.h"
+#include "tools/mesh_file/stl.h"
 
 namespace hapticd_mesh_file {
 namespace {
@@ -171,6 +173,11 @@ MeshFile readScene(const std::string& path, std::string_view program) {
   } catch (const std::exception& e) {
     error = e.what();
   }
+  if (const std::string ending = path.substr(path.size() - std::min<std::size_t>(4, path.size()));
+      (ending == ".stl" || ending == ".STL") && endsInAFacet(path))
+    throw MeshError("is cut short: its last facet has no end", "export it again", kBadMesh);
+  if (error.find("STL storage representation") != error.npos)
+    throw MeshError(whyNoStl(path), "it is damaged or cut short: export it again", kBadMesh);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     throw MeshError(error.empty() ? "holds no scene" : error,
                     fmt::format("{} reads STL, OBJ, PLY, 3DS, glTF and the other formats of assimp; ", program) +

@@ -200,6 +200,20 @@ TEST_F(ReadMeshTest, RefusesWhatCannotBeTouched) {
   EXPECT_NE(refusal(file("t.xyz-unknown", "abc")), "not refused");
 }
 
+// In words assimp left out the facet; of the others it said that a storage representation could not be determined.
+TEST_F(ReadMeshTest, AnStlThatIsCutShortIsRefused) {
+  const std::string text = tetrahedron();
+  const std::size_t last = text.rfind("facet normal"), end = text.rfind("endfacet");
+  for (const std::size_t at : {last + 6, last + 30, end - 20, end - 1})
+    EXPECT_EQ(refusal(file("t.stl", text.substr(0, at))), "is cut short: its last facet has no end") << at;
+  EXPECT_EQ(refusal(file("t.STL", text.substr(0, text.rfind("endsolid")))), "not refused") << "its end is not missed";
+  EXPECT_EQ(refusal(file("t.stl", text.substr(0, text.size() - 1) + " of a\tfacet\n")), "not refused");
+  std::string binary(84 + 4 * 50, '\0');
+  binary[80] = 4;
+  EXPECT_EQ(refusal(file("b.stl", binary.substr(0, 200))),
+            "is no STL in words ('solid'), and of 200 bytes; binary STL of 4 triangles has 284");
+}
+
 TEST_F(ReadMeshTest, NamesTheTriangleThatIsNotFinite) {
   EXPECT_THAT(refusal(file("nan.stl", tetrahedron("nan 0 0"))), HasSubstr("triangle 0 has a vertex at"));
   EXPECT_THAT(refusal(file("inf.stl", tetrahedron("inf 0 0"))), HasSubstr("triangle 0 has a vertex at"));

@@ -17,25 +17,31 @@ namespace {
 
 using Items = gdcm::SmartPointer<gdcm::SequenceOfItems>;
 
+constexpr std::size_t kMostFrames = 65536;  ///< As an image may have values along an axis.
+
 gdcm::Tag pixels() { return {0x7fe0, 0x10}; }
 
 Items itemsOf(const gdcm::DataSet& set, const gdcm::Tag& tag) {
   return set.FindDataElement(tag) ? set.GetDataElement(tag).GetValueAsSQ() : Items();
 }
 
-/** Numbers in words in the one item of a group; empty if they are not there. */
-std::vector<double> numbersOf(const gdcm::DataSet& set, const gdcm::Tag& group, const gdcm::Tag& tag,
-                              std::size_t count) {
-  const Items items = itemsOf(set, group);
-  if (items == nullptr || items->GetNumberOfItems() == 0) return {};
-  const gdcm::DataSet& of_group = items->GetItem(1).GetNestedDataSet();
-  if (!of_group.FindDataElement(tag)) return {};
-  const gdcm::ByteValue* const value = of_group.GetDataElement(tag).GetByteValue();
-  if (value == nullptr) return {};
+/** Numbers in words; empty if they are not there. */
+std::vector<double> numbersOf(const gdcm::DataSet& set, const gdcm::Tag& tag, std::size_t count) {
+  if (!set.FindDataElement(tag)) return {};
+  const gdcm::ByteValue* const value = set.GetDataElement(tag).GetByteValue();
+  if (value == nullptr || value->GetLength() == 0) return {};
   std::string text(value->GetPointer(), value->GetLength());
   for (char& c : text)
     if (c == '\\' || c == '\0') c = ' ';
   return numbersIn(text, fmt::format("({:04x},{:04x})", tag.GetGroup(), tag.GetElement()), count);
+}
+
+/** In the one item of a group. */
+std::vector<double> numbersOf(const gdcm::DataSet& set, const gdcm::Tag& group, const gdcm::Tag& tag,
+                              std::size_t count) {
+  const Items items = itemsOf(set, group);
+  if (items == nullptr || items->GetNumberOfItems() == 0) return {};
+  return numbersOf(items->GetItem(1).GetNestedDataSet(), tag, count);
 }
 
 template <std::uint16_t kGroup, std::uint16_t kElement>
@@ -46,6 +52,30 @@ std::uint64_t countOf(const gdcm::DataSet& set, std::uint64_t otherwise) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, attribute.GetValue()));
 }
 
+/** Of a file without functional groups: one step after the other from the first, if it says how far apart they are. */
+std::vector<DicomFrame> stackOf(const gdcm::DataSet& set) {
+  const std::size_t count = countOf<0x28, 0x8>(set, 1);
+  const auto position = numbersOf(set, {0x20, 0x32}, 3), axes = numbersOf(set, {0x20, 0x37}, 6),
+             spacing = numbersOf(set, {0x28, 0x30}, 2), step = numbersOf(set, {0x18, 0x88}, 1);
+  auto offsets = numbersOf(set, {0x3004, 0xc}, count);  // A dose has these.
+  if (count < 2 || count > kMostFrames || position.empty() || axes.empty() || spacing.empty()) return {};
+  if (offsets.empty() && !step.empty())
+    for (std::size_t i = 0; i < count; ++i) offsets.push_back(static_cast<double>(i) * step[0]);
+  std::vector<DicomFrame> frames;
+  for (const double offset : offsets) {
+    DicomFrame frame;
+    std::copy_n(axes.begin(), 3, frame.row.begin());
+    std::copy_n(axes.begin() + 3, 3, frame.column.begin());
+    const Double3 &r = frame.row, &c = frame.column;
+    const Double3 normal{r[1] * c[2] - r[2] * c[1], r[2] * c[0] - r[0] * c[2], r[0] * c[1] - r[1] * c[0]};
+    for (std::size_t k = 0; k < 3; ++k) frame.position[k] = position[k] + (offset - offsets[0]) * normal[k];
+    frame.row_spacing = spacing[0];
+    frame.column_spacing = spacing[1];
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
 }  // namespace
 
 std::vector<DicomFrame> framesOf(const std::string& path) {
@@ -54,7 +84,7 @@ std::vector<DicomFrame> framesOf(const std::string& path) {
   if (!reader.ReadUpToTag(pixels(), {})) return {};
   const gdcm::DataSet& set = reader.GetFile().GetDataSet();
   const Items shared = itemsOf(set, {0x5200, 0x9229}), each = itemsOf(set, {0x5200, 0x9230});
-  if (each == nullptr) return {};
+  if (each == nullptr) return stackOf(set);
   std::vector<DicomFrame> frames;
   for (std::size_t i = 1; i <= each->GetNumberOfItems(); ++i) {
     const auto of = [&](const gdcm::Tag& group, const gdcm::Tag& tag, std::size_t count) {

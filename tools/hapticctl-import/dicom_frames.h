@@ -10,7 +10,7 @@
 
 namespace hapticctl_import {
 
-/** Of an enhanced image, as its functional groups have it (PS3.3 C.7.6.16). */
+/** Of an image of several, as its functional groups have it (PS3.3 C.7.6.16), or position and spacing of the first. */
 struct DicomFrame {
   Double3 position{}, row{}, column{};         ///< Of its first value [mm]; unit vectors.
   double row_spacing = 0, column_spacing = 0;  ///< Between rows, and between columns [mm].

@@ -94,8 +94,9 @@ void requireAlike(const Slice& first, const Slice& other) {
 }
 
 /**
- * The frames of an enhanced image as slices of their own, or none if it does not say where each lies: GDCM takes only
- * those that are in order and evenly spaced for a volume, and else tells a spacing of 1 mm for all axes.
+ * The frames of an image as slices of their own, or none if it does not say where each lies: of enhanced ones GDCM
+ * takes only those that are in order and evenly spaced for a volume, of others the spacing of few kinds, and else tells
+ * 1 mm.
  */
 std::vector<Slice> slicesOf(const Slice& all) {
   const std::vector<DicomFrame> frames = framesOf(all.file);

@@ -18,6 +18,7 @@ struct CtSlice {
   Double3 position{}, row{1, 0, 0}, column{0, 1, 0};
   double column_spacing = 1, row_spacing = 1.5, slope = 1, intercept = 0;
   std::string values;  ///< 16 bits each.
+  double between = 0;  ///< Spacing between frames; 0: the file does not say.
   std::string groups;  ///< Functional groups of an enhanced image, see enhanced().
 };
 
@@ -54,8 +55,9 @@ inline std::string dicomFile(const CtSlice& s) {
   std::string file(132, '\0');
   file.replace(128, 4, "DICM");
   return file + element(2, 0, "UL", size) + meta + element(8, 0x16, "UI", ct) + element(8, 0x18, "UI", instance) +
-         element(8, 0x60, "CS", "CT") + element(8, 0x103e, "LO", s.description) + element(0x20, 0xd, "UI", "1.2.3") +
-         element(0x20, 0xe, "UI", s.series) + element(0x20, 0x11, "IS", "1") +
+         element(8, 0x60, "CS", "CT") + element(8, 0x103e, "LO", s.description) +
+         (s.between > 0 ? element(0x18, 0x88, "DS", fmt::format("{:.8g}", s.between)) : "") +
+         element(0x20, 0xd, "UI", "1.2.3") + element(0x20, 0xe, "UI", s.series) + element(0x20, 0x11, "IS", "1") +
          element(0x20, 0x13, "IS", fmt::format("{}", s.number)) +
          element(0x20, 0x32, "DS", fmt::format("{:.8g}\\{:.8g}\\{:.8g}", p[0], p[1], p[2])) +
          element(0x20, 0x37, "DS",

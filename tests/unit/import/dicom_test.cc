@@ -148,6 +148,29 @@ TEST(Dicom, framesOfAnEnhancedImageStandWhereEachSays) {
   EXPECT_THAT(told(), HasSubstr("is a slice missing?"));
 }
 
+// Of computed tomography and secondary captures GDCM took no spacing between frames, and told 1 mm.
+TEST(Dicom, framesWithoutGroupsStandAsFarApartAsIsSaid) {
+  const Folder folder;
+  for (const char* const kind : {"1.2.840.10008.5.1.4.1.1.2", "1.2.840.10008.5.1.4.1.1.7.3"}) {
+    CtSlice all = ballSlice(0);
+    all.kind = kind;
+    all.frames = static_cast<int>(kSize[2]);
+    all.between = 2;
+    all.values = samples();
+    expectBall(readOne(folder.put("a.dcm", dicomFile(all))), {10, 20, 30}, kPlain);
+  }
+  CtSlice dose = ballSlice(0);
+  dose.kind = "1.2.840.10008.5.1.4.1.1.481.2";
+  dose.frames = static_cast<int>(kSize[2]);
+  dose.values = samples();
+  std::string offsets = "0";
+  for (int i = 1; i < dose.frames; ++i) offsets += fmt::format("\\{}", 2 * i);
+  dose.groups = element(0x3004, 0xc, "DS", offsets);
+  expectBall(readOne(folder.put("a.dcm", dicomFile(dose))), {10, 20, 30}, kPlain);
+  dose.groups = element(0x3004, 0xc, "DS", offsets.replace(offsets.find("10"), 2, "11"));
+  EXPECT_THAT(refusal([&] { return readOne(folder.put("a.dcm", dicomFile(dose))); }), HasSubstr("is a slice missing?"));
+}
+
 // They were what the memory held, or zeros.
 TEST(Dicom, valuesThatAreFewerThanFramesMakeAreMissed) {
   const Folder folder;

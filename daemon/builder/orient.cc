@@ -2,7 +2,9 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <bit>
 #include <limits>
+#include <numeric>
 #include <optional>
 
 #include "daemon/builder/mesh.h"
@@ -26,7 +28,7 @@ struct Part {
   std::uint32_t begin = 0, end = 0;
   bool closed = true;
   bool mixed = false;   ///< Wound this way and that: its winding says nothing.
-  bool turned = false;  ///< Outward, as a whole.
+  bool turned = false;  ///< It was inside out as a whole.
   double volume = 0;    ///< Signed, as wound [m^3].
   Float3 lower{}, upper{};
   [[nodiscard]] std::uint32_t size() const { return end - begin; }
@@ -56,13 +58,16 @@ class Orienter {
       first_inverted = std::min(first_inverted, firstOf(part));
       for (std::uint32_t i = part.begin; i < part.end; ++i) flip(mesh_, order_[i]);
     };
+    sortByPlace();
+    bool any_turned = false;
     for (Part& part : parts_) {
       if (!part.closed || part.volume >= 0 || isCavity(part)) continue;
       turn(part);
       part.turned = !part.mixed;
+      any_turned |= part.turned;
     }
     for (const Part& part : parts_)
-      if (part.closed && part.volume > 0 && isTurnedCavity(part)) turn(part);
+      if (any_turned && part.closed && part.volume > 0 && isTurnedCavity(part)) turn(part);
     if (flipped_ != 0) {
       monitor_.notes.push_back(
           fmt::format("turned {} triangles to the winding of their neighbours, the first is triangle {}", flipped_,
@@ -178,17 +183,48 @@ class Orienter {
     return first;
   }
 
+  /** So that those about a part are found without a look at all the others: of a foam's pores there are many. */
+  void sortByPlace() {
+    by_lower_.resize(parts_.size());
+    std::iota(by_lower_.begin(), by_lower_.end(), 0U);
+    std::stable_sort(by_lower_.begin(), by_lower_.end(),
+                     [this](std::uint32_t a, std::uint32_t b) { return parts_[a].lower[0] < parts_[b].lower[0]; });
+    const std::size_t leaves = std::bit_ceil(parts_.size());
+    most_upper_.assign(2 * leaves, -std::numeric_limits<float>::infinity());
+    for (std::size_t i = 0; i < parts_.size(); ++i) most_upper_[leaves + i] = parts_[by_lower_[i]].upper[0];
+    for (std::size_t n = leaves; n-- > 1;) most_upper_[n] = std::max(most_upper_[2 * n], most_upper_[2 * n + 1]);
+  }
+
+  static bool isBoxed(const Part& part, const Part& other) {
+    bool boxed = true;
+    for (int k = 0; k < 3; ++k) boxed &= other.lower[k] < part.lower[k] && part.upper[k] < other.upper[k];
+    return boxed;
+  }
+
   /** The parts that hold a part, open ones by their winding number. Nothing if there are too many to test. */
   [[nodiscard]] std::optional<std::vector<const Part*>> about(const Part& part) {
     const Float3& inner = mesh_.vertices[mesh_.triangles[order_[part.begin]][0]];
     std::vector<const Part*> outer;
-    for (const Part& other : parts_) {
-      if (&other == &part) continue;
-      bool boxed = true;
-      for (int k = 0; k < 3; ++k) boxed &= other.lower[k] < part.lower[k] && part.upper[k] < other.upper[k];
-      if (!boxed) continue;
-      if (work_left_ < other.size()) return {};
-      work_left_ -= other.size();
+    const std::size_t leaves = most_upper_.size() / 2;
+    struct Branch {
+      std::size_t node, first, count;
+    };
+    std::vector<Branch> open = {{1, 0, leaves}};
+    while (!open.empty()) {
+      const auto [node, first, count] = open.back();
+      open.pop_back();
+      if (!(most_upper_[node] > part.upper[0]) || !(parts_[by_lower_[first]].lower[0] < part.lower[0])) continue;
+      if (count > 1) {
+        if (first + count / 2 < by_lower_.size()) open.push_back({2 * node + 1, first + count / 2, count / 2});
+        open.push_back({2 * node, first, count / 2});
+        continue;
+      }
+      const Part& other = parts_[by_lower_[first]];
+      if (&other == &part || !isBoxed(part, other)) continue;
+      std::uint64_t& left = other.closed ? work_left_ : open_work_left_;
+      if (left < other.size() && !other.closed) continue;  // It holds nothing for sure.
+      if (left < other.size()) return {};
+      left -= other.size();
       if (other.closed ? crossesOdd(other, inner) : windsAbout(other, inner)) outer.push_back(&other);
     }
     return outer;
@@ -203,7 +239,7 @@ class Orienter {
 
   /** One wound outward bounds a hollow, too, of a solid that is inside out as a whole: if its outermost part was. */
   [[nodiscard]] bool isTurnedCavity(const Part& part) {
-    if (part.mixed || !std::any_of(parts_.begin(), parts_.end(), [](const Part& p) { return p.turned; })) return false;
+    if (part.mixed) return false;
     const auto outer = about(part);
     if (!outer || outer->size() % 2 == 0) return false;
     return (*std::min_element(outer->begin(), outer->end(),
@@ -211,7 +247,7 @@ class Orienter {
         ->turned;
   }
 
-  /** Whether x is inside an open part as volume/hole_fill.h has it. */
+  /** Whether an open part is about x all but for its holes. A floor is not about what lies under it. */
   [[nodiscard]] bool windsAbout(const Part& part, const Float3& x) const {
     const auto point = [](const Float3& p) { return Vec3(p[0], p[1], p[2]); };
     double sum = 0;
@@ -220,7 +256,7 @@ class Orienter {
       sum += windingOfTriangle(point(mesh_.vertices[v[0]]), point(mesh_.vertices[v[1]]), point(mesh_.vertices[v[2]]),
                                point(x));
     }
-    return sum > 0.5;
+    return sum > 0.75;
   }
 
   /** Parity of the crossings of a ray from x with the part: odd means inside. */
@@ -249,7 +285,10 @@ class Orienter {
   std::vector<Mark> mark_;
   std::vector<std::uint32_t> order_;
   std::vector<Part> parts_;
-  std::uint64_t work_left_ = 50'000'000;  ///< Ray tests: half a second at most.
+  std::vector<std::uint32_t> by_lower_;       ///< Parts by where they begin along x.
+  std::vector<float> most_upper_;             ///< A tree over these, its root at 1: where the farthest ends along x.
+  std::uint64_t work_left_ = 50'000'000;      ///< Ray tests: half a second at most.
+  std::uint64_t open_work_left_ = 5'000'000;  ///< Solid angles: as long.
   std::uint32_t flipped_ = 0, first_flipped_ = HD_NO_INDEX;
   std::uint32_t twisted_ = 0, first_twisted_ = HD_NO_INDEX;
 };

@@ -179,9 +179,11 @@ MeshFile readScene(const std::string& path, std::string_view program) {
   if (error.find("STL storage representation") != error.npos)
     throw MeshError(whyNoStl(path), "it is damaged or cut short: export it again", kBadMesh);
   if (scene == nullptr || scene->mRootNode == nullptr) {
+    if (error.find("bad_alloc") != error.npos)  // As assimp hands it on, or what() has it.
+      throw MeshError("is too large for this machine's memory, or damaged", "make it coarser", kBadMesh);
     throw MeshError(error.empty() ? "holds no scene" : error,
-                    fmt::format("{} reads STL, OBJ, PLY, 3DS, glTF and the other formats of assimp; ", program) +
-                        "the ending of the name must fit");
+                    "is it whole, and does the ending of its name fit? " +
+                        fmt::format("{} reads STL, OBJ, PLY, 3DS, glTF and the other formats of assimp", program));
   }
   if (!off.first().empty()) {
     throw MeshError(off.first(), "it is damaged, or has faces of more than nine corners: export it as triangles or PLY",

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
@@ -226,6 +227,20 @@ TEST_F(ReadMeshTest, AFileThatIsCutShortEndsItsReaderAlone) {
                                 "property list uchar int vertex_indices\nend_header\n" +
                                     std::string(100, 'x'));
   EXPECT_NE(refusal(path), "not refused");
+}
+
+// The message was that of std::bad_alloc, with the advice to fit the ending of the name.
+TEST_F(ReadMeshTest, WhatMemoryCannotHoldIsSaid) {
+  const std::string path =
+      file("large.ply",
+           "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n"
+           "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n");
+  rlimit all{};
+  ASSERT_EQ(::getrlimit(RLIMIT_AS, &all), 0);
+  const rlimit some{std::min<rlim_t>(all.rlim_max, rlim_t{1} << 33), all.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_AS, &some), 0);
+  EXPECT_EQ(refusal(path), "is too large for this machine's memory, or damaged");
+  ASSERT_EQ(::setrlimit(RLIMIT_AS, &all), 0);
 }
 
 TEST_F(ReadMeshTest, AFileThatKeepsItsReaderBusyIsGivenUp) {

@@ -7,6 +7,7 @@
 #include <gdcmSequenceOfItems.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <optional>
 #include <set>
 
@@ -108,6 +109,21 @@ std::vector<DicomFrame> framesOf(const std::string& path) {
     frames.push_back(frame);
   }
   return frames;
+}
+
+std::string whatIsNotSaid(const std::string& path, bool several_frames) {
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  if (!reader.ReadUpToTag(pixels(), {})) return {};
+  const gdcm::DataSet& set = reader.GetFile().GetDataSet();
+  const auto none = [&set](std::initializer_list<gdcm::Tag> tags) {
+    return std::none_of(tags.begin(), tags.end(), [&](const gdcm::Tag& tag) { return set.FindDataElement(tag); });
+  };
+  // Functional groups; then pixel spacing, that at the detector, that of a scanned film, regions of ultrasound.
+  if (!none({{0x5200, 0x9229}, {0x5200, 0x9230}})) return {};
+  if (none({{0x28, 0x30}, {0x18, 0x1164}, {0x18, 0x2010}, {0x18, 0x6011}})) return ", does not say its spacing";
+  if (several_frames && none({{0x18, 0x88}, {0x3004, 0xc}})) return ", does not say the spacing of its frames";
+  return {};
 }
 
 void requireWholeDicom(const std::string& path) {

@@ -20,6 +20,9 @@ struct DicomFrame {
 /** One after the other; empty if the file does not say of each where it lies. */
 [[nodiscard]] std::vector<DicomFrame> framesOf(const std::string& path);
 
+/** What GDCM takes for 1 mm without a word, in words to be put behind others: no spacing of values, or of frames. */
+[[nodiscard]] std::string whatIsNotSaid(const std::string& path, bool several_frames);
+
 /** Throws ImportError if values that are not compressed are fewer than rows, columns and frames make. */
 void requireWholeDicom(const std::string& path);
 

@@ -205,7 +205,7 @@ Image readSeries(const DicomSeries& series) {
   }
   if (slices.size() == 1) {
     Image image = std::move(slices[0].image);
-    image.format = "DICOM, " + series.text;
+    image.format = "DICOM, " + series.text + whatIsNotSaid(series.files.front(), true);
     requireTwo(image, "size");
     checkPlace(image);
     return image;
@@ -219,7 +219,7 @@ Image readSeries(const DicomSeries& series) {
   }
   std::stable_sort(slices.begin(), slices.end(), [](const Slice& a, const Slice& b) { return a.along < b.along; });
   Image image;
-  image.format = "DICOM, " + series.text;
+  image.format = "DICOM, " + series.text + whatIsNotSaid(series.files.front(), false);
   image.size = {slices[0].image.size[0], slices[0].image.size[1], static_cast<std::uint32_t>(slices.size())};
   image.origin = slices[0].image.origin;
   image.step = slices[0].image.step;

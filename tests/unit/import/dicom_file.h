@@ -66,7 +66,8 @@ inline std::string dicomFile(const CtSlice& s) {
          element(0x28, 4, "CS", "MONOCHROME2") +
          (s.frames > 0 ? element(0x28, 8, "IS", fmt::format("{}", s.frames)) : "") +
          element(0x28, 0x10, "US", number16(s.rows)) + element(0x28, 0x11, "US", number16(s.columns)) +
-         element(0x28, 0x30, "DS", fmt::format("{:.8g}\\{:.8g}", s.row_spacing, s.column_spacing)) +
+         (s.row_spacing > 0 ? element(0x28, 0x30, "DS", fmt::format("{:.8g}\\{:.8g}", s.row_spacing, s.column_spacing))
+                            : "") +
          element(0x28, 0x100, "US", number16(16)) + element(0x28, 0x101, "US", number16(16)) +
          element(0x28, 0x102, "US", number16(15)) + element(0x28, 0x103, "US", number16(1)) +
          element(0x28, 0x1052, "DS", fmt::format("{:.8g}", s.intercept)) +

@@ -9,6 +9,7 @@ namespace hapticctl_import::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /** Slices in files whose names and numbers have nothing to do with their order. */
 void putSeries(const Folder& folder, const std::function<void(CtSlice&, double)>& change) {
@@ -169,6 +170,22 @@ TEST(Dicom, framesWithoutGroupsStandAsFarApartAsIsSaid) {
   expectBall(readOne(folder.put("a.dcm", dicomFile(dose))), {10, 20, 30}, kPlain);
   dose.groups = element(0x3004, 0xc, "DS", offsets.replace(offsets.find("10"), 2, "11"));
   EXPECT_THAT(refusal([&] { return readOne(folder.put("a.dcm", dicomFile(dose))); }), HasSubstr("is a slice missing?"));
+}
+
+// GDCM takes 1 mm, of what may be times and no places.
+TEST(Dicom, aSpacingThatIsNotSaidIsTold) {
+  const Folder folder;
+  CtSlice all = ballSlice(0);
+  all.kind = "1.2.840.10008.5.1.4.1.1.7.3";
+  all.frames = static_cast<int>(kSize[2]);
+  all.values = samples();
+  EXPECT_THAT(readOne(folder.put("all.dcm", dicomFile(all))).format,
+              HasSubstr("does not say the spacing of its frames"));
+  const Folder series;
+  putSeries(series, [](CtSlice& s, double) { s.row_spacing = 0; });
+  EXPECT_THAT(readOne(series.path()).format, HasSubstr("does not say its spacing"));
+  putSeries(series, [](CtSlice&, double) {});
+  EXPECT_THAT(readOne(series.path()).format, Not(HasSubstr("does not say")));
 }
 
 // They were what the memory held, or zeros.

@@ -32,9 +32,11 @@ std::vector<double> numbersOf(const gdcm::DataSet& set, const gdcm::Tag& tag, st
   const gdcm::ByteValue* const value = set.GetDataElement(tag).GetByteValue();
   if (value == nullptr || value->GetLength() == 0) return {};
   std::string text(value->GetPointer(), value->GetLength());
-  for (char& c : text)
+  for (char& c : text) {
     if (c == '\\' || c == '\0') c = ' ';
-  return numbersIn(text, fmt::format("({:04x},{:04x})", tag.GetGroup(), tag.GetElement()), count);
+    if (c < 32 || c > 126) c = '?';  // It goes to a terminal.
+  }
+  return numbersIn(text, fmt::format("({:04x},{:04x})", tag.GetGroup(), tag.GetElement()), count, "is the file whole?");
 }
 
 /** In the one item of a group. */

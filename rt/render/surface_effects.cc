@@ -59,6 +59,7 @@ double addReliefs(const Scene& scene, const SceneObject& touched, const SurfaceC
     if (!object || !(newtons > 0)) continue;
     const Vec3 n = part.force / newtons;
     const double stiffness = object->material.stiffness;
+    if (!(stiffness > 0)) continue;  // In a groove it takes up what the other's force leans on it, at no depth.
     const Vec3 foot = hip + (n.dot(contact.proxy - hip) - radius) * n;
     const double left =
         addRelief({object, n, part.force + part.share * rest, stiffness, newtons / stiffness, foot}, texture);

@@ -218,6 +218,37 @@ TEST(SurfaceEffects, InACornerEachWallHasItsOwnRelief) {
   }
 }
 
+/** In a groove a wall without stiffness bears what the other one leans on it; its relief adds nothing to that. */
+TEST(SurfaceEffects, InAGrooveAWallWithoutStiffnessHasNoRelief) {
+  const TestRelief picture = waves();
+  for (const double half : {20.0, 30.0, 45.0, 60.0}) {
+    for (const bool both : {false, true}) {
+      const double lean = (90 - half) * std::numbers::pi / 180;
+      TestScene scene;
+      SurfaceEffects effects;
+      scene.table->publishTexture(0, &picture.view);
+      const auto wall = [&](double turn, double stiffness) {
+        return scene.add(ShapeKind::kPlane, Vec3::Zero(), {Vec3::Zero(), fromRotationVector(turn * Vec3::UnitY())},
+                         {stiffness, 0, 0, 0});
+      };
+      const std::uint32_t soft = wall(lean, 0), firm = wall(-lean, kBlockStiffness);
+      ASSERT_EQ(scene.scene->apply(test::surfaceCommand(soft, relief(1e-4))), ErrorCode::kOk);
+      if (both) {
+        ASSERT_EQ(scene.scene->apply(test::surfaceCommand(firm, relief(1e-4))), ErrorCode::kOk);
+      }
+      scene.tick({0, 0, 0.02});
+      for (int i = 1; i < 30; ++i) {
+        const Vec3 hip(0, 0, -1e-4 * i);
+        scene.tick(hip);
+        ASSERT_EQ(scene.contact.parts, 2u);
+        const Vec3 texture = effects.step(*scene.scene, scene.contact, {}, hip, Vec3::Zero()).texture;
+        ASSERT_TRUE(isFinite(texture)) << half << " " << i;
+        ASSERT_EQ(texture.isZero(0), !both);
+      }
+    }
+  }
+}
+
 /** Total force = -gradient of k max(0, d + h)^2 / 2, by finite differences of that energy. */
 TEST(SurfaceEffects, AReliefIsTheGradientOfItsEnergy) {
   const TestRelief picture = waves();

@@ -28,12 +28,13 @@ double fullInCore(double radius, double share) HD_RT {
   return std::sqrt(border * border + within);
 }
 
-/** False when x is no direction at all. */
+/** False when x is no direction at all. What this made stays as it is to the bit: recordings state models anew. */
 template <class T>
 bool makeUnit(T (&n)[3]) HD_RT {
   const Vec3 x(n[0], n[1], n[2]);
   const double length = x.norm();
   if (!(length > 0.5 && length < 2)) return false;
+  if (std::abs(length - 1) <= std::numeric_limits<T>::epsilon()) return true;
   for (int i = 0; i < 3; ++i) n[i] = static_cast<T>(x[i] / length);
   return true;
 }

@@ -63,7 +63,7 @@ class LocalModel {
   void inherit(const LocalModel& former, const ModelFrame& former_frame, const ModelFrame& frame) HD_RT;
 
   [[nodiscard]] bool none() const HD_RT { return kind_ == CommandKind::kNone; }
-  /** The command that makes this model anew, without its contact memory. */
+  /** The command that makes this model anew, to the bit, without its contact memory. */
   [[nodiscard]] Command command() const HD_RT;
   [[nodiscard]] std::uint32_t frame() const HD_RT;
   [[nodiscard]] std::uint32_t device() const HD_RT;

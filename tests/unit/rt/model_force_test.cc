@@ -399,6 +399,23 @@ TEST(ModelForce, EdgesAreAsRoundAsTheClientSays) {
   EXPECT_NEAR(force(0), (full - 0.125) / std::hypot(1, 0.025), 1e-5);
 }
 
+/** A recording says a model anew; a client that then sends its own once more must find it there. */
+TEST(ModelForce, SaidAnewItIsTheSameToTheBit) {
+  Random random(7);
+  for (int i = 0; i < 3000; ++i) {
+    for (const auto kind : {HD_MODEL_PLANE, HD_MODEL_HALFSPACES, HD_MODEL_CORNER}) {
+      hd_local_model m = modelOf(kind);
+      const Vec3 n = random.vector(1).normalized();
+      store(i % 2 == 0 ? n : Vec3(random.in(0.6, 1.9) * n), m.normal);
+      if (kind != HD_MODEL_PLANE) setHalfspace(m, random.vector(1).normalized(), 1e-3);
+      LocalModel model, again;
+      ASSERT_EQ(model.set(commandOf(m)), ErrorCode::kOk);
+      ASSERT_EQ(again.set(model.command()), ErrorCode::kOk);
+      ASSERT_TRUE(again.isSame(model)) << kind << " " << i;
+    }
+  }
+}
+
 TEST(ModelForce, RefusesWhatIsNoModel) {
   LocalModel model;
   hd_local_model m = modelOf(HD_MODEL_PLANE);

@@ -19,6 +19,7 @@ Cycle::Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept
 }
 
 void Cycle::step(const CycleInput& input, CycleOutput& output) HD_RT {
+  scene_.expect(seconds(config_.period_ns) * (1.0 + input.missed));
   applyCommands(input, output);
   render(input, output);
   guard(input, output);

@@ -122,6 +122,12 @@ class Scene {
    */
   ErrorCode apply(const Command& command) HD_RT;
 
+  /**
+   * Before the commands of a tick: it is so long [s]. Without that it counts as long as the last one: moves of vertices
+   * are those of its end.
+   */
+  void expect(double dt) HD_RT { dt_ = dt; }
+
   /** Moves objects on by their velocities and recomputes world poses; X_WO_before is last tick's X_WO. */
   void advance(double dt) HD_RT;
 
@@ -191,7 +197,7 @@ class Scene {
   std::uint32_t move_count_ = 0;
   bool moves_are_new_ = false;  ///< The next advance() keeps them.
   double time_ = 0;             ///< Sum of all dt [s],
-  double dt_ = 0;               ///< and the last of them.
+  double dt_ = 0;               ///< and the last of them, or that of the tick that comes.
   bool settled_ = true;         ///< Nothing moves and nothing moved last tick: advance() has nothing to do.
 };
 

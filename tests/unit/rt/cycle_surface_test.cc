@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "rt/cycle/cycle.h"
+#include "tests/support/test_mesh.h"
 #include "tests/support/test_surface.h"
 #include "tests/support/time.h"
 
@@ -63,6 +64,56 @@ TEST(CycleSurface, TexturesAndTransientsHaveTheirOwnShare) {
   EXPECT_NEAR(contact, 3, 1e-6);
   EXPECT_GT(texture, 0.1);
   EXPECT_GT(transient, 0.3) << "the hand came at 0.1 m/s";
+}
+
+/** A sheet that rises steadily by its vertices goes on doing so through periods that are missed. */
+TEST(CycleSurface, ASheetGoesOnRisingThroughMissedPeriods) {
+  constexpr double kSpeed = 0.2;
+  for (const int pace : {1, 3}) {
+    test::TestMesh sheet = test::heightMesh(0.05, 4, [](double, double) { return 0.0; });
+    const auto made = sheet.vertices;
+    const auto meshes = std::make_unique<MeshTable>();
+    const auto cycle = std::make_unique<Cycle>(CycleConfig{}, *meshes);
+    const auto input = std::make_unique<CycleInput>();
+    const auto output = std::make_unique<CycleOutput>();
+    const auto next = [&](CommandKind kind) -> Command& {
+      Command& c = input->command[input->command_count++] = Command{};
+      c.kind = kind;
+      return c;
+    };
+    meshes->publish(0, sheet.deformableView());
+    auto& add = next(CommandKind::kAddObject).as<AddObject>();
+    add.object = makeObjectId(1, 1);
+    add.flags = HD_OBJECT_ENABLED;
+    add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
+    add.material = {1000, 1, 0, 0};
+    add.q[0] = 1;
+    std::int64_t ms = 0;
+    for (int i = 0; i < 120; ++i) {
+      input->missed = i % 15 == 0 ? i / 15 : 0;
+      ms += 1 + input->missed;
+      const auto z = static_cast<float>(kSpeed * 1e-3 * static_cast<double>(ms));
+      const bool told = i > 0 && i % pace == 0;
+      for (std::uint32_t v = 0; told && v < made.size();) {
+        auto& moves = next(CommandKind::kObjectVertices).as<hd_object_vertices>();
+        moves.object = makeObjectId(1, 1);
+        for (; v < made.size() && moves.count < HD_VERTEX_MOVES; ++v)
+          moves.move[moves.count++] = {v, {made[v][0], made[v][1], z}};
+      }
+      input->tick += 1 + input->missed;
+      input->now_ns = ms * kMs;
+      DeviceSample& sample = input->device[0];
+      sample.t_ns = input->now_ns;
+      sample.p = {1e-3, 2e-3, z - (i < 5 ? -1e-3 : 1e-3)};
+      sample.fresh = true;
+      cycle->step(*input, *output);
+      input->command_count = 0;
+      const SurfaceContact& contact = output->device[0].contact;
+      if (i < 10) continue;
+      ASSERT_EQ(contact.object, makeObjectId(1, 1)) << i;
+      ASSERT_NEAR(contact.velocity.z(), kSpeed, 1e-4) << "told each " << pace << ", tick " << i;
+    }
+  }
 }
 
 }  // namespace

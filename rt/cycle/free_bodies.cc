@@ -156,6 +156,15 @@ void FreeBodies::begin(const Scene& scene, double dt, std::span<const std::uint3
     }
     of_slot_[objectSlot(entry.object)] = k;
   }
+  for (const std::uint16_t slot : scene.used()) {  // Parents first.
+    if (const std::uint32_t parent = scene.slot(slot).parent; parent != 0) of_slot_[slot] = of_slot_[parent];
+  }
+}
+
+Pose FreeBodies::poseOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
+  const Pose X_WB = entry_[k].body.body.pose();
+  const std::uint32_t own = objectSlot(entry_[k].object);
+  return slot == own ? X_WB : X_WB * (scene.slot(own).X_WO.inverse() * scene.slot(slot).X_WO);
 }
 
 std::uint8_t FreeBodies::moverOf(std::uint8_t k) HD_RT {
@@ -199,10 +208,10 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
   const std::uint8_t other = find(slot);
   Touch touch;
   if (other != kNone) {
-    const RigidBody& theirs = entry_[other].body.body;
-    touch = entry.model.touch(i, mine.pose(), mine.com(), theirs.pose(), Twist{});
-    rollTo({self.shape, mine.pose()}, feature, {object.shape, theirs.pose()}, mine.com(), Vec3::Zero(), touch);
-    touch.r_b = mine.com() + touch.r_a - theirs.com();
+    const Pose there = poseOf(scene, other, slot);
+    touch = entry.model.touch(i, mine.pose(), mine.com(), there, Twist{});
+    rollTo({self.shape, mine.pose()}, feature, {object.shape, there}, mine.com(), Vec3::Zero(), touch);
+    touch.r_b = mine.com() + touch.r_a - entry_[other].body.body.com();
   } else {
     touch = entry.model.touch(i, mine.pose(), mine.com(), object.X_WO, object.V_WO);
     rollTo({self.shape, mine.pose()}, feature, {object.shape, object.X_WO}, mine.com(), object.V_WO.w, touch);
@@ -238,6 +247,8 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
       continue;
     }
     const auto moves = [](const Entry& e) HD_RT { return !e.body.asleep() && e.age < kStale; };
+    // A part that a client moves while the rest of its body sleeps.
+    if (entry_[other].body.asleep() && scene.slot(slot).V_WO.v.norm() > kStirring) entry.body.wake();
     if (entry_[other].body.asleep() && moves(entry)) entry_[other].body.wake();
     if (entry.body.asleep() && moves(entry_[other])) entry.body.wake();
   }

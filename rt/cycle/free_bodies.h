@@ -42,11 +42,13 @@ class FreeBodies {
 
   /** `held`: objects in hands; they are the hands' while they are. */
   void begin(const Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT;
-  /** The free body in that slot of the scene, or kNone. */
+  /** The free body of which the object in that slot of the scene is the whole or a part; kNone. */
   [[nodiscard]] std::uint8_t find(std::uint32_t slot) const HD_RT {
     return slot < kMaxObjects ? of_slot_[slot] : kNone;
   }
   [[nodiscard]] const FreeBody& body(std::uint8_t k) const HD_RT { return entry_[k].body; }
+  /** Where the object in that slot, found to be of body k, stands now that the body may have gone on. */
+  [[nodiscard]] Pose poseOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
   /** Whether contacts found before may be of where somebody took it from. */
   [[nodiscard]] bool wasPut(std::uint8_t k) const HD_RT { return entry_[k].put > 0; }
   /** A tool that touches bodies is stepped with them. Its number for touch(). */

@@ -81,10 +81,10 @@ void HeldTool::gather(const Scene& scene, const FreeBodies& bodies) HD_RT {
     Touch& touch = touch_[touches_++];
     const std::uint32_t feature = model_.point[i].feature();
     if (body != FreeBodies::kNone) {
-      const RigidBody& rigid = bodies.body(body).body;
-      touch = model_.touch(i, X_WA, com, rigid.pose(), Twist{});
-      rollTo({self.shape, X_WA}, feature, {object.shape, rigid.pose()}, com, Vec3::Zero(), touch);
-      touch.r_b = com + touch.r_a - rigid.com();
+      const Pose there = bodies.poseOf(scene, body, slot);
+      touch = model_.touch(i, X_WA, com, there, Twist{});
+      rollTo({self.shape, X_WA}, feature, {object.shape, there}, com, Vec3::Zero(), touch);
+      touch.r_b = com + touch.r_a - bodies.body(body).body.com();
     } else {
       touch = model_.touch(i, X_WA, com, object.X_WO, object.V_WO);
       rollTo({self.shape, X_WA}, feature, {object.shape, object.X_WO}, com, object.V_WO.w, touch);

@@ -182,6 +182,69 @@ TEST(FreeBodies, AHandOfThreeAxesPushesOneWithTheForceItFeels) {
   EXPECT_LT(seen(house, kRolled).X_WO.p.x(), -0.05);
 }
 
+/** A ball of half the size on the right of a body, 50 mm away, as a part of it. */
+void addPart(House& house, std::uint32_t of) {
+  AddObject part = object(kOther, ShapeKind::kSphere, {kBallRadius / 2, 0, 0}, {0.05, 0, 0});
+  part.parent = of;
+  house.send(CommandKind::kAddObject, part);
+}
+
+/** Who pushes a part of a body pushes the body. */
+TEST(FreeBodies, AHandThatPushesAPartPushesTheWhole) {
+  House house("sim://default");
+  house.aim({0, 0, 0.06});
+  house.run(1000);
+  house.send(CommandKind::kArm, DeviceRef{0});
+  house.run(50);
+  addBall(house, kRolled, {-0.09, 0.002, 0.06}, 0.5);
+  addPart(house, kRolled);
+  Vec3 impulse = Vec3::Zero();
+  for (int i = 0; i < 600; ++i) {
+    house.aim({-0.1e-3 * i, 0, 0.06});
+    house.run(1);
+    const SurfaceContact& c = house.out().contact;
+    if (c.object == kOther) impulse -= 1e-3 * c.force;
+    ASSERT_LT((0.5 * house.servo->cycle().bodies().body(0).body.twist().v - impulse).norm(), 1e-12) << i;
+  }
+  EXPECT_LT(impulse.x(), -0.01) << "it has been pushed";
+  EXPECT_LT(seen(house, kRolled).X_WO.p.x(), -0.1);
+}
+
+TEST(FreeBodies, AToolThatPushesAPartPushesTheWhole) {
+  double gone[2];
+  for (const bool part : {false, true}) {
+    House house;
+    house.hold();
+    addBall(house, kRolled, {part ? -0.1 : -0.06, 0, 0.04}, 0.3, 0.5);
+    if (part) addPart(house, kRolled);
+    const double begun = seen(house, kRolled).X_WO.p.x();
+    for (int i = 0; i < 700; ++i) {
+      house.aim({-0.1e-3 * i, 0, 0.04});
+      house.run(1);
+    }
+    gone[part ? 1 : 0] = seen(house, kRolled).X_WO.p.x() - begun;
+    EXPECT_GT(house.servo->cycle().tool(0).last().on_device.force.x(), -0.5);
+    EXPECT_EQ(house.told(ServoEventKind::kTouch), 1);
+    EXPECT_GT(house.out().guard.energy, -1e-3);
+  }
+  EXPECT_LT(gone[0], -0.03);
+  EXPECT_NEAR(gone[1], gone[0], 3e-3);
+}
+
+/** What lies on a part of a body that lies still does so, too; and goes along with it. */
+TEST(FreeBodies, OneLiesOnAPartOfAnother) {
+  House house;
+  addBall(house, kRolled, {0.3, 0, kBallRadius}, 0.5);
+  AddObject tray = object(makeObjectId(12, 1), ShapeKind::kBox, {0.05, 0.05, 0.005}, {0.1, 0, 0.02});
+  tray.parent = kRolled;
+  house.send(CommandKind::kAddObject, tray);
+  addBall(house, kOther, {0.4, 0, kBallRadius + 0.03 + kBallRadius}, 0.001);
+  gravity(house, 9.81);
+  house.run(100);
+  EXPECT_NEAR(seen(house, kOther).X_WO.p.z() - seen(house, tray.object).X_WO.p.z(), 0.005 + kBallRadius, 2e-3);
+  EXPECT_GT(house.servo->cycle().bodies().body(0).body.twist().w.y(), 0) << "and its weight tips it";
+}
+
 /** In the groove between two balls that rub and damp: both together get what the hand feels. */
 TEST(FreeBodies, AHandBetweenTwoPushesBothWithTheForceItFeels) {
   House house("sim://default");

@@ -255,11 +255,13 @@ ErrorCode Scene::moveVertices(const hd_object_vertices& order) HD_RT {
     const std::uint32_t vertex = d.motion && move.index < d.source_count ? d.source_vertex[move.index] : HD_NO_INDEX;
     float from[3] = {};
     if (vertex < mesh->vertex_count) std::copy_n(mesh->vertices[vertex], 3, from);
-    const std::uint32_t noted = move_count_;
+    const bool first = !moves_are_new_;
+    const std::uint32_t noted = first ? 0 : move_count_;
     noteTriangles(*mesh, move);
     result = moveVertex(*mesh, move.index, move.p, refit);
     if (result != ErrorCode::kOk) {
       move_count_ = noted;
+      moves_are_new_ = !first;
     } else if (vertex < mesh->vertex_count) {
       noteMotion(*mesh, vertex, from, time_ + dt_, dt_);  // In the tick that comes.
     }

@@ -195,6 +195,18 @@ TEST(ProxyOnDeformable, OnlyThisTicksMovesAreSwept) {
   EXPECT_EQ(t.moveVertices(id, {{9, {0, 0, 0}}}), ErrorCode::kNotFound);
   EXPECT_EQ(t.moveVertices(id, {{4, {0, 0, NAN}}}), ErrorCode::kInvalidArgument);
   EXPECT_TRUE(t.scene->triangleMoves().empty());
+  // Nor are those of the last tick swept once more because this one's were refused.
+  for (const bool refused : {false, true}) {
+    t.moveVertices(id, {{4, {0, 0, 0.002f}}});
+    t.tick(Vec3(0, 0, 0.01));
+    if (refused) {
+      EXPECT_EQ(t.moveVertices(id, {{4, {0, 0, NAN}}}), ErrorCode::kInvalidArgument);
+    } else {
+      EXPECT_EQ(t.moveVertices(id, {{4, {0, 0, 0.001f}}, {4, {0, 0, NAN}}}), ErrorCode::kInvalidArgument);
+    }
+    t.tick(Vec3(0, 0, 0.01));
+    EXPECT_EQ(t.scene->triangleMoves().size(), refused ? 0u : 6u);
+  }
 }
 
 /** A sheet that turns about its border, each place at a speed of its own, at the pace of a client or of every tick. */

@@ -272,8 +272,9 @@ double Cycle::stiffened(DeviceState& device, const SurfaceContact& contact) cons
   const std::uint32_t count = contact.parts > 0 ? contact.parts : contact.object != 0 ? 1 : 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     const SceneObject* object = scene_.find(contact.parts > 0 ? contact.part[i].object : contact.object);
-    if (object == nullptr || !(object->material.stiffness > 0)) continue;
+    if (object == nullptr) continue;
     now[i] = {object->id, object->material.stiffness};
+    if (!(now[i].stiffness > 0)) continue;  // It holds nothing yet.
     all += share[i] = contact.parts > 0 ? contact.part[i].force.squaredNorm() / now[i].stiffness : 1;
   }
   double put_in = 0;

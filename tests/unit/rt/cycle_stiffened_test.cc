@@ -111,6 +111,23 @@ TEST(CycleStiffened, WhatIsPutInIsWhatTheSpringsHoldMore) {
   }
 }
 
+/** A wall without stiffness holds nothing; who gives it one with a hand in it puts all of that in. */
+TEST(CycleStiffened, AWallThatIsTurnedOnUnderTheHandIsPutInWhole) {
+  for (const int off : {1, 2, 3}) {  // That many of the walls.
+    Corner corner({off > 0 ? 0.0 : 500.0, off > 1 ? 0.0 : 400.0, off > 2 ? 0.0 : 600.0});
+    corner.go({-0.003, -0.004, -0.002});
+    corner.rest(5);
+    for (std::uint32_t wall = 0; wall < static_cast<std::uint32_t>(off); ++wall) {
+      const double before = corner.stored(), energy = corner.out().guard.energy;
+      corner.set(wall, 500);
+      corner.rest(3);
+      EXPECT_GT(corner.stored() - before, 9e-4);
+      EXPECT_NEAR(corner.out().guard.energy - energy, corner.stored() - before, 1e-9) << off << " " << wall;
+    }
+    EXPECT_EQ(corner.out().guard.fault, HD_FAULT_NONE);
+  }
+}
+
 /** Who makes a wall softer takes out, and gets nothing for it; nor does who then gives back less. */
 TEST(CycleStiffened, WhatIsTakenOutIsNotPutIn) {
   Corner corner({600, 400, 500});

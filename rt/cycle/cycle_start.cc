@@ -42,6 +42,9 @@ void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orde
 
 std::unique_ptr<Cycle> makeCycle(const CycleStart& start, const MeshTable& meshes) {
   auto cycle = std::make_unique<Cycle>(start.config, meshes);
+  // When vertices have moved is told by the clock of the cycle before; a replay has not seen that one.
+  for (std::uint32_t entry = 0; entry < kMaxMeshes; ++entry)
+    if (MeshView* const mesh = meshes.get(entry)) forgetMotion(*mesh);
   for (std::uint32_t d = 0; d < start.config.device_count; ++d) {
     cycle->setResolution(d, start.resolution[d].position, start.resolution[d].rotation);
   }

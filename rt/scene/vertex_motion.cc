@@ -33,6 +33,11 @@ void noteMotion(MeshView& mesh, std::uint32_t vertex, const float (&from)[3], do
   mesh.deform.moved = time;
 }
 
+void forgetMotion(MeshView& mesh) noexcept {
+  if (mesh.deform.motion != nullptr) std::fill_n(mesh.deform.motion, mesh.vertex_count, VertexMotion{});
+  mesh.deform.moved = 0;
+}
+
 bool isJump(const MeshView& mesh, std::uint32_t vertex) HD_RT {
   return !(lastVelocity(mesh, vertex).squaredNorm() <= kMostSpeed * kMostSpeed);
 }

@@ -23,6 +23,9 @@ inline constexpr double kPoseSpread = 0.05;  ///< Most between samples of one mo
 /** Notes that the vertex was at `from` until the tick at `time`; `dt` is a tick's length [s]. */
 void noteMotion(MeshView& mesh, std::uint32_t vertex, const float (&from)[3], double time, double dt) HD_RT;
 
+/** For a scene whose clock is another one: no vertex has moved yet. Control thread, while no servo reads the mesh. */
+void forgetMotion(MeshView& mesh) noexcept;
+
 /** Whether the vertex' last move was no motion, for it was too fast: as a pose that is a teleport. */
 [[nodiscard]] bool isJump(const MeshView& mesh, std::uint32_t vertex) HD_RT;
 

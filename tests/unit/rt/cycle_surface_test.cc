@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "rt/cycle/cycle.h"
+#include "rt/cycle/cycle_start.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_surface.h"
 #include "tests/support/time.h"
@@ -64,6 +64,73 @@ TEST(CycleSurface, TexturesAndTransientsHaveTheirOwnShare) {
   EXPECT_NEAR(contact, 3, 1e-6);
   EXPECT_GT(texture, 0.1);
   EXPECT_GT(transient, 0.3) << "the hand came at 0.1 m/s";
+}
+
+/** Sheets in a cycle each; their vertices are moved and the hand lies on them. */
+struct OnSheet {
+  test::TestMesh sheet;
+  MeshView* view;
+  MeshTable meshes;
+  std::unique_ptr<Cycle> cycle;
+  std::unique_ptr<CycleInput> input = std::make_unique<CycleInput>();
+  std::unique_ptr<CycleOutput> output = std::make_unique<CycleOutput>();
+
+  explicit OnSheet(const test::TestMesh& like) : sheet(like), view(sheet.deformableView()) { meshes.publish(0, view); }
+  /** A cycle made anew, as where a recording begins and where it is replayed. */
+  void begin() {
+    AddObject add{};
+    add.object = makeObjectId(1, 1);
+    add.flags = HD_OBJECT_ENABLED;
+    add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
+    add.material = {1000, 1, 0.5, 0.4};
+    add.q[0] = 1;
+    CycleStart start;
+    start.orders.emplace_back();
+    start.orders.back().kind = CommandKind::kAddObject;
+    start.orders.back().as<AddObject>() = add;
+    cycle = makeCycle(start, meshes);
+  }
+  const SurfaceContact& tick(double x, double z, bool told, const Vec3& hand) {
+    for (std::uint32_t v = 0; told && v < sheet.vertices.size();) {
+      Command& c = input->command[input->command_count++] = Command{};
+      c.kind = CommandKind::kObjectVertices;
+      auto& moves = c.as<hd_object_vertices>();
+      moves.object = makeObjectId(1, 1);
+      for (; v < sheet.vertices.size() && moves.count < HD_VERTEX_MOVES; ++v) {
+        const auto& at = sheet.vertices[v];
+        moves.move[moves.count++] = {v, {at[0] + static_cast<float>(x), at[1], static_cast<float>(z)}};
+      }
+    }
+    ++input->tick;
+    input->now_ns += kMs;
+    DeviceSample& sample = input->device[0];
+    sample.t_ns = input->now_ns;
+    sample.p = hand;
+    sample.fresh = true;
+    cycle->step(*input, *output);
+    input->command_count = 0;
+    return output->device[0].contact;
+  }
+};
+
+/** What vertices did before a cycle was made anew is none of its motion: a replay has not seen it. */
+TEST(CycleSurface, ACycleMadeAnewKnowsNoMotionOfVerticesBefore) {
+  OnSheet live(test::heightMesh(0.05, 4, [](double, double) { return 0.0; }));
+  live.begin();
+  for (int i = 1; i <= 300; ++i) live.tick(0, 1e-4 * (i % 20), i % 3 == 0, {1e-3, 2e-3, 0.02});
+  OnSheet replay(live.sheet);
+  for (OnSheet* each : {&live, &replay}) each->begin();
+  int felt = 0;
+  for (int i = 1; i <= 500; ++i) {
+    const bool told = i < 60 && i % 7 == 0;
+    const Vec3 hand(1e-3, 2e-3, i < 5 ? 0.02 : 2e-4);
+    const SurfaceContact& one = live.tick(2e-4, 1e-3 + 1e-5 * i, told, hand);
+    const SurfaceContact& other = replay.tick(2e-4, 1e-3 + 1e-5 * i, told, hand);
+    ASSERT_EQ(one.force, other.force) << i;
+    ASSERT_EQ(one.velocity, other.velocity) << i;
+    felt += one.object != 0 ? 1 : 0;
+  }
+  EXPECT_GT(felt, 400);
 }
 
 /** A sheet that rises steadily by its vertices goes on doing so through periods that are missed. */

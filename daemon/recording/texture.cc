@@ -80,14 +80,7 @@ TextureView RecordedTexture::view() const {
   out.model = models.data();
   out.triangle = triangles.data();
   out.triangles = static_cast<std::uint32_t>(triangles.size());
-  const auto [slow, fast] =
-      std::minmax_element(models.begin(), models.end(), [](const auto& a, const auto& b) { return a.speed < b.speed; });
-  const auto [light, heavy] =
-      std::minmax_element(models.begin(), models.end(), [](const auto& a, const auto& b) { return a.force < b.force; });
-  out.least_speed = slow->speed;
-  out.most_speed = fast->speed;
-  out.least_force = light->force;
-  out.most_force = heavy->force;
+  out.findBounds();
   return view;
 }
 

@@ -1,6 +1,5 @@
 #include "daemon/scene/texture_memory.h"
 
-#include <algorithm>
 #include <memory>
 #include <new>
 
@@ -32,22 +31,16 @@ Result<TextureMemory> layOut(const Texture& texture, std::int64_t period_ns, boo
     VibrationView& out = view->vibration;
     auto* model = reinterpret_cast<VibrationModel*>(next);
     out.model = model;
-    const RecordedModel& first = vibration.models.front();
-    out.least_speed = out.most_speed = first.speed;
-    out.least_force = out.most_force = first.force;
     for (const RecordedModel& recorded : vibration.models) {
       const LatticeModel lattice =
           resample(recorded.a, recorded.variance, vibration.rate_hz, 1e9 / static_cast<double>(period_ns));
       new (model++) VibrationModel{recorded.speed, recorded.force, lattice.power, lattice.reflection};
-      out.least_speed = std::min(out.least_speed, recorded.speed);
-      out.most_speed = std::max(out.most_speed, recorded.speed);
-      out.least_force = std::min(out.least_force, recorded.force);
-      out.most_force = std::max(out.most_force, recorded.force);
     }
     auto* triangle = reinterpret_cast<VibrationView::Corners*>(model);
     std::uninitialized_copy(vibration.triangles.begin(), vibration.triangles.end(), triangle);
     out.triangle = triangle;
     out.triangles = static_cast<std::uint32_t>(vibration.triangles.size());
+    out.findBounds();
   }
   if (lock) {
     if (auto r = memory.mapping.lock(); !r) return r.error();

@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -33,8 +34,23 @@ struct VibrationView {
   const VibrationModel* model = nullptr;
   const Corners* triangle = nullptr;
   std::uint32_t triangles = 0;
-  double least_speed = 0, most_speed = 0;  ///< Of the models [m/s]: below it fades to silence, above it stays.
+  double least_speed = 0, most_speed = 0;  ///< Of those models [m/s]: below it fades to silence, above it stays.
   double least_force = 0, most_force = 0;  ///< [N], likewise.
+
+  /** Finds these bounds; of models that no triangle names a recording may know nothing. There is a triangle. */
+  void findBounds() noexcept {
+    const VibrationModel& first = model[triangle[0][0]];
+    least_speed = most_speed = first.speed;
+    least_force = most_force = first.force;
+    for (std::uint32_t t = 0; t < triangles; ++t) {
+      for (const std::uint16_t corner : triangle[t]) {
+        least_speed = std::min(least_speed, model[corner].speed);
+        most_speed = std::max(most_speed, model[corner].speed);
+        least_force = std::min(least_force, model[corner].force);
+        most_force = std::max(most_force, model[corner].force);
+      }
+    }
+  }
 };
 
 /** One texture: of the two views the one that is not empty. */

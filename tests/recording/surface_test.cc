@@ -6,6 +6,8 @@
 #include <functional>
 
 #include "daemon/recording/block.h"
+#include "daemon/recording/texture.h"
+#include "daemon/scene/texture_memory.h"
 #include "proto/recording.capnp.h"
 #include "tests/recording/taken.h"
 #include "tests/support/texture_upload.h"
@@ -121,6 +123,31 @@ TEST(RecordingSurfaces, TexturesAreInItAndTheReplayFeelsThem) {
   RecordedCycle cycle;
   while (*reader->next(cycle)) textures += reader->takeTextures().size();
   EXPECT_EQ(textures, 3u);
+}
+
+/** Slower or faster, lighter or heavier than all that triangles name: neither the servo nor a replay minds it. */
+TEST(RecordingSurfaces, AModelThatNoTriangleNamesBoundsNothing) {
+  const auto texture = parseTexture(vibrationUpload({{{0.02, 0.2, 1}, {-0.9, 0.2}},
+                                                     {{0.001, 0.01, 1}, {0, 0}},
+                                                     {{0.3, 0.2, 4}, {-0.5, 0}},
+                                                     {{0.02, 3, 9}, {0.1, -0.1}},
+                                                     {{5, 50, 1}, {0, 0}}},
+                                                    {0, 2, 3}));
+  ASSERT_TRUE(texture.ok());
+  const auto live = layOut(*texture, kMs, false);
+  ASSERT_TRUE(live.ok());
+  capnp::MallocMessageBuilder message;
+  auto part = message.initRoot<proto::TexturePart>();
+  writePart(0, *live->view(), 0, part);
+  auto kept = TextureParts().take(part.asReader());
+  ASSERT_TRUE(kept.ok() && kept->has_value());
+  const TextureView replayed = (*kept)->view();
+  for (const VibrationView* view : {&live->view()->vibration, &replayed.vibration}) {
+    EXPECT_EQ(view->least_speed, 0.02);
+    EXPECT_EQ(view->most_speed, 0.3);
+    EXPECT_EQ(view->least_force, 0.2);
+    EXPECT_EQ(view->most_force, 3);
+  }
 }
 
 /** Parts of one texture in a recording of one cycle, as somebody might write them. */

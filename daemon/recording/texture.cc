@@ -10,6 +10,8 @@
 namespace hapticd {
 namespace {
 
+constexpr double kLeastArea = 1e-12;  // Of a triangle of models, twice, as of an upload's [N m/s].
+
 Error bad(std::string what) { return {ErrorCode::kInvalidArgument, "texturePart", std::move(what), {}}; }
 
 std::size_t pixelsOf(const ReliefView& relief) { return std::size_t{relief.width} * relief.height; }
@@ -64,6 +66,10 @@ Result<RecordedTexture> read(proto::Vibration::Reader in) {
     for (const std::uint16_t corner : out.triangles.back()) {
       if (corner >= models.size()) return bad(fmt::format("triangle {} has no model {}", i / 3, corner));
     }
+    const VibrationModel &a = out.models[triangles[i]], &b = out.models[triangles[i + 1]],
+                         &c = out.models[triangles[i + 2]];
+    const double area = (b.speed - a.speed) * (c.force - a.force) - (b.force - a.force) * (c.speed - a.speed);
+    if (!(std::abs(area) >= kLeastArea)) return bad(fmt::format("triangle {} has no area", i / 3));
   }
   return out;
 }

@@ -204,8 +204,11 @@ TEST(RecordingSurfaces, PartsThatAreNoTextureAreRefused) {
     return readBack(
         [&](Message& m, int) {
           auto out = m.initRoot<proto::Block>().initTexturePart().initVibration();
-          for (auto model : out.initModels(models)) {
-            model.setSpeed(0.1);
+          auto all = out.initModels(models);
+          for (unsigned k = 0; k < models; ++k) {
+            auto model = all[k];
+            model.setSpeed(k == 1 ? 0.3 : 0.1);
+            model.setForce(k == 2 ? 3 : 1);
             model.setPower(power);
             auto reflections = model.initReflection(coefficients);
             for (unsigned i = 0; i < coefficients; ++i) reflections.set(i, reflection);
@@ -221,6 +224,7 @@ TEST(RecordingSurfaces, PartsThatAreNoTextureAreRefused) {
   EXPECT_EQ(vibration(3, 16, 0.5, -1, {0, 1, 2}),
             "texturePart: model 0 has no speed, force or power that there can be");
   EXPECT_EQ(vibration(3, 16, 0.5, 1, {0, 1, 3}), "texturePart: triangle 0 has no model 3");
+  EXPECT_EQ(vibration(4, 16, 0.5, 1, {0, 1, 2, 0, 3, 1}), "texturePart: triangle 1 has no area");
   EXPECT_EQ(vibration(3, 16, 0.5, 1, {0, 1}), "texturePart: 2 corners of triangles");
   EXPECT_EQ(vibration(2, 16, 0.5, 1, {0, 1, 1}), "texturePart: 2 models");
 }

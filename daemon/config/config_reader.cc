@@ -90,11 +90,15 @@ class Reader {
     if (node == nullptr) return;
     const auto* const integer = node->as_integer();
     if (integer == nullptr) return wrongType(key, *node, "file permissions such as 0o660");
+    const bool octal = integer->flags() == toml::value_flags::format_as_octal;
+    const std::string given = octal ? fmt::format("0o{:o}", integer->get()) : fmt::format("{}", integer->get());
     if (integer->get() < 0 || integer->get() > 0777) {
-      const bool octal = (integer->flags() & toml::value_flags::format_as_octal) != toml::value_flags::none;
-      const std::string given = octal ? fmt::format("0o{:o}", integer->get()) : fmt::format("{}", integer->get());
       return errors_.add(node->source().begin, fmt::format("{} = {} is not a set of file permissions", key, given),
                          "0o000 to 0o777, in octal");
+    }
+    if (!octal && integer->get() != 0) {  // 440 is 0o670: more than whoever wrote it means.
+      return errors_.add(node->source().begin, fmt::format("{} = {} is not written in octal", key, given),
+                         "it must be file permissions such as 0o660");
     }
     value = static_cast<std::uint32_t>(integer->get());
   }

@@ -119,8 +119,9 @@ TEST(ConfigBounds, AreThemselvesTakenAndNothingBeyond) {
 TEST(ConfigBounds, OfPermissions) {
   for (const std::string key : {"mode", "admin_mode"}) {
     const auto taken = [&](const char* value) { return parseConfig("[sockets]\n" + key + " = " + value, "f").ok(); };
-    EXPECT_TRUE(taken("0o000") && taken("0o777")) << key;
+    EXPECT_TRUE(taken("0o000") && taken("0o777") && taken("0")) << key;
     EXPECT_FALSE(taken("-1") || taken("0o1000")) << key;
+    EXPECT_FALSE(taken("440") || taken("0x1b0") || taken("1")) << key << " in another base than file permissions have";
   }
 }
 

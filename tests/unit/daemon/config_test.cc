@@ -59,6 +59,8 @@ TEST(Config, RangesAreNamed) {
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nradius_m = 0.2\n").remedy, "0 to 0.1");
   EXPECT_EQ(refused("[sockets]\nmode = 0o7777\n").what, "mode = 0o7777 is not a set of file permissions");
   EXPECT_EQ(refused("[sockets]\nmode = 660\n").what, "mode = 660 is not a set of file permissions");
+  EXPECT_EQ(toString(refused("[sockets]\nmode = 432\n")),
+            "f:2:8: mode = 432 is not written in octal (it must be file permissions such as 0o660)");
 }
 
 TEST(Config, TheFirstErrorOfTheFileIsReported) {

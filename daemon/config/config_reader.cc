@@ -276,6 +276,9 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
                  "begin it with /: the daemon is started now in one folder, now in another");
     }
   };
+  absolute("sockets", "control", c.sockets.control);
+  absolute("sockets", "admin", c.sockets.admin);
+  absolute("builder", "program", c.builder.program);
   absolute("builder", "cache", c.builder.cache);
   absolute("motions", "folder", c.motions.folder);
   std::set<std::string> names, uris;

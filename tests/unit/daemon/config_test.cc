@@ -82,13 +82,18 @@ TEST(Config, ValuesThatDoNotFitTogetherAreRefused) {
   EXPECT_TRUE(parseConfig("[[group]]\nname='a'\ndevices=['x']\n[[device]]\nuri='x'", "f").ok());
 }
 
-TEST(Config, FoldersAreNamedFromTheRoot) {
+TEST(Config, FilesAndFoldersAreNamedFromTheRoot) {
   EXPECT_EQ(
       toString(refused("[builder]\nvdb = true\ncache = 'volumes'\n")),
       "f:3:9: cache = \"volumes\" is no absolute path (begin it with /: the daemon is started now in one folder, now "
       "in another)");
   EXPECT_EQ(refused("motions.folder = './motions'\n").where, "f:1:18");
-  for (const char* good : {"[builder]\ncache = ''\n[motions]\nfolder = ''\n", "[motions]\nfolder = '/no/such/one'\n"})
+  EXPECT_EQ(refused("[sockets]\ncontrol = 'run/control.sock'\n").where, "f:2:11");
+  EXPECT_EQ(refused("[sockets]\nadmin = 'admin.sock'\n").what, "admin = \"admin.sock\" is no absolute path");
+  EXPECT_EQ(refused("[builder]\nprogram = '~/hapticd-builder'\n").where, "f:2:11");
+  for (const char* good :
+       {"[builder]\ncache = ''\nprogram = ''\n[motions]\nfolder = ''\n[sockets]\ncontrol = ''\nadmin = ''\n",
+        "[motions]\nfolder = '/no/such/one'\n"})
     EXPECT_TRUE(parseConfig(good, "f").ok()) << good;
 }
 

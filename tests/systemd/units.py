@@ -2,7 +2,7 @@
 """Checks the units as systemd reads them: units.py UNIT_DIRECTORY SOURCE_DIRECTORY HAPTICD
 
 verify: every directive is known and well formed. security: exposure at most 1.5, of the vendors' libraries 1.8; no driver's
-device class is open without its drop-in. sysusers and tmpfiles do what they say
+device class is open without its drop-in; a wrong configuration is not started again. sysusers and tmpfiles do what they say
 in a scratch root. Each check first shows that it can fail, on a copy with a planted fault.
 """
 import os
@@ -82,6 +82,10 @@ def main():
                 if opened(file.read()) != classes:
                     faults.append(f"{name} opens something else than {classes}")
             shutil.copy(os.path.join(source, name), os.path.join(scratch, "hapticd.service.d"))
+        for directory in (units, os.path.join(units, "user")):  # What no second start mends is not started again.
+            if lines_of(os.path.join(directory, "hapticd.service"), "RestartPreventExitStatus=") != [
+                    "RestartPreventExitStatus=1 2 3 5"]:
+                faults.append(f"{directory}/hapticd.service starts hapticd again whatever it said")
         faults += verify(scratch)
         vendor, _ = exposure(os.path.join(scratch, "hapticd-vendor@.service"))
         print(f"exposure of hapticd-vendor@ {vendor}")

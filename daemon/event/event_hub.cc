@@ -39,7 +39,7 @@ EventHub::Batch EventHub::take(std::uint64_t id) {
   batch.events.assign(std::make_move_iterator(subscriber.queue.begin()),
                       std::make_move_iterator(subscriber.queue.begin() + static_cast<std::ptrdiff_t>(count)));
   subscriber.queue.erase(subscriber.queue.begin(), subscriber.queue.begin() + static_cast<std::ptrdiff_t>(count));
-  batch.lost = std::exchange(subscriber.lost, 0);
+  if (!batch.events.empty()) batch.lost = std::exchange(subscriber.lost, 0);  // Else the next batch tells it.
   return batch;
 }
 

@@ -55,7 +55,10 @@ TEST(EventHub, WhatTheServoDroppedIsToldToAll) {
   EventHub hub;
   const auto id = hub.subscribe(0, [] {});
   hub.lost(7);
+  EXPECT_TRUE(hub.take(id).events.empty()) << "nothing that it could be told with";
+  hub.publish(event(EventKind::kTouch));
   EXPECT_EQ(hub.take(id).lost, 7u);
+  EXPECT_EQ(hub.take(id).lost, 0u) << "once";
   hub.unsubscribe(id);
   hub.publish(event(EventKind::kTouch));
   EXPECT_TRUE(hub.take(id).events.empty());

@@ -18,6 +18,8 @@ namespace hapticd {
 
 /** Bounds for one device; as GuardLimits. The device's own maxima bind as well, whichever is lower. */
 struct LimitsConfig {
+  /** A force that may hardly fall stays with the hand, whatever it has come from. */
+  static constexpr double kLeastForceSlew = 1, kLeastTorqueSlew = 0.1;  ///< [N/s], [N m/s]
   double force_n = 10.0;
   double torque_nm = 0.5;
   double gripper_force_n = 8.0;

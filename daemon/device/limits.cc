@@ -12,12 +12,13 @@ namespace {
 struct Field {
   const char* name;
   double GuardLimits::*value;
+  double least = 0;
 };
 constexpr Field kFields[] = {
     {"force", &GuardLimits::force},
     {"torque", &GuardLimits::torque},
-    {"forceSlew", &GuardLimits::force_slew},
-    {"torqueSlew", &GuardLimits::torque_slew},
+    {"forceSlew", &GuardLimits::force_slew, LimitsConfig::kLeastForceSlew},
+    {"torqueSlew", &GuardLimits::torque_slew, LimitsConfig::kLeastTorqueSlew},
     {"velocity", &GuardLimits::velocity},
     {"power", &GuardLimits::power},
     {"activePower", &GuardLimits::active_power},
@@ -76,6 +77,11 @@ Result<GuardLimits> mergeLimits(const GuardLimits& now, GuardLimits wanted) {
       return Error{ErrorCode::kInvalidArgument, std::string("limits.") + f.name,
                    fmt::format("{} is not a finite number of at least 0", value),
                    "NaN keeps the limit that is in force"};
+    }
+    if (value < f.least) {
+      return Error{ErrorCode::kInvalidArgument, std::string("limits.") + f.name,
+                   fmt::format("at {:g} what the hand feels would hardly fall any more", value),
+                   fmt::format("at least {:g}; NaN keeps the limit that is in force", f.least)};
     }
   }
   return wanted;

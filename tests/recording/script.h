@@ -82,6 +82,7 @@ class Script {
           GuardLimits limits;
           limits.force = random.in(1, 6);
           limits.force_slew = 500;
+          limits.torque_slew = 50;
           limits.velocity = 1;
           limits.power = random.in(1, 10);
           limits.active_power = 5;

@@ -48,7 +48,7 @@ TEST(RecordingStart, KeepsSceneSessionsLimitsAndFaults) {
   const std::uint64_t tick = bench.sample().tick;
   hd_object_material waits{*below, 0, {900, 2, 0.7, 0.6}};
   push(bench, HD_COMMAND_OBJECT_MATERIAL, waits, tick + 40);
-  GuardLimits lowered;
+  GuardLimits lowered = bench.device().limits;
   lowered.force = 1.25;
   ASSERT_TRUE(bench.core.setLimits("", lowered, bench.administration).ok());
   bench.scripted.front()->sample.status = kDeviceError;

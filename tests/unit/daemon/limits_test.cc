@@ -55,6 +55,26 @@ TEST(Limits, RaisingIsSeenInAnyField) {
   }
 }
 
+TEST(Limits, WhatIsFeltCanAlwaysFall) {
+  const GuardLimits now = startLimits({}, omega());
+  GuardLimits wanted = now;
+  wanted.force_slew = 1;
+  wanted.torque_slew = 0.1;
+  EXPECT_TRUE(mergeLimits(now, wanted).ok()) << "as low as the configuration may have them";
+  wanted.force_slew = 0;
+  const auto none = mergeLimits(now, wanted);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(
+      toString(none.error()),
+      "limits.forceSlew: at 0 what the hand feels would hardly fall any more (at least 1; NaN keeps the limit that "
+      "is in force)");
+  wanted.force_slew = 1;
+  wanted.torque_slew = 0.09;
+  const auto little = mergeLimits(now, wanted);
+  ASSERT_FALSE(little.ok());
+  EXPECT_EQ(little.error().where, "limits.torqueSlew");
+}
+
 TEST(Limits, WhatTheDeviceDoesNotAllowIsNamed) {
   GuardLimits wanted = startLimits({}, omega());
   wanted.gripper_force = 100;

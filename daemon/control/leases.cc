@@ -55,8 +55,9 @@ void Core::openSession(std::string_view uri, std::uint64_t connection, const std
 Result<Session*> Core::sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name) {
   Client by = client(connection);
   if (!name.empty()) by.name = name;
-  recordings_.sessionOpens(*device.link, by.uid);
-  return sessions_.open(device, by, clock_.now());
+  auto session = sessions_.open(device, by, clock_.now());
+  if (session) recordings_.sessionOpens(*device.link, by.uid);
+  return session;
 }
 
 Result<void> Core::acquireLease(std::uint64_t id) {

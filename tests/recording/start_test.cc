@@ -141,6 +141,15 @@ TEST(RecordingStart, NobodyRecordsAnotherUsersMessages) {
   const auto own = bench.core.record("", bench.connection);
   ASSERT_TRUE(own.ok()) << toString(own.error());
 
+  // A session that is refused sees nothing and ends nothing.
+  const Client other = bench.core.client(*stranger);
+  const auto most = static_cast<std::uint64_t>(bench.core.config().quotas.memory_mb * 1e6);
+  const auto filled = bench.core.uploads().begin(most - kSessionBytes + 1, other);
+  ASSERT_TRUE(filled.ok()) << toString(filled.error());
+  EXPECT_FALSE(bench.core.openSession("", *stranger, "stranger", HD_SHM_MAJOR, HD_SHM_MINOR).ok());
+  EXPECT_NE(bench.core.devices().links().front()->group().servo().log.load(), nullptr);
+  bench.core.uploads().cancel(*filled);
+
   // Nor does a recording go on when another user comes.
   ASSERT_TRUE(bench.core.openSession("", *stranger, "stranger", HD_SHM_MAJOR, HD_SHM_MINOR).ok());
   std::optional<RecordingEnd> end;

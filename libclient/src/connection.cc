@@ -289,9 +289,9 @@ Failure Connection::greet(const std::string& path) {
   Failure refusal;
   Failure broken = call([&](Link& link) {
     return ask(link.daemon.sceneRequest(), refusal, [&link](auto& results) { link.scene = results.getScene(); })
-        .then([this, &link] {
+        .then([this, &link, &refusal] {
           auto renewals = kj::heapArrayBuilder<kj::Promise<void>>(loop_->dependents.size());
-          for (Dependent* dependent : loop_->dependents) renewals.add(dependent->renew(link));
+          for (Dependent* dependent : loop_->dependents) renewals.add(dependent->renew(link, refusal));
           return kj::joinPromises(renewals.finish());
         });
   });

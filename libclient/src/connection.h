@@ -45,8 +45,8 @@ class Dependent {
   virtual void lost() noexcept {}
   /** Every 20 ms. Library's thread. */
   virtual void beat(std::int64_t /*now_ns*/) noexcept {}
-  /** A new connection stands. Library's thread. */
-  virtual kj::Promise<void> renew(Link& /*link*/) { return kj::READY_NOW; }
+  /** A new connection stands. What the daemon refuses goes to `refusal`. Library's thread. */
+  virtual kj::Promise<void> renew(Link& /*link*/, Failure& /*refusal*/) { return kj::READY_NOW; }
 };
 
 class Connection {

@@ -178,7 +178,11 @@ struct haptic_events final : client::Dependent {
   ~haptic_events() noexcept override = default;
 
   void lost() noexcept override { queue->setConnected(false); }
-  kj::Promise<void> renew(Link& link) override { return Subscribed::ask(subscribed, link); }
+  kj::Promise<void> renew(Link& link, Failure& refusal) override {
+    return Subscribed::ask(subscribed, link).then([&refusal, self = subscribed] {
+      if (!self->closed && self->failure && !refusal) refusal = self->failure;
+    });
+  }
 
   std::shared_ptr<Connection> connection;
   std::shared_ptr<Subscribed> subscribed;

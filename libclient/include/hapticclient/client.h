@@ -73,9 +73,10 @@ HAPTIC_API void haptic_disconnect(haptic_client* client);
 HAPTIC_API int haptic_connected(const haptic_client* client);
 
 /**
- * Makes a lost connection again by the search of haptic_connect(), and renews subscriptions. A standing connection is
- * left alone. HAPTIC_DISCONNECTED while the daemon is not there: try again. Blocks; no session of this connection may
- * be in use by another thread meanwhile, except for reading and pushing.
+ * Makes a lost connection again by the search of haptic_connect(), and renews subscriptions: if one is refused, that is
+ * the error, and the connection stays lost. A standing one is left alone. HAPTIC_DISCONNECTED while the daemon is not
+ * there: try again. Blocks; no session of this connection may be in use by another thread meanwhile, except for reading
+ * and pushing.
  */
 HAPTIC_API int haptic_reconnect(haptic_client* client, haptic_error* error);
 

@@ -312,7 +312,7 @@ class Client:
         return _lib.haptic_connected(self._handle) != 0
 
     def reconnect(self) -> None:
-        """Connects again; sessions come back by Session.reopen(), subscriptions by themselves."""
+        """Connects again; sessions come back by Session.reopen(), subscriptions by themselves, or this raises."""
         call(_lib.haptic_reconnect, self._handle)
 
     def info(self) -> DaemonInfo:

@@ -79,6 +79,23 @@ TEST_F(EventsTest, SubscriptionsComeBackWithTheConnection) {
   EXPECT_EQ(event->value, 9u);
 }
 
+TEST_F(EventsTest, ASubscriptionThatIsRefusedAgainIsTold) {
+  auto events = client_->subscribe(6);
+  ASSERT_TRUE(events);
+  restart(2);
+  daemon_->script([](Script& script) { script.refuse_subscribe = HAPTIC_QUOTA_EXCEEDED; });
+  ASSERT_TRUE(eventually([&] { return !client_->connected(); }));
+  EXPECT_EQ(client_->reconnect().code(), HAPTIC_QUOTA_EXCEEDED) << "not a connection that nothing is heard on";
+  EXPECT_FALSE(client_->connected());
+  EXPECT_EQ(events->next(milliseconds(0)).code(), HAPTIC_DISCONNECTED);
+  daemon_->script([](Script& script) { script.refuse_subscribe = 0; });
+  ASSERT_TRUE(client_->reconnect());
+  daemon_->send({9});
+  auto event = events->next(seconds(10));
+  ASSERT_TRUE(event);
+  EXPECT_EQ(event->value, 9u);
+}
+
 TEST_F(EventsTest, ClosingUnsubscribes) {
   {
     auto events = client_->subscribe();

@@ -322,6 +322,10 @@ class DaemonServer final : public proto::Daemon::Server {
       const std::lock_guard lock(inside_.mutex);
       inside_.seen.kinds = context.getParams().getKinds();
     }
+    if (const auto code = inside_.now().refuse_subscribe; code != 0) {
+      refuse(context.getResults().initStatus(), code, "subscribe", "there are too many", "drop some");
+      return kj::READY_NOW;
+    }
     context.getResults().setSubscription(kj::heap<SubscriptionServer>(inside_, context.getParams().getListener()));
     return kj::READY_NOW;
   }

@@ -21,6 +21,7 @@ struct Script {
   bool administration = false;
   bool dawdle = false;                        ///< Never answers listDevices().
   std::uint16_t refuse_arm = 0;               ///< A code for arm().
+  std::uint16_t refuse_subscribe = 0;         ///< A code for subscribe().
   std::uint16_t layout_major = HD_SHM_MAJOR;  ///< Written to the regions.
   int still_mapped = 0;                       ///< So many commits are refused as still mapped.
   std::string bad_mesh;                       ///< If not empty, commits are refused with it.

@@ -103,8 +103,9 @@ Result<std::vector<double>> parseNumbers(std::string_view text, std::size_t coun
   while (true) {
     const std::size_t comma = rest.find(',');
     const std::string_view token = trimmed(rest.substr(0, comma));
+    const bool plus = token.size() > 1 && token[0] == '+' && token[1] != '-';  // As on the command line.
     double value = 0;
-    const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), value);
+    const auto [end, error] = std::from_chars(token.data() + (plus ? 1 : 0), token.data() + token.size(), value);
     if (token.empty() || error != std::errc() || end != token.data() + token.size() || !std::isfinite(value)) {
       return Error{ErrorCode::kInvalidArgument, where,
                    fmt::format("number {} ('{}') is not a finite number", numbers.size() + 1, token.substr(0, 40)),

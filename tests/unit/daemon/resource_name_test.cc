@@ -51,6 +51,8 @@ TEST(ResourceName, NamesTheByteAtFault) {
 TEST(Numbers, AreFiniteLocaleFreeAndCounted) {
   EXPECT_THAT(*parseNumbers("1,-2.5,3e-3", 3, "x"), ElementsAre(1.0, -2.5, 0.003));
   EXPECT_THAT(*parseNumbers(" 1 , 2 ", 2, "x"), ElementsAre(1.0, 2.0));
+  EXPECT_THAT(*parseNumbers("+1000,+2e-3,-1", 3, "x"), ElementsAre(1000.0, 0.002, -1.0));
+  for (const char* bad : {"+-1,0", "++1,0", "+,0", "+inf,0"}) EXPECT_FALSE(parseNumbers(bad, 2, "x").ok()) << bad;
   for (const char* bad : {"", "1,", ",1", "1,2,3", "nan,0", "inf,0", "1e999,0", "1;2", "1,5 2", "0x10,1", "a,b"}) {
     EXPECT_FALSE(parseNumbers(bad, 2, "x").ok()) << bad;
   }

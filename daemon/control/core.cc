@@ -215,7 +215,8 @@ Result<OpenDevice*> Core::openNow(std::string_view uri) {
 Result<void> Core::mayOpen(std::string_view text, std::uint64_t connection) {
   const auto uri = parseDeviceUri(text);
   const std::string motion = uri ? namedMotion(uri.value()) : std::string();
-  if (!motion.empty() && !mayName(motion, client(connection), options_.config) && !devices_.find(text)) {
+  const bool known = devices_.find(text) || wanted_.names(text);  // Open, or configured: the administrator's choice.
+  if (!motion.empty() && !mayName(motion, client(connection), options_.config) && !known) {
     return Error{ErrorCode::kPermissionDenied, log::printable(motion.substr(0, 200)),
                  "which files the daemon reads is the administrator's choice",
                  options_.config.motions.folder.empty()
@@ -223,7 +224,7 @@ Result<void> Core::mayOpen(std::string_view text, std::uint64_t connection) {
                      : "put it into " + options_.config.motions.folder};
   }
   const bool tuned = uri && !uri.value().query.empty() && isHardware(uri.value().scheme);
-  if (!tuned || client(connection).administration || devices_.find(text) || wanted_.names(text)) return {};
+  if (!tuned || client(connection).administration || known) return {};
   return Error{ErrorCode::kPermissionDenied, log::printable(std::string(text.substr(0, 200))),
                "the parameters of a real device are the administrator's",
                "open it without them, name it in hapticd.toml, or connect to the administration socket"};

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "tests/session/bench.h"
+#include "tests/session/still_device.h"
 
 namespace hapticd::test {
 namespace {
@@ -25,6 +26,43 @@ TEST(Hardware, ItsParametersAreTheAdministrators) {
   EXPECT_EQ(codeOf("sim://default?mass=0.3", bench.connection), ErrorCode::kOk) << "a simulator cannot hurt";
   EXPECT_EQ(codeOf(tuned, bench.administration), ErrorCode::kOk);
   EXPECT_EQ(codeOf(tuned, bench.connection), ErrorCode::kOk) << "it is open already, as the administrator wants it";
+}
+
+class Unplugged final : public StillDevice {
+ public:
+  explicit Unplugged(std::string_view uri) : StillDevice("unplugged", std::string(uri)) {}
+  Result<void> open() override { return silence(); }
+  void giveUp() noexcept override {}
+  void close() noexcept override {}
+};
+
+/** Who asks for what the configuration wants and is not there is told why it is not there. */
+TEST(Hardware, WhatIsConfiguredIsTheAdministratorsWishWhileItIsMissing) {
+  ManualClock clock{1'000'000'000};
+  CoreOptions options;
+  options.config = Bench::relaxed();
+  options.threads = false;
+  options.epoch = 42;
+  const std::string wishes[] = {"falcon://default?counts_per_nm=40000", "replay:///no/such/motion.csv"};
+  for (const std::string& uri : wishes) options.config.groups.push_back({uri, {uri}, 1000, {}});
+  Core core(options, clock);
+  core.devices().setFactory([](std::string_view uri) -> Result<std::unique_ptr<Device>> {
+    return std::unique_ptr<Device>(std::make_unique<Unplugged>(uri));
+  });
+  ASSERT_TRUE(core.openConfigured([] { return false; }).ok());
+  const std::uint64_t stranger = *core.connect(1, 61'000, false);
+  const auto answer = [&](const std::string& uri) {
+    std::optional<ErrorCode> code;
+    core.openDevice(uri, stranger, [&](const auto& device) { code = device ? ErrorCode::kOk : device.error().code; });
+    for (int i = 0; i < 5000 && !code; ++i) {
+      core.poll();
+      ::usleep(1000);
+    }
+    return code;
+  };
+  for (const std::string& uri : wishes) EXPECT_EQ(answer(uri), ErrorCode::kDeviceGone) << uri;
+  EXPECT_EQ(answer("falcon://default?counts_per_nm=1"), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(answer("replay:///no/such/other.csv"), ErrorCode::kPermissionDenied);
 }
 
 class NamedFiles : public ::testing::Test {

@@ -90,11 +90,12 @@ class Core {
   void poll();
   /** Orders wait for a servo that has no room at the moment. */
   [[nodiscard]] bool busy() const { return busy_; }
-  /** Disarms every device and says true once all force is gone or `since_ns` is half a second ago. */
+  /** Disarms every device. */
   void beginShutdown();
+  /** Nothing that a hand feels is on its way any more, or `since_ns` is half a second ago. */
+  [[nodiscard]] bool quiet(std::int64_t since_ns);
   /** The end of every servo; as DeviceManager::closeAll(). No poll() after it. */
   std::vector<std::string> closeAll();
-  [[nodiscard]] bool quiet(std::int64_t since_ns);
   /** The machine goes to sleep: stops what is armed; nothing can be armed until it is awake again. */
   void setAsleep(bool asleep);
   /** No device is energised, nor was one kListedAfterDisarm_ns ago. */

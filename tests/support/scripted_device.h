@@ -37,6 +37,10 @@ class ScriptedDevice final : public Device {
   [[nodiscard]] Calibration calibration() const noexcept override { return calibrated; }
   [[nodiscard]] bool isOff() const noexcept override { return !hung; }
   void setUri(std::string uri) { info_.uri = std::move(uri); }
+  void actuateRotation() {
+    info_.actuated_rotation = true;
+    info_.max_torque = 1;
+  }
 
   DeviceSample sample = fresh();  ///< Returned by the next read.
   std::function<void(std::int64_t, DeviceSample&)> script;

@@ -1,0 +1,200 @@
+// What counts against a user's memory and triangles, and what the servos keep locked: to the byte, and given back.
+#include <unistd.h>
+
+#include "daemon/builder/build.h"
+#include "tests/session/bench.h"
+#include "tests/support/texture_upload.h"
+#include "tests/unit/builder/meshes.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr std::uint64_t kMB = 1'000'000;
+
+struct Accounting : testing::Test {
+  static Config small() {
+    Config config = Bench::relaxed();
+    config.quotas.memory_mb = static_cast<double>(kMost / kMB);
+    config.quotas.triangles = 1000;
+    config.quotas.objects = 2;
+    return config;
+  }
+  [[nodiscard]] Client mine() const { return bench.core.client(bench.connection); }
+  [[nodiscard]] std::uint64_t bytes() const { return bench.core.bytesOf(mine().uid); }
+
+  MeshInfo addMesh(const Client& by) {
+    BuildMonitor monitor;
+    auto snapshot = buildSnapshot(upload(torus(12, 8)), monitor);
+    EXPECT_TRUE(snapshot.ok());
+    MeshInfo info;
+    info.owner = by;
+    auto fd = snapshot->memfd.share();
+    EXPECT_TRUE(fd.ok());
+    const auto id = bench.core.meshes().add(std::move(*fd), info);
+    EXPECT_TRUE(id.ok()) << toString(id.error());
+    return *bench.core.meshes().find(*id);
+  }
+  TextureInfo addTexture(const Client& by) {
+    auto texture = parseTexture(vibrationUpload());
+    EXPECT_TRUE(texture.ok());
+    const auto id = bench.core.scene().textures().add(std::move(*texture), by);
+    EXPECT_TRUE(id.ok()) << toString(id.error());
+    return *bench.core.scene().textures().find(*id);
+  }
+  [[nodiscard]] ErrorCode check(std::uint64_t more, std::uint64_t triangles = 0) const {
+    const auto may = bench.core.checkQuota(mine().uid, more, triangles);
+    return may ? ErrorCode::kOk : may.error().code;
+  }
+  /** Steps until the recorder's thread has ended, too. */
+  void untilNoRecording() {
+    for (int i = 0; i < 5000 && bench.core.recordings().size() != 0; ++i) {
+      bench.step();
+      ::usleep(1000);
+    }
+    EXPECT_EQ(bench.core.recordings().size(), 0u);
+  }
+
+  static constexpr std::uint64_t kMost = (sizeof(CycleLog) / kMB + 4) * kMB;
+  Bench bench{small()};
+  const std::uint64_t other = *bench.core.connect(102, 1001, false);
+};
+
+/** Each is counted for its user alone, the user may have just as much more as is left, and it comes back. */
+TEST_F(Accounting, EachThingCountsForItsUserUntilItIsGone) {
+  struct Counted {
+    const char* what;
+    std::function<std::uint64_t()> take;  ///< How many bytes it is to count for.
+    std::uint64_t locked;                 ///< [bytes], 1 for the same.
+    std::function<void()> give_back;
+  };
+  std::uint64_t id = 0;
+  const auto session = [&] {
+    const auto made = bench.core.openSession("", bench.connection, "t", HD_SHM_MAJOR, HD_SHM_MINOR);
+    EXPECT_TRUE(made.ok());
+    id = (*made)->id;
+    return kSessionBytes;
+  };
+  const auto upload = [&] {
+    id = *bench.core.uploads().begin(123'456, mine());
+    return std::uint64_t{123'456};
+  };
+  const auto mesh = [&] {
+    const MeshInfo info = addMesh(mine());
+    id = info.id;
+    return info.bytes;
+  };
+  const auto texture = [&] {
+    const TextureInfo info = addTexture(mine());
+    id = info.id;
+    return 2 * info.bytes;  // As it was uploaded, and as the one servo reads it.
+  };
+  const auto recording = [&] {
+    auto started = bench.core.record("", bench.connection);
+    EXPECT_TRUE(started.ok()) << toString(started.error());
+    id = started->id;
+    return std::uint64_t{sizeof(CycleLog)};
+  };
+  const std::uint64_t of_texture = layOutBytes(*parseTexture(vibrationUpload()));
+  const Counted all[] = {
+      {"session", session, 1, [&] { bench.core.sessions().end(id, "test"); }},
+      {"upload", upload, 0, [&] { bench.core.uploads().cancel(id); }},
+      {"mesh", mesh, 1, [&] { EXPECT_TRUE(bench.core.meshes().drop(id, mine()).ok()); }},
+      {"texture", texture, of_texture, [&] { EXPECT_TRUE(bench.core.scene().textures().drop(id, mine()).ok()); }},
+      {"recording", recording, 1, [&] { bench.core.recordings().drop(id), untilNoRecording(); }},
+  };
+  const std::uint64_t locked = bench.core.lockedBytes();
+  for (const Counted& one : all) {
+    ASSERT_EQ(bytes(), 0u) << one.what;
+    const std::uint64_t taken = one.take();
+    EXPECT_EQ(bytes(), taken) << one.what;
+    EXPECT_EQ(bench.core.lockedBytes() - locked, one.locked == 1 ? taken : one.locked) << one.what;
+    EXPECT_EQ(check(kMost - taken), ErrorCode::kOk) << one.what;
+    EXPECT_EQ(check(kMost - taken + 1), ErrorCode::kQuotaExceeded) << one.what;
+    EXPECT_EQ(bench.core.bytesOf(bench.core.client(other).uid), 0u) << one.what;
+    one.give_back();
+    bench.step(100);
+    EXPECT_EQ(bytes(), 0u) << one.what;
+    EXPECT_EQ(bench.core.lockedBytes(), locked) << one.what;
+  }
+}
+
+TEST_F(Accounting, AGroupsMonitorIsLocked) {
+  const std::uint64_t before = bench.core.lockedBytes();
+  ASSERT_TRUE(bench.core.openDevice("sim://default?mass=0.3", bench.connection).ok());
+  EXPECT_EQ(bench.core.lockedBytes() - before, GroupLink::monitorBytes());
+}
+
+TEST_F(Accounting, NoSumOverflows) {
+  EXPECT_EQ(check(kMost), ErrorCode::kOk);
+  EXPECT_EQ(check(UINT64_MAX), ErrorCode::kQuotaExceeded);
+  const auto upload = bench.core.uploads().begin(1000, mine());
+  ASSERT_TRUE(upload.ok());
+  EXPECT_EQ(check(UINT64_MAX), ErrorCode::kQuotaExceeded);
+  EXPECT_EQ(check(0, UINT64_MAX), ErrorCode::kQuotaExceeded);
+}
+
+TEST_F(Accounting, TrianglesAreCountedPerUser) {
+  const std::uint64_t each = addMesh(mine()).triangles;
+  ASSERT_EQ(each, 192u);
+  EXPECT_EQ(check(0, 1000 - each), ErrorCode::kOk);
+  EXPECT_EQ(check(0, 1000 - each + 1), ErrorCode::kQuotaExceeded);
+  EXPECT_EQ(bench.core.checkQuota(mine().uid, 0, 1000).error().where, "triangles");
+  EXPECT_TRUE(bench.core.checkQuota(bench.core.client(other).uid, 0, 1000).ok());
+}
+
+TEST_F(Accounting, ObjectsAreCountedPerUser) {
+  const auto add = [&](const char* name, const Client& by) {
+    ObjectSpec spec;
+    spec.name = name;
+    spec.material = kDefaultMaterial;
+    const auto made = bench.core.scene().create(spec, by);
+    return made ? ErrorCode::kOk : made.error().code;
+  };
+  EXPECT_EQ(add("a", mine()), ErrorCode::kOk);
+  EXPECT_EQ(add("b", mine()), ErrorCode::kOk);
+  EXPECT_EQ(add("c", mine()), ErrorCode::kQuotaExceeded);
+  EXPECT_EQ(add("c", bench.core.client(other)), ErrorCode::kOk);
+}
+
+/** A recording that does not fit is refused before anything of it begins. */
+TEST_F(Accounting, ARecordingTakesItsRoomFromTheUsersMemory) {
+  const auto filled = bench.core.uploads().begin(kMost - sizeof(CycleLog) + 1, mine());
+  ASSERT_TRUE(filled.ok()) << toString(filled.error());
+  const auto refused = bench.core.record("", bench.connection);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kQuotaExceeded);
+  EXPECT_EQ(refused.error().where, "memory");
+  EXPECT_EQ(bench.core.recordings().size(), 0u);
+  bench.core.uploads().cancel(*filled);
+  ASSERT_TRUE(bench.core.uploads().begin(kMost - sizeof(CycleLog), mine()).ok());
+  const auto fits = bench.core.record("", bench.connection);
+  ASSERT_TRUE(fits.ok()) << toString(fits.error());
+  bench.core.recordings().drop(fits->id);
+  untilNoRecording();
+}
+
+/** Its client may die with anything half done. */
+TEST_F(Accounting, WhoLeavesLeavesNothing) {
+  const std::uint64_t locked = bench.core.lockedBytes();
+  ASSERT_TRUE(bench.core.openSession("", bench.connection, "t", HD_SHM_MAJOR, HD_SHM_MINOR).ok());
+  const Session* live = bench.live();
+  ASSERT_NE(live, nullptr);
+  (void)addMesh(mine());
+  (void)addTexture(mine());
+  const Client theirs = bench.core.client(other);
+  const std::uint64_t kept = addMesh(theirs).bytes;
+  const std::uint32_t user = mine().uid;
+  bench.core.disconnect(bench.connection);
+  bench.client.reset();
+  bench.step(200);
+  EXPECT_EQ(bench.core.bytesOf(user), 0u);
+  EXPECT_TRUE(bench.core.scene().textures().list().empty());
+  ASSERT_EQ(bench.core.meshes().list().size(), 1u) << "of whoever is still there";
+  EXPECT_EQ(bench.core.lockedBytes(), locked + kept);
+  EXPECT_EQ(bench.core.meshes().trianglesOf(user), 0u);
+  bench.core.disconnect(bench.connection);  // Once is enough.
+  EXPECT_EQ(bench.core.lockedBytes(), locked + kept);
+}
+
+}  // namespace
+}  // namespace hapticd::test

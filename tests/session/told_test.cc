@@ -1,0 +1,110 @@
+// What subscribers are told of who comes and goes: clients, devices, objects.
+#include <unistd.h>
+
+#include "tests/session/bench.h"
+
+namespace hapticd::test {
+namespace {
+
+struct Told : testing::Test {
+  /** What has been published of that kind since the last look. */
+  std::vector<Event> heard(EventKind kind) {
+    for (EventHub::Batch batch = hub().take(listener); !batch.events.empty(); batch = hub().take(listener))
+      all_.insert(all_.end(), batch.events.begin(), batch.events.end());
+    std::vector<Event> of_kind;
+    std::erase_if(all_, [&](const Event& event) {
+      if (event.kind == kind) of_kind.push_back(event);
+      return event.kind == kind;
+    });
+    return of_kind;
+  }
+  EventHub& hub() { return bench.core.events(); }
+
+  Bench bench;
+  std::uint64_t listener = hub().subscribe(0, [] {});
+
+ private:
+  std::vector<Event> all_;
+};
+
+TEST_F(Told, AClientJoinsOnceAndLeavesOnce) {
+  const std::uint64_t guest = *bench.core.connect(7, 1001, false);
+  EXPECT_TRUE(heard(EventKind::kClientJoined).empty()) << "it has no name yet";
+  bench.core.introduce(guest, "guest");
+  const auto joined = heard(EventKind::kClientJoined);
+  ASSERT_EQ(joined.size(), 1u);
+  EXPECT_EQ(joined.front().text, "guest");
+  EXPECT_EQ(joined.front().t_ns, bench.clock.now());
+  bench.core.introduce(guest, "renamed");
+  EXPECT_TRUE(heard(EventKind::kClientJoined).empty());
+  EXPECT_EQ(bench.core.client(guest).name, "renamed");
+  bench.core.disconnect(guest);
+  const auto left = heard(EventKind::kClientLeft);
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_EQ(left.front().text, "renamed");
+  bench.core.disconnect(guest);
+  bench.core.introduce(guest, "ghost");
+  EXPECT_TRUE(heard(EventKind::kClientLeft).empty());
+  EXPECT_TRUE(heard(EventKind::kClientJoined).empty());
+  EXPECT_EQ(bench.core.clients().count(guest), 0u);
+}
+
+TEST_F(Told, WhoNeverSaidANameComesAndGoesUnheard) {
+  const std::uint64_t mute = *bench.core.connect(7, 1001, false);
+  bench.core.disconnect(mute);
+  EXPECT_TRUE(heard(EventKind::kClientLeft).empty());
+}
+
+/** However it was opened, and not when it is asked for again. */
+TEST_F(Told, ADeviceIsAddedOnce) {
+  const auto added = [&](const char* uri) {
+    const auto events = heard(EventKind::kDeviceAdded);
+    ASSERT_EQ(events.size(), 1u) << uri;
+    EXPECT_EQ(events.front().text, uri);
+    EXPECT_EQ(events.front().device, bench.core.devices().devices().back()->name);
+  };
+  ASSERT_TRUE(bench.core.openDevice("sim://default?mass=0.3", bench.connection).ok());
+  added("sim://default?mass=0.3");
+  ASSERT_TRUE(bench.core.openDevice("sim://default?mass=0.3", bench.connection).ok());
+  ASSERT_TRUE(bench.core.openDevice("sim://default?mass=0.3").ok());
+  EXPECT_TRUE(heard(EventKind::kDeviceAdded).empty());
+  ASSERT_TRUE(bench.core.openDevice("sim://default?mass=0.5").ok());
+  added("sim://default?mass=0.5");
+
+  bool open = false;
+  bench.core.openDevice("sim://default?mass=0.4", bench.connection, [&](const auto& device) { open = device.ok(); });
+  for (int i = 0; i < 5000 && !open; ++i) {
+    bench.step();
+    ::usleep(1000);
+  }
+  ASSERT_TRUE(open);
+  added("sim://default?mass=0.4");
+  ASSERT_TRUE(bench.core.closeDevice("sim://default?mass=0.4", bench.administration).ok());
+  EXPECT_EQ(heard(EventKind::kDeviceRemoved).size(), 1u);
+}
+
+TEST_F(Told, WhatTheAdministratorsOwnCodeOpenedStays) {
+  ASSERT_TRUE(bench.core.openDevice("sim://default?mass=0.3").ok());
+  bench.step(50);
+  EXPECT_EQ(bench.core.devices().devices().size(), 2u);
+}
+
+TEST_F(Told, AnObjectsChangesWithItsName) {
+  ObjectSpec spec;
+  spec.name = "ball";
+  spec.shape = {ShapeKind::kSphere, Vec3(0.02, 0, 0), 0};
+  spec.material = kDefaultMaterial;
+  ASSERT_TRUE(bench.core.scene().create(spec, bench.core.client(bench.connection)).ok());
+  const auto made = heard(EventKind::kObjectChanged);
+  ASSERT_EQ(made.size(), 1u);
+  EXPECT_EQ(made.front().object, "ball");
+  EXPECT_EQ(made.front().text, "created");
+  EXPECT_EQ(made.front().t_ns, bench.clock.now());
+  bench.core.disconnect(bench.connection);
+  const auto gone = heard(EventKind::kObjectChanged);
+  ASSERT_EQ(gone.size(), 1u);
+  EXPECT_EQ(gone.front().object, "ball");
+}
+
+}  // namespace
+}  // namespace hapticd::test

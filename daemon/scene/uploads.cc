@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "daemon/log/log.h"
 #include "daemon/scene/texture_memory.h"
@@ -166,6 +167,7 @@ bool Uploads::finishFromCache(std::uint64_t id) {
   }
   auto found = cache_->find(upload.cache_key);
   if (!found) return false;
+  Memfd file = std::exchange(upload.file, Memfd());  // As in finish(): it does not count beside what it became.
   MeshInfo info;
   info.owner = upload.by;
   info.notes = std::move(found->notes);
@@ -175,6 +177,7 @@ bool Uploads::finishFromCache(std::uint64_t id) {
   if (!made && made.error().code == ErrorCode::kBadSnapshot) {
     log::warn("a cached volume is built again: {}", toString(made.error()));
     cache_->drop(upload.cache_key);
+    upload.file = std::move(file);
     return false;
   }
   const Done done = std::move(upload.done);

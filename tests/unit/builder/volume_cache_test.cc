@@ -147,7 +147,12 @@ TEST_F(Cache, anUploadBuiltBeforeIsThereAtOnce) {
   MeshStore meshes;
   meshes.setLock(false);
   TextureStore textures;
-  Uploads uploads(meshes, textures, [](auto, auto, auto) { return Result<void>(); });
+  const Uploads* counted = nullptr;
+  Uploads uploads(meshes, textures, [&](std::uint32_t uid, auto, std::uint64_t triangles) {
+    EXPECT_TRUE(triangles == 0 || counted->bytesOf(uid) == 0) << "an upload does not count beside what it became";
+    return Result<void>();
+  });
+  counted = &uploads;
   BuilderOptions options;
   options.program = HAPTICD_TEST_BUILDER;
   auto leash = BuilderLeash::start(options);
@@ -200,6 +205,7 @@ TEST_F(Cache, anUploadBuiltBeforeIsThereAtOnce) {
   send(third);
   EXPECT_FALSE(third.has_value());
   EXPECT_FALSE(fs::exists(path));
+  EXPECT_EQ(uploads.bytesOf(Client{}.uid), upload_.size()) << "the builder has it";
 }
 
 }  // namespace

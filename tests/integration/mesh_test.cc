@@ -69,6 +69,7 @@ class MeshJourney : public ::testing::Test {
   static Config tapping() {
     Config config = RunningDaemon::simulated();
     config.groups[0].devices = {"sim://default?motion=tap&centre=0,0,0.05&depth=0.05&period=0.4"};
+    config.quotas.triangles = 36;
     return config;
   }
   RunningDaemon daemon{tapping()};
@@ -179,6 +180,18 @@ TEST_F(MeshJourney, AMeshGoesWithItsMakerOnceNothingShowsIt) {
     std::swap(theirs, scene);
   }
   EXPECT_TRUE(loop.until([&] { return meshes() == 2; }));
+}
+
+TEST_F(MeshJourney, TrianglesBeyondTheQuotaAreRefused) {
+  auto first = upload(cube(0.02f));
+  ASSERT_TRUE(good(first.getStatus()));
+  const auto second = upload(cube(0.02f)), third = upload(cube(0.02f));
+  EXPECT_TRUE(good(third.getStatus())) << "as many as are allowed";
+  const auto refused = upload(cube(0.02f));
+  EXPECT_EQ(code(refused.getStatus()), ErrorCode::kQuotaExceeded);
+  EXPECT_EQ(std::string(refused.getStatus().getWhere().cStr()), "triangles");
+  EXPECT_EQ(drop(first.getMesh().getId()), ErrorCode::kOk);
+  EXPECT_TRUE(good(upload(cube(0.02f)).getStatus()));
 }
 
 TEST_F(MeshJourney, BadMeshesAreRefusedWithTheTriangle) {

@@ -134,6 +134,7 @@ void Core::poll() {
 }
 
 void Core::beginShutdown() {
+  stopping_ = true;
   for (const auto& device : devices_.devices()) order(*device, CommandKind::kDisarm);
 }
 

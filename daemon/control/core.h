@@ -90,7 +90,7 @@ class Core {
   void poll();
   /** Orders wait for a servo that has no room at the moment. */
   [[nodiscard]] bool busy() const { return busy_; }
-  /** Disarms every device. */
+  /** Disarms every device; none can be armed from now on. */
   void beginShutdown();
   /** Nothing that a hand feels is on its way any more, or `since_ns` is half a second ago. */
   [[nodiscard]] bool quiet(std::int64_t since_ns);
@@ -252,6 +252,7 @@ class Core {
   log::RateLimit overrun_log_{1'000'000'000, 1};
   bool busy_ = false;
   bool asleep_ = false;
+  bool stopping_ = false;
 };
 
 /** "stop line", "velocity", ... for hd_fault. */

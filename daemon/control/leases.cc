@@ -109,6 +109,9 @@ void Core::arm(std::uint64_t id, std::function<void(Result<void>)> done) {
     return done(
         Error{ErrorCode::kWouldBlock, device.name, "the machine goes to sleep", "arm it when the machine is awake"});
   }
+  if (stopping_) {  // A client may be quick to reconnect, and the end would come on a force that rises.
+    return done(Error{ErrorCode::kWouldBlock, device.name, "hapticd stops", "arm it when hapticd is back"});
+  }
   if (device.device().calibration() == Calibration::kNeeded || device.device().calibration() == Calibration::kRunning) {
     return done(Error{ErrorCode::kUnsupported, device.name, "the device is not calibrated", "calibrate it, then arm"});
   }

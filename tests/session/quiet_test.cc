@@ -102,6 +102,21 @@ TEST_F(Quiet, ArmedIsNotQuietEvenWithoutForce) {
   EXPECT_TRUE(bench.core.quiet(bench.core.now()));
 }
 
+/** A client that reconnects while the daemon stops would have it end on a force that rises again. */
+TEST_F(Quiet, NothingIsArmedAnyMore) {
+  push(Vec3(1, 0, 0), Vec3::Zero());
+  const std::int64_t since = bench.core.now();
+  bench.core.beginShutdown();
+  bench.step(100);
+  EXPECT_FALSE(nothingSent()) << "it falls";
+  const auto again = bench.arm(id);
+  ASSERT_FALSE(again.ok());
+  EXPECT_EQ(again.error().code, ErrorCode::kWouldBlock);
+  bench.step(150);
+  EXPECT_TRUE(nothingSent());
+  EXPECT_TRUE(bench.core.quiet(since));
+}
+
 /** A servo that lowers nothing holds the end up for half a second. */
 TEST_F(Quiet, PatienceEnds) {
   push(Vec3(1, 0, 0), Vec3::Zero());

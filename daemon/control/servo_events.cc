@@ -36,7 +36,8 @@ void Core::drain(GroupLink& link) {
 
 void Core::translate(GroupLink& link, const ServoEvent& e) {
   const OpenDevice* device = devices_.at(link, e.device);
-  const Session* session = sessions_.bySlot(link, e.session);
+  // Of what else the servo tells it names no session, and slot 0 is somebody's.
+  const Session* session = e.kind == ServoEventKind::kModelExpired ? sessions_.bySlot(link, e.session) : nullptr;
   const std::string name = device == nullptr ? link.name() : device->name;
   std::uint64_t suppressed = 0;
   if (e.kind == ServoEventKind::kCommandRefused) {

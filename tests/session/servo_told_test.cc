@@ -1,0 +1,101 @@
+// What a servo tells reaches subscribers whole, and says nothing that it does not know.
+#include "tests/session/bench.h"
+#include "tests/support/messages.h"
+
+namespace hapticd::test {
+namespace {
+
+class ServoTold : public testing::Test {
+ protected:
+  /** The one event of that kind since the last look. */
+  Event heard(EventKind kind) {
+    bench.step(3);
+    std::vector<Event> all;
+    for (EventHub::Batch batch = hub().take(listener_); !batch.events.empty(); batch = hub().take(listener_))
+      all.insert(all.end(), batch.events.begin(), batch.events.end());
+    std::erase_if(all, [&](const Event& event) { return event.kind != kind; });
+    EXPECT_EQ(all.size(), 1u) << static_cast<int>(kind);
+    if (all.size() != 1) return {};
+    EXPECT_LE(all.front().t_ns, bench.clock.now());
+    EXPECT_GT(all.front().t_ns, bench.clock.now() - 10 * kMs);
+    return all.front();
+  }
+  [[nodiscard]] std::uint64_t tick() {
+    hd_sample sample{};
+    EXPECT_TRUE(bench.core.devices().links().front()->latest(1, sample));
+    return sample.tick;
+  }
+  EventHub& hub() { return bench.core.events(); }
+
+  Bench bench{Bench::relaxed(), 2};
+  const Session* session = bench.live();  ///< In slot 0, on the first device.
+
+ private:
+  std::uint64_t listener_ = hub().subscribe(0, [] {});
+};
+
+TEST_F(ServoTold, ATouchWithItsPlaceItsForceAndItsObject) {
+  ObjectSpec spec;
+  spec.name = "ball";
+  spec.shape = {ShapeKind::kSphere, Vec3(0.02, 0, 0), 0};
+  spec.X_PO.p = Vec3(0.1, 0, 0);
+  spec.material = {1000, 0, 0, 0};
+  ASSERT_TRUE(bench.core.scene().create(spec, bench.core.client(bench.connection)).ok());
+  bench.scripted[1]->sample.p = Vec3(0.1, 0, 0.05);
+  bench.step(3);
+  const std::uint64_t before = tick();
+  bench.scripted[1]->sample.p = Vec3(0.1, 0, 0.019);  // 1 mm deep
+  const Event touch = heard(EventKind::kTouch);
+  EXPECT_EQ(touch.device, bench.device(1).name);
+  EXPECT_EQ(touch.object, "ball");
+  EXPECT_EQ(touch.tick, before + 1);
+  EXPECT_NEAR(touch.force, 1.0, 1e-6) << "1 mm at 1000 N/m";
+  EXPECT_NEAR(touch.point[0], 0.1, 1e-6);
+  EXPECT_NEAR(touch.point[2], 0.02, 1e-6);
+  EXPECT_EQ(touch.session, 0u) << "no client's: the scene is everybody's";
+  bench.scripted[1]->sample.p = Vec3(0.1, 0, 0.05);
+  EXPECT_EQ(heard(EventKind::kUntouch).object, "ball");
+}
+
+TEST_F(ServoTold, AButtonAndAFaultWithTheirNumbersAndNobodysSession) {
+  bench.scripted[1]->sample.buttons = 5;
+  const Event button = heard(EventKind::kButton);
+  EXPECT_EQ(button.device, bench.device(1).name);
+  EXPECT_EQ(button.value, 5u);
+  EXPECT_EQ(button.session, 0u);
+  EXPECT_TRUE(button.object.empty());
+  bench.scripted[1]->sample.status = kDeviceError;
+  const Event fault = heard(EventKind::kFault);
+  EXPECT_EQ(fault.device, bench.device(1).name);
+  EXPECT_EQ(fault.text, faultText(fault.value));
+  EXPECT_EQ(fault.text, "the device reports an error");
+  EXPECT_EQ(fault.session, 0u);
+}
+
+TEST_F(ServoTold, AnExpiredModelWithItsSlotAndItsSession) {
+  ASSERT_NE(session, nullptr);
+  hd_local_model model = goodModel(HD_MODEL_PLANE);
+  model.slot = 3;
+  model.lease_ns = 20 * kMs;
+  std::uint64_t seq = 0;
+  ASSERT_EQ(bench.client->producer->push(HD_COMMAND_LOCAL_MODEL, std::as_bytes(std::span(&model, 1)), 0, seq),
+            ErrorCode::kOk);
+  bench.step(20);
+  const Event expired = heard(EventKind::kModelExpired);
+  EXPECT_EQ(expired.value, 3u);
+  EXPECT_EQ(expired.session, session->id);
+}
+
+TEST_F(ServoTold, ALeaseWithItsSession) {
+  ASSERT_NE(session, nullptr);
+  const std::uint64_t id = session->id;
+  ASSERT_TRUE(bench.core.acquireLease(id).ok());
+  const Event taken = heard(EventKind::kLeaseTaken);
+  EXPECT_EQ(taken.session, id);
+  EXPECT_EQ(taken.text, "tester");
+  ASSERT_TRUE(bench.core.releaseLease(id).ok());
+  EXPECT_EQ(heard(EventKind::kLeaseLost).session, id);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -29,8 +29,9 @@ void Cycle::noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_R
   for (std::uint32_t s = 0; s < kMaxSessions; ++s) {
     if (sessions_[s].life() == SessionShare::Life::kFree) continue;
     for (std::uint32_t m = 0; m < HD_MODEL_SLOTS; ++m) {
-      if (!sessions_[s].model(m).takeExpired()) continue;
-      ServoEvent event = eventAt(ServoEventKind::kModelExpired, 0, input);
+      auto& model = sessions_[s].model(m);
+      if (!model.takeExpired()) continue;
+      ServoEvent event = eventAt(ServoEventKind::kModelExpired, model.device(), input);
       event.session = s;
       event.value = m;
       output.events.add(event);

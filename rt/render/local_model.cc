@@ -86,8 +86,8 @@ void LocalModelSlot::replace(const Framed& next, std::uint64_t seq, std::int64_t
     last_ns_ = former_ns_ = now_ns;
   } else if (evaluated_) {
     before_ = now_;
-    const std::uint32_t device = now_.model.none() ? 0 : now_.model.device();
-    before_weight_ = now_.model.none() ? 0 : shareIn(last_[device], last_of_now_[device], now_weight_, agreed_weight_);
+    const std::uint32_t d = device();
+    before_weight_ = now_.model.none() ? 0 : shareIn(last_[d], last_of_now_[d], now_weight_, agreed_weight_);
     for (std::uint32_t i = 0; i < kMaxDevices; ++i) {
       residual_[i] = last_[i] - before_weight_ * last_of_now_[i];
       last_of_now_[i].setZero();

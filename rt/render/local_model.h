@@ -61,6 +61,8 @@ class LocalModelSlot {
 
   [[nodiscard]] hd_model_status status(std::int64_t now_ns) const HD_RT;
   [[nodiscard]] bool empty() const HD_RT { return state_ == State::kEmpty; }
+  /** Of the model in force; 0 when none is. */
+  [[nodiscard]] std::uint32_t device() const HD_RT { return now_.model.none() ? 0 : now_.model.device(); }
   /** True once, after the lease ran out. */
   [[nodiscard]] bool takeExpired() HD_RT;
 

@@ -76,6 +76,7 @@ TEST_F(ServoTold, AnExpiredModelWithItsSlotAndItsSession) {
   ASSERT_NE(session, nullptr);
   hd_local_model model = goodModel(HD_MODEL_PLANE);
   model.slot = 3;
+  model.device = 1;
   model.lease_ns = 20 * kMs;
   std::uint64_t seq = 0;
   ASSERT_EQ(bench.client->producer->push(HD_COMMAND_LOCAL_MODEL, std::as_bytes(std::span(&model, 1)), 0, seq),
@@ -84,6 +85,7 @@ TEST_F(ServoTold, AnExpiredModelWithItsSlotAndItsSession) {
   const Event expired = heard(EventKind::kModelExpired);
   EXPECT_EQ(expired.value, 3u);
   EXPECT_EQ(expired.session, session->id);
+  EXPECT_EQ(expired.device, bench.device(1).name) << "that it was felt on";
 }
 
 TEST_F(ServoTold, ALeaseWithItsSession) {

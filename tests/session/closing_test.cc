@@ -54,6 +54,12 @@ TEST_F(Closing, NotWhileASessionHoldsIt) {
   EXPECT_EQ(close("sim://default?mass=0.3", mine), ErrorCode::kOk);
 }
 
+TEST_F(Closing, ThoughAnotherServosDeviceIsInUse) {
+  ASSERT_NE(bench.live(), nullptr);
+  open("sim://default?mass=0.3", mine);
+  EXPECT_EQ(close("sim://default?mass=0.3", mine), ErrorCode::kOk);
+}
+
 TEST_F(Closing, WhatWasOpenedWithoutWaitingToo) {
   int answers = 0;
   const auto counted = [&](const Result<OpenDevice*>& device) { answers += device.ok() ? 1 : 0; };

@@ -54,6 +54,20 @@ TEST_F(Closing, NotWhileASessionHoldsIt) {
   EXPECT_EQ(close("sim://default?mass=0.3", mine), ErrorCode::kOk);
 }
 
+TEST_F(Closing, EndsItsRecording) {
+  open("sim://default?mass=0.3", mine);
+  const auto recording = bench.core.record("sim://default?mass=0.3", mine);
+  ASSERT_TRUE(recording.ok()) << toString(recording.error());
+  ASSERT_EQ(close("sim://default?mass=0.3", mine), ErrorCode::kOk);
+  std::string reason;
+  bench.core.recordings().stop(recording->id, [&](const RecordingEnd& end) { reason = end.reason; });
+  for (int i = 0; i < 5000 && reason.empty(); ++i) {
+    bench.step();
+    ::usleep(1000);
+  }
+  EXPECT_EQ(reason, "the device was closed");
+}
+
 TEST_F(Closing, ThoughAnotherServosDeviceIsInUse) {
   ASSERT_NE(bench.live(), nullptr);
   open("sim://default?mass=0.3", mine);

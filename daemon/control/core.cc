@@ -146,24 +146,42 @@ bool Core::quiet(std::int64_t since_ns) {
 }
 
 Result<std::uint64_t> Core::connect(std::int32_t pid, std::uint32_t uid, bool administration) {
-  std::size_t all = 0, same = 0;
-  for (const auto& [number, other] : clients_) {
-    if (other.administration != administration) continue;
-    ++all;
-    same += other.uid == uid ? 1 : 0;
-  }
-  if (administration ? all >= kAdministrators : all >= kConnections || same >= kConnectionsPerUser) {
+  const auto counted = [&](bool stop_only) {
+    std::size_t all = 0, same = 0;
+    for (const auto& [number, other] : clients_) {
+      if (other.administration != administration || other.stop_only != stop_only) continue;
+      ++all;
+      same += other.uid == uid ? 1 : 0;
+    }
+    return std::pair(all, same);
+  };
+  const auto [all, same] = counted(false);
+  const bool full = administration ? all >= kAdministrators : all >= kConnections || same >= kConnectionsPerUser;
+  const auto [all_to_stop, same_to_stop] = counted(true);
+  if (full && (administration || all_to_stop >= kStopOnly || same_to_stop >= kStopOnlyPerUser)) {
     return Error{ErrorCode::kQuotaExceeded, "connection",
                  fmt::format("user {} has {} of {} connections", uid, same, all), "close some"};
   }
   Client client;
+  client.stop_only = full;
   client.connection = next_connection_;
   client.pid = pid;
   client.uid = uid;
   client.administration = administration;
   clients_.emplace(next_connection_, client);
-  log::debug("connection {}: pid {} uid {}{}", next_connection_, pid, uid, administration ? " (administration)" : "");
+  log::debug("connection {}: pid {} uid {}{}", next_connection_, pid, uid,
+             administration ? " (administration)" : (full ? " (to stop devices)" : ""));
   return next_connection_++;
+}
+
+std::optional<std::uint64_t> Core::oldestToStop(std::uint32_t uid) const {
+  std::optional<std::uint64_t> of_all;
+  for (const auto& [number, client] : clients_) {  // In the order they came.
+    if (!client.stop_only) continue;
+    if (client.uid == uid) return number;
+    if (!of_all) of_all = number;
+  }
+  return of_all;
 }
 
 void Core::introduce(std::uint64_t connection, std::string name) {
@@ -177,7 +195,7 @@ void Core::introduce(std::uint64_t connection, std::string name) {
 }
 
 const Client& Core::client(std::uint64_t connection) const {
-  static const Client kNobody{};
+  static const Client kNobody{.uid = ~std::uint32_t{0}};  // Not 0: that is root.
   const auto it = clients_.find(connection);
   return it == clients_.end() ? kNobody : it->second;
 }

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -66,6 +67,7 @@ class Core {
  public:
   static constexpr std::size_t kConnections = 256;  ///< Of all users together.
   static constexpr std::size_t kConnectionsPerUser = 64;
+  static constexpr std::size_t kStopOnly = 16, kStopOnlyPerUser = 4;  ///< Beyond those, for who comes to stop a device.
   static constexpr std::size_t kAdministrators = 16;          ///< Connections beside those: users leave them the room.
   static constexpr std::uint32_t kRegionsPerUser = 64;        ///< Region capabilities: each holds a descriptor of ours.
   static constexpr std::uint32_t kSubscriptionsPerUser = 64;  ///< Each may hold a queue of events.
@@ -102,7 +104,11 @@ class Core {
   [[nodiscard]] bool allOff() const { return listed_.empty(); }
 
   // Connections.
+  /** Beyond its numbers one that may stop devices and no more, or kQuotaExceeded. */
   [[nodiscard]] Result<std::uint64_t> connect(std::int32_t pid, std::uint32_t uid, bool administration);
+  /** The connection to end first where nobody may come even to stop: the user's own oldest of that kind, or that of
+   * all. */
+  [[nodiscard]] std::optional<std::uint64_t> oldestToStop(std::uint32_t uid) const;
   void introduce(std::uint64_t connection, std::string name);
   [[nodiscard]] const Client& client(std::uint64_t connection) const;
   /** Ends its sessions, removes its objects, gives back what it held. */

@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 
 #include "daemon/rpc/servers.h"
+#include "daemon/rpc/stop_only_server.h"
 
 namespace hapticd {
 namespace {
@@ -36,8 +37,13 @@ struct ControlServer::Connection {
   Connection(kj::Own<kj::AsyncIoStream> s, Core& core, std::uint64_t connection)
       : stream(kj::mv(s).downcast<kj::AsyncCapabilityStream>()),
         network(*stream, kDescriptors, capnp::rpc::twoparty::Side::SERVER, readerOptions()),
-        rpc(capnp::makeRpcServer(network, proto::Daemon::Client(kj::heap<DaemonServer>(core, connection)))) {
+        rpc(capnp::makeRpcServer(network, daemonFor(core, connection))) {
     rpc.setFlowLimit(kFlowWords);
+  }
+
+  static proto::Daemon::Client daemonFor(Core& core, std::uint64_t connection) {
+    if (core.client(connection).stop_only) return kj::heap<StopOnlyServer>(core, connection);
+    return kj::heap<DaemonServer>(core, connection);
   }
 
   kj::Own<kj::AsyncCapabilityStream> stream;
@@ -115,7 +121,17 @@ void ControlServer::accept(kj::AuthenticatedStream stream, bool administration) 
     KJ_IF_MAYBE (p, credentials.pid) {
       pid = *p;
     }
+    const auto leave = [this](std::uint64_t number) {
+      connections_.erase(number);  // drops its capabilities, which ends its sessions
+      core_.disconnect(number);
+    };
     auto id = core_.connect(pid, *uid, administration);
+    if (!id && !administration) {  // Nobody keeps others from stopping a device by coming to stop one.
+      if (const auto oldest = core_.oldestToStop(*uid)) {
+        leave(*oldest);
+        id = core_.connect(pid, *uid, administration);
+      }
+    }
     if (!id) {
       std::uint64_t suppressed = 0;
       if (refused_log_.allow(core_.now(), suppressed)) {
@@ -123,14 +139,11 @@ void ControlServer::accept(kj::AuthenticatedStream stream, bool administration) 
       }
       return;
     }
-    const auto leave = [this, number = *id] {
-      connections_.erase(number);  // drops its capabilities, which ends its sessions
-      core_.disconnect(number);
-    };
     bool served = false;  // Not for want of memory.
-    KJ_DEFER(if (!served) leave());
+    KJ_DEFER(if (!served) leave(*id));
     auto& connection = connections_[*id] = std::make_unique<Connection>(kj::mv(stream.stream), core_, *id);
-    tasks_.add(connection->network.onDisconnect().then(kj::cp(leave)));
+    tasks_.add(connection->network.onDisconnect().then([leave, number = *id] { leave(number); },
+                                                       [](kj::Exception&&) {}));  // It has been ended here.
     served = true;
   }
 }

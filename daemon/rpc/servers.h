@@ -146,7 +146,7 @@ class SubscriptionServer final : public proto::Subscription::Server, private kj:
 };
 
 /** What a connection gets first. */
-class DaemonServer final : public proto::Daemon::Server {
+class DaemonServer : public proto::Daemon::Server {
  public:
   DaemonServer(Core& core, std::uint64_t connection) : core_(core), connection_(connection) {}
 

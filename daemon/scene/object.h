@@ -21,6 +21,7 @@ struct Client {
   std::int32_t pid = 0;
   std::uint32_t uid = 0;
   bool administration = false;  ///< It came by the administration socket.
+  bool stop_only = false;       ///< Beyond the connections of its user, or of all: it may stop devices, and no more.
 };
 
 /** Geometry with the mesh by its id. */

@@ -167,17 +167,35 @@ TEST(SessionLife, SlotsAreReusedAndTheLastOneBelongsToTheMonitor) {
   EXPECT_EQ((*again)->slot, 3u);
 }
 
-TEST(SessionLife, ConnectionsOfAllUsersLeaveRoomForAdministration) {
+TEST(SessionLife, ConnectionsOfAllUsersLeaveRoomForStopsAndForAdministration) {
   Bench bench;
   std::size_t all = 1;  // The bench's own.
   for (std::uint32_t user = 2000; all < Core::kConnections; ++user) {
     std::size_t own = 0;
-    while (all < Core::kConnections && bench.core.connect(1, user, false).ok()) ++own, ++all;
-    EXPECT_LE(own, Core::kConnectionsPerUser);
-    EXPECT_TRUE(all == Core::kConnections || own == Core::kConnectionsPerUser);
-    ASSERT_NE(own, 0u);
+    while (all < Core::kConnections && own < Core::kConnectionsPerUser) {
+      const auto id = bench.core.connect(1, user, false);
+      ASSERT_TRUE(id.ok());
+      EXPECT_FALSE(bench.core.client(*id).stop_only);
+      ++own, ++all;
+    }
   }
-  EXPECT_EQ(bench.core.connect(1, 5000, false).error().code, ErrorCode::kQuotaExceeded);
+  // Who comes then may stop devices: each user by a few connections, and nobody by those that others need.
+  EXPECT_FALSE(bench.core.oldestToStop(5000));
+  std::vector<std::uint64_t> first;
+  for (std::uint32_t user = 5000; user < 5004; ++user) {
+    for (std::size_t i = 0; i < Core::kStopOnlyPerUser; ++i) {
+      const auto id = bench.core.connect(1, user, false);
+      ASSERT_TRUE(id.ok());
+      EXPECT_TRUE(bench.core.client(*id).stop_only);
+      if (i == 0) first.push_back(*id);
+    }
+    EXPECT_EQ(bench.core.connect(1, user, false).error().code, ErrorCode::kQuotaExceeded);
+    EXPECT_EQ(bench.core.oldestToStop(user), first.back()) << "a user's own goes first";
+  }
+  EXPECT_EQ(bench.core.connect(1, 6000, false).error().code, ErrorCode::kQuotaExceeded);
+  EXPECT_EQ(bench.core.oldestToStop(6000), first.front());
+  bench.core.disconnect(first.front());
+  EXPECT_TRUE(bench.core.client(*bench.core.connect(1, 6000, false)).stop_only);
   for (std::size_t i = 1; i < Core::kAdministrators; ++i) EXPECT_TRUE(bench.core.connect(1, 0, true).ok());
   EXPECT_EQ(bench.core.connect(1, 0, true).error().code, ErrorCode::kQuotaExceeded);
 }

@@ -57,6 +57,35 @@ class Descriptors(Case):
         self.assertTrue(eventually(self.served), "there is room again")
         self.assertTrue(eventually(lambda: self.descriptors() == before), "and nothing is left open")
 
+    def test_who_has_all_the_connections_there_may_be_can_stop_devices_still(self):
+        time.sleep(0.2)
+        before = self.descriptors()
+        silent = [self.connect() for _ in range(64)]
+        self.assertTrue(eventually(lambda: self.descriptors() >= before + 64))
+        for words in (("status",), ("objects",), ("set", "/objects/a/pos?value=0,0,0"), ("arm",), ("events",)):
+            with self.subTest(words):
+                self.assertIn("connection: this user, or all together, have as many as there may be: this one may stop "
+                              "devices and no more\n  close some", self.run_ctl(*words, exit_code=1).stderr)
+        self.assertIn("sim", self.run_ctl("list").stdout)
+        self.run_ctl("stop")
+        silent += [self.connect() for _ in range(20)]  # The reserve is no room to sit in.
+        self.run_ctl("stop", "sim")
+        self.assertEqual(64 + 4 - 1, len([1 for client in silent if self.stays(client)]), "one had to go for the stop")
+        self.run_ctl("--admin", "status")
+        for client in silent:
+            client.close()
+        self.assertTrue(eventually(self.served), "there is room again")
+        self.assertTrue(eventually(lambda: self.descriptors() == before), "and nothing is left open")
+        self.assertNotIn("control:", (self.directory / "log").read_text())
+
+    @staticmethod
+    def stays(client):
+        client.settimeout(0.01)
+        try:
+            return client.recv(1) != b""
+        except TimeoutError:
+            return True
+
 
 class Log(Case):
     wants_daemon = False

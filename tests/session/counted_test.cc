@@ -58,7 +58,9 @@ TEST(Counted, ConnectionsUntilTheyAreGone) {
   std::vector<std::uint64_t> mine;
   for (auto made = bench.core.connect(7, kAnother, false); made; made = bench.core.connect(7, kAnother, false))
     mine.push_back(*made);
-  EXPECT_EQ(mine.size(), Core::kConnectionsPerUser);
+  ASSERT_EQ(mine.size(), Core::kConnectionsPerUser + Core::kStopOnlyPerUser);
+  for (std::size_t i = 0; i < mine.size(); ++i)
+    EXPECT_EQ(bench.core.client(mine[i]).stop_only, i >= Core::kConnectionsPerUser);
   const Error refused = bench.core.connect(7, kAnother, false).error();
   EXPECT_EQ(refused.code, ErrorCode::kQuotaExceeded);
   EXPECT_NE(refused.what.find("user 1001 has 64"), std::string::npos) << refused.what;
@@ -68,6 +70,7 @@ TEST(Counted, ConnectionsUntilTheyAreGone) {
   EXPECT_EQ(bench.core.client(mine.front()).connection, 0u);
   const auto again = bench.core.connect(8, kAnother, false);
   ASSERT_TRUE(again.ok());
+  EXPECT_FALSE(bench.core.client(*again).stop_only);
   EXPECT_NE(*again, mine.front()) << "a number is never used again";
   EXPECT_EQ(bench.core.client(*again).pid, 8);
   EXPECT_FALSE(bench.core.connect(7, kAnother, false).ok());

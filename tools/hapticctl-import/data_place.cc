@@ -14,8 +14,6 @@
 namespace hapticctl_import {
 namespace {
 
-constexpr std::size_t kMostHeader = 1 << 20;
-
 /** Of several files "LIST", or "name%03d.raw 1 9 1". */
 void takeFile(DataPlace& place, std::string_view name) {
   place.in_several = name.substr(0, 4) == "LIST" || name.find('%') != std::string_view::npos;
@@ -102,10 +100,7 @@ void requireWhole(const std::string& path, const std::string& file, const DataPl
 }  // namespace
 
 void requireWhole(const std::string& path, const std::string& format, std::uint64_t needed) {
-  std::string head(kMostHeader, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(file.gcount()));
+  const std::string head = headOf(path);
   const DataPlace place = format == "NRRD" ? nrrdPlace(head) : metaImagePlace(head);
   if (place.countable) return requireWhole(path, place.file, place, needed);
   if (!place.in_several || !place.binary) return;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <fstream>
 #include <string>
 #include <string_view>
 
@@ -15,6 +16,17 @@ inline std::string_view stripped(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r";
   const auto first = text.find_first_not_of(kBlanks);
   return first == std::string_view::npos ? "" : text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+}
+
+inline constexpr std::size_t kMostHeader = 1 << 20;
+
+/** The beginning of a file, in which its header must end. Empty if it cannot be read. */
+inline std::string headOf(const std::string& path) {
+  std::string head(kMostHeader, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return head;
 }
 
 /** Of A to Z alone, whatever the locale. */

@@ -12,6 +12,7 @@
 
 #include "tools/hapticctl-import/complaints.h"
 #include "tools/hapticctl-import/data_place.h"
+#include "tools/hapticctl-import/header_lines.h"
 #include "tools/hapticctl-import/header_place.h"
 #include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/itk_values.h"
@@ -62,14 +63,6 @@ void convert(itk::IOComponentEnum kind, const std::vector<char>& bytes, std::vec
 
 void requireFile(const std::string& path) {
   if (!std::ifstream(path)) throw ImportError(path, "cannot be read", "does it exist?");
-}
-
-std::string headOf(const std::string& path) {
-  std::string head(1 << 20, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(file.gcount()));
-  return head;
 }
 
 itk::ImageIOBase::Pointer readerOf(const std::string& path, std::string& format) {

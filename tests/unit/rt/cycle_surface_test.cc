@@ -90,7 +90,7 @@ struct OnSheet {
     start.orders.back().as<AddObject>() = add;
     cycle = makeCycle(start, meshes);
   }
-  const SurfaceContact& tick(double x, double z, bool told, const Vec3& hand) {
+  const SurfaceContact& tick(double x, double z, bool told, const Vec3& hand, std::uint32_t missed = 0) {
     for (std::uint32_t v = 0; told && v < sheet.vertices.size();) {
       Command& c = input->command[input->command_count++] = Command{};
       c.kind = CommandKind::kObjectVertices;
@@ -101,8 +101,9 @@ struct OnSheet {
         moves.move[moves.count++] = {v, {at[0] + static_cast<float>(x), at[1], static_cast<float>(z)}};
       }
     }
-    ++input->tick;
-    input->now_ns += kMs;
+    input->missed = missed;
+    input->tick += 1 + missed;
+    input->now_ns += (1 + missed) * kMs;
     DeviceSample& sample = input->device[0];
     sample.t_ns = input->now_ns;
     sample.p = hand;
@@ -137,45 +138,15 @@ TEST(CycleSurface, ACycleMadeAnewKnowsNoMotionOfVerticesBefore) {
 TEST(CycleSurface, ASheetGoesOnRisingThroughMissedPeriods) {
   constexpr double kSpeed = 0.2;
   for (const int pace : {1, 3}) {
-    test::TestMesh sheet = test::heightMesh(0.05, 4, [](double, double) { return 0.0; });
-    const auto made = sheet.vertices;
-    const auto meshes = std::make_unique<MeshTable>();
-    const auto cycle = std::make_unique<Cycle>(CycleConfig{}, *meshes);
-    const auto input = std::make_unique<CycleInput>();
-    const auto output = std::make_unique<CycleOutput>();
-    const auto next = [&](CommandKind kind) -> Command& {
-      Command& c = input->command[input->command_count++] = Command{};
-      c.kind = kind;
-      return c;
-    };
-    meshes->publish(0, sheet.deformableView());
-    auto& add = next(CommandKind::kAddObject).as<AddObject>();
-    add.object = makeObjectId(1, 1);
-    add.flags = HD_OBJECT_ENABLED;
-    add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
-    add.material = {1000, 1, 0, 0};
-    add.q[0] = 1;
+    OnSheet rising(test::heightMesh(0.05, 4, [](double, double) { return 0.0; }));
+    rising.begin();
     std::int64_t ms = 0;
     for (int i = 0; i < 120; ++i) {
-      input->missed = i % 15 == 0 ? i / 15 : 0;
-      ms += 1 + input->missed;
-      const auto z = static_cast<float>(kSpeed * 1e-3 * static_cast<double>(ms));
-      const bool told = i > 0 && i % pace == 0;
-      for (std::uint32_t v = 0; told && v < made.size();) {
-        auto& moves = next(CommandKind::kObjectVertices).as<hd_object_vertices>();
-        moves.object = makeObjectId(1, 1);
-        for (; v < made.size() && moves.count < HD_VERTEX_MOVES; ++v)
-          moves.move[moves.count++] = {v, {made[v][0], made[v][1], z}};
-      }
-      input->tick += 1 + input->missed;
-      input->now_ns = ms * kMs;
-      DeviceSample& sample = input->device[0];
-      sample.t_ns = input->now_ns;
-      sample.p = {1e-3, 2e-3, z - (i < 5 ? -1e-3 : 1e-3)};
-      sample.fresh = true;
-      cycle->step(*input, *output);
-      input->command_count = 0;
-      const SurfaceContact& contact = output->device[0].contact;
+      const std::uint32_t missed = i % 15 == 0 ? static_cast<std::uint32_t>(i / 15) : 0;
+      ms += 1 + missed;
+      const double z = kSpeed * 1e-3 * static_cast<double>(ms);
+      const Vec3 hand(1e-3, 2e-3, z - (i < 5 ? -1e-3 : 1e-3));
+      const SurfaceContact& contact = rising.tick(0, z, i > 0 && i % pace == 0, hand, missed);
       if (i < 10) continue;
       ASSERT_EQ(contact.object, makeObjectId(1, 1)) << i;
       ASSERT_NEAR(contact.velocity.z(), kSpeed, 1e-4) << "told each " << pace << ", tick " << i;

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "rt/body/constraint_response.h"
-#include "rt/body/share_search.h"
 
 namespace hapticd {
 
@@ -66,7 +65,7 @@ void JointStep::startRows() HD_RT {
 
 void JointStep::sweep() HD_RT {
   const std::uint32_t leap_cost = JointLeap::costOf(movers_, touches_);
-  std::uint32_t next_leap = kFirstLeap;
+  std::uint32_t rounds = 0, next_leap = kFirstLeap;
   double changed = 0, at_leap = std::numeric_limits<double>::infinity();
   do {
     changed = 0;
@@ -75,18 +74,19 @@ void JointStep::sweep() HD_RT {
       changed = std::max(changed, relaxRow(mobilityOf(p.a), mobilityOf(p.b), touch_[i], row_[i], lambda_[i],
                                            twistOf(p.a), twistOf(p.b)));
     }
-    ++rounds_;
+    ++rounds;
     work_ += touches_;
     if (!(changed > ConstraintResponse::kTolerance)) break;
     // Where the last one has not helped, as where touches jam and no impulses will do, sweeps go on alone.
-    if (joined_ && rounds_ == next_leap && changed < at_leap &&
+    if (joined_ && rounds == next_leap && changed < at_leap &&
         work_ + leap_cost + kNextLeap * touches_ <= kMaxRelaxations) {
-      leap(rounds_ == kFirstLeap);
+      leap(rounds == kFirstLeap);
       work_ += leap_cost;
       at_leap = changed;
       next_leap += kNextLeap;
     }
-  } while (rounds_ < kMaxSweeps && work_ + touches_ <= kMaxRelaxations);
+  } while (rounds < kMaxSweeps && work_ + touches_ <= kMaxRelaxations);
+  rounds_ += rounds;
 }
 
 void JointStep::leap(bool first) HD_RT {
@@ -118,69 +118,6 @@ void JointStep::findIslands() HD_RT {
     const std::uint8_t y = mover_[pair_[i].b].island;
     for (std::uint32_t k = 0; k < movers_; ++k) {
       if (mover_[k].island == std::max(x, y)) mover_[k].island = std::min(x, y);
-    }
-  }
-}
-
-void JointStep::settle(std::uint8_t island) HD_RT {
-  double pool = 0;
-  double scale = 1;
-  std::uint32_t members = 0;
-  for (std::uint32_t k = 0; k < movers_; ++k) {
-    Mover& m = mover_[k];
-    if (m.island != island) continue;
-    ++members;
-    if (!isFinite(m.V.v) || !isFinite(m.V.w)) m.V = Twist{};
-    pool += m.tool != nullptr ? m.tool->reserve() : m.body->reserve;
-    scale = std::min(scale, scaleToBound(m.V));
-  }
-  if (members == 0) return;
-  double given = 0;
-  double held = 0;
-  for (std::uint32_t i = 0; i < touches_; ++i) {
-    if (mover_[pair_[i].a].island != island) continue;
-    const Vec3 j = row_[i].axes * lambda_[i];
-    if (pair_[i].b == kFixed) given += j.dot(touch_[i].moving);
-    const Vec3 u = relativeVelocity(twistOf(pair_[i].a), twistOf(pair_[i].b), touch_[i]);
-    held += heldBy(touch_[i], dt_ * u.dot(touch_[i].n));
-  }
-  double lost = 0;
-  ShareSearch search(scale);
-  do {
-    scale = search.share();
-    if (search.stopped()) given = 0;
-    double gained = 0;
-    for (std::uint32_t k = 0; k < movers_; ++k) {
-      const Mover& m = mover_[k];
-      if (m.island != island) continue;
-      Tool::Move& to = moved_[k];
-      const Twist V{m.V.v * scale, m.V.w * scale};
-      if (m.tool != nullptr) {
-        m.tool->move(m.kick, V, to);
-      } else {
-        const RigidBody& from = m.body->body;
-        to.body = from;
-        to.body.setTwist(V);
-        to.body.drift(dt_);
-        to.gained =
-            to.body.kineticEnergy() - from.kineticEnergy() - m.body->weightOf(gravity_).dot(to.body.com() - from.com());
-      }
-      gained += to.gained;
-    }
-    lost = given - gained;
-  } while (search.next(-pool - lost));
-  const double left = std::clamp(pool + lost, 0.0, members * Tool::kMostReserve + held) / members;
-  for (std::uint32_t k = 0; k < movers_; ++k) {
-    Mover& m = mover_[k];
-    if (m.island != island) continue;
-    m.V = {m.V.v * scale, m.V.w * scale};
-    if (m.tool != nullptr) {
-      m.tool->accept(m.kick, moved_[k], left, *m.out);
-      m.out->lost = lost;
-      m.out->clamped = scale;
-    } else {
-      m.body->body = moved_[k].body;
-      m.body->reserve = left;
     }
   }
 }
@@ -219,7 +156,7 @@ void JointStep::solve() HD_RT {
     memory_[i] = {touch_[i].key, row_[i].axes * lambda_[i]};
   }
   findIslands();
-  for (std::uint32_t k = 0; k < movers_; ++k) settle(static_cast<std::uint8_t>(k));
+  settleIslands();
   tell();
 }
 

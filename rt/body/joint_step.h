@@ -1,9 +1,10 @@
 /** @file
  * One tick of tools and free bodies that push each other: all touches solved together by projected Gauss-Seidel
  * (constraint_row.h), with leaps where that is slow (joint_leap.h), action equal to reaction, and the books of tool.h
- * kept for each island, a group of bodies that touches join: if it holds more energy than before plus what hands,
- * weights, moving obstacles and its reserve gave, all its velocities are scaled down until it does not, by no more than
- * that takes.
+ * kept for each island, a group of bodies that touches join: it may not hold more energy than before plus what hands,
+ * weights, moving obstacles and its reserve gave. What is first given up for that is leaving overlaps, as much of it as
+ * that takes: all is solved again without, and a mean of both taken. Where even that is too much all velocities are
+ * scaled down.
  *
  * Servo-safe; one thread; memory is taken when it is made. begin(), add what takes part, solve(), read.
  */
@@ -56,6 +57,11 @@ class JointStep {
     Mobility mobility;
     Twist V;
     std::uint8_t island = 0;
+    bool waits = false;  ///< Its island does not settle before all is solved without leaving overlaps.
+  };
+  struct Solution {
+    std::array<Twist, kMaxMovers> V;
+    std::array<Vec3, kMaxJointTouches> lambda;
   };
   struct Pair {
     std::uint8_t a, b;
@@ -68,10 +74,21 @@ class JointStep {
   void sweep() HD_RT;
   void leap(bool first) HD_RT;
   void findIslands() HD_RT;
-  void settle(std::uint8_t island) HD_RT;
+  // What may be kept of a solution (joint_books.cc).
+  void settleIslands() HD_RT;
+  void solveWithoutRecovery() HD_RT;
+  void mixIn(std::uint8_t island) HD_RT;
+  [[nodiscard]] bool settle(std::uint8_t island, bool may_wait) HD_RT;
+  [[nodiscard]] double reserveOf(std::uint8_t island) const HD_RT;
+  [[nodiscard]] double givenTo(std::uint8_t island) const HD_RT;
+  [[nodiscard]] double gained(std::uint8_t island, double share) HD_RT;
+  [[nodiscard]] bool leavesOverlap(std::uint8_t island) const HD_RT;
   void tell() HD_RT;
   [[nodiscard]] const Mobility& mobilityOf(std::uint8_t mover) const HD_RT {
     return mover == kFixed ? fixed_ : mover_[mover].mobility;
+  }
+  [[nodiscard]] bool joins(std::uint32_t touch, std::uint8_t island) const HD_RT {
+    return mover_[pair_[touch].a].island == island;
   }
   [[nodiscard]] Twist& twistOf(std::uint8_t mover) HD_RT { return mover == kFixed ? still_ : mover_[mover].V; }
 
@@ -88,6 +105,7 @@ class JointStep {
   bool joined_ = false;  ///< Some touch is between two movers.
   double residual_ = 0;
   JointLeap leap_;
+  Solution whole_, without_;  ///< With recovery from overlaps and without.
   Mobility fixed_;
   Twist still_;
 };

@@ -129,6 +129,66 @@ TEST(JointStep, BodiesAtRestInAnOverlapStayUnlessEnergyWasLostBefore) {
   }
 }
 
+TEST(JointStep, ABodyThatOverlapsTheFloorIsPushedAsIfItLayOnIt) {
+  // Nothing was lost yet that could pay for lifting it. It is not to stand as if glued, nor the tool with it: what
+  // lifts it is what rubbing takes, not the hand.
+  struct Pushed {
+    double strongest = 0, raised = 0, slid = 0;
+  };
+  const auto push = [](double overlap, double friction) {
+    ToolSetup setup;
+    setup.mass = MassProperties::ofBall(0.05, 0.02);
+    DeviceInfo info;
+    info.max_stiffness = 2000;
+    setup.gains = chooseGains(info, {0.05, setup.mass.inertia_O.trace() / 3, kStepDt});
+    Tool tool(setup);
+    Pose hand{{0.045, 0, 0.03}, Quat::Identity()};
+    tool.reset(hand);
+    FreeBody body(MassProperties::ofBall(0.1, 0.02), 0, true);
+    body.body.place({{0, 0, 0.02 - overlap}, Quat::Identity()});
+    auto joint = std::make_unique<JointStep>();
+    ToolStep out;
+    Pushed pushed;
+    const Vec3 g(0, 0, -9.81);
+    const auto energy = [&] {
+      return tool.energy() + tool.reserve() + body.body.kineticEnergy() + body.reserve -
+             body.body.mass() * g.dot(body.body.com());
+    };
+    for (int tick = 0; tick < 1000; ++tick) {
+      const double before = energy();
+      const Vec3 f = out.on_device.force;
+      const Vec3 step = kStepDt * Vec3(-0.03, 0, 0);
+      hand.p += step;
+      joint->begin(kStepDt, g);
+      const auto t = joint->add(tool, hand, out), b = joint->add(body);
+      Touch floor;
+      floor.r_a = Vec3(0, 0, -0.02);
+      floor.gap = body.body.com().z() - 0.02;
+      floor.friction = friction;
+      floor.key = 2;
+      EXPECT_TRUE(joint->add(floor, b, JointStep::kFixed));
+      if ((tool.body().com() - body.body.com()).norm() < 0.045)
+        EXPECT_TRUE(joint->add(between(tool.body(), body.body, friction), t, b));
+      joint->solve();
+      EXPECT_EQ(out.clamped, 1) << tick;
+      EXPECT_LE(energy() - before, -f.dot(step) + 0.5 * setup.gains.outer * step.squaredNorm() + 1e-12) << tick;
+      pushed.strongest = std::max(pushed.strongest, out.on_device.force.norm());
+    }
+    pushed.raised = body.body.com().z() - (0.02 - overlap);
+    pushed.slid = -body.body.com().x();
+    return pushed;
+  };
+  for (const double friction : {0.0, 0.5}) {
+    const Pushed lay = push(0, friction);
+    for (const double overlap : {2e-4, 1e-3, 3e-3}) {
+      const Pushed in = push(overlap, friction);
+      EXPECT_NEAR(in.strongest, lay.strongest, 0.1 * lay.strongest) << overlap << ' ' << friction;
+      EXPECT_NEAR(in.slid, lay.slid, 0.1 * lay.slid) << overlap << ' ' << friction;
+      if (friction > 0) EXPECT_GT(in.raised, 0.15e-3) << overlap;
+    }
+  }
+}
+
 TEST(JointStep, ABallOnABallOnATableStaysForAMinute) {
   auto joint = std::make_unique<JointStep>();
   const Vec3 g(0, 0, -9.81);

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <sstream>
 
 #include "tools/hapticctl/numbers.h"
 
@@ -28,10 +29,19 @@ std::optional<std::string> firstLine(const HostView& view, const std::string& pa
   return line;
 }
 
-/** The word in brackets of "always [madvise] never". */
+/** The word in brackets of "always [madvise] never", or of "none voluntary (full)": the kernel writes either. */
 std::string selected(const std::string& line) {
-  const auto open = line.find('['), close = line.find(']');
+  const auto open = line.find_first_of("[("), close = line.find_first_of("])");
   return open == std::string::npos || close == std::string::npos ? line : line.substr(open + 1, close - open - 1);
+}
+
+/** How the kernel was told to preempt when it was booted; nothing where it was not. */
+std::optional<std::string> bootedPreemption(const HostView& view) {
+  std::istringstream words(firstLine(view, "/proc/cmdline").value_or(""));
+  std::optional<std::string> mode;
+  for (std::string word; words >> word;)
+    if (word.rfind("preempt=", 0) == 0) mode = word.substr(8);  // The last one holds.
+  return mode;
 }
 
 HostCheck kernelPreemption(const HostView& view) {
@@ -43,11 +53,12 @@ HostCheck kernelPreemption(const HostView& view) {
     out.detail = fmt::format("PREEMPT_RT ({})", name.release);
     return out;
   }
-  const auto debug = firstLine(view, "/sys/kernel/debug/sched/preempt");
-  const std::string mode = debug                                                  ? selected(*debug)
-                           : version.find("PREEMPT_DYNAMIC") != std::string::npos ? "dynamic"
-                           : version.find("PREEMPT") != std::string::npos         ? "full"
-                                                                                  : "voluntary or none";
+  const auto debug = firstLine(view, "/sys/kernel/debug/sched/preempt");  // Root's alone.
+  const std::string mode = debug ? selected(*debug)
+                           : version.find("PREEMPT_DYNAMIC") != std::string::npos
+                               ? bootedPreemption(view).value_or("dynamic")
+                           : version.find("PREEMPT") != std::string::npos ? "full"
+                                                                          : "voluntary or none";
   out.state = mode == "full" ? kGreen : kRed;
   out.detail = fmt::format("preemption {} ({}); a real-time kernel keeps 1 kHz under load", mode, name.release);
   out.remedy = "apt install linux-image-rt-" +

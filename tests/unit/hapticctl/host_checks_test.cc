@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <tuple>
 
 #include "tests/support/temporary_directory.h"
 
@@ -69,6 +70,24 @@ TEST_F(HostChecksTest, RealTimeKernelAndRulesAreFound) {
   write("/usr/lib/udev/rules.d/60-hapticd.rules", "");
   EXPECT_EQ(check("kernel preemption").state, CheckState::kGreen);
   EXPECT_EQ(check("udev rules").detail, "/usr/lib/udev/rules.d/60-hapticd.rules");
+}
+
+TEST_F(HostChecksTest, PreemptionIsReadAsTheKernelWritesIt) {
+  if (check("kernel preemption").detail.starts_with("PREEMPT_RT")) GTEST_SKIP() << "whatever else it says";
+  for (const auto& [modes, mode, state] : {std::tuple{"none voluntary (full) ", "full", CheckState::kGreen},
+                                           {"none (voluntary) full ", "voluntary", CheckState::kRed},
+                                           {"(none) voluntary full lazy ", "none", CheckState::kRed}}) {
+    write("/sys/kernel/debug/sched/preempt", modes);
+    EXPECT_EQ(check("kernel preemption").state, state) << modes;
+    EXPECT_TRUE(check("kernel preemption").detail.starts_with(std::string("preemption ") + mode + " (")) << modes;
+  }
+  std::filesystem::remove_all(root_ / "sys/kernel/debug");  // As for everybody but root.
+  const HostCheck before = check("kernel preemption");
+  if (!before.detail.starts_with("preemption dynamic (")) return;
+  write("/proc/cmdline", "quiet preempt=voluntary ro preempt=full");
+  EXPECT_EQ(check("kernel preemption").state, CheckState::kGreen) << check("kernel preemption").detail;
+  write("/proc/cmdline", "quiet preempt=none");
+  EXPECT_EQ(check("kernel preemption").state, CheckState::kRed);
 }
 
 TEST_F(HostChecksTest, LimitsThatThePackageGrantsAreNotWrittenAgain) {

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <regex>
 #include <system_error>
 
 #include "daemon/ipc/memfd.h"
@@ -79,12 +80,22 @@ std::string cachedOf(const std::string& vdb) {
   return vdb.substr(0, vdb.size() - ending.size()) + ".hvol";
 }
 
+/**
+ * Whether it is named as this class, of whatever version, names what it makes. Nothing else is touched: an
+ * administrator may name a folder where other volumes lie.
+ */
+bool isOurs(const fs::path& file) {
+  static const std::regex kName(R"(\d+-[0-9a-f]{16}-\d+-\d+(\.\d+)+\.(hvol|(v\d+\.)?vdb)(\.new)?)");
+  return std::regex_match(file.filename().string(), kName);
+}
+
 /** Those longest unused first. OpenVDB files of another version, or whose volume is gone, are removed. */
 std::vector<Entry> entriesOf(const std::string& directory) {
   std::vector<Entry> entries;
   std::error_code error;
   for (const auto& file : fs::directory_iterator(directory, error)) {
     fs::path other = file.path();
+    if (!isOurs(other)) continue;
     if (other.extension() == ".vdb" && !fs::exists(cachedOf(other), error)) fs::remove(file.path(), error);
     if (other.extension() != ".hvol" || !file.is_regular_file(error)) continue;
     other.replace_extension(kCachedVdbEnding);
@@ -104,7 +115,7 @@ VolumeCache::VolumeCache(std::string directory, std::uint64_t most_bytes, std::o
   fs::create_directories(directory_, error);
   if (error) log::warn("no cache of volumes: {}: {}", directory_, error.message());
   for (const auto& file : fs::directory_iterator(directory_, error))
-    if (file.path().extension() == ".new") fs::remove(file.path(), error);
+    if (file.path().extension() == ".new" && isOurs(file.path())) fs::remove(file.path(), error);
   (void)entriesOf(directory_);  // What an older hapticd made goes.
   if (vdb) maker_ = std::make_unique<VdbMaker>(std::move(*vdb), [this] { prune(); });
 }

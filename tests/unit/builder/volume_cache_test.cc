@@ -30,6 +30,10 @@ class Cache : public testing::Test {
     cache.keep(key, std::move(*built_.memfd.share()), std::move(*built_.volume.share()), {"first", "second"});
     cache.wait();
   }
+  /** As an upload that holds `what` is named. */
+  static std::string keyNamed(std::string_view what) {
+    return VolumeCache::keyOf(std::as_bytes(std::span(what)), 1000);
+  }
   [[nodiscard]] fs::path onlyFile() const { return *fs::directory_iterator(directory_.path()); }
 
   TemporaryDirectory directory_;
@@ -98,14 +102,35 @@ TEST_F(Cache, damagedFilesAreNotBelieved) {
 TEST_F(Cache, longestUnusedFilesGoFirst) {
   const std::uint64_t one = built_.memfd.size() + built_.volume.size();
   VolumeCache cache(directory_.path(), 2 * one + one / 2);
-  for (const char* key : {"a", "b"}) keep(cache, key);
+  const std::string a = keyNamed("a"), b = keyNamed("b"), c = keyNamed("c");
+  for (const std::string& key : {a, b}) keep(cache, key);
   const auto past = fs::file_time_type::clock::now() - std::chrono::hours(1);
   for (const auto& entry : fs::directory_iterator(directory_.path())) fs::last_write_time(entry.path(), past);
-  EXPECT_TRUE(cache.find("a").has_value());  // Used now.
-  keep(cache, "c");
-  EXPECT_TRUE(cache.find("a").has_value());
-  EXPECT_FALSE(cache.find("b").has_value());
-  EXPECT_TRUE(cache.find("c").has_value());
+  EXPECT_TRUE(cache.find(a).has_value());  // Used now.
+  keep(cache, c);
+  EXPECT_TRUE(cache.find(a).has_value());
+  EXPECT_FALSE(cache.find(b).has_value());
+  EXPECT_TRUE(cache.find(c).has_value());
+}
+
+TEST_F(Cache, whatOthersKeepInItsFolderIsLeftAlone) {
+  const std::vector<std::string> others{"bunny.vdb",
+                                        "2024-01.v2.vdb",
+                                        "scan.hvol",
+                                        "report.new",
+                                        "1000-abc.hvol",
+                                        "x" + keyNamed("a") + ".vdb",
+                                        keyNamed("a") + ".vdb.bak"};
+  for (const std::string& name : others) std::ofstream(directory_.path() + "/" + name) << std::string(5000, 'x');
+  const std::string gone = keyNamed("gone");
+  for (const char* ending : {".vdb", ".v1.vdb", ".v2.vdb.new", ".hvol.new"})
+    std::ofstream(directory_.path() + "/" + gone + ending) << "of ours";
+  VolumeCache cache(directory_.path(), 1);
+  keep(cache, keyNamed("a"));  // Does not fit: it goes, and all that is no longer used with it.
+  EXPECT_FALSE(cache.find(keyNamed("a")).has_value());
+  EXPECT_TRUE(cache.list().empty());
+  for (const std::string& name : others) EXPECT_TRUE(fs::exists(directory_.path() + "/" + name)) << name;
+  EXPECT_EQ(std::distance(fs::directory_iterator(directory_.path()), {}), std::ssize(others));
 }
 
 TEST_F(Cache, whatTheDiskHasNoRoomForIsToldAndLeavesNothing) {

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-constexpr const char* kKey = "1000-abc";
+constexpr const char* kKey = "1000-0123456789abcdef-500-2.1.1";
 
 VdbOptions realProgram() { return {HAPTICD_TEST_BUILDER_VDB}; }
 
@@ -305,17 +305,18 @@ TEST_F(VdbCache, bothCountAndGoTogether) {
   const std::uint64_t beside = 300'000, ours = built.memfd.size() + built.volume.size() + 1000;
   const VdbOptions options = script("head -c " + std::to_string(beside) + " /dev/zero >&4\n");
   VolumeCache cache(directory_.path(), 2 * (ours + beside) + ours, options);
-  for (const char* key : {"a", "b"}) {
+  const char *const a = "1000-000000000000000a-5-2.1.1", *const b = "1000-000000000000000b-5-2.1.1";
+  for (const char* key : {a, b}) {
     keep(cache, built, key);
     fs::last_write_time(directory_.path() + "/" + key + ".hvol",
-                        fs::file_time_type::clock::now() - std::chrono::hours(*key == 'a' ? 2 : 1));
+                        fs::file_time_type::clock::now() - std::chrono::hours(key == a ? 2 : 1));
   }
   EXPECT_EQ(files(), (std::vector<std::string>{".hvol", ".hvol", ".vdb", ".vdb"}));
-  keep(cache, built, "c");
-  EXPECT_FALSE(cache.find("a").has_value());
-  EXPECT_TRUE(cache.find("b").has_value());
+  keep(cache, built, "1000-000000000000000c-5-2.1.1");
+  EXPECT_FALSE(cache.find(a).has_value());
+  EXPECT_TRUE(cache.find(b).has_value());
   EXPECT_EQ(files(), (std::vector<std::string>{".hvol", ".hvol", ".vdb", ".vdb"}));
-  cache.drop("b");
+  cache.drop(b);
   EXPECT_EQ(files(), (std::vector<std::string>{".hvol", ".vdb"}));
   // Where only one of the two has room it is the volume.
   const TemporaryDirectory small;

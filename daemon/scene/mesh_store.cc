@@ -1,7 +1,10 @@
 #include "daemon/scene/mesh_store.h"
 
+#include <sys/stat.h>
+
 #include "daemon/ipc/snapshot_memory.h"
 #include "daemon/ipc/volume_memory.h"
+#include "rt/scene/vertex_motion.h"
 
 namespace hapticd {
 
@@ -99,6 +102,19 @@ const MeshInfo* MeshStore::find(std::uint64_t id) const {
 }
 
 std::vector<const MeshInfo*> MeshStore::list() const { return shelf_->list(); }
+
+std::uint64_t MeshStore::bytesFor(const UniqueFd& snapshot, const UniqueFd& volume) const {
+  const auto sizeOf = [](const UniqueFd& fd) {
+    struct stat s {};
+    return fd.valid() && ::fstat(fd.get(), &s) == 0 ? static_cast<std::uint64_t>(s.st_size) : 0;
+  };
+  std::uint64_t bytes = sizeOf(snapshot) + sizeOf(volume);
+  hd_snapshot_header head{};
+  if (::pread(snapshot.get(), &head, sizeof head, 0) != static_cast<ssize_t>(sizeof head)) return bytes;
+  if ((head.flags & HD_MESH_DEFORMABLE) == 0) return bytes;
+  bytes += head.vertex_count * sizeof(VertexMotion);
+  return bytes * std::max<std::size_t>(1, shelf_->sinks().size());  // Each servo has its own.
+}
 
 std::uint32_t MeshStore::entryOf(std::uint64_t id) const {
   const std::uint32_t index = shelf_->indexOf(id);

@@ -67,6 +67,9 @@ class MeshStore {
 
   [[nodiscard]] const MeshInfo* find(std::uint64_t id) const;
   [[nodiscard]] std::vector<const MeshInfo*> list() const;
+  /** What add() would count for that snapshot and volume [bytes]; by their sizes and the flags, which it then checks.
+   */
+  [[nodiscard]] std::uint64_t bytesFor(const UniqueFd& snapshot, const UniqueFd& volume) const;
   /** Entry of the mesh tables. */
   [[nodiscard]] std::uint32_t entryOf(std::uint64_t id) const;
   /** Which entries have a volume; for the threads beside the servos. */

@@ -77,6 +77,10 @@ std::uint64_t TextureStore::bytesOf(std::uint32_t uid) const {
   return sum;
 }
 
+std::uint64_t TextureStore::bytesFor(const Texture& texture) const {
+  return layOutBytes(texture) * (1 + shelf_->sinks().size());
+}
+
 std::uint32_t TextureStore::referenceTo(std::uint64_t id) const {
   const std::uint32_t index = shelf_->indexOf(id);
   return index == kMaxTextures ? 0 : index + 1;

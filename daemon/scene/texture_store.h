@@ -54,6 +54,8 @@ class TextureStore {
   [[nodiscard]] std::vector<const TextureInfo*> list() const;
   [[nodiscard]] std::uint64_t lockedBytes() const;
   [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
+  /** What it will count for [bytes]. */
+  [[nodiscard]] std::uint64_t bytesFor(const Texture& texture) const;
 
   // By the scene model.
   /** Entry of the texture tables plus 1; 0 for the id 0. */

@@ -1,14 +1,12 @@
 #include "daemon/scene/uploads.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <cstring>
 #include <utility>
 
 #include "daemon/log/log.h"
-#include "daemon/scene/texture_memory.h"
 #include "proto/volume.h"
 
 namespace hapticd {
@@ -85,7 +83,7 @@ Result<std::uint64_t> Uploads::commitTexture(std::uint64_t id) {
   if (!mapping) return mapping.error();
   auto texture = parseTexture(mapping->bytes());
   if (!texture) return texture.error();
-  if (auto r = quota_(upload.by.uid, 2 * layOutBytes(*texture), 0); !r) return r.error();
+  if (auto r = quota_(upload.by.uid, textures_.bytesFor(*texture), 0); !r) return r.error();
   auto made = textures_.add(std::move(*texture), upload.by);
   if (made) log::info("texture {} of '{}'", *made, log::printable(upload.by.name));
   return made;
@@ -140,11 +138,7 @@ void Uploads::finish(std::uint64_t id, BuildReport& report) {
 
 Result<MeshInfo> Uploads::adopt(UniqueFd snapshot, UniqueFd volume, MeshInfo info) {
   // Sizes of the memory itself: what is said of it is not believed.
-  std::uint64_t bytes = 0;
-  for (const UniqueFd* fd : {&snapshot, &volume}) {
-    struct stat s {};
-    if (fd->valid() && ::fstat(fd->get(), &s) == 0) bytes += static_cast<std::uint64_t>(s.st_size);
-  }
+  const std::uint64_t bytes = meshes_.bytesFor(snapshot, volume);
   if (auto r = quota_(info.owner.uid, bytes, info.triangles); !r) return r.error();
   const auto id = meshes_.add(std::move(snapshot), std::move(volume), std::move(info));
   if (!id) return id.error();

@@ -124,6 +124,40 @@ TEST_F(Accounting, AGroupsMonitorIsLocked) {
   EXPECT_EQ(bench.core.lockedBytes() - before, GroupLink::monitorBytes());
 }
 
+/** Each servo reads a copy of its own of a texture and of a mesh that can be deformed: all of them must fit. */
+TEST_F(Accounting, CopiesForEachServoAreAskedForBeforeTheyAreMade) {
+  for (const char* uri : {"test://two", "test://three"}) ASSERT_TRUE(bench.core.openDevice(uri, bench.connection).ok());
+  constexpr std::uint32_t kSide = 512;
+  const auto pixels = reliefUpload(kSide, kSide, std::vector<std::uint16_t>(std::size_t{kSide} * kSide));
+  const auto commit = [&](std::uint64_t filled) {
+    const auto other_upload = filled > 0 ? bench.core.uploads().begin(filled, mine()) : Result<std::uint64_t>(0);
+    EXPECT_TRUE(other_upload.ok());
+    const std::uint64_t id = *bench.core.uploads().begin(pixels.size(), mine());
+    EXPECT_EQ(::pwrite(bench.core.uploads().region(id)->get(), pixels.data(), pixels.size(), 0), std::ssize(pixels));
+    const auto made = bench.core.uploads().commitTexture(id);
+    EXPECT_LE(bytes(), kMost);
+    if (filled > 0) bench.core.uploads().cancel(*other_upload);
+    return made ? ErrorCode::kOk : made.error().code;
+  };
+  const std::uint64_t needed = 4 * layOutBytes(*parseTexture(pixels));
+  EXPECT_EQ(commit(kMost - needed + 1), ErrorCode::kQuotaExceeded);
+  EXPECT_EQ(commit(kMost - needed), ErrorCode::kOk);
+  EXPECT_EQ(bytes(), needed);
+
+  for (const std::uint32_t flags : {0u, static_cast<std::uint32_t>(HD_MESH_DEFORMABLE)}) {
+    const std::uint64_t before = bytes();
+    BuildMonitor monitor;
+    const auto built = buildSnapshot(upload(torus(12, 8), flags), monitor);
+    ASSERT_TRUE(built.ok());
+    UniqueFd snapshot = std::move(*built->memfd.share());
+    const std::uint64_t told = bench.core.meshes().bytesFor(snapshot, UniqueFd());
+    MeshInfo info;
+    info.owner = mine();
+    ASSERT_TRUE(bench.core.meshes().add(std::move(snapshot), info).ok());
+    EXPECT_EQ(told, bytes() - before) << flags;
+  }
+}
+
 TEST_F(Accounting, NoSumOverflows) {
   EXPECT_EQ(check(kMost), ErrorCode::kOk);
   EXPECT_EQ(check(UINT64_MAX), ErrorCode::kQuotaExceeded);

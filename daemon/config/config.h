@@ -6,6 +6,7 @@
  */
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -34,6 +35,8 @@ struct LimitsConfig {
 
 /** Devices that share one servo. */
 struct GroupConfig {
+  static constexpr std::size_t kMost = 8;  ///< Groups of one daemon.
+
   std::string name;
   std::vector<std::string> devices;  ///< URIs or serials. An empty one: first real device, else the simulator.
   double rate_hz = 0;                ///< 0: as servo.rate_hz.

@@ -285,6 +285,10 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
   for (std::size_t i = 0; i < c.groups.size(); ++i) {
     const GroupConfig& group = c.groups[i];
     const auto at = root.place("group", i);
+    if (i == GroupConfig::kMost) {
+      errors.add(at, fmt::format("there are {} groups", c.groups.size()),
+                 fmt::format("a daemon has {} servos at most: put devices together", GroupConfig::kMost));
+    }
     if (group.name.empty()) errors.add(at, "a [[group]] has no name", "give it name = \"...\"");
     if (!names.insert(group.name).second)
       errors.add(at, fmt::format("group \"{}\" stands twice", log::printable(group.name)));

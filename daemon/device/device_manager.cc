@@ -10,6 +10,7 @@
 namespace hapticd {
 
 static_assert(DeviceConfig::kMostRadius == ProxyRenderer::kMaxRadius);
+static_assert(GroupConfig::kMost == kMaxGroups);
 
 DeviceManager::DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads)
     : config_(config),

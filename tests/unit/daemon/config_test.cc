@@ -76,6 +76,12 @@ TEST(Config, ValuesThatDoNotFitTogetherAreRefused) {
   EXPECT_EQ(refused("[[group]]\nname='a'\ndevices=['1','2','3','4','5']").remedy, "one servo serves at most 4");
   EXPECT_EQ(refused("[[group]]\nname='a'").what, "group \"a\" has no devices");
   EXPECT_TRUE(parseConfig("[[group]]\nname='a'\ndevices=['1','2','3','4']", "f").ok());
+  std::string groups;
+  for (const char name : std::string("12345678"))
+    groups += fmt::format("[[group]]\nname='{0}'\ndevices=['{0}']\n", name);
+  EXPECT_TRUE(parseConfig(groups, "f").ok());
+  const Error ninth = refused(groups + "[[group]]\nname='9'\ndevices=['9']\n");
+  EXPECT_EQ(ninth.where + ": " + ninth.what, "f:25:1: there are 9 groups") << "it would be tried for ever";
   EXPECT_EQ(refused("[[group]]\ndevices=['x']").what, "a [[group]] has no name");
   EXPECT_EQ(refused("[[device]]\nforce_n=1").what, "a [[device]] has no uri");
   EXPECT_EQ(refused("[[device]]\nuri='x'\n[[device]]\nuri='x'").what, "device \"x\" stands twice");

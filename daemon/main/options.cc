@@ -96,6 +96,7 @@ Result<void> checkWhole(Options& options) {
   if (!options.check_config) return good;
   if (good) good = checkGroupUris(config);
   if (good) good = checkFolders(options.loaded);
+  if (good) good = checkSocketPaths(config.sockets.control, config.sockets.admin);
   if (good) good = checkSocketGroup(config.sockets.group);
   return good;
 }

@@ -76,7 +76,25 @@ Result<void> setGroup(const std::string& path, const std::string& group) {
   return {};
 }
 
+Result<void> fits(const std::string& path) {
+  constexpr std::size_t kMost = sizeof(sockaddr_un::sun_path) - 1;
+  if (!path.empty() && path.size() <= kMost) return {};
+  return Error{ErrorCode::kInvalidArgument, path, fmt::format("a socket's path has 1 to {} bytes", kMost),
+               "choose a shorter one"};
+}
+
 }  // namespace
+
+Result<void> checkSocketPaths(const std::string& control, const std::string& admin) {
+  // What is not given depends on who starts the daemon.
+  const auto paths = control.empty() ? SocketPaths{{}, admin} : defaultSocketPaths(control, admin);
+  if (!paths) return paths.error();
+  for (const std::string& path : {paths->control, paths->admin}) {
+    if (path.empty()) continue;
+    if (auto r = fits(path); !r) return r;
+  }
+  return {};
+}
 
 Result<void> checkSocketGroup(const std::string& group) {
   if (group.empty() || getgrnam(group.c_str()) != nullptr) return {};
@@ -95,12 +113,9 @@ ListenSocket& ListenSocket::operator=(ListenSocket&& other) noexcept {
 }
 
 Result<ListenSocket> ListenSocket::bind(const std::string& path, unsigned mode, const std::string& group) {
+  if (auto r = fits(path); !r) return r.error();
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  if (path.empty() || path.size() >= sizeof address.sun_path) {
-    return Error{ErrorCode::kInvalidArgument, path,
-                 fmt::format("a socket's path has 1 to {} bytes", sizeof address.sun_path - 1), "choose a shorter one"};
-  }
   std::memcpy(address.sun_path, path.data(), path.size());
   const std::string folder = folderOf(path);
   if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) {

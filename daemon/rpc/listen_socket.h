@@ -57,6 +57,9 @@ struct SocketPaths {
 /** Empty ones by default: in $RUNTIME_DIRECTORY (a service), $XDG_RUNTIME_DIR/hapticd, or as root /run/hapticd. */
 [[nodiscard]] Result<SocketPaths> defaultSocketPaths(const std::string& control, const std::string& admin);
 
+/** Whether sockets can lie there, as far as paths are given. kInvalidArgument. */
+[[nodiscard]] Result<void> checkSocketPaths(const std::string& control, const std::string& admin);
+
 /** Whether there is a group of that name, or none is wanted. kNotFound. */
 [[nodiscard]] Result<void> checkSocketGroup(const std::string& group);
 

@@ -248,6 +248,14 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
   EXPECT_NE(misspelt.output().find("bad.toml:2"), std::string::npos) << misspelt.output();
   std::ofstream(bad) << "[sockets]\ngroup = \"no-such-group\"\n";
   EXPECT_EQ(code({"--check-config", "--config", bad}), 2) << "found before a start finds it";
+  const std::string longest = "/" + std::string(106, 'x');
+  for (const auto& sockets : {"control = '" + longest + "x'", "admin = '" + longest + "x'",
+                              std::string("control = '/tmp/one.sock'\nadmin = '/tmp/one.sock'")}) {
+    std::ofstream(bad) << "[sockets]\n" << sockets << "\n";
+    EXPECT_EQ(code({"--check-config", "--config", bad}), 2) << sockets;
+  }
+  EXPECT_EQ(code({"--check-config", "--socket", longest, "--admin-socket", "/tmp/one.sock"}), 0);
+  EXPECT_EQ(code({"--check-config", "--admin-socket", longest}), 0);
   EXPECT_EQ(code({"--allow-no-rt", "--socket", socket, "--device", "nosuch://thing"}), 4);
   EXPECT_EQ(code({"--allow-no-rt", "--socket", "/" + std::string(200, 'x')}), 5);
 }

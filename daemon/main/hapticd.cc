@@ -79,6 +79,11 @@ Result<Sockets> openSockets(const Config& config) {
  */
 Result<ArmedList> openArmedList(const std::string& control_socket) {
   auto list = ArmedList::open(control_socket.substr(0, control_socket.rfind('/') + 1) + "armed");
+  if (!list && list.error().code == ErrorCode::kDeviceBusy) {
+    Error error = list.error();
+    error.remedy = "another hapticd has its sockets in this folder: give this one --socket in one of its own";
+    return error;
+  }
   if (!list) return list;
   for (const MadeSafe& device : makeSafe(list->left(), zeroDevice)) {
     if (device.ok) {

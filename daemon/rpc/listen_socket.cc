@@ -60,7 +60,7 @@ Result<UniqueFd> lockFile(const std::string& path, const std::string& socket) {
     pid[std::strspn(pid, "0123456789")] = 0;
     return Error{ErrorCode::kAlreadyExists, socket,
                  fmt::format("another hapticd{} serves this socket", *pid == 0 ? "" : fmt::format(" (pid {})", pid)),
-                 "stop it, or give this one --socket and --admin-socket of its own"};
+                 "stop it, or give this one --socket in a folder of its own"};
   }
   const std::string pid = std::to_string(getpid()) + "\n";
   if (ftruncate(fd.get(), 0) != 0 || pwrite(fd.get(), pid.data(), pid.size(), 0) < 0)

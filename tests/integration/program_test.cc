@@ -125,6 +125,11 @@ TEST_F(ProgramTest, ServesRefusesASecondEndsCleanlyAndLeavesNoSocket) {
   Program second(directory, run());
   EXPECT_EQ(second.wait(), 5) << second.output();
   EXPECT_NE(second.output().find("another hapticd"), std::string::npos);
+  // Sockets of other names in the same folder are not enough: the list of armed devices lies there, too.
+  Program third(directory, {"--allow-no-rt", "--socket", directory.path() + "/run/b.sock", "--admin-socket",
+                            directory.path() + "/run/b-admin.sock"});
+  EXPECT_EQ(third.wait(), 6);
+  EXPECT_NE(third.output().find("give this one --socket in one of its own"), std::string::npos) << third.output();
   {
     Loop loop;
     RawClient client{loop, socket};

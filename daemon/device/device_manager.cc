@@ -42,12 +42,14 @@ Result<void> DeviceManager::notClosing(const std::string& canonical) const {
 /** Its devices, not open yet; each of them once, and not open already. */
 Result<std::vector<std::unique_ptr<Device>>> DeviceManager::makeGroup(const GroupConfig& group,
                                                                       const std::string& where) {
+  culprit_.clear();
   if (auto room = roomForGroup(where); !room) return room.error();
   if (group.devices.empty() || group.devices.size() > kMaxDevices) {
     return Error{ErrorCode::kInvalidArgument, where, fmt::format("a group has 1 to {} devices", kMaxDevices), {}};
   }
   std::vector<std::unique_ptr<Device>> made;
   for (const std::string& uri : group.devices) {
+    culprit_ = uri;
     auto device = make_(uri);
     if (!device) return device.error();
     const std::string& canonical = (*device)->info().uri;
@@ -63,6 +65,7 @@ Result<std::vector<std::unique_ptr<Device>>> DeviceManager::makeGroup(const Grou
     }
     made.push_back(std::move(*device));
   }
+  culprit_.clear();
   return made;
 }
 
@@ -88,6 +91,7 @@ void DeviceManager::openGroup(const GroupConfig& group, GroupDone done, Turn tur
   refused.turn = std::move(turn);
   refused.ended = true;
   refused.devices = made.error();
+  refused.culprit = culprit_;
 }
 
 void DeviceManager::begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done,
@@ -117,6 +121,7 @@ void DeviceManager::openNext(GroupOpening& opening) {
       return openNext(opening);
     }
     opening.devices = opened.error();
+    opening.culprit = opening.group.devices[opening.open.size()];
     opening.ended = true;
   });
 }
@@ -152,6 +157,7 @@ void DeviceManager::finish(GroupOpening& opening) {
     }
     if (on_opened_) on_opened_(*device);
   }
+  culprit_ = opening.culprit;
   opening.done(result);
   for (const Opening& row : rows) {
     const Result<OpenDevice*> answer =

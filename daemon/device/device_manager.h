@@ -99,6 +99,8 @@ class DeviceManager {
   using GroupDone = std::function<void(Result<void>)>;
   using Turn = std::function<bool()>;
   void openGroup(const GroupConfig& group, GroupDone done, Turn turn = {});
+  /** For `done`: which device of the group did not open, as the group names it; empty: it was not one of them. */
+  [[nodiscard]] const std::string& culprit() const { return culprit_; }
   /** By URI, serial or name. What is open is answered as it is; else it becomes a group of its own. Waits for it. */
   [[nodiscard]] Result<OpenDevice*> open(std::string_view uri);
   /**
@@ -162,6 +164,7 @@ class DeviceManager {
     Turn turn;
     bool ended = false;    ///< All are open, or one has failed.
     Result<void> devices;  ///< How.
+    std::string culprit;   ///< Which has failed.
   };
   [[nodiscard]] Result<std::vector<std::unique_ptr<Device>>> makeGroup(const GroupConfig& group,
                                                                        const std::string& where);
@@ -195,6 +198,7 @@ class DeviceManager {
   std::uint32_t next_group_ = 1;
   std::vector<Opening> opening_;
   std::list<GroupOpening> groups_opening_;  ///< In the order in which they were begun; each stays where it is.
+  std::string culprit_;
   DeviceCloser closer_;
   DeviceOpener opener_;  // last: its threads end before what they use goes
 };

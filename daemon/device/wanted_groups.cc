@@ -106,7 +106,8 @@ void WantedGroups::answered(Wanted& wanted, const GroupConfig& tried, const Resu
   const Error& why = result.error();
   if (why.code == ErrorCode::kNoRealtime && fatal_) fatal_ = why;
   if (why.code == ErrorCode::kNoRealtime && patient() && !wanted.tried) return;  // The start ends with it.
-  if (wanted.candidates.size() > 1) {
+  // Only for its own sake: another one may find all the same that a device of its group is not there.
+  if (wanted.candidates.size() > 1 && devices_.culprit() == wanted.candidates.front()) {
     log::warn("{} does not open and is passed over: {}", log::printable(wanted.candidates.front()),
               log::printable(toString(why)));
     passed_over_.push_back({wanted.group.name, wanted.candidates.front(), why, true});

@@ -25,7 +25,8 @@ namespace hapticd {
  * nobody.
  *
  * A group that takes whatever there is (an empty URI) begins when those before it have ended. It takes the next device,
- * in the end the simulator; what it has passed over is told but not tried again.
+ * in the end the simulator; what it has passed over is told but not tried again. It passes over what does not open
+ * itself, not what waits for another device of its group.
  *
  * Control thread only.
  */

@@ -15,6 +15,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 
 /** What stands behind a URI. */
 struct Socket {
@@ -319,6 +320,23 @@ TEST_F(Missing, WhateverThereIsPassesOverWhatDoesNotOpen) {
   core->openDevice("a://dead", administration, [](const Result<OpenDevice*>& device) { EXPECT_TRUE(device.ok()); });
   until(clock.now());
   EXPECT_TRUE(absent().empty());
+}
+
+TEST_F(Missing, WhateverThereIsIsNotPassedOverForAnotherOfItsGroup) {
+  (void)sockets["a://well"];
+  (void)sockets["sim://default"];
+  sockets["b://late"].set(false);
+  attached = {"a://well"};
+  for (const std::vector<std::string>& devices : {std::vector<std::string>{"", "b://late"}, {"b://late", ""}}) {
+    make({group("pair", devices)});
+    ASSERT_TRUE(start().ok());
+    EXPECT_TRUE(open().empty());
+    EXPECT_THAT(absent(), UnorderedElementsAre("a://well", "b://late"));
+    sockets["b://late"].set(true);
+    until(clock.now() + 5'000'000'000);
+    EXPECT_THAT(open(), UnorderedElementsAre("a://well", "b://late")) << "not the simulator";
+    sockets["b://late"].set(false);
+  }
 }
 
 TEST_F(Missing, TheSimulatorIsTheLastResortOfAGroupThatTakesWhateverThereIs) {

@@ -14,6 +14,15 @@ namespace {
 
 constexpr double kLightest = 0.01, kHeaviest = 10;  ///< [kg]
 constexpr double kStiffestGrip = 1000;              ///< [N/rad]
+
+/** What the hand must not expect of a tool of that shape; empty: nothing. */
+std::string toolNote(const std::string& name, const ShapeSpec& shape, const MeshStore& meshes, bool shows_torque) {
+  std::string note = shows_torque ? "" : "the device cannot show torque: the hand feels the force alone";
+  if (const auto why = withoutField(name, shape, meshes, SceneContacts::kPatches); !why.empty())
+    note += (note.empty() ? "" : "; ") + why;
+  return note;
+}
+
 }  // namespace
 
 Result<void> Core::mayChange(const OpenDevice& device, const Client& by) {
@@ -74,10 +83,7 @@ Result<void> Core::attachTool(OpenDevice& device, const ToolWish& wish, const Cl
   device.tool = {
       wish.object,  object->id,  wish.mass,   gains.outer * gains.stiffness / (gains.outer + gains.stiffness),
       shows_torque, wish.weighs, wish.direct, {}};
-  std::string note = shows_torque ? "" : "the device cannot show torque: the hand feels the force alone";
-  if (const auto why = withoutField(wish.object, shape, meshes_, SceneContacts::kPatches); !why.empty()) {
-    note += (note.empty() ? "" : "; ") + why;
-  }
+  const std::string note = toolNote(wish.object, shape, meshes_, shows_torque);
   device.tool.note = note;
   log::info("{}: holds '{}', {:g} kg at {:g} N/m{}{}", device.name, log::printable(wish.object), wish.mass,
             device.tool.stiffness, note.empty() ? "" : "; ", log::printable(note));
@@ -93,8 +99,10 @@ Result<void> Core::attachTool(OpenDevice& device, const ToolWish& wish, const Cl
 
 Result<void> Core::setShape(std::string_view name, const ShapeSpec& shape) {
   const auto object = scene_.find(name);
+  HeldObject* tool = nullptr;
   for (const auto& device : devices_.devices()) {
     if (!object || device->tool.object != name || device->tool.id != object->id) continue;
+    tool = &device->tool;
     ObjectSpec held = object->spec;
     held.shape = shape;
     if (auto r = checkMovable(held, meshes_, "shape"); !r) {
@@ -103,7 +111,9 @@ Result<void> Core::setShape(std::string_view name, const ShapeSpec& shape) {
                    "another shape, or detach it there first"};
     }
   }
-  return scene_.setShape(name, shape);
+  auto set = scene_.setShape(name, shape);
+  if (set && tool != nullptr) tool->note = toolNote(tool->object, shape, meshes_, tool->shows_torque);
+  return set;
 }
 
 Result<void> Core::detachTool(OpenDevice& device, const Client& by) {

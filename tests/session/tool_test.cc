@@ -2,8 +2,10 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "daemon/builder/build.h"
 #include "daemon/resource/resource_tree.h"
 #include "tests/session/bench.h"
+#include "tests/unit/builder/meshes.h"
 
 namespace hapticd::test {
 namespace {
@@ -65,6 +67,21 @@ TEST_F(ToolBench, KeepsAShapeThatCanBeHeld) {
   ASSERT_TRUE(tree.set(path() + "?value=", anybody).ok());
   EXPECT_TRUE(bench.core.setShape("box", {ShapeKind::kPlane, {}, 0}).ok());
   EXPECT_FALSE(bench.core.setShape("nothing", {ShapeKind::kPlane, {}, 0}).ok());
+}
+
+TEST_F(ToolBench, ItsNoteIsThatOfTheShapeItHas) {
+  BuildMonitor monitor;
+  const auto built = buildSnapshot(upload(torus(12, 8)), monitor);
+  ASSERT_TRUE(built.ok());
+  const auto mesh = bench.core.meshes().add(std::move(*built->memfd.share()), MeshInfo{.owner = anybody});
+  ASSERT_TRUE(mesh.ok());
+  ASSERT_TRUE(tree.set(path() + "?value=box", anybody).ok());
+  const auto told = [&] { return device.tool.note.find("'box' has no volume") != std::string::npos; };
+  EXPECT_FALSE(told());
+  ASSERT_TRUE(bench.core.setShape("box", {ShapeKind::kMesh, {}, *mesh}).ok());
+  EXPECT_TRUE(told());
+  ASSERT_TRUE(bench.core.setShape("box", {ShapeKind::kSphere, {0.01, 0, 0}, 0}).ok());
+  EXPECT_FALSE(told());
 }
 
 TEST_F(ToolBench, WhatIsNoToolIsRefusedByItsReason) {

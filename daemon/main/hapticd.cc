@@ -212,13 +212,20 @@ int closeAll(Core& core, int code) {
   std::_Exit(code);  // The list of armed devices stays for hapticd-safe.
 }
 
-/** Connections, sessions, meshes and Regions of many users are more than the 1024 that select() is content with. */
-void allowDescriptors() {
-  constexpr rlim_t kEnough = 65536;
-  rlimit limit{};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= kEnough) return;
-  limit.rlim_cur = std::min(limit.rlim_max, kEnough);
-  (void)setrlimit(RLIMIT_NOFILE, &limit);
+/**
+ * Takes what the user may have: the kernel asks for soft limits, while who grants them, and doctor, speak of the hard
+ * ones. Connections, sessions, meshes and Regions of many users are more than the 1024 descriptors that select() is
+ * content with.
+ */
+void raiseLimits() {
+  constexpr rlim_t kDescriptors = 65536;
+  for (const auto& [what, enough] :
+       {std::pair{RLIMIT_NOFILE, kDescriptors}, {RLIMIT_RTPRIO, RLIM_INFINITY}, {RLIMIT_MEMLOCK, RLIM_INFINITY}}) {
+    rlimit limit{};
+    if (getrlimit(what, &limit) != 0 || limit.rlim_cur >= enough) continue;
+    limit.rlim_cur = std::min(limit.rlim_max, enough);
+    (void)setrlimit(what, &limit);
+  }
 }
 
 int start(const Options& options) {
@@ -228,7 +235,7 @@ int start(const Options& options) {
   std::signal(SIGXFSZ, SIG_IGN);  // A log that may not grow is no reason to let go of devices.
   // Nor does Ctrl-Z stop it: nobody would take the force off its devices then.
   for (const int stop : {SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(stop, SIG_IGN);
-  allowDescriptors();
+  raiseLimits();
   installLastResort();
   const auto endings = captureEndings();
   auto io = kj::setupAsyncIo();

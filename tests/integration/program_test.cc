@@ -85,6 +85,12 @@ class Program {
     return -1;
   }
   void terminate(int signal = SIGTERM) const { kill(pid_, signal); }
+  /** A limit that it has, soft and hard. */
+  [[nodiscard]] rlimit limit(__rlimit_resource what) const {
+    rlimit has{};
+    EXPECT_EQ(prlimit(pid_, what, nullptr, &has), 0);
+    return has;
+  }
   [[nodiscard]] std::string output() const {
     std::ifstream in(output_);
     return {std::istreambuf_iterator<char>(in), {}};
@@ -394,6 +400,20 @@ TEST_F(ProgramTest, ServesTheSocketsSystemdListensOnAndLeavesThem) {
   EXPECT_EQ(program.wait(), 0);
   EXPECT_EQ(access(control.c_str(), F_OK), 0) << "systemd's socket is not ours to remove";
   for (const int fd : around.sockets) close(fd);
+}
+
+TEST_F(ProgramTest, TakesTheLimitsThatItMayHave) {
+  constexpr __rlimit_resource kTaken[] = {RLIMIT_MEMLOCK, RLIMIT_RTPRIO};
+  rlimit before[2]{};
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_EQ(getrlimit(kTaken[i], &before[i]), 0);
+    const rlimit lowered{0, before[i].rlim_max};
+    ASSERT_EQ(setrlimit(kTaken[i], &lowered), 0);
+  }
+  const Program program(directory, run());
+  for (int i = 0; i < 2; ++i) ASSERT_EQ(setrlimit(kTaken[i], &before[i]), 0);
+  ASSERT_TRUE(program.says("ready")) << program.output();
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(program.limit(kTaken[i]).rlim_cur, before[i].rlim_max) << kTaken[i];
 }
 
 TEST_F(ProgramTest, WithoutRealTimeRightsItRefusesAndNamesTheRemedy) {

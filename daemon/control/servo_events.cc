@@ -6,6 +6,15 @@
 #include "daemon/control/core.h"
 
 namespace hapticd {
+namespace {
+
+/** Why the servo refuses an order; what errors.h says of these is meant for clients. */
+std::string_view whyRefused(ErrorCode code) {
+  if (code == ErrorCode::kDisconnected) return "the session that gave it has ended";
+  return describe(code);
+}
+
+}  // namespace
 
 const char* faultText(std::uint32_t fault) noexcept {
   static constexpr const char* kText[HD_FAULT_COUNT] = {
@@ -43,7 +52,7 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
   if (e.kind == ServoEventKind::kCommandRefused) {
     if (refused_log_.allow(clock_.now(), suppressed)) {
       log::warn("{}: the servo refused an order about object or slot {}: {}{}", name, e.object,
-                describe(static_cast<ErrorCode>(e.value)), log::suppressedNote(suppressed));
+                whyRefused(static_cast<ErrorCode>(e.value)), log::suppressedNote(suppressed));
     }
     return;
   }

@@ -80,6 +80,17 @@ TEST_F(SessionEnding, ItsForceFadesThoughIngestDoesNotLetGo) {
   EXPECT_EQ(bench.core.sessions().all().size(), 2u) << "but its memory stays while ingest may look at it";
 }
 
+TEST_F(SessionEnding, WhatItStillSendsIsRefusedByThatName) {
+  const Session* const session = bench.live();
+  ASSERT_NE(session, nullptr);
+  testing::internal::CaptureStderr();
+  bench.core.sessions().end(session->id, "the test wants it");
+  ASSERT_EQ(bench.client->push(Vec3(1, 0, 0)), ErrorCode::kOk);
+  bench.step(5);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("the session that gave it has ended"), std::string::npos) << said;
+}
+
 TEST_F(SessionEnding, MappedASecondTimeItStaysLive) {
   Session* session = bench.live();
   EXPECT_TRUE(bench.core.sessions().mapped(session->id).ok());

@@ -118,7 +118,8 @@ Result<std::vector<double>> parseNumbers(std::string_view text, std::size_t coun
     if (numbers.size() > count) break;
   }
   if (numbers.size() == count) return numbers;
-  return Error{ErrorCode::kInvalidArgument, where, fmt::format("{} numbers are needed", count),
+  return Error{ErrorCode::kInvalidArgument, where,
+               count == 1 ? "one number is needed" : fmt::format("{} numbers are needed", count),
                fmt::format("got {}{}", numbers.size() > count ? "at least " : "", numbers.size())};
 }
 

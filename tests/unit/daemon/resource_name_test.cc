@@ -59,6 +59,8 @@ TEST(Numbers, AreFiniteLocaleFreeAndCounted) {
   EXPECT_EQ(parseNumbers("1,x,3", 3, "/objects/a/pos").error().where, "/objects/a/pos");
   EXPECT_NE(parseNumbers("1,x,3", 3, "p").error().what.find("number 2"), std::string::npos);
   EXPECT_FALSE(parseNumbers(std::string(100'000, ','), 3, "x").ok());
+  EXPECT_EQ(toString(parseNumbers("1,2", 1, "p").error()), "p: one number is needed (got at least 2)");
+  EXPECT_EQ(toString(parseNumbers("1,2", 3, "p").error()), "p: 3 numbers are needed (got 2)");
 }
 
 TEST(Bool, HasThreeWordsForEach) {

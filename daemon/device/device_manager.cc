@@ -226,9 +226,11 @@ Result<OpenDevice*> DeviceManager::open(std::string_view uri) {
 /** A group of its own for a device. */
 GroupConfig DeviceManager::groupOf(std::string_view uri) {
   GroupConfig group;
+  const auto named = [&](const GroupConfig& other) { return other.name == group.name; };  // It may be missing yet.
   do {
     group.name = fmt::format("group{}", next_group_++);
-  } while (std::any_of(links_.begin(), links_.end(), [&](const auto& l) { return l->name() == group.name; }));
+  } while (std::any_of(config_.groups.begin(), config_.groups.end(), named) ||
+           std::any_of(links_.begin(), links_.end(), [&](const auto& l) { return l->name() == group.name; }));
   group.devices = {std::string(uri)};
   group.rate_hz = config_.servo.rate_hz;
   return group;

@@ -362,6 +362,17 @@ TEST_F(Missing, NoOtherDeviceIsTakenInsteadOfAMissingOne) {
   EXPECT_TRUE(open().empty());
 }
 
+TEST_F(Missing, ItsGroupKeepsItsName) {
+  (void)sockets["b://well"];
+  sockets["a://dead"].set(false);
+  make({group("group1", {"a://dead"})});
+  ASSERT_TRUE(start().ok());
+  core->openDevice("b://well", administration, [](const Result<OpenDevice*>& device) { EXPECT_TRUE(device.ok()); });
+  until(clock.now());
+  ASSERT_EQ(core->devices().links().size(), 1u);
+  EXPECT_NE(core->devices().links().front()->name(), "group1");
+}
+
 TEST_F(Missing, ASerialNumberMayComeLater) {
   make({group("left", {"4711"})});
   ASSERT_TRUE(start().ok());

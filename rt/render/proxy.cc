@@ -59,6 +59,7 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   if (scene.arrivals() != arrivals_) {
     arrivals_ = scene.arrivals();
     crowded_ = true;
+    rest_.count = 0;  // It may have jumped: no motion, and its surface is elsewhere.
     stepOff(step);
   }
   if (deformed || radius_ != wanted_radius_ || (crowded_ && radius_ > 0)) fitRadius(step);

@@ -65,6 +65,26 @@ TEST(ProxyAtRest, IsNotHeldByAFaceThatHasGone) {
   }
 }
 
+/** What jumps to a place as far from the origin has the same hair, and the hand is still a hair above where it was. */
+TEST(ProxyAtRest, IsNotHeldByAFaceThatHasJumpedAsFarFromTheOrigin) {
+  for (const double radius : {0.0, 0.002}) {
+    for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kMesh}) {
+      TestMesh box = test::boxMesh(Vec3(0.05, 0.05, 0.01));
+      TestScene t;
+      t.proxy.setRadius(radius);
+      const Vec3 at(0.5, 0, -0.01), hip(0.512, 0.003, radius - 0.001);
+      MeshView* const view = kind == ShapeKind::kMesh ? box.view() : nullptr;
+      const std::uint32_t id =
+          t.add(kind, Vec3(0.05, 0.05, 0.01), {at, Quat::Identity()}, {1000, 0, 0, 0}, HD_OBJECT_ENABLED, 0, view);
+      t.tick(hip + Vec3(0, 0, 0.01));
+      for (int i = 0; i < 3; ++i) t.tick(hip);
+      ASSERT_NEAR(t.contact.force.z(), 1, 1e-6);
+      t.pose(id, {at + Vec3(0, 0.3, 0), Quat::Identity()});
+      EXPECT_EQ(t.tick(hip).object, 0u) << "it is 0.3 m away";
+    }
+  }
+}
+
 TEST(ProxyAtRest, IsLetGoByAHandThatLeavesAndBeyondTheEdge) {
   for (const double radius : {0.0, 0.002}) {
     Rest r(radius);

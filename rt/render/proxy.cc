@@ -96,6 +96,7 @@ void ProxyRenderer::begin(Step& step) HD_RT {
   step.together = false;
   for (const std::uint16_t slot : touchable) {
     const SceneObject& object = step.scene->slot(slot);
+    if (object.id == object_) step.carrier = slot;
     if (!isBehind(object, slot)) start_[slot] = object.X_WO_before.q.conjugate() * (proxy_ - object.X_WO_before.p);
   }
   followVertices(step);
@@ -278,16 +279,19 @@ void ProxyRenderer::settle(Step& step) HD_RT {
   }
 }
 
-/** Where nothing moves no farther from the hip than it is: the spring would gain by what has interrupted a way. */
+/**
+ * No farther from the hip than it is, or than what held it takes it along, unless something else is in the way there:
+ * the spring would gain by what has interrupted a way.
+ */
 void ProxyRenderer::settleNearer(Step& step) HD_RT {
-  const Vec3 from = proxy_;
-  const bool at_rest = step.together;
+  const std::uint32_t slot = step.together ? 0 : step.carrier;
+  if (!step.together && slot == 0) return settle(step);
+  const Vec3 from = slot != 0 ? step.scene->slot(slot).toWorld(start_[slot]) : proxy_;
   settle(step);
-  if (!at_rest || !leadsAway(from, proxy_, step.goal)) return;
-  goBack(step, from);
+  if (!step.together || !leadsAway(from, proxy_, step.goal) || !goBack(step, from, slot)) return;
   step.plain = true;
   settle(step);
-  if (leadsAway(from, proxy_, step.goal)) goBack(step, from);
+  if (leadsAway(from, proxy_, step.goal)) (void)goBack(step, from, slot);
 }
 
 /** How far its places relative to the objects that hold it are from the proxy. */
@@ -326,11 +330,28 @@ const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
   return s;
 }
 
-/** To where it was before it settled. */
-void ProxyRenderer::goBack(Step& step, const Vec3& from) HD_RT {
+/**
+ * To where it was before it settled; relative to the object in the slot, if there is one, and then past all others.
+ * False: one of them is in the way.
+ */
+bool ProxyRenderer::goBack(Step& step, const Vec3& from, std::uint32_t slot) HD_RT {
+  if (slot != 0) {
+    const int count = step.count;
+    const std::uint32_t last = step.held[0].slot;
+    step.held[0].slot = slot;
+    step.count = 1;
+    bool hit = false;
+    std::uint32_t other = 0;
+    SweepHit first;
+    const bool free = sweepTo(step, from, Vec3::Zero(), hit, other, first, true) && !hit;
+    step.held[0].slot = last;
+    step.count = count;
+    if (!free) return false;
+  }
   arrive(step, from);
   step.count = 0;
   step.settled = step.supported = false;
+  return true;
 }
 
 void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT {

@@ -229,7 +229,7 @@ class ProxyRenderer {
   void fitRadius(Step& step) HD_RT;
   void settle(Step& step) HD_RT;
   void settleNearer(Step& step) HD_RT;
-  void goBack(Step& step, const Vec3& from) HD_RT;
+  [[nodiscard]] bool goBack(Step& step, const Vec3& from, std::uint32_t slot) HD_RT;
   bool sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot, SweepHit& first,
                bool beside = false) HD_RT;
   bool meetBeside(Step& step) HD_RT;

@@ -132,6 +132,7 @@ void ProxyRenderer::stepOff(Step& step) HD_RT {
 void ProxyRenderer::fitRadius(Step& step) HD_RT {
   double room = wanted_radius_, least = 0;
   bool inside_any = false;
+  std::uint32_t work = std::max(step.work, kMaxWork / 2);  // The rest is left to go to where less is as near.
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
     const double skin = step.skin(object);
@@ -141,7 +142,9 @@ void ProxyRenderer::fitRadius(Step& step) HD_RT {
     const bool far = (object.toWorld(x) - object.center_W).norm() > object.radius;  // Surely outside.
     const double reach = crowded_ && !far && !two_sided ? std::numeric_limits<double>::infinity() : room + skin;
     Nearest near;
-    const NearestResult result = nearestWithin(object, x, reach, nullptr, step.work, near);
+    const std::uint32_t before = work;
+    const NearestResult result = nearestWithin(object, x, reach, nullptr, work, near);
+    step.work += work - before;
     if (result == NearestResult::kExhausted) return;
     if (result == NearestResult::kNone) continue;
     const double distance = std::sqrt(near.squared_distance);

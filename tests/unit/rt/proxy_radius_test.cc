@@ -275,6 +275,19 @@ TEST(ProxyBall, WhatAppearsInItShootsNobodyOut) {
   EXPECT_GT(contacts, 10000);
 }
 
+/** In the middle of a fine sphere all triangles are as near: more than a tick looks at for the ball's room. */
+TEST(ProxyBall, WhoStartsInTheMiddleOfAFineSphereComesOutOfIt) {
+  constexpr double kRadius = 0.001;
+  TestMesh mesh = test::sphereMesh(0.05, 130);
+  TestScene t;
+  t.addMesh(mesh.view());
+  t.proxy.setRadius(kRadius);
+  t.tick(Vec3::Zero());
+  ASSERT_GT(t.contact.work, ProxyRenderer::kMaxWork / 2);
+  for (int i = 1; i <= 100; ++i) t.tick(Vec3(0, 0, 0.001 * i));
+  EXPECT_NEAR(t.tick(Vec3(0, 0, 0.0505)).depth, 0.0005, 1e-6) << "outside by now, as large as it is to be";
+}
+
 TEST(ProxyBall, ARisingSheetPushesOneRadiusBefore) {
   TestMesh mesh = test::heightMesh(0.02, 4, [](double, double) { return 0.0; });
   BallScene t;

@@ -27,6 +27,13 @@ bool outward(const Nearest& near, const Vec3& x, bool two_sided, double skin, do
   return true;
 }
 
+/** The hair above an object where the proxy touches it, however far away it is now. */
+template <class Step>
+double skinInTouch(const Step& step, const SceneObject& object) HD_RT {
+  const double size = object.radius + (object.center_W - object.X_WO.p).norm();
+  return std::min(step.skin(object), 2 * kSkin * (step.scale + size));
+}
+
 }  // namespace
 
 NearestResult nearestWithin(const SceneObject& object, const Vec3& x, double reach, Vicinity* vicinity,
@@ -137,7 +144,7 @@ void ProxyRenderer::fitRadius(Step& step) HD_RT {
     const SceneObject& object = step.scene->slot(slot);
     const double skin = step.skin(object);
     const Vec3 x = startIn(step, slot);
-    least = std::max(least, kLeastBall * skin);
+    least = std::max(least, kLeastBall * skinInTouch(step, object));
     const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
     const bool far = (object.toWorld(x) - object.center_W).norm() > object.radius;  // Surely outside.
     const double reach = crowded_ && !far && !two_sided ? std::numeric_limits<double>::infinity() : room + skin;

@@ -288,6 +288,28 @@ TEST(ProxyBall, WhoStartsInTheMiddleOfAFineSphereComesOutOfIt) {
   EXPECT_NEAR(t.tick(Vec3(0, 0, 0.0505)).depth, 0.0005, 1e-6) << "outside by now, as large as it is to be";
 }
 
+/** A body that has fallen for ten minutes is 1800 km away. */
+TEST(ProxyBall, WhatIsFarAwayMakesItNoPoint) {
+  constexpr double kRadius = 0.001;
+  TestScene t;
+  t.add(ShapeKind::kSphere, Vec3(0.01, 0, 0), {Vec3(0, 0, -1.8e6), Quat::Identity()});
+  t.add(ShapeKind::kPlane, Vec3::Zero());
+  t.proxy.setRadius(kRadius);
+  t.tick(Vec3(0, 0, 0.01));
+  EXPECT_NEAR(t.tick(Vec3(0, 0, 0.0005)).depth, 0.0005, 1e-9);
+}
+
+/** Nor is one too small for what it will touch a ball, because nothing is near yet. */
+TEST(ProxyBall, OneSmallerThanRoundingIsAPointFromTheStart) {
+  TestScene t;
+  TestMesh box = test::boxMesh(Vec3(0.05, 0.05, 0.05));
+  t.addMesh(box.view());
+  t.proxy.setRadius(3e-11);
+  t.tick(Vec3(0.01, 0.02, 0.3));
+  const SurfaceContact& contact = t.tick(Vec3(0.01, 0.02, 0.04));
+  EXPECT_EQ(contact.proxy, contact.point);
+}
+
 TEST(ProxyBall, ARisingSheetPushesOneRadiusBefore) {
   TestMesh mesh = test::heightMesh(0.02, 4, [](double, double) { return 0.0; });
   BallScene t;

@@ -53,7 +53,7 @@ class FalconIo final : public DeviceIo, private UsbListener {
   [[nodiscard]] falcon::Order orderFor(const DeviceCommand& command) noexcept;
   void take(const falcon::Reading& reading, DeviceLink& link) noexcept;
   void reject(DeviceLink& link) noexcept;
-  [[nodiscard]] bool plausible(const falcon::Reading& reading) const noexcept;
+  [[nodiscard]] bool plausible(const falcon::Reading& reading) noexcept;
   void forget() noexcept;
 
   FalconSetup setup_;
@@ -70,6 +70,7 @@ class FalconIo final : public DeviceIo, private UsbListener {
   bool known_ = false;  ///< last_ and grip_ are of a reading since homing.
   bool saturated_ = false;
   int bad_in_a_row_ = 0;
+  double silent_ms_ = 0;  ///< From the last reading that was believed to the one after it.
   std::int64_t asked_ns_ = 0, heard_ns_ = 0, reading_ns_ = 0;
   falcon::Reading last_;
   falcon::Grip grip_;

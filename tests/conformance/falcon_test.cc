@@ -173,6 +173,39 @@ TEST(FalconEncoder, AJumpThatStaysIsAFault) {
   EXPECT_EQ(rig.trueForce().norm(), 0);
 }
 
+// From end to end is less than an arm would have had time for in the ten milliseconds that make a fault.
+TEST(FalconEncoder, AJumpWithinTheWorkspaceIsAFaultToo) {
+  FalconRig rig;
+  rig.makeReady();
+  DeviceSample sample;
+  rig.hold(Vec3(-0.035, 0, 0));
+  run(rig, 100, {}, sample);
+  ASSERT_NEAR(sample.p.x(), -0.035, 1e-3);
+  rig.hold(Vec3(0.04, 0, 0));
+  rig.model.hand.place({0, 0, 0.165});
+  for (int i = 0; i < 30 && (sample.status & kDeviceError) == 0; ++i) {
+    EXPECT_NEAR(sample.p.x(), -0.035, 1e-3) << "believed after " << i << " ms";
+    run(rig, 1, push({0, 0, 1}), sample);
+  }
+  EXPECT_NE(sample.status & kDeviceError, 0u);
+}
+
+TEST(FalconEncoder, AHandThatMovesWhileNothingIsHeardIsBelieved) {
+  FalconRig rig;
+  rig.makeReady();
+  DeviceSample sample;
+  run(rig, 20, {}, sample);
+  rig.trouble(Trouble::kSilence, true);
+  rig.hold(Vec3(0.03, 0, 0));
+  run(rig, 100, {}, sample);
+  rig.trouble(Trouble::kSilence, false);
+  for (int i = 0; i < 30; ++i) {
+    run(rig, 1, {}, sample);
+    EXPECT_EQ(sample.status & kDeviceError, 0u);
+  }
+  EXPECT_NEAR(sample.p.x(), 0.03, 1e-3);
+}
+
 TEST(FalconOwner, TheSecondIsToldAndTheFirstGoesOn) {
   FalconRig rig;
   rig.makeReady();

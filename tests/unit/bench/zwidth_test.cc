@@ -133,6 +133,15 @@ TEST(ZwidthSearch, DryFrictionHelps) {
   EXPECT_GT(with, 1.1 * without);
 }
 
+TEST(ZwidthSearch, WhatMotorsBearForEverDoesNotBindAPressOfSeconds) {
+  const Loop loop = makeLoop("sim://touchx", {1000, 0, kIdealStep, 0});
+  ASSERT_LT(loop.device.info.continuous_force, loop.push);
+  const double limit = eigenvalueLimit(loop, 2);
+  const Limit found = largestStable(loop, 2, limit);
+  EXPECT_NEAR(found.stiffness / limit, 1, 0.05);
+  EXPECT_NEAR(found.at.displayed / found.stiffness, 1, 0.05);
+}
+
 TEST(ZwidthSearch, RepeatsBitForBit) {
   const Loop loop = makeLoop("sim://touchx", {1000, 0, -1, -1});
   const Tap a = tap(loop, {700, 1}), b = tap(loop, {700, 1});
@@ -179,6 +188,10 @@ TEST(ZwidthLoop, RefusesWhatCannotBeSwept) {
   EXPECT_THROW((void)makeLoop("sim://default?hand_stiffness=0", {}), Failure);
   EXPECT_THROW((void)makeLoop("sim://defualt", {}), Failure);
   EXPECT_EQ(makeLoop("sim://touch?motion=tap", {}).device.parameters.motion, "live");
+  Options weak{.uri = "sim://touch", .rates_hz = {1000}, .delays = {0}, .dampings = {0}};
+  EXPECT_THROW((void)plan(weak), Failure) << "4 N are more than its 3.3 N: no wall holds such a hand";
+  weak.push = 3;
+  EXPECT_EQ(plan(weak).size(), 3u);
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 #include "tools/haptic-bench/zwidth/sweep.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <tuple>
 
+#include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/zwidth/eigenvalue.h"
 #include "tools/haptic-bench/zwidth/search.h"
@@ -15,6 +18,12 @@ Loop loopOf(const Options& options, const Change& change) {
   Loop loop = makeLoop(options.uri, change);
   loop.push = options.push;
   loop.force_slew = options.force_slew;
+  const double most = loop.device.info.max_force;
+  if (!(loop.push < most)) {
+    throw Failure(fmt::format("zwidth, --push {}", loop.push),
+                  fmt::format("{} holds no hand that presses so, having {} N", options.uri, most),
+                  fmt::format("--push below {}", most));
+  }
   return loop;
 }
 

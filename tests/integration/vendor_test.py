@@ -131,6 +131,9 @@ class Vendor(unittest.TestCase):
         self.assertFalse(rows[uri]["open"])
         self.assertIn("later.so", rows[uri]["problem"])
         self.assertRegex(self.ctl("list").stdout, r"missing\s.*later\.so")
+        told = self.ctl("info", uri).stdout
+        self.assertRegex(told, r"state\s+missing\n\s+why\s+.*later\.so")
+        self.assertNotIn("actuates", told, "nobody has asked it")
         doctor = self.ctl("doctor").stdout
         self.assertRegex(doctor, r"RED\s+daemon: missing device\s+dhd://.*group desk")
         log = (self.directory / "log").read_text()

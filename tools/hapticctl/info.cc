@@ -46,6 +46,11 @@ std::string sheet(const haptic_device_info& d) {
   lines.emplace_back(d.model[0] != '\0' ? d.model : d.uri, "");
   add(lines, "uri", d.uri);
   add(lines, "name", d.name);
+  if (d.problem[0] != '\0') {  // Configured, but not there: no more is known of it, and why is what matters.
+    lines.emplace_back("state", "missing");
+    lines.emplace_back("why", d.problem);
+    return fields(lines);
+  }
   lines.emplace_back("state", d.open != 0 ? "open" : "found, not open");
   add(lines, "manufacturer", d.manufacturer);
   add(lines, "serial", d.serial);

@@ -36,6 +36,15 @@ class Arrays(unittest.TestCase):
                 with self.assertRaisesRegex(ValueError, "zero byte"):
                     cut()
             self.assertEqual(client.get("/objects/whole/pos"), [0, 0, 0])
+        with haptic.Client(name="python numbers") as client, client.open_session() as session:
+            self.assertEqual(session.latest(np.uint32(0))["device"], 0)
+            for name, cut in (("device", lambda: session.latest(2**32)), ("slot", lambda: session.model(2**32)),
+                              ("slot", lambda: session.clear_model(np.int64(2**32))),
+                              ("mesh", lambda: client.scene.drop_mesh(2**64 + 5)),
+                              ("texture", lambda: client.scene.drop_texture(2**64 + 5)),
+                              ("flags", lambda: client.scene.set_flags("whole", 2**32 + 1))):
+                with self.assertRaisesRegex(ValueError, f"^{name}: .* is out of range"):
+                    cut()
         for slot in (-1, 2**32):
             with self.assertRaisesRegex(ValueError, "slot"):
                 _abi.ClearModel(slot=slot)

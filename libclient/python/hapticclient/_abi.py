@@ -5,6 +5,7 @@ Private. Field names and order are those of the installed headers; tests/python 
 from __future__ import annotations
 
 import ctypes as c
+import operator
 import os
 from typing import Any
 
@@ -19,7 +20,7 @@ class Struct(c.Structure):
     def __init__(self, **fields: Any) -> None:
         super().__init__(**fields)
         for name, value in fields.items():  # ctypes cuts off what is too long: slot 2^32 would be slot 0.
-            if isinstance(value, int) and value != (getattr(self, name) or 0):
+            if hasattr(value, "__index__") and operator.index(value) != (getattr(self, name) or 0):  # numpy's, too
                 raise ValueError(f"{name}: {value} is out of range")
         if any(name == "size" and kind is u32 for name, kind in self._fields_):
             self.size = c.sizeof(self)

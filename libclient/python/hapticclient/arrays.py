@@ -1,8 +1,19 @@
 """Arrays and texts as the library takes them; what would be cut off or taken apart is refused."""
 from __future__ import annotations
 
+import operator
+from typing import SupportsIndex
+
 import numpy as np
 import numpy.typing as npt
+
+
+def whole(value: SupportsIndex, bits: int, what: str) -> int:
+    """A number from 0 that fits; ctypes cuts off what is too long: mesh 2^64 + 5 would be mesh 5."""
+    given = operator.index(value)
+    if not 0 <= given < 1 << bits:
+        raise ValueError(f"{what}: {given} is out of range")
+    return given
 
 
 def text(value: str) -> bytes:

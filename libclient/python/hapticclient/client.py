@@ -161,7 +161,7 @@ class Scene:
 
     def set_flags(self, name: str, flags: ObjectFlag) -> None:
         """All of them as they shall be."""
-        call(_lib.haptic_object_set_flags, self._handle, arrays.text(name), int(flags))
+        call(_lib.haptic_object_set_flags, self._handle, arrays.text(name), arrays.whole(flags, 32, "flags"))
 
     def set_shape(self, name: str, shape: ShapeKind, size: Sequence[float] = (), mesh: int = 0) -> None:
         """Another shape or mesh in the place of the one it has."""
@@ -224,7 +224,7 @@ class Scene:
 
     def drop_mesh(self, mesh: int) -> None:
         """Gives a mesh back, by its number; refused while an object shows it."""
-        call(_lib.haptic_mesh_drop, self._handle, mesh)
+        call(_lib.haptic_mesh_drop, self._handle, arrays.whole(mesh, 64, "mesh"))
 
     def set_surface(self, name: str, surface: Surface) -> None:
         """All of it at once; dataclasses.replace() changes a part."""
@@ -273,7 +273,7 @@ class Scene:
 
     def drop_texture(self, texture: int) -> None:
         """Gives a texture back, by its number; refused while a surface has it."""
-        call(_lib.haptic_texture_drop, self._handle, texture)
+        call(_lib.haptic_texture_drop, self._handle, arrays.whole(texture, 64, "texture"))
 
 
 class Client:

@@ -100,7 +100,7 @@ class Session:
         if device is None:
             code = _lib.haptic_session_latest(self._handle, sample.ctypes.data)
         else:
-            code = _lib.haptic_session_latest_of(self._handle, device, sample.ctypes.data)
+            code = _lib.haptic_session_latest_of(self._handle, arrays.whole(device, 32, "device"), sample.ctypes.data)
         if code == Code.WOULD_BLOCK:
             raise HapticError(code, "latest", "no sample can be had: the servo has not run yet", "ask again")
         check(code)
@@ -137,7 +137,7 @@ class Session:
     def model(self, slot: int) -> ModelStatus:
         """What the servo does with the local model or force field in a slot."""
         raw = _abi.ModelStatus()
-        check(_lib.haptic_session_model_status(self._handle, slot, ctypes.byref(raw)))
+        check(_lib.haptic_session_model_status(self._handle, arrays.whole(slot, 32, "slot"), ctypes.byref(raw)))
         return plain(ModelStatus, raw)
 
     # ---------------------------------------------------------------- pushing

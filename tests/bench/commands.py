@@ -215,6 +215,11 @@ class Commands(unittest.TestCase):
         sixdof.write_text(self.bench("sixdof", "--csv"), encoding="ascii")
         self.assertRegex(self.bench("compare", first, sixdof, code=1), r"sixdof\.csv, line \d+: it holds \"sixdof .* nothing of what .*first\.csv")
 
+    def test_zeros_in_front_of_a_number_mean_nothing(self):
+        run = ("run", "-a", "nearest", "-m", "plane:cells=3", "-t", "reach:seconds=0.1", "--csv", "--rounds")
+        for said, rounds in (("010", 10), ("08", 8), ("+3", 3)):
+            self.assertEqual(self.bench(*run, said).count(",nearest median,ns,"), rounds, said)
+
     def test_rounds_are_counted(self):
         values = self.results("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds", 4)
         self.assertEqual(len(values["ours mean"]), 4)

@@ -20,6 +20,7 @@
 #include "rt/ring/state.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/push_to_force.h"
+#include "tools/options/number.h"
 
 namespace haptic_bench {
 namespace {
@@ -193,7 +194,8 @@ void addRing(CLI::App& app, Run& chosen) {
   auto messages = std::make_shared<std::uint64_t>(100'000);
   command->add_option("--messages", *messages, "Messages a round and side")
       ->capture_default_str()
-      ->check(CLI::Range(1u, 100'000'000u));
+      ->check(CLI::Range(1u, 100'000'000u))
+      ->transform(hapticd_options::decimal);
   command->callback(
       [&chosen, messages] { chosen = [messages](const Common& common) { return runRing(common, *messages); }; });
 }

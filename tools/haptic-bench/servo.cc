@@ -125,7 +125,8 @@ void addServo(CLI::App& app, Run& chosen) {
       ->check(within(0.1, 600.0));
   servo->add_option("--triangles", options->triangles, "Of the sphere that is stroked")
       ->capture_default_str()
-      ->check(CLI::Range(100, 8'000'000));
+      ->check(CLI::Range(100, 8'000'000))
+      ->transform(hapticd_options::decimal);
   servo->add_flag("--one-cpu", options->one_cpu, "Both sides on the first processor, not on each in turn");
   servo->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });
 }

@@ -90,7 +90,10 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
       ->capture_default_str()
       ->check(haptic_emu::within(0.1, 60));
   falcon->add_flag("!--no-homing", options.habits.homes, "The hand does not home it when it is asked to");
-  falcon->add_option("--port", options.vhci.port, "Of vhci_hcd")->capture_default_str()->check(CLI::Range(0, 7));
+  falcon->add_option("--port", options.vhci.port, "Of vhci_hcd")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 7))
+      ->transform(hapticd_options::decimal);
   falcon->add_option("--every", options.every_s, "Seconds between two lines; 0 for none")
       ->capture_default_str()
       ->check(haptic_emu::within(0, kLongest_s));

@@ -118,7 +118,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   app.add_option("--wavelength", o.cut.shape.wavelength, "Its shortest wave; the longest is twice that")
       ->check(hapticctl::positive())
       ->default_val(8);
-  app.add_option("--seed", o.cut.shape.seed, "Another number, another roughness")->default_val(1);
+  app.add_option("--seed", o.cut.shape.seed, "Another number, another roughness")
+      ->transform(hapticctl::decimal)
+      ->default_val(1);
   app.add_option("--kerf", o.cut.kerf, "Width of what the saw takes away")->check(number(0));
   app.add_option("--voxel", o.cut.voxel, "How finely the parts are drawn about the cut")
       ->check(hapticctl::positive())

@@ -158,7 +158,8 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
       ->check(isNumber);
   app.add_option("--shrink", o.shrink, "Replace each block of N x N x N values by its mean")
       ->type_name("N")
-      ->check(CLI::Range(1u, 64u));
+      ->check(CLI::Range(1u, 64u))
+      ->transform(hapticd_options::decimal);
   app.add_option("--resample", o.resample_mm, "Interpolate to values that are as far apart along each axis")
       ->type_name("MM")
       ->check(CLI::Range(0.001, 1000.0))

@@ -117,7 +117,10 @@ void addEvents(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("events", "Follow touches, buttons, faults, leases, devices, clients");
   auto options = std::make_shared<EventsOptions>();
   command->add_option("--kinds", options->kinds, "Only these, between commas")->delimiter(',')->type_name("KIND,...");
-  command->add_option("-n,--count", options->count, "Stop after so many")->type_name("COUNT")->check(number(1, 1e9));
+  command->add_option("-n,--count", options->count, "Stop after so many")
+      ->type_name("COUNT")
+      ->check(number(1, 1e9))
+      ->transform(decimal);
   command->add_option("--duration", options->duration_s, "Stop after so long")
       ->type_name("SECONDS")
       ->check(number(0.001, 1e7));

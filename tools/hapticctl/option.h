@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstddef>
 #include <limits>
 #include <span>
 #include <string>
@@ -31,6 +32,14 @@ inline CLI::Validator number(double lowest, double highest = std::numeric_limits
 
 /** A finite number above zero. */
 inline CLI::Validator positive() { return number(0, std::numeric_limits<double>::max(), true); }
+
+/** For an integer's transform(): without zeros in front, by which CLI11 takes 010 for eight, and 08 for no number. */
+inline std::string decimal(const std::string& text) {
+  const std::size_t sign = text.starts_with('+') || text.starts_with('-') ? 1 : 0;
+  std::size_t first = sign;
+  while (first + 1 < text.size() && text[first] == '0' && text[first + 1] >= '0' && text[first + 1] <= '9') ++first;
+  return text.substr(0, sign) + text.substr(first);
+}
 
 /** How the name of a field of the interface begins, and the option by which the user knows it. */
 struct FieldOption {

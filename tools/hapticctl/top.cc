@@ -183,7 +183,8 @@ void addTop(CLI::App& app, Action& chosen) {
   command->add_flag("-b,--batch", options->batch, "Print screen after screen, for scripts and files");
   command->add_option("-n,--count", options->count, "Stop after so many screens")
       ->type_name("COUNT")
-      ->check(number(1, 1e9));
+      ->check(number(1, 1e9))
+      ->transform(decimal);
   command->add_option("-d,--delay", options->delay_s, "Time between screens")
       ->type_name("SECONDS")
       ->capture_default_str()

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstddef>
 #include <string>
 
 #include "tools/options/parse_number.h"
@@ -29,6 +30,14 @@ inline CLI::Validator within(double lowest, double highest) {
         return fmt::format("{} is out of range: from {} to {}", text, lowest, highest);
       },
       fmt::format("{} to {}", lowest, highest));
+}
+
+/** For an integer's transform(): without zeros in front, by which CLI11 takes 010 for eight, and 08 for no number. */
+inline std::string decimal(const std::string& text) {
+  const std::size_t sign = text.starts_with('+') || text.starts_with('-') ? 1 : 0;
+  std::size_t first = sign;
+  while (first + 1 < text.size() && text[first] == '0' && text[first + 1] >= '0' && text[first + 1] <= '9') ++first;
+  return text.substr(0, sign) + text.substr(first);
 }
 
 }  // namespace hapticd_options

@@ -105,6 +105,7 @@ class WithDaemon(Case):
         self.assertIn("devices", json.dumps(self.json("dump")["daemon"]))
 
     def test_top_in_batches(self):
+        self.assertEqual(self.run_ctl("top", "-b", "-n", "010", "-d", "0.02").stdout.count("MISSES"), 10)
         screens = self.run_ctl("top", "-b", "-n", "2", "-d", "0.1").stdout
         self.assertEqual(screens.count("MISSES"), 2)
         lines = [json.loads(line) for line in self.run_ctl("--json", "top", "-n", "2", "-d", "0.2").stdout.splitlines()]

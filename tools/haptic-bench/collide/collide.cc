@@ -294,10 +294,12 @@ void addCollide(CLI::App& app, Run& chosen) {
       ->check(within(0.1, 3600.0));
   collide->add_option("--passes", options->passes, "Over the 2000 poses, for each figure of ours")
       ->capture_default_str()
-      ->check(CLI::Range(1, 1000));
+      ->check(CLI::Range(1, 1000))
+      ->transform(hapticd_options::decimal);
   collide->add_option("--truths", options->truths, "Poses whose wrench is compared with brute force")
       ->capture_default_str()
-      ->check(CLI::Range(0, 1000));
+      ->check(CLI::Range(0, 1000))
+      ->transform(hapticd_options::decimal);
   collide->add_flag("!--no-peers", options->peers, "Leaves FCL and Bullet out");
   collide->add_flag("--quick", options->quick, "A few poses of each: whether it runs, not how fast");
   collide->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });

@@ -150,7 +150,8 @@ void addCost(CLI::App& app, Run& chosen) {
                                       "rising size, beside a pointer chase");
   cost->add_option("--triangles", options->triangles, "Sizes of the mesh")
       ->capture_default_str()
-      ->check(CLI::Range(8, 8'000'000));
+      ->check(CLI::Range(8, 8'000'000))
+      ->transform(hapticd_options::decimal);
   cost->add_option("--radius", options->radii_mm, "Of the swept ball [mm]")
       ->capture_default_str()
       ->check(within(0.0, 10.0));

@@ -110,7 +110,8 @@ void addLoad(CLI::App& app, Run& chosen) {
       "load", "Servo period and force error under six levels of load, on a daemon and clients of its own");
   load->add_option("--triangles", options->triangles, "Of the meshes")
       ->capture_default_str()
-      ->check(CLI::Range(100, 8'000'000));
+      ->check(CLI::Range(100, 8'000'000))
+      ->transform(hapticd_options::decimal);
   load->add_option("--rates", options->rates_hz, "Clients' rates [Hz]")
       ->capture_default_str()
       ->check(within(1.0, 1000.0));

@@ -87,7 +87,8 @@ void addModels(CLI::App& app, Run& chosen) {
       ->check(within(0.5, 100.0));
   models->add_option("--triangles", options->triangles, "Of the mesh")
       ->capture_default_str()
-      ->check(CLI::Range(100, 8'000'000));
+      ->check(CLI::Range(100, 8'000'000))
+      ->transform(hapticd_options::decimal);
   models->add_option("--radius", options->radius, "Of the mesh [m]")->capture_default_str()->check(within(0.001, 10.0));
   models->add_option("--bumps", options->bumps, "Height of its bumps, of the radius; 0: a sphere")
       ->capture_default_str()

@@ -84,7 +84,10 @@ void addFileOptions(CLI::App& sub, FileOptions& options) {
   sub.add_option("--columns", options.columns, "Names of a file's columns, as t,x,y,z,-,fn (- is passed over)");
   sub.add_flag("--out", options.out, "The file's positions are on the surface: an out-trajectory");
   sub.add_option("--rate", options.rate_hz, "Of a file without times, Hz")->check(positive());
-  sub.add_option("--device", options.device, "Of a recording, from 0")->capture_default_str()->check(within(0, 63));
+  sub.add_option("--device", options.device, "Of a recording, from 0")
+      ->capture_default_str()
+      ->check(within(0, 63))
+      ->transform(hapticd_options::decimal);
   sub.add_option("--max-gap", options.max_gap_s, "Longest step of a file's times, s")->check(positive());
 }
 

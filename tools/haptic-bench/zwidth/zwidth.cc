@@ -90,7 +90,8 @@ void addZwidth(CLI::App& app, Run& chosen) {
       ->check(within(100.0, 16000.0));
   sub->add_option("--delay", options->delays, "From a sample to its force [ticks]")
       ->capture_default_str()
-      ->check(CLI::Range(0, 16));
+      ->check(CLI::Range(0, 16))
+      ->transform(hapticd_options::decimal);
   sub->add_option("--damping", options->dampings, "Of the wall [N s/m]")
       ->capture_default_str()
       ->check(within(0.0, 1000.0));

@@ -77,7 +77,7 @@ int run(Options& o) {
   shape.shell = !o.shell.empty();
   shape.at = shape.shell ? vec3("--shell", o.shell) : vec3("--plane", o.plane);
   shape.pull = vec3("--pull", o.pull);
-  if (!(shape.pull.norm() > 0)) hapticctl::failUsage("--pull", "has no direction", "for example 0,0,1");
+  if (shape.pull.isZero(0)) hapticctl::failUsage("--pull", "has no direction", "for example 0,0,1");
   hapticctl::MeshFile file = hapticctl::readMesh(o.file);
   Surface mesh{std::move(file.vertices), std::move(file.triangles)};
   const double whole = hapticctl_import::volumeOf(mesh);
@@ -92,6 +92,7 @@ int run(Options& o) {
     fmt::print("crumbs    {} loose pieces on the fragment's side are in neither, {:.3g} cubic units\n", parts.crumbs,
                parts.crumbs_volume);
   }
+  hapticctl_import::requireSaid();
   return hapticctl::kExitOk;
 }
 
@@ -101,6 +102,7 @@ int run(Options& o) {
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
   hapticd::holdStandardStreams();
   std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is told as one that could not be written.
+  std::signal(SIGPIPE, SIG_IGN);  // A reader that leaves is no fault.
   using namespace hapticctl_cut;  // NOLINT(google-build-using-namespace)
   Options o;
   CLI::App app{"Cut a piece out of a closed mesh: two closed meshes that fit together, as PLY.", "hapticctl cut"};

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <climits>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -93,6 +94,11 @@ void writeFile(const std::string& path, const std::string& bytes) {
   if (code == 0) return;
   ::unlink(part.c_str());
   throw notWritten(path, code);
+}
+
+void requireSaid() {
+  if (std::fflush(stdout) == 0 || errno == EPIPE) return;
+  throw ImportError("standard output", std::strerror(errno), "make room where it goes");
 }
 
 int runHapticctl(const std::vector<std::string>& words) {

@@ -76,6 +76,7 @@ int draw(const Options& o, const std::string& output) {
              volumeOf(surface) * 1e-3);
   if (!output.empty()) (o.output.empty() ? writeInPlace : writeFile)(output, toPly(surface));
   if (!o.vdb.empty()) fmt::print("{}\n", writeModel(surface, numbersIn(o.voxel_mm, "--voxel", 1).front(), o.vdb));
+  requireSaid();
   return kDone;
 }
 
@@ -128,6 +129,7 @@ int run(const Options& o, const std::vector<std::string>& rest) {
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
   hapticd::holdStandardStreams();
   std::signal(SIGXFSZ, SIG_IGN);     // A file that may not grow is told as one that could not be written.
+  std::signal(SIGPIPE, SIG_IGN);     // Who does not want to read on wants it loaded all the same.
   using namespace hapticctl_import;  // NOLINT(google-build-using-namespace)
   Options o;
   CLI::App app{"Draw the surface of what is dense in a scan, and load it as something to touch.", "hapticctl import"};

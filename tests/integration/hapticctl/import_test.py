@@ -29,6 +29,19 @@ class ImportAndCut(Case):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("MetaImage: 20 x 20 x 20 values, 1 x 1 x 2 mm apart", done.stdout)
         self.assertIn("volume: voxels of 0.5 mm", done.stdout)
+        reader = subprocess.Popen(["true"], stdin=subprocess.PIPE)  # A reader that does not read: as of "| head -1".
+        reader.wait()
+        gone = subprocess.run([BUILD / "tools/hapticctl-import/hapticctl-import", *command[2:5], "--name", "unread"], stdout=reader.stdin, stderr=subprocess.PIPE, text=True,
+                              env={**os.environ, **SILENT, **paths}, check=False)
+        reader.stdin.close()
+        self.assertEqual((gone.returncode, gone.stderr), (0, ""))
+        self.run_ctl("remove", "unread")
+        with open("/dev/full", "w", encoding="ascii") as full:
+            for more in (["--name", "unsaid"], ["--output", self.directory / "unsaid.ply"]):
+                unsaid = subprocess.run([*command[:5], *more], stdout=full, stderr=subprocess.PIPE, text=True,
+                                        env={**os.environ, **SILENT, **paths}, check=False)
+                self.assertEqual(unsaid.returncode, 5)
+                self.assertIn("standard output: No space left", unsaid.stderr)
         mesh = [m for m in self.json("get", "/meshes").values() if m["voxel"] == 0.0005000000237487257]
         self.assertEqual(len(mesh), 1)
         self.assertAlmostEqual(mesh[0]["upper"][2], 0.007, delta=0.0002)  # where 1000 - 100 r is 300
@@ -106,6 +119,11 @@ class ImportAndCut(Case):
         done = subprocess.run([*command, "--kerf", "1", "--voxel", "0.7"], capture_output=True, text=True,
                               env={**os.environ, **paths}, check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        with open("/dev/full", "w", encoding="ascii") as full:
+            unsaid = subprocess.run([*command, "--voxel", "2"], stdout=full, stderr=subprocess.PIPE, text=True, env={**os.environ, **paths},
+                                    check=False)
+        self.assertEqual(unsaid.returncode, 5)
+        self.assertIn("standard output: No space left", unsaid.stderr)
         share = {line.split()[0]: float(line.split("(")[1].split()[0]) for line in done.stdout.splitlines() if "(" in line}
         self.assertAlmostEqual(share["fragment"], 100 * 0.79 ** 3, delta=1)  # of a tetrahedron's height
         self.assertAlmostEqual(share["body"], 100 * (1 - 0.81 ** 3), delta=1)

@@ -15,6 +15,7 @@ using hapticctl_import::Double3;
 using hapticctl_import::ImportError;
 
 constexpr double kMostPoints = 2e8;  ///< 13 bytes each.
+constexpr const char* kNothing = "nothing of it lies on the fragment's side";
 
 Surface draw(const Lattice& lattice, const std::vector<float>& solid, const std::vector<float>& side) {
   hapticctl_import::LatticeSolid both;
@@ -47,21 +48,27 @@ CutParts cut(const Surface& whole_mesh, const CutOptions& options) {
                     size.z()),
         "lengths are in the unit of the file: if that is metres, give --voxel and --wavelength in metres");
   }
+  if (options.shape.noise > size.maxCoeff())
+    throw ImportError("--noise", fmt::format("{:.4g} is more than the mesh", options.shape.noise), "take less");
   const CutSurface surface(options.shape);
   Box detail = surface.box();
   const Vec3 beside = Vec3::Constant(options.kerf + 3 * options.voxel);
   detail.lower -= beside;
   detail.upper += beside;
+  if ((detail.lower.array() > whole.upper.array()).any() || (detail.upper.array() < whole.lower.array()).any())
+    throw ImportError("", kNothing, "move the cut");  // A lattice would reach all the way there.
   const double points = (size.cwiseMin(detail.upper - detail.lower) / options.voxel).prod();
   if (points > kMostPoints) {
     throw ImportError("--voxel", fmt::format("the cut would need {:.2g} points", points), "take larger voxels");
   }
-  const Lattice lattice = makeLattice(whole, detail, options.voxel, std::max(options.coarse, options.voxel));
-  if (static_cast<double>(lattice.count()) > kMostPoints) {
-    throw ImportError("--coarse",
-                      fmt::format("the whole would need {:.2g} points", static_cast<double>(lattice.count())),
+  const auto requireRoom = [](double count) {
+    if (count <= kMostPoints) return;
+    throw ImportError("--coarse", fmt::format("the whole would need {:.2g} points", count),
                       "take larger steps away from the cut");
-  }
+  };
+  requireRoom((size / std::max(options.coarse, options.voxel)).maxCoeff());  // Of one axis alone.
+  const Lattice lattice = makeLattice(whole, detail, options.voxel, std::max(options.coarse, options.voxel));
+  requireRoom(static_cast<double>(lattice.count()));
 
   const std::vector<float> solid = insideness(mesh, lattice);
   std::vector<float> side(lattice.count());
@@ -82,8 +89,7 @@ CutParts cut(const Surface& whole_mesh, const CutOptions& options) {
   parts.fragment = draw(lattice, solid, side);
   fill(-1);
   parts.body = draw(lattice, solid, side);
-  if (parts.fragment.triangles.empty())
-    throw ImportError("", "nothing of it lies on the fragment's side", "move the cut");
+  if (parts.fragment.triangles.empty()) throw ImportError("", kNothing, "move the cut");
   if (parts.body.triangles.empty()) throw ImportError("", "all of it lies on the fragment's side", "move the cut");
   const double all = hapticctl_import::volumeOf(parts.fragment);
   parts.crumbs = hapticctl_import::keepLargest(parts.fragment) - 1;

@@ -16,7 +16,7 @@ double uniform(std::mt19937_64& random) { return static_cast<double>(random() >>
 }  // namespace
 
 CutSurface::CutSurface(const CutShape& shape) : shape_(shape) {
-  shape_.pull.normalize();
+  shape_.pull.stableNormalize();  // However long: the square of 1e200 would leave no direction.
   if (!(shape_.noise > 0)) return;
   const Vec3 u = shape_.pull.unitOrthogonal(), v = shape_.pull.cross(u);
   std::mt19937_64 random(shape_.seed);

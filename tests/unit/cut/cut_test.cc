@@ -404,6 +404,25 @@ TEST(Cut, whatCannotBeCutIsRefusedInWords) {
   // In metres, with the voxels of millimetres: it said that nothing lies on the fragment's side.
   EXPECT_THAT(refusal(box({0.02, 0.03, 0.05}), roughPlane()),
               HasSubstr("--voxel: 0.5 is too coarse for a mesh of 0.04 x 0.06 x 0.1"));
+  // Far from all of it: a lattice that reached there was too large, and the advice to make it coarser no help.
+  CutOptions far = roughPlane();
+  far.shape.shell = true;
+  far.shape.radius = 5;
+  far.shape.at = {1e6, 0, 0};
+  EXPECT_THAT(refusal(ball(), far), HasSubstr("nothing of it"));
+  CutOptions wild = roughPlane();
+  wild.shape.noise = 1e300;
+  EXPECT_THAT(refusal(ball(), wild), HasSubstr("--noise: 1e+300 is more than the mesh"));
+}
+
+TEST(Cut, aPullIsADirectionHoweverLong) {
+  const CutParts as_usual = cut(ball(), roughPlane());
+  for (const double length : {1e200, 1e-200}) {
+    CutOptions options = roughPlane();
+    options.shape.pull *= length;
+    const CutParts parts = cut(ball(), options);
+    EXPECT_NEAR(volumeOf(parts.fragment), volumeOf(as_usual.fragment), 1e-3 * volumeOf(as_usual.fragment)) << length;
+  }
 }
 
 }  // namespace

@@ -37,6 +37,7 @@ def main():
             draw(script, b"a,b\n1,2,3\n", "out.svg", wrong)
             gone = good.replace(b"period p99", b"gone").replace(b",off,", b",gone,")
             draw(script, gone, "out.svg", "holds no")
+            draw(script, b"\xef\xbb\xbf# cpu: as a spreadsheet saves it\n" + good, "out.svg", "")
             draw(script, good, "none/out.svg", "cannot be written")
             draw(script, good, "out.nonsense", "cannot be written")
 

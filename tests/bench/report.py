@@ -68,6 +68,7 @@ def main():
         command[command.index("1")] = "10000"
         for nonsense, words in ((b"a,b\n1\n", "holds no table"), (b"a,b\n1,2\n3\n", "holds no table"), (b"a,b\n\xff,2\n", "cannot be read"),
                                 (COST.replace("870", "?").replace("900", "fast").encode(), "cannot be drawn"),
+                                (COST.encode()[:-2], "is cut off"),
                                 (FORMER_COST.encode(), "was written by an older version of haptic-bench cost (")):
             (pathlib.Path(folder) / "nonsense.csv").write_bytes(nonsense)
             refused = subprocess.run([*command, f"{folder}/nonsense.csv"], capture_output=True, text=True, check=False)

@@ -20,7 +20,7 @@ def read(path):
     """{quantity: {(triangles, level, source, rate): median over the rounds}}; the machine's lines."""
     values, machine = {}, []
     try:
-        with open(path, encoding="utf-8") as file:
+        with open(path, encoding="utf-8-sig") as file:
             lines = [line for line in file if not (line.startswith("#") and machine.append(line[2:].strip()) is None)]
     except (OSError, UnicodeDecodeError) as error:
         sys.exit(f"figure.py: {path}: it cannot be read: {error}")

@@ -97,12 +97,14 @@ def read(path):
     """The lines of the machine and the rows, each a dictionary."""
     machine, lines = [], []
     try:
-        with open(path, encoding="utf-8", newline="") as file:
+        with open(path, encoding="utf-8-sig", newline="") as file:
             for line in file:
                 if line.startswith("#"):
                     machine.append(line[1:].strip())
                 else:
                     lines.append(line)
+        if lines and not lines[-1].endswith("\n"):  # As compare has it: the last number may lack its end.
+            sys.exit(f"haptic-bench report: {path}: it is cut off: its last line does not end (write it with --csv)")
         rows = list(csv.DictReader(lines))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         sys.exit(f"haptic-bench report: {path}: it cannot be read: {error} (write it with --csv)")

@@ -18,7 +18,7 @@ COLUMNS = {name for name, *_ in THEORY} | {"rate_hz", "delay_ticks", "step_m", "
 
 def load(path):
     try:
-        with open(path, encoding="utf-8", newline="") as file:
+        with open(path, encoding="utf-8-sig", newline="") as file:
             lines = [line for line in file if not line.startswith("#")]
     except (OSError, UnicodeDecodeError) as error:
         sys.exit(f"plot.py: {path}: it cannot be read: {error}")

@@ -296,6 +296,7 @@ class Commands(unittest.TestCase):
         self.assertIn("--stiffness", self.bench("run", "--stiffness", 0, code=2))
         self.assertIn("--seconds", self.bench("models", "--seconds", 0.1, code=2))
         self.assertIn("--stiffness: at 500 N/m", self.bench("models", "--stiffness", 1500, 500, "--radius", 0.002, code=1))
+        self.assertIn("stays above 16128 flat faces", self.bench("models", "--seconds", 0.5, "--rates", 10, "--radius", 10, code=1))
         self.assertIn("--device: -1 is out of range", self.bench("run", "--device", -1, code=2))
         for command in ("run --stiffness", "run --threshold", "run --radius", "run --max-gap", "sweep --stiffness", "sweep --speed",
                         "models --latency", "zwidth --push", "servo --seconds", "cost --seconds", "load --rates", "device --seconds",

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "tools/haptic-bench/bench.h"
@@ -46,6 +47,14 @@ int runModels(const Common& common, const ModelsOptions& options) {
     const std::vector<Vec3> native = nativeForces(surface.meshes(), k, stroke.hips);
     const std::vector<Vec3> shaded = nativeForces(surface.meshes(), k, stroke.hips, Facets::kShaded);
     const std::vector<Vec3> nearest = nearestForces(surface.client(), k, stroke.hips);
+    for (const auto* touched : {&native, &shaded, &nearest}) {
+      const auto forces = settled(*touched);
+      if (std::any_of(forces.begin(), forces.end(), [](const Vec3& f) { return f.norm() > 0; })) continue;
+      throw Failure("--triangles",
+                    fmt::format("the hand, {:g} m deep at {:g} N/m, stays above {} flat faces", Stroke{}.force / k, k,
+                                model.triangles.size()),
+                    "more of them, a smaller --radius, or softer");
+    }
     const auto judge = [&](const std::string& name, const std::vector<Vec3>& forces) {
       const std::pair<const char*, const std::vector<Vec3>*> references[] = {
           {"native", &native}, {"shaded", &shaded}, {"nearest", &nearest}, {"smooth", &stroke.forces}};

@@ -4,6 +4,7 @@
 
 #include "drivers/vendor/dhd_sdk.h"
 #include "drivers/vendor/hd_sdk.h"
+#include "drivers/vendor/pose_check.h"
 #include "drivers/vendor/vendor_driver.h"
 #include "drivers/vendor/vendor_parameters.h"
 #include "tests/conformance/vendor_rig.h"
@@ -147,6 +148,22 @@ TEST(VendorPose, WhatIsNoRotationIsNoReading) {
     servo.run(30);
     EXPECT_NE(servo.sample.status & kDeviceError, 0u) << "and after a while a device error";
   }
+}
+
+TEST(VendorPose, AHandThatMovesWhileNothingIsHeardIsBelieved) {
+  DeviceInfo info;
+  info.max_workspace_lower = Vec3::Constant(-0.2);
+  info.max_workspace_upper = Vec3::Constant(0.2);
+  PoseCheck check;
+  using Verdict = PoseCheck::Verdict;
+  ASSERT_EQ(check.judge(Vec3(0, -0.05, 0), 0, info), Verdict::kBelieved);
+  // A call of the library that took 0.1 s, and a hand at a metre a second; a place that cannot be comes in between.
+  EXPECT_EQ(check.judge(Vec3(0, 0.9, 0), 100 * kMs, info), Verdict::kDropped);
+  EXPECT_EQ(check.judge(Vec3(0, 0.05, 0), 101 * kMs, info), Verdict::kBelieved);
+  // A jump that stays is found all the same, however long it stays.
+  for (int i = 1; i < PoseCheck::kBadInARow; ++i)
+    EXPECT_EQ(check.judge(Vec3(0, -0.05, 0), (101 + i) * kMs, info), Verdict::kDropped) << i;
+  EXPECT_EQ(check.judge(Vec3(0, -0.05, 0), 121 * kMs, info), Verdict::kBroken);
 }
 
 TEST(VendorCalibration, BeforeItThereIsNeitherReadingNorForce) {

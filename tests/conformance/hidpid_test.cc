@@ -242,6 +242,24 @@ TEST(HidPid, TornReportsMoveNothing) {
   EXPECT_NEAR((stick.sample.p - Vec3(0.01, 0.02, 0)).norm(), 0, 3e-6);
 }
 
+TEST(HidPid, ThePlayedDeviceTakesNoReportThatIsCutShort) {
+  haptic_emu::PidModel model;
+  const std::vector<std::uint8_t> create{5, 8, 0, 0};
+  ASSERT_TRUE(model.setFeature(create));
+  model.busy_polls = 0;
+  int block = 0;
+  for (int i = 0; i < 3; ++i) block = (*model.getFeature(6))[1];
+  ASSERT_GT(block, 0);
+  std::vector<std::uint8_t> condition(14);
+  condition[0] = 3;
+  condition[1] = static_cast<std::uint8_t>(block);
+  for (std::size_t bytes = 1; bytes < condition.size() + 2; ++bytes) {
+    std::vector<std::uint8_t> report = condition;
+    report.resize(bytes);
+    EXPECT_EQ(model.out(report), bytes == 15) << bytes;
+  }
+}
+
 TEST(HidPid, AForceIsOnlyToldWhenItChanges) {
   Stick stick;
   stick.hold(Vec3::Zero());

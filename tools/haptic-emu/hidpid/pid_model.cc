@@ -100,7 +100,9 @@ bool PidModel::setEffect(std::span<const std::uint8_t> d) {
 }
 
 bool PidModel::setCondition(std::span<const std::uint8_t> d) {
-  if (d.empty() || !effects_.contains(d[0])) return false;
+  const std::size_t bytes = 5 + (variant_.block_offset ? 1u : 0u) + (variant_.negative_coefficient ? 2u : 0u) +
+                            (variant_.saturation ? 4u : 0u) + (variant_.dead_band ? 2u : 0u);
+  if (d.size() != bytes || !effects_.contains(d[0])) return false;
   PlayedEffect& e = effects_[d[0]];
   std::size_t at = 1;
   std::size_t axis = (e.axes & 1) != 0 ? 0 : 1;

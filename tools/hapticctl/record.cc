@@ -94,10 +94,20 @@ int record(const RecordOptions& options, const Globals& globals) {
   const int code = haptic_recording_stop(raw, &end, &error);
   const Owned<haptic_recording_end> ended(end);
   if (code == HAPTIC_OK || !haptic_connected(daemon.client())) carrier.join();
-  const bool cut_off = code != HAPTIC_OK || carrier.problem() != 0;
-  if (cut_off && file.bytes() > 0) note(fmt::format("{} holds what came until then", options.file));
-  if (carrier.problem() != 0) failWriting(options.file, carrier.problem());
-  check(code, error);
+  try {
+    if (carrier.problem() != 0) failWriting(options.file, carrier.problem());
+    check(code, error);
+  } catch (Failure& failure) {
+    if (file.bytes() > 0) {
+      const std::string kept = fmt::format("{} holds what came until then", options.file);
+      if (globals.json) {  // Its failure is one line.
+        failure.remedy += (failure.remedy.empty() ? "" : "; ") + kept;
+      } else {
+        note(kept);
+      }
+    }
+    throw;
+  }
   if (globals.json) {
     putJson({{"file", options.file},
              {"bytes", file.bytes()},

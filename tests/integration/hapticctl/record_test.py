@@ -4,6 +4,7 @@
 Usage: record_test.py BUILD_DIRECTORY [unittest arguments]
 """
 import csv
+import json
 import os
 import pathlib
 import random
@@ -81,6 +82,10 @@ class Record(unittest.TestCase):
         self.assertIn("holds what came until then", done.stderr)
         self.assertLessEqual(self.file.stat().st_size, 20_000)
         self.assertIn("cut off", self.replay())
+        done = subprocess.run([HAPTICCTL, "--json", "--socket", self.socket, "record", self.file, "--for", "20", "--replace"],
+                              capture_output=True, text=True, timeout=60, preexec_fn=small, check=False)
+        self.assertEqual(done.returncode, 5, done)
+        self.assertIn("holds what came until then", json.loads(done.stderr)["error"]["remedy"], "one line of JSON")
         self.ctl("status")
         # A daemon whose log has reached the limit serves on.
         log = self.directory / "full"

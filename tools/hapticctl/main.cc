@@ -66,7 +66,7 @@ void failIfEmpty(char** argv, int i) {
 }
 
 int run(int argc, char** argv, Globals& globals) {
-  for (int i = 1; i < firstWord(argc, argv); ++i)
+  for (int i = 1; i < argc && std::strcmp(argv[i], "--") != 0; ++i)
     if (std::strcmp(argv[i], "--json") == 0) globals.json = true;  // Also for what is found before all is read.
   CLI::App app{"Look at, feed and stop a running hapticd, the haptic device server.", "hapticctl"};
   app.footer(footer());

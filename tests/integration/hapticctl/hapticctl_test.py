@@ -28,6 +28,8 @@ class WithoutDaemon(Case):
             self.assertIn(str(self.socket), self.run_ctl(*command, exit_code=3).stderr)
         unknown = json.loads(self.run_ctl("--json", "--timeout", "1", "stauts", exit_code=2).stderr)
         self.assertEqual(unknown["error"]["where"], "stauts")
+        for words in (["stauts", "--json"], ["top", "--json", "-n"], ["limits", "--json", "--force"]):
+            self.assertIn("what", json.loads(self.run_ctl(*words, exit_code=2).stderr)["error"], "it stands behind the command, too")
         failure = json.loads(self.run_ctl("--json", "status", exit_code=3).stderr)
         self.assertEqual(failure["error"]["code"], "DISCONNECTED")
 

@@ -21,7 +21,7 @@ ROOMS = {
     "libclient/include": ({"libclient/include"}, set()),
     "libclient/src": ({"libclient", "proto", "rt/ring", "rt/base/contract.h", "rt/base/error.h"}, {"capnp", "kj"}),
     "examples": ({"libclient/include"}, set()),
-    "tools/hapticctl": ({"tools/hapticctl", "tools/mesh_file", "libclient/include", "rt/base/standard_streams.h"}, {"CLI", "fmt", "nlohmann"}),
+    "tools/hapticctl": ({"tools/hapticctl", "tools/mesh_file", "tools/options", "libclient/include", "rt/base/standard_streams.h"}, {"CLI", "fmt", "nlohmann"}),
     "tools/hapticctl-cut": ({"tools/hapticctl-cut", "tools/hapticctl-import", "tools/hapticctl", "tools/mesh_file", "rt/base/standard_streams.h"}, {"Eigen", "CLI", "fmt"}),
     "tools/options": ({"tools/options"}, {"CLI", "fmt"}),
     "tools/mesh_file": ({"tools/mesh_file"}, {"Eigen", "fmt", "assimp"}),

@@ -7,6 +7,7 @@
 #include "tests/support/for_seeds.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
+#include "tests/support/wandering_hand.h"
 
 namespace hapticd {
 namespace {
@@ -14,28 +15,7 @@ namespace {
 using test::kTick;
 using test::TestMesh;
 using test::TestScene;
-
-/** A hand that wanders, throws itself about, and now and then rests. */
-class WanderingHand {
- public:
-  WanderingHand(Random& random, double size, std::vector<Vec3> about = {Vec3::Zero()})
-      : random_(random), size_(size), about_(std::move(about)) {}
-  const Vec3& next() {
-    if (random_.below(20) == 0) {
-      aim_ = about_[static_cast<std::size_t>(random_.below(static_cast<int>(about_.size())))] + random_.vector(size_);
-    }
-    if (random_.below(30) == 0) speed_ = std::pow(10.0, random_.in(-3, -0.3));
-    if (random_.below(200) == 0) p_ = random_.vector(size_);
-    p_ += speed_ * (aim_ - p_);
-    return p_;
-  }
-
- private:
-  Random& random_;
-  double size_, speed_ = 0.01;
-  std::vector<Vec3> about_;
-  Vec3 p_ = Vec3::Zero(), aim_ = Vec3::Zero();
-};
+using test::WanderingHand;
 
 /** Solid angle of a closed mesh seen from x, over 4 pi: 1 inside, 0 outside (van Oosterom and Strackee 1983). */
 double winding(const MeshView& mesh, const Vec3& x) {
@@ -371,34 +351,6 @@ void theSpringGainsNothing(std::uint32_t seed, int& contacts) {
   }
 }
 
-/** Nor does one that an object carries, alone in the scene, in its frame: rough ground, open, and a ball at its
- * borders. */
-void whatCarriesGivesNothingElse(std::uint32_t seed, int& contacts) {
-  Random random(seed);
-  TestScene t;
-  TestMesh mesh =
-      test::heightMesh(0.03, 4 + random.below(12u), [&](double, double) { return random.in(-0.003, 0.003); });
-  const double mu = seed % 3 == 0 ? random.in(0, 1.5) : 0;
-  const std::uint32_t id = t.addMesh(mesh.view(), random.pose(0.01), {1000, 0, mu, 0.5 * mu});
-  t.proxy.setRadius(std::pow(10.0, random.in(-4, -1.3)));
-  WanderingHand hand(random, 0.05);
-  t.tick(Vec3(0, 0, 0.2));
-  const SceneObject& object = *t.scene->find(id);
-  for (int i = 0; i < 500; ++i) {
-    if (random.below(10) == 0) {
-      const Vec3 v = object.X_WO.p.norm() > 0.04 ? Vec3(-4 * object.X_WO.p) : random.vector(0.2);
-      t.pose(id, object.X_WO, {v, random.vector(3)});
-    }
-    const Vec3 hip = hand.next(), from = t.contact.proxy;
-    const bool held = t.contact.object != 0;
-    t.tick(hip);
-    if (!held || t.contact.object == 0) continue;
-    const Vec3 carried = object.X_WO * (object.X_WO_before.inverse() * from);
-    ASSERT_LT((t.contact.proxy - hip).norm(), (carried - hip).norm() * (1 + 1e-6) + 1e-9) << "tick " << i;
-    ++contacts;
-  }
-}
-
 /** Of 60 hands that come to rest deep in a bumpy ball: how many proxies could come nearer. Each third is a point. */
 int notAsNearAsTheyCanBe(std::uint32_t seed, int& rested) {
   Random random(seed);
@@ -456,11 +408,6 @@ TEST(ProxyProperty, AtRestTheSpringGainsNothing) {
   EXPECT_GT(contacts, 10000);
   // Seeds of a soak: what interrupted a way over its highest point left the proxy up there.
   for (const unsigned seed : {1025u, 4035u, 7046u, 18053u, 19012u, 28100u}) theSpringGainsNothing(seed, contacts);
-}
-TEST(ProxyProperty, AnObjectThatMovesGivesTheSpringNothingElse) {
-  int contacts = 0;
-  forSeeds(200, [&](unsigned seed) { whatCarriesGivesNothingElse(seed, contacts); });
-  EXPECT_GT(contacts, 10000);
 }
 TEST(ProxyProperty, NeverEntersSolidsAtRest) {
   int touched = 0;

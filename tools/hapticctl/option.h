@@ -6,13 +6,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cstddef>
 #include <limits>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "tools/hapticctl/numbers.h"
+#include "tools/options/number.h"
 
 namespace hapticctl {
 
@@ -33,13 +33,7 @@ inline CLI::Validator number(double lowest, double highest = std::numeric_limits
 /** A finite number above zero. */
 inline CLI::Validator positive() { return number(0, std::numeric_limits<double>::max(), true); }
 
-/** For an integer's transform(): without zeros in front, by which CLI11 takes 010 for eight, and 08 for no number. */
-inline std::string decimal(const std::string& text) {
-  const std::size_t sign = text.starts_with('+') || text.starts_with('-') ? 1 : 0;
-  std::size_t first = sign;
-  while (first + 1 < text.size() && text[first] == '0' && text[first + 1] >= '0' && text[first + 1] <= '9') ++first;
-  return text.substr(0, sign) + text.substr(first);
-}
+using hapticd_options::decimal;
 
 /** How the name of a field of the interface begins, and the option by which the user knows it. */
 struct FieldOption {

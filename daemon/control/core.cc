@@ -125,6 +125,7 @@ void Core::poll() {
   pollArms();
   pollListed();
   sessions_.poll(now);
+  pollWishes();
   closeUnused();
   scene_.followClients();
   meshes_.reclaim();

@@ -72,6 +72,8 @@ class Core {
   static constexpr std::uint32_t kRegionsPerUser = 64;        ///< Region capabilities: each holds a descriptor of ours.
   static constexpr std::uint32_t kSubscriptionsPerUser = 64;  ///< Each may hold a queue of events.
   static constexpr std::int64_t kArmAnswerNs = 1'000'000'000;
+  static constexpr std::int64_t kRoomNs = 500'000'000;
+  static constexpr std::size_t kWishes = 64;  ///< Sessions that may wait for room; more are refused at once.
 
   Core(const CoreOptions& options, Clock& clock);
   ~Core();
@@ -117,7 +119,8 @@ class Core {
   // Sessions and leases.
   [[nodiscard]] Result<Session*> openSession(std::string_view uri, std::uint64_t connection, const std::string& name,
                                              std::uint16_t major, std::uint16_t minor);
-  /** The same without waiting for the device; `done` is called once, now or by a later poll(). */
+  /** The same without waiting for the device; `done` is called once, now or by a later poll(): where there is no room
+   * before a session that has ended is gone, too, kRoomNs later at most. */
   using SessionDone = std::function<void(Result<Session*>)>;
   void openSession(std::string_view uri, std::uint64_t connection, const std::string& name, std::uint16_t major,
                    std::uint16_t minor, SessionDone done);
@@ -199,6 +202,14 @@ class Core {
     std::int64_t since_ns;
     std::function<void(Result<void>)> done;
   };
+  /** A session that waits for room. */
+  struct Wish {
+    std::string uri;
+    std::uint64_t connection;
+    std::string name;
+    std::int64_t until_ns;
+    SessionDone done;
+  };
   /** A device on the list of armed ones. */
   struct Listed {
     std::string uri;
@@ -225,6 +236,8 @@ class Core {
   [[nodiscard]] Result<void> mayRunServos() const;
   void order(OpenDevice& device, CommandKind kind);
   void loseLease(OpenDevice& device, const std::string& why);
+  void fulfil(Wish wish);
+  void pollWishes();
   void pollArms();
   void pollListed();
   void pollDisarmed();
@@ -253,6 +266,7 @@ class Core {
   std::map<std::uint32_t, std::uint32_t> regions_out_;  ///< By user.
   std::map<Subscriber, std::uint32_t> subscriptions_;
   std::vector<PendingArm> arms_;
+  std::vector<Wish> wishes_;
   std::map<const GroupLink*, std::uint64_t> events_dropped_;
   log::RateLimit refused_log_{1'000'000'000, 5};
   log::RateLimit overrun_log_{1'000'000'000, 1};

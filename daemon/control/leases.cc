@@ -45,11 +45,35 @@ Result<Session*> Core::openSession(std::string_view uri, std::uint64_t connectio
 void Core::openSession(std::string_view uri, std::uint64_t connection, const std::string& name, std::uint16_t major,
                        std::uint16_t minor, SessionDone done) {
   if (auto speaks = speaksOurLayout(major, minor); !speaks) return done(speaks.error());
-  openDevice(uri, connection, [this, connection, name, done = std::move(done)](const Result<OpenDevice*>& device) {
-    if (!device) return done(device.error());
-    if (clients_.count(connection) == 0) return done(gone());  // It has left while the device was opened.
-    done(sessionOn(*device.value(), connection, name));
+  fulfil({std::string(uri), connection, name, clock_.now() + kRoomNs, std::move(done)});
+}
+
+/** A session that has ended counts until its force has faded: who opens one after the other waits for that. */
+void Core::fulfil(Wish wish) {
+  const std::string uri = wish.uri;
+  const std::uint64_t connection = wish.connection;
+  openDevice(uri, connection, [this, wish = std::move(wish)](const Result<OpenDevice*>& device) mutable {
+    if (!device) return wish.done(device.error());
+    if (clients_.count(wish.connection) == 0) return wish.done(gone());  // It has left while the device was opened.
+    auto session = sessionOn(*device.value(), wish.connection, wish.name);
+    const bool waits = !session && session.error().code == ErrorCode::kQuotaExceeded && wishes_.size() < kWishes &&
+                       clock_.now() < wish.until_ns &&
+                       sessions_.anyEnds(client(wish.connection).uid, *device.value()->link);
+    if (waits) return wishes_.push_back(std::move(wish));
+    wish.done(session);
   });
+}
+
+void Core::pollWishes() {
+  std::vector<Wish> waiting;
+  std::swap(waiting, wishes_);
+  for (Wish& wish : waiting) {
+    if (clients_.count(wish.connection) == 0) {
+      wish.done(gone());
+    } else {
+      fulfil(std::move(wish));
+    }
+  }
 }
 
 Result<Session*> Core::sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name) {

@@ -265,4 +265,10 @@ std::uint32_t SessionManager::countOf(std::uint32_t uid) const {
   return count;
 }
 
+bool SessionManager::anyEnds(std::uint32_t uid, const GroupLink& link) const {
+  return std::any_of(sessions_.begin(), sessions_.end(), [&](const auto& s) {
+    return !isInUse(*s.second) && (s.second->client.uid == uid || s.second->link == &link);
+  });
+}
+
 }  // namespace hapticd

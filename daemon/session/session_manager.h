@@ -62,6 +62,8 @@ class SessionManager {
   [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
   [[nodiscard]] std::uint64_t bytes() const;
   [[nodiscard]] std::uint32_t countOf(std::uint32_t uid) const;
+  /** Whether a session of that user, or on that group, has ended and is not gone yet. */
+  [[nodiscard]] bool anyEnds(std::uint32_t uid, const GroupLink& link) const;
   [[nodiscard]] bool empty() const { return sessions_.empty(); }
 
  private:

@@ -224,6 +224,63 @@ TEST(SessionLife, QuotaOfSessionsAndBytesIsPerUser) {
   EXPECT_EQ(refused.error().where, "memory");
 }
 
+/** A session that has ended counts until its force has faded. */
+TEST(SessionLife, WhoOpensOneAfterTheOtherWaitsForTheRoomOfThoseThatFade) {
+  Config config = Bench::relaxed();
+  config.quotas.sessions = 2;
+  Bench bench(config);
+  const auto open = [&](std::uint64_t by, std::optional<Result<Session*>>& answer) {
+    bench.core.openSession("", by, "tester", HD_SHM_MAJOR, HD_SHM_MINOR,
+                           [&](const Result<Session*>& session) { answer.emplace(session); });
+  };
+  Session* first = bench.live();
+  ASSERT_NE(first, nullptr);
+  std::optional<Result<Session*>> second, third, fourth, left;
+  open(bench.connection, second);
+  ASSERT_TRUE(second && second->ok());
+  open(bench.connection, third);
+  ASSERT_TRUE(third) << "nothing ends, so there is nothing to wait for";
+  EXPECT_EQ(third->error().code, ErrorCode::kQuotaExceeded);
+
+  bench.core.sessions().end(first->id, "test");
+  const std::uint64_t leaver = *bench.core.connect(100, bench.core.client(bench.connection).uid, false);
+  third.reset();
+  open(leaver, left);
+  open(bench.connection, third);
+  open(bench.connection, fourth);
+  bench.step(20);
+  EXPECT_FALSE(left || third || fourth) << "it fades";
+  bench.core.disconnect(leaver);
+  bench.step(100);
+  ASSERT_TRUE(left && third && fourth);
+  EXPECT_EQ(left->error().code, ErrorCode::kTimeout);
+  EXPECT_TRUE(third->ok()) << "who came first";
+  EXPECT_EQ(fourth->error().code, ErrorCode::kQuotaExceeded) << "nothing fades any more";
+}
+
+TEST(SessionLife, NobodyWaitsForLongNorMoreThanAFewForWhatFades) {
+  Config config = Bench::relaxed();
+  config.quotas.sessions = 1;
+  Bench bench(config);
+  const Session* session = bench.live();
+  ASSERT_NE(session, nullptr);
+  bench.core.sessions().end(session->id, "test");
+  std::size_t refused = 0;
+  for (std::size_t i = 0; i < Core::kWishes + 1; ++i) {
+    bench.core.openSession("", bench.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR,
+                           [&](const Result<Session*>& opened) { refused += opened ? 0 : 1; });
+  }
+  EXPECT_EQ(refused, 1u);
+  // The servo stands still: nothing fades.
+  const std::int64_t until = bench.core.now() + Core::kRoomNs;
+  while (bench.core.now() < until) {
+    EXPECT_EQ(refused, 1u);
+    bench.clock.advance(kMs);
+    bench.core.poll();
+  }
+  EXPECT_EQ(refused, Core::kWishes + 1);
+}
+
 /** On either way, with the one of the two that is to be updated. */
 TEST(SessionLife, AnotherLayoutIsRefused) {
   Bench bench;

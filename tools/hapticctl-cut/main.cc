@@ -121,6 +121,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
       ->check(hapticctl::positive())
       ->default_val(8);
   app.add_option("--seed", o.cut.shape.seed, "Another number, another roughness")
+      ->check(number(0, 9e18))  // Else -1, and what has too many digits, are the largest number that there is.
       ->transform(hapticctl::decimal)
       ->default_val(1);
   app.add_option("--kerf", o.cut.kerf, "Width of what the saw takes away")->check(number(0));

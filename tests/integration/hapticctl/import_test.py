@@ -115,6 +115,10 @@ class ImportAndCut(Case):
             self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
             self.assertIn(f"{words[-2]}: {words[-1]} is the ", done.stderr)
             self.assertFalse((self.directory / "x.ply").exists())
+        for seed in ("-1", "99999999999999999999"):  # Not the largest number that there is, in silence.
+            done = subprocess.run([*command, "--seed", seed], capture_output=True, text=True, env={**os.environ, **paths}, check=False)
+            self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+            self.assertIn(f"--seed: {seed}", done.stderr)
         self.assertEqual(path.read_bytes(), before)
         done = subprocess.run([*command, "--kerf", "1", "--voxel", "0.7"], capture_output=True, text=True,
                               env={**os.environ, **paths}, check=False)

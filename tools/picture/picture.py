@@ -15,7 +15,7 @@ import render  # noqa: E402
 
 INK, FAINT, PAPER = "#26303a", "#8a949e", "#ffffff"
 SOURCES = {"surface": "#d1495b", "local_model": "#edae49", "client": "#00798c", "effect": "#7b5ea7", "gravity": "#66a182",
-           "guard": "#5f6b76"}
+           "texture": "#a0522d", "transient": "#d08770", "guard": "#5f6b76"}
 PANEL = (1000, 1040)  # Pixels of the view.
 
 
@@ -114,6 +114,8 @@ def forces(axes, samples):
     total = np.linalg.norm(vectors(samples, "fx", "fy", "fz"), axis=1)
     axes.fill_between(t[::every], total[::every], color="#dfe5ea", linewidth=0, label="sent to the hand")
     for name, colour in SOURCES.items():
+        if f"{name}_x" not in samples:
+            continue  # An older hapticctl did not tell of it.
         part = np.linalg.norm(vectors(samples, f"{name}_x", f"{name}_y", f"{name}_z"), axis=1)
         if part.max() > 0.02:
             axes.plot(t[::every], part[::every], color=colour, linewidth=1.0, label=name.replace("_", " "))

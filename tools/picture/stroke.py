@@ -19,6 +19,7 @@ import render  # noqa: E402
 CELL = 0.0005   # Of the height map [m].
 AHEAD = 0.007   # So far ahead the hand heeds what it comes to [m].
 STEP = 0.003    # What rises more within that is a wall to lift over [m].
+LAND = 0.003    # Beyond it the hand comes down no sooner: one that lags would dive before it [m].
 SPEED = 0.06    # Of an exploring fingertip [m/s].
 
 
@@ -52,7 +53,7 @@ def eroded(solid, cells):
 
 
 def tour(solid, way, steps):
-    """A smooth closed path of about that length over the solid cells, at constant speed: steps x (x, y) in metres."""
+    """A smooth path over the solid cells, a round trip where that length allows it, at constant speed: steps x (x, y) [m]."""
     for margin in (0.006, 0.003, 0.001, 0):
         inner = np.argwhere(eroded(solid, int(margin / CELL)))[:, ::-1]
         if len(inner) > 50:
@@ -69,7 +70,7 @@ def tour(solid, way, steps):
             length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
             if length[-1] > way:
                 break
-    even = np.linspace(0, length[-1], steps, endpoint=False)
+    even = np.linspace(0, min(length[-1], way), steps, endpoint=False)  # No faster than a hand explores.
     return np.stack([np.interp(even, length, line[:, axis]) for axis in (0, 1)], 1)
 
 
@@ -108,6 +109,7 @@ def plan(corners, start, seconds, press, rate=200):
     # Where a wall is near, or the mesh ends, the hand lifts over it: pressed against a wall it would stay there.
     highest = widest(base, int(AHEAD / CELL))
     steep = (highest - base > STEP) | ~eroded(solid, int(0.002 / CELL))
+    steep = widest(steep.astype(float), int(LAND / CELL)) > 0
     height = np.where(steep, highest + 0.002, base - press)
 
     xy = tour(solid & ~steep, seconds * SPEED, int(seconds * rate))

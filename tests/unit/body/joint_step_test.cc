@@ -21,6 +21,16 @@ FreeBody ball(double mass, const Vec3& at, const Vec3& v, double damping = 0) {
   return body;
 }
 
+/** One as large, of 50 g, on a device of 2000 N/m. */
+ToolSetup ballInHand() {
+  ToolSetup setup;
+  setup.mass = MassProperties::ofBall(0.05, 0.02);
+  DeviceInfo info;
+  info.max_stiffness = 2000;
+  setup.gains = chooseGains(info, {0.05, setup.mass.inertia_O.trace() / 3, kStepDt});
+  return setup;
+}
+
 /** Balls of radius 20 mm touch along the line of their centres. */
 Touch between(const RigidBody& a, const RigidBody& b, double friction = 0) {
   Touch touch;
@@ -136,11 +146,7 @@ TEST(JointStep, ABodyThatOverlapsTheFloorIsPushedAsIfItLayOnIt) {
     double strongest = 0, raised = 0, slid = 0;
   };
   const auto push = [](double overlap, double friction) {
-    ToolSetup setup;
-    setup.mass = MassProperties::ofBall(0.05, 0.02);
-    DeviceInfo info;
-    info.max_stiffness = 2000;
-    setup.gains = chooseGains(info, {0.05, setup.mass.inertia_O.trace() / 3, kStepDt});
+    const ToolSetup setup = ballInHand();
     Tool tool(setup);
     Pose hand{{0.045, 0, 0.03}, Quat::Identity()};
     tool.reset(hand);
@@ -211,11 +217,7 @@ TEST(JointStep, ABallOnABallOnATableStaysForAMinute) {
 TEST(JointStep, AToolPushesABodyAsHeavyAsItFeels) {
   // The hand draws the tool along at 0.1 m/s; what it pushes without friction ends at that speed, and the force with
   // it.
-  ToolSetup setup;
-  setup.mass = MassProperties::ofBall(0.05, 0.02);
-  DeviceInfo info;
-  info.max_stiffness = 2000;
-  setup.gains = chooseGains(info, {0.05, setup.mass.inertia_O.trace() / 3, kStepDt});
+  const ToolSetup setup = ballInHand();
   Tool tool(setup);
   Pose hand{{0, 0, 0}, Quat::Identity()};
   tool.reset(hand);

@@ -149,6 +149,7 @@ class SubscriptionServer final : public proto::Subscription::Server, private kj:
 class DaemonServer : public proto::Daemon::Server {
  public:
   DaemonServer(Core& core, std::uint64_t connection) : core_(core), connection_(connection) {}
+  virtual ~DaemonServer() noexcept(false) = default;
 
  protected:
   kj::Promise<void> hello(HelloContext context) override;

@@ -190,7 +190,9 @@ class Scene {
 
  private:
   static Error left(const char* where, const char* each) {
-    return {HAPTIC_INVALID_ARGUMENT, where, std::string("numbers are left over, each has ") + each, {}};
+    Error error{HAPTIC_INVALID_ARGUMENT, where, "numbers are left over, each has ", {}};
+    error.what += each;
+    return error;
   }
 
   haptic_client* client_;

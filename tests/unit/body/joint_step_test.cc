@@ -173,8 +173,9 @@ TEST(JointStep, ABodyThatOverlapsTheFloorIsPushedAsIfItLayOnIt) {
       floor.friction = friction;
       floor.key = 2;
       EXPECT_TRUE(joint->add(floor, b, JointStep::kFixed));
-      if ((tool.body().com() - body.body.com()).norm() < 0.045)
+      if ((tool.body().com() - body.body.com()).norm() < 0.045) {
         EXPECT_TRUE(joint->add(between(tool.body(), body.body, friction), t, b));
+      }
       joint->solve();
       EXPECT_EQ(out.clamped, 1) << tick;
       EXPECT_LE(energy() - before, -f.dot(step) + 0.5 * setup.gains.outer * step.squaredNorm() + 1e-12) << tick;
@@ -190,7 +191,9 @@ TEST(JointStep, ABodyThatOverlapsTheFloorIsPushedAsIfItLayOnIt) {
       const Pushed in = push(overlap, friction);
       EXPECT_NEAR(in.strongest, lay.strongest, 0.1 * lay.strongest) << overlap << ' ' << friction;
       EXPECT_NEAR(in.slid, lay.slid, 0.1 * lay.slid) << overlap << ' ' << friction;
-      if (friction > 0) EXPECT_GT(in.raised, 0.15e-3) << overlap;
+      if (friction > 0) {
+        EXPECT_GT(in.raised, 0.15e-3) << overlap;
+      }
     }
   }
 }

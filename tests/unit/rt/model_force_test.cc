@@ -326,7 +326,9 @@ void passThrough(const hd_local_model& m, double reach, double aside) {
     LoneModel fresh(smooth);  // What has not come from anywhere.
     const double force = solid.at(p).z(), want = fresh.at(p).z();
     EXPECT_GT(force * z, -1e-9) << "it pulls at " << z << " of " << reach << ", mu " << mu << ", aside " << aside;
-    if (mu == 0 || z < 0) EXPECT_NEAR(force, want, 0.01 * m.material.stiffness * reach) << z << " " << aside;
+    if (mu == 0 || z < 0) {
+      EXPECT_NEAR(force, want, 0.01 * m.material.stiffness * reach) << z << " " << aside;
+    }
     EXPECT_LT(std::abs(force - before), 0.12 * m.material.stiffness * reach) << z << " " << aside;
     before = force;
   }

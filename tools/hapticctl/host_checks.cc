@@ -47,7 +47,7 @@ std::optional<std::string> bootedPreemption(const HostView& view) {
 HostCheck kernelPreemption(const HostView& view) {
   utsname name{};
   uname(&name);
-  const std::string version = name.version;
+  const std::string version = view.kernel_version.empty() ? name.version : view.kernel_version;
   HostCheck out{"kernel preemption", kGreen, {}, {}};
   if (firstLine(view, "/sys/kernel/realtime").value_or("0") == "1" || version.find("PREEMPT_RT") != std::string::npos) {
     out.detail = fmt::format("PREEMPT_RT ({})", name.release);

@@ -21,7 +21,8 @@ struct HostCheck {
 
 /** Where to look: the real system, or a made-up one under `root` (tests). */
 struct HostView {
-  std::string root;  ///< Prefix of /proc, /sys, /dev, /etc, /usr.
+  std::string root;            ///< Prefix of /proc, /sys, /dev, /etc, /usr.
+  std::string kernel_version;  ///< As uname() has it, which is asked where this is empty.
 };
 
 [[nodiscard]] std::vector<HostCheck> hostChecks(const HostView& view = {});

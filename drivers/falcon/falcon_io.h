@@ -11,6 +11,7 @@
 #include "drivers/falcon/falcon_parameters.h"
 #include "drivers/falcon/falcon_protocol.h"
 #include "drivers/link/device_io.h"
+#include "drivers/link/hand_time.h"
 #include "drivers/link/lent.h"
 #include "rt/base/clock.h"
 
@@ -70,7 +71,7 @@ class FalconIo final : public DeviceIo, private UsbListener {
   bool known_ = false;  ///< last_ and grip_ are of a reading since homing.
   bool saturated_ = false;
   int bad_in_a_row_ = 0;
-  double silent_ms_ = 0;  ///< From the last reading that was believed to the one after it.
+  HandTime hand_time_;
   std::int64_t asked_ns_ = 0, heard_ns_ = 0, reading_ns_ = 0;
   falcon::Reading last_;
   falcon::Grip grip_;

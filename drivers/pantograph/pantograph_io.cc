@@ -97,10 +97,7 @@ void PantographIo::take(const std::array<float, pantograph::kJoints>& degrees, D
   if (asked_) link.round_trip.record(now_ns - asked_ns_);
   asked_ = false;
   if (calibration_.load() != Calibration::kDone) return;
-  // A hand goes on while nothing is heard; while what is heard is not believed it gets no more time for a jump.
-  const double since_ms = static_cast<double>(now_ns - reading_ns_) * 1e-6;
-  if (bad_in_a_row_ == 0) silent_ms_ = since_ms;
-  const double ms = std::max(std::clamp(since_ms, 1.0, 5.0), silent_ms_);
+  const double ms = hand_time_.ms(reading_ns_, now_ns, bad_in_a_row_);
   bool plausible = true;
   for (std::size_t i = 0; known_ && i < pantograph::kJoints; ++i) {
     plausible = plausible && std::abs(degrees[i] - last_deg_[i]) <= kMostDegreesPerMs * ms;

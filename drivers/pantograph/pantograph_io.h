@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "drivers/link/device_io.h"
+#include "drivers/link/hand_time.h"
 #include "drivers/pantograph/pantograph_parameters.h"
 #include "drivers/pantograph/pantograph_protocol.h"
 
@@ -56,7 +57,7 @@ class PantographIo final : public DeviceIo {
   std::uint64_t dropped_ = 0;
   bool open_ = false, known_ = false, asked_ = false, saturated_ = false;
   int bad_in_a_row_ = 0;
-  double silent_ms_ = 0;  ///< From the last reading that was believed to the one after it.
+  HandTime hand_time_;
 };
 
 }  // namespace hapticd

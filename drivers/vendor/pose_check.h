@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "drivers/link/hand_time.h"
 #include "rt/base/math.h"
 #include "rt/device.h"
 
@@ -25,10 +26,7 @@ class PoseCheck {
 
   void forget() HD_RT { known_ = false, bad_ = 0; }
   [[nodiscard]] Verdict judge(const Vec3& p, std::int64_t now_ns, const DeviceInfo& info) HD_RT {
-    // A hand goes on while nothing is heard; while what is heard is not believed it gets no more time for a jump.
-    const double since_s = static_cast<double>(now_ns - last_ns_) * 1e-9;
-    if (bad_ == 0) silent_s_ = since_s;
-    const double time_s = std::max(std::clamp(since_s, 1e-3, 5e-3), silent_s_);
+    const double time_s = 1e-3 * hand_time_.ms(last_ns_, now_ns, bad_);
     const bool there = p.allFinite() && (p.array() >= info.max_workspace_lower.array()).all() &&
                        (p.array() <= info.max_workspace_upper.array()).all();
     if (there && (!known_ || (p - last_).norm() <= kMostSpeed * time_s)) {
@@ -47,7 +45,7 @@ class PoseCheck {
   Vec3 last_ = Vec3::Zero();
   std::int64_t last_ns_ = 0;
   int bad_ = 0;
-  double silent_s_ = 0;  ///< From the last place that was believed to the one after it.
+  HandTime hand_time_;
   bool known_ = false;
 };
 

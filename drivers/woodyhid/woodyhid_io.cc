@@ -89,10 +89,7 @@ bool WoodyIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
 
 bool WoodyIo::plausible(const woodyhid::Reading& reading, std::int64_t now_ns) noexcept {
   if (!known_) return true;
-  // A hand goes on while nothing is heard; while what is heard is not believed it gets no more time for a jump.
-  const double since_ms = static_cast<double>(now_ns - reading_ns_) * 1e-6;
-  if (bad_in_a_row_ == 0) silent_ms_ = since_ms;
-  const double ms = std::max(std::clamp(since_ms, 1.0, 5.0), silent_ms_);
+  const double ms = hand_time_.ms(reading_ns_, now_ns, bad_in_a_row_);
   for (std::size_t i = 0; i < 3; ++i) {
     if (std::abs(reading.encoder[i] - last_.encoder[i]) > kMostCountsPerMs * ms) return false;
   }

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "drivers/link/device_io.h"
+#include "drivers/link/hand_time.h"
 #include "drivers/woodyhid/woody_kinematics.h"
 #include "drivers/woodyhid/woodyhid_parameters.h"
 #include "drivers/woodyhid/woodyhid_protocol.h"
@@ -70,7 +71,7 @@ class WoodyIo final : public DeviceIo {
   bool asked_ = false;  ///< Something was sent since the last reading.
   bool saturated_ = false;
   int bad_in_a_row_ = 0;
-  double silent_ms_ = 0;  ///< From the last reading that was believed to the one after it.
+  HandTime hand_time_;
 };
 
 }  // namespace hapticd

@@ -11,6 +11,7 @@ constexpr double kNearerThanRest = 1 - 0x1p-6;  // Places on facets of one curve
 constexpr double kMaxDetour = 5;                // Of the present distance from proxy to hip.
 constexpr double kUnder = 2;                    // Skins below the surface is surely inside.
 constexpr double kRight = -1e-9;                // Cosine of a right angle, less rounding.
+constexpr double kClear = 0x1p-3;               // Of the depth: facets of one side are not quite in one plane.
 
 /** Whether the way from the hip to `x`, both in the object's frame, is not all through the solid. */
 bool leavesSolid(const SceneObject& object, const Vec3& hip, const Vec3& x, double tolerance, Vicinity* vicinity,
@@ -157,7 +158,8 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
   const double most = kMaxDetour * (now.at - step.goal).norm();
   const Vec3 from = proxy_;
 
-  // Over the edge in which the tangent planes meet; or over what stands between two places that face alike.
+  // Clear of the edge in which the tangent planes meet; or over what stands between two places that face alike.
+  const double depth = (now.foot - step.goal).norm(), clear = kClear * depth;
   HalfSpace planes[kMaxHalfSpaces];
   int count = 0;
   bool rises = true;
@@ -165,9 +167,9 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
     if (!(now.active >> i & 1u)) continue;
     rises = rises && step.held[i].surface.normal.dot(n) >= kRight;
     planes[count] = step.held[i].surface;
-    planes[count++].offset += step.held[i].skin;
+    planes[count++].offset += step.held[i].skin + clear;
   }
-  planes[count] = {n, n.dot(landing)};
+  planes[count] = {n, n.dot(landing) + clear};
   Vec3 edge = step.goal;
   std::uint32_t mask = 0;
   const bool meet = nearestInside(planes, count + 1, kNear * skin, edge, mask) && (mask >> count) == 1;
@@ -176,7 +178,6 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
   if (!(meet && goVia(step, over, 2, most)) && !(rises && lift > 0 && goVia(step, arch, 3, kAnyLength))) return false;
 
   // Friction comes along: the proxy is as far behind, in parts of the depth, and turned as the surface is.
-  const double depth = (now.foot - step.goal).norm();
   const Vec3 up = (now.foot - step.goal) / depth, lag = now.at - now.foot;
   const Vec3 turned = lag - (lag.dot(n) / (1 + up.dot(n))) * (up + n);
   const Vec3 behind = landing + nearer.depth / depth * turned;

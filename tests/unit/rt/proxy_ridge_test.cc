@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/brute_nearest.h"
+#include "tests/support/random.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 
@@ -171,6 +172,23 @@ TEST(ProxyOnRidge, ABallDoesNotWaitAtTheFootEither) {
       }
       for (const int degrees : {75, 85})
         EXPECT_LT(strokeByBall(degrees * M_PI / 180, cells, radius).rising, 1e-5) << degrees;
+    }
+  }
+}
+
+TEST(ProxyOnRidge, FacetsOfASideNeedNotLieInOnePlane) {
+  // As in a scan. Beyond the ridge the hand is pulled back by no more than it presses there: not by up to 4.5 N.
+  Random random(31);
+  const double angle = M_PI / 3;
+  for (const double rough : {0.0, 1e-6, 1e-5}) {
+    for (const double mu : {0.0, 0.1, 0.3}) {
+      TestMesh mesh = ridgeMesh(angle, 20);
+      for (auto& vertex : mesh.vertices) vertex[2] += static_cast<float>(random.in(-rough, rough));
+      TestScene t;
+      t.addMesh(mesh.view(), {}, {kRidgeStiffness, 0, mu, mu});
+      double most = 0;
+      for (const Stroke& w : strokes(angle)) most = std::max(most, kRidgeStiffness * t.tick(w.hip()).depth);
+      EXPECT_LT(most, 1.05 * kRidgeForce) << rough << " " << mu;
     }
   }
 }

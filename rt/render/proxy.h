@@ -212,6 +212,7 @@ class ProxyRenderer {
     Vec3 point = Vec3::Zero();   ///< Of the surface.
     Vec3 normal = Vec3::Zero();  ///< From it to the ball's centre.
     double depth = 0;            ///< Of the hip below where the centre would be [m].
+    double above = 0;            ///< How far the ball comes down above it, before it settles [m].
   };
   struct Step;
 

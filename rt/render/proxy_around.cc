@@ -97,9 +97,10 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     const double mu = frictionOf(step, object, now.active, now.foot - step.goal).still;
     NearestQuery query;
     query.x = step.hipIn(looked);
-    // With friction: nearer by more than the cone can account for.
-    const double cone = mu > 0 ? std::sqrt(1 + mu * mu) : 1.0;
-    query.reach = kClearlyNearer * (now.at - step.goal).norm() / cone - radius_;
+    // With friction: nearer by more than the cone can account for. From the air before a surface on which the ball is
+    // less deep that may be farther than from inside.
+    const double cone = mu > 0 ? std::sqrt(1 + mu * mu) : 1.0, present = kClearlyNearer * (now.at - step.goal).norm();
+    query.reach = (radius_ > 0 ? present : present / cone) - radius_;
     if (!(query.reach > 0)) continue;
     query.turned = true;
     query.axis = object.R_WO.transpose() * (now.foot - step.goal).normalized();
@@ -114,28 +115,33 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     // A hip in the air, for which the ball is too thick, is as far outside as it is not deep.
     const double skin = step.skin(object), distance = std::sqrt(near.squared_distance);
     const bool inside = near.isInside(query.x);
-    if (!inside && radius_ == 0) continue;
+    const double depth = radius_ + (inside ? distance : -distance);
+    if (!(depth < present / cone) || (best.slot != 0 && depth >= best.depth) || (!inside && radius_ == 0)) continue;
+    // A ball lies on several facets of a side that is not quite plane: above them all, but nearer to the hip than now.
+    const double above =
+        radius_ > 0 ? std::min(kClear * (now.foot - step.goal).norm(), 0.5 * (present - depth)) + skin : skin;
     if (radius_ > 0 &&
-        touchesHeld(step, looked, near.point + (radius_ + skin) * near.pseudo_normal, radius_ + 0.5 * skin))
+        touchesHeld(step, looked, near.point + (radius_ + above) * near.pseudo_normal, radius_ + 0.5 * skin))
       continue;
     // But nothing else may be nearer to it, such as the far side of the sheet on which the ball rests.
     if (!inside && touches(object, query.x, kClearlyNearer * distance, query.vicinity, step.work)) continue;
-    const double depth = radius_ + (inside ? distance : -distance);
-    if (best.slot != 0 && depth >= best.depth) continue;
     // Friction alone keeps the proxy from where it would come to without: on a curve farther than its cone is wide.
     if (mu > 0 && near.pseudo_normal.dot(object.R_WO.transpose() * step.held[i].surface.normal) > kSameSide) {
       const double at_rest = depthAtRest(step, i);
       if (at_rest > 0 && kNearerThanRest * at_rest <= depth) continue;
     }
-    const Vec3 contact = now.at - radius_ * step.held[i].surface.normal;
-    const Vec3 from = inside && (radius_ == 0 || distance > kUnder * skin)
-                          ? query.x
-                          : Vec3(near.point - kUnder * skin * near.pseudo_normal);
-    if (leavesSolid(object, from, object.toLocal(contact), kNear * skin, query.vicinity, step.work)) continue;
+    // From inside to inside, for along a side whose facets are not quite in one plane no way stays below them all.
+    const Vec3 &up = step.held[i].surface.normal, held = object.toLocal(now.at - radius_ * up);
+    const double below = std::max(kUnder * skin, kClear * (held - near.point).norm());
+    const Vec3 from = inside && distance > below ? query.x : Vec3(near.point - below * near.pseudo_normal);
+    if (leavesSolid(object, from, held - object.R_WO.transpose() * (below * up), kNear * skin, query.vicinity,
+                    step.work))
+      continue;
     best.slot = looked;
     best.point = object.toWorld(near.point);
     best.normal = object.R_WO * near.pseudo_normal;
     best.depth = depth;
+    best.above = above;
   }
   return best;
 }
@@ -150,7 +156,7 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
   const SceneObject& object = step.scene->slot(nearer.slot);
   const double skin = step.skin(object);
   const Vec3& n = nearer.normal;
-  const Vec3 landing = nearer.point + (radius_ + skin) * n;
+  const Vec3 landing = nearer.point + (radius_ + nearer.above) * n;
   // Where the ball does not fit no way leads, and most that are looked for end there.
   if (radius_ > 0 &&
       touches(object, object.toLocal(landing), radius_ + 0.5 * skin, step.vicinity(nearer.slot), step.work))

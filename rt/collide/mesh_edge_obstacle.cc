@@ -18,6 +18,7 @@ constexpr std::uint32_t kWork = 40000;    ///< and units for them: of one mesh.
 constexpr std::uint32_t kMostFound = 16;  ///< Places.
 constexpr std::uint32_t kLook = 7;        ///< Units that a place costs beside what its query counts.
 constexpr double kNearby = 5e-4;          ///< Beyond what may close before the next answer [m].
+constexpr double kToSide = 2e-5;          ///< Of a place on a ridge [m].
 constexpr double kRidge = 1e-3;           ///< Sine of the least angle between the faces of a ridge.
 constexpr double kApart = 1.0 / 8;        ///< Of the tool: so near to a contact nothing new is told.
 constexpr double kBrief = 1.0 / 8;        ///< Of that: a ridge this short is one place.
@@ -101,6 +102,29 @@ bool ridgeOf(const MeshView& mesh, std::uint32_t t, std::uint32_t k, double faci
   return facing * ridge.one.cross(ridge.other).dot(along) > kRidge * along.norm();
 }
 
+/**
+ * Whether no edge leads up along n from a corner of triangle t. What touches a ridge's end with another normal crosses
+ * the ridge that goes on there: it would be caught as on a notch.
+ */
+bool isPeak(const MeshView& mesh, std::uint32_t t, std::uint32_t corner, const Vec3& n, std::uint32_t& work) HD_RT {
+  const std::uint32_t vertex = mesh.triangles[t][corner];
+  const Vec3 x = mesh.vertex(t, static_cast<int>(corner));
+  for (const std::uint32_t side : {0u, 2u}) {  // Over the edge that leaves the vertex, or back over the one that comes.
+    std::uint32_t at = t;
+    for (int i = 0; i < kMaxFan && at != HD_NO_INDEX; ++i) {
+      ++work;
+      const std::uint32_t here = cornerOf(mesh, at, vertex);
+      for (const std::uint32_t other : {here + 1, here + 2}) {
+        const Vec3 edge = mesh.vertex(at, static_cast<int>(other % 3)) - x;
+        if (n.dot(edge) > kAlong * edge.norm()) return false;
+      }
+      at = mesh.neighbours[at][(here + side) % 3];
+      if (at == t) return true;  // All the way round.
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 /**
@@ -150,29 +174,53 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     return false;
   };
   std::uint32_t many = 0;
-  const auto add = [&](const Ridge& ridge, double t, std::uint32_t feature) HD_RT {
+  // Whether it touches there, with a normal of that edge or, at its end, of a peak.
+  const auto add = [&](const Ridge& ridge, std::uint32_t triangle, std::uint32_t corner, double t,
+                       std::uint32_t j) HD_RT {
     const Vec3 x_B = ridge.at(t), bisector = (ridge.one + ridge.other).normalized();
-    const double inset = std::min(kInset, 0.25 * ridge.length());
+    const double length = ridge.length(), inset = std::min(kInset, 0.25 * length);
     const double gap_inset = gapAt(x_B - inset * bisector, std::max(kReach, margin));
-    if (!(gap_inset <= margin + 2 * inset) || nearest.kind == FeatureKind::kVertex) return;
-    const Vec3 n_A = normal(gap_inset);
-    const double gap = n_A.dot(nearest.point - X_AB * x_B);
-    if (!(gap <= margin)) return;
-    if (held.shape.kind == ShapeKind::kCylinder && isOnMantle(held.shape, nearest.point, n_A)) return;
+    if (!(gap_inset <= margin + 2 * inset) || nearest.kind == FeatureKind::kVertex) return false;
+    Vec3 n_A = normal(gap_inset), p_A = nearest.point;
+    double gap = n_A.dot(p_A - X_AB * x_B);
+    if (!(gap <= margin)) return false;
+    if (held.shape.kind == ShapeKind::kCylinder && isOnMantle(held.shape, p_A, n_A)) return false;
+    if (t == 0 || t == 1) {
+      const std::uint32_t end = t > 0 ? (corner + 1) % 3 : corner;
+      if (!isPeak(mesh, triangle, end, X_AB.q.conjugate() * n_A, purse.report.work)) return false;
+    } else if (const Vec3 along = X_AB.q * (ridge.to - ridge.from); std::abs(n_A.dot(along)) > kAlong * length) {
+      // Deep in the tool, across an edge of it: its normal is of those of the faces to both sides the one across both.
+      Vec3 sum = Vec3::Zero();
+      double gaps = 0, slope[2];
+      for (const int side : {0, 1}) {
+        const double beside = gapAt(ridge.at(t + (side == 0 ? -1 : 1) * kToSide / length) - inset * bisector, kReach);
+        if (!(beside < 0)) return false;
+        const Vec3 n = normal(beside);
+        slope[side] = n.dot(along) / length;
+        const double weight = side == 0 ? 1 : std::abs(slope[0] / slope[1]);
+        sum += weight * n;
+        gaps += weight * n.dot(nearest.point - X_AB * x_B);
+      }
+      const double norm = sum.norm();
+      if (!(slope[0] * slope[1] < 0 && norm > kAlong)) return false;
+      n_A = sum / norm;
+      gap = gaps / norm;
+      p_A = X_AB * x_B + gap * n_A;
+    }
     const Vec3 n_B = X_AB.q.conjugate() * n_A;
-    if (n_B.dot(ridge.one) < -kAside || n_B.dot(ridge.other) < -kAside) return;
-    if (t > 0 && t < 1 && std::abs(n_B.dot(ridge.to - ridge.from)) > kAlong * ridge.length()) return;
-    if (isTold(x_B, 0, gap, n_A)) return;
+    if (n_B.dot(ridge.one) < -kAside || n_B.dot(ridge.other) < -kAside) return false;
+    if (isTold(x_B, 0, gap, n_A)) return true;
     Contact contact;
     contact.n_W = held.X_WO.q * n_A;
-    contact.p_WA = held.X_WO * nearest.point;
+    contact.p_WA = held.X_WO * p_A;
     contact.p_WB = obstacle.X_WO * x_B;
     contact.depth = -gap;
-    contact.feature_a = kFirstRidge + feature % kRidges;
-    if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) return;
+    contact.feature_a = kFirstRidge + (9 * triangle + 3 * corner + j) % kRidges;
+    if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) return false;
     keep(contact, static_cast<std::uint8_t>(k));
     ++many;
     purse.report.touching += gap <= 0 ? 1 : 0;
+    return true;
   };
   const auto search = [&](std::uint32_t t, std::uint32_t corner, double least) HD_RT {
     Ridge ridge;
@@ -188,7 +236,8 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     for (int j = 0; j < 3; ++j) {
       const double at = span.place[j], aside = inset / length;
       const double snapped = at < aside ? 0 : (1 - at < aside ? 1 : at);
-      if (span.has(j)) add(ridge, snapped, 9 * t + 3 * corner + static_cast<std::uint32_t>(j));
+      const auto number = static_cast<std::uint32_t>(j);
+      if (span.has(j) && !add(ridge, t, corner, snapped, number) && snapped != at) add(ridge, t, corner, at, number);
     }
   };
   Queue queue;

@@ -11,6 +11,8 @@
 #include "support/seeds.h"
 #include "support/signed_gap.h"
 #include "support/test_mesh.h"
+#include "tests/support/finer_mesh.h"
+#include "tests/support/random.h"
 #include "tests/support/tool_house.h"
 
 namespace hapticd {
@@ -139,6 +141,52 @@ TEST_P(RidgeObstacles, CarryToolsBetweenTheirPoints) {
       EXPECT_TRUE(touched);
       EXPECT_LT(deepest, 60e-6);
     }
+  }
+}
+
+/** Straight edges of many parts hold as whole ones do, and where parts meet nothing is caught. */
+TEST(FineRidges, CarryABoxOnABox) {
+  for (const unsigned seed : seeds(3)) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    const Shape tool{ShapeKind::kBox, {0.01, 0.02, 0.005}};
+    const Shape ground{ShapeKind::kBox, {random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(0.005, 0.02)}};
+    const Pose X_WG{Vec3::Zero(), random.turn()};
+    TestMesh block = test::boxMesh(ground.size);
+    block.flags = HD_MESH_CLOSED;
+    TestMesh mesh = test::finer(block, 12, X_WG);
+    House house;
+    house.meshes.publish(4, mesh.view());
+    house.send(CommandKind::kObjectPose, hd_object_pose{kFloor, 0, {0, 0, -1}, {1, 0, 0, 0}, {}, {}});
+    house.reshape(tool.kind, tool.size);
+    AddObject obstacle = object(kWall, ShapeKind::kMesh, Vec3::Zero(), Vec3::Zero());
+    obstacle.shape.mesh = 4;
+    obstacle.material = {1000, 0, 0, 0};
+    house.aim({0, 0, 0.07});
+    house.run(500);
+    house.send(CommandKind::kAddObject, obstacle);
+    house.hold();
+    Vec3 hand(0, 0, 0.07), to = hand, turn = Vec3::Zero();
+    double deepest = 0;
+    int touched = 0;
+    for (int i = 0; i < 2000; ++i) {
+      if (i % 300 == 0) to = random.vector(0.03);
+      hand += 0.004 * (to - hand);
+      turn += random.vector(0.003);
+      house.aim(hand, turn);
+      house.run(1);
+      touched += house.servo->cycle().tool(0).last().touching > 0;
+      const Pose X_TG = house.place().inverse() * X_WG;
+      for (int j = 0; i % 8 == 0 && j <= 40; ++j) {
+        test::onBoxEdges(ground.size, 0.05 * j - 1,
+                         [&](const Vec3& x) { deepest = std::max(deepest, -test::signedGap(tool, X_TG * x)); });
+        test::onBoxEdges(tool.size, 0.05 * j - 1, [&](const Vec3& x) {
+          deepest = std::max(deepest, -test::signedGap(ground, X_TG.inverse() * x));
+        });
+      }
+    }
+    EXPECT_GT(touched, 500);
+    EXPECT_LT(deepest, 300e-6);
   }
 }
 

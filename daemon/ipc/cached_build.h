@@ -20,7 +20,7 @@ inline constexpr std::uint32_t kBuilderVersion = 2;
  * How the OpenVDB file beside a cached volume is named, instead of .hvol. The number is the version of what is written
  * into it: raise it with every change of grids, metadata or checksum (builder/vdb), and files of before are made anew.
  */
-inline constexpr const char* kCachedVdbEnding = ".v2.vdb";
+inline constexpr const char* kCachedVdbEnding = ".v3.vdb";
 
 /** Snapshot, volume and notes follow, each note ended by a newline. The first two carry checksums of their own. */
 struct CachedBuildHead {

@@ -43,8 +43,14 @@ void describe(Grid& grid, const char* name, const VolumeView& volume, double shi
   grid.insertMeta(kVdbChecksum, openvdb::StringMetadata(checksumOf(grid, file)));
 }
 
+/** In metres. Rounded up: OpenVDB's check of level sets refuses a background that is less by the last bit. */
+float bandOf(double voxel) {
+  const auto band = static_cast<float>(kVdbHalfWidth * voxel);
+  return double{band} / voxel < kVdbHalfWidth ? std::nextafter(band, INFINITY) : band;
+}
+
 FloatGrid::Ptr surfaceOf(const VolumeView& volume, DistanceField* field, const openvdb::MetaMap& file) {
-  const auto band = static_cast<float>(kVdbHalfWidth * double{volume.voxel});
+  const float band = bandOf(double{volume.voxel});
   auto grid = FloatGrid::create(band);
   auto values = grid->getAccessor();
   visitBand(volume, field, double{band}, [&](const Lattice3& first, std::span<const float, HD_BRICK_VALUES> distances) {

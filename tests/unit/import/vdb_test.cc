@@ -1,5 +1,6 @@
 // OpenVDB files, ours opened by OpenVDB and others by us; and OpenVDB's voxeliser beside ours.
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/Diagnostics.h>
 #include <openvdb/tools/MeshToVolume.h>
 #include <sys/resource.h>
 
@@ -85,6 +86,15 @@ TEST(Vdb, whatIsWrittenIsTheVolumesNarrowBand) {
         active += values.isValueOn(c);
       }
   EXPECT_EQ(active, grid->activeVoxelCount());  // None elsewhere.
+}
+
+TEST(Vdb, whatIsWrittenPassesOpenVdbsOwnCheck) {
+  const Folder folder;
+  const std::string path = folder.path() + "/torus.vdb";
+  for (const double voxel : {0.001, 0.002, 0.0017}) {  // As a float three times the first is less.
+    write(path, torusVolume(voxel).view);
+    EXPECT_EQ(openvdb::tools::checkLevelSet(*readBack(path), 9), "") << voxel;
+  }
 }
 
 TEST(Vdb, statesAreTheOctreesAndTheFileSaysWhatItIs) {

@@ -155,7 +155,8 @@ void VolumeCache::wait() {
 
 void VolumeCache::prune() {
   const std::lock_guard lock(pruning_);
-  const std::vector<Entry> entries = entriesOf(directory_);
+  std::vector<Entry> entries = entriesOf(directory_);
+  if (entries.empty()) return;
   std::uint64_t sum = 0;
   for (const Entry& entry : entries) sum += entry.bytes + entry.vdb_bytes;
   const auto remove = [&](const fs::path& path, std::uint64_t bytes) {
@@ -163,6 +164,11 @@ void VolumeCache::prune() {
     fs::remove(path, error);
     sum -= bytes;
   };
+  // What cannot stay pushes nothing else out.
+  if (Entry& last = entries.back(); last.bytes + last.vdb_bytes > most_bytes_) {
+    remove(last.vdb, last.vdb_bytes);
+    last.vdb_bytes = 0;
+  }
   for (const Entry& entry : entries) {
     if (sum <= most_bytes_) return;
     // The last one's volume rather stands alone than not at all.
@@ -235,6 +241,12 @@ void VolumeCache::keep(const std::string& key, UniqueFd snapshot, UniqueFd volum
 void VolumeCache::store(const std::string& key, int snapshot, int volume, const std::string& notes) {
   const std::string path = pathOf(key), vdb = vdbOf(key), unfinished = path + ".new";
   std::error_code error, ignored;
+  const std::uint64_t bytes = sizeof(CachedBuildHead) + sizeOf(snapshot) + sizeOf(volume) + notes.size();
+  if (bytes > most_bytes_) {  // It would push out all others, and then go itself.
+    log::warn("a volume is not kept on disk: it has {:.1f} MB, all of them may have {:.1f} MB (see builder.cache_mb)",
+              static_cast<double>(bytes) * 1e-6, static_cast<double>(most_bytes_) * 1e-6);
+    return;
+  }
   if (const auto written = writeFile(unfinished, snapshot, volume, notes); !written) {
     log::warn("a volume is not kept on disk: {}", toString(written.error()));
     fs::remove(unfinished, ignored);

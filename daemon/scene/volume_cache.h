@@ -42,9 +42,9 @@ struct CachedVolume {
 class VolumeCache {
  public:
   /**
-   * Beyond `most_bytes` the volumes longest unused go with what is beside them. The directory is made if need be; what
-   * a daemon that died had begun to write is removed. With `vdb` OpenVDB files are made, also of what is found without
-   * one.
+   * Beyond `most_bytes` the volumes longest unused go with what is beside them; one that is larger is not kept. The
+   * directory is made if need be; what a daemon that died had begun to write is removed. With `vdb` OpenVDB files are
+   * made, also of what is found without one.
    */
   VolumeCache(std::string directory, std::uint64_t most_bytes, std::optional<VdbOptions> vdb = {});
   ~VolumeCache();

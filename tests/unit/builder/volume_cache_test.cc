@@ -113,6 +113,23 @@ TEST_F(Cache, longestUnusedFilesGoFirst) {
   EXPECT_TRUE(cache.find(c).has_value());
 }
 
+TEST_F(Cache, oneThatIsTooLargeIsToldAndPushesNothingOut) {
+  const std::uint64_t one = built_.memfd.size() + built_.volume.size();
+  VolumeCache cache(directory_.path(), 2 * one);
+  keep(cache, keyNamed("a"));
+  BuildMonitor monitor;
+  auto large = buildSnapshot(volumeUpload(torus(20, 12), 0.0015f), monitor);
+  ASSERT_TRUE(large.ok()) << toString(large.error());
+  ASSERT_GT(large->volume.size(), 2 * one);
+  testing::internal::CaptureStderr();
+  cache.keep(keyNamed("b"), std::move(*large->memfd.share()), std::move(*large->volume.share()), {});
+  cache.wait();
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("a volume is not kept on disk: it has "), std::string::npos) << said;
+  EXPECT_FALSE(cache.find(keyNamed("b")).has_value());
+  EXPECT_TRUE(cache.find(keyNamed("a")).has_value());
+}
+
 TEST_F(Cache, whatOthersKeepInItsFolderIsLeftAlone) {
   const std::vector<std::string> others{"bunny.vdb",
                                         "2024-01.v2.vdb",

@@ -327,5 +327,13 @@ TEST_F(VdbCache, bothCountAndGoTogether) {
   EXPECT_FALSE(fs::exists(small.path() + "/" + kKey + kCachedVdbEnding));
 }
 
+TEST_F(VdbCache, aFileThatIsTooLargePushesNothingOut) {
+  const BuiltSnapshot built = build(volumeUpload(torus(12, 8), 0.008f));
+  const std::uint64_t ours = built.memfd.size() + built.volume.size() + 1000;
+  VolumeCache cache(directory_.path(), 2 * ours, script("head -c " + std::to_string(3 * ours) + " /dev/zero >&4\n"));
+  for (const char* key : {"1000-000000000000000a-5-2.1.1", "1000-000000000000000b-5-2.1.1"}) keep(cache, built, key);
+  EXPECT_EQ(files(), (std::vector<std::string>{".hvol", ".hvol"}));
+}
+
 }  // namespace
 }  // namespace hapticd::test

@@ -26,20 +26,30 @@ void VoxmapDetector::find(const DetectorQuery& query, ContactSet& contacts) HD_R
   bool late = timed && query.budget.clock->now() >= query.budget.deadline_ns;
   std::uint64_t tests = 0;
   std::uint32_t count = 0;
+  const auto hasRoom = [&](std::uint64_t more)
+                           HD_RT { return query.budget.units == 0 || (tests + more + 15) / 16 <= query.budget.units; };
+  const auto drop = [&](const hd_volume_patch& patch) HD_RT {
+    report.exhausted = true;
+    ++report.dropped;
+    report.dropped_area += patch.area;
+  };
   for (std::uint32_t g = 0; g < map_.count(); ++g) {
     TouchGroup group;
     group.part = g;
     for (std::uint32_t i = map_.first(g); i < map_.first(g + 1); ++i) {
       const hd_volume_patch& patch = a.patches[i];
+      if (patch.count == 0) continue;
+      late = late || (timed && i % 16 == 0 && query.budget.clock->now() >= query.budget.deadline_ns);
+      if (late || !hasRoom(1)) {
+        drop(patch);
+        continue;
+      }
       ++tests;
       // The patches stand for the hierarchy that later versions have: what is far away is not walked.
       const DistanceSample far = distanceAt(b, X_BA * Vec3(patch.center[0], patch.center[1], patch.center[2]));
-      if (patch.count == 0 || far.value - far.error - patch.radius > 2 * b.voxel) continue;
-      late = late || (timed && i % 16 == 0 && query.budget.clock->now() >= query.budget.deadline_ns);
-      if (late || (query.budget.units != 0 && (tests + patch.count + 15) / 16 > query.budget.units)) {
-        report.exhausted = true;
-        ++report.dropped;
-        report.dropped_area += patch.area;
+      if (far.value - far.error - patch.radius > 2 * b.voxel) continue;
+      if (!hasRoom(patch.count)) {
+        drop(patch);
         continue;
       }
       tests += patch.count;

@@ -280,6 +280,23 @@ TEST(EveryDetector, EndsSoonAfterADeadlineThatHasPassed) {
   }
 }
 
+TEST(Voxmap, KeepsASmallBudgetToo) {
+  const TestVolume a = test::torusVolume(0.012, 0.004, 0.0008);
+  VoxmapDetector detector;
+  ContactSet contacts;
+  Random random(seedOf(7));
+  for (int i = 0; i < 300; ++i) {
+    DetectorQuery query = queryOf(a, a, random.pose(0.012));
+    detector.find(query, contacts);
+    const std::uint32_t all = contacts.report.work;
+    query.budget.units = 1 + random.below(60u);
+    detector.find(query, contacts);
+    ASSERT_LE(contacts.report.work, query.budget.units) << "query " << i;
+    EXPECT_EQ(contacts.report.exhausted, contacts.report.work < all) << "query " << i;
+    EXPECT_LE(contacts.report.dropped_area, 1.0001 * a.view.header->area);
+  }
+}
+
 TEST(Voxmap, PointsInSurfaceVoxelsPushAlongTheirNormalsUpToHalfADiagonal) {
   const TestVolume ball = test::sphereVolume(0.01, 0.001, 60);
   const TestVolume plate = test::boxVolume({0.02, 0.02, 0.01}, 0.001);

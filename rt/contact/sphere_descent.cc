@@ -286,11 +286,19 @@ void SphereDescentDetector::findParts(std::uint32_t level) HD_RT {
 
 void SphereDescentDetector::sum(Run& run, ContactSet& contacts) HD_RT {
   const VolumeView& b = run.b.view;
+  // Cells left coarse count for whole faces, and again where pairs of them are left at several levels: all together
+  // they stand for no more than there is of A.
+  double area = 0;
+  for (std::uint32_t g = 0; g < map_.count(); ++g) area += groups_[g].area;
+  const double share = std::min(1.0, run.a.view.header->area / std::max(area, 1e-30));
   std::uint32_t count = 0;
   for (std::uint32_t g = 0; g < map_.count(); ++g) {
     TouchGroup group = groups_[g];
     if (group.weight <= 0) continue;
     group.part = g;
+    group.area *= share;
+    group.integral.force *= share;
+    group.integral.torque *= share;
     group.mean /= group.weight;
     if (options_.leaf == SphereLeaf::kSphere) {
       group.mean = b.originPoint() + b.voxel * group.mean;

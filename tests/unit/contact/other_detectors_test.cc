@@ -168,6 +168,7 @@ TEST(SphereDescent, KeepsItsBudgetWithTheMostImportantRefined) {
         query.budget.units = 1 + static_cast<std::uint32_t>(std::pow(10.0, random.in(0, 5.5)));
         detector.find(query, some);
         EXPECT_LE(some.report.work, query.budget.units);
+        EXPECT_LE(some.touching_area, 1.0001 * a.view.header->area);
         exhausted += some.report.exhausted ? 1 : 0;
         if (!some.report.exhausted) {
           // Another way of the same sums: of some pairs rounding decides, of all 2e-4 by 1e-7 m in half a voxel.

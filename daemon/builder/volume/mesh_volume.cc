@@ -92,7 +92,8 @@ double bytesToBuild(const VolumeLattice& lattice, const SurfaceExtent& surface, 
   const double spacing = options.point_spacing_m > 0 ? options.point_spacing_m / lattice.voxel : 1;
   // Those of needles, which their area does not tell, may each become a point.
   const double needles = std::max(0.0, surface.samples - 2 * 9 * in_voxels);
-  const double points = 1.5 * in_voxels / (spacing * spacing) + needles;
+  // A point is one of the samples, however near to one another they are wanted.
+  const double points = std::min(surface.samples, 1.5 * in_voxels / (spacing * spacing) + needles);
   // 56 bytes a sample, and 32 while they are sorted.
   return cells * 10 + bricks * 2 * 2 * HD_BRICK_STRIDE + points * (2 * 56 + 2 * 18) + surface.samples * (56 + 32);
 }

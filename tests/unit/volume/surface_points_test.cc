@@ -85,6 +85,19 @@ TEST(SurfacePoints, OfFineMeshesAreCounted) {
   EXPECT_EQ(extentOf(*ball.view(), voxel).samples, samples);
 }
 
+/** Each is one of them: those wanted nearer to one another cost no more. */
+TEST(SurfacePoints, WantedNearerThanTheSamplesAreTheSamples) {
+  test::TestMesh ball = test::sphereMesh(0.05, 60);
+  const double voxel = 1e-3;
+  VolumeOptions options;
+  options.point_spacing_m = 1e-6;
+  const SurfaceExtent extent = extentOf(*ball.view(), voxel);
+  EXPECT_LT(bytesToBuild(latticeAbout(Vec3::Constant(-0.05), Vec3::Constant(0.05), voxel), extent, options), 300e6);
+  BuildMonitor monitor;
+  const auto volume = buildMeshVolume(ball.vertices, ball.triangles, voxel, options, monitor);
+  ASSERT_TRUE(volume.ok()) << toString(volume.error());
+}
+
 /** A star of needles has next to no area. */
 TEST(SurfacePoints, OfNeedlesCostWhatTheyAreMany) {
   for (const double width : {1e-6, 1e-5, 1e-3, 1e-2}) {

@@ -14,18 +14,47 @@
 namespace hapticd {
 namespace {
 
-Error openMesh(const MeshView& mesh) {
-  std::size_t borders = 0;
-  Vec3 where = Vec3::Zero();
+/** A border by its ends, in rising order. */
+using Ends = std::pair<std::uint32_t, std::uint32_t>;
+
+/** Borders as often as triangles have them: once where the surface is open. */
+std::vector<Ends> bordersOf(const MeshView& mesh) {
+  std::vector<Ends> borders;
   for (std::uint32_t t = 0; t < mesh.triangle_count; ++t) {
     for (int e = 0; e < 3; ++e) {
-      if (mesh.neighbours[t][e] != HD_NO_INDEX) continue;
-      if (borders++ == 0) where = (mesh.vertex(t, e) + mesh.vertex(t, (e + 1) % 3)) / 2;
+      if (mesh.neighbours[t][e] == HD_NO_INDEX)
+        borders.push_back(std::minmax({mesh.triangles[t][e], mesh.triangles[t][(e + 1) % 3]}));
     }
   }
-  return {ErrorCode::kBadMesh, fmt::format("edge at {:.6g} {:.6g} {:.6g} m", where.x(), where.y(), where.z()),
-          fmt::format("the surface is open there; it has {} such edges", borders),
-          "close the holes, have them filled (--fill-holes), or weld with a larger distance"};
+  std::sort(borders.begin(), borders.end());
+  return borders;
+}
+
+Error openMesh(const MeshView& mesh) {
+  const std::vector<Ends> borders = bordersOf(mesh);
+  std::size_t open = 0, others = 0;
+  Ends first_open, first_other;
+  for (std::size_t i = 0, end; i < borders.size(); i = end) {
+    for (end = i + 1; end < borders.size() && borders[end] == borders[i];) ++end;
+    if (end - i == 1 && open++ == 0) first_open = borders[i];
+    if (end - i > 1 && others++ == 0) first_other = borders[i];
+  }
+  const auto where = [&](const Ends& ends) {
+    const auto at = [&](std::uint32_t v) {
+      return Vec3(mesh.vertices[v][0], mesh.vertices[v][1], mesh.vertices[v][2]);
+    };
+    const Vec3 x = (at(ends.first) + at(ends.second)) / 2;
+    return fmt::format("edge at {:.6g} {:.6g} {:.6g} m", x.x(), x.y(), x.z());
+  };
+  if (open > 0) {
+    return {ErrorCode::kBadMesh, where(first_open),
+            fmt::format("the surface is open there; it has {} such edges", open),
+            "close the holes, have them filled (--fill-holes), or weld with a larger distance"};
+  }
+  return {
+      ErrorCode::kBadMesh, where(first_other),
+      fmt::format("more than two triangles meet there, or the surface has one side only; it has {} such edges", others),
+      "keep solids apart that touch there, or have the inside told by winding numbers (--fill-holes)"};
 }
 
 /** About the mesh; kInvalidArgument if building would take too much memory. */

@@ -47,6 +47,31 @@ VolumeOptions filling() {
   return options;
 }
 
+/** Two cubes that share an edge have no hole: told so, and their volume is made where winding numbers tell the inside.
+ */
+TEST(Holes, anEdgeOfFourTrianglesIsNotCalledOpen) {
+  const Vec3 half = Vec3::Constant(0.01);
+  TestMesh cubes = boxMesh(half);
+  const TestMesh one = boxMesh(half);
+  const auto base = static_cast<std::uint32_t>(cubes.vertices.size());
+  for (const auto& v : one.vertices) cubes.vertices.push_back({v[0] + 0.02f, v[1] + 0.02f, v[2]});
+  for (const auto& t : one.triangles) cubes.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+  BuildMonitor monitor;
+  const auto refused = buildMeshVolume(cubes.vertices, cubes.triangles, kVoxel, {}, monitor);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().where, "edge at 0.01 0.01 0 m");
+  EXPECT_THAT(refused.error().what, ::testing::HasSubstr("more than two triangles meet there"));
+  EXPECT_THAT(refused.error().what, ::testing::HasSubstr("it has 1 such edges"));
+  const TestVolume volume = volumeOfMesh(cubes, kVoxel, filling());
+  ASSERT_NE(volume.view.header, nullptr);
+  EXPECT_NEAR(volume.view.mass.volume, 2 * 0.02 * 0.02 * 0.02, 1e-9);
+
+  cubes.triangles.pop_back();  // A hole beside it is what is told.
+  const auto open = buildMeshVolume(cubes.vertices, cubes.triangles, kVoxel, {}, monitor);
+  ASSERT_FALSE(open.ok());
+  EXPECT_THAT(open.error().what, ::testing::HasSubstr("the surface is open there; it has 3 such edges"));
+}
+
 TEST(Holes, aFlatOneIsClosedFlat) {
   for (const bool inward : {false, true}) {
     const TestVolume volume = volumeOfMesh(bowl(inward), kVoxel, filling());

@@ -141,7 +141,7 @@ struct PointKernel {
   /**
    * Moves places, `placement` of which is their lattice's, onto the field's surface along its slope; `share` is the
    * area that each then stands for. A plane with normal n goes through as many cells for each face's area as the sum of
-   * n's components. Without a brick a place stays where it is.
+   * n's components. Without a brick, or a slope, a place stays where it is and stands for the mean.
    */
   void (*settle)(const FieldTable&, const Placement&, const PlaceTable&, std::uint32_t count) noexcept;
   /**

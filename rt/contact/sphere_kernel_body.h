@@ -56,7 +56,8 @@ HD_LANES Fine finely(const FieldTable& field, const Place3& at) {
 
 HD_LANES F size(F a) { return greatest(a, sub(zeroOf(), a)); }
 
-constexpr float kMostBent = 0.15F;  // Second differences [voxel]: what bends more is a crease, and tells nothing.
+constexpr float kLeastSlope = 1e-3F;  // Less is the middle between two walls, which shows no way to either.
+constexpr float kMostBent = 0.15F;    // Second differences [voxel]: what bends more is a crease, and tells nothing.
 
 HD_LANES F squaredAbove(F a) {
   const F above = greatest(a, zeroOf());
@@ -80,7 +81,7 @@ void settle(const FieldTable& field, const Placement& placement, const PlaceTabl
             std::uint32_t count) noexcept {
   const F fine = all(field.fine_step / kFraction), voxel = all(places.voxel), far = all(kHalfDiagonal * places.side);
   const F one_side = all(1 / places.side), one = all(1.0F);
-  const F most_bent = all(kMostBent / field.fine_step);
+  const F most_bent = all(kMostBent / field.fine_step), least_slope = all(kLeastSlope * kFraction / field.fine_step);
   for (std::uint32_t block = 0; block < count; block += 16) {
     const F x = load(places.x + block), y = load(places.y + block), z = load(places.z + block);
     const Fine f = finely(field, within(field, placed(placement, x, y, z)));
@@ -88,7 +89,9 @@ void settle(const FieldTable& field, const Placement& placement, const PlaceTabl
     const Edges edges = interpolated(u);
     const Place3 g = sloped(u, edges);
     const F squared = add(add(mul(g.x, g.x), mul(g.y, g.y)), mul(g.z, g.z));
-    const F over = quotient(one, greatest(root(squared), all(1e-3F * kFraction / field.fine_step)));
+    const F slope = root(squared);
+    const M unknown = static_cast<M>(f.without | less(slope, least_slope));
+    const F over = quotient(one, greatest(slope, least_slope));
     const Place3 n{mul(g.x, over), mul(g.y, over), mul(g.z, over)};
     // What is interpolated between is off by half of f'' x (1 - x) along each axis.
     const auto part = [&](F bent, F at) HD_LANES_LAMBDA {
@@ -96,12 +99,12 @@ void settle(const FieldTable& field, const Placement& placement, const PlaceTabl
     };
     const F off = add(add(part(f.bent.x, u.fx), part(f.bent.y, u.fy)), part(f.bent.z, u.fz));
     const F distance = sub(mul(edges.value, fine), mul(off, all(0.5F * field.fine_step)));
-    const F back = choose(f.without, zeroOf(), greatest(least(sub(zeroOf(), distance), far), sub(zeroOf(), far)));
+    const F back = choose(unknown, zeroOf(), greatest(least(sub(zeroOf(), distance), far), sub(zeroOf(), far)));
     store(places.x + block, add(x, mul(voxel, mul(back, n.x))));
     store(places.y + block, add(y, mul(voxel, mul(back, n.y))));
     store(places.z + block, add(z, mul(voxel, mul(back, n.z))));
     const F cut = section(n, mul(size(back), one_side));
-    storeAreas(places.share + block, choose(f.without, all(kMeanShare), mul(all(kShareSteps), cut)));
+    storeAreas(places.share + block, choose(unknown, all(kMeanShare), mul(all(kShareSteps), cut)));
   }
 }
 

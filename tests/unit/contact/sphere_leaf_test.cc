@@ -69,23 +69,50 @@ TEST(Settle, PutsVoxelsOnTheSurfaceAndSharesItsAreaOut) {
   }
 }
 
-TEST(Settle, IsTheSameOnEveryPath) {
-  const TestVolume torus = test::torusVolume(0.012, 0.004, 0.001);
-  std::vector<Vec3> places = surfaceVoxels(torus.view);
-  Random random(seedOf(3));
-  for (int i = 0; i < 3000; ++i) places.push_back(random.vector(0.03));  // Some beyond the lattice.
-  const Settled expected(kPortablePointKernel, torus.view, places);
-  const PointPath best = pointPath();
-  for (const PointPath path : {PointPath::kAvx2, PointPath::kAvx512}) {
-    if (!choosePointPath(path)) continue;
-    const Settled got(pointKernel(), torus.view, places);
-    const std::size_t bytes = expected.x.size() * sizeof(float);
-    EXPECT_EQ(std::memcmp(got.x.data(), expected.x.data(), bytes), 0);
-    EXPECT_EQ(std::memcmp(got.y.data(), expected.y.data(), bytes), 0);
-    EXPECT_EQ(std::memcmp(got.z.data(), expected.z.data(), bytes), 0);
-    EXPECT_EQ(got.share, expected.share);
+/** A plate whose middle lies `shift` voxels beside a layer of lattice points, for what stands on it reaches farther. */
+TestVolume plate(double thick, double shift, double voxel) {
+  test::TestMesh mesh = test::boxMesh({0.01, 0.01, thick / 2});
+  const test::TestMesh knob = test::boxMesh(Vec3::Constant(0.001));
+  for (const double end : {0.002 + 2 * shift * voxel, -0.002}) {
+    const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
+    const double begin = std::copysign(thick / 2 + 0.0005, end), low = std::min(begin, end), high = begin + end - low;
+    for (const auto& v : knob.vertices) mesh.addVertex({v[0], v[1], v[2] < 0 ? low : high});
+    for (const auto& t : knob.triangles) mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
   }
-  ASSERT_TRUE(choosePointPath(best));
+  return test::volumeOfMesh(mesh, voxel);
+}
+
+/** In the middle between two walls the field has no slope: what stood there counted for up to 75 faces. */
+TEST(Settle, NoVoxelStandsForMoreThanAPlaneCutsOutOfIt) {
+  for (const double thick : {0.2, 0.5, 1.0, 2.0}) {
+    for (const double shift : {0.0, 0.25, 0.5}) {
+      const TestVolume volume = plate(thick * 0.0005, shift, 0.0005);
+      const std::vector<Vec3> voxels = surfaceVoxels(volume.view);
+      const Settled got(pointKernel(), volume.view, voxels);
+      for (std::size_t i = 0; i < voxels.size(); ++i)
+        ASSERT_LE(got.share[i], 1.42F * kShareSteps) << thick << " " << shift << " at " << voxels[i].transpose();
+    }
+  }
+}
+
+TEST(Settle, IsTheSameOnEveryPath) {
+  const PointPath best = pointPath();
+  for (const TestVolume& volume : {test::torusVolume(0.012, 0.004, 0.001), plate(0.001, 0.5, 0.001)}) {
+    std::vector<Vec3> places = surfaceVoxels(volume.view);
+    Random random(seedOf(3));
+    for (int i = 0; i < 3000; ++i) places.push_back(random.vector(0.03));  // Some beyond the lattice.
+    const Settled expected(kPortablePointKernel, volume.view, places);
+    for (const PointPath path : {PointPath::kAvx2, PointPath::kAvx512}) {
+      if (!choosePointPath(path)) continue;
+      const Settled got(pointKernel(), volume.view, places);
+      const std::size_t bytes = expected.x.size() * sizeof(float);
+      EXPECT_EQ(std::memcmp(got.x.data(), expected.x.data(), bytes), 0);
+      EXPECT_EQ(std::memcmp(got.y.data(), expected.y.data(), bytes), 0);
+      EXPECT_EQ(std::memcmp(got.z.data(), expected.z.data(), bytes), 0);
+      EXPECT_EQ(got.share, expected.share);
+    }
+    ASSERT_TRUE(choosePointPath(best));
+  }
 }
 
 TEST(SphereDescent, OneSidedFindsWhatTheFieldSaysOfEachVoxelsPoint) {

@@ -22,9 +22,12 @@ inline constexpr std::uint32_t kBuilderVersion = 2;
  */
 inline constexpr const char* kCachedVdbEnding = ".v3.vdb";
 
-/** Snapshot, volume and notes follow, each note ended by a newline. The first two carry checksums of their own. */
+/**
+ * Snapshot, volume and notes follow, each note ended by a newline. The first two carry checksums of their own, which
+ * leave out their headers. A snapshot's header says nothing that the rest does not; a volume's does.
+ */
 struct CachedBuildHead {
-  static constexpr std::uint64_t kMagic = UINT64_C(0x3145484341434448);  ///< "HDCACHE1"
+  static constexpr std::uint64_t kMagic = UINT64_C(0x3245484341434448);  ///< "HDCACHE2"
   static constexpr std::uint64_t kMostPart = UINT64_C(1) << 34;
   static constexpr std::uint64_t kMostNotes = 1 << 16;
 
@@ -32,6 +35,7 @@ struct CachedBuildHead {
   std::uint32_t snapshot_version = HD_SNAPSHOT_VERSION;
   std::uint32_t volume_version = HD_VOLUME_VERSION;
   std::uint64_t snapshot_bytes = 0, volume_bytes = 0, notes_bytes = 0;
+  std::uint64_t volume_header = 0;  ///< snapshotChecksum() of the volume's header.
 
   /** Whether it is of this version and speaks of a file of that size. */
   [[nodiscard]] constexpr bool fits(std::uint64_t file_bytes) const {

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -45,6 +46,13 @@ std::uint64_t sizeOf(int fd) {
   return ::fstat(fd, &s) == 0 ? static_cast<std::uint64_t>(s.st_size) : 0;
 }
 
+/** Of a volume; nothing if it is too short for one. */
+std::optional<std::uint64_t> headerChecksum(int volume) {
+  std::array<std::byte, sizeof(hd_volume_header)> header;
+  if (::pread(volume, header.data(), header.size(), 0) != static_cast<ssize_t>(header.size())) return {};
+  return snapshotChecksum(header);
+}
+
 Result<void> writeFile(const std::string& path, int snapshot, int volume, const std::string& notes) {
   UniqueFd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600));
   if (!file.valid()) return systemError(path, "open", errno);
@@ -52,6 +60,9 @@ Result<void> writeFile(const std::string& path, int snapshot, int volume, const 
   head.snapshot_bytes = sizeOf(snapshot);
   head.volume_bytes = sizeOf(volume);
   head.notes_bytes = notes.size();
+  const auto header = headerChecksum(volume);
+  if (!header) return Error{ErrorCode::kBadSnapshot, path, "has no volume", {}};
+  head.volume_header = *header;
   const auto whole = [&](const void* data, std::size_t bytes) {
     const ssize_t n = ::write(file.get(), data, bytes);
     if (n >= 0 && n != static_cast<ssize_t>(bytes)) errno = ENOSPC;  // What stands behind a part of a write.
@@ -197,6 +208,7 @@ std::optional<CachedBuild> VolumeCache::find(const std::string& key) {
   CachedBuild found;
   found.snapshot = readPart(file.get(), head.snapshot_bytes, "hapticd-mesh");
   found.volume = readPart(file.get(), head.volume_bytes, "hapticd-volume");
+  if (headerChecksum(found.volume.get()) != head.volume_header) return {};
   std::string notes(head.notes_bytes, '\0');
   if (!found.snapshot.valid() || !found.volume.valid() ||
       ::read(file.get(), notes.data(), notes.size()) != static_cast<ssize_t>(notes.size()))

@@ -10,6 +10,7 @@
 #include "daemon/builder/volume/mesh_field.h"
 #include "daemon/builder/volume/volume_writer.h"
 #include "daemon/ipc/cached_build.h"
+#include "rt/scene/snapshot_checksum.h"
 
 namespace hapticd {
 namespace {
@@ -25,10 +26,12 @@ Result<std::string> make(std::span<const std::byte> cached) {
   CachedBuildHead head;
   if (cached.size() < sizeof head) return Error{ErrorCode::kBadSnapshot, "cached volume", "is cut short", {}};
   std::memcpy(&head, cached.data(), sizeof head);
-  if (!head.fits(cached.size()))
+  const std::size_t volume_at = sizeof head + head.snapshot_bytes;
+  if (!head.fits(cached.size()) || head.volume_bytes < sizeof(hd_volume_header) ||
+      snapshotChecksum(cached.subspan(volume_at, sizeof(hd_volume_header))) != head.volume_header)
     return Error{ErrorCode::kBadSnapshot, "cached volume", "is damaged or of another version", {}};
   const VolumeImage snapshot = copyOf(cached.subspan(sizeof head, head.snapshot_bytes));
-  const VolumeImage image = copyOf(cached.subspan(sizeof head + head.snapshot_bytes, head.volume_bytes));
+  const VolumeImage image = copyOf(cached.subspan(volume_at, head.volume_bytes));
   const auto mesh = validateSnapshot(bytesOf(snapshot).first(head.snapshot_bytes));
   if (!mesh) return mesh.error();
   const auto volume = validateVolume(bytesOf(image).first(head.volume_bytes));

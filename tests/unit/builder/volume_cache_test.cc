@@ -99,6 +99,25 @@ TEST_F(Cache, damagedFilesAreNotBelieved) {
   EXPECT_FALSE(fs::exists(path));
 }
 
+TEST_F(Cache, aDamagedHeaderOfTheVolumeIsNotBelieved) {
+  VolumeCache cache(directory_.path(), 1 << 30);
+  const std::string key = VolumeCache::keyOf(upload_, 1000);
+  keep(cache, key);
+  const std::size_t header = sizeof(CachedBuildHead) + built_.memfd.size();
+  for (const std::size_t at : {offsetof(hd_volume_header, voxel), offsetof(hd_volume_header, origin),
+                               offsetof(hd_volume_header, fine_step), offsetof(hd_volume_header, mass)}) {
+    std::fstream file(onlyFile(), std::ios::in | std::ios::out | std::ios::binary);
+    const auto place = static_cast<std::streamoff>(header + at + 2);
+    file.seekg(place);
+    const auto was = static_cast<char>(file.get());
+    const auto put = [&](char c) { file.seekp(place).put(c).flush(); };
+    put(static_cast<char>(was ^ 1));
+    EXPECT_FALSE(cache.find(key).has_value()) << at;
+    put(was);
+    EXPECT_TRUE(cache.find(key).has_value()) << at;
+  }
+}
+
 TEST_F(Cache, longestUnusedFilesGoFirst) {
   const std::uint64_t one = built_.memfd.size() + built_.volume.size();
   VolumeCache cache(directory_.path(), 2 * one + one / 2);

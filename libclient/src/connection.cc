@@ -187,6 +187,11 @@ void Connection::run(kj::FunctionParam<void(Loop&)> work) noexcept {
 Failure Connection::call(kj::FunctionParam<kj::Promise<void>(Link&)> work) {
   if (Failure failure = refused()) return failure;
   if (!connected()) return {HAPTIC_DISCONNECTED, "daemon", "not connected", "call haptic_reconnect()"};
+  return perform(kj::mv(work));
+}
+
+/** The same on a link whose handshake may be under way. */
+Failure Connection::perform(kj::FunctionParam<kj::Promise<void>(Link&)> work) {
   const std::int64_t patience = timeout();
   try {
     const bool answered = executor_->executeSync([&]() -> kj::Promise<bool> {
@@ -234,8 +239,13 @@ Failure Connection::attach(const std::string& path) {
                                                                      kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC |
                                                                      kj::LowLevelAsyncIoProvider::ALREADY_NONBLOCK);
     loop.link = std::make_unique<Link>(kj::mv(stream), fd);
-    loop.link->watch = loop.link->rpc.onDisconnect().then([&loop] { loop.lose(); }).eagerlyEvaluate(nullptr);
-    connected_.store(true, std::memory_order_release);
+    Link& link = *loop.link;
+    link.watch = link.rpc.onDisconnect()
+                     .then([&loop, &link] {
+                       link.lost = true;
+                       loop.lose();
+                     })
+                     .eagerlyEvaluate(nullptr);
   });
   Failure failure = greet(path);
   if (failure) {
@@ -250,29 +260,29 @@ Failure Connection::attach(const std::string& path) {
 
 Failure Connection::greet(const std::string& path) {
   Info info;
-  const auto hello = [&](Link& link) {
+  Failure refusal;
+  Failure broken = perform([&](Link& link) {
     auto request = link.daemon.helloRequest();
     request.setClientName(options_.name.c_str());
     request.setProtocolMajor(proto::PROTOCOL_MAJOR);
     request.setProtocolMinor(proto::PROTOCOL_MINOR);
-    return request;
-  };
-  if (Failure failure = callDaemon(*this, hello, [&](auto& results) {
-        const proto::DaemonInfo::Reader from = results.getInfo();
-        info = {from.getVersion().cStr(),
-                from.getSchedulingNote().cStr(),
-                path,
-                from.getConfigFile().cStr(),
-                from.getPid(),
-                from.getProtocolMajor(),
-                from.getProtocolMinor(),
-                from.getEpoch(),
-                from.getAdministration(),
-                from.getRealtime(),
-                from.getStartedNs()};
-      })) {
-    return failure;
-  }
+    return ask(kj::mv(request), refusal, [&](auto& results) {
+      const proto::DaemonInfo::Reader from = results.getInfo();
+      info = {from.getVersion().cStr(),
+              from.getSchedulingNote().cStr(),
+              path,
+              from.getConfigFile().cStr(),
+              from.getPid(),
+              from.getProtocolMajor(),
+              from.getProtocolMinor(),
+              from.getEpoch(),
+              from.getAdministration(),
+              from.getRealtime(),
+              from.getStartedNs()};
+    });
+  });
+  if (broken) return broken;
+  if (refusal) return refusal;
   if (info.major != proto::PROTOCOL_MAJOR) {
     return {HAPTIC_VERSION_MISMATCH, path,
             "the daemon speaks protocol " + std::to_string(info.major) + ", this library " +
@@ -286,13 +296,16 @@ Failure Connection::greet(const std::string& path) {
     const std::lock_guard lock(info_mutex_);
     info_ = std::move(info);
   }
-  Failure refusal;
-  Failure broken = call([&](Link& link) {
+  broken = perform([&](Link& link) {
     return ask(link.daemon.sceneRequest(), refusal, [&link](auto& results) { link.scene = results.getScene(); })
         .then([this, &link, &refusal] {
           auto renewals = kj::heapArrayBuilder<kj::Promise<void>>(loop_->dependents.size());
           for (Dependent* dependent : loop_->dependents) renewals.add(dependent->renew(link, refusal));
           return kj::joinPromises(renewals.finish());
+        })
+        .then([this, &link, &refusal] {
+          if (!refusal && link.lost) refusal = {HAPTIC_DISCONNECTED, {}, {}, {}};
+          if (!refusal) connected_.store(true, std::memory_order_release);
         });
   });
   return broken ? std::move(broken) : std::move(refusal);

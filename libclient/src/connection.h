@@ -34,7 +34,8 @@ struct Link {
   capnp::TwoPartyClient rpc;
   proto::Daemon::Client daemon;
   proto::Scene::Client scene = nullptr;
-  kj::Promise<void> watch = nullptr;  ///< Until the daemon hangs up.
+  bool lost = false;                  ///< The daemon has hung up.
+  kj::Promise<void> watch = nullptr;  ///< Until it does.
 };
 
 /** Something that the library's thread serves besides calls: a session's heartbeat, a subscription. */
@@ -81,6 +82,7 @@ class Connection {
   /** Drops the link for good. */
   void disconnect();
 
+  /** From the end of the handshake on: before it others would find half a link. */
   [[nodiscard]] bool connected() const noexcept { return connected_.load(std::memory_order_acquire); }
   /** False in a child of the process that made it. Servo-safe. */
   [[nodiscard]] bool ownProcess() const noexcept;
@@ -102,6 +104,7 @@ class Connection {
 
  private:
   Failure refused() const;
+  Failure perform(kj::FunctionParam<kj::Promise<void>(Link&)> work);
   Failure attach(const std::string& path);
   Failure greet(const std::string& path);
 

@@ -117,6 +117,22 @@ TEST_F(ThreadsTest, ReadingAndPushingGoOnWhileTheDaemonRestarts) {
   EXPECT_TRUE(session_->push(force(1)));
 }
 
+TEST_F(ThreadsTest, OthersFindAWholeConnectionOrNone) {
+  std::atomic<bool> done{false};
+  std::atomic<int> half{0};
+  std::thread asking([&] {
+    while (!done) half += client_->scene().find("anything").code() == HAPTIC_INTERNAL ? 1 : 0;
+  });
+  for (std::uint64_t epoch = 2; epoch < 12; ++epoch) {
+    restart(epoch);
+    EXPECT_TRUE(eventually([&] { return !client_->connected(); }));
+    EXPECT_TRUE(client_->reconnect());
+  }
+  done = true;
+  asking.join();
+  EXPECT_EQ(half, 0) << "asked between connection and handshake";
+}
+
 TEST_F(ThreadsTest, SessionsComeAndGoBesideAnotherInUse) {
   std::atomic<bool> done{false};
   std::thread pushing([&] {

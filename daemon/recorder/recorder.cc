@@ -144,13 +144,17 @@ bool Recorder::writeDue(RecordingWriter& writer) {
   return true;
 }
 
-/** What the log holds, and before each cycle what it may use. */
+/**
+ * What the log holds, and before each cycle what it may use: looked for once the cycle is there, for what it may use
+ * was added before it came.
+ */
 bool Recorder::drain(RecordingWriter& writer) {
   LoggedCycle cycle;
   std::array<Command, kMaxCommandsPerCycle> commands;
   while (true) {
+    const bool more = log_->pop(cycle, commands);
     if (!writeDue(writer)) return false;
-    if (!log_->pop(cycle, commands)) return writer.good();
+    if (!more) return writer.good();
     ++taken_;
     restore(cycle, commands, cycle_->input, cycle_->sent);
     if (!writer.cycle(*cycle_)) return false;

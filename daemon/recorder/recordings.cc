@@ -181,7 +181,7 @@ bool Recordings::isOver(const Recording& recording) {
 void Recordings::stop(std::uint64_t id, Done done) {
   const auto it = all_.find(id);
   if (it == all_.end()) return done(RecordingEnd{"it has ended before", 0, 0});
-  it->second.done = std::move(done);
+  it->second.done.push_back(std::move(done));
   endRecording(it->second, "stopped");
 }
 
@@ -189,7 +189,7 @@ void Recordings::drop(std::uint64_t id) {
   const auto it = all_.find(id);
   if (it == all_.end()) return;
   it->second.dropped = true;
-  it->second.done = nullptr;
+  it->second.done.clear();
   endRecording(it->second, "its client has left");
 }
 
@@ -220,7 +220,9 @@ void Recordings::poll() {
     const bool let_go = !recording.reason.empty() && letGo(recording);
     const bool servo_dead = !recording.reason.empty() && clock_.now() - recording.ending_since_ns > kServoPatienceNs;
     if (let_go || servo_dead) recorder.finish(recording.reason);
-    if (recorder.done() && recording.done) std::exchange(recording.done, nullptr)(recorder.end());
+    if (recorder.done()) {
+      for (const Done& done : std::exchange(recording.done, {})) done(recorder.end());
+    }
     const bool over = isOver(recording) && recording.dropped;  // the log goes only when the servo has
     if (over) log::info("a recording of {} cycles has ended: {}", recorder.end().cycles, recorder.end().reason);
     it = over ? all_.erase(it) : std::next(it);

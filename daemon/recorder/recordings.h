@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "daemon/device/device_manager.h"
 #include "daemon/recorder/recorder.h"
@@ -37,7 +38,7 @@ class Recordings {
    * starts anew.
    */
   [[nodiscard]] Result<Started> start(OpenDevice& device, const Client& by, const DeviceManager& devices);
-  /** `done` is called once, from poll(), when all is written. Unknown ids are done at once. */
+  /** `done` is called once, from poll(), when all is written, whoever else asked. Unknown ids are done at once. */
   void stop(std::uint64_t id, Done done);
   /** Nobody reads it any more. */
   void drop(std::uint64_t id);
@@ -63,7 +64,7 @@ class Recordings {
     std::uint64_t let_go_after = 0;  ///< Servo cycles by when it surely has let go of the log.
     std::int64_t ending_since_ns = 0;
     bool dropped = false;
-    Done done;
+    std::vector<Done> done;
   };
 
   void endRecording(Recording& recording, const std::string& reason);

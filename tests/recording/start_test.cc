@@ -130,6 +130,21 @@ TEST(RecordingStart, TheNextBeginsAsSoonAsOneHasEnded) {
   EXPECT_EQ(bench.core.recordings().size(), 2u);
 }
 
+TEST(RecordingStart, AllWhoStopItHearHowItEnded) {
+  Bench bench;
+  auto started = bench.core.record("", bench.administration);
+  ASSERT_TRUE(started.ok()) << toString(started.error());
+  int heard = 0;
+  for (int i = 0; i < 2; ++i)
+    bench.core.recordings().stop(started->id,
+                                 [&](const RecordingEnd& end) { heard += end.reason == "stopped" ? 1 : 0; });
+  for (int i = 0; i < 500 && heard < 2; ++i) {
+    bench.step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(heard, 2);
+}
+
 TEST(RecordingStart, NobodyRecordsAnotherUsersMessages) {
   Bench bench;
   ASSERT_NE(bench.live(), nullptr);  // of user 1000

@@ -273,6 +273,23 @@ Result<Recordings::Started> Core::record(std::string_view uri, std::uint64_t con
   return recordings_.start(**device, by, devices_);
 }
 
+void Core::record(std::string_view uri, std::uint64_t connection, RecordDone done) {
+  fulfil(RecordWish{std::string(uri), connection, clock_.now() + kRoomNs, std::move(done)});
+}
+
+/** One that ends is there until all is in its stream: who records again at once waits for that. */
+void Core::fulfil(RecordWish wish) {
+  if (clients_.count(wish.connection) == 0)
+    return wish.done(Error{ErrorCode::kTimeout, "connection", "the client has left", {}});
+  auto started = record(wish.uri, wish.connection);
+  const auto device = devices_.find(wish.uri);
+  const bool waits = !started && started.error().code == ErrorCode::kAlreadyExists && device &&
+                     recordings_.ends(*(*device)->link) && record_wishes_.size() < kWishes &&
+                     clock_.now() < wish.until_ns;
+  if (waits) return record_wishes_.push_back(std::move(wish));
+  wish.done(std::move(started));
+}
+
 Result<void> Core::checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles) const {
   const auto most = static_cast<std::uint64_t>(options_.config.quotas.memory_mb * 1e6);
   const std::uint64_t have = bytesOf(uid);

@@ -73,7 +73,8 @@ class Core {
   static constexpr std::uint32_t kSubscriptionsPerUser = 64;  ///< Each may hold a queue of events.
   static constexpr std::int64_t kArmAnswerNs = 1'000'000'000;
   static constexpr std::int64_t kRoomNs = 500'000'000;
-  static constexpr std::size_t kWishes = 64;  ///< Sessions that may wait for room; more are refused at once.
+  static constexpr std::size_t kWishes =
+      64;  ///< Sessions that may wait for room, and recordings; more are refused at once.
 
   Core(const CoreOptions& options, Clock& clock);
   ~Core();
@@ -164,6 +165,10 @@ class Core {
 
   /** Records the device's group; Recordings says who may. */
   [[nodiscard]] Result<Recordings::Started> record(std::string_view uri, std::uint64_t connection);
+  /** The same; `done` is called once, now or by a later poll(): where a recording that ends is in the way, when it is
+   * over, kRoomNs later at most. */
+  using RecordDone = std::function<void(Result<Recordings::Started>)>;
+  void record(std::string_view uri, std::uint64_t connection, RecordDone done);
 
   /** kQuotaExceeded if that user may not have so many more bytes and triangles. */
   [[nodiscard]] Result<void> checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles) const;
@@ -236,7 +241,14 @@ class Core {
   [[nodiscard]] Result<void> mayRunServos() const;
   void order(OpenDevice& device, CommandKind kind);
   void loseLease(OpenDevice& device, const std::string& why);
+  struct RecordWish {
+    std::string uri;
+    std::uint64_t connection;
+    std::int64_t until_ns;
+    RecordDone done;
+  };
   void fulfil(Wish wish);
+  void fulfil(RecordWish wish);
   void pollWishes();
   void pollArms();
   void pollListed();
@@ -267,6 +279,7 @@ class Core {
   std::map<Subscriber, std::uint32_t> subscriptions_;
   std::vector<PendingArm> arms_;
   std::vector<Wish> wishes_;
+  std::vector<RecordWish> record_wishes_;
   std::map<const GroupLink*, std::uint64_t> events_dropped_;
   log::RateLimit refused_log_{1'000'000'000, 5};
   log::RateLimit overrun_log_{1'000'000'000, 1};

@@ -74,6 +74,7 @@ void Core::pollWishes() {
       fulfil(std::move(wish));
     }
   }
+  for (RecordWish& wish : std::exchange(record_wishes_, {})) fulfil(std::move(wish));
 }
 
 Result<Session*> Core::sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name) {

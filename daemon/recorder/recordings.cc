@@ -204,6 +204,12 @@ bool Recordings::of(const GroupLink& link) const {
   return std::any_of(all_.begin(), all_.end(), [&](const auto& row) { return row.second.link == &link; });
 }
 
+bool Recordings::ends(const GroupLink& link) const {
+  return std::any_of(all_.begin(), all_.end(), [&](const auto& row) {
+    return row.second.link == &link && !row.second.reason.empty() && !isOver(row.second);
+  });
+}
+
 void Recordings::groupClosed(const GroupLink& link) {
   for (auto& [id, recording] : all_) {
     if (recording.link != &link) continue;

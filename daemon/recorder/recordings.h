@@ -54,6 +54,8 @@ class Recordings {
   [[nodiscard]] std::size_t size() const { return all_.size(); }
   /** Whether that group is recorded. */
   [[nodiscard]] bool of(const GroupLink& link) const;
+  /** Whether a recording of that group is coming to its end: soon there is room for another. */
+  [[nodiscard]] bool ends(const GroupLink& link) const;
 
  private:
   struct Recording {

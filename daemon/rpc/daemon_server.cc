@@ -233,16 +233,26 @@ kj::Promise<void> DaemonServer::dump(DumpContext context) {
 }
 
 kj::Promise<void> DaemonServer::record(RecordContext context) {
-  return answer(context, [&](auto params, auto results) -> Result<void> {
-    auto uri = readUri(params.getUri());
+  auto paf = kj::newPromiseAndFulfiller<void>();
+  auto later = std::make_shared<LaterAnswer<RecordContext>>(context, kj::mv(paf.fulfiller));
+  const Result<void> asked = caught([&]() -> Result<void> {
+    auto uri = readUri(context.getParams().getUri());
     if (!uri) return uri.error();
-    auto recording = kj::heap<RecordingServer>(core_, client().uid);  // First: without memory for it nothing begins.
-    auto started = core_.record(*uri, connection_);
-    if (!started) return started.error();
-    recording->hold(std::move(*started));
-    results.setRecording(kj::mv(recording));
+    // First: without memory for it nothing begins.
+    auto recording = std::make_shared<kj::Own<RecordingServer>>(kj::heap<RecordingServer>(core_, client().uid));
+    core_.record(*uri, connection_, [later, recording](Result<Recordings::Started> started) {
+      if (started) (*recording)->hold(std::move(*started));  // If nobody waits for it any more it ends with this.
+      if (!later->waiting()) return;
+      later->done(caught([&]() -> Result<void> {
+        if (!started) return started.error();
+        later->results().setRecording(kj::mv(*recording));
+        return {};
+      }));
+    });
     return {};
   });
+  if (!asked) later->done(asked);
+  return kj::mv(paf.promise);
 }
 
 }  // namespace hapticd

@@ -130,6 +130,29 @@ TEST(RecordingStart, TheNextBeginsAsSoonAsOneHasEnded) {
   EXPECT_EQ(bench.core.recordings().size(), 2u);
 }
 
+/** Whoever drops one and asks for the next at once comes before all of it is in its stream. */
+TEST(RecordingStart, TheNextWaitsForOneThatEnds) {
+  Bench bench;
+  auto first = bench.core.record("", bench.administration);
+  ASSERT_TRUE(first.ok()) << toString(first.error());
+  std::optional<ErrorCode> answer;
+  const auto ask = [&] {
+    answer.reset();
+    bench.core.record("", bench.administration, [&](const Result<Recordings::Started>& started) {
+      answer = started.ok() ? ErrorCode::kOk : started.error().code;
+    });
+  };
+  ask();
+  EXPECT_EQ(answer, ErrorCode::kAlreadyExists) << "nobody ends it";
+  bench.core.recordings().drop(first->id);
+  ask();
+  for (int i = 0; i < 500 && !answer; ++i) {
+    bench.step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(answer, ErrorCode::kOk);
+}
+
 TEST(RecordingStart, AllWhoStopItHearHowItEnded) {
   Bench bench;
   auto started = bench.core.record("", bench.administration);

@@ -9,9 +9,34 @@ namespace hapticd {
 namespace {
 
 /** Why the servo refuses an order; what errors.h says of these is meant for clients. */
-std::string_view whyRefused(ErrorCode code) {
+std::string_view whyRefused(ErrorCode code, CommandKind order) {
   if (code == ErrorCode::kDisconnected) return "the session that gave it has ended";
+  if (code == ErrorCode::kUnsupported && order == CommandKind::kObjectVertices)
+    return "it shows no mesh that was loaded as deformable";
   return describe(code);
+}
+
+const char* wordsOf(CommandKind order) {
+  switch (order) {
+    case CommandKind::kObjectPose:
+      return "a pose";
+    case CommandKind::kObjectMaterial:
+      return "a material";
+    case CommandKind::kObjectFlags:
+      return "flags";
+    case CommandKind::kObjectVertices:
+      return "moves of vertices";
+    case CommandKind::kLocalModel:
+      return "a local model";
+    case CommandKind::kForceField:
+      return "a force field";
+    case CommandKind::kClientForce:
+      return "a client force";
+    case CommandKind::kIntent:
+      return "an intent";
+    default:
+      return "an order";
+  }
 }
 
 }  // namespace
@@ -46,13 +71,20 @@ void Core::drain(GroupLink& link) {
 void Core::translate(GroupLink& link, const ServoEvent& e) {
   const OpenDevice* device = devices_.at(link, e.device);
   // Of what else the servo tells it names no session, and slot 0 is somebody's.
-  const Session* session = e.kind == ServoEventKind::kModelExpired ? sessions_.bySlot(link, e.session) : nullptr;
+  const bool told_of = e.kind == ServoEventKind::kModelExpired || e.kind == ServoEventKind::kCommandRefused;
+  const Session* session = told_of ? sessions_.bySlot(link, e.session) : nullptr;
   const std::string name = device == nullptr ? link.name() : device->name;
   std::uint64_t suppressed = 0;
   if (e.kind == ServoEventKind::kCommandRefused) {
     if (refused_log_.allow(clock_.now(), suppressed)) {
-      log::warn("{}: the servo refused an order about object or slot {}: {}{}", name, e.object,
-                whyRefused(static_cast<ErrorCode>(e.value)), log::suppressedNote(suppressed));
+      const auto order = static_cast<CommandKind>(e.order);
+      const std::string object = scene_.nameOf(e.object);
+      log::warn("{}: the servo refused {}{}{}: {}{}", name, wordsOf(order),
+                object.empty() ? std::string() : fmt::format(" of object '{}'", object),
+                session == nullptr
+                    ? std::string()
+                    : fmt::format(", sent by '{}' (pid {})", log::printable(session->client.name), session->client.pid),
+                whyRefused(static_cast<ErrorCode>(e.value), order), log::suppressedNote(suppressed));
     }
     return;
   }

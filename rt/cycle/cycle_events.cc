@@ -15,13 +15,34 @@ ServoEvent eventAt(ServoEventKind kind, std::uint32_t device, const CycleInput& 
   return event;
 }
 
+/** The object that a command is about; 0: none. */
+std::uint32_t objectOf(const Command& command) HD_RT {
+  switch (command.kind) {
+    case CommandKind::kObjectPose:
+    case CommandKind::kObjectMaterial:
+    case CommandKind::kObjectFlags:
+    case CommandKind::kObjectVertices:
+    case CommandKind::kAddObject:
+    case CommandKind::kRemoveObject:
+    case CommandKind::kSetShape:
+    case CommandKind::kSetSurface:
+    case CommandKind::kSetBody:
+      return command.as<ObjectRef>().object;  // Stands first in all of these.
+    case CommandKind::kAttachTool:
+      return command.as<AttachTool>().object;
+    default:
+      return 0;
+  }
+}
+
 }  // namespace
 
 void Cycle::refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT {
   ServoEvent event = eventAt(ServoEventKind::kCommandRefused, 0, input);
   event.session = command.session;
   event.value = static_cast<std::uint32_t>(code);
-  event.object = static_cast<std::uint32_t>(command.kind);
+  event.object = objectOf(command);
+  event.order = static_cast<std::uint32_t>(command.kind);
   output.events.add(event);
 }
 

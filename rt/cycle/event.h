@@ -20,7 +20,7 @@ enum class ServoEventKind : std::uint32_t {
   kDisarmed = 5,
   kOverrun = 10,
   kModelExpired = 13,
-  kCommandRefused = 64,  ///< For the log: `value` is the error, `object` the object or slot.
+  kCommandRefused = 64,  ///< For the log: `value` is the error, `order` what was refused, `session` whose it was.
   kWarm = 65,            ///< For the log: the motors are warm (`value` 1) or no longer (0).
 };
 
@@ -30,6 +30,7 @@ struct ServoEvent {
   std::uint32_t object = 0;
   std::uint32_t session = 0;  ///< Slot.
   std::uint32_t value = 0;
+  std::uint32_t order = 0;  ///< CommandKind of what was refused.
   std::int64_t t_ns = 0;
   std::uint64_t tick = 0;
   double point[3] = {};

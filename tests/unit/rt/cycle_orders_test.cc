@@ -40,7 +40,7 @@ class CycleOrders : public testing::Test {
     for (std::uint32_t i = 0; i < output->events.count; ++i) {
       const ServoEvent& event = output->events.event[i];
       if (event.kind != ServoEventKind::kCommandRefused) continue;
-      EXPECT_EQ(event.object, static_cast<std::uint32_t>(kind)) << "which it was";
+      EXPECT_EQ(event.order, static_cast<std::uint32_t>(kind)) << "which it was";
       EXPECT_EQ(event.session, from) << "and whose";
       code = static_cast<ErrorCode>(event.value);
     }

@@ -212,12 +212,11 @@ bool DeviceGroup::send(const Command& command) {
 std::uint64_t DeviceGroup::taken() {
   // A2, pairs with R2 in Servo::count(). The counter wraps; at most 512 orders are under way.
   const std::uint32_t applied = servo_->counters.control_applied.load(std::memory_order_acquire);
-  const auto widen = [this](std::uint32_t count) { return sent_ - (static_cast<std::uint32_t>(sent_) - count); };
-  std::uint64_t passed = widen(applied);
+  std::uint64_t passed = widened(applied);
   // A5, pairs with R5 in Collider::step(): after the servo's count, so that a question older than it is seen.
   const std::uint64_t reading = collider_->reading();
   if (reading == Collider::kTaking) return taken_;
-  if (reading != Collider::kIdle) passed = std::min(passed, widen(static_cast<std::uint32_t>(reading)));
+  if (reading != Collider::kIdle) passed = std::min(passed, widened(static_cast<std::uint32_t>(reading)));
   taken_ = std::max(taken_, passed);
   return taken_;
 }

@@ -62,6 +62,10 @@ class DeviceGroup {
   [[nodiscard]] bool send(const Command& command);
   /** Number of the last order sent; the servo has taken it once taken() >= it. Reclaim memory by these. */
   [[nodiscard]] std::uint64_t sent() const { return sent_; }
+  /** A count of orders as the servo keeps it, which wraps at 2^32; of the last so many. */
+  [[nodiscard]] std::uint64_t widened(std::uint32_t count) const {
+    return sent_ - (static_cast<std::uint32_t>(sent_) - count);
+  }
   /** It is taken when the servo has passed it and the collide thread reads nothing that it has dropped. */
   [[nodiscard]] std::uint64_t taken();
 

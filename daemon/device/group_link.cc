@@ -95,8 +95,7 @@ bool GroupLink::passed(std::uint64_t ticket) { return ticket <= sent_ && group_-
 
 bool GroupLink::posed(std::uint32_t slot, std::uint64_t ticket, PosedObject& out) {
   if (ticket > sent_ || !group_->servo().poses.read(slot, out)) return false;
-  const auto needed = static_cast<std::uint32_t>(ticket + urgent_);
-  return static_cast<std::int32_t>(out.control_applied - needed) >= 0;  // both wrap at 2^32
+  return group_->widened(out.control_applied) >= ticket + urgent_;
 }
 
 bool GroupLink::latest(std::uint32_t device, hd_sample& out) const { return StateReader(monitor_).latest(device, out); }

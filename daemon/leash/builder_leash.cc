@@ -95,6 +95,8 @@ struct BuilderLeash::State {
   pid_t pid = 0;
   bool closed = false;  // its socket is; wait for its end
   std::string doom;     // why we killed it
+  bool spoke = false;   // the running builder has
+  std::string trouble;  // what became of one that did not
   std::deque<Job> waiting;
   Job running;  // number 0: none
   bool cancelled = false;
@@ -134,7 +136,7 @@ Result<void> BuilderLeash::State::spawn() {
   const auto child = spawnProgram(options.program, {std::to_string(options.memory_bytes)}, fds);
   if (!child) return child.error();
   pid = *child;
-  closed = false;
+  closed = spoke = false;
   doom.clear();
   socket = std::move(ours);
   process.reset(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));  // glibc 2.36 lacks C linkage for it
@@ -189,6 +191,8 @@ void BuilderLeash::State::receive() {
     BuilderFrame frame;
     switch (receiveFrame(socket.get(), frame, true)) {
       case FrameIo::kOk:
+        spoke = true;
+        trouble.clear();
         handle(frame);
         break;
       case FrameIo::kLater:
@@ -269,6 +273,7 @@ void BuilderLeash::State::checkEnd() {
   receive();  // what it said before
   const std::string why = doom.empty() ? howItEnded(status) : doom;
   log::warn("{}", why);
+  if (!spoke && !cancelled) trouble = why;
   socket.reset();
   process.reset();
   pid = 0;
@@ -291,7 +296,8 @@ void BuilderLeash::State::startNext() {
   if (pid == 0) {
     if (now() < not_before_ns) return;
     if (const auto spawned = spawn(); !spawned) {
-      log::error("{}", toString(spawned.error()));
+      trouble = toString(spawned.error());
+      log::error("{}", trouble);
       not_before_ns = now() + kLongestPause_ns;
       running = std::move(waiting.front());
       waiting.pop_front();
@@ -346,6 +352,8 @@ Result<std::unique_ptr<BuilderLeash>> BuilderLeash::start(const BuilderOptions& 
 int BuilderLeash::fd() const noexcept { return state_->epoll.get(); }
 int BuilderLeash::pid() const noexcept { return state_->pid; }
 std::uint32_t BuilderLeash::restarts() const noexcept { return state_->starts == 0 ? 0 : state_->starts - 1; }
+
+const std::string& BuilderLeash::trouble() const noexcept { return state_->trouble; }
 
 Result<std::uint64_t> BuilderLeash::submit(int upload_fd) {
   auto copy = duplicate(upload_fd);

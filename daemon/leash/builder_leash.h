@@ -71,6 +71,8 @@ class BuilderLeash {
   [[nodiscard]] int pid() const noexcept;
   /** Builders started after the first one. */
   [[nodiscard]] std::uint32_t restarts() const noexcept;
+  /** Why the last builder ended, or did not start, without a word: it may be another program. Empty: it speaks. */
+  [[nodiscard]] const std::string& trouble() const noexcept;
 
  private:
   struct State;

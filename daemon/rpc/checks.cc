@@ -53,6 +53,10 @@ CheckLine builder(Core& core) {
     return {"builder", State::RED, core.uploads().builderNote(),
             "install hapticd-builder beside hapticd, or set builder.program"};
   }
+  if (const std::string& trouble = leash->trouble(); !trouble.empty()) {
+    return {"builder", State::RED, trouble + ", and had built nothing",
+            "set builder.program to hapticd-builder of this version, or leave it out; the next mesh starts it again"};
+  }
   return {"builder",
           State::GREEN,
           leash->pid() != 0 ? fmt::format("pid {}, {} restarts", leash->pid(), leash->restarts())

@@ -195,6 +195,30 @@ TEST_F(Leash, ABuilderThatDiesBeforeItBeginsCostsNoJob) {
   EXPECT_EQ(leash_->restarts(), 1u);
 }
 
+TEST_F(Leash, AProgramThatIsNoBuilderIsFoundOutBeforeThereIsAMesh) {
+  EXPECT_EQ(outcome(*leash_, submit(*leash_, frozen(upload(cube())))).kind, BuildReport::Kind::kDone);
+  EXPECT_EQ(leash_->trouble(), "");
+  const auto ended = [](BuilderLeash& leash) {
+    BuildReport report;
+    for (int i = 0; i < 1000 && leash.pid() != 0; ++i) {
+      EXPECT_FALSE(leash.next(report));
+      pollfd poll{leash.fd(), POLLIN, 0};
+      ::poll(&poll, 1, 10);
+    }
+    return leash.pid() == 0;
+  };
+  ASSERT_EQ(::kill(leash_->pid(), SIGKILL), 0);
+  ASSERT_TRUE(ended(*leash_));
+  EXPECT_EQ(leash_->trouble(), "") << "it has built, and can be started again";
+
+  BuilderOptions other = options();
+  other.program = "/bin/true";
+  const auto idle = BuilderLeash::start(other);
+  ASSERT_TRUE(idle.ok()) << toString(idle.error());
+  ASSERT_TRUE(ended(**idle));
+  EXPECT_EQ((*idle)->trouble(), "the builder ended with status 0");
+}
+
 TEST_F(Leash, AResultForWhichThereIsNoDescriptorCostsItsJobAndNotTheBuilder) {
   const Memfd mesh = frozen(upload(cube()));
   const int pid = leash_->pid();

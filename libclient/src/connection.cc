@@ -1,6 +1,7 @@
 #include "libclient/src/connection.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <pthread.h>
 #include <signal.h>
 
@@ -45,6 +46,12 @@ class CallersSignals {
   sigset_t mask_{};
   struct sigaction pipe_ {};
 };
+
+/** Whether the daemon has closed its end, known to the library's thread or not yet. */
+bool hungUp(int fd) {
+  pollfd end{fd, POLLRDHUP, 0};
+  return poll(&end, 1, 0) > 0 && (end.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
+}
 
 }  // namespace
 
@@ -217,6 +224,11 @@ void Connection::disconnect() {
 Failure Connection::connect() {
   if (Failure failure = refused()) return failure;
   const std::lock_guard lock(connecting_);
+  if (connected()) {
+    run([](Loop& loop) {
+      if (loop.link != nullptr && hungUp(loop.link->fd)) loop.lose();
+    });
+  }
   if (connected()) return {};
   const auto paths = candidates(searchHere(options_.socket, options_.administration));
   std::vector<Failure> why;

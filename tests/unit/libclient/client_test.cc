@@ -190,6 +190,29 @@ TEST_F(ClientTest, ComesBackAfterTheDaemonRestarted) {
   EXPECT_TRUE(client->reconnect()) << "a standing connection is left alone";
 }
 
+/** Which the library's thread may come to later than the call that found it out. */
+TEST_F(ClientTest, NoConnectionStandsOnceACallHasFoundTheDaemonGone) {
+  for (int i = 0; i < 30; ++i) {
+    start();
+    auto client = connect();
+    ASSERT_TRUE(client);
+    std::vector<haptic::Session> sessions;
+    for (int s = 0; s < 4; ++s) {
+      auto session = client->openSession();
+      ASSERT_TRUE(session);
+      sessions.push_back(std::move(*session));
+    }
+    std::thread killer([&] {
+      std::this_thread::sleep_for(std::chrono::microseconds(300 * i));
+      daemon_ = nullptr;
+    });
+    while (client->devices()) {
+    }
+    EXPECT_EQ(client->reconnect().code(), HAPTIC_DISCONNECTED);
+    killer.join();
+  }
+}
+
 TEST_F(ClientTest, ManyThreadsMayCall) {
   start();
   auto client = connect();

@@ -44,6 +44,9 @@ int haptic_set_limits(haptic_client* c, const char* uri, const haptic_device_lim
     }
     const std::size_t minimum = offsetof(haptic_device_limits, torque);
     if (Failure bad = client::readSized(limits, wanted, minimum, "haptic_device_limits")) return bad;
+    if (in_force != nullptr) {  // Else a refusal of it would come when the limits are others already.
+      if (Failure bad = client::checkSized(in_force, "haptic_device_limits")) return bad;
+    }
     haptic_device_limits now{};
     const auto make = [&](Link& link) {
       auto request = link.daemon.setLimitsRequest();

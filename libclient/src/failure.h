@@ -75,14 +75,20 @@ Failure readSized(const T* in, T& out, std::size_t minimum, const char* name) {
   return {};
 }
 
+/** Whether a sized structure can be written to: to be asked before anything is changed. */
+template <class T>
+Failure checkSized(const T* out, const char* name) {
+  const std::size_t size = out->size;
+  if (size >= 8 && size % 8 == 0) return {};
+  return badArgument(std::string(name) + ".size", "is " + std::to_string(size) + ", which no version had",
+                     std::string("set it to sizeof(") + name + ")");
+}
+
 /** Writes a sized structure into the caller's, as much of it as its `size` holds; the size stays the caller's. */
 template <class T>
 Failure writeSized(const T& value, T* out, const char* name) {
+  if (Failure bad = checkSized(out, name)) return bad;
   const std::size_t size = out->size;
-  if (size < 8 || size % 8 != 0) {
-    return badArgument(std::string(name) + ".size", "is " + std::to_string(size) + ", which no version had",
-                       std::string("set it to sizeof(") + name + ")");
-  }
   std::memcpy(static_cast<void*>(out), &value, size < sizeof(T) ? size : sizeof(T));
   out->size = static_cast<std::uint32_t>(size);
   return {};

@@ -254,6 +254,11 @@ TEST_F(ClientIntegration, LimitsFallFreelyAndRiseByAdministration) {
   ASSERT_TRUE(now) << now.error().message();
   EXPECT_EQ(now->force, before / 2);
   EXPECT_GT(now->force_slew, 0) << "the others stay";
+  haptic_device_limits unsized{};
+  limits.size = sizeof limits;
+  limits.force = before / 4;
+  EXPECT_EQ(haptic_set_limits(client.get(), "", &limits, &unsized, nullptr), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ((*client.status())->devices[0]->limits->force, before / 2) << "a refusal changes nothing";
   limits.force = before;
   EXPECT_EQ(client.setLimits("", limits).code(), HAPTIC_PERMISSION_DENIED);
   auto administrator = connect("administrator", true);

@@ -1,11 +1,16 @@
 #include "libclient/src/upload_region.h"
 
+#include <unistd.h>
+
 #include <chrono>
 #include <thread>
+
+#include "libclient/src/descriptor.h"
 
 namespace hapticd::client {
 
 Failure openUpload(Connection& connection, std::size_t bytes, proto::Upload::Client& capability, Mapping& mapping) {
+  int fd = -1;
   Failure refusal;
   Failure broken = connection.call([&](Link& link) {
     auto request = link.scene.beginUploadRequest();
@@ -16,18 +21,13 @@ Failure openUpload(Connection& connection, std::size_t bytes, proto::Upload::Cli
           return capability.regionRequest().send().then([&](auto&& results) -> kj::Promise<void> {
             refusal = toFailure(results.getStatus());
             if (refusal) return kj::READY_NOW;
-            proto::Region::Client region = results.getRegion();
-            auto fd = region.getFd();
-            return fd.then([&, keep = kj::mv(region)](kj::Maybe<int> received) {
-              KJ_IF_MAYBE (descriptor, received) {
-                refusal = Mapping::map(*descriptor, bytes, true, "upload", mapping);
-              } else {
-                refusal = {HAPTIC_INTERNAL, "upload", "the daemon sent no descriptor", {}};
-              }
-            });
+            return keepDescriptor(results.getRegion(), "upload", fd, refusal);
           });
         });
   });
+  // On the caller's thread: the pages of a large mesh take longer than a session may be without a heartbeat.
+  if (!broken && !refusal) refusal = Mapping::map(fd, bytes, true, "upload", mapping);
+  if (fd >= 0) ::close(fd);
   return broken ? std::move(broken) : std::move(refusal);
 }
 

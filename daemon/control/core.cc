@@ -136,6 +136,7 @@ void Core::poll() {
 
 void Core::beginShutdown() {
   stopping_ = true;
+  recordings_.daemonStops();
   for (const auto& device : devices_.devices()) order(*device, CommandKind::kDisarm);
 }
 

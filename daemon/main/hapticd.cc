@@ -197,8 +197,8 @@ void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Socke
   const siginfo_t info = ended.wait(io.waitScope);
   log::info("SIG{}: stopping", sigabbrev_np(info.si_signo));
   supervisor.stopping();
-  server.closeAll();  // sessions end, leases with them
   core.beginShutdown();
+  server.closeAll();  // sessions end, leases with them
   const std::int64_t since = core.now();
   while (!core.quiet(since)) io.provider->getTimer().afterDelay(2 * kj::MILLISECONDS).wait(io.waitScope);
 }

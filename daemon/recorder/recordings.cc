@@ -15,6 +15,8 @@ namespace {
 
 constexpr std::int64_t kServoPatienceNs = 200'000'000;  ///< A servo that has not passed by then is dead.
 
+constexpr const char* kDaemonStops = "the daemon stops";
+
 std::int64_t wallClock() {
   timespec t{};
   clock_gettime(CLOCK_REALTIME, &t);
@@ -73,7 +75,7 @@ Recordings::Recordings(SceneModel& scene, MeshStore& meshes, SessionManager& ses
 
 Recordings::~Recordings() {
   constexpr std::int64_t kPatienceNs = 500'000'000;
-  for (auto& [id, recording] : all_) recording.recorder->finish("the daemon stops");
+  for (auto& [id, recording] : all_) recording.recorder->finish(kDaemonStops);
   const std::int64_t since_ns = clock_.now();
   for (auto& [id, recording] : all_) {
     while (!recording.recorder->done() && clock_.now() - since_ns < kPatienceNs)
@@ -190,7 +192,7 @@ void Recordings::drop(std::uint64_t id) {
   if (it == all_.end()) return;
   it->second.dropped = true;
   it->second.done.clear();
-  endRecording(it->second, "its client has left");
+  endRecording(it->second, stopping_ ? kDaemonStops : "its client has left");
 }
 
 void Recordings::sessionOpens(const GroupLink& link, std::uint32_t uid) {

@@ -42,6 +42,8 @@ class Recordings {
   void stop(std::uint64_t id, Done done);
   /** Nobody reads it any more. */
   void drop(std::uint64_t id);
+  /** Whoever is dropped from now on has not left, but is left. */
+  void daemonStops() { stopping_ = true; }
 
   /** A session of that user is about to open there: ends a recording that may not see it. */
   void sessionOpens(const GroupLink& link, std::uint32_t uid);
@@ -80,6 +82,7 @@ class Recordings {
   MeshStore& meshes_;
   SessionManager& sessions_;
   bool lock_;
+  bool stopping_ = false;
   MonotonicClock clock_;
   std::map<std::uint64_t, Recording> all_;
   std::uint64_t next_ = 1;

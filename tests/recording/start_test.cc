@@ -168,6 +168,16 @@ TEST(RecordingStart, AllWhoStopItHearHowItEnded) {
   EXPECT_EQ(heard, 2);
 }
 
+TEST(RecordingStart, OneThatTheDaemonsEndCutsShortSaysSo) {
+  Bench bench;
+  Taken taken(bench);
+  bench.step(3);
+  bench.core.beginShutdown();
+  bench.core.recordings().drop(taken.id());  // As the last connections are closed.
+  ASSERT_TRUE(readerOf(taken.finish([&] { bench.step(); })).ok());
+  EXPECT_EQ(taken.end()->reason, "the daemon stops");
+}
+
 TEST(RecordingStart, NobodyRecordsAnotherUsersMessages) {
   Bench bench;
   ASSERT_NE(bench.live(), nullptr);  // of user 1000

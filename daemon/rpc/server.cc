@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <sys/socket.h>
 
+#include "daemon/rpc/answered_stream.h"
 #include "daemon/rpc/servers.h"
 #include "daemon/rpc/stop_only_server.h"
 
@@ -35,7 +36,7 @@ struct ControlServer::Connection {
   static constexpr unsigned kDescriptors = 2;
 
   Connection(kj::Own<kj::AsyncIoStream> s, Core& core, std::uint64_t connection)
-      : stream(kj::mv(s).downcast<kj::AsyncCapabilityStream>()),
+      : stream(kj::heap<AnsweredStream>(kj::mv(s).downcast<kj::AsyncCapabilityStream>())),
         network(*stream, kDescriptors, capnp::rpc::twoparty::Side::SERVER, readerOptions()),
         rpc(capnp::makeRpcServer(network, daemonFor(core, connection))) {
     rpc.setFlowLimit(kFlowWords);

@@ -1,4 +1,6 @@
 // Bad input for every method, and peers that do not play by the rules.
+#include <capnp/rpc.capnp.h>
+#include <capnp/serialize.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -174,6 +176,48 @@ TEST_F(Hostile, GarbageHugeAndHalfMessagesEndOnlyTheirOwnConnection) {
   EXPECT_EQ(state.getState().getClients().size(), 1u);
   close(huge);
   close(half);
+}
+
+/** Else the daemon would keep all that it does not read. */
+TEST_F(Hostile, WhoReadsNoAnswersIsNotReadEither) {
+  const int fd = rawConnection();
+  const auto send = [&](capnp::MallocMessageBuilder& message) {
+    const auto words = capnp::messageToFlatArray(message);
+    const auto bytes = words.asBytes();
+    return ::send(fd, bytes.begin(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
+  };
+  capnp::MallocMessageBuilder bootstrap;
+  bootstrap.initRoot<capnp::rpc::Message>().initBootstrap().setQuestionId(0);
+  ASSERT_TRUE(send(bootstrap));
+  constexpr int kMost = 20'000;  // Each answer has more than a kilobyte, a socket some hundreds.
+  int sent = 0, refused = 0;
+  while (sent < kMost && refused < 100) {
+    capnp::MallocMessageBuilder message;
+    auto call = message.initRoot<capnp::rpc::Message>().initCall();
+    call.setQuestionId(static_cast<std::uint32_t>(sent) + 1);
+    call.initTarget().initPromisedAnswer().setQuestionId(0);
+    call.setInterfaceId(capnp::typeId<proto::Daemon>());
+    call.setMethodId(15);  // dump
+    call.initParams().getContent().initAs<proto::Daemon::DumpParams>();
+    call.getSendResultsTo().setCaller();
+    if (send(message)) {
+      ++sent;
+      refused = 0;
+    } else {
+      ++refused;
+      loop.pause(5);
+    }
+  }
+  EXPECT_LT(sent, kMost) << "nothing was read by anybody";
+  EXPECT_TRUE(serves()) << "others are";
+  std::string room(1 << 20, 0);
+  std::size_t got = 0;
+  loop.until([&] {
+    for (ssize_t n = 0; (n = recv(fd, room.data(), room.size(), MSG_DONTWAIT)) > 0;) got += static_cast<std::size_t>(n);
+    return got > 1000 * static_cast<std::size_t>(sent);
+  });
+  EXPECT_GT(got, 1000 * static_cast<std::size_t>(sent)) << "once it reads it is read";
+  close(fd);
 }
 
 TEST_F(Hostile, SentDescriptorsAreClosed) {

@@ -129,7 +129,7 @@ class Session:
         return plain(Acks, raw)
 
     def counters(self) -> Counters:
-        """What the daemon has counted of this session."""
+        """Counters of the servo since its start."""
         raw = _abi.Counters()
         check(_lib.haptic_session_counters(self._handle, ctypes.byref(raw)))
         return plain(Counters, raw)

@@ -17,8 +17,7 @@ namespace hapticd::client {
 namespace {
 
 constexpr std::int64_t kDefaultTimeoutNs = 5'000'000'000;
-/** The daemon takes a client for lost after sessions.stale_after_ms without a heartbeat: 200 by default, 10 at least.
- */
+/** The daemon takes a client for lost after sessions.stale_after_ms without a heartbeat: 200 by default. */
 constexpr auto kHeartbeat = 20 * kj::MILLISECONDS;
 /** An answer of the daemon carries at most this many descriptors; a session's two regions are the most. */
 constexpr unsigned kDescriptors = 4;

@@ -164,6 +164,8 @@ class Pushes(unittest.TestCase):
         self.last = session.push_object_vertices(number, range(4), plate + (0, 0, 0.005))
         self.assertTrue(self.felt(SURFACE, lambda p: (0, 0, 300 * (-0.015 - p[2]))))
         self.none_refused()
+        with self.assertRaisesRegex(ValueError, "more than 6656"):
+            session.push_object_vertices(number, [0] * 6657, [plate[0]] * 6657)
 
     def test_a_session_tells_of_itself_and_its_lease(self):
         session = self.session

@@ -18,6 +18,9 @@ SAMPLE = np.dtype(_abi.SAMPLE_FIELDS)
 #: Samples that the daemon keeps; drain() before they are overwritten.
 HISTORY = 1024
 
+#: Commands that can wait to be taken.
+RING = 256
+
 PLANE, SPRING, SPHERE, HALFSPACES, CORNER = 1, 2, 3, 4, 5
 _lib = _abi.lib
 _S = 1_000_000_000
@@ -248,11 +251,16 @@ class Session:
 
     def push_object_vertices(self, object_id: int, indices: npt.ArrayLike, places: npt.ArrayLike, *,
                              at_tick: int = 0) -> int:
-        """Moves vertices of a deformable mesh, 26 a command. WOULD_BLOCK, and nothing sent, if the ring lacks room."""
+        """Moves vertices of a deformable mesh, 26 a command, 6656 a call.
+
+        WOULD_BLOCK, and nothing sent, if the ring lacks room.
+        """
         index = arrays.indices(indices, "indices").reshape(-1)
         place = arrays.points(places, "places")
         if len(index) != len(place) or len(index) == 0:
             raise ValueError("as many places as indices are needed, at least one")
+        if len(index) > RING * 26:
+            raise ValueError(f"{len(index)} vertices: the ring never has room for more than {RING * 26} at once")
         if self.space < -(-len(index) // 26):
             check(_lib.haptic_session_check(self._handle))
             raise HapticError(Code.WOULD_BLOCK)

@@ -29,8 +29,12 @@ typedef enum haptic_push_flag {
 
 /** How to push, and what became of it. Null wherever it is asked for: by the ring, at once. */
 typedef struct haptic_push {
-  uint64_t at_tick; /**< Takes effect at this tick; 0 or the past: at once. Ring only. */
-  uint32_t flags;   /**< haptic_push_flag */
+  /**
+   * Takes effect at this tick; 0 or the past: at once. Ring only. Of a session 8 may wait for theirs, 10 s ahead unless
+   * configured otherwise; the others come back in haptic_acks.
+   */
+  uint64_t at_tick;
+  uint32_t flags; /**< haptic_push_flag */
   uint32_t reserved;
   uint64_t seq; /**< Out: the command's number, as in haptic_acks (ring) and haptic_model_status. */
 } haptic_push;

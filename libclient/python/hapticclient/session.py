@@ -253,7 +253,8 @@ class Session:
                              at_tick: int = 0) -> int:
         """Moves vertices of a deformable mesh, 26 a command, 6656 a call.
 
-        WOULD_BLOCK, and nothing sent, if the ring lacks room.
+        WOULD_BLOCK, and nothing sent, if the ring lacks room. Of 8 commands that may wait for their `at_tick` this
+        takes one for each 26 vertices; the others are refused, see acks().
         """
         index = arrays.indices(indices, "indices").reshape(-1)
         place = arrays.points(places, "places")

@@ -66,8 +66,8 @@ class SurfaceMesh {
 
   /**
    * From x, y, z per vertex [m] and three indices per triangle, counter-clockwise seen from outside; copied. Triangles
-   * without area are left out. HAPTIC_INVALID_ARGUMENT names the first coordinate that is not finite or index that is
-   * out of range.
+   * without area are left out. HAPTIC_INVALID_ARGUMENT names the first coordinate that is not finite, index that is out
+   * of range, or vertex or triangle that is not whole.
    */
   [[nodiscard]] static Result<SurfaceMesh> make(std::span<const float> vertices,
                                                 std::span<const std::uint32_t> triangles) {
@@ -76,6 +76,9 @@ class SurfaceMesh {
       where += std::to_string(which);  // (one sum of both makes g++ 12 warn of what is not there)
       return Error{HAPTIC_INVALID_ARGUMENT, std::move(where), what, remedy};
     };
+    if (vertices.size() % 3 != 0) return refuse("vertex ", vertices.size() / 3, "is not whole", "give x, y and z");
+    if (triangles.size() % 3 != 0)
+      return refuse("triangle ", triangles.size() / 3, "is not whole", "give three indices each");
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       if (!std::isfinite(vertices[i])) return refuse("vertex ", i / 3, "is not finite", "check how it was computed");
     }

@@ -113,6 +113,8 @@ TEST(SurfaceMesh, RefusalsNameTheirPlace) {
   EXPECT_EQ(SurfaceMesh::make(corners, std::vector<std::uint32_t>{0, 1, 3}).error().where, "triangle 0");
   EXPECT_EQ(SurfaceMesh::make(corners, std::vector<std::uint32_t>{0, 1, 1}).code(), HAPTIC_INVALID_ARGUMENT);
   EXPECT_EQ(SurfaceMesh::make(std::vector<float>{0, 0, 0, 1, NAN, 0}, {}).error().where, "vertex 1");
+  EXPECT_EQ(SurfaceMesh::make(corners, std::vector<std::uint32_t>{0, 1, 2, 0}).error().where, "triangle 1");
+  EXPECT_EQ(SurfaceMesh::make(std::vector<float>{0, 0, 0, 1}, {}).error().where, "vertex 1");
 }
 
 /** Largest difference, over the way of the hand and half a millimetre beside it, between patch and mesh [m]. */

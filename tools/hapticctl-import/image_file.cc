@@ -132,6 +132,8 @@ std::vector<double> numbersIn(std::string_view text, const std::string& where, s
       continue;
     }
     double value = 0;
+    // DICOM may write a sign that from_chars does not know.
+    if (text[at] == '+' && at + 1 < text.size() && text[at + 1] != '-') ++at;
     const auto [end, problem] = std::from_chars(text.data() + at, text.data() + text.size(), value);
     if (problem != std::errc() || !std::isfinite(value)) {
       throw ImportError(where, fmt::format("'{}' is not a number", text.substr(at, 20)),

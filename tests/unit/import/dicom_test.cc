@@ -159,6 +159,9 @@ TEST(Dicom, framesWithoutGroupsStandAsFarApartAsIsSaid) {
     all.between = 2;
     all.values = samples();
     expectBall(readOne(folder.put("a.dcm", dicomFile(all))), {10, 20, 30}, kPlain);
+    all.between = 0;
+    all.groups = element(0x18, 0x88, "DS", "+2");  // A sign that DICOM allows (PS3.5 6.2).
+    expectBall(readOne(folder.put("a.dcm", dicomFile(all))), {10, 20, 30}, kPlain);
   }
   CtSlice dose = ballSlice(0);
   dose.kind = "1.2.840.10008.5.1.4.1.1.481.2";

@@ -23,6 +23,11 @@ using BeforeValues = std::function<void(std::uint64_t bytes)>;
  * if the file has fewer bytes than its values take, is gzip and damaged or cut short, or has a spacing that is none.
  */
 void checkNifti(const std::string& path, Image& image);
+/** Of a NIfTI pair the header, whichever of its two files is named; what is no .img stays. */
+[[nodiscard]] std::string niftiHeader(const std::string& path);
+/** Throws ImportError for a .nii.gz beside whose name stands a .nii of other bytes: ITK would take the values of that.
+ */
+void requireOwnValues(const std::string& path);
 /** Whether it is NIfTI of the second version, which ITK does not read. */
 [[nodiscard]] bool isNifti2(const std::string& path);
 

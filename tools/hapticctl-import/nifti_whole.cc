@@ -1,5 +1,6 @@
 // ITK reads what is missing at the end of a NIfTI file as zeros, and takes no notice of gzip's checksum. It takes a
-// spacing that is none for 1, and puts spacings into millimetres, but not origins.
+// spacing that is none for 1, and puts spacings into millimetres, but not origins. Values of scan.nii.gz it reads from
+// scan.nii if that is there.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -8,6 +9,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tools/hapticctl-import/header_lines.h"
+#include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/itk_values.h"
 #include "tools/hapticctl-import/stream_length.h"
 
@@ -20,7 +23,44 @@ StreamLength lengthOfAll(const std::string& path) {
   return lengthOf(path, 0, 0, magic[0] == '\x1f' && magic[1] == '\x8b');
 }
 
+/** Takes an ending away, in small letters or capitals; false: it is another one. */
+bool take(std::string& path, const std::string& ending) {
+  if (path.size() <= ending.size() || lower(path.substr(path.size() - ending.size())) != ending) return false;
+  path.resize(path.size() - ending.size());
+  return true;
+}
+
+/** The first of these that is there, in the order in which ITK looks; empty: none. */
+std::string firstOf(const std::string& base, const char* ending, bool capitals) {
+  for (const std::string more : {"", ".gz"}) {
+    std::string path = ending + more;
+    if (capitals)
+      for (char& c : path) c = static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c);
+    path.insert(0, base);
+    if (std::filesystem::exists(path)) return path;
+  }
+  return {};
+}
+
 }  // namespace
+
+std::string niftiHeader(const std::string& path) {
+  std::string base = path;
+  (void)take(base, ".gz");
+  const bool capitals = base.back() == 'G';
+  if (!take(base, ".img")) return path;
+  const std::string header = firstOf(base, ".hdr", capitals);
+  return header.empty() ? path : header;
+}
+
+void requireOwnValues(const std::string& path) {
+  std::string plain = path;
+  if (!take(plain, ".gz") || lower(std::filesystem::path(plain).extension().string()) != ".nii") return;
+  if (!std::filesystem::is_regular_file(plain) || readFile(plain) == readFile(path)) return;
+  throw ImportError(std::filesystem::path(plain).filename().string(),
+                    "lies beside it, is another image, and would be read in its place",
+                    "move or rename one of the two");
+}
 
 bool isNifti2(const std::string& path) {
   const std::string head = lengthOfAll(path).head;
@@ -44,10 +84,14 @@ void checkNifti(const std::string& path, Image& image) {
   const std::int16_t bits = get(72, std::int16_t{});
   const double offset = static_cast<double>(get(108, float{}));
   if (head.compare(344, 3, "ni1") == 0) {  // The data are in a file beside it.
-    for (const std::filesystem::path& data :
-         {std::filesystem::path(path).replace_extension("img"),
-          std::filesystem::path(path).replace_extension("").replace_extension("img.gz")})
-      if (std::filesystem::exists(data)) length = lengthOfAll(data);
+    std::string base = path;
+    (void)take(base, ".gz");
+    const bool capitals = base.back() == 'R';
+    if (take(base, ".hdr"))
+      if (const std::string data = firstOf(base, ".img", capitals); !data.empty()) length = lengthOfAll(data);
+  } else if (head.compare(344, 3, "n+1") != 0) {
+    throw ImportError({}, "is ANALYZE 7.5, which does not say how it lies; of its kind NIfTI-1 is read",
+                      "convert it to NIfTI-1");
   }
   const double needed = std::max(0.0, offset) + static_cast<double>(values) * bits / 8;
   if (!(bits > 0 && static_cast<double>(length.bytes) >= needed && length.end == StreamEnd::kWhole)) {

@@ -159,11 +159,13 @@ Image readWith(itk::ImageIOBase& io, const BeforeValues& before_values) try {
                     header ? "is it whole, and are the files of values there that it names?" : "is the file whole?");
 }
 
-Image readScan(const std::string& path) {
+Image readScan(const std::string& named) {
   itk::Object::SetGlobalWarningDisplay(false);
-  requireFile(path);
+  requireFile(named);
   std::string format;
-  const itk::ImageIOBase::Pointer io = readerOf(path, format);
+  const itk::ImageIOBase::Pointer io = readerOf(named, format);
+  const std::string path = format == "NIfTI" ? niftiHeader(named) : named;
+  if (format == "NIfTI") requireOwnValues(path);
   io->SetFileName(path);
   Image image = readWith(*io, [&](std::uint64_t bytes) {
     if (format != "NIfTI") requireWhole(path, format, bytes);

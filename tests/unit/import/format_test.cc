@@ -67,6 +67,35 @@ TEST(Import, readsNifti) {
   EXPECT_EQ(readScan(folder.put("d.nii", turned + samples())).values[0], 2.0f * valueAt(0, 0, 0) - 5);
 }
 
+// Of a pair either file may be named; which of the two that ITK could take it takes is the one whose length is told.
+TEST(Import, readsNiftiPairsByEitherName) {
+  const Folder folder;
+  std::string pair = nifti().substr(0, 348);
+  pair[345] = 'i';
+  put<float>(pair, 108, 0);
+  const std::string header = folder.put("a.b.hdr", pair), packed = folder.put("a.b.img.gz", compressed(samples(), 31));
+  expectBall(readScan(header), {0, 0, 0}, kPlain);
+  expectBall(readScan(packed), {0, 0, 0}, kPlain);
+  const std::string values = folder.put("a.b.img", samples());
+  (void)folder.put("a.b.img.gz", "damaged, and not read");
+  expectBall(readScan(header), {0, 0, 0}, kPlain);
+  expectBall(readScan(values), {0, 0, 0}, kPlain);
+  const std::string capital = folder.put("C.HDR", pair);
+  (void)folder.put("C.IMG", samples().substr(2));
+  EXPECT_THAT(refusal([&] { return readScan(capital); }), HasSubstr("15358 bytes are there"));
+}
+
+// niftilib looks for scan.nii first, whose values it took for those of scan.nii.gz.
+TEST(Import, readsNoNiftiOfAnotherFile) {
+  const Folder folder;
+  const std::string packed = folder.put("a.nii.gz", compressed(nifti() + samples(), 31));
+  const std::string beside = folder.put("a.nii", nifti() + samples());
+  expectBall(readScan(packed), {0, 0, 0}, kPlain);
+  (void)folder.put("a.nii", nifti() + samples(true));
+  EXPECT_THAT(refusal([&] { return readScan(packed); }), HasSubstr("a.nii: lies beside it"));
+  EXPECT_NO_THROW((void)readScan(beside));
+}
+
 // ITK passes units over, but for the spacing of a NIfTI image, whose origin it then leaves.
 TEST(Import, lengthsAreInTheUnitThatTheHeaderNames) {
   const Folder folder;
@@ -122,6 +151,10 @@ TEST(Import, whatNiftiCannotBeReadIsSaid) {
   put<std::int32_t>(second, 0, 540);
   std::memcpy(second.data() + 4, "n+2\0\r\n\032\n", 8);
   EXPECT_THAT(refusal([&] { return readScan(folder.put("c.nii", second + samples())); }), HasSubstr("is NIfTI-2"));
+  std::string analyze = nifti().substr(0, 348);
+  put<std::int32_t>(analyze, 344, 0);
+  (void)folder.put("d.img", samples());
+  EXPECT_THAT(refusal([&] { return readScan(folder.put("d.hdr", analyze)); }), HasSubstr("is ANALYZE"));
 }
 
 std::string tarFile(const std::string& name, const std::string& bytes) {

@@ -41,12 +41,15 @@ std::string inflated(std::string_view packed, std::size_t most) {
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
   std::size_t left = packed.size();
   int code = Z_OK;
-  while (code == Z_OK && out.size() < most) {
+  while ((code == Z_OK || code == Z_STREAM_END) && out.size() < most) {
     if (stream.avail_in == 0) {
       const std::size_t part = std::min<std::size_t>(left, 1u << 30);
       stream.avail_in = static_cast<uInt>(part);
       left -= part;
     }
+    if (code == Z_STREAM_END &&  // Another member of a gzip file may follow; anything else is none of it.
+        (stream.avail_in == 0 || *stream.next_in != 0x1f || inflateReset(&stream) != Z_OK))
+      break;
     stream.next_out = reinterpret_cast<Bytef*>(block);
     stream.avail_out = sizeof block;
     code = inflate(&stream, Z_NO_FLUSH);

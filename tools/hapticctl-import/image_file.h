@@ -35,7 +35,7 @@ struct RawLayout {
 [[nodiscard]] std::optional<Sample> sampleOf(std::string_view word);
 
 // What they share.
-/** Unpacks zlib or gzip, to at most `most` bytes. Throws ImportError. */
+/** Unpacks zlib or gzip, the latter of any number of members, to at most `most` bytes. Throws ImportError. */
 [[nodiscard]] std::string inflated(std::string_view packed, std::size_t most);
 /** Bytes of so many values of that kind; throws ImportError if a size is below 2 or all are too many. */
 [[nodiscard]] std::size_t bytesOf(const std::array<std::uint32_t, 3>& size, Sample sample);

@@ -121,6 +121,8 @@ TEST(Whole, membersOfAGzipFileAreOneStream) {
   EXPECT_EQ(length(two + "padding").end, StreamEnd::kWhole) << "as gunzip has it";
   EXPECT_EQ(length("no such thing").end, StreamEnd::kDamaged);
   EXPECT_EQ(length("").end, StreamEnd::kCut);
+  EXPECT_EQ(readFile(folder.put("x", two + "padding")), std::string(100'000, 'a') + "bc");
+  EXPECT_THROW((void)readFile(folder.put("x", two.substr(0, two.size() - 1))), ImportError);
 }
 
 }  // namespace

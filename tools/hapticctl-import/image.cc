@@ -168,8 +168,12 @@ void smooth(Image& image, double sigma_mm) {
   for (std::size_t axis = 0; axis < 3; ++axis) smoothAlong(image, axis, sigma_mm);
 }
 
-void chooseLabel(Image& image, float label) {
-  for (float& v : image.values) v = v == label ? 1.0f : 0.0f;
+void chooseLabel(Image& image, double label) {
+  for (std::size_t i = 0; i < image.values.size(); ++i) {
+    float& v = image.values[i];
+    v = (image.exact.empty() ? v == static_cast<float>(label) : image.exact[i] == label) ? 1.0f : 0.0f;
+  }
+  image.exact = {};
 }
 
 }  // namespace hapticctl_import

@@ -18,6 +18,7 @@ using Double3 = std::array<double, 3>;
 struct Image {
   std::array<std::uint32_t, 3> size{};  ///< Values along each axis, at least 2.
   std::vector<float> values;
+  std::vector<double> exact;                                       ///< The same, only if floats round whole numbers.
   Double3 origin{};                                                ///< Of value (0, 0, 0) [mm].
   std::array<Double3, 3> step{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< From one value to the next along each axis [mm].
   std::string format;                                              ///< In words: what the file was.
@@ -44,8 +45,8 @@ struct ImportError : std::runtime_error {
 [[nodiscard]] Image resample(Image image, double spacing_mm);
 /** Convolves with a Gaussian of `sigma_mm` along each axis; borders are continued. */
 void smooth(Image& image, double sigma_mm);
-/** 1 where the value is `label`, else 0. */
-void chooseLabel(Image& image, float label);
+/** 1 where the value is `label`, else 0. Of the image as it was read: `exact` goes with no other change. */
+void chooseLabel(Image& image, double label);
 /** Length of a step [mm]. */
 [[nodiscard]] double spacing(const Image& image, std::size_t axis);
 /** Throws ImportError at `where` unless two values are left along each axis. */

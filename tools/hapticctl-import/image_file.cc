@@ -19,16 +19,15 @@ constexpr std::size_t kMostBytes = std::size_t{1} << 34;
 constexpr std::size_t kSampleBytes[] = {1, 1, 2, 2, 4, 4, 4, 8};
 
 template <class T>
-void decodeAs(std::string_view bytes, bool swap, std::vector<float>& out) {
-  for (std::size_t i = 0; i < out.size(); ++i) {
+void decodeAs(std::string_view bytes, bool swap, Image& image) {
+  takeValues(image, [&](std::size_t i) {
     char raw[sizeof(T)];
     std::memcpy(raw, bytes.data() + i * sizeof(T), sizeof(T));
     if (swap) std::reverse(raw, raw + sizeof(T));
     T value;
     std::memcpy(&value, raw, sizeof value);
-    const auto v = static_cast<float>(value);
-    out[i] = std::isfinite(v) ? v : 0.0f;
-  }
+    return value;
+  });
 }
 
 }  // namespace
@@ -108,21 +107,21 @@ void decode(std::string_view bytes, Sample sample, bool big_endian, Image& image
   const bool swap = big_endian != (std::endian::native == std::endian::big);
   switch (sample) {
     case Sample::kInt8:
-      return decodeAs<std::int8_t>(bytes, swap, image.values);
+      return decodeAs<std::int8_t>(bytes, swap, image);
     case Sample::kUint8:
-      return decodeAs<std::uint8_t>(bytes, swap, image.values);
+      return decodeAs<std::uint8_t>(bytes, swap, image);
     case Sample::kInt16:
-      return decodeAs<std::int16_t>(bytes, swap, image.values);
+      return decodeAs<std::int16_t>(bytes, swap, image);
     case Sample::kUint16:
-      return decodeAs<std::uint16_t>(bytes, swap, image.values);
+      return decodeAs<std::uint16_t>(bytes, swap, image);
     case Sample::kInt32:
-      return decodeAs<std::int32_t>(bytes, swap, image.values);
+      return decodeAs<std::int32_t>(bytes, swap, image);
     case Sample::kUint32:
-      return decodeAs<std::uint32_t>(bytes, swap, image.values);
+      return decodeAs<std::uint32_t>(bytes, swap, image);
     case Sample::kFloat:
-      return decodeAs<float>(bytes, swap, image.values);
+      return decodeAs<float>(bytes, swap, image);
     case Sample::kDouble:
-      return decodeAs<double>(bytes, swap, image.values);
+      return decodeAs<double>(bytes, swap, image);
   }
 }
 

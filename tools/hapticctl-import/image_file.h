@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -39,6 +40,26 @@ struct RawLayout {
 [[nodiscard]] std::string inflated(std::string_view packed, std::size_t most);
 /** Bytes of so many values of that kind; throws ImportError if a size is below 2 or all are too many. */
 [[nodiscard]] std::size_t bytesOf(const std::array<std::uint32_t, 3>& size, Sample sample);
+/**
+ * Fills image.values, whose size stands, with valueAt(0), valueAt(1), ... What is not finite becomes 0. Whole numbers
+ * that floats round, as an atlas may have for labels, are kept in image.exact, too.
+ */
+template <class ValueAt>
+void takeValues(Image& image, const ValueAt& valueAt) {
+  bool rounded = false;
+  for (std::size_t i = 0; i < image.values.size(); ++i) {
+    const auto value = static_cast<double>(valueAt(i));
+    const auto v = static_cast<float>(valueAt(i));
+    image.values[i] = std::isfinite(v) ? v : 0.0f;
+    rounded = rounded || (std::isfinite(v) && static_cast<double>(v) != value && std::floor(value) == value);
+  }
+  if (!rounded) return;
+  image.exact.resize(image.values.size());
+  for (std::size_t i = 0; i < image.exact.size(); ++i) {
+    const auto value = static_cast<double>(valueAt(i));
+    image.exact[i] = std::isfinite(value) ? value : 0;
+  }
+}
 /** Fills image.values from the bytes; throws ImportError if bytes are missing. */
 void decode(std::string_view bytes, Sample sample, bool big_endian, Image& image);
 /**

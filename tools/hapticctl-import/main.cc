@@ -59,8 +59,8 @@ int draw(const Options& o, const std::string& output) {
   Image image = readInput(o.input);
   fmt::print("{}\n", describe(image));
   const float level = levelOf(o, image);
+  if (o.by_label) chooseLabel(image, o.label);
   if (!o.crop.empty()) image = cropped(image, o.crop);
-  if (o.by_label) chooseLabel(image, static_cast<float>(o.label));
   if (o.smooth_mm > 0) smooth(image, o.smooth_mm);
   if (o.shrink > 1) image = shrink(image, o.shrink);
   if (o.resample_mm > 0) image = resample(std::move(image), o.resample_mm);

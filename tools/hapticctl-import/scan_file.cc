@@ -21,15 +21,11 @@ namespace hapticctl_import {
 namespace {
 
 template <class T>
-void convert(const std::vector<char>& bytes, std::vector<float>& out) {
-  const auto* const values = reinterpret_cast<const T*>(bytes.data());
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const auto v = static_cast<float>(values[i]);
-    out[i] = std::isfinite(v) ? v : 0.0f;
-  }
+void convert(const std::vector<char>& bytes, Image& out) {
+  takeValues(out, [values = reinterpret_cast<const T*>(bytes.data())](std::size_t i) { return values[i]; });
 }
 
-void convert(itk::IOComponentEnum kind, const std::vector<char>& bytes, std::vector<float>& out) {
+void convert(itk::IOComponentEnum kind, const std::vector<char>& bytes, Image& out) {
   using Kind = itk::IOComponentEnum;
   switch (kind) {
     case Kind::UCHAR:
@@ -145,7 +141,7 @@ Image readWith(itk::ImageIOBase& io, const BeforeValues& before_values) try {
   if (bytes.size() < count * io.GetComponentSize()) throw ImportError("values", "are cut short", "is the file whole?");
   if (complaints.hold("Incomplete Pixel Data"))
     throw ImportError("values", "are cut short", "is the file whole?");  // GDCM
-  convert(io.GetComponentType(), bytes, image.values);
+  convert(io.GetComponentType(), bytes, image);
   return image;
 } catch (const itk::ExceptionObject& error) {
   const std::string suffix = std::filesystem::path(io.GetFileName()).extension().string();

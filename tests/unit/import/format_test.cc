@@ -195,6 +195,24 @@ TEST(Import, readsRawNumbers) {
   EXPECT_THAT(refusal([&] { return parseRaw(samples(), layout); }), HasSubstr("spacing"));
 }
 
+TEST(Import, labelsThatFloatsRoundAreToldApart) {
+  constexpr std::uint32_t kLabels[] = {312782574, 312782578, 0, 1};  // Of Allen's atlas of the mouse's brain.
+  std::string bytes(std::size_t{24} * 20 * 16 * 4, '\0');
+  for (std::size_t i = 0; i < 24 * 20 * 16; ++i) put<std::uint32_t>(bytes, 4 * i, kLabels[i % 4]);
+  std::string header = metaImage();
+  header.replace(header.find("MET_SHORT"), 9, "MET_UINT");
+  const Folder folder;
+  RawLayout layout;
+  layout.size = kSize;
+  layout.sample = Sample::kUint32;
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (Image image : {readScan(folder.put("a.mha", header + bytes)), parseRaw(bytes, layout)}) {
+      chooseLabel(image, kLabels[k]);
+      for (std::size_t i = 0; i < image.values.size(); ++i) ASSERT_EQ(image.values[i], i % 4 == k ? 1 : 0) << i;
+    }
+  }
+}
+
 TEST(Import, liesInHeadersAreRefusedInWords) {
   const Folder folder;
   const auto told = [&](std::string header, const std::string& what, const std::string& lie) {

@@ -14,6 +14,8 @@
 namespace hapticctl_import {
 namespace {
 
+constexpr unsigned kAxisBits = 20;  ///< Of an edge's key: three axes and its direction are 63.
+
 class Marcher {
  public:
   Marcher(const LatticeSolid& solid, Surface& out) : solid_(solid), out_(out) {}
@@ -68,7 +70,7 @@ class Marcher {
     const int a = std::min(in, out_of), b = std::max(in, out_of);
     const Point p = corner(at, a), q = corner(at, b);
     std::uint64_t key = 0;
-    for (std::size_t k = 0; k < 3; ++k) key = key << 18 | static_cast<std::uint64_t>(p[k] + 1);
+    for (std::size_t k = 0; k < 3; ++k) key = key << kAxisBits | static_cast<std::uint64_t>(p[k] + 1);
     key = key << 3 | static_cast<std::uint64_t>(b - a);  // Of Kuhn's edges the difference tells the direction.
     const auto [found, made] = edges_.try_emplace(key, static_cast<std::uint32_t>(out_.vertices.size()));
     if (!made) return found->second;
@@ -108,6 +110,11 @@ class Marcher {
 }  // namespace
 
 Surface isosurface(const LatticeSolid& solid) {
+  for (const std::uint32_t n : solid.size) {
+    if (n + 1 < 1u << kAxisBits) continue;
+    throw ImportError("size", fmt::format("{} points along an axis, {} can be", n, (1u << kAxisBits) - 2),
+                      "take larger steps");
+  }
   Surface surface;
   Marcher(solid, surface).run();
   return surface;

@@ -30,7 +30,8 @@ struct LatticeSolid {
 
 /**
  * As below, of all layers: a vertex stands where the first of them crosses. Two solids that share a layer, one of them
- * with its sign turned, share the vertices of that cut to the bit.
+ * with its sign turned, share the vertices of that cut to the bit. Throws ImportError for more than a million points
+ * along an axis.
  */
 [[nodiscard]] Surface isosurface(const LatticeSolid& solid);
 

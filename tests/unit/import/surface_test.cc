@@ -57,6 +57,23 @@ TEST(Surface, noisyValuesStayManifold) {
   }
 }
 
+// As a resampled needle or the lattice of a long rod is: keys of 18 bits an axis made one vertex of two.
+TEST(Surface, longOnesStayManifold) {
+  LatticeSolid solid;
+  solid.size = {2, 2, 300'000};
+  std::vector<float> values(std::size_t{4} * 300'000, 0);
+  std::fill(values.end() - 40, values.end(), 1.0f);  // The last ten layers.
+  solid.layers = {values};
+  solid.iso = 0.5f;
+  solid.place = [](const Double3& at) { return Double3{at[0], at[1], at[2] - 299'990}; };
+  const Surface surface = isosurface(solid);
+  expectClosed(surface, false);
+  EXPECT_EQ(2 * surface.vertices.size(), surface.triangles.size() + 4) << "Euler's formula";
+  EXPECT_NEAR(volumeOf(surface), 9.8, 0.2);
+  solid.size[2] = 1u << 20;
+  EXPECT_THROW((void)isosurface(solid), ImportError);
+}
+
 TEST(Image, cropsShrinksAndSmoothsInPlace) {
   const Image image = ballImage();
   const Image part = crop(image, {4, 2, 3}, {20, 18, 99});

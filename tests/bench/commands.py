@@ -258,21 +258,21 @@ class Commands(unittest.TestCase):
         self.assertRegex(self.bench("run", "-m", ply, code=1), r"^haptic-bench: .*cut\.ply: .+ \(.+\)\n$")
 
     def test_a_mesh_file_that_keeps_its_reader_busy_is_given_up_at_a_signal(self):
-        ply = self.folder / "never.ply"  # Its header has no end.
-        ply.write_text("ply\nformat binary_little_endian 1.0\nelement vertex 3518\nproperty float x\nproperty float y\nproperty f",
-                       encoding="ascii")
+        obj, n = self.folder / "never.obj", 100_000  # One face that crosses itself everywhere.
+        obj.write_text("".join(f"v {i * 7919 % 100_003} {i * i * 31 % 100_003} 0\n" for i in range(n)) +
+                       "f " + " ".join(map(str, range(1, n + 1))) + "\n", encoding="ascii")
 
         def nohup():
             signal.signal(signal.SIGHUP, signal.SIG_IGN)
 
-        with subprocess.Popen([PROGRAM, "run", "-m", ply], stderr=subprocess.PIPE, text=True, start_new_session=True,
+        with subprocess.Popen([PROGRAM, "run", "-m", obj], stderr=subprocess.PIPE, text=True, start_new_session=True,
                               preexec_fn=nohup) as run:
             time.sleep(0.5)
             os.killpg(run.pid, signal.SIGHUP)  # The reader stays too.
             time.sleep(0.1)
             run.terminate()
             try:
-                self.assertRegex(run.communicate(timeout=10)[1], r"never\.ply: it was interrupted \(.+\)\n$")
+                self.assertRegex(run.communicate(timeout=10)[1], r"never\.obj: it was interrupted \(.+\)\n$")
             finally:
                 run.kill()
             self.assertEqual(run.returncode, 1)

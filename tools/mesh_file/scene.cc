@@ -11,13 +11,13 @@
 #include <assimp/Importer.hpp>
 #include <bit>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
 #include "tools/mesh_file/mesh_error.h"
+#include "tools/mesh_file/ply.h"
 #include "tools/mesh_file/polygon.h"
 #include "tools/mesh_file/stl.h"
 
@@ -101,28 +101,6 @@ class Gatherer {
   std::unordered_map<std::array<float, 3>, std::uint32_t, PositionHash> index_;
 };
 
-/**
- * A binary PLY whose data begin with the byte of a line's end: assimp takes that for the second half of the header's
- * \r\n, and all that follows is a byte off. With that end it reads it right. Empty for all other files.
- */
-std::string plyWithLineEnd(const std::string& path) {
-  constexpr std::size_t kMostHeader = 1 << 20;
-  constexpr std::string_view kEnd = "\nend_header\n";
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes(kMostHeader, '\0');
-  file.read(bytes.data(), 4);
-  if (file.gcount() != 4 || (bytes.compare(0, 4, "ply\n") != 0 && bytes.compare(0, 4, "ply\r") != 0)) return {};
-  file.read(bytes.data() + 4, static_cast<std::streamsize>(bytes.size() - 4));
-  bytes.resize(4 + static_cast<std::size_t>(file.gcount()));
-  const std::size_t end = bytes.find(kEnd);
-  const std::size_t format = bytes.find("\nformat binary");
-  if (end == bytes.npos || format > end || end + kEnd.size() >= bytes.size() || bytes[end + kEnd.size()] != '\n')
-    return {};
-  bytes.append(std::istreambuf_iterator<char>(file), {});
-  bytes.insert(end + kEnd.size() - 1, 1, '\r');
-  return bytes;
-}
-
 /** While it lives: what assimp's OFF reader says of faces that it leaves out, or gives other corners, and then takes.
  */
 class OffComplaint {
@@ -162,14 +140,20 @@ MeshFile readScene(const std::string& path, std::string_view program) {
                                   aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
                                   aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
   const aiScene* scene = nullptr;
+  std::unique_ptr<aiScene> ply;
   std::string error;
   const OffComplaint off;
   try {
     // Polygons are cut here, not by assimp: where three corners of one lie in a line it lays a lid over its hollow.
-    const std::string ply = plyWithLineEnd(path);
-    scene = ply.empty() ? importer.ReadFile(path, aiProcess_RemoveComponent)
-                        : importer.ReadFileFromMemory(ply.data(), ply.size(), aiProcess_RemoveComponent, "ply");
-    error = importer.GetErrorString();
+    if (isPly(path)) {
+      ply = readPly(path);
+      scene = ply.get();
+    } else {
+      scene = importer.ReadFile(path, aiProcess_RemoveComponent);
+      error = importer.GetErrorString();
+    }
+  } catch (const MeshError&) {
+    throw;
   } catch (const std::exception& e) {
     error = e.what();
   }

@@ -10,7 +10,7 @@
 
 namespace hapticd_mesh_file {
 
-/** In this process, which a damaged file may end: a PLY that is cut short is read beyond its end. Throws MeshError. */
+/** In this process, which a damaged file may end or keep for ever: assimp trusts it. Throws MeshError. */
 [[nodiscard]] MeshFile readScene(const std::string& path, std::string_view program);
 
 }  // namespace hapticd_mesh_file

@@ -70,8 +70,9 @@ class WithoutDaemon(Case):
             self.assertIn(expected, done.stderr)
 
     def test_a_file_that_keeps_its_reader_busy_is_given_up_at_a_signal(self):
-        path = self.directory / "never.ply"  # Its header has no end.
-        path.write_text("ply\nformat binary_little_endian 1.0\nelement vertex 3518\nproperty float x\nproperty float y\nproperty f")
+        path, n = self.directory / "never.obj", 100_000  # One face that crosses itself everywhere.
+        path.write_text("".join(f"v {i * 7919 % 100_003} {i * i * 31 % 100_003} 0\n" for i in range(n)) +
+                        "f " + " ".join(map(str, range(1, n + 1))) + "\n")
         with subprocess.Popen([HAPTICCTL, "load", path, "--scale", "mm"], stderr=subprocess.PIPE, text=True) as load:
             time.sleep(0.5)
             load.terminate()

@@ -45,7 +45,10 @@ bool endsInAFacet(const std::string& path) {
     std::string_view line = rest.substr(0, rest.find_first_of("\r\n"));
     rest.remove_prefix(std::min(rest.size(), line.size() + 1));
     line.remove_prefix(std::min(line.size(), line.find_first_not_of(" \t")));
-    if (line.substr(0, 5) == "facet") open = true;
+    if (line.substr(0, 5) == "facet") {  // In one line there may be all of it, or of them.
+      const std::size_t last = line.rfind("facet");
+      open = last < 3 || line.substr(last - 3, 3) != "end";
+    }
     if (line.substr(0, 8) == "endfacet" || line.substr(0, 8) == "endsolid") open = false;
   }
   return open;

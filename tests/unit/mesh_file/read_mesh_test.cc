@@ -279,6 +279,11 @@ TEST_F(ReadMeshTest, AnStlThatIsCutShortIsRefused) {
     EXPECT_EQ(refusal(file("t.stl", text.substr(0, at))), "is cut short: its last facet has no end") << at;
   EXPECT_EQ(refusal(file("t.STL", text.substr(0, text.rfind("endsolid")))), "not refused") << "its end is not missed";
   EXPECT_EQ(refusal(file("t.stl", text.substr(0, text.size() - 1) + " of a\tfacet\n")), "not refused");
+  std::string lines = text.substr(0, text.rfind("endsolid"));  // A facet a line.
+  for (std::size_t at = lines.find("facet"); (at = lines.find('\n', at)) != lines.npos; ++at)
+    if (lines.substr(at - 8, 8) != "endfacet") lines[at] = ' ';
+  EXPECT_EQ(readMesh(file("l.stl", lines), "the test", never).triangles.size(), 4u);
+  EXPECT_EQ(refusal(file("l.stl", lines.substr(0, lines.size() - 9))), "is cut short: its last facet has no end");
   std::string binary(84 + 4 * 50, '\0');
   binary[80] = 4;
   EXPECT_EQ(refusal(file("b.stl", binary.substr(0, 200))),

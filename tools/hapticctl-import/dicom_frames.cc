@@ -113,7 +113,30 @@ std::vector<DicomFrame> framesOf(const std::string& path) {
   return frames;
 }
 
-std::string whatIsNotSaid(const std::string& path, bool several_frames) {
+void placeSlice(const std::string& path, Image& slice) {
+  const bool no_place = slice.origin == Double3{}, no_spacing = spacing(slice, 0) == 1 && spacing(slice, 1) == 1;
+  if (!no_place && !no_spacing) return;
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  if (!reader.ReadSelectedTags({{0x20, 0x32}, {0x20, 0x37}, {0x28, 0x30}})) return;
+  const gdcm::DataSet& set = reader.GetFile().GetDataSet();
+  const auto position = numbersOf(set, {0x20, 0x32}, 3), axes = numbersOf(set, {0x20, 0x37}, 6),
+             apart = numbersOf(set, {0x28, 0x30}, 2);
+  if (no_place && !position.empty() && !axes.empty()) {
+    std::copy(position.begin(), position.end(), slice.origin.begin());
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double length = spacing(slice, k);
+      for (std::size_t a = 0; a < 3; ++a) slice.step[k][a] = axes[3 * k + a] * length;
+    }
+  }
+  if (!no_spacing || apart.empty()) return;
+  for (std::size_t a = 0; a < 3; ++a) {
+    slice.step[0][a] *= apart[1];  // Between columns.
+    slice.step[1][a] *= apart[0];
+  }
+}
+
+std::string whatIsNotSaid(const std::string& path, bool several_frames, bool is_1_mm) {
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
   if (!reader.ReadUpToTag(pixels(), {})) return {};
@@ -121,9 +144,9 @@ std::string whatIsNotSaid(const std::string& path, bool several_frames) {
   const auto none = [&set](std::initializer_list<gdcm::Tag> tags) {
     return std::none_of(tags.begin(), tags.end(), [&](const gdcm::Tag& tag) { return set.FindDataElement(tag); });
   };
-  // Functional groups; then pixel spacing, that at the detector, that of a scanned film, regions of ultrasound.
-  if (!none({{0x5200, 0x9229}, {0x5200, 0x9230}})) return {};
-  if (none({{0x28, 0x30}, {0x18, 0x1164}, {0x18, 0x2010}, {0x18, 0x6011}})) return ", does not say its spacing";
+  if (!none({{0x5200, 0x9229}, {0x5200, 0x9230}})) return {};  // Functional groups.
+  // That at the detector, of a scanned film, and of regions of ultrasound GDCM takes of their kinds of files alone.
+  if (is_1_mm && none({{0x28, 0x30}})) return ", does not say its spacing";
   if (several_frames && none({{0x18, 0x88}, {0x3004, 0xc}})) return ", does not say the spacing of its frames";
   return {};
 }

@@ -20,8 +20,17 @@ struct DicomFrame {
 /** One after the other; empty if the file does not say of each where it lies. */
 [[nodiscard]] std::vector<DicomFrame> framesOf(const std::string& path);
 
-/** What GDCM takes for 1 mm without a word, in words to be put behind others: no spacing of values, or of frames. */
-[[nodiscard]] std::string whatIsNotSaid(const std::string& path, bool several_frames);
+/**
+ * Puts an image of one slice where its file says, if GDCM has taken nothing of that: it heeds position and orientation
+ * of few kinds of files (not of secondary captures), and of radiography no spacing but that at the detector.
+ */
+void placeSlice(const std::string& path, Image& slice);
+
+/**
+ * What GDCM takes for 1 mm without a word, in words to be put behind others: no spacing of values, which are 1 mm apart
+ * then, or of frames.
+ */
+[[nodiscard]] std::string whatIsNotSaid(const std::string& path, bool several_frames, bool is_1_mm);
 
 /** Throws ImportError if values that are not compressed are fewer than rows, columns and frames make. */
 void requireWholeDicom(const std::string& path);

@@ -65,10 +65,14 @@ Image readSlice(const std::string& file) try {
   io->SetFileName(file);
   Image image = readWith(*io);
   requireWholeDicom(file);
+  if (image.size[2] == 1) placeSlice(file, image);
   return image;
 } catch (const ImportError& error) {
   throw ImportError(nameOf(file), (error.where.empty() ? "" : error.where + ": ") + error.what(), error.remedy);
 }
+
+/** Within a slice. */
+bool isOneMillimetre(const Image& image) { return spacing(image, 0) == 1 && spacing(image, 1) == 1; }
 
 /** The slices' normal, whose sign is that of the first one's axes. */
 Double3 normalOf(const Image& slice) {
@@ -205,7 +209,7 @@ Image readSeries(const DicomSeries& series) {
   }
   if (slices.size() == 1) {
     Image image = std::move(slices[0].image);
-    image.format = "DICOM, " + series.text + whatIsNotSaid(series.files.front(), true);
+    image.format = "DICOM, " + series.text + whatIsNotSaid(series.files.front(), true, isOneMillimetre(image));
     requireTwo(image, "size");
     checkPlace(image);
     return image;
@@ -219,7 +223,7 @@ Image readSeries(const DicomSeries& series) {
   }
   std::stable_sort(slices.begin(), slices.end(), [](const Slice& a, const Slice& b) { return a.along < b.along; });
   Image image;
-  image.format = "DICOM, " + series.text + whatIsNotSaid(series.files.front(), false);
+  image.format = "DICOM, " + series.text + whatIsNotSaid(series.files.front(), false, isOneMillimetre(slices[0].image));
   image.size = {slices[0].image.size[0], slices[0].image.size[1], static_cast<std::uint32_t>(slices.size())};
   image.origin = slices[0].image.origin;
   image.step = slices[0].image.step;

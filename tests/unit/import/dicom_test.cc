@@ -187,8 +187,25 @@ TEST(Dicom, aSpacingThatIsNotSaidIsTold) {
   const Folder series;
   putSeries(series, [](CtSlice& s, double) { s.row_spacing = 0; });
   EXPECT_THAT(readOne(series.path()).format, HasSubstr("does not say its spacing"));
+  putSeries(series, [](CtSlice& s, double) {  // That at the detector, of which GDCM takes nothing for CT.
+    s.row_spacing = 0;
+    s.groups = element(0x18, 0x1164, "DS", "0.5\\0.5");
+  });
+  EXPECT_THAT(readOne(series.path()).format, HasSubstr("does not say its spacing"));
   putSeries(series, [](CtSlice&, double) {});
   EXPECT_THAT(readOne(series.path()).format, Not(HasSubstr("does not say")));
+}
+
+// Of secondary captures GDCM takes no position, of radiography no spacing but that at the detector.
+TEST(Dicom, slicesOfEachKindStandWhereTheySay) {
+  for (const char* const kind :
+       {"1.2.840.10008.5.1.4.1.1.7", "1.2.840.10008.5.1.4.1.1.1", "1.2.840.10008.5.1.4.1.1.12.1"}) {
+    const Folder folder;
+    putSeries(folder, [&](CtSlice& s, double) { s.kind = kind; });
+    const Image image = readOne(folder.path());
+    expectBall(image, {10, 20, 30}, kPlain);
+    EXPECT_THAT(image.format, Not(HasSubstr("does not say")));
+  }
 }
 
 // They were what the memory held, or zeros.

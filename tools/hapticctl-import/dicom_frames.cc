@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 
+#include "tools/hapticctl-import/complaints.h"
 #include "tools/hapticctl-import/image_file.h"
 
 namespace hapticctl_import {
@@ -82,6 +83,7 @@ std::vector<DicomFrame> stackOf(const gdcm::DataSet& set) {
 }  // namespace
 
 std::vector<DicomFrame> framesOf(const std::string& path) {
+  const Complaints complaints;
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
   if (!reader.ReadUpToTag(pixels(), {})) return {};
@@ -116,6 +118,7 @@ std::vector<DicomFrame> framesOf(const std::string& path) {
 void placeSlice(const std::string& path, Image& slice) {
   const bool no_place = slice.origin == Double3{}, no_spacing = spacing(slice, 0) == 1 && spacing(slice, 1) == 1;
   if (!no_place && !no_spacing) return;
+  const Complaints complaints;
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
   if (!reader.ReadSelectedTags({{0x20, 0x32}, {0x20, 0x37}, {0x28, 0x30}})) return;
@@ -137,6 +140,7 @@ void placeSlice(const std::string& path, Image& slice) {
 }
 
 std::string whatIsNotSaid(const std::string& path, bool several_frames, bool is_1_mm) {
+  const Complaints complaints;
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
   if (!reader.ReadUpToTag(pixels(), {})) return {};
@@ -152,6 +156,7 @@ std::string whatIsNotSaid(const std::string& path, bool several_frames, bool is_
 }
 
 void requireWholeDicom(const std::string& path) {
+  const Complaints complaints;
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
   const std::set<gdcm::Tag> tags = {{0x28, 0x2}, {0x28, 0x8}, {0x28, 0x10}, {0x28, 0x11}, {0x28, 0x100}, pixels()};

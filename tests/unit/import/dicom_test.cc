@@ -208,6 +208,15 @@ TEST(Dicom, slicesOfEachKindStandWhereTheySay) {
   }
 }
 
+TEST(Dicom, whatGdcmWarnsOfIsKeptFromTheTerminal) {
+  const Folder folder;
+  putSeries(folder, [](CtSlice& s, double) { s.groups = element(0x28, 0x11, "US", number16(s.columns)); });  // Again.
+  testing::internal::CaptureStderr();
+  const Image image = readOne(folder.path());
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  expectBall(image, {10, 20, 30}, kPlain);
+}
+
 // They were what the memory held, or zeros.
 TEST(Dicom, valuesThatAreFewerThanFramesMakeAreMissed) {
   const Folder folder;

@@ -116,8 +116,6 @@ std::vector<DicomFrame> framesOf(const std::string& path) {
 }
 
 void placeSlice(const std::string& path, Image& slice) {
-  const bool no_place = slice.origin == Double3{}, no_spacing = spacing(slice, 0) == 1 && spacing(slice, 1) == 1;
-  if (!no_place && !no_spacing) return;
   const Complaints complaints;
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
@@ -125,17 +123,17 @@ void placeSlice(const std::string& path, Image& slice) {
   const gdcm::DataSet& set = reader.GetFile().GetDataSet();
   const auto position = numbersOf(set, {0x20, 0x32}, 3), axes = numbersOf(set, {0x20, 0x37}, 6),
              apart = numbersOf(set, {0x28, 0x30}, 2);
-  if (no_place && !position.empty() && !axes.empty()) {
+  if (slice.origin == Double3{} && !position.empty() && !axes.empty()) {
     std::copy(position.begin(), position.end(), slice.origin.begin());
     for (std::size_t k = 0; k < 2; ++k) {
       const double length = spacing(slice, k);
       for (std::size_t a = 0; a < 3; ++a) slice.step[k][a] = axes[3 * k + a] * length;
     }
   }
-  if (!no_spacing || apart.empty()) return;
-  for (std::size_t a = 0; a < 3; ++a) {
-    slice.step[0][a] *= apart[1];  // Between columns.
-    slice.step[1][a] *= apart[0];
+  if (apart.empty()) return;
+  for (std::size_t k = 0; k < 2; ++k) {  // Between rows stands first.
+    const double times = apart[1 - k] / spacing(slice, k);
+    for (double& x : slice.step[k]) x *= times;
   }
 }
 

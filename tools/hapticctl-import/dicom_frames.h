@@ -21,8 +21,8 @@ struct DicomFrame {
 [[nodiscard]] std::vector<DicomFrame> framesOf(const std::string& path);
 
 /**
- * Puts an image of one slice where its file says, if GDCM has taken nothing of that: it heeds position and orientation
- * of few kinds of files (not of secondary captures), and of radiography no spacing but that at the detector.
+ * Puts an image of one slice where its file says: GDCM heeds position and orientation of few kinds of files (not of
+ * secondary captures), and of radiography no spacing but that at the detector.
  */
 void placeSlice(const std::string& path, Image& slice);
 

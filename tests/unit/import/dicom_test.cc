@@ -201,7 +201,10 @@ TEST(Dicom, slicesOfEachKindStandWhereTheySay) {
   for (const char* const kind :
        {"1.2.840.10008.5.1.4.1.1.7", "1.2.840.10008.5.1.4.1.1.1", "1.2.840.10008.5.1.4.1.1.12.1"}) {
     const Folder folder;
-    putSeries(folder, [&](CtSlice& s, double) { s.kind = kind; });
+    putSeries(folder, [&](CtSlice& s, double) {
+      s.kind = kind;
+      s.groups = element(0x18, 0x1164, "DS", "2\\2");  // At the detector.
+    });
     const Image image = readOne(folder.path());
     expectBall(image, {10, 20, 30}, kPlain);
     EXPECT_THAT(image.format, Not(HasSubstr("does not say")));

@@ -11,6 +11,8 @@
 #include <assimp/Importer.hpp>
 #include <bit>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <memory>
 #include <unordered_map>
@@ -101,6 +103,31 @@ class Gatherer {
   std::unordered_map<std::array<float, 3>, std::uint32_t, PositionHash> index_;
 };
 
+/**
+ * An OBJ whose lines begin with blanks or end with comments, or that begins with a byte order mark: assimp leaves out
+ * the first in silence, and takes the others for corners that are none. Without all that; empty for all other files.
+ */
+std::string plainObj(const std::string& path) {
+  constexpr std::string_view kMark = "\xef\xbb\xbf", kBlanks = " \t";
+  std::string ending = path.substr(path.size() - std::min<std::size_t>(4, path.size()));
+  for (char& c : ending) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  if (ending != ".obj" || !std::filesystem::is_regular_file(path)) return {};
+  std::ifstream file(path, std::ios::binary);
+  std::string out;
+  bool other = false, goes_on = false;
+  for (std::string text; std::getline(file, text); out += '\n') {
+    std::string_view line = text;
+    if (out.empty() && line.substr(0, kMark.size()) == kMark) line.remove_prefix(kMark.size());
+    const std::size_t first = line.find_first_not_of(kBlanks), comment = line.find('#');
+    if (!goes_on) line.remove_prefix(std::min(first, line.size()));
+    if (comment != line.npos && comment > first) line = line.substr(0, line.find('#'));
+    other = other || line.size() != text.size();
+    goes_on = !line.empty() && line.substr(0, line.find_last_not_of('\r') + 1).ends_with('\\');
+    out += line;
+  }
+  return other ? out : std::string();
+}
+
 /** While it lives: what assimp's OFF reader says of faces that it leaves out, or gives other corners, and then takes.
  */
 class OffComplaint {
@@ -149,7 +176,9 @@ MeshFile readScene(const std::string& path, std::string_view program) {
       ply = readPly(path);
       scene = ply.get();
     } else {
-      scene = importer.ReadFile(path, aiProcess_RemoveComponent);
+      const std::string obj = plainObj(path);
+      scene = obj.empty() ? importer.ReadFile(path, aiProcess_RemoveComponent)
+                          : importer.ReadFileFromMemory(obj.data(), obj.size(), aiProcess_RemoveComponent, "obj");
       error = importer.GetErrorString();
     }
   } catch (const MeshError&) {

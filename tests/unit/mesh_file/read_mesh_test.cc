@@ -90,6 +90,20 @@ TEST_F(ReadMeshTest, MinusZeroIsZero) {
   EXPECT_EQ(readMesh(file("t.stl", text), "the test", never).vertices.size(), 4u);
 }
 
+// assimp left out lines that begin with blanks, in silence, and refused the others.
+TEST_F(ReadMeshTest, AnObjMayBeIndentedAndHaveComments) {
+  const std::string vertices = "v 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 5\n";
+  for (const char* const faces :
+       {"f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", "f 1 3 2\n  f 1 2 4\n\tf 1 4 3\r\nf 2 \\\n  3 4\n",
+        "g a#1\nf 1 3 2 # the first\nf 1 2 4#\n # none\nf 1 4 3\nf 2 3 4 # of four"}) {
+    for (const char* const mark : {"", "\xef\xbb\xbf"}) {
+      const MeshFile mesh = readMesh(file("a.obj", mark + vertices + faces), "the test", never);
+      EXPECT_EQ(mesh.triangles.size(), 4u) << faces;
+      EXPECT_THAT(mesh.upper, ElementsAre(2, 3, 5)) << faces;
+    }
+  }
+}
+
 /** The tetrahedron in words; what else stands in its header and among its values. */
 struct PlyText {
   std::string before_vertices, before_faces, vertex_property, face_property;  ///< Of the header.

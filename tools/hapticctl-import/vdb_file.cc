@@ -102,9 +102,14 @@ Image readVdb(const std::string& path, const VdbGrid& entry, double metres_per_u
     openvdb::io::File file(path);
     file.open(false);
     const auto grid = openvdb::gridPtrCast<FloatGrid>(file.readGrid(entry.name));
-    const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
+    openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
     if (const auto meta = file.getMetadata(); isOurs(*meta, *grid)) requireAsWritten(*meta, *grid, entry.name, box);
     if (box.empty()) throw ImportError({}, "the grid has no active voxels", "choose another by --grid");
+    for (int k = 0; k < 3; ++k) {  // So far out that one more can be counted.
+      if (box.min()[k] > openvdb::Coord::min()[k] && box.max()[k] < openvdb::Coord::max()[k]) continue;
+      throw ImportError("size", "voxels as far out as can be", "resample the grid elsewhere first");
+    }
+    box.expand(1);  // What is about them is known, too: the surface lies between the two.
     Image image;
     image.distances = grid->getGridClass() == openvdb::GRID_LEVEL_SET;
     image.usual_iso = image.distances ? 0.0f : 0.5f;

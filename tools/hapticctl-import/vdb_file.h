@@ -24,8 +24,8 @@ struct VdbGrid {
 /** The grids of a file that can be used: floats with a linear transform. Throws ImportError if there is none. */
 [[nodiscard]] std::vector<VdbGrid> gridsOf(const std::string& path);
 
-/** One of them, about its active voxels. Level sets become distances (Image::distances). Throws ImportError,
- * also for a grid of ours whose checksum does not match. */
+/** One of them, its active voxels and one more all around. Level sets become distances (Image::distances). Throws
+ * ImportError, also for a grid of ours whose checksum does not match. */
 [[nodiscard]] Image readVdb(const std::string& path, const VdbGrid& grid, double metres_per_unit);
 
 }  // namespace hapticctl_import

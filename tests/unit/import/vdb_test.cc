@@ -269,6 +269,22 @@ TEST(Vdb, gridsOfOthersAreListedAndPlaced) {
   EXPECT_NEAR(middle[2], 90, 0.5);
 }
 
+// The background stands beside the last voxel, and the surface half-way to it; it lay upon the voxel.
+TEST(Vdb, aDenseFogEndsBetweenItsVoxelsAndTheBackground) {
+  openvdb::initialize();
+  const Folder folder;
+  const auto grid = openvdb::FloatGrid::create(0);
+  grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+  grid->fill(openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(15)), 1, true);
+  InputOptions options;
+  options.file = folder.path() + "/cube.vdb";
+  options.scale = "mm";
+  openvdb::io::File(options.file).write(openvdb::GridPtrVec{grid});
+  const Image image = readInput(options);
+  EXPECT_THAT(image.origin, testing::Each(-1));
+  EXPECT_NEAR(volumeOf(isosurface(image, *image.usual_iso)), 16 * 16 * 16, 40);  // Its edges are bevelled.
+}
+
 TEST(Vdb, damagedFilesAreRefusedOrMakeAnImage) {
   const Folder folder;
   const std::string path = strange(folder);

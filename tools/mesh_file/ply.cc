@@ -270,6 +270,10 @@ bool isPly(const std::string& path) {
 std::unique_ptr<aiScene> readPly(const std::string& path) {
   std::string bytes(std::filesystem::file_size(path), '\0');
   std::ifstream(path, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  return parsePly(bytes);
+}
+
+std::unique_ptr<aiScene> parsePly(std::string_view bytes) {
   Ply ply(bytes);
   std::vector<aiVector3D> vertices;
   PlyFaces faces;

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 struct aiScene;
 
@@ -19,5 +20,7 @@ namespace hapticd_mesh_file {
  * Other elements and properties are passed over. Numbers of vertices may be too large. Throws MeshError.
  */
 [[nodiscard]] std::unique_ptr<aiScene> readPly(const std::string& path);
+/** The same of what a file holds; the first line is not looked at. */
+[[nodiscard]] std::unique_ptr<aiScene> parsePly(std::string_view bytes);
 
 }  // namespace hapticd_mesh_file

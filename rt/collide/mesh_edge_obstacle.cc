@@ -178,8 +178,12 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
   const auto add = [&](const Ridge& ridge, std::uint32_t triangle, std::uint32_t corner, double t,
                        std::uint32_t j) HD_RT {
     const Vec3 x_B = ridge.at(t), bisector = (ridge.one + ridge.other).normalized();
-    const double length = ridge.length(), inset = std::min(kInset, 0.25 * length);
-    const double gap_inset = gapAt(x_B - inset * bisector, std::max(kReach, margin));
+    const double length = ridge.length();
+    double inset = std::min(kInset, 0.25 * length), gap_inset = gapAt(x_B - inset * bisector, std::max(kReach, margin));
+    if (gap_inset < 0 && gap_inset > -2 * kToSide) {  // From just within the tool no normal is sure: a little farther.
+      inset *= 1.25;
+      gap_inset = gapAt(x_B - inset * bisector, std::max(kReach, margin));
+    }
     if (!(gap_inset <= margin + 2 * inset) || nearest.kind == FeatureKind::kVertex) return false;
     Vec3 n_A = normal(gap_inset), p_A = nearest.point;
     double gap = n_A.dot(p_A - X_AB * x_B);
@@ -231,8 +235,18 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     if (isTold(ridge.at(0.5), brief ? 0 : 0.5 * length, least, normal(gap))) return;  // By what was found meanwhile.
     const double reach = 0.5 * length + std::max(kReach, margin);
     const Vec3 within = inset * (ridge.one + ridge.other).normalized();
-    const EdgeSpan span =
-        touchingSpan(margin + 2 * inset, length, [&](double at) HD_RT { return gapAt(ridge.at(at) - within, reach); });
+    const auto along = [&](double at) HD_RT { return gapAt(ridge.at(at) - within, reach); };
+    EdgeSpan span = touchingSpan(margin + 2 * inset, length, along);
+    if (span.near && span.least < 0) {  // Deep: held at the one end alone it would sink in at the other.
+      const double best = span.place[0], there = along(best);
+      const Vec3 n_A = normal(there);
+      const auto alike = [&](double at) HD_RT {
+        const double gap_at = along(at);
+        return normal(gap_at).dot(n_A) > kSameWay ? gap_at : static_cast<double>(INFINITY);
+      };
+      span.place[1] = lastOf(best, 0, 0, alike);
+      span.place[2] = lastOf(best, 1, 0, alike);
+    }
     for (int j = 0; j < 3; ++j) {
       const double at = span.place[j], aside = inset / length;
       const double snapped = at < aside ? 0 : (1 - at < aside ? 1 : at);

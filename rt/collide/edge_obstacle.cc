@@ -64,9 +64,10 @@ bool isAtBorder(const Shape& box, const Vec3& x, int i) HD_RT {
  * other, however little, and from within A its nearest face tells nothing of how they lie, while from here A's edge is
  * nearest.
  */
-Vec3 withinEdge(const Shape& shape, const Vec3& x, const Vec3& along) HD_RT {
+Vec3 withinEdge(const Shape& shape, const Vec3& x, const Vec3& along, double times = 1) HD_RT {
   const bool round = shape.kind == ShapeKind::kCylinder;
-  const double inset = std::min(kInset, 0.25 * (round ? shape.size.head<2>().minCoeff() : shape.size.minCoeff()));
+  const double inset =
+      times * std::min(kInset, 0.25 * (round ? shape.size.head<2>().minCoeff() : shape.size.minCoeff()));
   if (round) {
     const double share = 1 - inset / shape.size.x();
     return {share * x.x(), share * x.y(), x.z() - std::copysign(inset, x.z())};
@@ -101,9 +102,9 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
   const double tool = points_.reach() + margin;
   NearestQuery query;
   Nearest nearest;
-  const auto gapAt = [&](const Vec3& x_B, const Vec3& on, double reach) HD_RT {
+  const auto gapAt = [&](const Vec3& x_B, const Vec3& on, double reach, double times = 1) HD_RT {
     query = {};
-    query.x = X_AB * withinEdge(obstacle.shape, x_B, on);
+    query.x = X_AB * withinEdge(obstacle.shape, x_B, on, times);
     if (mesh) query.reach = reach;
     query.limit = purse.left();
     const bool found = !purse.empty() && nearestOnShape(held.shape, query, nearest) == NearestResult::kFound;
@@ -112,18 +113,40 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     const double apart = std::sqrt(nearest.squared_distance);
     return nearest.isInside(query.x) ? -apart : apart;
   };
-  const auto add = [&](const Vec3& x_B, std::uint32_t feature) HD_RT {
-    const double apart = gapAt(x_B, Vec3::Zero(), std::max(kReach, margin));
+  // From the obstacle to the tool, where it was asked last.
+  const auto normal = [&](double apart) HD_RT {
+    return std::abs(apart) > 1e-7 ? Vec3((nearest.point - query.x) / apart) : Vec3(-nearest.pseudo_normal);
+  };
+  const auto add = [&](const Edge& edge, double t, std::uint32_t feature) HD_RT {
+    const Vec3 x_B = edge.point(t);
+    const double reach = std::max(kReach, margin);
+    double apart = gapAt(x_B, Vec3::Zero(), reach), times = 1;
+    if (apart < 0 && apart > -2 * kToSide)  // From just within the tool no normal is sure: a little farther.
+      apart = gapAt(x_B, Vec3::Zero(), reach, times = 1.25);
     // A vertex of the tool is one of its points, and its mantle has discs.
     if (!(apart <= margin + 2 * kInset) || nearest.kind == FeatureKind::kVertex) return;
-    const Vec3 n_A = std::abs(apart) > 1e-7 ? Vec3((nearest.point - query.x) / apart) : Vec3(-nearest.pseudo_normal);
-    const double gap = n_A.dot(nearest.point - X_AB * x_B);
+    Vec3 n_A = normal(apart), p_A = nearest.point;
+    double gap = n_A.dot(p_A - X_AB * x_B);
     if (gap > margin) return;
-    if (held.shape.kind == ShapeKind::kCylinder && isOnMantle(held.shape, nearest.point, n_A)) return;
+    if (held.shape.kind == ShapeKind::kCylinder && isOnMantle(held.shape, p_A, n_A)) return;
+    const Vec3 along = X_AB.q * edge.along;
+    if (t > 0 && t < 1 && edge.radius == 0 && std::abs(n_A.dot(along)) > kAlong) {
+      const auto look = [&](double shift, Vec3& n, Vec3& p) HD_RT {
+        const double beside = gapAt(edge.point(t + shift / edge.length()), edge.along, kReach, times);
+        n = normal(beside);
+        p = nearest.point;
+        return beside;
+      };
+      const Crossing crossing = crossingAt(X_AB * x_B, along, look);
+      if (!crossing.found) return;
+      n_A = crossing.n_A;
+      gap = crossing.gap;
+      p_A = X_AB * x_B + gap * n_A;
+    }
     if (!leansOut(obstacle.shape, x_B, X_AB.q.conjugate() * n_A)) return;
     Contact contact;
     contact.n_W = held.X_WO.q * n_A;
-    contact.p_WA = held.X_WO * nearest.point;
+    contact.p_WA = held.X_WO * p_A;
     contact.p_WB = obstacle.X_WO * x_B;
     contact.depth = -gap;
     contact.feature_a = kFirstEdge + feature;
@@ -138,9 +161,16 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     const double length = edge.length(), reach = 0.5 * length + std::max(kReach, margin);
     if ((X_AB * edge.point(0.5)).norm() > tool + 0.5 * length) continue;
     const auto along = [&](double t) HD_RT { return gapAt(edge.point(t), edge.along, reach); };
-    const EdgeSpan span = touchingSpan(margin + 2 * kInset, length, along);
+    EdgeSpan span = touchingSpan(margin + 2 * kInset, length, along);
+    if (span.near) {
+      const Vec3 n_A = normal(along(span.place[0]));
+      double last = 0;
+      spanAslant(
+          span, [&](double t) HD_RT { return last = along(t); },
+          [&]() HD_RT { return normal(last).dot(n_A) > kSameWay; });
+    }
     for (int j = 0; j < 3; ++j) {
-      if (span.has(j)) add(edge.point(edge.orEnd(span.place[j])), 3 * i + static_cast<std::uint32_t>(j));
+      if (span.has(j)) add(edge, edge.orEnd(span.place[j]), 3 * i + static_cast<std::uint32_t>(j));
     }
   }
 }

@@ -25,6 +25,41 @@ inline constexpr double kInset = 2e-4;
   return std::abs(point.z()) < cylinder.size.y() || !(std::abs(n.z()) > kOffMantle);
 }
 
+inline constexpr double kAslant = 1e-4;  ///< By so much the gap may grow along what lies along [m].
+inline constexpr double kToSide = 2e-5;  ///< Of a place on an edge [m].
+inline constexpr double kSlanted = 0.3;  ///< Length of a sum of normals below which the faces are those of a plate.
+
+/** How two edges lie that cross deep in each other. */
+struct Crossing {
+  Vec3 n_A = Vec3::Zero();  ///< Across both.
+  double gap = 0;           ///< Along it [m].
+  bool found = false;
+};
+
+/**
+ * Of an edge of B in A, at x, where A's nearest faces look along it: the normal that is of those of A's faces to both
+ * sides, so across A's edge between them, and across B's. `look(shift, n_A, p_A)` tells of the place so far aside along
+ * the edge [m] the gap, and the nearest point of A and its normal. In A's frame; `along` is unit.
+ */
+template <class Look>
+Crossing crossingAt(const Vec3& x, const Vec3& along, const Look& look) HD_RT {
+  Crossing crossing;
+  Vec3 n[2], p[2];
+  for (const int side : {0, 1}) {
+    if (!(look(side == 0 ? -kToSide : kToSide, n[side], p[side]) < 0)) return crossing;
+  }
+  const double slope = n[0].dot(along), other = n[1].dot(along);
+  if (!(slope * other < 0)) return crossing;
+  const double weight = std::abs(slope / other);
+  const Vec3 sum = n[0] + weight * n[1];
+  const double norm = sum.norm();
+  if (!(norm > kSlanted)) return crossing;
+  crossing.n_A = sum / norm;
+  crossing.gap = (n[0].dot(p[0] - x) + weight * n[1].dot(p[1] - x)) / norm;
+  crossing.found = true;
+  return crossing;
+}
+
 /** Places on an edge, as parts of its way. */
 struct EdgeSpan {
   /** The nearest, and both ends of what touches, which hold the rotation of what lies along. */
@@ -74,6 +109,24 @@ EdgeSpan touchingSpan(double margin, double length, const Gap& gapAt) HD_RT {
   span.place[1] = first;
   span.place[2] = last;
   return span;
+}
+
+/**
+ * Makes the ends those of what lies along the tool though aslant, by up to kAslant or within it: held at its nearest
+ * place alone it would sink in at the other end. `gapAt` as above; `isAlike()` tells of the gap asked for last whether
+ * its normal is nearly that at the nearest place: farther on another face is nearest.
+ */
+template <class Gap, class Alike>
+void spanAslant(EdgeSpan& span, const Gap& gapAt, const Alike& isAlike) HD_RT {
+  if (!span.near) return;
+  const double most = std::max(0.0, span.least + kAslant);
+  const auto alike = [&](double t) HD_RT {
+    const double gap = gapAt(t);
+    return isAlike() ? gap : static_cast<double>(INFINITY);
+  };
+  const double best = span.place[0];
+  span.place[1] = lastOf(best, 0, most, alike);
+  span.place[2] = lastOf(best, 1, most, alike);
 }
 
 }  // namespace hapticd

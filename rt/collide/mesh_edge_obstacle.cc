@@ -18,7 +18,6 @@ constexpr std::uint32_t kWork = 40000;    ///< and units for them: of one mesh.
 constexpr std::uint32_t kMostFound = 16;  ///< Places.
 constexpr std::uint32_t kLook = 7;        ///< Units that a place costs beside what its query counts.
 constexpr double kNearby = 5e-4;          ///< Beyond what may close before the next answer [m].
-constexpr double kToSide = 2e-5;          ///< Of a place on a ridge [m].
 constexpr double kRidge = 1e-3;           ///< Sine of the least angle between the faces of a ridge.
 constexpr double kApart = 1.0 / 8;        ///< Of the tool: so near to a contact nothing new is told.
 constexpr double kBrief = 1.0 / 8;        ///< Of that: a ridge this short is one place.
@@ -193,22 +192,16 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
       const std::uint32_t end = t > 0 ? (corner + 1) % 3 : corner;
       if (!isPeak(mesh, triangle, end, X_AB.q.conjugate() * n_A, purse.report.work)) return false;
     } else if (const Vec3 along = X_AB.q * (ridge.to - ridge.from); std::abs(n_A.dot(along)) > kAlong * length) {
-      // Deep in the tool, across an edge of it: its normal is of those of the faces to both sides the one across both.
-      Vec3 sum = Vec3::Zero();
-      double gaps = 0, slope[2];
-      for (const int side : {0, 1}) {
-        const double beside = gapAt(ridge.at(t + (side == 0 ? -1 : 1) * kToSide / length) - inset * bisector, kReach);
-        if (!(beside < 0)) return false;
-        const Vec3 n = normal(beside);
-        slope[side] = n.dot(along) / length;
-        const double weight = side == 0 ? 1 : std::abs(slope[0] / slope[1]);
-        sum += weight * n;
-        gaps += weight * n.dot(nearest.point - X_AB * x_B);
-      }
-      const double norm = sum.norm();
-      if (!(slope[0] * slope[1] < 0 && norm > kAlong)) return false;
-      n_A = sum / norm;
-      gap = gaps / norm;
+      const auto look = [&](double shift, Vec3& n, Vec3& p) HD_RT {
+        const double beside = gapAt(ridge.at(t + shift / length) - inset * bisector, kReach);
+        n = normal(beside);
+        p = nearest.point;
+        return beside;
+      };
+      const Crossing crossing = crossingAt(X_AB * x_B, along / length, look);
+      if (!crossing.found) return false;
+      n_A = crossing.n_A;
+      gap = crossing.gap;
       p_A = X_AB * x_B + gap * n_A;
     }
     const Vec3 n_B = X_AB.q.conjugate() * n_A;
@@ -237,15 +230,12 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     const Vec3 within = inset * (ridge.one + ridge.other).normalized();
     const auto along = [&](double at) HD_RT { return gapAt(ridge.at(at) - within, reach); };
     EdgeSpan span = touchingSpan(margin + 2 * inset, length, along);
-    if (span.near && span.least < 0) {  // Deep: held at the one end alone it would sink in at the other.
-      const double best = span.place[0], there = along(best);
-      const Vec3 n_A = normal(there);
-      const auto alike = [&](double at) HD_RT {
-        const double gap_at = along(at);
-        return normal(gap_at).dot(n_A) > kSameWay ? gap_at : static_cast<double>(INFINITY);
-      };
-      span.place[1] = lastOf(best, 0, 0, alike);
-      span.place[2] = lastOf(best, 1, 0, alike);
+    if (span.near) {
+      const Vec3 n_A = normal(along(span.place[0]));
+      double last = 0;
+      spanAslant(
+          span, [&](double at) HD_RT { return last = along(at); },
+          [&]() HD_RT { return normal(last).dot(n_A) > kSameWay; });
     }
     for (int j = 0; j < 3; ++j) {
       const double at = span.place[j], aside = inset / length;

@@ -118,11 +118,16 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     return std::abs(apart) > 1e-7 ? Vec3((nearest.point - query.x) / apart) : Vec3(-nearest.pseudo_normal);
   };
   const auto add = [&](const Edge& edge, double t, std::uint32_t feature) HD_RT {
-    const Vec3 x_B = edge.point(t);
     const double reach = std::max(kReach, margin);
-    double apart = gapAt(x_B, Vec3::Zero(), reach), times = 1;
-    if (apart < 0 && apart > -2 * kToSide)  // From just within the tool no normal is sure: a little farther.
-      apart = gapAt(x_B, Vec3::Zero(), reach, times = 1.25);
+    double apart = gapAt(edge.point(t), Vec3::Zero(), reach), times = 1;
+    if (apart < 0 && apart > -2 * kToSide) {  // From just within the tool no normal is sure: a little farther.
+      times = 1.25;
+      if (t > 0 && t < 1)
+        t = nearestBeside(t, edge.length(),
+                          [&](double at) HD_RT { return gapAt(edge.point(at), edge.along, reach, times); });
+      apart = gapAt(edge.point(t), Vec3::Zero(), reach, times);
+    }
+    const Vec3 x_B = edge.point(t);
     // A vertex of the tool is one of its points, and its mantle has discs.
     if (!(apart <= margin + 2 * kInset) || nearest.kind == FeatureKind::kVertex) return;
     Vec3 n_A = normal(apart), p_A = nearest.point;
@@ -161,14 +166,7 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     const double length = edge.length(), reach = 0.5 * length + std::max(kReach, margin);
     if ((X_AB * edge.point(0.5)).norm() > tool + 0.5 * length) continue;
     const auto along = [&](double t) HD_RT { return gapAt(edge.point(t), edge.along, reach); };
-    EdgeSpan span = touchingSpan(margin + 2 * kInset, length, along);
-    if (span.near) {
-      const Vec3 n_A = normal(along(span.place[0]));
-      double last = 0;
-      spanAslant(
-          span, [&](double t) HD_RT { return last = along(t); },
-          [&]() HD_RT { return normal(last).dot(n_A) > kSameWay; });
-    }
+    const EdgeSpan span = touchingSpan(margin + 2 * kInset, length, along, normal);
     for (int j = 0; j < 3; ++j) {
       if (span.has(j)) add(edge, edge.orEnd(span.place[j]), 3 * i + static_cast<std::uint32_t>(j));
     }

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "rt/body/contact_model.h"
+#include "rt/base/math.h"
 #include "rt/collide/line_search.h"
-#include "rt/scene/scene.h"
+#include "rt/collide/scene_contacts.h"
 
 namespace hapticd {
 
@@ -60,6 +60,13 @@ Crossing crossingAt(const Vec3& x, const Vec3& along, const Look& look) HD_RT {
   return crossing;
 }
 
+/** The nearest place about t, as seen from a little farther within the edge. */
+template <class Gap>
+double nearestBeside(double t, double length, const Gap& gapAt) HD_RT {
+  const double beside = kInset / length;
+  return leastOf(std::max(0.0, t - beside), std::min(1.0, t + beside), gapAt);
+}
+
 /** Places on an edge, as parts of its way. */
 struct EdgeSpan {
   /** The nearest, and both ends of what touches, which hold the rotation of what lies along. */
@@ -72,11 +79,13 @@ struct EdgeSpan {
 };
 
 /**
- * Of an edge of that length where gapAt(t), for t from 0 to 1, is at most `margin`. The gap changes by no more than the
- * way along the edge. Some 10 gaps where the tool lies flat along it, else 60 at most.
+ * Of an edge of that length where gapAt(t), for t from 0 to 1, is at most `margin`; normalOf(gap) is the normal where
+ * it was asked last. The gap changes by no more than the way along the edge. The ends are those of what lies along the
+ * tool though aslant, by up to kAslant or within it: held at its nearest place alone it would sink in at the other end.
+ * Farther on another face of the tool is nearest. Some 10 gaps where the tool lies flat along it, else 60 at most.
  */
-template <class Gap>
-EdgeSpan touchingSpan(double margin, double length, const Gap& gapAt) HD_RT {
+template <class Gap, class Normal>
+EdgeSpan touchingSpan(double margin, double length, const Gap& gapAt, const Normal& normalOf) HD_RT {
   constexpr int kTries = 4;       // Parts of the edge, from which the nearest place is looked for.
   constexpr double kStep = 1e-3;  // Of the edge,
   constexpr double kFlat = 1e-9;  // and by how much a gap grows there that does not [m].
@@ -102,31 +111,17 @@ EdgeSpan touchingSpan(double margin, double length, const Gap& gapAt) HD_RT {
       span.least = there;
     }
   }
-  const double touching = span.least + ContactModel::kLeastReach;
-  const double first = lastOf(best, 0, touching, gapAt), last = lastOf(best, 1, touching, gapAt);
-  span.near = true;
-  span.place[0] = best;
-  span.place[1] = first;
-  span.place[2] = last;
-  return span;
-}
-
-/**
- * Makes the ends those of what lies along the tool though aslant, by up to kAslant or within it: held at its nearest
- * place alone it would sink in at the other end. `gapAt` as above; `isAlike()` tells of the gap asked for last whether
- * its normal is nearly that at the nearest place: farther on another face is nearest.
- */
-template <class Gap, class Alike>
-void spanAslant(EdgeSpan& span, const Gap& gapAt, const Alike& isAlike) HD_RT {
-  if (!span.near) return;
-  const double most = std::max(0.0, span.least + kAslant);
+  const Vec3 n = normalOf(gapAt(best));
   const auto alike = [&](double t) HD_RT {
     const double gap = gapAt(t);
-    return isAlike() ? gap : static_cast<double>(INFINITY);
+    return normalOf(gap).dot(n) > SceneContacts::kSameWay ? gap : static_cast<double>(INFINITY);
   };
-  const double best = span.place[0];
+  const double most = std::max(0.0, span.least + kAslant);
+  span.near = true;
+  span.place[0] = best;
   span.place[1] = lastOf(best, 0, most, alike);
   span.place[2] = lastOf(best, 1, most, alike);
+  return span;
 }
 
 }  // namespace hapticd

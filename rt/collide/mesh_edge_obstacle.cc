@@ -176,13 +176,16 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
   // Whether it touches there, with a normal of that edge or, at its end, of a peak.
   const auto add = [&](const Ridge& ridge, std::uint32_t triangle, std::uint32_t corner, double t,
                        std::uint32_t j) HD_RT {
-    const Vec3 x_B = ridge.at(t), bisector = (ridge.one + ridge.other).normalized();
-    const double length = ridge.length();
-    double inset = std::min(kInset, 0.25 * length), gap_inset = gapAt(x_B - inset * bisector, std::max(kReach, margin));
+    const Vec3 bisector = (ridge.one + ridge.other).normalized();
+    const double length = ridge.length(), reach = std::max(kReach, margin);
+    double inset = std::min(kInset, 0.25 * length), gap_inset = gapAt(ridge.at(t) - inset * bisector, reach);
     if (gap_inset < 0 && gap_inset > -2 * kToSide) {  // From just within the tool no normal is sure: a little farther.
       inset *= 1.25;
-      gap_inset = gapAt(x_B - inset * bisector, std::max(kReach, margin));
+      if (t > 0 && t < 1)
+        t = nearestBeside(t, length, [&](double at) HD_RT { return gapAt(ridge.at(at) - inset * bisector, reach); });
+      gap_inset = gapAt(ridge.at(t) - inset * bisector, reach);
     }
+    const Vec3 x_B = ridge.at(t);
     if (!(gap_inset <= margin + 2 * inset) || nearest.kind == FeatureKind::kVertex) return false;
     Vec3 n_A = normal(gap_inset), p_A = nearest.point;
     double gap = n_A.dot(p_A - X_AB * x_B);
@@ -229,14 +232,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     const double reach = 0.5 * length + std::max(kReach, margin);
     const Vec3 within = inset * (ridge.one + ridge.other).normalized();
     const auto along = [&](double at) HD_RT { return gapAt(ridge.at(at) - within, reach); };
-    EdgeSpan span = touchingSpan(margin + 2 * inset, length, along);
-    if (span.near) {
-      const Vec3 n_A = normal(along(span.place[0]));
-      double last = 0;
-      spanAslant(
-          span, [&](double at) HD_RT { return last = along(at); },
-          [&]() HD_RT { return normal(last).dot(n_A) > kSameWay; });
-    }
+    const EdgeSpan span = touchingSpan(margin + 2 * inset, length, along, normal);
     for (int j = 0; j < 3; ++j) {
       const double at = span.place[j], aside = inset / length;
       const double snapped = at < aside ? 0 : (1 - at < aside ? 1 : at);

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "rt/base/math.h"
+#include "rt/body/contact_model.h"
 #include "rt/collide/line_search.h"
 #include "rt/collide/scene_contacts.h"
 
@@ -112,9 +113,10 @@ EdgeSpan touchingSpan(double margin, double length, const Gap& gapAt, const Norm
     }
   }
   const Vec3 n = normalOf(gapAt(best));
+  const double flat = span.least + ContactModel::kLeastReach;
   const auto alike = [&](double t) HD_RT {
     const double gap = gapAt(t);
-    return normalOf(gap).dot(n) > SceneContacts::kSameWay ? gap : static_cast<double>(INFINITY);
+    return gap <= flat || normalOf(gap).dot(n) > SceneContacts::kSameWay ? gap : static_cast<double>(INFINITY);
   };
   const double most = std::max(0.0, span.least + kAslant);
   span.near = true;

@@ -73,8 +73,7 @@ class Core {
   static constexpr std::uint32_t kSubscriptionsPerUser = 64;  ///< Each may hold a queue of events.
   static constexpr std::int64_t kArmAnswerNs = 1'000'000'000;
   static constexpr std::int64_t kRoomNs = 500'000'000;
-  static constexpr std::size_t kWishes =
-      64;  ///< Sessions that may wait for room, and recordings; more are refused at once.
+  static constexpr std::size_t kWishes = 64;  ///< Sessions, or recordings, that may wait; more are refused at once.
 
   Core(const CoreOptions& options, Clock& clock);
   ~Core();
@@ -165,8 +164,10 @@ class Core {
 
   /** Records the device's group; Recordings says who may. */
   [[nodiscard]] Result<Recordings::Started> record(std::string_view uri, std::uint64_t connection);
-  /** The same; `done` is called once, now or by a later poll(): where a recording that ends is in the way, when it is
-   * over, kRoomNs later at most. */
+  /**
+   * The same; `done` is called once, now or by a later poll(): where a recording that ends is in the way, when it is
+   * over, kRoomNs later at most.
+   */
   using RecordDone = std::function<void(Result<Recordings::Started>)>;
   void record(std::string_view uri, std::uint64_t connection, RecordDone done);
 

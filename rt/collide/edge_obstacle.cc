@@ -4,13 +4,14 @@
 #include <cmath>
 
 #include "rt/collide/edge_search.h"
+#include "rt/collide/feature.h"
 #include "rt/collide/purse.h"
 #include "rt/collide/round.h"
 
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kBoxEdges = 12, kArcs = 8;  ///< Of a rim.
+constexpr std::uint32_t kArcs = 8;  ///< Of a rim.
 
 /** One edge of B, straight or an eighth of a rim, as far as A may reach; in B's frame. */
 struct Edge {
@@ -55,10 +56,6 @@ Edge edgeOf(const Shape& shape, std::uint32_t i, const Vec3& near, double reach)
   return edge;
 }
 
-bool isAtBorder(const Shape& box, const Vec3& x, int i) HD_RT {
-  return box.size[i] - std::abs(x[i]) <= 1e-9 * box.size[i];
-}
-
 /**
  * A place a little within B's corner at x, or its edge `along`, from which A is looked at: edges that cross are in each
  * other, however little, and from within A its nearest face tells nothing of how they lie, while from here A's edge is
@@ -79,7 +76,8 @@ Vec3 withinEdge(const Shape& shape, const Vec3& x, const Vec3& along, double tim
   return at;
 }
 
-/** Whether what touches B at x along n may lean there: n is outward on both faces of the edge, or all of the corner. */
+}  // namespace
+
 bool leansOut(const Shape& shape, const Vec3& x, const Vec3& n) HD_RT {
   if (shape.kind == ShapeKind::kCylinder) {
     const Vec3 out = Vec3(x.x(), x.y(), 0).normalized();
@@ -90,8 +88,6 @@ bool leansOut(const Shape& shape, const Vec3& x, const Vec3& n) HD_RT {
   }
   return true;
 }
-
-}  // namespace
 
 void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
   const CollideRequest::Obstacle& obstacle = held.obstacle[k];

@@ -21,6 +21,15 @@ inline constexpr double kOffMantle = 0.02;  ///< Cosine of a cylinder's axis wit
 /** How far within an edge the tool is asked for, at most a quarter of what the edge is of [m]. */
 inline constexpr double kInset = 2e-4;
 
+/** Whether x, on a box's surface, is so on axis i. */
+[[nodiscard]] inline bool isAtBorder(const Shape& box, const Vec3& x, int i) HD_RT {
+  return box.size[i] - std::abs(x[i]) <= 1e-9 * box.size[i];
+}
+
+/** Whether what touches a box or cylinder at x along n may lean there: n is outward on both faces of the edge, or all
+ * of the corner. */
+[[nodiscard]] bool leansOut(const Shape& shape, const Vec3& x, const Vec3& n) HD_RT;
+
 /** Whether a touch of a cylinder along n, in its frame, is its mantle's, which has discs: not an end's, nor a rim's. */
 [[nodiscard]] inline bool isOnMantle(const Shape& cylinder, const Vec3& point, const Vec3& n) HD_RT {
   return std::abs(point.z()) < cylinder.size.y() || !(std::abs(n.z()) > kOffMantle);

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "rt/collide/edge_search.h"
+#include "rt/collide/feature.h"
+#include "rt/collide/mantle.h"
 #include "rt/collide/purse.h"
 #include "rt/collide/round.h"
 #include "rt/geometry/pseudo_normal.h"
@@ -21,7 +23,7 @@ constexpr double kNearby = 5e-4;          ///< Beyond what may close before the 
 constexpr double kRidge = 1e-3;           ///< Sine of the least angle between the faces of a ridge.
 constexpr double kApart = 1.0 / 8;        ///< Of the tool: so near to a contact nothing new is told.
 constexpr double kBrief = 1.0 / 8;        ///< Of that: a ridge this short is one place.
-constexpr std::uint32_t kFirstRidge = 1u << 16, kRidges = (1u << 24) - 2 - kFirstRidge;
+constexpr std::uint32_t kRidges = kFirstPeak - kFirstRidge;
 
 /** What waits, its gap no less than `key`: a node (count 0), a leaf, or a ridge. */
 struct Part {
@@ -222,6 +224,25 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     purse.report.touching += gap <= 0 ? 1 : 0;
     return true;
   };
+  // The mantle of a cylinder meets the ridge in one place, or its ends, where they are peaks.
+  const auto addMantle = [&](const Ridge& ridge, std::uint32_t triangle, std::uint32_t corner) HD_RT {
+    const std::uint32_t next = (corner + 1) % 3;
+    const std::uint32_t from = mesh.triangles[triangle][corner], to = mesh.triangles[triangle][next];
+    for (const std::uint32_t feature : {meshEdgeFeature(triangle, corner), peakFeature(from), peakFeature(to)}) {
+      Contact contact;
+      if (feature == 0 || isFound(k, feature, found_.count)) continue;
+      if (!meetsMantle(held, obstacle, feature, Vec3::Zero(), margin, contact)) continue;
+      const Vec3 n_B = obstacle.X_WO.q.conjugate() * contact.n_W;
+      if (n_B.dot(ridge.one) < -kAside || n_B.dot(ridge.other) < -kAside) continue;
+      if (feature < kFirstMeshEdge) {
+        const std::uint32_t end = feature == peakFeature(to) ? next : corner;
+        if (!isPeak(mesh, triangle, end, n_B, purse.report.work)) continue;
+      }
+      keep(contact, static_cast<std::uint8_t>(k));
+      ++many;
+      purse.report.touching += contact.depth >= 0 ? 1 : 0;
+    }
+  };
   const auto search = [&](std::uint32_t t, std::uint32_t corner, double least) HD_RT {
     Ridge ridge;
     (void)ridgeOf(mesh, t, corner, facing, ridge);
@@ -232,6 +253,8 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     const double reach = 0.5 * length + std::max(kReach, margin);
     const Vec3 within = inset * (ridge.one + ridge.other).normalized();
     const auto along = [&](double at) HD_RT { return gapAt(ridge.at(at) - within, reach); };
+    if (isAboutAxis(held.shape)) addMantle(ridge, t, corner);
+    if (isRound(held.shape)) return;  // Its balls tell the rest.
     const EdgeSpan span = touchingSpan(margin + 2 * inset, length, along, normal);
     for (int j = 0; j < 3; ++j) {
       const double at = span.place[j], aside = inset / length;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/collide/feature.h"
+#include "rt/collide/mantle.h"
+
 namespace hapticd {
 namespace {
 
@@ -64,6 +67,22 @@ void meetAgain(const RoundBody& a, const RoundBody& b, const Vec3& com_W, const 
   touch.moving += w_B.cross(now.p_A - before);
 }
 
+/** A's mantle turns and moves along, B's corner or edge as well. */
+void meetMantleAgain(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
+                     Touch& touch) HD_RT {
+  ObstacleEdge edge;
+  MantleTouch now;
+  const Vec3 before = com_W + touch.r_a;
+  if (!edgeOfFeature(b.shape, feature, edge)) return;
+  if (!meetMantle(a.shape, edge, a.X_WO.inverse() * b.X_WO, b.X_WO.inverse() * before, now)) return;
+  const Vec3 n = a.X_WO.q * now.n;
+  if (!sameSide(n, touch.n)) return;
+  touch.n = n;
+  touch.gap = now.gap;
+  touch.r_a = a.X_WO * now.x + now.gap * n - com_W;
+  touch.moving += w_B.cross(com_W + touch.r_a - before);
+}
+
 }  // namespace
 
 Vec3 onAxis(const RoundBody& b, const Vec3& x_W) HD_RT {
@@ -88,7 +107,10 @@ NearestResult meetBall(const RoundBody& a, const RoundBody& b, const Vec3& cente
 
 void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
             Touch& touch) HD_RT {
-  if (feature >= kFirstEdge) return;
+  if (feature >= kFirstEdge) {
+    if (isAboutAxis(a.shape)) meetMantleAgain(a, feature, b, com_W, w_B, touch);
+    return;
+  }
   const bool mantle = a.shape.kind == ShapeKind::kCylinder && ToolPoints::isDisc(feature % ToolPoints::kMost);
   if (!isRound(a.shape) && !isRound(b.shape) && !mantle) return;
   if (feature >= kFirstBall && hasMantle(b.shape) && a.shape.kind != ShapeKind::kMesh) {

@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "rt/body/response.h"
-#include "rt/collide/tool_points.h"
 #include "rt/geometry/nearest.h"
 #include "rt/scene/scene.h"
 
@@ -32,11 +31,6 @@ struct RoundBody {
   return shape.kind == ShapeKind::kSphere ? 0 : shape.size.y();
 }
 
-/** Features from here on are balls or discs of B that A's surface meets, not points of A. */
-inline constexpr std::uint32_t kFirstBall = ToolPoints::kMost;
-/** From here on a feature is a place on an edge of B that A's surface meets. */
-inline constexpr std::uint32_t kFirstEdge = 4 * ToolPoints::kMost;
-
 /** A's surface and a ball or disc of B, where they are nearest; in the world. */
 struct BallTouch {
   Vec3 p_A;    ///< On A.
@@ -53,9 +47,9 @@ struct BallTouch {
 
 /**
  * Where A or B is a sphere or a capsule, the touch becomes that of its ball where both are now; where A is a cylinder,
- * a disc's is that of its round mantle; else it stays. `feature`: ToolPoints' number of A's point, ball or disc, or
- * kFirstBall and more: of a primitive that is the point nearest to B's ball. A's centre of mass is at com_W, and B
- * turns with w_B; r_b is not looked at.
+ * a disc's is that of its round mantle, and a corner or edge of B that meets the mantle is where it is now; else it
+ * stays. `feature`: as in feature.h; a ball of B is met by the nearest point of a primitive A. A's centre of mass is at
+ * com_W, and B turns with w_B; r_b is not looked at.
  */
 void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
             Touch& touch) HD_RT;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "rt/collide/feature.h"
 #include "rt/collide/line_search.h"
 #include "rt/collide/purse.h"
 #include "rt/collide/round.h"

@@ -449,6 +449,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
   for (std::uint32_t k = 0; k < held.count; ++k) {
     if (tryRound(k, held, margin, most)) whole_ |= 1u << k;
     tryEdges(k, held, margin, most);
+    tryMantle(k, held, margin, most);
   }
   const bool all_whole = whole_ == (std::uint64_t{1} << held.count) - 1;
   if (!all_whole && points_.count() > 0) {

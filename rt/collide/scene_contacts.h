@@ -31,9 +31,9 @@ namespace hapticd {
  * left the sheet.
  *
  * What stands in the scene between two points of the tool is found, too: its balls, discs, edges and ridges are tried
- * against the tool's surface (round_obstacle.cc, edge_obstacle.cc, mesh_edge_obstacle.cc). A point that has gone into a
- * mesh is followed as deep as it goes, in steps of kReach at most; one that begins deeper is found where that mesh has
- * a volume.
+ * against the tool's surface (round_obstacle.cc, edge_obstacle.cc, mantle_obstacle.cc, mesh_edge_obstacle.cc). A point
+ * that has gone into a mesh is followed as deep as it goes, in steps of kReach at most; one that begins deeper is found
+ * where that mesh has a volume.
  */
 class SceneContacts {
  public:
@@ -137,6 +137,12 @@ class SceneContacts {
   bool tryRound(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
   /** The tool's surface against the edges, corners and rims of a box or cylinder: as tryRound(). */
   void tryEdges(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
+  /** The mantle of a cylinder or capsule against corners, edges and rims of a box or cylinder. */
+  void tryMantle(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
+  /** Whether what is held has a mantle that meets the edge of that number (feature.h); of a rim, about `start`. */
+  [[nodiscard]] static bool meetsMantle(const CollideRequest::Held& held, const CollideRequest::Obstacle& obstacle,
+                                        std::uint32_t feature, const Vec3& start, double margin,
+                                        Contact& contact) HD_RT;
   /** The tool's surface against ridges and peaks of a mesh, but for those of which the tool's points tell as much. */
   void tryRidges(std::uint32_t k, const CollideRequest::Held& held, Purse& purse) HD_RT;
   /** Of what is found too many the deepest stay, of each side that something touches on: see keep(). */

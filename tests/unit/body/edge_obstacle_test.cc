@@ -110,7 +110,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Crossing{"DrumOnPeg", kDrum, kPeg, {0.1, 0, 0}, {0, 0, 0}, 0.01},
                       Crossing{"RimAcrossRidge", kDrum, kBar, {0.1, 1.1, 0.1}, {kEighth, 0, 0}, 0.00566},
                       Crossing{"SteepRimAcrossRidge", kDrum, kBar, {0.15, 1.4, 0.1}, {kEighth, 0, 0}, 0.00566},
-                      Crossing{"MantleAcrossRidge", kRoll, kBar, {-0.664, 1.424, 0}, {kEighth, 0, 0}, 0.00566}),
+                      Crossing{"MantleAcrossRidge", kRoll, kBar, {-0.664, 1.424, 0}, {kEighth, 0, 0}, 0.00566},
+                      Crossing{"MantleOnCorner", kRoll, kCube, {-0.664, 1.424, 0}, {0.6155, kEighth, 0}, 0.0052}),
     [](const auto& crossing) { return crossing.param.name; });
 
 }  // namespace

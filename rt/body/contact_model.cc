@@ -11,7 +11,7 @@ constexpr double kNormalLength = 0.02;
 
 double weight(const Contact& contact, double reach) HD_RT {
   const double gap = std::max(0.0, -contact.depth) / reach;
-  return 1 / (1 + gap * gap);
+  return 1 / (1 + gap * gap * gap * gap);
 }
 
 /** How much farther from the others a contact counts that was among them before, squared: what rests keeps its set. */

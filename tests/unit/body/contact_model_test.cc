@@ -57,6 +57,22 @@ TEST(ContactModel, KeepsAllThatCarriesAToolThoughMuchMoreIsNear) {
   }
 }
 
+/** What closes before the next answer stays, however much lies elsewhere and in other directions that cannot. */
+TEST(ContactModel, KeepsWhatWillTouchRatherThanWhatIsFarApart) {
+  constexpr double kReach = 2e-4;
+  std::mt19937_64 dice(seedOf(12));
+  ContactSet found = nearPeg(dice);
+  for (std::uint32_t i = 0; i < found.count; ++i) found.contact[i].depth -= 4e-4;
+  found.contact[30].depth = 1e-5;  // The deepest,
+  Contact& close = found.contact[found.count];
+  close = found.contact[30];  // and 3 mm beside it what will touch, its normal 6 degrees off.
+  close.p_WA.z() += 0.003;
+  close.n_W = (close.n_W + Vec3(0, 0, 0.1)).normalized();
+  close.depth = -0.3 * kReach;
+  close.feature_a = found.count++;
+  EXPECT_TRUE(kept(found, kReach).contains(60));
+}
+
 TEST(ContactModel, WhatRestsOnManyKeepsItsSet) {
   // A rough face of 64 points, all within some micrometres, of which now one and now another is the deepest.
   std::mt19937_64 dice(seedOf(5));

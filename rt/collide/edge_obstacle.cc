@@ -161,8 +161,10 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     const Edge edge = edgeOf(obstacle.shape, i, middle, tool);
     const double length = edge.length(), reach = 0.5 * length + std::max(kReach, margin);
     if ((X_AB * edge.point(0.5)).norm() > tool + 0.5 * length) continue;
+    const Vec3 middle_B = edge.point(0.5);
+    const Vec3 within = X_AB.q * (withinEdge(obstacle.shape, middle_B, edge.along) - middle_B);
     const auto along = [&](double t) HD_RT { return gapAt(edge.point(t), edge.along, reach); };
-    const EdgeSpan span = touchingSpan(margin + 2 * kInset, length, along, normal);
+    const EdgeSpan span = touchingSpan(margin + 2 * kInset, length, within, along, normal);
     for (int j = 0; j < 3; ++j) {
       if (span.has(j)) add(edge, edge.orEnd(span.place[j]), 3 * i + static_cast<std::uint32_t>(j));
     }

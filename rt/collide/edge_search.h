@@ -30,9 +30,10 @@ inline constexpr double kInset = 2e-4;
  * of the corner. */
 [[nodiscard]] bool leansOut(const Shape& shape, const Vec3& x, const Vec3& n) HD_RT;
 
-/** Whether a touch of a cylinder along n, in its frame, is its mantle's, which has discs: not an end's, nor a rim's. */
-[[nodiscard]] inline bool isOnMantle(const Shape& cylinder, const Vec3& point, const Vec3& n) HD_RT {
-  return std::abs(point.z()) < cylinder.size.y() || !(std::abs(n.z()) > kOffMantle);
+/** Whether a touch of a cylinder or capsule along n, in its frame, is its mantle's: not an end's, nor a rim's. */
+[[nodiscard]] inline bool isOnMantle(const Shape& shape, const Vec3& point, const Vec3& n) HD_RT {
+  if (std::abs(point.z()) < shape.size.y()) return true;
+  return shape.kind == ShapeKind::kCylinder && !(std::abs(n.z()) > kOffMantle);
 }
 
 inline constexpr double kAslant = 1e-4;  ///< By so much the gap may grow along what lies along [m].
@@ -95,7 +96,8 @@ struct EdgeSpan {
  * Farther on another face of the tool is nearest. Some 10 gaps where the tool lies flat along it, else 60 at most.
  */
 template <class Gap, class Normal>
-EdgeSpan touchingSpan(double margin, double length, const Gap& gapAt, const Normal& normalOf) HD_RT {
+EdgeSpan touchingSpan(double margin, double length, const Vec3& within, const Gap& gapAt,
+                      const Normal& normalOf) HD_RT {
   constexpr int kTries = 4;       // Parts of the edge, from which the nearest place is looked for.
   constexpr double kStep = 1e-3;  // Of the edge,
   constexpr double kFlat = 1e-9;  // and by how much a gap grows there that does not [m].
@@ -127,7 +129,8 @@ EdgeSpan touchingSpan(double margin, double length, const Gap& gapAt, const Norm
     const double gap = gapAt(t);
     return gap <= flat || normalOf(gap).dot(n) > SceneContacts::kSameWay ? gap : static_cast<double>(INFINITY);
   };
-  const double most = std::max(0.0, span.least + kAslant);
+  const double touching = std::max(0.0, -n.dot(within));  // The edge itself is so much nearer.
+  const double most = std::max(touching, span.least + kAslant);
   span.near = true;
   span.place[0] = best;
   span.place[1] = lastOf(best, 0, most, alike);

@@ -21,6 +21,7 @@ constexpr std::uint32_t kMostFound = 16;  ///< Places.
 constexpr std::uint32_t kLook = 7;        ///< Units that a place costs beside what its query counts.
 constexpr double kNearby = 5e-4;          ///< Beyond what may close before the next answer [m].
 constexpr double kRidge = 1e-3;           ///< Sine of the least angle between the faces of a ridge.
+constexpr double kAcross = 0.02;          ///< Sine of the angle from a right one with a ridge within which edges cross.
 constexpr double kApart = 1.0 / 8;        ///< Of the tool: so near to a contact nothing new is told.
 constexpr double kBrief = 1.0 / 8;        ///< Of that: a ridge this short is one place.
 constexpr std::uint32_t kRidges = kFirstPeak - kFirstRidge;
@@ -192,7 +193,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     Vec3 n_A = normal(gap_inset), p_A = nearest.point;
     double gap = n_A.dot(p_A - X_AB * x_B);
     if (!(gap <= margin)) return false;
-    if (held.shape.kind == ShapeKind::kCylinder && isOnMantle(held.shape, p_A, n_A)) return false;
+    if (isAboutAxis(held.shape) && isOnMantle(held.shape, p_A, n_A)) return false;
     if (t == 0 || t == 1) {
       const std::uint32_t end = t > 0 ? (corner + 1) % 3 : corner;
       if (!isPeak(mesh, triangle, end, X_AB.q.conjugate() * n_A, purse.report.work)) return false;
@@ -254,13 +255,16 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     const Vec3 within = inset * (ridge.one + ridge.other).normalized();
     const auto along = [&](double at) HD_RT { return gapAt(ridge.at(at) - within, reach); };
     if (isAboutAxis(held.shape)) addMantle(ridge, t, corner);
-    if (isRound(held.shape)) return;  // Its balls tell the rest.
-    const EdgeSpan span = touchingSpan(margin + 2 * inset, length, along, normal);
+    const EdgeSpan span = touchingSpan(margin + 2 * inset, length, X_AB.q * -within, along, normal);
     for (int j = 0; j < 3; ++j) {
       const double at = span.place[j], aside = inset / length;
       const double snapped = at < aside ? 0 : (1 - at < aside ? 1 : at);
       const auto number = static_cast<std::uint32_t>(j);
-      if (span.has(j) && !add(ridge, t, corner, snapped, number) && snapped != at) add(ridge, t, corner, at, number);
+      if (!span.has(j)) continue;
+      const bool crosses = snapped != at && at > 0 && at < 1 &&
+                           std::abs(normal(along(at)).dot(X_AB.q * (ridge.to - ridge.from))) < kAcross * length;
+      if (crosses && add(ridge, t, corner, at, number)) continue;
+      if (!add(ridge, t, corner, snapped, number) && snapped != at && !crosses) add(ridge, t, corner, at, number);
     }
   };
   Queue queue;

@@ -104,15 +104,15 @@ TEST_P(Mantles, AreCarriedBetweenTheirDiscs) {
   }
 }
 
-const Shape kStylus{ShapeKind::kCapsule, {0.002, 0.06, 0}}, kRod{ShapeKind::kCylinder, {0.003, 0.05, 0}};
-const Shape kBlock{ShapeKind::kBox, {0.02, 0.015, 0.01}}, kDrum{ShapeKind::kCylinder, {0.02, 0.012, 0}};
+const Shape kStylus{ShapeKind::kCapsule, {0.002, 0.06, 0}}, kSpoke{ShapeKind::kCylinder, {0.003, 0.05, 0}};
+const Shape kBlock{ShapeKind::kBox, {0.02, 0.015, 0.01}}, kTin{ShapeKind::kCylinder, {0.02, 0.012, 0}};
 
 INSTANTIATE_TEST_SUITE_P(
     Of, Mantles,
     ::testing::Values(Pair{"AStylusOnABlock", kStylus, kBlock, 0}, Pair{"AStylusOnAMesh", kStylus, kBlock, 1},
-                      Pair{"AStylusOnAFineMesh", kStylus, kBlock, 12}, Pair{"AStylusOnADrum", kStylus, kDrum, 0},
-                      Pair{"ARodOnABlock", kRod, kBlock, 0}, Pair{"ARodOnAMesh", kRod, kBlock, 1},
-                      Pair{"ARodOnAFineMesh", kRod, kBlock, 12}, Pair{"ARodOnADrum", kRod, kDrum, 0}),
+                      Pair{"AStylusOnAFineMesh", kStylus, kBlock, 12}, Pair{"AStylusOnATin", kStylus, kTin, 0},
+                      Pair{"ASpokeOnABlock", kSpoke, kBlock, 0}, Pair{"ASpokeOnAMesh", kSpoke, kBlock, 1},
+                      Pair{"ASpokeOnAFineMesh", kSpoke, kBlock, 12}, Pair{"ASpokeOnATin", kSpoke, kTin, 0}),
     [](const auto& pair) { return pair.param.name; });
 
 /** From near the place of a rim that is nearest to the axis it is found. */

@@ -8,6 +8,7 @@
 #include <map>
 #include <random>
 
+#include "rt/collide/edge_search.h"
 #include "support/seeds.h"
 #include "support/signed_gap.h"
 #include "support/test_mesh.h"
@@ -144,56 +145,83 @@ TEST_P(RidgeObstacles, CarryToolsBetweenTheirPoints) {
   }
 }
 
+/**
+ * How deep at most a box that wanders over another and turns at random is in it; `ground_parts`, `tool_parts`: along an
+ * edge of each of the 12 triangles that it is a mesh of, 0: it is a primitive.
+ */
+double deepestOn(const Vec3& half, int tool_parts, int ground_parts, const Vec3& first_turn, unsigned seed) {
+  Random random(seed);
+  const Shape tool{ShapeKind::kBox, half};
+  const Vec3 size(random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(0.005, 0.02));
+  const Shape ground{ShapeKind::kBox, size};
+  const Pose X_WG{Vec3::Zero(), random.turn()};
+  TestMesh held = test::boxMesh(half), block = test::boxMesh(size);
+  held.flags = block.flags = HD_MESH_CLOSED;
+  TestMesh mesh = test::finer(block, std::max(1, ground_parts), X_WG);
+  House house;
+  house.meshes.publish(3, held.view());
+  house.meshes.publish(4, mesh.view());
+  house.send(CommandKind::kObjectPose, hd_object_pose{kFloor, 0, {0, 0, -1}, {1, 0, 0, 0}, {}, {}});
+  tool_parts > 0 ? house.reshape(ShapeKind::kMesh, Vec3::Zero(), 3) : house.reshape(tool.kind, half);
+  AddObject obstacle = object(kWall, ShapeKind::kMesh, Vec3::Zero(), Vec3::Zero());
+  obstacle.shape.mesh = 4;
+  if (ground_parts == 0) {
+    obstacle = object(kWall, ground.kind, size, Vec3::Zero());
+    store(X_WG.q, obstacle.q);
+  }
+  obstacle.material = {1000, 0, 0, 0};
+  Vec3 hand(0, 0, 0.07), to = hand, turn = first_turn;
+  house.aim(hand, turn);
+  house.run(500);
+  house.send(CommandKind::kAddObject, obstacle);
+  house.hold();
+  double deepest = 0;
+  int touched = 0;
+  for (int i = 0; i < 3000; ++i) {
+    if (i % 300 == 0) to = random.vector(0.03);
+    hand += 0.004 * (to - hand);
+    turn += random.vector(0.003);
+    house.aim(hand, turn);
+    house.run(1);
+    touched += house.servo->cycle().tool(0).last().touching > 0;
+    const Pose X_TG = house.place().inverse() * X_WG;
+    for (int j = 0; i % 8 == 0 && j <= 40; ++j) {
+      test::onBoxEdges(size, 0.05 * j - 1,
+                       [&](const Vec3& x) { deepest = std::max(deepest, -test::signedGap(tool, X_TG * x)); });
+      test::onBoxEdges(half, 0.05 * j - 1, [&](const Vec3& x) {
+        deepest = std::max(deepest, -test::signedGap(ground, X_TG.inverse() * x));
+      });
+    }
+  }
+  EXPECT_GT(touched, 500);
+  return deepest;
+}
+
 /** Straight edges hold in one part or many, of boxes too, aslant as across; where parts meet nothing is caught. */
 class StraightRidges : public ::testing::TestWithParam<int> {};
 
 TEST_P(StraightRidges, CarryABoxOnABox) {
   for (const unsigned seed : seeds(1)) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Random random(seed);
-    const Shape tool{ShapeKind::kBox, {0.01, 0.02, 0.005}};
-    const Shape ground{ShapeKind::kBox, {random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(0.005, 0.02)}};
-    const Pose X_WG{Vec3::Zero(), random.turn()};
-    TestMesh block = test::boxMesh(ground.size);
-    block.flags = HD_MESH_CLOSED;
-    TestMesh mesh = test::finer(block, std::max(1, GetParam()), X_WG);
-    House house;
-    house.meshes.publish(4, mesh.view());
-    house.send(CommandKind::kObjectPose, hd_object_pose{kFloor, 0, {0, 0, -1}, {1, 0, 0, 0}, {}, {}});
-    house.reshape(tool.kind, tool.size);
-    AddObject obstacle = object(kWall, ShapeKind::kMesh, Vec3::Zero(), Vec3::Zero());
-    obstacle.shape.mesh = 4;
-    if (GetParam() == 0) {
-      obstacle = object(kWall, ground.kind, ground.size, Vec3::Zero());
-      store(X_WG.q, obstacle.q);
-    }
-    obstacle.material = {1000, 0, 0, 0};
-    house.aim({0, 0, 0.07});
-    house.run(500);
-    house.send(CommandKind::kAddObject, obstacle);
-    house.hold();
-    Vec3 hand(0, 0, 0.07), to = hand, turn = Vec3::Zero();
-    double deepest = 0;
-    int touched = 0;
-    for (int i = 0; i < 3000; ++i) {
-      if (i % 300 == 0) to = random.vector(0.03);
-      hand += 0.004 * (to - hand);
-      turn += random.vector(0.003);
-      house.aim(hand, turn);
-      house.run(1);
-      touched += house.servo->cycle().tool(0).last().touching > 0;
-      const Pose X_TG = house.place().inverse() * X_WG;
-      for (int j = 0; i % 8 == 0 && j <= 40; ++j) {
-        test::onBoxEdges(ground.size, 0.05 * j - 1,
-                         [&](const Vec3& x) { deepest = std::max(deepest, -test::signedGap(tool, X_TG * x)); });
-        test::onBoxEdges(tool.size, 0.05 * j - 1, [&](const Vec3& x) {
-          deepest = std::max(deepest, -test::signedGap(ground, X_TG.inverse() * x));
-        });
-      }
-    }
-    EXPECT_GT(touched, 500);
-    EXPECT_LT(deepest, 250e-6);
+    EXPECT_LT(deepestOn({0.01, 0.02, 0.005}, 0, GetParam(), Vec3::Zero(), seed), 250e-6);
   }
+}
+
+/** Where a rod's edge crosses it is told, not the nearest end of a part: there the normal is another. */
+TEST(StraightRidgeInParts, CarriesARodOfAMeshWhereTheirEdgesCross) {
+  EXPECT_LT(deepestOn({0.002, 0.002, 0.06}, 1, 12, {1.57, 0, 0}, 3), 150e-6);
+}
+
+/** Of what lies along an edge, aslant, both ends are told that touch, though the nearest is far deeper. */
+TEST(TouchingSpan, EndsWhereTheEdgeIsApart) {
+  constexpr double kLength = 0.04, kWithin = 2e-4;  // Asked so far within the edge [m].
+  const Vec3 n(0, 0, 1);
+  const auto gap = [&](double t) { return -1.5e-4 + 2e-4 * t; };  // Of the edge itself: apart from 0.75 on.
+  const auto asked = [&](double t) { return gap(t) + kWithin; };
+  const EdgeSpan span = touchingSpan(0.002, kLength, -kWithin * n, asked, [&](double) { return n; });
+  ASSERT_TRUE(span.near);
+  EXPECT_EQ(span.place[0], 0);
+  EXPECT_NEAR(span.place[2], 0.75, 2e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, StraightRidges, ::testing::Values(0, 1, 12), [](const auto& parts) {

@@ -32,7 +32,7 @@ def main() -> int:
                 print(f"tick {event.tick}: {event.name} {event.object}, {event.force:.2f} N")
 
         history = np.concatenate(samples)
-        force = np.linalg.norm(history["by_source"][:, 0], axis=1)  # 0: contact with the scene
+        force = np.linalg.norm(history["by_source"][:, haptic.Source.SURFACE], axis=1)
         touching = history["flags"] & haptic.SampleFlag.CONTACT != 0
         period = np.median(np.diff(history["t_ns"])) / 1e6
         print(f"{len(history)} samples, {session.lost - lost_before} lost, period {period:.3f} ms")

@@ -35,8 +35,8 @@ def stroke(session: haptic.Session, seconds: float) -> tuple[float, float]:
         time.sleep(0.005)
     history = np.concatenate(samples)
     history = history[history["flags"] & haptic.SampleFlag.CONTACT != 0]
-    # 0: contact with the scene, 5: texture.
-    return history["by_source"][:, 5, 0].std(), np.linalg.norm(history["by_source"][:, 0], axis=1).mean()
+    force = history["by_source"]
+    return force[:, haptic.Source.TEXTURE, 0].std(), np.linalg.norm(force[:, haptic.Source.SURFACE], axis=1).mean()
 
 
 def main() -> int:

@@ -71,9 +71,9 @@ class Daemon(unittest.TestCase):
             session.arm()
             session.push_sphere((0, 0, -0.03), 0.02, material=haptic.Material(1000, 2), lease_s=5)
             session.push_intent((0, 0, -0.02), latest=True)
-            self.assertTrue(eventually(lambda: session.latest()["by_source"][2][2] > 1))
+            self.assertTrue(eventually(lambda: session.latest()["by_source"][haptic.Source.LOCAL_MODEL][2] > 1))
             session.clear_model(0)
-            self.assertTrue(eventually(lambda: session.latest()["by_source"][2][2] == 0))
+            self.assertTrue(eventually(lambda: session.latest()["by_source"][haptic.Source.LOCAL_MODEL][2] == 0))
             with self.assertRaises(haptic.HapticError) as caught:
                 session.push_force((math.nan, 0, 0))
             self.assertEqual(caught.exception.code, haptic.Code.INVALID_ARGUMENT)

@@ -56,6 +56,28 @@ class Layout(unittest.TestCase):
         self.assertEqual(missing, set())
 
 
+class Numbers(unittest.TestCase):
+    """Enumerations of the module against those of the headers."""
+    MIRRORED = {"Code": ("error_code", ""), "Ability": ("ability", ""), "Calibration": ("calibration", "CALIBRATION_"),
+                "EventKind": ("event_kind", "EVENT_"), "Fault": ("fault", "FAULT_"), "Frame": ("frame", "FRAME_"),
+                "ObjectFlag": ("object_flag", "OBJECT_"), "SampleFlag": ("sample_flag", "SAMPLE_"),
+                "ShapeKind": ("shape_kind", "SHAPE_"), "Source": ("source", "SOURCE_")}
+    # These are arguments or methods of their own, or told where they stand.
+    LEFT_OUT = {"connect_flag", "push_flag", "model_kind", "mesh_flag", "check_state"}
+
+    def test_each_has_the_headers_names_and_values(self):
+        import re
+        text = "\n".join(path.read_text(encoding="utf-8") for path in sorted(HEADERS.rglob("*.h")))
+        text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
+        declared = {name: dict(re.findall(r"\bHAPTIC_(\w+) = ([\d <]+)", body))
+                    for name, body in re.findall(r"^typedef enum haptic_(\w+) \{(.*?)^\}", text, re.M | re.S)}
+        self.assertEqual(set(declared), {name for name, _ in self.MIRRORED.values()} | self.LEFT_OUT)
+        for ours, (theirs, prefix) in self.MIRRORED.items():
+            wanted = {key.removeprefix(prefix): eval(value) for key, value in declared[theirs].items()
+                      if key not in ("EVENT_KINDS", "SOURCES", "FAULT_COUNT")}  # How many there are.
+            self.assertEqual({member.name: member.value for member in getattr(hapticclient, ours)}, wanted, ours)
+
+
 class Help(unittest.TestCase):
     def test_everything_public_tells_what_it_does(self):
         import inspect

@@ -8,8 +8,6 @@ import numpy as np
 from own_daemon import OwnDaemonCase
 from waiting import eventually
 
-MODEL = 2  # Row of by_source.
-
 
 class Restart(OwnDaemonCase):
     def setUp(self):
@@ -40,7 +38,7 @@ class Restart(OwnDaemonCase):
         def pressed():
             sample = session.latest()
             law = np.array((0, 0, -200 * sample["p"][2]))
-            return law[2] > 1 and np.linalg.norm(sample["by_source"][MODEL] - law) < 0.05
+            return law[2] > 1 and np.linalg.norm(sample["by_source"][haptic.Source.LOCAL_MODEL] - law) < 0.05
         self.assertTrue(eventually(pressed))
 
     def test_without_a_daemon_each_call_says_so(self):

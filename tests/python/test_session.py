@@ -9,7 +9,7 @@ import numpy as np
 
 from waiting import eventually
 
-MODEL, CLIENT, SURFACE = 2, 3, 0  # Rows of by_source.
+MODEL, CLIENT, SURFACE = haptic.Source.LOCAL_MODEL, haptic.Source.CLIENT, haptic.Source.SURFACE
 
 
 class Arrays(unittest.TestCase):
@@ -92,6 +92,18 @@ class Pushes(unittest.TestCase):
         session.clear_model(0)
         self.assertTrue(self.felt(MODEL, (0, 0, 0), 1e-9))
         self.none_refused()
+
+    def test_a_push_that_is_refused_says_why(self):
+        session = self.session
+        with self.assertRaises(haptic.HapticError) as caught:
+            session.push_force((0, 0, 0), latest=True, at_tick=1 << 40)
+        self.assertEqual((caught.exception.code, caught.exception.where), (haptic.Code.INVALID_ARGUMENT, "at_tick"))
+        with self.assertRaises(haptic.HapticError) as caught:
+            for number in range(1, 18):  # Whether there is such an object the daemon says, in its acknowledgements.
+                session.push_object_flags(number, 0, 0, latest=True)
+        self.assertEqual(caught.exception.code, haptic.Code.QUOTA_EXCEEDED)
+        self.assertIn("16 targets", str(caught.exception))  # And not: "the user's quota of sessions".
+        session.push_object_flags(17, 0, 0)
 
     def test_a_device_is_read_by_its_place_in_the_group(self):
         session = self.session
@@ -186,13 +198,15 @@ class Pushes(unittest.TestCase):
     def test_devices_are_opened_and_closed(self):
         opened = self.client.open_device("sim://touch?serial=second")
         self.assertIn(opened.uri, [device.uri for device in self.client.devices() if device.open])
-        with haptic.Client() as other:
+        with haptic.Client(name="other") as other:
             other.open_device(opened.uri)
             with self.assertRaisesRegex(haptic.HapticError, "administration"):
                 self.client.close_device(opened.uri)
         with self.assertRaisesRegex(haptic.HapticError, "administration"):
             self.client.close_device("")
-        self.client.close_device(opened.uri)  # By who alone has asked for it, or by administration.
+        # By who alone has asked for it, or by administration; the daemon hears in its own time that the other has left.
+        self.assertTrue(eventually(lambda: "other" not in [client["name"] for client in self.client.get("/clients")]))
+        self.client.close_device(opened.uri)
         self.client.open_device(opened.uri)
         with haptic.Client(administration=True, socket=os.environ["HAPTICD_SOCKET"].replace("control", "admin")) as administrator:
             administrator.close_device(opened.uri)

@@ -3,13 +3,15 @@
  * blends from one to the next without a jump, and fades what is not renewed within its lease.
  *
  * A push writes to shared memory and returns at once. HAPTIC_OK: it is on its way; the daemon checks its own copy and
- * reports refusals in haptic_acks. HAPTIC_INVALID_ARGUMENT: not finite, or an index out of range; nothing was sent.
- * HAPTIC_WOULD_BLOCK: 256 commands wait already. Pushing thread of the session, servo-safe.
+ * reports refusals in haptic_acks. Else nothing was sent. HAPTIC_INVALID_ARGUMENT: a value is malformed, not finite or
+ * out of range. HAPTIC_WOULD_BLOCK: 256 commands wait already. HAPTIC_QUOTA_EXCEEDED: 16 targets have a mailbox already
+ * (below). HAPTIC_DISCONNECTED: the session is over. Pushing thread of the session, servo-safe.
  *
  * Two ways: the ring keeps every command and their order; a mailbox keeps only the newest value of its target, never
  * fills up, and is right for what is sent faster than it is needed. HAPTIC_PUSH_LATEST takes a mailbox for the target
  * (an object's pose, a model slot, a device's intent, ...); 16 targets of a session can have one. A target that has one
- * keeps it, also for pushes without the flag, so that old never overtakes new.
+ * keeps it, also for pushes without the flag, so that old never overtakes new; it then takes no `at_tick`
+ * (HAPTIC_INVALID_ARGUMENT).
  */
 #ifndef HAPTICCLIENT_PUSH_H
 #define HAPTICCLIENT_PUSH_H

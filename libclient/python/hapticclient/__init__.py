@@ -15,15 +15,16 @@ from .client import Client, Events, Frame, Scene, convert
 from .errors import Code, HapticError
 from .recording import Recording, RecordingEnd
 from .session import HISTORY, SAMPLE, Session
-from .types import (Ability, Acks, Check, ClientStatus, Counters, DaemonInfo, DeviceInfo, DeviceLimits, DeviceStatus,
-                    Event, EventKind, Histogram, Material, MeshReport, ModelStatus, ObjectFlag, ObjectState, Pose,
-                    SampleFlag, SessionInfo, ShapeKind, Statistics, Status, Surface, TextureReport, VibrationModel)
+from .types import (Ability, Acks, Calibration, Check, ClientStatus, Counters, DaemonInfo, DeviceInfo, DeviceLimits,
+                    DeviceStatus, Event, EventKind, Fault, Histogram, Material, MeshReport, ModelStatus, ObjectFlag,
+                    ObjectState, Pose, SampleFlag, SessionInfo, ShapeKind, Source, Statistics, Status, Surface,
+                    TextureReport, VibrationModel)
 
 __version__: str = _abi.lib.haptic_version().decode()
 __all__ = [
-    "Ability", "Acks", "Check", "Client", "ClientStatus", "Code", "Counters", "DaemonInfo", "DeviceInfo",
-    "DeviceLimits", "DeviceStatus", "Event", "EventKind", "Events", "Frame", "HISTORY", "HapticError", "Histogram",
-    "Material", "MeshReport", "ModelStatus", "ObjectFlag", "ObjectState", "Pose", "Recording", "RecordingEnd", "SAMPLE", "SampleFlag", "Scene",
-    "Session", "SessionInfo", "ShapeKind", "Statistics", "Status", "Surface", "TextureReport", "VibrationModel",
-    "convert"
+    "Ability", "Acks", "Calibration", "Check", "Client", "ClientStatus", "Code", "Counters", "DaemonInfo", "DeviceInfo",
+    "DeviceLimits", "DeviceStatus", "Event", "EventKind", "Events", "Fault", "Frame", "HISTORY", "HapticError",
+    "Histogram", "Material", "MeshReport", "ModelStatus", "ObjectFlag", "ObjectState", "Pose", "Recording",
+    "RecordingEnd", "SAMPLE", "SampleFlag", "Scene", "Session", "SessionInfo", "ShapeKind", "Source", "Statistics",
+    "Status", "Surface", "TextureReport", "VibrationModel", "convert"
 ]

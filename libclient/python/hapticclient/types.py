@@ -83,6 +83,39 @@ class Ability(enum.IntFlag):
     HAS_VELOCITY_LIMIT = 2048
 
 
+class Calibration(enum.IntEnum):
+    """DeviceInfo.calibration."""
+    NOT_NEEDED = 0
+    NEEDED = 1
+    RUNNING = 2
+    DONE = 3
+
+
+class Source(enum.IntEnum):
+    """Whose force it is: the rows of a sample's by_source."""
+    SURFACE = 0
+    EFFECT = 1
+    LOCAL_MODEL = 2
+    CLIENT = 3
+    GRAVITY = 4
+    TEXTURE = 5
+    TRANSIENT = 6
+    GUARD = 7
+
+
+class Fault(enum.IntEnum):
+    """Why the guard latched: `fault` of a sample and of DeviceStatus, `value` of a fault's event."""
+    NONE = 0
+    STOP_LINE = 1
+    NOT_FINITE = 2
+    VELOCITY = 3
+    DEVICE_LOST = 4
+    DEVICE_ERROR = 5
+    DEADMAN = 6
+    OVERRUN = 7
+    ENERGY = 8
+
+
 class SampleFlag(enum.IntFlag):
     ARMED = 1
     RAMPING = 2

@@ -75,7 +75,7 @@ class Pushes(unittest.TestCase):
         session.arm()
         session.push_intent((0, 0, -0.01), latest=True)
         self.assertTrue(eventually(lambda: session.latest()["p"][2] < -0.005))
-        session.push_plane((0, 0, 0), (0, 0, 1), material=soft, lease_s=5)
+        session.push_plane((0, 0, 0), (0, 0, 1), material=(200, 0), lease_s=5)  # Numbers will do.
         self.assertTrue(self.felt(MODEL, lambda p: (0, 0, -200 * p[2])))
         self.assertEqual(session.model(0).weight, 1)
         session.push_spring((0.01, 0, 0), material=soft, lease_s=5)
@@ -104,6 +104,19 @@ class Pushes(unittest.TestCase):
         self.assertEqual(caught.exception.code, haptic.Code.QUOTA_EXCEEDED)
         self.assertIn("16 targets", str(caught.exception))  # And not: "the user's quota of sessions".
         session.push_object_flags(17, 0, 0)
+        with self.assertRaisesRegex(haptic.HapticError, "^push_local_model: "):
+            session.push_plane((0, 0, 0), (0, 0, 2))
+
+    def test_what_is_closed_says_so(self):
+        client = haptic.Client()
+        events, recording, session = client.subscribe(), client.record(), client.open_session()
+        for handle, use in ((events, events.fileno), (recording, recording.fileno), (session, session.latest), (client, client.devices)):
+            handle.close()
+            handle.close()
+            with self.assertRaisesRegex(haptic.HapticError, "is closed") as caught:
+                use()
+            self.assertEqual(caught.exception.code, haptic.Code.INVALID_ARGUMENT)
+        self.assertEqual((client.connected, session.alive, session.space), (False, False, 0))
 
     def test_a_device_is_read_by_its_place_in_the_group(self):
         session = self.session

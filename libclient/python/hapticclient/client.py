@@ -14,8 +14,9 @@ import numpy.typing as npt
 
 from . import _abi, arrays
 from .errors import Code, HapticError, call, check
+from .handle import Handle
 from .recording import Recording
-from .session import Session, _vector
+from .session import Session, _raw_material, _vector
 from .types import (Check, DaemonInfo, DeviceInfo, DeviceLimits, Event, Histogram, Material, MeshReport, ObjectFlag,
                     ObjectState, Pose, ShapeKind, Statistics, Status, Surface, TextureReport, VibrationModel,
                     device_info, mesh_report, object_state, plain, status, texture_report)
@@ -51,10 +52,6 @@ def _raw_pose(pose: Pose) -> Any:
     return _abi.Pose(p=_vector(pose[0]), q=_vector(pose[1], 4))
 
 
-def _raw_material(material: Material) -> Any:
-    return _abi.Material(**Material(*material)._asdict())
-
-
 def _raw_shape(kind: ShapeKind, size: Sequence[float], mesh: int) -> Any:
     if len(size) > 3:
         raise ValueError(f"size: at most 3 numbers, got {len(size)}")
@@ -63,27 +60,14 @@ def _raw_shape(kind: ShapeKind, size: Sequence[float], mesh: int) -> Any:
     return shape
 
 
-class Events:
+class Events(Handle):
     """A subscription. Iterate, or ask next()."""
+    _kind = "subscription"
+    _release = _lib.haptic_events_close
 
     def __init__(self, handle: ctypes.c_void_p, client: Any) -> None:
-        self._handle: Optional[ctypes.c_void_p] = handle
+        super().__init__(handle)
         self._client = client
-
-    def __enter__(self) -> Events:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def __del__(self) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Ends the subscription."""
-        if getattr(self, "_handle", None) is not None:
-            _lib.haptic_events_close(self._handle)
-            self._handle = None
 
     def fileno(self) -> int:
         """For select(): readable while events wait."""
@@ -276,40 +260,27 @@ class Scene:
         call(_lib.haptic_texture_drop, self._handle, arrays.whole(texture, 64, "texture"))
 
 
-class Client:
+class Client(Handle):
     """A connection to the daemon; use it as a context manager.
 
-    Without `socket`: $HAPTICD_SOCKET, else the first that answers of $XDG_RUNTIME_DIR/hapticd and /run/hapticd.
+    Without `socket`: $HAPTICD_SOCKET, else the first that answers of $XDG_RUNTIME_DIR/hapticd and /run/hapticd. When it
+    is closed, sessions and subscriptions made here are dead; closing them later is fine.
     """
+    _kind = "client"
+    _release = _lib.haptic_disconnect
 
     def __init__(self, socket: Optional[str] = None, *, name: str = "python", administration: bool = False,
                  timeout_s: float = 0.0) -> None:
-        self._handle: Optional[ctypes.c_void_p] = None
         options = _abi.ConnectOptions(flags=1 if administration else 0, socket=_bytes(socket), name=arrays.text(name),
                                       timeout_ns=round(min(timeout_s, 1e9) * 1e9))
         handle = ctypes.c_void_p()
         call(_lib.haptic_connect, ctypes.byref(options), ctypes.byref(handle))
-        self._handle = handle
-
-    def __enter__(self) -> Client:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def __del__(self) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Sessions and subscriptions made here are dead from now on; closing them later is fine."""
-        if getattr(self, "_handle", None) is not None:
-            _lib.haptic_disconnect(self._handle)
-            self._handle = None
+        super().__init__(handle)
 
     @property
     def connected(self) -> bool:
         """Whether the connection stands."""
-        return _lib.haptic_connected(self._handle) != 0
+        return _lib.haptic_connected(self._open) != 0
 
     def reconnect(self) -> None:
         """Connects again; sessions come back by Session.reopen(), subscriptions by themselves, or this raises."""

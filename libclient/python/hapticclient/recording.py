@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from . import _abi, arrays
 from .errors import call
+from .handle import Handle
 
 _lib = _abi.lib
 
@@ -17,13 +18,16 @@ class RecordingEnd(NamedTuple):
     reason: str
 
 
-class Recording:
+class Recording(Handle):
     """A recording under way: a stream to be read, on another thread, until its end. Close it or use `with`."""
+    _kind = "recording"
+    _release = _lib.haptic_recording_close
 
     def __init__(self, client: Any, uri: str) -> None:
-        self._handle = ctypes.c_void_p()
+        handle = ctypes.c_void_p()
         self._client = client  # kept while the recording is
-        call(_lib.haptic_record, client._handle, arrays.text(uri), ctypes.byref(self._handle))
+        call(_lib.haptic_record, client._handle, arrays.text(uri), ctypes.byref(handle))
+        super().__init__(handle)
 
     def fileno(self) -> int:
         """The descriptor to read from; the recording's own."""
@@ -38,17 +42,3 @@ class Recording:
             return RecordingEnd(end.cycles, end.lost, end.reason.decode())
         finally:
             _lib.haptic_free(out)
-
-    def close(self) -> None:
-        """Ends it, if it has not ended, and frees it."""
-        _lib.haptic_recording_close(self._handle)
-        self._handle = ctypes.c_void_p()
-
-    def __enter__(self) -> Recording:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def __del__(self) -> None:
-        self.close()

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from . import _abi, arrays
 from .errors import Code, HapticError, call, check
+from .handle import Handle
 from .types import Acks, Counters, Material, ModelStatus, SessionInfo, device_info, plain
 
 #: One servo sample; fields as haptic_sample in session.h.
@@ -38,32 +39,24 @@ def _vector(values: Sequence[float], length: int = 3) -> Any:
     return (ctypes.c_double * length)(*(float(v) for v in values))
 
 
-class Session:
-    """Made by Client.open_session(). Ends with its `with` block: its share of the force fades.
+def _raw_material(material: Material) -> Any:
+    return _abi.Material(**Material(*material)._asdict())
+
+
+class Session(Handle):
+    """Made by Client.open_session(). Ends with its `with` block or close(): its share of the force fades, its lease ends.
 
     One thread at a time reads, one at a time pushes. Pushes take `latest=True` (a mailbox: only the newest value
     matters) or `at_tick` (the ring: takes effect at that tick); they return the command's number.
     """
 
+    _kind = "session"
+    _release = _lib.haptic_session_close
+
     def __init__(self, handle: ctypes.c_void_p, client: Any) -> None:
-        self._handle: Optional[ctypes.c_void_p] = handle
+        super().__init__(handle)
         self._client = client  # keeps the connection as long as the session
         self._lost = ctypes.c_uint64(0)
-
-    def __enter__(self) -> Session:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def __del__(self) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Its share of the force fades, its lease ends."""
-        if getattr(self, "_handle", None) is not None:
-            _lib.haptic_session_close(self._handle)
-            self._handle = None
 
     def describe(self) -> SessionInfo:
         """Its number, the period of the servo, the device."""
@@ -99,7 +92,7 @@ class Session:
     @property
     def alive(self) -> bool:
         """Whether the session lives."""
-        return _lib.haptic_session_check(self._handle) == 0
+        return _lib.haptic_session_check(self._open) == 0
 
     # ---------------------------------------------------------------- reading
 
@@ -158,13 +151,13 @@ class Session:
         push = _abi.Push(at_tick=at_tick, flags=1 if latest else 0)
         code = function(self._handle, ctypes.byref(command), ctypes.byref(push))
         if code != Code.OK:
-            raise HapticError(code, *_REFUSED_PUSHES.get(code, ()))
+            raise HapticError(code, *_REFUSED_PUSHES.get(code, (function.__name__.removeprefix("haptic_"),)))
         return push.seq
 
     @property
     def space(self) -> int:
         """Commands that the ring takes now."""
-        return _lib.haptic_push_space(self._handle)
+        return _lib.haptic_push_space(self._open)
 
     def push_plane(self, origin: Sequence[float], normal: Sequence[float], *, slot: int = 0,
                    material: Material = Material(), lease_s: float = 0.5, blend_s: float = 0.02, frame: int = 0,
@@ -207,7 +200,7 @@ class Session:
     def _model(kind: int, slot: int, material: Material, lease_s: float, blend_s: float, frame: int, device: int,
                origin: Sequence[float]) -> Any:
         return _abi.LocalModel(slot=slot, kind=kind, frame=frame, device=device, lease_ns=round(lease_s * _S),
-                               blend_ns=round(blend_s * _S), material=_abi.Material(**material._asdict()),
+                               blend_ns=round(blend_s * _S), material=_raw_material(material),
                                origin=_vector(origin))
 
     def push_force_field(self, x0: Sequence[float], f0: Sequence[float], jacobian: npt.ArrayLike, radius: float, *,
@@ -251,7 +244,7 @@ class Session:
     def push_object_material(self, object_id: int, material: Material, *, latest: bool = False,
                              at_tick: int = 0) -> int:
         """Changes how an object feels from one tick to the next."""
-        command = _abi.ObjectMaterial(object=object_id, material=_abi.Material(**material._asdict()))
+        command = _abi.ObjectMaterial(object=object_id, material=_raw_material(material))
         return self._push(_lib.haptic_push_object_material, command, latest, at_tick)
 
     def push_object_flags(self, object_id: int, mask: int, value: int, *, latest: bool = False,

@@ -56,6 +56,8 @@ class Completion(Case):
 
     def test_words_are_completed_by_their_place(self):
         self.run_ctl("add", "sphere", "--size", "0.01", "--name", "ball")
+        for command in ("get", "set"):
+            self.assertEqual(self.offered(f"hapticctl {command} "), {"/" + name for name in self.json("get", "/")}, command)
         (self.directory / "scan").mkdir(exist_ok=True)
         self.file("ball.stl", "")
         for line, wanted in [("tool ", {"attach", "detach"}), ("tool attach ", {"ball"}), ("tool attach --mass 0.2 ball ", {"sim"}),

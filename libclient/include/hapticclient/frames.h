@@ -1,12 +1,12 @@
 /** @file
  * Axes of other systems. All are right-handed; conversions only permute and negate, so they are exact.
  *
- * | frame              | toward the operator | operator's right | up |
- * |--------------------|---------------------|------------------|----|
- * | hapticd            | +x                  | +y               | +z |
- * | OpenGL, OpenHaptics, X3D | +z            | +x               | +y |
- * | ROS (REP-103)      | -x                  | -y               | +z |
- * | Haply Inverse      | -y                  | +x               | +z |
+ * | frame                            | toward the operator | operator's right | up |
+ * |----------------------------------|---------------------|------------------|----|
+ * | hapticd, CHAI3D, Force Dimension | +x                  | +y               | +z |
+ * | OpenGL, OpenHaptics, H3D, X3D    | +z                  | +x               | +y |
+ * | ROS (REP-103)                    | -x                  | -y               | +z |
+ * | Haply Inverse                    | -y                  | +x               | +z |
  *
  * Units do not change: metres stay metres (OpenHaptics itself counts in millimetres). Any thread, servo-safe; in and
  * out may be the same array. HAPTIC_INVALID_ARGUMENT for a frame that is not in the list.
@@ -21,9 +21,9 @@ extern "C" {
 #endif
 
 typedef enum haptic_frame {
-  HAPTIC_FRAME_HAPTICD = 0,
-  HAPTIC_FRAME_OPENGL = 1, /**< Also OpenHaptics, H3D and X3D. */
-  HAPTIC_FRAME_ROS = 2,    /**< REP-103: x forward, y left, z up; forward is away from the operator. */
+  HAPTIC_FRAME_HAPTICD = 0, /**< Also CHAI3D and Force Dimension. */
+  HAPTIC_FRAME_OPENGL = 1,  /**< Also OpenHaptics, H3D and X3D. */
+  HAPTIC_FRAME_ROS = 2,     /**< REP-103: x forward, y left, z up; forward is away from the operator. */
   HAPTIC_FRAME_HAPLY = 3
 } haptic_frame;
 

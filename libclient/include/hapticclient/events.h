@@ -79,7 +79,10 @@ HAPTIC_API int haptic_events_open(haptic_client* client, const haptic_events_opt
  */
 HAPTIC_API int haptic_next_event(haptic_events* events, haptic_event* event, int64_t timeout_ns);
 
-/** A descriptor that polls readable while the queue holds events. Do not read or close it. */
+/**
+ * A descriptor that polls readable while the queue holds events. Do not read or close it. That the daemon has gone it
+ * does not tell: a loop that waits on it alone looks at haptic_connected() from time to time.
+ */
 HAPTIC_API int haptic_events_fd(const haptic_events* events);
 
 /** Unsubscribes and frees; its callback is not running any more when this returns. Null is allowed. */

@@ -70,7 +70,7 @@ class Events(Handle):
         self._client = client
 
     def fileno(self) -> int:
-        """For select(): readable while events wait."""
+        """For select(): readable while events wait. That the daemon has gone, `Client.connected` tells."""
         return _lib.haptic_events_fd(self._handle)
 
     def next(self, timeout_s: float = 0.0) -> Optional[Event]:

@@ -1,6 +1,6 @@
 /* 01: connect, open a session with a device and read where the hand is. Nothing is energised.
  *
- *   ./01-state [DEVICE]      DEVICE by URI or serial; without it the first real one, else the simulator
+ *   ./01-state [DEVICE]      DEVICE by URI or serial; without it the first open one, or a real one, or the simulator
  */
 #include <hapticclient/hapticclient.h>
 #include <stdio.h>

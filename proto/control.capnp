@@ -66,7 +66,8 @@ interface Daemon {
   # Opened devices first, then those found but not opened, then those configured and missing.
 
   openDevice @2 (uri :Text) -> (status :Status, device :DeviceInfo);
-  # By URI or serial; opening what is open answers with it. An empty URI: first real device, else the simulator.
+  # By URI or serial; opening what is open answers with it. An empty URI: the first open device; if none
+  # is open, the first real one, else the simulator.
 
   closeDevice @3 (uri :Text) -> (status :Status);
   # Administration; or who alone has asked for it, of no hardware and not configured. Refused while a session holds it.

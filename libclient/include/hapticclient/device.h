@@ -97,13 +97,14 @@ typedef struct haptic_device_limits {
   double gripper_force; /**< [N] */
 } haptic_device_limits;
 
-/** Opened devices first, then those found but not opened. Blocks; any thread. */
+/** Open devices first, then those found, then those that are configured and missing (`problem`). Blocks; any thread. */
 HAPTIC_API int haptic_list_devices(haptic_client* client, haptic_device_list** devices, haptic_error* error);
 
 /**
- * Opens a device by URI or serial number. Null or "": the first real device, else the simulator. Opening what is open
- * answers with it. A simulated one that is not configured closes when all clients that have opened it, or a session on
- * it, have disconnected, unless an administrator is among them. `device` may be null. Blocks; any thread.
+ * Opens a device by URI, name or serial number. Null or "": the first open device; if none is open, the first real one,
+ * else the simulator. Opening what is open answers with it. A simulated one that is not configured closes when all
+ * clients that have opened it, or a session on it, have disconnected, unless an administrator is among them. `device`
+ * may be null. Blocks; any thread.
  */
 HAPTIC_API int haptic_open_device(haptic_client* client, const char* uri, haptic_device_info** device,
                                   haptic_error* error);

@@ -62,7 +62,7 @@ class Client {
   [[nodiscard]] Result<Reply<haptic_device_list>> devices() const {
     return detail::ask<haptic_device_list>([&](auto** out, auto* e) { return haptic_list_devices(get(), out, e); });
   }
-  /** Empty: the first real device, else the simulator. */
+  /** Empty: the first open device; if none is open, the first real one, else the simulator. */
   Result<Reply<haptic_device_info>> openDevice(const std::string& uri = {}) {
     return detail::ask<haptic_device_info>(
         [&](auto** out, auto* e) { return haptic_open_device(get(), uri.c_str(), out, e); });

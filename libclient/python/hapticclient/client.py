@@ -292,12 +292,12 @@ class Client(Handle):
             return plain(DaemonInfo, reply)
 
     def devices(self) -> list[DeviceInfo]:
-        """Opened devices first, then those found but not opened."""
+        """Open devices first, then those found, then those that are configured and missing (`problem`)."""
         with _Reply(_abi.DeviceList, _lib.haptic_list_devices, self._handle) as reply:
             return [device_info(entry) for entry in _entries(reply)]
 
     def open_device(self, uri: str = "") -> DeviceInfo:
-        """By URI or serial; without one the first real device, else the simulator. What is open stays so."""
+        """By URI, name or serial; without one the first open device, else the first real one, else the simulator."""
         with _Reply(_abi.DeviceInfo, _lib.haptic_open_device, self._handle, arrays.text(uri)) as reply:
             return device_info(reply)
 
@@ -310,7 +310,7 @@ class Client(Handle):
         call(_lib.haptic_stop, self._handle, arrays.text(uri))
 
     def set_limits(self, uri: str = "", **limits: float) -> DeviceLimits:
-        """set_limits(uri, force=2.0): what is not named stays. Gives the limits in force."""
+        """set_limits(uri, force=2.0): what is not named stays. Gives the limits in force; asks for them if none is named."""
         raw = _abi.DeviceLimits(**{name: math.nan for name, kind in _abi.DeviceLimits._fields_
                                    if kind is ctypes.c_double})
         for name, value in limits.items():
@@ -358,7 +358,7 @@ class Client(Handle):
         return json.loads(self._text(_lib.haptic_get_dump))
 
     def open_session(self, uri: str = "", name: Optional[str] = None) -> Session:
-        """Opens the device if need be: by URI or serial, without one as open_device()."""
+        """Opens the device if need be: by URI, name or serial, without one as open_device()."""
         options = _abi.SessionOptions(uri=arrays.text(uri), name=_bytes(name))
         handle = ctypes.c_void_p()
         call(_lib.haptic_session_open, self._handle, ctypes.byref(options), ctypes.byref(handle))

@@ -47,7 +47,7 @@ enum hd_source {
 /** Bits of hd_sample.flags. */
 enum hd_sample_flag {
   HD_SAMPLE_ARMED = 1u << 0,     /**< Forces reach the device. */
-  HD_SAMPLE_RAMPING = 1u << 1,   /**< The arming ramp is below one. */
+  HD_SAMPLE_RAMPING = 1u << 1,   /**< The arming ramp is below one; also while it waits. */
   HD_SAMPLE_FAULT = 1u << 2,     /**< A fault is latched; see hd_sample.fault. */
   HD_SAMPLE_CONTACT = 1u << 3,   /**< The proxy touches a surface. */
   HD_SAMPLE_SLIP = 1u << 4,      /**< The contact slides (else it sticks). */
@@ -55,7 +55,8 @@ enum hd_sample_flag {
   HD_SAMPLE_PASSIVITY = 1u << 6, /**< The passivity controller added damping. */
   HD_SAMPLE_STALE = 1u << 7,     /**< The device gave no new sample this tick. */
   HD_SAMPLE_NO_RT = 1u << 8,     /**< The servo runs without real-time scheduling. */
-  HD_SAMPLE_SATURATED = 1u << 9  /**< The device's own limit cut the force. */
+  HD_SAMPLE_SATURATED = 1u << 9, /**< The device's own limit cut the force. */
+  HD_SAMPLE_WAITING = 1u << 10   /**< Armed, but no force flows: the ramp waits until what is asked for is small. */
 };
 
 /** Why the guard latched. One cause at a time: the first. */

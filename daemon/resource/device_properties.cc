@@ -147,6 +147,8 @@ constexpr DeviceProperty kDeviceProperties[] = {
     {"armed", "forces reach it", [](const OpenDevice&, const DeviceNow& s, Core&) { return Json(s.armed); }},
     {"ramping", "the arming ramp is below one",
      [](const OpenDevice&, const DeviceNow& s, Core&) { return Json((s.sample.flags & HD_SAMPLE_RAMPING) != 0); }},
+    {"waiting", "armed, but the ramp waits until the force asked for is small",
+     [](const OpenDevice&, const DeviceNow& s, Core&) { return Json((s.sample.flags & HD_SAMPLE_WAITING) != 0); }},
     {"fault", "latched fault",
      [](const OpenDevice&, const DeviceNow& s, Core&) { return Json(faultText(s.sample.fault)); }},
     {"lease", "who may arm it", getLease},

@@ -339,6 +339,7 @@ void Guard::step(const GuardInput& input, GuardOutput& output) HD_RT {
   output.command.enabled = armed();
   if (armed()) output.flags |= HD_SAMPLE_ARMED;
   if (armed() && state_ != State::kLowering && ramp_ < 1) output.flags |= HD_SAMPLE_RAMPING;
+  if (armed() && state_ == State::kWaiting) output.flags |= HD_SAMPLE_WAITING;
   if (fault_ != HD_FAULT_NONE) output.flags = (output.flags & ~std::uint32_t{HD_SAMPLE_PASSIVITY}) | HD_SAMPLE_FAULT;
   output.fault = fault_;
   output.energy = passivity_.energy();

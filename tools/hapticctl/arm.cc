@@ -22,15 +22,15 @@ struct ArmOptions {
 
 const char* stateOf(const haptic_sample& s) {
   if ((s.flags & HAPTIC_SAMPLE_FAULT) != 0) return "fault";
-  if ((s.flags & HAPTIC_SAMPLE_ARMED) == 0) return "waiting";
+  if ((s.flags & HAPTIC_SAMPLE_ARMED) == 0 || (s.flags & HAPTIC_SAMPLE_WAITING) != 0) return "waiting";
   return (s.flags & HAPTIC_SAMPLE_RAMPING) != 0 ? "ramping" : "armed";
 }
 
 const char* meaningOf(std::string_view state) {
-  if (state == "waiting") return "waiting until the force asked for is small";
+  if (state == "waiting")
+    return "waiting: it pushes once the force asked for is small; lift the hand off what it touches";
   if (state == "ramping") return "ramping up: the device pushes";
-  if (state == "armed") return "armed: full force within its limits";
-  return "off";
+  return "armed: full force within its limits";
 }
 
 void tell(const Globals& globals, const std::string& device, std::string_view state, std::string_view text) {
@@ -46,13 +46,15 @@ void tell(const Globals& globals, const std::string& device, std::string_view st
 /** Watches until it is time, the user ends it, the device faults or the daemon goes. */
 void hold(const Session& session, const ArmOptions& options, const Globals& globals, const Interrupt& interrupt,
           const std::string& name) {
+  constexpr std::int64_t kUsualWait_ns = 100'000'000;  // Of which nothing need be said: it takes four ticks.
   const std::int64_t begin_ns = haptic_now_ns();
   std::string state;
   while (!Interrupt::asked()) {
     check(haptic_session_check(session.get()), haptic_error HAPTIC_ERROR_INIT);
     haptic_sample sample;
     if (haptic_session_latest(session.get(), &sample) == HAPTIC_OK) {
-      if (const char* now = stateOf(sample); state != now) {
+      const std::string_view now = stateOf(sample);
+      if (state != now && (now != "waiting" || haptic_now_ns() - begin_ns >= kUsualWait_ns)) {
         state = now;
         if (state == "fault") {
           throw Failure{kExitRefused, name, std::string("fault latched: ") + faultName(sample.fault),

@@ -68,7 +68,7 @@ std::string flagWords(const haptic_sample& s) {
   const auto add = [&](std::uint32_t flag, const char* word) {
     if ((s.flags & flag) != 0) out += std::string(" ") + word;
   };
-  add(HAPTIC_SAMPLE_RAMPING, "ramping");
+  add(HAPTIC_SAMPLE_RAMPING, (s.flags & HAPTIC_SAMPLE_WAITING) != 0 ? "waiting" : "ramping");
   if ((s.flags & HAPTIC_SAMPLE_CONTACT) != 0) out += (s.flags & HAPTIC_SAMPLE_SLIP) != 0 ? " slides" : " touches";
   add(HAPTIC_SAMPLE_LIMITED, "limited");
   add(HAPTIC_SAMPLE_PASSIVITY, "damped");

@@ -33,7 +33,7 @@ typedef enum haptic_source {
 /** Bits of haptic_sample.flags. */
 typedef enum haptic_sample_flag {
   HAPTIC_SAMPLE_ARMED = 1 << 0,     /**< Forces reach the device. */
-  HAPTIC_SAMPLE_RAMPING = 1 << 1,   /**< The arming ramp is below one. */
+  HAPTIC_SAMPLE_RAMPING = 1 << 1,   /**< The arming ramp is below one; also while it waits. */
   HAPTIC_SAMPLE_FAULT = 1 << 2,     /**< A fault is latched; see haptic_sample.fault. */
   HAPTIC_SAMPLE_CONTACT = 1 << 3,   /**< The proxy touches a surface. */
   HAPTIC_SAMPLE_SLIP = 1 << 4,      /**< The contact slides (else it sticks). */
@@ -41,7 +41,8 @@ typedef enum haptic_sample_flag {
   HAPTIC_SAMPLE_PASSIVITY = 1 << 6, /**< The passivity controller added damping. */
   HAPTIC_SAMPLE_STALE = 1 << 7,     /**< The device gave no new sample this tick. */
   HAPTIC_SAMPLE_NO_RT = 1 << 8,     /**< The servo runs without real-time scheduling. */
-  HAPTIC_SAMPLE_SATURATED = 1 << 9  /**< The device's own limit cut the force. */
+  HAPTIC_SAMPLE_SATURATED = 1 << 9, /**< The device's own limit cut the force. */
+  HAPTIC_SAMPLE_WAITING = 1 << 10   /**< Armed, but no force flows: the ramp waits until what is asked for is small. */
 } haptic_sample_flag;
 
 /** Why the guard latched: the first cause. */

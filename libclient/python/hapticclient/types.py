@@ -127,6 +127,7 @@ class SampleFlag(enum.IntFlag):
     STALE = 128
     NO_RT = 256
     SATURATED = 512
+    WAITING = 1024
 
 
 class EventKind(enum.IntEnum):

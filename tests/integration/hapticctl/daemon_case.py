@@ -53,6 +53,15 @@ def ball(rings):
     return "\n".join(lines + ["endsolid ball", ""])
 
 
+def eventually(holds, seconds=10):
+    end = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.02)
+    return True
+
+
 class Case(unittest.TestCase):
     """A directory of its own, and a daemon for the whole class unless it wants none."""
     wants_daemon = True

@@ -14,16 +14,7 @@ import subprocess
 import time
 import unittest
 
-from daemon_case import HAPTICCTL, HAPTICD, Case, stl
-
-
-def eventually(holds, seconds=10):
-    end = time.monotonic() + seconds
-    while not holds():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.02)
-    return True
+from daemon_case import HAPTICCTL, HAPTICD, Case, eventually, stl
 
 
 class Descriptors(Case):

@@ -14,7 +14,7 @@ import subprocess
 import time
 import unittest
 
-from daemon_case import HAPTICCTL, Case, ball, png, stl
+from daemon_case import HAPTICCTL, Case, ball, eventually, png, stl
 
 
 class WithoutDaemon(Case):
@@ -267,6 +267,26 @@ class WithDaemon(Case):
             arm.stdout.close()
         self.assertFalse(self.json("status")["devices"][0]["armed"])
         self.run_ctl("arm", "--for", "0.2")
+
+    def test_arming_within_an_object_says_that_it_waits(self):
+        def start(*words):
+            program = subprocess.Popen([HAPTICCTL, "--socket", self.socket, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+            self.addCleanup(lambda: (program.terminate(), program.communicate()))
+            return program
+
+        self.run_ctl("add", "box", "--size", "0.02,0.02,0.01", "--at", "0.2,0,0", "--name", "plate")
+        self.addCleanup(self.run_ctl, "remove", "plate")
+        start("hand", self.file("press.csv", "t,x,y,z\n0,0,0,0.03\n1,0,0,0.03\n1.5,0,0,0\n60,0,0,0\n"))
+        self.assertTrue(eventually(lambda: self.json("get", "/devices/sim/pos")[2] > 0.02))
+        self.run_ctl("set", "/objects/plate/pos?value=0,0,0")
+        self.assertTrue(eventually(lambda: self.json("get", "/devices/sim/depth") > 0.005))
+        arm = start("arm")
+        self.assertIn("waiting", arm.stdout.readline())
+        self.assertIs(self.json("get", "/devices/sim/waiting"), True)
+        self.assertEqual(self.json("get", "/devices/sim/force"), [0, 0, 0])
+        self.assertIn(" waiting ", self.run_ctl("monitor", "--duration", "0.3").stdout)
+        self.run_ctl("set", "/objects/plate/enabled?value=false")
+        self.assertIn("ramping", arm.stdout.readline())
 
     def test_stop_ends_arming_with_a_fault(self):
         with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as arm:

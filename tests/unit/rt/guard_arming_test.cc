@@ -33,15 +33,18 @@ TEST(GuardArming, RampWaitsForSmallForceThenTakesTwoSeconds) {
   EXPECT_TRUE(rig.out.command.force.isZero(0)) << "three newtons are not small";
   EXPECT_TRUE(rig.out.command.enabled);
   EXPECT_TRUE(rig.out.flags & HD_SAMPLE_RAMPING);
+  EXPECT_TRUE(rig.out.flags & HD_SAMPLE_WAITING);
 
   rig.ask(HD_SOURCE_SURFACE, {0.1, 0, 0});
   rig.step(3);
+  EXPECT_TRUE(rig.out.flags & HD_SAMPLE_WAITING);
   rig.ask(HD_SOURCE_SURFACE, {3, 0, 0});
   rig.step(100);
   EXPECT_TRUE(rig.out.command.force.isZero(0)) << "three small ticks are one too few";
 
   rig.ask(HD_SOURCE_SURFACE, {0, 0, 0});
   rig.step(4);
+  EXPECT_FALSE(rig.out.flags & HD_SAMPLE_WAITING);
   rig.ask(HD_SOURCE_SURFACE, {3, 0, 0});
   for (int i = 1; i <= 2000; ++i) {
     rig.step();

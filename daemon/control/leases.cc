@@ -259,6 +259,7 @@ Result<GuardLimits> Core::setLimits(std::string_view uri, const GuardLimits& wan
   OpenDevice& device = **found;
   auto merged = mergeLimits(device.limits, wanted);
   if (!merged) return merged;
+  if (!raises(*merged, device.limits) && !raises(device.limits, *merged)) return *merged;  // It only asks.
   const Client& by = client(connection);
   const Session* holder = device.lease == 0 ? nullptr : sessions_.find(device.lease);
   const bool holds = holder != nullptr && holder->client.uid == by.uid;

@@ -184,6 +184,10 @@ class Daemon(unittest.TestCase):
             self.assertEqual(limits.force, 1.5)
             with self.assertRaises(TypeError):
                 self.client.set_limits(fource=1)
+        self.assertEqual(self.client.set_limits("sim"), limits)  # Who holds no lease may ask,
+        with self.assertRaises(haptic.HapticError) as caught:
+            self.client.set_limits("sim", force=1)  # and change nothing.
+        self.assertEqual(caught.exception.code, haptic.Code.LEASE_REQUIRED)
 
 
 if __name__ == "__main__":

@@ -121,9 +121,9 @@ HAPTIC_API int haptic_close_device(haptic_client* client, const char* uri, hapti
 HAPTIC_API int haptic_stop(haptic_client* client, const char* uri, haptic_error* error);
 
 /**
- * Changes limits of a device. A NaN leaves that limit as it is. Lowering takes the lease holder's user or
- * administration, raising takes administration. `in_force`, if not null, receives the limits that hold now: set its
- * `size`. Blocks; any thread.
+ * Changes limits of a device. A NaN leaves that limit as it is; NaN in all of them only asks. Lowering takes the lease
+ * holder's user or administration, raising takes administration. `in_force`, if not null, receives the limits that hold
+ * now: set its `size`. Blocks; any thread.
  */
 HAPTIC_API int haptic_set_limits(haptic_client* client, const char* uri, const haptic_device_limits* limits,
                                  haptic_device_limits* in_force, haptic_error* error);

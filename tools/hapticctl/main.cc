@@ -24,6 +24,8 @@ constexpr AddCommand kCommands[] = {addStatus,      addList,    addInfo,   addTo
                                     addLoadTexture, addVolumes, addExport, addAdd,  addRemove,  addObjects,
                                     addHand,        addGet,     addSet,    addTool, addDoctor,  addDump};
 
+constexpr const char* kCommandFooter =
+    "Also --json, --socket PATH, --admin, --timeout SECONDS: hapticctl --help tells of them and of exit codes.";
 constexpr const char* kFooter =
     "Exit: 0 done; 1 refused, or a check is red; 2 wrong command line; 3 no daemon answers; 4 the daemon went away;\n"
     "5 a file cannot be read or written, or holds nothing usable. A program hapticctl-NAME becomes the subcommand "
@@ -69,7 +71,7 @@ int run(int argc, char** argv, Globals& globals) {
   for (int i = 1; i < argc && std::strcmp(argv[i], "--") != 0; ++i)
     if (std::strcmp(argv[i], "--json") == 0) globals.json = true;  // Also for what is found before all is read.
   CLI::App app{"Look at, feed and stop a running hapticd, the haptic device server.", "hapticctl"};
-  app.footer(footer());
+  app.footer(kCommandFooter);  // Commands begin with that of the program.
   app.set_version_flag("--version", std::string("hapticctl ") + haptic_version());
   app.add_flag("--json", globals.json, "Answer in JSON (streams: one value a line)");
   app.add_option("--socket", globals.socket, "Socket of the daemon")->type_name("PATH");
@@ -83,6 +85,7 @@ int run(int argc, char** argv, Globals& globals) {
   Action chosen;
   std::vector<std::string> names;
   for (const AddCommand add : kCommands) add(app, chosen);
+  app.footer(footer());
   for (CLI::App* command : app.get_subcommands({})) {
     command->fallthrough();
     names.push_back(command->get_name());

@@ -28,6 +28,31 @@ void writeLine(std::string_view line) {
   if (::write(STDERR_FILENO, text.data(), text.size()) < 0) return;  // Nobody to tell.
 }
 
+std::string onOneLine(const nlohmann::ordered_json& value) {
+  return value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+/** Lists of plain values, vectors most of all, stay on one line. */
+void indent(std::string& out, const nlohmann::ordered_json& value, std::size_t depth) {
+  const bool list = value.is_array();
+  if (!value.is_structured() || value.empty() ||
+      (list &&
+       std::none_of(value.begin(), value.end(), [](const nlohmann::ordered_json& v) { return v.is_structured(); }))) {
+    out += onOneLine(value);
+    return;
+  }
+  const std::string margin(2 * depth, ' ');
+  out += list ? '[' : '{';
+  const char* gap = "\n";
+  for (const auto& [key, entry] : value.items()) {
+    out += gap + margin + "  ";
+    if (!list) out += onOneLine(key) + ": ";
+    indent(out, entry, depth + 1);
+    gap = ",\n";
+  }
+  out += "\n" + margin + (list ? ']' : '}');
+}
+
 }  // namespace
 
 std::string printable(std::string_view text) {
@@ -49,8 +74,13 @@ void put(std::string_view text) {
 }
 
 void putJson(const nlohmann::ordered_json& value, bool one_line) {
-  put(value.dump(one_line ? -1 : 2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-  put("\n");
+  std::string text;
+  if (one_line) {
+    text = onOneLine(value);
+  } else {
+    indent(text, value, 0);
+  }
+  put(text + "\n");
 }
 
 void flush() {

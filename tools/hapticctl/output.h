@@ -28,7 +28,7 @@ template <class... Args>
 void print(fmt::format_string<Args...> format, Args&&... args) {
   put(fmt::format(format, std::forward<Args>(args)...));
 }
-/** One JSON value on one line (streams) or indented (single answers). Not-a-number becomes null. */
+/** One JSON value on one line (streams) or indented, but for vectors (single answers). Not-a-number becomes null. */
 void putJson(const nlohmann::ordered_json& value, bool one_line = false);
 /** Writes the buffer. Throws OutputClosed, or Failure when the disk is full. */
 void flush();

@@ -11,18 +11,16 @@
 namespace hapticctl {
 namespace {
 
-/** The daemon's JSON, indented; as it came if it is none. */
-void show(const haptic_text& text) {
+/** The daemon's JSON, indented; as it came if it is none. A text of several lines, /config, for people as it reads. */
+void show(const haptic_text& text, bool as_json) {
   const std::string_view raw(text.text, text.length);
   const Json json = Json::parse(raw, nullptr, false);
   if (json.is_discarded()) {
     put(std::string(raw) + "\n");
+  } else if (!as_json && json.is_string() && json.get_ref<const std::string&>().ends_with('\n')) {
+    put(json.get_ref<const std::string&>());
   } else {
-    // Vectors and single values on one line, trees indented.
-    const bool flat =
-        !json.is_structured() ||
-        (json.is_array() && std::none_of(json.begin(), json.end(), [](const Json& v) { return v.is_structured(); }));
-    putJson(json, flat);
+    putJson(json);
   }
 }
 
@@ -45,7 +43,7 @@ void addGet(CLI::App& app, Action& chosen) {
       if (name.find('?') != std::string::npos)
         failUsage(name, "get changes nothing", "use hapticctl set '" + name + "'");
       const Daemon daemon(globals);
-      show(*daemon.ask<haptic_text>(haptic_get, name.c_str()));
+      show(*daemon.ask<haptic_text>(haptic_get, name.c_str()), globals.json);
       return kExitOk;
     };
   });
@@ -64,7 +62,7 @@ void addSet(CLI::App& app, Action& chosen) {
         failUsage(name, "no value to set", "write '" + name.substr(0, equals) + "?value=" + value + "'");
       }
       const Daemon daemon(globals);
-      show(*daemon.ask<haptic_text>(haptic_set, name.c_str()));
+      show(*daemon.ask<haptic_text>(haptic_set, name.c_str()), globals.json);
       return kExitOk;
     };
   });

@@ -252,6 +252,22 @@ class WithDaemon(Case):
         self.run_ctl("remove", "wall")
         self.assertEqual(self.json("get", "/textures"), {}, "textures go with the last surface that shows them")
 
+    def test_what_is_read_reads_well(self):
+        device = self.run_ctl("get", "/devices/sim").stdout
+        self.assertRegex(device, r'\n  "pos": \[[^\n]+\],\n')
+        self.assertRegex(device, r'\n  "by_source": {\n    "client": \[[^\n]+\],\n')
+        self.assertEqual(json.loads(device)["by_source"]["client"], [0, 0, 0])
+        self.assertIn("\n[servo]\n", self.run_ctl("get", "/config").stdout)
+        self.assertIn("\n[servo]\n", self.json("get", "/config"))
+        self.assertIn('"sim://default"', self.run_ctl("get", "/devices/sim/uri").stdout)
+
+    def test_help_of_a_command_names_the_options_that_all_take_and_no_more(self):
+        for command in (["arm"], ["tool", "attach"]):
+            text = self.run_ctl(*command, "--help").stdout
+            self.assertIn("--timeout SECONDS", text)
+            self.assertNotIn("hapticctl-NAME", text)
+        self.assertIn("hapticctl-NAME", self.run_ctl("--help").stdout)
+
     def test_arming_ends_in_order(self):
         arm = subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm"], stdout=subprocess.PIPE, text=True)
         try:

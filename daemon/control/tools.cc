@@ -131,7 +131,7 @@ Result<void> Core::setGrip(OpenDevice& device, double stiffness, double width, c
   const DeviceInfo& info = device.info();
   if (stiffness > 0 && !(info.sensed_gripper && info.actuated_gripper)) {
     return Error{ErrorCode::kUnsupported, device.name + "/grip", "the device has no gripper that can push",
-                 "see actuated_gripper in hapticctl info"};
+                 "see its abilities: hapticctl info"};
   }
   if (!(stiffness >= 0 && stiffness <= kStiffestGrip)) {
     return refuse(fmt::format("the stiffness is not between 0 and {:g} N/rad", kStiffestGrip),

@@ -1,4 +1,7 @@
+#include <fmt/format.h>
+
 #include <cmath>
+#include <vector>
 
 #include "daemon/resource/properties.h"
 #include "daemon/resource/resource_name.h"
@@ -89,19 +92,24 @@ Result<void> setTool(Core& core, OpenDevice& device, std::string_view value, con
                      const Client& by) {
   if (value.empty()) return core.detachTool(device, by);
   ToolWish wish;
-  for (std::size_t comma; (comma = value.rfind(',')) != std::string_view::npos; value = value.substr(0, comma)) {
-    const std::string_view word = value.substr(comma + 1);
-    if (word != "weighs" && word != "direct") break;
-    (word == "weighs" ? wish.weighs : wish.direct) = true;
-  }
-  const std::size_t comma = value.find(',');
-  wish.object = std::string(value.substr(0, comma));
-  if (comma != std::string_view::npos) {
-    const std::string_view rest = value.substr(comma + 1);
-    auto n = parseNumbers(rest, rest.find(',') == std::string_view::npos ? 1 : 2, where);
-    if (!n) return n.error();
-    wish.mass = n->front();
-    if (n->size() > 1) wish.stiffness = n->back();
+  wish.object = std::string(value.substr(0, value.find(',')));
+  std::vector<double*> numbers{&wish.stiffness, &wish.mass};  // Those that may still come, the next one last.
+  for (std::string_view rest = value.substr(wish.object.size()); !rest.empty();) {
+    const std::string_view word = rest.substr(1, rest.find(',', 1) - 1);
+    rest.remove_prefix(1 + word.size());
+    if (word == "weighs" || word == "direct") {
+      (word == "weighs" ? wish.weighs : wish.direct) = true;
+      numbers.clear();
+      continue;
+    }
+    const auto parsed = parseNumbers(word, 1, where);
+    if (!parsed || numbers.empty()) {
+      return Error{
+          ErrorCode::kInvalidArgument, where, fmt::format("'{}' cannot stand there", word.substr(0, 40)),
+          "write the object, kg, N/m, and the words weighs and direct, as far as wanted: stick,0.1,500,weighs"};
+    }
+    *numbers.back() = parsed->front();
+    numbers.pop_back();
   }
   return core.attachTool(device, wish, by);
 }

@@ -112,7 +112,8 @@ int run(int argc, char** argv, Globals& globals) {
       return kExitOk;
     }
     std::string command = "hapticctl";
-    for (const CLI::App* named : app.get_subcommands()) command += " " + named->get_name();
+    for (const CLI::App* at = &app; !at->get_subcommands().empty();)
+      command += " " + (at = at->get_subcommands()[0])->get_name();
     failUsage({}, error.what(), command + " --help tells how");
   }
   const int code = chosen(globals);

@@ -406,6 +406,19 @@ class OnATerminal(TerminalCase):
         self.assertFalse(self.json("status")["devices"][0]["armed"])
 
 
+class Tool(Case):
+    def test_a_tool_that_is_asked_for_wrongly_names_the_word(self):
+        self.run_ctl("add", "box", "--size", "0.01,0.01,0.01", "--at", "0,0,0.2", "--name", "stick")
+        for value, wrong in (("stick,0.1,0,weighs,foo", "'foo'"), ("stick,,", "''"), ("stick,weighs,0.1", "'0.1'"), ("stick,0.1,0,5", "'5'")):
+            self.assertIn(wrong, self.run_ctl("set", f"/devices/sim/tool?value={value}", exit_code=1).stderr)
+        self.assertIsNone(self.json("get", "/devices/sim/tool"))
+        held = self.json("set", "/devices/sim/tool?value=stick,0.2,200,direct,weighs")
+        self.assertEqual((held["mass"], held["rendering"], held["weight"]), (0.2, "direct", "felt"))
+        self.run_ctl("tool", "detach")
+        self.assertIn("tool attach --help", self.run_ctl("tool", "attach", "stick", "--mass", "100", exit_code=2).stderr)
+        self.run_ctl("remove", "stick")
+
+
 class MoreThanThereIsTimeFor(TerminalCase):
     """A tool of many points amid as many meshes as are asked for, none with a volume."""
 

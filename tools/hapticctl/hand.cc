@@ -50,11 +50,24 @@ std::string describe(double t_s, double end_s, const haptic_sample& s, const Sin
       duration(since.wake_ns), duration(since.cycle_ns));
 }
 
+/** A path that no hand follows would look as if one had gone it. */
+void requireFollower(const haptic_device_info& device) {
+  const std::string uri = device.uri;
+  if (std::string_view(device.driver) != "sim") {
+    throw Failure{kExitRefused, device.name, "its hand is not simulated", "name a device of sim://", "UNSUPPORTED"};
+  }
+  if (uri.find("?motion=") != std::string::npos || uri.find("&motion=") != std::string::npos) {
+    throw Failure{kExitRefused, device.name, "its hand has a motion of its own: " + uri,
+                  "open one without motion=", "UNSUPPORTED"};
+  }
+}
+
 int play(const HandOptions& options, const Globals& globals) {
   const Interrupt interrupt;
   const Motion motion = Motion::read(options.file);
   const Daemon daemon(globals);
   const Session session(daemon, options.device);
+  requireFollower(*session.info().device);
   LiveLine live;
   const bool lines = isatty(STDERR_FILENO) == 0 && !globals.json;
   const double end_s = motion.duration() / options.speed;

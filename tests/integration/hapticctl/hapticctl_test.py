@@ -347,6 +347,9 @@ class WithDaemon(Case):
         time.sleep(0.5)
         self.assertAlmostEqual(self.json("status")["devices"][0]["pose"]["p"][0], 0.04, delta=0.002)
         self.assertIn("bad.csv:2", self.run_ctl("hand", self.file("bad.csv", "t,x,y,z\n0,a,0,0\n"), exit_code=5).stderr)
+        for device, why in (("sim://default?motion=circle&serial=own", "motion of its own"),
+                            (f"replay://{self.directory / 'path.csv'}", "not simulated")):
+            self.assertIn(why, self.run_ctl("hand", self.directory / "path.csv", device, exit_code=1).stderr)
 
     def test_a_reader_that_leaves_is_no_error(self):
         with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "monitor", "--csv"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as monitor:

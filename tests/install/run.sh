@@ -24,6 +24,10 @@ if LD_LIBRARY_PATH=$library HAPTICD_SOCKET=/nonexistent "$directory/c" 2>"$direc
 fi
 grep -q "/nonexistent: no such socket" "$directory/said"
 
+sed -n '/^```cpp/,/^```/p' "$source/README.md" | grep -v '^```' >"$directory/readme.cc"
+# shellcheck disable=SC2086
+c++ -std=c++20 -Wall -Werror "$directory/readme.cc" $flags -o "$directory/readme"
+
 echo "find_package"
 mkdir "$directory/cmake"
 cat >"$directory/cmake/CMakeLists.txt" <<END

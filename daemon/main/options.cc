@@ -54,7 +54,7 @@ void addOptions(CLI::App& app, Words& words, Options& options) {
   app.add_flag("--check-config", options.check_config, "check the configuration and end");
   app.add_flag("--print-config", options.print_config, "print the configuration in force as TOML and end");
   app.footer(
-      "Exit codes: 0 ended as asked, 1 wrong usage, 2 configuration, 3 no real-time rights, 4 device, 5 socket in use, "
+      "Exit codes: 0 ended as asked, 1 wrong usage, 2 configuration, 3 no real-time rights, 4 device, 5 socket, "
       "6 other failure.");
 }
 

@@ -8,7 +8,8 @@ namespace hapticd {
 
 Result<void> inRange(double value, double lower, double upper, const std::string& where, const char* unit) {
   if (std::isfinite(value) && value >= lower && value <= upper) return {};
-  return invalid(where, fmt::format("{} is not between {} and {} {}", value, lower, upper, unit));
+  return invalid(where,
+                 fmt::format("{} is not between {} and {}{}{}", value, lower, upper, *unit == 0 ? "" : " ", unit));
 }
 
 }  // namespace hapticd

@@ -23,10 +23,10 @@ typedef struct haptic_device_status {
   const char* group;        /**< Devices of one group share a servo. */
   const char* scheduling;   /**< "SCHED_FIFO 80" or "SCHED_OTHER". */
   double rate_hz;
-  double busy; /**< Part of the period spent in the cycle, median. */
-  uint64_t cycles;
+  double busy;     /**< Part of the period spent in the cycle, median. */
+  uint64_t cycles; /**< Of the servo, as the next three: devices of one group have the same. */
   uint64_t missed;
-  uint64_t stale;
+  uint64_t stale; /**< Readings of any of its devices that had not come. */
   uint32_t wake_p99_ns;
   uint32_t reserved;
   const haptic_device_limits* limits;

@@ -9,7 +9,10 @@ T = TypeVar("T", bound="Handle")
 
 
 class Handle:
-    """Ends with close(), with its `with` block, or with the last reference to it; says so to who comes later."""
+    """Ends with close(), with its `with` block, or with the last reference to it; says so to who comes later.
+
+    No other thread may be in a call on it when it ends.
+    """
     _kind: str
     _release: Any  # The library's function that takes it back.
 

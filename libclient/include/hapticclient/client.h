@@ -86,7 +86,10 @@ HAPTIC_API int haptic_set_timeout(haptic_client* client, int64_t timeout_ns);
 /** What the daemon said of itself when the connection was made. Does not block. */
 HAPTIC_API int haptic_get_daemon_info(haptic_client* client, haptic_daemon_info** info, haptic_error* error);
 
-/** Reads a resource (/objects/C/pos, /_objects/A/B/C, /devices/NAME, /statistics): JSON. Blocks; any thread. */
+/**
+ * Reads a resource (/objects/C/pos, /_objects/A/B/C, /devices/NAME, /statistics; / lists where names begin): JSON.
+ * Blocks; any thread.
+ */
 HAPTIC_API int haptic_get(haptic_client* client, const char* path, haptic_text** json, haptic_error* error);
 
 /**

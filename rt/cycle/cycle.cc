@@ -262,10 +262,11 @@ void Cycle::pushBodies(const SurfaceContact& contact, const Vec3& felt) HD_RT {
 }
 
 /**
- * What clients have put into the springs that hold the hand, by having made their objects stiffer since the last tick
- * [J]: what that adds is theirs, not the wall's. Of several walls each holds k d^2 / 2, as if alone.
+ * What clients have put into the springs that hold the hand, which now hold `stored`, by having made their objects
+ * stiffer or given them another surface since the last tick [J]: what that adds is theirs, not the wall's. Of several
+ * walls each holds k d^2 / 2, as if alone; a relief that is another may have lifted the ground by any height.
  */
-double Cycle::stiffened(DeviceState& device, const SurfaceContact& contact) const HD_RT {
+double Cycle::changed(DeviceState& device, const SurfaceContact& contact, double stored) const HD_RT {
   std::array<PressedObject, kMaxHolding> now{};
   std::array<double, kMaxHolding> share{};
   double all = 0;
@@ -273,19 +274,24 @@ double Cycle::stiffened(DeviceState& device, const SurfaceContact& contact) cons
   for (std::uint32_t i = 0; i < count; ++i) {
     const SceneObject* object = scene_.find(contact.parts > 0 ? contact.part[i].object : contact.object);
     if (object == nullptr) continue;
-    now[i] = {object->id, object->material.stiffness};
+    now[i] = {object->id, object->surface.changes, object->material.stiffness};
     if (!(now[i].stiffness > 0)) continue;  // It holds nothing yet.
     all += share[i] = contact.parts > 0 ? contact.part[i].force.squaredNorm() / now[i].stiffness : 1;
   }
   double put_in = 0;
+  bool other_surface = false;
   for (std::uint32_t i = 0; i < count && all > 0; ++i) {
     for (const PressedObject& before : device.pressed) {
-      if (before.object == 0 || before.object != now[i].object || !(now[i].stiffness > before.stiffness)) continue;
-      put_in += contact.stored * share[i] / all * (1 - before.stiffness / now[i].stiffness);
+      if (before.object == 0 || before.object != now[i].object) continue;
+      other_surface = other_surface || before.surface != now[i].surface;
+      if (now[i].stiffness > before.stiffness)
+        put_in += stored * share[i] / all * (1 - before.stiffness / now[i].stiffness);
       break;
     }
   }
+  if (other_surface) put_in = std::max(0.0, stored - device.pressed_stored);
   device.pressed = now;
+  device.pressed_stored = stored;
   return put_in;
 }
 
@@ -314,14 +320,16 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     source[HD_SOURCE_SURFACE].force = out.contact.force;
     const SurfaceForces added =
         device.effects.step(scene_, out.contact, device.proxy.holding(), sample.p, out.velocity.v);
-    source[HD_SOURCE_TEXTURE].force = added.texture;
+    source[HD_SOURCE_TEXTURE].force = added.texture();
     source[HD_SOURCE_TRANSIENT].force = added.transient;
-    energy.carried = out.contact.force.cwiseProduct(out.contact.velocity) + out.contact.apart;
-    energy.carried += byAxis(stiffened(device, out.contact) / seconds(config_.period_ns), out.contact.force);
+    energy.relief = added.relief;
+    energy.carried = out.contact.force.cwiseProduct(out.contact.velocity) + out.contact.apart + added.carried;
+    energy.carried += byAxis(changed(device, out.contact, added.stored) / seconds(config_.period_ns),
+                             out.contact.force + added.relief);
     if (out.contact.object != 0) {
-      energy.stored = out.contact.stored;
+      energy.stored = added.stored;
       energy.damping = out.contact.damping_gain;
-      pushBodies(out.contact, out.contact.force + added.texture);
+      pushBodies(out.contact, out.contact.force + source[HD_SOURCE_TEXTURE].force);
     }
   }
 
@@ -386,6 +394,7 @@ void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
     in.deadman_open = input.deadman_open;
     in.missed = input.missed;
     in.local_active = energy_[d].local_active;
+    in.relief = energy_[d].relief;
     in.carried = energy_[d].carried;
     in.stored = energy_[d].stored;
     in.damping = energy_[d].damping;

@@ -84,10 +84,11 @@ class Cycle {
   [[nodiscard]] std::span<const Command> pending() const HD_RT { return {pending_.data(), pending_count_}; }
 
  private:
-  /** An object that held a hand, as stiff as it was then [N/m]. */
+  /** An object that held a hand, as it was then. */
   struct PressedObject {
     std::uint32_t object = 0;
-    double stiffness = 0;
+    std::uint32_t surface = 0;  ///< Surface::changes.
+    double stiffness = 0;       ///< [N/m]
   };
   struct DeviceState {
     DeviceState(const GuardConfig& config, std::uint32_t device) noexcept : guard(config), effects(device) {}
@@ -102,7 +103,8 @@ class Cycle {
     bool started = false;
     std::uint32_t buttons = 0;
     std::array<std::uint32_t, kMaxHolding> touched{};  ///< Objects whose touch was told, named when it ends.
-    std::array<PressedObject, kMaxHolding> pressed{};  ///< Objects of the last tick's contact.
+    std::array<PressedObject, kMaxHolding> pressed{};  ///< Objects of the last tick's contact,
+    double pressed_stored = 0;                         ///< and what their springs held [J].
     std::uint32_t last_fault = HD_FAULT_NONE;
     bool last_armed = false;
     bool last_warm = false;
@@ -110,6 +112,7 @@ class Cycle {
   /** What the guard must know of the sources beside their force (GuardInput). */
   struct Energy {
     Vec3 local_active = Vec3::Zero();
+    Vec3 relief = Vec3::Zero();
     Vec3 carried = Vec3::Zero();
     double stored = 0;
     double damping = 0;
@@ -126,7 +129,7 @@ class Cycle {
   [[nodiscard]] std::uint32_t heldObjects(std::array<std::uint32_t, kMaxDevices>& held) const HD_RT;
   void moveTools(const CycleInput& input, CycleOutput& output) HD_RT;
   void pushBodies(const SurfaceContact& contact, const Vec3& felt) HD_RT;
-  double stiffened(DeviceState& device, const SurfaceContact& contact) const HD_RT;
+  double changed(DeviceState& device, const SurfaceContact& contact, double stored) const HD_RT;
   void renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT;
   void renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT;
   void noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT;

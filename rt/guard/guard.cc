@@ -119,14 +119,14 @@ bool Guard::gather(const GuardInput& input, Wanted& wanted) HD_RT {
     wanted.by_source[i] = good ? bounded(source.force) : Vec3(Vec3::Zero());
     if (good) torque += bounded(source.torque);
   }
-  all_finite =
-      all_finite && std::isfinite(input.gripper_force) && isFinite(input.local_active) && isFinite(input.carried);
+  all_finite = all_finite && std::isfinite(input.gripper_force) && isFinite(input.local_active) &&
+               isFinite(input.relief) && isFinite(input.carried);
   wanted.by_source[HD_SOURCE_GUARD].setZero();
   if (!all_finite) return false;
-  const Vec3 springs = bounded(input.local_active);
-  wanted.passive = wanted.by_source[HD_SOURCE_SURFACE] + (wanted.by_source[HD_SOURCE_LOCAL_MODEL] - springs);
+  const Vec3 springs = bounded(input.local_active), relief = bounded(input.relief);
+  wanted.passive = wanted.by_source[HD_SOURCE_SURFACE] + relief + (wanted.by_source[HD_SOURCE_LOCAL_MODEL] - springs);
   wanted.active = wanted.by_source[HD_SOURCE_EFFECT] + springs + wanted.by_source[HD_SOURCE_CLIENT] +
-                  wanted.by_source[HD_SOURCE_TEXTURE] + wanted.by_source[HD_SOURCE_TRANSIENT];
+                  (wanted.by_source[HD_SOURCE_TEXTURE] - relief) + wanted.by_source[HD_SOURCE_TRANSIENT];
   wanted.gravity = wanted.by_source[HD_SOURCE_GRAVITY];
   wanted.torque = torque;
   wanted.gripper = std::clamp(input.gripper_force, -kLargest, kLargest);

@@ -55,6 +55,8 @@ struct GuardInput {
 
   /** Part of source[HD_SOURCE_LOCAL_MODEL] that springs and force fields make: active, not passive [N]. */
   Vec3 local_active = Vec3::Zero();
+  /** Part of source[HD_SOURCE_TEXTURE] that a relief makes: passive, with its surface; the rest is active [N]. */
+  Vec3 relief = Vec3::Zero();
   /** Power, by axis, that clients put into passive sources by moving them: force times velocity of the body [W]. */
   Vec3 carried = Vec3::Zero();
   /** Elastic energy that the passive sources hold now [J]; negative: unknown. */
@@ -116,8 +118,8 @@ class Guard {
   /** What is asked for, finite, on the grid, split as the stages need it. */
   struct Wanted {
     std::array<Vec3, HD_SOURCES> by_source;
-    Vec3 passive = Vec3::Zero();  ///< Surface and local contact models.
-    Vec3 active = Vec3::Zero();   ///< Effects, springs, fields, client forces, textures, transients.
+    Vec3 passive = Vec3::Zero();  ///< Surface with its relief, and local contact models.
+    Vec3 active = Vec3::Zero();   ///< Effects, springs, fields, client forces, vibrations, transients.
     Vec3 gravity = Vec3::Zero();
     Vec3 torque = Vec3::Zero();
     double gripper = 0;

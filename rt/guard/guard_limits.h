@@ -18,7 +18,7 @@ struct GuardLimits {
   double velocity = 0;       ///< Above it the guard latches [m/s].
   double power = 0;          ///< Most power delivered to the hand [W].
   double active_power =
-      0;  ///< Budget of active sources (client force, springs, moving bodies, textures, transients) [W].
+      0;  ///< Budget of active sources (client force, springs, moving bodies, vibrations, transients) [W].
 };
 
 /** All are finite and >= 0. Servo-safe. */

@@ -16,15 +16,16 @@ struct Pressed {
   double stiffness = 0;  ///< [N/m].
   double depth = 0;      ///< Of the hand, as deep as it presses with that [m].
   Vec3 foot;             ///< Of the hand on it: with friction the proxy stays behind; the relief does not.
+  Vec3 velocity;         ///< There; of a mesh whose vertices move not that of its frame, in which the relief lies.
 };
 
 /**
  * The relief lowers the surface by h <= 0 along its normal: with the depth d the elastic energy is that of max(0, d +
  * h), and the force is k (d + h) (n - grad h) where without relief it was k d n. So the contact's force, friction with
  * it, shrinks to the share (d + h) / d, and the slope pushes aside. On a plane no tour gives any energy.
- * Adds what that changes to `texture`; tells d + h, 0 for a hand above the lowered surface.
+ * Adds what that changes to `forces`; tells d + h, 0 for a hand above the lowered surface.
  */
-double addRelief(const Pressed& by, Vec3& texture) HD_RT {
+double addRelief(const Pressed& by, SurfaceForces& forces) HD_RT {
   const Surface& surface = by.object->surface;
   if (!surface.relief || !(by.depth > 0)) return by.depth;
   const Pose& X_WO = by.object->X_WO;
@@ -33,25 +34,31 @@ double addRelief(const Pressed& by, Vec3& texture) HD_RT {
   const ReliefPoint relief = reliefAt(*surface.relief, surface.parameters, q_OW * (by.foot - X_WO.p), n_O);
   const double left = std::max(0.0, by.depth + relief.height);
   const Vec3 aside_O = relief.gradient - relief.gradient.dot(n_O) * n_O;
-  texture += (left / by.depth - 1) * by.force - by.stiffness * left * (X_WO.q * aside_O);
+  const Vec3 shrunk = (left / by.depth - 1) * by.force, aside = -by.stiffness * left * (X_WO.q * aside_O);
+  forces.relief += shrunk + aside;
+  forces.carried += shrunk.cwiseProduct(by.velocity) + aside.cwiseProduct(by.object->velocityAt(by.foot));
   return left;
 }
 
+double square(double x) HD_RT { return x * x; }
+
 /**
  * Of all that presses, each with its own relief, and of friction and damping with its share. Tells with how much the
- * surface of `touched` still does [N].
+ * surface of `touched` still presses [N].
  */
-double addReliefs(const Scene& scene, const SceneObject& touched, const SurfaceContact& contact, const Vec3& hip,
-                  Vec3& texture) HD_RT {
+double addReliefs(const Scene& scene, const SceneObject& touched, const SurfaceContact& contact,
+                  std::span<const HoldingSurface> holding, const Vec3& hip, SurfaceForces& forces) HD_RT {
   const double radius = (contact.proxy - contact.point).norm();  // A ball touches that far below its centre.
   if (contact.parts == 0) {
     const Vec3 foot = hip + (contact.depth - radius) * contact.smooth;
-    return contact.stiffness *
-           addRelief({&touched, contact.smooth, contact.force, contact.stiffness, contact.depth, foot}, texture);
+    const double left = addRelief(
+        {&touched, contact.smooth, contact.force, contact.stiffness, contact.depth, foot, contact.velocity}, forces);
+    forces.stored = square(left / contact.depth) * contact.stored;
+    return contact.stiffness * left;
   }
   Vec3 rest = contact.force;
   for (std::uint32_t i = 0; i < contact.parts; ++i) rest -= contact.part[i].force;
-  double load = 0;
+  double load = 0, stored = 0, without = 0;
   for (std::uint32_t i = 0; i < contact.parts; ++i) {
     const ContactPart& part = contact.part[i];
     const SceneObject* object = scene.find(part.object);
@@ -61,10 +68,17 @@ double addReliefs(const Scene& scene, const SceneObject& touched, const SurfaceC
     const double stiffness = object->material.stiffness;
     if (!(stiffness > 0)) continue;  // In a groove it takes up what the other's force leans on it, at no depth.
     const Vec3 foot = hip + (n.dot(contact.proxy - hip) - radius) * n;
+    const auto held = std::ranges::find(holding, part.object, &HoldingSurface::object);
+    const Vec3 velocity =
+        held != holding.end() ? scene.velocityAt(*object, held->feature, part.point) : object->velocityAt(part.point);
+    const double depth = newtons / stiffness;
     const double left =
-        addRelief({object, n, part.force + part.share * rest, stiffness, newtons / stiffness, foot}, texture);
+        addRelief({object, n, part.force + part.share * rest, stiffness, depth, foot, velocity}, forces);
+    stored += stiffness * square(left);
+    without += stiffness * square(depth);
     if (object == &touched) load += stiffness * left;
   }
+  if (without > 0) forces.stored = stored / without * contact.stored;
   return load;
 }
 
@@ -106,12 +120,13 @@ void SurfaceEffects::strike(const Scene& scene, const SurfaceContact& contact, s
 SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& contact,
                                    std::span<const HoldingSurface> holding, const Vec3& hip, const Vec3& v) HD_RT {
   SurfaceForces forces;
+  forces.stored = contact.stored;
   const SceneObject* object = scene.find(contact.object);
   const Surface* surface = object && contact.depth > 0 ? &object->surface : nullptr;
   const Vec3 slide = surface ? Vec3(v - contact.velocity) : Vec3::Zero();
 
   // What the surface touched presses with.
-  const double normal_force = surface ? addReliefs(scene, *object, contact, hip, forces.texture) : 0;
+  const double normal_force = surface ? addReliefs(scene, *object, contact, holding, hip, forces) : 0;
 
   const bool felt = normal_force > 0;
   strike(scene, contact, holding, felt, hip, v);
@@ -124,7 +139,7 @@ SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& con
     const double heard = std::sqrt(std::max(0.0, speed * speed - noise_ * noise_));
     const double wanted =
         surface->parameters.vibration_mass * vibration_.step(*surface->vibration, heard, normal_force);
-    if (speed > 0) forces.texture += std::clamp(wanted, -normal_force, normal_force) / speed * aside;
+    if (speed > 0) forces.vibration = std::clamp(wanted, -normal_force, normal_force) / speed * aside;
   } else {
     vibration_.rest();
   }

@@ -1,6 +1,6 @@
 /** @file
  * What a surface adds to the contact: relief, vibration and the transient of an impact. docs/surfaces.md tells the
- * laws. All of it is active for the guard and has its own share in the published force.
+ * laws. For the guard a relief is passive, as its surface is, and the others are active.
  */
 #pragma once
 
@@ -18,8 +18,13 @@ namespace hapticd {
 
 /** Forces on the hand, in W [N]. */
 struct SurfaceForces {
-  Vec3 texture = Vec3::Zero();    ///< Relief and vibration.
+  Vec3 relief = Vec3::Zero();     ///< By which the contact's own becomes that of the lowered surface.
+  Vec3 vibration = Vec3::Zero();  ///< Of a tool that is drawn over it.
   Vec3 transient = Vec3::Zero();  ///< Of an impact.
+  double stored = 0;              ///< Energy in the springs of the contact, as the relief leaves it [J].
+  Vec3 carried = Vec3::Zero();    ///< Power, by axis, that bodies which move put into the relief [W].
+
+  [[nodiscard]] Vec3 texture() const HD_RT { return relief + vibration; }
 };
 
 /** Effects of one device point. Servo thread only; deterministic. */

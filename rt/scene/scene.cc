@@ -228,6 +228,7 @@ ErrorCode Scene::setSurface(const SetSurface& order) HD_RT {
     if (!texture || !texture->vibration.model) return ErrorCode::kNotFound;
     surface.vibration = &texture->vibration;
   }
+  surface.changes = object->surface.changes + 1;
   object->surface = surface;
   return ErrorCode::kOk;
 }

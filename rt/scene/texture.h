@@ -64,6 +64,7 @@ struct Surface {
   SurfaceParameters parameters{};
   const ReliefView* relief = nullptr;
   const VibrationView* vibration = nullptr;
+  std::uint32_t changes = 0;  ///< Orders that have set it; wraps.
 };
 
 }  // namespace hapticd

@@ -69,6 +69,7 @@ struct Adversary {
     in.velocity.v = random.vector(0.25);
     in.velocity.w = random.vector(3);
     in.local_active = random.vector(quiet ? 0 : 1);
+    in.relief = random.once(8) ? random.wildVector() : random.vector(quiet ? 0 : 1);
     in.carried = random.once(8) ? random.wildVector() : random.vector(0.1);
     in.stored = random.wild();
     in.gripper_force = quiet ? 0 : (random.once(6) ? random.wild() : random.in(-5, 5));
@@ -86,6 +87,7 @@ struct Adversary {
     double* const anything[] = {&in.velocity.v.x(),
                                 &in.velocity.w.z(),
                                 &in.local_active.y(),
+                                &in.relief.z(),
                                 &in.carried.x(),
                                 &in.gripper_force,
                                 &in.dt,
@@ -111,7 +113,8 @@ struct Adversary {
     }
     for (int i = 0; i < 3; ++i) {
       bad = bad || !std::isfinite(in.velocity.v[i]) || !std::isfinite(in.velocity.w[i]) || !std::isfinite(sample.p[i]);
-      bad = bad || !std::isfinite(in.local_active[i]) || !std::isfinite(in.carried[i]);
+      bad = bad || !std::isfinite(in.local_active[i]) || !std::isfinite(in.relief[i]);
+      bad = bad || !std::isfinite(in.carried[i]);
     }
     for (int i = 0; i < 4; ++i) bad = bad || !std::isfinite(sample.q.coeffs()[i]);
     if (sample.has_velocity) bad = bad || !std::isfinite(sample.v.sum() + sample.w.sum());

@@ -119,7 +119,7 @@ TEST(ShadingContinuity, AReliefGoesOnOverEdges) {
         const Vec3 hip = (0.044 + radius) * u;
         t.tick(hip);
         shading.step(*t.scene, t.proxy.holding(), Vec3::Zero(), t.contact);
-        const Vec3 added = effects.step(*t.scene, t.contact, t.proxy.holding(), hip, Vec3::Zero()).texture;
+        const Vec3 added = effects.step(*t.scene, t.contact, t.proxy.holding(), hip, Vec3::Zero()).texture();
         const Vec3 share = added / t.contact.force.norm();
         if (a > 0) jump = std::max(jump, (share - last).norm());
         least = std::min(least, share.norm());

@@ -235,6 +235,21 @@ TEST(Passivity, FaultsWhenTheWorldKeepsPushing) {
   EXPECT_GT(sim.delivered, sim.rig.config.energy_limit - 0.02);
 }
 
+TEST(Passivity, OfATextureTheReliefIsTheObserversBusiness) {
+  struct Tug {
+    Vec3 relief;
+    void operator()(GuardInput& in, const Vec3&, const Vec3&) {
+      in.source[HD_SOURCE_TEXTURE].force = {3, 0, 0};
+      in.relief = relief;
+    }
+  };
+  for (const double relief : {0.0, 3.0}) {
+    HandSim<Tug> sim(open(), {{relief, 0, 0}});
+    for (int i = 0; i < 5000 && sim.rig.out.fault == HD_FAULT_NONE; ++i) sim.tick();
+    EXPECT_EQ(sim.rig.out.fault, std::uint32_t{relief > 0 ? HD_FAULT_ENERGY : HD_FAULT_VELOCITY}) << relief;
+  }
+}
+
 TEST(Passivity, ActiveSourcesAreNotTheObserversBusiness) {
   struct Push {
     void operator()(GuardInput& in, const Vec3&, const Vec3&) {

@@ -37,7 +37,7 @@ struct Touch {
     scene.tick(hip, v);
     return forces = effects.step(*scene.scene, scene.contact, scene.proxy.holding(), hip, v);
   }
-  [[nodiscard]] Vec3 total() const { return scene.contact.force + forces.texture; }
+  [[nodiscard]] Vec3 total() const { return scene.contact.force + forces.texture(); }
 };
 
 SurfaceParameters relief(double depth) {
@@ -65,7 +65,7 @@ TEST(SurfaceEffects, APlainSurfaceAddsNothing) {
   t.at({0, 0, 0.01});
   for (const double z : {0.001, -0.001, -0.01}) {
     t.at({0, 0, z}, {0.1, 0, -0.5});
-    EXPECT_EQ(t.forces.texture, Vec3::Zero());
+    EXPECT_EQ(t.forces.texture(), Vec3::Zero());
     EXPECT_EQ(t.forces.transient, Vec3::Zero());
   }
 }
@@ -175,8 +175,8 @@ TEST(SurfaceEffects, ASheetThatIsMovedByItsVerticesStrikesWithItsSpeedAndBuzzes)
     }
     t.at(hip);
     if (first == 0) first = t.forces.transient.z();
-    most = std::max(most, t.forces.texture.norm());
-    ASSERT_NEAR(t.forces.texture.x(), 0, 1e-9) << "across the motion";
+    most = std::max(most, t.forces.texture().norm());
+    ASSERT_NEAR(t.forces.texture().x(), 0, 1e-9) << "across the motion";
   }
   EXPECT_NEAR(first, 10 * kSpeed * s.transient_first, 1e-5);
   EXPECT_GT(most, 0.01);
@@ -241,7 +241,7 @@ TEST(SurfaceEffects, InAGrooveAWallWithoutStiffnessHasNoRelief) {
         const Vec3 hip(0, 0, -1e-4 * i);
         scene.tick(hip);
         ASSERT_EQ(scene.contact.parts, 2u);
-        const Vec3 texture = effects.step(*scene.scene, scene.contact, {}, hip, Vec3::Zero()).texture;
+        const Vec3 texture = effects.step(*scene.scene, scene.contact, {}, hip, Vec3::Zero()).texture();
         ASSERT_TRUE(isFinite(texture)) << half << " " << i;
         ASSERT_EQ(texture.isZero(0), !both);
       }
@@ -327,17 +327,17 @@ TEST(SurfaceEffects, VibrationActsAcrossTheMotionAndWithoutItNotAtAll) {
   for (int i = 0; i < 3000; ++i) {
     const Vec3 v(0.1 * std::cos(0.01 * i), 0.1 * std::sin(0.01 * i), 0.02);
     t.at({0, 0, -1e-3}, v);
-    ASSERT_NEAR(t.forces.texture.dot(v), 0, 1e-12) << "it does no work";
-    ASSERT_EQ(t.forces.texture.z(), 0);
-    sum += t.forces.texture.squaredNorm();
-    most = std::max(most, t.forces.texture.norm());
+    ASSERT_NEAR(t.forces.texture().dot(v), 0, 1e-12) << "it does no work";
+    ASSERT_EQ(t.forces.texture().z(), 0);
+    sum += t.forces.texture().squaredNorm();
+    most = std::max(most, t.forces.texture().norm());
   }
   EXPECT_GT(sum / 3000, 0.05 * 0.05 * 4);
   EXPECT_LE(most, kBlockStiffness * 1e-3) << "never more than the normal force";
   t.at({0, 0, -1e-3});
-  EXPECT_EQ(t.forces.texture, Vec3::Zero()) << "no motion";
+  EXPECT_EQ(t.forces.texture(), Vec3::Zero()) << "no motion";
   t.at({0, 0, 1e-3}, {0.1, 0, 0});
-  EXPECT_EQ(t.forces.texture, Vec3::Zero()) << "no contact";
+  EXPECT_EQ(t.forces.texture(), Vec3::Zero()) << "no contact";
 }
 
 /** What is felt begins at the ground of the hollow, 2 mm down: a hand above it hears no knock and no buzz. */
@@ -369,7 +369,7 @@ TEST(SurfaceEffects, AHollowOfAReliefIsSilent) {
   double most = 0;
   for (int i = 0; i < 200; ++i) {
     t.at({2e-4 * i, 0, -2.05e-3}, {0.2, 0, 0});
-    most = std::max(most, t.forces.texture.head<2>().norm());
+    most = std::max(most, t.forces.texture().head<2>().norm());
   }
   EXPECT_GT(most, 0.01) << "and buzzes";
   EXPECT_LE(most, kBlockStiffness * 5e-5 * (1 + 1e-6)) << "never more than the normal force that is left";

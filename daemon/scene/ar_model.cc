@@ -11,13 +11,13 @@ namespace {
 constexpr std::size_t kGrid = 2048;  // Frequencies from 0 to half the new rate.
 constexpr double kFloor = 1e-9;      // White noise added, of the power: keeps the recursion away from zero.
 
-/** Power of the model at frequency f, per hertz, for both signs of f together. */
-double density(std::span<const double> a, double variance, double rate_hz, double f) {
+/** Power of the model at frequency f, per hertz, for both signs of f together, where its noise has unit variance. */
+double density(std::span<const double> a, double rate_hz, double f) {
   if (f >= rate_hz / 2) return 0;
   const std::complex<double> z = std::polar(1.0, -2 * std::numbers::pi * f / rate_hz);
   std::complex<double> sum = 0;
   for (std::size_t i = a.size(); i > 0; --i) sum = (sum + a[i - 1]) * z;
-  return 2 * variance / (rate_hz * std::norm(1.0 + sum));
+  return 2 / (rate_hz * std::norm(1.0 + sum));
 }
 
 }  // namespace
@@ -45,12 +45,11 @@ LatticeModel resample(std::span<const double> a, double variance, double rate_hz
   }();
   const double df = wanted_hz / 2 / kGrid;
   for (std::size_t j = 0; j < kGrid; ++j) {
-    const double s = density(a, variance, rate_hz, (static_cast<double>(j) + 0.5) * df) * df;
+    const double s = density(a, rate_hz, (static_cast<double>(j) + 0.5) * df) * df;
     for (std::size_t k = 0; k < r.size(); ++k) r[k] += s * kCosine[(2 * j + 1) * k % (4 * kGrid)];
   }
   LatticeModel out;
-  out.power = r[0];
-  if (!(r[0] > 0)) return out;
+  out.power = variance * r[0];
   r[0] *= 1 + kFloor;
   std::array<double, kVibrationOrder> now{};
   double error = r[0];

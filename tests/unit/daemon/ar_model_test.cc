@@ -98,10 +98,16 @@ TEST(ArModel, FasterThanTheRecordingAddsNothing) {
   for (const double k : lattice.reflection) EXPECT_LT(std::abs(k), 1);
 }
 
-TEST(ArModel, SilenceStaysSilent) {
-  const LatticeModel lattice = resample(std::vector<double>{-0.5}, 0, 1000, 1000);
-  EXPECT_EQ(lattice.power, 0);
-  EXPECT_EQ(lattice.reflection[0], 0);
+/** As those of the Haptic Texture Toolkit at speed or force zero: between them and the others it fades, and no more. */
+TEST(ArModel, ASilentModelKeepsItsColour) {
+  const std::vector<double> a = fromPoles({std::polar(0.99, 0.04), std::polar(0.9, 0.3)});
+  for (const double rate_hz : {1000.0, 4000.0}) {
+    const LatticeModel silent = resample(a, 0, 10000, rate_hz), loud = resample(a, 7, 10000, rate_hz);
+    EXPECT_EQ(silent.power, 0);
+    EXPECT_EQ(silent.reflection, loud.reflection);
+    EXPECT_LT(loud.reflection[0], -0.5);
+    EXPECT_NEAR(loud.power, 7 * resample(a, 1, 10000, rate_hz).power, 1e-12 * loud.power);
+  }
 }
 
 }  // namespace

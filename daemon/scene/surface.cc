@@ -29,28 +29,34 @@ Result<const TextureInfo*> find(std::uint64_t id, bool relief, const TextureStor
                  fmt::format("choose a {}", relief ? "relief" : "vibration"));
 }
 
-/** The gradient is bound by the steepest step between two pixels. */
-Result<void> checkSlope(double depth, double side, std::uint32_t pixels, const SteepestStep& steepest,
-                        const char* direction, const std::string& where) {
-  const double pixel = side / pixels;
-  const double slope = depth * steepest.grey / pixel;
-  if (slope <= kMostSlope) return {};
-  return invalid(where,
-                 fmt::format("the step {} of pixel {},{} has a slope of {:.3g}; {} is the most", direction,
-                             steepest.column, steepest.row, slope, kMostSlope),
-                 fmt::format("make the depth at most {:.3g} m, the picture larger, or blur it",
-                             0.999 * kMostSlope * pixel / steepest.grey));
+/** With three digits, downward: what is advised is taken. */
+double shortened(double x) {
+  const double digit = std::pow(10, std::floor(std::log10(x)) - 2);
+  return std::floor((1 - 1e-9) * x / digit) * digit;
 }
+
+/** Neighbours along one side of the picture. */
+struct Direction {
+  const SteepestStep& steepest;
+  double pixel;  ///< [m]
+  const char* name;
+  /** The gradient is bound by the steepest step between two pixels: of all grey, for each metre of depth. */
+  [[nodiscard]] double steepness() const { return steepest.grey / pixel; }
+};
 
 Result<void> checkRelief(const SurfaceSpec& s, const TextureStore& textures, const std::string& where) {
   auto texture = find(s.relief, true, textures, where + ".relief");
   if (!texture) return texture.error();
-  if (auto r = checkSlope(s.relief_depth, s.relief_width, (*texture)->width, (*texture)->across, "right",
-                          where + ".reliefDepth");
-      !r)
-    return r;
-  return checkSlope(s.relief_depth, s.relief_height, (*texture)->height, (*texture)->down, "below",
-                    where + ".reliefDepth");
+  const Direction across{(*texture)->across, s.relief_width / (*texture)->width, "right"};
+  const Direction down{(*texture)->down, s.relief_height / (*texture)->height, "below"};
+  const Direction& worst = across.steepness() >= down.steepness() ? across : down;
+  const double slope = s.relief_depth * worst.steepness();
+  if (slope <= kMostSlope) return {};
+  return invalid(where + ".reliefDepth",
+                 fmt::format("the step {} of pixel {},{} has a slope of {:.3g}; {} is the most", worst.name,
+                             worst.steepest.column, worst.steepest.row, slope, kMostSlope),
+                 fmt::format("make the depth at most {:.3g} m, the picture larger, or blur it",
+                             shortened(kMostSlope / worst.steepness())));
 }
 
 }  // namespace

@@ -135,6 +135,26 @@ TEST_F(SurfaceModel, AReliefTooSteepNamesThePixelAndTheDepthThatWouldDo) {
   EXPECT_TRUE(scene.setSurface("wall", surface).ok());
 }
 
+TEST_F(SurfaceModel, TheDepthThatIsAdvisedIsTaken) {
+  ASSERT_TRUE(scene.create(spec, client).ok());
+  SurfaceSpec surface;
+  surface.relief = addRelief();
+  const std::string before = "make the depth at most ";
+  for (int i = 0; i < 2000; ++i) {
+    surface.relief_depth = 0.02;
+    surface.relief_width = 1.2e-4 * std::pow(30, i / 2000.0);
+    surface.relief_height = surface.relief_width * (0.9 + 0.1 * (i % 3));  // Steepest across, alike, or down.
+    const auto refused = scene.setSurface("wall", surface);
+    ASSERT_FALSE(refused.ok());
+    const std::string& remedy = refused.error().remedy;
+    ASSERT_EQ(remedy.rfind(before, 0), 0u) << remedy;
+    surface.relief_depth = std::stod(remedy.substr(before.size()));
+    ASSERT_TRUE(scene.setSurface("wall", surface).ok()) << remedy << ", of " << surface.relief_width;
+    surface.relief_depth *= 1.011;  // Nor is it much less than what would do.
+    ASSERT_FALSE(scene.setSurface("wall", surface).ok()) << remedy;
+  }
+}
+
 TEST_F(SurfaceModel, TexturesAreOfTheirKindAndThere) {
   ASSERT_TRUE(scene.create(spec, client).ok());
   SurfaceSpec surface;

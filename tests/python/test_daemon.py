@@ -8,6 +8,7 @@ import unittest
 
 import hapticclient as haptic
 import numpy as np
+from hapticclient import arrays
 
 from waiting import eventually
 
@@ -149,8 +150,18 @@ class Daemon(unittest.TestCase):
 
     def test_reliefs_of_any_depth_are_the_same_picture(self):
         grey = np.array([[0, 51, 102], [153, 204, 255]], np.uint8)
-        made = [self.client.scene.upload_relief(picture) for picture in (grey, grey.astype(np.uint16) * 257, grey / 255)]
-        self.assertEqual([(relief.width, relief.height) for relief in made], [(3, 2)] * 3)
+        fine = grey.astype(np.uint16) * 257
+        pictures = (grey, fine, fine.astype(">u2"), grey / 255, (grey / 255).astype(np.float32), (grey / 255).tolist())
+        for picture in pictures:
+            np.testing.assert_array_equal(arrays.pixels(picture, "grey"), fine)
+        np.testing.assert_array_equal(arrays.pixels(np.array([[0, 1]], np.float16), "grey"), [[0, 65535]])
+        np.testing.assert_array_equal(arrays.pixels(np.array([[False, True]]), "grey"), [[0, 65535]])
+        np.testing.assert_array_equal(arrays.pixels(fine[:, ::-1], "grey"), fine[:, ::-1])
+        for bad in ([0.5], [[0.5, float("nan")]], np.array([[0, 2]])):
+            with self.assertRaisesRegex(ValueError, "^grey: "):
+                arrays.pixels(bad, "grey")
+        made = [self.client.scene.upload_relief(picture) for picture in pictures]
+        self.assertEqual([(relief.width, relief.height) for relief in made], [(3, 2)] * len(pictures))
         for relief in made:
             self.client.scene.drop_texture(relief.id)
 

@@ -48,3 +48,17 @@ def corners(values: npt.ArrayLike, what: str) -> npt.NDArray[np.uint32]:
     if given.ndim > 2 or (given.ndim == 2 and given.shape[1] != 3) or given.size % 3 != 0:
         raise ValueError(f"{what}: m x 3 indices are needed, not {' x '.join(map(str, given.shape))}")
     return given.reshape(-1, 3)
+
+
+def pixels(values: npt.ArrayLike, what: str) -> npt.NDArray[np.uint16]:
+    """Rows of a grey picture: 1 is white, 0 black; uint8 and uint16, in whatever order of bytes, as they are."""
+    given = np.asarray(values)
+    if given.ndim != 2:
+        raise ValueError(f"{what}: rows and columns are needed, one number a pixel")
+    if given.dtype == np.uint8:
+        return given.astype(np.uint16) * 257
+    if given.dtype.kind != "u" or given.dtype.itemsize != 2:
+        if not ((given >= 0) & (given <= 1)).all():
+            raise ValueError(f"{what}: a value is not between 0 and 1")
+        given = np.round(given.astype(np.float64) * 65535)  # White is more than a float16 can hold.
+    return np.ascontiguousarray(given, np.uint16)

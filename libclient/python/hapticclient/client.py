@@ -217,16 +217,7 @@ class Scene:
 
     def upload_relief(self, grey: npt.ArrayLike) -> TextureReport:
         """A picture as rows from the upper edge: 1 is the surface itself, 0 the deepest; uint8 and uint16 as they are."""
-        given = np.asarray(grey)
-        if given.ndim != 2:
-            raise ValueError("grey: rows and columns are needed, one number a pixel")
-        if given.dtype == np.uint8:
-            given = given.astype(np.uint16) * 257
-        elif given.dtype != np.uint16:
-            if not ((given >= 0) & (given <= 1)).all():
-                raise ValueError("grey: a value is not between 0 and 1")
-            given = np.round(given * 65535).astype(np.uint16)
-        pixels = np.ascontiguousarray(given)
+        pixels = arrays.pixels(grey, "grey")
         with _Reply(_abi.TextureReport, _lib.haptic_upload_relief, self._handle, pixels.ctypes.data,
                     pixels.shape[1], pixels.shape[0]) as reply:
             return texture_report(reply)

@@ -1,6 +1,10 @@
 // hapticctl load-texture FILE OBJECT: a picture becomes a relief, a model of the Haptic Texture Toolkit a vibration.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "tools/hapticctl/command.h"
 #include "tools/hapticctl/daemon.h"
@@ -19,7 +23,12 @@ struct TextureOptions {
   double depth_m = 0, mass_kg = 0;  ///< 0: as the surface has it.
 };
 
-bool isXml(const std::string& path) { return path.size() > 4 && path.compare(path.size() - 4, 4, ".xml") == 0; }
+/** In capitals, too. */
+bool isXml(const std::string& path) {
+  constexpr std::string_view kEnd = ".xml";
+  const auto alike = [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; };
+  return path.size() > kEnd.size() && std::equal(path.end() - kEnd.size(), path.end(), kEnd.begin(), alike);
+}
 
 constexpr FieldOption kSurfaceFields[] = {{"surface.reliefDepth", "--depth"},
                                           {"surface.reliefWidth", "--size"},
@@ -41,7 +50,9 @@ Owned<haptic_texture_report> uploadRelief(const Daemon& daemon, const TextureOpt
   return report;
 }
 
-Owned<haptic_texture_report> uploadVibration(const Daemon& daemon, const TextureOptions& o, haptic_surface& surface) {
+/** Tells the friction of the recording, too. */
+Owned<haptic_texture_report> uploadVibration(const Daemon& daemon, const TextureOptions& o, haptic_surface& surface,
+                                             double& friction) {
   const HattFile file = readHatt(o.file);
   std::vector<haptic_vibration_model> models;
   for (const HattModel& m : file.models) models.push_back({m.speed, m.force, m.variance, m.a.data()});
@@ -55,6 +66,7 @@ Owned<haptic_texture_report> uploadVibration(const Daemon& daemon, const Texture
   if (o.mass_kg > 0) surface.vibration_mass = o.mass_kg;
   auto report = daemon.ask<haptic_texture_report>(haptic_upload_vibration, &vibration);
   surface.vibration = report->id;
+  friction = file.friction;
   return report;
 }
 
@@ -68,7 +80,9 @@ int loadTexture(const TextureOptions& o, const Globals& globals) {
   const auto state = daemon.ask<haptic_object_state>(haptic_object_find, o.object.c_str());
   haptic_surface surface = *state->surface;
   const std::uint64_t before = vibration ? surface.vibration : surface.relief;
-  const auto report = vibration ? uploadVibration(daemon, o, surface) : uploadRelief(daemon, o, size, surface);
+  double friction = 0;
+  const auto report =
+      vibration ? uploadVibration(daemon, o, surface, friction) : uploadRelief(daemon, o, size, surface);
   haptic_error error = HAPTIC_ERROR_INIT;
   const int code = haptic_object_set_surface(daemon.client(), o.object.c_str(), &surface, &error);
   // All or nothing; and what nothing shows any more need not stay.
@@ -81,9 +95,12 @@ int loadTexture(const TextureOptions& o, const Globals& globals) {
   }
   if (before != 0) haptic_texture_drop(daemon.client(), before, nullptr);
   if (globals.json) {
-    putJson({{"object", o.object}, {"texture", report->id}, {"kind", vibration ? "vibration" : "relief"}});
+    nlohmann::json json{{"object", o.object}, {"texture", report->id}, {"kind", vibration ? "vibration" : "relief"}};
+    if (friction > 0) json["friction"] = friction;
+    putJson(json);
   } else if (vibration) {
-    print("{}: vibration of {} models, texture {}\n", o.object, report->models, report->id);
+    print("{}: vibration of {} models{}, texture {}\n", o.object, report->models,
+          friction > 0 ? fmt::format(", recorded at friction {}", friction) : std::string(), report->id);
   } else {
     print("{}: relief of {} x {} pixels, {} x {}, {} deep, texture {}\n", o.object, report->width, report->height,
           length(surface.relief_width), length(surface.relief_height), length(surface.relief_depth), report->id);

@@ -243,6 +243,9 @@ class WithDaemon(Case):
         toolkit = self.file("cloth.xml", f"<modelSet>{triangle}{models}</modelSet>")
         self.assertIn("vibration of 3 models", self.run_ctl("load-texture", toolkit, "wall", "--mass", "0.02").stdout)
         self.assertEqual(self.json("get", "/objects/wall/vibration_mass"), 0.02)
+        rubs = self.file("CLOTH.XML", f"<modelSet><mu>0.35</mu>{triangle}{models}</modelSet>")
+        self.assertIn("recorded at friction 0.35", self.run_ctl("load-texture", rubs, "wall").stdout)
+        self.assertEqual(self.json("load-texture", rubs, "wall")["friction"], 0.35)
         self.assertIn("tri[1]", self.run_ctl("load-texture", self.file("bad.xml", f"<modelSet>{models}<tri/></modelSet>"),
                                              "wall", exit_code=5).stderr)
         self.assertIn("--depth", self.run_ctl("load-texture", toolkit, "wall", "--depth", "1", exit_code=2).stderr)

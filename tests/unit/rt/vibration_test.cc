@@ -71,6 +71,7 @@ TEST(Vibration, OutsideOfAllTrianglesTheNearestOneSounds) {
 TEST(Vibration, FadesToSilenceWithoutMotionOrForce) {
   const TestVibration t = square();
   EXPECT_NEAR(heard(t.view.vibration, 0.005, 0.5, 1)[0], 0.25, 0.01) << "half as loud at half the least speed";
+  EXPECT_NEAR(heard(t.view.vibration, 0.01, 0.1, 1)[0], 0.04, 0.002) << "and a fifth at a fifth of the least force";
   Vibration vibration;
   for (int i = 0; i < 100; ++i) {
     (void)vibration.step(t.view.vibration, 0.1, 1);

@@ -351,7 +351,7 @@ struct TextureReport {
   height @3 :UInt32;
   models @4 :UInt32;    # of a vibration
   rate @5 :Float64;     # Hz it was recorded at
-  bytes @6 :UInt64;     # for each servo
+  bytes @6 :UInt64;     # of each copy: one for the servos of a rate
   uses @7 :UInt32;      # surfaces that show it
   owner @8 :Text;
 }

@@ -1,10 +1,25 @@
 #include "daemon/scene/texture_store.h"
 
+#include <set>
+
 namespace hapticd {
 
-/** What was uploaded, and a copy of it for each servo's rate. */
+/** What was uploaded, and what each servo reads. */
 struct TextureStore::Entry : ShelfEntry<TextureInfo, std::shared_ptr<const TextureMemory>> {
   Texture texture;
+
+  /** Null: none is laid out as a servo of that period wants it. A relief is the same at any rate. */
+  [[nodiscard]] std::shared_ptr<const TextureMemory> copyFor(std::int64_t period_ns) const {
+    for (const auto& [sink, copy] : copies) {
+      if (info.is_relief || sink->periodNs() == period_ns) return copy;
+    }
+    return nullptr;
+  }
+  [[nodiscard]] std::uint64_t lockedBytes() const {
+    std::set<const TextureMemory*> memories;
+    for (const auto& [sink, copy] : copies) memories.insert(copy.get());
+    return info.bytes * memories.size();
+  }
 };
 
 TextureStore::TextureStore()
@@ -33,9 +48,14 @@ Result<std::uint64_t> TextureStore::add(Texture texture, const Client& by) {
 
 Result<void> TextureStore::publish(std::uint32_t index, CommandSink& sink) {
   Entry& entry = *shelf_->entries()[index];
-  auto memory = layOut(entry.texture, sink.periodNs(), lock_);
-  if (!memory) return memory.error();
-  const auto copy = std::make_shared<const TextureMemory>(std::move(*memory));
+  // A servo that comes late is told of all textures at once: laid out anew, many models would keep the control thread
+  // for seconds.
+  auto copy = entry.copyFor(sink.periodNs());
+  if (copy == nullptr) {
+    auto memory = layOut(entry.texture, sink.periodNs(), lock_);
+    if (!memory) return memory.error();
+    copy = std::make_shared<const TextureMemory>(std::move(*memory));
+  }
   entry.copies.insert_or_assign(&sink, copy);
   sink.meshes().publishTexture(index, copy->view());
   if (published_) published_(sink, {index, copy});
@@ -67,18 +87,26 @@ const TextureInfo* TextureStore::find(std::uint64_t id) const {
 
 std::vector<const TextureInfo*> TextureStore::list() const { return shelf_->list(); }
 
-std::uint64_t TextureStore::lockedBytes() const { return shelf_->lockedBytes(); }
+std::uint64_t TextureStore::lockedBytes() const {
+  std::uint64_t sum = 0;
+  for (const auto& entry : shelf_->entries()) {
+    if (entry != nullptr) sum += entry->lockedBytes();
+  }
+  return sum;
+}
 
 std::uint64_t TextureStore::bytesOf(std::uint32_t uid) const {
   std::uint64_t sum = 0;
   for (const auto& entry : shelf_->entries()) {
-    if (entry != nullptr && entry->info.owner.uid == uid) sum += entry->info.bytes * (1 + entry->copies.size());
+    if (entry != nullptr && entry->info.owner.uid == uid) sum += entry->info.bytes + entry->lockedBytes();
   }
   return sum;
 }
 
 std::uint64_t TextureStore::bytesFor(const Texture& texture) const {
-  return layOutBytes(texture) * (1 + shelf_->sinks().size());
+  std::set<std::int64_t> kinds;
+  for (const CommandSink* sink : shelf_->sinks()) kinds.insert(texture.isRelief() ? 0 : sink->periodNs());
+  return layOutBytes(texture) * (1 + kinds.size());
 }
 
 std::uint32_t TextureStore::referenceTo(std::uint64_t id) const {

@@ -1,6 +1,6 @@
 /** @file
- * Textures that clients uploaded: checked, laid out for each servo, locked, published; given back once every servo has
- * passed. What MeshStore is for meshes.
+ * Textures that clients uploaded: checked, laid out for each rate of a servo, locked, published; given back once every
+ * servo has passed. What MeshStore is for meshes.
  */
 #pragma once
 
@@ -24,7 +24,7 @@ struct TextureInfo {
   SteepestStep across, down;            ///< Of a relief.
   std::uint32_t models = 0;             ///< Of a vibration.
   double rate_hz = 0;                   ///< It was recorded at.
-  std::uint64_t bytes = 0;              ///< For each servo.
+  std::uint64_t bytes = 0;              ///< Of each copy; see lockedBytes().
   std::uint32_t uses = 0;               ///< Surfaces that show it.
   Client owner;
 };
@@ -52,6 +52,7 @@ class TextureStore {
 
   [[nodiscard]] const TextureInfo* find(std::uint64_t id) const;
   [[nodiscard]] std::vector<const TextureInfo*> list() const;
+  /** Of all copies: of a vibration one for the servos of each rate, of a relief one. */
   [[nodiscard]] std::uint64_t lockedBytes() const;
   [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
   /** What it will count for [bytes]. */

@@ -124,8 +124,8 @@ TEST_F(Accounting, AGroupsMonitorIsLocked) {
   EXPECT_EQ(bench.core.lockedBytes() - before, GroupLink::monitorBytes());
 }
 
-/** Each servo reads a copy of its own of a texture and of a mesh that can be deformed: all of them must fit. */
-TEST_F(Accounting, CopiesForEachServoAreAskedForBeforeTheyAreMade) {
+/** Servos read one copy of a relief, and each its own of a mesh that can be deformed: all of them must fit. */
+TEST_F(Accounting, CopiesForServosAreAskedForBeforeTheyAreMade) {
   for (const char* uri : {"test://two", "test://three"}) ASSERT_TRUE(bench.core.openDevice(uri, bench.connection).ok());
   constexpr std::uint32_t kSide = 512;
   const auto pixels = reliefUpload(kSide, kSide, std::vector<std::uint16_t>(std::size_t{kSide} * kSide));
@@ -139,7 +139,7 @@ TEST_F(Accounting, CopiesForEachServoAreAskedForBeforeTheyAreMade) {
     if (filled > 0) bench.core.uploads().cancel(*other_upload);
     return made ? ErrorCode::kOk : made.error().code;
   };
-  const std::uint64_t needed = 4 * layOutBytes(*parseTexture(pixels));
+  const std::uint64_t needed = 2 * layOutBytes(*parseTexture(pixels));  // With what was uploaded.
   EXPECT_EQ(commit(kMost - needed + 1), ErrorCode::kQuotaExceeded);
   EXPECT_EQ(commit(kMost - needed), ErrorCode::kOk);
   EXPECT_EQ(bytes(), needed);

@@ -40,7 +40,7 @@ typedef struct haptic_texture_report {
   uint32_t models; /**< Of a vibration. */
   uint32_t uses;   /**< Surfaces that show it. */
   double rate_hz;  /**< A vibration was recorded at. */
-  uint64_t bytes;  /**< For each servo. */
+  uint64_t bytes;  /**< Of each copy: one for the servos of a rate. */
   const char* owner;
 } haptic_texture_report;
 

@@ -89,6 +89,32 @@ TEST_F(SurfaceModel, AServoThatComesLaterGetsSurfacesAndTextures) {
   scene.textures().detach(late);
 }
 
+/** To lay out many models takes so long that a watchdog barks, if a servo that comes late has them all made anew. */
+TEST_F(SurfaceModel, ServosOfOneRateReadOneCopy) {
+  const TextureInfo* vibration = scene.textures().find(add(test::vibrationUpload()));
+  ASSERT_NE(vibration, nullptr);
+  EXPECT_EQ(scene.textures().lockedBytes(), 2 * vibration->bytes);
+  EXPECT_EQ(scene.textures().bytesOf(client.uid), 3 * vibration->bytes) << "with what was uploaded";
+  const std::uint64_t before = scene.textures().lockedBytes();
+  const TextureInfo* relief = scene.textures().find(addRelief());
+  ASSERT_NE(relief, nullptr);
+  EXPECT_EQ(scene.textures().lockedBytes(), before + relief->bytes) << "it is the same at any rate";
+  const auto texture = [](FakeSink& sink, const TextureInfo* info) {
+    return sink.meshes().texture(static_cast<std::uint32_t>(info->id) - 1);
+  };
+  FakeSink late;
+  ASSERT_TRUE(scene.textures().attach(late).ok());
+  EXPECT_EQ(texture(late, vibration), texture(slow, vibration));
+  EXPECT_NE(texture(late, vibration), texture(fast, vibration));
+  EXPECT_EQ(texture(late, relief), texture(fast, relief));
+  EXPECT_EQ(scene.textures().lockedBytes(), before + relief->bytes);
+  scene.textures().detach(slow);
+  EXPECT_EQ(texture(late, vibration)->vibration.triangles, 1u) << "it stays as long as one reads it";
+  EXPECT_EQ(scene.textures().lockedBytes(), before + relief->bytes);
+  scene.textures().detach(late);
+  EXPECT_EQ(scene.textures().lockedBytes(), vibration->bytes + relief->bytes);
+}
+
 TEST_F(SurfaceModel, EveryNumberHasItsBounds) {
   ASSERT_TRUE(scene.create(spec, client).ok());
   const std::size_t orders = slow.orders.size();

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace hapticd {
 namespace {
+
+constexpr double kWeightRounding = 1e-9;  // Of a weight.
 
 /** Barycentric coordinates of a point in the plane of speed and force; the triangle has an area. */
 std::array<double, 3> weightsIn(const VibrationView& view, std::uint32_t triangle, double speed, double force) HD_RT {
@@ -16,23 +19,52 @@ std::array<double, 3> weightsIn(const VibrationView& view, std::uint32_t triangl
   return {1 - wb - wc, wb, wc};
 }
 
-double least(const std::array<double, 3>& w) HD_RT { return std::min({w[0], w[1], w[2]}); }
+/** Whether a point of those weights is in the triangle, but for rounding. */
+bool isWithin(const std::array<double, 3>& w) HD_RT {
+  return w[0] >= -kWeightRounding && w[1] >= -kWeightRounding && w[2] >= -kWeightRounding;
+}
+
+/** Of the edge nearest to the point, and its triangle. Speeds and forces count as parts of all that were recorded. */
+std::array<double, 3> weightsOnEdge(const VibrationView& view, double speed, double force,
+                                    std::uint32_t& triangle) HD_RT {
+  const double per_speed = 1 / (view.most_speed - view.least_speed);
+  const double per_force = 1 / (view.most_force - view.least_force);
+  std::array<double, 3> weights{1, 0, 0};
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::uint32_t t = 0; t < view.triangles; ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const VibrationModel &from = view.model[view.triangle[t][i]], &to = view.model[view.triangle[t][(i + 1) % 3]];
+      const double x = per_speed * (speed - from.speed), y = per_force * (force - from.force);
+      const double along_x = per_speed * (to.speed - from.speed), along_y = per_force * (to.force - from.force);
+      const double part = std::clamp((x * along_x + y * along_y) / (along_x * along_x + along_y * along_y), 0.0, 1.0);
+      const double off_x = x - part * along_x, off_y = y - part * along_y, distance = off_x * off_x + off_y * off_y;
+      if (!(distance < nearest)) continue;
+      nearest = distance;
+      triangle = t;
+      weights.fill(0);
+      weights[i] = 1 - part;
+      weights[(i + 1) % 3] = part;
+    }
+  }
+  return weights;
+}
 
 }  // namespace
 
-/** The triangle that holds the point, or the one it is least outside of. */
+/**
+ * The triangle that holds the point, or holds the place of all edges nearest to it: where the triangles leave out a
+ * corner of what was recorded, what is heard changes steadily beyond them too.
+ */
 Vibration::Mix Vibration::mixAt(const VibrationView& view, double speed, double force) HD_RT {
   if (triangle_ >= view.triangles) triangle_ = 0;
   std::array<double, 3> best = weightsIn(view, triangle_, speed, force);
-  if (least(best) < 0) {
-    for (std::uint32_t t = 0; t < view.triangles; ++t) {
-      const std::array<double, 3> w = weightsIn(view, t, speed, force);
-      if (least(w) > least(best)) {
-        best = w;
-        triangle_ = t;
-      }
-    }
+  for (std::uint32_t t = 0; t < view.triangles && !isWithin(best); ++t) {
+    const std::array<double, 3> w = weightsIn(view, t, speed, force);
+    if (!isWithin(w)) continue;
+    best = w;
+    triangle_ = t;
   }
+  if (!isWithin(best)) best = weightsOnEdge(view, speed, force, triangle_);
   double sum = 0;
   for (double& w : best) sum += w = std::max(w, 0.0);
   Mix mix;

@@ -68,6 +68,39 @@ TEST(Vibration, OutsideOfAllTrianglesTheNearestOneSounds) {
   EXPECT_NEAR(heard(t.view.vibration, 0.04, 0.8, 1)[0], 1, 0.03);
 }
 
+/** Amplitude that is heard there, of white noise: of what another with the same noise makes of unit power. */
+double amplitude(const VibrationView& view, double speed, double force) {
+  TestVibration unit;
+  for (const auto& [v, f] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.0, 10.0}}) unit.models.push_back(model(v, f, 1, {}));
+  unit.triangles = {{0, 1, 2}};
+  unit.finish();
+  return Vibration(1).step(view, speed, force) / Vibration(1).step(unit.view.vibration, speed, force);
+}
+
+/** Models that leave out corners of the plane, some of them loud: round the edge of all that was recorded. */
+TEST(Vibration, BeyondTheTrianglesNothingJumps) {
+  const double place[6][2] = {{0.81, 0.81}, {0.52, 0.29}, {0.05, 0.38}, {0.41, 0.05}, {0.05, 1}, {0.65, 0.23}};
+  TestVibration t;
+  for (int i = 0; i < 6; ++i)
+    t.models.push_back(model(0.3 * place[i][0], 3 * place[i][1], i == 3 || i == 5 ? 9 : 1, {}));
+  t.triangles = {{0, 1, 4}, {0, 1, 5}, {1, 2, 3}, {1, 2, 4}, {1, 3, 5}};
+  t.finish();
+  const VibrationView& view = t.view.vibration;
+  for (const VibrationModel& m : t.models) EXPECT_NEAR(amplitude(view, m.speed, m.force), std::sqrt(m.power), 1e-9);
+  constexpr int kSteps = 4000;
+  const auto on = [&](int side, double part) {
+    const double s = view.most_speed - view.least_speed, f = view.most_force - view.least_force;
+    const double x[4] = {part, 1, 1 - part, 0}, y[4] = {0, part, 1, 1 - part};
+    return amplitude(view, view.least_speed + s * x[side], view.least_force + f * y[side]);
+  };
+  double last = on(0, 0);
+  for (int i = 1; i <= 4 * kSteps; ++i) {
+    const double now = on((i - 1) / kSteps, 1.0 * ((i - 1) % kSteps + 1) / kSteps);
+    ASSERT_NEAR(now, last, 0.02) << i;
+    last = now;
+  }
+}
+
 TEST(Vibration, FadesToSilenceWithoutMotionOrForce) {
   const TestVibration t = square();
   EXPECT_NEAR(heard(t.view.vibration, 0.005, 0.5, 1)[0], 0.25, 0.01) << "half as loud at half the least speed";

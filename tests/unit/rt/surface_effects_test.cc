@@ -340,6 +340,29 @@ TEST(SurfaceEffects, VibrationActsAcrossTheMotionAndWithoutItNotAtAll) {
   EXPECT_EQ(t.forces.texture(), Vec3::Zero()) << "no contact";
 }
 
+/** Of the floor, which is hardly touched, however hard the hand leans on the wall beside it. */
+TEST(SurfaceEffects, InACornerAVibrationIsNoStrongerThanItsOwnSurfacePresses) {
+  TestVibration texture = buzz();
+  for (VibrationModel& m : texture.models) m.power = 1e4;
+  texture.finish();
+  SurfaceParameters s{};
+  s.vibration = 1;
+  s.vibration_mass = 0.05;
+  Touch t(s, &texture.view);
+  const Quat lean = fromRotationVector(-std::numbers::pi / 2 * Vec3::UnitY());
+  t.scene.add(ShapeKind::kPlane, Vec3::Zero(), {{0.01, 0, 0}, lean}, {kBlockStiffness, 0, 0, 0});
+  t.at({0, 0, 1e-3});
+  for (int i = 0; i < 60; ++i) t.at({2.5e-4 * i, 0, -1e-4});
+  double most = 0;
+  for (int i = 0; i < 1000; ++i) {
+    t.at({0.015, 1e-4 * i, -1e-4}, {0, 0.1, 0});
+    ASSERT_EQ(t.scene.contact.object, t.plane);
+    ASSERT_EQ(t.scene.contact.parts, 2u);
+    most = std::max(most, t.forces.vibration.norm());
+  }
+  EXPECT_NEAR(most, kBlockStiffness * 1e-4, 1e-9) << "of 5.1 N in all";
+}
+
 /** What is felt begins at the ground of the hollow, 2 mm down: a hand above it hears no knock and no buzz. */
 TEST(SurfaceEffects, AHollowOfAReliefIsSilent) {
   const TestRelief black(16, 16, [](auto, auto) { return 0.0; });

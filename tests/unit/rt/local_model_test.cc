@@ -316,6 +316,24 @@ TEST_F(SlotTest, FadesWhereItWasWhenItsObjectIsGone) {
   EXPECT_EQ(slot.set(commandOf(m), now, scene), ErrorCode::kNotFound);
 }
 
+/** Where it stays it moves no more: it pushes nobody, whatever the object did in its last tick. */
+TEST_F(SlotTest, RestsWhenItsObjectIsGoneInMidMotion) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.frame = addObject({0, 0, 0.05}, {0, 0, 0.1});
+  set(m, 0);
+  (void)at(0);
+  tool.p.z() = 0.048;
+  (void)at(20);
+  ASSERT_NEAR(slot.evaluate(tool, now + 21 * kMs, scene).carried.z(), 0.1, 1e-9);
+  Command c;
+  c.kind = CommandKind::kRemoveObject;
+  c.as<ObjectRef>().object = m.frame;
+  ASSERT_EQ(scene.apply(c), ErrorCode::kOk);
+  const ModelForce gone = slot.evaluate(tool, now + 22 * kMs, scene);
+  EXPECT_NEAR(gone.force.z(), 1, 1e-9);
+  EXPECT_EQ(gone.carried.z(), 0);
+}
+
 TEST_F(SlotTest, ActsOnItsOwnDeviceOnly) {
   hd_local_model m = modelOf(HD_MODEL_PLANE);
   m.device = 1;

@@ -115,6 +115,17 @@ TEST_F(ShareTest, LostShareFallsMonotonicallyWhateverTheHandDoes) {
   EXPECT_EQ(session.fade(now), 0.0f);
 }
 
+TEST_F(ShareTest, LostShareFallsSteadilyIfNothingElseChanges) {
+  ASSERT_EQ(force({2, 0, 0}, 10'000), ErrorCode::kOk);
+  for (int i = 0; i < 5; ++i) (void)tick();
+  session.lose(now, 50 * kMs);
+  for (int i = 1; i <= 60; ++i) {
+    const auto s = tick();
+    ASSERT_NEAR(s.client_force.x(), 2 * std::max(0.0, 1 - i / 50.0), 1e-12) << i;
+    ASSERT_NEAR(s.client_torque.x(), 0.2 * std::max(0.0, 1 - i / 50.0), 1e-12) << i;
+  }
+}
+
 TEST_F(ShareTest, RevivedShareComesBackWithoutAJump) {
   ASSERT_EQ(force({2, 0, 0}, 10'000), ErrorCode::kOk);
   for (int i = 0; i < 5; ++i) (void)tick();

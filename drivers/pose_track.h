@@ -38,7 +38,10 @@ class PoseTrack {
   static constexpr std::size_t kMaxRows = 2'000'000;
   static constexpr std::size_t kMaxFileBytes = 64u << 20;
 
-  /** Straight lines between the rows (great arcs for the rotation); holds the ends, or starts again if `loop`. */
+  /**
+   * Straight lines between the rows (great arcs for the rotation); holds the ends, or starts again if `loop`. Before 0
+   * it stands at its first row.
+   */
   [[nodiscard]] PoseOnTrack at(double t_s, bool loop) const HD_RT;
   [[nodiscard]] double duration() const HD_RT { return rows_.back().t_s; }
   [[nodiscard]] const std::vector<PoseRow>& rows() const noexcept { return rows_; }

@@ -176,6 +176,24 @@ TEST(Motion, WaitsAtItsFirstPose) {
   EXPECT_LT((waiting.at(1.75).p - running.at(0.25).p).norm(), 1e-12);
 }
 
+TEST(Motion, ARecordingStandsWhileItWaits) {
+  MotionParameters m = of(MotionKind::kCsv);
+  m.track = *parsePoseCsv("0,0.01,0,0,1,0,0,0\n1,0.11,0,0,0,0,0,1\n", "test.csv");
+  m.wait = 1.5;
+  for (const bool loop : {false, true}) {
+    m.loop = loop;
+    const IntendedMotion waiting(m);
+    for (const double t_s : {0.0, 0.7, 1.4999}) {
+      const PoseOnTrack pose = waiting.at(t_s);
+      EXPECT_EQ(pose.p, Vec3(0.01, 0, 0)) << t_s;
+      EXPECT_EQ(pose.v, Vec3(Vec3::Zero())) << "else the hand is pulled away from where it waits, " << t_s;
+      EXPECT_EQ(pose.w, Vec3(Vec3::Zero())) << t_s;
+    }
+    EXPECT_NEAR(waiting.at(1.75).p.x(), 0.035, 1e-12);
+    EXPECT_NEAR(waiting.at(1.75).v.x(), 0.1, 1e-12);
+  }
+}
+
 TEST(Motion, OnlyLiveListens) {
   DeviceIntent intent;
   intent.p = Vec3(0.1, 0.1, 0.1);

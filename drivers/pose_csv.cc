@@ -20,7 +20,8 @@ enum Column : std::size_t { kTime, kX, kY, kZ, kQw, kQx, kQy, kQz, kGripper, kBu
 constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
 constexpr std::size_t kMaxFields = 256;
 constexpr double kMaxPosition_m = 10;
-constexpr double kMaxTime_s = 1e7;
+constexpr double kMaxGripper_rad = 10;
+constexpr double kMaxTime_s = 1e7, kLeastStep_s = 1e-12;  ///< Less would be speeds beyond any number.
 
 struct Layout {
   std::array<std::size_t, kColumns> field;
@@ -166,7 +167,10 @@ class Parser {
       const std::string_view text = fields_[layout.field[i]];
       if (i == kTime && layout.integer_time) {
         const std::optional<std::uint64_t> t_ns = parseInteger(text);
-        if (!t_ns || *t_ns > (std::uint64_t{1} << 62)) return badNumber(layout, i, text);
+        if (!t_ns || *t_ns > (std::uint64_t{1} << 62)) {
+          return fault(layout.field[i] + 1, "the time is no whole number of nanoseconds from 0 to 4.6e18",
+                       "write digits alone, or seconds under the name t_s");
+        }
         // Differences of integers: nanoseconds since boot do not fit a double for long.
         if (earlier.empty()) layout.origin_ns = static_cast<std::int64_t>(*t_ns);
         value[i] = static_cast<double>(static_cast<std::int64_t>(*t_ns) - layout.origin_ns) * 1e-9;
@@ -190,7 +194,7 @@ class Parser {
                      const std::vector<PoseRow>& earlier) const {
     if (!layout.integer_time && earlier.empty()) layout.origin_s = value[kTime];
     row.t_s = value[kTime] - layout.origin_s;
-    const bool rises = earlier.empty() || row.t_s > earlier.back().t_s;
+    const bool rises = earlier.empty() || row.t_s - earlier.back().t_s >= kLeastStep_s;
     if (!rises || !(row.t_s <= kMaxTime_s)) {
       return fault(layout.field[kTime] + 1, rises ? "the time is too far from the first" : "the time does not rise",
                    "rows must be in order of time, each later than the one before, within 1e7 s");
@@ -211,9 +215,14 @@ class Parser {
       }
       row.q = q.normalized();
     }
+    if (std::abs(value[kGripper]) > kMaxGripper_rad) {
+      return fault(layout.field[kGripper] + 1,
+                   fmt::format("{} rad is more than {} rad", formatNumber(value[kGripper]), kMaxGripper_rad),
+                   "the gripper's opening is an angle in radians");
+    }
     row.gripper_rad = value[kGripper];
     if (layout.field[kButtons] != kAbsent) {
-      if (!(value[kButtons] >= 0 && value[kButtons] < 4294967296.0)) {
+      if (!(value[kButtons] >= 0 && value[kButtons] < 4294967296.0) || std::trunc(value[kButtons]) != value[kButtons]) {
         return fault(layout.field[kButtons] + 1, "buttons is not a bit mask of 32 bits", "0 for none");
       }
       row.buttons = static_cast<std::uint32_t>(value[kButtons]);

@@ -104,8 +104,23 @@ TEST(PoseCsv, FaultsNameFileLineAndColumn) {
   EXPECT_THAT(refusal("t,x,y,z,px\n0,0,0,0,0\n"), HasSubstr("column 5: a second column for x"));
   EXPECT_THAT(refusal("t,x,y,z,qw\n0,0,0,0,1\n"), HasSubstr("no column qx"));
   EXPECT_THAT(refusal("t,x,y,z,buttons\n0,0,0,0,-1\n"), HasSubstr("column 5: buttons"));
-  EXPECT_THAT(refusal("t_ns,x,y,z\n0.5,0,0,0\n"), HasSubstr("column 1"));
+  EXPECT_THAT(refusal("t,x,y,z,buttons\n0,0,0,0,1.5\n"), HasSubstr("column 5: buttons"));
+  for (const char* const time : {"0.5", "1e9", "-1", "9223372036854775808"}) {
+    EXPECT_THAT(refusal(fmt::format("t_ns,x,y,z\n{},0,0,0\n", time)),
+                HasSubstr("line 2, column 1: the time is no whole number of nanoseconds"));
+  }
+  EXPECT_THAT(refusal("x,y,z,t,gripper\n0,0,0,0,-11\n"), HasSubstr("line 2, column 5: -11 rad is more than 10 rad"));
   EXPECT_THAT(refusal(std::string(1000, ',')), HasSubstr("more than 256 columns"));
+}
+
+TEST(PoseCsv, NoPoseOrSpeedOfAFileIsBeyondNumbers) {
+  EXPECT_THAT(refusal("0,0,0,0\n1e-310,0.1,0,0\n"), HasSubstr("line 2, column 1: the time does not rise"));
+  EXPECT_THAT(refusal("t,x,y,z,gripper\n0,0,0,0,1e308\n"), HasSubstr("column 5"));
+  const auto track = good("t,x,y,z,gripper,qw,qx,qy,qz\n0,-10,-10,-10,10,1,0,0,0\n2e-12,10,10,10,-10,0,1,0,0\n");
+  for (const double t_s : {0.0, 1e-12, 1.0}) {
+    const PoseOnTrack pose = track->at(t_s, false);
+    EXPECT_TRUE(pose.p.allFinite() && pose.v.allFinite() && pose.w.allFinite() && std::isfinite(pose.gripper_rad));
+  }
 }
 
 TEST(PoseCsv, WhatAFileHoldsIsNotToldToWhoNamedIt) {

@@ -58,7 +58,7 @@ Result<void> HidPidIo::prepare(const std::atomic<bool>& stop) {
       Result<std::int32_t> block = create(effect, stop);
       if (!block) break;                                                       // No room: then without.
       if (!say(encoder_.effect({effect, i, kFallback_ms, *block}))) continue;  // Nor one without an end.
-      say(encoder_.condition({*block, i, 0, share, share}));
+      if (!say(encoder_.condition({*block, i, 0, share, share}))) continue;    // Nor one without its bound.
       fallback_[fallbacks_++] = {effect, i, *block};
     }
   }
@@ -230,8 +230,8 @@ void HidPidIo::fallBack() noexcept {
   for (std::size_t i = 0; i < fallbacks_; ++i) {
     const Fallback& kept = fallback_[i];
     const double here = kept.effect == Effect::kSpring ? axes_[kept.axis].position : 0;
-    say(encoder_.condition({kept.block, kept.axis, here, share, share}));
-    say(encoder_.start(kept.block));
+    // Of one that it does not take nobody knows where it would pull, nor how strongly.
+    if (say(encoder_.condition({kept.block, kept.axis, here, share, share}))) say(encoder_.start(kept.block));
   }
 }
 

@@ -193,6 +193,20 @@ TEST(HidPid, SafetySwitchAndPowerAreFaults) {
   EXPECT_EQ(stick.sample.status, kDeviceError);
 }
 
+TEST(HidPid, NoFallbackStartsWhoseBoundTheDeviceDidNotTake) {
+  constexpr int kSetCondition = 3;
+  Stick stick;
+  stick.hold(Vec3(0.02, 0.02, 0));
+  stick.run(50, push(Vec3(1, 2, 0)));
+  stick.model.refused = kSetCondition;  // Where it is now.
+  stick.advance(13);                    // nobody commands
+  EXPECT_EQ(stick.model.running(kConstant) + stick.model.running(kSpring) + stick.model.running(kDamper), 0);
+  EXPECT_TRUE(stick.model.force().isZero(0)) << "a spring about another place would pull";
+  stick.device->close();
+  ASSERT_TRUE(stick.device->open().ok());
+  EXPECT_FALSE(stick.io->hasFallback()) << "its force was never bounded";
+}
+
 TEST(HidPid, ADeviceWithoutRoomIsRefusedAndSaysSo) {
   Stick full({.pool = 1});
   ASSERT_FALSE(full.opened.ok());

@@ -30,6 +30,8 @@ struct HdSdk {
   static constexpr Enum kForce = 0x2700;
   static constexpr Enum kForceOutput = 0x4000;
   static constexpr Enum kCalibrated = 0x5000, kCalibrationNeedsUpdate = 0x5001;
+  /** Bits of kCalibrationStyle, which tells all that a device can; updating takes one of them. */
+  static constexpr Enum kByItself = 2, kInInkwell = 4;
   // Kinds of error: by the high byte of the code.
   static constexpr unsigned int kForceErrors = 0x02, kDeviceErrors = 0x03;
 

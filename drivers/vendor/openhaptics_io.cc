@@ -157,10 +157,16 @@ std::uint32_t OpenHapticsIo::errors() noexcept {
 
 void OpenHapticsIo::calibrate() noexcept {
   HdSdk::Enum state = sdk_->checkCalibration();
-  if (state == HdSdk::kCalibrationNeedsUpdate) {  // In the inkwell, or by its own encoders: no force is needed.
-    int styles = 0;
-    sdk_->getIntegerv(HdSdk::kCalibrationStyle, &styles);
-    sdk_->updateCalibration(static_cast<HdSdk::Enum>(styles));
+  if (state == HdSdk::kCalibrationNeedsUpdate) {  // No force is needed.
+    int told = 0;
+    sdk_->getIntegerv(HdSdk::kCalibrationStyle, &told);
+    const auto styles = static_cast<HdSdk::Enum>(told);
+    // Never by a reset of the encoders, which takes whatever pose the arm is in for the one it should be in.
+    for (const HdSdk::Enum style : {HdSdk::kByItself, HdSdk::kInInkwell}) {
+      if ((styles & style) == 0) continue;
+      sdk_->updateCalibration(style);
+      break;
+    }
     state = sdk_->checkCalibration();
   }
   const bool done = state == HdSdk::kCalibrated;

@@ -195,6 +195,21 @@ TEST(VendorCalibration, TheInkwellIsUsedAsSoonAsTheStylusIsInIt) {
   EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
 }
 
+TEST(VendorCalibration, OfSeveralWaysOneIsToldAndNeverAResetOfTheEncoders) {
+  const std::pair<int, int> cases[] = {{1, 0}, {2, 2}, {3, 2}, {4, 4}, {5, 4}, {6, 2}, {7, 2}};
+  for (const auto& [styles, told] : cases) {
+    VendorRig rig(Kind::kTouch);
+    rig.state.calibrated = false;
+    rig.state.hd_styles = styles;
+    rig.state.buttons = 8;  // As the fake tells that it may be calibrated now.
+    ASSERT_TRUE(rig.device().open().ok());
+    Servo servo(rig);
+    servo.run(200);
+    EXPECT_EQ(rig.state.hd_calibrated_by, told) << styles;
+    EXPECT_EQ(rig.device().calibration(), told == 0 ? Calibration::kNeeded : Calibration::kDone) << styles;
+  }
+}
+
 TEST(VendorForce, TorqueAndGripperGoWhereThereAreMotorsForThem) {
   VendorRig sigma(Kind::kSigma7);
   sigma.makeReady();

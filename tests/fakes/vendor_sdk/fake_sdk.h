@@ -24,6 +24,8 @@ struct State {
   std::atomic<unsigned> buttons;
   std::atomic<int> system_type, version_major;
   std::atomic<bool> calibrated, force_on;
+  std::atomic<int> hd_styles;  ///< Ways in which HD can calibrate it: 1 by a reset, 2 by itself, 4 in its inkwell, or
+                               ///< several; 0: as 4.
   // Faults.
   std::atomic<bool> unplugged, silent, garbled, failing, jumping, forces_refused, saturating;
   std::atomic<bool> deaf;                ///< It takes no force any more, and keeps the last; reading goes on.
@@ -33,7 +35,8 @@ struct State {
   std::atomic<unsigned> hd_force_error;  ///< Where it ends: that is when the force is sent.
   // What was seen.
   std::atomic<int> opened, closed, force_calls, closed_pushing, frames_outside, gravity_on;
-  std::atomic<int> owner;  ///< Process that has it open; the kernel takes it from one that is dead.
+  std::atomic<int> hd_calibrated_by;  ///< Style that HD was told last; 0: none.
+  std::atomic<int> owner;             ///< Process that has it open; the kernel takes it from one that is dead.
   std::atomic<std::uint64_t> calls;
 };
 

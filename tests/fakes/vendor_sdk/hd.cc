@@ -105,7 +105,10 @@ void hdGetDoublev(unsigned int what, double* out) {
   }
   out[15] = 1;
 }
-void hdGetIntegerv(unsigned int what, int* out) { *out = what == 0x2000 ? static_cast<int>(s().buttons) : 4; }
+void hdGetIntegerv(unsigned int what, int* out) {
+  const int styles = s().hd_styles;
+  *out = what == 0x2000 ? static_cast<int>(s().buttons) : styles == 0 ? 4 : styles;
+}
 const char* hdGetString(unsigned int what) {
   if (what == 0x2500) return s().version_major == 3 ? "3.40.0" : "2.10.0";
   return what == 0x2504 ? "T1234" : what == 0x2501 ? "played Touch" : "1";
@@ -115,7 +118,12 @@ void hdSetDoublev(unsigned int what, const double* values) {
   if (what == 0x2700) std::memcpy(told, values, sizeof told);
 }
 unsigned int hdCheckCalibration() { return s().calibrated ? 0x5000 : s().buttons == 8 ? 0x5001 : 0x5002; }
-void hdUpdateCalibration(unsigned int style) { s().calibrated = style == 4; }
+void hdUpdateCalibration(unsigned int style) {
+  const bool one = style == 1 || style == 2 || style == 4;
+  s().calibrated = one;
+  s().hd_calibrated_by = static_cast<int>(style);
+  if (!one) error_waiting = 0x100;
+}
 unsigned long hdScheduleAsynchronous(Callback callback, void* user, unsigned short) {
   scheduler.user = user;
   scheduler.callback = callback;

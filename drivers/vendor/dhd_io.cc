@@ -119,7 +119,7 @@ bool DhdIo::read(DeviceSample& sample) noexcept {
     }
   }
   if (gripper_ && sdk_->getGripperAngleRad(&sample.gripper_rad, id_) < 0) return false;
-  if (!std::isfinite(sample.gripper_rad)) sample.gripper_rad = 0;
+  if (!std::isfinite(sample.gripper_rad)) sample.p.setConstant(std::nan(""));
   sample.buttons = sdk_->getButtonMask(id_);
   return true;
 }

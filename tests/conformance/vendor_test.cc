@@ -150,6 +150,23 @@ TEST(VendorPose, WhatIsNoRotationIsNoReading) {
   }
 }
 
+TEST(VendorPose, AGripperWithoutAnAngleIsNoReading) {
+  VendorRig rig(Kind::kSigma7);
+  rig.makeReady();
+  rig.state.gripper_rad = 0.3;
+  Servo servo(rig);
+  servo.run(5);
+  ASSERT_EQ(servo.sample.gripper_rad, 0.3);
+  for (const double bad : {std::nan(""), HUGE_VAL}) {
+    rig.state.gripper_rad = bad;
+    servo.run(5);
+    EXPECT_FALSE(servo.sample.fresh);
+    EXPECT_EQ(servo.sample.gripper_rad, 0.3) << "the jaws have not closed";
+  }
+  servo.run(30);
+  EXPECT_NE(servo.sample.status & kDeviceError, 0u) << "and after a while a device error";
+}
+
 TEST(VendorPose, AHandThatMovesWhileNothingIsHeardIsBelieved) {
   DeviceInfo info;
   info.max_workspace_lower = Vec3::Constant(-0.2);

@@ -28,7 +28,7 @@ Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
   const Result<HidReports> reports = HidReports::parse(hid_->descriptor());
   const std::size_t declared = reports ? reports->reportBytes(HidKind::kOutput, 0) : 0;
   report_bytes_.store(1 + std::clamp(declared, woodyhid::kReportBytes, woodyhid::kTeensyReportBytes));
-  calibration_.store(setup_.parameters.calibrated ? Calibration::kDone : Calibration::kNeeded);
+  calibration_.store(setup_.parameters.calibrated && !was_open_ ? Calibration::kDone : Calibration::kNeeded);
   may_press_ = calibrating_ = known_ = saturated_ = asked_ = false;
   bad_in_a_row_ = still_ = 0;
 
@@ -39,7 +39,9 @@ Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
     std::size_t size = 0;
     const HidResult got = readNewest(*hid_, buffer, size, sent_ns_ + kKick_ns);
     if (got == HidResult::kGone) break;
-    if (got == HidResult::kOk && woodyhid::decode({buffer.data(), size})) return {};
+    if (got != HidResult::kOk || !woodyhid::decode({buffer.data(), size})) continue;
+    was_open_ = true;
+    return {};
   }
   return Error{ErrorCode::kTimeout, setup_.info.uri, "the device does not answer as WoodenHaptics or Polhem do",
                "is it one? Other things made of such a board have the same USB IDs; name yours by serial= or path="};

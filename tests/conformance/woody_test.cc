@@ -202,6 +202,18 @@ TEST(WoodyIo, CountersOfAnEarlierSessionServeIfTheUserSaysSo) {
   WoodyRig rig(WoodyKind::kWooden2015, 64, "calibrated");
   ASSERT_TRUE(rig.device().open().ok());
   EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
+  // But not for ever: unplugged it loses its power, and counts from wherever it gets it back.
+  DeviceSample sample;
+  run(rig, 50, {}, sample);
+  rig.unplug();
+  run(rig, 100, {}, sample);
+  rig.hold(Vec3(0.03, 0.02, 0));
+  rig.plugIn();
+  EXPECT_EQ(run(rig, 1000, push(Vec3(0, 0, 2)), sample), 0) << "a reading by counters that mean nothing";
+  EXPECT_EQ(rig.device().calibration(), Calibration::kNeeded);
+  EXPECT_TRUE(rig.model.force().isZero(0));
+  rig.calibrate();
+  EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
 }
 
 TEST(WoodyIo, TheDevicesOwnWatchdogOutlivesThisProcess) {

@@ -16,7 +16,10 @@ Vec2 toDevice(const Vec3& v_W) { return {-v_W.y(), v_W.x()}; }
 }  // namespace
 
 Result<void> PantographIo::open(const std::atomic<bool>& stop) {
-  if (auto opened = line_->open(); !opened) return opened;
+  if (auto opened = line_->open(); !opened) {
+    stalled_ = stalled_ && opened.error().code != ErrorCode::kNotFound;
+    return opened;
+  }
   open_ = true;
   known_ = asked_ = saturated_ = false;
   bad_in_a_row_ = 0;
@@ -35,7 +38,7 @@ Result<void> PantographIo::open(const std::atomic<bool>& stop) {
       told = line_->read(buffer, size, until_ns);
       parser_.feed({buffer.data(), size});
       if (!parser_.next()) continue;
-      calibration_.store(Calibration::kDone);
+      calibration_.store(stalled_ ? Calibration::kNeeded : Calibration::kDone);
       heard_ns_ = next_ns_ = line_->now();
       return {};
     }
@@ -71,7 +74,10 @@ bool PantographIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
     const std::int64_t due_ns = asked_ ? asked_ns_ + kAnswer_ns : next_ns_;
     if (line_->now() < due_ns && !listen(link, std::min(until_ns, due_ns))) return false;
     const std::int64_t now_ns = line_->now();
-    if (now_ns - heard_ns_ >= kSilent_ns) return false;
+    if (now_ns - heard_ns_ >= kSilent_ns) {
+      stalled_ = true;
+      return false;
+    }
     if (asked_ && now_ns - asked_ns_ >= kAnswer_ns) {
       LinkCounters::add(link.counters.lost);
       asked_ = false;

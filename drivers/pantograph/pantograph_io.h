@@ -15,8 +15,9 @@
 namespace hapticd {
 
 /**
- * The board counts from where the arms are when it is set up: both straight out, or every place is wrong. Nothing is
- * known of a watchdog in it, so zeros are sent on every way out.
+ * The board counts from where the arms are when it is set up: both straight out, or every place is wrong. So one that
+ * fell silent and comes back by itself is not trusted before it was unplugged. Nothing is known of a watchdog in it, so
+ * zeros are sent on every way out.
  */
 class PantographIo final : public DeviceIo {
  public:
@@ -56,6 +57,7 @@ class PantographIo final : public DeviceIo {
   std::int64_t reading_ns_ = 0, heard_ns_ = 0, asked_ns_ = 0, next_ns_ = 0;
   std::uint64_t dropped_ = 0;
   bool open_ = false, known_ = false, asked_ = false, saturated_ = false;
+  bool stalled_ = false;  ///< It fell silent and was not unplugged since: nobody holds its arms where it counts from.
   int bad_in_a_row_ = 0;
   HandTime hand_time_;
 };

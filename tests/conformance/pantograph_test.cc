@@ -221,6 +221,25 @@ TEST(Pantograph, ABoardThatIsNoneAndALineThatIsPulled) {
   EXPECT_FALSE(resolvePantograph({"pantograph", "", {}}).ok());
 }
 
+TEST(PantographIo, ABoardThatFellSilentCountsFromWhereverItsArmsAre) {
+  Bench bench;
+  bench.hold(Vec3(0.01, 0.02, 0));
+  bench.run(20, push(Vec3(1, 0, 0)));
+  bench.trouble(haptic_emu::FaultKind::kSilence);
+  bench.run(1100, {});
+  EXPECT_EQ(bench.sample.status, kDeviceGone);
+  bench.model.faults.clear();
+  EXPECT_EQ(bench.run(1000, push(Vec3(1, 0, 0))), 0) << "it was set up anew, with its arms anywhere";
+  EXPECT_EQ(bench.device->calibration(), Calibration::kNeeded);
+  EXPECT_TRUE(bench.model.force().isZero(0));
+  // Whoever unplugs it knows how to hold its arms.
+  bench.trouble(haptic_emu::FaultKind::kUnplug);
+  bench.run(1000, {});
+  bench.model.faults.clear();
+  EXPECT_GT(bench.run(1000, {}), 400);
+  EXPECT_EQ(bench.device->calibration(), Calibration::kDone);
+}
+
 // The kernel's own line discipline: a pair of pseudo terminals.
 TEST(TtyTransport, PassesEveryByteAndLocksTheLine) {
   const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);

@@ -37,25 +37,22 @@ std::mutex& hidapiLock() {
   return lock;
 }
 
-std::vector<HidFound> findHid() { return findHid(0, 0); }
-
-std::vector<HidFound> findHid(std::uint16_t vendor, std::uint16_t product) {
+std::vector<HidFound> findHid() {
   const std::lock_guard lock(hidapiLock());
-  const std::unique_ptr<hid_device_info, void (*)(hid_device_info*)> list(hid_enumerate(vendor, product),
-                                                                          &hid_free_enumeration);
+  const std::unique_ptr<hid_device_info, void (*)(hid_device_info*)> list(hid_enumerate(0, 0), &hid_free_enumeration);
   std::vector<HidFound> found;
   for (const hid_device_info* at = list.get(); at != nullptr; at = at->next) {
+    const std::string path = at->path == nullptr ? "" : at->path;
+    // hidapi lists a node once for each usage, one after the other.
+    if (!found.empty() && found.back().path == path) continue;
     HidFound& one = found.emplace_back();
-    if (at->path != nullptr) one.path = at->path;
+    one.path = path;
     one.vendor = at->vendor_id;
     one.product = at->product_id;
-    one.release = at->release_number;
     one.serial = utf8(at->serial_number);
     one.manufacturer = utf8(at->manufacturer_string);
     one.name = utf8(at->product_string);
     one.usage_page = at->usage_page;
-    one.usage = at->usage;
-    one.bluetooth = at->bus_type == HID_API_BUS_BLUETOOTH;
   }
   return found;
 }
@@ -67,9 +64,7 @@ Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wan
     const bool meant =
         (wanted.path.empty() || wanted.path == one.path) && (wanted.serial.empty() || wanted.serial == one.serial);
     if (meant) return one;
-    const std::string row = fmt::format("{} ({})", one.path, one.serial);
-    if (there.find(row) != std::string::npos) continue;  // hidapi lists a node once for each usage.
-    there += (there.empty() ? "" : ", ") + row;
+    there += fmt::format("{}{} ({})", there.empty() ? "" : ", ", one.path, one.serial);
   }
   const std::string which = !wanted.path.empty()     ? " at " + wanted.path
                             : !wanted.serial.empty() ? " of serial number " + wanted.serial

@@ -16,10 +16,9 @@ namespace hapticd {
 /** A device node; nothing is opened for it. */
 struct HidFound {
   std::string path;  ///< /dev/hidrawN
-  std::uint16_t vendor = 0, product = 0, release = 0;
+  std::uint16_t vendor = 0, product = 0;
   std::string serial, manufacturer, name;  ///< UTF-8; empty where the device has none.
-  std::uint16_t usage_page = 0, usage = 0;
-  bool bluetooth = false;
+  std::uint16_t usage_page = 0;
 };
 
 /** Which of them is meant. All that is set must fit. */
@@ -33,13 +32,18 @@ struct HidWanted {
 /** hidapi keeps its last error in one place for all threads: held around every call that lists or opens. */
 [[nodiscard]] std::mutex& hidapiLock();
 
-/** Not for the servo: it reads sysfs and allocates. */
+/** Each node once, with its first usage. Not for the servo: it reads sysfs and allocates. */
 [[nodiscard]] std::vector<HidFound> findHid();
-/** The same for one vendor and product: much less to read. */
-[[nodiscard]] std::vector<HidFound> findHid(std::uint16_t vendor, std::uint16_t product);
 
 /** The first of `found` that is meant; kNotFound lists those that the driver could serve. */
 [[nodiscard]] Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wanted);
+
+/** The serial number that a URI's authority asks for; "" for any. */
+[[nodiscard]] inline std::string serialNamed(const std::string& authority) {
+  return authority == "default" ? std::string() : authority;
+}
+/** The authority of a URI for that serial number: "default" where there is none. */
+[[nodiscard]] inline std::string authorityOf(const std::string& serial) { return serial.empty() ? "default" : serial; }
 
 /** The report descriptor of a node, from sysfs, without opening it; empty if it cannot be read. */
 [[nodiscard]] std::vector<std::uint8_t> reportDescriptorOf(const std::string& path);

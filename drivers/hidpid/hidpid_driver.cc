@@ -30,8 +30,8 @@ Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
 void find(std::vector<DeviceFound>& found) {
   const std::vector<HidFound> all = plugged();
   for (const HidFound& one : all) {
-    DeviceUri uri{"hidpid", one.serial.empty() ? "default" : one.serial, {}};
-    if (one.serial.empty()) uri.query.emplace_back("path", one.path);
+    DeviceUri uri{"hidpid", authorityOf(one.serial), {}};
+    if (one.serial.empty() && one.path != all.front().path) uri.query.emplace_back("path", one.path);
     Result<HidPidSetup> setup = resolveHidPid(uri, all);
     // Never taken unasked: a wheel is no haptic device by itself, and some push with 20 N m.
     if (setup) found.push_back({std::move(setup->info), false});
@@ -85,17 +85,16 @@ Result<HidPidSetup> resolveHidPid(const DeviceUri& uri, const std::vector<HidFou
   HidPidSetup setup;
   HidPidParameters& p = setup.parameters;
   if (auto applied = applyQuery(hidPidParameterTable(), uri.query, p); !applied) return applied.error();
-  const bool any = uri.authority.empty() || uri.authority == "default";
   DeviceInfo& info = setup.info;
   info.model = "force-feedback device";
-  const HidWanted mine{{}, p.path, any ? "" : uri.authority, "a device with force feedback by USB PID"};
+  HidWanted wanted{{}, p.path, serialNamed(uri.authority), "a device with force feedback by USB PID"};
   // It may be plugged in later; then all that is known is that it is one.
-  if (const auto found = choose(plugged, mine)) {
+  if (const auto found = choose(plugged, wanted)) {
     if (!found.value().name.empty()) info.model = found.value().name;
     info.manufacturer = found.value().manufacturer;
-    info.serial = found.value().serial;
+    wanted.serial = info.serial = found.value().serial;
   }
-  info.uri = formatDeviceUri({"hidpid", any ? "default" : uri.authority, difference(hidPidParameterTable(), p, {})});
+  info.uri = formatDeviceUri({"hidpid", authorityOf(wanted.serial), difference(hidPidParameterTable(), p, {})});
   info.driver = "hidpid";
   info.driver_version = "1";
   info.max_force = p.max_force;
@@ -112,7 +111,6 @@ Result<HidPidSetup> resolveHidPid(const DeviceUri& uri, const std::vector<HidFou
   info.buttons = 32;
   info.has_watchdog = true;
   info.has_deadman = true;
-  HidWanted wanted = mine;
   wanted.fits = &isForceFeedback;
   setup.hid = [wanted] { return std::make_unique<HidrawTransport>(wanted); };
   return setup;

@@ -13,9 +13,6 @@ std::vector<HidFound> plugged() {
   return all;
 }
 
-/** What stays when it is plugged in again; old ones have no serial number. */
-std::string nameOf(const HidFound& found) { return found.serial.empty() ? "default" : found.serial; }
-
 Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
   Result<SpaceMouseSetup> setup = resolveSpaceMouse(uri, plugged());
   if (!setup) return setup.error();
@@ -25,8 +22,10 @@ Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
 void find(std::vector<DeviceFound>& found) {
   const std::vector<HidFound> all = plugged();
   for (const HidFound& one : all) {
+    DeviceUri uri{"spacemouse", authorityOf(one.serial), {}};
+    if (one.serial.empty() && one.path != all.front().path) uri.query.emplace_back("path", one.path);
     // It gives no force: nobody who asks for "a device" means it.
-    Result<SpaceMouseSetup> setup = resolveSpaceMouse({"spacemouse", nameOf(one), {}}, all);
+    Result<SpaceMouseSetup> setup = resolveSpaceMouse(uri, all);
     if (setup) found.push_back({std::move(setup->info), false});
   }
 }
@@ -59,8 +58,7 @@ Result<SpaceMouseSetup> resolveSpaceMouse(const DeviceUri& uri, const std::vecto
   SpaceMouseSetup setup;
   SpaceMouseParameters& p = setup.parameters;
   if (auto applied = applyQuery(spaceMouseParameterTable(), uri.query, p); !applied) return applied.error();
-  const bool any = uri.authority.empty() || uri.authority == "default";
-  const HidWanted wanted{&isSpaceMouse, p.path, any ? "" : uri.authority, "a SpaceMouse"};
+  HidWanted wanted{&isSpaceMouse, p.path, serialNamed(uri.authority), "a SpaceMouse"};
 
   DeviceInfo& info = setup.info;
   info.model = "SpaceMouse";
@@ -71,10 +69,9 @@ Result<SpaceMouseSetup> resolveSpaceMouse(const DeviceUri& uri, const std::vecto
       info.model = product->name;
       info.buttons = product->buttons;
     }
-    info.serial = found.value().serial;
+    wanted.serial = info.serial = found.value().serial;
   }
-  info.uri =
-      formatDeviceUri({"spacemouse", any ? "default" : uri.authority, difference(spaceMouseParameterTable(), p, {})});
+  info.uri = formatDeviceUri({"spacemouse", authorityOf(wanted.serial), difference(spaceMouseParameterTable(), p, {})});
   info.manufacturer = "3Dconnexion";
   info.driver = "spacemouse";
   info.driver_version = "1";

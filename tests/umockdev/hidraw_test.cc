@@ -103,6 +103,22 @@ TEST(Umockdev, AJoystickIsSetUpByFeatureReportsAndPushes) {
   EXPECT_EQ(model.force().norm(), 0);
 }
 
+TEST(Umockdev, OneDeviceIsListedOnceByWhateverNameItIsOpen) {
+  // hidapi lists a joystick once as a joystick and once as its pointer.
+  haptic_emu::PidModel model;
+  HidrawTestbed bed(model, {0x1209, 0xffb0, "OpenFFBoard", "Joystick", "P1"});
+  std::vector<std::string> listed;
+  for (const DeviceFound& found : findDevices()) {
+    if (found.info.driver == "hidpid") listed.push_back(found.info.uri);
+  }
+  EXPECT_THAT(listed, ::testing::ElementsAre("hidpid://P1"));
+  for (const char* name : {"hidpid://default", "hidpid://P1", "P1"}) {
+    const auto device = makeDevice(name);
+    ASSERT_TRUE(device.ok()) << toString(device.error());
+    EXPECT_EQ((*device)->info().uri, "hidpid://P1") << name;
+  }
+}
+
 TEST(Umockdev, TheSecondOnANodeIsToldThatItIsTaken) {
   haptic_emu::SpaceMouseModel model(true);
   HidrawTestbed bed(model, kMouse);

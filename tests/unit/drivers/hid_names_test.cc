@@ -1,0 +1,70 @@
+// By which URIs the HID devices of a machine go.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/hid/enumerate.h"
+#include "drivers/hidpid/hidpid_parameters.h"
+#include "drivers/spacemouse/spacemouse_parameters.h"
+
+namespace hapticd {
+namespace {
+
+using ::testing::HasSubstr;
+
+/** Two with a serial number, one without. */
+std::vector<HidFound> three() {
+  std::vector<HidFound> all(3);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].path = "/dev/hidraw" + std::to_string(i);
+    all[i].vendor = 0x046d;
+    all[i].product = 0xc626;
+  }
+  all[0].serial = "A1";
+  all[1].serial = "B2";
+  return all;
+}
+
+std::string joystick(const std::string& authority, const std::string& path, const std::vector<HidFound>& plugged) {
+  DeviceUri uri{"hidpid", authority, {{"max_force", "3"}}};
+  if (!path.empty()) uri.query.emplace_back("path", path);
+  const auto setup = resolveHidPid(uri, plugged);
+  return setup ? setup->info.uri + " " + setup->info.serial : toString(setup.error());
+}
+
+std::string mouse(const std::string& authority, const std::string& path, const std::vector<HidFound>& plugged) {
+  DeviceUri uri{"spacemouse", authority, {{"mode", "rate"}}};
+  if (!path.empty()) uri.query.emplace_back("path", path);
+  const auto setup = resolveSpaceMouse(uri, plugged);
+  return setup ? setup->info.uri + " " + setup->info.serial : toString(setup.error());
+}
+
+TEST(HidNames, AllNamesOfADeviceAreOneUri) {
+  for (const char* name : {"", "default", "A1"}) {
+    EXPECT_EQ(joystick(name, "", three()), "hidpid://A1?max_force=3 A1") << name;
+    EXPECT_EQ(mouse(name, "", three()), "spacemouse://A1?mode=rate A1") << name;
+  }
+  EXPECT_EQ(joystick("B2", "", three()), "hidpid://B2?max_force=3 B2");
+  EXPECT_EQ(mouse("B2", "", three()), "spacemouse://B2?mode=rate B2");
+}
+
+TEST(HidNames, OneWithoutASerialNumberGoesByItsNode) {
+  EXPECT_EQ(joystick("default", "/dev/hidraw2", three()), "hidpid://default?max_force=3&path=/dev/hidraw2 ");
+  EXPECT_EQ(mouse("default", "/dev/hidraw2", three()), "spacemouse://default?mode=rate&path=/dev/hidraw2 ");
+}
+
+TEST(HidNames, OneThatIsNotThereKeepsTheNameItWasGiven) {
+  for (const char* name : {"default", "C3"}) {
+    EXPECT_EQ(joystick(name, "", {}), std::string("hidpid://") + name + "?max_force=3 ");
+    EXPECT_EQ(mouse(name, "", {}), std::string("spacemouse://") + name + "?mode=rate ");
+  }
+}
+
+TEST(HidNames, WhoIsNotThereIsToldWhoIs) {
+  const auto none = choose(three(), {{}, "", "C3", "a joystick"});
+  ASSERT_FALSE(none.ok());
+  EXPECT_THAT(toString(none.error()), HasSubstr("a joystick of serial number C3 is not plugged in"));
+  EXPECT_THAT(toString(none.error()), HasSubstr("there are /dev/hidraw0 (A1), /dev/hidraw1 (B2), /dev/hidraw2 ()"));
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -71,16 +71,6 @@ const DeviceConfig* Config::entryOf(std::string_view uri, std::string_view seria
   return nullptr;
 }
 
-const LimitsConfig& Config::limitsFor(std::string_view uri, std::string_view serial) const {
-  const DeviceConfig* const entry = entryOf(uri, serial);
-  return entry == nullptr ? limits : entry->limits;
-}
-
-double Config::radiusFor(std::string_view uri, std::string_view serial) const {
-  const DeviceConfig* const entry = entryOf(uri, serial);
-  return entry == nullptr ? 0 : entry->radius_m;
-}
-
 ConfigEnvironment ConfigEnvironment::fromProcess() {
   ConfigEnvironment e;
   e.hapticd_config = variable("HAPTICD_CONFIG");

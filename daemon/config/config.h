@@ -148,15 +148,10 @@ struct Config {
 
   /** Groups as they are to be opened: never empty, rate_hz filled in. */
   [[nodiscard]] std::vector<GroupConfig> effectiveGroups() const;
-  /** Limits for a device known by its URI and serial. */
-  [[nodiscard]] const LimitsConfig& limitsFor(std::string_view uri, std::string_view serial) const;
-  /** Radius of its ball [m]. */
-  [[nodiscard]] double radiusFor(std::string_view uri, std::string_view serial) const;
+  /** The entry of a device known by its URI and serial; null: there is none. */
+  [[nodiscard]] const DeviceConfig* entryOf(std::string_view uri, std::string_view serial) const;
 
   bool operator==(const Config&) const = default;
-
- private:
-  [[nodiscard]] const DeviceConfig* entryOf(std::string_view uri, std::string_view serial) const;
 };
 
 /** kInvalidArgument with "`name`:line:column" and, for an unknown key, the nearest known one. Never throws. Fuzzed. */

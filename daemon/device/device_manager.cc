@@ -178,6 +178,7 @@ DeviceManager::Opening DeviceManager::takeOpening(const std::string& canonical) 
 Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::unique_ptr<Device>> opened) {
   std::vector<std::unique_ptr<OpenDevice>> rows;
   std::vector<std::string> taken = names();
+  GroupOptions group_options = options(group, opened);
   for (std::uint32_t i = 0; i < opened.size(); ++i) {
     const DeviceInfo& info = opened[i]->info();
     auto row = std::make_unique<OpenDevice>();
@@ -185,12 +186,13 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
     taken.push_back(row->name);
     row->index = i;
     row->maxima = deviceMaxima(info);
-    row->limits = startLimits(config_.limitsFor(info.uri, info.serial), info);
-    row->radius = config_.radiusFor(info.uri, info.serial);
+    const DeviceConfig* const entry = entryOf(info);
+    row->limits = startLimits(entry == nullptr ? config_.limits : entry->limits, info);
+    if (entry != nullptr) row->radius = entry->radius_m;
+    group_options.cycle.guard[i].limits = row->limits;
     if (group.devices[i] != info.uri) row->aliases.push_back(group.devices[i]);
     rows.push_back(std::move(row));
   }
-  const GroupOptions group_options = options(group, opened);
   auto link = GroupLink::start(group.name, group_options, std::move(opened), clock_);
   if (!link) return link.error();
   if (auto r = meshes_.attach(**link); !r) return r;

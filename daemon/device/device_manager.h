@@ -176,6 +176,8 @@ class DeviceManager {
   [[nodiscard]] Result<void> adopt(const GroupConfig& group, std::vector<std::unique_ptr<Device>> opened);
   [[nodiscard]] GroupConfig groupOf(std::string_view uri);
   [[nodiscard]] Result<void> roomForGroup(const std::string& where) const;
+  [[nodiscard]] const DeviceConfig* entryOf(const DeviceInfo& info) const;
+  /** All but the devices' limits. */
   GroupOptions options(const GroupConfig& group, const std::vector<std::unique_ptr<Device>>& devices) const;
   std::string shortName(const DeviceInfo& info, const std::vector<std::string>& taken) const;
   [[nodiscard]] Result<void> notClosing(const std::string& canonical) const;

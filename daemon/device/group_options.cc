@@ -5,9 +5,21 @@
 #include <cmath>
 
 #include "daemon/device/device_manager.h"
-#include "daemon/device/limits.h"
 
 namespace hapticd {
+
+/** What the configuration says of that device alone; null: nothing. */
+const DeviceConfig* DeviceManager::entryOf(const DeviceInfo& info) const {
+  if (const DeviceConfig* const entry = config_.entryOf(info.uri, info.serial)) return entry;
+  // A URI like falcon://default stands for a certain device only once that is plugged in.
+  const auto means = [&](const DeviceConfig& entry) {
+    if (entry.uri.find("://") == std::string::npos) return false;
+    const auto made = make_(entry.uri);
+    return made && (*made)->info().uri == info.uri;
+  };
+  const auto entry = std::find_if(config_.devices.begin(), config_.devices.end(), means);
+  return entry == config_.devices.end() ? nullptr : &*entry;
+}
 
 GroupOptions DeviceManager::options(const GroupConfig& group,
                                     const std::vector<std::unique_ptr<Device>>& devices) const {
@@ -20,7 +32,6 @@ GroupOptions DeviceManager::options(const GroupConfig& group,
   for (std::size_t i = 0; i < devices.size(); ++i) {
     const DeviceInfo& info = devices[i]->info();
     GuardConfig& guard = o.cycle.guard[i];
-    guard.limits = startLimits(config_.limitsFor(info.uri, info.serial), info);
     guard.ramp_ns = std::llround(config_.guard.arm_ramp_ms * kNsPerMs);
     guard.small_force = config_.guard.small_force_n;
     guard.small_force_ticks = config_.guard.small_force_ticks;

@@ -154,9 +154,19 @@ bool WantedGroups::names(std::string_view uri) const {
   });
 }
 
+/** A serial number, or a URI like falcon://default, stands for a certain device only once that is plugged in. */
+void WantedGroups::recognise(Wanted& wanted) const {
+  for (std::size_t i = 0; i < wanted.group.devices.size(); ++i) {
+    const std::string& text = wanted.group.devices[i];
+    if (text.empty()) continue;
+    if (const auto made = devices_.make(text)) wanted.canonical[i] = (*made)->info().uri;
+  }
+}
+
 /** Whoever asks for a device of a missing group, or for any while none is open, has that group tried at once. */
 Result<std::string> WantedGroups::advise(const std::string& canonical) {
   for (Wanted& wanted : wanted_) {
+    if (!wanted.trying) recognise(wanted);
     const auto& has = wanted.canonical;
     if (!canonical.empty() && std::find(has.begin(), has.end(), canonical) == has.end()) continue;
     const std::string first = canonical.empty() ? has.front() : canonical;

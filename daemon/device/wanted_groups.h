@@ -60,7 +60,7 @@ class WantedGroups {
  private:
   struct Wanted {
     GroupConfig group;
-    std::vector<std::string> canonical;   ///< Of each device; empty where only a serial number is known.
+    std::vector<std::string> canonical;   ///< Of each device, as last known; empty: only a serial number is.
     std::vector<std::string> candidates;  ///< For an empty URI: those not tried yet, first one first.
     Error why;
     std::int64_t next_ns = 0, pause_ns = kFirstRetry_ns;
@@ -68,6 +68,7 @@ class WantedGroups {
   };
 
   Result<std::string> advise(const std::string& canonical);
+  void recognise(Wanted& wanted) const;
   void attempt(Wanted& wanted);
   void answered(Wanted& wanted, const GroupConfig& tried, const Result<void>& result);
   void miss(Wanted& wanted, const Error& why);

@@ -67,12 +67,14 @@ class Missing : public ::testing::Test {
     CoreOptions options;
     options.config = Bench::relaxed();
     options.config.groups = std::move(groups);
+    options.config.devices = limits;
     options.threads = false;
     options.epoch = 42;
     options.devices_required = required;
     core = std::make_unique<Core>(options, clock);
     core->devices().setFactory([this](std::string_view text) -> Result<std::unique_ptr<Device>> {
-      const auto at = sockets.find(std::string(text));
+      const auto name = stands_for.find(std::string(text));
+      const auto at = sockets.find(name == stands_for.end() ? std::string(text) : name->second);
       if (at == sockets.end()) return Error{ErrorCode::kNotFound, std::string(text), "nothing has that name", {}};
       return std::unique_ptr<Device>(std::make_unique<Plugged>(at->second, at->first, now_ns));
     });
@@ -129,6 +131,8 @@ class Missing : public ::testing::Test {
   std::atomic<std::int64_t> now_ns{0};    ///< As the clock, for the threads that open devices.
   std::map<std::string, Socket> sockets;  // before the core: its devices go first
   std::vector<const char*> attached;
+  std::vector<DeviceConfig> limits;
+  std::map<std::string, std::string> stands_for;  ///< What other texts mean: the URI of a device that is plugged in.
   std::unique_ptr<Core> core;
   std::uint64_t administration = 0;
 };
@@ -380,6 +384,59 @@ TEST_F(Missing, ASerialNumberMayComeLater) {
   (void)sockets["4711"];
   until(5'000'000'000);
   EXPECT_THAT(open(), ElementsAre("4711"));
+}
+
+TEST_F(Missing, OneThatIsPluggedInLaterIsKnownByAllItsNames) {
+  for (const char* configured : {"a://default", "4711"}) {
+    for (const char* asked : {"a://default", "4711", "a://4711", ""}) {
+      sockets.clear();
+      stands_for.clear();
+      sockets["a://default"].set(false);  // Its driver knows such a URI; nothing is plugged in.
+      make({group("left", {configured})});
+      ASSERT_TRUE(start().ok());
+      (void)sockets["a://4711"];
+      stands_for = {{"a://default", "a://4711"}, {"4711", "a://4711"}};
+      OpenDevice* device = nullptr;
+      core->openDevice(asked, administration, [&](const Result<OpenDevice*>& opened) {
+        ASSERT_TRUE(opened.ok()) << toString(opened.error());
+        device = *opened;
+      });
+      until(clock.now());
+      ASSERT_NE(device, nullptr) << configured << ", asked for as '" << asked << "'";
+      EXPECT_EQ(device->link->name(), "left") << configured << ", asked for as '" << asked << "'";
+      EXPECT_EQ(device->info().uri, "a://4711");
+      until(clock.now() + 40'000'000'000);
+      EXPECT_TRUE(absent().empty());
+      core.reset();
+    }
+  }
+}
+
+TEST_F(Missing, ItsLimitsAreThoseOfItsEntryHoweverLateItIsPluggedIn) {
+  DeviceConfig entry;
+  entry.uri = "a://default";
+  entry.limits.force_n = 1.25;
+  entry.radius_m = 0.002;
+  for (const bool by_itself : {false, true}) {
+    sockets.clear();
+    stands_for.clear();
+    sockets["a://default"].set(false);
+    limits = {entry};
+    make({group("left", {by_itself ? "b://other" : "a://default"})});
+    (void)sockets["b://other"];
+    ASSERT_TRUE(start().ok());
+    (void)sockets["a://4711"];
+    stands_for = {{"a://default", "a://4711"}};
+    core->openDevice("a://4711", administration, [](const Result<OpenDevice*>& device) {
+      ASSERT_TRUE(device.ok());
+      EXPECT_EQ((*device)->limits.force, 1.25);
+      EXPECT_EQ((*device)->radius, 0.002);
+      EXPECT_EQ((*device)->link->group().options().cycle.guard[0].limits.force, 1.25) << "and the guard's";
+    });
+    until(clock.now());
+    EXPECT_THAT(open(), ::testing::Contains("a://4711"));
+    core.reset();
+  }
 }
 
 TEST_F(Missing, WhatNoAttemptWouldMendEndsTheStart) {

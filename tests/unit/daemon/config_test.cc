@@ -140,11 +140,13 @@ radius_m = 0.0015
   EXPECT_EQ(groups[0].devices, (std::vector<std::string>{"sim://falcon", "touch-123"}));
   EXPECT_EQ(groups[0].rate_hz, 2000);
   EXPECT_EQ(groups[0].cpus, std::vector<std::uint32_t>{1});
-  EXPECT_EQ(config->limitsFor("touch://0", "touch-123").force_n, 3.3);
-  EXPECT_EQ(config->limitsFor("touch://0", "touch-123").torque_nm, 0.25) << "not given: as [limits]";
-  EXPECT_EQ(config->limitsFor("sim://falcon", "").force_n, 5);
-  EXPECT_EQ(config->radiusFor("touch://0", "touch-123"), 0.0015);
-  EXPECT_EQ(config->radiusFor("sim://falcon", ""), 0);
+  EXPECT_EQ(config->limits.force_n, 5);
+  const DeviceConfig* const touch = config->entryOf("touch://0", "touch-123");
+  ASSERT_NE(touch, nullptr);
+  EXPECT_EQ(touch->limits.force_n, 3.3);
+  EXPECT_EQ(touch->limits.torque_nm, 0.25) << "not given: as [limits]";
+  EXPECT_EQ(touch->radius_m, 0.0015);
+  EXPECT_EQ(config->entryOf("sim://falcon", ""), nullptr);
 }
 
 TEST(Config, ReadsLinesAndRefusesThoseThatMeanNothing) {

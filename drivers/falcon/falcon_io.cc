@@ -28,6 +28,7 @@ Result<void> FalconIo::open(const std::atomic<bool>& stop) {
   }
   live_.lend(usb_.get());
   gone_ = asked_ = homed_ = false;
+  unasked_ = 0;
   parser_ = {};
   dropped_ = 0;
   forget();
@@ -81,7 +82,11 @@ void FalconIo::onIn(UsbStatus status, std::span<const std::uint8_t> bytes) noexc
   if (status == UsbStatus::kGone) gone_ = true;
   if (gone_) return;
   parser_.feed(falcon::payload(bytes));
-  if (usb_->postIn() == UsbStatus::kGone) gone_ = true;
+  if (status == UsbStatus::kError || status == UsbStatus::kStall) {
+    ++unasked_;
+  } else if (usb_->postIn() == UsbStatus::kGone) {
+    gone_ = true;
+  }
 }
 
 void FalconIo::onOut(UsbStatus status) noexcept {
@@ -91,6 +96,9 @@ void FalconIo::onOut(UsbStatus status) noexcept {
 void FalconIo::sendOrder(DeviceLink& link) noexcept {
   asked_ns_ = clock_.now();
   asked_ = true;
+  for (; unasked_ > 0; --unasked_) {
+    if (usb_->postIn() == UsbStatus::kGone) gone_ = true;
+  }
   link.order(asked_ns_, [this](const DeviceCommand& command) noexcept {
     if (usb_->postOut(falcon::encode(orderFor(command))) == UsbStatus::kGone) gone_ = true;
   });

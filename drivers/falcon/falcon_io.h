@@ -70,6 +70,7 @@ class FalconIo final : public DeviceIo, private UsbListener {
   bool homed_ = false;
   bool known_ = false;  ///< last_ and grip_ are of a reading since homing.
   bool saturated_ = false;
+  int unasked_ = 0;  ///< Requests that failed, to go out with the next order: at once they could fail without end.
   int bad_in_a_row_ = 0;
   HandTime hand_time_;
   std::int64_t asked_ns_ = 0, heard_ns_ = 0, reading_ns_ = 0;

@@ -45,6 +45,7 @@ Result<void> SampleIo::open(const std::atomic<bool>&) {
   usb_ = std::move(*usb);
   live_.lend(usb_.get());
   gone_ = answered_ = saturated_ = false;
+  unasked_ = 0;
   heard_ns_ = sent_ns_ = clock_.now();
   // Two requests wait for a reading at any time, so that none is missed between two calls.
   for (int i = 0; i < 2; ++i) (void)usb_->postIn();
@@ -71,6 +72,9 @@ bool SampleIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
       if (!answered_) LinkCounters::add(link.counters.lost);
       answered_ = false;
       sent_ns_ = clock_.now();
+      for (; unasked_ > 0; --unasked_) {
+        if (usb_->postIn() == UsbStatus::kGone) gone_ = true;
+      }
       link.order(sent_ns_, [this](const DeviceCommand& command) noexcept {
         if (usb_->postOut(sample::encode(orderFor(command))) == UsbStatus::kGone) gone_ = true;
       });
@@ -82,6 +86,10 @@ bool SampleIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
 }
 
 void SampleIo::onIn(UsbStatus status, std::span<const std::uint8_t> bytes) noexcept {
+  if (status == UsbStatus::kError || status == UsbStatus::kStall) {
+    ++unasked_;
+    return;
+  }
   if (status == UsbStatus::kGone || usb_->postIn() == UsbStatus::kGone) {
     gone_ = true;
     return;

@@ -52,6 +52,7 @@ class SampleIo final : public DeviceIo, private UsbListener {
   bool gone_ = false;
   bool answered_ = false;  ///< A good reading came since the last order.
   bool saturated_ = false;
+  int unasked_ = 0;  ///< Requests that failed, to go out with the next order: at once they could fail without end.
   std::uint8_t number_ = 0;
   std::int64_t sent_ns_ = 0, heard_ns_ = 0;
 };

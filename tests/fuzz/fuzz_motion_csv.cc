@@ -18,6 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const double share : {-1.0, 0.0, 0.3, 0.999999, 1.0, 1.7, 1e12}) {
       const PoseOnTrack pose = (*track)->at(share * (*track)->duration(), loop);
       if (!pose.p.allFinite() || !pose.q.coeffs().allFinite() || std::abs(pose.q.norm() - 1) > 1e-6) std::abort();
+      if (!pose.v.allFinite() || !pose.w.allFinite() || !std::isfinite(pose.gripper_rad)) std::abort();
     }
   }
   for (std::size_t i = 1; i < rows.size(); ++i) {

@@ -1,5 +1,6 @@
 #include "drivers/named_file.h"
 
+#include "drivers/pantograph/pantograph_driver.h"
 #include "drivers/replay/replay_driver.h"
 #include "drivers/sim/sim_driver.h"
 
@@ -12,6 +13,10 @@ std::string namedMotion(const DeviceUri& uri) {
     if (key == "file") return value;
   }
   return {};
+}
+
+std::string namedLine(const DeviceUri& uri) {
+  return uri.scheme == kPantographDriver.scheme ? uri.authority : std::string();
 }
 
 }  // namespace hapticd

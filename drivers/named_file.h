@@ -1,5 +1,5 @@
 /** @file
- * Files that a device URI makes the daemon read.
+ * Files that a device URI makes the daemon read, or write to.
  */
 #pragma once
 
@@ -14,5 +14,10 @@ namespace hapticd {
  * error of the reader tells of the file's lines, so whoever may name one may read it.
  */
 [[nodiscard]] std::string namedMotion(const DeviceUri& uri);
+
+/**
+ * The serial line that opening this device would write to, whatever hangs on it: the tty of pantograph://; "" for none.
+ */
+[[nodiscard]] std::string namedLine(const DeviceUri& uri);
 
 }  // namespace hapticd

@@ -15,9 +15,12 @@
 namespace hapticd {
 namespace {
 
+/** Whoever may do himself what the daemon may. */
+bool mayItself(const Client& by) { return by.administration || by.uid == 0 || by.uid == ::geteuid(); }
+
 /** Whether that user may have that file read: it may itself, or the administrator lets everybody. */
 bool mayName(const std::string& file, const Client& by, const Config& config) {
-  if (by.administration || by.uid == 0 || by.uid == ::geteuid()) return true;
+  if (mayItself(by)) return true;
   std::error_code missing;
   const auto folder = std::filesystem::canonical(config.motions.folder, missing);
   if (config.motions.folder.empty() || missing) return false;
@@ -243,6 +246,12 @@ Result<void> Core::mayOpen(std::string_view text, std::uint64_t connection) {
                  options_.config.motions.folder.empty()
                      ? "set motions.folder in hapticd.toml, or connect to the administration socket"
                      : "put it into " + options_.config.motions.folder};
+  }
+  const std::string line = uri ? namedLine(uri.value()) : std::string();
+  if (!line.empty() && !mayItself(client(connection)) && !known) {
+    return Error{ErrorCode::kPermissionDenied, log::printable(line.substr(0, 200)),
+                 "which serial lines the daemon writes to is the administrator's choice",
+                 "name the device in hapticd.toml, or connect to the administration socket"};
   }
   const bool tuned = uri && !uri.value().query.empty() && isHardware(uri.value().scheme);
   if (!tuned || client(connection).administration || known) return {};

@@ -28,6 +28,25 @@ TEST(Hardware, ItsParametersAreTheAdministrators) {
   EXPECT_EQ(codeOf(tuned, bench.connection), ErrorCode::kOk) << "it is open already, as the administrator wants it";
 }
 
+/** Opening it writes to a line that the client might not write to itself, whatever hangs on that. */
+TEST(Hardware, SoIsTheSerialLineThatItHangsOn) {
+  Bench bench;
+  const std::uint64_t stranger = *bench.core.connect(1, 61'000, false),
+                      own = *bench.core.connect(2, ::geteuid(), false);
+  const auto codeOf = [&](const char* uri, std::uint64_t connection) {
+    const auto opened = bench.core.openDevice(uri, connection);
+    return opened ? ErrorCode::kOk : opened.error().code;
+  };
+  EXPECT_EQ(codeOf("pantograph:///dev/ttyACM0", stranger), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(bench.core.openSession("pantograph:///dev/ttyACM0", stranger, "s", HD_SHM_MAJOR, HD_SHM_MINOR).error().code,
+            ErrorCode::kPermissionDenied);
+  EXPECT_EQ(bench.core.devices().devices().size(), 1u);
+  EXPECT_EQ(codeOf("pantograph:///dev/ttyACM0", bench.administration), ErrorCode::kOk);
+  EXPECT_EQ(codeOf("pantograph:///dev/ttyACM0", stranger), ErrorCode::kOk) << "it is open already";
+  EXPECT_EQ(codeOf("pantograph:///dev/ttyACM1", stranger), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(codeOf("pantograph:///dev/ttyACM1", own), ErrorCode::kOk) << "the daemon's own user";
+}
+
 class Unplugged final : public StillDevice {
  public:
   explicit Unplugged(std::string_view uri) : StillDevice("unplugged", std::string(uri)) {}
@@ -43,7 +62,8 @@ TEST(Hardware, WhatIsConfiguredIsTheAdministratorsWishWhileItIsMissing) {
   options.config = Bench::relaxed();
   options.threads = false;
   options.epoch = 42;
-  const std::string wishes[] = {"falcon://default?counts_per_nm=40000", "replay:///no/such/motion.csv"};
+  const std::string wishes[] = {"falcon://default?counts_per_nm=40000", "replay:///no/such/motion.csv",
+                                "pantograph:///dev/ttyACM0"};
   for (const std::string& uri : wishes) options.config.groups.push_back({uri, {uri}, 1000, {}});
   Core core(options, clock);
   core.devices().setFactory([](std::string_view uri) -> Result<std::unique_ptr<Device>> {
@@ -63,6 +83,7 @@ TEST(Hardware, WhatIsConfiguredIsTheAdministratorsWishWhileItIsMissing) {
   for (const std::string& uri : wishes) EXPECT_EQ(answer(uri), ErrorCode::kDeviceGone) << uri;
   EXPECT_EQ(answer("falcon://default?counts_per_nm=1"), ErrorCode::kPermissionDenied);
   EXPECT_EQ(answer("replay:///no/such/other.csv"), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(answer("pantograph:///dev/ttyACM1"), ErrorCode::kPermissionDenied);
 }
 
 class NamedFiles : public ::testing::Test {

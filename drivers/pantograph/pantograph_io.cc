@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/link/shortened.h"
+
 namespace hapticd {
 namespace {
 
@@ -135,12 +137,7 @@ std::array<float, pantograph::kJoints> PantographIo::torquesFor(const DeviceComm
   saturated_ = false;
   const bool trusted = known_ && calibration_.load() == Calibration::kDone && now_ns - reading_ns_ <= kTrust_ns;
   if (!command.enabled || !trusted) return {};
-  Vec2 force = toDevice(command.force);
-  const double most = force.cwiseAbs().maxCoeff();
-  if (!(most > 0) || !std::isfinite(most) || !force.allFinite()) return {};
-  const double length = (force / most).norm();
-  saturated_ = most > setup_.parameters.max_force / length;
-  if (saturated_) force = (force / most) * (setup_.parameters.max_force / length);
+  const Vec2 force = shortened(toDevice(command.force), setup_.parameters.max_force, saturated_);
   const Vec2 torque = setup_.parameters.torque_scale * (grip_.jacobian.transpose() * force);
   return {static_cast<float>(torque[0]), static_cast<float>(torque[1])};
 }

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "drivers/link/shortened.h"
+
 namespace hapticd {
 
 Error DhdIo::failed(const char* what) const {

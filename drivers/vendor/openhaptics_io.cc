@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "drivers/link/shortened.h"
+
 namespace hapticd {
 namespace {
 

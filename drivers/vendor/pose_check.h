@@ -1,5 +1,5 @@
 /** @file
- * Which places told by a vendor's library are believed, and forces that fit a device. Pure, real-time safe.
+ * Which places told by a vendor's library are believed. Pure, real-time safe.
  */
 #pragma once
 
@@ -48,17 +48,6 @@ class PoseCheck {
   HandTime hand_time_;
   bool known_ = false;
 };
-
-/** At most `limit` long in its direction, however large it is; zero if it is not finite. */
-[[nodiscard]] inline Vec3 shortened(const Vec3& v, double limit, bool& cut) HD_RT {
-  const double most = v.cwiseAbs().maxCoeff();
-  if (!v.allFinite() || !(most > 0) || !(limit > 0)) return Vec3::Zero();
-  const Vec3 scaled = v / most;
-  const double length = scaled.norm();
-  if (!(most > limit / length)) return v;
-  cut = true;
-  return scaled * (limit / length);
-}
 
 /** The rotation that these rows are, if they are one within a hundredth. */
 [[nodiscard]] inline std::optional<Quat> rotationOf(const Eigen::Matrix3d& m) HD_RT {

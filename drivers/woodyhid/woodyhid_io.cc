@@ -5,22 +5,9 @@
 #include <cstdlib>
 
 #include "drivers/hid/report_descriptor.h"
+#include "drivers/link/shortened.h"
 
 namespace hapticd {
-namespace {
-
-/** At most `limit` long, in its direction, however large it is. */
-Vec3 bounded(const Vec3& force, double limit, bool& cut) noexcept {
-  const double most = force.cwiseAbs().maxCoeff();
-  if (!(most > 0)) return Vec3::Zero();
-  const Vec3 scaled = force / most;
-  const double length = scaled.norm();
-  if (!(most > limit / length)) return force;
-  cut = true;
-  return scaled * (limit / length);
-}
-
-}  // namespace
 
 Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
   if (auto opened = hid_->open(); !opened) return opened;
@@ -170,7 +157,7 @@ woodyhid::Report WoodyIo::answer(const woodyhid::Reading* reading, const DeviceC
   const bool trusted = calibration_.load() == Calibration::kDone && known_ && now_ns - reading_ns_ <= kTrust_ns;
   saturated_ = false;
   if (!command.enabled || !trusted) return woodyhid::encodeCurrents({});
-  const Vec3 force = bounded(command.force, setup_.info.max_force, saturated_);
+  const Vec3 force = shortened(command.force, setup_.info.max_force, saturated_);
   const WoodyCurrents currents = woodyCurrents(*setup_.model, arm_, force, setup_.parameters.max_current);
   saturated_ = saturated_ || currents.saturated;
   return woodyhid::encodeCurrents(currents.mA);

@@ -31,7 +31,7 @@ Result<Lengths> lengthsOf(const HidReports& reports, const Layout& l) {
   n.constant = length(HidKind::kOutput, l.constant_block);
   n.condition = length(HidKind::kOutput, l.condition_block);
   n.operation = length(HidKind::kOutput, l.operation_block);
-  n.control = length(HidKind::kOutput, l.control[0].field);
+  for (const Choice& order : l.control) n.control = std::max(n.control, length(HidKind::kOutput, order.field));
   n.gain = length(HidKind::kOutput, l.device_gain);
   n.create = length(HidKind::kFeature, l.new_type[0].field);
   n.load = length(HidKind::kFeature, l.loaded_block);

@@ -317,6 +317,19 @@ TEST(HidPid, ADeviceWhoseEffectsCannotBeBoundedIsRefused) {
   EXPECT_EQ(opened.error().code, ErrorCode::kUnsupported);
 }
 
+TEST(HidPid, OneWhoseActuatorsHaveNoSwitchIsStoppedAllTheSame) {
+  for (const bool close : {false, true}) {
+    Stick stick({.switches = false});
+    ASSERT_TRUE(stick.opened.ok()) << toString(stick.opened.error());
+    stick.hold(Vec3::Zero());
+    stick.run(20, push(Vec3(0, 2, 0)));
+    ASSERT_GT(stick.model.force().y(), 1.9);
+    close ? stick.device->close() : stick.device->safe();
+    EXPECT_EQ(stick.model.running(kConstant), 0) << "at once, not when its time is over";
+    EXPECT_TRUE(stick.model.force().isZero(0));
+  }
+}
+
 struct Maker {
   const char* name;
   PidVariant variant;

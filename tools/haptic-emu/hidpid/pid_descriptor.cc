@@ -140,14 +140,14 @@ void condition(Writer& w, const PidVariant& v) {
 void control(Writer& w, const PidVariant& v) {
   w.begin(0x96, 2);
   w.id(12);
-  for (int u = 0x97; u <= 0x9c; ++u) w.usage(u);
+  for (int u = v.switches ? 0x97 : 0x99; u <= 0x9c; ++u) w.usage(u);
   if (v.control_in_bits) {
     w.range(0, 1);
     w.size(1, 6);
     w.output(2);
     w.padding(2);
   } else {
-    w.range(1, 6);
+    w.range(v.switches ? 1 : 3, 6);
     w.size(8, 1);
     w.output(0);
   }

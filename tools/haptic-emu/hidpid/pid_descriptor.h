@@ -15,6 +15,7 @@ struct PidVariant {
   bool block_offset = true;
   bool negative_coefficient = true, saturation = true, dead_band = true;
   bool control_in_bits = false;
+  bool switches = true;    ///< Its actuators can be switched on and off; else they are always on.
   bool conditions = true;  ///< Spring and damper at all.
   int axes = 2;
   int pool = 16;  ///< Effects that it has room for.

@@ -18,11 +18,13 @@ int signedWord(std::span<const std::uint8_t> d, std::size_t at) {
 }  // namespace
 
 PidModel::PidModel(const PidVariant& variant)
-    : hand(HandParameters{}), variant_(variant), descriptor_(pidDescriptor(variant)) {}
+    : hand(HandParameters{}), variant_(variant), descriptor_(pidDescriptor(variant)) {
+  forget();
+}
 
 void PidModel::forget() {
   effects_.clear();
-  actuators_ = false;
+  actuators_ = !variant_.switches;
   new_block_ = 0;
   load_status_ = 3;
 }

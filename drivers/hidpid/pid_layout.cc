@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <utility>
 
 namespace hapticd::pid {
 namespace {
@@ -122,10 +122,6 @@ Result<Layout> layoutOf(const HidReports& reports) {
   l.quirks.no_dead_band = !l.dead_band.there;
   const Choice& enable = l.control[static_cast<std::size_t>(Control::kEnable)];
   l.quirks.control_in_bits = enable.there() && !enable.field.field.is_array;
-  for (const HidField& field : reports.fields()) {
-    if (field.kind == HidKind::kOutput)
-      l.longest = std::max(l.longest, reports.reportBytes(field.kind, field.report_id));
-  }
 
   const std::pair<bool, const char*> needed[] = {
       {l.effect_block.there && l.duration.there && l.effect_type[0].there(), "Set Effect with a constant force"},

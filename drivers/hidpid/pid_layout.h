@@ -69,8 +69,6 @@ struct Layout {
   Field safety_switch, actuator_power;
   std::size_t axes = 0, buttons = 0;
   Quirks quirks;
-  /** Longest output report, its ID included. */
-  std::size_t longest = 0;
   bool numbered = false;
 };
 

@@ -12,8 +12,9 @@
 namespace hapticd {
 
 /**
- * What brings a device to zero from a fresh process, when the daemon that armed it is dead: no state, less than half a
- * second, no harm to a device that is zero already. Every driver says one: there is no "none" by omission.
+ * What brings a device to zero from a fresh process, when the daemon that armed it is dead: no state, no harm to a
+ * device that is zero already, and less than the 1.8 seconds after which hapticd-safe ends it. Every driver says one:
+ * there is no "none" by omission.
  */
 class ZeroFunction {
  public:

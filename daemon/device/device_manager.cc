@@ -6,6 +6,7 @@
 
 #include "daemon/device/limits.h"
 #include "daemon/log/log.h"
+#include "drivers/link/io_device.h"
 
 namespace hapticd {
 
@@ -207,6 +208,8 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
     log::info("device {}: {} ({}), group {}, {:g} Hz, {}", row->name, row->info().uri,
               log::printable(row->info().model), group.name, 1e9 / static_cast<double>(group_options.cycle.period_ns),
               (*link)->group().realtime() ? "real-time" : "not real-time: " + (*link)->group().schedulingNote());
+    if (const auto* io = dynamic_cast<const IoDevice*>(&row->device()); io != nullptr && !io->schedulingNote().empty())
+      log::warn("device {}: the thread that speaks with it may be late: {}", row->name, io->schedulingNote());
     devices_.push_back(std::move(row));
   }
   links_.push_back(std::move(*link));

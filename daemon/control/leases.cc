@@ -138,7 +138,9 @@ void Core::arm(std::uint64_t id, std::function<void(Result<void>)> done) {
     return done(Error{ErrorCode::kWouldBlock, device.name, "hapticd stops", "arm it when hapticd is back"});
   }
   if (device.device().calibration() == Calibration::kNeeded || device.device().calibration() == Calibration::kRunning) {
-    return done(Error{ErrorCode::kUnsupported, device.name, "the device is not calibrated", "calibrate it, then arm"});
+    const std::string& how = device.info().calibration_style;
+    return done(Error{ErrorCode::kUnsupported, device.name, "the device is not calibrated",
+                      how.empty() || how == "none" ? "calibrate it, then arm" : how + "; then arm"});
   }
   if (!device.link->accepting()) {
     return done(Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"});

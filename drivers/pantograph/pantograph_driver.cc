@@ -72,7 +72,7 @@ Result<PantographSetup> resolvePantograph(const DeviceUri& uri) {
   info.force_resolution = 1e-3;
   info.native_rate_hz = 1000;
   info.latency_s = 0.002;
-  info.calibration_style = "hold both arms straight out while the device is opened";
+  info.calibration_style = "hold both arms straight out while the device is opened, or plugged in again";
   setup.line = [path = uri.authority] { return std::make_unique<TtyTransport>(path); };
   return setup;
 }

@@ -86,6 +86,9 @@ TEST(Lease, WhatIsNotCalibratedIsNotArmed) {
     Session* session = bench.live();
     bench.scripted[0]->calibrated = state;
     EXPECT_EQ(bench.arm(session->id).error().code, ErrorCode::kUnsupported);
+    EXPECT_EQ(bench.arm(session->id).error().remedy, "calibrate it, then arm");
+    const_cast<DeviceInfo&>(bench.scripted[0]->info()).calibration_style = "put the stylus into the inkwell";
+    EXPECT_EQ(bench.arm(session->id).error().remedy, "put the stylus into the inkwell; then arm") << "as it says";
     bench.scripted[0]->calibrated = Calibration::kDone;
     EXPECT_TRUE(bench.arm(session->id).ok());
   }

@@ -54,6 +54,8 @@ Result<void> DhdIo::describe() {
   }
   wrist_ = sdk_->hasWrist(id_);
   gripper_ = sdk_->hasGripper(id_);
+  const bool left = sdk_->isLeftHanded(id_);
+  jaws_ = left ? -1 : 1;
   if (system_type_ != 0) return {};  // What it is was told when it was opened first.
   system_type_ = type;
   DeviceInfo& info = setup_.info;
@@ -70,8 +72,9 @@ Result<void> DhdIo::describe() {
   info.actuated_gripper = gripper_ && sdk_->hasActiveGripper(id_);
   if (!info.actuated_rotation) info.max_torque = 0;
   if (!info.actuated_gripper) info.max_gripper_force = 0;
-  info.left_hand = sdk_->isLeftHanded(id_);
-  info.right_hand = !info.left_hand;
+  if (!info.sensed_gripper) info.gripper_max_angle = 0;
+  info.left_hand = left;
+  info.right_hand = !left;
   return {};
 }
 
@@ -121,6 +124,7 @@ bool DhdIo::read(DeviceSample& sample) noexcept {
     }
   }
   if (gripper_ && sdk_->getGripperAngleRad(&sample.gripper_rad, id_) < 0) return false;
+  sample.gripper_rad *= jaws_;
   if (!std::isfinite(sample.gripper_rad)) sample.p.setConstant(std::nan(""));
   sample.buttons = sdk_->getButtonMask(id_);
   return true;
@@ -173,7 +177,7 @@ void DhdIo::send(const DeviceCommand& command) noexcept {
 
 void DhdIo::setForce(const Vec3& force, const Vec3& torque, double gripper) noexcept {
   const int done = sdk_->setForceAndTorqueAndGripperForce(force.x(), force.y(), force.z(), torque.x(), torque.y(),
-                                                          torque.z(), gripper, id_);
+                                                          torque.z(), jaws_ * gripper, id_);
   if (done == DhdSdk::kMotorSaturated) saturated_ = true;
   refusals_ = energised_ && done < 0 ? refusals_ + 1 : 0;
 }

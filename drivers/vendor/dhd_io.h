@@ -53,6 +53,7 @@ class DhdIo final : public DeviceIo {
   std::optional<DhdSdk> sdk_;
   DhdSdk::Id id_ = 0;
   bool open_ = false, known_ = false, wrist_ = false, gripper_ = false;
+  int jaws_ = 1;         ///< -1: the gripper of a left-handed device opens toward negative angles.
   int system_type_ = 0;  ///< 0: never opened.
   std::atomic<Calibration> calibration_{Calibration::kNeeded};
   PoseCheck check_;

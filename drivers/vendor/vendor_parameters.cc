@@ -18,12 +18,14 @@ const DhdFamily kFamilies[] = {
     {108, 109, 20, 0.2, 8, 8000, 30, {0.05, 0.08, 0.08}},  // lambda
     {60, 60, 8, 0, 0, 3000, 20, {0.03, 0.03, 0.03}},       // Novint's Falcon
 };
+constexpr double kJaws_rad = 30 * EIGEN_PI / 180;  ///< CHAI3D's for all that have a gripper.
 const DhdFamily kUnknown = {0, 0, 5, 0.1, 4, 1000, 5, {0.03, 0.03, 0.03}};
 
 void fill(const DhdFamily& family, DeviceInfo& info) {
   info.max_force = family.force;
   info.max_torque = family.torque;
   info.max_gripper_force = family.gripper_force;
+  info.gripper_max_angle = kJaws_rad;
   info.max_stiffness = family.stiffness;
   info.max_damping = family.damping;
   info.workspace_lower = -family.half;

@@ -105,10 +105,12 @@ TEST(VendorInfo, TellsWhatTheDeviceIs) {
   EXPECT_EQ(info.driver_version, "1, SDK 3.17.0.0");
   EXPECT_TRUE(info.sensed_rotation && info.actuated_rotation && info.actuated_gripper && info.right_hand);
   EXPECT_GT(info.max_torque, 0);
+  EXPECT_NEAR(info.gripper_max_angle, 0.5236, 1e-4) << "no spring could be put on its gripper at 0";
   VendorRig omega(Kind::kOmega3);
   omega.makeReady();
   EXPECT_FALSE(omega.device().info().sensed_rotation);
   EXPECT_EQ(omega.device().info().max_torque, 0);
+  EXPECT_EQ(omega.device().info().gripper_max_angle, 0);
   EXPECT_EQ(omega.device().info().max_force, 12);
   VendorRig touch(Kind::kTouch);
   touch.makeReady();
@@ -242,6 +244,21 @@ TEST(VendorForce, TorqueAndGripperGoWhereThereAreMotorsForThem) {
   Servo(omega).run(20, Vec3(1, 0, 0), Vec3(0, 0, 9), 50);
   EXPECT_EQ(omega.state.torque[2], 0);
   EXPECT_EQ(omega.state.gripper_force, 0);
+}
+
+// The SDK tells a left-handed gripper's angle, and is told its force, the other way round.
+TEST(VendorForce, APositiveOneOpensTheGripperForEitherHand) {
+  for (const bool left : {false, true}) {
+    VendorRig rig(Kind::kSigma7);
+    rig.state.system_type = left ? 105 : 104;
+    rig.state.gripper_rad = left ? -0.3 : 0.3;
+    rig.makeReady();
+    Servo servo(rig);
+    servo.run(20, Vec3(1, 0, 0), Vec3::Zero(), 5);
+    EXPECT_EQ(servo.sample.gripper_rad, 0.3) << left;
+    EXPECT_EQ(rig.state.gripper_force, left ? -5 : 5);
+    EXPECT_EQ(rig.device().info().left_hand, left);
+  }
 }
 
 TEST(VendorForce, ADeviceThatSwitchesItsForcesOffItselfIsAFault) {

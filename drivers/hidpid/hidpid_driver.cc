@@ -1,6 +1,7 @@
 #include "drivers/hidpid/hidpid_driver.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "drivers/hid/hidraw_transport.h"
 #include "drivers/hidpid/hidpid_io.h"
@@ -9,11 +10,15 @@
 namespace hapticd {
 namespace {
 
-/** By what the device says of itself; its IDs do not matter. */
-bool isForceFeedback(const HidFound& found) {
-  const Result<HidReports> reports = HidReports::parse(reportDescriptorOf(found.path));
-  return reports && pid::hasForceFeedback(*reports) && pid::layoutOf(*reports).ok();
+/** By what the device says of itself; its IDs do not matter. Nothing if it is none. */
+std::optional<pid::Layout> layoutAt(const std::string& path) {
+  const Result<HidReports> reports = HidReports::parse(reportDescriptorOf(path));
+  if (!reports || !pid::hasForceFeedback(*reports)) return {};
+  const Result<pid::Layout> layout = pid::layoutOf(*reports);
+  return layout ? std::optional(layout.value()) : std::nullopt;
 }
+
+bool isForceFeedback(const HidFound& found) { return layoutAt(found.path).has_value(); }
 
 std::vector<HidFound> plugged() {
   std::vector<HidFound> all = findHid();
@@ -87,12 +92,17 @@ Result<HidPidSetup> resolveHidPid(const DeviceUri& uri, const std::vector<HidFou
   if (auto applied = applyQuery(hidPidParameterTable(), uri.query, p); !applied) return applied.error();
   DeviceInfo& info = setup.info;
   info.model = "force-feedback device";
+  std::size_t axes = pid::kMostAxes;
   HidWanted wanted{{}, p.path, serialNamed(uri.authority), "a device with force feedback by USB PID"};
   // It may be plugged in later; then all that is known is that it is one.
   if (const auto found = choose(plugged, wanted)) {
     if (!found.value().name.empty()) info.model = found.value().name;
     info.manufacturer = found.value().manufacturer;
     wanted.serial = info.serial = found.value().serial;
+    if (const auto layout = layoutAt(found.value().path)) {
+      info.buttons = static_cast<std::uint32_t>(layout->buttons);
+      axes = layout->axes;
+    }
   }
   info.uri = formatDeviceUri({"hidpid", authorityOf(wanted.serial), difference(hidPidParameterTable(), p, {})});
   info.driver = "hidpid";
@@ -102,13 +112,13 @@ Result<HidPidSetup> resolveHidPid(const DeviceUri& uri, const std::vector<HidFou
   info.max_stiffness = 0.5 * p.max_force / p.travel;
   info.max_damping = 1;
   info.workspace_radius = p.travel;
-  info.workspace_lower = info.max_workspace_lower = Vec3(-p.travel, -p.travel, 0);
-  info.workspace_upper = info.max_workspace_upper = Vec3(p.travel, p.travel, 0);
+  const double along_x = axes > 1 ? p.travel : 0;
+  info.workspace_lower = info.max_workspace_lower = Vec3(0 - along_x, -p.travel, 0);
+  info.workspace_upper = info.max_workspace_upper = Vec3(along_x, p.travel, 0);
   info.position_resolution = p.travel / 512;
   info.force_resolution = p.max_force / 255;
   info.native_rate_hz = 1000;
   info.latency_s = 0.003;
-  info.buttons = 32;
   info.has_watchdog = true;
   info.has_deadman = true;
   wanted.fits = &isForceFeedback;

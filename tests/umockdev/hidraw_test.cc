@@ -119,6 +119,21 @@ TEST(Umockdev, OneDeviceIsListedOnceByWhateverNameItIsOpen) {
   }
 }
 
+TEST(Umockdev, AJoystickSaysHowManyButtonsAndAxesItHas) {
+  for (const int axes : {1, 2}) {
+    haptic_emu::PidVariant variant;
+    variant.axes = axes;
+    haptic_emu::PidModel model(variant);
+    HidrawTestbed bed(model, {0x1209, 0xffb0, "OpenFFBoard", "Joystick", "P1"});
+    const auto device = makeDevice("hidpid://default?travel=0.04");
+    ASSERT_TRUE(device.ok()) << toString(device.error());
+    const DeviceInfo& info = (*device)->info();
+    EXPECT_EQ(info.buttons, 8u);
+    EXPECT_EQ(info.workspace_upper, Vec3(axes == 2 ? 0.04 : 0, 0.04, 0)) << "a wheel moves along y alone";
+    EXPECT_EQ(info.workspace_lower, Vec3(-info.workspace_upper));
+  }
+}
+
 TEST(Umockdev, TheSecondOnANodeIsToldThatItIsTaken) {
   haptic_emu::SpaceMouseModel model(true);
   HidrawTestbed bed(model, kMouse);

@@ -73,6 +73,16 @@ bool isHardware(std::string_view scheme) noexcept {
                      [=](const Driver* driver) { return driver->real && driver->scheme == scheme; });
 }
 
+bool isAskedFor(std::string_view uri, std::string_view asked) noexcept {
+  if (uri == asked) return true;
+  const std::size_t question = uri.find('?');
+  if (question == std::string_view::npos || uri.substr(0, question) != asked) return false;
+  const std::string_view query = uri.substr(question);
+  const auto has = [&](std::string_view key) { return query.find(key) != std::string_view::npos; };
+  const bool told_apart = has("?path=") || has("&path=") || has("?serial=") || has("&serial=");
+  return !told_apart && isHardware(uri.substr(0, uri.find("://")));
+}
+
 std::vector<DeviceFound> findDevices() {
   std::vector<DeviceFound> found;
   for (const Driver* driver : kDrivers) driver->find(found);

@@ -40,6 +40,12 @@ struct DeviceFound {
 /** Whether devices of that scheme are hardware, which can hurt. */
 [[nodiscard]] bool isHardware(std::string_view scheme) noexcept;
 
+/**
+ * Whether the device of the canonical URI `uri` is what `asked`, another, asks for: the same; or the same hardware, if
+ * `asked` says nothing of how to drive it. Several devices that keys tell apart (path, serial) are not the same.
+ */
+[[nodiscard]] bool isAskedFor(std::string_view uri, std::string_view asked) noexcept;
+
 /** What this machine has: real devices first, then the simulator. Control thread. */
 [[nodiscard]] std::vector<DeviceFound> findDevices();
 

@@ -284,7 +284,7 @@ void DeviceManager::open(std::string_view uri, Done done) {
 /** Whether that device is being opened: then `done` waits for it. */
 bool DeviceManager::waitFor(const std::string& canonical, std::string_view text, Done& done) {
   for (Opening& opening : opening_) {
-    if (opening.canonical != canonical) continue;
+    if (!isAskedFor(opening.canonical, canonical)) continue;
     opening.texts.emplace_back(text);
     opening.waiting.push_back(std::move(done));
     return true;

@@ -26,6 +26,8 @@ OpenDevice* DeviceManager::lookUp(std::string_view text) {
       return device.get();
     }
   }
+  for (const auto& device : devices_)
+    if (isAskedFor(device->info().uri, text)) return device.get();
   return nullptr;
 }
 
@@ -45,8 +47,8 @@ std::vector<std::string> DeviceManager::names() const {
 std::vector<DeviceInfo> DeviceManager::found() const {
   std::vector<DeviceInfo> all;
   for (auto& device : find_()) {
-    const bool open =
-        std::any_of(devices_.begin(), devices_.end(), [&](const auto& d) { return d->info().uri == device.info.uri; });
+    const bool open = std::any_of(devices_.begin(), devices_.end(),
+                                  [&](const auto& d) { return isAskedFor(d->info().uri, device.info.uri); });
     if (!open) all.push_back(std::move(device.info));
   }
   return all;

@@ -168,8 +168,10 @@ Result<std::string> WantedGroups::advise(const std::string& canonical) {
   for (Wanted& wanted : wanted_) {
     if (!wanted.trying) recognise(wanted);
     const auto& has = wanted.canonical;
-    if (!canonical.empty() && std::find(has.begin(), has.end(), canonical) == has.end()) continue;
-    const std::string first = canonical.empty() ? has.front() : canonical;
+    const auto asked =
+        std::find_if(has.begin(), has.end(), [&](const auto& one) { return isAskedFor(one, canonical); });
+    if (!canonical.empty() && asked == has.end()) continue;
+    const std::string first = canonical.empty() ? has.front() : *asked;
     if (first.empty()) {
       if (wanted.told) return wanted.why;
       continue;  // It takes what there is, and so does who asks.

@@ -28,6 +28,25 @@ TEST(Hardware, ItsParametersAreTheAdministrators) {
   EXPECT_EQ(codeOf(tuned, bench.connection), ErrorCode::kOk) << "it is open already, as the administrator wants it";
 }
 
+/** The administrator has said how; who says nothing gets it so. */
+TEST(Hardware, IsTheSameDeviceHoweverItIsDriven) {
+  Bench bench;
+  bench.core.devices().setFinder([] {
+    std::vector<DeviceFound> found(2);
+    found[0].info.uri = "falcon://EMU1";
+    found[1].info.uri = "falcon://EMU2";
+    return found;
+  });
+  const auto opened = bench.core.openDevice("falcon://EMU1?counts_per_nm=12000", bench.administration);
+  ASSERT_TRUE(opened.ok());
+  const auto again = bench.core.openDevice("falcon://EMU1", bench.connection);
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(*again, *opened);
+  const auto found = bench.core.devices().found();
+  ASSERT_EQ(found.size(), 1u) << "what is open is not there once more";
+  EXPECT_EQ(found[0].uri, "falcon://EMU2");
+}
+
 /** Opening it writes to a line that the client might not write to itself, whatever hangs on that. */
 TEST(Hardware, SoIsTheSerialLineThatItHangsOn) {
   Bench bench;
@@ -81,6 +100,7 @@ TEST(Hardware, WhatIsConfiguredIsTheAdministratorsWishWhileItIsMissing) {
     return code;
   };
   for (const std::string& uri : wishes) EXPECT_EQ(answer(uri), ErrorCode::kDeviceGone) << uri;
+  EXPECT_EQ(answer("falcon://default"), ErrorCode::kDeviceGone) << "the same device: not opened past its group";
   EXPECT_EQ(answer("falcon://default?counts_per_nm=1"), ErrorCode::kPermissionDenied);
   EXPECT_EQ(answer("replay:///no/such/other.csv"), ErrorCode::kPermissionDenied);
   EXPECT_EQ(answer("pantograph:///dev/ttyACM1"), ErrorCode::kPermissionDenied);

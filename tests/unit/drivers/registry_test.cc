@@ -95,5 +95,18 @@ TEST(Registry, WrongQueriesNameTheKeyAndTheRemedy) {
   }
 }
 
+TEST(Registry, HardwareIsTheSameHoweverItIsDriven) {
+  EXPECT_TRUE(isAskedFor("falcon://EMU1", "falcon://EMU1"));
+  EXPECT_TRUE(isAskedFor("falcon://EMU1?counts_per_nm=12000", "falcon://EMU1"));
+  EXPECT_FALSE(isAskedFor("falcon://EMU1", "falcon://EMU1?counts_per_nm=12000")) << "it is not driven so";
+  EXPECT_FALSE(isAskedFor("falcon://EMU1?centre_z=0.1", "falcon://EMU1?counts_per_nm=12000"));
+  EXPECT_FALSE(isAskedFor("falcon://EMU12?centre_z=0.1", "falcon://EMU1"));
+  EXPECT_FALSE(isAskedFor("sim://default?mass=0.3", "sim://default")) << "a simulator of other mass is another";
+  EXPECT_FALSE(isAskedFor("hidpid://default?max_force=3&path=/dev/hidraw2", "hidpid://default"));
+  EXPECT_FALSE(isAskedFor("woodyhid://polhem_v3?serial=W2", "woodyhid://polhem_v3"));
+  EXPECT_TRUE(isAskedFor("woodyhid://polhem_v3?gravity=0.3", "woodyhid://polhem_v3"));
+  EXPECT_FALSE(isAskedFor("falcon://EMU1?centre_z=0.1", ""));
+}
+
 }  // namespace
 }  // namespace hapticd

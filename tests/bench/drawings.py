@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""The scripts that draw results say what is wrong with a file instead of a traceback. Usage: drawings.py SOURCE_DIRECTORY"""
+"""The scripts that draw results, and the one that plans a stroke, say what is wrong with a file instead of a traceback.
+Usage: drawings.py SOURCE_DIRECTORY"""
 import pathlib
 import subprocess
 import sys
@@ -12,10 +13,31 @@ WALL = ("rate_hz,delay_ticks,step_m,friction_n,damping,colgate,colgate_delayed,f
         "buzz_off,buzz_on\n1000,0,1e-05,0.1,0,1000,1000,20000,13000,13000,{},118000,1,0,0\n")
 
 
+def planned(folder, scale, *options):
+    """What is said of a stroke over a plate of 40, and its rows."""
+    plate = folder / "plate.stl"
+    corners = [f"vertex {x} {y} 0\n" for x, y in ((0, 0), (40, 0), (40, 40), (0, 40))]
+    plate.write_text("solid plate\n" + "".join(corners[i] for i in (0, 1, 2, 0, 2, 3)) + "endsolid plate\n", encoding="ascii")
+    done = subprocess.run(["/usr/bin/python3", pathlib.Path(sys.argv[1]) / "tools/picture/stroke.py", plate, "--scale", scale, *options],
+                          capture_output=True, text=True, check=False)
+    return done.stderr, done.stdout.splitlines()
+
+
+def strokes(folder):
+    said, rows = planned(folder, "0.001", "--seconds", "0.001")  # A time is no fault, however short.
+    if said or rows[0] != "t,x,y,z" or len(rows) < 400:
+        sys.exit(f"a short stroke: {said}{rows[:3]}")
+    for scale, words in (("0.00001", "nowhere is it level and wide enough to be stroked ("), ("1", "it is 40 m wide ("), ("nan", "it is nan m wide (")):
+        said, rows = planned(folder, scale)
+        if not said.startswith(f"stroke: {folder}/plate.stl: {words}") or rows:
+            sys.exit(f"a plate at {scale} m a unit: {said}")
+
+
 def main():
     tools = pathlib.Path(sys.argv[1]) / "tools/haptic-bench"
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
+        strokes(folder)
 
         def draw(script, text, output, words):
             given = folder / "given.csv"

@@ -21,6 +21,7 @@ AHEAD = 0.007   # So far ahead the hand heeds what it comes to [m].
 STEP = 0.003    # What rises more within that is a wall to lift over [m].
 LAND = 0.003    # Beyond it the hand comes down no sooner: one that lags would dive before it [m].
 SPEED = 0.06    # Of an exploring fingertip [m/s].
+WIDEST = 2.0    # No hand reaches farther, and the height map of a mesh in another unit fills the memory [m].
 
 
 class FromAbove(render.Camera):
@@ -58,6 +59,8 @@ def tour(solid, way, steps):
         inner = np.argwhere(eroded(solid, int(margin / CELL)))[:, ::-1]
         if len(inner) > 50:
             break
+    if len(inner) == 0:
+        raise mesh.MeshError("nowhere is it level and wide enough to be stroked (a larger --scale)")
     inner = inner[:: max(len(inner) // 4000, 1)] * CELL
     chosen = [inner[len(inner) // 2]]
     distance = np.full(len(inner), np.inf)
@@ -100,6 +103,9 @@ def spline(points, steps=60):
 
 def plan(corners, start, seconds, press, rate=200):
     """Rows t, x, y, z: from `start` down to the surface, strokes for `seconds`, and back up."""
+    width = np.ptp(corners.reshape(-1, 3), axis=0)[:2].max()
+    if not width <= WIDEST:
+        raise mesh.MeshError(f"it is {width:.4g} m wide (at most {WIDEST:g} m: another --scale)")
     camera = FromAbove(corners)
     heights, _ = render.rasterise(camera, corners, np.zeros_like(corners) + [0, 0, 1.0])
     solid = np.isfinite(heights)
@@ -112,7 +118,7 @@ def plan(corners, start, seconds, press, rate=200):
     steep = widest(steep.astype(float), int(LAND / CELL)) > 0
     height = np.where(steep, highest + 0.002, base - press)
 
-    xy = tour(solid & ~steep, seconds * SPEED, int(seconds * rate))
+    xy = tour(solid & ~steep, seconds * SPEED, max(int(seconds * rate), 1))
     cell = np.clip((xy / CELL).astype(int), 0, [camera.width - 1, camera.height - 1])
     stroke = np.column_stack([xy + camera.lower[:2], height[cell[:, 1], cell[:, 0]]])
     stroke[:, 2] = render.blur(np.repeat(stroke[:, 2:], 3, axis=1), 0.02 * rate)[:, 1]  # Wrists move smoothly.
@@ -140,7 +146,10 @@ def main():
         sys.exit(f"stroke: {error}")
     flat = corners.reshape(-1, 3)
     corners = (corners - (flat.min(0) + flat.max(0)) / 2) * arguments.scale + [float(v) for v in arguments.at.split(",")]
-    rows = plan(corners, np.zeros(3), arguments.seconds, arguments.press)
+    try:
+        rows = plan(corners, np.zeros(3), arguments.seconds, arguments.press)
+    except mesh.MeshError as error:
+        sys.exit(f"stroke: {arguments.mesh}: {error}")
     print("t,x,y,z")
     for row in rows:
         print(",".join(f"{value:.6f}" for value in row))

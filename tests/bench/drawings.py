@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The scripts that draw results, and the one that plans a stroke, say what is wrong with a file instead of a traceback.
 Usage: drawings.py SOURCE_DIRECTORY"""
+import importlib.util
 import pathlib
 import subprocess
 import sys
@@ -33,11 +34,40 @@ def strokes(folder):
             sys.exit(f"a plate at {scale} m a unit: {said}")
 
 
+class Axes:
+    """Takes what is plotted instead of drawing it."""
+
+    def __init__(self):
+        self.curves = {}
+
+    def plot(self, x, y, *_, label, **_look):
+        self.curves[label] = list(zip(x, y))
+
+    def __getattr__(self, name):
+        return lambda *_, **_look: None
+
+
+def walls(script):
+    """Each device's walls are its own, also where its encoder is as fine as the ideal one."""
+    spec = importlib.util.spec_from_file_location("plot", script)
+    plot = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(plot)
+    names = WALL.splitlines()[0].split(",")
+    rows = [dict.fromkeys(names, 1.0) | {"step_m": step, "friction_n": friction, "damping": damping, "off": off}
+            for step, friction, off in ((1e-9, 0.0, 100.0), (0.0, 0.0, 200.0), (0.0, 0.1, 300.0)) for damping in (0.0, 5.0)]
+    axes = Axes()
+    plot.panel(axes, rows)
+    for label, off in (("found, ideal encoder, no friction", 100.0), ("found, the device as it is", 300.0)):
+        if axes.curves[label] != [(0.0, off), (5.0, off)]:
+            sys.exit(f"{label}: {axes.curves[label]}")
+
+
 def main():
     tools = pathlib.Path(sys.argv[1]) / "tools/haptic-bench"
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         strokes(folder)
+        walls(tools / "zwidth/plot.py")
 
         def draw(script, text, output, words):
             given = folder / "given.csv"

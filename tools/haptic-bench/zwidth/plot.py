@@ -37,12 +37,12 @@ def curve(rows, name):
 
 
 def panel(axes, rows):
-    ideal = [row for row in rows if row["step_m"] <= 1e-9]
-    device = [row for row in rows if row["step_m"] > 1e-9]
-    most = max([row["friction_n"] for row in device], default=0)
+    ideal = [row for row in rows if (row["step_m"], row["friction_n"]) == (1e-9, 0)]
+    device = [row for row in rows if row not in ideal] or ideal  # Whose own encoder may be ideal too.
+    most = max(row["friction_n"] for row in device)
     device = [row for row in device if row["friction_n"] == most]
     for name, label, style in THEORY:
-        axes.plot(*curve(device or ideal, name), label=label, **style)
+        axes.plot(*curve(device, name), label=label, **style)
     axes.plot(*curve(ideal, "off"), "o", mfc="none", color=INK, ms=4.5, label="found, ideal encoder, no friction")
     axes.plot(*curve(device, "off"), "o", color="#d1495b", ms=4.5, label="found, the device as it is")
     axes.plot(*curve(device, "on"), "^", color="#edae49", ms=5, label="the same with the passivity controller")

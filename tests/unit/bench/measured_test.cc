@@ -284,6 +284,21 @@ TEST(Measured, ClocksThatDisagreeAreTold) {
   EXPECT_EQ(estimateLag(still, 0.95).deviation_s, 0) << "it does not turn";
 }
 
+TEST(Measured, TheClockToTryIsTheWholeOfIt) {
+  const Model m = potato();
+  Recording r = record(handling(m), apparatus());
+  for (PoseSample& p : r.poses) p.t_s += 0.02;
+  for (const double given : {0.0, 0.03, -1.7e9}) {  // The last one brings seconds since 1970 to those of the forces.
+    MeasuredOptions o = options();
+    o.clock_s = given;
+    const Measured measured = onSurface(r, o, m);
+    const std::string words = describe(measured);
+    const std::size_t at = words.find("clock=");
+    ASSERT_NE(at, std::string::npos) << words;
+    EXPECT_NEAR(std::stod(words.substr(at + 6)) - given, -0.02, 1e-3) << words;
+  }
+}
+
 TEST(Measured, ForcesOfTheWrongSignAreRefused) {
   const Model m = potato();
   Recording r = record(handling(m), apparatus());

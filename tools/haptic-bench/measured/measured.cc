@@ -9,8 +9,10 @@
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
+
 Measured onSurface(const Recording& recording, const MeasuredOptions& options, const Model& model) {
   Measured measured;
+  measured.clock_s = options.clock_s;
   const std::vector<ProbeSample> merged = merge(recording, options.merge, &measured.load);
   measured.pose_step_s =
       (recording.poses.back().t_s - recording.poses.front().t_s) / static_cast<double>(recording.poses.size() - 1);
@@ -65,8 +67,8 @@ std::string describe(const Measured& measured) {
   const double lag = measured.lag.lag_s;
   if (measured.lag.deviation_s > 0 && std::abs(lag) > kSure * measured.lag.deviation_s &&
       std::abs(lag) > kMatters * measured.pose_step_s) {
-    text += fmt::format("; the poses seem {:.3g} ms {} (try clock={:.3g})", 1000 * std::abs(lag),
-                        lag > 0 ? "late" : "early", -lag);
+    text += fmt::format("; the poses seem {:.3g} ms {} (try clock={:.6f})", 1000 * std::abs(lag),
+                        lag > 0 ? "late" : "early", measured.clock_s - lag);
   }
   const Registration& r = measured.registration;
   if (measured.points == 0) return text + ", not registered";
@@ -101,8 +103,8 @@ std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
   options.first_guess = placement(spec);
   const double max_gap_s = spec.number("max_gap", 0, 0, 3600);
   Recording recording = readRecording(forces, poses, max_gap_s);
-  const double clock_s = spec.number("clock", 0, -1e10, 1e10);
-  for (PoseSample& pose : recording.poses) pose.t_s += clock_s;
+  options.clock_s = spec.number("clock", 0, -1e10, 1e10);
+  for (PoseSample& pose : recording.poses) pose.t_s += options.clock_s;
   Measured measured = onSurface(recording, options, model);
   fmt::print(stderr, "measured: {}\n", describe(measured));
   return std::move(measured.out);

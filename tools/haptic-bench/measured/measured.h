@@ -19,6 +19,7 @@ struct MeasuredOptions {
   bool registered = false;      ///< The frames agree already.
   Pose first_guess;             ///< X_MO
   int points = 400;             ///< For the registration.
+  double clock_s = 0;           ///< What has been added to the times of the recording's poses.
 };
 
 /** An out-trajectory and how it came about. */
@@ -26,8 +27,9 @@ struct Measured {
   /** From the first contact to the last: point and force along the normal. In the air between, where the ball's
    * surface is nearest to the mesh, without force. */
   std::vector<SurfaceSample> out;
-  ProbeLoad load;  ///< Taken off the forces.
-  ClockLag lag;    ///< As the free time shows it; not taken off.
+  ProbeLoad load;      ///< Taken off the forces.
+  ClockLag lag;        ///< As the free time shows it; not taken off.
+  double clock_s = 0;  ///< That of the options.
   double pose_step_s = 0;
   int contacts = 0;  ///< Samples of `out` in contact.
   int points = 0;    ///< Of them, those registered; 0: the frames agreed already.

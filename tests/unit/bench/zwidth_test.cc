@@ -183,6 +183,17 @@ TEST(ZwidthGoals, JudgeNamesWhatIsMissed) {
   EXPECT_EQ(missed(bad), 1) << "below Colgate";
 }
 
+TEST(ZwidthLoop, SweepsADeviceOnceThatIsTwoOfTheThree) {
+  // compare() takes a table's row once alone.
+  const auto rows = [](const char* uri) {
+    return plan({.uri = uri, .rates_hz = {1000}, .delays = {0}, .dampings = {0}}).size();
+  };
+  EXPECT_EQ(rows("sim://default"), 3u);
+  EXPECT_EQ(rows("sim://default?coulomb=0"), 2u);
+  EXPECT_EQ(rows("sim://default?resolution=1e-9"), 2u);
+  EXPECT_EQ(rows("sim://default?resolution=1e-9&coulomb=0"), 1u);
+}
+
 TEST(ZwidthLoop, RefusesWhatCannotBeSwept) {
   EXPECT_THROW((void)makeLoop("replay://somewhere.csv", {}), Failure);
   EXPECT_THROW((void)makeLoop("sim://default?hand_stiffness=0", {}), Failure);

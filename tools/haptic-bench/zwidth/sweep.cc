@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <tuple>
+#include <utility>
 
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/option.h"
@@ -27,15 +29,27 @@ Loop loopOf(const Options& options, const Change& change) {
   return loop;
 }
 
+/** The three devices, each once: the URI of one without friction, or with an ideal encoder, makes two the same. */
+std::vector<Change> devicesOf(const Options& options, double rate_hz, std::uint32_t delay) {
+  std::vector<Change> asked{{rate_hz, delay, kIdealStep, 0}};
+  if (!options.quick) asked.push_back({rate_hz, delay, -1, 0});
+  asked.push_back({rate_hz, delay, -1, -1});
+  std::vector<Change> devices;
+  std::set<std::pair<double, double>> seen;
+  for (const Change& change : asked) {
+    const hapticd::SimParameters device = loopOf(options, change).device.parameters;
+    if (seen.emplace(device.resolution, device.coulomb).second) devices.push_back(change);
+  }
+  return devices;
+}
+
 }  // namespace
 
 std::vector<Row> plan(const Options& options) {
   std::vector<Row> rows;
   for (const double rate : distinct(options.rates_hz)) {
     for (const std::uint32_t delay : distinct(options.delays)) {
-      std::vector<Change> devices{{rate, delay, kIdealStep, 0}};
-      if (!options.quick) devices.push_back({rate, delay, -1, 0});
-      devices.push_back({rate, delay, -1, -1});
+      const std::vector<Change> devices = devicesOf(options, rate, delay);
       for (const double damping : distinct(options.dampings)) {
         double eigenvalue = -1, slowest = 0;  // The same for all three.
         for (const Change& change : devices) {

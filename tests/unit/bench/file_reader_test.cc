@@ -66,6 +66,8 @@ TEST(TrajectoryFiles, WhatADeviceThatIsOffWasSentIsNotJudged) {
   EXPECT_TRUE(in.samples[2].judged && in.samples[3].judged);
   const Trajectory off = parse("t,x,y,z,fx,fy,fz,judged\n0,0,0,-0.001,0,0,0,0\n0.001,0,0,-0.001,0,0,1,1\n");
   EXPECT_TRUE(!off.samples[0].judged && off.samples[1].judged) << "as --samples writes it";
+  const Trajectory out = parse("t,x,y,z,fn,judged\n0,0,0,0,0.2,0\n0.001,0,0,0,1,1\n", {"", true, 0, 0});
+  EXPECT_TRUE(!out.samples[0].judged && out.samples[1].judged) << "on the surface too";
   EXPECT_TRUE(parse("t,x,y,z,fx,fy,fz,flags\n0,0,0,-0.001,0,0,1,3\n").samples[0].judged) << "flags of somebody else";
 }
 

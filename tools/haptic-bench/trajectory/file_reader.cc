@@ -95,9 +95,13 @@ Trajectory readColumns(const Table& table, const FileOptions& options, const Mod
   const std::vector<double> t_s = readTimes(table, options.rate_hz, options.max_gap_s);
   const Vectors p = findVectors(table, "{0} p{0} hip_{0}", true);
   for (std::size_t i = 0; i < table.rows(); ++i) checkPosition(table, i, p[i]);
-  if (options.out) return readOut(table, t_s, p, model, surface);
-  const Vectors proxy = findVectors(table, "proxy_{0}", false), force = findVectors(table, "f{0}", false);
   const JudgedRows judged(table);
+  if (options.out) {
+    Trajectory pressed = readOut(table, t_s, p, model, surface);
+    for (std::size_t i = 0; i < table.rows(); ++i) pressed.samples[i].judged = judged[i];
+    return pressed;
+  }
+  const Vectors proxy = findVectors(table, "proxy_{0}", false), force = findVectors(table, "f{0}", false);
   Trajectory in;
   in.proxy_known = static_cast<bool>(proxy);
   in.force_known = static_cast<bool>(force);

@@ -92,6 +92,9 @@ TEST(TrajectoryFiles, AnOutTrajectoryLiesOnTheSurface) {
              upward;
     };
     EXPECT_EQ(parse(file(0.002), out).samples.size(), 2u) << "a scan is never exact";
+    EXPECT_DOUBLE_EQ(parse(file(0.002), out).start.z(), 0.003) << "1 N at 1000 N/m above";
+    EXPECT_DOUBLE_EQ(parse(file(-0.0004), out).start.z(), 0.0006);
+    EXPECT_DOUBLE_EQ(parse(file(-0.002), out).start.z(), 0.001) << "the hand comes from outside all the same";
     EXPECT_THAT(refusal(file(0.04), out),
                 HasSubstr("test.csv: its positions lie 40 mm rms off the surface of a mesh of "
                           "141 mm (in the model's frame"));

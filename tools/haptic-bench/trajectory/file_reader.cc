@@ -99,6 +99,7 @@ Trajectory readColumns(const Table& table, const FileOptions& options, const Mod
   if (options.out) {
     Trajectory pressed = readOut(table, t_s, p, model, surface);
     for (std::size_t i = 0; i < table.rows(); ++i) pressed.samples[i].judged = judged[i];
+    pressed.start = outside(pressed.start, model, surface.radius);
     return pressed;
   }
   const Vectors proxy = findVectors(table, "proxy_{0}", false), force = findVectors(table, "f{0}", false);
@@ -110,15 +111,14 @@ Trajectory readColumns(const Table& table, const FileOptions& options, const Mod
     in.samples.push_back(
         {t_s[i], p[i], proxy ? proxy[i] : Vec3(Vec3::Zero()), force ? force[i] : Vec3(Vec3::Zero()), judged[i]});
   }
-  comeFromOutside(in, model, surface.radius);
+  in.start = outside(in.samples.front().hip, model, surface.radius);
   return in;
 }
 
-void comeFromOutside(Trajectory& in, const Model& model, double radius) {
-  const Vec3 first = in.samples.front().hip;
-  const SurfacePoint at = NearestPoint(model).find(first);
+Vec3 outside(const Vec3& x, const Model& model, double radius) {
+  const SurfacePoint at = NearestPoint(model).find(x);
   const double above = (at.inside ? -at.distance : at.distance) - radius;
-  in.start = above < 0 ? Vec3(first - 2 * above * at.outward(first)) : first;
+  return above < 0 ? Vec3(x - 2 * above * at.outward(x)) : x;
 }
 
 }  // namespace haptic_bench

@@ -36,7 +36,7 @@ void addFileOptions(CLI::App& sub, FileOptions& options);
 [[nodiscard]] Trajectory readColumns(const Table& table, const FileOptions& options, const Model& model,
                                      const Surface& surface);
 
-/** Sets where the hand comes from: with a ball of `radius` [m] about it outside of the model. */
-void comeFromOutside(Trajectory& in, const Model& model, double radius);
+/** `x`, or where a ball of `radius` [m] there is inside of the model, as far outside: a place to come from. */
+[[nodiscard]] Vec3 outside(const Vec3& x, const Model& model, double radius);
 
 }  // namespace haptic_bench

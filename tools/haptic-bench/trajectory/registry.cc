@@ -141,13 +141,15 @@ Trajectory makeTrajectory(const std::string& text, const Model& model, const Sur
     Spec spec(text);
     Trajectory made = pressInto(g.make({spec, model, surface}), surface);
     spec.finish();
+    // What is measured lies off the mesh, and flat facets lie above a hollow's smooth surface.
+    made.start = outside(made.start, model, surface.radius);
     made.name = text;
     return made;
   }
   if (isRecording(text)) {
     refuseIdle(file, text, false, true);
     Trajectory recorded = readRecordedSession(text, file.device);
-    comeFromOutside(recorded, model, surface.radius);
+    recorded.start = outside(recorded.samples.front().hip, model, surface.radius);
     countJudged(recorded);
     return recorded;
   }

@@ -10,6 +10,7 @@
 #include "daemon/recording/writer.h"
 #include "support/temporary_directory.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/replay/tape.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial.h"
 
@@ -66,6 +67,11 @@ TEST(RecordedSessions, WhatWasNotPushedIsNotJudged) {
   ASSERT_EQ(in.samples.size(), 300u) << "the hand's way is whole";
   EXPECT_FALSE(in.samples[99].judged);
   EXPECT_TRUE(in.samples[100].judged);
+  exportCsv(*orFail(hapticd::Replayer::open(path)), path, path + ".csv");
+  const Trajectory exported = makeTrajectory(path + ".csv", plane, surface);
+  ASSERT_EQ(exported.samples.size(), in.samples.size());
+  for (std::size_t i = 0; i < in.samples.size(); ++i)
+    ASSERT_EQ(exported.samples[i].judged, in.samples[i].judged) << "nor of its export, " << i;
   const Outcome outcome = runTrial("ours", plane, in, surface, 1);
   const Accuracy accuracy = judge(in, outcome.answers, 0.001);
   EXPECT_LT(accuracy.force_mse, 1e-12) << "2 N at 1 mm, which a device that is off does not push";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "proto/shm_layout.h"
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
@@ -31,6 +32,8 @@ const std::vector<Column>& columns() {
       {"buttons", "", 1, [](const Row& r, double* out) { *out = r.sample->buttons; }},
       {"status", "", 1, [](const Row& r, double* out) { *out = r.sample->status; }},
       {"enabled", "", 1, [](const Row& r, double* out) { *out = r.sent->enabled ? 1 : 0; }},
+      {"ramping", "", 1,
+       [](const Row& r, double* out) { *out = (r.replayed->guard.flags & HD_SAMPLE_RAMPING) != 0 ? 1 : 0; }},
       {"f", "N", 3, [](const Row& r, double* out) { put(r.sent->force, out); }},
       {"t", "N m", 3, [](const Row& r, double* out) { put(r.sent->torque, out); }},
       {"gripper_force", "N", 1, [](const Row& r, double* out) { *out = r.sent->gripper_force; }},

@@ -29,20 +29,26 @@ Vectors findVectors(const Table& table, const char* pattern, bool needed) {
   return {table.need(name('x')), table.need(name('y')), table.need(name('z'))};
 }
 
-/** Which rows hold the truth: all, but where columns of --samples, or of hapticctl monitor, say otherwise. */
+/** Which rows hold the truth: all, but where columns of --samples, hapticctl monitor or an export say otherwise. */
 class JudgedRows {
  public:
   explicit JudgedRows(const Table& table) : judged_(table.find("judged")), armed_(table.find("armed")) {
-    if (armed_) flags_ = table.find("flags");
+    if (armed_) {
+      flags_ = table.find("flags");
+      return;
+    }
+    ramping_ = table.find("ramping");
+    if (ramping_) armed_ = table.find("enabled");
   }
   bool operator[](std::size_t row) const {
     if (judged_) return judged_[row] != 0;
-    const bool ramping = flags_ && std::fmod(std::floor(flags_[row] / double{HD_SAMPLE_RAMPING}), 2) == 1;
+    const bool ramping = (flags_ && std::fmod(std::floor(flags_[row] / double{HD_SAMPLE_RAMPING}), 2) == 1) ||
+                         (ramping_ && ramping_[row] != 0);
     return !armed_ || (armed_[row] != 0 && !ramping);
   }
 
  private:
-  Table::Column judged_, armed_, flags_;
+  Table::Column judged_, armed_, flags_, ramping_;
 };
 
 Trajectory readOut(const Table& table, const std::vector<double>& t_s, const Vectors& p, const Model& model,

@@ -215,6 +215,16 @@ class Commands(unittest.TestCase):
         sixdof.write_text(self.bench("sixdof", "--csv"), encoding="ascii")
         self.assertRegex(self.bench("compare", first, sixdof, code=1), r"sixdof\.csv, line \d+: it holds \"sixdof .* nothing of what .*first\.csv")
 
+    def test_readings_of_one_file_are_told_apart(self):
+        way = self.folder / "way.csv"
+        way.write_text("t,x,y,z,fn\n" + "".join(f"{i / 1000},{i / 1e4},0,0,1\n" for i in range(9)), encoding="ascii")
+        names = set()
+        for command in ("run", "sweep"):
+            for options in ((), ("--out",), ("--rate", 500)):
+                said = self.bench(command, "-a", "ours", "-m", "plane", "-t", way, "--rounds", 1, "--csv", *options)
+                names.add(next(line.split(",")[0] for line in said.splitlines() if line.startswith(command)))
+        self.assertEqual(len(names), 6)
+
     def test_zeros_in_front_of_a_number_mean_nothing(self):
         run = ("run", "-a", "nearest", "-m", "plane:cells=3", "-t", "reach:seconds=0.1", "--csv", "--rounds")
         for said, rounds in (("010", 10), ("08", 8), ("+3", 3)):

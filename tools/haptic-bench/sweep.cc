@@ -64,7 +64,7 @@ int run(const SweepOptions& options, const Common& common) {
     for (Series& s : describe(cells[i].name, cells[i].trajectory, trials[i].outcome(), options.threshold))
       all.push_back(std::move(s));
   }
-  print(common, fmt::format("sweep {} {}", model.name, options.trajectory), all);
+  print(common, fmt::format("sweep {} {}", model.name, cells.front().trajectory.name), all);
   return 0;
 }
 

@@ -24,7 +24,6 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
     throw Failure(path, fmt::format("it has no device {}", device), fmt::format("it has {}: --device from 0", devices));
   }
   Trajectory in;
-  in.name = path;
   std::int64_t first_ns = 0;
   while (orFailIn(path, replayer->step())) {
     const hapticd::RecordedCycle& cycle = replayer->recorded();

@@ -1,5 +1,7 @@
 #include "tools/haptic-bench/trajectory/registry.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -121,6 +123,16 @@ void refuseIdle(const FileOptions& file, const std::string& what, bool is_table,
   refuse("--device", !is_recording && file.device > 0, "recordings");
 }
 
+/** With the options that make other samples of the same file: results of two readings are not those of one. */
+std::string nameOf(const std::string& text, const FileOptions& file) {
+  std::string name = text;
+  if (!file.columns.empty()) name += " --columns " + file.columns;
+  if (file.out) name += " --out";
+  if (file.rate_hz > 0) name += fmt::format(" --rate {}", file.rate_hz);
+  if (file.device > 0) name += fmt::format(" --device {}", file.device);
+  return name;
+}
+
 }  // namespace
 
 std::string trajectoryHelp() {
@@ -149,6 +161,7 @@ Trajectory makeTrajectory(const std::string& text, const Model& model, const Sur
   if (isRecording(text)) {
     refuseIdle(file, text, false, true);
     Trajectory recorded = readRecordedSession(text, file.device);
+    recorded.name = nameOf(text, file);
     recorded.start = outside(recorded.samples.front().hip, model, surface.radius);
     countJudged(recorded);
     return recorded;
@@ -157,7 +170,7 @@ Trajectory makeTrajectory(const std::string& text, const Model& model, const Sur
     if (!endsWith(text, r.suffix)) continue;
     refuseIdle(file, text, true, false);
     Trajectory read = r.read(text, file, model, surface);
-    read.name = text;
+    read.name = nameOf(text, file);
     countJudged(read);
     return read;
   }

@@ -174,6 +174,11 @@ TEST(TrajectoryFiles, OptionsThatWouldDoNothingAreRefused) {
       {"t,x,y,z", false, 0, 0}, {"", true, 0, 0}, {"", false, 2000, 0}, {"", false, 0, 1}, {"", false, 0, 0, 1}};
   for (const FileOptions& file : idle) EXPECT_THROW((void)makeTrajectory("lissajous", model, {1000}, file), Failure);
   EXPECT_THROW((void)makeTrajectory("profile:seconds=3", makeModel("ridge"), {1000}), Failure);
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/way.csv";
+  std::ofstream(path) << "t,x,y,z\n0,0,0,0.001\n9,0,0,0.001\n";
+  EXPECT_EQ(makeTrajectory(path, model, {1000}, {"", false, 500, 0}).duration_s(), 0.002);
+  EXPECT_THROW((void)makeTrajectory(path, model, {1000}, {"", false, 500, 1}), Failure) << "--rate makes no gap";
 }
 
 TEST(TrajectoryFiles, AreFoundByTheirKind) {

@@ -128,6 +128,22 @@ class Commands(unittest.TestCase):
         self.assertTrue(link.is_symlink())
         self.assertIn("ours_fx", self.bench("run", "-a", "ours", "--rounds", 1, "--samples", "/dev/stdout"))
 
+    def test_what_is_read_is_not_written_over(self):
+        way, cost = self.folder / "way.csv", self.folder / "cost.csv"
+        for file, text in ((way, "t,x,y,z\n0,0,0,0.001\n0.001,0,0,0.001\n"), (cost, "benchmark,quantity,unit,round,value\ncost,a,ns,1,2\n")):
+            file.write_text(text, encoding="ascii")
+        link = self.folder / "link.csv"
+        link.symlink_to(way)
+        for samples in (way, link):
+            said = self.bench("run", "-a", "ours", "-m", "plane", "-t", way, "--rounds", 1, "--samples", samples, code=1)
+            self.assertIn(f"{samples}: it is what is read, and would be lost (another name)", said)
+        said = self.bench("run", "-a", "ours", "-m", f"{way}:center=1", "-t", "lissajous", "--samples", way, code=1)
+        self.assertIn("way.csv: ", said)
+        self.assertTrue(way.read_text(encoding="ascii").startswith("t,x,y,z\n0,0,0,0.001\n"))
+        # Most likely results were to be shown.
+        self.assertIn("cost.csv: it is there and is no page (another name; --with shows results)", self.bench("report", cost, code=1))
+        self.assertTrue(cost.read_text(encoding="ascii").startswith("benchmark,"))
+
     def test_what_is_shown_says_what_it_is(self):
         run = ("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds")
         few, many = self.bench(*run, 5), self.bench(*run, 6)

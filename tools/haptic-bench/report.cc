@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "daemon/ipc/unique_fd.h"
 #include "daemon/recording/recording.h"
@@ -129,12 +130,24 @@ std::vector<std::string> versions() {
           fmt::format("Eigen: {}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)};
 }
 
+/** Throws Failure for a file that is no page: results, as a rule, that were meant to be shown on one. */
+void requirePage(const std::string& path) {
+  constexpr std::string_view kPage = "<!doctype html>";  // As report.py begins it.
+  std::string head(kPage.size(), '\0');
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none) || std::filesystem::file_size(path, none) == 0) return;
+  std::ifstream file(path, std::ios::binary);
+  if (file.read(head.data(), static_cast<std::streamsize>(head.size())) && head == kPage) return;
+  throw Failure(path, "it is there and is no page", "another name; --with shows results");
+}
+
 struct ReportOptions {
   std::string output = "haptic-bench.html";
   std::vector<std::string> results;
 };
 
 int run(const ReportOptions& options, const Common& common) {
+  requirePage(options.output);
   WholeFile page(options.output);
   draw({}, "--check", options.results);  // Before minutes of measurements, not after.
   json data;

@@ -11,6 +11,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/result/results.h"
+#include "tools/haptic-bench/spec.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial.h"
 #include "tools/haptic-bench/whole_file.h"
@@ -73,7 +74,11 @@ int run(const RunOptions& options, const Common& common) {
   const Trajectory trajectory = makeTrajectory(options.trajectory, model, options.surface, options.file);
   requireAlgorithms(options.algorithms, model, trajectory, options.surface);
   std::optional<WholeFile> samples;
-  if (!options.samples.empty()) samples.emplace(options.samples);
+  if (!options.samples.empty()) {
+    for (const std::string& input : {options.trajectory, Spec(options.model).name()})
+      refuseToReplace(input, options.samples);
+    samples.emplace(options.samples);
+  }
   std::vector<Series> all;
   std::deque<Trial> trials;
   for (const std::string& algorithm : options.algorithms)

@@ -59,4 +59,10 @@ void WholeFile::keep() {
   if (error) throw Failure(path_, "it cannot be put in its place: " + error.message(), "see the path and its rights");
 }
 
+void refuseToReplace(const std::string& input, const std::string& output) {
+  std::error_code none;
+  if (std::filesystem::equivalent(input, output, none))
+    throw Failure(output, "it is what is read, and would be lost", "another name");
+}
+
 }  // namespace haptic_bench

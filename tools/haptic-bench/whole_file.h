@@ -31,4 +31,7 @@ class WholeFile {
   struct sigaction before_[3] = {};  ///< What else the signals would do.
 };
 
+/** Throws Failure where `output` is the file `input`, which would be lost. */
+void refuseToReplace(const std::string& input, const std::string& output);
+
 }  // namespace haptic_bench

@@ -135,6 +135,22 @@ TEST(Replay, ABrokenRecordingLeavesNoHalfOfAnExport) {
   EXPECT_EQ(files, 1) << "the recording alone";
 }
 
+TEST(Replay, ARecordingIsNotWrittenOver) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string in = directory.path() + "/a.csv", link = directory.path() + "/b.h5";
+  writeRecording(in);
+  std::filesystem::create_symlink(in, link);
+  const std::uintmax_t size = std::filesystem::file_size(in);
+  for (const std::string& out : {in, link}) {
+    CLI::App app;
+    haptic_bench::Run chosen;
+    addReplay(app, chosen);
+    app.parse("replay " + in + " --export " + out);
+    EXPECT_THROW((void)chosen({}), Failure);
+    EXPECT_EQ(std::filesystem::file_size(in), size);
+  }
+}
+
 TEST(Replay, AFileThatCannotBeMadeIsNamed) {
   const hapticd::test::TemporaryDirectory directory;
   const std::string in = directory.path() + "/a.hrec";

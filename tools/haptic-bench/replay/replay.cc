@@ -81,6 +81,7 @@ int replay(const ReplayOptions& options) {
     if (!csv && !endsIn(options.output, ".h5") && !endsIn(options.output, ".hdf5")) {
       throw Failure(options.output, "its kind is not known", "end the name in .csv, .h5 or .hdf5");
     }
+    refuseToReplace(options.file, options.output);
     const auto replayer = orFailIn(options.file, Replayer::open(options.file));
     WholeFile output(options.output);
     (csv ? exportCsv : exportHdf5)(*replayer, options.file, output.part());

@@ -144,14 +144,18 @@ class Record(unittest.TestCase):
         roof.write_text("v -60 -60 -9\nv 60 -60 -9\nv 60 60 9\nv -60 60 9\nf 1 2 3\nf 1 3 4\n")
         self.ctl("load", roof, "--scale", "mm", "--at", "0,0,0.003", "--rotate", "z,20", "--stiffness", "500", "--damping", "0")
         recording = self.start()
-        self.ctl("arm", "--for", "1.2")
+        with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm", "--for", "1.2"], stdout=subprocess.DEVNULL) as arm:
+            time.sleep(0.4)
+            self.ctl("add", "sphere", "--name", "late", "--size", "0.001", "--at", "0.1,0,0")
+            arm.wait(30)
         recording.send_signal(signal.SIGINT)
         recording.communicate(timeout=30)
         run = [BENCH, "run", "-a", "ours", "-t", self.file, "--rounds", "1", "--stiffness", "500", "-m"]
         samples = self.directory / "samples.csv"
         done = subprocess.run([*run, self.file, "--samples", samples], capture_output=True, text=True, check=True)
         self.assertRegex(done.stderr, r"session.hrec: object \d+: 2 triangles; felt with --stiffness 500 --damping 0 ")
-        self.assertIn("left out: ", done.stderr)
+        self.assertRegex(done.stderr, r"hrec: left out: \d+\n")
+        self.assertRegex(done.stderr, r"hrec: came later and left out: \d+\n")
         # The floor is no mesh, and lies lower: the daemon's proxy was on the roof, where ours is now.
         with open(samples, encoding="utf-8") as file:
             judged = list(csv.DictReader(file))
@@ -165,7 +169,8 @@ class Record(unittest.TestCase):
         self.assertGreater(felt, 50)
         number = done.stderr.split("object ")[1].split(":")[0]
         subprocess.run([*run, f"{self.file}:object={number}"], capture_output=True, check=True)
-        for model, words in ((f"{self.file}:object=7", "it has no mesh 7 (it has objects "), (f"{self.file}:scale=2", "scale")):
+        for model, words in ((f"{self.file}:object=7", "it has no mesh 7 (it has objects "), (f"{self.file}:scale=2", "scale"),
+                             (f"{self.file}:object={number}.5", "object: is not a whole number (")):
             refused = subprocess.run([*run, model], capture_output=True, text=True, check=False)
             self.assertEqual(refused.returncode, 1)
             self.assertIn(words, refused.stderr)

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "proto/snapshot.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/mesh_file.h"
@@ -94,7 +96,10 @@ Model makeModel(const std::string& text) {
   }
   Model model;
   if (isRecording(spec.name())) {
-    model = readRecordedModel(spec.name(), static_cast<std::uint32_t>(spec.number("object", 0, 0, 0xffffffffu)));
+    const double object = spec.number("object", 0, 0, 0xffffffffu);
+    if (object != std::floor(object))
+      throw Failure(text + ", object", "is not a whole number", "as an export of the recording shows it");
+    model = readRecordedModel(spec.name(), static_cast<std::uint32_t>(object));
   } else if (spec.name().find('.') == std::string::npos) {
     throw Failure(text, "there is no such model", "sphere, plane, ridge, bowl, a mesh file, or a recording");
   } else {

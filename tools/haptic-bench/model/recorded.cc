@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <set>
 
 #include "daemon/recording/replayer.h"
 #include "tools/haptic-bench/failure.h"
@@ -59,6 +60,26 @@ void tell(const std::string& path, const SceneObject& object) {
              material.damping, material.friction_static, material.friction_dynamic);
 }
 
+/** Says what can be touched that could not before, and so is no part of the model. */
+class Latecomers {
+ public:
+  void look(const Scene& scene) {
+    for (const std::uint16_t slot : scene.touchable()) {
+      const std::uint32_t id = scene.slot(slot).id;
+      if (known_.insert(id).second && !first_) words_ += fmt::format("{}{}", words_.empty() ? "" : ", ", id);
+    }
+    first_ = false;
+  }
+  void tell(const std::string& path) const {
+    if (!words_.empty()) fmt::print(stderr, "haptic-bench: {}: came later and left out: {}\n", path, words_);
+  }
+
+ private:
+  std::set<std::uint32_t> known_;
+  std::string words_;
+  bool first_ = true;
+};
+
 /** The model, and of what it is made. */
 std::vector<Standing> take(const std::string& path, const Scene& scene, std::uint32_t object, Model& model) {
   std::vector<Standing> taken;
@@ -89,6 +110,7 @@ Model readRecordedModel(const std::string& path, std::uint32_t object) {
   Model model;
   model.kind = "recorded";
   std::vector<Standing> taken;
+  Latecomers latecomers;
   const std::unique_ptr<hapticd::Replayer> replayer = orFailIn(path, hapticd::Replayer::open(path));
   while (orFailIn(path, replayer->step())) {
     const hapticd::RecordedCycle& cycle = replayer->recorded();
@@ -96,6 +118,7 @@ Model readRecordedModel(const std::string& path, std::uint32_t object) {
     const auto armed = [](const auto& sent) { return sent.enabled; };
     if (taken.empty() && std::any_of(cycle.sent.begin(), cycle.sent.end(), armed))
       taken = take(path, scene, object, model);
+    if (!taken.empty()) latecomers.look(scene);
     for (const Standing& one : taken) {
       if (one.stands(scene)) continue;
       throw Failure(path, fmt::format("object {} moves or goes at tick {}", one.id, cycle.input.tick),
@@ -103,6 +126,7 @@ Model readRecordedModel(const std::string& path, std::uint32_t object) {
     }
   }
   if (taken.empty()) (void)take(path, replayer->cycle().scene(), object, model);
+  latecomers.tell(path);
   return model;
 }
 

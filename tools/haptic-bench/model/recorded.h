@@ -13,7 +13,7 @@ namespace haptic_bench {
 /**
  * The meshes of a recording where they stood when its first device was armed (if none was, at its end), as one model in
  * the world frame; of one object alone if `object` is its number, as an export shows it, and not 0. Their material and
- * what else can be touched, which no model holds, is told on the standard error. Throws Failure where there is no mesh,
+ * what else can be touched, then or later, is told on the standard error. Throws Failure where there is no mesh,
  * and where one moves later: the hand's way would meet it elsewhere.
  */
 [[nodiscard]] Model readRecordedModel(const std::string& path, std::uint32_t object);

@@ -231,6 +231,25 @@ class Commands(unittest.TestCase):
         sixdof.write_text(self.bench("sixdof", "--csv"), encoding="ascii")
         self.assertRegex(self.bench("compare", first, sixdof, code=1), r"sixdof\.csv, line \d+: it holds \"sixdof .* nothing of what .*first\.csv")
 
+    def test_rounds_of_other_settings_are_not_compared(self):
+        models = ("models", "--rates", 100, "--stiffness", 300, "--seconds", 0.5, "--triangles", 1000, "--csv")
+        for command, option, values in ((models, "--bumps", (0, 0.02)), (("ring", "--rounds", 1, "--csv"), "--messages", (1000, 2000))):
+            files = [self.folder / f"{value}.csv" for value in values]
+            for file, value in zip(files, values):
+                file.write_text(self.bench(*command, option, value), encoding="ascii")
+            self.assertRegex(self.bench("compare", *files, code=1), rf"{files[1]}: its settings of {command[0]}.* are \".*, those of {files[0]} \"")
+
+    def test_errors_of_models_are_judged_by_one_round_on_any_machine(self):
+        first, second = self.folder / "first.csv", self.folder / "second.csv"
+        first.write_text(self.bench("models", "--rates", 100, "--stiffness", 300, "--seconds", 0.5, "--triangles", 1000, "--csv"), encoding="ascii")
+        self.assertRegex(self.bench("compare", "--errors", first, first), r"^0 of \d\d quantities worse or missing\n$")
+        lines = first.read_text(encoding="ascii").splitlines()
+        at = next(i for i, line in enumerate(lines) if "300 N/m plane at 100 Hz - smooth: rms," in line)
+        *names, value = lines[at].split(",")
+        lines[at] = ",".join([*names, str(1.01 * float(value))])  # As little as a machine's times may differ.
+        second.write_text("\n".join(lines) + "\n", encoding="ascii")
+        self.assertIn("1 of ", subprocess.run([PROGRAM, "compare", "--errors", first, second], capture_output=True, text=True, check=False).stdout)
+
     def test_readings_of_one_file_are_told_apart(self):
         way = self.folder / "way.csv"
         way.write_text("t,x,y,z,fn\n" + "".join(f"{i / 1000},{i / 1e4},0,0,1\n" for i in range(9)), encoding="ascii")

@@ -30,9 +30,15 @@ void printRounds(const std::string& benchmark, const std::vector<Series>& all) {
   }
 }
 
-void print(const Common& common, const std::string& benchmark, const std::vector<Series>& all) {
+std::string settingsLine(std::string_view benchmark, std::string_view settings) {
+  return fmt::format("# settings of {}: {}", benchmark, settings);
+}
+
+void print(const Common& common, const std::string& benchmark, const std::vector<Series>& all,
+           const std::string& settings) {
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
   if (common.csv) {
+    if (!settings.empty()) fmt::print("{}\n", settingsLine(benchmark, settings));
     fmt::print("{}\n", kResultsHeader);
     printRounds(benchmark, all);
     return;

@@ -69,6 +69,9 @@ struct Series {
 /** What is counted in each tick of a fixed course: the same on every machine. */
 inline constexpr const char* kCountedUnit = "a tick";
 
+/** An error as a part of the force that was to be felt: the same on every machine. */
+inline constexpr const char* kForceErrorUnit = "% of the force";
+
 /** A quantity of the machine, beside which others are seen; not compared. */
 inline constexpr const char* kMachineLatency = "pointer chase";
 
@@ -84,10 +87,14 @@ inline constexpr std::string_view kResultsHeader = "benchmark,quantity,unit,roun
 /** Prints the lines of a CSV under kResultsHeader. */
 void printRounds(const std::string& benchmark, const std::vector<Series>& all);
 
+/** The comment line of --csv that tells what the numbers hang on and no name says; compare refuses two that differ. */
+[[nodiscard]] std::string settingsLine(std::string_view benchmark, std::string_view settings);
+
 /**
- * Prints series. As a table: machine, then median and interval of each. As CSV: the machine as comment lines, then
- * benchmark,quantity,unit,round,value with one line per round.
+ * Prints series. As a table: machine, then median and interval of each. As CSV: the machine and the settings, if there
+ * are any, as comment lines, then benchmark,quantity,unit,round,value with one line per round.
  */
-void print(const Common& common, const std::string& benchmark, const std::vector<Series>& all);
+void print(const Common& common, const std::string& benchmark, const std::vector<Series>& all,
+           const std::string& settings = {});
 
 }  // namespace haptic_bench

@@ -180,7 +180,8 @@ int runRing(const Common& common, std::uint64_t messages) {
   }
   print(common, "ring",
         {plain_one, ours_one, ratio("one thread: ratio (goal 1.5)", ours_one, plain_one), plain_two, ours_two,
-         ratio("two threads: ratio (goal 1.5)", ours_two, plain_two), ticks});
+         ratio("two threads: ratio (goal 1.5)", ours_two, plain_two), ticks},
+        fmt::format("{} messages", messages));
   return *std::max_element(ticks.rounds.begin(), ticks.rounds.end()) <= kMostTicks ? 0 : 1;
 }
 

@@ -105,7 +105,9 @@ int run(const Common& common, const ServoOptions& options) {
     all.push_back({fmt::format("{}, daemon / bare, 95 % high", quantity), "", {ratio.high}});
   }
   all.insert(all.end(), {render50, cycle50, cycle99, share, missed, touched});
-  print(common, "servo", all);
+  print(common, "servo", all,
+        fmt::format("{} Hz, {} triangles, slices of {} s{}", options.rate_hz, options.triangles, options.seconds,
+                    options.one_cpu ? ", one processor" : ""));
   if (std::find(touched.rounds.begin(), touched.rounds.end(), 0.0) == touched.rounds.end()) return 0;
   fmt::print(stderr, "haptic-bench servo: a round without contact; the cost of its cycle is worth nothing\n");
   return 1;

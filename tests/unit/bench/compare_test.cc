@@ -44,6 +44,7 @@ TEST(CompareResults, ErrorsAreComparedToABillionth) {
   EXPECT_EQ(verdict("N^2", {4 + 6e-9}, {4}), 'b');
   EXPECT_EQ(verdict("J", {-1e-3}, {-2e-3}), 'w') << "further from zero";
   EXPECT_EQ(verdict("samples", {5}, {6}), 'w');
+  EXPECT_EQ(verdict(kForceErrorUnit, {1}, {1.001}, {false, false}), 'w') << "of models, on any machine";
   EXPECT_EQ(verdict("N", {0.9, 1, 1.1}, {0.95, 1.01, 1.2}), '-') << "how hard a live hand pressed is no error";
 }
 
@@ -59,7 +60,7 @@ TEST(CompareResults, TimesOfFewRoundsAreNotJudged) {
   EXPECT_EQ(verdict("s", {1, 2, 3, 4, 5}, {10, 11, 12, 13, 14, 15}), 'u');
   EXPECT_EQ(verdict("s", {1, 2, 3, 4, 5, 6}, {10, 11, 12, 13, 14, 15}), 'w');
   EXPECT_EQ(verdict("N^2", {1}, {2}), 'w') << "errors repeat";
-  EXPECT_EQ(verdict("%", {1}, {2}), 'w') << "as do these of models";
+  EXPECT_EQ(verdict("%", {1}, {2}), 'w') << "ratios of what repeats do too";
   EXPECT_EQ(verdict("byte", {100}, {200}), 'w');
 }
 

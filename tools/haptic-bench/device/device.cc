@@ -220,7 +220,7 @@ int run(const Common& common, const DeviceOptions& options) {
     for (const char* scheme : {"dhd", "openhaptics"}) good = judgeHelper(scheme, common, options, all) && good;
   }
   if (!note.empty()) fmt::print(stderr, "haptic-bench: not real-time: {}\n", note);
-  print(common, "device", all);
+  print(common, "device", all, fmt::format("parts of {} s", options.seconds));
   if (!good) fmt::print(stderr, "haptic-bench device: too few readings a second, or errors on a good wire\n");
   return good ? 0 : 1;
 }

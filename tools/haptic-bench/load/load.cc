@@ -48,10 +48,10 @@ void addSeries(const Cell& cell, std::vector<Series>& all) {
   add("client period max", "us", &LiveResult::client_period_max_us, 1);
 }
 
-void printCells(const Common& common, const std::vector<Cell>& cells) {
+void printCells(const Common& common, const LoadOptions& options, const std::vector<Cell>& cells) {
   std::vector<Series> all;
   for (const Cell& cell : cells) addSeries(cell, all);
-  print(common, "load", all);
+  print(common, "load", all, fmt::format("runs of {} s", options.seconds));
 }
 
 int runLoad(const Common& common, const LoadOptions& options) {
@@ -77,7 +77,7 @@ int runLoad(const Common& common, const LoadOptions& options) {
       cells[at].rounds.push_back(runLive(daemon, model, source, rate_hz, level, options.seconds));
     } catch (const Failure&) {
       if (cells.back().rounds.empty()) cells.pop_back();
-      printCells(common, cells);  // Minutes of measurements are not thrown away for one that failed.
+      printCells(common, options, cells);  // Minutes of measurements are not thrown away for one that failed.
       throw;
     }
     const LiveResult& last = cells[at].rounds.back();
@@ -98,7 +98,7 @@ int runLoad(const Common& common, const LoadOptions& options) {
       }
     }
   }
-  printCells(common, cells);
+  printCells(common, options, cells);
   return 0;
 }
 

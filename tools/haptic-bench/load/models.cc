@@ -40,7 +40,9 @@ int runModels(const Common& common, const ModelsOptions& options) {
   const Model model = tessellate(shape, options.triangles);
   const BuiltSurface surface(model);
   std::vector<Series> all;
-  const auto add = [&](const std::string& name, double fraction) { all.push_back({name, "%", {100 * fraction}}); };
+  const auto add = [&](const std::string& name, double fraction) {
+    all.push_back({name, kForceErrorUnit, {100 * fraction}});
+  };
   for (const double k : distinct(options.stiffness)) {
     const Stroked stroke = strokeOver(shape, {.stiffness = k}, options.seconds);
     const auto settled = [](const std::vector<Vec3>& forces) { return std::span(forces).subspan(kSettled); };
@@ -74,7 +76,9 @@ int runModels(const Common& common, const ModelsOptions& options) {
       }
     }
   }
-  print(common, fmt::format("models, {} triangles", model.triangles.size()), all);
+  print(common, fmt::format("models, {} triangles", model.triangles.size()), all,
+        fmt::format("radius {} m, bumps {}, {} ms late, {} s", options.radius, options.bumps, options.latency_ms,
+                    options.seconds));
   return 0;
 }
 

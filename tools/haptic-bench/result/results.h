@@ -29,7 +29,7 @@ struct StoredResult {
  */
 struct Results {
   std::vector<std::string> machine;
-  std::map<std::string, std::string> settings;  ///< Of tables, by the benchmark.
+  std::map<std::string, std::string> settings;  ///< By the benchmark.
   std::vector<StoredResult> all;
 
   /** Throws Failure with `where` and the line. */

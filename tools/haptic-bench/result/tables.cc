@@ -126,10 +126,6 @@ const TableForm& tableForm(std::string_view benchmark) {
                        [&](const TableForm& f) { return benchmark == f.benchmark; });
 }
 
-std::string settingsLine(std::string_view benchmark, std::string_view settings) {
-  return fmt::format("# settings of {}: {}", benchmark, settings);
-}
-
 const TableForm* formOfHeader(std::string_view line) {
   for (const TableForm& form : kForms) {
     if (line == form.header()) return &form;

@@ -57,9 +57,6 @@ struct TableForm {
 /** Of one of these. */
 [[nodiscard]] const TableForm& tableForm(std::string_view benchmark);
 
-/** The comment line that tells how a table was measured; compare refuses two that differ. */
-[[nodiscard]] std::string settingsLine(std::string_view benchmark, std::string_view settings);
-
 /** Whether the line is that table's header, as it is printed. */
 [[nodiscard]] const TableForm* formOfHeader(std::string_view line);
 /** What is wrong with a header that is nearly one of a table, or of a table that no longer is; empty: it is no header.

@@ -49,7 +49,7 @@ def main():
         if b"<svg" not in figure.read_bytes():
             sys.exit("no figure")
     interrupt([program, "load", "--csv", "--rounds", "10000", "--seconds", "0.8", "--triangles", "3000", "--daemon", daemon])
-    homeless = subprocess.run(run, env={**os.environ, "TMPDIR": "/nonexistent"}, capture_output=True, text=True, check=False)
+    homeless = subprocess.run(run, env={**os.environ, "TMPDIR": f"{folder}/gone"}, capture_output=True, text=True, check=False)
     if homeless.returncode != 1 or "TMPDIR" not in homeless.stderr:
         sys.exit("a temporary folder that is not there was not named: " + homeless.stderr)
     # The disk's program cannot write its first 4 MB: that is no measurement of a busy disk.
@@ -58,8 +58,8 @@ def main():
                            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3 << 20, 3 << 20)))
     if small.returncode != 1 or "load, disk: a program of it ended" not in small.stderr:
         sys.exit(f"a load that was none was measured, {small.returncode}: {small.stderr}")
-    missing = subprocess.run([*run, "--daemon", "/nonexistent"], capture_output=True, text=True, check=False)
-    if missing.returncode != 1 or "/nonexistent" not in missing.stderr:
+    missing = subprocess.run([*run, "--daemon", f"{folder}/gone"], capture_output=True, text=True, check=False)
+    if missing.returncode != 1 or f"{folder}/gone" not in missing.stderr:
         sys.exit("a daemon that is not there was not named: " + missing.stderr)
 
 

@@ -86,6 +86,14 @@ TEST(Trajectories, ProfileRunsByArcLength) {
   EXPECT_NEAR(top, 0.005, 2e-5);
 }
 
+TEST(Trajectories, AWayThatIsShorterThanAStepIsNotLeft) {
+  const Trajectory in = makeTrajectory("profile:speed=10,rate=1", makeModel("ridge"), {1000});
+  ASSERT_EQ(in.samples.size(), 1u);
+  EXPECT_NEAR(in.samples[0].proxy.x(), 0.03, 1e-12) << "its end";
+  EXPECT_NEAR(makeTrajectory("spiral:seconds=0.01,rate=1", makeModel("sphere"), {1000}).samples[0].proxy.z(), -0.05,
+              1e-12);
+}
+
 TEST(Trajectories, SwingStaysInTheBowlAndRests) {
   const Model model = makeModel("bowl");
   const Trajectory in = makeTrajectory("swing:seconds=3", model, {1000});

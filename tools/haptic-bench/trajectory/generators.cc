@@ -14,14 +14,14 @@ namespace {
 
 constexpr double kPi = EIGEN_PI;
 
-/** Samples at the middles of equal steps: f(t) gives point and normal. */
+/** Samples at the middles of equal steps, or of what is shorter than one at its end: f(t) gives point and normal. */
 template <class F>
 std::vector<SurfaceSample> sampled(double seconds, const Pace& pace, F f) {
   std::vector<SurfaceSample> out;
   const std::size_t n = samplesIn(seconds, pace);
   out.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
-    SurfaceSample s = f((static_cast<double>(i) + 0.5) / pace.rate_hz);
+    SurfaceSample s = f(std::min((static_cast<double>(i) + 0.5) / pace.rate_hz, seconds));
     s.t_s = static_cast<double>(i) / pace.rate_hz;
     out.push_back(s);
   }

@@ -115,6 +115,7 @@ TEST(TrajectoryFiles, FaultsNameFileLineAndColumn) {
               HasSubstr("line 5: time goes from 2 s to 1 s"));
   EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n1,0,0,0\n2,0,0,0\n33,0,0,0\n"), HasSubstr("line 5: a gap of 31 s"));
   EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n1000000,0,0,0\n2000000,0,0,0\n"), HasSubstr("line 4: the times span 2e+06 s"));
+  EXPECT_THAT(refusal("t_ns,x,y,z\n0,0,0,0\n0.001,0,0,0\n0.002,0,0,0\n"), HasSubstr("line 4: 3 rows span 2e-12 s"));
   EXPECT_THAT(refusal("t,x,px,y,z\n0,0,0,0,0\n"), HasSubstr("the same quantity"));
   EXPECT_THAT(refusal("t,x,y,z,fx\n0,0,0,0,0\n"), HasSubstr("no column fy"));
   EXPECT_THAT(refusal("t,x,y,z\n0,0,300,0\n"), HasSubstr("300 m away"));

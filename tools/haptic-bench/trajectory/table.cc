@@ -196,6 +196,11 @@ std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap
     throw Failure(table.at(t_s.size() - 1), fmt::format("the times span {:.4g} s", t_s.back()),
                   "name the column of times with its unit, as t_ns");
   }
+  constexpr double kShortest = 1e-6;  // A thousand times the servo's rate.
+  if (t_s.size() > 1 && t_s.back() < kShortest * static_cast<double>(t_s.size() - 1)) {
+    throw Failure(table.at(t_s.size() - 1), fmt::format("{} rows span {:.4g} s", t_s.size(), t_s.back()),
+                  "name the column of times with its unit, as t_ms");
+  }
   if (t_s.size() < (max_gap_s > 0 ? 2 : 3)) return t_s;  // Nothing is usual yet.
   std::vector<double> steps;
   for (std::size_t i = 1; i < t_s.size(); ++i) steps.push_back(t_s[i] - t_s[i - 1]);

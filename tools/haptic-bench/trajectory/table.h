@@ -77,7 +77,7 @@ class Table {
 
 /**
  * Seconds of each row: column t, time or a number over `rate_hz` where there is none. Throws Failure with the line:
- * time that does not rise, or a step longer than `max_gap_s` (0: ten times the middle step).
+ * time that does not rise, a step longer than `max_gap_s` (0: ten times the middle step), or times in another unit.
  */
 [[nodiscard]] std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap_s);
 

@@ -340,6 +340,8 @@ class Commands(unittest.TestCase):
         self.assertIn("at most 1e+07", self.bench("run", "-m", "ridge", "-t", "profile:speed=0.000001,rate=100000", code=1))
         self.assertIn("--stiffness", self.bench("run", "--stiffness", 0, code=2))
         self.assertIn("--seconds", self.bench("models", "--seconds", 0.1, code=2))
+        self.assertIn("at 1000 N/m the hand is pressed 0.001 m in, to the middle of sphere:radius=0.001 (",
+                      self.bench("sweep", "-m", "sphere:radius=0.001", "--stiffness", "1e4,1000", code=1))
         self.assertIn("--stiffness: at 500 N/m", self.bench("models", "--stiffness", 1500, 500, "--radius", 0.002, code=1))
         self.assertIn("stays above 16128 flat faces", self.bench("models", "--seconds", 0.5, "--rates", 10, "--radius", 10, code=1))
         self.assertIn("--device: -1 is out of range", self.bench("run", "--device", -1, code=2))

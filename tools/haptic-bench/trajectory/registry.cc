@@ -26,6 +26,15 @@ struct Request {
     return {spec.number("seconds", 10, 0.01, 3600), spec.number("rate", 1000, 1, 1e5),
             spec.number("force", 1, 0, 1000)};
   }
+  /** Throws Failure for a hand that is pressed in so far that another side is nearer to it. */
+  void refuseMiddle() const {
+    const double depth = pace().force / surface.stiffness;
+    if (depth < model.radius + surface.radius) return;
+    throw Failure(spec.text(),
+                  fmt::format("at {:g} N/m the hand is pressed {:g} m in, to the middle of {}", surface.stiffness,
+                              depth, model.name),
+                  "stiffer, less force, or a larger radius");
+  }
   /** Throws Failure unless the model is of that kind. */
   void need(const char* kind) const {
     if (model.kind == kind) return;
@@ -44,6 +53,7 @@ constexpr Generator kGenerators[] = {
     {"spiral", "spiral:turns=20: pole to pole of a sphere",
      [](const Request& r) {
        r.need("sphere");
+       r.refuseMiddle();
        return spiral(r.model, r.pace(), r.spec.number("turns", 20, 0, 1e4));
      }},
     {"lissajous", "lissajous: over a plane",

@@ -406,6 +406,16 @@ class Commands(unittest.TestCase):
             said = subprocess.run(some, capture_output=True, text=True, check=True).stderr
             self.assertEqual(said, "".join(f"{one} starts\n" for one in runs.split()))
 
+    def test_a_plug_in_that_does_not_repeat_is_named(self):
+        counts = LATE.replace("if (++steps > 150) contact->force[0] = 0.0 / 0.0;", "contact->force[0] = ++steps;")
+        plugin = self.plugin("counts.c", counts)
+        for command in (("run",), ("sweep", "--stiffness", "100,200")):
+            some = (PROGRAM, *command, "-m", "plane", "-t", "lissajous:seconds=0.01", "-a", "ours", plugin, "--rounds")
+            for rounds, times in (("1", 0), ("2", 1)):
+                said = subprocess.run([*some, rounds], capture_output=True, text=True, check=True).stderr
+                self.assertEqual(said.count("counts.so: its rounds differ in their forces"), times)
+                self.assertNotIn("ours: ", said)
+
     def test_a_plug_in_that_fails_in_a_later_round_is_named_with_its_sample(self):
         plugin = self.late()
         run = ("run", "-a", plugin, "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds")

@@ -84,9 +84,7 @@ int run(const RunOptions& options, const Common& common) {
   for (const std::string& algorithm : options.algorithms)
     trials.emplace_back(algorithm, model, trajectory, options.surface);
   runRounds(trials, common.rounds);
-  bool repeats = true;
   for (const Trial& trial : trials) {
-    repeats = repeats && trial.outcome().repeats;
     for (Series& s : describe(trial.algorithm(), trajectory, trial.outcome(), options.threshold))
       all.push_back(std::move(s));
   }
@@ -96,10 +94,7 @@ int run(const RunOptions& options, const Common& common) {
   if (options.surface.radius > 0) what += fmt::format(" r={}", options.surface.radius);
   print(common, what, all);
   if (samples) writeSamples(*samples, trajectory, trials);
-  if (!repeats) {
-    fmt::print(stderr,
-               "haptic-bench: the rounds differ in their forces: an algorithm depends on more than its input\n");
-  }
+  tellUnrepeated(trials);
   return 0;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <set>
 
 #include "tools/haptic-bench/algorithm/registry.h"
 #include "tools/haptic-bench/failure.h"
@@ -99,6 +100,15 @@ void Trial::runRound() {
 void runRounds(std::deque<Trial>& trials, int rounds) {
   for (int round = 0; round < rounds; ++round)
     for (Trial& trial : trials) trial.runRound();
+}
+
+void tellUnrepeated(const std::deque<Trial>& trials) {
+  std::set<std::string> told;
+  for (const Trial& trial : trials) {
+    if (trial.outcome().repeats || !told.insert(trial.algorithm()).second) continue;
+    fmt::print(stderr, "haptic-bench: {}: its rounds differ in their forces: it depends on more than its input\n",
+               trial.algorithm());
+  }
 }
 
 Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory, const Surface& surface,

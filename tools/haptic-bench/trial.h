@@ -57,6 +57,9 @@ class Trial {
  */
 void runRounds(std::deque<Trial>& trials, int rounds);
 
+/** Says on the standard error whose rounds differed in their forces. */
+void tellUnrepeated(const std::deque<Trial>& trials);
+
 /** One alone. */
 [[nodiscard]] Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory,
                                const Surface& surface, int rounds);

@@ -198,6 +198,8 @@ TEST(ZwidthLoop, RefusesWhatCannotBeSwept) {
   EXPECT_THROW((void)makeLoop("replay://somewhere.csv", {}), Failure);
   EXPECT_THROW((void)makeLoop("sim://default?hand_stiffness=0", {}), Failure);
   EXPECT_THROW((void)makeLoop("sim://defualt", {}), Failure);
+  EXPECT_THROW((void)makeLoop("sim://default?lower=-0.1,-0.1,-0.1&upper=0.1,0.1,-0.02", {}), Failure)
+      << "its stop lies within the wall";
   EXPECT_EQ(makeLoop("sim://touch?motion=tap", {}).device.parameters.motion, "live");
   Options weak{.uri = "sim://touch", .rates_hz = {1000}, .delays = {0}, .dampings = {0}};
   EXPECT_THROW((void)plan(weak), Failure) << "4 N are more than its 3.3 N: no wall holds such a hand";

@@ -34,6 +34,13 @@ Loop makeLoop(const std::string& text, const Change& change) {
   if (!(loop.device.parameters.hand_stiffness > 0)) {
     throw Failure("device URI, key hand_stiffness", "a hand without stiffness does not press", "let it be positive");
   }
+  const double lower = loop.device.parameters.lower.z(), upper = loop.device.parameters.upper.z();
+  if (!(lower < 0 && upper > kGap)) {
+    throw Failure(
+        "device URI, keys lower and upper",
+        fmt::format("the wall at z = 0 does not lie between {} and {} m, the hand {} m above it", lower, upper, kGap),
+        "a workspace about the origin");
+  }
   loop.rate_hz = change.rate_hz;
   loop.delay = change.delay;
   return loop;

@@ -10,6 +10,8 @@
 
 namespace haptic_bench::zwidth {
 
+inline constexpr double kGap = 1e-3;  ///< From the hand at rest to the wall [m].
+
 /** What of the device a sweep sets; the rest is as its URI says. */
 struct Change {
   double rate_hz = 1000;
@@ -29,8 +31,8 @@ struct Loop {
 };
 
 /**
- * The loop of `uri` with a hand that waits for orders. Throws Failure as makeDevice, and for what is no sim:// or has
- * no hand that presses.
+ * The loop of `uri` with a hand that waits for orders. Throws Failure as makeDevice, and for what is no sim://, has
+ * no hand that presses, or does not reach the wall.
  */
 [[nodiscard]] Loop makeLoop(const std::string& uri, const Change& change);
 

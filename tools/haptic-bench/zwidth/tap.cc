@@ -18,7 +18,6 @@ namespace {
 
 using namespace hapticd;  // NOLINT(google-build-using-namespace)
 
-constexpr double kGap = 1e-3;     // From the hand at rest to the wall [m].
 constexpr double kRest_s = 0.05;  // Before the tap; the device is armed in it.
 
 /** The wall is the plane z = 0, solid below. */

@@ -15,8 +15,8 @@
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/load/servo_sides.h"
+#include "tools/haptic-bench/load/stroke.h"
 #include "tools/haptic-bench/model/built_mesh.h"
-#include "tools/haptic-bench/model/shapes.h"
 #include "tools/haptic-bench/option.h"
 
 namespace haptic_bench {
@@ -48,14 +48,8 @@ struct Side {
   }
 };
 
-Model meshOf(std::uint32_t triangles) {
-  int stacks = 3;
-  while (4 * stacks * (stacks - 1) < static_cast<int>(triangles)) ++stacks;
-  return sphere(kSphereRadius, stacks);
-}
-
 int run(const Common& common, const ServoOptions& options) {
-  hapticd::SnapshotMemory memory = buildMesh(meshOf(options.triangles));
+  hapticd::SnapshotMemory memory = buildMesh(tessellate({kSphereRadius}, options.triangles));
   hapticd::MonotonicClock clock;
   Note note;
   if (auto locked = hapticd::lockMemory(); !locked) note = toString(locked.error());

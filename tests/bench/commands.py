@@ -135,10 +135,10 @@ class Commands(unittest.TestCase):
         link = self.folder / "link.csv"
         link.symlink_to(way)
         for samples in (way, link):
-            said = self.bench("run", "-a", "ours", "-m", "plane", "-t", way, "--rounds", 1, "--samples", samples, code=1)
-            self.assertIn(f"{samples}: it is what is read, and would be lost (another name)", said)
-        said = self.bench("run", "-a", "ours", "-m", f"{way}:center=1", "-t", "lissajous", "--samples", way, code=1)
-        self.assertIn("way.csv: ", said)
+            for inputs in (("-m", "plane", "-t", way), ("-m", f"{way}:center=1"), ("-t", f"measured:forces={way},poses=p.csv"),
+                           ("-t", f"measured:forces=f.csv,poses={way}")):
+                said = self.bench("run", "-a", "ours", *inputs, "--rounds", 1, "--samples", samples, code=1)
+                self.assertIn(f"{samples}: it is what is read, and would be lost (another name)", said)
         self.assertTrue(way.read_text(encoding="ascii").startswith("t,x,y,z\n0,0,0,0.001\n"))
         # Most likely results were to be shown.
         self.assertIn("cost.csv: it is there and is no page (another name; --with shows results)", self.bench("report", cost, code=1))

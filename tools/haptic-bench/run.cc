@@ -29,6 +29,15 @@ struct RunOptions {
   std::string samples;
 };
 
+/** The files that are read, among other names. */
+std::vector<std::string> inputs(const RunOptions& options) {
+  std::vector<std::string> names{Spec(options.model).name(), options.trajectory};
+  if (options.trajectory.rfind("measured:", 0) != 0) return names;
+  Spec measured(options.trajectory);
+  for (const char* stream : {"forces", "poses"}) names.push_back(measured.word(stream, ""));
+  return names;
+}
+
 /** Every sample and what each algorithm made of it. */
 void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::deque<Trial>& trials) {
   std::ofstream file(to.part());
@@ -70,15 +79,12 @@ void writeSamples(WholeFile& to, const Trajectory& trajectory, const std::deque<
 int run(const RunOptions& options, const Common& common) {
   checkSurface(options.surface);
   requireNames(options.algorithms);
+  for (const std::string& input : inputs(options)) refuseToReplace(input, options.samples);
   const Model model = makeModel(options.model);
   const Trajectory trajectory = makeTrajectory(options.trajectory, model, options.surface, options.file);
   requireAlgorithms(options.algorithms, model, trajectory, options.surface);
   std::optional<WholeFile> samples;
-  if (!options.samples.empty()) {
-    for (const std::string& input : {options.trajectory, Spec(options.model).name()})
-      refuseToReplace(input, options.samples);
-    samples.emplace(options.samples);
-  }
+  if (!options.samples.empty()) samples.emplace(options.samples);
   std::vector<Series> all;
   std::deque<Trial> trials;
   for (const std::string& algorithm : options.algorithms)

@@ -43,6 +43,8 @@ TEST(TrajectoryFiles, CsvWithTruthAndUnits) {
   EXPECT_EQ(in.samples[0].force, Vec3(0, 0, 3));
   EXPECT_EQ(in.samples[0].proxy, Vec3(0.001, 0.002, 0));
   EXPECT_GT(in.start.z(), 0) << "from outside";
+  const Trajectory free = parse("t,x,y,z,proxy_x,proxy_y,proxy_z\n0,0,0,-0.01,0,0,-0.01\n");
+  EXPECT_EQ(free.start, Vec3(0, 0, -0.01)) << "but where the hand is known to be in it and to touch nothing";
 }
 
 TEST(TrajectoryFiles, WhatHapticctlMonitorWritesIsRead) {

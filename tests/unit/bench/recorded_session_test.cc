@@ -17,8 +17,8 @@
 namespace haptic_bench {
 namespace {
 
-/** A hand that goes 1 mm deep along a plane, pushed with 2 N once the device is armed. */
-void writeSession(const std::string& path, int cycles, int armed_at = 0) {
+/** A hand that comes down and goes 1 mm deep along a plane, pushed with 2 N once the device is armed. */
+void writeSession(const std::string& path, int cycles, int armed_at = 0, double first_z = 0.001) {
   std::ofstream file(path, std::ios::binary);
   hapticd::RecordingWriter writer([&file](std::span<const std::byte> bytes) {
     file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
@@ -32,7 +32,7 @@ void writeSession(const std::string& path, int cycles, int armed_at = 0) {
   for (int i = 0; i < cycles; ++i) {
     cycle->input.tick = static_cast<std::uint64_t>(100 + i);
     cycle->input.now_ns = 7'000'000'000 + 1'000'000 * i;
-    cycle->input.device[0].p = Vec3(1e-5 * i, 0, -0.001);
+    cycle->input.device[0].p = Vec3(1e-5 * i, 0, i == 0 ? first_z : -0.001);
     cycle->sent[0].enabled = i >= armed_at;
     cycle->sent[0].force = Vec3(0, 0, i >= armed_at ? 2 : 0);
     ASSERT_TRUE(writer.cycle(*cycle));
@@ -51,10 +51,19 @@ TEST(RecordedSessions, AreTrajectories) {
   EXPECT_DOUBLE_EQ(in.samples[299].t_s, 0.299);
   EXPECT_EQ(in.samples[10].hip, Vec3(1e-4, 0, -0.001));
   EXPECT_EQ(in.samples[10].force, Vec3(0, 0, 2));
-  EXPECT_GT(in.start.z(), 0);
   FileOptions second;
   second.device = 1;
   EXPECT_THROW((void)makeTrajectory(path, makeModel("plane"), {1000}, second), Failure);
+}
+
+TEST(RecordedSessions, BeginWithoutContactsAsTheyDid) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/session";
+  writeSession(path, 300, 0, -0.002);
+  const Model plane = makeModel("plane");
+  const Trajectory in = makeTrajectory(path, plane, {1000});
+  EXPECT_EQ(in.start, in.samples[0].hip) << "below the plane";
+  for (const Answer& answer : runTrial("ours", plane, in, {1000}, 1).answers) ASSERT_FALSE(answer.touches);
 }
 
 TEST(RecordedSessions, WhatWasNotPushedIsNotJudged) {

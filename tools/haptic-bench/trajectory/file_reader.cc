@@ -117,7 +117,10 @@ Trajectory readColumns(const Table& table, const FileOptions& options, const Mod
     in.samples.push_back(
         {t_s[i], p[i], proxy ? proxy[i] : Vec3(Vec3::Zero()), force ? force[i] : Vec3(Vec3::Zero()), judged[i]});
   }
-  in.start = outside(in.samples.front().hip, model, surface.radius);
+  const Sample& first = in.samples.front();
+  constexpr double kOffSurface = 1e-9;  // [m]: rounding, as a file holds it.
+  const bool free = in.proxy_known && (first.proxy - first.hip).norm() < kOffSurface;
+  in.start = free ? first.hip : outside(first.hip, model, surface.radius);
   return in;
 }
 

@@ -45,6 +45,7 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
   }
   if (in.samples.empty()) throw Failure(path, "there are no cycles in it", "a longer recording");
   in.force_known = true;
+  in.start = in.samples.front().hip;  // A recording begins without contacts, also within a mesh.
   return in;
 }
 

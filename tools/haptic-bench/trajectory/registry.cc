@@ -173,7 +173,6 @@ Trajectory makeTrajectory(const std::string& text, const Model& model, const Sur
     refuseIdle(file, text, false, true);
     Trajectory recorded = readRecordedSession(text, file.device);
     recorded.name = nameOf(text, file);
-    recorded.start = outside(recorded.samples.front().hip, model, surface.radius);
     countJudged(recorded);
     return recorded;
   }

@@ -70,6 +70,7 @@ TEST(CompareResults, WhatRunsAgainstTheClockIsJudgedLikeATime) {
     EXPECT_EQ(verdict(unit, {1}, {2}, {}, "load"), 'u') << "a live hand: " << unit;
   EXPECT_EQ(verdict("", {1}, {2}, {}, "servo"), 'u') << "a ratio of times";
   EXPECT_EQ(verdict("ticks", {2}, {3}, {}, "ring"), 'w') << "counted";
+  EXPECT_EQ(verdict("ticks", {2}, {3}, {false, false}, "ring"), 'w') << "on any machine";
   EXPECT_EQ(verdict("%", {1, 1, 1, 1, 1, 1}, {2, 2, 2, 2, 2, 2}, {}, "load"), 'w');
 }
 

@@ -14,7 +14,7 @@ enum class Family { kTime, kError, kHash };
 
 Family familyOf(const std::string& unit) {
   if (unit == "hash") return Family::kHash;
-  for (const char* error : {"N^2", "m", "J", "samples", kCountedUnit, kForceErrorUnit}) {
+  for (const char* error : {"N^2", "m", "J", "samples", "ticks", kCountedUnit, kForceErrorUnit}) {
     if (unit == error) return Family::kError;
   }
   return Family::kTime;

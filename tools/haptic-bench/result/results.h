@@ -73,7 +73,7 @@ struct Change {
  * that runs against the clock) no round of one side lies within those of the other. Rounds that are too few, fewer than
  * six or so few that among all these quantities some would be set apart by chance, make it unknown.
  * Ratios and memory change by more than 2 %.
- * Errors, and what is counted in each tick, are deterministic: they change by more than 1e-9 of their unit, mean
+ * Errors, and what is counted, are deterministic: they change by more than 1e-9 of their unit, mean
  * squares after their root is taken (so that 1e-9 is in newtons). A hash changes for the worse. Less is better, but for
  * stiffness (N/m) and rates (1/s, 1/ms, Hz).
  * Columns of tables are judged by their rules (tables.h), their times as times; inf, nan and "-" are values.

@@ -73,6 +73,29 @@ TEST(ContactModel, KeepsWhatWillTouchRatherThanWhatIsFarApart) {
   EXPECT_TRUE(kept(found, kReach).contains(60));
 }
 
+/** Of more than fit, what touches is not left out for what is apart close beside it, though that was there before. */
+TEST(ContactModel, KeepsTheDeeperOfTwoThatAreNear) {
+  constexpr double kReach = 3e-4;
+  std::mt19937_64 dice(seedOf(13));
+  ContactSet found = nearPeg(dice);
+  found.count = kMaxTouches;
+  found.contact[0].depth = 1e-4;  // The deepest.
+  Contact& touches = found.contact[found.count];
+  touches = found.contact[5];
+  touches.p_WA.z() += 0.0015;
+  touches.depth = 5e-5;
+  touches.feature_a = 60;
+  found.contact[5].depth = -2e-4;
+  ++found.count;
+  ContactSet before;
+  before.contact[before.count++] = found.contact[5];
+  ContactModel model;
+  const ContactBody body;
+  model.build(before, Pose{}, {&body, 1}, kReach);
+  model.build(found, Pose{}, {&body, 1}, kReach);
+  EXPECT_TRUE(model.has(60 + 1));
+}
+
 TEST(ContactModel, WhatRestsOnManyKeepsItsSet) {
   // A rough face of 64 points, all within some micrometres, of which now one and now another is the deepest.
   std::mt19937_64 dice(seedOf(5));

@@ -15,9 +15,9 @@
 namespace hapticd {
 
 // What tells whether a normal belongs to an edge, of a box as of a mesh.
-inline constexpr double kAside = 0.05;      ///< Sine of the angle by which it may look into a face of the edge,
+inline constexpr double kAside = 0.1;      ///< Sine of the angle by which it may look into a face of the edge,
 inline constexpr double kAlong = 0.3;       ///< and along it: farther on it is nearer.
-inline constexpr double kOffMantle = 0.02;  ///< Cosine of a cylinder's axis with a normal that is none of its mantle.
+inline constexpr double kOffMantle = 1e-3;  ///< Cosine of a cylinder's axis with a normal that is none of its mantle.
 /** How far within an edge the tool is asked for, at most a quarter of what the edge is of [m]. */
 inline constexpr double kInset = 2e-4;
 
@@ -93,7 +93,7 @@ struct EdgeSpan {
  * Of an edge of that length where gapAt(t), for t from 0 to 1, is at most `margin`; normalOf(gap) is the normal where
  * it was asked last. The gap changes by no more than the way along the edge. The ends are those of what lies along the
  * tool though aslant, by up to kAslant or within it: held at its nearest place alone it would sink in at the other end.
- * Farther on another face of the tool is nearest. Some 10 gaps where the tool lies flat along it, else 60 at most.
+ * Farther on another face of the tool is nearest. Some 10 gaps where the tool lies flat along it, else 90 at most.
  */
 template <class Gap, class Normal>
 EdgeSpan touchingSpan(double margin, double length, const Vec3& within, const Gap& gapAt,
@@ -125,16 +125,27 @@ EdgeSpan touchingSpan(double margin, double length, const Vec3& within, const Ga
   }
   const Vec3 n = normalOf(gapAt(best));
   const double flat = span.least + ContactModel::kLeastReach;
+  const auto isAlike = [&](double gap) HD_RT { return normalOf(gap).dot(n) > SceneContacts::kSameWay; };
   const auto alike = [&](double t) HD_RT {
     const double gap = gapAt(t);
-    return gap <= flat || normalOf(gap).dot(n) > SceneContacts::kSameWay ? gap : static_cast<double>(INFINITY);
+    return isAlike(gap) ? gap : static_cast<double>(INFINITY);
+  };
+  const auto flatOrAlike = [&](double t) HD_RT {
+    const double gap = gapAt(t);
+    return gap <= flat || isAlike(gap) ? gap : static_cast<double>(INFINITY);
   };
   const double touching = std::max(0.0, -n.dot(within));  // The edge itself is so much nearer.
   const double most = std::max(touching, span.least + kAslant);
   span.near = true;
   span.place[0] = best;
-  span.place[1] = lastOf(best, 0, most, alike);
-  span.place[2] = lastOf(best, 1, most, alike);
+  for (const int end : {0, 1}) {
+    const double t = lastOf(best, end, most, flatOrAlike);
+    // Hardly beyond the tool's own edge, where no normal is one of what the edge lies on.
+    const bool beyond = t != end && !isAlike(gapAt(t));
+    const double place = beyond ? lastOf(best, t, most, alike) : t;
+    // Where edges cross it is the same place, its normal a little turned.
+    span.place[1 + end] = std::abs(place - best) * length < kInset ? best : place;
+  }
   return span;
 }
 

@@ -224,6 +224,41 @@ TEST(TouchingSpan, EndsWhereTheEdgeIsApart) {
   EXPECT_NEAR(span.place[2], 0.75, 2e-3);
 }
 
+/** Of an edge that lies on a face, both ends are told where that face's normal still is: beyond, none of it would be.
+ */
+TEST(TouchingSpan, EndsWhereTheFaceDoes) {
+  constexpr double kLength = 0.04, kWithin = 2e-4, kFaceEnds = 0.6;
+  const auto beyond = [](double t) { return kLength * std::max(0.0, t - kFaceEnds); };
+  double asked = 0;
+  const auto gap = [&](double t) {
+    asked = t;
+    return std::hypot(beyond(t), kWithin);
+  };
+  const auto normal = [&](double) { return Vec3(-beyond(asked), 0, kWithin).normalized(); };
+  const EdgeSpan span = touchingSpan(0.002, kLength, Vec3(0, 0, -kWithin), gap, normal);
+  ASSERT_TRUE(span.near);
+  EXPECT_EQ(span.place[1], 0);
+  EXPECT_NEAR(span.place[2], kFaceEnds, 1e-3);
+  (void)gap(span.place[2]);
+  EXPECT_GT(normal(0).z(), SceneContacts::kSameWay);
+}
+
+/** Where edges cross, one place is told: those beside it, within reach of the same touch, have normals that are turned.
+ */
+TEST(TouchingSpan, IsOnePlaceWhereEdgesCross) {
+  constexpr double kLength = 0.04, kWithin = 2e-4, kCross = 0.3;
+  double asked = 0;
+  const auto gap = [&](double t) {
+    asked = t;
+    return std::hypot(kLength * (t - kCross), kWithin);
+  };
+  const auto normal = [&](double) { return Vec3(kLength * (kCross - asked), 0, kWithin).normalized(); };
+  const EdgeSpan span = touchingSpan(0.002, kLength, Vec3(0, 0, -kWithin), gap, normal);
+  ASSERT_TRUE(span.near);
+  EXPECT_NEAR(span.place[0], kCross, 1e-4);
+  EXPECT_FALSE(span.has(1) || span.has(2));
+}
+
 INSTANTIATE_TEST_SUITE_P(Of, StraightRidges, ::testing::Values(0, 1, 12), [](const auto& parts) {
   return parts.param == 0 ? std::string("ABox") : "AMeshOf" + std::to_string(12 * parts.param * parts.param);
 });

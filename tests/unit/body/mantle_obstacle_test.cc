@@ -10,48 +10,14 @@
 #include "rt/collide/mantle.h"
 #include "rt/collide/round.h"
 #include "support/seeds.h"
-#include "support/signed_gap.h"
 #include "support/test_mesh.h"
-#include "tests/support/finer_mesh.h"
 #include "tests/support/random.h"
-#include "tests/support/tool_house.h"
+#include "tests/support/wandering_tool.h"
 
 namespace hapticd {
 namespace {
 
-using test::kFloor;
-using test::kWall;
-using test::object;
 using test::TestMesh;
-using House = test::ToolHouse;
-
-/** Calls visit(x, radius) for balls along the axis that fill most of the mantle, and for points of edges. */
-template <class Visit>
-void onAll(const Shape& shape, const Visit& visit) {
-  constexpr int kPlaces = 80;
-  for (int j = 0; j <= kPlaces; ++j) {
-    const double t = 2.0 * j / kPlaces - 1, radius = shape.size.x(), half = shape.size.y();
-    const bool can = shape.kind == ShapeKind::kCylinder;
-    if (shape.kind == ShapeKind::kBox) {
-      test::onBoxEdges(shape.size, t, [&](const Vec3& x) { visit(x, 0); });
-    } else if (!can || std::abs(t) * half + radius <= half) {
-      visit({0, 0, t * half}, radius);
-    }
-    if (!can) continue;
-    const double angle = EIGEN_PI * t;
-    for (const double z : {-half, half}) visit({radius * std::cos(angle), radius * std::sin(angle), z}, 0);
-  }
-}
-
-double depthOf(const Shape& tool, const Shape& ground, const Pose& X_TG) {
-  double deepest = 0;
-  onAll(tool, [&](const Vec3& x, double radius) {
-    deepest = std::max(deepest, radius - test::signedGap(ground, X_TG.inverse() * x));
-  });
-  onAll(ground,
-        [&](const Vec3& x, double radius) { deepest = std::max(deepest, radius - test::signedGap(tool, X_TG * x)); });
-  return deepest;
-}
 
 struct Pair {
   const char* name;
@@ -70,39 +36,7 @@ TEST_P(Mantles, AreCarriedBetweenTheirDiscs) {
   for (const unsigned seed : known > 0 ? std::vector<unsigned>{known} : seeds(1)) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Random random(seed);
-    const Pose X_WG{Vec3::Zero(), random.turn()};
-    TestMesh block = test::boxMesh(ground.size);
-    block.flags = HD_MESH_CLOSED;
-    TestMesh mesh = test::finer(block, std::max(1, cells), X_WG);
-    House house;
-    house.meshes.publish(4, mesh.view());
-    house.send(CommandKind::kObjectPose, hd_object_pose{kFloor, 0, {0, 0, -1}, {1, 0, 0, 0}, {}, {}});
-    house.reshape(tool.kind, tool.size);
-    AddObject obstacle = object(kWall, ShapeKind::kMesh, Vec3::Zero(), Vec3::Zero());
-    obstacle.shape.mesh = 4;
-    if (cells == 0) {
-      obstacle = object(kWall, ground.kind, ground.size, Vec3::Zero());
-      store(X_WG.q, obstacle.q);
-    }
-    obstacle.material = {1000, 0, 0, 0};
-    Vec3 hand(0, 0, 0.07), to = hand, turn(1.57, 0, 0);
-    house.aim(hand, turn);
-    house.run(500);
-    house.send(CommandKind::kAddObject, obstacle);
-    house.hold();
-    double deepest = 0;
-    int touched = 0;
-    for (int i = 0; i < 2000; ++i) {
-      if (i % 300 == 0) to = random.vector(0.03);
-      hand += 0.004 * (to - hand);
-      turn += random.vector(0.003);
-      house.aim(hand, turn);
-      house.run(1);
-      touched += house.servo->cycle().tool(0).last().touching > 0;
-      if (i % 4 == 0) deepest = std::max(deepest, depthOf(tool, ground, house.place().inverse() * X_WG));
-    }
-    EXPECT_GT(touched, 500);
-    EXPECT_LT(deepest, 150e-6);
+    EXPECT_LT(test::deepestOf({tool, ground, 0, cells, {1.57, 0, 0}}, random), 150e-6);
   }
 }
 
@@ -156,21 +90,23 @@ TEST(MantleTouch, IsWhereAStraightEdgeIsNearest) {
   const Shape cylinder{ShapeKind::kCylinder, {0.02, 0.1, 0}};
   const ObstacleEdge edge{{0.03, -0.01, -0.02}, {0.03, 0.03, 0.02}};
   MantleTouch touch;
-  ASSERT_TRUE(meetMantle(cylinder, edge, Pose{}, {}, touch));
+  ASSERT_TRUE(meetMantle(cylinder, edge, Pose{}, Vec3::Zero(), touch));
   EXPECT_NEAR(touch.t, 0.25, 1e-12);
   EXPECT_NEAR(touch.gap, 0.01, 1e-12);
   EXPECT_LT((touch.x - Vec3(0.03, 0, -0.01)).norm(), 1e-12);
   EXPECT_LT((touch.n - Vec3(-1, 0, 0)).norm(), 1e-12);
   ObstacleEdge beside{{0.03, 0.01, 0}, {0.03, 0.03, 0.02}};
-  ASSERT_TRUE(meetMantle(cylinder, beside, Pose{}, {}, touch));
+  ASSERT_TRUE(meetMantle(cylinder, beside, Pose{}, Vec3::Zero(), touch));
   EXPECT_EQ(touch.t, 0);
   EXPECT_NEAR(touch.gap, std::hypot(0.03, 0.01) - 0.02, 1e-12);
   beside.goes_on = true;
-  ASSERT_TRUE(meetMantle(cylinder, beside, Pose{}, {}, touch));
+  ASSERT_TRUE(meetMantle(cylinder, beside, Pose{}, Vec3::Zero(), touch));
   EXPECT_NEAR(touch.t, -0.5, 1e-12);
   EXPECT_NEAR(touch.gap, 0.01, 1e-12);
   // Along the axis, beyond an end, nearer to an end, and on the axis.
-  const auto meets = [&](const Vec3& from, const Vec3& to) { return meetMantle(cylinder, {from, to}, {}, {}, touch); };
+  const auto meets = [&](const Vec3& from, const Vec3& to) {
+    return meetMantle(cylinder, {from, to}, Pose{}, Vec3::Zero(), touch);
+  };
   EXPECT_FALSE(meets({0.03, 0, 0}, {0.031, 0, 0.05}));
   EXPECT_FALSE(meets({0.03, -0.01, 0.101}, {0.03, 0.01, 0.101}));
   EXPECT_FALSE(meets({0.015, -0.01, 0.096}, {0.015, 0.01, 0.096}));

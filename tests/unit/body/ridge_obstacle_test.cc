@@ -12,9 +12,9 @@
 #include "support/seeds.h"
 #include "support/signed_gap.h"
 #include "support/test_mesh.h"
-#include "tests/support/finer_mesh.h"
 #include "tests/support/random.h"
 #include "tests/support/tool_house.h"
+#include "tests/support/wandering_tool.h"
 
 namespace hapticd {
 namespace {
@@ -145,56 +145,11 @@ TEST_P(RidgeObstacles, CarryToolsBetweenTheirPoints) {
   }
 }
 
-/**
- * How deep at most a box that wanders over another and turns at random is in it; `ground_parts`, `tool_parts`: along an
- * edge of each of the 12 triangles that it is a mesh of, 0: it is a primitive.
- */
 double deepestOn(const Vec3& half, int tool_parts, int ground_parts, const Vec3& first_turn, unsigned seed) {
   Random random(seed);
-  const Shape tool{ShapeKind::kBox, half};
-  const Vec3 size(random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(0.005, 0.02));
-  const Shape ground{ShapeKind::kBox, size};
-  const Pose X_WG{Vec3::Zero(), random.turn()};
-  TestMesh held = test::boxMesh(half), block = test::boxMesh(size);
-  held.flags = block.flags = HD_MESH_CLOSED;
-  TestMesh mesh = test::finer(block, std::max(1, ground_parts), X_WG);
-  House house;
-  house.meshes.publish(3, held.view());
-  house.meshes.publish(4, mesh.view());
-  house.send(CommandKind::kObjectPose, hd_object_pose{kFloor, 0, {0, 0, -1}, {1, 0, 0, 0}, {}, {}});
-  tool_parts > 0 ? house.reshape(ShapeKind::kMesh, Vec3::Zero(), 3) : house.reshape(tool.kind, half);
-  AddObject obstacle = object(kWall, ShapeKind::kMesh, Vec3::Zero(), Vec3::Zero());
-  obstacle.shape.mesh = 4;
-  if (ground_parts == 0) {
-    obstacle = object(kWall, ground.kind, size, Vec3::Zero());
-    store(X_WG.q, obstacle.q);
-  }
-  obstacle.material = {1000, 0, 0, 0};
-  Vec3 hand(0, 0, 0.07), to = hand, turn = first_turn;
-  house.aim(hand, turn);
-  house.run(500);
-  house.send(CommandKind::kAddObject, obstacle);
-  house.hold();
-  double deepest = 0;
-  int touched = 0;
-  for (int i = 0; i < 3000; ++i) {
-    if (i % 300 == 0) to = random.vector(0.03);
-    hand += 0.004 * (to - hand);
-    turn += random.vector(0.003);
-    house.aim(hand, turn);
-    house.run(1);
-    touched += house.servo->cycle().tool(0).last().touching > 0;
-    const Pose X_TG = house.place().inverse() * X_WG;
-    for (int j = 0; i % 8 == 0 && j <= 40; ++j) {
-      test::onBoxEdges(size, 0.05 * j - 1,
-                       [&](const Vec3& x) { deepest = std::max(deepest, -test::signedGap(tool, X_TG * x)); });
-      test::onBoxEdges(half, 0.05 * j - 1, [&](const Vec3& x) {
-        deepest = std::max(deepest, -test::signedGap(ground, X_TG.inverse() * x));
-      });
-    }
-  }
-  EXPECT_GT(touched, 500);
-  return deepest;
+  const Vec3 ground(random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(0.005, 0.02));
+  return test::deepestOf({{ShapeKind::kBox, half}, {ShapeKind::kBox, ground}, tool_parts, ground_parts, first_turn},
+                         random);
 }
 
 /** Straight edges hold in one part or many, of boxes too, aslant as across; where parts meet nothing is caught. */

@@ -1,0 +1,98 @@
+/** @file
+ * How deep a tool sinks into something under a hand that wanders over it and turns at random.
+ */
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/signed_gap.h"
+#include "tests/support/finer_mesh.h"
+#include "tests/support/random.h"
+#include "tests/support/test_mesh.h"
+#include "tests/support/tool_house.h"
+
+namespace hapticd::test {
+
+/** Calls visit(x, radius) for balls along the axis that fill most of the mantle, and for points of edges. */
+template <class Visit>
+void onSurface(const Shape& shape, const Visit& visit) {
+  constexpr int kPlaces = 80;
+  for (int j = 0; j <= kPlaces; ++j) {
+    const double t = 2.0 * j / kPlaces - 1, radius = shape.size.x(), half = shape.size.y();
+    const bool can = shape.kind == ShapeKind::kCylinder;
+    if (shape.kind == ShapeKind::kBox) {
+      onBoxEdges(shape.size, t, [&](const Vec3& x) { visit(x, 0); });
+    } else if (!can || std::abs(t) * half + radius <= half) {
+      visit({0, 0, t * half}, radius);
+    }
+    if (!can) continue;
+    const double angle = EIGEN_PI * t;
+    for (const double z : {-half, half}) visit({radius * std::cos(angle), radius * std::sin(angle), z}, 0);
+  }
+}
+
+/** Boxes, cylinders and capsules, each sampled against the other: at which pose in which frame the names tell. */
+inline double depthOf(const Shape& tool, const Shape& ground, const Pose& X_TG) {
+  double deepest = 0;
+  onSurface(tool, [&](const Vec3& x, double radius) {
+    deepest = std::max(deepest, radius - signedGap(ground, X_TG.inverse() * x));
+  });
+  onSurface(ground,
+            [&](const Vec3& x, double radius) { deepest = std::max(deepest, radius - signedGap(tool, X_TG * x)); });
+  return deepest;
+}
+
+/** A tool and what it is on. Boxes may be meshes: of so many parts along an edge of each of 12 triangles; 0: of none.
+ */
+struct ToolOnGround {
+  Shape tool, ground;
+  int tool_parts = 0, ground_parts = 0;
+  Vec3 first_turn = Vec3::Zero();
+};
+
+/** The deepest of 3000 ticks without friction [m]; expects that it touches in most. */
+inline double deepestOf(const ToolOnGround& pair, Random& random) {
+  const Pose X_WG{Vec3::Zero(), random.turn()};
+  const auto meshOf = [](const Shape& shape, int parts, const Pose& X) {
+    TestMesh block = boxMesh(shape.size);
+    block.flags = HD_MESH_CLOSED;
+    return finer(block, std::max(1, parts), X);
+  };
+  TestMesh held = meshOf(pair.tool, pair.tool_parts, {}), mesh = meshOf(pair.ground, pair.ground_parts, X_WG);
+  ToolHouse house;
+  house.meshes.publish(3, held.view());
+  house.meshes.publish(4, mesh.view());
+  house.send(CommandKind::kObjectPose, hd_object_pose{kFloor, 0, {0, 0, -1}, {1, 0, 0, 0}, {}, {}});
+  pair.tool_parts > 0 ? house.reshape(ShapeKind::kMesh, Vec3::Zero(), 3)
+                      : house.reshape(pair.tool.kind, pair.tool.size);
+  AddObject obstacle = object(kWall, ShapeKind::kMesh, Vec3::Zero(), Vec3::Zero());
+  obstacle.shape.mesh = 4;
+  if (pair.ground_parts == 0) {
+    obstacle = object(kWall, pair.ground.kind, pair.ground.size, Vec3::Zero());
+    store(X_WG.q, obstacle.q);
+  }
+  obstacle.material = {1000, 0, 0, 0};
+  Vec3 hand(0, 0, 0.07), to = hand, turn = pair.first_turn;
+  house.aim(hand, turn);
+  house.run(500);
+  house.send(CommandKind::kAddObject, obstacle);
+  house.hold();
+  double deepest = 0;
+  int touched = 0;
+  for (int i = 0; i < 3000; ++i) {
+    if (i % 300 == 0) to = random.vector(0.03);
+    hand += 0.004 * (to - hand);
+    turn += random.vector(0.003);
+    house.aim(hand, turn);
+    house.run(1);
+    touched += house.servo->cycle().tool(0).last().touching > 0;
+    if (i % 4 == 0) deepest = std::max(deepest, depthOf(pair.tool, pair.ground, house.place().inverse() * X_WG));
+  }
+  EXPECT_GT(touched, 500);
+  return deepest;
+}
+
+}  // namespace hapticd::test

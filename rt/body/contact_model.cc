@@ -19,11 +19,11 @@ constexpr double kStay = 4;
 
 /** What is deeper than a contact chosen, by more than what rests may be, counts as so much farther from it: that one
  * does not stand for it. */
-constexpr double kDeeper = 100;
+constexpr double kDeeperApart = 100;
 
 /** How little y, which was chosen, stands for x; squared [m^2]. */
 double apart(const Contact& x, const Contact& y) HD_RT {
-  const double deeper = kDeeper * std::max(0.0, x.depth - y.depth - ContactModel::kLeastReach);
+  const double deeper = kDeeperApart * std::max(0.0, x.depth - y.depth - ContactModel::kLeastReach);
   return (x.p_WA - y.p_WA).squaredNorm() + kNormalLength * kNormalLength * (x.n_W - y.n_W).squaredNorm() +
          deeper * deeper;
 }

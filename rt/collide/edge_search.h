@@ -15,7 +15,7 @@
 namespace hapticd {
 
 // What tells whether a normal belongs to an edge, of a box as of a mesh.
-inline constexpr double kAside = 0.1;      ///< Sine of the angle by which it may look into a face of the edge,
+inline constexpr double kAside = 0.1;       ///< Sine of the angle by which it may look into a face of the edge,
 inline constexpr double kAlong = 0.3;       ///< and along it: farther on it is nearer.
 inline constexpr double kOffMantle = 1e-3;  ///< Cosine of a cylinder's axis with a normal that is none of its mantle.
 /** How far within an edge the tool is asked for, at most a quarter of what the edge is of [m]. */

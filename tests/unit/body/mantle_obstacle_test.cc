@@ -41,7 +41,7 @@ TEST_P(Mantles, AreCarriedBetweenTheirDiscs) {
 }
 
 const Shape kStylus{ShapeKind::kCapsule, {0.002, 0.06, 0}}, kSpoke{ShapeKind::kCylinder, {0.003, 0.05, 0}};
-const Shape kCan{ShapeKind::kCylinder, {0.01, 0.02, 0}}, kCoin{ShapeKind::kCylinder, {0.03, 0.003, 0}};
+const Shape kTub{ShapeKind::kCylinder, {0.01, 0.02, 0}}, kCoin{ShapeKind::kCylinder, {0.03, 0.003, 0}};
 const Shape kBlock{ShapeKind::kBox, {0.02, 0.015, 0.01}}, kTin{ShapeKind::kCylinder, {0.02, 0.012, 0}};
 
 INSTANTIATE_TEST_SUITE_P(
@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Pair{"AStylusOnABlock", kStylus, kBlock, 0}, Pair{"AStylusOnAMesh", kStylus, kBlock, 1},
                       Pair{"AStylusOnAFineMesh", kStylus, kBlock, 12}, Pair{"AStylusOnATin", kStylus, kTin, 0},
                       Pair{"ASpokeOnABlock", kSpoke, kBlock, 0}, Pair{"ASpokeOnAMesh", kSpoke, kBlock, 1},
-                      Pair{"ASpokeOnAFineMesh", kSpoke, kBlock, 12}, Pair{"ACanOnAMesh", kCan, kBlock, 1, 21},
+                      Pair{"ASpokeOnAFineMesh", kSpoke, kBlock, 12}, Pair{"ATubOnAMesh", kTub, kBlock, 1, 21},
                       Pair{"ACoinOnAMesh", kCoin, kBlock, 1, 21}, Pair{"ACoinOnAFineMesh", kCoin, kBlock, 12, 12},
                       Pair{"ASpokeOnATin", kSpoke, kTin, 0}),
     [](const auto& pair) { return pair.param.name; });

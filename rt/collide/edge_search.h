@@ -91,9 +91,10 @@ struct EdgeSpan {
 
 /**
  * Of an edge of that length where gapAt(t), for t from 0 to 1, is at most `margin`; normalOf(gap) is the normal where
- * it was asked last. The gap changes by no more than the way along the edge. The ends are those of what lies along the
- * tool though aslant, by up to kAslant or within it: held at its nearest place alone it would sink in at the other end.
- * Farther on another face of the tool is nearest. Some 10 gaps where the tool lies flat along it, else 90 at most.
+ * it was asked last, and `within` leads from the edge to where it is asked, in the frame of the normals. The gap
+ * changes by no more than the way along the edge. The ends are those of what lies along the tool though aslant, by up
+ * to kAslant or within it: held at its nearest place alone it would sink in at the other end. Farther on another face
+ * of the tool is nearest. Some 10 gaps where the tool lies flat along it, else 90 at most.
  */
 template <class Gap, class Normal>
 EdgeSpan touchingSpan(double margin, double length, const Vec3& within, const Gap& gapAt,

@@ -50,7 +50,7 @@ void SleepWatch::lose(int error) {
   lock_.reset();
   if (asleep_) sleeps(false);
   if (std::exchange(told_, true)) return;
-  log::info("nobody says when the machine goes to sleep: {}", std::strerror(-error));
+  log::info("no way to learn when the machine goes to sleep: {}", std::strerror(-error));
 }
 
 void SleepWatch::sleeps(bool asleep) {

@@ -116,7 +116,7 @@ void addRun(CLI::App& app, Run& chosen) {
   sub->add_option("-t,--trajectory", options->trajectory, "Generator or file")->capture_default_str();
   addFileOptions(*sub, options->file);
   addSurface(*sub, options->surface);
-  sub->add_option("--threshold", options->threshold, "Of the position error, in metres")
+  sub->add_option("--threshold", options->threshold, "Position error above which samples are counted [m]")
       ->capture_default_str()
       ->check(positive());
   sub->add_option("--samples", options->samples, "CSV file for every sample, answer and time of a step");

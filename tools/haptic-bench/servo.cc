@@ -119,7 +119,7 @@ void addServo(CLI::App& app, Run& chosen) {
   servo->add_option("--seconds", options->seconds, "Length of each side of a round [s]")
       ->capture_default_str()
       ->check(within(0.1, 600.0));
-  servo->add_option("--triangles", options->triangles, "Of the sphere that is stroked")
+  servo->add_option("--triangles", options->triangles, "Triangles of the sphere that is stroked")
       ->capture_default_str()
       ->check(CLI::Range(100, 8'000'000))
       ->transform(hapticd_options::decimal);

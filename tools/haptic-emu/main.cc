@@ -86,11 +86,11 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   falcon->add_option("--press", options.habits.press, "How far the hand goes toward the base and back [m]")
       ->capture_default_str()
       ->check(haptic_emu::within(0, 0.03));
-  falcon->add_option("--period", options.habits.period_s, "Of pressing [s]")
+  falcon->add_option("--period", options.habits.period_s, "Time of one press, there and back [s]")
       ->capture_default_str()
       ->check(haptic_emu::within(0.1, 60));
   falcon->add_flag("!--no-homing", options.habits.homes, "The hand does not home it when it is asked to");
-  falcon->add_option("--port", options.vhci.port, "Of vhci_hcd")
+  falcon->add_option("--port", options.vhci.port, "Port of vhci_hcd that it is plugged into")
       ->capture_default_str()
       ->check(CLI::Range(0, 7))
       ->transform(hapticd_options::decimal);
@@ -108,7 +108,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
     one->add_option("--press", hid.press, "How far the hand goes and back [m]")
         ->capture_default_str()
         ->check(haptic_emu::within(0, 0.04));
-    one->add_option("--period", hid.period_s, "Of that [s]")->capture_default_str()->check(haptic_emu::within(0.1, 60));
+    one->add_option("--period", hid.period_s, "Time of one way there and back [s]")
+        ->capture_default_str()
+        ->check(haptic_emu::within(0.1, 60));
     one->add_option("--every", hid.every_s, "Seconds between two lines; 0 for none")
         ->capture_default_str()
         ->check(haptic_emu::within(0, kLongest_s));

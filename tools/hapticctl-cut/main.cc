@@ -113,7 +113,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
                     ->type_name("X,Y,Z")
                     ->excludes(plane);
   auto* radius =
-      app.add_option("--radius", o.cut.shape.radius, "Of the ball")->check(hapticctl::positive())->needs(shell);
+      app.add_option("--radius", o.cut.shape.radius, "Radius of the ball")->check(hapticctl::positive())->needs(shell);
   shell->needs(radius);
   app.add_option("--pull", o.pull, "The way the fragment comes out; a plane's normal")->type_name("X,Y,Z")->required();
   app.add_option("--noise", o.cut.shape.noise, "Roughness of the cut, root mean square")->check(number(0));

@@ -138,10 +138,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
       "raw numbers. Further options go to hapticctl load: --points, --center, --name, --at, --friction, ...");
   app.allow_extras();
   app.add_option("FILE", o.input.file, "The image, or a folder of DICOM slices")->required();
-  app.add_option("--series", o.input.series,
-                 "Of several DICOM series this one: its number in the list, or its identifier")
+  app.add_option("--series", o.input.series, "Which of several DICOM series: its number in the list, or its identifier")
       ->check(isThere);
-  app.add_option("--grid", o.input.grid, "Of several grids of a .vdb this one: its number in the list, or its name")
+  app.add_option("--grid", o.input.grid, "Which of several grids of a .vdb: its number in the list, or its name")
       ->check(isThere);
   app.add_option("--scale", o.input.scale, "The unit of a .vdb that does not say it")
       ->type_name("UNIT|NUMBER")

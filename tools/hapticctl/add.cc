@@ -52,7 +52,7 @@ haptic_shape makeShape(const AddOptions& options) {
     }
     return shape;
   }
-  failUsage(options.kind, "no such shape", "there is: plane, sphere, box, capsule, cylinder, group");
+  failUsage(options.kind, "no such shape", "shapes are plane, sphere, box, capsule, cylinder and group");
 }
 
 }  // namespace

@@ -115,7 +115,8 @@ int play(const HandOptions& options, const Globals& globals) {
   live.clear();
   haptic_acks acks{};
   if (haptic_session_acks(session.get(), &acks) == HAPTIC_OK && acks.rejected != 0) {
-    throw Failure{kExitRefused, options.file, fmt::format("the daemon refused {} of the hand's wishes", acks.rejected),
+    throw Failure{kExitRefused, options.file,
+                  fmt::format("the daemon refused {} of the hand's positions", acks.rejected),
                   haptic_error_text(static_cast<int>(acks.last_rejected_code))};
   }
   if (globals.json)
@@ -131,8 +132,10 @@ void addHand(CLI::App& app, Action& chosen) {
   command->add_option("FILE", options->file, "CSV with columns t,x,y,z (s, m); a recording of monitor --csv will do")
       ->required();
   command->add_option("DEVICE", options->device, "URI, name or serial; without it: the open one");
-  command->add_flag("--loop", options->loop, "Again and again, until Ctrl-C");
-  command->add_option("--speed", options->speed, "Times as fast")->capture_default_str()->check(number(0.01, 100.0));
+  command->add_flag("--loop", options->loop, "Repeat until Ctrl-C");
+  command->add_option("--speed", options->speed, "How many times as fast as recorded")
+      ->capture_default_str()
+      ->check(number(0.01, 100.0));
   command->callback(
       [&chosen, options] { chosen = [options](const Globals& globals) { return play(*options, globals); }; });
 }

@@ -52,7 +52,7 @@ void show(const std::string& name, const haptic_device_limits& limits, bool json
 void addLimits(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand(
       "limits",
-      "Show or change the limits of a device: with --admin, to lower them also as the user who holds its lease");
+      "Show or change a device's limits; to raise them takes --admin, to lower them that or its lease holder's user");
   auto o = std::make_shared<LimitsOptions>();
   o->wanted.size = sizeof o->wanted;
   command->add_option("DEVICE", o->device, "URI, name or serial; without it: the first open one");

@@ -166,7 +166,7 @@ void addLoad(CLI::App& app, Action& chosen) {
       ->type_name("MM")
       ->check(number(0, 1000))
       ->needs(voxel);
-  command->add_flag("--fill-holes", o->fill_holes, "Of an open mesh, close the holes of its volume; else it is refused")
+  command->add_flag("--fill-holes", o->fill_holes, "Close the holes of an open mesh for its volume; else it is refused")
       ->needs(voxel);
   addPlacement(*command, o->placement);
   command->callback([&chosen, o] { chosen = [o](const Globals& globals) { return load(*o, globals); }; });

@@ -188,7 +188,7 @@ void addMonitor(CLI::App& app, Action& chosen) {
       ->check(number(0.001, 1e7));
   command->callback([&chosen, options] {
     chosen = [options](const Globals& globals) {
-      if (options->csv && globals.json) failUsage("--csv", "goes not together with --json");
+      if (options->csv && globals.json) failUsage("--csv", "cannot go together with --json");
       return monitor(*options, globals);
     };
   });

@@ -289,10 +289,10 @@ void addCollide(CLI::App& app, Run& chosen) {
   collide->add_option("--pair", options->pairs, "bumpy, peg, frac")
       ->capture_default_str()
       ->check(CLI::IsMember({"bumpy", "peg", "frac"}));
-  collide->add_option("--peer-seconds", options->peer_seconds, "Of processor time for each question to a library")
+  collide->add_option("--peer-seconds", options->peer_seconds, "Processor time for each question to a library [s]")
       ->capture_default_str()
       ->check(within(0.1, 3600.0));
-  collide->add_option("--passes", options->passes, "Over the 2000 poses, for each figure of ours")
+  collide->add_option("--passes", options->passes, "Passes over the 2000 poses, for each figure of ours")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000))
       ->transform(hapticd_options::decimal);

@@ -152,11 +152,15 @@ void addCost(CLI::App& app, Run& chosen) {
       ->capture_default_str()
       ->check(CLI::Range(8, 8'000'000))
       ->transform(hapticd_options::decimal);
-  cost->add_option("--radius", options->radii_mm, "Of the swept ball [mm]")
+  cost->add_option("--radius", options->radii_mm, "Radius of the swept ball [mm]")
       ->capture_default_str()
       ->check(within(0.0, 10.0));
-  cost->add_option("--seconds", options->seconds, "Of stroke")->capture_default_str()->check(within(0.1, 600.0));
-  cost->add_option("--speed", options->speed, "Of the hand [m/s]")->capture_default_str()->check(within(0.001, 1.0));
+  cost->add_option("--seconds", options->seconds, "Length of the stroke [s]")
+      ->capture_default_str()
+      ->check(within(0.1, 600.0));
+  cost->add_option("--speed", options->speed, "Speed of the hand [m/s]")
+      ->capture_default_str()
+      ->check(within(0.001, 1.0));
   cost->add_option("--profile", options->profile,
                    "CSV to which each tick is appended: time, sweeps, nodes and triangles visited, and those gathered");
   cost->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });

@@ -92,17 +92,21 @@ void addModels(CLI::App& app, Run& chosen) {
       ->capture_default_str()
       ->check(within(1.0, 1000.0));
   models->add_option("--stiffness", options->stiffness, "[N/m]")->capture_default_str()->check(within(1.0, 1e5));
-  models->add_option("--latency", options->latency_ms, "From the client's sample to the force [ms]")
+  models->add_option("--latency", options->latency_ms, "Time from the client's sample to the force [ms]")
       ->capture_default_str()
       ->check(within(0.0, 1000.0));
-  models->add_option("--seconds", options->seconds, "Of the stroke at 0.1 m/s and 1 N; 0.3 are not judged")
+  models
+      ->add_option("--seconds", options->seconds,
+                   "Length of the stroke at 0.1 m/s and 1 N [s]; 0.3 of it are not judged")
       ->capture_default_str()
       ->check(within(0.5, 100.0));
-  models->add_option("--triangles", options->triangles, "Of the mesh")
+  models->add_option("--triangles", options->triangles, "Triangles of the mesh")
       ->capture_default_str()
       ->check(CLI::Range(100, 8'000'000))
       ->transform(hapticd_options::decimal);
-  models->add_option("--radius", options->radius, "Of the mesh [m]")->capture_default_str()->check(within(0.001, 10.0));
+  models->add_option("--radius", options->radius, "Radius of the mesh [m]")
+      ->capture_default_str()
+      ->check(within(0.001, 10.0));
   models->add_option("--bumps", options->bumps, "Height of its bumps, of the radius; 0: a sphere")
       ->capture_default_str()
       ->check(within(0.0, 0.3));

@@ -223,7 +223,7 @@ void addStability(CLI::App& app, Run& chosen) {
   command->add_option("--pair", o->pair, "Only this")->check(CLI::IsMember(pairNames()));
   command->add_option("--response", o->response, "Only this: constraint, impulse or penalty")
       ->check(CLI::IsMember({kDefault, "impulse", "penalty"}));
-  command->add_option("--voxel", o->voxel_mm, "Of the volumes")
+  command->add_option("--voxel", o->voxel_mm, "Side of the voxels of the volumes")
       ->type_name("MM")
       ->check(within(0.1, 5.0))
       ->capture_default_str();

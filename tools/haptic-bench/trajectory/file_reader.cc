@@ -89,12 +89,12 @@ Trajectory readOut(const Table& table, const std::vector<double>& t_s, const Vec
 void addFileOptions(CLI::App& sub, FileOptions& options) {
   sub.add_option("--columns", options.columns, "Names of a file's columns, as t,x,y,z,-,fn (- is passed over)");
   sub.add_flag("--out", options.out, "The file's positions are on the surface: an out-trajectory");
-  sub.add_option("--rate", options.rate_hz, "Of a file without times, Hz")->check(positive());
-  sub.add_option("--device", options.device, "Of a recording, from 0")
+  sub.add_option("--rate", options.rate_hz, "Samples a second of a file without times [Hz]")->check(positive());
+  sub.add_option("--device", options.device, "Device of a recording, from 0")
       ->capture_default_str()
       ->check(within(0, 63))
       ->transform(hapticd_options::decimal);
-  sub.add_option("--max-gap", options.max_gap_s, "Longest step of a file's times, s")->check(positive());
+  sub.add_option("--max-gap", options.max_gap_s, "Longest step of a file's times [s]")->check(positive());
 }
 
 Trajectory readColumns(const Table& table, const FileOptions& options, const Model& model, const Surface& surface) {

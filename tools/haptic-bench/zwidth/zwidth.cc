@@ -88,14 +88,14 @@ void addZwidth(CLI::App& app, Run& chosen) {
   sub->add_option("--rate", options->rates_hz, "Servo and device rates [Hz]")
       ->capture_default_str()
       ->check(within(100.0, 16000.0));
-  sub->add_option("--delay", options->delays, "From a sample to its force [ticks]")
+  sub->add_option("--delay", options->delays, "Delay from a sample to its force [ticks]")
       ->capture_default_str()
       ->check(CLI::Range(0, 16))
       ->transform(hapticd_options::decimal);
-  sub->add_option("--damping", options->dampings, "Of the wall [N s/m]")
+  sub->add_option("--damping", options->dampings, "Damping of the wall [N s/m]")
       ->capture_default_str()
       ->check(within(0.0, 1000.0));
-  sub->add_option("--push", options->push, "With which the hand presses [N]")
+  sub->add_option("--push", options->push, "Force with which the hand presses [N]")
       ->capture_default_str()
       ->check(within(0.01, 100.0));
   sub->add_option("--slew", options->force_slew, "Slew limit of the guard [N/s]; the default is out of the way")

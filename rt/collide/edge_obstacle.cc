@@ -5,15 +5,15 @@
 
 #include "rt/collide/edge_search.h"
 #include "rt/collide/feature.h"
+#include "rt/collide/mantle.h"
 #include "rt/collide/purse.h"
 #include "rt/collide/round.h"
 
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kArcs = 8;  ///< Of a rim.
-
-/** One edge of B, straight or an eighth of a rim, as far as A may reach; in B's frame. */
+/** One edge of B, straight or an arc of a rim, as far as A may reach; in B's frame. A rim may meet a face of A and, not
+ * far on, another: of an arc so short that is one place. */
 struct Edge {
   Vec3 origin;  ///< Its middle; of an arc that of the rim.
   Vec3 along;   ///< Unit; of an arc zero.
@@ -30,19 +30,22 @@ struct Edge {
     return t * length() < kInset ? 0 : (1 - t) * length() < kInset ? 1 : t;
   }
   [[nodiscard]] double length() const HD_RT { return (last - first) * (radius > 0 ? radius : 1); }
+  [[nodiscard]] ObstacleEdge whole() const HD_RT {
+    return radius > 0 ? ObstacleEdge{origin, origin, radius} : ObstacleEdge{point(0), point(1)};
+  }
 };
 
-std::uint32_t edgesOf(const Shape& shape) HD_RT { return shape.kind == ShapeKind::kBox ? kBoxEdges : 2 * kArcs; }
+std::uint32_t edgesOf(const Shape& shape) HD_RT { return shape.kind == ShapeKind::kBox ? kBoxEdges : 2 * kRimArcs; }
 
 /** `near`: A's middle in B's frame, and how far it reaches from there. */
 Edge edgeOf(const Shape& shape, std::uint32_t i, const Vec3& near, double reach) HD_RT {
   Edge edge;
   if (shape.kind == ShapeKind::kCylinder) {
-    const double arc = 2 * EIGEN_PI / kArcs;
-    edge.origin = Vec3(0, 0, i < kArcs ? -shape.size.y() : shape.size.y());
+    const double arc = 2 * EIGEN_PI / kRimArcs;
+    edge.origin = Vec3(0, 0, i < kRimArcs ? -shape.size.y() : shape.size.y());
     edge.along = Vec3::Zero();
     edge.radius = shape.size.x();
-    edge.first = arc * (i % kArcs);
+    edge.first = arc * (i % kRimArcs);
     edge.last = edge.first + arc;
     return edge;
   }
@@ -80,9 +83,14 @@ Vec3 withinEdge(const Shape& shape, const Vec3& x, const Vec3& along, double tim
 
 bool leansOut(const Shape& shape, const Vec3& x, const Vec3& n) HD_RT {
   if (shape.kind == ShapeKind::kCylinder) {
-    const Vec3 out = Vec3(x.x(), x.y(), 0).normalized();
-    return std::copysign(1.0, x.z()) * n.z() > -kAside && out.dot(n) > -kAside && std::abs(out.cross(n).z()) < kAlong;
+    const double radius = x.head<2>().norm(), across = n.head<2>().norm();
+    const bool end = shape.size.y() - std::abs(x.z()) <= kOnBorder * shape.size.y();
+    if (end ? std::copysign(1.0, x.z()) * n.z() < -kAside : std::abs(n.z()) > kAlong) return false;
+    if (!(shape.size.x() - radius <= kOnBorder * shape.size.x())) return !(across > kAlong);
+    const Vec3 out(x.x() / radius, x.y() / radius, 0);
+    return out.dot(n) > -kAside && std::abs(out.cross(n).z()) < kAlong;
   }
+  if (shape.kind != ShapeKind::kBox) return true;
   for (int i = 0; i < 3; ++i) {
     if (isAtBorder(shape, x, i) ? std::copysign(1.0, x[i]) * n[i] < -kAside : std::abs(n[i]) > kAlong) return false;
   }
@@ -129,7 +137,6 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     Vec3 n_A = normal(apart), p_A = nearest.point;
     double gap = n_A.dot(p_A - X_AB * x_B);
     if (gap > margin) return;
-    if (held.shape.kind == ShapeKind::kCylinder && isOnMantle(held.shape, p_A, n_A)) return;
     const Vec3 along = X_AB.q * edge.along;
     if (t > 0 && t < 1 && edge.radius == 0 && std::abs(n_A.dot(along)) > kAlong) {
       const auto look = [&](double shift, Vec3& n, Vec3& p) HD_RT {
@@ -144,6 +151,8 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
       gap = crossing.gap;
       p_A = X_AB * x_B + gap * n_A;
     }
+    if (isAboutAxis(held.shape) && isOnMantle(held.shape, p_A, n_A) && isMantles(held.shape, edge.whole(), X_AB, x_B))
+      return;
     if (!leansOut(obstacle.shape, x_B, X_AB.q.conjugate() * n_A)) return;
     Contact contact;
     contact.n_W = held.X_WO.q * n_A;
@@ -157,6 +166,7 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
   };
   const Vec3 middle = X_AB.inverse().p;
   const std::uint32_t count = edgesOf(obstacle.shape);
+  std::uint32_t to_its_end = count;  // Of a rim the arc of which the end was told.
   for (std::uint32_t i = 0; i < count && !purse.empty(); ++i) {
     const Edge edge = edgeOf(obstacle.shape, i, middle, tool);
     const double length = edge.length(), reach = 0.5 * length + std::max(kReach, margin);
@@ -166,7 +176,10 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     const auto along = [&](double t) HD_RT { return gapAt(edge.point(t), edge.along, reach); };
     const EdgeSpan span = touchingSpan(margin + 2 * kInset, length, within, along, normal);
     for (int j = 0; j < 3; ++j) {
-      if (span.has(j)) add(edge, edge.orEnd(span.place[j]), 3 * i + static_cast<std::uint32_t>(j));
+      if (!span.has(j)) continue;
+      const bool told = span.place[j] == 0 && to_its_end + 1 == i && i % kRimArcs > 0;
+      if (edge.radius > 0 && span.place[j] == 1) to_its_end = i;
+      if (!told) add(edge, edge.orEnd(span.place[j]), 3 * i + static_cast<std::uint32_t>(j));
     }
   }
 }

@@ -21,13 +21,15 @@ inline constexpr double kOffMantle = 1e-3;  ///< Cosine of a cylinder's axis wit
 /** How far within an edge the tool is asked for, at most a quarter of what the edge is of [m]. */
 inline constexpr double kInset = 2e-4;
 
+inline constexpr double kOnBorder = 1e-6;  ///< Of a shape: a tool's points are floats.
+
 /** Whether x, on a box's surface, is so on axis i. */
 [[nodiscard]] inline bool isAtBorder(const Shape& box, const Vec3& x, int i) HD_RT {
-  return box.size[i] - std::abs(x[i]) <= 1e-9 * box.size[i];
+  return box.size[i] - std::abs(x[i]) <= kOnBorder * box.size[i];
 }
 
-/** Whether what touches a box or cylinder at x along n may lean there: n is outward on both faces of the edge, or all
- * of the corner. */
+/** Whether what touches a box or cylinder at x, on its surface, along n may lean there: n is outward on all faces that
+ * meet there, and hardly looks along them. True of every other shape. */
 [[nodiscard]] bool leansOut(const Shape& shape, const Vec3& x, const Vec3& n) HD_RT;
 
 /** Whether a touch of a cylinder or capsule along n, in its frame, is its mantle's: not an end's, nor a rim's. */

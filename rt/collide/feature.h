@@ -10,14 +10,15 @@
 namespace hapticd {
 
 // Below: points, balls and discs of A, by ToolPoints' number. All are below ContactModel's 2^24 - 1.
-inline constexpr std::uint32_t kFirstBall = ToolPoints::kMost;      ///< Balls or discs of B that A's surface meets.
-inline constexpr std::uint32_t kFirstEdge = 4 * ToolPoints::kMost;  ///< Places on edges of a box or cylinder B.
-inline constexpr std::uint32_t kFirstRidge = 1u << 16;              ///< Places on ridges of a mesh B.
+inline constexpr std::uint32_t kFirstBall = ToolPoints::kMost;  ///< Balls or discs of B that A's surface meets.
+inline constexpr std::uint32_t kFirstEdge =
+    4 * ToolPoints::kMost;                              ///< Places on edges of a box or cylinder B, three on each.
+inline constexpr std::uint32_t kFirstRidge = 1u << 16;  ///< Places on ridges of a mesh B.
 inline constexpr std::uint32_t kFeatures = (1u << 24) - 2;
 
 // What of B is met by A's mantle (mantle.h).
-inline constexpr std::uint32_t kBoxCorners = 8, kBoxEdges = 12, kRimParts = 16;
-inline constexpr std::uint32_t kFirstBoxCorner = kFirstEdge + 64;
+inline constexpr std::uint32_t kBoxCorners = 8, kBoxEdges = 12, kRimArcs = 32, kRimParts = 16;
+inline constexpr std::uint32_t kFirstBoxCorner = kFirstEdge + 3 * 2 * kRimArcs;
 inline constexpr std::uint32_t kFirstBoxEdge = kFirstBoxCorner + kBoxCorners;
 inline constexpr std::uint32_t kFirstRim = kFirstBoxEdge + kBoxEdges;  ///< Of a cylinder's two.
 inline constexpr std::uint32_t kFirstPeak = 1u << 22;                  ///< Vertices of a mesh,

@@ -97,24 +97,26 @@ bool edgeOfFeature(const Shape& obstacle, std::uint32_t feature, ObstacleEdge& o
   }
 }
 
-bool meetMantle(const Shape& a, const ObstacleEdge& edge, const Pose& X_AE, const Vec3& start, MantleTouch& out) HD_RT {
+MantleMeeting meetMantle(const Shape& a, const ObstacleEdge& edge, const Pose& X_AE, const Vec3& start,
+                         MantleTouch& out) HD_RT {
   out.t = 0;
   if (edge.isRim()) {
-    if (!nearestOnRim(edge, X_AE, start, out.x)) return false;
+    if (!nearestOnRim(edge, X_AE, start, out.x)) return MantleMeeting::kNone;
   } else {
     const Vec3 from = X_AE * edge.from, way = X_AE.q * (edge.to - edge.from);
     const double across = way.head<2>().squaredNorm();
-    if (across < kAlongAxis * kAlongAxis * way.squaredNorm()) return false;
+    if (across < kAlongAxis * kAlongAxis * way.squaredNorm()) return MantleMeeting::kAlong;
     if (across > 0) out.t = -from.head<2>().dot(way.head<2>()) / across;
     if (!edge.goes_on) out.t = std::clamp(out.t, 0.0, 1.0);
     out.x = from + out.t * way;
   }
   const double radius = out.x.head<2>().norm(), end = a.size.y() - std::abs(out.x.z());
   out.gap = radius - a.size.x();
-  if (!(end >= 0 && radius > 0)) return false;
-  if (a.kind == ShapeKind::kCylinder && -out.gap > end) return false;
+  if (!(end >= 0)) return MantleMeeting::kBeyond;
+  if (!(radius > 0)) return MantleMeeting::kNone;
+  if (a.kind == ShapeKind::kCylinder && -out.gap > end) return MantleMeeting::kNone;
   out.n = {-out.x.x() / radius, -out.x.y() / radius, 0};
-  return true;
+  return MantleMeeting::kMet;
 }
 
 }  // namespace hapticd

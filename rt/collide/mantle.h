@@ -31,6 +31,14 @@ struct ObstacleEdge {
 /** That of a feature number, where it is one of these of the obstacle's. */
 [[nodiscard]] bool edgeOfFeature(const Shape& obstacle, std::uint32_t feature, ObstacleEdge& out) HD_RT;
 
+/** What an edge nearest to an axis meets of a mantle about it. */
+enum class MantleMeeting : std::uint8_t {
+  kNone,
+  kAlong,   ///< The edge lies along the axis, which discs and balls tell.
+  kBeyond,  ///< It is nearest beyond an end.
+  kMet
+};
+
 /** Where an edge is nearest to an axis; in the frame of what has the axis. */
 struct MantleTouch {
   double t;    ///< Of a straight edge, the place on it: from 0 to 1, or beyond.
@@ -40,11 +48,18 @@ struct MantleTouch {
 };
 
 /**
- * Of an edge in a frame at X_AE; on a rim the place nearest to the axis about `start`, in the edge's frame. False where
- * the edge lies along the axis, which discs and balls tell, or beyond an end, or nearer to a cylinder's end than to its
- * mantle, or on the axis.
+ * Of an edge in a frame at X_AE; on a rim the place nearest to the axis about `start`, in the edge's frame. kNone also
+ * where it is nearer to a cylinder's end than to its mantle, or on the axis; `out` is of use where it is met.
  */
-[[nodiscard]] bool meetMantle(const Shape& a, const ObstacleEdge& edge, const Pose& X_AE, const Vec3& start,
-                              MantleTouch& out) HD_RT;
+[[nodiscard]] MantleMeeting meetMantle(const Shape& a, const ObstacleEdge& edge, const Pose& X_AE, const Vec3& start,
+                                       MantleTouch& out) HD_RT;
+
+/** Whether what touches the mantle there is told as its (mantle_obstacle.cc, discs, balls): else, about a cylinder's
+ * rim, the edge may touch both and be left by each to the other. */
+[[nodiscard]] inline bool isMantles(const Shape& a, const ObstacleEdge& edge, const Pose& X_AE,
+                                    const Vec3& start) HD_RT {
+  MantleTouch touch;
+  return a.kind == ShapeKind::kCapsule || meetMantle(a, edge, X_AE, start, touch) != MantleMeeting::kBeyond;
+}
 
 }  // namespace hapticd

@@ -29,7 +29,8 @@ bool SceneContacts::meetsMantle(const CollideRequest::Held& held, const CollideR
   ObstacleEdge edge;
   MantleTouch touch;
   const Pose X_AB = held.X_WO.inverse() * obstacle.X_WO;
-  if (!edgeOfFeature(obstacle.shape, feature, edge) || !meetMantle(held.shape, edge, X_AB, start, touch)) return false;
+  if (!edgeOfFeature(obstacle.shape, feature, edge)) return false;
+  if (meetMantle(held.shape, edge, X_AB, start, touch) != MantleMeeting::kMet) return false;
   const bool straight = !edge.isRim() && !edge.isCorner();
   if (touch.gap > margin || (straight && (touch.t <= 0 || touch.t >= 1))) return false;  // At its end: a corner's.
   contact.n_W = held.X_WO.q * touch.n;

@@ -193,7 +193,6 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     Vec3 n_A = normal(gap_inset), p_A = nearest.point;
     double gap = n_A.dot(p_A - X_AB * x_B);
     if (!(gap <= margin)) return false;
-    if (isAboutAxis(held.shape) && isOnMantle(held.shape, p_A, n_A)) return false;
     if (t == 0 || t == 1) {
       const std::uint32_t end = t > 0 ? (corner + 1) % 3 : corner;
       if (!isPeak(mesh, triangle, end, X_AB.q.conjugate() * n_A, purse.report.work)) return false;
@@ -210,6 +209,9 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
       gap = crossing.gap;
       p_A = X_AB * x_B + gap * n_A;
     }
+    if (isAboutAxis(held.shape) && isOnMantle(held.shape, p_A, n_A) &&
+        isMantles(held.shape, {ridge.from, ridge.to, 0, true}, X_AB, Vec3::Zero()))
+      return false;
     const Vec3 n_B = X_AB.q.conjugate() * n_A;
     if (n_B.dot(ridge.one) < -kAside || n_B.dot(ridge.other) < -kAside) return false;
     if (isTold(x_B, 0, gap, n_A)) return true;

@@ -74,7 +74,8 @@ void meetMantleAgain(const RoundBody& a, std::uint32_t feature, const RoundBody&
   MantleTouch now;
   const Vec3 before = com_W + touch.r_a;
   if (!edgeOfFeature(b.shape, feature, edge)) return;
-  if (!meetMantle(a.shape, edge, a.X_WO.inverse() * b.X_WO, b.X_WO.inverse() * before, now)) return;
+  const Pose X_AB = a.X_WO.inverse() * b.X_WO;
+  if (meetMantle(a.shape, edge, X_AB, b.X_WO.inverse() * before, now) != MantleMeeting::kMet) return;
   const Vec3 n = a.X_WO.q * now.n;
   if (!sameSide(n, touch.n)) return;
   touch.n = n;

@@ -1,5 +1,5 @@
 /** @file
- * How deep a tool sinks into something under a hand that wanders over it and turns at random.
+ * How deep a tool sinks into something under a hand that wanders over it and turns at random, and how it is shaken.
  */
 #pragma once
 
@@ -45,16 +45,26 @@ inline double depthOf(const Shape& tool, const Shape& ground, const Pose& X_TG) 
   return deepest;
 }
 
+inline const Shape kStylus{ShapeKind::kCapsule, {0.002, 0.06, 0}}, kSpoke{ShapeKind::kCylinder, {0.003, 0.05, 0}};
+inline const Shape kTub{ShapeKind::kCylinder, {0.01, 0.02, 0}}, kBrick{ShapeKind::kBox, {0.01, 0.02, 0.005}};
+inline const Shape kBlock{ShapeKind::kBox, {0.02, 0.015, 0.01}}, kTin{ShapeKind::kCylinder, {0.02, 0.012, 0}};
+
 /** A tool and what it is on. Boxes may be meshes: of so many parts along an edge of each of 12 triangles; 0: of none.
  */
 struct ToolOnGround {
   Shape tool, ground;
   int tool_parts = 0, ground_parts = 0;
   Vec3 first_turn = Vec3::Zero();
+  double friction = 0;
 };
 
-/** The deepest of 3000 ticks without friction [m]; expects that it touches in most. */
-inline double deepestOf(const ToolOnGround& pair, Random& random) {
+struct Wandered {
+  double deepest = 0;  ///< [m]
+  double shaken = 0;   ///< By how much the contact's force changed from tick to tick, in all [N].
+};
+
+/** 3000 ticks; expects that it touches in many. */
+inline Wandered wander(const ToolOnGround& pair, Random& random) {
   const Pose X_WG{Vec3::Zero(), random.turn()};
   const auto meshOf = [](const Shape& shape, int parts, const Pose& X) {
     TestMesh block = boxMesh(shape.size);
@@ -74,13 +84,14 @@ inline double deepestOf(const ToolOnGround& pair, Random& random) {
     obstacle = object(kWall, pair.ground.kind, pair.ground.size, Vec3::Zero());
     store(X_WG.q, obstacle.q);
   }
-  obstacle.material = {1000, 0, 0, 0};
+  obstacle.material = {1000, 0, pair.friction, pair.friction};
   Vec3 hand(0, 0, 0.07), to = hand, turn = pair.first_turn;
   house.aim(hand, turn);
   house.run(500);
   house.send(CommandKind::kAddObject, obstacle);
   house.hold();
-  double deepest = 0;
+  Wandered wandered;
+  Vec3 force = Vec3::Zero();
   int touched = 0;
   for (int i = 0; i < 3000; ++i) {
     if (i % 300 == 0) to = random.vector(0.03);
@@ -88,11 +99,17 @@ inline double deepestOf(const ToolOnGround& pair, Random& random) {
     turn += random.vector(0.003);
     house.aim(hand, turn);
     house.run(1);
-    touched += house.servo->cycle().tool(0).last().touching > 0;
-    if (i % 4 == 0) deepest = std::max(deepest, depthOf(pair.tool, pair.ground, house.place().inverse() * X_WG));
+    const auto& last = house.servo->cycle().tool(0).last();
+    touched += last.touching > 0;
+    wandered.shaken += (last.contact.force - force).norm();
+    force = last.contact.force;
+    if (i % 4 == 0) {
+      const double depth = depthOf(pair.tool, pair.ground, house.place().inverse() * X_WG);
+      wandered.deepest = std::max(wandered.deepest, depth);
+    }
   }
   EXPECT_GT(touched, 500);
-  return deepest;
+  return wandered;
 }
 
 }  // namespace hapticd::test

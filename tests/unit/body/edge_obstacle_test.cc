@@ -8,6 +8,7 @@
 #include "support/signed_gap.h"
 #include "support/test_mesh.h"
 #include "tests/support/tool_house.h"
+#include "tests/support/wandering_tool.h"
 
 namespace hapticd {
 namespace {
@@ -113,6 +114,19 @@ INSTANTIATE_TEST_SUITE_P(
                       Crossing{"MantleAcrossRidge", kRoll, kBar, {-0.664, 1.424, 0}, {kEighth, 0, 0}, 0.00566},
                       Crossing{"MantleOnCorner", kRoll, kCube, {-0.664, 1.424, 0}, {0.6155, kEighth, 0}, 0.0052}),
     [](const auto& crossing) { return crossing.param.name; });
+
+/** A rim that comes out of the tool's face at its border may go in again not far on, where its corner is. */
+TEST(RimObstacle, IsMetInEachPlace) {
+  Random random(6);
+  const test::ToolOnGround pair{{ShapeKind::kBox, {0.01, 0.02, 0.005}},
+                                {ShapeKind::kCylinder, {0.0278572029, 0.0099796971, 0}},
+                                1,
+                                0,
+                                Vec3::Zero(),
+                                0.4};
+  for (int i = 0; i < 3; ++i) (void)random.in(0, 1);
+  EXPECT_LT(test::wander(pair, random).deepest, 150e-6);
+}
 
 }  // namespace
 }  // namespace hapticd

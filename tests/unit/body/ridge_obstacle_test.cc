@@ -148,8 +148,9 @@ TEST_P(RidgeObstacles, CarryToolsBetweenTheirPoints) {
 double deepestOn(const Vec3& half, int tool_parts, int ground_parts, const Vec3& first_turn, unsigned seed) {
   Random random(seed);
   const Vec3 ground(random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(0.005, 0.02));
-  return test::deepestOf({{ShapeKind::kBox, half}, {ShapeKind::kBox, ground}, tool_parts, ground_parts, first_turn},
-                         random);
+  const test::ToolOnGround pair{
+      {ShapeKind::kBox, half}, {ShapeKind::kBox, ground}, tool_parts, ground_parts, first_turn};
+  return test::wander(pair, random).deepest;
 }
 
 /** Straight edges hold in one part or many, of boxes too, aslant as across; where parts meet nothing is caught. */

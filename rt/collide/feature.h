@@ -24,6 +24,10 @@ inline constexpr std::uint32_t kFirstRim = kFirstBoxEdge + kBoxEdges;  ///< Of a
 inline constexpr std::uint32_t kFirstPeak = 1u << 22;                  ///< Vertices of a mesh,
 inline constexpr std::uint32_t kFirstMeshEdge = 1u << 23;              ///< and its edges: triangle times 3 plus corner.
 
+/** Whether it says of which corner, edge or rim of B: the touch turns with it from tick to tick (mantle.h). */
+[[nodiscard]] constexpr bool isOfMantle(std::uint32_t feature) {
+  return (feature >= kFirstBoxCorner && feature < kFirstRidge) || feature >= kFirstPeak;
+}
 /** Of a vertex of B; 0: its number is too large. */
 [[nodiscard]] constexpr std::uint32_t peakFeature(std::uint32_t vertex) {
   return vertex < kFirstMeshEdge - kFirstPeak ? kFirstPeak + vertex : 0;

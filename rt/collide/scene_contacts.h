@@ -117,7 +117,10 @@ class SceneContacts {
   /** Whether contact i is that of a cylinder's point, and of a disc, too: what is tied to that point would only brake
    * the cylinder where it rolls. */
   [[nodiscard]] bool isBesideDisc(std::uint32_t i, const CollideRequest::Held& held) const HD_RT;
-  void dropBesideDiscs(const CollideRequest::Held& held) HD_RT;
+  /** Whether contact i is of a disc that meets a corner, edge or rim which is told by its number, too (mantle.h). That
+   * one turns from tick to tick, the disc's plane only from answer to answer: both in turn would shake the cylinder. */
+  [[nodiscard]] bool isMetByMantle(std::uint32_t i) const HD_RT;
+  void dropToldTwice(const CollideRequest::Held& held) HD_RT;
   /** False where that is not known of all obstacles. */
   bool tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
   using Walls = std::array<PointTouch, 2>;  ///< With the nearest three, which hold a ball.

@@ -84,6 +84,25 @@ void meetMantleAgain(const RoundBody& a, std::uint32_t feature, const RoundBody&
   touch.moving += w_B.cross(com_W + touch.r_a - before);
 }
 
+/** Of boxes and cylinders what is nearest to a ball is told by one question, and turns as the ball goes over an edge.
+ */
+bool isEdged(const Shape& shape) HD_RT { return shape.kind == ShapeKind::kBox || shape.kind == ShapeKind::kCylinder; }
+
+/** From B's surface where that is nearest to a ball of A; false: stays as it was. */
+bool ballOnPrimitive(const Ball& ball, const RoundBody& b, Touch& touch) HD_RT {
+  NearestQuery query;
+  query.x = b.X_WO.inverse() * ball.center;
+  query.limit = kOnePrimitive;
+  Nearest nearest;
+  if (nearestOnShape(b.shape, query, nearest) != NearestResult::kFound) return false;
+  const double apart = std::sqrt(nearest.squared_distance), gap = nearest.isInside(query.x) ? -apart : apart;
+  const Vec3 n = b.X_WO.q * (apart > 1e-7 ? Vec3((query.x - nearest.point) / gap) : nearest.pseudo_normal);
+  if (!sameSide(n, touch.n)) return false;
+  touch.n = n;
+  touch.gap = gap - ball.radius;
+  return true;
+}
+
 }  // namespace
 
 Vec3 onAxis(const RoundBody& b, const Vec3& x_W) HD_RT {
@@ -131,7 +150,7 @@ void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const
     if (!sameSide(way, touch.n)) return;
     touch.n = way / apart;
     touch.gap = apart - x.radius - b.shape.size.x();
-  } else {
+  } else if (!isRound(a.shape) || !isEdged(b.shape) || !ballOnPrimitive(x, b, touch)) {
     touch.gap += touch.n.dot(x.center - x.radius * touch.n - before);
   }
   touch.r_a = x.center - x.radius * touch.n - com_W;

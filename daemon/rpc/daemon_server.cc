@@ -121,7 +121,12 @@ kj::Promise<void> DaemonServer::openSession(OpenSessionContext context) {
 
 kj::Promise<void> DaemonServer::scene(SceneContext context) {
   return answer(context, [&](auto, auto results) -> Result<void> {
-    results.setScene(kj::heap<SceneServer>(core_, connection_));
+    // One for all who ask: a client that releases none would have the daemon keep them all.
+    KJ_IF_MAYBE (scene, scene_) {
+      results.setScene(*scene);
+    } else {
+      results.setScene(scene_.emplace(kj::heap<SceneServer>(core_, connection_)));
+    }
     return {};
   });
 }

@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 
 #include "daemon/rpc/answered_stream.h"
+#include "daemon/rpc/question_limit.h"
 #include "daemon/rpc/servers.h"
 #include "daemon/rpc/stop_only_server.h"
 
@@ -37,7 +38,8 @@ struct ControlServer::Connection {
 
   Connection(kj::Own<kj::AsyncIoStream> s, Core& core, std::uint64_t connection)
       : stream(kj::heap<AnsweredStream>(kj::mv(s).downcast<kj::AsyncCapabilityStream>())),
-        network(*stream, kDescriptors, capnp::rpc::twoparty::Side::SERVER, readerOptions()),
+        messages(*stream, [&core, connection] { logHolder(core.client(connection)); }),
+        network(messages, kDescriptors, capnp::rpc::twoparty::Side::SERVER, readerOptions()),
         rpc(capnp::makeRpcServer(network, daemonFor(core, connection))) {
     rpc.setFlowLimit(kFlowWords);
   }
@@ -47,7 +49,13 @@ struct ControlServer::Connection {
     return kj::heap<DaemonServer>(core, connection);
   }
 
+  static void logHolder(const Client& by) {
+    log::warn("client '{}' (pid {}, uid {}) is cut off: it holds more than {} answers (Finish them)",
+              log::printable(by.name), by.pid, by.uid, QuestionLimit::kMostOpen);
+  }
+
   kj::Own<kj::AsyncCapabilityStream> stream;
+  QuestionLimit messages;
   capnp::TwoPartyVatNetwork network;
   capnp::RpcSystem<capnp::rpc::twoparty::VatId> rpc;
 };

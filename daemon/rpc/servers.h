@@ -175,6 +175,7 @@ class DaemonServer : public proto::Daemon::Server {
 
   Core& core_;
   std::uint64_t connection_;
+  kj::Maybe<proto::Scene::Client> scene_;  ///< Once it has been asked for.
 };
 
 }  // namespace hapticd

@@ -1,6 +1,7 @@
 // Bad input for every method, and peers that do not play by the rules.
 #include <capnp/rpc.capnp.h>
 #include <capnp/serialize.h>
+#include <malloc.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -8,6 +9,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "daemon/rpc/question_limit.h"
 #include "tests/integration/raw_client.h"
 #include "tests/integration/running_daemon.h"
 
@@ -178,29 +180,74 @@ TEST_F(Hostile, GarbageHugeAndHalfMessagesEndOnlyTheirOwnConnection) {
   close(half);
 }
 
-/** Else the daemon would keep all that it does not read. */
-TEST_F(Hostile, WhoReadsNoAnswersIsNotReadEither) {
-  const int fd = rawConnection();
-  const auto send = [&](capnp::MallocMessageBuilder& message) {
-    const auto words = capnp::messageToFlatArray(message);
-    const auto bytes = words.asBytes();
-    return ::send(fd, bytes.begin(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
-  };
-  capnp::MallocMessageBuilder bootstrap;
-  bootstrap.initRoot<capnp::rpc::Message>().initBootstrap().setQuestionId(0);
-  ASSERT_TRUE(send(bootstrap));
-  constexpr int kMost = 20'000;  // Each answer has more than a kilobyte, a socket some hundreds.
-  int sent = 0, refused = 0;
-  while (sent < kMost && refused < 100) {
+/** Says what it likes, without the manners of Cap'n Proto's own client. */
+class Rude {
+ public:
+  static constexpr std::uint16_t kScene = 5, kConfiguration = 13, kDump = 15;  ///< Numbers in control.capnp.
+
+  explicit Rude(int fd) : fd_(fd) {
+    capnp::MallocMessageBuilder message;
+    message.initRoot<capnp::rpc::Message>().initBootstrap().setQuestionId(0);
+    EXPECT_TRUE(send(message));
+  }
+  ~Rude() { close(fd_); }
+  Rude(const Rude&) = delete;
+  Rude& operator=(const Rude&) = delete;
+
+  /** False: there is no room at the moment, or nobody any more. */
+  bool call(std::uint32_t question, std::uint16_t method) {
     capnp::MallocMessageBuilder message;
     auto call = message.initRoot<capnp::rpc::Message>().initCall();
-    call.setQuestionId(static_cast<std::uint32_t>(sent) + 1);
+    call.setQuestionId(question);
     call.initTarget().initPromisedAnswer().setQuestionId(0);
     call.setInterfaceId(capnp::typeId<proto::Daemon>());
-    call.setMethodId(15);  // dump
-    call.initParams().getContent().initAs<proto::Daemon::DumpParams>();
+    call.setMethodId(method);
+    call.initParams().getContent().initAs<proto::Daemon::ConfigurationParams>();
     call.getSendResultsTo().setCaller();
-    if (send(message)) {
+    return send(message);
+  }
+  bool finish(std::uint32_t question, bool release = true) {
+    capnp::MallocMessageBuilder message;
+    auto finish = message.initRoot<capnp::rpc::Message>().initFinish();
+    finish.setQuestionId(question);
+    finish.setReleaseResultCaps(release);
+    return send(message);
+  }
+  /** How many bytes it has read. */
+  std::size_t read() {
+    std::string room(1 << 20, 0);
+    ssize_t n = 0;
+    while ((n = recv(fd_, room.data(), room.size(), MSG_DONTWAIT)) > 0) got_ += static_cast<std::size_t>(n);
+    ended_ = n == 0 || (n < 0 && errno != EAGAIN);
+    return got_;
+  }
+  [[nodiscard]] bool ended() const { return ended_; }
+
+ private:
+  bool send(capnp::MallocMessageBuilder& message) {
+    if (unsent_.size() == 0) unsent_ = capnp::messageToFlatArray(message);
+    const auto bytes = unsent_.asBytes().slice(sent_, unsent_.asBytes().size());
+    const ssize_t n = ::send(fd_, bytes.begin(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+    if (n > 0) sent_ += static_cast<std::size_t>(n);
+    if (n < static_cast<ssize_t>(bytes.size())) return false;
+    unsent_ = nullptr;
+    sent_ = 0;
+    return true;
+  }
+
+  int fd_;
+  kj::Array<capnp::word> unsent_;  ///< Until it has gone out whole the next call of send() goes on with it.
+  std::size_t sent_ = 0, got_ = 0;
+  bool ended_ = false;
+};
+
+/** Else the daemon would keep all that it does not read. */
+TEST_F(Hostile, WhoReadsNoAnswersIsNotReadEither) {
+  Rude rude(rawConnection());
+  constexpr int kMost = 4000;  // Each answer has more than a kilobyte, a socket some hundreds.
+  int sent = 0, refused = 0;
+  while (sent < kMost && refused < 100) {
+    if (rude.call(static_cast<std::uint32_t>(sent) + 1, Rude::kDump)) {
       ++sent;
       refused = 0;
     } else {
@@ -210,14 +257,65 @@ TEST_F(Hostile, WhoReadsNoAnswersIsNotReadEither) {
   }
   EXPECT_LT(sent, kMost) << "nothing was read by anybody";
   EXPECT_TRUE(serves()) << "others are";
-  std::string room(1 << 20, 0);
-  std::size_t got = 0;
-  loop.until([&] {
-    for (ssize_t n = 0; (n = recv(fd, room.data(), room.size(), MSG_DONTWAIT)) > 0;) got += static_cast<std::size_t>(n);
-    return got > 1000 * static_cast<std::size_t>(sent);
-  });
-  EXPECT_GT(got, 1000 * static_cast<std::size_t>(sent)) << "once it reads it is read";
-  close(fd);
+  const std::size_t least = 1000 * static_cast<std::size_t>(sent);
+  EXPECT_TRUE(loop.until([&] { return rude.read() > least; })) << "once it reads it is read";
+}
+
+/** Cap'n Proto keeps an answer until it is finished. */
+TEST_F(Hostile, WhoFinishesNoAnswerIsCutOff) {
+  Rude rude(rawConnection());
+  const auto ask = [&](std::uint32_t questions, bool finish) {
+    for (std::uint32_t i = 1; i <= questions && !rude.ended();) {
+      if (rude.call(i, Rude::kConfiguration)) {
+        while (finish && !rude.finish(i) && !rude.ended()) rude.read();
+        ++i;
+      }
+      rude.read();
+    }
+  };
+  const std::uint32_t most = QuestionLimit::kMostOpen;
+  ask(3 * most, true);
+  EXPECT_FALSE(rude.ended()) << "who finishes them may ask as often as it likes";
+  ask(most - 1, false);  // The first is the capability that all are asked of.
+  loop.pause(100);
+  rude.read();
+  EXPECT_FALSE(rude.ended()) << "so many may be held";
+  EXPECT_TRUE(rude.call(most, Rude::kConfiguration));
+  EXPECT_TRUE(loop.until([&] {
+    rude.read();
+    return rude.ended();
+  }));
+  EXPECT_TRUE(serves()) << "others stay";
+  std::vector<int> others;  // With these and the fixture's there would be 64 before the next.
+  for (int i = 0; i < 62; ++i) others.push_back(rawConnection());
+  RawClient last{loop, daemon.control()};
+  EXPECT_TRUE(good(loop.call(last.daemon.stateRequest()).getStatus())) << "it keeps no place, although it stays";
+  for (const int fd : others) close(fd);
+}
+
+/** Nor is there a new capability for each time that somebody asks for the one scene. */
+TEST_F(Hostile, WhoReleasesNoSceneHoldsOne) {
+  constexpr std::uint32_t kCalls = 20'000;
+  Rude rude(rawConnection());
+  const auto held = [] {
+    const struct mallinfo2 info = mallinfo2();
+    return info.uordblks + info.hblkhd;
+  };
+  ASSERT_TRUE(serves());
+  const std::size_t before = held();
+  for (std::uint32_t i = 1; i <= kCalls; ++i) {
+    const auto patiently = [&](auto send) {
+      return loop.until([&] {
+        rude.read();
+        return send();
+      });
+    };
+    ASSERT_TRUE(patiently([&] { return rude.call(i, Rude::kScene); }));
+    ASSERT_TRUE(patiently([&] { return rude.finish(i, false); }));
+  }
+  std::size_t after = 0;
+  EXPECT_TRUE(loop.until([&] { return (after = held()) < before + kCalls * 16; })) << after - before << " bytes more";
+  EXPECT_FALSE(rude.ended());
 }
 
 TEST_F(Hostile, SentDescriptorsAreClosed) {

@@ -126,7 +126,9 @@ class Core {
                    std::uint16_t minor, SessionDone done);
   [[nodiscard]] Result<void> acquireLease(std::uint64_t session);
   [[nodiscard]] Result<void> releaseLease(std::uint64_t session);
-  /** Takes the lease and arms. `done` is called once, when the servo has answered. */
+  /** Takes the lease and arms. `done` is called once, when the servo has answered; a refusal leaves the lease as it
+   * was.
+   */
   void arm(std::uint64_t session, std::function<void(Result<void>)> done);
   [[nodiscard]] Result<void> disarm(std::uint64_t session);
   /** Anybody; an empty URI stops every device. */
@@ -139,7 +141,7 @@ class Core {
   /** Puts an object into the device's hand, in place of what it holds. Who may: as setRadius. Refused for planes,
    * groups, children, deformable meshes and what another hand holds. */
   [[nodiscard]] Result<void> attachTool(OpenDevice& device, const ToolWish& wish, const Client& by);
-  /** SceneModel::setShape(), but what is in a hand keeps a shape that can be held. */
+  /** SceneModel::setShape(), but what is in a hand keeps a shape that can be held, and is held anew as it now is. */
   [[nodiscard]] Result<void> setShape(std::string_view name, const ShapeSpec& shape);
   [[nodiscard]] Result<void> detachTool(OpenDevice& device, const Client& by);
   /** A spring [N/rad] that opens the gripper where it is closed further than `width` [rad]. Who may: as setRadius.
@@ -206,6 +208,7 @@ class Core {
     std::uint64_t session;
     std::uint64_t ticket;
     std::int64_t since_ns;
+    bool took_lease;  ///< For this: it is given back where the device is not armed.
     std::function<void(Result<void>)> done;
   };
   /** A session that waits for room. */
@@ -238,7 +241,12 @@ class Core {
   [[nodiscard]] Result<Session*> sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name);
   /** Whether that client may change how a device feels. */
   Result<void> mayChange(const OpenDevice& device, const Client& by);
+  /** The lease is free, or this session's own. */
+  [[nodiscard]] Result<void> mayHoldLease(std::uint64_t session);
+  [[nodiscard]] Result<void> mayArm(OpenDevice& device) const;
   Result<Session*> leaseHolder(std::uint64_t id, const char* to_do);
+  void hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& object);
+  void tellTool(const OpenDevice& device, const std::string& object, const std::string& what);
   [[nodiscard]] Result<void> mayRunServos() const;
   void order(OpenDevice& device, CommandKind kind);
   void loseLease(OpenDevice& device, const std::string& why);
@@ -284,6 +292,8 @@ class Core {
   std::map<const GroupLink*, std::uint64_t> events_dropped_;
   log::RateLimit refused_log_{1'000'000'000, 5};
   log::RateLimit overrun_log_{1'000'000'000, 1};
+  log::RateLimit stopped_log_{1'000'000'000, 2 * kMaxGroups* kMaxDevices};  ///< All at once, twice.
+  log::RateLimit bypassed_log_{1'000'000'000, 5};
   bool busy_ = false;
   bool asleep_ = false;
   bool stopping_ = false;

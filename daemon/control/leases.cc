@@ -85,7 +85,7 @@ Result<Session*> Core::sessionOn(OpenDevice& device, std::uint64_t connection, c
   return session;
 }
 
-Result<void> Core::acquireLease(std::uint64_t id) {
+Result<void> Core::mayHoldLease(std::uint64_t id) {
   Session* session = sessions_.find(id);
   if (session == nullptr) return gone();
   if (!live(*session)) return notLive();
@@ -99,6 +99,14 @@ Result<void> Core::acquireLease(std::uint64_t id) {
                      : fmt::format("'{}' (pid {}) holds the lease", holder->client.name, holder->client.pid),
                  "ask it to release the lease, or end it"};
   }
+  return {};
+}
+
+Result<void> Core::acquireLease(std::uint64_t id) {
+  if (auto r = mayHoldLease(id); !r) return r;
+  Session* session = sessions_.find(id);
+  OpenDevice& device = *session->device;
+  if (device.lease == id) return {};
   device.lease = id;
   log::info("{}: lease to '{}' (pid {})", device.name, log::printable(session->client.name), session->client.pid);
   publish(EventKind::kLeaseTaken, device.name, session->client.name, id);
@@ -127,31 +135,37 @@ Result<Session*> Core::leaseHolder(std::uint64_t id, const char* to_do) {
                "acquire the lease first"};
 }
 
-void Core::arm(std::uint64_t id, std::function<void(Result<void>)> done) {
-  if (auto r = acquireLease(id); !r) return done(r);
-  OpenDevice& device = *sessions_.find(id)->device;
+Result<void> Core::mayArm(OpenDevice& device) const {
   if (asleep_) {
-    return done(
-        Error{ErrorCode::kWouldBlock, device.name, "the machine goes to sleep", "arm it when the machine is awake"});
+    return Error{ErrorCode::kWouldBlock, device.name, "the machine goes to sleep", "arm it when the machine is awake"};
   }
   if (stopping_) {  // A client may be quick to reconnect, and the end would come on a force that rises.
-    return done(Error{ErrorCode::kWouldBlock, device.name, "hapticd stops", "arm it when hapticd is back"});
+    return Error{ErrorCode::kWouldBlock, device.name, "hapticd stops", "arm it when hapticd is back"};
   }
   if (device.device().calibration() == Calibration::kNeeded || device.device().calibration() == Calibration::kRunning) {
     const std::string& how = device.info().calibration_style;
-    return done(Error{ErrorCode::kUnsupported, device.name, "the device is not calibrated",
-                      how.empty() || how == "none" ? "calibrate it, then arm" : how + "; then arm"});
+    return Error{ErrorCode::kUnsupported, device.name, "the device is not calibrated",
+                 how.empty() || how == "none" ? "calibrate it, then arm" : how + "; then arm"};
   }
   if (!device.link->accepting()) {
-    return done(Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"});
+    return Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"};
   }
+  return {};
+}
+
+void Core::arm(std::uint64_t id, std::function<void(Result<void>)> done) {
+  if (auto r = mayHoldLease(id); !r) return done(r);
+  OpenDevice& device = *sessions_.find(id)->device;
+  if (auto r = mayArm(device); !r) return done(r);
   const std::string& uri = device.info().uri;
   if (auto r = armed_.add(uri); !r) return done(r);
+  const bool takes = device.lease != id;
+  (void)acquireLease(id);  // It may, as was just found.
   const std::uint64_t ticket = device.link->post(makeCommand(CommandKind::kArm, DeviceRef{device.index}));
   listed_.erase(std::remove_if(listed_.begin(), listed_.end(), [&](const Listed& l) { return l.uri == uri; }),
                 listed_.end());
   listed_.push_back({uri, ticket});
-  arms_.push_back({id, ticket, clock_.now(), std::move(done)});
+  arms_.push_back({id, ticket, clock_.now(), takes, std::move(done)});
 }
 
 void Core::pollArms() {
@@ -167,6 +181,7 @@ void Core::pollArms() {
     hd_sample sample;
     if (device.link->passed(arm.ticket) && device.link->latest(device.index, sample)) {
       if (sample.fault != HD_FAULT_NONE) {
+        if (arm.took_lease && device.lease == arm.session) loseLease(device, "it could not be armed");
         arm.done(Error{ErrorCode::kFaultLatched, device.name,
                        fmt::format("the cause is still there: {}", faultText(sample.fault)),
                        "clear the cause, then arm again"});
@@ -177,7 +192,13 @@ void Core::pollArms() {
       }
     } else if (clock_.now() - arm.since_ns > kArmAnswerNs) {
       // Else it came to be armed after this answer. Whoever has lost the lease was disarmed then.
-      if (device.lease == arm.session) order(device, CommandKind::kDisarm);
+      if (device.lease == arm.session) {
+        if (arm.took_lease) {
+          loseLease(device, "it could not be armed");
+        } else {
+          order(device, CommandKind::kDisarm);
+        }
+      }
       arm.done(Error{ErrorCode::kTimeout, device.name, "the servo did not answer", "see hapticctl status"});
     } else {
       arms_.push_back(std::move(arm));
@@ -225,7 +246,10 @@ Result<void> Core::stop(std::string_view uri, std::uint64_t connection) {
     targets.push_back(*device);
   }
   for (OpenDevice* device : targets) {
-    log::warn("{}: stopped by '{}' (pid {})", device->name, log::printable(by.name), by.pid);
+    if (std::uint64_t suppressed = 0; stopped_log_.allow(clock_.now(), suppressed)) {
+      log::warn("{}: stopped by '{}' (pid {}){}", device->name, log::printable(by.name), by.pid,
+                log::suppressedNote(suppressed));
+    }
     order(*device, CommandKind::kStop);
   }
   return {};
@@ -251,7 +275,10 @@ void Core::setAsleep(bool asleep) {
 void Core::order(OpenDevice& device, CommandKind kind) {
   device.link->callOffArms(device.index);
   if (device.link->urgent(makeCommand(kind, DeviceRef{device.index}))) return;
-  log::error("{}: the servo is dead; the device is made safe without it", device.name);
+  if (std::uint64_t suppressed = 0; bypassed_log_.allow(clock_.now(), suppressed)) {
+    log::error("{}: the servo takes no order at the moment; the device is made safe without it{}", device.name,
+               log::suppressedNote(suppressed));
+  }
   device.link->group().device(device.index).safe();
 }
 

@@ -45,7 +45,8 @@ class GroupLink final : public CommandSink {
   /** As DeviceGroup::takeDevices(). The group is no more; nothing but names and tickets answers. */
   [[nodiscard]] DeviceGroup::Leaving stop();
 
-  /** Overtakes what waits in the outbox: stop, disarm, loss of a session. False when the servo is dead. */
+  /** Overtakes what waits in the outbox: stop, disarm, loss of a session. False when the servo has no room, be it
+   * dead or flooded with such orders. */
   [[nodiscard]] bool urgent(const Command& command);
   /** Orders to arm that device that still wait become orders to disarm it: else they undid what overtakes them. */
   void callOffArms(std::uint32_t device);

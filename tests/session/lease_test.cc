@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 
@@ -105,6 +106,42 @@ TEST(Lease, WhereTheServoTakesNothingMoreNothingIsArmed) {
   bench.step(400);
   EXPECT_EQ(bench.sample().flags & HD_SAMPLE_ARMED, 0u);
   EXPECT_TRUE(bench.arm(session->id).ok());
+}
+
+TEST(Lease, ARefusedArmingLeavesItAsItWas) {
+  Bench bench;
+  Session* session = bench.live();
+  const std::vector<std::pair<const char*, std::function<void(bool)>>> obstacles = {
+      {"sleep", [&](bool stands) { bench.core.setAsleep(stands); }},
+      {"not calibrated",
+       [&](bool stands) { bench.scripted[0]->calibrated = stands ? Calibration::kNeeded : Calibration::kDone; }},
+      {"a stop that is open", [&](bool stands) { bench.core.lines().stop.store(stands); }},
+  };
+  for (const auto& [what, set] : obstacles) {
+    for (const bool held : {false, true}) {
+      SCOPED_TRACE(std::string(what) + (held ? ", held before" : ""));
+      if (held) {
+        ASSERT_TRUE(bench.core.acquireLease(session->id).ok());
+      }
+      set(true);
+      EXPECT_FALSE(bench.arm(session->id).ok());
+      EXPECT_EQ(bench.device().lease, held ? session->id : 0u);
+      set(false);
+      bench.step();
+      EXPECT_TRUE(bench.arm(session->id).ok());
+      EXPECT_EQ(bench.device().lease, session->id);
+      ASSERT_TRUE(bench.core.releaseLease(session->id).ok());
+      bench.step(20);
+    }
+  }
+  std::optional<Result<void>> late;  // No cycle comes that could answer.
+  bench.core.arm(session->id, [&](Result<void> r) { late = std::move(r); });
+  bench.clock.advance(2 * Core::kArmAnswerNs);
+  bench.core.poll();
+  ASSERT_TRUE(late && !late->ok());
+  EXPECT_EQ(bench.device().lease, 0u);
+  bench.step(20);
+  EXPECT_EQ(bench.sample().flags & HD_SAMPLE_ARMED, 0u);
 }
 
 TEST(Lease, NothingBeforeTheRegionsAreMapped) {

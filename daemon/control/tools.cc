@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "daemon/control/core.h"
 #include "daemon/log/log.h"
@@ -45,7 +46,6 @@ Result<void> Core::attachTool(OpenDevice& device, const ToolWish& wish, const Cl
   };
   auto object = scene_.find(wish.object);
   if (!object) return object.error();
-  const ShapeSpec& shape = object->spec.shape;
   if (auto r = checkMovable(object->spec, meshes_, device.name + "/tool"); !r) return r;
   if (!(wish.mass >= kLightest && wish.mass <= kHeaviest)) {
     return refuse(fmt::format("a tool weighs {:g} to {:g} kg", kLightest, kHeaviest), "for example 0.1");
@@ -60,6 +60,17 @@ Result<void> Core::attachTool(OpenDevice& device, const ToolWish& wish, const Cl
     }
   }
 
+  hold(device, wish, *object);
+  const HeldObject& tool = device.tool;
+  log::info("{}: holds '{}', {:g} kg at {:g} N/m{}{}", device.name, log::printable(tool.object), tool.mass,
+            tool.stiffness, tool.note.empty() ? "" : "; ", log::printable(tool.note));
+  tellTool(device, tool.object, tool.note.empty() ? "tool" : "tool; " + tool.note);
+  return {};
+}
+
+/** Inertia and coupling are those of its shape as it now is. */
+void Core::hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& object) {
+  const ShapeSpec& shape = object.spec.shape;
   const MassProperties mass = massOf(shape, meshes_, wish.mass);
   const DeviceInfo& info = device.info();
   const double dt = static_cast<double>(device.link->group().options().cycle.period_ns) * 1e-9;
@@ -67,7 +78,7 @@ Result<void> Core::attachTool(OpenDevice& device, const ToolWish& wish, const Cl
   const bool shows_torque = info.actuated_rotation && info.max_torque > 0;
   AttachTool order{};
   order.device = device.index;
-  order.object = object->id;
+  order.object = object.id;
   order.shows_torque = shows_torque ? 1 : 0;
   order.flags = (wish.weighs ? kToolWeighs : 0u) | (wish.direct ? kToolDirect : 0u);
   order.mass = wish.mass;
@@ -80,29 +91,33 @@ Result<void> Core::attachTool(OpenDevice& device, const ToolWish& wish, const Cl
   order.angular_stiffness = gains.angular_stiffness;
   order.angular_damping = gains.angular_damping;
   (void)device.link->post(makeCommand(CommandKind::kAttachTool, order));
-  device.tool = {
-      wish.object,  object->id,  wish.mass,   gains.outer * gains.stiffness / (gains.outer + gains.stiffness),
-      shows_torque, wish.weighs, wish.direct, {}};
-  const std::string note = toolNote(wish.object, shape, meshes_, shows_torque);
-  device.tool.note = note;
-  log::info("{}: holds '{}', {:g} kg at {:g} N/m{}{}", device.name, log::printable(wish.object), wish.mass,
-            device.tool.stiffness, note.empty() ? "" : "; ", log::printable(note));
+  device.tool = {wish.object,
+                 object.id,
+                 wish.mass,
+                 gains.outer * gains.stiffness / (gains.outer + gains.stiffness),
+                 wish.stiffness,
+                 shows_torque,
+                 wish.weighs,
+                 wish.direct,
+                 toolNote(wish.object, shape, meshes_, shows_torque)};
+}
+
+void Core::tellTool(const OpenDevice& device, const std::string& object, const std::string& what) {
   Event event;
   event.kind = EventKind::kObjectChanged;
   event.t_ns = clock_.now();
   event.device = device.name;
-  event.object = wish.object;
-  event.text = note.empty() ? "tool" : "tool; " + note;
+  event.object = object;
+  event.text = what;
   events_.publish(event);
-  return {};
 }
 
 Result<void> Core::setShape(std::string_view name, const ShapeSpec& shape) {
   const auto object = scene_.find(name);
-  HeldObject* tool = nullptr;
+  OpenDevice* holder = nullptr;
   for (const auto& device : devices_.devices()) {
     if (!object || device->tool.object != name || device->tool.id != object->id) continue;
-    tool = &device->tool;
+    holder = device.get();
     ObjectSpec held = object->spec;
     held.shape = shape;
     if (auto r = checkMovable(held, meshes_, "shape"); !r) {
@@ -112,14 +127,18 @@ Result<void> Core::setShape(std::string_view name, const ShapeSpec& shape) {
     }
   }
   auto set = scene_.setShape(name, shape);
-  if (set && tool != nullptr) tool->note = toolNote(tool->object, shape, meshes_, tool->shows_torque);
+  if (!set || holder == nullptr) return set;
+  const HeldObject& tool = holder->tool;
+  const ToolWish as_before{tool.object, tool.mass, tool.wished_stiffness, tool.weighs, tool.direct};
+  if (const auto now = scene_.find(name)) hold(*holder, as_before, *now);
   return set;
 }
 
 Result<void> Core::detachTool(OpenDevice& device, const Client& by) {
   if (auto r = mayChange(device, by); !r) return r;
-  device.tool = HeldObject{};
+  const HeldObject held = std::exchange(device.tool, {});
   (void)device.link->post(makeCommand(CommandKind::kDetachTool, DeviceRef{device.index}));
+  if (!held.object.empty()) tellTool(device, held.object, "tool detached");
   return {};
 }
 

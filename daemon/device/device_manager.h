@@ -24,8 +24,9 @@ namespace hapticd {
 struct HeldObject {
   std::string object;  ///< Name, empty: none.
   std::uint32_t id = 0;
-  double mass = 0;       ///< [kg]
-  double stiffness = 0;  ///< Of the coupling in the end [N/m].
+  double mass = 0;              ///< [kg]
+  double stiffness = 0;         ///< Of the coupling in the end [N/m].
+  double wished_stiffness = 0;  ///< As ToolWish says it [N/m].
   bool shows_torque = false;
   bool weighs = false;
   bool direct = false;

@@ -1,4 +1,5 @@
 // An object put into a device's hand by name.
+#include <cstring>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -82,6 +83,45 @@ TEST_F(ToolBench, ItsNoteIsThatOfTheShapeItHas) {
   EXPECT_TRUE(told());
   ASSERT_TRUE(bench.core.setShape("box", {ShapeKind::kSphere, {0.01, 0, 0}, 0}).ok());
   EXPECT_FALSE(told());
+}
+
+/** As if it had been attached with that shape. */
+TEST_F(ToolBench, WeighsWhatTheShapeItHasWeighs) {
+  const auto order = [&] {
+    AttachTool out{};
+    EXPECT_TRUE(device.link->group().betweenCycles([&](Servo& s) { out = s.cycle().tool(0).order(); }).ok());
+    return out;
+  };
+  const auto attach = [&] {
+    ASSERT_TRUE(tree.set(path() + "?value=box,0.2,300,weighs", anybody).ok());
+    bench.step(3);
+  };
+  attach();
+  const AttachTool box = order();
+  ASSERT_TRUE(bench.core.setShape("box", {ShapeKind::kCapsule, {0.01, 0.1, 0}, 0}).ok());
+  bench.step(3);
+  const AttachTool capsule = order();
+  EXPECT_GT(capsule.inertia[0], 5 * box.inertia[0]);
+  const double told = device.tool.stiffness;
+  attach();
+  const AttachTool anew = order();
+  EXPECT_EQ(std::memcmp(&capsule, &anew, sizeof anew), 0) << "with all that was wished for it";
+  EXPECT_EQ(told, device.tool.stiffness);
+}
+
+TEST_F(ToolBench, IsToldWhenItComesAndWhenItGoes) {
+  const auto id = bench.core.events().subscribe(1u << static_cast<unsigned>(EventKind::kObjectChanged), [] {});
+  const auto told = [&] {
+    std::vector<std::string> all;
+    for (const Event& e : bench.core.events().take(id).events) all.push_back(e.device + " " + e.object + " " + e.text);
+    return all;
+  };
+  ASSERT_TRUE(tree.set(path() + "?value=box", anybody).ok());
+  EXPECT_EQ(told().size(), 1u);
+  ASSERT_TRUE(tree.set(path() + "?value=", anybody).ok());
+  EXPECT_EQ(told(), std::vector{device.name + " box tool detached"});
+  ASSERT_TRUE(tree.set(path() + "?value=", anybody).ok());
+  EXPECT_TRUE(told().empty()) << "nothing was held";
 }
 
 TEST_F(ToolBench, WhatIsNoToolIsRefusedByItsReason) {

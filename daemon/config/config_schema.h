@@ -54,7 +54,7 @@ void visitConfig(Visitor& root, Configuration& c) {
   root.table("limits", [&](auto& v) { visitLimits(v, c.limits); });
   root.table("sessions", [&](auto& v) {
     v.number("loss_fade_ms", c.sessions.loss_fade_ms, 1, 50);
-    v.number("stale_after_ms", c.sessions.stale_after_ms, 10, 10'000);
+    v.number("stale_after_ms", c.sessions.stale_after_ms, 50, 10'000);
     v.integer("budget_per_tick", c.sessions.budget_per_tick, 1, 64);
     v.number("max_ahead_s", c.sessions.max_ahead_s, 0, 3600);
     v.integer("event_buffer", c.sessions.event_buffer, 16, 1'000'000);

@@ -75,7 +75,7 @@ TEST(ConfigBounds, AreThoseThatWereChosen) {
       {"[servo]\nmissed_limit", {1, 1e5}},      {"[guard]\narm_ramp_ms", {100, 6e4}},
       {"[guard]\nsmall_force_n", {0.001, 10}},  {"[guard]\nsmall_force_ticks", {1, 1e4}},
       {"[guard]\ndevice_stale_ms", {1, 1000}},  {"[guard]\nmotor_heating_s", {0, 3600}},
-      {"[sessions]\nloss_fade_ms", {1, 50}},    {"[sessions]\nstale_after_ms", {10, 1e4}},
+      {"[sessions]\nloss_fade_ms", {1, 50}},    {"[sessions]\nstale_after_ms", {50, 1e4}},
       {"[sessions]\nbudget_per_tick", {1, 64}}, {"[sessions]\nmax_ahead_s", {0, 3600}},
       {"[sessions]\nevent_buffer", {16, 1e6}},  {"[quotas]\nsessions", {1, 16}},
       {"[quotas]\nmemory_mb", {2, 1e6}},        {"[quotas]\nobjects", {0, 255}},

@@ -35,7 +35,9 @@ TEST(DriverThread, WithoutItsPriorityIsTold) {
     const auto opened = bench.core.openDevice("idle://", bench.administration);
     const std::string text = testing::internal::GetCapturedStderr();
     EXPECT_TRUE(opened.ok());
-    if (opened) EXPECT_TRUE(bench.core.devices().close(**opened).ok());
+    if (opened) {
+      EXPECT_TRUE(bench.core.devices().close(**opened).ok());
+    }
     return text;
   };
   EXPECT_THAT(said(true),

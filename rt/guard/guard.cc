@@ -286,9 +286,10 @@ Guard::Sent Guard::pass(const GuardInput& input, const Wanted& wanted, std::uint
 
   // Who made what was sent: all sources shrink alike under ramp and limits; what the slew leaves counts as passive.
   const double tt = total.squaredNorm();
-  const double share = tt > 0 ? std::clamp(out.force.dot(total) / tt, 0.0, 1.0) : 0.0;
+  // Sources that cancel each other are sent for all that.
+  const double share = tt > 0 ? std::clamp(out.force.dot(total) / tt, 0.0, 1.0) : target_share;
   last_passive_ = out.force - share * (wanted.active + wanted.gravity);
-  last_share_ = tt > 0 ? share : target_share;
+  last_share_ = share;
   last_carried_ = share * input.dt * wanted.carried;
   last_ramped_.setZero();
   if (ramp_rose_ > 0) {

@@ -327,6 +327,41 @@ TEST(GuardProperty, ClampingKeepsTheDirection) {
   }
 }
 
+/** Else what a wall takes while a client cancels it were forgotten, and a debt when it is given back. */
+TEST(GuardProperty, AForceThatCancelsAWallIsBookedAsOneThatNearlyDoes) {
+  for (const unsigned seed : seeds(20)) {
+    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+    Random random(seed);
+    GuardConfig config = wideOpen();
+    config.limits.force = 200;
+    config.limits.active_power = config.limits.power = 1e4;
+    config.passivity = true;
+    config.ramp_ns = random.once(2) ? 0 : 300'000'000;
+    Armed exact(config), nearly(config);
+    const double stiffness = random.in(500, 5000), deepest = random.in(0.005, 0.02), speed = random.in(1, 4);
+    const bool by_gravity = random.once(3);
+    double before = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const double depth = deepest * 0.5 * (1 - std::cos(speed * 2 * M_PI * i * kDt));
+      const Vec3 wall(stiffness * depth, 0, 0);
+      const bool cancels = i < 400;
+      for (Armed* a : {&exact, &nearly}) {
+        a->sample.p = {-depth, 0, 0};
+        a->in.velocity.v = {(before - depth) / kDt, 0, 0};
+        a->in.source[HD_SOURCE_SURFACE].force = wall;
+        a->in.stored = 0.5 * stiffness * depth * depth;
+        a->in.source[by_gravity ? HD_SOURCE_GRAVITY : HD_SOURCE_CLIENT].force = cancels ? Vec3(-wall) : Vec3::Zero();
+        if (a == &nearly) a->in.source[HD_SOURCE_TRANSIENT].force = {0, 0, 1e-6};
+        a->step();
+      }
+      before = depth;
+      ASSERT_EQ(exact.out.fault, nearly.out.fault) << i;
+      ASSERT_NEAR(exact.out.energy, nearly.out.energy, 1e-5) << i;
+      ASSERT_LT((exact.out.command.force - nearly.out.command.force).norm(), 1e-3) << i;
+    }
+  }
+}
+
 TEST(GuardProperty, RampBoundsEvenHugeForces) {
   for (const unsigned seed : seeds(10)) {
     SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);

@@ -153,7 +153,6 @@ struct Subscribed {
       self->failure = client::toFailure(results.getStatus());
       if (self->failure || self->closed) return;
       self->subscription = results.getSubscription();
-      self->queue->setConnected(true);
     });
   }
   void close() {
@@ -180,7 +179,9 @@ struct haptic_events final : client::Dependent {
   void lost() noexcept override { queue->setConnected(false); }
   kj::Promise<void> renew(Link& link, Failure& refusal) override {
     return Subscribed::ask(subscribed, link).then([&refusal, self = subscribed] {
-      if (!self->closed && self->failure && !refusal) refusal = self->failure;
+      if (self->closed) return;
+      if (!self->failure) self->queue->setConnected(true);
+      if (self->failure && !refusal) refusal = self->failure;
     });
   }
 
@@ -214,13 +215,19 @@ int haptic_events_open(haptic_client* c, const haptic_events_options* options, h
     }
     auto made = std::make_unique<haptic_events>(c->connection, full);
     if (made->queue->fd() < 0) return {HAPTIC_SYSTEM, "events", strerror(errno), "close some descriptors"};
-    Failure failure = c->connection->call([&](Link& link) { return Subscribed::ask(made->subscribed, link); });
-    if (!failure) failure = made->subscribed->failure;
-    if (failure) {
-      c->connection->run([&](Connection::Loop&) { made->subscribed->close(); });
-      return failure;
+    // Served from the question on: a link that is lost and renewed before the answer is heard of must renew this, too.
+    Failure refusal;
+    const Failure broken = c->connection->call([&](Link& link) {
+      c->connection->run([&](Connection::Loop& loop) { Connection::add(loop, *made); });
+      return Subscribed::ask(made->subscribed, link).then([&] { refusal = made->subscribed->failure; });
+    });
+    if (broken || refusal) {
+      c->connection->run([&](Connection::Loop& loop) {
+        Connection::remove(loop, *made);
+        made->subscribed->close();
+      });
+      return broken ? broken : refusal;
     }
-    c->connection->run([&](Connection::Loop& loop) { Connection::add(loop, *made); });
     *events = made.release();
     return {};
   });

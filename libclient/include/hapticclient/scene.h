@@ -89,7 +89,7 @@ HAPTIC_API int haptic_object_set_pose(haptic_client* client, const char* name, c
                                       haptic_error* error);
 HAPTIC_API int haptic_object_set_material(haptic_client* client, const char* name, const haptic_material* material,
                                           haptic_error* error);
-/** `flags`: all of enabled, visible and two-sided as they shall be. */
+/** `flags`: all of enabled, visible and two-sided as they shall be. Whether it is kept stays as when it was made. */
 HAPTIC_API int haptic_object_set_flags(haptic_client* client, const char* name, uint32_t flags, haptic_error* error);
 HAPTIC_API int haptic_object_set_shape(haptic_client* client, const char* name, const haptic_shape* shape,
                                        haptic_error* error);

@@ -97,6 +97,7 @@ class Object {
   Result<void> setSurface(const haptic_surface& surface) {
     return detail::run([&](auto* e) { return haptic_object_set_surface(client_, name_.c_str(), &surface, e); });
   }
+  /** Whether it is kept stays as when it was made. */
   Result<void> setFlags(std::uint32_t flags) {
     return detail::run([&](auto* e) { return haptic_object_set_flags(client_, name_.c_str(), flags, e); });
   }

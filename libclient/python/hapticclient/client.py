@@ -144,7 +144,7 @@ class Scene:
         call(_lib.haptic_object_set_material, self._handle, arrays.text(name), ctypes.byref(_raw_material(material)))
 
     def set_flags(self, name: str, flags: ObjectFlag) -> None:
-        """All of them as they shall be."""
+        """All of them as they shall be, but for KEEP: that stays as when it was made."""
         call(_lib.haptic_object_set_flags, self._handle, arrays.text(name), arrays.whole(flags, 32, "flags"))
 
     def set_shape(self, name: str, shape: ShapeKind, size: Sequence[float] = (), mesh: int = 0) -> None:

@@ -134,6 +134,7 @@ void Core::poll() {
   meshes_.reclaim();
   scene_.textures().reclaim();
   uploads_.poll();
+  busy_ = busy_ || uploads_.busy();
   recordings_.poll();
 }
 

@@ -173,12 +173,21 @@ kj::Promise<void> UploadServer::region(RegionContext context) {
 }
 
 kj::Promise<void> UploadServer::commitTexture(CommitTextureContext context) {
-  return answer(context, [&](auto, auto results) -> Result<void> {
-    auto id = core_.uploads().commitTexture(id_);
-    if (!id) return id.error();
-    write(results.initTexture(), *core_.scene().textures().find(*id));
-    return {};
+  context.allowCancellation();
+  auto paf = kj::newPromiseAndFulfiller<void>();
+  auto later = std::make_shared<LaterAnswer<CommitTextureContext>>(context, kj::mv(paf.fulfiller));
+  const Result<void> asked = caught([&]() -> Result<void> {
+    return core_.uploads().commitTexture(id_, [later, &core = core_](const Result<std::uint64_t>& id) {
+      if (!later->waiting()) return;
+      later->done(caught([&]() -> Result<void> {
+        if (!id) return id.error();
+        write(later->results().initTexture(), *core.scene().textures().find(*id));
+        return {};
+      }));
+    });
   });
+  if (!asked) later->done(asked);
+  return kj::mv(paf.promise);
 }
 
 kj::Promise<void> UploadServer::commit(CommitContext context) {

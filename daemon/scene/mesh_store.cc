@@ -2,8 +2,6 @@
 
 #include <sys/stat.h>
 
-#include "daemon/ipc/snapshot_memory.h"
-#include "daemon/ipc/volume_memory.h"
 #include "rt/scene/vertex_motion.h"
 
 namespace hapticd {
@@ -11,7 +9,8 @@ namespace hapticd {
 /** A rigid mesh is one mapping for all servos, under nullptr; of a deformable one each servo has a copy. */
 struct MeshStore::Entry : ShelfEntry<MeshInfo, std::unique_ptr<SnapshotMemory>> {
   UniqueFd fd;
-  std::unique_ptr<VolumeMemory> volume;  ///< Null: none.
+  std::unique_ptr<SnapshotMemory> fresh;  ///< Of a deformable one, for the first servo that comes.
+  std::unique_ptr<VolumeMemory> volume;   ///< Null: none.
 };
 
 MeshStore::MeshStore()
@@ -19,24 +18,39 @@ MeshStore::MeshStore()
           ShelfWords{"mesh", "meshes", "objects", "remove them or give them another shape first"})) {}
 MeshStore::~MeshStore() = default;
 
-Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, UniqueFd volume, MeshInfo info) {
-  if (shelf_->full()) return shelf_->fullError();
-  auto entry = std::make_unique<Entry>();
+Result<CheckedMesh> checkMesh(UniqueFd snapshot, UniqueFd volume, bool lock) {
+  CheckedMesh mesh;
   auto shared = duplicate(snapshot.get());
   if (!shared) return shared.error();
-  auto memory = openSnapshot(std::move(*shared), lock_);
+  auto memory = openSnapshot(std::move(*shared), lock);
   if (!memory) return memory.error();
-  const MeshView& view = memory->view;
-  const auto* header = memory->mapping.as<const hd_snapshot_header>();
+  mesh.memory = std::make_unique<SnapshotMemory>(std::move(*memory));
+  mesh.fd = std::move(snapshot);
+  if (!volume.valid()) return mesh;
+  auto opened = openVolume(std::move(volume), lock);
+  if (!opened) return opened.error();
+  mesh.volume = std::make_unique<VolumeMemory>(std::move(*opened));
+  return mesh;
+}
+
+Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, UniqueFd volume, MeshInfo info) {
+  auto mesh = checkMesh(std::move(snapshot), std::move(volume), lock_);
+  if (!mesh) return mesh.error();
+  return add(std::move(*mesh), std::move(info));
+}
+
+Result<std::uint64_t> MeshStore::add(CheckedMesh mesh, MeshInfo info) {
+  if (auto room = shelf_->room(info.owner); !room) return room.error();
+  auto entry = std::make_unique<Entry>();
+  const MeshView& view = mesh.memory->view;
+  const auto* header = mesh.memory->mapping.as<const hd_snapshot_header>();
   info.vertices = view.vertex_count;
   info.triangles = view.triangle_count;
   info.closed = (view.flags & HD_MESH_CLOSED) != 0;
   info.deformable = (view.flags & HD_MESH_DEFORMABLE) != 0;
-  info.bytes = memory->mapping.size() + memory->motion.size();
-  if (volume.valid()) {
-    auto opened = openVolume(std::move(volume), lock_);
-    if (!opened) return opened.error();
-    entry->volume = std::make_unique<VolumeMemory>(std::move(*opened));
+  info.bytes = mesh.memory->mapping.size() + mesh.memory->motion.size();
+  if (mesh.volume != nullptr) {
+    entry->volume = std::move(mesh.volume);
     info.bytes += entry->volume->mapping.size();
     info.voxel = double{entry->volume->view.voxel};
   }
@@ -45,12 +59,15 @@ Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, UniqueFd volume, MeshInf
     info.upper[i] = header->upper[i];
   }
   entry->info = std::move(info);
-  entry->fd = std::move(snapshot);
-  if (!entry->info.deformable) entry->copies.emplace(nullptr, std::make_unique<SnapshotMemory>(std::move(*memory)));
+  entry->fd = std::move(mesh.fd);
+  // Of a deformable one the first servo gets what was checked; each other a copy of its own.
+  auto& first = entry->info.deformable ? entry->fresh : entry->copies[nullptr];
+  first = std::move(mesh.memory);
   const VolumeView* own = entry->volume != nullptr ? &entry->volume->view : nullptr;
   auto id = shelf_->put(
       std::move(entry), [&](std::uint32_t index, CommandSink& sink) { return publish(index, sink); },
       [&](std::uint32_t index) { unpublish(index); });
+  if (id) shelf_->find(*id)->fresh.reset();  // There is no servo.
   if (id && own != nullptr) volumes_.publish(shelf_->indexOf(*id), own);
   return id;
 }
@@ -59,12 +76,15 @@ Result<void> MeshStore::publish(std::uint32_t index, CommandSink& sink) {
   Entry& entry = *shelf_->entries()[index];
   SnapshotMemory* memory = nullptr;
   if (entry.info.deformable) {
-    auto fd = duplicate(entry.fd.get());
-    if (!fd) return fd.error();
-    auto copy = openSnapshot(std::move(*fd), lock_);
-    if (!copy) return copy.error();
-    memory =
-        entry.copies.insert_or_assign(&sink, std::make_unique<SnapshotMemory>(std::move(*copy))).first->second.get();
+    std::unique_ptr<SnapshotMemory> own = std::move(entry.fresh);
+    if (own == nullptr) {
+      auto fd = duplicate(entry.fd.get());
+      if (!fd) return fd.error();
+      auto copy = openSnapshot(std::move(*fd), lock_);
+      if (!copy) return copy.error();
+      own = std::make_unique<SnapshotMemory>(std::move(*copy));
+    }
+    memory = entry.copies.insert_or_assign(&sink, std::move(own)).first->second.get();
   } else {
     memory = entry.copies.at(nullptr).get();
   }

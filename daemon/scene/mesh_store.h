@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "daemon/ipc/snapshot_memory.h"
 #include "daemon/ipc/unique_fd.h"
+#include "daemon/ipc/volume_memory.h"
 #include "daemon/scene/command_sink.h"
 #include "daemon/scene/object.h"
 #include "daemon/scene/shelf.h"
@@ -35,6 +37,15 @@ struct MeshInfo {
   std::string cache_key;  ///< Of its volume (volume_cache.h); empty: it has none there.
 };
 
+/** What the builder made, checked to the last index, mapped and locked. */
+struct CheckedMesh {
+  UniqueFd fd;  ///< Of the snapshot, from which deformable ones are copied.
+  std::unique_ptr<SnapshotMemory> memory;
+  std::unique_ptr<VolumeMemory> volume;  ///< Null: none.
+};
+/** Checks seals and every index; of a large mesh that takes 0.1 s. Any thread. `volume` may be invalid: none. */
+[[nodiscard]] Result<CheckedMesh> checkMesh(UniqueFd snapshot, UniqueFd volume, bool lock);
+
 /** A mesh as one servo reads it. */
 struct PublishedMesh {
   std::uint32_t entry = 0;  ///< Of the servo's mesh table.
@@ -51,11 +62,11 @@ class MeshStore {
 
   /** Whether what the servos read must be locked (it may not be under --allow-no-rt). */
   void setLock(bool lock) { lock_ = lock; }
+  [[nodiscard]] bool locks() const { return lock_; }
 
-  /**
-   * Takes what the builder made: checks seals and every index, maps, locks and publishes it to every servo. Counts,
-   * box, flags and size of `info` are read from the snapshot itself. `volume` may be invalid: none was asked for.
-   */
+  /** Publishes it to every servo. Counts, box, flags and size of `info` are read from the snapshot itself. */
+  [[nodiscard]] Result<std::uint64_t> add(CheckedMesh mesh, MeshInfo info);
+  /** The same of what is to be checked first. */
   [[nodiscard]] Result<std::uint64_t> add(UniqueFd snapshot, UniqueFd volume, MeshInfo info);
   [[nodiscard]] Result<std::uint64_t> add(UniqueFd snapshot, MeshInfo info) {
     return add(std::move(snapshot), UniqueFd(), std::move(info));

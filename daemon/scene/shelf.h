@@ -43,11 +43,19 @@ class Shelf {
  public:
   explicit Shelf(const ShelfWords& words) : words_(words) {}
 
-  [[nodiscard]] bool full() const { return firstFree() == kMost; }
-  [[nodiscard]] Error fullError() const {
-    return Error{ErrorCode::kQuotaExceeded, words_.one,
-                 fmt::format("the daemon holds {} {}, its most", kMost, words_.many),
-                 fmt::format("drop {} that no {} show", words_.many, words_.shown_by)};
+  static constexpr std::size_t kMostPerUser = kMost - kMost / 4;  ///< Others find room.
+
+  /** kQuotaExceeded where that user may have no more. */
+  [[nodiscard]] Result<void> room(const Client& by) const {
+    const auto refuse = [&](std::string what) {
+      return Error{ErrorCode::kQuotaExceeded, words_.one, std::move(what),
+                   fmt::format("drop {} that no {} show", words_.many, words_.shown_by)};
+    };
+    if (firstFree() == kMost) return refuse(fmt::format("the daemon holds {} {}, its most", kMost, words_.many));
+    const auto own = std::count_if(by_id_.begin(), by_id_.end(),
+                                   [&](const auto& one) { return entries_[one.second]->info.owner.uid == by.uid; });
+    if (static_cast<std::size_t>(own) < kMostPerUser) return {};
+    return refuse(fmt::format("user {} has {} {}, the most allowed", by.uid, own, words_.many));
   }
 
   /**

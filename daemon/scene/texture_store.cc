@@ -7,6 +7,7 @@ namespace hapticd {
 /** What was uploaded, and what each servo reads. */
 struct TextureStore::Entry : ShelfEntry<TextureInfo, std::shared_ptr<const TextureMemory>> {
   Texture texture;
+  LaidOut made;  ///< For servos that are being told of it.
 
   /** Null: none is laid out as a servo of that period wants it. A relief is the same at any rate. */
   [[nodiscard]] std::shared_ptr<const TextureMemory> copyFor(std::int64_t period_ns) const {
@@ -27,8 +28,24 @@ TextureStore::TextureStore()
           ShelfWords{"texture", "textures", "surfaces", "give them another surface first"})) {}
 TextureStore::~TextureStore() = default;
 
-Result<std::uint64_t> TextureStore::add(Texture texture, const Client& by) {
-  if (shelf_->full()) return shelf_->fullError();
+Result<LaidOut> layOutAll(const Texture& texture, const std::set<std::int64_t>& periods, bool lock) {
+  LaidOut made;
+  for (const std::int64_t period_ns : periods) {
+    auto memory = layOut(texture, period_ns, lock);
+    if (!memory) return memory.error();
+    made.emplace(period_ns, std::make_shared<const TextureMemory>(std::move(*memory)));
+  }
+  return made;
+}
+
+std::set<std::int64_t> TextureStore::periodsFor(const Texture& texture) const {
+  std::set<std::int64_t> periods;
+  for (const CommandSink* sink : shelf_->sinks()) periods.insert(texture.isRelief() ? 0 : sink->periodNs());
+  return periods;
+}
+
+Result<std::uint64_t> TextureStore::add(Texture texture, const Client& by, LaidOut made) {
+  if (auto room = shelf_->room(by); !room) return room.error();
   auto entry = std::make_unique<Entry>();
   TextureInfo& info = entry->info;
   info.owner = by;
@@ -41,9 +58,12 @@ Result<std::uint64_t> TextureStore::add(Texture texture, const Client& by) {
   info.rate_hz = texture.vibration.rate_hz;
   info.bytes = layOutBytes(texture);
   entry->texture = std::move(texture);
-  return shelf_->put(
+  entry->made = std::move(made);
+  auto id = shelf_->put(
       std::move(entry), [&](std::uint32_t index, CommandSink& sink) { return publish(index, sink); },
       [&](std::uint32_t index) { unpublish(index); });
+  if (id) shelf_->find(*id)->made.clear();
+  return id;
 }
 
 Result<void> TextureStore::publish(std::uint32_t index, CommandSink& sink) {
@@ -51,6 +71,8 @@ Result<void> TextureStore::publish(std::uint32_t index, CommandSink& sink) {
   // A servo that comes late is told of all textures at once: laid out anew, many models would keep the control thread
   // for seconds.
   auto copy = entry.copyFor(sink.periodNs());
+  const auto made = entry.made.find(entry.info.is_relief ? 0 : sink.periodNs());
+  if (copy == nullptr && made != entry.made.end()) copy = made->second;
   if (copy == nullptr) {
     auto memory = layOut(entry.texture, sink.periodNs(), lock_);
     if (!memory) return memory.error();
@@ -104,9 +126,7 @@ std::uint64_t TextureStore::bytesOf(std::uint32_t uid) const {
 }
 
 std::uint64_t TextureStore::bytesFor(const Texture& texture) const {
-  std::set<std::int64_t> kinds;
-  for (const CommandSink* sink : shelf_->sinks()) kinds.insert(texture.isRelief() ? 0 : sink->periodNs());
-  return layOutBytes(texture) * (1 + kinds.size());
+  return layOutBytes(texture) * (1 + periodsFor(texture).size());
 }
 
 std::uint32_t TextureStore::referenceTo(std::uint64_t id) const {

@@ -6,7 +6,9 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "daemon/scene/command_sink.h"
@@ -29,6 +31,11 @@ struct TextureInfo {
   Client owner;
 };
 
+/** A texture as the servos of a period [ns] read it; a relief is the same for all, and stands at 0. */
+using LaidOut = std::map<std::int64_t, std::shared_ptr<const TextureMemory>>;
+/** For these periods; many models take a second each. Any thread. */
+[[nodiscard]] Result<LaidOut> layOutAll(const Texture& texture, const std::set<std::int64_t>& periods, bool lock);
+
 /** A texture as one servo reads it. */
 struct PublishedTexture {
   std::uint32_t entry = 0;                      ///< Of the servo's texture table.
@@ -43,8 +50,12 @@ class TextureStore {
 
   /** Whether what the servos read must be locked (it may not be under --allow-no-rt). */
   void setLock(bool lock) { lock_ = lock; }
+  [[nodiscard]] bool locks() const { return lock_; }
+  /** Of the servos that there are, as LaidOut knows them. */
+  [[nodiscard]] std::set<std::int64_t> periodsFor(const Texture& texture) const;
 
-  [[nodiscard]] Result<std::uint64_t> add(Texture texture, const Client& by);
+  /** `made` is what layOutAll() made of it; what is missing there is laid out now. */
+  [[nodiscard]] Result<std::uint64_t> add(Texture texture, const Client& by, LaidOut made = {});
   /** Refused while a surface shows it. Its maker's user or administration. */
   [[nodiscard]] Result<void> drop(std::uint64_t id, const Client& by);
   /** The textures of a connection go once no surface shows them. */

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "daemon/log/log.h"
@@ -44,49 +46,96 @@ Result<std::uint64_t> Uploads::begin(std::uint64_t bytes, const Client& by) {
   Upload upload;
   upload.file = std::move(*file);
   upload.by = by;
+  upload.counts = bytes;
   uploads_.emplace(next_, std::move(upload));
   return next_++;
 }
 
+namespace {
+
+Error over() { return {ErrorCode::kNotFound, "upload", "the upload is over", "begin another"}; }
+
+}  // namespace
+
 Result<UniqueFd> Uploads::region(std::uint64_t id) const {
   const auto it = uploads_.find(id);
-  if (it == uploads_.end()) return Error{ErrorCode::kNotFound, "upload", "the upload is over", "begin another"};
+  if (it == uploads_.end() || it->second.file.fd() < 0) return over();
   return it->second.file.share();
 }
 
-Result<void> Uploads::commit(std::uint64_t id, Progress progress, Done done) {
+Uploads::Upload* Uploads::find(std::uint64_t id) {
   const auto it = uploads_.find(id);
-  if (it == uploads_.end()) return Error{ErrorCode::kNotFound, "upload", "the upload is over", "begin another"};
-  Upload& upload = it->second;
-  if (upload.job != 0) return Error{ErrorCode::kAlreadyExists, "upload", "it is committed already", {}};
-  if (builder_ == nullptr) {
-    return Error{ErrorCode::kBuilderFailed, "builder", "it is not running: " + note_, "see hapticctl doctor"};
-  }
-  if (auto r = upload.file.seal(Seals::kFrozen); !r) return r;
-  upload.progress = std::move(progress);
-  upload.done = std::move(done);
-  if (finishFromCache(id)) return {};
-  auto job = builder_->submit(upload.file.fd());
-  if (!job) return job.error();
-  upload.job = *job;
+  return it == uploads_.end() ? nullptr : &it->second;
+}
+
+Uploads::Upload Uploads::take(std::uint64_t id) {
+  Upload upload = std::move(uploads_.at(id));
+  uploads_.erase(id);
+  return upload;
+}
+
+Result<void> Uploads::freeze(std::uint64_t id) {
+  Upload* const upload = find(id);
+  if (upload == nullptr) return over();
+  if (upload->committed) return Error{ErrorCode::kAlreadyExists, "upload", "it is committed already", {}};
+  if (auto r = upload->file.seal(Seals::kFrozen); !r) return r;
+  upload->committed = true;
   return {};
 }
 
-Result<std::uint64_t> Uploads::commitTexture(std::uint64_t id) {
-  const auto it = uploads_.find(id);
-  if (it == uploads_.end()) return Error{ErrorCode::kNotFound, "upload", "the upload is over", "begin another"};
-  if (it->second.job != 0) return Error{ErrorCode::kAlreadyExists, "upload", "it is committed already", {}};
-  if (auto r = it->second.file.seal(Seals::kFrozen); !r) return r.error();
-  const Upload upload = std::move(it->second);
-  uploads_.erase(it);
+Result<void> Uploads::commit(std::uint64_t id, Progress progress, Done done) {
+  if (builder_ == nullptr && find(id) != nullptr) {
+    return Error{ErrorCode::kBuilderFailed, "builder", "it is not running: " + note_, "see hapticctl doctor"};
+  }
+  if (auto r = freeze(id); !r) return r;
+  Upload& upload = uploads_.at(id);
+  upload.progress = std::move(progress);
+  upload.done = std::move(done);
+  lookUp(id);
+  return {};
+}
+
+Result<void> Uploads::commitTexture(std::uint64_t id, TextureDone done) {
+  if (auto r = freeze(id); !r) return r;
+  Upload& upload = uploads_.at(id);
   auto mapping = upload.file.map(Memfd::Access::kRead);
-  if (!mapping) return mapping.error();
-  auto texture = parseTexture(mapping->bytes());
-  if (!texture) return texture.error();
-  if (auto r = quota_(upload.by.uid, textures_.bytesFor(*texture), 0); !r) return r.error();
-  auto made = textures_.add(std::move(*texture), upload.by);
-  if (made) log::info("texture {} of '{}'", *made, log::printable(upload.by.name));
-  return made;
+  if (!mapping) {
+    uploads_.erase(id);
+    return mapping.error();
+  }
+  upload.texture_done = std::move(done);
+  aside_.start(
+      [file = std::move(upload.file), mapping = std::move(*mapping)]() mutable {
+        auto texture = parseTexture(mapping.bytes());
+        mapping = Mapping();  // Here: giving large memory back takes its time, too.
+        file = Memfd();
+        return texture;
+      },
+      [this, id](Result<Texture> texture) {
+        if (find(id) == nullptr) return;  // cancelled
+        if (!texture) return take(id).texture_done(texture.error());
+        layOut(id, std::move(*texture));
+      });
+  return {};
+}
+
+void Uploads::layOut(std::uint64_t id, Texture parsed) {
+  Upload& upload = uploads_.at(id);
+  upload.counts = 0;
+  const std::uint64_t bytes = textures_.bytesFor(parsed);
+  if (auto r = quota_(upload.by.uid, bytes, 0); !r) return take(id).texture_done(r.error());
+  upload.counts = bytes;
+  const auto texture = std::make_shared<Texture>(std::move(parsed));
+  aside_.start([texture, periods = textures_.periodsFor(*texture),
+                lock = textures_.locks()] { return layOutAll(*texture, periods, lock); },
+               [this, id, texture](Result<LaidOut> made) {
+                 if (find(id) == nullptr) return;  // cancelled
+                 const Upload done = take(id);
+                 if (!made) return done.texture_done(made.error());
+                 auto added = textures_.add(std::move(*texture), done.by, std::move(*made));
+                 if (added) log::info("texture {} of '{}'", *added, log::printable(done.by.name));
+                 done.texture_done(added);
+               });
 }
 
 void Uploads::cancel(std::uint64_t id) {
@@ -97,12 +146,13 @@ void Uploads::cancel(std::uint64_t id) {
 }
 
 void Uploads::poll() {
+  aside_.poll();
   if (builder_ == nullptr) return;
   BuildReport report;
   while (builder_->next(report)) {
     std::uint64_t id = 0;
     for (const auto& [i, upload] : uploads_) {
-      if (upload.job == report.job) id = i;
+      if (upload.job == report.job && report.job != 0) id = i;
     }
     if (id == 0) continue;  // cancelled
     if (report.kind == BuildReport::Kind::kProgress) {
@@ -115,32 +165,56 @@ void Uploads::poll() {
 }
 
 void Uploads::finish(std::uint64_t id, BuildReport& report) {
-  Upload upload = std::move(uploads_.at(id));
-  uploads_.erase(id);
+  Upload& upload = uploads_.at(id);
+  upload.job = 0;
   if (report.kind == BuildReport::Kind::kFailed) {
     log::warn("a mesh of '{}' is refused: {}", log::printable(upload.by.name), log::printable(toString(report.error)));
-    upload.done(report.error);
-    return;
+    return take(id).done(report.error);
   }
   upload.file = Memfd();  // the build has it all
   MeshInfo info;
   info.owner = upload.by;
-  info.notes = report.notes;
   info.build_ns = report.stats.build_ns;
   info.triangles = report.stats.triangles;
-  info.cache_key = upload.cache_key;
-  auto snapshot = duplicate(report.snapshot.get()), volume = duplicate(report.volume.get());
-  auto made = adopt(std::move(report.snapshot), std::move(report.volume), std::move(info));
-  if (made && cache_ != nullptr && !upload.cache_key.empty() && snapshot && volume)
-    cache_->keep(upload.cache_key, std::move(*snapshot), std::move(*volume), report.notes);
-  upload.done(std::move(made));
+  check(id, {std::move(report.snapshot), std::move(report.volume), std::move(report.notes)}, std::move(info), false);
 }
 
-Result<MeshInfo> Uploads::adopt(UniqueFd snapshot, UniqueFd volume, MeshInfo info) {
-  // Sizes of the memory itself: what is said of it is not believed.
-  const std::uint64_t bytes = meshes_.bytesFor(snapshot, volume);
+void Uploads::check(std::uint64_t id, CachedBuild built, MeshInfo info, bool cached) {
+  Upload& upload = uploads_.at(id);
+  // Sizes of the memory itself: what is said of it is not believed. It does not count beside what it becomes.
+  const std::uint64_t bytes = meshes_.bytesFor(built.snapshot, built.volume);
+  upload.counts = 0;
+  if (auto r = quota_(upload.by.uid, bytes, info.triangles); !r) return take(id).done(r.error());
+  upload.counts = bytes;
+  info.notes = built.notes;
+  info.cache_key = upload.cache_key;
+  auto snapshot = duplicate(built.snapshot.get()), volume = duplicate(built.volume.get());
+  const bool keep = !cached && cache_ != nullptr && !upload.cache_key.empty() && snapshot && volume;
+  CachedBuild kept;
+  if (keep) kept = {std::move(*snapshot), std::move(*volume), std::move(built.notes)};
+  aside_.start([snapshot = std::move(built.snapshot), volume = std::move(built.volume),
+                lock = meshes_.locks()]() mutable { return checkMesh(std::move(snapshot), std::move(volume), lock); },
+               [this, id, cached, bytes, keep, kept = std::move(kept),
+                info = std::move(info)](Result<CheckedMesh> mesh) mutable {
+                 Upload* const upload = find(id);
+                 if (upload == nullptr) return;  // cancelled
+                 if (!mesh && cached && mesh.error().code == ErrorCode::kBadSnapshot) {
+                   log::warn("a cached volume is built again: {}", toString(mesh.error()));
+                   cache_->drop(upload->cache_key);
+                   upload->counts = upload->file.size();
+                   return build(id);
+                 }
+                 const Upload done = take(id);
+                 auto made = mesh ? adopt(std::move(*mesh), std::move(info), bytes) : Result<MeshInfo>(mesh.error());
+                 if (made && keep)
+                   cache_->keep(done.cache_key, std::move(kept.snapshot), std::move(kept.volume), kept.notes);
+                 done.done(std::move(made));
+               });
+}
+
+Result<MeshInfo> Uploads::adopt(CheckedMesh mesh, MeshInfo info, std::uint64_t bytes) {
   if (auto r = quota_(info.owner.uid, bytes, info.triangles); !r) return r.error();
-  const auto id = meshes_.add(std::move(snapshot), std::move(volume), std::move(info));
+  const auto id = meshes_.add(std::move(mesh), std::move(info));
   if (!id) return id.error();
   const MeshInfo& made = *meshes_.find(*id);
   log::info("mesh {} of '{}': {} triangles, {} bytes, built in {:.1f} ms", made.id, log::printable(made.owner.name),
@@ -148,36 +222,42 @@ Result<MeshInfo> Uploads::adopt(UniqueFd snapshot, UniqueFd volume, MeshInfo inf
   return made;
 }
 
-bool Uploads::finishFromCache(std::uint64_t id) {
+void Uploads::lookUp(std::uint64_t id) {
+  if (cache_ == nullptr) return build(id);
   Upload& upload = uploads_.at(id);
-  if (cache_ == nullptr) return false;
+  auto mapped = upload.file.map(Memfd::Access::kRead);
+  if (!mapped || mapped->size() < sizeof(hd_mesh_upload)) return build(id);
   hd_mesh_upload head{};
-  {
-    const auto mapping = upload.file.map(Memfd::Access::kRead);
-    if (!mapping || mapping->size() < sizeof head) return false;
-    std::memcpy(&head, mapping->data(), sizeof head);
-    if ((head.flags & HD_UPLOAD_VOLUME) == 0) return false;  // A mesh alone is built about as fast as it is read.
-    upload.cache_key = VolumeCache::keyOf(mapping->bytes(), upload.by.uid);
-  }
-  auto found = cache_->find(upload.cache_key);
-  if (!found) return false;
-  Memfd file = std::exchange(upload.file, Memfd());  // As in finish(): it does not count beside what it became.
-  MeshInfo info;
-  info.owner = upload.by;
-  info.notes = std::move(found->notes);
-  info.triangles = head.triangle_count;
-  info.cache_key = upload.cache_key;
-  auto made = adopt(std::move(found->snapshot), std::move(found->volume), std::move(info));
-  if (!made && made.error().code == ErrorCode::kBadSnapshot) {
-    log::warn("a cached volume is built again: {}", toString(made.error()));
-    cache_->drop(upload.cache_key);
-    upload.file = std::move(file);
-    return false;
-  }
-  const Done done = std::move(upload.done);
-  uploads_.erase(id);
-  done(std::move(made));
-  return true;
+  std::memcpy(&head, mapped->data(), sizeof head);
+  if ((head.flags & HD_UPLOAD_VOLUME) == 0) return build(id);  // A mesh alone is built about as fast as it is read.
+  struct Found {
+    std::string key;
+    std::optional<CachedBuild> build;
+  };
+  aside_.start(
+      [cache = cache_.get(), mapping = std::move(*mapped), uid = upload.by.uid]() -> Result<Found> {
+        Found found{VolumeCache::keyOf(mapping.bytes(), uid), {}};
+        found.build = cache->find(found.key);
+        return found;
+      },
+      [this, id, triangles = head.triangle_count](Result<Found> found) {
+        Upload* const looked_up = find(id);
+        if (looked_up == nullptr) return;  // cancelled
+        if (found) looked_up->cache_key = std::move(found->key);
+        if (!found || !found->build) return build(id);
+        MeshInfo info;
+        info.owner = looked_up->by;
+        info.triangles = triangles;
+        check(id, std::move(*found->build), std::move(info), true);
+      });
+}
+
+void Uploads::build(std::uint64_t id) {
+  Upload& upload = uploads_.at(id);
+  auto job = builder_ == nullptr ? Result<std::uint64_t>(Error{ErrorCode::kBuilderFailed, "builder", note_, {}})
+                                 : builder_->submit(upload.file.fd());
+  if (!job) return take(id).done(job.error());
+  upload.job = *job;
 }
 
 Result<UniqueFd> Uploads::volumeFile(const MeshInfo& mesh, const Client& by) const {
@@ -197,7 +277,7 @@ Result<UniqueFd> Uploads::volumeFile(const MeshInfo& mesh, const Client& by) con
 std::uint64_t Uploads::bytesOf(std::uint32_t uid) const {
   std::uint64_t sum = 0;
   for (const auto& [id, upload] : uploads_) {
-    if (upload.by.uid == uid) sum += upload.file.size();
+    if (upload.by.uid == uid) sum += upload.counts;
   }
   return sum;
 }

@@ -12,6 +12,7 @@
 
 #include "daemon/ipc/memfd.h"
 #include "daemon/leash/builder_leash.h"
+#include "daemon/scene/aside.h"
 #include "daemon/scene/mesh_store.h"
 #include "daemon/scene/texture_store.h"
 #include "daemon/scene/volume_cache.h"
@@ -24,6 +25,7 @@ class Uploads {
   static constexpr std::size_t kPerUser = 16;  ///< Under way at a time: each holds descriptors of ours.
   using Progress = std::function<void(float fraction, const std::string& stage)>;
   using Done = std::function<void(Result<MeshInfo>)>;
+  using TextureDone = std::function<void(Result<std::uint64_t>)>;
   /** Says whether a user may take so many more bytes and triangles. */
   using Quota = std::function<Result<void>(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles)>;
 
@@ -46,14 +48,15 @@ class Uploads {
   [[nodiscard]] Result<UniqueFd> region(std::uint64_t id) const;
   /** kStillMapped while the client has it mapped; it may try again. `done` is called once, from poll() or at once. */
   [[nodiscard]] Result<void> commit(std::uint64_t id, Progress progress, Done done);
-  /** What was filled is a texture (proto/texture.h): its id. kStillMapped as above; any other refusal ends the upload.
-   */
-  [[nodiscard]] Result<std::uint64_t> commitTexture(std::uint64_t id);
+  /** What was filled is a texture (proto/texture.h). As commit(); what `done` is told has ended the upload. */
+  [[nodiscard]] Result<void> commitTexture(std::uint64_t id, TextureDone done);
   /** Forgets the upload; a build under way is cancelled and `done` not called. */
   void cancel(std::uint64_t id);
 
-  /** Takes what the builder says. Call every few milliseconds. */
+  /** Takes what the builder says, and what has been checked aside. Call every few milliseconds. */
   void poll();
+  /** Something is checked aside. */
+  [[nodiscard]] bool busy() const { return aside_.size() != 0; }
 
   [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
   [[nodiscard]] std::size_t size() const { return uploads_.size(); }
@@ -62,15 +65,26 @@ class Uploads {
   struct Upload {
     Memfd file;
     Client by;
-    std::uint64_t job = 0;  ///< 0: not committed.
+    std::uint64_t counts = 0;  ///< For its user: what it is, or is to become [bytes].
+    bool committed = false;
+    std::uint64_t job = 0;  ///< Of the builder; 0: none.
     Progress progress;
     Done done;
+    TextureDone texture_done;
     std::string cache_key;  ///< Empty: not to be kept on disk.
   };
+  [[nodiscard]] Result<void> freeze(std::uint64_t id);
+  /** Null: it is cancelled. */
+  [[nodiscard]] Upload* find(std::uint64_t id);
+  [[nodiscard]] Upload take(std::uint64_t id);
   void finish(std::uint64_t id, BuildReport& report);
-  /** Whether the upload was built before; then it is done. */
-  bool finishFromCache(std::uint64_t id);
-  [[nodiscard]] Result<MeshInfo> adopt(UniqueFd snapshot, UniqueFd volume, MeshInfo info);
+  /** Looks whether it was built before; has it built if not. */
+  void lookUp(std::uint64_t id);
+  void build(std::uint64_t id);
+  /** A build, new or from the cache, on its way to the store. */
+  void check(std::uint64_t id, CachedBuild built, MeshInfo info, bool cached);
+  [[nodiscard]] Result<MeshInfo> adopt(CheckedMesh mesh, MeshInfo info, std::uint64_t bytes);
+  void layOut(std::uint64_t id, Texture texture);
 
   MeshStore& meshes_;
   TextureStore& textures_;
@@ -80,6 +94,7 @@ class Uploads {
   std::string note_ = "not started";
   std::map<std::uint64_t, Upload> uploads_;
   std::uint64_t next_ = 1;
+  Aside aside_;  // last: its thread ends first
 };
 
 }  // namespace hapticd

@@ -37,7 +37,7 @@ struct CachedVolume {
 /**
  * One file for each upload in a directory of the daemon's own, and beside it, if asked for, the volume as an OpenVDB
  * file, which comes later and is never read here. A file that is damaged, of another version or of another user's
- * upload is not found. Control thread only; writing is done by threads of its own, one file at a time.
+ * upload is not found. Control thread only, but for find(); writing is done by threads of its own, one file at a time.
  */
 class VolumeCache {
  public:
@@ -54,7 +54,7 @@ class VolumeCache {
   /** Names an upload of a user: its checksum, its size, the user, and the versions of forms and builder. */
   [[nodiscard]] static std::string keyOf(std::span<const std::byte> upload, std::uint32_t uid);
 
-  /** Read whole into new memfds; about 1 ms for each 2 MB that the kernel has in memory. */
+  /** Read whole into new memfds; about 1 ms for each 2 MB that the kernel has in memory. Any thread. */
   [[nodiscard]] std::optional<CachedBuild> find(const std::string& key);
   /** Forgets it: what was found did not pass the checks. */
   void drop(const std::string& key);

@@ -3,6 +3,7 @@
 
 #include "tests/integration/raw_client.h"
 #include "tests/integration/running_daemon.h"
+#include "tests/support/texture_upload.h"
 
 namespace hapticd::test {
 namespace {
@@ -232,6 +233,32 @@ TEST_F(MeshJourney, OneUploadIsCommittedOnceAndCancelledByDropping) {
     auto dropped = loop.call(kj::mv(again)).getUpload().commitRequest().send();
     (void)dropped;
   }
+  EXPECT_TRUE(good(upload(cube(0.01f)).getStatus()));
+}
+
+/** Whatever the thread that checks it is at. */
+TEST_F(MeshJourney, WhoLeavesWhileATextureIsCheckedLeavesNothing) {
+  constexpr std::uint32_t kSide = 1024;
+  const auto bytes = reliefUpload(kSide, kSide, std::vector<std::uint16_t>(std::size_t{kSide} * kSide));
+  for (int round = 0; round < 40; ++round) {  // More than a user may have under way.
+    RawClient leaver{loop, daemon.control()};
+    auto begin = loop.call(leaver.daemon.sceneRequest()).getScene().beginUploadRequest();
+    begin.setBytes(bytes.size());
+    auto begun = loop.call(kj::mv(begin));
+    ASSERT_TRUE(good(begun.getStatus())) << round;
+    auto up = begun.getUpload();
+    {
+      auto region = loop.call(up.regionRequest());
+      auto fd = region.getRegion().getFd().wait(loop.io.waitScope);
+      KJ_IF_MAYBE (number, fd) {
+        ASSERT_EQ(::pwrite(*number, bytes.data(), bytes.size(), 0), std::ssize(bytes));
+      }
+    }
+    auto committed = up.commitTextureRequest().send();
+    loop.pause(round % 8);
+  }
+  const auto textures = [&] { return loop.call(scene.listTexturesRequest()).getTextures().size(); };
+  EXPECT_TRUE(loop.until([&] { return textures() == 0; })) << textures();
   EXPECT_TRUE(good(upload(cube(0.01f)).getStatus()));
 }
 

@@ -1,6 +1,8 @@
 // What counts against a user's memory and triangles, and what the servos keep locked: to the byte, and given back.
 #include <unistd.h>
 
+#include <optional>
+
 #include "daemon/builder/build.h"
 #include "tests/session/bench.h"
 #include "tests/support/texture_upload.h"
@@ -134,10 +136,17 @@ TEST_F(Accounting, CopiesForServosAreAskedForBeforeTheyAreMade) {
     EXPECT_TRUE(other_upload.ok());
     const std::uint64_t id = *bench.core.uploads().begin(pixels.size(), mine());
     EXPECT_EQ(::pwrite(bench.core.uploads().region(id)->get(), pixels.data(), pixels.size(), 0), std::ssize(pixels));
-    const auto made = bench.core.uploads().commitTexture(id);
+    std::optional<Result<std::uint64_t>> made;
+    EXPECT_TRUE(bench.core.uploads().commitTexture(id, [&](Result<std::uint64_t> r) { made = std::move(r); }).ok());
+    for (int i = 0; i < 5000 && !made; ++i) {
+      EXPECT_LE(bytes(), kMost);
+      bench.step();
+      ::usleep(1000);
+    }
     EXPECT_LE(bytes(), kMost);
+    if (!made) return ErrorCode::kTimeout;
     if (filled > 0) bench.core.uploads().cancel(*other_upload);
-    return made ? ErrorCode::kOk : made.error().code;
+    return *made ? ErrorCode::kOk : made->error().code;
   };
   const std::uint64_t needed = 2 * layOutBytes(*parseTexture(pixels));  // With what was uploaded.
   EXPECT_EQ(commit(kMost - needed + 1), ErrorCode::kQuotaExceeded);
@@ -228,6 +237,39 @@ TEST_F(Accounting, WhoLeavesLeavesNothing) {
   EXPECT_EQ(bench.core.meshes().trianglesOf(user), 0u);
   bench.core.disconnect(bench.connection);  // Once is enough.
   EXPECT_EQ(bench.core.lockedBytes(), locked + kept);
+}
+
+/** What is checked aside counts all the while, and is forgotten with its upload. */
+TEST_F(Accounting, ATextureThatIsGivenUpWhileItIsCheckedLeavesNothing) {
+  const auto pixels = reliefUpload(64, 64, std::vector<std::uint16_t>(64 * 64));
+  const std::uint64_t id = *bench.core.uploads().begin(pixels.size(), mine());
+  EXPECT_EQ(::pwrite(bench.core.uploads().region(id)->get(), pixels.data(), pixels.size(), 0), std::ssize(pixels));
+  bool told = false;
+  ASSERT_TRUE(bench.core.uploads().commitTexture(id, [&](const Result<std::uint64_t>&) { told = true; }).ok());
+  EXPECT_EQ(bench.core.uploads().commitTexture(id, [](const Result<std::uint64_t>&) {}).error().code,
+            ErrorCode::kAlreadyExists);
+  EXPECT_EQ(bytes(), pixels.size());
+  bench.core.uploads().cancel(id);
+  for (int i = 0; i < 5000 && bench.core.uploads().busy(); ++i) {
+    bench.step();
+    ::usleep(1000);
+  }
+  EXPECT_FALSE(bench.core.uploads().busy());
+  EXPECT_FALSE(told);
+  EXPECT_EQ(bytes(), 0u);
+  EXPECT_TRUE(bench.core.scene().textures().list().empty());
+}
+
+/** Else one would take the last place of all. */
+TEST_F(Accounting, NobodyTakesAllPlacesOfTextures) {
+  const auto add = [&](std::uint64_t by) {
+    const auto made = bench.core.scene().textures().add(*parseTexture(vibrationUpload()), bench.core.client(by));
+    return made ? ErrorCode::kOk : made.error().code;
+  };
+  for (std::uint32_t i = 0; i < kMaxTextures * 3 / 4; ++i) ASSERT_EQ(add(bench.connection), ErrorCode::kOk) << i;
+  EXPECT_EQ(add(bench.connection), ErrorCode::kQuotaExceeded);
+  for (std::uint32_t i = 0; i < kMaxTextures / 4; ++i) ASSERT_EQ(add(other), ErrorCode::kOk) << i;
+  EXPECT_EQ(add(other), ErrorCode::kQuotaExceeded) << "there are no more";
 }
 
 }  // namespace

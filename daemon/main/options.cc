@@ -1,6 +1,7 @@
 #include "daemon/main/options.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
@@ -89,12 +90,27 @@ Result<void> apply(const Words& words, Options& options) {
   return {};
 }
 
+/** A servo that is to run where there is no processor does not start. */
+Result<void> checkProcessors(const Config& config) {
+  const long processors = ::sysconf(_SC_NPROCESSORS_CONF);
+  for (const GroupConfig& group : config.groups) {
+    for (const std::uint32_t cpu : group.cpus) {
+      if (processors < 1 || static_cast<long>(cpu) < processors) continue;
+      return Error{ErrorCode::kInvalidArgument, fmt::format("group {}: cpus", group.name),
+                   fmt::format("there is no processor {}", cpu),
+                   fmt::format("this machine has 0 to {}", processors - 1)};
+    }
+  }
+  return {};
+}
+
 /** What must be right in any case, and with --check-config what a start would find. */
 Result<void> checkWhole(Options& options) {
   Config& config = options.loaded.config;
   Result<void> good = resolveDeviceLimits(config);
   if (!options.check_config) return good;
   if (good) good = checkGroupUris(config);
+  if (good) good = checkProcessors(config);
   if (good) good = checkFolders(options.loaded);
   if (good) good = checkSocketPaths(config.sockets.control, config.sockets.admin);
   if (good) good = checkSocketGroup(config.sockets.group);

@@ -259,6 +259,10 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
   EXPECT_NE(misspelt.output().find("bad.toml:2"), std::string::npos) << misspelt.output();
   std::ofstream(bad) << "[sockets]\ngroup = \"no-such-group\"\n";
   EXPECT_EQ(code({"--check-config", "--config", bad}), 2) << "found before a start finds it";
+  for (const auto& [cpus, good] : {std::pair{"[0]", true}, {"[0, 1023]", false}}) {
+    std::ofstream(bad, std::ios::trunc) << "[[group]]\nname = \"one\"\ndevices = [\"sim://\"]\ncpus = " << cpus << "\n";
+    EXPECT_EQ(code({"--check-config", "--config", bad}), good ? 0 : 2) << cpus;
+  }
   const std::string longest = "/" + std::string(106, 'x');
   for (const auto& sockets : {"control = '" + longest + "x'", "admin = '" + longest + "x'",
                               std::string("control = '/tmp/one.sock'\nadmin = '/tmp/one.sock'")}) {

@@ -14,7 +14,7 @@
   X(NOT_FOUND, kNotFound, 2, "no object, device, mesh or path of that name")                        \
   X(ALREADY_EXISTS, kAlreadyExists, 3, "the name is taken")                                         \
   X(PERMISSION_DENIED, kPermissionDenied, 4, "the caller may not do this on this socket")           \
-  X(QUOTA_EXCEEDED, kQuotaExceeded, 5, "the user's quota of sessions, bytes or objects is used up") \
+  X(QUOTA_EXCEEDED, kQuotaExceeded, 5, "a quota of the user, or what there is for all, is used up") \
   X(VERSION_MISMATCH, kVersionMismatch, 6, "client and daemon speak different versions")            \
   X(LEASE_REQUIRED, kLeaseRequired, 7, "only the holder of the device lease may do this")           \
   X(LEASE_HELD, kLeaseHeld, 8, "another client holds the device lease")                             \

@@ -32,7 +32,7 @@ typedef enum haptic_error_code {
   HAPTIC_NOT_FOUND = 2,         /**< No object, device, mesh or path of that name. */
   HAPTIC_ALREADY_EXISTS = 3,    /**< The name is taken. */
   HAPTIC_PERMISSION_DENIED = 4, /**< The caller may not do this on this socket. */
-  HAPTIC_QUOTA_EXCEEDED = 5,    /**< The user's quota of sessions, bytes or objects is used up. */
+  HAPTIC_QUOTA_EXCEEDED = 5,    /**< A quota of the user, or what there is for all, is used up. */
   HAPTIC_VERSION_MISMATCH = 6,  /**< Client and daemon speak different versions. */
   HAPTIC_LEASE_REQUIRED = 7,    /**< Only the holder of the device lease may do this. */
   HAPTIC_LEASE_HELD = 8,        /**< Another client holds the device lease. */

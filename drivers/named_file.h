@@ -1,5 +1,5 @@
 /** @file
- * Files that a device URI makes the daemon read, or write to.
+ * What a device URI names that is not any client's to choose: files that the daemon reads or writes to, a model.
  */
 #pragma once
 
@@ -19,5 +19,9 @@ namespace hapticd {
  * The serial line that opening this device would write to, whatever hangs on it: the tty of pantograph://; "" for none.
  */
 [[nodiscard]] std::string namedLine(const DeviceUri& uri);
+
+/** The model as which this drives hardware that cannot tell it itself: of woodyhid://; "" for the usual one, and none.
+ */
+[[nodiscard]] std::string namedModel(const DeviceUri& uri);
 
 }  // namespace hapticd

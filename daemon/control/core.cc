@@ -254,6 +254,12 @@ Result<void> Core::mayOpen(std::string_view text, std::uint64_t connection) {
                  "which serial lines the daemon writes to is the administrator's choice",
                  "name the device in hapticd.toml, or connect to the administration socket"};
   }
+  const std::string model = uri ? namedModel(uri.value()) : std::string();
+  if (!model.empty() && !mayItself(client(connection)) && !known) {  // It scales the motors.
+    return Error{ErrorCode::kPermissionDenied, log::printable(model.substr(0, 200)),
+                 "which model a board drives is the administrator's choice",
+                 "name the device in hapticd.toml, or connect to the administration socket"};
+  }
   const bool tuned = uri && !uri.value().query.empty() && isHardware(uri.value().scheme);
   if (!tuned || client(connection).administration || known) return {};
   return Error{ErrorCode::kPermissionDenied, log::printable(std::string(text.substr(0, 200))),

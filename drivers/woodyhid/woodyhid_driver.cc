@@ -13,8 +13,6 @@
 namespace hapticd {
 namespace {
 
-constexpr std::string_view kDefaultModel = "woodenhaptics_v2015";
-
 /** Angles in which the tip is at the workspace's origin, by Newton from the middle of the joints. */
 WoodyArm middleOf(const WoodyModel& model) {
   Vec3 angles = model.linkage == WoodyLinkage::kSerial ? Vec3(0, 0.6, 1.3) : Vec3(0, 1.0, 2.7);
@@ -91,7 +89,7 @@ Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
 void find(std::vector<DeviceFound>& found) {
   for (const HidFound& hid : findHid()) {
     if (!mayBeWoody(hid)) continue;
-    DeviceUri uri{"woodyhid", std::string(kDefaultModel), {}};
+    DeviceUri uri{"woodyhid", std::string(kUsualWoodyModel), {}};
     uri.query.emplace_back(hid.serial.empty() ? "path" : "serial", hid.serial.empty() ? hid.path : hid.serial);
     Result<WoodySetup> setup = resolveWoody(uri);
     if (!setup) continue;
@@ -144,7 +142,7 @@ const std::vector<Parameter<WoodyParameters>>& woodyParameterTable() {
 Result<WoodySetup> resolveWoody(const DeviceUri& uri) {
   WoodySetup setup;
   const std::string name =
-      uri.authority.empty() || uri.authority == "default" ? std::string(kDefaultModel) : uri.authority;
+      uri.authority.empty() || uri.authority == "default" ? std::string(kUsualWoodyModel) : uri.authority;
   setup.model = findWoodyModel(name);
   if (setup.model == nullptr) {
     std::vector<std::string> names;

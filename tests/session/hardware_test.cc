@@ -66,6 +66,24 @@ TEST(Hardware, SoIsTheSerialLineThatItHangsOn) {
   EXPECT_EQ(codeOf("pantograph:///dev/ttyACM1", own), ErrorCode::kOk) << "the daemon's own user";
 }
 
+/** The board does not tell what arm hangs on it, and the motors are scaled by that. */
+TEST(Hardware, SoIsTheModelThatABoardDrives) {
+  Bench bench;
+  const std::uint64_t stranger = *bench.core.connect(1, 61'000, false),
+                      own = *bench.core.connect(2, ::geteuid(), false);
+  const auto codeOf = [&](const char* uri, std::uint64_t connection) {
+    const auto opened = bench.core.openDevice(uri, connection);
+    return opened ? ErrorCode::kOk : opened.error().code;
+  };
+  for (const char* usual : {"woodyhid://default", "woodyhid://woodenhaptics_v2015"})
+    EXPECT_EQ(codeOf(usual, stranger), ErrorCode::kOk) << usual;
+  EXPECT_EQ(codeOf("woodyhid://polhem_v3", stranger), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(codeOf("woodyhid://polhem_v3", own), ErrorCode::kOk) << "the daemon's own user";
+  EXPECT_EQ(codeOf("woodyhid://polhem_v3", stranger), ErrorCode::kOk) << "it is open already";
+  EXPECT_EQ(codeOf("woodyhid://woodenhaptics_v2019", stranger), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(codeOf("woodyhid://woodenhaptics_v2019", bench.administration), ErrorCode::kOk);
+}
+
 class Unplugged final : public StillDevice {
  public:
   explicit Unplugged(std::string_view uri) : StillDevice("unplugged", std::string(uri)) {}

@@ -1,6 +1,5 @@
 #include "tools/mesh_file/ply.h"
 
-#include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,37 +11,15 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <initializer_list>
 #include <optional>
-#include <string_view>
 #include <vector>
 
-#include "tools/mesh_file/mesh_error.h"
+#include "tools/mesh_file/words.h"
 
 namespace hapticd_mesh_file {
 namespace {
 
 constexpr std::string_view kPlyBlanks = " \t\r\v\f";
-
-[[noreturn]] void refusePly(const std::string& what) {
-  throw MeshError(what, "it is damaged or cut short: export it again", kBadMesh);
-}
-
-/** For a terminal. */
-std::string shown(std::string_view word) {
-  std::string text(word.substr(0, 20));
-  for (char& c : text)
-    if (c < 32 || c > 126) c = '?';
-  return text;
-}
-
-/** The next word of a line, which loses it; empty: there is none. */
-std::string_view takeWord(std::string_view& line) {
-  line.remove_prefix(std::min(line.size(), line.find_first_not_of(kPlyBlanks)));
-  const std::string_view word = line.substr(0, line.find_first_of(kPlyBlanks));
-  line.remove_prefix(word.size());
-  return word;
-}
 
 enum class PlyType : std::uint8_t { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 
@@ -56,7 +33,7 @@ PlyType typeOf(std::string_view word) {
       {"float64", PlyType::kDouble}};
   for (const auto& [name, type] : kTypes)
     if (word == name) return type;
-  refusePly(fmt::format("its header names no kind of number that PLY has: '{}'", shown(word)));
+  refuse(fmt::format("its header names no kind of number that PLY has: '{}'", shown(word)));
 }
 
 struct PlyProperty {
@@ -86,7 +63,7 @@ class Ply {
     std::string_view line, format;
     (void)takeLine(line);
     for (;;) {
-      if (!takeLine(line)) refusePly("its header has no end");
+      if (!takeLine(line)) refuse("its header has no end");
       const std::string_view key = takeWord(line);
       if (key == "end_header") break;
       if (key == "format") format = takeWord(line);
@@ -96,7 +73,7 @@ class Ply {
     if (format == "binary_big_endian") order_ = std::endian::big;
     in_words_ = format == "ascii";
     if (!in_words_ && format != "binary_big_endian" && format != "binary_little_endian")
-      refusePly(fmt::format("is PLY of a format that is not known: '{}'", shown(format)));
+      refuse(fmt::format("is PLY of a format that is not known: '{}'", shown(format)));
   }
 
   [[nodiscard]] const std::vector<PlyElement>& elements() const { return elements_; }
@@ -117,7 +94,7 @@ class Ply {
         continue;
       }
       const double count = next(*p.count, line);
-      if (!(count >= 0) || count != std::floor(count)) refusePly(fmt::format("{} has a list of {}", where(), count));
+      if (!(count >= 0) || count != std::floor(count)) refuse(fmt::format("{} has a list of {}", where(), count));
       if (i == wanted) list.clear();
       for (double left = count; left > 0; --left) {
         const double value = next(p.type, line);
@@ -131,8 +108,8 @@ class Ply {
     at_ = &element;
     number_ = 0;
     if (element.count > rest_.size() / std::max<std::size_t>(1, element.properties.size()) + 1) {
-      refusePly(fmt::format("is cut short: it has {} bytes for {} of element '{}'", rest_.size(), element.count,
-                            shown(element.name)));
+      refuse(fmt::format("is cut short: it has {} bytes for {} of element '{}'", rest_.size(), element.count,
+                         shown(element.name)));
     }
   }
 
@@ -151,12 +128,12 @@ class Ply {
     const std::string_view count = takeWord(line);
     const auto [end, problem] = std::from_chars(count.data(), count.data() + count.size(), one.count);
     if (problem != std::errc() || end != count.data() + count.size())
-      refusePly(fmt::format("its header does not say how many of element '{}'", shown(one.name)));
+      refuse(fmt::format("its header does not say how many of element '{}'", shown(one.name)));
     elements_.push_back(std::move(one));
   }
 
   void property(std::string_view line) {
-    if (elements_.empty()) refusePly("its header has a property before all elements");
+    if (elements_.empty()) refuse("its header has a property before all elements");
     PlyProperty one;
     std::string_view type = takeWord(line);
     if (type == "list") {
@@ -169,7 +146,7 @@ class Ply {
   }
 
   [[nodiscard]] std::string where() const { return fmt::format("{} {} of {}", shown(at_->name), number_, at_->count); }
-  [[noreturn]] void cutShort() const { refusePly("is cut short: it ends before " + where()); }
+  [[noreturn]] void cutShort() const { refuse("is cut short: it ends before " + where()); }
 
   double next(PlyType type, std::string_view& line) {
     if (in_words_) return word(line);
@@ -196,14 +173,10 @@ class Ply {
 
   double word(std::string_view& line) const {
     std::string_view text = takeWord(line);
-    if (text.empty()) refusePly(where() + " has too few numbers in its line");
-    if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-    double value = 0;
-    const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (problem == std::errc::result_out_of_range) return text.find('-', 1) != text.npos ? 0 : INFINITY;
-    if (problem != std::errc() || end != text.data() + text.size())
-      refusePly(fmt::format("{}: '{}' is not a number", where(), shown(text)));
-    return value;
+    if (text.empty()) refuse(where() + " has too few numbers in its line");
+    const auto value = numberIn(text);
+    if (!value) refuse(fmt::format("{}: '{}' is not a number", where(), shown(text)));
+    return *value;
   }
 
   template <class T>
@@ -225,23 +198,13 @@ class Ply {
   std::uint64_t number_ = 0;  ///< Which of them is read.
 };
 
-/** One behind the other. */
-struct PlyFaces {
-  std::vector<unsigned> corners, sizes;
-
-  void add(std::initializer_list<unsigned> face) {
-    corners.insert(corners.end(), face);
-    sizes.push_back(static_cast<unsigned>(face.size()));
-  }
-};
-
 unsigned cornerOf(double number, const PlyElement& element, std::uint64_t i) {
   if (number >= 0 && number <= 4294967295.0 && number == std::floor(number)) return static_cast<unsigned>(number);
-  refusePly(fmt::format("{} {} names vertex {}", element.name == "face" ? "face" : "strip", i, number));
+  refuse(fmt::format("{} {} names vertex {}", element.name == "face" ? "face" : "strip", i, number));
 }
 
 /** Every three in a row, of which every other one is turned; -1 begins anew. */
-void addStrip(const std::vector<double>& list, const PlyElement& element, std::uint64_t i, PlyFaces& faces) {
+void addStrip(const std::vector<double>& list, const PlyElement& element, std::uint64_t i, Polygons& faces) {
   std::vector<unsigned> strip;
   for (const double number : list) {
     if (number == -1) {
@@ -267,16 +230,9 @@ bool isPly(const std::string& path) {
   return (magic == "ply" || magic == "PLY") && (first[3] == '\n' || kPlyBlanks.find(first[3]) != kPlyBlanks.npos);
 }
 
-std::unique_ptr<aiScene> readPly(const std::string& path) {
-  std::string bytes(std::filesystem::file_size(path), '\0');
-  std::ifstream(path, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  return parsePly(bytes);
-}
-
-std::unique_ptr<aiScene> parsePly(std::string_view bytes) {
+Polygons parsePly(std::string_view bytes) {
   Ply ply(bytes);
-  std::vector<aiVector3D> vertices;
-  PlyFaces faces;
+  Polygons out;
   std::vector<double> numbers, list;
   for (const PlyElement& element : ply.elements()) {
     const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
@@ -284,44 +240,24 @@ std::unique_ptr<aiScene> parsePly(std::string_view bytes) {
     const std::size_t x = element.find("x"), y = element.find("y"), z = element.find("z");
     std::size_t wanted = element.find("vertex_indices");
     if (wanted == none) wanted = element.find("vertex_index");
-    if (is_vertex && (x == none || y == none || z == none)) refusePly("its vertices have no x, y and z");
+    if (is_vertex && (x == none || y == none || z == none)) refuse("its vertices have no x, y and z");
     if (none == 0) continue;
     ply.requireRoom(element);
     for (std::uint64_t i = 0; i < element.count; ++i) {
       list.clear();
       ply.take(element, i, numbers, wanted, list);
       if (is_vertex) {
-        vertices.emplace_back(static_cast<float>(numbers[x]), static_cast<float>(numbers[y]),
-                              static_cast<float>(numbers[z]));
+        out.vertices.push_back(
+            {static_cast<float>(numbers[x]), static_cast<float>(numbers[y]), static_cast<float>(numbers[z])});
       } else if (is_face) {
-        for (const double number : list) faces.corners.push_back(cornerOf(number, element, i));
-        faces.sizes.push_back(static_cast<unsigned>(list.size()));
+        for (const double number : list) out.corners.push_back(cornerOf(number, element, i));
+        out.sizes.push_back(static_cast<unsigned>(list.size()));
       } else if (element.name == "tristrips") {
-        addStrip(list, element, i, faces);
+        addStrip(list, element, i, out);
       }
     }
   }
-  auto scene = std::make_unique<aiScene>();
-  scene->mRootNode = new aiNode();
-  auto* const mesh = new aiMesh();
-  scene->mMeshes = new aiMesh* [1] { mesh };
-  scene->mNumMeshes = 1;
-  scene->mRootNode->mMeshes = new unsigned[1]{0};
-  scene->mRootNode->mNumMeshes = 1;
-  mesh->mVertices = new aiVector3D[vertices.size()];
-  mesh->mNumVertices = static_cast<unsigned>(vertices.size());
-  std::copy(vertices.begin(), vertices.end(), mesh->mVertices);
-  mesh->mFaces = new aiFace[faces.sizes.size()];
-  mesh->mNumFaces = static_cast<unsigned>(faces.sizes.size());
-  auto corner = faces.corners.cbegin();
-  for (unsigned f = 0; f < mesh->mNumFaces; ++f) {
-    const unsigned size = faces.sizes[f];
-    mesh->mFaces[f].mIndices = new unsigned[size];
-    mesh->mFaces[f].mNumIndices = size;
-    std::copy_n(corner, size, mesh->mFaces[f].mIndices);
-    corner += size;
-  }
-  return scene;
+  return out;
 }
 
 }  // namespace hapticd_mesh_file

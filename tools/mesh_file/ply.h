@@ -4,11 +4,10 @@
  */
 #pragma once
 
-#include <memory>
 #include <string>
 #include <string_view>
 
-struct aiScene;
+#include "tools/mesh_file/polygons.h"
 
 namespace hapticd_mesh_file {
 
@@ -16,11 +15,9 @@ namespace hapticd_mesh_file {
 [[nodiscard]] bool isPly(const std::string& path);
 
 /**
- * Its vertices, faces and strips of triangles, in words or binary, as assimp would hand them on: one mesh at the root.
- * Other elements and properties are passed over. Numbers of vertices may be too large. Throws MeshError.
+ * Its vertices, faces and strips of triangles, in words or binary. Other elements and properties are passed over. Its
+ * first line is not looked at. Throws MeshError. Any bytes can be given.
  */
-[[nodiscard]] std::unique_ptr<aiScene> readPly(const std::string& path);
-/** The same of what a file holds; the first line is not looked at. */
-[[nodiscard]] std::unique_ptr<aiScene> parsePly(std::string_view bytes);
+[[nodiscard]] Polygons parsePly(std::string_view bytes);
 
 }  // namespace hapticd_mesh_file

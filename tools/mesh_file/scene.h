@@ -1,5 +1,5 @@
 /** @file
- * assimp: a file's scene as one mesh.
+ * A file as one mesh, read by ourselves or by assimp.
  */
 #pragma once
 

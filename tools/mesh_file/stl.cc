@@ -2,56 +2,115 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdint>
-#include <fstream>
-#include <string_view>
+#include <cstring>
+
+#include "tools/mesh_file/words.h"
 
 namespace hapticd_mesh_file {
 namespace {
 
-constexpr std::streamoff kBeforeTriangles = 84, kTriangle = 50;  ///< Bytes of binary STL.
+constexpr std::size_t kBeforeTriangles = 84, kTriangle = 50, kNormal = 12;  ///< Bytes of binary STL.
 
 /** What a binary STL of as many triangles as it says would have; 0: it says nothing. */
-std::uint64_t bytesIfBinary(std::ifstream& file, std::uint64_t& triangles) {
-  unsigned char count[4];
-  if (!file.seekg(kBeforeTriangles - 4).read(reinterpret_cast<char*>(count), sizeof count)) return 0;
-  triangles = count[0] | std::uint64_t{count[1]} << 8 | std::uint64_t{count[2]} << 16 | std::uint64_t{count[3]} << 24;
+std::uint64_t bytesIfBinary(std::string_view bytes, std::uint64_t& triangles) {
+  if (bytes.size() < kBeforeTriangles) return 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    triangles |= std::uint64_t{static_cast<unsigned char>(bytes[kBeforeTriangles - 4 + i])} << 8 * i;
   return kBeforeTriangles + kTriangle * triangles;
 }
 
-}  // namespace
-
-std::string whyNoStl(const std::string& path) {
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  const auto size = static_cast<std::uint64_t>(std::max<std::streamoff>(0, file.tellg()));
-  std::uint64_t triangles = 0;
-  const std::uint64_t needed = bytesIfBinary(file, triangles);
-  return needed == 0 ? "is no STL"
-                     : fmt::format("is no STL in words ('solid'), and of {} bytes; binary STL of {} triangles has {}",
-                                   size, triangles, needed);
+Polygons binaryStl(std::string_view bytes, std::uint64_t triangles) {
+  Polygons out;
+  out.vertices.resize(3 * triangles);
+  for (std::size_t i = 0; i < triangles; ++i) {
+    const auto first = static_cast<unsigned>(3 * i);
+    std::memcpy(out.vertices[first].data(), bytes.data() + kBeforeTriangles + kTriangle * i + kNormal,
+                3 * sizeof out.vertices[0]);
+    out.add({first, first + 1, first + 2});
+  }
+  return out;
 }
 
-bool endsInAFacet(const std::string& path) {
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  const std::streamoff size = file.tellg();
-  std::uint64_t triangles = 0;
-  if (size < kBeforeTriangles || bytesIfBinary(file, triangles) == static_cast<std::uint64_t>(size)) return false;
-  std::string text(static_cast<std::size_t>(std::min<std::streamoff>(size, 4096)), '\0');
-  file.seekg(size - static_cast<std::streamoff>(text.size()));
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  bool open = false;
-  for (std::string_view rest = text; !rest.empty();) {  // Line by line: names of solids may say anything.
-    std::string_view line = rest.substr(0, rest.find_first_of("\r\n"));
-    rest.remove_prefix(std::min(rest.size(), line.size() + 1));
-    line.remove_prefix(std::min(line.size(), line.find_first_not_of(" \t")));
-    if (line.substr(0, 5) == "facet") {  // In one line there may be all of it, or of them.
-      const std::size_t last = line.rfind("facet");
-      open = last < 3 || line.substr(last - 3, 3) != "end";
+/** STL in words. */
+class Facets {
+ public:
+  explicit Facets(std::string_view text) : rest_(text) {}
+
+  Polygons read() {
+    for (;;) {
+      const std::string key = lower(takeWord(rest_));
+      if (key.empty()) return std::move(out_);
+      if (key == "facet") {
+        facet();
+      } else if (key == "outer" || key == "vertex" || key == "endloop" || key == "endfacet") {
+        refuse(fmt::format("'{}' stands behind facet {}, in none", key, out_.sizes.size()));
+      } else {
+        (void)takeLine(rest_);  // Names of solids may say anything.
+      }
     }
-    if (line.substr(0, 8) == "endfacet" || line.substr(0, 8) == "endsolid") open = false;
   }
-  return open;
+
+ private:
+  std::string_view next() {
+    const std::string_view word = takeWord(rest_);
+    if (word.empty()) refuseEnd();
+    return word;
+  }
+  [[noreturn]] static void refuseEnd() { refuse("is cut short: its last facet has no end"); }
+  [[noreturn]] void refuseAt(std::string_view word, const char* what) const {
+    if (std::string_view behind = rest_; takeWord(behind).empty()) refuseEnd();  // The word may have lost its end.
+    refuse(fmt::format("facet {}: '{}' {}", out_.sizes.size() + 1, shown(word), what));
+  }
+
+  void facet() {
+    for (std::string key; key != "outer";) {  // Some write a normal as "-1.#IND", and no two need it.
+      const std::string_view word = next();
+      key = lower(word);
+      if (key == "vertex" || key == "facet" || key == "endfacet") refuseAt(word, "stands where 'outer loop' should");
+    }
+    if (const std::string_view word = next(); lower(word) != "loop") refuseAt(word, "stands where 'loop' should");
+    unsigned corners = 0;
+    for (;;) {
+      const std::string_view word = next();
+      if (lower(word) == "endloop") break;
+      if (lower(word) != "vertex") refuseAt(word, "stands where 'vertex' should");
+      std::array<float, 3> corner{};
+      for (float& x : corner) {
+        const std::string_view number = next();
+        const auto value = numberIn(number);
+        if (!value) refuseAt(number, "is not a number");
+        x = static_cast<float>(*value);
+      }
+      out_.corners.push_back(static_cast<unsigned>(out_.vertices.size()));
+      out_.vertices.push_back(corner);
+      ++corners;
+    }
+    if (const std::string_view word = next(); lower(word) != "endfacet")
+      refuseAt(word, "stands where 'endfacet' should");
+    out_.sizes.push_back(corners);
+  }
+
+  std::string_view rest_;
+  Polygons out_;
+};
+
+}  // namespace
+
+Polygons parseStl(std::string_view bytes) {
+  std::uint64_t triangles = 0;
+  // With less than a triangle to spare: some programs end it with a line's end, or fill a block.
+  if (const std::uint64_t needed = bytesIfBinary(bytes, triangles);
+      needed > 0 && bytes.size() >= needed && bytes.size() < needed + kTriangle)
+    return binaryStl(bytes, triangles);
+  const std::string_view text = withoutMark(bytes);
+  if (std::string_view first = text;
+      lower(takeWord(first)) == "solid" && bytes.substr(0, kBeforeTriangles).find('\0') == bytes.npos)
+    return Facets(text).read();
+  refuse(bytes.size() < kBeforeTriangles
+             ? "is no STL"
+             : fmt::format("is no STL in words ('solid'), and of {} bytes; binary STL of {} triangles has {}",
+                           bytes.size(), triangles, kBeforeTriangles + kTriangle * triangles));
 }
 
 }  // namespace hapticd_mesh_file

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -262,14 +263,50 @@ TEST(Polygon, OfManyCornersIsCutInTime) {
   EXPECT_NEAR(sum, all, 1e-9 * all) << "some overlap";
 }
 
-// assimp leaves such a face out, and takes another corner for one that is not there, in silence.
-TEST_F(ReadMeshTest, AnOffFileThatIsNotReadWholeIsRefused) {
-  const std::string corners = "0 0 0\n1 0 0\n2 0 0\n3 0 0\n4 0 0\n4 4 0\n3 4 0\n2 4 0\n1 4 0\n0 4 0\n",
-                    rest = "3 0 1 9\n";
-  EXPECT_EQ(refusal(file("nine.off", "OFF\n10 2 0\n" + corners + "9 0 1 2 3 4 5 6 7 8\n" + rest)), "not refused");
-  EXPECT_THAT(refusal(file("ten.off", "OFF\n10 2 0\n" + corners + "10 0 1 2 3 4 5 6 7 8 9\n" + rest)),
-              HasSubstr("OFF: "));
-  EXPECT_THAT(refusal(file("beyond.off", "OFF\n10 1 0\n" + corners + "3 0 1 10\n")), HasSubstr("out of range"));
+// assimp left out faces of more than nine corners, and what comments and colours stand about.
+TEST_F(ReadMeshTest, AnOffFileMayHoldMoreThanPlacesAndTriangles) {
+  const std::string places = "0 0 0\n2 0 0\n0 3 0\n0 0 5\n", faces = "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+  for (const std::string& text :
+       {"OFF\n4 4 6\n" + places + faces, "OFF 4 4 0\n" + places + faces + "# the end\n", "4 4\n" + places + faces,
+        "\xef\xbb\xbfOFF # t\r\n\n# of four\n4 4 6\r\n" + places + "\n" + faces,
+        "COFF\n4 4 6\n0 0 0 1 0 0 1\n2 0 0 1 0 0 1\n0 3 0 1 0 0 1\n0,0 0 5 1 0 0 1 # the last\n3 0 2 1 0.5 0.5 1\n" +
+            faces.substr(8)}) {
+    const MeshFile mesh = readMesh(file("a.OFF", text), "the test", never);
+    EXPECT_EQ(mesh.triangles.size(), 4u) << text;
+    EXPECT_THAT(mesh.upper, ElementsAre(2, 3, 5)) << text;
+  }
+  std::string ring = "OFF\n20 1 0\n", face = "20";
+  for (int i = 0; i < 20; ++i) {
+    ring += std::to_string(std::cos(0.1 * std::numbers::pi * i)) + " " +
+            std::to_string(std::sin(0.1 * std::numbers::pi * i)) + " 0\n";
+    face += " " + std::to_string(i);
+  }
+  const MeshFile disc = readMesh(file("disc", ring + face), "the test", never);  // Told by its first word.
+  EXPECT_EQ(disc.triangles.size(), 18u);
+  EXPECT_NEAR(areaOf(disc), 10 * std::sin(0.1 * std::numbers::pi), 1e-5);
+}
+
+// assimp made corners of what a cut line lacks, and of a negative number another one.
+TEST_F(ReadMeshTest, AnOffFileThatIsNotWholeIsRefused) {
+  const std::string text = "OFF\n4 4 6\n0 0 0\n2 0 0\n0 3 0\n0 0 5\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+  const auto told = [&](const std::string& what, const std::string& lie) {
+    std::string lying = text;
+    lying.replace(lying.find(what), what.size(), lie);
+    return refusal(file("a.off", lying));
+  };
+  EXPECT_EQ(told("3 1 2 3\n", "3 1 2"), "face 3 of 4 has too few numbers in its line");
+  EXPECT_EQ(told("3 1 2 3\n", ""), "is cut short: it ends before face 3 of 4");
+  EXPECT_EQ(told("3 1 2 3\n", "3 1 2 -1\n"), "face 3 of 4 names vertex -1 of 4");
+  EXPECT_EQ(told("3 1 2 3\n", "3 1 2 4\n"), "face 3 of 4 names vertex 4 of 4");
+  EXPECT_EQ(told("3 1 2 3\n", "3 1 2 1.5\n"), "face 3 of 4 names vertex 1.5 of 4");
+  EXPECT_EQ(told("3 1 2 3\n", "-3 1 2 3\n"), "face 3 of 4 has -3 corners");
+  EXPECT_EQ(told("3 1 2 3\n", "3 1 2 3\n3 1 2 3\n"), "has more lines than its 4 vertices and 4 faces");
+  EXPECT_EQ(told("2 0 0", "2 x\x1b 0"), "vertex 1 of 4: 'x?' is not a number");
+  EXPECT_EQ(told("4 4 6", "4 many 6"), "does not say how many faces it has: 'many'");
+  EXPECT_EQ(told("4 4 6", "4000000000 4 6"), "is cut short: it ends before vertex 8 of 4000000000");
+  EXPECT_EQ(told("OFF", "OFF BINARY"), "is OFF of a kind that is not read: 'OFF BINARY'");
+  EXPECT_THAT(told("OFF", "4OFF"), HasSubstr("of a kind that is not read"));
+  EXPECT_THAT(told("2 0 0", "2 0 1e999"), HasSubstr("has a vertex at"));
 }
 
 TEST_F(ReadMeshTest, RefusesWhatCannotBeTouched) {
@@ -283,6 +320,43 @@ TEST_F(ReadMeshTest, RefusesWhatCannotBeTouched) {
   EXPECT_THAT(refusal(file("lines.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n")), HasSubstr("no triangle"));
   EXPECT_NE(refusal(file("text.stl", "this is no mesh at all, though it has the ending of one")), "not refused");
   EXPECT_NE(refusal(file("t.xyz-unknown", "abc")), "not refused");
+}
+
+// assimp wanted `solid` first and in small letters, normals that are numbers, and no byte too many.
+TEST_F(ReadMeshTest, AnStlIsReadAsProgramsWriteIt) {
+  const std::string text = tetrahedron();
+  const auto with = [&](const std::string& what, const std::string& instead) {
+    std::string out = text;
+    for (std::size_t at = 0; (at = out.find(what, at)) != out.npos; at += instead.size())
+      out.replace(at, what.size(), instead);
+    return out;
+  };
+  std::string capitals = text, binary(84, ' '), normal(12, '\xff');
+  for (char& c : capitals) c = static_cast<char>(std::toupper(c));
+  binary.replace(80, 4, std::string("\4\0\0\0", 4));
+  const MeshFile whole = readMesh(file("t.stl", text), "the test", never);
+  for (const auto& t : whole.triangles) {
+    binary += normal;
+    for (const std::uint32_t v : t) binary.append(reinterpret_cast<const char*>(whole.vertices[v].data()), 12);
+    binary += std::string(2, '\0');
+  }
+  std::string binary_solid = binary;
+  binary_solid.replace(0, 7, "solid t");
+  for (const std::string& as_written :
+       {"\n \n" + text, "\xef\xbb\xbf" + text, capitals, with("\n", "\r"), with("\n", "\r\n"),
+        with("normal 0 0 0", "normal -1.#IND nan(ind) 1,5"), with("normal 0 0 0", ""),
+        with("vertex 2 0 0", "vertex 2,0 +0 0e5"), text + "solid facet of another\nendsolid\n",
+        with("solid t", "solid facet normal"), binary, binary + "\n", binary + std::string(49, '\0'), binary_solid,
+        binary_solid + "\n"}) {
+    const MeshFile mesh = readMesh(file("a.Stl", as_written), "the test", never);
+    EXPECT_EQ(mesh.triangles, whole.triangles) << as_written;
+    EXPECT_EQ(mesh.vertices, whole.vertices) << as_written;
+  }
+  EXPECT_EQ(refusal(file("a.stl", with("vertex 2 0 0", "vertex 2 zero 0"))), "facet 1: 'zero' is not a number");
+  EXPECT_EQ(refusal(file("a.stl", with("outer loop", "loop"))), "facet 1: 'vertex' stands where 'outer loop' should");
+  EXPECT_EQ(refusal(file("a.stl", with("facet normal", "f normal"))), "'outer' stands behind facet 0, in none");
+  EXPECT_EQ(refusal(file("a.stl", with("endloop\n", ""))), "facet 1: 'endfacet' stands where 'vertex' should");
+  EXPECT_THAT(refusal(file("a.stl", binary + std::string(50, '\0'))), HasSubstr("binary STL of 4 triangles has 284"));
 }
 
 // In words assimp left out the facet; of the others it said that a storage representation could not be determined.

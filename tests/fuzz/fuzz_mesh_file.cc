@@ -1,0 +1,25 @@
+// The mesh files that we read ourselves: whatever they hold, refused with words or faces that are whole.
+#include <cstdint>
+#include <cstdlib>
+#include <numeric>
+#include <string_view>
+
+#include "tools/mesh_file/mesh_error.h"
+#include "tools/mesh_file/off.h"
+#include "tools/mesh_file/ply.h"
+#include "tools/mesh_file/stl.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace hapticd_mesh_file;
+  for (const auto parse : {parsePly, parseStl, parseOff}) {
+    try {
+      const Polygons mesh = parse({reinterpret_cast<const char*>(data), size});
+      const std::size_t corners = mesh.corners.size();
+      if (std::accumulate(mesh.sizes.begin(), mesh.sizes.end(), std::size_t{0}) != corners) std::abort();
+      if (corners > 3 * size || mesh.vertices.size() > size) std::abort();  // Each takes a byte; of a strip's thrice.
+    } catch (const MeshError& error) {
+      if (*error.what() == 0 || error.remedy.empty()) std::abort();
+    }
+  }
+  return 0;
+}

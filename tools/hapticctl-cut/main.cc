@@ -56,15 +56,12 @@ void tell(const char* what, const std::string& path, const Surface& surface, dou
 
 /** What is written must not be what is read, nor each other. */
 void requireThreeFiles(const Options& o) {
-  const auto same = [](const std::string& a, const std::string& b) {
-    std::error_code none;
-    return std::filesystem::equivalent(a, b, none) ||
-           std::filesystem::weakly_canonical(a, none) == std::filesystem::weakly_canonical(b, none);
-  };
-  if (same(o.file, o.body)) hapticctl::failUsage("--body", o.body + " is the mesh that is cut", "name another file");
-  if (same(o.file, o.fragment))
+  using hapticctl_import::areOneFile;
+  if (areOneFile(o.file, o.body))
+    hapticctl::failUsage("--body", o.body + " is the mesh that is cut", "name another file");
+  if (areOneFile(o.file, o.fragment))
     hapticctl::failUsage("--fragment", o.fragment + " is the mesh that is cut", "name another file");
-  if (o.body != "/dev/null" && same(o.body, o.fragment))
+  if (o.body != "/dev/null" && areOneFile(o.body, o.fragment))
     hapticctl::failUsage("--fragment", o.fragment + " is the body's file", "name another file");
 }
 
@@ -142,7 +139,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
     return error.get_exit_code() == 0 ? app.exit(error) : (app.exit(error), hapticctl::kExitUsage);
   }
   const auto fail = [](int code, const std::string& where, const std::string& what, const std::string& remedy) {
-    fmt::print(stderr, "{}: {}{}\n", where, what, remedy.empty() ? "" : " (" + remedy + ")");
+    fmt::print(stderr, "hapticctl cut: {}: {}{}\n", where, what, remedy.empty() ? "" : " (" + remedy + ")");
     return code;
   };
   try {

@@ -24,7 +24,7 @@ int inChild(const std::function<int()>& work, std::uint64_t most_bytes) {
       most_bytes =
           static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
     }
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // It writes for nobody else.
+    ::prctl(PR_SET_PDEATHSIG, SIGTERM);  // It writes for nobody else, and leaves nothing half written.
     const rlimit memory{most_bytes, most_bytes}, core{0, 0};
     ::setrlimit(RLIMIT_AS, &memory);
     ::setrlimit(RLIMIT_CORE, &core);

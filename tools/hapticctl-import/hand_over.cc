@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <climits>
 #include <csignal>
@@ -14,13 +15,14 @@
 #include <cstring>
 #include <filesystem>
 #include <string_view>
+#include <utility>
 
 #include "tools/hapticctl-import/image.h"
 
 namespace hapticctl_import {
 namespace {
 
-constexpr int kEnds[] = {SIGINT, SIGTERM, SIGHUP};
+constexpr std::array kEnds = {SIGINT, SIGTERM, SIGHUP};
 
 char to_unlink[PATH_MAX];
 
@@ -50,18 +52,44 @@ int writeAndClose(int fd, std::string_view bytes) {
 
 }  // namespace
 
-TemporaryFile::TemporaryFile() {
-  path_ = (std::filesystem::temp_directory_path() / "hapticctl-import-XXXXXX.ply").string();
-  const int fd = ::mkstemps(path_.data(), 4);
-  if (fd < 0) throw ImportError(path_, std::strerror(errno));
-  ::close(fd);
-  path_.copy(to_unlink, sizeof to_unlink - 1);
-  for (const int end : kEnds) ::signal(end, unlinkAndEnd);
+TemporaryFile::TemporaryFile()
+    : TemporaryFile((std::filesystem::temp_directory_path() / "hapticctl-import-XXXXXX.ply").string(), 4) {
+  if (fd_ < 0) throw ImportError(path_, std::strerror(errno));
+  ::close(fd_);
+}
+
+TemporaryFile::TemporaryFile(std::string pattern, int letters_behind) : path_(std::move(pattern)) {
+  sigset_t ends, before;
+  sigemptyset(&ends);
+  for (const int end : kEnds) sigaddset(&ends, end);
+  ::sigprocmask(SIG_BLOCK, &ends, &before);  // They find no file, or a file whose name is known.
+  fd_ = path_.size() < sizeof to_unlink ? ::mkostemps(path_.data(), letters_behind, O_CLOEXEC) : -1;
+  if (fd_ >= 0) {
+    *std::copy(path_.begin(), path_.end(), to_unlink) = '\0';
+    for (std::size_t i = 0; i < kEnds.size(); ++i) {
+      before_[i] = ::signal(kEnds[i], unlinkAndEnd);
+      if (before_[i] == SIG_IGN) ::signal(kEnds[i], SIG_IGN);  // nohup stays so.
+    }
+  }
+  ::sigprocmask(SIG_SETMASK, &before, nullptr);
 }
 
 TemporaryFile::~TemporaryFile() {
-  for (const int end : kEnds) ::signal(end, SIG_DFL);
-  ::unlink(path_.c_str());
+  if (fd_ < 0) return;
+  if (!path_.empty()) ::unlink(path_.c_str());
+  for (std::size_t i = 0; i < kEnds.size(); ++i) ::signal(kEnds[i], before_[i]);
+}
+
+int TemporaryFile::becomes(const std::string& path) {
+  if (::rename(path_.c_str(), path.c_str()) != 0) return errno;
+  path_.clear();
+  return 0;
+}
+
+bool areOneFile(const std::string& a, const std::string& b) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  return fs::equivalent(a, b, none) || fs::weakly_canonical(a, none) == fs::weakly_canonical(b, none);
 }
 
 void requireWritable(const std::string& path) {
@@ -83,17 +111,15 @@ void writeFile(const std::string& path, const std::string& bytes) {
   std::error_code none;
   const fs::file_status status = fs::symlink_status(path, none);
   const bool there = fs::exists(status);
-  std::string part = path + ".XXXXXX";
-  const int fd = !there || fs::is_regular_file(status) ? ::mkostemp(part.data(), O_CLOEXEC) : -1;
-  if (fd < 0) return writeInPlace(path, bytes);
+  if (there && !fs::is_regular_file(status)) return writeInPlace(path, bytes);
+  TemporaryFile part(path + ".XXXXXX");
+  if (part.fd() < 0) return writeInPlace(path, bytes);
   const mode_t mask = ::umask(0);
   ::umask(mask);
-  ::fchmod(fd, there ? static_cast<mode_t>(status.permissions()) : 0666 & ~mask);
-  int code = writeAndClose(fd, bytes);
-  if (code == 0 && ::rename(part.c_str(), path.c_str()) != 0) code = errno;
-  if (code == 0) return;
-  ::unlink(part.c_str());
-  throw notWritten(path, code);
+  ::fchmod(part.fd(), there ? static_cast<mode_t>(status.permissions()) : 0666 & ~mask);
+  int code = writeAndClose(part.fd(), bytes);
+  if (code == 0) code = part.becomes(path);
+  if (code != 0) throw notWritten(path, code);
 }
 
 void requireSaid() {

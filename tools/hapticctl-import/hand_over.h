@@ -3,27 +3,40 @@
  */
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hapticctl_import {
 
 /**
- * A file that goes when it is no longer needed, also by Ctrl-C, SIGTERM and SIGHUP, whose handlers it takes: one at a
- * time. Throws ImportError.
+ * A file that goes when it is no longer needed, also by Ctrl-C, SIGTERM and SIGHUP, unless they are ignored, whose
+ * handlers it takes: one at a time.
  */
 class TemporaryFile {
  public:
+  /** For another program to read. Throws ImportError. */
   TemporaryFile();
+  /** With a name of its own for the XXXXXX in it, so many letters before its end; fd() is -1 if it cannot be made. */
+  explicit TemporaryFile(std::string pattern, int letters_behind = 0);
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile();
   [[nodiscard]] const std::string& path() const { return path_; }
+  /** To write to, and to close. */
+  [[nodiscard]] int fd() const { return fd_; }
+  /** From now on it is this file, which it replaces. 0, or what went wrong. */
+  [[nodiscard]] int becomes(const std::string& path);
 
  private:
   std::string path_;
+  int fd_ = -1;
+  std::array<void (*)(int), 3> before_{};
 };
 
+/** Whether two names are those of one file, be it there or not. */
+[[nodiscard]] bool areOneFile(const std::string& a, const std::string& b);
 /** Throws ImportError that says why, if a file cannot be written there; makes none. To be asked before the long work.
  */
 void requireWritable(const std::string& path);

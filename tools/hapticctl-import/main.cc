@@ -53,9 +53,11 @@ int draw(const Options& o, const std::string& output) {
   for (const std::string& path : {output, o.vdb}) {
     if (path.empty()) continue;
     requireWritable(path);
-    if (std::error_code none; std::filesystem::equivalent(path, o.input.file, none))
+    if (areOneFile(path, o.input.file))
       throw ImportError(path, "is the file that is imported", "name another one to write");
   }
+  if (!output.empty() && !o.vdb.empty() && areOneFile(output, o.vdb) && output != "/dev/null")
+    throw ImportError("--vdb", o.vdb + " is the surface's file", "name another one to write");
   Image image = readInput(o.input);
   fmt::print("{}\n", describe(image));
   const float level = levelOf(o, image);
@@ -85,13 +87,16 @@ int report(const std::string& file, const std::function<int()>& work) {
     return work();
   } catch (const ImportError& error) {
     const std::string at = error.where.empty() || error.where == file ? file : file + ": " + error.where;
-    fmt::print(stderr, "{}: {}{}\n", at, error.what(), error.remedy.empty() ? "" : " (" + error.remedy + ")");
+    fmt::print(stderr, "hapticctl import: {}: {}{}\n", at, error.what(),
+               error.remedy.empty() ? "" : " (" + error.remedy + ")");
     return kFile;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "{}: is too large for this machine's memory, or damaged (see --crop, --shrink)\n", file);
+    fmt::print(stderr,
+               "hapticctl import: {}: is too large for this machine's memory, or damaged (see --crop, --shrink)\n",
+               file);
     return kFile;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: {}\n", file, error.what());
+    fmt::print(stderr, "hapticctl import: {}: {}\n", file, error.what());
     return kRefused;
   }
 }
@@ -193,7 +198,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
     return error.get_exit_code() == 0 ? app.exit(error) : (app.exit(error), kUsage);
   }
   if (const auto rest = app.remaining(); !rest.empty() && !(o.output.empty() && o.vdb.empty())) {
-    fmt::print(stderr, "{}: is no option of hapticctl import, and nothing is loaded that others could be for\n",
+    fmt::print(stderr, "hapticctl import: {}: is no option of it, and nothing is loaded that others could be for\n",
                rest[0]);
     return kUsage;
   }

@@ -86,7 +86,10 @@ class ImportAndCut(Case):
         self.assertIn("--scale: is empty", imported(vdb, "--scale", "", "--output", ply, exit_code=2))
         self.assertFalse(ply.exists())
         before = raw.read_bytes()
-        self.assertIn("is the file that is imported", imported(raw, *of_raw, "--output", raw, exit_code=5))
+        self.assertIn("--vdb: " + str(ply) + " is the surface's file",
+                      imported(raw, *of_raw, "--voxel", "1", "--output", f"{ply.parent}/./{ply.name}", "--vdb", ply, exit_code=5))
+        self.assertFalse(ply.exists())
+        self.assertIn(f"hapticctl import: {raw}: is the file that is imported", imported(raw, *of_raw, "--output", raw, exit_code=5))
         self.assertEqual(raw.read_bytes(), before)
 
     def test_import_leaves_nothing_behind_when_it_is_ended(self):
@@ -113,7 +116,7 @@ class ImportAndCut(Case):
         for words in (["--body", path], ["--fragment", path], ["--body", self.directory / "x.ply", "--fragment", self.directory / "x.ply"]):
             done = subprocess.run([*command, *words], capture_output=True, text=True, env={**os.environ, **paths}, check=False)
             self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
-            self.assertIn(f"{words[-2]}: {words[-1]} is the ", done.stderr)
+            self.assertIn(f"hapticctl cut: {words[-2]}: {words[-1]} is the ", done.stderr)
             self.assertFalse((self.directory / "x.ply").exists())
         for seed in ("-1", "99999999999999999999"):  # Not the largest number that there is, in silence.
             done = subprocess.run([*command, "--seed", seed], capture_output=True, text=True, env={**os.environ, **paths}, check=False)

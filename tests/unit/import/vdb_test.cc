@@ -172,42 +172,6 @@ TEST(Vdb, aPlaceThatCannotBeWrittenIsNamedWithTheReason) {
   EXPECT_TRUE(std::filesystem::exists("/dev/full"));
 }
 
-TEST(WriteFile, leavesWhatWasThereIfItDoesNotFit) {
-  const Folder folder;
-  const std::string path = folder.put("old.ply", "what was there"), link = folder.path() + "/link";
-  std::filesystem::permissions(path, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
-  rlimit before{};
-  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
-  const rlimit little{4096, before.rlim_max};
-  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &little), 0);
-  const std::string words = refusal([&] { return writeFile(path, std::string(5000, 'x')), 0; });
-  const std::string fresh = refusal([&] { return writeFile(folder.path() + "/new", std::string(5000, 'x')), 0; });
-  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
-  std::signal(SIGXFSZ, handler);
-  EXPECT_THAT(words, HasSubstr("cannot be written: File too large"));
-  EXPECT_THAT(fresh, HasSubstr("cannot be written: File too large"));
-  const auto contents = [&] {
-    std::ifstream file(path);
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  };
-  const auto files = [&] {
-    return std::distance(std::filesystem::directory_iterator(folder.path()), std::filesystem::directory_iterator());
-  };
-  EXPECT_EQ(contents(), "what was there");
-  EXPECT_EQ(files(), 1) << "a part was left";
-
-  writeFile(path, "new");
-  EXPECT_EQ(contents(), "new");
-  EXPECT_EQ(std::filesystem::status(path).permissions(),
-            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
-  std::filesystem::create_symlink(path, link);
-  writeFile(link, "through it");
-  EXPECT_EQ(contents(), "through it");
-  EXPECT_TRUE(std::filesystem::is_symlink(link));
-  EXPECT_EQ(files(), 2);
-}
-
 /** A file as another program may write it: a fog ball of radius 5 units in a turned, scaled frame, and other grids. */
 std::string strange(const Folder& folder) {
   openvdb::initialize();

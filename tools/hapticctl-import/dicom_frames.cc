@@ -137,6 +137,17 @@ void placeSlice(const std::string& path, Image& slice) {
   }
 }
 
+void scaleDose(const std::string& path, Image& image) {
+  const Complaints complaints;
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  if (!reader.ReadUpToTag(pixels(), {})) return;
+  const auto scaling = numbersOf(reader.GetFile().GetDataSet(), {0x3004, 0xe}, 1);
+  if (scaling.empty()) return;
+  for (float& v : image.values) v = static_cast<float>(static_cast<double>(v) * scaling[0]);
+  image.exact = {};
+}
+
 std::string whatIsNotSaid(const std::string& path, bool several_frames, bool is_1_mm) {
   const Complaints complaints;
   gdcm::Reader reader;
@@ -146,22 +157,39 @@ std::string whatIsNotSaid(const std::string& path, bool several_frames, bool is_
   const auto none = [&set](std::initializer_list<gdcm::Tag> tags) {
     return std::none_of(tags.begin(), tags.end(), [&](const gdcm::Tag& tag) { return set.FindDataElement(tag); });
   };
-  if (!none({{0x5200, 0x9229}, {0x5200, 0x9230}})) return {};  // Functional groups.
-  // That at the detector, of a scanned film, and of regions of ultrasound GDCM takes of their kinds of files alone.
-  if (is_1_mm && none({{0x28, 0x30}})) return ", does not say its spacing";
-  if (several_frames && none({{0x18, 0x88}, {0x3004, 0xc}})) return ", does not say the spacing of its frames";
-  return {};
+  std::string text;
+  if (none({{0x5200, 0x9229}, {0x5200, 0x9230}})) {  // Functional groups say it.
+    // That at the detector, of a scanned film, and of regions of ultrasound GDCM takes of their kinds of files alone.
+    if (is_1_mm && none({{0x28, 0x30}})) {
+      text = ", does not say its spacing";
+    } else if (several_frames && none({{0x18, 0x88}, {0x3004, 0xc}})) {
+      text = ", does not say the spacing of its frames";
+    }
+  }
+  if (const gdcm::Tag kind(0x28, 0x4); set.FindDataElement(kind)) {
+    const gdcm::ByteValue* const value = set.GetDataElement(kind).GetByteValue();
+    if (value != nullptr && std::string(value->GetPointer(), value->GetLength()).rfind("MONOCHROME1", 0) == 0)
+      text += ", values turned about (MONOCHROME1)";
+  }
+  return text;
 }
 
 void requireWholeDicom(const std::string& path) {
   const Complaints complaints;
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
-  const std::set<gdcm::Tag> tags = {{0x28, 0x2}, {0x28, 0x8}, {0x28, 0x10}, {0x28, 0x11}, {0x28, 0x100}, pixels()};
+  const std::set<gdcm::Tag> tags = {{0x28, 0x2},   {0x28, 0x8},   {0x28, 0x10},  {0x28, 0x11},
+                                    {0x28, 0x100}, {0x28, 0x101}, {0x28, 0x102}, pixels()};
   if (!reader.ReadSelectedTags(tags)) return;  // For others to say.
   const gdcm::DataSet& set = reader.GetFile().GetDataSet();
   if (reader.GetFile().GetHeader().GetDataSetTransferSyntax().IsEncapsulated() || !set.FindDataElement(pixels()))
     return;
+  if (const std::uint64_t stored = countOf<0x28, 0x101>(set, 0), high = countOf<0x28, 0x102>(set, 0);
+      stored > 0 && high > 0 && high + 1 != stored) {
+    throw ImportError("HighBit",
+                      fmt::format("is {} of {} bits stored: GDCM would cut the upper ones off", high, stored),
+                      "shift the values down elsewhere, so that it is one less than BitsStored");
+  }
   const std::uint64_t values = countOf<0x28, 0x10>(set, 0) * countOf<0x28, 0x11>(set, 0) * countOf<0x28, 0x2>(set, 1) *
                                std::max<std::uint64_t>(1, countOf<0x28, 0x8>(set, 1));
   const std::uint64_t needed = (values * countOf<0x28, 0x100>(set, 8) + 7) / 8;

@@ -26,13 +26,20 @@ struct DicomFrame {
  */
 void placeSlice(const std::string& path, Image& slice);
 
+/** A dose in the unit of the file (Gy or relative), for which GDCM gives whole numbers (PS3.3 C.8.8.3,
+ * DoseGridScaling). */
+void scaleDose(const std::string& path, Image& image);
+
 /**
- * What GDCM takes for 1 mm without a word, in words to be put behind others: no spacing of values, which are 1 mm apart
- * then, or of frames.
+ * What GDCM does without a word, in words to be put behind others: no spacing of values, which are 1 mm apart then, or
+ * of frames; values turned about, so that low is dark as MONOCHROME2 has it.
  */
 [[nodiscard]] std::string whatIsNotSaid(const std::string& path, bool several_frames, bool is_1_mm);
 
-/** Throws ImportError if values that are not compressed are fewer than rows, columns and frames make. */
+/**
+ * Throws ImportError if values that are not compressed are fewer than rows, columns and frames make, or do not lie in
+ * the lowest of their bits: GDCM cuts the upper ones off.
+ */
 void requireWholeDicom(const std::string& path);
 
 }  // namespace hapticctl_import

@@ -66,6 +66,7 @@ Image readSlice(const std::string& file) try {
   Image image = readWith(*io);
   requireWholeDicom(file);
   if (image.size[2] == 1) placeSlice(file, image);
+  scaleDose(file, image);
   return image;
 } catch (const ImportError& error) {
   throw ImportError(nameOf(file), (error.where.empty() ? "" : error.where + ": ") + error.what(), error.remedy);

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <optional>
 
 #include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/scan_file.h"
@@ -40,6 +41,20 @@ struct Choice {
   std::string name, text;
 };
 
+/**
+ * The only one whose name begins so; of those where a point follows the only one: behind an identifier ITK puts what
+ * tells its series apart, and 2.5 is not the beginning of 2.50.
+ */
+std::optional<std::size_t> beginning(const std::vector<Choice>& all, const std::string& wanted) {
+  std::vector<std::size_t> whole, part;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (wanted.empty() || all[i].name.rfind(wanted, 0) != 0) continue;
+    (all[i].name[wanted.size()] == '.' ? whole : part).push_back(i);
+  }
+  const std::vector<std::size_t>& begin = whole.empty() ? part : whole;
+  return begin.size() == 1 ? std::optional(begin[0]) : std::nullopt;
+}
+
 /** Which one is meant: by its number in the list, or by the beginning of its name. Asks on a terminal. */
 std::size_t choose(const std::vector<Choice>& all, std::string wanted, const char* what, const char* option) {
   if (all.size() == 1 && wanted.empty()) return 0;
@@ -57,8 +72,7 @@ std::size_t choose(const std::vector<Choice>& all, std::string wanted, const cha
   if (const auto parsed = std::from_chars(wanted.data(), end, number);
       parsed.ec == std::errc() && parsed.ptr == end && number >= 1 && number <= all.size())
     return number - 1;
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (!wanted.empty() && all[i].name.rfind(wanted, 0) == 0) return i;
+  if (const auto only = beginning(all, wanted)) return *only;
   throw ImportError(wanted.empty() ? "" : option, fmt::format("there are {} {}:{}\n", all.size(), what, list),
                     fmt::format("choose one with {} NUMBER", option));
 }

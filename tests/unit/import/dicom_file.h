@@ -17,7 +17,9 @@ struct CtSlice {
   std::uint16_t columns = 24, rows = 20;
   Double3 position{}, row{1, 0, 0}, column{0, 1, 0};
   double column_spacing = 1, row_spacing = 1.5, slope = 1, intercept = 0;
-  std::string values;  ///< 16 bits each.
+  std::string values;  ///< 16 bits each ...
+  int bits_stored = 16, high_bit = 15;
+  std::string photometric = "MONOCHROME2";
   double between = 0;  ///< Spacing between frames; 0: the file does not say.
   std::string groups;  ///< Functional groups of an enhanced image, see enhanced().
 };
@@ -63,13 +65,13 @@ inline std::string dicomFile(const CtSlice& s) {
          element(0x20, 0x37, "DS",
                  fmt::format("{:.8g}\\{:.8g}\\{:.8g}\\{:.8g}\\{:.8g}\\{:.8g}", r[0], r[1], r[2], c[0], c[1], c[2])) +
          element(0x20, 0x52, "UI", "1.2.3.9") + element(0x28, 2, "US", number16(1)) +
-         element(0x28, 4, "CS", "MONOCHROME2") +
+         element(0x28, 4, "CS", s.photometric) +
          (s.frames > 0 ? element(0x28, 8, "IS", fmt::format("{}", s.frames)) : "") +
          element(0x28, 0x10, "US", number16(s.rows)) + element(0x28, 0x11, "US", number16(s.columns)) +
          (s.row_spacing > 0 ? element(0x28, 0x30, "DS", fmt::format("{:.8g}\\{:.8g}", s.row_spacing, s.column_spacing))
                             : "") +
-         element(0x28, 0x100, "US", number16(16)) + element(0x28, 0x101, "US", number16(16)) +
-         element(0x28, 0x102, "US", number16(15)) + element(0x28, 0x103, "US", number16(1)) +
+         element(0x28, 0x100, "US", number16(16)) + element(0x28, 0x101, "US", number16(s.bits_stored)) +
+         element(0x28, 0x102, "US", number16(s.high_bit)) + element(0x28, 0x103, "US", number16(1)) +
          element(0x28, 0x1052, "DS", fmt::format("{:.8g}", s.intercept)) +
          element(0x28, 0x1053, "DS", fmt::format("{:.8g}", s.slope)) + s.groups + element(0x7fe0, 0x10, "OW", s.values);
 }

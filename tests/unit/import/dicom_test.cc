@@ -117,6 +117,26 @@ TEST(Dicom, aSeriesIsChosenByNumberOrIdentifier) {
   EXPECT_THAT(readInput(options).format, HasSubstr("Phase 1"));
 }
 
+// It was the first of those that begin so: 1.2.50 for 1.2.5, or either of two for 1.2.
+TEST(Dicom, aSeriesIsNotTakenForAnotherThatBeginsLikeIt) {
+  const Folder folder;
+  for (const char* const series : {"1.2.50", "1.2.5", "1.2.51"})
+    for (std::size_t z = 0; z < 4; ++z) {
+      CtSlice slice = ballSlice(z);
+      slice.series = series;
+      slice.description = fmt::format("Phase {}", series);
+      (void)folder.put(fmt::format("S{}I{}", series, z), dicomFile(slice));
+    }
+  InputOptions options;
+  options.file = folder.path();
+  for (const char* const series : {"1.2.50", "1.2.5", "1.2.51"}) {
+    options.series = series;
+    EXPECT_THAT(readInput(options).format, HasSubstr(fmt::format("Phase {},", series)));
+  }
+  options.series = "1.2";
+  EXPECT_THAT(refusal([&] { return readInput(options); }), HasSubstr("there are 3 series"));
+}
+
 TEST(Dicom, allSlicesMayBeInOneFile) {
   const Folder folder;
   CtSlice all = ballSlice(0);
@@ -173,6 +193,41 @@ TEST(Dicom, framesWithoutGroupsStandAsFarApartAsIsSaid) {
   expectBall(readOne(folder.put("a.dcm", dicomFile(dose))), {10, 20, 30}, kPlain);
   dose.groups = element(0x3004, 0xc, "DS", offsets.replace(offsets.find("10"), 2, "11"));
   EXPECT_THAT(refusal([&] { return readOne(folder.put("a.dcm", dicomFile(dose))); }), HasSubstr("is a slice missing?"));
+}
+
+// GDCM gave the whole numbers of the file.
+TEST(Dicom, aDoseIsInItsUnit) {
+  const Folder folder;
+  CtSlice dose = ballSlice(0);
+  dose.kind = "1.2.840.10008.5.1.4.1.1.481.2";
+  dose.frames = static_cast<int>(kSize[2]);
+  dose.values = samples();
+  std::string offsets = "0";
+  for (int i = 1; i < dose.frames; ++i) offsets += fmt::format("\\{}", 2 * i);
+  dose.groups = element(0x3004, 0xc, "DS", offsets) + element(0x3004, 0xe, "DS", "2.5E-3");
+  const Image image = readOne(folder.put("a.dcm", dicomFile(dose)));
+  for (std::size_t z = 0; z < kSize[2]; ++z)
+    EXPECT_FLOAT_EQ(image.values[480 * z + 99], 0.0025f * valueAt(3, 4, z)) << z;
+}
+
+// ITK turns them about, and its warning is kept from the terminal.
+TEST(Dicom, valuesThatAreTurnedAboutAreTold) {
+  const Folder folder;
+  putSeries(folder, [](CtSlice& s, double) { s.photometric = "MONOCHROME1"; });
+  const Image image = readOne(folder.path());
+  EXPECT_THAT(image.format, HasSubstr("values turned about (MONOCHROME1)"));
+  EXPECT_EQ(image.values[99], -1 - valueAt(3, 4, 0));
+  putSeries(folder, [](CtSlice&, double) {});
+  EXPECT_THAT(readOne(folder.path()).format, Not(HasSubstr("turned about")));
+}
+
+// GDCM cut them off above the lowest twelve.
+TEST(Dicom, valuesInTheUpperBitsAreRefused) {
+  const Folder folder;
+  putSeries(folder, [](CtSlice& s, double) { s.bits_stored = 12; });
+  EXPECT_THAT(refusal([&] { return readOne(folder.path()); }), HasSubstr("HighBit: is 15 of 12 bits stored"));
+  putSeries(folder, [](CtSlice& s, double) { s.bits_stored = 12, s.high_bit = 11; });
+  EXPECT_EQ(refusal([&] { return readOne(folder.path()); }), "read");
 }
 
 // GDCM takes 1 mm, of what may be times and no places.

@@ -102,6 +102,11 @@ void requireWhole(const std::string& path, const std::string& file, const DataPl
 void requireWhole(const std::string& path, const std::string& format, std::uint64_t needed) {
   const std::string head = headOf(path);
   const DataPlace place = format == "NRRD" ? nrrdPlace(head) : metaImagePlace(head);
+  if (place.countable && place.packed && place.file.empty() && format != "NRRD" && place.bytes == 0) {
+    throw ImportError("CompressedDataSize", "is missing, and MetaIO unpacks nothing behind the header without it",
+                      fmt::format("put a line CompressedDataSize = {} before that of ElementDataFile",
+                                  std::filesystem::file_size(path) - place.skip));
+  }
   if (place.countable) return requireWhole(path, place.file, place, needed);
   if (!place.in_several || !place.binary) return;
   if (format == "NRRD") {

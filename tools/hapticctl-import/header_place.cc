@@ -35,30 +35,51 @@ double unitIn(std::string_view words) {
   return unit;
 }
 
-}  // namespace
-
-void placeAsSaid(std::string_view head, const std::string& format, Image& image) {
-  const bool nrrd = format == "NRRD";
-  double unit = 0;
-  bool half_about = false;
+/** Calls `take` with the key, in small letters, and the value of each field. */
+template <class Take>
+void forEachField(std::string_view head, bool nrrd, const Take& take) {
   Lines lines(head);
   std::string_view line;
   while (lines.next(line) && !(nrrd && stripped(line).empty())) {
     const auto sign = line.find_first_of(nrrd ? ":" : "=:");
     if (sign == std::string_view::npos || line[0] == '#' || line.substr(sign, 2) == ":=") continue;
     const std::string key = lower(stripped(line.substr(0, sign)));
-    const std::string_view value = stripped(line.substr(sign + 1));
+    take(key, stripped(line.substr(sign + 1)));
+    if (key == "elementdatafile") break;
+  }
+}
+
+}  // namespace
+
+void placeAsSaid(std::string_view head, const std::string& format, Image& image) {
+  const bool nrrd = format == "NRRD";
+  double unit = 0;
+  bool half_about = false;
+  forEachField(head, nrrd, [&](const std::string& key, std::string_view value) {
     if (nrrd ? key == "space units" || key == "units" : key == "distanceunits")
       if (const double said = unitIn(value); said != 0) unit = said;
     if (nrrd && key == "space") half_about = lower(value) == "left-anterior-superior" || lower(value) == "las";
-    if (key == "elementdatafile") break;
-  }
+  });
   if (unit == 0) unit = 1;
   for (std::size_t a = 0; a < 3; ++a) {
     const double by = half_about && a < 2 ? -unit : unit;
     image.origin[a] *= by;
     for (auto& step : image.step) step[a] *= by;
   }
+}
+
+std::string whatIsNotSaid(std::string_view head, const std::string& format) {
+  const bool nrrd = format == "NRRD";
+  bool said = false, by_ends = false;
+  forEachField(head, nrrd, [&](const std::string& key, std::string_view value) {
+    said = said || (nrrd ? key == "space directions" || (key == "spacings" && lower(value).find("nan") == value.npos)
+                         : key == "elementspacing" || key == "elementsize");
+    by_ends = by_ends || (nrrd && (key == "axis maxs" || key == "axismaxs"));
+  });
+  if (said) return {};
+  if (by_ends)
+    throw ImportError("axis maxs", "says how far apart values are, which ITK does not read", "put it into spacings");
+  return ", does not say its spacing";
 }
 
 }  // namespace hapticctl_import

@@ -17,4 +17,10 @@ namespace hapticctl_import {
  */
 void placeAsSaid(std::string_view head, const std::string& format, Image& image);
 
+/**
+ * That a header says no spacing, in words to be put behind others: ITK takes 1 mm. Throws ImportError for a NRRD that
+ * says it by the ends of its axes, which ITK does not read.
+ */
+[[nodiscard]] std::string whatIsNotSaid(std::string_view head, const std::string& format);
+
 }  // namespace hapticctl_import

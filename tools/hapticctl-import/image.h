@@ -19,6 +19,7 @@ struct Image {
   std::array<std::uint32_t, 3> size{};  ///< Values along each axis, at least 2.
   std::vector<float> values;
   std::vector<double> exact;                                       ///< The same, only if floats round whole numbers.
+  std::size_t no_numbers = 0;                                      ///< How many the file had that are not finite.
   Double3 origin{};                                                ///< Of value (0, 0, 0) [mm].
   std::array<Double3, 3> step{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< From one value to the next along each axis [mm].
   std::string format;                                              ///< In words: what the file was.

@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -41,24 +42,34 @@ struct RawLayout {
 /** Bytes of so many values of that kind; throws ImportError if a size is below 2 or all are too many. */
 [[nodiscard]] std::size_t bytesOf(const std::array<std::uint32_t, 3>& size, Sample sample);
 /**
- * Fills image.values, whose size stands, with valueAt(0), valueAt(1), ... What is not finite becomes 0. Whole numbers
- * that floats round, as an atlas may have for labels, are kept in image.exact, too.
+ * Fills image.values, whose size stands, with valueAt(0), valueAt(1), ... What is no finite number is nothing solid: it
+ * becomes the lowest value, infinity the highest, and image.no_numbers counts them. Whole numbers that floats round, as
+ * an atlas may have for labels, are kept in image.exact, too. Throws ImportError if there is no finite number.
  */
 template <class ValueAt>
 void takeValues(Image& image, const ValueAt& valueAt) {
   bool rounded = false;
+  float lowest = INFINITY, highest = -INFINITY;
   for (std::size_t i = 0; i < image.values.size(); ++i) {
     const auto value = static_cast<double>(valueAt(i));
     const auto v = static_cast<float>(valueAt(i));
-    image.values[i] = std::isfinite(v) ? v : 0.0f;
-    rounded = rounded || (std::isfinite(v) && static_cast<double>(v) != value && std::floor(value) == value);
+    image.values[i] = v;
+    if (!std::isfinite(v)) {
+      ++image.no_numbers;
+      continue;
+    }
+    lowest = std::min(lowest, v);
+    highest = std::max(highest, v);
+    rounded = rounded || (static_cast<double>(v) != value && std::floor(value) == value);
+  }
+  if (image.no_numbers > 0) {
+    if (lowest > highest) throw ImportError("values", "none of them is a finite number", "is the file whole?");
+    for (float& v : image.values)
+      if (!std::isfinite(v)) v = v > 0 ? highest : lowest;
   }
   if (!rounded) return;
   image.exact.resize(image.values.size());
-  for (std::size_t i = 0; i < image.exact.size(); ++i) {
-    const auto value = static_cast<double>(valueAt(i));
-    image.exact[i] = std::isfinite(value) ? value : 0;
-  }
+  for (std::size_t i = 0; i < image.exact.size(); ++i) image.exact[i] = static_cast<double>(valueAt(i));
 }
 /** Fills image.values from the bytes; throws ImportError if bytes are missing. */
 void decode(std::string_view bytes, Sample sample, bool big_endian, Image& image);

@@ -157,9 +157,10 @@ Image cropped(const Image& image, const std::string& text) {
 
 std::string describe(const Image& image) {
   const auto [low, high] = std::minmax_element(image.values.begin(), image.values.end());
-  return fmt::format("{}: {} x {} x {} values, {:.4g} x {:.4g} x {:.4g} mm apart, from {:g} to {:g}", image.format,
+  return fmt::format("{}: {} x {} x {} values, {:.4g} x {:.4g} x {:.4g} mm apart, from {:g} to {:g}{}", image.format,
                      image.size[0], image.size[1], image.size[2], spacing(image, 0), spacing(image, 1),
-                     spacing(image, 2), *low, *high);
+                     spacing(image, 2), *low, *high,
+                     image.no_numbers > 0 ? fmt::format(", {} of them no numbers", image.no_numbers) : "");
 }
 
 }  // namespace hapticctl_import

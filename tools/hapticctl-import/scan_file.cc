@@ -72,6 +72,11 @@ itk::ImageIOBase::Pointer readerOf(const std::string& path, std::string& format)
     format = formats[i];
     return readers[i];
   }
+  if (const std::string ending = lower(std::filesystem::path(path).extension().string());
+      (ending == ".mha" || ending == ".mhd") && headOf(path).find("NDims") != std::string::npos) {
+    format = formats[2];  // Capitals, which MetaIO does not take for its own.
+    return readers[2];
+  }
   if (isNifti2(path)) throw ImportError({}, "is NIfTI-2, of which NIfTI-1 alone is read", "convert it to NIfTI-1");
   throw ImportError({}, "is no NIfTI, NRRD, MetaImage, DICOM or InVesalius file that can be read",
                     "is it whole, and does its name end in .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd? For raw numbers "
@@ -150,6 +155,8 @@ Image readWith(itk::ImageIOBase& io, const BeforeValues& before_values) try {
     throw ImportError("orientation", "its axes are not at right angles, or not as long as its spacing says",
                       "resample it to right angles elsewhere");
   }
+  if (told.find("not available") != told.npos)
+    throw ImportError({}, told, "write it with another encoding: gzip, or raw");
   const bool header = suffix == ".mhd" || suffix == ".nhdr" || suffix == ".hdr";
   throw ImportError({}, told,
                     header ? "is it whole, and are the files of values there that it names?" : "is the file whole?");
@@ -171,7 +178,7 @@ Image readScan(const std::string& named) {
   } else {
     placeAsSaid(headOf(path), format, image);
   }
-  image.format = format;
+  image.format = format + (format == "NIfTI" ? "" : whatIsNotSaid(headOf(path), format));
   requireTwo(image, "size");
   checkPlace(image);
   return image;

@@ -26,7 +26,16 @@ auto inWords(Work&& work) {
   }
 }
 
-bool usable(const openvdb::GridBase& grid) { return grid.isType<FloatGrid>() && grid.transform().isLinear(); }
+bool usable(const openvdb::GridBase& grid) {
+  return (grid.isType<FloatGrid>() || grid.isType<openvdb::DoubleGrid>()) && grid.transform().isLinear();
+}
+
+/** As floats, whichever of the two it has. */
+FloatGrid::ConstPtr floatsOf(const openvdb::GridBase::Ptr& grid) {
+  if (const auto doubles = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid))
+    return std::make_shared<FloatGrid>(*doubles);
+  return openvdb::gridPtrCast<FloatGrid>(grid);
+}
 
 std::string printable(std::string text) {
   for (char& c : text)
@@ -48,7 +57,9 @@ void requireAsWritten(const openvdb::MetaMap& file, const FloatGrid& grid, const
                       const openvdb::CoordBBox& box) {
   const auto sum = grid.getMetadata<openvdb::StringMetadata>(hapticd::kVdbChecksum);
   if (!sum || sum->value() != hapticd::checksumOf(grid, file))
-    throw ImportError({}, "is damaged, or of another version: the checksum does not match", "write it again");
+    throw ImportError({}, "is damaged, of another version, or was changed: the checksum of hapticd does not match",
+                      "write it again; if a program changed it as it should, take the metadata hapticd_... out of its "
+                      "file and grids there");
   const auto voxels = grid.getMetadata<openvdb::Int64Metadata>(openvdb::GridBase::META_FILE_VOXEL_COUNT);
   const auto low = grid.getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MIN);
   const auto high = grid.getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MAX);
@@ -101,7 +112,7 @@ Image readVdb(const std::string& path, const VdbGrid& entry, double metres_per_u
   return inWords([&] {
     openvdb::io::File file(path);
     file.open(false);
-    const auto grid = openvdb::gridPtrCast<FloatGrid>(file.readGrid(entry.name));
+    const FloatGrid::ConstPtr grid = floatsOf(file.readGrid(entry.name));
     openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
     if (const auto meta = file.getMetadata(); isOurs(*meta, *grid)) requireAsWritten(*meta, *grid, entry.name, box);
     if (box.empty()) throw ImportError({}, "the grid has no active voxels", "choose another by --grid");

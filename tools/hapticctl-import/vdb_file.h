@@ -21,7 +21,8 @@ struct VdbGrid {
   double metres_per_unit = 0;  ///< 0: the file does not say.
 };
 
-/** The grids of a file that can be used: floats with a linear transform. Throws ImportError if there is none. */
+/** The grids of a file that can be used: floats or doubles with a linear transform. Throws ImportError if there is
+ * none. */
 [[nodiscard]] std::vector<VdbGrid> gridsOf(const std::string& path);
 
 /** One of them, its active voxels and one more all around. Level sets become distances (Image::distances). Throws

@@ -1,10 +1,12 @@
 // Scans in every format: values, place, and what is refused.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "tests/unit/import/ball.h"
 #include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/input.h"
 #include "tools/hapticctl-import/scan_file.h"
 
 namespace hapticctl_import::test {
@@ -25,6 +27,81 @@ TEST(Import, readsMetaImages) {
   header.replace(header.find("LOCAL"), 5, "ball.raw");
   (void)folder.put("ball.raw", samples());
   expectBall(readScan(folder.put("d.mhd", header)), {10, 20, 30}, {{{0, 1, 0}, {-1.5, 0, 0}, {0, 0, 2}}});
+}
+
+// MetaIO does not take them for its own.
+TEST(Import, readsMetaImagesNamedInCapitals) {
+  const Folder folder;
+  expectBall(readScan(folder.put("A.MHA", metaImage() + samples())), {10, 20, 30}, kPlain);
+  std::string header = metaImage();
+  header.replace(header.find("LOCAL"), 5, "BALL.RAW");
+  (void)folder.put("BALL.RAW", samples());
+  expectBall(readScan(folder.put("B.Mhd", header)), {10, 20, 30}, kPlain);
+}
+
+// They became 0: bone of --iso -300 all about the head.
+TEST(Import, whatIsNoNumberIsNothingSolid) {
+  const Folder folder;
+  std::string floats;
+  for (std::size_t z = 0; z < kSize[2]; ++z)
+    for (std::size_t y = 0; y < kSize[1]; ++y)
+      for (std::size_t x = 0; x < kSize[0]; ++x) {
+        const float v = x == 3   ? std::numeric_limits<float>::quiet_NaN()
+                        : x == 4 ? -std::numeric_limits<float>::infinity()
+                        : x == 5 ? std::numeric_limits<float>::infinity()
+                                 : valueAt(x, y, z);
+        floats.append(reinterpret_cast<const char*>(&v), sizeof v);
+      }
+  std::string header = metaImage();
+  header.replace(header.find("MET_SHORT"), 9, "MET_FLOAT");
+  const Image image = readScan(folder.put("a.mha", header + floats));
+  const auto [low, high] = std::minmax_element(image.values.begin(), image.values.end());
+  EXPECT_EQ(image.values[3], *low);
+  EXPECT_EQ(image.values[4], *low);
+  EXPECT_EQ(image.values[5], *high);
+  EXPECT_LT(*low, -1000);
+  EXPECT_EQ(*high, valueAt(11, 9, 7));
+  EXPECT_THAT(describe(image), HasSubstr("960 of them no numbers"));
+  for (std::size_t i = 0; i < floats.size(); ++i) floats[i] = '\xff';
+  EXPECT_THAT(refusal([&] { return readScan(folder.put("a.mha", header + floats)); }), HasSubstr("none of them is a"));
+}
+
+// MetaIO says that it could not uncompress, NRRD's library that it is sorry.
+TEST(Import, whatCannotBeUnpackedIsSaid) {
+  const Folder folder;
+  const std::string packed = compressed(samples());
+  const auto remedy = [&](const std::string& name, const std::string& bytes) {
+    try {
+      (void)readScan(folder.put(name, bytes));
+    } catch (const ImportError& error) {
+      return error.remedy;
+    }
+    return std::string("read");
+  };
+  for (const char* const size : {"", "CompressedDataSize = 0\n"}) {
+    EXPECT_THAT(remedy("a.mha", metaImage(std::string("CompressedData = True\n") + size) + packed),
+                HasSubstr(fmt::format("a line CompressedDataSize = {} ", packed.size())));
+  }
+  EXPECT_THAT(remedy("a.nrrd", nrrd("encoding: bzip2\nendian: little\n") + samples()), HasSubstr("gzip, or raw"));
+}
+
+// ITK takes 1 mm, of the ends of axes too.
+TEST(Import, aSpacingThatIsNotSaidIsTold) {
+  const Folder folder;
+  const auto format = [&](const std::string& more) {
+    return readScan(folder.put("a.nrrd", nrrd("encoding: raw\nendian: little\n" + more) + samples())).format;
+  };
+  EXPECT_EQ(format("spacings: 1 1.5 2\n"), "NRRD");
+  EXPECT_EQ(format("space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"), "NRRD");
+  for (const char* const none : {"", "spacings: NaN NaN NaN\n", "thicknesses: 1 1 1\n", "axis mins: 1 2 3\n"})
+    EXPECT_EQ(format(none), "NRRD, does not say its spacing") << none;
+  EXPECT_THAT(refusal([&] { return format("axis mins: 0 0 0\naxis maxs: 24 30 32\n"), Image(); }),
+              HasSubstr("axis maxs: says how far apart"));
+  std::string header = metaImage();
+  EXPECT_EQ(readScan(folder.put("a.mha", header + samples())).format, "MetaImage");
+  header.erase(header.find("ElementSpacing"),
+               header.find('\n', header.find("ElementSpacing")) + 1 - header.find("ElementSpacing"));
+  EXPECT_EQ(readScan(folder.put("a.mha", header + samples())).format, "MetaImage, does not say its spacing");
 }
 
 TEST(Import, readsNrrd) {

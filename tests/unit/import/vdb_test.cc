@@ -249,6 +249,30 @@ TEST(Vdb, aDenseFogEndsBetweenItsVoxelsAndTheBackground) {
   EXPECT_NEAR(volumeOf(isosurface(image, *image.usual_iso)), 16 * 16 * 16, 40);  // Its edges are bevelled.
 }
 
+// They were no grids of floats that can be used.
+TEST(Vdb, aLevelSetOfDoublesIsOneToo) {
+  openvdb::initialize();
+  const Folder folder;
+  const auto grid = openvdb::DoubleGrid::create(3);
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  for (int z = -12; z <= 12; ++z)
+    for (int y = -12; y <= 12; ++y)
+      for (int x = -12; x <= 12; ++x)
+        if (const double d = std::sqrt(x * x + y * y + z * z) - 8; std::abs(d) < 3)
+          grid->tree().setValue({x, y, z}, d);
+        else if (d < 0)
+          grid->tree().setValueOff({x, y, z}, -3);
+  InputOptions options;
+  options.file = folder.path() + "/ball.vdb";
+  options.scale = "mm";
+  openvdb::io::File(options.file).write(openvdb::GridPtrVec{grid});
+  Image image = readInput(options);
+  EXPECT_TRUE(image.distances);
+  for (float& v : image.values) v = -v;
+  const double ball = 4.0 / 3 * M_PI * 512;
+  EXPECT_NEAR(volumeOf(isosurface(image, 0)), ball, 0.02 * ball);
+}
+
 TEST(Vdb, damagedFilesAreRefusedOrMakeAnImage) {
   const Folder folder;
   const std::string path = strange(folder);

@@ -15,6 +15,7 @@ using hapticctl_import::Double3;
 using hapticctl_import::ImportError;
 
 constexpr double kMostPoints = 2e8;  ///< 13 bytes each.
+constexpr double kSheet = 0.03;      ///< Voxels: thicker than what isosurface() makes of a cut along a face.
 constexpr const char* kNothing = "nothing of it lies on the fragment's side";
 
 Surface draw(const Lattice& lattice, const std::vector<float>& solid, const std::vector<float>& side) {
@@ -25,6 +26,20 @@ Surface draw(const Lattice& lattice, const std::vector<float>& solid, const std:
     return Double3{lattice.between(0, at[0]), lattice.between(1, at[1]), lattice.between(2, at[2])};
   };
   return hapticctl_import::isosurface(both);
+}
+
+/** Whether it is no thicker than vertices stand off from lattice points on its two sides. */
+bool isSheet(const Surface& surface, double voxel) {
+  double area = 0;
+  for (const auto& t : surface.triangles) {
+    Vec3 p[3];
+    for (int c = 0; c < 3; ++c) {
+      const auto& v = surface.vertices[t[static_cast<std::size_t>(c)]];
+      p[c] = Eigen::Vector3f(v[0], v[1], v[2]).cast<double>();
+    }
+    area += 0.5 * (p[1] - p[0]).cross(p[2] - p[0]).norm();
+  }
+  return hapticctl_import::volumeOf(surface) <= kSheet * voxel * area / 2;
 }
 
 }  // namespace
@@ -66,6 +81,10 @@ CutParts cut(const Surface& whole_mesh, const CutOptions& options) {
     throw ImportError("--coarse", fmt::format("the whole would need {:.2g} points", count),
                       "take larger steps away from the cut");
   };
+  if (options.shape.noise > 0 && options.shape.wavelength < 2 * options.voxel) {
+    throw ImportError("--wavelength", fmt::format("{:.4g} is less than two voxels", options.shape.wavelength),
+                      "take smaller voxels, or longer waves");
+  }
   requireRoom((size / std::max(options.coarse, options.voxel)).maxCoeff());  // Of one axis alone.
   const Lattice lattice = makeLattice(whole, detail, options.voxel, std::max(options.coarse, options.voxel));
   requireRoom(static_cast<double>(lattice.count()));
@@ -73,24 +92,25 @@ CutParts cut(const Surface& whole_mesh, const CutOptions& options) {
   const std::vector<float> solid = insideness(mesh, lattice);
   std::vector<float> side(lattice.count());
   const double half = 0.5 * options.kerf;
-  const auto fill = [&](double sign) {
+  const auto part = [&](double sign) {
     for (std::size_t z = 0; z < lattice.size(2); ++z) {
       for (std::size_t y = 0; y < lattice.size(1); ++y) {
         for (std::size_t x = 0; x < lattice.size(0); ++x) {
           const double to_cut = surface.at(lattice.at(x, y, z));
-          side[lattice.index(x, y, z)] = static_cast<float>(sign * to_cut - half);
+          // A point in the cut is the fragment's alone, else both would have it and overlap.
+          side[lattice.index(x, y, z)] = static_cast<float>(sign * (to_cut == 0 ? 1e-30 : to_cut) - half);
         }
       }
     }
+    return draw(lattice, solid, side);
   };
   CutParts parts;
   parts.points = lattice.count();
-  fill(1);
-  parts.fragment = draw(lattice, solid, side);
-  fill(-1);
-  parts.body = draw(lattice, solid, side);
-  if (parts.fragment.triangles.empty()) throw ImportError("", kNothing, "move the cut");
-  if (parts.body.triangles.empty()) throw ImportError("", "all of it lies on the fragment's side", "move the cut");
+  parts.fragment = part(1);
+  parts.body = part(-1);
+  const char* const remedy = options.kerf > 0 ? "move the cut, or take a narrower kerf" : "move the cut";
+  if (isSheet(parts.fragment, options.voxel)) throw ImportError("", kNothing, remedy);
+  if (isSheet(parts.body, options.voxel)) throw ImportError("", "all of it lies on the fragment's side", remedy);
   const double all = hapticctl_import::volumeOf(parts.fragment);
   parts.crumbs = hapticctl_import::keepLargest(parts.fragment) - 1;
   parts.crumbs_volume = all - hapticctl_import::volumeOf(parts.fragment);

@@ -21,6 +21,7 @@ using hapticctl_import::Image;
 using hapticctl_import::ImportError;
 using hapticctl_import::isosurface;
 using hapticctl_import::volumeOf;
+using ::testing::HasSubstr;
 
 constexpr double kPi = std::numbers::pi;
 
@@ -159,6 +160,43 @@ TEST(Cut, withoutAKerfTheFacesAreTheSameToTheBit) {
   EXPECT_LT(shared, disc);
   EXPECT_GT(shared, disc - 2 * kPi * 20 * 2 * flat.voxel) << "all but the cells at the rim";
   EXPECT_GT(sharedArea(cut(ball(), roughPlane())), 1.02 * shared) << "a rough face is larger";
+}
+
+// Of a plane through lattice points both parts had these, and overlapped by a fiftieth of a voxel.
+TEST(Cut, aPlaneThroughLatticePointsIsOneFaceToo) {
+  CutOptions o;
+  o.shape.at = {0, 0, 5};
+  o.voxel = 1;
+  const CutParts parts = cut(box({10, 15, 25}), o);
+  EXPECT_GT(sharedArea(parts), 18 * 28) << "all but the cells at the rim";
+  EXPECT_NEAR(volumeOf(parts.fragment) / volumeOf(parts.body), 20.0 / 30, 1e-3);
+  EXPECT_NEAR(volumeOf(parts.fragment) + volumeOf(parts.body), 30000, 0.01 * areaOf(box({10, 15, 25})));
+}
+
+// The other part was a sheet of a fiftieth of a voxel.
+TEST(Cut, aPlaneInAFaceCutsNothingOff) {
+  for (const double z : {-25.0, 25.0}) {
+    CutOptions o;
+    o.shape.at = {0, 0, z};
+    o.voxel = 1;
+    try {
+      (void)cut(box({10, 15, 25}), o);
+      ADD_FAILURE() << z;
+    } catch (const ImportError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(z > 0 ? "nothing of it lies" : "all of it lies"));
+      EXPECT_EQ(error.remedy, "move the cut");
+    }
+    o.kerf = 49;
+    o.shape.at = {0, 0, 0};
+    EXPECT_NEAR(volumeOf(cut(box({10, 15, 25}), o).fragment), 300, 20) << "half a voxel thick";
+    o.kerf = 51;
+    try {
+      (void)cut(box({10, 15, 25}), o);
+      ADD_FAILURE() << z;
+    } catch (const ImportError& error) {
+      EXPECT_THAT(error.remedy, HasSubstr("a narrower kerf"));
+    }
+  }
 }
 
 TEST(Cut, aKerfIsAsWideAsAsked) {
@@ -371,7 +409,6 @@ std::string placeInWords(const std::array<float, 3>& x) {
 }
 
 TEST(Cut, whatCannotBeCutIsRefusedInWords) {
-  using ::testing::HasSubstr;
   const auto refusal = [](const Surface& mesh, const CutOptions& options) {
     try {
       (void)cut(mesh, options);
@@ -413,6 +450,9 @@ TEST(Cut, whatCannotBeCutIsRefusedInWords) {
   CutOptions wild = roughPlane();
   wild.shape.noise = 1e300;
   EXPECT_THAT(refusal(ball(), wild), HasSubstr("--noise: 1e+300 is more than the mesh"));
+  CutOptions steep = roughPlane();
+  steep.shape.wavelength = 1e-300;  // Both parts had what lies between the highest and the lowest wave.
+  EXPECT_THAT(refusal(ball(), steep), HasSubstr("--wavelength: 1e-300 is less than two voxels"));
 }
 
 TEST(Cut, aPullIsADirectionHoweverLong) {

@@ -123,6 +123,7 @@ int monitor(const MonitorOptions& options, const Globals& globals) {
   std::uint64_t lost = 0, written = 0;
   std::int64_t start_ns = 0;
   std::string line;
+  double t_s = 0;
   bool over = false;
   // What the history already held before we came is not asked for.
   for (std::uint32_t n = 1; n != 0;) {
@@ -132,6 +133,9 @@ int monitor(const MonitorOptions& options, const Globals& globals) {
       break;
     if (n < samples.size()) break;
   }
+  // By the samples' own times; where none come any more, by the clock.
+  constexpr double kPatience_s = 0.5;
+  const auto began = std::chrono::steady_clock::now();
   while (!over && !Interrupt::asked()) {
     std::uint32_t n = 0;
     const int code =
@@ -145,7 +149,7 @@ int monitor(const MonitorOptions& options, const Globals& globals) {
       const haptic_sample& s = samples[i];
       if (s.device != session.info().device_index) continue;
       if (start_ns == 0) start_ns = s.t_ns;
-      const double t_s = static_cast<double>(s.t_ns - start_ns) * 1e-9;
+      t_s = static_cast<double>(s.t_ns - start_ns) * 1e-9;
       over = options.duration_s > 0 && t_s >= options.duration_s;
       if (over || !decimator.takes(s.t_ns)) continue;
       if (options.csv) {
@@ -162,7 +166,14 @@ int monitor(const MonitorOptions& options, const Globals& globals) {
       ++written;
     }
     flush();
-    if (!over && n == 0) check(haptic_session_check(session.get()), haptic_error HAPTIC_ERROR_INIT);
+    if (!over && n == 0) {
+      check(haptic_session_check(session.get()), haptic_error HAPTIC_ERROR_INIT);
+      const double waited_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+      if (options.duration_s > 0 && waited_s > options.duration_s + kPatience_s) {
+        note(fmt::format("hapticctl: samples ended after {:.3f} s: does the servo stand?", t_s));
+        over = true;
+      }
+    }
     if (!over) interrupt.wait(std::chrono::milliseconds(20));
   }
   if (lost != 0) {

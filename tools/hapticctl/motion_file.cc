@@ -20,9 +20,9 @@ std::vector<std::string_view> split(std::string_view line) {
   for (;;) {
     const std::size_t comma = std::min(line.find(','), line.size());
     std::string_view field = line.substr(0, comma);
-    while (!field.empty() && (field.front() == ' ' || field.front() == '\t')) field.remove_prefix(1);
-    while (!field.empty() && (field.back() == ' ' || field.back() == '\t' || field.back() == '\r'))
-      field.remove_suffix(1);
+    constexpr std::string_view kAround = " \t\r\"";  // Some programs put every field in quotes.
+    field.remove_prefix(std::min(field.size(), field.find_first_not_of(kAround)));
+    field.remove_suffix(field.size() - std::min(field.size(), field.find_last_not_of(kAround) + 1));
     fields.push_back(field);
     if (comma == line.size()) return fields;
     line.remove_prefix(comma + 1);

@@ -454,6 +454,19 @@ class MoreThanThereIsTimeFor(TerminalCase):
 
 
 class DaemonDies(Case):
+    def test_monitor_ends_where_the_servo_stands(self):
+        command = [HAPTICCTL, "--socket", self.socket, "monitor", "--duration", "1"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as monitor:
+            monitor.stdout.readline()
+            monitor.stdout.readline()
+            self.daemon.send_signal(signal.SIGSTOP)
+            try:
+                self.assertIn("does the servo stand?", monitor.communicate(timeout=20)[1])
+            finally:
+                self.daemon.send_signal(signal.SIGCONT)
+                monitor.kill()
+            self.assertEqual(monitor.returncode, 0)
+
     def test_monitor_tells(self):
         with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "monitor"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as monitor:
             monitor.stdout.readline()

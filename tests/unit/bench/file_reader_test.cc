@@ -57,6 +57,22 @@ TEST(TrajectoryFiles, WhatHapticctlMonitorWritesIsRead) {
   EXPECT_TRUE(in.force_known && in.proxy_known);
 }
 
+// Its times went back and forth, and which device was meant could not be said.
+TEST(TrajectoryFiles, OfTwoDevicesInOneFileOneIsTaken) {
+  const std::string text =
+      "device,t_s,px,py,pz\n0,0,1,0,0.5\n1,0,2,0,0.5\n0,0.001,3,0,0.5\n1,0.001,4,0,0.5\n1,0.002,6,0,0.5\n";
+  EXPECT_EQ(parse(text).samples.size(), 2u);
+  EXPECT_EQ(parse(text).samples[1].hip.x(), 3);
+  FileOptions second;
+  second.device = 1;
+  ASSERT_EQ(parse(text, second).samples.size(), 3u);
+  EXPECT_EQ(parse(text, second).samples[2].hip.x(), 6);
+  second.device = 2;
+  EXPECT_THAT(refusal(text, second), HasSubstr("no row of device 2"));
+  second.device = 1;
+  EXPECT_THAT(refusal(text + "0,0.002,7,0,0.5\n1,0.001,8,0,0.5\n", second), HasSubstr("line 8: time goes from"));
+}
+
 TEST(TrajectoryFiles, WhatADeviceThatIsOffWasSentIsNotJudged) {
   // As hapticctl monitor writes it: off, ramping (flags 3), armed (1; 9 in contact).
   const Trajectory in = parse(

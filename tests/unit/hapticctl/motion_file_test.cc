@@ -44,6 +44,8 @@ TEST_F(MotionFileTest, GoesStraightBetweenRowsAndHoldsTheEnds) {
   EXPECT_THAT(motion.at(2), ElementsAre(3, -4, 2));
   EXPECT_THAT(motion.at(99), ElementsAre(3, -4, 2));
   EXPECT_EQ(read("\xef\xbb\xbft,x,y,z\n0,0,0,0\n3,0,0,0\n").duration(), 3) << "as a spreadsheet and the daemon have it";
+  EXPECT_EQ(read("\"t\", \"x\",\"y\",\"z\"\n\"0\",\"0\",\"0\",\"0\"\r\n\"3\",\"0\",\"0\",\"0\"\r\n").duration(), 3)
+      << "and others";
 }
 
 TEST_F(MotionFileTest, NamesLineAndColumn) {

@@ -90,14 +90,15 @@ void addFileOptions(CLI::App& sub, FileOptions& options) {
   sub.add_option("--columns", options.columns, "Names of a file's columns, as t,x,y,z,-,fn (- is passed over)");
   sub.add_flag("--out", options.out, "The file's positions are on the surface: an out-trajectory");
   sub.add_option("--rate", options.rate_hz, "Samples a second of a file without times [Hz]")->check(positive());
-  sub.add_option("--device", options.device, "Device of a recording, from 0")
+  sub.add_option("--device", options.device, "Device of a recording or its CSV, from 0")
       ->capture_default_str()
       ->check(within(0, 63))
       ->transform(hapticd_options::decimal);
   sub.add_option("--max-gap", options.max_gap_s, "Longest step of a file's times [s]")->check(positive());
 }
 
-Trajectory readColumns(const Table& table, const FileOptions& options, const Model& model, const Surface& surface) {
+Trajectory readColumns(Table table, const FileOptions& options, const Model& model, const Surface& surface) {
+  table.keepOnly("device", options.device);
   const std::vector<double> t_s = readTimes(table, options.rate_hz, options.max_gap_s);
   const Vectors p = findVectors(table, "{0} p{0} hip_{0}", true);
   for (std::size_t i = 0; i < table.rows(); ++i) checkPosition(table, i, p[i]);

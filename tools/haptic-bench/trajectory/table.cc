@@ -178,6 +178,24 @@ Table::Column Table::need(std::string_view names) const {
                 fmt::format("it has {}; name it in the first line, or with --columns", all.substr(0, 200)));
 }
 
+void Table::keepOnly(std::string_view name, unsigned number) {
+  const Column column = find(name);
+  if (!column) return;
+  const std::size_t width = names_.size();
+  std::size_t kept = 0;
+  for (std::size_t row = 0; row < lines_.size(); ++row) {
+    if (column[row] != number) continue;
+    std::copy_n(values_.begin() + static_cast<std::ptrdiff_t>(row * width), width,
+                values_.begin() + static_cast<std::ptrdiff_t>(kept * width));
+    lines_[kept++] = lines_[row];
+  }
+  if (kept == 0)
+    throw Failure(where_, fmt::format("it has no row of {} {}", name, number),
+                  fmt::format("--{} and another number", name));
+  values_.resize(kept * width);
+  lines_.resize(kept);
+}
+
 std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap_s) {
   std::vector<double> t_s(table.rows());
   if (rate_hz > 0) {

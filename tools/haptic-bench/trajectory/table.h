@@ -51,6 +51,10 @@ class Table {
   /** The same; throws Failure where there is none. */
   [[nodiscard]] Column need(std::string_view names) const;
 
+  /** Leaves out the rows whose column `name` has another number, if it has one of that name; Failure if none is left.
+   */
+  void keepOnly(std::string_view name, unsigned number);
+
   [[nodiscard]] std::size_t rows() const { return lines_.size(); }
   /** "FILE, line 7": of a row. */
   [[nodiscard]] std::string at(std::size_t row) const;

@@ -108,6 +108,7 @@ TEST(CollideTiming, SummaryIsByRank) {
   const Times steady = summarise({1, 2, 1, 2, 50, 60, 1, 2, 1, 2}, 5);
   EXPECT_EQ(steady.steady999, 2);
   EXPECT_EQ(steady.max, 60);
+  EXPECT_EQ(summarise({1, 2, 3, 6}, 2).steady999, 4) << "of two passes the middle, not the slower";
 }
 
 }  // namespace

@@ -35,8 +35,7 @@ Times summarise(std::vector<double> ms, std::size_t passes) {
   for (std::size_t i = 0; i < poses; ++i) {
     one.clear();
     for (std::size_t j = i; j < ms.size(); j += poses) one.push_back(ms[j]);
-    std::nth_element(one.begin(), one.begin() + static_cast<std::ptrdiff_t>(one.size() / 2), one.end());
-    medians.push_back(one[one.size() / 2]);
+    medians.push_back(middleOf(one));
   }
   std::sort(medians.begin(), medians.end());
   times.steady999 = nearestRank(medians, 0.999);

@@ -39,8 +39,7 @@ std::vector<double> TickTimes::medians() const {
   std::vector<float> one(kept_.size());
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     for (std::size_t r = 0; r < one.size(); ++r) one[r] = kept_[r][i];
-    std::nth_element(one.begin(), one.begin() + static_cast<std::ptrdiff_t>(one.size() / 2), one.end());
-    ticks[i] = static_cast<double>(one[one.size() / 2]);
+    ticks[i] = middleOf(one);
   }
   return ticks;
 }

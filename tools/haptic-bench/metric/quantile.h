@@ -19,4 +19,14 @@ template <class T>
   return sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1];
 }
 
+/** The one in the middle, or of an even number the mean of both. `samples` are not empty; their order changes. */
+template <class T>
+[[nodiscard]] double middleOf(std::vector<T>& samples) {
+  const auto upper = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
+  std::nth_element(samples.begin(), upper, samples.end());
+  const auto middle = static_cast<double>(*upper);
+  return samples.size() % 2 != 0 ? middle
+                                 : (static_cast<double>(*std::max_element(samples.begin(), upper)) + middle) / 2;
+}
+
 }  // namespace haptic_bench

@@ -117,12 +117,13 @@ class Gatherer {
 /**
  * An OBJ whose lines begin with blanks or end with comments, or that begins with a byte order mark: assimp leaves out
  * the first in silence, and takes the others for corners that are none. Without all that; empty for all other files.
+ * Throws MeshError if the last line is a face that lacks corners, of which assimp makes a line.
  */
 std::string plainObj(const std::string& path) {
   constexpr std::string_view kBlanks = " \t";
   if (!endsWith(path, ".obj") || !std::filesystem::is_regular_file(path)) return {};
   std::ifstream file(path, std::ios::binary);
-  std::string out;
+  std::string out, last;
   bool other = false, goes_on = false;
   for (std::string text; std::getline(file, text); out += '\n') {
     std::string_view line = text;
@@ -131,8 +132,16 @@ std::string plainObj(const std::string& path) {
     if (!goes_on) line.remove_prefix(std::min(first, line.size()));
     if (comment != line.npos && comment > first) line = line.substr(0, line.find('#'));
     other = other || line.size() != text.size();
+    if (!goes_on && line.find_first_not_of(" \t\r") != line.npos) last.clear();
+    if (goes_on || last.empty()) last += line;
     goes_on = !line.empty() && line.substr(0, line.find_last_not_of('\r') + 1).ends_with('\\');
     out += line;
+  }
+  std::string_view face = last;
+  if (takeWord(face) == "f") {
+    int corners = 0;
+    for (std::string_view word = takeWord(face); !word.empty(); word = takeWord(face)) corners += word == "\\" ? 0 : 1;
+    if (corners < 3) refuse(fmt::format("is cut short: its last face has {} corners", corners));
   }
   return other ? out : std::string();
 }
@@ -146,9 +155,9 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
                                   aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
   const aiScene* scene = nullptr;
   std::string error;
+  const std::string obj = plainObj(path);
   try {
     // Polygons are cut here, not by assimp: where three corners of one lie in a line it lays a lid over its hollow.
-    const std::string obj = plainObj(path);
     scene = obj.empty() ? importer.ReadFile(path, aiProcess_RemoveComponent)
                         : importer.ReadFileFromMemory(obj.data(), obj.size(), aiProcess_RemoveComponent, "obj");
     error = importer.GetErrorString();

@@ -105,6 +105,20 @@ TEST_F(ReadMeshTest, AnObjMayBeIndentedAndHaveComments) {
   }
 }
 
+// assimp made a line of it: a hole, and a note of one line left out.
+TEST_F(ReadMeshTest, AnObjThatEndsInAFaceIsRefused) {
+  const std::string text = "v 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4";
+  EXPECT_EQ(refusal(file("a.obj", text)), "not refused");
+  for (const char* const end : {"", "\n", " \r\n\n"}) {
+    EXPECT_EQ(refusal(file("a.obj", text.substr(0, text.size() - 2) + end)),
+              "is cut short: its last face has 2 corners");
+    EXPECT_EQ(refusal(file("a.OBJ", text.substr(0, text.size() - 6) + end)),
+              "is cut short: its last face has 0 corners");
+    EXPECT_EQ(refusal(file("a.obj", text + "\nl 1 2" + end)), "not refused");
+    EXPECT_EQ(refusal(file("a.obj", text.substr(0, text.size() - 2) + " \\\n 4" + end)), "not refused");
+  }
+}
+
 /** The tetrahedron in words; what else stands in its header and among its values. */
 struct PlyText {
   std::string before_vertices, before_faces, vertex_property, face_property;  ///< Of the header.

@@ -1,5 +1,7 @@
 #include "tools/hapticctl-import/image.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -19,7 +21,8 @@ void smoothAlong(Image& image, std::size_t axis, double sigma_mm) {
   std::vector<double> weight;
   double sum = 0;
   for (std::ptrdiff_t i = -reach; i <= reach; ++i) {
-    weight.push_back(std::exp(-0.5 * static_cast<double>(i * i) / (sigma * sigma)));
+    const double deviations = static_cast<double>(i) / sigma;  // The square of a tiny sigma is 0.
+    weight.push_back(std::exp(-0.5 * deviations * deviations));
     sum += weight.back();
   }
   const auto n = static_cast<std::ptrdiff_t>(image.size[axis]);
@@ -59,6 +62,15 @@ void checkPlace(const Image& image) {
                      s[0][2] * (s[1][0] * s[2][1] - s[1][1] * s[2][0]);
   if (!(std::abs(det) > 1e-6 * spacing(image, 0) * spacing(image, 1) * spacing(image, 2)))
     throw ImportError("orientation", "the axes lie in one plane", "correct the header");
+  constexpr double kFarthest = 1e6;  // Steps: vertices are floats, here a sixteenth of one apart.
+  const double least = std::min({spacing(image, 0), spacing(image, 1), spacing(image, 2)});
+  for (const double x : image.origin) {
+    const double far = std::abs(x);
+    if (far <= kFarthest * least) continue;
+    throw ImportError(
+        "origin", fmt::format("is {:.4g} mm away, for values {:.4g} mm apart too far to tell them apart", far, least),
+        "move it nearer in the header");
+  }
 }
 
 double spacing(const Image& image, std::size_t axis) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <limits>
 
 #include "rt/base/standard_streams.h"
 #include "tools/hapticctl-import/child.h"
@@ -42,7 +43,9 @@ float levelOf(const Options& o, Image& image) {
   if (o.by_label) return 0.5f;
   if (!o.iso && !image.usual_iso)
     throw ImportError("--iso or --label", "is needed: what of this is solid?", "bone in CT is --iso 226");
-  const float iso = o.iso ? static_cast<float>(*o.iso) : *image.usual_iso;
+  constexpr double kMost =
+      std::numeric_limits<float>::max();  // Beyond it nothing would stand out from what is outside.
+  const float iso = o.iso ? static_cast<float>(std::clamp(*o.iso, -kMost, kMost)) : *image.usual_iso;
   if (!image.distances) return iso;
   for (float& v : image.values) v = -v;
   return -iso;
@@ -68,7 +71,8 @@ int draw(const Options& o, const std::string& output) {
   if (o.resample_mm > 0) image = resample(std::move(image), o.resample_mm);
   Surface surface = isosurface(image, level);
   if (surface.triangles.empty()) {
-    throw ImportError(o.by_label ? "--label" : "--iso", "no value reaches it: there is no surface",
+    throw ImportError(o.by_label ? "--label" : "--iso",
+                      o.by_label ? "no value is that: there is no surface" : "no value reaches it: there is no surface",
                       "choose one within the values above");
   }
   const std::size_t all = surface.triangles.size();
@@ -142,7 +146,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
       "Reads DICOM series (a folder, or one of its files), NIfTI, NRRD, MetaImage, OpenVDB, InVesalius projects and\n"
       "raw numbers. Further options go to hapticctl load: --points, --center, --name, --at, --friction, ...");
   app.allow_extras();
-  app.add_option("FILE", o.input.file, "The image, or a folder of DICOM slices")->required();
+  app.add_option("FILE", o.input.file, "The image, or a folder of DICOM slices")->required()->check(isThere);
   app.add_option("--series", o.input.series, "Which of several DICOM series: its number in the list, or its identifier")
       ->check(isThere);
   app.add_option("--grid", o.input.grid, "Which of several grids of a .vdb: its number in the list, or its name")

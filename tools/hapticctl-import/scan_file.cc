@@ -59,6 +59,8 @@ void convert(itk::IOComponentEnum kind, const std::vector<char>& bytes, Image& o
 
 void requireFile(const std::string& path) {
   if (!std::ifstream(path)) throw ImportError(path, "cannot be read", "does it exist?");
+  if (!std::filesystem::is_regular_file(path))
+    throw ImportError({}, "is no file on a disk, and is read more than once", "write it into one first");
 }
 
 itk::ImageIOBase::Pointer readerOf(const std::string& path, std::string& format) {

@@ -86,6 +86,10 @@ class ImportAndCut(Case):
         self.assertIn("--scale: is empty", imported(vdb, "--scale", "", "--output", ply, exit_code=2))
         self.assertFalse(ply.exists())
         before = raw.read_bytes()
+        self.assertIn("FILE: is empty", imported("", *of_raw, "--output", ply, exit_code=2))
+        imported(raw, *of_raw[:-1], "-1e300", "--output", ply)  # All of it: as a float that was no number.
+        ply.unlink()
+        self.assertIn("--label: no value is that", imported(raw, *of_raw[:-2], "--label", "7", "--output", ply, exit_code=5))
         self.assertIn("--vdb: " + str(ply) + " is the surface's file",
                       imported(raw, *of_raw, "--voxel", "1", "--output", f"{ply.parent}/./{ply.name}", "--vdb", ply, exit_code=5))
         self.assertFalse(ply.exists())

@@ -313,6 +313,7 @@ TEST(Import, liesInHeadersAreRefusedInWords) {
     EXPECT_THAT(error.remedy, HasSubstr("that it names"));
   }
   EXPECT_THAT(refusal([&] { return readScan(folder.path() + "/nowhere.nii"); }), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal([&] { return readScan("/dev/null"); }), HasSubstr("is no file on a disk"));
   EXPECT_THAT(refusal([&] { return readScan(folder.put("text.mha", "just words\n")); }), HasSubstr("is no NIfTI"));
 }
 

@@ -89,8 +89,21 @@ TEST(Image, cropsShrinksAndSmoothsInPlace) {
   for (float& v : smoothed.values) v = 3;
   smooth(smoothed, 2);
   for (const float v : smoothed.values) ASSERT_NEAR(v, 3, 1e-5);
+  smoothed = image;
+  smooth(smoothed, 1e-300);  // Whose square is 0: all values were none.
+  EXPECT_EQ(smoothed.values, image.values);
   EXPECT_THROW((void)crop(image, {0, 0, 0}, {1, 9, 9}), ImportError);
   EXPECT_THROW((void)shrink(image, 9), ImportError);
+}
+
+// All its vertices were one.
+TEST(Image, isRefusedWhereFloatsDoNotTellItsValuesApart) {
+  Image image = ballImage();
+  image.origin = {0, 9e5, 0};
+  EXPECT_NO_THROW(checkPlace(image));
+  EXPECT_NEAR(volumeOf(isosurface(image, 200)), volumeOf(isosurface(ballImage(), 200)), 20);
+  image.origin = {0, -1e12, 0};
+  EXPECT_THAT(refusal([&] { return checkPlace(image), 0; }), testing::HasSubstr("origin: is 1e+12 mm away"));
 }
 
 TEST(Image, resamplesToEvenSteps) {

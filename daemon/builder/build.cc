@@ -6,11 +6,11 @@
 
 #include <cstring>
 #include <new>
+#include <utility>
 
 #include "daemon/builder/snapshot_writer.h"
 #include "daemon/builder/volume/mesh_volume.h"
-#include "rt/volume/distance.h"
-#include "rt/volume/octahedral.h"
+#include "daemon/builder/volume/thin_walls.h"
 
 namespace hapticd {
 namespace {
@@ -23,25 +23,8 @@ std::int64_t now() {
 
 Error cancelled() { return {ErrorCode::kCancelled, "build", {}, {}}; }
 
-/** The share of a surface behind which the distances show no inside: of walls thinner than a voxel. */
-double shareOfThinWalls(const VolumeView& volume) {
-  constexpr double kNoInside = 0.01;  // [voxel]
-  const double voxel = double{volume.voxel};
-  double thin = 0, all = 0;
-  for (std::uint32_t i = 0; i < volume.point_count; ++i) {
-    const Vec3 in = -octahedralNormal(volume.normal[i]);
-    bool shown = false;
-    for (int quarter = 1; quarter <= 4 && !shown; ++quarter)
-      shown = distanceAt(volume, volume.pointAt(i) + 0.25 * quarter * voxel * in).value < -kNoInside * voxel;
-    all += volume.area[i];
-    thin += shown ? 0 : volume.area[i];
-  }
-  return all > 0 ? thin / all : 0;
-}
-
 /** The volume of the mesh in a snapshot, in sealed memory. */
 Result<Memfd> buildVolume(std::span<const std::byte> snapshot, const MeshSource& source, BuildMonitor& monitor) {
-  constexpr double kTold = 0.05;  // At sharp edges of a solid there is always some.
   const auto mesh = validateSnapshot(snapshot);
   if (!mesh) return mesh.error();
   VolumeOptions options;
@@ -66,12 +49,7 @@ Result<Memfd> buildVolume(std::span<const std::byte> snapshot, const MeshSource&
       h.point_count, h.brick_count, h.mass.volume * 1e6, static_cast<double>(h.total_bytes) * 1e-6));
   const auto view = validateVolume(bytes);
   if (!view) return view.error();
-  if (const double thin = shareOfThinWalls(*view); thin > kTold) {
-    monitor.notes.push_back(
-        fmt::format("volume: {:.0f} % of its surface is of walls so thin that such voxels hold nothing of them: other "
-                    "volumes pass; choose voxels of half their thickness (--voxel)",
-                    100 * thin));
-  }
+  if (std::string thin = noteOfThinWalls(*view); !thin.empty()) monitor.notes.push_back("volume: " + std::move(thin));
   return memfd;
 }
 

@@ -6,6 +6,7 @@
 
 #include "daemon/builder/vdb/write_vdb.h"
 #include "daemon/builder/volume/mesh_volume.h"
+#include "daemon/builder/volume/thin_walls.h"
 #include "rt/volume/volume_view.h"
 #include "tools/hapticctl-import/hand_over.h"
 
@@ -31,8 +32,9 @@ std::string writeModel(const Surface& surface, double voxel_mm, const std::strin
   const std::string source = fmt::format("volume {:016x}", view->header->checksum);
   if (const auto written = hapticd::writeVdb(file, *view, nullptr, source); !written) throw inWords(written.error());
   writeFile(path, std::move(file).str());
-  return fmt::format("level set of {} bricks, voxels of {:.4g} mm, {:.4g} cm3", view->brick_count, voxel_mm,
-                     view->mass.volume * 1e6);
+  const std::string thin = hapticd::noteOfThinWalls(*view);
+  return fmt::format("level set of {} bricks, voxels of {:.4g} mm, {:.4g} cm3{}{}", view->brick_count, voxel_mm,
+                     view->mass.volume * 1e6, thin.empty() ? "" : "\n  note: ", thin);
 }
 
 }  // namespace hapticctl_import

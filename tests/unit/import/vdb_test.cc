@@ -144,6 +144,16 @@ TEST(Vdb, whatIsWrittenIsReadAgain) {
   for (const auto& v : again.vertices) ASSERT_NEAR(std::hypot(v[0] - 21.5, v[1] - 34.25, v[2] - 45), 8, 0.3);
 }
 
+// The surface's volume was told, of which the file held nothing.
+TEST(Vdb, wallsThinnerThanItsVoxelsAreTold) {
+  const Folder folder;
+  Image plate = ballImage();
+  for (std::size_t i = 0; i < plate.values.size(); ++i) plate.values[i] = i / 480 == 7 ? 1.0f : 0.0f;  // 2 mm.
+  const Surface surface = isosurface(plate, 0.5f);
+  EXPECT_THAT(writeModel(surface, 1, folder.path() + "/a.vdb"), testing::Not(HasSubstr("note")));
+  EXPECT_THAT(writeModel(surface, 5, folder.path() + "/a.vdb"), HasSubstr("% of its surface is of walls so thin"));
+}
+
 TEST(Vdb, aPlaceThatCannotBeWrittenIsNamedWithTheReason) {
   Image ball;
   ball.size = kSize;

@@ -18,9 +18,10 @@ class Off {
 
   Polygons read() {
     std::string_view line = nextLine();
-    if (std::string_view header = line; takeWord(header).ends_with("OFF")) {
+    if (std::string_view words = line; takeWord(words).find("OFF") != line.npos) {
       requirePlain(line);
-      line = header.find_first_not_of(" \t") == header.npos ? nextLine() : header;
+      line.remove_prefix(line.find("OFF") + 3);  // Of ModelNet's files the counts follow without a blank.
+      if (line.find_first_not_of(" \t") == line.npos) line = nextLine();
     }
     const std::uint64_t vertices = count(line, "vertices"), faces = count(line, "faces");
     Polygons out;
@@ -70,7 +71,7 @@ class Off {
   /** Its first line may say that places have four numbers or more, or are not in words. */
   static void requirePlain(std::string_view line) {
     const std::string_view kind = takeWord(line), form = takeWord(line);
-    if (kind.find_first_of("4n") == kind.npos && form != "BINARY") return;
+    if (kind.substr(0, kind.find("OFF")).find_first_of("4n") == kind.npos && form != "BINARY") return;
     throw MeshError(fmt::format("is OFF of a kind that is not read: '{} {}'", shown(kind), shown(form)),
                     "export it as plain OFF, or PLY", kBadMesh);
   }

@@ -281,8 +281,8 @@ TEST(Polygon, OfManyCornersIsCutInTime) {
 TEST_F(ReadMeshTest, AnOffFileMayHoldMoreThanPlacesAndTriangles) {
   const std::string places = "0 0 0\n2 0 0\n0 3 0\n0 0 5\n", faces = "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
   for (const std::string& text :
-       {"OFF\n4 4 6\n" + places + faces, "OFF 4 4 0\n" + places + faces + "# the end\n", "4 4\n" + places + faces,
-        "\xef\xbb\xbfOFF # t\r\n\n# of four\n4 4 6\r\n" + places + "\n" + faces,
+       {"OFF\n4 4 6\n" + places + faces, "OFF 4 4 0\n" + places + faces + "# the end\n", "OFF4 4 0\n" + places + faces,
+        "4 4\n" + places + faces, "\xef\xbb\xbfOFF # t\r\n\n# of four\n4 4 6\r\n" + places + "\n" + faces,
         "COFF\n4 4 6\n0 0 0 1 0 0 1\n2 0 0 1 0 0 1\n0 3 0 1 0 0 1\n0,0 0 5 1 0 0 1 # the last\n3 0 2 1 0.5 0.5 1\n" +
             faces.substr(8)}) {
     const MeshFile mesh = readMesh(file("a.OFF", text), "the test", never);

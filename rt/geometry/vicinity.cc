@@ -13,7 +13,8 @@ namespace {
 constexpr double kStill = 0x1p-14;       // Of the radius: a way so short is taken for a larger ball.
 constexpr std::uint32_t kFewBlocks = 2;  // Not worth a look at their boxes.
 constexpr double kSmallest = 1e-30;      // Radius [m]: its inverse is a number.
-constexpr double kNeedle = 1e-9;         // Sine of an angle below which a triangle has no plane worth asking.
+constexpr double kNeedle = 1e-9;         // Sine of an angle below which a triangle has no plane worth asking,
+                                         // times 1 + its length in units: that far off, rounding tips it away.
 
 void put(const Vec3& n, double offset, float (&normal)[3][kPrismWidth], float* offsets, std::uint32_t lane) HD_RT {
   constexpr double kFar = kPrismFar;
@@ -39,7 +40,7 @@ void Vicinity::remake(PrismBlock& block, std::uint32_t triangle, std::uint32_t l
   const Vec3 up = edge[0].cross(edge[1]);
   const double area = up.norm();
   const double longest = std::max({edge[0].squaredNorm(), edge[1].squaredNorm(), edge[2].squaredNorm()});
-  const bool needle = !(area > kNeedle * longest);  // Always asked.
+  const bool needle = !(area > kNeedle * longest * (1 + std::sqrt(longest)));  // Always asked.
   const Vec3 n = needle ? Vec3(Vec3::Zero()) : Vec3(up / area);
   put(n, n.dot(v[0]), block.normal, block.offset, lane);
   block.squared[lane] = 1;

@@ -101,6 +101,29 @@ TEST(Vicinity, HasAllTrianglesThatABallInItMayMeet) {
   EXPECT_GT(met, 3000);  // 4486 to 7434 at 120 seeds
 }
 
+TEST(Vicinity, HasTheNeedleOnWhichThePointLies) {
+  // Of a hand that creeps: a millionth as large as the needle is long, whose plane rounding tips by more than that.
+  std::mt19937 random(seedOf(1));
+  std::uniform_real_distribution<double> u(0, 1);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 along = randomPoint(random, 0.05), from = randomPoint(random, 1e-4);
+    TestMesh mesh;
+    const double thin = std::pow(10.0, -9 + 3 * u(random));
+    mesh.addTriangle(mesh.addVertex(from), mesh.addVertex(from + along),
+                     mesh.addVertex(from + u(random) * along + randomPoint(random, 0.05 * thin)));
+    const MeshView& view = *mesh.view();
+    const double one = u(random), other = (1 - one) * u(random);
+    const Vec3 x = view.vertex(0, 0) + one * (view.vertex(0, 1) - view.vertex(0, 0)) +
+                   other * (view.vertex(0, 2) - view.vertex(0, 0));
+    Vicinity vicinity;
+    std::uint32_t work = 0;
+    vicinity.begin(view, x, x, 0.05 * std::pow(10.0, -7 + 3 * u(random)));
+    ASSERT_EQ(vicinity.proceed(view, kAll, work), Vicinity::State::kFull);
+    if (!vicinity.holds(x, 0)) continue;  // The centre is one of floats.
+    ASSERT_EQ(reached(vicinity, x, x, 0, true).size(), 1u) << i << ": " << thin << " wide for its length";
+  }
+}
+
 TEST(Vicinity, BitByBitIsAsAtOnce) {
   TestMesh sphere = test::sphereMesh(1, 48);
   const MeshView& view = *sphere.view();

@@ -116,30 +116,31 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     const double skin = step.skin(object), distance = std::sqrt(near.squared_distance);
     const bool inside = near.isInside(query.x);
     const double depth = radius_ + (inside ? distance : -distance);
+    // Who is in the air beside an edge is nearest to the ball that touches it on his side.
+    const bool beside = !inside && near.kind != FeatureKind::kFace && distance > kDirected * skin;
+    const Vec3 up = beside ? Vec3((query.x - near.point) / distance) : near.pseudo_normal;
     if (!(depth < present / cone) || (best.slot != 0 && depth >= best.depth) || (!inside && radius_ == 0)) continue;
     // A ball lies on several facets of a side that is not quite plane: above them all, but nearer to the hip than now.
     const double above =
         radius_ > 0 ? std::min(kClear * (now.foot - step.goal).norm(), 0.5 * (present - depth)) + skin : skin;
-    if (radius_ > 0 &&
-        touchesHeld(step, looked, near.point + (radius_ + above) * near.pseudo_normal, radius_ + 0.5 * skin))
-      continue;
+    if (radius_ > 0 && touchesHeld(step, looked, near.point + (radius_ + above) * up, radius_ + 0.5 * skin)) continue;
     // But nothing else may be nearer to it, such as the far side of the sheet on which the ball rests.
     if (!inside && touches(object, query.x, kClearlyNearer * distance, query.vicinity, step.work)) continue;
     // Friction alone keeps the proxy from where it would come to without: on a curve farther than its cone is wide.
-    if (mu > 0 && near.pseudo_normal.dot(object.R_WO.transpose() * step.held[i].surface.normal) > kSameSide) {
+    if (mu > 0 && up.dot(object.R_WO.transpose() * step.held[i].surface.normal) > kSameSide) {
       const double at_rest = depthAtRest(step, i);
       if (at_rest > 0 && kNearerThanRest * at_rest <= depth) continue;
     }
     // From inside to inside, for along a side whose facets are not quite in one plane no way stays below them all.
-    const Vec3 &up = step.held[i].surface.normal, held = object.toLocal(now.at - radius_ * up);
+    const Vec3 &out = step.held[i].surface.normal, held = object.toLocal(now.at - radius_ * out);
     const double below = std::max(kUnder * skin, kClear * (held - near.point).norm());
     const Vec3 from = inside && distance > below ? query.x : Vec3(near.point - below * near.pseudo_normal);
-    if (leavesSolid(object, from, held - object.R_WO.transpose() * (below * up), kNear * skin, query.vicinity,
+    if (leavesSolid(object, from, held - object.R_WO.transpose() * (below * out), kNear * skin, query.vicinity,
                     step.work))
       continue;
     best.slot = looked;
     best.point = object.toWorld(near.point);
-    best.normal = object.R_WO * near.pseudo_normal;
+    best.normal = object.R_WO * up;
     best.depth = depth;
     best.above = above;
   }

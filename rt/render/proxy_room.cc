@@ -12,7 +12,6 @@ constexpr double kLeastBall = 1024;   // Skins: on a smaller one what it touches
 constexpr double kOnSheet = 0x1p-6;   // Skins: twice as near as a two-sided triangle must be to hold from either side,
 constexpr double kOffSheet = 0x1p-3;  // and clearly beyond.
 constexpr int kMaxSheets = 4;         // That meet where the proxy is.
-constexpr double kDirected = 16.0;    // Skins from the surface at which the way from there tells a direction.
 
 /** From the surface to the centre of the ball, unit; false if that is inside. */
 bool outward(const Nearest& near, const Vec3& x, bool two_sided, double skin, double distance, Vec3& out) HD_RT {

@@ -17,6 +17,7 @@ inline constexpr double kSkin = 0x1p-40;               // Of the coordinates inv
 inline constexpr double kClearlyNearer = 1 - 0x1p-20;  // Of the present distance: ties keep the side.
 inline constexpr double kNear = 1.0 / 16;              // Of the skin: differences that are rounding.
 inline constexpr double kAt = 64;                      // Skins: so near, a proxy is on a surface.
+inline constexpr double kDirected = 16;                // Skins from a surface: the way from it tells a direction.
 inline constexpr double kMaxTurnCosine = 0.5;          // A surface's normal turns at most 60 degrees in one plan.
 inline constexpr double kSettled = 0x1p-30;            // Of the depth: a smaller move is not worth another look,
 inline constexpr double kSettledLate = 0x1p-20;  // and this is not, late in a step that comes nearer by ever less.

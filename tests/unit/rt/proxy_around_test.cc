@@ -163,6 +163,31 @@ TEST(ProxyAround, FrictionTurnsAlongWithTheSurface) {
   }
 }
 
+TEST(ProxyAround, AMeshHoldsABallWhoseHandHasPassedItAsTheBoxDoes) {
+  // With friction: of a hand in the air below a plate, on its way past the rim, the nearest point is that edge.
+  const Vec3 half(0.03, 0.02, 0.003);
+  TestMesh mesh = test::boxMesh(half);
+  for (const double radius : {0.0003, 0.0015}) {
+    for (const double mu : {0.3, 0.8}) {
+      TestScene box, other;
+      const hd_material material{1000, 0, mu, 0.7 * mu};
+      box.add(ShapeKind::kBox, half, {}, material);
+      other.addMesh(mesh.view(), {}, material);
+      box.proxy.setRadius(radius);
+      other.proxy.setRadius(radius);
+      int held = 0;
+      for (int i = 0; i < 1000; ++i) {
+        const double down = std::min(1.0, i / 400.0), aside = std::max(0.0, (i - 400) / 600.0);
+        const Vec3 hip(0.004, 0.012 + 0.01 * aside, 0.02 - 0.05 * down);
+        const Vec3 force = box.tick(hip).force;
+        ASSERT_NEAR((other.tick(hip).force - force).norm(), 0, 1e-6 * (1 + force.norm())) << radius << " " << i;
+        held += hip.y() > half.y() && force.z() > 10;
+      }
+      EXPECT_GT(held, 20);
+    }
+  }
+}
+
 TEST(ProxyAround, WhereABallDoesNotFitItLooksForNoWay) {
   // Over waves whose nearest point often lies in a hollow too narrow for the ball.
   TestMesh mesh =

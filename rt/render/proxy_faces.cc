@@ -7,12 +7,12 @@
 namespace hapticd {
 namespace {
 
-constexpr double kFlat = 1e-6;       // Of the squared sine: two faces so much in one plane have no hollow.
-constexpr double kTan2 = 1.0 / 3;    // Squared tangent of half the turn at most.
-constexpr double kAbove = 2;         // Times as high as need be: what stands beside the way is cleared, too.
-constexpr double kMaxLift = 2;       // Of the straight way: more is rounding, where edges nearly coincide.
-constexpr int kMaxFacesAtRest = 32;  // Looked at for where a proxy without friction would be.
-constexpr int kMaxLeads = 2;         // In a tick: what keeps standing in the way is gone along step by step.
+constexpr double kFlat = 1e-6;        // Of the squared sine: two faces so much in one plane have no hollow.
+constexpr double kTan2 = 1.0 / 3;     // Squared tangent of half the turn at most.
+constexpr double kAbove = 2;          // Times as high as need be: what stands beside the way is cleared, too.
+constexpr double kMaxLift = 2;        // Of the straight way: more is rounding, where edges nearly coincide.
+constexpr int kMaxFacesAtRest = 256;  // Looked at for where a proxy without friction would be.
+constexpr int kMaxLeads = 2;          // In a tick: what keeps standing in the way is gone along step by step.
 
 /** The point nearest to x on both planes, if both push it there. */
 bool nearestInHollow(const HalfSpace& one, const HalfSpace& other, const Vec3& x, Vec3& nearest) HD_RT {
@@ -340,7 +340,7 @@ double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
   if (c.kind == FeatureKind::kFace) triangle = c.feature;
   if (c.kind == FeatureKind::kEdge) triangle = faceBeyondEdge(mesh, c.feature, c.corner, hip, normal);
   if (triangle == HD_NO_INDEX || mesh.neighbours == nullptr) return 0;
-  for (int faces = 0; faces < kMaxFacesAtRest; ++faces) {
+  for (int faces = 0; faces < kMaxFacesAtRest; ++faces, ++step.work) {
     SeenFace f(mesh, triangle);
     if (f.isNeedle()) return 0;
     f.seek(hip);

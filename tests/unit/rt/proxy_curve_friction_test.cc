@@ -82,5 +82,41 @@ TEST(ProxyFriction, TheBorderOfTheConeOnACurveTakesFewSweeps) {
   }
 }
 
+/** About the y axis, of so many flat sides, without its ends. */
+TestMesh tubeMesh(double radius, double half, std::uint32_t sides) {
+  TestMesh m;
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const double angle = 2 * M_PI * i / sides;
+    for (const double y : {-half, half}) m.addVertex({radius * std::sin(angle), y, radius * std::cos(angle)});
+  }
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const std::uint32_t next = (i + 1) % sides;
+    m.addQuad(2 * i, 2 * next, 2 * next + 1, 2 * i + 1);
+  }
+  return m;
+}
+
+/** However many sides lie between the proxy and where it would slide to. */
+TEST(ProxyFriction, AFineTubeBreaksAwayLikeACoarseOne) {
+  constexpr double kRadius = 0.03, kDepth = 0.01, kStill = 0.6, kSliding = 0.42;
+  for (const std::uint32_t sides : {100u, 800u}) {
+    TestMesh mesh = tubeMesh(kRadius, 0.05, sides);
+    TestScene t;
+    t.addMesh(mesh.view(), {}, {kStiffness, 0, kStill, kSliding});
+    t.tick(Vec3(0, 0.001, 2 * kRadius));
+    double most = 0, last = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const double angle = 3e-4 * i;
+      const SurfaceContact& c =
+          t.tick(Vec3((kRadius - kDepth) * std::sin(angle), 0.001, (kRadius - kDepth) * std::cos(angle)));
+      const double normal = c.force.dot(c.normal);
+      last = (c.force - normal * c.normal).norm() / normal;
+      most = std::max(most, last);
+    }
+    EXPECT_NEAR(most, kStill, 0.01) << sides;
+    EXPECT_NEAR(last, kSliding, 0.01) << sides;
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -25,10 +25,14 @@ bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, do
   Vec3 last = at, moved = Vec3::Zero();
   double depth = 0;
   for (int turn = 0;; ++turn) {
-    if (!tangentTo(object, c, object.toLocal(last), there) || there.kind != c.kind) return false;
+    if (!tangentTo(object, c, object.toLocal(last), there)) return false;
+    const bool rolls = there.kind != c.kind;  // Off an edge; a mesh is left to followFaces().
+    if (rolls && object.shape.kind == ShapeKind::kMesh) return false;
     const Vec3& n = there.surface.normal;
     depth = -there.surface.height(step.goal);
-    const Vec3 foot = step.goal + (depth + c.skin) * n, along = last - foot, lag = along - along.dot(n) * n;
+    // On the flat face beyond an edge, in one straight line from where it is.
+    const Vec3 foot = step.goal + (depth + c.skin) * n, along = (rolls ? at : last) - foot;
+    const Vec3 lag = along - along.dot(n) * n;
     const double r = lag.norm();
     if (!(depth > 0 && r > 0)) return false;
     const Vec3 next = foot + friction * depth / r * lag, move = next - last;

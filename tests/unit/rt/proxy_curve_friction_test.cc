@@ -82,6 +82,32 @@ TEST(ProxyFriction, TheBorderOfTheConeOnACurveTakesFewSweeps) {
   }
 }
 
+/** Over its edge and on along the face beyond, in ticks of half a radius: as if its faces were of triangles. */
+TEST(ProxyFriction, ABallRollsOffABoxAsOffItsMesh) {
+  constexpr double kHalf = 1.0 / 64, kRadius = 2e-3, kDeep = 8e-4;
+  TestMesh mesh = test::boxMesh(Vec3::Constant(kHalf));
+  int edges = 0;
+  for (const double step : {4e-4, 7e-4, 1e-3}) {
+    for (const double aside : {-0.8, 0.0, 0.5}) {
+      const hd_material material{kStiffness, 0, 0.6, 0.4};
+      TestScene box, other;
+      box.add(ShapeKind::kBox, Vec3::Constant(kHalf), {}, material);
+      other.addMesh(mesh.view(), {}, material);
+      box.proxy.setRadius(kRadius);
+      other.proxy.setRadius(kRadius);
+      for (int i = -1; i < 40; ++i) {  // Along the upper face, round a quarter of a circle and down beside it.
+        const double way = step * i - 0.01, inner = kRadius - kDeep, turn = std::clamp(way / inner, 0.0, M_PI / 2);
+        const Vec3 hip(kHalf + std::min(way, 0.0) + inner * std::sin(turn), aside * way,
+                       kHalf + inner * std::cos(turn) - std::max(0.0, way - inner * M_PI / 2) + (i < 0 ? 0.01 : 0));
+        const SurfaceContact& c = box.tick(hip);
+        ASSERT_NEAR((other.tick(hip).force - c.force).norm(), 0, 1e-6 * kStiffness * kDeep) << step << " " << i;
+        edges += c.slip && c.normal.x() > 0.01 && c.normal.z() > 0.01;
+      }
+    }
+  }
+  EXPECT_GT(edges, 10);
+}
+
 /** About the y axis, of so many flat sides, without its ends. */
 TestMesh tubeMesh(double radius, double half, std::uint32_t sides) {
   TestMesh m;

@@ -64,6 +64,11 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   }
   if (deformed || radius_ != wanted_radius_ || (crowded_ && radius_ > 0)) fitRadius(step);
   settleNearer(step);
+  if (step.sweeps > kMaxRounds && stepOff(step, true)) [[unlikely]] {  // To and fro between the sides of a sheet.
+    step.count = 0;
+    step.settled = step.supported = false;
+    settleNearer(step);
+  }
   if (goAround(step)) {
     step.supported = false;
     settleNearer(step);

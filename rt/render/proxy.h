@@ -226,7 +226,7 @@ class ProxyRenderer {
   [[nodiscard]] bool isBehind(const SceneObject& object, std::uint32_t slot) const HD_RT;
   void makeRoom(Step& step) HD_RT;
   void pushOut(Step& step, std::uint32_t slot) HD_RT;
-  void stepOff(Step& step) HD_RT;
+  bool stepOff(Step& step, bool unstuck = false) HD_RT;
   void fitRadius(Step& step) HD_RT;
   void settle(Step& step) HD_RT;
   void settleNearer(Step& step) HD_RT;

@@ -108,10 +108,12 @@ void ProxyRenderer::pushOut(Step& step, std::uint32_t slot) HD_RT {
 }
 
 /**
- * Off two-sided triangles on which the proxy has started, or which have appeared on it: so near that they would hold it
- * from either side. It comes to lie on the one where it is; on the front, if that cannot be told.
+ * Off two-sided triangles on which the proxy has started, which have appeared on it, or onto whose border it has come
+ * in their plane: so near that they would hold it from either side. It comes to lie on the one where it is; `unstuck`,
+ * held so where nothing moves, on the hip's; on the front, if that cannot be told. True if there were any.
  */
-void ProxyRenderer::stepOff(Step& step) HD_RT {
+bool ProxyRenderer::stepOff(Step& step, bool unstuck) HD_RT {
+  bool stepped = false;
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
     if (object.shape.kind != ShapeKind::kMesh || (object.flags & HD_OBJECT_TWO_SIDED) == 0) continue;
@@ -120,8 +122,13 @@ void ProxyRenderer::stepOff(Step& step) HD_RT {
       const Vec3 x = startIn(step, slot);
       Nearest near;
       if (nearestWithin(object, x, kOnSheet * skin, nullptr, step.work, near) != NearestResult::kFound) break;
-      const double side = (x - near.point).dot(near.normal) < 0 ? -1 : 1;
-      const Vec3 off = side * kOffSheet * skin * near.normal;
+      double height = (x - near.point).dot(near.normal);
+      if (unstuck && step.together) {
+        const double hip = (step.hipIn(slot) - near.point).dot(near.normal);
+        if (std::abs(hip) > skin) height = hip;
+      }
+      const Vec3 off = (height < 0 ? -1 : 1) * kOffSheet * skin * near.normal;
+      stepped = true;
       if (step.together) {
         proxy_ += object.R_WO * off;
       } else {
@@ -129,6 +136,7 @@ void ProxyRenderer::stepOff(Step& step) HD_RT {
       }
     }
   }
+  return stepped;
 }
 
 /**

@@ -73,6 +73,30 @@ TEST(ProxySides, AHandThatStopsOnASheetIsOnTheSideItCameFrom) {
   }
 }
 
+/** One that comes over the border in the plane of the sheet, where nobody knows from which side, feels nothing there.
+ */
+TEST(ProxySides, AHandThatComesInThePlaneOfASheetIsNotHeldFromBothSides) {
+  TestMesh flat = sheet();
+  MeshView* const view = flat.view();
+  for (const double mu : {0.0, 0.5}) {
+    for (const double y : {0.0, 0.003, 0.0125}) {
+      for (const Pose& X :
+           {Pose{}, Pose{Vec3(0.1, 0.2, 0.3), Quat(Eigen::AngleAxisd(1, Vec3(1, 2, 3).normalized()))}}) {
+        int held = 0;
+        for (const double way : {0.01, -0.01}) {
+          TestScene t;
+          t.addMesh(view, X, {1000, 0, mu, 0.7 * mu}, kTwoSided);
+          for (int i = 0; i <= 100; ++i)
+            ASSERT_LT(t.tick(X * Vec3(-0.07 + 0.0009 * i, y, 0)).force.norm(), 1e-9) << mu << " " << y << " " << i;
+          for (int i = 0; i <= 100; ++i) t.tick(X * Vec3(0.02 + 1e-4 * i, y, 0.01 * i * way));
+          held += t.contact.object != 0;
+        }
+        EXPECT_LE(held, 1) << mu << " " << y;
+      }
+    }
+  }
+}
+
 /** The back of a two-sided sheet feels as its front does: stiffness, damping, friction. */
 TEST(ProxySides, TheBackOfATwoSidedSheetIsTheMirrorOfItsFront) {
   TestMesh a = sheet(), b = sheet();

@@ -37,32 +37,31 @@ Vec3 footOnRim(const Shape& shape, FeatureKind kind, std::uint32_t feature, std:
 }
 
 /**
- * The face of a box or cylinder that a ball comes to which rolls toward x over the edge that it touches at `point`.
- * False if it stays on the edge.
+ * The face of a box or cylinder that a ball comes to which rolls toward x over the edge that it touches at `point`,
+ * numbered as in SweepHit, and its plane. False if it stays on the edge.
  */
-bool faceBeyondRim(const Shape& shape, const Vec3& point, const Vec3& x, std::uint32_t& feature) HD_RT {
+[[gnu::noinline]] bool faceBeyondRim(const Shape& shape, const Vec3& point, const Vec3& x, std::uint32_t& feature,
+                                     Vec3& normal, double& offset) HD_RT {
+  int axis = 2;
   if (shape.kind == ShapeKind::kCylinder) {
     const double beside = x.head<2>().norm() - shape.size.x();
     const double over = std::copysign(1.0, point.z()) * x.z() - shape.size.y();
+    if (!(std::min(beside, over) < 0)) return false;
     feature = beside >= over ? 0 : (point.z() > 0 ? 1 : 2);
-    return std::min(beside, over) < 0;
+    if (feature == 0) return tangentNearest(shape, 0, x, normal, offset);
+    offset = shape.size.y();
+  } else {
+    int along = 0;
+    (shape.size - point.cwiseAbs()).maxCoeff(&along);
+    const int one = (along + 1) % 3, other = (along + 2) % 3;
+    const Vec3 height = x.cwiseProduct(point.cwiseSign()) - shape.size;
+    if (!(std::min(height[one], height[other]) < 0)) return false;
+    axis = height[one] >= height[other] ? one : other;
+    feature = static_cast<std::uint32_t>(2 * axis + (point[axis] > 0 ? 0 : 1));
+    offset = shape.size[axis];
   }
-  int along = 0;
-  (shape.size - point.cwiseAbs()).maxCoeff(&along);
-  const int one = (along + 1) % 3, other = (along + 2) % 3;
-  const Vec3 height = x.cwiseProduct(point.cwiseSign()) - shape.size;
-  const int face = height[one] >= height[other] ? one : other;
-  feature = static_cast<std::uint32_t>(2 * face + (point[face] > 0 ? 0 : 1));
-  return std::min(height[one], height[other]) < 0;
-}
-
-/** Plane of a flat face of a box or cylinder, numbered as in SweepHit. */
-void facePlane(const Shape& shape, std::uint32_t feature, Vec3& normal, double& offset) HD_RT {
-  const bool box = shape.kind == ShapeKind::kBox;
-  const int axis = box ? static_cast<int>(feature / 2) : 2;
-  const bool positive = box ? feature % 2 == 0 : feature == 1;
-  normal = (positive ? 1.0 : -1.0) * Vec3::Unit(axis);
-  offset = box ? shape.size[axis] : shape.size.y();
+  normal = std::copysign(1.0, point[axis]) * Vec3::Unit(axis);
+  return true;
 }
 
 /** Whether x is above or below the triangle's face, seen from its edge that begins at `corner` and passes `foot`. */
@@ -175,12 +174,10 @@ bool ProxyRenderer::tangentIn(const SceneObject& object, Constraint& c, const Ve
   }
   std::uint32_t face = 0;
   if (c.kind == FeatureKind::kEdge && object.shape.kind != ShapeKind::kMesh &&
-      faceBeyondRim(object.shape, c.point, x, face)) {
+      faceBeyondRim(object.shape, c.point, x, face, normal, offset)) {
+    offset += radius_;
     c.feature = face;
     c.kind = FeatureKind::kFace;
-    if (isCurved(object.shape, face)) return tangentNearest(object.shape, face, x, normal, offset, radius_);
-    facePlane(object.shape, face, normal, offset);
-    offset += radius_;
     return true;
   }
   normal = x - footOnRim(object.shape, c.kind, c.feature, c.corner, c.point, x);

@@ -22,7 +22,8 @@ inline constexpr std::uint32_t kFirstBoxCorner = kFirstEdge + 3 * 2 * kRimArcs;
 inline constexpr std::uint32_t kFirstBoxEdge = kFirstBoxCorner + kBoxCorners;
 inline constexpr std::uint32_t kFirstRim = kFirstBoxEdge + kBoxEdges;  ///< Of a cylinder's two.
 inline constexpr std::uint32_t kFirstPeak = 1u << 22;                  ///< Vertices of a mesh,
-inline constexpr std::uint32_t kFirstMeshEdge = 1u << 23;              ///< and its edges: triangle times 3 plus corner.
+/** And its edges: triangle times 3 plus corner. Of a sphere A that corner is 0, and it says only which triangle. */
+inline constexpr std::uint32_t kFirstMeshEdge = 1u << 23;
 
 /** Whether it says of which corner, edge or rim of B: the touch turns with it from tick to tick (mantle.h). */
 [[nodiscard]] constexpr bool isOfMantle(std::uint32_t feature) {

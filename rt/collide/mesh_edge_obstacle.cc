@@ -138,6 +138,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
   const bool made_of_mesh = held.shape.kind == ShapeKind::kMesh;
   if (obstacle.shape.kind != ShapeKind::kMesh || !isFirm(obstacle.shape) || (whole_ >> k & 1) != 0) return;
   if (made_of_mesh && (held.shape.mesh->flags & HD_MESH_CLOSED) == 0) return;
+  if (held.shape.kind == ShapeKind::kSphere) return;  // Its one point tells what is nearest, and further walls.
   const MeshView& mesh = *obstacle.shape.mesh;
   if (mesh.neighbours == nullptr || mesh.node_count == 0) return;
   const Pose X_AB = held.X_WO.inverse() * obstacle.X_WO;

@@ -5,6 +5,8 @@
 
 #include "rt/collide/feature.h"
 #include "rt/collide/mantle.h"
+#include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/triangle.h"
 
 namespace hapticd {
 namespace {
@@ -103,6 +105,55 @@ bool ballOnPrimitive(const Ball& ball, const RoundBody& b, Touch& touch) HD_RT {
   return true;
 }
 
+/** The point nearest to x, of triangle t and on from there over edges that bulge: as far as a ball goes until the next
+ * answer. False: x is below it. */
+bool nearestAbout(const MeshView& mesh, std::uint32_t t, const Vec3& x, Vec3& point) HD_RT {
+  constexpr int kMostSteps = 8;
+  constexpr double kHollow = 1e-3;  // Sine: less is a face in parts, and rounding.
+  if (mesh.neighbours == nullptr) return false;
+  point = nearestOnTriangle(cornersOf(mesh, t), x).point;
+  double least = (x - point).squaredNorm();
+  for (int i = 0; i < kMostSteps; ++i) {
+    const Vec3 up = faceNormal(mesh, t), on = mesh.vertex(t, 0);
+    std::uint32_t next = HD_NO_INDEX;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t across = mesh.neighbours[t][k];
+      if (across == HD_NO_INDEX) continue;
+      const std::uint32_t opposite = (cornerOf(mesh, across, mesh.triangles[t][k]) + 1) % 3;
+      const Vec3 way = mesh.vertex(across, static_cast<int>(opposite)) - on;
+      if (up.dot(way) > kHollow * way.norm()) continue;
+      const Vec3 there = nearestOnTriangle(cornersOf(mesh, across), x).point;
+      if (const double distance = (x - there).squaredNorm(); distance < least) {
+        least = distance;
+        point = there;
+        next = across;
+      }
+    }
+    if (next == HD_NO_INDEX) break;
+    t = next;
+  }
+  return faceNormal(mesh, t).dot(x - point) > 0;
+}
+
+/** Of a ball A's touch of a mesh, told by the number of a triangle (scene_contacts.cc). */
+void ballOnMesh(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
+                Touch& touch) HD_RT {
+  const MeshView* const mesh = b.shape.mesh;
+  const std::uint32_t t = (feature - kFirstMeshEdge) / 3;
+  if (feature < kFirstMeshEdge || b.shape.kind != ShapeKind::kMesh || mesh == nullptr || t >= mesh->triangle_count)
+    return;
+  const Vec3 before = com_W + touch.r_a, x = b.X_WO.inverse() * a.X_WO.p;
+  Vec3 point;
+  if (!nearestAbout(*mesh, t, x, point)) return;
+  const Vec3 way = b.X_WO.q * (x - point);
+  const double apart = way.norm(), radius = a.shape.size.x();
+  if (!(apart > 1e-7) || !sameSide(way, touch.n)) return;
+  touch.n = way / apart;
+  touch.gap = apart - radius;
+  touch.r_a = a.X_WO.p - radius * touch.n - com_W;
+  touch.moving += w_B.cross(com_W + touch.r_a - before);
+}
+
 }  // namespace
 
 Vec3 onAxis(const RoundBody& b, const Vec3& x_W) HD_RT {
@@ -128,6 +179,7 @@ NearestResult meetBall(const RoundBody& a, const RoundBody& b, const Vec3& cente
 void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
             Touch& touch) HD_RT {
   if (feature >= kFirstEdge) {
+    if (a.shape.kind == ShapeKind::kSphere) ballOnMesh(a, feature, b, com_W, w_B, touch);
     if (isAboutAxis(a.shape)) meetMantleAgain(a, feature, b, com_W, w_B, touch);
     return;
   }

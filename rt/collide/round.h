@@ -48,8 +48,9 @@ struct BallTouch {
 /**
  * Where A or B is a sphere or a capsule, the touch becomes that of its ball where both are now; where A is a cylinder,
  * a disc's is that of its round mantle, and a corner or edge of B that meets the mantle is where it is now; else it
- * stays. `feature`: as in feature.h; a ball of B is met by the nearest point of a primitive A. A's centre of mass is at
- * com_W, and B turns with w_B; r_b is not looked at.
+ * stays. A ball of A is met by the nearest point of a box or cylinder B, a sphere also by that of a mesh, near to the
+ * triangle that the last answer found. `feature`: as in feature.h; a ball of B is met by the nearest point of a
+ * primitive A. A's centre of mass is at com_W, and B turns with w_B; r_b is not looked at.
  */
 void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
             Touch& touch) HD_RT;

@@ -5,6 +5,7 @@
 
 #include "rt/base/rotation.h"
 #include "rt/collide/edge_search.h"
+#include "rt/collide/feature.h"
 #include "rt/collide/purse.h"
 #include "rt/contact/field_query.h"
 #include "rt/geometry/nearest.h"
@@ -239,6 +240,7 @@ SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obst
     bool inside = nearest.isInside(x_B);
     if (!isSheet(obstacle.shape)) {
       side = 0;
+      if (obstacle.shape.kind == ShapeKind::kMesh) out.triangle = nearest.feature;
     } else {
       // Nothing is inside: a wall from the side that the point came from, and none beside the rim.
       const bool beside =
@@ -290,7 +292,9 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     Contact contact;
     contact.n_W = obstacle.X_WO.q * at.out;
     contact.p_WB = obstacle.X_WO * at.surface;
-    contact.feature_a = i;
+    const bool on_mesh = held.shape.kind == ShapeKind::kSphere && at.triangle != HD_NO_INDEX;
+    const std::uint32_t of_mesh = on_mesh ? meshEdgeFeature(at.triangle, 0) : 0;
+    contact.feature_a = of_mesh > 0 ? of_mesh : i;
     if (!(contact.n_W.squaredNorm() > 0.9) || !isFinite(x_W)) continue;
     hot = true;
     if (side != 0) sided = {obstacle.slot, side};

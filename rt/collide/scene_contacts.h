@@ -58,9 +58,10 @@ class SceneContacts {
  private:
   /** Where a point stands against one obstacle, in its frame. */
   struct PointTouch {
-    Vec3 surface;  ///< Nearest point of it.
-    Vec3 out;      ///< Unit, outward there.
-    double gap;    ///< Negative: inside [m].
+    Vec3 surface;                          ///< Nearest point of it.
+    Vec3 out;                              ///< Unit, outward there.
+    double gap;                            ///< Negative: inside [m].
+    std::uint32_t triangle = HD_NO_INDEX;  ///< Of a mesh that is no sheet.
   };
   [[nodiscard]] const VolumeView* volumeOf(const Shape& shape) const HD_RT;
   /** Asks the field of obstacle k; false where there is none, or no room for the tool's points. */

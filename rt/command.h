@@ -9,6 +9,7 @@
 
 #include "proto/shm_layout.h"
 #include "proto/snapshot.h"
+#include "rt/base/contract.h"
 
 namespace hapticd {
 
@@ -209,5 +210,15 @@ struct Command {
   }
 };
 static_assert(std::is_trivially_copyable_v<Command>);
+
+/** Of the control thread, or of that session. */
+template <class T>
+[[nodiscard]] Command makeCommand(CommandKind kind, const T& payload, std::uint32_t session = kControlSession) HD_RT {
+  Command command;
+  command.kind = kind;
+  command.session = session;
+  command.as<T>() = payload;
+  return command;
+}
 
 }  // namespace hapticd

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <cstring>
 
 #include "rt/cycle/pose_board.h"
 
@@ -29,15 +28,5 @@ class CommandSink {
   /** What stands in that scene slot, if it reflects the order of `ticket` already. */
   [[nodiscard]] virtual bool posed(std::uint32_t slot, std::uint64_t ticket, PosedObject& out) = 0;
 };
-
-/** A command of the control thread. */
-template <class Payload>
-[[nodiscard]] Command makeCommand(CommandKind kind, const Payload& payload) {
-  Command command;
-  command.kind = kind;
-  static_assert(sizeof(Payload) <= sizeof command.payload && std::is_trivially_copyable_v<Payload>);
-  std::memcpy(command.payload, &payload, sizeof payload);
-  return command;
-}
 
 }  // namespace hapticd

@@ -122,10 +122,7 @@ Command SceneModel::gravityCommand() const {
 }
 
 Command SceneModel::shapeCommand(const Object& object) const {
-  SetShape payload{};
-  payload.object = object.id;
-  payload.shape = parameters(object.spec.shape, meshes_);
-  return makeCommand(CommandKind::kSetShape, payload);
+  return makeCommand(CommandKind::kSetShape, SetShape{object.id, 0, parameters(object.spec.shape, meshes_)});
 }
 
 Command SceneModel::addCommand(const Object& object) const {
@@ -141,28 +138,16 @@ Command SceneModel::addCommand(const Object& object) const {
 }
 
 Command SceneModel::poseCommand(const Object& object) {
-  hd_object_pose pose{};
-  pose.object = object.id;
-  store(object.spec.X_PO.p, pose.p);
-  store(object.spec.X_PO.q, pose.q);
-  store(object.V_PO.v, pose.v);
-  store(object.V_PO.w, pose.w);
-  return makeCommand(CommandKind::kObjectPose, pose);
+  return makeCommand(CommandKind::kObjectPose, poseMessage(object.id, object.spec.X_PO, object.V_PO));
 }
 
 Command SceneModel::materialCommand(const Object& object) {
-  hd_object_material payload{};
-  payload.object = object.id;
-  payload.material = object.spec.material;
-  return makeCommand(CommandKind::kObjectMaterial, payload);
+  return makeCommand(CommandKind::kObjectMaterial, hd_object_material{object.id, 0, object.spec.material});
 }
 
 Command SceneModel::flagsCommand(const Object& object) {
-  hd_object_flags payload{};
-  payload.object = object.id;
-  payload.mask = HD_OBJECT_ENABLED | HD_OBJECT_VISIBLE | HD_OBJECT_TWO_SIDED;
-  payload.value = objectFlags(object.spec);
-  return makeCommand(CommandKind::kObjectFlags, payload);
+  constexpr std::uint32_t kAll = HD_OBJECT_ENABLED | HD_OBJECT_VISIBLE | HD_OBJECT_TWO_SIDED;
+  return makeCommand(CommandKind::kObjectFlags, hd_object_flags{object.id, kAll, objectFlags(object.spec), 0});
 }
 
 }  // namespace hapticd

@@ -1,39 +1,27 @@
 #include "rt/cycle/cycle_start.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace hapticd {
-namespace {
-
-template <class Payload>
-Command order(CommandKind kind, const Payload& payload) {
-  Command command;
-  command.kind = kind;
-  std::memcpy(command.payload, &payload, sizeof payload);
-  return command;
-}
-
-}  // namespace
 
 void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orders) {
   for (std::uint32_t d = 0; d < cycle.config().device_count; ++d) {
     const std::uint32_t fault = cycle.deviceGuard(d).fault();
-    if (fault != HD_FAULT_NONE) orders.push_back(order(CommandKind::kStop, StopOrder{d, fault}));
+    if (fault != HD_FAULT_NONE) orders.push_back(makeCommand(CommandKind::kStop, StopOrder{d, fault}));
     const double radius = cycle.deviceRadius(d);
-    if (radius > 0) orders.push_back(order(CommandKind::kDeviceRadius, DeviceRadius{d, 0, radius}));
-    if (cycle.grip(d).stiffness > 0) orders.push_back(order(CommandKind::kSetGrip, cycle.grip(d)));
-    if (cycle.tool(d).held()) orders.push_back(order(CommandKind::kAttachTool, cycle.tool(d).order()));
+    if (radius > 0) orders.push_back(makeCommand(CommandKind::kDeviceRadius, DeviceRadius{d, 0, radius}));
+    if (cycle.grip(d).stiffness > 0) orders.push_back(makeCommand(CommandKind::kSetGrip, cycle.grip(d)));
+    if (cycle.tool(d).held()) orders.push_back(makeCommand(CommandKind::kAttachTool, cycle.tool(d).order()));
   }
   for (std::uint32_t slot = 0; slot < kMaxSessions; ++slot) {
     const SessionShare& session = cycle.session(slot);
     if (session.life() == SessionShare::Life::kFree) continue;
-    orders.push_back(order(CommandKind::kAddSession, SessionRef{slot, 0, session.id()}));
+    orders.push_back(makeCommand(CommandKind::kAddSession, SessionRef{slot, 0, session.id()}));
     const std::size_t own = orders.size();
     session.restate(now_ns, orders);
     for (std::size_t i = own; i < orders.size(); ++i) orders[i].session = slot;
     if (session.life() == SessionShare::Life::kLost) {
-      orders.push_back(order(CommandKind::kLoseSession, SessionRef{slot, 0, session.id()}));
+      orders.push_back(makeCommand(CommandKind::kLoseSession, SessionRef{slot, 0, session.id()}));
     }
   }
   const auto pending = cycle.pending();

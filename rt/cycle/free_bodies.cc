@@ -299,18 +299,12 @@ void FreeBodies::watchRest(double dt) HD_RT {
 }
 
 void FreeBodies::place(Scene& scene, const Entry& entry, const Twist& V_WC) HD_RT {
-  Command move;
-  move.kind = CommandKind::kObjectPose;
-  if (entry.ours) move.session = 0;  // as if a client moved it: so control and the other groups learn where it is
-  auto& pose = move.as<hd_object_pose>();
-  pose.object = entry.object;
   const RigidBody& body = entry.body.body;
   const Pose X = body.pose();
-  store(X.p, pose.p);
-  store(X.q, pose.q);
-  store(V_WC.v - V_WC.w.cross(body.com() - X.p), pose.v);
-  store(V_WC.w, pose.w);
-  (void)scene.apply(move);
+  const Twist V{V_WC.v - V_WC.w.cross(body.com() - X.p), V_WC.w};
+  // Ours as if a client moved it: so control and the other groups learn where it is.
+  const std::uint32_t mover = entry.ours ? 0 : kControlSession;
+  (void)scene.apply(makeCommand(CommandKind::kObjectPose, poseMessage(entry.object, X, V), mover));
 }
 
 void FreeBodies::step(Scene& scene, double dt) HD_RT {

@@ -1,7 +1,6 @@
 #include "rt/cycle/held_tool.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <initializer_list>
 
@@ -185,18 +184,9 @@ void HeldTool::finish(Scene& scene, const Twist& velocity, double dt, HeldToolOu
   out.stored = direct ? stored_ : tool_.energy() + tool_.reserve();
   noteTouch(scene, out);
 
-  Command move;
-  move.kind = CommandKind::kObjectPose;
-  move.session = 0;  // as if a client moved it: so control and the other groups learn where it is (PoseBoard)
-  auto& pose = move.as<hd_object_pose>();
-  pose.object = order_.object;
-  const Pose X = tool_.body().pose();
-  const Twist V = tool_.body().originTwist();
-  store(X.p, pose.p);
-  store(X.q, pose.q);
-  store(V.v, pose.v);
-  store(V.w, pose.w);
-  (void)scene.apply(move);
+  // As if a client moved it: so control and the other groups learn where it is (PoseBoard).
+  const auto place = poseMessage(order_.object, tool_.body().pose(), tool_.body().originTwist());
+  (void)scene.apply(makeCommand(CommandKind::kObjectPose, place, 0));
 }
 
 void HeldTool::noteTouch(const Scene& scene, HeldToolOutput& out) HD_RT {

@@ -185,11 +185,8 @@ SessionShare::Share SessionShare::evaluate(const ToolPoint& tool, std::int64_t n
 }
 
 void SessionShare::restate(std::int64_t now_ns, std::vector<Command>& out) const {
-  Command limits;
-  limits.kind = CommandKind::kLimits;
-  limits.seq = applied_seq_;  // by the ring: what it has applied stays acknowledged
-  limits.as<hd_limits>() = limits_;
-  out.push_back(limits);
+  out.push_back(makeCommand(CommandKind::kLimits, limits_));
+  out.back().seq = applied_seq_;  // by the ring: what it has applied stays acknowledged
   for (std::uint32_t i = 0; i < HD_MODEL_SLOTS; ++i) {
     Command model;
     if (!models_[i].restate(now_ns, model)) continue;
@@ -199,12 +196,9 @@ void SessionShare::restate(std::int64_t now_ns, std::vector<Command>& out) const
   for (const ClientForce& client : client_) {
     const std::int64_t left_ns = client.applied_ns + client.force.lease_ns - now_ns;
     if (!client.set || left_ns <= 0) continue;
-    Command force;
-    force.kind = CommandKind::kClientForce;
-    force.channel = 1;
-    force.as<hd_client_force>() = client.force;
-    force.as<hd_client_force>().lease_ns = left_ns;
-    out.push_back(force);
+    out.push_back(makeCommand(CommandKind::kClientForce, client.force));
+    out.back().channel = 1;
+    out.back().as<hd_client_force>().lease_ns = left_ns;
   }
 }
 

@@ -173,10 +173,9 @@ void Ingest::violate(Slot& slot) HD_RT {
 void Ingest::tellServo(std::uint32_t index) HD_RT {
   Slot& slot = slots_[index];
   if (!slot.used || slot.lost == slot.told_lost) return;
-  Command order;
-  order.kind = slot.lost ? CommandKind::kLoseSession : CommandKind::kReviveSession;
-  order.as<SessionRef>() = {index, 0, slot.session.id};
-  if (commands.push(order)) slot.told_lost = slot.lost;  // else again in the next step
+  const CommandKind kind = slot.lost ? CommandKind::kLoseSession : CommandKind::kReviveSession;
+  if (commands.push(makeCommand(kind, SessionRef{index, 0, slot.session.id})))
+    slot.told_lost = slot.lost;  // else again in the next step
 }
 
 void Ingest::report(std::uint32_t index, std::int64_t now_ns) HD_RT {

@@ -59,6 +59,17 @@ struct SceneObject {
   [[nodiscard]] Vec3 velocityAt(const Vec3& x_W) const HD_RT { return V_WO.v + V_WO.w.cross(x_W - X_WO.p); }
 };
 
+/** An object is at that place in its parent's frame, and moves so. */
+[[nodiscard]] inline hd_object_pose poseMessage(std::uint32_t object, const Pose& X, const Twist& V = {}) HD_RT {
+  hd_object_pose pose{};
+  pose.object = object;
+  store(X.p, pose.p);
+  store(X.q, pose.q);
+  store(V.v, pose.v);
+  store(V.w, pose.w);
+  return pose;
+}
+
 /** One corner of a triangle moved by a vertex command, in the object's frame [m]. */
 struct TriangleMove {
   const MeshView* mesh = nullptr;  ///< Whose; not to be followed.

@@ -9,6 +9,7 @@
 #include "daemon/recording/replayer.h"
 #include "daemon/recording/writer.h"
 #include "rt/scene/snapshot_checksum.h"
+#include "support/solid.h"
 
 namespace {
 
@@ -23,32 +24,20 @@ std::string good() {
   });
   RecordingHeader header;
   header.devices = {{"a", "b", "c"}};
-  Command session;
-  session.kind = CommandKind::kAddSession;
-  Command ball;
-  ball.kind = CommandKind::kAddObject;
-  auto& add = ball.as<AddObject>();
-  add.object = makeObjectId(1, 1);
-  add.flags = HD_OBJECT_ENABLED;
-  add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kSphere);
-  add.shape.size[0] = 0.02;
-  add.material = {500, 1, 0.5, 0.3};
-  add.q[0] = 1;
-  Command surface;
-  surface.kind = CommandKind::kSetSurface;
-  auto& shown = surface.as<SetSurface>();
-  shown.object = add.object;
+  const AddObject ball = test::solid(makeObjectId(1, 1), ShapeKind::kSphere, {500, 1, 0.5, 0.3}, {}, {0.02, 0, 0});
+  SetSurface shown{ball.object, 0, {}};
   shown.surface.relief = 1;
   shown.surface.vibration = 2;
   shown.surface.relief_depth = 0.001;
   shown.surface.relief_size[0] = shown.surface.relief_size[1] = 0.05;
-  Command model;
-  model.kind = CommandKind::kLocalModel;
-  model.session = 0;
-  model.as<hd_local_model>().kind = HD_MODEL_PLANE;
-  model.as<hd_local_model>().lease_ns = 1'000'000'000;
-  model.as<hd_local_model>().normal[2] = 1;
-  header.start.orders = {session, ball, model, surface};
+  hd_local_model plane{};
+  plane.kind = HD_MODEL_PLANE;
+  plane.lease_ns = 1'000'000'000;
+  plane.normal[2] = 1;
+  const Command model = makeCommand(CommandKind::kLocalModel, plane, 0);
+  header.start.orders = {makeCommand(CommandKind::kAddSession, SessionRef{}),
+                         makeCommand(CommandKind::kAddObject, ball), model,
+                         makeCommand(CommandKind::kSetSurface, shown)};
   (void)writer.header(header);
   RecordedTexture grooves, cloth;
   grooves.width = grooves.height = 2;

@@ -6,11 +6,11 @@
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <cmath>
-#include <memory>
+#include <vector>
 
-#include "rt/cycle/cycle.h"
 #include "rt/ingest/validate.h"
 #include "support/messages.h"
+#include "support/stepped_cycle.h"
 
 namespace {
 
@@ -92,48 +92,22 @@ bool finite(const Command& command) {
   }
 }
 
-Command order(CommandKind kind) {
-  Command command;
-  command.kind = kind;
-  return command;
-}
-
 /** An armed device in contact with a sphere, session 0 alive; the command comes, and the hand moves on. */
 void feel(const Command& command) {
-  static const MeshTable kNoMeshes;
   CycleConfig config;
   config.guard[0].limits = {kForceLimit, 0.1, 1e3, 1e2, 1, 10, 10, 5};
-  config.guard[0].ramp_ns = 1'000'000;
-  const auto cycle = std::make_unique<Cycle>(config, kNoMeshes);
-  const auto input = std::make_unique<CycleInput>();
-  const auto output = std::make_unique<CycleOutput>();
-
-  input->command[0] = order(CommandKind::kAddSession);
-  input->command[1] = order(CommandKind::kAddObject);
-  auto& ball = input->command[1].as<AddObject>();
-  ball.object = test::goodPose().object;
-  ball.flags = HD_OBJECT_ENABLED;
-  ball.shape.kind = static_cast<std::uint32_t>(ShapeKind::kSphere);
-  ball.shape.size[0] = 0.05;
-  ball.material = test::kRubber;
-  ball.q[0] = 1;
-  input->command[2] = order(CommandKind::kArm);
-  input->command_count = 3;
+  config.guard[0].ramp_ns = config.period_ns;
+  test::SteppedCycle hand(config);
+  hand.put(CommandKind::kAddSession, SessionRef{});
+  hand.add(test::solid(test::goodPose().object, ShapeKind::kSphere, test::kRubber, {}, {0.05, 0, 0}));
+  hand.arm();
   for (int n = 0; n < 40; ++n) {
-    ++input->tick;
-    input->now_ns += config.period_ns;
-    input->device[0].t_ns = input->now_ns;
-    input->device[0].p = Vec3(0.0005 * n, 0, 0.052 - 0.0001 * n);
-    input->device[0].fresh = true;
     if (n == 10) {
-      input->command[0] = command;
-      input->command[0].session = 0;
-      input->command[0].at_tick = 0;
-      input->command_count = 1;
+      Command& sent = hand.input->command[hand.input->command_count++] = command;
+      sent.session = 0;
+      sent.at_tick = 0;
     }
-    cycle->step(*input, *output);
-    input->command_count = 0;
-    const DeviceCommand& out = output->device[0].command;
+    const DeviceCommand& out = hand.at({0.0005 * n, 0, 0.052 - 0.0001 * n}).command;
     require(isFinite(out.force) && isFinite(out.torque));
     require(out.force.norm() <= kForceLimit * (1 + 1e-12));
   }

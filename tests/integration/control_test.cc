@@ -6,6 +6,7 @@
 
 #include "rt/ring/command_ring.h"
 #include "rt/ring/state.h"
+#include "rt/scene/scene.h"
 #include "tests/integration/raw_client.h"
 #include "tests/integration/running_daemon.h"
 
@@ -192,10 +193,7 @@ TEST_F(Control, AClientsPoseThroughTheRingIsWhatGetAnswers) {
   LiveSession live(loop, client);
   CommandProducer producer(live.b->get(), live.a->get());
   producer.heartbeat(1);
-  hd_object_pose pose{};
-  pose.object = id;
-  pose.p[1] = 0.25;
-  pose.q[0] = 1;
+  const hd_object_pose pose = poseMessage(id, {{0, 0.25, 0}, Quat::Identity()});
   std::uint64_t seq = 0;
   ASSERT_EQ(producer.push(HD_COMMAND_OBJECT_POSE, std::as_bytes(std::span(&pose, 1)), 0, seq), ErrorCode::kOk);
   EXPECT_TRUE(loop.until([&] { return get("/objects/moved/pos") == (nlohmann::json{0.0, 0.25, 0.0}); }));

@@ -15,6 +15,7 @@
 #include "rt/collide/collider.h"
 #include "rt/cycle/pose_board.h"
 #include "support/seeds.h"
+#include "tests/support/solid.h"
 
 namespace hapticd::model {
 namespace {
@@ -22,17 +23,8 @@ namespace {
 TEST(WeakScene, APoseIsReadWholeAndNeverOlderThanTheLast) {
   MeshTable table;
   const auto scene = std::make_unique<Scene>(table);
-  Command command;
-  command.kind = CommandKind::kAddObject;
-  auto& object = command.as<AddObject>();
-  object = AddObject{};
-  object.object = makeObjectId(1, 1);
-  object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kSphere);
-  object.shape.size[0] = 0.01;
-  object.material.stiffness = 500;
-  object.q[0] = 1;
-  ASSERT_EQ(scene->apply(command), ErrorCode::kOk);
-  command.kind = CommandKind::kObjectPose;
+  const AddObject ball = test::solid(makeObjectId(1, 1), ShapeKind::kSphere, {500, 0, 0, 0}, {}, {0.01, 0, 0});
+  ASSERT_EQ(scene->apply(makeCommand(CommandKind::kAddObject, ball)), ErrorCode::kOk);
 
   int reads = 0;
   const Found found = exploreSome(10'000, seedOf(1), [&](Threads& threads) {
@@ -40,8 +32,8 @@ TEST(WeakScene, APoseIsReadWholeAndNeverOlderThanTheLast) {
     threads.add([&] {
       for (std::uint64_t tick = 1; tick <= 3; ++tick) {
         const double x = static_cast<double>(tick);
-        command.as<hd_object_pose>() = {makeObjectId(1, 1), 0, {x, 0, x}, {1, 0, 0, 0}, {x, 0, 0}, {0, 0, x}};
-        (void)scene->apply(command);
+        const hd_object_pose pose{ball.object, 0, {x, 0, x}, {1, 0, 0, 0}, {x, 0, 0}, {0, 0, x}};
+        (void)scene->apply(makeCommand(CommandKind::kObjectPose, pose));
         board->publish(*scene, tick, static_cast<std::uint32_t>(tick));
       }
     });

@@ -61,10 +61,7 @@ struct Crowd {
 
 TestMesh bumpyBall(Random& random, double radius) {
   TestMesh mesh = test::sphereMesh(radius, 4 + random.below(6u));
-  for (auto& v : mesh.vertices) {
-    const auto by = static_cast<float>(random.in(0.7, 1.1));
-    for (float& x : v) x *= by;
-  }
+  mesh.scale([&] { return random.in(0.7, 1.1); });
   return mesh;
 }
 

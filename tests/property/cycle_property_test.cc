@@ -7,6 +7,7 @@
 
 #include "rt/cycle/cycle.h"
 #include "tests/support/random.h"
+#include "tests/support/solid.h"
 
 namespace hapticd {
 namespace {
@@ -58,12 +59,8 @@ class World {
   template <class T>
   void put(CommandKind kind, const T& payload, std::uint32_t session = kControlSession) {
     if (input->command_count == kMaxCommandsPerCycle) return;
-    Command& c = input->command[input->command_count++];
-    c = Command{};
-    c.kind = kind;
-    c.session = session;
+    Command& c = input->command[input->command_count++] = makeCommand(kind, payload, session);
     c.seq = ++seq_;
-    c.as<T>() = payload;
   }
   void session(CommandKind kind, std::uint32_t slot) { put(kind, SessionRef{slot, 0, slot + 1}); }
   void device(CommandKind kind, std::uint32_t d) { put(kind, DeviceRef{d}); }
@@ -100,23 +97,13 @@ class World {
   }
 
   void addBall(std::uint32_t slot) {
-    AddObject add{};
-    add.object = makeObjectId(slot, 1);
-    add.flags = HD_OBJECT_ENABLED;
-    add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kSphere);
-    add.shape.size[0] = 0.01;
-    add.material = {800, 1, 0.6, 0.4};
-    store(random.vector(0.03), add.p);
-    add.q[0] = 1;
-    put(CommandKind::kAddObject, add);
+    const Pose X{random.vector(0.03), Quat::Identity()};
+    put(CommandKind::kAddObject,
+        test::solid(makeObjectId(slot, 1), ShapeKind::kSphere, {800, 1, 0.6, 0.4}, X, {0.01, 0, 0}));
   }
   void moveBall(std::uint32_t slot) {
-    hd_object_pose pose{};
-    pose.object = makeObjectId(slot, 1);
-    store(random.vector(0.03), pose.p);
-    pose.q[0] = 1;
-    store(random.vector(0.05), pose.v);
-    put(CommandKind::kObjectPose, pose);
+    const Pose X{random.vector(0.03), Quat::Identity()};
+    put(CommandKind::kObjectPose, poseMessage(makeObjectId(slot, 1), X, {random.vector(0.05), Vec3::Zero()}));
   }
 
   /** The collide thread's answer for a tool or body, sometimes a lie. */

@@ -130,10 +130,7 @@ class BumpyWorld {
       meshes_.push_back(test::boxMesh(half));
     } else {
       meshes_.push_back(test::sphereMesh(kBumpSize, 3 + random_.below(9u)));
-      for (auto& v : meshes_.back().vertices) {
-        const auto by = static_cast<float>(random_.in(0.7, 1.1));
-        for (float& x : v) x *= by;
-      }
+      meshes_.back().scale([&] { return random_.in(0.7, 1.1); });
     }
     return kind == 0;
   }

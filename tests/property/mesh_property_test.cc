@@ -167,9 +167,8 @@ void aRoughRoomIsNeverLeft(unsigned seed) {
   TestMesh inside = test::sphereMesh(size, stacks);
   for (std::uint32_t v = 0; v < count; ++v) inside.vertices[v] = mesh.vertices[count + v];
   const MeshView room = *inside.view();
-  TestScene t;
   const double radius = anyRadius(random, 1e-5, 3e-3);
-  t.proxy.setRadius(radius);
+  TestScene t(radius);
   const Vec3 spin = random.once(2) ? random.vector(20) : Vec3::Zero();
   const Pose home{random.vector(0.05), random.turn()};
   const std::uint32_t id = t.addMesh(mesh.view(), home, anyMaterial(random));
@@ -215,9 +214,8 @@ void needlesHoldWhatTheyHold(unsigned seed, int& touched) {
   const double size = 0.03;
   Vec3 squeeze;
   TestMesh mesh = needles(random, size, squeeze);
-  TestScene t;
   const double radius = anyRadius(random, 1e-5, 3e-3);
-  t.proxy.setRadius(radius);
+  TestScene t(radius);
   MeshView* const view = mesh.view();
   const hd_material material = anyMaterial(random);
   const std::uint32_t id = t.addMesh(view, {random.vector(0.05), random.turn()}, material);
@@ -245,8 +243,7 @@ void roughGroundGivesNothing(unsigned seed, int& touched) {
   const double rough = std::pow(10, random.in(-4, -2));
   const std::uint32_t fine = 6 + random.below(25u);
   TestMesh mesh = test::heightMesh(0.05, fine, [&](double, double) { return random.in(-rough, rough); });
-  TestScene t;
-  t.proxy.setRadius(anyRadius(random, 1e-5, 3e-3));
+  TestScene t(anyRadius(random, 1e-5, 3e-3));
   Pose X;  // So that the hand comes from behind too, round the border.
   X.p = random.vector(0.05);
   X.q = random.turn();
@@ -286,8 +283,7 @@ void solidsWithHolesGiveNothing(unsigned seed, int& contacts) {
   TestMesh mesh = test::crumpled(engine, 3 + random.below(6u));
   const bool holes = random.once(2);
   std::erase_if(mesh.triangles, [&](const auto&) { return holes && random.once(6); });
-  TestScene t;
-  t.proxy.setRadius(std::exp(random.in(std::log(1e-2), std::log(5e-1))));
+  TestScene t(std::exp(random.in(std::log(1e-2), std::log(5e-1))));
   const double mu = random.once(3) ? random.in(0, 1) : 0;
   t.addMesh(mesh.view(), {}, {1000, 0, mu, 0.7 * mu});
   t.tick(Vec3(0, 0, 5));

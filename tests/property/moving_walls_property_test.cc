@@ -42,9 +42,8 @@ struct Wall {
 /** Six walls that sway, slide and tilt, and squeeze the hand as they like; when all are at home, it is still inside. */
 void aRoomOfMovingWallsIsNeverLeft(unsigned seed, int& touched) {
   Random random(seed);
-  TestScene t;
   const double radius = random.once(2) ? 0 : std::exp(random.in(std::log(1e-4), std::log(5e-3)));
-  t.proxy.setRadius(radius);
+  TestScene t(radius);
   const double thick = std::pow(10, random.in(-4, -2.3)), farthest = random.once(2) ? 0.012 : 0.025;
   const int kind = random.below(3);  // Boxes, meshes of boxes, two-sided sheets.
   std::vector<TestMesh> meshes;

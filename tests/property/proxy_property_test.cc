@@ -60,10 +60,7 @@ double depthIn(const SceneObject& o, const Vec3& x_W) {
 /** A closed bumpy ball: not convex. */
 TestMesh bumpyBall(double radius, std::uint32_t stacks, Random& random) {
   TestMesh mesh = test::sphereMesh(radius, stacks);
-  for (auto& v : mesh.vertices) {
-    const auto f = static_cast<float>(random.in(0.7, 1.1));
-    for (float& x : v) x *= f;
-  }
+  mesh.scale([&] { return random.in(0.7, 1.1); });
   return mesh;
 }
 
@@ -266,9 +263,7 @@ void scaledProxies(std::uint32_t seed, int& same) {
     meshes.clear();
     meshes.reserve(2);
     meshes.push_back(bumpyBall(0.03, 8, random));
-    for (auto& v : meshes[0].vertices) {
-      for (float& x : v) x = static_cast<float>(x * static_cast<float>(scale));
-    }
+    meshes[0].scale([&] { return scale; });
     const Pose X{scale * random.vector(0.02), random.turn()};
     t.addMesh(meshes[0].view(), X, {1000, 0, 0, 0});
     t.add(ShapeKind::kBox, scale * Vec3(0.05, 0.05, 0.01), {scale * Vec3(0, 0, -0.04), Quat::Identity()},

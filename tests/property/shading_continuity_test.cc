@@ -47,13 +47,12 @@ struct Stroke {
 /** A stroke to and fro over the middle, at one depth below the smooth surface grown by the radius, read in steps. */
 Stroke stroke(const Sheet& sheet, double radius, double mu, double resolution = 0) {
   TestMesh mesh = test::heightMesh(sheet.half, sheet.parts, sheet.height);
-  TestScene t;
-  t.proxy.setRadius(radius);
+  TestScene t(radius);
   t.proxy.setResolution(resolution);
   const std::uint32_t id = t.addMesh(mesh.view(), {}, {1000, 0, mu, mu});
   SurfaceParameters surface{};
   surface.smooth_cosine = std::cos(0.9);
-  EXPECT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
+  EXPECT_EQ(t.setSurface(id, surface), ErrorCode::kOk);
   Shading shading;
   Stroke most;
   Vec3 last = Vec3::Zero();
@@ -99,8 +98,7 @@ TEST(ShadingContinuity, AReliefGoesOnOverEdges) {
     for (const double mu : {0.0, 0.3}) {
       SCOPED_TRACE(testing::Message() << "ball of " << radius << ", " << mu);
       TestMesh mesh = test::sphereMesh(0.05, 8);
-      TestScene t;
-      t.proxy.setRadius(radius);
+      TestScene t(radius);
       const std::uint32_t id = t.addMesh(mesh.view(), {}, {1000, 0, mu, mu});
       SurfaceParameters surface{};
       surface.smooth_cosine = std::cos(0.9);
@@ -108,7 +106,7 @@ TEST(ShadingContinuity, AReliefGoesOnOverEdges) {
       surface.relief_size[0] = surface.relief_size[1] = 0.1;
       surface.relief = 1;
       t.table->publishTexture(0, &relief.view);
-      ASSERT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
+      ASSERT_EQ(t.setSurface(id, surface), ErrorCode::kOk);
       Shading shading;
       SurfaceEffects effects;
       double jump = 0, least = 1, most = 0;
@@ -173,7 +171,7 @@ TEST(ShadingContinuity, ItIsTheRelativeMotionThatCounts) {
       for (TestScene* t : {&turning, &resting}) {
         t->proxy.setRadius(radius);
         id = t->addMesh(mesh.view(), {}, {1000, 0, mu, mu});
-        ASSERT_EQ(t->scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
+        ASSERT_EQ(t->setSurface(id, surface), ErrorCode::kOk);
         t->tick(Vec3(0.06 + radius, 0, 0.01));
       }
       const Vec3 hip(0.047 + radius, 0, 0.008);

@@ -38,7 +38,7 @@ double workAround(MeshView* mesh, const std::vector<Vec3>& corners) {
   const std::uint32_t id = t.addMesh(mesh, {}, {kShadedStiffness, 0, 0, 0});
   SurfaceParameters surface{};
   surface.smooth_cosine = std::cos(1.0);
-  EXPECT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
+  EXPECT_EQ(t.setSurface(id, surface), ErrorCode::kOk);
   t.tick(corners.front() + Vec3(0.01, 0, 0));
   Shading shading;
   double work = 0;
@@ -104,7 +104,7 @@ double workOfLoop(MeshView* mesh, double b, double up, double rate) {
   const std::uint32_t id = t.addMesh(mesh, {}, {kShadedStiffness, b, 0, 0});
   SurfaceParameters surface{};
   surface.smooth_cosine = std::cos(1.0);
-  EXPECT_EQ(t.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
+  EXPECT_EQ(t.setSurface(id, surface), ErrorCode::kOk);
   t.tick({facet() + 0.01, 0, 0});
   Shading shading;
   double work = 0;

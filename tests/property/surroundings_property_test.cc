@@ -24,17 +24,13 @@ constexpr double kMeshSize = 0.03;  // [m]
 std::vector<TestMesh> someMeshes(Random& random, unsigned seed) {
   std::vector<TestMesh> meshes;
   meshes.push_back(test::sphereMesh(kMeshSize, 16 + random.below(24)));
-  for (auto& v : meshes[0].vertices) {
-    const auto f = static_cast<float>(random.in(0.97, 1.03));
-    for (float& x : v) x *= f;
-  }
+  meshes[0].scale([&] { return random.in(0.97, 1.03); });
   const double wave = random.in(100, 600), high = random.in(0, 0.002);
   meshes.push_back(test::heightMesh(
       2 * kMeshSize, 30, [&](double x, double y) { return high * std::sin(wave * x) * std::sin(wave * y); }));
   std::mt19937 engine(seed);
   meshes.push_back(test::crumpled(engine, 8));
-  for (auto& v : meshes[2].vertices)
-    for (float& x : v) x *= static_cast<float>(kMeshSize);
+  meshes[2].scale([] { return kMeshSize; });
   meshes.push_back(test::boxMesh(Vec3(kMeshSize, 0.5 * kMeshSize, 0.00003)));
   return meshes;
 }
@@ -81,14 +77,8 @@ struct MovingMeshes {
         break;
       }
       default: {  // Takes the shape of another, or its own again.
-        Command command;
-        command.kind = CommandKind::kSetShape;
-        auto& order = command.as<SetShape>();
-        order = SetShape{};
-        order.object = ids[which];
-        order.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
-        order.shape.mesh = 1 + static_cast<std::uint32_t>(random.below(4));
-        EXPECT_EQ(t.scene->apply(command), ErrorCode::kOk);
+        const auto entry = 1 + static_cast<std::uint32_t>(random.below(4));
+        EXPECT_EQ(t.setShape(ids[which], {static_cast<std::uint32_t>(ShapeKind::kMesh), entry, {}}), ErrorCode::kOk);
       }
     }
   }

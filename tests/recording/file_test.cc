@@ -32,9 +32,7 @@ File smallFile(bool with_end = true) {
   header.program = "test";
   header.devices = {{"sim", "sim://default", "a simulation"}};
   header.start.tick = 7;
-  Command order;
-  order.kind = CommandKind::kAddSession;
-  order.as<SessionRef>() = {3, 0, 99};
+  const Command order = makeCommand(CommandKind::kAddSession, SessionRef{3, 0, 99});
   header.start.orders = {order};
   (void)writer.header(header);
   (void)writer.mesh(4, std::vector<std::byte>(300, std::byte{5}));

@@ -25,15 +25,8 @@ TEST(HeldTool, ServoAndColliderAreClean) {
   Collider collider;
   house.servo->collider = &collider;
   const std::uint32_t tool = makeObjectId(30, 1), coming = makeObjectId(31, 1);
-  AddObject order{};
-  order.object = tool;
-  order.flags = HD_OBJECT_ENABLED;
-  order.shape.kind = static_cast<std::uint32_t>(ShapeKind::kBox);
-  order.shape.size[0] = order.shape.size[2] = 0.01;
-  order.shape.size[1] = 0.02;
-  order.material = {500, 0, 0.5, 0.4};
-  order.p[0] = 0.5;
-  order.q[0] = 1;
+  AddObject order =
+      test::solid(tool, ShapeKind::kBox, {500, 0, 0.5, 0.4}, {{0.5, 0, 0}, Quat::Identity()}, {0.01, 0.02, 0.01});
   house.order(CommandKind::kAddObject, order);
   house.order(CommandKind::kAttachTool, box(tool));
   // A brick that lies in the way, is pushed, and falls on whatever comes.

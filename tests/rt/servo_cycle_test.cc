@@ -9,7 +9,6 @@
 #include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "daemon/builder/build.h"
 #include "daemon/ipc/snapshot_memory.h"
@@ -78,9 +77,7 @@ TEST(ServoCycle, IsCleanWhileItIsRecorded) {
   std::uint64_t taken = 0;
   expectClean([&](House& house, int i) {
     house.servo->log = log.get();
-    hd_object_pose pose{};
-    pose.object = makeObjectId(2, 1);
-    pose.q[0] = 1;
+    const hd_object_pose pose = poseMessage(makeObjectId(2, 1), {});
     for (int k = 0; k < 16; ++k) house.push(HD_COMMAND_OBJECT_POSE, pose);
     if (i < 6000) {
       while (log->pop(cycle, commands)) ++taken;
@@ -92,26 +89,16 @@ TEST(ServoCycle, IsCleanWhileItIsRecorded) {
 
 TEST(ServoCycle, IsCleanWhileObjectsMove) {
   expectClean([](House& house, int i) {
-    hd_object_pose pose{};
-    pose.object = makeObjectId(2, 1);
-    pose.p[2] = 0.001 * (i % 7);
-    pose.q[0] = 1;
-    pose.w[2] = 1;
-    house.push(HD_COMMAND_OBJECT_POSE, pose);
+    const Pose X{{0, 0, 0.001 * (i % 7)}, Quat::Identity()};
+    house.push(HD_COMMAND_OBJECT_POSE, poseMessage(makeObjectId(2, 1), X, {Vec3::Zero(), Vec3::UnitZ()}));
   });
 }
 
 TEST(ServoCycle, IsCleanWhileObjectsComeAndGo) {
   expectClean([](House& house, int i) {
-    AddObject object{};
-    object.object = makeObjectId(9, static_cast<std::uint32_t>(i / 2) + 1);
-    object.flags = HD_OBJECT_ENABLED;
-    object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kSphere);
-    object.shape.size[0] = 0.03;
-    object.material = {500, 0, 0, 0};
-    object.q[0] = 1;
-    house.order(CommandKind::kAddObject, object);
-    house.order(CommandKind::kRemoveObject, ObjectRef{object.object});
+    const std::uint32_t id = makeObjectId(9, static_cast<std::uint32_t>(i / 2) + 1);
+    house.order(CommandKind::kAddObject, test::solid(id, ShapeKind::kSphere, {500, 0, 0, 0}, {}, {0.03, 0, 0}));
+    house.order(CommandKind::kRemoveObject, ObjectRef{id});
   });
 }
 
@@ -129,14 +116,8 @@ SnapshotMemory sphereMesh(std::uint32_t triangles) {
 }
 
 AddObject meshObject(std::uint32_t id, std::uint32_t mesh) {
-  AddObject object{};
-  object.object = id;
-  object.flags = HD_OBJECT_ENABLED;
-  object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
+  AddObject object = test::solid(id, ShapeKind::kMesh, {800, 1, 0.5, 0.3}, {{0, 0, -0.01}, Quat::Identity()});
   object.shape.mesh = mesh;
-  object.material = {800, 1, 0.5, 0.3};
-  object.p[2] = -0.01;
-  object.q[0] = 1;
   return object;
 }
 
@@ -149,11 +130,7 @@ TEST(ServoCycle, IsCleanWhileMeshesAreLoadedSwappedAndDropped) {
     if (mesh == 0) {
       house.order(CommandKind::kAddObject, meshObject(id, mesh));
     } else {
-      SetShape shape{};
-      shape.object = id;
-      shape.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
-      shape.shape.mesh = mesh;
-      house.order(CommandKind::kSetShape, shape);
+      house.order(CommandKind::kSetShape, SetShape{id, 0, {static_cast<std::uint32_t>(ShapeKind::kMesh), mesh, {}}});
       for (int k = 0; k < 50; ++k) house.step();
       house.order(CommandKind::kRemoveObject, ObjectRef{id});
     }

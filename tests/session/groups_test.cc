@@ -26,10 +26,7 @@ TEST(TwoGroups, ShareTheSceneAndWhatAClientMovesMovesForBoth) {
   EXPECT_EQ(pose(0), 0.0);
   EXPECT_EQ(pose(1), 0.0) << "the late servo got the scene";
 
-  hd_object_pose moved{};
-  moved.object = *id;
-  moved.p[2] = 0.125;
-  moved.q[0] = 1;
+  const hd_object_pose moved = poseMessage(*id, {{0, 0, 0.125}, Quat::Identity()});
   std::uint64_t seq = 0;
   ASSERT_EQ(bench.client->producer->push(HD_COMMAND_OBJECT_POSE, std::as_bytes(std::span(&moved, 1)), 0, seq),
             ErrorCode::kOk);

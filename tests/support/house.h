@@ -13,6 +13,7 @@
 #include "drivers/registry.h"
 #include "rt/cycle/servo.h"
 #include "support/regions.h"
+#include "tests/support/solid.h"
 
 namespace hapticd::test {
 
@@ -48,10 +49,7 @@ class House {
 
   template <class T>
   void order(CommandKind kind, const T& payload) {
-    Command command;
-    command.kind = kind;
-    command.as<T>() = payload;
-    EXPECT_TRUE(servo->from_control.push(command));
+    EXPECT_TRUE(servo->from_control.push(makeCommand(kind, payload)));
   }
 
   /** What control does when a client connects. */
@@ -93,18 +91,12 @@ class House {
 
  private:
   void addObjects() {
-    AddObject object{};
-    object.flags = HD_OBJECT_ENABLED;
-    object.material = {800, 2, 0.6, 0.4};
-    object.q[0] = 1;
     const ShapeKind kinds[] = {ShapeKind::kPlane, ShapeKind::kSphere, ShapeKind::kBox, ShapeKind::kCapsule,
                                ShapeKind::kCylinder};
     for (std::uint32_t i = 0; i < 5; ++i) {
-      object.object = makeObjectId(i + 1, 1);
-      object.shape.kind = static_cast<std::uint32_t>(kinds[i]);
-      for (double& size : object.shape.size) size = 0.02;
-      object.p[0] = i == 0 ? 0 : 0.03 * i - 0.08;
-      order(CommandKind::kAddObject, object);
+      const Pose X{{i == 0 ? 0 : 0.03 * i - 0.08, 0, 0}, Quat::Identity()};
+      order(CommandKind::kAddObject,
+            solid(makeObjectId(i + 1, 1), kinds[i], {800, 2, 0.6, 0.4}, X, Vec3::Constant(0.02)));
     }
   }
   std::unique_ptr<Device> device_;

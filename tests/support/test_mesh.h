@@ -35,6 +35,15 @@ class TestMesh {
     addTriangle(a, c, d);
   }
 
+  /** Each vertex so many times as far from the origin, told for each anew. */
+  template <class Factor>
+  void scale(Factor&& factor) {
+    for (auto& v : vertices) {
+      const auto by = static_cast<float>(factor());
+      for (float& x : v) x *= by;
+    }
+  }
+
   /** Builds the tree (reordering the triangles) and points into the arrays. */
   MeshView* view() {
     nodes.clear();

@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "rt/render/proxy.h"
-#include "rt/scene/scene.h"
+#include "tests/support/solid.h"
 
 namespace hapticd::test {
 
@@ -20,70 +19,52 @@ inline constexpr std::uint32_t kOneSided = HD_OBJECT_ENABLED, kTwoSided = HD_OBJ
 /** Scene with its mesh table. */
 class TestScene {
  public:
+  explicit TestScene(double radius = 0) { proxy.setRadius(radius); }
   std::uint32_t add(ShapeKind kind, const Vec3& size, const Pose& X = {}, const hd_material& material = {1000, 0, 0, 0},
                     std::uint32_t flags = HD_OBJECT_ENABLED, std::uint32_t parent = 0, MeshView* mesh = nullptr) {
-    Command command;
-    command.kind = CommandKind::kAddObject;
-    auto& order = command.as<AddObject>();
     const std::uint32_t slot = next_++;
-    order.object = makeObjectId(slot, 1);
+    AddObject order = solid(makeObjectId(slot, 1), kind, material, X, size);
     order.parent = parent;
     order.flags = flags;
-    order.shape.kind = static_cast<std::uint32_t>(kind);
     order.shape.mesh = slot;
     table->publish(slot, mesh);
-    store(size, order.shape.size);
-    order.material = material;
-    store(X.p, order.p);
-    store(X.q, order.q);
-    return scene->apply(command) == ErrorCode::kOk ? order.object : 0;
+    return apply(CommandKind::kAddObject, order) == ErrorCode::kOk ? order.object : 0;
   }
   std::uint32_t addMesh(MeshView* mesh, const Pose& X = {}, const hd_material& material = {1000, 0, 0, 0},
                         std::uint32_t flags = HD_OBJECT_ENABLED) {
     return add(ShapeKind::kMesh, Vec3::Zero(), X, material, flags, 0, mesh);
   }
   ErrorCode pose(std::uint32_t id, const Pose& X, const Twist& V = {}) {
-    Command command;
-    command.kind = CommandKind::kObjectPose;
-    auto& order = command.as<hd_object_pose>();
-    order.object = id;
-    store(X.p, order.p);
-    store(X.q, order.q);
-    store(V.v, order.v);
-    store(V.w, order.w);
-    return scene->apply(command);
+    return apply(CommandKind::kObjectPose, poseMessage(id, X, V));
   }
   void material(std::uint32_t id, const hd_material& material) {
-    Command command;
-    command.kind = CommandKind::kObjectMaterial;
-    command.as<hd_object_material>() = {id, 0, material};
-    scene->apply(command);
+    apply(CommandKind::kObjectMaterial, hd_object_material{id, 0, material});
   }
   void flags(std::uint32_t id, std::uint32_t mask, std::uint32_t value) {
-    Command command;
-    command.kind = CommandKind::kObjectFlags;
-    command.as<hd_object_flags>() = {id, mask, value, 0};
-    scene->apply(command);
+    apply(CommandKind::kObjectFlags, hd_object_flags{id, mask, value, 0});
+  }
+  ErrorCode setShape(std::uint32_t id, const ShapeParameters& shape) {
+    return apply(CommandKind::kSetShape, SetShape{id, 0, shape});
+  }
+  ErrorCode setSurface(std::uint32_t id, const SurfaceParameters& surface) {
+    return apply(CommandKind::kSetSurface, SetSurface{id, 0, surface});
   }
   /** Moves vertices of a deformable mesh, as many commands as it takes. */
   ErrorCode moveVertices(std::uint32_t id, const std::vector<hd_vertex_move>& moves) {
     ErrorCode code = ErrorCode::kOk;
     for (std::size_t i = 0; i < moves.size() && code == ErrorCode::kOk; i += HD_VERTEX_MOVES) {
-      Command command;
-      command.kind = CommandKind::kObjectVertices;
-      auto& order = command.as<hd_object_vertices>();
+      hd_object_vertices order{};
       order.object = id;
       for (std::size_t k = i; k < moves.size() && order.count < HD_VERTEX_MOVES; ++k)
         order.move[order.count++] = moves[k];
-      code = scene->apply(command);
+      code = apply(CommandKind::kObjectVertices, order);
     }
     return code;
   }
-  ErrorCode remove(std::uint32_t id) {
-    Command command;
-    command.kind = CommandKind::kRemoveObject;
-    command.as<ObjectRef>() = {id};
-    return scene->apply(command);
+  ErrorCode remove(std::uint32_t id) { return apply(CommandKind::kRemoveObject, ObjectRef{id}); }
+  template <class T>
+  ErrorCode apply(CommandKind kind, const T& payload) {
+    return scene->apply(makeCommand(kind, payload));
   }
 
   /** One tick of scene and proxy with the hip at `hip`. */

@@ -57,11 +57,4 @@ struct TestVibration {
   }
 };
 
-inline Command surfaceCommand(std::uint32_t object, const SurfaceParameters& surface) {
-  Command command;
-  command.kind = CommandKind::kSetSurface;
-  command.as<SetSurface>() = {object, 0, surface};
-  return command;
-}
-
 }  // namespace hapticd::test

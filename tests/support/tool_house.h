@@ -14,30 +14,15 @@
 #include "rt/base/rotation.h"
 #include "rt/cycle/servo.h"
 #include "support/attach_tool.h"
+#include "tests/support/solid.h"
 
 namespace hapticd::test {
 
 inline constexpr std::int64_t kPeriodNs = 1'000'000;
 inline constexpr std::uint32_t kFloor = makeObjectId(1, 1), kTool = makeObjectId(2, 1), kWall = makeObjectId(3, 1);
 
-template <class T>
-Command order(CommandKind kind, const T& payload) {
-  Command command;
-  command.kind = kind;
-  command.as<T>() = payload;
-  return command;
-}
-
 inline AddObject object(std::uint32_t id, ShapeKind kind, const Vec3& size, const Vec3& at) {
-  AddObject out{};
-  out.object = id;
-  out.flags = HD_OBJECT_ENABLED;
-  out.shape.kind = static_cast<std::uint32_t>(kind);
-  store(size, out.shape.size);
-  out.material = {1000, 0, 0.4, 0.3};
-  store(at, out.p);
-  out.q[0] = 1;
-  return out;
+  return solid(id, kind, {1000, 0, 0.4, 0.3}, {at, Quat::Identity()}, size);
 }
 
 /** Servo, simulated device with its hand, and the collide side, stepped together; a floor at z = 0 and a box. */
@@ -69,7 +54,7 @@ struct ToolHouse {
   }
   template <class T>
   void send(CommandKind kind, const T& payload) {
-    ASSERT_TRUE(servo->from_control.push(order(kind, payload)));
+    ASSERT_TRUE(servo->from_control.push(makeCommand(kind, payload)));
   }
   /** What is to be held is of another shape: of that size, or mesh number `mesh`. */
   void reshape(ShapeKind kind, const Vec3& size, std::uint32_t mesh = 0) {

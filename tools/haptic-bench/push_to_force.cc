@@ -56,13 +56,8 @@ class Rig {
     servo_->ingest = ingest_.get();
     servo_->ports[0].region = a_.get();
     ingest_->orders.push({IngestOrder::Kind::kAttach, 0, {1, b_.get(), a_.get(), 1}});
-    Command order;
-    order.kind = CommandKind::kAddSession;
-    order.as<SessionRef>() = {0, 0, 1};
-    servo_->from_control.push(order);
-    order = Command{};
-    order.kind = CommandKind::kArm;
-    servo_->from_control.push(order);
+    servo_->from_control.push(makeCommand(CommandKind::kAddSession, SessionRef{0, 0, 1}));
+    servo_->from_control.push(makeCommand(CommandKind::kArm, DeviceRef{0}));
     servo_->begin();
     for (int i = 0; i < 50; ++i) tick();
   }

@@ -69,15 +69,8 @@ TEST(FreeBodies, EnergyNeverGrowsWhileTheyTumbleAlone) {
   box.inertia[2] *= 0.5;
   house.send(CommandKind::kSetBody, box);
   house.run(5);
-  hd_object_pose pose{};
-  pose.object = kRolled;
-  pose.p[0] = 0.1;
-  pose.p[2] = 0.1;
-  pose.q[0] = 1;
-  pose.v[0] = 0.2;
-  pose.w[0] = 11;
-  pose.w[1] = 7;
-  house.send(CommandKind::kObjectPose, pose);
+  const Pose X{{0.1, 0, 0.1}, Quat::Identity()};
+  house.send(CommandKind::kObjectPose, poseMessage(kRolled, X, {{0.2, 0, 0}, {11, 7, 0}}));
   house.run(3);
   const auto energy = [&] {
     const FreeBody& b = house.servo->cycle().bodies().body(0);
@@ -369,12 +362,8 @@ TEST(FreeBodies, OneInThePlaceOfOneThatStoodStandsToo) {
   house.send(CommandKind::kSetBody, body(kRolled, 0));
   AddObject next = object(kOther, ShapeKind::kSphere, {kBallRadius, 0, 0}, {0.2, 0, 0.5});
   house.send(CommandKind::kAddObject, next);
-  hd_object_pose moving{};
-  moving.object = kOther;
-  store(Vec3(0.2, 0, 0.5), moving.p);
-  moving.q[0] = 1;
-  moving.v[0] = 0.1;
-  house.send(CommandKind::kObjectPose, moving);
+  const Pose X{{0.2, 0, 0.5}, Quat::Identity()};
+  house.send(CommandKind::kObjectPose, poseMessage(kOther, X, {{0.1, 0, 0}, Vec3::Zero()}));
   house.run(10, false);
   ASSERT_NEAR(seen(house, kOther).V_WO.v.x(), 0.1, 1e-12);
   house.send(CommandKind::kSetBody, body(kOther, 0.2));
@@ -388,7 +377,7 @@ TEST(FreeBodies, WhatCannotMoveIsRefused) {
   Scene scene(house.meshes);
   for (const AddObject& add : {object(kFloor, ShapeKind::kPlane, Vec3::Zero(), Vec3::Zero()),
                                object(kTool, ShapeKind::kBox, {0.01, 0.02, 0.005}, Vec3::Zero())}) {
-    ASSERT_EQ(scene.apply(test::order(CommandKind::kAddObject, add)), ErrorCode::kOk);
+    ASSERT_EQ(scene.apply(makeCommand(CommandKind::kAddObject, add)), ErrorCode::kOk);
   }
   const auto code = [&](const SetBody& order) {
     const auto bodies = std::make_unique<FreeBodies>();

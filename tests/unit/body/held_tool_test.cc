@@ -128,13 +128,8 @@ TEST(HeldTool, AMovingWallIsFeltAndChargedToWhoMovesIt) {
   House house;
   house.send(CommandKind::kAddObject, object(kWall, ShapeKind::kBox, {0.02, 0.05, 0.05}, {-0.06, 0, 0.04}));
   house.hold();
-  hd_object_pose pose{};
-  pose.object = kWall;
-  pose.q[0] = 1;
-  pose.v[0] = 0.1;
-  pose.p[0] = -0.06;
-  pose.p[2] = 0.04;
-  house.send(CommandKind::kObjectPose, pose);
+  const Pose X{{-0.06, 0, 0.04}, Quat::Identity()};
+  house.send(CommandKind::kObjectPose, poseMessage(kWall, X, {{0.1, 0, 0}, Vec3::Zero()}));
   house.run(600);  // its face has come from -4 cm to 2 cm
   EXPECT_GT(house.place().p.x(), 0.025);
   EXPECT_GT(house.out().command.force.x(), 0.5);

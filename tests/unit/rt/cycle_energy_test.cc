@@ -1,15 +1,13 @@
-// What the cycle tells the guard about energy: motion that clients impose is
-// theirs, not the wall's.
+// What the cycle tells the guard about energy: motion that clients impose is theirs, not the wall's.
 #include <gtest/gtest.h>
 
 #include <array>
 #include <functional>
-#include <memory>
 #include <numbers>
 #include <vector>
 
 #include "rt/base/rotation.h"
-#include "rt/cycle/cycle.h"
+#include "tests/support/stepped_cycle.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/time.h"
 
@@ -18,36 +16,15 @@ namespace {
 
 constexpr double kSpeed = 0.05;  ///< Of the body that pushes [m/s].
 
-/** A hand that resists with 30 N s/m while something carries it along x;
- * session 0 is alive. */
-class CarriedHand {
+/** A hand that resists with 30 N s/m while something carries it along x; session 0 is alive. */
+class CarriedHand : public test::SteppedCycle {
  public:
-  CarriedHand() {
-    CycleConfig config;
-    config.guard[0].limits = {20, 1, 1e5, 1e3, 1, 3, 50, 50};
-    config.guard[0].ramp_ns = kMs;
-    config.guard[0].small_force = 100;
-    cycle_ = std::make_unique<Cycle>(config, meshes_);
+  CarriedHand() : SteppedCycle(config()) {
     put(CommandKind::kAddSession, SessionRef{0, 0, 1});
-    put(CommandKind::kArm, DeviceRef{0});
-  }
-  template <class T>
-  void put(CommandKind kind, const T& payload, std::uint32_t session = kControlSession) {
-    Command& c = input_->command[input_->command_count++];
-    c = Command{};
-    c.kind = kind;
-    c.session = session;
-    c.as<T>() = payload;
+    arm();
   }
   const GuardOutput& tick() {
-    ++input_->tick;
-    input_->now_ns += kMs;
-    input_->device[0].t_ns = input_->now_ns;
-    input_->device[0].p = {x_, 0, z_};
-    input_->device[0].fresh = true;
-    cycle_->step(*input_, *output_);
-    input_->command_count = 0;
-    const GuardOutput& out = output_->device[0].guard;
+    const GuardOutput& out = at({x_, 0, z_}).guard;
     for (int i = 0; i < 20; ++i) {
       v_ += 5e-5 / 0.15 * (out.command.force.x() + push - 30 * v_);
       x_ += 5e-5 * v_;
@@ -57,44 +34,23 @@ class CarriedHand {
   }
   /** A plane that faces +x and travels along it from just behind the hand. */
   void addTravellingPlane(bool touchable, double speed = kSpeed) {
-    AddObject add{};
-    add.object = makeObjectId(1, 1);
-    add.flags = touchable ? std::uint32_t{HD_OBJECT_ENABLED} : 0;
-    add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
-    add.material = {800, 1, 0, 0};
-    add.p[0] = -0.001;
-    store(fromRotationVector(std::numbers::pi / 2 * Vec3::UnitY()), add.q);
-    put(CommandKind::kAddObject, add);
-    hd_object_pose pose{};
-    pose.object = add.object;
-    store(vec3(add.p), pose.p);
-    store(quat(add.q), pose.q);
-    pose.v[0] = speed;
-    put(CommandKind::kObjectPose, pose);
+    const Pose X{{-0.001, 0, 0}, fromRotationVector(std::numbers::pi / 2 * Vec3::UnitY())};
+    AddObject plane = test::solid(makeObjectId(1, 1), ShapeKind::kPlane, {800, 1, 0, 0}, X);
+    if (!touchable) plane.flags = 0;
+    add(plane);
+    put(CommandKind::kObjectPose, poseMessage(plane.object, X, {{speed, 0, 0}, Vec3::Zero()}));
   }
   /** A plane at rest, a millimetre above the hand. */
   void addFloor(double stiffness) {
-    AddObject add{};
-    add.object = makeObjectId(2, 1);
-    add.flags = HD_OBJECT_ENABLED;
-    add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
-    add.material = {stiffness, 1, 0, 0};
-    add.p[2] = z_ + 0.001;
-    add.q[0] = 1;
-    put(CommandKind::kAddObject, add);
+    add(test::solid(makeObjectId(2, 1), ShapeKind::kPlane, {stiffness, 1, 0, 0},
+                    {{0, 0, z_ + 0.001}, Quat::Identity()}));
   }
   /** A sheet below the hand, which sticks to it. */
   void addBelt() {
-    meshes_.publish(3, belt_.deformableView());
-    AddObject add{};
-    add.object = kBelt;
-    add.flags = HD_OBJECT_ENABLED;
-    add.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
-    add.shape.mesh = 3;
-    add.material = {800, 1, 5, 5};
-    add.p[2] = z_ - 0.001;
-    add.q[0] = 1;
-    put(CommandKind::kAddObject, add);
+    meshes.publish(3, belt_.deformableView());
+    AddObject belt = test::solid(kBelt, ShapeKind::kMesh, {800, 1, 5, 5}, {{0, 0, z_ - 0.001}, Quat::Identity()});
+    belt.shape.mesh = 3;
+    add(belt);
   }
   /** Along x, by its pose or by its vertices. */
   void moveBeltTo(double x, bool by_vertices) {
@@ -107,12 +63,7 @@ class CarriedHand {
       }
       put(CommandKind::kObjectVertices, order);
     } else {
-      hd_object_pose pose{};
-      pose.object = kBelt;
-      pose.p[0] = x;
-      pose.p[2] = -0.001;
-      pose.q[0] = 1;
-      put(CommandKind::kObjectPose, pose);
+      put(CommandKind::kObjectPose, poseMessage(kBelt, {{x, 0, -0.001}, Quat::Identity()}));
     }
   }
   void lowerBy(double depth) { z_ -= depth; }
@@ -120,13 +71,17 @@ class CarriedHand {
   double push = 0;       ///< Along x [N].
 
  private:
+  static CycleConfig config() {
+    CycleConfig config = test::openConfig(20);
+    config.guard[0].limits.force_slew = 1e5;
+    config.guard[0].limits.velocity = 3;
+    config.guard[0].small_force = 100;
+    return config;
+  }
+
   static constexpr std::uint32_t kBelt = makeObjectId(3, 1);
-  MeshTable meshes_;
   test::TestMesh belt_ = test::heightMesh(0.5, 1, [](double, double) { return 0.0; });
   std::vector<std::array<float, 3>> belt_made_ = belt_.vertices;
-  std::unique_ptr<Cycle> cycle_;
-  std::unique_ptr<CycleInput> input_ = std::make_unique<CycleInput>();
-  std::unique_ptr<CycleOutput> output_ = std::make_unique<CycleOutput>();
   double x_ = 0, v_ = 0, z_ = 0;
 };
 

@@ -3,10 +3,9 @@
 
 #include <array>
 #include <limits>
-#include <memory>
 #include <string>
 
-#include "rt/cycle/cycle.h"
+#include "tests/support/stepped_cycle.h"
 #include "tests/support/time.h"
 
 namespace hapticd {
@@ -16,20 +15,10 @@ constexpr std::uint32_t kHands = 2;
 constexpr double kFastest = 2;  ///< [m/s]
 
 /** Two armed hands at rest, which feel a force of their client's. */
-class CycleFaults : public testing::Test {
+class CycleFaults : public testing::Test, protected test::SteppedCycle {
  protected:
-  CycleFaults() {
-    CycleConfig config;
-    config.device_count = kHands;
-    for (GuardConfig& guard : config.guard) {
-      guard.limits = {10, 1, 1e6, 1e3, 5, kFastest, 50, 50};
-      guard.ramp_ns = kMs;
-      guard.small_force = 100;
-    }
-    stale_ns = config.guard[0].stale_ns;
-    most_missed = config.guard[0].missed_limit;
-    cycle = std::make_unique<Cycle>(config, meshes);
-    put(CommandKind::kAddSession, SessionRef{0, 0, 1}, kControlSession);
+  CycleFaults() : SteppedCycle(config()) {
+    put(CommandKind::kAddSession, SessionRef{0, 0, 1});
     for (std::uint32_t d = 0; d < kHands; ++d) {
       input->device[d].fresh = true;
       hd_client_force push{};
@@ -37,26 +26,10 @@ class CycleFaults : public testing::Test {
       push.lease_ns = 10'000 * kMs;
       push.force[0] = 1;
       put(CommandKind::kClientForce, push, 0);
-      put(CommandKind::kArm, DeviceRef{d}, kControlSession);
+      put(CommandKind::kArm, DeviceRef{d});
     }
     for (int i = 0; i < 30; ++i) step();
     for (const DeviceOutput& out : {output->device[0], output->device[1]}) EXPECT_NEAR(out.command.force.x(), 1, 1e-9);
-  }
-  template <class T>
-  void put(CommandKind kind, const T& payload, std::uint32_t session) {
-    Command& c = input->command[input->command_count++] = Command{};
-    c.kind = kind;
-    c.session = session;
-    c.as<T>() = payload;
-  }
-  void step() {
-    ++input->tick;
-    input->now_ns += kMs;
-    for (DeviceSample& sample : input->device) {
-      if (sample.fresh) sample.t_ns = input->now_ns;
-    }
-    cycle->step(*input, *output);
-    input->command_count = 0;
   }
   /** Faults of the two, and what is sent then. */
   void expectFaults(std::uint32_t first, std::uint32_t second, const std::string& what) {
@@ -69,12 +42,19 @@ class CycleFaults : public testing::Test {
     }
   }
 
-  MeshTable meshes;
-  std::unique_ptr<Cycle> cycle;
-  std::unique_ptr<CycleInput> input = std::make_unique<CycleInput>();
-  std::unique_ptr<CycleOutput> output = std::make_unique<CycleOutput>();
-  std::int64_t stale_ns = 0;
-  std::uint32_t most_missed = 0;
+  static CycleConfig config() {
+    CycleConfig config;
+    config.device_count = kHands;
+    for (GuardConfig& guard : config.guard) {
+      guard.limits = {10, 1, 1e6, 1e3, 5, kFastest, 50, 50};
+      guard.ramp_ns = kMs;
+      guard.small_force = 100;
+    }
+    return config;
+  }
+
+  const std::int64_t stale_ns = config().guard[0].stale_ns;
+  const std::uint32_t most_missed = config().guard[0].missed_limit;
 };
 
 TEST_F(CycleFaults, OfTheMachineStopAll) {

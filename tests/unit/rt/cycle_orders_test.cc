@@ -4,9 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 
-#include "rt/cycle/cycle.h"
+#include "tests/support/stepped_cycle.h"
 #include "tests/support/time.h"
 
 namespace hapticd {
@@ -15,26 +14,18 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
 
 /** Two devices; a session in slot 1. */
-class CycleOrders : public testing::Test {
+class CycleOrders : public testing::Test, protected test::SteppedCycle {
  protected:
-  CycleOrders() {
-    CycleConfig config;
-    config.device_count = kDevices;
-    for (GuardConfig& guard : config.guard) guard.limits = {10, 1, 1e6, 1e3, 5, 10, 50, 50};
-    cycle = std::make_unique<Cycle>(config, meshes);
+  CycleOrders() : SteppedCycle(config()) {
     for (DeviceSample& sample : input->device) sample.fresh = true;
     EXPECT_EQ(session(CommandKind::kAddSession, kSession), ErrorCode::kOk);
   }
   /** What becomes of it. */
   template <class T>
   ErrorCode send(CommandKind kind, const T& payload, std::uint32_t from = kControlSession, std::uint32_t channel = 0) {
-    Command& command = input->command[0] = Command{};
-    command.kind = kind;
-    command.session = from;
+    Command& command = put(kind, payload, from);
     command.channel = channel;
     command.seq = ++seq;
-    command.as<T>() = payload;
-    input->command_count = 1;
     step();
     ErrorCode code = ErrorCode::kOk;
     for (std::uint32_t i = 0; i < output->events.count; ++i) {
@@ -48,20 +39,15 @@ class CycleOrders : public testing::Test {
     return code;
   }
   ErrorCode session(CommandKind kind, std::uint32_t slot) { return send(kind, SessionRef{slot, 0, 7}); }
-  void step() {
-    ++input->tick;
-    input->now_ns += kMs;
-    for (DeviceSample& sample : input->device) sample.t_ns = input->now_ns;
-    cycle->step(*input, *output);
-    input->command_count = 0;
-  }
   SessionShare::Life life() const { return cycle->session(kSession).life(); }
 
   static constexpr std::uint32_t kDevices = 2, kSession = 1;
-  MeshTable meshes;
-  std::unique_ptr<Cycle> cycle;
-  std::unique_ptr<CycleInput> input = std::make_unique<CycleInput>();
-  std::unique_ptr<CycleOutput> output = std::make_unique<CycleOutput>();
+  static CycleConfig config() {
+    CycleConfig config;
+    config.device_count = kDevices;
+    for (GuardConfig& guard : config.guard) guard.limits = {10, 1, 1e6, 1e3, 5, 10, 50, 50};
+    return config;
+  }
   std::uint64_t seq = 0;
 };
 

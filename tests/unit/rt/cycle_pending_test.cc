@@ -1,17 +1,16 @@
 // Commands sent ahead: each takes effect in its own tick, in the order they came, and none outlives its sender.
 #include <gtest/gtest.h>
 
-#include <memory>
 #include <vector>
 
-#include "rt/cycle/cycle.h"
 #include "rt/ingest/limits.h"
 #include "tests/support/for_seeds.h"
+#include "tests/support/stepped_cycle.h"
 
 namespace hapticd {
 namespace {
 
-class PendingCommands : public testing::Test {
+class PendingCommands : public testing::Test, protected test::SteppedCycle {
  protected:
   PendingCommands() {
     input->device[0].fresh = true;
@@ -21,18 +20,11 @@ class PendingCommands : public testing::Test {
     session(CommandKind::kAddSession);
     step();
   }
-  void session(CommandKind kind) {
-    Command& order = input->command[input->command_count++] = Command{};
-    order.kind = kind;
-    order.as<SessionRef>() = {kSlot, 0, 7};
-  }
+  void session(CommandKind kind) { put(kind, SessionRef{kSlot, 0, 7}); }
   void sendAhead(std::uint64_t at_tick, std::uint64_t seq) {
-    Command& command = input->command[input->command_count++] = Command{};
-    command.kind = CommandKind::kLimits;
-    command.session = kSlot;
+    Command& command = put(CommandKind::kLimits, hd_limits{1, 1}, kSlot);
     command.seq = seq;
     command.at_tick = at_tick;
-    command.as<hd_limits>() = {1, 1};
   }
   /** As many as the cycle keeps, in as many ticks as they need. */
   void fill(std::uint64_t at_tick) {
@@ -43,10 +35,7 @@ class PendingCommands : public testing::Test {
     step();
   }
   void step() {
-    ++input->tick;
-    input->now_ns += 1'000'000;
-    cycle->step(*input, *output);
-    input->command_count = 0;
+    SteppedCycle::step();
     for (std::uint32_t i = 0; i < output->events.count; ++i) {
       const ServoEvent& event = output->events.event[i];
       if (event.kind != ServoEventKind::kCommandRefused) continue;
@@ -60,10 +49,6 @@ class PendingCommands : public testing::Test {
   std::uint64_t applied() const { return cycle->session(kSlot).appliedSeq(); }
 
   static constexpr std::uint32_t kSlot = 2, kMost = limits::kWaitingPerSession * kMaxSessions;
-  MeshTable meshes;
-  std::unique_ptr<Cycle> cycle = std::make_unique<Cycle>(CycleConfig{}, meshes);
-  std::unique_ptr<CycleInput> input = std::make_unique<CycleInput>();
-  std::unique_ptr<CycleOutput> output = std::make_unique<CycleOutput>();
   std::uint32_t refused = 0;
 };
 

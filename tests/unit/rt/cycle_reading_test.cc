@@ -3,11 +3,9 @@
 
 #include <array>
 #include <limits>
-#include <memory>
 
-#include "rt/cycle/cycle.h"
+#include "tests/support/stepped_cycle.h"
 #include "tests/support/test_surface.h"
-#include "tests/support/time.h"
 
 namespace hapticd {
 namespace {
@@ -15,60 +13,37 @@ namespace {
 constexpr std::uint32_t kFloor = makeObjectId(1, 1);
 
 /** An armed hand, and a floor at z = 0 that rubs, rings and has a relief. */
-class SlidingHand {
+class SlidingHand : public test::SteppedCycle {
  public:
-  explicit SlidingHand(std::int64_t begin_ns = 0) {
-    meshes_.publishTexture(0, &relief_.view);
-    CycleConfig config;
-    config.guard[0].limits = {20, 1, 1e6, 1e3, 1, 10, 50, 50};
-    config.guard[0].ramp_ns = kMs;
-    config.guard[0].small_force = 100;
-    config.guard[0].passivity = false;  // What it holds it keeps.
-    cycle_ = std::make_unique<Cycle>(config, meshes_);
-    input_->now_ns = begin_ns;
-    AddObject floor{};
-    floor.object = kFloor;
-    floor.flags = HD_OBJECT_ENABLED;
-    floor.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
-    floor.material = {1000, 5, 0.6, 0.4};
-    floor.q[0] = 1;
-    put(CommandKind::kAddObject, floor);
+  explicit SlidingHand(std::int64_t begin_ns = 0) : SteppedCycle(config()) {
+    meshes.publishTexture(0, &relief_.view);
+    input->now_ns = begin_ns;
+    add(test::solid(kFloor, ShapeKind::kPlane, {1000, 5, 0.6, 0.4}));
     SetSurface surface{kFloor, 0, test::ringing(10, 150, 0.05)};
     surface.surface.relief = 1;
     surface.surface.relief_depth = 1e-3;
     surface.surface.relief_size[0] = surface.surface.relief_size[1] = 0.02;
     put(CommandKind::kSetSurface, surface);
   }
-  template <class T>
-  void put(CommandKind kind, const T& payload) {
-    Command& c = input_->command[input_->command_count++] = Command{};
-    c.kind = kind;
-    c.as<T>() = payload;
-  }
-  void arm() { put(CommandKind::kArm, DeviceRef{0}); }
   const DeviceOutput& at(const Vec3& p) {
     DeviceSample sample;
     sample.p = p;
     return read(sample);
   }
-  const DeviceOutput& read(DeviceSample sample) {
-    ++input_->tick;
-    input_->now_ns += kMs;
-    sample.t_ns = input_->now_ns;
-    sample.fresh = true;
-    input_->device[0] = sample;
-    cycle_->step(*input_, *output_);
-    input_->command_count = 0;
-    return output_->device[0];
+  const DeviceOutput& read(const DeviceSample& sample) {
+    input->device[0] = sample;
+    return SteppedCycle::at(sample.p);
   }
-  std::int64_t now() const { return input_->now_ns; }
 
  private:
+  static CycleConfig config() {
+    CycleConfig config = test::openConfig(20);
+    config.guard[0].small_force = 100;
+    config.guard[0].passivity = false;  // What it holds it keeps.
+    return config;
+  }
+
   test::TestRelief relief_{16, 16, [](auto x, auto y) { return (x + y) % 3 / 2.0; }};
-  MeshTable meshes_;
-  std::unique_ptr<Cycle> cycle_;
-  std::unique_ptr<CycleInput> input_ = std::make_unique<CycleInput>();
-  std::unique_ptr<CycleOutput> output_ = std::make_unique<CycleOutput>();
 };
 
 /** Down to the floor and along it. */
@@ -116,7 +91,7 @@ TEST(CycleReading, AfterOneThatIsNotToBeUsedTheHandStartsAnew) {
       hand.arm();
       for (int i = 0; i < 80; ++i) hand.at(path(i));
       hand.read(bad);
-      SlidingHand anew(hand.now());
+      SlidingHand anew(hand.input->now_ns);
       for (int i = from; i < from + 200; ++i) {
         if (i == from + 2) hand.arm();  // The cause is gone.
         if (i == from + 2) anew.arm();

@@ -3,14 +3,12 @@
 
 #include <cmath>
 #include <functional>
-#include <memory>
 #include <numbers>
 
 #include "rt/base/rotation.h"
-#include "rt/cycle/cycle.h"
+#include "tests/support/stepped_cycle.h"
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_surface.h"
-#include "tests/support/time.h"
 
 namespace hapticd {
 namespace {
@@ -19,51 +17,29 @@ constexpr std::uint32_t kGround = makeObjectId(1, 1);
 constexpr double kSize = 0.032;  // Of the pictures [m].
 
 /** An armed hand over a floor, z = 0, with a relief: `grey` of the place seen from its left edge [m]. */
-class OverRelief {
+class OverRelief : public test::SteppedCycle {
  public:
   OverRelief(const std::function<double(double)>& grey, double depth, bool passivity = true)
-      : picture_(256, 256, [&](auto x, auto) { return grey(x * kSize / 256); }) {
-    meshes_.publishTexture(0, &picture_.view);
-    meshes_.publish(0, sheet_.deformableView());
-    CycleConfig config;
-    config.guard[0].limits = {100, 1, 1e6, 1e3, 1, 10, 50, 50};
-    config.guard[0].ramp_ns = kMs;
-    config.guard[0].passivity = passivity;
-    cycle_ = std::make_unique<Cycle>(config, meshes_);
+      : SteppedCycle(config(passivity)), picture_(256, 256, [&](auto x, auto) { return grey(x * kSize / 256); }) {
+    meshes.publishTexture(0, &picture_.view);
+    meshes.publish(0, sheet_.deformableView());
     surface_.relief = 1;
     surface_.relief_depth = depth;
     surface_.relief_size[0] = surface_.relief_size[1] = kSize;
-    put(CommandKind::kArm, DeviceRef{0});
+    arm();
   }
   void addFloor(ShapeKind kind, double damping = 0) {
-    AddObject floor{};
-    floor.object = kGround;
-    floor.flags = HD_OBJECT_ENABLED;
-    floor.shape.kind = static_cast<std::uint32_t>(kind);
-    floor.material = {1000, damping, 0, 0};
-    floor.q[0] = 1;
-    put(CommandKind::kAddObject, floor);
+    add(test::solid(kGround, kind, {1000, damping, 0, 0}));
     put(CommandKind::kSetSurface, SetSurface{kGround, 0, surface_});
   }
   /** Plain, facing -x, at that x. */
   void addWall(double x) {
-    AddObject wall{};
-    wall.object = makeObjectId(2, 1);
-    wall.flags = HD_OBJECT_ENABLED;
-    wall.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
-    wall.material = {1000, 5, 0, 0};
-    wall.p[0] = x;
-    store(fromRotationVector(-std::numbers::pi / 2 * Vec3::UnitY()), wall.q);
-    put(CommandKind::kAddObject, wall);
+    const Pose X{{x, 0, 0}, fromRotationVector(-std::numbers::pi / 2 * Vec3::UnitY())};
+    add(test::solid(makeObjectId(2, 1), ShapeKind::kPlane, {1000, 5, 0, 0}, X));
   }
   void takeReliefAway() { put(CommandKind::kSetSurface, SetSurface{kGround, 0, {}}); }
   void moveFloor(const Vec3& to, const Vec3& v) {
-    hd_object_pose pose{};
-    pose.object = kGround;
-    store(to, pose.p);
-    store(v, pose.v);
-    pose.q[0] = 1;
-    put(CommandKind::kObjectPose, pose);
+    put(CommandKind::kObjectPose, poseMessage(kGround, {to, Quat::Identity()}, {v, Vec3::Zero()}));
   }
   /** By its vertices, so far along x from where they were made. */
   void slideSheet(double x) {
@@ -74,38 +50,24 @@ class OverRelief {
     }
     put(CommandKind::kObjectVertices, order);
   }
-  const GuardOutput& at(const Vec3& p) {
-    ++input_->tick;
-    input_->now_ns += kMs;
-    input_->device[0].t_ns = input_->now_ns;
-    input_->device[0].p = p;
-    input_->device[0].fresh = true;
-    cycle_->step(*input_, *output_);
-    input_->command_count = 0;
-    return output_->device[0].guard;
-  }
+  const GuardOutput& at(const Vec3& p) { return SteppedCycle::at(p).guard; }
   /** From the air down to p, within 0.2 s. */
   const GuardOutput& come(const Vec3& p) {
     for (int i = 0; i <= 200; ++i) at({p.x(), p.y(), 0.002 + (p.z() - 0.002) * i / 200});
-    return output_->device[0].guard;
+    return output->device[0].guard;
   }
 
  private:
-  template <class T>
-  void put(CommandKind kind, const T& payload) {
-    Command& c = input_->command[input_->command_count++] = Command{};
-    c.kind = kind;
-    c.as<T>() = payload;
+  static CycleConfig config(bool passivity) {
+    CycleConfig config = test::openConfig(100);
+    config.guard[0].passivity = passivity;
+    return config;
   }
 
   test::TestRelief picture_;
   test::TestMesh sheet_ = test::heightMesh(0.5, 1, [](double, double) { return 0.0; });
   std::vector<std::array<float, 3>> made_ = sheet_.vertices;
   SurfaceParameters surface_{};
-  MeshTable meshes_;
-  std::unique_ptr<Cycle> cycle_;
-  std::unique_ptr<CycleInput> input_ = std::make_unique<CycleInput>();
-  std::unique_ptr<CycleOutput> output_ = std::make_unique<CycleOutput>();
 };
 
 double black(double) { return 0; }

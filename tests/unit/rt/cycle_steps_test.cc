@@ -2,12 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <random>
 #include <utility>
 
-#include "rt/cycle/cycle.h"
+#include "tests/support/stepped_cycle.h"
 #include "tests/support/test_surface.h"
 
 namespace hapticd {
@@ -17,9 +16,9 @@ constexpr double kSteps[] = {1e-5, 4e-5}, kPeriods[] = {1e-3, 2.5e-4};
 constexpr double kKnockGain = 5;
 
 /** An armed hand, read in steps, and a plane that rings and buzzes, turned at random. */
-class Hand {
+class Hand : public test::SteppedCycle {
  public:
-  Hand(double step, double period, std::mt19937& random) : step_(step), period_(period) {
+  Hand(double step, double period, std::mt19937& random) : SteppedCycle(config(period)), step_(step), period_(period) {
     std::normal_distribution<double> normal;
     plane = {1e-2 * Vec3(normal(random), normal(random), normal(random)),
              Quat(normal(random), normal(random), normal(random), normal(random)).normalized()};
@@ -27,42 +26,20 @@ class Hand {
     cloth_.models = {{0.02, 0.02, 4, {}}, {0.3, 0.02, 9, {}}, {0.02, 3, 16, {}}};
     cloth_.triangles = {{0, 1, 2}};
     cloth_.finish();
-    meshes_.publishTexture(0, &cloth_.view);
-    CycleConfig config;
-    config.period_ns = std::llround(1e9 * period);
-    config.guard[0].limits = {20, 1, 1e6, 1e3, 1, 10, 50, 50};
-    config.guard[0].ramp_ns = config.period_ns;
-    config.guard[0].passivity = false;
-    cycle_ = std::make_unique<Cycle>(config, meshes_);
-    cycle_->setResolution(0, step, 1e-4);
-    AddObject object{};
-    object.object = makeObjectId(1, 1);
-    object.flags = HD_OBJECT_ENABLED;
-    object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
-    object.material = {1000, 5, 0.3, 0.2};
-    store(plane.p, object.p);
-    store(plane.q, object.q);
-    put(CommandKind::kAddObject, object);
-    SetSurface surface{object.object, 0, ring};
+    meshes.publishTexture(0, &cloth_.view);
+    cycle->setResolution(0, step, 1e-4);
+    add(test::solid(makeObjectId(1, 1), ShapeKind::kPlane, {1000, 5, 0.3, 0.2}, plane));
+    SetSurface surface{makeObjectId(1, 1), 0, ring};
     surface.surface.vibration = 1;
     surface.surface.vibration_mass = 0.05;
     put(CommandKind::kSetSurface, surface);
-    put(CommandKind::kArm, DeviceRef{0});
+    arm();
   }
 
   /** One tick with the hand at x, in the plane's frame, where the plane is z = 0. */
-  void at(const Vec3& x) {
-    ++input_->tick;
-    input_->now_ns += cycle_->config().period_ns;
-    DeviceSample& sample = input_->device[0];
-    sample.t_ns = input_->now_ns;
-    sample.p = step_ * ((plane * x).array() / step_).round();
-    sample.fresh = true;
-    cycle_->step(*input_, *output_);
-    input_->command_count = 0;
-  }
+  void at(const Vec3& x) { SteppedCycle::at(step_ * ((plane * x).array() / step_).round()); }
   [[nodiscard]] Vec3 felt(std::uint32_t source) const {
-    return plane.q.conjugate() * output_->device[0].guard.by_source[source];
+    return plane.q.conjugate() * output->device[0].guard.by_source[source];
   }
   /** Comes to the surface within 0.1 s and lies there until what rang is silent. */
   void comeToRest() {
@@ -74,20 +51,15 @@ class Hand {
   SurfaceParameters ring;
 
  private:
-  template <class Payload>
-  void put(CommandKind kind, const Payload& payload) {
-    Command& c = input_->command[input_->command_count++];
-    c = Command{};
-    c.kind = kind;
-    c.as<Payload>() = payload;
+  static CycleConfig config(double period) {
+    CycleConfig config = test::openConfig(20);
+    config.guard[0].ramp_ns = config.period_ns = std::llround(1e9 * period);
+    config.guard[0].passivity = false;
+    return config;
   }
 
   double step_, period_;
-  MeshTable meshes_;
   test::TestVibration cloth_;
-  std::unique_ptr<Cycle> cycle_;
-  std::unique_ptr<CycleInput> input_ = std::make_unique<CycleInput>();
-  std::unique_ptr<CycleOutput> output_ = std::make_unique<CycleOutput>();
 };
 
 /** Tremor of less than a step, by which the readings come and go through the surface. */

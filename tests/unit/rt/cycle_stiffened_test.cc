@@ -1,37 +1,22 @@
 // What clients put into the walls that hold a hand, by making them stiffer, is booked to the joule.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <memory>
-#include <numbers>
-
 #include "rt/base/rotation.h"
-#include "rt/cycle/cycle.h"
 #include "tests/support/for_seeds.h"
-#include "tests/support/time.h"
+#include "tests/support/stepped_cycle.h"
 
 namespace hapticd {
 namespace {
 
 /** An armed hand in the corner of three walls: each coordinate is how far it is before one. */
-class Corner {
+class Corner : public test::SteppedCycle {
  public:
-  explicit Corner(const Vec3& stiffness) : stiffness_(stiffness) {
-    CycleConfig config;
-    config.guard[0].limits = {100, 1, 1e6, 1e3, 1, 10, 50, 50};
-    config.guard[0].ramp_ns = kMs;
-    config.guard[0].energy_limit = 100;
-    cycle_ = std::make_unique<Cycle>(config, meshes_);
+  explicit Corner(const Vec3& stiffness) : SteppedCycle(config()), stiffness_(stiffness) {
     for (std::uint32_t i = 0; i < 3; ++i) {
-      AddObject wall{};
-      wall.object = id(i);
-      wall.flags = HD_OBJECT_ENABLED;
-      wall.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
-      wall.material = {stiffness_[i], 0, 0, 0};
-      store(Quat(Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::Unit(i))), wall.q);
-      put(CommandKind::kAddObject, wall);
+      const Quat faces = Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::Unit(i));
+      add(test::solid(id(i), ShapeKind::kPlane, {stiffness_[i], 0, 0, 0}, {Vec3::Zero(), faces}));
     }
-    put(CommandKind::kArm, DeviceRef{0});
+    arm();
     rest(20);
   }
   /** Slowly. */
@@ -43,15 +28,7 @@ class Corner {
     }
   }
   void rest(int ticks) {
-    for (int i = 0; i < ticks; ++i) {
-      ++input_->tick;
-      input_->now_ns += kMs;
-      input_->device[0].t_ns = input_->now_ns;
-      input_->device[0].p = p_;
-      input_->device[0].fresh = true;
-      cycle_->step(*input_, *output_);
-      input_->command_count = 0;
-    }
+    for (int i = 0; i < ticks; ++i) at(p_);
   }
   void set(std::uint32_t wall, double stiffness) {
     stiffness_[wall] = stiffness;
@@ -64,22 +41,17 @@ class Corner {
     return sum;
   }
   double stiffness(std::uint32_t wall) const { return stiffness_[wall]; }
-  const DeviceOutput& out() const { return output_->device[0]; }
+  const DeviceOutput& out() const { return output->device[0]; }
 
  private:
   static std::uint32_t id(std::uint32_t wall) { return makeObjectId(wall + 1, 1); }
-  template <class T>
-  void put(CommandKind kind, const T& payload) {
-    Command& c = input_->command[input_->command_count++] = Command{};
-    c.kind = kind;
-    c.as<T>() = payload;
+  static CycleConfig config() {
+    CycleConfig config = test::openConfig(100);
+    config.guard[0].energy_limit = 100;
+    return config;
   }
 
   Vec3 stiffness_, p_ = Vec3::Constant(1e-3);
-  MeshTable meshes_;
-  std::unique_ptr<Cycle> cycle_;
-  std::unique_ptr<CycleInput> input_ = std::make_unique<CycleInput>();
-  std::unique_ptr<CycleOutput> output_ = std::make_unique<CycleOutput>();
 };
 
 /** In one wall, two or all three, of which some are made stiffer, twice at least. */

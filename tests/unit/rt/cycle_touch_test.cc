@@ -1,11 +1,9 @@
 // Of each object that a hand touches beginning and end are told in turns.
 #include <gtest/gtest.h>
 
-#include <memory>
 #include <vector>
 
-#include "rt/cycle/cycle.h"
-#include "tests/support/time.h"
+#include "tests/support/stepped_cycle.h"
 
 namespace hapticd {
 namespace {
@@ -25,45 +23,24 @@ Told begin(std::uint32_t object) { return {true, object, 0}; }
 Told end(std::uint32_t object) { return {false, object, 0}; }
 
 /** Two boxes of 20 mm side by side, of which the other one is so much higher [m]. */
-class CycleTouch : public ::testing::Test {
+class CycleTouch : public ::testing::Test, protected test::SteppedCycle {
  protected:
   void build(double higher) {
     for (const std::uint32_t id : {kOne, kOther}) {
-      AddObject tile{};
-      tile.object = id;
-      tile.flags = HD_OBJECT_ENABLED;
-      tile.shape.kind = static_cast<std::uint32_t>(ShapeKind::kBox);
-      store(Vec3(0.01, 0.01, 0.01), tile.shape.size);
-      tile.material = {1000, 0, 0, 0};
-      tile.p[0] = id == kOne ? -0.01 : 0.01;
-      tile.p[2] = id == kOne ? 0 : higher;
-      tile.q[0] = 1;
-      Command& c = input_->command[input_->command_count++];
-      c = Command{};
-      c.kind = CommandKind::kAddObject;
-      c.as<AddObject>() = tile;
+      const Vec3 place(id == kOne ? -0.01 : 0.01, 0, id == kOne ? 0 : higher);
+      add(test::solid(id, ShapeKind::kBox, {1000, 0, 0, 0}, {place, Quat::Identity()}, Vec3::Constant(0.01)));
     }
   }
   std::uint32_t at(const Vec3& x) {
-    ++input_->tick;
-    input_->now_ns += kMs;
-    input_->device[0].t_ns = input_->now_ns;
-    input_->device[0].p = x;
-    input_->device[0].fresh = true;
-    cycle_->step(*input_, *output_);
-    input_->command_count = 0;
-    for (std::uint32_t i = 0; i < output_->events.count; ++i) {
-      const ServoEvent& event = output_->events.event[i];
+    SteppedCycle::at(x);
+    for (std::uint32_t i = 0; i < output->events.count; ++i) {
+      const ServoEvent& event = output->events.event[i];
       if (event.kind == ServoEventKind::kTouch) told_.push_back({true, event.object, event.force});
       if (event.kind == ServoEventKind::kUntouch) told_.push_back({false, event.object, event.force});
     }
-    return output_->device[0].contact.object;
+    return output->device[0].contact.object;
   }
 
-  std::unique_ptr<MeshTable> meshes_ = std::make_unique<MeshTable>();
-  std::unique_ptr<Cycle> cycle_ = std::make_unique<Cycle>(CycleConfig{}, *meshes_);
-  std::unique_ptr<CycleInput> input_ = std::make_unique<CycleInput>();
-  std::unique_ptr<CycleOutput> output_ = std::make_unique<CycleOutput>();
   std::vector<Told> told_;
 };
 

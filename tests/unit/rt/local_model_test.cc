@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/solid.h"
 #include "tests/unit/rt/model_rig.h"
 
 namespace hapticd {
@@ -27,21 +28,11 @@ class SlotTest : public ::testing::Test {
   }
   /** An object at p, moving with v. Returns its id. */
   std::uint32_t addObject(const Vec3& p, const Vec3& v = Vec3::Zero()) {
-    Command c;
-    c.kind = CommandKind::kAddObject;
-    auto& add = c.as<AddObject>();
-    add.object = makeObjectId(1, 1);
-    store(p, add.p);
-    add.q[0] = 1;
-    EXPECT_EQ(scene.apply(c), ErrorCode::kOk);
-    c = Command{};
-    c.kind = CommandKind::kObjectPose;
-    auto& pose = c.as<hd_object_pose>();
-    pose.object = makeObjectId(1, 1);
-    store(p, pose.p);
-    pose.q[0] = 1;
-    store(v, pose.v);
-    EXPECT_EQ(scene.apply(c), ErrorCode::kOk);
+    const Pose X{p, Quat::Identity()};
+    const AddObject add = test::solid(makeObjectId(1, 1), ShapeKind::kGroup, {}, X);
+    EXPECT_EQ(scene.apply(makeCommand(CommandKind::kAddObject, add)), ErrorCode::kOk);
+    const hd_object_pose pose = poseMessage(add.object, X, {v, Vec3::Zero()});
+    EXPECT_EQ(scene.apply(makeCommand(CommandKind::kObjectPose, pose)), ErrorCode::kOk);
     scene.advance(1e-3);
     return makeObjectId(1, 1);
   }
@@ -305,10 +296,7 @@ TEST_F(SlotTest, FadesWhereItWasWhenItsObjectIsGone) {
   (void)at(0);
   tool.p.z() = 0.048;
   ASSERT_NEAR(at(20).z(), 1, 1e-9);
-  Command c;
-  c.kind = CommandKind::kRemoveObject;
-  c.as<ObjectRef>().object = m.frame;
-  ASSERT_EQ(scene.apply(c), ErrorCode::kOk);
+  ASSERT_EQ(scene.apply(makeCommand(CommandKind::kRemoveObject, ObjectRef{m.frame})), ErrorCode::kOk);
   EXPECT_NEAR(at(21).z(), 1, 1e-9);
   EXPECT_NEAR(at(46).z(), 0.5, 1e-9);
   EXPECT_EQ(at(71).z(), 0);
@@ -325,10 +313,7 @@ TEST_F(SlotTest, RestsWhenItsObjectIsGoneInMidMotion) {
   tool.p.z() = 0.048;
   (void)at(20);
   ASSERT_NEAR(slot.evaluate(tool, now + 21 * kMs, scene).carried.z(), 0.1, 1e-9);
-  Command c;
-  c.kind = CommandKind::kRemoveObject;
-  c.as<ObjectRef>().object = m.frame;
-  ASSERT_EQ(scene.apply(c), ErrorCode::kOk);
+  ASSERT_EQ(scene.apply(makeCommand(CommandKind::kRemoveObject, ObjectRef{m.frame})), ErrorCode::kOk);
   const ModelForce gone = slot.evaluate(tool, now + 22 * kMs, scene);
   EXPECT_NEAR(gone.force.z(), 1, 1e-9);
   EXPECT_EQ(gone.carried.z(), 0);

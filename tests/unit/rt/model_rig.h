@@ -21,19 +21,11 @@ inline hd_local_model modelOf(hd_model_kind kind, double stiffness = 500, double
 }
 
 inline Command commandOf(const hd_local_model& m, std::uint64_t seq = 1) {
-  Command c;
-  c.kind = CommandKind::kLocalModel;
+  Command c = makeCommand(CommandKind::kLocalModel, m);
   c.seq = seq;
-  c.as<hd_local_model>() = m;
   return c;
 }
-inline Command commandOf(const hd_force_field& f, std::uint64_t seq = 1) {
-  Command c;
-  c.kind = CommandKind::kForceField;
-  c.seq = seq;
-  c.as<hd_force_field>() = f;
-  return c;
-}
+inline Command commandOf(const hd_force_field& f) { return makeCommand(CommandKind::kForceField, f); }
 
 inline void setHalfspace(hd_local_model& m, const Vec3& n, double d) {
   const Vec3 unit = n.normalized();

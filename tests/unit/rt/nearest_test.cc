@@ -49,8 +49,7 @@ TEST(Nearest, TheTreeFindsWhatAllTrianglesFind) {
   std::mt19937 random(seedOf(2));
   for (const double scale : {1e-3, 1.0, 40.0}) {
     TestMesh mesh = crumpled(random, 9);
-    for (auto& v : mesh.vertices)
-      for (float& x : v) x *= static_cast<float>(scale);
+    mesh.scale([&] { return scale; });
     const MeshView& view = *mesh.view();
     for (int i = 0; i < 500; ++i) {
       NearestQuery query = at(scale * randomPoint(random, 1.5));

@@ -4,29 +4,21 @@
 
 #include <memory>
 
+#include "tests/support/solid.h"
+
 namespace hapticd {
 namespace {
 
 class PoseBoardOf : public ::testing::Test {
  protected:
   void add(std::uint32_t slot, std::uint32_t generation, double stiffness, double x) {
-    Command command;
-    command.kind = CommandKind::kAddObject;
-    auto& object = command.as<AddObject>();
-    object = AddObject{};
-    object.object = makeObjectId(slot, generation);
-    object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kSphere);
-    object.shape.size[0] = 0.01;
-    object.material.stiffness = stiffness;
-    object.p[0] = x;
-    object.q[0] = 1;
-    ASSERT_EQ(scene_->apply(command), ErrorCode::kOk);
+    const AddObject ball = test::solid(makeObjectId(slot, generation), ShapeKind::kSphere, {stiffness, 0, 0, 0},
+                                       {{x, 0, 0}, Quat::Identity()}, {0.01, 0, 0});
+    ASSERT_EQ(scene_->apply(makeCommand(CommandKind::kAddObject, ball)), ErrorCode::kOk);
   }
   void remove(std::uint32_t slot, std::uint32_t generation) {
-    Command command;
-    command.kind = CommandKind::kRemoveObject;
-    command.as<ObjectRef>() = {makeObjectId(slot, generation)};
-    ASSERT_EQ(scene_->apply(command), ErrorCode::kOk);
+    const ObjectRef ball{makeObjectId(slot, generation)};
+    ASSERT_EQ(scene_->apply(makeCommand(CommandKind::kRemoveObject, ball)), ErrorCode::kOk);
   }
   void publish() {
     ++tick_;

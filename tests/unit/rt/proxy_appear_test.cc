@@ -19,14 +19,6 @@ using test::TestScene;
 
 const Quat kNotTurned = Quat::Identity();
 
-ErrorCode setShape(TestScene& t, std::uint32_t id, const ShapeParameters& shape) {
-  Command command;
-  command.kind = CommandKind::kSetShape;
-  command.as<SetShape>().object = id;
-  command.as<SetShape>().shape = shape;
-  return t.scene->apply(command);
-}
-
 std::vector<hd_vertex_move> raised(const std::vector<std::array<float, 3>>& from, float by) {
   std::vector<hd_vertex_move> moves;
   for (std::uint32_t v = 0; v < from.size(); ++v) moves.push_back({v, {from[v][0], from[v][1], from[v][2] + by}});
@@ -38,8 +30,7 @@ TEST(ProxyAppear, WhatComesUnseenPushesNobody) {
   for (const double radius : {0.0, 0.002}) {
     for (const bool by_vertices : {false, true}) {
       for (const bool seen_first : {false, true}) {
-        TestScene t;
-        t.proxy.setRadius(radius);
+        TestScene t(radius);
         TestMesh mesh = test::boxMesh(Vec3(0.02, 0.02, 0.01));
         const auto start = mesh.vertices;
         const auto id = t.addMesh(mesh.deformableView(), {Vec3(0, 0, -0.03), kNotTurned});
@@ -73,14 +64,13 @@ TEST(ProxyAppear, AMeshThatMovedUnseenPushesNobody) {
   const Vec3 hip(0.001, 0.002, 0);
   t.tick(hip);
   ASSERT_EQ(t.moveVertices(other, raised(start, 0.03F)), ErrorCode::kOk);
-  ASSERT_EQ(setShape(t, id, {static_cast<std::uint32_t>(ShapeKind::kMesh), objectSlot(other), {}}), ErrorCode::kOk);
+  ASSERT_EQ(t.setShape(id, {static_cast<std::uint32_t>(ShapeKind::kMesh), objectSlot(other), {}}), ErrorCode::kOk);
   EXPECT_EQ(t.tick(hip).object, 0u);
 }
 
 /** A ball whose centre comes out of what has appeared about it, while vertices of that move elsewhere. */
 TEST(ProxyAppear, ABallComesOutOfAMeshThatMovesWithoutAKick) {
-  TestScene t;
-  t.proxy.setRadius(0.003);
+  TestScene t(0.003);
   TestMesh mesh = test::boxMesh(Vec3(0.02, 0.02, 0.01));
   const std::array<float, 3> corner = mesh.vertices[0];
   const auto id = t.addMesh(mesh.deformableView());
@@ -118,8 +108,7 @@ TEST(ProxyAppear, WhatIsShapedAnewWhileItMovesGoesOnCarrying) {
     t.pose(id, {Vec3(0, 0, -0.02), kNotTurned}, {Vec3(0, 0, 0.1), Vec3::Zero()});
     for (int i = 1; i < 150; ++i) {
       if (i == 120) {
-        ASSERT_EQ(setShape(t, id, {static_cast<std::uint32_t>(ShapeKind::kBox), 0, {0.02, 0.02, half}}),
-                  ErrorCode::kOk);
+        ASSERT_EQ(t.setShape(id, {static_cast<std::uint32_t>(ShapeKind::kBox), 0, {0.02, 0.02, half}}), ErrorCode::kOk);
       }
       const double top = -0.02 + 1e-4 * (i - 1) + (i < 120 ? 0.01 : half);
       ASSERT_NEAR(t.tick(hip).force.z(), 1000 * std::max(0.0, top), 1e-6) << half << " " << i;

@@ -34,8 +34,7 @@ TEST(ProxyAround, APlateIsNotPassedAtAnyAngleSpeedAndPlace) {
     const double mu = run % 2 ? random.in(0, 1) : 0, speed = std::pow(10.0, random.in(-2.5, 0));
     const double radius = run % 5 == 0 ? 0.001 : (run % 5 == 1 ? random.in(0.0001, 0.003) : 0),
                  top = double{static_cast<float>(kThick / 2)} + radius;
-    TestScene t;
-    t.proxy.setRadius(radius);
+    TestScene t(radius);
     const Pose X{random.vector(0.1), random.turn()};
     t.addMesh(view, X, {1000, 0, mu, 0.8 * mu});
     // Anywhere, half of the times within 0.3 mm of the border, but for its own thickness (docs/rendering.md).
@@ -62,8 +61,7 @@ TEST(ProxyAround, ARoomWithThinWallsIsNeverLeft) {
   Random random(seedOf(11));
   for (const auto& [mu, radius] :
        {std::pair{0.0, 0.0}, {0.7, 0.0}, {1.5, 0.0}, {0.0, kBall}, {0.7, kBall}, {1.5, kBall}}) {
-    TestScene t;
-    t.proxy.setRadius(radius);
+    TestScene t(radius);
     const Pose X{Vec3(0.1, -0.2, 0.05), random.turn()};
     t.addMesh(view, X, {500, 0, mu, 0.8 * mu});
     Vec3 aim = Vec3::Zero(), x = Vec3::Zero();
@@ -89,8 +87,7 @@ TEST(ProxyAround, ItDoesNotGetOutByACornerBesideWhichItSticks) {
   Random random(seedOf(11));
   for (int run = 0; run < 1000; ++run) {
     const double mu = random.in(0.3, 2), radius = run % 4 == 0 ? kBall : 0;
-    TestScene t;
-    t.proxy.setRadius(radius);
+    TestScene t(radius);
     t.addMesh(view, {}, {500, 0, mu, mu});
     const Vec3 start = half - Vec3(0.001 + radius, radius + random.in(0.1, 1) * kThick, 0.003);
     const Vec3 touch(half.x() + random.in(0.1, 1) * kThick, start.y(), start.z());
@@ -122,8 +119,7 @@ TEST(ProxyAround, ABladeKeepsItsSide) {
   Random random(seedOf(11));
   for (int run = 0; run < 500; ++run) {
     const double mu = run % 2 ? random.in(0, 1) : 0, radius = run % 4 < 2 ? 0 : kBall;
-    TestScene t;
-    t.proxy.setRadius(radius);
+    TestScene t(radius);
     t.addMesh(view, {}, {1000, 0, mu, mu});
     Vec3 x(-0.004, random.in(-0.01, 0.01), random.in(0.004, 0.012));  // It ends 10 mm from the blade's ends.
     t.tick(x);
@@ -192,9 +188,8 @@ TEST(ProxyAround, WhereABallDoesNotFitItLooksForNoWay) {
   // Over waves whose nearest point often lies in a hollow too narrow for the ball.
   TestMesh mesh =
       test::heightMesh(0.02, 80, [](double x, double y) { return 0.0005 * std::sin(600 * x) * std::sin(600 * y); });
-  TestScene t;
   constexpr double kRadius = 0.001;
-  t.proxy.setRadius(kRadius);
+  TestScene t(kRadius);
   t.addMesh(mesh.view());
   t.tick(Vec3(-0.015, 0.001, 0.005));
   int many = 0, ticks = 0;

@@ -20,8 +20,7 @@ TEST(ProxyFriction, ABallSticksToAnEdgeWhateverHasIt) {
   constexpr double kHalf = 0.02, kRadius = 2e-3, kStep = 1e-4;
   for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kMesh}) {
     TestMesh mesh = test::boxMesh(Vec3::Constant(kHalf));
-    TestScene t;
-    t.proxy.setRadius(kRadius);
+    TestScene t(kRadius);
     t.add(kind, Vec3::Constant(kHalf), {}, {kStiffness, 0, 0.8, 0.6}, HD_OBJECT_ENABLED, 0,
           kind == ShapeKind::kMesh ? mesh.view() : nullptr);
     const auto hip = [&](int i) { return Vec3(-kHalf - 0.8 * kRadius + kStep * i, 0, kHalf + 0.6 * kRadius); };
@@ -55,8 +54,7 @@ TEST(ProxyFriction, TheBorderOfTheConeOnACurveTakesFewSweeps) {
     for (const auto& [part, far] : {std::pair(0.01, 0.0), {0.2, 0.0}, {0.2, 1000.0}}) {
       const Vec3 origin(far, -far, 0);
       TestMesh mesh = test::boxMesh(Vec3::Constant(at.size));
-      TestScene t;
-      t.proxy.setRadius(at.ball);
+      TestScene t(at.ball);
       t.add(at.kind, Vec3::Constant(at.size), {origin, Quat::Identity()}, {kStiffness, 0, 0.8, kMu}, HD_OBJECT_ENABLED,
             0, at.kind == ShapeKind::kMesh ? mesh.view() : nullptr);
       const double h = round * (1 - part);

@@ -99,8 +99,7 @@ TEST(ProxyOnDeformable, AnEdgeAndAVertexThatRisePushABallUp) {
   for (const bool one_vertex : {false, true}) {
     for (const double step : {1e-4, 1e-3, 3e-3}) {
       Sheet sheet(10);
-      TestScene t;
-      t.proxy.setRadius(kRadius);
+      TestScene t(kRadius);
       const auto id = t.addMesh(sheet.mesh.deformableView(), {}, {1000, 0, 0, 0});
       const Vec3 hip(0, 0, kRadius - 0.001);
       t.tick(hip + Vec3(0, 0, 0.01));
@@ -130,8 +129,7 @@ TEST(ProxyOnDeformable, PlatesThatCloseOnABallKeepItBetweenThem) {
     for (const auto& v : above.vertices) mesh.vertices.push_back(v);
     for (const auto& f : above.triangles) mesh.addTriangle(lower + f[0], lower + f[1], lower + f[2]);
     const auto start = mesh.vertices;
-    TestScene t;
-    t.proxy.setRadius(kRadius);
+    TestScene t(kRadius);
     const auto id = t.addMesh(mesh.deformableView());
     t.tick(Vec3::Zero());
     for (int i = 1; i < 220; ++i) {

@@ -3,7 +3,6 @@
  */
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -110,8 +109,7 @@ TEST(ProxyDrag, AHandGoesWithThePlaceOfASheetThatStretches) {
   for (const double radius : {0.0, 0.002}) {
     TestMesh mesh = flatSheet();
     const auto made = mesh.vertices;
-    TestScene t;
-    t.proxy.setRadius(radius);
+    TestScene t(radius);
     const auto id = t.addMesh(mesh.deformableView(), {}, {1000, 0, 50, 50});
     const Vec3 hip(0.0123, -0.0071, radius - 0.001);
     t.tick(hip + Vec3(0, 0, 0.005));
@@ -149,8 +147,7 @@ TEST(ProxyDrag, AWallBesideStopsWhoIsTakenAlong) {
     for (const double step : {1e-5, 1e-3}) {
       TestMesh mesh = flatSheet();
       const auto made = mesh.vertices;
-      TestScene t;
-      t.proxy.setRadius(radius);
+      TestScene t(radius);
       const auto id = t.addMesh(mesh.deformableView(), {}, {1000, 0, 5, 5});
       t.add(ShapeKind::kBox, Vec3(0.0005, 0.02, 0.02), {Vec3(0.01, 0, 0), Quat::Identity()});
       const Vec3 hip(0.0013, 0.0021, radius - 0.002);

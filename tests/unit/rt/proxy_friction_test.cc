@@ -94,9 +94,8 @@ TEST(ProxyFriction, ASlowHandKeepsSlidingInAGroove) {
       test::heightMesh(0.008, 120, [](double x, double) { return kRadius - std::sqrt(kRadius * kRadius - x * x); });
   MeshView* const view = mesh.view();
   for (const double radius : {0.0, 1e-3}) {
-    TestScene t;
+    TestScene t(radius);
     t.addMesh(view, {}, {kGripStiffness, 0, 0.6, 0.3});
-    t.proxy.setRadius(radius);
     t.tick(Vec3(-0.003, 0, 0.005));
     int slips = 0;
     for (int i = 0; i < 2500; ++i) {
@@ -170,9 +169,8 @@ TEST(ProxyFriction, NormalAndDepthOnCurvesAreTheSurfacesToo) {
   for (const ShapeKind kind : {ShapeKind::kSphere, ShapeKind::kCylinder}) {
     for (const double radius : {0.0, 1e-3}) {
       for (const double depth : {1e-4, 1e-3}) {
-        TestScene t;
+        TestScene t(radius);
         t.add(kind, Vec3(kSize, 0.05, 0), {}, {kGripStiffness, 0, 0.4, 0.3});
-        t.proxy.setRadius(radius);
         t.tick(Vec3(2 * kSize, 0, 0));
         int slips = 0;
         for (int i = 0; i < 500; ++i) {
@@ -197,10 +195,9 @@ TEST(ProxyFriction, ASlowHandBreaksAwayOnCurves) {
   for (MeshView* const mesh : views) {
     for (const double radius : {0.0, 1e-3}) {
       for (const double depth : {1e-3, 3e-3}) {
-        TestScene t;
+        TestScene t(radius);
         t.add(mesh != nullptr ? ShapeKind::kMesh : ShapeKind::kSphere, Vec3(kRadius, 0, 0), {},
               {kGripStiffness, 0, 0.4, 0.2}, HD_OBJECT_ENABLED, 0, mesh);
-        t.proxy.setRadius(radius);
         t.tick(Vec3(2 * kRadius, 0, 0));
         double most = 0;
         for (int i = 0; i < 400; ++i) {
@@ -398,8 +395,7 @@ struct Rubbing {
 /** A stroke at 10 mm/s, 1.5 mm deep, over a sheet of these heights with friction of 0.5. */
 Rubbing rub(double half, std::uint32_t parts, double (*height)(double, double), double radius) {
   TestMesh mesh = test::heightMesh(half, parts, height);
-  TestScene t;
-  t.proxy.setRadius(radius);
+  TestScene t(radius);
   t.addMesh(mesh.view(), {}, {kGripStiffness, 0, 0.5, 0.5});
   Rubbing rubbing;
   double last = 0;

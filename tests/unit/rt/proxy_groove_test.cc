@@ -101,9 +101,8 @@ TEST(ProxyInAGroove, LiesOnThreeBallsAtOnce) {
 TEST(ProxyOnACurve, GoesAllTheWayRound) {
   for (const double radius : {0.0, kGrooveBall}) {
     for (const double aside : {1e-3, 1e-6, 1e-9}) {
-      TestScene t;
+      TestScene t(radius);
       t.add(ShapeKind::kSphere, Vec3(0.01, 0, 0));
-      t.proxy.setRadius(radius);
       t.tick(Vec3(0, 0, 0.02));
       t.tick(Vec3(0, 0, 0.005));
       const Vec3 hip(aside, 0, -0.005);
@@ -122,10 +121,9 @@ TEST(ProxyInAGroove, GoesAllTheWayRound) {
   for (const double radius : {0.0, kGrooveBall}) {
     const double ring = std::sqrt(std::pow(kBall + radius, 2) - std::pow(kHigh - radius, 2));
     for (const double aside : {2e-3, 5e-4, 1e-4, 1e-5}) {
-      TestScene t;
+      TestScene t(radius);
       t.add(ShapeKind::kPlane, Vec3::Zero());
       t.add(ShapeKind::kSphere, Vec3(kBall, 0, 0), {Vec3(0, 0, kHigh), Quat::Identity()});
-      t.proxy.setRadius(radius);
       t.tick(Vec3(-ring - 0.01, 0, 0.01));
       for (int i = 0; i < 2; ++i) t.tick(Vec3(-0.9 * ring, 0, -0.002));
       EXPECT_LT((t.contact.proxy - Vec3(-ring, 0, radius)).norm(), 1e-9);
@@ -148,8 +146,7 @@ TEST(ProxyInAGroove, StaticFrictionHoldsWhatLiesInACorner) {
         for (const double angle : {0.6, 0.8, 1.0}) {  // Of the push in the corner: no wall alone holds it.
           SCOPED_TRACE(testing::Message() << mesh << " radius " << radius << " speed " << speed << " angle " << angle);
           TestMesh room = test::boxMesh(Vec3::Constant(kWide), Vec3(kWide, 0, kWide), true);
-          TestScene t;
-          t.proxy.setRadius(radius);
+          TestScene t(radius);
           const hd_material rough{1000, 0, kStatic, 0.3};
           const std::uint32_t corner = t.add(ShapeKind::kGroup, Vec3::Zero());
           if (mesh) {
@@ -195,9 +192,8 @@ Effort strokeRoughGround(int fineness, double rough, unsigned many) {
     TestMesh mesh = test::heightMesh(0.02, fineness, [&](double x, double y) {
       return 0.0003 * std::sin(500 * x) * std::cos(500 * y) + rough * (random() * 0x1p-31 - 1);
     });
-    TestScene t;
+    TestScene t(0.001);
     t.addMesh(mesh.view());
-    t.proxy.setRadius(0.001);
     t.tick(Vec3(-0.015, -0.003, 0.01));
     for (int i = 0; i < 300; ++i, ++ticks) {
       t.tick(Vec3(-0.015 + 1e-4 * i, -0.003 + 2.3e-5 * i, 0));
@@ -229,10 +225,9 @@ TEST(ProxyInAGroove, ASolidThatWasSlidOffHoldsNobodyBesideAWall) {
   for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kMesh}) {
     for (const double radius : {0.0, 0.001}) {
       TestMesh mesh = test::boxMesh(Vec3::Constant(kHalf));
-      TestScene t;
+      TestScene t(radius);
       t.add(kind, Vec3::Constant(kHalf), {}, {1000, 0, 0, 0}, HD_OBJECT_ENABLED, 0, mesh.view());
       t.add(ShapeKind::kBox, {0.02, 0.05, 0.05}, {Vec3(0.045, 0, 0), Quat::Identity()});
-      t.proxy.setRadius(radius);
       t.tick({0, 0, 0.04});
       t.tick({0, 0, kHalf + radius - 0.005});
       t.tick({0.035, 0, kHalf + radius - 0.008});

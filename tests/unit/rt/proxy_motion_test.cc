@@ -3,8 +3,6 @@
  */
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "tests/support/test_mesh.h"
 #include "tests/support/test_scene.h"
 

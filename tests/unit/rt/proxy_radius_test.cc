@@ -250,12 +250,8 @@ TEST(ProxyBall, WhatAppearsInItShootsNobodyOut) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> u(-1, 1);
     TestMesh mesh = seed % 3 == 0 ? test::boxMesh(Vec3(0.02, 0.015, 0.008)) : test::crumpled(random, 6);
-    if (seed % 3 != 0) {
-      for (auto& v : mesh.vertices)
-        for (float& x : v) x *= 0.02F;
-    }
-    TestScene t;
-    t.proxy.setRadius(0.003);
+    if (seed % 3 != 0) mesh.scale([] { return 0.02; });
+    TestScene t(0.003);
     const std::uint32_t id = seed % 4 == 0 ? t.add(ShapeKind::kCylinder, Vec3(0.02, 0.01, 0)) : t.addMesh(mesh.view());
     t.flags(id, HD_OBJECT_ENABLED, 0);
     Vec3 hip = 0.02 * Vec3(u(random), u(random), u(random)), aim = hip;
@@ -279,9 +275,8 @@ TEST(ProxyBall, WhatAppearsInItShootsNobodyOut) {
 TEST(ProxyBall, WhoStartsInTheMiddleOfAFineSphereComesOutOfIt) {
   constexpr double kRadius = 0.001;
   TestMesh mesh = test::sphereMesh(0.05, 130);
-  TestScene t;
+  TestScene t(kRadius);
   t.addMesh(mesh.view());
-  t.proxy.setRadius(kRadius);
   t.tick(Vec3::Zero());
   ASSERT_GT(t.contact.work, ProxyRenderer::kMaxWork / 2);
   for (int i = 1; i <= 100; ++i) t.tick(Vec3(0, 0, 0.001 * i));
@@ -291,20 +286,18 @@ TEST(ProxyBall, WhoStartsInTheMiddleOfAFineSphereComesOutOfIt) {
 /** A body that has fallen for ten minutes is 1800 km away. */
 TEST(ProxyBall, WhatIsFarAwayMakesItNoPoint) {
   constexpr double kRadius = 0.001;
-  TestScene t;
+  TestScene t(kRadius);
   t.add(ShapeKind::kSphere, Vec3(0.01, 0, 0), {Vec3(0, 0, -1.8e6), Quat::Identity()});
   t.add(ShapeKind::kPlane, Vec3::Zero());
-  t.proxy.setRadius(kRadius);
   t.tick(Vec3(0, 0, 0.01));
   EXPECT_NEAR(t.tick(Vec3(0, 0, 0.0005)).depth, 0.0005, 1e-9);
 }
 
 /** Nor is one too small for what it will touch a ball, because nothing is near yet. */
 TEST(ProxyBall, OneSmallerThanRoundingIsAPointFromTheStart) {
-  TestScene t;
+  TestScene t(3e-11);
   TestMesh box = test::boxMesh(Vec3(0.05, 0.05, 0.05));
   t.addMesh(box.view());
-  t.proxy.setRadius(3e-11);
   t.tick(Vec3(0.01, 0.02, 0.3));
   const SurfaceContact& contact = t.tick(Vec3(0.01, 0.02, 0.04));
   EXPECT_EQ(contact.proxy, contact.point);
@@ -336,9 +329,8 @@ TEST(ProxyBall, ComesToRestOnEdgesAndInGroovesInItsOwnTick) {
     const double wave = 0.01 * std::sin(30 * u.x()) * std::sin(30 * u.y()) * std::sin(30 * u.z());
     for (float& x : v) x *= static_cast<float>(1 + wave);
   }
-  TestScene t;
+  TestScene t(0.001);
   t.addMesh(mesh.view(), {}, {1000, 0, 0, 0});
-  t.proxy.setRadius(0.001);
   t.tick(Vec3(0.06, 0, 0));
   int late = 0;
   for (int i = 0; i < 4000; ++i) {
@@ -377,9 +369,8 @@ TEST(ProxyBall, AnEdgeThatWasPassedPullsNobody) {
   constexpr double kRadius = 0.005;
   Random random(seedOf(12));
   for (int run = 0; run < 500; ++run) {
-    TestScene t;
+    TestScene t(kRadius);
     t.addMesh(view);
-    t.proxy.setRadius(kRadius);
     const double y = random.in(-0.01, 0.01), from = random.in(0.1, 1.4), to = random.in(0.1, 1.4);
     const auto about = [&](double angle, double out) {
       return Vec3(0.02 + out * std::cos(angle), y, 0.02 + out * std::sin(angle));

@@ -53,14 +53,8 @@ TEST(ProxyAtRest, IsNotHeldByAFaceThatHasGone) {
     EXPECT_EQ(removed.force(), 0);
     gone.t.pose(gone.id, {Vec3(0, 0, -0.5), Quat::Identity()});
     EXPECT_EQ(gone.force(), 0);
-    Command command;
-    command.kind = CommandKind::kSetShape;
-    auto& order = command.as<SetShape>();
-    order = SetShape{};
-    order.object = swapped.id;
-    order.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
-    order.shape.mesh = 1;  // The lower box.
-    ASSERT_EQ(swapped.t.scene->apply(command), ErrorCode::kOk);
+    const ShapeParameters lower_box{static_cast<std::uint32_t>(ShapeKind::kMesh), 1, {}};
+    ASSERT_EQ(swapped.t.setShape(swapped.id, lower_box), ErrorCode::kOk);
     EXPECT_NEAR(swapped.force(), 0.5, 1e-6);
   }
 }
@@ -70,8 +64,7 @@ TEST(ProxyAtRest, IsNotHeldByAFaceThatHasJumpedAsFarFromTheOrigin) {
   for (const double radius : {0.0, 0.002}) {
     for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kMesh}) {
       TestMesh box = test::boxMesh(Vec3(0.05, 0.05, 0.01));
-      TestScene t;
-      t.proxy.setRadius(radius);
+      TestScene t(radius);
       const Vec3 at(0.5, 0, -0.01), hip(0.512, 0.003, radius - 0.001);
       MeshView* const view = kind == ShapeKind::kMesh ? box.view() : nullptr;
       const std::uint32_t id =
@@ -103,9 +96,8 @@ TEST(ProxyInMotion, IsLedOverFacesByFewSweeps) {
         0.02, fineness, [&](double x, double y) { return 0.0003 * std::sin(wave * x) * std::cos(wave * y); });
     for (const double radius : {0.0, 0.001}) {
       SCOPED_TRACE(::testing::Message() << fineness << ", " << radius);
-      TestScene t;
+      TestScene t(radius);
       t.addMesh(mesh.view());
-      t.proxy.setRadius(radius);
       t.tick(Vec3(-0.015, -0.003, 0.01));
       int sweeps = 0, long_ways = 0;
       constexpr int kTicks = 300;
@@ -125,9 +117,8 @@ TEST(ProxyInMotion, IsLedOverFacesByFewSweeps) {
 TEST(ProxyInMotion, RollsOffAnEdgeWithoutASecondLook) {
   TestMesh mesh = test::heightMesh(0.02, 8, [&](double x, double) { return -std::abs(x) / std::sqrt(3.0); });
   constexpr double kRadius = 0.002;
-  TestScene t;
+  TestScene t(kRadius);
   t.addMesh(mesh.view());
-  t.proxy.setRadius(kRadius);
   t.tick(Vec3(-0.004, 0.0011, 0.01));
   const auto tiltOf = [](const Vec3& n) { return std::atan2(std::abs(n.x()), n.z()) * 180 / M_PI; };
   int on_ridge = 0;
@@ -152,9 +143,8 @@ TEST(ProxyInMotion, AnEdgeHoldsABallAsFarAsItGoes) {
   const Vec3 half(0.02, 0.02, 0.02);
   TestMesh box = test::boxMesh(half);
   constexpr double kRadius = 0.002, kOff = 0.0008;
-  TestScene t;
+  TestScene t(kRadius);
   t.addMesh(box.view());
-  t.proxy.setRadius(kRadius);
   t.tick(Vec3(0.0101, 0.03, 0.03));
   int beyond = 0;
   for (int i = 0; i < 130; ++i) {

@@ -141,8 +141,7 @@ TEST(ProxyOnRidge, OnSteepRidgesTheSideIsKept) {
 Scores strokeByBall(double angle, std::uint32_t cells, double radius) {
   TestMesh mesh = ridgeMesh(angle, cells);
   const Profile profile{angle};
-  TestScene t;
-  t.proxy.setRadius(radius);
+  TestScene t(radius);
   t.addMesh(mesh.view(), {}, {kRidgeStiffness, 0, 0, 0});
   Scores s;
   int count = 0;

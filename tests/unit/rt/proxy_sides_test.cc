@@ -37,8 +37,7 @@ TEST(ProxySides, AHandThatStartsOnASheetIsOnOneSideOfIt) {
              {Pose{}, Pose{Vec3(0.1, 0.2, 0.3), Quat(Eigen::AngleAxisd(1, Vec3(1, 2, 3).normalized()))}}) {
           int held = 0;
           for (const double way : {0.003, -0.003}) {
-            TestScene t;
-            t.proxy.setRadius(radius);
+            TestScene t(radius);
             if (appears) t.tick(X * at);
             t.addMesh(view, X, kRubber, kTwoSided);
             t.tick(X * at);
@@ -139,10 +138,9 @@ TEST(ProxySides, TheBorderOfAOneSidedSheetHoldsNoBallFromBehind) {
     TestMesh mesh = sheet();
     double border = 0;
     for (const auto& v : mesh.vertices) border = std::max(border, double{v[0]});
-    TestScene t;
+    TestScene t(0.005);
     t.addMesh(mesh.view());
     const std::uint32_t elsewhere = t.add(ShapeKind::kSphere, {0.01, 0, 0}, {Vec3(0, 0, 1), Quat::Identity()});
-    t.proxy.setRadius(0.005);
     t.tick({border, 0.007, 0.02});
     for (int degrees = 90; degrees >= -200; --degrees) {
       const double a = degrees * M_PI / 180;

@@ -17,16 +17,9 @@ using test::TestScene;
 const Quat kUnturned = Quat::Identity();
 
 Command addOrder(std::uint32_t id, std::uint32_t parent = 0) {
-  Command command;
-  command.kind = CommandKind::kAddObject;
-  auto& order = command.as<AddObject>();
-  order.object = id;
+  AddObject order = test::solid(id, ShapeKind::kSphere, {}, {}, {0.1, 0, 0});
   order.parent = parent;
-  order.flags = HD_OBJECT_ENABLED;
-  order.shape.kind = static_cast<std::uint32_t>(ShapeKind::kSphere);
-  order.shape.size[0] = 0.1;
-  order.q[0] = 1;
-  return command;
+  return makeCommand(CommandKind::kAddObject, order);
 }
 
 TEST(Scene, AStaleIdIsNotFound) {
@@ -55,10 +48,7 @@ TEST(Scene, ARefusedCommandChangesNothing) {
   EXPECT_EQ(t.pose(id, {Vec3::Zero(), Quat(0, 0, 0, 0)}), ErrorCode::kInvalidArgument);
   EXPECT_EQ(t.pose(id, {}, {Vec3(0, nan, 0), Vec3::Zero()}), ErrorCode::kInvalidArgument);
   for (const hd_material& m : {hd_material{-1, 0, 0, 0}, {1, nan, 0, 0}, {1, 0, 0.3, 0.4}}) {
-    Command command;
-    command.kind = CommandKind::kObjectMaterial;
-    command.as<hd_object_material>() = {id, 0, m};
-    EXPECT_EQ(scene.apply(command), ErrorCode::kInvalidArgument);
+    EXPECT_EQ(t.apply(CommandKind::kObjectMaterial, hd_object_material{id, 0, m}), ErrorCode::kInvalidArgument);
   }
   for (const std::uint32_t kind : {7u, 0xffffffffu}) {
     Command command = addOrder(makeObjectId(9, 1));
@@ -71,12 +61,11 @@ TEST(Scene, ARefusedCommandChangesNothing) {
   EXPECT_EQ(scene.apply(mesh), ErrorCode::kNotFound);
   Command orphan = addOrder(makeObjectId(9, 1), makeObjectId(99, 1));
   EXPECT_EQ(scene.apply(orphan), ErrorCode::kNotFound);
-  Command vertices;
-  vertices.kind = CommandKind::kObjectVertices;
-  vertices.as<hd_object_vertices>().object = id;
-  EXPECT_EQ(scene.apply(vertices), ErrorCode::kUnsupported);
-  vertices.as<hd_object_vertices>().count = HD_VERTEX_MOVES + 1;
-  EXPECT_EQ(scene.apply(vertices), ErrorCode::kInvalidArgument);
+  hd_object_vertices vertices{};
+  vertices.object = id;
+  EXPECT_EQ(t.apply(CommandKind::kObjectVertices, vertices), ErrorCode::kUnsupported);
+  vertices.count = HD_VERTEX_MOVES + 1;
+  EXPECT_EQ(t.apply(CommandKind::kObjectVertices, vertices), ErrorCode::kInvalidArgument);
   EXPECT_EQ(scene.apply(Command{}), ErrorCode::kUnsupported);
   scene.advance(kTick);
   EXPECT_EQ(scene.touchable().size(), 1u);
@@ -210,11 +199,7 @@ TEST(Scene, CreationAndShapeChangeAreNoMotion) {
   const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(1, 0, 0), kUnturned});
   t.scene->advance(kTick);
   EXPECT_FALSE(t.scene->find(id)->moved);
-  Command command;
-  command.kind = CommandKind::kSetShape;
-  command.as<SetShape>().object = id;
-  command.as<SetShape>().shape = {static_cast<std::uint32_t>(ShapeKind::kBox), 0, {0.1, 0.2, 0.2}};
-  EXPECT_EQ(t.scene->apply(command), ErrorCode::kOk);
+  EXPECT_EQ(t.setShape(id, {static_cast<std::uint32_t>(ShapeKind::kBox), 0, {0.1, 0.2, 0.2}}), ErrorCode::kOk);
   t.scene->advance(kTick);
   EXPECT_FALSE(t.scene->find(id)->moved);
   EXPECT_NEAR(t.scene->find(id)->radius, 0.3, 1e-12);

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <memory>
-#include <vector>
 
 #include "rt/cycle/servo.h"
 #include "tests/support/time.h"
@@ -102,8 +101,7 @@ TEST_F(ServoCost, EachInletHasItsShareOfATick) {
   servo->ingest = &ingest;
   servo->collider = &collider;
   const auto fill = [](auto& inlet, std::uint32_t most, std::uint64_t seq) {
-    Command command;
-    command.kind = CommandKind::kDisarm;
+    Command command = makeCommand(CommandKind::kDisarm, DeviceRef{0});
     for (std::uint32_t i = 0; i < 2 * most; ++i) {
       command.seq = seq + i;
       ASSERT_TRUE(inlet.push(command));

@@ -10,6 +10,7 @@
 #include "tests/support/for_seeds.h"
 #include "tests/support/regions.h"
 #include "tests/support/scripted_device.h"
+#include "tests/support/solid.h"
 #include "tests/support/time.h"
 
 namespace hapticd {
@@ -33,13 +34,7 @@ class ServoSample : public testing::Test {
     servo = std::make_unique<Servo>(config, std::array<Device*, kMaxDevices>{&device[0], &device[1]}, meshes, clock);
     servo->ports[kSlot].region.store(regions.a.get());
     servo->begin();
-    AddObject floor{};
-    floor.object = kFloor;
-    floor.flags = HD_OBJECT_ENABLED;
-    floor.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
-    floor.material = {1000, 0, 0.4, 0.3};
-    floor.q[0] = 1;
-    send(CommandKind::kAddObject, floor);
+    send(CommandKind::kAddObject, test::solid(kFloor, ShapeKind::kPlane, {1000, 0, 0.4, 0.3}));
     send(CommandKind::kAddSession, SessionRef{kSlot, 0, 9});
     for (std::uint32_t d = 0; d < kDevices; ++d) {
       device[d].sample.p = at(0, d);
@@ -50,12 +45,9 @@ class ServoSample : public testing::Test {
   }
   template <class T>
   void send(CommandKind kind, const T& payload, std::uint64_t at_tick = 0, std::uint32_t from = kControlSession) {
-    Command command;
-    command.kind = kind;
-    command.session = from;
+    Command command = makeCommand(kind, payload, from);
     command.at_tick = at_tick;
     command.seq = ++seq;
-    command.as<T>() = payload;
     ASSERT_TRUE(servo->from_control.push(command));
   }
   void run(int ticks) {

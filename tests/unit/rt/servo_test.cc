@@ -9,6 +9,7 @@
 
 #include "support/regions.h"
 #include "support/scripted_device.h"
+#include "tests/support/stepped_cycle.h"
 
 namespace hapticd {
 namespace {
@@ -30,24 +31,7 @@ GuardConfig openGuard() {
   return guard;
 }
 
-template <class T>
-Command order(CommandKind kind, const T& payload, std::uint64_t at_tick = 0) {
-  Command command;
-  command.kind = kind;
-  command.at_tick = at_tick;
-  command.as<T>() = payload;
-  return command;
-}
-
-AddObject plane(std::uint32_t id, double stiffness) {
-  AddObject object{};
-  object.object = id;
-  object.flags = HD_OBJECT_ENABLED;
-  object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kPlane);
-  object.material = {stiffness, 0, 0, 0};
-  object.q[0] = 1;
-  return object;
-}
+AddObject plane(double stiffness) { return test::solid(makeObjectId(1, 1), ShapeKind::kPlane, {stiffness, 0, 0, 0}); }
 
 struct ServoFixture : testing::Test {
   ServoFixture() {
@@ -61,7 +45,7 @@ struct ServoFixture : testing::Test {
     for (int i = 0; i < cycles; ++i) servo->runOnce();
   }
   void arm() {
-    ASSERT_TRUE(servo->from_control.push(order(CommandKind::kArm, DeviceRef{0})));
+    ASSERT_TRUE(servo->from_control.push(makeCommand(CommandKind::kArm, DeviceRef{0})));
     run(10);
     ASSERT_TRUE(servo->cycle().deviceGuard(0).armed());
   }
@@ -114,7 +98,7 @@ TEST_F(ServoFixture, WhilePeriodsPassThatNobodyRanItNoneIsMissed) {
 TEST_F(ServoFixture, TheSampleBehindAGapCountsIt) {
   const test::Regions regions;
   servo->ports[3].region.store(regions.a.get());
-  servo->from_control.push(order(CommandKind::kAddSession, SessionRef{3, 0, 9}));
+  servo->from_control.push(makeCommand(CommandKind::kAddSession, SessionRef{3, 0, 9}));
   StateReader reader(regions.a.get());
   device.clock = &clock;
   device.read_cost_ns = 3 * kPeriodNs + kPeriodNs / 2;  // of the first cycle, from 1 ms to 4.5 ms
@@ -140,7 +124,7 @@ TEST_F(ServoFixture, ASmallOverrunMissesNothingButCounts) {
 }
 
 TEST_F(ServoFixture, SendsNothingUntilArmed) {
-  servo->from_control.push(order(CommandKind::kAddObject, plane(makeObjectId(1, 1), 1000)));
+  servo->from_control.push(makeCommand(CommandKind::kAddObject, plane(1000)));
   run(2);
   device.sample.p = Vec3(0, 0, -0.001);
   run(5);
@@ -152,7 +136,7 @@ TEST_F(ServoFixture, SendsNothingUntilArmed) {
 }
 
 TEST_F(ServoFixture, APlaneIsFeltOnceArmed) {
-  servo->from_control.push(order(CommandKind::kAddObject, plane(makeObjectId(1, 1), 1000)));
+  servo->from_control.push(makeCommand(CommandKind::kAddObject, plane(1000)));
   device.sample.p = Vec3(0, 0, 0.001);
   arm();
   device.sample.p = Vec3(0, 0, -0.001);
@@ -163,7 +147,9 @@ TEST_F(ServoFixture, APlaneIsFeltOnceArmed) {
 
 TEST_F(ServoFixture, ACommandTakesEffectAtItsTick) {
   run(1);
-  servo->from_control.push(order(CommandKind::kAddObject, plane(makeObjectId(1, 1), 1000), 5));
+  Command later = makeCommand(CommandKind::kAddObject, plane(1000));
+  later.at_tick = 5;
+  servo->from_control.push(later);
   while (servo->counters.tick.load() < 4) {
     run(1);
     EXPECT_EQ(servo->cycle().scene().find(makeObjectId(1, 1)), nullptr);
@@ -174,7 +160,7 @@ TEST_F(ServoFixture, ACommandTakesEffectAtItsTick) {
 
 TEST_F(ServoFixture, TakesABoundedNumberOfOrdersEachCycle) {
   for (std::uint32_t i = 0; i < 3 * kControlCommandsPerCycle; ++i) {
-    servo->from_control.push(order(CommandKind::kDisarm, DeviceRef{0}));
+    servo->from_control.push(makeCommand(CommandKind::kDisarm, DeviceRef{0}));
   }
   run(1);
   EXPECT_EQ(servo->counters.control_applied.load(), kControlCommandsPerCycle);
@@ -183,7 +169,7 @@ TEST_F(ServoFixture, TakesABoundedNumberOfOrdersEachCycle) {
 }
 
 TEST_F(ServoFixture, ARefusedCommandIsToldAndChangesNothing) {
-  servo->from_control.push(order(CommandKind::kRemoveObject, ObjectRef{makeObjectId(7, 1)}));
+  servo->from_control.push(makeCommand(CommandKind::kRemoveObject, ObjectRef{makeObjectId(7, 1)}));
   run(1);
   ServoEvent event;
   ASSERT_TRUE(servo->events.pop(event));
@@ -196,7 +182,7 @@ TEST_F(ServoFixture, PublishesEverySampleToASession) {
   auto b = std::make_unique<hd_region_b>();
   initialiseRegions(a.get(), b.get(), {.epoch = 1, .session = 9, .device_count = 1, .period_ns = kPeriodNs});
   servo->ports[3].region.store(a.get());
-  servo->from_control.push(order(CommandKind::kAddSession, SessionRef{3, 0, 9}));
+  servo->from_control.push(makeCommand(CommandKind::kAddSession, SessionRef{3, 0, 9}));
   StateReader reader(a.get());
   device.script = [](std::int64_t now_ns, DeviceSample& sample) { sample.p.x() = static_cast<double>(now_ns); };
   run(20);
@@ -209,13 +195,13 @@ TEST_F(ServoFixture, PublishesEverySampleToASession) {
     EXPECT_EQ(samples[i].tick, i + 1);
     EXPECT_EQ(samples[i].p[0], static_cast<double>((i + 1) * kPeriodNs));
   }
-  servo->from_control.push(order(CommandKind::kFreeSession, SessionRef{3, 0, 9}));
+  servo->from_control.push(makeCommand(CommandKind::kFreeSession, SessionRef{3, 0, 9}));
   run(5);
   EXPECT_EQ(reader.drain(samples, lost), 0u);
 }
 
 TEST_F(ServoFixture, AStopLineZeroesTheVeryNextTick) {
-  servo->from_control.push(order(CommandKind::kAddObject, plane(makeObjectId(1, 1), 1000)));
+  servo->from_control.push(makeCommand(CommandKind::kAddObject, plane(1000)));
   device.sample.p = Vec3(0, 0, 0.001);
   arm();
   device.sample.p = Vec3(0, 0, -0.001);
@@ -274,7 +260,7 @@ TEST(ServoDeadman, OneThatIsNotHeardOfIsNotHeld) {
   run(5);
   deadman.sample.status = kDeviceOk;
   run(5);
-  ASSERT_TRUE(servo.from_control.push(order(CommandKind::kArm, DeviceRef{0})));
+  ASSERT_TRUE(servo.from_control.push(makeCommand(CommandKind::kArm, DeviceRef{0})));
   run(10);
   ASSERT_TRUE(servo.cycle().deviceGuard(0).armed());
   deadman.sample.fresh = false;  // Its thread hangs while it is held.
@@ -295,7 +281,7 @@ TEST_F(ServoFixture, PassesIntentToTheDevice) {
   hd_intent wish{};
   wish.p[1] = 0.25;
   wish.q[0] = 1;
-  servo->from_control.push(order(CommandKind::kIntent, wish));
+  servo->from_control.push(makeCommand(CommandKind::kIntent, wish));
   run(1);
   EXPECT_EQ(device.intent.p.y(), 0.25);
 }
@@ -305,17 +291,15 @@ TEST_F(ServoFixture, WhenTheLastToolIsGoneTheQuestionThatNamesItIsReplaced) {
   Collider collider;
   servo->collider = &collider;
   const std::uint32_t id = makeObjectId(2, 1);
-  AddObject box = plane(id, 1000);
-  box.shape.kind = static_cast<std::uint32_t>(ShapeKind::kBox);
-  box.shape.size[0] = box.shape.size[1] = box.shape.size[2] = 0.01;
+  const AddObject box = test::solid(id, ShapeKind::kBox, {1000, 0, 0, 0}, {}, Vec3::Constant(0.01));
   SetBody body{};
   body.object = id;
   body.mass = 0.1;
   body.inertia[0] = body.inertia[1] = body.inertia[2] = 1e-5;
-  ASSERT_TRUE(servo->from_control.push(order(CommandKind::kAddObject, box)));
-  ASSERT_TRUE(servo->from_control.push(order(CommandKind::kSetBody, body)));
+  ASSERT_TRUE(servo->from_control.push(makeCommand(CommandKind::kAddObject, box)));
+  ASSERT_TRUE(servo->from_control.push(makeCommand(CommandKind::kSetBody, body)));
   run(3);  // Nobody takes the questions.
-  ASSERT_TRUE(servo->from_control.push(order(CommandKind::kRemoveObject, ObjectRef{id})));
+  ASSERT_TRUE(servo->from_control.push(makeCommand(CommandKind::kRemoveObject, ObjectRef{id})));
   run(3);
   ASSERT_FALSE(servo->cycle().scene().find(id));
   const auto question = std::make_unique<CollideRequest>();
@@ -329,28 +313,16 @@ TEST_F(ServoFixture, WhenTheLastToolIsGoneTheQuestionThatNamesItIsReplaced) {
 // The same inputs give the same bits, whatever memory the cycle stands in.
 TEST(Cycle, IsDeterministicToTheBit) {
   const auto trace = [] {
-    MeshTable meshes;
     CycleConfig config;
     config.guard.fill(openGuard());
-    auto cycle = std::make_unique<Cycle>(config, meshes);
-    auto input = std::make_unique<CycleInput>();
-    auto output = std::make_unique<CycleOutput>();
+    test::SteppedCycle hand(config);
+    hand.add(test::solid(makeObjectId(1, 1), ShapeKind::kPlane, {700, 2, 0.6, 0.4}));
+    hand.arm();
     std::vector<double> forces;
     for (int i = 0; i < 3000; ++i) {
-      input->tick = static_cast<std::uint64_t>(i) + 1;
-      input->now_ns = i * kPeriodNs;
-      input->device[0].fresh = true;
-      input->device[0].t_ns = input->now_ns;
-      input->device[0].p = Vec3(0.02 * std::sin(0.01 * i), 0.01 * std::cos(0.013 * i), 0.002 * std::sin(0.05 * i));
-      input->command_count = 0;
-      if (i == 0) {
-        AddObject object = plane(makeObjectId(1, 1), 700);
-        object.material = {700, 2, 0.6, 0.4};
-        input->command[input->command_count++] = order(CommandKind::kAddObject, object);
-        input->command[input->command_count++] = order(CommandKind::kArm, DeviceRef{0});
-      }
-      cycle->step(*input, *output);
-      for (int axis = 0; axis < 3; ++axis) forces.push_back(output->device[0].command.force[axis]);
+      const DeviceOutput& out =
+          hand.at({0.02 * std::sin(0.01 * i), 0.01 * std::cos(0.013 * i), 0.002 * std::sin(0.05 * i)});
+      for (int axis = 0; axis < 3; ++axis) forces.push_back(out.command.force[axis]);
     }
     return forces;
   };

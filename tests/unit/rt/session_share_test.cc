@@ -22,26 +22,18 @@ class ShareTest : public ::testing::Test {
   }
   static Vec3 total(const SessionShare::Share& s) { return s.local_model + s.client_force; }
   ErrorCode force(const Vec3& f, std::int64_t lease_ms = 1000) {
-    Command c;
-    c.kind = CommandKind::kClientForce;
-    auto& x = c.as<hd_client_force>();
+    hd_client_force x{};
     x.lease_ns = lease_ms * kMs;
     store(f, x.force);
     store(Vec3(0.1 * f), x.torque);
-    return session.apply(c, now, scene);
+    return apply(CommandKind::kClientForce, x);
   }
-  ErrorCode limits(double f, double t) {
-    Command c;
-    c.kind = CommandKind::kLimits;
-    c.as<hd_limits>() = {f, t};
-    return session.apply(c, now, scene);
-  }
+  ErrorCode limits(double f, double t) { return apply(CommandKind::kLimits, hd_limits{f, t}); }
   ErrorCode model(const hd_local_model& m) { return session.apply(commandOf(m), now, scene); }
-  ErrorCode clear(std::uint32_t slot) {
-    Command c;
-    c.kind = CommandKind::kClearModel;
-    c.as<hd_clear_model>().slot = slot;
-    return session.apply(c, now, scene);
+  ErrorCode clear(std::uint32_t slot) { return apply(CommandKind::kClearModel, hd_clear_model{slot, 0, 0}); }
+  template <class T>
+  ErrorCode apply(CommandKind kind, const T& payload) {
+    return session.apply(makeCommand(kind, payload), now, scene);
   }
 };
 
@@ -271,19 +263,15 @@ TEST_F(ShareTest, RefusesSlotsDevicesAndKinds) {
   m.slot = HD_MODEL_SLOTS;
   EXPECT_EQ(model(m), ErrorCode::kInvalidArgument);
   EXPECT_EQ(clear(HD_MODEL_SLOTS), ErrorCode::kInvalidArgument);
-  Command c;
-  c.kind = CommandKind::kClientForce;
-  c.as<hd_client_force>().device = kMaxDevices;
-  EXPECT_EQ(session.apply(c, now, scene), ErrorCode::kInvalidArgument);
+  hd_client_force force{};
+  force.device = kMaxDevices;
+  EXPECT_EQ(apply(CommandKind::kClientForce, force), ErrorCode::kInvalidArgument);
   for (const bool torque : {false, true}) {
-    c = Command{};
-    c.kind = CommandKind::kClientForce;
-    (torque ? c.as<hd_client_force>().torque : c.as<hd_client_force>().force)[1] = std::nan("");
-    EXPECT_EQ(session.apply(c, now, scene), ErrorCode::kInvalidArgument);
+    force = {};
+    (torque ? force.torque : force.force)[1] = std::nan("");
+    EXPECT_EQ(apply(CommandKind::kClientForce, force), ErrorCode::kInvalidArgument);
   }
-  c = Command{};
-  c.kind = CommandKind::kArm;
-  EXPECT_EQ(session.apply(c, now, scene), ErrorCode::kUnsupported);
+  EXPECT_EQ(apply(CommandKind::kArm, DeviceRef{0}), ErrorCode::kUnsupported);
 }
 
 }  // namespace

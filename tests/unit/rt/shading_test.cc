@@ -29,7 +29,7 @@ struct Shaded {
     const std::uint32_t id = scene.addMesh(mesh, {}, material, flags);
     SurfaceParameters surface{};
     surface.smooth_cosine = cosine;
-    EXPECT_EQ(scene.scene->apply(test::surfaceCommand(id, surface)), ErrorCode::kOk);
+    EXPECT_EQ(scene.setSurface(id, surface), ErrorCode::kOk);
   }
   const Vec3& at(const Vec3& hip, const Vec3& v = Vec3::Zero()) {
     scene.tick(hip, v);

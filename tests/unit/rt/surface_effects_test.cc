@@ -31,7 +31,7 @@ struct Touch {
                  const hd_material& material = {kBlockStiffness, 0, 0, 0}) {
     scene.table->publishTexture(0, texture);
     plane = scene.add(ShapeKind::kPlane, Vec3::Zero(), {}, material);
-    EXPECT_EQ(scene.scene->apply(test::surfaceCommand(plane, surface)), ErrorCode::kOk);
+    EXPECT_EQ(scene.setSurface(plane, surface), ErrorCode::kOk);
   }
   const SurfaceForces& at(const Vec3& hip, const Vec3& v = Vec3::Zero()) {
     scene.tick(hip, v);
@@ -98,7 +98,7 @@ TEST(SurfaceEffects, AnotherObjectHitWhileSlidingIsAnImpactOnce) {
       const Quat lean = fromRotationVector(-std::numbers::pi / 2 * Vec3::UnitY());
       const auto id = t.scene.add(ShapeKind::kPlane, Vec3::Zero(), {{0.01 + radius, 0, 0}, lean},
                                   {kBlockStiffness, 0, friction, friction});
-      ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(id, wall)), ErrorCode::kOk);
+      ASSERT_EQ(t.scene.setSurface(id, wall), ErrorCode::kOk);
       Transient ring;
       bool hit = false;
       const auto at = [&](double x, double depth, const Vec3& v) {
@@ -124,7 +124,7 @@ TEST(SurfaceEffects, SlidingFromTileToTileIsSilent) {
   ASSERT_EQ(t.scene.remove(t.plane), ErrorCode::kOk);
   for (int i = 0; i < 4; ++i) {
     const auto id = t.scene.add(ShapeKind::kBox, Vec3(0.01, 0.01, 0.01), {{0.02 * i, 0, -0.01}, Quat::Identity()});
-    ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(id, test::ringing(20, 150, 0.01))), ErrorCode::kOk);
+    ASSERT_EQ(t.scene.setSurface(id, test::ringing(20, 150, 0.01)), ErrorCode::kOk);
   }
   t.at({0, 0, 1e-3});
   t.at({0, 0, -1e-3});
@@ -160,7 +160,7 @@ TEST(SurfaceEffects, ASheetThatIsMovedByItsVerticesStrikesWithItsSpeedAndBuzzes)
   SurfaceParameters s = test::ringing(10, 150, 0.01);
   s.vibration = 1;
   s.vibration_mass = 0.05;
-  ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(id, s)), ErrorCode::kOk);
+  ASSERT_EQ(t.scene.setSurface(id, s), ErrorCode::kOk);
   const auto start = mesh.vertices;
   const Vec3 hip(0.0113, 0.0021, 0.005);
   double first = 0, most = 0;
@@ -192,7 +192,7 @@ TEST(SurfaceEffects, InACornerEachWallHasItsOwnRelief) {
     const Quat lean = fromRotationVector(-std::numbers::pi / 2 * Vec3::UnitY());  // Its z is -x of the world.
     const auto wall = t.scene.add(ShapeKind::kPlane, Vec3::Zero(), {{0.01, 0, 0}, lean}, {stiffness[1], 0, 0, 0});
     if (both) {
-      ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(wall, relief(deep[1]))), ErrorCode::kOk);
+      ASSERT_EQ(t.scene.setSurface(wall, relief(deep[1])), ErrorCode::kOk);
     }
     int in_corner = 0;
     for (int i = 0; i < 3000; ++i) {
@@ -232,9 +232,9 @@ TEST(SurfaceEffects, InAGrooveAWallWithoutStiffnessHasNoRelief) {
                          {stiffness, 0, 0, 0});
       };
       const std::uint32_t soft = wall(lean, 0), firm = wall(-lean, kBlockStiffness);
-      ASSERT_EQ(scene.scene->apply(test::surfaceCommand(soft, relief(1e-4))), ErrorCode::kOk);
+      ASSERT_EQ(scene.setSurface(soft, relief(1e-4)), ErrorCode::kOk);
       if (both) {
-        ASSERT_EQ(scene.scene->apply(test::surfaceCommand(firm, relief(1e-4))), ErrorCode::kOk);
+        ASSERT_EQ(scene.setSurface(firm, relief(1e-4)), ErrorCode::kOk);
       }
       scene.tick({0, 0, 0.02});
       for (int i = 1; i < 30; ++i) {
@@ -375,7 +375,7 @@ TEST(SurfaceEffects, AHollowOfAReliefIsSilent) {
   s.relief_size[0] = s.relief_size[1] = 0.02;
   s.vibration = 2;
   s.vibration_mass = 0.05;
-  ASSERT_EQ(t.scene.scene->apply(test::surfaceCommand(t.plane, s)), ErrorCode::kOk);
+  ASSERT_EQ(t.scene.setSurface(t.plane, s), ErrorCode::kOk);
   t.at({0, 0, 1e-3});
   for (int i = 0; i < 30; ++i) {
     t.at({0, 0, -5e-5 * i}, {0, 0, -0.05});
@@ -403,18 +403,18 @@ TEST(SurfaceEffects, ATextureThatIsNotThereIsRefused) {
   TestScene t;
   const std::uint32_t plane = t.add(ShapeKind::kPlane, Vec3::Zero());
   SurfaceParameters s = relief(1e-3);
-  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane, s)), ErrorCode::kNotFound);
+  EXPECT_EQ(t.setSurface(plane, s), ErrorCode::kNotFound);
   t.table->publishTexture(0, &vibration.view);
-  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane, s)), ErrorCode::kNotFound) << "a vibration is no relief";
+  EXPECT_EQ(t.setSurface(plane, s), ErrorCode::kNotFound) << "a vibration is no relief";
   s.relief = kMaxTextures + 1;
-  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane, s)), ErrorCode::kNotFound);
+  EXPECT_EQ(t.setSurface(plane, s), ErrorCode::kNotFound);
   s = test::ringing(10, 150, 0.01);
-  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane + 1, s)), ErrorCode::kNotFound);
+  EXPECT_EQ(t.setSurface(plane + 1, s), ErrorCode::kNotFound);
   s.transient_decay = 1;
-  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane, s)), ErrorCode::kInvalidArgument) << "it would never end";
+  EXPECT_EQ(t.setSurface(plane, s), ErrorCode::kInvalidArgument) << "it would never end";
   s = {};
   s.transient_gain = std::nan("");
-  EXPECT_EQ(t.scene->apply(test::surfaceCommand(plane, s)), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(t.setSurface(plane, s), ErrorCode::kInvalidArgument);
 }
 
 }  // namespace

@@ -81,10 +81,8 @@ class LocalPlanes {
   }
 
   hapticd::ErrorCode put(const hd_local_model& plane) {
-    hapticd::Command command;
-    command.kind = hapticd::CommandKind::kLocalModel;
+    hapticd::Command command = hapticd::makeCommand(hapticd::CommandKind::kLocalModel, plane);
     command.seq = ++seq_;
-    command.as<hd_local_model>() = plane;
     return slot_.set(command, nanoseconds(now_s_), *scene_);
   }
 

@@ -19,21 +19,17 @@ class Ours {
     options.finish();
     proxy_.setRadius(problem.radius);
     meshes_->publish(0, &mesh_.view);
-    hapticd::Command command;
-    command.kind = hapticd::CommandKind::kAddObject;
-    auto& order = command.as<hapticd::AddObject>();
+    hapticd::AddObject order{};
     order.object = hapticd::makeObjectId(1, 1);
     order.flags = HD_OBJECT_ENABLED;
     if (two_sided) order.flags |= HD_OBJECT_TWO_SIDED;
     order.shape.kind = static_cast<std::uint32_t>(hapticd::ShapeKind::kMesh);
-    order.shape.mesh = 0;
-    order.material = {};
     order.material.stiffness = problem.stiffness;
     order.material.damping = problem.damping;
     order.material.friction_static = problem.friction_static;
     order.material.friction_dynamic = problem.friction_dynamic;
     order.q[0] = 1;
-    const hapticd::ErrorCode code = scene_->apply(command);
+    const hapticd::ErrorCode code = scene_->apply(hapticd::makeCommand(hapticd::CommandKind::kAddObject, order));
     if (code != hapticd::ErrorCode::kOk) {
       throw Failure("ours", std::string(hapticd::describe(code)),
                     "stiffness, damping and friction as the daemon takes them");

@@ -9,16 +9,14 @@ using namespace hapticd;  // NOLINT(google-build-using-namespace)
 RenderStage::RenderStage(MeshView& mesh, const MeshStroke& stroke)
     : stroke_(stroke), scene_(std::make_unique<Scene>(table_)) {
   table_.publish(0, &mesh);
-  Command command;
-  command.kind = CommandKind::kAddObject;
-  auto& object = command.as<AddObject>();
-  object = AddObject{};
+  AddObject object{};
   object.object = makeObjectId(1, 1);
   object.flags = HD_OBJECT_ENABLED;
   object.shape.kind = static_cast<std::uint32_t>(ShapeKind::kMesh);
   object.material.stiffness = 1000;
   object.q[0] = 1;
-  if (scene_->apply(command) != ErrorCode::kOk) throw Failure("stroke", "the scene refuses the mesh", "");
+  if (scene_->apply(makeCommand(CommandKind::kAddObject, object)) != ErrorCode::kOk)
+    throw Failure("stroke", "the scene refuses the mesh", "");
   scene_->advance(kStrokeDt);
 }
 

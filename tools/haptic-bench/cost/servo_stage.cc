@@ -1,7 +1,5 @@
 #include "tools/haptic-bench/cost/servo_stage.h"
 
-#include <type_traits>
-
 #include "tools/haptic-bench/desktop_guard.h"
 #include "tools/haptic-bench/failure.h"
 
@@ -63,10 +61,7 @@ void ServoStage::begin(double radius) {
   hand_->place = stroke_.at(0, radius + kStrokeAbove);
   servo_ = std::make_unique<Servo>(config, std::array<Device*, kMaxDevices>{hand_.get()}, meshes_, *clock_);
   const auto order = [&](CommandKind kind, const auto& payload) {
-    Command command;
-    command.kind = kind;
-    command.as<std::decay_t<decltype(payload)>>() = payload;
-    if (!servo_->from_control.push(command)) throw Failure("servo", "takes no orders", "");
+    if (!servo_->from_control.push(makeCommand(kind, payload))) throw Failure("servo", "takes no orders", "");
   };
   AddObject object{};
   object.object = makeObjectId(1, 1);

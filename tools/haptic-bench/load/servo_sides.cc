@@ -116,10 +116,7 @@ House::House(const Slice& slice, MeshView& mesh, Clock& clock, Note& note) : sli
   group_ = orFail(DeviceGroup::start(group, std::move(devices), meshes_, clock));
   if (!group_->realtime()) note = group_->schedulingNote();
   const auto send = [&](CommandKind kind, const auto& payload) {
-    Command command;
-    command.kind = kind;
-    command.as<std::decay_t<decltype(payload)>>() = payload;
-    if (!group_->send(command)) throw Failure("servo", "takes no orders", "");
+    if (!group_->send(makeCommand(kind, payload))) throw Failure("servo", "takes no orders", "");
   };
   AddObject object{};
   object.object = makeObjectId(1, 1);

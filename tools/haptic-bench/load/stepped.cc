@@ -64,12 +64,8 @@ class Stepper {
  private:
   template <class T>
   void add(CommandKind kind, std::uint32_t session, const T& payload) {
-    Command& command = input_.command[input_.command_count++];
-    command = Command{};
-    command.kind = kind;
-    command.session = session;
+    Command& command = input_.command[input_.command_count++] = makeCommand(kind, payload, session);
     command.seq = ++seq_;
-    command.as<T>() = payload;
   }
 
   std::unique_ptr<Cycle> cycle_;

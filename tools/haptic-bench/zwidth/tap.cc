@@ -79,10 +79,7 @@ class Bench {
 
   template <class T>
   void send(CommandKind kind, const T& payload) {
-    Command& command = input_->command[input_->command_count++];
-    command = Command{};
-    command.kind = kind;
-    command.as<T>() = payload;
+    input_->command[input_->command_count++] = makeCommand(kind, payload);
   }
 
   std::int64_t period_ns_;

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "tests/integration/raw_client.h"
+#include "tests/support/eventually.h"
 #include "tests/support/temporary_directory.h"
 
 namespace hapticd::test {
@@ -96,11 +97,7 @@ class Program {
     return {std::istreambuf_iterator<char>(in), {}};
   }
   [[nodiscard]] bool says(const std::string& text) const {
-    for (int i = 0; i < 500; ++i) {
-      if (output().find(text) != std::string::npos) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    return false;
+    return eventually([&] { return output().find(text) != std::string::npos; });
   }
 
  private:

@@ -24,6 +24,15 @@ void push(Bench& bench, std::uint32_t kind, const T& payload, std::uint64_t at_t
 
 const Cycle& cycleOf(Bench& bench) { return bench.core.devices().links().front()->group().servo().cycle(); }
 
+/** Whether it comes to that while the servo goes on. */
+template <class Condition>
+bool stepUntil(Bench& bench, Condition&& condition) {
+  return eventually([&] {
+    if (!condition()) bench.step();
+    return condition();
+  });
+}
+
 TEST(RecordingStart, KeepsSceneSessionsLimitsAndFaults) {
   Bench bench;
   const Client root = bench.core.client(bench.administration);
@@ -109,11 +118,7 @@ TEST(RecordingStart, OneAGroup) {
   ASSERT_FALSE(second.ok());
   EXPECT_EQ(second.error().code, ErrorCode::kAlreadyExists);
   bench.core.recordings().drop(taken.id());
-  for (int i = 0; i < 500 && bench.core.recordings().size() != 0; ++i) {
-    bench.step();
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  EXPECT_EQ(bench.core.recordings().size(), 0u);
+  EXPECT_TRUE(stepUntil(bench, [&] { return bench.core.recordings().size() == 0; }));
   EXPECT_TRUE(bench.core.record("", bench.administration).ok());
 }
 
@@ -146,10 +151,7 @@ TEST(RecordingStart, TheNextWaitsForOneThatEnds) {
   EXPECT_EQ(answer, ErrorCode::kAlreadyExists) << "nobody ends it";
   bench.core.recordings().drop(first->id);
   ask();
-  for (int i = 0; i < 500 && !answer; ++i) {
-    bench.step();
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
+  EXPECT_TRUE(stepUntil(bench, [&] { return answer.has_value(); }));
   EXPECT_EQ(answer, ErrorCode::kOk);
 }
 
@@ -161,11 +163,7 @@ TEST(RecordingStart, AllWhoStopItHearHowItEnded) {
   for (int i = 0; i < 2; ++i)
     bench.core.recordings().stop(started->id,
                                  [&](const RecordingEnd& end) { heard += end.reason == "stopped" ? 1 : 0; });
-  for (int i = 0; i < 500 && heard < 2; ++i) {
-    bench.step();
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  EXPECT_EQ(heard, 2);
+  EXPECT_TRUE(stepUntil(bench, [&] { return heard == 2; }));
 }
 
 TEST(RecordingStart, OneThatTheDaemonsEndCutsShortSaysSo) {
@@ -202,11 +200,7 @@ TEST(RecordingStart, NobodyRecordsAnotherUsersMessages) {
   ASSERT_TRUE(bench.core.openSession("", *stranger, "stranger", HD_SHM_MAJOR, HD_SHM_MINOR).ok());
   std::optional<RecordingEnd> end;
   bench.core.recordings().stop(own->id, [&](const RecordingEnd& e) { end = e; });
-  for (int i = 0; i < 500 && !end; ++i) {
-    bench.step();
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  ASSERT_TRUE(end.has_value());
+  ASSERT_TRUE(stepUntil(bench, [&] { return end.has_value(); }));
   EXPECT_NE(end->reason.find("another user"), std::string::npos) << end->reason;
 }
 

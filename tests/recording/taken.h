@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -14,6 +13,7 @@
 
 #include "daemon/recording/replayer.h"
 #include "tests/session/bench.h"
+#include "tests/support/eventually.h"
 
 namespace hapticd::test {
 
@@ -45,11 +45,10 @@ class Taken {
   template <class Step>
   std::string finish(Step&& step) {
     bench_.core.recordings().stop(id_, [this](const RecordingEnd& end) { end_ = end; });
-    for (int i = 0; i < 2000 && !end_; ++i) {
-      step();
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    EXPECT_TRUE(end_.has_value()) << "the recorder does not end";
+    EXPECT_TRUE(eventually([&] {
+      if (!end_) step();
+      return end_.has_value();
+    })) << "the recorder does not end";
     reader_.join();
     return bytes_;
   }

@@ -6,25 +6,15 @@
 #include <chrono>
 #include <cmath>
 #include <hapticclient/hapticclient.hpp>
-#include <memory>
-#include <thread>
 
 #include "support/daemon_fixture.h"
+#include "support/eventually.h"
 
 namespace hapticd::test {
 namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-template <class Condition>
-bool eventually(Condition&& condition) {
-  for (int i = 0; i < 2000; ++i) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(milliseconds(5));
-  }
-  return false;
-}
 
 class ClientIntegration : public ::testing::Test {
  protected:

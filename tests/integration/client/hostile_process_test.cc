@@ -12,6 +12,7 @@
 
 #include "support/child_process.h"
 #include "support/daemon_fixture.h"
+#include "support/eventually.h"
 #include "tests/hostile/attacker.h"
 #include "tests/integration/raw_client.h"
 #include "tests/support/random.h"
@@ -63,15 +64,13 @@ class HostileProcess : public ::testing::Test {
     if (HasFailure()) std::fputs(daemon_.log().c_str(), stderr);
   }
 
-  /** Polls for up to 20 s, taking in the honest session's history meanwhile. */
+  /** Taking in the honest session's history meanwhile. */
   template <class Condition>
   bool eventually(Condition&& condition) {
-    for (int i = 0; i < 10000; ++i) {
+    return test::eventually([&] {
       drain();
-      if (condition()) return true;
-      std::this_thread::sleep_for(milliseconds(2));
-    }
-    return false;
+      return condition();
+    });
   }
   void drain() {
     std::vector<haptic_sample> room(1024);

@@ -8,22 +8,12 @@
 #include <chrono>
 #include <hapticclient/hapticclient.hpp>
 #include <memory>
-#include <thread>
 
+#include "support/eventually.h"
 #include "support/temporary_directory.h"
 #include "unit/libclient/fake_daemon.h"
 
 namespace hapticd::test {
-
-/** Waits until `condition` holds, at most ten seconds. */
-template <class Condition>
-bool eventually(Condition&& condition) {
-  for (int i = 0; i < 5000; ++i) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  return false;
-}
 
 class WithFakeDaemon : public ::testing::Test {
  protected:

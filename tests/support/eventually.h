@@ -1,0 +1,21 @@
+/** @file
+ * Waiting for what another thread or process does.
+ */
+#pragma once
+
+#include <chrono>
+#include <thread>
+
+namespace hapticd::test {
+
+/** Whether `condition` holds within ten seconds; it is asked every two milliseconds. */
+template <class Condition>
+bool eventually(Condition&& condition) {
+  for (int i = 0; i < 5000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return false;
+}
+
+}  // namespace hapticd::test

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <memory>
-#include <thread>
 
 #include "rt/collide/scene_contacts.h"
 #include "rt/contact/point_field.h"
@@ -49,18 +48,9 @@ TEST(Detectors, AreCleanOnEveryVectorPath) {
   for (const PointPath path : {PointPath::kPortable, PointPath::kAvx2, PointPath::kAvx512}) {
     if (!choosePointPath(path)) continue;
     for (const auto& detector : all) {
-      test::RtViolations seen;
-      bool trapped = false;
+      SCOPED_TRACE(detector->name() + (" " + std::string(nameOf(path))));
       int touching = 0;
-      std::thread([&] {
-        askOften(*detector, a, b, 60);  // Brings in pages.
-        trapped = test::trapSystemCalls();
-        test::RtScope scope;
-        touching = askOften(*detector, a, b, 200);
-        seen = scope.finish();
-      }).join();
-      EXPECT_TRUE(trapped);
-      EXPECT_EQ(seen, test::RtViolations{}) << detector->name() << " " << nameOf(path);
+      test::expectClean([&] { askOften(*detector, a, b, 60); }, [&] { touching = askOften(*detector, a, b, 200); });
       EXPECT_GT(touching, 20) << detector->name();
     }
   }
@@ -101,18 +91,8 @@ TEST(SceneContacts, AreCleanByFieldsAheadAndByPoints) {
     }
     return touching;
   };
-  test::RtViolations seen;
-  bool trapped = false;
   int touching = 0;
-  std::thread([&] {
-    ask(60);
-    trapped = test::trapSystemCalls();
-    test::RtScope scope;
-    touching = ask(240);
-    seen = scope.finish();
-  }).join();
-  EXPECT_TRUE(trapped);
-  EXPECT_EQ(seen, test::RtViolations{});
+  test::expectClean([&] { ask(60); }, [&] { touching = ask(240); });
   EXPECT_GT(touching, 100);
 }
 

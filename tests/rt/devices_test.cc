@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <limits>
 #include <string>
-#include <thread>
 
 #include "drivers/registry.h"
 #include "rt/cycle/realtime.h"
@@ -54,19 +53,15 @@ void expectClean(const std::string& uri) {
   Device& device = **made;
   ASSERT_TRUE(device.info().servo_safe);
   ASSERT_TRUE(device.open().ok());
-  test::RtViolations seen;
-  bool trapped = false;
-  std::thread([&] {
-    disableDenormals();
-    DeviceSample sample;
-    for (int i = 0; i < 100; ++i) step(device, i, sample);
-    trapped = test::trapSystemCalls();
-    test::RtScope scope;
-    for (int i = 100; i < 10'100; ++i) step(device, i, sample);
-    seen = scope.finish();
-  }).join();
-  EXPECT_TRUE(trapped);
-  EXPECT_EQ(seen, test::RtViolations{});
+  DeviceSample sample;
+  test::expectClean(
+      [&] {
+        disableDenormals();
+        for (int i = 0; i < 100; ++i) step(device, i, sample);
+      },
+      [&] {
+        for (int i = 100; i < 10'100; ++i) step(device, i, sample);
+      });
 }
 
 TEST(Devices, EveryMotionOfTheSimulatorIsClean) {

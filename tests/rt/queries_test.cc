@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <thread>
 
 #include "rt/geometry/boxes.h"
 #include "rt/geometry/nearest.h"
@@ -45,19 +44,12 @@ TEST(Queries, AreCleanOnEveryVectorPath) {
   const VectorPath best = vectorPath();
   for (const VectorPath path : {VectorPath::kPortable, best}) {
     ASSERT_TRUE(choosePath(path));
-    test::RtViolations seen;
-    bool trapped = false;
     int answers = 0;
-    std::thread([&] {
-      std::mt19937 random(seedOf(1));
-      for (int i = 0; i < 100; ++i) askAll(mesh, random);  // Brings in pages.
-      trapped = test::trapSystemCalls();
-      test::RtScope scope;
-      for (int i = 0; i < 1000; ++i) answers += askAll(mesh, random);
-      seen = scope.finish();
-    }).join();
-    EXPECT_TRUE(trapped);
-    EXPECT_EQ(seen, test::RtViolations{});
+    std::mt19937 random(seedOf(1));
+    const auto ask = [&](int times) {
+      for (int i = 0; i < times; ++i) answers += askAll(mesh, random);
+    };
+    test::expectClean([&] { ask(100); }, [&] { answers = 0, ask(1000); });
     EXPECT_EQ(answers, 4 * 1000);
   }
 }

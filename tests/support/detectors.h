@@ -8,8 +8,11 @@
  */
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cstdint>
 #include <iosfwd>
+#include <thread>
 
 namespace hapticd::test {
 
@@ -45,5 +48,21 @@ class RtScope {
  * False when the kernel has no seccomp.
  */
 [[nodiscard]] bool trapSystemCalls() noexcept;
+
+/** `warmUp` brings in pages; then nothing of all that may happen in `run`. On a thread of its own. */
+template <class WarmUp, class Run>
+void expectClean(WarmUp&& warmUp, Run&& run) {
+  RtViolations seen;
+  bool trapped = false;
+  std::thread([&] {
+    warmUp();
+    trapped = trapSystemCalls();
+    RtScope scope;
+    run();
+    seen = scope.finish();
+  }).join();
+  EXPECT_TRUE(trapped);
+  EXPECT_EQ(seen, RtViolations{});
+}
 
 }  // namespace hapticd::test

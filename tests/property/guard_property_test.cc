@@ -134,99 +134,116 @@ struct Adversary {
 
 Vec3 inside(const Vec3& x, double limit) { return x.norm() > limit ? Vec3(x * (limit / x.norm())) : x; }
 
-void runAdversary(unsigned seed, bool calm, int ticks, int& armed_ticks, int& faults) {
-  SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed << (calm ? " calm" : " hostile"));
-  Adversary a(seed, calm);
-  DeviceCommand last;
-  bool lowering = false;
-  bool cause = false;
-  std::uint32_t fault = HD_FAULT_NONE;
-  for (int tick = 1; tick <= ticks; ++tick) {
-    SCOPED_TRACE(tick);
-    if (a.random.once(10)) {
-      const ErrorCode code = a.guard.arm();
-      ASSERT_EQ(code, cause ? ErrorCode::kFaultLatched : ErrorCode::kOk) << "armed while the cause persists, or not";
-      if (code == ErrorCode::kOk) {
-        fault = HD_FAULT_NONE;
-        lowering = false;
-      } else {
-        ASSERT_NE(a.guard.fault(), std::uint32_t{HD_FAULT_NONE});
-        fault = a.guard.fault();
-      }
-    }
-    if (a.random.once(200)) {
-      a.guard.disarm();
-      lowering = true;
-    }
-    if (!calm && a.random.once(300)) a.guard.latch(static_cast<std::uint32_t>(a.random.below(12)));
-    if (a.guard.fault() != HD_FAULT_NONE && fault == HD_FAULT_NONE) fault = a.guard.fault();
-    const GuardLimits before = a.guard.limits();
-    if (a.random.once(100)) {
-      GuardLimits limits = randomLimits(a.random);
-      if (a.random.once(5)) limits.power = a.random.broken();
-      const bool good = std::isfinite(limits.power);
-      ASSERT_EQ(a.guard.setLimits(limits), good ? ErrorCode::kOk : ErrorCode::kInvalidArgument);
-    }
-    const GuardLimits limits = a.guard.limits();
+/** A guard in an adversary's hands, with what it must keep from one tick to the next. */
+class Duel {
+ public:
+  Duel(unsigned seed, bool calm) : a_(seed, calm), calm_(calm) {}
 
-    a.draw();
-    a.step(1'000'000'000 + tick * std::int64_t{1'000'000});
-    const DeviceCommand& now = a.out.command;
-    cause = a.cause();
+  void tick(int number) {
+    order();
+    const GuardLimits before = a_.guard.limits();
+    changeLimits();
+    a_.draw();
+    a_.step(1'000'000'000 + number * std::int64_t{1'000'000});
+    cause_ = a_.cause();
+    expectBounds();
+    expectFaults();
+    expectSlew(before);
+    expectOwners();
+    last_ = a_.out.command;
+  }
+  int armed_ticks = 0, faults = 0;
 
-    // Bounds, always.
+ private:
+  void order() {
+    if (a_.random.once(10)) {
+      const ErrorCode code = a_.guard.arm();
+      ASSERT_EQ(code, cause_ ? ErrorCode::kFaultLatched : ErrorCode::kOk) << "armed while the cause persists, or not";
+      fault_ = a_.guard.fault();
+      ASSERT_EQ(fault_ == HD_FAULT_NONE, code == ErrorCode::kOk);
+      if (code == ErrorCode::kOk) lowering_ = false;
+    }
+    if (a_.random.once(200)) {
+      a_.guard.disarm();
+      lowering_ = true;
+    }
+    if (!calm_ && a_.random.once(300)) a_.guard.latch(static_cast<std::uint32_t>(a_.random.below(12)));
+    if (fault_ == HD_FAULT_NONE) fault_ = a_.guard.fault();
+  }
+  void changeLimits() {
+    if (!a_.random.once(100)) return;
+    GuardLimits limits = randomLimits(a_.random);
+    if (a_.random.once(5)) limits.power = a_.random.broken();
+    const bool good = std::isfinite(limits.power);
+    ASSERT_EQ(a_.guard.setLimits(limits), good ? ErrorCode::kOk : ErrorCode::kInvalidArgument);
+  }
+  /** Always. */
+  void expectBounds() {
+    const DeviceCommand& now = a_.out.command;
     ASSERT_TRUE(isFinite(now.force) && isFinite(now.torque) && std::isfinite(now.gripper_force));
-    ASSERT_LE(now.force.norm(), limits.force);
-    ASSERT_LE(now.torque.norm(), limits.torque);
-    ASSERT_LE(std::abs(now.gripper_force), limits.gripper_force);
-
-    // Causes latch, first cause first, and stay.
-    if (cause && last.enabled) {
-      ASSERT_NE(a.out.fault, std::uint32_t{HD_FAULT_NONE});
-    }
-    if (fault != HD_FAULT_NONE) {
-      ASSERT_EQ(a.out.fault, fault) << "a latched fault changed";
-    }
-    if (fault == HD_FAULT_NONE && a.out.fault != HD_FAULT_NONE) {
-      fault = a.out.fault;
+    ASSERT_LE(now.force.norm(), a_.guard.limits().force);
+    ASSERT_LE(now.torque.norm(), a_.guard.limits().torque);
+    ASSERT_LE(std::abs(now.gripper_force), a_.guard.limits().gripper_force);
+  }
+  /** Causes latch, first cause first, and stay. */
+  void expectFaults() {
+    const bool latched = a_.out.fault != HD_FAULT_NONE;
+    ASSERT_TRUE(latched || !cause_ || !last_.enabled);
+    if (fault_ != HD_FAULT_NONE) {
+      ASSERT_EQ(a_.out.fault, fault_) << "a latched fault changed";
+    } else if (latched) {
+      fault_ = a_.out.fault;
       ++faults;
-      ASSERT_TRUE(cause || fault == HD_FAULT_ENERGY) << "a fault without a cause: " << fault;
+      ASSERT_TRUE(cause_ || fault_ == HD_FAULT_ENERGY) << "a fault without a cause: " << fault_;
     }
-    if (a.out.fault != HD_FAULT_NONE) {
-      ASSERT_FALSE(now.enabled);
-    }
-    ASSERT_EQ((a.out.flags & HD_SAMPLE_FAULT) != 0, fault != HD_FAULT_NONE);
-    ASSERT_EQ((a.out.flags & HD_SAMPLE_ARMED) != 0, now.enabled);
-
-    // Not enabled: exactly nothing. Enabled: slew.
+    ASSERT_FALSE(latched && a_.out.command.enabled);
+    ASSERT_EQ((a_.out.flags & HD_SAMPLE_FAULT) != 0, fault_ != HD_FAULT_NONE);
+    ASSERT_EQ((a_.out.flags & HD_SAMPLE_ARMED) != 0, a_.out.command.enabled);
+  }
+  /** Not enabled: exactly nothing. */
+  void expectSlew(const GuardLimits& before) {
+    const DeviceCommand& now = a_.out.command;
     if (!now.enabled) {
       ASSERT_TRUE(now.force.isZero(0) && now.torque.isZero(0) && now.gripper_force == 0);
-      ASSERT_TRUE(fault != HD_FAULT_NONE || lowering || !last.enabled) << "switched off for no reason";
-    } else {
-      ++armed_ticks;
-      const double rounding = 1e-11;
-      const bool lowered =
-          limits.force < before.force || limits.torque < before.torque || limits.gripper_force < before.gripper_force;
-      const Vec3 from_f = lowered ? inside(last.force, limits.force) : last.force;
-      const Vec3 from_t = lowered ? inside(last.torque, limits.torque) : last.torque;
-      const bool fell = now.force.isZero(0) && now.torque.isZero(0);  // Re-armed in mid-lowering, second over.
-      if (!fell) {
-        ASSERT_LE((now.force - from_f).norm(),
-                  limits.force_slew * kDt * (lowered ? 1 + 1e-9 : 1) + (lowered ? rounding : 0));
-        ASSERT_LE((now.torque - from_t).norm(),
-                  limits.torque_slew * kDt * (lowered ? 1 + 1e-9 : 1) + (lowered ? rounding : 0));
-      }
+      ASSERT_TRUE(fault_ != HD_FAULT_NONE || lowering_ || !last_.enabled) << "switched off for no reason";
+      return;
     }
-
-    // Owners.
+    ++armed_ticks;
+    if (now.force.isZero(0) && now.torque.isZero(0)) return;  // Re-armed in mid-lowering, second over.
+    const GuardLimits& limits = a_.guard.limits();
+    const bool lowered =
+        limits.force < before.force || limits.torque < before.torque || limits.gripper_force < before.gripper_force;
+    const double share = lowered ? 1 + 1e-9 : 1, rounding = lowered ? 1e-11 : 0;
+    const Vec3 from_f = lowered ? inside(last_.force, limits.force) : last_.force;
+    const Vec3 from_t = lowered ? inside(last_.torque, limits.torque) : last_.torque;
+    ASSERT_LE((now.force - from_f).norm(), limits.force_slew * kDt * share + rounding);
+    ASSERT_LE((now.torque - from_t).norm(), limits.torque_slew * kDt * share + rounding);
+  }
+  void expectOwners() {
     Vec3 sum = Vec3::Zero();
-    for (const Vec3& part : a.out.by_source) {
+    for (const Vec3& part : a_.out.by_source) {
       ASSERT_TRUE(isFinite(part));
       sum += part;
     }
-    ASSERT_EQ(sum, now.force) << "by_source does not sum exactly";
-    last = now;
+    ASSERT_EQ(sum, a_.out.command.force) << "by_source does not sum exactly";
   }
+
+  Adversary a_;
+  const bool calm_;
+  DeviceCommand last_;
+  bool lowering_ = false, cause_ = false;
+  std::uint32_t fault_ = HD_FAULT_NONE;
+};
+
+void runAdversary(unsigned seed, bool calm, int ticks, int& armed_ticks, int& faults) {
+  SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed << (calm ? " calm" : " hostile"));
+  Duel duel(seed, calm);
+  for (int tick = 1; tick <= ticks && !testing::Test::HasFatalFailure(); ++tick) {
+    SCOPED_TRACE(tick);
+    duel.tick(tick);
+  }
+  armed_ticks += duel.armed_ticks;
+  faults += duel.faults;
 }
 
 TEST(GuardProperty, AnyInputWhatever) {

@@ -12,6 +12,7 @@ namespace haptic_bench {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 Results one(const std::string& unit, std::vector<double> rounds, const std::string& benchmark = "b") {
   Results r;
@@ -169,12 +170,9 @@ TEST(ReadResults, WhatWasPrintedIsRead) {
 
 TEST(ReadResults, FaultsNameTheLine) {
   for (const char* text : {"a,b,ns,1\n", "a,b,ns,1,x\n", "a,b,ns,1,nan\n", "\"a,b,ns,1,2\n", "a,b,c,ns,1,2\n"}) {
-    try {
-      (void)Results::parse(std::string("x,y,s,1,1\n") + text, "t");
-      ADD_FAILURE() << text;
-    } catch (const Failure& failure) {
-      EXPECT_THAT(failure.what(), HasSubstr("t, line 2"));
-    }
+    EXPECT_THAT([&] { (void)Results::parse(std::string("x,y,s,1,1\n") + text, "t"); },
+                ThrowsMessage<Failure>(HasSubstr("t, line 2")))
+        << text;
   }
   EXPECT_THROW((void)Results::parse("# nothing\n", "t"), Failure);
   EXPECT_THROW((void)Results::parse("a,b,s,1,1\na,b,s,1,1\n", "t"), Failure) << "a file twice";

@@ -17,6 +17,7 @@ namespace haptic_bench {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 Trajectory parse(const std::string& text, const FileOptions& options = {}) {
   return readColumns(Table::parse(text, "test.csv", options.columns), options, makeModel("plane"), {1000});
@@ -169,12 +170,7 @@ TEST(TrajectoryFiles, WhatIsNoTextAndWhatIsTooLongIsRefused) {
 
 TEST(TrajectoryFiles, AFolderIsCalledOne) {
   const hapticd::test::TemporaryDirectory directory;
-  try {
-    (void)Table::read(directory.path(), "");
-    ADD_FAILURE();
-  } catch (const Failure& failure) {
-    EXPECT_THAT(failure.what(), HasSubstr(": it is a folder"));
-  }
+  EXPECT_THAT([&] { (void)Table::read(directory.path(), ""); }, ThrowsMessage<Failure>(HasSubstr(": it is a folder")));
 }
 
 TEST(TrajectoryFiles, ABallComesFromWhereItTouchesNothing) {
@@ -209,12 +205,8 @@ TEST(TrajectoryFiles, AreFoundByTheirKind) {
   std::ofstream(loud) << "t,x,y,z\n0,0,0,0\n";
   EXPECT_EQ(makeTrajectory(loud, makeModel("plane"), {1000}).samples.size(), 1u);
   std::ofstream(other) << "";
-  try {
-    (void)makeTrajectory(other, makeModel("plane"), {1000});
-    ADD_FAILURE();
-  } catch (const Failure& failure) {
-    EXPECT_THAT(failure.what(), HasSubstr("neither a recording nor"));
-  }
+  EXPECT_THAT([&] { (void)makeTrajectory(other, makeModel("plane"), {1000}); },
+              ThrowsMessage<Failure>(HasSubstr("neither a recording nor")));
   EXPECT_THROW((void)makeTrajectory(directory.path() + "/none.csv", makeModel("plane"), {1000}), Failure);
   EXPECT_THROW((void)makeTrajectory(directory.path() + "/none.xyz", makeModel("plane"), {1000}), Failure);
 }

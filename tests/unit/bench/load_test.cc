@@ -1,5 +1,6 @@
 // Local models against the native scene, stepped: what a good client at 30 Hz and 5 ms late must reach, and that the
 // yardsticks agree with closed forms.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tools/haptic-bench/failure.h"
@@ -10,6 +11,8 @@
 
 namespace haptic_bench {
 namespace {
+
+using ::testing::ThrowsMessage;
 
 constexpr double kSeconds = 1;
 constexpr ClientTiming kSlow{1.0 / 30, 0.005, 1000};
@@ -58,12 +61,9 @@ std::vector<haptic_sample> restingAt(double height, std::size_t owner, float for
 TEST(Load, ARunThatTouchedNothingIsNoErrorOfNoNumber) {
   for (const Source source : {Source::kNative, Source::kPlane, Source::kForce}) {
     for (const auto& samples : {restingAt(0.001, HAPTIC_SOURCE_SURFACE, 0), std::vector<haptic_sample>()}) {
-      try {
-        (void)judgeForces(samples, ball(), source, 1000);
-        ADD_FAILURE() << "it was judged";
-      } catch (const Failure& failure) {
-        EXPECT_STREQ(failure.what(), "load: the hand touched nothing (a stroke takes 0.72 s: more --seconds)");
-      }
+      EXPECT_THAT([&] { (void)judgeForces(samples, ball(), source, 1000); },
+                  ThrowsMessage<Failure>("load: the hand touched nothing (a stroke takes 0.72 s: more --seconds)"))
+          << "it was judged";
     }
   }
 }

@@ -23,6 +23,7 @@ namespace {
 
 using hapticd::Quat;
 using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 /** Without any symmetry. */
 Model potato() {
@@ -193,12 +194,9 @@ TEST(Measured, SamplesAreEvenInSecondsSince1970) {
 TEST(Measured, TimesInAnotherUnitDoNotGoOnForEver) {
   const Recording r = record(lissajous(plane(0.05, 3), {2, 2000, 1}), {});
   for (const double scale : {1e6, 1e9}) {  // Microseconds and nanoseconds in a column t.
-    try {
-      (void)merge(retimed(r, scale, 0), {});
-      ADD_FAILURE() << scale;
-    } catch (const Failure& failure) {
-      EXPECT_THAT(failure.what(), HasSubstr("at 1000 Hz are too many samples (at most 1e+07: name the column of"));
-    }
+    EXPECT_THAT([&] { (void)merge(retimed(r, scale, 0), {}); },
+                ThrowsMessage<Failure>(HasSubstr("at 1000 Hz are too many samples (at most 1e+07: name the column of")))
+        << scale;
   }
 }
 
@@ -303,12 +301,7 @@ TEST(Measured, ForcesOfTheWrongSignAreRefused) {
   const Model m = potato();
   Recording r = record(handling(m), apparatus());
   for (ForceSample& f : r.forces) f.f_S = -f.f_S;
-  try {
-    (void)onSurface(r, options(), m);
-    ADD_FAILURE();
-  } catch (const Failure& failure) {
-    EXPECT_THAT(failure.what(), HasSubstr("change their sign"));
-  }
+  EXPECT_THAT([&] { (void)onSurface(r, options(), m); }, ThrowsMessage<Failure>(HasSubstr("change their sign")));
 }
 
 TEST(Measured, WhatItFoundIsAFirstGuessThatNeedsNoOther) {
@@ -334,12 +327,8 @@ TEST(Measured, ContactsThatLieNowhereNearTheMeshAreRefused) {
   MeasuredOptions wrong = options();
   wrong.merge.tip_S = Vec3::Zero();  // The sensor's own origin, 10 cm from the tip that touches.
   Recording r = record(handling(m), apparatus());
-  try {
-    (void)onSurface(r, wrong, m);
-    ADD_FAILURE();
-  } catch (const Failure& failure) {
-    EXPECT_THAT(failure.what(), HasSubstr(" mm rms off the surface of a mesh of "));
-  }
+  EXPECT_THAT([&] { (void)onSurface(r, wrong, m); },
+              ThrowsMessage<Failure>(HasSubstr(" mm rms off the surface of a mesh of ")));
 }
 
 TEST(Measured, UnitsThatNoHandSurvivesAreNamedWithTheirLine) {
@@ -365,12 +354,7 @@ TEST(Measured, UnitsThatNoHandSurvivesAreNamedWithTheirLine) {
 TEST(Measured, FaultsAreNamed) {
   Recording r = record(lissajous(plane(0.05, 3), {1, 2000, 1}), {});
   for (ForceSample& f : r.forces) f.t_s += 100;
-  try {
-    (void)merge(r, {});
-    ADD_FAILURE();
-  } catch (const Failure& failure) {
-    EXPECT_THAT(failure.what(), HasSubstr("one clock"));
-  }
+  EXPECT_THAT([&] { (void)merge(r, {}); }, ThrowsMessage<Failure>(HasSubstr("one clock")));
   EXPECT_THROW((void)registerPoints(NearestPoint(plane(1, 1)), {Vec3(0, 0, 0)}, 0, {}), Failure);
 }
 

@@ -2,6 +2,7 @@
  * Shapes against their closed forms, the nearest point against dense sampling.
  */
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,6 +18,9 @@
 
 namespace haptic_bench {
 namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 double signedVolume(const Model& m) {
   double volume = 0;
@@ -84,14 +88,12 @@ TEST(BenchModels, AFileInAnotherUnitIsToldSo) {
   const hapticd::test::TemporaryDirectory directory;
   const std::string path = directory.path() + "/large.obj";
   std::ofstream(path) << "v 0 0 0\nv 300 0 0\nv 0 400 0\nf 1 2 3\n";
-  try {
-    (void)makeModel(path);
-    ADD_FAILURE() << "its vertices lie too far away";
-  } catch (const Failure& failure) {
-    EXPECT_EQ(failure.what(), path +
-                                  ": the vertex 300 0 0 lies 300 m away (at most 100 m: the file's unit may be "
-                                  "another, add :scale=0.001)");
-  }
+  EXPECT_THAT(
+      [&] { (void)makeModel(path); },
+      ThrowsMessage<Failure>(
+          path +
+          ": the vertex 300 0 0 lies 300 m away (at most 100 m: the file's unit may be another, add :scale=0.001)"))
+      << "its vertices lie too far away";
   EXPECT_FLOAT_EQ(makeModel(path + ":scale=0.001").vertices[2][1], 0.4f);
 }
 
@@ -120,12 +122,7 @@ TEST(BenchModels, AreWhereTheObjectOfASessionStood) {
 TEST(BenchModels, FaultsAreNamed) {
   for (const char* spec : {"cube", "sphere:stacks=2", "sphere:stacks=4.5", "sphere:corners=3", "sphere:stacks",
                            "sphere:stacks=4,stacks=5", "plane:half=nan", "none.stl"}) {
-    try {
-      (void)makeModel(spec);
-      ADD_FAILURE() << spec;
-    } catch (const Failure& failure) {
-      EXPECT_NE(std::string(failure.what()).find('('), std::string::npos) << "no remedy: " << failure.what();
-    }
+    EXPECT_THAT([&] { (void)makeModel(spec); }, ThrowsMessage<Failure>(HasSubstr("("))) << "with a remedy: " << spec;
   }
 }
 

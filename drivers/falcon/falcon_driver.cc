@@ -23,10 +23,8 @@ std::vector<UsbFound> falconsPlugged() { return findUsb(falcon::kVendor, falcon:
 std::string nameOf(const UsbFound& device) { return device.serial.empty() ? device.path : device.serial; }
 
 Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
-  auto setup = resolveFalcon(uri, falconsPlugged());
-  if (!setup) return setup.error();
   static MonotonicClock clock;
-  return std::unique_ptr<Device>(std::make_unique<IoDevice>(std::make_unique<FalconIo>(std::move(*setup), clock)));
+  return makeIoDevice<FalconIo>(resolveFalcon(uri, falconsPlugged()), clock);
 }
 
 void find(std::vector<DeviceFound>& found) {

@@ -27,9 +27,7 @@ std::vector<HidFound> plugged() {
 }
 
 Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
-  Result<HidPidSetup> setup = resolveHidPid(uri, plugged());
-  if (!setup) return setup.error();
-  return std::unique_ptr<Device>(std::make_unique<IoDevice>(std::make_unique<HidPidIo>(std::move(*setup))));
+  return makeIoDevice<HidPidIo>(resolveHidPid(uri, plugged()));
 }
 
 void find(std::vector<DeviceFound>& found) {

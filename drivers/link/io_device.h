@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "drivers/link/device_io.h"
 #include "drivers/link/has_battery.h"
@@ -73,5 +74,12 @@ class IoDevice final : public Device, public SlowToOpen, public HasBattery {
   std::int64_t next_look_ns_ = 0;
   std::string note_;
 };
+
+/** What a driver makes of a URI: the device by way of `Io`, or why there is none. */
+template <class Io, class Setup, class... More>
+[[nodiscard]] Result<std::unique_ptr<Device>> makeIoDevice(Result<Setup> setup, More&... more) {
+  if (!setup) return setup.error();
+  return std::unique_ptr<Device>(std::make_unique<IoDevice>(std::make_unique<Io>(std::move(*setup), more...)));
+}
 
 }  // namespace hapticd

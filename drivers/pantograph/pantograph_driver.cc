@@ -8,9 +8,7 @@ namespace hapticd {
 namespace {
 
 Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
-  Result<PantographSetup> setup = resolvePantograph(uri);
-  if (!setup) return setup.error();
-  return std::unique_ptr<Device>(std::make_unique<IoDevice>(std::make_unique<PantographIo>(std::move(*setup))));
+  return makeIoDevice<PantographIo>(resolvePantograph(uri));
 }
 
 /** A serial line does not say what hangs on it, and asking would disturb whatever does. */

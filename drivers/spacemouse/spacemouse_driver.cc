@@ -14,9 +14,7 @@ std::vector<HidFound> plugged() {
 }
 
 Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
-  Result<SpaceMouseSetup> setup = resolveSpaceMouse(uri, plugged());
-  if (!setup) return setup.error();
-  return std::unique_ptr<Device>(std::make_unique<IoDevice>(std::make_unique<SpaceMouseIo>(std::move(*setup))));
+  return makeIoDevice<SpaceMouseIo>(resolveSpaceMouse(uri, plugged()));
 }
 
 void find(std::vector<DeviceFound>& found) {

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "drivers/hid/hidraw_transport.h"
 #include "drivers/link/io_device.h"
 #include "drivers/nearest.h"
@@ -80,11 +78,7 @@ HidWanted wantedBy(const WoodyParameters& parameters) {
   return {&mayBeWoody, parameters.path, parameters.serial, "a WoodenHaptics or Polhem board"};
 }
 
-Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
-  Result<WoodySetup> setup = resolveWoody(uri);
-  if (!setup) return setup.error();
-  return std::unique_ptr<Device>(std::make_unique<IoDevice>(std::make_unique<WoodyIo>(std::move(*setup))));
-}
+Result<std::unique_ptr<Device>> make(const DeviceUri& uri) { return makeIoDevice<WoodyIo>(resolveWoody(uri)); }
 
 void find(std::vector<DeviceFound>& found) {
   for (const HidFound& hid : findHid()) {

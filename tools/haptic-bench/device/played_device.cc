@@ -133,7 +133,35 @@ UsbOpener timed(UsbOpener open, PlayedCost& cost) {
   };
 }
 
-class PlayedFalcon final : public PlayedDevice {
+/** A model and the driver on it. */
+template <class Model>
+class PlayedModel : public PlayedDevice {
+ public:
+  template <class... Of>
+  explicit PlayedModel(Of... of) : model_(of...) {}
+  IoDevice& device() final { return *device_; }
+  Vec3 force() const final {
+    if constexpr (requires { model_.force(); }) return model_.force();
+    return Vec3::Zero();
+  }
+
+ protected:
+  void serve(std::unique_ptr<DeviceIo> io, bool thread, Clock& clock) {
+    device_ = std::make_unique<IoDevice>(std::move(io), IoOptions{.thread = thread}, clock);
+  }
+  auto timedHid(Clock& clock) {
+    return [this, &clock] {
+      return std::make_unique<TimedHid>(std::make_unique<haptic_emu::InProcessHid>(model_, clock), cost);
+    };
+  }
+
+  Model model_;
+
+ private:
+  std::unique_ptr<IoDevice> device_;
+};
+
+class PlayedFalcon final : public PlayedModel<haptic_emu::FalconModel> {
  public:
   PlayedFalcon(Clock& clock, bool thread) {
     model_.startAt(clock.now());
@@ -141,40 +169,24 @@ class PlayedFalcon final : public PlayedDevice {
     FalconSetup setup = *resolveFalcon({"falcon", "played", {}}, {});
     setup.open_usb = timed(haptic_emu::openInProcess(model_, clock), cost);
     setup.read_firmware = nullptr;
-    device_ = std::make_unique<IoDevice>(std::make_unique<FalconIo>(setup, clock), IoOptions{.thread = thread}, clock);
+    serve(std::make_unique<FalconIo>(setup, clock), thread, clock);
   }
-  IoDevice& device() override { return *device_; }
-  Vec3 force() const override { return model_.force(); }
-
- private:
-  haptic_emu::FalconModel model_;
-  std::unique_ptr<IoDevice> device_;
 };
 
-class PlayedSample final : public PlayedDevice {
+class PlayedSample final : public PlayedModel<haptic_emu::SampleModel> {
  public:
   PlayedSample(Clock& clock, bool thread) {
     model_.startAt(clock.now());
-    device_ = std::make_unique<IoDevice>(
-        std::make_unique<SampleIo>(timed(haptic_emu::openInProcess(model_, clock), cost), clock),
-        IoOptions{.thread = thread}, clock);
+    serve(std::make_unique<SampleIo>(timed(haptic_emu::openInProcess(model_, clock), cost), clock), thread, clock);
   }
-  IoDevice& device() override { return *device_; }
-  Vec3 force() const override { return model_.force(); }
-
- private:
-  haptic_emu::SampleModel model_;
-  std::unique_ptr<IoDevice> device_;
 };
 
 /** Calibrated before it is opened: in its pose of calibration, its counters set as the firmware is told to. */
-class PlayedWoody final : public PlayedDevice {
+class PlayedWoody final : public PlayedModel<haptic_emu::WoodyHidModel> {
  public:
-  PlayedWoody(Clock& clock, bool thread) : model_(haptic_emu::WoodyKind::kWooden2015) {
+  PlayedWoody(Clock& clock, bool thread) : PlayedModel(haptic_emu::WoodyKind::kWooden2015) {
     WoodySetup setup = *resolveWoody({"woodyhid", "woodenhaptics_v2015", {{"calibrated", "1"}}});
-    setup.hid = [this, &clock] {
-      return std::make_unique<TimedHid>(std::make_unique<haptic_emu::InProcessHid>(model_, clock), cost);
-    };
+    setup.hid = timedHid(clock);
     std::array<std::int32_t, 6> counts{};
     std::copy(setup.model->calibration.begin(), setup.model->calibration.end(), counts.begin());
     model_.hand.place(solveWoodyArm(*setup.model, woodyAngles(*setup.model, counts)).p);
@@ -193,56 +205,32 @@ class PlayedWoody final : public PlayedDevice {
     }
     (void)model_.out(report);
     model_.hand.want({0, 0, 0});
-    device_ = std::make_unique<IoDevice>(std::make_unique<WoodyIo>(setup), IoOptions{.thread = thread}, clock);
+    serve(std::make_unique<WoodyIo>(setup), thread, clock);
   }
-  IoDevice& device() override { return *device_; }
-  Vec3 force() const override { return model_.force(); }
-
- private:
-  haptic_emu::WoodyHidModel model_;
-  std::unique_ptr<IoDevice> device_;
 };
 
-class PlayedPid final : public PlayedDevice {
+class PlayedPid final : public PlayedModel<haptic_emu::PidModel> {
  public:
   PlayedPid(Clock& clock, bool thread) {
     HidPidSetup setup = *resolveHidPid({"hidpid", "default", {{"max_force", "4"}}}, {});
-    setup.hid = [this, &clock] {
-      return std::make_unique<TimedHid>(std::make_unique<haptic_emu::InProcessHid>(model_, clock), cost);
-    };
+    setup.hid = timedHid(clock);
     model_.hand.want({0.01, 0.01, 0});  // It is read when it has moved.
-    device_ =
-        std::make_unique<IoDevice>(std::make_unique<HidPidIo>(std::move(setup)), IoOptions{.thread = thread}, clock);
+    serve(std::make_unique<HidPidIo>(std::move(setup)), thread, clock);
   }
-  IoDevice& device() override { return *device_; }
-  Vec3 force() const override { return model_.force(); }
-
- private:
-  haptic_emu::PidModel model_;
-  std::unique_ptr<IoDevice> device_;
 };
 
 /** Its cap is held aside; it has no motors. */
-class PlayedSpaceMouse final : public PlayedDevice {
+class PlayedSpaceMouse final : public PlayedModel<haptic_emu::SpaceMouseModel> {
  public:
-  PlayedSpaceMouse(Clock& clock, bool thread) : model_(true) {
+  PlayedSpaceMouse(Clock& clock, bool thread) : PlayedModel(true) {
     SpaceMouseSetup setup = *resolveSpaceMouse({"spacemouse", "default", {}}, {});
-    setup.hid = [this, &clock] {
-      return std::make_unique<TimedHid>(std::make_unique<haptic_emu::InProcessHid>(model_, clock), cost);
-    };
+    setup.hid = timedHid(clock);
     model_.push({200, 0, 0, 0, 0, 0});
-    device_ = std::make_unique<IoDevice>(std::make_unique<SpaceMouseIo>(std::move(setup)), IoOptions{.thread = thread},
-                                         clock);
+    serve(std::make_unique<SpaceMouseIo>(std::move(setup)), thread, clock);
   }
-  IoDevice& device() override { return *device_; }
-  Vec3 force() const override { return Vec3::Zero(); }
-
- private:
-  haptic_emu::SpaceMouseModel model_;
-  std::unique_ptr<IoDevice> device_;
 };
 
-class PlayedPantograph final : public PlayedDevice {
+class PlayedPantograph final : public PlayedModel<haptic_emu::PantographModel> {
  public:
   PlayedPantograph(Clock& clock, bool thread) {
     PantographSetup setup = *resolvePantograph({"pantograph", "/dev/played", {}});
@@ -251,15 +239,8 @@ class PlayedPantograph final : public PlayedDevice {
     };
     model_.armsOut();
     model_.hand.want({0, 0, 0});  // From there it goes to the middle: straight out the arms lie in a line.
-    device_ = std::make_unique<IoDevice>(std::make_unique<PantographIo>(std::move(setup)), IoOptions{.thread = thread},
-                                         clock);
+    serve(std::make_unique<PantographIo>(std::move(setup)), thread, clock);
   }
-  IoDevice& device() override { return *device_; }
-  Vec3 force() const override { return model_.force(); }
-
- private:
-  haptic_emu::PantographModel model_;
-  std::unique_ptr<IoDevice> device_;
 };
 
 }  // namespace

@@ -58,7 +58,7 @@ IntendedMotion::IntendedMotion(const MotionParameters& parameters) : parameters_
   }
   live_.p = parameters_.centre;
   live_.q = orientation_;
-  live_.gripper_rad = parameters_.gripper;
+  live_.gripper_rad = parameters_.gripper_angle;
 }
 
 void IntendedMotion::setLive(const DeviceIntent& intent) HD_RT {
@@ -154,7 +154,7 @@ PoseOnTrack IntendedMotion::at(double t_s) const HD_RT {
   const double t = std::max(0.0, t_s - parameters_.wait);
   PoseOnTrack out;
   out.p = parameters_.centre;
-  out.gripper_rad = parameters_.gripper;
+  out.gripper_rad = parameters_.gripper_angle;
   path(t, out);
   if (t_s < parameters_.wait) {
     out.v.setZero();

@@ -40,7 +40,7 @@ struct MotionParameters {
   // rotation, all but csv
   Vec3 orientation = Vec3::Zero();  ///< Rotation vector.
   Vec3 sway = Vec3::Zero();         ///< Rotation vector swung through about it, once a period.
-  double gripper = 0;
+  double gripper_angle = 0.2;
   // csv
   std::shared_ptr<const PoseTrack> track;
   bool loop = false;

@@ -61,7 +61,7 @@ SimDevice::SimDevice(SimSetup setup)
       point_(linearBody(setup_.parameters), edges(setup_.parameters), sub_step_s_),
       gripper_(gripperBody(setup_.parameters), jaws(setup_.parameters), sub_step_s_),
       rotating_(rotatingBody(setup_.parameters), sub_step_s_),
-      motion_(setup_.motion) {}
+      motion_(setup_.parameters) {}
 
 Result<void> SimDevice::open() {
   const PoseOnTrack start = motion_.at(0);
@@ -79,8 +79,8 @@ Result<void> SimDevice::open() {
   safe_.store(false, std::memory_order_relaxed);
   measure();
   keepResident(this, sizeof *this);
-  if (setup_.motion.track) {
-    const std::vector<PoseRow>& rows = setup_.motion.track->rows();
+  if (setup_.parameters.track) {
+    const std::vector<PoseRow>& rows = setup_.parameters.track->rows();
     keepResident(rows.data(), rows.size() * sizeof(PoseRow));
   }
   return {};

@@ -14,7 +14,7 @@
 namespace hapticd {
 
 /** A simulated device and the hand on it. Units and meaning of each member: see simParameterTable(). */
-struct SimParameters {
+struct SimParameters : MotionParameters {
   // Device, translation.
   double rate = 4000;
   double mass = 0.2;
@@ -57,23 +57,9 @@ struct SimParameters {
   double hand_inertia = 2e-4;
   double hand_pinch_stiffness = 500;
   double hand_pinch_damping = 5;
-  // Intended motion.
+  // Intended motion, by name and file.
   std::string motion = "live";
-  Vec3 centre = Vec3::Zero();
-  double period = 2, wait = 0;
-  Vec3 direction = Vec3(0, 0, -1);
-  double depth = 0.02;
-  Vec3 from = Vec3(0, -0.03, 0), to = Vec3(0, 0.03, 0);
-  double radius = 0.03;
-  Vec3 normal = Vec3::UnitZ();
-  Vec3 amplitude = Vec3(0.02, 0.03, 0), ratio = Vec3(3, 2, 1), phase = Vec3::Zero();
-  Vec3 box_lower = Vec3::Constant(-0.03), box_upper = Vec3::Constant(0.03);
-  std::uint64_t seed = 1;
-  double tremor = 0;
-  Vec3 orientation = Vec3::Zero(), sway = Vec3::Zero();
-  double gripper_angle = 0.2;
   std::string file;
-  bool loop = false;
   std::string serial;
 };
 
@@ -93,7 +79,6 @@ struct SimPreset {
 struct SimSetup {
   const SimPreset* preset = nullptr;
   SimParameters parameters;
-  MotionParameters motion;
   std::string uri;  ///< Canonical.
   DeviceInfo info;
 };

@@ -56,35 +56,14 @@ Result<void> checkTogether(const SimParameters& p) {
   return {};
 }
 
-Result<MotionParameters> motionOf(const SimParameters& p) {
-  MotionParameters m;
-  m.kind = motionKind(p.motion);
-  m.centre = p.centre;
-  m.period = p.period;
-  m.wait = p.wait;
-  m.direction = p.direction;
-  m.depth = p.depth;
-  m.from = p.from;
-  m.to = p.to;
-  m.radius = p.radius;
-  m.normal = p.normal;
-  m.amplitude = p.amplitude;
-  m.ratio = p.ratio;
-  m.phase = p.phase;
-  m.box_lower = p.box_lower;
-  m.box_upper = p.box_upper;
-  m.seed = p.seed;
-  m.tremor = p.tremor;
-  m.orientation = p.orientation;
-  m.sway = p.sway;
-  m.gripper = p.gripper_angle;
-  m.loop = p.loop;
-  if (m.kind == MotionKind::kCsv) {
-    Result<std::shared_ptr<const PoseTrack>> track = loadPoseCsv(p.file);
-    if (!track) return track.error();
-    m.track = std::move(*track);
-  }
-  return m;
+/** What the names of motion and file stand for. */
+Result<void> resolveMotion(SimParameters& p) {
+  p.kind = motionKind(p.motion);
+  if (p.kind != MotionKind::kCsv) return {};
+  Result<std::shared_ptr<const PoseTrack>> track = loadPoseCsv(p.file);
+  if (!track) return track.error();
+  p.track = std::move(*track);
+  return {};
 }
 
 double latency(const SimParameters& p) { return static_cast<double>(p.delay + p.position_delay) / p.rate; }
@@ -172,9 +151,7 @@ Result<SimSetup> resolveSim(const DeviceUri& uri) {
   if (!applied) return applied.error();
   Result<void> checked = checkTogether(setup.parameters);
   if (!checked) return checked.error();
-  Result<MotionParameters> motion = motionOf(setup.parameters);
-  if (!motion) return motion.error();
-  setup.motion = std::move(*motion);
+  if (Result<void> resolved = resolveMotion(setup.parameters); !resolved) return resolved.error();
   setup.uri = formatDeviceUri(
       {"sim", std::string(setup.preset->name), difference(simParameterTable(), setup.parameters, base)});
   setup.info = infoOf(setup);

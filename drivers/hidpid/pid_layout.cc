@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 namespace hapticd::pid {
 namespace {
 
@@ -55,6 +53,29 @@ Field ofAxis(const HidReports& reports, std::size_t axis, HidUsage within) {
     found = reports.find(HidKind::kOutput, hidUsage(kOrdinals, static_cast<std::uint16_t>(1 + number)), within);
   }
   return copyOf(found);
+}
+
+Quirks quirksOf(const Layout& l) {
+  Quirks quirks;
+  quirks.no_start_delay = !l.start_delay.there;
+  quirks.no_block_offset = !l.block_offset.there;
+  quirks.no_negative_coefficient = !l.negative_coefficient.there;
+  quirks.no_saturation = !l.positive_saturation.there;
+  quirks.no_dead_band = !l.dead_band.there;
+  const Choice& enable = l.control[static_cast<std::size_t>(Control::kEnable)];
+  quirks.control_in_bits = enable.there() && !enable.field.field.is_array;
+  return quirks;
+}
+
+/** What constant forces need and it has not; null: nothing. */
+const char* lackedBy(const Layout& l) {
+  if (!l.effect_block.there || !l.duration.there || !l.effect_type[0].there())
+    return "Set Effect with a constant force";
+  if (!l.constant_block.there || !l.magnitude.there || l.magnitude.field.logical_min >= 0) return "Set Constant Force";
+  if (!l.operation_block.there || !l.start.there() || !l.stop.there()) return "Effect Operation";
+  if (!l.new_type[0].there()) return "Create New Effect";
+  if (!l.loaded_block.there || !l.load_success.there()) return "Block Load";
+  return l.axes > 0 ? nullptr : "an axis that is read and can be enabled";
 }
 
 }  // namespace
@@ -115,27 +136,11 @@ Result<Layout> layoutOf(const HidReports& reports) {
   l.safety_switch = find.in(pidUsage(0xa4), kState);
   l.actuator_power = find.in(pidUsage(0xa6), kState);
 
-  l.quirks.no_start_delay = !l.start_delay.there;
-  l.quirks.no_block_offset = !l.block_offset.there;
-  l.quirks.no_negative_coefficient = !l.negative_coefficient.there;
-  l.quirks.no_saturation = !l.positive_saturation.there;
-  l.quirks.no_dead_band = !l.dead_band.there;
-  const Choice& enable = l.control[static_cast<std::size_t>(Control::kEnable)];
-  l.quirks.control_in_bits = enable.there() && !enable.field.field.is_array;
+  l.quirks = quirksOf(l);
 
-  const std::pair<bool, const char*> needed[] = {
-      {l.effect_block.there && l.duration.there && l.effect_type[0].there(), "Set Effect with a constant force"},
-      {l.constant_block.there && l.magnitude.there && l.magnitude.field.logical_min < 0, "Set Constant Force"},
-      {l.operation_block.there && l.start.there() && l.stop.there(), "Effect Operation"},
-      {l.new_type[0].there(), "Create New Effect"},
-      {l.loaded_block.there && l.load_success.there(), "Block Load"},
-      {l.axes > 0, "an axis that is read and can be enabled"},
-  };
-  for (const auto& [there, name] : needed) {
-    if (!there) {
-      return Error{ErrorCode::kUnsupported, "report descriptor", fmt::format("the device lacks {}", name),
-                   "only devices with constant forces by USB PID 1.0 can be used"};
-    }
+  if (const char* lacked = lackedBy(l)) {
+    return Error{ErrorCode::kUnsupported, "report descriptor", fmt::format("the device lacks {}", lacked),
+                 "only devices with constant forces by USB PID 1.0 can be used"};
   }
   return l;
 }

@@ -3,40 +3,28 @@
 namespace hapticd {
 namespace {
 
-/** Both WoodenHaptics weigh the same. */
-constexpr std::array<LinkMass, 4> kWoodyMasses = {{{0.170, 0.051, 0}, {0.110, 0.091, 0}, {}, {}}};
+/** Both alike but for their motors. */
+WoodyModel woodenHaptics(std::string_view name, std::string_view title, const Vec3& torque_constant) {
+  return {.name = name,
+          .title = title,
+          .capstan = {0.010, 0.010, 0.010},
+          .body = {0.160, 0.120, 0.120},
+          .La = 0.080,
+          .Lb = 0.205,
+          .Lc = 0.245,
+          .origin = {0.220, 0, 0.080},
+          .torque_constant = torque_constant,
+          .counts_per_turn = 2000,
+          .max_force = 5,
+          .max_stiffness = 1000,
+          .max_damping = 8,
+          .calibration = {0, 0, 6000, 0, 0, 0},
+          .masses = {{{0.170, 0.051, 0}, {0.110, 0.091, 0}, {}, {}}}};
+}
 
 const WoodyModel kModels[] = {
-    {.name = "woodenhaptics_v2015",
-     .title = "WoodenHaptics (2015)",
-     .capstan = {0.010, 0.010, 0.010},
-     .body = {0.160, 0.120, 0.120},
-     .La = 0.080,
-     .Lb = 0.205,
-     .Lc = 0.245,
-     .origin = {0.220, 0, 0.080},
-     .torque_constant = {0.0259, 0.0259, 0.0259},
-     .counts_per_turn = 2000,
-     .max_force = 5,
-     .max_stiffness = 1000,
-     .max_damping = 8,
-     .calibration = {0, 0, 6000, 0, 0, 0},
-     .masses = kWoodyMasses},
-    {.name = "woodenhaptics_v2019",
-     .title = "WoodenHaptics (2019)",
-     .capstan = {0.010, 0.010, 0.010},
-     .body = {0.160, 0.120, 0.120},
-     .La = 0.080,
-     .Lb = 0.205,
-     .Lc = 0.245,
-     .origin = {0.220, 0, 0.080},
-     .torque_constant = {0.321, 0.0603, 0.0603},
-     .counts_per_turn = 2000,
-     .max_force = 5,
-     .max_stiffness = 1000,
-     .max_damping = 8,
-     .calibration = {0, 0, 6000, 0, 0, 0},
-     .masses = kWoodyMasses},
+    woodenHaptics("woodenhaptics_v2015", "WoodenHaptics (2015)", {0.0259, 0.0259, 0.0259}),
+    woodenHaptics("woodenhaptics_v2019", "WoodenHaptics (2019)", {0.321, 0.0603, 0.0603}),
     {.name = "aluhaptics_v2",
      .title = "AluHaptics 2",
      .capstan = {0.0138, 0.0098, 0.0098},

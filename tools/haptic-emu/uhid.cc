@@ -74,47 +74,7 @@ bool UhidLink::pump(std::int64_t now_ns) {
   const auto event = std::make_unique<uhid_event>();
   for (int i = 0; i < kMostEvents && readable(fd_); ++i) {
     std::memset(event.get(), 0, sizeof *event);
-    if (::read(fd_, event.get(), sizeof *event) <= 0) return false;
-    const auto answer = std::make_unique<uhid_event>();
-    std::memset(answer.get(), 0, sizeof *answer);
-    switch (event->type) {
-      case UHID_OPEN:
-      case UHID_CLOSE:
-        opened_ = event->type == UHID_OPEN;
-        break;
-      case UHID_OUTPUT: {
-        const uhid_output_req& out = event->u.output;
-        const auto report = withoutZeroId(out.data, out.size);
-        (void)(out.rtype == UHID_FEATURE_REPORT ? model_.setFeature(report) : model_.out(report));
-        break;
-      }
-      case UHID_SET_REPORT: {
-        const uhid_set_report_req& set = event->u.set_report;
-        const auto report = withoutZeroId(set.data, set.size);
-        const bool taken = set.rtype == UHID_FEATURE_REPORT ? model_.setFeature(report) : model_.out(report);
-        answer->type = UHID_SET_REPORT_REPLY;
-        answer->u.set_report_reply.id = set.id;
-        answer->u.set_report_reply.err = taken ? 0 : EPIPE;
-        if (!send(fd_, *answer)) return false;
-        break;
-      }
-      case UHID_GET_REPORT: {
-        const uhid_get_report_req& get = event->u.get_report;
-        const auto report = get.rtype == UHID_FEATURE_REPORT ? model_.getFeature(get.rnum) : std::nullopt;
-        uhid_get_report_reply_req& reply = answer->u.get_report_reply;
-        answer->type = UHID_GET_REPORT_REPLY;
-        reply.id = get.id;
-        reply.err = report ? 0 : EPIPE;
-        if (report) {
-          reply.size = static_cast<std::uint16_t>(std::min<std::size_t>(report->size(), sizeof reply.data));
-          std::memcpy(reply.data, report->data(), reply.size);
-        }
-        if (!send(fd_, *answer)) return false;
-        break;
-      }
-      default:
-        break;
-    }
+    if (::read(fd_, event.get(), sizeof *event) <= 0 || !take(*event)) return false;
   }
   for (int i = 0; i < kMostEvents; ++i) {
     const auto report = model_.in();
@@ -127,6 +87,46 @@ bool UhidLink::pump(std::int64_t now_ns) {
     if (!send(fd_, *event)) return false;
   }
   return true;
+}
+
+bool UhidLink::take(const uhid_event& event) {
+  const auto set = [this](std::uint8_t kind, const std::uint8_t* data, std::size_t size) {
+    const auto report = withoutZeroId(data, size);
+    return kind == UHID_FEATURE_REPORT ? model_.setFeature(report) : model_.out(report);
+  };
+  const auto answer = std::make_unique<uhid_event>();
+  std::memset(answer.get(), 0, sizeof *answer);
+  switch (event.type) {
+    case UHID_OPEN:
+    case UHID_CLOSE:
+      opened_ = event.type == UHID_OPEN;
+      return true;
+    case UHID_OUTPUT:
+      (void)set(event.u.output.rtype, event.u.output.data, event.u.output.size);
+      return true;
+    case UHID_SET_REPORT: {
+      const uhid_set_report_req& asked = event.u.set_report;
+      answer->type = UHID_SET_REPORT_REPLY;
+      answer->u.set_report_reply.id = asked.id;
+      answer->u.set_report_reply.err = set(asked.rtype, asked.data, asked.size) ? 0 : EPIPE;
+      return send(fd_, *answer);
+    }
+    case UHID_GET_REPORT: {
+      const uhid_get_report_req& asked = event.u.get_report;
+      const auto report = asked.rtype == UHID_FEATURE_REPORT ? model_.getFeature(asked.rnum) : std::nullopt;
+      uhid_get_report_reply_req& reply = answer->u.get_report_reply;
+      answer->type = UHID_GET_REPORT_REPLY;
+      reply.id = asked.id;
+      reply.err = report ? 0 : EPIPE;
+      if (report) {
+        reply.size = static_cast<std::uint16_t>(std::min<std::size_t>(report->size(), sizeof reply.data));
+        std::memcpy(reply.data, report->data(), reply.size);
+      }
+      return send(fd_, *answer);
+    }
+    default:
+      return true;
+  }
 }
 
 hapticd::Result<void> playToUhid(HidModel& model, const HidIdentity& identity, const std::atomic<bool>& stop,

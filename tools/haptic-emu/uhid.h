@@ -11,6 +11,8 @@
 
 #include "tools/haptic-emu/hid_model.h"
 
+struct uhid_event;
+
 namespace haptic_emu {
 
 /** What the kernel is told that it is. */
@@ -37,6 +39,8 @@ class UhidLink {
 
  private:
   [[nodiscard]] bool plugIn();
+  /** One message of the kernel's, answered if it wants an answer. */
+  [[nodiscard]] bool take(const uhid_event& event);
 
   int fd_;
   HidModel& model_;

@@ -7,6 +7,7 @@
 #include <kj/exception.h>
 
 #include <exception>
+#include <memory>
 #include <new>
 
 #include "daemon/rpc/convert.h"
@@ -50,16 +51,31 @@ class LaterAnswer {
   LaterAnswer(Context context, kj::Own<kj::PromiseFulfiller<void>> fulfiller)
       : context_(context), fulfiller_(kj::mv(fulfiller)) {}
   [[nodiscard]] bool waiting() { return fulfiller_->isWaiting(); }
-  auto results() { return context_.getResults(); }
   void done(const Result<void>& result) {
     if (!fulfiller_->isWaiting()) return;
     setStatus(context_.getResults().initStatus(), result);
     fulfiller_->fulfill();
+  }
+  /** As answer() does it. */
+  template <class Body>
+  void answer(Body&& body) {
+    if (fulfiller_->isWaiting()) done(caught([&] { return body(context_.getResults()); }));
   }
 
  private:
   Context context_;
   kj::Own<kj::PromiseFulfiller<void>> fulfiller_;
 };
+
+/** `ask(params, later)` hands on the LaterAnswer, a shared pointer to it, or returns why there is nothing to wait for.
+ */
+template <class Context, class Ask>
+kj::Promise<void> answerLater(Context context, Ask&& ask) {
+  auto paf = kj::newPromiseAndFulfiller<void>();
+  auto later = std::make_shared<LaterAnswer<Context>>(context, kj::mv(paf.fulfiller));
+  const Result<void> asked = caught([&]() -> Result<void> { return ask(context.getParams(), later); });
+  if (!asked) later->done(asked);
+  return kj::mv(paf.promise);
+}
 
 }  // namespace hapticd

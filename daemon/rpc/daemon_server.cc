@@ -65,23 +65,18 @@ kj::Promise<void> DaemonServer::listDevices(ListDevicesContext context) {
 }
 
 kj::Promise<void> DaemonServer::openDevice(OpenDeviceContext context) {
-  auto paf = kj::newPromiseAndFulfiller<void>();
-  auto later = std::make_shared<LaterAnswer<OpenDeviceContext>>(context, kj::mv(paf.fulfiller));
-  const Result<void> asked = caught([&]() -> Result<void> {
-    auto uri = readUri(context.getParams().getUri());
+  return answerLater(context, [&](auto params, auto later) -> Result<void> {
+    auto uri = readUri(params.getUri());
     if (!uri) return uri.error();
     core_.openDevice(*uri, connection_, [later](const Result<OpenDevice*>& device) {
-      if (!later->waiting()) return;
-      later->done(caught([&]() -> Result<void> {
+      later->answer([&](auto results) -> Result<void> {
         if (!device) return device.error();
-        write(later->results().initDevice(), *device.value());
+        write(results.initDevice(), *device.value());
         return {};
-      }));
+      });
     });
     return {};
   });
-  if (!asked) later->done(asked);
-  return kj::mv(paf.promise);
 }
 
 kj::Promise<void> DaemonServer::closeDevice(CloseDeviceContext context) {
@@ -93,10 +88,7 @@ kj::Promise<void> DaemonServer::closeDevice(CloseDeviceContext context) {
 }
 
 kj::Promise<void> DaemonServer::openSession(OpenSessionContext context) {
-  auto paf = kj::newPromiseAndFulfiller<void>();
-  auto later = std::make_shared<LaterAnswer<OpenSessionContext>>(context, kj::mv(paf.fulfiller));
-  const Result<void> asked = caught([&]() -> Result<void> {
-    const auto params = context.getParams();
+  return answerLater(context, [&](auto params, auto later) -> Result<void> {
     auto uri = readUri(params.getUri());
     if (!uri) return uri.error();
     auto name = readText(params.getClientName(), kMostName, "clientName");
@@ -107,16 +99,14 @@ kj::Promise<void> DaemonServer::openSession(OpenSessionContext context) {
                           if (opened) core.sessions().end((*opened.value()).id, "nobody waits for it any more");
                           return;
                         }
-                        later->done(caught([&]() -> Result<void> {
+                        later->answer([&](auto results) -> Result<void> {
                           if (!opened) return opened.error();
-                          writeSession(later->results(), core, *opened.value());
+                          writeSession(results, core, *opened.value());
                           return {};
-                        }));
+                        });
                       });
     return {};
   });
-  if (!asked) later->done(asked);
-  return kj::mv(paf.promise);
 }
 
 kj::Promise<void> DaemonServer::scene(SceneContext context) {
@@ -238,26 +228,21 @@ kj::Promise<void> DaemonServer::dump(DumpContext context) {
 }
 
 kj::Promise<void> DaemonServer::record(RecordContext context) {
-  auto paf = kj::newPromiseAndFulfiller<void>();
-  auto later = std::make_shared<LaterAnswer<RecordContext>>(context, kj::mv(paf.fulfiller));
-  const Result<void> asked = caught([&]() -> Result<void> {
-    auto uri = readUri(context.getParams().getUri());
+  return answerLater(context, [&](auto params, auto later) -> Result<void> {
+    auto uri = readUri(params.getUri());
     if (!uri) return uri.error();
     // First: without memory for it nothing begins.
     auto recording = std::make_shared<kj::Own<RecordingServer>>(kj::heap<RecordingServer>(core_, client().uid));
     core_.record(*uri, connection_, [later, recording](Result<Recordings::Started> started) {
       if (started) (*recording)->hold(std::move(*started));  // If nobody waits for it any more it ends with this.
-      if (!later->waiting()) return;
-      later->done(caught([&]() -> Result<void> {
+      later->answer([&](auto results) -> Result<void> {
         if (!started) return started.error();
-        later->results().setRecording(kj::mv(*recording));
+        results.setRecording(kj::mv(*recording));
         return {};
-      }));
+      });
     });
     return {};
   });
-  if (!asked) later->done(asked);
-  return kj::mv(paf.promise);
 }
 
 }  // namespace hapticd

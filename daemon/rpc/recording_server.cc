@@ -17,21 +17,17 @@ kj::Promise<void> RecordingServer::stream(StreamContext context) {
 }
 
 kj::Promise<void> RecordingServer::stop(StopContext context) {
-  auto paf = kj::newPromiseAndFulfiller<void>();
-  auto later = std::make_shared<LaterAnswer<StopContext>>(context, kj::mv(paf.fulfiller));
-  const Result<void> asked = caught([&]() -> Result<void> {
+  return answerLater(context, [&](auto, auto later) -> Result<void> {
     core_.recordings().stop(id_, [later](const RecordingEnd& end) {
-      if (!later->waiting()) return;
-      auto results = later->results();
-      results.setReason(end.reason.c_str());
-      results.setCycles(end.cycles);
-      results.setLost(end.lost);
-      later->done({});
+      later->answer([&](auto results) -> Result<void> {
+        results.setReason(end.reason.c_str());
+        results.setCycles(end.cycles);
+        results.setLost(end.lost);
+        return {};
+      });
     });
     return {};
   });
-  if (!asked) later->done(asked);
-  return kj::mv(paf.promise);
 }
 
 }  // namespace hapticd

@@ -174,44 +174,33 @@ kj::Promise<void> UploadServer::region(RegionContext context) {
 
 kj::Promise<void> UploadServer::commitTexture(CommitTextureContext context) {
   context.allowCancellation();
-  auto paf = kj::newPromiseAndFulfiller<void>();
-  auto later = std::make_shared<LaterAnswer<CommitTextureContext>>(context, kj::mv(paf.fulfiller));
-  const Result<void> asked = caught([&]() -> Result<void> {
+  return answerLater(context, [&](auto, auto later) -> Result<void> {
     return core_.uploads().commitTexture(id_, [later, &core = core_](const Result<std::uint64_t>& id) {
-      if (!later->waiting()) return;
-      later->done(caught([&]() -> Result<void> {
+      later->answer([&](auto results) -> Result<void> {
         if (!id) return id.error();
-        write(later->results().initTexture(), *core.scene().textures().find(*id));
+        write(results.initTexture(), *core.scene().textures().find(*id));
         return {};
-      }));
+      });
     });
   });
-  if (!asked) later->done(asked);
-  return kj::mv(paf.promise);
 }
 
 kj::Promise<void> UploadServer::commit(CommitContext context) {
   context.allowCancellation();  // a client that goes away, or changes its mind, must not keep the builder busy
-  auto paf = kj::newPromiseAndFulfiller<void>();
-  auto later = std::make_shared<LaterAnswer<CommitContext>>(context, kj::mv(paf.fulfiller));
-  const Result<void> asked = caught([&]() -> Result<void> {
+  return answerLater(context, [&](auto params, auto later) -> Result<void> {
     Uploads::Progress progress;
-    if (context.getParams().hasProgress()) {
-      auto sender =
-          std::make_shared<kj::Own<ProgressSender>>(kj::refcounted<ProgressSender>(context.getParams().getProgress()));
+    if (params.hasProgress()) {
+      auto sender = std::make_shared<kj::Own<ProgressSender>>(kj::refcounted<ProgressSender>(params.getProgress()));
       progress = [sender](float fraction, const std::string& stage) { (*sender)->report(fraction, stage); };
     }
     return core_.uploads().commit(id_, std::move(progress), [later](Result<MeshInfo> mesh) {
-      if (!later->waiting()) return;
-      later->done(caught([&]() -> Result<void> {
+      later->answer([&](auto results) -> Result<void> {
         if (!mesh) return mesh.error();
-        write(later->results().initMesh(), *mesh);
+        write(results.initMesh(), *mesh);
         return {};
-      }));
+      });
     });
   });
-  if (!asked) later->done(asked);
-  return kj::mv(paf.promise);
 }
 
 }  // namespace hapticd

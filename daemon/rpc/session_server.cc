@@ -32,14 +32,10 @@ kj::Promise<void> SessionServer::releaseLease(ReleaseLeaseContext context) {
 }
 
 kj::Promise<void> SessionServer::arm(ArmContext context) {
-  auto paf = kj::newPromiseAndFulfiller<void>();
-  auto later = std::make_shared<LaterAnswer<ArmContext>>(context, kj::mv(paf.fulfiller));
-  const Result<void> asked = caught([&]() -> Result<void> {
+  return answerLater(context, [&](auto, auto later) -> Result<void> {
     core_.arm(id_, [later](const Result<void>& result) { later->done(result); });
     return {};
   });
-  if (!asked) later->done(asked);
-  return kj::mv(paf.promise);
 }
 
 kj::Promise<void> SessionServer::disarm(DisarmContext context) {

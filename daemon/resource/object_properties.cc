@@ -53,79 +53,62 @@ Result<void> setVelocity(Core& core, const ObjectNow& object, std::string_view v
   return core.scene().setVelocity(object.spec.name, {*v, object.V_PO.w});
 }
 
-template <double hd_material::*kField>
-Result<void> setMaterialField(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
-  auto n = parseNumbers(value, 1, where);
-  if (!n) return n.error();
-  hd_material material = object.spec.material;
-  material.*kField = n->front();
-  return core.scene().setMaterial(object.spec.name, material);
-}
-
-template <double hd_material::*kField>
-Json getMaterialField(const ObjectNow& object, Core&) {
-  return number(object.spec.material.*kField);
-}
-
 Result<void> setMaterial(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
   auto n = parseNumbers(value, 4, where);
   if (!n) return n.error();
   return core.scene().setMaterial(object.spec.name, {(*n)[0], (*n)[1], (*n)[2], (*n)[3]});
 }
 
-template <double SurfaceSpec::*kField>
-Result<void> setSurfaceField(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
-  auto n = parseNumbers(value, 1, where);
-  if (!n) return n.error();
-  SurfaceSpec surface = object.spec.surface;
-  surface.*kField = n->front();
+Result<void> change(Core& core, const ObjectNow& object, const hd_material& material) {
+  return core.scene().setMaterial(object.spec.name, material);
+}
+Result<void> change(Core& core, const ObjectNow& object, const SurfaceSpec& surface) {
   return core.scene().setSurface(object.spec.name, surface);
 }
-
-template <double SurfaceSpec::*kField>
-Json getSurfaceField(const ObjectNow& object, Core&) {
-  return number(object.spec.surface.*kField);
-}
-
-template <std::uint64_t SurfaceSpec::*kTexture>
-Result<void> setSurfaceTexture(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
-  auto n = parseNumbers(value, 1, where);
-  if (!n) return n.error();
-  const double id = n->front();
-  if (!(id >= 0 && id < 0x1p53 && id == std::floor(id))) {
-    return Error{ErrorCode::kInvalidArgument, where, "it is not the number of a texture", "0 for none"};
-  }
-  SurfaceSpec surface = object.spec.surface;
-  surface.*kTexture = static_cast<std::uint64_t>(id);
-  return core.scene().setSurface(object.spec.name, surface);
-}
-
-template <std::uint64_t SurfaceSpec::*kTexture>
-Json getSurfaceTexture(const ObjectNow& object, Core&) {
-  return object.spec.surface.*kTexture;
-}
-
-template <bool ObjectSpec::*kFlag>
-Json getFlag(const ObjectNow& object, Core&) {
-  return object.spec.*kFlag;
-}
-
-template <bool ObjectSpec::*kFlag>
-Result<void> setFlag(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
-  auto on = parseBool(value, where);
-  if (!on) return on.error();
-  ObjectSpec spec = object.spec;
-  spec.*kFlag = *on;
-  return core.scene().setFlags(spec.name, spec.enabled, spec.visible, spec.two_sided);
-}
-
-template <double BodySpec::*kField>
-Result<void> setBodyField(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
-  auto n = parseNumbers(value, 1, where);
-  if (!n) return n.error();
-  BodySpec body = object.spec.body;
-  body.*kField = n->front();
+Result<void> change(Core& core, const ObjectNow& object, const BodySpec& body) {
   return core.scene().setBody(object.spec.name, body);
+}
+
+/** One number of the object's material, surface or body. */
+template <auto kPart, auto kField>
+constexpr ObjectProperty numberOf(const char* name, const char* doc) {
+  return {name, doc, [](const ObjectNow& o, Core&) { return number(o.spec.*kPart.*kField); },
+          [](Core& core, const ObjectNow& object, std::string_view value, const std::string& where) -> Result<void> {
+            auto n = parseNumbers(value, 1, where);
+            if (!n) return n.error();
+            auto part = object.spec.*kPart;
+            part.*kField = n->front();
+            return change(core, object, part);
+          }};
+}
+
+template <auto kTexture>
+constexpr ObjectProperty textureOf(const char* name) {
+  return {name, "number of a texture, 0 for none",
+          [](const ObjectNow& o, Core&) { return Json(o.spec.surface.*kTexture); },
+          [](Core& core, const ObjectNow& object, std::string_view value, const std::string& where) -> Result<void> {
+            auto n = parseNumbers(value, 1, where);
+            if (!n) return n.error();
+            const double id = n->front();
+            if (!(id >= 0 && id < 0x1p53 && id == std::floor(id))) {
+              return Error{ErrorCode::kInvalidArgument, where, "it is not the number of a texture", "0 for none"};
+            }
+            SurfaceSpec surface = object.spec.surface;
+            surface.*kTexture = static_cast<std::uint64_t>(id);
+            return change(core, object, surface);
+          }};
+}
+
+template <auto kFlag>
+constexpr ObjectProperty flagOf(const char* name, const char* doc) {
+  return {name, doc, [](const ObjectNow& o, Core&) { return Json(o.spec.*kFlag); },
+          [](Core& core, const ObjectNow& object, std::string_view value, const std::string& where) -> Result<void> {
+            auto on = parseBool(value, where);
+            if (!on) return on.error();
+            ObjectSpec spec = object.spec;
+            spec.*kFlag = *on;
+            return core.scene().setFlags(spec.name, spec.enabled, spec.visible, spec.two_sided);
+          }};
 }
 
 Result<void> setFalls(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
@@ -133,7 +116,7 @@ Result<void> setFalls(Core& core, const ObjectNow& object, std::string_view valu
   if (!on) return on.error();
   BodySpec body = object.spec.body;
   body.falls = *on;
-  return core.scene().setBody(object.spec.name, body);
+  return change(core, object, body);
 }
 
 Json getShape(const ObjectNow& object, Core&) {
@@ -170,46 +153,33 @@ constexpr ObjectProperty kObjectProperties[] = {
     {"worldpose", "pose in the world", [](const ObjectNow& o, Core&) { return toJson(o.X_WO); }, nullptr},
     {"velocity", "velocity in the parent [m/s]: x,y,z; it moves on by it",
      [](const ObjectNow& o, Core&) { return toJson(o.V_PO.v); }, setVelocity},
-    {"stiffness", "[N/m]", getMaterialField<&hd_material::stiffness>, setMaterialField<&hd_material::stiffness>},
-    {"damping", "[N s/m], in contact", getMaterialField<&hd_material::damping>,
-     setMaterialField<&hd_material::damping>},
-    {"friction_static", "mu_s", getMaterialField<&hd_material::friction_static>,
-     setMaterialField<&hd_material::friction_static>},
-    {"friction_dynamic", "mu_d, at most mu_s", getMaterialField<&hd_material::friction_dynamic>,
-     setMaterialField<&hd_material::friction_dynamic>},
+    numberOf<&ObjectSpec::material, &hd_material::stiffness>("stiffness", "[N/m]"),
+    numberOf<&ObjectSpec::material, &hd_material::damping>("damping", "[N s/m], in contact"),
+    numberOf<&ObjectSpec::material, &hd_material::friction_static>("friction_static", "mu_s"),
+    numberOf<&ObjectSpec::material, &hd_material::friction_dynamic>("friction_dynamic", "mu_d, at most mu_s"),
     {"material", "stiffness,damping,friction_static,friction_dynamic",
      [](const ObjectNow& o, Core&) { return toJson(o.spec.material); }, setMaterial},
-    {"smooth_deg", "edges that bend less [degree] are shaded round", getSurfaceField<&SurfaceSpec::smooth_deg>,
-     setSurfaceField<&SurfaceSpec::smooth_deg>},
-    {"transient_gain", "force per speed of impact [N s/m]", getSurfaceField<&SurfaceSpec::transient_gain>,
-     setSurfaceField<&SurfaceSpec::transient_gain>},
-    {"transient_hz", "what an impact rings at", getSurfaceField<&SurfaceSpec::transient_hz>,
-     setSurfaceField<&SurfaceSpec::transient_hz>},
-    {"transient_decay_s", "until it has fallen to 1/e", getSurfaceField<&SurfaceSpec::transient_decay_s>,
-     setSurfaceField<&SurfaceSpec::transient_decay_s>},
-    {"relief", "number of a texture, 0 for none", getSurfaceTexture<&SurfaceSpec::relief>,
-     setSurfaceTexture<&SurfaceSpec::relief>},
-    {"relief_depth", "from white down to black [m]", getSurfaceField<&SurfaceSpec::relief_depth>,
-     setSurfaceField<&SurfaceSpec::relief_depth>},
-    {"relief_width", "of the picture [m]", getSurfaceField<&SurfaceSpec::relief_width>,
-     setSurfaceField<&SurfaceSpec::relief_width>},
-    {"relief_height", "of the picture [m]", getSurfaceField<&SurfaceSpec::relief_height>,
-     setSurfaceField<&SurfaceSpec::relief_height>},
-    {"vibration", "number of a texture, 0 for none", getSurfaceTexture<&SurfaceSpec::vibration>,
-     setSurfaceTexture<&SurfaceSpec::vibration>},
-    {"vibration_mass", "force per acceleration [kg]", getSurfaceField<&SurfaceSpec::vibration_mass>,
-     setSurfaceField<&SurfaceSpec::vibration_mass>},
-    {"mass", "[kg]; with one it moves freely and is pushed by tools and hands, 0: it stays where it is put",
-     [](const ObjectNow& o, Core&) { return number(o.spec.body.mass); }, setBodyField<&BodySpec::mass>},
-    {"motion_damping", "share of its motion that it loses when it moves freely [1/s]",
-     [](const ObjectNow& o, Core&) { return number(o.spec.body.damping); }, setBodyField<&BodySpec::damping>},
+    numberOf<&ObjectSpec::surface, &SurfaceSpec::smooth_deg>("smooth_deg",
+                                                             "edges that bend less [degree] are shaded round"),
+    numberOf<&ObjectSpec::surface, &SurfaceSpec::transient_gain>("transient_gain", "force per speed of impact [N s/m]"),
+    numberOf<&ObjectSpec::surface, &SurfaceSpec::transient_hz>("transient_hz", "what an impact rings at"),
+    numberOf<&ObjectSpec::surface, &SurfaceSpec::transient_decay_s>("transient_decay_s", "until it has fallen to 1/e"),
+    textureOf<&SurfaceSpec::relief>("relief"),
+    numberOf<&ObjectSpec::surface, &SurfaceSpec::relief_depth>("relief_depth", "from white down to black [m]"),
+    numberOf<&ObjectSpec::surface, &SurfaceSpec::relief_width>("relief_width", "of the picture [m]"),
+    numberOf<&ObjectSpec::surface, &SurfaceSpec::relief_height>("relief_height", "of the picture [m]"),
+    textureOf<&SurfaceSpec::vibration>("vibration"),
+    numberOf<&ObjectSpec::surface, &SurfaceSpec::vibration_mass>("vibration_mass", "force per acceleration [kg]"),
+    numberOf<&ObjectSpec::body, &BodySpec::mass>(
+        "mass", "[kg]; with one it moves freely and is pushed by tools and hands, 0: it stays where it is put"),
+    numberOf<&ObjectSpec::body, &BodySpec::damping>("motion_damping",
+                                                    "share of its motion that it loses when it moves freely [1/s]"),
     {"falls", "the world's gravity acts on it when it moves freely: true or false",
      [](const ObjectNow& o, Core&) { return Json(o.spec.body.falls); }, setFalls},
-    {"enabled", "it can be touched: true or false", getFlag<&ObjectSpec::enabled>, setFlag<&ObjectSpec::enabled>},
-    {"visible", "for viewers: true or false", getFlag<&ObjectSpec::visible>, setFlag<&ObjectSpec::visible>},
-    {"twosided", "both faces of an open mesh stop the proxy: true or false", getFlag<&ObjectSpec::two_sided>,
-     setFlag<&ObjectSpec::two_sided>},
-    {"keep", "it stays when its maker leaves", getFlag<&ObjectSpec::keep>, nullptr},
+    flagOf<&ObjectSpec::enabled>("enabled", "it can be touched: true or false"),
+    flagOf<&ObjectSpec::visible>("visible", "for viewers: true or false"),
+    flagOf<&ObjectSpec::two_sided>("twosided", "both faces of an open mesh stop the proxy: true or false"),
+    {"keep", "it stays when its maker leaves", [](const ObjectNow& o, Core&) { return Json(o.spec.keep); }, nullptr},
     {"shape", "kind and sizes [m]", getShape, nullptr},
     {"parent", "name of the parent, empty for the root", [](const ObjectNow& o, Core&) { return Json(o.spec.parent); },
      nullptr},

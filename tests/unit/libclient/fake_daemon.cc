@@ -12,7 +12,6 @@
 
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <future>
 #include <mutex>
 #include <thread>
@@ -111,18 +110,9 @@ class SessionServer final : public proto::Session::Server {
     context.getResults().setB(kj::heap<RegionServer>(b_->fd()));
     return kj::READY_NOW;
   }
-  kj::Promise<void> mapped(MappedContext) override {
-    inside_.note("mapped");
-    return kj::READY_NOW;
-  }
-  kj::Promise<void> acquireLease(AcquireLeaseContext) override {
-    inside_.note("acquireLease");
-    return kj::READY_NOW;
-  }
-  kj::Promise<void> releaseLease(ReleaseLeaseContext) override {
-    inside_.note("releaseLease");
-    return kj::READY_NOW;
-  }
+  kj::Promise<void> mapped(MappedContext) override { return noted("mapped"); }
+  kj::Promise<void> acquireLease(AcquireLeaseContext) override { return noted("acquireLease"); }
+  kj::Promise<void> releaseLease(ReleaseLeaseContext) override { return noted("releaseLease"); }
   kj::Promise<void> arm(ArmContext context) override {
     inside_.note("arm");
     if (const auto code = inside_.now().refuse_arm; code != 0) {
@@ -130,12 +120,14 @@ class SessionServer final : public proto::Session::Server {
     }
     return kj::READY_NOW;
   }
-  kj::Promise<void> disarm(DisarmContext) override {
-    inside_.note("disarm");
+  kj::Promise<void> disarm(DisarmContext) override { return noted("disarm"); }
+
+ private:
+  kj::Promise<void> noted(const char* call) {
+    inside_.note(call);
     return kj::READY_NOW;
   }
 
- private:
   Inside& inside_;
   std::shared_ptr<Memory> a_, b_;
 };

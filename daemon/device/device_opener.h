@@ -9,7 +9,6 @@
 #include <list>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <thread>
 #include <vector>
 

@@ -6,7 +6,6 @@
 
 #include <cerrno>
 #include <chrono>
-#include <iterator>
 #include <new>
 #include <system_error>
 

@@ -6,7 +6,6 @@
 #include <sys/types.h>
 
 #include <string>
-#include <vector>
 
 #include "daemon/ipc/unique_fd.h"
 

@@ -1,6 +1,5 @@
 #include "drivers/falcon/falcon_kinematics.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

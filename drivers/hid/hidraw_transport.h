@@ -3,8 +3,6 @@
  */
 #pragma once
 
-#include <string>
-
 #include "drivers/hid/enumerate.h"
 #include "drivers/hid/transport.h"
 #include "drivers/link/lent.h"

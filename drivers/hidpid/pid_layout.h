@@ -6,9 +6,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
-#include <span>
-#include <string_view>
 
 #include "drivers/hid/report_descriptor.h"
 

@@ -5,8 +5,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "drivers/parameters.h"
 #include "drivers/pose_track.h"

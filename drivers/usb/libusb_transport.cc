@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 
 #include "drivers/usb/usbfs.h"
 #include "rt/base/clock.h"

@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <string>
 
 #include "drivers/link/slow_to_open.h"
 #include "drivers/vendor/helper_process.h"

@@ -1,6 +1,5 @@
 #include "drivers/woodyhid/woody_kinematics.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace hapticd {

@@ -17,7 +17,6 @@
 #include <mutex>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "libclient/src/failure.h"
 #include "proto/control.capnp.h"

@@ -8,7 +8,6 @@
 #include <charconv>
 #include <cstddef>
 #include <cstring>
-#include <new>
 #include <string>
 #include <utility>
 

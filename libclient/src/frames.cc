@@ -1,7 +1,6 @@
 #include <hapticclient/frames.h>
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 
 namespace {

@@ -1,9 +1,7 @@
 // scene.h: meshes on their way to the builder.
-#include <cerrno>
 #include <chrono>
 #include <condition_variable>
 #include <cstring>
-#include <deque>
 
 #include "libclient/src/convert.h"
 #include "libclient/src/loop.h"

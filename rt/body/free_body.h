@@ -3,8 +3,6 @@
  */
 #pragma once
 
-#include <cmath>
-
 #include "rt/body/mobility.h"
 #include "rt/body/rigid_body.h"
 

@@ -1,7 +1,6 @@
 #include "rt/body/rigid_body.h"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 
 #include "rt/base/rotation.h"
 

@@ -1,7 +1,6 @@
 #include "rt/scene/scene.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "rt/geometry/sweep.h"
 #include "rt/scene/refit.h"

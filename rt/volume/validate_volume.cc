@@ -1,9 +1,6 @@
 // The check that stands between a volume and the collide thread: whoever wrote it, what passes here is safe to walk.
-#include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 #include "rt/scene/block_check.h"

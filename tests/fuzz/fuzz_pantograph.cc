@@ -1,5 +1,4 @@
 // What a pantograph's board may say, in whatever portions: angles are finite, the grip is, nothing is read twice.
-#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 

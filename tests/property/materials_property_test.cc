@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 
 #include "rt/render/press.h"
 #include "tests/support/for_seeds.h"

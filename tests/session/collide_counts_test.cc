@@ -1,7 +1,6 @@
 // What the collide thread could not do is told: by statistics, by resource, and by doctor with its remedy.
 #include <capnp/message.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "daemon/resource/resource_tree.h"

@@ -1,5 +1,4 @@
 // A client whose heartbeat comes back just when it is taken for gone still fades, and nothing cuts its force off.
-#include <cmath>
 
 #include "tests/session/bench.h"
 

@@ -8,7 +8,6 @@
 
 #include <cerrno>
 #include <memory>
-#include <vector>
 
 #include "rt/base/clock.h"
 

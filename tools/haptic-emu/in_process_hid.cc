@@ -1,7 +1,6 @@
 #include "tools/haptic-emu/in_process_hid.h"
 
 #include <algorithm>
-#include <deque>
 
 namespace haptic_emu {
 

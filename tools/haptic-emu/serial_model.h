@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <deque>
 #include <span>
-#include <vector>
 
 #include "drivers/serial/transport.h"
 #include "rt/base/clock.h"

@@ -7,7 +7,6 @@
 #include <openvdb/openvdb.h>
 
 #include <bit>
-#include <cstring>
 #include <sstream>
 #include <string>
 

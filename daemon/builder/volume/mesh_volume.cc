@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "daemon/builder/volume/closed_surface.h"
 #include "daemon/builder/volume/mesh_field.h"

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <filesystem>
 #include <hapticclient/hapticclient.hpp>
-#include <thread>
 
 #include "support/child_process.h"
 #include "support/daemon_fixture.h"

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "support/random.h"
 #include "support/test_volume.h"
 #include "unit/contact/voxels.h"

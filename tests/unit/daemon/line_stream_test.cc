@@ -6,7 +6,6 @@
 #include <termios.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <string>
 
 namespace hapticd {

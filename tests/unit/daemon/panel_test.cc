@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <deque>
 #include <random>
 
 #include "drivers/gpio/safety_contact.h"

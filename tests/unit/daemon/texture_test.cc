@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 
 #include "daemon/scene/texture_memory.h"
 #include "tests/support/texture_upload.h"

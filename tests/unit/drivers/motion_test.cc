@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
-
 #include "drivers/sim/body.h"
 
 namespace hapticd {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <hapticclient/client.h>
 
-#include <memory>
 #include <stdexcept>
 #include <string>
 

@@ -3,7 +3,6 @@
 // unit/ring/threads_test.cc: plain memory that one side writes before it publishes and the other reads afterwards.
 #include <sys/mman.h>
 
-#include <array>
 #include <atomic>
 #include <thread>
 #include <vector>

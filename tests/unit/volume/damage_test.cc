@@ -1,8 +1,6 @@
 // Volumes that went bad: each lie of the header or the arrays is refused, and says where.
 #include <gmock/gmock.h>
 
-#include <cstring>
-
 #include "rt/scene/snapshot_checksum.h"
 #include "support/test_volume.h"
 

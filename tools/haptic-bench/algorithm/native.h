@@ -3,10 +3,8 @@
  */
 #pragma once
 
-#include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <memory>
 
 #include "rt/base/math.h"
 #include "tools/haptic-bench/model/model.h"

@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
 
 #include "rt/base/math.h"
 #include "tools/haptic-bench/model/model.h"

@@ -1,7 +1,6 @@
 #include "tools/haptic-bench/collide/shapes.h"
 
 #include <cmath>
-#include <functional>
 #include <map>
 
 #include "tools/haptic-bench/collide/pair.h"

@@ -7,7 +7,6 @@
 #include <hapticclient/push.h>
 
 #include <hapticclient/patch.hpp>
-#include <string>
 
 #include "rt/base/math.h"
 

@@ -2,7 +2,6 @@
 #include <hdf5.h>
 
 #include <array>
-#include <map>
 #include <vector>
 
 #include "tools/haptic-bench/failure.h"

@@ -1,7 +1,6 @@
 #include "tools/haptic-bench/zwidth/eigenvalue.h"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
 
 #include "drivers/sim/linear_step.h"

@@ -3,8 +3,6 @@
  */
 #pragma once
 
-#include <array>
-
 #include "rt/base/math.h"
 
 namespace haptic_emu {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/result/results.h"
 
 namespace haptic_bench {
@@ -111,7 +112,7 @@ void addCompare(CLI::App& app, Run& chosen) {
   sub->add_option("NEW", options->after, "Results")->required();
   sub->add_flag("--errors", options->errors_only, "Leave out times, ratios and memory: for results of two machines");
   sub->add_flag("--hashes", options->what.hashes, "Hashes of forces too: for results of one build on one machine");
-  sub->callback([options, &chosen] { chosen = [options](const Common&) { return run(*options); }; });
+  whenNamed(sub, chosen, [options](const Common&) { return run(*options); });
 }
 
 }  // namespace haptic_bench

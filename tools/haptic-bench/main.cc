@@ -14,7 +14,7 @@
 #include "rt/base/standard_streams.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
-#include "tools/options/number.h"
+#include "tools/haptic-bench/option.h"
 
 namespace {
 
@@ -73,10 +73,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   haptic_bench::Common common;
   haptic_bench::Run chosen;
   app.add_flag("--csv", common.csv, "One line per round, for scripts");
-  app.add_option("--rounds", common.rounds, "Interleaved A/B rounds")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 10000))
-      ->transform(hapticd_options::decimal);
+  haptic_bench::bounded(&app, "--rounds", common.rounds, "Interleaved A/B rounds", 1, 10000);
   app.set_version_flag("--version", std::string("haptic-bench ") + haptic_version());
   app.require_subcommand(1);
   app.fallthrough();  // so that they may follow the subcommand's name

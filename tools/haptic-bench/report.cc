@@ -20,6 +20,7 @@
 #include "tools/haptic-bench/beside_program.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/table/paper_table.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial.h"
@@ -176,7 +177,7 @@ void addReport(CLI::App& app, Run& chosen) {
         std::error_code none;
         return std::filesystem::is_character_file(path, none) ? path + " is a device, without an end" : std::string();
       });
-  sub->callback([options, &chosen] { chosen = [options](const Common& common) { return run(*options, common); }; });
+  whenNamed(sub, chosen, [options](const Common& common) { return run(*options, common); });
 }
 
 }  // namespace haptic_bench

@@ -19,8 +19,8 @@
 #include "rt/ring/spsc.h"
 #include "rt/ring/state.h"
 #include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/push_to_force.h"
-#include "tools/options/number.h"
 
 namespace haptic_bench {
 namespace {
@@ -193,12 +193,8 @@ void addRing(CLI::App& app, Run& chosen) {
                          "Push, pop and check of the command ring against a plain ring; ticks from push to force\n"
                          "(exit 1 if more than two)");
   auto messages = std::make_shared<std::uint64_t>(100'000);
-  command->add_option("--messages", *messages, "Messages a round and side")
-      ->capture_default_str()
-      ->check(CLI::Range(1u, 100'000'000u))
-      ->transform(hapticd_options::decimal);
-  command->callback(
-      [&chosen, messages] { chosen = [messages](const Common& common) { return runRing(common, *messages); }; });
+  bounded(command, "--messages", *messages, "Messages a round and side", 1u, 100'000'000u);
+  whenNamed(command, chosen, [messages](const Common& common) { return runRing(common, *messages); });
 }
 
 }  // namespace haptic_bench

@@ -120,7 +120,7 @@ void addRun(CLI::App& app, Run& chosen) {
       ->capture_default_str()
       ->check(positive());
   sub->add_option("--samples", options->samples, "CSV file for every sample, answer and time of a step");
-  sub->callback([options, &chosen] { chosen = [options](const Common& common) { return run(*options, common); }; });
+  whenNamed(sub, chosen, [options](const Common& common) { return run(*options, common); });
 }
 
 }  // namespace haptic_bench

@@ -115,16 +115,11 @@ void addServo(CLI::App& app, Run& chosen) {
       "servo",
       "Wake-up of a bare real-time loop against the daemon's cycle on a mesh, and what the cycle costs\n"
       "(exit 1 if a round touches nothing)");
-  servo->add_option("--rate", options->rate_hz, "Servo rate [Hz]")->capture_default_str()->check(within(100.0, 4000.0));
-  servo->add_option("--seconds", options->seconds, "Length of each side of a round [s]")
-      ->capture_default_str()
-      ->check(within(0.1, 600.0));
-  servo->add_option("--triangles", options->triangles, "Triangles of the sphere that is stroked")
-      ->capture_default_str()
-      ->check(CLI::Range(100, 8'000'000))
-      ->transform(hapticd_options::decimal);
+  bounded(servo, "--rate", options->rate_hz, "Servo rate [Hz]", 100.0, 4000.0);
+  bounded(servo, "--seconds", options->seconds, "Length of each side of a round [s]", 0.1, 600.0);
+  bounded(servo, "--triangles", options->triangles, "Triangles of the sphere that is stroked", 100, 8'000'000);
   servo->add_flag("--one-cpu", options->one_cpu, "Both sides on the first processor, not on each in turn");
-  servo->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });
+  whenNamed(servo, chosen, [options](const Common& common) { return run(common, *options); });
 }
 
 }  // namespace haptic_bench

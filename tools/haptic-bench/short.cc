@@ -4,6 +4,7 @@
 #include "rt/geometry/boxes.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial.h"
 
@@ -54,7 +55,7 @@ void addShort(CLI::App& app, Run& chosen) {
   sub->add_option("--path", *path, "Vector instructions of the tree: all give the same forces")
       ->capture_default_str()
       ->check(CLI::IsMember({"portable", "avx2", "best"}));
-  sub->callback([path, &chosen] { chosen = [path](const Common& common) { return run(*path, common); }; });
+  whenNamed(sub, chosen, [path](const Common& common) { return run(*path, common); });
 }
 
 }  // namespace haptic_bench

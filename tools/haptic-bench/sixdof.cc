@@ -25,6 +25,7 @@
 #include "rt/body/tool.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/result/tables.h"
 
 namespace haptic_bench {
@@ -262,7 +263,7 @@ void addSixdof(CLI::App& app, Run& chosen) {
       app.add_subcommand("sixdof", "Force and torque of a held tool against the truth, by response and collision rate");
   const auto check = std::make_shared<bool>(false);
   command->add_flag("--check", *check, "End with 1 when the default response is off by more than 5 % or 3 degrees");
-  command->callback([&chosen, check] { chosen = [check](const Common& common) { return run(common, *check); }; });
+  whenNamed(command, chosen, [check](const Common& common) { return run(common, *check); });
 }
 
 }  // namespace haptic_bench

@@ -10,16 +10,11 @@
 namespace haptic_bench {
 
 void addSurface(CLI::App& sub, Surface& surface) {
-  const auto add = [&](const char* name, double& value, double high, const char* text) {
-    sub.add_option(name, value, text)->capture_default_str()->check(within(0.0, high));
-  };
-  sub.add_option("--stiffness", surface.stiffness, "Stiffness of the surface [N/m]")
-      ->capture_default_str()
-      ->check(within(1e-3, 1e5));
-  add("--damping", surface.damping, 1e3, "Damping of the surface along its normal [N s/m]");
-  add("--friction-static", surface.friction_static, 10, "Coefficient of friction at rest");
-  add("--radius", surface.radius, 1, "Radius of the ball that touches [m]; 0 is a point");
-  add("--friction-dynamic", surface.friction_dynamic, 10, "Coefficient of friction while sliding");
+  bounded(&sub, "--stiffness", surface.stiffness, "Stiffness of the surface [N/m]", 1e-3, 1e5);
+  bounded(&sub, "--damping", surface.damping, "Damping of the surface along its normal [N s/m]", 0.0, 1e3);
+  bounded(&sub, "--friction-static", surface.friction_static, "Coefficient of friction at rest", 0.0, 10.0);
+  bounded(&sub, "--radius", surface.radius, "Radius of the ball that touches [m]; 0 is a point", 0.0, 1.0);
+  bounded(&sub, "--friction-dynamic", surface.friction_dynamic, "Coefficient of friction while sliding", 0.0, 10.0);
 }
 
 void checkSurface(const Surface& surface) {

@@ -78,19 +78,12 @@ void addSweep(CLI::App& app, Run& chosen) {
   sub->add_option("-m,--model", options->model, "As for run")->capture_default_str();
   sub->add_option("-t,--trajectory", options->trajectory, "As for run")->capture_default_str();
   addFileOptions(*sub, options->file);
-  sub->add_option("--stiffness", options->stiffness, "N/m; several, parted by commas or blanks")
-      ->capture_default_str()
-      ->delimiter(',')
-      ->check(within(1e-3, 1e5));
-  sub->add_option("--friction", options->friction, "Dynamic coefficient; several. At rest 1.25 times that")
-      ->capture_default_str()
-      ->delimiter(',')
-      ->check(within(0.0, 5.0));
-  sub->add_option("--speed", options->speed, "Times that of the trajectory; several")
-      ->capture_default_str()
-      ->delimiter(',')
-      ->check(within(1.0, 1000.0));
-  sub->callback([options, &chosen] { chosen = [options](const Common& common) { return run(*options, common); }; });
+  bounded(sub, "--stiffness", options->stiffness, "N/m; several, parted by commas or blanks", 1e-3, 1e5)
+      ->delimiter(',');
+  bounded(sub, "--friction", options->friction, "Dynamic coefficient; several. At rest 1.25 times that", 0.0, 5.0)
+      ->delimiter(',');
+  bounded(sub, "--speed", options->speed, "Times that of the trajectory; several", 1.0, 1000.0)->delimiter(',');
+  whenNamed(sub, chosen, [options](const Common& common) { return run(*options, common); });
 }
 
 }  // namespace haptic_bench

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/table/paper_table.h"
 
 namespace haptic_bench {
@@ -43,7 +44,7 @@ int printTables(const Common& common) {
 
 void addTables(CLI::App& app, Run& chosen) {
   CLI::App* sub = app.add_subcommand("tables", "Tables 4.1 to 4.3 of the thesis, its figures beside ours");
-  sub->callback([&chosen] { chosen = printTables; });
+  whenNamed(sub, chosen, printTables);
 }
 
 }  // namespace haptic_bench

@@ -5,6 +5,7 @@
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/placement.h"
 #include "tools/hapticctl/to_json.h"
@@ -64,21 +65,19 @@ void addAdd(CLI::App& app, Action& chosen) {
   command->add_option("--size", o->size, "Metres. sphere: R; box: half X,Y,Z; capsule, cylinder: R,half length")
       ->type_name("NUMBERS");
   addPlacement(*command, o->placement);
-  command->callback([&chosen, o] {
-    chosen = [o](const Globals& globals) {
-      if (o->placement.name.empty()) o->placement.name = o->kind;
-      haptic_object object = makeObject(o->placement);
-      object.shape = makeShape(*o);
-      const Daemon daemon(globals);
-      requirePlace(daemon, o->placement);
-      const std::uint32_t id = place(daemon, o->placement, object);
-      if (globals.json) {
-        putJson({{"name", o->placement.name}, {"object", id}});
-      } else {
-        print("{}: {}, object {}\n", o->placement.name, o->kind, id);
-      }
-      return kExitOk;
-    };
+  whenNamed(command, chosen, [o](const Globals& globals) {
+    if (o->placement.name.empty()) o->placement.name = o->kind;
+    haptic_object object = makeObject(o->placement);
+    object.shape = makeShape(*o);
+    const Daemon daemon(globals);
+    requirePlace(daemon, o->placement);
+    const std::uint32_t id = place(daemon, o->placement, object);
+    if (globals.json) {
+      putJson({{"name", o->placement.name}, {"object", id}});
+    } else {
+      print("{}: {}, object {}\n", o->placement.name, o->kind, id);
+    }
+    return kExitOk;
   });
 }
 
@@ -86,23 +85,21 @@ void addRemove(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("remove", "Remove objects from the scene, with their children");
   auto names = std::make_shared<std::vector<std::string>>();
   command->add_option("NAME", *names, "Names of objects")->required();
-  command->callback([&chosen, names] {
-    chosen = [names](const Globals& globals) {
-      const Daemon daemon(globals);
-      std::vector<Owned<haptic_object_state>> old;  // All are looked for before the first one goes.
-      for (const std::string& name : *names)
-        old.push_back(daemon.ask<haptic_object_state>(haptic_object_find, name.c_str()));
-      for (std::size_t i = 0; i < old.size(); ++i) {
-        haptic_error error = HAPTIC_ERROR_INIT;
-        const int code = haptic_object_remove(daemon.client(), (*names)[i].c_str(), &error);
-        if (code != HAPTIC_NOT_FOUND || i == 0) check(code, error);  // Gone with its parent, or named twice.
-        // Its mesh goes too, unless another object shows it: then the daemon refuses, and is right.
-        if (old[i]->object->shape.kind == HAPTIC_SHAPE_MESH)
-          haptic_mesh_drop(daemon.client(), old[i]->object->shape.mesh, nullptr);
-      }
-      if (globals.json) putJson({{"removed", *names}});
-      return kExitOk;
-    };
+  whenNamed(command, chosen, [names](const Globals& globals) {
+    const Daemon daemon(globals);
+    std::vector<Owned<haptic_object_state>> old;  // All are looked for before the first one goes.
+    for (const std::string& name : *names)
+      old.push_back(daemon.ask<haptic_object_state>(haptic_object_find, name.c_str()));
+    for (std::size_t i = 0; i < old.size(); ++i) {
+      haptic_error error = HAPTIC_ERROR_INIT;
+      const int code = haptic_object_remove(daemon.client(), (*names)[i].c_str(), &error);
+      if (code != HAPTIC_NOT_FOUND || i == 0) check(code, error);  // Gone with its parent, or named twice.
+      // Its mesh goes too, unless another object shows it: then the daemon refuses, and is right.
+      if (old[i]->object->shape.kind == HAPTIC_SHAPE_MESH)
+        haptic_mesh_drop(daemon.client(), old[i]->object->shape.mesh, nullptr);
+    }
+    if (globals.json) putJson({{"removed", *names}});
+    return kExitOk;
   });
 }
 

@@ -134,30 +134,26 @@ void addArm(CLI::App& app, Action& chosen) {
   command->add_option("--for", options->seconds, "Disarm after so long")
       ->type_name("SECONDS")
       ->check(number(0.001, 1e7));
-  command->callback(
-      [&chosen, options] { chosen = [options](const Globals& globals) { return arm(*options, globals); }; });
+  whenNamed(command, chosen, [options](const Globals& globals) { return arm(*options, globals); });
 }
 
 void addDisarm(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("disarm", "Disarm a device that nobody else holds");
   auto device = std::make_shared<std::string>();
   command->add_option("DEVICE", *device, "URI, name or serial; without it: the open one");
-  command->callback(
-      [&chosen, device] { chosen = [device](const Globals& globals) { return disarm(*device, globals); }; });
+  whenNamed(command, chosen, [device](const Globals& globals) { return disarm(*device, globals); });
 }
 
 void addStop(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("stop", "Zero force at once, latched until armed again. Anybody may");
   auto device = std::make_shared<std::string>();
   command->add_option("DEVICE", *device, "URI, name or serial; without it: every device");
-  command->callback([&chosen, device] {
-    chosen = [device](const Globals& globals) {
-      const Daemon daemon(globals);
-      // No look-up for "every device": nothing may stand between the word and the stop.
-      daemon.tell(haptic_stop, device->empty() ? "" : deviceUri(daemon, *device).c_str());
-      tell(globals, device->empty() ? "every device" : *device, "stopped", "stopped; arm again to go on");
-      return kExitOk;
-    };
+  whenNamed(command, chosen, [device](const Globals& globals) {
+    const Daemon daemon(globals);
+    // No look-up for "every device": nothing may stand between the word and the stop.
+    daemon.tell(haptic_stop, device->empty() ? "" : deviceUri(daemon, *device).c_str());
+    tell(globals, device->empty() ? "every device" : *device, "stopped", "stopped; arm again to go on");
+    return kExitOk;
   });
 }
 

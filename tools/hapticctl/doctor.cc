@@ -7,6 +7,7 @@
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/host_checks.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 
 namespace hapticctl {
@@ -67,31 +68,29 @@ void askDaemon(const Globals& globals, std::vector<HostCheck>& checks) {
 void addDoctor(CLI::App& app, Action& chosen) {
   CLI::App* command =
       app.add_subcommand("doctor", "Check kernel, rights, devices and daemon; name the line that fixes each fault");
-  command->callback([&chosen] {
-    chosen = [](const Globals& globals) {
-      std::vector<HostCheck> checks = hostChecks();
-      checks.push_back(service());
-      askDaemon(globals, checks);
-      std::size_t red = 0, width = 0;
-      for (const HostCheck& c : checks) {
-        red += c.state == CheckState::kRed ? 1 : 0;
-        width = std::max(width, c.name.size());
-      }
-      if (globals.json) {
-        putJson({{"red", red}, {"checks", toJson(checks)}});
-        return red == 0 ? kExitOk : kExitRefused;
-      }
-      for (const HostCheck& c : checks) {
-        const Style style = c.state == CheckState::kGreen ? Style::kGood
-                            : c.state == CheckState::kRed ? Style::kBad
-                                                          : Style::kDim;
-        const char* word = c.state == CheckState::kGreen ? "green" : c.state == CheckState::kRed ? "RED  " : "n/a  ";
-        print("{}  {:<{}}  {}\n", styled(style, word), c.name, width, c.detail);
-        if (c.state == CheckState::kRed && !c.remedy.empty()) print("       {}\n", styled(Style::kBold, c.remedy));
-      }
-      print("{}\n", red == 0 ? "all is well" : fmt::format("{} to mend", red));
+  whenNamed(command, chosen, [](const Globals& globals) {
+    std::vector<HostCheck> checks = hostChecks();
+    checks.push_back(service());
+    askDaemon(globals, checks);
+    std::size_t red = 0, width = 0;
+    for (const HostCheck& c : checks) {
+      red += c.state == CheckState::kRed ? 1 : 0;
+      width = std::max(width, c.name.size());
+    }
+    if (globals.json) {
+      putJson({{"red", red}, {"checks", toJson(checks)}});
       return red == 0 ? kExitOk : kExitRefused;
-    };
+    }
+    for (const HostCheck& c : checks) {
+      const Style style = c.state == CheckState::kGreen ? Style::kGood
+                          : c.state == CheckState::kRed ? Style::kBad
+                                                        : Style::kDim;
+      const char* word = c.state == CheckState::kGreen ? "green" : c.state == CheckState::kRed ? "RED  " : "n/a  ";
+      print("{}  {:<{}}  {}\n", styled(style, word), c.name, width, c.detail);
+      if (c.state == CheckState::kRed && !c.remedy.empty()) print("       {}\n", styled(Style::kBold, c.remedy));
+    }
+    print("{}\n", red == 0 ? "all is well" : fmt::format("{} to mend", red));
+    return red == 0 ? kExitOk : kExitRefused;
   });
 }
 

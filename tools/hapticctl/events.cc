@@ -1,6 +1,5 @@
 // hapticctl events: what happens, as it happens.
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cmath>
 
 #include "tools/hapticctl/command.h"
@@ -124,8 +123,7 @@ void addEvents(CLI::App& app, Action& chosen) {
   command->add_option("--duration", options->duration_s, "Stop after so long")
       ->type_name("SECONDS")
       ->check(number(0.001, 1e7));
-  command->callback(
-      [&chosen, options] { chosen = [options](const Globals& globals) { return follow(*options, globals); }; });
+  whenNamed(command, chosen, [options](const Globals& globals) { return follow(*options, globals); });
 }
 
 }  // namespace hapticctl

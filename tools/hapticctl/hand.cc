@@ -136,8 +136,7 @@ void addHand(CLI::App& app, Action& chosen) {
   command->add_option("--speed", options->speed, "How many times as fast as recorded")
       ->capture_default_str()
       ->check(number(0.01, 100.0));
-  command->callback(
-      [&chosen, options] { chosen = [options](const Globals& globals) { return play(*options, globals); }; });
+  whenNamed(command, chosen, [options](const Globals& globals) { return play(*options, globals); });
 }
 
 }  // namespace hapticctl

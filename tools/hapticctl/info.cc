@@ -6,6 +6,7 @@
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/to_json.h"
 
@@ -104,18 +105,16 @@ void addInfo(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("info", "Show what a device is and can do");
   auto device = std::make_shared<std::string>();
   command->add_option("DEVICE", *device, "URI, name or serial; without it: the first of list");
-  command->callback([&chosen, device] {
-    chosen = [device](const Globals& globals) {
-      const Daemon daemon(globals);
-      const auto devices = daemon.ask<haptic_device_list>(haptic_list_devices);
-      const haptic_device_info& found = openOrFound(*devices, *device);
-      if (globals.json) {
-        putJson(toJson(found));
-      } else {
-        put(sheet(found));
-      }
-      return kExitOk;
-    };
+  whenNamed(command, chosen, [device](const Globals& globals) {
+    const Daemon daemon(globals);
+    const auto devices = daemon.ask<haptic_device_list>(haptic_list_devices);
+    const haptic_device_info& found = openOrFound(*devices, *device);
+    if (globals.json) {
+      putJson(toJson(found));
+    } else {
+      put(sheet(found));
+    }
+    return kExitOk;
   });
 }
 

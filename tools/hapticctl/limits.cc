@@ -60,34 +60,32 @@ void addLimits(CLI::App& app, Action& chosen) {
     o->wanted.*limit.value = std::numeric_limits<double>::quiet_NaN();
     command->add_option(limit.option, o->wanted.*limit.value, limit.text)->type_name(limit.unit)->check(number(0));
   }
-  command->callback([&chosen, o] {
-    chosen = [o](const Globals& globals) {
-      const Daemon daemon(globals);
-      const auto status = daemon.ask<haptic_status>(haptic_get_status);
-      std::string uri = deviceUri(daemon, o->device);
-      const haptic_device_status* found = nullptr;
-      for (std::uint32_t i = 0; i < status->device_count && found == nullptr; ++i) {
-        if (uri.empty() || uri == status->devices[i]->uri) found = status->devices[i];
-      }
-      if (found == nullptr)
-        throw Failure{kExitRefused, o->device, "no such device is open", "hapticctl list shows them", "NOT_FOUND"};
-      bool change = false;
-      for (const Limit& limit : kLimits) change = change || !std::isnan(o->wanted.*limit.value);
-      haptic_device_limits in_force = *found->limits;
-      if (change) {
-        in_force.size = sizeof in_force;
-        try {
-          daemon.tell(haptic_set_limits, found->uri, &o->wanted, &in_force);
-        } catch (Failure& failure) {
-          if (failure.code == "LEASE_REQUIRED" || failure.code == "PERMISSION_DENIED") {
-            failure.remedy = "use the administration socket: hapticctl --admin limits ...";
-          }
-          throw;
+  whenNamed(command, chosen, [o](const Globals& globals) {
+    const Daemon daemon(globals);
+    const auto status = daemon.ask<haptic_status>(haptic_get_status);
+    std::string uri = deviceUri(daemon, o->device);
+    const haptic_device_status* found = nullptr;
+    for (std::uint32_t i = 0; i < status->device_count && found == nullptr; ++i) {
+      if (uri.empty() || uri == status->devices[i]->uri) found = status->devices[i];
+    }
+    if (found == nullptr)
+      throw Failure{kExitRefused, o->device, "no such device is open", "hapticctl list shows them", "NOT_FOUND"};
+    bool change = false;
+    for (const Limit& limit : kLimits) change = change || !std::isnan(o->wanted.*limit.value);
+    haptic_device_limits in_force = *found->limits;
+    if (change) {
+      in_force.size = sizeof in_force;
+      try {
+        daemon.tell(haptic_set_limits, found->uri, &o->wanted, &in_force);
+      } catch (Failure& failure) {
+        if (failure.code == "LEASE_REQUIRED" || failure.code == "PERMISSION_DENIED") {
+          failure.remedy = "use the administration socket: hapticctl --admin limits ...";
         }
+        throw;
       }
-      show(found->name, in_force, globals.json);
-      return kExitOk;
-    };
+    }
+    show(found->name, in_force, globals.json);
+    return kExitOk;
   });
 }
 

@@ -169,7 +169,7 @@ void addLoad(CLI::App& app, Action& chosen) {
   command->add_flag("--fill-holes", o->fill_holes, "Close the holes of an open mesh for its volume; else it is refused")
       ->needs(voxel);
   addPlacement(*command, o->placement);
-  command->callback([&chosen, o] { chosen = [o](const Globals& globals) { return load(*o, globals); }; });
+  whenNamed(command, chosen, [o](const Globals& globals) { return load(*o, globals); });
 }
 
 }  // namespace hapticctl

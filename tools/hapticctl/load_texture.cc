@@ -121,7 +121,7 @@ void addLoadTexture(CLI::App& app, Action& chosen) {
   command->add_option("--size", o->size, "Width and height of the picture on the object, about its origin")
       ->type_name("METRES,METRES");
   command->add_option("--mass", o->mass_kg, "Force per recorded acceleration")->type_name("KG")->check(positive());
-  command->callback([&chosen, o] { chosen = [o](const Globals& globals) { return loadTexture(*o, globals); }; });
+  whenNamed(command, chosen, [o](const Globals& globals) { return loadTexture(*o, globals); });
 }
 
 }  // namespace hapticctl

@@ -197,11 +197,9 @@ void addMonitor(CLI::App& app, Action& chosen) {
   command->add_option("--duration", options->duration_s, "Stop after so long")
       ->type_name("SECONDS")
       ->check(number(0.001, 1e7));
-  command->callback([&chosen, options] {
-    chosen = [options](const Globals& globals) {
-      if (options->csv && globals.json) failUsage("--csv", "cannot go together with --json");
-      return monitor(*options, globals);
-    };
+  whenNamed(command, chosen, [options](const Globals& globals) {
+    if (options->csv && globals.json) failUsage("--csv", "cannot go together with --json");
+    return monitor(*options, globals);
   });
 }
 

@@ -4,6 +4,7 @@
 #include "tools/hapticctl/command.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/to_json.h"
 
@@ -42,33 +43,29 @@ Json toJson(const haptic_object_state& o) {
 
 void addObjects(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("objects", "List the objects of the scene");
-  command->callback([&chosen] {
-    chosen = [](const Globals& globals) {
-      const Daemon daemon(globals);
-      const auto objects = daemon.ask<haptic_object_list>(haptic_object_list_all);
-      if (globals.json) {
-        Json all = Json::array();
-        for (std::uint32_t i = 0; i < objects->count; ++i) all.push_back(toJson(*objects->items[i]));
-        putJson(all);
-        return kExitOk;
-      }
-      Table table(
-          {{"PATH"}, {"SHAPE"}, {"TRIANGLES", true}, {"AT mm"}, {"N/m", true}, {"MU s/d"}, {"STATE"}, {"OWNER"}});
-      for (std::uint32_t i = 0; i < objects->count; ++i) {
-        const haptic_object_state& o = *objects->items[i];
-        const double(&p)[3] = o.world_pose.p;
-        const bool enabled = (o.object->flags & HAPTIC_OBJECT_ENABLED) != 0;
-        table.row(
-            {o.path, shapeName(o.object->shape.kind), o.triangles > 0 ? grouped(o.triangles) : "",
-             fmt::format("{}, {}, {}", fixed(p[0] * 1e3, 1), fixed(p[1] * 1e3, 1), fixed(p[2] * 1e3, 1)),
-             fixed(o.object->material.stiffness, 0),
-             fmt::format("{:.3g}/{:.3g}", o.object->material.friction_static, o.object->material.friction_dynamic),
-             enabled ? "touchable" : "disabled", o.owner},
-            enabled ? Style::kPlain : Style::kDim);
-      }
-      put(table.empty() ? "the scene is empty (hapticctl load, hapticctl add)\n" : table.text());
+  whenNamed(command, chosen, [](const Globals& globals) {
+    const Daemon daemon(globals);
+    const auto objects = daemon.ask<haptic_object_list>(haptic_object_list_all);
+    if (globals.json) {
+      Json all = Json::array();
+      for (std::uint32_t i = 0; i < objects->count; ++i) all.push_back(toJson(*objects->items[i]));
+      putJson(all);
       return kExitOk;
-    };
+    }
+    Table table({{"PATH"}, {"SHAPE"}, {"TRIANGLES", true}, {"AT mm"}, {"N/m", true}, {"MU s/d"}, {"STATE"}, {"OWNER"}});
+    for (std::uint32_t i = 0; i < objects->count; ++i) {
+      const haptic_object_state& o = *objects->items[i];
+      const double(&p)[3] = o.world_pose.p;
+      const bool enabled = (o.object->flags & HAPTIC_OBJECT_ENABLED) != 0;
+      table.row({o.path, shapeName(o.object->shape.kind), o.triangles > 0 ? grouped(o.triangles) : "",
+                 fmt::format("{}, {}, {}", fixed(p[0] * 1e3, 1), fixed(p[1] * 1e3, 1), fixed(p[2] * 1e3, 1)),
+                 fixed(o.object->material.stiffness, 0),
+                 fmt::format("{:.3g}/{:.3g}", o.object->material.friction_static, o.object->material.friction_dynamic),
+                 enabled ? "touchable" : "disabled", o.owner},
+                enabled ? Style::kPlain : Style::kDim);
+    }
+    put(table.empty() ? "the scene is empty (hapticctl load, hapticctl add)\n" : table.text());
+    return kExitOk;
   });
 }
 

@@ -13,6 +13,7 @@
 
 #include "tools/hapticctl/numbers.h"
 #include "tools/options/number.h"
+#include "tools/options/when_named.h"
 
 namespace hapticctl {
 
@@ -34,6 +35,7 @@ inline CLI::Validator number(double lowest, double highest = std::numeric_limits
 inline CLI::Validator positive() { return number(0, std::numeric_limits<double>::max(), true); }
 
 using hapticd_options::decimal;
+using hapticd_options::whenNamed;
 
 /** How the name of a field of the interface begins, and the option by which the user knows it. */
 struct FieldOption {

@@ -132,8 +132,7 @@ void addRecord(CLI::App& app, Action& chosen) {
   command->add_option("DEVICE", options->device, "URI, name or serial; without it: the open one");
   command->add_flag("--replace", options->replace, "Replace a file that is there");
   command->add_option("--for", options->seconds, "Stop after so long")->type_name("SECONDS")->check(number(0.001, 1e7));
-  command->callback(
-      [&chosen, options] { chosen = [options](const Globals& globals) { return record(*options, globals); }; });
+  whenNamed(command, chosen, [options](const Globals& globals) { return record(*options, globals); });
 }
 
 }  // namespace hapticctl

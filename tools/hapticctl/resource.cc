@@ -5,6 +5,7 @@
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/host_checks.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/to_json.h"
 
@@ -37,15 +38,12 @@ void addGet(CLI::App& app, Action& chosen) {
       app.add_subcommand("get", "Read a resource: /objects/NAME/pos, /_objects/A/B, /devices/NAME, /statistics");
   auto path = std::make_shared<std::string>();
   command->add_option("PATH", *path, "Name of the resource")->required();
-  command->callback([&chosen, path] {
-    chosen = [path](const Globals& globals) {
-      const std::string name = checkedPath(*path);
-      if (name.find('?') != std::string::npos)
-        failUsage(name, "get changes nothing", "use hapticctl set '" + name + "'");
-      const Daemon daemon(globals);
-      show(*daemon.ask<haptic_text>(haptic_get, name.c_str()), globals.json);
-      return kExitOk;
-    };
+  whenNamed(command, chosen, [path](const Globals& globals) {
+    const std::string name = checkedPath(*path);
+    if (name.find('?') != std::string::npos) failUsage(name, "get changes nothing", "use hapticctl set '" + name + "'");
+    const Daemon daemon(globals);
+    show(*daemon.ask<haptic_text>(haptic_get, name.c_str()), globals.json);
+    return kExitOk;
   });
 }
 
@@ -53,39 +51,35 @@ void addSet(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("set", "Change a resource: '/objects/NAME/pos?value=0,0,0.02'");
   auto uri = std::make_shared<std::string>();
   command->add_option("URI", *uri, "PATH?value=VALUE; quote it, shells know '?'")->required();
-  command->callback([&chosen, uri] {
-    chosen = [uri](const Globals& globals) {
-      const std::string name = checkedPath(*uri);
-      if (name.find('?') == std::string::npos) {
-        const std::size_t equals = name.find('=');  // '/objects/ball/pos=1,2,3'
-        const std::string value = equals == std::string::npos ? "..." : name.substr(equals + 1);
-        failUsage(name, "no value to set", "write '" + name.substr(0, equals) + "?value=" + value + "'");
-      }
-      const Daemon daemon(globals);
-      show(*daemon.ask<haptic_text>(haptic_set, name.c_str()), globals.json);
-      return kExitOk;
-    };
+  whenNamed(command, chosen, [uri](const Globals& globals) {
+    const std::string name = checkedPath(*uri);
+    if (name.find('?') == std::string::npos) {
+      const std::size_t equals = name.find('=');  // '/objects/ball/pos=1,2,3'
+      const std::string value = equals == std::string::npos ? "..." : name.substr(equals + 1);
+      failUsage(name, "no value to set", "write '" + name.substr(0, equals) + "?value=" + value + "'");
+    }
+    const Daemon daemon(globals);
+    show(*daemon.ask<haptic_text>(haptic_set, name.c_str()), globals.json);
+    return kExitOk;
   });
 }
 
 void addDump(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("dump", "Print all there is to know, as JSON, for a bug report");
-  command->callback([&chosen] {
-    chosen = [](const Globals& globals) {
-      Json out = {{"hapticctl", haptic_version()}, {"host", toJson(hostChecks())}};
-      try {
-        const Daemon daemon(globals);
-        const auto dump = daemon.ask<haptic_text>(haptic_get_dump);
-        out["daemon"] = Json::parse(std::string_view(dump->text, dump->length), nullptr, false);
-        const auto toml = daemon.ask<haptic_text>(haptic_get_configuration);
-        out["configuration"] = std::string(toml->text, toml->length);
-      } catch (const Failure&) {
-        putJson(out);  // What the host tells is still worth reporting.
-        throw;
-      }
-      putJson(out);
-      return kExitOk;
-    };
+  whenNamed(command, chosen, [](const Globals& globals) {
+    Json out = {{"hapticctl", haptic_version()}, {"host", toJson(hostChecks())}};
+    try {
+      const Daemon daemon(globals);
+      const auto dump = daemon.ask<haptic_text>(haptic_get_dump);
+      out["daemon"] = Json::parse(std::string_view(dump->text, dump->length), nullptr, false);
+      const auto toml = daemon.ask<haptic_text>(haptic_get_configuration);
+      out["configuration"] = std::string(toml->text, toml->length);
+    } catch (const Failure&) {
+      putJson(out);  // What the host tells is still worth reporting.
+      throw;
+    }
+    putJson(out);
+    return kExitOk;
   });
 }
 

@@ -6,6 +6,7 @@
 #include "tools/hapticctl/counts.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/numbers.h"
+#include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output.h"
 #include "tools/hapticctl/to_json.h"
 
@@ -93,18 +94,16 @@ Json asJson(const haptic_status& status, const std::vector<Owned<haptic_statisti
 
 void addStatus(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("status", "Show the daemon, its devices and clients on one screen");
-  command->callback([&chosen] {
-    chosen = [](const Globals& globals) {
-      const Daemon daemon(globals);
-      const auto status = daemon.ask<haptic_status>(haptic_get_status);
-      const auto statistics = statisticsOf(daemon, *status);
-      if (globals.json) {
-        putJson(asJson(*status, statistics));
-      } else {
-        put(screen(*status, statistics));
-      }
-      return kExitOk;
-    };
+  whenNamed(command, chosen, [](const Globals& globals) {
+    const Daemon daemon(globals);
+    const auto status = daemon.ask<haptic_status>(haptic_get_status);
+    const auto statistics = statisticsOf(daemon, *status);
+    if (globals.json) {
+      putJson(asJson(*status, statistics));
+    } else {
+      put(screen(*status, statistics));
+    }
+    return kExitOk;
   });
 }
 

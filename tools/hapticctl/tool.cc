@@ -70,17 +70,15 @@ void addTool(CLI::App& app, Action& chosen) {
       ->check(number(0, 1e6));
   attach->add_flag("--weighs", o->weighs, "The hand carries it, where the world has gravity; else it weighs nothing");
   attach->add_flag("--direct", o->direct, "Without a coupling: the tool is where the hand is, and overlap pushes back");
-  attach->callback([&chosen, o] {
-    chosen = [o](const Globals& globals) {
-      return set(*o,
-                 fmt::format("{},{},{}{}{}", o->object, o->mass, o->stiffness, o->weighs ? ",weighs" : "",
-                             o->direct ? ",direct" : ""),
-                 globals);
-    };
+  whenNamed(attach, chosen, [o](const Globals& globals) {
+    return set(*o,
+               fmt::format("{},{},{}{}{}", o->object, o->mass, o->stiffness, o->weighs ? ",weighs" : "",
+                           o->direct ? ",direct" : ""),
+               globals);
   });
   CLI::App* detach = command->add_subcommand("detach", "The hand is empty again");
   detach->add_option("DEVICE", o->device, "URI, name or serial; without it: the first open one");
-  detach->callback([&chosen, o] { chosen = [o](const Globals& globals) { return set(*o, "", globals); }; });
+  whenNamed(detach, chosen, [o](const Globals& globals) { return set(*o, "", globals); });
   command->callback([&chosen, command, o] {
     if (!command->get_subcommands().empty()) return;
     chosen = [o](const Globals& globals) {

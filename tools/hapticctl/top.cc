@@ -189,16 +189,14 @@ void addTop(CLI::App& app, Action& chosen) {
       ->type_name("SECONDS")
       ->capture_default_str()
       ->check(number(0.02, 3600.0));
-  command->callback([&chosen, options] {
-    chosen = [options](const Globals& globals) {
-      const Daemon daemon(globals);
-      const auto delay = std::chrono::milliseconds(static_cast<std::int64_t>(options->delay_s * 1e3));
-      if (options->batch || globals.json) return batch(daemon, *options, delay, globals.json);
-      if (!stdoutIsTerminal()) {
-        failUsage("top", "standard output is no terminal", "hapticctl top -b -n 1 prints one screen");
-      }
-      return live(daemon, *options, delay);
-    };
+  whenNamed(command, chosen, [options](const Globals& globals) {
+    const Daemon daemon(globals);
+    const auto delay = std::chrono::milliseconds(static_cast<std::int64_t>(options->delay_s * 1e3));
+    if (options->batch || globals.json) return batch(daemon, *options, delay, globals.json);
+    if (!stdoutIsTerminal()) {
+      failUsage("top", "standard output is no terminal", "hapticctl top -b -n 1 prints one screen");
+    }
+    return live(daemon, *options, delay);
   });
 }
 

@@ -106,7 +106,7 @@ int exportVolume(const VolumesOptions& options, const Globals& globals) {
 
 void addVolumes(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("volumes", "List the built volumes that the daemon keeps on disk");
-  command->callback([&chosen] { chosen = listVolumes; });
+  whenNamed(command, chosen, listVolumes);
 }
 
 void addExport(CLI::App& app, Action& chosen) {
@@ -119,7 +119,7 @@ void addExport(CLI::App& app, Action& chosen) {
       ->type_name("SECONDS")
       ->capture_default_str()
       ->check(number(0, 86400));
-  command->callback([&chosen, o] { chosen = [o](const Globals& globals) { return exportVolume(*o, globals); }; });
+  whenNamed(command, chosen, [o](const Globals& globals) { return exportVolume(*o, globals); });
 }
 
 }  // namespace hapticctl

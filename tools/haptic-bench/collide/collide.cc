@@ -289,20 +289,13 @@ void addCollide(CLI::App& app, Run& chosen) {
   collide->add_option("--pair", options->pairs, "bumpy, peg, frac")
       ->capture_default_str()
       ->check(CLI::IsMember({"bumpy", "peg", "frac"}));
-  collide->add_option("--peer-seconds", options->peer_seconds, "Processor time for each question to a library [s]")
-      ->capture_default_str()
-      ->check(within(0.1, 3600.0));
-  collide->add_option("--passes", options->passes, "Passes over the 2000 poses, for each figure of ours")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1000))
-      ->transform(hapticd_options::decimal);
-  collide->add_option("--truths", options->truths, "Poses whose wrench is compared with brute force")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1000))
-      ->transform(hapticd_options::decimal);
+  bounded(collide, "--peer-seconds", options->peer_seconds, "Processor time for each question to a library [s]", 0.1,
+          3600.0);
+  bounded(collide, "--passes", options->passes, "Passes over the 2000 poses, for each figure of ours", 1, 1000);
+  bounded(collide, "--truths", options->truths, "Poses whose wrench is compared with brute force", 0, 1000);
   collide->add_flag("!--no-peers", options->peers, "Leaves FCL and Bullet out");
   collide->add_flag("--quick", options->quick, "A few poses of each: whether it runs, not how fast");
-  collide->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });
+  whenNamed(collide, chosen, [options](const Common& common) { return run(common, *options); });
 }
 
 }  // namespace haptic_bench

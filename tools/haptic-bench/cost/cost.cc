@@ -148,22 +148,13 @@ void addCost(CLI::App& app, Run& chosen) {
   CLI::App* cost = app.add_subcommand("cost",
                                       "A tick of the renderer and of the whole servo, and their queries, on meshes of "
                                       "rising size, beside a pointer chase");
-  cost->add_option("--triangles", options->triangles, "Sizes of the mesh")
-      ->capture_default_str()
-      ->check(CLI::Range(8, 8'000'000))
-      ->transform(hapticd_options::decimal);
-  cost->add_option("--radius", options->radii_mm, "Radius of the swept ball [mm]")
-      ->capture_default_str()
-      ->check(within(0.0, 10.0));
-  cost->add_option("--seconds", options->seconds, "Length of the stroke [s]")
-      ->capture_default_str()
-      ->check(within(0.1, 600.0));
-  cost->add_option("--speed", options->speed, "Speed of the hand [m/s]")
-      ->capture_default_str()
-      ->check(within(0.001, 1.0));
+  bounded(cost, "--triangles", options->triangles, "Sizes of the mesh", 8, 8'000'000);
+  bounded(cost, "--radius", options->radii_mm, "Radius of the swept ball [mm]", 0.0, 10.0);
+  bounded(cost, "--seconds", options->seconds, "Length of the stroke [s]", 0.1, 600.0);
+  bounded(cost, "--speed", options->speed, "Speed of the hand [m/s]", 0.001, 1.0);
   cost->add_option("--profile", options->profile,
                    "CSV to which each tick is appended: time, sweeps, nodes and triangles visited, and those gathered");
-  cost->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });
+  whenNamed(cost, chosen, [options](const Common& common) { return run(common, *options); });
 }
 
 }  // namespace haptic_bench

@@ -233,11 +233,9 @@ void addDevice(CLI::App& app, Run& chosen) {
       app.add_subcommand("device",
                          "Each driver against its played device: delays of the protocol, processor time,\n"
                          "and what threads add (exit 1 if readings are few or wrong)");
-  device->add_option("--seconds", options->seconds, "Length of each part of a round [s]")
-      ->capture_default_str()
-      ->check(within(0.1, 600.0));
+  bounded(device, "--seconds", options->seconds, "Length of each part of a round [s]", 0.1, 600.0);
   device->add_option("--sdk", options->sdk, "Library that plays Force Dimension's and OpenHaptics' SDK");
-  device->callback([&chosen, options] { chosen = [options](const Common& common) { return run(common, *options); }; });
+  whenNamed(device, chosen, [options](const Common& common) { return run(common, *options); });
 }
 
 }  // namespace haptic_bench

@@ -108,22 +108,14 @@ void addLoad(CLI::App& app, Run& chosen) {
   auto options = std::make_shared<LoadOptions>();
   CLI::App* load = app.add_subcommand(
       "load", "Servo period and force error under six levels of load, on a daemon and clients of its own");
-  load->add_option("--triangles", options->triangles, "Triangles of the meshes")
-      ->capture_default_str()
-      ->check(CLI::Range(100, 8'000'000))
-      ->transform(hapticd_options::decimal);
-  load->add_option("--rates", options->rates_hz, "Clients' rates [Hz]")
-      ->capture_default_str()
-      ->check(within(1.0, 1000.0));
+  bounded(load, "--triangles", options->triangles, "Triangles of the meshes", 100, 8'000'000);
+  bounded(load, "--rates", options->rates_hz, "Clients' rates [Hz]", 1.0, 1000.0);
   load->add_option("--levels", options->levels, "Loads to measure under; all unless given")
       ->check(CLI::IsMember({"idle", "graphics", "uploads", "clients", "disk", "busy"}));
-  load->add_option("--seconds", options->seconds, "Length of each run [s]")
-      ->capture_default_str()
-      ->check(within(0.1, 600.0));
+  bounded(load, "--seconds", options->seconds, "Length of each run [s]", 0.1, 600.0);
   load->add_option("--daemon", options->daemon,
                    "Path of hapticd; else the one built or installed with this, else of $PATH");
-  load->callback(
-      [&chosen, options] { chosen = [options](const Common& common) { return runLoad(common, *options); }; });
+  whenNamed(load, chosen, [options](const Common& common) { return runLoad(common, *options); });
 }
 
 }  // namespace haptic_bench

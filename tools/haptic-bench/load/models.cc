@@ -88,30 +88,15 @@ void addModels(CLI::App& app, Run& chosen) {
   auto options = std::make_shared<ModelsOptions>();
   CLI::App* models = app.add_subcommand(
       "models", "Force of local models and of client forces against the native scene, by the client's rate");
-  models->add_option("--rates", options->rates_hz, "Client's rates [Hz]")
-      ->capture_default_str()
-      ->check(within(1.0, 1000.0));
-  models->add_option("--stiffness", options->stiffness, "[N/m]")->capture_default_str()->check(within(1.0, 1e5));
-  models->add_option("--latency", options->latency_ms, "Time from the client's sample to the force [ms]")
-      ->capture_default_str()
-      ->check(within(0.0, 1000.0));
-  models
-      ->add_option("--seconds", options->seconds,
-                   "Length of the stroke at 0.1 m/s and 1 N [s]; 0.3 of it are not judged")
-      ->capture_default_str()
-      ->check(within(0.5, 100.0));
-  models->add_option("--triangles", options->triangles, "Triangles of the mesh")
-      ->capture_default_str()
-      ->check(CLI::Range(100, 8'000'000))
-      ->transform(hapticd_options::decimal);
-  models->add_option("--radius", options->radius, "Radius of the mesh [m]")
-      ->capture_default_str()
-      ->check(within(0.001, 10.0));
-  models->add_option("--bumps", options->bumps, "Height of its bumps, of the radius; 0: a sphere")
-      ->capture_default_str()
-      ->check(within(0.0, 0.3));
-  models->callback(
-      [&chosen, options] { chosen = [options](const Common& common) { return runModels(common, *options); }; });
+  bounded(models, "--rates", options->rates_hz, "Client's rates [Hz]", 1.0, 1000.0);
+  bounded(models, "--stiffness", options->stiffness, "[N/m]", 1.0, 1e5);
+  bounded(models, "--latency", options->latency_ms, "Time from the client's sample to the force [ms]", 0.0, 1000.0);
+  bounded(models, "--seconds", options->seconds,
+          "Length of the stroke at 0.1 m/s and 1 N [s]; 0.3 of it are not judged", 0.5, 100.0);
+  bounded(models, "--triangles", options->triangles, "Triangles of the mesh", 100, 8'000'000);
+  bounded(models, "--radius", options->radius, "Radius of the mesh [m]", 0.001, 10.0);
+  bounded(models, "--bumps", options->bumps, "Height of its bumps, of the radius; 0: a sphere", 0.0, 0.3);
+  whenNamed(models, chosen, [options](const Common& common) { return runModels(common, *options); });
 }
 
 }  // namespace haptic_bench

@@ -7,6 +7,7 @@
 
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/replay/tape.h"
 #include "tools/haptic-bench/whole_file.h"
 
@@ -104,7 +105,7 @@ void addReplay(CLI::App& app, Run& chosen) {
   sub->add_option("FILE", options->file, "Made by hapticctl record")->required();
   sub->add_flag("--verify", options->verify, "Compare every force with what was sent; 1 if any differs");
   sub->add_option("--export", options->output, "Write every cycle to a .csv, .h5 or .hdf5 file")->type_name("OUT");
-  sub->callback([&chosen, options] { chosen = [options](const Common&) { return replay(*options); }; });
+  whenNamed(sub, chosen, [options](const Common&) { return replay(*options); });
 }
 
 }  // namespace haptic_bench

@@ -227,7 +227,7 @@ void addStability(CLI::App& app, Run& chosen) {
       ->type_name("MM")
       ->check(within(0.1, 5.0))
       ->capture_default_str();
-  command->callback([&chosen, o] { chosen = [o](const Common& common) { return run(common, *o); }; });
+  whenNamed(command, chosen, [o](const Common& common) { return run(common, *o); });
 }
 
 }  // namespace haptic_bench

@@ -85,27 +85,14 @@ void addZwidth(CLI::App& app, Run& chosen) {
   CLI::App* sub = app.add_subcommand(
       "zwidth", "The stiffest stable wall for each damping on a simulated device with its hand, beside theory");
   sub->add_option("uri", options->uri, "Simulated device and hand")->capture_default_str();
-  sub->add_option("--rate", options->rates_hz, "Servo and device rates [Hz]")
-      ->capture_default_str()
-      ->check(within(100.0, 16000.0));
-  sub->add_option("--delay", options->delays, "Delay from a sample to its force [ticks]")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 16))
-      ->transform(hapticd_options::decimal);
-  sub->add_option("--damping", options->dampings, "Damping of the wall [N s/m]")
-      ->capture_default_str()
-      ->check(within(0.0, 1000.0));
-  sub->add_option("--push", options->push, "Force with which the hand presses [N]")
-      ->capture_default_str()
-      ->check(within(0.01, 100.0));
-  sub->add_option("--slew", options->force_slew, "Slew limit of the guard [N/s]; the default is out of the way")
-      ->capture_default_str()
-      ->check(within(1.0, 1e9));
+  bounded(sub, "--rate", options->rates_hz, "Servo and device rates [Hz]", 100.0, 16000.0);
+  bounded(sub, "--delay", options->delays, "Delay from a sample to its force [ticks]", 0, 16);
+  bounded(sub, "--damping", options->dampings, "Damping of the wall [N s/m]", 0.0, 1000.0);
+  bounded(sub, "--push", options->push, "Force with which the hand presses [N]", 0.01, 100.0);
+  bounded(sub, "--slew", options->force_slew, "Slew limit of the guard [N/s]; the default is out of the way", 1.0, 1e9);
   sub->add_flag("--quick", options->quick, "Leaves out the device with its encoder but without its friction");
   sub->add_flag("--check", *check, "Exit 1 if a goal is missed (docs/stability.md)");
-  sub->callback([options, check, &chosen] {
-    chosen = [options, check](const Common& common) { return run(*options, *check, common); };
-  });
+  whenNamed(sub, chosen, [options, check](const Common& common) { return run(*options, *check, common); });
 }
 
 }  // namespace haptic_bench

@@ -8,7 +8,7 @@
 #include "rt/render/model_force.h"
 #include "support/random.h"
 #include "support/seeds.h"
-#include "tests/unit/rt/model_rig.h"
+#include "tests/unit/render/model_rig.h"
 
 namespace hapticd {
 namespace {

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "rt/cycle/velocity_estimator.h"
-#include "tests/unit/rt/guard_rig.h"
+#include "tests/unit/guard/guard_rig.h"
 
 namespace hapticd {
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/solid.h"
-#include "tests/unit/rt/model_rig.h"
+#include "tests/unit/render/model_rig.h"
 
 namespace hapticd {
 namespace {

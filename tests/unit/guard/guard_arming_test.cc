@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "rt/guard/guard.h"
-#include "tests/unit/rt/guard_rig.h"
+#include "tests/unit/guard/guard_rig.h"
 
 namespace hapticd {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "tests/support/stepped_cycle.h"
 #include "tests/support/time.h"
-#include "tests/unit/rt/model_rig.h"
+#include "tests/unit/render/model_rig.h"
 
 namespace hapticd {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "tests/unit/rt/hand_sim.h"
+#include "tests/unit/guard/hand_sim.h"
 
 namespace hapticd {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tests/unit/rt/guard_rig.h"
+#include "tests/unit/guard/guard_rig.h"
 
 namespace hapticd {
 namespace {

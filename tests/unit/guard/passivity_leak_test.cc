@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "rt/guard/past_forces.h"
-#include "tests/unit/rt/hand_sim.h"
+#include "tests/unit/guard/hand_sim.h"
 
 namespace hapticd {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "support/random.h"
 #include "support/seeds.h"
-#include "tests/unit/rt/model_rig.h"
+#include "tests/unit/render/model_rig.h"
 
 namespace hapticd {
 namespace {

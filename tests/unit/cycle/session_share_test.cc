@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/rt/model_rig.h"
+#include "tests/unit/render/model_rig.h"
 
 namespace hapticd {
 namespace {

@@ -114,16 +114,21 @@ class Mapped {
   int fd_ = -1;
 };
 
+/** Asks for a session as a program does. */
+inline auto openSession(Loop& loop, RawClient& client, const char* name, const char* uri = "") {
+  auto request = client.daemon.openSessionRequest();
+  request.setUri(uri);
+  request.setClientName(name);
+  request.setLayoutMajor(HD_SHM_MAJOR);
+  request.setLayoutMinor(HD_SHM_MINOR);
+  return loop.call(kj::mv(request));
+}
+
 /** A session with its regions mapped and the handshake done. */
 struct LiveSession {
   LiveSession(Loop& loop, RawClient& client, const char* uri = "")
       : session([&] {
-          auto request = client.daemon.openSessionRequest();
-          request.setUri(uri);
-          request.setClientName("raw");
-          request.setLayoutMajor(HD_SHM_MAJOR);
-          request.setLayoutMinor(HD_SHM_MINOR);
-          auto answer = loop.call(kj::mv(request));
+          auto answer = openSession(loop, client, "raw", uri);
           EXPECT_TRUE(good(answer.getStatus()));
           id = answer.getInfo().getId();
           return answer.getSession();

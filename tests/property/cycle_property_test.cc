@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "rt/cycle/cycle.h"
-#include "tests/support/random.h"
+#include "tests/support/for_seeds.h"
 #include "tests/support/solid.h"
 
 namespace hapticd {
@@ -234,8 +234,7 @@ void begin(World& w) {
 
 TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
   int armed = 0, faults = 0, together = 0, gripped = 0;
-  for (const unsigned seed : seeds(20)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(20, [&](unsigned seed) {
     World w(seed);
     w.trouble = seed % 2 == 0;
     w.tools = seed % 4 > 1;
@@ -277,7 +276,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
         last[d] = now;
       }
     }
-  }
+  });
   if (seeds(2).size() > 1) {
     EXPECT_GT(armed, 20'000);
     EXPECT_GT(faults, 20);
@@ -288,8 +287,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
 
 TEST(CycleProperty, ALostClientsShareOnlyFallsAndIsGoneInTime) {
   int meaningful = 0;
-  for (const unsigned seed : seeds(40)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(40, [&](unsigned seed) {
     World w(seed);
     begin(w);
     for (int i = 0; i < 10; ++i) w.client(3);
@@ -315,15 +313,14 @@ TEST(CycleProperty, ALostClientsShareOnlyFallsAndIsGoneInTime) {
         last[d] = now;
       }
     }
-  }
+  });
   if (seeds(2).size() > 1) {
     EXPECT_GT(meaningful, 20);
   }
 }
 
 TEST(CycleProperty, SameInputsSameBits) {
-  for (const unsigned seed : seeds(5)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(5, [&](unsigned seed) {
     World a(seed), b(seed);
     a.trouble = b.trouble = true;
     a.tools = b.tools = seed % 2 == 0;
@@ -340,7 +337,7 @@ TEST(CycleProperty, SameInputsSameBits) {
         ASSERT_EQ(a.output->device[d].guard.flags, b.output->device[d].guard.flags);
       }
     }
-  }
+  });
 }
 
 }  // namespace

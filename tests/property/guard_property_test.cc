@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "rt/guard/guard.h"
-#include "tests/support/random.h"
+#include "tests/support/for_seeds.h"
 
 namespace hapticd {
 namespace {
@@ -296,8 +296,7 @@ struct Armed {
 };
 
 TEST(GuardProperty, PowerIsBoundAndOnlyItsPartOfTheForceTaken) {
-  for (const unsigned seed : seeds(20)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(20, [&](unsigned seed) {
     Random random(seed);
     Armed a(wideOpen());
     int bound = 0;
@@ -324,12 +323,11 @@ TEST(GuardProperty, PowerIsBoundAndOnlyItsPartOfTheForceTaken) {
       bound += taken.norm() > 1e-9;
     }
     EXPECT_GT(bound, 300);
-  }
+  });
 }
 
 TEST(GuardProperty, ClampingKeepsTheDirection) {
-  for (const unsigned seed : seeds(20)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(20, [&](unsigned seed) {
     Random random(seed);
     Armed a(wideOpen());
     for (int i = 0; i < 1000; ++i) {
@@ -341,7 +339,7 @@ TEST(GuardProperty, ClampingKeepsTheDirection) {
       ASSERT_NEAR(f.norm(), std::min(size, 8.0), 1e-9);
       ASSERT_LT((f.normalized() - direction).norm(), 1e-8);
     }
-  }
+  });
 }
 
 /** Else what a wall takes while a client cancels it were forgotten, and a debt when it is given back. */
@@ -380,8 +378,7 @@ TEST(GuardProperty, AForceThatCancelsAWallIsBookedAsOneThatNearlyDoes) {
 }
 
 TEST(GuardProperty, RampBoundsEvenHugeForces) {
-  for (const unsigned seed : seeds(10)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(10, [&](unsigned seed) {
     Random random(seed);
     GuardConfig config = wideOpen();
     config.ramp_ns = 2'000'000'000;
@@ -391,7 +388,7 @@ TEST(GuardProperty, RampBoundsEvenHugeForces) {
       a.step();
       ASSERT_LE(a.out.command.force.norm(), 8.0 * i / 2000);
     }
-  }
+  });
 }
 
 TEST(GuardProperty, SameInputsSameBits) {
@@ -448,8 +445,7 @@ TEST(GuardProperty, TheControllerTakesFromAShakenHandAndKeepsToWhatTheContactLea
   // na.
   const auto takes = [](double n, double a) { return std::cos(n * a) + n * (std::cos(n * a) - std::cos((n + 1) * a)); };
   std::uint32_t compared = 0;
-  for (const unsigned seed : seeds(60)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(60, [&](unsigned seed) {
     Random random(seed);
     const std::size_t delay = random.below(4);
     const double n = static_cast<double>(delay) + 1;
@@ -484,7 +480,7 @@ TEST(GuardProperty, TheControllerTakesFromAShakenHandAndKeepsToWhatTheContactLea
     if (left == 0) {
       EXPECT_EQ(with.acted, 0u);
     }
-  }
+  });
   EXPECT_GT(compared, 20u);
 }
 

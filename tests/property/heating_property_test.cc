@@ -103,9 +103,7 @@ struct GuardOfWarmMotors {
 /** The whole guard: clients ask for what they like, limits are raised to the peak, and the motors stand it. */
 TEST(GuardHeating, WhateverIsAskedForTheMotorsStandIt) {
   GuardOfWarmMotors motors;
-  Guard& guard = motors.guard;
-  GuardInput& input = motors.input;
-  GuardOutput& output = motors.output;
+  auto& [guard, sample, input, output] = motors;
   Random random(seedOf(5));
   Heating oracle(3, 12, 2);
   bool warned = false;
@@ -134,9 +132,7 @@ TEST(GuardHeating, WhateverIsAskedForTheMotorsStandIt) {
 /** A force that stands through periods that the servo missed heats as long. */
 TEST(GuardHeating, PeriodsThatAreMissedCount) {
   GuardOfWarmMotors motors;
-  Guard& guard = motors.guard;
-  GuardInput& input = motors.input;
-  GuardOutput& output = motors.output;
+  auto& [guard, sample, input, output] = motors;
   Heating oracle(3, 12, 2);
   for (int i = 0; i < 5'000; ++i) {
     input.missed = i % 4;
@@ -158,9 +154,7 @@ TEST(GuardHeating, PeriodsThatAreMissedCount) {
 TEST(GuardHeating, NorDoesASlowSlewKeepThemHot) {
   for (const double slew : {10.0, 1.0, 0.0}) {
     GuardOfWarmMotors motors;
-    Guard& guard = motors.guard;
-    GuardInput& input = motors.input;
-    GuardOutput& output = motors.output;
+    auto& [guard, sample, input, output] = motors;
     for (int i = 0; i < 10'000; ++i) {
       input.now_ns = std::int64_t{i} * 1'000'000;
       if (i == 10) {

@@ -297,20 +297,12 @@ void solidsWithHolesGiveNothing(unsigned seed, int& contacts) {
 }
 
 /** Seeds of a soak. */
-TEST(MeshProperty, NeedlesGiveNothing) {
-  for (const unsigned seed : {59u, 1223u, 1419u, 1591u, 1963u}) {
-    SCOPED_TRACE(seed);
-    needlesGiveNothing(seed);
-  }
-}
+TEST(MeshProperty, NeedlesGiveNothing) { forEachSeed({59u, 1223u, 1419u, 1591u, 1963u}, needlesGiveNothing); }
 /** First seeds of a soak in which what came after going around led away, or what friction brought along. */
 TEST(MeshProperty, SolidsWithHolesGiveNothing) {
   int contacts = 0;
-  for (const unsigned seed : {53768u, 63971u, 242027u, 274822u, 117125u, 153309u, 182382u, 193202u, 230628u}) {
-    SCOPED_TRACE(seed);
-    ASSERT_NO_FATAL_FAILURE(solidsWithHolesGiveNothing(seed, contacts));
-  }
-  forSeeds(150, [&](unsigned seed) { solidsWithHolesGiveNothing(seed, contacts); });
+  forSeeds({53768u, 63971u, 242027u, 274822u, 117125u, 153309u, 182382u, 193202u, 230628u}, 150,
+           [&](unsigned seed) { solidsWithHolesGiveNothing(seed, contacts); });
   EXPECT_GT(contacts, 20000);
 }
 TEST(MeshProperty, RoughGroundGivesNothing) {
@@ -321,21 +313,14 @@ TEST(MeshProperty, RoughGroundGivesNothing) {
 /** First seeds of a soak in which a ball was taken along through what stood in its way. */
 TEST(MeshProperty, AMovingSurfaceSwallowsNobody) {
   int touched = 0;
-  for (const unsigned seed : {40722u, 40806u, 41164u}) {
-    SCOPED_TRACE(seed);
-    ASSERT_NO_FATAL_FAILURE(aMovingSurfaceSwallowsNobody(seed, 0, touched));
-  }
-  forSeeds(60, [&](unsigned seed) { aMovingSurfaceSwallowsNobody(seed, 0, touched); });
+  forSeeds({40722u, 40806u, 41164u}, 60, [&](unsigned seed) { aMovingSurfaceSwallowsNobody(seed, 0, touched); });
   EXPECT_GT(touched, 30);
 }
 /** First seeds of a soak in which a point lay in a crease, pushed by one face through the other by less than a hair. */
 TEST(MeshProperty, AMovingSheetLetsNobodyThrough) {
   int touched = 0;
-  for (const unsigned seed : {40748u, 41948u, 43455u, 50674u, 52893u, 54153u, 54960u}) {
-    SCOPED_TRACE(seed);
-    ASSERT_NO_FATAL_FAILURE(aMovingSurfaceSwallowsNobody(seed, HD_OBJECT_TWO_SIDED, touched));
-  }
-  forSeeds(60, [&](unsigned seed) { aMovingSurfaceSwallowsNobody(seed, HD_OBJECT_TWO_SIDED, touched); });
+  forSeeds({40748u, 41948u, 43455u, 50674u, 52893u, 54153u, 54960u}, 60,
+           [&](unsigned seed) { aMovingSurfaceSwallowsNobody(seed, HD_OBJECT_TWO_SIDED, touched); });
   EXPECT_GT(touched, 30);
 }
 TEST(MeshProperty, ATwistedSurfaceSwallowsNobody) {
@@ -353,11 +338,8 @@ TEST(MeshProperty, ARoughRoomIsNeverLeft) { forSeeds(60, aRoughRoomIsNeverLeft);
  * doubled vertices. */
 TEST(MeshProperty, NeedlesHoldWhatTheyHold) {
   int touched = 0;
-  for (const unsigned seed : {10431u, 10603u, 11337u, 12242u, 10224u, 10351u, 12845u, 57215u, 71710u}) {
-    SCOPED_TRACE(seed);
-    ASSERT_NO_FATAL_FAILURE(needlesHoldWhatTheyHold(seed, touched));
-  }
-  forSeeds(60, [&](unsigned seed) { needlesHoldWhatTheyHold(seed, touched); });
+  forSeeds({10431u, 10603u, 11337u, 12242u, 10224u, 10351u, 12845u, 57215u, 71710u}, 60,
+           [&](unsigned seed) { needlesHoldWhatTheyHold(seed, touched); });
   EXPECT_GT(touched, 30);
 }
 

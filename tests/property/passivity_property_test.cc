@@ -2,14 +2,13 @@
 #include <gtest/gtest.h>
 
 #include "rt/guard/passivity.h"
-#include "tests/support/random.h"
+#include "tests/support/for_seeds.h"
 
 namespace hapticd {
 namespace {
 
 TEST(PassivityProperty, ControllerOnlyTakesAndWithinItsDamping) {
-  for (const unsigned seed : seeds(40)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(40, [&](unsigned seed) {
     Random random(seed);
     const double most = random.once(8) ? 0.0 : random.in(0, 50);
     Passivity p(most);
@@ -34,7 +33,7 @@ TEST(PassivityProperty, ControllerOnlyTakesAndWithinItsDamping) {
     if (most > 0) {
       EXPECT_GT(acted, 50);
     }
-  }
+  });
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "rt/render/local_model.h"
-#include "tests/support/random.h"
+#include "tests/support/for_seeds.h"
 #include "tests/support/time.h"
 
 namespace hapticd {
@@ -81,8 +81,7 @@ struct Account {
 
 TEST(SlotProperty, ForceIsContinuousAndWithinTheStatedBound) {
   int replaced = 0, mid_blend = 0;
-  for (const unsigned seed : seeds(40)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(40, [&](unsigned seed) {
     Random random(seed);
     MeshTable meshes;
     const auto scene = std::make_unique<Scene>(meshes);
@@ -148,7 +147,7 @@ TEST(SlotProperty, ForceIsContinuousAndWithinTheStatedBound) {
       a.now_weight = w * s;
       a.agreed_weight = w * (s + (a.has_old ? (1 - s) * a.c : 0));
     }
-  }
+  });
   if (seeds(2).size() > 1) {
     EXPECT_GT(replaced, 3000);
     EXPECT_GT(mid_blend, 500);
@@ -159,8 +158,7 @@ TEST(SlotProperty, ForceIsContinuousAndWithinTheStatedBound) {
  * him. */
 TEST(SlotProperty, WhatReplacedModelsAddIsBookedToTheJoule) {
   double booked = 0;
-  for (const unsigned seed : seeds(40)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(40, [&](unsigned seed) {
     Random random(seed);
     MeshTable meshes;
     const auto scene = std::make_unique<Scene>(meshes);
@@ -188,7 +186,7 @@ TEST(SlotProperty, WhatReplacedModelsAddIsBookedToTheJoule) {
       }
       former = f.stored;
     }
-  }
+  });
   if (seeds(2).size() > 1) {
     EXPECT_GT(booked, 10.0);
   }

@@ -11,7 +11,7 @@
 #include "rt/body/joint_step.h"
 #include "rt/body/penalty_response.h"
 #include "rt/body/tool.h"
-#include "tests/support/random.h"
+#include "tests/support/for_seeds.h"
 
 namespace hapticd {
 namespace {
@@ -55,8 +55,7 @@ std::unique_ptr<Response> randomResponse(Random& random) {
 
 TEST(ToolProperty, NeverHoldsMoreEnergyThanHandWeightAndObstaclesGave) {
   int clamped = 0, touched = 0;
-  for (const unsigned seed : seeds(60)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(60, [&](unsigned seed) {
     Random random(seed);
     Tool tool(randomTool(random));
     const auto response = randomResponse(random);
@@ -100,7 +99,7 @@ TEST(ToolProperty, NeverHoldsMoreEnergyThanHandWeightAndObstaclesGave) {
       clamped += out.clamped < 1 ? 1 : 0;
       touched += out.touching > 0 ? 1 : 0;
     }
-  }
+  });
   EXPECT_GT(touched, 0);
   EXPECT_GT(clamped, 0) << "else the books had nothing to do";
 }
@@ -118,8 +117,7 @@ FreeBody randomBody(Random& random) {
 TEST(ToolProperty, AmongFreeBodiesAllHoldTogetherNoMoreThanTheyWereGiven) {
   const Vec3 gravity(0, 0, -9.81);
   int clamped = 0, touched = 0;
-  for (const unsigned seed : seeds(60)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(60, [&](unsigned seed) {
     Random random(seed);
     auto joint = std::make_unique<JointStep>();
     std::vector<Tool> tools;
@@ -176,7 +174,7 @@ TEST(ToolProperty, AmongFreeBodiesAllHoldTogetherNoMoreThanTheyWereGiven) {
       }
       ASSERT_LE(holds - had, given + 1e-12 * (had + 1));
     }
-  }
+  });
   EXPECT_GT(touched, 0);
   EXPECT_GT(clamped, 0) << "else the books had nothing to do";
 }

@@ -3,6 +3,7 @@
 
 #include "tests/recording/script.h"
 #include "tests/recording/taken.h"
+#include "tests/support/for_seeds.h"
 
 namespace hapticd::test {
 namespace {
@@ -33,8 +34,7 @@ Played play(unsigned seed) {
 
 TEST(Replay, GivesEveryForceBitForBit) {
   long pressed = 0;
-  for (const unsigned seed : seeds(12)) {
-    SCOPED_TRACE(testing::Message() << "HAPTICD_SEED=" << seed);
+  forSeeds(12, [&](unsigned seed) {
     const Played played = play(seed);
     pressed += played.pressed;
     const auto replayer = replayerOf(played.bytes);
@@ -48,7 +48,7 @@ TEST(Replay, GivesEveryForceBitForBit) {
     ASSERT_TRUE(replayer->recording().end().has_value());
     EXPECT_EQ(replayer->recording().end()->cycles, verdict->cycles);
     EXPECT_EQ(replayer->recording().end()->lost, 0u);
-  }
+  });
   if (seeds(2).size() > 1) {
     EXPECT_GT(pressed, 300) << "the scripts must be felt";  // 754 was the least of 90 runs at other seeds
   }

@@ -96,32 +96,21 @@ TEST_F(Leaving, OnlyWhenTheHandFeelsNothingAnyMore) {
   untilClosed([] {});
 }
 
-TEST_F(Leaving, NeitherByItsClientWhileTheHandFeelsAForce) {
-  const std::uint64_t session = push(mine);
-  bench.core.sessions().end(session, "test");
-  bench.client.reset();
-  int refused = 0;
-  untilClosed([&] {
-    const auto closed = bench.core.closeDevice(kUri, mine);
-    if (closed) return;
-    EXPECT_EQ(closed.error().code, ErrorCode::kDeviceBusy);
-    ++refused;
-  });
-  EXPECT_GT(refused, 150) << "200 ms of it";
-}
-
-TEST_F(Leaving, NorByAnAdministrator) {
-  const std::uint64_t session = push(mine);
-  bench.core.sessions().end(session, "test");
-  bench.client.reset();
-  int refused = 0;
-  untilClosed([&] {
-    const auto closed = bench.core.closeDevice(kUri, bench.administration);
-    if (closed) return;
-    EXPECT_EQ(closed.error().code, ErrorCode::kDeviceBusy);
-    ++refused;
-  });
-  EXPECT_GT(refused, 150) << "200 ms of it";
+/** Neither by its client nor by an administrator. */
+TEST_F(Leaving, NobodyClosesItWhileTheHandFeelsAForce) {
+  for (const std::uint64_t by : {mine, bench.administration}) {
+    const std::uint64_t session = push(mine);
+    bench.core.sessions().end(session, "test");
+    bench.client.reset();
+    int refused = 0;
+    untilClosed([&] {
+      const auto closed = bench.core.closeDevice(kUri, by);
+      if (closed) return;
+      EXPECT_EQ(closed.error().code, ErrorCode::kDeviceBusy);
+      ++refused;
+    });
+    EXPECT_GT(refused, 150) << "200 ms of it";
+  }
 }
 
 TEST_F(Leaving, AnAdministratorWaitsTwoSecondsForAServoThatStandsStill) {

@@ -57,12 +57,17 @@ class StuckDevice final : public StillDevice {
   Door* opening_;
 };
 
-TEST(Stuck, ADriverThatDoesNotCloseHoldsUpNobody) {
+struct Stuck : testing::Test {
+  Stuck() {
+    bench.core.devices().setFactory([this](std::string_view uri) -> Result<std::unique_ptr<Device>> {
+      return std::unique_ptr<Device>(std::make_unique<StuckDevice>(std::string(uri), reading, closing));
+    });
+  }
   Door reading, closing;
-  Bench bench;
-  bench.core.devices().setFactory([&](std::string_view uri) -> Result<std::unique_ptr<Device>> {
-    return std::unique_ptr<Device>(std::make_unique<StuckDevice>(std::string(uri), reading, closing));
-  });
+  Bench bench;  // first to go
+};
+
+TEST_F(Stuck, ADriverThatDoesNotCloseHoldsUpNobody) {
   ASSERT_TRUE(bench.core.openDevice("test://stuck", bench.administration).ok());
   bench.step(3);
   closing.shut.store(true);
@@ -92,14 +97,9 @@ TEST(Stuck, ADriverThatDoesNotCloseHoldsUpNobody) {
 }
 
 /** Should the daemon die meanwhile, hapticd-safe is to bring it to zero: only its driver knows whether it is. */
-TEST(Stuck, WhatWasArmedStaysListedUntilItsDriverHasClosedIt) {
+TEST_F(Stuck, WhatWasArmedStaysListedUntilItsDriverHasClosedIt) {
   const TemporaryDirectory folder;
   const std::string path = folder.path() + "/armed";
-  Door reading, closing;
-  Bench bench;
-  bench.core.devices().setFactory([&](std::string_view uri) -> Result<std::unique_ptr<Device>> {
-    return std::unique_ptr<Device>(std::make_unique<StuckDevice>(std::string(uri), reading, closing));
-  });
   auto list = ArmedList::open(path);
   ASSERT_TRUE(list.ok());
   bench.core.keepArmed(std::move(*list));
@@ -127,12 +127,7 @@ TEST(Stuck, WhatWasArmedStaysListedUntilItsDriverHasClosedIt) {
   EXPECT_EQ(listed(), std::vector<std::string>());
 }
 
-TEST(Stuck, TheEndNamesItAndDoesNotWait) {
-  Door reading, closing;
-  Bench bench;
-  bench.core.devices().setFactory([&](std::string_view uri) -> Result<std::unique_ptr<Device>> {
-    return std::unique_ptr<Device>(std::make_unique<StuckDevice>(std::string(uri), reading, closing));
-  });
+TEST_F(Stuck, TheEndNamesItAndDoesNotWait) {
   ASSERT_TRUE(bench.core.openDevice("test://stuck", bench.administration).ok());
   closing.shut.store(true);
   EXPECT_EQ(bench.core.closeAll(), std::vector<std::string>{"test://stuck"});

@@ -6,19 +6,31 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "tests/support/random.h"
 
 namespace hapticd {
 
-/** Runs `check` for many seeds; stops at the first that fails and names it. */
+/** Runs `check` for each; stops at the first that fails and names it. */
 template <class Check>
-void forSeeds(unsigned count, Check check) {
-  for (const unsigned seed : seeds(count)) {
+void forEachSeed(const std::vector<unsigned>& all, Check&& check) {
+  for (const unsigned seed : all) {
     SCOPED_TRACE("HAPTICD_SEED=" + std::to_string(seed));
     check(seed);
     if (::testing::Test::HasFailure()) return;
   }
+}
+
+template <class Check>
+void forSeeds(unsigned count, Check&& check) {
+  forEachSeed(seeds(count), check);
+}
+/** After those that a soak has found. */
+template <class Check>
+void forSeeds(const std::vector<unsigned>& found, unsigned count, Check&& check) {
+  forEachSeed(found, check);
+  if (!::testing::Test::HasFailure()) forSeeds(count, check);
 }
 
 }  // namespace hapticd

@@ -64,13 +64,7 @@ class Refusal : public ::testing::Test {
 TEST_F(Refusal, SessionsAndBytesOverTheSocketAreNamedWithTheirLimit) {
   Loop loop;
   RawClient client(loop, daemon_.socket());
-  const auto open = [&] {
-    auto request = client.daemon.openSessionRequest();
-    request.setClientName("many");
-    request.setLayoutMajor(HD_SHM_MAJOR);
-    request.setLayoutMinor(HD_SHM_MINOR);
-    return loop.call(kj::mv(request));
-  };
+  const auto open = [&] { return openSession(loop, client, "many"); };
   const auto begin = [&](std::uint64_t bytes) {
     auto request = loop.call(client.daemon.sceneRequest()).getScene().beginUploadRequest();
     request.setBytes(bytes);
@@ -99,11 +93,7 @@ TEST_F(Refusal, SessionsAndBytesOverTheSocketAreNamedWithTheirLimit) {
 TEST_F(Refusal, WhoHoardsDescriptorsIsStopped) {
   Loop loop;
   RawClient client(loop, daemon_.socket());
-  auto request = client.daemon.openSessionRequest();
-  request.setLayoutMajor(HD_SHM_MAJOR);
-  request.setLayoutMinor(HD_SHM_MINOR);
-  request.setClientName("greedy");
-  auto opened = loop.call(kj::mv(request));
+  auto opened = openSession(loop, client, "greedy");
   ASSERT_TRUE(good(opened.getStatus()));
   auto ask = loop.call(client.daemon.sceneRequest()).getScene().beginUploadRequest();
   ask.setBytes(100'000);
@@ -222,11 +212,7 @@ TEST_F(Refusal, RegionsAreMappedAsOfferedAndNeverAfterwards) {
   const auto checks = [&](auto complain) {
     Loop loop;
     RawClient client(loop, daemon_.socket());
-    auto request = client.daemon.openSessionRequest();
-    request.setLayoutMajor(HD_SHM_MAJOR);
-    request.setLayoutMinor(HD_SHM_MINOR);
-    request.setClientName("mapper");
-    auto opened = loop.call(kj::mv(request));
+    auto opened = openSession(loop, client, "mapper");
     auto regions = loop.call(opened.getSession().regionsRequest());
     complain(good(regions.getStatus()), "no regions");
     Mapped<hd_region_a> a(loop, regions.getA(), PROT_READ);

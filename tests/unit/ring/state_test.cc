@@ -57,10 +57,15 @@ TEST(Header, SaysWhatIsWrong) {
   EXPECT_EQ(checkHeader(r.a->header, 'A', sizeof(hd_region_a) - 1), ErrorCode::kInvalidArgument);
 }
 
-TEST(State, LatestIsPerDevice) {
+class State : public testing::Test {
+ protected:
   Regions r;
-  StateWriter writer(r.a.get());
-  const StateReader reader(r.a.get());
+  StateWriter writer{r.a.get()};
+  StateReader reader{r.a.get()};
+  std::uint64_t lost = 0;
+};
+
+TEST_F(State, LatestIsPerDevice) {
   hd_sample out{};
   EXPECT_FALSE(reader.latest(0, out)) << "none stands yet";
   EXPECT_FALSE(reader.latest(HD_MAX_DEVICES, out));
@@ -75,10 +80,7 @@ TEST(State, LatestIsPerDevice) {
 }
 
 // A servo that lost its CPU in the middle of writing does not leave its clients without a sample.
-TEST(State, WhileTheLatestIsHalfWrittenTheOneBeforeIsSeen) {
-  Regions r;
-  StateWriter writer(r.a.get());
-  const StateReader reader(r.a.get());
+TEST_F(State, WhileTheLatestIsHalfWrittenTheOneBeforeIsSeen) {
   hd_sample out{};
   for (std::uint64_t tick = 1; tick <= 2000; tick += 7) {
     for (std::uint32_t d = 0; d < HD_MAX_DEVICES; ++d) writer.publish(sampleOf(tick, d));
@@ -94,10 +96,7 @@ TEST(State, WhileTheLatestIsHalfWrittenTheOneBeforeIsSeen) {
   }
 }
 
-TEST(State, AFirstSampleHalfWrittenIsNotSeen) {
-  Regions r;
-  StateWriter writer(r.a.get());
-  const StateReader reader(r.a.get());
+TEST_F(State, AFirstSampleHalfWrittenIsNotSeen) {
   hd_sample out{};
   r.a->latest[0].guard = 1;
   EXPECT_FALSE(reader.latest(0, out));
@@ -106,12 +105,8 @@ TEST(State, AFirstSampleHalfWrittenIsNotSeen) {
   EXPECT_TRUE(reader.latest(1, out));
 }
 
-TEST(State, HistoryDeliversEverySampleInOrder) {
-  Regions r;
-  StateWriter writer(r.a.get());
-  StateReader reader(r.a.get());
+TEST_F(State, HistoryDeliversEverySampleInOrder) {
   std::vector<hd_sample> out(300);
-  std::uint64_t lost = 0;
   EXPECT_EQ(reader.drain(out, lost), 0u);
   for (std::uint64_t n = 0; n < 1000; ++n) writer.publish(sampleOf(n));
   std::uint64_t expected = 0;
@@ -122,27 +117,20 @@ TEST(State, HistoryDeliversEverySampleInOrder) {
   EXPECT_EQ(lost, 0u);
 }
 
-TEST(State, ReaderStartsWithTheNextSample) {
-  Regions r;
-  StateWriter writer(r.a.get());
+TEST_F(State, ReaderStartsWithTheNextSample) {
   for (std::uint64_t n = 0; n < 5000; ++n) writer.publish(sampleOf(n));
   StateReader reader(r.a.get());
   writer.publish(sampleOf(5000));
   std::vector<hd_sample> out(8);
-  std::uint64_t lost = 0;
   ASSERT_EQ(reader.drain(out, lost), 1u);
   EXPECT_EQ(out[0].tick, 5000u);
   EXPECT_EQ(lost, 0u);
 }
 
-TEST(State, HistoryCountsLossesExactly) {
+TEST_F(State, HistoryCountsLossesExactly) {
   std::mt19937 random(seedOf(7));
-  Regions r;
-  StateWriter writer(r.a.get());
-  StateReader reader(r.a.get());
   std::vector<hd_sample> out(HD_HISTORY_SLOTS * 2);
   std::uint64_t written = 0;
-  std::uint64_t lost = 0;
   std::uint64_t got = 0;
   for (int round = 0; round < 60; ++round) {
     const std::uint32_t burst = random() % (3 * HD_HISTORY_SLOTS);
@@ -158,14 +146,10 @@ TEST(State, HistoryCountsLossesExactly) {
 }
 
 // The writer has begun to overwrite the oldest slot: that sample is lost, the others are not.
-TEST(State, SampleBeingOverwrittenIsCountedLost) {
-  Regions r;
-  StateWriter writer(r.a.get());
-  StateReader reader(r.a.get());
+TEST_F(State, SampleBeingOverwrittenIsCountedLost) {
   for (std::uint64_t n = 0; n < HD_HISTORY_SLOTS; ++n) writer.publish(sampleOf(n));
   r.a->history[0].guard = 2 * HD_HISTORY_SLOTS + 1;
   std::vector<hd_sample> out(HD_HISTORY_SLOTS);
-  std::uint64_t lost = 0;
   ASSERT_EQ(reader.drain(out, lost), HD_HISTORY_SLOTS - 1);
   EXPECT_EQ(lost, 1u);
   EXPECT_EQ(out[0].tick, 1u);

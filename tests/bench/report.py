@@ -38,6 +38,14 @@ LOAD = """benchmark,quantity,unit,round,value
               for quantity, value in (("period mean", 1000), ("period p99", 1010.25), ("force error rms", 0.1)))
 
 
+def commandOf(process):
+    """Its words; none when it has gone."""
+    try:
+        return pathlib.Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")
+    except OSError:
+        return []
+
+
 def leavesNothing(folder):
     """Killed while the page is being drawn: what draws it goes on for a moment, into nothing."""
     killed = subprocess.Popen([sys.argv[1], "report", f"{folder}/killed.html", "--rounds", "1"], stdout=subprocess.DEVNULL)
@@ -46,12 +54,12 @@ def leavesNothing(folder):
     while killed.poll() is None and not drawing:
         time.sleep(0.02)
         for child in children.read_text().split():
-            words = pathlib.Path(f"/proc/{child}/cmdline").read_bytes().split(b"\0")
+            words = commandOf(child)
             if any(word.endswith(b"report.py") for word in words) and b"--check" not in words:
                 drawing = child
     killed.terminate()
     killed.wait()
-    while pathlib.Path(f"/proc/{drawing}/cmdline").exists() and pathlib.Path(f"/proc/{drawing}/cmdline").read_bytes():
+    while any(commandOf(drawing)):
         time.sleep(0.1)
     if left := list(pathlib.Path(folder).glob("killed*")):
         sys.exit(f"a report that was killed left {left}")

@@ -268,6 +268,20 @@ SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obst
   return Looked::kNear;
 }
 
+bool SceneContacts::isOutermost(const Vec3& x, const CollideRequest::Held& held, const Vec3& n,
+                                Purse& purse) const HD_RT {
+  if (held.shape.kind != ShapeKind::kMesh || isSheet(held.shape)) return true;
+  const double step = 1e-3 * points_.reach();
+  NearestQuery query;
+  query.x = x + step * n;
+  query.reach = 0.95 * step;
+  query.limit = purse.left();
+  Nearest nearest;
+  const NearestResult result = nearestOnShape(held.shape, query, nearest);
+  purse.report.work += query.work;
+  return result != NearestResult::kFound;
+}
+
 bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
   const Vec3 middle_W = held.X_WO * points_.at(i);
   const bool disc = held.shape.kind == ShapeKind::kCylinder && ToolPoints::isDisc(i);
@@ -306,6 +320,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     if (contact.depth < -margin) continue;
     // Else an edge of the obstacle is beside the point, which would be caught there as on a notch.
     if (!disc && !leansOut(held.shape, points_.at(i), held.X_WO.q.conjugate() * -contact.n_W)) continue;
+    if (!isOutermost(points_.at(i), held, held.X_WO.q.conjugate() * -contact.n_W, purse)) continue;
     keep(contact, static_cast<std::uint8_t>(k));
     purse.report.touching += contact.depth >= 0 ? 1 : 0;
   }

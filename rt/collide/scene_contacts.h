@@ -115,6 +115,9 @@ class SceneContacts {
   /** Whether the obstacle is where a disc is said to meet it, and not beyond the end of the cylinder. */
   [[nodiscard]] bool isThere(const Contact& contact, const CollideRequest::Obstacle& obstacle, double reach, int side,
                              Purse& purse) const HD_RT;
+  /** Of a tool that is a closed mesh: whether no part of it is farther out along n than its point x. In its frame. */
+  [[nodiscard]] bool isOutermost(const Vec3& x, const CollideRequest::Held& held, const Vec3& n,
+                                 Purse& purse) const HD_RT;
   /** Whether contact i is that of a cylinder's point, and of a disc, too: what is tied to that point would only brake
    * the cylinder where it rolls. */
   [[nodiscard]] bool isBesideDisc(std::uint32_t i, const CollideRequest::Held& held) const HD_RT;

@@ -18,6 +18,8 @@ import numpy as np
 from hand import MM, Hand, angle_of
 from meshes import Unusable, read_ply, small_skull, vault_of, write_ply
 
+LONGEST_STEP = 0.02  # [s]
+
 
 def run(*command: object) -> None:
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
@@ -65,11 +67,13 @@ def bring_home(session: haptic.Session, client: haptic.Client, hand: Hand):
     """Plays the hand; rows of time, place [mm], turn [deg], force, torque, contacts; and every sample of the servo."""
     rows, history = [], []
     tool = f"/devices/{client.status().devices[0].name}/tool"
-    begin, sample = time.monotonic(), session.latest()
-    while (t := time.monotonic() - begin) < hand.seconds:
+    t, last, sample = 0.0, time.monotonic(), session.latest()
+    while t < hand.seconds:
         p, q = hand.intent(t, sample["force"], sample["torque"])
         session.push_intent(p, q, latest=True)
         time.sleep(0.005)
+        now = time.monotonic()
+        t, last = t + min(now - last, LONGEST_STEP), now  # A hand whose program is held up waits with it.
         sample = session.latest()
         history.append(session.drain())
         place, turn = client.get("/objects/fragment/pos"), client.get("/objects/fragment/rot")

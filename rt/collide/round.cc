@@ -135,23 +135,29 @@ bool nearestAbout(const MeshView& mesh, std::uint32_t t, const Vec3& x, Vec3& po
   return faceNormal(mesh, t).dot(x - point) > 0;
 }
 
-/** Of a ball A's touch of a mesh, told by the number of a triangle (scene_contacts.cc). */
-void ballOnMesh(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
-                Touch& touch) HD_RT {
+/** As ballOnPrimitive() from a mesh, near to the triangle of that number (scene_contacts.cc). */
+bool ballOnMesh(const Ball& ball, std::uint32_t feature, const RoundBody& b, Touch& touch) HD_RT {
   const MeshView* const mesh = b.shape.mesh;
   const std::uint32_t t = (feature - kFirstMeshEdge) / 3;
   if (feature < kFirstMeshEdge || b.shape.kind != ShapeKind::kMesh || mesh == nullptr || t >= mesh->triangle_count)
-    return;
-  const Vec3 before = com_W + touch.r_a, x = b.X_WO.inverse() * a.X_WO.p;
+    return false;
+  const Vec3 x = b.X_WO.inverse() * ball.center;
   Vec3 point;
-  if (!nearestAbout(*mesh, t, x, point)) return;
+  if (!nearestAbout(*mesh, t, x, point)) return false;
   const Vec3 way = b.X_WO.q * (x - point);
-  const double apart = way.norm(), radius = a.shape.size.x();
-  if (!(apart > 1e-7) || !sameSide(way, touch.n)) return;
+  const double apart = way.norm();
+  if (!(apart > 1e-7) || !sameSide(way, touch.n)) return false;
   touch.n = way / apart;
-  touch.gap = apart - radius;
-  touch.r_a = a.X_WO.p - radius * touch.n - com_W;
-  touch.moving += w_B.cross(com_W + touch.r_a - before);
+  touch.gap = apart - ball.radius;
+  return true;
+}
+
+/** Where one question tells what is nearest to a ball of A. */
+bool ballOnSurface(const RoundBody& a, std::uint32_t feature, const Ball& ball, const RoundBody& b,
+                   Touch& touch) HD_RT {
+  if (!isRound(a.shape)) return false;
+  if (isEdged(b.shape)) return ballOnPrimitive(ball, b, touch);
+  return a.shape.kind == ShapeKind::kSphere && ballOnMesh(ball, feature, b, touch);
 }
 
 }  // namespace
@@ -178,8 +184,7 @@ NearestResult meetBall(const RoundBody& a, const RoundBody& b, const Vec3& cente
 
 void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
             Touch& touch) HD_RT {
-  if (feature >= kFirstEdge) {
-    if (a.shape.kind == ShapeKind::kSphere) ballOnMesh(a, feature, b, com_W, w_B, touch);
+  if (feature >= kFirstEdge && a.shape.kind != ShapeKind::kSphere) {
     if (isAboutAxis(a.shape)) meetMantleAgain(a, feature, b, com_W, w_B, touch);
     return;
   }
@@ -202,7 +207,7 @@ void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const
     if (!sameSide(way, touch.n)) return;
     touch.n = way / apart;
     touch.gap = apart - x.radius - b.shape.size.x();
-  } else if (!isRound(a.shape) || !isEdged(b.shape) || !ballOnPrimitive(x, b, touch)) {
+  } else if (!ballOnSurface(a, feature, x, b, touch)) {
     touch.gap += touch.n.dot(x.center - x.radius * touch.n - before);
   }
   touch.r_a = x.center - x.radius * touch.n - com_W;

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "rt/collide/feature.h"
+#include "rt/geometry/pseudo_normal.h"
 #include "support/test_mesh.h"
 #include "tests/support/tool_house.h"
 
@@ -177,6 +179,27 @@ TEST(Round, ABallThatSpinsUnderAToolPushesItStraightUp) {
       up += house.servo->cycle().tool(0).last().contact.force.z();
     }
     EXPECT_LT(std::abs(across), 1e-3 * up) << w;
+  }
+}
+
+/** Deep in a mesh it is held by the plane that was found, and still by its centre, however it has rolled. */
+TEST(Round, ABallDeepInAMeshIsMetByItsCentre) {
+  test::TestMesh block = test::boxMesh({0.02, 0.02, 0.02});
+  block.flags = HD_MESH_CLOSED;
+  Shape mesh{ShapeKind::kMesh, Vec3::Zero()};
+  mesh.mesh = block.view();
+  const Shape ball{ShapeKind::kSphere, {0.01, 0, 0}};
+  for (const double height : {0.021, 0.019}) {  // Of the centre: above and below the surface.
+    Touch touch;
+    touch.n = Vec3(0, 0, 1);
+    touch.r_a = Vec3(0.006, 0, -0.008);  // A point that was lowest before the ball rolled on.
+    touch.gap = height - 0.008 - 0.02;
+    std::uint32_t top = 0;
+    while (faceNormal(*mesh.mesh, top).z() < 0.5) ++top;
+    rollTo({ball, {Vec3(0.001, 0.002, height), Quat::Identity()}}, meshEdgeFeature(top, 0), {mesh, Pose{}},
+           {0.001, 0.002, height}, Vec3::Zero(), touch);
+    EXPECT_LT((touch.r_a - Vec3(0, 0, -0.01)).norm(), 1e-9) << height;
+    EXPECT_NEAR(touch.gap, height - 0.03, 1e-9);
   }
 }
 

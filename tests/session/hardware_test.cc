@@ -10,22 +10,25 @@
 namespace hapticd::test {
 namespace {
 
+/** What comes of opening it. */
+ErrorCode codeOf(Bench& bench, const char* uri, std::uint64_t connection) {
+  const auto opened = bench.core.openDevice(uri, connection);
+  return opened ? ErrorCode::kOk : opened.error().code;
+}
+
 TEST(Hardware, ItsParametersAreTheAdministrators) {
   Bench bench;
-  const auto codeOf = [&](const char* uri, std::uint64_t connection) {
-    const auto opened = bench.core.openDevice(uri, connection);
-    return opened ? ErrorCode::kOk : opened.error().code;
-  };
   const char* tuned = "falcon://default?counts_per_nm=40000";
-  EXPECT_EQ(codeOf(tuned, bench.connection), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(codeOf(bench, tuned, bench.connection), ErrorCode::kPermissionDenied);
   EXPECT_EQ(bench.core.openSession(tuned, bench.connection, "tester", HD_SHM_MAJOR, HD_SHM_MINOR).error().code,
             ErrorCode::kPermissionDenied);
   EXPECT_EQ(bench.core.devices().devices().size(), 1u);
 
-  EXPECT_EQ(codeOf("falcon://default", bench.connection), ErrorCode::kOk);
-  EXPECT_EQ(codeOf("sim://default?mass=0.3", bench.connection), ErrorCode::kOk) << "a simulator cannot hurt";
-  EXPECT_EQ(codeOf(tuned, bench.administration), ErrorCode::kOk);
-  EXPECT_EQ(codeOf(tuned, bench.connection), ErrorCode::kOk) << "it is open already, as the administrator wants it";
+  EXPECT_EQ(codeOf(bench, "falcon://default", bench.connection), ErrorCode::kOk);
+  EXPECT_EQ(codeOf(bench, "sim://default?mass=0.3", bench.connection), ErrorCode::kOk) << "a simulator cannot hurt";
+  EXPECT_EQ(codeOf(bench, tuned, bench.administration), ErrorCode::kOk);
+  EXPECT_EQ(codeOf(bench, tuned, bench.connection), ErrorCode::kOk)
+      << "it is open already, as the administrator wants it";
 }
 
 /** The administrator has said how; who says nothing gets it so. */
@@ -52,18 +55,14 @@ TEST(Hardware, SoIsTheSerialLineThatItHangsOn) {
   Bench bench;
   const std::uint64_t stranger = *bench.core.connect(1, 61'000, false),
                       own = *bench.core.connect(2, ::geteuid(), false);
-  const auto codeOf = [&](const char* uri, std::uint64_t connection) {
-    const auto opened = bench.core.openDevice(uri, connection);
-    return opened ? ErrorCode::kOk : opened.error().code;
-  };
-  EXPECT_EQ(codeOf("pantograph:///dev/ttyACM0", stranger), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(codeOf(bench, "pantograph:///dev/ttyACM0", stranger), ErrorCode::kPermissionDenied);
   EXPECT_EQ(bench.core.openSession("pantograph:///dev/ttyACM0", stranger, "s", HD_SHM_MAJOR, HD_SHM_MINOR).error().code,
             ErrorCode::kPermissionDenied);
   EXPECT_EQ(bench.core.devices().devices().size(), 1u);
-  EXPECT_EQ(codeOf("pantograph:///dev/ttyACM0", bench.administration), ErrorCode::kOk);
-  EXPECT_EQ(codeOf("pantograph:///dev/ttyACM0", stranger), ErrorCode::kOk) << "it is open already";
-  EXPECT_EQ(codeOf("pantograph:///dev/ttyACM1", stranger), ErrorCode::kPermissionDenied);
-  EXPECT_EQ(codeOf("pantograph:///dev/ttyACM1", own), ErrorCode::kOk) << "the daemon's own user";
+  EXPECT_EQ(codeOf(bench, "pantograph:///dev/ttyACM0", bench.administration), ErrorCode::kOk);
+  EXPECT_EQ(codeOf(bench, "pantograph:///dev/ttyACM0", stranger), ErrorCode::kOk) << "it is open already";
+  EXPECT_EQ(codeOf(bench, "pantograph:///dev/ttyACM1", stranger), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(codeOf(bench, "pantograph:///dev/ttyACM1", own), ErrorCode::kOk) << "the daemon's own user";
 }
 
 /** The board does not tell what arm hangs on it, and the motors are scaled by that. */
@@ -71,17 +70,13 @@ TEST(Hardware, SoIsTheModelThatABoardDrives) {
   Bench bench;
   const std::uint64_t stranger = *bench.core.connect(1, 61'000, false),
                       own = *bench.core.connect(2, ::geteuid(), false);
-  const auto codeOf = [&](const char* uri, std::uint64_t connection) {
-    const auto opened = bench.core.openDevice(uri, connection);
-    return opened ? ErrorCode::kOk : opened.error().code;
-  };
   for (const char* usual : {"woodyhid://default", "woodyhid://woodenhaptics_v2015"})
-    EXPECT_EQ(codeOf(usual, stranger), ErrorCode::kOk) << usual;
-  EXPECT_EQ(codeOf("woodyhid://polhem_v3", stranger), ErrorCode::kPermissionDenied);
-  EXPECT_EQ(codeOf("woodyhid://polhem_v3", own), ErrorCode::kOk) << "the daemon's own user";
-  EXPECT_EQ(codeOf("woodyhid://polhem_v3", stranger), ErrorCode::kOk) << "it is open already";
-  EXPECT_EQ(codeOf("woodyhid://woodenhaptics_v2019", stranger), ErrorCode::kPermissionDenied);
-  EXPECT_EQ(codeOf("woodyhid://woodenhaptics_v2019", bench.administration), ErrorCode::kOk);
+    EXPECT_EQ(codeOf(bench, usual, stranger), ErrorCode::kOk) << usual;
+  EXPECT_EQ(codeOf(bench, "woodyhid://polhem_v3", stranger), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(codeOf(bench, "woodyhid://polhem_v3", own), ErrorCode::kOk) << "the daemon's own user";
+  EXPECT_EQ(codeOf(bench, "woodyhid://polhem_v3", stranger), ErrorCode::kOk) << "it is open already";
+  EXPECT_EQ(codeOf(bench, "woodyhid://woodenhaptics_v2019", stranger), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(codeOf(bench, "woodyhid://woodenhaptics_v2019", bench.administration), ErrorCode::kOk);
 }
 
 class Unplugged final : public StillDevice {

@@ -17,6 +17,7 @@ constexpr double kOnMantle = 0.1;
 constexpr double kBeside = 0.95;
 
 constexpr double kWithEdge = 0.99;  ///< Of a disc's way: an edge on which it moves so much lies along the axis.
+constexpr double kAsDeep = 0.1;     ///< Of what a disc says how deep it is: its place is at least so deep.
 constexpr double kMetEdge = 1e-5;   ///< A disc this near to where it meets an edge stays [m].
 
 }  // namespace
@@ -54,12 +55,7 @@ bool SceneContacts::isMetByMantle(std::uint32_t i) const HD_RT {
 void SceneContacts::dropToldTwice(const CollideRequest::Held& held) HD_RT {
   if (held.shape.kind != ShapeKind::kCylinder) return;
   for (std::uint32_t i = found_.count; i-- > 0;) {
-    if (!isBesideDisc(i, held) && !isMetByMantle(i)) continue;
-    --many_[kept_[i].side];
-    const std::uint32_t last = --found_.count;
-    found_.contact[i] = found_.contact[last];
-    body_of_[i] = body_of_[last];
-    kept_[i] = kept_[last];
+    if (isBesideDisc(i, held) || isMetByMantle(i)) drop(i);
   }
 }
 
@@ -113,7 +109,8 @@ bool SceneContacts::isThere(const Contact& contact, const CollideRequest::Obstac
                             Purse& purse) const HD_RT {
   PointTouch there;
   const Looked looked = lookAt(obstacle, obstacle.X_WO.inverse() * contact.p_WA, reach, purse, side, there);
-  return looked == Looked::kNear && there.gap <= ContactModel::kLeastReach + std::max(0.0, -contact.depth);
+  return looked == Looked::kNear && there.gap <= ContactModel::kLeastReach + std::max(0.0, -contact.depth) &&
+         -there.gap >= kAsDeep * contact.depth - ContactModel::kLeastReach;
 }
 
 }  // namespace hapticd

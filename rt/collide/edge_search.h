@@ -38,7 +38,7 @@ inline constexpr double kOnBorder = 1e-6;  ///< Of a shape: a tool's points are 
   return shape.kind == ShapeKind::kCylinder && !(std::abs(n.z()) > kOffMantle);
 }
 
-inline constexpr double kAslant = 1e-4;  ///< By so much the gap may grow along what lies along [m].
+inline constexpr double kAslant = 1e-4;  ///< By so much the gap may at least grow along what lies along [m].
 inline constexpr double kToSide = 2e-5;  ///< Of a place on an edge [m].
 inline constexpr double kSlanted = 0.3;  ///< Length of a sum of normals below which the faces are those of a plate.
 
@@ -95,11 +95,11 @@ struct EdgeSpan {
  * Of an edge of that length where gapAt(t), for t from 0 to 1, is at most `margin`; normalOf(gap) is the normal where
  * it was asked last, and `within` leads from the edge to where it is asked, in the frame of the normals. The gap
  * changes by no more than the way along the edge. The ends are those of what lies along the tool though aslant, by up
- * to kAslant or within it: held at its nearest place alone it would sink in at the other end. Farther on another face
+ * to `aslant` or within it: held at its nearest place alone it would sink in at the other end. Farther on another face
  * of the tool is nearest. Some 10 gaps where the tool lies flat along it, else 90 at most.
  */
 template <class Gap, class Normal>
-EdgeSpan touchingSpan(double margin, double length, const Vec3& within, const Gap& gapAt,
+EdgeSpan touchingSpan(double margin, double aslant, double length, const Vec3& within, const Gap& gapAt,
                       const Normal& normalOf) HD_RT {
   constexpr int kTries = 4;       // Parts of the edge, from which the nearest place is looked for.
   constexpr double kStep = 1e-3;  // Of the edge,
@@ -138,7 +138,7 @@ EdgeSpan touchingSpan(double margin, double length, const Vec3& within, const Ga
     return gap <= flat || isAlike(gap) ? gap : static_cast<double>(INFINITY);
   };
   const double touching = std::max(0.0, -n.dot(within));  // The edge itself is so much nearer.
-  const double most = std::max(touching, span.least + kAslant);
+  const double most = std::max(touching, span.least + aslant);
   span.near = true;
   span.place[0] = best;
   for (const int end : {0, 1}) {

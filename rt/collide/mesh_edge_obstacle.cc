@@ -258,7 +258,8 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     const Vec3 within = inset * (ridge.one + ridge.other).normalized();
     const auto along = [&](double at) HD_RT { return gapAt(ridge.at(at) - within, reach); };
     if (isAboutAxis(held.shape)) addMantle(ridge, t, corner);
-    const EdgeSpan span = touchingSpan(margin + 2 * inset, length, X_AB.q * -within, along, normal);
+    const EdgeSpan span =
+        touchingSpan(margin + 2 * inset, std::max(kAslant, reach_), length, X_AB.q * -within, along, normal);
     for (int j = 0; j < 3; ++j) {
       const double at = span.place[j], aside = inset / length;
       const double snapped = at < aside ? 0 : (1 - at < aside ? 1 : at);

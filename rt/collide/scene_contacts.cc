@@ -39,7 +39,8 @@ void SceneContacts::noteHeld(const CollideRequest::Held& held, const ContactMode
 /**
  * What cannot touch before the next answer makes room for what can. Then whichever side has most of it does, where
  * another comes: a box between two has as many points on its lid as on its bottom, all as deep, and neither may be
- * forgotten for the other. Within a side those found first stay (of a box its corners) but for deeper ones.
+ * forgotten for the other. Within a side those found first stay but for deeper ones; a box's corner that may touch
+ * before the next answer counts as deep as that, for whatever is between corners is held by them.
  */
 std::uint32_t SceneContacts::roomFor(const Kept& kept) const HD_RT {
   if (found_.count < kMaxContacts) return found_.count;
@@ -70,7 +71,8 @@ void SceneContacts::keep(const Contact& contact, std::uint8_t body) HD_RT {
   Eigen::Index axis = 0;
   contact.n_W.cwiseAbs().maxCoeff(&axis);
   const auto side = static_cast<std::uint8_t>(1 + 6 * body + 2 * axis + (contact.n_W[axis] < 0 ? 1 : 0));
-  const Kept kept{far ? kFar : side, contact.depth + (stays ? ContactModel::kLeastReach : 0)};
+  const bool corner = made_of_.kind == ShapeKind::kBox && contact.feature_a < kBoxCorners;
+  const Kept kept{far ? kFar : side, contact.depth + (stays ? ContactModel::kLeastReach : 0) + (corner ? reach_ : 0)};
   const std::uint32_t at = roomFor(kept);
   if (at == kMaxContacts) return;
   if (at == found_.count) {
@@ -82,6 +84,14 @@ void SceneContacts::keep(const Contact& contact, std::uint8_t body) HD_RT {
   found_.contact[at] = contact;
   body_of_[at] = body;
   kept_[at] = kept;
+}
+
+void SceneContacts::drop(std::uint32_t i) HD_RT {
+  --many_[kept_[i].side];
+  const std::uint32_t last = --found_.count;
+  found_.contact[i] = found_.contact[last];
+  body_of_[i] = body_of_[last];
+  kept_[i] = kept_[last];
 }
 
 const VolumeView* SceneContacts::volumeOf(const Shape& shape) const HD_RT {
@@ -392,6 +402,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     if (!hot && isLate(budget)) cut_ |= ~whole_ & ((1u << held.count) - 1);
   }
   dropToldTwice(held);
+  dropHidden(held, all);
   carryOver(held, margin, model);
   remember(held);
 

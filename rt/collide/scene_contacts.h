@@ -125,6 +125,11 @@ class SceneContacts {
    * one turns from tick to tick, the disc's plane only from answer to answer: both in turn would shake the cylinder. */
   [[nodiscard]] bool isMetByMantle(std::uint32_t i) const HD_RT;
   void dropToldTwice(const CollideRequest::Held& held) HD_RT;
+  /** Whether what is said to be touched of one obstacle is in or on the other, and nothing of it stands out there. */
+  [[nodiscard]] bool isHidden(const Contact& contact, const CollideRequest::Obstacle& its,
+                              const CollideRequest::Obstacle& other, Purse& purse) const HD_RT;
+  void dropHidden(const CollideRequest::Held& held, Purse& purse) HD_RT;
+  void drop(std::uint32_t i) HD_RT;
   /** False where that is not known of all obstacles. */
   bool tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
   using Walls = std::array<PointTouch, 2>;  ///< With the nearest three, which hold a ball.

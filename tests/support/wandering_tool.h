@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <span>
 
 #include "support/signed_gap.h"
 #include "tests/support/finer_mesh.h"
@@ -63,35 +65,17 @@ struct Wandered {
   double shaken = 0;   ///< By how much the contact's force changed from tick to tick, in all [N].
 };
 
-/** 3000 ticks; expects that it touches in many. */
-inline Wandered wander(const ToolOnGround& pair, Random& random) {
-  const Pose X_WG{Vec3::Zero(), random.turn()};
-  const auto meshOf = [](const Shape& shape, int parts, const Pose& X) {
-    TestMesh block = boxMesh(shape.size);
-    block.flags = HD_MESH_CLOSED;
-    return finer(block, std::max(1, parts), X);
-  };
-  TestMesh held = meshOf(pair.tool, pair.tool_parts, {}), mesh = meshOf(pair.ground, pair.ground_parts, X_WG);
-  ToolHouse house;
-  house.meshes.publish(3, held.view());
-  house.meshes.publish(4, mesh.view());
-  house.send(CommandKind::kObjectPose, hd_object_pose{kFloor, 0, {0, 0, -1}, {1, 0, 0, 0}, {}, {}});
-  pair.tool_parts > 0 ? house.reshape(ShapeKind::kMesh, Vec3::Zero(), 3)
-                      : house.reshape(pair.tool.kind, pair.tool.size);
-  AddObject obstacle = object(kWall, ShapeKind::kMesh, Vec3::Zero(), Vec3::Zero());
-  obstacle.shape.mesh = 4;
-  if (pair.ground_parts == 0) {
-    obstacle = object(kWall, pair.ground.kind, pair.ground.size, Vec3::Zero());
-    store(X_WG.q, obstacle.q);
-  }
-  obstacle.material = {1000, 0, pair.friction, pair.friction};
-  Vec3 hand(0, 0, 0.07), to = hand, turn = pair.first_turn;
-  house.aim(hand, turn);
-  house.run(500);
-  house.send(CommandKind::kAddObject, obstacle);
-  house.hold();
+/** Where the ground's parts are, in the world. */
+struct Placed {
+  Shape shape;
+  Pose X_WP;
+};
+
+/** What is held wanders from where the hand is for 3000 ticks; expects that it touches in many. */
+inline Wandered wanderOver(ToolHouse& house, const Shape& tool, std::span<const Placed> ground, Vec3 hand, Vec3 turn,
+                           Random& random) {
   Wandered wandered;
-  Vec3 force = Vec3::Zero();
+  Vec3 to = hand, force = Vec3::Zero();
   int touched = 0;
   for (int i = 0; i < 3000; ++i) {
     if (i % 300 == 0) to = random.vector(0.03);
@@ -103,13 +87,67 @@ inline Wandered wander(const ToolOnGround& pair, Random& random) {
     touched += last.touching > 0;
     wandered.shaken += (last.contact.force - force).norm();
     force = last.contact.force;
-    if (i % 4 == 0) {
-      const double depth = depthOf(pair.tool, pair.ground, house.place().inverse() * X_WG);
+    for (const Placed& part : i % 4 == 0 ? ground : std::span<const Placed>()) {
+      const double depth = depthOf(tool, part.shape, house.place().inverse() * part.X_WP);
       wandered.deepest = std::max(wandered.deepest, depth);
     }
   }
   EXPECT_GT(touched, 500);
   return wandered;
+}
+
+/** A house without a floor. */
+inline std::unique_ptr<ToolHouse> houseWithoutFloor() {
+  auto house = std::make_unique<ToolHouse>();
+  house->send(CommandKind::kObjectPose, hd_object_pose{kFloor, 0, {0, 0, -1}, {1, 0, 0, 0}, {}, {}});
+  return house;
+}
+
+inline Wandered wander(const ToolOnGround& pair, Random& random) {
+  const Pose X_WG{Vec3::Zero(), random.turn()};
+  const auto meshOf = [](const Shape& shape, int parts, const Pose& X) {
+    TestMesh block = boxMesh(shape.size);
+    block.flags = HD_MESH_CLOSED;
+    return finer(block, std::max(1, parts), X);
+  };
+  TestMesh held = meshOf(pair.tool, pair.tool_parts, {}), mesh = meshOf(pair.ground, pair.ground_parts, X_WG);
+  const auto house = houseWithoutFloor();
+  house->meshes.publish(3, held.view());
+  house->meshes.publish(4, mesh.view());
+  pair.tool_parts > 0 ? house->reshape(ShapeKind::kMesh, Vec3::Zero(), 3)
+                      : house->reshape(pair.tool.kind, pair.tool.size);
+  AddObject obstacle = object(kWall, ShapeKind::kMesh, Vec3::Zero(), Vec3::Zero());
+  obstacle.shape.mesh = 4;
+  if (pair.ground_parts == 0) {
+    obstacle = object(kWall, pair.ground.kind, pair.ground.size, Vec3::Zero());
+    store(X_WG.q, obstacle.q);
+  }
+  obstacle.material = {1000, 0, pair.friction, pair.friction};
+  const Vec3 hand(0, 0, 0.07);
+  house->aim(hand, pair.first_turn);
+  house->run(500);
+  house->send(CommandKind::kAddObject, obstacle);
+  house->hold();
+  const Placed ground{pair.ground, X_WG};
+  return wanderOver(*house, pair.tool, {&ground, 1}, hand, pair.first_turn, random);
+}
+
+/** Over a ground of several boxes and the like, without friction. */
+inline Wandered wander(const Shape& tool, std::span<const Placed> ground, const Vec3& hand, const Vec3& turn,
+                       Random& random) {
+  const auto house = houseWithoutFloor();
+  house->reshape(tool.kind, tool.size);
+  house->aim(hand, turn);
+  house->run(500);
+  for (std::size_t i = 0; i < ground.size(); ++i) {
+    const auto id = makeObjectId(static_cast<std::uint32_t>(10 + i), 1);
+    AddObject part = object(id, ground[i].shape.kind, ground[i].shape.size, ground[i].X_WP.p);
+    store(ground[i].X_WP.q, part.q);
+    part.material = {1000, 0, 0, 0};
+    house->send(CommandKind::kAddObject, part);
+  }
+  house->hold();
+  return wanderOver(*house, tool, ground, hand, turn, random);
 }
 
 }  // namespace hapticd::test

@@ -174,7 +174,7 @@ TEST(TouchingSpan, EndsWhereTheEdgeIsApart) {
   const Vec3 n(0, 0, 1);
   const auto gap = [&](double t) { return -1.5e-4 + 2e-4 * t; };  // Of the edge itself: apart from 0.75 on.
   const auto asked = [&](double t) { return gap(t) + kWithin; };
-  const EdgeSpan span = touchingSpan(0.002, kLength, -kWithin * n, asked, [&](double) { return n; });
+  const EdgeSpan span = touchingSpan(0.002, kAslant, kLength, -kWithin * n, asked, [&](double) { return n; });
   ASSERT_TRUE(span.near);
   EXPECT_EQ(span.place[0], 0);
   EXPECT_NEAR(span.place[2], 0.75, 2e-3);
@@ -191,7 +191,7 @@ TEST(TouchingSpan, EndsWhereTheFaceDoes) {
     return std::hypot(beyond(t), kWithin);
   };
   const auto normal = [&](double) { return Vec3(-beyond(asked), 0, kWithin).normalized(); };
-  const EdgeSpan span = touchingSpan(0.002, kLength, Vec3(0, 0, -kWithin), gap, normal);
+  const EdgeSpan span = touchingSpan(0.002, kAslant, kLength, Vec3(0, 0, -kWithin), gap, normal);
   ASSERT_TRUE(span.near);
   EXPECT_EQ(span.place[1], 0);
   EXPECT_NEAR(span.place[2], kFaceEnds, 1e-3);
@@ -209,7 +209,7 @@ TEST(TouchingSpan, IsOnePlaceWhereEdgesCross) {
     return std::hypot(kLength * (t - kCross), kWithin);
   };
   const auto normal = [&](double) { return Vec3(kLength * (kCross - asked), 0, kWithin).normalized(); };
-  const EdgeSpan span = touchingSpan(0.002, kLength, Vec3(0, 0, -kWithin), gap, normal);
+  const EdgeSpan span = touchingSpan(0.002, kAslant, kLength, Vec3(0, 0, -kWithin), gap, normal);
   ASSERT_TRUE(span.near);
   EXPECT_NEAR(span.place[0], kCross, 1e-4);
   EXPECT_FALSE(span.has(1) || span.has(2));

@@ -1,0 +1,99 @@
+// A ground of several obstacles: a tool slides over the seams between them, lies on several, and in their corners.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "tests/support/random.h"
+#include "tests/support/wandering_tool.h"
+
+namespace hapticd {
+namespace {
+
+using test::kBrick;
+using test::kTub;
+using test::Placed;
+using Ground = std::vector<Placed>;
+
+const Shape kPlug{ShapeKind::kBox, {0.01, 0.01, 0.03}}, kSaucer{ShapeKind::kCylinder, {0.03, 0.003, 0}};
+constexpr double kTop = 0.01;  ///< Of slab and tiles [m].
+
+Shape box(double x, double y, double z) { return {ShapeKind::kBox, {x, y, z}}; }
+Placed at(const Shape& shape, const Vec3& p) { return {shape, {p, Quat::Identity()}}; }
+
+/** Nine tiles, 20 mm from each to the next, that overlap by so much. */
+Ground tiles(double overlap) {
+  Ground ground;
+  const double half = 0.01 + overlap / 2;
+  for (const double x : {-0.02, 0.0, 0.02}) {
+    for (const double y : {-0.02, 0.0, 0.02}) ground.push_back(at(box(half, half, kTop), {x, y, 0}));
+  }
+  return ground;
+}
+
+Ground stairs() {
+  Ground ground;
+  for (int i = 0; i < 5; ++i) ground.push_back(at(box(0.0055, 0.03, 0.03), {0.01 * (i - 2), 0, 0.004 * i - 0.03}));
+  return ground;
+}
+
+/** As if the hand's wandering were turned instead. */
+Ground turned(Ground ground, Random& random) {
+  const Pose X_WG{Vec3::Zero(), fromRotationVector(random.vector(0.2))};
+  for (Placed& part : ground) part.X_WP = X_WG * part.X_WP;
+  return ground;
+}
+
+double shaken(const Shape& tool, const Ground& ground) {
+  double sum = 0;
+  for (unsigned seed = 1; seed <= 2; ++seed) {
+    Random random(seed);
+    sum += test::wander(tool, turned(ground, random), {0, 0, 0.11}, Vec3::Zero(), random).shaken;
+  }
+  return sum;
+}
+
+/** Beside edges of tiles, of which nothing stands out, it was caught: nine times as much as on the slab. */
+TEST(SideBySide, ATubSlidesOverTilesAsOverASlab) {
+  const double slab = shaken(kTub, {at(box(0.03, 0.03, kTop), Vec3::Zero())});
+  EXPECT_LT(shaken(kTub, tiles(0)), 4 * slab);
+  EXPECT_LT(shaken(kTub, tiles(0.002)), 4 * slab);
+}
+
+TEST(SideBySide, APlugSlidesOverTiles) { EXPECT_LT(shaken(kPlug, tiles(0)), 550); }
+
+/** The disc at a cylinder's end whose middle was right over an edge was told 2 mm deep, and thrown. */
+TEST(SideBySide, ATubOnStairsIsNotThrown) { EXPECT_LT(shaken(kTub, stairs()), 2000); }
+
+/** How deep it gets. */
+double sunk(const Shape& tool, const Ground& ground, const Vec3& hand) {
+  double deepest = 0;
+  for (unsigned seed = 1; seed <= 2; ++seed) {
+    Random random(seed);
+    deepest = std::max(deepest, test::wander(tool, turned(ground, random), hand, Vec3::Zero(), random).deepest);
+  }
+  return deepest;
+}
+
+/** Two boards: what turns about an edge of one came down on the other's, 0.3 mm deep. */
+TEST(SideBySide, ABrickAcrossAGapLiesOnBothSides) {
+  const Ground boards{at(box(0.02, 0.04, 0.01), {0.0275, 0, 0}), at(box(0.02, 0.04, 0.01), {-0.0275, 0, 0})};
+  EXPECT_LT(sunk(kBrick, boards, {0, 0, 0.11}), 1e-4);
+}
+
+/** So many points of it are near a wall that some of its corners were forgotten. */
+TEST(SideBySide, NothingSinksIntoTheWallsOfARoomsCorner) {
+  const Ground room{at(box(0.06, 0.06, 0.03), {0, 0, -0.03}), at(box(0.03, 0.06, 0.06), {0.04, 0, 0}),
+                    at(box(0.06, 0.03, 0.06), {0, 0.04, 0})};
+  EXPECT_LT(sunk(kBrick, room, {0, 0, 0.11}), 1e-4);
+  EXPECT_LT(sunk(kSaucer, room, {0, 0, 0.11}), 2e-4);
+}
+
+/** Where a wall stands on a floor each is in the other's way, and each holds. */
+TEST(SideBySide, WallAndFloorThatMeetInAnEdgeBothHold) {
+  const Ground room{at(box(0.03, 0.06, 0.03), {-0.03, 0, -0.03}), at(box(0.03, 0.06, 0.03), {0.03, 0, 0.03})};
+  EXPECT_LT(sunk(kBrick, room, {-0.03, 0, 0.09}), 1e-4);
+  EXPECT_LT(sunk({ShapeKind::kSphere, {0.005, 0, 0}}, room, {-0.03, 0, 0.09}), 1e-4);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "tools/hapticctl/failure.h"
-#include "tools/hapticctl/grey_picture.h"
+#include "tools/hapticctl/file/grey_picture.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hapticctl;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "tools/hapticctl/failure.h"
-#include "tools/hapticctl/hatt_file.h"
+#include "tools/hapticctl/file/hatt_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hapticctl;

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "tools/hapticctl/failure.h"
-#include "tools/hapticctl/motion_file.h"
+#include "tools/hapticctl/file/motion_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hapticctl;

@@ -13,8 +13,8 @@
 #include "tools/hapticctl-cut/cut.h"
 #include "tools/hapticctl-import/hand_over.h"
 #include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/file/read_mesh.h"
 #include "tools/hapticctl/option.h"
-#include "tools/hapticctl/read_mesh.h"
 
 namespace hapticctl_cut {
 namespace {

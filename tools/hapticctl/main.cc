@@ -9,12 +9,12 @@
 #include <sstream>
 
 #include "rt/base/standard_streams.h"
-#include "tools/hapticctl/command.h"
+#include "tools/hapticctl/command/command.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/external.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/option.h"
-#include "tools/hapticctl/output.h"
+#include "tools/hapticctl/output/output.h"
 
 namespace hapticctl {
 namespace {

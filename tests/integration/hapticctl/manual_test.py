@@ -70,7 +70,7 @@ class Manual(unittest.TestCase):
                 self.assertRegex(page, rf"Fl -{option}\b", name)
 
     def test_every_column_of_monitor_is_told(self):
-        header = re.search(r'kCsvHeader =\s*((?:"[^"]*"\s*)+)', (SOURCE / "tools/hapticctl/monitor.cc").read_text())[1]
+        header = re.search(r'kCsvHeader =\s*((?:"[^"]*"\s*)+)', (SOURCE / "tools/hapticctl/command/monitor.cc").read_text())[1]
         page = self.page("hapticctl.1").split(".Sh COLUMNS")[1]
         for column in "".join(re.findall(r'"([^"]*)"', header)).replace("\\n", "").split(","):
             name = re.sub(r"^(surface|effect|local_model|client|gravity|guard|texture|transient)_[xyz]$", r"\1_", column)

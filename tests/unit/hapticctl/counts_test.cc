@@ -1,5 +1,5 @@
 // Counts from a moment on, as key c of top sets it.
-#include "tools/hapticctl/counts.h"
+#include "tools/hapticctl/output/counts.h"
 
 #include <gtest/gtest.h>
 

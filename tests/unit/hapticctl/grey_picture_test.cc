@@ -1,4 +1,4 @@
-#include "tools/hapticctl/grey_picture.h"
+#include "tools/hapticctl/file/grey_picture.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

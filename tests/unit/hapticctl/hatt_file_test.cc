@@ -1,5 +1,5 @@
 // Models of the Haptic Texture Toolkit: units, coefficients, and refusals by name. The files here are made up.
-#include "tools/hapticctl/hatt_file.h"
+#include "tools/hapticctl/file/hatt_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

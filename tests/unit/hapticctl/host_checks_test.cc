@@ -1,5 +1,5 @@
 // The doctor's look at the machine, on machines made up for it.
-#include "tools/hapticctl/host_checks.h"
+#include "tools/hapticctl/command/host_checks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The unit of a mesh file: what it would make of the mesh, what it may be.
-#include "tools/hapticctl/mesh_scale.h"
+#include "tools/hapticctl/file/mesh_scale.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Motions from CSV: columns by name, straight between rows, errors with file and line.
-#include "tools/hapticctl/motion_file.h"
+#include "tools/hapticctl/file/motion_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 /** @file
  * A file that a command makes: what is in it when nothing, something or not all could be written.
  */
-#include "tools/hapticctl/new_file.h"
+#include "tools/hapticctl/file/new_file.h"
 
 #include <gtest/gtest.h>
 

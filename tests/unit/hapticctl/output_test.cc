@@ -1,5 +1,5 @@
 // What reaches the terminal.
-#include "tools/hapticctl/output.h"
+#include "tools/hapticctl/output/output.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Mesh files that are refused, in hapticctl's own way; what they hold is tried in tests/unit/mesh_file.
-#include "tools/hapticctl/read_mesh.h"
+#include "tools/hapticctl/file/read_mesh.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

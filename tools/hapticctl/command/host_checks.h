@@ -1,0 +1,32 @@
+/** @file
+ * What this machine must have for a servo to keep its deadlines: checked by hapticctl itself, with or without a daemon.
+ */
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/hapticctl/output/to_json.h"
+
+namespace hapticctl {
+
+enum class CheckState { kGreen, kRed, kNotApplicable };
+
+struct HostCheck {
+  std::string name;
+  CheckState state = CheckState::kNotApplicable;
+  std::string detail;  ///< What was found.
+  std::string remedy;  ///< The one line that fixes it, when red.
+};
+
+/** Where to look: the real system, or a made-up one under `root` (tests). */
+struct HostView {
+  std::string root;            ///< Prefix of /proc, /sys, /dev, /etc, /usr.
+  std::string kernel_version;  ///< As uname() has it, which is asked where this is empty.
+};
+
+[[nodiscard]] std::vector<HostCheck> hostChecks(const HostView& view = {});
+[[nodiscard]] const char* stateName(CheckState state);
+[[nodiscard]] Json toJson(const std::vector<HostCheck>& checks);
+
+}  // namespace hapticctl

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "tools/hapticctl-import/data_files.h"
-#include "tools/hapticctl-import/data_place.h"
-#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/format/image_file.h"
+#include "tools/hapticctl-import/header/data_files.h"
+#include "tools/hapticctl-import/header/data_place.h"
 #include "tools/hapticctl-import/isosurface.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {

@@ -11,9 +11,9 @@
 #include <iostream>
 #include <optional>
 
-#include "tools/hapticctl-import/image_file.h"
-#include "tools/hapticctl-import/scan_file.h"
-#include "tools/hapticctl-import/vdb_file.h"
+#include "tools/hapticctl-import/format/image_file.h"
+#include "tools/hapticctl-import/format/vdb_file.h"
+#include "tools/hapticctl-import/itk/scan_file.h"
 
 namespace hapticctl_import {
 namespace {

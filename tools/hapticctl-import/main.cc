@@ -12,8 +12,8 @@
 
 #include "rt/base/standard_streams.h"
 #include "tools/hapticctl-import/child.h"
+#include "tools/hapticctl-import/format/image_file.h"
 #include "tools/hapticctl-import/hand_over.h"
-#include "tools/hapticctl-import/image_file.h"
 #include "tools/hapticctl-import/input.h"
 #include "tools/hapticctl-import/isosurface.h"
 #include "tools/hapticctl-import/model.h"

@@ -7,7 +7,7 @@
 #include "support/seeds.h"
 #include "tests/unit/import/dicom_file.h"
 #include "tools/hapticctl-import/child.h"
-#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/format/image_file.h"
 #include "tools/hapticctl-import/input.h"
 
 namespace hapticctl_import::test {

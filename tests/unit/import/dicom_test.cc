@@ -3,7 +3,7 @@
 
 #include "tests/unit/import/dicom_file.h"
 #include "tools/hapticctl-import/input.h"
-#include "tools/hapticctl-import/scan_file.h"
+#include "tools/hapticctl-import/itk/scan_file.h"
 
 namespace hapticctl_import::test {
 namespace {

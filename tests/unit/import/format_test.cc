@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "tests/unit/import/ball.h"
-#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/format/image_file.h"
 #include "tools/hapticctl-import/input.h"
-#include "tools/hapticctl-import/scan_file.h"
+#include "tools/hapticctl-import/itk/scan_file.h"
 
 namespace hapticctl_import::test {
 namespace {

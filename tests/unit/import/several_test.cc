@@ -3,8 +3,8 @@
 #include <fmt/core.h>
 
 #include "tests/unit/import/ball.h"
-#include "tools/hapticctl-import/data_files.h"
-#include "tools/hapticctl-import/scan_file.h"
+#include "tools/hapticctl-import/header/data_files.h"
+#include "tools/hapticctl-import/itk/scan_file.h"
 
 namespace hapticctl_import::test {
 namespace {

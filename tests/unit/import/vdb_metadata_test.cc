@@ -1,11 +1,11 @@
 // What a .vdb of ours says of itself: whatever single bit of it is wrong, the file is refused or read as it was.
 #include "tests/unit/import/ball.h"
 #include "tools/hapticctl-import/child.h"
-#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/format/image_file.h"
+#include "tools/hapticctl-import/format/vdb_file.h"
 #include "tools/hapticctl-import/input.h"
 #include "tools/hapticctl-import/isosurface.h"
 #include "tools/hapticctl-import/model.h"
-#include "tools/hapticctl-import/vdb_file.h"
 
 namespace hapticctl_import::test {
 namespace {

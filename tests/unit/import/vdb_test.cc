@@ -14,11 +14,11 @@
 #include "support/test_volume.h"
 #include "tests/unit/import/ball.h"
 #include "tools/hapticctl-import/child.h"
+#include "tools/hapticctl-import/format/vdb_file.h"
 #include "tools/hapticctl-import/hand_over.h"
 #include "tools/hapticctl-import/input.h"
 #include "tools/hapticctl-import/isosurface.h"
 #include "tools/hapticctl-import/model.h"
-#include "tools/hapticctl-import/vdb_file.h"
 
 namespace hapticctl_import::test {
 namespace {

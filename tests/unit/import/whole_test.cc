@@ -2,9 +2,9 @@
 #include <fmt/core.h>
 
 #include "tests/unit/import/ball.h"
-#include "tools/hapticctl-import/data_place.h"
-#include "tools/hapticctl-import/scan_file.h"
-#include "tools/hapticctl-import/stream_length.h"
+#include "tools/hapticctl-import/header/data_place.h"
+#include "tools/hapticctl-import/header/stream_length.h"
+#include "tools/hapticctl-import/itk/scan_file.h"
 
 namespace hapticctl_import::test {
 namespace {

@@ -16,8 +16,8 @@
 #include "support/temporary_directory.h"
 #include "tests/unit/builder/built.h"
 #include "tools/hapticctl-import/child.h"
-#include "tools/hapticctl-import/image_file.h"
-#include "tools/hapticctl-import/vdb_file.h"
+#include "tools/hapticctl-import/format/image_file.h"
+#include "tools/hapticctl-import/format/vdb_file.h"
 
 namespace hapticd::test {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/format/image_file.h"
 
 #include <fmt/core.h>
 #include <zlib.h>

@@ -8,10 +8,10 @@
 #include <filesystem>
 
 #include "tools/hapticctl-import/complaints.h"
-#include "tools/hapticctl-import/dicom_frames.h"
-#include "tools/hapticctl-import/image_file.h"
-#include "tools/hapticctl-import/itk_values.h"
-#include "tools/hapticctl-import/scan_file.h"
+#include "tools/hapticctl-import/format/image_file.h"
+#include "tools/hapticctl-import/itk/dicom_frames.h"
+#include "tools/hapticctl-import/itk/itk_values.h"
+#include "tools/hapticctl-import/itk/scan_file.h"
 
 namespace hapticctl_import {
 namespace {

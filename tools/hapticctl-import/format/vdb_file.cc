@@ -1,4 +1,4 @@
-#include "tools/hapticctl-import/vdb_file.h"
+#include "tools/hapticctl-import/format/vdb_file.h"
 
 #include <fmt/core.h>
 #include <openvdb/openvdb.h>
@@ -8,7 +8,7 @@
 
 #include "daemon/builder/vdb/vdb_checksum.h"
 #include "daemon/builder/vdb/write_vdb.h"
-#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/format/image_file.h"
 
 namespace hapticctl_import {
 namespace {

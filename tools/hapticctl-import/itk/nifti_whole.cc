@@ -9,10 +9,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tools/hapticctl-import/header_lines.h"
-#include "tools/hapticctl-import/image_file.h"
-#include "tools/hapticctl-import/itk_values.h"
-#include "tools/hapticctl-import/stream_length.h"
+#include "tools/hapticctl-import/format/image_file.h"
+#include "tools/hapticctl-import/header/header_lines.h"
+#include "tools/hapticctl-import/header/stream_length.h"
+#include "tools/hapticctl-import/itk/itk_values.h"
 
 namespace hapticctl_import {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/hapticctl-import/data_place.h"
+#include "tools/hapticctl-import/header/data_place.h"
 
 #include <fmt/core.h>
 
@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tools/hapticctl-import/data_files.h"
-#include "tools/hapticctl-import/header_lines.h"
+#include "tools/hapticctl-import/header/data_files.h"
+#include "tools/hapticctl-import/header/header_lines.h"
+#include "tools/hapticctl-import/header/stream_length.h"
 #include "tools/hapticctl-import/image.h"
-#include "tools/hapticctl-import/stream_length.h"
 
 namespace hapticctl_import {
 namespace {

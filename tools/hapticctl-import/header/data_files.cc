@@ -1,11 +1,11 @@
-#include "tools/hapticctl-import/data_files.h"
+#include "tools/hapticctl-import/header/data_files.h"
 
 #include <fmt/core.h>
 
 #include <limits>
 #include <optional>
 
-#include "tools/hapticctl-import/header_lines.h"
+#include "tools/hapticctl-import/header/header_lines.h"
 #include "tools/hapticctl-import/image.h"
 
 namespace hapticctl_import {

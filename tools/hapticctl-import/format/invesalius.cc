@@ -5,7 +5,7 @@
 #include <map>
 #include <pugixml.hpp>
 
-#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/format/image_file.h"
 
 namespace hapticctl_import {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/hapticctl-import/scan_file.h"
+#include "tools/hapticctl-import/itk/scan_file.h"
 
 #include <fmt/core.h>
 #include <itkMetaImageIO.h>
@@ -11,11 +11,11 @@
 #include <fstream>
 
 #include "tools/hapticctl-import/complaints.h"
-#include "tools/hapticctl-import/data_place.h"
-#include "tools/hapticctl-import/header_lines.h"
-#include "tools/hapticctl-import/header_place.h"
-#include "tools/hapticctl-import/image_file.h"
-#include "tools/hapticctl-import/itk_values.h"
+#include "tools/hapticctl-import/format/image_file.h"
+#include "tools/hapticctl-import/header/data_place.h"
+#include "tools/hapticctl-import/header/header_lines.h"
+#include "tools/hapticctl-import/header/header_place.h"
+#include "tools/hapticctl-import/itk/itk_values.h"
 
 namespace hapticctl_import {
 namespace {

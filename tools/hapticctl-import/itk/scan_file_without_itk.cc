@@ -1,5 +1,5 @@
 // Where ITK is not to be had (Debian 12 has it for amd64 alone): the other formats are read all the same.
-#include "tools/hapticctl-import/scan_file.h"
+#include "tools/hapticctl-import/itk/scan_file.h"
 
 namespace hapticctl_import {
 namespace {

@@ -1,8 +1,8 @@
-#include "tools/hapticctl-import/header_place.h"
+#include "tools/hapticctl-import/header/header_place.h"
 
 #include <utility>
 
-#include "tools/hapticctl-import/header_lines.h"
+#include "tools/hapticctl-import/header/header_lines.h"
 
 namespace hapticctl_import {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/hapticctl-import/dicom_frames.h"
+#include "tools/hapticctl-import/itk/dicom_frames.h"
 
 #include <fmt/core.h>
 #include <gdcmAttribute.h>
@@ -12,7 +12,7 @@
 #include <set>
 
 #include "tools/hapticctl-import/complaints.h"
-#include "tools/hapticctl-import/image_file.h"
+#include "tools/hapticctl-import/format/image_file.h"
 
 namespace hapticctl_import {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/hapticctl-import/stream_length.h"
+#include "tools/hapticctl-import/header/stream_length.h"
 
 #include <zlib.h>
 

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "libclient/src/session.h"
+#include "libclient/src/session/session.h"
 #include "rt/ring/command_ring.h"
 #include "rt/ring/state.h"
 #include "unit/libclient/fixture.h"

@@ -3,11 +3,11 @@
 #include <condition_variable>
 #include <cstring>
 
-#include "libclient/src/convert.h"
-#include "libclient/src/loop.h"
-#include "libclient/src/mapping.h"
-#include "libclient/src/patience.h"
-#include "libclient/src/upload_region.h"
+#include "libclient/src/connection/loop.h"
+#include "libclient/src/connection/patience.h"
+#include "libclient/src/reply/convert.h"
+#include "libclient/src/session/mapping.h"
+#include "libclient/src/upload/upload_region.h"
 #include "proto/snapshot.h"
 #include "proto/volume.h"
 

@@ -1,4 +1,4 @@
-#include "libclient/src/connection.h"
+#include "libclient/src/connection/connection.h"
 
 #include <errno.h>
 #include <poll.h>
@@ -8,10 +8,10 @@
 #include <future>
 #include <system_error>
 
-#include "libclient/src/fork_guard.h"
-#include "libclient/src/loop.h"
-#include "libclient/src/patience.h"
-#include "libclient/src/socket_search.h"
+#include "libclient/src/connection/fork_guard.h"
+#include "libclient/src/connection/loop.h"
+#include "libclient/src/connection/patience.h"
+#include "libclient/src/connection/socket_search.h"
 
 namespace hapticd::client {
 namespace {

@@ -1,4 +1,4 @@
-#include "libclient/src/mapping.h"
+#include "libclient/src/session/mapping.h"
 
 #include <sys/mman.h>
 #include <sys/stat.h>

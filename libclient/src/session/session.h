@@ -12,8 +12,8 @@
 #include <optional>
 #include <string>
 
-#include "libclient/src/connection.h"
-#include "libclient/src/mapping.h"
+#include "libclient/src/connection/connection.h"
+#include "libclient/src/session/mapping.h"
 #include "proto/shm_layout.h"
 #include "rt/ring/command_ring.h"
 #include "rt/ring/state.h"

@@ -1,11 +1,11 @@
-#include "libclient/src/upload_region.h"
+#include "libclient/src/upload/upload_region.h"
 
 #include <unistd.h>
 
 #include <chrono>
 #include <thread>
 
-#include "libclient/src/descriptor.h"
+#include "libclient/src/connection/descriptor.h"
 
 namespace hapticd::client {
 

@@ -4,9 +4,9 @@
 
 #include <utility>
 
-#include "libclient/src/convert.h"
-#include "libclient/src/descriptor.h"
-#include "libclient/src/loop.h"
+#include "libclient/src/connection/descriptor.h"
+#include "libclient/src/connection/loop.h"
+#include "libclient/src/reply/convert.h"
 
 using hapticd::client::Connection;
 using hapticd::client::Failure;

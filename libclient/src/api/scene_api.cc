@@ -1,7 +1,7 @@
 // scene.h: objects.
-#include "libclient/src/convert.h"
-#include "libclient/src/descriptor.h"
-#include "libclient/src/loop.h"
+#include "libclient/src/connection/descriptor.h"
+#include "libclient/src/connection/loop.h"
+#include "libclient/src/reply/convert.h"
 
 using hapticd::client::Failure;
 using hapticd::client::Link;

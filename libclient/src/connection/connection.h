@@ -18,7 +18,7 @@
 #include <string>
 #include <thread>
 
-#include "libclient/src/failure.h"
+#include "libclient/src/reply/failure.h"
 #include "proto/control.capnp.h"
 
 namespace hapticd::client {

@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-#include "libclient/src/failure.h"
+#include "libclient/src/reply/failure.h"
 
 namespace hapticd::client {
 

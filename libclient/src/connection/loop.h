@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "libclient/src/connection.h"
+#include "libclient/src/connection/connection.h"
 
 namespace hapticd::client {
 

@@ -1,4 +1,4 @@
-#include "libclient/src/failure.h"
+#include "libclient/src/reply/failure.h"
 
 #include <exception>
 

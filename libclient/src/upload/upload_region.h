@@ -5,8 +5,8 @@
 
 #include <functional>
 
-#include "libclient/src/connection.h"
-#include "libclient/src/mapping.h"
+#include "libclient/src/connection/connection.h"
+#include "libclient/src/session/mapping.h"
 
 namespace hapticd::client {
 

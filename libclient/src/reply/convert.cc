@@ -1,4 +1,4 @@
-#include "libclient/src/convert.h"
+#include "libclient/src/reply/convert.h"
 
 #include <string_view>
 

@@ -1,4 +1,4 @@
-#include "libclient/src/fork_guard.h"
+#include "libclient/src/connection/fork_guard.h"
 
 #include <pthread.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "libclient/src/reply.h"
+#include "libclient/src/reply/reply.h"
 
 #include <hapticclient/base.h>
 

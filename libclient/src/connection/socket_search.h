@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "libclient/src/failure.h"
+#include "libclient/src/reply/failure.h"
 
 namespace hapticd::client {
 

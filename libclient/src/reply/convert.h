@@ -6,8 +6,8 @@
 
 #include <hapticclient/hapticclient.h>
 
-#include "libclient/src/connection.h"
-#include "libclient/src/reply.h"
+#include "libclient/src/connection/connection.h"
+#include "libclient/src/reply/reply.h"
 
 namespace hapticd::client {
 

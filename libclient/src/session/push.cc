@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "libclient/src/session.h"
+#include "libclient/src/session/session.h"
 
 using hapticd::ErrorCode;
 using hapticd::MailboxWriter;

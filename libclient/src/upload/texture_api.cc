@@ -1,9 +1,9 @@
 // texture.h
 #include <cstring>
 
-#include "libclient/src/convert.h"
-#include "libclient/src/loop.h"
-#include "libclient/src/upload_region.h"
+#include "libclient/src/connection/loop.h"
+#include "libclient/src/reply/convert.h"
+#include "libclient/src/upload/upload_region.h"
 #include "proto/texture.h"
 
 using hapticd::client::Connection;

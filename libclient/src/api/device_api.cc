@@ -1,8 +1,8 @@
 // device.h: what answers with no reply of its own.
 #include <cmath>
 
-#include "libclient/src/convert.h"
-#include "libclient/src/loop.h"
+#include "libclient/src/connection/loop.h"
+#include "libclient/src/reply/convert.h"
 
 using hapticd::client::Failure;
 using hapticd::client::Link;

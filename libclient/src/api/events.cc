@@ -7,9 +7,9 @@
 #include <condition_variable>
 #include <deque>
 
-#include "libclient/src/convert.h"
-#include "libclient/src/loop.h"
-#include "libclient/src/patience.h"
+#include "libclient/src/connection/loop.h"
+#include "libclient/src/connection/patience.h"
+#include "libclient/src/reply/convert.h"
 
 using hapticd::client::Connection;
 using hapticd::client::Failure;

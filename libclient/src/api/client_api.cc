@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <string_view>
 
-#include "libclient/src/convert.h"
-#include "libclient/src/loop.h"
+#include "libclient/src/connection/loop.h"
+#include "libclient/src/reply/convert.h"
 
 using hapticd::client::Connection;
 using hapticd::client::Failure;

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "libclient/src/connection.h"
+#include "libclient/src/connection/connection.h"
 
 namespace hapticd::client {
 

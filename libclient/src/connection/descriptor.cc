@@ -1,4 +1,4 @@
-#include "libclient/src/descriptor.h"
+#include "libclient/src/connection/descriptor.h"
 
 #include <fcntl.h>
 

@@ -1,12 +1,12 @@
-#include "libclient/src/session.h"
+#include "libclient/src/session/session.h"
 
 #include <capnp/message.h>
 
 #include <chrono>
 #include <thread>
 
-#include "libclient/src/convert.h"
-#include "libclient/src/loop.h"
+#include "libclient/src/connection/loop.h"
+#include "libclient/src/reply/convert.h"
 #include "rt/ring/shared.h"
 
 using hapticd::client::Connection;

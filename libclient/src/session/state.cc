@@ -1,7 +1,7 @@
 // Reading a session: every function here is servo-safe.
 #include <span>
 
-#include "libclient/src/session.h"
+#include "libclient/src/session/session.h"
 #include "rt/ring/shared.h"
 
 using hapticd::loadAcquire;

@@ -1,4 +1,4 @@
-#include "libclient/src/socket_search.h"
+#include "libclient/src/connection/socket_search.h"
 
 #include <grp.h>
 #include <sys/socket.h>

@@ -17,7 +17,7 @@
 
 #include "daemon/ipc/memfd.h"
 #include "daemon/recording/writer.h"
-#include "daemon/scene/texture_store.h"
+#include "daemon/scene/texture/texture_store.h"
 #include "rt/cycle/cycle_log.h"
 
 namespace hapticd {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "daemon/scene/mesh_store.h"
+#include "daemon/scene/mesh/mesh_store.h"
 #include "daemon/scene/object.h"
 #include "rt/body/rigid_body.h"
 

@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "daemon/scene/command_sink.h"
-#include "daemon/scene/mesh_store.h"
+#include "daemon/scene/mesh/mesh_store.h"
 #include "daemon/scene/object.h"
-#include "daemon/scene/texture_store.h"
+#include "daemon/scene/texture/texture_store.h"
 
 namespace hapticd {
 

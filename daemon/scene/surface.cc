@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "daemon/scene/invalid.h"
-#include "daemon/scene/texture_store.h"
+#include "daemon/scene/texture/texture_store.h"
 
 namespace hapticd {
 namespace {

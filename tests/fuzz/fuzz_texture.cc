@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "daemon/scene/texture_memory.h"
+#include "daemon/scene/texture/texture_memory.h"
 #include "rt/render/relief.h"
 #include "rt/render/vibration.h"
 #include "support/texture_upload.h"

@@ -7,7 +7,7 @@
 
 #include "daemon/recording/block.h"
 #include "daemon/recording/texture.h"
-#include "daemon/scene/texture_memory.h"
+#include "daemon/scene/texture/texture_memory.h"
 #include "proto/recording.capnp.h"
 #include "tests/recording/taken.h"
 #include "tests/support/texture_upload.h"

@@ -1,5 +1,5 @@
 // Volumes on disk: whole, damaged, too many; and an upload that was built before.
-#include "daemon/scene/volume_cache.h"
+#include "daemon/scene/mesh/volume_cache.h"
 
 #include <poll.h>
 #include <sys/resource.h>
@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "daemon/ipc/volume_memory.h"
-#include "daemon/scene/uploads.h"
+#include "daemon/scene/upload/uploads.h"
 #include "support/temporary_directory.h"
 #include "tests/unit/builder/built.h"
 

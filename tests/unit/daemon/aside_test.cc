@@ -1,5 +1,5 @@
 // Work that takes long, beside a control thread that must not wait for it.
-#include "daemon/scene/aside.h"
+#include "daemon/scene/upload/aside.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,11 +1,11 @@
-#include "daemon/scene/texture.h"
+#include "daemon/scene/texture/texture.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "daemon/scene/texture_memory.h"
+#include "daemon/scene/texture/texture_memory.h"
 #include "tests/support/texture_upload.h"
 
 namespace hapticd {

@@ -11,7 +11,7 @@
 #include "daemon/ipc/cached_build.h"
 #include "daemon/ipc/volume_memory.h"
 #include "daemon/leash/spawn.h"
-#include "daemon/scene/volume_cache.h"
+#include "daemon/scene/mesh/volume_cache.h"
 #include "rt/volume/distance.h"
 #include "support/temporary_directory.h"
 #include "tests/unit/builder/built.h"

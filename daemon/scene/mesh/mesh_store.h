@@ -15,7 +15,7 @@
 #include "daemon/ipc/volume_memory.h"
 #include "daemon/scene/command_sink.h"
 #include "daemon/scene/object.h"
-#include "daemon/scene/shelf.h"
+#include "daemon/scene/upload/shelf.h"
 #include "rt/volume/volume_table.h"
 
 namespace hapticd {

@@ -1,4 +1,4 @@
-#include "daemon/scene/volume_cache.h"
+#include "daemon/scene/mesh/volume_cache.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

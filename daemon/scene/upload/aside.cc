@@ -1,4 +1,4 @@
-#include "daemon/scene/aside.h"
+#include "daemon/scene/upload/aside.h"
 
 #include <pthread.h>
 

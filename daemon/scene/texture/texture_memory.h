@@ -4,7 +4,7 @@
 #pragma once
 
 #include "daemon/ipc/memfd.h"
-#include "daemon/scene/texture.h"
+#include "daemon/scene/texture/texture.h"
 #include "rt/scene/texture.h"
 
 namespace hapticd {

@@ -1,9 +1,9 @@
-#include "daemon/scene/texture_memory.h"
+#include "daemon/scene/texture/texture_memory.h"
 
 #include <memory>
 #include <new>
 
-#include "daemon/scene/ar_model.h"
+#include "daemon/scene/texture/ar_model.h"
 
 namespace hapticd {
 

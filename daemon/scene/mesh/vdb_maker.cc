@@ -1,4 +1,4 @@
-#include "daemon/scene/vdb_maker.h"
+#include "daemon/scene/mesh/vdb_maker.h"
 
 #include <fcntl.h>
 #include <poll.h>

@@ -12,10 +12,10 @@
 
 #include "daemon/ipc/memfd.h"
 #include "daemon/leash/builder_leash.h"
-#include "daemon/scene/aside.h"
-#include "daemon/scene/mesh_store.h"
-#include "daemon/scene/texture_store.h"
-#include "daemon/scene/volume_cache.h"
+#include "daemon/scene/mesh/mesh_store.h"
+#include "daemon/scene/mesh/volume_cache.h"
+#include "daemon/scene/texture/texture_store.h"
+#include "daemon/scene/upload/aside.h"
 
 namespace hapticd {
 

@@ -1,4 +1,4 @@
-#include "daemon/scene/mesh_store.h"
+#include "daemon/scene/mesh/mesh_store.h"
 
 #include <sys/stat.h>
 

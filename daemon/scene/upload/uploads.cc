@@ -1,4 +1,4 @@
-#include "daemon/scene/uploads.h"
+#include "daemon/scene/upload/uploads.h"
 
 #include <fmt/format.h>
 

@@ -13,9 +13,9 @@
 
 #include "daemon/scene/command_sink.h"
 #include "daemon/scene/object.h"
-#include "daemon/scene/shelf.h"
-#include "daemon/scene/texture.h"
-#include "daemon/scene/texture_memory.h"
+#include "daemon/scene/texture/texture.h"
+#include "daemon/scene/texture/texture_memory.h"
+#include "daemon/scene/upload/shelf.h"
 
 namespace hapticd {
 

@@ -1,4 +1,4 @@
-#include "daemon/scene/texture_store.h"
+#include "daemon/scene/texture/texture_store.h"
 
 #include <set>
 

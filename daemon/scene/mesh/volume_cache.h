@@ -15,7 +15,7 @@
 
 #include "daemon/ipc/cached_build.h"
 #include "daemon/ipc/unique_fd.h"
-#include "daemon/scene/vdb_maker.h"
+#include "daemon/scene/mesh/vdb_maker.h"
 #include "rt/base/error.h"
 
 namespace hapticd {

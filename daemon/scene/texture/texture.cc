@@ -1,4 +1,4 @@
-#include "daemon/scene/texture.h"
+#include "daemon/scene/texture/texture.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "daemon/scene/ar_model.h"
 #include "daemon/scene/invalid.h"
+#include "daemon/scene/texture/ar_model.h"
 #include "proto/texture.h"
 
 namespace hapticd {

@@ -1,4 +1,4 @@
-#include "daemon/scene/ar_model.h"
+#include "daemon/scene/texture/ar_model.h"
 
 #include <cmath>
 #include <complex>

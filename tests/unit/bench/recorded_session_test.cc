@@ -13,7 +13,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/replay/tape.h"
 #include "tools/haptic-bench/trajectory/registry.h"
-#include "tools/haptic-bench/trial.h"
+#include "tools/haptic-bench/trial/trial.h"
 
 namespace haptic_bench {
 namespace {

@@ -1,7 +1,7 @@
 /** @file
  * The harness against published figures and closed forms.
  */
-#include "tools/haptic-bench/trial.h"
+#include "tools/haptic-bench/trial/trial.h"
 
 #include <gtest/gtest.h>
 

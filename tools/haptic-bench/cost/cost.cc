@@ -18,7 +18,7 @@
 
 #include "rt/geometry/boxes.h"
 #include "tools/haptic-bench/bench.h"
-#include "tools/haptic-bench/bumpy_sphere.h"
+#include "tools/haptic-bench/cost/bumpy_sphere.h"
 #include "tools/haptic-bench/cost/deeper_stack.h"
 #include "tools/haptic-bench/cost/mesh_cost.h"
 #include "tools/haptic-bench/failure.h"

@@ -13,7 +13,7 @@
 #include "rt/geometry/nearest.h"
 #include "rt/geometry/sweep.h"
 #include "rt/render/proxy.h"
-#include "tools/haptic-bench/bumpy_sphere.h"
+#include "tools/haptic-bench/cost/bumpy_sphere.h"
 #include "tools/haptic-bench/cost/servo_stage.h"
 #include "tools/haptic-bench/failure.h"
 

@@ -4,7 +4,7 @@
 
 #include "rt/geometry/sweep.h"
 #include "rt/render/proxy.h"
-#include "tools/haptic-bench/bumpy_sphere.h"
+#include "tools/haptic-bench/cost/bumpy_sphere.h"
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {

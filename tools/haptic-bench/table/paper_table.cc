@@ -9,7 +9,7 @@
 #include "tools/haptic-bench/measured/synthetic.h"
 #include "tools/haptic-bench/trajectory/generators.h"
 #include "tools/haptic-bench/trajectory/registry.h"
-#include "tools/haptic-bench/trial.h"
+#include "tools/haptic-bench/trial/trial.h"
 
 namespace haptic_bench {
 namespace {

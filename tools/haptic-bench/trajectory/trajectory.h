@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "rt/base/math.h"
-#include "tools/haptic-bench/surface.h"
+#include "tools/haptic-bench/trial/surface.h"
 
 namespace haptic_bench {
 

@@ -19,8 +19,8 @@
 #include "rt/ring/spsc.h"
 #include "rt/ring/state.h"
 #include "tools/haptic-bench/bench.h"
+#include "tools/haptic-bench/command/push_to_force.h"
 #include "tools/haptic-bench/option.h"
-#include "tools/haptic-bench/push_to_force.h"
 
 namespace haptic_bench {
 namespace {

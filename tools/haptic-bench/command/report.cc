@@ -23,7 +23,7 @@
 #include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/table/paper_table.h"
 #include "tools/haptic-bench/trajectory/registry.h"
-#include "tools/haptic-bench/trial.h"
+#include "tools/haptic-bench/trial/trial.h"
 #include "tools/haptic-bench/whole_file.h"
 
 namespace haptic_bench {

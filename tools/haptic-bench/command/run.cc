@@ -13,7 +13,7 @@
 #include "tools/haptic-bench/result/results.h"
 #include "tools/haptic-bench/spec.h"
 #include "tools/haptic-bench/trajectory/registry.h"
-#include "tools/haptic-bench/trial.h"
+#include "tools/haptic-bench/trial/trial.h"
 #include "tools/haptic-bench/whole_file.h"
 
 namespace haptic_bench {

@@ -11,7 +11,7 @@
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/metric/metrics.h"
 #include "tools/haptic-bench/model/model.h"
-#include "tools/haptic-bench/surface.h"
+#include "tools/haptic-bench/trial/surface.h"
 
 namespace haptic_bench {
 

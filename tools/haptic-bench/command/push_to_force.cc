@@ -1,4 +1,4 @@
-#include "tools/haptic-bench/push_to_force.h"
+#include "tools/haptic-bench/command/push_to_force.h"
 
 #include <algorithm>
 #include <memory>

@@ -1,4 +1,4 @@
-#include "tools/haptic-bench/bumpy_sphere.h"
+#include "tools/haptic-bench/cost/bumpy_sphere.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "tools/haptic-bench/trial.h"
+#include "tools/haptic-bench/trial/trial.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "tools/haptic-bench/surface.h"
+#include "tools/haptic-bench/trial/surface.h"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 
 #include "drivers/hidpid/hidpid_io.h"
 #include "drivers/link/io_device.h"
-#include "tests/support/push.h"
+#include "tests/support/stepped/push.h"
 #include "tests/support/time.h"
 #include "tools/haptic-emu/hidpid/pid_model.h"
 #include "tools/haptic-emu/in_process_hid.h"

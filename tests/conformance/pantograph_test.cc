@@ -10,7 +10,7 @@
 #include "drivers/link/io_device.h"
 #include "drivers/pantograph/pantograph_io.h"
 #include "drivers/serial/tty_transport.h"
-#include "tests/support/push.h"
+#include "tests/support/stepped/push.h"
 #include "tests/support/time.h"
 #include "tools/haptic-emu/pantograph/pantograph_model.h"
 

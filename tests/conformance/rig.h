@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "rt/device.h"
-#include "tests/support/push.h"
+#include "tests/support/stepped/push.h"
 
 namespace hapticd::test {
 

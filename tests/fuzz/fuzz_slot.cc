@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "rt/ingest/validate.h"
-#include "support/messages.h"
-#include "support/stepped_cycle.h"
+#include "support/stepped/messages.h"
+#include "support/stepped/stepped_cycle.h"
 
 namespace {
 

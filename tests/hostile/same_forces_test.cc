@@ -8,8 +8,8 @@
 #include <random>
 #include <vector>
 
-#include "support/house.h"
 #include "support/seeds.h"
+#include "support/stepped/house.h"
 
 namespace hapticd {
 namespace {

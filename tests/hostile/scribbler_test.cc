@@ -8,9 +8,9 @@
 
 #include "hostile/attacker.h"
 #include "rt/ingest/ingest.h"
-#include "support/messages.h"
 #include "support/random.h"
-#include "support/regions.h"
+#include "support/stepped/messages.h"
+#include "support/stepped/regions.h"
 
 namespace hapticd {
 namespace {

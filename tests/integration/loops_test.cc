@@ -9,7 +9,7 @@
 #include "daemon/rpc/listen_socket.h"
 #include "daemon/rpc/server.h"
 #include "tests/integration/raw_client.h"
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 
 namespace hapticd::test {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "tests/integration/raw_client.h"
 #include "tests/integration/running_daemon.h"
-#include "tests/support/texture_upload.h"
+#include "tests/support/shape/texture_upload.h"
 
 namespace hapticd::test {
 namespace {

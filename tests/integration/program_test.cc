@@ -14,7 +14,7 @@
 
 #include "tests/integration/raw_client.h"
 #include "tests/support/eventually.h"
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 
 namespace hapticd::test {
 namespace {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "daemon/config/config.h"
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 
 namespace hapticd {
 class Core;

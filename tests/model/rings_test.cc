@@ -13,8 +13,8 @@
 #include "model/weak_memory.h"
 #include "rt/ring/command_ring.h"
 #include "rt/ring/state.h"
-#include "support/regions.h"
 #include "support/seeds.h"
+#include "support/stepped/regions.h"
 
 namespace hapticd::model {
 namespace {

@@ -15,7 +15,7 @@
 #include "rt/collide/collider.h"
 #include "rt/cycle/pose_board.h"
 #include "support/seeds.h"
-#include "tests/support/solid.h"
+#include "tests/support/stepped/solid.h"
 
 namespace hapticd::model {
 namespace {

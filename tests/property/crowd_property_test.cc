@@ -6,10 +6,10 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/support/brute_distance.h"
 #include "tests/support/for_seeds.h"
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_scene.h"
+#include "tests/support/shape/brute_distance.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/stepped/test_scene.h"
 
 namespace hapticd {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "rt/cycle/cycle.h"
 #include "tests/support/for_seeds.h"
-#include "tests/support/solid.h"
+#include "tests/support/stepped/solid.h"
 
 namespace hapticd {
 namespace {

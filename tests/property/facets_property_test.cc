@@ -8,10 +8,10 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/support/finer_mesh.h"
 #include "tests/support/for_seeds.h"
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_scene.h"
+#include "tests/support/shape/finer_mesh.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/stepped/test_scene.h"
 
 namespace hapticd {
 namespace {

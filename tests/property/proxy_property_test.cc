@@ -3,11 +3,11 @@
  */
 #include <gtest/gtest.h>
 
-#include "tests/support/brute_distance.h"
 #include "tests/support/for_seeds.h"
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_scene.h"
-#include "tests/support/wandering_hand.h"
+#include "tests/support/shape/brute_distance.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/stepped/test_scene.h"
+#include "tests/support/stepped/wandering_hand.h"
 
 namespace hapticd {
 namespace {

@@ -3,9 +3,9 @@
 
 #include "rt/render/shading.h"
 #include "rt/render/surface_effects.h"
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_scene.h"
-#include "tests/support/test_surface.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/shape/test_surface.h"
+#include "tests/support/stepped/test_scene.h"
 
 namespace hapticd {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "rt/geometry/boxes.h"
 #include "tests/support/random.h"
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_scene.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/stepped/test_scene.h"
 
 namespace hapticd {
 namespace {

@@ -13,7 +13,7 @@
 #include "daemon/builder/build.h"
 #include "daemon/ipc/snapshot_memory.h"
 #include "tests/support/for_seeds.h"
-#include "tests/support/test_scene.h"
+#include "tests/support/stepped/test_scene.h"
 #include "tests/unit/builder/meshes.h"
 #include "tools/mesh_file/read_mesh.h"
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "tests/session/bench.h"
-#include "tests/support/messages.h"
 #include "tests/support/random.h"
+#include "tests/support/stepped/messages.h"
 #include "tests/unit/builder/meshes.h"
 
 namespace hapticd::test {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/recording/taken.h"
-#include "tests/support/messages.h"
+#include "tests/support/stepped/messages.h"
 
 namespace hapticd::test {
 namespace {

@@ -10,7 +10,7 @@
 #include "daemon/scene/texture/texture_memory.h"
 #include "proto/recording.capnp.h"
 #include "tests/recording/taken.h"
-#include "tests/support/texture_upload.h"
+#include "tests/support/shape/texture_upload.h"
 
 namespace hapticd::test {
 namespace {

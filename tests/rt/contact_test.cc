@@ -8,7 +8,7 @@
 #include "rt/contact/sphere_descent.h"
 #include "rt/contact/voxmap.h"
 #include "support/detectors.h"
-#include "support/test_volume.h"
+#include "support/shape/test_volume.h"
 
 namespace hapticd {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "rt/collide/collider.h"
 #include "rt/cycle/realtime.h"
-#include "support/attach_tool.h"
 #include "support/detectors.h"
-#include "support/house.h"
+#include "support/stepped/attach_tool.h"
+#include "support/stepped/house.h"
 
 namespace hapticd {
 namespace {

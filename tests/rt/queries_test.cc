@@ -9,7 +9,7 @@
 #include "rt/geometry/sweep.h"
 #include "support/detectors.h"
 #include "support/seeds.h"
-#include "support/test_mesh.h"
+#include "support/shape/test_mesh.h"
 
 namespace hapticd {
 namespace {

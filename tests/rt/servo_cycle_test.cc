@@ -14,9 +14,9 @@
 #include "daemon/ipc/snapshot_memory.h"
 #include "rt/cycle/realtime.h"
 #include "support/detectors.h"
-#include "support/house.h"
-#include "support/test_mesh.h"
-#include "support/test_surface.h"
+#include "support/shape/test_mesh.h"
+#include "support/shape/test_surface.h"
+#include "support/stepped/house.h"
 #include "unit/builder/meshes.h"
 
 namespace hapticd {

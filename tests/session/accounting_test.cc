@@ -5,7 +5,7 @@
 
 #include "daemon/builder/build.h"
 #include "tests/session/bench.h"
-#include "tests/support/texture_upload.h"
+#include "tests/support/shape/texture_upload.h"
 #include "tests/unit/builder/meshes.h"
 
 namespace hapticd::test {

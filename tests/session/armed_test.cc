@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "daemon/device/device_status.h"
-#include "support/temporary_directory.h"
+#include "support/process/temporary_directory.h"
 #include "tests/session/bench.h"
 
 namespace hapticd::test {

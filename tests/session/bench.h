@@ -12,7 +12,7 @@
 #include "daemon/control/core.h"
 #include "rt/ring/command_ring.h"
 #include "rt/ring/state.h"
-#include "tests/support/scripted_device.h"
+#include "tests/support/stepped/scripted_device.h"
 #include "tests/support/time.h"
 
 namespace hapticd::test {

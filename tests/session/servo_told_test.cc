@@ -1,6 +1,6 @@
 // What a servo tells reaches subscribers whole, and says nothing that it does not know.
 #include "tests/session/bench.h"
-#include "tests/support/messages.h"
+#include "tests/support/stepped/messages.h"
 
 namespace hapticd::test {
 namespace {

@@ -1,6 +1,6 @@
 // A machine that goes to sleep: nothing may keep its force meanwhile.
 #include "daemon/main/sleep_watch.h"
-#include "support/fake_logind.h"
+#include "support/process/fake_logind.h"
 #include "tests/session/bench.h"
 
 namespace hapticd::test {

@@ -5,7 +5,7 @@
 #include "daemon/device/device_closer.h"
 #include "tests/session/bench.h"
 #include "tests/session/still_device.h"
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 
 namespace hapticd::test {
 namespace {

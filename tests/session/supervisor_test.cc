@@ -7,7 +7,7 @@
 
 #include "tests/session/bench.h"
 #include "tests/session/still_device.h"
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 
 namespace hapticd::test {
 namespace {

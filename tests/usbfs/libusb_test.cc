@@ -7,7 +7,7 @@
 #include "drivers/link/io_device.h"
 #include "drivers/usb/libusb_transport.h"
 #include "drivers/usb/usbfs.h"
-#include "tests/support/push.h"
+#include "tests/support/stepped/push.h"
 #include "tests/support/time.h"
 #include "tests/usbfs/fake_usbfs.h"
 #include "tools/haptic-emu/falcon/falcon_model.h"

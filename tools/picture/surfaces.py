@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Draws docs/pictures/surfaces.png: what is asked of the hand by a relief, an impact and a vibration.
 
-Usage: surfaces.py FILE.png, with a daemon that simulates a device (tests/support/with_daemon starts one).
+Usage: surfaces.py FILE.png, with a daemon that simulates a device (build/tests/with_daemon starts one).
 """
 import math
 import sys

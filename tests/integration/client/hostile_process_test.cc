@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "support/child_process.h"
-#include "support/daemon_fixture.h"
 #include "support/eventually.h"
+#include "support/process/child_process.h"
+#include "support/process/daemon_fixture.h"
 #include "tests/hostile/attacker.h"
 #include "tests/integration/raw_client.h"
 #include "tests/support/random.h"

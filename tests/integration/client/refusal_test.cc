@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <hapticclient/hapticclient.hpp>
 
-#include "support/child_process.h"
-#include "support/daemon_fixture.h"
+#include "support/process/child_process.h"
+#include "support/process/daemon_fixture.h"
 #include "tests/integration/raw_client.h"
 
 namespace hapticd::test {

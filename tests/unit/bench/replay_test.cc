@@ -13,7 +13,7 @@
 #include <sstream>
 
 #include "daemon/recording/writer.h"
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/replay/tape.h"

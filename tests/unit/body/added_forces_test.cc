@@ -1,8 +1,8 @@
 // What surfaces add to the contact, where a hand pushes a free body or takes up a tool.
 #include <gtest/gtest.h>
 
-#include "tests/support/test_surface.h"
-#include "tests/support/tool_house.h"
+#include "tests/support/shape/test_surface.h"
+#include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {
 namespace {

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <string>
 
-#include "support/signed_gap.h"
-#include "support/test_mesh.h"
-#include "tests/support/tool_house.h"
-#include "tests/support/wandering_tool.h"
+#include "support/shape/signed_gap.h"
+#include "support/shape/test_mesh.h"
+#include "tests/support/stepped/tool_house.h"
+#include "tests/support/stepped/wandering_tool.h"
 
 namespace hapticd {
 namespace {

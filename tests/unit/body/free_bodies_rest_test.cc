@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "rt/cycle/free_bodies.h"
-#include "tests/support/rolling_balls.h"
+#include "tests/support/stepped/rolling_balls.h"
 
 namespace hapticd {
 namespace {

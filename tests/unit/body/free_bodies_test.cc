@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "tests/support/rolling_balls.h"
+#include "tests/support/stepped/rolling_balls.h"
 
 namespace hapticd {
 namespace {

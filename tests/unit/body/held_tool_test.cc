@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "tests/support/tool_house.h"
+#include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {
 namespace {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "support/test_mesh.h"
-#include "tests/support/tool_house.h"
+#include "support/shape/test_mesh.h"
+#include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {
 namespace {

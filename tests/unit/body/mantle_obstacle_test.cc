@@ -10,9 +10,9 @@
 #include "rt/collide/mantle.h"
 #include "rt/collide/round.h"
 #include "support/seeds.h"
-#include "support/test_mesh.h"
+#include "support/shape/test_mesh.h"
 #include "tests/support/random.h"
-#include "tests/support/wandering_tool.h"
+#include "tests/support/stepped/wandering_tool.h"
 
 namespace hapticd {
 namespace {

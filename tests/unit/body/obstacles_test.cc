@@ -8,7 +8,7 @@
 #include <random>
 
 #include "support/seeds.h"
-#include "support/test_scene.h"
+#include "support/stepped/test_scene.h"
 
 namespace hapticd {
 namespace {

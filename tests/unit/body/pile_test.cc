@@ -7,7 +7,7 @@
 #include <ostream>
 #include <vector>
 
-#include "tests/support/tool_house.h"
+#include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {
 namespace {

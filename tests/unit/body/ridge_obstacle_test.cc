@@ -10,11 +10,11 @@
 
 #include "rt/collide/edge_search.h"
 #include "support/seeds.h"
-#include "support/signed_gap.h"
-#include "support/test_mesh.h"
+#include "support/shape/signed_gap.h"
+#include "support/shape/test_mesh.h"
 #include "tests/support/random.h"
-#include "tests/support/tool_house.h"
-#include "tests/support/wandering_tool.h"
+#include "tests/support/stepped/tool_house.h"
+#include "tests/support/stepped/wandering_tool.h"
 
 namespace hapticd {
 namespace {

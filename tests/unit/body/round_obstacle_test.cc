@@ -7,8 +7,8 @@
 
 #include "rt/collide/round.h"
 #include "rt/geometry/nearest.h"
-#include "support/test_mesh.h"
-#include "tests/support/tool_house.h"
+#include "support/shape/test_mesh.h"
+#include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "rt/collide/feature.h"
 #include "rt/geometry/pseudo_normal.h"
-#include "support/test_mesh.h"
-#include "tests/support/tool_house.h"
+#include "support/shape/test_mesh.h"
+#include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/random.h"
-#include "tests/support/wandering_tool.h"
+#include "tests/support/stepped/wandering_tool.h"
 
 namespace hapticd {
 namespace {

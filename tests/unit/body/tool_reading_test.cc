@@ -4,7 +4,7 @@
 #include <limits>
 #include <memory>
 
-#include "tests/support/tool_house.h"
+#include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "tests/support/tool_house.h"
+#include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {
 namespace {

@@ -7,7 +7,7 @@
 #include "rt/contact/sphere_descent.h"
 #include "rt/contact/voxmap.h"
 #include "support/random.h"
-#include "support/test_volume.h"
+#include "support/shape/test_volume.h"
 #include "unit/contact/voxels.h"
 
 namespace hapticd {

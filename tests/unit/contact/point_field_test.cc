@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/random.h"
-#include "support/test_volume.h"
+#include "support/shape/test_volume.h"
 #include "unit/contact/voxels.h"
 
 namespace hapticd {

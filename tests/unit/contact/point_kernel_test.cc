@@ -7,7 +7,7 @@
 
 #include "rt/volume/distance.h"
 #include "support/random.h"
-#include "support/test_volume.h"
+#include "support/shape/test_volume.h"
 
 namespace hapticd {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/support/stepped_cycle.h"
+#include "tests/support/stepped/stepped_cycle.h"
 
 namespace hapticd {
 namespace {

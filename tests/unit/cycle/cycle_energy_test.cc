@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "rt/base/rotation.h"
-#include "tests/support/stepped_cycle.h"
-#include "tests/support/test_mesh.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/stepped/stepped_cycle.h"
 #include "tests/support/time.h"
 
 namespace hapticd {

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "tests/support/stepped_cycle.h"
+#include "tests/support/stepped/stepped_cycle.h"
 #include "tests/support/time.h"
 #include "tests/unit/render/model_rig.h"
 

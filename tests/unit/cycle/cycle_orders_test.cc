@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/support/stepped_cycle.h"
+#include "tests/support/stepped/stepped_cycle.h"
 #include "tests/support/time.h"
 
 namespace hapticd {

@@ -5,7 +5,7 @@
 
 #include "rt/ingest/limits.h"
 #include "tests/support/for_seeds.h"
-#include "tests/support/stepped_cycle.h"
+#include "tests/support/stepped/stepped_cycle.h"
 
 namespace hapticd {
 namespace {

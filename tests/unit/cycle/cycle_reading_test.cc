@@ -4,8 +4,8 @@
 #include <array>
 #include <limits>
 
-#include "tests/support/stepped_cycle.h"
-#include "tests/support/test_surface.h"
+#include "tests/support/shape/test_surface.h"
+#include "tests/support/stepped/stepped_cycle.h"
 
 namespace hapticd {
 namespace {

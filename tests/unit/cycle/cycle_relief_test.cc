@@ -6,9 +6,9 @@
 #include <numbers>
 
 #include "rt/base/rotation.h"
-#include "tests/support/stepped_cycle.h"
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_surface.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/shape/test_surface.h"
+#include "tests/support/stepped/stepped_cycle.h"
 
 namespace hapticd {
 namespace {

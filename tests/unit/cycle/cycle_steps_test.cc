@@ -6,8 +6,8 @@
 #include <random>
 #include <utility>
 
-#include "tests/support/stepped_cycle.h"
-#include "tests/support/test_surface.h"
+#include "tests/support/shape/test_surface.h"
+#include "tests/support/stepped/stepped_cycle.h"
 
 namespace hapticd {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "rt/base/rotation.h"
 #include "tests/support/for_seeds.h"
-#include "tests/support/stepped_cycle.h"
+#include "tests/support/stepped/stepped_cycle.h"
 
 namespace hapticd {
 namespace {

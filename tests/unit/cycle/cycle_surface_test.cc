@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "rt/cycle/cycle_start.h"
-#include "tests/support/stepped_cycle.h"
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_surface.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/shape/test_surface.h"
+#include "tests/support/stepped/stepped_cycle.h"
 #include "tests/support/time.h"
 
 namespace hapticd {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "tests/support/stepped_cycle.h"
+#include "tests/support/stepped/stepped_cycle.h"
 
 namespace hapticd {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "tests/support/solid.h"
+#include "tests/support/stepped/solid.h"
 
 namespace hapticd {
 namespace {

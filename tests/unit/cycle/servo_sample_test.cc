@@ -8,9 +8,9 @@
 
 #include "rt/cycle/servo.h"
 #include "tests/support/for_seeds.h"
-#include "tests/support/regions.h"
-#include "tests/support/scripted_device.h"
-#include "tests/support/solid.h"
+#include "tests/support/stepped/regions.h"
+#include "tests/support/stepped/scripted_device.h"
+#include "tests/support/stepped/solid.h"
 #include "tests/support/time.h"
 
 namespace hapticd {

@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "support/regions.h"
-#include "support/scripted_device.h"
-#include "tests/support/stepped_cycle.h"
+#include "support/stepped/regions.h"
+#include "support/stepped/scripted_device.h"
+#include "tests/support/stepped/stepped_cycle.h"
 
 namespace hapticd {
 namespace {

@@ -8,8 +8,8 @@
 #include "daemon/armed/armed_list.h"
 #include "daemon/armed/make_safe.h"
 #include "drivers/registry.h"
+#include "support/process/temporary_directory.h"
 #include "support/seeds.h"
-#include "support/temporary_directory.h"
 
 namespace hapticd::test {
 namespace {

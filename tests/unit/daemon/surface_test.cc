@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "daemon/scene/scene_model.h"
-#include "tests/support/texture_upload.h"
+#include "tests/support/shape/texture_upload.h"
 #include "tests/unit/daemon/fake_sink.h"
 
 namespace hapticd {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "daemon/scene/texture/texture_memory.h"
-#include "tests/support/texture_upload.h"
+#include "tests/support/shape/texture_upload.h"
 
 namespace hapticd {
 namespace {

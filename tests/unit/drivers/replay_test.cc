@@ -5,8 +5,8 @@
 #include <fstream>
 
 #include "drivers/sim/sim_device.h"
-#include "support/stepped_device.h"
-#include "support/temporary_directory.h"
+#include "support/process/temporary_directory.h"
+#include "support/stepped/stepped_device.h"
 
 namespace hapticd {
 namespace {

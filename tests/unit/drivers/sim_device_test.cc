@@ -9,7 +9,7 @@
 #include <random>
 
 #include "support/seeds.h"
-#include "support/stepped_device.h"
+#include "support/stepped/stepped_device.h"
 #include "tests/support/time.h"
 
 namespace hapticd {

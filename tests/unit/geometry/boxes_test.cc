@@ -10,9 +10,9 @@
 #include "rt/geometry/nearest.h"
 #include "rt/geometry/sweep.h"
 #include "rt/geometry/vicinity.h"
-#include "tests/support/brute_distance.h"
 #include "tests/support/seeds.h"
-#include "tests/support/test_mesh.h"
+#include "tests/support/shape/brute_distance.h"
+#include "tests/support/shape/test_mesh.h"
 
 namespace hapticd {
 namespace {

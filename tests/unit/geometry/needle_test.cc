@@ -9,9 +9,9 @@
 
 #include "rt/geometry/nearest.h"
 #include "rt/geometry/triangle.h"
-#include "tests/support/brute_distance.h"
 #include "tests/support/random.h"
-#include "tests/support/test_mesh.h"
+#include "tests/support/shape/brute_distance.h"
+#include "tests/support/shape/test_mesh.h"
 
 namespace hapticd {
 namespace {

@@ -7,9 +7,9 @@
 
 #include <random>
 
-#include "tests/support/brute_distance.h"
 #include "tests/support/seeds.h"
-#include "tests/support/test_mesh.h"
+#include "tests/support/shape/brute_distance.h"
+#include "tests/support/shape/test_mesh.h"
 
 namespace hapticd {
 namespace {

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <vector>
 
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tools/hapticctl/failure.h"
 
 namespace hapticctl {

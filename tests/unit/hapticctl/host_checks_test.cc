@@ -8,7 +8,7 @@
 #include <fstream>
 #include <tuple>
 
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 
 namespace hapticctl {
 namespace {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tools/hapticctl/failure.h"
 
 namespace hapticctl {

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tools/hapticctl/failure.h"
 
 namespace hapticctl {

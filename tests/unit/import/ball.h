@@ -14,8 +14,8 @@
 #include <fstream>
 #include <string>
 
+#include "tests/support/process/temporary_directory.h"
 #include "tests/support/random.h"
-#include "tests/support/temporary_directory.h"
 #include "tools/hapticctl-import/image.h"
 
 namespace hapticctl_import::test {

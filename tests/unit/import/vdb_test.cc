@@ -11,7 +11,7 @@
 #include "daemon/builder/vdb/write_vdb.h"
 #include "rt/volume/distance.h"
 #include "support/seeds.h"
-#include "support/test_volume.h"
+#include "support/shape/test_volume.h"
 #include "tests/unit/import/ball.h"
 #include "tools/hapticctl-import/child.h"
 #include "tools/hapticctl-import/format/vdb_file.h"

@@ -10,7 +10,7 @@
 #include <memory>
 
 #include "support/eventually.h"
-#include "support/temporary_directory.h"
+#include "support/process/temporary_directory.h"
 #include "unit/libclient/fake_daemon.h"
 
 namespace hapticd::test {

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/support/push.h"
+#include "tests/support/stepped/push.h"
 #include "tests/support/time.h"
 
 namespace hapticd {

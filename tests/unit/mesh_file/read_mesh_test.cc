@@ -22,7 +22,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tools/mesh_file/child.h"
 #include "tools/mesh_file/mesh_error.h"
 #include "tools/mesh_file/polygon.h"

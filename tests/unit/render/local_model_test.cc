@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/solid.h"
+#include "tests/support/stepped/solid.h"
 #include "tests/unit/render/model_rig.h"
 
 namespace hapticd {

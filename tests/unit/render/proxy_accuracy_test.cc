@@ -3,9 +3,9 @@
  */
 #include <gtest/gtest.h>
 
-#include "tests/support/brute_nearest.h"
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_scene.h"
+#include "tests/support/shape/brute_nearest.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/stepped/test_scene.h"
 
 namespace hapticd {
 namespace {

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_scene.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/stepped/test_scene.h"
 
 namespace hapticd {
 namespace {

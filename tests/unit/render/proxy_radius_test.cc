@@ -5,11 +5,11 @@
 
 #include <random>
 
-#include "tests/support/brute_distance.h"
 #include "tests/support/random.h"
 #include "tests/support/seeds.h"
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_scene.h"
+#include "tests/support/shape/brute_distance.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/stepped/test_scene.h"
 
 namespace hapticd {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_scene.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/stepped/test_scene.h"
 
 namespace hapticd {
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "tests/support/seeds.h"
-#include "tests/support/test_surface.h"
+#include "tests/support/shape/test_surface.h"
 
 namespace hapticd {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "rt/base/rotation.h"
 #include "rt/render/smooth_normal.h"
-#include "tests/support/test_mesh.h"
-#include "tests/support/test_scene.h"
-#include "tests/support/test_surface.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/shape/test_surface.h"
+#include "tests/support/stepped/test_scene.h"
 
 namespace hapticd {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/test_surface.h"
+#include "tests/support/shape/test_surface.h"
 
 namespace hapticd {
 namespace {

@@ -6,8 +6,8 @@
 #include <deque>
 #include <random>
 
-#include "support/regions.h"
 #include "support/seeds.h"
+#include "support/stepped/regions.h"
 
 namespace hapticd {
 namespace {

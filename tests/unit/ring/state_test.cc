@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "support/regions.h"
 #include "support/seeds.h"
+#include "support/stepped/regions.h"
 
 namespace hapticd {
 namespace {

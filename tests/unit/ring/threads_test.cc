@@ -13,8 +13,8 @@
 
 #include "rt/base/histogram.h"
 #include "rt/ingest/ingest.h"
-#include "support/messages.h"
-#include "support/regions.h"
+#include "support/stepped/messages.h"
+#include "support/stepped/regions.h"
 
 namespace hapticd {
 namespace {

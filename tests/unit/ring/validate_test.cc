@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "rt/ingest/limits.h"
-#include "support/messages.h"
+#include "support/stepped/messages.h"
 
 namespace hapticd {
 namespace {

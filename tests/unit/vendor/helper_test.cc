@@ -21,7 +21,7 @@
 #include "drivers/vendor/serve.h"
 #include "drivers/vendor/vendor_driver.h"
 #include "tests/fakes/vendor_sdk/fake_sdk.h"
-#include "tests/support/push.h"
+#include "tests/support/stepped/push.h"
 #include "tests/support/time.h"
 
 namespace hapticd {

@@ -5,7 +5,7 @@
 #include "rt/volume/distance.h"
 #include "rt/volume/octahedral.h"
 #include "support/seeds.h"
-#include "support/test_volume.h"
+#include "support/shape/test_volume.h"
 
 namespace hapticd::test {
 namespace {

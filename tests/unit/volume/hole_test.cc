@@ -6,7 +6,7 @@
 #include "daemon/builder/build.h"
 #include "rt/volume/distance.h"
 #include "support/seeds.h"
-#include "support/test_volume.h"
+#include "support/shape/test_volume.h"
 
 namespace hapticd::test {
 namespace {

@@ -2,7 +2,7 @@
 #include "rt/volume/octree.h"
 
 #include "rt/volume/tight_sphere.h"
-#include "support/test_volume.h"
+#include "support/shape/test_volume.h"
 
 namespace hapticd::test {
 namespace {

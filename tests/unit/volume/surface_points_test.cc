@@ -9,7 +9,7 @@
 
 #include "daemon/builder/volume/mesh_volume.h"
 #include "support/random.h"
-#include "support/test_mesh.h"
+#include "support/shape/test_mesh.h"
 
 namespace hapticd {
 namespace {

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "tests/support/tool_house.h"
+#include "tests/support/stepped/tool_house.h"
 
 namespace hapticd::test {
 

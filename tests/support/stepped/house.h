@@ -12,8 +12,8 @@
 
 #include "drivers/registry.h"
 #include "rt/cycle/servo.h"
-#include "support/regions.h"
-#include "tests/support/solid.h"
+#include "support/stepped/regions.h"
+#include "tests/support/stepped/solid.h"
 
 namespace hapticd::test {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "rt/render/proxy.h"
-#include "tests/support/solid.h"
+#include "tests/support/stepped/solid.h"
 
 namespace hapticd::test {
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <tuple>
 
-#include "tests/support/test_mesh.h"
+#include "tests/support/shape/test_mesh.h"
 
 namespace hapticd::test {
 

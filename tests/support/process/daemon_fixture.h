@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "support/temporary_directory.h"
+#include "support/process/temporary_directory.h"
 
 namespace hapticd::test {
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "drivers/registry.h"
-#include "support/push.h"
+#include "support/stepped/push.h"
 
 namespace hapticd::test {
 

@@ -10,11 +10,11 @@
 #include <memory>
 #include <span>
 
-#include "support/signed_gap.h"
-#include "tests/support/finer_mesh.h"
+#include "support/shape/signed_gap.h"
 #include "tests/support/random.h"
-#include "tests/support/test_mesh.h"
-#include "tests/support/tool_house.h"
+#include "tests/support/shape/finer_mesh.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/stepped/tool_house.h"
 
 namespace hapticd::test {
 

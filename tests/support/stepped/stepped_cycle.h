@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "rt/cycle/cycle.h"
-#include "tests/support/solid.h"
+#include "tests/support/stepped/solid.h"
 
 namespace hapticd::test {
 

@@ -82,7 +82,8 @@ def main():
     for path in sorted(root.glob("tests/**/*.cc")):
         folder = str(path.parent.relative_to(root))
         if not folder.startswith(ONE_BY_ONE):
-            programs["tests/unit, test_rt" if folder in TEST_RT else folder].append(path)
+            rooms = {"session": "tests/session", "unit": "tests/unit, test_rt" if folder in TEST_RT else folder}
+            programs[rooms.get(path.relative_to(root).parts[1], folder)].append(path)
     for folder, others in PROGRAMS.items():
         programs[folder] = [p for p in sorted((root / folder).rglob("*.cc")) if not re.search(others, str(p))]
     found = 0

@@ -55,7 +55,6 @@ class HidReports {
   [[nodiscard]] static Result<HidReports> parse(std::span<const std::uint8_t> descriptor);
 
   [[nodiscard]] const std::vector<HidField>& fields() const noexcept { return fields_; }
-  [[nodiscard]] const std::vector<HidCollection>& collections() const noexcept { return collections_; }
 
   /** The field of that usage within a collection of usage `within` at any depth (0: anywhere); null if there is none.
    */

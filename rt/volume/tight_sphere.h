@@ -15,7 +15,6 @@ namespace hapticd {
 struct TightSphere {
   float center[3];
   float radius;
-  float squared_radius;
 };
 
 namespace tight_sphere_internal {
@@ -69,10 +68,8 @@ constexpr std::array<TightSphere, 256> make() {
   std::array<TightSphere, 256> table{};
   for (unsigned mask = 1; mask < 256; ++mask) {
     const Candidate& c = best[mask];
-    const double squared = least[mask] / 36.0;
     table[mask] = {{static_cast<float>(c.x) / 6, static_cast<float>(c.y) / 6, static_cast<float>(c.z) / 6},
-                   static_cast<float>(squareRoot(squared)),
-                   static_cast<float>(squared)};
+                   static_cast<float>(squareRoot(least[mask] / 36.0))};
   }
   return table;
 }

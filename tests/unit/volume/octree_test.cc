@@ -2,7 +2,7 @@
 #include "rt/volume/octree.h"
 
 #include "rt/volume/tight_sphere.h"
-#include "support/shape/test_volume.h"
+#include "tests/support/shape/test_volume.h"
 
 namespace hapticd::test {
 namespace {
@@ -119,7 +119,7 @@ TEST(Octree, ballsHoldTheVoxelsOfTheirNodes) {
         tree, [](const Eigen::Vector3i&) {},
         [&](std::uint32_t l, std::uint32_t node, const Eigen::Vector3i& corner, int side) {
           const TightSphere& tight = tightSphere(octants(tree.level[l], node));
-          tighter += tight.squared_radius < 3;
+          tighter += tight.radius < 1.7F;  // sqrt(3) about the whole node.
           const Vec3 center = corner.cast<double>() + Vec3::Constant(side / 2.0) +
                               side / 2.0 * Vec3(tight.center[0], tight.center[1], tight.center[2]);
           for (const Eigen::Vector3i& v : voxels) {

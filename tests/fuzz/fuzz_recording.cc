@@ -9,7 +9,7 @@
 #include "daemon/recording/replayer.h"
 #include "daemon/recording/writer.h"
 #include "rt/scene/snapshot_checksum.h"
-#include "support/stepped/solid.h"
+#include "tests/support/stepped/solid.h"
 
 namespace {
 

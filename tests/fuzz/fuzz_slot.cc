@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "rt/ingest/validate.h"
-#include "support/stepped/messages.h"
-#include "support/stepped/stepped_cycle.h"
+#include "tests/support/stepped/messages.h"
+#include "tests/support/stepped/stepped_cycle.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include "daemon/scene/texture/texture_memory.h"
 #include "rt/render/relief.h"
 #include "rt/render/vibration.h"
-#include "support/shape/texture_upload.h"
+#include "tests/support/shape/texture_upload.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hapticd;  // NOLINT(google-build-using-namespace)

@@ -5,9 +5,9 @@
 #include <chrono>
 #include <cstring>
 
-#include "hostile/attacker.h"
 #include "rt/ring/command_ring.h"
-#include "support/random.h"
+#include "tests/hostile/attacker.h"
+#include "tests/support/random.h"
 
 namespace hapticd {
 namespace {

@@ -8,8 +8,8 @@
 #include <random>
 #include <vector>
 
-#include "support/seeds.h"
-#include "support/stepped/house.h"
+#include "tests/support/seeds.h"
+#include "tests/support/stepped/house.h"
 
 namespace hapticd {
 namespace {

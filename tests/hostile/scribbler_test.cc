@@ -6,11 +6,11 @@
 #include <chrono>
 #include <set>
 
-#include "hostile/attacker.h"
 #include "rt/ingest/ingest.h"
-#include "support/random.h"
-#include "support/stepped/messages.h"
-#include "support/stepped/regions.h"
+#include "tests/hostile/attacker.h"
+#include "tests/support/random.h"
+#include "tests/support/stepped/messages.h"
+#include "tests/support/stepped/regions.h"
 
 namespace hapticd {
 namespace {

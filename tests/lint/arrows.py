@@ -48,7 +48,7 @@ def room_of(path):
 
 def resolve(root, here, name):
     """The project file an include names, relative to the root; None for a library's."""
-    for base in (root, here.parent, root / "libclient/include", root / "tools", root / "tests"):
+    for base in (root, root / "libclient/include"):
         if (base / name).is_file():
             return (base / name).resolve().relative_to(root.resolve()).as_posix()
     return None

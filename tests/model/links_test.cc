@@ -11,8 +11,8 @@
 #include "drivers/link/device_link.h"
 #include "drivers/link/lent.h"
 #include "drivers/vendor/shared_link.h"
-#include "model/weak_memory.h"
-#include "support/seeds.h"
+#include "tests/model/weak_memory.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd::model {
 namespace {

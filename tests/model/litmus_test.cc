@@ -7,7 +7,7 @@
 #include <array>
 #include <atomic>
 
-#include "model/weak_memory.h"
+#include "tests/model/weak_memory.h"
 
 namespace hapticd::model {
 namespace {

@@ -10,9 +10,9 @@
 #include <array>
 #include <cstdint>
 
-#include "model/weak_memory.h"
 #include "rt/ring/newest.h"
 #include "rt/ring/spsc.h"
+#include "tests/model/weak_memory.h"
 
 namespace hapticd::model {
 namespace {

@@ -10,11 +10,11 @@
 #include <span>
 #include <vector>
 
-#include "model/weak_memory.h"
 #include "rt/ring/command_ring.h"
 #include "rt/ring/state.h"
-#include "support/seeds.h"
-#include "support/stepped/regions.h"
+#include "tests/model/weak_memory.h"
+#include "tests/support/seeds.h"
+#include "tests/support/stepped/regions.h"
 
 namespace hapticd::model {
 namespace {

@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "model/weak_memory.h"
 #include "rt/collide/collider.h"
 #include "rt/cycle/pose_board.h"
-#include "support/seeds.h"
+#include "tests/model/weak_memory.h"
+#include "tests/support/seeds.h"
 #include "tests/support/stepped/solid.h"
 
 namespace hapticd::model {

@@ -1,4 +1,4 @@
-#include "model/weak_memory.h"
+#include "tests/model/weak_memory.h"
 
 #include <ucontext.h>
 

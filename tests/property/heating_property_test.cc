@@ -3,7 +3,7 @@
 
 #include "rt/guard/guard.h"
 #include "rt/guard/heating.h"
-#include "support/random.h"
+#include "tests/support/random.h"
 
 namespace hapticd::test {
 namespace {

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "rt/render/model_force.h"
-#include "support/random.h"
-#include "support/seeds.h"
+#include "tests/support/random.h"
+#include "tests/support/seeds.h"
 #include "tests/unit/render/model_rig.h"
 
 namespace hapticd {

@@ -7,8 +7,8 @@
 #include "rt/contact/point_field.h"
 #include "rt/contact/sphere_descent.h"
 #include "rt/contact/voxmap.h"
-#include "support/detectors.h"
-#include "support/shape/test_volume.h"
+#include "tests/support/detectors.h"
+#include "tests/support/shape/test_volume.h"
 
 namespace hapticd {
 namespace {

@@ -1,5 +1,5 @@
 // A detector that finds nothing proves nothing: each one first catches a planted violation.
-#include "support/detectors.h"
+#include "tests/support/detectors.h"
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>

@@ -8,7 +8,7 @@
 
 #include "drivers/registry.h"
 #include "rt/cycle/realtime.h"
-#include "support/detectors.h"
+#include "tests/support/detectors.h"
 
 namespace hapticd {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "rt/collide/collider.h"
 #include "rt/cycle/realtime.h"
-#include "support/detectors.h"
-#include "support/stepped/attach_tool.h"
-#include "support/stepped/house.h"
+#include "tests/support/detectors.h"
+#include "tests/support/stepped/attach_tool.h"
+#include "tests/support/stepped/house.h"
 
 namespace hapticd {
 namespace {

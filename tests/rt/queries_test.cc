@@ -7,9 +7,9 @@
 #include "rt/geometry/boxes.h"
 #include "rt/geometry/nearest.h"
 #include "rt/geometry/sweep.h"
-#include "support/detectors.h"
-#include "support/seeds.h"
-#include "support/shape/test_mesh.h"
+#include "tests/support/detectors.h"
+#include "tests/support/seeds.h"
+#include "tests/support/shape/test_mesh.h"
 
 namespace hapticd {
 namespace {

@@ -13,11 +13,11 @@
 #include "daemon/builder/build.h"
 #include "daemon/ipc/snapshot_memory.h"
 #include "rt/cycle/realtime.h"
-#include "support/detectors.h"
-#include "support/shape/test_mesh.h"
-#include "support/shape/test_surface.h"
-#include "support/stepped/house.h"
-#include "unit/builder/meshes.h"
+#include "tests/support/detectors.h"
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/shape/test_surface.h"
+#include "tests/support/stepped/house.h"
+#include "tests/unit/builder/meshes.h"
 
 namespace hapticd {
 namespace {

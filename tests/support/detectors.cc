@@ -1,4 +1,4 @@
-#include "support/detectors.h"
+#include "tests/support/detectors.h"
 
 #include <dlfcn.h>
 #include <linux/audit.h>

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <hapticclient/hapticclient.hpp>
 
-#include "support/eventually.h"
-#include "support/process/daemon_fixture.h"
+#include "tests/support/eventually.h"
+#include "tests/support/process/daemon_fixture.h"
 
 namespace hapticd::test {
 namespace {

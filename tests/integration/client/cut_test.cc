@@ -9,8 +9,8 @@
 #include <hapticclient/hapticclient.hpp>
 #include <thread>
 
-#include "support/process/daemon_fixture.h"
-#include "support/process/temporary_directory.h"
+#include "tests/support/process/daemon_fixture.h"
+#include "tests/support/process/temporary_directory.h"
 
 namespace hapticd::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "support/process/daemon_fixture.h"
+#include "tests/support/process/daemon_fixture.h"
 
 namespace hapticd::test {
 namespace {

@@ -10,11 +10,11 @@
 #include <thread>
 #include <vector>
 
-#include "support/eventually.h"
-#include "support/process/child_process.h"
-#include "support/process/daemon_fixture.h"
 #include "tests/hostile/attacker.h"
 #include "tests/integration/raw_client.h"
+#include "tests/support/eventually.h"
+#include "tests/support/process/child_process.h"
+#include "tests/support/process/daemon_fixture.h"
 #include "tests/support/random.h"
 
 namespace hapticd::test {

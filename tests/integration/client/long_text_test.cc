@@ -3,7 +3,7 @@
 
 #include <hapticclient/hapticclient.hpp>
 
-#include "support/process/daemon_fixture.h"
+#include "tests/support/process/daemon_fixture.h"
 
 namespace hapticd::test {
 namespace {

@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <hapticclient/hapticclient.hpp>
 
-#include "support/process/child_process.h"
-#include "support/process/daemon_fixture.h"
 #include "tests/integration/raw_client.h"
+#include "tests/support/process/child_process.h"
+#include "tests/support/process/daemon_fixture.h"
 
 namespace hapticd::test {
 namespace {

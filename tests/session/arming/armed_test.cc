@@ -4,8 +4,8 @@
 #include <sstream>
 
 #include "daemon/device/device_status.h"
-#include "support/process/temporary_directory.h"
 #include "tests/session/bench.h"
+#include "tests/support/process/temporary_directory.h"
 
 namespace hapticd::test {
 namespace {

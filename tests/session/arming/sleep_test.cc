@@ -1,7 +1,7 @@
 // A machine that goes to sleep: nothing may keep its force meanwhile.
 #include "daemon/main/sleep_watch.h"
-#include "support/process/fake_logind.h"
 #include "tests/session/bench.h"
+#include "tests/support/process/fake_logind.h"
 
 namespace hapticd::test {
 namespace {

@@ -1,4 +1,4 @@
-#include "support/process/daemon_fixture.h"
+#include "tests/support/process/daemon_fixture.h"
 
 #include <fcntl.h>
 #include <poll.h>

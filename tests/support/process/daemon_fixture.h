@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "support/process/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 
 namespace hapticd::test {
 

@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "support/process/daemon_fixture.h"
+#include "tests/support/process/daemon_fixture.h"
 
 int main(int argc, char** argv) {
   hapticd::test::DaemonOptions options;

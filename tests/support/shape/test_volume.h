@@ -9,8 +9,8 @@
 
 #include "daemon/builder/volume/mesh_volume.h"
 #include "rt/volume/volume_view.h"
-#include "support/shape/brute_distance.h"
-#include "support/shape/test_mesh.h"
+#include "tests/support/shape/brute_distance.h"
+#include "tests/support/shape/test_mesh.h"
 
 namespace hapticd::test {
 

@@ -12,7 +12,7 @@
 
 #include "drivers/registry.h"
 #include "rt/cycle/servo.h"
-#include "support/stepped/regions.h"
+#include "tests/support/stepped/regions.h"
 #include "tests/support/stepped/solid.h"
 
 namespace hapticd::test {

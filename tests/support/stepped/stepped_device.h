@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "drivers/registry.h"
-#include "support/stepped/push.h"
+#include "tests/support/stepped/push.h"
 
 namespace hapticd::test {
 

@@ -13,7 +13,7 @@
 #include "drivers/sim/sim_device.h"
 #include "rt/base/rotation.h"
 #include "rt/cycle/servo.h"
-#include "support/stepped/attach_tool.h"
+#include "tests/support/stepped/attach_tool.h"
 #include "tests/support/stepped/solid.h"
 
 namespace hapticd::test {

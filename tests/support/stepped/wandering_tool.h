@@ -10,9 +10,9 @@
 #include <memory>
 #include <span>
 
-#include "support/shape/signed_gap.h"
 #include "tests/support/random.h"
 #include "tests/support/shape/finer_mesh.h"
+#include "tests/support/shape/signed_gap.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/tool_house.h"
 

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd {
 namespace {

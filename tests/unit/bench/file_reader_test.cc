@@ -9,7 +9,7 @@
 
 #include <fstream>
 
-#include "support/process/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 

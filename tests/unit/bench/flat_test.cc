@@ -12,7 +12,7 @@
 #include <random>
 #include <set>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/shapes.h"
 #include "tools/haptic-bench/trajectory/geodesic.h"

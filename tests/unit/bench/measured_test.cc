@@ -10,8 +10,8 @@
 #include <fstream>
 #include <random>
 
-#include "support/process/temporary_directory.h"
-#include "support/seeds.h"
+#include "tests/support/process/temporary_directory.h"
+#include "tests/support/seeds.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/measured/synthetic.h"
 #include "tools/haptic-bench/model/shapes.h"

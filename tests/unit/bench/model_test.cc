@@ -9,8 +9,8 @@
 #include <fstream>
 #include <random>
 
-#include "support/process/temporary_directory.h"
-#include "support/seeds.h"
+#include "tests/support/process/temporary_directory.h"
+#include "tests/support/seeds.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/nearest.h"
 #include "tools/haptic-bench/model/shapes.h"

@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "daemon/recording/writer.h"
-#include "support/process/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/replay/tape.h"
 #include "tools/haptic-bench/trajectory/registry.h"

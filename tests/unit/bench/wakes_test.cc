@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace haptic_bench {
 namespace {

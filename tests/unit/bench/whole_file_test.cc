@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "support/process/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {

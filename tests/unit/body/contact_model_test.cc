@@ -10,7 +10,7 @@
 #include <random>
 #include <set>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd {
 namespace {

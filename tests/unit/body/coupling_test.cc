@@ -10,7 +10,7 @@
 #include "rt/body/impulse_response.h"
 #include "rt/body/penalty_response.h"
 #include "rt/body/tool.h"
-#include "support/random.h"
+#include "tests/support/random.h"
 
 namespace hapticd {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
-#include "support/shape/signed_gap.h"
-#include "support/shape/test_mesh.h"
+#include "tests/support/shape/signed_gap.h"
+#include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/tool_house.h"
 #include "tests/support/stepped/wandering_tool.h"
 

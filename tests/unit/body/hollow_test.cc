@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "support/shape/test_mesh.h"
+#include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "rt/body/coupling.h"
-#include "support/random.h"
+#include "tests/support/random.h"
 
 namespace hapticd {
 namespace {

@@ -9,9 +9,9 @@
 #include "rt/collide/feature.h"
 #include "rt/collide/mantle.h"
 #include "rt/collide/round.h"
-#include "support/seeds.h"
-#include "support/shape/test_mesh.h"
 #include "tests/support/random.h"
+#include "tests/support/seeds.h"
+#include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/wandering_tool.h"
 
 namespace hapticd {

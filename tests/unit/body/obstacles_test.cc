@@ -7,8 +7,8 @@
 #include <memory>
 #include <random>
 
-#include "support/seeds.h"
-#include "support/stepped/test_scene.h"
+#include "tests/support/seeds.h"
+#include "tests/support/stepped/test_scene.h"
 
 namespace hapticd {
 namespace {

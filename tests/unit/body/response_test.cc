@@ -10,7 +10,7 @@
 #include "rt/body/impulse_response.h"
 #include "rt/body/penalty_response.h"
 #include "rt/body/rigid_body.h"
-#include "support/random.h"
+#include "tests/support/random.h"
 
 namespace hapticd {
 namespace {

@@ -9,10 +9,10 @@
 #include <random>
 
 #include "rt/collide/edge_search.h"
-#include "support/seeds.h"
-#include "support/shape/signed_gap.h"
-#include "support/shape/test_mesh.h"
 #include "tests/support/random.h"
+#include "tests/support/seeds.h"
+#include "tests/support/shape/signed_gap.h"
+#include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/tool_house.h"
 #include "tests/support/stepped/wandering_tool.h"
 

@@ -7,7 +7,7 @@
 
 #include "rt/collide/round.h"
 #include "rt/geometry/nearest.h"
-#include "support/shape/test_mesh.h"
+#include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {

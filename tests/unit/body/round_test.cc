@@ -7,7 +7,7 @@
 
 #include "rt/collide/feature.h"
 #include "rt/geometry/pseudo_normal.h"
-#include "support/shape/test_mesh.h"
+#include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {

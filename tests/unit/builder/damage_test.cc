@@ -2,7 +2,7 @@
 #include <functional>
 
 #include "rt/scene/snapshot_checksum.h"
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 #include "tests/unit/builder/built.h"
 
 namespace hapticd::test {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "daemon/builder/build.h"
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd::test {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "rt/geometry/sweep.h"
-#include "support/random.h"
+#include "tests/support/random.h"
 #include "tests/unit/builder/built.h"
 
 namespace hapticd::test {

@@ -5,7 +5,7 @@
 
 #include "daemon/builder/bvh.h"
 #include "rt/scene/refit.h"
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 #include "tests/unit/builder/built.h"
 
 namespace hapticd::test {

@@ -10,7 +10,7 @@
 
 #include "daemon/ipc/volume_memory.h"
 #include "daemon/scene/upload/uploads.h"
-#include "support/process/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tests/unit/builder/built.h"
 
 namespace hapticd::test {

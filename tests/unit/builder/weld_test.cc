@@ -5,7 +5,7 @@
 #include <random>
 
 #include "daemon/builder/near_table.h"
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 #include "tests/unit/builder/built.h"
 
 namespace hapticd::test {

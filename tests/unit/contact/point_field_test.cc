@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "support/random.h"
-#include "support/shape/test_volume.h"
-#include "unit/contact/voxels.h"
+#include "tests/support/random.h"
+#include "tests/support/shape/test_volume.h"
+#include "tests/unit/contact/voxels.h"
 
 namespace hapticd {
 namespace {

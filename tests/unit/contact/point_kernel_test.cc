@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "rt/volume/distance.h"
-#include "support/random.h"
-#include "support/shape/test_volume.h"
+#include "tests/support/random.h"
+#include "tests/support/shape/test_volume.h"
 
 namespace hapticd {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "rt/body/constraint_response.h"
 #include "rt/body/tool.h"
-#include "support/shape/test_volume.h"
+#include "tests/support/shape/test_volume.h"
 
 namespace hapticd {
 namespace {

@@ -6,9 +6,9 @@
 #include "rt/contact/field_query.h"
 #include "rt/contact/sphere_descent.h"
 #include "rt/volume/distance.h"
-#include "support/random.h"
-#include "support/shape/test_volume.h"
-#include "unit/contact/voxels.h"
+#include "tests/support/random.h"
+#include "tests/support/shape/test_volume.h"
+#include "tests/unit/contact/voxels.h"
 
 namespace hapticd {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "rt/contact/detector.h"
-#include "support/shape/test_volume.h"
+#include "tests/support/shape/test_volume.h"
 
 namespace hapticd::test {
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "support/stepped/regions.h"
-#include "support/stepped/scripted_device.h"
+#include "tests/support/stepped/regions.h"
+#include "tests/support/stepped/scripted_device.h"
 #include "tests/support/stepped/stepped_cycle.h"
 
 namespace hapticd {

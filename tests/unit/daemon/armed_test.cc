@@ -8,8 +8,8 @@
 #include "daemon/armed/armed_list.h"
 #include "daemon/armed/make_safe.h"
 #include "drivers/registry.h"
-#include "support/process/temporary_directory.h"
-#include "support/seeds.h"
+#include "tests/support/process/temporary_directory.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd::test {
 namespace {

@@ -11,7 +11,7 @@
 #include "daemon/device/device_group.h"
 #include "daemon/scene/scene_model.h"
 #include "rt/cycle/realtime.h"
-#include "support/process/child_process.h"
+#include "tests/support/process/child_process.h"
 
 namespace hapticd::test {
 namespace {

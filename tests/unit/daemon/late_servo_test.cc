@@ -8,7 +8,7 @@
 
 #include "daemon/scene/scene_model.h"
 #include "rt/cycle/restated.h"
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 #include "tests/unit/daemon/fake_sink.h"
 
 namespace hapticd::test {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "drivers/gpio/safety_contact.h"
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 #include "tests/support/time.h"
 
 namespace hapticd::test {

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd::falcon {
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd::falcon {
 namespace {

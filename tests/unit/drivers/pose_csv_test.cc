@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "drivers/pose_track.h"
-#include "support/process/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 
 namespace hapticd {
 namespace {

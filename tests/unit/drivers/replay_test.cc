@@ -5,8 +5,8 @@
 #include <fstream>
 
 #include "drivers/sim/sim_device.h"
-#include "support/process/temporary_directory.h"
-#include "support/stepped/stepped_device.h"
+#include "tests/support/process/temporary_directory.h"
+#include "tests/support/stepped/stepped_device.h"
 
 namespace hapticd {
 namespace {

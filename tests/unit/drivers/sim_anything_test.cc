@@ -7,7 +7,7 @@
 
 #include "drivers/number.h"
 #include "drivers/sim/sim_device.h"
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd {
 namespace {

@@ -8,8 +8,8 @@
 #include <cstring>
 #include <random>
 
-#include "support/seeds.h"
-#include "support/stepped/stepped_device.h"
+#include "tests/support/seeds.h"
+#include "tests/support/stepped/stepped_device.h"
 #include "tests/support/time.h"
 
 namespace hapticd {

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "drivers/registry.h"
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd {
 namespace {

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "drivers/woodyhid/woodyhid_parameters.h"
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd {
 namespace {

@@ -8,7 +8,7 @@
 #include <Eigen/Dense>
 #include <random>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace hapticd {
 namespace {

@@ -4,7 +4,7 @@
 #include <csignal>
 #include <functional>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 #include "tests/unit/import/dicom_file.h"
 #include "tools/hapticctl-import/child.h"
 #include "tools/hapticctl-import/format/image_file.h"

@@ -2,7 +2,7 @@
 #include <map>
 #include <numbers>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 #include "tests/unit/import/ball.h"
 #include "tools/hapticctl-import/isosurface.h"
 

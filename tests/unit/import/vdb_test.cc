@@ -10,8 +10,8 @@
 
 #include "daemon/builder/vdb/write_vdb.h"
 #include "rt/volume/distance.h"
-#include "support/seeds.h"
-#include "support/shape/test_volume.h"
+#include "tests/support/seeds.h"
+#include "tests/support/shape/test_volume.h"
 #include "tests/unit/import/ball.h"
 #include "tools/hapticctl-import/child.h"
 #include "tools/hapticctl-import/format/vdb_file.h"

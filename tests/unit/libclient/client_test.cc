@@ -5,7 +5,7 @@
 
 #include <cstdlib>
 
-#include "unit/libclient/fixture.h"
+#include "tests/unit/libclient/fixture.h"
 
 namespace hapticd::test {
 namespace {

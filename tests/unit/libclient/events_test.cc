@@ -2,7 +2,7 @@
 
 #include <atomic>
 
-#include "unit/libclient/fixture.h"
+#include "tests/unit/libclient/fixture.h"
 
 namespace hapticd::test {
 namespace {

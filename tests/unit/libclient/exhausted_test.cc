@@ -5,7 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "unit/libclient/fixture.h"
+#include "tests/unit/libclient/fixture.h"
 
 namespace hapticd::test {
 namespace {

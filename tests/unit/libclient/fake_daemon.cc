@@ -1,4 +1,4 @@
-#include "unit/libclient/fake_daemon.h"
+#include "tests/unit/libclient/fake_daemon.h"
 
 #include <capnp/rpc-twoparty.h>
 #include <fcntl.h>

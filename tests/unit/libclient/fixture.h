@@ -9,9 +9,9 @@
 #include <hapticclient/hapticclient.hpp>
 #include <memory>
 
-#include "support/eventually.h"
-#include "support/process/temporary_directory.h"
-#include "unit/libclient/fake_daemon.h"
+#include "tests/support/eventually.h"
+#include "tests/support/process/temporary_directory.h"
+#include "tests/unit/libclient/fake_daemon.h"
 
 namespace hapticd::test {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 
 namespace haptic {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "rt/ring/command_ring.h"
 #include "rt/ring/state.h"
-#include "unit/libclient/fixture.h"
+#include "tests/unit/libclient/fixture.h"
 
 namespace hapticd::test {
 namespace {

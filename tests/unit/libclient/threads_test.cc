@@ -10,7 +10,7 @@
 #include "libclient/src/session/session.h"
 #include "rt/ring/command_ring.h"
 #include "rt/ring/state.h"
-#include "unit/libclient/fixture.h"
+#include "tests/unit/libclient/fixture.h"
 
 namespace hapticd::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "proto/snapshot.h"
-#include "unit/libclient/fixture.h"
+#include "tests/unit/libclient/fixture.h"
 
 namespace hapticd::test {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <numbers>
 
-#include "support/random.h"
-#include "support/seeds.h"
+#include "tests/support/random.h"
+#include "tests/support/seeds.h"
 #include "tests/unit/render/model_rig.h"
 
 namespace hapticd {

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "support/seeds.h"
+#include "tests/support/seeds.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/test_scene.h"
 

@@ -6,8 +6,8 @@
 #include <deque>
 #include <random>
 
-#include "support/seeds.h"
-#include "support/stepped/regions.h"
+#include "tests/support/seeds.h"
+#include "tests/support/stepped/regions.h"
 
 namespace hapticd {
 namespace {

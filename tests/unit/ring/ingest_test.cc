@@ -5,8 +5,8 @@
 #include <map>
 #include <vector>
 
-#include "support/stepped/messages.h"
-#include "support/stepped/regions.h"
+#include "tests/support/stepped/messages.h"
+#include "tests/support/stepped/regions.h"
 #include "tests/support/time.h"
 
 namespace hapticd {

@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "support/seeds.h"
-#include "support/stepped/regions.h"
+#include "tests/support/seeds.h"
+#include "tests/support/stepped/regions.h"
 
 namespace hapticd {
 namespace {

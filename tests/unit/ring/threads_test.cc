@@ -13,8 +13,8 @@
 
 #include "rt/base/histogram.h"
 #include "rt/ingest/ingest.h"
-#include "support/stepped/messages.h"
-#include "support/stepped/regions.h"
+#include "tests/support/stepped/messages.h"
+#include "tests/support/stepped/regions.h"
 
 namespace hapticd {
 namespace {

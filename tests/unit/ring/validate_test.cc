@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "rt/ingest/limits.h"
-#include "support/stepped/messages.h"
+#include "tests/support/stepped/messages.h"
 
 namespace hapticd {
 namespace {

@@ -13,7 +13,7 @@
 #include "daemon/leash/spawn.h"
 #include "daemon/scene/mesh/volume_cache.h"
 #include "rt/volume/distance.h"
-#include "support/process/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tests/unit/builder/built.h"
 #include "tools/hapticctl-import/child.h"
 #include "tools/hapticctl-import/format/image_file.h"

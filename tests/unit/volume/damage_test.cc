@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "rt/scene/snapshot_checksum.h"
-#include "support/shape/test_volume.h"
+#include "tests/support/shape/test_volume.h"
 
 namespace hapticd::test {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "rt/volume/distance.h"
 #include "rt/volume/octahedral.h"
-#include "support/seeds.h"
-#include "support/shape/test_volume.h"
+#include "tests/support/seeds.h"
+#include "tests/support/shape/test_volume.h"
 
 namespace hapticd::test {
 namespace {

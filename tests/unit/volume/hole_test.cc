@@ -5,8 +5,8 @@
 
 #include "daemon/builder/build.h"
 #include "rt/volume/distance.h"
-#include "support/seeds.h"
-#include "support/shape/test_volume.h"
+#include "tests/support/seeds.h"
+#include "tests/support/shape/test_volume.h"
 
 namespace hapticd::test {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "daemon/builder/volume/mesh_volume.h"
-#include "support/random.h"
-#include "support/shape/test_mesh.h"
+#include "tests/support/random.h"
+#include "tests/support/shape/test_mesh.h"
 
 namespace hapticd {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "support/seeds.h"
-#include "support/shape/brute_distance.h"
-#include "support/shape/test_mesh.h"
+#include "tests/support/seeds.h"
+#include "tests/support/shape/brute_distance.h"
+#include "tests/support/shape/test_mesh.h"
 
 namespace hapticd::test {
 namespace {

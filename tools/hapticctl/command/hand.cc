@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -62,57 +63,74 @@ void requireFollower(const haptic_device_info& device) {
   }
 }
 
+/** Where the hand shall be [m]; the simulated hand goes there. */
+void lead(const Session& session, const std::array<double, 3>& p) {
+  haptic_intent intent{};
+  intent.device = session.info().device_index;
+  std::copy(p.begin(), p.end(), intent.p);
+  intent.q[0] = 1;
+  haptic_push push{};
+  push.flags = HAPTIC_PUSH_LATEST;
+  const int code = haptic_push_intent(session.get(), &intent, &push);
+  if (code != HAPTIC_OK && code != HAPTIC_WOULD_BLOCK) check(code, haptic_error HAPTIC_ERROR_INIT);
+}
+
+/** Shows what the hand feels: on one live line, or ten times as seldom on lines of their own. */
+class Felt {
+ public:
+  Felt(const Session& session, double end_s, bool lines) : session_(session), end_s_(end_s), lines_(lines) {}
+
+  void look(double t_s) {
+    check(haptic_session_check(session_.get()), haptic_error HAPTIC_ERROR_INIT);
+    std::uint32_t n = 0;
+    std::uint64_t lost = 0;
+    if (haptic_session_drain(session_.get(), samples_.data(), static_cast<std::uint32_t>(samples_.size()), &n, &lost) ==
+        HAPTIC_OK) {
+      for (std::uint32_t i = 0; i < n; ++i) {
+        if (samples_[i].device == session_.info().device_index) since_.take(last_ = samples_[i]);
+      }
+    }
+    if (t_s - shown_s_ < (lines_ ? 1.0 : 0.1)) return;
+    shown_s_ = t_s;
+    const std::string text = describe(t_s, end_s_, last_, since_);
+    if (lines_) {
+      note(text);
+    } else {
+      live_.show(text);
+    }
+    since_ = {};
+  }
+  void clear() { live_.clear(); }
+
+ private:
+  const Session& session_;
+  const double end_s_;
+  const bool lines_;
+  LiveLine live_;
+  std::vector<haptic_sample> samples_{1024};
+  haptic_sample last_{};
+  Since since_;
+  double shown_s_ = 0;
+};
+
 int play(const HandOptions& options, const Globals& globals) {
   const Interrupt interrupt;
   const Motion motion = Motion::read(options.file);
   const Daemon daemon(globals);
   const Session session(daemon, options.device);
   requireFollower(*session.info().device);
-  LiveLine live;
-  const bool lines = isatty(STDERR_FILENO) == 0 && !globals.json;
   const double end_s = motion.duration() / options.speed;
+  Felt felt(session, end_s, isatty(STDERR_FILENO) == 0 && !globals.json);
   const std::int64_t begin_ns = haptic_now_ns();
-  std::vector<haptic_sample> samples(1024);
-  Since since;
-  haptic_sample last{};
-  double shown_s = 0;
   for (std::int64_t tick = 1; !Interrupt::asked(); ++tick) {
     const double t_s = static_cast<double>(haptic_now_ns() - begin_ns) * 1e-9;
     if (!options.loop && t_s > end_s) break;
-    const auto p = motion.at(std::fmod(t_s, end_s) * options.speed);
-    haptic_intent intent{};
-    intent.device = session.info().device_index;
-    std::copy(p.begin(), p.end(), intent.p);
-    intent.q[0] = 1;
-    haptic_push push{};
-    push.flags = HAPTIC_PUSH_LATEST;
-    const int code = haptic_push_intent(session.get(), &intent, &push);
-    if (code != HAPTIC_OK && code != HAPTIC_WOULD_BLOCK) check(code, haptic_error HAPTIC_ERROR_INIT);
-
-    if (tick % 20 == 0) {
-      check(haptic_session_check(session.get()), haptic_error HAPTIC_ERROR_INIT);
-      std::uint32_t n = 0;
-      std::uint64_t lost = 0;
-      if (haptic_session_drain(session.get(), samples.data(), static_cast<std::uint32_t>(samples.size()), &n, &lost) ==
-          HAPTIC_OK) {
-        for (std::uint32_t i = 0; i < n; ++i) {
-          if (samples[i].device == session.info().device_index) since.take(last = samples[i]);
-        }
-      }
-      if (t_s - shown_s >= (lines ? 1.0 : 0.1)) {
-        shown_s = t_s;
-        if (lines) {
-          note(describe(t_s, end_s, last, since));
-        } else {
-          live.show(describe(t_s, end_s, last, since));
-        }
-        since = {};
-      }
-    }
+    lead(session, motion.at(std::fmod(t_s, end_s) * options.speed));
+    if (tick % 20 == 0) felt.look(t_s);
     const std::int64_t next_ns = begin_ns + tick * 2'000'000;  // 500 Hz: the hand's spring smooths the rest.
     interrupt.wait(std::chrono::milliseconds((next_ns - haptic_now_ns() + 500'000) / 1'000'000));
   }
-  live.clear();
+  felt.clear();
   haptic_acks acks{};
   if (haptic_session_acks(session.get(), &acks) == HAPTIC_OK && acks.rejected != 0) {
     throw Failure{kExitRefused, options.file,

@@ -108,79 +108,111 @@ class Decimator {
   std::int64_t period_ns_, due_ns_ = 0;
 };
 
-int monitor(const MonitorOptions& options, const Globals& globals) {
+enum class Form { kTable, kCsv, kJson };
+
+void printHeader(Form form) {
+  if (form == Form::kCsv) put(kCsvHeader);
+  if (form == Form::kTable) tableHeader();
+}
+
+void printLine(Form form, const haptic_sample& s, double t_s) {
+  switch (form) {
+    case Form::kTable:
+      return tableLine(s, t_s);
+    case Form::kCsv: {
+      std::string line;
+      csvLine(line, s, t_s);
+      return put(line);
+    }
+    case Form::kJson: {
+      Json json = toJson(s);
+      json["t_s"] = t_s;
+      return putJson(json, true);
+    }
+  }
+}
+
+/** A device's samples from now on, as lines. */
+class Monitor {
+ public:
+  Monitor(const Session& session, Form form, double rate_hz, double duration_s)
+      : session_(session), form_(form), decimator_(rate_hz), duration_s_(duration_s) {
+    // What the history already held before we came is not asked for.
+    while (drain() == HAPTIC_OK && fresh_ == samples_.size()) continue;
+    lost_ = 0;
+  }
+
+  /** Prints what has come since the last look. Throws Failure when the session is dead. */
+  void look() {
+    const int code = drain();
+    if (code != HAPTIC_OK && code != HAPTIC_WOULD_BLOCK) {
+      flush();
+      check(code, haptic_error HAPTIC_ERROR_INIT);
+    }
+    for (std::uint32_t i = 0; i < fresh_ && !over_; ++i) take(samples_[i]);
+    flush();
+    if (!over_ && fresh_ == 0) checkSilence();
+  }
+  [[nodiscard]] bool over() const { return over_; }
+  [[nodiscard]] std::uint64_t lost() const { return lost_; }
+  [[nodiscard]] std::uint64_t written() const { return written_; }
+
+ private:
+  int drain() {
+    fresh_ = 0;
+    return haptic_session_drain(session_.get(), samples_.data(), static_cast<std::uint32_t>(samples_.size()), &fresh_,
+                                &lost_);
+  }
+  void take(const haptic_sample& s) {
+    if (s.device != session_.info().device_index) return;
+    if (start_ns_ == 0) start_ns_ = s.t_ns;
+    t_s_ = static_cast<double>(s.t_ns - start_ns_) * 1e-9;
+    over_ = duration_s_ > 0 && t_s_ >= duration_s_;
+    if (over_ || !decimator_.takes(s.t_ns)) return;
+    printLine(form_, s, t_s_);
+    ++written_;
+  }
+  /** The duration is by the samples' own times; where none come any more, by the clock. */
+  void checkSilence() {
+    constexpr double kPatience_s = 0.5;
+    check(haptic_session_check(session_.get()), haptic_error HAPTIC_ERROR_INIT);
+    const double waited_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+    if (duration_s_ <= 0 || waited_s <= duration_s_ + kPatience_s) return;
+    note(fmt::format("hapticctl: samples ended after {:.3f} s: does the servo stand?", t_s_));
+    over_ = true;
+  }
+
+  const Session& session_;
+  const Form form_;
+  Decimator decimator_;
+  const double duration_s_;  ///< 0: without end.
+  const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+  std::vector<haptic_sample> samples_{1024};
+  std::uint32_t fresh_ = 0;  ///< Of samples_, by the last drain().
+  std::uint64_t lost_ = 0, written_ = 0;
+  std::int64_t start_ns_ = 0;
+  double t_s_ = 0;  ///< Of the newest sample.
+  bool over_ = false;
+};
+
+int run(const MonitorOptions& options, const Globals& globals) {
   const Interrupt interrupt;
   const Daemon daemon(globals);
   const Session session(daemon, options.device);
-  const bool every = options.csv || globals.json;
-  Decimator decimator(options.rate_hz > 0 ? options.rate_hz : every ? 0 : 10);
-  if (options.csv) {
-    put(kCsvHeader);
-  } else if (!globals.json) {
-    tableHeader();
+  const Form form = options.csv ? Form::kCsv : globals.json ? Form::kJson : Form::kTable;
+  const bool every = form != Form::kTable;
+  printHeader(form);
+  Monitor monitor(session, form, options.rate_hz > 0 ? options.rate_hz : every ? 0 : 10, options.duration_s);
+  while (!Interrupt::asked()) {
+    monitor.look();
+    if (monitor.over()) break;
+    interrupt.wait(std::chrono::milliseconds(20));
   }
-  std::vector<haptic_sample> samples(1024);
-  std::uint64_t lost = 0, written = 0;
-  std::int64_t start_ns = 0;
-  std::string line;
-  double t_s = 0;
-  bool over = false;
-  // What the history already held before we came is not asked for.
-  for (std::uint32_t n = 1; n != 0;) {
-    std::uint64_t before = 0;
-    if (haptic_session_drain(session.get(), samples.data(), static_cast<std::uint32_t>(samples.size()), &n, &before) !=
-        0)
-      break;
-    if (n < samples.size()) break;
-  }
-  // By the samples' own times; where none come any more, by the clock.
-  constexpr double kPatience_s = 0.5;
-  const auto began = std::chrono::steady_clock::now();
-  while (!over && !Interrupt::asked()) {
-    std::uint32_t n = 0;
-    const int code =
-        haptic_session_drain(session.get(), samples.data(), static_cast<std::uint32_t>(samples.size()), &n, &lost);
-    if (code != HAPTIC_OK && code != HAPTIC_WOULD_BLOCK) {
-      flush();
-      haptic_error error = HAPTIC_ERROR_INIT;
-      check(code, error);
-    }
-    for (std::uint32_t i = 0; i < n && !over; ++i) {
-      const haptic_sample& s = samples[i];
-      if (s.device != session.info().device_index) continue;
-      if (start_ns == 0) start_ns = s.t_ns;
-      t_s = static_cast<double>(s.t_ns - start_ns) * 1e-9;
-      over = options.duration_s > 0 && t_s >= options.duration_s;
-      if (over || !decimator.takes(s.t_ns)) continue;
-      if (options.csv) {
-        line.clear();
-        csvLine(line, s, t_s);
-        put(line);
-      } else if (globals.json) {
-        Json json = toJson(s);
-        json["t_s"] = t_s;
-        putJson(json, true);
-      } else {
-        tableLine(s, t_s);
-      }
-      ++written;
-    }
-    flush();
-    if (!over && n == 0) {
-      check(haptic_session_check(session.get()), haptic_error HAPTIC_ERROR_INIT);
-      const double waited_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-      if (options.duration_s > 0 && waited_s > options.duration_s + kPatience_s) {
-        note(fmt::format("hapticctl: samples ended after {:.3f} s: does the servo stand?", t_s));
-        over = true;
-      }
-    }
-    if (!over) interrupt.wait(std::chrono::milliseconds(20));
-  }
-  if (lost != 0) {
+  if (monitor.lost() != 0) {
     note(fmt::format("hapticctl: {} samples lost (the history holds 1024; write to a file or take a lower --rate)",
-                     lost));
+                     monitor.lost()));
   }
-  if (every && !globals.json && stdoutIsTerminal()) note(fmt::format("{} samples", written));
+  if (form == Form::kCsv && stdoutIsTerminal()) note(fmt::format("{} samples", monitor.written()));
   return kExitOk;
 }
 
@@ -199,7 +231,7 @@ void addMonitor(CLI::App& app, Action& chosen) {
       ->check(number(0.001, 1e7));
   whenNamed(command, chosen, [options](const Globals& globals) {
     if (options->csv && globals.json) failUsage("--csv", "cannot go together with --json");
-    return monitor(*options, globals);
+    return run(*options, globals);
   });
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "tools/hapticctl-cut/mesh_distance.h"
 #include "tools/mesh_file/flat.h"
@@ -42,20 +41,17 @@ bool isSheet(const Surface& surface, double voxel) {
   return hapticctl_import::volumeOf(surface) <= kSheet * voxel * area / 2;
 }
 
-}  // namespace
-
-CutParts cut(const Surface& whole_mesh, const CutOptions& options) {
-  // What has no area has no side to tell.
-  const Surface mesh{whole_mesh.vertices,
-                     hapticd_mesh_file::withoutFlatTriangles(whole_mesh.vertices, whole_mesh.triangles)};
-  if (const auto open = whyOpen(mesh)) throw ImportError("", *open, "only what is closed has an inside to be cut");
-  Box whole;
+Box boxOf(const Surface& mesh) {
+  Box box;
   for (const auto& v : mesh.vertices) {
     const Vec3 x(v[0], v[1], v[2]);
-    whole.lower = whole.lower.cwiseMin(x);
-    whole.upper = whole.upper.cwiseMax(x);
+    box.lower = box.lower.cwiseMin(x);
+    box.upper = box.upper.cwiseMax(x);
   }
-  const Vec3 size = whole.upper - whole.lower;
+  return box;
+}
+
+void checkOptions(const CutOptions& options, const Vec3& size) {
   if (options.voxel > size.maxCoeff() / 2) {
     throw ImportError(
         "--voxel",
@@ -65,7 +61,11 @@ CutParts cut(const Surface& whole_mesh, const CutOptions& options) {
   }
   if (options.shape.noise > size.maxCoeff())
     throw ImportError("--noise", fmt::format("{:.4g} is more than the mesh", options.shape.noise), "take less");
-  const CutSurface surface(options.shape);
+}
+
+/** Fine where the cut is, coarser elsewhere. Throws ImportError when that would need too many points, or misses. */
+Lattice latticeFor(const Box& whole, const CutSurface& surface, const CutOptions& options) {
+  const Vec3 size = whole.upper - whole.lower;
   Box detail = surface.box();
   const Vec3 beside = Vec3::Constant(options.kerf + 3 * options.voxel);
   detail.lower -= beside;
@@ -86,28 +86,43 @@ CutParts cut(const Surface& whole_mesh, const CutOptions& options) {
                       "take smaller voxels, or longer waves");
   }
   requireRoom((size / std::max(options.coarse, options.voxel)).maxCoeff());  // Of one axis alone.
-  const Lattice lattice = makeLattice(whole, detail, options.voxel, std::max(options.coarse, options.voxel));
+  Lattice lattice = makeLattice(whole, detail, options.voxel, std::max(options.coarse, options.voxel));
   requireRoom(static_cast<double>(lattice.count()));
+  return lattice;
+}
 
-  const std::vector<float> solid = insideness(mesh, lattice);
+/** How far each point is on one side of the cut and out of the kerf: sign 1 for the fragment's, -1 for the body's. */
+std::vector<float> sideOf(const CutSurface& surface, const Lattice& lattice, double sign, double half_kerf) {
   std::vector<float> side(lattice.count());
-  const double half = 0.5 * options.kerf;
-  const auto part = [&](double sign) {
-    for (std::size_t z = 0; z < lattice.size(2); ++z) {
-      for (std::size_t y = 0; y < lattice.size(1); ++y) {
-        for (std::size_t x = 0; x < lattice.size(0); ++x) {
-          const double to_cut = surface.at(lattice.at(x, y, z));
-          // A point in the cut is the fragment's alone, else both would have it and overlap.
-          side[lattice.index(x, y, z)] = static_cast<float>(sign * (to_cut == 0 ? 1e-30 : to_cut) - half);
-        }
+  for (std::size_t z = 0; z < lattice.size(2); ++z) {
+    for (std::size_t y = 0; y < lattice.size(1); ++y) {
+      for (std::size_t x = 0; x < lattice.size(0); ++x) {
+        const double to_cut = surface.at(lattice.at(x, y, z));
+        // A point in the cut is the fragment's alone, else both would have it and overlap.
+        side[lattice.index(x, y, z)] = static_cast<float>(sign * (to_cut == 0 ? 1e-30 : to_cut) - half_kerf);
       }
     }
-    return draw(lattice, solid, side);
-  };
+  }
+  return side;
+}
+
+}  // namespace
+
+CutParts cut(const Surface& whole_mesh, const CutOptions& options) {
+  // What has no area has no side to tell.
+  const Surface mesh{whole_mesh.vertices,
+                     hapticd_mesh_file::withoutFlatTriangles(whole_mesh.vertices, whole_mesh.triangles)};
+  if (const auto open = whyOpen(mesh)) throw ImportError("", *open, "only what is closed has an inside to be cut");
+  const Box whole = boxOf(mesh);
+  checkOptions(options, whole.upper - whole.lower);
+  const CutSurface surface(options.shape);
+  const Lattice lattice = latticeFor(whole, surface, options);
+
+  const std::vector<float> solid = insideness(mesh, lattice);
   CutParts parts;
   parts.points = lattice.count();
-  parts.fragment = part(1);
-  parts.body = part(-1);
+  parts.fragment = draw(lattice, solid, sideOf(surface, lattice, 1, 0.5 * options.kerf));
+  parts.body = draw(lattice, solid, sideOf(surface, lattice, -1, 0.5 * options.kerf));
   const char* const remedy = options.kerf > 0 ? "move the cut, or take a narrower kerf" : "move the cut";
   if (isSheet(parts.fragment, options.voxel)) throw ImportError("", kNothing, remedy);
   if (isSheet(parts.body, options.voxel)) throw ImportError("", "all of it lies on the fragment's side", remedy);

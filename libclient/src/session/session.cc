@@ -44,6 +44,67 @@ Failure checkRegions(const Opened& opened) {
           "install hapticd and libhapticclient of the same release"};
 }
 
+struct RegionBytes {
+  std::size_t a = 0, b = 0;
+};
+
+/** Asks the daemon for a session with `session.uri`. */
+Failure askSession(haptic_session& session, Opened& fresh, RegionBytes& bytes) {
+  const auto make = [&](Link& link) {
+    auto request = link.daemon.openSessionRequest();
+    request.setUri(session.uri.c_str());
+    request.setClientName(session.name.c_str());
+    request.setLayoutMajor(HD_SHM_MAJOR);
+    request.setLayoutMinor(HD_SHM_MINOR);
+    return request;
+  };
+  return client::callDaemon(*session.connection, make, [&](auto& results) {
+    const proto::SessionInfo::Reader info = results.getInfo();
+    fresh.capability = results.getSession();
+    fresh.id = info.getId();
+    fresh.epoch = info.getEpoch();
+    fresh.device_index = info.getDeviceIndex();
+    fresh.device_count = info.getDeviceCount();
+    fresh.period_ns = info.getPeriodNs();
+    bytes = {info.getRegionABytes(), info.getRegionBBytes()};
+    fresh.device = std::make_unique<capnp::MallocMessageBuilder>();
+    fresh.device->setRoot(info.getDevice());
+    if (session.uri.empty()) session.uri = info.getDevice().getUri().cStr();  // a reopening gets the same device
+  });
+}
+
+/** Maps both regions, which hold what this library was built for. */
+Failure mapRegions(Connection& connection, Opened& fresh, const RegionBytes& bytes) {
+  if (bytes.a < sizeof(hd_region_a) || bytes.b < sizeof(hd_region_b)) {
+    return {HAPTIC_VERSION_MISMATCH, "shared memory", "is smaller than this library expects",
+            "install hapticd and libhapticclient of the same release"};
+  }
+  Failure refusal, bad_a, bad_b;
+  Failure broken = connection.call([&](Link&) -> kj::Promise<void> {
+    return fresh.capability.regionsRequest().send().then([&](auto&& results) -> kj::Promise<void> {
+      refusal = client::toFailure(results.getStatus());
+      if (refusal) return kj::READY_NOW;
+      return kj::joinPromises(kj::arr(mapRegion(results.getA(), bytes.a, false, "region A", fresh.map_a, bad_a),
+                                      mapRegion(results.getB(), bytes.b, true, "region B", fresh.map_b, bad_b)));
+    });
+  });
+  for (Failure* failure : {&broken, &refusal, &bad_a, &bad_b}) {
+    if (*failure) return std::move(*failure);
+  }
+  return checkRegions(fresh);
+}
+
+/** All of an opening that can fail. Whatever comes of it, the capability must go on its own thread. */
+Failure begin(haptic_session& session, Opened& fresh) {
+  RegionBytes bytes;
+  if (Failure failure = askSession(session, fresh, bytes)) return failure;
+  if (Failure failure = mapRegions(*session.connection, fresh, bytes)) return failure;
+  fresh.reader.emplace(fresh.a());
+  fresh.producer.emplace(fresh.b(), fresh.a());
+  fresh.producer->heartbeat(haptic_now_ns());
+  return client::callDaemon(*session.connection, [&](Link&) { return fresh.capability.mappedRequest(); });
+}
+
 /** Runs a call on the session's capability that answers with a status alone. */
 template <class Make>
 int order(haptic_session* session, haptic_error* error, Make&& make) {
@@ -72,61 +133,9 @@ void awaitFirstSample(haptic_session& session) {
 
 Failure haptic_session::open() {
   auto fresh = std::make_unique<Opened>();
-  std::size_t a_bytes = 0, b_bytes = 0;
-  const auto ask_session = [&](Link& link) {
-    auto request = link.daemon.openSessionRequest();
-    request.setUri(uri.c_str());
-    request.setClientName(name.c_str());
-    request.setLayoutMajor(HD_SHM_MAJOR);
-    request.setLayoutMinor(HD_SHM_MINOR);
-    return request;
-  };
-  Failure refusal;
-  Failure broken = connection->call([&](Link& link) {
-    return client::ask(ask_session(link), refusal, [&](auto& results) {
-      const proto::SessionInfo::Reader info = results.getInfo();
-      fresh->capability = results.getSession();
-      fresh->id = info.getId();
-      fresh->epoch = info.getEpoch();
-      fresh->device_index = info.getDeviceIndex();
-      fresh->device_count = info.getDeviceCount();
-      fresh->period_ns = info.getPeriodNs();
-      a_bytes = info.getRegionABytes();
-      b_bytes = info.getRegionBBytes();
-      fresh->device = std::make_unique<capnp::MallocMessageBuilder>();
-      fresh->device->setRoot(info.getDevice());
-      if (uri.empty()) uri = info.getDevice().getUri().cStr();  // a reopening gets the same device
-    });
-  });
-  // From here on the capability must go on its own thread, also on failure.
-  const auto drop = [&](Failure failure) {
+  if (Failure failure = begin(*this, *fresh)) {
     connection->run([&](Connection::Loop&) { fresh->capability = nullptr; });
     return failure;
-  };
-  if (broken) return drop(std::move(broken));
-  if (refusal) return drop(std::move(refusal));
-  if (a_bytes < sizeof(hd_region_a) || b_bytes < sizeof(hd_region_b)) {
-    return drop({HAPTIC_VERSION_MISMATCH, "shared memory", "is smaller than this library expects",
-                 "install hapticd and libhapticclient of the same release"});
-  }
-  Failure bad_a, bad_b;
-  broken = connection->call([&](Link&) -> kj::Promise<void> {
-    return fresh->capability.regionsRequest().send().then([&](auto&& results) -> kj::Promise<void> {
-      refusal = client::toFailure(results.getStatus());
-      if (refusal) return kj::READY_NOW;
-      return kj::joinPromises(kj::arr(mapRegion(results.getA(), a_bytes, false, "region A", fresh->map_a, bad_a),
-                                      mapRegion(results.getB(), b_bytes, true, "region B", fresh->map_b, bad_b)));
-    });
-  });
-  for (Failure* failure : {&broken, &refusal, &bad_a, &bad_b}) {
-    if (*failure) return drop(std::move(*failure));
-  }
-  if (Failure failure = checkRegions(*fresh)) return drop(std::move(failure));
-  fresh->reader.emplace(fresh->a());
-  fresh->producer.emplace(fresh->b(), fresh->a());
-  fresh->producer->heartbeat(haptic_now_ns());
-  if (Failure failure = client::callDaemon(*connection, [&](Link&) { return fresh->capability.mappedRequest(); })) {
-    return drop(std::move(failure));
   }
   connection->run([&](Connection::Loop& loop) {
     if (opened != nullptr) Connection::remove(loop, *this);

@@ -18,7 +18,7 @@ bool harmless(const OpenDevice& device) {
 
 void Core::noteAsker(OpenDevice& device, const Client& by) const {
   if (by.administration) device.kept = true;
-  if (clients_.count(by.connection) == 0) return;  // It has left meanwhile.
+  if (!clients_.has(by.connection)) return;  // It has left meanwhile.
   auto& askers = device.askers;
   if (std::find(askers.begin(), askers.end(), by.connection) == askers.end()) askers.push_back(by.connection);
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "daemon/device/limits.h"
 #include "daemon/log/log.h"
 #include "drivers/named_file.h"
 #include "drivers/registry.h"
@@ -151,70 +150,30 @@ bool Core::quiet(std::int64_t since_ns) {
                      [](const auto& device) { return powerless(*device); });
 }
 
-Result<std::uint64_t> Core::connect(std::int32_t pid, std::uint32_t uid, bool administration) {
-  const auto counted = [&](bool stop_only) {
-    std::size_t all = 0, same = 0;
-    for (const auto& [number, other] : clients_) {
-      if (other.administration != administration || other.stop_only != stop_only) continue;
-      ++all;
-      same += other.uid == uid ? 1 : 0;
-    }
-    return std::pair(all, same);
-  };
-  const auto [all, same] = counted(false);
-  const bool full = administration ? all >= kAdministrators : all >= kConnections || same >= kConnectionsPerUser;
-  const auto [all_to_stop, same_to_stop] = counted(true);
-  if (full && (administration || all_to_stop >= kStopOnly || same_to_stop >= kStopOnlyPerUser)) {
-    return Error{ErrorCode::kQuotaExceeded, "connection",
-                 fmt::format("user {} has {} of {} connections", uid, same, all), "close some"};
-  }
-  Client client;
-  client.stop_only = full;
-  client.connection = next_connection_;
-  client.pid = pid;
-  client.uid = uid;
-  client.administration = administration;
-  clients_.emplace(next_connection_, client);
-  log::debug("connection {}: pid {} uid {}{}", next_connection_, pid, uid,
-             administration ? " (administration)" : (full ? " (to stop devices)" : ""));
-  return next_connection_++;
-}
-
-std::optional<std::uint64_t> Core::oldestToStop(std::uint32_t uid) const {
-  std::optional<std::uint64_t> of_all;
-  for (const auto& [number, client] : clients_) {  // In the order they came.
-    if (!client.stop_only) continue;
-    if (client.uid == uid) return number;
-    if (!of_all) of_all = number;
-  }
-  return of_all;
-}
-
 void Core::introduce(std::uint64_t connection, std::string name) {
-  const auto it = clients_.find(connection);
-  if (it == clients_.end()) return;
-  const bool first = it->second.name.empty();
-  it->second.name = std::move(name);
+  Client* const client = clients_.find(connection);
+  if (client == nullptr) return;
+  const bool first = client->name.empty();
+  client->name = std::move(name);
   if (!first) return;
-  log::info("client '{}' (pid {}, uid {}) joins", log::printable(it->second.name), it->second.pid, it->second.uid);
-  publish(EventKind::kClientJoined, {}, it->second.name);
+  log::info("client '{}' (pid {}, uid {}) joins", log::printable(client->name), client->pid, client->uid);
+  publish(EventKind::kClientJoined, {}, client->name);
 }
 
 const Client& Core::client(std::uint64_t connection) const {
   static const Client kNobody{.uid = ~std::uint32_t{0}};  // Not 0: that is root.
-  const auto it = clients_.find(connection);
-  return it == clients_.end() ? kNobody : it->second;
+  const Client* const found = clients_.find(connection);
+  return found == nullptr ? kNobody : *found;
 }
 
 void Core::disconnect(std::uint64_t connection) {
-  const auto it = clients_.find(connection);
-  if (it == clients_.end()) return;
-  const Client gone = it->second;
+  if (!clients_.has(connection)) return;
+  const Client gone = client(connection);
   sessions_.endAllOf(connection, "the client has left");
   scene_.clientLeft(connection);
   meshes_.dropUnusedOf(connection);
   scene_.textures().dropUnusedOf(connection);
-  clients_.erase(connection);
+  clients_.remove(connection);
   for (const auto& device : devices_.devices()) std::erase(device->askers, connection);
   if (gone.name.empty()) return;
   log::info("client '{}' (pid {}) leaves", log::printable(gone.name), gone.pid);
@@ -296,7 +255,7 @@ void Core::record(std::string_view uri, std::uint64_t connection, RecordDone don
 
 /** One that ends is there until all is in its stream: who records again at once waits for that. */
 void Core::fulfil(RecordWish wish) {
-  if (clients_.count(wish.connection) == 0)
+  if (!clients_.has(wish.connection))
     return wish.done(Error{ErrorCode::kTimeout, "connection", "the client has left", {}});
   auto started = record(wish.uri, wish.connection);
   const auto device = devices_.find(wish.uri);
@@ -323,39 +282,6 @@ Result<void> Core::checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint6
                  "drop meshes, or raise quotas.triangles in the configuration"};
   }
   return {};
-}
-
-Result<void> Core::regionHandedOut(std::uint32_t uid) {
-  std::uint32_t& held = regions_out_[uid];
-  if (held >= kRegionsPerUser) {
-    return Error{ErrorCode::kQuotaExceeded, "region",
-                 fmt::format("user {} holds {} regions, the most allowed", uid, kRegionsPerUser),
-                 "map them and drop their capabilities"};
-  }
-  ++held;
-  return {};
-}
-
-void Core::regionDropped(std::uint32_t uid) {
-  const auto it = regions_out_.find(uid);
-  if (it != regions_out_.end() && --it->second == 0) regions_out_.erase(it);
-}
-
-Result<void> Core::subscriptionOpened(const Subscriber& by) {
-  std::size_t all = 0;
-  for (const auto& [other, count] : subscriptions_) all += other.second == by.second ? count : 0;
-  std::uint32_t& held = subscriptions_[by];
-  if (held >= kSubscriptionsPerUser || all >= kConnections) {
-    return Error{ErrorCode::kQuotaExceeded, "subscribe",
-                 fmt::format("user {} has {} of {} subscriptions", by.first, held, all), "drop some"};
-  }
-  ++held;
-  return {};
-}
-
-void Core::subscriptionDropped(const Subscriber& by) {
-  const auto it = subscriptions_.find(by);
-  if (it != subscriptions_.end() && --it->second == 0) subscriptions_.erase(it);
 }
 
 std::uint64_t Core::bytesOf(std::uint32_t uid) const {

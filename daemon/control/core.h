@@ -7,13 +7,13 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "daemon/armed/armed_list.h"
 #include "daemon/config/config.h"
+#include "daemon/control/clients.h"
 #include "daemon/device/device_manager.h"
 #include "daemon/device/wanted_groups.h"
 #include "daemon/event/event_hub.h"
@@ -23,7 +23,6 @@
 #include "daemon/scene/scene_model.h"
 #include "daemon/scene/upload/uploads.h"
 #include "daemon/session/session_manager.h"
-#include "daemon/version.h"
 #include "rt/guard/guard.h"
 
 namespace hapticd {
@@ -64,12 +63,6 @@ struct ToolWish {
 /** Control thread only. */
 class Core {
  public:
-  static constexpr std::size_t kConnections = 256;  ///< Of all users together.
-  static constexpr std::size_t kConnectionsPerUser = 64;
-  static constexpr std::size_t kStopOnly = 16, kStopOnlyPerUser = 4;  ///< Beyond those, for who comes to stop a device.
-  static constexpr std::size_t kAdministrators = 16;          ///< Connections beside those: users leave them the room.
-  static constexpr std::uint32_t kRegionsPerUser = 64;        ///< Region capabilities: each holds a descriptor of ours.
-  static constexpr std::uint32_t kSubscriptionsPerUser = 64;  ///< Each may hold a queue of events.
   static constexpr std::int64_t kArmAnswerNs = 1'000'000'000;
   static constexpr std::int64_t kRoomNs = 500'000'000;
   static constexpr std::size_t kWishes = 64;  ///< Sessions, or recordings, that may wait; more are refused at once.
@@ -105,11 +98,11 @@ class Core {
   [[nodiscard]] bool allOff() const { return listed_.empty(); }
 
   // Connections.
-  /** Beyond its numbers one that may stop devices and no more, or kQuotaExceeded. */
-  [[nodiscard]] Result<std::uint64_t> connect(std::int32_t pid, std::uint32_t uid, bool administration);
-  /** The connection to end first where nobody may come even to stop: the user's own oldest of that kind, or that of
-   * all. */
-  [[nodiscard]] std::optional<std::uint64_t> oldestToStop(std::uint32_t uid) const;
+  [[nodiscard]] Clients& clients() { return clients_; }
+  /** As Clients::connect(). */
+  [[nodiscard]] Result<std::uint64_t> connect(std::int32_t pid, std::uint32_t uid, bool administration) {
+    return clients_.connect(pid, uid, administration);
+  }
   void introduce(std::uint64_t connection, std::string name);
   [[nodiscard]] const Client& client(std::uint64_t connection) const;
   /** Ends its sessions, removes its objects, gives back what it held. */
@@ -176,14 +169,6 @@ class Core {
   [[nodiscard]] Result<void> checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles) const;
   [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
   [[nodiscard]] std::uint64_t lockedBytes() const;
-  /** kQuotaExceeded if that user holds kRegionsPerUser already; else regionDropped() is due when it goes. */
-  [[nodiscard]] Result<void> regionHandedOut(std::uint32_t uid);
-  void regionDropped(std::uint32_t uid);
-  /** A user; and whether by the administration socket, where subscriptions count apart. */
-  using Subscriber = std::pair<std::uint32_t, bool>;
-  /** kQuotaExceeded if there is no room for one more; else subscriptionDropped() is due when it goes. */
-  [[nodiscard]] Result<void> subscriptionOpened(const Subscriber& by);
-  void subscriptionDropped(const Subscriber& by);
 
   [[nodiscard]] DeviceManager& devices() { return devices_; }
   [[nodiscard]] const WantedGroups& wanted() const { return wanted_; }
@@ -198,7 +183,6 @@ class Core {
   [[nodiscard]] std::uint64_t epoch() const { return options_.epoch; }
   [[nodiscard]] std::int64_t now() { return clock_.now(); }
   [[nodiscard]] std::int64_t started() const { return started_ns_; }
-  [[nodiscard]] const std::map<std::uint64_t, Client>& clients() const { return clients_; }
 
   void publish(EventKind kind, const std::string& device, const std::string& text = {}, std::uint64_t session = 0);
 
@@ -281,10 +265,7 @@ class Core {
   std::vector<Event> disarmed_;  ///< To be told when the driver has sent the zeros.
   DeviceManager devices_;        // last: its servos stop before what they read goes
   WantedGroups wanted_;
-  std::map<std::uint64_t, Client> clients_;
-  std::uint64_t next_connection_ = 1;
-  std::map<std::uint32_t, std::uint32_t> regions_out_;  ///< By user.
-  std::map<Subscriber, std::uint32_t> subscriptions_;
+  Clients clients_;
   std::vector<PendingArm> arms_;
   std::vector<Wish> wishes_;
   std::vector<RecordWish> record_wishes_;

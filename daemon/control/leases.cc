@@ -54,7 +54,7 @@ void Core::fulfil(Wish wish) {
   const std::uint64_t connection = wish.connection;
   openDevice(uri, connection, [this, wish = std::move(wish)](const Result<OpenDevice*>& device) mutable {
     if (!device) return wish.done(device.error());
-    if (clients_.count(wish.connection) == 0) return wish.done(gone());  // It has left while the device was opened.
+    if (!clients_.has(wish.connection)) return wish.done(gone());  // It has left while the device was opened.
     auto session = sessionOn(*device.value(), wish.connection, wish.name);
     const bool waits = !session && session.error().code == ErrorCode::kQuotaExceeded && wishes_.size() < kWishes &&
                        clock_.now() < wish.until_ns &&
@@ -68,7 +68,7 @@ void Core::pollWishes() {
   std::vector<Wish> waiting;
   std::swap(waiting, wishes_);
   for (Wish& wish : waiting) {
-    if (clients_.count(wish.connection) == 0) {
+    if (!clients_.has(wish.connection)) {
       wish.done(gone());
     } else {
       fulfil(std::move(wish));

@@ -21,6 +21,7 @@
 #include "daemon/panel/panel.h"
 #include "daemon/rpc/listen_socket.h"
 #include "daemon/rpc/server.h"
+#include "daemon/version.h"
 #include "drivers/registry.h"
 #include "rt/base/standard_streams.h"
 #include "rt/cycle/realtime.h"

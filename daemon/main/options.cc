@@ -13,6 +13,7 @@
 #include "daemon/control/core.h"
 #include "daemon/main/device_uris.h"
 #include "daemon/rpc/listen_socket.h"
+#include "daemon/version.h"
 #include "drivers/number.h"
 
 namespace hapticd {

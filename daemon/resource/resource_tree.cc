@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/resource/properties.h"
+#include "daemon/version.h"
 #include "drivers/nearest.h"
 
 namespace hapticd {
@@ -80,7 +81,7 @@ Json statistics(const OpenDevice& device) {
 
 Json clients(Core& core) {
   Json json = Json::array();
-  for (const auto& [id, client] : core.clients()) {
+  for (const auto& [id, client] : core.clients().all()) {
     Json c{{"name", client.name}, {"pid", client.pid}, {"uid", client.uid}, {"administration", client.administration}};
     c["sessions"] = Json::array();
     for (const Session* session : core.sessions().all()) {

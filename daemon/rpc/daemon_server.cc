@@ -172,8 +172,8 @@ kj::Promise<void> DaemonServer::subscribe(SubscribeContext context) {
       return Error{ErrorCode::kInvalidArgument, "kinds", fmt::format("bits beyond {} name no event", kEventKinds - 1),
                    "0 means all"};
     }
-    const Core::Subscriber by{client().uid, client().administration};
-    if (auto r = core_.subscriptionOpened(by); !r) return r;
+    const Clients::Subscriber by{client().uid, client().administration};
+    if (auto r = core_.clients().subscriptionOpened(by); !r) return r;
     results.setSubscription(kj::heap<SubscriptionServer>(core_, by, params.getListener(), params.getKinds()));
     return {};
   });

@@ -136,7 +136,7 @@ void ControlServer::accept(kj::AuthenticatedStream stream, bool administration) 
     };
     auto id = core_.connect(pid, *uid, administration);
     if (!id && !administration) {  // Nobody keeps others from stopping a device by coming to stop one.
-      if (const auto oldest = core_.oldestToStop(*uid)) {
+      if (const auto oldest = core_.clients().oldestToStop(*uid)) {
         leave(*oldest);
         id = core_.connect(pid, *uid, administration);
       }

@@ -14,7 +14,7 @@ namespace hapticd {
 class RegionServer final : public proto::Region::Server {
  public:
   RegionServer(Core& core, std::uint32_t uid, UniqueFd fd) : core_(core), uid_(uid), fd_(std::move(fd)) {}
-  ~RegionServer() { core_.regionDropped(uid_); }
+  ~RegionServer() { core_.clients().regionDropped(uid_); }
   RegionServer(const RegionServer&) = delete;
   RegionServer& operator=(const RegionServer&) = delete;
   kj::Maybe<int> getFd() override { return fd_.get(); }
@@ -22,7 +22,7 @@ class RegionServer final : public proto::Region::Server {
   /** One more for that user, or why not. */
   [[nodiscard]] static Result<proto::Region::Client> handOut(Core& core, std::uint32_t uid, Result<UniqueFd> fd) {
     if (!fd) return fd.error();
-    if (auto r = core.regionHandedOut(uid); !r) return r.error();
+    if (auto r = core.clients().regionHandedOut(uid); !r) return r.error();
     return proto::Region::Client(kj::heap<RegionServer>(core, uid, std::move(*fd)));
   }
 
@@ -123,11 +123,11 @@ class SceneServer final : public proto::Scene::Server {
 /** Calls the listener with what happened, one call in flight at a time. */
 class SubscriptionServer final : public proto::Subscription::Server, private kj::TaskSet::ErrorHandler {
  public:
-  SubscriptionServer(Core& core, const Core::Subscriber& by, proto::EventListener::Client listener,
+  SubscriptionServer(Core& core, const Clients::Subscriber& by, proto::EventListener::Client listener,
                      std::uint32_t kinds);
   ~SubscriptionServer() {
     core_.events().unsubscribe(id_);
-    core_.subscriptionDropped(by_);
+    core_.clients().subscriptionDropped(by_);
   }
   SubscriptionServer(const SubscriptionServer&) = delete;
   SubscriptionServer& operator=(const SubscriptionServer&) = delete;
@@ -138,7 +138,7 @@ class SubscriptionServer final : public proto::Subscription::Server, private kj:
   void taskFailed(kj::Exception&& exception) override;
 
   Core& core_;
-  Core::Subscriber by_;
+  Clients::Subscriber by_;
   proto::EventListener::Client listener_;
   std::uint64_t id_;
   bool pumping_ = false;

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "daemon/device/device_status.h"
+#include "daemon/version.h"
 
 namespace hapticd {
 namespace {}  // namespace

@@ -3,7 +3,7 @@
 
 namespace hapticd {
 
-SubscriptionServer::SubscriptionServer(Core& core, const Core::Subscriber& by, proto::EventListener::Client listener,
+SubscriptionServer::SubscriptionServer(Core& core, const Clients::Subscriber& by, proto::EventListener::Client listener,
                                        std::uint32_t kinds)
     : core_(core),
       by_(by),

@@ -170,9 +170,9 @@ TEST(SessionLife, SlotsAreReusedAndTheLastOneBelongsToTheMonitor) {
 TEST(SessionLife, ConnectionsOfAllUsersLeaveRoomForStopsAndForAdministration) {
   Bench bench;
   std::size_t all = 1;  // The bench's own.
-  for (std::uint32_t user = 2000; all < Core::kConnections; ++user) {
+  for (std::uint32_t user = 2000; all < Clients::kConnections; ++user) {
     std::size_t own = 0;
-    while (all < Core::kConnections && own < Core::kConnectionsPerUser) {
+    while (all < Clients::kConnections && own < Clients::kConnectionsPerUser) {
       const auto id = bench.core.connect(1, user, false);
       ASSERT_TRUE(id.ok());
       EXPECT_FALSE(bench.core.client(*id).stop_only);
@@ -180,23 +180,23 @@ TEST(SessionLife, ConnectionsOfAllUsersLeaveRoomForStopsAndForAdministration) {
     }
   }
   // Who comes then may stop devices: each user by a few connections, and nobody by those that others need.
-  EXPECT_FALSE(bench.core.oldestToStop(5000));
+  EXPECT_FALSE(bench.core.clients().oldestToStop(5000));
   std::vector<std::uint64_t> first;
   for (std::uint32_t user = 5000; user < 5004; ++user) {
-    for (std::size_t i = 0; i < Core::kStopOnlyPerUser; ++i) {
+    for (std::size_t i = 0; i < Clients::kStopOnlyPerUser; ++i) {
       const auto id = bench.core.connect(1, user, false);
       ASSERT_TRUE(id.ok());
       EXPECT_TRUE(bench.core.client(*id).stop_only);
       if (i == 0) first.push_back(*id);
     }
     EXPECT_EQ(bench.core.connect(1, user, false).error().code, ErrorCode::kQuotaExceeded);
-    EXPECT_EQ(bench.core.oldestToStop(user), first.back()) << "a user's own goes first";
+    EXPECT_EQ(bench.core.clients().oldestToStop(user), first.back()) << "a user's own goes first";
   }
   EXPECT_EQ(bench.core.connect(1, 6000, false).error().code, ErrorCode::kQuotaExceeded);
-  EXPECT_EQ(bench.core.oldestToStop(6000), first.front());
+  EXPECT_EQ(bench.core.clients().oldestToStop(6000), first.front());
   bench.core.disconnect(first.front());
   EXPECT_TRUE(bench.core.client(*bench.core.connect(1, 6000, false)).stop_only);
-  for (std::size_t i = 1; i < Core::kAdministrators; ++i) EXPECT_TRUE(bench.core.connect(1, 0, true).ok());
+  for (std::size_t i = 1; i < Clients::kAdministrators; ++i) EXPECT_TRUE(bench.core.connect(1, 0, true).ok());
   EXPECT_EQ(bench.core.connect(1, 0, true).error().code, ErrorCode::kQuotaExceeded);
 }
 

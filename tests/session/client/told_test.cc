@@ -46,7 +46,7 @@ TEST_F(Told, AClientJoinsOnceAndLeavesOnce) {
   bench.core.introduce(guest, "ghost");
   EXPECT_TRUE(heard(EventKind::kClientLeft).empty());
   EXPECT_TRUE(heard(EventKind::kClientJoined).empty());
-  EXPECT_EQ(bench.core.clients().count(guest), 0u);
+  EXPECT_EQ(bench.core.clients().all().count(guest), 0u);
 }
 
 TEST_F(Told, WhoNeverSaidANameComesAndGoesUnheard) {

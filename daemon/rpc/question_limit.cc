@@ -3,8 +3,6 @@
 #include <capnp/rpc.capnp.h>
 #include <kj/exception.h>
 
-#include <utility>
-
 namespace hapticd {
 
 kj::Promise<kj::Maybe<capnp::MessageReaderAndFds>> QuestionLimit::tryReadMessage(kj::ArrayPtr<kj::AutoCloseFd> fds,

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "daemon/rpc/status.h"
-
 namespace hapticd {
 namespace {
 

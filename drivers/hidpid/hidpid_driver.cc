@@ -1,6 +1,5 @@
 #include "drivers/hidpid/hidpid_driver.h"
 
-#include <algorithm>
 #include <optional>
 
 #include "drivers/hid/hidraw_transport.h"

@@ -1,7 +1,6 @@
 #include "rt/cycle/cycle.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace hapticd {
 namespace {

@@ -5,7 +5,6 @@
 #include "drivers/vendor/dhd_sdk.h"
 #include "drivers/vendor/hd_sdk.h"
 #include "drivers/vendor/pose_check.h"
-#include "drivers/vendor/vendor_driver.h"
 #include "drivers/vendor/vendor_parameters.h"
 #include "tests/conformance/vendor_rig.h"
 #include "tests/support/time.h"

@@ -2,7 +2,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <numeric>
-#include <string_view>
 
 #include "tools/mesh_file/mesh_error.h"
 #include "tools/mesh_file/off.h"

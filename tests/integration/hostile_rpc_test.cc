@@ -5,7 +5,6 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 
-#include <cmath>
 #include <filesystem>
 #include <limits>
 

@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <vector>
 
 namespace hapticctl_cut {

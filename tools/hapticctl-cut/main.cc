@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
-#include <optional>
 
 #include "rt/base/standard_streams.h"
 #include "tools/hapticctl-cut/cut.h"

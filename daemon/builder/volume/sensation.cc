@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "daemon/builder/volume/patches.h"
-
 namespace hapticd {
 namespace {
 

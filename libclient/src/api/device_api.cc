@@ -1,7 +1,6 @@
 // device.h: what answers with no reply of its own.
 #include <cmath>
 
-#include "libclient/src/connection/loop.h"
 #include "libclient/src/reply/convert.h"
 
 using hapticd::client::Failure;

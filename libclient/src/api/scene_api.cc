@@ -1,6 +1,5 @@
 // scene.h: objects.
 #include "libclient/src/connection/descriptor.h"
-#include "libclient/src/connection/loop.h"
 #include "libclient/src/reply/convert.h"
 
 using hapticd::client::Failure;

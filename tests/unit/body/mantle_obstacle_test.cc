@@ -1,7 +1,6 @@
 // Corners, edges and rims that the mantle of a cylinder or a capsule meets between two of its discs or balls.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>

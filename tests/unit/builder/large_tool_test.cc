@@ -1,5 +1,4 @@
 // What is too large for its field is told when it is held or begins to move, with voxels that are large enough.
-#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 

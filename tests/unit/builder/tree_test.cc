@@ -3,7 +3,6 @@
 #include <map>
 #include <set>
 
-#include "daemon/builder/bvh.h"
 #include "rt/scene/refit.h"
 #include "tests/support/seeds.h"
 #include "tests/unit/builder/built.h"

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "tests/support/stepped/stepped_cycle.h"
-#include "tests/support/time.h"
 
 namespace hapticd {
 namespace {

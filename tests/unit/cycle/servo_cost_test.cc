@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "rt/cycle/servo.h"
-#include "tests/support/time.h"
 
 namespace hapticd {
 namespace {

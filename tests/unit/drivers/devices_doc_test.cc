@@ -7,7 +7,6 @@
 
 #include "drivers/falcon/falcon_parameters.h"
 #include "drivers/hidpid/hidpid_parameters.h"
-#include "drivers/number.h"
 #include "drivers/pantograph/pantograph_parameters.h"
 #include "drivers/replay/replay_device.h"
 #include "drivers/sim/sim_parameters.h"

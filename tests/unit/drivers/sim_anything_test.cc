@@ -5,7 +5,6 @@
 #include <limits>
 #include <random>
 
-#include "drivers/number.h"
 #include "drivers/sim/sim_device.h"
 #include "tests/support/seeds.h"
 

@@ -4,9 +4,7 @@
 #include <openvdb/tools/MeshToVolume.h>
 #include <sys/resource.h>
 
-#include <csignal>
 #include <fstream>
-#include <functional>
 
 #include "daemon/builder/vdb/write_vdb.h"
 #include "rt/volume/distance.h"

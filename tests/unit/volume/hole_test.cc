@@ -3,7 +3,6 @@
 
 #include <cstring>
 
-#include "daemon/builder/build.h"
 #include "rt/volume/distance.h"
 #include "tests/support/seeds.h"
 #include "tests/support/shape/test_volume.h"

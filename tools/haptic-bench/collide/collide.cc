@@ -19,7 +19,6 @@
 #include "tools/haptic-bench/collide/pair.h"
 #include "tools/haptic-bench/collide/peer.h"
 #include "tools/haptic-bench/collide/timing.h"
-#include "tools/haptic-bench/collide/truth.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/option.h"

@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <memory>
 
-#include "daemon/builder/build.h"
 #include "rt/cycle/realtime.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"

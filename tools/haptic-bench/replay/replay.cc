@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
 
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"

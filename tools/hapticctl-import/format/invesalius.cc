@@ -1,7 +1,6 @@
 // Projects of InVesalius (.inv3): a tar of property lists and the matrix of the scan.
 #include <fmt/core.h>
 
-#include <charconv>
 #include <map>
 #include <pugixml.hpp>
 

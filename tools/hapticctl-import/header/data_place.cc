@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "tools/hapticctl-import/header/data_files.h"
 #include "tools/hapticctl-import/header/header_lines.h"

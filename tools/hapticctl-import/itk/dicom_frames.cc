@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <initializer_list>
-#include <optional>
 #include <set>
 
 #include "tools/hapticctl-import/complaints.h"

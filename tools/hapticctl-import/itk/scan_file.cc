@@ -6,7 +6,6 @@
 #include <itkNrrdImageIO.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 

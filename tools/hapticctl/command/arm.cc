@@ -6,7 +6,6 @@
 #include "tools/hapticctl/command/command.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
-#include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output/output.h"
 #include "tools/hapticctl/output/terminal.h"

@@ -1,6 +1,5 @@
 // hapticctl events: what happens, as it happens.
 #include <CLI/CLI.hpp>
-#include <cmath>
 
 #include "tools/hapticctl/command/command.h"
 #include "tools/hapticctl/daemon.h"

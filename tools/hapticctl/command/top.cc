@@ -1,6 +1,5 @@
 // hapticctl top: devices and clients live.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cmath>
 
 #include "tools/hapticctl/command/command.h"

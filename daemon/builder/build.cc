@@ -8,7 +8,7 @@
 #include <new>
 #include <utility>
 
-#include "daemon/builder/snapshot_writer.h"
+#include "daemon/builder/mesh/snapshot_writer.h"
 #include "daemon/builder/volume/mesh_volume.h"
 #include "daemon/builder/volume/thin_walls.h"
 

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "daemon/builder/mesh.h"
+#include "daemon/builder/mesh/mesh.h"
 #include "daemon/ipc/build_stats.h"
 #include "daemon/ipc/memfd.h"
 

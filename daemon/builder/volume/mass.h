@@ -5,7 +5,7 @@
 
 #include <span>
 
-#include "daemon/builder/mesh.h"
+#include "daemon/builder/mesh/mesh.h"
 #include "proto/volume.h"
 
 namespace hapticd {

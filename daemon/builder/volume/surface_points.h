@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "daemon/builder/mesh.h"
+#include "daemon/builder/mesh/mesh.h"
 #include "rt/base/math.h"
 
 namespace hapticd {

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-#include "daemon/builder/mesh.h"
+#include "daemon/builder/mesh/mesh.h"
 #include "proto/volume.h"
 #include "rt/base/math.h"
 

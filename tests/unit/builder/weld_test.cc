@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "daemon/builder/near_table.h"
+#include "daemon/builder/mesh/near_table.h"
 #include "tests/support/seeds.h"
 #include "tests/unit/builder/built.h"
 

@@ -5,7 +5,7 @@
 #include <bit>
 #include <cmath>
 
-#include "daemon/builder/near_table.h"
+#include "daemon/builder/mesh/near_table.h"
 
 namespace hapticd {
 namespace {

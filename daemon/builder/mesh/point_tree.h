@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "daemon/builder/mesh.h"
+#include "daemon/builder/mesh/mesh.h"
 
 namespace hapticd {
 

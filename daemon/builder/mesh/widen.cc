@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 
-#include "daemon/builder/bvh.h"
+#include "daemon/builder/mesh/bvh.h"
 
 namespace hapticd {
 namespace {

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "daemon/builder/bvh.h"
+#include "daemon/builder/mesh/bvh.h"
 #include "daemon/ipc/memfd.h"
 
 namespace hapticd {

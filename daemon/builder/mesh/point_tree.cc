@@ -1,4 +1,4 @@
-#include "daemon/builder/point_tree.h"
+#include "daemon/builder/mesh/point_tree.h"
 
 namespace hapticd {
 

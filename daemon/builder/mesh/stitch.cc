@@ -6,8 +6,8 @@
 #include <cmath>
 #include <unordered_set>
 
-#include "daemon/builder/mesh.h"
-#include "daemon/builder/point_tree.h"
+#include "daemon/builder/mesh/mesh.h"
+#include "daemon/builder/mesh/point_tree.h"
 
 namespace hapticd {
 namespace {

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <optional>
 
-#include "daemon/builder/mesh.h"
+#include "daemon/builder/mesh/mesh.h"
 #include "daemon/builder/volume/winding.h"
 
 namespace hapticd {

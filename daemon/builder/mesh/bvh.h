@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "daemon/builder/mesh.h"
+#include "daemon/builder/mesh/mesh.h"
 
 namespace hapticd {
 

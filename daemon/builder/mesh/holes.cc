@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "daemon/builder/mesh.h"
+#include "daemon/builder/mesh/mesh.h"
 
 namespace hapticd {
 namespace {

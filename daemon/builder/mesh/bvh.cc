@@ -1,4 +1,4 @@
-#include "daemon/builder/bvh.h"
+#include "daemon/builder/mesh/bvh.h"
 
 #include <Eigen/Core>
 #include <algorithm>

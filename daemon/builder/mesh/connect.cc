@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "daemon/builder/mesh.h"
+#include "daemon/builder/mesh/mesh.h"
 
 namespace hapticd {
 

@@ -1,4 +1,4 @@
-#include "daemon/builder/snapshot_writer.h"
+#include "daemon/builder/mesh/snapshot_writer.h"
 
 #include <fmt/core.h>
 

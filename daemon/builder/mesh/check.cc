@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "daemon/builder/mesh.h"
+#include "daemon/builder/mesh/mesh.h"
 
 namespace hapticd {
 namespace {

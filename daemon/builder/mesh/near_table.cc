@@ -1,4 +1,4 @@
-#include "daemon/builder/near_table.h"
+#include "daemon/builder/mesh/near_table.h"
 
 #include <bit>
 #include <cmath>

@@ -101,13 +101,13 @@ constexpr ObjectProperty textureOf(const char* name) {
 
 template <auto kFlag>
 constexpr ObjectProperty flagOf(const char* name, const char* doc) {
-  return {name, doc, [](const ObjectNow& o, Core&) { return Json(o.spec.*kFlag); },
+  return {name, doc, [](const ObjectNow& o, Core&) { return Json(o.spec.flags.*kFlag); },
           [](Core& core, const ObjectNow& object, std::string_view value, const std::string& where) -> Result<void> {
             auto on = parseBool(value, where);
             if (!on) return on.error();
-            ObjectSpec spec = object.spec;
-            spec.*kFlag = *on;
-            return core.scene().setFlags(spec.name, spec.enabled, spec.visible, spec.two_sided);
+            ObjectFlags flags = object.spec.flags;
+            flags.*kFlag = *on;
+            return core.scene().setFlags(object.spec.name, flags);
           }};
 }
 
@@ -176,9 +176,9 @@ constexpr ObjectProperty kObjectProperties[] = {
                                                     "share of its motion that it loses when it moves freely [1/s]"),
     {"falls", "the world's gravity acts on it when it moves freely: true or false",
      [](const ObjectNow& o, Core&) { return Json(o.spec.body.falls); }, setFalls},
-    flagOf<&ObjectSpec::enabled>("enabled", "it can be touched: true or false"),
-    flagOf<&ObjectSpec::visible>("visible", "for viewers: true or false"),
-    flagOf<&ObjectSpec::two_sided>("twosided", "both faces of an open mesh stop the proxy: true or false"),
+    flagOf<&ObjectFlags::enabled>("enabled", "it can be touched: true or false"),
+    flagOf<&ObjectFlags::visible>("visible", "for viewers: true or false"),
+    flagOf<&ObjectFlags::two_sided>("twosided", "both faces of an open mesh stop the proxy: true or false"),
     {"keep", "it stays when its maker leaves", [](const ObjectNow& o, Core&) { return Json(o.spec.keep); }, nullptr},
     {"shape", "kind and sizes [m]", getShape, nullptr},
     {"parent", "name of the parent, empty for the root", [](const ObjectNow& o, Core&) { return Json(o.spec.parent); },

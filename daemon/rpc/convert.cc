@@ -103,9 +103,7 @@ Result<ObjectSpec> read(proto::ObjectSpec::Reader in) {
   out.shape = read(in.getShape());
   out.material = in.hasMaterial() ? read(in.getMaterial()) : kDefaultMaterial;
   out.surface = read(in.getSurface());
-  out.enabled = in.getEnabled();
-  out.visible = in.getVisible();
-  out.two_sided = in.getTwoSided();
+  out.flags = {in.getEnabled(), in.getVisible(), in.getTwoSided()};
   out.keep = in.getKeep();
   return out;
 }
@@ -237,9 +235,9 @@ void write(proto::ObjectState::Builder out, const ObjectNow& in) {
   shape.setMesh(in.spec.shape.mesh);
   write(spec.initMaterial(), in.spec.material);
   write(spec.initSurface(), in.spec.surface);
-  spec.setEnabled(in.spec.enabled);
-  spec.setVisible(in.spec.visible);
-  spec.setTwoSided(in.spec.two_sided);
+  spec.setEnabled(in.spec.flags.enabled);
+  spec.setVisible(in.spec.flags.visible);
+  spec.setTwoSided(in.spec.flags.two_sided);
   spec.setKeep(in.spec.keep);
   out.setId(in.id);
   write(out.initWorldPose(), in.X_WO);

@@ -88,7 +88,7 @@ kj::Promise<void> SceneServer::setFlags(SetFlagsContext context) {
   return answer(context, [&](auto params, auto) -> Result<void> {
     auto name = readName(params.getName());
     if (!name) return name.error();
-    return core_.scene().setFlags(*name, params.getEnabled(), params.getVisible(), params.getTwoSided());
+    return core_.scene().setFlags(*name, {params.getEnabled(), params.getVisible(), params.getTwoSided()});
   });
 }
 

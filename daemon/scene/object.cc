@@ -106,9 +106,9 @@ const char* shapeName(ShapeKind kind) noexcept {
 
 std::uint32_t objectFlags(const ObjectSpec& spec) noexcept {
   std::uint32_t flags = 0;
-  if (spec.enabled) flags |= HD_OBJECT_ENABLED;
-  if (spec.visible) flags |= HD_OBJECT_VISIBLE;
-  if (spec.two_sided) flags |= HD_OBJECT_TWO_SIDED;
+  if (spec.flags.enabled) flags |= HD_OBJECT_ENABLED;
+  if (spec.flags.visible) flags |= HD_OBJECT_VISIBLE;
+  if (spec.flags.two_sided) flags |= HD_OBJECT_TWO_SIDED;
   return flags;
 }
 

@@ -39,6 +39,12 @@ struct BodySpec {
 };
 
 /** What a client asks for. */
+struct ObjectFlags {
+  bool enabled = true;
+  bool visible = true;
+  bool two_sided = false;
+};
+
 struct ObjectSpec {
   std::string name;
   std::string parent;  ///< Name of the parent, empty for the root.
@@ -47,9 +53,7 @@ struct ObjectSpec {
   hd_material material{};
   SurfaceSpec surface;
   BodySpec body;
-  bool enabled = true;
-  bool visible = true;
-  bool two_sided = false;
+  ObjectFlags flags;
   bool keep = false;  ///< Stays when its maker leaves.
 };
 

@@ -179,14 +179,12 @@ Result<void> SceneModel::setGravity(const Vec3& gravity) {
   return {};
 }
 
-Result<void> SceneModel::setFlags(std::string_view name, bool enabled, bool visible, bool two_sided) {
+Result<void> SceneModel::setFlags(std::string_view name, const ObjectFlags& flags) {
   Object* object = lookUp(name);
   if (object == nullptr) return notFound(name, "name");
   if (auto r = accepting(); !r) return r;
   refresh(*object);
-  object->spec.enabled = enabled;
-  object->spec.visible = visible;
-  object->spec.two_sided = two_sided;
+  object->spec.flags = flags;
   post(*object, flagsCommand(*object));
   changed(object->spec.name, "flags");
   return {};

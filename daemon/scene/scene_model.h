@@ -59,7 +59,7 @@ class SceneModel {
   /** Of the whole scene [m/s^2]. */
   [[nodiscard]] Result<void> setGravity(const Vec3& gravity);
   [[nodiscard]] const Vec3& gravity() const { return gravity_; }
-  [[nodiscard]] Result<void> setFlags(std::string_view name, bool enabled, bool visible, bool two_sided);
+  [[nodiscard]] Result<void> setFlags(std::string_view name, const ObjectFlags& flags);
   [[nodiscard]] Result<void> setShape(std::string_view name, const ShapeSpec& shape);
 
   /** kNotFound lists the nearest names. */

@@ -98,9 +98,9 @@ void SceneModel::takeOver(const PosedObject& posed, Object& object) {
   object.spec.X_PO = {vec3(posed.p_PO), quat(posed.q_PO)};
   object.V_PO = {vec3(posed.v_PO), vec3(posed.w_PO)};
   object.spec.material = posed.material;
-  object.spec.enabled = (posed.flags & HD_OBJECT_ENABLED) != 0;
-  object.spec.visible = (posed.flags & HD_OBJECT_VISIBLE) != 0;
-  object.spec.two_sided = (posed.flags & HD_OBJECT_TWO_SIDED) != 0;
+  object.spec.flags = {.enabled = (posed.flags & HD_OBJECT_ENABLED) != 0,
+                       .visible = (posed.flags & HD_OBJECT_VISIBLE) != 0,
+                       .two_sided = (posed.flags & HD_OBJECT_TWO_SIDED) != 0};
 }
 
 ObjectNow SceneModel::describe(std::uint32_t slot) {

@@ -121,7 +121,7 @@ class Editor {
       case 5:
         return (void)scene.setMaterial(name, {100.0 + below(900), 1, 0.5, 0.4});
       case 6:
-        return (void)scene.setFlags(name, below(2) == 0, below(2) == 0, below(2) == 0);
+        return (void)scene.setFlags(name, {below(2) == 0, below(2) == 0, below(2) == 0});
       case 7:
         return (void)scene.setShape(name, {ShapeKind::kBox, {0.01, 0.01 + 0.01 * below(3), 0.02}, 0});
       case 8: {

@@ -43,7 +43,7 @@ TEST_F(SceneModelTest, EveryEditGoesToEveryServoInOrder) {
   ASSERT_TRUE(scene.create(sphere("a"), client(1)).ok());
   ASSERT_TRUE(scene.setPose("a", {{0, 0, 1}, Quat::Identity()}).ok());
   ASSERT_TRUE(scene.setMaterial("a", {100, 1, 0.5, 0.5}).ok());
-  ASSERT_TRUE(scene.setFlags("a", false, true, false).ok());
+  ASSERT_TRUE(scene.setFlags("a", {.enabled = false}).ok());
   ASSERT_TRUE(scene.setShape("a", {ShapeKind::kBox, {1, 1, 1}, 0}).ok());
   ASSERT_TRUE(scene.remove("a", client(1)).ok());
   const auto expected =
@@ -205,7 +205,7 @@ TEST_F(SceneModelTest, ThePoseInForceWinsOnceTheLastEditHasPassed) {
   sink.taken = sink.orders.size();
   EXPECT_EQ(scene.find("a")->spec.X_PO.p.x(), 0.5);
   EXPECT_EQ(scene.find("a")->spec.material.stiffness, 250);
-  EXPECT_FALSE(scene.find("a")->spec.visible);
+  EXPECT_FALSE(scene.find("a")->spec.flags.visible);
   ASSERT_TRUE(scene.setPose("a", {{0.1, 0, 0}, Quat::Identity()}).ok());
   EXPECT_EQ(scene.find("a")->spec.X_PO.p.x(), 0.1) << "what was set is what is answered";
 }
@@ -221,7 +221,7 @@ TEST_F(SceneModelTest, AnEditKeepsWhatClientsChangedThroughTheirRings) {
                 }},
                {"surface", [&] { return scene.setSurface("ball", SurfaceSpec{}); }},
                {"body", [&] { return scene.setBody("ball", BodySpec{}); }},
-               {"flags", [&] { return scene.setFlags("ball", true, true, false); }},
+               {"flags", [&] { return scene.setFlags("ball", {}); }},
                {"shape", [&] { return scene.setShape("ball", sphere("ball").shape); }}};
   for (const auto& [what, edit] : edits) {
     sink.taken = sink.orders.size();

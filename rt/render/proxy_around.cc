@@ -35,6 +35,18 @@ bool touches(const SceneObject& object, const Vec3& x, double radius, Vicinity* 
   return nearestWithin(object, x, radius, vicinity, work, near) != NearestResult::kNone;
 }
 
+/**
+ * Whether the hip is inside the solid of which `near`, among what is turned as asked, is nearest. The edge or vertex of
+ * a mesh tells only if nothing that is turned otherwise is nearer: else that does.
+ */
+bool isInside(const SceneObject& object, const NearestQuery& query, const Nearest& near, std::uint32_t& work) HD_RT {
+  Nearest nearest = near;
+  if (near.kind != FeatureKind::kFace)
+    (void)nearestWithin(object, query.x, kClearlyNearer * std::sqrt(near.squared_distance), query.vicinity, work,
+                        nearest);
+  return nearest.isInside(query.x);
+}
+
 }  // namespace
 
 /** Follows `way` if it is free and at most `most` long; else the proxy stays. */
@@ -114,7 +126,7 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
     if (result != NearestResult::kFound) continue;
     // A hip in the air, for which the ball is too thick, is as far outside as it is not deep.
     const double skin = step.skin(object), distance = std::sqrt(near.squared_distance);
-    const bool inside = near.isInside(query.x);
+    const bool inside = isInside(object, query, near, step.work);
     const double depth = radius_ + (inside ? distance : -distance);
     // Who is in the air beside an edge is nearest to the ball that touches it on his side.
     const bool beside = !inside && near.kind != FeatureKind::kFace && distance > kDirected * skin;

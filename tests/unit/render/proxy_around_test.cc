@@ -184,6 +184,26 @@ TEST(ProxyAround, AMeshHoldsABallWhoseHandHasPassedItAsTheBoxDoes) {
   }
 }
 
+/** The nearest point of what does not face away is then an edge, beyond which the solid is not. */
+TEST(ProxyAround, ABallDoesNotGoAroundToAHandThatIsJustThroughAPlate) {
+  const Vec3 half(0.012, 0.018, 0.0045);
+  TestMesh mesh = test::boxMesh(half);
+  MeshView* view = mesh.view();
+  Random random(seedOf(5));
+  for (int run = 0; run < 300; ++run) {
+    const double radius = random.in(0.002, 0.004), through = std::pow(10.0, random.in(-6, -3.5));
+    const double from_rim = random.in(through, 0.001), y = random.in(-0.01, 0.01);
+    TestScene box(radius), other(radius);
+    box.add(ShapeKind::kBox, half);
+    other.addMesh(view);
+    for (const Vec3& hip : {Vec3(0, y, 0.02), Vec3(0, y, 0), Vec3(half.x() - from_rim, y, -half.z() - through)}) {
+      const Vec3 force = box.tick(hip).force;
+      ASSERT_NEAR((other.tick(hip).force - force).norm(), 0, 1e-3) << run;
+    }
+    EXPECT_GT(other.contact.normal.z(), 0.999) << run << " through by " << through << ", rim " << from_rim;
+  }
+}
+
 TEST(ProxyAround, WhereABallDoesNotFitItLooksForNoWay) {
   // Over waves whose nearest point often lies in a hollow too narrow for the ball.
   TestMesh mesh =

@@ -273,7 +273,8 @@ class ProxyRenderer {
   bool leaveVertex(Step& step) HD_RT;
   bool goAround(Step& step) HD_RT;
   void goToward(Step& step, const Vec3& target) HD_RT;
-  [[nodiscard]] Nearer nearerSurface(Step& step, const Support& now) const HD_RT;
+  [[nodiscard]] Nearer nearerSurface(Step& step, const Support& now, std::uint32_t by) const HD_RT;
+  bool goAroundTo(Step& step, const Support& now, const Nearer& nearer) HD_RT;
   [[nodiscard]] static bool touchesHeld(const Step& step, std::uint32_t slot, const Vec3& x, double radius) HD_RT;
   bool goVia(Step& step, const Vec3* way, int count, double most) HD_RT;
   void finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT;

@@ -97,12 +97,15 @@ bool ProxyRenderer::touchesHeld(const Step& step, std::uint32_t slot, const Vec3
   return false;
 }
 
-/** The nearest point to the hip, seen from inside or through less than the ball, of the solids that hold the proxy. */
-ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& now) const HD_RT {
+/**
+ * The nearest point to the hip, seen from inside or through less than the ball, of the solids that hold the proxy by
+ * the surfaces told by bit.
+ */
+ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& now, std::uint32_t by) const HD_RT {
   Nearer best;
   std::uint32_t looked = 0;
   for (int i = 0; i < step.count; ++i) {
-    if (!(now.active >> i & 1u) || step.held[i].slot == looked) continue;
+    if (!(by >> i & 1u) || step.held[i].slot == looked) continue;
     looked = step.held[i].slot;
     const SceneObject& object = step.scene->slot(looked);
     if ((object.flags & HD_OBJECT_TWO_SIDED) != 0 || object.shape.kind == ShapeKind::kPlane) continue;
@@ -159,13 +162,26 @@ ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& no
   return best;
 }
 
-/** Goes to a nearer part of the surface if a free way leads there. True if the proxy moved. */
+/**
+ * Goes to a nearer part of the surface if a free way leads there; of several solids that hold the proxy, to the nearest
+ * to which one does. True if the proxy moved.
+ */
 bool ProxyRenderer::goAround(Step& step) HD_RT {
   if (!step.together || step.count == 0) return false;
   const Support& now = support(step);
   if (now.active == 0 || now.foot == step.goal) return false;
-  const Nearer nearer = nearerSurface(step, now);
-  if (nearer.slot == 0) return false;
+  for (std::uint32_t by = now.active; by != 0;) {
+    const Nearer nearer = nearerSurface(step, now, by);
+    if (nearer.slot == 0) return false;
+    if (goAroundTo(step, now, nearer)) return true;
+    for (int i = 0; i < step.count; ++i)
+      if (step.held[i].slot == nearer.slot) by &= ~(1u << i);
+  }
+  return false;
+}
+
+/** Goes there if a free way leads there. */
+bool ProxyRenderer::goAroundTo(Step& step, const Support& now, const Nearer& nearer) HD_RT {
   const SceneObject& object = step.scene->slot(nearer.slot);
   const double skin = step.skin(object);
   const Vec3& n = nearer.normal;

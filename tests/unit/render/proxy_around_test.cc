@@ -204,6 +204,21 @@ TEST(ProxyAround, ABallDoesNotGoAroundToAHandThatIsJustThroughAPlate) {
   }
 }
 
+/** In the corner of a floor and a step: the floor is nearest, within the step; over that leads a free way. */
+TEST(ProxyAround, OfSeveralSolidsTheNearestThatCanBeReachedIsGoneTo) {
+  for (const double radius : {0.0, 0.0005}) {
+    TestScene t(radius);
+    t.add(ShapeKind::kBox, Vec3(0.02, 0.02, 0.01), {Vec3(0, 0, -0.01), Quat::Identity()});
+    t.add(ShapeKind::kBox, Vec3(0.004, 0.02, 0.006), {Vec3(0.004, 0, -0.004), Quat::Identity()});
+    t.tick(Vec3(-0.002, 0, 0.003));
+    t.tick(Vec3(0.001, 0, -0.0005));
+    EXPECT_EQ(t.contact.parts, 2u);
+    EXPECT_NEAR((t.contact.proxy - Vec3(-radius, 0, radius)).norm(), 0, 1e-9);
+    t.tick(Vec3(0.003, 0, -0.0009));
+    EXPECT_NEAR((t.contact.proxy - Vec3(0.003, 0, 0.002 + radius)).norm(), 0, 1e-9) << radius;
+  }
+}
+
 TEST(ProxyAround, WhereABallDoesNotFitItLooksForNoWay) {
   // Over waves whose nearest point often lies in a hollow too narrow for the ball.
   TestMesh mesh =

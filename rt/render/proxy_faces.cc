@@ -1,6 +1,7 @@
 // From face to face of a mesh: where a proxy that slides on one will come to rest, and the way there.
 #include <limits>
 
+#include "rt/geometry/pseudo_normal.h"
 #include "rt/geometry/triangle.h"
 #include "rt/render/proxy_step.h"
 
@@ -39,6 +40,29 @@ double heightAtRim(const Shape& shape, FeatureKind kind, const Vec3& point, cons
   }
   const double out = height.cwiseMax(0.0).norm();
   return out > 0 ? out : height.maxCoeff();
+}
+
+/** How far x is from the edge of the triangle that begins at `corner`. */
+double distanceToEdge(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& x) HD_RT {
+  const Vec3 from = mesh.vertex(triangle, static_cast<int>(corner)), out = x - from;
+  const Vec3 along = mesh.vertex(triangle, static_cast<int>(corner + 1) % 3) - from;
+  return (out - std::clamp(out.dot(along) / along.squaredNorm(), 0.0, 1.0) * along).norm();
+}
+
+/** Of the triangles about a corner the one below whose plane x is least deep. */
+std::uint32_t highestAbout(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& x,
+                           std::uint32_t& work) HD_RT {
+  const std::uint32_t vertex = mesh.triangles[triangle][corner];
+  const Vec3 out = x - mesh.vertex(triangle, static_cast<int>(corner));
+  std::uint32_t best = triangle, t = triangle;
+  double highest = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kMaxFan && t != HD_NO_INDEX && !(i > 0 && t == triangle); ++i, ++work) {
+    const double height = faceNormal(mesh, t).dot(out);
+    if (height > highest) best = t;
+    highest = std::max(highest, height);
+    t = mesh.neighbours[t][cornerOf(mesh, t, vertex)];
+  }
+  return best;
 }
 
 /** Whether x, seen along the plane's normal, is on the inner side of the edges from a to b and from b to c. */
@@ -337,9 +361,11 @@ double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
   }
   const MeshView& mesh = *object.shape.mesh;
   std::uint32_t triangle = HD_NO_INDEX, before = HD_NO_INDEX;
+  if (mesh.neighbours == nullptr) return 0;
   if (c.kind == FeatureKind::kFace) triangle = c.feature;
   if (c.kind == FeatureKind::kEdge) triangle = faceBeyondEdge(mesh, c.feature, c.corner, hip, normal);
-  if (triangle == HD_NO_INDEX || mesh.neighbours == nullptr) return 0;
+  if (c.kind == FeatureKind::kVertex) triangle = highestAbout(mesh, c.feature, c.corner, hip, step.work);
+  if (triangle == HD_NO_INDEX) return 0;
   for (int faces = 0; faces < kMaxFacesAtRest; ++faces, ++step.work) {
     SeenFace f(mesh, triangle);
     if (f.isNeedle()) return 0;
@@ -357,6 +383,8 @@ double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
         sides[k].normal = side.up / std::sqrt(side.up2);
         sides[k].offset = sides[k].normal.dot(side.v[0]) + radius_;
       }
+      if (depth < 0 && sides[1].height(hip) + radius_ > 0)  // From the air: the ball lies on the edge itself.
+        return radius_ - distanceToEdge(mesh, triangle, static_cast<std::uint32_t>(out), hip);
       return nearestInHollow(sides[0], sides[1], hip, rest) ? (rest - hip).norm() : depth + radius_;
     }
     before = triangle;

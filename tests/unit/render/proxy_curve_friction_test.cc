@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "tests/support/random.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/test_scene.h"
 
@@ -31,6 +32,29 @@ TEST(ProxyFriction, ABallSticksToAnEdgeWhateverHasIt) {
       ASSERT_FALSE(c.slip);
     }
   }
+}
+
+/** From the air beside the corner and its edges until it is deep below it, along many ways. */
+TEST(ProxyFriction, ABallSticksToACornerWhateverHasIt) {
+  constexpr double kHalf = 0.02, kRadius = 4e-3;
+  TestMesh mesh = test::boxMesh(Vec3::Constant(kHalf));
+  MeshView* view = mesh.view();
+  Random random(seedOf(3));
+  int stuck = 0;
+  for (int run = 0; run < 200; ++run) {
+    TestScene box(kRadius), other(kRadius);
+    const hd_material material{kStiffness, 0, 0.9, 0.7};
+    box.add(ShapeKind::kBox, Vec3::Constant(kHalf), {}, material);
+    other.addMesh(view, {}, material);
+    const Vec3 corner = Vec3::Constant(kHalf), above = corner + kRadius * Vec3::Ones().normalized();
+    const Vec3 down = -(Vec3::Ones() + random.vector(0.5)).normalized();
+    for (int i = -5; i < 90; ++i) {
+      const Vec3 hip = above + 1e-4 * i * down, force = box.tick(hip).force;
+      ASSERT_NEAR((other.tick(hip).force - force).norm(), 0, 1e-6 * (1 + force.norm())) << run << " " << i;
+      stuck += i > 60 && !box.contact.slip && (box.contact.proxy - above).norm() < 1e-3;
+    }
+  }
+  EXPECT_GT(stuck, 1000);
 }
 
 /**

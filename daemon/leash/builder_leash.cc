@@ -21,8 +21,11 @@ namespace hapticd {
 namespace {
 
 constexpr std::size_t kMostNotes = 32;
+constexpr std::uint32_t kMostFrames = 4096;               ///< Of one job; an honest one has some hundred.
 constexpr std::int64_t kFirstPause_ns = 50'000'000;       ///< Before a restart; doubles with each crash in a row ...
 constexpr std::int64_t kLongestPause_ns = 2'000'000'000;  ///< ... up to this.
+
+constexpr const char* kBroken = "the builder broke its protocol";
 
 std::int64_t now() {
   timespec t{};
@@ -76,7 +79,9 @@ struct BuilderLeash::State {
   Result<void> spawn();
   /** Kills and reaps whatever runs. */
   void endBuilder();
-  /** The builder is gone or must go: fails the job it ran. */
+  /** It shall end, for that reason if there is one; whatever it still says counts no more. */
+  void condemn(std::string why);
+  /** The builder is gone: fails the job it ran. */
   void lose(std::string why);
   void receive();
   void loseResult();
@@ -92,10 +97,11 @@ struct BuilderLeash::State {
   UniqueFd epoll, timer;
   UniqueFd socket, process;  // of the running builder
   pid_t pid = 0;
-  bool closed = false;  // its socket is; wait for its end
-  std::string doom;     // why we killed it
-  bool spoke = false;   // the running builder has
-  std::string trouble;  // what became of one that did not
+  bool closed = false;      // its socket is, or it was condemned; wait for its end
+  std::string doom;         // why it was condemned
+  std::uint32_t heard = 0;  // frames since the last order
+  bool spoke = false;       // the running builder has
+  std::string trouble;      // what became of one that did not
   std::deque<Job> waiting;
   Job running;  // number 0: none
   bool cancelled = false;
@@ -136,6 +142,7 @@ Result<void> BuilderLeash::State::spawn() {
   if (!child) return child.error();
   pid = *child;
   closed = spoke = false;
+  heard = 0;
   doom.clear();
   socket = std::move(ours);
   process.reset(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));  // glibc 2.36 lacks C linkage for it
@@ -170,6 +177,13 @@ void BuilderLeash::State::finish(BuildReport report) {
   reports.push_back(std::move(report));
 }
 
+void BuilderLeash::State::condemn(std::string why) {
+  doom = std::move(why);
+  closed = true;
+  ::epoll_ctl(epoll.get(), EPOLL_CTL_DEL, socket.get(), nullptr);
+  ::kill(pid, SIGKILL);  // Does not change how it died if it is dying already.
+}
+
 void BuilderLeash::State::lose(std::string why) {
   if (running.number == 0) return;
   if (!running.begun && !running.retried && !cancelled && doom.empty()) {
@@ -188,26 +202,23 @@ void BuilderLeash::State::lose(std::string why) {
 void BuilderLeash::State::receive() {
   while (socket.valid() && !closed) {
     BuilderFrame frame;
-    switch (receiveFrame(socket.get(), frame, true)) {
+    const FrameIo got = receiveFrame(socket.get(), frame, true);
+    if (got == FrameIo::kLater) return;
+    if (++heard > kMostFrames) return condemn(kBroken);  // Else one that talks on could keep us here.
+    switch (got) {
       case FrameIo::kOk:
         spoke = true;
         trouble.clear();
         handle(frame);
         break;
-      case FrameIo::kLater:
-        return;
       case FrameIo::kNoDescriptor:
         loseResult();
         break;
       case FrameIo::kBad:
-        doom = "the builder broke its protocol";
-        [[fallthrough]];
+      case FrameIo::kLater:
+        return condemn(kBroken);
       case FrameIo::kClosed:
-        // Its end follows; kill() makes sure of that and does not change how it died if it is dying already.
-        closed = true;
-        ::epoll_ctl(epoll.get(), EPOLL_CTL_DEL, socket.get(), nullptr);
-        ::kill(pid, SIGKILL);
-        return;
+        return condemn({});  // Its end follows, or is made to.
     }
   }
 }
@@ -261,8 +272,7 @@ void BuilderLeash::State::handle(BuilderFrame& frame) {
     default:
       break;
   }
-  doom = "the builder broke its protocol";
-  ::kill(pid, SIGKILL);
+  condemn(kBroken);
 }
 
 void BuilderLeash::State::checkEnd() {
@@ -285,9 +295,8 @@ void BuilderLeash::State::checkEnd() {
 void BuilderLeash::State::checkTime() {
   std::uint64_t expirations = 0;
   (void)!::read(timer.get(), &expirations, sizeof expirations);
-  if (running.number == 0 || pid == 0 || !doom.empty() || now() < deadline_ns) return;
-  doom = fmt::format("the build took longer than {:.3g} s", static_cast<double>(options.job_timeout_ns) * 1e-9);
-  ::kill(pid, SIGKILL);
+  if (running.number == 0 || pid == 0 || closed || now() < deadline_ns) return;
+  condemn(fmt::format("the build took longer than {:.3g} s", static_cast<double>(options.job_timeout_ns) * 1e-9));
 }
 
 void BuilderLeash::State::startNext() {
@@ -310,6 +319,7 @@ void BuilderLeash::State::startNext() {
   running = std::move(waiting.front());
   waiting.pop_front();
   deadline_ns = now() + options.job_timeout_ns;
+  heard = 0;
   BuilderFrame order;
   order.head.kind = BuilderFrameKind::kBuild;
   order.head.job = running.number;
@@ -317,9 +327,7 @@ void BuilderLeash::State::startNext() {
     // It died between two jobs: its end is reported next, and the job goes back for the builder after it.
     waiting.push_front(std::move(running));
     running = {};
-    ::kill(pid, SIGKILL);
-    closed = true;
-    ::epoll_ctl(epoll.get(), EPOLL_CTL_DEL, socket.get(), nullptr);
+    condemn({});
   }
 }
 
@@ -328,7 +336,7 @@ void BuilderLeash::State::setAlarm() {
   if (!reports.empty()) {
     at = 1;  // at once: fd() stays readable until next() has given everything
   } else if (running.number != 0) {
-    if (doom.empty()) at = deadline_ns;  // else it is dying: its end wakes us, not a deadline long past
+    if (!closed) at = deadline_ns;  // else it is dying: its end wakes us, not a deadline long past
   } else if (!waiting.empty() && pid == 0) {
     at = not_before_ns;
   }
@@ -373,7 +381,7 @@ void BuilderLeash::cancel(std::uint64_t job) {
     order.head.kind = BuilderFrameKind::kCancel;
     order.head.job = job;
     // A builder too busy to take the message is ended instead.
-    if (sendFrame(s.socket.get(), order, -1, true) != FrameIo::kOk) ::kill(s.pid, SIGKILL);
+    if (sendFrame(s.socket.get(), order, -1, true) != FrameIo::kOk) s.condemn({});
     return;
   }
   const auto found =

@@ -276,6 +276,44 @@ TEST(LeashLimits, AJobThatTakesTooLongIsEnded) {
   EXPECT_EQ(failed.error.what, "the build took longer than 0.05 s");
 }
 
+/** A builder that means harm, as one that a mesh has taken over might: lying_builder.cc. */
+struct Liar {
+  explicit Liar(int lie) {
+    BuilderOptions o = options();
+    o.program = HAPTICD_TEST_LYING_BUILDER;
+    o.memory_bytes = static_cast<std::uint64_t>(lie);
+    auto started = BuilderLeash::start(o);
+    EXPECT_TRUE(started.ok());
+    leash = std::move(*started);
+  }
+  std::unique_ptr<BuilderLeash> leash;
+};
+
+TEST(LeashLiar, OneThatTalksOnAndOnHoldsNobodyUp) {
+  Liar liar(1);
+  const Memfd mesh = frozen(upload(cube()));
+  const std::uint64_t first = submit(*liar.leash, mesh), second = submit(*liar.leash, mesh);
+  BuildReport report;
+  int progress = 0;
+  // As the control thread does: until there is nothing more, and it must always end.
+  while (nextBlocking(*liar.leash, report) && report.kind == BuildReport::Kind::kProgress) {
+    ASSERT_LT(++progress, 100'000) << "nobody else is served meanwhile";
+  }
+  EXPECT_EQ(report.job, first);
+  EXPECT_EQ(report.error.what, "the builder broke its protocol");
+  EXPECT_EQ(outcome(*liar.leash, second).error.what, "an honest answer") << "of the builder after it";
+}
+
+TEST(LeashLiar, WhatItSaysAfterBreakingTheProtocolCountsNoMore) {
+  for (int i = 0; i < 20; ++i) {
+    Liar liar(2);
+    const Memfd mesh = frozen(upload(cube()));
+    const std::uint64_t first = submit(*liar.leash, mesh), second = submit(*liar.leash, mesh);
+    EXPECT_EQ(outcome(*liar.leash, first).error.what, "the builder broke its protocol");
+    ASSERT_EQ(outcome(*liar.leash, second).error.what, "an honest answer") << "no builder that dies is given a job";
+  }
+}
+
 TEST(LeashLimits, MemoryBeyondTheLimitIsAnErrorOfTheJob) {
   if (!sandboxIsComplete()) GTEST_SKIP() << "sanitizers need the address space";
   BuilderOptions o = options();

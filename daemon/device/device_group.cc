@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <future>
+#include <utility>
 
 namespace hapticd {
 namespace {
@@ -179,6 +180,7 @@ bool DeviceGroup::endThreads(std::int64_t patience_ns) {
 void DeviceGroup::joinAll() noexcept {
   stop_.store(true, std::memory_order_release);  // R4
   servo_thread_.join();
+  SafetyLines::giveBack(std::exchange(servo_->sign, nullptr));  // At once: what is left may take longer than its beat.
   stop_others_.store(true, std::memory_order_relaxed);
   collide_thread_.join();
   ingest_thread_.join();
@@ -195,7 +197,6 @@ DeviceGroup::Leaving DeviceGroup::takeDevices() {
 
 DeviceGroup::~DeviceGroup() {
   joinAll();
-  SafetyLines::giveBack(servo_->sign);
   last_resort_.clear();
   for (auto& device : devices_) {
     device->safe();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <utility>
 
 namespace hapticd {
 namespace {
@@ -147,9 +148,10 @@ void Panel::show(std::int64_t now_ns) noexcept {
   bool alive = true;
   for (std::size_t i = 0; i < safety_.servos.size(); ++i) {
     const SafetyLines::Sign& sign = safety_.servos[i];
-    if (!sign.used.load(std::memory_order_acquire)) continue;
+    const bool used = sign.used.load(std::memory_order_acquire);
     const std::uint64_t cycles = sign.cycles.load(std::memory_order_acquire);  // A9, pairs with R9 in Servo::runOnce()
     const bool advanced = cycles != std::exchange(seen_cycles_[i], cycles);
+    if (!used || cycles == 0) continue;  // While one is started it is no reason to take the others' amplifiers off.
     alive = alive && advanced;
     enabled = enabled || (advanced && sign.enabled.load(std::memory_order_relaxed));
   }

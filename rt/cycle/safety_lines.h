@@ -21,9 +21,9 @@ class SafetyLines {
 
   /** What a servo shows of itself. */
   struct Sign {
-    std::atomic<bool> used{false};     ///< Control thread.
-    std::atomic<bool> enabled{false};  ///< Some device's amplifier may be on.
-    std::atomic<std::uint64_t> cycles{0};
+    std::atomic<bool> used{false};         ///< Control thread.
+    std::atomic<bool> enabled{false};      ///< Some device's amplifier may be on.
+    std::atomic<std::uint64_t> cycles{0};  ///< Since it has it; 0: it has not begun.
   };
 
   // Written by the panel.
@@ -45,6 +45,7 @@ class SafetyLines {
     for (Sign& sign : servos) {
       if (sign.used.load(std::memory_order_relaxed)) continue;
       sign.enabled.store(false, std::memory_order_relaxed);
+      sign.cycles.store(0, std::memory_order_relaxed);
       sign.used.store(true, std::memory_order_release);
       return &sign;
     }

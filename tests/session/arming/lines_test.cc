@@ -68,8 +68,8 @@ TEST_F(MachineLines, AServoShowsThatItLivesAndWhetherItsAmplifiersAreOn) {
   ASSERT_TRUE(bench.core.disarm(session->id).ok());
   bench.step(20);
   EXPECT_FALSE(sign.enabled);
-  bench.core.devices().closeAll();
-  EXPECT_FALSE(sign.used);
+  ASSERT_TRUE(bench.core.devices().endServo(*bench.core.devices().links().front()).ok());
+  EXPECT_FALSE(sign.used) << "with its servo, whatever of its group is left";
 }
 
 }  // namespace

@@ -216,6 +216,32 @@ TEST_F(PanelTest, AServoThatStandsStillLosesEnableAndHeartbeat) {
   }
 }
 
+TEST_F(PanelTest, AServoThatIsBeingStartedOrIsGoneTakesNoOthersAmplifierOff) {
+  sign = safety.take();
+  make();
+  sign->enabled = true;
+  pass(3 * Panel::kLook_ns);
+  ASSERT_EQ(board.level[kEnable], 1);
+  for (int round = 0; round < 2; ++round) {  // The second time it gets the sign of one that has lived.
+    SafetyLines::Sign* const other = safety.take();
+    ASSERT_NE(other, sign);
+    for (int look = 0; look < 5; ++look) {  // Its threads are made, its device is asked for the first time.
+      const int before = board.level[kHeartbeat];
+      pass(Panel::kLook_ns);
+      ASSERT_EQ(board.level[kEnable], 1) << "round " << round << ", look " << look;
+      ASSERT_NE(board.level[kHeartbeat], before);
+    }
+    other->cycles = 20;
+    pass(Panel::kLook_ns);
+    ASSERT_EQ(board.level[kEnable], 1);
+    pass(2 * Panel::kLook_ns);
+    ASSERT_EQ(board.level[kEnable], 0) << "one that has begun and stands still does";
+    SafetyLines::giveBack(other);
+    pass(Panel::kLook_ns);
+    ASSERT_EQ(board.level[kEnable], 1);
+  }
+}
+
 TEST_F(PanelTest, TheStopTakesTheEnableLineWithIt) {
   config[kStop].debounce_ms = 0;
   sign = safety.take();

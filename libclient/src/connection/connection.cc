@@ -241,24 +241,35 @@ Failure Connection::connect() {
   return nobodyAnswers(paths, why);
 }
 
+void Connection::makeLink(Loop& loop, int fd) {
+  auto stream = loop.io.lowLevelProvider->wrapUnixSocketFd(fd, kj::LowLevelAsyncIoProvider::TAKE_OWNERSHIP |
+                                                                   kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC |
+                                                                   kj::LowLevelAsyncIoProvider::ALREADY_NONBLOCK);
+  loop.link = std::make_unique<Link>(kj::mv(stream), fd);
+  Link& link = *loop.link;
+  link.watch = link.rpc.onDisconnect()
+                   .then([&loop, &link] {
+                     link.lost = true;
+                     loop.lose();
+                   })
+                   .eagerlyEvaluate(nullptr);
+}
+
 Failure Connection::attach(const std::string& path) {
   int fd = -1;
   if (Failure failure = connectTo(path, timeout(), fd)) return failure;
+  Failure failure;
   run([&](Loop& loop) {
-    loop.link = nullptr;
-    auto stream = loop.io.lowLevelProvider->wrapUnixSocketFd(fd, kj::LowLevelAsyncIoProvider::TAKE_OWNERSHIP |
-                                                                     kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC |
-                                                                     kj::LowLevelAsyncIoProvider::ALREADY_NONBLOCK);
-    loop.link = std::make_unique<Link>(kj::mv(stream), fd);
-    Link& link = *loop.link;
-    link.watch = link.rpc.onDisconnect()
-                     .then([&loop, &link] {
-                       link.lost = true;
-                       loop.lose();
-                     })
-                     .eagerlyEvaluate(nullptr);
+    try {
+      loop.link = nullptr;
+      makeLink(loop, fd);
+    } catch (const kj::Exception& e) {  // The kernel may watch no more descriptors for this user.
+      failure = {HAPTIC_SYSTEM, path, e.getDescription().cStr(), "close some descriptors"};
+    } catch (...) {
+      failure = fromException();
+    }
   });
-  Failure failure = greet(path);
+  if (!failure) failure = greet(path);
   if (failure) {
     disconnect();
     if (failure.code == HAPTIC_DISCONNECTED) {

@@ -104,6 +104,8 @@ class Connection {
  private:
   Failure refused() const;
   Failure perform(kj::FunctionParam<kj::Promise<void>(Link&)> work);
+  /** A link over that socket, which is its own from here on, in place of none. Library's thread; may throw. */
+  static void makeLink(Loop& loop, int fd);
   Failure attach(const std::string& path);
   Failure greet(const std::string& path);
 

@@ -1,11 +1,35 @@
 // A program that may have no more threads or descriptors: connecting is refused, and leaves it as it was.
 #include <fcntl.h>
+#include <pthread.h>
 #include <signal.h>
+#include <sys/epoll.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <cerrno>
+#include <string_view>
+
 #include "tests/unit/libclient/fixture.h"
+
+namespace {
+
+std::atomic<bool> watch_no_more{false};
+
+}  // namespace
+
+/** In place of the C library's: refuses as the kernel does beyond /proc/sys/fs/epoll/max_user_watches. */
+extern "C" __attribute__((visibility("default"))) int epoll_ctl(int epoll, int operation, int fd, epoll_event* event) {
+  char name[16] = "";
+  pthread_getname_np(pthread_self(), name, sizeof name);
+  if (watch_no_more && operation == EPOLL_CTL_ADD && std::string_view(name) == "hapticclient") {
+    errno = ENOSPC;
+    return -1;
+  }
+  return static_cast<int>(syscall(SYS_epoll_ctl, epoll, operation, fd, event));
+}
 
 namespace hapticd::test {
 namespace {
@@ -61,6 +85,18 @@ TEST(Exhausted, WithoutADescriptorConnectingIsRefusedAndBlocksNoSignal) {
               return refusedWith("descriptors");
             }),
             0);
+}
+
+TEST_F(WithClient, ASocketThatCannotBeWatchedIsARefusalAndNotTheProgramsEnd) {
+  restart(2);
+  watch_no_more = true;
+  const auto refused = client_->reconnect();
+  watch_no_more = false;
+  EXPECT_EQ(refused.code(), HAPTIC_SYSTEM);
+  EXPECT_NE(refused.error().remedy.find("descriptors"), std::string::npos) << refused.error().message();
+  EXPECT_FALSE(client_->connected());
+  const auto back = client_->reconnect();
+  EXPECT_TRUE(back) << back.error().message();
 }
 
 }  // namespace

@@ -93,7 +93,7 @@ class PatchFit {
     chosen_[count_++] = way.middle;
     error_ = errorOf(count_);
     for (std::size_t i = 0; i < way.support.size(); ++i) {
-      if (known(way.support[i])) continue;
+      if (i == way.middle || known(way.support[i])) continue;
       chosen_[count_] = i;
       const double with = errorOf(count_ + 1);
       if (with > error_ + tolerance_) continue;  // It would cut off, or add, what the mesh has not there.
@@ -121,7 +121,7 @@ class PatchFit {
   [[nodiscard]] bool known(const Support& s) const {
     return std::any_of(chosen_.begin(), chosen_.begin() + static_cast<std::ptrdiff_t>(count_), [&](std::size_t i) {
       const Support& other = way_.support[i];
-      return length(s.normal - other.normal) < 1e-5 && std::abs(other.slack(s.foot)) < 1e-5 * (s.depth + other.depth);
+      return length(s.normal - other.normal) < 1e-5 && std::abs(other.slack(s.foot)) <= 1e-5 * (s.depth + other.depth);
     });
   }
   /** Squared difference of the way out from the mesh's, summed along the way, with the first `count` planes. */
@@ -142,7 +142,7 @@ class PatchFit {
 
   const Way& way_;
   bool convex_;
-  std::array<std::size_t, HAPTIC_HALFSPACES + 1> chosen_{};
+  std::array<std::size_t, HAPTIC_HALFSPACES> chosen_{};  ///< Each support once, at most.
   std::size_t count_ = 0;
   double error_ = 0;
   double tolerance_ = 0;

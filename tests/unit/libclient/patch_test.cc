@@ -1,8 +1,11 @@
 // Local models from a mesh: the nearest point against all triangles, patches against the mesh they stand for.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <hapticclient/patch.hpp>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -163,6 +166,37 @@ TEST(Patch, FitsBetterThanAPlaneOnASaddleToo) {
   plane.count = 1;
   for (std::size_t k = 0; k < 3; ++k) plane.halfspace[0][k] = static_cast<float>(plane.normal[k]);
   EXPECT_LT(worstDifference(mesh, fit(mesh, p, v), p, v), 0.8 * worstDifference(mesh, plane, p, v));
+}
+
+/** Whatever a program hands in, its own memory behind the model stays as it was. */
+TEST(Patch, HasNeverMoreFacesThanAModelHasRoomFor) {
+  const SurfaceMesh flat = sheet([](double, double) { return 0.0; }).mesh();
+  const SurfaceMesh round = sheet(bulge).mesh();
+  const double nan = std::numeric_limits<double>::quiet_NaN(), far = std::numeric_limits<double>::infinity();
+  for (const SurfaceMesh* mesh : {&flat, &round}) {
+    for (const double z : {0.001, 0.0, -0.001, nan, far}) {
+      for (const double reach : {1e-3, 0.0, 1e-30, nan}) {
+        for (const double speed : {0.0, 0.1, nan}) {
+          struct {
+            haptic_local_model model{};
+            std::array<std::byte, 64> behind{};
+          } memory;
+          memory.behind.fill(std::byte{0x5a});
+          const auto before = memory.behind;
+          fitPatch(*mesh, {0.001, 0.002, z}, {speed, 0, 0}, {0.005, 0.04, reach}, memory.model);
+          ASSERT_LE(memory.model.count, unsigned{HAPTIC_HALFSPACES}) << z << " " << reach << " " << speed;
+          ASSERT_EQ(memory.behind, before);
+        }
+      }
+    }
+  }
+}
+
+TEST(Patch, ThatMayNotStrayIsStillThePlaneOfAFlatSheet) {
+  haptic_local_model model{};
+  fitPatch(sheet([](double, double) { return 0.0; }).mesh(), {0, 0, 0.001}, {0.1, 0, 0}, {0.005, 0.04, 0}, model);
+  EXPECT_EQ(model.count, 1u);
+  EXPECT_EQ(model.halfspace[0][2], 1.0f);
 }
 
 TEST(Patch, OfAFlatSheetIsItsPlane) {

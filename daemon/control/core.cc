@@ -123,6 +123,7 @@ void Core::poll() {
     busy_ = link->flush() || busy_;
     drain(*link);
   }
+  pollOffs();
   pollDisarmed();
   pollArms();
   pollListed();
@@ -140,7 +141,7 @@ void Core::poll() {
 void Core::beginShutdown() {
   stopping_ = true;
   recordings_.daemonStops();
-  for (const auto& device : devices_.devices()) order(*device, CommandKind::kDisarm);
+  for (const auto& device : devices_.devices()) switchOff(*device, CommandKind::kDisarm);
 }
 
 bool Core::quiet(std::int64_t since_ns) {

@@ -65,6 +65,7 @@ class Core {
  public:
   static constexpr std::int64_t kArmAnswerNs = 1'000'000'000;
   static constexpr std::int64_t kRoomNs = 500'000'000;
+  static constexpr std::int64_t kOffTaken_ns = 100'000'000;  ///< A servo that lives has taken stop and disarm by then.
   static constexpr std::size_t kWishes = 64;  ///< Sessions, or recordings, that may wait; more are refused at once.
 
   Core(const CoreOptions& options, Clock& clock);
@@ -231,7 +232,9 @@ class Core {
   void hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& object);
   void tellTool(const OpenDevice& device, const std::string& object, const std::string& what);
   [[nodiscard]] Result<void> mayRunServos() const;
-  void order(OpenDevice& device, CommandKind kind);
+  void switchOff(OpenDevice& device, CommandKind kind);
+  void pollOffs();
+  void bypass(OpenDevice& device);
   void loseLease(OpenDevice& device, const std::string& why);
   struct RecordWish {
     std::string uri;
@@ -279,7 +282,7 @@ class Core {
   bool stopping_ = false;
 };
 
-/** "stop line", "velocity", ... for hd_fault. */
+/** "emergency stop", "the hand moved faster than the limit", ... for hd_fault. */
 [[nodiscard]] const char* faultText(std::uint32_t fault) noexcept;
 
 }  // namespace hapticd

@@ -122,7 +122,7 @@ Result<void> Core::releaseLease(std::uint64_t id) {
 
 void Core::loseLease(OpenDevice& device, const std::string& why) {
   const std::uint64_t session = std::exchange(device.lease, 0);
-  order(device, CommandKind::kDisarm);
+  switchOff(device, CommandKind::kDisarm);
   log::info("{}: lease of session {} ends, disarmed: {}", device.name, session, why);
   publish(EventKind::kLeaseLost, device.name, why, session);
 }
@@ -196,7 +196,7 @@ void Core::pollArms() {
         if (arm.took_lease) {
           loseLease(device, "it could not be armed");
         } else {
-          order(device, CommandKind::kDisarm);
+          switchOff(device, CommandKind::kDisarm);
         }
       }
       arm.done(Error{ErrorCode::kTimeout, device.name, "the servo did not answer", "see hapticctl status"});
@@ -231,7 +231,7 @@ void Core::pollListed() {
 Result<void> Core::disarm(std::uint64_t id) {
   auto session = leaseHolder(id, "disarm it; anybody may stop it");
   if (!session) return session.error();
-  order(*(*session)->device, CommandKind::kDisarm);
+  switchOff(*(*session)->device, CommandKind::kDisarm);
   return {};
 }
 
@@ -250,7 +250,7 @@ Result<void> Core::stop(std::string_view uri, std::uint64_t connection) {
       log::warn("{}: stopped by '{}' (pid {}){}", device->name, log::printable(by.name), by.pid,
                 log::suppressedNote(suppressed));
     }
-    order(*device, CommandKind::kStop);
+    switchOff(*device, CommandKind::kStop);
   }
   return {};
 }
@@ -264,17 +264,26 @@ void Core::setAsleep(bool asleep) {
     const auto device = devices_.find(listed.uri);
     if (!device) continue;  // Closed, or closing.
     log::warn("{}: stopped, for the machine goes to sleep", (*device)->name);
-    order(**device, CommandKind::kStop);
+    switchOff(**device, CommandKind::kStop);
   }
 }
 
-/**
- * Disarm and stop overtake everything, and no arming that they overtake comes after them. A servo that takes no order
- * any more is bypassed.
- */
-void Core::order(OpenDevice& device, CommandKind kind) {
-  device.link->callOffArms(device.index);
-  if (device.link->urgent(makeCommand(kind, DeviceRef{device.index}))) return;
+/** Disarm and stop overtake everything, and no arming that they overtake comes after them. */
+void Core::switchOff(OpenDevice& device, CommandKind kind) {
+  if (!device.link->switchOff(device.index, kind, clock_.now())) bypass(device);
+}
+
+/** A servo that does not take such an order does not come back from a driver, or has died. */
+void Core::pollOffs() {
+  for (const auto& device : devices_.devices()) {
+    const std::int64_t since_ns = device->link->offSince(device->index);
+    if (since_ns == 0 || device->bypassed_ns == since_ns || clock_.now() - since_ns < kOffTaken_ns) continue;
+    device->bypassed_ns = since_ns;
+    bypass(*device);
+  }
+}
+
+void Core::bypass(OpenDevice& device) {
   if (std::uint64_t suppressed = 0; bypassed_log_.allow(clock_.now(), suppressed)) {
     log::error("{}: the servo takes no order at the moment; the device is made safe without it{}", device.name,
                log::suppressedNote(suppressed));

@@ -210,10 +210,13 @@ bool DeviceGroup::send(const Command& command) {
   return true;
 }
 
-std::uint64_t DeviceGroup::taken() {
+std::uint64_t DeviceGroup::takenByServo() const {
   // A2, pairs with R2 in Servo::count(). The counter wraps; at most 512 orders are under way.
-  const std::uint32_t applied = servo_->counters.control_applied.load(std::memory_order_acquire);
-  std::uint64_t passed = widened(applied);
+  return widened(servo_->counters.control_applied.load(std::memory_order_acquire));
+}
+
+std::uint64_t DeviceGroup::taken() {
+  std::uint64_t passed = takenByServo();
   // A5, pairs with R5 in Collider::step(): after the servo's count, so that a question older than it is seen.
   const std::uint64_t reading = collider_->reading();
   if (reading == Collider::kTaking) return taken_;

@@ -66,6 +66,8 @@ class DeviceGroup {
   [[nodiscard]] std::uint64_t widened(std::uint32_t count) const {
     return sent_ - (static_cast<std::uint32_t>(sent_) - count);
   }
+  /** Number of the last order that the servo has taken. */
+  [[nodiscard]] std::uint64_t takenByServo() const;
   /** It is taken when the servo has passed it and the collide thread reads nothing that it has dropped. */
   [[nodiscard]] std::uint64_t taken();
 

@@ -52,6 +52,7 @@ struct OpenDevice {
   std::uint64_t lease = 0;            ///< Session that holds it, 0 if free.
   std::uint32_t sessions = 0;         ///< Sessions on it, those included that fade.
   std::int64_t left_ns = 0;           ///< When a session on it last ended.
+  std::int64_t bypassed_ns = 0;       ///< Since when the order to switch it off waited for which it was made safe.
   std::vector<std::string> aliases;   ///< Other texts by which it was opened.
   bool asked_for = false;             ///< Open because somebody asked, not by the configuration.
   bool kept = false;                  ///< An administrator has asked for it: it stays when those who asked have left.

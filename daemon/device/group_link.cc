@@ -2,6 +2,8 @@
 
 #include <sys/mman.h>
 
+#include <algorithm>
+
 #include "rt/ring/state.h"
 
 namespace hapticd {
@@ -57,6 +59,8 @@ std::uint64_t GroupLink::post(const Command& command) {
 
 bool GroupLink::flush() {
   while (!outbox_.empty() && group_->sent() - group_->taken() < kInFlight && group_->send(outbox_.front())) {
+    const Command& sent = outbox_.front();
+    if (sent.kind == CommandKind::kArm) off_[sent.as<DeviceRef>().device].kind = CommandKind::kNone;
     outbox_.pop_front();
     ++sent_;
   }
@@ -69,12 +73,22 @@ bool GroupLink::urgent(const Command& command) {
   return true;
 }
 
-void GroupLink::callOffArms(std::uint32_t device) {
+bool GroupLink::switchOff(std::uint32_t device, CommandKind kind, std::int64_t now_ns) {
   for (Command& command : outbox_) {  // Replaced, not taken out: tickets count places.
     if (command.kind == CommandKind::kArm && command.as<DeviceRef>().device == device)
       command = makeCommand(CommandKind::kDisarm, DeviceRef{device});
   }
+  Off& off = off_[device];
+  const bool waits_already = waits(off);
+  if (waits_already && (off.kind == kind || off.kind == CommandKind::kStop)) return true;  // A stop disarms, too.
+  if (!urgent(makeCommand(kind, DeviceRef{device}))) return false;
+  off = {group_->sent(), kind, waits_already ? off.since_ns : std::max<std::int64_t>(now_ns, 1)};
+  return true;
 }
+
+bool GroupLink::waits(const Off& off) const { return off.order > group_->takenByServo(); }
+
+std::int64_t GroupLink::offSince(std::uint32_t device) const { return waits(off_[device]) ? off_[device].since_ns : 0; }
 
 bool GroupLink::lowerLimits(std::uint32_t device, const GuardLimits& most) {
   if (group_->sent() - group_->taken() >= kInFlight + kLowering) return false;

@@ -4,6 +4,7 @@
  */
 #pragma once
 
+#include <array>
 #include <deque>
 #include <memory>
 #include <string>
@@ -45,11 +46,14 @@ class GroupLink final : public CommandSink {
   /** As DeviceGroup::takeDevices(). The group is no more; nothing but names and tickets answers. */
   [[nodiscard]] DeviceGroup::Leaving stop();
 
-  /** Overtakes what waits in the outbox: stop, disarm, loss of a session. False when the servo has no room, be it
-   * dead or flooded with such orders. */
-  [[nodiscard]] bool urgent(const Command& command);
-  /** Orders to arm that device that still wait become orders to disarm it: else they undid what overtakes them. */
-  void callOffArms(std::uint32_t device);
+  /**
+   * Stops (kStop) or disarms (kDisarm) the device before all that waits in the outbox; orders to arm it that wait there
+   * become orders to disarm it, else they undid this. What the servo is about to read anyway is not said again: a flood
+   * of stops leaves room for those of other devices. False when the servo has no room.
+   */
+  [[nodiscard]] bool switchOff(std::uint32_t device, CommandKind kind, std::int64_t now_ns);
+  /** Since when an order to switch that device off has waited for the servo; 0: none does. */
+  [[nodiscard]] std::int64_t offSince(std::uint32_t device) const;
   /**
    * Lowers the device's limits to these where they are higher, before all that waits in the outbox, where orders that
    * set limits then set none above these. False when so many of them are under way that a stop would have to wait.
@@ -72,7 +76,16 @@ class GroupLink final : public CommandSink {
   static constexpr std::uint64_t kInFlight = 64;  ///< Four cycles' worth: an urgent order waits no longer.
   static constexpr std::uint64_t kLowering = kControlCommandsPerCycle;  ///< So many limits at once may overtake.
 
+  /** The order to switch a device off that was sent last. */
+  struct Off {
+    std::uint64_t order = 0;                ///< Its number among all orders sent; 0: there was none.
+    CommandKind kind = CommandKind::kNone;  ///< kNone: an order to arm was sent after it.
+    std::int64_t since_ns = 0;              ///< When the first of those that wait was sent.
+  };
+
   GroupLink(std::string name, std::int64_t period_ns);
+  bool urgent(const Command& command);
+  [[nodiscard]] bool waits(const Off& off) const;
 
   std::string name_;
   std::int64_t period_ns_;
@@ -80,8 +93,9 @@ class GroupLink final : public CommandSink {
   std::unique_ptr<DeviceGroup> group_;
   hd_region_a* monitor_ = nullptr;
   std::deque<Command> outbox_;
-  std::uint64_t sent_ = 0;       ///< Orders handed on from the outbox.
-  std::uint64_t urgent_ = 0;     ///< Orders that overtook.
+  std::uint64_t sent_ = 0;    ///< Orders handed on from the outbox.
+  std::uint64_t urgent_ = 0;  ///< Orders that overtook.
+  std::array<Off, kMaxDevices> off_;
   std::uint64_t stands_at_ = 0;  ///< cycles() + 1 when it was found not to come back; 0: never.
 };
 

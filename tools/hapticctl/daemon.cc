@@ -105,7 +105,7 @@ const char* faultName(std::uint32_t fault) {
     case HAPTIC_FAULT_NONE:
       return "none";
     case HAPTIC_FAULT_STOP_LINE:
-      return "stop line";
+      return "emergency stop";
     case HAPTIC_FAULT_NOT_FINITE:
       return "not finite";
     case HAPTIC_FAULT_VELOCITY:

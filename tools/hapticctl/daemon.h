@@ -86,7 +86,7 @@ class Session {
 /** Its canonical URI; empty stays empty (the daemon's choice). */
 [[nodiscard]] std::string deviceUri(const Daemon& daemon, const std::string& wanted);
 
-/** "stop line", "velocity", ... for a haptic_fault. */
+/** "emergency stop", "velocity", ... for a haptic_fault. */
 [[nodiscard]] const char* faultName(std::uint32_t fault);
 
 }  // namespace hapticctl

@@ -315,6 +315,19 @@ class WithDaemon(Case):
             self.assertEqual(arm.returncode, 1)
         self.run_ctl("arm", "--for", "0.2")  # Arming again clears it.
 
+    def test_an_emergency_stop_has_one_name(self):
+        with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "events", "--kinds", "fault", "-n", "1"],
+                              stdout=subprocess.PIPE, text=True) as events:
+            time.sleep(0.5)
+            self.run_ctl("stop")
+            told = events.communicate(timeout=20)[0]
+        self.assertEqual(told.count("emergency stop"), 1, told)
+        self.assertNotIn("line", told)
+        for shown in (self.run_ctl("status").stdout, self.run_ctl("monitor", "--duration", "0.2").stdout,
+                      self.run_ctl("get", "/devices/sim/fault").stdout):
+            self.assertIn("emergency stop", shown)
+        self.run_ctl("arm", "--for", "0.2")
+
     def test_limits(self):
         before = self.json("limits")
         refused = self.run_ctl("limits", "--force", str(before["force"] / 2), exit_code=1).stderr

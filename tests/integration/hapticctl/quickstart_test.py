@@ -71,7 +71,7 @@ class Quickstart(unittest.TestCase):
             told = run.communicate(timeout=100)[0]
             self.assertEqual(run.returncode, 1, told)
             self.assertIn("quickstart: the device was disarmed before the hand was through:\n", told)
-            self.assertIn("fault latched: stop", told)
+            self.assertIn("fault latched: emergency stop", told)
             self.assertFalse(self.picture.exists())
 
     def test_wrong_use_is_told(self):

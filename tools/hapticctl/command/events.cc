@@ -56,7 +56,7 @@ void line(const haptic_event& e, std::int64_t start_ns) {
       add(fmt::format("buttons {:#x}", e.value));
       break;
     case HAPTIC_EVENT_FAULT:
-      add(faultName(e.value));
+      if (e.text[0] == '\0') add(faultName(e.value));  // Else its text says it in words.
       break;
     case HAPTIC_EVENT_OVERRUN:
       add(fmt::format("{} periods missed", e.value));

@@ -1,5 +1,6 @@
 #include "daemon/builder/sandbox.h"
 
+#include <fcntl.h>
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
@@ -11,6 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstddef>
+#include <cstdlib>
 #include <vector>
 
 #include "daemon/ipc/unique_fd.h"
@@ -98,6 +100,15 @@ Result<void> limit(decltype(RLIMIT_AS) what, const char* name, std::uint64_t mos
   return {};
 }
 
+/** A service has its daemon spared where memory is short (OOMScoreAdjust=), and this process has that from it. */
+void goFirstWhereMemoryIsShort() {
+  constexpr const char kScore[] = "500";
+  const UniqueFd file(::open("/proc/self/oom_score_adj", O_RDWR | O_CLOEXEC));
+  char present[16] = {};
+  if (::read(file.get(), present, sizeof present - 1) <= 0 || std::atoi(present) >= std::atoi(kScore)) return;
+  (void)!::pwrite(file.get(), kScore, sizeof kScore - 1, 0);
+}
+
 }  // namespace
 
 bool sandboxIsComplete() {
@@ -114,7 +125,8 @@ Result<void> enterSandbox(std::uint64_t memory_bytes, SandboxThreads threads) {
   if (auto set = limit(RLIMIT_CORE, "RLIMIT_CORE", 0); !set) return set;
   if (auto set = limit(RLIMIT_RTPRIO, "RLIMIT_RTPRIO", 0); !set) return set;
   if (auto set = limit(RLIMIT_NOFILE, "RLIMIT_NOFILE", 16); !set) return set;
-  (void)::setpriority(PRIO_PROCESS, 0, 10);  // a courtesy: a filter of the service may forbid it
+  (void)::setpriority(PRIO_PROCESS, 0, 10);  // a courtesy, as the next: a filter of the service may forbid it
+  goFirstWhereMemoryIsShort();
 #ifndef HAPTICD_SANITIZED
   if (auto set = limit(RLIMIT_AS, "RLIMIT_AS", memory_bytes); !set) return set;
   return filterSystemCalls(threads);

@@ -16,10 +16,10 @@ enum class SandboxThreads {
 };
 
 /**
- * Dies with the daemon, cannot gain privileges, cannot dump core, cannot be real-time, nice +10, at most `memory_bytes`
- * of address space, and a system call filter that leaves memory, its socket and its end: no file can be opened, no
- * process started, no network reached. Sanitizer builds leave out the address space limit and the filter, which they
- * cannot live with.
+ * Dies with the daemon, cannot gain privileges, cannot dump core, cannot be real-time, nice +10, among the first to be
+ * ended where memory is short, at most `memory_bytes` of address space, and a system call filter that leaves memory,
+ * its socket and its end: no file can be opened, no process started, no network reached. Sanitizer builds leave out the
+ * address space limit and the filter, which they cannot live with.
  */
 [[nodiscard]] Result<void> enterSandbox(std::uint64_t memory_bytes, SandboxThreads threads = SandboxThreads::kNone);
 

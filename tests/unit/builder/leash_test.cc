@@ -346,6 +346,9 @@ TEST(LeashLimits, ItHoldsOneSocketAndNoPrivilege) {
   std::string text((std::istreambuf_iterator<char>(status)), {});
   EXPECT_NE(text.find("NoNewPrivs:\t1"), std::string::npos);
   EXPECT_EQ(text.find("Seccomp:\t2") != std::string::npos, sandboxIsComplete());
+  int score = 0;
+  std::ifstream(process + "/oom_score_adj") >> score;
+  EXPECT_GE(score, 500) << "where memory is short it goes, and not whoever is there beside it";
   std::ifstream environment(process + "/environ");
   EXPECT_EQ(environment.get(), std::ifstream::traits_type::eof());
 }

@@ -26,6 +26,12 @@ struct SnapshotMemory {
  */
 [[nodiscard]] Result<SnapshotMemory> openSnapshot(UniqueFd fd, bool lock);
 
+/**
+ * Another servo's own copy of a deformable snapshot, as the builder made it: of `fd`, of which `checked` was opened.
+ * What is sealed is not checked again, which takes half as long.
+ */
+[[nodiscard]] Result<SnapshotMemory> copySnapshot(UniqueFd fd, const SnapshotMemory& checked, bool lock);
+
 /** A copy of a snapshot whose vertices have been moved, whole again: with the box and the checksum it has now. */
 [[nodiscard]] std::vector<std::byte> copyDeformed(std::span<const std::byte> snapshot);
 

@@ -80,7 +80,8 @@ Result<void> MeshStore::publish(std::uint32_t index, CommandSink& sink) {
     if (own == nullptr) {
       auto fd = duplicate(entry.fd.get());
       if (!fd) return fd.error();
-      auto copy = openSnapshot(std::move(*fd), lock_);
+      auto copy = entry.copies.empty() ? openSnapshot(std::move(*fd), lock_)
+                                       : copySnapshot(std::move(*fd), *entry.copies.begin()->second, lock_);
       if (!copy) return copy.error();
       own = std::make_unique<SnapshotMemory>(std::move(*copy));
     }

@@ -1,0 +1,75 @@
+// A deformable mesh for a further servo: the builder's, whatever the first servo has made of its own.
+#include <cstddef>
+#include <cstring>
+#include <vector>
+
+#include "daemon/builder/build.h"
+#include "tests/unit/builder/built.h"
+
+namespace hapticd::test {
+namespace {
+
+/** Where a pointer of a view leads, from the beginning of its memory. */
+template <class T>
+std::ptrdiff_t place(const SnapshotMemory& memory, const T* there) {
+  return reinterpret_cast<const std::byte*>(there) - memory.mapping.data();
+}
+
+std::vector<std::ptrdiff_t> places(const SnapshotMemory& m) {
+  const MeshView& v = m.view;
+  const MeshView::Deform& d = v.deform;
+  return {place(m, v.vertices),
+          place(m, v.triangles),
+          place(m, v.neighbours),
+          place(m, v.nodes),
+          place(m, v.corners),
+          place(m, d.vertices),
+          place(m, d.corners),
+          place(m, d.nodes),
+          place(m, d.parents),
+          place(m, d.vertex_first),
+          place(m, d.vertex_triangles),
+          place(m, d.triangle_leaf),
+          place(m, d.source_vertex),
+          std::ptrdiff_t{v.vertex_count},
+          std::ptrdiff_t{v.triangle_count},
+          std::ptrdiff_t{v.node_count},
+          std::ptrdiff_t{v.depth},
+          std::ptrdiff_t{v.flags},
+          std::ptrdiff_t{d.source_count}};
+}
+
+TEST(SnapshotCopy, IsTheMeshAsItWasBuiltAndItsOwn) {
+  BuildMonitor monitor;
+  const auto built = buildSnapshot(upload(torus(40, 30), HD_MESH_DEFORMABLE), monitor);
+  ASSERT_TRUE(built.ok()) << toString(built.error());
+  auto first = openSnapshot(std::move(*built->memfd.share()), false);
+  const auto fresh = openSnapshot(std::move(*built->memfd.share()), false);
+  ASSERT_TRUE(first.ok() && fresh.ok());
+  const float aside[3] = {0.2f, 0.1f, 0.05f};
+  ASSERT_EQ(moveVertex(first->view, 7, aside), ErrorCode::kOk);
+  first->view.deform.moved = 3;
+
+  auto copy = copySnapshot(std::move(*built->memfd.share()), *first, false);
+  ASSERT_TRUE(copy.ok()) << toString(copy.error());
+  EXPECT_EQ(places(*copy), places(*fresh));
+  const auto bytes = copy->mapping.bytes(), as_built = fresh->mapping.bytes();
+  ASSERT_EQ(bytes.size(), as_built.size());
+  EXPECT_EQ(std::memcmp(bytes.data(), as_built.data(), bytes.size()), 0);
+  EXPECT_EQ(copy->view.deform.moves, 0u);
+  EXPECT_EQ(copy->view.deform.moved, 0);
+  ASSERT_NE(copy->view.deform.motion, nullptr);
+  EXPECT_NE(copy->view.deform.motion, first->view.deform.motion);
+  ASSERT_EQ(moveVertex(copy->view, 3, aside), ErrorCode::kOk);
+  EXPECT_NE(first->view.vertices[3][0], 0.2f) << "each has its own";
+}
+
+TEST(SnapshotCopy, IsOfSealedMemoryAlone) {
+  const Built built = build(torus(8, 6), HD_MESH_DEFORMABLE);
+  const auto open = Memfd::create("hapticd-test", built.memory.mapping.size());
+  ASSERT_TRUE(open.ok());
+  EXPECT_EQ(copySnapshot(std::move(*open->share()), built.memory, false).error().code, ErrorCode::kPermissionDenied);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,21 +1,28 @@
 #!/bin/sh
-# Installs the client library elsewhere and builds against it as a stranger would: by pkg-config, by find_package, from
-# Python. Usage: run.sh BUILD_DIRECTORY SOURCE_DIRECTORY
+# Installs everything elsewhere and uses it as a stranger would: the programs, the library by pkg-config, by find_package,
+# from Python. Usage: run.sh BUILD_DIRECTORY SOURCE_DIRECTORY
 set -eu
 build=$1
 source=$2
 directory=$(mktemp -d)
 trap 'rm -rf "$directory"' EXIT
-prefix=$directory/usr
-for component in libhapticclient1 libhapticclient-dev python3-hapticclient; do
-  cmake --install "$build" --prefix "$prefix" --component $component >/dev/null
-done
+
+# Staged, as a packager does: what leaves the prefix is found here and not on this machine, and nothing lies where it was told.
+DESTDIR=$directory/stage cmake --install "$build" --prefix /any/where >/dev/null
+prefix=$directory/stage/any/where
+if strays=$(find "$directory/stage" ! -type d ! -path "$prefix/*" | grep .); then
+  printf 'installed outside of the prefix:\n%s\n' "$strays" >&2
+  exit 1
+fi
 library=$(dirname "$(find "$prefix" -name libhapticclient.so)")
+
+echo "programs"
+for program in sbin/hapticd bin/hapticctl bin/haptic-bench; do "$prefix/$program" --version; done
+[ ! -x "$prefix/libexec/hapticd/hapticctl-cut" ] || "$prefix/bin/hapticctl" cut --help >/dev/null
 
 echo "pkg-config"
 export PKG_CONFIG_PATH="$library/pkgconfig"
-# The installed file names the prefix of the packages; this prefix stands in for it.
-flags=$(pkg-config --define-variable=prefix="$prefix" --cflags --libs hapticclient)
+flags=$(pkg-config --cflags --libs hapticclient)
 # shellcheck disable=SC2086
 cc -D_POSIX_C_SOURCE=200809L -std=c11 -Wall -Werror "$source/examples/01-state.c" $flags -o "$directory/c"
 if LD_LIBRARY_PATH=$library HAPTICD_SOCKET=/nonexistent "$directory/c" 2>"$directory/said"; then
@@ -47,5 +54,4 @@ cmake --build "$directory/cmake/build" >/dev/null
 "$directory/cmake/build/stranger"
 
 echo "python"
-PYTHONDONTWRITEBYTECODE=1 PYTHONPATH="$prefix/lib/python3/dist-packages" LD_LIBRARY_PATH=$library \
-  /usr/bin/python3 -c 'import hapticclient; print(hapticclient.__version__)'
+PYTHONDONTWRITEBYTECODE=1 PYTHONPATH="$prefix/lib/python3/dist-packages" /usr/bin/python3 -c 'import hapticclient; print(hapticclient.__version__)'

@@ -12,6 +12,11 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
 
+# Programs in any other folder find the library beside them; Debian's packages need no such path and may not have one.
+if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+  set(CMAKE_INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}" "$ORIGIN/../../${CMAKE_INSTALL_LIBDIR}")
+endif()
+
 # Bound when loaded: a servo's first call of a library's function must not go through the dynamic linker.
 add_link_options(-Wl,-z,relro,-z,now)
 

@@ -7,10 +7,6 @@
 #include <filesystem>
 #include <numeric>
 
-#ifndef HAPTICCTL_LIBEXEC
-#define HAPTICCTL_LIBEXEC "/usr/libexec/hapticd"
-#endif
-
 namespace hapticctl {
 namespace {
 
@@ -43,8 +39,8 @@ std::string findExternal(std::string_view name) {
   if (!error) {
     places.push_back(self.parent_path());
     places.push_back(self.parent_path().parent_path() / program);  // As they lie where they are built.
+    places.push_back(self.parent_path().parent_path() / "libexec/hapticd");
   }
-  places.emplace_back(HAPTICCTL_LIBEXEC);
   if (const char* path = std::getenv("PATH")) {
     for (std::string_view rest = path; !rest.empty();) {
       const std::size_t colon = std::min(rest.find(':'), rest.size());

@@ -9,8 +9,8 @@
 
 namespace hapticctl {
 
-/** Where hapticctl-NAME is: beside this program, where it is built (../hapticctl-NAME), in the installed libexec
- * directory or on PATH; empty if nowhere. */
+/** Where hapticctl-NAME is: beside this program, where it is built (../hapticctl-NAME), in the libexec folder installed
+ * with it, or on PATH; empty if nowhere. */
 [[nodiscard]] std::string findExternal(std::string_view name);
 /**
  * Becomes that program, the command being word `word`. It finds in HAPTICCTL who called it, and in HAPTICD_SOCKET the

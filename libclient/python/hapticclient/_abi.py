@@ -241,7 +241,9 @@ _PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
 
 
 def _load() -> c.CDLL:
-    path = os.environ.get("HAPTICCLIENT_LIBRARY", "libhapticclient.so.1")
+    name = "libhapticclient.so.1"
+    beside = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../..", name)  # under a prefix of its own
+    path = os.environ.get("HAPTICCLIENT_LIBRARY") or (beside if os.path.exists(beside) else name)
     try:
         library = c.CDLL(path)
     except OSError as error:

@@ -26,7 +26,7 @@ int main() {
     const auto sample = session->latest();
     if (!sample) continue;
 
-    haptic_local_model plane{};
+    haptic_local_model plane = HAPTIC_LOCAL_MODEL_INIT;
     plane.kind = HAPTIC_MODEL_PLANE;
     plane.lease_ns = 200'000'000;  // if this program stalls longer than this, the plane fades away
     plane.blend_ns = 20'000'000;   // the old plane turns into the new one without a jump in force
@@ -37,10 +37,9 @@ int main() {
     for (int k = 0; k < 3; ++k) plane.origin[k] = kCentre[k] + kRadius * (plane.normal[k] = n[k] / length);
     if (auto pushed = session->push(plane, {.latest = true}); !pushed) return fail(pushed.error());
 
-    haptic_intent hand{};  // what a simulated hand wants: press down, stroking; a real device ignores it
+    haptic_intent hand = HAPTIC_INTENT_INIT;  // what a simulated hand wants: to press and stroke; a real one ignores it
     hand.p[1] = 0.02 * std::sin(0.1 * i);
     hand.p[2] = 0.03 - 0.04 * std::min(1.0, i / 50.0);
-    hand.q[0] = 1;
     (void)session->push(hand, {.latest = true});
 
     const float* f = sample->by_source[HAPTIC_SOURCE_LOCAL_MODEL];

@@ -50,7 +50,8 @@ int main() {
 
   double felt = 0;
   for (int i = 0; i < 500 && felt < 1; ++i, std::this_thread::sleep_for(20ms)) {
-    haptic_intent hand{{}, {}, {0, 0, i < 10 ? 0.0 : -0.02}, {1, 0, 0, 0}, 0};  // of a simulated hand: press down
+    haptic_intent hand = HAPTIC_INTENT_INIT;  // of a simulated hand: press down
+    hand.p[2] = i < 10 ? 0.0 : -0.02;
     (void)session->push(hand, {.latest = true});
     if (auto sample = session->latest()) felt = sample->by_source[HAPTIC_SOURCE_SURFACE][2];
   }

@@ -29,7 +29,7 @@ int main() {
     double d[3], square = 0;
     for (int k = 0; k < 3; ++k) square += std::pow(d[k] = sample->p[k] - kCentre[k], 2);
     const double g = 1 / (1 + square / (kWidth * kWidth));
-    haptic_force_field field{};
+    haptic_force_field field = HAPTIC_FORCE_FIELD_INIT;
     field.lease_ns = 100'000'000;  // without news for this long the force fades away
     field.blend_ns = 10'000'000;
     field.radius = 0.01;  // how far from x0 the Jacobian is trusted
@@ -42,8 +42,7 @@ int main() {
     }
     if (auto pushed = session->push(field, {.latest = true}); !pushed) return fail(pushed.error());
 
-    haptic_intent hand{};  // a simulated hand holds the middle of the workspace and is drawn aside
-    hand.q[0] = 1;
+    const haptic_intent hand = HAPTIC_INTENT_INIT;  // a simulated hand holds the middle and is drawn aside
     (void)session->push(hand, {.latest = true});
     felt = sample->by_source[HAPTIC_SOURCE_LOCAL_MODEL][1];
   }

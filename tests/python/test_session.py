@@ -104,7 +104,7 @@ class Pushes(unittest.TestCase):
         self.assertEqual(caught.exception.code, haptic.Code.QUOTA_EXCEEDED)
         self.assertIn("16 targets", str(caught.exception))  # And not: "the user's quota of sessions".
         session.push_object_flags(17, 0, 0)
-        with self.assertRaisesRegex(haptic.HapticError, "^push_local_model: "):
+        with self.assertRaisesRegex(haptic.HapticError, "^normal: is no unit vector"):
             session.push_plane((0, 0, 0), (0, 0, 2))
 
     def test_what_is_closed_says_so(self):

@@ -3,9 +3,10 @@
  * blends from one to the next without a jump, and fades what is not renewed within its lease.
  *
  * A push writes to shared memory and returns at once. HAPTIC_OK: it is on its way; the daemon checks its own copy and
- * reports refusals in haptic_acks. Else nothing was sent. HAPTIC_INVALID_ARGUMENT: a value is malformed, not finite or
- * out of range. HAPTIC_WOULD_BLOCK: 256 commands wait already. HAPTIC_QUOTA_EXCEEDED: 16 targets have a mailbox already
- * (below). HAPTIC_DISCONNECTED: the session is over. Pushing thread of the session, servo-safe.
+ * reports refusals in haptic_acks. Else nothing was sent, and haptic_push_refusal() says why in words.
+ * HAPTIC_INVALID_ARGUMENT: a value is malformed, not finite or out of range. HAPTIC_WOULD_BLOCK: 256 commands wait
+ * already. HAPTIC_QUOTA_EXCEEDED: 16 targets have a mailbox already (below). HAPTIC_DISCONNECTED: the session is over.
+ * Pushing thread of the session, servo-safe. The _INIT macros are what zeros are not: a rotation and a lease.
  *
  * Two ways: the ring keeps every command and their order; a mailbox keeps only the newest value of its target, never
  * fills up, and is right for what is sent faster than it is needed. HAPTIC_PUSH_LATEST takes a mailbox for the target
@@ -50,6 +51,12 @@ typedef struct haptic_object_pose {
   double v[3]; /**< [m/s] */
   double w[3]; /**< [rad/s] */
 } haptic_object_pose;
+
+/** At the parent's origin, at rest; no object yet. */
+#define HAPTIC_OBJECT_POSE_INIT                           \
+  {                                                       \
+    0, 0, {0, 0, 0}, {1, 0, 0, 0}, {0, 0, 0}, { 0, 0, 0 } \
+  }
 
 typedef struct haptic_object_material {
   uint32_t object;
@@ -101,6 +108,14 @@ typedef struct haptic_local_model {
   float halfspace[HAPTIC_HALFSPACES][4]; /**< Unit outward normal n and offset d: behind it n.(x-origin) <= d. */
 } haptic_local_model;
 
+/** In slot 0 for 0.5 s, blended over 20 ms; 1000 N/m, 1 N s/m, no friction; no kind and no shape yet. */
+#define HAPTIC_LOCAL_MODEL_INIT                                                        \
+  {                                                                                    \
+    0, 0, 0, 0, 500000000, 20000000, {1000, 1, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0, 0, { \
+      { 0, 0, 0, 0 }                                                                   \
+    }                                                                                  \
+  }
+
 /** Force f0 + J (x - x0) within `radius` of x0, fading to zero over the outer fifth. */
 typedef struct haptic_force_field {
   uint32_t slot; /**< Shares its numbers with local models. */
@@ -114,6 +129,10 @@ typedef struct haptic_force_field {
   double jacobian[9]; /**< Row-major dF/dx [N/m]. */
   double radius;      /**< [m] */
 } haptic_force_field;
+
+/** In slot 0 for 0.1 s, blended over 10 ms; no force and no radius yet. */
+#define HAPTIC_FORCE_FIELD_INIT \
+  { 0, 0, 0, 0, 100000000, 10000000, {0, 0, 0}, {0, 0, 0}, {0, 0, 0, 0, 0, 0, 0, 0, 0}, 0 }
 
 typedef struct haptic_clear_model {
   uint32_t slot;
@@ -130,6 +149,12 @@ typedef struct haptic_client_force {
   double torque[3]; /**< [N m] */
 } haptic_client_force;
 
+/** No force yet, for 50 ms. */
+#define HAPTIC_CLIENT_FORCE_INIT           \
+  {                                        \
+    0, 0, 50000000, {0, 0, 0}, { 0, 0, 0 } \
+  }
+
 /** Where the hand of a simulated device wants to be. */
 typedef struct haptic_intent {
   uint32_t device;
@@ -138,6 +163,10 @@ typedef struct haptic_intent {
   double q[4];
   double gripper_rad;
 } haptic_intent;
+
+/** At the origin of the world. */
+#define HAPTIC_INTENT_INIT \
+  { 0, 0, {0, 0, 0}, {1, 0, 0, 0}, 0 }
 
 /** Binds this session's own share; can only lower what the daemon allows. */
 typedef struct haptic_session_limits {
@@ -158,6 +187,12 @@ HAPTIC_API int haptic_push_client_force(haptic_session* session, const haptic_cl
 HAPTIC_API int haptic_push_intent(haptic_session* session, const haptic_intent* intent, haptic_push* push);
 HAPTIC_API int haptic_push_limits(haptic_session* session, const haptic_session_limits* limits, haptic_push* push);
 
+/**
+ * Why the last push of this session was refused: its code, and in `error` the field, the fault and the remedy.
+ * HAPTIC_OK and nothing else if it was not. Pushing thread; for people to read, so not servo-safe.
+ * HAPTIC_INVALID_ARGUMENT for null.
+ */
+HAPTIC_API int haptic_push_refusal(const haptic_session* session, haptic_error* error);
 /** Commands that the ring takes now without HAPTIC_WOULD_BLOCK; 0 when disconnected. */
 HAPTIC_API uint32_t haptic_push_space(const haptic_session* session);
 

@@ -13,7 +13,8 @@
 
 namespace haptic {
 
-/** A refusal: what kind, where, what is wrong and what to do. Servo-safe calls give the code alone. */
+/** A refusal: what kind, where, what is wrong and what to do. Servo-safe calls give the code alone, but for
+ * pushes. */
 struct [[nodiscard]] Error {
   int code = HAPTIC_INTERNAL;
   std::string where;

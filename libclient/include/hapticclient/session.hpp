@@ -79,7 +79,7 @@ class Session {
     return status;
   }
 
-  /** Pushes a command; gives its number. */
+  /** Pushes a command; gives its number. A refusal comes in words, but for a full ring, which costs nothing. */
   Result<std::uint64_t> push(const haptic_object_pose& c, PushOptions how = {}) {
     return send(haptic_push_object_pose, c, how);
   }
@@ -127,8 +127,10 @@ class Session {
   template <class T>
   Result<std::uint64_t> send(int (*call)(haptic_session*, const T*, haptic_push*), const T& command, PushOptions how) {
     haptic_push push{how.at_tick, how.latest ? std::uint32_t{HAPTIC_PUSH_LATEST} : 0u, 0, 0};
-    if (const int code = call(get(), &command, &push); code != HAPTIC_OK) return Error{code, {}, {}, {}};
-    return push.seq;
+    const int code = call(get(), &command, &push);
+    if (code == HAPTIC_OK) return push.seq;
+    if (code == HAPTIC_WOULD_BLOCK || get() == nullptr) return Error{code, {}, {}, {}};
+    return detail::run([&](auto* e) { return haptic_push_refusal(get(), e); }).error();
   }
 
   std::unique_ptr<haptic_session, Close> handle_;

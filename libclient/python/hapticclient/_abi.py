@@ -204,6 +204,7 @@ _PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "push_client_force": (c.c_int, [_Handle, c.POINTER(ClientForce), c.POINTER(Push)]),
     "push_intent": (c.c_int, [_Handle, c.POINTER(Intent), c.POINTER(Push)]),
     "push_limits": (c.c_int, [_Handle, c.POINTER(SessionLimits), c.POINTER(Push)]),
+    "push_refusal": (c.c_int, [_Handle, _E]),
     "push_space": (u32, [_Handle]),
     "object_create": (c.c_int, [_Handle, c.POINTER(Object), c.POINTER(u32), _E]),
     "object_remove": (c.c_int, [_Handle, text, _E]),

@@ -26,12 +26,6 @@ PLANE, SPRING, SPHERE, HALFSPACES, CORNER = 1, 2, 3, 4, 5
 _lib = _abi.lib
 _S = 1_000_000_000
 
-#: The library says why it refuses a push by a code alone: where, what, and what to do.
-_REFUSED_PUSHES = {
-    Code.WOULD_BLOCK: ("push", f"{RING} commands wait to be taken", "push less often, or with latest=True"),
-    Code.QUOTA_EXCEEDED: ("latest", "16 targets of this session have a mailbox already", "push this one without latest"),
-}
-
 
 def _vector(values: Sequence[float], length: int = 3) -> Any:
     if len(values) != length:
@@ -145,13 +139,9 @@ class Session(Handle):
     # ---------------------------------------------------------------- pushing
 
     def _push(self, function: Any, command: Any, latest: bool, at_tick: int) -> int:
-        if latest and at_tick != 0:
-            raise HapticError(Code.INVALID_ARGUMENT, "at_tick", "a mailbox (latest) holds the newest value and takes effect at once",
-                              "leave one of the two out")
         push = _abi.Push(at_tick=at_tick, flags=1 if latest else 0)
-        code = function(self._handle, ctypes.byref(command), ctypes.byref(push))
-        if code != Code.OK:
-            raise HapticError(code, *_REFUSED_PUSHES.get(code, (function.__name__.removeprefix("haptic_"),)))
+        if function(self._handle, ctypes.byref(command), ctypes.byref(push)) != Code.OK:
+            call(_lib.haptic_push_refusal, self._handle)
         return push.seq
 
     @property
@@ -268,7 +258,7 @@ class Session(Handle):
             raise ValueError(f"{len(index)} vertices: the ring never has room for more than {RING * 26} at once")
         if self.space < -(-len(index) // 26):
             check(_lib.haptic_session_check(self._handle))
-            raise HapticError(Code.WOULD_BLOCK, *_REFUSED_PUSHES[Code.WOULD_BLOCK][:2], "wait until space is enough")
+            raise HapticError(Code.WOULD_BLOCK, "push", f"{RING} commands wait to be taken", "wait until space is enough")
         seq = 0
         for first in range(0, len(index), 26):
             command = _abi.ObjectVertices(object=object_id, count=min(26, len(index) - first))

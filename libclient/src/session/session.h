@@ -13,6 +13,7 @@
 #include <string>
 
 #include "libclient/src/connection/connection.h"
+#include "libclient/src/session/push_check.h"
 #include "libclient/src/session/mapping.h"
 #include "proto/shm_layout.h"
 #include "rt/ring/command_ring.h"
@@ -72,4 +73,6 @@ struct haptic_session final : hapticd::client::Dependent {
   std::string uri, name;
   std::unique_ptr<hapticd::client::Opened> opened;
   std::atomic<bool> alive{false};
+  int refused = HAPTIC_OK;  ///< Code of the last push, and why. Pushing thread.
+  hapticd::client::Objection objection;
 };

@@ -219,9 +219,9 @@ TEST_F(ClientIntegration, APushedPlaneIsFeltAcknowledgedAndExpires) {
 TEST_F(ClientIntegration, WhatTheDaemonRefusesIsInTheAcks) {
   auto client = connect("refused");
   auto session = open(client);
-  haptic_local_model plane = floorAt(0);
-  plane.lease_ns = 60'000'000'000;  // longer than the daemon allows
-  const auto seq = session.push(plane);
+  const haptic_local_model plane = floorAt(0);
+  const auto seq =
+      session.push(plane, {.at_tick = newest(session).tick + 60'000});  // further ahead than the daemon allows
   ASSERT_TRUE(seq);
   ASSERT_TRUE(eventually([&] { return session.acks()->rejected == 1; }));
   EXPECT_EQ(session.acks()->last_rejected_seq, *seq);

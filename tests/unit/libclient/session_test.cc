@@ -104,6 +104,9 @@ TEST_F(SessionTest, AFullRingSaysSoAndTakesMoreOnceDrained) {
   EXPECT_EQ(session_->space(), HD_RING_SLOTS);
   for (unsigned i = 0; i < HD_RING_SLOTS; ++i) ASSERT_TRUE(session_->push(force(1)));
   EXPECT_EQ(session_->push(force(1)).code(), HAPTIC_WOULD_BLOCK);
+  haptic_error error = HAPTIC_ERROR_INIT;
+  EXPECT_EQ(haptic_push_refusal(session_->get(), &error), HAPTIC_WOULD_BLOCK);
+  EXPECT_STREQ(error.what, "256 commands wait to be taken");
   EXPECT_EQ(session_->space(), 0u);
   hd_slot slot;
   ASSERT_EQ(consumer.pop(slot), CommandConsumer::Pop::kSlot);
@@ -149,6 +152,34 @@ TEST_F(SessionTest, SixteenTargetsCanHaveAMailbox) {
   EXPECT_TRUE(session_->push(pose)) << "the ring is still there";
   pose.object = 3;
   EXPECT_TRUE(session_->push(pose, {.latest = true}));
+}
+
+TEST_F(SessionTest, ARefusedPushSaysWhichFieldAndWhatToDo) {
+  haptic_error error = HAPTIC_ERROR_INIT;
+  ASSERT_TRUE(session_->push(force(1)));
+  EXPECT_EQ(haptic_push_refusal(session_->get(), &error), HAPTIC_OK);
+  EXPECT_EQ(error.code, HAPTIC_OK) << "nothing was refused";
+
+  haptic_client_force bad = force(1);
+  bad.lease_ns = 0;
+  EXPECT_EQ(session_->push(bad).error().message(),
+            "lease_ns: is not above 0 and at most 10 s (say how long it holds without news from you, as 0.2 s)");
+  EXPECT_EQ(haptic_push_refusal(session_->get(), &error), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_STREQ(error.where, "lease_ns");
+  haptic_local_model patch = HAPTIC_LOCAL_MODEL_INIT;
+  patch.kind = HAPTIC_MODEL_HALFSPACES;
+  patch.count = 1;
+  EXPECT_EQ(session_->push(patch).error().where, "halfspace[0]");
+  bad = force(1);
+  bad.device = 1;
+  EXPECT_EQ(session_->push(bad).error().where, "device") << "of a group of one";
+  EXPECT_EQ(haptic_push_client_force(session_->get(), nullptr, nullptr), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_push_refusal(session_->get(), &error), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_STREQ(error.where, "client_force");
+
+  ASSERT_TRUE(session_->push(force(1)));
+  EXPECT_EQ(haptic_push_refusal(session_->get(), nullptr), HAPTIC_OK) << "only the last push counts";
+  EXPECT_EQ(haptic_push_refusal(nullptr, &error), HAPTIC_INVALID_ARGUMENT);
 }
 
 TEST_F(SessionTest, WhatCannotBeMeantIsNotSent) {

@@ -1,4 +1,5 @@
 """Each push and question of a Python session against a real daemon with a simulated hand; with_daemon starts it."""
+import inspect
 import os
 import subprocess
 import sys
@@ -106,6 +107,35 @@ class Pushes(unittest.TestCase):
         session.push_object_flags(17, 0, 0)
         with self.assertRaisesRegex(haptic.HapticError, "^normal: is no unit vector"):
             session.push_plane((0, 0, 0), (0, 0, 2))
+
+    def test_an_argument_that_cannot_be_read_is_named(self):
+        session, scene = self.session, self.client.scene
+        for function, wrong, words in (
+                (session.push_plane, {"origin": (0, 0), "normal": (0, 0, 1)}, "^origin: 3 numbers are needed, not 2$"),
+                (session.push_plane, {"origin": 5, "normal": (0, 0, 1)}, "^origin: 3 numbers are needed, not 5$"),
+                (session.push_plane, {"origin": "abc", "normal": (0, 0, 1)}, "^origin: 3 numbers"),
+                (session.push_force, {"force": (0, 0, 1), "lease_s": float("nan")}, "^lease_s: nan is no time"),
+                (session.push_force, {"force": (0, 0, 1), "lease_s": float("inf")}, "^lease_s: inf is no time"),
+                (session.push_intent, {"p": (0, 0, 1), "q": (1, 0, 0)}, "^q: 4 numbers"),
+                (session.push_spring, {"origin": (0, 0, 0), "material": 1000}, "^material: haptic.Material"),
+                (scene.create, {"name": "a", "pose": (0, 0, 1)}, r"^pose: haptic.Pose\(\(x, y, z\)\)"),
+                (scene.create, {"name": "a", "shape": "sphere"}, "ShapeKind"),
+                (scene.create, {"name": "a", "size": (1, 2, 3, 4)}, "^size: at most 3")):
+            with self.assertRaisesRegex((TypeError, ValueError), words):
+                function(**wrong)
+        scene.create("ball", haptic.ShapeKind.SPHERE, 0.01)
+        self.assertEqual(scene.find("ball").size, (0.01, 0, 0))
+
+    def test_everything_says_what_it_is(self):
+        self.assertEqual(repr(self.session), "<Session, open>")
+        for name, thing in vars(haptic).items():
+            if not inspect.isclass(thing) and not inspect.isfunction(thing):
+                continue
+            members = vars(thing).items() if inspect.isclass(thing) else ()
+            for what, part in [(name, thing), *((f"{name}.{member}", value) for member, value in members
+                                                if not member.startswith("_") and (callable(value) or isinstance(value, property)))]:
+                words = inspect.getdoc(part) or ""
+                self.assertFalse(words.startswith(f"{name}(") or not words, f"{what} has no words of its own")  # A dataclass's own are its fields.
 
     def test_what_is_closed_says_so(self):
         client = haptic.Client()

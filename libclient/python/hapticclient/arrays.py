@@ -1,8 +1,10 @@
 """Arrays and texts as the library takes them; what would be cut off or taken apart is refused."""
 from __future__ import annotations
 
+import ctypes
 import operator
-from typing import SupportsIndex
+from collections.abc import Iterable
+from typing import Any, SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +16,24 @@ def whole(value: SupportsIndex, bits: int, what: str) -> int:
     if not 0 <= given < 1 << bits:
         raise ValueError(f"{what}: {given} is out of range")
     return given
+
+
+def vector(values: Iterable[float], what: str, length: int = 3) -> Any:
+    """So many numbers for the library."""
+    try:
+        numbers = [float(value) for value in values]
+    except (TypeError, ValueError):
+        raise TypeError(f"{what}: {length} numbers are needed, not {values!r}") from None
+    if len(numbers) != length:
+        raise ValueError(f"{what}: {length} numbers are needed, not {len(numbers)}")
+    return (ctypes.c_double * length)(*numbers)
+
+
+def ns(seconds: float, what: str) -> int:
+    """A time for the library; beyond three centuries it has none."""
+    if not abs(seconds) < 9e9:  # Nor is NaN.
+        raise ValueError(f"{what}: {seconds} is no time in seconds")
+    return round(seconds * 1e9)
 
 
 def text(value: str) -> bytes:

@@ -7,7 +7,7 @@ import enum
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Optional
+from typing import Any, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -16,13 +16,14 @@ from . import _abi, arrays
 from .errors import Code, HapticError, call, check
 from .handle import Handle
 from .recording import Recording
-from .session import Session, _raw_material, _vector
+from .session import Session, raw_material
 from .types import (Check, DaemonInfo, DeviceInfo, DeviceLimits, Event, Histogram, Material, MeshReport, ObjectFlag,
                     ObjectState, Pose, ShapeKind, Statistics, Status, Surface, TextureReport, VibrationModel,
                     device_info, mesh_report, object_state, plain, status, texture_report)
 
 _lib = _abi.lib
 _List = list  # Scene has a method of that name
+Size = Union[float, Sequence[float]]
 
 
 def _bytes(value: Optional[str]) -> Optional[bytes]:
@@ -49,15 +50,17 @@ def _entries(reply: Any) -> list[Any]:
 
 
 def _raw_pose(pose: Pose) -> Any:
-    return _abi.Pose(p=_vector(pose[0]), q=_vector(pose[1], 4))
+    """A place alone, three numbers, would be a pose that is not turned; whoever means one shall say so."""
+    if len(pose) != 2:
+        raise TypeError(f"pose: haptic.Pose((x, y, z)) or Pose((x, y, z), (w, x, y, z)) is needed, not {pose!r}")
+    return _abi.Pose(p=arrays.vector(pose[0], "pose.p"), q=arrays.vector(pose[1], "pose.q", 4))
 
 
-def _raw_shape(kind: ShapeKind, size: Sequence[float], mesh: int) -> Any:
-    if len(size) > 3:
-        raise ValueError(f"size: at most 3 numbers, got {len(size)}")
-    shape = _abi.Shape(kind=int(kind), mesh=mesh)
-    shape.size = _vector([*size, 0.0, 0.0, 0.0][:3])
-    return shape
+def _raw_shape(kind: ShapeKind, size: Size, mesh: int) -> Any:
+    given = np.ravel(size)
+    if len(given) > 3:
+        raise ValueError(f"size: at most 3 numbers, got {len(given)}")
+    return _abi.Shape(kind=int(ShapeKind(kind)), mesh=mesh, size=arrays.vector([*given, 0.0, 0.0, 0.0][:3], "size"))
 
 
 class Events(Handle):
@@ -111,12 +114,16 @@ class Scene:
     def _handle(self) -> Any:
         return self._client._handle
 
-    def create(self, name: str, shape: ShapeKind = ShapeKind.GROUP, size: Sequence[float] = (), *, mesh: int = 0,
+    def create(self, name: str, shape: ShapeKind = ShapeKind.GROUP, size: Size = (), *, mesh: int = 0,
                pose: Pose = Pose(), material: Material = Material(), parent: str = "",
                flags: ObjectFlag = ObjectFlag.ENABLED | ObjectFlag.VISIBLE) -> int:
-        """Creates an object; gives its number for pushes. `size` as haptic_shape_kind in scene.h tells."""
+        """Creates an object, there until it is removed or, without ObjectFlag.KEEP, the client leaves.
+
+        Gives its number for pushes. `size` as ShapeKind tells, in metres; `mesh` is the id of an upload; `pose` is in the
+        frame of the object named `parent`.
+        """
         raw = _abi.Object(flags=int(flags), name=arrays.text(name), parent=arrays.text(parent), pose=_raw_pose(pose),
-                          shape=_raw_shape(shape, size, mesh), material=_raw_material(material))
+                          shape=_raw_shape(shape, size, mesh), material=raw_material(material))
         number = ctypes.c_uint32()
         call(_lib.haptic_object_create, self._handle, ctypes.byref(raw), ctypes.byref(number))
         return number.value
@@ -141,13 +148,13 @@ class Scene:
 
     def set_material(self, name: str, material: Material) -> None:
         """How hard it is, how it damps and rubs."""
-        call(_lib.haptic_object_set_material, self._handle, arrays.text(name), ctypes.byref(_raw_material(material)))
+        call(_lib.haptic_object_set_material, self._handle, arrays.text(name), ctypes.byref(raw_material(material)))
 
     def set_flags(self, name: str, flags: ObjectFlag) -> None:
         """All of them as they shall be, but for KEEP: that stays as when it was made."""
         call(_lib.haptic_object_set_flags, self._handle, arrays.text(name), arrays.whole(flags, 32, "flags"))
 
-    def set_shape(self, name: str, shape: ShapeKind, size: Sequence[float] = (), mesh: int = 0) -> None:
+    def set_shape(self, name: str, shape: ShapeKind, size: Size = (), mesh: int = 0) -> None:
         """Another shape or mesh in the place of the one it has."""
         call(_lib.haptic_object_set_shape, self._handle, arrays.text(name), ctypes.byref(_raw_shape(shape, size, mesh)))
 

@@ -9,7 +9,7 @@ from . import _abi
 
 
 class Code(enum.IntEnum):
-    """Kinds of refusal, as in base.h."""
+    """Kinds of refusal: `code` of a HapticError, whose `what` says more."""
     OK = 0
     INVALID_ARGUMENT = 1
     NOT_FOUND = 2

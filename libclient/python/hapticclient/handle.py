@@ -25,6 +25,9 @@ class Handle:
             raise HapticError(Code.INVALID_ARGUMENT, self._kind, "is closed", "open another one")
         return self._open
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}, {'closed' if self._open is None else 'open'}>"
+
     def __enter__(self: T) -> T:
         return self
 

@@ -13,7 +13,7 @@ from .errors import Code, HapticError, call, check
 from .handle import Handle
 from .types import Acks, Counters, Material, ModelStatus, SessionInfo, device_info, plain
 
-#: One servo sample; fields as haptic_sample in session.h.
+#: One servo sample; Session.latest() tells the fields.
 SAMPLE = np.dtype(_abi.SAMPLE_FIELDS)
 
 #: Samples that the daemon keeps; drain() before they are overwritten.
@@ -24,17 +24,14 @@ RING = 256
 
 PLANE, SPRING, SPHERE, HALFSPACES, CORNER = 1, 2, 3, 4, 5
 _lib = _abi.lib
-_S = 1_000_000_000
 
 
-def _vector(values: Sequence[float], length: int = 3) -> Any:
-    if len(values) != length:
-        raise ValueError(f"expected {length} numbers, got {len(values)}")
-    return (ctypes.c_double * length)(*(float(v) for v in values))
-
-
-def _raw_material(material: Material) -> Any:
-    return _abi.Material(**Material(*material)._asdict())
+def raw_material(material: Material) -> Any:
+    """Four numbers, or the first of them."""
+    try:
+        return _abi.Material(**Material(*material)._asdict())
+    except TypeError:
+        raise TypeError(f"material: haptic.Material(N/m, N s/m, mu_s, mu_d) is needed, not {material!r}") from None
 
 
 class Session(Handle):
@@ -76,7 +73,10 @@ class Session(Handle):
         call(_lib.haptic_session_release_lease, self._handle)
 
     def arm(self) -> None:
-        """Energises the device; the force ramps up over two seconds."""
+        """Takes the lease and energises the device; the force ramps up over two seconds once what is asked for is small.
+
+        A fault that is latched is cleared, if its cause is gone. Returns at once: SampleFlag.RAMPING tells of the ramp.
+        """
         call(_lib.haptic_session_arm, self._handle)
 
     def disarm(self) -> None:
@@ -91,7 +91,14 @@ class Session(Handle):
     # ---------------------------------------------------------------- reading
 
     def latest(self, device: Optional[int] = None) -> np.void:
-        """The newest sample: latest()["p"], latest()["force"], ... HapticError WOULD_BLOCK while there is none."""
+        """The newest sample: latest()["p"], latest()["force"], ... HapticError WOULD_BLOCK while there is none.
+
+        World frame, SI. tick, t_ns (CLOCK_MONOTONIC); device, flags (SampleFlag), fault (Fault), buttons; p, q, v, w: the
+        hand's place, orientation, velocity, angular velocity; proxy; force and torque sent, by_source[Source.SURFACE], ...
+        which sum to force; own: this session's share; gripper_rad, gripper_force_n; energy_j: what the passivity observer
+        holds; depth_m below the surface; contact_object, 0 for none; missed periods; wake_ns, cycle_ns; applied_commands.
+        `device` is another one of the group, by its place there.
+        """
         sample = np.empty(1, SAMPLE)
         if device is None:
             code = _lib.haptic_session_latest(self._handle, sample.ctypes.data)
@@ -154,7 +161,7 @@ class Session(Handle):
                    device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
         """Solid behind the plane: plane and probe."""
         model = self._model(PLANE, slot, material, lease_s, blend_s, frame, device, origin)
-        model.normal = _vector(normal)
+        model.normal = arrays.vector(normal, "normal")
         return self._push(_lib.haptic_push_local_model, model, latest, at_tick)
 
     def push_spring(self, origin: Sequence[float], *, free_length: float = 0.0, slot: int = 0,
@@ -189,35 +196,36 @@ class Session(Handle):
     @staticmethod
     def _model(kind: int, slot: int, material: Material, lease_s: float, blend_s: float, frame: int, device: int,
                origin: Sequence[float]) -> Any:
-        return _abi.LocalModel(slot=slot, kind=kind, frame=frame, device=device, lease_ns=round(lease_s * _S),
-                               blend_ns=round(blend_s * _S), material=_raw_material(material),
-                               origin=_vector(origin))
+        return _abi.LocalModel(slot=slot, kind=kind, frame=frame, device=device, lease_ns=arrays.ns(lease_s, "lease_s"),
+                               blend_ns=arrays.ns(blend_s, "blend_s"), material=raw_material(material),
+                               origin=arrays.vector(origin, "origin"))
 
     def push_force_field(self, x0: Sequence[float], f0: Sequence[float], jacobian: npt.ArrayLike, radius: float, *,
                          slot: int = 0, lease_s: float = 0.1, blend_s: float = 0.01, frame: int = 0, device: int = 0,
                          latest: bool = False, at_tick: int = 0) -> int:
         """Force f0 + J (x - x0) within `radius` of x0; the Jacobian lets the servo go on between two pushes."""
-        field = _abi.ForceField(slot=slot, frame=frame, device=device, lease_ns=round(lease_s * _S),
-                                blend_ns=round(blend_s * _S), x0=_vector(x0), f0=_vector(f0),
-                                jacobian=_vector(np.asarray(jacobian, float).reshape(-1), 9), radius=radius)
+        field = _abi.ForceField(slot=slot, frame=frame, device=device, lease_ns=arrays.ns(lease_s, "lease_s"),
+                                blend_ns=arrays.ns(blend_s, "blend_s"), x0=arrays.vector(x0, "x0"),
+                                f0=arrays.vector(f0, "f0"), radius=radius,
+                                jacobian=arrays.vector(np.asarray(jacobian, float).reshape(-1), "jacobian", 9))
         return self._push(_lib.haptic_push_force_field, field, latest, at_tick)
 
     def clear_model(self, slot: int, *, blend_s: float = 0.02, latest: bool = False, at_tick: int = 0) -> int:
         """Fades a local model or force field out over `blend_s`."""
-        return self._push(_lib.haptic_push_clear_model, _abi.ClearModel(slot=slot, blend_ns=round(blend_s * _S)),
+        return self._push(_lib.haptic_push_clear_model, _abi.ClearModel(slot=slot, blend_ns=arrays.ns(blend_s, "blend_s")),
                           latest, at_tick)
 
     def push_force(self, force: Sequence[float], torque: Sequence[float] = (0, 0, 0), *, lease_s: float = 0.05,
                    device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
         """A plain force, held until replaced or until the lease runs out."""
-        command = _abi.ClientForce(device=device, lease_ns=round(lease_s * _S), force=_vector(force),
-                                   torque=_vector(torque))
+        command = _abi.ClientForce(device=device, lease_ns=arrays.ns(lease_s, "lease_s"), force=arrays.vector(force, "force"),
+                                   torque=arrays.vector(torque, "torque"))
         return self._push(_lib.haptic_push_client_force, command, latest, at_tick)
 
     def push_intent(self, p: Sequence[float], q: Sequence[float] = (1, 0, 0, 0), *, gripper_rad: float = 0.0,
                     device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
         """Where the hand of a simulated device wants to be."""
-        command = _abi.Intent(device=device, p=_vector(p), q=_vector(q, 4), gripper_rad=gripper_rad)
+        command = _abi.Intent(device=device, p=arrays.vector(p, "p"), q=arrays.vector(q, "q", 4), gripper_rad=gripper_rad)
         return self._push(_lib.haptic_push_intent, command, latest, at_tick)
 
     def push_limits(self, force_n: float, torque_nm: float, *, latest: bool = False, at_tick: int = 0) -> int:
@@ -228,13 +236,13 @@ class Session(Handle):
                          v: Sequence[float] = (0, 0, 0), w: Sequence[float] = (0, 0, 0), *, latest: bool = False,
                          at_tick: int = 0) -> int:
         """Moves an object; the servo goes on with the velocity until the next push."""
-        command = _abi.ObjectPose(object=object_id, p=_vector(p), q=_vector(q, 4), v=_vector(v), w=_vector(w))
+        command = _abi.ObjectPose(object=object_id, p=arrays.vector(p, "p"), q=arrays.vector(q, "q", 4), v=arrays.vector(v, "v"), w=arrays.vector(w, "w"))
         return self._push(_lib.haptic_push_object_pose, command, latest, at_tick)
 
     def push_object_material(self, object_id: int, material: Material, *, latest: bool = False,
                              at_tick: int = 0) -> int:
         """Changes how an object feels from one tick to the next."""
-        command = _abi.ObjectMaterial(object=object_id, material=_raw_material(material))
+        command = _abi.ObjectMaterial(object=object_id, material=raw_material(material))
         return self._push(_lib.haptic_push_object_material, command, latest, at_tick)
 
     def push_object_flags(self, object_id: int, mask: int, value: int, *, latest: bool = False,

@@ -29,7 +29,13 @@ class Material(NamedTuple):
 
 @dataclass(frozen=True)
 class Surface:
-    """What a surface feels like beyond its material; texture.h tells the units. A plain one by default."""
+    """What a surface feels like beyond its material. A plain one by default; what is turned on is moderate.
+
+    smooth_deg: edges that bend less are shaded round, 0 for none. transient_gain: force per speed of impact [N s/m], which
+    rings at transient_hz and decays to 1/e in transient_decay_s. relief: a texture's id, 0 for none; relief_depth from white
+    down to black, relief_width and _height of the picture [m]. vibration: a texture's id; vibration_mass: force per
+    recorded acceleration [kg].
+    """
     smooth_deg: float = 0.0
     transient_gain: float = 0.0
     transient_hz: float = 150.0
@@ -52,6 +58,11 @@ class VibrationModel:
 
 
 class ShapeKind(enum.IntEnum):
+    """What an object is, and the `size` that goes with it, in metres.
+
+    GROUP: nothing to touch, a parent for others. PLANE: solid below z = 0. SPHERE: radius. BOX: half-extents x, y, z.
+    CAPSULE: radius, half-length along z without the caps. CYLINDER: radius, half-length along z. MESH: an upload's `mesh`.
+    """
     GROUP = 0
     PLANE = 1
     SPHERE = 2
@@ -62,6 +73,8 @@ class ShapeKind(enum.IntEnum):
 
 
 class ObjectFlag(enum.IntFlag):
+    """ENABLED: it can be touched. VISIBLE: for viewers. TWO_SIDED: both faces of an open mesh stop the proxy. KEEP: it stays
+    when the client that made it leaves."""
     ENABLED = 1
     VISIBLE = 2
     TWO_SIDED = 4
@@ -69,6 +82,7 @@ class ObjectFlag(enum.IntFlag):
 
 
 class Ability(enum.IntFlag):
+    """What a device senses, actuates and has: bits of DeviceInfo.abilities."""
     SENSES_POSITION = 1
     SENSES_ROTATION = 2
     SENSES_GRIPPER = 4
@@ -117,6 +131,13 @@ class Fault(enum.IntEnum):
 
 
 class SampleFlag(enum.IntFlag):
+    """Bits of a sample's `flags`.
+
+    ARMED: forces reach the device. RAMPING: the arming ramp is below one. WAITING: armed, but the ramp waits until the force
+    asked for is small. FAULT: one is latched, see `fault`. CONTACT: the proxy touches. SLIP: and slides. LIMITED: a limit
+    reduced the force. SATURATED: the device's own did. PASSIVITY: the guard added damping. STALE: no new reading of the
+    device. NO_RT: no real-time scheduling.
+    """
     ARMED = 1
     RAMPING = 2
     FAULT = 4
@@ -131,6 +152,8 @@ class SampleFlag(enum.IntFlag):
 
 
 class EventKind(enum.IntEnum):
+    """What an event tells, with Event.object for TOUCH and UNTOUCH. Event.value is of BUTTON the mask now, of FAULT the Fault,
+    of OVERRUN the periods missed, of MODEL_EXPIRED the slot."""
     TOUCH = 0
     UNTOUCH = 1
     BUTTON = 2
@@ -150,6 +173,7 @@ class EventKind(enum.IntEnum):
 
 @dataclass(frozen=True)
 class DaemonInfo:
+    """What the daemon said of itself. Another `epoch` is a restarted daemon; `scheduling_note` says why it is not `realtime`."""
     pid: int
     protocol_major: int
     protocol_minor: int
@@ -165,6 +189,11 @@ class DaemonInfo:
 
 @dataclass(frozen=True)
 class DeviceInfo:
+    """The data sheet of a device, in m, N, N m, N/m, N s/m, rad and kg; 0 where unknown, NaN for the temperature.
+
+    `uri` opens this device and no other. `workspace_lower` and `_upper` are the usable box, max_workspace_ the reachable one.
+    `problem`: why it is not open although the daemon was told to open it.
+    """
     open: bool
     abilities: Ability
     buttons: int
@@ -207,6 +236,7 @@ class DeviceInfo:
 
 @dataclass(frozen=True)
 class DeviceLimits:
+    """What binds the sum of all clients: N, N m, N/s, N m/s, m/s (beyond it the guard latches), W, W of active sources, N."""
     force: float
     torque: float
     force_slew: float
@@ -219,6 +249,7 @@ class DeviceLimits:
 
 @dataclass(frozen=True)
 class DeviceStatus:
+    """A device now. `busy`: the median part of a period that the cycle takes; `cycles`, `missed` and `stale` are its servo's."""
     armed: bool
     fault: int
     lease_pid: int
@@ -241,6 +272,7 @@ class DeviceStatus:
 
 @dataclass(frozen=True)
 class ClientStatus:
+    """A client's session now: commands `received` and `rejected`, local `models` in force, `fade` 1 while it is alive."""
     pid: int
     uid: int
     lease: bool
@@ -258,6 +290,7 @@ class ClientStatus:
 
 @dataclass(frozen=True)
 class Status:
+    """Devices and clients on one page."""
     objects: int
     triangles: int
     locked_bytes: int
@@ -269,6 +302,7 @@ class Status:
 
 @dataclass(frozen=True)
 class Histogram:
+    """A distribution of times: its count, quantiles and maximum [ns]."""
     name: str
     count: int
     p50_ns: int
@@ -280,6 +314,7 @@ class Histogram:
 
 @dataclass(frozen=True)
 class Statistics:
+    """Counters and histograms of a device's servo since its start, or since they were reset."""
     uri: str
     period_ns: int
     cycles: int
@@ -297,6 +332,7 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Check:
+    """One finding of the doctor; when red, `remedy` is the line that mends it."""
     state: int
     """0 green, 1 red, 2 not applicable."""
     name: str
@@ -306,6 +342,7 @@ class Check:
 
 @dataclass(frozen=True)
 class ObjectState:
+    """An object as it stands. `id` is for pushes; `pose` is in the parent's frame; `size` as ShapeKind tells."""
     id: int
     triangles: int
     path: str
@@ -324,6 +361,8 @@ class ObjectState:
 
 @dataclass(frozen=True)
 class MeshReport:
+    """What the builder made of a mesh. `id` is for Scene.create(mesh=...); `closed`: it has an inside; box in metres; `notes`:
+    repairs, each naming its triangle."""
     closed: bool
     id: int
     vertices: int
@@ -337,6 +376,7 @@ class MeshReport:
 
 @dataclass(frozen=True)
 class TextureReport:
+    """A texture that the daemon holds. `id` is for Surface.relief or .vibration; `uses`: surfaces that show it."""
     relief: bool
     id: int
     width: int
@@ -350,6 +390,8 @@ class TextureReport:
 
 @dataclass(frozen=True)
 class Event:
+    """What happened: `t_ns` [CLOCK_MONOTONIC] and `tick` say when, `point` [m] and `force` [N] where and how hard; `kind` is an
+    EventKind (a newer daemon may send others); `lost` counts events that came too fast since the subscription began."""
     kind: int
     t_ns: int
     tick: int
@@ -370,6 +412,7 @@ class Event:
 
 @dataclass(frozen=True)
 class SessionInfo:
+    """A session: `device_index` is a sample's `device` for the one asked for, of `device_count` that share the servo."""
     device_index: int
     device_count: int
     id: int
@@ -380,6 +423,8 @@ class SessionInfo:
 
 @dataclass(frozen=True)
 class Acks:
+    """What became of a session's commands: the last one taken from the ring and the last in force, how many the daemon refused,
+    and of the last of them the number and Code. `fade` is 1 while the session is alive; `ended`: the daemon has closed it."""
     ring_head: int
     violations: int
     received_seq: int
@@ -396,6 +441,7 @@ class Acks:
 
 @dataclass(frozen=True)
 class ModelStatus:
+    """Life of a model slot: the number of the push that set it, time since then, and `weight`, falling while it fades."""
     seq: int
     age_ns: int
     weight: float
@@ -405,6 +451,7 @@ class ModelStatus:
 
 @dataclass(frozen=True)
 class Counters:
+    """Of the servo since its start."""
     cycles: int
     missed: int
     overruns: int

@@ -44,14 +44,15 @@ find_package(hapticclient 0.1 REQUIRED)
 add_executable(stranger stranger.cc)
 target_link_libraries(stranger PRIVATE hapticclient::hapticclient)
 target_compile_features(stranger PRIVATE cxx_std_20)
+target_compile_options(stranger PRIVATE -Wall -Wextra -pedantic -Werror)
 END
 cat >"$directory/cmake/stranger.cc" <<END
 #include <hapticclient/hapticclient.hpp>
-int main() { return haptic::Client::connect({.socket = "/nonexistent"}).code() == HAPTIC_DISCONNECTED ? 0 : 1; }
+int main() { return haptic::Client::connect({.name = "stranger"}).code() == HAPTIC_DISCONNECTED ? 0 : 1; }
 END
 cmake -S "$directory/cmake" -B "$directory/cmake/build" -DCMAKE_PREFIX_PATH="$prefix" >/dev/null
 cmake --build "$directory/cmake/build" >/dev/null
-"$directory/cmake/build/stranger"
+HAPTICD_SOCKET=/nonexistent "$directory/cmake/build/stranger"
 
 echo "python"
 PYTHONDONTWRITEBYTECODE=1 PYTHONPATH="$prefix/lib/python3/dist-packages" /usr/bin/python3 -c 'import hapticclient; print(hapticclient.__version__)'

@@ -25,16 +25,19 @@ namespace haptic {
 
 /** Where and how to connect; the defaults search as haptic_connect() tells. */
 struct ConnectOptions {
-  std::string socket;
-  std::string name;
+  std::string socket{};
+  std::string name{};
   bool administration = false;
   std::chrono::nanoseconds timeout{};  ///< Zero: 5 s.
 };
 
-/** A connection to the daemon. Outlives the scenes, objects and uploads made through it. */
+/** A connection to the daemon. It ends with this, whatever was made through it and is still there. */
 class Client {
  public:
-  explicit Client(haptic_client* handle) noexcept : handle_(handle) {}
+  explicit Client(haptic_client* handle) : handle_(handle, haptic_disconnect) {}
+
+  Client(Client&&) noexcept = default;
+  Client& operator=(Client&&) noexcept = default;
 
   static Result<Client> connect(const ConnectOptions& options = {}) {
     haptic_connect_options c = HAPTIC_CONNECT_OPTIONS_INIT;
@@ -125,7 +128,7 @@ class Client {
     if (!done) return done.error();
     return Recording(handle);
   }
-  [[nodiscard]] Scene scene() const noexcept { return Scene(get()); }
+  [[nodiscard]] Scene scene() const noexcept { return Scene(handle_); }
   /** `kinds`: 1 << haptic_event_kind each, 0 for all. */
   Result<Events> subscribe(std::uint32_t kinds = 0, std::uint32_t capacity = 0) {
     haptic_events_options o = HAPTIC_EVENTS_OPTIONS_INIT;
@@ -141,10 +144,7 @@ class Client {
   [[nodiscard]] haptic_client* get() const noexcept { return handle_.get(); }
 
  private:
-  struct Close {
-    void operator()(haptic_client* handle) const noexcept { haptic_disconnect(handle); }
-  };
-  std::unique_ptr<haptic_client, Close> handle_;
+  std::shared_ptr<haptic_client> handle_;  ///< Owned here alone; scenes and objects see whether it is still there.
 };
 
 }  // namespace haptic

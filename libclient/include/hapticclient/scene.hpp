@@ -1,5 +1,6 @@
 /** @file
- * Objects and meshes. Object and Upload end with their scope; both need their Client alive.
+ * Objects and meshes. Object and Upload end with their scope. A Scene or Object whose Client is gone refuses every
+ * call.
  */
 #pragma once
 
@@ -68,80 +69,85 @@ class Upload {
 /** An object of the scene that is removed with this handle, unless released. */
 class Object {
  public:
-  Object(haptic_client* client, std::string name, std::uint32_t id)
-      : client_(client), name_(std::move(name)), id_(id) {}
-  Object(Object&& other) noexcept
-      : client_(std::exchange(other.client_, nullptr)), name_(std::move(other.name_)), id_(other.id_) {}
+  Object(std::weak_ptr<haptic_client> client, std::string name, std::uint32_t id)
+      : client_(std::move(client)), name_(std::move(name)), id_(id) {}
+  Object(Object&& other) noexcept = default;  // a weak pointer that was moved from is empty
   Object& operator=(Object&& other) noexcept {
     std::swap(client_, other.client_);
     std::swap(name_, other.name_);
     std::swap(id_, other.id_);
+    std::swap(removes_, other.removes_);
     return *this;
   }
   ~Object() {
-    if (client_ != nullptr) haptic_object_remove(client_, name_.c_str(), nullptr);
+    if (const auto client = client_.lock(); client && removes_)
+      haptic_object_remove(client.get(), name_.c_str(), nullptr);
   }
 
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
   /** For pushes. */
   [[nodiscard]] std::uint32_t id() const noexcept { return id_; }
-  /** Leaves the object in the scene. */
-  void release() noexcept { client_ = nullptr; }
+  /** Leaves the object in the scene, until its client leaves unless it was made with HAPTIC_OBJECT_KEEP. */
+  void release() noexcept { removes_ = false; }
 
   Result<void> setPose(const haptic_pose& pose) {
-    return detail::run([&](auto* e) { return haptic_object_set_pose(client_, name_.c_str(), &pose, e); });
+    return detail::run([&](auto* e) { return haptic_object_set_pose(client_.lock().get(), name_.c_str(), &pose, e); });
   }
   Result<void> setMaterial(const haptic_material& material) {
-    return detail::run([&](auto* e) { return haptic_object_set_material(client_, name_.c_str(), &material, e); });
+    return detail::run(
+        [&](auto* e) { return haptic_object_set_material(client_.lock().get(), name_.c_str(), &material, e); });
   }
   Result<void> setSurface(const haptic_surface& surface) {
-    return detail::run([&](auto* e) { return haptic_object_set_surface(client_, name_.c_str(), &surface, e); });
+    return detail::run(
+        [&](auto* e) { return haptic_object_set_surface(client_.lock().get(), name_.c_str(), &surface, e); });
   }
   /** Whether it is kept stays as when it was made. */
   Result<void> setFlags(std::uint32_t flags) {
-    return detail::run([&](auto* e) { return haptic_object_set_flags(client_, name_.c_str(), flags, e); });
+    return detail::run([&](auto* e) { return haptic_object_set_flags(client_.lock().get(), name_.c_str(), flags, e); });
   }
   Result<void> setShape(const haptic_shape& shape) {
-    return detail::run([&](auto* e) { return haptic_object_set_shape(client_, name_.c_str(), &shape, e); });
+    return detail::run(
+        [&](auto* e) { return haptic_object_set_shape(client_.lock().get(), name_.c_str(), &shape, e); });
   }
   [[nodiscard]] Result<Reply<haptic_object_state>> state() const {
     return detail::ask<haptic_object_state>(
-        [&](auto** out, auto* e) { return haptic_object_find(client_, name_.c_str(), out, e); });
+        [&](auto** out, auto* e) { return haptic_object_find(client_.lock().get(), name_.c_str(), out, e); });
   }
 
  private:
-  haptic_client* client_;
+  std::weak_ptr<haptic_client> client_;
   std::string name_;
   std::uint32_t id_;
+  bool removes_ = true;
 };
 
 /** The daemon's scene, seen through a client. */
 class Scene {
  public:
-  explicit Scene(haptic_client* client) noexcept : client_(client) {}
+  explicit Scene(std::weak_ptr<haptic_client> client) noexcept : client_(std::move(client)) {}
 
   Result<Object> create(const haptic_object& object) {
     std::uint32_t id = 0;
-    auto done = detail::run([&](auto* e) { return haptic_object_create(client_, &object, &id, e); });
+    auto done = detail::run([&](auto* e) { return haptic_object_create(client_.lock().get(), &object, &id, e); });
     if (!done) return done.error();
     return Object(client_, object.name, id);
   }
   Result<void> remove(const std::string& name) {
-    return detail::run([&](auto* e) { return haptic_object_remove(client_, name.c_str(), e); });
+    return detail::run([&](auto* e) { return haptic_object_remove(client_.lock().get(), name.c_str(), e); });
   }
   [[nodiscard]] Result<Reply<haptic_object_list>> list() const {
     return detail::ask<haptic_object_list>(
-        [&](auto** out, auto* e) { return haptic_object_list_all(client_, out, e); });
+        [&](auto** out, auto* e) { return haptic_object_list_all(client_.lock().get(), out, e); });
   }
   [[nodiscard]] Result<Reply<haptic_object_state>> find(const std::string& name) const {
     return detail::ask<haptic_object_state>(
-        [&](auto** out, auto* e) { return haptic_object_find(client_, name.c_str(), out, e); });
+        [&](auto** out, auto* e) { return haptic_object_find(client_.lock().get(), name.c_str(), out, e); });
   }
 
   Result<Upload> beginUpload(std::uint32_t vertices, std::uint32_t triangles, std::uint32_t flags = 0) {
     haptic_upload* handle = nullptr;
-    auto done =
-        detail::run([&](auto* e) { return haptic_upload_begin(client_, vertices, triangles, flags, &handle, e); });
+    auto done = detail::run(
+        [&](auto* e) { return haptic_upload_begin(client_.lock().get(), vertices, triangles, flags, &handle, e); });
     if (!done) return done.error();
     return Upload(handle, vertices, triangles);
   }
@@ -151,42 +157,45 @@ class Scene {
     if (vertices.size() % 3 != 0) return left("vertices", "x, y, z");
     if (triangles.size() % 3 != 0) return left("triangles", "three indices");
     return detail::ask<haptic_mesh_report>([&](auto** out, auto* e) {
-      return haptic_upload_mesh(client_, vertices.data(), static_cast<std::uint32_t>(vertices.size() / 3),
+      return haptic_upload_mesh(client_.lock().get(), vertices.data(), static_cast<std::uint32_t>(vertices.size() / 3),
                                 triangles.data(), static_cast<std::uint32_t>(triangles.size() / 3), flags,
                                 progress ? detail::callProgress : nullptr, const_cast<Progress*>(&progress), out, e);
     });
   }
   [[nodiscard]] Result<Reply<haptic_mesh_list>> meshes() const {
-    return detail::ask<haptic_mesh_list>([&](auto** out, auto* e) { return haptic_mesh_list_all(client_, out, e); });
+    return detail::ask<haptic_mesh_list>(
+        [&](auto** out, auto* e) { return haptic_mesh_list_all(client_.lock().get(), out, e); });
   }
   /** The volume of an object's mesh as an OpenVDB file, to be read. Codes as of haptic_object_volume_file(). */
   [[nodiscard]] Result<Descriptor> volumeFile(const std::string& name) const {
     int fd = -1;
-    auto done = detail::run([&](auto* e) { return haptic_object_volume_file(client_, name.c_str(), &fd, e); });
+    auto done =
+        detail::run([&](auto* e) { return haptic_object_volume_file(client_.lock().get(), name.c_str(), &fd, e); });
     if (!done) return done.error();
     return Descriptor(fd);
   }
   Result<void> dropMesh(std::uint64_t mesh) {
-    return detail::run([&](auto* e) { return haptic_mesh_drop(client_, mesh, e); });
+    return detail::run([&](auto* e) { return haptic_mesh_drop(client_.lock().get(), mesh, e); });
   }
 
   /** A grey picture, row by row from its upper edge: 65535 is the surface itself, 0 the deepest. */
   Result<Reply<haptic_texture_report>> uploadRelief(std::span<const std::uint16_t> grey, std::uint32_t width) {
     if (width != 0 && grey.size() % width != 0) return left("grey", "a whole row");
     const auto height = width == 0 ? 0 : static_cast<std::uint32_t>(grey.size() / width);
-    return detail::ask<haptic_texture_report>(
-        [&](auto** out, auto* e) { return haptic_upload_relief(client_, grey.data(), width, height, out, e); });
+    return detail::ask<haptic_texture_report>([&](auto** out, auto* e) {
+      return haptic_upload_relief(client_.lock().get(), grey.data(), width, height, out, e);
+    });
   }
   Result<Reply<haptic_texture_report>> uploadVibration(const haptic_vibration& vibration) {
     return detail::ask<haptic_texture_report>(
-        [&](auto** out, auto* e) { return haptic_upload_vibration(client_, &vibration, out, e); });
+        [&](auto** out, auto* e) { return haptic_upload_vibration(client_.lock().get(), &vibration, out, e); });
   }
   [[nodiscard]] Result<Reply<haptic_texture_list>> textures() const {
     return detail::ask<haptic_texture_list>(
-        [&](auto** out, auto* e) { return haptic_texture_list_all(client_, out, e); });
+        [&](auto** out, auto* e) { return haptic_texture_list_all(client_.lock().get(), out, e); });
   }
   Result<void> dropTexture(std::uint64_t texture) {
-    return detail::run([&](auto* e) { return haptic_texture_drop(client_, texture, e); });
+    return detail::run([&](auto* e) { return haptic_texture_drop(client_.lock().get(), texture, e); });
   }
 
  private:
@@ -196,7 +205,7 @@ class Scene {
     return error;
   }
 
-  haptic_client* client_;
+  std::weak_ptr<haptic_client> client_;
 };
 
 }  // namespace haptic

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <hapticclient/hapticclient.hpp>
+#include <optional>
 
 #include "tests/support/eventually.h"
 #include "tests/support/process/daemon_fixture.h"
@@ -369,6 +370,44 @@ TEST_F(ClientIntegration, AnUploadIsCancelledWhileItBuilds) {
   const auto report = client.scene().upload(vertices, triangles, 0, [&](float, const char*) { return ++reports < 2; });
   EXPECT_EQ(report.code(), HAPTIC_CANCELLED);
   EXPECT_TRUE(client.scene().upload(vertices, triangles)) << "the builder serves on";
+}
+
+TEST_F(ClientIntegration, AnObjectMayOutliveItsClient) {
+  haptic_object ball = HAPTIC_OBJECT_INIT;
+  ball.name = "ball";
+  ball.shape = {HAPTIC_SHAPE_SPHERE, 0, {0.01, 0, 0}, 0};
+  std::optional<haptic::Object> object;
+  std::optional<haptic::Scene> scene;
+  {
+    auto client = connect("short");
+    scene = client.scene();
+    auto made = scene->create(ball);
+    ASSERT_TRUE(made);
+    object = std::move(*made);
+    EXPECT_TRUE(object->state());
+  }
+  EXPECT_EQ(object->setFlags(0).code(), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(scene->list().code(), HAPTIC_INVALID_ARGUMENT);
+  object.reset();
+}
+
+TEST_F(ClientIntegration, WhatIsReleasedStaysAndCanBeChanged) {
+  auto client = connect("releases");
+  haptic_object ball = HAPTIC_OBJECT_INIT;
+  ball.name = "ball";
+  ball.shape = {HAPTIC_SHAPE_SPHERE, 0, {0.01, 0, 0}, 0};
+  for (const bool released : {true, false}) {
+    {
+      auto object = client.scene().create(ball);
+      ASSERT_TRUE(object);
+      if (released) object->release();
+      EXPECT_TRUE(object->setPose({{0, 0, -0.03}, {1, 0, 0, 0}}));
+    }
+    EXPECT_EQ(client.scene().find("ball").ok(), released);
+    if (released) {
+      ASSERT_TRUE(client.scene().remove("ball"));
+    }
+  }
 }
 
 }  // namespace

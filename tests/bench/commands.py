@@ -283,6 +283,10 @@ class Commands(unittest.TestCase):
             said = self.bench("sweep", "-m", "plane", "-t", "lissajous:seconds=0.1", option, values, code=1)
             self.assertRegex(said, rf"{option}: [\d.]+ is named twice \(")
 
+    def test_a_file_behind_csv_is_told_where_to_stand(self):
+        for arguments in (("--csv", "out.csv", "run"), ("run", "--csv", "./out", "-a", "ours")):
+            self.assertIn("it takes no file and writes to standard output", self.bench(*arguments, code=2))
+
     def test_a_mesh_file_is_touched(self):
         stl = self.folder / "plate.stl"
         corners = ((-50, -50, 0), (50, -50, 0), (50, 50, 0), (-50, 50, 0))

@@ -57,6 +57,15 @@ const char* emptyOption(int argc, char** argv) {
   return nullptr;
 }
 
+/** The file's name that stands behind --csv, which takes none; null if there is no such. */
+const char* fileOfCsv(int argc, char** argv) {
+  for (int i = 1; i + 1 < argc; ++i) {
+    const std::string_view next = argv[i + 1];
+    if (argv[i] == std::string_view("--csv") && next.find_first_of("./") != std::string_view::npos) return argv[i + 1];
+  }
+  return nullptr;
+}
+
 constexpr int kExitFailed = 1;  ///< Also a broken bound.
 constexpr int kExitUsage = 2;
 
@@ -72,7 +81,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   std::signal(SIGXFSZ, SIG_IGN);  // A file that may not grow is told as one that could not be written.
   haptic_bench::Common common;
   haptic_bench::Run chosen;
-  app.add_flag("--csv", common.csv, "One line per round, for scripts");
+  app.add_flag("--csv", common.csv, "One line per round to standard output, for scripts and compare: > FILE");
   haptic_bench::bounded(&app, "--rounds", common.rounds, "Interleaved A/B rounds", 1, 10000);
   app.set_version_flag("--version", std::string("haptic-bench ") + haptic_version());
   app.require_subcommand(1);
@@ -90,6 +99,11 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
       return std::cout.flush()
                  ? 0
                  : (std::fprintf(stderr, "haptic-bench: standard output: not all could be written\n"), kExitFailed);
+    }
+    if (const char* const file = fileOfCsv(argc, argv); file != nullptr) {
+      std::fprintf(
+          stderr, "haptic-bench: --csv: it takes no file and writes to standard output\n  put > %s at the end\n", file);
+      return kExitUsage;
     }
     const std::string wrong = unknownBenchmark(app);
     std::fprintf(stderr, "haptic-bench: %s\n  haptic-bench --help lists benchmarks and options\n",

@@ -153,10 +153,21 @@ TEST(TrajectoryFiles, TextThatNobodyAsksForIsPassedOver) {
   EXPECT_THAT(refusal("t,x,y,z,proxy_x,proxy_y,proxy_z\n0,0,0,1,0,0,slow\n"), HasSubstr("line 2, column 7 (proxy_z)"));
 }
 
+TEST(TrajectoryFiles, GivenNamesStandInForThoseOfTheFile) {
+  const FileOptions named{"t,x_mm,y,z,-", false, 0, 0};
+  const auto in =
+      parse("# a robot's log\ntime [s],\"pos x [mm]\",infinity y,z up,note\n0,5,0,1,slow\n1,6,0,2,fast\n", named);
+  ASSERT_EQ(in.samples.size(), 2u);
+  EXPECT_DOUBLE_EQ(in.samples[1].hip.x(), 0.006);
+  EXPECT_THAT(refusal("t,x,y,z,note\nt,x,y,z,note\n0,0,0,1,a\n", named), HasSubstr("line 2, column 1")) << "once";
+}
+
 TEST(TrajectoryFiles, FaultsComeWithWhatToDo) {
   EXPECT_THAT(refusal("t;x;y;z\n0;0;0;1\n"), HasSubstr("line 1: semicolons part its columns"));
   EXPECT_THAT(refusal("t;x;y;z\n0;0;0;0,01\n"), HasSubstr("line 1: semicolons part its columns"));
-  EXPECT_THAT(refusal("t,x,y,z\n0,0,0,1\n", {"t,x,y,z", false, 0, 0}), HasSubstr("without --columns"));
+  EXPECT_THAT(refusal("t,x,y,1\n0,0,0,1\n", {"t,x,y,z", false, 0, 0}), HasSubstr("without --columns"));
+  EXPECT_THAT(refusal("nan,nan,inf,nan\n0,0,0,1\n", {"t,x,y,z", false, 0, 0}), HasSubstr("line 1")) << "no names";
+  EXPECT_THAT(refusal("time [s],nanos\n0,1\n", {"t,x,y,z", false, 0, 0}), HasSubstr("line 2: it has 2 columns"));
   EXPECT_THAT(refusal("t,x,y,z,fn\n0,0,0,0,-1\n1,0,0,0,-2\n", {"", true, 0, 0}), HasSubstr("no force in it presses"));
   EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n5,0,0,0\n", {"", false, 0, 1}), HasSubstr("line 3: a gap of 5 s"));
 }

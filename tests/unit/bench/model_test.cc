@@ -74,7 +74,7 @@ TEST(BenchModels, CornersOfAFileAreJoinedAcrossTexturesAndMaterials) {
       file << '\n';
     }
   }
-  const Model cube = makeModel(path);
+  const Model cube = makeModel(path + ":scale=m");
   EXPECT_EQ(cube.triangles.size(), 12u);
   EXPECT_EQ(cube.vertices.size(), 8u);
   EXPECT_NEAR(signedVolume(cube), 8, 1e-6);
@@ -91,10 +91,19 @@ TEST(BenchModels, AFileInAnotherUnitIsToldSo) {
   EXPECT_THAT(
       [&] { (void)makeModel(path); },
       ThrowsMessage<Failure>(
-          path +
-          ": the vertex 300 0 0 lies 300 m away (at most 100 m: the file's unit may be another, add :scale=0.001)"))
+          path + ": the vertex 300 0 0 lies 300 m away (at most 100 m: the file's unit may be another, add :scale=mm)"))
       << "its vertices lie too far away";
   EXPECT_FLOAT_EQ(makeModel(path + ":scale=0.001").vertices[2][1], 0.4f);
+  EXPECT_FLOAT_EQ(makeModel(path + ":scale=mm").vertices[2][1], 0.4f);
+  EXPECT_FLOAT_EQ(makeModel(path + ":scale=inch,x=0").vertices[1][0], 7.62f);
+  EXPECT_THROW((void)makeModel(path + ":scale=miles"), Failure);
+
+  const std::string part = directory.path() + "/part.obj";  // 30 mm would be 30 m, and no trajectory touches it.
+  std::ofstream(part) << "v 0 0 0\nv 30 0 0\nv 0 20 0\nf 1 2 3\n";
+  EXPECT_THAT([&] { (void)makeModel(part); },
+              ThrowsMessage<Failure>(part + ": it is 30 m long, if its numbers are metres (add their unit: " + part +
+                                     ":scale=mm, or scale=m if they are)"));
+  EXPECT_FLOAT_EQ(makeModel(part + ":scale=m").vertices[1][0], 30.f) << "who says so means it";
 }
 
 TEST(BenchModels, AreWhereTheObjectOfASessionStood) {

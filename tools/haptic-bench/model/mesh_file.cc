@@ -43,7 +43,7 @@ Model readMeshFile(const std::string& path, double scale) {
     const Vec3 x = scale * Vec3(v[0], v[1], v[2]);
     if (!(x.cwiseAbs().maxCoeff() <= HD_MAX_COORDINATE)) {
       throw Failure(path, fmt::format("the vertex {:g} {:g} {:g} lies {:.4g} m away", v[0], v[1], v[2], x.norm()),
-                    fmt::format("at most {} m: the file's unit may be another, add :scale=0.001", HD_MAX_COORDINATE));
+                    fmt::format("at most {} m: the file's unit may be another, add :scale=mm", HD_MAX_COORDINATE));
     }
     const Eigen::Vector3f rounded = x.cast<float>();
     const auto [place, fresh] = places.try_emplace({rounded.x(), rounded.y(), rounded.z()}, 0);

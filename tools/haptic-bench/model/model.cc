@@ -47,6 +47,27 @@ void centre(Model& model) {
   }
 }
 
+/** Metres per unit of a mesh file; 0 where that is not said. */
+double scaleOf(Spec& spec) {
+  constexpr std::pair<const char*, double> kUnits[] = {{"mm", 1e-3},     {"cm", 1e-2}, {"m", 1},
+                                                       {"inch", 0.0254}, {"um", 1e-6}, {"ft", 0.3048}};
+  const std::string unit = spec.word("scale", "");
+  for (const auto& [name, metres] : kUnits)
+    if (unit == name) return metres;
+  return spec.number("scale", 0, 1e-9, 1e6);
+}
+
+/** A mesh file. One of more than a metre is most likely in millimetres: whoever means it says so. */
+Model readScaled(Spec& spec) {
+  const double scale = scaleOf(spec);
+  Model model = readMeshFile(spec.name(), scale == 0 ? 1 : scale);
+  const double side = boxOf(model).sizes().maxCoeff();
+  if (scale == 0 && side > 1)
+    throw Failure(spec.name(), fmt::format("it is {:.4g} m long, if its numbers are metres", side),
+                  "add their unit: " + spec.name() + ":scale=mm, or scale=m if they are");
+  return model;
+}
+
 /** Puts it where its settings say. What has been moved is of no kind any more: generators know where theirs stand. */
 void place(Spec& spec, Model& model) {
   const hapticd::Pose pose = placement(spec);
@@ -78,8 +99,9 @@ std::string modelHelp() {
   std::string help = "Models:\n";
   for (const Shape& shape : kShapes) help += std::string("  ") + shape.help + "\n";
   return help +
-         "  FILE.stl, .obj, .ply ...:scale=0.001,center=0: a mesh file, scale in metres per unit of the file; center=1 "
-         "moves\n    the middle of its box to the origin\n"
+         "  FILE.stl, .obj, .ply ...:scale=m,center=0: a mesh file and its unit (mm, cm, m, inch, um, ft) or metres "
+         "per unit,\n"
+         "    needed where it would be longer than 1 m; center=1 moves the middle of its box to the origin\n"
          "  FILE.hrec:object=0: the meshes of a recorded session where they stood, or that object alone\n"
          "  Each also x=0,y=0,z=0,turn_x=0,turn_y=0,turn_z=0: where it stands [m], turned by a rotation vector [rad]\n";
 }
@@ -103,7 +125,7 @@ Model makeModel(const std::string& text) {
   } else if (spec.name().find('.') == std::string::npos) {
     throw Failure(text, "there is no such model", "sphere, plane, ridge, bowl, a mesh file, or a recording");
   } else {
-    model = readMeshFile(spec.name(), spec.number("scale", 1, 1e-9, 1e6));
+    model = readScaled(spec);
     if (spec.count("center", 0, 0, 1) != 0) centre(model);
   }
   place(spec, model);

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/spec.h"
@@ -48,6 +50,19 @@ void forEachField(std::string_view line, F f) {
     if (end == std::string_view::npos) return;
     line.remove_prefix(end + 1);
   }
+}
+
+/** Whether a line holds words alone, as one of names does: nothing that begins like a number, nan and inf included. */
+bool isWords(std::string_view line) {
+  bool words = false, numbers = false;
+  forEachField(line, [&](std::string_view field) {
+    const std::string text(field);
+    char* end = nullptr;
+    (void)std::strtod(text.c_str(), &end);
+    const bool number = *end == 0 || text.find_first_of("+-.0123456789") == 0;
+    (number ? numbers : words) |= !text.empty();
+  });
+  return words && !numbers;
 }
 
 }  // namespace
@@ -97,6 +112,7 @@ Table Table::parse(std::string_view text, std::string where, const std::string& 
   Table table;
   table.where_ = std::move(where);
   if (!names.empty()) table.setNames(names, 0, true);
+  bool may_be_names = !names.empty();  // The file's own, which those that are given stand in for.
   if (text.substr(0, 3) == "\xef\xbb\xbf") text.remove_prefix(3);  // Byte order mark.
   if (text.substr(0, 4096).find('\0') != std::string_view::npos)
     throw Failure(table.where_, "it is no plain text", "text in UTF-8, as spreadsheets and editors save it");
@@ -105,6 +121,7 @@ Table Table::parse(std::string_view text, std::string where, const std::string& 
     text.remove_prefix(std::min(text.size(), line.size() + 1));
     const std::size_t first = line.find_first_not_of(kBlanks);
     if (first == std::string_view::npos || line[first] == '#' || line[first] == '%') continue;
+    if (std::exchange(may_be_names, false) && isWords(line)) continue;
     if (table.names_.empty()) {
       table.setNames(line, number, false);
     } else {
@@ -174,8 +191,9 @@ Table::Column Table::need(std::string_view names) const {
   if (found) return found;
   std::string all;
   for (const std::string& name : names_) all += (all.empty() ? "" : ",") + name;
-  throw Failure(where_, fmt::format("there is no column {}", names.substr(0, names.find(' '))),
-                fmt::format("it has {}; name it in the first line, or with --columns", all.substr(0, 200)));
+  throw Failure(
+      where_, fmt::format("there is no column {}", names.substr(0, names.find(' '))),
+      fmt::format("it has {}; name it in the first line, or with --columns, as t,x_mm,y_mm,z_mm", all.substr(0, 200)));
 }
 
 void Table::keepOnly(std::string_view name, unsigned number) {

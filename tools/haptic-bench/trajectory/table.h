@@ -22,8 +22,9 @@ class Table {
 
   /**
    * Rows of numbers parted by commas, or by blanks where a line has no comma; quotes may enclose a field. Lines that
-   * begin with # or % and empty ones are passed over. `names` are the columns' names, parted by commas; where it is
-   * empty the first line gives them. Throws Failure with `where` and line.
+   * begin with # or % and empty ones are passed over. `names` are the columns' names, parted by commas, instead of
+   * those of a first line that holds words alone; where it is empty the first line gives them. Throws Failure with
+   * `where` and line.
    */
   [[nodiscard]] static Table parse(std::string_view text, std::string where, const std::string& names);
   /** A file of at most kMaxBytes. */

@@ -48,6 +48,14 @@ TEST_F(MotionFileTest, GoesStraightBetweenRowsAndHoldsTheEnds) {
       << "and others";
 }
 
+TEST_F(MotionFileTest, TakesTheUnitBehindAName) {
+  const Motion motion = read("t_ms,px_mm,y_m,z\n500,0,0,0\n2500,20,1,2\n");
+  EXPECT_THAT(motion.duration(), DoubleEq(2));
+  EXPECT_THAT(motion.at(2), ElementsAre(DoubleEq(0.02), 1, 2));
+  EXPECT_EQ(read("t_ns,time,x,y,z\n7,0,0,0,0\n9,3,0,0,0\n").duration(), 3) << "no unit of ours: another column";
+  EXPECT_EQ(refusal("t,x_inch,y,z\n0,0,0,0\n1,0,0,0\n"), "m.csv:1: no column 'x'");
+}
+
 TEST_F(MotionFileTest, NamesLineAndColumn) {
   EXPECT_EQ(refusal("t,x,y\n0,0,0\n"), "m.csv:1: no column 'z'");
   EXPECT_EQ(refusal("t,x,y,z\n0,0,0,0\n1,0,nan,0\n"), "m.csv:3: 'nan' in column 'y' is not a finite number");

@@ -147,7 +147,9 @@ int play(const HandOptions& options, const Globals& globals) {
 void addHand(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("hand", "Move the hand of a simulated device along a path from a CSV file");
   auto options = std::make_shared<HandOptions>();
-  command->add_option("FILE", options->file, "CSV with columns t,x,y,z (s, m); a recording of monitor --csv will do")
+  command
+      ->add_option("FILE", options->file,
+                   "CSV with columns t,x,y,z (s, m) or t_ms,x_mm,y_mm,z_mm; a recording of monitor --csv will do")
       ->required();
   command->add_option("DEVICE", options->device, "URI, name or serial; without it: the open one");
   command->add_flag("--loop", options->loop, "Repeat until Ctrl-C");

@@ -30,7 +30,24 @@ std::vector<std::string_view> split(std::string_view line) {
 }
 
 constexpr std::array<std::array<std::string_view, 2>, 4> kColumns{
-    {{"t", "t_s"}, {"x", "px"}, {"y", "py"}, {"z", "pz"}}};
+    {{"t", "time"}, {"x", "px"}, {"y", "py"}, {"z", "pz"}}};
+
+/** SI units per unit of a column of that name, which may have one behind it; 0 if the name is not that of column c. */
+double scaleOf(std::string_view name, std::size_t c) {
+  struct Unit {
+    std::string_view suffix;
+    double scale;
+  };
+  constexpr std::array<Unit, 3> kTimes{{{"", 1}, {"_s", 1}, {"_ms", 1e-3}}};
+  constexpr std::array<Unit, 3> kLengths{{{"", 1}, {"_m", 1}, {"_mm", 1e-3}}};
+  for (const Unit& unit : c == 0 ? kTimes : kLengths) {
+    if (!name.ends_with(unit.suffix)) continue;
+    const std::string_view bare = name.substr(0, name.size() - unit.suffix.size());
+    if (bare == kColumns[c][0] || bare == kColumns[c][1]) return unit.scale;
+  }
+  return 0;
+}
+
 // As the daemon's for recorded motions. They also keep what lies between two rows finite.
 constexpr double kMaxTime_s = 1e7;
 constexpr double kMaxPosition_m = 10;
@@ -61,6 +78,7 @@ Motion Motion::read(const std::string& path) {
   };
   Motion out;
   std::optional<std::array<std::size_t, 4>> columns;
+  std::array<double, 4> scales{};
   std::size_t number = 0;
   for (std::string line; std::getline(file, line);) {
     ++number;
@@ -69,11 +87,14 @@ Motion Motion::read(const std::string& path) {
     if (!columns) {
       columns.emplace();
       for (std::size_t c = 0; c < 4; ++c) {
-        const auto at = std::find_if(fields.begin(), fields.end(),
-                                     [&](std::string_view f) { return f == kColumns[c][0] || f == kColumns[c][1]; });
-        if (at == fields.end())
-          fail(number, fmt::format("no column '{}'", kColumns[c][0]), "the first line names them: t,x,y,z");
+        const auto at =
+            std::find_if(fields.begin(), fields.end(), [&](std::string_view f) { return scaleOf(f, c) != 0; });
+        if (at == fields.end()) {
+          fail(number, fmt::format("no column '{}'", kColumns[c][0]),
+               "the first line names them: t,x,y,z in seconds and metres, or t_ms,x_mm,y_mm,z_mm");
+        }
         (*columns)[c] = static_cast<std::size_t>(at - fields.begin());
+        scales[c] = scaleOf(*at, c);
       }
       continue;
     }
@@ -82,7 +103,7 @@ Motion Motion::read(const std::string& path) {
       const std::string_view field = (*columns)[c] < fields.size() ? fields[(*columns)[c]] : std::string_view();
       const auto value = parseNumber(field);
       if (!value) fail(number, fmt::format("'{}' in column '{}' is not a finite number", field, kColumns[c][0]));
-      values[c] = *value;
+      values[c] = *value * scales[c];
     }
     if (!out.rows_.empty() && !(values[0] > out.rows_.back().t_s))
       fail(number, "time does not rise", "order the rows by time");

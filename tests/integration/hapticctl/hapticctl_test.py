@@ -41,7 +41,7 @@ class WithoutDaemon(Case):
     def test_wrong_command_lines(self):
         for words, expected in ((["stauts"], "did you mean status?"), (["frobnicate"], "no such subcommand"), ([], "--help"),
                                 (["load"], "FILE is required"), (["arm", "--for", "0"], "--for"), (["get", "objects"], "begins with '/'"),
-                                (["get", "/a?value=1"], "hapticctl set"), (["set", "/a"], "/a?value=..."), (["set", "/a=3"], "'/a?value=3'"), (["add", "cone"], "no such shape"),
+                                (["get", "/a?value=1"], "hapticctl set"), (["set", "/a"], "write /a ..."), (["set", "/a=3"], "write /a 3"), (["set", "/a?value=1", "2"], "another behind it"), (["add", "cone"], "no such shape"),
                                 (["add", "sphere", "--size", "-1"], "at least 1e-06 m"),
                                 (["add", "sphere", "--size", "1e-308"], "at least 1e-06 m"), (["arm", ""], "arm: what follows it is empty"), (["load", "", "--scale", "mm"], "load: what follows it is empty"),
                                 (["add", "plane", "--parent", ""], "--parent: what follows it is empty"), (["--socket", ""], "is empty"), (["--socket", "/", "status"], "is a folder"),
@@ -212,6 +212,10 @@ class WithDaemon(Case):
         self.assertEqual(objects["crate"]["size"], [0.01, 0.02, 0.03])
         self.assertAlmostEqual(objects["tetra"]["pose"]["q"][3], math.sqrt(0.5))
         self.assertEqual(self.json("set", "/objects/crate/pos?value=0,0.25,0"), [0, 0.25, 0])
+        self.assertEqual(self.json("set", "/objects/crate/pos", "0,-0.25,0"), [0, -0.25, 0])
+        self.assertEqual(self.json("set", "/objects/crate/pos", "-0.1", "0.2", "-0.3"), [-0.1, 0.2, -0.3])
+        self.assertIn("('50%')", self.run_ctl("set", "/objects/crate/stiffness", "50%", exit_code=1).stderr)
+        self.json("set", "/objects/crate/pos", "0", "0.25", "0")
         self.assertEqual(self.json("get", "/objects/crate/pos"), [0, 0.25, 0])
         self.assertIn("/objects/nobody", self.run_ctl("get", "/objects/nobody/pos", exit_code=1).stderr)
         self.assertIn("nobody", self.run_ctl("remove", "tetra", "nobody", exit_code=1).stderr)

@@ -1,4 +1,6 @@
-// hapticctl get PATH, set 'PATH?value=...': resources by name, and dump: all of them for a bug report.
+// hapticctl get PATH, set PATH VALUE: resources by name, and dump: all of them for a bug report.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 
 #include "tools/hapticctl/command/command.h"
@@ -31,6 +33,20 @@ std::string checkedPath(const std::string& path) {
   return path;
 }
 
+/** PATH?value=VALUE for a value as the user writes it, several words of it parted by commas. */
+std::string withValue(const std::string& path, const std::vector<std::string>& words) {
+  std::string uri = path + "?value=";
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) uri += ',';
+    for (const char c : words[i]) {
+      constexpr std::string_view kReserved = "%&?=#";
+      uri += kReserved.find(c) == std::string_view::npos ? std::string(1, c)
+                                                         : fmt::format("%{:02x}", static_cast<unsigned char>(c));
+    }
+  }
+  return uri;
+}
+
 }  // namespace
 
 void addGet(CLI::App& app, Action& chosen) {
@@ -48,15 +64,23 @@ void addGet(CLI::App& app, Action& chosen) {
 }
 
 void addSet(CLI::App& app, Action& chosen) {
-  CLI::App* command = app.add_subcommand("set", "Change a resource: '/objects/NAME/pos?value=0,0,0.02'");
-  auto uri = std::make_shared<std::string>();
-  command->add_option("URI", *uri, "PATH?value=VALUE; quote it, shells know '?'")->required();
-  whenNamed(command, chosen, [uri](const Globals& globals) {
-    const std::string name = checkedPath(*uri);
+  CLI::App* command = app.add_subcommand("set", "Change a resource: /objects/NAME/pos 0,0,0.02");
+  auto path = std::make_shared<std::string>();
+  auto value = std::make_shared<std::vector<std::string>>();
+  command->add_option("PATH", *path, "Name of the resource, or PATH?value=VALUE in quotes, as shells know '?'")
+      ->required();
+  command->add_option("VALUE", *value, "What it shall be; several numbers with commas or blanks");
+  whenNamed(command, chosen, [path, value](const Globals& globals) {
+    std::string name = checkedPath(*path);
+    if (!value->empty()) {
+      if (name.find('?') != std::string::npos)
+        failUsage(name, "has a value, and another behind it", "leave out one of them");
+      name = withValue(name, *value);
+    }
     if (name.find('?') == std::string::npos) {
       const std::size_t equals = name.find('=');  // '/objects/ball/pos=1,2,3'
-      const std::string value = equals == std::string::npos ? "..." : name.substr(equals + 1);
-      failUsage(name, "no value to set", "write '" + name.substr(0, equals) + "?value=" + value + "'");
+      const std::string given = equals == std::string::npos ? "..." : name.substr(equals + 1);
+      failUsage(name, "no value to set", "write " + name.substr(0, equals) + " " + given);
     }
     const Daemon daemon(globals);
     show(*daemon.ask<haptic_text>(haptic_set, name.c_str()), globals.json);

@@ -34,7 +34,7 @@
 /** Where a newton comes from. The daemon publishes the applied force split by these. */
 enum hd_source {
   HD_SOURCE_SURFACE = 0,     /**< Contact with the scene. */
-  HD_SOURCE_EFFECT = 1,      /**< Kept free: zero so far. Force fields are local models. */
+  HD_SOURCE_EFFECT = 1,      /**< Fields and guides of objects in free space. */
   HD_SOURCE_LOCAL_MODEL = 2, /**< Models that clients push. */
   HD_SOURCE_CLIENT = 3,      /**< Force computed by a client. */
   HD_SOURCE_GRAVITY = 4,     /**< Gravity compensation of the device. */

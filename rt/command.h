@@ -19,6 +19,8 @@ inline constexpr std::uint32_t kMaxMeshes = 256;   ///< Entries of the mesh tabl
 inline constexpr std::uint32_t kMaxTextures = 64;  ///< Entries of the texture table.
 inline constexpr std::uint32_t kMaxDevices = HD_MAX_DEVICES;
 inline constexpr std::uint32_t kMaxBodies = 8;            ///< Objects that move freely.
+inline constexpr std::uint32_t kMaxEffects = 32;          ///< Objects with an effect.
+inline constexpr std::uint32_t kMaxPathPoints = 32;       ///< Of one effect's path.
 inline constexpr std::uint32_t kControlSession = 0xffff;  ///< Command::session of the control thread.
 
 /** Kinds of command. Those below 64 are the client's (hd_command_kind) with the same payload. */
@@ -54,6 +56,7 @@ enum class CommandKind : std::uint32_t {
   kSetBody,         ///< SetBody: an object moves freely, or no longer.
   kSetGravity,      ///< SetGravity
   kSetGrip,         ///< SetGrip: what the device's gripper closes on.
+  kSetEffect,       ///< SetEffect
 };
 
 /** An object id for the rings: slot in the low 16 bits, generation above, never 0. */
@@ -105,6 +108,27 @@ struct SetSurface {
   std::uint32_t object;
   std::uint32_t reserved;
   SurfaceParameters surface;
+};
+
+enum class EffectKind : std::uint32_t { kNone = 0, kForce, kViscous, kFriction, kVibration, kGuide };
+
+/** What an object does to a hand that does not touch it (docs/effects.md). Checked by the daemon. */
+struct EffectParameters {
+  std::uint32_t kind;             ///< EffectKind
+  std::uint32_t points;           ///< Of `path`; 0: it has none.
+  double force;                   ///< The most it pushes [N].
+  double stiffness;               ///< Of a guide, and of friction that sticks [N/m].
+  double damping;                 ///< Of viscous, and of a guide across its way [N s/m].
+  double reach;                   ///< Beyond this distance there is nothing [m].
+  double frequency;               ///< Of a vibration [Hz].
+  std::int64_t until_ns;          ///< When it ends, on the servo's clock; 0: never.
+  float path[kMaxPathPoints][3];  ///< A smooth curve goes through these, in the object's frame [m].
+};
+
+struct SetEffect {
+  std::uint32_t object;
+  std::uint32_t reserved;
+  EffectParameters effect;
 };
 struct SessionRef {
   std::uint32_t slot;

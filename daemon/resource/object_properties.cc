@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "daemon/resource/properties.h"
@@ -68,8 +69,11 @@ Result<void> change(Core& core, const ObjectNow& object, const SurfaceSpec& surf
 Result<void> change(Core& core, const ObjectNow& object, const BodySpec& body) {
   return core.scene().setBody(object.spec.name, body);
 }
+Result<void> change(Core& core, const ObjectNow& object, const EffectSpec& effect) {
+  return core.scene().setEffect(object.spec.name, effect, core.now());
+}
 
-/** One number of the object's material, surface or body. */
+/** One number of the object's material, surface, body or effect. */
 template <auto kPart, auto kField>
 constexpr ObjectProperty numberOf(const char* name, const char* doc) {
   return {name, doc, [](const ObjectNow& o, Core&) { return number(o.spec.*kPart.*kField); },
@@ -117,6 +121,38 @@ Result<void> setFalls(Core& core, const ObjectNow& object, std::string_view valu
   BodySpec body = object.spec.body;
   body.falls = *on;
   return change(core, object, body);
+}
+
+Result<void> setEffect(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
+  auto kind = parseEffect(value, where);
+  if (!kind) return kind.error();
+  EffectSpec effect = object.spec.effect;
+  effect.kind = *kind;
+  return change(core, object, effect);
+}
+
+Json getPath(const ObjectNow& object, Core&) {
+  Json points = Json::array();
+  for (const Vec3& point : object.spec.effect.path) points.push_back(toJson(point));
+  return points;
+}
+
+/** "" or "none" takes it away. */
+Result<void> setPath(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
+  EffectSpec effect = object.spec.effect;
+  effect.path.clear();
+  if (!value.empty() && value != "none") {
+    const auto numbers = static_cast<std::size_t>(std::count(value.begin(), value.end(), ',')) + 1;
+    if (numbers % 3 != 0 || numbers > std::size_t{3} * kMaxPathPoints) {
+      return Error{ErrorCode::kInvalidArgument, where,
+                   fmt::format("{} numbers are not 2 to {} points", numbers, kMaxPathPoints),
+                   "x,y,z of one after the other [m]; none takes the path away"};
+    }
+    auto n = parseNumbers(value, numbers, where);
+    if (!n) return n.error();
+    for (std::size_t i = 0; i < numbers; i += 3) effect.path.emplace_back((*n)[i], (*n)[i + 1], (*n)[i + 2]);
+  }
+  return change(core, object, effect);
 }
 
 Json getShape(const ObjectNow& object, Core&) {
@@ -176,6 +212,16 @@ constexpr ObjectProperty kObjectProperties[] = {
                                                     "share of its motion that it loses when it moves freely [1/s]"),
     {"falls", "the world's gravity acts on it when it moves freely: true or false",
      [](const ObjectNow& o, Core&) { return Json(o.spec.body.falls); }, setFalls},
+    {"effect", "what it does to a hand in free space: none, force, viscous, friction, vibration or guide",
+     [](const ObjectNow& o, Core&) { return Json(effectName(o.spec.effect.kind)); }, setEffect},
+    numberOf<&ObjectSpec::effect, &EffectSpec::force>("effect_force", "the most that its effect pushes [N]"),
+    numberOf<&ObjectSpec::effect, &EffectSpec::stiffness>("effect_stiffness", "of a guide, of sticking friction [N/m]"),
+    numberOf<&ObjectSpec::effect, &EffectSpec::damping>("effect_damping", "of viscous, of a guide across it [N s/m]"),
+    numberOf<&ObjectSpec::effect, &EffectSpec::reach>("effect_reach", "distance to which its effect is felt [m]"),
+    numberOf<&ObjectSpec::effect, &EffectSpec::hz>("effect_hz", "of a vibration"),
+    numberOf<&ObjectSpec::effect, &EffectSpec::duration_s>(
+        "effect_duration_s", "it ends so long after it was set or changed; 0: it does not end"),
+    {"effect_path", "points of a smooth curve [m]: x,y,z,x,y,z,...; none: the object itself", getPath, setPath},
     flagOf<&ObjectFlags::enabled>("enabled", "it can be touched: true or false"),
     flagOf<&ObjectFlags::visible>("visible", "for viewers: true or false"),
     flagOf<&ObjectFlags::two_sided>("twosided", "both faces of an open mesh stop the proxy: true or false"),

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 
+#include "daemon/scene/effect.h"
 #include "daemon/scene/surface.h"
 #include "proto/shm_layout.h"
 #include "rt/base/error.h"
@@ -53,6 +54,7 @@ struct ObjectSpec {
   hd_material material{};
   SurfaceSpec surface;
   BodySpec body;
+  EffectSpec effect;
   ObjectFlags flags;
   bool keep = false;  ///< Stays when its maker leaves.
 };

@@ -166,6 +166,29 @@ Result<void> SceneModel::setBody(std::string_view name, const BodySpec& body) {
   return {};
 }
 
+Result<void> SceneModel::setEffect(std::string_view name, const EffectSpec& effect, std::int64_t now_ns) {
+  Object* object = lookUp(name);
+  if (object == nullptr) return notFound(name, "name");
+  if (auto r = checkEffect(effect, "effect"); !r) return r;
+  if (effect.kind != EffectKind::kNone && object->spec.effect.kind == EffectKind::kNone) {
+    const auto others = std::count_if(slots_.begin(), slots_.end(), [](const Object& o) {
+      return o.id != 0 && o.spec.effect.kind != EffectKind::kNone;
+    });
+    if (others >= kMaxEffects) {
+      return Error{ErrorCode::kQuotaExceeded, "effect",
+                   fmt::format("{} objects have an effect, the most that a servo can keep up with", others),
+                   "set that of another to none"};
+    }
+  }
+  if (auto r = accepting(); !r) return r;
+  refresh(*object);
+  object->spec.effect = effect;
+  object->effect_until_ns = effect.duration_s > 0 ? now_ns + static_cast<std::int64_t>(effect.duration_s * 1e9) : 0;
+  post(*object, effectCommand(*object));
+  changed(object->spec.name, "effect");
+  return {};
+}
+
 Result<void> SceneModel::setGravity(const Vec3& gravity) {
   if (!isFinite(gravity) || gravity.norm() > FreeBodies::kMostGravity) {
     return Error{ErrorCode::kInvalidArgument, "gravity",

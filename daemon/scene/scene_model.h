@@ -43,7 +43,8 @@ class SceneModel {
 
   /** Objects one user may own. */
   void setQuota(std::uint32_t objects_per_user) { quota_ = objects_per_user; }
-  /** Told of each object made, changed ("pose", "material", "flags", "shape", "surface", "body") or removed.
+  /** Told of each object made, changed ("pose", "material", "flags", "shape", "surface", "body",
+   * "effect") or removed.
    * After "body" and "; " why a mesh meets things by its vertices alone, if it does. */
   void onChange(std::function<void(const std::string& name, const char* what)> f) { changed_ = std::move(f); }
 
@@ -56,6 +57,8 @@ class SceneModel {
   [[nodiscard]] Result<void> setSurface(std::string_view name, const SurfaceSpec& surface);
   /** Lets it move freely, or with mass 0 no longer. At most kMaxBodies move. */
   [[nodiscard]] Result<void> setBody(std::string_view name, const BodySpec& body);
+  /** At most kMaxEffects objects have one. A duration counts from `now_ns`, on the servos' clock. */
+  [[nodiscard]] Result<void> setEffect(std::string_view name, const EffectSpec& effect, std::int64_t now_ns);
   /** Of the whole scene [m/s^2]. */
   [[nodiscard]] Result<void> setGravity(const Vec3& gravity);
   [[nodiscard]] const Vec3& gravity() const { return gravity_; }
@@ -100,6 +103,7 @@ class SceneModel {
     std::uint32_t id = 0;
     std::uint32_t parent_slot = 0;
     Twist V_PO;
+    std::int64_t effect_until_ns = 0;                      ///< 0: it does not end.
     std::array<std::uint64_t, kMaxGroups> edit{};          ///< Ticket of the last order about it, by sink.
     std::array<std::uint32_t, kMaxGroups> client_edits{};  ///< Changes by that servo's clients handed on so far.
   };
@@ -114,6 +118,7 @@ class SceneModel {
   void postSurface(Object& object);
   [[nodiscard]] Command surfaceCommand(const Object& object, std::int64_t period_ns) const;
   [[nodiscard]] Command bodyCommand(const Object& object) const;
+  [[nodiscard]] static Command effectCommand(const Object& object);
   [[nodiscard]] Command gravityCommand() const;
   [[nodiscard]] Command shapeCommand(const Object& object) const;
   [[nodiscard]] Command addCommand(const Object& object) const;

@@ -58,6 +58,8 @@ void SceneModel::replay(std::int64_t period_ns, const std::function<void(Object&
           if (object.spec.surface != SurfaceSpec{}) give(object, surfaceCommand(object, period_ns));
         } else if constexpr (kKind == CommandKind::kSetBody) {
           if (object.spec.body.mass > 0) give(object, bodyCommand(object));
+        } else if constexpr (kKind == CommandKind::kSetEffect) {
+          if (object.spec.effect.kind != EffectKind::kNone) give(object, effectCommand(object));
         } else if constexpr (kKind == CommandKind::kObjectPose) {
           if (!object.V_PO.v.isZero() || !object.V_PO.w.isZero()) give(object, poseCommand(object));
         } else {
@@ -113,6 +115,11 @@ Command SceneModel::bodyCommand(const Object& object) const {
     storeInertia(mass.inertia_O, order.inertia);
   }
   return makeCommand(CommandKind::kSetBody, order);
+}
+
+Command SceneModel::effectCommand(const Object& object) {
+  return makeCommand(CommandKind::kSetEffect,
+                     SetEffect{object.id, 0, effectParameters(object.spec.effect, object.effect_until_ns)});
 }
 
 Command SceneModel::gravityCommand() const {

@@ -160,6 +160,7 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
     case CommandKind::kRemoveObject:
     case CommandKind::kSetShape:
     case CommandKind::kSetSurface:
+    case CommandKind::kSetEffect:
       code = scene_.apply(command);
       break;
     case CommandKind::kLocalModel:
@@ -307,6 +308,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     device.proxy.reset(sample.p);
     device.shading.reset();
     device.effects.reset();
+    device.object_effects.reset();
     device.started = true;
   }
   source[HD_SOURCE_GRAVITY].force = sample.gravity;
@@ -331,6 +333,9 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
       pushBodies(out.contact, out.contact.force + source[HD_SOURCE_TEXTURE].force);
     }
   }
+
+  source[HD_SOURCE_EFFECT].force =
+      device.object_effects.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), input.now_ns);
 
   const ToolPoint tool{sample.p, out.velocity.v, d, devices_[d].resolution};
   for (SessionShare& session : sessions_) {

@@ -14,6 +14,7 @@
 #include "rt/cycle/held_tool.h"
 #include "rt/cycle/session_share.h"
 #include "rt/cycle/velocity_estimator.h"
+#include "rt/effect/object_effects.h"
 #include "rt/guard/guard.h"
 #include "rt/render/proxy.h"
 #include "rt/render/shading.h"
@@ -96,6 +97,7 @@ class Cycle {
     ProxyRenderer proxy;
     Shading shading;
     SurfaceEffects effects;
+    ObjectEffects object_effects;
     VelocityEstimator velocity;
     HeldTool tool;
     SetGrip grip{};

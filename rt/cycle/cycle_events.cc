@@ -27,6 +27,7 @@ std::uint32_t objectOf(const Command& command) HD_RT {
     case CommandKind::kSetShape:
     case CommandKind::kSetSurface:
     case CommandKind::kSetBody:
+    case CommandKind::kSetEffect:
       return command.as<ObjectRef>().object;  // Stands first in all of these.
     case CommandKind::kAttachTool:
       return command.as<AttachTool>().object;

@@ -38,6 +38,7 @@ enum class Restated : std::uint8_t {
     case CommandKind::kObjectPose:  // Beyond the place: the velocity.
     case CommandKind::kSetSurface:
     case CommandKind::kSetBody:
+    case CommandKind::kSetEffect:
       return Restated::kSceneOrder;
     case CommandKind::kSetGravity:
       return Restated::kScene;

@@ -27,6 +27,18 @@ bool isValid(const SurfaceParameters& s) HD_RT {
   return dies && (s.relief == 0 || (s.relief_size[0] > 0 && s.relief_size[1] > 0));
 }
 
+bool isValid(const EffectParameters& e) HD_RT {
+  if (e.kind > static_cast<std::uint32_t>(EffectKind::kGuide) || e.points > kMaxPathPoints || e.points == 1)
+    return false;
+  for (std::uint32_t i = 0; i < e.points; ++i) {
+    for (const float x : e.path[i])
+      if (!std::isfinite(x)) return false;
+  }
+  const auto good = [](double x) HD_RT { return x >= 0 && x < 1e6; };  // Sums and products stay finite.
+  return good(e.force) && good(e.stiffness) && good(e.damping) && good(e.frequency) && good(e.reach) &&
+         (e.reach > 0 || e.kind == static_cast<std::uint32_t>(EffectKind::kNone));
+}
+
 bool isZero(const Twist& V) HD_RT { return V.v.isZero(0) && V.w.isZero(0); }
 
 bool same(const Pose& a, const Pose& b) HD_RT { return a.p == b.p && a.q.coeffs() == b.q.coeffs(); }
@@ -82,6 +94,8 @@ ErrorCode Scene::change(const Command& command) HD_RT {
       return setShape(command.as<SetShape>());
     case CommandKind::kSetSurface:
       return setSurface(command.as<SetSurface>());
+    case CommandKind::kSetEffect:
+      return setEffect(command.as<SetEffect>());
     case CommandKind::kObjectPose:
       return setPose(command.as<hd_object_pose>());
     case CommandKind::kObjectMaterial:
@@ -172,6 +186,7 @@ ErrorCode Scene::remove(std::uint32_t id) HD_RT {
     if (order_[i] != slot) order_[kept++] = order_[i];
   }
   order_count_ = kept;
+  (void)setEffect(SetEffect{id, 0, {}});
   *object = SceneObject{};
   rebuildTouchable();
   return ErrorCode::kOk;
@@ -198,6 +213,7 @@ ErrorCode Scene::setShape(const SetShape& order) HD_RT {
   object->shape = shape;
   updateBall(*object);
   motion_[objectSlot(order.object)].reshaped = true;
+  noteEffect(objectSlot(order.object));
   settled_ = false;
   rebuildTouchable();
   return ErrorCode::kOk;
@@ -236,8 +252,34 @@ ErrorCode Scene::setFlags(const hd_object_flags& order) HD_RT {
   SceneObject* object = findMutable(order.object);
   if (!object) return ErrorCode::kNotFound;
   object->flags = (object->flags & ~order.mask) | (order.value & order.mask);
+  noteEffect(objectSlot(order.object));
   settled_ = false;
   rebuildTouchable();
+  return ErrorCode::kOk;
+}
+
+/** What the object in that slot does to hands may be another from now on. */
+void Scene::noteEffect(std::uint32_t slot) HD_RT {
+  if (effects_[slot].kind != static_cast<std::uint32_t>(EffectKind::kNone)) ++effect_changes_;
+}
+
+ErrorCode Scene::setEffect(const SetEffect& order) HD_RT {
+  if (find(order.object) == nullptr) return ErrorCode::kNotFound;
+  if (!isValid(order.effect)) return ErrorCode::kInvalidArgument;
+  const auto slot = static_cast<std::uint16_t>(objectSlot(order.object));
+  const auto none = static_cast<std::uint32_t>(EffectKind::kNone);
+  const bool was = effects_[slot].kind != none, is = order.effect.kind != none;
+  if (is && !was) {
+    if (effecting_count_ == kMaxEffects) return ErrorCode::kQuotaExceeded;
+    effecting_[effecting_count_++] = slot;
+  }
+  if (was && !is) {
+    effecting_count_ = static_cast<std::uint32_t>(
+        std::remove(effecting_.begin(), effecting_.begin() + effecting_count_, slot) - effecting_.begin());
+  }
+  noteEffect(slot);
+  effects_[slot] = order.effect;
+  noteEffect(slot);
   return ErrorCode::kOk;
 }
 
@@ -368,6 +410,7 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   if (motion.teleported) {
     ++arrivals_;
     motion.arrived = time_;
+    noteEffect(slot);
     object.X_WO_before = object.X_WO;
   }
   if (appears) object.X_WO_before = object.X_WO;

@@ -125,7 +125,8 @@ class Scene {
   explicit Scene(const MeshTable& meshes) noexcept : meshes_(&meshes) {}
 
   /**
-   * Applies a scene command (object pose, material, flags, vertices, add, remove, shape, surface). A refused command
+   * Applies a scene command (object pose, material, flags, vertices, add, remove, shape, surface,
+   * effect). A refused command
    * changes nothing, but that vertices before a refused one have moved. kNotFound: no such object (a stale generation
    * included), parent, mesh, texture or vertex. kAlreadyExists: the slot is taken. kInvalidArgument: a value is not
    * finite or out of range, or the object to remove has children. kUnsupported: not a scene command, or vertices of a
@@ -151,6 +152,12 @@ class Scene {
    * surface along. Beyond kMaxTriangleMoves in one tick the rest moves without being swept.
    */
   [[nodiscard]] std::span<const TriangleMove> triangleMoves() const HD_RT { return {moves_.data(), move_count_}; }
+  /** Slots of objects with an effect, kMaxEffects at most. */
+  [[nodiscard]] std::span<const std::uint16_t> effects() const HD_RT { return {effecting_.data(), effecting_count_}; }
+  [[nodiscard]] const EffectParameters& effect(std::uint32_t i) const HD_RT { return effects_[i]; }
+  /** Grows whenever an effect may be another than a motion of its object made it: set, removed, shaped anew or jumped.
+   */
+  [[nodiscard]] std::uint64_t effectChanges() const HD_RT { return effect_changes_; }
   /** Grows whenever something may stand where it has not come by a motion: added, enabled, shaped anew or jumped. */
   [[nodiscard]] std::uint64_t arrivals() const HD_RT { return arrivals_; }
   [[nodiscard]] const SceneObject& slot(std::uint32_t i) const HD_RT { return objects_[i]; }
@@ -190,6 +197,8 @@ class Scene {
   ErrorCode setMaterial(const hd_object_material& order) HD_RT;
   ErrorCode setSurface(const SetSurface& order) HD_RT;
   ErrorCode setFlags(const hd_object_flags& order) HD_RT;
+  ErrorCode setEffect(const SetEffect& order) HD_RT;
+  void noteEffect(std::uint32_t slot) HD_RT;
   ErrorCode moveVertices(const hd_object_vertices& order) HD_RT;
   void noteTriangles(const MeshView& mesh, const hd_vertex_move& move) HD_RT;
   ErrorCode makeShape(const ShapeParameters& parameters, Shape& shape) const HD_RT;
@@ -204,6 +213,10 @@ class Scene {
   std::array<std::uint16_t, kMaxObjects> touchable_{};
   std::uint32_t touchable_count_ = 0;
   std::uint64_t arrivals_ = 0;
+  std::array<EffectParameters, kMaxObjects> effects_{};
+  std::array<std::uint16_t, kMaxEffects> effecting_{};  ///< Slots of those that are one, in the order they became it.
+  std::uint32_t effecting_count_ = 0;
+  std::uint64_t effect_changes_ = 0;
   std::array<TriangleMove, kMaxTriangleMoves> moves_{};
   std::uint32_t move_count_ = 0;
   bool moves_are_new_ = false;  ///< The next advance() keeps them.

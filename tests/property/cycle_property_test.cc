@@ -148,6 +148,22 @@ class World {
     order.damping = random.in(0, 5);
     put(CommandKind::kSetBody, order);
   }
+  void effect(std::uint32_t slot) {
+    SetEffect order{};
+    order.object = makeObjectId(slot, 1);
+    EffectParameters& e = order.effect;
+    e.kind = random.below(7u);
+    e.force = random.once(30) ? random.wild() : random.in(0, 5);
+    e.stiffness = random.in(0, 1000);
+    e.damping = random.in(0, 10);
+    e.reach = random.in(0, 0.05);
+    e.frequency = random.in(0, 400);
+    e.until_ns = random.once(3) ? input->now_ns + random.below(200) * kPeriod : 0;
+    e.points = random.below(6u);
+    for (std::uint32_t i = 0; i < e.points; ++i)
+      for (float& x : e.path[i]) x = static_cast<float>(random.in(-0.03, 0.03));
+    put(CommandKind::kSetEffect, order);
+  }
 
   Random random;
   bool trouble = false;
@@ -224,6 +240,7 @@ void disturb(World& w) {
     if (w.random.once(400)) w.session(CommandKind::kLoseSession, s);
     if (w.random.once(400)) w.session(CommandKind::kReviveSession, s);
   }
+  if (w.random.once(100)) w.effect(1 + w.random.below(3u));
 }
 
 void begin(World& w) {
@@ -233,7 +250,7 @@ void begin(World& w) {
 }
 
 TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
-  int armed = 0, faults = 0, together = 0, gripped = 0;
+  int armed = 0, faults = 0, together = 0, gripped = 0, effects = 0;
   forSeeds(20, [&](unsigned seed) {
     World w(seed);
     w.trouble = seed % 2 == 0;
@@ -255,6 +272,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
         ASSERT_LE(now.torque.norm(), limits.torque);
         ASSERT_LE(std::abs(now.gripper_force), limits.gripper_force);
         gripped += now.gripper_force > 0.5 ? 1 : 0;
+        effects += guard.by_source[HD_SOURCE_EFFECT].norm() > 0.1 ? 1 : 0;
         Vec3 sum = Vec3::Zero();
         for (const Vec3& part : guard.by_source) sum += part;
         ASSERT_EQ(sum, now.force);
@@ -282,6 +300,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
     EXPECT_GT(faults, 20);
     EXPECT_GT(together, 500);
     EXPECT_GT(gripped, 1000);
+    EXPECT_GT(effects, 1000);
   }
 }
 

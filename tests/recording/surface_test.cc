@@ -125,6 +125,38 @@ TEST(RecordingSurfaces, TexturesAreInItAndTheReplayFeelsThem) {
   EXPECT_EQ(textures, 3u);
 }
 
+TEST(RecordingSurfaces, EffectsAreInItAndTheReplayFeelsThem) {
+  Rubbed rubbed;
+  Bench& bench = rubbed.bench;
+  const auto show = [&](const char* name, EffectKind kind, double seconds) {
+    ObjectSpec spec;
+    spec.name = name;
+    ASSERT_TRUE(bench.core.scene().create(spec, rubbed.root).ok());
+    EffectSpec effect;
+    effect.kind = kind;
+    effect.duration_s = seconds;
+    ASSERT_TRUE(bench.core.scene().setEffect(name, effect, bench.core.now()).ok());
+  };
+  show("hint", EffectKind::kGuide, 0);
+  show("buzz", EffectKind::kVibration, 0.2);
+  show("drag", EffectKind::kFriction, 0);
+  const Session* session = bench.live(bench.administration);
+  ASSERT_NE(session, nullptr);
+  ASSERT_TRUE(bench.core.acquireLease(session->id).ok());
+  bench.step(5);
+  Taken taken(bench);
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  bench.step(40);
+  rubbed.rub(300);
+  show("late", EffectKind::kForce, 0.05);
+  rubbed.rub(200);
+  EXPECT_GT(std::abs(bench.sample().by_source[HD_SOURCE_EFFECT][0]), 0.1);
+  const auto verdict = verify(*replayerOf(taken.finish([&] { bench.step(); })));
+  ASSERT_TRUE(verdict.ok()) << toString(verdict.error());
+  EXPECT_GT(verdict->cycles, 500u);
+  EXPECT_EQ(verdict->differing, 0u) << verdict->first;
+}
+
 /** Slower or faster, lighter or heavier than all that triangles name: neither the servo nor a replay minds it. */
 TEST(RecordingSurfaces, AModelThatNoTriangleNamesBoundsNothing) {
   const auto texture = parseTexture(vibrationUpload({{{0.02, 0.2, 1}, {-0.9, 0.2}},

@@ -183,6 +183,32 @@ TEST(ServoCycle, IsCleanWithTexturedSurfaces) {
   });
 }
 
+TEST(ServoCycle, IsCleanWithEffects) {
+  SnapshotMemory mesh = sphereMesh(2000);
+  bool felt = false;
+  expectClean([&](House& house, int i) {
+    if (i == 0) {
+      house.meshes.publish(0, &mesh.view);
+      house.order(CommandKind::kAddObject, meshObject(makeObjectId(20, 1), 0));
+    }
+    for (const std::uint32_t slot : {1u, 2u, 3u, 4u, 5u, 20u}) {
+      SetEffect order{makeObjectId(slot, 1), 0, {}};
+      EffectParameters& e = order.effect;
+      e.kind = (slot + static_cast<std::uint32_t>(i) / 100) % 6;
+      e.force = 0.5;
+      e.stiffness = 100;
+      e.damping = 1;
+      e.reach = 0.1;
+      e.frequency = 100;
+      e.points = slot == 3 ? kMaxPathPoints : 0;
+      for (std::uint32_t k = 0; k < e.points; ++k) e.path[k][k % 3] = 0.001f * static_cast<float>(k);
+      house.order(CommandKind::kSetEffect, order);
+    }
+    felt = felt || house.servo->lastOutput().device[0].guard.by_source[HD_SOURCE_EFFECT].norm() > 0.1;
+  });
+  EXPECT_TRUE(felt);
+}
+
 TEST(ServoCycle, IsCleanWithLocalModels) {
   expectClean([](House& house, int i) {
     hd_local_model model{};

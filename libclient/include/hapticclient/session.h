@@ -20,7 +20,7 @@ extern "C" {
 /** Where a newton comes from. */
 typedef enum haptic_source {
   HAPTIC_SOURCE_SURFACE = 0,     /**< Contact with the scene. */
-  HAPTIC_SOURCE_EFFECT = 1,      /**< Kept free: zero so far. Force fields are local models. */
+  HAPTIC_SOURCE_EFFECT = 1,      /**< Fields and guides of objects in free space. */
   HAPTIC_SOURCE_LOCAL_MODEL = 2, /**< Models that clients push. */
   HAPTIC_SOURCE_CLIENT = 3,      /**< Force computed by a client. */
   HAPTIC_SOURCE_GRAVITY = 4,     /**< Gravity compensation of the device. */

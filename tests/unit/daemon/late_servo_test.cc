@@ -75,6 +75,9 @@ class Left {
         const bool nothing = s.smooth_cosine == 0 && s.transient_gain == 0 && s.relief == 0 && s.vibration == 0;
         return keepUnless(order.kind, object, bytesOf(s), nothing);
       }
+      case CommandKind::kSetEffect:
+        return keepUnless(order.kind, object, bytesOf(order.as<SetEffect>().effect),
+                          order.as<SetEffect>().effect.kind == static_cast<std::uint32_t>(EffectKind::kNone));
       case CommandKind::kSetGravity: {
         const double* g = order.as<SetGravity>().g;
         return keepUnless(order.kind, 0, bytesOf(order.as<SetGravity>()), g[0] == 0 && g[1] == 0 && g[2] == 0);
@@ -101,7 +104,7 @@ class Editor {
 
   void edit(SceneModel& scene) {
     const std::string name = "o" + std::to_string(below(12));
-    switch (below(11)) {
+    switch (below(12)) {
       case 0:
       case 1: {
         ObjectSpec spec;
@@ -132,6 +135,13 @@ class Editor {
       }
       case 9:
         return (void)scene.setBody(name, {below(3) == 0 ? 0 : 0.1 * (1 + below(5)), 1, true});
+      case 10: {
+        EffectSpec effect;
+        if (below(3) != 0) effect.kind = EffectKind::kGuide;
+        if (below(2) == 0) effect.path = {place(), place()};
+        effect.duration_s = below(2);
+        return (void)scene.setEffect(name, effect, below(100));
+      }
       default:
         return (void)scene.setGravity({0, 0, -static_cast<double>(below(10))});
     }

@@ -1,0 +1,147 @@
+#include "rt/effect/object_effects.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "rt/effect/path.h"
+#include "rt/effect/well.h"
+#include "rt/geometry/nearest.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kOnIt = 1e-12;  ///< A hand so near to a surface has no way to it [m].
+
+/** 1 until the effect ends, then falling to 0 within kBlend. */
+double lasting(std::int64_t until_ns, std::int64_t now_ns) HD_RT {
+  if (until_ns == 0 || now_ns <= until_ns) return 1;
+  return std::max(0.0, 1 - static_cast<double>(now_ns - until_ns) * 1e-9 / ObjectEffects::kBlend);
+}
+
+/** sin of the turns since the clock's zero: a replay, and every servo, has the same. */
+double swing(double frequency, std::int64_t now_ns) HD_RT {
+  const double turns = std::fmod(static_cast<double>(now_ns), 1e9 / frequency) * 1e-9 * frequency;
+  return std::sin(2 * std::numbers::pi * turns);
+}
+
+/** A solid that can be touched holds the hand itself. */
+bool holdsInside(const SceneObject& object) HD_RT {
+  return (object.flags & HD_OBJECT_ENABLED) != 0 && (object.flags & HD_OBJECT_TWO_SIDED) == 0;
+}
+
+}  // namespace
+
+void ObjectEffects::reset() HD_RT {
+  anchor_.fill({});
+  fresh_ = true;
+  left_ = 0;
+  cut_short_ = was_cut_short_ = false;
+}
+
+/** False: out of reach. */
+bool ObjectEffects::find(const SceneObject& object, const EffectParameters& effect, const Vec3& x, Place& place) HD_RT {
+  const bool guide = effect.kind == static_cast<std::uint32_t>(EffectKind::kGuide);
+  if (effect.points > 1) {
+    PathPlace nearest;
+    if (!nearestOnPath(effect, x, effect.reach, nearest)) return false;
+    place.way = nearest.point - x;
+    place.across -= nearest.tangent * nearest.tangent.transpose();
+  } else if (object.shape.kind == ShapeKind::kGroup) {
+    place.way = -x;
+  } else {
+    NearestQuery query;
+    query.x = x;
+    query.limit = kMostVisits;
+    const bool mesh = object.shape.kind == ShapeKind::kMesh;
+    // A field fills a solid however deep; where a solid holds the hand, its guide is as deep as at the surface.
+    const bool fills = guide ? holdsInside(object) : !mesh;
+    if (mesh || !fills) query.reach = effect.reach;
+    Nearest nearest;
+    const NearestResult result = nearestOnShape(object.shape, query, nearest);
+    cut_short_ = cut_short_ || result == NearestResult::kExhausted;
+    if (result != NearestResult::kFound) return false;
+    if (fills && nearest.isInside(x)) return true;
+    place.way = nearest.point - x;
+    const double distance = place.way.norm();
+    const Vec3 n = distance > kOnIt ? Vec3(place.way / distance) : nearest.normal;
+    place.across = n * n.transpose();
+  }
+  place.distance = place.way.norm();
+  return place.distance < effect.reach;
+}
+
+/**
+ * A spring whose end is dragged along once it is stretched to all that friction can be (Hayward and Armstrong, ICRA
+ * 2000): no drift at rest, and what it stores never grows but by what the hand puts in.
+ */
+Vec3 ObjectEffects::friction(std::uint32_t slot, std::uint32_t object, const EffectParameters& effect, const Vec3& x,
+                             double share) HD_RT {
+  Anchor& anchor = anchor_[slot];
+  if (anchor.object != object || anchor.step + 1 != steps_) anchor = {object, steps_, x};
+  anchor.step = steps_;
+  if (!(effect.stiffness > 0)) return Vec3::Zero();
+  anchor.at = x + clampNorm(anchor.at - x, share * effect.force / effect.stiffness);
+  return effect.stiffness * (anchor.at - x);
+}
+
+Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT {
+  Vec3 force = Vec3::Zero(), guided = Vec3::Zero();
+  double deepest = 0;
+  cut_short_ = false;
+  ++steps_;
+  for (const std::uint32_t slot : scene.effects()) {
+    const EffectParameters& effect = scene.effect(slot);
+    const SceneObject& object = scene.slot(slot);
+    const Vec3 x = object.toLocal(p);
+    const double lasts = lasting(effect.until_ns, now_ns);
+    Place place;
+    if (lasts == 0 || !find(object, effect, x, place)) continue;
+    const double share = lasts * withinReach(place.distance, effect.reach);
+    const Vec3 v_O = object.R_WO.transpose() * (v - object.velocityAt(p));
+    switch (static_cast<EffectKind>(effect.kind)) {
+      case EffectKind::kForce:
+        force += object.R_WO * Vec3(0, 0, share * effect.force);
+        break;
+      case EffectKind::kVibration:
+        if (effect.frequency > 0)
+          force += object.R_WO * Vec3(0, 0, share * effect.force * swing(effect.frequency, now_ns));
+        break;
+      case EffectKind::kViscous:
+        force -= object.R_WO * clampNorm(share * effect.damping * v_O, share * effect.force);
+        break;
+      case EffectKind::kFriction:
+        force += object.R_WO * friction(slot, object.id, effect, x, share);
+        break;
+      case EffectKind::kGuide: {
+        const Well well(effect.stiffness, effect.force, effect.reach);
+        const double depth = lasts * well.depth(place.distance);
+        if (!(depth > deepest)) break;
+        deepest = depth;
+        const double pull = lasts * well.pull(place.distance);
+        // Not more than it pulls: where a solid that can be touched takes over, the force does not jump.
+        guided = object.R_WO * clampNorm(-share * effect.damping * (place.across * v_O), pull);
+        if (pull > 0) guided += object.R_WO * (pull / place.distance * place.way);
+        break;
+      }
+      case EffectKind::kNone:
+        break;
+    }
+  }
+  force += guided;
+
+  if (fresh_) {
+    fresh_ = false;
+  } else if (scene.effectChanges() != changes_ || cut_short_ != was_cut_short_) {
+    rest_ = last_ - force;
+    left_ = kBlend;
+  }
+  changes_ = scene.effectChanges();
+  was_cut_short_ = cut_short_;
+  left_ = std::max(0.0, left_ - dt);
+  force += left_ / kBlend * rest_;
+  last_ = force;
+  return force;
+}
+
+}  // namespace hapticd

@@ -1,0 +1,64 @@
+/** @file
+ * What objects do to a hand in free space: fields that are felt within their reach, and guides that draw it to a point,
+ * a curve or a surface. Thesis section 5.2.4; docs/effects.md tells the laws. For the guard all of it is active.
+ */
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "rt/base/math.h"
+#include "rt/scene/scene.h"
+
+namespace hapticd {
+
+/**
+ * Effects on one device point. Servo thread only; deterministic, no longer than kMaxEffects searches of kMostVisits.
+ *
+ * All fields act together; of the guides that one in whose well the hand is deepest, which of equal guides is the
+ * nearest. So all guides that rest are one potential, and no closed way gives energy.
+ *
+ * An effect that is set, changed or removed, and one whose object jumps, comes and goes within kBlend: what the force
+ * was before, less what it would be now, fades. Per tick the change of orders adds |that| dt / kBlend at most. One that
+ * ends by its time fades as long.
+ */
+class ObjectEffects {
+ public:
+  static constexpr double kBlend = 0.02;              ///< [s]
+  static constexpr std::uint32_t kMostVisits = 1024;  ///< Nodes and triangles of a mesh.
+
+  /** Force on a hand at p that moves at v, in W [N]. Once a tick of `dt`. */
+  [[nodiscard]] Vec3 step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT;
+  /** The hand is somewhere else: nothing of before counts, and the next step() has all of its force at once. */
+  void reset() HD_RT;
+
+ private:
+  /** Where the hand is by an effect's geometry. Vectors in the object's frame. */
+  struct Place {
+    Vec3 way = Vec3::Zero();         ///< From the hand to the guide.
+    Mat3 across = Mat3::Identity();  ///< Takes the part of a velocity that a guide damps.
+    double distance = 0;             ///< 0 within a solid.
+  };
+  /** The end of the spring by which friction holds the hand, in the object's frame. */
+  struct Anchor {
+    std::uint32_t object = 0;
+    std::uint64_t step = 0;  ///< When it held last.
+    Vec3 at = Vec3::Zero();
+  };
+
+  [[nodiscard]] bool find(const SceneObject& object, const EffectParameters& effect, const Vec3& x, Place& place) HD_RT;
+  [[nodiscard]] Vec3 friction(std::uint32_t slot, std::uint32_t object, const EffectParameters& effect, const Vec3& x,
+                              double share) HD_RT;
+
+  std::array<Anchor, kMaxObjects> anchor_{};
+  std::uint64_t steps_ = 0;
+  bool fresh_ = true;           ///< No step since reset().
+  Vec3 last_ = Vec3::Zero();    ///< Force of the last tick [N].
+  Vec3 rest_ = Vec3::Zero();    ///< What fades after the last change [N],
+  double left_ = 0;             ///< for so much longer [s].
+  std::uint64_t changes_ = 0;   ///< Scene::effectChanges() of the last tick.
+  bool cut_short_ = false;      ///< A search was, this tick,
+  bool was_cut_short_ = false;  ///< and in the last.
+};
+
+}  // namespace hapticd

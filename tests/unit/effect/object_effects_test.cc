@@ -1,0 +1,225 @@
+// What each effect does to a hand, by its law.
+#include "rt/effect/object_effects.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/test_effect.h"
+#include "tests/support/test_mesh.h"
+
+namespace hapticd {
+namespace {
+
+using test::effect;
+using test::EffectScene;
+
+void expectForce(const Vec3& got, const Vec3& wanted, double tolerance = 1e-6) {
+  EXPECT_LT((got - wanted).norm(), tolerance) << got.transpose() << ", not " << wanted.transpose();
+}
+
+TEST(ObjectEffects, AForceActsAlongTheObjectsAxisWithinItsReach) {
+  EffectScene t;
+  const Quat turned(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitX()));  // z becomes -y.
+  const auto id = t.add(effect(EffectKind::kForce, 1.5), {{0.1, 0, 0}, turned});
+  expectForce(t.settled({0.1, 0, 0}), {0, -1.5, 0});
+  expectForce(t.settled({0.1, 0, 0.039}), {0, -1.5, 0});
+  expectForce(t.settled({0.1, 0, 0.045}), {0, -0.75, 0});
+  expectForce(t.settled({0.1, 0, 0.051}), Vec3::Zero());
+  t.pose(id, {{0.1, 0, 0}, Quat::Identity()});
+  expectForce(t.settled({0.1, 0, 0}), {0, 0, 1.5});
+}
+
+TEST(ObjectEffects, AViscousBoxDampsWhatMovesInItRelativeToIt) {
+  EffectScene t;
+  const auto bath = t.add(ShapeKind::kBox, {0.1, 0.1, 0.1});
+  t.set(bath, effect(EffectKind::kViscous, 3, 0, 4, 0.01));
+  expectForce(t.settled({0.02, 0.03, 0}, {0.1, -0.2, 0}), {-0.4, 0.8, 0});
+  expectForce(t.settled({0, 0, 0}, {2, 0, 0}), {-3, 0, 0});
+  expectForce(t.settled({0.111, 0, 0}, {0.1, 0, 0}), Vec3::Zero());
+  expectForce(t.settled({0.109, 0, 0}, {0.1, 0, 0}), {-0.2, 0, 0});
+  t.pose(bath, {}, {{0.1, 0, 0}, Vec3::Zero()});
+  (void)t.feel({0, 0, 0}, {0.1, 0, 0});
+  expectForce(t.feel({0, 0, 0}, {0.1, 0, 0}), Vec3::Zero());
+}
+
+TEST(ObjectEffects, FrictionHoldsAndIsThenDraggedAlong) {
+  EffectScene t;
+  t.add(effect(EffectKind::kFriction, 1, 1000));
+  expectForce(t.settled({0, 0, 0}), Vec3::Zero());
+  expectForce(t.feel({0.0005, 0, 0}), {-0.5, 0, 0});
+  expectForce(t.feel({0, 0, 0}), Vec3::Zero());
+  for (int i = 0; i <= 100; ++i) (void)t.feel({1e-4 * i, 0, 0});
+  expectForce(t.feel({0.01, 0, 0}), {-1, 0, 0});
+  expectForce(t.feel({0.0095, 0, 0}), {-0.5, 0, 0});
+  expectForce(t.feel({0.009, 0, 0}), Vec3::Zero());
+  expectForce(t.feel({0.008, 0, 0}), {1, 0, 0});
+}
+
+TEST(ObjectEffects, FrictionThatLetGoHoldsAnew) {
+  EffectScene t;
+  const auto id = t.add(effect(EffectKind::kFriction, 1, 1000));
+  (void)t.settled({0, 0, 0});
+  (void)t.settled({1, 0, 0});
+  expectForce(t.settled({0.002, 0, 0}), Vec3::Zero());
+  t.set(id, effect(EffectKind::kForce, 0));
+  (void)t.settled({0.002, 0, 0});
+  (void)t.settled({0.005, 0, 0});
+  t.set(id, effect(EffectKind::kFriction, 1, 1000));
+  expectForce(t.settled({0.005, 0, 0}), Vec3::Zero());
+}
+
+TEST(ObjectEffects, AVibrationSwingsAtItsFrequency) {
+  EffectScene t;
+  t.add(effect(EffectKind::kVibration, 0.5));
+  (void)t.settled({0, 0, 0});
+  double sine = 0, cosine = 0, all = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 f = t.feel({0, 0, 0});
+    ASSERT_EQ(f.x(), 0);
+    ASSERT_LE(std::abs(f.z()), 0.5 + 1e-12);
+    sine += f.z() * std::sin(2 * M_PI * 50e-3 * i);
+    cosine += f.z() * std::cos(2 * M_PI * 50e-3 * i);
+    all += f.z() * f.z();
+  }
+  EXPECT_NEAR(std::hypot(sine, cosine) / 500, 0.5, 1e-6);
+  EXPECT_NEAR(all / 1000, 0.125, 1e-6) << "nothing at other frequencies";
+}
+
+TEST(ObjectEffects, AGuideDrawsToAPointOrALineOrASurface) {
+  EffectScene t;
+  const auto id = t.add(effect(EffectKind::kGuide, 2, 200), {{0, 0, 0.1}, Quat::Identity()});
+  expectForce(t.settled({0.003, 0, 0.1}), {-0.6, 0, 0});
+  expectForce(t.settled({0, 0.03, 0.1}), {0, -2, 0});
+  t.set(id, test::along(effect(EffectKind::kGuide, 2, 200), {{-0.1, 0, 0}, {0.1, 0, 0}}));
+  expectForce(t.settled({0.07, 0.004, 0.1}), {0, -0.8, 0});
+  expectForce(t.settled({0.11, 0, 0.1}), {-2, 0, 0});
+
+  EffectScene magnet;
+  const auto ball = magnet.add(ShapeKind::kSphere, {0.02, 0, 0});
+  magnet.set(ball, effect(EffectKind::kGuide, 2, 200));
+  expectForce(magnet.settled({0.025, 0, 0}), {-1, 0, 0});
+  expectForce(magnet.settled({0.015, 0, 0}), Vec3::Zero());
+  magnet.flags(ball, HD_OBJECT_ENABLED, 0);
+  expectForce(magnet.settled({0.015, 0, 0}), {1, 0, 0});
+}
+
+TEST(ObjectEffects, AGuideDrawsToAMesh) {
+  EffectScene t;
+  test::TestMesh sphere = test::sphereMesh(0.03, 24);
+  const auto id = t.addMesh(sphere.view());
+  t.set(id, effect(EffectKind::kGuide, 2, 200));
+  const Vec3 f = t.settled({0.036, 0, 0});
+  EXPECT_NEAR(f.norm(), 1.2, 0.1);
+  EXPECT_LT(f.x(), -1.1);
+  expectForce(t.settled({0.02, 0, 0}), Vec3::Zero());
+}
+
+TEST(ObjectEffects, AGuideDampsAcrossItsWayAndNotMoreThanItPulls) {
+  EffectScene t;
+  t.add(test::along(effect(EffectKind::kGuide, 2, 200, 5), {{-0.1, 0, 0}, {0.1, 0, 0}}));
+  expectForce(t.settled({0, 0.005, 0}, {3, 0, 0}), {0, -1, 0});
+  expectForce(t.settled({0, 0.005, 0}, {0, 0.1, 0.1}), {0, -1.5, -0.5});
+  expectForce(t.settled({0, 0.005, 0}, {0, 10, 0}), {0, -2, 0});
+}
+
+TEST(ObjectEffects, OfEqualGuidesTheNearestActsAndTheDeeperOfUnequalOnes) {
+  EffectScene t;
+  t.add(effect(EffectKind::kGuide, 2, 200), {{-0.02, 0, 0}, Quat::Identity()});
+  t.add(effect(EffectKind::kGuide, 2, 200), {{0.02, 0, 0}, Quat::Identity()});
+  expectForce(t.settled({0.001, 0, 0}), {2, 0, 0});
+  expectForce(t.settled({-0.001, 0, 0}), {-2, 0, 0});
+  t.add(effect(EffectKind::kGuide, 20, 2000), {{0, 0.04, 0}, Quat::Identity()});
+  expectForce(t.settled({0.001, 0.012, 0}).normalized(), Vec3(-0.001, 0.028, 0).normalized());
+}
+
+TEST(ObjectEffects, EndAtTheirTimeWithoutAJump) {
+  EffectScene t;
+  EffectParameters bounded = effect(EffectKind::kForce, 1);
+  bounded.until_ns = 100'000'000;
+  (void)t.feel({0, 0, 0});
+  t.add(bounded);
+  double before = 0;
+  for (int i = 2; i < 140; ++i) {
+    const double f = t.feel({0, 0, 0}).z();
+    EXPECT_LE(std::abs(f - before), 0.051) << i;
+    if (i > 25 && i <= 100) {
+      EXPECT_NEAR(f, 1, 1e-9);
+    }
+    if (i > 120) {
+      EXPECT_NEAR(f, 0, 1e-9);
+    }
+    before = f;
+  }
+}
+
+TEST(ObjectEffects, ThatAreSetOrRemovedOrWhoseObjectJumpsComeAndGoWithoutAJump) {
+  EffectScene t;
+  (void)t.feel({0, 0, 0});
+  const auto id = t.add(effect(EffectKind::kForce, 2));
+  double before = 0;
+  const auto run = [&](double end) {
+    for (int i = 0; i < 25; ++i) {
+      const double f = t.feel({0, 0, 0}).z();
+      EXPECT_LE(std::abs(f - before), 0.101);
+      before = f;
+    }
+    EXPECT_NEAR(before, end, 1e-9);
+  };
+  run(2);
+  t.set(id, effect(EffectKind::kForce, 1));
+  run(1);
+  t.pose(id, {{3, 0, 0}, Quat::Identity()});
+  run(0);
+  t.pose(id, {});
+  run(1);
+  t.remove(id);
+  run(0);
+}
+
+TEST(ObjectEffects, ThatAreSetInEveryTickAreFeltAllTheSame) {
+  EffectScene t;
+  const auto id = t.add(effect(EffectKind::kForce, 1));
+  for (int i = 0; i < 200; ++i) {
+    t.set(id, effect(EffectKind::kForce, 1));
+    (void)t.feel({0, 0, 0});
+  }
+  EXPECT_NEAR(t.feel({0, 0, 0}).z(), 1, 1e-3);
+}
+
+TEST(ObjectEffects, GoWithTheObjectAboveAndOnItsSpeed) {
+  EffectScene t;
+  const auto hand = t.TestScene::add(ShapeKind::kGroup, Vec3::Zero());
+  const auto id = t.TestScene::add(ShapeKind::kGroup, Vec3::Zero(), {{0, 0, 0.01}, Quat::Identity()}, {}, 0, hand);
+  t.set(id, effect(EffectKind::kGuide, 2, 200));
+  (void)t.settled({0, 0, 0.01});
+  t.pose(hand, {{0, 0, 0.005}, Quat::Identity()});
+  expectForce(t.feel({0, 0, 0.01}), {0, 0, 1});
+}
+
+TEST(ObjectEffects, RefusesWhatIsNoEffectAndMoreThanThereMayBe) {
+  EffectScene t;
+  const auto id = t.TestScene::add(ShapeKind::kGroup, Vec3::Zero());
+  EXPECT_EQ(t.set(id + 1, effect(EffectKind::kForce)), ErrorCode::kNotFound);
+  const auto refused = [&](auto&& spoil) {
+    EffectParameters e = test::along(effect(EffectKind::kGuide), {{0, 0, 0}, {1, 0, 0}});
+    spoil(e);
+    EXPECT_EQ(t.set(id, e), ErrorCode::kInvalidArgument);
+  };
+  refused([](auto& e) { e.kind = 6; });
+  refused([](auto& e) { e.points = 1; });
+  refused([](auto& e) { e.points = kMaxPathPoints + 1; });
+  refused([](auto& e) { e.path[1][2] = NAN; });
+  refused([](auto& e) { e.force = -1; });
+  refused([](auto& e) { e.stiffness = NAN; });
+  refused([](auto& e) { e.damping = INFINITY; });
+  refused([](auto& e) { e.frequency = -1; });
+  refused([](auto& e) { e.reach = 0; });
+  EXPECT_TRUE(t.scene->effects().empty());
+  for (std::uint32_t i = 0; i < kMaxEffects; ++i) t.add(effect(EffectKind::kForce));
+  EXPECT_EQ(t.set(id, effect(EffectKind::kForce)), ErrorCode::kQuotaExceeded);
+  EXPECT_EQ(t.remove(makeObjectId(5, 1)), ErrorCode::kOk);
+  EXPECT_EQ(t.set(id, effect(EffectKind::kForce)), ErrorCode::kOk);
+  EXPECT_EQ(t.scene->effects().size(), kMaxEffects);
+}
+
+}  // namespace
+}  // namespace hapticd

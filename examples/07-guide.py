@@ -1,0 +1,66 @@
+#!/usr/bin/python3
+"""07: a needle's way. A curve draws an unsteady hand to it, tissue drags, and a buzz tells that the target is reached.
+
+WARNING: the device moves. Keep the workspace free and hold the handle.
+"""
+import math
+import sys
+import time
+
+import hapticclient as haptic
+import numpy as np
+
+WAY = [(0.04 * math.cos(a), 0.04 * math.sin(a), 0) for a in np.linspace(0, math.pi / 2, 6)]  # a quarter of a circle
+
+
+def place(client, name, pose=haptic.Pose(), **effect):
+    """An object that cannot be touched and has an effect; docs/effects.md tells the numbers."""
+    client.scene.create(name, haptic.ShapeKind.GROUP, pose=pose)
+    for key, value in effect.items():
+        client.set(f"/objects/{name}/{key}?value={value}")
+
+
+def follow(session, seconds):
+    """A clumsy hand goes along the way; mean distance from it [m], mean force of effects [N]."""
+    begin, samples = time.monotonic(), []
+    while (t := time.monotonic() - begin) < seconds:
+        a, off = math.pi / 2 * t / seconds, 0.008 * math.sin(7 * t)
+        session.push_intent(((0.04 + off) * math.cos(a), (0.04 + off) * math.sin(a), off), latest=True)
+        samples.append(session.drain())
+        time.sleep(0.005)
+    history = np.concatenate(samples)
+    p, force = history["p"], history["by_source"][:, haptic.Source.EFFECT]
+    apart = np.hypot(np.hypot(p[:, 0], p[:, 1]) - 0.04, p[:, 2])
+    return apart.mean(), np.linalg.norm(force, axis=1).mean()
+
+
+def main() -> int:
+    with haptic.Client(name="07-guide") as client, client.open_session() as session:
+        place(client, "tissue", effect_reach=0.1, effect_damping=2, effect="viscous")
+        place(client, "way", effect_path=",".join(f"{x:.5f}" for point in WAY for x in point),
+              effect_stiffness=800, effect_force=4)
+        place(client, "done", effect_reach=1, effect_hz=80, effect_duration_s=0.3)
+        session.arm()
+        session.push_intent((0.04, 0, 0), latest=True)
+        time.sleep(2.5)
+        felt = {}
+        for kind in ("none", "guide"):
+            client.set(f"/objects/way/effect?value={kind}")
+            follow(session, 0.5)  # come in
+            session.drain()
+            felt[kind] = follow(session, 3)
+            print(f"{kind}: {1000 * felt[kind][0]:.1f} mm from the way, {felt[kind][1]:.2f} N of effects")
+        time.sleep(0.5)  # the hand comes to rest
+        session.drain()
+        client.set("/objects/done/effect?value=vibration")  # ends by itself
+        time.sleep(0.6)
+        buzz = session.drain()["by_source"][:, haptic.Source.EFFECT, 2]
+        print(f"reached: effects swing by {np.ptp(buzz) / 2:.1f} N")
+        return 0 if felt["guide"][0] < 0.7 * felt["none"][0] and np.ptp(buzz) > 1 else 1
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except haptic.HapticError as error:
+        sys.exit(str(error))

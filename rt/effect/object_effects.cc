@@ -88,6 +88,8 @@ Vec3 ObjectEffects::friction(std::uint32_t slot, std::uint32_t object, const Eff
 Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT {
   Vec3 force = Vec3::Zero(), guided = Vec3::Zero();
   double deepest = 0;
+  std::uint32_t guide = 0;
+  bool ends = false;
   cut_short_ = false;
   ++steps_;
   for (const std::uint32_t slot : scene.effects()) {
@@ -95,6 +97,7 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
     const SceneObject& object = scene.slot(slot);
     const Vec3 x = object.toLocal(p);
     const double lasts = lasting(effect.until_ns, now_ns);
+    ends = ends || (slot == guide_ && lasts < 1);
     Place place;
     if (lasts == 0 || !find(object, effect, x, place)) continue;
     const double share = lasts * withinReach(place.distance, effect.reach);
@@ -118,6 +121,7 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
         const double depth = lasts * well.depth(place.distance);
         if (!(depth > deepest)) break;
         deepest = depth;
+        guide = slot;
         const double pull = lasts * well.pull(place.distance);
         // Not more than it pulls: where a solid that can be touched takes over, the force does not jump.
         guided = object.R_WO * clampNorm(-share * effect.damping * (place.across * v_O), pull);
@@ -132,10 +136,11 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
 
   if (fresh_) {
     fresh_ = false;
-  } else if (scene.effectChanges() != changes_ || cut_short_ != was_cut_short_) {
+  } else if (scene.effectChanges() != changes_ || cut_short_ != was_cut_short_ || (ends && guide != guide_)) {
     rest_ = last_ - force;
     left_ = kBlend;
   }
+  guide_ = guide;
   changes_ = scene.effectChanges();
   was_cut_short_ = cut_short_;
   left_ = std::max(0.0, left_ - dt);

@@ -52,6 +52,7 @@ class ObjectEffects {
 
   std::array<Anchor, kMaxObjects> anchor_{};
   std::uint64_t steps_ = 0;
+  std::uint32_t guide_ = 0;     ///< Slot of the guide that acted in the last tick, 0 for none.
   bool fresh_ = true;           ///< No step since reset().
   Vec3 last_ = Vec3::Zero();    ///< Force of the last tick [N].
   Vec3 rest_ = Vec3::Zero();    ///< What fades after the last change [N],

@@ -52,6 +52,8 @@ TEST(ObjectEffects, FrictionHoldsAndIsThenDraggedAlong) {
   expectForce(t.feel({0.0095, 0, 0}), {-0.5, 0, 0});
   expectForce(t.feel({0.009, 0, 0}), Vec3::Zero());
   expectForce(t.feel({0.008, 0, 0}), {1, 0, 0});
+  for (int i = 80; i <= 450; ++i) (void)t.feel({1e-4 * i, 0, 0});
+  expectForce(t.feel({0.045, 0, 0}), {-0.5, 0, 0});  // Half of the way through the outer fifth.
 }
 
 TEST(ObjectEffects, FrictionThatLetGoHoldsAnew) {
@@ -149,6 +151,23 @@ TEST(ObjectEffects, EndAtTheirTimeWithoutAJump) {
     }
     before = f;
   }
+}
+
+TEST(ObjectEffects, AGuideThatEndsHandsOverWithoutAJump) {
+  EffectScene t;
+  EffectParameters bounded = effect(EffectKind::kGuide, 4, 400);
+  bounded.until_ns = 100'000'000;
+  t.add(bounded, {{0.01, 0, 0}, Quat::Identity()});
+  t.add(effect(EffectKind::kGuide, 4, 400), {{-0.02, 0, 0}, Quat::Identity()});
+  double before = t.feel({0, 0, 0}).x();
+  EXPECT_NEAR(before, 4, 1e-9);
+  for (int i = 0; i < 160; ++i) {
+    const double f = t.feel({0, 0, 0}).x();
+    // 4 N fade over 20 ms, and with them what is left of 8 N between the two.
+    EXPECT_LE(std::abs(f - before), 8 / 20.0 + 4 / 20.0 + 1e-9) << i;
+    before = f;
+  }
+  EXPECT_NEAR(before, -4, 1e-9);
 }
 
 TEST(ObjectEffects, ThatAreSetOrRemovedOrWhoseObjectJumpsComeAndGoWithoutAJump) {

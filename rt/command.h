@@ -19,7 +19,7 @@ inline constexpr std::uint32_t kMaxMeshes = 256;   ///< Entries of the mesh tabl
 inline constexpr std::uint32_t kMaxTextures = 64;  ///< Entries of the texture table.
 inline constexpr std::uint32_t kMaxDevices = HD_MAX_DEVICES;
 inline constexpr std::uint32_t kMaxBodies = 8;            ///< Objects that move freely.
-inline constexpr std::uint32_t kMaxEffects = 32;          ///< Objects with an effect.
+inline constexpr std::uint32_t kMaxEffects = 16;          ///< Objects with an effect.
 inline constexpr std::uint32_t kMaxPathPoints = 32;       ///< Of one effect's path.
 inline constexpr std::uint32_t kControlSession = 0xffff;  ///< Command::session of the control thread.
 

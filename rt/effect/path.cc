@@ -30,7 +30,10 @@ void spanOfPath(const EffectParameters& path, std::uint32_t i, Vec3 (&control)[4
 }
 
 bool nearestOnPath(const EffectParameters& path, const Vec3& x, double reach, PathPlace& place) HD_RT {
+  // The curve goes through its points: none of it that is farther than the nearest of them need be looked at.
   double best = reach * reach;
+  for (std::uint32_t i = 0; i < path.points; ++i)
+    best = std::min(best, (x - pointOf(path, i)).squaredNorm() * (1 + 1e-9) + 1e-24);
   bool found = false;
   for (std::uint32_t i = 0; i + 1 < path.points; ++i) {
     Vec3 b[4];

@@ -5,6 +5,8 @@ Usage: volumes_test.py BUILD_DIRECTORY [unittest arguments]
 """
 import os
 import pathlib
+import resource
+import signal
 import subprocess
 import unittest
 
@@ -44,6 +46,22 @@ class Volumes(Case):
         full = pathlib.Path("/dev/full")
         self.assertEqual(self.run_ctl("export", "solid", full, "--replace", exit_code=5).stdout, "")
         self.assertTrue(full.is_char_device(), "what was there before stays")
+        # Cut off by the disk or by Ctrl-C it takes nothing from the file that was there.
+        whole, here = out.read_bytes(), set(self.directory.iterdir())
+        export = [HAPTICCTL, "--socket", self.socket, "export", "solid"]
+        cut = subprocess.run([*export, out, "--replace"], capture_output=True, text=True, check=False,
+                             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
+        self.assertEqual((cut.returncode, out.read_bytes()), (5, whole), cut.stderr)
+        self.assertIn("ulimit -f", cut.stderr)
+        pipe = self.directory / "pipe"
+        os.mkfifo(pipe)
+        with subprocess.Popen([*export, pipe, "--replace"], stderr=subprocess.PIPE, text=True) as cut:
+            with pipe.open("rb", buffering=0) as reader:
+                reader.read(1)  # The rest is more than a pipe holds.
+                cut.send_signal(signal.SIGINT)
+                self.assertIn("cancelled", cut.communicate(timeout=30)[1])
+        pipe.unlink()
+        self.assertEqual((cut.returncode, set(self.directory.iterdir())), (1, here))
         # The same again comes from the disk; when nobody shows it, it stays there.
         self.run_ctl("remove", "solid")
         self.assertEqual([v["objects"] for v in self.json("volumes")], [[]])

@@ -1,5 +1,5 @@
 /** @file
- * A file that a command makes: what is in it when nothing, something or not all could be written.
+ * A file that a command makes: what is in it when nothing or something was written.
  */
 #include "tools/hapticctl/file/new_file.h"
 
@@ -61,24 +61,6 @@ TEST_F(NewFileTest, TheFirstByteReplacesAllThatWasThere) {
   EXPECT_EQ(file.write("er", 2), 0);
   EXPECT_EQ(held(), "newer");
   EXPECT_EQ(file.bytes(), 5u);
-}
-
-TEST_F(NewFileTest, WhatIsDroppedDoesNotStay) {
-  for (const bool replace : {false, true}) {
-    if (replace) hold("older");
-    {
-      NewFile file(path_, replace);
-      EXPECT_EQ(file.write("half", 4), 0);
-      file.drop();
-    }
-    EXPECT_EQ(held(), "none");
-  }
-  hold("older");
-  {
-    NewFile file(path_, true);
-    file.drop();
-  }
-  EXPECT_EQ(held(), "older");
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "tools/hapticctl/output/output.h"
 #include "tools/hapticctl/output/terminal.h"
 #include "tools/hapticctl/output/to_json.h"
+#include "tools/hapticctl/whole_file.h"
 
 namespace hapticctl {
 namespace {
@@ -52,8 +53,7 @@ struct VolumesOptions {
 };
 
 /** A descriptor of the daemon's file; waits while it is being made. */
-int openVolume(const Daemon& daemon, const VolumesOptions& options) {
-  const Interrupt interrupt;
+int openVolume(const Daemon& daemon, const VolumesOptions& options, const Interrupt& interrupt) {
   LiveLine live;
   const std::int64_t begin_ns = haptic_now_ns();
   for (;;) {
@@ -77,23 +77,25 @@ int openVolume(const Daemon& daemon, const VolumesOptions& options) {
 }
 
 int exportVolume(const VolumesOptions& options, const Globals& globals) {
+  const Interrupt interrupt;
   const Daemon daemon(globals);
-  const int from = openVolume(daemon, options);
+  const int from = openVolume(daemon, options, interrupt);
   const struct Close {
     int fd;
     ~Close() { ::close(fd); }
   } close{from};
-  NewFile file(options.file, options.replace);
+  WholeFile file(options.file, options.replace);
   std::vector<char> piece(1u << 20);
-  for (;;) {
-    const ssize_t n = ::read(from, piece.data(), piece.size());
+  int problem = 0;
+  for (ssize_t n = 1; problem == 0 && n != 0 && !Interrupt::asked();) {
+    n = ::read(from, piece.data(), piece.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n == 0) break;
-    if (const int problem = n < 0 ? errno : file.write(piece.data(), static_cast<std::size_t>(n)); problem != 0) {
-      file.drop();
-      failWriting(options.file, problem);
-    }
+    problem = n < 0 ? errno : file.write(piece.data(), static_cast<std::size_t>(n));
   }
+  if (Interrupt::asked()) throw Failure{kExitRefused, options.file, "cancelled; it is not written", {}, "CANCELLED"};
+  if (problem == 0) problem = file.keep();
+  if (problem == EEXIST) failMaking(options.file, problem);
+  if (problem != 0) failWriting(options.file, problem);
   if (globals.json) {
     putJson({{"file", options.file}, {"bytes", file.bytes()}});
   } else {

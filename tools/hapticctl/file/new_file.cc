@@ -21,18 +21,12 @@ NewFile::NewFile(const std::string& path, bool replace) : path_(path) {
   struct stat s {};
   file_ = fd_ >= 0 && ::fstat(fd_, &s) == 0 && S_ISREG(s.st_mode);
   if (fd_ >= 0) return;
-  const int error = errno;
-  if (::stat(path.c_str(), &s) == 0 && S_ISDIR(s.st_mode)) {
-    throw Failure{kExitFile, path, "is a folder", "name a file in it"};
-  }
-  throw Failure{kExitFile, path, std::strerror(error),
-                error == EEXIST ? "choose another name, or give --replace" : "choose a place where you may write"};
+  failMaking(path, errno);
 }
 
 NewFile::~NewFile() {
   ::close(fd_);
-  const bool empty = bytes_ == 0 || !keep_;
-  if (file_ && empty && !before_) ::unlink(path_.c_str());
+  if (file_ && bytes_ == 0 && !before_) ::unlink(path_.c_str());
 }
 
 int NewFile::write(const char* data, std::size_t size) {
@@ -52,6 +46,15 @@ int NewFile::write(const char* data, std::size_t size) {
 }
 
 int NewFile::sync() const { return ::fdatasync(fd_) == 0 || errno == EINVAL ? 0 : errno; }  // A pipe has none.
+
+void failMaking(const std::string& path, int error) {
+  struct stat s {};
+  if (::stat(path.c_str(), &s) == 0 && S_ISDIR(s.st_mode)) {
+    throw Failure{kExitFile, path, "is a folder", "name a file in it"};
+  }
+  throw Failure{kExitFile, path, std::strerror(error),
+                error == EEXIST ? "choose another name, or give --replace" : "choose a place where you may write"};
+}
 
 void failWriting(const std::string& file, int error) {
   throw Failure{kExitFile, file, std::strerror(error),

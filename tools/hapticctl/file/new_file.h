@@ -1,5 +1,5 @@
 /** @file
- * A file that a command makes for its user.
+ * A file that a command fills for its user as time goes on.
  */
 #pragma once
 
@@ -23,8 +23,6 @@ class NewFile {
   [[nodiscard]] int write(const char* data, std::size_t size);
   /** On the disk; 0, or errno. */
   [[nodiscard]] int sync() const;
-  /** What was written is not to stay. */
-  void drop() { keep_ = false; }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
  private:
@@ -32,10 +30,11 @@ class NewFile {
   int fd_ = -1;
   bool file_ = false;    ///< No device and no pipe, which were there before and stay.
   bool before_ = false;  ///< It holds what it held before.
-  bool keep_ = true;
   std::uint64_t bytes_ = 0;
 };
 
+/** The file cannot be made; `error` is errno. */
+[[noreturn]] void failMaking(const std::string& file, int error);
 /** The file could not be written whole; `error` is errno. */
 [[noreturn]] void failWriting(const std::string& file, int error);
 

@@ -25,6 +25,8 @@ constexpr double kMaxTime_s = 1e7, kLeastStep_s = 1e-12;  ///< Less would be spe
 
 struct Layout {
   std::array<std::size_t, kColumns> field;
+  std::size_t device = kAbsent;  ///< Which of several, of an exported recording.
+  std::string_view first_device;
   std::int64_t origin_ns = 0;  ///< Time of the first row, whichever of the two is in use.
   double origin_s = 0;
   bool integer_time = false;
@@ -46,13 +48,20 @@ std::string_view nextLine(std::string_view& rest) {
   return line;
 }
 
+/** Without blanks and the quotes that some programs put every field in. */
+std::string_view bare(std::string_view field) {
+  field = trimmed(field);
+  if (field.size() >= 2 && field.front() == '"' && field.back() == '"') field = field.substr(1, field.size() - 2);
+  return trimmed(field);
+}
+
 /** Splits at commas; false if there are more than kMaxFields. */
 bool split(std::string_view line, std::vector<std::string_view>& fields) {
   fields.clear();
   for (std::size_t begin = 0; begin <= line.size();) {
     if (fields.size() == kMaxFields) return false;
     const std::size_t end = std::min(line.find(',', begin), line.size());
-    fields.push_back(trimmed(line.substr(begin, end - begin)));
+    fields.push_back(bare(line.substr(begin, end - begin)));
     begin = end + 1;
   }
   return true;
@@ -123,10 +132,9 @@ class Parser {
   Result<void> readHeader(Layout& layout) const {
     layout.field.fill(kAbsent);
     for (std::size_t i = 0; i < fields_.size(); ++i) {
-      std::string_view name = fields_[i];
-      if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
+      if (fields_[i] == "device") layout.device = i;
       bool nanoseconds = false;
-      const Column column = columnOf(name, nanoseconds);
+      const Column column = columnOf(fields_[i], nanoseconds);
       if (column == kColumns) continue;
       if (column == kTime && layout.field[kTime] != kAbsent && nanoseconds != layout.integer_time) {
         // Both t_s and t_ns, as hapticctl monitor writes: nanoseconds lose nothing.
@@ -160,6 +168,11 @@ class Parser {
     if (fields_.size() != width_) {
       return fault(0, fmt::format("{} columns where the first line has {}", fields_.size(), width_),
                    "is the file complete?");
+    }
+    if (layout.device != kAbsent) {
+      if (earlier.empty()) layout.first_device = fields_[layout.device];
+      if (fields_[layout.device] != layout.first_device)
+        return fault(layout.device + 1, "this row is of another device than the first", "keep the rows of one device");
     }
     std::array<double, kColumns> value{};
     for (std::size_t i = 0; i < kColumns; ++i) {

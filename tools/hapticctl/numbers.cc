@@ -51,7 +51,8 @@ std::array<double, 3> parseVec3(std::string_view option, std::string_view text) 
 
 std::array<double, 4> parseRotation(std::string_view option, std::string_view text) {
   if (text.size() > 2 && text[1] == ',' && text[0] >= 'x' && text[0] <= 'z') {
-    const double half = parseNumbers(option, text.substr(2), 1)[0] * (M_PI / 360);
+    // Whole turns go before anything is rounded.
+    const double half = std::remainder(parseNumbers(option, text.substr(2), 1)[0], 720) * (M_PI / 360);
     std::array<double, 4> q{std::cos(half), 0, 0, 0};
     q[static_cast<std::size_t>(text[0] - 'x') + 1] = std::sin(half);
     return q;

@@ -79,6 +79,23 @@ TEST(PoseCsv, QuotedHeaderByteOrderMarkAndMissingLastNewline) {
   EXPECT_EQ(track->rows()[1].t_s, 1);
 }
 
+TEST(PoseCsv, FieldsMayStandInQuotes) {
+  for (const char* const header : {"", "\"t\",\"x\",\"y\",\"z\"\r\n"}) {
+    const auto track = good(header + std::string("\"1\",\"1\", \"2\" ,\"3\"\r\n\"2.5\",\"1\",\" 2\",\"4\"\r\n"));
+    ASSERT_EQ(track->rows().size(), 2u);
+    EXPECT_EQ(track->rows()[1].t_s, 1.5);
+    EXPECT_EQ(track->rows()[1].p, Vec3(1, 2, 4));
+  }
+  EXPECT_THAT(refusal("0,0,0,\"\n"), HasSubstr("line 1, column 4"));
+}
+
+// A recording's export; it was said that the time does not rise.
+TEST(PoseCsv, IsOfOneDevice) {
+  EXPECT_THAT(refusal("device,t,x,y,z\n1,0,0,0,0\n0,0,1,1,1\n"),
+              HasSubstr("line 3, column 1: this row is of another device than the first"));
+  EXPECT_EQ(good("t,x,y,z,device\n0,0,0,0,1\n3,0,0,0,1\n")->rows().size(), 2u);
+}
+
 TEST(PoseCsv, TheLocaleChangesNothing) {
   const std::string before = std::setlocale(LC_ALL, nullptr);
   for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8"}) {

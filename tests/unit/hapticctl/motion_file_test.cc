@@ -56,6 +56,13 @@ TEST_F(MotionFileTest, TakesTheUnitBehindAName) {
   EXPECT_EQ(refusal("t,x_inch,y,z\n0,0,0,0\n1,0,0,0\n"), "m.csv:1: no column 'x'");
 }
 
+// A recording's export; it was said that time does not rise.
+TEST_F(MotionFileTest, IsOfOneDevice) {
+  EXPECT_EQ(refusal("device,t,x,y,z\n1,0,0,0,0\n0,0,1,1,1\n1,1,0,0,0\n0,1,1,1,1\n"),
+            "m.csv:3: it is of another device than the first row");
+  EXPECT_EQ(read("t,x,y,z,device\n0,0,0,0,1\n3,0,0,0,1\n").duration(), 3);
+}
+
 TEST_F(MotionFileTest, NamesLineAndColumn) {
   EXPECT_EQ(refusal("t,x,y\n0,0,0\n"), "m.csv:1: no column 'z'");
   EXPECT_EQ(refusal("t,x,y,z\n0,0,0,0\n1,0,nan,0\n"), "m.csv:3: 'nan' in column 'y' is not a finite number");

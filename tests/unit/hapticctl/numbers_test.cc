@@ -57,6 +57,10 @@ TEST(Numbers, VectorsNameTheFieldAtFault) {
 TEST(Numbers, RotationsAreUnitQuaternions) {
   const double h = std::sqrt(0.5);
   EXPECT_THAT(parseRotation("--rotate", "x,90"), ElementsAre(DoubleNear(h, 1e-15), DoubleNear(h, 1e-15), 0, 0));
+  for (const char* const turned : {"x,3600000000000090", "x,-630"}) {
+    const auto turn = parseRotation("--rotate", turned);
+    EXPECT_NEAR(turn[0] * turn[1], 0.5, 1e-15) << "whole turns are none";
+  }
   EXPECT_THAT(parseRotation("--rotate", "2,0,0,0"), ElementsAre(1, 0, 0, 0));
   // First about x, then about z: x goes to y, and y (by way of z) stays z.
   const auto q = multiply(parseRotation("--rotate", "z,90"), parseRotation("--rotate", "x,90"));

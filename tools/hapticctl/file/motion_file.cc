@@ -79,6 +79,8 @@ Motion Motion::read(const std::string& path) {
   Motion out;
   std::optional<std::array<std::size_t, 4>> columns;
   std::array<double, 4> scales{};
+  std::size_t device = 0;  // Its column, of an exported recording; beyond all: there is none.
+  std::string first_device;
   std::size_t number = 0;
   for (std::string line; std::getline(file, line);) {
     ++number;
@@ -96,7 +98,13 @@ Motion Motion::read(const std::string& path) {
         (*columns)[c] = static_cast<std::size_t>(at - fields.begin());
         scales[c] = scaleOf(*at, c);
       }
+      device = static_cast<std::size_t>(std::find(fields.begin(), fields.end(), "device") - fields.begin());
       continue;
+    }
+    if (device < fields.size()) {
+      if (out.rows_.empty()) first_device = fields[device];
+      if (fields[device] != first_device)
+        fail(number, "it is of another device than the first row", "keep the rows of one device");
     }
     std::array<double, 4> values{};
     for (std::size_t c = 0; c < 4; ++c) {

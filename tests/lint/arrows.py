@@ -24,7 +24,7 @@ ROOMS = {
     "tools/hapticctl": ({"tools/hapticctl", "tools/mesh_file", "tools/options", "libclient/include", "rt/base/standard_streams.h"}, {"CLI", "fmt", "nlohmann"}),
     "tools/hapticctl-cut": ({"tools/hapticctl-cut", "tools/hapticctl-import", "tools/hapticctl", "tools/mesh_file", "rt/base/standard_streams.h"}, {"Eigen", "CLI", "fmt"}),
     "tools/options": ({"tools/options"}, {"CLI", "fmt"}),
-    "tools/mesh_file": ({"tools/mesh_file"}, {"Eigen", "fmt", "assimp"}),
+    "tools/mesh_file": ({"tools/mesh_file"}, {"Eigen", "fmt", "assimp", "nlohmann"}),
     "tools/hapticctl-import": ({"tools/hapticctl-import", "tools/options", "daemon/builder/volume", "daemon/builder/vdb",
                                 "rt/volume", "rt/base/standard_streams.h"},
                                {"CLI", "fmt", "openvdb", "ITK"}),

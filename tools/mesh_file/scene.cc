@@ -1,5 +1,6 @@
 #include "tools/mesh_file/scene.h"
 
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -16,6 +17,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "tools/mesh_file/gltf.h"
 #include "tools/mesh_file/mesh_error.h"
 #include "tools/mesh_file/off.h"
 #include "tools/mesh_file/ply.h"
@@ -146,15 +148,28 @@ std::string plainObj(const std::string& path) {
   return other ? out : std::string();
 }
 
+/** A file may name another by a URI, in which blanks and umlauts are coded; assimp looks for the code. */
+class NamedByUri : public Assimp::DefaultIOSystem {
+ public:
+  bool Exists(const char* name) const override {
+    return DefaultIOSystem::Exists(name) || DefaultIOSystem::Exists(percentDecoded(name).c_str());
+  }
+  Assimp::IOStream* Open(const char* name, const char* mode) override {
+    return DefaultIOSystem::Open(DefaultIOSystem::Exists(name) ? name : percentDecoded(name).c_str(), mode);
+  }
+};
+
 /** What assimp makes of a file. */
 void addScene(const std::string& path, std::string_view program, Gatherer& gatherer) {
   Assimp::Importer importer;
+  importer.SetIOHandler(new NamedByUri);  // Owned from now on.
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
                               aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |
                                   aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
                                   aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
   const aiScene* scene = nullptr;
   std::string error;
+  if (isGltf(path)) requireKnownExtensions(bytesOf(path));
   const std::string obj = plainObj(path);
   try {
     // Polygons are cut here, not by assimp: where three corners of one lie in a line it lays a lid over its hollow.

@@ -37,8 +37,8 @@ std::string_view withoutMark(std::string_view text) {
 
 void refuse(const std::string& what) { throw MeshError(what, "it is damaged or cut short: export it again", kBadMesh); }
 
-std::string shown(std::string_view word) {
-  std::string text(word.substr(0, 20));
+std::string shown(std::string_view word, std::size_t most) {
+  std::string text(word.substr(0, most));
   for (char& c : text)
     if (c < 32 || c > 126) c = '?';
   return text;

@@ -18,7 +18,7 @@ namespace hapticd_mesh_file {
 /** Throws MeshError of a damaged file. */
 [[noreturn]] void refuse(const std::string& what);
 /** Short, for a terminal. */
-[[nodiscard]] std::string shown(std::string_view word);
+[[nodiscard]] std::string shown(std::string_view word, std::size_t most = 20);
 /** A to Z alone, whatever the locale. */
 [[nodiscard]] std::string lower(std::string_view word);
 /** The next word, which `text` loses with what is blank before it; empty: there is none. */

@@ -1,0 +1,90 @@
+#include "tools/mesh_file/gltf.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "tools/mesh_file/mesh_error.h"
+#include "tools/mesh_file/words.h"
+
+namespace hapticd_mesh_file {
+namespace {
+
+/** Required extensions that are read, or that are seen and not felt; how their names begin. */
+constexpr std::string_view kKnown[] = {"KHR_draco_mesh_compression",
+                                       "KHR_materials_",
+                                       "KHR_texture_",
+                                       "KHR_lights_",
+                                       "KHR_animation_",
+                                       "EXT_texture_",
+                                       "EXT_lights_",
+                                       "MSFT_texture_",
+                                       "MSFT_packing_"};
+
+std::uint64_t littleEndian(std::string_view bytes, std::size_t at) {
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value |= std::uint64_t{static_cast<unsigned char>(bytes[at + i])} << 8 * i;
+  return value;
+}
+
+/** The description in words; of a binary file its first part. */
+std::string_view jsonOf(std::string_view bytes) {
+  constexpr std::size_t kBeforeJson = 20;
+  if (bytes.substr(0, 4) != "glTF") return withoutMark(bytes);
+  if (bytes.size() < kBeforeJson || bytes.substr(16, 4) != "JSON") return {};
+  return bytes.substr(kBeforeJson, littleEndian(bytes, 12));
+}
+
+[[noreturn]] void refuseExtension(const std::string& name) {
+  throw MeshError(fmt::format("needs the extension {}, which is not read", shown(name, 60)),
+                  "export it without: neither quantized nor compressed with meshopt nor instanced", kBadMesh);
+}
+
+}  // namespace
+
+bool isGltf(const std::string& path) { return endsWith(path, ".gltf") || endsWith(path, ".glb"); }
+
+void requireKnownExtensions(std::string_view bytes) {
+  using Json = nlohmann::json;
+  const Json file = Json::parse(jsonOf(bytes), nullptr, false);
+  const auto names = [&file](const char* list) {
+    std::vector<std::string> out;
+    if (const auto all = file.is_object() ? file.find(list) : file.end(); file.is_object() && all != file.end())
+      for (const Json& name : *all)
+        if (name.is_string()) out.push_back(name.get<std::string>());
+    return out;
+  };
+  for (const std::string& name : names("extensionsRequired")) {
+    const bool known = std::any_of(std::begin(kKnown), std::end(kKnown),
+                                   [&name](std::string_view begin) { return name.starts_with(begin); });
+    if (!known) refuseExtension(name);
+  }
+  // Who does not know it sees one instance, which is allowed, and would feel one.
+  constexpr const char* kInstances = "EXT_mesh_gpu_instancing";
+  for (const std::string& name : names("extensionsUsed"))
+    if (name == kInstances) refuseExtension(name);
+}
+
+std::string percentDecoded(std::string_view uri) {
+  std::string out;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    unsigned code = 0;
+    if (uri[i] == '%' && i + 2 < uri.size()) {
+      const auto [end, problem] = std::from_chars(uri.data() + i + 1, uri.data() + i + 3, code, 16);
+      if (problem == std::errc() && end == uri.data() + i + 3) {
+        out += static_cast<char>(code);
+        i += 2;
+        continue;
+      }
+    }
+    out += uri[i];
+  }
+  return out;
+}
+
+}  // namespace hapticd_mesh_file

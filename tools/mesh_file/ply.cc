@@ -223,7 +223,7 @@ void addStrip(const std::vector<double>& list, const PlyElement& element, std::u
 }  // namespace
 
 bool isPly(const std::string& path) {
-  if (!std::filesystem::is_regular_file(path)) return false;
+  if (!std::filesystem::is_regular_file(path)) return endsWith(path, ".ply");  // It can be read but once.
   char first[4] = {};
   std::ifstream(path, std::ios::binary).read(first, sizeof first);
   const std::string_view magic(first, 3);

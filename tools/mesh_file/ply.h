@@ -11,7 +11,7 @@
 
 namespace hapticd_mesh_file {
 
-/** Told by its first line. */
+/** Told by its first line; of a pipe by its name. */
 [[nodiscard]] bool isPly(const std::string& path);
 
 /**

@@ -1,13 +1,15 @@
 #include "tools/mesh_file/read_mesh.h"
 
+#include <unistd.h>
+
 #include <cerrno>
-#include <cstdio>
 #include <filesystem>
 #include <system_error>
 
 #include "tools/mesh_file/child.h"
 #include "tools/mesh_file/mesh_error.h"
 #include "tools/mesh_file/scene.h"
+#include "tools/mesh_file/words.h"
 
 namespace hapticd_mesh_file {
 namespace {
@@ -21,9 +23,11 @@ void checkReadable(const std::string& path) {
   if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) == 0) {
     throw MeshError("is empty");
   }
-  std::FILE* file = std::fopen(path.c_str(), "rbe");
-  if (file == nullptr) throw MeshError(std::generic_category().message(errno));
-  std::fclose(file);
+  if (::access(path.c_str(), R_OK) != 0) throw MeshError(std::generic_category().message(errno));
+  // Opened here and again, a pipe's writer would have lost its reader. Of the other formats much is read twice.
+  if (!std::filesystem::is_regular_file(status) && !endsWith(path, ".stl") && !endsWith(path, ".ply") &&
+      !endsWith(path, ".off"))
+    throw MeshError("is no file on a disk, and is read more than once", "write it into one first");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/support/process/temporary_directory.h"
@@ -98,6 +100,25 @@ struct PlyText {
            "end_header\n" + values_before + "0 0 0\n2 0 0\n0 3 0\n\n 0 +0 5e0\n" + values_between + faces;
   }
 };
+
+// It was opened, closed and opened again: who wrote it had lost its reader by then, and the second opening had none.
+TEST_F(ReadMeshTest, APipeIsReadOnceOrNotAtAll) {
+  const std::string text[] = {tetrahedron(), "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", PlyText().text()};
+  int i = 0;
+  for (const char* const name : {"p.stl", "p.off", "p.ply"}) {
+    const std::string pipe = (directory_ / name).string();
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    std::thread writer([&] { std::ofstream(pipe) << text[i]; });
+    EXPECT_EQ(refusal(pipe), "not refused");
+    writer.join();
+    ++i;
+  }
+  for (const char* const name : {"p.obj", "p"}) {
+    const std::string pipe = (directory_ / name).string();
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_EQ(refusal(pipe), "is no file on a disk, and is read more than once");
+  }
+}
 
 // assimp took the numbers of elements that it did not know for corners, and of strips read one triangle.
 TEST_F(ReadMeshTest, APlyMayHoldMoreThanVerticesAndFaces) {

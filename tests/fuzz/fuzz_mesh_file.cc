@@ -7,6 +7,7 @@
 #include "tools/mesh_file/off.h"
 #include "tools/mesh_file/ply.h"
 #include "tools/mesh_file/stl.h"
+#include "tools/mesh_file/x3d.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hapticd_mesh_file;
@@ -19,6 +20,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     } catch (const MeshError& error) {
       if (*error.what() == 0 || error.remedy.empty()) std::abort();
     }
+  }
+  try {
+    const auto no_others = [](const std::string&) { return std::string(); };
+    for (const Polygons& shape : parseX3d({reinterpret_cast<const char*>(data), size}, no_others)) {
+      if (std::accumulate(shape.sizes.begin(), shape.sizes.end(), std::size_t{0}) != shape.corners.size()) std::abort();
+    }
+  } catch (const MeshError& error) {
+    if (*error.what() == 0 || error.remedy.empty()) std::abort();
   }
   return 0;
 }

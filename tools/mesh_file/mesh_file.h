@@ -1,5 +1,6 @@
 /** @file
- * The triangles of a mesh file (STL, OBJ, PLY, 3DS, glTF and what else assimp reads), as our programs want them.
+ * The triangles of a mesh file (STL, OBJ, PLY, OFF, X3D, 3DS, glTF and what else assimp reads), as our programs want
+ * them.
  */
 #pragma once
 

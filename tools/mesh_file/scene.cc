@@ -25,6 +25,7 @@
 #include "tools/mesh_file/polygons.h"
 #include "tools/mesh_file/stl.h"
 #include "tools/mesh_file/words.h"
+#include "tools/mesh_file/x3d.h"
 
 namespace hapticd_mesh_file {
 namespace {
@@ -159,6 +160,12 @@ class NamedByUri : public Assimp::DefaultIOSystem {
   }
 };
 
+/** What stands beside a file by that name. */
+std::string besides(const std::string& path, const std::string& name) {
+  const auto file = std::filesystem::path(path).parent_path() / percentDecoded(name);
+  return std::filesystem::is_regular_file(file) ? bytesOf(file.string()) : std::string();
+}
+
 /** What assimp makes of a file. */
 void addScene(const std::string& path, std::string_view program, Gatherer& gatherer) {
   Assimp::Importer importer;
@@ -184,7 +191,7 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
       throw MeshError("is too large for this machine's memory, or damaged", "make it coarser", kBadMesh);
     throw MeshError(error.empty() ? "holds no scene" : error,
                     "is it whole, and does the ending of its name fit? " +
-                        fmt::format("{} reads STL, OBJ, PLY, 3DS, glTF and the other formats of assimp", program));
+                        fmt::format("{} reads STL, OBJ, PLY, X3D, 3DS, glTF and the other formats of assimp", program));
   }
   gatherer.node(*scene, *scene->mRootNode);
 }
@@ -200,6 +207,12 @@ MeshFile readScene(const std::string& path, std::string_view program) {
     gatherer.add(parseStl(bytesOf(path)));
   } else if (isOff(path)) {
     gatherer.add(parseOff(bytesOf(path)));
+  } else if (isX3d(path)) {
+    for (const Polygons& shape : parseX3d(bytesOf(path), [&](const std::string& name) { return besides(path, name); }))
+      gatherer.add(shape);
+  } else if (endsWith(path, ".wrl") || endsWith(path, ".vrml") || endsWith(path, ".x3dv")) {
+    throw MeshError("is VRML, or X3D not written in XML, neither of which is read",
+                    "convert it to X3D in XML (.x3d), OBJ or PLY", kBadMesh);
   } else {
     addScene(path, program, gatherer);
   }

@@ -65,6 +65,8 @@ TEST(MeshScale, SaysOfWhichFormatsTheUnitIsKnown) {
   EXPECT_EQ(whyScale(mesh), "its format is read in metres");
   mesh.path = "T.GLB";
   EXPECT_THAT(scaleAdvice(mesh), HasSubstr("glTF is in metres by its standard: --scale m"));
+  mesh.path = "t.X3D";
+  EXPECT_THAT(scaleAdvice(mesh), HasSubstr("X3D is read in metres"));
   mesh.path = "t.fbx";
   EXPECT_EQ(whyScale(mesh), "the unit that the file names is not read");
   EXPECT_THAT(scaleAdvice(mesh), HasSubstr("--scale cm"));

@@ -78,9 +78,10 @@ void connect(Mesh& mesh, BuildMonitor& monitor);
 inline constexpr std::int64_t kStitchWork = 200'000'000;  ///< A few seconds.
 
 /**
- * Closes cracks: a triangle whose open edge has vertices of other open edges on it, within rounding or the welding
- * distance, is cut there. After connect(); connects again what it cuts. With its `work` used up, in steps of the
- * search, it leaves the rest, and a note.
+ * Closes cracks: ends of open edges that floats cannot tell apart become one, and a triangle whose open edge has
+ * vertices of other open edges on it, within the rounding of six digits or the welding distance, is cut there. After
+ * connect(); connects again what it changes. With its `work` used up, in steps of the search, it leaves the rest, and a
+ * note.
  */
 void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor, std::int64_t work = kStitchWork);
 

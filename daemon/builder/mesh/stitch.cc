@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <unordered_set>
 
 #include "daemon/builder/mesh/mesh.h"
@@ -12,7 +13,10 @@
 namespace hapticd {
 namespace {
 
-constexpr double kOnEdge = 1e-6;        // Of the coordinates: what text of six digits leaves of them.
+// Of the coordinates: what lies so near is on an edge. First what floats leave, then what text of six digits leaves of
+// a vertex and of the edge's ends; that at once would take corners for one another where something is small.
+constexpr double kOnEdge[] = {1e-6, 2e-5};
+constexpr double kRounding = 0x1p-22;   // Of the coordinates, as floats: four of their steps at most.
 constexpr std::int64_t kKept = 32;      // Steps that a vertex on an edge counts for: it is kept.
 constexpr double kSpare = 1 + 0x1p-20;  // For what rounding may leave out of the search.
 
@@ -36,7 +40,9 @@ struct Crossed {
 
 class Stitcher {
  public:
-  Stitcher(const Mesh& mesh, double weld_m, std::int64_t work) : mesh_(mesh), weld_m_(weld_m), work_(work) {
+  /** Takes what it needs from `work`. */
+  Stitcher(const Mesh& mesh, double weld_m, double on_edge, std::int64_t& work)
+      : mesh_(mesh), weld_m_(weld_m), on_edge_(on_edge), work_(work) {
     std::vector<Border> borders;
     std::vector<bool> is_end(mesh.vertices.size(), false);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -92,7 +98,7 @@ class Stitcher {
       length2 += line.d[k] * line.d[k];
       largest = std::max({largest, std::abs(double{p[k]}), std::abs(double{q[k]})});
     }
-    const double near = std::max(weld_m_, kOnEdge * largest), end = near / std::sqrt(length2);
+    const double near = std::max(weld_m_, on_edge_ * largest), end = kRounding * largest / std::sqrt(length2);
     line.near = kSpare * near;
     tree_.near(line, work_, [&](std::uint32_t v, const Float3& x) {
       if (v == a || v == b || v == opposite) return;
@@ -153,11 +159,11 @@ class Stitcher {
   }
 
   const Mesh& mesh_;
-  double weld_m_;
+  double weld_m_, on_edge_;
   PointTree tree_;  ///< Ends of borders.
   std::vector<Crossed> crossed_;
   std::unordered_set<std::uint64_t> links_;  ///< Ends of borders, of those too that cutting makes.
-  std::int64_t work_;
+  std::int64_t& work_;
 };
 
 bool isEmpty(const Index3& v) { return v[0] == v[1] || v[1] == v[2] || v[2] == v[0]; }
@@ -185,21 +191,83 @@ void cut(Mesh& mesh, const Border& border, const std::vector<Cut>& cuts) {
   }
 }
 
-}  // namespace
+/** How far a coordinate's rounding may have moved a vertex, and some: those nearer are in no order along an edge. */
+double roundingAt(const Float3& p) {
+  return kRounding * std::max({std::abs(double{p[0]}), std::abs(double{p[1]}), std::abs(double{p[2]})});
+}
 
-void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor, std::int64_t work) {
-  Stitcher stitcher(mesh, weld_m, work);
-  std::vector<Crossed>& crossed = stitcher.crossed();
-  std::size_t count = 0, room = HD_MAX_TRIANGLES - std::min<std::size_t>(HD_MAX_TRIANGLES, mesh.triangles.size());
+/** Ends of open edges that rounding cannot tell apart become one: cut at both, each side would have its own order. */
+void joinEnds(Mesh& mesh, std::int64_t& work) {
+  std::vector<std::uint32_t> ends;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    for (std::size_t e = 0; e < 3; ++e)
+      if (mesh.neighbours[t][e] == HD_NO_INDEX)
+        ends.insert(ends.end(), {mesh.triangles[t][e], mesh.triangles[t][(e + 1) % 3]});
+  if (ends.empty()) return;
+  std::sort(ends.begin(), ends.end());
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  const PointTree tree(mesh.vertices, ends);
+  std::vector<std::uint32_t> becomes(mesh.vertices.size());
+  std::iota(becomes.begin(), becomes.end(), 0U);
+  bool any = false;
+  for (const std::uint32_t v : ends) {
+    const Float3& p = mesh.vertices[v];
+    const double near = roundingAt(p);
+    tree.near({{double{p[0]}, double{p[1]}, double{p[2]}}, {}, near}, work, [&](std::uint32_t u, const Float3& x) {
+      if (u >= v || becomes[u] != u || becomes[v] != v) return;
+      double away2 = 0;
+      for (std::size_t k = 0; k < 3; ++k) away2 += (double{x[k]} - p[k]) * (double{x[k]} - p[k]);
+      if (away2 <= near * near) becomes[v] = u, any = true;
+    });
+  }
+  if (!any) return;
+  for (Index3& t : mesh.triangles)
+    for (std::uint32_t& v : t) v = becomes[v];
+  for (std::uint32_t& v : mesh.source_vertex) v = becomes[v];
+  dropEmpty(mesh);
+  BuildMonitor again;
+  connect(mesh, again);
+}
+
+/**
+ * Needles cut on both long sides may be left back to back over the same three vertices, where all else about them meets
+ * twice: such pairs go. There are none before, see dropDuplicates().
+ */
+bool dropFolds(Mesh& mesh) {
+  std::vector<std::pair<Index3, std::uint32_t>> open;  // By their vertices.
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Index3& across = mesh.neighbours[t];
+    if (std::find(across.begin(), across.end(), HD_NO_INDEX) == across.end()) continue;
+    open.emplace_back(mesh.triangles[t], t);
+    std::sort(open.back().first.begin(), open.back().first.end());
+  }
+  std::sort(open.begin(), open.end());
+  bool any = false;
+  for (std::size_t i = 1; i < open.size(); ++i) {
+    if (open[i].first != open[i - 1].first || isEmpty(mesh.triangles[open[i - 1].second])) continue;
+    for (const std::size_t k : {i - 1, i}) mesh.triangles[open[k].second].fill(open[k].first[0]);
+    any = true;
+  }
+  return any;
+}
+
+/** What has been cut. */
+struct Tally {
+  std::size_t count = 0;
   std::uint32_t first = HD_NO_INDEX;
+};
+
+void cutAll(Mesh& mesh, std::vector<Crossed>& crossed, Tally& tally) {
+  const std::size_t before = tally.count;
+  std::size_t room = HD_MAX_TRIANGLES - std::min<std::size_t>(HD_MAX_TRIANGLES, mesh.triangles.size());
   for (std::size_t i = 0; i < crossed.size(); ++i) {
     const auto& [border, cuts, from_a, from_b] = crossed[i];
     if (cuts.empty() || cuts.size() > room) continue;
     const auto [triangle, edge] = border;
-    first = std::min(first, mesh.source_triangle[triangle]);
+    tally.first = std::min(tally.first, mesh.source_triangle[triangle]);
     cut(mesh, border, cuts);
     room -= cuts.size();
-    ++count;
+    ++tally.count;
     // Its other edges are those of two triangles now.
     for (std::size_t k = i + 1; k < crossed.size() && crossed[k].border.triangle == triangle; ++k) {
       Border& other = crossed[k].border;
@@ -207,14 +275,31 @@ void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor, std::int64_t work)
                                            : Border{triangle, 2};
     }
   }
-  if (count != 0) {
+  if (tally.count == before) return;
+  BuildMonitor again;
+  do {
     dropEmpty(mesh);
-    BuildMonitor again;
     connect(mesh, again);
-    monitor.notes.push_back(fmt::format(
-        "cut {} edges at vertices that lay on them, the first of triangle {}: else they are cracks", count, first));
+  } while (dropFolds(mesh));
+}
+
+}  // namespace
+
+void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor, std::int64_t work) {
+  Tally tally;
+  bool gave_up = false;
+  joinEnds(mesh, work);
+  for (const double on_edge : kOnEdge) {
+    Stitcher stitcher(mesh, weld_m, on_edge, work);
+    cutAll(mesh, stitcher.crossed(), tally);
+    gave_up = stitcher.gaveUp();
   }
-  if (stitcher.gaveUp()) {
+  if (tally.count != 0) {
+    monitor.notes.push_back(
+        fmt::format("cut {} edges at vertices that lay on them, the first of triangle {}: else they are cracks",
+                    tally.count, tally.first));
+  }
+  if (gave_up) {
     monitor.notes.push_back(
         "there are too many open edges to look for cracks along all of them, and a point may fall through one: close "
         "the surface, weld its vertices (hapticctl load --weld), or load it in parts");

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <string>
 
 #include "rt/geometry/sweep.h"
@@ -68,6 +70,65 @@ TEST(Stitch, ClosesWhatWasCutOnOneSide) {
       sweep.limit = 100'000;
       SweepHit hit;
       ASSERT_EQ(sweepMesh(built.memory.view, sweep, hit), SweepResult::kHit) << i;
+    }
+  }
+}
+
+/** As a program writes it that keeps six digits. */
+double inSixDigits(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", x);
+  return std::strtod(text, nullptr);
+}
+
+/** A turned box whose faces were meshed one by one: each edge has vertices of its own for either side. */
+UploadMesh boxOfSixMeshes(Random& random, const Vec3& half, const Vec3& middle, bool in_six_digits) {
+  const Quat turn = Quat(random.in(-1, 1), random.in(-1, 1), random.in(-1, 1), random.in(-1, 1)).normalized();
+  UploadMesh mesh;
+  const auto add = [&](const Vec3& p) {
+    const Vec3 x = turn * p + middle;
+    Float3 at;
+    for (int k = 0; k < 3; ++k) at[k] = static_cast<float>(in_six_digits ? inSixDigits(x[k]) : x[k]);
+    mesh.vertices.push_back(at);
+    return static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+  };
+  for (int face = 0; face < 6; ++face) {
+    const int axis = face / 2, sign = face % 2 == 0 ? 1 : -1;
+    int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    if (sign < 0) std::swap(u, v);
+    const auto at = [&](double x, double y) {
+      Vec3 p;
+      p[axis] = sign * half[axis], p[u] = x * half[u], p[v] = y * half[v];
+      return p;
+    };
+    const Vec3 corner[4] = {at(-1, -1), at(1, -1), at(1, 1), at(-1, 1)};
+    std::vector<std::uint32_t> rim;
+    for (std::size_t i = 0; i < 4; ++i) {
+      rim.push_back(add(corner[i]));
+      std::vector<double> parts(random.below(4u));
+      for (double& part : parts) part = random.in(0, 1);
+      std::sort(parts.begin(), parts.end());
+      for (const double part : parts) rim.push_back(add(corner[i] + part * (corner[(i + 1) % 4] - corner[i])));
+    }
+    const std::uint32_t hub = add(at(random.in(-1, 1), random.in(-1, 1)));
+    for (std::size_t i = 0; i < rim.size(); ++i) mesh.triangles.push_back({rim[i], rim[(i + 1) % rim.size()], hub});
+  }
+  return mesh;
+}
+
+// Open were: of the thin ones far away 13 %, of those in six digits all but 0.1 %.
+TEST(Stitch, FacesThatWereMeshedOneByOneAreASolid) {
+  for (const unsigned seed : seeds(200)) {
+    SCOPED_TRACE("HAPTICD_SEED=" + std::to_string(seed));
+    for (const bool in_six_digits : {false, true}) {
+      Random random(seed);
+      const double ratio = in_six_digits ? 10 : 1000;
+      Vec3 half, middle = Vec3::Zero();
+      for (int k = 0; k < 3; ++k) half[k] = 0.05 * std::pow(ratio, -random.in(0, 1));
+      if (!in_six_digits) middle = Vec3(random.in(-1, 1), random.in(-1, 1), random.in(-1, 1));
+      const Built built = build(boxOfSixMeshes(random, half, middle, in_six_digits));
+      EXPECT_NE(built.stats.flags & HD_MESH_CLOSED, 0u) << in_six_digits;
+      EXPECT_NEAR(signedVolume(built.memory.view) / (8 * half.prod()), 1, 2e-3) << in_six_digits;
     }
   }
 }

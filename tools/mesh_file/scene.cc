@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <pugixml.hpp>
 #include <unordered_map>
 #include <vector>
 
@@ -166,6 +167,27 @@ std::string besides(const std::string& path, const std::string& name) {
   return std::filesystem::is_regular_file(file) ? bytesOf(file.string()) : std::string();
 }
 
+/** Of an AMF that turns its parts: assimp (5.2) takes the degrees about an axis for where a part stands along it. */
+void requireNotTurned(const std::string& path) {
+  const std::string bytes = bytesOf(path);
+  pugi::xml_document file;
+  if (!file.load_buffer(bytes.data(), bytes.size())) return;  // assimp says why, or it is packed.
+  const auto isZero = [](const pugi::xml_node& instance, const char* name) {
+    std::string_view text = instance.child_value(name);
+    return numberIn(takeWord(text)).value_or(0) == 0;
+  };
+  constexpr const char* kAxes[][2] = {{"rx", "deltax"}, {"ry", "deltay"}, {"rz", "deltaz"}};
+  for (const auto& constellation : file.child("amf").children("constellation")) {
+    for (const auto& instance : constellation.children("instance")) {
+      for (const auto& [turn, shift] : kAxes) {
+        if (instance.child(turn) && !(isZero(instance, turn) && isZero(instance, shift)))
+          throw MeshError(fmt::format("turns its parts ({}), which is not read", turn),
+                          "export them where they stand, or as another format", kBadMesh);
+      }
+    }
+  }
+}
+
 /** What assimp makes of a file. */
 void addScene(const std::string& path, std::string_view program, Gatherer& gatherer) {
   Assimp::Importer importer;
@@ -177,6 +199,7 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
   const aiScene* scene = nullptr;
   std::string error;
   if (isGltf(path)) requireKnownExtensions(bytesOf(path));
+  if (endsWith(path, ".amf")) requireNotTurned(path);
   const std::string obj = plainObj(path);
   try {
     // Polygons are cut here, not by assimp: where three corners of one lie in a line it lays a lid over its hollow.
@@ -219,7 +242,10 @@ MeshFile readScene(const std::string& path, std::string_view program) {
   if (out.triangles.empty()) {
     throw MeshError(
         out.skipped > 0 ? fmt::format("holds {} points or lines but no triangle", out.skipped) : "holds no triangle",
-        "a surface is needed to touch; export the mesh with its faces", kBadMesh);
+        endsWith(path, ".3mf")
+            ? "meshes in further files within it (production extension) are not read; export it as STL"
+            : "a surface is needed to touch; export the mesh with its faces",
+        kBadMesh);
   }
   measure(out);
   return out;

@@ -204,6 +204,25 @@ TEST_F(ReadMeshTest, MergesMeshesThroughTheirNodes) {
   }
 }
 
+// assimp moved a part that is turned by 90 degrees about z by 90 along z, and one turned by none back.
+TEST_F(ReadMeshTest, AnAmfThatTurnsItsPartsIsRefused) {
+  const auto amf = [](const std::string& instance) {
+    std::string corners;
+    for (const char* const x : {"0", "1", "2"})
+      corners +=
+          "<vertex><coordinates><x>" + std::string(x) + "</x><y>" + x + x + "</y><z>1</z></coordinates></vertex>";
+    return "<?xml version=\"1.0\"?><amf unit=\"millimeter\"><object id=\"0\"><mesh><vertices>" + corners +
+           "</vertices><volume><triangle><v1>0</v1><v2>1</v2><v3>2</v3></triangle></volume></mesh></object>"
+           "<constellation id=\"1\"><instance objectid=\"0\"/><instance objectid=\"0\">" +
+           instance + "</instance></constellation></amf>";
+  };
+  EXPECT_EQ(refusal(file("a.amf", amf("<deltax>10</deltax><rz> 90 </rz>"))), "turns its parts (rz), which is not read");
+  EXPECT_EQ(refusal(file("a.amf", amf("<deltax>10</deltax><rx>0</rx>"))), "turns its parts (rx), which is not read");
+  const MeshFile mesh = readMesh(file("a.amf", amf("<deltax>10</deltax><rz>0</rz>")), "the test", never);
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_THAT(mesh.upper, ElementsAre(12, 22, 1));
+}
+
 // Of an L three corners lie in a line: cut off along it, its hollow had a lid in the air.
 TEST_F(ReadMeshTest, NoLidLiesOverTheHollowOfAPolygon) {
   const std::string text =

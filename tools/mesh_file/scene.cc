@@ -118,10 +118,21 @@ class Gatherer {
   std::unordered_map<std::array<float, 3>, std::uint32_t, PositionHash> index_;
 };
 
+/** With a digit before each point that has none. */
+std::string withDigits(std::string_view numbers) {
+  std::string out;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (numbers[i] == '.' && (i == 0 || numbers[i - 1] == ' ' || numbers[i - 1] == '\t')) out += '0';
+    out += numbers[i];
+  }
+  return out;
+}
+
 /**
  * An OBJ whose lines begin with blanks or end with comments, or that begins with a byte order mark: assimp leaves out
- * the first in silence, and takes the others for corners that are none. Without all that; empty for all other files.
- * Throws MeshError if the last line is a face that lacks corners, of which assimp makes a line.
+ * the first in silence, and takes the others for corners that are none. It counts ".5" as no coordinate. Without all
+ * that; empty for all other files. Throws MeshError if the last line is a face that lacks corners, of which assimp
+ * makes a line.
  */
 std::string plainObj(const std::string& path) {
   constexpr std::string_view kBlanks = " \t";
@@ -135,10 +146,12 @@ std::string plainObj(const std::string& path) {
     const std::size_t first = line.find_first_not_of(kBlanks), comment = line.find('#');
     if (!goes_on) line.remove_prefix(std::min(first, line.size()));
     if (comment != line.npos && comment > first) line = line.substr(0, line.find('#'));
-    other = other || line.size() != text.size();
     if (!goes_on && line.find_first_not_of(" \t\r") != line.npos) last.clear();
     if (goes_on || last.empty()) last += line;
+    const std::string digits = last.starts_with('v') ? withDigits(line) : std::string();
+    if (digits.size() > line.size()) line = digits;
     goes_on = !line.empty() && line.substr(0, line.find_last_not_of('\r') + 1).ends_with('\\');
+    other = other || line != text;
     out += line;
   }
   std::string_view face = last;

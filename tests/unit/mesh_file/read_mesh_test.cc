@@ -74,6 +74,19 @@ TEST_F(ReadMeshTest, AnObjMayBeIndentedAndHaveComments) {
   }
 }
 
+// assimp left out the vertex, and faces named others or none.
+TEST_F(ReadMeshTest, AnObjNeedsNoDigitBeforeThePoint) {
+  const MeshFile mesh = readMesh(
+      file("a.obj",
+           "v 0 0 0\nv .5 -.5 0\nv 0 \\\n .25\t.125\nvt .5 .5\n v\t0 0 .75e1\nusemtl .a\nf -4 -2 -3\nf -4 -3 -1\n"),
+      "the test", never);
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_THAT(mesh.lower, ElementsAre(0, -0.5, 0));
+  EXPECT_THAT(mesh.upper, ElementsAre(0.5, 0.25, 7.5));
+  const std::string as_long = "v 0 0 0\n v .5 0 0\nv 0 1 0\nf 1 2 3\n";  // As before, when it is put right.
+  EXPECT_THAT(readMesh(file("a.obj", as_long), "the test", never).upper, ElementsAre(0.5, 1, 0));
+}
+
 // assimp made a line of it: a hole, and a note of one line left out.
 TEST_F(ReadMeshTest, AnObjThatEndsInAFaceIsRefused) {
   const std::string text = "v 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4";

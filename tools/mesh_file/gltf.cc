@@ -54,9 +54,10 @@ void requireKnownExtensions(std::string_view bytes) {
   const Json file = Json::parse(jsonOf(bytes), nullptr, false);
   const auto names = [&file](const char* list) {
     std::vector<std::string> out;
-    if (const auto all = file.is_object() ? file.find(list) : file.end(); file.is_object() && all != file.end())
-      for (const Json& name : *all)
-        if (name.is_string()) out.push_back(name.get<std::string>());
+    const auto all = file.is_object() ? file.find(list) : file.end();
+    if (!file.is_object() || all == file.end()) return out;
+    for (const Json& name : *all)
+      if (name.is_string()) out.push_back(name.get<std::string>());
     return out;
   };
   for (const std::string& name : names("extensionsRequired")) {

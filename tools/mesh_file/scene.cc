@@ -193,9 +193,9 @@ void requireNotTurned(const std::string& path) {
   for (const auto& constellation : file.child("amf").children("constellation")) {
     for (const auto& instance : constellation.children("instance")) {
       for (const auto& [turn, shift] : kAxes) {
-        if (instance.child(turn) && !(isZero(instance, turn) && isZero(instance, shift)))
-          throw MeshError(fmt::format("turns its parts ({}), which is not read", turn),
-                          "export them where they stand, or as another format", kBadMesh);
+        if (!instance.child(turn) || (isZero(instance, turn) && isZero(instance, shift))) continue;
+        throw MeshError(fmt::format("turns its parts ({}), which is not read", turn),
+                        "export them where they stand, or as another format", kBadMesh);
       }
     }
   }

@@ -179,8 +179,9 @@ Polygons gridOf(const Node& node) {
   const auto columns = static_cast<unsigned>(wide), rows = static_cast<unsigned>(deep);
   Polygons out;
   for (unsigned i = 0; i < heights.size(); ++i) {
+    const unsigned row = i / columns, column = i % columns;
     out.vertices.push_back(
-        {static_cast<float>(i % columns * dx), static_cast<float>(heights[i]), static_cast<float>(i / columns * dz)});
+        {static_cast<float>(column * dx), static_cast<float>(heights[i]), static_cast<float>(row * dz)});
   }
   for (unsigned row = 0; row + 1 < rows; ++row) {
     for (unsigned at = row * columns; at + 1 < (row + 1) * columns; ++at)
@@ -203,9 +204,10 @@ class Scene {
     std::map<std::string, Node> outer;
     outer.swap(names_);  // Each file has its own.
     Eigen::Affine3d scaled = place;
-    for (const Node unit : root.child("head").children("unit"))
+    for (const Node unit : root.child("head").children("unit")) {
       if (std::string_view(unit.attribute("category").value()) == "length")
         scaled.scale(valueOf(unit, "conversionFactor", 1.0));
+    }
     group(root, scaled, depth);
     names_.swap(outer);
   }

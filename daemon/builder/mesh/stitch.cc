@@ -199,10 +199,12 @@ double roundingAt(const Float3& p) {
 /** Ends of open edges that rounding cannot tell apart become one: cut at both, each side would have its own order. */
 void joinEnds(Mesh& mesh, std::int64_t& work) {
   std::vector<std::uint32_t> ends;
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    for (std::size_t e = 0; e < 3; ++e)
-      if (mesh.neighbours[t][e] == HD_NO_INDEX)
-        ends.insert(ends.end(), {mesh.triangles[t][e], mesh.triangles[t][(e + 1) % 3]});
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t e = 0; e < 3; ++e) {
+      if (mesh.neighbours[t][e] != HD_NO_INDEX) continue;
+      ends.insert(ends.end(), {mesh.triangles[t][e], mesh.triangles[t][(e + 1) % 3]});
+    }
+  }
   if (ends.empty()) return;
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());

@@ -6,7 +6,7 @@
 #include <initializer_list>
 
 #include "rt/effect/object_effects.h"
-#include "tests/support/test_scene.h"
+#include "tests/support/stepped/test_scene.h"
 
 namespace hapticd::test {
 

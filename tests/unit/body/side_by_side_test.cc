@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tests/support/random.h"
-#include "tests/support/wandering_tool.h"
+#include "tests/support/stepped/wandering_tool.h"
 
 namespace hapticd {
 namespace {

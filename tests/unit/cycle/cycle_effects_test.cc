@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "rt/cycle/cycle_start.h"
-#include "tests/support/attach_tool.h"
-#include "tests/support/stepped_cycle.h"
+#include "tests/support/stepped/attach_tool.h"
+#include "tests/support/stepped/stepped_cycle.h"
 #include "tests/support/test_effect.h"
 
 namespace hapticd {

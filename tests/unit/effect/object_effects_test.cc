@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/shape/test_mesh.h"
 #include "tests/support/test_effect.h"
-#include "tests/support/test_mesh.h"
 
 namespace hapticd {
 namespace {

@@ -1,7 +1,7 @@
 /** @file
  * A file that a command makes whole: what stands in its place when not all could be written.
  */
-#include "tools/hapticctl/whole_file.h"
+#include "tools/hapticctl/file/whole_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -12,7 +12,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tools/hapticctl/failure.h"
 
 namespace hapticctl {

@@ -11,7 +11,7 @@
 #include <functional>
 #include <string>
 
-#include "tests/support/temporary_directory.h"
+#include "tests/support/process/temporary_directory.h"
 #include "tools/mesh_file/child.h"
 #include "tools/mesh_file/mesh_error.h"
 #include "tools/mesh_file/read_mesh.h"

@@ -10,12 +10,12 @@
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/file/new_file.h"
+#include "tools/hapticctl/file/whole_file.h"
 #include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output/output.h"
 #include "tools/hapticctl/output/terminal.h"
 #include "tools/hapticctl/output/to_json.h"
-#include "tools/hapticctl/whole_file.h"
 
 namespace hapticctl {
 namespace {

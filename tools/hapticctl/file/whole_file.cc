@@ -1,4 +1,4 @@
-#include "tools/hapticctl/whole_file.h"
+#include "tools/hapticctl/file/whole_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -13,8 +13,8 @@
 #include <cstdlib>
 #include <thread>
 
-#include "tools/hapticctl/new_file.h"
-#include "tools/hapticctl/terminal.h"
+#include "tools/hapticctl/file/new_file.h"
+#include "tools/hapticctl/output/terminal.h"
 
 namespace hapticctl {
 

@@ -33,20 +33,22 @@ bool SceneContacts::isHidden(const Contact& contact, const CollideRequest::Obsta
 }
 
 void SceneContacts::dropHidden(const CollideRequest::Held& held, Purse& purse) HD_RT {
-  std::uint32_t yields = cut_;  // Bit k: obstacle k does not hide others, or is not known well enough.
-  for (std::uint32_t i = 0; i < found_.count; ++i) {
-    if (found_.contact[i].depth > kSunk) yields |= 1u << body_of_[i];
-  }
+  std::uint32_t open = 0;       // Bit k: nothing is inside obstacle k, or its mesh may change meanwhile.
+  std::uint32_t yields = cut_;  // Obstacle k does not hide others, or is not known well enough.
   for (std::uint32_t k = 0; k < held.count; ++k) {
     const Shape& shape = held.obstacle[k].shape;
-    if (!isFirm(shape) || isSheet(shape)) yields |= 1u << k;
+    if (!isFirm(shape) || isSheet(shape)) open |= 1u << k;
+  }
+  for (std::uint32_t i = 0; i < found_.count; ++i) {
+    if (found_.contact[i].depth > kSunk) yields |= 1u << body_of_[i];
   }
   for (std::uint32_t i = found_.count; i-- > 0;) {
     const std::uint32_t k = body_of_[i];
     const CollideRequest::Obstacle& its = held.obstacle[k];
-    if (isSheet(its.shape) || (volumeOf(its.shape) != nullptr && volumeOf(held.shape) != nullptr)) continue;
+    if ((open >> k & 1) != 0 || (volumeOf(its.shape) != nullptr && volumeOf(held.shape) != nullptr)) continue;
     for (std::uint32_t j = 0; j < held.count; ++j) {
-      if (j == k || (yields >> j & 1) != 0 || !isHidden(found_.contact[i], its, held.obstacle[j], purse)) continue;
+      const bool hides = j != k && ((yields | open) >> j & 1) == 0;
+      if (!hides || !isHidden(found_.contact[i], its, held.obstacle[j], purse)) continue;
       drop(i);
       break;
     }

@@ -13,8 +13,8 @@
 #include <string>
 
 #include "libclient/src/connection/connection.h"
-#include "libclient/src/session/push_check.h"
 #include "libclient/src/session/mapping.h"
+#include "libclient/src/session/push_check.h"
 #include "proto/shm_layout.h"
 #include "rt/ring/command_ring.h"
 #include "rt/ring/state.h"

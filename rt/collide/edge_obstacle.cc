@@ -121,7 +121,7 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
   const auto normal = [&](double apart) HD_RT {
     return std::abs(apart) > 1e-7 ? Vec3((nearest.point - query.x) / apart) : Vec3(-nearest.pseudo_normal);
   };
-  const auto add = [&](const Edge& edge, double t, double nearest_t, std::uint32_t feature) HD_RT {
+  const auto add = [&](const Edge& edge, double t, std::uint32_t feature) HD_RT {
     const double reach = std::max(kReach, margin);
     double apart = gapAt(edge.point(t), Vec3::Zero(), reach), times = 1;
     if (apart < 0 && apart > -2 * kToSide) {  // From just within the tool no normal is sure: a little farther.
@@ -129,11 +129,6 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
       if (t > 0 && t < 1)
         t = nearestBeside(t, edge.length(),
                           [&](double at) HD_RT { return gapAt(edge.point(at), edge.along, reach, times); });
-      apart = gapAt(edge.point(t), Vec3::Zero(), reach, times);
-    }
-    if (nearest.kind == FeatureKind::kVertex && t != nearest_t) {  // The end of what lies along is seen beside it.
-      const double beside = std::min(kInset / edge.length(), std::abs(nearest_t - t));
-      t += std::copysign(beside, nearest_t - t);
       apart = gapAt(edge.point(t), Vec3::Zero(), reach, times);
     }
     const Vec3 x_B = edge.point(t);
@@ -184,7 +179,7 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
       if (!span.has(j)) continue;
       const bool told = span.place[j] == 0 && to_its_end + 1 == i && i % kRimArcs > 0;
       if (edge.radius > 0 && span.place[j] == 1) to_its_end = i;
-      if (!told) add(edge, edge.orEnd(span.place[j]), span.place[0], 3 * i + static_cast<std::uint32_t>(j));
+      if (!told) add(edge, edge.orEnd(span.place[j]), 3 * i + static_cast<std::uint32_t>(j));
     }
   }
 }

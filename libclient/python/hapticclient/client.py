@@ -13,13 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _abi, arrays
+from .convert import device_info, mesh_report, object_state, plain, status, texture_report
 from .errors import Code, HapticError, call, check
 from .handle import Handle
 from .recording import Recording
 from .session import Session, raw_material
 from .types import (Check, DaemonInfo, DeviceInfo, DeviceLimits, Event, Histogram, Material, MeshReport, ObjectFlag,
-                    ObjectState, Pose, ShapeKind, Statistics, Status, Surface, TextureReport, VibrationModel,
-                    device_info, mesh_report, object_state, plain, status, texture_report)
+                    ObjectState, Pose, ShapeKind, Statistics, Status, Surface, TextureReport, VibrationModel)
 
 _lib = _abi.lib
 _List = list  # Scene has a method of that name

@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _abi, arrays
+from .convert import device_info, plain
 from .errors import Code, HapticError, call, check
 from .handle import Handle
-from .types import Acks, Counters, Material, ModelStatus, SessionInfo, device_info, plain
+from .types import Acks, Counters, Material, ModelStatus, SessionInfo
 
 #: One servo sample; Session.latest() tells the fields.
 SAMPLE = np.dtype(_abi.SAMPLE_FIELDS)

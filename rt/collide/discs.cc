@@ -105,8 +105,14 @@ bool SceneContacts::lowest(std::uint32_t i, const CollideRequest::Held& held, co
   return true;
 }
 
-bool SceneContacts::isThere(const Contact& contact, const CollideRequest::Obstacle& obstacle, double reach, int side,
+bool SceneContacts::isThere(const Contact& contact, const CollideRequest::Held& held,
+                            const CollideRequest::Obstacle& obstacle, double reach, int side,
                             Purse& purse) const HD_RT {
+  // Of a blade that leans the edge is in the cylinder, nearer to its mantle than to its end, though the place is
+  // beside.
+  const Vec3 p = held.X_WO.inverse() * contact.p_WB;
+  const double deep = held.shape.size.x() - p.head<2>().norm();
+  if (held.shape.size.y() - std::abs(p.z()) >= std::max(0.0, deep)) return true;
   PointTouch there;
   const Looked looked = lookAt(obstacle, obstacle.X_WO.inverse() * contact.p_WA, reach, purse, side, there);
   return looked == Looked::kNear && there.gap <= ContactModel::kLeastReach + std::max(0.0, -contact.depth) &&

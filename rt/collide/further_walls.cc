@@ -2,35 +2,32 @@
 #include <array>
 #include <cmath>
 
+#include "rt/collide/feature.h"
 #include "rt/collide/purse.h"
 #include "rt/geometry/nearest.h"
 
 namespace hapticd {
 namespace {
 
-/** Walls that look into directions nearer than this are one: cosine and sine. */
-constexpr double kCosine = SceneContacts::kSameWay;
-const double kSine = std::sqrt(1 - kCosine * kCosine);
 constexpr double kEmpty = 0.999;  ///< Of half the way: nothing is nearer.
 
 }  // namespace
 
 /**
  * Each is the nearest of those that look elsewhere than the ones before, if the ball could shrink toward it and still
- * touch it: then nothing stands before it, nor is it a neighbour's edge.
+ * touch it: then nothing stands before it.
  */
 std::uint32_t SceneContacts::furtherWalls(const Shape& mesh, const Vec3& x, const Vec3& first, double facing,
                                           double reach, Purse& purse, Walls& out) HD_RT {
-  Vec3 middle = first, sum = first;
-  double cosine = kCosine;  // Of the cone that holds all outward directions so far.
+  std::array<Vec3, std::tuple_size_v<Walls>> ways{first};
   for (std::uint32_t n = 0; n < out.size(); ++n) {
     if (purse.empty()) return n;
     NearestQuery query;
     query.x = x;
     query.reach = reach;
-    query.turned = true;
-    query.axis = -facing * middle;
-    query.cosine = -cosine;
+    query.ways = ways.data();
+    query.way_count = n + 1;
+    query.cosine = kSameWay;
     query.limit = purse.left();
     Nearest wall;
     const NearestResult result = nearestOnShape(mesh, query, wall);
@@ -38,7 +35,7 @@ std::uint32_t SceneContacts::furtherWalls(const Shape& mesh, const Vec3& x, cons
     if (result != NearestResult::kFound) return n;
     const Vec3 way = x - wall.point;
     const double apart = way.norm();
-    if (!(facing * way.dot(wall.pseudo_normal) >= 0) || !(way.dot(middle) < cosine * apart)) return n;
+    if (!(facing * way.dot(wall.pseudo_normal) >= 0)) return n;
     NearestQuery before;
     before.x = wall.point + 0.5 * way;
     before.reach = 0.5 * kEmpty * apart;
@@ -47,11 +44,8 @@ std::uint32_t SceneContacts::furtherWalls(const Shape& mesh, const Vec3& x, cons
     const NearestResult empty = nearestOnShape(mesh, before, other);
     purse.report.work += before.work;
     if (empty != NearestResult::kNone) return n;
-    out[n] = {wall.point, way / apart, apart};
-    sum += out[n].out;
-    middle = sum.normalized();
-    const double c = middle.dot(out[n].out), s = std::sqrt(std::max(0.0, 1 - c * c));
-    cosine = c * kCosine - s * kSine;
+    out[n] = {wall.point, way / apart, apart, wall.feature};
+    if (n + 1 < ways.size()) ways[n + 1] = out[n].out;
   }
   return static_cast<std::uint32_t>(out.size());
 }
@@ -72,8 +66,9 @@ void SceneContacts::tryFurtherWalls(std::uint32_t i, std::uint32_t k, const Coll
     contact.p_WB = obstacle.X_WO * walls[n].surface;
     if (!lowest(i, held, obstacle.X_WO * x, contact.n_W, contact.p_WA)) continue;
     contact.depth = contact.n_W.dot(contact.p_WB - contact.p_WA);
-    contact.feature_a = i + (n + 1) * ToolPoints::kMost;
-    if (disc && !isThere(contact, obstacle, radius + margin, side, purse)) continue;
+    const std::uint32_t of_mesh = held.shape.kind == ShapeKind::kSphere ? meshEdgeFeature(walls[n].triangle, 0) : 0;
+    contact.feature_a = of_mesh > 0 ? of_mesh : i + (n + 1) * ToolPoints::kMost;
+    if (disc && !isThere(contact, held, obstacle, radius + margin, side, purse)) continue;
     if (contact.depth < -margin || !isFinite(contact.n_W) || !isFinite(contact.p_WA)) continue;
     keep(contact, static_cast<std::uint8_t>(k));
     purse.report.touching += contact.depth >= 0 ? 1 : 0;

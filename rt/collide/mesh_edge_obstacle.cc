@@ -22,6 +22,7 @@ constexpr std::uint32_t kLook = 7;        ///< Units that a place costs beside w
 constexpr double kNearby = 5e-4;          ///< Beyond what may close before the next answer [m].
 constexpr double kRidge = 1e-3;           ///< Sine of the least angle between the faces of a ridge.
 constexpr double kAcross = 0.02;          ///< Sine of the angle from a right one with a ridge within which edges cross.
+constexpr double kUp = 1e-3;              ///< So far along an edge it is asked for the tool [m].
 constexpr double kApart = 1.0 / 8;        ///< Of the tool: so near to a contact nothing new is told.
 constexpr double kBrief = 1.0 / 8;        ///< Of that: a ridge this short is one place.
 constexpr std::uint32_t kRidges = kFirstPeak - kFirstRidge;
@@ -84,10 +85,16 @@ Tangent tangentNear(const Shape& shape, const Vec3& x) HD_RT {
 /** An edge of a mesh where the surface is ridged, seen from the side that `facing` tells: 1 or, of a sheet, -1. */
 struct Ridge {
   Vec3 from, to;
-  Vec3 one, other;  ///< Outward, unit, of its faces.
+  Vec3 one, other;            ///< Outward, unit, of its faces,
+  Vec3 down_one, down_other;  ///< and in them away from it.
 
   [[nodiscard]] Vec3 at(double t) const HD_RT { return from + t * (to - from); }
   [[nodiscard]] double length() const HD_RT { return (to - from).norm(); }
+
+  /** Whether what touches it along n, in its frame, has both faces behind it. */
+  [[nodiscard]] bool leansOut(const Vec3& n) const HD_RT {
+    return n.dot(down_one) <= kAside && n.dot(down_other) <= kAside;
+  }
 };
 
 /** False: triangle t has no ridge there, or its neighbour of a lower number has it. */
@@ -100,15 +107,19 @@ bool ridgeOf(const MeshView& mesh, std::uint32_t t, std::uint32_t k, double faci
   const int corner = static_cast<int>(k);
   ridge.from = mesh.vertex(t, corner);
   ridge.to = mesh.vertex(t, (corner + 1) % 3);
-  const Vec3 along = ridge.to - ridge.from;
-  return facing * ridge.one.cross(ridge.other).dot(along) > kRidge * along.norm();
+  const Vec3 along = (ridge.to - ridge.from).normalized();
+  ridge.down_one = facing * ridge.one.cross(along);
+  ridge.down_other = facing * along.cross(ridge.other);
+  return facing * ridge.one.cross(ridge.other).dot(along) > kRidge;
 }
 
 /**
  * Whether no edge leads up along n from a corner of triangle t. What touches a ridge's end with another normal crosses
  * the ridge that goes on there: it would be caught as on a notch.
  */
-bool isPeak(const MeshView& mesh, std::uint32_t t, std::uint32_t corner, const Vec3& n, std::uint32_t& work) HD_RT {
+template <class IsMet>
+bool isPeak(const MeshView& mesh, std::uint32_t t, std::uint32_t corner, const Vec3& n, std::uint32_t& work,
+            const IsMet& isMet) HD_RT {
   const std::uint32_t vertex = mesh.triangles[t][corner];
   const Vec3 x = mesh.vertex(t, static_cast<int>(corner));
   for (const std::uint32_t side : {0u, 2u}) {  // Over the edge that leaves the vertex, or back over the one that comes.
@@ -118,7 +129,7 @@ bool isPeak(const MeshView& mesh, std::uint32_t t, std::uint32_t corner, const V
       const std::uint32_t here = cornerOf(mesh, at, vertex);
       for (const std::uint32_t other : {here + 1, here + 2}) {
         const Vec3 edge = mesh.vertex(at, static_cast<int>(other % 3)) - x;
-        if (n.dot(edge) > kAlong * edge.norm()) return false;
+        if (n.dot(edge) > kAlong * edge.norm() && isMet(edge)) return false;
       }
       at = mesh.neighbours[at][(here + side) % 3];
       if (at == t) return true;  // All the way round.
@@ -196,7 +207,12 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     if (!(gap <= margin)) return false;
     if (t == 0 || t == 1) {
       const std::uint32_t end = t > 0 ? (corner + 1) % 3 : corner;
-      if (!isPeak(mesh, triangle, end, X_AB.q.conjugate() * n_A, purse.report.work)) return false;
+      // In a hole's corner, what leads up beside the tool, or along another side of it, is met there or not at all.
+      const auto isMet = [&](const Vec3& edge) HD_RT {
+        const double up = gapAt(x_B + std::min(1.0, kUp / edge.norm()) * edge, reach);
+        return up < gap && normal(up).dot(n_A) > kSameWay;
+      };
+      if (!isPeak(mesh, triangle, end, X_AB.q.conjugate() * n_A, purse.report.work, isMet)) return false;
     } else if (const Vec3 along = X_AB.q * (ridge.to - ridge.from); std::abs(n_A.dot(along)) > kAlong * length) {
       const auto look = [&](double shift, Vec3& n, Vec3& p) HD_RT {
         const double beside = gapAt(ridge.at(t + shift / length) - inset * bisector, kReach);
@@ -214,7 +230,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
         isMantles(held.shape, {ridge.from, ridge.to, 0, true}, X_AB, Vec3::Zero()))
       return false;
     const Vec3 n_B = X_AB.q.conjugate() * n_A;
-    if (n_B.dot(ridge.one) < -kAside || n_B.dot(ridge.other) < -kAside) return false;
+    if (!ridge.leansOut(n_B)) return false;
     if (isTold(x_B, 0, gap, n_A)) return true;
     Contact contact;
     contact.n_W = held.X_WO.q * n_A;
@@ -237,10 +253,11 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
       if (feature == 0 || isFound(k, feature, found_.count)) continue;
       if (!meetsMantle(held, obstacle, feature, Vec3::Zero(), margin, contact)) continue;
       const Vec3 n_B = obstacle.X_WO.q.conjugate() * contact.n_W;
-      if (n_B.dot(ridge.one) < -kAside || n_B.dot(ridge.other) < -kAside) continue;
+      if (!ridge.leansOut(n_B)) continue;
       if (feature < kFirstMeshEdge) {
         const std::uint32_t end = feature == peakFeature(to) ? next : corner;
-        if (!isPeak(mesh, triangle, end, n_B, purse.report.work)) continue;
+        const auto isMet = [](const Vec3&) HD_RT { return true; };
+        if (!isPeak(mesh, triangle, end, n_B, purse.report.work, isMet)) continue;
       }
       keep(contact, static_cast<std::uint8_t>(k));
       ++many;

@@ -326,7 +326,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     tryFurtherWalls(i, k, held, at, side, margin, purse);
     if (!lowest(i, held, x_W, contact.n_W, contact.p_WA)) continue;
     contact.depth = contact.n_W.dot(contact.p_WB - contact.p_WA);
-    if (disc && !isThere(contact, obstacle, reach, side, purse)) continue;
+    if (disc && !isThere(contact, held, obstacle, reach, side, purse)) continue;
     if (contact.depth < -margin) continue;
     // Else an edge of the obstacle is beside the point, which would be caught there as on a notch.
     if (!disc && !leansOut(held.shape, points_.at(i), held.X_WO.q.conjugate() * -contact.n_W)) continue;

@@ -113,7 +113,8 @@ class SceneContacts {
   [[nodiscard]] bool lowest(std::uint32_t i, const CollideRequest::Held& held, const Vec3& x_W, const Vec3& n_W,
                             Vec3& p_WA) const HD_RT;
   /** Whether the obstacle is where a disc is said to meet it, and not beyond the end of the cylinder. */
-  [[nodiscard]] bool isThere(const Contact& contact, const CollideRequest::Obstacle& obstacle, double reach, int side,
+  [[nodiscard]] bool isThere(const Contact& contact, const CollideRequest::Held& held,
+                             const CollideRequest::Obstacle& obstacle, double reach, int side,
                              Purse& purse) const HD_RT;
   /** Of a tool that is a closed mesh: whether no part of it is farther out along n than its point x. In its frame. */
   [[nodiscard]] bool isOutermost(const Vec3& x, const CollideRequest::Held& held, const Vec3& n,

@@ -23,6 +23,10 @@ struct NearestQuery {
   bool turned = false;
   Vec3 axis = Vec3::Zero();
   double cosine = 0;
+  /** Of a mesh, with `way_count`: only points than which none beside them is nearer, from where the way to x leads
+   * elsewhere than these, unit: its cosine with each is less than `cosine`. */
+  const Vec3* ways = nullptr;
+  std::uint32_t way_count = 0;
   Vicinity* vicinity = nullptr;  ///< As in Sweep.
   std::uint32_t work = 0;        ///< In and out: tree nodes and triangles visited, primitives too.
   std::uint32_t limit = 0;       ///< Of `work`.

@@ -13,6 +13,43 @@ namespace {
 
 constexpr double kWider = 1 + 0x1p-30;  // Beyond rounding.
 constexpr double kAnySide = std::numeric_limits<double>::infinity();
+constexpr double kAsNear = 1 - 0x1p-20;  // Of squares: flat sides in parts are not quite flat.
+
+/** Whether nothing of the triangles about a foot of t is nearer to x than that. */
+bool isLeast(const MeshView& mesh, std::uint32_t t, const TriangleFoot& foot, const Vec3& x,
+             std::uint32_t& work) HD_RT {
+  if (foot.kind == FeatureKind::kFace || mesh.neighbours == nullptr) return true;
+  const double least = kAsNear * (x - foot.point).squaredNorm();
+  const auto isNearer = [&](std::uint32_t other) HD_RT {
+    ++work;
+    return (x - nearestOnTriangle(cornersOf(mesh, other), x).point).squaredNorm() < least;
+  };
+  if (foot.kind == FeatureKind::kEdge) {
+    const std::uint32_t across = mesh.neighbours[t][foot.corner];
+    return across == HD_NO_INDEX || !isNearer(across);
+  }
+  const std::uint32_t vertex = mesh.triangles[t][foot.corner];
+  for (const std::uint32_t side : {0u, 2u}) {  // Over the edge that leaves the vertex, or back over the one that comes.
+    std::uint32_t at = t;
+    for (int i = 0; i < kMaxFan; ++i) {
+      at = mesh.neighbours[at][(cornerOf(mesh, at, vertex) + side) % 3];
+      if (at == t) return true;  // All the way round.
+      if (at == HD_NO_INDEX) break;
+      if (isNearer(at)) return false;
+    }
+  }
+  return true;
+}
+
+/** Whether a foot of t is what such a query looks for. */
+bool leadsElsewhere(const MeshView& mesh, std::uint32_t t, const TriangleFoot& foot, NearestQuery& query) HD_RT {
+  const Vec3 way = query.x - foot.point;
+  const double most = query.cosine * way.norm();
+  for (std::uint32_t i = 0; i < query.way_count; ++i) {
+    if (!(way.dot(query.ways[i]) < most)) return false;
+  }
+  return isLeast(mesh, t, foot, query.x, query.work);
+}
 
 }  // namespace
 
@@ -30,6 +67,7 @@ NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& 
     const double squared = (query.x - here.point).squaredNorm();
     // Of equals the lowest, so that any order will do.
     if (!(squared < best || (squared == best && t < triangle && triangle != HD_NO_INDEX))) return;
+    if (query.way_count > 0 && !leadsElsewhere(mesh, t, here, query)) return;
     best = squared;
     foot = here;
     triangle = t;

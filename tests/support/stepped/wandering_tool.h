@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -71,29 +72,46 @@ struct Placed {
   Pose X_WP;
 };
 
-/** What is held wanders from where the hand is for 3000 ticks; expects that it touches in many. */
-inline Wandered wanderOver(ToolHouse& house, const Shape& tool, std::span<const Placed> ground, Vec3 hand, Vec3 turn,
-                           Random& random) {
+/** Where the hand goes: to another place every 300 ticks, and it turns by so much a tick [rad]. */
+struct Wandering {
+  std::function<Vec3(int)> place;  ///< By its number.
+  double turning = 0.003;
+};
+
+/** Anywhere near to the origin. */
+inline Wandering anywhere(Random& random) {
+  return {[&random](int) { return random.vector(0.03); }};
+}
+
+/** What is held wanders from where the hand is for 3000 ticks; expects that it touches in many. `depth` now and then.
+ */
+template <class Depth>
+Wandered wanderOver(ToolHouse& house, const Depth& depth, Vec3 hand, Vec3 turn, const Wandering& wandering,
+                    Random& random) {
   Wandered wandered;
   Vec3 to = hand, force = Vec3::Zero();
   int touched = 0;
   for (int i = 0; i < 3000; ++i) {
-    if (i % 300 == 0) to = random.vector(0.03);
+    if (i % 300 == 0) to = wandering.place(i / 300);
     hand += 0.004 * (to - hand);
-    turn += random.vector(0.003);
+    turn += random.vector(wandering.turning);
     house.aim(hand, turn);
     house.run(1);
     const auto& last = house.servo->cycle().tool(0).last();
     touched += last.touching > 0;
     wandered.shaken += (last.contact.force - force).norm();
     force = last.contact.force;
-    for (const Placed& part : i % 4 == 0 ? ground : std::span<const Placed>()) {
-      const double depth = depthOf(tool, part.shape, house.place().inverse() * part.X_WP);
-      wandered.deepest = std::max(wandered.deepest, depth);
-    }
+    if (i % 4 == 0) wandered.deepest = std::max(wandered.deepest, depth(house.place()));
   }
   EXPECT_GT(touched, 500);
   return wandered;
+}
+
+/** In the deepest of the parts of a ground, at a pose of the tool. */
+inline double depthIn(std::span<const Placed> ground, const Shape& tool, const Pose& X_WT) {
+  double deepest = 0;
+  for (const Placed& part : ground) deepest = std::max(deepest, depthOf(tool, part.shape, X_WT.inverse() * part.X_WP));
+  return deepest;
 }
 
 /** A house without a floor. */
@@ -129,7 +147,8 @@ inline Wandered wander(const ToolOnGround& pair, Random& random) {
   house->send(CommandKind::kAddObject, obstacle);
   house->hold();
   const Placed ground{pair.ground, X_WG};
-  return wanderOver(*house, pair.tool, {&ground, 1}, hand, pair.first_turn, random);
+  const auto depth = [&](const Pose& X_WT) { return depthIn({&ground, 1}, pair.tool, X_WT); };
+  return wanderOver(*house, depth, hand, pair.first_turn, anywhere(random), random);
 }
 
 /** Over a ground of several boxes and the like, without friction. */
@@ -147,7 +166,8 @@ inline Wandered wander(const Shape& tool, std::span<const Placed> ground, const 
     house->send(CommandKind::kAddObject, part);
   }
   house->hold();
-  return wanderOver(*house, tool, ground, hand, turn, random);
+  const auto depth = [&](const Pose& X_WT) { return depthIn(ground, tool, X_WT); };
+  return wanderOver(*house, depth, hand, turn, anywhere(random), random);
 }
 
 }  // namespace hapticd::test

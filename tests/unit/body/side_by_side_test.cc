@@ -12,7 +12,7 @@ namespace {
 using test::kBrick;
 using test::kTub;
 using test::Placed;
-using Ground = std::vector<Placed>;
+using Parts = std::vector<Placed>;
 
 const Shape kPlug{ShapeKind::kBox, {0.01, 0.01, 0.03}}, kSaucer{ShapeKind::kCylinder, {0.03, 0.003, 0}};
 constexpr double kTop = 0.01;  ///< Of slab and tiles [m].
@@ -21,8 +21,8 @@ Shape box(double x, double y, double z) { return {ShapeKind::kBox, {x, y, z}}; }
 Placed at(const Shape& shape, const Vec3& p) { return {shape, {p, Quat::Identity()}}; }
 
 /** Nine tiles, 20 mm from each to the next, that overlap by so much. */
-Ground tiles(double overlap) {
-  Ground ground;
+Parts tiles(double overlap) {
+  Parts ground;
   const double half = 0.01 + overlap / 2;
   for (const double x : {-0.02, 0.0, 0.02}) {
     for (const double y : {-0.02, 0.0, 0.02}) ground.push_back(at(box(half, half, kTop), {x, y, 0}));
@@ -30,20 +30,20 @@ Ground tiles(double overlap) {
   return ground;
 }
 
-Ground stairs() {
-  Ground ground;
+Parts stairs() {
+  Parts ground;
   for (int i = 0; i < 5; ++i) ground.push_back(at(box(0.0055, 0.03, 0.03), {0.01 * (i - 2), 0, 0.004 * i - 0.03}));
   return ground;
 }
 
 /** As if the hand's wandering were turned instead. */
-Ground turned(Ground ground, Random& random) {
+Parts turned(Parts ground, Random& random) {
   const Pose X_WG{Vec3::Zero(), fromRotationVector(random.vector(0.2))};
   for (Placed& part : ground) part.X_WP = X_WG * part.X_WP;
   return ground;
 }
 
-double shaken(const Shape& tool, const Ground& ground) {
+double shaken(const Shape& tool, const Parts& ground) {
   double sum = 0;
   for (unsigned seed = 1; seed <= 2; ++seed) {
     Random random(seed);
@@ -65,7 +65,7 @@ TEST(SideBySide, APlugSlidesOverTiles) { EXPECT_LT(shaken(kPlug, tiles(0)), 550)
 TEST(SideBySide, ATubOnStairsIsNotThrown) { EXPECT_LT(shaken(kTub, stairs()), 2000); }
 
 /** How deep it gets. */
-double sunk(const Shape& tool, const Ground& ground, const Vec3& hand) {
+double sunk(const Shape& tool, const Parts& ground, const Vec3& hand) {
   double deepest = 0;
   for (unsigned seed = 1; seed <= 2; ++seed) {
     Random random(seed);
@@ -76,13 +76,13 @@ double sunk(const Shape& tool, const Ground& ground, const Vec3& hand) {
 
 /** Two boards: what turns about an edge of one came down on the other's, 0.3 mm deep. */
 TEST(SideBySide, ABrickAcrossAGapLiesOnBothSides) {
-  const Ground boards{at(box(0.02, 0.04, 0.01), {0.0275, 0, 0}), at(box(0.02, 0.04, 0.01), {-0.0275, 0, 0})};
+  const Parts boards{at(box(0.02, 0.04, 0.01), {0.0275, 0, 0}), at(box(0.02, 0.04, 0.01), {-0.0275, 0, 0})};
   EXPECT_LT(sunk(kBrick, boards, {0, 0, 0.11}), 1e-4);
 }
 
 /** So many points of it are near a wall that some of its corners were forgotten. */
 TEST(SideBySide, NothingSinksIntoTheWallsOfARoomsCorner) {
-  const Ground room{at(box(0.06, 0.06, 0.03), {0, 0, -0.03}), at(box(0.03, 0.06, 0.06), {0.04, 0, 0}),
+  const Parts room{at(box(0.06, 0.06, 0.03), {0, 0, -0.03}), at(box(0.03, 0.06, 0.06), {0.04, 0, 0}),
                     at(box(0.06, 0.03, 0.06), {0, 0.04, 0})};
   EXPECT_LT(sunk(kBrick, room, {0, 0, 0.11}), 1e-4);
   EXPECT_LT(sunk(kSaucer, room, {0, 0, 0.11}), 2e-4);
@@ -90,7 +90,7 @@ TEST(SideBySide, NothingSinksIntoTheWallsOfARoomsCorner) {
 
 /** Where a wall stands on a floor each is in the other's way, and each holds. */
 TEST(SideBySide, WallAndFloorThatMeetInAnEdgeBothHold) {
-  const Ground room{at(box(0.03, 0.06, 0.03), {-0.03, 0, -0.03}), at(box(0.03, 0.06, 0.03), {0.03, 0, 0.03})};
+  const Parts room{at(box(0.03, 0.06, 0.03), {-0.03, 0, -0.03}), at(box(0.03, 0.06, 0.03), {0.03, 0, 0.03})};
   EXPECT_LT(sunk(kBrick, room, {-0.03, 0, 0.09}), 1e-4);
   EXPECT_LT(sunk({ShapeKind::kSphere, {0.005, 0, 0}}, room, {-0.03, 0, 0.09}), 1e-4);
 }

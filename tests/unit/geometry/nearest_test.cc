@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/triangle.h"
 #include "tests/support/seeds.h"
 #include "tests/support/shape/brute_distance.h"
 #include "tests/support/shape/test_mesh.h"
@@ -122,6 +123,43 @@ TEST(Nearest, OnlyWhatIsTurnedTheRightWayCounts) {
   Nearest nearest;
   ASSERT_EQ(nearestOnShape({ShapeKind::kBox, Vec3(0.7, 0.4, 0.2)}, top, nearest), NearestResult::kFound);
   EXPECT_EQ(nearest.point, Vec3(0, 0, 0.2)) << "the bottom is nearer but turned away";
+}
+
+/** Of all feet those that no triangle beside theirs is nearer than. */
+TEST(Nearest, OtherWaysLeadToWhatIsNearestThere) {
+  constexpr double kCosine = 0.9;
+  std::mt19937 random(seedOf(5));
+  int found = 0;
+  for (int round = 0; round < 10; ++round) {
+    TestMesh mesh = crumpled(random, 4);
+    const MeshView& view = *mesh.view();
+    const auto footOn = [&](std::uint32_t t, const Vec3& x) { return nearestOnTriangle(cornersOf(view, t), x).point; };
+    const auto touches = [&](std::uint32_t t, const Vec3& point) { return (footOn(t, point) - point).norm() < 1e-7; };
+    for (int i = 0; i < 20; ++i) {
+      NearestQuery query = at(randomPoint(random, 1.5));
+      const Vec3 ways[2] = {randomPoint(random, 1).normalized(), randomPoint(random, 1).normalized()};
+      query.ways = ways;
+      query.way_count = 2;
+      query.cosine = kCosine;
+      double least = HUGE_VAL;
+      for (std::uint32_t t = 0; t < view.triangle_count; ++t) {
+        const Vec3 point = footOn(t, query.x), way = query.x - point;
+        bool is_least = way.norm() < least;
+        for (const Vec3& other : ways) is_least = is_least && way.dot(other) < kCosine * way.norm();
+        for (std::uint32_t beside = 0; is_least && beside < view.triangle_count; ++beside) {
+          is_least = !touches(beside, point) || (query.x - footOn(beside, query.x)).norm() > (1 - 1e-6) * way.norm();
+        }
+        if (is_least) least = way.norm();
+      }
+      Nearest nearest;
+      const bool is_found = nearestOnMesh(view, query, nearest) == NearestResult::kFound;
+      ASSERT_EQ(is_found, least < HUGE_VAL);
+      if (!is_found) continue;
+      ASSERT_NEAR(std::sqrt(nearest.squared_distance), least, 1e-12);
+      ++found;
+    }
+  }
+  EXPECT_GT(found, 100);
 }
 
 TEST(Nearest, NothingAndTooMuchAreReported) {

@@ -173,13 +173,19 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     if ((X_AB * edge.point(0.5)).norm() > tool + 0.5 * length) continue;
     const Vec3 middle_B = edge.point(0.5);
     const Vec3 within = X_AB.q * (withinEdge(obstacle.shape, middle_B, edge.along) - middle_B);
-    const auto along = [&](double t) HD_RT { return gapAt(edge.point(t), edge.along, reach); };
-    const EdgeSpan span = touchingSpan(margin + 2 * kInset, std::max(kAslant, reach_), length, within, along, normal);
-    for (int j = 0; j < 3; ++j) {
-      if (!span.has(j)) continue;
-      const bool told = span.place[j] == 0 && to_its_end + 1 == i && i % kRimArcs > 0;
-      if (edge.radius > 0 && span.place[j] == 1) to_its_end = i;
-      if (!told) add(edge, edge.orEnd(span.place[j]), 3 * i + static_cast<std::uint32_t>(j));
+    const std::uint32_t parts = partsFor(points_, length);
+    for (std::uint32_t part = 0; part < parts; ++part) {
+      const auto whole = [&](double t) HD_RT { return (part + t) / parts; };
+      const auto along = [&](double t) HD_RT { return gapAt(edge.point(whole(t)), edge.along, reach); };
+      const EdgeSpan span =
+          touchingSpan(margin + 2 * kInset, std::max(kAslant, reach_), length / parts, within, along, normal);
+      for (std::uint32_t j = 0; j < 3; ++j) {
+        if (!span.has(static_cast<int>(j))) continue;
+        const double t = whole(span.place[j]);
+        const bool told = t == 0 && to_its_end + 1 == i && i % kRimArcs > 0;
+        if (edge.radius > 0 && t == 1) to_its_end = i;
+        if (!told) add(edge, edge.orEnd(t), (3 * (i + part * count) + j) % (3 * 2 * kRimArcs));
+      }
     }
   }
 }

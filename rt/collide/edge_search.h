@@ -80,6 +80,15 @@ double nearestBeside(double t, double length, const Gap& gapAt) HD_RT {
   return leastOf(std::max(0.0, t - beside), std::min(1.0, t + beside), gapAt);
 }
 
+/** Into how many parts an edge goes that are asked one by one: to a convex tool it has one nearest place only. */
+[[nodiscard]] inline std::uint32_t partsFor(const ToolPoints& tool, double length) HD_RT {
+  constexpr double kPart = 1.0 / 4;  // Of the tool.
+  constexpr double kMost = 64;
+  return tool.isConvex()
+             ? 1
+             : static_cast<std::uint32_t>(std::clamp(std::ceil(length / (kPart * tool.reach())), 1.0, kMost));
+}
+
 /** Places on an edge, as parts of its way. */
 struct EdgeSpan {
   /** The nearest, and both ends of what touches, which hold the rotation of what lies along. */

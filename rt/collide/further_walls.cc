@@ -2,21 +2,32 @@
 #include <array>
 #include <cmath>
 
+#include "rt/collide/edge_search.h"
 #include "rt/collide/feature.h"
 #include "rt/collide/purse.h"
 #include "rt/geometry/nearest.h"
+#include "rt/geometry/sweep.h"
 
 namespace hapticd {
 namespace {
 
-constexpr double kEmpty = 0.999;  ///< Of half the way: nothing is nearer.
+/** Whether nothing of the mesh stands between x and a point of it. */
+bool isInSight(const Shape& mesh, const Vec3& x, const Vec3& point, std::uint32_t limit, std::uint32_t& work) HD_RT {
+  constexpr double kMostOfTheWay = 0.999;
+  Sweep sweep;
+  sweep.a = x;
+  sweep.d = kMostOfTheWay * (point - x);
+  sweep.two_sided = true;
+  sweep.limit = limit;
+  SweepHit hit;
+  const SweepResult result = sweepShape(mesh, sweep, hit);
+  work += sweep.work;
+  return result == SweepResult::kNone;
+}
 
 }  // namespace
 
-/**
- * Each is the nearest of those that look elsewhere than the ones before, if the ball could shrink toward it and still
- * touch it: then nothing stands before it.
- */
+/** Each is the nearest of those that lead elsewhere than the ones before. */
 std::uint32_t SceneContacts::furtherWalls(const Shape& mesh, const Vec3& x, const Vec3& first, double facing,
                                           double reach, Purse& purse, Walls& out) HD_RT {
   std::array<Vec3, std::tuple_size_v<Walls>> ways{first};
@@ -36,14 +47,7 @@ std::uint32_t SceneContacts::furtherWalls(const Shape& mesh, const Vec3& x, cons
     const Vec3 way = x - wall.point;
     const double apart = way.norm();
     if (!(facing * way.dot(wall.pseudo_normal) >= 0)) return n;
-    NearestQuery before;
-    before.x = wall.point + 0.5 * way;
-    before.reach = 0.5 * kEmpty * apart;
-    before.limit = purse.left();
-    Nearest other;
-    const NearestResult empty = nearestOnShape(mesh, before, other);
-    purse.report.work += before.work;
-    if (empty != NearestResult::kNone) return n;
+    if (!isInSight(mesh, x, wall.point, purse.left(), purse.report.work)) return n;
     out[n] = {wall.point, way / apart, apart, wall.feature};
     if (n + 1 < ways.size()) ways[n + 1] = out[n].out;
   }
@@ -55,20 +59,25 @@ void SceneContacts::tryFurtherWalls(std::uint32_t i, std::uint32_t k, const Coll
   const CollideRequest::Obstacle& obstacle = held.obstacle[k];
   const bool disc = held.shape.kind == ShapeKind::kCylinder && ToolPoints::isDisc(i);
   const double radius = disc ? held.shape.size.x() : points_.radius();
-  if (obstacle.shape.kind != ShapeKind::kMesh || !(radius > 0) || !(first.gap > 0)) return;
-  const Vec3 x = first.surface + first.gap * first.out;
+  const bool point = !(radius > 0);
+  if (obstacle.shape.kind != ShapeKind::kMesh) return;
+  if (point ? first.gap > reach_ + kInset : !(first.gap > 0)) return;
+  // A point may be in the first wall by a hair: the others are looked for from before it.
+  const Vec3 x = first.surface + (point ? std::max(first.gap, kInset) : first.gap) * first.out;
+  const double reach = radius + (point ? reach_ + 2 * kInset : margin);
+  const Vec3 x_W = point ? held.X_WO * points_.at(i) : obstacle.X_WO * x;
   Walls walls;
-  const std::uint32_t count =
-      furtherWalls(obstacle.shape, x, first.out, side < 0 ? -1 : 1, radius + margin, purse, walls);
+  const std::uint32_t count = furtherWalls(obstacle.shape, x, first.out, side < 0 ? -1 : 1, reach, purse, walls);
   for (std::uint32_t n = 0; n < count; ++n) {
     Contact contact;
     contact.n_W = obstacle.X_WO.q * walls[n].out;
     contact.p_WB = obstacle.X_WO * walls[n].surface;
-    if (!lowest(i, held, obstacle.X_WO * x, contact.n_W, contact.p_WA)) continue;
+    if (!lowest(i, held, x_W, contact.n_W, contact.p_WA)) continue;
     contact.depth = contact.n_W.dot(contact.p_WB - contact.p_WA);
     const std::uint32_t of_mesh = held.shape.kind == ShapeKind::kSphere ? meshEdgeFeature(walls[n].triangle, 0) : 0;
     contact.feature_a = of_mesh > 0 ? of_mesh : i + (n + 1) * ToolPoints::kMost;
     if (disc && !isThere(contact, held, obstacle, radius + margin, side, purse)) continue;
+    if (point && !mayLean(i, held, contact.n_W, purse)) continue;
     if (contact.depth < -margin || !isFinite(contact.n_W) || !isFinite(contact.p_WA)) continue;
     keep(contact, static_cast<std::uint8_t>(k));
     purse.report.touching += contact.depth >= 0 ? 1 : 0;

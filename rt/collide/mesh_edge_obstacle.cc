@@ -188,6 +188,27 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     return false;
   };
   std::uint32_t many = 0;
+  // What else of a hollow tool is about a place of a ridge, seen from `within`: its corner may lie on both sides of it.
+  const auto addFurther = [&](const Ridge& ridge, const Vec3& x_B, const Vec3& within, const Vec3& first,
+                              std::uint32_t feature) HD_RT {
+    Walls walls;
+    const Vec3 x_A = X_AB * x_B;
+    const std::uint32_t count = furtherWalls(held.shape, X_AB * within, -first, 1, margin + 2 * kInset, purse, walls);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const Vec3 n_A = -walls[i].out;
+      const double gap = n_A.dot(walls[i].surface - x_A);
+      if (!(gap <= margin) || !ridge.leansOut(X_AB.q.conjugate() * n_A) || isTold(x_B, 0, gap, n_A)) continue;
+      Contact contact;
+      contact.n_W = held.X_WO.q * n_A;
+      contact.p_WA = held.X_WO * walls[i].surface;
+      contact.p_WB = obstacle.X_WO * x_B;
+      contact.depth = -gap;
+      contact.feature_a = kFirstRidge + (feature - kFirstRidge + (i + 1) * kRidges / 3) % kRidges;
+      keep(contact, static_cast<std::uint8_t>(k));
+      ++many;
+      purse.report.touching += gap <= 0 ? 1 : 0;
+    }
+  };
   // Whether it touches there, with a normal of that edge or, at its end, of a peak.
   const auto add = [&](const Ridge& ridge, std::uint32_t triangle, std::uint32_t corner, double t,
                        std::uint32_t j) HD_RT {
@@ -242,6 +263,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     keep(contact, static_cast<std::uint8_t>(k));
     ++many;
     purse.report.touching += gap <= 0 ? 1 : 0;
+    if (!points_.isConvex() && gap_inset > 0) addFurther(ridge, x_B, x_B - inset * bisector, n_A, contact.feature_a);
     return true;
   };
   // The mantle of a cylinder meets the ridge in one place, or its ends, where they are peaks.
@@ -264,29 +286,37 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
       purse.report.touching += contact.depth >= 0 ? 1 : 0;
     }
   };
-  const auto search = [&](std::uint32_t t, std::uint32_t corner, double least) HD_RT {
-    Ridge ridge;
-    (void)ridgeOf(mesh, t, corner, facing, ridge);
-    const double length = ridge.length(), inset = std::min(kInset, 0.25 * length);
-    const double gap = gapAt(ridge.at(0.5), 0.5 * length + std::max(kReach, margin));
-    const bool brief = length < kBrief * apart;
-    if (isTold(ridge.at(0.5), brief ? 0 : 0.5 * length, least, normal(gap))) return;  // By what was found meanwhile.
-    const double reach = 0.5 * length + std::max(kReach, margin);
+  // One of the parts of a ridge.
+  const auto searchPart = [&](const Ridge& ridge, std::uint32_t t, std::uint32_t corner, std::uint32_t part,
+                              std::uint32_t parts) HD_RT {
+    const double length = ridge.length() / parts, inset = std::min(kInset, 0.25 * ridge.length());
+    const double reach = 0.5 * length + std::max(kReach, margin), aside = inset / ridge.length();
     const Vec3 within = inset * (ridge.one + ridge.other).normalized();
-    const auto along = [&](double at) HD_RT { return gapAt(ridge.at(at) - within, reach); };
-    if (isAboutAxis(held.shape)) addMantle(ridge, t, corner);
+    const auto along = [&](double at) HD_RT { return gapAt(ridge.at((part + at) / parts) - within, reach); };
     const EdgeSpan span =
         touchingSpan(margin + 2 * inset, std::max(kAslant, reach_), length, X_AB.q * -within, along, normal);
     for (int j = 0; j < 3; ++j) {
-      const double at = span.place[j], aside = inset / length;
+      const double at = (part + span.place[j]) / parts;
       const double snapped = at < aside ? 0 : (1 - at < aside ? 1 : at);
-      const auto number = static_cast<std::uint32_t>(j);
+      const auto number = static_cast<std::uint32_t>(j) + 9 * mesh.triangle_count * part;
       if (!span.has(j)) continue;
-      const bool crosses = snapped != at && at > 0 && at < 1 &&
-                           std::abs(normal(along(at)).dot(X_AB.q * (ridge.to - ridge.from))) < kAcross * length;
+      const bool crosses =
+          snapped != at && at > 0 && at < 1 &&
+          std::abs(normal(along(span.place[j])).dot(X_AB.q * (ridge.to - ridge.from))) < kAcross * ridge.length();
       if (crosses && add(ridge, t, corner, at, number)) continue;
       if (!add(ridge, t, corner, snapped, number) && snapped != at && !crosses) add(ridge, t, corner, at, number);
     }
+  };
+  const auto search = [&](std::uint32_t t, std::uint32_t corner, double least) HD_RT {
+    Ridge ridge;
+    (void)ridgeOf(mesh, t, corner, facing, ridge);
+    const double length = ridge.length();
+    const double gap = gapAt(ridge.at(0.5), 0.5 * length + std::max(kReach, margin));
+    const bool brief = length < kBrief * apart;
+    if (isTold(ridge.at(0.5), brief ? 0 : 0.5 * length, least, normal(gap))) return;  // By what was found meanwhile.
+    if (isAboutAxis(held.shape)) addMantle(ridge, t, corner);
+    const std::uint32_t parts = partsFor(points_, length);
+    for (std::uint32_t part = 0; part < parts && !purse.empty(); ++part) searchPart(ridge, t, corner, part, parts);
   };
   Queue queue;
   const auto wait = [&](const Vec3& middle, const Vec3& half, std::uint32_t child, std::uint32_t count) HD_RT {

@@ -292,6 +292,12 @@ bool SceneContacts::isOutermost(const Vec3& x, const CollideRequest::Held& held,
   return result != NearestResult::kFound;
 }
 
+bool SceneContacts::mayLean(std::uint32_t i, const CollideRequest::Held& held, const Vec3& n_W,
+                            Purse& purse) const HD_RT {
+  const Vec3 n = held.X_WO.q.conjugate() * -n_W;
+  return leansOut(held.shape, points_.at(i), n) && isOutermost(points_.at(i), held, n, purse);
+}
+
 bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
   const Vec3 middle_W = held.X_WO * points_.at(i);
   const bool disc = held.shape.kind == ShapeKind::kCylinder && ToolPoints::isDisc(i);
@@ -328,9 +334,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     contact.depth = contact.n_W.dot(contact.p_WB - contact.p_WA);
     if (disc && !isThere(contact, held, obstacle, reach, side, purse)) continue;
     if (contact.depth < -margin) continue;
-    // Else an edge of the obstacle is beside the point, which would be caught there as on a notch.
-    if (!disc && !leansOut(held.shape, points_.at(i), held.X_WO.q.conjugate() * -contact.n_W)) continue;
-    if (!isOutermost(points_.at(i), held, held.X_WO.q.conjugate() * -contact.n_W, purse)) continue;
+    if (!disc && !mayLean(i, held, contact.n_W, purse)) continue;
     keep(contact, static_cast<std::uint8_t>(k));
     purse.report.touching += contact.depth >= 0 ? 1 : 0;
   }

@@ -119,6 +119,10 @@ class SceneContacts {
   /** Of a tool that is a closed mesh: whether no part of it is farther out along n than its point x. In its frame. */
   [[nodiscard]] bool isOutermost(const Vec3& x, const CollideRequest::Held& held, const Vec3& n,
                                  Purse& purse) const HD_RT;
+  /** Whether point i may touch along n_W. Else an edge of the obstacle is beside it, on which it would be caught as on
+   * a notch. */
+  [[nodiscard]] bool mayLean(std::uint32_t i, const CollideRequest::Held& held, const Vec3& n_W,
+                             Purse& purse) const HD_RT;
   /** Whether contact i is that of a cylinder's point, and of a disc, too: what is tied to that point would only brake
    * the cylinder where it rolls. */
   [[nodiscard]] bool isBesideDisc(std::uint32_t i, const CollideRequest::Held& held) const HD_RT;
@@ -138,7 +142,8 @@ class SceneContacts {
    * to x, `facing` is -1 behind a sheet. How many. */
   static std::uint32_t furtherWalls(const Shape& mesh, const Vec3& x, const Vec3& first, double facing, double reach,
                                     Purse& purse, Walls& out) HD_RT;
-  /** What else of obstacle k ball i touches, where it is a mesh: `first` is the nearest, `side` lookAt()'s. */
+  /** What else of obstacle k point, ball or disc i touches, where that is a mesh: `first` is the nearest, `side`
+   * lookAt()'s. */
   void tryFurtherWalls(std::uint32_t i, std::uint32_t k, const CollideRequest::Held& held, const PointTouch& first,
                        int side, double margin, Purse& purse) HD_RT;
   /** Those that touched last time, or the others, from `cursor` on; false, and where it ended, if the purse was empty.

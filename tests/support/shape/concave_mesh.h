@@ -75,4 +75,16 @@ inline TestMesh prismMesh(const std::vector<std::array<double, 2>>& outline, dou
   return mesh;
 }
 
+/** On a square half so wide; turned by q. */
+inline TestMesh pyramidMesh(double half, double top, double bottom, const Quat& q) {
+  TestMesh mesh;
+  mesh.flags = HD_MESH_CLOSED;
+  for (const auto& [x, y] : {std::pair{-half, -half}, {half, -half}, {half, half}, {-half, half}})
+    mesh.addVertex(q * Vec3(x, y, bottom));
+  mesh.addVertex(q * Vec3(0, 0, top));
+  mesh.addQuad(0, 3, 2, 1);
+  for (std::uint32_t i = 0; i < 4; ++i) mesh.addTriangle(i, (i + 1) % 4, 4);
+  return mesh;
+}
+
 }  // namespace hapticd::test

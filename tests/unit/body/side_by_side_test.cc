@@ -83,7 +83,7 @@ TEST(SideBySide, ABrickAcrossAGapLiesOnBothSides) {
 /** So many points of it are near a wall that some of its corners were forgotten. */
 TEST(SideBySide, NothingSinksIntoTheWallsOfARoomsCorner) {
   const Parts room{at(box(0.06, 0.06, 0.03), {0, 0, -0.03}), at(box(0.03, 0.06, 0.06), {0.04, 0, 0}),
-                    at(box(0.06, 0.03, 0.06), {0, 0.04, 0})};
+                   at(box(0.06, 0.03, 0.06), {0, 0.04, 0})};
   EXPECT_LT(sunk(kBrick, room, {0, 0, 0.11}), 1e-4);
   EXPECT_LT(sunk(kSaucer, room, {0, 0, 0.11}), 2e-4);
 }

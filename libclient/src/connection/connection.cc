@@ -192,8 +192,15 @@ void Connection::run(kj::FunctionParam<void(Loop&)> work) noexcept {
 
 Failure Connection::call(kj::FunctionParam<kj::Promise<void>(Link&)> work) {
   if (Failure failure = refused()) return failure;
-  if (!connected()) return {HAPTIC_DISCONNECTED, "daemon", "not connected", "call haptic_reconnect()"};
-  return perform(kj::mv(work));
+  const Failure none = {HAPTIC_DISCONNECTED, "daemon", "not connected", "call haptic_reconnect()"};
+  if (!connected()) return none;
+  bool whole = true;
+  Failure failure = perform([&](Link& link) -> kj::Promise<void> {
+    whole = connected();  // On this thread it is true of this link: meanwhile one may have gone and another begun.
+    if (!whole) return kj::READY_NOW;
+    return work(link);
+  });
+  return whole ? std::move(failure) : none;
 }
 
 /** The same on a link whose handshake may be under way. */

@@ -50,7 +50,8 @@ typedef struct haptic_event {
 /** A subscription. */
 typedef struct haptic_events haptic_events;
 
-/** Called on the library's thread: be short, and call nothing of this library that blocks. */
+/** Called on the library's thread: be short, and call nothing of this library that blocks. What it throws goes no
+ * further than the event. */
 typedef void (*haptic_event_callback)(const haptic_event* event, void* user);
 
 typedef struct haptic_events_options {

@@ -44,7 +44,10 @@ class Queue {
     event.lost = lost_;
     if (callback_ != nullptr) {
       lock.unlock();
-      callback_(&event, user_);
+      try {
+        callback_(&event, user_);
+      } catch (...) {  // The daemon would take it for ours, and send no more.
+      }
       return;
     }
     if (events_.size() == capacity_) {

@@ -131,6 +131,22 @@ TEST_F(EventsTest, CallbacksRunOnTheLibrarysThreadAndMayNotWait) {
   EXPECT_EQ(heard.sum, 7u);
 }
 
+TEST_F(EventsTest, ACallbackThatThrowsHearsTheNextEventStill) {
+  std::atomic<std::uint32_t> sum{0};
+  haptic_events_options options = HAPTIC_EVENTS_OPTIONS_INIT;
+  options.user = &sum;
+  options.callback = [](const haptic_event* event, void* user) {
+    *static_cast<std::atomic<std::uint32_t>*>(user) += event->value;
+    throw std::runtime_error("the program's own");
+  };
+  haptic_events* events = nullptr;
+  ASSERT_EQ(haptic_events_open(client_->get(), &options, &events, nullptr), HAPTIC_OK);
+  daemon_->send({1, 2});
+  daemon_->send({4});
+  EXPECT_EQ(sum, 7u);
+  haptic_events_close(events);
+}
+
 TEST(EventNames, EachKindHasOne) {
   EXPECT_STREQ(haptic_event_name(HAPTIC_EVENT_TOUCH), "touch");
   EXPECT_STREQ(haptic_event_name(HAPTIC_EVENT_OBJECT_CHANGED), "object-changed");

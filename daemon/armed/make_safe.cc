@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <optional>
 
 #include "daemon/ipc/unique_fd.h"
 
@@ -63,11 +64,23 @@ void listen(Child& child, SteadyClock::time_point end) {
   }
 }
 
+/** Its status, or nothing: one that hangs within the kernel dies when that lets go of it, and is init's then. */
+std::optional<int> end(pid_t pid) {
+  constexpr int kTries = 100;
+  ::kill(pid, SIGKILL);  // its word is given; what it has left to do is nothing
+  for (int i = 0; i < kTries; ++i) {
+    int status = 0;
+    if (::waitpid(pid, &status, WNOHANG) == pid) return status;
+    ::usleep(1000);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<MadeSafe> makeSafe(const std::vector<std::string>& uris, const SafeOne& one,
                                std::chrono::milliseconds within) {
-  const auto end = SteadyClock::now() + within;
+  const auto until = SteadyClock::now() + within;
   std::vector<Child> children;
   children.reserve(uris.size());
   for (const std::string& uri : uris) children.push_back(start(uri, one));
@@ -76,14 +89,12 @@ std::vector<MadeSafe> makeSafe(const std::vector<std::string>& uris, const SafeO
     Child& child = children[i];
     MadeSafe result{uris[i], false, "no process could be started for it"};
     if (child.pid > 0) {
-      listen(child, end);
+      listen(child, until);
       result.ok = !child.said.empty() && child.said[0] == '+';
       result.text = child.said.empty() ? "it did not answer in time" : child.said.substr(1);
-      ::kill(child.pid, SIGKILL);  // its word is given; what it has left to do is nothing
-      int status = 0;
-      const pid_t reaped = ::waitpid(child.pid, &status, 0);
-      if (child.said.empty() && reaped == child.pid && WIFSIGNALED(status) && WTERMSIG(status) != SIGKILL) {
-        result.text = "its process died of signal " + std::to_string(WTERMSIG(status));
+      const std::optional<int> status = end(child.pid);
+      if (child.said.empty() && status && WIFSIGNALED(*status) && WTERMSIG(*status) != SIGKILL) {
+        result.text = "its process died of signal " + std::to_string(WTERMSIG(*status));
       }
     }
     all.push_back(std::move(result));

@@ -1,5 +1,7 @@
 // The list of armed devices on disk, and what is done with it when its daemon is dead.
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
+#include <sys/ptrace.h>
 
 #include <fstream>
 #include <random>
@@ -126,6 +128,31 @@ TEST(MakeSafe, NeitherHangNorCrashKeepsTheOthersFromIt) {
   EXPECT_NE(results[3].text.find("unplugged"), std::string::npos);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_FALSE(results[i].ok);
   EXPECT_TRUE(results[4].ok);
+}
+
+/** One that does not die when it is killed, as in a transfer that the kernel never ends: here a tracer keeps it. */
+TEST(MakeSafe, OneThatTheKernelHoldsIsLeftBehind) {
+  TemporaryDirectory folder;
+  const std::string held = folder.path() + "/held", let_go = folder.path() + "/let go";
+  const auto one = [&](const std::string& uri) -> Result<void> {
+    if (uri != "held") return {};
+    ::prctl(PR_SET_PTRACER, PR_SET_PTRACER_ANY);
+    const pid_t self = ::getpid();
+    if (::fork() == 0) {
+      if (::ptrace(PTRACE_SEIZE, self, nullptr, nullptr) == 0) std::ofstream(held) << "held";
+      ::sleep(10);
+      std::ofstream(let_go) << "let go";
+      ::_exit(0);
+    }
+    ::pause();
+    return {};
+  };
+  const auto results = makeSafe({"held", "last"}, one, std::chrono::milliseconds(500));
+  if (!std::filesystem::exists(held)) GTEST_SKIP() << "no process may trace another here";
+  EXPECT_FALSE(std::filesystem::exists(let_go));
+  ASSERT_EQ(results.size(), 2u);
+  EXPECT_EQ(results[0].text, "it did not answer in time");
+  EXPECT_TRUE(results[1].ok);
 }
 
 TEST(MakeSafe, ASchemeThatNobodyKnowsIsAnError) {

@@ -8,6 +8,7 @@
 #include "drivers/driver.h"
 #include "drivers/falcon/falcon_driver.h"
 #include "drivers/hidpid/hidpid_driver.h"
+#include "drivers/nearest.h"
 #include "drivers/pantograph/pantograph_driver.h"
 #include "drivers/parameters.h"
 #include "drivers/replay/replay_driver.h"
@@ -43,6 +44,17 @@ std::string listForms() {
   return fmt::format("{}", fmt::join(forms, ", "));
 }
 
+/** For who has mistyped a scheme, or left "://" away. */
+std::string schemeMeant(std::string_view text) {
+  for (const std::size_t edits : {0, 1, 2}) {
+    for (const Driver* driver : kDrivers) {
+      if (driver->scheme.size() > 2 * edits && editDistance(text.substr(0, 64), driver->scheme) == edits)
+        return fmt::format("did you mean {}? ", driver->form);
+    }
+  }
+  return {};
+}
+
 Result<const Driver*> driverOf(const DeviceUri& uri) {
   for (const Driver* driver : kDrivers) {
     if (driver->scheme == uri.scheme) return driver;
@@ -53,7 +65,7 @@ Result<const Driver*> driverOf(const DeviceUri& uri) {
     }
   }
   return Error{ErrorCode::kNotFound, uri.scheme.substr(0, 80) + "://", "no driver has this scheme",
-               fmt::format("there are {}", listForms())};
+               schemeMeant(uri.scheme) + fmt::format("there are {}", listForms())};
 }
 
 Result<std::unique_ptr<Device>> makeBySerial(std::string_view serial) {
@@ -62,8 +74,9 @@ Result<std::unique_ptr<Device>> makeBySerial(std::string_view serial) {
     if (found.info.serial == serial) return makeDevice(found.info.uri);
     known.push_back(fmt::format("{} ({})", found.info.serial, found.info.uri));
   }
-  return Error{ErrorCode::kNotFound, fmt::format("device \"{}\"", serial.substr(0, 80)), "no device has that serial",
-               fmt::format("there are {}; or give a URI: {}", fmt::join(known, ", "), listForms())};
+  return Error{
+      ErrorCode::kNotFound, fmt::format("device \"{}\"", serial.substr(0, 80)), "no device has that serial",
+      schemeMeant(serial) + fmt::format("there are {}; or give a URI: {}", fmt::join(known, ", "), listForms())};
 }
 
 }  // namespace

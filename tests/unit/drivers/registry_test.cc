@@ -7,6 +7,7 @@ namespace hapticd {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(Registry, EmptyMeansTheSimulatorWhenThereIsNoHardware) {
   const auto found = findDevices();
@@ -59,6 +60,14 @@ TEST(Registry, UnknownSerialListsWhatThereIs) {
   ASSERT_FALSE(device.ok());
   EXPECT_EQ(device.error().code, ErrorCode::kNotFound);
   EXPECT_THAT(toString(device.error()), HasSubstr("sim://default"));
+  EXPECT_THAT(toString(device.error()), Not(HasSubstr("did you mean")));
+}
+
+TEST(Registry, WhoLeavesTheSlashesAwayOrMistypesASchemeIsTold) {
+  EXPECT_THAT(toString(makeDevice("falcon").error()), HasSubstr("did you mean falcon://"));
+  EXPECT_THAT(toString(makeDevice("flacon").error()), HasSubstr("did you mean falcon://"));
+  EXPECT_THAT(toString(makeDevice("spacemose://default").error()), HasSubstr("did you mean spacemouse://"));
+  EXPECT_THAT(toString(makeDevice("sam").error()), HasSubstr("did you mean sim://"));
 }
 
 TEST(Registry, SchemesOfTheThesisAreUnsupportedAndSayWhy) {

@@ -187,6 +187,8 @@ void Core::pollArms() {
                        "clear the cause, then arm again"});
       } else if (device.lease != arm.session) {
         arm.done(Error{ErrorCode::kLeaseRequired, device.name, "the lease was lost meanwhile", {}});
+      } else if ((sample.flags & HD_SAMPLE_ARMED) == 0) {
+        arm.done(Error{ErrorCode::kCancelled, device.name, "it was disarmed meanwhile", {}});
       } else {
         arm.done({});
       }

@@ -168,7 +168,8 @@ TEST_F(ArmThatWaits, IsCalledOffByAStop) {
 TEST_F(ArmThatWaits, IsCalledOffByItsHoldersDisarm) {
   ASSERT_TRUE(bench.core.disarm(session->id).ok());
   expectOff();
-  EXPECT_TRUE(outcome.has_value());
+  ASSERT_TRUE(outcome.has_value());
+  EXPECT_EQ(outcome->error().code, ErrorCode::kCancelled) << "it is not armed, and must not be told so";
 }
 
 TEST_F(ArmThatWaits, IsCalledOffByTheReleaseOfItsLease) {

@@ -396,6 +396,7 @@ interface Scene {
 enum EventKind {
   touch @0; untouch @1; button @2; fault @3; armed @4; disarmed @5; leaseLost @6; leaseTaken @7;
   deviceAdded @8; deviceRemoved @9; overrun @10; clientJoined @11; clientLeft @12; modelExpired @13; objectChanged @14;
+  refused @15;
 }
 
 struct Event {
@@ -405,7 +406,7 @@ struct Event {
   device @3 :Text;
   object @4 :Text;
   session @5 :UInt64;
-  value @6 :UInt32;      # button mask, fault number, missed periods, model slot
+  value @6 :UInt32;      # button mask, fault number, missed periods, model slot, number of the error
   point @7 :Vec3;
   force @8 :Float64;     # N
   text @9 :Text;

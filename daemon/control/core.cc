@@ -41,7 +41,10 @@ Core::Core(const CoreOptions& options, Clock& clock)
                    session.device->left_ns = clock_.now();
                    if (session.device->lease == session.id) loseLease(*session.device, session.why);
                  },
-                 [this](std::uint32_t uid, std::uint64_t bytes) { return checkQuota(uid, bytes, 0); }}),
+                 [this](std::uint32_t uid, std::uint64_t bytes) { return checkQuota(uid, bytes, 0); },
+                 [this](const Session& session, ErrorCode code, const std::string& what) {
+                   tellRefused(session, code, what, {});
+                 }}),
       uploads_(meshes_, scene_.textures(),
                [this](std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles) {
                  return checkQuota(uid, bytes, triangles);

@@ -68,26 +68,44 @@ void Core::drain(GroupLink& link) {
   for (int i = 0; i < 256 && link.group().ingest().reports.pop(report); ++i) sessions_.report(link, report);
 }
 
+void Core::tellRefused(const Session& session, ErrorCode code, const std::string& what, const std::string& object) {
+  Event event;
+  event.kind = EventKind::kRefused;
+  event.t_ns = clock_.now();
+  event.device = session.device->name;
+  event.object = object;
+  event.session = session.id;
+  event.value = static_cast<std::uint32_t>(code);
+  event.text = what;
+  events_.publish(event);
+}
+
+void Core::refusedByServo(const std::string& device, const ServoEvent& e, Session* session) {
+  const auto order = static_cast<CommandKind>(e.order);
+  const auto code = static_cast<ErrorCode>(e.value);
+  const std::string object = scene_.nameOf(e.object);
+  const std::string what =
+      fmt::format("{}{}: {}", wordsOf(order), object.empty() ? std::string() : fmt::format(" of object '{}'", object),
+                  whyRefused(code, order));
+  std::uint64_t suppressed = 0;
+  if (session != nullptr && session->refusals.allow(clock_.now(), suppressed))
+    tellRefused(*session, code, what + log::suppressedNote(suppressed), object);
+  if (!refused_log_.allow(clock_.now(), suppressed)) return;
+  log::warn("{}: the servo refused {}{}{}", device,
+            session == nullptr
+                ? std::string()
+                : fmt::format("'{}' (pid {}) ", log::printable(session->client.name), session->client.pid),
+            what, log::suppressedNote(suppressed));
+}
+
 void Core::translate(GroupLink& link, const ServoEvent& e) {
   const OpenDevice* device = devices_.at(link, e.device);
   // Of what else the servo tells it names no session, and slot 0 is somebody's.
   const bool told_of = e.kind == ServoEventKind::kModelExpired || e.kind == ServoEventKind::kCommandRefused;
-  const Session* session = told_of ? sessions_.bySlot(link, e.session) : nullptr;
+  Session* const session = told_of ? sessions_.bySlot(link, e.session) : nullptr;
   const std::string name = device == nullptr ? link.name() : device->name;
   std::uint64_t suppressed = 0;
-  if (e.kind == ServoEventKind::kCommandRefused) {
-    if (refused_log_.allow(clock_.now(), suppressed)) {
-      const auto order = static_cast<CommandKind>(e.order);
-      const std::string object = scene_.nameOf(e.object);
-      log::warn("{}: the servo refused {}{}{}: {}{}", name, wordsOf(order),
-                object.empty() ? std::string() : fmt::format(" of object '{}'", object),
-                session == nullptr
-                    ? std::string()
-                    : fmt::format(", sent by '{}' (pid {})", log::printable(session->client.name), session->client.pid),
-                whyRefused(static_cast<ErrorCode>(e.value), order), log::suppressedNote(suppressed));
-    }
-    return;
-  }
+  if (e.kind == ServoEventKind::kCommandRefused) return refusedByServo(name, e, session);
   if (e.kind == ServoEventKind::kWarm) {
     if (e.value != 0) {
       log::warn("{}: its motors are warm; if this goes on, the force will be derated to what they stand for ever",

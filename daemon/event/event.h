@@ -24,8 +24,9 @@ enum class EventKind : std::uint16_t {
   kClientLeft = 12,
   kModelExpired = 13,
   kObjectChanged = 14,
+  kRefused = 15,  ///< What a client has pushed; `session` is its.
 };
-inline constexpr std::uint32_t kEventKinds = 15;
+inline constexpr std::uint32_t kEventKinds = 16;
 
 struct Event {
   EventKind kind = EventKind::kTouch;
@@ -34,7 +35,7 @@ struct Event {
   std::string device;
   std::string object;
   std::uint64_t session = 0;
-  std::uint32_t value = 0;  ///< Button mask, fault number, missed periods, model slot.
+  std::uint32_t value = 0;  ///< Button mask, fault number, missed periods, model slot, ErrorCode.
   double point[3] = {};     ///< [m]
   double force = 0;         ///< [N]
   std::string text;

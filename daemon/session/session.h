@@ -8,6 +8,7 @@
 
 #include "daemon/device/device_manager.h"
 #include "daemon/ipc/memfd.h"
+#include "daemon/log/log.h"
 #include "daemon/scene/object.h"
 #include "proto/shm_layout.h"
 
@@ -63,6 +64,8 @@ struct Session {
   bool fade_started = false;    ///< The servo has it.
   std::uint64_t fade_tick = 0;  ///< Servo tick when it had it.
   std::string why;              ///< Why it ended.
+  /** Of what the servo refuses, told to subscribers. */
+  log::RateLimit refusals{1'000'000'000, 5};
 };
 
 }  // namespace hapticd

@@ -192,10 +192,14 @@ void SessionManager::report(GroupLink& link, const IngestReport& report) {
                 log::printable(session->client.name), session->client.pid);
       end(session->id, "it broke the ring's protocol");
       return;
-    case IngestReport::Kind::kRejected:
-      log::warn("session {} of '{}': command {} refused: {}{}", session->id, log::printable(session->client.name),
-                report.seq, describe(static_cast<ErrorCode>(report.code)), log::suppressedNote(report.suppressed));
+    case IngestReport::Kind::kRejected: {
+      const auto code = static_cast<ErrorCode>(report.code);
+      const std::string what =
+          fmt::format("command {}: {}{}", report.seq, describe(code), log::suppressedNote(report.suppressed));
+      log::warn("session {} of '{}': refused {}", session->id, log::printable(session->client.name), what);
+      if (hooks_.refused) hooks_.refused(*session, code, what);
       return;
+    }
     case IngestReport::Kind::kStale:
       log::warn("session {} of '{}' (pid {}): heartbeat is late, its force fades", session->id,
                 log::printable(session->client.name), session->client.pid);

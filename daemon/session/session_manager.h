@@ -29,6 +29,7 @@ class SessionManager {
   struct Hooks {
     std::function<void(Session&)> ending;  ///< The client is gone; its lease is to be taken back.
     std::function<Result<void>(std::uint32_t uid, std::uint64_t bytes)> quota;
+    std::function<void(const Session&, ErrorCode, const std::string& what)> refused;  ///< Something that it pushed.
   };
 
   SessionManager(const Options& options, Hooks hooks) : options_(options), hooks_(std::move(hooks)) {}

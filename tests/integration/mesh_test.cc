@@ -50,9 +50,10 @@ class Listener final : public proto::EventListener::Server {
 
  protected:
   kj::Promise<void> events(EventsContext context) override {
-    static const char* const kNames[] = {"touch",    "untouch",      "button",     "fault",        "armed",
-                                         "disarmed", "leaseLost",    "leaseTaken", "deviceAdded",  "deviceRemoved",
-                                         "overrun",  "clientJoined", "clientLeft", "modelExpired", "objectChanged"};
+    static const char* const kNames[] = {"touch",       "untouch",       "button",        "fault",
+                                         "armed",       "disarmed",      "leaseLost",     "leaseTaken",
+                                         "deviceAdded", "deviceRemoved", "overrun",       "clientJoined",
+                                         "clientLeft",  "modelExpired",  "objectChanged", "refused"};
     for (auto event : context.getParams().getEvents()) {
       heard_.push_back(std::string(kNames[static_cast<int>(event.getKind())]) + ":" + event.getDevice().cStr() + ":" +
                        event.getObject().cStr());

@@ -93,6 +93,7 @@ TEST(Schema, EnumerantsAreTheDaemonsNumbers) {
       {"clientLeft", EventKind::kClientLeft},
       {"modelExpired", EventKind::kModelExpired},
       {"objectChanged", EventKind::kObjectChanged},
+      {"refused", EventKind::kRefused},
   };
   const auto kinds = capnp::Schema::from<proto::EventKind>().getEnumerants();
   ASSERT_EQ(kinds.size(), kEventKinds);

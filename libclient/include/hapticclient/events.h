@@ -27,7 +27,8 @@ typedef enum haptic_event_kind {
   HAPTIC_EVENT_CLIENT_LEFT = 12,
   HAPTIC_EVENT_MODEL_EXPIRED = 13, /**< value: model slot. */
   HAPTIC_EVENT_OBJECT_CHANGED = 14,
-  HAPTIC_EVENT_KINDS = 15
+  HAPTIC_EVENT_REFUSED = 15, /**< Of session's pushes, a few a second; value: haptic_error_code; text: what and why. */
+  HAPTIC_EVENT_KINDS = 16
 } haptic_event_kind;
 
 /** Texts end in a zero byte and are cut to fit. */

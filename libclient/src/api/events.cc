@@ -197,9 +197,9 @@ extern "C" {
 
 const char* haptic_event_name(uint32_t kind) {
   static constexpr const char* kNames[HAPTIC_EVENT_KINDS] = {
-      "touch",    "untouch",       "button",      "fault",         "armed",
-      "disarmed", "lease-lost",    "lease-taken", "device-added",  "device-removed",
-      "overrun",  "client-joined", "client-left", "model-expired", "object-changed"};
+      "touch",       "untouch",       "button",         "fault",          "armed",   "disarmed",
+      "lease-lost",  "lease-taken",   "device-added",   "device-removed", "overrun", "client-joined",
+      "client-left", "model-expired", "object-changed", "refused"};
   return kind < HAPTIC_EVENT_KINDS ? kNames[kind] : "unknown";
 }
 

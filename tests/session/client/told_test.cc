@@ -106,5 +106,46 @@ TEST_F(Told, AnObjectsChangesWithItsName) {
   EXPECT_EQ(gone.front().object, "ball");
 }
 
+/** By ingest, which checks values, and by the servo, which knows the scene. */
+TEST_F(Told, WhatAClientPushedAndWasRefused) {
+  const Session* const session = bench.live();
+  ASSERT_NE(session, nullptr);
+  std::uint64_t seq = 0;
+  const auto push = [&](std::uint32_t object, double qw) {
+    hd_object_pose pose{};
+    pose.object = object;
+    pose.q[0] = qw;
+    const auto bytes = std::as_bytes(std::span(&pose, 1));
+    ASSERT_EQ(bench.client->producer->push(HD_COMMAND_OBJECT_POSE, bytes, 0, seq), ErrorCode::kOk);
+  };
+  push(77, 1);
+  bench.step(5);
+  auto refused = heard(EventKind::kRefused);
+  ASSERT_EQ(refused.size(), 1u);
+  EXPECT_EQ(refused.front().session, session->id);
+  EXPECT_EQ(refused.front().value, static_cast<std::uint32_t>(ErrorCode::kNotFound));
+  EXPECT_EQ(refused.front().text, "a pose: no object, device, mesh or path of that name");
+
+  push(77, 2);
+  bench.step(5);
+  refused = heard(EventKind::kRefused);
+  ASSERT_EQ(refused.size(), 1u);
+  EXPECT_EQ(refused.front().session, session->id);
+  EXPECT_EQ(refused.front().value, static_cast<std::uint32_t>(ErrorCode::kInvalidArgument));
+  EXPECT_EQ(refused.front().text.find("command 2: "), 0u) << refused.front().text;
+
+  for (int i = 0; i < 100; ++i) {
+    push(77, 1);
+    bench.step();
+  }
+  EXPECT_LT(heard(EventKind::kRefused).size(), 6u) << "a flood of one is not everybody's";
+  bench.step(1000);
+  push(77, 1);
+  bench.step(5);
+  refused = heard(EventKind::kRefused);
+  ASSERT_EQ(refused.size(), 1u);
+  EXPECT_NE(refused.front().text.find("suppressed"), std::string::npos) << refused.front().text;
+}
+
 }  // namespace
 }  // namespace hapticd::test

@@ -150,6 +150,7 @@ TEST_F(EventsTest, ACallbackThatThrowsHearsTheNextEventStill) {
 TEST(EventNames, EachKindHasOne) {
   EXPECT_STREQ(haptic_event_name(HAPTIC_EVENT_TOUCH), "touch");
   EXPECT_STREQ(haptic_event_name(HAPTIC_EVENT_OBJECT_CHANGED), "object-changed");
+  EXPECT_STREQ(haptic_event_name(HAPTIC_EVENT_REFUSED), "refused");
   EXPECT_STREQ(haptic_event_name(HAPTIC_EVENT_KINDS), "unknown");
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "drivers/falcon/falcon_boot.h"
 
@@ -54,8 +55,8 @@ void FalconIo::safe() noexcept {
 }
 
 void FalconIo::forget() noexcept {
-  known_ = saturated_ = false;
-  bad_in_a_row_ = 0;
+  check_.forget();
+  saturated_ = false;
   grip_.p = falcon::kMiddle;
 }
 
@@ -108,7 +109,7 @@ falcon::Order FalconIo::orderFor(const DeviceCommand& command) noexcept {
   falcon::Order order;
   saturated_ = false;
   order.lights = homed_ ? falcon::kBlue : falcon::kRed | falcon::kHome;
-  const bool trusted = homed_ && known_ && bad_in_a_row_ < 3 && clock_.now() - reading_ns_ <= kTrust_ns;
+  const bool trusted = homed_ && check_.bad() < kFewBad && check_.trusted(clock_.now(), kTrust_ns);
   if (!command.enabled || !trusted) return order;
   auto torques = falcon::torquesFor(grip_.dt1_dp, toFalcon(command.force));
   if (!torques) return order;
@@ -121,13 +122,11 @@ falcon::Order FalconIo::orderFor(const DeviceCommand& command) noexcept {
   return order;
 }
 
-bool FalconIo::plausible(const falcon::Reading& reading) noexcept {
-  if (!known_) return true;
-  const double ms = hand_time_.ms(reading_ns_, clock_.now(), bad_in_a_row_);
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (std::abs(reading.encoder[i] - last_.encoder[i]) > kMostCountsPerMs * ms) return false;
-  }
-  return true;
+/** Of the arm that moved most, in counts. */
+double FalconIo::movedTo(const falcon::Reading& reading) const noexcept {
+  int most = 0;
+  for (std::size_t i = 0; i < 3; ++i) most = std::max(most, std::abs(reading.encoder[i] - last_.encoder[i]));
+  return most;
 }
 
 void FalconIo::take(const falcon::Reading& reading, DeviceLink& link) noexcept {
@@ -147,30 +146,23 @@ void FalconIo::take(const falcon::Reading& reading, DeviceLink& link) noexcept {
 
   const Vec3 counts(reading.encoder[0], reading.encoder[1], reading.encoder[2]);
   const Vec3 t1 = counts.unaryExpr([](double c) { return falcon::armAngle(c); });
-  const auto grip = plausible(reading) ? falcon::gripAt(t1, grip_.p) : std::nullopt;
-  if (!grip) {
-    reject(link);
+  const auto grip = falcon::gripAt(t1, grip_.p);
+  const ReadingCheck::Verdict verdict = check_.judge(grip.has_value(), movedTo(reading), now_ns);
+  if (verdict != ReadingCheck::Verdict::kBelieved) {
+    LinkCounters::add(link.counters.rejected);
+    if (verdict == ReadingCheck::Verdict::kDropped) return;
+    link.publishStatus(kDeviceError);
+    forget();
     return;
   }
   grip_ = *grip;
   last_ = reading;
-  known_ = true;
-  bad_in_a_row_ = 0;
-  reading_ns_ = now_ns;
   DeviceSample sample;
   sample.t_ns = now_ns;
   sample.p = toWorld(grip_.p - Vec3(0, 0, setup_.parameters.centre_z));
   sample.buttons = reading.buttons;
   sample.status = saturated_ ? kDeviceSaturated : kDeviceOk;
   link.publish(sample);
-}
-
-void FalconIo::reject(DeviceLink& link) noexcept {
-  LinkCounters::add(link.counters.rejected);
-  if (++bad_in_a_row_ < kBadInARow) return;
-  // It stays where it should not be: a slipped encoder. The fault latches; then what it says is the new truth.
-  link.publishStatus(kDeviceError);
-  forget();
 }
 
 }  // namespace hapticd

@@ -10,8 +10,8 @@
 #include "drivers/falcon/falcon_parameters.h"
 #include "drivers/falcon/falcon_protocol.h"
 #include "drivers/link/device_io.h"
-#include "drivers/link/hand_time.h"
 #include "drivers/link/lent.h"
+#include "drivers/link/reading_check.h"
 #include "rt/base/clock.h"
 
 namespace hapticd {
@@ -33,7 +33,8 @@ class FalconIo final : public DeviceIo, private UsbListener {
   static constexpr std::int64_t kSilent_ns = 1'000'000'000;
   static constexpr double kMostCountsPerMs = 250;  ///< About 10 m/s at the grip.
   static constexpr int kBadInARow = 10;
-  static constexpr int kZeros = 3;  ///< Packets on every way out, for there is no acknowledgement.
+  static constexpr int kFewBad = 3;  ///< In a row: from there on no force.
+  static constexpr int kZeros = 3;   ///< Packets on every way out, for there is no acknowledgement.
 
   FalconIo(FalconSetup setup, Clock& clock) : setup_(std::move(setup)), clock_(clock) {}
   ~FalconIo() override { close(); }
@@ -52,8 +53,7 @@ class FalconIo final : public DeviceIo, private UsbListener {
   void sendOrder(DeviceLink& link) noexcept;
   [[nodiscard]] falcon::Order orderFor(const DeviceCommand& command) noexcept;
   void take(const falcon::Reading& reading, DeviceLink& link) noexcept;
-  void reject(DeviceLink& link) noexcept;
-  [[nodiscard]] bool plausible(const falcon::Reading& reading) noexcept;
+  [[nodiscard]] double movedTo(const falcon::Reading& reading) const noexcept;
   void forget() noexcept;
 
   FalconSetup setup_;
@@ -67,12 +67,10 @@ class FalconIo final : public DeviceIo, private UsbListener {
   bool gone_ = false;
   bool asked_ = false;  ///< An order waits for its answer.
   bool homed_ = false;
-  bool known_ = false;  ///< last_ and grip_ are of a reading since homing.
   bool saturated_ = false;
   int unasked_ = 0;  ///< Requests that failed, to go out with the next order: at once they could fail without end.
-  int bad_in_a_row_ = 0;
-  HandTime hand_time_;
-  std::int64_t asked_ns_ = 0, heard_ns_ = 0, reading_ns_ = 0;
+  ReadingCheck check_{kMostCountsPerMs, kBadInARow};  ///< Of readings since homing, as `last_` and `grip_` are.
+  std::int64_t asked_ns_ = 0, heard_ns_ = 0;
   falcon::Reading last_;
   falcon::Grip grip_;
 };

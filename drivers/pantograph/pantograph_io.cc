@@ -23,8 +23,8 @@ Result<void> PantographIo::open(const std::atomic<bool>& stop) {
     return opened;
   }
   open_ = true;
-  known_ = asked_ = saturated_ = false;
-  bad_in_a_row_ = 0;
+  asked_ = saturated_ = false;
+  check_.forget();
   parser_.reset();
   dropped_ = parser_.dropped();
   const auto counts = static_cast<float>(setup_.parameters.counts_per_turn);
@@ -105,26 +105,20 @@ void PantographIo::take(const std::array<float, pantograph::kJoints>& degrees, D
   if (asked_) link.round_trip.record(now_ns - asked_ns_);
   asked_ = false;
   if (calibration_.load() != Calibration::kDone) return;
-  const double ms = hand_time_.ms(reading_ns_, now_ns, bad_in_a_row_);
-  bool plausible = true;
-  for (std::size_t i = 0; known_ && i < pantograph::kJoints; ++i) {
-    plausible = plausible && std::abs(degrees[i] - last_deg_[i]) <= kMostDegreesPerMs * ms;
-  }
+  float moved_deg = 0;  // The joint that turned most.
+  for (std::size_t i = 0; i < pantograph::kJoints; ++i)
+    moved_deg = std::max(moved_deg, std::abs(degrees[i] - last_deg_[i]));
   const pantograph::Grip grip = pantograph::gripAt({}, kRadians * Vec2(degrees[0], degrees[1]));
-  if (!plausible || !grip.reachable) {
+  const ReadingCheck::Verdict verdict = check_.judge(grip.reachable, double{moved_deg}, now_ns);
+  if (verdict != ReadingCheck::Verdict::kBelieved) {
     LinkCounters::add(link.counters.rejected);
-    if (++bad_in_a_row_ < kBadInARow) return;
-    // It stays where it cannot be: counts were lost. Only setting it up again makes that good.
-    calibration_.store(Calibration::kNeeded);
-    known_ = false;
+    if (verdict == ReadingCheck::Verdict::kDropped) return;
+    calibration_.store(Calibration::kNeeded);  // Counts were lost. Only setting it up again makes that good.
     link.publishStatus(kDeviceError);
     return;
   }
-  bad_in_a_row_ = 0;
   grip_ = grip;
   last_deg_ = degrees;
-  known_ = true;
-  reading_ns_ = now_ns;
   DeviceSample sample;
   sample.t_ns = now_ns;
   sample.p = toWorld(grip_.p - Vec2(pantograph::Bars{}.d / 2, setup_.parameters.centre));
@@ -135,7 +129,7 @@ void PantographIo::take(const std::array<float, pantograph::kJoints>& degrees, D
 std::array<float, pantograph::kJoints> PantographIo::torquesFor(const DeviceCommand& command,
                                                                 std::int64_t now_ns) noexcept {
   saturated_ = false;
-  const bool trusted = known_ && calibration_.load() == Calibration::kDone && now_ns - reading_ns_ <= kTrust_ns;
+  const bool trusted = calibration_.load() == Calibration::kDone && check_.trusted(now_ns, kTrust_ns);
   if (!command.enabled || !trusted) return {};
   const Vec2 force = shortened(toDevice(command.force), setup_.parameters.max_force, saturated_);
   const Vec2 torque = setup_.parameters.torque_scale * (grip_.jacobian.transpose() * force);

@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "drivers/link/device_io.h"
-#include "drivers/link/hand_time.h"
+#include "drivers/link/reading_check.h"
 #include "drivers/pantograph/pantograph_parameters.h"
 #include "drivers/pantograph/pantograph_protocol.h"
 
@@ -54,12 +54,11 @@ class PantographIo final : public DeviceIo {
   std::atomic<Calibration> calibration_{Calibration::kNeeded};
   pantograph::Grip grip_;
   std::array<float, pantograph::kJoints> last_deg_{};
-  std::int64_t reading_ns_ = 0, heard_ns_ = 0, asked_ns_ = 0, next_ns_ = 0;
+  std::int64_t heard_ns_ = 0, asked_ns_ = 0, next_ns_ = 0;
   std::uint64_t dropped_ = 0;
-  bool open_ = false, known_ = false, asked_ = false, saturated_ = false;
+  bool open_ = false, asked_ = false, saturated_ = false;
   bool stalled_ = false;  ///< It fell silent and was not unplugged since: nobody holds its arms where it counts from.
-  int bad_in_a_row_ = 0;
-  HandTime hand_time_;
+  ReadingCheck check_{kMostDegreesPerMs, kBadInARow};
 };
 
 }  // namespace hapticd

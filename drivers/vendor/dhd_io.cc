@@ -30,7 +30,7 @@ Result<void> DhdIo::open(const std::atomic<bool>&) {
   if (id < 0) return failed("it does not open");
   id_ = static_cast<DhdSdk::Id>(id);
   open_ = true;
-  known_ = asked_ = saturated_ = energised_ = switched_off_ = false;
+  asked_ = saturated_ = energised_ = switched_off_ = false;
   failures_ = refusals_ = 0;
   ticks_ = 0;
   check_.forget();
@@ -141,14 +141,12 @@ void DhdIo::take(DeviceSample& sample, DeviceLink& link) noexcept {
       break;
     case PoseCheck::Verdict::kBroken:
       link.publishStatus(kDeviceError);
-      known_ = false;
       [[fallthrough]];
     case PoseCheck::Verdict::kDropped:
       LinkCounters::add(link.counters.rejected);
       return;
   }
-  known_ = true;
-  reading_ns_ = sample.t_ns = now_ns;
+  sample.t_ns = now_ns;
   sample.status = (saturated_ ? kDeviceSaturated : kDeviceOk) | (switched_off_ ? kDeviceDeadmanOpen : kDeviceOk);
   link.publish(sample);
 }
@@ -164,7 +162,7 @@ void DhdIo::send(const DeviceCommand& command) noexcept {
     switched_off_ = false;
     energised_ticks_ = ticks_;
   }
-  const bool trusted = known_ && calibration_.load() == Calibration::kDone && asked_ns_ - reading_ns_ <= kTrust_ns;
+  const bool trusted = calibration_.load() == Calibration::kDone && check_.trusted(asked_ns_, kTrust_ns);
   if (!command.enabled || !trusted || switched_off_ || !command.force.allFinite() || !command.torque.allFinite() ||
       !std::isfinite(command.gripper_force)) {
     return setForce(Vec3::Zero(), Vec3::Zero(), 0);
@@ -186,7 +184,6 @@ void DhdIo::lookAtStatus() noexcept {
   std::array<int, DhdSdk::kMostStatus> status{};
   if (sdk_->getStatus(status.data(), id_) < 0) return;
   const bool calibrated = status[DhdSdk::kCalibrated] != 0;
-  if (!calibrated) known_ = false;
   if (calibrated != (calibration_.load() == Calibration::kDone)) check_.forget();  // The origin jumps then.
   calibration_.store(calibrated ? Calibration::kDone : Calibration::kNeeded);
   // It takes a moment until it says that forces are on.

@@ -52,12 +52,12 @@ class DhdIo final : public DeviceIo {
   Clock& clock_;
   std::optional<DhdSdk> sdk_;
   DhdSdk::Id id_ = 0;
-  bool open_ = false, known_ = false, wrist_ = false, gripper_ = false;
+  bool open_ = false, wrist_ = false, gripper_ = false;
   int jaws_ = 1;         ///< -1: the gripper of a left-handed device opens toward negative angles.
   int system_type_ = 0;  ///< 0: never opened.
   std::atomic<Calibration> calibration_{Calibration::kNeeded};
   PoseCheck check_;
-  std::int64_t next_ns_ = 0, reading_ns_ = 0, asked_ns_ = 0;
+  std::int64_t next_ns_ = 0, asked_ns_ = 0;
   bool asked_ = false, saturated_ = false, energised_ = false, switched_off_ = false;
   int failures_ = 0, refusals_ = 0;
   std::uint32_t ticks_ = 0, energised_ticks_ = 0;  ///< They wrap after 49 days.

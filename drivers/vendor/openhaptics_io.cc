@@ -57,7 +57,7 @@ Result<void> OpenHapticsIo::open(const std::atomic<bool>&) {
   sdk_->disable(HdSdk::kForceOutput);
   if (!described_) describe();
   described_ = true;
-  gone_ = known_ = asked_ = saturated_ = energised_ = false;
+  gone_ = asked_ = saturated_ = energised_ = false;
   wrote_ = kDeviceOk;
   ticks_ = 0;
   check_.forget();
@@ -173,7 +173,6 @@ void OpenHapticsIo::calibrate() noexcept {
   }
   const bool done = state == HdSdk::kCalibrated;
   if (done != (calibration_.load() == Calibration::kDone)) check_.forget();
-  if (!done) known_ = false;
   calibration_.store(done ? Calibration::kDone : Calibration::kNeeded);
 }
 
@@ -228,17 +227,12 @@ void OpenHapticsIo::take(const double* transform, int buttons) noexcept {
   const PoseCheck::Verdict verdict = check_.judge(sample.p, now_ns, setup_.info);
   if (verdict != PoseCheck::Verdict::kBelieved) {
     LinkCounters::add(link.counters.rejected);
-    if (verdict == PoseCheck::Verdict::kBroken) {
-      known_ = false;
-      link.publishStatus(kDeviceError);
-    }
+    if (verdict == PoseCheck::Verdict::kBroken) link.publishStatus(kDeviceError);
     return;
   }
   sample.q = *q;
   sample.buttons = static_cast<std::uint32_t>(buttons);
   sample.status = saturated_ ? kDeviceSaturated : kDeviceOk;
-  known_ = true;
-  reading_ns_ = now_ns;
   link.publish(sample);
 }
 
@@ -251,7 +245,7 @@ void OpenHapticsIo::send(const DeviceCommand& command) noexcept {
     command.enabled ? sdk_->enable(HdSdk::kForceOutput) : sdk_->disable(HdSdk::kForceOutput);
     energised_ = command.enabled;
   }
-  const bool trusted = known_ && calibration_.load() == Calibration::kDone && now_ns - reading_ns_ <= kTrust_ns;
+  const bool trusted = calibration_.load() == Calibration::kDone && check_.trusted(now_ns, kTrust_ns);
   Vec3 force = Vec3::Zero();
   if (command.enabled && trusted) force = toDevice(shortened(command.force, setup_.info.max_force, saturated_));
   sdk_->setDoublev(HdSdk::kForce, force.data());

@@ -63,8 +63,8 @@ class OpenHapticsIo final : public DeviceIo {
   std::atomic<bool> gone_{false};
   // The scheduler's.
   PoseCheck check_;
-  std::int64_t reading_ns_ = 0, asked_ns_ = 0;
-  bool known_ = false, asked_ = false, saturated_ = false, energised_ = false;
+  std::int64_t asked_ns_ = 0;
+  bool asked_ = false, saturated_ = false, energised_ = false;
   std::uint32_t wrote_ = 0;  ///< DeviceStatus of what the last frame wrote.
   std::uint32_t ticks_ = 0;  ///< Wraps after 49 days.
 };

@@ -6,46 +6,35 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/link/hand_time.h"
+#include "drivers/link/reading_check.h"
 #include "rt/base/math.h"
 #include "rt/device.h"
 
 namespace hapticd {
 
-/**
- * A place must be finite, within reach, and no further from the last one than a hand gets. A few that are not are
- * dropped; kBadInARow mean that something is broken: a device error, after which the next place within reach is the
- * new truth.
- */
+/** As ReadingCheck; a place must be finite and within reach. */
 class PoseCheck {
  public:
   static constexpr double kMostSpeed = 10;  ///< [m/s]
   static constexpr int kBadInARow = 20;
-  enum class Verdict : std::uint8_t { kBelieved, kDropped, kBroken };
+  using Verdict = ReadingCheck::Verdict;
 
-  void forget() HD_RT { known_ = false, bad_ = 0; }
+  void forget() HD_RT { check_.forget(); }
   [[nodiscard]] Verdict judge(const Vec3& p, std::int64_t now_ns, const DeviceInfo& info) HD_RT {
-    const double time_s = 1e-3 * hand_time_.ms(last_ns_, now_ns, bad_);
     const bool there = p.allFinite() && (p.array() >= info.max_workspace_lower.array()).all() &&
                        (p.array() <= info.max_workspace_upper.array()).all();
-    if (there && (!known_ || (p - last_).norm() <= kMostSpeed * time_s)) {
-      last_ = p;
-      last_ns_ = now_ns;
-      known_ = true;
-      bad_ = 0;
-      return Verdict::kBelieved;
-    }
-    if (++bad_ < kBadInARow) return Verdict::kDropped;
-    forget();
-    return Verdict::kBroken;
+    const Verdict verdict = check_.judge(there, (p - last_).norm(), now_ns);
+    if (verdict == Verdict::kBelieved) last_ = p;
+    return verdict;
+  }
+  /** As ReadingCheck's. */
+  [[nodiscard]] bool trusted(std::int64_t now_ns, std::int64_t most_ns) const HD_RT {
+    return check_.trusted(now_ns, most_ns);
   }
 
  private:
+  ReadingCheck check_{1e-3 * kMostSpeed, kBadInARow};
   Vec3 last_ = Vec3::Zero();
-  std::int64_t last_ns_ = 0;
-  int bad_ = 0;
-  HandTime hand_time_;
-  bool known_ = false;
 };
 
 /** The rotation that these rows are, if they are one within a hundredth. */

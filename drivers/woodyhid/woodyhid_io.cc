@@ -16,8 +16,9 @@ Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
   const std::size_t declared = reports ? reports->reportBytes(HidKind::kOutput, 0) : 0;
   report_bytes_.store(1 + std::clamp(declared, woodyhid::kReportBytes, woodyhid::kTeensyReportBytes));
   calibration_.store(setup_.parameters.calibrated && !was_open_ ? Calibration::kDone : Calibration::kNeeded);
-  may_press_ = calibrating_ = known_ = saturated_ = asked_ = false;
-  bad_in_a_row_ = still_ = 0;
+  may_press_ = calibrating_ = saturated_ = asked_ = false;
+  check_.forget();
+  still_ = 0;
 
   const std::int64_t give_up_ns = hid_->now() + kFirstWord_ns;
   while (!stop.load(std::memory_order_relaxed) && hid_->now() < give_up_ns) {
@@ -76,38 +77,33 @@ bool WoodyIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
   return reply(reading ? &*reading : nullptr, now_ns, link);
 }
 
-bool WoodyIo::plausible(const woodyhid::Reading& reading, std::int64_t now_ns) noexcept {
-  if (!known_) return true;
-  const double ms = hand_time_.ms(reading_ns_, now_ns, bad_in_a_row_);
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (std::abs(reading.encoder[i] - last_.encoder[i]) > kMostCountsPerMs * ms) return false;
-  }
-  return true;
+/** Of the motor that turned most, in counts. */
+double WoodyIo::movedTo(const woodyhid::Reading& reading) const noexcept {
+  int most = 0;
+  for (std::size_t i = 0; i < 3; ++i) most = std::max(most, std::abs(reading.encoder[i] - last_.encoder[i]));
+  return most;
 }
 
 void WoodyIo::take(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept {
   if (calibrating_ && !reading.calibrate) {
-    calibrating_ = known_ = false;
-    bad_in_a_row_ = 0;
+    calibrating_ = false;
+    check_.forget();
     calibration_.store(Calibration::kDone);
   }
   if (calibration_.load() != Calibration::kDone) return;
   const Vec3 angles = woodyAngles(*setup_.model, reading.encoder);
   const WoodyArm arm = solveWoodyArm(*setup_.model, angles);
-  if (!arm.reachable || !plausible(reading, now_ns)) {
+  const ReadingCheck::Verdict verdict = check_.judge(arm.reachable, movedTo(reading), now_ns);
+  if (verdict != ReadingCheck::Verdict::kBelieved) {
     LinkCounters::add(link.counters.rejected);
-    if (++bad_in_a_row_ < kBadInARow) return;
-    // It stays where it cannot be: counts were lost, or it was not calibrated where it should have been.
+    if (verdict == ReadingCheck::Verdict::kDropped) return;
+    // Counts were lost, or it was not calibrated where it should have been.
     calibration_.store(Calibration::kNeeded);
-    known_ = false;
     link.publishStatus(kDeviceError);
     return;
   }
   arm_ = arm;
   last_ = reading;
-  known_ = true;
-  bad_in_a_row_ = 0;
-  reading_ns_ = now_ns;
   publish(reading, now_ns, link);
 }
 
@@ -154,7 +150,7 @@ woodyhid::Report WoodyIo::answer(const woodyhid::Reading* reading, const DeviceC
     may_press_ = false;
     return woodyhid::encodeCounters(counts);
   }
-  const bool trusted = calibration_.load() == Calibration::kDone && known_ && now_ns - reading_ns_ <= kTrust_ns;
+  const bool trusted = calibration_.load() == Calibration::kDone && check_.trusted(now_ns, kTrust_ns);
   saturated_ = false;
   if (!command.enabled || !trusted) return woodyhid::encodeCurrents({});
   const Vec3 force = shortened(command.force, setup_.info.max_force, saturated_);

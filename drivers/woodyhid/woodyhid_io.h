@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "drivers/link/device_io.h"
-#include "drivers/link/hand_time.h"
+#include "drivers/link/reading_check.h"
 #include "drivers/woodyhid/woody_kinematics.h"
 #include "drivers/woodyhid/woodyhid_parameters.h"
 #include "drivers/woodyhid/woodyhid_protocol.h"
@@ -47,7 +47,7 @@ class WoodyIo final : public DeviceIo {
 
  private:
   [[nodiscard]] bool send(const woodyhid::Report& report) noexcept;
-  [[nodiscard]] bool plausible(const woodyhid::Reading& reading, std::int64_t now_ns) noexcept;
+  [[nodiscard]] double movedTo(const woodyhid::Reading& reading) const noexcept;
   void take(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept;
   void publish(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept;
   [[nodiscard]] bool reply(const woodyhid::Reading* reading, std::int64_t now_ns, DeviceLink& link) noexcept;
@@ -64,15 +64,13 @@ class WoodyIo final : public DeviceIo {
   bool calibrating_ = false;  ///< It was told the counters of calibration; its button is not up yet.
   int deaf_ = 0;              ///< Reports since then.
   std::array<std::int32_t, 6> heard_{};
-  int still_ = 0;       ///< Reports in a row with the same encoders.
-  bool known_ = false;  ///< `last_` and `arm_` are.
+  int still_ = 0;  ///< Reports in a row with the same encoders.
+  ReadingCheck check_{kMostCountsPerMs, kBadInARow};
   woodyhid::Reading last_;
   WoodyArm arm_;
-  std::int64_t reading_ns_ = 0, sent_ns_ = 0;
+  std::int64_t sent_ns_ = 0;
   bool asked_ = false;  ///< Something was sent since the last reading.
   bool saturated_ = false;
-  int bad_in_a_row_ = 0;
-  HandTime hand_time_;
 };
 
 }  // namespace hapticd

@@ -168,7 +168,7 @@ HAPTIC_API int haptic_session_release_lease(haptic_session* session, haptic_erro
 /**
  * Energises the device: takes the lease, clears a latched fault whose cause is gone, and ramps the force up over two
  * seconds once the force asked for is small. HAPTIC_WOULD_BLOCK while the machine goes to sleep, before which every
- * armed device is stopped.
+ * armed device is stopped. After HAPTIC_TIMEOUT it is not armed later either.
  */
 HAPTIC_API int haptic_session_arm(haptic_session* session, haptic_error* error);
 /** Has the force lowered, in a second at most; haptic_device_status.armed says when none can reach the device. */

@@ -77,6 +77,7 @@ class Session(Handle):
         """Takes the lease and energises the device; the force ramps up over two seconds once what is asked for is small.
 
         A fault that is latched is cleared, if its cause is gone. Returns at once: SampleFlag.RAMPING tells of the ramp.
+        After TIMEOUT it is not armed later either.
         """
         call(_lib.haptic_session_arm, self._handle)
 

@@ -117,6 +117,19 @@ int order(haptic_session* session, haptic_error* error, Make&& make) {
   });
 }
 
+/**
+ * The order to arm may have waited longer than its program was willing to, and be obeyed still, when nobody looks: this
+ * one follows it.
+ */
+void callOff(haptic_session& session) {
+  session.connection->run([&](Connection::Loop&) {
+    try {
+      session.opened->capability.disarmRequest().send().ignoreResult().detach([](kj::Exception&&) {});
+    } catch (...) {  // No memory, or the connection has gone, and the session with it.
+    }
+  });
+}
+
 /** Until the servo has published once, so that a program's first look finds something; not longer, if it is stuck. */
 void awaitFirstSample(haptic_session& session) {
   constexpr int kLooks = 200;
@@ -227,7 +240,9 @@ int haptic_session_release_lease(haptic_session* session, haptic_error* error) {
   return order(session, error, [](auto& capability) { return capability.releaseLeaseRequest(); });
 }
 int haptic_session_arm(haptic_session* session, haptic_error* error) {
-  return order(session, error, [](auto& capability) { return capability.armRequest(); });
+  const int code = order(session, error, [](auto& capability) { return capability.armRequest(); });
+  if (code == HAPTIC_TIMEOUT) callOff(*session);
+  return code;
 }
 int haptic_session_disarm(haptic_session* session, haptic_error* error) {
   return order(session, error, [](auto& capability) { return capability.disarmRequest(); });

@@ -115,6 +115,7 @@ class SessionServer final : public proto::Session::Server {
   kj::Promise<void> releaseLease(ReleaseLeaseContext) override { return noted("releaseLease"); }
   kj::Promise<void> arm(ArmContext context) override {
     inside_.note("arm");
+    if (inside_.now().dawdle) return kj::NEVER_DONE;
     if (const auto code = inside_.now().refuse_arm; code != 0) {
       refuse(context.getResults().initStatus(), code, "sim", "a fault is latched", "close the stop line");
     }

@@ -235,6 +235,15 @@ TEST_F(SessionTest, OrdersReachTheDaemonAndRefusalsComeBack) {
             (std::vector<std::string>{"acquireLease", "arm", "disarm", "releaseLease"}));
 }
 
+/** A daemon that stood still may obey when nobody waits for it any more. */
+TEST_F(SessionTest, AnOrderToArmThatTookTooLongIsCalledOff) {
+  daemon_->script([](Script& script) { script.dawdle = true; });
+  ASSERT_TRUE(client_->setTimeout(std::chrono::milliseconds(50)));
+  EXPECT_EQ(session_->arm().code(), HAPTIC_TIMEOUT);
+  EXPECT_TRUE(eventually([&] { return daemon_->seen().calls.back() == "disarm"; }));
+  EXPECT_EQ(*(daemon_->seen().calls.end() - 2), "arm");
+}
+
 TEST_F(SessionTest, ASessionThatTheDaemonEndedIsDead) {
   EXPECT_TRUE(session_->alive());
   daemon_->regionA()->acks.ended = 1;

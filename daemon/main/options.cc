@@ -12,6 +12,7 @@
 
 #include "daemon/control/core.h"
 #include "daemon/main/device_uris.h"
+#include "daemon/panel/panel.h"
 #include "daemon/rpc/listen_socket.h"
 #include "daemon/version.h"
 #include "drivers/number.h"
@@ -115,6 +116,7 @@ Result<void> checkWhole(Options& options) {
   if (good) good = checkFolders(options.loaded);
   if (good) good = checkSocketPaths(config.sockets.control, config.sockets.admin);
   if (good) good = checkSocketGroup(config.sockets.group);
+  if (good) good = findLines(lineRequests(config.lines));
   return good;
 }
 

@@ -55,25 +55,37 @@ Error notFound(const LineRequest& request, const char* what) {
   return {ErrorCode::kNotFound, "line \"" + request.name + "\"", what, "gpioinfo lists chips and lines"};
 }
 
-Result<void> GpiodLines::add(const LineRequest& request) {
+/** A line and its chip, which closes with it. */
+struct Found {
+  std::unique_ptr<gpiod_chip, CloseChip> chip;
   gpiod_line* line = nullptr;
+};
+
+Result<Found> find(const LineRequest& request) {
+  Found found;
   errno = 0;
   if (request.chip.empty()) {
-    line = gpiod_line_find(request.name.c_str());
-    if (line == nullptr) {
+    found.line = gpiod_line_find(request.name.c_str());
+    if (found.line == nullptr)
       return errno == EACCES ? refused(request, EACCES) : notFound(request, "no chip has a line of that name");
-    }
-    chips_.emplace_back(gpiod_line_get_chip(line));
-  } else {
-    chips_.emplace_back(gpiod_chip_open_lookup(request.chip.c_str()));
-    if (chips_.back() == nullptr) {
-      chips_.pop_back();
-      return errno == ENOENT || errno == ENODEV || errno == 0 ? Result<void>(notFound(request, "there is no such chip"))
-                                                              : Result<void>(refused(request, errno));
-    }
-    line = gpiod_chip_find_line(chips_.back().get(), request.name.c_str());
-    if (line == nullptr) return notFound(request, "the chip has no line of that name");
+    found.chip.reset(gpiod_line_get_chip(found.line));
+    return found;
   }
+  found.chip.reset(gpiod_chip_open_lookup(request.chip.c_str()));
+  if (found.chip == nullptr) {
+    const bool absent = errno == ENOENT || errno == ENODEV || errno == 0;
+    return absent ? notFound(request, "there is no such chip") : refused(request, errno);
+  }
+  found.line = gpiod_chip_find_line(found.chip.get(), request.name.c_str());
+  if (found.line == nullptr) return notFound(request, "the chip has no line of that name");
+  return found;
+}
+
+Result<void> GpiodLines::add(const LineRequest& request) {
+  auto found = find(request);
+  if (!found) return found.error();
+  gpiod_line* const line = found->line;
+  chips_.push_back(std::move(found->chip));
   int flags = request.active_low ? GPIOD_LINE_REQUEST_FLAG_ACTIVE_LOW : 0;
   if (request.bias == LineBias::kPullUp) flags |= GPIOD_LINE_REQUEST_FLAG_BIAS_PULL_UP;
   if (request.bias == LineBias::kPullDown) flags |= GPIOD_LINE_REQUEST_FLAG_BIAS_PULL_DOWN;
@@ -105,13 +117,24 @@ int GpiodLines::wait(std::int64_t timeout_ns, LineEdge* edges, int most) noexcep
   return found;
 }
 
+Result<void> checkCount(std::size_t lines) {
+  if (lines <= kMostLines) return {};
+  return Error{
+      ErrorCode::kInvalidArgument, "[[line]]", "there are more than " + std::to_string(kMostLines) + " lines", {}};
+}
+
 }  // namespace
 
-Result<std::unique_ptr<Lines>> openLines(const std::vector<LineRequest>& requests) {
-  if (requests.size() > kMostLines) {
-    return Error{
-        ErrorCode::kInvalidArgument, "[[line]]", "there are more than " + std::to_string(kMostLines) + " lines", {}};
+Result<void> findLines(const std::vector<LineRequest>& requests) {
+  for (const LineRequest& request : requests) {
+    const auto found = find(request);
+    if (!found && found.error().code != ErrorCode::kPermissionDenied) return found.error();
   }
+  return checkCount(requests.size());
+}
+
+Result<std::unique_ptr<Lines>> openLines(const std::vector<LineRequest>& requests) {
+  if (auto r = checkCount(requests.size()); !r) return r.error();
   auto lines = std::make_unique<GpiodLines>();
   for (const LineRequest& request : requests) {
     if (auto r = lines->add(request); !r) return r.error();

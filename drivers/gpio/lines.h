@@ -44,6 +44,9 @@ class Lines {
   [[nodiscard]] virtual bool set(std::size_t line, bool active) noexcept = 0;
 };
 
+/** Whether they are there; takes none. Of chips that the caller may not open nothing is said. */
+[[nodiscard]] Result<void> findLines(const std::vector<LineRequest>& requests);
+
 /**
  * Takes the lines. kNotFound names the chip or line that is not there, kPermissionDenied and kDeviceBusy the line that
  * cannot be had.

@@ -260,6 +260,10 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
     std::ofstream(bad, std::ios::trunc) << "[[group]]\nname = \"one\"\ndevices = [\"sim://\"]\ncpus = " << cpus << "\n";
     EXPECT_EQ(code({"--check-config", "--config", bad}), good ? 0 : 2) << cpus;
   }
+  std::ofstream(bad) << "[[line]]\nrole = \"stop\"\nchip = \"no-such-chip\"\nname = \"ESTOP\"\n";
+  Program lineless(directory, {"--check-config", "--config", bad});
+  EXPECT_EQ(lineless.wait(), 2);
+  EXPECT_NE(lineless.output().find("line \"ESTOP\": there is no such chip"), std::string::npos) << lineless.output();
   const std::string longest = "/" + std::string(106, 'x');
   for (const auto& sockets : {"control = '" + longest + "x'", "admin = '" + longest + "x'",
                               std::string("control = '/tmp/one.sock'\nadmin = '/tmp/one.sock'")}) {

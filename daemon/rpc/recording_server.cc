@@ -9,9 +9,10 @@ kj::Promise<void> RecordingServer::stream(StreamContext context) {
     if (!stream_.valid()) {
       return Error{ErrorCode::kInvalidArgument, "stream", "it was handed out before", "start another recording"};
     }
-    auto region = RegionServer::handOut(core_, uid_, Result<UniqueFd>(std::move(stream_)));
+    auto region = RegionServer::handOut(core_, uid_, duplicate(stream_.get()));
     if (!region) return region.error();
     results.setStream(std::move(*region));
+    stream_.reset();  // Else the recorder would not see that the reader has gone.
     return {};
   });
 }

@@ -161,6 +161,25 @@ TEST_F(Control, DroppingTheConnectionEndsEverythingOfIt) {
   EXPECT_EQ(get("/objects/mine/id").is_number(), true);
 }
 
+/** A user has so many Regions; who holds them all is told, and asks again. */
+TEST_F(Control, AStreamThatIsRefusedIsNotLost) {
+  auto begin = client.daemon.sceneRequest().send().getScene().beginUploadRequest();
+  begin.setBytes(1000);
+  auto upload = loop.call(kj::mv(begin));
+  ASSERT_TRUE(good(upload.getStatus()));
+  std::vector<proto::Region::Client> held;
+  for (auto one = loop.call(upload.getUpload().regionRequest()); one.hasRegion();
+       one = loop.call(upload.getUpload().regionRequest()))
+    held.push_back(one.getRegion());
+  auto recording = loop.call(client.daemon.recordRequest());
+  ASSERT_TRUE(good(recording.getStatus()));
+  EXPECT_EQ(code(loop.call(recording.getRecording().streamRequest()).getStatus()), ErrorCode::kQuotaExceeded);
+  held.pop_back();
+  EXPECT_TRUE(good(loop.call(recording.getRecording().streamRequest()).getStatus()));
+  EXPECT_EQ(code(loop.call(recording.getRecording().streamRequest()).getStatus()), ErrorCode::kInvalidArgument)
+      << "it was handed out";
+}
+
 TEST_F(Control, GetAndSetRoundTripByEveryName) {
   auto in = scene();
   sphere(in, "base");

@@ -36,7 +36,6 @@ void ObjectEffects::reset() HD_RT {
   anchor_.fill({});
   fresh_ = true;
   left_ = 0;
-  cut_short_ = was_cut_short_ = false;
 }
 
 /** False: out of reach. */
@@ -53,14 +52,13 @@ bool ObjectEffects::find(const SceneObject& object, const EffectParameters& effe
     NearestQuery query;
     query.x = x;
     query.limit = kMostVisits;
+    query.nearly = true;
     const bool mesh = object.shape.kind == ShapeKind::kMesh;
     // A field fills a solid however deep; where a solid holds the hand, its guide is as deep as at the surface.
     const bool fills = guide ? holdsInside(object) : !mesh;
     if (mesh || !fills) query.reach = effect.reach;
     Nearest nearest;
-    const NearestResult result = nearestOnShape(object.shape, query, nearest);
-    cut_short_ = cut_short_ || result == NearestResult::kExhausted;
-    if (result != NearestResult::kFound) return false;
+    if (nearestOnShape(object.shape, query, nearest) != NearestResult::kFound) return false;
     if (fills && nearest.isInside(x)) return true;
     place.way = nearest.point - x;
     const double distance = place.way.norm();
@@ -90,7 +88,6 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
   double deepest = 0;
   std::uint32_t guide = 0;
   bool ends = false;
-  cut_short_ = false;
   ++steps_;
   for (const std::uint32_t slot : scene.effects()) {
     const EffectParameters& effect = scene.effect(slot);
@@ -136,13 +133,12 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
 
   if (fresh_) {
     fresh_ = false;
-  } else if (scene.effectChanges() != changes_ || cut_short_ != was_cut_short_ || (ends && guide != guide_)) {
+  } else if (scene.effectChanges() != changes_ || (ends && guide != guide_)) {
     rest_ = last_ - force;
     left_ = kBlend;
   }
   guide_ = guide;
   changes_ = scene.effectChanges();
-  was_cut_short_ = cut_short_;
   left_ = std::max(0.0, left_ - dt);
   force += left_ / kBlend * rest_;
   last_ = force;

@@ -13,7 +13,8 @@
 namespace hapticd {
 
 /**
- * Effects on one device point. Servo thread only; deterministic, no longer than kMaxEffects searches of kMostVisits.
+ * Effects on one device point. Servo thread only; deterministic, no longer than kMaxEffects searches of kMostVisits,
+ * which end with the nearest place found until then.
  *
  * All fields act together; of the guides that one in whose well the hand is deepest, which of equal guides is the
  * nearest. So all guides that rest are one potential, and no closed way gives energy.
@@ -46,20 +47,19 @@ class ObjectEffects {
     Vec3 at = Vec3::Zero();
   };
 
-  [[nodiscard]] bool find(const SceneObject& object, const EffectParameters& effect, const Vec3& x, Place& place) HD_RT;
+  [[nodiscard]] static bool find(const SceneObject& object, const EffectParameters& effect, const Vec3& x,
+                                 Place& place) HD_RT;
   [[nodiscard]] Vec3 friction(std::uint32_t slot, std::uint32_t object, const EffectParameters& effect, const Vec3& x,
                               double share) HD_RT;
 
   std::array<Anchor, kMaxObjects> anchor_{};
   std::uint64_t steps_ = 0;
-  std::uint32_t guide_ = 0;     ///< Slot of the guide that acted in the last tick, 0 for none.
-  bool fresh_ = true;           ///< No step since reset().
-  Vec3 last_ = Vec3::Zero();    ///< Force of the last tick [N].
-  Vec3 rest_ = Vec3::Zero();    ///< What fades after the last change [N],
-  double left_ = 0;             ///< for so much longer [s].
-  std::uint64_t changes_ = 0;   ///< Scene::effectChanges() of the last tick.
-  bool cut_short_ = false;      ///< A search was, this tick,
-  bool was_cut_short_ = false;  ///< and in the last.
+  std::uint32_t guide_ = 0;    ///< Slot of the guide that acted in the last tick, 0 for none.
+  bool fresh_ = true;          ///< No step since reset().
+  Vec3 last_ = Vec3::Zero();   ///< Force of the last tick [N].
+  Vec3 rest_ = Vec3::Zero();   ///< What fades after the last change [N],
+  double left_ = 0;            ///< for so much longer [s].
+  std::uint64_t changes_ = 0;  ///< Scene::effectChanges() of the last tick.
 };
 
 }  // namespace hapticd

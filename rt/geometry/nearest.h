@@ -30,6 +30,7 @@ struct NearestQuery {
   Vicinity* vicinity = nullptr;  ///< As in Sweep.
   std::uint32_t work = 0;        ///< In and out: tree nodes and triangles visited, primitives too.
   std::uint32_t limit = 0;       ///< Of `work`.
+  bool nearly = false;           ///< Where the limit is met, the nearest of what was visited will do.
 };
 
 /** Where. */
@@ -52,7 +53,7 @@ enum class NearestResult : std::uint8_t { kNone, kFound, kExhausted };
  * The surface point nearest to x, from inside too. Where several are (x in a sphere's centre), one of them, the same
  * each time (the triangle of the lowest number). A curved surface is turned as its nearest point is: no other point of
  * it is looked for. kNone: nothing in reach, `nearest` untouched, as with kExhausted: the work limit was met, nothing
- * is known.
+ * is known; with `nearly`: nothing in reach has been found until then.
  */
 [[nodiscard]] NearestResult nearestOnShape(const Shape& shape, NearestQuery& query, Nearest& nearest) HD_RT;
 [[nodiscard]] NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& nearest) HD_RT;

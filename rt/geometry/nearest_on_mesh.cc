@@ -88,7 +88,7 @@ NearestResult nearestOnMesh(const MeshView& mesh, NearestQuery& query, Nearest& 
         [&](std::uint32_t first, std::uint32_t count) {
           for (std::uint32_t t = first; t < first + count; ++t) look(t);
         });
-    if (!finished) return NearestResult::kExhausted;
+    if (!finished && !(query.nearly && triangle != HD_NO_INDEX)) return NearestResult::kExhausted;
   }
   if (triangle == HD_NO_INDEX) return NearestResult::kNone;
   nearest = {foot.point, faceNormal(mesh, triangle), Vec3::Zero(), best, triangle, foot.kind, foot.corner};

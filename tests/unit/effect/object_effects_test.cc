@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rt/geometry/nearest.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/test_effect.h"
 
@@ -43,17 +44,17 @@ TEST(ObjectEffects, AViscousBoxDampsWhatMovesInItRelativeToIt) {
 
 TEST(ObjectEffects, FrictionHoldsAndIsThenDraggedAlong) {
   EffectScene t;
-  t.add(effect(EffectKind::kFriction, 1, 1000));
+  t.add(effect(EffectKind::kFriction, 2, 2000));
   expectForce(t.settled({0, 0, 0}), Vec3::Zero());
-  expectForce(t.feel({0.0005, 0, 0}), {-0.5, 0, 0});
+  expectForce(t.feel({0.0005, 0, 0}), {-1, 0, 0});
   expectForce(t.feel({0, 0, 0}), Vec3::Zero());
   for (int i = 0; i <= 100; ++i) (void)t.feel({1e-4 * i, 0, 0});
-  expectForce(t.feel({0.01, 0, 0}), {-1, 0, 0});
-  expectForce(t.feel({0.0095, 0, 0}), {-0.5, 0, 0});
+  expectForce(t.feel({0.01, 0, 0}), {-2, 0, 0});
+  expectForce(t.feel({0.0095, 0, 0}), {-1, 0, 0});
   expectForce(t.feel({0.009, 0, 0}), Vec3::Zero());
-  expectForce(t.feel({0.008, 0, 0}), {1, 0, 0});
+  expectForce(t.feel({0.008, 0, 0}), {2, 0, 0});
   for (int i = 80; i <= 450; ++i) (void)t.feel({1e-4 * i, 0, 0});
-  expectForce(t.feel({0.045, 0, 0}), {-0.5, 0, 0});  // Half of the way through the outer fifth.
+  expectForce(t.feel({0.045, 0, 0}), {-1, 0, 0});  // Half of the way through the outer fifth.
 }
 
 TEST(ObjectEffects, FrictionThatLetGoHoldsAnew) {
@@ -86,6 +87,23 @@ TEST(ObjectEffects, AVibrationSwingsAtItsFrequency) {
   EXPECT_NEAR(all / 1000, 0.125, 1e-6) << "nothing at other frequencies";
 }
 
+/** In phase with the clock, also a month after its zero. */
+TEST(ObjectEffects, AVibrationSwingsWithTheClock) {
+  EffectScene t;
+  EffectParameters buzz = effect(EffectKind::kVibration, 0.5);
+  buzz.frequency = 62.5;
+  t.add(buzz);
+  (void)t.settled({0, 0, 0});
+  for (const std::int64_t since : {std::int64_t{0}, std::int64_t{31} * 86400 * 1'000'000'000}) {
+    for (int i = 0; i < 40; ++i) {
+      t.now_ns = since + i * std::int64_t{1'000'000};
+      const std::int64_t now_ns = t.now_ns + 1'000'000;
+      const double turns = static_cast<double>(now_ns % 16'000'000) / 16e6;
+      expectForce(t.feel({0, 0, 0}), {0, 0, 0.5 * std::sin(2 * M_PI * turns)});
+    }
+  }
+}
+
 TEST(ObjectEffects, AGuideDrawsToAPointOrALineOrASurface) {
   EffectScene t;
   const auto id = t.add(effect(EffectKind::kGuide, 2, 200), {{0, 0, 0.1}, Quat::Identity()});
@@ -113,6 +131,36 @@ TEST(ObjectEffects, AGuideDrawsToAMesh) {
   EXPECT_NEAR(f.norm(), 1.2, 0.1);
   EXPECT_LT(f.x(), -1.1);
   expectForce(t.settled({0.02, 0, 0}), Vec3::Zero());
+}
+
+/** Where nothing is near enough for the tree to leave much out: in the middle of a ball. */
+TEST(ObjectEffects, AGuideDrawsToAMeshTooLargeToSearchWhole) {
+  EffectScene t;
+  constexpr double kSize = 0.03;
+  test::TestMesh sphere = test::sphereMesh(kSize, 24);
+  const auto id = t.addMesh(sphere.view());
+  t.flags(id, HD_OBJECT_ENABLED, 0);
+  t.set(id, effect(EffectKind::kGuide, 2, 50));
+  (void)t.settled({0, 0.001, 0});
+  int searched_in_vain = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 x(0.001 * std::sin(0.1 * i), 0.001 * std::cos(0.1 * i), 0.0005 * std::sin(0.07 * i));
+    NearestQuery query;
+    query.x = x;
+    query.limit = ObjectEffects::kMostVisits;
+    Nearest nearest;
+    if (nearestOnShape(t.scene->find(id)->shape, query, nearest) == NearestResult::kExhausted) ++searched_in_vain;
+    EXPECT_NEAR(t.feel(x).norm(), 50 * (kSize - x.norm()), 50 * 2 * x.norm()) << i;
+  }
+  EXPECT_GT(searched_in_vain, 100);
+}
+
+TEST(ObjectEffects, AGuideDampsAlongItsWayToASurface) {
+  EffectScene t;
+  const auto ball = t.add(ShapeKind::kSphere, {0.02, 0, 0});
+  t.set(ball, effect(EffectKind::kGuide, 2, 200, 5));
+  expectForce(t.settled({0.025, 0, 0}, {0.1, 0.3, -0.2}), {-1.5, 0, 0});
+  expectForce(t.settled({0.02, 0, 0}, {0.1, 0.3, -0.2}), Vec3::Zero());
 }
 
 TEST(ObjectEffects, AGuideDampsAcrossItsWayAndNotMoreThanItPulls) {
@@ -192,6 +240,19 @@ TEST(ObjectEffects, ThatAreSetOrRemovedOrWhoseObjectJumpsComeAndGoWithoutAJump) 
   run(1);
   t.remove(id);
   run(0);
+}
+
+TEST(ObjectEffects, AHandThatIsSomewhereElseHasAllOfTheForceAtOnce) {
+  EffectScene t;
+  (void)t.feel({0, 0, 0});
+  t.add(effect(EffectKind::kForce, 2));
+  t.add(effect(EffectKind::kFriction, 1, 1000));
+  (void)t.feel({0, 0, 0});
+  t.hand.reset();
+  expectForce(t.feel({0.0005, 0, 0}), {0, 0, 2}, 1e-12);
+  t.add(effect(EffectKind::kForce, 1));
+  t.hand.reset();
+  expectForce(t.feel({0.0005, 0, 0}), {0, 0, 3}, 1e-12);
 }
 
 TEST(ObjectEffects, ThatAreSetInEveryTickAreFeltAllTheSame) {

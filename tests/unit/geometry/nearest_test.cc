@@ -174,5 +174,34 @@ TEST(Nearest, NothingAndTooMuchAreReported) {
   EXPECT_EQ(nearestOnMesh(*mesh.view(), query, nearest), NearestResult::kExhausted);
 }
 
+TEST(Nearest, WhereTheLimitIsMetTheNearestOfWhatWasVisitedMayDo) {
+  TestMesh mesh = test::sphereMesh(1, 30);
+  const MeshView& view = *mesh.view();
+  NearestQuery query = at({0.1, 0.2, 0});
+  query.nearly = true;
+  Nearest exact, nearest;
+  ASSERT_EQ(nearestOnMesh(view, query, exact), NearestResult::kFound);
+  const std::uint32_t needed = query.work;
+  for (std::uint32_t limit = 0; limit < needed; limit += 7) {
+    query.work = 0;
+    query.limit = limit;
+    nearest = {};
+    const NearestResult result = nearestOnMesh(view, query, nearest);
+    EXPECT_LE(query.work, limit + 255);
+    if (limit < 3) {
+      EXPECT_EQ(result, NearestResult::kExhausted) << "no triangle has been looked at";
+    }
+    if (result != NearestResult::kFound) continue;
+    EXPECT_GE(nearest.squared_distance, exact.squared_distance);
+    EXPECT_NEAR((nearest.point - query.x).squaredNorm(), nearest.squared_distance, 1e-15);
+    EXPECT_LT(nearest.point.norm(), 1 + 1e-6);
+  }
+  EXPECT_GT(nearest.squared_distance, 0);
+  query.reach = 0.1;
+  query.limit = 5;
+  query.work = 0;
+  EXPECT_NE(nearestOnMesh(view, query, nearest), NearestResult::kFound) << "nothing is that near";
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -174,7 +174,7 @@ void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
     passivity_.follow(std::min(leaked, (last_share_ * wanted.passive - acted).norm() * moved.norm()));
   }
   last_stored_ = stored;
-  v_buzz_.update(moved, input.dt, config_.delay);
+  v_buzz_.update(moved / (1.0 + input.missed), input.dt, config_.delay);
 }
 
 void Guard::advanceState(const Wanted& wanted, const GuardInput& input) HD_RT {

@@ -92,6 +92,33 @@ TEST(GuardEnergy, ThroughMissedPeriodsAsWell) {
   }
 }
 
+/** A leak is repaid by damping at the hand's speed, which periods that are missed do not change. */
+TEST(GuardEnergy, MissedPeriodsAreNoHaste) {
+  const auto lessAfter = [](std::uint32_t missed) {
+    constexpr double kSpeed = 0.1, kStiff = 600;
+    GuardRig rig(strong(100));
+    rig.armFully();
+    rig.in.velocity.v = {kSpeed, 0, 0};
+    double push = 0;
+    const auto tick = [&] {  // Pushed along, for which somebody pays; not for what the spring gains.
+      rig.ask(HD_SOURCE_SURFACE, {push, 0, 0});
+      rig.in.stored = push * push / (2 * kStiff);
+      rig.in.carried = {push * kSpeed, 0, 0};
+      rig.in.now_ns += std::int64_t{rig.in.missed} * 1'000'000;
+      rig.sample.p.x() += kSpeed * 1e-3 * (1 + rig.in.missed);
+      rig.step();
+    };
+    for (; push < 2; push += 2.0 / 300) tick();
+    rig.in.missed = missed;
+    tick();
+    EXPECT_TRUE(rig.out.flags & HD_SAMPLE_PASSIVITY);
+    return push - rig.out.command.force.x();
+  };
+  const double steady = lessAfter(0);
+  EXPECT_GT(steady, 0.02);
+  for (const std::uint32_t missed : {1u, 3u}) EXPECT_NEAR(lessAfter(missed), steady, 0.3 * steady) << missed;
+}
+
 /** The force of before a fault, or of before the device was off, is not the force over the first way after. */
 TEST(GuardEnergy, WhatActedBeforeItWasOffIsForgotten) {
   for (const bool fault : {true, false}) {

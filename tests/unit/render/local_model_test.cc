@@ -210,6 +210,79 @@ TEST_F(SlotTest, LeaseRunsOutFadesAndIsToldOnce) {
   EXPECT_FALSE(slot.takeExpired());
 }
 
+/** Also by who asks when it is long over. */
+TEST_F(SlotTest, ThatALeaseRanOutIsToldWhenTheModelHasGone) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.lease_ns = 100 * kMs;
+  set(m, 0);
+  (void)at(0);
+  (void)at(101);
+  (void)at(200);
+  ASSERT_TRUE(slot.empty());
+  EXPECT_TRUE(slot.takeExpired());
+  EXPECT_FALSE(slot.takeExpired());
+}
+
+TEST_F(SlotTest, TheLeaseIsThatOfTheLastTimeItWasSent) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  for (const std::int64_t lease : {400, 50}) {
+    slot.reset();
+    m.lease_ns = 100 * kMs;
+    set(m, 0);
+    (void)at(0);
+    m.lease_ns = lease * kMs;
+    const std::uint64_t before = slot.status(now).seq;
+    set(m, 20);
+    EXPECT_NEAR(at(20 + lease).z(), 1, 1e-12);
+    EXPECT_EQ(slot.status(now + 20 * kMs).seq, before + 1);
+    EXPECT_LT(at(21 + lease).z(), 0.99) << lease;
+  }
+}
+
+/** Of a blend what springs make is active, and what planes make is not, also where one breaks off another. */
+TEST_F(SlotTest, OfABlendTheSpringsPartIsActive) {
+  const auto spring = [&](double y) {
+    hd_local_model m = modelOf(HD_MODEL_SPRING, 300);
+    m.origin[1] = y;
+    return m;
+  };
+  const auto expectActive = [&](std::int64_t ms, const Vec3& passive) {
+    const ModelForce f = slot.evaluate(tool, now + ms * kMs, scene);
+    EXPECT_LT((f.force - f.active - passive).norm(), 1e-12) << ms << ": " << (f.force - f.active).transpose();
+    EXPECT_GT(f.force.norm(), 0.1) << ms;
+  };
+  set(spring(0.01), 0);
+  for (int ms = 0; ms <= 20; ++ms) (void)at(ms);
+  set(spring(-0.02), 21);
+  for (int ms = 21; ms < 25; ++ms) expectActive(ms, Vec3::Zero());
+  set(spring(0.03), 25);
+  for (int ms = 25; ms < 29; ++ms) expectActive(ms, Vec3::Zero());
+  set(modelOf(HD_MODEL_PLANE), 29);  // 1 N.
+  for (int ms = 29; ms < 45; ++ms) expectActive(ms, {0, 0, std::min(1.0, (ms - 28) / 10.0)});
+  set(spring(0.01), 45);
+  for (int ms = 45; ms < 60; ++ms) expectActive(ms, {0, 0, std::max(0.0, 1 - (ms - 44) / 10.0)});
+}
+
+/** Who moves both of them pays for the force of both, as far as each has it; a softer one puts in nothing itself. */
+TEST_F(SlotTest, OfABlendWhatMovesItIsCharged) {
+  const Vec3 v(0.03, 0, 0.2);
+  hd_local_model m = modelOf(HD_MODEL_PLANE, 1500);
+  m.frame = addObject({0, 0, 0.002}, v);
+  set(m, 0);
+  for (int ms = 0; ms < 15; ++ms) (void)at(ms);
+  m.material.stiffness = 500;
+  set(m, 15);
+  EXPECT_FLOAT_EQ(slot.status(now + 15 * kMs).weight, 0.1F);
+  for (int ms = 15; ms < 30; ++ms) {
+    const ModelForce f = slot.evaluate(tool, now + ms * kMs, scene);
+    EXPECT_GT(f.force.z(), 0.9);
+    EXPECT_LT((f.carried - f.force.cwiseProduct(v)).norm(), 1e-12) << ms;
+  }
+  EXPECT_FLOAT_EQ(slot.status(now + 30 * kMs).weight, 1);
+  slot.clear(now + 30 * kMs, 10 * kMs);
+  EXPECT_NEAR(slot.status(now + 33 * kMs).weight, 0.6, 1e-6);
+}
+
 TEST_F(SlotTest, RenewedWhileItFadesItComesBackWithoutAJump) {
   hd_local_model m = modelOf(HD_MODEL_PLANE);
   m.lease_ns = 100 * kMs;

@@ -418,6 +418,42 @@ TEST(ModelForce, SaidAnewItIsTheSameToTheBit) {
   }
 }
 
+/** Within half and twice the length. */
+TEST(ModelForce, NormalsOfAnyLengthAreMadeUnit) {
+  for (const float length : {0.6F, 1.0F, 1.9F}) {
+    hd_local_model plane = modelOf(HD_MODEL_PLANE), solid = modelOf(HD_MODEL_HALFSPACES);
+    plane.normal[2] = length;
+    solid.halfspace[solid.count++][2] = length;
+    EXPECT_LT((LoneModel(plane).at({0, 0, -0.002}) - Vec3(0, 0, 1)).norm(), 1e-6) << length;
+    EXPECT_LT((LoneModel(solid).at({0, 0, -0.002}) - Vec3(0, 0, 1)).norm(), 1e-6) << length;
+  }
+}
+
+TEST(ModelForce, AFieldIsSaidAnewAndTheSameOnlyIfItIs) {
+  hd_force_field f{};
+  f.radius = 0.1;
+  f.f0[0] = 2;
+  f.lease_ns = 7;
+  LocalModel model, again;
+  ASSERT_EQ(model.set(commandOf(f)), ErrorCode::kOk);
+  ASSERT_EQ(again.set(model.command()), ErrorCode::kOk);
+  EXPECT_TRUE(again.isSame(model));
+  EXPECT_EQ(again.lease_ns(), 7);
+  EXPECT_EQ(again.evaluate(Vec3::Zero(), Vec3::Zero(), {}).active, Vec3(2, 0, 0));
+  f.lease_ns = 9;
+  ASSERT_EQ(again.set(commandOf(f)), ErrorCode::kOk);
+  EXPECT_TRUE(again.isSame(model)) << "another lease is no other law";
+  f.f0[0] = 3;
+  ASSERT_EQ(again.set(commandOf(f)), ErrorCode::kOk);
+  EXPECT_FALSE(again.isSame(model));
+  EXPECT_FALSE(LocalModel().isSame(LocalModel())) << "none is no model";
+  f.radius = 0;
+  EXPECT_EQ(again.set(commandOf(f)), ErrorCode::kInvalidArgument);
+  f.radius = 0.1;
+  f.device = kMaxDevices;
+  EXPECT_EQ(again.set(commandOf(f)), ErrorCode::kInvalidArgument);
+}
+
 TEST(ModelForce, RefusesWhatIsNoModel) {
   LocalModel model;
   hd_local_model m = modelOf(HD_MODEL_PLANE);

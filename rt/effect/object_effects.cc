@@ -39,7 +39,8 @@ void ObjectEffects::reset() HD_RT {
 }
 
 /** False: out of reach. */
-bool ObjectEffects::find(const SceneObject& object, const EffectParameters& effect, const Vec3& x, Place& place) HD_RT {
+bool ObjectEffects::find(const SceneObject& object, const EffectParameters& effect, const Vec3& x, int most_visits,
+                         Place& place) HD_RT {
   const bool guide = effect.kind == static_cast<std::uint32_t>(EffectKind::kGuide);
   if (effect.points > 1) {
     PathPlace nearest;
@@ -51,14 +52,16 @@ bool ObjectEffects::find(const SceneObject& object, const EffectParameters& effe
   } else {
     NearestQuery query;
     query.x = x;
-    query.limit = kMostVisits;
+    query.limit = static_cast<std::uint32_t>(most_visits);
     query.nearly = true;
     const bool mesh = object.shape.kind == ShapeKind::kMesh;
     // A field fills a solid however deep; where a solid holds the hand, its guide is as deep as at the surface.
     const bool fills = guide ? holdsInside(object) : !mesh;
     if (mesh || !fills) query.reach = effect.reach;
     Nearest nearest;
-    if (nearestOnShape(object.shape, query, nearest) != NearestResult::kFound) return false;
+    const NearestResult result = nearestOnShape(object.shape, query, nearest);
+    place.visits = static_cast<int>(query.work);
+    if (result != NearestResult::kFound) return false;
     if (fills && nearest.isInside(x)) return true;
     place.way = nearest.point - x;
     const double distance = place.way.norm();
@@ -89,6 +92,8 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
   std::uint32_t guide = 0;
   bool ends = false;
   ++steps_;
+  visits_ = 0;
+  auto to_come = static_cast<int>(scene.effects().size());
   for (const std::uint32_t slot : scene.effects()) {
     const EffectParameters& effect = scene.effect(slot);
     const SceneObject& object = scene.slot(slot);
@@ -96,7 +101,11 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
     const double lasts = lasting(effect.until_ns, now_ns);
     ends = ends || (slot == guide_ && lasts < 1);
     Place place;
-    if (lasts == 0 || !find(object, effect, x, place)) continue;
+    --to_come;
+    const int left = std::clamp(kMostVisitsOfAll - visits_ - kLeastVisits * to_come, kLeastVisits, kMostVisits);
+    const bool found = lasts > 0 && find(object, effect, x, left, place);
+    visits_ += place.visits;
+    if (!found) continue;
     const double share = lasts * withinReach(place.distance, effect.reach);
     const Vec3 v_O = object.R_WO.transpose() * (v - object.velocityAt(p));
     switch (static_cast<EffectKind>(effect.kind)) {

@@ -13,7 +13,7 @@
 namespace hapticd {
 
 /**
- * Effects on one device point. Servo thread only; deterministic, no longer than kMaxEffects searches of kMostVisits,
+ * Effects on one device point. Servo thread only; deterministic, no longer than searches of kMostVisitsOfAll together,
  * which end with the nearest place found until then.
  *
  * All fields act together; of the guides that one in whose well the hand is deepest, which of equal guides is the
@@ -25,13 +25,17 @@ namespace hapticd {
  */
 class ObjectEffects {
  public:
-  static constexpr double kBlend = 0.02;              ///< [s]
-  static constexpr std::uint32_t kMostVisits = 1024;  ///< Nodes and triangles of a mesh.
+  static constexpr double kBlend = 0.02;  ///< [s]
+  /** Nodes and triangles of meshes that one effect visits, and all of them in a tick, each at least its kLeastVisits.
+   */
+  static constexpr int kMostVisits = 1024, kMostVisitsOfAll = 4096, kLeastVisits = 192;
 
   /** Force on a hand at p that moves at v, in W [N]. Once a tick of `dt`. */
   [[nodiscard]] Vec3 step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT;
   /** The hand is somewhere else: nothing of before counts, and the next step() has all of its force at once. */
   void reset() HD_RT;
+  /** Nodes, triangles and primitives that the last step has visited: what its time went by. */
+  [[nodiscard]] int visits() const HD_RT { return visits_; }
 
  private:
   /** Where the hand is by an effect's geometry. Vectors in the object's frame. */
@@ -39,6 +43,7 @@ class ObjectEffects {
     Vec3 way = Vec3::Zero();         ///< From the hand to the guide.
     Mat3 across = Mat3::Identity();  ///< Takes the part of a velocity that a guide damps.
     double distance = 0;             ///< 0 within a solid.
+    int visits = 0;                  ///< What it took to find it.
   };
   /** The end of the spring by which friction holds the hand, in the object's frame. */
   struct Anchor {
@@ -48,12 +53,13 @@ class ObjectEffects {
   };
 
   [[nodiscard]] static bool find(const SceneObject& object, const EffectParameters& effect, const Vec3& x,
-                                 Place& place) HD_RT;
+                                 int most_visits, Place& place) HD_RT;
   [[nodiscard]] Vec3 friction(std::uint32_t slot, std::uint32_t object, const EffectParameters& effect, const Vec3& x,
                               double share) HD_RT;
 
   std::array<Anchor, kMaxObjects> anchor_{};
   std::uint64_t steps_ = 0;
+  int visits_ = 0;             ///< In the last tick.
   std::uint32_t guide_ = 0;    ///< Slot of the guide that acted in the last tick, 0 for none.
   bool fresh_ = true;          ///< No step since reset().
   Vec3 last_ = Vec3::Zero();   ///< Force of the last tick [N].

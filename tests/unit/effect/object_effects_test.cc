@@ -155,6 +155,25 @@ TEST(ObjectEffects, AGuideDrawsToAMeshTooLargeToSearchWhole) {
   EXPECT_GT(searched_in_vain, 100);
 }
 
+/** However many there are: those that come late have less to search with, and draw all the same. */
+TEST(ObjectEffects, GuidesToManyMeshesShareTheirWork) {
+  test::TestMesh sphere = test::sphereMesh(0.03, 24);
+  MeshView* const mesh = sphere.view();
+  for (const int guides : {1, 3, 16}) {
+    EffectScene t;
+    for (int i = 0; i < guides; ++i) {
+      const auto id = t.addMesh(mesh, {}, {}, 0);
+      t.set(id, effect(EffectKind::kGuide, 2, i + 1 < guides ? 1 : 50));  // The last one is the deepest.
+    }
+    for (int i = 0; i < 50; ++i) {
+      const Vec3 x(0.001 * std::sin(0.3 * i), 0.001 * std::cos(0.3 * i), 0);
+      EXPECT_NEAR(t.settled(x).norm(), 50 * 0.03, 50 * 0.004) << guides;
+      EXPECT_GT(t.hand.visits(), std::min(guides * ObjectEffects::kMostVisits, ObjectEffects::kMostVisitsOfAll) - 100);
+      EXPECT_LT(t.hand.visits(), ObjectEffects::kMostVisitsOfAll + 300);
+    }
+  }
+}
+
 TEST(ObjectEffects, AGuideDampsAlongItsWayToASurface) {
   EffectScene t;
   const auto ball = t.add(ShapeKind::kSphere, {0.02, 0, 0});

@@ -5,6 +5,8 @@
 namespace hapticd {
 namespace {
 
+constexpr double kPlaceRounding = 1e-12;  ///< More than that of a place 100 m away [m].
+
 Vec3 pointOf(const EffectParameters& path, std::uint32_t i) HD_RT {
   return Vec3(path.path[i][0], path.path[i][1], path.path[i][2]);
 }
@@ -31,9 +33,9 @@ void spanOfPath(const EffectParameters& path, std::uint32_t i, Vec3 (&control)[4
 
 bool nearestOnPath(const EffectParameters& path, const Vec3& x, double reach, PathPlace& place) HD_RT {
   // The curve goes through its points: none of it that is farther than the nearest of them need be looked at.
-  double best = reach * reach;
-  for (std::uint32_t i = 0; i < path.points; ++i)
-    best = std::min(best, (x - pointOf(path, i)).squaredNorm() * (1 + 1e-9) + 1e-24);
+  double best = reach * reach, to_point = best;
+  for (std::uint32_t i = 0; i < path.points; ++i) to_point = std::min(to_point, (x - pointOf(path, i)).squaredNorm());
+  const double looked_at = std::sqrt(to_point) + kPlaceRounding;
   bool found = false;
   for (std::uint32_t i = 0; i + 1 < path.points; ++i) {
     Vec3 b[4];
@@ -42,7 +44,7 @@ bool nearestOnPath(const EffectParameters& path, const Vec3& x, double reach, Pa
     double size = 0;
     for (const Vec3& corner : b) size = std::max(size, (corner - middle).squaredNorm());
     const double near = (x - middle).norm() - std::sqrt(size);
-    if (near > 0 && near * near > best) continue;
+    if (near > looked_at || (near > 0 && near * near > best)) continue;
     Vec3 from = b[0];
     for (int k = 1; k <= kChordsPerSpan; ++k) {
       const Vec3 to = k == kChordsPerSpan ? b[3] : onSpan(b, static_cast<double>(k) / kChordsPerSpan);

@@ -74,6 +74,20 @@ TEST(Path, IsFoundWhereTheTextbooksCurveIsNearest) {
   });
 }
 
+TEST(Path, IsThereBeyondItsEndHoweverCloseTheHandIs) {
+  forSeeds(2000, [](unsigned seed) {
+    Random random(seed);
+    const Vec3 end = asFloat(Vec3(random.vector(100)));
+    const EffectParameters path = pathOf({end - random.vector(1), end - random.vector(0.01), end});
+    Vec3 control[4];
+    spanOfPath(path, path.points - 2, control);
+    const Vec3 beyond = (control[3] - control[2]).normalized();
+    PathPlace place;
+    for (double distance = 1e-3; distance > 1e-12; distance *= 0.3)
+      ASSERT_TRUE(nearestOnPath(path, end + distance * beyond, 1, place)) << distance << " m beyond the end";
+  });
+}
+
 TEST(Path, ThatEndsWhereItBeginsIsSmoothThere) {
   std::vector<Vec3> corners;
   for (int i = 0; i < 8; ++i) corners.emplace_back(0.03 * std::cos(i * M_PI / 4), 0.03 * std::sin(i * M_PI / 4), 0);

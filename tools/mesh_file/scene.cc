@@ -15,6 +15,7 @@
 #include <fstream>
 #include <limits>
 #include <pugixml.hpp>
+#include <system_error>
 #include <unordered_map>
 #include <vector>
 
@@ -177,7 +178,8 @@ class NamedByUri : public Assimp::DefaultIOSystem {
 /** What stands beside a file by that name. */
 std::string besides(const std::string& path, const std::string& name) {
   const auto file = std::filesystem::path(path).parent_path() / percentDecoded(name);
-  return std::filesystem::is_regular_file(file) ? bytesOf(file.string()) : std::string();
+  std::error_code no_name;  // What is too long for one, say.
+  return std::filesystem::is_regular_file(file, no_name) ? bytesOf(file.string()) : std::string();
 }
 
 /** Of an AMF that turns its parts: assimp (5.2) takes the degrees about an axis for where a part stands along it. */

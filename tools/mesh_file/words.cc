@@ -22,7 +22,9 @@ std::string bytesOf(const std::string& path) {
     return {std::istreambuf_iterator<char>(file), {}};
   }
   std::string bytes(std::filesystem::file_size(path), '\0');
-  std::ifstream(path, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  std::ifstream file(path, std::ios::binary);
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(file.gcount()));  // Else what cannot be read were zeros.
   return bytes;
 }
 

@@ -7,9 +7,11 @@
 #include <cmath>
 #include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <iterator>
 #include <map>
 #include <pugixml.hpp>
+#include <utility>
 
 #include "tools/mesh_file/mesh_error.h"
 #include "tools/mesh_file/round_shapes.h"
@@ -74,6 +76,16 @@ bool flagOf(const Node& node, const char* field, bool without) {
   const std::string text = lower(node.attribute(field).value());
   return text.empty() ? without : text == "true";
 }
+
+/** Of a solid: what is not above 0 would be turned inside out, or no surface. */
+template <std::size_t n>
+std::array<double, n> sizeOf(const Node& node, const char* field, const std::array<double, n>& without) {
+  const std::array<double, n> sizes = valueOf<n>(node, field, without);
+  for (const double size : sizes)
+    if (!(size > 0)) refuse(fmt::format("{} of {} is not above 0", field, named(node)));
+  return sizes;
+}
+double sizeOf(const Node& node, const char* field, double without) { return sizeOf<1>(node, field, {without})[0]; }
 
 Eigen::Vector3d vectorOf(const Node& node, const char* field, double without) {
   const auto v = valueOf<3>(node, field, {without, without, without});
@@ -302,15 +314,15 @@ class Scene {
       out.sizes.push_back(0);
       return out;
     }
-    if (name == "Box") return boxFaces(valueOf<3>(node, "size", {2, 2, 2}));
-    if (name == "Sphere") return ballFaces(valueOf(node, "radius", 1.0));
+    if (name == "Box") return boxFaces(sizeOf<3>(node, "size", {2, 2, 2}));
+    if (name == "Sphere") return ballFaces(sizeOf(node, "radius", 1.0));
     const bool side = flagOf(node, "side", true), bottom = flagOf(node, "bottom", true);
     if (name == "Cylinder") {
-      const double radius = valueOf(node, "radius", 1.0);
-      return frustumFaces({radius, radius, valueOf(node, "height", 2.0), side, bottom, flagOf(node, "top", true)});
+      const double radius = sizeOf(node, "radius", 1.0);
+      return frustumFaces({radius, radius, sizeOf(node, "height", 2.0), side, bottom, flagOf(node, "top", true)});
     }
     if (name == "Cone")
-      return frustumFaces({valueOf(node, "bottomRadius", 1.0), 0, valueOf(node, "height", 2.0), side, bottom, false});
+      return frustumFaces({sizeOf(node, "bottomRadius", 1.0), 0, sizeOf(node, "height", 2.0), side, bottom, false});
     if (name == "ElevationGrid") {
       out = gridOf(node);
     } else {
@@ -337,7 +349,14 @@ class Scene {
       rest.remove_prefix(std::min(rest.find_first_not_of(" \t\r\n,\""), rest.size()));
       const std::string_view name = rest.substr(0, rest.find('"'));
       if (name.empty()) break;
-      if (const std::string bytes = inlined_(std::string(name)); !bytes.empty()) return file(bytes, place, depth + 1);
+      // Beside the file that names it, which need not be the first one.
+      const std::filesystem::path path = folder_ / name;
+      if (const std::string bytes = inlined_(path.string()); !bytes.empty()) {
+        const std::filesystem::path outer = std::exchange(folder_, path.parent_path());
+        file(bytes, place, depth + 1);
+        folder_ = outer;
+        return;
+      }
       rest.remove_prefix(name.size());
     }
     throw MeshError(fmt::format("names a file that is not there: {}", shown(node.attribute("url").value(), 60)),
@@ -347,6 +366,7 @@ class Scene {
   const std::function<std::string(const std::string&)>& inlined_;
   std::deque<pugi::xml_document> documents_;  ///< Nodes that have names live in them.
   std::map<std::string, Node> names_;
+  std::filesystem::path folder_;  ///< Of the file that is read, from that of the first; as a URI.
   std::size_t nodes_ = 0;
 };
 

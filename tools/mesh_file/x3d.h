@@ -22,7 +22,8 @@ namespace hapticd_mesh_file {
  * Balls and the like are made of flat faces, 128 around. Throws MeshError, also for geometry that is not known: nothing
  * with a surface is left out. Lines, points and texts are faces without a triangle. Any bytes can be given.
  *
- * @param inlined  The bytes of a file that this one names, none if there is none.
+ * @param inlined  The bytes of a file that is named, by a URI from the folder of the first one on; none if there is
+ *                 none.
  */
 [[nodiscard]] std::vector<Polygons> parseX3d(std::string_view bytes,
                                              const std::function<std::string(const std::string& name)>& inlined);

@@ -26,6 +26,7 @@
 #include "tests/unit/mesh_file/mesh_files.h"
 #include "tools/mesh_file/child.h"
 #include "tools/mesh_file/polygon.h"
+#include "tools/mesh_file/words.h"
 
 namespace hapticd_mesh_file {
 namespace {
@@ -134,6 +135,14 @@ TEST_F(ReadMeshTest, APipeIsReadOnceOrNotAtAll) {
 }
 
 // assimp took the numbers of elements that it did not know for corners, and of strips read one triangle.
+TEST_F(ReadMeshTest, WhatCannotBeReadOfAFileIsNotTakenForZeros) {
+  const std::string shorter = "/sys/devices/system/cpu/online";  // Of 4096 bytes, says the kernel.
+  std::ifstream file(shorter);
+  std::string first;
+  if (!std::getline(file, first)) GTEST_SKIP() << "no " << shorter;
+  EXPECT_EQ(bytesOf(shorter), first + '\n');
+}
+
 TEST_F(ReadMeshTest, APlyMayHoldMoreThanVerticesAndFaces) {
   const auto expectTetrahedron = [this](const std::string& text) {
     const MeshFile mesh = readMesh(file("a.ply", text), "the test", never);

@@ -156,6 +156,22 @@ TEST_F(X3dTest, NamesOtherFiles) {
   EXPECT_THAT(refused("<Inline url='a.x3d'/>"), HasSubstr("nested")) << "itself";
 }
 
+TEST_F(X3dTest, LooksForWhatAnotherFileNamesBesideThatOne) {
+  std::filesystem::create_directory(directory_ / "parts of it");
+  (void)file("parts of it/screw.x3d", x3d("<Inline url='\"thread.x3d\"'/>"));
+  (void)file("parts of it/thread.x3d", x3d(kTetrahedron));
+  (void)file("thread.x3d", x3d("<Transform translation='100 0 0'>" + kTetrahedron + "</Transform>"));
+  const MeshFile mesh = read(
+      "<Inline url='parts%20of%20it/screw.x3d'/><Transform translation='10 0 0'><Inline "
+      "url='thread.x3d'/></Transform>");
+  EXPECT_THAT(mesh.lower, ElementsAre(0, 0, 0));
+  EXPECT_THAT(mesh.upper, ElementsAre(112, 3, 5)) << "and the next one beside the first again";
+  EXPECT_THAT(refused("<Inline url='parts%20of%20it/screw.x3d'/><Inline url='screw.x3d'/>"),
+              HasSubstr("not there: screw.x3d"));
+  EXPECT_THAT(refused("<Inline url='" + std::string(5000, 'a') + ".x3d'/>"),
+              HasSubstr("names a file that is not there"));
+}
+
 TEST_F(X3dTest, LeavesOutNothingWithASurface) {
   EXPECT_THAT(refused("<Shape><Extrusion/></Shape>"), HasSubstr("'Extrusion', which is not read"));
   EXPECT_THAT(refused("<Strange>" + kTetrahedron + "</Strange>"), HasSubstr("'Strange', which is not known"));
@@ -181,6 +197,9 @@ TEST_F(X3dTest, SaysWhatIsDamaged) {
   EXPECT_EQ(refused("<Shape><TriangleStripSet stripCount='4'/></Shape>"),
             "'TriangleStripSet' has 0 vertices, and a run of 4 after 0");
   EXPECT_EQ(refused("<Shape><Box size='1 1'/></Shape>"), "size of 'Box' has 2 numbers, not 3");
+  for (const char* const solid : {"Sphere radius='-1'", "Sphere radius='0'", "Sphere radius='nan'", "Box size='1 -1 1'",
+                                  "Cylinder radius='-1'", "Cylinder height='0'", "Cone bottomRadius='0'"})
+    EXPECT_THAT(refused(fmt::format("<Shape><{}/></Shape>", solid)), HasSubstr("is not above 0")) << solid;
   EXPECT_THAT(refused("<Shape><ElevationGrid xDimension='1e9' zDimension='1e9' height='1'/></Shape>"),
               HasSubstr("heights"));
   EXPECT_THAT(refusal(file("a.x3d", x3d(kTetrahedron).substr(0, 200))), HasSubstr("no whole XML"));

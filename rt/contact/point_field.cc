@@ -296,7 +296,7 @@ void PointFieldDetector::sum(const Run& run, ContactSet& contacts) HD_RT {
     if (count != g) groups_[count] = groups_[g];
     ++count;
   }
-  answer(run.query, map_, groups_, count, options_.clustering, contacts);
+  answer(run.query, map_, groups_, count, contacts);
   ages_.follow(contacts);
   if (count > 0 || contacts.report.exhausted) return;
   float least = std::numeric_limits<float>::max();

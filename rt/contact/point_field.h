@@ -33,7 +33,6 @@ namespace hapticd {
 struct PointFieldOptions {
   bool coherent = true;  ///< Uses what it learnt from the last query.
   bool swept = true;     ///< Guards thin walls.
-  Clustering clustering = Clustering::kOctree;
 };
 
 class PointFieldDetector final : public Detector {

@@ -313,7 +313,7 @@ void SphereDescentDetector::sum(Run& run, ContactSet& contacts) HD_RT {
     group.face = faceOf(run.query.a.X_WO.q.conjugate() * (run.query.b.X_WO.q * group.normal));
     groups_[count++] = group;
   }
-  answer(run.query, map_, groups_, count, Clustering::kOctree, contacts);
+  answer(run.query, map_, groups_, count, contacts);
 }
 
 }  // namespace hapticd

@@ -56,36 +56,6 @@ std::uint32_t byCell(const GroupMap& map, const std::vector<TouchGroup>& groups,
   return made;
 }
 
-/** Lloyd's rounds: places apart and normals apart, in the length of a cluster, count alike. */
-void means(const std::vector<TouchGroup>& groups, std::uint32_t count, Cluster* cluster, std::uint32_t made) HD_RT {
-  Vec3 place[kMaxContacts], direction[kMaxContacts];
-  double total = 0;
-  for (std::uint32_t c = 0; c < made; ++c) total += cluster[c].area;
-  const double scale = total / made;  // [m^2]
-  for (int round = 0; round < kMeansRounds; ++round) {
-    for (std::uint32_t c = 0; c < made; ++c) {
-      place[c] = cluster[c].place();
-      direction[c] = cluster[c].direction();
-      const std::uint32_t key = cluster[c].key;
-      cluster[c] = Cluster{};
-      cluster[c].key = key;
-    }
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const Vec3 n = groups[i].normal.normalized();
-      std::uint32_t best = 0;
-      double least = std::numeric_limits<double>::infinity();
-      for (std::uint32_t c = 0; c < made; ++c) {
-        const double far = (groups[i].mean - place[c]).squaredNorm() + scale * (1 - n.dot(direction[c]));
-        if (far < least) {
-          least = far;
-          best = c;
-        }
-      }
-      cluster[best].add(groups[i]);
-    }
-  }
-}
-
 }  // namespace
 
 void GroupMap::build(const VolumeView& volume) HD_RT {
@@ -114,8 +84,8 @@ void GroupMap::build(const VolumeView& volume) HD_RT {
   first_[count_] = static_cast<std::uint32_t>(volume.patches.size());
 }
 
-void cluster(const GroupMap& map, const std::vector<TouchGroup>& groups, std::uint32_t count, Clustering how,
-             std::uint32_t most, const Pose& X_WB, ContactSet& contacts) HD_RT {
+void cluster(const GroupMap& map, const std::vector<TouchGroup>& groups, std::uint32_t count, std::uint32_t most,
+             const Pose& X_WB, ContactSet& contacts) HD_RT {
   contacts.count = 0;
   if (count == 0) return;
   constexpr std::uint32_t kRoom = kMaxContacts > kFaces ? kMaxContacts : kFaces;
@@ -126,13 +96,12 @@ void cluster(const GroupMap& map, const std::vector<TouchGroup>& groups, std::ui
     const bool top = up + 1 == map.levels();
     n = byCell(map, groups, count, up, made, top ? kRoom : std::max(most, 1u));
   }
-  if (how == Clustering::kMeans && n > 1) means(groups, count, made, n);
   if (n > most) {
     std::sort(made, made + n, [](const Cluster& a, const Cluster& b) { return a.deepest > b.deepest; });
     n = most;
   }
   for (std::uint32_t i = 0; i < n; ++i) {
-    if (made[i].area == 0 && made[i].weight == 0) continue;  // Lloyd took all its groups.
+    if (made[i].area == 0 && made[i].weight == 0) continue;  // Points that stand for no surface.
     Contact& c = contacts.contact[contacts.count++];
     c = Contact{};
     c.n_W = X_WB.q * made[i].direction();
@@ -145,7 +114,7 @@ void cluster(const GroupMap& map, const std::vector<TouchGroup>& groups, std::ui
 }
 
 void answer(const DetectorQuery& query, const GroupMap& map, std::vector<TouchGroup>& groups, std::uint32_t count,
-            Clustering how, ContactSet& contacts) HD_RT {
+            ContactSet& contacts) HD_RT {
   Wrench about_B;
   contacts.touching_area = contacts.deepest = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -158,7 +127,7 @@ void answer(const DetectorQuery& query, const GroupMap& map, std::vector<TouchGr
   const Pose X_BW = X_WB.inverse();
   contacts.integral.force = X_WB.q * about_B.force;
   contacts.integral.torque = X_WB.q * Vec3(about_B.torque - (X_BW * query.a.X_WO.p).cross(about_B.force));
-  cluster(map, groups, count, how, query.max_contacts, X_WB, contacts);
+  cluster(map, groups, count, query.max_contacts, X_WB, contacts);
   const VolumeView& b = *query.b.volume;
   std::uint32_t kept = 0;
   for (std::uint32_t i = 0; i < contacts.count; ++i) {

@@ -54,19 +54,13 @@ class GroupMap {
   std::uint32_t count_ = 0, levels_ = 0;
 };
 
-enum class Clustering : std::uint8_t {
-  kOctree,  ///< By the finest level of A's octree whose cells, split by where they look, are not more than wanted.
-  kMeans    ///< From these on, groups move to the nearest cluster, `kMeansRounds` times; at 512 groups and 64 contacts
-            ///< some tenth of a millisecond.
-};
-inline constexpr int kMeansRounds = 4;
-
 /**
- * Groups to contacts, at most `most`. Poses of B and R_AB as at the query. Deepest first if there are more.
- * feature_a tells level, node and face: the same as long as the level is.
+ * Groups to contacts, at most `most`: by the finest level of A's octree whose cells, split by where they look, are not
+ * more; the deepest first if those of the coarsest are. Pose of B as at the query. feature_a tells level, node and
+ * face: the same as long as the level is.
  */
-void cluster(const GroupMap& map, const std::vector<TouchGroup>& groups, std::uint32_t count, Clustering how,
-             std::uint32_t most, const Pose& X_WB, ContactSet& contacts) HD_RT;
+void cluster(const GroupMap& map, const std::vector<TouchGroup>& groups, std::uint32_t count, std::uint32_t most,
+             const Pose& X_WB, ContactSet& contacts) HD_RT;
 
 struct DetectorQuery;
 /**
@@ -74,7 +68,7 @@ struct DetectorQuery;
  * will have parted, where on B they are. Ages are not touched.
  */
 void answer(const DetectorQuery& query, const GroupMap& map, std::vector<TouchGroup>& groups, std::uint32_t count,
-            Clustering how, ContactSet& contacts) HD_RT;
+            ContactSet& contacts) HD_RT;
 
 /** Gives contacts the age of last time's with the same feature_a, plus one; then these are last time's. */
 class ContactAges {

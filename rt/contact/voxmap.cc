@@ -98,7 +98,7 @@ void VoxmapDetector::find(const DetectorQuery& query, ContactSet& contacts) HD_R
     groups_[count++] = group;
   }
   contacts.report.work = static_cast<std::uint32_t>(search.units());
-  answer(query, map_, groups_, count, Clustering::kOctree, contacts);
+  answer(query, map_, groups_, count, contacts);
   ages_.follow(contacts);
 }
 

@@ -41,7 +41,6 @@ TEST(Detectors, AreCleanOnEveryVectorPath) {
   const PointPath best = pointPath();
   std::vector<std::unique_ptr<Detector>> all;
   all.push_back(std::make_unique<PointFieldDetector>(10'000));
-  all.push_back(std::make_unique<PointFieldDetector>(10'000, PointFieldOptions{.clustering = Clustering::kMeans}));
   all.push_back(std::make_unique<SphereDescentDetector>());
   all.push_back(std::make_unique<SphereDescentDetector>(SphereDescentOptions{.leaf = SphereLeaf::kFieldValue}));
   all.push_back(std::make_unique<VoxmapDetector>());

@@ -142,7 +142,7 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
 
   if (fresh_) {
     fresh_ = false;
-  } else if (scene.effectChanges() != changes_ || (ends && guide != guide_)) {
+  } else if (scene.effectChanges() != changes_ || (ends && guide != 0 && guide != guide_)) {
     rest_ = last_ - force;
     left_ = kBlend;
   }

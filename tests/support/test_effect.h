@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <initializer_list>
 
 #include "rt/effect/object_effects.h"
@@ -28,6 +30,10 @@ namespace hapticd::test {
     ++effect.points;
   }
   return effect;
+}
+
+inline void expectForce(const Vec3& got, const Vec3& wanted, double tolerance = 1e-6) {
+  EXPECT_LT((got - wanted).norm(), tolerance) << got.transpose() << ", not " << wanted.transpose();
 }
 
 struct EffectScene : TestScene {

@@ -25,6 +25,20 @@ double swing(double frequency, std::int64_t now_ns) HD_RT {
   return std::sin(2 * std::numbers::pi * turns);
 }
 
+/** What a field without a memory does in full, in its object's frame; v_O is the hand's velocity relative to that. */
+Vec3 fieldOf(const EffectParameters& effect, const Vec3& v_O, std::int64_t now_ns) HD_RT {
+  switch (static_cast<EffectKind>(effect.kind)) {
+    case EffectKind::kForce:
+      return {0, 0, effect.force};
+    case EffectKind::kVibration:
+      return {0, 0, effect.frequency > 0 ? effect.force * swing(effect.frequency, now_ns) : 0};
+    case EffectKind::kViscous:
+      return -clampNorm(effect.damping * v_O, effect.force);
+    default:
+      return Vec3::Zero();
+  }
+}
+
 /** A solid that can be touched holds the hand itself. */
 bool holdsInside(const SceneObject& object) HD_RT {
   return (object.flags & HD_OBJECT_ENABLED) != 0 && (object.flags & HD_OBJECT_TWO_SIDED) == 0;
@@ -108,34 +122,20 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
     if (!found) continue;
     const double share = lasts * withinReach(place.distance, effect.reach);
     const Vec3 v_O = object.R_WO.transpose() * (v - object.velocityAt(p));
-    switch (static_cast<EffectKind>(effect.kind)) {
-      case EffectKind::kForce:
-        force += object.R_WO * Vec3(0, 0, share * effect.force);
-        break;
-      case EffectKind::kVibration:
-        if (effect.frequency > 0)
-          force += object.R_WO * Vec3(0, 0, share * effect.force * swing(effect.frequency, now_ns));
-        break;
-      case EffectKind::kViscous:
-        force -= object.R_WO * clampNorm(share * effect.damping * v_O, share * effect.force);
-        break;
-      case EffectKind::kFriction:
-        force += object.R_WO * friction(slot, object.id, effect, x, share);
-        break;
-      case EffectKind::kGuide: {
-        const Well well(effect.stiffness, effect.force, effect.reach);
-        const double depth = lasts * well.depth(place.distance);
-        if (!(depth > deepest)) break;
-        deepest = depth;
-        guide = slot;
-        const double pull = lasts * well.pull(place.distance);
-        // Not more than it pulls: where a solid that can be touched takes over, the force does not jump.
-        guided = object.R_WO * clampNorm(-share * effect.damping * (place.across * v_O), pull);
-        if (pull > 0) guided += object.R_WO * (pull / place.distance * place.way);
-        break;
-      }
-      case EffectKind::kNone:
-        break;
+    if (effect.kind == static_cast<std::uint32_t>(EffectKind::kFriction)) {
+      force += object.R_WO * friction(slot, object.id, effect, x, share);
+    } else if (effect.kind != static_cast<std::uint32_t>(EffectKind::kGuide)) {
+      force += object.R_WO * (share * fieldOf(effect, v_O, now_ns));
+    } else {
+      const Well well(effect.stiffness, effect.force, effect.reach);
+      const double depth = lasts * well.depth(place.distance);
+      if (!(depth > deepest)) continue;
+      deepest = depth;
+      guide = slot;
+      const double pull = lasts * well.pull(place.distance);
+      // Not more than it pulls: where a solid that can be touched takes over, the force does not jump.
+      guided = object.R_WO * clampNorm(-share * effect.damping * (place.across * v_O), pull);
+      if (pull > 0) guided += object.R_WO * (pull / place.distance * place.way);
     }
   }
   force += guided;

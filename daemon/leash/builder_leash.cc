@@ -277,9 +277,12 @@ void BuilderLeash::State::handle(BuilderFrame& frame) {
 
 void BuilderLeash::State::checkEnd() {
   if (pid == 0) return;
-  int status = 0;
-  if (::waitpid(pid, &status, WNOHANG) != pid) return;
+  // Until it is reaped its number is nobody else's: receive() may have it killed.
+  siginfo_t info{};
+  if (::waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid != pid) return;
   receive();  // what it said before
+  int status = 0;
+  if (::waitpid(pid, &status, 0) != pid) return;
   const std::string why = doom.empty() ? howItEnded(status) : doom;
   log::warn("{}", why);
   if (!spoke && !cancelled) trouble = why;

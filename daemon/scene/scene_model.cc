@@ -170,17 +170,28 @@ Result<void> SceneModel::setEffect(std::string_view name, const EffectSpec& effe
   Object* object = lookUp(name);
   if (object == nullptr) return notFound(name, "name");
   if (auto r = checkEffect(effect, "effect"); !r) return r;
+  Object* ended = nullptr;
   if (effect.kind != EffectKind::kNone && object->spec.effect.kind == EffectKind::kNone) {
-    const auto others = std::count_if(slots_.begin(), slots_.end(), [](const Object& o) {
-      return o.id != 0 && o.spec.effect.kind != EffectKind::kNone;
-    });
+    const auto has = [](const Object& o) { return o.id != 0 && o.spec.effect.kind != EffectKind::kNone; };
+    const auto others = std::count_if(slots_.begin(), slots_.end(), has);
     if (others >= kMaxEffects) {
-      return Error{ErrorCode::kQuotaExceeded, "effect",
-                   fmt::format("{} objects have an effect, the most that a servo can keep up with", others),
-                   "set that of another to none"};
+      const auto over = [&](const Object& o) { return has(o) && o.effect_until_ns != 0 && o.effect_until_ns < now_ns; };
+      const auto found = std::find_if(slots_.begin(), slots_.end(), over);
+      if (found == slots_.end()) {
+        return Error{ErrorCode::kQuotaExceeded, "effect",
+                     fmt::format("{} objects have an effect, the most that a servo can keep up with", others),
+                     "set that of another to none"};
+      }
+      ended = &*found;
     }
   }
   if (auto r = accepting(); !r) return r;
+  if (ended != nullptr) {  // Its place is another's now.
+    refresh(*ended);
+    ended->spec.effect.kind = EffectKind::kNone;
+    post(*ended, effectCommand(*ended));
+    changed(ended->spec.name, "effect");
+  }
   refresh(*object);
   object->spec.effect = effect;
   object->effect_until_ns = effect.duration_s > 0 ? now_ns + static_cast<std::int64_t>(effect.duration_s * 1e9) : 0;

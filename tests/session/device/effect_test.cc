@@ -93,6 +93,26 @@ TEST_F(EffectBench, OneWithADurationEndsAndBeginsAnewWhenItIsSet) {
   EXPECT_NEAR(felt(50).z(), 1, 1e-6);
 }
 
+TEST_F(EffectBench, OneThatHasEndedGivesItsPlaceToAnother) {
+  const auto& effects = bench.core.devices().links().front()->group().servo().cycle().scene();
+  for (std::uint32_t i = 0; i < 3 * kMaxEffects; ++i) {
+    ObjectSpec spec;
+    spec.name = "e" + std::to_string(i);
+    ASSERT_TRUE(bench.core.scene().create(spec, anybody).ok());
+    const std::string object = "/objects/" + spec.name;
+    ASSERT_TRUE(tree.set(object + "/effect_duration_s?value=0.02", anybody).ok());
+    const auto answer = tree.set(object + "/effect?value=force", anybody);
+    ASSERT_TRUE(answer.ok()) << i << ": " << toString(answer.error());
+    const double z = felt(15).z();
+    EXPECT_GT(z, 0.3) << "it is felt, for the servo has room for it";
+    EXPECT_LT(z, 2.1);
+    bench.step(10);
+    EXPECT_LE(effects.effects().size(), kMaxEffects);
+  }
+  EXPECT_EQ(*tree.get("/objects/e0/effect", anybody), "\"none\"");
+  EXPECT_EQ(*tree.get("/objects/e0/effect_duration_s", anybody), "0.02") << "its numbers are kept";
+}
+
 TEST_F(EffectBench, NoMoreObjectsHaveOneThanAServoKeepsUpWith) {
   for (std::uint32_t i = 0; i <= kMaxEffects; ++i) {
     ObjectSpec spec;

@@ -14,6 +14,7 @@
 #include <csignal>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <new>
 #include <string>
 #include <string_view>
@@ -73,6 +74,35 @@ struct Head {
   std::array<double, 3> lower, upper;
 };
 
+/** Of the machine [B]. */
+std::uint64_t memory() {
+  return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
+/** In the child: so much more than it has. */
+void bound(std::uint64_t bytes) {
+  std::uint64_t pages = 0;  // Those of a sanitizer, say, are many.
+  std::ifstream("/proc/self/statm") >> pages;
+  rlimit space{};
+  if (::getrlimit(RLIMIT_AS, &space) != 0) return;
+  space.rlim_cur =
+      std::min<rlim_t>(space.rlim_cur, pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) + bytes);
+  ::setrlimit(RLIMIT_AS, &space);
+}
+
+/** In the child: whether it has come to its bound. Of memory that it did not get an XML parser says only: no scene. */
+bool wasFull() {
+  constexpr std::uint64_t kNearly = 64 << 20;
+  rlimit space{};
+  if (::getrlimit(RLIMIT_AS, &space) != 0) return false;
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    std::uint64_t kilobytes = 0;
+    if (word == "VmPeak:" && status >> kilobytes) return kilobytes * 1024 + kNearly > space.rlim_cur;
+  }
+  return false;
+}
+
 /** In the child. */
 int answer(const Shared& shared, const std::function<MeshFile()>& read) {
   try {
@@ -83,6 +113,7 @@ int answer(const Shared& shared, const std::function<MeshFile()>& read) {
                      shared.put(mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
     return put ? kRead : kNoMemory;
   } catch (const MeshError& error) {
+    if (wasFull()) return kNoMemory;
     std::string text;
     for (const std::string& part : {std::string(error.what()), error.remedy, error.code}) text += part + '\0';
     return shared.put(text.data(), text.size()) ? kFailed : kUnsaid;
@@ -124,7 +155,8 @@ MeshError takeError(Shared& shared) {
 
 }  // namespace
 
-MeshFile readInChild(const std::function<MeshFile()>& read, const std::function<bool()>& interrupted) {
+MeshFile readInChild(const std::function<MeshFile()>& read, const std::function<bool()>& interrupted,
+                     std::uint64_t most_bytes) {
   Shared shared;
   if (!shared.valid()) return read();
   const pid_t parent = ::getpid(), child = ::fork();
@@ -137,6 +169,7 @@ MeshFile readInChild(const std::function<MeshFile()>& read, const std::function<
     }
     const rlimit no_core{0, 0};
     ::setrlimit(RLIMIT_CORE, &no_core);
+    bound(std::min(most_bytes, memory()));
     ::_exit(answer(shared, read));
   }
   int status = 0;
@@ -150,8 +183,12 @@ MeshFile readInChild(const std::function<MeshFile()>& read, const std::function<
   if (WIFSIGNALED(status) && interrupted()) throw MeshError("its reading was cancelled", {}, kCancelled);
   if (WIFEXITED(status) && WEXITSTATUS(status) == kRead) return takeMesh(shared);
   if (WIFEXITED(status) && WEXITSTATUS(status) == kFailed) throw takeError(shared);
-  if (WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory)
-    throw MeshError("is too large for this machine's memory, or damaged", "make it coarser", kBadMesh);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory) {
+    throw MeshError(most_bytes < memory()
+                        ? fmt::format("holds more than {} MB, far more than its size lets expect", most_bytes >> 20)
+                        : std::string("is too large for this machine's memory, or damaged"),
+                    most_bytes < memory() ? "export it as STL or PLY" : "make it coarser", kBadMesh);
+  }
   throw MeshError(WIFSIGNALED(status) ? fmt::format("the reader died of it ({})", ::strsignal(WTERMSIG(status)))
                                       : std::string("cannot be read"),
                   "the file is damaged or cut short: export it again", kBadMesh);

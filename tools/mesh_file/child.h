@@ -3,7 +3,9 @@
  */
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <limits>
 
 #include "tools/mesh_file/mesh_file.h"
 
@@ -11,8 +13,9 @@ namespace hapticd_mesh_file {
 
 /**
  * What `read` returns or throws as MeshError, of a child process; the path is lost. Throws MeshError if that dies, or
- * is ended because `interrupted` said so.
+ * is ended because `interrupted` said so, or asks for more than `most_bytes` of memory, or than the machine has.
  */
-[[nodiscard]] MeshFile readInChild(const std::function<MeshFile()>& read, const std::function<bool()>& interrupted);
+[[nodiscard]] MeshFile readInChild(const std::function<MeshFile()>& read, const std::function<bool()>& interrupted,
+                                   std::uint64_t most_bytes = std::numeric_limits<std::uint64_t>::max());
 
 }  // namespace hapticd_mesh_file

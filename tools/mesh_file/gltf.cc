@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <assimp/DefaultLogger.hpp>
+#include <assimp/LogStream.hpp>
 #include <charconv>
 #include <cstdint>
 #include <iterator>
@@ -45,7 +47,24 @@ std::string_view jsonOf(std::string_view bytes) {
                   "export it without: neither quantized nor compressed with meshopt nor instanced", kBadMesh);
 }
 
+class Listener : public Assimp::LogStream {
+ public:
+  explicit Listener(bool& lost) : lost_(lost) {}
+  void write(const char* message) override {
+    lost_ = lost_ || std::string_view(message).find("Those faces were dropped") != std::string_view::npos;
+  }
+
+ private:
+  bool& lost_;
+};
+
 }  // namespace
+
+LostFaces::LostFaces() {
+  Assimp::DefaultLogger::create(nullptr, Assimp::Logger::NORMAL, 0)->attachStream(new Listener(any_));  // Owned.
+}
+
+LostFaces::~LostFaces() { Assimp::DefaultLogger::kill(); }
 
 bool isGltf(const std::string& path) { return endsWith(path, ".gltf") || endsWith(path, ".glb"); }
 

@@ -3,7 +3,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
+#include <limits>
 #include <system_error>
 
 #include "tools/mesh_file/child.h"
@@ -30,11 +33,21 @@ void checkReadable(const std::string& path) {
     throw MeshError("is no file on a disk, and is read more than once", "write it into one first");
 }
 
+/** What reading it may take [B]. Packed files of a megabyte unfold to gigabytes if they are made to. */
+std::uint64_t mostMemory(const std::string& path) {
+  constexpr std::uint64_t kAlways = std::uint64_t{2} << 30, kTimes = 200;  // Of XML it is some 80 times.
+  char head[4] = {};
+  if (!std::filesystem::is_regular_file(path)) return std::numeric_limits<std::uint64_t>::max();
+  std::ifstream(path, std::ios::binary).read(head, sizeof head);
+  const bool packed = std::string_view(head, 4) == "PK\3\4" || std::string_view(head, 2) == "\x1f\x8b";
+  return packed ? kAlways + kTimes * std::filesystem::file_size(path) : std::numeric_limits<std::uint64_t>::max();
+}
+
 }  // namespace
 
 MeshFile readMesh(const std::string& path, std::string_view program, const std::function<bool()>& interrupted) {
   checkReadable(path);
-  MeshFile mesh = readInChild([&] { return readScene(path, program); }, interrupted);
+  MeshFile mesh = readInChild([&] { return readScene(path, program); }, interrupted, mostMemory(path));
   mesh.path = path;
   return mesh;
 }

@@ -14,11 +14,13 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <new>
 #include <pugixml.hpp>
 #include <system_error>
 #include <unordered_map>
 #include <vector>
 
+#include "tools/mesh_file/collada.h"
 #include "tools/mesh_file/gltf.h"
 #include "tools/mesh_file/mesh_error.h"
 #include "tools/mesh_file/off.h"
@@ -215,6 +217,8 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
   std::string error;
   if (isGltf(path)) requireKnownExtensions(bytesOf(path));
   if (endsWith(path, ".amf")) requireNotTurned(path);
+  if (endsWith(path, ".dae")) requirePlainCollada(bytesOf(path));
+  const LostFaces lost;
   const std::string obj = plainObj(path);
   try {
     // Polygons are cut here, not by assimp: where three corners of one lie in a line it lays a lid over its hollow.
@@ -225,12 +229,12 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
     error = e.what();
   }
   if (scene == nullptr || scene->mRootNode == nullptr) {
-    if (error.find("bad_alloc") != error.npos)  // As assimp hands it on, or what() has it.
-      throw MeshError("is too large for this machine's memory, or damaged", "make it coarser", kBadMesh);
+    if (error.find("bad_alloc") != error.npos) throw std::bad_alloc();  // As assimp hands it on, or what() has it.
     throw MeshError(error.empty() ? "holds no scene" : error,
                     "is it whole, and does the ending of its name fit? " +
                         fmt::format("{} reads STL, OBJ, PLY, X3D, 3DS, glTF and the other formats of assimp", program));
   }
+  if (lost.any()) refuse("has a face whose vertex is not there");
   gatherer.node(*scene, *scene->mRootNode);
 }
 

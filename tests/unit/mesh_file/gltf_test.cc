@@ -64,5 +64,21 @@ TEST_F(ReadMeshTest, AGltfNamesItsFilesByUri) {
   }
 }
 
+// What had a hole where the face was became an open mesh without a word.
+TEST_F(ReadMeshTest, AGltfWhoseFaceNamesNoVertexIsRefused) {
+  const auto indexed = [](const char* indices) {  // Three vertices, two triangles.
+    return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+      "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+      "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+                   {"bufferView":1,"componentType":5121,"count":6,"type":"SCALAR"}],
+      "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":1,"byteLength":6}],
+      "buffers":[{"byteLength":36,"uri":")" +
+           std::string(kTriangleInside) + R"("},{"byteLength":6,"uri":"data:application/octet-stream;base64,)" +
+           indices + "\"}]}";
+  };
+  EXPECT_EQ(readMesh(file("a.gltf", indexed("AAECAAIB")), "the test", never).triangles.size(), 2u);
+  EXPECT_EQ(refusal(file("a.gltf", indexed("AAECAAID"))), "has a face whose vertex is not there");
+}
+
 }  // namespace
 }  // namespace hapticd_mesh_file

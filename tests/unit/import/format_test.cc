@@ -144,6 +144,29 @@ TEST(Import, readsNifti) {
   EXPECT_EQ(readScan(folder.put("d.nii", turned + samples())).values[0], 2.0f * valueAt(0, 0, 0) - 5);
 }
 
+// ITK takes the one or the other place of a header that names two, as 3D Slicer does; nibabel always takes the sform.
+TEST(Import, ofTwoPlacesOfANiftiTheOneTakenIsTold) {
+  const Folder folder;
+  const auto placed = [&](std::int16_t sform_code, float x, char unit) {
+    std::string header = nifti();
+    header[123] = unit;
+    put<std::int16_t>(header, 252, 1);  // A quarter turn about z: x to y, y to -x.
+    put<float>(header, 264, static_cast<float>(std::sqrt(0.5)));
+    put<float>(header, 268, 7);
+    put<std::int16_t>(header, 254, sform_code);
+    const float rows[12] = {0, -1.5f, 0, x, 1, 0, 0, 0, 0, 0, 2, 0};
+    std::memcpy(header.data() + 280, rows, sizeof rows);
+    const Image image = readScan(folder.put("a.nii", header + samples()));
+    return fmt::format("{} at {:g}", image.format, image.origin[0]);
+  };
+  EXPECT_EQ(placed(4, 7, 2), "NIfTI at -7");
+  EXPECT_EQ(placed(4, 7.05f, 2), "NIfTI at -7");
+  EXPECT_EQ(placed(4, 10, 2), "NIfTI, placed by its qform; its sform puts it 3 mm elsewhere at -7");
+  EXPECT_EQ(placed(1, 10, 2), "NIfTI, placed by its sform; its qform puts it 3 mm elsewhere at -10");
+  EXPECT_EQ(placed(0, 10, 2), "NIfTI at -7");
+  EXPECT_EQ(placed(4, 10, 1), "NIfTI, placed by its qform; its sform puts it 3e+03 mm elsewhere at -7000");
+}
+
 // Of a pair either file may be named; which of the two that ITK could take it takes is the one whose length is told.
 TEST(Import, readsNiftiPairsByEitherName) {
   const Folder folder;

@@ -19,8 +19,9 @@ using BeforeValues = std::function<void(std::uint64_t bytes)>;
 [[nodiscard]] Image readWith(itk::ImageIOBase& io, const BeforeValues& before_values = {});
 
 /**
- * Of a NIfTI file that ITK has read: puts its origin into millimetres where it is in another unit. Throws ImportError
- * if the file has fewer bytes than its values take, is gzip and damaged or cut short, or has a spacing that is none.
+ * Of a NIfTI file that ITK has read: puts its origin into millimetres where it is in another unit, and adds to its
+ * format which of two places it was given where its header names two. Throws ImportError if the file has fewer bytes
+ * than its values take, is gzip and damaged or cut short, or has a spacing that is none.
  */
 void checkNifti(const std::string& path, Image& image);
 /** Of a NIfTI pair the header, whichever of its two files is named; what is no .img stays. */

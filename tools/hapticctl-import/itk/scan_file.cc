@@ -174,12 +174,13 @@ Image readScan(const std::string& named) {
   Image image = readWith(*io, [&](std::uint64_t bytes) {
     if (format != "NIfTI") requireWhole(path, format, bytes);
   });
+  image.format = format;
   if (format == "NIfTI") {
     checkNifti(path, image);
   } else {
     placeAsSaid(headOf(path), format, image);
+    image.format += whatIsNotSaid(headOf(path), format);
   }
-  image.format = format + (format == "NIfTI" ? "" : whatIsNotSaid(headOf(path), format));
   requireTwo(image, "size");
   checkPlace(image);
   return image;

@@ -1,8 +1,12 @@
 #include "tools/haptic-bench/whole_file.h"
 
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -26,15 +30,28 @@ void removeAndEnd(int number) {
 
 WholeFile::WholeFile(std::string path) : path_(std::move(path)), part_(path_) {
   if (path_.empty()) throw Failure("the file to write", "its name is empty", "a name");  // ".part" would be written.
-  std::error_code none;
-  const auto kind = std::filesystem::status(path_, none).type();
-  if (kind == std::filesystem::file_type::directory) throw Failure(path_, "it is a folder", "the name of a file");
-  const bool plain = kind == std::filesystem::file_type::not_found || kind == std::filesystem::file_type::regular;
-  if (plain && !std::filesystem::is_symlink(path_, none)) part_ += ".part";
-  if (!std::ofstream(part_, std::ios::binary))
-    throw Failure(path_, "it cannot be written", "see the path and its rights");
-  if (part_ == path_) return;
-  std::filesystem::remove(part_, none);  // Nothing lies about while the results are made.
+  namespace fs = std::filesystem;
+  std::error_code none, dangling;
+  const fs::file_status status = fs::status(path_, none);
+  if (fs::is_directory(status)) throw Failure(path_, "it is a folder", "the name of a file");
+  const bool there = fs::is_regular_file(status);
+  const auto refuse = [this] { throw Failure(path_, "it cannot be written", "see the path and its rights"); };
+  if (there && ::access(path_.c_str(), W_OK) != 0) refuse();  // It is protected, though its folder is not.
+  const bool fresh = status.type() == fs::file_type::not_found && !fs::is_symlink(path_, none);
+  if (!there && !fresh) {
+    if (!std::ofstream(part_, std::ios::binary)) refuse();
+    return;
+  }
+  if (const fs::path real = fs::canonical(path_, dangling); !dangling) path_ = real.string();  // A link stays one.
+  int fd = -1;
+  for (int i = 0; fd < 0 && i < 100; ++i) {  // What somebody else has there stays.
+    part_ = fmt::format("{}.{}.part", path_, i);
+    fd = ::open(part_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd < 0 && errno != EEXIST) break;
+  }
+  if (fd < 0) refuse();
+  if (there) (void)::fchmod(fd, static_cast<mode_t>(status.permissions()));
+  ::close(fd);
   under_way = part_.c_str();
   struct sigaction removes = {};
   removes.sa_handler = removeAndEnd;

@@ -9,8 +9,8 @@
 namespace haptic_bench {
 
 /**
- * Stands for a file while it is being written under another name beside it: what was there before stays until keep().
- * What is no regular file (/dev/stdout) or a link to one is written itself.
+ * Stands for a file while it is being written under another name beside it: what was there before stays until keep(),
+ * and its rights for longer; a link stays one. What is no regular file (/dev/stdout) is written itself.
  */
 class WholeFile {
  public:

@@ -78,8 +78,10 @@ int run(Options& o) {
   Surface mesh{std::move(file.vertices), std::move(file.triangles)};
   const double whole = hapticctl_import::volumeOf(mesh);
   const CutParts parts = cut(mesh, o.cut);
-  hapticctl_import::writeFile(o.body, hapticctl_import::toPly(parts.body));
-  hapticctl_import::writeFile(o.fragment, hapticctl_import::toPly(parts.fragment));
+  hapticctl_import::PreparedFile body(o.body, hapticctl_import::toPly(parts.body));
+  hapticctl_import::PreparedFile fragment(o.fragment, hapticctl_import::toPly(parts.fragment));
+  body.keep();  // Those of one cut, or none: they fit no others.
+  fragment.keep();
   fmt::print("whole     {}: {} triangles, {:.4g} cubic units; {} lattice points\n", o.file, mesh.triangles.size(),
              whole, parts.points);
   tell("body", o.body, parts.body, whole);

@@ -24,10 +24,11 @@ namespace {
 
 constexpr std::array kEnds = {SIGINT, SIGTERM, SIGHUP};
 
-char to_unlink[PATH_MAX];
+char to_unlink[TemporaryFile::kMost][PATH_MAX];  // Empty: free.
 
 extern "C" void unlinkAndEnd(int signal) {
-  ::unlink(to_unlink);
+  for (const auto& name : to_unlink)
+    if (name[0] != '\0') ::unlink(name);
   ::signal(signal, SIG_DFL);
   ::raise(signal);
 }
@@ -63,9 +64,11 @@ TemporaryFile::TemporaryFile(std::string pattern, int letters_behind) : path_(st
   sigemptyset(&ends);
   for (const int end : kEnds) sigaddset(&ends, end);
   ::sigprocmask(SIG_BLOCK, &ends, &before);  // They find no file, or a file whose name is known.
-  fd_ = path_.size() < sizeof to_unlink ? ::mkostemps(path_.data(), letters_behind, O_CLOEXEC) : -1;
+  slot_ = 0;
+  while (slot_ < kMost && to_unlink[slot_][0] != '\0') ++slot_;
+  if (slot_ < kMost && path_.size() < PATH_MAX) fd_ = ::mkostemps(path_.data(), letters_behind, O_CLOEXEC);
   if (fd_ >= 0) {
-    *std::copy(path_.begin(), path_.end(), to_unlink) = '\0';
+    *std::copy(path_.begin(), path_.end(), to_unlink[slot_]) = '\0';
     for (std::size_t i = 0; i < kEnds.size(); ++i) {
       before_[i] = ::signal(kEnds[i], unlinkAndEnd);
       if (before_[i] == SIG_IGN) ::signal(kEnds[i], SIG_IGN);  // nohup stays so.
@@ -77,6 +80,7 @@ TemporaryFile::TemporaryFile(std::string pattern, int letters_behind) : path_(st
 TemporaryFile::~TemporaryFile() {
   if (fd_ < 0) return;
   if (!path_.empty()) ::unlink(path_.c_str());
+  to_unlink[slot_][0] = '\0';
   for (std::size_t i = 0; i < kEnds.size(); ++i) ::signal(kEnds[i], before_[i]);
 }
 
@@ -106,21 +110,29 @@ void writeInPlace(const std::string& path, const std::string& bytes) {
   if (const int code = fd < 0 ? errno : writeAndClose(fd, bytes); code != 0) throw notWritten(path, code);
 }
 
-void writeFile(const std::string& path, const std::string& bytes) {
+PreparedFile::PreparedFile(std::string path, std::string bytes) : path_(std::move(path)), bytes_(std::move(bytes)) {
   namespace fs = std::filesystem;
   std::error_code none;
-  const fs::file_status status = fs::symlink_status(path, none);
+  const fs::file_status status = fs::symlink_status(path_, none);
   const bool there = fs::exists(status);
-  if (there && !fs::is_regular_file(status)) return writeInPlace(path, bytes);
-  TemporaryFile part(path + ".XXXXXX");
-  if (part.fd() < 0) return writeInPlace(path, bytes);
+  if (there && !fs::is_regular_file(status)) return;
+  if (part_.emplace(path_ + ".XXXXXX").fd() < 0) {
+    part_.reset();
+    return;
+  }
   const mode_t mask = ::umask(0);
   ::umask(mask);
-  ::fchmod(part.fd(), there ? static_cast<mode_t>(status.permissions()) : 0666 & ~mask);
-  int code = writeAndClose(part.fd(), bytes);
-  if (code == 0) code = part.becomes(path);
-  if (code != 0) throw notWritten(path, code);
+  ::fchmod(part_->fd(), there ? static_cast<mode_t>(status.permissions()) : 0666 & ~mask);
+  if (const int code = writeAndClose(part_->fd(), bytes_); code != 0) throw notWritten(path_, code);
+  bytes_ = {};
 }
+
+void PreparedFile::keep() {
+  if (!part_) return writeInPlace(path_, bytes_);
+  if (const int code = part_->becomes(path_); code != 0) throw notWritten(path_, code);
+}
+
+void writeFile(const std::string& path, const std::string& bytes) { PreparedFile(path, bytes).keep(); }
 
 void requireSaid() {
   if (std::fflush(stdout) == 0 || errno == EPIPE) return;

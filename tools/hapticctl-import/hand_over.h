@@ -4,6 +4,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,10 +13,11 @@ namespace hapticctl_import {
 
 /**
  * A file that goes when it is no longer needed, also by Ctrl-C, SIGTERM and SIGHUP, unless they are ignored, whose
- * handlers it takes: one at a time.
+ * handlers it takes: kMost at a time.
  */
 class TemporaryFile {
  public:
+  static constexpr std::size_t kMost = 2;
   /** For another program to read. Throws ImportError. */
   TemporaryFile();
   /** With a name of its own for the XXXXXX in it, so many letters before its end; fd() is -1 if it cannot be made. */
@@ -31,7 +34,24 @@ class TemporaryFile {
  private:
   std::string path_;
   int fd_ = -1;
+  std::size_t slot_ = kMost;  ///< Where handlers find its name.
   std::array<void (*)(int), 3> before_{};
+};
+
+/**
+ * A file of which all is written before it takes its place: of several none takes its own where one does not fit. Only
+ * a device, a pipe, a link's goal and a file in a folder that may not be written are written in their place, by keep().
+ */
+class PreparedFile {
+ public:
+  /** Throws ImportError that says why. */
+  PreparedFile(std::string path, std::string bytes);
+  /** The same. */
+  void keep();
+
+ private:
+  std::string path_, bytes_;
+  std::optional<TemporaryFile> part_;  ///< None: it is written in its place.
 };
 
 /** Whether two names are those of one file, be it there or not. */
@@ -39,12 +59,9 @@ class TemporaryFile {
 /** Throws ImportError that says why, if a file cannot be written there; makes none. To be asked before the long work.
  */
 void requireWritable(const std::string& path);
-/** As it goes, so that a TemporaryFile stays the only one. Throws ImportError that says why. */
+/** As it goes. Throws ImportError that says why. */
 void writeInPlace(const std::string& path, const std::string& bytes);
-/**
- * Whole or not at all: on ImportError, which says why, what was there before is there still. Only a device, a pipe, a
- * link's goal and a file in a folder that may not be written are written in their place.
- */
+/** A PreparedFile alone: on ImportError, which says why, what was there before is there still. */
 void writeFile(const std::string& path, const std::string& bytes);
 
 /** Throws ImportError unless all that was printed is out, or the reader of standard output has gone. */

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <filesystem>
 #include <limits>
+#include <optional>
 
 #include "rt/base/standard_streams.h"
 #include "tools/hapticctl-import/child.h"
@@ -80,8 +81,11 @@ int draw(const Options& o, const std::string& output) {
   if (o.largest) parts = fmt::format(", the largest of {} parts", keepLargest(surface));
   fmt::print("{} triangles{} of {}, {:.4g} cm3 within\n", surface.triangles.size(), parts, all,
              volumeOf(surface) * 1e-3);
-  if (!output.empty()) (o.output.empty() ? writeInPlace : writeFile)(output, toPly(surface));
+  std::optional<PreparedFile> ply;
+  if (!o.output.empty()) ply.emplace(output, toPly(surface));
+  if (!output.empty() && !ply) writeInPlace(output, toPly(surface));
   if (!o.vdb.empty()) fmt::print("{}\n", writeModel(surface, numbersIn(o.voxel_mm, "--voxel", 1).front(), o.vdb));
+  if (ply) ply->keep();
   requireSaid();
   return kDone;
 }

@@ -64,6 +64,43 @@ int endOf(const std::function<void()>& work) {
   return status;
 }
 
+// The body of a cut was written, its fragment not: the old one lay beside it, and fitted nothing.
+TEST(WriteFile, ofSeveralAllOrNoneAreWritten) {
+  const Folder folder;
+  const std::string body = folder.put("body.ply", "old body"), fragment = folder.put("fragment.ply", "old fragment");
+  const auto contents = [](const std::string& path) {
+    std::ifstream file(path);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const auto write = [&](std::size_t size) {
+    PreparedFile first(body, "new body"), second(fragment, std::string(size, 'x'));
+    first.keep();
+    second.keep();
+    return 0;
+  };
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit little{4096, before.rlim_max};
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &little), 0);
+  const std::string words = refusal([&] { return write(5000); });
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_THAT(words, HasSubstr("File too large"));
+  EXPECT_EQ(contents(body), "old body");
+  EXPECT_EQ(contents(fragment), "old fragment");
+  write(2);
+  EXPECT_EQ(contents(body), "new body");
+  EXPECT_EQ(contents(fragment), "xx");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
+  const int status = endOf([&] {
+    const PreparedFile first(body, "newer body"), second(fragment, "newer fragment");
+    ::raise(SIGTERM);
+  });
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM) << status;
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2) << "a part was left";
+}
+
 // Of a file that replaced another one the part was left.
 TEST(WriteFile, aSignalThatEndsTheProgramTakesWhatWasWritten) {
   for (const int end : {SIGINT, SIGTERM, SIGHUP}) {

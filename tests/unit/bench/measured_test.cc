@@ -282,6 +282,25 @@ TEST(Measured, ClocksThatDisagreeAreTold) {
   EXPECT_EQ(estimateLag(still, 0.95).deviation_s, 0) << "it does not turn";
 }
 
+// It was counted from the later of both streams: of poses that were 25 ms late it told 35.
+TEST(Measured, TheFreeTimeIsThatOfTheForces) {
+  const Model m = potato();
+  MeasuredOptions o = options();
+  o.merge.free_s = Apparatus{}.free_s;  // To the last of it.
+  Recording r = record(handling(m), apparatus());
+  for (PoseSample& p : r.poses) p.t_s += 0.025;
+  EXPECT_NEAR(onSurface(r, o, m).lag.lag_s, 0.025, 1e-3);
+
+  r = record(handling(m), apparatus());
+  std::erase_if(r.poses, [](const PoseSample& p) { return p.t_s < 0.4; });
+  const ProbeLoad load = onSurface(r, o, m).load;
+  EXPECT_NEAR(load.weight, 0.4, 2e-3);
+  EXPECT_LT((load.bias_S - Vec3(0.3, -0.2, 0.1)).norm(), 2e-3);
+
+  std::erase_if(r.poses, [](const PoseSample& p) { return p.t_s < 1.1; });
+  EXPECT_THAT([&] { (void)onSurface(r, o, m); }, ThrowsMessage<Failure>(HasSubstr("a free time that both have")));
+}
+
 TEST(Measured, TheClockToTryIsTheWholeOfIt) {
   const Model m = potato();
   Recording r = record(handling(m), apparatus());

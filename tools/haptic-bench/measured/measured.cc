@@ -16,10 +16,7 @@ Measured onSurface(const Recording& recording, const MeasuredOptions& options, c
   const std::vector<ProbeSample> merged = merge(recording, options.merge, &measured.load);
   measured.pose_step_s =
       (recording.poses.back().t_s - recording.poses.front().t_s) / static_cast<double>(recording.poses.size() - 1);
-  if (options.merge.free_s > 0) {
-    const double begin = std::max(recording.forces.front().t_s, recording.poses.front().t_s);
-    measured.lag = estimateLag(recording, begin + options.merge.free_s);
-  }
+  if (options.merge.free_s > 0) measured.lag = estimateLag(recording, freeUntil(recording, options.merge.free_s));
   const auto touches = [&](const ProbeSample& s) { return s.force_O.norm() > options.contact_force; };
   const auto first = std::find_if(merged.begin(), merged.end(), touches);
   const auto last = std::find_if(merged.rbegin(), merged.rend(), touches).base();

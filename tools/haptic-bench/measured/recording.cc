@@ -109,13 +109,15 @@ Recording readRecording(const std::string& forces_path, const std::string& poses
   return recording;
 }
 
+double freeUntil(const Recording& recording, double free_s) { return recording.forces.front().t_s + free_s; }
+
 ProbeLoad estimateLoad(const Recording& recording, double until_s) {
   // f = bias + weight * down, four unknowns.
   NormalMatrix normal = NormalMatrix::Zero(4, 4);
   Unknowns right = Unknowns::Zero(4);
   PoseCursor poses(recording.poses);
   for (const ForceSample& f : recording.forces) {
-    if (!poses.covers(f.t_s) || f.t_s > until_s) continue;
+    if (!poses.covers(f.t_s) || f.t_s >= until_s) continue;
     Eigen::Matrix<double, 3, 4> row;
     row << Eigen::Matrix3d::Identity(), down_S(poses.at(f.t_s));
     normal += row.transpose() * row;
@@ -140,7 +142,7 @@ ClockLag estimateLag(const Recording& recording, double until_s) {
     PoseCursor before(poses), at(poses), after(poses);
     for (const ForceSample& f : recording.forces) {
       const double t = f.t_s + found.lag_s;
-      if (f.t_s > until_s || !before.covers(t - reach) || !after.covers(t + reach)) continue;
+      if (f.t_s >= until_s || !before.covers(t - reach) || !after.covers(t + reach)) continue;
       const Vec3 turning = (down_S(after.at(t + reach)) - down_S(before.at(t - reach))) / (2 * reach);
       Row row;
       row << Eigen::Matrix3d::Identity(), down_S(at.at(t)), turning;
@@ -161,20 +163,21 @@ ClockLag estimateLag(const Recording& recording, double until_s) {
 
 std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& options, ProbeLoad* found) {
   const std::vector<ForceSample>& forces = recording.forces;
-  const double begin = std::max(forces.front().t_s, recording.poses.front().t_s);
+  const double both = std::max(forces.front().t_s, recording.poses.front().t_s);
   const double end = std::min(forces.back().t_s, recording.poses.back().t_s);
-  if (!(end > begin + options.free_s)) {
+  const double until = freeUntil(recording, options.free_s), begin = std::max(both, until);
+  if (!(end > begin) || (options.free_s > 0 && !(until > both))) {
     throw Failure("recording",
                   fmt::format("forces run from {} to {} s and poses from {} to {} s", forces.front().t_s,
                               forces.back().t_s, recording.poses.front().t_s, recording.poses.back().t_s),
-                  "two streams on one clock, and a free time shorter than both");
+                  "two streams on one clock, and a free time that both have, and more after it");
   }
-  const double length = end - begin - options.free_s;
+  const double length = end - begin;
   if (!(length * options.rate_hz <= kMaxSamples)) {
     throw Failure("recording", fmt::format("{:.3g} s at {:g} Hz are too many samples", length, options.rate_hz),
                   fmt::format("at most {:g}: name the column of times with its unit, as t_ns", kMaxSamples));
   }
-  const ProbeLoad load = options.free_s > 0 ? estimateLoad(recording, begin + options.free_s) : options.load;
+  const ProbeLoad load = options.free_s > 0 ? estimateLoad(recording, until) : options.load;
   if (found != nullptr) *found = load;
   std::vector<ProbeSample> merged;
   PoseCursor poses(recording.poses);
@@ -182,7 +185,7 @@ std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& o
   std::size_t next = 0;
   for (int i = 0;; ++i) {
     // Not by adding up steps: of seconds since 1970 each would be rounded to a quarter of a microsecond.
-    const double t = begin + options.free_s + (2 * i + 1) * half;
+    const double t = begin + (2 * i + 1) * half;
     if (t > end - half) break;
     Vec3 sum = Vec3::Zero();
     int count = 0;

@@ -66,9 +66,15 @@ struct ProbeSample {
 struct MergeOptions {
   double rate_hz = 1000;      ///< Of the result; forces in between are averaged.
   Vec3 tip_S = Vec3::Zero();  ///< Centre of the tip's ball in the sensor's frame [m].
-  double free_s = 0;          ///< This long from the start nothing is touched: the load is found there.
+  double free_s = 0;          ///< So long from the first force on nothing is touched: the load is found there.
   ProbeLoad load;             ///< Used where free_s is 0.
 };
+
+/**
+ * The end of the free time [s]. Counted from the forces, which tell what touches: poses that come late, or are put on
+ * another clock, must not shift it into the contact.
+ */
+[[nodiscard]] double freeUntil(const Recording& recording, double free_s);
 
 /**
  * The load by least squares over a stretch without contact. Where the probe does not turn there, bias and weight cannot

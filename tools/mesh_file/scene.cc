@@ -238,6 +238,23 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
   gatherer.node(*scene, *scene->mRootNode);
 }
 
+/** Coordinates are floats, in most files and here: far from the origin they come in steps that a hand would feel. */
+void requireFine(const MeshFile& mesh) {
+  constexpr double kFeltStep = 5e-4;  // Of the longest side: 0.05 mm of 100.
+  double longest = 0;
+  float farthest = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    longest = std::max(longest, mesh.upper[i] - mesh.lower[i]);
+    farthest = std::max({farthest, static_cast<float>(mesh.upper[i]), static_cast<float>(-mesh.lower[i])});
+  }
+  const double step = std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
+  if (longest == 0 || step <= kFeltStep * longest) return;  // That it is but a point is told with its scale.
+  throw MeshError(fmt::format("is {:.3g} long and lies {:.3g} from the origin, where its coordinates come in steps of "
+                              "{:.2g}",
+                              longest, farthest, step),
+                  "move it to the origin in the program that made it, and export it again", kBadMesh);
+}
+
 }  // namespace
 
 MeshFile readScene(const std::string& path, std::string_view program) {
@@ -267,6 +284,7 @@ MeshFile readScene(const std::string& path, std::string_view program) {
         kBadMesh);
   }
   measure(out);
+  requireFine(out);
   return out;
 }
 

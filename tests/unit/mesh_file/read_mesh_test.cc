@@ -1,4 +1,5 @@
 // Mesh files: joined, merged through their node transforms, and refused by name when they hold nothing to touch.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -340,6 +341,16 @@ TEST_F(ReadMeshTest, AnOffFileThatIsNotWholeIsRefused) {
   EXPECT_EQ(told("OFF", "OFF BINARY"), "is OFF of a kind that is not read: 'OFF BINARY'");
   EXPECT_THAT(told("OFF", "4OFF"), HasSubstr("of a kind that is not read"));
   EXPECT_THAT(told("2 0 0", "2 0 1e999"), HasSubstr("has a vertex at"));
+}
+
+// A scan in a surveyor's coordinates became a staircase, or triangles without area.
+TEST_F(ReadMeshTest, WhatLiesTooFarFromTheOriginToBeFineIsRefused) {
+  const auto at = [](double x) { return fmt::format("v {0} 0 0\nv {1} 0 0\nv {0} 0.5 0\nf 1 2 3\n", x, x + 1); };
+  EXPECT_EQ(refusal(file("a.obj", at(-4000))), "not refused");
+  EXPECT_EQ(refusal(file("a.obj", at(-10001))),
+            "is 1 long and lies 1e+04 from the origin, where its coordinates come in steps of 0.00098");
+  EXPECT_THAT(refusal(file("a.obj", at(512345))), HasSubstr("in steps of 0.031"));
+  EXPECT_EQ(refusal(file("a.obj", "v 1e9 0 0\nf 1 1 1\n")), "not refused");  // A point.
 }
 
 TEST_F(ReadMeshTest, RefusesWhatCannotBeTouched) {

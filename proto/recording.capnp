@@ -2,7 +2,8 @@
 # A recording: everything that entered the cycles of one device group, and what each device was sent. docs/recording.md
 # says how blocks are framed and in which order they come.
 #
-# Numbers are SI in the world frame; quaternions w, x, y, z. Evolution: add at the end with the next ordinal; never
+# Numbers are SI; what devices read and were sent is in their own frame, all else in the world's, and where a device
+# stands is an order (SetMount of rt/command.h); quaternions w, x, y, z. Evolution: add at the end with the next ordinal; never
 # renumber, never retype.
 
 using Cxx = import "/capnp/c++.capnp";

@@ -57,6 +57,7 @@ enum class CommandKind : std::uint32_t {
   kSetGravity,      ///< SetGravity
   kSetGrip,         ///< SetGrip: what the device's gripper closes on.
   kSetEffect,       ///< SetEffect
+  kSetMount,        ///< SetMount: where the device stands. Refused while it is armed.
 };
 
 /** An object id for the rings: slot in the low 16 bits, generation above, never 0. */
@@ -153,6 +154,14 @@ struct DeviceRadius {
   std::uint32_t device;
   std::uint32_t reserved;
   double radius;  ///< 0 to ProxyRenderer::kMaxRadius [m].
+};
+
+/** Where a device stands in the world: x_W = q x_D + p. */
+struct SetMount {
+  std::uint32_t device;
+  std::uint32_t reserved;
+  double p[3];  ///< [m]
+  double q[4];  ///< w x y z
 };
 
 /** An object becomes the tool in a device's hand: its frame goes to the device's, by a coupling (rt/body/coupling.h).

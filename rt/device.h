@@ -2,7 +2,7 @@
  * The device interface: all that the servo knows of hardware. drivers/ implements it; nothing else crosses.
  *
  * Units are SI and the frame is the canonical one (x toward the operator, y to the operator's right, z up); the driver
- * converts, nobody else does.
+ * converts, nobody else does. Where the device stands in the world is not its business (rt/cycle/mount.h).
  */
 #pragma once
 

@@ -111,6 +111,8 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
       devices_[device].proxy.setRadius(radius);
       return ErrorCode::kOk;
     }
+    case CommandKind::kSetMount:
+      return applyMount(command.as<SetMount>());
     case CommandKind::kAttachTool:
       return devices_[device].tool.attach(command.as<AttachTool>(), scene_);
     case CommandKind::kDetachTool:
@@ -131,6 +133,17 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
       return guard.setLimits(wanted.only_lowers != 0 ? lower(limits, guard.limits()) : limits);
     }
   }
+}
+
+/** The hand is elsewhere at once: only where no force can jump with it. What touched begins anew. */
+ErrorCode Cycle::applyMount(const SetMount& order) HD_RT {
+  DeviceState& device = devices_[order.device];
+  if (!Mount::valid(order)) return ErrorCode::kInvalidArgument;
+  if (device.guard.armed()) return ErrorCode::kWouldBlock;
+  device.mount = Mount(order);
+  device.started = false;
+  device.tool.forget();
+  return ErrorCode::kOk;
 }
 
 ErrorCode Cycle::applyToBodies(const Command& command) HD_RT {
@@ -177,7 +190,8 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
         break;
       }
       DeviceOutput& out = output.device[wish.device];
-      out.intent = {vec3(wish.p), quat(wish.q), wish.gripper_rad};
+      const Pose hand = devices_[wish.device].mount.toDevice(Pose{vec3(wish.p), quat(wish.q)});
+      out.intent = {hand.p, hand.q, wish.gripper_rad};
       out.has_intent = true;
       break;
     }
@@ -196,6 +210,7 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
     case CommandKind::kDetachTool:
     case CommandKind::kToolContacts:
     case CommandKind::kSetGrip:
+    case CommandKind::kSetMount:
       code = applyDeviceOrder(command);
       break;
   }
@@ -224,6 +239,20 @@ std::uint32_t Cycle::heldObjects(std::array<std::uint32_t, kMaxDevices>& held) c
   return n;
 }
 
+/** The reading in the world: itself where the device's frame is the world's. */
+const DeviceSample& Cycle::place(std::uint32_t d, const CycleInput& input) HD_RT {
+  DeviceState& device = devices_[d];
+  const DeviceSample& read = input.device[d];
+  if (device.mount.identity()) return read;
+  const Pose hand = device.mount.toWorld(Pose{read.p, read.q});
+  device.placed = read;
+  device.placed.p = hand.p;
+  device.placed.q = hand.q;
+  device.placed.v = device.mount.toWorld(read.v);
+  device.placed.w = device.mount.toWorld(read.w);
+  return device.placed;
+}
+
 /** Estimates the hands' velocities and moves what they hold, with what that pushes. */
 void Cycle::moveTools(const CycleInput& input, CycleOutput& output) HD_RT {
   const double dt = seconds(config_.period_ns);
@@ -231,16 +260,19 @@ void Cycle::moveTools(const CycleInput& input, CycleOutput& output) HD_RT {
   bodies_.begin(scene_, dt, {held.data(), heldObjects(held)});
   for (std::uint32_t d = 0; d < config_.device_count; ++d) {
     DeviceState& device = devices_[d];
+    const DeviceSample& sample = place(d, input);
     Twist& velocity = output.device[d].velocity;
-    if (!usable(input.device[d])) {  // the guard latches on it; nothing here may see it
+    output.device[d].pose = {sample.p, sample.q};
+    if (!usable(input.device[d]) || !usable(sample)) {  // the guard latches on it; nothing here may see it
       device.started = false;
       device.velocity.reset();
       device.tool.forget();
-      velocity = Twist{};
+      velocity = device.velocity_D = Twist{};
       continue;
     }
-    velocity = device.velocity.update(input.device[d]);
-    if (device.tool.held()) device.tool.begin(scene_, input.device[d], velocity, dt, bodies_);
+    device.velocity_D = device.velocity.update(input.device[d]);
+    velocity = device.mount.toWorld(device.velocity_D);
+    if (device.tool.held()) device.tool.begin(scene_, sample, velocity, dt, bodies_);
   }
   bodies_.step(scene_, dt);
 }
@@ -297,13 +329,13 @@ double Cycle::changed(DeviceState& device, const SurfaceContact& contact, double
 
 void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT {
   DeviceState& device = devices_[d];
-  const DeviceSample& sample = input.device[d];
+  const DeviceSample& sample = device.mount.identity() ? input.device[d] : device.placed;
   auto& source = sources_[d];
   Energy& energy = energy_[d];
   source.fill(Wrench{});
   energy = Energy{};
   out.contact = SurfaceContact{};
-  if (!usable(sample)) return;
+  if (!usable(input.device[d]) || !usable(sample)) return;
   if (!device.started) {
     device.proxy.reset(sample.p);
     device.shading.reset();
@@ -311,7 +343,6 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     device.object_effects.reset();
     device.started = true;
   }
-  source[HD_SOURCE_GRAVITY].force = sample.gravity;
   energy.gripper = device.grip.stiffness * std::max(0.0, device.grip.width - sample.gripper_rad);
   if (device.tool.held()) {
     renderTool(d, sample, out);
@@ -348,6 +379,20 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     energy.carried += share.carried;
     energy.stored += share.stored;
   }
+  if (!device.mount.identity()) bringToDevice(d, out);
+  source[HD_SOURCE_GRAVITY].force = device.mount.upright() * input.device[d].gravity;
+}
+
+/** What was rendered in the world, for the guard. The touched surface's power is known by its parts. */
+void Cycle::bringToDevice(std::uint32_t d, const DeviceOutput& out) HD_RT {
+  const Mount& mount = devices_[d].mount;
+  for (Wrench& source : sources_[d]) source = mount.toDevice(source);
+  Energy& energy = energy_[d];
+  energy.local_active = mount.toDevice(energy.local_active);
+  energy.relief = mount.toDevice(energy.relief);
+  const Vec3 &f = out.contact.force, &v = out.contact.velocity;
+  energy.carried =
+      mount.powerToDevice(energy.carried - f.cwiseProduct(v)) + mount.toDevice(f).cwiseProduct(mount.toDevice(v));
 }
 
 void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT {
@@ -392,7 +437,7 @@ void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
     in.now_ns = input.now_ns;
     in.dt = seconds(config_.period_ns);
     in.sample = &input.device[d];
-    in.velocity = out.velocity;
+    in.velocity = device.velocity_D;
     in.source = sources_[d];
     in.stop_line = input.stop_line;
     in.deadman_open = input.deadman_open;

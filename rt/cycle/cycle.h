@@ -12,6 +12,7 @@
 #include "rt/cycle/event.h"
 #include "rt/cycle/free_bodies.h"
 #include "rt/cycle/held_tool.h"
+#include "rt/cycle/mount.h"
 #include "rt/cycle/session_share.h"
 #include "rt/cycle/velocity_estimator.h"
 #include "rt/effect/object_effects.h"
@@ -30,12 +31,13 @@ struct CycleConfig {
   std::int64_t loss_fade_ns = 50'000'000;  ///< A lost session's share is gone after this.
 };
 
-/** What one device's tick came to. */
+/** What one device's tick came to. Its command, the guard's output and the intent are in the device's frame. */
 struct DeviceOutput {
   DeviceCommand command;
-  SurfaceContact contact;
+  SurfaceContact contact;  ///< In the world.
   GuardOutput guard;
-  Twist velocity;
+  Pose pose;       ///< Of the device point, in the world.
+  Twist velocity;  ///< Of it, in the world.
   DeviceIntent intent;
   bool has_intent = false;
 };
@@ -71,6 +73,8 @@ class Cycle {
   [[nodiscard]] const Scene& scene() const HD_RT { return scene_; }
   [[nodiscard]] const SessionShare& session(std::uint32_t slot) const HD_RT { return sessions_[slot]; }
   [[nodiscard]] const Guard& deviceGuard(std::uint32_t device) const HD_RT { return devices_[device].guard; }
+  /** Where it stands in the world. */
+  [[nodiscard]] const Mount& mount(std::uint32_t device) const HD_RT { return devices_[device].mount; }
   /** Radius of the ball about the device point, as ordered [m]. */
   [[nodiscard]] double deviceRadius(std::uint32_t device) const HD_RT { return devices_[device].proxy.radius(); }
   /** The tool in its hand; held() may be false. */
@@ -100,6 +104,9 @@ class Cycle {
     ObjectEffects object_effects;
     VelocityEstimator velocity;
     HeldTool tool;
+    Mount mount;
+    DeviceSample placed;  ///< The reading brought into the world, of a mount that is not the identity.
+    Twist velocity_D;     ///< As estimated, in the device's frame.
     SetGrip grip{};
     double resolution = 0;  ///< Of the sample's place [m].
     bool started = false;
@@ -126,14 +133,17 @@ class Cycle {
   ErrorCode applyToSession(const Command& command, const CycleInput& input) HD_RT;
   ErrorCode applySessionOrder(const Command& command, const CycleInput& input) HD_RT;
   ErrorCode applyDeviceOrder(const Command& command) HD_RT;
+  ErrorCode applyMount(const SetMount& order) HD_RT;
   void refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT;
   ErrorCode applyToBodies(const Command& command) HD_RT;
   [[nodiscard]] std::uint32_t heldObjects(std::array<std::uint32_t, kMaxDevices>& held) const HD_RT;
   void moveTools(const CycleInput& input, CycleOutput& output) HD_RT;
   void pushBodies(const SurfaceContact& contact, const Vec3& felt) HD_RT;
   double changed(DeviceState& device, const SurfaceContact& contact, double stored) const HD_RT;
+  [[nodiscard]] const DeviceSample& place(std::uint32_t d, const CycleInput& input) HD_RT;
   void renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT;
   void renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT;
+  void bringToDevice(std::uint32_t d, const DeviceOutput& out) HD_RT;
   void noteExpiredModels(const CycleInput& input, CycleOutput& output) HD_RT;
   void raiseTouches(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT;
   void raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT;
@@ -145,7 +155,8 @@ class Cycle {
   std::array<DeviceState, kMaxDevices> devices_;
   std::array<Command, kMaxPending> pending_;  ///< Commands whose tick has not come.
   std::uint32_t pending_count_ = 0;
-  std::array<std::array<Wrench, HD_SOURCES>, kMaxDevices> sources_;
+  std::array<std::array<Wrench, HD_SOURCES>, kMaxDevices>
+      sources_;  ///< In the device's frame once rendered; so energy_.
   std::array<Energy, kMaxDevices> energy_;
 };
 

@@ -8,6 +8,8 @@ void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orde
   for (std::uint32_t d = 0; d < cycle.config().device_count; ++d) {
     const std::uint32_t fault = cycle.deviceGuard(d).fault();
     if (fault != HD_FAULT_NONE) orders.push_back(makeCommand(CommandKind::kStop, StopOrder{d, fault}));
+    const Mount& mount = cycle.mount(d);
+    if (!mount.identity()) orders.push_back(makeCommand(CommandKind::kSetMount, mount.order(d)));
     const double radius = cycle.deviceRadius(d);
     if (radius > 0) orders.push_back(makeCommand(CommandKind::kDeviceRadius, DeviceRadius{d, 0, radius}));
     if (cycle.grip(d).stiffness > 0) orders.push_back(makeCommand(CommandKind::kSetGrip, cycle.grip(d)));

@@ -51,6 +51,7 @@ enum class Restated : std::uint8_t {
     case CommandKind::kAttachTool:
     case CommandKind::kDetachTool:
     case CommandKind::kSetGrip:
+    case CommandKind::kSetMount:
       return Restated::kCycle;
     case CommandKind::kLocalModel:
     case CommandKind::kForceField:

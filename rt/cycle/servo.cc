@@ -18,19 +18,18 @@ std::uint32_t clampToU32(std::int64_t x) HD_RT {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(x, 0, std::numeric_limits<std::uint32_t>::max()));
 }
 
-/** What all sessions see alike of a device's tick. */
-void fillSample(const DeviceSample& in, const DeviceOutput& out, hd_sample& sample) HD_RT {
-  store(in.p, sample.p);
-  store(in.q, sample.q);
+/** What all sessions see alike of a device's tick: in the world. */
+void fillSample(const DeviceSample& in, const DeviceOutput& out, const Mount& mount, hd_sample& sample) HD_RT {
+  store(out.pose.p, sample.p);
+  store(out.pose.q, sample.q);
   store(out.velocity.v, sample.v);
   store(out.velocity.w, sample.w);
-  store(out.contact.object != 0 ? out.contact.proxy : in.p, sample.proxy);
-  store(out.command.force, sample.force);
-  store(out.command.torque, sample.torque);
+  store(out.contact.object != 0 ? out.contact.proxy : out.pose.p, sample.proxy);
+  store(mount.toWorld(out.command.force), sample.force);
+  store(mount.toWorld(out.command.torque), sample.torque);
   for (std::uint32_t s = 0; s < HD_SOURCES; ++s) {
-    for (int axis = 0; axis < 3; ++axis) {
-      sample.by_source[s][axis] = static_cast<float>(out.guard.by_source[s][axis]);
-    }
+    const Vec3 force = mount.toWorld(out.guard.by_source[s]);
+    for (int axis = 0; axis < 3; ++axis) sample.by_source[s][axis] = static_cast<float>(force[axis]);
   }
   sample.buttons = in.buttons;
   sample.gripper_rad = in.gripper_rad;
@@ -210,7 +209,7 @@ void Servo::publish(std::int64_t woke_ns, std::int64_t late_ns) HD_RT {
   sample.applied_commands = output_->applied_commands;
   for (std::uint32_t d = 0; d < config_.device_count; ++d) {
     sample.device = d;
-    fillSample(input_->device[d], output_->device[d], sample);
+    fillSample(input_->device[d], output_->device[d], cycle_.mount(d), sample);
     if (no_realtime.load(std::memory_order_relaxed)) sample.flags |= HD_SAMPLE_NO_RT;
     for (std::uint32_t s = 0; s < kMaxSessions; ++s) {
       if (writers_[s].region() == nullptr) continue;

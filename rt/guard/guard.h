@@ -41,7 +41,7 @@ struct GuardConfig {
   double energy_limit = 0.25;   ///< Passive sources gave so much more than they got [J]: HD_FAULT_ENERGY.
 };
 
-/** What one tick asks of the device. */
+/** What one tick asks of the device, in its frame. */
 struct GuardInput {
   std::int64_t now_ns = 0;
   double dt = 0;                          ///< Nominal period [s].

@@ -148,6 +148,16 @@ class World {
     order.damping = random.in(0, 5);
     put(CommandKind::kSetBody, order);
   }
+  /** Where a device stands: anywhere, seldom nowhere. */
+  void mount(std::uint32_t d) {
+    SetMount order{d, 0, {}, {}};
+    const Pose X = random.once(3) ? Pose{} : random.pose(0.05);
+    store(X.p, order.p);
+    store(X.q, order.q);
+    if (random.once(10)) order.p[random.below(3)] = random.wild();
+    if (random.once(10)) order.q[random.below(4)] = random.broken();
+    put(CommandKind::kSetMount, order);
+  }
   void effect(std::uint32_t slot) {
     SetEffect order{};
     order.object = makeObjectId(slot, 1);
@@ -168,6 +178,7 @@ class World {
   Random random;
   bool trouble = false;
   bool tools = false;      ///< Hands hold objects, and objects move freely.
+  bool mounts = false;     ///< Devices are set up elsewhere, or somebody tries to.
   bool must_stop = false;  ///< The last step had a cause for both devices.
   std::unique_ptr<CycleInput> input;
   std::unique_ptr<CycleOutput> output;
@@ -229,6 +240,7 @@ void disturb(World& w) {
     if (w.random.once(100)) w.device(CommandKind::kArm, d);
     if (w.random.once(1500)) w.device(CommandKind::kDisarm, d);
     if (w.random.once(3000)) w.device(CommandKind::kStop, d);
+    if (w.mounts && w.random.once(100)) w.mount(d);
     if (w.random.once(300)) {
       w.put(CommandKind::kDeviceLimits,
             DeviceLimits{d, static_cast<std::uint32_t>(w.random.in(0, 2)), w.random.in(0, 8), w.random.in(0, 0.4),
@@ -250,11 +262,12 @@ void begin(World& w) {
 }
 
 TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
-  int armed = 0, faults = 0, together = 0, gripped = 0, effects = 0;
+  int armed = 0, faults = 0, together = 0, gripped = 0, effects = 0, mounted = 0;
   forSeeds(20, [&](unsigned seed) {
     World w(seed);
     w.trouble = seed % 2 == 0;
     w.tools = seed % 4 > 1;
+    w.mounts = seed % 3 == 0;
     begin(w);
     std::array<DeviceCommand, kDevices> last;
     for (int tick = 0; tick < 3000; ++tick) {
@@ -268,6 +281,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
         const DeviceCommand& now = w.output->device[d].command;
         const GuardOutput& guard = w.output->device[d].guard;
         const GuardLimits& limits = w.cycle().deviceGuard(d).limits();
+        mounted += now.enabled && !w.cycle().mount(d).identity() ? 1 : 0;
         ASSERT_LE(now.force.norm(), limits.force);
         ASSERT_LE(now.torque.norm(), limits.torque);
         ASSERT_LE(std::abs(now.gripper_force), limits.gripper_force);
@@ -301,6 +315,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
     EXPECT_GT(together, 500);
     EXPECT_GT(gripped, 1000);
     EXPECT_GT(effects, 1000);
+    EXPECT_GT(mounted, 1000);
   }
 }
 
@@ -343,6 +358,7 @@ TEST(CycleProperty, SameInputsSameBits) {
     World a(seed), b(seed);
     a.trouble = b.trouble = true;
     a.tools = b.tools = seed % 2 == 0;
+    a.mounts = b.mounts = seed % 2 == 1;
     begin(a);
     begin(b);
     for (int tick = 0; tick < 1000; ++tick) {

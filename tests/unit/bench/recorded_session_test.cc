@@ -7,11 +7,13 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <sstream>
 
 #include "daemon/recording/writer.h"
 #include "tests/support/process/temporary_directory.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/replay/tape.h"
+#include "tools/haptic-bench/trajectory/recording_reader.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial/trial.h"
 
@@ -22,7 +24,8 @@ using ::testing::StartsWith;
 using ::testing::ThrowsMessage;
 
 /** A hand that comes down and goes 1 mm deep along a plane, pushed with 2 N once the device is armed. */
-void writeSession(const std::string& path, int cycles, int armed_at = 0, double first_z = 0.001) {
+void writeSession(const std::string& path, int cycles, int armed_at = 0, double first_z = 0.001,
+                  const hapticd::Pose& stands = {}) {
   std::ofstream file(path, std::ios::binary);
   hapticd::RecordingWriter writer([&file](std::span<const std::byte> bytes) {
     file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
@@ -31,6 +34,7 @@ void writeSession(const std::string& path, int cycles, int armed_at = 0, double 
   hapticd::RecordingHeader header;
   header.devices.resize(1);
   header.start.config.device_count = 1;
+  header.start.orders.push_back(hapticd::makeCommand(hapticd::CommandKind::kSetMount, hapticd::Mount(stands).order(0)));
   ASSERT_TRUE(writer.header(header));
   const auto cycle = std::make_unique<hapticd::RecordedCycle>();
   for (int i = 0; i < cycles; ++i) {
@@ -114,6 +118,37 @@ TEST(RecordedSessions, DamageIsNamedAndACutIsBorne) {
   std::filesystem::resize_file(path, 100);
   EXPECT_THAT([&] { (void)makeTrajectory(path, makeModel("plane"), {1000}); },
               ThrowsMessage<Failure>(StartsWith(path + ": block 0 ")));
+}
+
+/** Both are of the world, where the scene is. */
+TEST(RecordedSessions, OfADeviceThatStandsElsewhereAreWhereItStood) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/session";
+  const hapticd::Pose stands{{1, 2, 3}, hapticd::Quat(Eigen::AngleAxisd(M_PI_2, Vec3::UnitX()))};
+  writeSession(path, 30, 0, 0.001, stands);
+  const Trajectory in = readRecordedSession(path, 0);
+  EXPECT_LT((in.samples[10].hip - Vec3(1 + 1e-4, 2.001, 3)).norm(), 1e-12);
+  EXPECT_LT((in.samples[10].force - Vec3(0, -2, 0)).norm(), 1e-12);
+  const auto replayer = hapticd::Replayer::open(path);
+  ASSERT_TRUE(replayer.ok());
+  exportCsv(**replayer, path, directory.path() + "/rows.csv");
+  std::ifstream file(directory.path() + "/rows.csv");
+  std::string names, row;
+  for (int i = 0; i < 11 && std::getline(file, i == 0 ? names : row); ++i) {
+  }
+  const auto column = [&](const std::string& name) {
+    std::istringstream head(names), numbers(row);
+    for (std::string each, number; std::getline(head, each, ',') && std::getline(numbers, number, ',');)
+      if (each == name) return std::stod(number);
+    ADD_FAILURE() << name << " is not in " << names;
+    return 0.0;
+  };
+  EXPECT_NEAR(column("px"), 1 + 9e-5, 1e-9);
+  EXPECT_NEAR(column("py"), 2.001, 1e-9);
+  EXPECT_NEAR(column("proxy_y"), 2.001, 1e-9);
+  EXPECT_NEAR(column("fy"), -2, 1e-9);
+  EXPECT_NEAR(column("fz"), 0, 1e-9);
+  EXPECT_NEAR(column("qx"), std::sqrt(0.5), 1e-9);
 }
 
 }  // namespace

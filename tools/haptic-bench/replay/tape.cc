@@ -24,8 +24,8 @@ const std::vector<Column>& columns() {
       {"tick", "", 1, [](const Row& r, double* out) { *out = static_cast<double>(r.tick); }},
       {"t", "s", 1, [](const Row& r, double* out) { *out = r.t_s; }},
       {"fresh", "", 1, [](const Row& r, double* out) { *out = r.sample->fresh ? 1 : 0; }},
-      {"p", "m", 3, [](const Row& r, double* out) { put(r.sample->p, out); }},
-      {"q", "", 4, [](const Row& r, double* out) { put(r.sample->q, out); }},
+      {"p", "m", 3, [](const Row& r, double* out) { put(r.replayed->pose.p, out); }},
+      {"q", "", 4, [](const Row& r, double* out) { put(r.replayed->pose.q, out); }},
       {"v", "m/s", 3, [](const Row& r, double* out) { put(r.replayed->velocity.v, out); }},
       {"w", "rad/s", 3, [](const Row& r, double* out) { put(r.replayed->velocity.w, out); }},
       {"gripper", "rad", 1, [](const Row& r, double* out) { *out = r.sample->gripper_rad; }},
@@ -34,12 +34,12 @@ const std::vector<Column>& columns() {
       {"enabled", "", 1, [](const Row& r, double* out) { *out = r.sent->enabled ? 1 : 0; }},
       {"ramping", "", 1,
        [](const Row& r, double* out) { *out = (r.replayed->guard.flags & HD_SAMPLE_RAMPING) != 0 ? 1 : 0; }},
-      {"f", "N", 3, [](const Row& r, double* out) { put(r.sent->force, out); }},
-      {"t", "N m", 3, [](const Row& r, double* out) { put(r.sent->torque, out); }},
+      {"f", "N", 3, [](const Row& r, double* out) { put(r.mount->toWorld(r.sent->force), out); }},
+      {"t", "N m", 3, [](const Row& r, double* out) { put(r.mount->toWorld(r.sent->torque), out); }},
       {"gripper_force", "N", 1, [](const Row& r, double* out) { *out = r.sent->gripper_force; }},
       {"proxy", "m", 3,
        [](const Row& r, double* out) {
-         put(r.replayed->contact.object != 0 ? r.replayed->contact.proxy : r.sample->p, out);
+         put(r.replayed->contact.object != 0 ? r.replayed->contact.proxy : r.replayed->pose.p, out);
        }},
       {"depth", "m", 1, [](const Row& r, double* out) { *out = r.replayed->contact.depth; }},
       {"object", "", 1, [](const Row& r, double* out) { *out = r.replayed->contact.object; }},
@@ -67,7 +67,7 @@ void forEachRow(hapticd::Replayer& replayer, const std::string& recording,
     first = false;
     for (std::uint32_t d = 0; d < devices; ++d) {
       take(d, {cycle.input.tick, static_cast<double>(cycle.input.now_ns - first_ns) * 1e-9, &cycle.input.device[d],
-               &cycle.sent[d], &replayer.output().device[d]});
+               &cycle.sent[d], &replayer.output().device[d], &replayer.cycle().mount(d)});
     }
   }
 }

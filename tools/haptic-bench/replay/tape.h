@@ -19,6 +19,7 @@ struct Row {
   const hapticd::DeviceSample* sample = nullptr;
   const hapticd::DeviceCommand* sent = nullptr;
   const hapticd::DeviceOutput* replayed = nullptr;
+  const hapticd::Mount* mount = nullptr;  ///< Where the device stood.
 };
 
 /** One quantity of a row: a name and `width` numbers. */

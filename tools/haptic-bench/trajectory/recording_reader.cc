@@ -39,8 +39,10 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
                     fmt::format("there are more than {:g} cycles in it, at tick {}", kMaxSamples, cycle.input.tick),
                     "a shorter recording");
     }
-    const bool ramping = (replayer->output().device[device].guard.flags & HD_SAMPLE_RAMPING) != 0;
-    in.samples.push_back({t_s, cycle.input.device[device].p, Vec3::Zero(), cycle.sent[device].force,
+    const hapticd::DeviceOutput& again = replayer->output().device[device];
+    const bool ramping = (again.guard.flags & HD_SAMPLE_RAMPING) != 0;
+    in.samples.push_back({t_s, again.pose.p, Vec3::Zero(),
+                          replayer->cycle().mount(device).toWorld(cycle.sent[device].force),
                           cycle.sent[device].enabled && !ramping});
   }
   if (in.samples.empty()) throw Failure(path, "there are no cycles in it", "a longer recording");

@@ -1,0 +1,299 @@
+// A world that is turned and shifted with the device feels the same: what the hand is sent depends on where things are
+// to each other, not on where they are.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "rt/cycle/cycle.h"
+#include "tests/support/for_seeds.h"
+#include "tests/support/stepped/attach_tool.h"
+#include "tests/support/stepped/mount_at.h"
+#include "tests/support/stepped/solid.h"
+#include "tests/support/stepped/stepped_cycle.h"
+#include "tests/support/stepped/wandering_hand.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kAsBefore = 1e-9;  // [N], [N m]
+constexpr double kSolved = 1e-7;    // What the solver of a tool's contacts leaves open [N], [N m].
+constexpr std::uint32_t kFloor = makeObjectId(1, 1), kBall = makeObjectId(2, 1), kBox = makeObjectId(3, 1),
+                        kGuide = makeObjectId(4, 1), kTool = makeObjectId(5, 1);
+
+const Vec3 kBallAt(0.06, 0, 0.04), kBoxAt(-0.06, 0.01, 0.04);
+
+/** What is asked. */
+struct Question {
+  bool tool = false;      ///< The hand holds a box; else it is a point.
+  bool models = true;     ///< A client sends local models, too.
+  bool passivity = true;  ///< The guard's controller may act.
+  bool quarters = false;  ///< All turns are of 90 degrees: axes become axes.
+};
+
+CycleConfig config(bool passivity) {
+  CycleConfig c;
+  c.guard[0].limits = {6, 0.3, 2000, 100, 4, 5, 10, 5};
+  c.guard[0].ramp_ns = 20'000'000;
+  c.guard[0].small_force = 3;
+  c.guard[0].continuous_force = 2;
+  c.guard[0].peak_force = 6;
+  c.guard[0].heating_s = 1;
+  c.guard[0].passivity = passivity;
+  return c;
+}
+
+/** A scene that is told to the cycle where X_WD has brought it, and a device that stands there too. */
+class MountedWorld : public test::SteppedCycle {
+ public:
+  MountedWorld(const Pose& X_WD, const Question& asked) : SteppedCycle(config(asked.passivity)), X_(X_WD) {
+    cycle->setResolution(0, 1e-5, 1e-4);
+    put(CommandKind::kSetMount, test::mountAt(X_WD));
+    put(CommandKind::kAddSession, SessionRef{0, 0, 1});
+    SetGravity down{};
+    store(turned(Vec3(0.5, 0, -9.81)), down.g);
+    put(CommandKind::kSetGravity, down);
+    object(kFloor, ShapeKind::kPlane, {{0, 0, -0.01}, Quat::Identity()}, Vec3::Zero());
+    // Apart from each other: which side of a corner a hand comes down on may be a matter of rounding.
+    object(kBall, ShapeKind::kSphere, {kBallAt, Quat::Identity()}, {0.01, 0, 0});
+    object(kBox, ShapeKind::kBox, {kBoxAt, Quat(Eigen::AngleAxisd(0.5, Vec3::UnitZ()))}, {0.01, 0.01, 0.01});
+    object(kGuide, ShapeKind::kGroup, {{0, 0, 0.03}, Quat(Eigen::AngleAxisd(0.7, Vec3::UnitX()))}, Vec3::Zero());
+    if (asked.tool) {
+      object(kTool, ShapeKind::kBox, {{0, 0, 0.1}, Quat::Identity()}, {0.01, 0.02, 0.005});
+      DeviceInfo device;
+      device.max_force = 6;
+      device.max_stiffness = 2000;
+      device.max_angular_stiffness = 4;
+      device.max_damping = 5;
+      device.max_angular_damping = 0.01;
+      device.actuated_rotation = true;
+      AttachTool tool = test::attachBox(kTool, {0.02, 0.04, 0.01}, device);
+      tool.flags = kToolWeighs;
+      put(CommandKind::kAttachTool, tool);
+    }
+    step();
+  }
+
+  [[nodiscard]] Vec3 turned(const Vec3& x) const { return X_.q * x; }
+
+  void object(std::uint32_t id, ShapeKind kind, const Pose& at, const Vec3& size) {
+    add(test::solid(id, kind, {900, 1, 0.5, 0.4}, X_ * at, size));
+  }
+  void move(std::uint32_t id, const Vec3& p, const Vec3& v) {
+    put(CommandKind::kObjectPose, poseMessage(id, X_ * Pose{p, Quat::Identity()}, {turned(v), Vec3::Zero()}));
+  }
+  void effect(EffectKind kind) {
+    SetEffect order{kGuide, 0, {}};
+    EffectParameters& e = order.effect;
+    e.kind = static_cast<std::uint32_t>(kind);
+    e.force = 2;
+    e.stiffness = 300;
+    // Where two chords of a path meet, which of them says what is across may be a matter of rounding.
+    e.damping = kind == EffectKind::kGuide ? 0 : 3;
+    e.reach = 0.05;
+    e.frequency = 90;
+    if (kind == EffectKind::kGuide) {
+      e.points = 4;
+      for (int i = 0; i < 4; ++i) {
+        e.path[i][0] = 0.01F * static_cast<float>(i) - 0.02F;
+        e.path[i][1] = i % 2 == 0 ? 0.01F : -0.01F;
+      }
+    }
+    put(CommandKind::kSetEffect, order);
+  }
+  void pushes(const Vec3& force, const Vec3& torque) {
+    hd_client_force f{};
+    f.lease_ns = 200'000'000;
+    store(turned(force), f.force);
+    store(turned(torque), f.torque);
+    put(CommandKind::kClientForce, f, 0);
+  }
+  void model(std::uint32_t kind, const Vec3& origin, const Vec3& normal) {
+    hd_local_model m{};
+    m.slot = kind % 2;
+    m.kind = kind;
+    m.lease_ns = 300'000'000;
+    m.blend_ns = 10'000'000;
+    m.material = {800, 1, 0.6, 0.5};
+    store(X_ * origin, m.origin);
+    store(turned(normal), m.normal);
+    m.radius = 0.02;
+    put(CommandKind::kLocalModel, m, 0);
+  }
+  /** Where the box in the hand meets the floor: at its lower corners. */
+  void corners() {
+    ToolContacts found{};
+    found.object = kTool;
+    found.count = 4;
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      ToolContacts::Point& p = found.point[i];
+      p.p_A[0] = i % 2 == 0 ? 0.01F : -0.01F;
+      p.p_A[1] = i / 2 == 0 ? 0.02F : -0.02F;
+      p.p_A[2] = -0.005F;
+      p.n_B[2] = 1;
+      p.key = objectSlot(kFloor) << 24 | (i + 1);
+    }
+    put(CommandKind::kToolContacts, found);
+  }
+  /** Of the device itself. */
+  const DeviceOutput& with(const DeviceSample& sample) {
+    input->device[0] = sample;
+    return step();
+  }
+
+ private:
+  Pose X_;
+};
+
+/** What both worlds are told, and how the hand moves, by one row of random numbers. */
+class Story {
+ public:
+  Story(unsigned seed, const Question& asked)
+      : random_(seed), hand_(random_, 0.02, {Vec3::Zero(), kBallAt, kBoxAt}), asked_(asked) {}
+
+  void next(std::array<MountedWorld*, 2> worlds) {
+    const auto both = [&](auto&& tell) {
+      for (MountedWorld* world : worlds) tell(*world);
+    };
+    if (random_.once(200)) both([](MountedWorld& w) { w.arm(); });
+    if (random_.once(900)) both([](MountedWorld& w) { w.put(CommandKind::kDisarm, DeviceRef{0}); });
+    ++tick_;
+    if (tick_ % 10 == 0) {
+      const double phase = 0.01 * tick_;
+      const Vec3 sway(0.002, 0.004, 0.003);
+      const Vec3 p = kBallAt + std::sin(phase) * sway, v = 10 * std::cos(phase) * sway;
+      both([&](MountedWorld& w) { w.move(kBall, p, v); });
+    }
+    if (random_.once(100)) {
+      const auto kind = static_cast<EffectKind>(random_.below(6));
+      both([&](MountedWorld& w) { w.effect(kind); });
+    }
+    if (random_.once(100)) {
+      const Vec3 f = random_.vector(2), t = random_.vector(0.1);
+      both([&](MountedWorld& w) { w.pushes(f, t); });
+    }
+    if (asked_.models && random_.once(100)) {
+      const std::uint32_t kind = 1 + random_.below(3u);
+      const Vec3 origin = random_.vector(0.01), normal = random_.vector(1).normalized();
+      both([&](MountedWorld& w) { w.model(kind, origin, normal); });
+    }
+    if (asked_.tool && random_.once(2)) both([](MountedWorld& w) { w.corners(); });
+    const Vec3 aim = hand_.next();
+    p_ += 0.05 * (aim - p_);
+    w_ = 0.95 * w_ + random_.vector(0.2);
+    q_ = rotated(q_, w_, 1e-3);
+    sample_.p = p_;
+    sample_.q = q_;
+    sample_.fresh = !random_.once(20);
+    sample_.gripper_rad = 0.1;
+  }
+  [[nodiscard]] DeviceSample sample() const { return sample_; }
+  Random& random() { return random_; }
+
+ private:
+  int tick_ = 0;
+  Random random_;
+  test::WanderingHand hand_;
+  Question asked_;
+  Vec3 p_ = Vec3::Zero(), w_ = Vec3::Zero();
+  Quat q_ = Quat::Identity();
+  DeviceSample sample_;
+};
+
+/** Counts, so that it is known to have looked at something. */
+struct Felt {
+  int armed = 0, contact = 0, limited = 0, passivity = 0, torque = 0, faults = 0;
+  void note(const DeviceOutput& out) {
+    armed += out.command.enabled;
+    contact += out.contact.object != 0;
+    limited += (out.guard.flags & HD_SAMPLE_LIMITED) != 0;
+    passivity += (out.guard.flags & HD_SAMPLE_PASSIVITY) != 0;
+    torque += out.command.torque.norm() > 1e-3;
+    faults += out.guard.fault != HD_FAULT_NONE;
+  }
+};
+
+/** Anywhere and turned anyhow, or by quarter turns. */
+Pose placeFor(const Question& asked, Random& random) {
+  Pose X = random.pose(1);
+  if (!asked.quarters) return X;
+  X.q.setIdentity();
+  for (int axis = 0; axis < 3; ++axis) X.q = Quat(Eigen::AngleAxisd(M_PI_2 * random.below(4), Vec3::Unit(axis))) * X.q;
+  return X;
+}
+
+Felt expectTheSame(unsigned count, const Question& asked) {
+  Felt felt;
+  const double same = asked.tool ? kSolved : kAsBefore;
+  forSeeds(count, [&](unsigned seed) {
+    Story story(seed, asked);
+    const Pose X = placeFor(asked, story.random());
+    MountedWorld plain({}, asked), mounted(X, asked);
+    ASSERT_FALSE(mounted.cycle->mount(0).identity());
+    // The weight that a driver carries is that of a device which stands upright.
+    const double upright = (X.q * Vec3::UnitZ()).z();
+    for (int tick = 0; tick < 1500; ++tick) {
+      SCOPED_TRACE(tick);
+      story.next({&plain, &mounted});
+      DeviceSample sample = story.sample();
+      sample.gravity = upright * Vec3(0.1, 0, 0.6);
+      const DeviceOutput& one = plain.with(sample);
+      sample.gravity = {0.1, 0, 0.6};
+      const DeviceOutput& other = mounted.with(sample);
+      ASSERT_EQ(one.command.enabled, other.command.enabled);
+      ASSERT_EQ(one.guard.fault, other.guard.fault);
+      ASSERT_NEAR((one.command.force - other.command.force).norm(), 0, same);
+      ASSERT_NEAR((one.command.torque - other.command.torque).norm(), 0, same);
+      for (int i = 0; i < HD_SOURCES; ++i)
+        ASSERT_NEAR((one.guard.by_source[i] - other.guard.by_source[i]).norm(), 0, 10 * same) << i;
+      ASSERT_EQ(one.contact.object, other.contact.object);
+      ASSERT_NEAR((X * one.pose.p - other.pose.p).norm(), 0, 1e-14);
+      ASSERT_NEAR((X.q * one.velocity.v - other.velocity.v).norm(), 0, 1e-12);
+      if (one.contact.object != 0) {
+        ASSERT_NEAR((X * one.contact.proxy - other.contact.proxy).norm(), 0, 0.1 * same);
+      }
+      felt.note(other);
+    }
+  });
+  return felt;
+}
+
+/** Of a body that moves, the guard books the power along the device's axes, wherever those are. */
+TEST(MountProperty, ATurnedAndShiftedWorldFeelsTheSameWithAGuardThatActs) {
+  const Felt felt = expectTheSame(20, {.models = false});
+  if (seeds(2).size() < 2) return;
+  EXPECT_GT(felt.armed, 5000);
+  EXPECT_GT(felt.contact, 300);
+  EXPECT_GT(felt.limited, 100);
+  EXPECT_GT(felt.passivity, 50);
+}
+
+TEST(MountProperty, ATurnedAndShiftedWorldFeelsTheSameWithLocalModels) {
+  const Felt felt = expectTheSame(20, {.passivity = false});
+  if (seeds(2).size() < 2) return;
+  EXPECT_GT(felt.armed, 5000);
+  EXPECT_GT(felt.contact, 300);
+}
+
+TEST(MountProperty, ATurnedAndShiftedWorldFeelsTheSameToAToolInSixDegreesOfFreedom) {
+  const Felt felt = expectTheSame(20, {.tool = true, .passivity = false});
+  if (seeds(2).size() < 2) return;
+  EXPECT_GT(felt.armed, 5000);
+  EXPECT_GT(felt.contact, 300);
+  EXPECT_GT(felt.torque, 300);
+}
+
+/** What a tool or a model is given by others is known by axis alone: where axes become axes, that is exact. */
+TEST(MountProperty, QuarterTurnsFeelTheSameWithAllThereIs) {
+  for (const bool tool : {false, true}) {
+    const Felt felt = expectTheSame(20, {.tool = tool, .quarters = true});
+    if (seeds(2).size() < 2) continue;
+    EXPECT_GT(felt.armed, 5000);
+    EXPECT_GT(felt.contact, 300);
+    EXPECT_GT(felt.passivity, 50);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

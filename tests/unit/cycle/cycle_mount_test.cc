@@ -1,0 +1,170 @@
+// A device that stands somewhere else: what it feels there, who sees what, and when it may be moved.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "rt/cycle/cycle_start.h"
+#include "tests/support/random.h"
+#include "tests/support/stepped/mount_at.h"
+#include "tests/support/stepped/solid.h"
+#include "tests/support/stepped/stepped_cycle.h"
+
+namespace hapticd {
+namespace {
+
+using test::mountAt;
+
+constexpr std::uint32_t kThing = makeObjectId(1, 1);
+Quat turnedAboutZ(double angle) { return Quat(Eigen::AngleAxisd(angle, Vec3::UnitZ())); }
+Quat turnedAboutX(double angle) { return Quat(Eigen::AngleAxisd(angle, Vec3::UnitX())); }
+
+/** One device above a floor, in the air. */
+class CycleMount : public testing::Test, protected test::SteppedCycle {
+ protected:
+  CycleMount() : SteppedCycle(test::openConfig(10)) {
+    add(test::solid(kThing, ShapeKind::kPlane, {500, 0, 0, 0}));
+    at({0, 0, 0.05});
+  }
+  /** There at half a metre per second. */
+  void walk(const Vec3& to) {
+    while (input->device[0].p != to) at(input->device[0].p + clampNorm(to - input->device[0].p, 0.5e-3));
+    for (int i = 0; i < 20; ++i) at(to);
+  }
+  /** Whether it was taken. */
+  ErrorCode mount(const SetMount& order) {
+    put(CommandKind::kSetMount, order);
+    step();
+    for (std::uint32_t i = 0; i < output->events.count; ++i) {
+      const ServoEvent& event = output->events.event[i];
+      if (event.kind == ServoEventKind::kCommandRefused) return static_cast<ErrorCode>(event.value);
+    }
+    return ErrorCode::kOk;
+  }
+};
+
+TEST_F(CycleMount, AForceActsWhereTheDeviceStands) {
+  // On its left side: its own x is up and down, its z to the left.
+  const Pose X{{0.2, 0.1, 0.3}, Quat(Eigen::AngleAxisd(M_PI_2, Vec3::UnitY()))};
+  ASSERT_EQ(mount(mountAt(X)), ErrorCode::kOk);
+  walk({0.29, 0, 0});  // 1 cm above the floor
+  arm();
+  for (int i = 0; i < 10; ++i) step();
+  EXPECT_TRUE(output->device[0].command.enabled);
+  EXPECT_NEAR(output->device[0].pose.p.z(), 0.01, 1e-12);
+  EXPECT_TRUE(output->device[0].command.force.isZero(0));
+  walk({0.302, 0, 0});  // and 2 mm into it
+  EXPECT_LT((output->device[0].contact.force - Vec3(0, 0, 1)).norm(), 1e-9) << "up in the world";
+  EXPECT_LT((output->device[0].command.force - Vec3(-1, 0, 0)).norm(), 1e-9) << "along its own x";
+  EXPECT_EQ(output->device[0].contact.object, kThing);
+}
+
+TEST_F(CycleMount, IsRefusedWhileForcesMayFlow) {
+  const SetMount away = mountAt({{0, 0, -0.1}, turnedAboutZ(1)});
+  arm();
+  step();
+  ASSERT_TRUE(cycle->deviceGuard(0).armed());
+  EXPECT_EQ(mount(away), ErrorCode::kWouldBlock);
+  EXPECT_TRUE(cycle->mount(0).identity());
+  EXPECT_TRUE(cycle->deviceGuard(0).armed()) << "a refusal changes nothing";
+  walk({0, 0, -0.002});
+  ASSERT_GT(output->device[0].command.force.z(), 0.9);
+  // Slow to be lowered: it is not off before it is at zero.
+  DeviceLimits slow = limitsOrder(0, cycle->deviceGuard(0).limits(), false);
+  slow.force_slew = 20;
+  put(CommandKind::kDeviceLimits, slow);
+  put(CommandKind::kDisarm, DeviceRef{0});
+  step();
+  int lowering = 0;
+  while (mount(away) != ErrorCode::kOk) {
+    ASSERT_TRUE(cycle->mount(0).identity());
+    ASSERT_LT(++lowering, 100);
+  }
+  EXPECT_GT(lowering, 10);
+  EXPECT_TRUE(output->device[0].command.force.isZero(0));
+  EXPECT_FALSE(cycle->mount(0).identity());
+}
+
+TEST_F(CycleMount, OneThatHasFailedMayBeMovedAndBeginsWithASmallForce) {
+  put(CommandKind::kStop, StopOrder{0, 0});
+  ASSERT_EQ(mount(mountAt({{0, 0, -0.0505}, Quat::Identity()})), ErrorCode::kOk) << "now half a millimetre deep";
+  arm();
+  double last = 0;
+  for (int i = 0; i < 50; ++i) {
+    const double now = step().command.force.norm();
+    EXPECT_LE(now - last, 1e6 * 1e-3);
+    last = now;
+  }
+  EXPECT_TRUE(output->device[0].command.enabled);
+}
+
+TEST_F(CycleMount, AHandThatIsSomewhereElseAtOnceHasNotMovedThere) {
+  at({0, 0, 0.001});
+  ASSERT_EQ(mount(mountAt({{0, 0, -0.005}, Quat::Identity()})), ErrorCode::kOk);
+  EXPECT_EQ(output->device[0].velocity.v, Vec3(0, 0, 0)) << "the device has not moved";
+  EXPECT_NEAR(output->device[0].pose.p.z(), -0.004, 1e-15);
+}
+
+TEST_F(CycleMount, WhatIsNoPlaceIsRefused) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
+  const Pose fine{{0.1, 0, 0}, turnedAboutX(0.5)};
+  ASSERT_EQ(mount(mountAt(fine)), ErrorCode::kOk);
+  for (const double bad : {kNan, kInf, -kInf, 101.0, -1e300}) {
+    for (int i = 0; i < 3; ++i) {
+      SetMount order = mountAt({});
+      order.p[i] = bad;
+      EXPECT_EQ(mount(order), ErrorCode::kInvalidArgument) << bad;
+    }
+  }
+  for (const double bad : {kNan, kInf, 2.0, -1e200}) {
+    for (int i = 0; i < 4; ++i) {
+      SetMount order = mountAt({});
+      order.q[i] = bad;
+      EXPECT_EQ(mount(order), ErrorCode::kInvalidArgument) << bad;
+    }
+  }
+  SetMount none = mountAt({});
+  none.q[0] = 0;
+  EXPECT_EQ(mount(none), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(mount(mountAt(fine, 1)), ErrorCode::kInvalidArgument) << "there is no such device";
+  EXPECT_EQ(cycle->mount(0).pose().p, fine.p);
+}
+
+TEST_F(CycleMount, AnArmsWeightIsCarriedAlongItsOwnVertical) {
+  input->device[0].gravity = {0, 0, 0.5};
+  for (const auto& [turn, part] : {std::pair{0.0, 1.0}, {0.4, std::cos(0.4)}, {M_PI_2, 0.0}, {M_PI, -1.0}}) {
+    put(CommandKind::kDisarm, DeviceRef{0});
+    for (int i = 0; i < 3; ++i) step();
+    ASSERT_EQ(mount(mountAt({{0, 0, 0.2}, turnedAboutX(turn)})), ErrorCode::kOk);
+    arm();
+    for (int i = 0; i < 20; ++i) step();
+    EXPECT_LT((output->device[0].command.force - Vec3(0, 0, 0.5 * part)).norm(), 1e-9) << turn;
+  }
+}
+
+TEST_F(CycleMount, TheOrderMadeOfItGivesItAgainBitForBit) {
+  Random random(7);
+  for (int i = 0; i < 2000; ++i) {
+    SetMount order = mountAt(random.pose(1));
+    for (double& x : order.q) x *= random.in(0.96, 1.04);
+    const Mount one(order), again(one.order(0));
+    ASSERT_EQ(one.pose().q.coeffs(), again.pose().q.coeffs());
+    ASSERT_EQ(one.pose().p, again.pose().p);
+    ASSERT_NEAR(one.pose().q.norm(), 1, 1e-15);
+  }
+  EXPECT_TRUE(Mount(mountAt({{0, 0, 0}, Quat(-1, 0, 0, 0)})).identity()) << "a whole turn";
+}
+
+TEST_F(CycleMount, ARecordingBeginsWithIt) {
+  ASSERT_EQ(mount(mountAt({{0.1, 0.2, 0.3}, turnedAboutX(0.5)})), ErrorCode::kOk);
+  CycleStart start;
+  start.config = cycle->config();
+  restate(*cycle, input->now_ns, start.orders);
+  const auto again = makeCycle(start, meshes);
+  EXPECT_EQ(again->mount(0).pose().p, cycle->mount(0).pose().p);
+  EXPECT_EQ(again->mount(0).pose().q.coeffs(), cycle->mount(0).pose().q.coeffs());
+}
+
+}  // namespace
+}  // namespace hapticd

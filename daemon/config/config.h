@@ -47,11 +47,14 @@ struct GroupConfig {
 
 /** What holds for the device of one URI or serial. */
 struct DeviceConfig {
-  static constexpr double kMostRadius = 0.1;  ///< [m]
+  static constexpr double kMostRadius = 0.1;    ///< [m]
+  static constexpr double kMostDistance = 100;  ///< From the world's origin, by axis [m].
 
   std::string uri;
   LimitsConfig limits;
   double radius_m = 0;  ///< Of the ball about its point that touches when the daemon starts; 0: a point.
+  /** Where it stands when the daemon starts: place [m], and turns about the world's x, then y, then z [deg]. */
+  std::vector<double> mount_m = {0, 0, 0}, mount_deg = {0, 0, 0};
 
   bool operator==(const DeviceConfig&) const = default;
 };

@@ -60,13 +60,7 @@ class Reader {
       : table_(table), path_(std::move(path)), errors_(errors) {}
 
   void number(std::string_view key, double& value, double least, double most) {
-    const toml::node* const node = take(key);
-    if (node == nullptr) return;
-    if (!node->is_number()) return wrongType(key, *node, "a number");
-    const auto* const integer = node->as_integer();  // toml++ turns none into a double that would be rounded.
-    const double read = integer != nullptr ? static_cast<double>(integer->get()) : node->as_floating_point()->get();
-    if (!(read >= least && read <= most)) return outOfRange(key, *node, fmt::format("{}", read), least, most);
-    value = read;
+    if (const toml::node* const node = take(key)) readNumber(key, *node, value, least, most);
   }
 
   void integer(std::string_view key, std::uint32_t& value, std::int64_t least, std::int64_t most) {
@@ -120,6 +114,19 @@ class Reader {
   void integers(std::string_view key, std::vector<std::uint32_t>& values, std::int64_t least, std::int64_t most) {
     readArray(key, values, "an array of integers",
               [&](const toml::node& element, std::uint32_t& value) { readInteger(key, element, value, least, most); });
+  }
+
+  /** Three numbers along x, y and z. */
+  void triple(std::string_view key, std::vector<double>& values, double least, double most) {
+    const toml::node* const node = take(key);
+    if (node == nullptr) return;
+    const toml::array* const array = node->as_array();
+    if (array == nullptr) return wrongType(key, *node, "three numbers, [x, y, z]");
+    if (array->size() != 3) {
+      return errors_.add(node->source().begin, fmt::format("{} has {} numbers", key, array->size()),
+                         "it must be three, [x, y, z]");
+    }
+    for (std::size_t i = 0; i < 3; ++i) readNumber(key, *array->get(i), values[i], least, most);
   }
 
   template <class Visit>
@@ -204,6 +211,14 @@ class Reader {
     return false;
   }
 
+  void readNumber(std::string_view key, const toml::node& node, double& value, double least, double most) {
+    if (!node.is_number()) return wrongType(key, node, "a number");
+    const auto* const integer = node.as_integer();  // toml++ turns none into a double that would be rounded.
+    const double read = integer != nullptr ? static_cast<double>(integer->get()) : node.as_floating_point()->get();
+    if (!(read >= least && read <= most)) return outOfRange(key, node, fmt::format("{}", read), least, most);
+    value = read;
+  }
+
   void readInteger(std::string_view key, const toml::node& node, std::uint32_t& value, std::int64_t least,
                    std::int64_t most) {
     if (!node.is_integer()) return wrongType(key, node, "an integer");
@@ -224,7 +239,11 @@ class Reader {
 
   GroupConfig prototype(GroupConfig*) const { return {}; }
   LineConfig prototype(LineConfig*) const { return {}; }
-  DeviceConfig prototype(DeviceConfig*) const { return {{}, *device_limits, 0}; }
+  DeviceConfig prototype(DeviceConfig*) const {
+    DeviceConfig device;
+    device.limits = *device_limits;
+    return device;
+  }
 
   const toml::table& table_;
   std::string path_;

@@ -1,8 +1,8 @@
 /** @file
  * Every key of the configuration, once: reader, writer and tests walk the same list.
  *
- * A visitor has number, integer, flag, text, mode, level, texts and integers for values (each given key, value and,
- * where there is one, the range), table for a section and tables for an array of sections.
+ * A visitor has number, integer, flag, text, mode, level, texts, integers and triple for values (each given key, value
+ * and, where there is one, the range), table for a section and tables for an array of sections.
  */
 #pragma once
 
@@ -83,6 +83,8 @@ void visitConfig(Visitor& root, Configuration& c) {
   root.tables("device", c.devices, [](auto& v, auto& device) {
     v.text("uri", device.uri);
     v.number("radius_m", device.radius_m, 0, DeviceConfig::kMostRadius);
+    v.triple("mount_m", device.mount_m, -DeviceConfig::kMostDistance, DeviceConfig::kMostDistance);
+    v.triple("mount_deg", device.mount_deg, -360, 360);
     visitLimits(v, device.limits);
   });
   root.tables("line", c.lines, [](auto& v, auto& line) {

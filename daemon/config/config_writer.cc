@@ -38,6 +38,9 @@ class Writer {
   void integers(std::string_view key, const std::vector<std::uint32_t>& values, std::int64_t, std::int64_t) {
     list(key, values, [](std::uint32_t value) { return fmt::format("{}", value); });
   }
+  void triple(std::string_view key, const std::vector<double>& values, double, double) {
+    list(key, values, [](double value) { return fmt::format("{}", value); });
+  }
   template <class Visit>
   void table(std::string_view key, Visit&& visit) {
     text_ += fmt::format("{}[{}]\n", text_.empty() ? "" : "\n", key);

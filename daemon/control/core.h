@@ -131,6 +131,9 @@ class Core {
   /** Of the ball about the device's point [m]. For the lease holder's user, anybody while nobody holds it, and
    * administration. */
   [[nodiscard]] Result<void> setRadius(OpenDevice& device, double radius, const Client& by);
+  /** Where it stands in the world. Who may: as setRadius. kWouldBlock while it is armed or its force is being lowered:
+   * its hand is elsewhere at once. */
+  [[nodiscard]] Result<void> setMount(OpenDevice& device, const Pose& X_WD, const Client& by);
   /** Puts an object into the device's hand, in place of what it holds. Who may: as setRadius. Refused for planes,
    * groups, children, deformable meshes and what another hand holds. */
   [[nodiscard]] Result<void> attachTool(OpenDevice& device, const ToolWish& wish, const Client& by);
@@ -210,6 +213,8 @@ class Core {
     std::int64_t off_ns = 0;  ///< Since when it is seen switched off; 0: it is not.
   };
 
+  /** Whether forces reach it, or will by an order that is on its way. */
+  [[nodiscard]] bool mayBeArmed(const OpenDevice& device) const;
   /** Whether that client may have a device of that URI opened. */
   [[nodiscard]] Result<void> mayOpen(std::string_view uri, std::uint64_t connection);
   [[nodiscard]] Result<OpenDevice*> openNow(std::string_view uri);

@@ -5,6 +5,7 @@
 
 #include "daemon/control/core.h"
 #include "daemon/device/limits.h"
+#include "daemon/device/mount.h"
 #include "rt/render/proxy.h"
 
 namespace hapticd {
@@ -334,6 +335,40 @@ Result<void> Core::setRadius(OpenDevice& device, double radius, const Client& by
   if (auto r = mayChange(device, by); !r) return r;
   device.radius = radius;
   device.applyRadius();
+  return {};
+}
+
+bool Core::mayBeArmed(const OpenDevice& device) const {
+  const std::string& uri = device.info().uri;
+  const auto listed = std::ranges::find(listed_, uri, &Listed::uri);
+  hd_sample sample;
+  return listed != listed_.end() &&
+         (!device.link->passed(listed->ticket) || !device.link->latest(device.index, sample) ||
+          (sample.flags & HD_SAMPLE_ARMED) != 0);
+}
+
+Result<void> Core::setMount(OpenDevice& device, const Pose& X_WD, const Client& by) {
+  const std::string where = device.name + "/mount";
+  if (!isFinite(X_WD.p) || !(X_WD.p.cwiseAbs().maxCoeff() <= Mount::kFarthest)) {
+    return Error{ErrorCode::kInvalidArgument, where,
+                 fmt::format("a place is within {:g} m of the world's origin, by axis", Mount::kFarthest),
+                 "for example 0.3,0,0"};
+  }
+  const double norm = X_WD.q.norm();
+  if (!(norm > 1e-6 && norm < 1e6)) {
+    return Error{ErrorCode::kInvalidArgument, where, "the quaternion says no turn",
+                 "w,x,y,z with a length near 1: 1,0,0,0 is none"};
+  }
+  if (auto r = mayChange(device, by); !r) return r;
+  if (mayBeArmed(device)) {
+    return Error{ErrorCode::kWouldBlock, where, "the device is armed, and its hand would jump",
+                 "disarm it and wait until its force is down"};
+  }
+  device.mount = Mount(Pose{X_WD.p, X_WD.q.normalized()});
+  device.applyMount();
+  const Vec3 turns = toDegrees(device.mount.pose().q);
+  log::info("{}: stands at {:g}, {:g}, {:g} m, turned by {:g}, {:g}, {:g} degrees", device.name, X_WD.p.x(), X_WD.p.y(),
+            X_WD.p.z(), turns.x(), turns.y(), turns.z());
   return {};
 }
 

@@ -5,12 +5,14 @@
 #include <algorithm>
 
 #include "daemon/device/limits.h"
+#include "daemon/device/mount.h"
 #include "daemon/log/log.h"
 #include "drivers/link/io_device.h"
 
 namespace hapticd {
 
 static_assert(DeviceConfig::kMostRadius == ProxyRenderer::kMaxRadius);
+static_assert(DeviceConfig::kMostDistance == Mount::kFarthest);
 static_assert(GroupConfig::kMost == kMaxGroups);
 
 DeviceManager::DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads)
@@ -189,7 +191,11 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
     row->maxima = deviceMaxima(info);
     const DeviceConfig* const entry = entryOf(info);
     row->limits = startLimits(entry == nullptr ? config_.limits : entry->limits, info);
-    if (entry != nullptr) row->radius = entry->radius_m;
+    if (entry != nullptr) {
+      row->radius = entry->radius_m;
+      const Vec3 place(entry->mount_m.data()), turns(entry->mount_deg.data());
+      row->mount = Mount(Pose{place, fromDegrees(turns)});
+    }
     group_options.cycle.guard[i].limits = row->limits;
     if (group.devices[i] != info.uri) row->aliases.push_back(group.devices[i]);
     rows.push_back(std::move(row));
@@ -205,6 +211,7 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
   for (auto& row : rows) {
     row->link = link->get();
     if (row->radius > 0) row->applyRadius();
+    if (!row->mount.identity()) row->applyMount();
     log::info("device {}: {} ({}), group {}, {:g} Hz, {}", row->name, row->info().uri,
               log::printable(row->info().model), group.name, 1e9 / static_cast<double>(group_options.cycle.period_ns),
               (*link)->group().realtime() ? "real-time" : "not real-time: " + (*link)->group().schedulingNote());

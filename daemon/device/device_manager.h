@@ -17,6 +17,7 @@
 #include "daemon/device/group_link.h"
 #include "daemon/scene/scene_model.h"
 #include "drivers/registry.h"
+#include "rt/cycle/mount.h"
 
 namespace hapticd {
 
@@ -47,6 +48,7 @@ struct OpenDevice {
   GuardLimits limits;       ///< In force.
   GuardLimits maxima;       ///< The device's own.
   double radius = 0;        ///< Of the ball about its point [m].
+  Mount mount;              ///< Where it stands in the world.
   HeldObject tool;
   Grip grip;
   std::uint64_t lease = 0;            ///< Session that holds it, 0 if free.
@@ -62,6 +64,8 @@ struct OpenDevice {
   void applyRadius() const {
     (void)link->post(makeCommand(CommandKind::kDeviceRadius, DeviceRadius{index, 0, radius}));
   }
+  /** Tells the servo. */
+  void applyMount() const { (void)link->post(makeCommand(CommandKind::kSetMount, mount.order(index))); }
   [[nodiscard]] const DeviceInfo& info() const { return link->group().device(index).info(); }
   [[nodiscard]] const Device& device() const { return link->group().device(index); }
 };

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "daemon/device/mount.h"
 #include "daemon/resource/properties.h"
 #include "daemon/resource/resource_name.h"
 #include "drivers/link/has_battery.h"
@@ -131,6 +133,36 @@ Result<void> setGrip(Core& core, OpenDevice& device, std::string_view value, con
   return core.setGrip(device, n->front(), n->back(), by);
 }
 
+Json getMount(const OpenDevice& device, const DeviceNow&, Core&) {
+  Json json = toJson(device.mount.pose());
+  json["deg"] = toJson(toDegrees(device.mount.pose().q));
+  return json;
+}
+
+/** X,Y,Z and then three turns in degrees or a quaternion, if there are any; nothing is the world's frame. */
+Result<void> setMount(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
+                      const Client& by) {
+  if (value.empty()) return core.setMount(device, {}, by);
+  const auto count = static_cast<std::size_t>(std::count(value.begin(), value.end(), ',')) + 1;
+  if (count != 3 && count != 6 && count != 7) {
+    return Error{ErrorCode::kInvalidArgument, where, fmt::format("a place does not have {} numbers", count),
+                 "x,y,z [m], then turns about x, y and z [deg] or a quaternion w,x,y,z: 0.3,0,0,0,0,90"};
+  }
+  auto parsed = parseNumbers(value, count, where);
+  if (!parsed) return parsed.error();
+  const std::vector<double>& n = *parsed;
+  Pose X_WD{{n[0], n[1], n[2]}, Quat::Identity()};
+  if (count == 7) X_WD.q = Quat(n[3], n[4], n[5], n[6]);
+  if (count == 6) {
+    const Vec3 turns(n[3], n[4], n[5]);
+    if (!(turns.cwiseAbs().maxCoeff() <= 360)) {
+      return Error{ErrorCode::kInvalidArgument, where, "a turn is by 360 degrees at most", "for example 0,0,90"};
+    }
+    X_WD.q = fromDegrees(turns);
+  }
+  return core.setMount(device, X_WD, by);
+}
+
 constexpr DeviceProperty kDeviceProperties[] = {
     {"uri", "opens this device and no other",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return Json(d.info().uri); }},
@@ -162,6 +194,8 @@ constexpr DeviceProperty kDeviceProperties[] = {
     {"lease", "who may arm it", getLease},
     {"radius", "of the ball about the device point [m]",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return number(d.radius); }, setRadius},
+    {"mount", "where it stands in the world: x,y,z[,deg,deg,deg|,w,x,y,z]; only while it is disarmed", getMount,
+     setMount},
     {"tool", "object in the hand: NAME[,kg[,N/m]][,weighs][,direct]", getTool, setTool},
     {"grip", "spring that opens the gripper where it is closed further than a width: N/rad,rad", getGrip, setGrip},
     {"limits", "in force", [](const OpenDevice& d, const DeviceNow&, Core&) { return toJson(d.limits); }},

@@ -27,8 +27,15 @@ Played play(unsigned seed) {
   run(kTicks);
   script.disarmAll();
   script.pressed = 0;
+  Random places(seed);  // Of devices that stand elsewhere before it begins, and again elsewhere in its midst.
+  if (seed % 2 == 0) script.mount(seed % 4 / 2, places.pose(0.01));
   Taken taken(script.bench);
-  run(kTicks);
+  run(kTicks / 2);
+  if (seed % 2 == 0) {
+    script.disarmAll();
+    script.mount(1, places.pose(0.01));
+  }
+  run(kTicks - kTicks / 2);
   return {taken.finish([&] { script.step(); }), script.pressed};
 }
 

@@ -93,6 +93,11 @@ class Script {
     }
   }
 
+  /** Sets up a device elsewhere. It must be disarmed. */
+  void mount(std::size_t device, const Pose& X_WD) {
+    EXPECT_TRUE(bench.core.setMount(bench.device(device), X_WD, root()).ok());
+  }
+
   void disarmAll() {
     for (const auto& device : bench.core.devices().devices()) {
       if (device->lease != 0) (void)bench.core.disarm(device->lease);

@@ -23,7 +23,9 @@ TEST(DeviceRadius, IsWrittenReadAndReachesTheServo) {
 
 TEST(DeviceRadius, OfTheConfigurationIsThereFromTheFirstCycleAndCanBeSet) {
   Config config = Bench::relaxed();
-  config.devices.push_back({"test://first", {}, 0.003});
+  config.devices.emplace_back();
+  config.devices.back().uri = "test://first";
+  config.devices.back().radius_m = 0.003;
   Bench bench(config, 2);
   const auto felt = [&](std::uint32_t d) {
     double radius = -1;

@@ -28,6 +28,10 @@ class Collector {
     add(key, static_cast<double>(least), static_cast<double>(most));
     lists.insert(place(key));
   }
+  void triple(std::string_view key, const std::vector<double>&, double least, double most) {
+    add(key, least, most);
+    triples.insert(place(key));
+  }
   template <class Value>
   void flag(std::string_view, const Value&) {}
   template <class Value>
@@ -49,7 +53,7 @@ class Collector {
     for (const Element& element : elements) visit(*this, element);
   }
 
-  std::set<std::string> whole, lists;
+  std::set<std::string> whole, lists, triples;
 
  private:
   [[nodiscard]] std::string place(std::string_view key) const { return fmt::format("{}\n{}", section_, key); }
@@ -82,7 +86,8 @@ TEST(ConfigBounds, AreThoseThatWereChosen) {
       {"[quotas]\ntriangles", {0, 16e6}},       {"[builder]\nmemory_mb", {64, 1e6}},
       {"[builder]\ntimeout_s", {1, 3600}},      {"[builder]\ncache_mb", {0, 1e6}},
       {"[[group]]\nrate_hz", {1000, 4000}},     {"[[group]]\ncpus", {0, 1023}},
-      {"[[device]]\nradius_m", {0, 0.1}},       {"[[line]]\ndebounce_ms", {0, 100}}};
+      {"[[device]]\nradius_m", {0, 0.1}},       {"[[line]]\ndebounce_ms", {0, 100}},
+      {"[[device]]\nmount_m", {-100, 100}},     {"[[device]]\nmount_deg", {-360, 360}}};
   for (const std::string section : {"[limits]\n", "[[device]]\n"}) {
     expected[section + "force_n"] = {0, 200};
     expected[section + "torque_nm"] = {0, 50};
@@ -102,7 +107,9 @@ TEST(ConfigBounds, AreThemselvesTakenAndNothingBeyond) {
     const bool list = keys.lists.contains(place);
     const bool whole = list || keys.whole.contains(place);
     const auto inBounds = [&, &place = place](double value) {
-      const auto read = parseConfig(fmt::format("{} = {}{}{}\n", place, list ? "[" : "", value, list ? "]" : ""), "f");
+      const bool triple = keys.triples.contains(place);
+      const char *before = list ? "[" : triple ? "[0, " : "", *after = list ? "]" : triple ? ", 0]" : "";
+      const auto read = parseConfig(fmt::format("{} = {}{}{}\n", place, before, value, after), "f");
       return read.ok() || read.error().what.find("is out of range") == std::string::npos;
     };
     const auto beyond = [&](double bound, double to) {

@@ -57,6 +57,12 @@ TEST(Config, RangesAreNamed) {
   EXPECT_EQ(refused("[servo]\nservo_priority = 99\n").what, "servo_priority = 99 is out of range");
   EXPECT_EQ(refused("[quotas]\nsessions = 99999999999999\n").what, "sessions = 99999999999999 is out of range");
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nradius_m = 0.2\n").remedy, "0 to 0.1");
+  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_m = [0, 0, 101]\n").remedy, "-100 to 100");
+  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_m = [0, 0, 101]\n").where, "f:3:18");
+  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_m = [0, 0]\n").what, "mount_m has 2 numbers");
+  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_m = 0.1\n").remedy, "it must be three numbers, [x, y, z]");
+  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_deg = [0, '90', 0]\n").what, "mount_deg is text");
+  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_deg = [0, nan, 0]\n").what, "mount_deg = nan is out of range");
   EXPECT_EQ(refused("[sockets]\nmode = 0o7777\n").what, "mode = 0o7777 is not a set of file permissions");
   EXPECT_EQ(refused("[sockets]\nmode = 660\n").what, "mode = 660 is not a set of file permissions");
   EXPECT_EQ(toString(refused("[sockets]\nmode = 432\n")),
@@ -131,6 +137,8 @@ cpus = [1]
 uri = "touch-123"
 force_n = 3.3
 radius_m = 0.0015
+mount_m = [0.25, -0.1, 0]
+mount_deg = [0, 0, 90]
 )",
                                   "f");
   ASSERT_TRUE(config.ok()) << toString(config.error());
@@ -146,6 +154,8 @@ radius_m = 0.0015
   EXPECT_EQ(touch->limits.force_n, 3.3);
   EXPECT_EQ(touch->limits.torque_nm, 0.25) << "not given: as [limits]";
   EXPECT_EQ(touch->radius_m, 0.0015);
+  EXPECT_EQ(touch->mount_m, (std::vector<double>{0.25, -0.1, 0}));
+  EXPECT_EQ(touch->mount_deg, (std::vector<double>{0, 0, 90}));
   EXPECT_EQ(config->entryOf("sim://falcon", ""), nullptr);
 }
 
@@ -178,9 +188,12 @@ TEST(Config, WritesWhatItReads) {
   config.sockets.mode = 0640;
   config.quotas.memory_mb = 0.1 + 64;
   config.groups.push_back({"a", {"sim://falcon?x=1", "s"}, 4000, {0, 1}});
-  config.devices.push_back({"s", {}});
+  config.devices.emplace_back();
+  config.devices[0].uri = "s";
   config.devices[0].limits.force_n = 1.0 / 3;
   config.devices[0].radius_m = 0.01 / 3;
+  config.devices[0].mount_m = {0.1 / 3, -99.5, 1e-7};
+  config.devices[0].mount_deg = {0, -90, 360};
   config.lines.push_back({"stop", "gpiochip0", "E \"STOP\"", true, "pull-up", 0.5});
   const auto again = parseConfig(toToml(config), "f");
   ASSERT_TRUE(again.ok()) << toString(again.error()) << toToml(config);
@@ -203,7 +216,8 @@ TEST(Config, TheShippedFileIsTheEmbeddedDefaultAndNamesEveryKey) {
   const std::string text((std::istreambuf_iterator<char>(file)), {});
   Config full;  // with one of each array of tables, so that their keys count too
   full.groups.push_back({"a", {"x"}, 0, {}});
-  full.devices.push_back({"x", {}});
+  full.devices.emplace_back();
+  full.devices[0].uri = "x";
   full.lines.push_back({"stop", "c", "n"});
   std::istringstream written(toToml(full));
   std::size_t keys = 0;
@@ -221,7 +235,9 @@ TEST(Config, TheShippedFileIsTheEmbeddedDefaultAndNamesEveryKey) {
     const std::string key = line.substr(0, line.find(" = ")) + " = ";
     // A [[device]]'s limits are explained at [limits]; elsewhere each key stands in its own section.
     const std::size_t from =
-        section == "[[device]]" && key != "uri = " && key != "radius_m = " ? text.find("\n[limits]") : begin;
+        section == "[[device]]" && key != "uri = " && key != "radius_m = " && !key.starts_with("mount")
+            ? text.find("\n[limits]")
+            : begin;
     const std::size_t end = std::min(text.find("\n[", from + 2), text.find("\n# [[", from + 2));
     EXPECT_NE(text.substr(from, end - from).find(key), std::string::npos) << section << " " << key;
   }

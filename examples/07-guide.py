@@ -13,13 +13,6 @@ import numpy as np
 WAY = [(0.04 * math.cos(a), 0.04 * math.sin(a), 0) for a in np.linspace(0, math.pi / 2, 6)]  # a quarter of a circle
 
 
-def place(client, name, pose=haptic.Pose(), **effect):
-    """An object that cannot be touched and has an effect; docs/effects.md tells the numbers."""
-    client.scene.create(name, haptic.ShapeKind.GROUP, pose=pose)
-    for key, value in effect.items():
-        client.set(f"/objects/{name}/{key}?value={value}")
-
-
 def follow(session, seconds):
     """A clumsy hand goes along the way; mean distance from it [m], mean force of effects [N]."""
     begin, samples = time.monotonic(), []
@@ -36,27 +29,26 @@ def follow(session, seconds):
 
 def main() -> int:
     with haptic.Client(name="07-guide") as client, client.open_session() as session:
-        place(client, "tissue", effect_reach=0.1, effect_damping=2, effect="viscous")
-        place(client, "way", effect_path=",".join(f"{x:.5f}" for point in WAY for x in point),
-              effect_stiffness=800, effect_force=4)
-        place(client, "done", effect_reach=1, effect_hz=80, effect_duration_s=0.3)
+        for name in ("tissue", "way", "done"):  # groups: nothing to touch
+            client.scene.create(name)
+        client.scene.set_effect("tissue", haptic.EffectKind.VISCOUS, damping=2, reach=0.1)
         session.arm()
         session.push_intent((0.04, 0, 0), latest=True)
         time.sleep(2.5)
         felt = {}
-        for kind in ("none", "guide"):
-            client.set(f"/objects/way/effect?value={kind}")
+        for kind in (haptic.EffectKind.NONE, haptic.EffectKind.GUIDE):
+            client.scene.set_effect("way", kind, path=WAY, stiffness=800, force=4)
             follow(session, 0.5)  # come in
             session.drain()
             felt[kind] = follow(session, 3)
-            print(f"{kind}: {1000 * felt[kind][0]:.1f} mm from the way, {felt[kind][1]:.2f} N of effects")
+            print(f"{kind.name.lower()}: {1000 * felt[kind][0]:.1f} mm from the way, {felt[kind][1]:.2f} N of effects")
         time.sleep(0.5)  # the hand comes to rest
         session.drain()
-        client.set("/objects/done/effect?value=vibration")  # ends by itself
+        client.scene.set_effect("done", haptic.EffectKind.VIBRATION, reach=1, hz=80, duration_s=0.3)  # ends by itself
         time.sleep(0.6)
         buzz = session.drain()["by_source"][:, haptic.Source.EFFECT, 2]
         print(f"reached: effects swing by {np.ptp(buzz) / 2:.1f} N")
-        return 0 if felt["guide"][0] < 0.7 * felt["none"][0] and np.ptp(buzz) > 1 else 1
+        return 0 if felt[haptic.EffectKind.GUIDE][0] < 0.7 * felt[haptic.EffectKind.NONE][0] and np.ptp(buzz) > 1 else 1
 
 
 if __name__ == "__main__":

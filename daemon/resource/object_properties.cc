@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
+#include <vector>
 
 #include "daemon/resource/properties.h"
 #include "daemon/resource/resource_name.h"
@@ -123,34 +126,68 @@ Result<void> setFalls(Core& core, const ObjectNow& object, std::string_view valu
   return change(core, object, body);
 }
 
-Result<void> setEffect(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
-  auto kind = parseEffect(value, where);
-  if (!kind) return kind.error();
-  EffectSpec effect = object.spec.effect;
-  effect.kind = *kind;
-  return change(core, object, effect);
-}
-
 Json getPath(const ObjectNow& object, Core&) {
   Json points = Json::array();
   for (const Vec3& point : object.spec.effect.path) points.push_back(toJson(point));
   return points;
 }
 
-/** "" or "none" takes it away. */
+/** "" or "none": no points. */
+Result<std::vector<Vec3>> parsePath(std::string_view value, const std::string& where) {
+  std::vector<Vec3> path;
+  if (value.empty() || value == "none") return path;
+  const auto numbers = static_cast<std::size_t>(std::count(value.begin(), value.end(), ',')) + 1;
+  if (numbers % 3 != 0 || numbers > std::size_t{3} * kMaxPathPoints) {
+    return Error{ErrorCode::kInvalidArgument, where,
+                 fmt::format("{} numbers are not 2 to {} points", numbers, kMaxPathPoints),
+                 "x,y,z of one after the other [m]; none takes the path away"};
+  }
+  auto n = parseNumbers(value, numbers, where);
+  if (!n) return n.error();
+  for (std::size_t i = 0; i < numbers; i += 3) path.emplace_back((*n)[i], (*n)[i + 1], (*n)[i + 2]);
+  return path;
+}
+
 Result<void> setPath(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
+  auto path = parsePath(value, where);
+  if (!path) return path.error();
   EffectSpec effect = object.spec.effect;
-  effect.path.clear();
-  if (!value.empty() && value != "none") {
-    const auto numbers = static_cast<std::size_t>(std::count(value.begin(), value.end(), ',')) + 1;
-    if (numbers % 3 != 0 || numbers > std::size_t{3} * kMaxPathPoints) {
-      return Error{ErrorCode::kInvalidArgument, where,
-                   fmt::format("{} numbers are not 2 to {} points", numbers, kMaxPathPoints),
-                   "x,y,z of one after the other [m]; none takes the path away"};
+  effect.path = std::move(*path);
+  return change(core, object, effect);
+}
+
+/** KIND, then FIELD=NUMBER as far as wanted, and at the end path=X,Y,Z,...: all at once, or nothing. */
+Result<void> setEffect(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
+  constexpr std::pair<std::string_view, double EffectSpec::*> kNumbers[] = {
+      {"force", &EffectSpec::force},     {"stiffness", &EffectSpec::stiffness},
+      {"damping", &EffectSpec::damping}, {"reach", &EffectSpec::reach},
+      {"hz", &EffectSpec::hz},           {"duration_s", &EffectSpec::duration_s}};
+  EffectSpec effect = object.spec.effect;
+  std::string_view rest = value;
+  const auto next = [&] {
+    const std::string_view word = rest.substr(0, rest.find(','));
+    rest.remove_prefix(std::min(rest.size(), word.size() + 1));
+    return word;
+  };
+  auto kind = parseEffect(next(), where);
+  if (!kind) return kind.error();
+  effect.kind = *kind;
+  while (!rest.empty()) {
+    if (rest.starts_with("path=")) {
+      auto path = parsePath(rest.substr(5), where + ".path");
+      if (!path) return path.error();
+      effect.path = std::move(*path);
+      break;
     }
-    auto n = parseNumbers(value, numbers, where);
+    const std::string_view word = next(), field = word.substr(0, word.find('='));
+    const auto known = std::ranges::find_if(kNumbers, [&](const auto& each) { return each.first == field; });
+    if (known == std::end(kNumbers) || field.size() == word.size()) {
+      return Error{ErrorCode::kInvalidArgument, where, fmt::format("'{}' is no field of an effect", word.substr(0, 40)),
+                   "force=N, stiffness=N/m, damping=Ns/m, reach=m, hz=Hz, duration_s=s, and path=x,y,z,... last"};
+    }
+    auto n = parseNumbers(word.substr(field.size() + 1), 1, fmt::format("{}.{}", where, field));
     if (!n) return n.error();
-    for (std::size_t i = 0; i < numbers; i += 3) effect.path.emplace_back((*n)[i], (*n)[i + 1], (*n)[i + 2]);
+    effect.*known->second = n->front();
   }
   return change(core, object, effect);
 }
@@ -212,7 +249,8 @@ constexpr ObjectProperty kObjectProperties[] = {
                                                     "share of its motion that it loses when it moves freely [1/s]"),
     {"falls", "the world's gravity acts on it when it moves freely: true or false",
      [](const ObjectNow& o, Core&) { return Json(o.spec.body.falls); }, setFalls},
-    {"effect", "what it does to a hand in free space: none, force, viscous, friction, vibration or guide",
+    {"effect",
+     "what it does to a hand in free space: none, force, viscous, friction, vibration or guide[,FIELD=NUMBER ...]",
      [](const ObjectNow& o, Core&) { return Json(effectName(o.spec.effect.kind)); }, setEffect},
     numberOf<&ObjectSpec::effect, &EffectSpec::force>("effect_force", "the most that its effect pushes [N]"),
     numberOf<&ObjectSpec::effect, &EffectSpec::stiffness>("effect_stiffness", "of a guide, of sticking friction [N/m]"),

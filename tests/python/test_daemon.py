@@ -100,6 +100,24 @@ class Daemon(unittest.TestCase):
             scene.find("tip")
         self.assertEqual(caught.exception.code, haptic.Code.NOT_FOUND)
 
+    def test_effects(self):
+        scene = self.client.scene
+        scene.create("way")
+        scene.set_effect("way", haptic.EffectKind.GUIDE, stiffness=800, force=4, path=[(0, 0, 0), (0.5, 0, 0.25)])
+        said = {what: self.client.get(f"/objects/way/effect{what}") for what in
+                ("", "_force", "_stiffness", "_damping", "_reach", "_path")}
+        self.assertEqual(said, {"": "guide", "_force": 4, "_stiffness": 800, "_damping": 2, "_reach": 0.02,
+                                "_path": [[0, 0, 0], [0.5, 0, 0.25]]})
+        for wrong, word in (({"reach": 0}, "reach"), ({"force": math.nan}, "force"), ({"path": [(0, 0, 0)]}, "path"),
+                            ({"duration_s": 1e9}, "duration")):
+            with self.assertRaisesRegex(haptic.HapticError, word):
+                scene.set_effect("way", haptic.EffectKind.FORCE, **wrong)
+        for wrong in ({"kind": "guide"}, {"kind": 5, "path": [(0, 0)]}):
+            with self.assertRaises(ValueError):
+                scene.set_effect("way", **wrong)
+        self.assertEqual(self.client.get("/objects/way/effect"), "guide")
+        scene.remove("way")
+
     def test_surfaces_and_textures(self):
         scene = self.client.scene
         relief = scene.upload_relief(np.linspace(0, 1, 12).reshape(3, 4))

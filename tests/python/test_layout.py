@@ -59,7 +59,7 @@ class Layout(unittest.TestCase):
 class Numbers(unittest.TestCase):
     """Enumerations of the module against those of the headers."""
     MIRRORED = {"Code": ("error_code", ""), "Ability": ("ability", ""), "Calibration": ("calibration", "CALIBRATION_"),
-                "EventKind": ("event_kind", "EVENT_"), "Fault": ("fault", "FAULT_"), "Frame": ("frame", "FRAME_"),
+                "EffectKind": ("effect_kind", "EFFECT_"), "EventKind": ("event_kind", "EVENT_"), "Fault": ("fault", "FAULT_"), "Frame": ("frame", "FRAME_"),
                 "ObjectFlag": ("object_flag", "OBJECT_"), "SampleFlag": ("sample_flag", "SAMPLE_"),
                 "ShapeKind": ("shape_kind", "SHAPE_"), "Source": ("source", "SOURCE_")}
     # These are arguments or methods of their own, or told where they stand.

@@ -18,6 +18,7 @@
  * - session.h  a session with a device: state, lease, arming
  * - push.h     what is sent at the client's pace: motion, local models, forces
  * - scene.h    objects and meshes
+ * - effect.h   what objects do to a hand in free space
  * - record.h   recordings of all that a servo did
  * - texture.h  what a surface feels like beyond its material
  * - events.h   touches, faults, leases
@@ -29,6 +30,7 @@
 #include <hapticclient/base.h>
 #include <hapticclient/client.h>
 #include <hapticclient/device.h>
+#include <hapticclient/effect.h>
 #include <hapticclient/events.h>
 #include <hapticclient/frames.h>
 #include <hapticclient/push.h>

@@ -7,6 +7,7 @@
 #define HAPTICCLIENT_SCENE_H
 
 #include <hapticclient/client.h>
+#include <hapticclient/effect.h>
 #include <hapticclient/texture.h>
 
 #ifdef __cplusplus

@@ -6,6 +6,7 @@
 
 #include <hapticclient/scene.h>
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -100,6 +101,15 @@ class Object {
   Result<void> setSurface(const haptic_surface& surface) {
     return detail::run(
         [&](auto* e) { return haptic_object_set_surface(client_.lock().get(), name_.c_str(), &surface, e); });
+  }
+  /** All of it at once, or nothing. `path`, if there is one, in place of effect.path: x, y, z of each point [m]. */
+  Result<void> setEffect(haptic_effect effect, std::span<const std::array<double, 3>> path = {}) {
+    if (!path.empty()) {
+      effect.path = path.front().data();
+      effect.path_count = static_cast<std::uint32_t>(path.size());
+    }
+    return detail::run(
+        [&](auto* e) { return haptic_object_set_effect(client_.lock().get(), name_.c_str(), &effect, e); });
   }
   /** Whether it is kept stays as when it was made. */
   Result<void> setFlags(std::uint32_t flags) {

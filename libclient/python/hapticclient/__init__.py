@@ -16,14 +16,14 @@ from .errors import Code, HapticError
 from .recording import Recording, RecordingEnd
 from .session import HISTORY, SAMPLE, Session
 from .types import (Ability, Acks, Calibration, Check, ClientStatus, Counters, DaemonInfo, DeviceInfo, DeviceLimits,
-                    DeviceStatus, Event, EventKind, Fault, Histogram, Material, MeshReport, ModelStatus, ObjectFlag,
+                    DeviceStatus, EffectKind, Event, EventKind, Fault, Histogram, Material, MeshReport, ModelStatus, ObjectFlag,
                     ObjectState, Pose, SampleFlag, SessionInfo, ShapeKind, Source, Statistics, Status, Surface,
                     TextureReport, VibrationModel)
 
 __version__: str = _abi.lib.haptic_version().decode()
 __all__ = [
     "Ability", "Acks", "Calibration", "Check", "Client", "ClientStatus", "Code", "Counters", "DaemonInfo", "DeviceInfo",
-    "DeviceLimits", "DeviceStatus", "Event", "EventKind", "Events", "Fault", "Frame", "HISTORY", "HapticError",
+    "DeviceLimits", "DeviceStatus", "EffectKind", "Event", "EventKind", "Events", "Fault", "Frame", "HISTORY", "HapticError",
     "Histogram", "Material", "MeshReport", "ModelStatus", "ObjectFlag", "ObjectState", "Pose", "Recording",
     "RecordingEnd", "SAMPLE", "SampleFlag", "Scene", "Session", "SessionInfo", "ShapeKind", "Source", "Statistics",
     "Status", "Surface", "TextureReport", "VibrationModel", "convert"

@@ -90,6 +90,9 @@ Object = struct("haptic_object", ("size", u32), ("flags", u32), ("name", text), 
 Surface = struct("haptic_surface", ("size", u32), ("reserved", u32),
                  *many(f64, "smooth_deg transient_gain transient_hz transient_decay_s"), ("relief", u64),
                  *many(f64, "relief_depth relief_width relief_height"), ("vibration", u64), ("vibration_mass", f64))
+Effect = struct("haptic_effect", ("size", u32), ("kind", u32),
+                *many(f64, "force stiffness damping reach hz duration_s"), ("path", c.c_void_p), ("path_count", u32),
+                ("reserved", u32))
 TextureReport = struct("haptic_texture_report", ("size", u32), ("relief", u32), ("id", u64),
                        *many(u32, "width height models uses"), ("rate_hz", f64), ("bytes", u64), ("owner", text))
 TextureList = struct("haptic_texture_list", ("size", u32), ("count", u32), ("items", pointers(TextureReport)))
@@ -225,6 +228,7 @@ _PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "object_volume_file": (c.c_int, [_Handle, text, c.POINTER(c.c_int), _E]),
     "mesh_drop": (c.c_int, [_Handle, u64, _E]),
     "object_set_surface": (c.c_int, [_Handle, text, c.POINTER(Surface), _E]),
+    "object_set_effect": (c.c_int, [_Handle, text, c.POINTER(Effect), _E]),
     "upload_relief": (c.c_int, [_Handle, c.c_void_p, u32, u32, _Out, _E]),
     "upload_vibration": (c.c_int, [_Handle, c.POINTER(Vibration), _Out, _E]),
     "texture_list_all": (c.c_int, [_Handle, _Out, _E]),

@@ -18,7 +18,7 @@ from .errors import Code, HapticError, call, check
 from .handle import Handle
 from .recording import Recording
 from .session import Session, raw_material
-from .types import (Check, DaemonInfo, DeviceInfo, DeviceLimits, Event, Histogram, Material, MeshReport, ObjectFlag,
+from .types import (Check, DaemonInfo, DeviceInfo, DeviceLimits, EffectKind, Event, Histogram, Material, MeshReport, ObjectFlag,
                     ObjectState, Pose, ShapeKind, Statistics, Status, Surface, TextureReport, VibrationModel)
 
 _lib = _abi.lib
@@ -221,6 +221,21 @@ class Scene:
         """All of it at once; dataclasses.replace() changes a part."""
         call(_lib.haptic_object_set_surface, self._handle, arrays.text(name),
              ctypes.byref(_abi.Surface(**dataclasses.asdict(surface))))
+
+    def set_effect(self, name: str, kind: EffectKind, *, force: float = 1.0, stiffness: float = 200.0,
+                   damping: float = 2.0, reach: float = 0.02, hz: float = 100.0, duration_s: float = 0.0,
+                   path: Optional[npt.ArrayLike] = None) -> None:
+        """What the object does to a hand in free space; all of it at once, and what is not named is as here.
+
+        force: the most it pushes [N]; stiffness of a guide and of friction that sticks [N/m]; damping of viscous and of a
+        guide across its way [N s/m]; reach, beyond which there is nothing [m]; hz of a vibration; it ends duration_s after
+        it was set, 0 for never. path: n x 3 metres in the object's frame, a smooth curve in place of the object itself.
+        """
+        points = None if path is None else np.ascontiguousarray(arrays.points(path, "path"), dtype=np.float64)
+        raw = _abi.Effect(kind=int(EffectKind(kind)), force=force, stiffness=stiffness, damping=damping, reach=reach,
+                          hz=hz, duration_s=duration_s, path=None if points is None else points.ctypes.data,
+                          path_count=0 if points is None else len(points))
+        call(_lib.haptic_object_set_effect, self._handle, arrays.text(name), ctypes.byref(raw))
 
     def upload_relief(self, grey: npt.ArrayLike) -> TextureReport:
         """A picture as rows from the upper edge: 1 is the surface itself, 0 the deepest; uint8 and uint16 as they are."""

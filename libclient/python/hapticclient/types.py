@@ -55,6 +55,20 @@ class VibrationModel:
     a: tuple[float, ...]
 
 
+class EffectKind(enum.IntEnum):
+    """What an object does to a hand in free space (docs/effects.md); z is the object's own.
+
+    FORCE: a push along z. VISCOUS: drag. FRICTION: sticks, then slides. VIBRATION: swings along z. GUIDE: draws to the path,
+    the shape or the origin.
+    """
+    NONE = 0
+    FORCE = 1
+    VISCOUS = 2
+    FRICTION = 3
+    VIBRATION = 4
+    GUIDE = 5
+
+
 class ShapeKind(enum.IntEnum):
     """What an object is, and the `size` that goes with it, in metres.
 

@@ -3,10 +3,13 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <hapticclient/hapticclient.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "tests/support/eventually.h"
 #include "tests/support/process/daemon_fixture.h"
@@ -408,6 +411,56 @@ TEST_F(ClientIntegration, WhatIsReleasedStaysAndCanBeChanged) {
       ASSERT_TRUE(client.scene().remove("ball"));
     }
   }
+}
+
+TEST_F(ClientIntegration, AnEffectIsSetByItsFields) {
+  haptic::Client client = connect("effects");
+  haptic_object object = HAPTIC_OBJECT_INIT;
+  object.name = "way";
+  auto way = client.scene().create(object);
+  ASSERT_TRUE(way) << way.error().message();
+  haptic_effect guide = HAPTIC_EFFECT_INIT;
+  guide.kind = HAPTIC_EFFECT_GUIDE;
+  guide.stiffness = 1.0 / 3;
+  guide.duration_s = 60;
+  const std::array<double, 3> path[] = {{0, 0, 0}, {0.25, -0.5, 1e-30}};
+  ASSERT_TRUE(way->setEffect(guide, path));
+  const auto told = [&](const char* field) {
+    const auto text = client.get(std::string("/objects/way/") + field);
+    return text ? std::string(*text) : text.error().message();
+  };
+  EXPECT_EQ(told("effect"), "\"guide\"");
+  EXPECT_EQ(told("effect_stiffness"), "0.3333333333333333") << "as it was given, to the bit";
+  EXPECT_EQ(told("effect_duration_s"), "60.0");
+  EXPECT_EQ(told("effect_path").substr(0, 28), "[[0.0,0.0,0.0],[0.25,-0.5,1.");
+  ASSERT_TRUE(way->setEffect(HAPTIC_EFFECT_INIT));
+  EXPECT_EQ(told("effect"), "\"none\"");
+  EXPECT_EQ(told("effect_stiffness"), "200.0") << "all of it";
+  EXPECT_EQ(told("effect_path"), "[]");
+
+  const auto refused = [&](auto change) {
+    haptic_effect effect = HAPTIC_EFFECT_INIT;
+    change(effect);
+    haptic_error error;
+    EXPECT_EQ(haptic_object_set_effect(client.get(), "way", &effect, &error), HAPTIC_INVALID_ARGUMENT);
+    return std::string(error.where) + ": " + error.what;
+  };
+  EXPECT_EQ(refused([](haptic_effect& e) { e.kind = 6; }), "haptic_effect.kind: is 6");
+  EXPECT_EQ(refused([](haptic_effect& e) { e.damping = NAN; }), "haptic_effect.damping: is not finite");
+  EXPECT_EQ(refused([](haptic_effect& e) { e.path_count = 2; }), "haptic_effect.path: is null");
+  EXPECT_NE(refused([](haptic_effect& e) { e.reach = 0; }).find("effect.reach"), std::string::npos);
+  double point[] = {0, 0, INFINITY};
+  EXPECT_EQ(refused([&](haptic_effect& e) { e.path = point, e.path_count = 1; }), "haptic_effect.path_count: is 1");
+  double line[] = {0, 0, 0, 0, INFINITY, 0};
+  EXPECT_EQ(refused([&](haptic_effect& e) { e.path = line, e.path_count = 2; }),
+            "haptic_effect.path, point 1: is not finite");
+  std::vector<double> longest(96, -1.0 / 3);
+  haptic_effect effect = HAPTIC_EFFECT_INIT;
+  effect.path = longest.data();
+  effect.path_count = 32;
+  EXPECT_EQ(haptic_object_set_effect(client.get(), "way", &effect, nullptr), HAPTIC_OK) << "the longest there is";
+  EXPECT_EQ(haptic_object_set_effect(client.get(), "a/b?c", &effect, nullptr), HAPTIC_NOT_FOUND);
+  EXPECT_EQ(told("effect"), "\"none\"");
 }
 
 }  // namespace

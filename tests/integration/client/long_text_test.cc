@@ -24,6 +24,7 @@ TEST(LongText, IsRefusedWhereverOneIsTakenAndNothingIsLost) {
   int fd = -1;
   haptic_object_state* state = nullptr;
   haptic_surface surface = HAPTIC_SURFACE_INIT;
+  haptic_effect effect = HAPTIC_EFFECT_INIT;
   haptic_client* const c = client->get();
   const int codes[] = {
       client->get(text).code(),
@@ -40,6 +41,7 @@ TEST(LongText, IsRefusedWhereverOneIsTakenAndNothingIsLost) {
       haptic_object_find(c, text.c_str(), &state, nullptr),
       haptic_object_remove(c, text.c_str(), nullptr),
       haptic_object_set_surface(c, text.c_str(), &surface, nullptr),
+      haptic_object_set_effect(c, text.c_str(), &effect, nullptr),
       haptic_object_volume_file(c, text.c_str(), &fd, nullptr),
       haptic::Client::connect({daemon.socket(), text, false}).code(),
   };

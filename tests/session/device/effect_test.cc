@@ -1,6 +1,7 @@
 // Effects by resource names: what is set is felt, what cannot be is refused, and what has a time ends by it.
 #include <gmock/gmock.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "daemon/resource/resource_tree.h"
@@ -49,6 +50,30 @@ TEST_F(EffectBench, WhatIsSetIsFeltAndToldAgain) {
   EXPECT_EQ(*set("effect?value=none"), "\"none\"");
   EXPECT_EQ(felt().norm(), 0);
   EXPECT_EQ(*tree.get("/objects/hint/effect_stiffness", anybody), "100.0") << "it stays for the next time";
+}
+
+TEST_F(EffectBench, AllOfItIsSetAtOnceOrNothing) {
+  EXPECT_EQ(*set("effect?value=guide,force=4,stiffness=100,damping=0,reach=0.05,hz=50,duration_s=0,path=none"),
+            "\"guide\"");
+  EXPECT_NEAR(felt().x(), -0.5, 1e-6);
+  EXPECT_EQ(*tree.get("/objects/hint/effect_hz", anybody), "50.0");
+  EXPECT_EQ(*set("effect?value=guide,path=0,-0.1,0.002,0,0.1,0.002"), "\"guide\"");
+  EXPECT_EQ(*tree.get("/objects/hint/effect_path", anybody), "[[0.0,-0.1,0.002],[0.0,0.1,0.002]]");
+  EXPECT_EQ(*tree.get("/objects/hint/effect_force", anybody), "4.0") << "what is not named stays";
+  for (const auto& [wrong, where, says] : {std::array{"guide,force=1,stiff=3", "/effect", "'stiff=3' is no field"},
+                                           {"guide,force", "/effect", "'force' is no field"},
+                                           {"guide,force=1,hz=fast", "/effect.hz", "'fast'"},
+                                           {"guide,force=1,reach=0", "effect.reach", "0.001"},
+                                           {"guide,force=1,path=1,2", "/effect.path", "2 numbers"},
+                                           {"guide,force=1,,", "/effect", "'' is no field"},
+                                           {"drag,force=1", "/effect", "'drag' is no effect"}}) {
+    const auto answer = set(std::string("effect?value=") + wrong);
+    ASSERT_FALSE(answer.ok()) << wrong;
+    EXPECT_EQ(answer.error().code, ErrorCode::kInvalidArgument) << wrong;
+    EXPECT_THAT(answer.error().where, HasSubstr(where)) << wrong;
+    EXPECT_THAT(toString(answer.error()), HasSubstr(says)) << wrong;
+    EXPECT_EQ(*tree.get("/objects/hint/effect_force", anybody), "4.0") << wrong;
+  }
 }
 
 TEST_F(EffectBench, WhatIsWrongIsRefusedByItsNameAndChangesNothing) {

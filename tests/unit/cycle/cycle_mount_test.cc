@@ -106,6 +106,15 @@ TEST_F(CycleMount, AHandThatIsSomewhereElseAtOnceHasNotMovedThere) {
   EXPECT_NEAR(output->device[0].pose.p.z(), -0.004, 1e-15);
 }
 
+TEST_F(CycleMount, AHandThatIsSomewhereElseAtOnceMeetsNothingOnItsWay) {
+  add(test::solid(makeObjectId(2, 1), ShapeKind::kSphere, {500, 0, 0, 0}, {{0, 0, 0.03}, Quat::Identity()},
+                  {0.005, 0, 0}));
+  step();
+  ASSERT_EQ(mount(mountAt({{0, 0, -0.04}, Quat::Identity()})), ErrorCode::kOk) << "from 5 cm to 1 cm";
+  EXPECT_EQ(output->device[0].contact.object, 0u);
+  EXPECT_EQ(step().contact.object, 0u) << "nothing holds it back";
+}
+
 TEST_F(CycleMount, WhatIsNoPlaceIsRefused) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
   const Pose fine{{0.1, 0, 0}, turnedAboutX(0.5)};

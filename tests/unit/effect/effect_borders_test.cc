@@ -98,24 +98,5 @@ TEST(EffectBorders, AHandThatWasSomewhereElseFeelsAllAtOnceAndNothingOfBefore) {
   expectForce(t.feel({0.0005, 0, 0}), {0, 0, 3});
 }
 
-TEST(EffectBorders, AGuideWhoseSearchIsCutShortFadesOutAndInAgain) {
-  EffectScene t;
-  test::TestMesh sphere = test::sphereMesh(0.03, 96);
-  const auto id = t.addMesh(sphere.view());
-  t.flags(id, HD_OBJECT_ENABLED, 0);
-  t.set(id, effect(EffectKind::kGuide, 2, 200, 0, kReach));
-  double before = t.settled({0.02, 0, 0}).x(), least = before, last = before;
-  ASSERT_NEAR(before, 2, 0.05);
-  // To the middle, from where all triangles are as near, and back.
-  for (int i = 0; i < 500; ++i) {
-    last = t.feel({0.02 * std::abs(i - 250) / 250.0 + 1e-9, 0, 0}).x();
-    ASSERT_LE(std::abs(last - before), 2 * test::kTick / ObjectEffects::kBlend + 0.01) << i;
-    least = std::min(least, last);
-    before = last;
-  }
-  EXPECT_NEAR(least, 0, 1e-6) << "the search was never too long";
-  EXPECT_NEAR(last, 2, 0.05);
-}
-
 }  // namespace
 }  // namespace hapticd

@@ -112,7 +112,8 @@ bool SceneContacts::isThere(const Contact& contact, const CollideRequest::Held& 
   // beside.
   const Vec3 p = held.X_WO.inverse() * contact.p_WB;
   const double deep = held.shape.size.x() - p.head<2>().norm();
-  if (held.shape.size.y() - std::abs(p.z()) >= std::max(0.0, deep)) return true;
+  const bool blade = obstacle.shape.kind == ShapeKind::kMesh && deep > 0;
+  if (blade && held.shape.size.y() - std::abs(p.z()) >= deep) return true;
   PointTouch there;
   const Looked looked = lookAt(obstacle, obstacle.X_WO.inverse() * contact.p_WA, reach, purse, side, there);
   return looked == Looked::kNear && there.gap <= ContactModel::kLeastReach + std::max(0.0, -contact.depth) &&

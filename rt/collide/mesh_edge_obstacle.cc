@@ -113,29 +113,53 @@ bool ridgeOf(const MeshView& mesh, std::uint32_t t, std::uint32_t k, double faci
   return facing * ridge.one.cross(ridge.other).dot(along) > kRidge;
 }
 
+/** Calls visit(triangle, its corner) for those about a vertex, until it says so; whether it did. */
+template <class Visit>
+bool anyAbout(const MeshView& mesh, std::uint32_t t, std::uint32_t vertex, const Visit& visit) HD_RT {
+  for (const std::uint32_t side : {0u, 2u}) {  // Over the edge that leaves the vertex, or back over the one that comes.
+    std::uint32_t at = t;
+    for (int i = 0; i < kMaxFan && at != HD_NO_INDEX; ++i) {
+      const std::uint32_t here = cornerOf(mesh, at, vertex);
+      if (visit(at, here)) return true;
+      at = mesh.neighbours[at][(here + side) % 3];
+      if (at == t) return false;  // All the way round.
+    }
+  }
+  return false;
+}
+
 /**
  * Whether no edge leads up along n from a corner of triangle t. What touches a ridge's end with another normal crosses
- * the ridge that goes on there: it would be caught as on a notch.
+ * the ridge that goes on there: it would be caught as on a notch. In a hollow what leads up may be beside the tool, or
+ * along another side of it: there one that isMet() counts.
  */
 template <class IsMet>
 bool isPeak(const MeshView& mesh, std::uint32_t t, std::uint32_t corner, const Vec3& n, std::uint32_t& work,
             const IsMet& isMet) HD_RT {
   const std::uint32_t vertex = mesh.triangles[t][corner];
   const Vec3 x = mesh.vertex(t, static_cast<int>(corner));
-  for (const std::uint32_t side : {0u, 2u}) {  // Over the edge that leaves the vertex, or back over the one that comes.
-    std::uint32_t at = t;
-    for (int i = 0; i < kMaxFan && at != HD_NO_INDEX; ++i) {
-      ++work;
-      const std::uint32_t here = cornerOf(mesh, at, vertex);
-      for (const std::uint32_t other : {here + 1, here + 2}) {
-        const Vec3 edge = mesh.vertex(at, static_cast<int>(other % 3)) - x;
-        if (n.dot(edge) > kAlong * edge.norm() && isMet(edge)) return false;
-      }
-      at = mesh.neighbours[at][(here + side) % 3];
-      if (at == t) return true;  // All the way round.
+  const auto way = [&](std::uint32_t at, std::uint32_t from)
+                       HD_RT { return Vec3(mesh.vertex(at, static_cast<int>(from % 3)) - x); };
+  const auto leadsUp = [&](const Vec3& edge) HD_RT { return n.dot(edge) > kAlong * edge.norm(); };
+  const auto leads = [&](std::uint32_t at, std::uint32_t here) HD_RT {
+    ++work;
+    return leadsUp(way(at, here + 1)) || leadsUp(way(at, here + 2));
+  };
+  const auto isHollow = [&](std::uint32_t at, std::uint32_t here) HD_RT {
+    const std::uint32_t across = mesh.neighbours[at][here];
+    if (across == HD_NO_INDEX) return false;
+    const Vec3 beyond = way(across, cornerOf(mesh, across, vertex) + 1);
+    return faceNormal(mesh, at).dot(beyond) > kRidge * beyond.norm();
+  };
+  const auto isMetAlong = [&](std::uint32_t at, std::uint32_t here) HD_RT {
+    for (const std::uint32_t other : {here + 1, here + 2}) {
+      const Vec3 edge = way(at, other);
+      if (leadsUp(edge) && isMet(edge)) return true;
     }
-  }
-  return true;
+    return false;
+  };
+  return !anyAbout(mesh, t, vertex, leads) ||
+         (anyAbout(mesh, t, vertex, isHollow) && !anyAbout(mesh, t, vertex, isMetAlong));
 }
 
 }  // namespace
@@ -228,7 +252,6 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     if (!(gap <= margin)) return false;
     if (t == 0 || t == 1) {
       const std::uint32_t end = t > 0 ? (corner + 1) % 3 : corner;
-      // In a hole's corner, what leads up beside the tool, or along another side of it, is met there or not at all.
       const auto isMet = [&](const Vec3& edge) HD_RT {
         const double up = gapAt(x_B + std::min(1.0, kUp / edge.norm()) * edge, reach);
         return up < gap && normal(up).dot(n_A) > kSameWay;

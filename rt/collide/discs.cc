@@ -116,8 +116,8 @@ bool SceneContacts::isThere(const Contact& contact, const CollideRequest::Held& 
   if (blade && held.shape.size.y() - std::abs(p.z()) >= deep) return true;
   PointTouch there;
   const Looked looked = lookAt(obstacle, obstacle.X_WO.inverse() * contact.p_WA, reach, purse, side, there);
-  return looked == Looked::kNear && there.gap <= ContactModel::kLeastReach + std::max(0.0, -contact.depth) &&
-         -there.gap >= kAsDeep * contact.depth - ContactModel::kLeastReach;
+  const double most = contact.depth > 0 ? -kAsDeep * contact.depth : -contact.depth;
+  return looked == Looked::kNear && there.gap <= ContactModel::kLeastReach + most;
 }
 
 }  // namespace hapticd

@@ -37,7 +37,7 @@ Vec3 roundAbout(const Shape& shape, const Pose& X_WO, const Vec3& point_W, const
 }
 
 /** Of radius 0: a point. */
-struct Ball {
+struct BallOfA {
   Vec3 center;
   double radius;
 };
@@ -91,7 +91,7 @@ void meetMantleAgain(const RoundBody& a, std::uint32_t feature, const RoundBody&
 bool isEdged(const Shape& shape) HD_RT { return shape.kind == ShapeKind::kBox || shape.kind == ShapeKind::kCylinder; }
 
 /** From B's surface where that is nearest to a ball of A; false: stays as it was. */
-bool ballOnPrimitive(const Ball& ball, const RoundBody& b, Touch& touch) HD_RT {
+bool ballOnPrimitive(const BallOfA& ball, const RoundBody& b, Touch& touch) HD_RT {
   NearestQuery query;
   query.x = b.X_WO.inverse() * ball.center;
   query.limit = kOnePrimitive;
@@ -136,7 +136,7 @@ bool nearestAbout(const MeshView& mesh, std::uint32_t t, const Vec3& x, Vec3& po
 }
 
 /** As ballOnPrimitive() from a mesh, near to the triangle of that number (scene_contacts.cc). */
-bool ballOnMesh(const Ball& ball, std::uint32_t feature, const RoundBody& b, Touch& touch) HD_RT {
+bool ballOnMesh(const BallOfA& ball, std::uint32_t feature, const RoundBody& b, Touch& touch) HD_RT {
   const MeshView* const mesh = b.shape.mesh;
   const std::uint32_t t = (feature - kFirstMeshEdge) / 3;
   if (feature < kFirstMeshEdge || b.shape.kind != ShapeKind::kMesh || mesh == nullptr || t >= mesh->triangle_count)
@@ -153,7 +153,7 @@ bool ballOnMesh(const Ball& ball, std::uint32_t feature, const RoundBody& b, Tou
 }
 
 /** Where one question tells what is nearest to a ball of A. */
-bool ballOnSurface(const RoundBody& a, std::uint32_t feature, const Ball& ball, const RoundBody& b,
+bool ballOnSurface(const RoundBody& a, std::uint32_t feature, const BallOfA& ball, const RoundBody& b,
                    Touch& touch) HD_RT {
   if (!isRound(a.shape)) return false;
   if (isEdged(b.shape)) return ballOnPrimitive(ball, b, touch);
@@ -195,7 +195,7 @@ void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const
     return;
   }
   const Vec3 before = com_W + touch.r_a;
-  Ball x{before, 0};
+  BallOfA x{before, 0};
   if (isRound(a.shape)) {
     x = {a.X_WO * Vec3(0, 0, ToolPoints::alongAxis(feature % ToolPoints::kMost, halfAxis(a.shape))), a.shape.size.x()};
   } else if (mantle) {

@@ -167,6 +167,18 @@ class WithDaemon(Case):
         self.assertIn("where you may write", self.run_ctl("record", "/nowhere/x.hrec", exit_code=5).stderr)
         self.run_ctl("remove", "word")
 
+    def test_lengths_have_units(self):
+        made = self.run_ctl("add", "sphere", "--size", "10mm", "--at", "-30cm,0,10in", "--name", "bead")
+        self.assertEqual(made.stderr, "")
+        self.assertIn("bead: sphere of radius 10.0 mm, ", made.stdout)
+        self.assertEqual(self.json("get", "/objects/bead/shape")["radius"], 0.01)
+        self.assertEqual(self.json("get", "/objects/bead/pos"), [-0.3, 0, 0.254])
+        # A bare number is metres, as everywhere, and who meant another unit is told.
+        made = self.run_ctl("add", "cylinder", "--size", "10,0.02", "--at", "0,0,-0.9", "--name", "tower")
+        self.assertIn("tower: cylinder of radius 10.0 m, half length 20.0 mm, ", made.stdout)
+        self.assertIn("--size: 10 without a unit is 10.0 m; write 10mm or 10m", made.stderr)
+        self.run_ctl("remove", "bead", "tower")
+
     def test_what_cannot_take_a_place_leaves_it_as_it_was(self):
         self.run_ctl("add", "group", "--name", "frame", "--at", "0,0,1")
         self.run_ctl("add", "sphere", "--size", "0.01", "--name", "ball", "--at", "0.3,0,0", "--mass", "0.2")

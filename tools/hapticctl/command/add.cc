@@ -5,6 +5,7 @@
 #include "tools/hapticctl/command/placement.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/lengths.h"
 #include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output/output.h"
@@ -41,8 +42,9 @@ haptic_shape makeShape(const AddOptions& options) {
       return shape;
     }
     if (options.size.empty())
-      failUsage("--size", fmt::format("a {} needs its size in metres", kind.name), fmt::format("--size {}", kind.size));
-    const auto numbers = parseNumbers("--size", options.size, kind.numbers);
+      failUsage("--size", fmt::format("a {} needs its size", kind.name),
+                fmt::format("--size {}, in metres or with units (10mm)", kind.size));
+    const auto numbers = parseLengths("--size", options.size, kind.numbers);
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       constexpr double kLeast_m = 1e-6;  // No hand feels less.
       if (!(numbers[i] >= kLeast_m)) {
@@ -56,14 +58,32 @@ haptic_shape makeShape(const AddOptions& options) {
   failUsage(options.kind, "no such shape", "shapes are plane, sphere, box, capsule, cylinder and group");
 }
 
+/** "sphere of radius 10.0 mm": who thinks in other units sees it at once. */
+std::string describe(const std::string& kind, const haptic_shape& shape) {
+  const std::string a = length(shape.size[0]), b = length(shape.size[1]);
+  switch (shape.kind) {
+    case HAPTIC_SHAPE_SPHERE:
+      return fmt::format("{} of radius {}", kind, a);
+    case HAPTIC_SHAPE_BOX:
+      return fmt::format("{} of half sides {}, {}, {}", kind, a, b, length(shape.size[2]));
+    case HAPTIC_SHAPE_CAPSULE:
+    case HAPTIC_SHAPE_CYLINDER:
+      return fmt::format("{} of radius {}, half length {}", kind, a, b);
+    default:
+      return kind;
+  }
+}
+
 }  // namespace
 
 void addAdd(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("add", "Add a plane, sphere, box, capsule, cylinder or group to the scene");
   auto o = std::make_shared<AddOptions>();
   command->add_option("SHAPE", o->kind, "plane, sphere, box, capsule, cylinder or group")->required();
-  command->add_option("--size", o->size, "Metres. sphere: R; box: half X,Y,Z; capsule, cylinder: R,half length")
-      ->type_name("NUMBERS");
+  command
+      ->add_option("--size", o->size,
+                   "sphere: R; box: half X,Y,Z; capsule, cylinder: R,half length; metres, or with units (10mm)")
+      ->type_name("LENGTHS");
   addPlacement(*command, o->placement);
   whenNamed(command, chosen, [o](const Globals& globals) {
     if (o->placement.name.empty()) o->placement.name = o->kind;
@@ -75,7 +95,7 @@ void addAdd(CLI::App& app, Action& chosen) {
     if (globals.json) {
       putJson({{"name", o->placement.name}, {"object", id}});
     } else {
-      print("{}: {}, object {}\n", o->placement.name, o->kind, id);
+      print("{}: {}, object {}\n", o->placement.name, describe(o->kind, object.shape), id);
     }
     return kExitOk;
   });

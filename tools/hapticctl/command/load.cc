@@ -10,6 +10,7 @@
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/file/mesh_scale.h"
 #include "tools/hapticctl/file/read_mesh.h"
+#include "tools/hapticctl/lengths.h"
 #include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output/output.h"
@@ -20,7 +21,7 @@ namespace hapticctl {
 namespace {
 
 struct LoadOptions {
-  std::string file, scale;
+  std::string file, scale, size;
   double size_m = 0, weld_mm = 0, voxel_mm = 0, point_spacing_mm = 0;
   bool centre = false, deformable = false, fill_holes = false;
   Placement placement;
@@ -85,7 +86,9 @@ int upload(haptic_client* client, const MeshFile& mesh, const LoadOptions& optio
 int load(LoadOptions& options, const Globals& globals) {
   const Interrupt interrupt;
   LiveLine live;
-  if (!options.scale.empty()) (void)parseScale(options.scale);  // A wrong one is told before the long work.
+  // A wrong one is told before the long work.
+  if (!options.scale.empty()) (void)parseScale(options.scale);
+  if (!options.size.empty()) options.size_m = parseLength("--size", options.size);
   live.show("reading " + printable(options.file));
   MeshFile mesh = readMesh(options.file);
   live.clear();
@@ -149,9 +152,8 @@ void addLoad(CLI::App& app, Action& chosen) {
   auto* scale =
       command->add_option("--scale", o->scale, "The file's unit (mm, cm, m, inch, um, ft) or metres per unit; needed")
           ->type_name("UNIT|NUMBER");
-  command->add_option("--size", o->size_m, "Instead of a scale: how long the longest side shall be")
-      ->type_name("METRES")
-      ->check(positive())
+  command->add_option("--size", o->size, "Instead of a scale: how long the longest side shall be (0.1, 100mm)")
+      ->type_name("LENGTH")
       ->excludes(scale);
   command->add_flag("--center,--centre", o->centre, "Move the middle of its box to the object's origin");
   command->add_flag("--deformable", o->deformable, "Its vertices may be moved by clients");

@@ -11,6 +11,7 @@
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/file/grey_picture.h"
 #include "tools/hapticctl/file/hatt_file.h"
+#include "tools/hapticctl/lengths.h"
 #include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output/output.h"
@@ -19,8 +20,9 @@ namespace hapticctl {
 namespace {
 
 struct TextureOptions {
-  std::string file, object, size;
-  double depth_m = 0, mass_kg = 0;  ///< 0: as the surface has it.
+  std::string file, object;
+  std::string depth, size;  ///< Empty: as the surface has it.
+  double mass_kg = 0;       ///< 0: as the surface has it.
 };
 
 /** In capitals, too. */
@@ -35,11 +37,11 @@ constexpr FieldOption kSurfaceFields[] = {{"surface.reliefDepth", "--depth"},
                                           {"surface.reliefHeight", "--size"},
                                           {"surface.vibrationMass", "--mass"}};
 
-/** `size`: width and height [m]; empty: as the surface has it. */
-Owned<haptic_texture_report> uploadRelief(const Daemon& daemon, const TextureOptions& o,
+/** `size`: width and height [m]; empty, or a depth of 0: as the surface has it. */
+Owned<haptic_texture_report> uploadRelief(const Daemon& daemon, const TextureOptions& o, double depth_m,
                                           const std::vector<double>& size, haptic_surface& surface) {
   const GreyPicture picture = readPng(o.file);
-  if (o.depth_m > 0) surface.relief_depth = o.depth_m;
+  if (depth_m > 0) surface.relief_depth = depth_m;
   if (!size.empty()) {
     surface.relief_width = size[0];
     surface.relief_height = size[1];
@@ -72,17 +74,18 @@ Owned<haptic_texture_report> uploadVibration(const Daemon& daemon, const Texture
 
 int loadTexture(const TextureOptions& o, const Globals& globals) {
   const bool vibration = isXml(o.file);
-  if (vibration && (o.depth_m > 0 || !o.size.empty()))
-    failUsage(o.depth_m > 0 ? "--depth" : "--size", "is of a relief; " + o.file + " is a vibration");
+  if (vibration && !(o.depth.empty() && o.size.empty()))
+    failUsage(!o.depth.empty() ? "--depth" : "--size", "is of a relief; " + o.file + " is a vibration");
   if (!vibration && o.mass_kg > 0) failUsage("--mass", "is of a vibration; " + o.file + " is a relief");
-  const std::vector<double> size = o.size.empty() ? std::vector<double>() : parseNumbers("--size", o.size, 2);
+  const double depth_m = o.depth.empty() ? 0 : parseLength("--depth", o.depth);
+  const std::vector<double> size = o.size.empty() ? std::vector<double>() : parseLengths("--size", o.size, 2);
   const Daemon daemon(globals);
   const auto state = daemon.ask<haptic_object_state>(haptic_object_find, o.object.c_str());
   haptic_surface surface = *state->surface;
   const std::uint64_t before = vibration ? surface.vibration : surface.relief;
   double friction = 0;
   const auto report =
-      vibration ? uploadVibration(daemon, o, surface, friction) : uploadRelief(daemon, o, size, surface);
+      vibration ? uploadVibration(daemon, o, surface, friction) : uploadRelief(daemon, o, depth_m, size, surface);
   haptic_error error = HAPTIC_ERROR_INIT;
   const int code = haptic_object_set_surface(daemon.client(), o.object.c_str(), &surface, &error);
   // All or nothing; and what nothing shows any more need not stay.
@@ -117,9 +120,9 @@ void addLoadTexture(CLI::App& app, Action& chosen) {
   auto o = std::make_shared<TextureOptions>();
   command->add_option("FILE", o->file, "FILE.png: heights by grey; FILE.xml: a texture model")->required();
   command->add_option("OBJECT", o->object, "Name of the object")->required();
-  command->add_option("--depth", o->depth_m, "How deep black lies below white")->type_name("METRES")->check(positive());
+  command->add_option("--depth", o->depth, "How deep black lies below white (0.0005, 0.5mm)")->type_name("LENGTH");
   command->add_option("--size", o->size, "Width and height of the picture on the object, about its origin")
-      ->type_name("METRES,METRES");
+      ->type_name("WIDTH,HEIGHT");
   command->add_option("--mass", o->mass_kg, "Force per recorded acceleration")->type_name("KG")->check(positive());
   whenNamed(command, chosen, [o](const Globals& globals) { return loadTexture(*o, globals); });
 }

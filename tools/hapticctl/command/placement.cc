@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/lengths.h"
 #include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/option.h"
 
@@ -17,7 +18,7 @@ void addPlacement(CLI::App& command, Placement& p) {
           [](const std::string& text) { return std::string(text.empty() ? "a name has at least one letter" : ""); },
           ""));
   command.add_option("--parent", p.parent, "Object that it moves with")->type_name("NAME");
-  command.add_option("--at", p.at, "Place in the parent's frame, metres")->type_name("X,Y,Z");
+  command.add_option("--at", p.at, "Place in the parent's frame: metres, or with units (10mm)")->type_name("X,Y,Z");
   command.add_option("--rotate", p.rotate, "Turn by degrees about an axis (x,90), or a quaternion; several: in order")
       ->type_name("AXIS,DEG|W,X,Y,Z")
       ->take_all();
@@ -40,7 +41,7 @@ haptic_object makeObject(const Placement& p) {
   if (p.two_sided) object.flags |= HAPTIC_OBJECT_TWO_SIDED;
   if (p.disabled) object.flags &= ~static_cast<std::uint32_t>(HAPTIC_OBJECT_ENABLED);
   if (!p.at.empty()) {
-    const auto at = parseVec3("--at", p.at);
+    const auto at = parseLengths("--at", p.at, 3);
     std::copy(at.begin(), at.end(), object.pose.p);
   }
   std::array<double, 4> q{1, 0, 0, 0};

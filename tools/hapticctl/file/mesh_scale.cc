@@ -7,17 +7,13 @@
 #include <iterator>
 
 #include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/lengths.h"
 #include "tools/hapticctl/numbers.h"
 
 namespace hapticctl {
 namespace {
 
-struct Unit {
-  const char* name;
-  double metres;
-};
-constexpr Unit kUnits[] = {{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"inch", 0.0254}, {"um", 1e-6}, {"ft", 0.3048}};
-constexpr std::size_t kAdvised = 4;  // Those that mesh files are usually in.
+constexpr std::size_t kAdvised = 4;  // Of the units: those that mesh files are usually in.
 
 /** Formats that say their unit, or have one. */
 struct Format {
@@ -46,9 +42,7 @@ const Format* formatOf(const MeshFile& mesh) {
 }  // namespace
 
 double parseScale(std::string_view text) {
-  for (const Unit& unit : kUnits) {
-    if (text == unit.name || (text == "in" && unit.metres == 0.0254)) return unit.metres;
-  }
+  if (const Unit* const unit = findUnit(text)) return unit->inMetres(1);
   const auto value = parseNumber(text);
   if (!value || !(*value > 0)) {
     failUsage("--scale", fmt::format("'{}' is neither a unit nor a positive number", text),
@@ -69,8 +63,8 @@ std::string scaleAdvice(const MeshFile& mesh) {
                                  side[0], side[1], side[2], mesh.lower[0], mesh.lower[1], mesh.lower[2]);
   for (std::size_t u = 0; u < kAdvised; ++u) {
     text +=
-        fmt::format("--scale {:<7} would make it {} x {} x {}\n", kUnits[u].name, length(side[0] * kUnits[u].metres),
-                    length(side[1] * kUnits[u].metres), length(side[2] * kUnits[u].metres));
+        fmt::format("--scale {:<7} would make it {} x {} x {}\n", kUnits[u].name, length(kUnits[u].inMetres(side[0])),
+                    length(kUnits[u].inMetres(side[1])), length(kUnits[u].inMetres(side[2])));
   }
   text += "--scale NUMBER  metres per file unit;  --size METRES  makes the longest side that long";
   if (const Format* const format = formatOf(mesh)) text += fmt::format("\n{}", format->advice);

@@ -131,7 +131,16 @@ VolumeCache::VolumeCache(std::string directory, std::uint64_t most_bytes, std::o
   if (vdb) maker_ = std::make_unique<VdbMaker>(std::move(*vdb), [this] { prune(); });
 }
 
-VolumeCache::~VolumeCache() { awaitWriter(); }
+VolumeCache::~VolumeCache() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (jobs_.size() > 1) {
+      log::warn("{} volumes that were still to be written are not kept on disk", jobs_.size() - 1);
+      jobs_.resize(1);
+    }
+  }
+  awaitWriter();
+}
 
 std::vector<CachedVolume> VolumeCache::list() {
   const std::lock_guard lock(pruning_);
@@ -150,9 +159,14 @@ Result<UniqueFd> VolumeCache::openVdb(const std::string& key) {
   if (file.valid()) return file;
   if (!maker_)
     return Error{ErrorCode::kUnsupported, where, "none are made here", "install hapticd-vdb, and see builder.vdb"};
-  if (writing_.load() || maker_->waits(vdbOf(key)))
+  if (isWaiting(key) || maker_->waits(vdbOf(key)))
     return Error{ErrorCode::kWouldBlock, where, "it is being made", "try again in some seconds"};
   return Error{ErrorCode::kNotFound, where, "it is not there", "hapticd's log says why; load the mesh again"};
+}
+
+bool VolumeCache::isWaiting(const std::string& key) {
+  const std::lock_guard lock(mutex_);
+  return std::any_of(jobs_.begin(), jobs_.end(), [&](const Job& job) { return job.key == key; });
 }
 
 void VolumeCache::awaitWriter() {
@@ -228,38 +242,59 @@ void VolumeCache::drop(const std::string& key) {
 
 void VolumeCache::keep(const std::string& key, UniqueFd snapshot, UniqueFd volume,
                        const std::vector<std::string>& notes) {
-  if (writing_.load()) return;
-  awaitWriter();
-  std::string text;
-  for (const std::string& note : notes) text += note + "\n";
-  writing_.store(true);
+  if (isWaiting(key)) return;
+  Job job{key, {}, std::move(snapshot), std::move(volume)};
+  for (const std::string& note : notes) job.notes += note + "\n";
+  job.bytes = sizeof(CachedBuildHead) + sizeOf(job.snapshot.get()) + sizeOf(job.volume.get()) + job.notes.size();
+  {
+    const std::lock_guard lock(mutex_);
+    std::uint64_t waiting = 0;
+    for (const Job& other : jobs_) waiting += other.bytes;
+    if (!jobs_.empty() && (jobs_.size() >= kMostJobs || waiting + job.bytes > kMostJobBytes)) {
+      log::warn("a volume is not kept on disk: {} others, {:.1f} MB, wait to be written (load it again later)",
+                jobs_.size(), static_cast<double>(waiting) * 1e-6);
+      return;
+    }
+    jobs_.push_back(std::move(job));
+    if (jobs_.size() > 1) return;  // The writer comes to it.
+  }
+  awaitWriter();  // It has found nothing more, and ends.
   try {
-    writer_ =
-        std::thread([this, key, text = std::move(text), snapshot = std::move(snapshot), volume = std::move(volume)] {
-          try {
-            store(key, snapshot.get(), volume.get(), text);
-          } catch (const std::exception& e) {  // Nobody is above us.
-            log::warn("a volume is not kept on disk: {}", e.what());
-          }
-          writing_.store(false);
-        });
+    writer_ = std::thread([this] { write(); });
   } catch (const std::system_error& e) {  // No more threads: the mesh is there all the same.
     log::warn("a volume is not kept on disk: no thread can be started: {} (raise TasksMax= or the user's nproc)",
               e.what());
-    writing_.store(false);
+    const std::lock_guard lock(mutex_);
+    jobs_.clear();
   }
 }
 
-void VolumeCache::store(const std::string& key, int snapshot, int volume, const std::string& notes) {
-  const std::string path = pathOf(key), vdb = vdbOf(key), unfinished = path + ".new";
+void VolumeCache::write() noexcept {
+  std::unique_lock lock(mutex_);
+  while (!jobs_.empty()) {
+    Job& job = jobs_.front();  // Stays where it is when others come behind it.
+    lock.unlock();
+    try {
+      store(job);
+    } catch (const std::exception& e) {  // Nobody is above us.
+      log::warn("a volume is not kept on disk: {}", e.what());
+    }
+    job.snapshot = UniqueFd();  // Here: giving large memory back takes its time.
+    job.volume = UniqueFd();
+    lock.lock();
+    jobs_.pop_front();
+  }
+}
+
+void VolumeCache::store(const Job& job) {
+  const std::string path = pathOf(job.key), vdb = vdbOf(job.key), unfinished = path + ".new";
   std::error_code error, ignored;
-  const std::uint64_t bytes = sizeof(CachedBuildHead) + sizeOf(snapshot) + sizeOf(volume) + notes.size();
-  if (bytes > most_bytes_) {  // It would push out all others, and then go itself.
+  if (job.bytes > most_bytes_) {  // It would push out all others, and then go itself.
     log::warn("a volume is not kept on disk: it has {:.1f} MB, all of them may have {:.1f} MB (see builder.cache_mb)",
-              static_cast<double>(bytes) * 1e-6, static_cast<double>(most_bytes_) * 1e-6);
+              static_cast<double>(job.bytes) * 1e-6, static_cast<double>(most_bytes_) * 1e-6);
     return;
   }
-  if (const auto written = writeFile(unfinished, snapshot, volume, notes); !written) {
+  if (const auto written = writeFile(unfinished, job.snapshot.get(), job.volume.get(), job.notes); !written) {
     log::warn("a volume is not kept on disk: {}", toString(written.error()));
     fs::remove(unfinished, ignored);
     return;

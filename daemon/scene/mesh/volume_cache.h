@@ -3,8 +3,8 @@
  */
 #pragma once
 
-#include <atomic>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -47,6 +47,7 @@ class VolumeCache {
    * made, also of what is found without one.
    */
   VolumeCache(std::string directory, std::uint64_t most_bytes, std::optional<VdbOptions> vdb = {});
+  /** Awaits what is being written; what waits behind it is not kept. */
   ~VolumeCache();
   VolumeCache(const VolumeCache&) = delete;
   VolumeCache& operator=(const VolumeCache&) = delete;
@@ -58,7 +59,10 @@ class VolumeCache {
   [[nodiscard]] std::optional<CachedBuild> find(const std::string& key);
   /** Forgets it: what was found did not pass the checks. */
   void drop(const std::string& key);
-  /** Written under another name and renamed when whole. Not kept while another is written. */
+  /**
+   * Written under another name and renamed when whole, after those that wait already; while these are too many, it is
+   * not kept, and the log says so.
+   */
   void keep(const std::string& key, UniqueFd snapshot, UniqueFd volume, const std::vector<std::string>& notes);
   /** Those longest unused first. */
   [[nodiscard]] std::vector<CachedVolume> list();
@@ -73,15 +77,27 @@ class VolumeCache {
  private:
   [[nodiscard]] std::string pathOf(const std::string& key) const { return directory_ + "/" + key + ".hvol"; }
   [[nodiscard]] std::string vdbOf(const std::string& key) const { return directory_ + "/" + key + kCachedVdbEnding; }
+  /** To be written. */
+  struct Job {
+    std::string key, notes;
+    UniqueFd snapshot, volume;
+    std::uint64_t bytes = 0;
+  };
+  /** These hold descriptors, and memory that counts for nobody once their mesh is dropped. */
+  static constexpr std::size_t kMostJobs = 16;
+  static constexpr std::uint64_t kMostJobBytes = 256'000'000;
+  [[nodiscard]] bool isWaiting(const std::string& key);
   void awaitWriter();
-  /** In the writing thread. */
-  void store(const std::string& key, int snapshot, int volume, const std::string& notes);
+  /** The writing thread: until nothing waits. */
+  void write() noexcept;
+  void store(const Job& job);
   void prune();
 
   std::string directory_;
   std::uint64_t most_bytes_;
-  std::thread writer_;
-  std::atomic<bool> writing_{false};
+  std::thread writer_;  ///< Runs, or is about to end, while there are jobs.
+  std::mutex mutex_;
+  std::deque<Job> jobs_;             ///< Under the mutex, but for what the writer does with the first.
   std::mutex pruning_;               ///< By both threads.
   std::unique_ptr<VdbMaker> maker_;  ///< Null: none are made. Last, so that its thread ends first.
 };

@@ -3,10 +3,12 @@
 
 #include <poll.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "daemon/ipc/volume_memory.h"
 #include "daemon/scene/upload/uploads.h"
@@ -116,6 +118,40 @@ TEST_F(Cache, aDamagedHeaderOfTheVolumeIsNotBelieved) {
     put(was);
     EXPECT_TRUE(cache.find(key).has_value()) << at;
   }
+}
+
+TEST_F(Cache, thoseThatComeWhileOneIsWrittenAreKeptAfterIt) {
+  VolumeCache cache(directory_.path(), 1 << 30);
+  const std::string names = "abcdefgh";
+  const auto keyOfOne = [](char name) { return keyNamed({&name, 1}); };
+  for (const char name : names)
+    cache.keep(keyOfOne(name), std::move(*built_.memfd.share()), std::move(*built_.volume.share()),
+               {std::string(1, name)});
+  cache.wait();
+  for (const char name : names) {
+    const auto found = cache.find(keyOfOne(name));
+    ASSERT_TRUE(found.has_value()) << name;
+    EXPECT_EQ(found->notes, std::vector<std::string>{std::string(1, name)});
+  }
+  EXPECT_EQ(cache.list().size(), names.size());
+}
+
+TEST_F(Cache, thoseForWhichTooManyWaitAreTold) {
+  // A disk that stands still: its file is a pipe that nobody reads.
+  const std::string first = keyNamed("first"), stuck = directory_.path() + "/" + first + ".hvol.new";
+  VolumeCache cache(directory_.path(), 1 << 30);
+  ASSERT_EQ(::mkfifo(stuck.c_str(), 0600), 0);
+  testing::internal::CaptureStderr();
+  constexpr int kAsked = 20, kKept = 16;
+  cache.keep(first, std::move(*built_.memfd.share()), std::move(*built_.volume.share()), {});
+  for (int i = 1; i < kAsked; ++i)
+    cache.keep(keyNamed(std::to_string(i)), std::move(*built_.memfd.share()), std::move(*built_.volume.share()), {});
+  std::ifstream pipe(stuck, std::ios::binary);
+  pipe.ignore(std::numeric_limits<std::streamsize>::max());  // To its end: the writer goes on.
+  cache.wait();
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("a volume is not kept on disk: 16 others, "), std::string::npos) << said;
+  for (int i = 1; i < kAsked; ++i) EXPECT_EQ(cache.find(keyNamed(std::to_string(i))).has_value(), i < kKept) << i;
 }
 
 TEST_F(Cache, longestUnusedFilesGoFirst) {

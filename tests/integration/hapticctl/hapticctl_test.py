@@ -323,6 +323,21 @@ class WithDaemon(Case):
         self.run_ctl("set", "/objects/plate/enabled?value=false")
         self.assertIn("ramping", arm.stdout.readline())
 
+    def test_a_client_that_hangs_is_seen(self):
+        with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm"], stdout=subprocess.PIPE, text=True) as arm:
+            try:
+                arm.stdout.readline()
+                of_arm = lambda: next(line for line in self.run_ctl("status").stdout.splitlines() if f" {arm.pid}  sim " in line)
+                self.assertNotIn("silent", of_arm())
+                arm.send_signal(signal.SIGSTOP)
+                self.assertTrue(eventually(lambda: "silent for" in of_arm()), of_arm())
+                self.assertIn("yes", of_arm(), "it has the lease still")
+                arm.send_signal(signal.SIGCONT)
+                self.assertTrue(eventually(lambda: "silent" not in of_arm()), of_arm())
+            finally:
+                arm.send_signal(signal.SIGCONT)
+                arm.send_signal(signal.SIGINT)
+
     def test_stop_ends_arming_with_a_fault(self):
         with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as arm:
             arm.stdout.readline()

@@ -26,6 +26,13 @@ std::string stateOf(const haptic_device_status& d) {
   return d.armed != 0 ? "armed" : "disarmed";
 }
 
+/** A program that hangs keeps its lease and its place: told where its heartbeat has stopped and its force with it. */
+std::string silenceOf(const haptic_client_status& c) {
+  constexpr std::int64_t kAtLeastEvery_ns = 100'000'000;  // docs/protocol.md
+  if (c.fade >= 1 || c.heartbeat_age_ns < kAtLeastEvery_ns) return {};
+  return fmt::format("silent for {}", duration(static_cast<double>(c.heartbeat_age_ns)));
+}
+
 std::string screen(const haptic_status& status, const std::vector<Owned<haptic_statistics>>& statistics) {
   const haptic_daemon_info& info = *status.info;
   std::string out =
@@ -67,12 +74,20 @@ std::string screen(const haptic_status& status, const std::vector<Owned<haptic_s
     if (counts.answers != 0) out += collideLine(status.devices[i]->name, counts);
   }
 
-  Table clients(
-      {{"CLIENT"}, {"PID", true}, {"DEVICE"}, {"LEASE"}, {"RECEIVED", true}, {"REJECTED", true}, {"MODELS", true}});
+  Table clients({{"CLIENT"},
+                 {"PID", true},
+                 {"DEVICE"},
+                 {"LEASE"},
+                 {"RECEIVED", true},
+                 {"REJECTED", true},
+                 {"MODELS", true},
+                 {"STATE"}});
   for (std::uint32_t i = 0; i < status.client_count; ++i) {
     const haptic_client_status& c = *status.clients[i];
+    const std::string silence = silenceOf(c);
     clients.row({c.name, std::to_string(c.pid), c.device, c.lease != 0 ? "yes" : "", grouped(c.received),
-                 grouped(c.rejected), std::to_string(c.models)});
+                 grouped(c.rejected), std::to_string(c.models), silence},
+                silence.empty() ? Style::kPlain : Style::kWarn);
   }
   if (!clients.empty()) out += "\n" + clients.text();
   return out;

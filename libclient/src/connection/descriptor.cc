@@ -7,6 +7,11 @@
 
 namespace hapticd::client {
 
+Failure noDescriptor(const char* what) {
+  return {HAPTIC_SYSTEM, what, "its descriptor did not come: this program may have no more",
+          "close some descriptors, or raise its ulimit -n"};
+}
+
 kj::Promise<void> keepDescriptor(proto::Region::Client region, const char* what, int& fd, Failure& refusal) {
   auto promise = region.getFd();
   return promise.then([&, what, keep = kj::mv(region)](kj::Maybe<int> received) {
@@ -14,7 +19,7 @@ kj::Promise<void> keepDescriptor(proto::Region::Client region, const char* what,
       fd = ::fcntl(*descriptor, F_DUPFD_CLOEXEC, 0);
       if (fd < 0) refusal = {HAPTIC_SYSTEM, what, std::strerror(errno), "close some descriptors"};
     } else {
-      refusal = {HAPTIC_INTERNAL, what, "the daemon sent no descriptor", {}};
+      refusal = noDescriptor(what);
     }
   });
 }

@@ -7,6 +7,9 @@
 
 namespace hapticd::client {
 
+/** Why a descriptor that the daemon always sends is not there: the kernel drops it where the program may have no more.
+ */
+[[nodiscard]] Failure noDescriptor(const char* what);
 /** Keeps a copy in `fd`, for the caller to close; or says in `refusal` why there is none. Library's thread. */
 kj::Promise<void> keepDescriptor(proto::Region::Client region, const char* what, int& fd, Failure& refusal);
 

@@ -74,7 +74,8 @@ Failure connectTo(const std::string& path, std::int64_t timeout_ns, int& fd) {
   }
   path.copy(address.sun_path, path.size());
   const int made = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (made < 0) return {HAPTIC_SYSTEM, path, std::string("no socket: ") + strerror(errno), {}};
+  if (made < 0)
+    return {HAPTIC_SYSTEM, path, std::string("no socket can be made: ") + strerror(errno), "close some descriptors"};
   const std::int64_t deadline = haptic_now_ns() + timeout_ns;
   for (;;) {
     if (connect(made, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <thread>
 
+#include "libclient/src/connection/descriptor.h"
 #include "libclient/src/connection/loop.h"
 #include "libclient/src/reply/convert.h"
 #include "rt/ring/shared.h"
@@ -29,7 +30,7 @@ kj::Promise<void> mapRegion(proto::Region::Client region, std::size_t bytes, boo
     KJ_IF_MAYBE (descriptor, received) {
       failure = Mapping::map(*descriptor, bytes, writable, name, mapping);
     } else {
-      failure = {HAPTIC_INTERNAL, name, "the daemon sent no descriptor", {}};
+      failure = client::noDescriptor(name);
     }
   });
 }

@@ -122,6 +122,20 @@ class Log(Case):
                                  JOURNAL_STREAM=f"{named.st_dev}:{named.st_ino}")
 
 
+class Descriptors(Case):
+    def test_a_client_that_may_have_no_more_is_told_so(self):
+        """However many it lacks: on its way to the daemon, and for what the daemon sends it."""
+        for words in (["status"], ["monitor", "--csv", "--duration", "0.1"]):
+            for most in range(4, 40):
+                limit = lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+                done = subprocess.run([HAPTICCTL, "--socket", self.socket, *words], preexec_fn=limit, capture_output=True, text=True)
+                if done.returncode == 0:
+                    break
+                self.assertIn("close some descriptors", done.stderr, f"{words[0]} with {most}")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertGreater(most, 5)
+
+
 class Threads(Case):
     """A limit of processes binds no root: the daemon is nobody's then."""
     wants_daemon = False

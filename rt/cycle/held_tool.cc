@@ -6,7 +6,6 @@
 
 #include "rt/body/direct.h"
 #include "rt/collide/round.h"
-#include "rt/cycle/obstacles.h"
 
 namespace hapticd {
 namespace {
@@ -43,7 +42,7 @@ ErrorCode HeldTool::attach(const AttachTool& order, const Scene& scene) HD_RT {
   response_.reset();
   model_.count = 0;
   step_ = ToolStep{};
-  age_ = 0;
+  age_ = put_ = 0;
   touched_ = 0;
   started_ = false;
   return ErrorCode::kOk;
@@ -146,7 +145,8 @@ void HeldTool::begin(const Scene& scene, const DeviceSample& sample, const Twist
   const bool direct = (order_.flags & kToolDirect) != 0;
   const Pose device{sample.p, sample.q.normalized()};
   if (!started_ || direct) tool_.reset(device);
-  if (!started_) model_.count = 0;
+  if (!started_ || put_ > 0) model_.count = 0;
+  put_ = std::max(0.0, put_ - dt);
   started_ = true;
   age_ += dt;
   com_ = tool_.body().com();

@@ -11,6 +11,7 @@
 #include "rt/body/tool.h"
 #include "rt/collide/request.h"
 #include "rt/cycle/free_bodies.h"
+#include "rt/cycle/obstacles.h"
 #include "rt/device.h"
 #include "rt/scene/scene.h"
 
@@ -47,8 +48,11 @@ class HeldTool {
              FreeBodies& bodies) HD_RT;
   /** After bodies.step(): what came of it. Moves the scene's object there. */
   void finish(Scene& scene, const Twist& velocity, double dt, HeldToolOutput& out) HD_RT;
-  /** The device's reading is not to be used: the tool starts anew where it next stands. */
-  void forget() HD_RT { started_ = false; }
+  /** The hand is elsewhere at once, or its reading is not to be used: the tool starts anew where it next stands. */
+  void forget() HD_RT {
+    started_ = false;
+    put_ = kAnswerTime;
+  }
   /** What to ask the collide thread. */
   void ask(const Scene& scene, CollideRequest::Held& held) const HD_RT;
 
@@ -76,6 +80,7 @@ class HeldTool {
   double stored_ = 0;          ///< Energy that may come back [J].
   Vec3 com_ = Vec3::Zero();    ///< Before this tick.
   double age_ = 0;             ///< Of the contacts [s].
+  double put_ = 0;             ///< It was taken up elsewhere: so long until an answer tells of it there [s].
   std::uint32_t touched_ = 0;  ///< In the last tick.
   bool started_ = false;
 };

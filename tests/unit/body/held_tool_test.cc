@@ -222,6 +222,50 @@ TEST(HeldTool, WhatIsPutElsewhereUnderItDealsNoBlow) {
   }
 }
 
+/** By its mount, while it is off: what it touched where it was says nothing of where it is. */
+TEST(HeldTool, OneWhoseDeviceIsSetUpElsewhereDealsNoBlow) {
+  for (const std::uint32_t flags : {0u, std::uint32_t{kToolDirect}}) {
+    for (const bool free : {false, true}) {
+      SCOPED_TRACE(testing::Message() << flags << ' ' << free);
+      House house;
+      house.send(CommandKind::kAddObject, object(kWall, ShapeKind::kBox, {0.05, 0.05, 0.01}, {0, 0, 0.07}));
+      AttachTool tool = house.tool();
+      tool.flags |= flags;
+      house.hold(tool);
+      house.aim({0, 0, 0.057});
+      house.run(500);
+      ASSERT_EQ(house.out().contact.object, kWall);
+      house.send(CommandKind::kDisarm, DeviceRef{0});
+      house.run(4);
+      ASSERT_FALSE(house.servo->cycle().deviceGuard(0).armed());
+      if (free) {
+        SetBody body{};
+        body.object = kWall;
+        body.mass = 1;
+        for (int i = 0; i < 3; ++i) body.inertia[i] = 1e-3;
+        house.send(CommandKind::kSetBody, body);
+        house.run(5);
+      }
+      const auto speed = [&] { return house.servo->cycle().scene().find(kWall)->V_WO.v.norm(); };
+      const auto asked = [&] { return house.out().guard.by_source[HD_SOURCE_SURFACE].norm(); };
+      const double most = asked(), fastest = speed();
+      // An answer is on its way, to where it was.
+      house.collider.step(nullptr);
+      Command late;
+      ASSERT_TRUE(house.collider.answers.pop(late));
+      house.send(CommandKind::kSetMount, Mount(Pose{{0, 0, 0.3}, Quat::Identity()}).order(0));
+      house.run(1, false);
+      ASSERT_TRUE(house.collider.answers.push(late));
+      for (int i = 0; i < 40; ++i) {
+        house.run(1);
+        EXPECT_LE(asked(), most) << i;
+        EXPECT_LE(speed(), fastest + 0.01) << i;
+        EXPECT_LT((house.place().p - house.out().pose.p).norm(), 1e-3) << "it is where the hand is";
+      }
+    }
+  }
+}
+
 TEST(HeldTool, HostileNumbersAreRefused) {
   House house;
   Scene const& scene = house.servo->cycle().scene();

@@ -111,6 +111,8 @@ class Guard {
   [[nodiscard]] bool armed() const HD_RT { return state_ != State::kDisarmed && fault_ == HD_FAULT_NONE; }
   [[nodiscard]] std::uint32_t fault() const HD_RT { return fault_; }
   [[nodiscard]] double heat() const HD_RT { return heating_.heat(); }
+  /** Its books, by the device's axes. */
+  [[nodiscard]] const Passivity& passivity() const HD_RT { return passivity_; }
 
  private:
   enum class State : std::uint8_t { kDisarmed, kWaiting, kArmed, kLowering };

@@ -165,6 +165,19 @@ TEST_F(CycleMount, TheOrderMadeOfItGivesItAgainBitForBit) {
   EXPECT_TRUE(Mount(mountAt({{0, 0, 0}, Quat(-1, 0, 0, 0)})).identity()) << "a whole turn";
 }
 
+/** What the guard's observer books is of the sum: none of it is lost, however the axes share it. */
+TEST_F(CycleMount, PowerIsSharedAmongTheDevicesAxesAndNoneIsLost) {
+  Random random(8);
+  for (int i = 0; i < 2000; ++i) {
+    const Mount mount(random.pose(1));
+    const Vec3 power = random.vector(50);
+    ASSERT_NEAR(mount.powerToDevice(power).sum(), power.sum(), 1e-12);
+    ASSERT_GE(mount.powerToDevice(power.cwiseAbs()).minCoeff(), 0) << "what is given takes nothing along any axis";
+  }
+  const Mount quarter(Pose{{0, 0, 0}, turnedAboutZ(M_PI_2)});  // Its y is the world's -x.
+  EXPECT_LT((quarter.powerToDevice({1, 2, 3}) - Vec3(2, 1, 3)).norm(), 1e-12);
+}
+
 TEST_F(CycleMount, ARecordingBeginsWithIt) {
   ASSERT_EQ(mount(mountAt({{0.1, 0.2, 0.3}, turnedAboutX(0.5)})), ErrorCode::kOk);
   CycleStart start;

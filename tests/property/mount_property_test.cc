@@ -266,7 +266,9 @@ Felt expectTheSame(unsigned count, const Question& asked) {
       if (!asked.models) {  // Of a model that presses with no force at all, a rounding decides whether it holds energy.
         const auto books = [](const MountedWorld& w) { return w.cycle->deviceGuard(0).passivity().byAxis(); };
         ASSERT_NEAR(one.guard.energy, other.guard.energy, same);
-        if (asked.quarters || !asked.tool) ASSERT_NEAR((books(plain) - books(mounted)).norm(), 0, same);
+        if (asked.quarters || !asked.tool) {
+          ASSERT_NEAR((books(plain) - books(mounted)).norm(), 0, same);
+        }
       }
       ASSERT_EQ(one.contact.object, other.contact.object);
       ASSERT_NEAR((X * one.pose.p - other.pose.p).norm(), 0, 1e-14);

@@ -1,0 +1,94 @@
+#!/usr/bin/python3
+"""hapticctl on a terminal: colours, keys, questions, and what top shows.
+
+Usage: terminal_test.py BUILD_DIRECTORY [unittest arguments]
+"""
+import json
+import os
+import pty
+import time
+import unittest
+
+from daemon_case import HAPTICCTL, Case, ball, stl
+
+
+class TerminalCase(Case):
+    """Commands on a pseudo-terminal."""
+
+    def run_on_terminal(self, *arguments, send=(), **environment):
+        pid, terminal = pty.fork()
+        if pid == 0:
+            os.environ.update({"HAPTICD_SOCKET": str(self.socket), "TERM": "xterm", **environment})
+            os.execv(HAPTICCTL, ["hapticctl", *map(str, arguments)])
+        output, send = b"", list(send)
+        try:
+            while True:
+                chunk = os.read(terminal, 65536)
+                output += chunk
+                while send and send[0][0] in output:
+                    os.write(terminal, send.pop(0)[1])
+        except OSError:  # The other side is closed.
+            pass
+        os.close(terminal)
+        return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), output.decode()
+
+
+class OnATerminal(TerminalCase):
+    """Colours, keys, the question for the scale, progress."""
+
+    def test_colours_only_where_wanted(self):
+        self.assertIn("\x1b[1m", self.run_on_terminal("list", NO_COLOR="")[1])
+        self.assertNotIn("\x1b", self.run_on_terminal("list", NO_COLOR="1")[1])
+        self.assertNotIn("\x1b", self.run_on_terminal("list", TERM="dumb")[1])
+
+    def test_top_takes_keys_and_gives_the_screen_back(self):
+        code, output = self.run_on_terminal("top", "-d", "0.1", send=[(b"q quit", b"c"), (b"counts cleared", b"q")])
+        self.assertEqual(code, 0)
+        self.assertTrue(output.startswith("\x1b[?1049h") and output.endswith("\x1b[?1049l"), output[-40:])
+
+    def test_the_scale_is_asked_for(self):
+        path = self.file("t.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
+        code, output = self.run_on_terminal("load", path, send=[(b"per file unit: ", b"mm\n")])
+        self.assertEqual(code, 0, output)
+        self.assertIn("20.0 mm x 30.0 mm x 50.0 mm, closed", output)
+        code, output = self.run_on_terminal("load", path, "--name", "other", send=[(b"per file unit: ", b"\n")])
+        self.assertEqual(code, 2)
+        self.assertEqual([o["name"] for o in self.json("objects")], ["t"])
+
+    def test_ctrl_c_disarms(self):
+        code, output = self.run_on_terminal("arm", send=[(b"ramping", b"\x03")])
+        self.assertEqual(code, 0)
+        self.assertIn("disarmed", output)
+        self.assertFalse(self.json("status")["devices"][0]["armed"])
+
+
+class MoreThanThereIsTimeFor(TerminalCase):
+    """A tool of many points amid as many meshes as are asked for, none with a volume."""
+
+    def test_collisions_cut_short_are_told_with_their_remedy(self):
+        path = self.file("ball.stl", ball(40))
+        for k in range(17):
+            self.run_ctl("load", path, "--scale", "m", "--name", f"ball{k}")
+        for command in (["top", "-b", "-n", "1"], ["status"]):
+            self.assertNotIn("cut short", self.run_ctl(*command).stdout)
+        self.run_ctl("tool", "attach", "ball0")
+        while (told := self.json("get", "/statistics/sim")["collide"])["queries"] < 10:
+            time.sleep(0.02)
+        self.assertGreater(told["exhausted"], 0)
+        for command in (["top", "-b", "-n", "1"], ["status"]):
+            self.assertRegex(self.run_ctl(*command).stdout, r"sim: of [\d ]+ answers .* [1-9][\d ]* were cut short, 0 lost")
+        checks = {check["name"]: check for check in json.loads(self.run_ctl("--json", "doctor", exit_code=1).stdout)["checks"]}
+        self.assertEqual(checks["daemon: collision default"]["state"], "red")
+        self.assertIn("--voxel", checks["daemon: collision default"]["remedy"])
+        self.run_ctl("tool", "detach")
+        time.sleep(0.1)  # The last answers come.
+        self.assertEqual(self.json("status")["devices"][0]["collide"], self.json("get", "/statistics/sim")["collide"])
+        keys = [(b"q quit", b"c"), (b"counts cleared", b"q")]
+        screens = self.run_on_terminal("top", "-d", "0.1", send=keys, NO_COLOR="1")[1].split("\x1b[H")
+        before, after = (next(one for one in screens if words in one) for words in ("q quit", "counts cleared"))
+        self.assertIn("cut short", before)
+        self.assertNotIn("cut short", after)
+
+
+if __name__ == "__main__":
+    unittest.main()

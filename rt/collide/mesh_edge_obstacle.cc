@@ -9,6 +9,7 @@
 #include "rt/collide/mantle.h"
 #include "rt/collide/purse.h"
 #include "rt/collide/round.h"
+#include "rt/geometry/fan.h"
 #include "rt/geometry/pseudo_normal.h"
 #include "rt/geometry/triangle.h"
 
@@ -111,21 +112,6 @@ bool ridgeOf(const MeshView& mesh, std::uint32_t t, std::uint32_t k, double faci
   ridge.down_one = facing * ridge.one.cross(along);
   ridge.down_other = facing * along.cross(ridge.other);
   return facing * ridge.one.cross(ridge.other).dot(along) > kRidge;
-}
-
-/** Calls visit(triangle, its corner) for those about a vertex, until it says so; whether it did. */
-template <class Visit>
-bool anyAbout(const MeshView& mesh, std::uint32_t t, std::uint32_t vertex, const Visit& visit) HD_RT {
-  for (const std::uint32_t side : {0u, 2u}) {  // Over the edge that leaves the vertex, or back over the one that comes.
-    std::uint32_t at = t;
-    for (int i = 0; i < kMaxFan && at != HD_NO_INDEX; ++i) {
-      const std::uint32_t here = cornerOf(mesh, at, vertex);
-      if (visit(at, here)) return true;
-      at = mesh.neighbours[at][(here + side) % 3];
-      if (at == t) return false;  // All the way round.
-    }
-  }
-  return false;
 }
 
 /**

@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "rt/geometry/box_queries.h"
+#include "rt/geometry/fan.h"
 #include "rt/geometry/nearest.h"
 #include "rt/geometry/pseudo_normal.h"
 #include "rt/geometry/tree_walk.h"
@@ -28,17 +29,8 @@ bool isLeast(const MeshView& mesh, std::uint32_t t, const TriangleFoot& foot, co
     const std::uint32_t across = mesh.neighbours[t][foot.corner];
     return across == HD_NO_INDEX || !isNearer(across);
   }
-  const std::uint32_t vertex = mesh.triangles[t][foot.corner];
-  for (const std::uint32_t side : {0u, 2u}) {  // Over the edge that leaves the vertex, or back over the one that comes.
-    std::uint32_t at = t;
-    for (int i = 0; i < kMaxFan; ++i) {
-      at = mesh.neighbours[at][(cornerOf(mesh, at, vertex) + side) % 3];
-      if (at == t) return true;  // All the way round.
-      if (at == HD_NO_INDEX) break;
-      if (isNearer(at)) return false;
-    }
-  }
-  return true;
+  return !anyAbout(mesh, t, mesh.triangles[t][foot.corner],
+                   [&](std::uint32_t other, std::uint32_t) HD_RT { return isNearer(other); });
 }
 
 /** Whether a foot of t is what such a query looks for. */

@@ -227,7 +227,15 @@ void Cycle::render(const CycleInput& input, CycleOutput& output) HD_RT {
   const double dt = seconds(config_.period_ns);
   scene_.advance(dt * (1.0 + input.missed));
   moveTools(input, output);
-  for (std::uint32_t d = 0; d < config_.device_count; ++d) renderDevice(d, input, output.device[d]);
+  // Points push bodies before these are stepped; with them tools are, and then feel it.
+  const auto renderThose = [&](bool with_tools) HD_RT {
+    for (std::uint32_t d = 0; d < config_.device_count; ++d) {
+      if (devices_[d].tool.held() == with_tools) renderDevice(d, input, output.device[d]);
+    }
+  };
+  renderThose(false);
+  bodies_.step(scene_, dt);
+  renderThose(true);
   noteExpiredModels(input, output);
 }
 
@@ -253,7 +261,7 @@ const DeviceSample& Cycle::place(std::uint32_t d, const CycleInput& input) HD_RT
   return device.placed;
 }
 
-/** Estimates the hands' velocities and moves what they hold, with what that pushes. */
+/** Estimates the hands' velocities and moves what they hold; bodies wait for what pushes them. */
 void Cycle::moveTools(const CycleInput& input, CycleOutput& output) HD_RT {
   const double dt = seconds(config_.period_ns);
   std::array<std::uint32_t, kMaxDevices> held;
@@ -274,7 +282,6 @@ void Cycle::moveTools(const CycleInput& input, CycleOutput& output) HD_RT {
     velocity = device.mount.toWorld(device.velocity_D);
     if (device.tool.held()) device.tool.begin(scene_, sample, velocity, dt, bodies_);
   }
-  bodies_.step(scene_, dt);
 }
 
 /** What the hand feels of free bodies they feel of it; where several objects hold it, each its own part. */

@@ -185,13 +185,12 @@ void FreeBodies::touch(const Touch& touch, std::uint8_t tool, std::uint8_t body)
   (void)joint_.add(tagged, tool, moverOf(body));
 }
 
-void FreeBodies::push(std::uint8_t body, const Vec3& impulse, const Vec3& at) HD_RT {
+void FreeBodies::push(std::uint8_t body, const Vec3& impulse, const Vec3& at, const Vec3& turning) HD_RT {
   Entry& entry = entry_[body];
-  if (entry.age >= kStale || !isFinite(impulse)) return;
+  if (!moves(body) || !isFinite(impulse) || !isFinite(turning)) return;
   RigidBody& rigid = entry.body.body;
   const Twist V = rigid.twist();
-  const Mobility m = Mobility::free(rigid.mass(), rigid.inertia());
-  const Twist change = m(impulse, (at - rigid.com()).cross(impulse));
+  const Twist change = mobility(body)(impulse, (at - rigid.com()).cross(impulse) + turning);
   entry.body.wake();
   entry.ours = true;
   rigid.setTwist({V.v + change.v, V.w + change.w});

@@ -24,7 +24,11 @@ namespace hapticd {
 /** False where an object cannot be a rigid body: no end, no surface, or part of another. */
 [[nodiscard]] bool canMove(const SceneObject& object) HD_RT;
 
-/** Servo thread. A tick: begin(), tools join() and touch(), step(). */
+/**
+ * Servo thread. A tick: begin(), tools join() and touch(), hands push(), step(). In that order, for hands meet bodies
+ * where the last tick left them: pushed after the step they would be driven by forces a tick old, and a body between
+ * two fingers would gain energy until it is thrown.
+ */
 class FreeBodies {
  public:
   static constexpr double kStale = 0.1;        ///< No contacts for so long: a body stands still [s].
@@ -60,8 +64,14 @@ class FreeBodies {
     const RigidBody& rigid = entry_[k].body.body;
     return entry_[k].age < kStale ? hapticd::velocityAt(rigid.twist(), x_W - rigid.com()) : Vec3(Vec3::Zero());
   }
-  /** The body gets an impulse at a point of the world [N s, m]. */
-  void push(std::uint8_t body, const Vec3& impulse, const Vec3& at) HD_RT;
+  /** Whether what pushes it moves it now; else it stands. */
+  [[nodiscard]] bool moves(std::uint8_t k) const HD_RT { return entry_[k].age < kStale; }
+  [[nodiscard]] Mobility mobility(std::uint8_t k) const HD_RT {
+    const RigidBody& rigid = entry_[k].body.body;
+    return Mobility::free(rigid.mass(), rigid.inertia());
+  }
+  /** The body gets an impulse at a point of the world [N s, m], and an angular one beside it [N m s]. */
+  void push(std::uint8_t body, const Vec3& impulse, const Vec3& at, const Vec3& turning = Vec3::Zero()) HD_RT;
   void step(Scene& scene, double dt) HD_RT;
 
   /** What to ask the collide thread. True if there is a body. */

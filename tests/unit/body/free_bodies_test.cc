@@ -179,7 +179,7 @@ TEST(FreeBodies, AHandOfThreeAxesPushesOneWithTheForceItFeels) {
       house.run(1);
       const SurfaceContact& c = house.out().contact;
       if (c.object == (part ? kOther : kRolled)) impulse -= 1e-3 * c.force;
-      ASSERT_LT((0.5 * house.servo->cycle().bodies().body(0).body.twist().v - impulse).norm(), 1e-12) << i;
+      ASSERT_LT((0.5 * house.servo->cycle().bodies().body(0).body.twist().v - impulse).norm(), 1e-10) << i;
     }
     EXPECT_LT(impulse.x(), -0.01) << "it has been pushed";
     EXPECT_LT(seen(house, kRolled).X_WO.p.x(), part ? -0.1 : -0.05);
@@ -291,7 +291,7 @@ TEST(FreeBodies, AHandThatSlidesOnTheFloorPushesWhatStandsInItsWay) {
       ASSERT_LT(std::abs(momentum.z()), 2e-3) << "the floor's push is not the box's";
     }
     EXPECT_GT(pushed, 5);
-    EXPECT_LT(given, -0.002) << "momentum [N s]";
+    EXPECT_LT(given, -0.001) << "momentum [N s]";
   }
 }
 

@@ -58,6 +58,7 @@ enum class CommandKind : std::uint32_t {
   kSetGrip,         ///< SetGrip: what the device's gripper closes on.
   kSetEffect,       ///< SetEffect
   kSetMount,        ///< SetMount: where the device stands. Refused while it is armed.
+  kSetFinger,       ///< SetFinger: what touches is a fingertip.
 };
 
 /** An object id for the rings: slot in the low 16 bits, generation above, never 0. */
@@ -218,6 +219,24 @@ struct SetGrip {
   std::uint32_t reserved;
   double stiffness;  ///< [N/rad]; 0: none.
   double width;      ///< [rad]
+};
+
+/** What touches is a fingertip that resists being turned (rt/finger/soft_finger.h), or a point. */
+struct SetFinger {
+  std::uint32_t device;
+  std::uint32_t law;           ///< PadLaw; kNone: a point.
+  std::uint32_t flags;         ///< FingerFlag
+  std::uint32_t shows_moment;  ///< The device can turn the hand.
+  double radius;               ///< Of the pad [m].
+  double arm;                  ///< Of PadLaw::kLinear [m].
+  double stiffness;            ///< Of the twist [N m/rad].
+  double damping;              ///< Of the pad, across the normal, where it holds a free body [N s/m].
+  double cue;                  ///< Amplitude of the vibration that tells of slip, per speed [N s/m].
+};
+
+/** Bits of SetFinger::flags. */
+enum FingerFlag : std::uint32_t {
+  kFingerUncoupled = 1u << 0,  ///< Sliding and turning do not share friction (thesis 2.3.1; else 2.3.3).
 };
 
 /** A checked command. `payload` is read with as<T>() according to `kind`. */

@@ -3,11 +3,6 @@
 #include <algorithm>
 
 namespace hapticd {
-namespace {
-
-double seconds(std::int64_t ns) HD_RT { return static_cast<double>(ns) * 1e-9; }
-
-}  // namespace
 
 Cycle::Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept
     : config_(config),
@@ -18,7 +13,7 @@ Cycle::Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept
 }
 
 void Cycle::step(const CycleInput& input, CycleOutput& output) HD_RT {
-  scene_.expect(seconds(config_.period_ns) * (1.0 + input.missed));
+  scene_.expect(period() * (1.0 + input.missed));
   applyCommands(input, output);
   render(input, output);
   guard(input, output);
@@ -113,6 +108,13 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
     }
     case CommandKind::kSetMount:
       return applyMount(command.as<SetMount>());
+    case CommandKind::kSetFinger: {
+      const auto& finger = command.as<SetFinger>();
+      if (!SoftFinger::valid(finger)) return ErrorCode::kInvalidArgument;
+      devices_[device].finger.set(finger);
+      devices_[device].proxy.bear({});
+      return ErrorCode::kOk;
+    }
     case CommandKind::kAttachTool:
       return devices_[device].tool.attach(command.as<AttachTool>(), scene_);
     case CommandKind::kDetachTool:
@@ -211,6 +213,7 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
     case CommandKind::kToolContacts:
     case CommandKind::kSetGrip:
     case CommandKind::kSetMount:
+    case CommandKind::kSetFinger:
       code = applyDeviceOrder(command);
       break;
   }
@@ -224,7 +227,7 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
 }
 
 void Cycle::render(const CycleInput& input, CycleOutput& output) HD_RT {
-  const double dt = seconds(config_.period_ns);
+  const double dt = period();
   scene_.advance(dt * (1.0 + input.missed));
   moveTools(input, output);
   // Points push bodies before these are stepped; with them tools are, and then feel it.
@@ -263,7 +266,7 @@ const DeviceSample& Cycle::place(std::uint32_t d, const CycleInput& input) HD_RT
 
 /** Estimates the hands' velocities and moves what they hold; bodies wait for what pushes them. */
 void Cycle::moveTools(const CycleInput& input, CycleOutput& output) HD_RT {
-  const double dt = seconds(config_.period_ns);
+  const double dt = period();
   std::array<std::uint32_t, kMaxDevices> held;
   bodies_.begin(scene_, dt, {held.data(), heldObjects(held)});
   for (std::uint32_t d = 0; d < config_.device_count; ++d) {
@@ -284,56 +287,6 @@ void Cycle::moveTools(const CycleInput& input, CycleOutput& output) HD_RT {
   }
 }
 
-/** What the hand feels of free bodies they feel of it; where several objects hold it, each its own part. */
-void Cycle::pushBodies(const SurfaceContact& contact, const Vec3& felt) HD_RT {
-  const double dt = seconds(config_.period_ns);
-  const auto push = [&](std::uint32_t object, const Vec3& force, const Vec3& at) HD_RT {
-    const std::uint8_t body = bodies_.find(objectSlot(object));
-    if (body != FreeBodies::kNone) bodies_.push(body, -dt * force, at);
-  };
-  if (contact.parts == 0) return push(contact.object, felt, contact.point);
-  Vec3 rest = felt;
-  for (std::uint32_t i = 0; i < contact.parts; ++i) rest -= contact.part[i].force;
-  for (std::uint32_t i = 0; i < contact.parts; ++i) {
-    const ContactPart& part = contact.part[i];
-    push(part.object, part.force + part.share * rest, part.point);
-  }
-}
-
-/**
- * What clients have put into the springs that hold the hand, which now hold `stored`, by having made their objects
- * stiffer or given them another surface since the last tick [J]: what that adds is theirs, not the wall's. Of several
- * walls each holds k d^2 / 2, as if alone; a relief that is another may have lifted the ground by any height.
- */
-double Cycle::changed(DeviceState& device, const SurfaceContact& contact, double stored) const HD_RT {
-  std::array<PressedObject, kMaxHolding> now{};
-  std::array<double, kMaxHolding> share{};
-  double all = 0;
-  const std::uint32_t count = contact.parts > 0 ? contact.parts : contact.object != 0 ? 1 : 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const SceneObject* object = scene_.find(contact.parts > 0 ? contact.part[i].object : contact.object);
-    if (object == nullptr) continue;
-    now[i] = {object->id, object->surface.changes, object->material.stiffness};
-    if (!(now[i].stiffness > 0)) continue;  // It holds nothing yet.
-    all += share[i] = contact.parts > 0 ? contact.part[i].force.squaredNorm() / now[i].stiffness : 1;
-  }
-  double put_in = 0;
-  bool other_surface = false;
-  for (std::uint32_t i = 0; i < count && all > 0; ++i) {
-    for (const PressedObject& before : device.pressed) {
-      if (before.object == 0 || before.object != now[i].object) continue;
-      other_surface = other_surface || before.surface != now[i].surface;
-      if (now[i].stiffness > before.stiffness)
-        put_in += stored * share[i] / all * (1 - before.stiffness / now[i].stiffness);
-      break;
-    }
-  }
-  if (other_surface) put_in = std::max(0.0, stored - device.pressed_stored);
-  device.pressed = now;
-  device.pressed_stored = stored;
-  return put_in;
-}
-
 void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT {
   DeviceState& device = devices_[d];
   const DeviceSample& sample = device.mount.identity() ? input.device[d] : device.placed;
@@ -346,6 +299,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
   if (!device.started) {
     device.proxy.reset(sample.p);
     device.shading.reset();
+    device.finger.reset();
     device.effects.reset();
     device.object_effects.reset();
     device.started = true;
@@ -354,26 +308,28 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
   if (device.tool.held()) {
     renderTool(d, sample, out);
   } else {
-    device.proxy.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), out.contact);
+    if (device.finger.soft()) device.proxy.bear(device.finger.turn(scene_, sample.q));
+    device.proxy.step(scene_, sample.p, out.velocity.v, period(), out.contact);
     device.shading.step(scene_, device.proxy.holding(), out.velocity.v, out.contact);
-    source[HD_SOURCE_SURFACE].force = out.contact.force;
+    const FingerForces pad = device.finger.soft() ? touchSoftly(d, out) : FingerForces{};
+    source[HD_SOURCE_SURFACE] = {out.contact.force, device.finger.order().shows_moment != 0
+                                                        ? Vec3(pad.moment * out.contact.normal)
+                                                        : Vec3(Vec3::Zero())};
     const SurfaceForces added =
         device.effects.step(scene_, out.contact, device.proxy.holding(), sample.p, out.velocity.v);
-    source[HD_SOURCE_TEXTURE].force = added.texture();
+    source[HD_SOURCE_TEXTURE].force = added.texture() + pad.cue;
     source[HD_SOURCE_TRANSIENT].force = added.transient;
     energy.relief = added.relief;
     energy.carried = out.contact.force.cwiseProduct(out.contact.velocity) + out.contact.apart + added.carried;
-    energy.carried += byAxis(changed(device, out.contact, added.stored) / seconds(config_.period_ns),
-                             out.contact.force + added.relief);
+    energy.carried += byAxis(changed(device, out.contact, added.stored) / period(), out.contact.force + added.relief);
     if (out.contact.object != 0) {
       energy.stored = added.stored;
       energy.damping = out.contact.damping_gain;
-      pushBodies(out.contact, out.contact.force + source[HD_SOURCE_TEXTURE].force);
+      pushBodies(out.contact, out.contact.force + added.texture(), pad.moment * out.contact.normal);
     }
   }
 
-  source[HD_SOURCE_EFFECT].force =
-      device.object_effects.step(scene_, sample.p, out.velocity.v, seconds(config_.period_ns), input.now_ns);
+  source[HD_SOURCE_EFFECT].force = device.object_effects.step(scene_, sample.p, out.velocity.v, period(), input.now_ns);
 
   const ToolPoint tool{sample.p, out.velocity.v, d, devices_[d].resolution};
   for (SessionShare& session : sessions_) {
@@ -407,10 +363,11 @@ void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput
   DeviceState& device = devices_[d];
   device.proxy.reset(sample.p);
   device.shading.reset();
+  device.finger.reset();
   device.effects.reset();
   device.pressed = {};
   HeldToolOutput held;
-  device.tool.finish(scene_, out.velocity, seconds(config_.period_ns), held);
+  device.tool.finish(scene_, out.velocity, period(), held);
   sources_[d][HD_SOURCE_SURFACE] = held.wrench;
   energy_[d].carried = held.carried;
   energy_[d].stored = held.stored;
@@ -442,7 +399,7 @@ void Cycle::guard(const CycleInput& input, CycleOutput& output) HD_RT {
     DeviceOutput& out = output.device[d];
     GuardInput in;
     in.now_ns = input.now_ns;
-    in.dt = seconds(config_.period_ns);
+    in.dt = period();
     in.sample = &input.device[d];
     in.velocity = device.velocity_D;
     in.source = sources_[d];

@@ -16,6 +16,7 @@
 #include "rt/cycle/session_share.h"
 #include "rt/cycle/velocity_estimator.h"
 #include "rt/effect/object_effects.h"
+#include "rt/finger/soft_finger.h"
 #include "rt/guard/guard.h"
 #include "rt/render/proxy.h"
 #include "rt/render/shading.h"
@@ -58,8 +59,7 @@ class Cycle {
     devices_[device].velocity.setResolution(position, rotation);
     devices_[device].guard.setResolution(position);
     devices_[device].proxy.setResolution(position);
-    devices_[device].effects.setResolution(
-        position, VelocityEstimator::noiseAtRest(position, 1e-9 * static_cast<double>(config_.period_ns)));
+    devices_[device].effects.setResolution(position, VelocityEstimator::noiseAtRest(position, period()));
     devices_[device].resolution = position;
   }
 
@@ -77,6 +77,8 @@ class Cycle {
   [[nodiscard]] const Mount& mount(std::uint32_t device) const HD_RT { return devices_[device].mount; }
   /** Radius of the ball about the device point, as ordered [m]. */
   [[nodiscard]] double deviceRadius(std::uint32_t device) const HD_RT { return devices_[device].proxy.radius(); }
+  /** Of what touches at its point. */
+  [[nodiscard]] const SoftFinger& finger(std::uint32_t device) const HD_RT { return devices_[device].finger; }
   /** The tool in its hand; held() may be false. */
   [[nodiscard]] const HeldTool& tool(std::uint32_t device) const HD_RT { return devices_[device].tool; }
   /** The spring on its gripper's axis, as ordered. */
@@ -100,6 +102,7 @@ class Cycle {
     Guard guard;
     ProxyRenderer proxy;
     Shading shading;
+    SoftFinger finger;
     SurfaceEffects effects;
     ObjectEffects object_effects;
     VelocityEstimator velocity;
@@ -129,6 +132,8 @@ class Cycle {
   };
   static constexpr std::uint32_t kMaxPending = 128;
 
+  [[nodiscard]] double period() const HD_RT { return 1e-9 * static_cast<double>(config_.period_ns); }  ///< [s]
+
   void apply(const Command& command, const CycleInput& input, CycleOutput& output) HD_RT;
   ErrorCode applyToSession(const Command& command, const CycleInput& input) HD_RT;
   ErrorCode applySessionOrder(const Command& command, const CycleInput& input) HD_RT;
@@ -138,7 +143,8 @@ class Cycle {
   ErrorCode applyToBodies(const Command& command) HD_RT;
   [[nodiscard]] std::uint32_t heldObjects(std::array<std::uint32_t, kMaxDevices>& held) const HD_RT;
   void moveTools(const CycleInput& input, CycleOutput& output) HD_RT;
-  void pushBodies(const SurfaceContact& contact, const Vec3& felt) HD_RT;
+  void pushBodies(const SurfaceContact& contact, const Vec3& felt, const Vec3& turning) HD_RT;
+  FingerForces touchSoftly(std::uint32_t d, DeviceOutput& out) HD_RT;
   double changed(DeviceState& device, const SurfaceContact& contact, double stored) const HD_RT;
   [[nodiscard]] const DeviceSample& place(std::uint32_t d, const CycleInput& input) HD_RT;
   void renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT;

@@ -13,6 +13,7 @@ void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orde
     const double radius = cycle.deviceRadius(d);
     if (radius > 0) orders.push_back(makeCommand(CommandKind::kDeviceRadius, DeviceRadius{d, 0, radius}));
     if (cycle.grip(d).stiffness > 0) orders.push_back(makeCommand(CommandKind::kSetGrip, cycle.grip(d)));
+    if (cycle.finger(d).soft()) orders.push_back(makeCommand(CommandKind::kSetFinger, cycle.finger(d).order()));
     if (cycle.tool(d).held()) orders.push_back(makeCommand(CommandKind::kAttachTool, cycle.tool(d).order()));
   }
   for (std::uint32_t slot = 0; slot < kMaxSessions; ++slot) {

@@ -52,6 +52,7 @@ enum class Restated : std::uint8_t {
     case CommandKind::kDetachTool:
     case CommandKind::kSetGrip:
     case CommandKind::kSetMount:
+    case CommandKind::kSetFinger:
       return Restated::kCycle;
     case CommandKind::kLocalModel:
     case CommandKind::kForceField:

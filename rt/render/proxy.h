@@ -32,6 +32,12 @@ struct Friction {
   double still = 0, sliding = 0;
 };
 
+/** A moment about the contact's normal that the same friction bears: of a soft finger (rt/finger/soft_finger.h). */
+struct TwistLoad {
+  double moment = 0;  ///< [N m]; 0: friction is the proxy's alone.
+  double arm = 0;     ///< Friction mu P bears mu P arm alone [m].
+};
+
 /** Contact of one device point. Vectors in W. */
 struct SurfaceContact {
   Vec3 force = Vec3::Zero();  ///< On the hand [N].
@@ -105,6 +111,8 @@ class ProxyRenderer {
    * of them. Not positive counts as 0, as at the start.
    */
   void setResolution(double step) HD_RT { resolution_ = step; }
+  /** For the next step: what of friction is asked for by a twist. */
+  void bear(const TwistLoad& load) HD_RT { load_ = load; }
   /** Whether triangles are kept from tick to tick. It changes no force, only what it costs;
    * for tests and benchmarks.
    */
@@ -246,6 +254,7 @@ class ProxyRenderer {
                                     const Vec3& up) const HD_RT;
   [[nodiscard]] Press pressOf(const Step& step, const SceneObject& object, std::uint32_t feature, std::uint32_t active,
                               const Vec3& up, const Vec3& x, SurfaceContact* contact = nullptr) const HD_RT;
+  void shareFriction(Step& step, double k, double r, double d, Friction& friction) const HD_RT;
   bool holdAgain(Step& step) HD_RT;
   void holdWhereItIs(Step& step) HD_RT;
   [[nodiscard]] bool slideOnCurve(Step& step, const Vec3& at, double friction, double rest, Plan& plan) const HD_RT;
@@ -290,7 +299,8 @@ class ProxyRenderer {
   bool slip_ = false;
   /** Where the proxy was left: its way from where it would be without friction, in depths. */
   double left_ = 0;
-  double resolution_ = 0;        ///< Of the hip [m].
+  double resolution_ = 0;  ///< Of the hip [m].
+  TwistLoad load_;
   std::uint32_t hint_slot_ = 0;  ///< Where the last triangle was met: likely the next one too.
   std::uint32_t hint_ = HD_NO_INDEX;
   bool started_ = false;

@@ -64,6 +64,26 @@ bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, do
 }
 
 /**
+ * What a twist about the normal leaves of friction to a proxy that is r from the foot, d deep, on stiffness k: within
+ * the ellipse of thesis eq. 2.48 it sticks; from beyond it comes back along the line to the goal (eq. 2.50), to
+ * r / sqrt(x^2 + y^2). Asked once in a step, where it begins: each look from a place nearer would leave it less.
+ */
+void ProxyRenderer::shareFriction(Step& step, double k, double r, double d, Friction& friction) const HD_RT {
+  if (!step.shares) {
+    const auto share = [&](double coefficient) HD_RT {
+      const double bears = coefficient * k * d * load_.arm;
+      return bears > 0 ? load_.moment / bears : std::numeric_limits<double>::infinity();
+    };
+    const double y = share(friction.still), x = r / (friction.sliding * d), y_sliding = share(friction.sliding);
+    step.part.still = std::sqrt(std::max(0.0, 1 - y * y));
+    const double all = std::hypot(x, y_sliding);
+    step.part.sliding = std::isfinite(all) && all > 0 ? x / all : 0.0;
+    step.shares = true;
+  }
+  friction = {friction.still * step.part.still, friction.sliding * step.part.sliding};
+}
+
+/**
  * A proxy that lies on a floor and sticks to a wall needs no floor to stay there; the hand, deep in both, does: how
  * hard the floor is must not hang on whether friction on the wall would do. So an object at the proxy, on the way to
  * where it would be without friction, holds it too. True if there was one.
@@ -123,13 +143,13 @@ void ProxyRenderer::holdWhereItIs(Step& step) HD_RT {
     Vec3 foot = step.goal;
     std::uint32_t active = 0;
     if (!nearestInside(above, step.count, kNear * step.held[0].skin, foot, active) || active == 0) break;
-    const Friction mu =
-        frictionOf(step, step.scene->slot(step.held[foremost(step, active)].slot), active, foot - step.goal);
+    Friction mu = frictionOf(step, step.scene->slot(step.held[foremost(step, active)].slot), active, foot - step.goal);
+    rubs = mu.still > 0;
+    if (step.shares) mu = {mu.still * step.part.still, mu.sliding * step.part.sliding};
     const Vec3 lag = proxy_ - foot;
     const double depth = (foot - step.goal).norm(), length = lag.norm();
     const double cone = std::max(kInCone * (step.slip ? mu.sliding : mu.still), kSettledLate) * depth;
     if (length <= cone + step.held[0].skin) return;
-    rubs = mu.still > 0;
     target = foot + mu.sliding * depth / length * lag;
   }
   step.count = 0;

@@ -276,7 +276,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   const double rest = std::max(kNear * skin, settled(step.sweeps) * (foot - step.goal).norm());
   const Constraint& first = step.held[foremost(step, active)];
   const SceneObject& surface = step.scene->slot(first.slot);
-  const Friction friction = frictionOf(step, surface, active, foot - step.goal);
+  Friction friction = frictionOf(step, surface, active, foot - step.goal);
   if (friction.still > 0) {
     Vec3 on_surface = step.goal;
     if (!nearestOnPlanes(exact, active, on_surface)) on_surface = foot;
@@ -290,6 +290,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
       const double approach = std::min(0.0, press.normal.dot(press.velocity - step.v_W));
       if (press.damping > 0) left = std::max(0.0, 1 + press.damping * approach / (press.stiffness * d));
     }
+    if (load_.moment > 0) shareFriction(step, surface.material.stiffness * left, r, d, friction);
     step.slip = step.slipped;  // Surfaces that it meets where it is hold it together: none decides alone.
     if (!step.judged) {
       step.asked = true;

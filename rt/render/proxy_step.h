@@ -58,6 +58,8 @@ struct ProxyRenderer::Step {
   bool slipped = false;  ///< Before it came to where it is.
   bool asked = false;    ///< What held the proxy where the tick began has been asked whether slip ends,
   bool judged = false;   ///< and that has been decided: the proxy has gone on.
+  bool shares = false;   ///< A twist has its part of friction, and leaves these of the coefficients.
+  Friction part{1, 1};
   std::uint32_t work = 0;
   std::uint32_t sweeps = 0;
   bool plain = false;          ///< No ways of several parts: one has led away.

@@ -158,6 +158,21 @@ class World {
     if (random.once(10)) order.q[random.below(4)] = random.broken();
     put(CommandKind::kSetMount, order);
   }
+  /** What touches: a fingertip, or a point again. */
+  void finger(std::uint32_t d) {
+    SetFinger order{d,
+                    random.below(7u),
+                    random.below(2u),
+                    random.below(2u),
+                    random.in(0, 0.02),
+                    random.in(0, 0.02),
+                    random.in(0, 1),
+                    random.in(0, 20),
+                    random.in(0, 10)};
+    if (random.once(20)) order.stiffness = random.wild();
+    if (random.once(20)) order.arm = random.broken();
+    put(CommandKind::kSetFinger, order);
+  }
   void effect(std::uint32_t slot) {
     SetEffect order{};
     order.object = makeObjectId(slot, 1);
@@ -241,6 +256,7 @@ void disturb(World& w) {
     if (w.random.once(1500)) w.device(CommandKind::kDisarm, d);
     if (w.random.once(3000)) w.device(CommandKind::kStop, d);
     if (w.mounts && w.random.once(100)) w.mount(d);
+    if (w.random.once(300)) w.finger(d);
     if (w.random.once(300)) {
       w.put(CommandKind::kDeviceLimits,
             DeviceLimits{d, static_cast<std::uint32_t>(w.random.in(0, 2)), w.random.in(0, 8), w.random.in(0, 0.4),
@@ -262,7 +278,7 @@ void begin(World& w) {
 }
 
 TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
-  int armed = 0, faults = 0, together = 0, gripped = 0, effects = 0, mounted = 0;
+  int armed = 0, faults = 0, together = 0, gripped = 0, effects = 0, mounted = 0, turned = 0;
   forSeeds(20, [&](unsigned seed) {
     World w(seed);
     w.trouble = seed % 2 == 0;
@@ -281,6 +297,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
         const DeviceCommand& now = w.output->device[d].command;
         const GuardOutput& guard = w.output->device[d].guard;
         const GuardLimits& limits = w.cycle().deviceGuard(d).limits();
+        turned += now.enabled && w.cycle().finger(d).turning() ? 1 : 0;
         mounted += now.enabled && !w.cycle().mount(d).identity() ? 1 : 0;
         ASSERT_LE(now.force.norm(), limits.force);
         ASSERT_LE(now.torque.norm(), limits.torque);
@@ -316,6 +333,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
     EXPECT_GT(gripped, 1000);
     EXPECT_GT(effects, 1000);
     EXPECT_GT(mounted, 1000);
+    EXPECT_GT(turned, 100);
   }
 }
 

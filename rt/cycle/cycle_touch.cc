@@ -1,0 +1,75 @@
+// What the point that touches does to the objects that it presses, and what of that is theirs in the guard's books.
+#include <algorithm>
+
+#include "rt/cycle/cycle.h"
+
+namespace hapticd {
+
+/** What the hand feels of free bodies they feel of it; where several objects hold it, each its own part. `turning` is
+ * for that which it touched first. */
+void Cycle::pushBodies(const SurfaceContact& contact, const Vec3& felt, const Vec3& turning) HD_RT {
+  const double dt = period();
+  const auto push = [&](std::uint32_t object, const Vec3& force, const Vec3& at) HD_RT {
+    const std::uint8_t body = bodies_.find(objectSlot(object));
+    if (body == FreeBodies::kNone) return;
+    bodies_.push(body, -dt * force, at, object == contact.object ? Vec3(-dt * turning) : Vec3(Vec3::Zero()));
+  };
+  if (contact.parts == 0) return push(contact.object, felt, contact.point);
+  Vec3 rest = felt;
+  for (std::uint32_t i = 0; i < contact.parts; ++i) rest -= contact.part[i].force;
+  for (std::uint32_t i = 0; i < contact.parts; ++i) {
+    const ContactPart& part = contact.part[i];
+    push(part.object, part.force + part.share * rest, part.point);
+  }
+}
+
+/**
+ * What clients have put into the springs that hold the hand, which now hold `stored`, by having made their objects
+ * stiffer or given them another surface since the last tick [J]: what that adds is theirs, not the wall's. Of several
+ * walls each holds k d^2 / 2, as if alone; a relief that is another may have lifted the ground by any height.
+ */
+double Cycle::changed(DeviceState& device, const SurfaceContact& contact, double stored) const HD_RT {
+  std::array<PressedObject, kMaxHolding> now{};
+  std::array<double, kMaxHolding> share{};
+  double all = 0;
+  const std::uint32_t count = contact.parts > 0 ? contact.parts : contact.object != 0 ? 1 : 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const SceneObject* object = scene_.find(contact.parts > 0 ? contact.part[i].object : contact.object);
+    if (object == nullptr) continue;
+    now[i] = {object->id, object->surface.changes, object->material.stiffness};
+    if (!(now[i].stiffness > 0)) continue;  // It holds nothing yet.
+    all += share[i] = contact.parts > 0 ? contact.part[i].force.squaredNorm() / now[i].stiffness : 1;
+  }
+  double put_in = 0;
+  bool other_surface = false;
+  for (std::uint32_t i = 0; i < count && all > 0; ++i) {
+    for (const PressedObject& before : device.pressed) {
+      if (before.object == 0 || before.object != now[i].object) continue;
+      other_surface = other_surface || before.surface != now[i].surface;
+      if (now[i].stiffness > before.stiffness)
+        put_in += stored * share[i] / all * (1 - before.stiffness / now[i].stiffness);
+      break;
+    }
+  }
+  if (other_surface) put_in = std::max(0.0, stored - device.pressed_stored);
+  device.pressed = now;
+  device.pressed_stored = stored;
+  return put_in;
+}
+
+/** What a fingertip adds to the contact of a point. */
+FingerForces Cycle::touchSoftly(std::uint32_t d, DeviceOutput& out) HD_RT {
+  const SceneObject* const object = scene_.find(out.contact.object);
+  SoftFinger::Motion motion{out.velocity, object != nullptr ? object->V_WO.w : Vec3::Zero()};
+  motion.fingers = static_cast<int>(config_.device_count);
+  if (const std::uint8_t k = object != nullptr ? bodies_.find(objectSlot(object->id)) : FreeBodies::kNone;
+      k != FreeBodies::kNone && bodies_.moves(k)) {
+    motion.r = out.contact.point - bodies_.body(k).body.com();
+    motion.body = bodies_.mobility(k);
+  }
+  const FingerForces pad = devices_[d].finger.settle(scene_, out.contact, motion, period());
+  out.contact.force += pad.force;
+  return pad;
+}
+
+}  // namespace hapticd

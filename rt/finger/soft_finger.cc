@@ -1,0 +1,113 @@
+#include "rt/finger/soft_finger.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt/base/rotation.h"
+
+namespace hapticd {
+namespace {
+
+bool upTo(double x, double most) HD_RT { return x >= 0 && x <= most; }
+
+/** By how much `to` is turned from `from` about n [rad]. */
+double turnAbout(const Vec3& n, const Quat& from, const Quat& to) HD_RT {
+  return rotationVector(to * from.conjugate()).dot(n);
+}
+
+/** Of a coefficient what a load across leaves for the other: sqrt(1 - share^2), the ellipse of eq. 2.48. */
+double left(double share) HD_RT { return std::sqrt(std::max(0.0, 1 - share * share)); }
+
+}  // namespace
+
+bool SoftFinger::valid(const SetFinger& order) HD_RT {
+  if (order.law == static_cast<std::uint32_t>(PadLaw::kNone)) return true;
+  return order.law <= static_cast<std::uint32_t>(PadLaw::kFilledMembrane) && order.radius > 0 &&
+         upTo(order.radius, kMostArm) && upTo(order.arm, kMostArm) && order.stiffness > 0 &&
+         upTo(order.stiffness, kMostStiffness) && upTo(order.damping, kMostDamping) && upTo(order.cue, kMostCue);
+}
+
+void SoftFinger::set(const SetFinger& order) HD_RT {
+  order_ = order;
+  pad_ = {static_cast<PadLaw>(order.law), order.radius, order.arm};
+  coupled_ = (order.flags & kFingerUncoupled) == 0;
+  if (!soft()) reset();
+}
+
+void SoftFinger::reset() HD_RT {
+  object_ = 0;
+  twist_ = arm_ = phase_ = 0;
+  slips_ = false;
+}
+
+TwistLoad SoftFinger::turn(const Scene& scene, const Quat& q_hand) HD_RT {
+  q_now_ = q_hand;
+  const SceneObject* const object = object_ != 0 ? scene.find(object_) : nullptr;
+  if (object == nullptr) return {};
+  twist_ += turnAbout(normal_, q_object_, object->X_WO.q) - turnAbout(normal_, q_hand_, q_now_);
+  return coupled_ ? TwistLoad{order_.stiffness * std::abs(twist_), arm_} : TwistLoad{};
+}
+
+FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contact, const Motion& motion,
+                                double dt) HD_RT {
+  FingerForces out;
+  const SceneObject* const object = contact.object != 0 ? scene.find(contact.object) : nullptr;
+  if (object == nullptr || !(contact.stiffness > 0)) {
+    reset();
+    return out;
+  }
+  if (object_ == 0) twist_ = 0;
+  object_ = contact.object;
+  q_object_ = object->X_WO.q;
+  q_hand_ = q_now_;
+  normal_ = contact.normal;
+
+  // What presses, and how much of friction is taken by what is across: eq. 2.48's x, of both coefficients.
+  const double pressed = std::max(0.0, contact.stiffness * contact.depth + std::min(0.0, contact.damping));
+  const Vec3 lag = contact.pull - contact.pull.dot(normal_) * normal_;
+  const double across = contact.stiffness * lag.norm();
+  const Friction& mu = contact.friction;
+  arm_ = momentArm(pad_, pressed);
+  const auto mostMoment = [&](double coefficient) HD_RT {
+    const double bears = coefficient * pressed;
+    return bears > 0 ? arm_ * bears * (coupled_ ? left(across / bears) : 1) : 0.0;
+  };
+  const double k = order_.stiffness, still = mostMoment(mu.still), sliding = mostMoment(mu.sliding);
+  const double moment = k * twist_;
+  slips_ = slips_ || (coupled_ && contact.slip) ? std::abs(moment) > sliding : std::abs(moment) > still;
+  if (slips_) twist_ = std::copysign(sliding / k, moment);
+  out.moment = k * twist_;
+
+  // The pad is viscous while it sticks, and never more than friction. Of a light body, that fingers press from several
+  // sides in the same tick, as much as leaves it its direction: b / (1 + n b dt w), as implicit for each.
+  const double w_relative = (motion.w_object - motion.hand.w).dot(normal_);
+  const Vec3 v = contact.velocity - motion.hand.v, v_across = v - v.dot(normal_) * normal_;
+  const double many = motion.fingers;
+  if (!slips_) {
+    const double b = k * kTwistRetardation, w = normal_.dot(motion.body.wl * normal_);
+    out.moment = std::clamp(out.moment + b / (1 + many * b * dt * w) * w_relative, -still, still);
+  }
+  const double speed = v_across.norm();
+  if (!contact.slip && speed > 0 && !motion.body.vp.isZero(0)) {
+    const Vec3 t = v_across / speed;
+    const double w = t.dot(motion.body.at(motion.r) * t), b = order_.damping / (1 + many * order_.damping * dt * w);
+    const Vec3 elastic = contact.stiffness * lag;
+    Vec3 all = elastic + b * v_across;
+    const double most = mu.still * pressed;
+    if (all.norm() > most) all = most > across ? Vec3(all * (most / all.norm())) : elastic;
+    out.force = all - elastic;
+  }
+  const double slide = contact.slip ? speed : 0, twirl = slips_ ? arm_ * std::abs(w_relative) : 0;
+  out.cue = cueOf(std::hypot(slide, twirl), dt);
+  return out;
+}
+
+/** Of slip at that speed: its strength and its pitch grow with it (thesis section 2.4). */
+Vec3 SoftFinger::cueOf(double speed, double dt) HD_RT {
+  if (!(order_.cue > 0 && speed > 0)) return Vec3::Zero();
+  constexpr double kTwoPi = 6.283185307179586;
+  phase_ = std::remainder(phase_ + kTwoPi * dt * std::min(speed / kCueLength, kMostCueFrequency), kTwoPi);
+  return std::min(order_.cue * speed, kMostCueForce) * std::sin(phase_) * Vec3::UnitZ();
+}
+
+}  // namespace hapticd

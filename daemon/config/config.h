@@ -55,6 +55,7 @@ struct DeviceConfig {
   double radius_m = 0;  ///< Of the ball about its point that touches when the daemon starts; 0: a point.
   /** Where it stands when the daemon starts: place [m], and turns about the world's x, then y, then z [deg]. */
   std::vector<double> mount_m = {0, 0, 0}, mount_deg = {0, 0, 0};
+  std::string finger;  ///< What touches, in the words of parseFinger(); empty: a point or ball.
 
   bool operator==(const DeviceConfig&) const = default;
 };

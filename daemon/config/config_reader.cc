@@ -7,6 +7,7 @@
 #include <set>
 
 #include "daemon/config/config_schema.h"
+#include "daemon/device/finger_words.h"
 #include "drivers/nearest.h"
 
 namespace hapticd {
@@ -333,6 +334,8 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
       errors.add(at, "a [[device]] has no uri", "uri = \"sim://falcon\" or a serial number");
     if (!uris.insert(c.devices[i].uri).second)
       errors.add(at, fmt::format("device \"{}\" stands twice", log::printable(c.devices[i].uri)));
+    if (const auto finger = parseFinger(c.devices[i].finger, "finger"); !finger)
+      errors.add(at, "finger: " + log::printable(finger.error().what), finger.error().remedy);
   }
 }
 

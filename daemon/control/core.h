@@ -131,6 +131,8 @@ class Core {
   /** Of the ball about the device's point [m]. For the lease holder's user, anybody while nobody holds it, and
    * administration. */
   [[nodiscard]] Result<void> setRadius(OpenDevice& device, double radius, const Client& by);
+  /** What touches at its point (parseFinger()). Who may: as setRadius. */
+  [[nodiscard]] Result<void> setFinger(OpenDevice& device, const SetFinger& finger, const Client& by);
   /** Where it stands in the world. Who may: as setRadius. kWouldBlock while it is armed or its force is being lowered:
    * its hand is elsewhere at once. */
   [[nodiscard]] Result<void> setMount(OpenDevice& device, const Pose& X_WD, const Client& by);

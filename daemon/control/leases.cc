@@ -338,6 +338,13 @@ Result<void> Core::setRadius(OpenDevice& device, double radius, const Client& by
   return {};
 }
 
+Result<void> Core::setFinger(OpenDevice& device, const SetFinger& finger, const Client& by) {
+  if (auto r = mayChange(device, by); !r) return r;
+  device.wear(finger, device.info());
+  device.applyFinger();
+  return {};
+}
+
 bool Core::mayBeArmed(const OpenDevice& device) const {
   const std::string& uri = device.info().uri;
   const auto listed = std::ranges::find(listed_, uri, &Listed::uri);

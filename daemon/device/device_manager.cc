@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "daemon/device/finger_words.h"
 #include "daemon/device/limits.h"
 #include "daemon/device/mount.h"
 #include "daemon/log/log.h"
@@ -195,6 +196,7 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
       row->radius = entry->radius_m;
       const Vec3 place(entry->mount_m.data()), turns(entry->mount_deg.data());
       row->mount = Mount(Pose{place, fromDegrees(turns)});
+      if (const auto finger = parseFinger(entry->finger, info.uri)) row->wear(*finger, info);
     }
     group_options.cycle.guard[i].limits = row->limits;
     if (group.devices[i] != info.uri) row->aliases.push_back(group.devices[i]);
@@ -212,6 +214,7 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
     row->link = link->get();
     if (row->radius > 0) row->applyRadius();
     if (!row->mount.identity()) row->applyMount();
+    if (row->finger.law != 0) row->applyFinger();
     log::info("device {}: {} ({}), group {}, {:g} Hz, {}", row->name, row->info().uri,
               log::printable(row->info().model), group.name, 1e9 / static_cast<double>(group_options.cycle.period_ns),
               (*link)->group().realtime() ? "real-time" : "not real-time: " + (*link)->group().schedulingNote());

@@ -51,6 +51,7 @@ struct OpenDevice {
   Mount mount;              ///< Where it stands in the world.
   HeldObject tool;
   Grip grip;
+  SetFinger finger{};                 ///< What touches at its point; law 0: a point or ball.
   std::uint64_t lease = 0;            ///< Session that holds it, 0 if free.
   std::uint32_t sessions = 0;         ///< Sessions on it, those included that fade.
   std::int64_t left_ns = 0;           ///< When a session on it last ended.
@@ -60,10 +61,18 @@ struct OpenDevice {
   bool kept = false;                  ///< An administrator has asked for it: it stays when those who asked have left.
   std::vector<std::uint64_t> askers;  ///< Connections that have asked for it and are still there.
 
+  /** As a device that can do that. */
+  void wear(const SetFinger& wanted, const DeviceInfo& able) {
+    finger = wanted;
+    finger.device = index;
+    finger.shows_moment = able.actuated_rotation ? 1 : 0;
+  }
   /** Tells the servo. */
   void applyRadius() const {
     (void)link->post(makeCommand(CommandKind::kDeviceRadius, DeviceRadius{index, 0, radius}));
   }
+  /** Tells the servo. */
+  void applyFinger() const { (void)link->post(makeCommand(CommandKind::kSetFinger, finger)); }
   /** Tells the servo. */
   void applyMount() const { (void)link->post(makeCommand(CommandKind::kSetMount, mount.order(index))); }
   [[nodiscard]] const DeviceInfo& info() const { return link->group().device(index).info(); }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "daemon/device/finger_words.h"
 #include "daemon/device/mount.h"
 #include "daemon/resource/properties.h"
 #include "daemon/resource/resource_name.h"
@@ -133,6 +134,27 @@ Result<void> setGrip(Core& core, OpenDevice& device, std::string_view value, con
   return core.setGrip(device, n->front(), n->back(), by);
 }
 
+Json getFinger(const OpenDevice& device, const DeviceNow&, Core&) {
+  const SetFinger& finger = device.finger;
+  if (finger.law == 0) return nullptr;
+  return {{"law", fingerLaw(finger)},
+          {"coupled", (finger.flags & kFingerUncoupled) == 0},
+          {"arm", number(finger.arm)},
+          {"radius", number(finger.radius)},
+          {"stiffness", number(finger.stiffness)},
+          {"damping", number(finger.damping)},
+          {"cue", number(finger.cue)},
+          {"torque_shown", finger.shows_moment != 0}};
+}
+
+/** As parseFinger() has it; nothing is a point again. */
+Result<void> setFinger(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
+                       const Client& by) {
+  const auto finger = parseFinger(value, where);
+  if (!finger) return finger.error();
+  return core.setFinger(device, *finger, by);
+}
+
 Json getMount(const OpenDevice& device, const DeviceNow&, Core&) {
   Json json = toJson(device.mount.pose());
   json["deg"] = toJson(toDegrees(device.mount.pose().q));
@@ -194,6 +216,8 @@ constexpr DeviceProperty kDeviceProperties[] = {
     {"lease", "who may arm it", getLease},
     {"radius", "of the ball about the device point [m]",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return number(d.radius); }, setRadius},
+    {"finger", "what touches is a fingertip: LAW[,arm=M][,radius=M][,stiffness=N m/rad][,damping=][,cue=][,uncoupled]",
+     getFinger, setFinger},
     {"mount", "where it stands in the world: x,y,z[,deg,deg,deg|,w,x,y,z]; only while it is disarmed", getMount,
      setMount},
     {"tool", "object in the hand: NAME[,kg[,N/m]][,weighs][,direct]", getTool, setTool},

@@ -63,6 +63,8 @@ TEST(Config, RangesAreNamed) {
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_m = 0.1\n").remedy, "it must be three numbers, [x, y, z]");
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_deg = [0, '90', 0]\n").what, "mount_deg is text");
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_deg = [0, nan, 0]\n").what, "mount_deg = nan is out of range");
+  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nfinger = 'wet'\n").what, "finger: 'wet' says nothing of a finger");
+  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nfinger = 'soft,arm=1'\n").remedy, "0 to 0.1");
   EXPECT_EQ(refused("[sockets]\nmode = 0o7777\n").what, "mode = 0o7777 is not a set of file permissions");
   EXPECT_EQ(refused("[sockets]\nmode = 660\n").what, "mode = 660 is not a set of file permissions");
   EXPECT_EQ(toString(refused("[sockets]\nmode = 432\n")),
@@ -139,6 +141,7 @@ force_n = 3.3
 radius_m = 0.0015
 mount_m = [0.25, -0.1, 0]
 mount_deg = [0, 0, 90]
+finger = "hertz,cue=1"
 )",
                                   "f");
   ASSERT_TRUE(config.ok()) << toString(config.error());
@@ -156,6 +159,7 @@ mount_deg = [0, 0, 90]
   EXPECT_EQ(touch->radius_m, 0.0015);
   EXPECT_EQ(touch->mount_m, (std::vector<double>{0.25, -0.1, 0}));
   EXPECT_EQ(touch->mount_deg, (std::vector<double>{0, 0, 90}));
+  EXPECT_EQ(touch->finger, "hertz,cue=1");
   EXPECT_EQ(config->entryOf("sim://falcon", ""), nullptr);
 }
 
@@ -194,6 +198,7 @@ TEST(Config, WritesWhatItReads) {
   config.devices[0].radius_m = 0.01 / 3;
   config.devices[0].mount_m = {0.1 / 3, -99.5, 1e-7};
   config.devices[0].mount_deg = {0, -90, 360};
+  config.devices[0].finger = "soft,cue=2";
   config.lines.push_back({"stop", "gpiochip0", "E \"STOP\"", true, "pull-up", 0.5});
   const auto again = parseConfig(toToml(config), "f");
   ASSERT_TRUE(again.ok()) << toString(again.error()) << toToml(config);
@@ -234,10 +239,10 @@ TEST(Config, TheShippedFileIsTheEmbeddedDefaultAndNamesEveryKey) {
     ++keys;
     const std::string key = line.substr(0, line.find(" = ")) + " = ";
     // A [[device]]'s limits are explained at [limits]; elsewhere each key stands in its own section.
-    const std::size_t from =
-        section == "[[device]]" && key != "uri = " && key != "radius_m = " && !key.starts_with("mount")
-            ? text.find("\n[limits]")
-            : begin;
+    const std::size_t from = section == "[[device]]" && key != "uri = " && key != "radius_m = " &&
+                                     !key.starts_with("mount") && key != "finger = "
+                                 ? text.find("\n[limits]")
+                                 : begin;
     const std::size_t end = std::min(text.find("\n[", from + 2), text.find("\n# [[", from + 2));
     EXPECT_NE(text.substr(from, end - from).find(key), std::string::npos) << section << " " << key;
   }

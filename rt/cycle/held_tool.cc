@@ -42,9 +42,9 @@ ErrorCode HeldTool::attach(const AttachTool& order, const Scene& scene) HD_RT {
   response_.reset();
   model_.count = 0;
   step_ = ToolStep{};
-  age_ = put_ = 0;
+  age_ = 0;
   touched_ = 0;
-  started_ = false;
+  forget();  // An answer may be on its way of where the same object was held before.
   return ErrorCode::kOk;
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <utility>
 
 #include "tests/support/stepped/tool_house.h"
 
@@ -225,8 +226,8 @@ TEST(HeldTool, WhatIsPutElsewhereUnderItDealsNoBlow) {
 /** By its mount, while it is off: what it touched where it was says nothing of where it is. */
 TEST(HeldTool, OneWhoseDeviceIsSetUpElsewhereDealsNoBlow) {
   for (const std::uint32_t flags : {0u, std::uint32_t{kToolDirect}}) {
-    for (const bool free : {false, true}) {
-      SCOPED_TRACE(testing::Message() << flags << ' ' << free);
+    for (const auto& [free, taken_anew] : {std::pair(false, false), {true, false}, {true, true}}) {
+      SCOPED_TRACE(testing::Message() << flags << ' ' << free << ' ' << taken_anew);
       House house;
       house.send(CommandKind::kAddObject, object(kWall, ShapeKind::kBox, {0.05, 0.05, 0.01}, {0, 0, 0.07}));
       AttachTool tool = house.tool();
@@ -254,6 +255,10 @@ TEST(HeldTool, OneWhoseDeviceIsSetUpElsewhereDealsNoBlow) {
       Command late;
       ASSERT_TRUE(house.collider.answers.pop(late));
       house.send(CommandKind::kSetMount, Mount(Pose{{0, 0, 0.3}, Quat::Identity()}).order(0));
+      if (taken_anew) {  // The answer is of the object that is in the hand, all the same.
+        house.send(CommandKind::kDetachTool, DeviceRef{0});
+        house.send(CommandKind::kAttachTool, tool);
+      }
       house.run(1, false);
       ASSERT_TRUE(house.collider.answers.push(late));
       for (int i = 0; i < 40; ++i) {

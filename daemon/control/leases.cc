@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "daemon/control/core.h"
 #include "daemon/device/limits.h"
@@ -172,7 +173,8 @@ void Core::arm(std::uint64_t id, std::function<void(Result<void>)> done) {
 void Core::pollArms() {
   std::vector<PendingArm> waiting;
   std::swap(waiting, arms_);  // done() may arm again
-  for (PendingArm& arm : waiting) {
+  for (auto it = waiting.begin(); it != waiting.end(); ++it) {
+    PendingArm& arm = *it;
     const Session* session = sessions_.find(arm.session);
     if (session == nullptr) {
       arm.done(gone());
@@ -189,6 +191,13 @@ void Core::pollArms() {
       } else if (device.lease != arm.session) {
         arm.done(Error{ErrorCode::kLeaseRequired, device.name, "the lease was lost meanwhile", {}});
       } else if ((sample.flags & HD_SAMPLE_ARMED) == 0) {
+        const auto later = std::find_if(std::next(it), waiting.end(),
+                                        [&](const PendingArm& other) { return other.session == arm.session; });
+        if (arm.took_lease && later != waiting.end()) {
+          later->took_lease = true;  // It has been ordered again since.
+        } else if (arm.took_lease) {
+          loseLease(device, "it was disarmed before it was armed");
+        }
         arm.done(Error{ErrorCode::kCancelled, device.name, "it was disarmed meanwhile", {}});
       } else {
         arm.done({});

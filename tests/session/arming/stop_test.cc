@@ -170,6 +170,41 @@ TEST_F(ArmThatWaits, IsCalledOffByItsHoldersDisarm) {
   expectOff();
   ASSERT_TRUE(outcome.has_value());
   EXPECT_EQ(outcome->error().code, ErrorCode::kCancelled) << "it is not armed, and must not be told so";
+  EXPECT_EQ(bench.device().lease, 0u) << "the order had taken it";
+}
+
+TEST_F(ArmThatWaits, LeavesTheLeaseWithWhoHeldItBefore) {
+  bench.step(200);
+  ASSERT_TRUE(outcome.has_value() && outcome->ok()) << "the first has come through";
+  outcome.reset();
+  ASSERT_TRUE(bench.core.disarm(session->id).ok());
+  bench.step(100);
+  for (int i = 0; i < 1000; ++i) bench.device().applyRadius();
+  bench.core.arm(session->id, [this](Result<void> r) { outcome = std::move(r); });
+  ASSERT_TRUE(bench.core.disarm(session->id).ok());
+  bench.step(200);
+  ASSERT_TRUE(outcome.has_value());
+  EXPECT_EQ(outcome->error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(bench.device().lease, session->id);
+}
+
+TEST_F(ArmThatWaits, LeavesTheLeaseToAnOrderThatFollows) {
+  for (const bool that_too : {false, true}) {
+    std::optional<Result<void>> first, second;
+    const auto into = [](auto& outcome) { return [&outcome](Result<void> r) { outcome = std::move(r); }; };
+    bench.core.arm(session->id, into(first));
+    ASSERT_TRUE(bench.core.disarm(session->id).ok());
+    for (int i = 0; i < 100; ++i) bench.device().applyRadius();  // The first is answered before.
+    bench.core.arm(session->id, into(second));
+    if (that_too) ASSERT_TRUE(bench.core.disarm(session->id).ok());
+    bench.step(200);
+    ASSERT_TRUE(first.has_value() && second.has_value());
+    EXPECT_EQ(first->error().code, ErrorCode::kCancelled);
+    EXPECT_EQ(second->ok(), !that_too);
+    EXPECT_EQ(bench.device().lease, that_too ? 0 : session->id);
+    if (!that_too) ASSERT_TRUE(bench.core.releaseLease(session->id).ok());
+    expectOff();
+  }
 }
 
 TEST_F(ArmThatWaits, IsCalledOffByTheReleaseOfItsLease) {

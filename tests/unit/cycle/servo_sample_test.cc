@@ -8,6 +8,7 @@
 
 #include "rt/cycle/servo.h"
 #include "tests/support/for_seeds.h"
+#include "tests/support/stepped/mount_at.h"
 #include "tests/support/stepped/regions.h"
 #include "tests/support/stepped/scripted_device.h"
 #include "tests/support/stepped/solid.h"
@@ -244,6 +245,58 @@ TEST_F(ServoSample, WhatIsRaisedAndNotReadIsCounted) {
   for (ServoEvent event; servo->events.pop(event);) ++read;
   EXPECT_LT(read, raised);
   EXPECT_EQ(read + servo->counters.events_dropped.load(), raised);
+}
+
+/** What is pushed, wished and read is of the world; what is read from the device and sent to it is its own. */
+TEST_F(ServoSample, ADeviceThatStandsElsewhereIsToldOfInTheWorld) {
+  Random random(seedOf(5));
+  for (int i = 0; i < 20; ++i) {
+    Pose X = random.pose(0.2);
+    X.p.z() += 0.5;  // Above the floor.
+    DeviceSample& read = device[1].sample;
+    read.has_velocity = true;
+    read.p = random.vector(0.05);
+    read.q = random.pose(1).q;
+    read.v = random.vector(0.1);
+    read.w = random.vector(0.1);
+    hd_client_force push{};
+    push.device = 1;
+    push.lease_ns = 10'000 * kMs;
+    send(CommandKind::kClientForce, push, 0, kSlot);
+    send(CommandKind::kDisarm, DeviceRef{1});
+    run(10);
+    send(CommandKind::kSetMount, test::mountAt(X, 1));
+    send(CommandKind::kArm, DeviceRef{1});
+    run(10);
+    const Vec3 force = random.vector(1), torque = random.vector(0.1);
+    store(force, push.force);
+    store(torque, push.torque);
+    send(CommandKind::kClientForce, push, 0, kSlot);
+    const Pose wanted = random.pose(0.1);
+    hd_intent wish{};
+    wish.device = 1;
+    store(wanted.p, wish.p);
+    store(wanted.q, wish.q);
+    send(CommandKind::kIntent, wish);
+    run(20);
+    const hd_sample told = latest(1);
+    const DeviceCommand& sent = device[1].sent.back();
+    const auto near = [](const Vec3& a, const Vec3& b) { return (a - b).norm() < 1e-6; };
+    const auto back = [&](const Vec3& x_W) { return Vec3(X.q.conjugate() * x_W); };
+    EXPECT_TRUE(near(vec3(told.p), X * read.p));
+    EXPECT_LT(quat(told.q).angularDistance(X.q * read.q), 1e-7);
+    EXPECT_TRUE(near(vec3(told.v), X.q * read.v)) << vec3(told.v).transpose();
+    EXPECT_TRUE(near(vec3(told.w), X.q * read.w)) << vec3(told.w).transpose();
+    EXPECT_TRUE(near(vec3(told.force), force));
+    EXPECT_TRUE(near(vec3(told.torque), torque));
+    const float(&client)[3] = told.by_source[HD_SOURCE_CLIENT];
+    EXPECT_TRUE(near(Vec3(client[0], client[1], client[2]), force));
+    EXPECT_TRUE(near(sent.force, back(force)));
+    EXPECT_TRUE(near(sent.torque, back(torque)));
+    EXPECT_TRUE(near(device[1].intent.p, X.inverse() * wanted.p));
+    EXPECT_LT(device[1].intent.q.angularDistance(X.q.conjugate() * wanted.q), 1e-7);
+    EXPECT_TRUE(near(vec3(latest(0).p), device[0].sample.p)) << "the other stands where it stood";
+  }
 }
 
 TEST_F(ServoSample, AnIntentIsPassedOnOnce) {

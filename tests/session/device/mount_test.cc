@@ -35,7 +35,7 @@ TEST(DeviceMount, IsWrittenReadAndReachesTheServo) {
   EXPECT_EQ(at("0.3,0,-0.1")["pos"], (nlohmann::json{0.3, 0, -0.1}));
   EXPECT_EQ(felt(device).pose().p, Vec3(0.3, 0, -0.1));
   const auto turned = at("0,0.2,0,0,0,90");
-  EXPECT_NEAR(turned["deg"][2].get<double>(), 90, 1e-9);
+  EXPECT_EQ(turned["deg"], (nlohmann::json{0.0, 0.0, 90.0})) << "as it was said";
   EXPECT_LT((felt(device).toWorld(Vec3(1, 0, 0)) - Vec3(0, 1, 0)).norm(), 1e-15) << "its x is the world's y";
   const auto side = at("0,0,0,2,2,0,0");
   EXPECT_NEAR(side["deg"][0].get<double>(), 90, 1e-9) << "a quaternion of any length is a turn";
@@ -131,6 +131,7 @@ TEST(MountDegrees, SayTheTurnTheyWereMadeOf) {
       ASSERT_LT((toDegrees(q) - given).norm(), 1e-9);
     }
   }
+  for (int said = -180; said <= 180; ++said) ASSERT_EQ(toDegrees(fromDegrees({0, 0, 1.0 * said})).z(), said);
   const Quat q = fromDegrees({90, 0, 90});  // First about the world's x, then about its z.
   EXPECT_LT((q * Vec3(0, 1, 0) - Vec3(0, 0, 1)).norm(), 1e-15);
   EXPECT_LT((q * Vec3(1, 0, 0) - Vec3(0, 1, 0)).norm(), 1e-15);

@@ -1,17 +1,23 @@
 // Volumes on disk: whole, damaged, too many; and an upload that was built before.
 #include "daemon/scene/mesh/volume_cache.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <memory>
+#include <sstream>
+#include <thread>
 
 #include "daemon/ipc/volume_memory.h"
 #include "daemon/scene/upload/uploads.h"
+#include "tests/support/eventually.h"
 #include "tests/support/process/temporary_directory.h"
 #include "tests/unit/builder/built.h"
 
@@ -136,22 +142,81 @@ TEST_F(Cache, thoseThatComeWhileOneIsWrittenAreKeptAfterIt) {
   EXPECT_EQ(cache.list().size(), names.size());
 }
 
-TEST_F(Cache, thoseForWhichTooManyWaitAreTold) {
-  // A disk that stands still: its file is a pipe that nobody reads.
-  const std::string first = keyNamed("first"), stuck = directory_.path() + "/" + first + ".hvol.new";
-  VolumeCache cache(directory_.path(), 1 << 30);
-  ASSERT_EQ(::mkfifo(stuck.c_str(), 0600), 0);
+/** A disk that stands still with the first volume, until wake(): its file is a pipe that nobody reads. */
+class StuckCache : public Cache {
+ protected:
+  StuckCache() { EXPECT_EQ(::mkfifo(stuck_.c_str(), 0600), 0); }
+  void SetUp() override {
+    Cache::SetUp();
+    cache_ = std::make_unique<VolumeCache>(directory_.path(), 64 << 20);
+    ask("first");
+  }
+  void ask(std::string_view what) {
+    cache_->keep(keyNamed(what), std::move(*built_.memfd.share()), std::move(*built_.volume.share()), {});
+  }
+  void wake() {
+    std::ifstream pipe(stuck_, std::ios::binary);
+    pipe.ignore(std::numeric_limits<std::streamsize>::max());  // To its end: the writer goes on.
+  }
+  [[nodiscard]] bool has(std::string_view what) const {
+    return fs::exists(directory_.path() + "/" + keyNamed(what) + ".hvol");
+  }
+
+  std::string stuck_ = directory_.path() + "/" + keyNamed("first") + ".hvol.new";
+  std::unique_ptr<VolumeCache> cache_;
+};
+
+TEST_F(StuckCache, tellsForWhichTooManyWait) {
   testing::internal::CaptureStderr();
   constexpr int kAsked = 20, kKept = 16;
-  cache.keep(first, std::move(*built_.memfd.share()), std::move(*built_.volume.share()), {});
-  for (int i = 1; i < kAsked; ++i)
-    cache.keep(keyNamed(std::to_string(i)), std::move(*built_.memfd.share()), std::move(*built_.volume.share()), {});
-  std::ifstream pipe(stuck, std::ios::binary);
-  pipe.ignore(std::numeric_limits<std::streamsize>::max());  // To its end: the writer goes on.
-  cache.wait();
+  for (int i = 1; i < kAsked; ++i) ask(std::to_string(i));
+  wake();
+  cache_->wait();
   const std::string said = testing::internal::GetCapturedStderr();
   EXPECT_NE(said.find("a volume is not kept on disk: 16 others, "), std::string::npos) << said;
-  for (int i = 1; i < kAsked; ++i) EXPECT_EQ(cache.find(keyNamed(std::to_string(i))).has_value(), i < kKept) << i;
+  for (int i = 1; i < kAsked; ++i) EXPECT_EQ(has(std::to_string(i)), i < kKept) << i;
+}
+
+TEST_F(StuckCache, countsOneThatComesAgainOnce) {
+  for (int i = 0; i < 20; ++i) ask("again");
+  ask("another");
+  wake();
+  cache_->wait();
+  EXPECT_TRUE(has("again") && has("another"));
+}
+
+TEST_F(StuckCache, doesNotFillTheMemoryWithWhatWaits) {
+  const auto large = [](std::uint64_t bytes) { return std::move(*Memfd::create("large", bytes)->share()); };
+  testing::internal::CaptureStderr();
+  cache_->keep(keyNamed("large"), large(200'000'000), std::move(*built_.volume.share()), {});
+  cache_->keep(keyNamed("too much"), large(100'000'000), std::move(*built_.volume.share()), {});
+  ask("small");
+  wake();
+  cache_->wait();
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("a volume is not kept on disk: 2 others, 20"), std::string::npos) << said;
+  EXPECT_TRUE(has("small"));
+}
+
+TEST_F(StuckCache, endsWithTheOneThatIsBeingWritten) {
+  for (const char* const what : {"second", "third"}) ask(what);
+  const std::string told = directory_.path() + "/told";
+  const int before = ::dup(STDERR_FILENO), file = ::open(told.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+  ::dup2(file, STDERR_FILENO);
+  std::thread ending([this] { cache_.reset(); });
+  const auto said = [&] {
+    std::stringstream all;
+    all << std::ifstream(told).rdbuf();
+    return all.str();
+  };
+  const bool heard = eventually([&] { return said().find("2 volumes that were still to be written") != said().npos; });
+  wake();
+  ending.join();
+  ::dup2(before, STDERR_FILENO);
+  ::close(before);
+  ::close(file);
+  EXPECT_TRUE(heard) << said();
+  EXPECT_FALSE(has("second") || has("third"));
 }
 
 TEST_F(Cache, longestUnusedFilesGoFirst) {

@@ -91,7 +91,7 @@ void Core::refusedByServo(const std::string& device, const ServoEvent& e, Sessio
   if (session != nullptr && session->refusals.allow(clock_.now(), suppressed))
     tellRefused(*session, code, what + log::suppressedNote(suppressed), object);
   if (!refused_log_.allow(clock_.now(), suppressed)) return;
-  log::warn("{}: the servo refused {}{}{}", device,
+  log::warn("{}: the servo refused {}{}{}", session == nullptr ? device : session->device->name,
             session == nullptr
                 ? std::string()
                 : fmt::format("'{}' (pid {}) ", log::printable(session->client.name), session->client.pid),

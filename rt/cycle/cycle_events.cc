@@ -36,10 +36,28 @@ std::uint32_t objectOf(const Command& command) HD_RT {
   }
 }
 
+/** The device that an order is for; 0 as well where it is for none. */
+std::uint32_t deviceOf(const Command& command) HD_RT {
+  switch (command.kind) {
+    case CommandKind::kArm:
+    case CommandKind::kDisarm:
+    case CommandKind::kStop:
+    case CommandKind::kDeviceLimits:
+    case CommandKind::kDeviceRadius:
+    case CommandKind::kAttachTool:
+    case CommandKind::kDetachTool:
+    case CommandKind::kSetGrip:
+    case CommandKind::kSetMount:
+      return command.as<DeviceRef>().device;  // Stands first in all of these.
+    default:
+      return 0;
+  }
+}
+
 }  // namespace
 
 void Cycle::refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT {
-  ServoEvent event = eventAt(ServoEventKind::kCommandRefused, 0, input);
+  ServoEvent event = eventAt(ServoEventKind::kCommandRefused, deviceOf(command), input);
   event.session = command.session;
   event.value = static_cast<std::uint32_t>(code);
   event.object = objectOf(command);

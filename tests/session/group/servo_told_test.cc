@@ -71,6 +71,35 @@ TEST_F(ServoTold, AButtonAndAFaultWithTheirNumbersAndNobodysSession) {
   EXPECT_EQ(fault.session, 0u);
 }
 
+TEST_F(ServoTold, WhatIsRefusedByTheNameOfTheDeviceThatItIsFor) {
+  const std::string& second = bench.device(1).name;
+  const auto logged = [&](const auto& give) {
+    testing::internal::CaptureStderr();
+    give();
+    bench.step(3);
+    return testing::internal::GetCapturedStderr();
+  };
+  const std::string order = logged([&] {
+    bench.core.devices().links().front()->post(makeCommand(CommandKind::kDeviceRadius, DeviceRadius{1, 0, -1}));
+  });
+  EXPECT_NE(order.find(second + ": the servo refused an order"), std::string::npos) << order;
+  const auto other =
+      bench.core.openSession(bench.device(1).info().uri, bench.connection, "other", HD_SHM_MAJOR, HD_SHM_MINOR);
+  ASSERT_TRUE(other.ok());
+  const ClientSide client(**other);
+  ASSERT_TRUE(bench.core.sessions().mapped((*other)->id).ok());
+  bench.step(3);
+  const std::string push = logged([&] {
+    hd_object_pose pose{};
+    pose.object = makeObjectId(7, 1);
+    pose.q[0] = 1;
+    std::uint64_t seq = 0;
+    EXPECT_EQ(client.producer->push(HD_COMMAND_OBJECT_POSE, std::as_bytes(std::span(&pose, 1)), 0, seq),
+              ErrorCode::kOk);
+  });
+  EXPECT_NE(push.find(second + ": the servo refused 'other'"), std::string::npos) << push;
+}
+
 TEST_F(ServoTold, AnExpiredModelWithItsSlotAndItsSession) {
   ASSERT_NE(session, nullptr);
   hd_local_model model = goodModel(HD_MODEL_PLANE);

@@ -8,6 +8,7 @@
 
 #include "daemon/resource/properties.h"
 #include "daemon/resource/resource_name.h"
+#include "drivers/number.h"
 
 namespace hapticd {
 namespace {
@@ -163,11 +164,11 @@ Result<void> setEffect(Core& core, const ObjectNow& object, std::string_view val
       {"damping", &EffectSpec::damping}, {"reach", &EffectSpec::reach},
       {"hz", &EffectSpec::hz},           {"duration_s", &EffectSpec::duration_s}};
   EffectSpec effect = object.spec.effect;
-  std::string_view rest = value;
+  std::string_view rest = trimmed(value);
   const auto next = [&] {
     const std::string_view word = rest.substr(0, rest.find(','));
-    rest.remove_prefix(std::min(rest.size(), word.size() + 1));
-    return word;
+    rest = trimmed(rest.substr(std::min(rest.size(), word.size() + 1)));
+    return trimmed(word);
   };
   auto kind = parseEffect(next(), where);
   if (!kind) return kind.error();

@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <cmath>
+#include <optional>
+
+#include "drivers/number.h"
 
 namespace hapticd {
 namespace {
@@ -37,12 +38,6 @@ Result<std::string> decode(std::string_view text, std::size_t begin, std::size_t
     out.push_back(c);
   }
   return out;
-}
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  return text;
 }
 
 }  // namespace
@@ -104,15 +99,14 @@ Result<std::vector<double>> parseNumbers(std::string_view text, std::size_t coun
     const std::size_t comma = rest.find(',');
     const std::string_view token = trimmed(rest.substr(0, comma));
     const bool plus = token.size() > 1 && token[0] == '+' && token[1] != '-';  // As on the command line.
-    double value = 0;
-    const auto [end, error] = std::from_chars(token.data() + (plus ? 1 : 0), token.data() + token.size(), value);
-    if (token.empty() || error != std::errc() || end != token.data() + token.size() || !std::isfinite(value)) {
+    const std::optional<double> value = parseNumber(token.substr(plus ? 1 : 0));
+    if (!value) {
       return Error{ErrorCode::kInvalidArgument, where,
                    fmt::format("number {} ('{}') is not a finite number", numbers.size() + 1, token.substr(0, 40)),
                    fmt::format("give {}, with '.' as the decimal point",
                                count == 1 ? "one number" : fmt::format("{} numbers separated by commas", count))};
     }
-    numbers.push_back(value);
+    numbers.push_back(*value);
     if (comma == std::string_view::npos) break;
     rest.remove_prefix(comma + 1);
     if (numbers.size() > count) break;

@@ -60,6 +60,9 @@ TEST_F(EffectBench, AllOfItIsSetAtOnceOrNothing) {
   EXPECT_EQ(*set("effect?value=guide,path=0,-0.1,0.002,0,0.1,0.002"), "\"guide\"");
   EXPECT_EQ(*tree.get("/objects/hint/effect_path", anybody), "[[0.0,-0.1,0.002],[0.0,0.1,0.002]]");
   EXPECT_EQ(*tree.get("/objects/hint/effect_force", anybody), "4.0") << "what is not named stays";
+  EXPECT_EQ(*set("effect?value= guide , hz=60, path=0,-0.1,0.002, 0,0.1,0.002 "), "\"guide\"") << "blanks say nothing";
+  EXPECT_EQ(*tree.get("/objects/hint/effect_hz", anybody), "60.0");
+  EXPECT_EQ(*tree.get("/objects/hint/effect_path", anybody), "[[0.0,-0.1,0.002],[0.0,0.1,0.002]]");
   for (const auto& [wrong, where, says] : {std::array{"guide,force=1,stiff=3", "/effect", "'stiff=3' is no field"},
                                            {"guide,force", "/effect", "'force' is no field"},
                                            {"guide,force=1,hz=fast", "/effect.hz", "'fast'"},

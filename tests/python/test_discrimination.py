@@ -1,0 +1,67 @@
+#!/usr/bin/python3
+"""examples/09-discrimination.py against an observer whose threshold is known. Usage: test_discrimination.py EXAMPLE"""
+import io
+import math
+import sys
+import unittest
+import unittest.mock
+
+import numpy as np
+
+from program import load
+
+experiment = load(sys.argv.pop())
+
+
+def settled(noise, seed, reversals=40):
+    """Where the staircase of one simulated observer ends."""
+    observer = experiment.Observer(noise, np.random.default_rng(seed))
+    stairs = experiment.Staircase(0.5, reversals)
+    for _ in range(5000):
+        if stairs.done:
+            break
+        stairs.answer(observer.harder(400, 400 * (1 + stairs.level)) == 2)
+    return stairs.threshold()
+
+
+class Stairs(unittest.TestCase):
+    def test_settle_where_two_right_answers_are_as_likely_as_not(self):
+        # Two observations with that noise: right with Phi(ln(1 + d) / (noise sqrt 2)); two in a row in one of two where it is
+        # sqrt(1/2). Steps of a fifth draw the mean at the reversals down by some 0.015.
+        for noise in (0.05, 0.15, 0.3):
+            mean = math.exp(np.mean([math.log(settled(noise, seed)) for seed in range(200)]))
+            right = (1 + math.erf(math.log1p(mean) / noise / 2)) / 2
+            self.assertAlmostEqual(right, math.sqrt(0.5), delta=0.025)
+
+    def test_go_down_after_two_right_answers_and_up_after_one_wrong(self):
+        stairs, levels = experiment.Staircase(0.5, 4), [0.5]
+        for right in (1, 1, 1, 0, 1, 0, 1, 1, 1, 1, 0, 1, 1):
+            self.assertFalse(stairs.done)
+            stairs.answer(bool(right))
+            levels.append(stairs.level)
+        c, f = math.log(1.6), math.log(1.2)
+        np.testing.assert_allclose(np.diff(np.log(levels)), (0, -c, 0, c, 0, c, 0, -c, 0, -c, f, 0, -f), atol=1e-12)
+        np.testing.assert_allclose(stairs.turns, (0.5 / 1.6, 0.8, 0.5 / 1.6, 0.6 / 1.6))
+        self.assertTrue(stairs.done)
+        self.assertAlmostEqual(stairs.threshold(), 0.6 / 1.6)
+
+    def test_end_below_what_a_device_can_show(self):
+        stairs = experiment.Staircase(0.5, 4)
+        for _ in range(20):
+            stairs.answer(False)
+        self.assertEqual(stairs.level, experiment.MOST)
+        self.assertLess(experiment.REFERENCE * (1 + experiment.MOST), 2000)
+
+
+class Answer(unittest.TestCase):
+    def test_is_asked_until_it_is_one(self):
+        with unittest.mock.patch.object(sys, "stdin", io.StringIO("3\n\none\n 2 \n")), \
+             unittest.mock.patch.object(sys, "stderr", io.StringIO()) as asked:
+            self.assertEqual(experiment.ask(), 2)
+            self.assertEqual(asked.getvalue().count("?"), 4)
+            with self.assertRaises(KeyboardInterrupt):
+                experiment.ask()  # the end of input
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -37,6 +37,10 @@ TEST(DeviceMount, IsWrittenReadAndReachesTheServo) {
   const auto turned = at("0,0.2,0,0,0,90");
   EXPECT_EQ(turned["deg"], (nlohmann::json{0.0, 0.0, 90.0})) << "as it was said";
   EXPECT_LT((felt(device).toWorld(Vec3(1, 0, 0)) - Vec3(0, 1, 0)).norm(), 1e-15) << "its x is the world's y";
+  for (const char* const turns : {"0,0,15", "10,20,30", "-0.1,0,179.9", "33.3,-89,0"}) {
+    const auto said = nlohmann::json::parse("[" + std::string(turns) + "]").get<std::vector<double>>();
+    EXPECT_EQ(at(("0,0,0," + std::string(turns)).c_str())["deg"].dump(), nlohmann::json(said).dump());
+  }
   const auto side = at("0,0,0,2,2,0,0");
   EXPECT_NEAR(side["deg"][0].get<double>(), 90, 1e-9) << "a quaternion of any length is a turn";
   EXPECT_NEAR(felt(device).pose().q.norm(), 1, 1e-15);

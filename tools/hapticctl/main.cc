@@ -1,6 +1,8 @@
 /** @file
  * hapticctl: look at, feed and stop a running hapticd. A client like any other: it uses libhapticclient alone.
  */
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
@@ -55,8 +57,13 @@ std::string footer() {
          kFooter;
 }
 
-void failIfEmpty(char** argv, int i) {
-  if (argv[i][0] == '\0') failUsage(argv[i - 1], "what follows it is empty", "leave it out, or give it a value");
+/** `word`: of the command, if there is one. */
+void failIfEmpty(char** argv, int i, std::string_view word = {}) {
+  if (argv[i][0] != '\0') return;
+  const bool value = word == "set" && argv[i - 1][0] == '/';
+  failUsage(argv[i - 1], "what follows it is empty",
+            value ? fmt::format("give it a value, or write '{}?value=' to set nothing", argv[i - 1])
+                  : "leave it out, or give it a value");
 }
 
 [[noreturn]] void failUnknown(std::string_view word, const std::vector<std::string>& names) {
@@ -100,7 +107,8 @@ int run(int argc, char** argv, Globals& globals) {
     throw Failure{kExitRefused, program, std::strerror(errno), {}};
   }
   // Most likely a variable that is not set. "stop" takes it for every device: to stop is never wrong.
-  for (int i = 1; i < argc && !(word < argc && std::strcmp(argv[word], "stop") == 0); ++i) failIfEmpty(argv, i);
+  const std::string_view command = word < argc ? argv[word] : "";
+  for (int i = 1; i < argc && command != "stop"; ++i) failIfEmpty(argv, i, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

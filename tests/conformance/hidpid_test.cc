@@ -334,6 +334,7 @@ struct Maker {
   const char* name;
   PidVariant variant;
 };
+void PrintTo(const Maker& maker, std::ostream* out) { *out << maker.name; }  // Else its bytes, pointers among them.
 class Makers : public testing::TestWithParam<Maker> {};
 INSTANTIATE_TEST_SUITE_P(HidPid, Makers,
                          testing::Values(Maker{"no_start_delay", {.start_delay = false}},

@@ -184,6 +184,7 @@ struct Broken {
   Bytes bytes;
   ErrorCode code;
 };
+void PrintTo(const Broken& broken, std::ostream* out) { *out << broken.name; }  // Else its bytes, pointers among them.
 struct BrokenDescriptor : testing::TestWithParam<Broken> {};
 
 TEST_P(BrokenDescriptor, IsRefusedWithItsPlace) {

@@ -1,8 +1,10 @@
-// The mesh files that we read ourselves: whatever they hold, refused with words or faces that are whole.
+// The mesh files that we read ourselves: whatever they hold, refused with words or faces that are whole. And what we
+// look into before assimp reads it.
 #include <cstdint>
 #include <cstdlib>
 #include <numeric>
 
+#include "tools/mesh_file/dxf.h"
 #include "tools/mesh_file/mesh_error.h"
 #include "tools/mesh_file/off.h"
 #include "tools/mesh_file/ply.h"
@@ -17,6 +19,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       const std::size_t corners = mesh.corners.size();
       if (std::accumulate(mesh.sizes.begin(), mesh.sizes.end(), std::size_t{0}) != corners) std::abort();
       if (corners > 3 * size || mesh.vertices.size() > size) std::abort();  // Each takes a byte; of a strip's thrice.
+    } catch (const MeshError& error) {
+      if (*error.what() == 0 || error.remedy.empty()) std::abort();
+    }
+  }
+  for (const auto look : {requirePlainInserts}) {
+    try {
+      look({reinterpret_cast<const char*>(data), size});
     } catch (const MeshError& error) {
       if (*error.what() == 0 || error.remedy.empty()) std::abort();
     }

@@ -47,6 +47,26 @@ std::string_view jsonOf(std::string_view bytes) {
                   "export it without: neither quantized nor compressed with meshopt nor instanced", kBadMesh);
 }
 
+/** assimp reads a mesh's weights, and not those that a node gives its mesh in their place. */
+void requireWeightsOfMeshes(const nlohmann::json& file) {
+  using Json = nlohmann::json;
+  const auto list = [](const Json& object, const char* name) {
+    const auto found = object.is_object() ? object.find(name) : object.end();
+    return object.is_object() && found != object.end() && found->is_array() ? *found : Json::array();
+  };
+  const Json meshes = list(file, "meshes");
+  for (const Json& node : list(file, "nodes")) {
+    const Json weights = list(node, "weights");
+    const auto index = node.is_object() ? node.find("mesh") : node.end();
+    if (weights.empty() || index == node.end() || !index->is_number_unsigned()) continue;
+    Json own = index->get<std::size_t>() < meshes.size() ? list(meshes[index->get<std::size_t>()], "weights") : Json();
+    while (own.size() < weights.size()) own.push_back(0);
+    if (own == weights) continue;
+    throw MeshError("has a node that morphs its mesh otherwise than the mesh says ('weights'), which is not read",
+                    "apply its shape keys before the export", kBadMesh);
+  }
+}
+
 class Listener : public Assimp::LogStream {
  public:
   explicit Listener(bool& lost) : lost_(lost) {}
@@ -68,7 +88,7 @@ LostFaces::~LostFaces() { Assimp::DefaultLogger::kill(); }
 
 bool isGltf(const std::string& path) { return endsWith(path, ".gltf") || endsWith(path, ".glb"); }
 
-void requireKnownExtensions(std::string_view bytes) {
+void requirePlainGltf(std::string_view bytes) {
   using Json = nlohmann::json;
   const Json file = Json::parse(jsonOf(bytes), nullptr, false);
   const auto names = [&file](const char* list) {
@@ -88,6 +108,7 @@ void requireKnownExtensions(std::string_view bytes) {
   constexpr const char* kInstances = "EXT_mesh_gpu_instancing";
   for (const std::string& name : names("extensionsUsed"))
     if (name == kInstances) refuseExtension(name);
+  requireWeightsOfMeshes(file);
 }
 
 std::string percentDecoded(std::string_view uri) {

@@ -14,9 +14,10 @@ namespace hapticd_mesh_file {
 
 /**
  * Throws MeshError if a file needs an extension that changes its surface and is not read, quantized coordinates or
- * instances, say. Of bytes that are no glTF it says nothing. Any bytes can be given.
+ * instances, say, or has a node that morphs its mesh otherwise than the mesh itself says. Of bytes that are no glTF it
+ * says nothing. Any bytes can be given.
  */
-void requireKnownExtensions(std::string_view bytes);
+void requirePlainGltf(std::string_view bytes);
 
 /** Hears whether assimp leaves out faces, as it does in silence with those whose vertices are not there. One at a time.
  */

@@ -21,6 +21,8 @@
 #include <vector>
 
 #include "tools/mesh_file/collada.h"
+#include "tools/mesh_file/deformed.h"
+#include "tools/mesh_file/dxf.h"
 #include "tools/mesh_file/gltf.h"
 #include "tools/mesh_file/mesh_error.h"
 #include "tools/mesh_file/off.h"
@@ -42,21 +44,16 @@ struct PositionHash {
   }
 };
 
-/** A mesh of assimp's, put in its place. */
-Polygons polygonsOf(const aiMesh& mesh, const aiMatrix4x4& world) {
-  // A mirroring transform turns triangles inside out; turn them back.
-  const bool mirrored = world.Determinant() < 0;
+/** A mesh of assimp's, in its place. */
+Polygons polygonsOf(const aiMesh& mesh, const Places& places) {
   Polygons out;
-  out.vertices.reserve(mesh.mNumVertices);
-  for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-    const aiVector3D v = world * mesh.mVertices[i];
-    out.vertices.push_back({v.x, v.y, v.z});
-  }
+  out.vertices.reserve(places.vertices.size());
+  for (const aiVector3D& v : places.vertices) out.vertices.push_back({v.x, v.y, v.z});
   for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
     const aiFace& face = mesh.mFaces[f];
     out.corners.insert(out.corners.end(), face.mIndices, face.mIndices + face.mNumIndices);
     out.sizes.push_back(face.mNumIndices);
-    if (mirrored) std::reverse(out.corners.end() - face.mNumIndices, out.corners.end());
+    if (places.mirrored) std::reverse(out.corners.end() - face.mNumIndices, out.corners.end());
   }
   return out;
 }
@@ -66,12 +63,15 @@ class Gatherer {
  public:
   explicit Gatherer(MeshFile& out) : out_(out) {}
 
-  /** What the nodes of a scene hold, each in its place. */
-  void node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent = {}, int depth = 0) {
+  /** What the nodes of a scene hold, each in its place; `deforms`: which its morph targets and joints change. */
+  void node(const aiScene& scene, const aiNode& node, bool deforms, const aiMatrix4x4& parent = {}, int depth = 0) {
     if (depth > 512) throw MeshError("its nodes are nested more than 512 deep");
     const aiMatrix4x4 world = parent * node.mTransformation;
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) add(polygonsOf(*scene.mMeshes[node.mMeshes[i]], world));
-    for (unsigned i = 0; i < node.mNumChildren; ++i) this->node(scene, *node.mChildren[i], world, depth + 1);
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+      const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
+      add(polygonsOf(mesh, deforms ? deformed(scene, mesh, world) : placedBy(mesh, world)));
+    }
+    for (unsigned i = 0; i < node.mNumChildren; ++i) this->node(scene, *node.mChildren[i], deforms, world, depth + 1);
   }
 
   void add(const Polygons& mesh) {
@@ -209,15 +209,18 @@ void requireNotTurned(const std::string& path) {
 void addScene(const std::string& path, std::string_view program, Gatherer& gatherer) {
   Assimp::Importer importer;
   importer.SetIOHandler(new NamedByUri);  // Owned from now on.
-  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
-                              aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |
-                                  aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
-                                  aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
+  const bool deforms = isGltf(path);
+  int not_felt = aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |
+                 aiComponent_TEXCOORDS | aiComponent_ANIMATIONS | aiComponent_TEXTURES | aiComponent_LIGHTS |
+                 aiComponent_CAMERAS;
+  if (!deforms) not_felt |= aiComponent_BONEWEIGHTS;
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, not_felt);
   const aiScene* scene = nullptr;
   std::string error;
-  if (isGltf(path)) requireKnownExtensions(bytesOf(path));
+  if (deforms) requirePlainGltf(bytesOf(path));
   if (endsWith(path, ".amf")) requireNotTurned(path);
   if (endsWith(path, ".dae")) requirePlainCollada(bytesOf(path));
+  if (endsWith(path, ".dxf")) requirePlainInserts(bytesOf(path));
   const LostFaces lost;
   const std::string obj = plainObj(path);
   try {
@@ -235,7 +238,7 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
                         fmt::format("{} reads STL, OBJ, PLY, X3D, 3DS, glTF and the other formats of assimp", program));
   }
   if (lost.any()) refuse("has a face whose vertex is not there");
-  gatherer.node(*scene, *scene->mRootNode);
+  gatherer.node(*scene, *scene->mRootNode, deforms);
 }
 
 /** Coordinates are floats, in most files and here: far from the origin they come in steps that a hand would feel. */

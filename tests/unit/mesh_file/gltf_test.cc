@@ -5,6 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <string_view>
+#include <vector>
+
 #include "tests/unit/mesh_file/mesh_files.h"
 
 namespace hapticd_mesh_file {
@@ -78,6 +81,94 @@ TEST_F(ReadMeshTest, AGltfWhoseFaceNamesNoVertexIsRefused) {
   };
   EXPECT_EQ(readMesh(file("a.gltf", indexed("AAECAAIB")), "the test", never).triangles.size(), 2u);
   EXPECT_EQ(refusal(file("a.gltf", indexed("AAECAAID"))), "has a face whose vertex is not there");
+}
+
+std::string base64(std::string_view bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    unsigned three = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      three = three << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : kDigits[three >> (18 - 6 * k) & 63u];
+  }
+  return out;
+}
+
+/** A file of accessors, each with floats of its own. */
+class Accessors {
+ public:
+  void add(const char* type, std::size_t count, const std::vector<float>& values) {
+    const std::size_t bytes = 4 * values.size();
+    accessors_ += fmt::format(R"({}{{"bufferView":{},"componentType":5126,"count":{},"type":"{}"}})", comma(), views_,
+                              count, type);
+    buffer_views_ += fmt::format(R"({}{{"buffer":0,"byteOffset":{},"byteLength":{}}})", comma(), buffer_.size(), bytes);
+    buffer_.append(reinterpret_cast<const char*>(values.data()), bytes);
+    ++views_;
+  }
+  /** `what`: its scenes, nodes and meshes. */
+  [[nodiscard]] std::string file(const std::string& what) const {
+    return fmt::format(R"({{"asset":{{"version":"2.0"}},"scene":0,{},"accessors":[{}],"bufferViews":[{}],)"
+                       R"("buffers":[{{"byteLength":{},"uri":"data:application/octet-stream;base64,{}"}}]}})",
+                       what, accessors_, buffer_views_, buffer_.size(), base64(buffer_));
+  }
+
+ private:
+  [[nodiscard]] const char* comma() const { return views_ == 0 ? "" : ","; }
+  std::string accessors_, buffer_views_, buffer_;
+  int views_ = 0;
+};
+
+// A face whose smile is a morph target was felt without it.
+TEST_F(ReadMeshTest, AGltfIsMorphedByItsDefaultWeights) {
+  Accessors numbers;
+  numbers.add("VEC3", 3, {0, 0, 0, 1, 0, 0, 0, 1, 0});
+  numbers.add("VEC3", 3, {0, 0, 0, 3, 0, 0, 0, 0, 0});  // What is added to each.
+  numbers.add("VEC3", 3, {0, 0, 8, 0, 0, 0, 0, 4, 0});
+  const auto morphed = [&](const char* node, const char* mesh) {
+    return numbers.file(fmt::format(R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0,"scale":[1,1,10]{}}}],)"
+                                    R"("meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},)"
+                                    R"("targets":[{{"POSITION":1}},{{"POSITION":2}}]}}]{}}}])",
+                                    node, mesh));
+  };
+  const auto read = [&](const std::string& text) { return readMesh(file("a.gltf", text), "the test", never).upper; };
+  EXPECT_THAT(read(morphed("", "")), ElementsAre(1, 1, 0)) << "without weights they are zero";
+  EXPECT_THAT(read(morphed("", R"(,"weights":[0.5,0.25])")), ElementsAre(2.5, 2, 20));
+  EXPECT_THAT(read(morphed(R"(,"weights":[0.5,0])", R"(,"weights":[0.5,0])")), ElementsAre(2.5, 1, 0));
+  EXPECT_THAT(read(morphed(R"(,"weights":[0,0])", "")), ElementsAre(1, 1, 0));
+  EXPECT_THAT(refusal(file("a.gltf", morphed(R"(,"weights":[1,0])", R"(,"weights":[0.5,0])"))),
+              HasSubstr("a node that morphs its mesh otherwise"));
+  EXPECT_THAT(refusal(file("a.gltf", morphed(R"(,"weights":[1,0])", ""))), HasSubstr("otherwise than the mesh"));
+}
+
+// One that is bound to joints was felt where its node is, which glTF has everybody leave out of it.
+TEST_F(ReadMeshTest, AGltfWithASkinIsWhereItsJointsAre) {
+  Accessors numbers;
+  numbers.add("VEC3", 3, {5, 0, 0, 6, 0, 0, 5, 1, 0});
+  numbers.add("VEC4", 3, {1, 0, 0, 0, 0.5, 0.5, 0, 0, 0, 1, 0, 0});                                 // Weights.
+  numbers.add("MAT4", 2, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -5, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0,  // 5 to the left,
+                          0, 0, 1, 0, 0, 0, 0, 1});                                                 // and none.
+  std::string joints(24, '\0');  // Of each vertex the first two, as 16 bits.
+  for (const std::size_t v : {0u, 1u, 2u}) joints[8 * v + 2] = 1;
+  const auto skinned = [&](const char* second) {
+    std::string text = numbers.file(fmt::format(
+        R"("scenes":[{{"nodes":[0,1]}}],"skins":[{{"joints":[2,3],"inverseBindMatrices":2}}],)"
+        R"("nodes":[{{"mesh":0,"skin":0,"translation":[100,0,0]}},{{"name":"arm","children":[2,3],"scale":[2,2,2]}},)"
+        R"({{"name":"upper","translation":[7,0,0]}},{{"name":"{}","translation":[0,0,20]}}],)"
+        R"("meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"WEIGHTS_0":1,"JOINTS_0":3}}}}]}}])",
+        second));
+    const auto add = [&text](const char* list, const std::string& more) {
+      text.insert(text.find(']', text.rfind(list)), "," + more);
+    };
+    add("\"accessors\":", R"({"bufferView":3,"componentType":5123,"count":3,"type":"VEC4"})");
+    add("\"bufferViews\":", R"({"buffer":1,"byteLength":24})");
+    add("\"buffers\":", R"({"byteLength":24,"uri":"data:application/octet-stream;base64,)" + base64(joints) + "\"}");
+    return text;
+  };
+  const MeshFile mesh = readMesh(file("a.gltf", skinned("lower")), "the test", never);
+  // The first goes with the upper arm to 2 (5 - 5 + 7), the last with the lower one, the second half with each.
+  EXPECT_THAT(mesh.vertices, ElementsAre(ElementsAre(14, 0, 0), ElementsAre(14, 0, 20), ElementsAre(10, 2, 40)));
+  EXPECT_EQ(refusal(file("a.gltf", skinned("arm"))), "has a skin with a joint 'arm', and 2 nodes of that name");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "tools/mesh_file/off.h"
 #include "tools/mesh_file/ply.h"
 #include "tools/mesh_file/stl.h"
+#include "tools/mesh_file/three_mf.h"
 #include "tools/mesh_file/x3d.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -23,7 +24,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (*error.what() == 0 || error.remedy.empty()) std::abort();
     }
   }
-  for (const auto look : {requirePlainInserts}) {
+  for (const auto look : {requirePlainInserts, requireModelsOnly}) {
     try {
       look({reinterpret_cast<const char*>(data), size});
     } catch (const MeshError& error) {

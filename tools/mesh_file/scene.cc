@@ -30,6 +30,7 @@
 #include "tools/mesh_file/polygon.h"
 #include "tools/mesh_file/polygons.h"
 #include "tools/mesh_file/stl.h"
+#include "tools/mesh_file/three_mf.h"
 #include "tools/mesh_file/words.h"
 #include "tools/mesh_file/x3d.h"
 
@@ -221,6 +222,7 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
   if (endsWith(path, ".amf")) requireNotTurned(path);
   if (endsWith(path, ".dae")) requirePlainCollada(bytesOf(path));
   if (endsWith(path, ".dxf")) requirePlainInserts(bytesOf(path));
+  if (endsWith(path, ".3mf")) requireModelsOnly(bytesOf(path));
   const LostFaces lost;
   const std::string obj = plainObj(path);
   try {

@@ -29,6 +29,10 @@ th, td { text-align: right; padding: .2em .7em; border-bottom: 1px solid #e4e8ec
 th { border-bottom: 2px solid #8a949e; }
 p.settings, figcaption { color: #5f6b76; } pre { background: #f4f6f8; padding: .8em; overflow-x: auto; }
 figure { margin: 1em 0 2em; } svg { max-width: 100%; height: auto; }
+@media print {
+  body { font-size: 10pt; margin: 0; } pre { white-space: pre-wrap; }
+  h2, h3, p.settings { break-after: avoid; } tr, pre, figure { break-inside: avoid; } table { width: 100%; }
+}
 """
 
 

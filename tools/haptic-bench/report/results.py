@@ -121,7 +121,7 @@ def kind(path, rows):
             return title, draw
     benchmark = rows[0].get("benchmark")
     if benchmark and benchmark.startswith("cost "):
-        return "A tick over a million triangles: haptic-bench cost", cost
+        return "A tick, by the size of the mesh: haptic-bench cost", cost
     if benchmark == "load":
         return "A busy machine: haptic-bench load", load
     return (f"haptic-bench {benchmark}" if benchmark else pathlib.Path(path).name), None

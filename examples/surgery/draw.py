@@ -67,7 +67,8 @@ def draw(output, parts, hand, rows, end, title):
             ((0.71, 0.07, 0.26, 0.21), "Force on the hand", np.array([row[3] for row in rows]), "N")):
         axes = figure.add_axes(box)
         axes.plot(t, values, color="#00798c" if unit != "N" else "#d1495b", linewidth=1.3)
-        axes.set(title=name, xlabel="time [s]", ylabel=unit, xlim=(0, t[-1]), ylim=(0, None))
+        axes.set(title=name, xlabel="time [s]", ylabel=unit, xlim=(0, t[-1]))
+        axes.set_ylim(0, 1.12 * axes.get_ylim()[1])  # Room for the words.
         for at, what in ((hand.approach_s, "press"), (hand.approach_s + hand.press_s, "ease"), (hand.seconds - hand.rest_s, "rest")):
             axes.axvline(at, color="#8a949e", linewidth=0.8)
             axes.annotate(what, (at, 1), (3, -3), xycoords=("data", "axes fraction"), textcoords="offset points", va="top", fontsize=8.5)

@@ -33,13 +33,21 @@ std::string checkedPath(const std::string& path) {
   return path;
 }
 
-/** PATH?value=VALUE for a value as the user writes it, several words of it parted by commas. */
+/** PATH?value=VALUE for a value as the user writes it, words of it parted by commas: 1 2 3 and '1 2 3' are 1,2,3. */
 std::string withValue(const std::string& path, const std::vector<std::string>& words) {
-  std::string uri = path + "?value=";
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i > 0) uri += ',';
-    for (const char c : words[i]) {
-      constexpr std::string_view kReserved = "%&?=#";
+  constexpr std::string_view kReserved = "%&?=#";
+  const std::string begin = path + "?value=";
+  std::string uri = begin;
+  bool parted = false;
+  for (const std::string& word : words) {
+    parted = parted || uri != begin;
+    for (const char c : word) {
+      if (c == ' ' || c == '\t') {
+        parted = true;
+        continue;
+      }
+      if (parted && uri != begin && c != ',' && uri.back() != ',') uri += ',';
+      parted = false;
       uri += kReserved.find(c) == std::string_view::npos ? std::string(1, c)
                                                          : fmt::format("%{:02x}", static_cast<unsigned char>(c));
     }

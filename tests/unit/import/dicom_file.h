@@ -5,6 +5,8 @@
 
 #include <fmt/core.h>
 
+#include <optional>
+
 #include "tests/unit/import/ball.h"
 
 namespace hapticctl_import::test {
@@ -21,6 +23,7 @@ struct CtSlice {
   int bits_stored = 16, high_bit = 15;
   std::string photometric = "MONOCHROME2";
   double between = 0;  ///< Spacing between frames; 0: the file does not say.
+  std::optional<int> padding;
   std::string groups;  ///< Functional groups of an enhanced image, see enhanced().
 };
 
@@ -72,6 +75,7 @@ inline std::string dicomFile(const CtSlice& s) {
                             : "") +
          element(0x28, 0x100, "US", number16(16)) + element(0x28, 0x101, "US", number16(s.bits_stored)) +
          element(0x28, 0x102, "US", number16(s.high_bit)) + element(0x28, 0x103, "US", number16(1)) +
+         (s.padding ? element(0x28, 0x120, "SS", number16(*s.padding)) : "") +
          element(0x28, 0x1052, "DS", fmt::format("{:.8g}", s.intercept)) +
          element(0x28, 0x1053, "DS", fmt::format("{:.8g}", s.slope)) + s.groups + element(0x7fe0, 0x10, "OW", s.values);
 }

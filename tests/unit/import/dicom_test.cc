@@ -1,4 +1,6 @@
 // DICOM series against what was written into them.
+#include <algorithm>
+#include <optional>
 #include <set>
 
 #include "tests/unit/import/dicom_file.h"
@@ -10,6 +12,8 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
+
+constexpr std::size_t kSliceValues = 24 * 20;
 
 /** Slices in files whose names and numbers have nothing to do with their order. */
 void putSeries(const Folder& folder, const std::function<void(CtSlice&, double)>& change) {
@@ -208,6 +212,37 @@ TEST(Dicom, aDoseIsInItsUnit) {
   const Image image = readOne(folder.put("a.dcm", dicomFile(dose)));
   for (std::size_t z = 0; z < kSize[2]; ++z)
     EXPECT_FLOAT_EQ(image.values[480 * z + 99], 0.0025f * valueAt(3, 4, z)) << z;
+}
+
+// A scanner's round field in its square picture became a solid frame about the patient.
+TEST(Dicom, paddingAboveAllThatWasMeasuredIsNothing) {
+  constexpr short kPadding = 30000;
+  const Folder folder;
+  const auto put = [&](std::optional<int> said, short written, double slope) {
+    putSeries(folder, [&](CtSlice& s, double z) {
+      std::string two;
+      append(two, written);
+      for (std::size_t i = 0; i < (z == 3 ? kSliceValues : 5); ++i) s.values.replace(2 * i, 2, two);
+      s.padding = said;
+      s.slope = slope;
+      s.intercept = 2 - slope;
+    });
+    return readOne(folder.path());
+  };
+  const std::size_t corner = 0, in_padded_slice = 3 * kSliceValues + 200, beside = 5;
+  for (const double slope : {1.0, 2.5}) {
+    const auto shown = [&](double stored) { return static_cast<float>(stored * slope + 2 - slope); };
+    const Image image = put(kPadding, kPadding, slope);
+    const float lowest = *std::min_element(image.values.begin(), image.values.end());
+    EXPECT_EQ(image.values[corner], lowest);
+    EXPECT_EQ(image.values[in_padded_slice], lowest);
+    EXPECT_EQ(image.values[beside], shown(valueAt(5, 0, 0)));
+    EXPECT_LT(*std::max_element(image.values.begin(), image.values.end()), shown(1000));
+    EXPECT_THAT(image.format, HasSubstr(fmt::format(", {} values of it padding", 15 * 5 + kSliceValues)));
+    EXPECT_EQ(put({}, kPadding, slope).values[corner], shown(kPadding)) << "nobody says that it is one";
+    EXPECT_EQ(put(-3000, -3000, slope).values[corner], shown(-3000)) << "it is low";
+    EXPECT_EQ(put(500, 500, slope).values[corner], shown(500)) << "it may be a measurement";
+  }
 }
 
 // ITK turns them about, and its warning is kept from the terminal.

@@ -7,6 +7,7 @@
 #include <gdcmSequenceOfItems.h>
 
 #include <algorithm>
+#include <cstring>
 #include <initializer_list>
 #include <set>
 
@@ -53,6 +54,13 @@ std::uint64_t countOf(const gdcm::DataSet& set, std::uint64_t otherwise) {
   if (!set.FindDataElement(attribute.GetTag())) return otherwise;
   attribute.SetFromDataElement(set.GetDataElement(attribute.GetTag()));
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, attribute.GetValue()));
+}
+
+/** Low is bright in it. */
+bool isTurnedAbout(const gdcm::DataSet& set) {
+  const gdcm::Tag kind(0x28, 0x4);
+  const gdcm::ByteValue* const value = set.FindDataElement(kind) ? set.GetDataElement(kind).GetByteValue() : nullptr;
+  return value != nullptr && std::string(value->GetPointer(), value->GetLength()).rfind("MONOCHROME1", 0) == 0;
 }
 
 /** Of a file without functional groups: one step after the other from the first, if it says how far apart they are. */
@@ -136,6 +144,25 @@ void placeSlice(const std::string& path, Image& slice) {
   }
 }
 
+std::optional<float> paddingOf(const std::string& path) {
+  const Complaints complaints;
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  if (!reader.ReadUpToTag(pixels(), {})) return std::nullopt;
+  const gdcm::DataSet& set = reader.GetFile().GetDataSet();
+  const gdcm::Tag padding(0x28, 0x120), each_frame(0x5200, 0x9230);
+  if (!set.FindDataElement(padding) || set.FindDataElement(each_frame) || isTurnedAbout(set)) return std::nullopt;
+  const gdcm::ByteValue* const bytes = set.GetDataElement(padding).GetByteValue();
+  if (bytes == nullptr || bytes->GetLength() != 2) return std::nullopt;
+  std::uint16_t stored = 0;
+  std::memcpy(&stored, bytes->GetPointer(), sizeof stored);
+  // As the values, whatever its own kind: some write one for the other.
+  const bool is_signed = countOf<0x28, 0x103>(set, 0) == 1;
+  const double value = is_signed ? static_cast<double>(static_cast<std::int16_t>(stored)) : stored;
+  const auto slope = numbersOf(set, {0x28, 0x1053}, 1), intercept = numbersOf(set, {0x28, 0x1052}, 1);
+  return static_cast<float>(value * (slope.empty() ? 1 : slope[0]) + (intercept.empty() ? 0 : intercept[0]));
+}
+
 void scaleDose(const std::string& path, Image& image) {
   const Complaints complaints;
   gdcm::Reader reader;
@@ -165,11 +192,7 @@ std::string whatIsNotSaid(const std::string& path, bool several_frames, bool is_
       text = ", does not say the spacing of its frames";
     }
   }
-  if (const gdcm::Tag kind(0x28, 0x4); set.FindDataElement(kind)) {
-    const gdcm::ByteValue* const value = set.GetDataElement(kind).GetByteValue();
-    if (value != nullptr && std::string(value->GetPointer(), value->GetLength()).rfind("MONOCHROME1", 0) == 0)
-      text += ", values turned about (MONOCHROME1)";
-  }
+  if (isTurnedAbout(set)) text += ", values turned about (MONOCHROME1)";
   return text;
 }
 

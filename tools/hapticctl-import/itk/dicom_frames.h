@@ -1,8 +1,10 @@
 /** @file
- * What ITK does not say of a DICOM file: where each of its frames lies, and whether all its values are there.
+ * What ITK does not say of a DICOM file: where each of its frames lies, where nothing was measured, and whether all its
+ * values are there.
  */
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,12 @@ struct DicomFrame {
  * secondary captures), and of radiography no spacing but that at the detector.
  */
 void placeSlice(const std::string& path, Image& slice);
+
+/**
+ * What the file's scanner wrote where it measured nothing (PixelPaddingValue, PS3.3 C.7.5.1.1.2), as GDCM gives it;
+ * none of a file that does not say, whose frames have slopes of their own, or whose values GDCM turns about.
+ */
+[[nodiscard]] std::optional<float> paddingOf(const std::string& path);
 
 /** A dose in the unit of the file (Gy or relative), for which GDCM gives whole numbers (PS3.3 C.8.8.3,
  * DoseGridScaling). */

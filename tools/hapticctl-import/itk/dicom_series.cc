@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "tools/hapticctl-import/complaints.h"
 #include "tools/hapticctl-import/format/image_file.h"
@@ -24,6 +25,7 @@ struct Slice {
   Image image;
   std::string file;
   double along = 0;  ///< The slices' normal [mm].
+  std::optional<float> padding{};
 };
 
 Double3 cross(const Double3& a, const Double3& b) {
@@ -115,7 +117,7 @@ std::vector<Slice> slicesOf(const Slice& all) {
   std::vector<Slice> slices;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const DicomFrame &frame = frames[i], &first = frames[0];
-    Slice slice{{}, fmt::format("{}, frame {}", all.file, i + 1), 0};
+    Slice slice{{}, fmt::format("{}, frame {}", all.file, i + 1), 0, all.padding};
     slice.image.size = {all.image.size[0], all.image.size[1], 1};
     slice.image.origin = frame.position;
     for (std::size_t a = 0; a < 3; ++a) {
@@ -167,6 +169,30 @@ Double3 evenStep(const std::vector<Slice>& slices) {
   return step;
 }
 
+/**
+ * Where nothing was measured there is nothing solid: it becomes the lowest value, as what is no number does. Padding
+ * below what was measured is that already, and one among it may be no padding, for some files name a value that they
+ * measure: both stay.
+ */
+void clearPadding(Image& image, const std::optional<float>& padding) {
+  if (!padding) return;
+  float lowest = INFINITY, highest = -INFINITY;
+  std::size_t count = 0;
+  const auto isPadding = [&](float v) { return std::abs(v - *padding) <= 1e-6F * std::abs(*padding); };
+  for (const float v : image.values) {
+    if (isPadding(v)) {
+      ++count;
+      continue;
+    }
+    lowest = std::min(lowest, v);
+    highest = std::max(highest, v);
+  }
+  if (count == 0 || lowest > highest || highest > *padding) return;
+  for (float& v : image.values)
+    if (isPadding(v)) v = lowest;
+  image.format += fmt::format(", {} values of it padding", count);
+}
+
 }  // namespace
 
 bool isDicom(const std::string& path) {
@@ -204,13 +230,14 @@ std::vector<DicomSeries> dicomSeriesIn(const std::string& path) try {
 Image readSeries(const DicomSeries& series) {
   gdcm::Trace::WarningOn();  // GDCM tells of incomplete values in no other way; ITK turns it off.
   std::vector<Slice> slices;
-  for (const std::string& file : series.files) slices.push_back({readSlice(file), file, 0});
+  for (const std::string& file : series.files) slices.push_back({readSlice(file), file, 0, paddingOf(file)});
   if (slices.size() == 1) {  // All slices in one file.
     if (auto frames = slicesOf(slices[0]); !frames.empty()) slices = std::move(frames);
   }
   if (slices.size() == 1) {
     Image image = std::move(slices[0].image);
     image.format = "DICOM, " + series.text + whatIsNotSaid(series.files.front(), true, isOneMillimetre(image));
+    clearPadding(image, slices[0].padding);
     requireTwo(image, "size");
     checkPlace(image);
     return image;
@@ -233,6 +260,8 @@ Image readSeries(const DicomSeries& series) {
     image.values.insert(image.values.end(), slice.image.values.begin(), slice.image.values.end());
     slice.image.values = {};
   }
+  const auto same = [&](const Slice& slice) { return slice.padding == slices[0].padding; };
+  if (std::all_of(slices.begin(), slices.end(), same)) clearPadding(image, slices[0].padding);
   requireTwo(image, "size");
   checkPlace(image);
   return image;

@@ -157,10 +157,7 @@ Result<void> setFinger(Core& core, OpenDevice& device, std::string_view value, c
 
 Json getMount(const OpenDevice& device, const DeviceNow&, Core&) {
   Json json = toJson(device.mount.pose());
-  // The turns as somebody would say them: 15 for what comes back from the quaternion as 14.999999999999998, 0 for
-  // -1e-17.
-  const Vec3 turns = ((1e9 * toDegrees(device.mount.pose().q)).array().round() / 1e9 + 0.0).matrix();
-  json["deg"] = toJson(turns);
+  json["deg"] = toJson(toDegrees(device.mount.pose().q));
   return json;
 }
 

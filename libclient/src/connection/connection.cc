@@ -7,6 +7,7 @@
 
 #include <future>
 #include <system_error>
+#include <utility>
 
 #include "libclient/src/connection/fork_guard.h"
 #include "libclient/src/connection/loop.h"
@@ -81,15 +82,11 @@ Failure tooLong(std::uint64_t words) {
                      "shorten its texts: " + std::to_string(kMost_bytes) + " bytes are the most");
 }
 
-Link::Link(kj::Own<kj::AsyncCapabilityStream> socket, int descriptor)
-    : fd(descriptor),
-      stream(kj::mv(socket)),
+Link::Link(kj::Own<kj::AsyncCapabilityStream> over, OwnDescriptor descriptor)
+    : socket(std::move(descriptor)),
+      stream(kj::mv(over)),
       rpc(*stream, kDescriptors),
-      daemon(rpc.bootstrap().castAs<proto::Daemon>()) {
-  closeInChildren(fd);
-}
-
-Link::~Link() { forgetDescriptor(fd); }
+      daemon(rpc.bootstrap().castAs<proto::Daemon>()) {}
 
 Connection::Loop::Loop(Connection& owner)
     : connection(owner), io(kj::setupAsyncIo()), stop(kj::newPromiseAndFulfiller<void>()) {}
@@ -232,7 +229,7 @@ Failure Connection::connect() {
   const std::lock_guard lock(connecting_);
   if (connected()) {
     run([](Loop& loop) {
-      if (loop.link != nullptr && hungUp(loop.link->fd)) loop.lose();
+      if (loop.link != nullptr && hungUp(loop.link->socket.get())) loop.lose();
     });
   }
   if (connected()) return {};
@@ -248,11 +245,10 @@ Failure Connection::connect() {
   return nobodyAnswers(paths, why);
 }
 
-void Connection::makeLink(Loop& loop, int fd) {
-  auto stream = loop.io.lowLevelProvider->wrapUnixSocketFd(fd, kj::LowLevelAsyncIoProvider::TAKE_OWNERSHIP |
-                                                                   kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC |
-                                                                   kj::LowLevelAsyncIoProvider::ALREADY_NONBLOCK);
-  loop.link = std::make_unique<Link>(kj::mv(stream), fd);
+void Connection::makeLink(Loop& loop, OwnDescriptor socket) {
+  auto stream = loop.io.lowLevelProvider->wrapUnixSocketFd(
+      socket.get(), kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC | kj::LowLevelAsyncIoProvider::ALREADY_NONBLOCK);
+  loop.link = std::make_unique<Link>(kj::mv(stream), std::move(socket));
   Link& link = *loop.link;
   link.watch = link.rpc.onDisconnect()
                    .then([&loop, &link] {
@@ -263,13 +259,13 @@ void Connection::makeLink(Loop& loop, int fd) {
 }
 
 Failure Connection::attach(const std::string& path) {
-  int fd = -1;
-  if (Failure failure = connectTo(path, timeout(), fd)) return failure;
+  OwnDescriptor socket;
+  if (Failure failure = connectTo(path, timeout(), socket)) return failure;
   Failure failure;
   run([&](Loop& loop) {
     try {
       loop.link = nullptr;
-      makeLink(loop, fd);
+      makeLink(loop, std::move(socket));
     } catch (const kj::Exception& e) {  // The kernel may watch no more descriptors for this user.
       failure = {HAPTIC_SYSTEM, path, e.getDescription().cStr(), "close some descriptors"};
     } catch (...) {

@@ -18,6 +18,7 @@
 #include <string>
 #include <thread>
 
+#include "libclient/src/connection/fork_guard.h"
 #include "libclient/src/reply/failure.h"
 #include "proto/control.capnp.h"
 
@@ -25,10 +26,9 @@ namespace hapticd::client {
 
 /** The daemon's end, while there is one. Library's thread. */
 struct Link {
-  Link(kj::Own<kj::AsyncCapabilityStream> stream, int fd);
-  ~Link();
+  Link(kj::Own<kj::AsyncCapabilityStream> stream, OwnDescriptor socket);
 
-  int fd;
+  OwnDescriptor socket;  ///< Closed last.
   kj::Own<kj::AsyncCapabilityStream> stream;
   capnp::TwoPartyClient rpc;
   proto::Daemon::Client daemon;
@@ -105,7 +105,7 @@ class Connection {
   Failure refused() const;
   Failure perform(kj::FunctionParam<kj::Promise<void>(Link&)> work);
   /** A link over that socket, which is its own from here on, in place of none. Library's thread; may throw. */
-  static void makeLink(Loop& loop, int fd);
+  static void makeLink(Loop& loop, OwnDescriptor socket);
   Failure attach(const std::string& path);
   Failure greet(const std::string& path);
 

@@ -26,7 +26,6 @@ Descriptors& descriptors() {
 void beforeFork() { descriptors().mutex.lock(); }
 void inParent() { descriptors().mutex.unlock(); }
 void inChild() {
-  // Else the daemon would take the parent for alive as long as the child lives.
   for (const int fd : descriptors().open) close(fd);
   descriptors().open.clear();
   generation.fetch_add(1, std::memory_order_relaxed);
@@ -37,16 +36,22 @@ void inChild() {
 
 std::uint32_t forkGeneration() noexcept { return generation.load(std::memory_order_relaxed); }
 
-void closeInChildren(int fd) {
+// Made and noted, closed and forgotten under the lock that a fork takes: none comes between.
+
+OwnDescriptor::OwnDescriptor(int (*make)()) {
   static const int installed = pthread_atfork(beforeFork, inParent, inChild);
   (void)installed;
   const std::lock_guard lock(descriptors().mutex);
-  descriptors().open.push_back(fd);
+  std::vector<int>& open = descriptors().open;
+  open.reserve(open.size() + 1);
+  fd_ = make();
+  if (fd_ >= 0) open.push_back(fd_);
 }
 
-void forgetDescriptor(int fd) noexcept {
+OwnDescriptor::~OwnDescriptor() {
+  if (fd_ < 0) return;
   const std::lock_guard lock(descriptors().mutex);
-  std::erase(descriptors().open, fd);
+  if (std::erase(descriptors().open, fd_) != 0) close(fd_);  // In a child it is closed already.
 }
 
 }  // namespace hapticd::client

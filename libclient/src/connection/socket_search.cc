@@ -4,7 +4,6 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <ctime>
@@ -65,7 +64,7 @@ std::vector<std::string> candidates(const SocketSearch& search) {
   return paths;
 }
 
-Failure connectTo(const std::string& path, std::int64_t timeout_ns, int& fd) {
+Failure connectTo(const std::string& path, std::int64_t timeout_ns, OwnDescriptor& connected) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof address.sun_path) {
@@ -73,13 +72,13 @@ Failure connectTo(const std::string& path, std::int64_t timeout_ns, int& fd) {
                        "use a path of at most " + std::to_string(sizeof address.sun_path - 1) + " bytes");
   }
   path.copy(address.sun_path, path.size());
-  const int made = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (made < 0)
+  OwnDescriptor made([] { return socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0); });
+  if (made.get() < 0)
     return {HAPTIC_SYSTEM, path, std::string("no socket can be made: ") + strerror(errno), "close some descriptors"};
   const std::int64_t deadline = haptic_now_ns() + timeout_ns;
   for (;;) {
-    if (connect(made, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
-      fd = made;
+    if (connect(made.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
+      connected = std::move(made);
       return {};
     }
     if (errno == EINTR) continue;
@@ -87,9 +86,7 @@ Failure connectTo(const std::string& path, std::int64_t timeout_ns, int& fd) {
     const timespec pause{0, 2'000'000};  // the daemon's backlog is full
     nanosleep(&pause, nullptr);
   }
-  const int error = errno;
-  close(made);
-  switch (error) {
+  switch (const int error = errno) {
     case ENOENT:
       return {HAPTIC_DISCONNECTED, path, "no such socket", {}};
     case ECONNREFUSED:

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "libclient/src/connection/fork_guard.h"
 #include "libclient/src/reply/failure.h"
 
 namespace hapticd::client {
@@ -25,8 +26,8 @@ SocketSearch searchHere(std::string given, bool administration);
 /** Paths to try, in order. */
 std::vector<std::string> candidates(const SocketSearch& search);
 
-/** A connected, non-blocking, close-on-exec stream socket in `fd`. Waits for a place in the backlog at most so long. */
-Failure connectTo(const std::string& path, std::int64_t timeout_ns, int& fd);
+/** A connected, non-blocking, close-on-exec stream socket. Waits for a place in the backlog at most so long. */
+Failure connectTo(const std::string& path, std::int64_t timeout_ns, OwnDescriptor& connected);
 
 /** One refusal for a whole search: the paths tried, why each failed, and the last one's remedy, else how to start a
  * daemon. */

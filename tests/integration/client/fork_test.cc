@@ -1,8 +1,12 @@
 // A child of fork() closes every handle that it got from its parent: nothing of the parent's ends, nor does the child.
 #include <gtest/gtest.h>
 #include <hapticclient/hapticclient.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include <atomic>
+#include <thread>
 
 #include "tests/support/process/daemon_fixture.h"
 
@@ -90,6 +94,45 @@ TEST(Fork, AChildIsRefusedWhereItHasNoMemory) {
   haptic_upload_close(upload);
   haptic_session_close(session);
   haptic_disconnect(client);
+}
+
+/** Of this process, of the first 256 descriptors. For a child of many threads: it calls nothing that takes a lock. */
+int socketsOpen() {
+  int count = 0;
+  for (int fd = 0; fd < 256; ++fd) {
+    struct stat info {};
+    if (fstat(fd, &info) == 0 && S_ISSOCK(info.st_mode)) ++count;
+  }
+  return count;
+}
+
+TEST(Fork, AChildKeepsNoConnectionWheneverItIsBorn) {
+  DaemonFixture daemon({.program = HAPTICD_PROGRAM});
+  ASSERT_TRUE(daemon.running()) << daemon.log();
+  const std::string socket = daemon.socket();
+  const int before = socketsOpen();
+  std::atomic<bool> over{false};
+  std::atomic<int> connected{0};
+  std::thread busy([&] {
+    haptic_connect_options options = HAPTIC_CONNECT_OPTIONS_INIT;
+    options.socket = socket.c_str();
+    while (!over) {
+      haptic_client* client = nullptr;
+      if (haptic_connect(&options, &client, nullptr) == HAPTIC_OK) ++connected;
+      haptic_disconnect(client);
+    }
+  });
+  int kept = 0;
+  for (int i = 0; i < 300; ++i) {
+    const pid_t child = fork();
+    if (child == 0) _exit(socketsOpen() == before ? 0 : 1);
+    int status = 0;
+    if (waitpid(child, &status, 0) != child || status != 0) ++kept;
+  }
+  over = true;
+  busy.join();
+  EXPECT_EQ(kept, 0);
+  EXPECT_GT(connected, 10);
 }
 
 }  // namespace

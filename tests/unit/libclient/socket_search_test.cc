@@ -31,34 +31,34 @@ TEST(SocketSearch, TheUsersDaemonBeforeTheSystems) {
 }
 
 TEST(SocketSearch, APathThatIsTooLongIsNamed) {
-  int fd = -1;
+  OwnDescriptor fd;
   const std::string path(200, 'x');
   const Failure failure = connectTo(path, 0, fd);
   EXPECT_EQ(failure.code, HAPTIC_INVALID_ARGUMENT);
   EXPECT_EQ(failure.where, path);
-  EXPECT_EQ(fd, -1);
+  EXPECT_EQ(fd.get(), -1);
 }
 
 TEST(SocketSearch, AFileThatIsNoSocketIsCalledThat) {
   char path[] = "/tmp/hapticd-no-socket.XXXXXX";
   const int file = mkstemp(path);
   ASSERT_GE(file, 0);
-  int fd = -1;
+  OwnDescriptor fd;
   const Failure failure = connectTo(path, 0, fd);
   EXPECT_EQ(failure.code, HAPTIC_DISCONNECTED);
   EXPECT_EQ(failure.what, "is not a socket");
-  EXPECT_EQ(fd, -1);
+  EXPECT_EQ(fd.get(), -1);
   close(file);
   unlink(path);
 }
 
 TEST(SocketSearch, OfAFolderTheSocketInItIsMeant) {
-  int fd = -1;
+  OwnDescriptor fd;
   const Failure failure = connectTo("/tmp", 0, fd);
   EXPECT_EQ(failure.code, HAPTIC_INVALID_ARGUMENT);
   EXPECT_EQ(failure.what, "is a folder");
   EXPECT_EQ(failure.remedy, "name the socket in it: /tmp/control.sock");
-  EXPECT_EQ(fd, -1);
+  EXPECT_EQ(fd.get(), -1);
 }
 
 TEST(SocketSearch, AFailedSearchNamesEveryPathAndItsReason) {

@@ -163,7 +163,7 @@ class WithDaemon(Case):
             said = self.run_ctl(*command, exit_code=1).stderr
             for words in expected:
                 self.assertIn(words, said, command)
-        self.assertIn("where you may write", self.run_ctl("record", "/nowhere/x.hrec", exit_code=5).stderr)
+        self.assertIn("make its folder first", self.run_ctl("record", "/nowhere/x.hrec", exit_code=5).stderr)
         self.run_ctl("remove", "word")
 
     def test_lengths_have_units(self):

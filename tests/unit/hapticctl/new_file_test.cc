@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -48,6 +49,34 @@ TEST_F(NewFileTest, AFolderIsNamedAsOne) {
       EXPECT_EQ(failure.what, "is a folder");
     }
   }
+}
+
+TEST_F(NewFileTest, WhereNoneCanBeMadeTheRemedyIsOfThatCause) {
+  const auto remedyFor = [](const std::string& path) {
+    try {
+      const NewFile file(path, false);
+    } catch (const Failure& failure) {
+      return failure.remedy;
+    }
+    return std::string("none was needed");
+  };
+  hold("older");
+  EXPECT_EQ(remedyFor(path_), "choose another name, or give --replace");
+  EXPECT_EQ(remedyFor(folder_.path() + "/none/file"), "make its folder first, or name another");
+  EXPECT_EQ(remedyFor(path_ + "/file"), "what stands before its last / must be a folder");
+  EXPECT_EQ(remedyFor(folder_.path() + "/" + std::string(300, 'x')), "choose a shorter name");
+}
+
+TEST_F(NewFileTest, OnlyAFullDiskAsksForRoom) {
+  const auto remedyFor = [](int error) {
+    try {
+      failWriting("file", error);
+    } catch (const Failure& failure) {
+      return failure.remedy;
+    }
+  };
+  for (const int full : {ENOSPC, EDQUOT}) EXPECT_EQ(remedyFor(full), "make room on the disk");
+  for (const int other : {EFBIG, EPIPE, EIO}) EXPECT_NE(remedyFor(other), "make room on the disk");
 }
 
 TEST_F(NewFileTest, TheFirstByteReplacesAllThatWasThere) {

@@ -47,18 +47,55 @@ int NewFile::write(const char* data, std::size_t size) {
 
 int NewFile::sync() const { return ::fdatasync(fd_) == 0 || errno == EINVAL ? 0 : errno; }  // A pipe has none.
 
+namespace {
+
+const char* remedyOfMaking(int error) {
+  switch (error) {
+    case EEXIST:
+      return "choose another name, or give --replace";
+    case ENOENT:
+      return "make its folder first, or name another";
+    case ENOTDIR:
+      return "what stands before its last / must be a folder";
+    case ENAMETOOLONG:
+      return "choose a shorter name";
+    case ENOSPC:
+    case EDQUOT:
+      return "make room on the disk";
+    case EMFILE:
+    case ENFILE:
+      return "raise the limit of open files (ulimit -n)";
+    default:
+      return "choose a place where you may write";
+  }
+}
+
+const char* remedyOfWriting(int error) {
+  switch (error) {
+    case EFBIG:
+      return "raise the limit of a file's size (ulimit -f)";
+    case EPIPE:
+      return "whoever read it has gone: begin again";
+    case ENOSPC:
+    case EDQUOT:
+      return "make room on the disk";
+    default:
+      return "see whether its disk is well, or choose another";
+  }
+}
+
+}  // namespace
+
 void failMaking(const std::string& path, int error) {
   struct stat s {};
   if (::stat(path.c_str(), &s) == 0 && S_ISDIR(s.st_mode)) {
     throw Failure{kExitFile, path, "is a folder", "name a file in it"};
   }
-  throw Failure{kExitFile, path, std::strerror(error),
-                error == EEXIST ? "choose another name, or give --replace" : "choose a place where you may write"};
+  throw Failure{kExitFile, path, std::strerror(error), remedyOfMaking(error)};
 }
 
 void failWriting(const std::string& file, int error) {
-  throw Failure{kExitFile, file, std::strerror(error),
-                error == EFBIG ? "raise the limit of a file's size (ulimit -f)" : "make room on the disk"};
+  throw Failure{kExitFile, file, std::strerror(error), remedyOfWriting(error)};
 }
 
 }  // namespace hapticctl

@@ -217,7 +217,7 @@ int haptic_events_open(haptic_client* c, const haptic_events_options* options, h
                                  "give at most " + std::to_string(kMaxCapacity));
     }
     auto made = std::make_unique<haptic_events>(c->connection, full);
-    if (made->queue->fd() < 0) return {HAPTIC_SYSTEM, "events", strerror(errno), "close some descriptors"};
+    if (made->queue->fd() < 0) return {HAPTIC_SYSTEM, "events", strerror(errno), client::kFewerDescriptors};
     // Served from the question on: a link that is lost and renewed before the answer is heard of must renew this, too.
     Failure refusal;
     const Failure broken = c->connection->call([&](Link& link) {

@@ -128,8 +128,7 @@ Failure Connection::start() {
         loop = std::make_unique<Loop>(*this);
         executor_ = kj::getCurrentThreadExecutor().addRef();
       } catch (const kj::Exception& e) {
-        return begun->set_value(
-            {HAPTIC_SYSTEM, "the library's thread", e.getDescription().cStr(), "close some descriptors"});
+        return begun->set_value({HAPTIC_SYSTEM, "the library's thread", e.getDescription().cStr(), kFewerDescriptors});
       } catch (...) {
         return begun->set_value(fromException());
       }
@@ -267,7 +266,7 @@ Failure Connection::attach(const std::string& path) {
       loop.link = nullptr;
       makeLink(loop, std::move(socket));
     } catch (const kj::Exception& e) {  // The kernel may watch no more descriptors for this user.
-      failure = {HAPTIC_SYSTEM, path, e.getDescription().cStr(), "close some descriptors"};
+      failure = {HAPTIC_SYSTEM, path, e.getDescription().cStr(), kFewerDescriptors};
     } catch (...) {
       failure = fromException();
     }

@@ -74,7 +74,7 @@ Failure connectTo(const std::string& path, std::int64_t timeout_ns, OwnDescripto
   path.copy(address.sun_path, path.size());
   OwnDescriptor made([] { return socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0); });
   if (made.get() < 0)
-    return {HAPTIC_SYSTEM, path, std::string("no socket can be made: ") + strerror(errno), "close some descriptors"};
+    return {HAPTIC_SYSTEM, path, std::string("no socket can be made: ") + strerror(errno), kFewerDescriptors};
   const std::int64_t deadline = haptic_now_ns() + timeout_ns;
   for (;;) {
     if (connect(made.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {

@@ -23,6 +23,9 @@ struct [[nodiscard]] Failure {
   explicit operator bool() const noexcept { return code != HAPTIC_OK; }
 };
 
+/** The remedy where the program, or its user, may have no more of them. */
+inline constexpr const char* kFewerDescriptors = "close some descriptors, or raise the program's limit (ulimit -n)";
+
 /** Writes a refusal into the caller's structure, as much of it as its size holds. Gives the code. */
 int report(const Failure& failure, haptic_error* error) noexcept;
 
@@ -58,7 +61,8 @@ template <class T>
 Failure readSized(const T* in, T& out, std::size_t minimum, const char* name) {
   if (in == nullptr) return badArgument(name, "is null");
   const std::size_t size = in->size;
-  if (size < minimum || size % 8 != 0) {
+  constexpr std::size_t kMost = 4096;  // Else a size that nobody set has us read what is not there.
+  if (size < minimum || size > kMost || size % 8 != 0) {
     return badArgument(std::string(name) + ".size", "is " + std::to_string(size) + ", which no version had",
                        std::string("set it to sizeof(") + name + ")");
   }

@@ -82,7 +82,7 @@ TEST(Exhausted, WithoutADescriptorConnectingIsRefusedAndBlocksNoSignal) {
               if (setrlimit(RLIMIT_NOFILE, &few) != 0) return 10;
               while (open("/dev/null", O_RDONLY | O_CLOEXEC) >= 0) {
               }
-              return refusedWith("descriptors");
+              return refusedWith("ulimit -n");
             }),
             0);
 }

@@ -81,7 +81,7 @@ TEST(SizedStructures, OlderAndNewerOnesAreRead) {
   newer.unknown = 1;
   EXPECT_EQ(readSized(&newer.known, out, 8, "options").code, HAPTIC_UNSUPPORTED);
 
-  for (const std::uint32_t bad : {0u, 4u, 12u}) {
+  for (const std::uint32_t bad : {0u, 4u, 12u, 4104u, 0xfffffff8u}) {
     newer.known.size = bad;
     const Failure failure = readSized(&newer.known, out, 8, "options");
     EXPECT_EQ(failure.code, HAPTIC_INVALID_ARGUMENT) << bad;

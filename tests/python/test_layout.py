@@ -129,5 +129,16 @@ class Errors(unittest.TestCase):
             self.assertEqual(_abi.lib.haptic_event_name(kind).decode(), kind.name.lower().replace("_", "-"))
 
 
+class NewerDaemon(unittest.TestCase):
+    def test_numbers_that_are_not_known_yet_pass_as_they_are(self):
+        from hapticclient.convert import object_state
+        made = _abi.Object(name=b"new", parent=b"", shape=_abi.Shape(kind=99))
+        raw = _abi.ObjectState(object=ctypes.pointer(made), surface=ctypes.pointer(_abi.Surface()), path=b"/_objects/new", owner=b"")
+        self.assertEqual(object_state(raw).shape, 99)
+        made.shape.kind = 3
+        self.assertIs(object_state(raw).shape, hapticclient.ShapeKind.BOX)
+        self.assertEqual(hapticclient.HapticError(99).code, 99)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -46,10 +46,17 @@ def texture_report(raw: Any) -> TextureReport:
     return plain(TextureReport, raw, relief=bool(raw.relief))
 
 
+def _shape_kind(number: int) -> int:
+    try:
+        return ShapeKind(number)
+    except ValueError:  # of a newer daemon
+        return number
+
+
 def object_state(raw: Any) -> ObjectState:
     made = raw.object.contents
     return plain(ObjectState, raw, name=made.name.decode(), parent=made.parent.decode(),
-                 flags=ObjectFlag(made.flags), pose=_value(made.pose), shape=ShapeKind(made.shape.kind),
+                 flags=ObjectFlag(made.flags), pose=_value(made.pose), shape=_shape_kind(made.shape.kind),
                  size=tuple(made.shape.size), mesh=made.shape.mesh,
                  material=Material(*(getattr(made.material, name) for name in Material._fields)),
                  surface=plain(Surface, raw.surface.contents))

@@ -356,7 +356,8 @@ class Check:
 
 @dataclass(frozen=True)
 class ObjectState:
-    """An object as it stands. `id` is for pushes; `pose` is in the parent's frame; `size` as ShapeKind tells."""
+    """An object as it stands. `id` is for pushes; `pose` is in the parent's frame; `shape` is a ShapeKind, of a newer daemon
+    maybe a number that is none yet; `size` as ShapeKind tells."""
     id: int
     triangles: int
     path: str
@@ -366,7 +367,7 @@ class ObjectState:
     parent: str
     flags: ObjectFlag
     pose: Pose
-    shape: ShapeKind
+    shape: int
     size: Vector
     mesh: int
     material: Material

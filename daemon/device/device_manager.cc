@@ -134,7 +134,7 @@ void DeviceManager::poll() {
   opener_.poll();
   for (const std::string& uri : closer_.poll()) log::warn("{}: its driver has let go of it", log::printable(uri));
   for (auto it = groups_opening_.begin(); it != groups_opening_.end();) {
-    if (!it->ended || (it->turn && !it->turn())) {
+    if (!it->ended || (it->turn && !it->turn()) || (it->devices && !meshes_.readyForServo())) {
       ++it;
       continue;
     }

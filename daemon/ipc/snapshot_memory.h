@@ -22,7 +22,8 @@ struct SnapshotMemory {
 
 /**
  * Takes a snapshot that the builder (or a cache file's copy) made: requires Seals::kFrozen, maps it (a private copy if
- * deformable), validates all of it and, if `lock`, locks it. Control thread; about 60 ms for a million triangles.
+ * deformable), validates all of it and, if `lock`, locks it. Any thread; 60 ms for a million triangles, and more where
+ * pages are dear.
  */
 [[nodiscard]] Result<SnapshotMemory> openSnapshot(UniqueFd fd, bool lock);
 

@@ -2,15 +2,27 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "rt/scene/vertex_motion.h"
 
 namespace hapticd {
 
+namespace {
+
+constexpr std::uint64_t kLarge_bytes = 4 << 20;  ///< A copy takes milliseconds, and the control thread has no time.
+
+enum class Spare { kNone, kAsked, kAnswered };
+
+}  // namespace
+
 /** A rigid mesh is one mapping for all servos, under nullptr; of a deformable one each servo has a copy. */
 struct MeshStore::Entry : ShelfEntry<MeshInfo, std::unique_ptr<SnapshotMemory>> {
   UniqueFd fd;
-  std::unique_ptr<SnapshotMemory> fresh;  ///< Of a deformable one, for the first servo that comes.
-  std::unique_ptr<VolumeMemory> volume;   ///< Null: none.
+  std::vector<std::unique_ptr<SnapshotMemory>> fresh;  ///< Of a deformable one, for servos that come.
+  Spare spare = Spare::kNone;                          ///< Whether one more was asked for, which may have failed.
+  std::unique_ptr<VolumeMemory> volume;                ///< Null: none.
 };
 
 MeshStore::MeshStore()
@@ -18,13 +30,18 @@ MeshStore::MeshStore()
           ShelfWords{"mesh", "meshes", "objects", "remove them or give them another shape first"})) {}
 MeshStore::~MeshStore() = default;
 
-Result<CheckedMesh> checkMesh(UniqueFd snapshot, UniqueFd volume, bool lock) {
+Result<CheckedMesh> checkMesh(UniqueFd snapshot, UniqueFd volume, bool lock, std::size_t servos) {
   CheckedMesh mesh;
-  auto shared = duplicate(snapshot.get());
-  if (!shared) return shared.error();
-  auto memory = openSnapshot(std::move(*shared), lock);
-  if (!memory) return memory.error();
-  mesh.memory = std::make_unique<SnapshotMemory>(std::move(*memory));
+  std::size_t wanted = 1;
+  while (mesh.memory.size() < wanted) {
+    auto shared = duplicate(snapshot.get());
+    if (!shared) return shared.error();
+    auto memory = mesh.memory.empty() ? openSnapshot(std::move(*shared), lock)
+                                      : copySnapshot(std::move(*shared), *mesh.memory.front(), lock);
+    if (!memory) return memory.error();
+    if ((memory->view.flags & HD_MESH_DEFORMABLE) != 0) wanted = std::max<std::size_t>(1, servos);
+    mesh.memory.push_back(std::make_unique<SnapshotMemory>(std::move(*memory)));
+  }
   mesh.fd = std::move(snapshot);
   if (!volume.valid()) return mesh;
   auto opened = openVolume(std::move(volume), lock);
@@ -34,7 +51,7 @@ Result<CheckedMesh> checkMesh(UniqueFd snapshot, UniqueFd volume, bool lock) {
 }
 
 Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, UniqueFd volume, MeshInfo info) {
-  auto mesh = checkMesh(std::move(snapshot), std::move(volume), lock_);
+  auto mesh = checkMesh(std::move(snapshot), std::move(volume), lock_, servos());
   if (!mesh) return mesh.error();
   return add(std::move(*mesh), std::move(info));
 }
@@ -42,13 +59,14 @@ Result<std::uint64_t> MeshStore::add(UniqueFd snapshot, UniqueFd volume, MeshInf
 Result<std::uint64_t> MeshStore::add(CheckedMesh mesh, MeshInfo info) {
   if (auto room = shelf_->room(info.owner); !room) return room.error();
   auto entry = std::make_unique<Entry>();
-  const MeshView& view = mesh.memory->view;
-  const auto* header = mesh.memory->mapping.as<const hd_snapshot_header>();
+  const SnapshotMemory& memory = *mesh.memory.front();
+  const MeshView& view = memory.view;
+  const auto* header = memory.mapping.as<const hd_snapshot_header>();
   info.vertices = view.vertex_count;
   info.triangles = view.triangle_count;
   info.closed = (view.flags & HD_MESH_CLOSED) != 0;
   info.deformable = (view.flags & HD_MESH_DEFORMABLE) != 0;
-  info.bytes = mesh.memory->mapping.size() + mesh.memory->motion.size();
+  info.bytes = memory.mapping.size() + memory.motion.size();
   if (mesh.volume != nullptr) {
     entry->volume = std::move(mesh.volume);
     info.bytes += entry->volume->mapping.size();
@@ -60,14 +78,16 @@ Result<std::uint64_t> MeshStore::add(CheckedMesh mesh, MeshInfo info) {
   }
   entry->info = std::move(info);
   entry->fd = std::move(mesh.fd);
-  // Of a deformable one the first servo gets what was checked; each other a copy of its own.
-  auto& first = entry->info.deformable ? entry->fresh : entry->copies[nullptr];
-  first = std::move(mesh.memory);
+  if (entry->info.deformable) {
+    entry->fresh = std::move(mesh.memory);
+  } else {
+    entry->copies[nullptr] = std::move(mesh.memory.front());
+  }
   const VolumeView* own = entry->volume != nullptr ? &entry->volume->view : nullptr;
   auto id = shelf_->put(
       std::move(entry), [&](std::uint32_t index, CommandSink& sink) { return publish(index, sink); },
       [&](std::uint32_t index) { unpublish(index); });
-  if (id) shelf_->find(*id)->fresh.reset();  // There is no servo.
+  if (id) shelf_->find(*id)->fresh.clear();  // A servo has gone meanwhile, or there is none.
   if (id && own != nullptr) volumes_.publish(shelf_->indexOf(*id), own);
   return id;
 }
@@ -76,16 +96,9 @@ Result<void> MeshStore::publish(std::uint32_t index, CommandSink& sink) {
   Entry& entry = *shelf_->entries()[index];
   SnapshotMemory* memory = nullptr;
   if (entry.info.deformable) {
-    std::unique_ptr<SnapshotMemory> own = std::move(entry.fresh);
-    if (own == nullptr) {
-      auto fd = duplicate(entry.fd.get());
-      if (!fd) return fd.error();
-      auto copy = entry.copies.empty() ? openSnapshot(std::move(*fd), lock_)
-                                       : copySnapshot(std::move(*fd), *entry.copies.begin()->second, lock_);
-      if (!copy) return copy.error();
-      own = std::make_unique<SnapshotMemory>(std::move(*copy));
-    }
-    memory = entry.copies.insert_or_assign(&sink, std::move(own)).first->second.get();
+    auto own = copyFor(entry);
+    if (!own) return own.error();
+    memory = entry.copies.insert_or_assign(&sink, std::move(*own)).first->second.get();
   } else {
     memory = entry.copies.at(nullptr).get();
   }
@@ -93,6 +106,60 @@ Result<void> MeshStore::publish(std::uint32_t index, CommandSink& sink) {
   if (published_) published_(sink, describe(index, sink));
   return {};
 }
+
+/** One that was made aside; else, for a servo that came in between, made now. */
+Result<std::unique_ptr<SnapshotMemory>> MeshStore::copyFor(Entry& entry) const {
+  if (!entry.fresh.empty()) {
+    auto made = std::move(entry.fresh.back());
+    entry.fresh.pop_back();
+    return made;
+  }
+  auto fd = duplicate(entry.fd.get());
+  if (!fd) return fd.error();
+  auto copy = entry.copies.empty() ? openSnapshot(std::move(*fd), lock_)
+                                   : copySnapshot(std::move(*fd), *entry.copies.begin()->second, lock_);
+  if (!copy) return copy.error();
+  return std::make_unique<SnapshotMemory>(std::move(*copy));
+}
+
+bool MeshStore::readyForServo() {
+  bool ready = true;
+  for (const auto& entry : shelf_->entries()) {
+    if (entry == nullptr || entry->dropped || !entry->info.deformable || entry->info.bytes < kLarge_bytes) continue;
+    if (entry->spare == Spare::kNone && entry->fresh.empty()) copyAside(*entry);
+    ready = ready && entry->spare != Spare::kAsked;
+  }
+  return ready;
+}
+
+/** Of the file: what the servos' copies hold may go meanwhile. What fails then fails once more in attach(), which
+ * tells. */
+void MeshStore::copyAside(Entry& entry) {
+  auto fd = duplicate(entry.fd.get());
+  entry.spare = fd ? Spare::kAsked : Spare::kAnswered;
+  if (!fd) return;
+  aside_.start([fd = std::move(*fd), lock = lock_]() mutable { return openSnapshot(std::move(fd), lock); },
+               [this, id = entry.info.id](Result<SnapshotMemory> copy) {
+                 Entry* const asked = shelf_->find(id);
+                 if (asked == nullptr) return;  // dropped
+                 asked->spare = Spare::kAnswered;
+                 if (copy) asked->fresh.push_back(std::make_unique<SnapshotMemory>(std::move(*copy)));
+               });
+}
+
+/** What has many pages takes its time to go. */
+template <class Memory>
+void MeshStore::giveBack(Memory memory, std::uint64_t bytes) {
+  if (bytes < kLarge_bytes) return;
+  aside_.start(
+      [memory = std::move(memory)]() mutable {
+        memory = Memory();
+        return Result<void>();
+      },
+      [](const Result<void>&) {});
+}
+
+std::size_t MeshStore::servos() const { return shelf_->sinks().size(); }
 
 PublishedMesh MeshStore::describe(std::uint32_t index, CommandSink& sink) const {
   const Entry& entry = *shelf_->entries()[index];
@@ -166,13 +233,28 @@ void MeshStore::use(std::uint64_t id) { shelf_->use(id); }
 void MeshStore::release(std::uint64_t id) { shelf_->release(id); }
 
 Result<void> MeshStore::attach(CommandSink& sink) {
-  return shelf_->attach(sink, [&](std::uint32_t index, CommandSink& s) { return publish(index, s); });
+  auto attached = shelf_->attach(sink, [&](std::uint32_t index, CommandSink& s) { return publish(index, s); });
+  for (const auto& entry : shelf_->entries())
+    if (entry != nullptr) entry->spare = Spare::kNone;  // The next one needs its own.
+  return attached;
 }
 
-void MeshStore::detach(CommandSink& sink) { shelf_->detach(sink); }
+void MeshStore::detach(CommandSink& sink) {
+  for (const auto& entry : shelf_->entries()) {
+    if (entry == nullptr) continue;
+    if (const auto own = entry->copies.find(&sink); own != entry->copies.end())
+      giveBack(std::move(own->second), entry->info.bytes);
+  }
+  shelf_->detach(sink);
+}
 
 void MeshStore::reclaim() {
-  shelf_->reclaim([&](std::uint32_t index) { unpublish(index); });
+  aside_.poll();
+  shelf_->reclaim([&](std::uint32_t index) { unpublish(index); },
+                  [&](std::unique_ptr<Entry> entry) {
+                    const std::uint64_t bytes = entry->info.bytes;
+                    giveBack(std::move(entry), bytes);
+                  });
 }
 
 }  // namespace hapticd

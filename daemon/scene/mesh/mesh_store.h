@@ -15,6 +15,7 @@
 #include "daemon/ipc/volume_memory.h"
 #include "daemon/scene/command_sink.h"
 #include "daemon/scene/object.h"
+#include "daemon/scene/upload/aside.h"
 #include "daemon/scene/upload/shelf.h"
 #include "rt/volume/volume_table.h"
 
@@ -39,12 +40,15 @@ struct MeshInfo {
 
 /** What the builder made, checked to the last index, mapped and locked. */
 struct CheckedMesh {
-  UniqueFd fd;  ///< Of the snapshot, from which deformable ones are copied.
-  std::unique_ptr<SnapshotMemory> memory;
-  std::unique_ptr<VolumeMemory> volume;  ///< Null: none.
+  UniqueFd fd;                                          ///< Of the snapshot, from which deformable ones are copied.
+  std::vector<std::unique_ptr<SnapshotMemory>> memory;  ///< One; of a deformable mesh one for each servo.
+  std::unique_ptr<VolumeMemory> volume;                 ///< Null: none.
 };
-/** Checks seals and every index; of a large mesh that takes 0.1 s. Any thread. `volume` may be invalid: none. */
-[[nodiscard]] Result<CheckedMesh> checkMesh(UniqueFd snapshot, UniqueFd volume, bool lock);
+/**
+ * Checks seals and every index, and copies what each of so many servos needs for itself; of a large mesh that takes 0.1
+ * s and more. Any thread. `volume` may be invalid: none.
+ */
+[[nodiscard]] Result<CheckedMesh> checkMesh(UniqueFd snapshot, UniqueFd volume, bool lock, std::size_t servos);
 
 /** A mesh as one servo reads it. */
 struct PublishedMesh {
@@ -63,6 +67,8 @@ class MeshStore {
   /** Whether what the servos read must be locked (it may not be under --allow-no-rt). */
   void setLock(bool lock) { lock_ = lock; }
   [[nodiscard]] bool locks() const { return lock_; }
+  /** Servos that read what is here. */
+  [[nodiscard]] std::size_t servos() const;
 
   /** Publishes it to every servo. Counts, box, flags and size of `info` are read from the snapshot itself. */
   [[nodiscard]] Result<std::uint64_t> add(CheckedMesh mesh, MeshInfo info);
@@ -92,6 +98,11 @@ class MeshStore {
   // By the scene model.
   void use(std::uint64_t id);
   void release(std::uint64_t id);
+  /**
+   * Whether attach() would be quick: a servo needs deformable meshes for itself, and of large ones this has a copy made
+   * on a thread aside. Where it is false, ask again after reclaim().
+   */
+  [[nodiscard]] bool readyForServo();
   /** Publishes every mesh to a new sink, before the scene is replayed to it. */
   [[nodiscard]] Result<void> attach(CommandSink& sink);
   void detach(CommandSink& sink);
@@ -101,11 +112,17 @@ class MeshStore {
   /** Told of each mesh when it is published, before any order can name it. */
   void onPublish(std::function<void(CommandSink&, const PublishedMesh&)> f) { published_ = std::move(f); }
 
-  /** Unmaps what every servo has passed. Call every few milliseconds. */
+  /** Unmaps what every servo has passed, what is large aside. Call every few milliseconds. */
   void reclaim();
+  /** Whether something is made or unmapped aside. */
+  [[nodiscard]] bool busy() const { return aside_.size() != 0; }
 
  private:
   struct Entry;
+  Result<std::unique_ptr<SnapshotMemory>> copyFor(Entry& entry) const;
+  void copyAside(Entry& entry);
+  template <class Memory>
+  void giveBack(Memory memory, std::uint64_t bytes);
   Result<void> publish(std::uint32_t index, CommandSink& sink);
   void unpublish(std::uint32_t index);
   [[nodiscard]] PublishedMesh describe(std::uint32_t index, CommandSink& sink) const;
@@ -114,6 +131,7 @@ class MeshStore {
   std::unique_ptr<Shelf<Entry, kMaxMeshes>> shelf_;
   VolumeTable volumes_;
   std::function<void(CommandSink&, const PublishedMesh&)> published_;
+  Aside aside_;  // last: its thread ends first
 };
 
 }  // namespace hapticd

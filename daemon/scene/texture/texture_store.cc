@@ -145,7 +145,7 @@ Result<void> TextureStore::attach(CommandSink& sink) {
 void TextureStore::detach(CommandSink& sink) { shelf_->detach(sink); }
 
 void TextureStore::reclaim() {
-  shelf_->reclaim([&](std::uint32_t index) { unpublish(index); });
+  shelf_->reclaim([&](std::uint32_t index) { unpublish(index); }, [](std::unique_ptr<Entry>) {});
 }
 
 }  // namespace hapticd

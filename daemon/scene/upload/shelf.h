@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "daemon/scene/command_sink.h"
@@ -148,9 +149,9 @@ class Shelf {
     }
   }
 
-  /** Frees what every servo has passed. */
-  template <class Unpublish>
-  void reclaim(Unpublish&& unpublish) {
+  /** Gives back what every servo has passed. */
+  template <class Unpublish, class GiveBack>
+  void reclaim(Unpublish&& unpublish, GiveBack&& give_back) {
     for (std::uint32_t i = 0; i < kMost; ++i) {
       Entry* entry = entries_[i].get();
       if (entry == nullptr || !entry->dropped) continue;
@@ -158,7 +159,7 @@ class Shelf {
                                    [](const auto& wait) { return wait.first->passed(wait.second); });
       if (!all) continue;
       unpublish(i);
-      entries_[i].reset();
+      give_back(std::exchange(entries_[i], nullptr));
     }
   }
 

@@ -192,24 +192,24 @@ void Uploads::check(std::uint64_t id, CachedBuild built, MeshInfo info, bool cac
   const bool keep = !cached && cache_ != nullptr && !upload.cache_key.empty() && snapshot && volume;
   CachedBuild kept;
   if (keep) kept = {std::move(*snapshot), std::move(*volume), std::move(built.notes)};
-  aside_.start([snapshot = std::move(built.snapshot), volume = std::move(built.volume),
-                lock = meshes_.locks()]() mutable { return checkMesh(std::move(snapshot), std::move(volume), lock); },
-               [this, id, cached, bytes, keep, kept = std::move(kept),
-                info = std::move(info)](Result<CheckedMesh> mesh) mutable {
-                 Upload* const upload = find(id);
-                 if (upload == nullptr) return;  // cancelled
-                 if (!mesh && cached && mesh.error().code == ErrorCode::kBadSnapshot) {
-                   log::warn("a cached volume is built again: {}", toString(mesh.error()));
-                   cache_->drop(upload->cache_key);
-                   upload->counts = upload->file.size();
-                   return build(id);
-                 }
-                 const Upload done = take(id);
-                 auto made = mesh ? adopt(std::move(*mesh), std::move(info), bytes) : Result<MeshInfo>(mesh.error());
-                 if (made && keep)
-                   cache_->keep(done.cache_key, std::move(kept.snapshot), std::move(kept.volume), kept.notes);
-                 done.done(std::move(made));
-               });
+  aside_.start(
+      [snapshot = std::move(built.snapshot), volume = std::move(built.volume), lock = meshes_.locks(),
+       servos = meshes_.servos()]() mutable { return checkMesh(std::move(snapshot), std::move(volume), lock, servos); },
+      [this, id, cached, bytes, keep, kept = std::move(kept),
+       info = std::move(info)](Result<CheckedMesh> mesh) mutable {
+        Upload* const upload = find(id);
+        if (upload == nullptr) return;  // cancelled
+        if (!mesh && cached && mesh.error().code == ErrorCode::kBadSnapshot) {
+          log::warn("a cached volume is built again: {}", toString(mesh.error()));
+          cache_->drop(upload->cache_key);
+          upload->counts = upload->file.size();
+          return build(id);
+        }
+        const Upload done = take(id);
+        auto made = mesh ? adopt(std::move(*mesh), std::move(info), bytes) : Result<MeshInfo>(mesh.error());
+        if (made && keep) cache_->keep(done.cache_key, std::move(kept.snapshot), std::move(kept.volume), kept.notes);
+        done.done(std::move(made));
+      });
 }
 
 Result<MeshInfo> Uploads::adopt(CheckedMesh mesh, MeshInfo info, std::uint64_t bytes) {

@@ -204,10 +204,11 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
   }
   auto link = GroupLink::start(group.name, group_options, std::move(opened), clock_);
   if (!link) return link.error();
-  if (auto r = meshes_.attach(**link); !r) return r;
-  if (auto r = scene_.textures().attach(**link); !r) {
-    letGo(**link);
-    return r;
+  auto told = meshes_.attach(**link);
+  if (told) told = scene_.textures().attach(**link);
+  if (!told) {
+    (void)letGo(**link);
+    return told;
   }
   scene_.attach(**link);
   for (auto& row : rows) {

@@ -2,10 +2,13 @@
 #include <atomic>
 #include <fstream>
 
+#include "daemon/builder/build.h"
 #include "daemon/device/device_closer.h"
 #include "tests/session/bench.h"
 #include "tests/session/still_device.h"
+#include "tests/support/process/no_descriptors.h"
 #include "tests/support/process/temporary_directory.h"
+#include "tests/unit/builder/meshes.h"
 
 namespace hapticd::test {
 namespace {
@@ -93,6 +96,24 @@ TEST_F(Stuck, ADriverThatDoesNotCloseHoldsUpNobody) {
   closing.open();
   while (bench.core.devices().isClosing("test://stuck")) bench.step();
   EXPECT_EQ(closing.closed, 1);
+  EXPECT_TRUE(bench.core.openDevice("test://stuck", bench.administration).ok());
+}
+
+/** As where memory may not be locked any more: its servo is stopped and the device closed again. */
+TEST_F(Stuck, NorOneWhoseServoCouldNotBeGivenTheMeshes) {
+  BuildMonitor monitor;
+  const auto built = buildSnapshot(upload(torus(12, 8), HD_MESH_DEFORMABLE), monitor);
+  ASSERT_TRUE(built.ok());
+  ASSERT_TRUE(bench.core.meshes().add(std::move(*built->memfd.share()), {}).ok());
+  closing.shut.store(true);
+  {
+    const NoDescriptors none;
+    EXPECT_EQ(codeOf(bench.core.openDevice("test://stuck", bench.administration)), ErrorCode::kSystem);
+  }
+  EXPECT_TRUE(bench.core.devices().isClosing("test://stuck"));
+  EXPECT_EQ(closing.inside, 1);
+  closing.open();
+  while (bench.core.devices().isClosing("test://stuck")) bench.step();
   EXPECT_TRUE(bench.core.openDevice("test://stuck", bench.administration).ok());
 }
 

@@ -82,6 +82,7 @@ struct Entry {
   fs::path cached, vdb;
   fs::file_time_type used;
   std::uint64_t bytes = 0, vdb_bytes = 0;
+  bool ahead = false;  ///< Used by a clock that has been set back since: nobody knows when.
 };
 
 /** Where the volume lies beside which that OpenVDB file is; empty if it is of another version. */
@@ -100,10 +101,12 @@ bool isOurs(const fs::path& file) {
   return std::regex_match(file.filename().string(), kName);
 }
 
-/** Those longest unused first. OpenVDB files of another version, or whose volume is gone, are removed. */
+/** Those longest unused first, what is built now last whatever the clock was. OpenVDB files of another version, or
+ * whose volume is gone, are removed. */
 std::vector<Entry> entriesOf(const std::string& directory) {
   std::vector<Entry> entries;
   std::error_code error;
+  const auto now = fs::file_time_type::clock::now();
   for (const auto& file : fs::directory_iterator(directory, error)) {
     fs::path other = file.path();
     if (!isOurs(other)) continue;
@@ -111,10 +114,12 @@ std::vector<Entry> entriesOf(const std::string& directory) {
     if (other.extension() != ".hvol" || !file.is_regular_file(error)) continue;
     other.replace_extension(kCachedVdbEnding);
     Entry entry{file.path(), other, file.last_write_time(error), file.file_size(error)};
+    entry.ahead = entry.used > now;
     if (const auto beside = fs::file_size(entry.vdb, error); !error) entry.vdb_bytes = beside;
     entries.push_back(std::move(entry));
   }
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.used < b.used; });
+  std::sort(entries.begin(), entries.end(),
+            [](const Entry& a, const Entry& b) { return a.ahead != b.ahead ? a.ahead : a.used < b.used; });
   return entries;
 }
 

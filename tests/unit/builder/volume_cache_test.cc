@@ -233,6 +233,21 @@ TEST_F(Cache, longestUnusedFilesGoFirst) {
   EXPECT_TRUE(cache.find(c).has_value());
 }
 
+TEST_F(Cache, aClockThatWasAheadDoesNotHaveNewFilesGoFirst) {
+  const std::uint64_t one = built_.memfd.size() + built_.volume.size();
+  VolumeCache cache(directory_.path(), 2 * one + one / 2);
+  const std::string a = keyNamed("a"), b = keyNamed("b"), c = keyNamed("c"), d = keyNamed("d");
+  for (const std::string& key : {a, b}) keep(cache, key);
+  const auto ahead = fs::file_time_type::clock::now() + std::chrono::hours(24 * 365);
+  for (const auto& entry : fs::directory_iterator(directory_.path())) fs::last_write_time(entry.path(), ahead);
+  for (const std::string& key : {c, d}) {
+    keep(cache, key);
+    EXPECT_TRUE(cache.find(key).has_value());
+  }
+  EXPECT_TRUE(cache.find(c).has_value());
+  for (const std::string& key : {a, b}) EXPECT_FALSE(cache.find(key).has_value());
+}
+
 TEST_F(Cache, oneThatIsTooLargeIsToldAndPushesNothingOut) {
   const std::uint64_t one = built_.memfd.size() + built_.volume.size();
   VolumeCache cache(directory_.path(), 2 * one);

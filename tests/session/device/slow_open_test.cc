@@ -6,9 +6,11 @@
 #include <condition_variable>
 #include <mutex>
 
+#include "daemon/builder/build.h"
 #include "daemon/device/device_opener.h"
 #include "tests/session/bench.h"
 #include "tests/session/still_device.h"
+#include "tests/unit/builder/meshes.h"
 
 namespace hapticd::test {
 namespace {
@@ -69,6 +71,26 @@ struct SlowBench {
   Gate gate;  // before the bench: its devices go first
   Bench bench;
 };
+
+TEST(SlowOpen, WaitsForTheCopyOfALargeMeshThatItsServoNeeds) {
+  SlowBench slow;
+  BuildMonitor monitor;
+  const auto built = buildSnapshot(upload(torus(240, 120), HD_MESH_DEFORMABLE), monitor);
+  ASSERT_TRUE(built.ok());
+  ASSERT_TRUE(slow.bench.core.meshes().add(std::move(*built->memfd.share()), {}).ok());
+  slow.gate.open();
+  int answers = 0;
+  bool copied = false;
+  slow.bench.core.openDevice("slow://1", slow.bench.connection, [&](const Result<OpenDevice*>& device) {
+    EXPECT_TRUE(device.ok()) << toString(device.error());
+    ++answers;
+  });
+  slow.until([&] {
+    copied = copied || slow.bench.core.meshes().busy();
+    return answers == 1;
+  });
+  EXPECT_TRUE(copied) << "control made it itself";
+}
 
 /** Of a user who may have no more threads; in a child, which gives that right up. */
 TEST(SlowOpen, WithoutAThreadForItTheAnswerIsAnError) {

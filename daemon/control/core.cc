@@ -137,7 +137,7 @@ void Core::poll() {
   meshes_.reclaim();
   scene_.textures().reclaim();
   uploads_.poll();
-  busy_ = busy_ || uploads_.busy() || meshes_.busy();
+  busy_ = busy_ || uploads_.busy() || meshes_.busy() || scene_.textures().busy();
   recordings_.poll();
 }
 

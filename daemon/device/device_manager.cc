@@ -134,7 +134,7 @@ void DeviceManager::poll() {
   opener_.poll();
   for (const std::string& uri : closer_.poll()) log::warn("{}: its driver has let go of it", log::printable(uri));
   for (auto it = groups_opening_.begin(); it != groups_opening_.end();) {
-    if (!it->ended || (it->turn && !it->turn()) || (it->devices && !meshes_.readyForServo())) {
+    if (!it->ended || (it->turn && !it->turn()) || (it->devices && !readyFor(*it))) {
       ++it;
       continue;
     }
@@ -143,6 +143,12 @@ void DeviceManager::poll() {
     finish(opening);
     it = groups_opening_.begin();  // It may have been the turn's only obstacle, and may have begun others.
   }
+}
+
+/** Whether what its servo needs of meshes and textures for itself has been made aside. */
+bool DeviceManager::readyFor(const GroupOpening& opening) {
+  const bool meshes = meshes_.readyForServo();
+  return scene_.textures().readyForServo(options(opening.group, opening.open).cycle.period_ns) && meshes;
 }
 
 /** A group is open, or not: those who wait for one of its devices are told. */

@@ -185,6 +185,7 @@ class DeviceManager {
                                                                        const std::string& where);
   void begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done, Turn turn = {});
   void openNext(GroupOpening& opening);
+  [[nodiscard]] bool readyFor(const GroupOpening& opening);
   void finish(GroupOpening& opening);
   [[nodiscard]] Opening takeOpening(const std::string& canonical);
   bool waitFor(const std::string& canonical, std::string_view text, Done& done);

@@ -6,8 +6,9 @@ namespace hapticd {
 
 /** What was uploaded, and what each servo reads. */
 struct TextureStore::Entry : ShelfEntry<TextureInfo, std::shared_ptr<const TextureMemory>> {
-  Texture texture;
-  LaidOut made;  ///< For servos that are being told of it.
+  std::shared_ptr<const Texture> texture;
+  LaidOut made;                           ///< For servos that are being told of it, or will be.
+  std::map<std::int64_t, bool> answered;  ///< By period, whether what was asked for aside has come, or failed.
 
   /** Null: none is laid out as a servo of that period wants it. A relief is the same at any rate. */
   [[nodiscard]] std::shared_ptr<const TextureMemory> copyFor(std::int64_t period_ns) const {
@@ -57,7 +58,7 @@ Result<std::uint64_t> TextureStore::add(Texture texture, const Client& by, LaidO
   info.models = static_cast<std::uint32_t>(texture.vibration.models.size());
   info.rate_hz = texture.vibration.rate_hz;
   info.bytes = layOutBytes(texture);
-  entry->texture = std::move(texture);
+  entry->texture = std::make_shared<const Texture>(std::move(texture));
   entry->made = std::move(made);
   auto id = shelf_->put(
       std::move(entry), [&](std::uint32_t index, CommandSink& sink) { return publish(index, sink); },
@@ -74,7 +75,7 @@ Result<void> TextureStore::publish(std::uint32_t index, CommandSink& sink) {
   const auto made = entry.made.find(entry.info.is_relief ? 0 : sink.periodNs());
   if (copy == nullptr && made != entry.made.end()) copy = made->second;
   if (copy == nullptr) {
-    auto memory = layOut(entry.texture, sink.periodNs(), lock_);
+    auto memory = layOut(*entry.texture, sink.periodNs(), lock_);
     if (!memory) return memory.error();
     copy = std::make_shared<const TextureMemory>(std::move(*memory));
   }
@@ -138,13 +139,41 @@ void TextureStore::use(std::uint64_t id) { shelf_->use(id); }
 
 void TextureStore::release(std::uint64_t id) { shelf_->release(id); }
 
+bool TextureStore::readyForServo(std::int64_t period_ns) {
+  bool ready = true;
+  for (const auto& entry : shelf_->entries()) {
+    if (entry == nullptr || entry->dropped || entry->info.is_relief || entry->copyFor(period_ns) != nullptr) continue;
+    if (entry->answered.try_emplace(period_ns, false).second) layOutAside(*entry, period_ns);
+    ready = ready && entry->answered.at(period_ns);
+  }
+  return ready;
+}
+
+/** What fails then fails once more in attach(), which tells. */
+void TextureStore::layOutAside(Entry& entry, std::int64_t period_ns) {
+  aside_.start([texture = entry.texture, period_ns, lock = lock_] { return layOutAll(*texture, {period_ns}, lock); },
+               [this, period_ns, id = entry.info.id](Result<LaidOut> laid_out) {
+                 Entry* const asked = shelf_->find(id);
+                 if (asked == nullptr) return;  // dropped
+                 asked->answered[period_ns] = true;
+                 if (laid_out) asked->made.merge(*laid_out);
+               });
+}
+
 Result<void> TextureStore::attach(CommandSink& sink) {
-  return shelf_->attach(sink, [&](std::uint32_t index, CommandSink& s) { return publish(index, s); });
+  auto attached = shelf_->attach(sink, [&](std::uint32_t index, CommandSink& s) { return publish(index, s); });
+  for (const auto& entry : shelf_->entries()) {
+    if (entry == nullptr) continue;
+    entry->made.clear();
+    entry->answered.clear();
+  }
+  return attached;
 }
 
 void TextureStore::detach(CommandSink& sink) { shelf_->detach(sink); }
 
 void TextureStore::reclaim() {
+  aside_.poll();
   shelf_->reclaim([&](std::uint32_t index) { unpublish(index); }, [](std::unique_ptr<Entry>) {});
 }
 

@@ -15,6 +15,7 @@
 #include "daemon/scene/object.h"
 #include "daemon/scene/texture/texture.h"
 #include "daemon/scene/texture/texture_memory.h"
+#include "daemon/scene/upload/aside.h"
 #include "daemon/scene/upload/shelf.h"
 
 namespace hapticd {
@@ -74,6 +75,11 @@ class TextureStore {
   [[nodiscard]] std::uint32_t referenceTo(std::uint64_t id) const;
   void use(std::uint64_t id);
   void release(std::uint64_t id);
+  /**
+   * Whether attach() would be quick for a servo of that period: vibrations that no servo reads so are laid out on a
+   * thread aside. Where it is false, ask again after reclaim().
+   */
+  [[nodiscard]] bool readyForServo(std::int64_t period_ns);
   /** Publishes every texture to a new sink, before the scene is replayed to it. */
   [[nodiscard]] Result<void> attach(CommandSink& sink);
   void detach(CommandSink& sink);
@@ -85,15 +91,19 @@ class TextureStore {
 
   /** Unmaps what every servo has passed. Call every few milliseconds. */
   void reclaim();
+  /** Whether something is laid out aside. */
+  [[nodiscard]] bool busy() const { return aside_.size() != 0; }
 
  private:
   struct Entry;
+  void layOutAside(Entry& entry, std::int64_t period_ns);
   Result<void> publish(std::uint32_t index, CommandSink& sink);
   void unpublish(std::uint32_t index);
 
   bool lock_ = true;
   std::unique_ptr<Shelf<Entry, kMaxTextures>> shelf_;
   std::function<void(CommandSink&, const PublishedTexture&)> published_;
+  Aside aside_;  // last: its thread ends first
 };
 
 }  // namespace hapticd

@@ -10,6 +10,7 @@
 #include "daemon/device/device_opener.h"
 #include "tests/session/bench.h"
 #include "tests/session/still_device.h"
+#include "tests/support/shape/texture_upload.h"
 #include "tests/unit/builder/meshes.h"
 
 namespace hapticd::test {
@@ -58,7 +59,7 @@ class SlowDevice final : public StillDevice {
 };
 
 struct SlowBench {
-  explicit SlowBench(bool refuses = false) {
+  explicit SlowBench(bool refuses = false, const Config& config = Bench::relaxed()) : bench(config) {
     bench.core.devices().setFactory([this, refuses](std::string_view) -> Result<std::unique_ptr<Device>> {
       return std::unique_ptr<Device>(std::make_unique<SlowDevice>(gate, "slow://1", refuses));
     });
@@ -72,24 +73,41 @@ struct SlowBench {
   Bench bench;
 };
 
+/** Whether one that opens has `busy` things made for its servo aside before it is there. */
+template <class Busy>
+bool isWaitedFor(SlowBench& slow, Busy&& busy) {
+  slow.gate.open();
+  int answers = 0;
+  bool waited = false;
+  slow.bench.core.openDevice("slow://1", slow.bench.connection, [&](const Result<OpenDevice*>& device) {
+    EXPECT_TRUE(device.ok()) << toString(device.error());
+    ++answers;
+  });
+  slow.until([&] {
+    waited = waited || busy();
+    return answers == 1;
+  });
+  return waited;
+}
+
+TEST(SlowOpen, WaitsForVibrationsAtTheRateOfItsServo) {
+  for (const double rate_hz : {1000.0, 2000.0}) {  // The bench's own servo has 1000 Hz.
+    Config config = Bench::relaxed();
+    config.servo.rate_hz = rate_hz;
+    SlowBench slow(false, config);
+    auto& textures = slow.bench.core.scene().textures();
+    ASSERT_TRUE(textures.add(*parseTexture(vibrationUpload()), {}).ok());
+    EXPECT_EQ(isWaitedFor(slow, [&] { return textures.busy(); }), rate_hz != 1000);
+  }
+}
+
 TEST(SlowOpen, WaitsForTheCopyOfALargeMeshThatItsServoNeeds) {
   SlowBench slow;
   BuildMonitor monitor;
   const auto built = buildSnapshot(upload(torus(240, 120), HD_MESH_DEFORMABLE), monitor);
   ASSERT_TRUE(built.ok());
   ASSERT_TRUE(slow.bench.core.meshes().add(std::move(*built->memfd.share()), {}).ok());
-  slow.gate.open();
-  int answers = 0;
-  bool copied = false;
-  slow.bench.core.openDevice("slow://1", slow.bench.connection, [&](const Result<OpenDevice*>& device) {
-    EXPECT_TRUE(device.ok()) << toString(device.error());
-    ++answers;
-  });
-  slow.until([&] {
-    copied = copied || slow.bench.core.meshes().busy();
-    return answers == 1;
-  });
-  EXPECT_TRUE(copied) << "control made it itself";
+  EXPECT_TRUE(isWaitedFor(slow, [&] { return slow.bench.core.meshes().busy(); })) << "control made it itself";
 }
 
 /** Of a user who may have no more threads; in a child, which gives that right up. */

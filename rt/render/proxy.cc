@@ -261,7 +261,9 @@ void ProxyRenderer::settle(Step& step) HD_RT {
           return;
         }
         if (round >= kMaxRounds) {
-          if (step.together) holdWhereItIs(step);
+          if (!step.together) return;
+          if ((proxy_ - step.goal).norm() < kClearlyNearer * distance) break;  // It gets on: afresh from here.
+          holdWhereItIs(step);
           return;
         }
         if (next.in_groove) ++step.broken;

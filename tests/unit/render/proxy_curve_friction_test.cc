@@ -166,5 +166,32 @@ TEST(ProxyFriction, AFineTubeBreaksAwayLikeACoarseOne) {
   }
 }
 
+/** All the way to the border of the cone, over as many faces as lie between: the next tick has nothing left to go. */
+TEST(ProxyFriction, ADeepHandBreaksAwayInOneTickInAFineBowl) {
+  constexpr double kRound = 0.05, kStep = 1e-5, kStill = 1.1, kSliding = 0.6;
+  TestMesh mesh = test::heightMesh(
+      0.014, 112, [](double x, double y) { return kRound - std::sqrt(kRound * kRound - x * x - y * y); });
+  MeshView* view = mesh.view();
+  Random random(seedOf(1));
+  for (int run = 0; run < 20; ++run) {
+    TestScene t(run % 2 == 0 ? 0 : 1e-3);
+    t.addMesh(view, {}, {kStiffness, 0, kStill, kSliding});
+    const double way = random.in(0, 2 * M_PI), depth = random.in(5e-3, 7e-3);
+    const Vec3 along(std::cos(way), std::sin(way), 0);
+    const Vec3 from = t.proxy.radius() * Vec3::UnitZ() - 4e-3 * along;
+    t.tick(from + 0.01 * Vec3::UnitZ());
+    for (int i = 1; i <= 100; ++i) t.tick(from - 0.01 * i * depth * Vec3::UnitZ());
+    bool slipped = false;
+    Vec3 hip = from - depth * Vec3::UnitZ();
+    for (int i = 0; i < 1200 && !slipped; ++i) slipped = t.tick(hip += kStep * along).slip;
+    ASSERT_TRUE(slipped) << run;
+    const SurfaceContact c = t.contact;
+    const Vec3 out = (Vec3(0, 0, kRound) - c.proxy).normalized();
+    EXPECT_GT(c.normal.dot(out), 0.999) << run;
+    EXPECT_NEAR((c.force - c.force.dot(c.normal) * c.normal).norm() / c.force.dot(c.normal), kSliding, 0.01) << run;
+    EXPECT_LT((t.tick(hip + kStep * along).proxy - c.proxy).norm(), 0.1 * depth * (kStill - kSliding)) << run;
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

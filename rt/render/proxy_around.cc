@@ -215,7 +215,8 @@ bool ProxyRenderer::goAroundTo(Step& step, const Support& now, const Nearer& nea
   // Friction comes along: the proxy is as far behind, in parts of the depth, and turned as the surface is.
   const Vec3 up = (now.foot - step.goal) / depth, lag = now.at - now.foot;
   const Vec3 turned = lag - (lag.dot(n) / (1 + up.dot(n))) * (up + n);
-  const Vec3 behind = landing + nearer.depth / depth * turned;
+  if (lag.squaredNorm() > kAt * skin * kAt * skin) goToward(step, nearer.point + (radius_ + skin) * n);
+  const Vec3 behind = proxy_ + nearer.depth / depth * turned;
   if (!leadsAway(from, behind, step.goal)) goToward(step, behind);  // About an edge it may, and gives the spring.
   return true;
 }

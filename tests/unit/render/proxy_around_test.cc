@@ -134,11 +134,11 @@ TEST(ProxyAround, ABladeKeepsItsSide) {
 TEST(ProxyAround, FrictionTurnsAlongWithTheSurface) {
   // Over an edge of 90 degrees: what part of the normal force is tangential, and where it points, does not jump.
   TestMesh box = test::boxMesh(Vec3(0.02, 0.02, 0.02));
-  for (const double mu : {0.2, 0.6, 1.0}) {
-    TestScene t;
+  for (const auto& [mu, radius] : {std::pair(0.2, 0.0), {0.6, 0.0}, {1.0, 0.0}, {0.6, kBall}}) {
+    TestScene t(radius);
     t.addMesh(box.view(), {}, {1000, 0, mu, mu});
     const double top = 0.02;
-    t.tick(Vec3(0.01, 0.003, top + 0.001));
+    t.tick(Vec3(0.01, 0.003, top + 2 * kBall));
     Eigen::Vector2d before(0, 0);
     int turned = 0;
     for (int i = 0; i < 1500; ++i) {

@@ -98,85 +98,88 @@ bool ProxyRenderer::touchesHeld(const Step& step, std::uint32_t slot, const Vec3
 }
 
 /**
- * The nearest point to the hip, seen from inside or through less than the ball, of the solids that hold the proxy by
- * the surfaces told by bit.
+ * The point of the object nearest to the hip, seen from inside or through less than the ball. Of those that hold the
+ * proxy, held[i] is one; of another one the hip must be inside. False: there is none that is nearer.
  */
-ProxyRenderer::Nearer ProxyRenderer::nearerSurface(Step& step, const Support& now, std::uint32_t by) const HD_RT {
-  Nearer best;
-  std::uint32_t looked = 0;
-  for (int i = 0; i < step.count; ++i) {
-    if (!(by >> i & 1u) || step.held[i].slot == looked) continue;
-    looked = step.held[i].slot;
-    const SceneObject& object = step.scene->slot(looked);
-    if ((object.flags & HD_OBJECT_TWO_SIDED) != 0 || object.shape.kind == ShapeKind::kPlane) continue;
-    const double mu = frictionOf(step, object, now.active, now.foot - step.goal).still;
-    NearestQuery query;
-    query.x = step.hipIn(looked);
-    // With friction: nearer by more than the cone can account for. From the air before a surface on which the ball is
-    // less deep that may be farther than from inside.
-    const double cone = mu > 0 ? std::sqrt(1 + mu * mu) : 1.0, present = kClearlyNearer * (now.at - step.goal).norm();
-    query.reach = (radius_ > 0 ? present : present / cone) - radius_;
-    if (!(query.reach > 0)) continue;
-    query.turned = true;
-    query.axis = object.R_WO.transpose() * (now.foot - step.goal).normalized();
-    query.cosine = kOpposed;
-    query.vicinity = step.vicinity(looked);
-    query.work = step.work;
-    query.limit = kMaxWork;
-    Nearest near;
-    const NearestResult result = nearestOnShape(object.shape, query, near);
-    step.work = query.work;
-    if (result != NearestResult::kFound) continue;
-    // A hip in the air, for which the ball is too thick, is as far outside as it is not deep.
-    const double skin = step.skin(object), distance = std::sqrt(near.squared_distance);
-    const bool inside = isInside(object, query, near, step.work);
-    const double depth = radius_ + (inside ? distance : -distance);
-    // Who is in the air beside an edge is nearest to the ball that touches it on his side.
-    const bool beside = !inside && near.kind != FeatureKind::kFace && distance > kDirected * skin;
-    const Vec3 up = beside ? Vec3((query.x - near.point) / distance) : near.pseudo_normal;
-    if (!(depth < present / cone) || (best.slot != 0 && depth >= best.depth) || (!inside && radius_ == 0)) continue;
-    // A ball lies on several facets of a side that is not quite plane: above them all, but nearer to the hip than now.
-    const double above =
-        radius_ > 0 ? std::min(kClear * (now.foot - step.goal).norm(), 0.5 * (present - depth)) + skin : skin;
-    if (radius_ > 0 && touchesHeld(step, looked, near.point + (radius_ + above) * up, radius_ + 0.5 * skin)) continue;
-    // But nothing else may be nearer to it, such as the far side of the sheet on which the ball rests.
-    if (!inside && touches(object, query.x, kClearlyNearer * distance, query.vicinity, step.work)) continue;
-    // Friction alone keeps the proxy from where it would come to without: on a curve farther than its cone is wide.
-    if (mu > 0 && up.dot(object.R_WO.transpose() * step.held[i].surface.normal) > kSameSide) {
-      const double at_rest = depthAtRest(step, i);
-      if (at_rest > 0 && kNearerThanRest * at_rest <= depth) continue;
-    }
-    // From inside to inside, for along a side whose facets are not quite in one plane no way stays below them all.
-    const Vec3 &out = step.held[i].surface.normal, held = object.toLocal(now.at - radius_ * out);
-    const double below = std::max(kUnder * skin, kClear * (held - near.point).norm());
-    const Vec3 from = inside && distance > below ? query.x : Vec3(near.point - below * near.pseudo_normal);
-    if (leavesSolid(object, from, held - object.R_WO.transpose() * (below * out), kNear * skin, query.vicinity,
-                    step.work))
-      continue;
-    best.slot = looked;
-    best.point = object.toWorld(near.point);
-    best.normal = object.R_WO * up;
-    best.depth = depth;
-    best.above = above;
+bool ProxyRenderer::nearerOn(Step& step, const Support& now, std::uint32_t slot, int i, Nearer& best) const HD_RT {
+  const SceneObject& object = step.scene->slot(slot);
+  const Constraint& c = step.held[i];
+  const double mu = frictionOf(step, object, now.active, now.foot - step.goal).still;
+  NearestQuery query;
+  query.x = step.hipIn(slot);
+  // With friction: nearer by more than the cone can account for. From the air before a surface on which the ball is
+  // less deep that may be farther than from inside.
+  const double cone = mu > 0 ? std::sqrt(1 + mu * mu) : 1.0, present = kClearlyNearer * (now.at - step.goal).norm();
+  query.reach = (radius_ > 0 ? present : present / cone) - radius_;
+  if (!(query.reach > 0)) return false;
+  query.turned = true;
+  query.axis = object.R_WO.transpose() * (now.foot - step.goal).normalized();
+  query.cosine = kOpposed;
+  query.vicinity = step.vicinity(slot);
+  query.work = step.work;
+  query.limit = kMaxWork;
+  Nearest near;
+  const NearestResult result = nearestOnShape(object.shape, query, near);
+  step.work = query.work;
+  if (result != NearestResult::kFound) return false;
+  // A hip in the air, for which the ball is too thick, is as far outside as it is not deep.
+  const double skin = step.skin(object), distance = std::sqrt(near.squared_distance);
+  const bool inside = isInside(object, query, near, step.work);
+  const double depth = radius_ + (inside ? distance : -distance);
+  // Who is in the air beside an edge is nearest to the ball that touches it on his side.
+  const bool beside = !inside && near.kind != FeatureKind::kFace && distance > kDirected * skin;
+  const Vec3 up = beside ? Vec3((query.x - near.point) / distance) : near.pseudo_normal;
+  if (!(depth < present / cone) || (!inside && (radius_ == 0 || c.slot != slot))) return false;
+  // Above all facets of a side that is not quite plane, or of solids side by side, but nearer to the hip than now.
+  const double above = std::min(kClear * (now.foot - step.goal).norm(), 0.5 * (present - depth)) + skin;
+  if (radius_ > 0 && touchesHeld(step, slot, near.point + (radius_ + above) * up, radius_ + 0.5 * skin)) return false;
+  // But nothing else may be nearer to it, such as the far side of the sheet on which the ball rests.
+  if (!inside && touches(object, query.x, kClearlyNearer * distance, query.vicinity, step.work)) return false;
+  // Friction alone keeps the proxy from where it would come to without: on a curve farther than its cone is wide.
+  if (mu > 0 && (object.R_WO * up).dot(c.surface.normal) > kSameSide) {
+    const double at_rest = depthAtRest(step, i);
+    if (at_rest > 0 && kNearerThanRest * at_rest <= depth) return false;
   }
-  return best;
+  // From inside to inside, for along a side whose facets are not quite in one plane no way stays below them all.
+  const Vec3 &out = c.surface.normal, held = object.toLocal(now.at - radius_ * out);
+  const double below = std::max(kUnder * skin, kClear * (held - near.point).norm());
+  const Vec3 from = inside && distance > below ? query.x : Vec3(near.point - below * near.pseudo_normal);
+  if (leavesSolid(object, from, held - object.R_WO.transpose() * (below * out), kNear * skin, query.vicinity,
+                  step.work))
+    return false;
+  best = {slot, object.toWorld(near.point), object.R_WO * up, depth, above};
+  return true;
 }
 
 /**
- * Goes to a nearer part of the surface if a free way leads there; of several solids that hold the proxy, to the nearest
+ * Goes to a nearer part of the surface if a free way leads there; of several solids in which the hip is, to the nearest
  * to which one does. True if the proxy moved.
  */
 bool ProxyRenderer::goAround(Step& step) HD_RT {
   if (!step.together || step.count == 0) return false;
   const Support& now = support(step);
   if (now.active == 0 || now.foot == step.goal) return false;
-  for (std::uint32_t by = now.active; by != 0;) {
-    const Nearer nearer = nearerSurface(step, now, by);
-    if (nearer.slot == 0) return false;
-    if (goAroundTo(step, now, nearer)) return true;
-    for (int i = 0; i < step.count; ++i)
-      if (step.held[i].slot == nearer.slot) by &= ~(1u << i);
+  Nearer place[kMaxHalfSpaces];
+  int count = 0;
+  for (const std::uint16_t slot : step.scene->touchable()) {
+    const SceneObject& object = step.scene->slot(slot);
+    if ((object.flags & HD_OBJECT_TWO_SIDED) != 0 || object.shape.kind == ShapeKind::kPlane) continue;
+    int by = 0;
+    while (by < step.count && !((now.active >> by & 1u) && step.held[by].slot == slot)) ++by;
+    if (by == step.count) {
+      if (!((object.center_W - step.goal).squaredNorm() < object.radius * object.radius)) continue;
+      by = std::countr_zero(now.active);
+    }
+    Nearer found;
+    if (!nearerOn(step, now, slot, by, found)) continue;
+    if (count == kMaxHalfSpaces && found.depth >= place[count - 1].depth) continue;
+    int at = std::min(count, kMaxHalfSpaces - 1);  // The nearest few, in order.
+    count = at + 1;
+    for (; at > 0 && found.depth < place[at - 1].depth; --at) place[at] = place[at - 1];
+    place[at] = found;
   }
+  for (int i = 0; i < count; ++i)
+    if (goAroundTo(step, now, place[i])) return true;
   return false;
 }
 

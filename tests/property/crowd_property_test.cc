@@ -1,5 +1,6 @@
 /** @file
- * Solids that overlap as they like: in one mesh, a mesh that passes through itself, and a hundred objects on one heap.
+ * Solids that overlap as they like: in one mesh, a mesh that passes through itself, one that stands there twice, and a
+ * hundred objects on one heap.
  */
 #include <gtest/gtest.h>
 
@@ -111,6 +112,35 @@ TEST(CrowdProperty, AMeshThatPassesThroughItselfLetsNoPointIn) {
   });
   EXPECT_GT(contacts, 2000);
 }
+/** As a box and the mesh of its looks do: what the one lets go around lets the other, a hair apart. */
+TEST(CrowdProperty, ASolidThatStandsThereTwiceIsFeltAsOne) {
+  int contacts = 0;
+  forSeeds(60, [&](unsigned seed) {
+    Random random(seed);
+    const Vec3 half = Vec3(random.in(0.005, 0.03), random.in(0.005, 0.03), random.in(0.005, 0.03));
+    const bool ball = random.once(2), mesh_first = random.once(2);
+    const double mu = ball || random.once(2) ? 0 : random.in(0.2, 1);
+    const hd_material material{kCrowdStiffness, 0, mu, 0.8 * mu};
+    const Pose X = random.pose(0.02);
+    TestMesh looks = test::boxMesh(half);
+    MeshView* view = looks.view();
+    TestScene one(ball ? random.in(5e-4, 4e-3) : 0), two(one.proxy.radius());
+    one.add(ShapeKind::kBox, half, X, material);
+    if (mesh_first) two.addMesh(view, X, material);
+    two.add(ShapeKind::kBox, half, X, material);
+    if (!mesh_first) two.addMesh(view, X, material);
+    Vec3 hand = X.p + Vec3(0, 0, 0.2), way = Vec3::Zero();
+    for (int i = 0; i < 1000; ++i) {
+      if (i % 100 == 0) way = (X.p + random.in(0.5, 1.3) * half.norm() * random.vector(1).normalized() - hand) / 100;
+      hand += way;
+      const Vec3 force = one.tick(hand).force;
+      ASSERT_NEAR((two.tick(hand).force - force).norm(), 0, 1e-3 * (1 + force.norm())) << "tick " << i;
+      contacts += one.contact.object != 0;
+    }
+  });
+  EXPECT_GT(contacts, 5000);
+}
+
 TEST(CrowdProperty, AHundredObjectsOnOneHeapLetNobodyIn) {
   int contacts = 0;
   forSeeds(15, [&](unsigned seed) {

@@ -219,6 +219,19 @@ TEST(ProxyAround, OfSeveralSolidsTheNearestThatCanBeReachedIsGoneTo) {
   }
 }
 
+/** The end of the one solid, to which the hand is nearest, lies within the other, that does not hold the proxy. */
+TEST(ProxyAround, ASolidThatDoesNotHoldTheProxyMayHaveTheNearestSurface) {
+  for (const double radius : {0.0, 0.0005}) {
+    for (const bool first : {false, true}) {
+      TestScene t(radius);  // A bar of two boxes that overlap.
+      for (const double side : {first ? -1.0 : 1.0, first ? 1.0 : -1.0})
+        t.add(ShapeKind::kBox, Vec3(0.025, 0.01, 0.01), {Vec3(0.015 * side, 0, -0.01), Quat::Identity()});
+      for (int i = 0; i <= 100; ++i) t.tick(Vec3(0.009, 8e-5 * i, radius - 6e-5 * i));
+      EXPECT_NEAR((t.contact.force - Vec3(0, 2 + 1000 * radius, 0)).norm(), 0, 1e-6) << radius << " " << first;
+    }
+  }
+}
+
 TEST(ProxyAround, WhereABallDoesNotFitItLooksForNoWay) {
   // Over waves whose nearest point often lies in a hollow too narrow for the ball.
   TestMesh mesh =

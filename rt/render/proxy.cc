@@ -215,8 +215,9 @@ void ProxyRenderer::meet(Step& step, const Vec3& target, std::uint32_t slot, con
   step.real = false;
   const double skin = step.skin(step.scene->slot(slot));
   const bool judged = step.judged, slipped = step.slipped;
+  const Vec3 before = startIn(step, slot);
   if (first.height > 1.5 * skin) comeTo(step, target, slot, first);
-  if (first.height <= kAt * skin) {  // It has not gone on, but was there.
+  if ((startIn(step, slot) - before).squaredNorm() <= kAt * skin * kAt * skin) {  // It was there.
     step.judged = judged;
     step.slipped = slipped;
   }

@@ -1,6 +1,6 @@
 /** @file
- * The same scene told in another way: larger or smaller, its triangles in another order, turned or seen in a mirror.
- * The hand feels the same.
+ * The same scene told in another way: larger or smaller, its triangles in another order, turned, seen in a mirror or
+ * from what moves. The hand feels the same.
  */
 #include <gtest/gtest.h>
 
@@ -194,6 +194,38 @@ TEST(InvarianceProperty, TheOrderOfTrianglesAndCornersIsNotFelt) {
 TEST(InvarianceProperty, AQuarterTurnIsNotFelt) {
   EXPECT_LE(leaves([](Random& random, unsigned) { return Telling::turned(random, false); }), 5);
 }
+/** Galilei: rubbing on what goes steadily along with the hand is rubbing on what rests. */
+TEST(InvarianceProperty, ASteadyMotionOfAllIsNotFelt) {
+  int contacts = 0, differ = 0;
+  forSeeds(200, [&](unsigned seed) {
+    Random random(seed);
+    TestMesh mesh =
+        random.once(3) ? test::boxMesh(Vec3(0.03, 0.02, 0.025)) : test::sphereMesh(0.03, 6 + random.below(14));
+    MeshView* view = mesh.view();
+    const double mu = random.in(0.2, 1);
+    const hd_material material{1000, 0, mu, random.in(0.6, 0.95) * mu};
+    TestScene rests(random.once(2) ? random.in(5e-4, 4e-3) : 0), moves(rests.proxy.radius());
+    rests.addMesh(view, {}, material);
+    const std::uint32_t id = moves.addMesh(view, {}, material);
+    const Twist V{random.vector(0.3), Vec3::Zero()};
+    Vec3 hand = 0.07 * random.vector(1).normalized(), way = Vec3::Zero();
+    moves.pose(id, {}, V);
+    bool same = true;
+    for (int i = 0; i < 1000; ++i) {
+      if (i % 100 == 0) way = (random.in(0.015, 0.039) * random.vector(1).normalized() - hand) / 100;
+      hand += way;
+      const Vec3 carried = kTick * (i + 1) * V.v;
+      moves.pose(id, {carried, Quat::Identity()}, V);
+      const Vec3 force = rests.tick(hand, way / kTick).force;
+      same = same && (moves.tick(hand + carried, way / kTick + V.v).force - force).norm() < 1e-3 * (1 + force.norm());
+      contacts += rests.contact.object != 0;
+    }
+    differ += !same;
+  });
+  EXPECT_GT(contacts, 500);
+  EXPECT_LE(differ, 1) << "scenes";
+}
+
 TEST(InvarianceProperty, AMirrorIsNotFelt) {
   EXPECT_LE(leaves([](Random& random, unsigned) { return Telling::turned(random, true); }), 5);
 }

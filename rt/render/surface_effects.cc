@@ -23,9 +23,10 @@ struct Pressed {
  * The relief lowers the surface by h <= 0 along its normal: with the depth d the elastic energy is that of max(0, d +
  * h), and the force is k (d + h) (n - grad h) where without relief it was k d n. So the contact's force, friction with
  * it, shrinks to the share (d + h) / d, and the slope pushes aside. On a plane no tour gives any energy.
- * Adds what that changes to `forces`; tells d + h, 0 for a hand above the lowered surface.
+ * Adds what that changes to `forces`; tells d + h, 0 for a hand above the lowered surface. What turns gives the power
+ * of its slopes' force where the hand is, for in the object's frame it is there that the energy has that gradient.
  */
-double addRelief(const Pressed& by, SurfaceForces& forces) HD_RT {
+double addRelief(const Pressed& by, const Vec3& hip, SurfaceForces& forces) HD_RT {
   const Surface& surface = by.object->surface;
   if (!surface.relief || !(by.depth > 0)) return by.depth;
   const Pose& X_WO = by.object->X_WO;
@@ -36,7 +37,7 @@ double addRelief(const Pressed& by, SurfaceForces& forces) HD_RT {
   const Vec3 aside_O = relief.gradient - relief.gradient.dot(n_O) * n_O;
   const Vec3 shrunk = (left / by.depth - 1) * by.force, aside = -by.stiffness * left * (X_WO.q * aside_O);
   forces.relief += shrunk + aside;
-  forces.carried += shrunk.cwiseProduct(by.velocity) + aside.cwiseProduct(by.object->velocityAt(by.foot));
+  forces.carried += shrunk.cwiseProduct(by.velocity) + aside.cwiseProduct(by.object->velocityAt(hip));
   return left;
 }
 
@@ -51,8 +52,9 @@ double addReliefs(const Scene& scene, const SceneObject& touched, const SurfaceC
   const double radius = (contact.proxy - contact.point).norm();  // A ball touches that far below its centre.
   if (contact.parts == 0) {
     const Vec3 foot = hip + (contact.depth - radius) * contact.smooth;
-    const double left = addRelief(
-        {&touched, contact.smooth, contact.force, contact.stiffness, contact.depth, foot, contact.velocity}, forces);
+    const double left =
+        addRelief({&touched, contact.smooth, contact.force, contact.stiffness, contact.depth, foot, contact.velocity},
+                  hip, forces);
     forces.stored = square(left / contact.depth) * contact.stored;
     return contact.stiffness * left;
   }
@@ -73,7 +75,7 @@ double addReliefs(const Scene& scene, const SceneObject& touched, const SurfaceC
         held != holding.end() ? scene.velocityAt(*object, held->feature, part.point) : object->velocityAt(part.point);
     const double depth = newtons / stiffness;
     const double left =
-        addRelief({object, n, part.force + part.share * rest, stiffness, depth, foot, velocity}, forces);
+        addRelief({object, n, part.force + part.share * rest, stiffness, depth, foot, velocity}, hip, forces);
     stored += stiffness * square(left);
     without += stiffness * square(depth);
     if (object == &touched) load += stiffness * left;
@@ -123,7 +125,9 @@ SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& con
   forces.stored = contact.stored;
   const SceneObject* object = scene.find(contact.object);
   const Surface* surface = object && contact.depth > 0 ? &object->surface : nullptr;
-  const Vec3 slide = surface ? Vec3(v - contact.velocity) : Vec3::Zero();
+  // Of the proxy: the hand below it moves otherwise where it goes along with what turns.
+  const Vec3 slide =
+      surface ? Vec3(v - contact.velocity - object->V_WO.w.cross(hip - contact.proxy)) : Vec3(Vec3::Zero());
 
   // What the surface touched presses with.
   const double normal_force = surface ? addReliefs(scene, *object, contact, holding, hip, forces) : 0;

@@ -301,6 +301,25 @@ TEST(SurfaceEffects, ATourOverAReliefCostsAndGivesNothing) {
 }
 
 /** Pressed hard or lightly, fast or slow: the same place gives the same force; and it never pulls. */
+/** Whatever the body's motion: a hand that rests in its frame gets what the body is told to put in, and no more. */
+TEST(SurfaceEffects, ACarriedReliefGivesWhatItIsChargedFor) {
+  const TestRelief picture = waves();
+  Touch t(relief(1e-3), &picture.view);
+  const Twist V{Vec3(0.1, 0, -0.05), Vec3(8, -15, 4)};
+  double aside = 0;
+  for (int i = -10; i < 200; ++i) {
+    const double time = i * test::kTick;
+    const Pose X{time * V.v, Quat(Eigen::AngleAxisd(time * V.w.norm(), V.w.normalized()))};
+    const Vec3 hip = X * Vec3(0.0113, 0.0021, i < 0 ? 0.001 : -0.003), v = V.v + V.w.cross(hip - X.p);
+    t.scene.pose(t.plane, X, V);
+    t.at(hip, v);
+    const double charged = t.scene.contact.force.dot(t.scene.contact.velocity) + t.forces.carried.sum();
+    ASSERT_NEAR(t.total().dot(v), charged, 1e-9) << i;
+    aside = std::max(aside, t.forces.relief.cross(t.scene.contact.normal).norm());
+  }
+  EXPECT_GT(aside, 0.1);
+}
+
 TEST(SurfaceEffects, AReliefDependsOnPlaceAlone) {
   const TestRelief picture = waves();
   Touch slow(relief(5e-4), &picture.view), fast(relief(5e-4), &picture.view);
@@ -341,6 +360,28 @@ TEST(SurfaceEffects, VibrationActsAcrossTheMotionAndWithoutItNotAtAll) {
 }
 
 /** Of the floor, which is hardly touched, however hard the hand leans on the wall beside it. */
+/** A hand deep in a plate that turns goes along with it: another speed than the surface above it, but nothing slides.
+ */
+TEST(SurfaceEffects, WhoTurnsAlongDoesNotSlide) {
+  const TestVibration texture = buzz();
+  SurfaceParameters s{};
+  s.vibration = 1;
+  s.vibration_mass = 0.05;
+  for (const double slides : {0.0, 0.04}) {
+    Touch t(s, &texture.view);
+    const Twist V{Vec3::Zero(), Vec3(3, -20, 0)};
+    double most = 0;
+    for (int i = -10; i < 300; ++i) {
+      const Pose X{Vec3::Zero(), Quat(Eigen::AngleAxisd(i * test::kTick * V.w.norm(), V.w.normalized()))};
+      const Vec3 hip = X * Vec3(0.01 + slides * test::kTick * i, 0.002, i < 0 ? 0.001 : -0.002);
+      t.scene.pose(t.plane, X, V);
+      t.at(hip, V.w.cross(hip) + X.q * Vec3(slides, 0, 0));
+      most = std::max(most, t.forces.vibration.norm());
+    }
+    EXPECT_EQ(most > 1e-6, slides > 0) << most;
+  }
+}
+
 TEST(SurfaceEffects, InACornerAVibrationIsNoStrongerThanItsOwnSurfacePresses) {
   TestVibration texture = buzz();
   for (VibrationModel& m : texture.models) m.power = 1e4;

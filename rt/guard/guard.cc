@@ -96,7 +96,6 @@ void Guard::forgetEnergy() HD_RT {
   last_carried_.setZero();
   last_ramped_.setZero();
   past_passive_.reset();
-  last_share_ = 0;
   last_stored_ = -1;
   v_buzz_.reset();
   carried_power_ = 0;
@@ -121,7 +120,6 @@ bool Guard::gather(const GuardInput& input, Wanted& wanted) HD_RT {
   }
   all_finite = all_finite && std::isfinite(input.gripper_force) && isFinite(input.local_active) &&
                isFinite(input.relief) && isFinite(input.carried);
-  wanted.by_source[HD_SOURCE_GUARD].setZero();
   if (!all_finite) return false;
   const Vec3 springs = bounded(input.local_active), relief = bounded(input.relief);
   wanted.passive = wanted.by_source[HD_SOURCE_SURFACE] + relief + (wanted.by_source[HD_SOURCE_LOCAL_MODEL] - springs);

@@ -119,7 +119,7 @@ class Guard {
 
   /** What is asked for, finite, on the grid, split as the stages need it. */
   struct Wanted {
-    std::array<Vec3, HD_SOURCES> by_source;
+    std::array<Vec3, HD_SOURCE_GUARD> by_source;
     Vec3 passive = Vec3::Zero();  ///< Surface with its relief, and local contact models.
     Vec3 active = Vec3::Zero();   ///< Effects, springs, fields, client forces, vibrations, transients.
     Vec3 gravity = Vec3::Zero();

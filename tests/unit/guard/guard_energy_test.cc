@@ -57,6 +57,68 @@ TEST(GuardEnergy, NothingIsGivenWhenTheRampIsThrough) {
   EXPECT_EQ(hand.rig.out.energy, energy);
 }
 
+TEST(GuardEnergy, NorWhileTheForceIsLowered) {
+  Resting hand(100);
+  hand.rig.step(1000);
+  GuardLimits slow = hand.rig.config.limits;
+  slow.force_slew = 30;
+  ASSERT_EQ(hand.rig.guard.setLimits(slow), ErrorCode::kOk);
+  const double energy = hand.rig.out.energy;
+  hand.rig.guard.disarm();
+  hand.rig.step(200);
+  ASSERT_GT(hand.rig.out.command.force.x(), 1);
+  EXPECT_NEAR(hand.rig.out.energy, energy, 2e-3 * kStored);
+}
+
+TEST(GuardEnergy, NorAfterAFault) {
+  Resting hand(100);
+  hand.rig.step(1000);
+  hand.rig.in.stop_line = true;
+  hand.rig.step();
+  hand.rig.in.stop_line = false;
+  hand.rig.step();
+  ASSERT_EQ(hand.rig.guard.arm(), ErrorCode::kOk);
+  hand.rig.step();
+  EXPECT_EQ(hand.rig.out.energy, 0);
+}
+
+/** Whatever a world of unknown store has got, it is gone with the contact. */
+TEST(GuardEnergy, InFreeSpaceNothingIsStored) {
+  GuardRig rig(strong(100));
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(5);
+  for (int i = 0; i < 50; ++i) {
+    rig.sample.p.x() -= 1e-3;
+    rig.step();
+  }
+  ASSERT_GT(rig.out.energy, 0.2);
+  rig.ask(HD_SOURCE_SURFACE, Vec3::Zero());
+  rig.step(2);
+  EXPECT_LE(rig.out.energy, Passivity::kMargin * (1 + 1e-9));
+}
+
+TEST(GuardEnergy, ADebtOutlivesWhoArmsAgainWhileTheForceIsLowered) {
+  GuardRig rig(strong(100));
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(5);
+  for (int i = 0; i < 10; ++i) {
+    rig.sample.p.x() += 1e-3;
+    rig.step();
+  }
+  ASSERT_LT(rig.out.energy, -0.03);
+  GuardLimits slow = rig.config.limits;
+  slow.force_slew = 10;
+  ASSERT_EQ(rig.guard.setLimits(slow), ErrorCode::kOk);
+  rig.guard.disarm();
+  rig.step();
+  ASSERT_TRUE(rig.out.command.enabled);
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  rig.step();
+  EXPECT_LT(rig.out.energy, -0.03);
+}
+
 /** A wall that pushes the hand along does its work, and has been paid for it by who moves it. */
 TEST(GuardEnergy, AWallThatCarriesTheHandAlongLeavesTheBooksAsTheyWere) {
   GuardRig rig(strong(100));

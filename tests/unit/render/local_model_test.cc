@@ -263,6 +263,17 @@ TEST_F(SlotTest, OfABlendTheSpringsPartIsActive) {
   for (int ms = 45; ms < 60; ++ms) expectActive(ms, {0, 0, std::max(0.0, 1 - (ms - 44) / 10.0)});
 }
 
+TEST_F(SlotTest, OfWhatFadesTheSpringsPartIsActiveToo) {
+  hd_local_model m = modelOf(HD_MODEL_SPRING, 300);
+  m.origin[1] = 0.01;
+  m.lease_ns = 100 * kMs;
+  set(m, 0);
+  for (int ms = 0; ms < 140; ++ms) (void)at(ms);
+  const ModelForce f = slot.evaluate(tool, now + 140 * kMs, scene);
+  EXPECT_GT(f.force.norm(), 0.1);
+  EXPECT_LT((f.force - f.active).norm(), 1e-12);
+}
+
 /** Who moves both of them pays for the force of both, as far as each has it; a softer one puts in nothing itself. */
 TEST_F(SlotTest, OfABlendWhatMovesItIsCharged) {
   const Vec3 v(0.03, 0, 0.2);
@@ -360,6 +371,20 @@ TEST_F(SlotTest, FollowsItsObject) {
   EXPECT_NEAR(at(20).z(), 1, 1e-9);
   scene.advance(1e-3);
   EXPECT_NEAR(at(21).z(), 1 + 500 * 0.1e-3, 1e-9);
+}
+
+TEST_F(SlotTest, FollowsItsObjectWhileItIsReplacedToo) {
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.frame = addObject({0, 0, 0.05}, {0, 0, 0.1});
+  set(m, 0);
+  (void)at(0);
+  tool.p.z() = 0.048;
+  ASSERT_NEAR(at(20).z(), 1, 1e-9);
+  slot.clear(now + 20 * kMs, 20 * kMs);
+  for (int ms = 21; ms < 40; ++ms) {
+    scene.advance(1e-3);
+    ASSERT_NEAR(at(ms).z(), (1 - (ms - 20) / 20.0) * (1 + 500 * 0.1e-3 * (ms - 20)), 1e-9) << ms;
+  }
 }
 
 TEST_F(SlotTest, FadesWhereItWasWhenItsObjectIsGone) {

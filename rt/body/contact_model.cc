@@ -45,7 +45,7 @@ bool ContactModel::has(std::uint32_t key) const HD_RT {
 }
 
 void ContactModel::build(const ContactSet& found, const Pose& X_WA, std::span<const ContactBody> bodies, double reach,
-                         std::span<const std::uint8_t> body_of) HD_RT {
+                         std::span<const std::uint8_t> body_of, std::span<const double> reach_of) HD_RT {
   const std::span<const Contact> all = found.contacts();
   const std::size_t n = std::min<std::size_t>(all.size(), kMaxContacts);
   std::array<double, kMaxContacts> distance;
@@ -59,7 +59,8 @@ void ContactModel::build(const ContactSet& found, const Pose& X_WA, std::span<co
     const std::size_t b = i < body_of.size() ? body_of[i] : 0;
     key[i] = b < bodies.size() ? keyOf(bodies[b].number, all[i].feature_a) : 0;
     const bool stays = has(key[i]);
-    importance[i] = weight(all[i], std::max(reach, kLeastReach)) * (stays ? kStay : 1);
+    importance[i] =
+        weight(all[i], std::max(i < reach_of.size() ? reach_of[i] : reach, kLeastReach)) * (stays ? kStay : 1);
     const double depth = all[i].depth + (stays ? kLeastReach : 0);
     if (depth > deepest) {
       deepest = depth;

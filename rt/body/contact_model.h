@@ -44,13 +44,14 @@ struct ContactModel {
    * From what a detector found with the bodies at X_WA and X_WB; `body_of` says for each contact which of the bodies
    * (empty: the first). Of more than kMaxTouches contacts the deepest stays, and those that lie farthest from all that
    * stay, in place and direction: they hold the tool's rotation. What is apart counts less, the less it can have
-   * closed before the next answer: no gap closes by more than `reach` until then [m]. A tool that hardly moves so
-   * keeps all that carries it, though much more is near: in a narrow hole whatever was left out would be sunk into, be
-   * the deepest of the next answer, and push out another. What this model held before is preferred, so that of many
-   * that carry the same ones are kept, with the impulses that the response remembers of them.
+   * closed before the next answer: no gap closes by more than `reach` until then, nor that of contact i by more than
+   * reach_of[i], where that is told [m]. A tool that hardly moves so keeps all that carries it, though much more is
+   * near: in a narrow hole whatever was left out would be sunk into, be the deepest of the next answer, and push out
+   * another. What this model held before is preferred, so that of many that carry the same ones are kept, with the
+   * impulses that the response remembers of them.
    */
   void build(const ContactSet& found, const Pose& X_WA, std::span<const ContactBody> bodies, double reach,
-             std::span<const std::uint8_t> body_of = {}) HD_RT;
+             std::span<const std::uint8_t> body_of = {}, std::span<const double> reach_of = {}) HD_RT;
   [[nodiscard]] bool has(std::uint32_t key) const HD_RT;
   /** Point i now, its body at X_WB moving with V_WB (of its origin). A's centre of mass is at com_W. */
   [[nodiscard]] Touch touch(std::uint32_t i, const Pose& X_WA, const Vec3& com_W, const Pose& X_WB,

@@ -161,7 +161,7 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     contact.depth = -gap;
     contact.feature_a = kFirstEdge + feature;
     if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) return;
-    keep(contact, static_cast<std::uint8_t>(k));
+    keep(contact, held, k);
     purse.report.touching += gap <= 0 ? 1 : 0;
   };
   const Vec3 middle = X_AB.inverse().p;

@@ -79,7 +79,7 @@ void SceneContacts::tryFurtherWalls(std::uint32_t i, std::uint32_t k, const Coll
     if (disc && !isThere(contact, held, obstacle, radius + margin, side, purse)) continue;
     if (point && !mayLean(i, held, contact.n_W, purse)) continue;
     if (contact.depth < -margin || !isFinite(contact.n_W) || !isFinite(contact.p_WA)) continue;
-    keep(contact, static_cast<std::uint8_t>(k));
+    keep(contact, held, k);
     purse.report.touching += contact.depth >= 0 ? 1 : 0;
   }
 }

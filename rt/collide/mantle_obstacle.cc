@@ -52,7 +52,7 @@ void SceneContacts::tryMantle(std::uint32_t k, const CollideRequest::Held& held,
     const Vec3 x_B = X_BW * contact.p_WB;
     if (!leansOut(obstacle.shape, x_B, X_BW.q * contact.n_W)) return;
     if (obstacle.shape.kind == ShapeKind::kCylinder && !isOfPart(x_B, start)) return;  // Another tells it.
-    keep(contact, static_cast<std::uint8_t>(k));
+    keep(contact, held, k);
     purse.report.touching += contact.depth >= 0 ? 1 : 0;
   };
   if (obstacle.shape.kind == ShapeKind::kBox) {

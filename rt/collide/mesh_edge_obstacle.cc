@@ -214,7 +214,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
       contact.p_WB = obstacle.X_WO * x_B;
       contact.depth = -gap;
       contact.feature_a = kFirstRidge + (feature - kFirstRidge + (i + 1) * kRidges / 3) % kRidges;
-      keep(contact, static_cast<std::uint8_t>(k));
+      keep(contact, held, k);
       ++many;
       purse.report.touching += gap <= 0 ? 1 : 0;
     }
@@ -269,7 +269,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     contact.depth = -gap;
     contact.feature_a = kFirstRidge + (9 * triangle + 3 * corner + j) % kRidges;
     if (!isFinite(contact.n_W) || !isFinite(contact.p_WA)) return false;
-    keep(contact, static_cast<std::uint8_t>(k));
+    keep(contact, held, k);
     ++many;
     purse.report.touching += gap <= 0 ? 1 : 0;
     if (!points_.isConvex() && gap_inset > 0) addFurther(ridge, x_B, x_B - inset * bisector, n_A, contact.feature_a);
@@ -290,7 +290,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
         const auto isMet = [](const Vec3&) HD_RT { return true; };
         if (!isPeak(mesh, triangle, end, n_B, purse.report.work, isMet)) continue;
       }
-      keep(contact, static_cast<std::uint8_t>(k));
+      keep(contact, held, k);
       ++many;
       purse.report.touching += contact.depth >= 0 ? 1 : 0;
     }

@@ -71,7 +71,7 @@ bool SceneContacts::tryRound(std::uint32_t k, const CollideRequest::Held& held, 
     contact.p_WB = p_A - gap * n;
     contact.depth = -gap;
     contact.feature_a = kFirstBall + feature;
-    keep(contact, static_cast<std::uint8_t>(k));
+    keep(contact, held, k);
     purse.report.touching += gap <= 0 ? 1 : 0;
   };
   const auto add = [&](double ball, std::uint32_t feature) HD_RT {

@@ -63,8 +63,20 @@ std::uint32_t SceneContacts::roomFor(const Kept& kept) const HD_RT {
   return from == kept.side && !(kept_[at].depth + lead < kept.depth) ? kMaxContacts : at;
 }
 
-void SceneContacts::keep(const Contact& contact, std::uint8_t body) HD_RT {
-  const bool far = contact.depth < -std::max(reach_, ContactModel::kLeastReach);
+/**
+ * What the fastest point of anything near could do was once what every gap could close: of a capsule that fell in a
+ * heap, walls beside it and the floor below its bin had all the places, and its end came 3.5 mm into the bin.
+ */
+double SceneContacts::reachOf(const Contact& contact, const CollideRequest::Held& held, std::uint32_t k) const HD_RT {
+  const CollideRequest::Obstacle& its = held.obstacle[k];
+  const Vec3 v = velocityAt(held.V_WO, contact.p_WA - held.X_WO.p) - velocityAt(its.V_WO, contact.p_WA - its.X_WO.p);
+  return std::min(reach_, kMargin + ahead_ * std::max(0.0, -contact.n_W.dot(v)));
+}
+
+void SceneContacts::keep(const Contact& contact, const CollideRequest::Held& held, std::uint32_t k) HD_RT {
+  const auto body = static_cast<std::uint8_t>(k);
+  const double reach = std::max(reachOf(contact, held, k), ContactModel::kLeastReach);
+  const bool far = contact.depth < -reach;
   if (far && found_.count == kMaxContacts && many_[kFar] == 0) return;
   const auto named = [&](const Named& n) HD_RT { return n.body == body && n.feature == contact.feature_a; };
   const bool stays = std::any_of(named_.begin(), named_.begin() + named_count_, named);
@@ -72,7 +84,8 @@ void SceneContacts::keep(const Contact& contact, std::uint8_t body) HD_RT {
   contact.n_W.cwiseAbs().maxCoeff(&axis);
   const auto side = static_cast<std::uint8_t>(1 + 6 * body + 2 * axis + (contact.n_W[axis] < 0 ? 1 : 0));
   const bool corner = made_of_.kind == ShapeKind::kBox && contact.feature_a < kBoxCorners;
-  const Kept kept{far ? kFar : side, contact.depth + (stays ? ContactModel::kLeastReach : 0) + (corner ? reach_ : 0)};
+  const double depth = contact.depth + reach + (stays ? ContactModel::kLeastReach : 0) + (corner ? reach_ : 0);
+  const Kept kept{far ? kFar : side, depth, reach};
   const std::uint32_t at = roomFor(kept);
   if (at == kMaxContacts) return;
   if (at == found_.count) {
@@ -157,7 +170,7 @@ void SceneContacts::carryOver(const CollideRequest::Held& held, double margin, c
       contact.p_WB = contact.p_WA + contact.depth * contact.n_W;
       contact.feature_a = model.point[i].feature();
       const bool known = isFound(k, contact.feature_a, found);
-      if (touch.gap <= margin && !known) keep(contact, static_cast<std::uint8_t>(k));
+      if (touch.gap <= margin && !known) keep(contact, held, k);
     }
   }
 }
@@ -184,7 +197,7 @@ bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held,
   query.budget = budget;
   query.budget.units = kFieldUnits;
   findIn(k, query);
-  keepFound(k, report);
+  keepFound(k, held, report);
   if ((cut_ >> k & 1) == 0 && ahead * held.speed > usableMargin(query.margin, *query.b.volume))
     lookAhead(k, held, ahead, query, report);
   return true;
@@ -195,10 +208,10 @@ void SceneContacts::findIn(std::uint32_t k, const DetectorQuery& query) HD_RT {
   if (field_found_.report.exhausted && isLate(query.budget)) cut_ |= 1u << k;
 }
 
-void SceneContacts::keepFound(std::uint32_t k, DetectorReport& report) HD_RT {
+void SceneContacts::keepFound(std::uint32_t k, const CollideRequest::Held& held, DetectorReport& report) HD_RT {
   for (const Contact& contact : field_found_.contacts()) {
     if (isFinite(contact.n_W) && isFinite(contact.p_WA) && isFinite(contact.p_WB)) {
-      keep(contact, static_cast<std::uint8_t>(k));
+      keep(contact, held, k);
     }
   }
   report.touching += field_found_.report.touching;
@@ -232,7 +245,7 @@ void SceneContacts::lookAhead(std::uint32_t k, const CollideRequest::Held& held,
     field_found_.contact[met++] = c;
   }
   field_found_.count = met;
-  keepFound(k, report);
+  keepFound(k, held, report);
 }
 
 SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obstacle, const Vec3& x_B, double reach,
@@ -335,7 +348,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     if (disc && !isThere(contact, held, obstacle, reach, side, purse)) continue;
     if (contact.depth < -margin) continue;
     if (!disc && !mayLean(i, held, contact.n_W, purse)) continue;
-    keep(contact, static_cast<std::uint8_t>(k));
+    keep(contact, held, k);
     purse.report.touching += contact.depth >= 0 ? 1 : 0;
   }
   // How deep a point was is kept until it is known to be elsewhere: without, it would be out of reach.
@@ -380,6 +393,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
   found_.count = 0;
   many_.fill(0);
   noteHeld(held, model);
+  ahead_ = ahead;
   reach_ = ahead * held.speed;
   const double margin = kMargin + reach_;
   whole_ = cut_ = 0;
@@ -412,7 +426,10 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
 
   std::array<ContactBody, CollideRequest::kMostObstacles> bodies;
   for (std::uint32_t k = 0; k < held.count; ++k) bodies[k] = {held.obstacle[k].slot, held.obstacle[k].X_WO};
-  model.build(found_, held.X_WO, {bodies.data(), held.count}, reach_, {body_of_.data(), found_.count});
+  std::array<double, kMaxContacts> reach_of;
+  for (std::uint32_t i = 0; i < found_.count; ++i) reach_of[i] = kept_[i].reach;
+  model.build(found_, held.X_WO, {bodies.data(), held.count}, reach_, {body_of_.data(), found_.count},
+              {reach_of.data(), found_.count});
 }
 
 }  // namespace hapticd

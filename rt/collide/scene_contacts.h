@@ -73,7 +73,7 @@ class SceneContacts {
   /** To field_found_; notes if the time was not enough. */
   void findIn(std::uint32_t k, const DetectorQuery& query) HD_RT;
   /** field_found_'s contacts and report become part of the answer. */
-  void keepFound(std::uint32_t k, DetectorReport& report) HD_RT;
+  void keepFound(std::uint32_t k, const CollideRequest::Held& held, DetectorReport& report) HD_RT;
   /** A body at one question. */
   struct Stood {
     std::uint32_t slot = 0;    ///< 0: the tool.
@@ -166,11 +166,15 @@ class SceneContacts {
   /** Of what is found too many the deepest stay, of each side that something touches on: see keep(). */
   struct Kept {
     std::uint8_t side = 0;  ///< Obstacle and direction; kFar.
-    double depth = 0;       ///< More than it is for one of the answer before [m].
+    double depth = 0;       ///< When the next answer comes, and more for one of the answer before [m].
+    double reach = 0;       ///< reachOf(), at least ContactModel::kLeastReach [m].
   };
   static constexpr std::uint8_t kFar = 0;  ///< It cannot touch before the next answer.
   static constexpr std::uint32_t kSides = 1 + 6 * CollideRequest::kMostObstacles;
-  void keep(const Contact& contact, std::uint8_t body) HD_RT;
+  /** No more of its gap closes before the next answer [m]: as far as it moves that way now, and kMargin, for another
+   * touch may turn the tool. */
+  [[nodiscard]] double reachOf(const Contact& contact, const CollideRequest::Held& held, std::uint32_t k) const HD_RT;
+  void keep(const Contact& contact, const CollideRequest::Held& held, std::uint32_t k) HD_RT;
   /** Where a contact goes; kMaxContacts: nowhere. */
   [[nodiscard]] std::uint32_t roomFor(const Kept& kept) const HD_RT;
   void noteHeld(const CollideRequest::Held& held, const ContactModel& model) HD_RT;
@@ -200,6 +204,7 @@ class SceneContacts {
   std::array<std::uint8_t, kMaxContacts> body_of_{};
   std::array<Kept, kMaxContacts> kept_{};
   std::array<std::uint8_t, kSides> many_{};  ///< Of those kept.
+  double ahead_ = 0;                         ///< Until the next answer [s].
   double reach_ = 0;                         ///< No gap closes by more before the next answer [m].
   /** What the answer before held. */
   struct Named {

@@ -83,9 +83,11 @@ Tangent tangentNear(const Shape& shape, const Vec3& x) HD_RT {
   return {middle + radius * out, -out};
 }
 
-/** An edge of a mesh where the surface is ridged, seen from the side that `facing` tells: 1 or, of a sheet, -1. */
+/** An edge of a mesh where the surface is ridged, seen from the side that `facing` tells: 1 or, of a sheet, -1. The
+ * border of a sheet is one, too, with both sides of its face. */
 struct Ridge {
   Vec3 from, to;
+  Vec3 out;                   ///< Unit, away from both faces.
   Vec3 one, other;            ///< Outward, unit, of its faces,
   Vec3 down_one, down_other;  ///< and in them away from it.
 
@@ -98,12 +100,13 @@ struct Ridge {
   }
 };
 
-/** False: triangle t has no ridge there, or its neighbour of a lower number has it. */
-bool ridgeOf(const MeshView& mesh, std::uint32_t t, std::uint32_t k, double facing, Ridge& ridge) HD_RT {
+/** False: triangle t has no ridge there, or its neighbour of a lower number has it; or a border that is no sheet's. */
+bool ridgeOf(const MeshView& mesh, std::uint32_t t, std::uint32_t k, double facing, bool sheet, Ridge& ridge) HD_RT {
   const std::uint32_t across = mesh.neighbours[t][k];
-  if (across == HD_NO_INDEX || across < t) return false;
+  const bool border = across == HD_NO_INDEX;
+  if (border ? !sheet : across < t) return false;
   ridge.one = facing * faceNormal(mesh, t);
-  ridge.other = facing * faceNormal(mesh, across);
+  ridge.other = border ? Vec3(-ridge.one) : Vec3(facing * faceNormal(mesh, across));
   if (ridge.one.isZero(0) || ridge.other.isZero(0)) return false;
   const int corner = static_cast<int>(k);
   ridge.from = mesh.vertex(t, corner);
@@ -111,6 +114,8 @@ bool ridgeOf(const MeshView& mesh, std::uint32_t t, std::uint32_t k, double faci
   const Vec3 along = (ridge.to - ridge.from).normalized();
   ridge.down_one = facing * ridge.one.cross(along);
   ridge.down_other = facing * along.cross(ridge.other);
+  ridge.out = border ? Vec3(-ridge.down_one) : (ridge.one + ridge.other).normalized();
+  if (border) return true;
   return facing * ridge.one.cross(ridge.other).dot(along) > kRidge;
 }
 
@@ -165,7 +170,8 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
   const Pose X_AB = held.X_WO.inverse() * obstacle.X_WO;
   const double margin = reach_ + kNearby, apart = kApart * points_.reach();
   double facing = 1;
-  for (std::uint32_t i = 0; i < points_.count() && isSheet(obstacle.shape); ++i) {
+  const bool sheet = isSheet(obstacle.shape);
+  for (std::uint32_t i = 0; i < points_.count() && sheet; ++i) {
     if (side_[i].slot == obstacle.slot && side_[i].side < 0) facing = -1;
   }
   NearestQuery query;
@@ -222,14 +228,13 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
   // Whether it touches there, with a normal of that edge or, at its end, of a peak.
   const auto add = [&](const Ridge& ridge, std::uint32_t triangle, std::uint32_t corner, double t,
                        std::uint32_t j) HD_RT {
-    const Vec3 bisector = (ridge.one + ridge.other).normalized();
     const double length = ridge.length(), reach = std::max(kReach, margin);
-    double inset = std::min(kInset, 0.25 * length), gap_inset = gapAt(ridge.at(t) - inset * bisector, reach);
+    double inset = std::min(kInset, 0.25 * length), gap_inset = gapAt(ridge.at(t) - inset * ridge.out, reach);
     if (gap_inset < 0 && gap_inset > -2 * kToSide) {  // From just within the tool no normal is sure: a little farther.
       inset *= 1.25;
       if (t > 0 && t < 1)
-        t = nearestBeside(t, length, [&](double at) HD_RT { return gapAt(ridge.at(at) - inset * bisector, reach); });
-      gap_inset = gapAt(ridge.at(t) - inset * bisector, reach);
+        t = nearestBeside(t, length, [&](double at) HD_RT { return gapAt(ridge.at(at) - inset * ridge.out, reach); });
+      gap_inset = gapAt(ridge.at(t) - inset * ridge.out, reach);
     }
     const Vec3 x_B = ridge.at(t);
     if (!(gap_inset <= margin + 2 * inset) || nearest.kind == FeatureKind::kVertex) return false;
@@ -245,7 +250,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
       if (!isPeak(mesh, triangle, end, X_AB.q.conjugate() * n_A, purse.report.work, isMet)) return false;
     } else if (const Vec3 along = X_AB.q * (ridge.to - ridge.from); std::abs(n_A.dot(along)) > kAlong * length) {
       const auto look = [&](double shift, Vec3& n, Vec3& p) HD_RT {
-        const double beside = gapAt(ridge.at(t + shift / length) - inset * bisector, kReach);
+        const double beside = gapAt(ridge.at(t + shift / length) - inset * ridge.out, kReach);
         n = normal(beside);
         p = nearest.point;
         return beside;
@@ -272,7 +277,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
     keep(contact, held, k);
     ++many;
     purse.report.touching += gap <= 0 ? 1 : 0;
-    if (!points_.isConvex() && gap_inset > 0) addFurther(ridge, x_B, x_B - inset * bisector, n_A, contact.feature_a);
+    if (!points_.isConvex() && gap_inset > 0) addFurther(ridge, x_B, x_B - inset * ridge.out, n_A, contact.feature_a);
     return true;
   };
   // The mantle of a cylinder meets the ridge in one place, or its ends, where they are peaks.
@@ -300,7 +305,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
                               std::uint32_t parts) HD_RT {
     const double length = ridge.length() / parts, inset = std::min(kInset, 0.25 * ridge.length());
     const double reach = 0.5 * length + std::max(kReach, margin), aside = inset / ridge.length();
-    const Vec3 within = inset * (ridge.one + ridge.other).normalized();
+    const Vec3 within = inset * ridge.out;
     const auto along = [&](double at) HD_RT { return gapAt(ridge.at((part + at) / parts) - within, reach); };
     const EdgeSpan span =
         touchingSpan(margin + 2 * inset, std::max(kAslant, reach_), length, X_AB.q * -within, along, normal);
@@ -318,7 +323,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
   };
   const auto search = [&](std::uint32_t t, std::uint32_t corner, double least) HD_RT {
     Ridge ridge;
-    (void)ridgeOf(mesh, t, corner, facing, ridge);
+    (void)ridgeOf(mesh, t, corner, facing, sheet, ridge);
     const double length = ridge.length();
     const double gap = gapAt(ridge.at(0.5), 0.5 * length + std::max(kReach, margin));
     const bool brief = length < kBrief * apart;
@@ -372,7 +377,7 @@ void SceneContacts::tryRidges(std::uint32_t k, const CollideRequest::Held& held,
         ++purse.report.work;
         Ridge ridge;
         for (std::uint32_t corner = 0; corner < 3; ++corner) {
-          if (ridgeOf(mesh, t, corner, facing, ridge))
+          if (ridgeOf(mesh, t, corner, facing, sheet, ridge))
             wait(ridge.at(0.5), 0.5 * (ridge.to - ridge.from).cwiseAbs(), 3 * t + corner, Part::kRidgePart);
         }
       }

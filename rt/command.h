@@ -57,7 +57,7 @@ enum class CommandKind : std::uint32_t {
   kSetGravity,      ///< SetGravity
   kSetGrip,         ///< SetGrip: what the device's gripper closes on.
   kSetEffect,       ///< SetEffect
-  kSetMount,        ///< SetMount: where the device stands. Refused while it is armed.
+  kSetMount,        ///< SetMount: where the device stands, and how large. Refused while it is armed.
   kSetFinger,       ///< SetFinger: what touches is a fingertip.
 };
 
@@ -157,12 +157,13 @@ struct DeviceRadius {
   double radius;  ///< 0 to ProxyRenderer::kMaxRadius [m].
 };
 
-/** Where a device stands in the world: x_W = q x_D + p. */
+/** Where a device stands in the world, and how large: x_W = scale q x_D + p. */
 struct SetMount {
   std::uint32_t device;
   std::uint32_t reserved;
-  double p[3];  ///< [m]
-  double q[4];  ///< w x y z
+  double p[3];   ///< [m]
+  double q[4];   ///< w x y z
+  double scale;  ///< 0: 1, as in recordings that knew none.
 };
 
 /** An object becomes the tool in a device's hand: its frame goes to the device's, by a coupling (rt/body/coupling.h).

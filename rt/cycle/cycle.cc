@@ -143,9 +143,18 @@ ErrorCode Cycle::applyMount(const SetMount& order) HD_RT {
   if (!Mount::valid(order)) return ErrorCode::kInvalidArgument;
   if (device.guard.armed()) return ErrorCode::kWouldBlock;
   device.mount = Mount(order);
+  scaleResolution(device);
   device.started = false;
   device.tool.forget();
   return ErrorCode::kOk;
+}
+
+/** Of what is rendered in the world; estimator and guard are the device's. */
+void Cycle::scaleResolution(DeviceState& device) HD_RT {
+  const double step = device.mount.scale() * device.read_resolution;
+  device.resolution = step;
+  device.proxy.setResolution(step);
+  device.effects.setResolution(step, VelocityEstimator::noiseAtRest(step, seconds(config_.period_ns)));
 }
 
 ErrorCode Cycle::applyToBodies(const Command& command) HD_RT {
@@ -259,8 +268,9 @@ const DeviceSample& Cycle::place(std::uint32_t d, const CycleInput& input) HD_RT
   device.placed = read;
   device.placed.p = hand.p;
   device.placed.q = hand.q;
-  device.placed.v = device.mount.toWorld(read.v);
-  device.placed.w = device.mount.toWorld(read.w);
+  const Twist velocity = device.mount.toWorld(Twist{read.v, read.w});
+  device.placed.v = velocity.v;
+  device.placed.w = velocity.w;
   return device.placed;
 }
 
@@ -354,8 +364,11 @@ void Cycle::bringToDevice(std::uint32_t d, const DeviceOutput& out) HD_RT {
   energy.local_active = mount.toDevice(energy.local_active);
   energy.relief = mount.toDevice(energy.relief);
   const Vec3 &f = out.contact.force, &v = out.contact.velocity;
+  const double s = mount.scale();
   energy.carried =
-      mount.powerToDevice(energy.carried - f.cwiseProduct(v)) + mount.toDevice(f).cwiseProduct(mount.toDevice(v));
+      mount.powerToDevice(energy.carried - f.cwiseProduct(v)) + mount.toDevice(f).cwiseProduct(mount.toDevice(v)) / s;
+  energy.stored /= s;
+  energy.damping *= s;
 }
 
 void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT {

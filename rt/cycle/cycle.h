@@ -54,13 +54,13 @@ class Cycle {
  public:
   Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept;
 
-  /** What the velocity estimator and friction may take for noise [m, rad]. Before the first step. */
+  /** What the velocity estimator and friction may take for noise, of the device itself [m, rad]. Before the first step.
+   */
   void setResolution(std::uint32_t device, double position, double rotation) HD_RT {
     devices_[device].velocity.setResolution(position, rotation);
     devices_[device].guard.setResolution(position);
-    devices_[device].proxy.setResolution(position);
-    devices_[device].effects.setResolution(position, VelocityEstimator::noiseAtRest(position, period()));
-    devices_[device].resolution = position;
+    devices_[device].read_resolution = position;
+    scaleResolution(devices_[device]);
   }
 
   void step(const CycleInput& input, CycleOutput& output) HD_RT;
@@ -111,7 +111,8 @@ class Cycle {
     DeviceSample placed;  ///< The reading brought into the world, of a mount that is not the identity.
     Twist velocity_D;     ///< As estimated, in the device's frame.
     SetGrip grip{};
-    double resolution = 0;  ///< Of the sample's place [m].
+    double read_resolution = 0;  ///< Of the reading's place [m],
+    double resolution = 0;       ///< and of where that is in the world.
     bool started = false;
     std::uint32_t buttons = 0;
     std::array<std::uint32_t, kMaxHolding> touched{};  ///< Objects whose touch was told, named when it ends.
@@ -139,6 +140,7 @@ class Cycle {
   ErrorCode applySessionOrder(const Command& command, const CycleInput& input) HD_RT;
   ErrorCode applyDeviceOrder(const Command& command) HD_RT;
   ErrorCode applyMount(const SetMount& order) HD_RT;
+  void scaleResolution(DeviceState& device) HD_RT;
   void refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT;
   ErrorCode applyToBodies(const Command& command) HD_RT;
   [[nodiscard]] std::uint32_t heldObjects(std::array<std::uint32_t, kMaxDevices>& held) const HD_RT;

@@ -25,8 +25,9 @@ void fillSample(const DeviceSample& in, const DeviceOutput& out, const Mount& mo
   store(out.velocity.v, sample.v);
   store(out.velocity.w, sample.w);
   store(out.contact.object != 0 ? out.contact.proxy : out.pose.p, sample.proxy);
-  store(mount.toWorld(out.command.force), sample.force);
-  store(mount.toWorld(out.command.torque), sample.torque);
+  const Wrench sent = mount.toWorld(Wrench{out.command.force, out.command.torque});
+  store(sent.force, sample.force);
+  store(sent.torque, sample.torque);
   for (std::uint32_t s = 0; s < HD_SOURCES; ++s) {
     const Vec3 force = mount.toWorld(out.guard.by_source[s]);
     for (int axis = 0; axis < 3; ++axis) sample.by_source[s][axis] = static_cast<float>(force[axis]);

@@ -148,9 +148,10 @@ class World {
     order.damping = random.in(0, 5);
     put(CommandKind::kSetBody, order);
   }
-  /** Where a device stands: anywhere, seldom nowhere. */
+  /** Where a device stands, and how large: anywhere, seldom nowhere. */
   void mount(std::uint32_t d) {
-    SetMount order{d, 0, {}, {}};
+    SetMount order{d, 0, {}, {}, random.once(2) ? 1 : std::exp(random.in(-4.6, 4.6))};
+    if (random.once(10)) order.scale = random.once(2) ? random.wild() : random.broken();
     const Pose X = random.once(3) ? Pose{} : random.pose(0.05);
     store(X.p, order.p);
     store(X.q, order.q);

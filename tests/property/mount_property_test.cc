@@ -1,5 +1,5 @@
-// A world that is turned and shifted with the device feels the same: what the hand is sent depends on where things are
-// to each other, not on where they are.
+// A world that is turned, shifted and scaled with the device feels the same: what the hand is sent depends on where
+// things are to each other, not on where they are, and on how large they are to the hand.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -20,12 +20,13 @@ namespace hapticd {
 namespace {
 
 constexpr double kAsBefore = 1e-9;  // [N], [N m]
+constexpr double kScaled = 1e-8;    // Far from the origin a small world's places round more to the hand [N], [N m].
 constexpr double kSolved = 1e-7;    // What the solver of a tool's contacts leaves open [N], [N m].
 constexpr std::uint32_t kFloor = makeObjectId(1, 1), kBall = makeObjectId(2, 1), kBox = makeObjectId(3, 1),
-                        kGuide = makeObjectId(4, 1), kTool = makeObjectId(5, 1);
+                        kGuide = makeObjectId(4, 1), kTool = makeObjectId(5, 1), kBody = makeObjectId(6, 1);
 
 constexpr double kWave = 2 * M_PI / 64;  // Of the floor's relief, four in a picture [1/pixel].
-const Vec3 kBallAt(0.06, 0, 0.04), kBoxAt(-0.06, 0.01, 0.04);
+const Vec3 kBallAt(0.06, 0, 0.04), kBoxAt(-0.06, 0.01, 0.04), kBodyAt(0, 0.06, 0.04);
 
 /** What is asked. */
 struct Question {
@@ -33,6 +34,7 @@ struct Question {
   bool models = true;     ///< A client sends local models, too.
   bool passivity = true;  ///< The guard's controller may act.
   bool quarters = false;  ///< All turns are of 90 degrees: axes become axes.
+  bool scaled = false;    ///< The other world is larger or smaller by a power of two, so that floats hold it as well.
 };
 
 CycleConfig config(bool passivity) {
@@ -47,26 +49,34 @@ CycleConfig config(bool passivity) {
   return c;
 }
 
-/** A scene that is told to the cycle where X_WD has brought it, and a device that stands there too. */
+/**
+ * A scene that is told to the cycle where X_WD has brought it, a device that stands there too, and all of it `s` times
+ * as large: lengths s times, so that newtons stay newtons stiffness, damping and mass 1 / s.
+ */
 class MountedWorld : public test::SteppedCycle {
  public:
-  MountedWorld(const Pose& X_WD, const Question& asked) : SteppedCycle(config(asked.passivity)), X_(X_WD) {
+  MountedWorld(const Pose& X_WD, double s, const Question& asked)
+      : SteppedCycle(config(asked.passivity)), X_(X_WD), s_(s) {
     cycle->setResolution(0, 1e-5, 1e-4);
-    put(CommandKind::kSetMount, test::mountAt(X_WD));
+    put(CommandKind::kSetMount, test::mountAt(X_WD, 0, s));
     put(CommandKind::kAddSession, SessionRef{0, 0, 1});
     SetGravity down{};
-    store(turned(Vec3(0.5, 0, -9.81)), down.g);
+    store(turned(s * Vec3(0.5, 0, -9.81)), down.g);
     put(CommandKind::kSetGravity, down);
     object(kFloor, ShapeKind::kPlane, {{0, 0, -0.01}, Quat::Identity()}, Vec3::Zero());
     meshes.publishTexture(0, &waves_.view);
     SurfaceParameters surface{};
     surface.relief = 1;
-    surface.relief_depth = 0.002;
-    surface.relief_size[0] = surface.relief_size[1] = 0.032;
+    surface.relief_depth = s * 0.002;
+    surface.relief_size[0] = surface.relief_size[1] = s * 0.032;
     put(CommandKind::kSetSurface, SetSurface{kFloor, 0, surface});
     // Apart from each other: which side of a corner a hand comes down on may be a matter of rounding.
     object(kBall, ShapeKind::kSphere, {kBallAt, Quat::Identity()}, {0.01, 0, 0});
     object(kBox, ShapeKind::kBox, {kBoxAt, Quat(Eigen::AngleAxisd(0.5, Vec3::UnitZ()))}, {0.01, 0.01, 0.01});
+    object(kBody, ShapeKind::kSphere, {kBodyAt, Quat::Identity()}, {0.01, 0, 0});
+    SetBody body{kBody, 0, 0.2 / s, {}, {}, 1};
+    for (int i = 0; i < 3; ++i) body.inertia[i] = s * 1e-5;
+    put(CommandKind::kSetBody, body);
     object(kGuide, ShapeKind::kGroup, {{0, 0, 0.03}, Quat(Eigen::AngleAxisd(0.7, Vec3::UnitX()))}, Vec3::Zero());
     if (asked.tool) {
       object(kTool, ShapeKind::kBox, {{0, 0, 0.1}, Quat::Identity()}, {0.01, 0.02, 0.005});
@@ -79,6 +89,10 @@ class MountedWorld : public test::SteppedCycle {
       device.actuated_rotation = true;
       AttachTool tool = test::attachBox(kTool, {0.02, 0.04, 0.01}, device);
       tool.flags = kToolWeighs;
+      for (double* x : {&tool.mass, &tool.outer, &tool.stiffness, &tool.damping}) *x /= s;
+      for (double* x : {&tool.angular_outer, &tool.angular_stiffness, &tool.angular_damping}) *x *= s;
+      for (double& x : tool.com) x *= s;
+      for (double& x : tool.inertia) x *= s;
       put(CommandKind::kAttachTool, tool);
     }
     step();
@@ -87,26 +101,27 @@ class MountedWorld : public test::SteppedCycle {
   [[nodiscard]] Vec3 turned(const Vec3& x) const { return X_.q * x; }
 
   void object(std::uint32_t id, ShapeKind kind, const Pose& at, const Vec3& size) {
-    add(test::solid(id, kind, {900, 1, 0.5, 0.4}, X_ * at, size));
+    add(test::solid(id, kind, {900 / s_, 1 / s_, 0.5, 0.4}, brought(at), s_ * size));
   }
+  [[nodiscard]] Pose brought(const Pose& X) const { return X_ * Pose{s_ * X.p, X.q}; }
   void move(std::uint32_t id, const Vec3& p, const Vec3& v) {
-    put(CommandKind::kObjectPose, poseMessage(id, X_ * Pose{p, Quat::Identity()}, {turned(v), Vec3::Zero()}));
+    put(CommandKind::kObjectPose, poseMessage(id, brought({p, Quat::Identity()}), {turned(s_ * v), Vec3::Zero()}));
   }
   void effect(EffectKind kind) {
     SetEffect order{kGuide, 0, {}};
     EffectParameters& e = order.effect;
     e.kind = static_cast<std::uint32_t>(kind);
     e.force = 2;
-    e.stiffness = 300;
+    e.stiffness = 300 / s_;
     // Where two chords of a path meet, which of them says what is across may be a matter of rounding.
-    e.damping = kind == EffectKind::kGuide ? 0 : 3;
-    e.reach = 0.05;
+    e.damping = kind == EffectKind::kGuide ? 0 : 3 / s_;
+    e.reach = s_ * 0.05;
     e.frequency = 90;
     if (kind == EffectKind::kGuide) {
       e.points = 4;
       for (int i = 0; i < 4; ++i) {
-        e.path[i][0] = 0.01F * static_cast<float>(i) - 0.02F;
-        e.path[i][1] = i % 2 == 0 ? 0.01F : -0.01F;
+        e.path[i][0] = static_cast<float>(s_) * (0.01F * static_cast<float>(i) - 0.02F);
+        e.path[i][1] = static_cast<float>(s_) * (i % 2 == 0 ? 0.01F : -0.01F);
       }
     }
     put(CommandKind::kSetEffect, order);
@@ -115,7 +130,7 @@ class MountedWorld : public test::SteppedCycle {
     hd_client_force f{};
     f.lease_ns = 200'000'000;
     store(turned(force), f.force);
-    store(turned(torque), f.torque);
+    store(turned(s_ * torque), f.torque);
     put(CommandKind::kClientForce, f, 0);
   }
   void model(std::uint32_t kind, const Vec3& origin, const Vec3& normal) {
@@ -124,10 +139,10 @@ class MountedWorld : public test::SteppedCycle {
     m.kind = kind;
     m.lease_ns = 300'000'000;
     m.blend_ns = 10'000'000;
-    m.material = {800, 1, 0.6, 0.5};
-    store(X_ * origin, m.origin);
+    m.material = {800 / s_, 1 / s_, 0.6, 0.5};
+    store(X_ * (s_ * origin), m.origin);
     store(turned(normal), m.normal);
-    m.radius = 0.02;
+    m.radius = s_ * 0.02;
     put(CommandKind::kLocalModel, m, 0);
   }
   /** Where the box in the hand meets the floor: at its lower corners. */
@@ -137,9 +152,10 @@ class MountedWorld : public test::SteppedCycle {
     found.count = 4;
     for (std::uint32_t i = 0; i < 4; ++i) {
       ToolContacts::Point& p = found.point[i];
-      p.p_A[0] = i % 2 == 0 ? 0.01F : -0.01F;
-      p.p_A[1] = i / 2 == 0 ? 0.02F : -0.02F;
-      p.p_A[2] = -0.005F;
+      const auto s = static_cast<float>(s_);
+      p.p_A[0] = s * (i % 2 == 0 ? 0.01F : -0.01F);
+      p.p_A[1] = s * (i / 2 == 0 ? 0.02F : -0.02F);
+      p.p_A[2] = s * -0.005F;
       p.n_B[2] = 1;
       p.key = objectSlot(kFloor) << 24 | (i + 1);
     }
@@ -153,6 +169,7 @@ class MountedWorld : public test::SteppedCycle {
 
  private:
   Pose X_;
+  double s_;
   test::TestRelief waves_{256, 256,
                           [](auto x, auto y) { return 0.5 + 0.25 * (std::sin(x * kWave) + std::cos(y * kWave)); }};
 };
@@ -191,7 +208,8 @@ class Story {
       const Vec3 origin = random_.vector(0.01), normal = random_.vector(1).normalized();
       both([&](MountedWorld& w) { w.model(kind, origin, normal); });
     }
-    if (asked_.tool && random_.once(2)) both([](MountedWorld& w) { w.corners(); });
+    // How fast a tool leaves an overlap, and how much of one is let be, is told in the world's metres.
+    if (asked_.tool && !asked_.scaled && random_.once(2)) both([](MountedWorld& w) { w.corners(); });
     const Vec3 aim = hand_.next();
     sample_.v = 0.05 / 1e-3 * (aim - p_);
     p_ += 1e-3 * sample_.v;
@@ -241,11 +259,13 @@ Pose placeFor(const Question& asked, Random& random) {
 
 Felt expectTheSame(unsigned count, const Question& asked) {
   Felt felt;
-  const double same = asked.tool ? kSolved : kAsBefore;
+  const double same = asked.tool ? kSolved : asked.scaled ? kScaled : kAsBefore;
   forSeeds(count, [&](unsigned seed) {
     Story story(seed, asked);
     const Pose X = placeFor(asked, story.random());
-    MountedWorld plain({}, asked), mounted(X, asked);
+    // A tool's speed has a bound, in metres of the world.
+    const double s = asked.scaled ? std::exp2(story.random().below(asked.tool ? 5 : 9) - 4) : 1;
+    MountedWorld plain({}, 1, asked), mounted(X, s, asked);
     ASSERT_FALSE(mounted.cycle->mount(0).identity());
     // The weight that a driver carries is that of a device which stands upright.
     const double upright = (X.q * Vec3::UnitZ()).z();
@@ -259,10 +279,10 @@ Felt expectTheSame(unsigned count, const Question& asked) {
       const DeviceOutput& other = mounted.with(sample);
       ASSERT_EQ(one.command.enabled, other.command.enabled);
       ASSERT_EQ(one.guard.fault, other.guard.fault);
-      ASSERT_NEAR((one.command.force - other.command.force).norm(), 0, same);
-      ASSERT_NEAR((one.command.torque - other.command.torque).norm(), 0, same);
       for (int i = 0; i < HD_SOURCES; ++i)
         ASSERT_NEAR((one.guard.by_source[i] - other.guard.by_source[i]).norm(), 0, 10 * same) << i;
+      ASSERT_NEAR((one.command.force - other.command.force).norm(), 0, same);
+      ASSERT_NEAR((one.command.torque - other.command.torque).norm(), 0, same);
       if (!asked.models) {  // Of a model that presses with no force at all, a rounding decides whether it holds energy.
         const auto books = [](const MountedWorld& w) { return w.cycle->deviceGuard(0).passivity().byAxis(); };
         ASSERT_NEAR(one.guard.energy, other.guard.energy, same);
@@ -271,10 +291,11 @@ Felt expectTheSame(unsigned count, const Question& asked) {
         }
       }
       ASSERT_EQ(one.contact.object, other.contact.object);
-      ASSERT_NEAR((X * one.pose.p - other.pose.p).norm(), 0, 1e-14);
-      ASSERT_NEAR((X.q * one.velocity.v - other.velocity.v).norm(), 0, 1e-12);
+      ASSERT_NEAR((X * (s * one.pose.p) - other.pose.p).norm(), 0, 1e-14 * std::max(1.0, s));
+      ASSERT_NEAR((X.q * (s * one.velocity.v) - other.velocity.v).norm(), 0, 1e-12 * std::max(1.0, s));
+      ASSERT_NEAR((X.q * one.velocity.w - other.velocity.w).norm(), 0, 1e-12);
       if (one.contact.object != 0) {
-        ASSERT_NEAR((X * one.contact.proxy - other.contact.proxy).norm(), 0, 0.1 * same);
+        ASSERT_NEAR((X * (s * one.contact.proxy) - other.contact.proxy).norm(), 0, 0.1 * same * std::max(1.0, s));
       }
       felt.note(other);
     }
@@ -306,6 +327,23 @@ TEST(MountProperty, ATurnedAndShiftedWorldFeelsTheSameToAToolInSixDegreesOfFreed
   EXPECT_GT(felt.armed, 5000);
   EXPECT_GT(felt.contact, 300);
   EXPECT_GT(felt.torque, 300);
+}
+
+/** What a metre of the hand is changes no newton, where the world's stiffness is as much less. */
+TEST(MountProperty, AScaledWorldFeelsTheSame) {
+  const Question asked[] = {{.models = false, .quarters = true, .scaled = true},
+                            {.quarters = true, .scaled = true},
+                            {.tool = true, .passivity = false, .scaled = true},
+                            {.passivity = false, .scaled = true}};
+  for (const Question& question : asked) {
+    SCOPED_TRACE(&question - asked);
+    const Felt felt = expectTheSame(20, question);
+    if (seeds(2).size() < 2) continue;
+    EXPECT_GT(felt.armed, 5000);
+    EXPECT_GT(felt.contact, question.tool ? -1 : 300);
+    EXPECT_GT(felt.torque, question.tool ? 300 : -1);
+    EXPECT_GT(felt.passivity, question.passivity && !question.tool ? 50 : -1);
+  }
 }
 
 /** What a tool or a model is given by others is known by axis alone: where axes become axes, that is exact. */

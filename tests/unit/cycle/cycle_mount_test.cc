@@ -136,6 +136,9 @@ TEST_F(CycleMount, WhatIsNoPlaceIsRefused) {
   SetMount none = mountAt({});
   none.q[0] = 0;
   EXPECT_EQ(mount(none), ErrorCode::kInvalidArgument);
+  for (const double bad : {kNan, kInf, -1.0, 0.009, 101.0, 1e-300}) {
+    EXPECT_EQ(mount(mountAt({}, 0, bad)), ErrorCode::kInvalidArgument) << bad;
+  }
   EXPECT_EQ(mount(mountAt(fine, 1)), ErrorCode::kInvalidArgument) << "there is no such device";
   EXPECT_EQ(cycle->mount(0).pose().p, fine.p);
 }
@@ -155,23 +158,83 @@ TEST_F(CycleMount, AnArmsWeightIsCarriedAlongItsOwnVertical) {
 TEST_F(CycleMount, TheOrderMadeOfItGivesItAgainBitForBit) {
   Random random(7);
   for (int i = 0; i < 2000; ++i) {
-    SetMount order = mountAt(random.pose(1));
+    SetMount order = mountAt(random.pose(1), 0, random.in(0.01, 100));
     for (double& x : order.q) x *= random.in(0.96, 1.04);
     const Mount one(order), again(one.order(0));
     ASSERT_EQ(one.pose().q.coeffs(), again.pose().q.coeffs());
     ASSERT_EQ(one.pose().p, again.pose().p);
+    ASSERT_EQ(one.scale(), again.scale());
     ASSERT_NEAR(one.pose().q.norm(), 1, 1e-15);
   }
   EXPECT_TRUE(Mount(mountAt({{0, 0, 0}, Quat(-1, 0, 0, 0)})).identity()) << "a whole turn";
+}
+
+TEST_F(CycleMount, AMetreOfTheHandIsAsManyOfTheWorldAsItsScale) {
+  ASSERT_EQ(mount(mountAt({{0, 0, 0.1}, Quat::Identity()}, 0, 4)), ErrorCode::kOk);
+  at({0, 0, 0.05});
+  EXPECT_NEAR(output->device[0].pose.p.z(), 0.3, 1e-15);
+  arm();
+  for (int i = 0; i < 10; ++i) step();
+  walk({0, 0, -0.026});
+  EXPECT_NEAR(output->device[0].pose.p.z(), -0.004, 1e-15);
+  EXPECT_NEAR(output->device[0].contact.depth, 0.004, 1e-12) << "of the world";
+  EXPECT_NEAR(output->device[0].command.force.z(), 2, 1e-9) << "500 N/m there, 2000 N/m to the hand";
+}
+
+/** What its driver and its guard know is not scaled: how fast the hand may be, and what damping it can bear. */
+TEST_F(CycleMount, ALargeWorldIsNoFasterHand) {
+  ASSERT_EQ(mount(mountAt({}, 0, 100)), ErrorCode::kOk);
+  arm();
+  for (int i = 0; i < 10; ++i) step();
+  for (int i = 0; i < 20; ++i) at(input->device[0].p + Vec3(0, 0, 0.5e-3));
+  EXPECT_NEAR(output->device[0].velocity.v.z(), 50, 1e-6) << "of the world";
+  EXPECT_EQ(output->device[0].guard.fault, std::uint32_t{HD_FAULT_NONE}) << "half of the 1 m/s that the limit says";
+}
+
+TEST_F(CycleMount, WhatAHandIsAskedToDoIsOfTheWorld) {
+  ASSERT_EQ(mount(mountAt({{0, 0, 1}, turnedAboutX(M_PI)}, 0, 10)), ErrorCode::kOk);
+  hd_intent wish{};
+  store(Vec3(0.5, 0, 0.9), wish.p);
+  store(turnedAboutX(M_PI), wish.q);
+  put(CommandKind::kIntent, wish);
+  step();
+  ASSERT_TRUE(output->device[0].has_intent);
+  EXPECT_LT((output->device[0].intent.p - Vec3(0.05, 0, 0.01)).norm(), 1e-15);
+}
+
+/** So that power is what it was: a lever of the hand is one of the world, scaled. */
+TEST_F(CycleMount, ATorqueOfTheWorldIsAsMuchLessInTheHand) {
+  ASSERT_EQ(mount(mountAt({}, 0, 4)), ErrorCode::kOk);
+  put(CommandKind::kAddSession, SessionRef{0, 0, 1});
+  arm();
+  for (int i = 0; i < 10; ++i) step();
+  hd_client_force push{};
+  push.lease_ns = 1'000'000'000;
+  push.force[0] = 1;
+  push.torque[2] = 0.2;
+  put(CommandKind::kClientForce, push, 0);
+  for (int i = 0; i < 10; ++i) step();
+  EXPECT_NEAR(output->device[0].command.force.x(), 1, 1e-9);
+  EXPECT_NEAR(output->device[0].command.torque.z(), 0.05, 1e-9);
+  const Wrench told = cycle->mount(0).toWorld(Wrench{{1, 2, 3}, {0.05, 0, 0}});
+  EXPECT_EQ(told.force, Vec3(1, 2, 3));
+  EXPECT_EQ(told.torque, Vec3(0.2, 0, 0));
+}
+
+/** As recordings and configurations said it that knew of no scale. */
+TEST_F(CycleMount, NoScaleIsOne) {
+  EXPECT_EQ(Mount(mountAt({}, 0, 0)).scale(), 1);
+  EXPECT_TRUE(Mount(mountAt({}, 0, 0)).identity());
+  EXPECT_FALSE(Mount(mountAt({}, 0, 2)).identity());
 }
 
 /** What the guard's observer books is of the sum: none of it is lost, however the axes share it. */
 TEST_F(CycleMount, PowerIsSharedAmongTheDevicesAxesAndNoneIsLost) {
   Random random(8);
   for (int i = 0; i < 2000; ++i) {
-    const Mount mount(random.pose(1));
+    const Mount mount(random.pose(1), random.in(0.5, 2));
     const Vec3 power = random.vector(50);
-    ASSERT_NEAR(mount.powerToDevice(power).sum(), power.sum(), 1e-12);
+    ASSERT_NEAR(mount.powerToDevice(power).sum(), power.sum() / mount.scale(), 1e-12);
     ASSERT_GE(mount.powerToDevice(power.cwiseAbs()).minCoeff(), 0) << "what is given takes nothing along any axis";
   }
   const Mount quarter(Pose{{0, 0, 0}, turnedAboutZ(M_PI_2)});  // Its y is the world's -x.

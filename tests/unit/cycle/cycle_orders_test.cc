@@ -60,7 +60,7 @@ TEST_F(CycleOrders, ForDevicesThatAreNotThereAreRefused) {
     EXPECT_EQ(send(CommandKind::kAttachTool, AttachTool{device}), ErrorCode::kInvalidArgument) << device;
     EXPECT_EQ(send(CommandKind::kSetGrip, SetGrip{device}), ErrorCode::kInvalidArgument) << device;
     EXPECT_EQ(send(CommandKind::kSetFinger, SetFinger{device}), ErrorCode::kInvalidArgument) << device;
-    EXPECT_EQ(send(CommandKind::kSetMount, SetMount{device, 0, {}, {1, 0, 0, 0}}), ErrorCode::kInvalidArgument)
+    EXPECT_EQ(send(CommandKind::kSetMount, SetMount{device, 0, {}, {1, 0, 0, 0}, 1}), ErrorCode::kInvalidArgument)
         << device;
     hd_intent wish{};
     wish.device = device;

@@ -10,6 +10,7 @@ namespace {
 
 using hapticd::Quat;
 using hapticd::Vec3;
+using hapticd::Wrench;
 
 void put(const Vec3& x, double* out) { std::copy_n(x.data(), 3, out); }
 void put(const Quat& q, double* out) {
@@ -35,7 +36,10 @@ const std::vector<Column>& columns() {
       {"ramping", "", 1,
        [](const Row& r, double* out) { *out = (r.replayed->guard.flags & HD_SAMPLE_RAMPING) != 0 ? 1 : 0; }},
       {"f", "N", 3, [](const Row& r, double* out) { put(r.mount->toWorld(r.sent->force), out); }},
-      {"t", "N m", 3, [](const Row& r, double* out) { put(r.mount->toWorld(r.sent->torque), out); }},
+      {"t", "N m", 3,
+       [](const Row& r, double* out) {
+         put(r.mount->toWorld(Wrench{{}, r.sent->torque}).torque, out);
+       }},
       {"gripper_force", "N", 1, [](const Row& r, double* out) { *out = r.sent->gripper_force; }},
       {"proxy", "m", 3,
        [](const Row& r, double* out) {

@@ -49,12 +49,14 @@ struct GroupConfig {
 struct DeviceConfig {
   static constexpr double kMostRadius = 0.1;    ///< [m]
   static constexpr double kMostDistance = 100;  ///< From the world's origin, by axis [m].
+  static constexpr double kLeastScale = 0.01, kMostScale = 100;
 
   std::string uri;
   LimitsConfig limits;
   double radius_m = 0;  ///< Of the ball about its point that touches when the daemon starts; 0: a point.
   /** Where it stands when the daemon starts: place [m], and turns about the world's x, then y, then z [deg]. */
   std::vector<double> mount_m = {0, 0, 0}, mount_deg = {0, 0, 0};
+  double scale = 1;  ///< Metres of the world for one of the hand, when the daemon starts.
   std::string finger;  ///< What touches, in the words of parseFinger(); empty: a point or ball.
 
   bool operator==(const DeviceConfig&) const = default;

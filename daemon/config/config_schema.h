@@ -85,6 +85,7 @@ void visitConfig(Visitor& root, Configuration& c) {
     v.number("radius_m", device.radius_m, 0, DeviceConfig::kMostRadius);
     v.triple("mount_m", device.mount_m, -DeviceConfig::kMostDistance, DeviceConfig::kMostDistance);
     v.triple("mount_deg", device.mount_deg, -360, 360);
+    v.number("scale", device.scale, DeviceConfig::kLeastScale, DeviceConfig::kMostScale);
     v.text("finger", device.finger);
     visitLimits(v, device.limits);
   });

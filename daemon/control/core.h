@@ -136,6 +136,9 @@ class Core {
   /** Where it stands in the world. Who may: as setRadius. kWouldBlock while it is armed or its force is being lowered:
    * its hand is elsewhere at once. */
   [[nodiscard]] Result<void> setMount(OpenDevice& device, const Pose& X_WD, const Client& by);
+  /** How many metres of the world one of the hand is. As setMount(). A tool is held anew, as stiff as it may be there.
+   */
+  [[nodiscard]] Result<void> setScale(OpenDevice& device, double scale, const Client& by);
   /** Puts an object into the device's hand, in place of what it holds. Who may: as setRadius. Refused for planes,
    * groups, children, deformable meshes and what another hand holds. */
   [[nodiscard]] Result<void> attachTool(OpenDevice& device, const ToolWish& wish, const Client& by);
@@ -217,6 +220,7 @@ class Core {
 
   /** Whether forces reach it, or will by an order that is on its way. */
   [[nodiscard]] bool mayBeArmed(const OpenDevice& device) const;
+  [[nodiscard]] Result<void> mayBeSetUp(const OpenDevice& device, const std::string& where, const Client& by);
   /** Whether that client may have a device of that URI opened. */
   [[nodiscard]] Result<void> mayOpen(std::string_view uri, std::uint64_t connection);
   [[nodiscard]] Result<OpenDevice*> openNow(std::string_view uri);
@@ -237,6 +241,7 @@ class Core {
   [[nodiscard]] Result<void> mayArm(OpenDevice& device) const;
   Result<Session*> leaseHolder(std::uint64_t id, const char* to_do);
   void hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& object);
+  void holdAnew(OpenDevice& device);
   void tellTool(const OpenDevice& device, const std::string& object, const std::string& what);
   [[nodiscard]] Result<void> mayRunServos() const;
   void switchOff(OpenDevice& device, CommandKind kind);

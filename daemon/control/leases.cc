@@ -363,6 +363,14 @@ bool Core::mayBeArmed(const OpenDevice& device) const {
           (sample.flags & HD_SAMPLE_ARMED) != 0);
 }
 
+/** Elsewhere, or of another size. */
+Result<void> Core::mayBeSetUp(const OpenDevice& device, const std::string& where, const Client& by) {
+  if (auto r = mayChange(device, by); !r) return r;
+  if (!mayBeArmed(device)) return {};
+  return Error{ErrorCode::kWouldBlock, where, "the device is armed, and its hand would jump",
+               "disarm it and wait until its force is down"};
+}
+
 Result<void> Core::setMount(OpenDevice& device, const Pose& X_WD, const Client& by) {
   const std::string where = device.name + "/mount";
   if (!isFinite(X_WD.p) || !(X_WD.p.cwiseAbs().maxCoeff() <= Mount::kFarthest)) {
@@ -375,16 +383,31 @@ Result<void> Core::setMount(OpenDevice& device, const Pose& X_WD, const Client& 
     return Error{ErrorCode::kInvalidArgument, where, "the quaternion says no turn",
                  "w,x,y,z with a length near 1: 1,0,0,0 is none"};
   }
-  if (auto r = mayChange(device, by); !r) return r;
-  if (mayBeArmed(device)) {
-    return Error{ErrorCode::kWouldBlock, where, "the device is armed, and its hand would jump",
-                 "disarm it and wait until its force is down"};
-  }
-  device.mount = Mount(Pose{X_WD.p, X_WD.q.normalized()});
+  if (auto r = mayBeSetUp(device, where, by); !r) return r;
+  device.mount = Mount(Pose{X_WD.p, X_WD.q.normalized()}, device.mount.scale());
   device.applyMount();
   const Vec3 turns = toDegrees(device.mount.pose().q);
   log::info("{}: stands at {:g}, {:g}, {:g} m, turned by {:g}, {:g}, {:g} degrees", device.name, X_WD.p.x(), X_WD.p.y(),
             X_WD.p.z(), turns.x(), turns.y(), turns.z());
+  return {};
+}
+
+Result<void> Core::setScale(OpenDevice& device, double scale, const Client& by) {
+  const std::string where = device.name + "/scale";
+  if (!Mount::validScale(scale)) {
+    return Error{ErrorCode::kInvalidArgument, where,
+                 fmt::format("a metre of the hand is {:g} to {:g} m of the world, not {:g}", Mount::kLeast,
+                             Mount::kLargest, scale),
+                 "make the scene larger or smaller; for example 5"};
+  }
+  if (auto r = mayBeSetUp(device, where, by); !r) return r;
+  device.mount = Mount(device.mount.pose(), scale);
+  device.applyMount();
+  holdAnew(device);
+  log::info("{}: a metre of the hand is {:g} m of the world{}", device.name, scale,
+            device.info().max_stiffness > 0 ? fmt::format("; the stiffest surface that it bears has {:g} N/m there",
+                                                          device.info().max_stiffness / scale)
+                                            : std::string());
   return {};
 }
 

@@ -74,7 +74,12 @@ void Core::hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& objec
   const MassProperties mass = massOf(shape, meshes_, wish.mass);
   const DeviceInfo& info = device.info();
   const double dt = static_cast<double>(device.link->group().options().cycle.period_ns) * 1e-9;
-  const CouplingGains gains = chooseGains(info, {wish.mass, mass.inertia_O.trace() / 3, dt, wish.stiffness});
+  // Chosen as the device is to bear them, for the mass that it feels; told in the world.
+  const double s = device.mount.scale();
+  const CouplingNeeds needs{s * wish.mass, mass.inertia_O.trace() / 3 / s, dt, s * wish.stiffness};
+  CouplingGains gains = chooseGains(info, needs);
+  for (double* x : {&gains.outer, &gains.stiffness, &gains.damping}) *x /= s;
+  for (double* x : {&gains.angular_outer, &gains.angular_stiffness, &gains.angular_damping}) *x *= s;
   const bool shows_torque = info.actuated_rotation && info.max_torque > 0;
   AttachTool order{};
   order.device = device.index;
@@ -100,6 +105,14 @@ void Core::hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& objec
                  wish.weighs,
                  wish.direct,
                  toolNote(wish.object, shape, meshes_, shows_torque)};
+}
+
+/** What is in its hand, for what has changed about either. */
+void Core::holdAnew(OpenDevice& device) {
+  const HeldObject& tool = device.tool;
+  const ToolWish as_before{tool.object, tool.mass, tool.wished_stiffness, tool.weighs, tool.direct};
+  const auto now = scene_.find(tool.object);
+  if (now && now->id == tool.id) hold(device, as_before, *now);
 }
 
 void Core::tellTool(const OpenDevice& device, const std::string& object, const std::string& what) {
@@ -128,9 +141,7 @@ Result<void> Core::setShape(std::string_view name, const ShapeSpec& shape) {
   }
   auto set = scene_.setShape(name, shape);
   if (!set || holder == nullptr) return set;
-  const HeldObject& tool = holder->tool;
-  const ToolWish as_before{tool.object, tool.mass, tool.wished_stiffness, tool.weighs, tool.direct};
-  if (const auto now = scene_.find(name)) hold(*holder, as_before, *now);
+  holdAnew(*holder);
   return set;
 }
 

@@ -13,7 +13,8 @@
 namespace hapticd {
 
 static_assert(DeviceConfig::kMostRadius == ProxyRenderer::kMaxRadius);
-static_assert(DeviceConfig::kMostDistance == Mount::kFarthest);
+static_assert(DeviceConfig::kMostDistance == Mount::kFarthest && DeviceConfig::kLeastScale == Mount::kLeast &&
+              DeviceConfig::kMostScale == Mount::kLargest);
 static_assert(GroupConfig::kMost == kMaxGroups);
 
 DeviceManager::DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads)
@@ -201,7 +202,7 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
     if (entry != nullptr) {
       row->radius = entry->radius_m;
       const Vec3 place(entry->mount_m.data()), turns(entry->mount_deg.data());
-      row->mount = Mount(Pose{place, fromDegrees(turns)});
+      row->mount = Mount(Pose{place, fromDegrees(turns)}, entry->scale);
       if (const auto finger = parseFinger(entry->finger, info.uri)) row->wear(*finger, info);
     }
     group_options.cycle.guard[i].limits = row->limits;

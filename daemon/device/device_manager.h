@@ -48,7 +48,7 @@ struct OpenDevice {
   GuardLimits limits;       ///< In force.
   GuardLimits maxima;       ///< The device's own.
   double radius = 0;        ///< Of the ball about its point [m].
-  Mount mount;              ///< Where it stands in the world.
+  Mount mount;              ///< Where it stands in the world, and how large.
   HeldObject tool;
   Grip grip;
   SetFinger finger{};                 ///< What touches at its point; law 0: a point or ball.

@@ -185,6 +185,34 @@ Result<void> setMount(Core& core, OpenDevice& device, std::string_view value, co
   return core.setMount(device, X_WD, by);
 }
 
+/** What of the device is scaled, too. */
+Json getScale(const OpenDevice& device, const DeviceNow&, Core&) {
+  const DeviceInfo& info = device.info();
+  const double s = device.mount.scale();
+  const auto known = [](double x) { return x > 0 ? number(x) : Json(nullptr); };
+  return {{"scale", number(s)},
+          {"workspace_radius", known(s * info.workspace_radius)},
+          {"position_resolution", known(s * info.position_resolution)},
+          {"max_stiffness", known(info.max_stiffness / s)},
+          {"max_damping", known(info.max_damping / s)}};
+}
+
+/** A number; or, with `m` behind it, the radius that the workspace is to have in the world. Nothing is 1. */
+Result<void> setScale(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
+                      const Client& by) {
+  if (value.empty()) return core.setScale(device, 1, by);
+  const bool radius = value.ends_with('m');
+  if (radius) value.remove_suffix(1);
+  auto n = parseNumbers(value, 1, where);
+  if (!n) return n.error();
+  const double own = device.info().workspace_radius;
+  if (radius && !(own > 0)) {
+    return Error{ErrorCode::kUnsupported, where, "how large its workspace is, the device does not say",
+                 "give the scale itself: metres of the world for one of the hand"};
+  }
+  return core.setScale(device, radius ? n->front() / own : n->front(), by);
+}
+
 constexpr DeviceProperty kDeviceProperties[] = {
     {"uri", "opens this device and no other",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return Json(d.info().uri); }},
@@ -220,6 +248,8 @@ constexpr DeviceProperty kDeviceProperties[] = {
      getFinger, setFinger},
     {"mount", "where it stands in the world: x,y,z[,deg,deg,deg|,w,x,y,z]; only while it is disarmed", getMount,
      setMount},
+    {"scale", "metres of the world for one of the hand, or METRESm, the radius of the workspace there; as mount",
+     getScale, setScale},
     {"tool", "object in the hand: NAME[,kg[,N/m]][,weighs][,direct]", getTool, setTool},
     {"grip", "spring that opens the gripper where it is closed further than a width: N/rad,rad", getGrip, setGrip},
     {"limits", "in force", [](const OpenDevice& d, const DeviceNow&, Core&) { return toJson(d.limits); }},

@@ -154,7 +154,7 @@ void Cycle::scaleResolution(DeviceState& device) HD_RT {
   const double step = device.mount.scale() * device.read_resolution;
   device.resolution = step;
   device.proxy.setResolution(step);
-  device.effects.setResolution(step, VelocityEstimator::noiseAtRest(step, seconds(config_.period_ns)));
+  device.effects.setResolution(step, VelocityEstimator::noiseAtRest(step, period()));
 }
 
 ErrorCode Cycle::applyToBodies(const Command& command) HD_RT {

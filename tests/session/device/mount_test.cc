@@ -20,6 +20,13 @@ Mount felt(OpenDevice& device) {
   return mount;
 }
 
+AttachTool orderOf(OpenDevice& device) {
+  AttachTool order{};
+  const auto read = [&](Servo& servo) { order = servo.cycle().tool(device.index).order(); };
+  EXPECT_TRUE(device.link->group().betweenCycles(read).ok());
+  return order;
+}
+
 TEST(DeviceMount, IsWrittenReadAndReachesTheServo) {
   Bench bench;
   ResourceTree tree(bench.core);
@@ -61,15 +68,96 @@ TEST(DeviceMount, TheHandIsToldInTheWorld) {
   EXPECT_NEAR(pos[2].get<double>(), 0.03, 1e-12);
 }
 
+TEST(DeviceScale, IsWrittenReadAndReachesTheServo) {
+  Bench bench;
+  ResourceTree tree(bench.core);
+  OpenDevice& device = bench.device();
+  const std::string path = "/devices/" + device.name;
+  const auto at = [&](const char* value) {
+    const auto set = tree.set(path + "/scale?value=" + value, kAnybody);
+    EXPECT_TRUE(set.ok()) << toString(set.error());
+    bench.step(3);
+    return nlohmann::json::parse(*tree.get(path + "/scale", kAnybody));
+  };
+  ASSERT_TRUE(tree.set(path + "/mount?value=1,0,0,0,0,90", kAnybody).ok());
+  bench.scripted[0]->sample.p = {0.01, 0.02, 0.03};
+  EXPECT_EQ(at("4")["scale"], 4);
+  EXPECT_EQ(felt(device).scale(), 4);
+  EXPECT_EQ(felt(device).pose().p, Vec3(1, 0, 0)) << "it stands where it stood";
+  const auto pos = nlohmann::json::parse(*tree.get(path + "/pos", kAnybody));
+  EXPECT_NEAR(pos[0].get<double>(), 0.92, 1e-12);
+  EXPECT_NEAR(pos[2].get<double>(), 0.12, 1e-12);
+  ASSERT_TRUE(tree.set(path + "/mount?value=0,0,0", kAnybody).ok());
+  bench.step(3);
+  EXPECT_EQ(felt(device).scale(), 4) << "and is as large elsewhere";
+  const double radius = device.info().workspace_radius;
+  if (radius > 0) {
+    const auto fitted = at("0.5m");
+    EXPECT_NEAR(fitted["workspace_radius"].get<double>(), 0.5, 1e-12);
+    EXPECT_NEAR(felt(device).scale(), 0.5 / radius, 1e-12);
+  } else {
+    EXPECT_EQ(tree.set(path + "/scale?value=0.5m", kAnybody).error().code, ErrorCode::kUnsupported);
+  }
+  at("");
+  EXPECT_TRUE(felt(device).identity());
+}
+
+TEST(DeviceScale, WhatIsNoneOrAnArmedDeviceIsRefusedAndChangesNothing) {
+  Bench bench;
+  ResourceTree tree(bench.core);
+  OpenDevice& device = bench.device();
+  const std::string path = "/devices/" + device.name + "/scale";
+  ASSERT_TRUE(tree.set(path + "?value=2", kAnybody).ok());
+  for (const char* value : {"0", "-1", "0.009", "101", "nan", "1,1", "two", "m", "2mm", "m2"}) {
+    const Error refused = tree.set(path + "?value=" + value, kAnybody).error();
+    EXPECT_EQ(refused.code, ErrorCode::kInvalidArgument) << value;
+    EXPECT_EQ(refused.where, path) << value;
+    EXPECT_FALSE(refused.remedy.empty()) << value;
+  }
+  Session* session = bench.live();
+  bench.core.arm(session->id, [](Result<void>) {});
+  EXPECT_EQ(tree.set(path + "?value=3", kAnybody).error().code, ErrorCode::kWouldBlock);
+  bench.step(3);
+  EXPECT_EQ(device.mount.scale(), 2);
+  EXPECT_EQ(felt(device).scale(), 2);
+}
+
+/** The device bears a coupling of so many newtons a metre of the hand, whatever that is in the world. */
+TEST(DeviceScale, AToolIsHeldAnewAsStiffAsTheDeviceBears) {
+  Bench bench;
+  ResourceTree tree(bench.core);
+  OpenDevice& device = bench.device();
+  const std::string path = "/devices/" + device.name;
+  ObjectSpec stick;
+  stick.name = "stick";
+  stick.shape.kind = ShapeKind::kSphere;
+  stick.shape.size[0] = 0.01;
+  ASSERT_TRUE(bench.core.scene().create(stick, bench.core.client(bench.connection)).ok());
+  ASSERT_TRUE(tree.set(path + "/tool?value=stick,0.1", kAnybody).ok());
+  bench.step(3);
+  const AttachTool before = orderOf(device);
+  ASSERT_TRUE(tree.set(path + "/scale?value=4", kAnybody).ok());
+  bench.step(3);
+  const AttachTool after = orderOf(device);
+  EXPECT_NEAR(after.outer, before.outer / 4, 1e-9);
+  EXPECT_NEAR(after.stiffness, before.stiffness / 4, 1e-9);
+  EXPECT_NEAR(after.angular_outer, before.angular_outer * 4, 1e-9);
+  EXPECT_EQ(after.mass, before.mass);
+  EXPECT_NEAR(after.damping, before.damping / 2, 1e-9)
+      << "a mass that is felt four times: sqrt(k m) is twice, then / 4";
+}
+
 TEST(DeviceMount, OfTheConfigurationIsThereFromTheFirstCycle) {
   Config config = Bench::relaxed();
   config.devices.emplace_back();
   config.devices.back().uri = "test://first";
   config.devices.back().mount_m = {0.1, 0.2, 0.3};
   config.devices.back().mount_deg = {0, 0, 180};
+  config.devices.back().scale = 3;
   Bench bench(config, 2);
   EXPECT_EQ(felt(bench.device(0)).pose().p, Vec3(0.1, 0.2, 0.3));
   EXPECT_LT((felt(bench.device(0)).toWorld(Vec3(1, 0, 0)) + Vec3(1, 0, 0)).norm(), 1e-15);
+  EXPECT_EQ(felt(bench.device(0)).scale(), 3);
   EXPECT_TRUE(felt(bench.device(1)).identity()) << "another device";
 }
 

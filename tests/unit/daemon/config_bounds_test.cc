@@ -87,7 +87,8 @@ TEST(ConfigBounds, AreThoseThatWereChosen) {
       {"[builder]\ntimeout_s", {1, 3600}},      {"[builder]\ncache_mb", {0, 1e6}},
       {"[[group]]\nrate_hz", {1000, 4000}},     {"[[group]]\ncpus", {0, 1023}},
       {"[[device]]\nradius_m", {0, 0.1}},       {"[[line]]\ndebounce_ms", {0, 100}},
-      {"[[device]]\nmount_m", {-100, 100}},     {"[[device]]\nmount_deg", {-360, 360}}};
+      {"[[device]]\nmount_m", {-100, 100}},     {"[[device]]\nmount_deg", {-360, 360}},
+      {"[[device]]\nscale", {0.01, 100}}};
   for (const std::string section : {"[limits]\n", "[[device]]\n"}) {
     expected[section + "force_n"] = {0, 200};
     expected[section + "torque_nm"] = {0, 50};

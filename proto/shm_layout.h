@@ -56,7 +56,8 @@ enum hd_sample_flag {
   HD_SAMPLE_STALE = 1u << 7,     /**< The device gave no new sample this tick. */
   HD_SAMPLE_NO_RT = 1u << 8,     /**< The servo runs without real-time scheduling. */
   HD_SAMPLE_SATURATED = 1u << 9, /**< The device's own limit cut the force. */
-  HD_SAMPLE_WAITING = 1u << 10   /**< Armed, but no force flows: the ramp waits until what is asked for is small. */
+  HD_SAMPLE_WAITING = 1u << 10,  /**< Armed, but no force flows: the ramp waits until what is asked for is small. */
+  HD_SAMPLE_CLUTCHED = 1u << 11  /**< The hand moves free of its point in the world, which stands still. */
 };
 
 /** Why the guard latched. One cause at a time: the first. */

@@ -59,6 +59,7 @@ enum class CommandKind : std::uint32_t {
   kSetEffect,       ///< SetEffect
   kSetMount,        ///< SetMount: where the device stands, and how large. Refused while it is armed.
   kSetFinger,       ///< SetFinger: what touches is a fingertip.
+  kSetClutch,       ///< SetClutch
 };
 
 /** An object id for the rings: slot in the low 16 bits, generation above, never 0. */
@@ -164,6 +165,14 @@ struct SetMount {
   double p[3];   ///< [m]
   double q[4];   ///< w x y z
   double scale;  ///< 0: 1, as in recordings that knew none.
+};
+
+/** Whether a hand is taken off its point in the world (rt/cycle/clutch.h). */
+struct SetClutch {
+  std::uint32_t device;
+  std::uint32_t held;    ///< Not 0: by this order, until another.
+  std::uint32_t button;  ///< Held, too, as long as this one is pressed: 1 is the first, 0 none.
+  std::uint32_t reserved;
 };
 
 /** An object becomes the tool in a device's hand: its frame goes to the device's, by a coupling (rt/body/coupling.h).

@@ -115,6 +115,10 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
       devices_[device].proxy.bear({});
       return ErrorCode::kOk;
     }
+    case CommandKind::kSetClutch:
+      if (!Clutch::valid(command.as<SetClutch>())) return ErrorCode::kInvalidArgument;
+      devices_[device].clutch.set(command.as<SetClutch>());
+      return ErrorCode::kOk;
     case CommandKind::kAttachTool:
       return devices_[device].tool.attach(command.as<AttachTool>(), scene_);
     case CommandKind::kDetachTool:
@@ -144,6 +148,7 @@ ErrorCode Cycle::applyMount(const SetMount& order) HD_RT {
   if (device.guard.armed()) return ErrorCode::kWouldBlock;
   device.mount = Mount(order);
   scaleResolution(device);
+  device.clutch.thaw();
   device.started = false;
   device.tool.forget();
   return ErrorCode::kOk;
@@ -223,6 +228,7 @@ void Cycle::apply(const Command& command, const CycleInput& input, CycleOutput& 
     case CommandKind::kSetGrip:
     case CommandKind::kSetMount:
     case CommandKind::kSetFinger:
+    case CommandKind::kSetClutch:
       code = applyDeviceOrder(command);
       break;
   }
@@ -263,7 +269,8 @@ std::uint32_t Cycle::heldObjects(std::array<std::uint32_t, kMaxDevices>& held) c
 const DeviceSample& Cycle::place(std::uint32_t d, const CycleInput& input) HD_RT {
   DeviceState& device = devices_[d];
   const DeviceSample& read = input.device[d];
-  if (device.mount.identity()) return read;
+  if (usable(read)) moveClutch(d, input);
+  if (asRead(device)) return read;
   const Pose hand = device.mount.toWorld(Pose{read.p, read.q});
   device.placed = read;
   device.placed.p = hand.p;
@@ -271,6 +278,10 @@ const DeviceSample& Cycle::place(std::uint32_t d, const CycleInput& input) HD_RT
   const Twist velocity = device.mount.toWorld(Twist{read.v, read.w});
   device.placed.v = velocity.v;
   device.placed.w = velocity.w;
+  if (device.clutch.frozen()) {
+    device.placed.p = device.clutch.anchor();
+    device.placed.v.setZero();
+  }
   return device.placed;
 }
 
@@ -293,13 +304,14 @@ void Cycle::moveTools(const CycleInput& input, CycleOutput& output) HD_RT {
     }
     device.velocity_D = device.velocity.update(input.device[d]);
     velocity = device.mount.toWorld(device.velocity_D);
+    if (device.clutch.frozen()) velocity.v.setZero();
     if (device.tool.held()) device.tool.begin(scene_, sample, velocity, dt, bodies_);
   }
 }
 
 void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT {
   DeviceState& device = devices_[d];
-  const DeviceSample& sample = device.mount.identity() ? input.device[d] : device.placed;
+  const DeviceSample& sample = asRead(device) ? input.device[d] : device.placed;
   auto& source = sources_[d];
   Energy& energy = energy_[d];
   source.fill(Wrench{});
@@ -335,7 +347,8 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     if (out.contact.object != 0) {
       energy.stored = added.stored;
       energy.damping = out.contact.damping_gain;
-      pushBodies(out.contact, out.contact.force + added.texture(), pad.moment * out.contact.normal);
+      pushBodies(out.contact, out.contact.force + added.texture(), pad.moment * out.contact.normal,
+                 device.clutch.weight());
     }
   }
 
@@ -353,6 +366,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     energy.stored += share.stored;
   }
   if (!device.mount.identity()) bringToDevice(d, out);
+  weighClutch(d, out.contact, sample.p);
   source[HD_SOURCE_GRAVITY].force = device.mount.upright() * input.device[d].gravity;
 }
 

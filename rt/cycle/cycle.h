@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 
+#include "rt/cycle/clutch.h"
 #include "rt/cycle/cycle_input.h"
 #include "rt/cycle/event.h"
 #include "rt/cycle/free_bodies.h"
@@ -75,6 +76,8 @@ class Cycle {
   [[nodiscard]] const Guard& deviceGuard(std::uint32_t device) const HD_RT { return devices_[device].guard; }
   /** Where it stands in the world. */
   [[nodiscard]] const Mount& mount(std::uint32_t device) const HD_RT { return devices_[device].mount; }
+  /** Whether a hand is off its point in the world. */
+  [[nodiscard]] const Clutch& clutch(std::uint32_t device) const HD_RT { return devices_[device].clutch; }
   /** Radius of the ball about the device point, as ordered [m]. */
   [[nodiscard]] double deviceRadius(std::uint32_t device) const HD_RT { return devices_[device].proxy.radius(); }
   /** Of what touches at its point. */
@@ -108,8 +111,11 @@ class Cycle {
     VelocityEstimator velocity;
     HeldTool tool;
     Mount mount;
-    DeviceSample placed;  ///< The reading brought into the world, of a mount that is not the identity.
-    Twist velocity_D;     ///< As estimated, in the device's frame.
+    Clutch clutch;
+    bool moved = false;        ///< The clutch has moved the mount, and that is not told yet.
+    Vec3 rest = Vec3::Zero();  ///< Where the point is held in the last tick, or was: what a clutch leaves it at.
+    DeviceSample placed;       ///< The reading brought into the world, where asRead() says that it is another.
+    Twist velocity_D;          ///< As estimated, in the device's frame.
     SetGrip grip{};
     double read_resolution = 0;  ///< Of the reading's place [m],
     double resolution = 0;       ///< and of where that is in the world.
@@ -145,9 +151,15 @@ class Cycle {
   ErrorCode applyToBodies(const Command& command) HD_RT;
   [[nodiscard]] std::uint32_t heldObjects(std::array<std::uint32_t, kMaxDevices>& held) const HD_RT;
   void moveTools(const CycleInput& input, CycleOutput& output) HD_RT;
-  void pushBodies(const SurfaceContact& contact, const Vec3& felt, const Vec3& turning) HD_RT;
+  void pushBodies(const SurfaceContact& contact, const Vec3& felt, const Vec3& turning, double weight) HD_RT;
   FingerForces touchSoftly(std::uint32_t d, DeviceOutput& out) HD_RT;
   double changed(DeviceState& device, const SurfaceContact& contact, double stored) const HD_RT;
+  /** The point is where the reading says. */
+  [[nodiscard]] static bool asRead(const DeviceState& device) HD_RT {
+    return device.mount.identity() && !device.clutch.frozen();
+  }
+  void moveClutch(std::uint32_t d, const CycleInput& input) HD_RT;
+  void weighClutch(std::uint32_t d, const SurfaceContact& contact, const Vec3& point) HD_RT;
   [[nodiscard]] const DeviceSample& place(std::uint32_t d, const CycleInput& input) HD_RT;
   void renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput& out) HD_RT;
   void renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT;

@@ -117,6 +117,12 @@ void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& o
   DeviceOutput& out = output.device[d];
   raiseTouches(d, input, output);
 
+  if (device.moved) {
+    ServoEvent event = eventAt(ServoEventKind::kMoved, d, input);
+    store(device.mount.pose().p, event.point);
+    output.events.add(event);
+    device.moved = false;
+  }
   const std::uint32_t buttons = input.device[d].buttons;
   if (buttons != device.buttons) {
     ServoEvent event = eventAt(ServoEventKind::kButton, d, input);

@@ -6,13 +6,14 @@
 namespace hapticd {
 
 /** What the hand feels of free bodies they feel of it; where several objects hold it, each its own part. `turning` is
- * for that which it touched first. */
-void Cycle::pushBodies(const SurfaceContact& contact, const Vec3& felt, const Vec3& turning) HD_RT {
+ * for that which it touched first; `weight` of all that is rendered is felt. */
+void Cycle::pushBodies(const SurfaceContact& contact, const Vec3& felt, const Vec3& turning, double weight) HD_RT {
   const double dt = period();
   const auto push = [&](std::uint32_t object, const Vec3& force, const Vec3& at) HD_RT {
     const std::uint8_t body = bodies_.find(objectSlot(object));
     if (body == FreeBodies::kNone) return;
-    bodies_.push(body, -dt * force, at, object == contact.object ? Vec3(-dt * turning) : Vec3(Vec3::Zero()));
+    bodies_.push(body, -dt * weight * force, at,
+                 object == contact.object ? Vec3(-dt * weight * turning) : Vec3(Vec3::Zero()));
   };
   if (contact.parts == 0) return push(contact.object, felt, contact.point);
   Vec3 rest = felt;

@@ -22,6 +22,7 @@ enum class ServoEventKind : std::uint32_t {
   kModelExpired = 13,
   kCommandRefused = 64,  ///< For the log: `value` is the error, `order` what was refused, `session` whose it was.
   kWarm = 65,            ///< For the log: the motors are warm (`value` 1) or no longer (0).
+  kMoved = 66,           ///< For control: a clutch was let go, and the device's mount is at `point`.
 };
 
 struct ServoEvent {

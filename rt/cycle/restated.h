@@ -53,6 +53,7 @@ enum class Restated : std::uint8_t {
     case CommandKind::kSetGrip:
     case CommandKind::kSetMount:
     case CommandKind::kSetFinger:
+    case CommandKind::kSetClutch:
       return Restated::kCycle;
     case CommandKind::kLocalModel:
     case CommandKind::kForceField:

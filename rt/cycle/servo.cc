@@ -19,7 +19,8 @@ std::uint32_t clampToU32(std::int64_t x) HD_RT {
 }
 
 /** What all sessions see alike of a device's tick: in the world. */
-void fillSample(const DeviceSample& in, const DeviceOutput& out, const Mount& mount, hd_sample& sample) HD_RT {
+void fillSample(const DeviceSample& in, const DeviceOutput& out, const Mount& mount, bool clutched,
+                hd_sample& sample) HD_RT {
   store(out.pose.p, sample.p);
   store(out.pose.q, sample.q);
   store(out.velocity.v, sample.v);
@@ -42,6 +43,7 @@ void fillSample(const DeviceSample& in, const DeviceOutput& out, const Mount& mo
   sample.flags = out.guard.flags;
   if (out.contact.object != 0) sample.flags |= HD_SAMPLE_CONTACT;
   if (out.contact.slip) sample.flags |= HD_SAMPLE_SLIP;
+  if (clutched) sample.flags |= HD_SAMPLE_CLUTCHED;
   if (!in.fresh) sample.flags |= HD_SAMPLE_STALE;
   if ((in.status & kDeviceSaturated) != 0) sample.flags |= HD_SAMPLE_SATURATED;
 }
@@ -210,7 +212,7 @@ void Servo::publish(std::int64_t woke_ns, std::int64_t late_ns) HD_RT {
   sample.applied_commands = output_->applied_commands;
   for (std::uint32_t d = 0; d < config_.device_count; ++d) {
     sample.device = d;
-    fillSample(input_->device[d], output_->device[d], cycle_.mount(d), sample);
+    fillSample(input_->device[d], output_->device[d], cycle_.mount(d), cycle_.clutch(d).frozen(), sample);
     if (no_realtime.load(std::memory_order_relaxed)) sample.flags |= HD_SAMPLE_NO_RT;
     for (std::uint32_t s = 0; s < kMaxSessions; ++s) {
       if (writers_[s].region() == nullptr) continue;

@@ -195,6 +195,7 @@ class World {
   bool trouble = false;
   bool tools = false;      ///< Hands hold objects, and objects move freely.
   bool mounts = false;     ///< Devices are set up elsewhere, or somebody tries to.
+  bool clutches = false;   ///< Hands are taken off their points.
   bool must_stop = false;  ///< The last step had a cause for both devices.
   std::unique_ptr<CycleInput> input;
   std::unique_ptr<CycleOutput> output;
@@ -258,6 +259,8 @@ void disturb(World& w) {
     if (w.random.once(3000)) w.device(CommandKind::kStop, d);
     if (w.mounts && w.random.once(100)) w.mount(d);
     if (w.random.once(300)) w.finger(d);
+    if (w.clutches && w.random.once(100))
+      w.put(CommandKind::kSetClutch, SetClutch{d, w.random.below(2u), w.random.below(35u), 0});
     if (w.random.once(300)) {
       w.put(CommandKind::kDeviceLimits,
             DeviceLimits{d, static_cast<std::uint32_t>(w.random.in(0, 2)), w.random.in(0, 8), w.random.in(0, 0.4),
@@ -279,12 +282,13 @@ void begin(World& w) {
 }
 
 TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
-  int armed = 0, faults = 0, together = 0, gripped = 0, effects = 0, mounted = 0, turned = 0;
+  int armed = 0, faults = 0, together = 0, gripped = 0, effects = 0, mounted = 0, turned = 0, clutched = 0;
   forSeeds(20, [&](unsigned seed) {
     World w(seed);
     w.trouble = seed % 2 == 0;
     w.tools = seed % 4 > 1;
     w.mounts = seed % 3 == 0;
+    w.clutches = seed % 5 < 3;
     begin(w);
     std::array<DeviceCommand, kDevices> last;
     for (int tick = 0; tick < 3000; ++tick) {
@@ -300,6 +304,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
         const GuardLimits& limits = w.cycle().deviceGuard(d).limits();
         turned += now.enabled && w.cycle().finger(d).turning() ? 1 : 0;
         mounted += now.enabled && !w.cycle().mount(d).identity() ? 1 : 0;
+        clutched += now.enabled && w.cycle().clutch(d).frozen() ? 1 : 0;
         ASSERT_LE(now.force.norm(), limits.force);
         ASSERT_LE(now.torque.norm(), limits.torque);
         ASSERT_LE(std::abs(now.gripper_force), limits.gripper_force);
@@ -335,6 +340,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
     EXPECT_GT(effects, 1000);
     EXPECT_GT(mounted, 1000);
     EXPECT_GT(turned, 100);
+    EXPECT_GT(clutched, 1000);
   }
 }
 

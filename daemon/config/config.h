@@ -56,8 +56,9 @@ struct DeviceConfig {
   double radius_m = 0;  ///< Of the ball about its point that touches when the daemon starts; 0: a point.
   /** Where it stands when the daemon starts: place [m], and turns about the world's x, then y, then z [deg]. */
   std::vector<double> mount_m = {0, 0, 0}, mount_deg = {0, 0, 0};
-  double scale = 1;  ///< Metres of the world for one of the hand, when the daemon starts.
-  std::string finger;  ///< What touches, in the words of parseFinger(); empty: a point or ball.
+  double scale = 1;                 ///< Metres of the world for one of the hand, when the daemon starts.
+  std::uint32_t clutch_button = 0;  ///< Takes the hand off its point while pressed; 1 is the first, 0 none does.
+  std::string finger;               ///< What touches, in the words of parseFinger(); empty: a point or ball.
 
   bool operator==(const DeviceConfig&) const = default;
 };

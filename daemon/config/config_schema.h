@@ -86,6 +86,7 @@ void visitConfig(Visitor& root, Configuration& c) {
     v.triple("mount_m", device.mount_m, -DeviceConfig::kMostDistance, DeviceConfig::kMostDistance);
     v.triple("mount_deg", device.mount_deg, -360, 360);
     v.number("scale", device.scale, DeviceConfig::kLeastScale, DeviceConfig::kMostScale);
+    v.integer("clutch_button", device.clutch_button, 0, 32);
     v.text("finger", device.finger);
     visitLimits(v, device.limits);
   });

@@ -139,6 +139,9 @@ class Core {
   /** How many metres of the world one of the hand is. As setMount(). A tool is held anew, as stiff as it may be there.
    */
   [[nodiscard]] Result<void> setScale(OpenDevice& device, double scale, const Client& by);
+  /** Takes the hand off its point in the world, or lets it come back; `button` does it, too, while pressed (1 is the
+   * first, 0 none). Who may: as setRadius. It ends with the lease. */
+  [[nodiscard]] Result<void> setClutch(OpenDevice& device, bool held, std::uint32_t button, const Client& by);
   /** Puts an object into the device's hand, in place of what it holds. Who may: as setRadius. Refused for planes,
    * groups, children, deformable meshes and what another hand holds. */
   [[nodiscard]] Result<void> attachTool(OpenDevice& device, const ToolWish& wish, const Client& by);

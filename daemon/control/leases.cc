@@ -125,6 +125,8 @@ Result<void> Core::releaseLease(std::uint64_t id) {
 void Core::loseLease(OpenDevice& device, const std::string& why) {
   const std::uint64_t session = std::exchange(device.lease, 0);
   switchOff(device, CommandKind::kDisarm);
+  // While its force is lowered none comes back, and who arms it next does not find the hand off its point.
+  if (std::exchange(device.clutch_held, false)) device.applyClutch();
   log::info("{}: lease of session {} ends, disarmed: {}", device.name, session, why);
   publish(EventKind::kLeaseLost, device.name, why, session);
 }
@@ -389,6 +391,18 @@ Result<void> Core::setMount(OpenDevice& device, const Pose& X_WD, const Client& 
   const Vec3 turns = toDegrees(device.mount.pose().q);
   log::info("{}: stands at {:g}, {:g}, {:g} m, turned by {:g}, {:g}, {:g} degrees", device.name, X_WD.p.x(), X_WD.p.y(),
             X_WD.p.z(), turns.x(), turns.y(), turns.z());
+  return {};
+}
+
+Result<void> Core::setClutch(OpenDevice& device, bool held, std::uint32_t button, const Client& by) {
+  if (button > 32) {
+    return Error{ErrorCode::kInvalidArgument, device.name + "/clutch", fmt::format("there is no button {}", button),
+                 "1 is the first; 0 binds none"};
+  }
+  if (auto r = mayChange(device, by); !r) return r;
+  device.clutch_held = held;
+  device.clutch_button = button;
+  device.applyClutch();
   return {};
 }
 

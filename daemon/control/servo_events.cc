@@ -99,7 +99,7 @@ void Core::refusedByServo(const std::string& device, const ServoEvent& e, Sessio
 }
 
 void Core::translate(GroupLink& link, const ServoEvent& e) {
-  const OpenDevice* device = devices_.at(link, e.device);
+  OpenDevice* const device = devices_.at(link, e.device);
   // Of what else the servo tells it names no session, and slot 0 is somebody's.
   const bool told_of = e.kind == ServoEventKind::kModelExpired || e.kind == ServoEventKind::kCommandRefused;
   Session* const session = told_of ? sessions_.bySlot(link, e.session) : nullptr;
@@ -113,6 +113,11 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
     } else {
       log::info("{}: its motors have cooled", name);
     }
+    return;
+  }
+  if (e.kind == ServoEventKind::kMoved) {
+    if (device == nullptr) return;
+    device->mount = Mount(Pose{vec3(e.point), device->mount.pose().q}, device->mount.scale());
     return;
   }
   Event event;

@@ -203,6 +203,7 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
       row->radius = entry->radius_m;
       const Vec3 place(entry->mount_m.data()), turns(entry->mount_deg.data());
       row->mount = Mount(Pose{place, fromDegrees(turns)}, entry->scale);
+      row->clutch_button = entry->clutch_button;
       if (const auto finger = parseFinger(entry->finger, info.uri)) row->wear(*finger, info);
     }
     group_options.cycle.guard[i].limits = row->limits;
@@ -222,6 +223,7 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
     row->link = link->get();
     if (row->radius > 0) row->applyRadius();
     if (!row->mount.identity()) row->applyMount();
+    if (row->clutch_button != 0) row->applyClutch();
     if (row->finger.law != 0) row->applyFinger();
     log::info("device {}: {} ({}), group {}, {:g} Hz, {}", row->name, row->info().uri,
               log::printable(row->info().model), group.name, 1e9 / static_cast<double>(group_options.cycle.period_ns),

@@ -44,11 +44,13 @@ struct Grip {
 struct OpenDevice {
   std::string name;  ///< Short, unique in this daemon.
   GroupLink* link = nullptr;
-  std::uint32_t index = 0;  ///< In the group.
-  GuardLimits limits;       ///< In force.
-  GuardLimits maxima;       ///< The device's own.
-  double radius = 0;        ///< Of the ball about its point [m].
-  Mount mount;              ///< Where it stands in the world, and how large.
+  std::uint32_t index = 0;          ///< In the group.
+  GuardLimits limits;               ///< In force.
+  GuardLimits maxima;               ///< The device's own.
+  double radius = 0;                ///< Of the ball about its point [m].
+  Mount mount;                      ///< Where it stands in the world, and how large.
+  bool clutch_held = false;         ///< By a client's word; a button may hold it, too.
+  std::uint32_t clutch_button = 0;  ///< That holds it while pressed: 1 is the first, 0 none.
   HeldObject tool;
   Grip grip;
   SetFinger finger{};                 ///< What touches at its point; law 0: a point or ball.
@@ -75,6 +77,10 @@ struct OpenDevice {
   void applyFinger() const { (void)link->post(makeCommand(CommandKind::kSetFinger, finger)); }
   /** Tells the servo. */
   void applyMount() const { (void)link->post(makeCommand(CommandKind::kSetMount, mount.order(index))); }
+  /** Tells the servo. */
+  void applyClutch() const {
+    (void)link->post(makeCommand(CommandKind::kSetClutch, SetClutch{index, clutch_held ? 1u : 0u, clutch_button, 0}));
+  }
   [[nodiscard]] const DeviceInfo& info() const { return link->group().device(index).info(); }
   [[nodiscard]] const Device& device() const { return link->group().device(index); }
 };

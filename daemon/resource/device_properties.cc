@@ -213,6 +213,24 @@ Result<void> setScale(Core& core, OpenDevice& device, std::string_view value, co
   return core.setScale(device, radius ? n->front() / own : n->front(), by);
 }
 
+Json getClutch(const OpenDevice& device, const DeviceNow& s, Core&) {
+  return {{"held", device.clutch_held},
+          {"button", device.clutch_button == 0 ? Json(nullptr) : Json(device.clutch_button)},
+          {"off", (s.sample.flags & HD_SAMPLE_CLUTCHED) != 0}};
+}
+
+/** The word `held` or `released`, or the number of a button, 0 for none. */
+Result<void> setClutch(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
+                       const Client& by) {
+  if (value == "held" || value == "released") return core.setClutch(device, value == "held", device.clutch_button, by);
+  auto n = parseNumbers(value, 1, where);
+  if (!n || !(n->front() >= 0 && n->front() <= 32) || n->front() != std::floor(n->front())) {
+    return Error{ErrorCode::kInvalidArgument, where, fmt::format("'{}' is no button of a clutch", value.substr(0, 40)),
+                 "write held or released, or the button that holds it: 1 is the first, 0 binds none"};
+  }
+  return core.setClutch(device, device.clutch_held, static_cast<std::uint32_t>(n->front()), by);
+}
+
 constexpr DeviceProperty kDeviceProperties[] = {
     {"uri", "opens this device and no other",
      [](const OpenDevice& d, const DeviceNow&, Core&) { return Json(d.info().uri); }},
@@ -250,6 +268,8 @@ constexpr DeviceProperty kDeviceProperties[] = {
      setMount},
     {"scale", "metres of the world for one of the hand, or METRESm, the radius of the workspace there; as mount",
      getScale, setScale},
+    {"clutch", "takes the hand off its point, which stands still: held or released, or a button's number", getClutch,
+     setClutch},
     {"tool", "object in the hand: NAME[,kg[,N/m]][,weighs][,direct]", getTool, setTool},
     {"grip", "spring that opens the gripper where it is closed further than a width: N/rad,rad", getGrip, setGrip},
     {"limits", "in force", [](const OpenDevice& d, const DeviceNow&, Core&) { return toJson(d.limits); }},

@@ -42,7 +42,8 @@ typedef enum haptic_sample_flag {
   HAPTIC_SAMPLE_STALE = 1 << 7,     /**< The device gave no new sample this tick. */
   HAPTIC_SAMPLE_NO_RT = 1 << 8,     /**< The servo runs without real-time scheduling. */
   HAPTIC_SAMPLE_SATURATED = 1 << 9, /**< The device's own limit cut the force. */
-  HAPTIC_SAMPLE_WAITING = 1 << 10   /**< Armed, but no force flows: the ramp waits until what is asked for is small. */
+  HAPTIC_SAMPLE_WAITING = 1 << 10,  /**< Armed, but no force flows: the ramp waits until what is asked for is small. */
+  HAPTIC_SAMPLE_CLUTCHED = 1 << 11  /**< The hand moves free of its point in the world, which stands still. */
 } haptic_sample_flag;
 
 /** Why the guard latched: the first cause. */

@@ -148,7 +148,7 @@ class SampleFlag(enum.IntFlag):
     ARMED: forces reach the device. RAMPING: the arming ramp is below one. WAITING: armed, but the ramp waits until the force
     asked for is small. FAULT: one is latched, see `fault`. CONTACT: the proxy touches. SLIP: and slides. LIMITED: a limit
     reduced the force. SATURATED: the device's own did. PASSIVITY: the guard added damping. STALE: no new reading of the
-    device. NO_RT: no real-time scheduling.
+    device. NO_RT: no real-time scheduling. CLUTCHED: the hand moves free of its point in the world, which stands still.
     """
     ARMED = 1
     RAMPING = 2
@@ -161,6 +161,7 @@ class SampleFlag(enum.IntFlag):
     NO_RT = 256
     SATURATED = 512
     WAITING = 1024
+    CLUTCHED = 2048
 
 
 class EventKind(enum.IntEnum):

@@ -88,7 +88,7 @@ TEST(ConfigBounds, AreThoseThatWereChosen) {
       {"[[group]]\nrate_hz", {1000, 4000}},     {"[[group]]\ncpus", {0, 1023}},
       {"[[device]]\nradius_m", {0, 0.1}},       {"[[line]]\ndebounce_ms", {0, 100}},
       {"[[device]]\nmount_m", {-100, 100}},     {"[[device]]\nmount_deg", {-360, 360}},
-      {"[[device]]\nscale", {0.01, 100}}};
+      {"[[device]]\nscale", {0.01, 100}},       {"[[device]]\nclutch_button", {0, 32}}};
   for (const std::string section : {"[limits]\n", "[[device]]\n"}) {
     expected[section + "force_n"] = {0, 200};
     expected[section + "torque_nm"] = {0, 50};

@@ -142,6 +142,7 @@ radius_m = 0.0015
 mount_m = [0.25, -0.1, 0]
 mount_deg = [0, 0, 90]
 scale = 2.5
+clutch_button = 2
 finger = "hertz,cue=1"
 )",
                                   "f");
@@ -161,6 +162,7 @@ finger = "hertz,cue=1"
   EXPECT_EQ(touch->mount_m, (std::vector<double>{0.25, -0.1, 0}));
   EXPECT_EQ(touch->mount_deg, (std::vector<double>{0, 0, 90}));
   EXPECT_EQ(touch->scale, 2.5);
+  EXPECT_EQ(touch->clutch_button, 2u);
   EXPECT_EQ(touch->finger, "hertz,cue=1");
   EXPECT_EQ(config->entryOf("sim://falcon", ""), nullptr);
 }
@@ -201,6 +203,7 @@ TEST(Config, WritesWhatItReads) {
   config.devices[0].mount_m = {0.1 / 3, -99.5, 1e-7};
   config.devices[0].mount_deg = {0, -90, 360};
   config.devices[0].scale = 1 / 3.0;
+  config.devices[0].clutch_button = 32;
   config.devices[0].finger = "soft,cue=2";
   config.lines.push_back({"stop", "gpiochip0", "E \"STOP\"", true, "pull-up", 0.5});
   const auto again = parseConfig(toToml(config), "f");
@@ -243,7 +246,8 @@ TEST(Config, TheShippedFileIsTheEmbeddedDefaultAndNamesEveryKey) {
     const std::string key = line.substr(0, line.find(" = ")) + " = ";
     // A [[device]]'s limits are explained at [limits]; elsewhere each key stands in its own section.
     const std::size_t from = section == "[[device]]" && key != "uri = " && key != "radius_m = " &&
-                                     !key.starts_with("mount") && key != "finger = " && key != "scale = "
+                                     !key.starts_with("mount") && key != "finger = " && key != "scale = " &&
+                                     key != "clutch_button = "
                                  ? text.find("\n[limits]")
                                  : begin;
     const std::size_t end = std::min(text.find("\n[", from + 2), text.find("\n# [[", from + 2));

@@ -74,6 +74,7 @@ std::string flagWords(const haptic_sample& s) {
   add(HAPTIC_SAMPLE_PASSIVITY, "damped");
   add(HAPTIC_SAMPLE_SATURATED, "saturated");
   add(HAPTIC_SAMPLE_STALE, "stale");
+  add(HAPTIC_SAMPLE_CLUTCHED, "clutched");
   if ((s.flags & HAPTIC_SAMPLE_FAULT) != 0) out += std::string(" FAULT:") + faultName(s.fault);
   return out;
 }

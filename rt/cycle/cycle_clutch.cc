@@ -29,15 +29,13 @@ void Cycle::weighClutch(std::uint32_t d, const SurfaceContact& contact, const Ve
   Energy& energy = energy_[d];
   device.rest = contact.object != 0 ? contact.proxy : point;
   const double w = device.clutch.weight(), rose = device.clutch.rose();
-  bool felt = false;
-  Vec3 total = Vec3::Zero();
-  for (const Wrench& source : sources_[d]) {
-    felt = felt || !source.force.isZero(0) || !source.torque.isZero(0);
-    total += source.force;
-  }
+  const bool felt =
+      std::ranges::any_of(sources_[d], [](const Wrench& s) HD_RT { return !s.force.isZero(0) || !s.torque.isZero(0); });
   device.clutch.end(felt, energy.stored);
   if (w == 1 && rose == 0) return;
+  Vec3 total = Vec3::Zero();
   for (Wrench& source : sources_[d]) {
+    total += source.force;
     source.force *= w;
     source.torque *= w;
   }

@@ -119,6 +119,7 @@ TEST_F(CycleClutch, WhatAModelHoldsComesBackNoFasterThanItsPower) {
     last = force;
     ++ticks;
   }
+  EXPECT_NEAR(out().guard.energy, energy, 1e-3) << "and the guard knows whence it came";
   EXPECT_NEAR(ticks, 1000 * energy / Clutch::kMostPower, 3);
   EXPECT_NEAR(out().command.force.z(), 6, 1e-6);
   EXPECT_EQ(out().guard.fault, std::uint32_t{HD_FAULT_NONE});
@@ -213,19 +214,21 @@ TEST_F(CycleClutch, ABodyIsPushedByWhatIsFelt) {
   add(test::solid(kClutchBody, ShapeKind::kSphere, {500, 0, 0, 0}, X, {0.01, 0, 0}));
   SetBody body{kClutchBody, 0, 10, {}, {1e-3, 1e-3, 1e-3, 0, 0, 0}, 0};
   put(CommandKind::kSetBody, body);
-  walk({0, 0, 0.028});
-  ASSERT_NEAR(out().command.force.z(), 1, 0.05);
-  clutch(true);
-  for (int i = 0; i < 60; ++i) {  // It touches nothing else, which it is to be told.
+  double felt = 0;
+  const auto go = [&](const Vec3& p) {  // It touches nothing else, which it is to be told.
     ToolContacts none{};
     none.device = kMaxDevices;
     none.object = kClutchBody;
     put(CommandKind::kToolContacts, none);
-    step();
-  }
+    felt += 1e-3 * at(p).guard.by_source[HD_SOURCE_SURFACE].z();
+  };
+  while (input->device[0].p.z() > 0.028) go(input->device[0].p - Vec3(0, 0, 0.5e-3));
+  ASSERT_GT(out().command.force.z(), 0.9);
+  clutch(true);
+  for (int i = 0; i < 60; ++i) go(input->device[0].p);
   const auto speed = [&] { return cycle->scene().slot(objectSlot(kClutchBody)).V_WO.v.z(); };
   const double before = speed();
-  EXPECT_LT(before, 0);
+  EXPECT_NEAR(before, -felt / body.mass, 1e-6);
   walk({0, 0, 0.01});
   EXPECT_EQ(speed(), before);
 }

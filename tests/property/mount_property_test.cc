@@ -161,6 +161,14 @@ class MountedWorld : public test::SteppedCycle {
     }
     put(CommandKind::kToolContacts, found);
   }
+  /** The body touches nothing but the hand, which it is to be told. */
+  void alone() {
+    ToolContacts none{};
+    none.device = kMaxDevices;
+    none.object = kBody;
+    put(CommandKind::kToolContacts, none);
+  }
+  [[nodiscard]] Vec3 bodyAt() const { return cycle->scene().slot(objectSlot(kBody)).X_WO.p; }
   /** Of the device itself. */
   const DeviceOutput& with(const DeviceSample& sample) {
     input->device[0] = sample;
@@ -343,6 +351,31 @@ TEST(MountProperty, AScaledWorldFeelsTheSame) {
     EXPECT_GT(felt.contact, question.tool ? -1 : 300);
     EXPECT_GT(felt.torque, question.tool ? 300 : -1);
     EXPECT_GT(felt.passivity, question.passivity && !question.tool ? 50 : -1);
+  }
+}
+
+/** It has as many newtons for its mass; that it falls asleep below a speed of the world is no part of this. */
+TEST(MountProperty, AFreeBodyOfAScaledWorldIsPushedAlike) {
+  for (const double s : {0.25, 4.0}) {
+    const Question asked{.models = false, .passivity = false};
+    const Pose X{{0.1, 0.2, 0.3}, Quat(Eigen::AngleAxisd(M_PI_2, Vec3::UnitX()))};
+    MountedWorld plain({}, 1, asked), scaled(X, s, asked);
+    DeviceSample sample;
+    sample.fresh = true;
+    int pressed = 0;
+    for (int tick = 0; tick < 500; ++tick) {
+      sample.p = kBodyAt + Vec3(0.001, 0, 0.015 - 2e-5 * tick);
+      for (MountedWorld* world : {&plain, &scaled}) {
+        if (tick == 10) world->arm();
+        world->alone();
+      }
+      const DeviceOutput &one = plain.with(sample), &other = scaled.with(sample);
+      ASSERT_NEAR((one.command.force - other.command.force).norm(), 0, kSolved);
+      ASSERT_NEAR((X * (s * plain.bodyAt()) - scaled.bodyAt()).norm(), 0, s * kSolved);
+      pressed += one.command.force.norm() > 0.01 ? 1 : 0;
+    }
+    EXPECT_GT(pressed, 20);
+    EXPECT_GT((plain.bodyAt() - kBodyAt).norm(), 1e-3) << "it has made way";
   }
 }
 

@@ -346,7 +346,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     energy.carried += byAxis(changed(device, out.contact, added.stored) / period(), out.contact.force + added.relief);
     if (out.contact.object != 0) {
       energy.stored = added.stored;
-      energy.damping = out.contact.damping_gain;
+      energy.damping = std::max(out.contact.damping_gain, pad.damping);
       pushBodies(out.contact, out.contact.force + added.texture(), pad.moment * out.contact.normal,
                  device.clutch.weight());
     }

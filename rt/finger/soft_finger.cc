@@ -96,6 +96,7 @@ FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contac
     const double most = mu.still * pressed;
     if (all.norm() > most) all = most > across ? Vec3(all * (most / all.norm())) : elastic;
     out.force = all - elastic;
+    out.damping = b;
   }
   const double slide = contact.slip ? speed : 0, twirl = slips_ ? arm_ * std::abs(w_relative) : 0;
   out.cue = cueOf(std::hypot(slide, twirl), dt);

@@ -28,6 +28,7 @@ struct FingerForces {
   Vec3 force = Vec3::Zero();  ///< Of the pad's viscosity, across the normal [N].
   double moment = 0;          ///< About the normal [N m].
   Vec3 cue = Vec3::Zero();    ///< Of slip, on the hand alone [N].
+  double damping = 0;         ///< By which `force` is made [N s/m].
 };
 
 /** Servo thread only; deterministic. */

@@ -188,12 +188,14 @@ void FreeBodies::touch(const Touch& touch, std::uint8_t tool, std::uint8_t body)
 void FreeBodies::push(std::uint8_t body, const Vec3& impulse, const Vec3& at, const Vec3& turning) HD_RT {
   Entry& entry = entry_[body];
   if (!moves(body) || !isFinite(impulse) || !isFinite(turning)) return;
+  if (impulse.isZero(0) && turning.isZero(0)) return;
   RigidBody& rigid = entry.body.body;
   const Twist V = rigid.twist();
   const Twist change = mobility(body)(impulse, (at - rigid.com()).cross(impulse) + turning);
   entry.body.wake();
   entry.ours = true;
   rigid.setTwist({V.v + change.v, V.w + change.w});
+  if (entry.mover != kNone) joint_.moved(entry.mover);  // A tool that touches it has brought it in.
 }
 
 /** Contact i of body k as it stands now. Against a body that moves r_b counts, else `moving`. */

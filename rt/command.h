@@ -161,10 +161,10 @@ struct DeviceRadius {
 /** Where a device stands in the world, and how large: x_W = scale q x_D + p. */
 struct SetMount {
   std::uint32_t device;
-  std::uint32_t reserved;
-  double p[3];   ///< [m]
-  double q[4];   ///< w x y z
-  double scale;  ///< 0: 1, as in recordings that knew none.
+  std::uint32_t keeps_place;  ///< 1: the scale alone is meant.
+  double p[3];                ///< [m]
+  double q[4];                ///< w x y z
+  double scale;               ///< 0: 1, as in recordings that knew none.
 };
 
 /** Whether a hand is taken off its point in the world (rt/cycle/clutch.h). */

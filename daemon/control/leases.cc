@@ -110,6 +110,8 @@ Result<void> Core::acquireLease(std::uint64_t id) {
   OpenDevice& device = *session->device;
   if (device.lease == id) return {};
   device.lease = id;
+  // Who takes it does not find the hand off its point by another's word.
+  if (std::exchange(device.clutch_held, false)) device.applyClutch();
   log::info("{}: lease to '{}' (pid {})", device.name, log::printable(session->client.name), session->client.pid);
   publish(EventKind::kLeaseTaken, device.name, session->client.name, id);
   return {};
@@ -416,7 +418,7 @@ Result<void> Core::setScale(OpenDevice& device, double scale, const Client& by) 
   }
   if (auto r = mayBeSetUp(device, where, by); !r) return r;
   device.mount = Mount(device.mount.pose(), scale);
-  device.applyMount();
+  device.applyScale();
   holdAnew(device);
   log::info("{}: a metre of the hand is {:g} m of the world{}", device.name, scale,
             device.info().max_stiffness > 0 ? fmt::format("; the stiffest surface that it bears has {:g} N/m there",

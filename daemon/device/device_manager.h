@@ -67,7 +67,7 @@ struct OpenDevice {
   void wear(const SetFinger& wanted, const DeviceInfo& able) {
     finger = wanted;
     finger.device = index;
-    finger.shows_moment = able.actuated_rotation ? 1 : 0;
+    finger.shows_moment = able.actuated_rotation && able.max_torque > 0 ? 1 : 0;
   }
   /** Tells the servo. */
   void applyRadius() const {
@@ -75,6 +75,12 @@ struct OpenDevice {
   }
   /** Tells the servo. */
   void applyFinger() const { (void)link->post(makeCommand(CommandKind::kSetFinger, finger)); }
+  /** Tells the servo of the scale alone: a clutch may have moved the place since it was last told of here. */
+  void applyScale() const {
+    SetMount order = mount.order(index);
+    order.keeps_place = 1;
+    (void)link->post(makeCommand(CommandKind::kSetMount, order));
+  }
   /** Tells the servo. */
   void applyMount() const { (void)link->post(makeCommand(CommandKind::kSetMount, mount.order(index))); }
   /** Tells the servo. */

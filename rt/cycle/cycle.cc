@@ -146,9 +146,15 @@ ErrorCode Cycle::applyMount(const SetMount& order) HD_RT {
   DeviceState& device = devices_[order.device];
   if (!Mount::valid(order)) return ErrorCode::kInvalidArgument;
   if (device.guard.armed()) return ErrorCode::kWouldBlock;
-  device.mount = Mount(order);
+  // Of a hand that is off its point the clutch brings the place along when it is let go, in the new scale.
+  if (order.keeps_place != 0) {
+    device.mount = Mount(device.mount.pose(), order.scale);
+  } else {
+    device.mount = Mount(order);
+    device.clutch.thaw();
+  }
   scaleResolution(device);
-  device.clutch.thaw();
+  device.moved = true;
   device.started = false;
   device.tool.forget();
   return ErrorCode::kOk;
@@ -333,12 +339,17 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     if (device.finger.soft()) device.proxy.bear(device.finger.turn(scene_, sample.q));
     device.proxy.step(scene_, sample.p, out.velocity.v, period(), out.contact);
     device.shading.step(scene_, device.proxy.holding(), out.velocity.v, out.contact);
-    const FingerForces pad = device.finger.soft() ? touchSoftly(d, out) : FingerForces{};
-    source[HD_SOURCE_SURFACE] = {out.contact.force, device.finger.order().shows_moment != 0
-                                                        ? Vec3(pad.moment * out.contact.normal)
-                                                        : Vec3(Vec3::Zero())};
+    FingerForces pad = device.finger.soft() ? touchSoftly(d, out) : FingerForces{};
+    source[HD_SOURCE_SURFACE].force = out.contact.force;
     const SurfaceForces added =
         device.effects.step(scene_, out.contact, device.proxy.holding(), sample.p, out.velocity.v);
+    // Where a relief takes the ground from under the finger, friction bears as much less.
+    if (const double presses = out.contact.force.dot(out.contact.normal); presses > 0) {
+      const double left = std::clamp(1 + added.relief.dot(out.contact.normal) / presses, 0.0, 1.0);
+      pad.moment *= left;
+      pad.cue *= left;
+    }
+    if (device.finger.order().shows_moment != 0) source[HD_SOURCE_SURFACE].torque = pad.moment * out.contact.normal;
     source[HD_SOURCE_TEXTURE].force = added.texture() + pad.cue;
     source[HD_SOURCE_TRANSIENT].force = added.transient;
     energy.relief = added.relief;

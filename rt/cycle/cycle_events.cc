@@ -48,6 +48,8 @@ std::uint32_t deviceOf(const Command& command) HD_RT {
     case CommandKind::kDetachTool:
     case CommandKind::kSetGrip:
     case CommandKind::kSetMount:
+    case CommandKind::kSetFinger:
+    case CommandKind::kSetClutch:
       return command.as<DeviceRef>().device;  // Stands first in all of these.
     default:
       return 0;
@@ -117,7 +119,7 @@ void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& o
   DeviceOutput& out = output.device[d];
   raiseTouches(d, input, output);
 
-  if (device.moved) {
+  if (device.moved && output.events.count < EventBatch::kCapacity) {
     ServoEvent event = eventAt(ServoEventKind::kMoved, d, input);
     store(device.mount.pose().p, event.point);
     output.events.add(event);

@@ -66,6 +66,34 @@ TEST_F(CycleClutch, InTheAirThePointStandsStillAtOnceAndComesAlongWhenLetGo) {
   EXPECT_NEAR(out().command.force.z(), 0.5, 1e-9) << "one millimetre deep where the point is now";
 }
 
+/** Control does not know yet where the clutch has brought the device: of an order for the scale only that is taken. */
+TEST_F(CycleClutch, AScaleThatComesWithTheReleaseMovesNothing) {
+  for (const bool in_one_tick : {true, false}) {
+    clutch(true);
+    step();
+    const Vec3 there = out().pose.p;
+    walk({0.05, 0.01, 0.02});
+    put(CommandKind::kDisarm, DeviceRef{0});
+    steps(50);
+    clutch(false);
+    if (!in_one_tick) step();
+    SetMount scale = test::mountAt({}, 0, in_one_tick ? 2 : 1);
+    scale.keeps_place = 1;
+    put(CommandKind::kSetMount, scale);
+    step();
+    EXPECT_EQ(cycle->mount(0).scale(), in_one_tick ? 2 : 1);
+    if (in_one_tick) EXPECT_LT((out().pose.p - there).norm(), 1e-15);
+    bool told = false;
+    for (std::uint32_t i = 0; i < output->events.count; ++i) {
+      const ServoEvent& event = output->events.event[i];
+      told = told || (event.kind == ServoEventKind::kMoved && vec3(event.point) == cycle->mount(0).pose().p);
+    }
+    EXPECT_TRUE(told) << "where it stands now";
+    arm();
+    steps(10);
+  }
+}
+
 TEST_F(CycleClutch, PressedTheForceFadesAndNothingIsTensedWhenTheHandComesBack) {
   walk({0, 0, -0.004});
   ASSERT_NEAR(out().command.force.z(), 2, 1e-9);

@@ -45,7 +45,7 @@ TwistLoad SoftFinger::turn(const Scene& scene, const Quat& q_hand) HD_RT {
   const SceneObject* const object = object_ != 0 ? scene.find(object_) : nullptr;
   if (object == nullptr) return {};
   twist_ += turnAbout(normal_, q_object_, object->X_WO.q) - turnAbout(normal_, q_hand_, q_now_);
-  return coupled_ ? TwistLoad{order_.stiffness * std::abs(twist_), arm_} : TwistLoad{};
+  return coupled_ && arm_ > 0 ? TwistLoad{stiffness_ * std::abs(twist_), arm_} : TwistLoad{};
 }
 
 FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contact, const Motion& motion,
@@ -72,25 +72,26 @@ FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contac
     const double bears = coefficient * pressed;
     return bears > 0 ? arm_ * bears * (coupled_ ? left(across / bears) : 1) : 0.0;
   };
-  const double k = order_.stiffness, still = mostMoment(mu.still), sliding = mostMoment(mu.sliding);
+  // Spring and viscosity of the twist stop a light body within a tick at the most, together with the other fingers that
+  // may hold it: what is beyond would throw it back.
+  const double w = motion.fingers * dt * normal_.dot(motion.body.wl * normal_);
+  const double k = w > 0 ? std::min(order_.stiffness, 1 / (w * (dt + kTwistRetardation))) : order_.stiffness;
+  stiffness_ = k;
+  const double still = mostMoment(mu.still), sliding = mostMoment(mu.sliding);
   const double moment = k * twist_;
   slips_ = slips_ || (coupled_ && contact.slip) ? std::abs(moment) > sliding : std::abs(moment) > still;
   if (slips_) twist_ = std::copysign(sliding / k, moment);
   out.moment = k * twist_;
 
-  // The pad is viscous while it sticks, and never more than friction. Of a light body, that fingers press from several
-  // sides in the same tick, as much as leaves it its direction: b / (1 + n b dt w), as implicit for each.
+  // The pad is viscous while it sticks, and never more than friction.
   const double w_relative = (motion.w_object - motion.hand.w).dot(normal_);
   const Vec3 v = contact.velocity - motion.hand.v, v_across = v - v.dot(normal_) * normal_;
-  const double many = motion.fingers;
-  if (!slips_) {
-    const double b = k * kTwistRetardation, w = normal_.dot(motion.body.wl * normal_);
-    out.moment = std::clamp(out.moment + b / (1 + many * b * dt * w) * w_relative, -still, still);
-  }
+  if (!slips_) out.moment = std::clamp(out.moment + k * kTwistRetardation * w_relative, -still, still);
   const double speed = v_across.norm();
   if (!contact.slip && speed > 0 && !motion.body.vp.isZero(0)) {
     const Vec3 t = v_across / speed;
-    const double w = t.dot(motion.body.at(motion.r) * t), b = order_.damping / (1 + many * order_.damping * dt * w);
+    const double w_along = motion.fingers * dt * t.dot(motion.body.at(motion.r) * t);
+    const double b = std::min(order_.damping, 1 / w_along);
     const Vec3 elastic = contact.stiffness * lag;
     Vec3 all = elastic + b * v_across;
     const double most = mu.still * pressed;

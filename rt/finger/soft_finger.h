@@ -83,7 +83,8 @@ class SoftFinger {
   Quat q_hand_ = Quat::Identity();
   Quat q_now_ = Quat::Identity();  ///< The hand's, in this tick.
   Vec3 normal_ = Vec3::Zero();
-  double arm_ = 0;  ///< Of the last tick's force [m].
+  double arm_ = 0;        ///< Of the last tick's force [m].
+  double stiffness_ = 0;  ///< As what it touches lets it be [N m/rad].
   double twist_ = 0;
   bool slips_ = false;
   double phase_ = 0;  ///< Of the cue [rad].

@@ -290,7 +290,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
       const double approach = std::min(0.0, press.normal.dot(press.velocity - step.v_W));
       if (press.damping > 0) left = std::max(0.0, 1 + press.damping * approach / (press.stiffness * d));
     }
-    if (load_.moment > 0) shareFriction(step, surface.material.stiffness * left, r, d, friction);
+    if (load_.moment > 0) shareFriction(step, surface.material.stiffness, r, left * d, friction);
     step.slip = step.slipped;  // Surfaces that it meets where it is hold it together: none decides alone.
     if (!step.judged) {
       step.asked = true;

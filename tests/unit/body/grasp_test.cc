@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/shape/test_surface.h"
+#include "tests/support/stepped/attach_tool.h"
 #include "tests/support/stepped/grasp_house.h"
 
 namespace hapticd {
@@ -230,6 +232,86 @@ TEST(Grasp, TheThesisCubesFallWhereTheirFrictionEnds) {
       }
     }
   }
+}
+
+/** A pen held by its ends turns about its axis with nearly no inertia: springs and viscosity of the twist yield to it.
+ */
+TEST(Grasp, APenHeldByItsEndsComesToRest) {
+  for (const double thick : {3.5e-3, 6e-3}) {
+    GraspHouse::Block pen;
+    pen.size = {0.07, thick, thick};
+    pen.com = {0, 0.5 * thick, 0};
+    pen.mass = thick < 4e-3 ? 0.005 : 0.02;
+    GraspHouse house(pen);
+    wear(house, finger(true));
+    for (int i = 0; i <= 100; ++i) {
+      house.press(2e-3 * i / 100);
+      house.step();
+    }
+    house.letGo();
+    house.run(3000);
+    EXPECT_LT(house.body().twist().w.norm(), 0.1) << thick;
+    EXPECT_LT(std::abs(house.seen().X_WO.p.z()), 1e-3) << thick;
+  }
+}
+
+/** A tool that touches the block brings it into the tick before the finger has pushed: its push counts all the same. */
+TEST(Grasp, WhatAToolTouchesIsPushedByAFingerToo) {
+  GraspHouse::Block block;
+  block.gravity = 0;
+  GraspHouse house(block);
+  constexpr std::uint32_t kStick = makeObjectId(3, 1);
+  const Vec3 side(0.01, 0.01, 0.01);
+  house.device[0].sample.p = {block.size.x() + 0.5 * side.x() + 3e-4, 0, 0};
+  house.add(kStick, ShapeKind::kBox, 0.5 * side, {house.device[0].sample.p, Quat::Identity()});
+  DeviceInfo able;
+  able.max_force = 20;
+  able.max_stiffness = 1000;
+  able.max_angular_stiffness = 4;
+  able.max_damping = 5;
+  able.max_angular_damping = 0.01;
+  able.actuated_rotation = true;
+  house.send(CommandKind::kAttachTool, test::attachBox(kStick, side, able));
+  house.run(20);
+  ASSERT_TRUE(house.servo->cycle().tool(0).held());
+  double given = 0;
+  int together = 0;
+  for (int i = 0; i < 6; ++i) {
+    house.device[1].sample.p = {-block.size.x() + 1e-3, 0, 0};
+    house.step();
+    if (house.finger(1).contact.object == GraspHouse::kBlock) given -= 1e-3 * house.finger(1).contact.force.x();
+    together += house.servo->cycle().bodies().joint().movers() > 1 ? 1 : 0;
+  }
+  EXPECT_GE(together, 5);
+  EXPECT_GT(given, 4e-3);
+  EXPECT_NEAR(block.mass * house.body().twist().v.x(), given, 0.02 * given);
+}
+
+/** A relief of 3 mm, all black, lies below a finger that is 2 mm deep in the unlowered face: nothing is pressed. */
+TEST(Grasp, AReliefThatTakesTheGroundTakesTheMoment) {
+  GraspHouse::Block block;
+  block.gravity = 0;
+  GraspHouse house(block);
+  test::TestRelief black(16, 16, [](int, int) { return 0; });
+  house.meshes.publishTexture(0, &black.view);
+  wear(house, finger(true));
+  const auto momentOf = [&](double angle) {
+    house.press(2e-3, Vec3::Zero(), angle);
+    house.run(20);
+    return house.finger(0).command.torque.norm();
+  };
+  house.press(2e-3);
+  house.run(50);
+  EXPECT_GT(momentOf(0.02), 1e-4);
+  SurfaceParameters surface{};
+  surface.relief = 1;
+  surface.relief_depth = 0.003;
+  surface.relief_size[0] = surface.relief_size[1] = 0.05;
+  house.send(CommandKind::kSetSurface, SetSurface{GraspHouse::kBlock, 0, surface});
+  house.run(100);
+  ASSERT_NE(house.finger(0).contact.object, 0u);
+  ASSERT_LT(house.finger(0).command.force.norm(), 1e-9);
+  EXPECT_LT(momentOf(0.06), 1e-9);
 }
 
 }  // namespace

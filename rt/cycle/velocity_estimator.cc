@@ -40,7 +40,7 @@ bool takeEach(std::array<EndFit, 3>& axis, const Vec3& y, double rate, double re
 }
 
 /** Axis times angle of the rotation from `from` to `to`, in the frame of their targets, the short way. */
-Vec3 rotationVector(const Quat& from, const Quat& to) HD_RT {
+Vec3 rotationBetween(const Quat& from, const Quat& to) HD_RT {
   if (to.coeffs() == from.coeffs()) return Vec3::Zero();
   Quat d = to * from.conjugate();
   if (d.w() < 0) d.coeffs() = -d.coeffs();
@@ -89,7 +89,7 @@ Twist VelocityEstimator::update(const DeviceSample& sample) HD_RT {
     const Entry& e = back(n);
     const double rate = 1e9 / static_cast<double>(newest.t_ns - e.t_ns);
     if (moves) moves = takeEach(along, e.p - newest.p, rate, resolution_);
-    if (turns) turns = takeEach(about, -rotationVector(e.q, newest.q), rate, rotation_resolution_);
+    if (turns) turns = takeEach(about, -rotationBetween(e.q, newest.q), rate, rotation_resolution_);
   }
   for (int i = 0; i < 3; ++i) {
     last_.v[i] = along[i].slope();

@@ -17,8 +17,8 @@ def press(fingers, depth, x, z=0.0, seconds=0.5):
     """Index on the right, thumb on the left: hands that want to be so deep in the block."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        for (finger, number), side in zip(fingers, (1, -1)):
-            finger.push_intent((x, side * (WIDE / 2 - depth), z), device=number, latest=True)
+        for finger, side in zip(fingers, (1, -1)):
+            finger.push_intent((x, side * (WIDE / 2 - depth), z), latest=True)
         time.sleep(0.01)
 
 
@@ -57,9 +57,9 @@ def main() -> int:
             sys.exit("two devices in one group are needed: hapticd --config 10-grasp.toml")
         names = [device.name for device in devices[:2]]
         with client.open_session(devices[0].uri) as index, client.open_session(devices[1].uri) as thumb:
-            fingers = [(session, session.describe().device_index) for session in (index, thumb)]
+            fingers = (index, thumb)
             press(fingers, -0.01, OFF)
-            for finger, _ in fingers:
+            for finger in fingers:
                 finger.arm()
             results = {}
             for finger in ("", "soft"):

@@ -39,7 +39,8 @@ class Session(Handle):
     """Made by Client.open_session(). Ends with its `with` block or close(): its share of the force fades, its lease ends.
 
     One thread at a time reads, one at a time pushes. Pushes take `latest=True` (a mailbox: only the newest value
-    matters) or `at_tick` (the ring: takes effect at that tick); they return the command's number.
+    matters) or `at_tick` (the ring: takes effect at that tick); they return the command's number. Without `device` they
+    are for the session's own, of those that share its servo.
     """
 
     _kind = "session"
@@ -49,6 +50,7 @@ class Session(Handle):
         super().__init__(handle)
         self._client = client  # keeps the connection as long as the session
         self._lost = ctypes.c_uint64(0)
+        self._own: Optional[int] = None  # number of its device in the group
 
     def describe(self) -> SessionInfo:
         """Its number, the period of the servo, the device."""
@@ -64,6 +66,7 @@ class Session(Handle):
         """After Client.reconnect(): the device is disarmed and nothing is pushed yet."""
         call(_lib.haptic_session_reopen, self._handle)
         self._lost.value = 0
+        self._own = None
 
     def acquire_lease(self) -> None:
         """Reserves the right to arm; LEASE_HELD names the holder."""
@@ -153,6 +156,14 @@ class Session(Handle):
             call(_lib.haptic_push_refusal, self._handle)
         return push.seq
 
+    def _number(self, device: Optional[int]) -> int:
+        """Of a device in the group: this session's own if none is named."""
+        if device is not None:
+            return device
+        if self._own is None:
+            self._own = self.describe().device_index
+        return self._own
+
     @property
     def space(self) -> int:
         """Commands that the ring takes now."""
@@ -160,7 +171,7 @@ class Session(Handle):
 
     def push_plane(self, origin: Sequence[float], normal: Sequence[float], *, slot: int = 0,
                    material: Material = Material(), lease_s: float = 0.5, blend_s: float = 0.02, frame: int = 0,
-                   device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
+                   device: Optional[int] = None, latest: bool = False, at_tick: int = 0) -> int:
         """Solid behind the plane: plane and probe."""
         model = self._model(PLANE, slot, material, lease_s, blend_s, frame, device, origin)
         model.normal = arrays.vector(normal, "normal")
@@ -168,14 +179,14 @@ class Session(Handle):
 
     def push_spring(self, origin: Sequence[float], *, free_length: float = 0.0, slot: int = 0,
                     material: Material = Material(), lease_s: float = 0.5, blend_s: float = 0.02, frame: int = 0,
-                    device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
+                    device: Optional[int] = None, latest: bool = False, at_tick: int = 0) -> int:
         """A spring from the device point to `origin`."""
         model = self._model(SPRING, slot, material, lease_s, blend_s, frame, device, origin)
         model.radius = free_length
         return self._push(_lib.haptic_push_local_model, model, latest, at_tick)
 
     def push_sphere(self, origin: Sequence[float], radius: float, *, slot: int = 0, material: Material = Material(),
-                    lease_s: float = 0.5, blend_s: float = 0.02, frame: int = 0, device: int = 0,
+                    lease_s: float = 0.5, blend_s: float = 0.02, frame: int = 0, device: Optional[int] = None,
                     latest: bool = False, at_tick: int = 0) -> int:
         """A solid sphere; a negative radius keeps the hand inside."""
         model = self._model(SPHERE, slot, material, lease_s, blend_s, frame, device, origin)
@@ -184,7 +195,7 @@ class Session(Handle):
 
     def push_halfspaces(self, origin: Sequence[float], halfspaces: npt.ArrayLike, *, corner: bool = False, slot: int = 0,
                         material: Material = Material(), lease_s: float = 0.5, blend_s: float = 0.02, frame: int = 0,
-                        device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
+                        device: Optional[int] = None, latest: bool = False, at_tick: int = 0) -> int:
         """Rows of unit normal and offset: solid where n.(x - origin) <= d for all of them, or for any (`corner`)."""
         rows = np.asarray(halfspaces, np.float32)
         if rows.ndim != 2 or rows.shape[1] != 4 or not 1 <= len(rows) <= 16:
@@ -195,20 +206,19 @@ class Session(Handle):
             model.halfspace[i] = (ctypes.c_float * 4)(*row)
         return self._push(_lib.haptic_push_local_model, model, latest, at_tick)
 
-    @staticmethod
-    def _model(kind: int, slot: int, material: Material, lease_s: float, blend_s: float, frame: int, device: int,
-               origin: Sequence[float]) -> Any:
-        return _abi.LocalModel(slot=slot, kind=kind, frame=frame, device=device, lease_ns=arrays.ns(lease_s, "lease_s"),
-                               blend_ns=arrays.ns(blend_s, "blend_s"), material=raw_material(material),
-                               origin=arrays.vector(origin, "origin"))
+    def _model(self, kind: int, slot: int, material: Material, lease_s: float, blend_s: float, frame: int,
+               device: Optional[int], origin: Sequence[float]) -> Any:
+        return _abi.LocalModel(slot=slot, kind=kind, frame=frame, device=self._number(device),
+                               lease_ns=arrays.ns(lease_s, "lease_s"), blend_ns=arrays.ns(blend_s, "blend_s"),
+                               material=raw_material(material), origin=arrays.vector(origin, "origin"))
 
     def push_force_field(self, x0: Sequence[float], f0: Sequence[float], jacobian: npt.ArrayLike, radius: float, *,
-                         slot: int = 0, lease_s: float = 0.1, blend_s: float = 0.01, frame: int = 0, device: int = 0,
-                         latest: bool = False, at_tick: int = 0) -> int:
+                         slot: int = 0, lease_s: float = 0.1, blend_s: float = 0.01, frame: int = 0,
+                         device: Optional[int] = None, latest: bool = False, at_tick: int = 0) -> int:
         """Force f0 + J (x - x0) within `radius` of x0; the Jacobian lets the servo go on between two pushes."""
-        field = _abi.ForceField(slot=slot, frame=frame, device=device, lease_ns=arrays.ns(lease_s, "lease_s"),
-                                blend_ns=arrays.ns(blend_s, "blend_s"), x0=arrays.vector(x0, "x0"),
-                                f0=arrays.vector(f0, "f0"), radius=radius,
+        field = _abi.ForceField(slot=slot, frame=frame, device=self._number(device),
+                                lease_ns=arrays.ns(lease_s, "lease_s"), blend_ns=arrays.ns(blend_s, "blend_s"),
+                                x0=arrays.vector(x0, "x0"), f0=arrays.vector(f0, "f0"), radius=radius,
                                 jacobian=arrays.vector(np.asarray(jacobian, float).reshape(-1), "jacobian", 9))
         return self._push(_lib.haptic_push_force_field, field, latest, at_tick)
 
@@ -218,16 +228,17 @@ class Session(Handle):
                           latest, at_tick)
 
     def push_force(self, force: Sequence[float], torque: Sequence[float] = (0, 0, 0), *, lease_s: float = 0.05,
-                   device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
+                   device: Optional[int] = None, latest: bool = False, at_tick: int = 0) -> int:
         """A plain force, held until replaced or until the lease runs out."""
-        command = _abi.ClientForce(device=device, lease_ns=arrays.ns(lease_s, "lease_s"), force=arrays.vector(force, "force"),
-                                   torque=arrays.vector(torque, "torque"))
+        command = _abi.ClientForce(device=self._number(device), lease_ns=arrays.ns(lease_s, "lease_s"),
+                                   force=arrays.vector(force, "force"), torque=arrays.vector(torque, "torque"))
         return self._push(_lib.haptic_push_client_force, command, latest, at_tick)
 
     def push_intent(self, p: Sequence[float], q: Sequence[float] = (1, 0, 0, 0), *, gripper_rad: float = 0.0,
-                    device: int = 0, latest: bool = False, at_tick: int = 0) -> int:
+                    device: Optional[int] = None, latest: bool = False, at_tick: int = 0) -> int:
         """Where the hand of a simulated device wants to be."""
-        command = _abi.Intent(device=device, p=arrays.vector(p, "p"), q=arrays.vector(q, "q", 4), gripper_rad=gripper_rad)
+        command = _abi.Intent(device=self._number(device), p=arrays.vector(p, "p"), q=arrays.vector(q, "q", 4),
+                              gripper_rad=gripper_rad)
         return self._push(_lib.haptic_push_intent, command, latest, at_tick)
 
     def push_limits(self, force_n: float, torque_nm: float, *, latest: bool = False, at_tick: int = 0) -> int:

@@ -90,24 +90,39 @@ bool isWaitedFor(SlowBench& slow, Busy&& busy) {
   return waited;
 }
 
+/** What is made aside may be there before anybody looks: seldom ten times in a row. */
+template <class Try>
+bool isSeen(Try&& waits) {
+  for (int i = 0; i < 10; ++i) {
+    if (waits()) return true;
+  }
+  return false;
+}
+
 TEST(SlowOpen, WaitsForVibrationsAtTheRateOfItsServo) {
   for (const double rate_hz : {1000.0, 2000.0}) {  // The bench's own servo has 1000 Hz.
     Config config = Bench::relaxed();
     config.servo.rate_hz = rate_hz;
-    SlowBench slow(false, config);
-    auto& textures = slow.bench.core.scene().textures();
-    ASSERT_TRUE(textures.add(*parseTexture(vibrationUpload()), {}).ok());
-    EXPECT_EQ(isWaitedFor(slow, [&] { return textures.busy(); }), rate_hz != 1000);
+    const auto waits = [&] {
+      SlowBench slow(false, config);
+      auto& textures = slow.bench.core.scene().textures();
+      EXPECT_TRUE(textures.add(*parseTexture(vibrationUpload()), {}).ok());
+      return isWaitedFor(slow, [&] { return textures.busy(); });
+    };
+    EXPECT_EQ(isSeen(waits), rate_hz != 1000);
   }
 }
 
 TEST(SlowOpen, WaitsForTheCopyOfALargeMeshThatItsServoNeeds) {
-  SlowBench slow;
   BuildMonitor monitor;
   const auto built = buildSnapshot(upload(torus(240, 120), HD_MESH_DEFORMABLE), monitor);
   ASSERT_TRUE(built.ok());
-  ASSERT_TRUE(slow.bench.core.meshes().add(std::move(*built->memfd.share()), {}).ok());
-  EXPECT_TRUE(isWaitedFor(slow, [&] { return slow.bench.core.meshes().busy(); })) << "control made it itself";
+  const auto waits = [&] {
+    SlowBench slow;
+    EXPECT_TRUE(slow.bench.core.meshes().add(std::move(*built->memfd.share()), {}).ok());
+    return isWaitedFor(slow, [&] { return slow.bench.core.meshes().busy(); });
+  };
+  EXPECT_TRUE(isSeen(waits)) << "control made it itself";
 }
 
 /** Of a user who may have no more threads; in a child, which gives that right up. */

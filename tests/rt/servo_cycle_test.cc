@@ -209,6 +209,30 @@ TEST(ServoCycle, IsCleanWithEffects) {
   EXPECT_TRUE(felt);
 }
 
+TEST(ServoCycle, IsCleanWithASoftFinger) {
+  int twisted = 0, turning = 0;
+  expectClean(
+      [&](House& house, int i) {
+        const auto turn = static_cast<std::uint32_t>(i / 100);
+        house.order(CommandKind::kSetFinger, SetFinger{0, 1 + turn % 5, turn / 5 % 2, 1, 5.8e-3, 6.2e-3, 0.1, 2, 2});
+        house.push(HD_COMMAND_OBJECT_POSE, poseMessage(makeObjectId(1, 1), {}, {Vec3::Zero(), 3 * Vec3::UnitZ()}));
+        twisted += house.servo->cycle().finger(0).twist() != 0 ? 1 : 0;
+        turning += house.servo->cycle().finger(0).turning() ? 1 : 0;
+      },
+      "sim://default?motion=tap&centre=0,0,0.005&direction=0,0,-1&depth=0.015&period=0.5&hand_stiffness=400");
+  EXPECT_GT(twisted, 10);
+  EXPECT_GT(turning, 0);
+}
+
+TEST(ServoCycle, IsCleanWhileTheHandIsTakenOffItsPoint) {
+  int off = 0;
+  expectClean([&off](House& house, int i) {
+    house.order(CommandKind::kSetClutch, SetClutch{0, static_cast<std::uint32_t>(i / 200 % 2), 0, 0});
+    off += house.servo->cycle().clutch(0).frozen() ? 1 : 0;
+  });
+  EXPECT_GT(off, 20);
+}
+
 TEST(ServoCycle, IsCleanWithLocalModels) {
   expectClean([](House& house, int i) {
     hd_local_model model{};

@@ -7,7 +7,7 @@
 #include "daemon/control/core.h"
 #include "daemon/device/limits.h"
 #include "daemon/device/mount.h"
-#include "rt/render/proxy.h"
+#include "rt/render/proxy/proxy.h"
 
 namespace hapticd {
 namespace {

@@ -5,8 +5,8 @@
 #include "rt/collide/edge_search.h"
 #include "rt/collide/feature.h"
 #include "rt/collide/purse.h"
-#include "rt/geometry/nearest.h"
-#include "rt/geometry/sweep.h"
+#include "rt/geometry/nearest/nearest.h"
+#include "rt/geometry/sweep/sweep.h"
 
 namespace hapticd {
 namespace {

@@ -9,8 +9,8 @@
 #include "rt/collide/mantle.h"
 #include "rt/collide/purse.h"
 #include "rt/collide/round.h"
-#include "rt/geometry/fan.h"
-#include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/nearest/fan.h"
+#include "rt/geometry/nearest/pseudo_normal.h"
 #include "rt/geometry/triangle.h"
 
 namespace hapticd {

@@ -5,7 +5,7 @@
 
 #include "rt/collide/feature.h"
 #include "rt/collide/mantle.h"
-#include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/nearest/pseudo_normal.h"
 #include "rt/geometry/triangle.h"
 
 namespace hapticd {

@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "rt/body/response.h"
-#include "rt/geometry/nearest.h"
+#include "rt/geometry/nearest/nearest.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {

@@ -8,7 +8,7 @@
 #include "rt/collide/feature.h"
 #include "rt/collide/purse.h"
 #include "rt/contact/field_query.h"
-#include "rt/geometry/nearest.h"
+#include "rt/geometry/nearest/nearest.h"
 #include "rt/volume/distance.h"
 
 namespace hapticd {

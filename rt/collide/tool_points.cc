@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/nearest/pseudo_normal.h"
 
 namespace hapticd {
 namespace {

@@ -19,9 +19,9 @@
 #include "rt/effect/object_effects.h"
 #include "rt/finger/soft_finger.h"
 #include "rt/guard/guard.h"
-#include "rt/render/proxy.h"
-#include "rt/render/shading.h"
-#include "rt/render/surface_effects.h"
+#include "rt/render/proxy/proxy.h"
+#include "rt/render/surface/shading.h"
+#include "rt/render/surface/surface_effects.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "rt/base/error.h"
-#include "rt/render/local_model.h"
+#include "rt/render/model/local_model.h"
 
 namespace hapticd {
 

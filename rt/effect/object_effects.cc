@@ -6,7 +6,7 @@
 
 #include "rt/effect/path.h"
 #include "rt/effect/well.h"
-#include "rt/geometry/nearest.h"
+#include "rt/geometry/nearest/nearest.h"
 
 namespace hapticd {
 namespace {

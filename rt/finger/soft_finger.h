@@ -18,7 +18,7 @@
 #include "rt/body/mobility.h"
 #include "rt/command.h"
 #include "rt/finger/fingerpad.h"
-#include "rt/render/proxy.h"
+#include "rt/render/proxy/proxy.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {

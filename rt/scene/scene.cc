@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "rt/geometry/sweep.h"
+#include "rt/geometry/sweep/sweep.h"
 #include "rt/scene/refit.h"
 
 namespace hapticd {

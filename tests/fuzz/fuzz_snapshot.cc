@@ -2,7 +2,7 @@
 // who means it. What it accepts, a sweep walks within its work limit and its numbers.
 #include <fuzzer/FuzzedDataProvider.h>
 
-#include "rt/geometry/sweep.h"
+#include "rt/geometry/sweep/sweep.h"
 #include "tests/fuzz/spoilt.h"
 #include "tests/unit/builder/meshes.h"
 

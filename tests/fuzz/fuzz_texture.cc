@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "daemon/scene/texture/texture_memory.h"
-#include "rt/render/relief.h"
-#include "rt/render/vibration.h"
+#include "rt/render/surface/relief.h"
+#include "rt/render/surface/vibration.h"
 #include "tests/support/shape/texture_upload.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "rt/render/press.h"
+#include "rt/render/proxy/press.h"
 #include "tests/support/for_seeds.h"
 #include "tests/support/random.h"
 #include "tests/support/shape/test_mesh.h"

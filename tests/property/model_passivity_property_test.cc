@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-#include "rt/render/model_force.h"
+#include "rt/render/model/model_force.h"
 #include "tests/support/random.h"
 #include "tests/support/seeds.h"
 #include "tests/unit/render/model_rig.h"

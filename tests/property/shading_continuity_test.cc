@@ -1,8 +1,8 @@
 // A shaded mesh feels like the smooth surface it stands for, between its facets too: docs/surfaces.md, "Round facets".
 #include <gtest/gtest.h>
 
-#include "rt/render/shading.h"
-#include "rt/render/surface_effects.h"
+#include "rt/render/surface/shading.h"
+#include "rt/render/surface/surface_effects.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/shape/test_surface.h"
 #include "tests/support/stepped/test_scene.h"

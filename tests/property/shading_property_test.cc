@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-#include "rt/render/shading.h"
+#include "rt/render/surface/shading.h"
 #include "tests/support/random.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/shape/test_surface.h"

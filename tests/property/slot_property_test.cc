@@ -1,11 +1,11 @@
 // Local models replaced at random while the hand moves at random: the formula
-// and the bound of rt/render/local_model.h.
+// and the bound of rt/render/model/local_model.h.
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <memory>
 
-#include "rt/render/local_model.h"
+#include "rt/render/model/local_model.h"
 #include "tests/support/for_seeds.h"
 #include "tests/support/time.h"
 

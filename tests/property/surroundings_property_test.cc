@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "rt/geometry/boxes.h"
+#include "rt/geometry/tree/boxes.h"
 #include "tests/support/random.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/test_scene.h"

@@ -4,9 +4,9 @@
 
 #include <random>
 
-#include "rt/geometry/boxes.h"
-#include "rt/geometry/nearest.h"
-#include "rt/geometry/sweep.h"
+#include "rt/geometry/nearest/nearest.h"
+#include "rt/geometry/sweep/sweep.h"
+#include "rt/geometry/tree/boxes.h"
 #include "tests/support/detectors.h"
 #include "tests/support/seeds.h"
 #include "tests/support/shape/test_mesh.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "rt/geometry/nearest.h"
+#include "rt/geometry/nearest/nearest.h"
 
 namespace hapticd {
 

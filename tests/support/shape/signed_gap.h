@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "rt/geometry/nearest.h"
+#include "rt/geometry/nearest/nearest.h"
 
 namespace hapticd::test {
 

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "rt/render/proxy.h"
+#include "rt/render/proxy/proxy.h"
 #include "tests/support/stepped/solid.h"
 
 namespace hapticd::test {

@@ -5,7 +5,7 @@
 
 #include <chrono>
 
-#include "rt/geometry/boxes.h"
+#include "rt/geometry/tree/boxes.h"
 #include "tools/haptic-bench/cost/mesh_cost.h"
 
 namespace haptic_bench {

@@ -6,7 +6,7 @@
 #include <ostream>
 
 #include "rt/collide/round.h"
-#include "rt/geometry/nearest.h"
+#include "rt/geometry/nearest/nearest.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/tool_house.h"
 

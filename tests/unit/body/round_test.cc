@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "rt/collide/feature.h"
-#include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/nearest/pseudo_normal.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/tool_house.h"
 

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "rt/geometry/sweep.h"
+#include "rt/geometry/sweep/sweep.h"
 #include "tests/support/random.h"
 #include "tests/unit/builder/built.h"
 

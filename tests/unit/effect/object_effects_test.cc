@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "rt/geometry/nearest.h"
+#include "rt/geometry/nearest/nearest.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/test_effect.h"
 

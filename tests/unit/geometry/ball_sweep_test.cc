@@ -3,7 +3,7 @@
  */
 #include <gtest/gtest.h>
 
-#include "rt/geometry/sweep.h"
+#include "rt/geometry/sweep/sweep.h"
 #include "tests/support/seeds.h"
 #include "tests/support/shape/brute_distance.h"
 #include "tests/support/shape/test_mesh.h"

@@ -1,15 +1,15 @@
 /** @file
  * Every vector path gives the same bits, and no rounding loses a box.
  */
-#include "rt/geometry/boxes.h"
+#include "rt/geometry/tree/boxes.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 
-#include "rt/geometry/nearest.h"
-#include "rt/geometry/sweep.h"
-#include "rt/geometry/vicinity.h"
+#include "rt/geometry/nearest/nearest.h"
+#include "rt/geometry/sweep/sweep.h"
+#include "rt/geometry/tree/vicinity.h"
 #include "tests/support/seeds.h"
 #include "tests/support/shape/brute_distance.h"
 #include "tests/support/shape/test_mesh.h"

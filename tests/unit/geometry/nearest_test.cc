@@ -1,11 +1,11 @@
 /** @file
  * Nearest points and gathered triangles against all triangles one by one, sides against winding numbers.
  */
-#include "rt/geometry/nearest.h"
+#include "rt/geometry/nearest/nearest.h"
 
 #include <gtest/gtest.h>
 
-#include "rt/geometry/pseudo_normal.h"
+#include "rt/geometry/nearest/pseudo_normal.h"
 #include "rt/geometry/triangle.h"
 #include "tests/support/seeds.h"
 #include "tests/support/shape/brute_distance.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "rt/geometry/nearest.h"
+#include "rt/geometry/nearest/nearest.h"
 #include "rt/geometry/triangle.h"
 #include "tests/support/random.h"
 #include "tests/support/shape/brute_distance.h"

@@ -1,7 +1,7 @@
 /** @file
  * Swept queries against what defines them: signed distances for primitives, all triangles for the tree.
  */
-#include "rt/geometry/sweep.h"
+#include "rt/geometry/sweep/sweep.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/geometry/sweep.h"
+#include "rt/geometry/sweep/sweep.h"
 #include "tests/support/random.h"
 
 namespace hapticd {

@@ -1,7 +1,7 @@
 /** @file
  * The triangles kept about a place, against all triangles of the mesh.
  */
-#include "rt/geometry/vicinity.h"
+#include "rt/geometry/tree/vicinity.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "rt/render/local_model.h"
+#include "rt/render/model/local_model.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "rt/render/model_force.h"
+#include "rt/render/model/model_force.h"
 
 #include <gtest/gtest.h>
 

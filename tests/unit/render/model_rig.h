@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "rt/render/local_model.h"
+#include "rt/render/model/local_model.h"
 #include "tests/support/time.h"
 
 namespace hapticd {

@@ -1,4 +1,4 @@
-#include "rt/render/model_solid.h"
+#include "rt/render/model/model_solid.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "rt/render/proxy.h"
+#include "rt/render/proxy/proxy.h"
 
 #include <gtest/gtest.h>
 

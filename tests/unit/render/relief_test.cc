@@ -1,4 +1,4 @@
-#include "rt/render/relief.h"
+#include "rt/render/surface/relief.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "rt/render/shading.h"
+#include "rt/render/surface/shading.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
 #include "rt/base/rotation.h"
-#include "rt/render/smooth_normal.h"
+#include "rt/render/surface/smooth_normal.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/shape/test_surface.h"
 #include "tests/support/stepped/test_scene.h"

@@ -1,12 +1,12 @@
-#include "rt/render/surface_effects.h"
+#include "rt/render/surface/surface_effects.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
 #include "rt/base/rotation.h"
-#include "rt/render/relief.h"
-#include "rt/render/transient.h"
+#include "rt/render/surface/relief.h"
+#include "rt/render/surface/transient.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/shape/test_surface.h"
 #include "tests/support/stepped/test_scene.h"

@@ -1,4 +1,4 @@
-#include "rt/render/transient.h"
+#include "rt/render/surface/transient.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "rt/render/vibration.h"
+#include "rt/render/surface/vibration.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <optional>
 
-#include "rt/geometry/sweep.h"
+#include "rt/geometry/sweep/sweep.h"
 #include "tools/haptic-bench/algorithm/algorithms.h"
 #include "tools/haptic-bench/algorithm/native.h"
 #include "tools/haptic-bench/model/built_mesh.h"

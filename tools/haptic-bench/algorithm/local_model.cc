@@ -2,7 +2,7 @@
 // sees where the hand was, finds the exact nearest point of the mesh and sends the tangent plane there; it arrives
 // later, and others may be sent meanwhile. Its search is within the step that sends, so the median time is the servo's
 // and the maximum the client's.
-#include "rt/render/local_model.h"
+#include "rt/render/model/local_model.h"
 
 #include <cmath>
 #include <deque>

@@ -1,7 +1,7 @@
 // hapticd's own renderer, as the servo calls it: the builder's snapshot, the scene, the proxy.
 #include <memory>
 
-#include "rt/render/proxy.h"
+#include "rt/render/proxy/proxy.h"
 #include "tools/haptic-bench/algorithm/algorithms.h"
 #include "tools/haptic-bench/algorithm/native.h"
 #include "tools/haptic-bench/failure.h"

@@ -1,6 +1,6 @@
 #include "tools/haptic-bench/collide/truth.h"
 
-#include "rt/geometry/nearest.h"
+#include "rt/geometry/nearest/nearest.h"
 #include "tools/haptic-bench/model/built_mesh.h"
 
 namespace haptic_bench {

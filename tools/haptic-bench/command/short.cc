@@ -1,7 +1,7 @@
 // haptic-bench short: a deterministic set of a few seconds, for continuous integration: no times.
 #include <CLI/CLI.hpp>
 
-#include "rt/geometry/boxes.h"
+#include "rt/geometry/tree/boxes.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/option.h"

@@ -16,7 +16,7 @@
 #include <fstream>
 #include <numeric>
 
-#include "rt/geometry/boxes.h"
+#include "rt/geometry/tree/boxes.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/cost/bumpy_sphere.h"
 #include "tools/haptic-bench/cost/deeper_stack.h"

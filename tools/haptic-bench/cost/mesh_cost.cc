@@ -10,9 +10,9 @@
 #include <random>
 
 #include "daemon/builder/build.h"
-#include "rt/geometry/nearest.h"
-#include "rt/geometry/sweep.h"
-#include "rt/render/proxy.h"
+#include "rt/geometry/nearest/nearest.h"
+#include "rt/geometry/sweep/sweep.h"
+#include "rt/render/proxy/proxy.h"
 #include "tools/haptic-bench/cost/bumpy_sphere.h"
 #include "tools/haptic-bench/cost/servo_stage.h"
 #include "tools/haptic-bench/failure.h"

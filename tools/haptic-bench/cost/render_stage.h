@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "rt/render/proxy.h"
+#include "rt/render/proxy/proxy.h"
 #include "rt/scene/scene.h"
 #include "tools/haptic-bench/cost/stroke.h"
 

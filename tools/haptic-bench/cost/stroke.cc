@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "rt/geometry/sweep.h"
-#include "rt/render/proxy.h"
+#include "rt/geometry/sweep/sweep.h"
+#include "rt/render/proxy/proxy.h"
 #include "tools/haptic-bench/cost/bumpy_sphere.h"
 #include "tools/haptic-bench/failure.h"
 

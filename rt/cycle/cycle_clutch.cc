@@ -10,7 +10,7 @@ void Cycle::moveClutch(std::uint32_t d, const CycleInput& input) HD_RT {
   DeviceState& device = devices_[d];
   Clutch& clutch = device.clutch;
   const DeviceSample& read = input.device[d];
-  clutch.begin(read.buttons, 1e-9 * static_cast<double>(config_.period_ns) * (1.0 + input.missed));
+  clutch.begin(read.buttons, period() * (1.0 + input.missed));
   const bool held = clutch.held(read.buttons);
   if (held == clutch.frozen() || (held && clutch.weight() > 0)) return;
   const Vec3 here = device.mount.toWorld(Pose{read.p, read.q}).p;
@@ -39,7 +39,7 @@ void Cycle::weighClutch(std::uint32_t d, const SurfaceContact& contact, const Ve
     source.force *= w;
     source.torque *= w;
   }
-  const double dt = 1e-9 * static_cast<double>(config_.period_ns);
+  const double dt = period();
   energy.carried = w * energy.carried + byAxis(rose * std::max(0.0, energy.stored) / dt, total);
   energy.local_active *= w;
   energy.relief *= w;

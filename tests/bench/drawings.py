@@ -14,6 +14,13 @@ WALL = ("rate_hz,delay_ticks,step_m,friction_n,damping,colgate,colgate_delayed,f
         "buzz_off,buzz_on\n1000,0,1e-05,0.1,0,1000,1000,20000,13000,13000,{},118000,1,0,0\n")
 
 
+HELD = ("mass_kg,friction,stiffness,hold,slips_n,fell,held_n\n0.1,0.4,500,1,1.2,1,{}\n# said\n"
+        "condition,lever_m,wanted_deg,mass_kg,person,off_deg,error_deg,slid_m,lost\n"
+        "coupled,0.01,30,0.1,1,-3,3,0.001,false\nuncoupled,0.01,30,0.1,1,-30,30,0.03,true\n")
+COURSE = ("condition,arm_m,lever_m,t,y,z,turned_rad,slid_m,grip_n\n"
+          + "".join(f"{word},0.006,{lever},{t},0,0,-0.1,0.001,1\n" for word in ("coupled", "uncoupled") for lever in (0.003, 0.012) for t in (0, 1)))
+
+
 def planned(folder, scale, *options):
     """What is said of a stroke over a plate of 40, and its rows."""
     plate = folder / "plate.stl"
@@ -75,19 +82,24 @@ def main():
             if text is not None:
                 given.write_bytes(text)
             options = [folder / output] if "figure" in script else ["--output", folder / output]
+            if "grasp" in script:
+                course = folder / "course.csv"
+                course.write_text(COURSE, encoding="ascii")
+                options += ["--samples", course]
             done = subprocess.run(["/usr/bin/python3", tools / script, given, *options], capture_output=True, text=True, check=False)
             place = f"{script.split('/')[-1]}: {folder / output if 'written' in words else given}: "
             if (done.returncode == 0) != (words == "") or (words and not done.stderr.startswith(place)) or words not in done.stderr:
                 sys.exit(f"{script} said of {text}: {done.stderr}")
 
-        for script, whole, wrong in (("load/figure.py", LOAD + CELL, "row 1 is not of"), ("zwidth/plot.py", WALL, "holds nothing")):
+        for script, whole, wrong in (("load/figure.py", LOAD + CELL, "row 1 is not of"), ("zwidth/plot.py", WALL, "holds nothing"),
+                                     ("grasp/plot.py", HELD, "holds nothing")):
             good = whole.format(1000).encode()
             draw(script, None, "out.svg", "cannot be read")
             draw(script, b"\xff\n", "out.svg", "cannot be read")
             draw(script, whole.format("fast").encode(), "out.svg", wrong)
             draw(script, b"a,b\n1,2\n", "out.svg", wrong)
             draw(script, b"a,b\n1,2,3\n", "out.svg", wrong)
-            gone = good.replace(b"period p99", b"gone").replace(b",off,", b",gone,")
+            gone = good.replace(b"period p99", b"gone").replace(b",off,", b",gone,").replace(b",error_deg,", b",gone,")
             draw(script, gone, "out.svg", "holds no")
             draw(script, b"\xef\xbb\xbf# cpu: as a spreadsheet saves it\n" + good, "out.svg", "")
             draw(script, good, "none/out.svg", "cannot be written")

@@ -43,6 +43,7 @@ void addZwidth(CLI::App& app, Run& chosen);
 void addCollide(CLI::App& app, Run& chosen);
 void addSixdof(CLI::App& app, Run& chosen);
 void addStability(CLI::App& app, Run& chosen);
+void addGrasp(CLI::App& app, Run& chosen);
 
 /** Rounds below which the interval of a median is no more than their range. */
 inline constexpr std::size_t kRoundsOfAnInterval = 6;

@@ -38,6 +38,7 @@ constexpr haptic_bench::AddBenchmark kBenchmarks[] = {
     haptic_bench::addCollide,
     haptic_bench::addSixdof,
     haptic_bench::addStability,
+    haptic_bench::addGrasp,
 };
 // clang-format on
 /** Where a word stands in a benchmark's place that is none: what it is, and what may be meant. Else empty. */

@@ -56,7 +56,8 @@ std::string faultOf(const std::string& text) {
 }
 
 TEST(Tables, EveryColumnSaysHowItIsJudged) {
-  const std::set<std::string> ratios{"displayed", "force_relative", "torque_relative", "finite"};
+  const std::set<std::string> ratios{"displayed", "force_relative", "torque_relative", "finite", "fell", "yields",
+                                     "lost"};
   for (const TableForm& form : tableForms()) {
     std::set<std::string> names;
     int keys = 0;

@@ -102,8 +102,42 @@ constexpr TableColumn kCollide[] = {
     {"torque", kRepeats, "%", less(0.011, 0)},
 };
 
-constexpr TableForm kForms[] = {
-    {"zwidth", kZwidth, "step_m", 1e-9}, {"sixdof", kSixdof}, {"stability", kStability}, {"collide", kCollide}};
+// A last bit moves what is told by steps of a person: where a cube is still held, when a bar is stopped.
+constexpr TableColumn kGraspCubes[] = {
+    {"mass_kg", kKey, "kg"},
+    {"friction", kKey, ""},
+    {"stiffness", kKey, "N/m"},
+    {"hold", kKey, ""},
+    {"slips_n", kRepeats, "N", less(0, kDigits)},
+    {"fell", kRepeats, "", {Rule::Better::kNearOne, 0.05, 0}},
+    {"held_n", kRepeats, "N", less(0.1, 0.2)},
+};
+constexpr TableColumn kGraspRelease[] = {
+    {"condition", kKey, ""},
+    {"arm_m", kKey, "m"},
+    {"lever_m", kKey, "m"},
+    {"closed_n", kRepeats, "N", less(0, kPart)},
+    {"yields", kRepeats, "", {Rule::Better::kNearOne, 0.01, 0}},
+    {"slid_10_m", kRepeats, "m", less(1e-4, 0.1)},
+    {"slid_30_m", kRepeats, "m", less(1e-4, 0.1)},
+    {"turned_5_rad", kRepeats, "rad", more(0.01, 0.1)},
+};
+constexpr TableColumn kGraspAlign[] = {
+    {"condition", kKey, ""},
+    {"lever_m", kKey, "m"},
+    {"wanted_deg", kKey, "deg"},
+    {"mass_kg", kKey, "kg"},
+    {"person", kKey, ""},
+    {"off_deg", kAside, "deg"},
+    {"error_deg", kRepeats, "deg", less(10, 0)},
+    {"slid_m", kRepeats, "m", less(2e-3, 0.5)},
+    {"lost", kRepeats, "", less(0.5, 0)},
+};
+
+constexpr TableForm kForms[] = {{"zwidth", kZwidth, "step_m", 1e-9}, {"sixdof", kSixdof},
+                                {"stability", kStability},           {"collide", kCollide},
+                                {"grasp-cubes", kGraspCubes},        {"grasp-release", kGraspRelease},
+                                {"grasp-align", kGraspAlign}};
 
 constexpr const char* kFormerCost[] = {"triangles", "what", "mean", "median", "p99", "p99.9", "max", "chase"};
 

@@ -52,7 +52,7 @@ struct TableForm {
   [[nodiscard]] std::string header() const;
 };
 
-/** zwidth, sixdof, stability, collide. */
+/** zwidth, sixdof, stability, collide, and the three of grasp. */
 [[nodiscard]] std::span<const TableForm> tableForms();
 /** Of one of these. */
 [[nodiscard]] const TableForm& tableForm(std::string_view benchmark);

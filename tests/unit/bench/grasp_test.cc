@@ -1,0 +1,99 @@
+/** @file
+ * The simulated hands of haptic-bench grasp: what they do to cubes and bars, by closed forms.
+ */
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tools/haptic-bench/grasp/goals.h"
+
+namespace haptic_bench::grasp {
+namespace {
+
+/** Ten people's intelligence and hours of television, the textbook's example: rho is -29/165. Ties share their ranks.
+ */
+TEST(BenchGrasp, RankCorrelationIsSpearmans) {
+  const std::vector<double> iq{106, 100, 86, 101, 99, 103, 97, 113, 112, 110},
+      hours{7, 27, 2, 50, 28, 29, 20, 12, 6, 17};
+  EXPECT_NEAR(spearman(iq, hours), -29.0 / 165, 1e-12);
+  EXPECT_NEAR(spearman(iq, iq), 1, 1e-12);
+  // Ranks 1.5 1.5 3 against 1 2 3: covariance 1.5, variances 1.5 and 2.
+  EXPECT_NEAR(spearman({4, 4, 9}, {0, 1, 2}), std::sqrt(0.75), 1e-12);
+  EXPECT_TRUE(std::isnan(spearman({1, 1}, {0, 1})));
+}
+
+TEST(BenchGrasp, AnUnsteadyFingerIsOffAsMuchAsAsked) {
+  std::mt19937_64 random(7);
+  const Unrest unrest(2e-4, random);
+  double sum = 0, squares = 0;
+  const int ticks = 1'000'000;
+  for (int i = 0; i < ticks; ++i) {
+    const double off = unrest.at(i * kTick_s);
+    sum += off;
+    squares += off * off;
+  }
+  EXPECT_NEAR(std::sqrt(squares / ticks), 2e-4, 2e-6);
+  EXPECT_NEAR(sum / ticks, 0, 1e-6);
+}
+
+/** A steady hand presses as springs in series do, and the cube slips at m g / (2 mu_s). */
+TEST(BenchGrasp, ACubeSlipsWhereTheConeEnds) {
+  for (const double stiffness : {500.0, 2000.0}) {
+    Block block;
+    block.mass = 0.2;
+    block.material = {stiffness, 1, 0.8, 0.6};
+    Hand steady;
+    steady.unsteady = 0;
+    Rig rig(block, steady);
+    rig.grasp(3);
+    EXPECT_NEAR(rig.grip(), 3, 0.15) << "but for the device's dry friction, 0.1 N";
+    EXPECT_LT(rig.slid(), 1e-6);
+    double last = 0;
+    while (!rig.slips()) {
+      last = rig.grip();
+      rig.want(rig.wanted() - 1e-6);
+      rig.tick();
+    }
+    EXPECT_NEAR(last, block.slips(), 0.02 * block.slips()) << stiffness;
+  }
+}
+
+/** On both sides of L_0 = arm, coupled and not: docs/grasping.md. */
+TEST(BenchGrasp, ABarYieldsWhereTheClosedFormSays) {
+  for (const bool coupled : {true, false}) {
+    for (const double part : {0.5, 2.0}) {
+      const Release one = letGo(coupled, kSandpaperArm, part * kSandpaperArm);
+      EXPECT_NEAR(one.yields, one.closed, 0.02 * one.closed) << coupled << part;
+      if (!coupled && part < 1) EXPECT_LT(one.turned_5, 0.05);
+      if (!coupled && part > 1) EXPECT_LT(one.slid_30, 1e-4);
+    }
+  }
+}
+
+TEST(BenchGrasp, GoalsAreMissedByWhatIsWrong) {
+  std::vector<Cube> cubes;
+  for (const double mass : {0.1, 0.2, 0.4}) {
+    for (const double stiffness : {500.0, 1000.0, 2000.0}) {
+      for (const double friction : {0.4, 0.8}) {
+        Cube& cube = cubes.emplace_back(Cube{mass, friction, stiffness, mass * kGravity / 2 / friction});
+        cube.holds.push_back({cube.slips, cube.slips + stiffness * 2e-4});
+      }
+    }
+  }
+  const auto met = [](const std::vector<Goal>& goals) {
+    int count = 0;
+    for (const Goal& goal : goals) count += goal.met ? 1 : 0;
+    return count;
+  };
+  EXPECT_EQ(met(judge(cubes)), 4);
+  std::vector<Cube> wrong = cubes;
+  wrong.front().holds.front().fell *= 1.3;
+  EXPECT_EQ(met(judge(wrong)), 3);
+  wrong = cubes;  // Whoever holds all alike.
+  for (Cube& cube : wrong) cube.holds.front().held = 5;
+  EXPECT_LT(met(judge(wrong)), 3);
+}
+
+}  // namespace
+}  // namespace haptic_bench::grasp

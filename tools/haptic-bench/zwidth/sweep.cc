@@ -16,11 +16,13 @@
 namespace haptic_bench::zwidth {
 namespace {
 
+double pushFor(double max_force) { return std::min(4.0, 0.6 * max_force); }
+
 Loop loopOf(const Options& options, const Change& change) {
   Loop loop = makeLoop(options.uri, change);
-  loop.push = options.push;
-  loop.force_slew = options.force_slew;
   const double most = loop.device.info.max_force;
+  loop.push = options.push ? *options.push : pushFor(most);
+  loop.force_slew = options.force_slew;
   if (!(loop.push < most)) {
     throw Failure(fmt::format("zwidth, --push {}", loop.push),
                   fmt::format("{} holds no hand that presses so, having {} N", options.uri, most),
@@ -44,6 +46,8 @@ std::vector<Change> devicesOf(const Options& options, double rate_hz, std::uint3
 }
 
 }  // namespace
+
+double usualPush(const std::string& uri) { return pushFor(makeLoop(uri, {}).device.info.max_force); }
 
 std::vector<Row> plan(const Options& options) {
   std::vector<Row> rows;

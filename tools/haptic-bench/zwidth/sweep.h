@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,7 @@ struct Options {
   std::vector<double> rates_hz{1000, 2000, 4000};
   std::vector<std::uint32_t> delays{0, 1, 2, 3};             ///< [ticks]
   std::vector<double> dampings{0, 1, 2, 5, 10, 20, 40, 80};  ///< Of the wall [N s/m].
-  double push = 4;                                           ///< [N]
+  std::optional<double> push;                                ///< Else usualPush() [N].
   double force_slew = 1e6;                                   ///< [N/s]
   bool quick = false;  ///< The ideal encoder without friction and the device as it is, not what lies between.
 };
@@ -25,6 +26,9 @@ struct Options {
 inline constexpr double kIdealStep = 1e-9;
 /** Buzz is compared at this part of the stiffness that is stable without the controller. */
 inline constexpr double kBuzzAt = 0.9;
+
+/** With which the hand presses where nobody says: 4 N, or three fifths of what a weaker device has [N]. */
+[[nodiscard]] double usualPush(const std::string& uri);
 
 /** Stiffnesses in N/m. */
 struct Row {

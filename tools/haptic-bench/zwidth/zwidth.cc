@@ -53,12 +53,13 @@ bool printGoals(const std::vector<Row>& rows, const char* prefix) {
 
 int run(const Options& options, bool check, const Common& common) {
   std::vector<Row> rows = plan(options);
+  const double push = options.push ? *options.push : usualPush(options.uri);
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
-  fmt::print("# {}: press of {} N, stiffness in N/m, damping in N s/m, buzz in N^2 at {} of off\n", options.uri,
-             options.push, kBuzzAt);
+  fmt::print("# {}: press of {:.9g} N, stiffness in N/m, damping in N s/m, buzz in N^2 at {} of off\n", options.uri,
+             push, kBuzzAt);
   if (common.csv) {
-    fmt::print("{}\n", settingsLine("zwidth", fmt::format("{}, press of {} N, slew limit of {} N/s", options.uri,
-                                                          options.push, options.force_slew)));
+    fmt::print("{}\n", settingsLine("zwidth", fmt::format("{}, press of {:.9g} N, slew limit of {} N/s", options.uri,
+                                                          push, options.force_slew)));
     fmt::print("{}\n", tableForm("zwidth").header());
   }
   const Row* before = nullptr;
@@ -88,7 +89,9 @@ void addZwidth(CLI::App& app, Run& chosen) {
   bounded(sub, "--rate", options->rates_hz, "Servo and device rates [Hz]", 100.0, 16000.0);
   bounded(sub, "--delay", options->delays, "Delay from a sample to its force [ticks]", 0, 16);
   bounded(sub, "--damping", options->dampings, "Damping of the wall [N s/m]", 0.0, 1000.0);
-  bounded(sub, "--push", options->push, "Force with which the hand presses [N]", 0.01, 100.0);
+  sub->add_option("--push", options->push,
+                  "Force with which the hand presses [N]; else 4, or three fifths of what a weaker device has")
+      ->check(within(0.01, 100.0));
   bounded(sub, "--slew", options->force_slew, "Slew limit of the guard [N/s]; the default is out of the way", 1.0, 1e9);
   sub->add_flag("--quick", options->quick, "Leaves out the device with its encoder but without its friction");
   sub->add_flag("--check", *check, "Exit 1 if a goal is missed (docs/stability.md)");

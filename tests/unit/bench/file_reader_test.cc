@@ -165,6 +165,8 @@ TEST(TrajectoryFiles, GivenNamesStandInForThoseOfTheFile) {
 TEST(TrajectoryFiles, FaultsComeWithWhatToDo) {
   EXPECT_THAT(refusal("t;x;y;z\n0;0;0;1\n"), HasSubstr("line 1: semicolons part its columns"));
   EXPECT_THAT(refusal("t;x;y;z\n0;0;0;0,01\n"), HasSubstr("line 1: semicolons part its columns"));
+  EXPECT_THAT(refusal("t,x,y,z\r0,0,0,0\r"), HasSubstr("line 1: carriage returns alone part its lines"));
+  EXPECT_EQ(parse("t,x,y,z\r\r\n0,0,0,0\r\r\n").samples.size(), 1u) << "as a text file written twice as one";
   EXPECT_THAT(refusal("t,x,y,1\n0,0,0,1\n", {"t,x,y,z", false, 0, 0}), HasSubstr("without --columns"));
   EXPECT_THAT(refusal("nan,nan,inf,nan\n0,0,0,1\n", {"t,x,y,z", false, 0, 0}), HasSubstr("line 1")) << "no names";
   EXPECT_THAT(refusal("time [s],nanos\n0,1\n", {"t,x,y,z", false, 0, 0}), HasSubstr("line 2: it has 2 columns"));

@@ -100,7 +100,7 @@ int run(const RunOptions& options, const Common& common) {
   if (options.surface.radius > 0) what += fmt::format(" r={}", options.surface.radius);
   print(common, what, all);
   if (samples) writeSamples(*samples, trajectory, trials);
-  tellUnrepeated(trials);
+  tellDoubts(trials);
   return 0;
 }
 

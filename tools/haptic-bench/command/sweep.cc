@@ -65,7 +65,7 @@ int run(const SweepOptions& options, const Common& common) {
       all.push_back(std::move(s));
   }
   print(common, fmt::format("sweep {} {}", model.name, cells.front().trajectory.name), all);
-  tellUnrepeated(trials);
+  tellDoubts(trials);
   return 0;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -121,6 +122,10 @@ Table Table::parse(std::string_view text, std::string where, const std::string& 
     text.remove_prefix(std::min(text.size(), line.size() + 1));
     const std::size_t first = line.find_first_not_of(kBlanks);
     if (first == std::string_view::npos || line[first] == '#' || line[first] == '%') continue;
+    if (line.substr(0, line.find_last_not_of(kBlanks)).find('\r') != std::string_view::npos) {
+      throw Failure(fmt::format("{}, line {}", table.where_, number), "carriage returns alone part its lines",
+                    "line feeds, as CSV in UTF-8 has them");
+    }
     if (std::exchange(may_be_names, false) && isWords(line)) continue;
     if (table.names_.empty()) {
       table.setNames(line, number, false);
@@ -144,7 +149,12 @@ Table Table::read(const std::string& path, const std::string& names) {
   std::string text(static_cast<std::size_t>(size), '\0');
   file.seekg(0);
   if (!file.read(text.data(), size)) throw Failure(path, "it cannot be read", "a regular file");
-  return parse(text, path, names);
+  Table table = parse(text, path, names);
+  if (text.back() != '\n') {  // Which a file made by hand may lack, too.
+    fmt::print(stderr, "haptic-bench: {}: its last line does not end; was it cut off, its last number is wrong\n",
+               table.at(table.rows() - 1));
+  }
+  return table;
 }
 
 Table::Column Table::find(std::string_view names) const {

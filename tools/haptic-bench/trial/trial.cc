@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <set>
 
@@ -102,13 +103,19 @@ void runRounds(std::deque<Trial>& trials, int rounds) {
     for (Trial& trial : trials) trial.runRound();
 }
 
-void tellUnrepeated(const std::deque<Trial>& trials) {
+void tellDoubts(const std::deque<Trial>& trials) {
   std::set<std::string> told;
   for (const Trial& trial : trials) {
     if (trial.outcome().repeats || !told.insert(trial.algorithm()).second) continue;
     fmt::print(stderr, "haptic-bench: {}: its rounds differ in their forces: it depends on more than its input\n",
                trial.algorithm());
   }
+  const auto felt = [](const Answer& a) { return !a.force.isZero(0); };
+  const auto feels = [&](const Trial& trial) {
+    return std::any_of(trial.outcome().answers.begin(), trial.outcome().answers.end(), felt);
+  };
+  if (std::none_of(trials.begin(), trials.end(), feels))
+    fmt::print(stderr, "haptic-bench: no force in any sample (the units of the columns, and where the model stands)\n");
 }
 
 Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory, const Surface& surface,

@@ -57,8 +57,8 @@ class Trial {
  */
 void runRounds(std::deque<Trial>& trials, int rounds);
 
-/** Says on the standard error whose rounds differed in their forces. */
-void tellUnrepeated(const std::deque<Trial>& trials);
+/** Says on the standard error whose rounds differed in their forces, and if nobody has felt any. */
+void tellDoubts(const std::deque<Trial>& trials);
 
 /** One alone. */
 [[nodiscard]] Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory,

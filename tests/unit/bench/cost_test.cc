@@ -4,9 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <thread>
 
+#include "daemon/builder/build.h"
 #include "rt/geometry/tree/boxes.h"
+#include "tools/haptic-bench/cost/bumpy_sphere.h"
 #include "tools/haptic-bench/cost/mesh_cost.h"
+#include "tools/haptic-bench/cost/servo_stage.h"
 
 namespace haptic_bench {
 namespace {
@@ -73,6 +77,22 @@ TEST(Cost, WhatInterruptsATickIsNotItsCost) {
   times.take(
       100, [&] { ++strokes; }, [&](std::size_t i) { busy(i == 11 && strokes == 4 ? 50'000 : 1); });
   EXPECT_LT(times.medians()[11], 40e6) << "of two rounds the middle, not the slower";
+}
+
+TEST(Cost, AServoThatTheMachineHeldUpGoesOn) {
+  hapticd::BuildMonitor monitor;
+  auto built = hapticd::buildSnapshot(bumpySphereUpload(1'000), monitor);
+  ASSERT_TRUE(built);
+  auto memory = hapticd::openSnapshot(std::move(*built->memfd.share()), false);
+  ASSERT_TRUE(memory);
+  const MeshStroke stroke(memory->view, 0.3, 0.1);
+  ServoStage servo(memory->view, stroke);
+  servo.begin(0);
+  for (std::size_t i = 0; i < stroke.ticks(); ++i) {
+    if (i % 100 == 50) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    servo.tick(i);
+  }
+  EXPECT_TRUE(servo.touched());
 }
 
 TEST(Cost, TicksAreSummedUp) {

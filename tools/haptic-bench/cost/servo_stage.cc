@@ -35,17 +35,28 @@ class ServoStage::Hand final : public Device {
   DeviceInfo info_;
 };
 
-/** The real clock, but for the time slept away. */
+/**
+ * The real clock, but for the time slept away; and without that in which the machine ran something else, after which
+ * the guard would take the force away, as from any servo that was late.
+ */
 class ServoStage::NoWait final : public Clock {
  public:
-  [[nodiscard]] std::int64_t now() HD_RT override { return clock_.now() + skipped_ns_; }
+  [[nodiscard]] std::int64_t now() HD_RT override {
+    const std::int64_t t_ns = clock_.now();
+    if (t_ns - last_ns_ > kHeldUp_ns) skipped_ns_ -= t_ns - last_ns_;
+    last_ns_ = t_ns;
+    return t_ns + skipped_ns_;
+  }
   void sleepUntil(std::int64_t t_ns) HD_RT override {
     const std::int64_t left_ns = t_ns - now();
     if (left_ns > 0) skipped_ns_ += left_ns;
   }
 
  private:
+  static constexpr std::int64_t kHeldUp_ns = 1'000'000;  // A hundred times what a tick takes.
+
   MonotonicClock clock_;
+  std::int64_t last_ns_ = clock_.now();
   std::int64_t skipped_ns_ = 0;
 };
 

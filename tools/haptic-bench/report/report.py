@@ -27,12 +27,35 @@ body { font: 15px/1.45 sans-serif; color: #26303a; max-width: 1080px; margin: 2e
 table { border-collapse: collapse; margin: .6em 0 1.6em; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: .2em .7em; border-bottom: 1px solid #e4e8ec; }
 th { border-bottom: 2px solid #8a949e; }
+dt { font-weight: bold; } dd { margin: 0 0 .4em 2em; }
 p.settings, figcaption { color: #5f6b76; } pre { background: #f4f6f8; padding: .8em; overflow-x: auto; }
 figure { margin: 1em 0 2em; } svg { max-width: 100%; height: auto; }
 @media print {
   body { font-size: 10pt; margin: 0; } pre { white-space: pre-wrap; }
   h2, h3, p.settings { break-after: avoid; } tr, pre, figure { break-inside: avoid; } table { width: 100%; }
 }
+"""
+
+# Who is handed the page alone has neither the documentation nor the thesis.
+METHOD = """<h2>Method</h2>
+<p>A hand strokes a mesh, and each algorithm answers each of its positions with a force, all in one program, on the same
+positions, without a device. A stroke is a way over the smooth surface that the mesh stands for: points <i>p</i>, outward
+normals <i>n</i> and the force <i>F</i> with which the hand presses. Where the surface has the stiffness <i>k</i>, the hand is
+at <i>p</i> &minus; (<i>F</i> / <i>k</i>) <i>n</i>, and should feel <i>F n</i>. The force MSE is the mean of the squared length
+of the difference of both forces, over all samples; times are of one answer.</p>
+<dl>
+<dt>ours</dt><dd>The proxy of hapticd: constraint-based and swept; it goes around an edge to a nearer surface where a free way
+leads there.</dd>
+<dt>god-object</dt><dd>C. B. Zilles and J. K. Salisbury: A constraint-based god-object method for haptic display, IROS 1995. As
+published: local, with at most three facets; over the same tree as ours.</dd>
+<dt>nearest</dt><dd>The potential method: the nearest point of the mesh, every triangle tried. Inside is told by pseudo-normals
+(J. A. B&aelig;rentzen and H. Aan&aelig;s, IEEE TVCG 11(3), 2005). It passes through thin plates.</dd>
+<dt>voxel:cells=128</dt><dd>Signed distances, sampled on a grid of so many cells along the longest side, and interpolated.</dd>
+<dt>local:rate=30</dt><dd>Tangent planes that a client sends so many times a second, each 5 ms late.</dd>
+<dt>thesis</dt><dd>What chapter 4 of <i>Multirate and Perceptual Techniques for Haptic Rendering in Virtual Environments</i> (PhD
+thesis, PERCRO, Scuola Superiore S. Anna) prints for its own machine and settings; table and figure numbers are its own.
+Not all settings are given there, so its numbers stand beside ours as a hint.</dd>
+</dl>
 """
 
 
@@ -79,8 +102,8 @@ def spheres(tables):
         axis.set_xlabel("triangles")
     axes[0].set_ylabel("force MSE [N²]")
     axes[0].legend()
-    return svg(figure), ("Force error on spheres, ever finer, against the smooth sphere. The nearest point of the facets is the "
-                         "yardstick; what blurs them may lie a little below it.")
+    return svg(figure), ("Force error on spheres of ever more triangles, against the smooth sphere; settings as in the tables. The "
+                         "nearest point of the facets is the yardstick; what blurs them may lie a little below it.")
 
 
 def times(tables):
@@ -92,7 +115,7 @@ def times(tables):
     axis.set_ylabel("mean time of a step [µs]")
     axis.set_title(tables[-1]["title"].split(": ")[1])
     axis.legend()
-    return svg(figure), "What a step costs. The nearest point tries every triangle."
+    return svg(figure), "What an answer costs: the mean over a run. The nearest point tries every triangle."
 
 
 def ridges(data):
@@ -109,8 +132,9 @@ def ridges(data):
     axes[0][0].set_ylabel("z [mm]")
     axes[0][-1].legend(fontsize=8, loc="upper right", bbox_to_anchor=(1.02, 1))
     axes[1][0].set_ylabel("force error [N]")
-    return svg(figure), ("The ridge of figure 4.6: above, the contact point's way; below, the force's error. A local proxy waits "
-                         "at the foot.")
+    return svg(figure), ("The ridges of table 4.3, stroked from left to right: above, the way of the contact point; below, the length "
+                         "of the force's error. A local proxy waits at the foot. At 75° and 85° the hand is in the air for part of "
+                         "the way, on the other side than it strokes.")
 
 
 def sweep(data):
@@ -120,7 +144,8 @@ def sweep(data):
     axis.set_xlabel("stiffness [N/m]")
     axis.set_ylabel("force MSE [N²]")
     axis.legend()
-    return svg(figure), f"Stiffness: {data['model']}, {data['trajectory']}. local: tangent planes from a client at that rate."
+    return svg(figure), ("Force error over the surface's stiffness: "
+                         f"{data['model']}, {data['trajectory']}, 1 N, 10 s at 1 kHz, against the smooth sphere.")
 
 
 def heading(name):
@@ -151,10 +176,16 @@ def spread(tables, rounds):
             f"<th>median</th><th>interval</th><th>unit</th></tr>\n{rows}</table></details>\n")
 
 
+def figure_html(drawn, words):
+    """With its number on the page."""
+    figure_html.count = getattr(figure_html, "count", 0) + 1
+    return f"<figure>{drawn}<figcaption>Figure {figure_html.count}. {html.escape(words)}</figcaption></figure>\n"
+
+
 def added(path):
     """What another benchmark wrote."""
     title, machine, figure, table = results.section(path)
-    drawn = f"<figure>{svg(figure)}</figure>\n" if figure else ""
+    drawn = figure_html(svg(figure), title) if figure else ""
     return (f"<h2>{html.escape(title)}</h2>\n<pre>{html.escape(chr(10).join(machine))}</pre>\n{drawn}"
             f"<details{'' if figure else ' open'}><summary>The figures</summary>\n{table}</details>\n")
 
@@ -167,13 +198,13 @@ def main():
         return
     data = json.load(sys.stdin)
     plots = [spheres(data["tables"]), times(data["tables"]), ridges(data["ridges"]), sweep(data["sweep"])]
-    machine = "\n".join([f"hapticd {data['version']}", *data["machine"], *data["versions"], f"rounds: {data['rounds']}",
+    machine = "\n".join([f"hapticd {data['version']}", *data["machine"], *data["versions"], f"command: haptic-bench report --rounds {data['rounds']}",
                          "seeds: synthetic recording 1; everything else has no random part"])
     page = ["<!doctype html>\n<html lang=en><meta charset=utf-8><title>haptic-bench</title>\n<style>", STYLE, "</style>\n",
-            "<h1>Three degrees of freedom, measured</h1>\n<pre>", html.escape(machine), "</pre>\n<h2>Tables</h2>\n",
+            "<h1>Three degrees of freedom, measured</h1>\n<pre>", html.escape(machine), "</pre>\n", METHOD, "<h2>Tables</h2>\n",
             "<p>Times of a step: mean of a trajectory's steps, median of the rounds.</p>\n",
             *map(table_html, data["tables"]), "<h2>Plots</h2>\n",
-            *(f"<figure>{drawn}<figcaption>{html.escape(words)}</figcaption></figure>\n" for drawn, words in plots),
+            *(figure_html(drawn, words) for drawn, words in plots),
             spread(data["tables"], data["rounds"]), *map(added, sys.argv[2:]), "</html>\n"]
     pathlib.Path(sys.argv[1]).write_text("".join(page), encoding="utf-8")
 

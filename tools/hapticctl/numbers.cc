@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 
 #include "tools/hapticctl/failure.h"
+#include "tools/options/parse_number.h"
 
 namespace hapticctl {
 
@@ -14,11 +14,8 @@ void failUsage(std::string where, std::string what, std::string remedy) {
 }
 
 std::optional<double> parseNumber(std::string_view text) {
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
+  return hapticd_options::parseNumber(text, value) ? std::optional(value) : std::nullopt;
 }
 
 std::vector<double> parseNumbers(std::string_view option, std::string_view text, std::size_t count) {

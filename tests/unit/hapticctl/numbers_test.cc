@@ -31,7 +31,10 @@ TEST(Numbers, ParseTheWholeTextOrNothing) {
   EXPECT_EQ(parseNumber("0.5"), 0.5);
   EXPECT_EQ(parseNumber("+1e-3"), 1e-3);
   EXPECT_EQ(parseNumber("-2"), -2.0);
-  for (const char* bad : {"", "+", "+-2", "++2", "1,5", "1.5x", " 1", "nan", "inf", "1e999", "0x10"})
+  EXPECT_EQ(parseNumber("-1e-400"), 0.0) << "too small to be told from it";
+  EXPECT_EQ(parseNumber("4e-320"), 4e-320);
+  for (const char* bad :
+       {"", "+", "+-2", "++2", "1,5", "1.5x", " 1", "nan", "inf", "1e999", "1e-400x", "1e99999", "0x10"})
     EXPECT_FALSE(parseNumber(bad)) << bad;
 }
 

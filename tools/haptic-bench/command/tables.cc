@@ -35,7 +35,8 @@ int printTables(const Common& common) {
     return 0;
   }
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
-  fmt::print("# MSE in N^2; times of a step: mean over the trajectory, median of {} rounds\n", common.rounds);
+  fmt::print("# MSE in N^2; times of a step: mean over the trajectory{}\n",
+             common.rounds == 1 ? "" : fmt::format(", median of {} rounds", common.rounds));
   for (const PaperTable& t : tables) show(t);
   return 0;
 }

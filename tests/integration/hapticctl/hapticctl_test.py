@@ -117,7 +117,7 @@ class WithDaemon(Case):
         self.assertIn("no terminal", self.run_ctl("top", exit_code=2).stderr)
 
     def test_monitor_writes_every_sample(self):
-        done = self.run_ctl("monitor", "--csv", "--duration", "0.5")
+        done = self.run_ctl("monitor", "--csv", "--for", "0.5")
         rows = list(csv.DictReader(io.StringIO(done.stdout)))
         self.assertGreater(len(rows), 100)
         ticks = [int(row["tick"]) for row in rows]

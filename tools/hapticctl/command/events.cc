@@ -119,7 +119,7 @@ void addEvents(CLI::App& app, Action& chosen) {
       ->type_name("COUNT")
       ->check(number(1, 1e9))
       ->transform(decimal);
-  command->add_option("--duration", options->duration_s, "Stop after so long")
+  command->add_option("--for,--duration", options->duration_s, "Stop after so long")
       ->type_name("SECONDS")
       ->check(number(0.001, 1e7));
   whenNamed(command, chosen, [options](const Globals& globals) { return follow(*options, globals); });

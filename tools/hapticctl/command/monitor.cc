@@ -227,7 +227,7 @@ void addMonitor(CLI::App& app, Action& chosen) {
   command->add_option("--rate", options->rate_hz, "Lines per second at most (table: 10; --csv, --json: every sample)")
       ->type_name("HZ")
       ->check(number(0.001, 100000.0));
-  command->add_option("--duration", options->duration_s, "Stop after so long")
+  command->add_option("--for,--duration", options->duration_s, "Stop after so long")
       ->type_name("SECONDS")
       ->check(number(0.001, 1e7));
   whenNamed(command, chosen, [options](const Globals& globals) {

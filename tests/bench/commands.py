@@ -149,7 +149,8 @@ class Commands(unittest.TestCase):
         few, many = self.bench(*run, 5), self.bench(*run, 6)
         self.assertRegex(few, r"b=0 +median +range +rounds")
         self.assertRegex(many, r"b=0 +median +95 % interval +rounds")
-        self.assertRegex(many, r"ours forces +[0-9a-f]{12} ")
+        self.assertRegex(many, r"ours forces +[0-9a-f]{12} +1 hash\n")  # What is told once has no interval.
+        self.assertRegex(many, r"ours mean +[\d.e+]+ +[\d.e+]+ \.\. +[\d.e+]+  6 ns\n")
         self.assertIn("b=0 r=0.001 ", self.bench(*run, 1, "--radius", 0.001))  # Another benchmark than with a point.
 
     def test_it_says_which_version_it_is(self):

@@ -52,8 +52,8 @@ void print(const Common& common, const std::string& benchmark, const std::vector
   for (const Series& s : all) {
     const Estimate e = estimate(s.rounds);
     const auto text = [&](double x) { return valueText(s.unit, x, 4); };
-    fmt::print("{:<{}}  {:>12}  {:>10} .. {:>9}  {} {}\n", s.name, width, text(e.median), text(e.low), text(e.high),
-               s.rounds.size(), s.unit);
+    const std::string spread = e.low == e.high ? "" : fmt::format("{:>10} .. {:>9}", text(e.low), text(e.high));
+    fmt::print("{:<{}}  {:>12}  {:>23}  {} {}\n", s.name, width, text(e.median), spread, s.rounds.size(), s.unit);
   }
 }
 

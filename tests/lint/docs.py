@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What the documentation names is there: links and their sections, files, tests, and commands that the programs accept.
+"""What the documentation names is there: links and their sections, files, tests, examples, and commands that the programs accept.
 
 Usage: docs.py SOURCE [BUILD]. Without BUILD commands are not tried. Prints each breach and exits 1.
 """
@@ -89,6 +89,22 @@ def refused(words, build, folder):
     return None if done.returncode == 2 and re.search(rf'was not expected: {UNKNOWN}("|( \(.* --help tells how\))?$)', said) else said
 
 
+def examples(root):
+    """Examples are counted and listed as there are, and the README leads to every page."""
+    programs = sorted(path.name for path in (root / "examples").glob("[0-9][0-9]-*") if path.suffix in (".c", ".cc", ".py"))
+    numbers = "none one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen".split()
+    for name, counted in (("README.md", r"\[(\w+) examples\]\(examples/\)"), ("README.md", r"(\w+) whole programs"),
+                          ("examples/README.md", r"Each of the (\w+)")):
+        for number, line in enumerate((root / name).read_text(encoding="utf-8").splitlines(), 1):
+            for told in re.findall(counted, line):
+                if told.lower() != numbers[len(programs)]:
+                    yield f"{name}:{number}: tells of {told} examples: there are {numbers[len(programs)]}"
+    for page, leads, what in [("examples/README.md", f"]({name})", name) for name in programs] + \
+                             [("README.md", f"](docs/{path.name})", path.name) for path in sorted((root / "docs").glob("*.md"))]:
+        if leads not in (root / page).read_text(encoding="utf-8"):
+            yield f"{page}:1: leaves out {what}"
+
+
 def breaches(root, build):
     tests = set()
     for source in (root / "tests").rglob("*.cc"):
@@ -96,6 +112,7 @@ def breaches(root, build):
         tests.update(f"{suite}.{test}" for suite, test in found)
     pages = [root / "README.md", *sorted((root / "docs").glob("*.md")), *sorted((root / "examples").rglob("*.md")),
              *sorted((root / "docs/man").iterdir())]
+    yield from examples(root)
     with tempfile.TemporaryDirectory() as folder:
         for page in pages:
             where = page.relative_to(root)

@@ -4,6 +4,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tomllib
 import unittest
 
 SOURCE, BUILD = (pathlib.Path(sys.argv.pop(1)).resolve() for _ in range(2))
@@ -82,6 +83,14 @@ class Manual(unittest.TestCase):
             self.assertRegex(page, rf"\b{key}\b")
         for option in re.findall(r"--([a-z-]+)", words(BUILD / "daemon/hapticd", "--help")):
             self.assertIn(f"Fl -{option}", self.page("hapticd.8"))
+
+    def test_every_default_of_the_configuration_is_as_told(self):
+        defaults = tomllib.loads(words(BUILD / "daemon/hapticd", "--config", "/dev/null", "--print-config"))
+        page = self.page("hapticd.toml.5").replace("\\(dq", '"')
+        sections = dict(re.findall(r"^\.Sh \[(\w+)\]\n(.*?)(?=^\.Sh)", page, re.M | re.S))
+        for name, table in defaults.items():
+            told = re.findall(r"^\.It Li (\w+) Op Li (.+)$", sections[name], re.M)
+            self.assertEqual({key: tomllib.loads(f"x = {value}")["x"] for key, value in told}, table, name)
 
     def test_every_benchmark_and_option_of_haptic_bench_is_told(self):
         bench, page = BUILD / "tools/haptic-bench/haptic-bench", self.page("haptic-bench.1")

@@ -75,7 +75,8 @@ Result<std::unique_ptr<Device>> makeBySerial(std::string_view serial) {
     known.push_back(fmt::format("{} ({})", found.info.serial, found.info.uri));
   }
   return Error{
-      ErrorCode::kNotFound, fmt::format("device \"{}\"", serial.substr(0, 80)), "no device has that serial",
+      ErrorCode::kNotFound, fmt::format("device \"{}\"", serial.substr(0, 80)),
+      "no device has that name or serial number",
       schemeMeant(serial) + fmt::format("there are {}; or give a URI: {}", fmt::join(known, ", "), listForms())};
 }
 

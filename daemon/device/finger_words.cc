@@ -18,12 +18,13 @@ struct Number {
   double SetFinger::*value;
   double most;
   bool positive;
+  const char* unit;
 };
-constexpr Number kNumbers[] = {{"arm", &SetFinger::arm, SoftFinger::kMostArm, false},
-                               {"radius", &SetFinger::radius, SoftFinger::kMostArm, true},
-                               {"stiffness", &SetFinger::stiffness, SoftFinger::kMostStiffness, true},
-                               {"damping", &SetFinger::damping, SoftFinger::kMostDamping, false},
-                               {"cue", &SetFinger::cue, SoftFinger::kMostCue, false}};
+constexpr Number kNumbers[] = {{"arm", &SetFinger::arm, SoftFinger::kMostArm, false, "m"},
+                               {"radius", &SetFinger::radius, SoftFinger::kMostArm, true, "m"},
+                               {"stiffness", &SetFinger::stiffness, SoftFinger::kMostStiffness, true, "N m/rad"},
+                               {"damping", &SetFinger::damping, SoftFinger::kMostDamping, false, "N s/m"},
+                               {"cue", &SetFinger::cue, SoftFinger::kMostCue, false, "N s/m"}};
 
 /** What a fingertip is if nothing else is said. */
 SetFinger usual() {
@@ -52,8 +53,8 @@ Result<void> take(std::string_view word, const std::string& where, SetFinger& fi
     if (!n) return n.error();
     const double x = n->front();
     if (!(x >= 0 && x <= number.most) || (number.positive && x == 0)) {
-      return Error{ErrorCode::kInvalidArgument, where, fmt::format("{} is out of range", number.name),
-                   fmt::format("{} to {:g}", number.positive ? "above 0" : "0", number.most)};
+      return Error{ErrorCode::kInvalidArgument, where, fmt::format("{} = {:g} is out of range", number.name, x),
+                   fmt::format("{} to {:g} {}", number.positive ? "above 0" : "0", number.most, number.unit)};
     }
     finger.*number.value = x;
     return {};

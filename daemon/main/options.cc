@@ -30,9 +30,10 @@ struct Words {
   double rate_hz = 0;
 };
 
-/** CLI::Range lets "nan" through. */
-std::string isNumber(const std::string& text) {
-  return parseNumber(text) ? std::string() : fmt::format("'{}' is not a finite number", text);
+std::string isRate(const std::string& text) {
+  const auto rate = parseNumber(text);
+  if (!rate) return fmt::format("'{}' is not a finite number", text);
+  return *rate >= 1000 && *rate <= 4000 ? std::string() : fmt::format("{} is out of range: from 1000 to 4000", text);
 }
 
 /** A variable of a script that was never set must not mean "as if nothing had been asked for". */
@@ -48,7 +49,7 @@ void addOptions(CLI::App& app, Words& words, Options& options) {
   app.add_option("--device", words.devices,
                  "device URI or serial, e.g. sim://omega3; may be given several times. It must open, or hapticd ends")
       ->allow_extra_args(false);
-  app.add_option("--rate", words.rate_hz, "servo rate [Hz]")->check(CLI::Range(1000.0, 4000.0))->check(isNumber);
+  app.add_option("--rate", words.rate_hz, "servo rate, 1000 to 4000 [Hz]")->check(isRate);
   app.add_option("--socket", words.socket, "path of the control socket")->check(isNotEmpty);
   app.add_option("--admin-socket", words.admin_socket, "path of the administration socket")->check(isNotEmpty);
   app.add_option("--log-level", words.level, "trace, debug, info, warn, error or off");

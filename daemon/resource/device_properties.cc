@@ -202,9 +202,11 @@ Result<void> setScale(Core& core, OpenDevice& device, std::string_view value, co
                       const Client& by) {
   if (value.empty()) return core.setScale(device, 1, by);
   const bool radius = value.ends_with('m');
-  if (radius) value.remove_suffix(1);
-  auto n = parseNumbers(value, 1, where);
-  if (!n) return n.error();
+  auto n = parseNumbers(value.substr(0, value.size() - (radius ? 1 : 0)), 1, where);
+  if (!n) {
+    return Error{ErrorCode::kInvalidArgument, where, fmt::format("'{}' is no scale", value.substr(0, 40)),
+                 "write metres of the world for one of the hand, as 5; or, as 0.5m, the radius of its workspace there"};
+  }
   const double own = device.info().workspace_radius;
   if (radius && !(own > 0)) {
     return Error{ErrorCode::kUnsupported, where, "how large its workspace is, the device does not say",

@@ -93,6 +93,8 @@ Result<ResourceName> parseResourceName(std::string_view text) {
 }
 
 Result<std::vector<double>> parseNumbers(std::string_view text, std::size_t count, const std::string& where) {
+  const std::string how = fmt::format("give {} in SI units, with '.' as the decimal point",
+                                      count == 1 ? "one number" : fmt::format("{} numbers separated by commas", count));
   std::vector<double> numbers;
   std::string_view rest = text;
   while (true) {
@@ -103,8 +105,7 @@ Result<std::vector<double>> parseNumbers(std::string_view text, std::size_t coun
     if (!value) {
       return Error{ErrorCode::kInvalidArgument, where,
                    fmt::format("number {} ('{}') is not a finite number", numbers.size() + 1, token.substr(0, 40)),
-                   fmt::format("give {}, with '.' as the decimal point",
-                               count == 1 ? "one number" : fmt::format("{} numbers separated by commas", count))};
+                   how};
     }
     numbers.push_back(*value);
     if (comma == std::string_view::npos) break;
@@ -113,8 +114,9 @@ Result<std::vector<double>> parseNumbers(std::string_view text, std::size_t coun
   }
   if (numbers.size() == count) return numbers;
   return Error{ErrorCode::kInvalidArgument, where,
-               count == 1 ? "one number is needed" : fmt::format("{} numbers are needed", count),
-               fmt::format("got {}{}", numbers.size() > count ? "at least " : "", numbers.size())};
+               fmt::format("{} needed, not {}{}", count == 1 ? "one number is" : fmt::format("{} numbers are", count),
+                           numbers.size() > count ? "at least " : "", numbers.size()),
+               how};
 }
 
 Result<bool> parseBool(std::string_view text, const std::string& where) {

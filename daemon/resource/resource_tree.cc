@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "daemon/resource/properties.h"
@@ -193,6 +194,8 @@ Result<std::string> ResourceTree::set(std::string_view uri, const Client& by) {
   const std::size_t last = name->element.size();
   if (last >= 3 && name->element[0] == "devices") return setOfDevice(*name, *value, by);
   if (last >= 2 && name->element[0] == "world") return setOfWorld(*name, *value);
+  const bool known = last == 0 || std::count(roots().begin(), roots().end(), name->element[0]) != 0;
+  if (!known) return noSuchElement(*name, 0, {"objects", "_objects", "devices", "world"});
   if (last < 3 || (name->element[0] != "objects" && name->element[0] != "_objects")) {
     return Error{ErrorCode::kPermissionDenied, name->upTo(last),
                  "only properties of objects, devices and the world can be written",
@@ -215,8 +218,8 @@ Result<std::string> ResourceTree::set(std::string_view uri, const Client& by) {
   const ObjectProperty* property = findRow(objectProperties(), name->element[at]);
   if (property == nullptr) return noSuchElement(*name, at, namesOf(objectProperties()));
   if (property->set == nullptr) {
-    return Error{
-        ErrorCode::kPermissionDenied, name->upTo(at), fmt::format("'{}' cannot be written", property->name), {}};
+    return Error{ErrorCode::kPermissionDenied, name->upTo(at), fmt::format("'{}' cannot be written", property->name),
+                 "it follows from the others, or stays as the object was made"};
   }
   auto now = core_.scene().find(object);
   if (!now) return now.error();

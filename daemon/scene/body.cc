@@ -41,7 +41,8 @@ Result<void> checkBody(const BodySpec& body, const std::string& where) {
                    "0 holds the object where it is put");
   }
   if (body.damping >= 0 && body.damping <= kMostBodyDamping) return {};
-  return invalid(where + ".damping", fmt::format("{} is not between 0 and {} 1/s", body.damping, kMostBodyDamping), {});
+  return invalid(where + ".damping", fmt::format("{} is not between 0 and {} 1/s", body.damping, kMostBodyDamping),
+                 "1 takes away half of a motion in 0.7 s");
 }
 
 const VolumeView* volumeOf(const ShapeSpec& shape, const MeshStore& meshes) {

@@ -22,17 +22,17 @@ Result<void> checkEffect(const EffectSpec& e, const std::string& where) {
   const struct {
     const char* name;
     double value, lower, upper;
-    const char* unit;
+    const char *unit, *remedy;
   } numbers[] = {
-      {".force", e.force, 0, limits::kForce, "N"},
-      {".stiffness", e.stiffness, 0, limits::kStiffness, "N/m"},
-      {".damping", e.damping, 0, limits::kDamping, "N s/m"},
-      {".reach", e.reach, kLeastReach, limits::kCoordinate, "m"},
-      {".hz", e.hz, 0, kFastestSwing, "Hz"},
-      {".durationS", e.duration_s, 0, kMostSeconds, "s"},
+      {".force", e.force, 0, limits::kForce, "N", "one or a few are felt well"},
+      {".stiffness", e.stiffness, 0, limits::kStiffness, "N/m", "a guide has some hundred"},
+      {".damping", e.damping, 0, limits::kDamping, "N s/m", "one or a few are felt well"},
+      {".reach", e.reach, kLeastReach, limits::kCoordinate, "m", "0.02 is two centimetres"},
+      {".hz", e.hz, 0, kFastestSwing, "Hz", "a hand feels 50 to 300 best"},
+      {".durationS", e.duration_s, 0, kMostSeconds, "s", "0 is without end"},
   };
   for (const auto& n : numbers) {
-    if (auto r = inRange(n.value, n.lower, n.upper, where + n.name, n.unit); !r) return r;
+    if (auto r = inRange(n.value, n.lower, n.upper, where + n.name, n.unit, n.remedy); !r) return r;
   }
   if (e.path.size() == 1 || e.path.size() > kMaxPathPoints) {
     return invalid(where + ".path", fmt::format("{} points; a path has 2 to {}", e.path.size(), kMaxPathPoints),
@@ -40,7 +40,8 @@ Result<void> checkEffect(const EffectSpec& e, const std::string& where) {
   }
   for (std::size_t i = 0; i < e.path.size(); ++i) {
     if (isFinite(e.path[i]) && e.path[i].cwiseAbs().maxCoeff() <= limits::kCoordinate) continue;
-    return invalid(where + ".path", fmt::format("point {} is not within {} m", i + 1, limits::kCoordinate), {});
+    return invalid(where + ".path", fmt::format("point {} is not within {} m", i + 1, limits::kCoordinate),
+                   "points are in metres");
   }
   return {};
 }

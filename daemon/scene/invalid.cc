@@ -6,10 +6,11 @@
 
 namespace hapticd {
 
-Result<void> inRange(double value, double lower, double upper, const std::string& where, const char* unit) {
+Result<void> inRange(double value, double lower, double upper, const std::string& where, const char* unit,
+                     const char* remedy) {
   if (std::isfinite(value) && value >= lower && value <= upper) return {};
-  return invalid(where,
-                 fmt::format("{} is not between {} and {}{}{}", value, lower, upper, *unit == 0 ? "" : " ", unit));
+  return invalid(
+      where, fmt::format("{} is not between {} and {}{}{}", value, lower, upper, *unit == 0 ? "" : " ", unit), remedy);
 }
 
 }  // namespace hapticd

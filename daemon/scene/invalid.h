@@ -14,8 +14,8 @@ namespace hapticd {
   return {ErrorCode::kInvalidArgument, std::move(where), std::move(what), std::move(remedy)};
 }
 
-/** Refuses a value outside [lower, upper], or none. */
-[[nodiscard]] Result<void> inRange(double value, double lower, double upper, const std::string& where,
-                                   const char* unit);
+/** Refuses a value outside [lower, upper], or none. The remedy tells what such a value usually is. */
+[[nodiscard]] Result<void> inRange(double value, double lower, double upper, const std::string& where, const char* unit,
+                                   const char* remedy);
 
 }  // namespace hapticd

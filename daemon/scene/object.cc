@@ -13,7 +13,8 @@ namespace {
 
 Result<void> length(double value, const std::string& where) {
   if (std::isfinite(value) && value > 0 && value <= limits::kCoordinate) return {};
-  return invalid(where, fmt::format("{} is not a length in (0, {}] m", value, limits::kCoordinate));
+  return invalid(where, fmt::format("{} is not a length in (0, {}] m", value, limits::kCoordinate),
+                 "a box has three half sides, a capsule or cylinder radius and half length, a sphere a radius");
 }
 
 }  // namespace
@@ -24,8 +25,9 @@ Result<void> checkName(const std::string& name, const std::string& where) {
            c == '-';
   };
   if (name.empty()) return invalid(where, "the name is empty", "name it with letters, digits, '_', '.' or '-'");
-  if (name.size() > 63) return invalid(where, fmt::format("the name has {} bytes; 63 is the most", name.size()));
-  if (name == "." || name == "..") return invalid(where, "'.' and '..' are not names");
+  if (name.size() > 63)
+    return invalid(where, fmt::format("the name has {} bytes; 63 is the most", name.size()), "shorten it");
+  if (name == "." || name == "..") return invalid(where, "'.' and '..' are not names", "choose another");
   const auto bad = std::find_if_not(name.begin(), name.end(), allowed);
   if (bad == name.end()) return {};
   return invalid(where,
@@ -39,23 +41,30 @@ Result<void> checkPose(Pose& pose, const std::string& where) {
     const double x = pose.p[i];
     if (!std::isfinite(x) || std::abs(x) > limits::kCoordinate) {
       return invalid(fmt::format("{}.p.{}", where, "xyz"[i]),
-                     fmt::format("{} is not within {} m", x, limits::kCoordinate));
+                     fmt::format("{} is not within {} m", x, limits::kCoordinate), "places are in metres");
     }
   }
   const double norm = pose.q.norm();
   if (!std::isfinite(norm) || std::abs(norm - 1.0) > limits::kUnitTolerance) {
     return invalid(where + ".q", fmt::format("the quaternion has norm {}, not 1", norm),
-                   "give w, x, y, z of a rotation");
+                   "give w, x, y, z of a rotation: 1, 0, 0, 0 is none; else divide by the length");
   }
   pose.q.normalize();
   return {};
 }
 
 Result<void> checkMaterial(const hd_material& m, const std::string& where) {
-  if (auto r = inRange(m.stiffness, 0, limits::kStiffness, where + ".stiffness", "N/m"); !r) return r;
-  if (auto r = inRange(m.damping, 0, limits::kDamping, where + ".damping", "N s/m"); !r) return r;
-  if (auto r = inRange(m.friction_static, 0, limits::kFriction, where + ".frictionStatic", ""); !r) return r;
-  if (auto r = inRange(m.friction_dynamic, 0, limits::kFriction, where + ".frictionDynamic", ""); !r) return r;
+  constexpr const char* kCoefficient = "it is a coefficient: wood on wood has 0.4, ice 0.05";
+  if (auto r =
+          inRange(m.stiffness, 0, limits::kStiffness, where + ".stiffness", "N/m", "a hard wall has some thousand");
+      !r)
+    return r;
+  if (auto r = inRange(m.damping, 0, limits::kDamping, where + ".damping", "N s/m", "a hard wall has a few"); !r)
+    return r;
+  if (auto r = inRange(m.friction_static, 0, limits::kFriction, where + ".frictionStatic", "", kCoefficient); !r)
+    return r;
+  if (auto r = inRange(m.friction_dynamic, 0, limits::kFriction, where + ".frictionDynamic", "", kCoefficient); !r)
+    return r;
   if (m.friction_dynamic <= m.friction_static) return {};
   return invalid(where + ".frictionDynamic",
                  fmt::format("{} is above the static friction {}", m.friction_dynamic, m.friction_static),

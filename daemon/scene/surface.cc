@@ -65,19 +65,19 @@ Result<void> checkSurface(const SurfaceSpec& s, const TextureStore& textures, co
   const struct {
     const char* name;
     double value, lower, upper;
-    const char* unit;
+    const char *unit, *remedy;
   } numbers[] = {
-      {".smoothDeg", s.smooth_deg, 0, kMostSmooth, "degrees"},
-      {".transientGain", s.transient_gain, 0, kMostGain, "N s/m"},
-      {".transientHz", s.transient_hz, kLeastHz, kMostHz, "Hz"},
-      {".transientDecay", s.transient_decay_s, kLeastDecay, kMostDecay, "s"},
-      {".reliefDepth", s.relief_depth, 0, kMostReliefDepth, "m"},
-      {".reliefWidth", s.relief_width, kLeastPicture, kMostPicture, "m"},
-      {".reliefHeight", s.relief_height, kLeastPicture, kMostPicture, "m"},
-      {".vibrationMass", s.vibration_mass, 0, kMostMass, "kg"},
+      {".smoothDeg", s.smooth_deg, 0, kMostSmooth, "degrees", "30 rounds facets and leaves right angles sharp"},
+      {".transientGain", s.transient_gain, 0, kMostGain, "N s/m", "5 is soft wood, 30 stone"},
+      {".transientHz", s.transient_hz, kLeastHz, kMostHz, "Hz", "low is wood, high is metal"},
+      {".transientDecay", s.transient_decay_s, kLeastDecay, kMostDecay, "s", "it rings so long, to 1/e: 0.01"},
+      {".reliefDepth", s.relief_depth, 0, kMostReliefDepth, "m", "0.0002 is a fifth of a millimetre"},
+      {".reliefWidth", s.relief_width, kLeastPicture, kMostPicture, "m", "0.1 is ten centimetres"},
+      {".reliefHeight", s.relief_height, kLeastPicture, kMostPicture, "m", "0.1 is ten centimetres"},
+      {".vibrationMass", s.vibration_mass, 0, kMostMass, "kg", "0.05 is felt as recorded"},
   };
   for (const auto& n : numbers) {
-    if (auto r = inRange(n.value, n.lower, n.upper, where + n.name, n.unit); !r) return r;
+    if (auto r = inRange(n.value, n.lower, n.upper, where + n.name, n.unit, n.remedy); !r) return r;
   }
   if (s.relief != 0) {
     if (auto r = checkRelief(s, textures, where); !r) return r;

@@ -84,11 +84,14 @@ Result<Texture> parseRelief(std::span<const std::byte> bytes) {
 }
 
 Result<void> checkModel(const RecordedModel& model, const std::string& where) {
-  if (auto r = inRange(model.speed, 0, kMostSpeed, where + ".speed", "m/s"); !r) return r;
-  if (auto r = inRange(model.force, 0, kMostForce, where + ".force", "N"); !r) return r;
-  if (auto r = inRange(model.variance, 0, kMostVariance, where + ".variance", "m^2/s^4"); !r) return r;
+  if (auto r = inRange(model.speed, 0, kMostSpeed, where + ".speed", "m/s", "speeds of a hand"); !r) return r;
+  if (auto r = inRange(model.force, 0, kMostForce, where + ".force", "N", "forces of a hand"); !r) return r;
+  if (auto r = inRange(model.variance, 0, kMostVariance, where + ".variance", "m^2/s^4", "accelerations are in m/s^2");
+      !r)
+    return r;
   for (std::size_t i = 0; i < model.a.size(); ++i) {
-    if (!std::isfinite(model.a[i])) return invalid(fmt::format("{}.a[{}]", where, i), "it is not finite");
+    if (!std::isfinite(model.a[i]))
+      return invalid(fmt::format("{}.a[{}]", where, i), "it is not finite", "fit it again");
   }
   if (isStable(model.a)) return {};
   return invalid(where + ".a", "the model is unstable: a pole lies on or outside the unit circle",
@@ -116,7 +119,9 @@ Result<Texture> parseVibration(std::span<const std::byte> bytes) {
   if (auto r = count(header.models, 3, HD_VIBRATION_MOST_MODELS, "vibration.models"); !r) return r.error();
   if (auto r = count(header.triangles, 1, HD_VIBRATION_MOST_TRIANGLES, "vibration.triangles"); !r) return r.error();
   if (auto r = count(header.order, 1, HD_VIBRATION_MOST_ORDER, "vibration.order"); !r) return r.error();
-  if (auto r = inRange(header.rate_hz, HD_VIBRATION_LEAST_RATE, HD_VIBRATION_MOST_RATE, "vibration.rate_hz", "Hz"); !r)
+  if (auto r = inRange(header.rate_hz, HD_VIBRATION_LEAST_RATE, HD_VIBRATION_MOST_RATE, "vibration.rate_hz", "Hz",
+                       "of the samples that the models were made of");
+      !r)
     return r.error();
   const std::size_t model_bytes = sizeof(hd_vibration_model) + header.order * sizeof(double);
   if (auto r = holds(bytes, sizeof header + header.models * model_bytes + header.triangles * 3 * sizeof(std::uint32_t));

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <sys/un.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <ctime>
 
@@ -105,9 +106,11 @@ Failure nobodyAnswers(const std::vector<std::string>& paths, const std::vector<F
   if (why.size() == 1 && why[0].code != HAPTIC_DISCONNECTED) return why[0];
   Failure all{
       HAPTIC_DISCONNECTED, {}, {}, "start the daemon: systemctl start hapticd, or /usr/sbin/hapticd --allow-no-rt"};
+  const bool alike = std::all_of(why.begin(), why.end(), [&](const Failure& f) { return f.what == why[0].what; });
+  if (alike && !why.empty()) all.what = why[0].what;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     all.where += (i == 0 ? "" : ", ") + paths[i];
-    all.what += (i == 0 ? "" : "; ") + (paths.size() == 1 ? std::string() : paths[i] + ": ") + why[i].what;
+    if (!alike) all.what += (i == 0 ? "" : "; ") + paths[i] + ": " + why[i].what;
     if (why[i].code == HAPTIC_PERMISSION_DENIED) all.code = HAPTIC_PERMISSION_DENIED;
     if (!why[i].remedy.empty()) all.remedy = why[i].remedy;  // There is a daemon.
   }

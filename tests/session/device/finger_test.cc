@@ -54,6 +54,8 @@ TEST(DeviceFinger, IsWrittenReadAndReachesTheServo) {
   EXPECT_EQ(felt.law, static_cast<std::uint32_t>(PadLaw::kLinear));
   EXPECT_EQ(felt.arm, 0.008);
   EXPECT_EQ(tree.set(path + "?value=wet", anybody).error().where, path);
+  const Error far = tree.set(path + "?value=soft,arm=6", anybody).error();
+  EXPECT_EQ(toString(far), path + ": arm = 6 is out of range (0 to 0.1 m)");
   EXPECT_NE(tree.get(path, anybody)->find("0.008"), std::string::npos) << "as before";
   ASSERT_TRUE(bench.core.acquireLease(bench.live()->id).ok());
   EXPECT_EQ(tree.set(path + "?value=soft", Client{.uid = 1001}).error().code, ErrorCode::kLeaseHeld);

@@ -97,6 +97,12 @@ TEST(DeviceScale, IsWrittenReadAndReachesTheServo) {
     EXPECT_NEAR(felt(device).scale(), 0.5 / radius, 1e-12);
   } else {
     EXPECT_EQ(tree.set(path + "/scale?value=0.5m", kAnybody).error().code, ErrorCode::kUnsupported);
+    const Error none = tree.set(path + "/scale?value=50mm", kAnybody).error();
+    EXPECT_EQ(none.what, "'50mm' is no scale") << "named as it was written";
+    EXPECT_NE(none.remedy.find("0.5m"), std::string::npos) << none.remedy;
+    const Error typo = tree.set("/device/sim/scale?value=5", kAnybody).error();
+    EXPECT_EQ(toString(typo).substr(0, 32), "/device: there is no 'device' in");
+    EXPECT_NE(typo.remedy.find("devices"), std::string::npos) << typo.remedy;
   }
   at("");
   EXPECT_TRUE(felt(device).identity());

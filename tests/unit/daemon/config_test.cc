@@ -64,7 +64,7 @@ TEST(Config, RangesAreNamed) {
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_deg = [0, '90', 0]\n").what, "mount_deg is text");
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_deg = [0, nan, 0]\n").what, "mount_deg = nan is out of range");
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nfinger = 'wet'\n").what, "finger: 'wet' says nothing of a finger");
-  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nfinger = 'soft,arm=1'\n").remedy, "0 to 0.1");
+  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nfinger = 'soft,arm=1'\n").remedy, "0 to 0.1 m");
   EXPECT_EQ(refused("[sockets]\nmode = 0o7777\n").what, "mode = 0o7777 is not a set of file permissions");
   EXPECT_EQ(refused("[sockets]\nmode = 660\n").what, "mode = 660 is not a set of file permissions");
   EXPECT_EQ(toString(refused("[sockets]\nmode = 432\n")),

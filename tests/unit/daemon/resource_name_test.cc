@@ -59,8 +59,11 @@ TEST(Numbers, AreFiniteLocaleFreeAndCounted) {
   EXPECT_EQ(parseNumbers("1,x,3", 3, "/objects/a/pos").error().where, "/objects/a/pos");
   EXPECT_NE(parseNumbers("1,x,3", 3, "p").error().what.find("number 2"), std::string::npos);
   EXPECT_FALSE(parseNumbers(std::string(100'000, ','), 3, "x").ok());
-  EXPECT_EQ(toString(parseNumbers("1,2", 1, "p").error()), "p: one number is needed (got at least 2)");
-  EXPECT_EQ(toString(parseNumbers("1,2", 3, "p").error()), "p: 3 numbers are needed (got 2)");
+  EXPECT_EQ(toString(parseNumbers("1,2", 1, "p").error()),
+            "p: one number is needed, not at least 2 (give one number in SI units, with '.' as the decimal point)");
+  EXPECT_EQ(
+      toString(parseNumbers("1,2", 3, "p").error()),
+      "p: 3 numbers are needed, not 2 (give 3 numbers separated by commas in SI units, with '.' as the decimal point)");
 }
 
 TEST(Bool, HasThreeWordsForEach) {

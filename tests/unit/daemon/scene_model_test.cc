@@ -100,6 +100,7 @@ TEST_F(SceneModelTest, BadSpecsAreRefusedByFieldAndChangeNothing) {
     ObjectSpec spec = sphere("x");
     spoil(spec);
     const auto r = scene.create(spec, client(1));
+    EXPECT_TRUE(r.ok() || !r.error().remedy.empty()) << toString(r.error());
     return r.ok() ? std::string("accepted") : r.error().where;
   };
   EXPECT_EQ(refused([](auto& s) { s.name = ""; }), "object.name");

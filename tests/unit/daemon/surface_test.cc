@@ -138,6 +138,7 @@ TEST_F(SurfaceModel, EveryNumberHasItsBounds) {
     ASSERT_FALSE(set.ok()) << fault.where;
     EXPECT_EQ(set.error().where, fault.where);
     EXPECT_EQ(set.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_NE(set.error().remedy, "") << fault.where;
   }
   EXPECT_EQ(slow.orders.size(), orders) << "a refusal changes nothing";
   EXPECT_EQ(scene.find("wall")->spec.surface, SurfaceSpec{});

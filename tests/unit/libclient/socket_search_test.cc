@@ -69,6 +69,9 @@ TEST(SocketSearch, AFailedSearchNamesEveryPathAndItsReason) {
   EXPECT_EQ(failure.where, "/a, /b");
   EXPECT_EQ(failure.what, "/a: no such socket; /b: you may not connect");
   EXPECT_EQ(failure.remedy, "join the group haptic");
+  const Failure none{HAPTIC_DISCONNECTED, "/a", "no such socket", {}};
+  EXPECT_EQ(nobodyAnswers({"/a", "/b"}, {none, none}).what, "no such socket") << "where names them";
+  EXPECT_EQ(nobodyAnswers({"/a", "/b"}, {none, none}).where, "/a, /b");
 }
 
 }  // namespace

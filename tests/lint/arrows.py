@@ -22,7 +22,7 @@ ROOMS = {
     "libclient/src": ({"libclient", "proto", "rt/ring", "rt/base/contract.h", "rt/base/error.h"}, {"capnp", "kj"}),
     "examples": ({"libclient/include"}, set()),
     "tools/hapticctl": ({"tools/hapticctl", "tools/mesh_file", "tools/options", "libclient/include", "rt/base/standard_streams.h"}, {"CLI", "fmt", "nlohmann"}),
-    "tools/hapticctl-cut": ({"tools/hapticctl-cut", "tools/hapticctl-import", "tools/hapticctl", "tools/mesh_file", "rt/base/standard_streams.h"}, {"Eigen", "CLI", "fmt"}),
+    "tools/hapticctl-cut": ({"tools/hapticctl-cut", "tools/hapticctl-import", "tools/hapticctl", "tools/mesh_file", "tools/options", "rt/base/standard_streams.h"}, {"Eigen", "CLI", "fmt"}),
     "tools/options": ({"tools/options"}, {"CLI", "fmt"}),
     "tools/mesh_file": ({"tools/mesh_file"}, {"Eigen", "fmt", "assimp", "nlohmann"}),
     "tools/hapticctl-import": ({"tools/hapticctl-import", "tools/options", "daemon/builder/volume", "daemon/builder/vdb",

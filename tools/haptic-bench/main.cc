@@ -15,6 +15,7 @@
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/option.h"
+#include "tools/options/help.h"
 
 namespace {
 
@@ -96,7 +97,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {  // --help, --version
-      app.exit(error);
+      std::cout << hapticd_options::helpOf(app, error);
       return std::cout.flush()
                  ? 0
                  : (std::fprintf(stderr, "haptic-bench: standard output: not all could be written\n"), kExitFailed);

@@ -14,6 +14,7 @@
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/file/read_mesh.h"
 #include "tools/hapticctl/option.h"
+#include "tools/options/help.h"
 
 namespace hapticctl_cut {
 namespace {
@@ -137,7 +138,8 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
     app.parse(argc, argv);
     if (plane->count() + shell->count() == 0) throw CLI::RequiredError("--plane or --shell");
   } catch (const CLI::ParseError& error) {
-    return error.get_exit_code() == 0 ? app.exit(error) : (app.exit(error), hapticctl::kExitUsage);
+    if (error.get_exit_code() != 0) return app.exit(error), hapticctl::kExitUsage;
+    return fmt::print("{}", hapticd_options::helpOf(app, error)), hapticctl::kExitOk;
   }
   const auto fail = [](int code, const std::string& where, const std::string& what, const std::string& remedy) {
     fmt::print(stderr, "hapticctl cut: {}: {}{}\n", where, what, remedy.empty() ? "" : " (" + remedy + ")");

@@ -18,6 +18,7 @@
 #include "tools/hapticctl-import/input.h"
 #include "tools/hapticctl-import/isosurface.h"
 #include "tools/hapticctl-import/model.h"
+#include "tools/options/help.h"
 #include "tools/options/number.h"
 
 namespace hapticctl_import {
@@ -203,7 +204,8 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return error.get_exit_code() == 0 ? app.exit(error) : (app.exit(error), kUsage);
+    if (error.get_exit_code() != 0) return app.exit(error), kUsage;
+    return fmt::print("{}", hapticd_options::helpOf(app, error)), kDone;
   }
   if (const auto rest = app.remaining(); !rest.empty() && !(o.output.empty() && o.vdb.empty())) {
     fmt::print(stderr, "hapticctl import: {}: is no option of it, and nothing is loaded that others could be for\n",

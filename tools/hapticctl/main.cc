@@ -8,7 +8,6 @@
 #include <csignal>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "rt/base/standard_streams.h"
 #include "tools/hapticctl/command/command.h"
@@ -17,6 +16,7 @@
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/option.h"
 #include "tools/hapticctl/output/output.h"
+#include "tools/options/help.h"
 
 namespace hapticctl {
 namespace {
@@ -113,9 +113,7 @@ int run(int argc, char** argv, Globals& globals) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {  // --help, --version
-      std::ostringstream text;
-      app.exit(error, text, text);
-      put(text.str());
+      put(hapticd_options::helpOf(app, error));
       flush();
       return kExitOk;
     }

@@ -3,21 +3,28 @@
 
 Usage: terminal_test.py BUILD_DIRECTORY [unittest arguments]
 """
+import fcntl
 import json
 import os
 import pty
+import struct
+import subprocess
+import termios
 import time
 import unittest
 
-from daemon_case import HAPTICCTL, Case, ball, stl
+from daemon_case import HAPTICCTL, Case, ball, eventually, stl
 
 
 class TerminalCase(Case):
     """Commands on a pseudo-terminal."""
 
-    def run_on_terminal(self, *arguments, send=(), **environment):
+    def run_on_terminal(self, *arguments, send=(), size=None, **environment):
+        """`size`: columns and rows."""
         pid, terminal = pty.fork()
         if pid == 0:
+            if size is not None:
+                fcntl.ioctl(1, termios.TIOCSWINSZ, struct.pack("HHHH", size[1], size[0], 0, 0))
             os.environ.update({"HAPTICD_SOCKET": str(self.socket), "TERM": "xterm", **environment})
             os.execv(HAPTICCTL, ["hapticctl", *map(str, arguments)])
         output, send = b"", list(send)
@@ -45,6 +52,36 @@ class OnATerminal(TerminalCase):
         code, output = self.run_on_terminal("top", "-d", "0.1", send=[(b"q quit", b"c"), (b"counts cleared", b"q")])
         self.assertEqual(code, 0)
         self.assertTrue(output.startswith("\x1b[?1049h") and output.endswith("\x1b[?1049l"), output[-40:])
+
+    def test_tables_fit_into_80_columns(self):
+        """Where the size is unknown, as here, a terminal has 80 columns and 24 rows."""
+        self.run_ctl("arm", "--for", "0.05")
+        for command in (["status"], ["list"], ["objects"], ["monitor", "--duration", "0.2"]):
+            code, output = self.run_on_terminal(*command, NO_COLOR="1")
+            self.assertEqual(code, 0)
+            lines = [line for line in output.splitlines() if not line.startswith("socket ")]
+            self.assertLessEqual(max(map(len, lines)), 80, output)
+        for command in ([], ["load"], ["limits"], ["hand"], ["cut"], ["import"]):
+            output = self.run_on_terminal(*command, "--help")[1]
+            self.assertLessEqual(max(map(len, output.splitlines())), 80, output)
+        self.assertIn("SCHEDULING", self.run_ctl("status").stdout, "a file has them all")
+        self.assertIn("|f| N", self.run_ctl("monitor", "--duration", "0.1").stdout)
+
+    def test_top_neither_wraps_nor_rolls(self):
+        command = [HAPTICCTL, "--socket", self.socket, "monitor", "--csv"]
+        others = [subprocess.Popen(command, stdout=subprocess.DEVNULL) for _ in range(8)]
+        try:
+            self.assertTrue(eventually(lambda: len(self.json("status")["clients"]) == len(others)))
+            screen = self.run_on_terminal("top", "-d", "0.1", "-n", "1", size=(60, 10), NO_COLOR="1")[1]
+        finally:
+            for other in others:
+                other.terminate()
+                other.wait(10)
+        self.assertIn("\x1b[?7l", screen)
+        self.assertLess(screen.index("\x1b[?7h"), screen.index("\x1b[?1049l"), "and wraps again")
+        self.assertRegex(screen, r"\n[2-9] lines more: hapticctl status")
+        self.assertIn("q quit", screen)
+        self.assertLess(screen.count("\n"), 10)
 
     def test_the_scale_is_asked_for(self):
         path = self.file("t.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
@@ -76,7 +113,7 @@ class MoreThanThereIsTimeFor(TerminalCase):
             time.sleep(0.02)
         self.assertGreater(told["exhausted"], 0)
         for command in (["top", "-b", "-n", "1"], ["status"]):
-            self.assertRegex(self.run_ctl(*command).stdout, r"sim: of [\d ]+ answers .* [1-9][\d ]* were cut short, 0 lost")
+            self.assertRegex(self.run_ctl(*command).stdout, r"sim: collisions: [\d ]+ answers, [1-9][\d ]* cut short, 0 lost")
         checks = {check["name"]: check for check in json.loads(self.run_ctl("--json", "doctor", exit_code=1).stdout)["checks"]}
         self.assertEqual(checks["daemon: collision default"]["state"], "red")
         self.assertIn("--voxel", checks["daemon: collision default"]["remedy"])

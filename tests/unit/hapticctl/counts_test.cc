@@ -62,9 +62,8 @@ TEST_F(Counts, OfClientsGoBySession) {
 
 TEST_F(Counts, OfCollisionsAreToldInALine) {
   EXPECT_EQ(collideLine("sim", {.answers = 1200, .cut_short = 3, .lost = 0}),
-            "sim: of 1 200 answers on what is held or moves freely 3 were cut short, 0 lost (hapticctl doctor)\n");
-  EXPECT_EQ(collideLine("sim", {.answers = 5}),
-            "sim: of 5 answers on what is held or moves freely 0 were cut short, 0 lost\n");
+            "sim: collisions: 1 200 answers, 3 cut short, 0 lost (hapticctl doctor)\n");
+  EXPECT_EQ(collideLine("sim", {.answers = 5}), "sim: collisions: 5 answers, 0 cut short, 0 lost\n");
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tools/options/help.h"
+
 namespace hapticctl {
 namespace {
 
@@ -16,6 +18,30 @@ TEST(Printable, LeavesNothingThatSteersATerminal) {
                       "e"),
             "Gr\xc3\xbc\xc3\x9f"
             "e");
+}
+
+TEST(Help, GoesOnBelowItsDescriptionWhereALineIsFull) {
+  const std::string text =
+      "Usage: hapticctl\n  --points MM Needs: --voxel  How far apart they shall be\n"
+      "                              else a voxel\nAlso --json, and others\n";
+  EXPECT_EQ(hapticd_options::wrapped(text, 80), text);
+  EXPECT_EQ(hapticd_options::wrapped(text, 48),
+            "Usage: hapticctl\n  --points MM Needs: --voxel  How far apart they\n"
+            "                              shall be\n"
+            "                              else a voxel\nAlso --json, and others\n");
+  EXPECT_EQ(hapticd_options::wrapped("Also --json, and others\n", 12), "Also --json,\nand others\n");
+  EXPECT_EQ(hapticd_options::wrapped("aaaaaaaaaaaaaaaa\n", 8), "aaaaaaaaaaaaaaaa\n") << "no blank, no break";
+}
+
+TEST(Table, LeavesOutSpareColumnsWhereThereIsNoRoom) {
+  Table table({{"NAME"}, {"FORCE N", true, 1}, {"RATE Hz", true, 2}, {"STATE"}});
+  table.row({"falcon", "0.00", "1000", "armed"});
+  const std::string all = "NAME    FORCE N  RATE Hz  STATE\nfalcon     0.00     1000  armed\n";
+  EXPECT_EQ(table.text(), all) << "nothing is left out of a file or a pipe";
+  EXPECT_EQ(table.text(31), all) << "as wide as it is";
+  EXPECT_EQ(table.text(30), "NAME    FORCE N  STATE\nfalcon     0.00  armed\n");
+  EXPECT_EQ(table.text(21), "NAME    STATE\nfalcon  armed\n");
+  EXPECT_EQ(table.text(1), "NAME    STATE\nfalcon  armed\n") << "what it is about stays";
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ void addList(CLI::App& app, Action& chosen) {
       putJson(all);
       return kExitOk;
     }
-    Table table({{"NAME"}, {"STATE"}, {"MODEL"}, {"SERIAL"}, {"URI"}});
+    Table table({{"NAME"}, {"STATE"}, {"MODEL", false, 1}, {"SERIAL"}, {"URI"}});
     for (std::uint32_t i = 0; i < devices->count; ++i) {
       const haptic_device_info& d = *devices->items[i];
       table.row({d.name[0] != '\0' ? d.name : "-",

@@ -79,12 +79,25 @@ std::string flagWords(const haptic_sample& s) {
   return out;
 }
 
+/** On a terminal too narrow for all: without tick, sum and latency a line is no longer than 80 columns. */
+void narrowLine(const haptic_sample& s, double t_s) {
+  print("{:7.2f} {:>7} {:>7} {:>7} {:>6} {:>6} {:>6} {:>7}  {}\n", t_s, fixed(s.p[0] * 1e3, 2), fixed(s.p[1] * 1e3, 2),
+        fixed(s.p[2] * 1e3, 2), fixed(s.force[0], 2), fixed(s.force[1], 2), fixed(s.force[2], 2),
+        fixed(static_cast<double>(s.depth_m) * 1e3, 3), flagWords(s));
+}
+
 void tableLine(const haptic_sample& s, double t_s) {
   const double force = std::sqrt(s.force[0] * s.force[0] + s.force[1] * s.force[1] + s.force[2] * s.force[2]);
   print("{:9.3f} {:9} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}  {}\n", t_s, s.tick, fixed(s.p[0] * 1e3, 2),
         fixed(s.p[1] * 1e3, 2), fixed(s.p[2] * 1e3, 2), fixed(s.force[0], 3), fixed(s.force[1], 3),
         fixed(s.force[2], 3), fixed(force, 3), fixed(static_cast<double>(s.depth_m) * 1e3, 3),
         fixed(s.wake_ns * 1e-3, 1), flagWords(s));
+}
+
+void narrowHeader() {
+  put(styled(Style::kBold, fmt::format("{:>7} {:>7} {:>7} {:>7} {:>6} {:>6} {:>6} {:>7}  {}", "t s", "x mm", "y mm",
+                                       "z mm", "fx N", "fy N", "fz N", "deep mm", "state")) +
+      "\n");
 }
 
 void tableHeader() {
@@ -109,17 +122,21 @@ class Decimator {
   std::int64_t period_ns_, due_ns_ = 0;
 };
 
-enum class Form { kTable, kCsv, kJson };
+enum class Form { kTable, kNarrow, kCsv, kJson };
+constexpr int kTableColumns = 110;  ///< With its usual states.
 
 void printHeader(Form form) {
   if (form == Form::kCsv) put(kCsvHeader);
   if (form == Form::kTable) tableHeader();
+  if (form == Form::kNarrow) narrowHeader();
 }
 
 void printLine(Form form, const haptic_sample& s, double t_s) {
   switch (form) {
     case Form::kTable:
       return tableLine(s, t_s);
+    case Form::kNarrow:
+      return narrowLine(s, t_s);
     case Form::kCsv: {
       std::string line;
       csvLine(line, s, t_s);
@@ -200,8 +217,9 @@ int run(const MonitorOptions& options, const Globals& globals) {
   const Interrupt interrupt;
   const Daemon daemon(globals);
   const Session session(daemon, options.device);
-  const Form form = options.csv ? Form::kCsv : globals.json ? Form::kJson : Form::kTable;
-  const bool every = form != Form::kTable;
+  const bool narrow = stdoutIsTerminal() && terminalSize().columns < kTableColumns;
+  const Form form = options.csv ? Form::kCsv : globals.json ? Form::kJson : narrow ? Form::kNarrow : Form::kTable;
+  const bool every = form == Form::kCsv || form == Form::kJson;
   printHeader(form);
   Monitor monitor(session, form, options.rate_hz > 0 ? options.rate_hz : every ? 0 : 10, options.duration_s);
   while (!Interrupt::asked()) {

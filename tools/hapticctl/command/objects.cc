@@ -52,7 +52,14 @@ void addObjects(CLI::App& app, Action& chosen) {
       putJson(all);
       return kExitOk;
     }
-    Table table({{"PATH"}, {"SHAPE"}, {"TRIANGLES", true}, {"AT mm"}, {"N/m", true}, {"MU s/d"}, {"STATE"}, {"OWNER"}});
+    Table table({{"PATH"},
+                 {"SHAPE"},
+                 {"TRIANGLES", true, 2},
+                 {"AT mm"},
+                 {"N/m", true},
+                 {"MU s/d"},
+                 {"STATE"},
+                 {"OWNER", false, 1}});
     for (std::uint32_t i = 0; i < objects->count; ++i) {
       const haptic_object_state& o = *objects->items[i];
       const double(&p)[3] = o.world_pose.p;

@@ -37,7 +37,7 @@ std::string screen(const haptic_status& status, const std::vector<Owned<haptic_s
   const haptic_daemon_info& info = *status.info;
   std::string out =
       fmt::format("{}  pid {}, up {}, {}\n", styled(Style::kBold, fmt::format("hapticd {}", info.version)), info.pid,
-                  uptime(status.uptime_ns), info.config_file[0] != '\0' ? info.config_file : "embedded configuration");
+                  uptime(status.uptime_ns), info.config_file[0] != '\0' ? info.config_file : "built-in configuration");
   out += fmt::format("socket {}{}\n", info.socket, info.administration != 0 ? " (administration)" : "");
   if (info.realtime == 0) {
     out += styled(Style::kBad, "NOT REAL-TIME") +
@@ -51,13 +51,13 @@ std::string screen(const haptic_status& status, const std::vector<Owned<haptic_s
   Table devices({{"DEVICE"},
                  {"STATE"},
                  {"LEASE"},
-                 {"RATE Hz", true},
+                 {"RATE Hz", true, 2},
                  {"WAKE p99", true},
-                 {"BUSY %", true},
+                 {"BUSY %", true, 1},
                  {"MISSED", true},
                  {"FORCE N", true},
-                 {"LIMIT N", true},
-                 {"SCHEDULING"}});
+                 {"LIMIT N", true, 3},
+                 {"SCHEDULING", false, 4}});
   for (std::uint32_t i = 0; i < status.device_count; ++i) {
     const haptic_device_status& d = *status.devices[i];
     const double force = std::sqrt(d.force[0] * d.force[0] + d.force[1] * d.force[1] + d.force[2] * d.force[2]);

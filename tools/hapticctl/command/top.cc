@@ -1,5 +1,6 @@
 // hapticctl top: devices and clients live.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 
 #include "tools/hapticctl/command/command.h"
@@ -51,13 +52,13 @@ std::string screen(const Look& now, const Baseline& base) {
 
   Table devices({{"DEVICE"},
                  {"STATE"},
-                 {"RATE Hz", true},
-                 {"WAKE p50 us", true},
+                 {"RATE Hz", true, 2},
+                 {"WAKE p50 us", true, 1},
                  {"p99 us", true},
                  {"BUSY %", true},
                  {"CYCLE p99 us", true},
                  {"MISSES", true},
-                 {"STALE", true},
+                 {"STALE", true, 3},
                  {"FORCE N", true}});
   std::string collisions;
   for (std::uint32_t i = 0; i < status.device_count; ++i) {
@@ -87,10 +88,10 @@ std::string screen(const Look& now, const Baseline& base) {
                  {"LEASE"},
                  {"RECEIVED", true},
                  {"REJECTED", true},
-                 {"STALE", true},
-                 {"MODELS", true},
+                 {"STALE", true, 1},
+                 {"MODELS", true, 2},
                  {"FADE", true},
-                 {"BEAT ms", true}});
+                 {"BEAT ms", true, 3}});
   for (std::uint32_t i = 0; i < status.client_count; ++i) {
     const haptic_client_status& c = *status.clients[i];
     const auto [received, rejected, stale] = base.since(c);
@@ -124,10 +125,10 @@ std::string clear(const Daemon& daemon, const Look& now, Baseline& base) {
 /** The other screen of the terminal, so that what stood there comes back. */
 class FullScreen {
  public:
-  FullScreen() { put("\x1b[?1049h\x1b[?25l"); }
+  FullScreen() { put("\x1b[?1049h\x1b[?25l\x1b[?7l"); }  // Without wrapping: what is too long is cut.
   ~FullScreen() {
     try {
-      put("\x1b[?25h\x1b[?1049l");
+      put("\x1b[?7h\x1b[?25h\x1b[?1049l");
       flush();
     } catch (...) {  // The terminal has gone.
     }
@@ -135,6 +136,16 @@ class FullScreen {
   FullScreen(const FullScreen&) = delete;
   FullScreen& operator=(const FullScreen&) = delete;
 };
+
+/** At most so many lines of it, the last of which tells of the others: else the screen would roll. */
+std::string fitted(const std::string& text, std::size_t rows) {
+  const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  if (lines <= rows) return text;
+  std::size_t end = 0;
+  for (std::size_t i = 1; i < rows; ++i) end = text.find('\n', end) + 1;
+  return text.substr(0, end) + styled(Style::kDim, fmt::format("{} lines more: hapticctl status", lines - rows + 1)) +
+         "\n";
+}
 
 int live(const Daemon& daemon, const TopOptions& options, std::chrono::milliseconds delay) {
   const Interrupt interrupt;
@@ -144,8 +155,9 @@ int live(const Daemon& daemon, const TopOptions& options, std::chrono::milliseco
   std::string message;
   for (std::uint64_t n = 0; !Interrupt::asked() && (options.count == 0 || n < options.count); ++n) {
     const Look now = look(daemon);
-    std::string text =
-        screen(now, base) + "\n" + styled(Style::kDim, message.empty() ? "q quit  c clear counts" : message) + "\n";
+    const auto rows = static_cast<std::size_t>(std::max(terminalSize().rows - 2, 3));
+    std::string text = fitted(screen(now, base) + "\n", rows) +
+                       styled(Style::kDim, message.empty() ? "q quit  c clear counts" : message) + "\n";
     message.clear();
     for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 4) text.replace(at, 1, "\x1b[K\n");
     put("\x1b[H" + text + "\x1b[J");

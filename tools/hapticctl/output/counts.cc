@@ -41,8 +41,8 @@ DeviceCounts countsOf(const haptic_device_status& device, const haptic_statistic
 std::string collideLine(const std::string& device, const DeviceCounts& counts) {
   const bool all_well = counts.cut_short == 0 && counts.lost == 0;
   return styled(all_well ? Style::kPlain : Style::kWarn,
-                fmt::format("{}: of {} answers on what is held or moves freely {} were cut short, {} lost", device,
-                            grouped(counts.answers), grouped(counts.cut_short), grouped(counts.lost))) +
+                fmt::format("{}: collisions: {} answers, {} cut short, {} lost", device, grouped(counts.answers),
+                            grouped(counts.cut_short), grouped(counts.lost))) +
          (all_well ? "\n" : " (hapticctl doctor)\n");
 }
 

@@ -31,7 +31,7 @@ struct DeviceCounts {
 /** Of the device's servo since its start. `statistics` may be null: then nothing is known of the collide thread. */
 [[nodiscard]] DeviceCounts countsOf(const haptic_device_status& device, const haptic_statistics* statistics);
 
-/** "sim: of 1 200 answers on what is held or moves freely 3 were cut short, 0 lost", as a warning if some were. */
+/** "sim: collisions: 1 200 answers, 3 cut short, 0 lost", as a warning if some were. */
 [[nodiscard]] std::string collideLine(const std::string& device, const DeviceCounts& counts);
 
 /** What the counts were at a moment, to start anew from there. */

@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/output/terminal.h"
 
 namespace hapticctl {
 namespace {
@@ -170,17 +173,35 @@ void Table::row(std::vector<std::string> cells, Style style) {
 }
 
 std::string Table::text() const {
+  return text(stdoutIsTerminal() ? static_cast<std::size_t>(terminalSize().columns) : SIZE_MAX);
+}
+
+std::string Table::text(std::size_t room) const {
+  constexpr std::size_t kGap = 2;
   std::vector<std::size_t> width;
   for (const Column& column : columns_) width.push_back(columnsOf(column.title));
   for (const auto& [cells, style] : rows_) {
     for (std::size_t i = 0; i < cells.size(); ++i) width[i] = std::max(width[i], columnsOf(cells[i]));
   }
+  std::vector<bool> shown(columns_.size(), true);
+  std::size_t whole = std::accumulate(width.begin(), width.end(), kGap * (width.size() - 1));
+  while (whole > room) {
+    std::size_t next = 0;
+    int spare = 0;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (shown[i] && columns_[i].spare > spare) spare = columns_[next = i].spare;
+    }
+    if (spare == 0) break;
+    shown[next] = false;
+    whole -= width[next] + kGap;
+  }
   const auto line = [&](const auto& cellAt) {
     std::string out;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
+      if (!shown[i]) continue;
       const std::string& cell = cellAt(i);
       const std::string pad(width[i] - columnsOf(cell), ' ');
-      if (i != 0) out += "  ";
+      if (!out.empty()) out.append(kGap, ' ');
       out += columns_[i].number ? pad + cell : cell + pad;
     }
     out.erase(out.find_last_not_of(' ') + 1);

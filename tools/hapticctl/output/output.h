@@ -50,12 +50,16 @@ class Table {
   struct Column {
     std::string title;
     bool number = false;
+    int spare = 0;  ///< Above 0: left out where there is no room for all, the greatest first.
   };
   explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
   /** Missing cells are empty; `style` paints the whole row. */
   void row(std::vector<std::string> cells, Style style = Style::kPlain);
   [[nodiscard]] bool empty() const { return rows_.empty(); }
+  /** As wide as it is, or, on a terminal, no wider than that if spare columns can be left out. */
   [[nodiscard]] std::string text() const;
+  /** The same for so many columns of a terminal. */
+  [[nodiscard]] std::string text(std::size_t room) const;
 
  private:
   std::vector<Column> columns_;

@@ -119,7 +119,7 @@ class Pushes(unittest.TestCase):
                 (session.push_intent, {"p": (0, 0, 1), "q": (1, 0, 0)}, "^q: 4 numbers"),
                 (session.push_spring, {"origin": (0, 0, 0), "material": 1000}, "^material: haptic.Material"),
                 (scene.create, {"name": "a", "pose": (0, 0, 1)}, r"^pose: haptic.Pose\(\(x, y, z\)\)"),
-                (scene.create, {"name": "a", "shape": "sphere"}, "ShapeKind"),
+                (scene.create, {"name": "a", "shape": "sphere"}, "^'sphere' is none of ShapeKind.GROUP, ShapeKind.PLANE, "),
                 (scene.create, {"name": "a", "size": (1, 2, 3, 4)}, "^size: at most 3")):
             with self.assertRaisesRegex((TypeError, ValueError), words):
                 function(**wrong)

@@ -73,7 +73,9 @@ std::size_t choose(const std::vector<Choice>& all, std::string wanted, const cha
       parsed.ec == std::errc() && parsed.ptr == end && number >= 1 && number <= all.size())
     return number - 1;
   if (const auto only = beginning(all, wanted)) return *only;
-  throw ImportError(wanted.empty() ? "" : option, fmt::format("there are {} {}:{}\n", all.size(), what, list),
+  throw ImportError(wanted.empty() ? "" : option,
+                    wanted.empty() ? fmt::format("there are {} {}:{}\n", all.size(), what, list)
+                                   : fmt::format("'{}' names none of the {} {}:{}\n", wanted, all.size(), what, list),
                     fmt::format("choose one with {} NUMBER", option));
 }
 

@@ -47,6 +47,12 @@ std::vector<double> parseLengths(std::string_view option, std::string_view text,
     bare += ',';
     rest.remove_prefix(comma + 1);
   }
+  if (count != 0 && units.size() != count) {
+    failUsage(std::string(option),
+              fmt::format("{} wanted, '{}' has {}", count == 1 ? "one length is" : fmt::format("{} lengths are", count),
+                          text, units.size()),
+              "they stand between commas, without spaces: 20mm,20mm,40mm");
+  }
   std::vector<double> lengths = parseNumbers(option, bare, count);
   const bool united = std::any_of(units.begin(), units.end(), [](const Unit* unit) { return unit != nullptr; });
   bool told = false;

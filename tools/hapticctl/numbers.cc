@@ -60,7 +60,8 @@ std::array<double, 4> parseRotation(std::string_view option, std::string_view te
   }
   const auto v = parseNumbers(option, text, 4);
   const double norm = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3]);
-  if (!(norm > 1e-6) || !std::isfinite(norm)) failUsage(std::string(option), "a quaternion of no length turns nothing");
+  if (!(norm > 1e-6) || !std::isfinite(norm))
+    failUsage(std::string(option), "a quaternion of no length turns nothing", "no rotation is 1,0,0,0");
   return {v[0] / norm, v[1] / norm, v[2] / norm, v[3] / norm};
 }
 

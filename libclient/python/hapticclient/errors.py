@@ -55,7 +55,8 @@ class HapticError(Exception):
 def check(code: int) -> None:
     """Raises unless the code of a call without words is OK."""
     if code != 0:
-        raise HapticError(code)
+        gone = code == Code.DISCONNECTED
+        raise HapticError(code, remedy="Client.reconnect() and Session.reopen(), or open another" if gone else "")
 
 
 def call(function: Any, *arguments: Any) -> None:

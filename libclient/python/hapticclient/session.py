@@ -115,7 +115,10 @@ class Session(Handle):
         return sample[0]
 
     def drain(self, out: Optional[npt.NDArray[np.void]] = None) -> npt.NDArray[np.void]:
-        """The oldest unread samples, in order: a view of `out`, else of a new array. `lost` counts what was missed."""
+        """The oldest unread samples, in order: a view of `out`, else of a new array. `lost` counts what was missed.
+
+        Of all devices that share the servo: samples["device"] says whose each is, describe().device_index which is its own.
+        """
         if out is None:
             out = np.empty(HISTORY, SAMPLE)
         elif out.dtype != SAMPLE or not out.flags.c_contiguous or not out.flags.writeable or out.ndim != 1:

@@ -55,7 +55,15 @@ class VibrationModel:
     a: tuple[float, ...]
 
 
-class EffectKind(enum.IntEnum):
+class _Chosen(enum.IntEnum):
+    """A kind that a program chooses: what is none is told those that are."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> None:
+        raise ValueError(f"{value!r} is none of {', '.join(f'{cls.__name__}.{kind.name}' for kind in cls)}")
+
+
+class EffectKind(_Chosen):
     """What an object does to a hand in free space (docs/effects.md); z is the object's own.
 
     FORCE: a push along z. VISCOUS: drag. FRICTION: sticks, then slides. VIBRATION: swings along z. GUIDE: draws to the path,
@@ -69,7 +77,7 @@ class EffectKind(enum.IntEnum):
     GUIDE = 5
 
 
-class ShapeKind(enum.IntEnum):
+class ShapeKind(_Chosen):
     """What an object is, and the `size` that goes with it, in metres.
 
     GROUP: nothing to touch, a parent for others. PLANE: solid below z = 0. SPHERE: radius. BOX: half-extents x, y, z.

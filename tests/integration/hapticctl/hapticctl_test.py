@@ -44,7 +44,7 @@ class WithoutDaemon(Case):
                                 (["add", "sphere", "--size", "-1"], "at least 1e-06 m"),
                                 (["add", "sphere", "--size", "1e-308"], "at least 1e-06 m"), (["arm", ""], "arm: what follows it is empty"), (["load", "", "--scale", "mm"], "load: what follows it is empty"),
                                 (["add", "plane", "--parent", ""], "--parent: what follows it is empty"), (["--socket", ""], "is empty"), (["--socket", "/", "status"], "is a folder"),
-                                (["--socket", "/" + 107 * "x", "status"], "at most 107 bytes"), (["add", "plane", "--at", "0,0"], "3 numbers"),
+                                (["--socket", "/" + 107 * "x", "status"], "at most 107 bytes"), (["add", "plane", "--at", "0,0"], "3 lengths"),
                                 (["add", "plane", "--friction", "0.2,0.4"], "dynamic at most static"),
                                 (["monitor", "--csv", "--json"], "--json"), (["events", "--kinds", "tuch"], "touch"),
                                 (["top"], "no terminal"), (["limits", "--force", "nan"], "not a finite number"),

@@ -43,7 +43,7 @@ TEST(Lengths, AreRefusedInWords) {
   EXPECT_THAT(refusal("10mn"), HasSubstr("--size: 'mn' in '10mn' is no unit: units are um, mm"));
   EXPECT_THAT(refusal("10 mm"), HasSubstr("without a space"));
   EXPECT_THAT(refusal("1,2mm", 2), HasSubstr("'1,2mm' has a unit for some of its lengths"));  // Not 1 m by 2 mm.
-  EXPECT_THAT(refusal("10mm,5"), HasSubstr("one number is wanted"));
+  EXPECT_THAT(refusal("10mm,5"), HasSubstr("one length is wanted"));
   for (const char* bad : {"", "mm", "nan", "inf", "0x10", "1mm2", "mm1", "1e999mm"})
     EXPECT_THAT(refusal(bad), HasSubstr("is not a finite number")) << bad;
   EXPECT_THROW((void)parseLength("--depth", "0mm"), Failure);

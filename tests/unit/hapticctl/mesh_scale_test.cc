@@ -47,6 +47,21 @@ TEST(MeshScale, ScalesAndCentres) {
   }
 }
 
+TEST(MeshScale, TellsOfASizeThatIsHardlyMeant) {
+  for (const auto& [scaled, told] :
+       {std::pair{1.0, "5.00 m; if that is not meant, name the file's unit, as --scale mm"},
+        std::pair{1e-5, "50.0 um; if that is not meant, name the file's unit, as --scale m"}}) {
+    MeshFile mesh = box();
+    scale(mesh, scaled);
+    EXPECT_THAT(sizeNote(mesh), HasSubstr(told));
+  }
+  for (const double usual : {0.0002, 0.001, 0.3}) {
+    MeshFile mesh = box();
+    scale(mesh, usual);
+    EXPECT_EQ(sizeNote(mesh), "") << usual;
+  }
+}
+
 TEST(MeshScale, NamesTheOptionThatWasGiven) {
   MeshFile mesh = box();
   try {

@@ -114,8 +114,8 @@ TEST(Dicom, aSeriesIsChosenByNumberOrIdentifier) {
     options.series = series;
     return refusal([&] { return readInput(options); });
   };
-  EXPECT_THAT(told("9"), HasSubstr("there are 2 series:\n  1  CT, Phase"));
-  EXPECT_THAT(told("1.3"), HasSubstr("--series: there are 2 series"));
+  EXPECT_THAT(told("9"), HasSubstr("'9' names none of the 2 series:\n  1  CT, Phase"));
+  EXPECT_THAT(told("1.3"), HasSubstr("--series: '1.3' names none of the 2 series"));
   EXPECT_EQ(told("1"), "read");
   options.series = "1.2.6";
   EXPECT_THAT(readInput(options).format, HasSubstr("Phase 1"));
@@ -138,7 +138,7 @@ TEST(Dicom, aSeriesIsNotTakenForAnotherThatBeginsLikeIt) {
     EXPECT_THAT(readInput(options).format, HasSubstr(fmt::format("Phase {},", series)));
   }
   options.series = "1.2";
-  EXPECT_THAT(refusal([&] { return readInput(options); }), HasSubstr("there are 3 series"));
+  EXPECT_THAT(refusal([&] { return readInput(options); }), HasSubstr("'1.2' names none of the 3 series"));
 }
 
 TEST(Dicom, allSlicesMayBeInOneFile) {

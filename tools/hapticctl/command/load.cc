@@ -95,6 +95,8 @@ int load(LoadOptions& options, const Globals& globals) {
   const double metres_per_unit = chooseScale(options, mesh);
   if (options.centre) centre(mesh);
   scale(mesh, metres_per_unit, options.size_m > 0 ? "--size" : "--scale");
+  const std::string odd = options.size_m > 0 ? std::string() : sizeNote(mesh);
+  if (!odd.empty()) note("hapticctl: " + odd);
   Placement& placement = options.placement;
   if (placement.name.empty()) placement.name = nameOf(options.file);
   haptic_object object = makeObject(placement);

@@ -98,4 +98,13 @@ void scale(MeshFile& mesh, double metres_per_unit, const char* option) {
   }
 }
 
+std::string sizeNote(const MeshFile& mesh) {
+  constexpr double kSmall_m = 1e-3, kLarge_m = 2;  // Between them is what hands touch.
+  double longest = 0;
+  for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, mesh.upper[i] - mesh.lower[i]);
+  if (longest >= kSmall_m && longest < kLarge_m) return {};
+  return fmt::format("--scale: the longest side of {} is {}; if that is not meant, name the file's unit, as --scale {}",
+                     mesh.path, length(longest), longest < kSmall_m ? "m" : "mm");
+}
+
 }  // namespace hapticctl

@@ -23,5 +23,8 @@ using hapticd_mesh_file::MeshFile;
 void centre(MeshFile& mesh);
 /** Multiplies by metres per file unit. Fails with usage of `option` when the result is too small or large to touch. */
 void scale(MeshFile& mesh, double metres_per_unit, const char* option = "--scale");
+/** Of a mesh in metres that is larger or smaller than what hands touch, as one in mm that was taken for metres; else
+ * "". */
+[[nodiscard]] std::string sizeNote(const MeshFile& mesh);
 
 }  // namespace hapticctl

@@ -13,13 +13,13 @@ Cycle::Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept
 }
 
 void Cycle::step(const CycleInput& input, CycleOutput& output) HD_RT {
-  scene_.expect(period() * (1.0 + input.missed));
   applyCommands(input, output);
   render(input, output);
   guard(input, output);
 }
 
 void Cycle::applyCommands(const CycleInput& input, CycleOutput& output) HD_RT {
+  scene_.expect(period() * (1.0 + input.missed));
   output.events.count = 0;
   output.events.dropped = 0;
   output.applied_commands = 0;

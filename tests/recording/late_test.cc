@@ -1,0 +1,74 @@
+// A servo that missed periods felt what its replay feels: how long a tick is, both know before its commands.
+#include <gtest/gtest.h>
+
+#include "tests/recording/taken.h"
+#include "tests/unit/builder/meshes.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr double kRise = 0.2;  ///< Of the cube's upper side [m/s].
+
+/** A cube of 2 cm whose upper side a client moves up, vertex by vertex, under a hand that presses it. */
+struct RisingSide {
+  Bench bench;
+  std::uint32_t object = 0;
+  double z = 0.01;
+
+  RisingSide() {
+    const Client root = bench.core.client(bench.administration);
+    BuildMonitor monitor;
+    auto snapshot = buildSnapshot(upload(cube(), HD_MESH_DEFORMABLE), monitor);
+    auto fd = snapshot->memfd.share();
+    MeshInfo info;
+    info.owner = root;
+    const auto mesh = bench.core.meshes().add(std::move(*fd), info);
+    EXPECT_TRUE(mesh.ok());
+    ObjectSpec spec;
+    spec.name = "cube";
+    spec.shape = {ShapeKind::kMesh, Vec3::Zero(), *mesh};
+    spec.material = {500, 5, 0, 0};
+    const auto id = bench.core.scene().create(spec, root);
+    EXPECT_TRUE(id.ok());
+    object = *id;
+  }
+  /** A tick that comes `missed` periods late. */
+  void rise(int missed) {
+    bench.clock.advance(missed * kMs);
+    z += kRise * 1e-3 * (1 + missed);
+    hd_object_vertices moves{};
+    moves.object = object;
+    for (std::uint32_t v = 4; v < 8; ++v) {
+      const float x = (v & 1) != 0 ? 0.01f : -0.01f, y = (v & 2) != 0 ? 0.01f : -0.01f;
+      moves.move[moves.count++] = {v, {x, y, static_cast<float>(z)}};
+    }
+    std::uint64_t seq = 0;
+    ASSERT_EQ(bench.client->producer->push(HD_COMMAND_OBJECT_VERTICES, std::as_bytes(std::span(&moves, 1)), 0, seq),
+              ErrorCode::kOk);
+    bench.scripted[0]->sample.p = {1e-3, 2e-3, z - 5e-4};
+    bench.step();
+  }
+};
+
+TEST(RecordingOfALateServo, MovesOfVerticesAreFeltAlike) {
+  RisingSide side;
+  Session* session = side.bench.live();
+  ASSERT_NE(session, nullptr);
+  side.bench.scripted[0]->sample.p = {1e-3, 2e-3, 0.02};
+  side.bench.step(5);
+  Taken taken(side.bench);
+  ASSERT_TRUE(side.bench.arm(session->id).ok());
+  side.bench.step(30);
+  for (double z = 0.02; z > side.z - 5e-4; z -= 1e-4) {
+    side.bench.scripted[0]->sample.p.z() = z;
+    side.bench.step();
+  }
+  for (int i = 0; i < 60; ++i) side.rise(i % 10 == 0 ? 2 : 0);
+  EXPECT_GT(side.bench.sample().force[2], 0.1) << "it must be felt";
+  const auto verdict = verify(*replayerOf(taken.finish([&] { side.bench.step(); })));
+  ASSERT_TRUE(verdict.ok());
+  EXPECT_EQ(verdict->differing, 0u) << verdict->first;
+}
+
+}  // namespace
+}  // namespace hapticd::test

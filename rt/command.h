@@ -172,7 +172,8 @@ struct SetClutch {
   std::uint32_t device;
   std::uint32_t held;    ///< Not 0: by this order, until another.
   std::uint32_t button;  ///< Held, too, as long as this one is pressed: 1 is the first, 0 none.
-  std::uint32_t reserved;
+  std::uint32_t frozen;  ///< Not 0: its point stands still at `anchor` already, where a recording begins.
+  double anchor[3];      ///< In the world [m].
 };
 
 /** An object becomes the tool in a device's hand: its frame goes to the device's, by a coupling (rt/body/coupling.h).

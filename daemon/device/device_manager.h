@@ -85,7 +85,8 @@ struct OpenDevice {
   void applyMount() const { (void)link->post(makeCommand(CommandKind::kSetMount, mount.order(index))); }
   /** Tells the servo. */
   void applyClutch() const {
-    (void)link->post(makeCommand(CommandKind::kSetClutch, SetClutch{index, clutch_held ? 1u : 0u, clutch_button, 0}));
+    (void)link->post(
+        makeCommand(CommandKind::kSetClutch, SetClutch{index, clutch_held ? 1u : 0u, clutch_button, 0, {}}));
   }
   [[nodiscard]] const DeviceInfo& info() const { return link->group().device(index).info(); }
   [[nodiscard]] const Device& device() const { return link->group().device(index); }

@@ -24,9 +24,21 @@ class Clutch {
   static constexpr double kRise_s = 0.1;       ///< From nothing to all, at the fastest.
   static constexpr double kMostPower = 20e-3;  ///< That a rise brings into the hand [W].
 
-  void set(const SetClutch& order) HD_RT { order_ = order; }
-  [[nodiscard]] const SetClutch& order() const HD_RT { return order_; }
-  [[nodiscard]] static bool valid(const SetClutch& order) HD_RT { return order.button <= 32; }
+  void set(const SetClutch& order) HD_RT {
+    order_ = order;
+    if (order.frozen == 0) return;
+    freeze(vec3(order.anchor));
+    weight_ = 0;
+  }
+  /** That gives a new one this clutch, but for a force that falls or rises. */
+  [[nodiscard]] SetClutch order(std::uint32_t device) const HD_RT {
+    SetClutch order{device, order_.held, order_.button, frozen_ ? 1u : 0u, {}};
+    if (frozen_) store(anchor_, order.anchor);
+    return order;
+  }
+  [[nodiscard]] static bool valid(const SetClutch& order) HD_RT {
+    return order.button <= 32 && isFinite(vec3(order.anchor));
+  }
 
   /** Begins a tick that comes `passed` after the last [s], with these buttons. */
   void begin(std::uint32_t buttons, double passed) HD_RT {

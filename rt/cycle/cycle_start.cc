@@ -10,9 +10,9 @@ void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orde
     if (fault != HD_FAULT_NONE) orders.push_back(makeCommand(CommandKind::kStop, StopOrder{d, fault}));
     const Mount& mount = cycle.mount(d);
     if (!mount.identity()) orders.push_back(makeCommand(CommandKind::kSetMount, mount.order(d)));
-    SetClutch clutch = cycle.clutch(d).order();
-    clutch.device = d;
-    if (clutch.held != 0 || clutch.button != 0) orders.push_back(makeCommand(CommandKind::kSetClutch, clutch));
+    const SetClutch clutch = cycle.clutch(d).order(d);  // After the mount, which would put its point elsewhere.
+    if (clutch.held != 0 || clutch.button != 0 || clutch.frozen != 0)
+      orders.push_back(makeCommand(CommandKind::kSetClutch, clutch));
     const double radius = cycle.deviceRadius(d);
     if (radius > 0) orders.push_back(makeCommand(CommandKind::kDeviceRadius, DeviceRadius{d, 0, radius}));
     if (cycle.grip(d).stiffness > 0) orders.push_back(makeCommand(CommandKind::kSetGrip, cycle.grip(d)));

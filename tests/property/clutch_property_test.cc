@@ -42,7 +42,7 @@ class Springs : public test::SteppedCycle {
   }
   /** At most 0.1 m/s; whoever holds the clutch does as they like. */
   const DeviceOutput& next() {
-    if (random_.once(80)) put(CommandKind::kSetClutch, SetClutch{0, held_ = held_ == 0 ? 1u : 0u, 0, 0});
+    if (random_.once(80)) put(CommandKind::kSetClutch, SetClutch{0, held_ = held_ == 0 ? 1u : 0u, 0, 0, {}});
     const Vec3 from = input->device[0].p;
     return at(from + clampNorm(hand_.next() - from, 1e-4));
   }

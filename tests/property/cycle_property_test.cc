@@ -260,7 +260,7 @@ void disturb(World& w) {
     if (w.mounts && w.random.once(100)) w.mount(d);
     if (w.random.once(300)) w.finger(d);
     if (w.clutches && w.random.once(100))
-      w.put(CommandKind::kSetClutch, SetClutch{d, w.random.below(2u), w.random.below(35u), 0});
+      w.put(CommandKind::kSetClutch, SetClutch{d, w.random.below(2u), w.random.below(35u), 0, {}});
     if (w.random.once(300)) {
       w.put(CommandKind::kDeviceLimits,
             DeviceLimits{d, static_cast<std::uint32_t>(w.random.in(0, 2)), w.random.in(0, 8), w.random.in(0, 0.4),

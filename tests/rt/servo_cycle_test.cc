@@ -227,7 +227,7 @@ TEST(ServoCycle, IsCleanWithASoftFinger) {
 TEST(ServoCycle, IsCleanWhileTheHandIsTakenOffItsPoint) {
   int off = 0;
   expectClean([&off](House& house, int i) {
-    house.order(CommandKind::kSetClutch, SetClutch{0, static_cast<std::uint32_t>(i / 200 % 2), 0, 0});
+    house.order(CommandKind::kSetClutch, SetClutch{0, static_cast<std::uint32_t>(i / 200 % 2), 0, 0, {}});
     off += house.servo->cycle().clutch(0).frozen() ? 1 : 0;
   });
   EXPECT_GT(off, 20);

@@ -1,6 +1,7 @@
 // A hand that is taken off its point in the world: where the point stands, what is felt meanwhile and afterwards.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -40,7 +41,7 @@ class CycleClutch : public testing::Test, protected test::SteppedCycle {
     return most;
   }
   void clutch(bool held, std::uint32_t button = 0) {
-    put(CommandKind::kSetClutch, SetClutch{0, held ? 1u : 0u, button, 0});
+    put(CommandKind::kSetClutch, SetClutch{0, held ? 1u : 0u, button, 0, {}});
   }
   [[nodiscard]] const DeviceOutput& out() const { return output->device[0]; }
   [[nodiscard]] double weight() const { return cycle->clutch(0).weight(); }
@@ -170,7 +171,7 @@ TEST_F(CycleClutch, AButtonHoldsItAsLongAsItIsPressed) {
   clutch(false, 33);
   step();
   EXPECT_EQ(output->events.event[0].kind, ServoEventKind::kCommandRefused);
-  EXPECT_EQ(cycle->clutch(0).order().button, 2u);
+  EXPECT_EQ(cycle->clutch(0).order(0).button, 2u);
 }
 
 TEST_F(CycleClutch, HeldThroughAFaultAndANewArmingItStaysOff) {
@@ -262,14 +263,50 @@ TEST_F(CycleClutch, ABodyIsPushedByWhatIsFelt) {
 }
 
 TEST_F(CycleClutch, ARecordingBeginsWithIt) {
+  put(CommandKind::kDisarm, DeviceRef{0});
+  for (int i = 0; i < 200 && cycle->deviceGuard(0).armed(); ++i) step();
+  put(CommandKind::kSetMount, test::mountAt({{0.02, 0, 0.3}, Quat(0.8, 0, 0.6, 0)}, 0, 1.5));
   clutch(true, 3);
+  steps(5);
+  ASSERT_EQ(cycle->mount(0).scale(), 1.5);
+  const auto begun = [&] {
+    CycleStart start;
+    start.config = cycle->config();
+    restate(*cycle, input->now_ns, start.orders);
+    return makeCycle(start, meshes);
+  };
+  EXPECT_EQ(begun()->clutch(0).order(0).held, 1u);
+  EXPECT_EQ(begun()->clutch(0).order(0).button, 3u);
+
+  const auto bits = [](const Vec3& x) { return std::array{x.x(), x.y(), x.z()}; };
+  const auto goOn = [&](const char* when) {
+    const auto again = begun();
+    for (int i = 0; i < 20; ++i) {
+      const auto there = std::make_unique<CycleOutput>();
+      if (i == 10) clutch(false);
+      const std::uint32_t orders = input->command_count;
+      step();
+      input->command_count = orders;
+      again->step(*input, *there);
+      input->command_count = 0;
+      ASSERT_EQ(bits(there->device[0].pose.p), bits(out().pose.p)) << when << ", tick " << i;
+      ASSERT_EQ(bits(again->mount(0).pose().p), bits(cycle->mount(0).pose().p)) << when << ", tick " << i;
+    }
+  };
+  const Vec3 there = out().pose.p;
+  walk({0.03, -0.02, 0.04});
+  ASSERT_EQ(out().pose.p, there) << "the point stands still, the hand has gone";
+  goOn("off its point");
+
+  // Let go while there is no reading: the place comes along with the next one.
+  clutch(true);
+  steps(5);
+  input->device[0].q.coeffs().setZero();
+  clutch(false);
   step();
-  CycleStart start;
-  start.config = cycle->config();
-  restate(*cycle, input->now_ns, start.orders);
-  const auto again = makeCycle(start, meshes);
-  EXPECT_EQ(again->clutch(0).order().held, 1u);
-  EXPECT_EQ(again->clutch(0).order().button, 3u);
+  input->device[0].q.setIdentity();
+  input->device[0].p = {0, 0, 0.01};
+  goOn("let go");
 }
 
 class ScaledClutch : public CycleClutch {

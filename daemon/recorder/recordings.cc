@@ -147,7 +147,9 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
     servo.publishPoses();  // where clients moved things, up to this cycle
     start.orders = scene_.orders(start.config.period_ns);
     restate(former, start.now_ns, start.orders);
-    servo.replaceCycle(*makeCycle(start, link.meshes()));
+    const auto cycle = makeCycle(start, link.meshes());
+    cycle->tellOn(former);
+    servo.replaceCycle(*cycle);
     servo.log.store(&(*recorder)->log(), std::memory_order_release);
   };
   if (auto r = link.group().betweenCycles(begin); !r) return r.error();

@@ -90,6 +90,8 @@ class Cycle {
   /** Asks where held tools and free bodies touch. False, and nothing asked, when there are none. */
   [[nodiscard]] bool ask(CollideRequest& request) const HD_RT;
   [[nodiscard]] const CycleConfig& config() const HD_RT { return config_; }
+  /** Tells on where `former` ended: nothing twice, and of what it told the end. No force depends on it. */
+  void tellOn(const Cycle& former) noexcept;
   /** Commands that wait for their tick, in the order they arrived. */
   [[nodiscard]] std::span<const Command> pending() const HD_RT { return {pending_.data(), pending_count_}; }
 

@@ -114,6 +114,19 @@ void Cycle::raiseTouches(std::uint32_t d, const CycleInput& input, CycleOutput& 
   }
 }
 
+void Cycle::tellOn(const Cycle& former) noexcept {
+  for (std::uint32_t d = 0; d < config_.device_count; ++d) {
+    DeviceState& device = devices_[d];
+    const DeviceState& before = former.devices_[d];
+    device.touched = before.touched;
+    device.buttons = before.buttons;
+    device.moved = device.moved || before.moved;
+    device.last_fault = before.last_fault;
+    device.last_armed = before.last_armed;
+    device.last_warm = before.last_warm;
+  }
+}
+
 void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
   DeviceState& device = devices_[d];
   DeviceOutput& out = output.device[d];

@@ -1,6 +1,9 @@
 // Where a recording begins: the group's state is kept, who may not record is refused, nothing is left behind.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "tests/recording/taken.h"
 #include "tests/support/stepped/messages.h"
 
@@ -97,6 +100,45 @@ TEST(RecordingStart, KeepsSceneSessionsLimitsAndFaults) {
   const auto verdict = verify(*replayerOf(bytes));
   ASSERT_TRUE(verdict.ok());
   EXPECT_EQ(verdict->differing, 0u) << verdict->first;
+}
+
+TEST(RecordingStart, EventsGoOnWhereTheyWere) {
+  Bench bench;
+  ASSERT_TRUE(bench.core.scene().create(ball("ball", Vec3(0, 0, 0)), bench.core.client(bench.administration)).ok());
+  DeviceSample& hand = bench.scripted.front()->sample;
+  hand.p = {0, 0, 0.05};
+  bench.step(5);
+  std::vector<ServoEventKind> told;
+  const auto listen = [&](int cycles) {
+    auto& servo = bench.core.devices().links().front()->group().servo();
+    for (int i = 0; i < cycles; ++i) {
+      bench.step();
+      const EventBatch& batch = servo.lastOutput().events;
+      for (std::uint32_t e = 0; e < batch.count; ++e) told.push_back(batch.event[e].kind);
+    }
+  };
+  hand.p = {0, 0, 0.019};
+  hand.buttons = 1;
+  listen(5);
+  hand.status = kDeviceError;
+  listen(3);
+  hand.status = kDeviceOk;
+  listen(3);
+  using enum ServoEventKind;
+  const auto count = [&](ServoEventKind kind) { return std::count(told.begin(), told.end(), kind); };
+  ASSERT_EQ(count(kTouch) - count(kUntouch), 1);
+  ASSERT_EQ(count(kButton), 1);
+  ASSERT_EQ(count(kFault), 1);
+  Taken taken(bench);
+  hand.p = {0, 0, 0.05};
+  listen(10);
+  EXPECT_EQ(count(kTouch), count(kUntouch)) << "what was touched is told to be left";
+  EXPECT_EQ(count(kButton), 1) << "it is held all the time";
+  EXPECT_EQ(count(kFault), 1) << "it stays latched";
+  hand.buttons = 0;
+  listen(1);
+  EXPECT_EQ(count(kButton), 2);
+  (void)taken.finish([&] { bench.step(); });
 }
 
 TEST(RecordingStart, IsRefusedWhileADeviceIsArmed) {

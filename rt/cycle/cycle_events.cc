@@ -36,6 +36,9 @@ std::uint32_t objectOf(const Command& command) HD_RT {
   }
 }
 
+// A new kind does not compile before it is decided here whether it names a device.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wswitch"
 /** The device that an order is for; 0 as well where it is for none. */
 std::uint32_t deviceOf(const Command& command) HD_RT {
   switch (command.kind) {
@@ -51,10 +54,34 @@ std::uint32_t deviceOf(const Command& command) HD_RT {
     case CommandKind::kSetFinger:
     case CommandKind::kSetClutch:
       return command.as<DeviceRef>().device;  // Stands first in all of these.
-    default:
+    case CommandKind::kNone:
+    case CommandKind::kObjectPose:
+    case CommandKind::kObjectMaterial:
+    case CommandKind::kObjectFlags:
+    case CommandKind::kObjectVertices:
+    case CommandKind::kLocalModel:
+    case CommandKind::kForceField:
+    case CommandKind::kClearModel:
+    case CommandKind::kClientForce:
+    case CommandKind::kIntent:
+    case CommandKind::kLimits:
+    case CommandKind::kAddObject:
+    case CommandKind::kRemoveObject:
+    case CommandKind::kSetShape:
+    case CommandKind::kAddSession:
+    case CommandKind::kLoseSession:
+    case CommandKind::kReviveSession:
+    case CommandKind::kFreeSession:
+    case CommandKind::kSetSurface:
+    case CommandKind::kToolContacts:  // Of a body as well.
+    case CommandKind::kSetBody:
+    case CommandKind::kSetGravity:
+    case CommandKind::kSetEffect:
       return 0;
   }
+  return 0;
 }
+#pragma GCC diagnostic pop
 
 }  // namespace
 
@@ -91,7 +118,7 @@ void Cycle::raiseTouches(std::uint32_t d, const CycleInput& input, CycleOutput& 
   const auto raise = [&](ServoEventKind kind, std::uint32_t object, const Vec3& force, const Vec3& point) HD_RT {
     ServoEvent event = eventAt(kind, d, input);
     event.object = object;
-    event.force = force.norm();
+    event.force = devices_[d].clutch.weight() * force.norm();
     store(point, event.point);
     output.events.add(event);
   };

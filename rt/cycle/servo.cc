@@ -216,7 +216,7 @@ void Servo::publish(std::int64_t woke_ns, std::int64_t late_ns) HD_RT {
     if (no_realtime.load(std::memory_order_relaxed)) sample.flags |= HD_SAMPLE_NO_RT;
     for (std::uint32_t s = 0; s < kMaxSessions; ++s) {
       if (writers_[s].region() == nullptr) continue;
-      const Vec3& own = cycle_.session(s).last(d);
+      const Vec3 own = cycle_.clutch(d).weight() * cycle_.session(s).last(d);
       for (int axis = 0; axis < 3; ++axis) sample.own[axis] = static_cast<float>(own[axis]);
       writers_[s].publish(sample);
     }

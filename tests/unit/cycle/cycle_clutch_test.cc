@@ -309,6 +309,24 @@ TEST_F(CycleClutch, ARecordingBeginsWithIt) {
   goOn("let go");
 }
 
+TEST_F(CycleClutch, ATouchIsToldWithWhatIsFeltOfIt) {
+  const auto touched = [&](double z, bool begins) {
+    const auto kind = begins ? ServoEventKind::kTouch : ServoEventKind::kUntouch;
+    put(CommandKind::kObjectPose, poseMessage(kClutchFloor, {{0, 0, z}, Quat::Identity()}));
+    for (int i = 0; i < 5; ++i) {
+      step();
+      for (std::uint32_t e = 0; e < output->events.count; ++e)
+        if (output->events.event[e].kind == kind) return output->events.event[e].force;
+    }
+    return -1.0;
+  };
+  EXPECT_NEAR(touched(0.051, true), 0.5, 1e-9);
+  (void)touched(0, false);
+  clutch(true);
+  steps(60);
+  EXPECT_EQ(touched(0.051, true), 0) << "the wall has come to the point, the hand is not there";
+}
+
 class ScaledClutch : public CycleClutch {
  protected:
   ScaledClutch() : CycleClutch(4) {}

@@ -299,6 +299,28 @@ TEST_F(ServoSample, ADeviceThatStandsElsewhereIsToldOfInTheWorld) {
   }
 }
 
+/** A share is told as it is felt: of a hand that is off its point less and less, then nothing. */
+TEST_F(ServoSample, AClutchWeighsASessionsOwnShare) {
+  for (auto& each : device) each.sample.p = {0, 0, 0.05};
+  run(5);
+  hd_client_force force{};
+  force.lease_ns = 10'000 * kMs;
+  force.force[1] = 0.5;
+  send(CommandKind::kClientForce, force, 0, kSlot);
+  run(20);
+  ASSERT_EQ(latest(0).own[1], 0.5f);
+  send(CommandKind::kSetClutch, SetClutch{0, 1, 0, 0, {}});
+  int between = 0;
+  for (int i = 0; i < 60; ++i) {
+    run(1);
+    const hd_sample sample = latest(0);
+    between += sample.own[1] > 0 && sample.own[1] < 0.5f ? 1 : 0;
+    ASSERT_EQ(sample.own[1], sample.by_source[HD_SOURCE_CLIENT][1]) << i;
+  }
+  EXPECT_GT(between, 40);
+  EXPECT_EQ(latest(0).own[1], 0);
+}
+
 TEST_F(ServoSample, AnIntentIsPassedOnOnce) {
   hd_intent wish{};
   wish.device = 1;

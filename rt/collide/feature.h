@@ -22,7 +22,8 @@ inline constexpr std::uint32_t kFirstBoxCorner = kFirstEdge + 3 * 2 * kRimArcs;
 inline constexpr std::uint32_t kFirstBoxEdge = kFirstBoxCorner + kBoxCorners;
 inline constexpr std::uint32_t kFirstRim = kFirstBoxEdge + kBoxEdges;  ///< Of a cylinder's two.
 inline constexpr std::uint32_t kFirstPeak = 1u << 22;                  ///< Vertices of a mesh,
-/** And its edges: triangle times 3 plus corner. Of a sphere A that corner is 0, and it says only which triangle. */
+/** And its edges: triangle times 3 plus corner. Of a sphere A it says which triangle, and of a sheet the side, instead
+ * of the corner (ballFeature()). */
 inline constexpr std::uint32_t kFirstMeshEdge = 1u << 23;
 
 /** Whether it says of which corner, edge or rim of B: the touch turns with it from tick to tick (mantle.h). */
@@ -36,6 +37,16 @@ inline constexpr std::uint32_t kFirstMeshEdge = 1u << 23;
 /** Of the edge that leaves that corner of a triangle of B; 0: its number is too large. */
 [[nodiscard]] constexpr std::uint32_t meshEdgeFeature(std::uint32_t triangle, std::uint32_t corner) {
   return triangle < (kFeatures - kFirstMeshEdge) / 3 ? kFirstMeshEdge + 3 * triangle + corner : 0;
+}
+/** Of a sphere A on a triangle of B; `side`: of a sheet 1 or -1, of what has an inside 0. 0: its number is too large.
+ */
+[[nodiscard]] constexpr std::uint32_t ballFeature(std::uint32_t triangle, int side) {
+  return meshEdgeFeature(triangle, side < 0 ? 2 : static_cast<std::uint32_t>(side));
+}
+/** The side that ballFeature() was told. */
+[[nodiscard]] constexpr int sideOfBall(std::uint32_t feature) {
+  const std::uint32_t corner = (feature - kFirstMeshEdge) % 3;
+  return corner == 2 ? -1 : static_cast<int>(corner);
 }
 
 }  // namespace hapticd

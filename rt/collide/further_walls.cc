@@ -74,7 +74,7 @@ void SceneContacts::tryFurtherWalls(std::uint32_t i, std::uint32_t k, const Coll
     contact.p_WB = obstacle.X_WO * walls[n].surface;
     if (!lowest(i, held, x_W, contact.n_W, contact.p_WA)) continue;
     contact.depth = contact.n_W.dot(contact.p_WB - contact.p_WA);
-    const std::uint32_t of_mesh = held.shape.kind == ShapeKind::kSphere ? meshEdgeFeature(walls[n].triangle, 0) : 0;
+    const std::uint32_t of_mesh = held.shape.kind == ShapeKind::kSphere ? ballFeature(walls[n].triangle, side) : 0;
     contact.feature_a = of_mesh > 0 ? of_mesh : i + (n + 1) * ToolPoints::kMost;
     if (disc && !isThere(contact, held, obstacle, radius + margin, side, purse)) continue;
     if (point && !mayLean(i, held, contact.n_W, purse)) continue;

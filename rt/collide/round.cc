@@ -106,15 +106,17 @@ bool ballOnPrimitive(const BallOfA& ball, const RoundBody& b, Touch& touch) HD_R
 }
 
 /** The point nearest to x, of triangle t and on from there over edges that bulge: as far as a ball goes until the next
- * answer. False: x is below it. */
-bool nearestAbout(const MeshView& mesh, std::uint32_t t, const Vec3& x, Vec3& point) HD_RT {
+ * answer; `side` as ballFeature()'s. False: x is below it, which nothing is beside the border of a sheet. */
+bool nearestAbout(const MeshView& mesh, std::uint32_t t, int side, const Vec3& x, Vec3& point) HD_RT {
   constexpr int kMostSteps = 8;
   constexpr double kHollow = 1e-3;  // Sine: less is a face in parts, and rounding.
+  constexpr double kBeside = -0.5;  // Cosine of the way from what is straight below.
   if (mesh.neighbours == nullptr) return false;
+  const auto upFrom = [&](std::uint32_t at) HD_RT { return Vec3((side < 0 ? -1 : 1) * faceNormal(mesh, at)); };
   point = nearestOnTriangle(cornersOf(mesh, t), x).point;
   double least = (x - point).squaredNorm();
   for (int i = 0; i < kMostSteps; ++i) {
-    const Vec3 up = faceNormal(mesh, t), on = mesh.vertex(t, 0);
+    const Vec3 up = upFrom(t), on = mesh.vertex(t, 0);
     std::uint32_t next = HD_NO_INDEX;
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t across = mesh.neighbours[t][k];
@@ -132,7 +134,8 @@ bool nearestAbout(const MeshView& mesh, std::uint32_t t, const Vec3& x, Vec3& po
     if (next == HD_NO_INDEX) break;
     t = next;
   }
-  return faceNormal(mesh, t).dot(x - point) > 0;
+  const Vec3 way = x - point;
+  return upFrom(t).dot(way) > (side == 0 ? 0 : kBeside * way.norm());
 }
 
 /** As ballOnPrimitive() from a mesh, near to the triangle of that number (scene_contacts.cc). */
@@ -143,7 +146,7 @@ bool ballOnMesh(const BallOfA& ball, std::uint32_t feature, const RoundBody& b, 
     return false;
   const Vec3 x = b.X_WO.inverse() * ball.center;
   Vec3 point;
-  if (!nearestAbout(*mesh, t, x, point)) return false;
+  if (!nearestAbout(*mesh, t, sideOfBall(feature), x, point)) return false;
   const Vec3 way = b.X_WO.q * (x - point);
   const double apart = way.norm();
   if (!(apart > 1e-7) || !sameSide(way, touch.n)) return false;

@@ -261,9 +261,9 @@ SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obst
     const double distance = std::sqrt(nearest.squared_distance);
     const Vec3 way = x_B - nearest.point;
     bool inside = nearest.isInside(x_B);
+    if (obstacle.shape.kind == ShapeKind::kMesh) out.triangle = nearest.feature;
     if (!isSheet(obstacle.shape)) {
       side = 0;
-      if (obstacle.shape.kind == ShapeKind::kMesh) out.triangle = nearest.feature;
     } else {
       // Nothing is inside: a wall from the side that the point came from, and none beside the rim.
       const bool beside =
@@ -336,7 +336,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     contact.n_W = obstacle.X_WO.q * at.out;
     contact.p_WB = obstacle.X_WO * at.surface;
     const bool on_mesh = held.shape.kind == ShapeKind::kSphere && at.triangle != HD_NO_INDEX;
-    const std::uint32_t of_mesh = on_mesh ? meshEdgeFeature(at.triangle, 0) : 0;
+    const std::uint32_t of_mesh = on_mesh ? ballFeature(at.triangle, side) : 0;
     contact.feature_a = of_mesh > 0 ? of_mesh : i;
     if (!(contact.n_W.squaredNorm() > 0.9) || !isFinite(x_W)) continue;
     hot = true;

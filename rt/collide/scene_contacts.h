@@ -61,7 +61,7 @@ class SceneContacts {
     Vec3 surface;                          ///< Nearest point of it.
     Vec3 out;                              ///< Unit, outward there.
     double gap;                            ///< Negative: inside [m].
-    std::uint32_t triangle = HD_NO_INDEX;  ///< Of a mesh that is no sheet.
+    std::uint32_t triangle = HD_NO_INDEX;  ///< Of a mesh.
   };
   [[nodiscard]] const VolumeView* volumeOf(const Shape& shape) const HD_RT;
   /** Asks the field of obstacle k; false where there is none, or no room for the tool's points. */

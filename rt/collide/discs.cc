@@ -112,12 +112,16 @@ bool SceneContacts::isThere(const Contact& contact, const CollideRequest::Held& 
   // beside.
   const Vec3 p = held.X_WO.inverse() * contact.p_WB;
   const double deep = held.shape.size.x() - p.head<2>().norm();
+  const double from_end = held.shape.size.y() - std::abs(p.z());
   const bool blade = obstacle.shape.kind == ShapeKind::kMesh && deep > 0;
-  if (blade && held.shape.size.y() - std::abs(p.z()) >= deep) return true;
+  if (blade && from_end >= deep) return true;
+  if (isSheet(obstacle.shape) && deep > from_end + kInset) return false;  // Its border is in the end.
   PointTouch there;
   const Looked looked = lookAt(obstacle, obstacle.X_WO.inverse() * contact.p_WA, reach, purse, side, there);
   const double most = contact.depth > 0 ? -kAsDeep * contact.depth : -contact.depth;
-  return looked == Looked::kNear && there.gap <= ContactModel::kLeastReach + most;
+  if (looked != Looked::kNear || !(there.gap <= ContactModel::kLeastReach + most)) return false;
+  // Nothing is inside a sheet, and behind it, beyond its border, is not in it.
+  return !there.border || there.gap >= -ContactModel::kLeastReach;
 }
 
 }  // namespace hapticd

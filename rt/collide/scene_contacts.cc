@@ -7,6 +7,7 @@
 #include "rt/collide/edge_search.h"
 #include "rt/collide/feature.h"
 #include "rt/collide/purse.h"
+#include "rt/collide/sheet.h"
 #include "rt/contact/field_query.h"
 #include "rt/geometry/nearest/nearest.h"
 #include "rt/volume/distance.h"
@@ -270,6 +271,7 @@ SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obst
           nearest.kind != FeatureKind::kFace && std::abs(way.dot(nearest.pseudo_normal)) < 0.5 * distance;
       if (side == 0 || beside) side = inside ? -1 : 1;
       inside = !beside && inside != (side < 0);
+      out.border = isOnBorder(*obstacle.shape.mesh, nearest);
     }
     out.surface = nearest.point;
     out.gap = inside ? -distance : distance;
@@ -325,10 +327,20 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     PointTouch at;
     const double radius = disc ? held.shape.size.x() : points_.radius();
     const double reach = std::max(kReach, margin) + radius + static_cast<double>(depth_[i]);
-    int side = side_[i].slot == obstacle.slot ? side_[i].side : 0;
+    const Sided was = side_[i].slot == obstacle.slot ? side_[i] : Sided{};
+    int side = was.side;
     Vec3 x_W = middle_W;
-    const Looked looked = disc ? lookFromDisc(i, held, obstacle, reach, purse, side, x_W, at)
-                               : lookAt(obstacle, obstacle.X_WO.inverse() * x_W, reach, purse, side, at);
+    const auto look = [&] HD_RT {
+      return disc ? lookFromDisc(i, held, obstacle, reach, purse, side, x_W, at)
+                  : lookAt(obstacle, obstacle.X_WO.inverse() * x_W, reach, purse, side, at);
+    };
+    Looked looked = look();
+    // Over a border between two questions it is another side, not a way through.
+    if (looked == Looked::kNear && side != 0 && !was.in && at.gap < 0 &&
+        hasGoneRound(points_.at(i), held, obstacle, at.out, purse)) {
+      side = 0;
+      looked = look();
+    }
     unknown = unknown || looked == Looked::kUnknown;
     if (looked != Looked::kNear) continue;
     if (at.gap - radius > margin) continue;
@@ -340,7 +352,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     contact.feature_a = of_mesh > 0 ? of_mesh : i;
     if (!(contact.n_W.squaredNorm() > 0.9) || !isFinite(x_W)) continue;
     hot = true;
-    if (side != 0) sided = {obstacle.slot, side};
+    if (side != 0) sided = {obstacle.slot, side, at.gap < 0};
     deepest = std::max(deepest, static_cast<float>(-at.gap));
     tryFurtherWalls(i, k, held, at, side, margin, purse);
     if (!lowest(i, held, x_W, contact.n_W, contact.p_WA)) continue;

@@ -62,6 +62,7 @@ class SceneContacts {
     Vec3 out;                              ///< Unit, outward there.
     double gap;                            ///< Negative: inside [m].
     std::uint32_t triangle = HD_NO_INDEX;  ///< Of a mesh.
+    bool border = false;                   ///< Of a sheet: where it ends.
   };
   [[nodiscard]] const VolumeView* volumeOf(const Shape& shape) const HD_RT;
   /** Asks the field of obstacle k; false where there is none, or no room for the tool's points. */
@@ -197,7 +198,12 @@ class SceneContacts {
   struct Sided {
     std::uint32_t slot = 0;
     int side = 0;
+    bool in = false;  ///< It has gone through.
   };
+  /** Whether a point of the tool, at x_A, has come to the other side of a sheet, from where `up` leads to (in its
+   * frame), over its border, or within kInset of that, and not through it. */
+  [[nodiscard]] bool hasGoneRound(const Vec3& x_A, const CollideRequest::Held& held,
+                                  const CollideRequest::Obstacle& sheet, const Vec3& up, Purse& purse) const HD_RT;
   std::array<Sided, ToolPoints::kMost> side_{};
   std::uint32_t cursor_ = 0, hot_cursor_ = 0;  ///< Where the budget ended last time.
   ContactSet found_;

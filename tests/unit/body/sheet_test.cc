@@ -14,7 +14,7 @@ namespace {
 
 using test::TestMesh;
 
-const Shape kSheetBall{ShapeKind::kSphere, {0.01, 0, 0}};
+const Shape kSheetBall{ShapeKind::kSphere, {0.01, 0, 0}}, kTraySaucer{ShapeKind::kCylinder, {0.03, 0.003, 0}};
 
 /** How deep a tool gets in what a hand wanders over, and how much that shakes it. */
 template <class Depth>
@@ -38,14 +38,14 @@ double shakenOver(const Shape& tool, const TestMesh& mesh, unsigned seed) {
   return wanderedOver(tool, mesh, seed, [](const Pose&) { return 0.0; }).shaken;
 }
 
-enum class Ground { kSolid, kSheet, kSheetFromBehind };
+enum class Waves { kSolid, kSheet, kSheetFromBehind };
 
 /** Waves: of a sheet, or the top of a block. */
-TestMesh waves(Ground ground) {
+TestMesh waves(Waves ground) {
   constexpr int kParts = 24;
   constexpr double kHalf = 0.06;
   TestMesh mesh;
-  mesh.flags = ground == Ground::kSolid ? HD_MESH_CLOSED : 0;
+  mesh.flags = ground == Waves::kSolid ? HD_MESH_CLOSED : 0;
   std::vector<std::uint32_t> upper, lower;
   const auto at = [](int i, int j) { return static_cast<std::size_t>(i * (kParts + 1) + j); };
   for (int i = 0; i <= kParts; ++i) {
@@ -55,13 +55,13 @@ TestMesh waves(Ground ground) {
     }
   }
   const auto quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-    ground == Ground::kSheetFromBehind ? mesh.addQuad(a, d, c, b) : mesh.addQuad(a, b, c, d);
+    ground == Waves::kSheetFromBehind ? mesh.addQuad(a, d, c, b) : mesh.addQuad(a, b, c, d);
   };
   for (int i = 0; i < kParts; ++i) {
     for (int j = 0; j < kParts; ++j)
       quad(upper[at(i, j)], upper[at(i + 1, j)], upper[at(i + 1, j + 1)], upper[at(i, j + 1)]);
   }
-  if (ground != Ground::kSolid) return mesh;
+  if (ground != Waves::kSolid) return mesh;
   for (int i = 0; i <= kParts; ++i) {
     for (int j = 0; j <= kParts; ++j) {
       lower.push_back(mesh.addVertex({kHalf * (2.0 * i / kParts - 1), kHalf * (2.0 * j / kParts - 1), -0.04}));
@@ -82,9 +82,33 @@ TestMesh waves(Ground ground) {
 /** Held by the last answer's plane it was shaken nearly twice as much. */
 TEST(Sheets, ABallRollsOverOneAsOverASolid) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
-    const double solid = shakenOver(kSheetBall, waves(Ground::kSolid), seed);
-    EXPECT_NEAR(shakenOver(kSheetBall, waves(Ground::kSheet), seed), solid, 0.1 * solid) << seed;
-    EXPECT_NEAR(shakenOver(kSheetBall, waves(Ground::kSheetFromBehind), seed), solid, 0.1 * solid) << seed;
+    const double solid = shakenOver(kSheetBall, waves(Waves::kSolid), seed);
+    EXPECT_NEAR(shakenOver(kSheetBall, waves(Waves::kSheet), seed), solid, 0.1 * solid) << seed;
+    EXPECT_NEAR(shakenOver(kSheetBall, waves(Waves::kSheetFromBehind), seed), solid, 0.1 * solid) << seed;
+  }
+}
+
+/** A bottom and four sides, without thickness; turned by q. */
+TestMesh tray(const Quat& q) {
+  constexpr double kHalf = 0.04, kHigh = 0.02;
+  TestMesh mesh;
+  for (const double z : {0.0, kHigh}) {
+    for (const auto& [x, y] : {std::pair{-kHalf, -kHalf}, {kHalf, -kHalf}, {kHalf, kHalf}, {-kHalf, kHalf}})
+      mesh.addVertex(q * Vec3(x, y, z));
+  }
+  mesh.addQuad(0, 1, 2, 3);
+  for (std::uint32_t i = 0; i < 4; ++i) mesh.addQuad((i + 1) % 4, i, 4 + i, 4 + (i + 1) % 4);
+  return mesh;
+}
+
+/**
+ * Its discs were told of where a wall would be if it did not end, through its border, and thrown by up to 33 N; and a
+ * point of it that came over the border between two answers stayed behind the tray, whose bottom then held it down.
+ */
+TEST(Sheets, ASaucerOnATrayIsNotThrown) {
+  for (const unsigned seed : {1u, 4u, 7u, 13u}) {
+    Random random(seed + 100);
+    EXPECT_LT(shakenOver(kTraySaucer, tray(fromRotationVector(random.vector(0.2))), seed), 300) << seed;
   }
 }
 

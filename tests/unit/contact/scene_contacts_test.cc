@@ -415,6 +415,33 @@ TEST(SceneContacts, ASheetIsAWallFromBothSidesAndNoneBesideIt) {
   }
 }
 
+/** Between two questions, beyond the border or hardly within it; but where two borders are a seam it is a way through.
+ */
+TEST(SceneContacts, AWayOverTheBorderOfASheetLeadsToItsOtherSide) {
+  const auto goesThrough = [](bool seam, double x_from, double x_to) {
+    Question q;
+    test::TestMesh sheet;
+    for (const double x : {0.0, 0.05}) {
+      const auto corner = [&](double aside, double y) { return sheet.addVertex({x + aside, y, 0}); };
+      const std::uint32_t first = corner(0, -0.05);
+      corner(0.05, -0.05), corner(0.05, 0.05), corner(0, 0.05);
+      sheet.addQuad(first, first + 1, first + 2, first + 3);
+      if (!seam) break;
+    }
+    q.held.shape = Shape{ShapeKind::kSphere, Vec3(0.002, 0, 0)};
+    q.held.obstacle[0].shape = Shape{ShapeKind::kMesh, Vec3::Zero(), sheet.view(), 40};
+    (void)q.ask({x_from, 0.001, 0.0015});
+    const ContactModel model = q.ask({x_to, 0.001, -0.0012});
+    EXPECT_EQ(model.count, 1u);
+    return model.touch(0, q.held.X_WO, q.held.X_WO.p, Pose{}, {}).n.z() > 0;
+  };
+  EXPECT_FALSE(goesThrough(false, 0.0507, 0.0495)) << "beyond the border";
+  EXPECT_FALSE(goesThrough(false, 0.0504, 0.0494)) << "hardly within";
+  EXPECT_TRUE(goesThrough(false, 0.0500, 0.0490));
+  EXPECT_TRUE(goesThrough(true, 0.0507, 0.0495));
+  EXPECT_TRUE(goesThrough(true, 0.0504, 0.0494));
+}
+
 TEST(SceneContacts, ARimWithoutANormalSpoilsNoAnswer) {
   // Two triangles back to back: their shared edge has no side. The servo refuses an answer with a normal that is none.
   Question q;

@@ -48,7 +48,7 @@ double indentationOf(double force) HD_RT {
 
 double contactRadius(const Fingerpad& pad, double force) HD_RT {
   const double R = pad.radius;
-  if (!(force > 0 && R > 0)) return 0;
+  if (!(force > 0)) return 0;
   constexpr double kMillimetre = 1e-3;
   switch (pad.law) {
     case PadLaw::kNone:
@@ -76,7 +76,7 @@ double momentArm(const Fingerpad& pad, double force) HD_RT {
     case PadLaw::kModifiedHertz:
       return kHertzArm * contactRadius(pad, force);
     case PadLaw::kViscousSphere:
-      return pad.radius > 0 ? viscousSphereArm(pad.radius, force) : 0;
+      return viscousSphereArm(pad.radius, force);
     case PadLaw::kFilledMembrane:
       return kUniformArm * contactRadius(pad, force);
   }

@@ -42,7 +42,7 @@ void SoftFinger::reset() HD_RT {
 
 TwistLoad SoftFinger::turn(const Scene& scene, const Quat& q_hand) HD_RT {
   q_now_ = q_hand;
-  const SceneObject* const object = object_ != 0 ? scene.find(object_) : nullptr;
+  const SceneObject* const object = scene.find(object_);
   if (object == nullptr) return {};
   twist_ += turnAbout(normal_, q_object_, object->X_WO.q) - turnAbout(normal_, q_hand_, q_now_);
   return coupled_ && arm_ > 0 ? TwistLoad{stiffness_ * std::abs(twist_), arm_} : TwistLoad{};
@@ -51,12 +51,11 @@ TwistLoad SoftFinger::turn(const Scene& scene, const Quat& q_hand) HD_RT {
 FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contact, const Motion& motion,
                                 double dt) HD_RT {
   FingerForces out;
-  const SceneObject* const object = contact.object != 0 ? scene.find(contact.object) : nullptr;
+  const SceneObject* const object = scene.find(contact.object);
   if (object == nullptr || !(contact.stiffness > 0)) {
     reset();
     return out;
   }
-  if (object_ == 0) twist_ = 0;
   object_ = contact.object;
   q_object_ = object->X_WO.q;
   q_hand_ = q_now_;

@@ -86,6 +86,29 @@ TEST(Fingerpad, TheViscousSphereIsThePrintedOne) {
   }
 }
 
+/** As the finger begins to press, where the printed one has no digits left unless it has more to begin with. */
+TEST(Fingerpad, TheViscousSphereLosesNoDigitsWhereItHardlyTouches) {
+  const long double R = Constants::kRadius;
+  for (const long double aim : {0.02L, 0.05L, 0.08L, 0.0999L, 0.1001L, 0.2L}) {
+    const double force = forceAt(static_cast<double>(R * (1 - std::cos(aim))));
+    const long double d = indentationOf(force), a = std::sqrt(d * (2 * R - d)), phi = std::asin(a / R), s = a / R;
+    const long double bracket = (phi - s * std::sqrt(1 - s * s) * (1 + 2 * s * s / 3)) / 4;
+    const long double arm = R * R * R * R * bracket / (d * d * (3 * R - d) / 3);
+    EXPECT_NEAR(momentArm({PadLaw::kViscousSphere}, force) / static_cast<double>(arm), 1, 1e-10) << force;
+  }
+}
+
+TEST(Fingerpad, HertzsCircleIsThatOfItsBall) {
+  for (const double radius : {2e-3, 5.8e-3, 20e-3}) {
+    for (const double force : {0.01, 0.1, 1.0}) {
+      const double hertz = contactRadius({PadLaw::kHertz, radius}, force);
+      EXPECT_NEAR(4 * Constants::kModulus * std::pow(hertz, 3) / (3 * radius), force, 1e-12) << "eq. 2.12";
+      const double a = contactRadius({PadLaw::kModifiedHertz, radius}, force), depth_mm = 1e3 * a * a / radius;
+      EXPECT_NEAR(Constants::kPowerGain * std::pow(depth_mm, Constants::kPower), force, 1e-12) << "eq. 2.6 and 2.7";
+    }
+  }
+}
+
 TEST(Fingerpad, HertzGoesWithTheForceToTheFourThirds) {
   const Fingerpad pad{PadLaw::kHertz};
   EXPECT_NEAR(2 * momentArm(pad, 2) / momentArm(pad, 1), std::pow(2, 4.0 / 3), 1e-12);
@@ -115,7 +138,11 @@ TEST(Fingerpad, ThePrintedFitsAreFits) {
 
 TEST(Fingerpad, APointAndWhatIsNotPressedBearNothing) {
   for (const double force : {0.0, -1.0, std::nan("")}) {
-    for (std::uint32_t law = 0; law <= 5; ++law) EXPECT_EQ(momentArm({static_cast<PadLaw>(law)}, force), 0);
+    EXPECT_EQ(indentationOf(force), 0);
+    for (std::uint32_t law = 0; law <= 5; ++law) {
+      EXPECT_EQ(momentArm({static_cast<PadLaw>(law)}, force), 0);
+      EXPECT_EQ(contactRadius({static_cast<PadLaw>(law)}, force), 0) << law << " at " << force;
+    }
   }
   EXPECT_EQ(momentArm({PadLaw::kNone}, 1), 0);
   EXPECT_EQ(momentArm({PadLaw::kLinear}, 1), Constants::kArm);
@@ -123,6 +150,7 @@ TEST(Fingerpad, APointAndWhatIsNotPressedBearNothing) {
     const Fingerpad pad{static_cast<PadLaw>(law)};
     EXPECT_LE(momentArm(pad, 1e9), pad.radius) << law;
     EXPECT_TRUE(std::isfinite(momentArm(pad, 1e300))) << law;
+    EXPECT_TRUE(std::isfinite(momentArm(pad, 5e-324))) << law;
     double last = 0;
     for (double force = 1e-12; force < 100; force *= 1.1) {
       EXPECT_GE(momentArm(pad, force), last) << law << " at " << force;

@@ -150,8 +150,9 @@ std::uint32_t Guard::causeOf(const GuardInput& input, bool sources_finite) const
 }
 
 double Guard::storedIn(const GuardInput& input, const Wanted& wanted) HD_RT {
-  if (wanted.passive.isZero(0)) return 0;
-  return input.stored <= kLargest ? input.stored : -1;  // False for NaN.
+  // Known, though damping may take all of its force just now: whether that is zero to the bit is rounding.
+  if (input.stored >= 0 && input.stored <= kLargest) return input.stored;
+  return wanted.passive.isZero(0) ? 0 : -1;
 }
 
 void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {

@@ -98,6 +98,26 @@ TEST(GuardEnergy, InFreeSpaceNothingIsStored) {
   EXPECT_LE(rig.out.energy, Passivity::kMargin * (1 + 1e-9));
 }
 
+/** A spring whose force damping takes just now has not lost what it holds: a rounding of that force decides nothing. */
+TEST(GuardEnergy, WhatDampingHoldsBackIsStoredStill) {
+  for (const double force : {0.0, 1e-15}) {
+    GuardRig rig(strong(100));
+    rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+    rig.in.stored = 0.05;
+    rig.armFully();
+    rig.step(5);
+    for (int i = 0; i < 50; ++i) {
+      rig.sample.p.x() -= 1e-3;
+      rig.step();
+    }
+    const double margin = Passivity::kMargin;
+    ASSERT_NEAR(rig.out.energy, 0.05 + margin, 1e-12);
+    rig.ask(HD_SOURCE_SURFACE, {force, 0, 0});
+    rig.step(2);
+    EXPECT_NEAR(rig.out.energy, 0.05 + margin, 1e-12) << force;
+  }
+}
+
 TEST(GuardEnergy, ADebtOutlivesWhoArmsAgainWhileTheForceIsLowered) {
   GuardRig rig(strong(100));
   rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});

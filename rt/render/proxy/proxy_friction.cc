@@ -7,9 +7,10 @@ namespace {
 
 constexpr double kInCone = 1 + 0x1p-10;  // Of the cone: on a curve each look ends a little aside.
 
-constexpr int kMaxBorderTurns = 32;    // Of the tangent plane of a curve, to the border of its cone,
+constexpr int kMaxBorderTurns = 48;    // Of the tangent plane of a curve, to the border of its cone,
 constexpr double kAtBorder = 0x1p-32;  // and what is left of the depth then.
-constexpr double kMaxFactor = 0.9;     // Of a turn to the last: slower ones are not put farther.
+constexpr double kLonger = 4;          // Times the last turn's, where the cone does not come nearer by less.
+constexpr double kShortOfFoot = 0.875;
 
 }  // namespace
 
@@ -22,8 +23,8 @@ bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, do
   const SceneObject& object = step.scene->slot(c.slot);
   if (c.kind == FeatureKind::kFace && !isCurved(object.shape, c.feature)) return false;
   Constraint& there = step.held[1];
-  Vec3 last = at, moved = Vec3::Zero();
-  double depth = 0;
+  Vec3 last = at;
+  double depth = 0, slid = 0, before = 0;
   for (int turn = 0;; ++turn) {
     if (!tangentTo(object, c, object.toLocal(last), there)) return false;
     const bool rolls = there.kind != c.kind;  // Off an edge; a mesh is left to followFaces().
@@ -35,14 +36,19 @@ bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, do
     const Vec3 lag = along - along.dot(n) * n;
     const double r = lag.norm();
     if (!(depth > 0 && r > 0)) return false;
-    const Vec3 next = foot + friction * depth / r * lag, move = next - last;
+    // As the cone has come nearer with the last turn (secants), for deep in a curve it does so by ever less.
+    const double out = r - friction * depth, most = std::min(kLonger * std::abs(slid), kShortOfFoot * r);
+    double slide = out;
+    if (turn > 0 && !rolls) {
+      const double nearer = (before - out) / slid;
+      slide = nearer * most > std::abs(out) ? out / nearer : std::copysign(most, out);
+    }
+    const Vec3 next = foot + (1 - slide / r) * lag, move = next - last;
     last = next;
     if (move.norm() <= std::max(kNear * c.skin, kAtBorder * depth)) break;
     if (turn == kMaxBorderTurns) return false;
-    // Each turn shortens the rest of the way by about the same factor: all at once (Aitken).
-    const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
-    if (factor > 0 && factor < kMaxFactor) last += factor / (1 - factor) * move;
-    moved = move;
+    slid = slide;
+    before = out;
   }
   if ((last - at).norm() <= rest) {  // A hair aside, and the plane there is turned by more than that.
     plan.goTo(at);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "tests/support/random.h"
+#include "tests/support/for_seeds.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/test_scene.h"
 
@@ -102,6 +102,45 @@ TEST(ProxyFriction, TheBorderOfTheConeOnACurveTakesFewSweeps) {
       EXPECT_GT(slid, 20) << static_cast<int>(at.kind) << " " << part;
     }
   }
+}
+
+/**
+ * A hand so near the middle that only a narrow part of the circle, or none, is outside the cone: h < mu R / sqrt(1 +
+ * mu^2) reaches none. The border is found all the same, and at rest the force is steady.
+ */
+TEST(ProxyFriction, ADeepHandInACurveFindsTheBorderOfItsCone) {
+  constexpr double kRadius = 0.03;
+  int slid = 0;
+  forSeeds(300, [&](unsigned seed) {
+    Random random(seed);
+    const double mu = std::pow(10, random.in(-1, 0.3)), ball = random.once(2) ? 0 : random.in(5e-4, 6e-3);
+    constexpr ShapeKind kRound[] = {ShapeKind::kSphere, ShapeKind::kCapsule, ShapeKind::kCylinder};
+    TestScene t(ball);
+    t.add(kRound[random.below(3)], {kRadius, 0.1, 0}, {}, {kStiffness, 0, mu, mu});
+    const double least = mu * (kRadius + ball) / std::sqrt(1 + mu * mu);
+    const double h = least * (1 + (random.once(2) ? 1 : -0.1) * std::pow(10, random.in(-8, -0.5)));
+    for (int i = 0; i <= 50; ++i) t.tick(Vec3(2 * kRadius + (h - 2 * kRadius) * i / 50, 0, 0));
+    const double step = random.in(5e-4, 0.02);
+    Vec3 hip;
+    const auto check = [&] {
+      const SurfaceContact& c = t.tick(hip);
+      ASSERT_LE(t.proxy.effort().sweeps, 10u);
+      const Vec3 lag = c.pull - c.depth * c.normal;
+      ASSERT_LE(lag.norm(), mu * c.depth * (1 + 1e-8));
+      slid += c.slip;
+    };
+    for (int i = 0; i < 200 && step * i < 2; ++i) {
+      hip = h * Vec3(std::cos(step * i), std::sin(step * i), 0);
+      check();
+      if (::testing::Test::HasFatalFailure()) return;
+    }
+    const Vec3 force = t.contact.force;
+    for (int i = 0; i < 10; ++i) {
+      check();
+      ASSERT_NEAR((t.contact.force - force).norm(), 0, 1e-6);
+    }
+  });
+  EXPECT_GT(slid, 2000);
 }
 
 /** Over its edge and on along the face beyond, in ticks of half a radius: as if its faces were of triangles. */

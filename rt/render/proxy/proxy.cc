@@ -403,6 +403,9 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const double approach = contact.normal.dot(contact.velocity - v_W);
   contact.damping = std::max(press.damping * approach, -elastic);
   contact.force = press.stiffness * contact.pull + contact.damping * contact.normal;
+  // Damping takes all of it, and friction with it: then what rounding leaves must not tell a direction.
+  if (contact.damping <= -elastic && (support.at - support.foot).norm() <= kAt * kSkin * step.scale)
+    contact.force.setZero();
   contact.object = object;
   contact.touch = !before;
   noteRest(step, active);

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "tests/support/seeds.h"
+#include "tests/support/random.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/test_scene.h"
 
@@ -295,6 +295,28 @@ TEST(ProxyFriction, AWithdrawingHandIsHeldByWhatDampingLeaves) {
       if (!(depth > 0)) break;
       ASSERT_NEAR(c.force.z(), normal, 1e-6) << out;
       ASSERT_NEAR(c.force.x(), -kMu * normal, 1e-6) << out;
+    }
+  }
+}
+
+/** To the bit: what rounding left of it would be a direction to whoever asks for one. */
+TEST(ProxyFriction, DampingThatTakesAllLeavesNoForceAtAll) {
+  Random random(seedOf(9));
+  for (const ShapeKind kind : {ShapeKind::kPlane, ShapeKind::kSphere, ShapeKind::kCylinder}) {
+    for (int run = 0; run < 50; ++run) {
+      TestScene t;
+      const double mu = random.once(2) ? 0.4 : 0;
+      t.add(kind, Vec3(0.02, 0.02, 0), {}, {kGripStiffness, 10, mu, 0.7 * mu});
+      const Vec3 out = kind == ShapeKind::kPlane ? Vec3::UnitZ() : Vec3(1, 0, 0);
+      const Vec3 top = kind == ShapeKind::kPlane ? Vec3::Zero() : Vec3(0.02, 0, 0);
+      const Vec3 any = random.vector(1e-4), slide = any - any.dot(out) * out;
+      Vec3 hip = top + 1e-3 * out;
+      for (int i = 0; i < 40; ++i) t.tick(hip += slide - 1e-4 * out);
+      ASSERT_GT(t.contact.force.norm(), 0.1);
+      const SurfaceContact& c = t.tick(hip += 1e-4 * out, 1e3 * out);
+      ASSERT_GT(c.depth, 0);
+      ASSERT_EQ(c.force, Vec3(0, 0, 0)) << run;
+      ASSERT_GT(c.stored, 0);
     }
   }
 }

@@ -37,6 +37,19 @@ bool isOver(const MeshView& mesh, std::uint32_t triangle, const Vec3& x) HD_RT {
          (v.a - v.c).cross(x - v.c).dot(n) > 0;
 }
 
+/**
+ * From `at`, put onto the planes that keep the goal out, to the border of the cone about `foot`, where they let a point
+ * be without friction; `foot` is then that place. False: the planes are nearly parallel.
+ */
+bool slideTo(const HalfSpace* planes, std::uint32_t active, const Vec3& goal, Vec3 at, double friction,
+             Vec3& foot) HD_RT {
+  if (active == 0 || !nearestOnPlanes(planes, active, at)) return false;
+  const Vec3 lag = at - foot;
+  const double r = lag.norm(), cone = friction * (foot - goal).norm();
+  if (r > 0) foot += cone / r * lag;
+  return true;
+}
+
 }  // namespace
 
 bool ProxyRenderer::Step::isHeldByFaces() const HD_RT {
@@ -130,9 +143,9 @@ bool ProxyRenderer::sideAt(const SceneObject& object, const Constraint& c, const
 /**
  * In the groove of two surfaces, or the corner of three, that are curved or go on over edges: to the point of all of
  * them nearest to the goal, found by turning their tangent planes before anything is swept; over a point above these
- * and the present ones.
+ * and the present ones. With friction it goes no farther than to the border of its cone about that point.
  */
-bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan& plan) HD_RT {
+bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double friction, double rest, Plan& plan) HD_RT {
   Constraint from[kMaxInGroove];
   const int count = sidesOf(step, from);
   Constraint* const there = step.held + step.count;
@@ -172,6 +185,7 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
     if (same) break;
     Vec3 next = step.goal;
     if (!nearestInside(planes, count, tolerance, next, keeps)) return false;
+    if (friction > 0 && !slideTo(planes, keeps, step.goal, last, friction, next)) return false;
     const Vec3 move = next - last;
     last = found = next;
     if (move.norm() <= rest) break;
@@ -188,6 +202,10 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double rest, Plan
     leapt = factor > 0;
     if (leapt) last += (factor < 1 ? std::min(factor / (1 - factor), farthest) : farthest) * move;
     moved = move;
+  }
+  if (friction > 0 && !far && (last - here).norm() <= rest) {
+    plan.goTo(here);
+    return plan.stay = true;
   }
   if ((last - here).norm() <= rest || (step.together && leadsAway(here, last, step.goal))) return false;
   Vec3 up = Vec3::Zero();

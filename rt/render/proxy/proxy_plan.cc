@@ -276,6 +276,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   const double rest = std::max(kNear * skin, settled(step.sweeps) * (foot - step.goal).norm());
   const Constraint& first = step.held[foremost(step, active)];
   const SceneObject& surface = step.scene->slot(first.slot);
+  const bool may_bend = !step.plain && step.broken < kMaxBroken && step.count <= kMaxInGroove;
   Friction friction = frictionOf(step, surface, active, foot - step.goal);
   if (friction.still > 0) {
     Vec3 on_surface = step.goal;
@@ -309,20 +310,22 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     plan.stay = (plan.way[0] - at).norm() <= rest;
     if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
     if (!plan.stay && step.count == 1 && slideOnCurve(step, at, sliding, rest, plan)) return;
+    if (!plan.stay && may_bend && !isOneBit(active) && !step.isHeldByFaces() &&
+        planInGroove(step, at, sliding, rest, plan))
+      return;
     // What breaks away goes straight: in a hollow the other face is there, and may hold it yet.
     if (!plan.stay && !breaks_away && isOneBit(active))
       (void)followFaces(step, std::countr_zero(active), at, sliding, plan);
     return;
   }
-  const bool may_bend = !step.plain && step.broken < kMaxBroken && step.count <= kMaxInGroove;
   const bool tried = may_bend && step.sought_count > 0;
-  if (tried && planInGroove(step, at, rest, plan)) return;
+  if (tried && planInGroove(step, at, 0, rest, plan)) return;
   step.sought_count = 0;
   if (step.count == 1) {
     if (step.held[0].kind == FeatureKind::kEdge && followFaces(step, 0, at, 0, plan)) return;
-    if (may_bend && !tried && step.sought_count > 0 && planInGroove(step, at, rest, plan)) return;
+    if (may_bend && !tried && step.sought_count > 0 && planInGroove(step, at, 0, rest, plan)) return;
     if (!step.plain && planOnCurve(step, at, plan)) return;
-  } else if (may_bend && !step.isHeldByFaces() && planInGroove(step, at, rest, plan)) {
+  } else if (may_bend && !step.isHeldByFaces() && planInGroove(step, at, 0, rest, plan)) {
     return;
   }
   plan.goTo(foot);
@@ -342,7 +345,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   }
   if (plan.lands || !may_bend || step.count + step.sought_count < 2 || tried) return;
   Plan bent;
-  if (planInGroove(step, at, rest, bent)) plan = bent;
+  if (planInGroove(step, at, 0, rest, bent)) plan = bent;
 }
 
 }  // namespace hapticd

@@ -65,13 +65,26 @@ def leavesNothing(folder):
         sys.exit(f"a report that was killed left {left}")
 
 
+GRASP = """# cpu: x
+mass_kg,friction,stiffness,hold,slips_n,fell,held_n
+0.1,0.4,500,1,1.22625,1.01,1.4375
+# said
+condition,arm_m,lever_m,closed_n,yields,slid_10_m,slid_30_m,turned_5_rad
+coupled,0.006,0.003,0.605,1.0074,nan,nan,0.0223
+condition,lever_m,wanted_deg,mass_kg,person,off_deg,error_deg,slid_m,lost
+coupled,0.01,30,0.1,1,-3.25,3.25,0.001,false
+uncoupled,0.01,30,0.1,1,-30,30,0.03,true
+"""
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "page.html"
         (pathlib.Path(folder) / "cost.csv").write_text(COST, encoding="utf-8")
         (pathlib.Path(folder) / "load.csv").write_text(LOAD, encoding="utf-8")
+        (pathlib.Path(folder) / "grasp.csv").write_text(GRASP, encoding="utf-8")
         command = [sys.argv[1], "report", path, "--rounds", "1", "--with"]
-        subprocess.run([*command, f"{folder}/cost.csv", f"{folder}/load.csv"], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([*command, f"{folder}/cost.csv", f"{folder}/load.csv", f"{folder}/grasp.csv"], check=True, stdout=subprocess.DEVNULL)
         # Refused before anything is measured, else this took hours.
         command[command.index("1")] = "10000"
         for nonsense, words in ((b"a,b\n1\n", "holds no table"), (b"a,b\n1,2\n3\n", "holds no table"), (b"a,b\n\xff,2\n", "cannot be read"),
@@ -87,19 +100,19 @@ def main():
         nowhere = subprocess.run(command[:-1], capture_output=True, text=True, check=False)
         if nowhere.returncode != 1 or "none/page.html" not in nowhere.stderr:
             sys.exit(f"a folder that is not there was not named: {nowhere.stderr}")
-        if sorted(file.name for file in pathlib.Path(folder).iterdir()) != ["cost.csv", "load.csv", "nonsense.csv", "page.html"]:
+        if sorted(file.name for file in pathlib.Path(folder).iterdir()) != ["cost.csv", "grasp.csv", "load.csv", "nonsense.csv", "page.html"]:
             sys.exit(f"files are left: {list(pathlib.Path(folder).iterdir())}")
         page = Page()
         page.feed(path.read_text(encoding="utf-8"))
     missing = [text for text in ("16128", "0.5018370", "22.349", "2.885208", "0.201283", "0.0417", "god-object", "voxel:cells=128",
-                                "150.5", "147.5 .. 153.5", "1010.25") if text not in page.cells]
+                                "150.5", "147.5 .. 153.5", "1010.25", "1.4375", "1.0074", "-3.25") if text not in page.cells]
     words = " ".join(page.cells)
     missing += [text for text in ("thesis MSE [N²]", "ours [µs]", "MSE 45° [N²]", "[µs] at 85°", "thesis init [s]", "mean of a trajectory's steps, median of the rounds",
-                              "haptic-bench report --rounds 1\n", "Zilles", "Multirate and Perceptual Techniques", "Figure 4. ", "Figure 6. ")
+                              "haptic-bench report --rounds 1\n", "Zilles", "Multirate and Perceptual Techniques", "Figure 4. ", "Figure 8. ")
                 if text not in words]
     if re.search(r"e\+1\d .{1,40}hash", words) or not re.search(r" ours forces +[0-9a-f]{12} ", words):
         sys.exit("the page shows hashes as numbers that have lost their end")
-    if missing or page.count.get("svg") != 6 or page.count.get("table", 0) < 8 or page.fetched:
+    if missing or page.count.get("svg") != 8 or page.count.get("table", 0) < 11 or page.fetched:
         sys.exit(f"the page lacks {missing}, counts {page.count}, fetches {page.fetched[:5]}")
 
 

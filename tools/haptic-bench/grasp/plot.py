@@ -12,6 +12,7 @@ INK, FAINT, A, B = "#26303a", "#8a949e", "#00798c", "#d1495b"
 CUBES = ["mass_kg", "friction", "stiffness", "hold", "slips_n", "fell", "held_n"]
 ALIGN = ["condition", "lever_m", "wanted_deg", "mass_kg", "person", "off_deg", "error_deg", "slid_m", "lost"]
 SAMPLES = ["condition", "arm_m", "lever_m", "t", "y", "z", "turned_rad", "slid_m", "grip_n"]
+TICKS = (0.5, 1, 2, 5)  # [N]
 SOFTNESS = ["#edae49", A, INK]  # From the softest to the stiffest.
 
 
@@ -52,7 +53,10 @@ def grips(axes, cubes):
                   label=f"{stiffness:g} N/m")
     ends = [min(row["slips_n"] for row in cubes), max(row["held_n"] for row in cubes)]
     axes.plot(ends, ends, color=FAINT, lw=1, ls="--", label="it slips")
-    axes.set(xscale="log", yscale="log", xlabel="it slips at $m g / 2 \\mu_s$ [N]", ylabel="it is held with [N]")
+    axes.set(xscale="log", yscale="log", xticks=TICKS, yticks=TICKS, xlabel="it slips at $m g / 2 \\mu_s$ [N]", ylabel="it is held with [N]")
+    axes.set_xticklabels(map(str, TICKS))
+    axes.set_yticklabels(map(str, TICKS))
+    axes.minorticks_off()
     axes.set_title("27 cubes, held for 10 s", fontsize=9.5, loc="left")
 
 

@@ -184,9 +184,13 @@ def figure_html(drawn, words):
 
 def added(path):
     """What another benchmark wrote."""
-    title, machine, figure, table = results.section(path)
+    return "".join(map(section_html, *zip(*results.sections(path))))
+
+
+def section_html(title, machine, figure, table):
+    told = f"<pre>{html.escape(chr(10).join(machine))}</pre>\n" if machine else ""
     drawn = figure_html(svg(figure), title) if figure else ""
-    return (f"<h2>{html.escape(title)}</h2>\n<pre>{html.escape(chr(10).join(machine))}</pre>\n{drawn}"
+    return (f"<h2>{html.escape(title)}</h2>\n{told}{drawn}"
             f"<details{'' if figure else ' open'}><summary>The figures</summary>\n{table}</details>\n")
 
 

@@ -22,14 +22,25 @@ def beside(path):
     return module
 
 
-def load(path):
+def load(path, _):
     script = beside("load/figure.py")
     return script.draw(script.read(path)[0])
 
 
-def zwidth(path):
+def zwidth(path, _):
     script = beside("zwidth/plot.py")
     return script.draw(script.load(path))
+
+
+def grasp(path, columns, draw):
+    """One of the drawings of grasp/plot.py, of the table with these columns."""
+    import matplotlib.pyplot as plt
+
+    script = beside("grasp/plot.py")
+    figure, axes = plt.subplots(figsize=(6, 3.6))
+    getattr(script, draw)(axes, script.table(path, script.lines_of(path), getattr(script, columns), "--csv"))
+    axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
+    return figure
 
 
 @functools.cache
@@ -59,12 +70,12 @@ def rounds(rows):
     return series
 
 
-def cost(path):
+def cost(_, rows):
     """Mean and 99th percentile of a tick over the triangles, and a pointer chase over as many bytes, with their intervals."""
     import matplotlib.pyplot as plt
 
     curves = {}
-    for (benchmark, quantity, _), values in rounds(read(path)[1]).items():
+    for (benchmark, quantity, _), values in rounds(rows).items():
         triangles, stroke = re.fullmatch(r"cost (\d+) triangles (.*)", benchmark).groups()
         curves.setdefault((stroke, quantity), []).append((int(triangles), *(value / 1e3 for value in estimate(values))))
     figure, axis = plt.subplots(figsize=(6, 3.6))
@@ -88,13 +99,37 @@ def cost(path):
 
 
 # Columns that tell whose file it is, the heading, how it is drawn.
-KINDS = [({"eigenvalue", "damping", "off", "on"}, "The closed loop: haptic-bench zwidth", zwidth)]
+KINDS = [({"eigenvalue", "damping", "off", "on"}, "The closed loop: haptic-bench zwidth", zwidth),
+         ({"slips_n", "held_n"}, "Cubes held by two fingers: haptic-bench grasp", lambda path, _: grasp(path, "CUBES", "grips")),
+         ({"slid_10_m", "turned_5_rad"}, "Bars that are let go: haptic-bench grasp", None),
+         ({"wanted_deg", "error_deg"}, "Bars that are let turn: haptic-bench grasp", lambda path, _: grasp(path, "ALIGN", "boxes"))]
 ROUNDS = {"benchmark", "quantity", "unit", "round", "value"}
 FORMER_COST = {"triangles", "what", "p99", "chase"}
 
 
+def tables_of(lines):
+    """Each table's rows as dictionaries: a line without any number is the header of another."""
+    tables = []
+    for fields in filter(None, csv.reader(lines)):
+        if not any(is_number(field) for field in fields):
+            tables.append((fields, []))
+        elif not tables or len(fields) != len(tables[-1][0]):
+            return []
+        else:
+            tables[-1][1].append(dict(zip(tables[-1][0], fields)))
+    return [rows for _, rows in tables] if all(rows for _, rows in tables) else []
+
+
+def is_number(field):
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
 def read(path):
-    """The lines of the machine and the rows, each a dictionary."""
+    """The lines of the machine and the tables."""
     machine, lines = [], []
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
@@ -105,14 +140,14 @@ def read(path):
                     lines.append(line)
         if lines and not lines[-1].endswith("\n"):  # As compare has it: the last number may lack its end.
             sys.exit(f"haptic-bench report: {path}: it is cut off: its last line does not end (write it with --csv)")
-        rows = list(csv.DictReader(lines))
+        tables = tables_of(lines)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         sys.exit(f"haptic-bench report: {path}: it cannot be read: {error} (write it with --csv)")
-    if not rows or any(None in row or None in row.values() for row in rows):
+    if not tables:
         sys.exit(f"haptic-bench report: {path}: holds no table with a header (write it with --csv)")
-    if FORMER_COST <= rows[0].keys():
+    if FORMER_COST <= tables[0][0].keys():
         sys.exit(f"haptic-bench report: {path}: was written by an older version of haptic-bench cost (write it again with --csv)")
-    return machine, rows
+    return machine, tables
 
 
 def kind(path, rows):
@@ -145,13 +180,15 @@ def summary(rows):
                   for (benchmark, quantity, unit), values in rounds(rows).items()))
 
 
-def section(path):
-    """(heading, lines of the machine, figure or None, table as HTML) of a file."""
-    machine, rows = read(path)
-    title, draw = kind(path, rows)
-    try:
-        shown = summary(rows) if ROUNDS <= rows[0].keys() else table(rows[0], (row.values() for row in rows))
-        figure = draw(path) if draw else None
-    except (AttributeError, KeyError, ValueError) as error:
-        sys.exit(f"haptic-bench report: {path}: it cannot be drawn: {error} (write it with --csv)")
-    return title, machine, figure, shown
+def sections(path):
+    """(heading, lines of the machine, figure or None, table as HTML) of each table of a file."""
+    machine, tables = read(path)
+    for rows in tables:
+        title, draw = kind(path, rows)
+        try:
+            shown = summary(rows) if ROUNDS <= rows[0].keys() else table(rows[0], (row.values() for row in rows))
+            figure = draw(path, rows) if draw else None
+        except (AttributeError, KeyError, ValueError) as error:
+            sys.exit(f"haptic-bench report: {path}: it cannot be drawn: {error} (write it with --csv)")
+        yield title, machine, figure, shown
+        machine = []

@@ -151,6 +151,17 @@ bool ProxyRenderer::nearerOn(Step& step, const Support& now, std::uint32_t slot,
   return true;
 }
 
+/** Whether the proxy is in the solid: that has appeared about it, and is not felt until it has been left. */
+bool ProxyRenderer::isWithin(Step& step, std::uint32_t slot) const HD_RT {
+  const SceneObject& object = step.scene->slot(slot);
+  const Vec3 x = object.toLocal(proxy_);
+  const double skin = step.skin(object);
+  Nearest near;
+  const NearestResult result = nearestWithin(object, x, kAnyLength, step.vicinity(slot), step.work, near);
+  if (result == NearestResult::kExhausted) return true;
+  return result == NearestResult::kFound && near.isInside(x) && near.squared_distance > kAt * skin * kAt * skin;
+}
+
 /**
  * Goes to a nearer part of the surface if a free way leads there; of several solids in which the hip is, to the nearest
  * to which one does. True if the proxy moved.
@@ -171,7 +182,7 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
       by = std::countr_zero(now.active);
     }
     Nearer found;
-    if (!nearerOn(step, now, slot, by, found)) continue;
+    if (!nearerOn(step, now, slot, by, found) || (!step.isHeldBy(slot) && isWithin(step, slot))) continue;
     if (count == kMaxHalfSpaces && found.depth >= place[count - 1].depth) continue;
     int at = std::min(count, kMaxHalfSpaces - 1);  // The nearest few, in order.
     count = at + 1;

@@ -269,7 +269,7 @@ class ProxyRenderer {
                             Constraint& there) const HD_RT;
   [[nodiscard]] bool planInGroove(Step& step, const Vec3& here, double friction, double rest, Plan& plan) HD_RT;
   [[nodiscard]] double depthAtRest(Step& step, int i) const HD_RT;
-  bool followFaces(Step& step, int held, const Vec3& at_W, double friction, Plan& plan) const HD_RT;
+  bool followFaces(Step& step, int held, const Vec3& at_W, double friction, const Vec3& eased, Plan& plan) const HD_RT;
   void land(Step& step, const Plan& plan) HD_RT;
   void holdFace(Step& step, std::uint32_t slot, const MeshPlane& face) HD_RT;
   [[nodiscard]] bool tangentTo(const SceneObject& object, const Constraint& c, const Vec3& x,

@@ -176,6 +176,7 @@ struct Walk {
   double radius;              ///< Of the ball,
   double skin;                ///< and how far it stays above.
   double friction;            ///< The dynamic coefficient of a proxy that slips, 0 of one without friction.
+  Vec3 eased = Vec3::Zero();  ///< As followFaces() has it.
   Vec3 proxy = Vec3::Zero();  ///< For friction only.
 
   static constexpr int kMaxFaces = 6;
@@ -199,8 +200,9 @@ bool Walk::seekOn(const HalfSpace& plane) HD_RT {
   if (friction == 0) return true;
   const Vec3 away = proxy - hip, lag = away - plane.normal.dot(away) * plane.normal;
   const double depth = skin - plane.height(hip), length = lag.norm();
-  if (!(length > friction * depth)) return false;
-  end += (friction * depth / length) * lag;
+  const double cone = friction * std::max(0.0, depth - std::max(0.0, plane.normal.dot(eased)));
+  if (!(length > cone)) return false;
+  end += cone / length * lag;
   return true;
 }
 
@@ -288,16 +290,21 @@ Lead leadOver(const HalfSpace* face, int count, double tiny, const Vec3& at, con
  * Extends a plan that leads along the face held[i] of a mesh, or out of a groove of which it is a side: if the way ends
  * on this face, it lands there. If it leads over an edge, the neighbours are followed to the face on which the proxy
  * will come to lie, or the hollow of two, and the plan leads there. From an edge on which a ball lies it leads in the
- * same way over the face beyond. `friction` as of a Walk. False: nothing has been changed.
+ * same way over the face beyond. `friction` as of a Walk; `eased`: along a face's normal damping takes that much of the
+ * depth that its cone counts. False: nothing has been changed.
  */
-bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double friction, Plan& plan) const HD_RT {
+bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double friction, const Vec3& eased,
+                                Plan& plan) const HD_RT {
   const Constraint& c = step.held[i];
   const SceneObject& object = step.scene->slot(c.slot);
   if (object.shape.kind != ShapeKind::kMesh || (object.flags & HD_OBJECT_TWO_SIDED) != 0 ||
       object.shape.mesh->neighbours == nullptr)
     return false;
   Walk walk{*object.shape.mesh, step.hipIn(c.slot), radius_, c.skin, friction};
-  if (friction > 0) walk.proxy = object.toLocal(at_W);
+  if (friction > 0) {
+    walk.proxy = object.toLocal(at_W);
+    walk.eased = object.R_WO.transpose() * eased;
+  }
   std::uint32_t first = c.feature;
   if (c.kind != FeatureKind::kFace) {
     Vec3 beyond;

@@ -284,12 +284,16 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     const Vec3 lag = at - foot;
     const double r = lag.norm(), d = (on_surface - step.goal).norm();
     double left = 1;
+    Vec3 eased = Vec3::Zero();
     if (d > 0 && (surface.material.damping > 0 || !isOneBit(active))) {
       // What damping leaves of the elastic force where the surface goes away from the hand: the cone is that of the
       // rest.
       const Press press = pressOf(step, surface, first.feature, active, on_surface - step.goal, at);
       const double approach = std::min(0.0, press.normal.dot(press.velocity - step.v_W));
-      if (press.damping > 0) left = std::max(0.0, 1 + press.damping * approach / (press.stiffness * d));
+      if (press.damping > 0) {
+        left = std::max(0.0, 1 + press.damping * approach / (press.stiffness * d));
+        eased = press.damping / press.stiffness * (step.v_W - press.velocity);
+      }
     }
     if (load_.moment > 0) shareFriction(step, surface.material.stiffness, r, left * d, friction);
     step.slip = step.slipped;  // Surfaces that it meets where it is hold it together: none decides alone.
@@ -315,14 +319,14 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
       return;
     // What breaks away goes straight: in a hollow the other face is there, and may hold it yet.
     if (!plan.stay && !breaks_away && isOneBit(active))
-      (void)followFaces(step, std::countr_zero(active), at, sliding, plan);
+      (void)followFaces(step, std::countr_zero(active), at, friction.sliding, eased, plan);
     return;
   }
   const bool tried = may_bend && step.sought_count > 0;
   if (tried && planInGroove(step, at, 0, rest, plan)) return;
   step.sought_count = 0;
   if (step.count == 1) {
-    if (step.held[0].kind == FeatureKind::kEdge && followFaces(step, 0, at, 0, plan)) return;
+    if (step.held[0].kind == FeatureKind::kEdge && followFaces(step, 0, at, 0, Vec3::Zero(), plan)) return;
     if (may_bend && !tried && step.sought_count > 0 && planInGroove(step, at, 0, rest, plan)) return;
     if (!step.plain && planOnCurve(step, at, plan)) return;
   } else if (may_bend && !step.isHeldByFaces() && planInGroove(step, at, 0, rest, plan)) {
@@ -333,7 +337,8 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   if (active != 0) plan.above[0] = exact[std::countr_zero(active)].normal;
   const std::uint32_t others = active & (active - 1);
   if (plan.stay || active == 0) return;
-  const bool leads = (others & (others - 1)) == 0 && followFaces(step, std::countr_zero(active), at, 0, plan);
+  const bool leads =
+      (others & (others - 1)) == 0 && followFaces(step, std::countr_zero(active), at, 0, Vec3::Zero(), plan);
   if (leads && (others == 0 || plan.faces != 0)) return;  // Of two that hold it one face alone is not the end.
   plan.lands = true;
   plan.keeps = active;

@@ -169,6 +169,34 @@ TEST(ProxyFriction, ABallRollsOffABoxAsOffItsMesh) {
   EXPECT_GT(edges, 10);
 }
 
+/** A hand that throws itself through damped meshes: over an edge damping takes of the next face's force what is its
+ * own. */
+TEST(ProxyFriction, AFastHandThatDampingFreesIsInTheConeOfTheFaceItComesTo) {
+  int contacts = 0, freed = 0, beyond = 0;
+  forSeeds(300, [&](unsigned seed) {
+    Random random(seed);
+    const double mu = random.in(0.1, 1), speed = std::pow(10, random.in(-1, 0.5));
+    TestScene t(random.once(2) ? 0 : random.in(5e-4, 4e-3));
+    TestMesh mesh = test::sphereMesh(random.in(0.01, 0.03), 6);
+    mesh.scale([&] { return random.in(0.8, 1.1); });
+    t.addMesh(mesh.view(), random.pose(0.01), {kStiffness, random.in(0, 20), mu, 0.7 * mu});
+    Vec3 hip(0.1, 0, 0), v = Vec3::Zero();
+    t.tick(hip);
+    for (int i = 0; i < 400; ++i) {
+      if (i % 20 == 0) v = speed * (random.vector(0.03) - hip).normalized();
+      const SurfaceContact& c = t.tick(hip += test::kTick * v, v);
+      const double normal = c.force.dot(c.normal);
+      contacts += c.object != 0;
+      freed += c.damping < -1;
+      beyond += (c.force - normal * c.normal).norm() > mu * std::max(0.0, normal) + 1;
+    }
+  });
+  if (seeds(2).size() < 2) return;
+  EXPECT_GT(contacts, 10'000);
+  EXPECT_GT(freed, 1000);
+  EXPECT_LE(beyond, 3) << "through hollows";
+}
+
 /** About the y axis, of so many flat sides, without its ends. */
 TestMesh tubeMesh(double radius, double half, std::uint32_t sides) {
   TestMesh m;

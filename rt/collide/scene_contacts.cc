@@ -44,20 +44,20 @@ void SceneContacts::noteHeld(const CollideRequest::Held& held, const ContactMode
  * before the next answer counts as deep as that, for whatever is between corners is held by them.
  */
 std::uint32_t SceneContacts::roomFor(const Kept& kept) const HD_RT {
-  if (found_.count < kMaxContacts) return found_.count;
+  if (found_.count < room_) return found_.count;
   std::uint8_t from = kFar;
   if (many_[kFar] == 0) {
     if (kept.side == kFar) return kMaxContacts;
     from = kept.side;
     const auto own = static_cast<std::uint32_t>(many_[from] + 1);
-    for (std::uint32_t i = 0, most = own; i < kMaxContacts && own < kMaxContacts / 2; ++i) {
+    for (std::uint32_t i = 0, most = own; i < room_ && own < room_ / 2; ++i) {
       if (many_[kept_[i].side] <= most) continue;
       from = kept_[i].side;
       most = many_[from];
     }
   }
   std::uint32_t at = kMaxContacts;
-  for (std::uint32_t i = 0; i < kMaxContacts; ++i) {
+  for (std::uint32_t i = 0; i < room_; ++i) {
     if (kept_[i].side == from && (at == kMaxContacts || kept_[i].depth < kept_[at].depth)) at = i;
   }
   const double lead = from == kFar ? 0 : ContactModel::kLeastReach;
@@ -78,7 +78,7 @@ void SceneContacts::keep(const Contact& contact, const CollideRequest::Held& hel
   const auto body = static_cast<std::uint8_t>(k);
   const double reach = std::max(reachOf(contact, held, k), ContactModel::kLeastReach);
   const bool far = contact.depth < -reach;
-  if (far && found_.count == kMaxContacts && many_[kFar] == 0) return;
+  if (far && found_.count == room_ && many_[kFar] == 0) return;
   const auto named = [&](const Named& n) HD_RT { return n.body == body && n.feature == contact.feature_a; };
   const bool stays = std::any_of(named_.begin(), named_.begin() + named_count_, named);
   Eigen::Index axis = 0;
@@ -394,6 +394,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     points_.make(held.shape);
     made_for_ = held.object;
     made_of_ = held.shape;
+    room_ = held.shape.kind == ShapeKind::kBox ? kBoxRoom : kMaxContacts;
     model.count = 0;
     hot_.fill(false);
     depth_.fill(0);

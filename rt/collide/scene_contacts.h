@@ -206,6 +206,9 @@ class SceneContacts {
                                   const CollideRequest::Obstacle& sheet, const Vec3& up, Purse& purse) const HD_RT;
   std::array<Sided, ToolPoints::kMost> side_{};
   std::uint32_t cursor_ = 0, hot_cursor_ = 0;  ///< Where the budget ended last time.
+  /** Of a box: its corners are kept before all others, and few are enough. */
+  static constexpr std::uint32_t kBoxRoom = 64;
+  std::uint32_t room_ = kMaxContacts;  ///< For contacts.
   ContactSet found_;
   std::array<std::uint8_t, kMaxContacts> body_of_{};
   std::array<Kept, kMaxContacts> kept_{};

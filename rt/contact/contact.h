@@ -12,7 +12,9 @@
 
 namespace hapticd {
 
-inline constexpr std::uint32_t kMaxContacts = 64;  ///< Of one pair of bodies, after clustering.
+inline constexpr std::uint32_t kMostClusters = 64;  ///< Contacts of one pair of bodies, after clustering.
+/** Of a tool with all that is near: of 64 too many have to go before it is known which of them hold it. */
+inline constexpr std::uint32_t kMaxContacts = 192;
 
 /**
  * One contact between bodies A (the tool) and B, in the world frame. n points from B to A: a push along it parts them.
@@ -42,7 +44,7 @@ struct DetectorReport {
   double distance_lower_bound = 0; /**< Nothing is nearer than this [m]; 0 when touching. */
 };
 
-/** The contacts of one pair. */
+/** The contacts of one pair, or of a tool. */
 struct ContactSet {
   std::array<Contact, kMaxContacts> contact;
   std::uint32_t count = 0;

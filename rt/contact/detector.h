@@ -34,7 +34,7 @@ struct DetectorQuery {
   double margin = 0;        ///< Contacts up to this far apart are reported, with negative depth [m]; see each detector.
   double period = 0;        ///< Until the next query, if known: what will have parted by then is not reported [s].
   bool first_only = false;  ///< Whether they touch, no more: ends at the first contact.
-  std::uint32_t max_contacts = kMaxContacts;
+  std::uint32_t max_contacts = kMostClusters;
   WorkBudget budget;
 };
 

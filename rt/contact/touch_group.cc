@@ -88,10 +88,10 @@ void cluster(const GroupMap& map, const std::vector<TouchGroup>& groups, std::ui
              const Pose& X_WB, ContactSet& contacts) HD_RT {
   contacts.count = 0;
   if (count == 0) return;
-  constexpr std::uint32_t kRoom = kMaxContacts > kFaces ? kMaxContacts : kFaces;
+  constexpr std::uint32_t kRoom = kMostClusters > kFaces ? kMostClusters : kFaces;
   Cluster made[kRoom];
   std::uint32_t n = 0;
-  most = std::min(most, kMaxContacts);
+  most = std::min(most, kMostClusters);
   for (std::uint32_t up = 0; up < map.levels() && n == 0; ++up) {
     const bool top = up + 1 == map.levels();
     n = byCell(map, groups, count, up, made, top ? kRoom : std::max(most, 1u));

@@ -77,7 +77,7 @@ class ContactAges {
   void clear() HD_RT { count_ = 0; }
 
  private:
-  std::array<std::uint32_t, kMaxContacts> feature_{}, age_{};
+  std::array<std::uint32_t, kMostClusters> feature_{}, age_{};
   std::uint32_t count_ = 0;
 };
 

@@ -65,9 +65,9 @@ TEST(SideBySide, APlugSlidesOverTiles) { EXPECT_LT(shaken(kPlug, tiles(0)), 550)
 TEST(SideBySide, ATubOnStairsIsNotThrown) { EXPECT_LT(shaken(kTub, stairs()), 2000); }
 
 /** How deep it gets. */
-double sunk(const Shape& tool, const Parts& ground, const Vec3& hand) {
+double sunk(const Shape& tool, const Parts& ground, const Vec3& hand, const std::vector<unsigned>& hands = {1, 2}) {
   double deepest = 0;
-  for (unsigned seed = 1; seed <= 2; ++seed) {
+  for (const unsigned seed : hands) {
     Random random(seed);
     deepest = std::max(deepest, test::wander(tool, turned(ground, random), hand, Vec3::Zero(), random).deepest);
   }
@@ -86,6 +86,13 @@ TEST(SideBySide, NothingSinksIntoTheWallsOfARoomsCorner) {
                    at(box(0.06, 0.03, 0.06), {0, 0.04, 0})};
   EXPECT_LT(sunk(kBrick, room, {0, 0, 0.11}), 1e-4);
   EXPECT_LT(sunk(kSaucer, room, {0, 0, 0.11}), 2e-4);
+}
+
+/** What was lowest made room for what comes down fast on the other side, and went 0.8 mm into the floor. */
+TEST(SideBySide, ASaucerThatSlapsDownLiesOnAllOfItsRim) {
+  const Parts room{at(box(0.06, 0.06, 0.03), {0, 0, -0.03}), at(box(0.03, 0.06, 0.06), {0.04, 0, 0}),
+                   at(box(0.06, 0.03, 0.06), {0, 0.04, 0})};
+  EXPECT_LT(sunk(kSaucer, room, {0, 0, 0.11}, {6, 15, 21, 30}), 2e-4);
 }
 
 /** Where a wall stands on a floor each is in the other's way, and each holds. */

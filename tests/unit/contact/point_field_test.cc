@@ -409,7 +409,7 @@ TEST(PointField, ContactsAreAsManyAsWantedAndKeepTheArea) {
   const TestVolume torus = test::torusVolume(0.02, 0.006, 0.001, fine(0.0005));
   const TestVolume plate = test::boxVolume({0.04, 0.04, 0.01}, 0.001);
   PointFieldDetector detector(kRoom);
-  for (const std::uint32_t most : {6u, 12u, kMaxContacts}) {
+  for (const std::uint32_t most : {6u, 12u, kMostClusters}) {
     DetectorQuery query = queryOf(torus, plate, at(0, 0, 0.0145));
     query.max_contacts = most;
     ContactSet contacts;

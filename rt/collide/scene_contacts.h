@@ -164,6 +164,9 @@ class SceneContacts {
                                         Contact& contact) HD_RT;
   /** The tool's surface against ridges and peaks of a mesh, but for those of which the tool's points tell as much. */
   void tryRidges(std::uint32_t k, const CollideRequest::Held& held, Purse& purse) HD_RT;
+  struct RidgeSearch;
+  /** Whether a point of the tool is on the side of a sheet that its triangles do not look to. */
+  [[nodiscard]] bool isBehind(const CollideRequest::Obstacle& sheet) const HD_RT;
   /** Of what is found too many the deepest stay, of each side that something touches on: see keep(). */
   struct Kept {
     std::uint8_t side = 0;  ///< Obstacle and direction; kFar.

@@ -9,7 +9,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kOffSheet = 2e-5;  ///< A way across a sheet begins and ends so far from it, that rounding hides none [m].
+constexpr double kHairOff = 2e-5;  ///< From a sheet to where a way across it begins and ends [m].
 
 /** Whether a triangle has a border within kInset of a point of it; `out`: to beyond that border. */
 bool isNearBorder(const MeshView& mesh, std::uint32_t t, const Vec3& x, Vec3& out) HD_RT {
@@ -39,8 +39,8 @@ bool isOnBorder(const MeshView& mesh, const Nearest& nearest) HD_RT {
  */
 bool SceneContacts::hasGoneRound(const Vec3& x_A, const CollideRequest::Held& held,
                                  const CollideRequest::Obstacle& sheet, const Vec3& up, Purse& purse) const HD_RT {
-  const Vec3 from = before(stoodOf(sheet)).inverse() * (before(stoodOf(held)) * x_A) + kOffSheet * up;
-  const Vec3 way = sheet.X_WO.inverse() * (held.X_WO * x_A) - kOffSheet * up - from;
+  const Vec3 from = before(stoodOf(sheet)).inverse() * (before(stoodOf(held)) * x_A) + kHairOff * up;
+  const Vec3 way = sheet.X_WO.inverse() * (held.X_WO * x_A) - kHairOff * up - from;
   SweepHit hit;
   const auto meets = [&](const Vec3& start) HD_RT {
     Sweep sweep;

@@ -92,7 +92,8 @@ Result<LoadedConfig> loadConfig(const std::string& option, const ConfigEnvironme
   if (!text) return text.error();
   auto config = parseConfig(*text, file);
   if (!config) return config.error();
-  return LoadedConfig{std::move(config).value(), file, placeInConfig(*text, file, "motions", "folder")};
+  return LoadedConfig{std::move(config).value(), file, placeInConfig(*text, file, "motions", "folder"),
+                      placeInConfig(*text, file, "builder", "program"), placeInConfig(*text, file, "sockets", "group")};
 }
 
 Result<void> checkFolders(const LoadedConfig& loaded) {

@@ -175,7 +175,9 @@ struct Config {
 struct LoadedConfig {
   Config config;
   std::string file;           ///< Empty: the embedded default.
-  std::string motions_place;  ///< Where motions.folder stands in it.
+  std::string motions_place;  ///< Where motions.folder stands in it,
+  std::string builder_place;  ///< builder.program
+  std::string group_place;    ///< and sockets.group.
 };
 
 /** What it names and the disk lacks: a folder of motions. Nothing that keeps the daemon from its work. */

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "daemon/control/core.h"
+#include "daemon/leash/find_builder.h"
 #include "daemon/main/device_uris.h"
 #include "daemon/panel/panel.h"
 #include "daemon/rpc/listen_socket.h"
@@ -107,6 +108,21 @@ Result<void> checkProcessors(const Config& config) {
   return {};
 }
 
+/** A builder that is named is there; without one a start goes on, and refuses meshes. */
+Result<void> checkBuilder(const std::string& program) {
+  if (program.empty()) return {};
+  auto found = findBuilder(program);
+  return found ? Result<void>() : found.error();
+}
+
+/** Says as well where it stands in the file. */
+Result<void> standingAt(const std::string& place, Result<void> good) {
+  if (good || place.empty()) return good;
+  Error error = good.error();
+  error.where = place + ": " + error.where;
+  return error;
+}
+
 /** What must be right in any case, and with --check-config what a start would find. */
 Result<void> checkWhole(Options& options) {
   Config& config = options.loaded.config;
@@ -116,7 +132,8 @@ Result<void> checkWhole(Options& options) {
   if (good) good = checkProcessors(config);
   if (good) good = checkFolders(options.loaded);
   if (good) good = checkSocketPaths(config.sockets.control, config.sockets.admin);
-  if (good) good = checkSocketGroup(config.sockets.group);
+  if (good) good = standingAt(options.loaded.group_place, checkSocketGroup(config.sockets.group));
+  if (good) good = standingAt(options.loaded.builder_place, checkBuilder(config.builder.program));
   if (good) good = findLines(lineRequests(config.lines));
   return good;
 }

@@ -254,8 +254,14 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
   Program misspelt(directory, {"--check-config", "--config", bad});
   EXPECT_EQ(misspelt.wait(), 2);
   EXPECT_NE(misspelt.output().find("bad.toml:2"), std::string::npos) << misspelt.output();
-  std::ofstream(bad) << "[sockets]\ngroup = \"no-such-group\"\n";
-  EXPECT_EQ(code({"--check-config", "--config", bad}), 2) << "found before a start finds it";
+  for (const auto& [words, place] :
+       {std::pair{"[sockets]\ngroup = \"no-such-group\"\n", "bad.toml:2:9: sockets.group: there is no group"},
+        {"[builder]\n\nprogram = \"/no/such/builder\"\n", "bad.toml:3:11: hapticd-builder: not found at /no/such"}}) {
+    std::ofstream(bad, std::ios::trunc) << words;
+    Program missing(directory, {"--check-config", "--config", bad});
+    EXPECT_EQ(missing.wait(), 2) << "found before a start finds it";
+    EXPECT_NE(missing.output().find(place), std::string::npos) << missing.output();
+  }
   for (const auto& [cpus, good] : {std::pair{"[0]", true}, {"[0, 1023]", false}}) {
     std::ofstream(bad, std::ios::trunc) << "[[group]]\nname = \"one\"\ndevices = [\"sim://\"]\ncpus = " << cpus << "\n";
     EXPECT_EQ(code({"--check-config", "--config", bad}), good ? 0 : 2) << cpus;

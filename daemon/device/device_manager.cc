@@ -156,6 +156,10 @@ bool DeviceManager::readyFor(const GroupOpening& opening) {
 void DeviceManager::finish(GroupOpening& opening) {
   const Result<void> result = opening.devices ? adopt(opening.group, std::move(opening.open)) : opening.devices;
   if (!result) closeUnused(opening.open);
+  if (!result && groups_opening_.empty()) {
+    meshes_.noServoComes();
+    scene_.textures().noServoComes();
+  }
   std::vector<Opening> rows;
   for (const std::string& canonical : opening.canonical) rows.push_back(takeOpening(canonical));
   for (const Opening& row : rows) {

@@ -139,9 +139,10 @@ Result<std::vector<Vec3>> parsePath(std::string_view value, const std::string& w
   if (value.empty() || value == "none") return path;
   const auto numbers = static_cast<std::size_t>(std::count(value.begin(), value.end(), ',')) + 1;
   if (numbers % 3 != 0 || numbers > std::size_t{3} * kMaxPathPoints) {
-    return Error{ErrorCode::kInvalidArgument, where,
-                 fmt::format("{} numbers are not 2 to {} points", numbers, kMaxPathPoints),
-                 "x,y,z of one after the other [m]; none takes the path away"};
+    return Error{
+        ErrorCode::kInvalidArgument, where,
+        fmt::format("{} number{} no 2 to {} points", numbers, numbers == 1 ? " makes" : "s make", kMaxPathPoints),
+        "x,y,z of one after the other [m]; none takes the path away"};
   }
   auto n = parseNumbers(value, numbers, where);
   if (!n) return n.error();

@@ -35,8 +35,10 @@ Result<void> checkEffect(const EffectSpec& e, const std::string& where) {
     if (auto r = inRange(n.value, n.lower, n.upper, where + n.name, n.unit, n.remedy); !r) return r;
   }
   if (e.path.size() == 1 || e.path.size() > kMaxPathPoints) {
-    return invalid(where + ".path", fmt::format("{} points; a path has 2 to {}", e.path.size(), kMaxPathPoints),
-                   "a longer one is made of several objects; without points the object itself guides");
+    return invalid(
+        where + ".path",
+        fmt::format("{} point{}; a path has 2 to {}", e.path.size(), e.path.size() == 1 ? "" : "s", kMaxPathPoints),
+        "a longer one is made of several objects; without points the object itself guides");
   }
   for (std::size_t i = 0; i < e.path.size(); ++i) {
     if (isFinite(e.path[i]) && e.path[i].cwiseAbs().maxCoeff() <= limits::kCoordinate) continue;

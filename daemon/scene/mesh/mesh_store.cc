@@ -147,6 +147,14 @@ void MeshStore::copyAside(Entry& entry) {
                });
 }
 
+void MeshStore::noServoComes() {
+  for (const auto& entry : shelf_->entries()) {
+    if (entry == nullptr) continue;
+    entry->spare = Spare::kNone;
+    for (auto& copy : std::exchange(entry->fresh, {})) giveBack(std::move(copy), entry->info.bytes);
+  }
+}
+
 /** What has many pages takes its time to go. */
 template <class Memory>
 void MeshStore::giveBack(Memory memory, std::uint64_t bytes) {

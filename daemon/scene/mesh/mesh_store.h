@@ -103,6 +103,8 @@ class MeshStore {
    * on a thread aside. Where it is false, ask again after reclaim().
    */
   [[nodiscard]] bool readyForServo();
+  /** The servo does not come, and no other is on its way: what was made aside for it goes. */
+  void noServoComes();
   /** Publishes every mesh to a new sink, before the scene is replayed to it. */
   [[nodiscard]] Result<void> attach(CommandSink& sink);
   void detach(CommandSink& sink);

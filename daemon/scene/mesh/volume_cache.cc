@@ -256,8 +256,9 @@ void VolumeCache::keep(const std::string& key, UniqueFd snapshot, UniqueFd volum
     std::uint64_t waiting = 0;
     for (const Job& other : jobs_) waiting += other.bytes;
     if (!jobs_.empty() && (jobs_.size() >= kMostJobs || waiting + job.bytes > kMostJobBytes)) {
-      log::warn("a volume is not kept on disk: {} others, {:.1f} MB, wait to be written (load it again later)",
-                jobs_.size(), static_cast<double>(waiting) * 1e-6);
+      log::warn("a volume is not kept on disk: {} MB of {} wait to be written (load it again later)",
+                fmt::format("{:.1f}", static_cast<double>(waiting) * 1e-6),
+                jobs_.size() == 1 ? std::string("another") : fmt::format("{} others", jobs_.size()));
       return;
     }
     jobs_.push_back(std::move(job));

@@ -162,12 +162,16 @@ void TextureStore::layOutAside(Entry& entry, std::int64_t period_ns) {
 
 Result<void> TextureStore::attach(CommandSink& sink) {
   auto attached = shelf_->attach(sink, [&](std::uint32_t index, CommandSink& s) { return publish(index, s); });
+  noServoComes();  // Beyond this one.
+  return attached;
+}
+
+void TextureStore::noServoComes() {
   for (const auto& entry : shelf_->entries()) {
     if (entry == nullptr) continue;
     entry->made.clear();
     entry->answered.clear();
   }
-  return attached;
 }
 
 void TextureStore::detach(CommandSink& sink) { shelf_->detach(sink); }

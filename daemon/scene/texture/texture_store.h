@@ -80,6 +80,8 @@ class TextureStore {
    * thread aside. Where it is false, ask again after reclaim().
    */
   [[nodiscard]] bool readyForServo(std::int64_t period_ns);
+  /** The servo does not come, and no other is on its way: what was made aside for it goes. */
+  void noServoComes();
   /** Publishes every texture to a new sink, before the scene is replayed to it. */
   [[nodiscard]] Result<void> attach(CommandSink& sink);
   void detach(CommandSink& sink);

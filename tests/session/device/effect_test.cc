@@ -96,7 +96,7 @@ TEST_F(EffectBench, WhatIsWrongIsRefusedByItsNameAndChangesNothing) {
   refused("effect_reach?value=0", "effect.reach", "0.001");
   refused("effect_hz?value=401", "effect.hz", "400");
   refused("effect_duration_s?value=1e9", "effect.durationS", "3600");
-  refused("effect_path?value=1,2,3", "effect.path", "1 points");
+  refused("effect_path?value=1,2,3", "effect.path", "1 point;");
   refused("effect_path?value=1,2,3,4", "/objects/hint/effect_path", "4 numbers");
   refused("effect_path?value=1,2,3,4,5,1000", "effect.path", "point 2");
   std::string long_path = "effect_path?value=0,0,0";

@@ -5,6 +5,8 @@
 
 #include <condition_variable>
 #include <mutex>
+#include <optional>
+#include <string>
 
 #include "daemon/builder/build.h"
 #include "daemon/device/device_opener.h"
@@ -123,6 +125,31 @@ TEST(SlowOpen, WaitsForTheCopyOfALargeMeshThatItsServoNeeds) {
     return isWaitedFor(slow, [&] { return slow.bench.core.meshes().busy(); });
   };
   EXPECT_TRUE(isSeen(waits)) << "control made it itself";
+}
+
+/** Five are more than a servo takes: its group ends after all was made ready for it. */
+TEST(SlowOpen, WhatWasMadeForAServoThatDoesNotStartGoes) {
+  BuildMonitor monitor;
+  const auto built = buildSnapshot(upload(torus(240, 120), HD_MESH_DEFORMABLE), monitor);
+  ASSERT_TRUE(built.ok());
+  SlowBench slow;
+  MeshStore& meshes = slow.bench.core.meshes();
+  ASSERT_TRUE(meshes.add(std::move(*built->memfd.share()), {}).ok());
+  DeviceManager& devices = slow.bench.core.devices();
+  devices.setFactory([&](std::string_view uri) -> Result<std::unique_ptr<Device>> {
+    return std::unique_ptr<Device>(std::make_unique<SlowDevice>(slow.gate, std::string(uri), false));
+  });
+  slow.gate.open();
+  GroupConfig group;
+  group.name = "many";
+  group.rate_hz = 1000;
+  for (int i = 1; i <= 5; ++i) group.devices.push_back("slow://" + std::to_string(i));
+  std::optional<Result<void>> answer;
+  devices.openGroup(group, [&](const Result<void>& opened) { answer = opened; }, {});
+  slow.until([&] { return answer.has_value(); });
+  EXPECT_EQ(answer->error().code, ErrorCode::kInvalidArgument);
+  slow.until([&] { return !meshes.busy(); });
+  EXPECT_FALSE(meshes.readyForServo()) << "its copy has gone";
 }
 
 /** Of a user who may have no more threads; in a child, which gives that right up. */

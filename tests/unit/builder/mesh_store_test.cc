@@ -1,6 +1,9 @@
 // Large meshes that the control thread neither copies nor unmaps itself.
 #include "daemon/scene/mesh/mesh_store.h"
 
+#include <fstream>
+#include <string>
+
 #include "daemon/builder/build.h"
 #include "tests/support/eventually.h"
 #include "tests/support/process/no_descriptors.h"
@@ -74,6 +77,27 @@ TEST_F(MeshStoreTest, ALargeOneIsCopiedForTheNextServoBeforeItComes) {
   }
   EXPECT_NE(first(one_)->vertices, first(other_)->vertices);
   EXPECT_FALSE(store_.readyForServo()) << "a third needs its own";
+}
+
+/** Memory that has been mapped of snapshots and of what moves. */
+long mapped() {
+  std::ifstream maps("/proc/self/maps");
+  long count = 0;
+  for (std::string line; std::getline(maps, line);) count += line.find("memfd:hapticd") != std::string::npos ? 1 : 0;
+  return count;
+}
+
+TEST_F(MeshStoreTest, WhatWasMadeForAServoThatDoesNotComeGoes) {
+  ASSERT_TRUE(store_.attach(one_));
+  add(large());
+  const long before = mapped();
+  ASSERT_TRUE(comesToBeReady());
+  ASSERT_GT(mapped(), before);
+  store_.noServoComes();
+  ASSERT_TRUE(comesToRest());
+  EXPECT_EQ(mapped(), before);
+  EXPECT_FALSE(store_.readyForServo()) << "the next needs its own";
+  ASSERT_TRUE(comesToBeReady());
 }
 
 TEST_F(MeshStoreTest, ASmallOneNeedsNoPreparation) {

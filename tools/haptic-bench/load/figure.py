@@ -10,7 +10,7 @@ import sys
 
 NAME = re.compile(r"(\d+) triangles, (\w+), (\w+)(?: (\S+) Hz)?: (.+)")
 # Quantity, label of its axis, scale.
-ROWS = [("period mean", "servo period, mean [us]", "linear"), ("period p99", "servo period, p99 [us]", "linear"),
+ROWS = [("period mean", "servo period, mean [µs]", "linear"), ("period p99", "servo period, p99 [µs]", "linear"),
         ("force error rms", "force error, rms [% of the mean force]", "log")]
 COLOURS = {"native": "#26303a", "plane": "#edae49", "patch": "#00798c", "force": "#d1495b"}
 MARKERS = "osD^v"  # By rate.

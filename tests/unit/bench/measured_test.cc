@@ -68,6 +68,17 @@ TEST(Measured, LoadIsFoundInTheAir) {
   EXPECT_LT((load.bias_S - Vec3(0.3, -0.2, 0.1)).norm(), 1e-3);
 }
 
+TEST(Measured, NothingHangsUpwards) {
+  Recording r = record(handling(potato()), apparatus());
+  Recording turned = r, pulling = r;
+  for (PoseSample& p : turned.poses) p.X_OS.q = Quat(p.X_OS.q.x(), p.X_OS.q.y(), p.X_OS.q.z(), p.X_OS.q.w());
+  for (ForceSample& f : pulling.forces) f.f_S = -f.f_S;
+  EXPECT_THAT([&] { (void)estimateLoad(pulling, 0.95); }, ThrowsMessage<Failure>(HasSubstr("pull the probe upwards")));
+  EXPECT_THAT([&] { (void)estimateLoad(turned, 0.95); }, ThrowsMessage<Failure>(HasSubstr("order w x y z")));
+  for (ForceSample& f : pulling.forces) f.f_S *= 0.1;
+  EXPECT_NEAR(estimateLoad(pulling, 0.95).weight, -0.04, 1e-3) << "as little may be chance";
+}
+
 TEST(Measured, RegistrationFindsTheTruePose) {
   const Model m = potato();
   const Apparatus a = apparatus();

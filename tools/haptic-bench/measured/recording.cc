@@ -15,6 +15,8 @@ namespace {
 using Quat = Eigen::Quaterniond;
 
 constexpr double kUnturned = 1e-6;  // Of the largest eigenvalue: the probe has not turned.
+constexpr double kNoWeight = 0.05;  // [N]: what may seem to pull upwards where next to nothing hangs on the sensor.
+constexpr double kSure = 5;         // Standard deviations.
 
 struct PoseColumns {
   Table::Column p[3], q[4];
@@ -115,6 +117,8 @@ ProbeLoad estimateLoad(const Recording& recording, double until_s) {
   // f = bias + weight * down, four unknowns.
   NormalMatrix normal = NormalMatrix::Zero(4, 4);
   Unknowns right = Unknowns::Zero(4);
+  double squares = 0;
+  int count = 0;
   PoseCursor poses(recording.poses);
   for (const ForceSample& f : recording.forces) {
     if (!poses.covers(f.t_s) || f.t_s >= until_s) continue;
@@ -122,8 +126,15 @@ ProbeLoad estimateLoad(const Recording& recording, double until_s) {
     row << Eigen::Matrix3d::Identity(), down_S(poses.at(f.t_s));
     normal += row.transpose() * row;
     right += row.transpose() * f.f_S;
+    squares += f.f_S.squaredNorm();
+    ++count;
   }
-  const Unknowns x = leastSquares(normal, right, kUnturned).x;
+  const auto [x, rank, inverse] = leastSquares(normal, right, kUnturned);
+  const double variance = std::max(0.0, squares - x.dot(right)) / std::max(1, 3 * count - rank);
+  if (rank == 4 && x[3] < -kNoWeight && x[3] < -kSure * std::sqrt(variance * inverse(3, 3))) {
+    throw Failure("recording", fmt::format("in its free time {:.3g} N pull the probe upwards", -x[3]),
+                  "forces on the probe: change their sign, or see the poses: z up, and the order w x y z");
+  }
   return {x.head<3>(), x[3]};
 }
 

@@ -78,7 +78,8 @@ struct MergeOptions {
 
 /**
  * The load by least squares over a stretch without contact. Where the probe does not turn there, bias and weight cannot
- * be told apart: the smallest pair that explains the forces is taken, good for that orientation alone.
+ * be told apart: the smallest pair that explains the forces is taken, good for that orientation alone. Throws Failure
+ * where what hangs on the sensor would be pulled upwards.
  */
 [[nodiscard]] ProbeLoad estimateLoad(const Recording& recording, double until_s);
 

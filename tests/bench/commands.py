@@ -147,11 +147,16 @@ class Commands(unittest.TestCase):
     def test_what_is_shown_says_what_it_is(self):
         run = ("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds")
         few, many = self.bench(*run, 5), self.bench(*run, 6)
-        self.assertRegex(few, r"b=0 +median +range +rounds")
-        self.assertRegex(many, r"b=0 +median +95 % interval +rounds")
+        self.assertRegex(few, r"b=0\n +median +range +rounds")
+        lines = few.splitlines()
+        at = next(i for i, line in enumerate(lines) if "median" in line)
+        self.assertEqual(lines[at - 1], "run plane lissajous:seconds=0.1 k=1000 mu_s=0 mu_d=0 b=0")
+        error = lines[at + 1]  # The columns' names stand above the columns.
+        self.assertEqual(len(error[:error.rindex(" 1 N^2")].rstrip()), lines[at].index("median") + len("median"))
+        self.assertRegex(many, r"b=0\n +median +95 % interval +rounds")
         self.assertRegex(many, r"ours forces +[0-9a-f]{12} +1 hash\n")  # What is told once has no interval.
         self.assertRegex(many, r"ours mean +[\d.e+]+ +[\d.e+]+ \.\. +[\d.e+]+  6 ns\n")
-        self.assertIn("b=0 r=0.001 ", self.bench(*run, 1, "--radius", 0.001))  # Another benchmark than with a point.
+        self.assertIn("b=0 r=0.001\n", self.bench(*run, 1, "--radius", 0.001))  # Another benchmark than with a point.
 
     def test_it_says_which_version_it_is(self):
         self.assertRegex(self.bench("--version"), r"^haptic-bench \d+\.\d+\.\d+\n$")

@@ -48,7 +48,9 @@ void print(const Common& common, const std::string& benchmark, const std::vector
   std::size_t most = 0;
   for (const Series& s : all) most = std::max(most, s.rounds.size());
   const char* interval = most < kRoundsOfAnInterval ? "range" : "95 % interval";
-  fmt::print("\n{:<{}}  {:>12}  {:>23}  rounds\n", benchmark, width, "median", interval);
+  const bool fits = benchmark.size() <= width;  // Else it has a line of its own, above the columns' names.
+  fmt::print("\n{}{:<{}}  {:>12}  {:>23}  rounds\n", fits ? "" : benchmark + "\n", fits ? benchmark : "", width,
+             "median", interval);
   for (const Series& s : all) {
     const Estimate e = estimate(s.rounds);
     const auto text = [&](double x) { return valueText(s.unit, x, 4); };

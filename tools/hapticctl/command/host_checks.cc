@@ -129,18 +129,22 @@ HostCheck groupMembership() {
   HostCheck out{"group haptic", kGreen, {}, {}};
   if (geteuid() == 0) return {out.name, kNotApplicable, "root needs no group", {}};
   const group* haptic = getgrnam("haptic");
-  if (haptic == nullptr) return {out.name, kNotApplicable, "no such group: hapticd is not installed here", {}};
+  const passwd* user = getpwuid(geteuid());
+  const std::string join =
+      fmt::format("adduser {} haptic   (then log in anew)", user != nullptr ? user->pw_name : "USER");
+  if (haptic == nullptr) {  // As where it was installed into a folder: what is given to the group reaches nobody.
+    return {out.name, kRed, "no such group: the hapticd package makes it", "groupadd --system haptic && " + join};
+  }
   const gid_t wanted = haptic->gr_gid;
   std::vector<gid_t> groups(static_cast<std::size_t>(std::max(getgroups(0, nullptr), 0)));
   const int n = getgroups(static_cast<int>(groups.size()), groups.data());
   groups.resize(static_cast<std::size_t>(std::max(n, 0)));
-  const passwd* user = getpwuid(geteuid());
   if (getegid() == wanted || std::find(groups.begin(), groups.end(), wanted) != groups.end()) {
     out.detail = "this user is in it";
   } else {
     out.state = kRed;
     out.detail = "this user is not in it: devices and the system daemon's socket are closed";
-    out.remedy = fmt::format("adduser {} haptic   (then log in anew)", user != nullptr ? user->pw_name : "USER");
+    out.remedy = join;
   }
   return out;
 }
@@ -209,10 +213,10 @@ std::vector<HostCheck> hostChecks(const HostView& view) {
   return {
       kernelPreemption(view),
       governor(view),
+      groupMembership(),  // Before those that are given to it.
       dmaLatency(view),
       limitOf(view, "real-time priority", RLIMIT_RTPRIO, 85, "85", "@haptic - rtprio 85"),
       limitOf(view, "locked memory", RLIMIT_MEMLOCK, rlim_t{512} << 20, "512 MiB", "@haptic - memlock 1048576"),
-      groupMembership(),
       tunable(view, "real-time throttling", "/proc/sys/kernel/sched_rt_runtime_us", leavesRoom,
               "leaves the servo too little time", "sysctl -w kernel.sched_rt_runtime_us=950000"),
       realtimeGroups(view),

@@ -35,6 +35,13 @@ sed -n '/^```cpp/,/^```/p' "$source/README.md" | grep -v '^```' >"$directory/rea
 # shellcheck disable=SC2086
 c++ -std=c++20 -Wall -Werror "$directory/readme.cc" $flags -o "$directory/readme"
 
+# shellcheck disable=SC2086
+if c++ -std=c++17 -fsyntax-only "$directory/readme.cc" $flags 2>"$directory/said"; then
+  echo "C++17 is taken"
+  exit 1
+fi
+grep -q "error: .*needs C++20" "$directory/said"
+
 echo "find_package"
 mkdir "$directory/cmake"
 cat >"$directory/cmake/CMakeLists.txt" <<END
@@ -43,13 +50,27 @@ project(stranger CXX)
 find_package(hapticclient 0.1 REQUIRED)
 add_executable(stranger stranger.cc)
 target_link_libraries(stranger PRIVATE hapticclient::hapticclient)
-target_compile_features(stranger PRIVATE cxx_std_20)
 target_compile_options(stranger PRIVATE -Wall -Wextra -pedantic -Werror)
 END
 cat >"$directory/cmake/stranger.cc" <<END
 #include <hapticclient/hapticclient.hpp>
 int main() { return haptic::Client::connect({.name = "stranger"}).code() == HAPTIC_DISCONNECTED ? 0 : 1; }
 END
+mkdir "$directory/cmake/c"
+cat >"$directory/cmake/c/CMakeLists.txt" <<END
+cmake_minimum_required(VERSION 3.25)
+project(stranger C)
+find_package(hapticclient 0.1 REQUIRED)
+add_executable(stranger stranger.c)
+target_link_libraries(stranger PRIVATE hapticclient::hapticclient)
+END
+cat >"$directory/cmake/c/stranger.c" <<END
+#include <hapticclient/hapticclient.h>
+int main(void) { return haptic_connect(NULL, NULL, NULL) == HAPTIC_INVALID_ARGUMENT ? 0 : 1; }
+END
+cmake -S "$directory/cmake/c" -B "$directory/cmake/c/build" -DCMAKE_PREFIX_PATH="$prefix" >/dev/null
+cmake --build "$directory/cmake/c/build" >/dev/null
+"$directory/cmake/c/build/stranger"
 cmake -S "$directory/cmake" -B "$directory/cmake/build" -DCMAKE_PREFIX_PATH="$prefix" >/dev/null
 cmake --build "$directory/cmake/build" >/dev/null
 HAPTICD_SOCKET=/nonexistent "$directory/cmake/build/stranger"

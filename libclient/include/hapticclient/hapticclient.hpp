@@ -9,6 +9,10 @@
  */
 #pragma once
 
+#if __cplusplus <= 201703L
+#error "hapticclient.hpp needs C++20: -std=c++20, or CXX_STANDARD 20; the C interface is hapticclient.h"
+#endif
+
 #include <hapticclient/hapticclient.h>
 
 #include <chrono>

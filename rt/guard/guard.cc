@@ -78,7 +78,7 @@ ErrorCode Guard::arm() HD_RT {
 }
 
 void Guard::disarm() HD_RT {
-  if (state_ == State::kDisarmed || state_ == State::kLowering) return;
+  if (state_ == State::kDisarmed) return;
   if (state_ == State::kArmed) lowered_s_ = 0;
   state_ = State::kLowering;
 }

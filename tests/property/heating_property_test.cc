@@ -46,6 +46,62 @@ TEST(Heating, ContinuousForceIsNeverCutAndNothingIsWithoutAModel) {
   }
 }
 
+TEST(Heating, WhatIsNoModelIsNoneHoweverMuchIsBooked) {
+  for (Heating none : {Heating(0, 9, 30), Heating(-1, 9, 30), Heating(3, 3, 30), Heating(3, 2, 30), Heating(3, 9, 0),
+                       Heating(3, 9, -1), Heating(NAN, 9, 30), Heating(3, NAN, 30), Heating(3, 9, NAN),
+                       Heating(3, INFINITY, 1), Heating(3, 9, INFINITY, 0.95), Heating(INFINITY, INFINITY, 1)}) {
+    for (int i = 0; i < 100; ++i) none.book(9, 100);
+    EXPECT_EQ(none.heat(), 0);
+    EXPECT_TRUE(std::isinf(none.allowed()));
+    EXPECT_FALSE(none.warm());
+  }
+}
+
+/** Of the daemon that had the device before; what is no heat is taken for the most. */
+TEST(Heating, BeginsAtTheHeatThatItIsTold) {
+  for (const double heat : {0.0, 0.3, 0.95, 1.0}) EXPECT_EQ(Heating(3, 9, 30, heat).heat(), heat);
+  for (const double heat : {-0.1, 1.1, double{NAN}}) EXPECT_EQ(Heating(3, 9, 30, heat).heat(), 1) << heat;
+}
+
+TEST(Heating, DeratesFromThePeakToTheContinuousForce) {
+  for (const double over : {0.01, 0.25, 0.9, 1.0}) {
+    const Heating heating(3, 9, 30, Heating::kDerate + over * (1 - Heating::kDerate));
+    EXPECT_NEAR(heating.allowed(), 9 - over * 6, 1e-9);
+  }
+  EXPECT_TRUE(std::isinf(Heating(3, 9, 30, 0.8).allowed()));
+}
+
+TEST(Heating, BooksNoMoreThanThePeakNorTimeThatIsNone) {
+  const auto after = [](double force, double dt) {
+    Heating heating(3, 9, 30, 0.5);
+    heating.book(force, dt);
+    return heating.heat();
+  };
+  const double peak = 0.5 + 1e-3 / 30 * (9 - 0.5);
+  for (const double force : {9.0, -9.0, 10.0, -1e300, double{NAN}, double{INFINITY}})
+    EXPECT_NEAR(after(force, 1e-3), peak, 1e-12) << force;
+  for (const double dt : {0.0, -1.0, double{NAN}}) EXPECT_EQ(after(9, dt), 0.5) << dt;
+  for (const double dt : {30.0, 31.0, 1e9}) EXPECT_NEAR(after(1.5, dt), 0.25, 1e-12) << "at rest by then";
+}
+
+TEST(Heating, IsWarmUntilItHasCooledWellBelow) {
+  Heating heating(3, 9, 30, 0.69);
+  EXPECT_FALSE(heating.warm());
+  heating.book(9, 0.1);
+  ASSERT_GT(heating.heat(), Heating::kAnnounce);
+  EXPECT_TRUE(heating.warm());
+  while (heating.heat() > 0.601) {
+    EXPECT_TRUE(heating.warm()) << heating.heat();
+    heating.book(0, 0.02);
+  }
+  while (heating.heat() > 0.6) heating.book(0, 1e-3);
+  EXPECT_FALSE(heating.warm());
+  while (heating.heat() < 0.69) {
+    EXPECT_FALSE(heating.warm()) << heating.heat();
+    heating.book(9, 1e-3);
+  }
+}
+
 /** Whatever is asked for: what is let through never heats beyond 1, is never below the continuous force, never jumps.
  */
 TEST(HeatingProperty, NeverBeyondWhatTheMotorsStand) {

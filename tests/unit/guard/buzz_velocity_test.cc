@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -94,6 +95,33 @@ TEST(BuzzVelocity, StaysWithinABoundWhateverIsRead) {
     const double moved = (static_cast<double>(state >> 40) / (1 << 23) - 1) * 1e-3;
     v.update(along(moved), 1e-3, 16);
     ASSERT_LE(std::abs(v.velocity().x()), (1 + 2 * BuzzVelocity::kMostLead) * 1.0 + 1e-12);
+  }
+}
+
+/** Of a fast loop the last four ticks and not one more; of a slow one the last. */
+TEST(BuzzVelocity, TheWindowHasItsMost) {
+  for (const double dt : {1e-4, 2.5e-4, 1e-3, 3e-3}) {
+    BuzzVelocity v;
+    v.setResolution(1);  // No step is sure.
+    for (const double moved : {7e-6, 1e-6, 2e-6, 3e-6, 4e-6}) v.update({moved, 0, 0}, dt, 0);
+    EXPECT_NEAR(v.velocity().x() * dt, dt < 1e-3 ? 2.5e-6 : 4e-6, 1e-15) << dt;
+  }
+}
+
+/** Two steps of the change may be wrong; what is beyond leads by as much as the loop is late, four ticks at most. */
+TEST(BuzzVelocity, LeadsByWhatIsSureOfTheLastChange) {
+  const double step = 1e-5, moved = 2.8e-5, dt = 1e-3;
+  for (const double delay : {0.0, 1.0, 2.5, 3.0, 10.0}) {
+    BuzzVelocity v;
+    v.setResolution(step);
+    v.update({0, moved, 0}, dt, delay);
+    EXPECT_NEAR(v.velocity().y(), (moved + std::min(4.0, delay + 1) * (moved - 2 * step)) / dt, 1e-12) << delay;
+  }
+  for (const double none : {0.0, -1e-3, double{NAN}, double{INFINITY}}) {
+    BuzzVelocity v;
+    v.setResolution(none);
+    v.update({0, moved, 0}, dt, 0);
+    EXPECT_NEAR(v.velocity().y(), 2 * moved / dt, 1e-12) << none;
   }
 }
 

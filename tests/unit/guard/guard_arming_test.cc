@@ -171,5 +171,88 @@ TEST(GuardArming, ArmedAgainItWaitsAndRampsAnew) {
   EXPECT_GT(rig.out.command.force.z(), 0);
 }
 
+/** Neither may a torque or a gripper's force leap when the ramp begins. */
+TEST(GuardArming, TheRampWaitsForSmallTorqueAndGripperForceToo) {
+  const auto waits = [](double torque, double gripper) {
+    GuardRig rig;
+    rig.in.source[HD_SOURCE_SURFACE].torque = {0, torque, 0};
+    rig.in.gripper_force = gripper;
+    rig.step();
+    EXPECT_EQ(rig.guard.arm(), ErrorCode::kOk);
+    rig.step(100);
+    return (rig.out.flags & HD_SAMPLE_WAITING) != 0;
+  };
+  EXPECT_FALSE(waits(0.019, 0.19));
+  EXPECT_TRUE(waits(0.021, 0));
+  EXPECT_TRUE(waits(0, 0.21));
+  EXPECT_TRUE(waits(0, -0.21));
+}
+
+/** Nothing is asked for any more; what is still sent is to be down before the ramp begins. */
+TEST(GuardArming, TheRampWaitsForWhatIsBeingLowered) {
+  Pushing rig;
+  GuardLimits limits = rig.guard.limits();
+  limits.force_slew = 50;
+  ASSERT_EQ(rig.guard.setLimits(limits), ErrorCode::kOk);
+  rig.guard.disarm();
+  rig.ask(HD_SOURCE_SURFACE, Vec3::Zero());
+  rig.step();
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  for (int i = 0; i < 95; ++i) {
+    ASSERT_TRUE(rig.step().flags & HD_SAMPLE_WAITING);
+    ASSERT_FALSE(rig.out.command.force.isZero(0));
+  }
+  rig.step(10);
+  EXPECT_FALSE(rig.out.flags & HD_SAMPLE_WAITING);
+}
+
+TEST(GuardArming, ToldToArmInEveryTickItRampsAllTheSame) {
+  GuardRig rig;
+  rig.step();
+  for (std::uint32_t i = 0; i < rig.config.small_force_ticks; ++i) {
+    ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+    rig.step();
+  }
+  EXPECT_FALSE(rig.out.flags & HD_SAMPLE_WAITING);
+}
+
+/** Torque and gripper keep to their slew to the end, and the amplifiers are on as long. */
+TEST(GuardArming, WhatIsLoweredLastIsLoweredAsSlowly) {
+  for (const bool turns : {true, false}) {
+    GuardRig rig;
+    rig.armFully();
+    GuardLimits limits = rig.guard.limits();
+    limits.torque_slew = 2;
+    if (!turns) limits.force_slew = 20;
+    ASSERT_EQ(rig.guard.setLimits(limits), ErrorCode::kOk);
+    if (turns) rig.in.source[HD_SOURCE_CLIENT].torque = {0.2, 0, 0};
+    if (!turns) rig.in.gripper_force = -2;
+    rig.step(200);
+    rig.guard.disarm();
+    for (int i = 1; i < 100; ++i) {
+      rig.step();
+      ASSERT_NEAR(turns ? rig.out.command.torque.x() : -0.1 * rig.out.command.gripper_force, 0.2 - 0.002 * i, 1e-9);
+      ASSERT_TRUE(rig.out.command.enabled);
+      ASSERT_FALSE(rig.out.flags & HD_SAMPLE_RAMPING);
+    }
+    rig.step(2);
+    EXPECT_FALSE(rig.out.command.enabled);
+  }
+}
+
+TEST(GuardArming, DisarmedInTheMiddleOfTheRampItRampsNoMore) {
+  GuardRig rig;
+  rig.step();
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  rig.step(4);
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.step(1000);
+  ASSERT_TRUE(rig.out.flags & HD_SAMPLE_RAMPING);
+  rig.guard.disarm();
+  rig.step();
+  EXPECT_TRUE(rig.out.flags & HD_SAMPLE_ARMED);
+  EXPECT_FALSE(rig.out.flags & HD_SAMPLE_RAMPING);
+}
+
 }  // namespace
 }  // namespace hapticd

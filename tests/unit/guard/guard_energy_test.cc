@@ -1,6 +1,8 @@
 // What the guard tells the observer of a hand at rest, and forgets.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "rt/guard/guard.h"
 #include "tests/unit/guard/guard_rig.h"
 
@@ -264,6 +266,80 @@ TEST(GuardEnergy, AWellDampedSurfaceLeavesTheControllerNothing) {
   rig.in.damping = 0;
   rig.step();
   EXPECT_LT(rig.out.command.force.x(), 4.9);
+}
+
+/** What the slew leaves of a force that nobody asks for any more is the guard's to answer for. */
+TEST(GuardEnergy, WhatTheSlewLeavesCountsAsPassive) {
+  for (const double now : {1.0, -1.0}) {  // Half of what it was, or the other way.
+    GuardRig rig(strong(100));
+    rig.ask(HD_SOURCE_CLIENT, {4, 0, 0});
+    rig.armFully();
+    rig.step(50);
+    GuardLimits limits = rig.guard.limits();
+    limits.force_slew = 10;
+    ASSERT_EQ(rig.guard.setLimits(limits), ErrorCode::kOk);
+    rig.ask(HD_SOURCE_CLIENT, {now, 0, 0});
+    rig.step();
+    for (int i = 0; i < 10; ++i) {
+      const double left = rig.out.command.force.x() - std::max(0.0, now), before = rig.out.energy;
+      rig.sample.p.x() -= 1e-5;
+      rig.step();
+      EXPECT_NEAR(rig.out.energy - before, 1e-5 * left, 1e-12) << now;
+    }
+  }
+}
+
+TEST(GuardEnergy, WhoWatchesNoPassivityHasNoFaultOfIt) {
+  for (const bool watched : {true, false}) {
+    GuardConfig config = strong(100);
+    config.passivity = watched;
+    config.max_damping = 0;
+    GuardRig rig(config);
+    rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+    rig.armFully();
+    for (int i = 0; i < 100; ++i) {
+      rig.sample.p.x() += 1e-3;
+      rig.step();
+    }
+    EXPECT_EQ(rig.out.fault, std::uint32_t{watched ? HD_FAULT_ENERGY : HD_FAULT_NONE});
+    EXPECT_EQ(rig.out.energy == 0, watched) << "after a fault the books are empty";
+  }
+}
+
+/** A metre within a tick is no motion of a hand. */
+TEST(GuardEnergy, AReadingThatLeapsDoesNoWork) {
+  for (const double leap : {0.9, 1.1}) {
+    GuardConfig config = strong(100);
+    config.energy_limit = 100;
+    GuardRig rig(config);
+    rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+    rig.armFully();
+    rig.step(5);
+    const double before = rig.out.energy;
+    rig.sample.p.x() += leap;
+    rig.step();
+    EXPECT_NEAR(rig.out.energy - before, leap < 1 ? -5 * leap : 0, 1e-9);
+  }
+}
+
+/** Surface and controller together: half as much again as the device can show, and no more than that alone. */
+TEST(GuardEnergy, TheControllerAddsWhatTheSurfaceLeavesIt) {
+  const double most = rigConfig().max_damping;
+  for (const double damping : {0.0, 0.4 * most, 0.6 * most, 1.1 * most, 1.3 * most}) {
+    GuardConfig config = strong(100);
+    config.energy_limit = 100;
+    GuardRig rig(config);
+    rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+    rig.armFully();
+    rig.in.damping = damping;
+    rig.in.velocity.v = {0.1, 0, 0};
+    for (int i = 0; i < 200; ++i) {
+      rig.sample.p.x() += 1e-4;
+      rig.step();
+    }
+    ASSERT_LT(rig.out.energy, -0.05);
+    EXPECT_NEAR((5 - rig.out.command.force.x()) / 0.1, std::min(most, 1.5 * most - damping), 1e-6) << damping;
+  }
 }
 
 }  // namespace

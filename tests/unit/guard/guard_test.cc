@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "tests/unit/guard/guard_rig.h"
@@ -186,6 +187,70 @@ TEST(Guard, GripperForceRisesAtTheSlewToItsLimit) {
   rig.step(20);
   EXPECT_NEAR(rig.out.command.torque.y(), 0.3, 1e-9);
   EXPECT_TRUE(rig.out.flags & HD_SAMPLE_LIMITED);
+}
+
+/** To either side, by 500 N/s, to the last step. */
+TEST(Guard, GripperForceFallsAtTheSlewToo) {
+  for (const double side : {1.0, -1.0}) {
+    GuardRig rig;
+    rig.armFully();
+    rig.in.gripper_force = 3 * side;
+    rig.step(20);
+    rig.in.gripper_force = -3.2 * side;
+    for (int i = 1; i <= 12; ++i) {
+      rig.step();
+      EXPECT_NEAR(rig.out.command.gripper_force, side * (3 - 0.5 * i), 1e-9);
+    }
+    rig.step();
+    EXPECT_NEAR(rig.out.command.gripper_force, -3.2 * side, 1e-9);
+  }
+}
+
+TEST(Guard, ATickThatTakesNoTimeOrTooLongIsNone) {
+  for (const double dt : {0.0, -1e-3, -0.0, 0.101, 1e9, std::nan("")}) {
+    GuardRig rig;
+    rig.armFully();
+    rig.in.dt = dt;
+    EXPECT_EQ(rig.step().fault, std::uint32_t{HD_FAULT_NOT_FINITE}) << dt;
+  }
+  GuardRig rig;
+  rig.armFully();
+  rig.in.dt = 0.1;
+  EXPECT_EQ(rig.step().fault, std::uint32_t{HD_FAULT_NONE});
+}
+
+/** No hand: a broken sensor, whatever the limit says. */
+TEST(Guard, FasterThanAnythingIsAFaultWhateverTheLimit) {
+  GuardConfig config = rigConfig();
+  config.limits.velocity = 1e6;
+  for (const auto& [v, w, fault] :
+       {std::array{99.0, 0.0, 0.0}, {101.0, 0.0, 1.0}, {0.0, 999.0, 0.0}, {0.0, 1001.0, 1.0}}) {
+    GuardRig rig(config);
+    rig.armFully();
+    rig.in.velocity = {{0, v, 0}, {0, 0, w}};
+    EXPECT_EQ(rig.step().fault == std::uint32_t{HD_FAULT_VELOCITY}, fault != 0) << v << ' ' << w;
+  }
+}
+
+TEST(Guard, WithoutALimitToMissedPeriodsNoneMissedIsNoFault) {
+  GuardConfig config = rigConfig();
+  config.missed_limit = 0;
+  GuardRig rig(config);
+  rig.armFully();
+  EXPECT_EQ(rig.step().fault, std::uint32_t{HD_FAULT_NONE});
+  rig.in.missed = 1;
+  EXPECT_EQ(rig.step().fault, std::uint32_t{HD_FAULT_OVERRUN});
+}
+
+/** The clock is that of the machine, and the device may need a while for its first sample. */
+TEST(Guard, ADeviceThatHasSaidNothingYetIsNotLostAtOnce) {
+  GuardRig rig;
+  rig.in.now_ns = 1'000'000'000'000;
+  rig.sample.fresh = false;
+  rig.step(20);
+  EXPECT_EQ(rig.out.fault, std::uint32_t{HD_FAULT_NONE});
+  rig.step(2);
+  EXPECT_EQ(rig.out.fault, std::uint32_t{HD_FAULT_DEVICE_LOST});
 }
 
 TEST(Guard, DailyLifeOfADisarmedDeviceIsNoFault) {

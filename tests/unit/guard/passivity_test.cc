@@ -313,5 +313,15 @@ TEST(Passivity, AHandThatLeansOnAWallWhileTheRampRisesLeavesNoDebt) {
   }
 }
 
+/** Whatever anybody says that springs hold. */
+TEST(Passivity, NoStoreIsLargerThanTheMost) {
+  for (const double said : {-1.0, double{NAN}, 2.0, 1e9}) {
+    Passivity passivity(2);
+    passivity.observe({-100, 0, 0}, {1, 0, 0}, Vec3::Zero());
+    passivity.limitStore(said);
+    EXPECT_NEAR(passivity.energy(), Passivity::kMaxStored + Passivity::kMargin, 1e-12) << said;
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -154,6 +154,30 @@ TEST_F(CycleClutch, WhatAModelHoldsComesBackNoFasterThanItsPower) {
   EXPECT_EQ(out().guard.fault, std::uint32_t{HD_FAULT_NONE});
 }
 
+/** Nothing is felt of a point that the hand is off: no torque either, also where there is no force beside it. */
+TEST_F(CycleClutch, ATorqueFadesAsAForceDoes) {
+  put(CommandKind::kAddSession, SessionRef{0, 0, 1});
+  hd_client_force push{};
+  push.lease_ns = 60'000'000'000;
+  push.torque[1] = 0.1;
+  put(CommandKind::kClientForce, push, 0);
+  steps(40);
+  ASSERT_NEAR(out().command.torque.y(), 0.1, 1e-6);
+  clutch(true);
+  double last = 0.1;
+  for (int i = 0; i < 60; ++i) {
+    const double torque = step().command.torque.y();
+    EXPECT_LE(torque, last);
+    EXPECT_LE(last - torque, 0.1 * 1e-3 / Clutch::kFall_s + 1e-9) << "not all at once";
+    last = torque;
+  }
+  EXPECT_TRUE(out().command.torque.isZero(0));
+  clutch(false);
+  EXPECT_LT(step().command.torque.y(), 0.1 * 1e-3 / Clutch::kRise_s + 1e-9);
+  steps(150);
+  EXPECT_NEAR(out().command.torque.y(), 0.1, 1e-6);
+}
+
 TEST_F(CycleClutch, AButtonHoldsItAsLongAsItIsPressed) {
   clutch(false, 2);
   step();

@@ -339,7 +339,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     if (device.finger.soft()) device.proxy.bear(device.finger.turn(scene_, sample.q));
     device.proxy.step(scene_, sample.p, out.velocity.v, period(), out.contact);
     device.shading.step(scene_, device.proxy.holding(), out.velocity.v, out.contact);
-    FingerForces pad = device.finger.soft() ? touchSoftly(d, out) : FingerForces{};
+    FingerForces pad = touchSoftly(d, out);
     source[HD_SOURCE_SURFACE].force = out.contact.force;
     const SurfaceForces added =
         device.effects.step(scene_, out.contact, device.proxy.holding(), sample.p, out.velocity.v);

@@ -58,17 +58,24 @@ double Cycle::changed(DeviceState& device, const SurfaceContact& contact, double
   return put_in;
 }
 
-/** What a fingertip adds to the contact of a point. */
+/** What a fingertip adds to the contact of a point; a point is as viscous along the surface as the material across. */
 FingerForces Cycle::touchSoftly(std::uint32_t d, DeviceOutput& out) HD_RT {
   const SceneObject* const object = scene_.find(out.contact.object);
-  SoftFinger::Motion motion{out.velocity, object != nullptr ? object->V_WO.w : Vec3::Zero()};
+  FingerMotion motion{out.velocity, object != nullptr ? object->V_WO.w : Vec3::Zero()};
   motion.fingers = static_cast<int>(config_.device_count);
-  if (const std::uint8_t k = object != nullptr ? bodies_.find(objectSlot(object->id)) : FreeBodies::kNone;
-      k != FreeBodies::kNone && bodies_.moves(k)) {
+  const std::uint8_t k = object != nullptr ? bodies_.find(objectSlot(object->id)) : FreeBodies::kNone;
+  if (k != FreeBodies::kNone && bodies_.moves(k)) {
     motion.r = out.contact.point - bodies_.body(k).body.com();
     motion.body = bodies_.mobility(k);
   }
-  const FingerForces pad = devices_[d].finger.settle(scene_, out.contact, motion, period());
+  FingerForces pad;
+  if (SoftFinger& finger = devices_[d].finger; finger.soft()) {
+    pad = finger.settle(scene_, out.contact, motion, period());
+  } else {
+    const PadForce viscous = padForce(out.contact, motion, out.contact.damping_gain, period());
+    pad.force = viscous.force;
+    pad.damping = viscous.damping;
+  }
   out.contact.force += pad.force;
   return pad;
 }

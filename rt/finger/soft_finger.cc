@@ -15,6 +15,11 @@ double turnAbout(const Vec3& n, const Quat& from, const Quat& to) HD_RT {
   return rotationVector(to * from.conjugate()).dot(n);
 }
 
+/** What friction is of [N]. */
+double pressOf(const SurfaceContact& contact) HD_RT {
+  return std::max(0.0, contact.stiffness * contact.depth + std::min(0.0, contact.damping));
+}
+
 /** Of a coefficient what a load across leaves for the other: sqrt(1 - share^2), the ellipse of eq. 2.48. */
 double left(double share) HD_RT { return std::sqrt(std::max(0.0, 1 - share * share)); }
 
@@ -40,6 +45,20 @@ void SoftFinger::reset() HD_RT {
   slips_ = false;
 }
 
+PadForce padForce(const SurfaceContact& contact, const FingerMotion& motion, double damping, double dt) HD_RT {
+  const Vec3 v = contact.velocity - motion.hand.v, v_across = v - v.dot(contact.normal) * contact.normal;
+  const double speed = v_across.norm();
+  if (contact.slip || !(speed > 0) || motion.body.vp.isZero(0)) return {};
+  const Vec3 t = v_across / speed;
+  const double w_along = motion.fingers * dt * t.dot(motion.body.at(motion.r) * t);
+  const double b = std::min(damping, 1 / w_along);
+  const Vec3 elastic = contact.stiffness * (contact.pull - contact.pull.dot(contact.normal) * contact.normal);
+  Vec3 all = elastic + b * v_across;
+  const double most = contact.friction.still * pressOf(contact);
+  if (all.norm() > most) all = most > elastic.norm() ? Vec3(all * (most / all.norm())) : elastic;
+  return {all - elastic, b};
+}
+
 TwistLoad SoftFinger::turn(const Scene& scene, const Quat& q_hand) HD_RT {
   q_now_ = q_hand;
   const SceneObject* const object = scene.find(object_);
@@ -48,7 +67,7 @@ TwistLoad SoftFinger::turn(const Scene& scene, const Quat& q_hand) HD_RT {
   return coupled_ && arm_ > 0 ? TwistLoad{stiffness_ * std::abs(twist_), arm_} : TwistLoad{};
 }
 
-FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contact, const Motion& motion,
+FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contact, const FingerMotion& motion,
                                 double dt) HD_RT {
   FingerForces out;
   const SceneObject* const object = scene.find(contact.object);
@@ -62,7 +81,7 @@ FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contac
   normal_ = contact.normal;
 
   // What presses, and how much of friction is taken by what is across: eq. 2.48's x, of both coefficients.
-  const double pressed = std::max(0.0, contact.stiffness * contact.depth + std::min(0.0, contact.damping));
+  const double pressed = pressOf(contact);
   const Vec3 lag = contact.pull - contact.pull.dot(normal_) * normal_;
   const double across = contact.stiffness * lag.norm();
   const Friction& mu = contact.friction;
@@ -87,17 +106,9 @@ FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contac
   const Vec3 v = contact.velocity - motion.hand.v, v_across = v - v.dot(normal_) * normal_;
   if (!slips_) out.moment = std::clamp(out.moment + k * kTwistRetardation * w_relative, -still, still);
   const double speed = v_across.norm();
-  if (!contact.slip && speed > 0 && !motion.body.vp.isZero(0)) {
-    const Vec3 t = v_across / speed;
-    const double w_along = motion.fingers * dt * t.dot(motion.body.at(motion.r) * t);
-    const double b = std::min(order_.damping, 1 / w_along);
-    const Vec3 elastic = contact.stiffness * lag;
-    Vec3 all = elastic + b * v_across;
-    const double most = mu.still * pressed;
-    if (all.norm() > most) all = most > across ? Vec3(all * (most / all.norm())) : elastic;
-    out.force = all - elastic;
-    out.damping = b;
-  }
+  const PadForce pad = padForce(contact, motion, order_.damping, dt);
+  out.force = pad.force;
+  out.damping = pad.damping;
   const double slide = contact.slip ? speed : 0, twirl = slips_ ? arm_ * std::abs(w_relative) : 0;
   out.cue = cueOf(std::hypot(slide, twirl), dt);
   return out;

@@ -31,6 +31,27 @@ struct FingerForces {
   double damping = 0;         ///< By which `force` is made [N s/m].
 };
 
+/** What moves at the contact, for what is viscous. */
+struct FingerMotion {
+  Twist hand;             ///< Of the hand at the device point, in W.
+  Vec3 w_object;          ///< [rad/s]
+  Vec3 r = Vec3::Zero();  ///< From the body's centre of mass to the contact [m],
+  Mobility body;          ///< and its mobility; zero of what nothing moves.
+  int fingers = 1;        ///< That may press the same body.
+};
+
+struct PadForce {
+  Vec3 force = Vec3::Zero();  ///< On the hand, in W [N].
+  double damping = 0;         ///< By which it is made [N s/m].
+};
+/**
+ * Viscosity across the normal, of a contact that sticks to a body which moves freely: with what is elastic never more
+ * than friction, and never so much that it throws the body back. Springs alone let what is held swing for ever, and
+ * beside a device, whose force is late, ever more, until it slides. Servo-safe.
+ */
+[[nodiscard]] PadForce padForce(const SurfaceContact& contact, const FingerMotion& motion, double damping,
+                                double dt) HD_RT;
+
 /** Servo thread only; deterministic. */
 class SoftFinger {
  public:
@@ -55,16 +76,8 @@ class SoftFinger {
   /** Before the proxy's step: with the hand's orientation now. What the twist asks of friction. */
   [[nodiscard]] TwistLoad turn(const Scene& scene, const Quat& q_hand) HD_RT;
 
-  /** What moves at the contact, for what is viscous. */
-  struct Motion {
-    Twist hand;             ///< Of the hand at the device point, in W.
-    Vec3 w_object;          ///< [rad/s]
-    Vec3 r = Vec3::Zero();  ///< From the body's centre of mass to the contact [m],
-    Mobility body;          ///< and its mobility; zero of what nothing moves.
-    int fingers = 1;        ///< That may press the same body.
-  };
   /** After the proxy's step. */
-  [[nodiscard]] FingerForces settle(const Scene& scene, const SurfaceContact& contact, const Motion& motion,
+  [[nodiscard]] FingerForces settle(const Scene& scene, const SurfaceContact& contact, const FingerMotion& motion,
                                     double dt) HD_RT;
 
   /** Of the surface's place of contact relative to the finger, about the normal [rad]. */

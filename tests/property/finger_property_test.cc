@@ -103,6 +103,54 @@ TEST(FingerProperty, ForceAndMomentStayWithinFriction) {
   }
 }
 
+/** On a body that moves freely a contact is viscous while it sticks: it only ever slows what moves across, stays within
+ * friction together with what is elastic, and stops a body within a tick at the most. */
+TEST(FingerProperty, WhatIsViscousSlowsWithinFriction) {
+  int bounded = 0, stopped = 0;
+  forSeeds(40, [&](unsigned seed) {
+    Random random(seed);
+    for (int i = 0; i < 2000; ++i) {
+      const double dt = std::pow(10.0, random.in(-4, -2));
+      SurfaceContact contact;
+      contact.normal = (random.vector(1) + Vec3(0, 0, 1e-9)).normalized();
+      contact.stiffness = std::pow(10.0, random.in(1, 4));
+      contact.depth = random.in(0, 5e-3);
+      contact.damping = random.in(-5, 5);
+      contact.friction.still = random.in(0, 2);
+      const double most =
+          contact.friction.still * std::max(0.0, contact.stiffness * contact.depth + std::min(0.0, contact.damping));
+      Vec3 aside = random.vector(1);
+      aside -= aside.dot(contact.normal) * contact.normal;
+      const Vec3 elastic = random.in(0, most) * aside.normalized();
+      contact.pull = contact.depth * contact.normal + elastic / contact.stiffness;
+      contact.velocity = random.vector(1);
+      FingerMotion motion;
+      motion.hand.v = random.vector(1);
+      motion.fingers = static_cast<int>(1 + random.below(4));
+      const Vec3 v = contact.velocity - motion.hand.v, across = v - v.dot(contact.normal) * contact.normal;
+      const PadForce none = padForce(contact, motion, 10, dt);
+      ASSERT_TRUE(none.force.isZero(0)) << "nothing that stands";
+      const double mass = std::pow(10.0, random.in(-3, 1));
+      motion.body = Mobility::free(mass, Mat3::Identity());
+      const double wanted = random.in(0, 20);
+      const PadForce pad = padForce(contact, motion, wanted, dt);
+      ASSERT_LE(std::abs(pad.force.dot(contact.normal)), 1e-9);
+      ASSERT_GE(pad.force.dot(across), -1e-12) << "of the surface on the hand: along with it";
+      ASSERT_LE((elastic + pad.force).norm(), most * (1 + 1e-9) + 1e-12);
+      ASSERT_LE(pad.damping, wanted);
+      ASSERT_LE(pad.force.norm() * dt / mass, across.norm() / motion.fingers * (1 + 1e-9)) << "not back";
+      bounded += (elastic + pad.force).norm() > 0.999 * most;
+      stopped += pad.damping < wanted;
+      contact.slip = true;
+      ASSERT_TRUE(padForce(contact, motion, wanted, dt).force.isZero(0));
+    }
+  });
+  if (seeds(2).size() > 1) {
+    EXPECT_GT(bounded, 1000);
+    EXPECT_GT(stopped, 1000);
+  }
+}
+
 /** A hand that turns on a thing that stands is never paid for it: the spring gives back no more than it took. */
 TEST(FingerProperty, TurningAHandGainsNothing) {
   forSeeds(40, [&](unsigned seed) {

@@ -128,6 +128,36 @@ TEST(Grasp, WhatIsHeldComesToRest) {
   }
 }
 
+/** Springs alone let a block rock between two points for ever, and ever more where a device is late. */
+TEST(Grasp, ABlockThatIsKnockedBetweenPointsComesToRest) {
+  for (const double stiffness : {500.0, 2000.0}) {
+    for (const double mass : {0.1, 0.4}) {
+      GraspHouse::Block block;
+      block.mass = mass;
+      block.material = {stiffness, 1, 0.8, 0.6};
+      GraspHouse house(block);
+      grasp(house, 6 / stiffness);
+      for (int i = 0; i < 10; ++i) {
+        house.press(6 / stiffness);
+        for (int d = 0; d < 2; ++d) house.device[d].sample.p.z() += d == 0 ? 1e-4 : -1e-4;
+        house.step();
+      }
+      house.press(6 / stiffness);
+      const auto rocks = [&] {
+        double most = 0;
+        for (int i = 0; i < 200; ++i) {
+          house.step();
+          most = std::max(most, house.body().twist().w.norm());
+        }
+        return most;
+      };
+      const double knocked = rocks();
+      house.run(2600);
+      EXPECT_LT(rocks(), 0.01 * knocked) << stiffness << " N/m, " << mass << " kg";
+    }
+  }
+}
+
 /** A disc that turns on a finger is braked by mu_d P arm alone, and the hand is turned by as much. */
 TEST(Grasp, WhatTurnsIsBrakedByTheMomentOfFriction) {
   GraspHouse::Block block;

@@ -55,7 +55,7 @@ class SoftFingerTest : public ::testing::Test {
   std::uint32_t thing;
   SurfaceContact contact;
   SoftFinger finger;
-  SoftFinger::Motion motion{};
+  FingerMotion motion{};
   TwistLoad load;
 };
 

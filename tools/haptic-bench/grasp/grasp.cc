@@ -180,7 +180,7 @@ void addGrasp(CLI::App& app, Run& chosen) {
   bounded(sub, "--persons", options->persons, "Simulated persons, each with fingers unsteady in another way", 1, 1000);
   bounded(sub, "--turns", options->turns, "How often each holds each cube", 1, 1000);
   bounded(sub, "--unsteady", options->unsteady_mm, "How far fingers are from where they want to be, RMS [mm]", 0.0,
-          1.0);
+          0.5);
   sub->add_option("--samples", options->samples, "CSV file for the course of every release");
   sub->add_flag("--quick", options->quick, "One person and one turn");
   sub->add_flag("--check", options->check, "Exit 1 if something comes out otherwise than in the thesis");

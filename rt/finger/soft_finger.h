@@ -33,11 +33,11 @@ struct FingerForces {
 
 /** What moves at the contact, for what is viscous. */
 struct FingerMotion {
-  Twist hand;             ///< Of the hand at the device point, in W.
-  Vec3 w_object;          ///< [rad/s]
-  Vec3 r = Vec3::Zero();  ///< From the body's centre of mass to the contact [m],
-  Mobility body;          ///< and its mobility; zero of what nothing moves.
-  int fingers = 1;        ///< That may press the same body.
+  Twist hand;                    ///< Of the hand at the device point, in W.
+  Vec3 w_object = Vec3::Zero();  ///< [rad/s]
+  Vec3 r = Vec3::Zero();         ///< From the body's centre of mass to the contact [m],
+  Mobility body;                 ///< and its mobility; zero of what nothing moves.
+  int fingers = 1;               ///< That may press the same body.
 };
 
 struct PadForce {

@@ -127,29 +127,36 @@ TEST(SlowOpen, WaitsForTheCopyOfALargeMeshThatItsServoNeeds) {
   EXPECT_TRUE(isSeen(waits)) << "control made it itself";
 }
 
-/** Five are more than a servo takes: its group ends after all was made ready for it. */
+/** Its threads find no processor: the group ends after all was made ready for it. */
 TEST(SlowOpen, WhatWasMadeForAServoThatDoesNotStartGoes) {
   BuildMonitor monitor;
   const auto built = buildSnapshot(upload(torus(240, 120), HD_MESH_DEFORMABLE), monitor);
   ASSERT_TRUE(built.ok());
-  SlowBench slow;
-  MeshStore& meshes = slow.bench.core.meshes();
-  ASSERT_TRUE(meshes.add(std::move(*built->memfd.share()), {}).ok());
-  DeviceManager& devices = slow.bench.core.devices();
-  devices.setFactory([&](std::string_view uri) -> Result<std::unique_ptr<Device>> {
-    return std::unique_ptr<Device>(std::make_unique<SlowDevice>(slow.gate, std::string(uri), false));
+  Gate gate;
+  gate.open();
+  MonotonicClock clock;
+  CoreOptions options;
+  options.config = Bench::relaxed();
+  options.config.servo.lock_memory = false;
+  options.epoch = 42;
+  Core core(options, clock);
+  core.devices().setFactory([&](std::string_view uri) -> Result<std::unique_ptr<Device>> {
+    return std::unique_ptr<Device>(std::make_unique<SlowDevice>(gate, std::string(uri), false));
   });
-  slow.gate.open();
-  GroupConfig group;
-  group.name = "many";
-  group.rate_hz = 1000;
-  for (int i = 1; i <= 5; ++i) group.devices.push_back("slow://" + std::to_string(i));
+  ASSERT_TRUE(core.meshes().add(std::move(*built->memfd.share()), {}).ok());
   std::optional<Result<void>> answer;
-  devices.openGroup(group, [&](const Result<void>& opened) { answer = opened; }, {});
-  slow.until([&] { return answer.has_value(); });
-  EXPECT_EQ(answer->error().code, ErrorCode::kInvalidArgument);
-  slow.until([&] { return !meshes.busy(); });
-  EXPECT_FALSE(meshes.readyForServo()) << "its copy has gone";
+  core.devices().openGroup({"nowhere", {"slow://1"}, 1000, {1'000'000}},
+                           [&](const Result<void>& opened) { answer = opened; }, {});
+  bool made = false;
+  while (!answer) {
+    core.poll();
+    made = made || core.meshes().busy();
+  }
+  ASSERT_FALSE(answer->ok());
+  EXPECT_EQ(answer->error().where, "cpus");
+  EXPECT_TRUE(made);
+  while (core.meshes().busy()) core.poll();
+  EXPECT_FALSE(core.meshes().readyForServo()) << "its copy has gone";
 }
 
 /** Of a user who may have no more threads; in a child, which gives that right up. */

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
+#include <string>
 
 #include "tools/haptic-bench/grasp/goals.h"
 
@@ -86,7 +86,14 @@ TEST(BenchGrasp, ABarYieldsWhereTheClosedFormSays) {
   }
 }
 
-TEST(BenchGrasp, GoalsAreMissedByWhatIsWrong) {
+/** Which goals, counted from 0. */
+std::string missed(const std::vector<Goal>& goals) {
+  std::string which;
+  for (std::size_t i = 0; i < goals.size(); ++i) which += goals[i].met ? "" : std::to_string(i);
+  return which;
+}
+
+TEST(BenchGrasp, GoalsAreMissedByWrongHands) {
   std::vector<Cube> cubes;
   for (const double mass : {0.1, 0.2, 0.4}) {
     for (const double stiffness : {500.0, 1000.0, 2000.0}) {
@@ -96,18 +103,44 @@ TEST(BenchGrasp, GoalsAreMissedByWhatIsWrong) {
       }
     }
   }
-  const auto met = [](const std::vector<Goal>& goals) {
-    int count = 0;
-    for (const Goal& goal : goals) count += goal.met ? 1 : 0;
-    return count;
+  const auto holdAs = [&](const auto& grip) {
+    std::vector<Cube> others = cubes;
+    for (Cube& cube : others) cube.holds.front().held = grip(cube);
+    return missed(judge(others));
   };
-  EXPECT_EQ(met(judge(cubes)), 4);
-  std::vector<Cube> wrong = cubes;
-  wrong.front().holds.front().fell *= 1.3;
-  EXPECT_EQ(met(judge(wrong)), 3);
-  wrong = cubes;  // Whoever holds all alike.
-  for (Cube& cube : wrong) cube.holds.front().held = 5;
-  EXPECT_LT(met(judge(wrong)), 3);
+  EXPECT_EQ(missed(judge(cubes)), "");
+  EXPECT_EQ(holdAs([](const Cube&) { return 5.0; }), "13")
+      << "all alike: no correlation, nor margins that the stiffness makes";
+  EXPECT_EQ(holdAs([](const Cube& c) { return c.slips * (1 + c.mass) + 1e-6 * c.stiffness; }), "2");
+  EXPECT_EQ(holdAs([](const Cube& c) { return c.slips + 1 - 2e-4 * c.stiffness; }), "13");
+  cubes.front().holds.front().fell *= 1.3;
+  EXPECT_EQ(missed(judge(cubes)), "0");
+}
+
+TEST(BenchGrasp, GoalsAreMissedByWrongBars) {
+  const double none = std::nan("");
+  const std::vector<Release> good{{true, 6e-3, 6e-3, 1, 1.01, 2e-3, 5e-3, 0.5},
+                                  {true, 6e-3, 1e-2, 1, 0.99, 1e-3, 2e-3, 0.9},
+                                  {false, 6e-3, 3e-3, 1, 1, none, none, 0.01},
+                                  {false, 6e-3, 1e-2, 1, 1, 0, 0, none}};
+  const auto with = [&](std::size_t i, double Release::*member, double value) {
+    std::vector<Release> all = good;
+    all[i].*member = value;
+    return missed(judge(all));
+  };
+  EXPECT_EQ(missed(judge(good)), "");
+  EXPECT_EQ(with(0, &Release::yields, 1.03), "0");
+  EXPECT_EQ(with(2, &Release::turned_5, 0.2), "1");
+  EXPECT_EQ(with(3, &Release::slid_10, 1e-3), "1");
+  EXPECT_EQ(with(1, &Release::slid_10, 3e-3), "2");
+
+  std::vector<Alignment> aligned{{true, 0.02, 0.5, {{0.1, 1, -0.05, 0, false}}},
+                                 {false, 0.02, 0.5, {{0.1, 1, 0.1, 0, false}}}};
+  EXPECT_EQ(missed(judge(aligned)), "");
+  aligned[0].attempts[0].off = -0.2;
+  EXPECT_EQ(missed(judge(aligned)), "0");
+  aligned[1].attempts[0] = {0.1, 1, -0.5, 0.03, true};
+  EXPECT_EQ(missed(judge(aligned)), "1");
 }
 
 }  // namespace

@@ -1,12 +1,20 @@
 // What the point that touches does to the objects that it presses, and what of that is theirs in the guard's books.
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "rt/cycle/cycle.h"
 
 namespace hapticd {
 
-/** What the hand feels of free bodies they feel of it; where several objects hold it, each its own part. `turning` is
- * for that which it touched first; `weight` of all that is rendered is felt. */
+/**
+ * What the hand feels of free bodies they feel of it; where several objects hold it, each its own part. `turning` is
+ * for that which it touched first; `weight` of all that is rendered is felt.
+ *
+ * In a narrow wedge a small force has large parts, F / sin(angle), which in one tick would throw a body much harder
+ * than the springs could. Together they give no more than those hold: s J . v + s^2 J . M^-1 J / 2 <= stored, s at
+ * most 1.
+ */
 void Cycle::pushBodies(const SurfaceContact& contact, const Vec3& felt, const Vec3& turning, double weight) HD_RT {
   const double dt = period();
   const auto push = [&](std::uint32_t object, const Vec3& force, const Vec3& at) HD_RT {
@@ -18,10 +26,25 @@ void Cycle::pushBodies(const SurfaceContact& contact, const Vec3& felt, const Ve
   if (contact.parts == 0) return push(contact.object, felt, contact.point);
   Vec3 rest = felt;
   for (std::uint32_t i = 0; i < contact.parts; ++i) rest -= contact.part[i].force;
+  std::array<Vec3, kMaxHolding> force;
+  double linear = 0, square = 0;
   for (std::uint32_t i = 0; i < contact.parts; ++i) {
     const ContactPart& part = contact.part[i];
-    push(part.object, part.force + part.share * rest, part.point);
+    force[i] = part.force + part.share * rest;
+    const std::uint8_t body = bodies_.find(objectSlot(part.object));
+    if (body == FreeBodies::kNone) continue;
+    const Vec3 impulse = -dt * weight * force[i];
+    const Vec3 r = part.point - bodies_.body(body).body.com();
+    linear += impulse.dot(bodies_.velocityAt(body, part.point));
+    square += 0.5 * impulse.dot(bodies_.mobility(body).at(r) * impulse);
   }
+  double scale = 1;
+  if (linear + square > contact.stored) {
+    const double root = std::sqrt(linear * linear + 4 * square * contact.stored);
+    scale = linear > 0 ? 2 * contact.stored / (linear + root) : (root - linear) / (2 * square);
+  }
+  for (std::uint32_t i = 0; i < contact.parts; ++i)
+    push(contact.part[i].object, scale * force[i], contact.part[i].point);
 }
 
 /**

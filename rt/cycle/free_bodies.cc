@@ -128,7 +128,7 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
   if (by_control) entry->ours = false;
 }
 
-void FreeBodies::begin(const Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT {
+void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT {
   joint_.begin(dt, gravity_);
   of_slot_ = none();
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
@@ -158,6 +158,7 @@ void FreeBodies::begin(const Scene& scene, double dt, std::span<const std::uint3
   }
   for (const std::uint16_t slot : scene.used()) {  // Parents first.
     if (const std::uint32_t parent = scene.slot(slot).parent; parent != 0) of_slot_[slot] = of_slot_[parent];
+    scene.setLoose(slot, of_slot_[slot] != kNone);
   }
 }
 

@@ -45,7 +45,7 @@ class FreeBodies {
   void moved(const hd_object_pose& pose, bool by_control) HD_RT;
 
   /** `held`: objects in hands; they are the hands' while they are. */
-  void begin(const Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT;
+  void begin(Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT;
   /** The free body of which the object in that slot of the scene is the whole or a part; kNone. */
   [[nodiscard]] std::uint8_t find(std::uint32_t slot) const HD_RT {
     return slot < kMaxObjects ? of_slot_[slot] : kNone;

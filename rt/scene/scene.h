@@ -46,6 +46,7 @@ struct SceneObject {
   double radius = 0;             ///< Of that ball; infinite for a plane, 0 for a group.
   bool moved = false;            ///< X_WO differs from X_WO_before.
   bool appeared = false;         ///< It could not be touched the tick before, or not as this mesh: see Scene.
+  bool loose = false;            ///< What pushes it moves it: nobody else says where it is.
 
   void place(const Pose& X) HD_RT {
     X_WO = X;
@@ -161,6 +162,8 @@ class Scene {
   /** Grows whenever something may stand where it has not come by a motion: added, enabled, shaped anew or jumped. */
   [[nodiscard]] std::uint64_t arrivals() const HD_RT { return arrivals_; }
   [[nodiscard]] const SceneObject& slot(std::uint32_t i) const HD_RT { return objects_[i]; }
+  /** By those who move it, each tick. */
+  void setLoose(std::uint32_t i, bool loose) HD_RT { objects_[i].loose = loose; }
   /** Since the object in that slot was added or last jumped [s]. */
   [[nodiscard]] double sinceArrival(std::uint32_t i) const HD_RT {
     return motion_[i].jump ? 0 : time_ - motion_[i].arrived;

@@ -293,13 +293,16 @@ void ProxyRenderer::settle(Step& step) HD_RT {
  */
 void ProxyRenderer::settleNearer(Step& step) HD_RT {
   const std::uint32_t slot = step.together ? 0 : step.carrier;
-  if (!step.together && slot == 0) return settle(step);
+  const Pinch pinch = step.together ? Pinch{} : pinchOf(step);
   const Vec3 from = slot != 0 ? step.scene->slot(slot).toWorld(start_[slot]) : proxy_;
+  const bool free = !step.together && slot == 0;
   settle(step);
-  if (!step.together || !leadsAway(from, proxy_, step.goal) || !goBack(step, from, slot)) return;
-  step.plain = true;
-  settle(step);
-  if (leadsAway(from, proxy_, step.goal)) (void)goBack(step, from, slot);
+  if (!free && step.together && leadsAway(from, proxy_, step.goal) && goBack(step, from, slot)) {
+    step.plain = true;
+    settle(step);
+    if (leadsAway(from, proxy_, step.goal)) (void)goBack(step, from, slot);
+  }
+  leavePinch(step, pinch);
 }
 
 /** How far its places relative to the objects that hold it are from the proxy. */

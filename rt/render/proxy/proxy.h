@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "rt/base/math.h"
@@ -238,6 +239,15 @@ class ProxyRenderer {
   void fitRadius(Step& step) HD_RT;
   void settle(Step& step) HD_RT;
   void settleNearer(Step& step) HD_RT;
+  /** How far from the hip what moves may take the proxy in one tick, and where it stays if that would be farther. */
+  struct Pinch {
+    double most = std::numeric_limits<double>::infinity();  ///< [m]
+    Vec3 from = Vec3::Zero();
+  };
+  Pinch pinchOf(const Step& step) HD_RT;
+  [[nodiscard]] bool isUnderBody(const Step& step, const Vec3& from) const HD_RT;
+  [[nodiscard]] bool isBetween(const Step& step) const HD_RT;
+  void leavePinch(Step& step, const Pinch& pinch) HD_RT;
   [[nodiscard]] bool goBack(Step& step, const Vec3& from, std::uint32_t slot) HD_RT;
   bool sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot, SweepHit& first,
                bool beside = false) HD_RT;
@@ -321,6 +331,7 @@ class ProxyRenderer {
    */
   bool behind_ = false;
   std::array<Vec3, kMaxObjects> start_{};              ///< By slot, in the object's frame.
+  std::array<Vec3, kMaxObjects> carried_{};            ///< The same, before the proxy settles.
   std::array<std::uint32_t, kMaxObjects> start_id_{};  ///< Which object that was, 0 if it could not be touched,
   std::array<Pose, kMaxObjects> start_pose_{};         ///< and where it stood.
 };

@@ -1,0 +1,108 @@
+/** @file
+ * A hand between two that close on each other: a press that somebody moves, and a body that falls on it.
+ */
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt/base/rotation.h"
+#include "tests/support/for_seeds.h"
+#include "tests/support/stepped/test_scene.h"
+#include "tests/support/stepped/tool_house.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kPressed = 1000;       // N/m
+constexpr double kLargestBall = 0.004;  // The largest in the hand [m].
+
+/**
+ * By one tick's motion of what closes, and half of how far the hand is behind already, a proxy may come farther from
+ * it, no more: proxy_pinch.cc. By `own` the hand moved [m].
+ */
+double mostAfter(double force, double way, double own) { return 1.5 * force + kPressed * (4 * way + 1.5 * own) + 1e-6; }
+
+/** It closes on a hand that lies on a table or hovers over it, over it by up to 2 mm, and opens. */
+void aPressDoesNotKick(unsigned seed) {
+  Random random(seed);
+  const double radius = random.once(2) ? 0 : random.in(5e-4, kLargestBall), mu = random.once(2) ? 0 : random.in(0, 1);
+  test::TestScene t(radius);
+  const hd_material material{kPressed, 1, mu, 0.7 * mu};
+  t.add(ShapeKind::kBox, {0.1, 0.1, 0.05}, {{0, 0, -0.05}, Quat::Identity()}, material);
+  const double tilt = random.once(2) ? 0 : std::pow(10, random.in(-7, -1)), about = random.in(0, 6.3);
+  Pose X{{0, 0, 0.06}, fromRotationVector(tilt * Vec3(std::cos(about), std::sin(about), 0))};
+  const std::uint32_t press = t.add(ShapeKind::kBox, {0.06, 0.06, 0.01}, X, material);
+  const Vec3 hand(0, 0, radius - random.in(-0.003, 0.003));
+  t.tick(Vec3(0, 0, 0.02));
+  for (int i = 0; i < 50; ++i) t.tick(hand);
+  const double before = t.contact.force.z(), way = 1e-3 * std::pow(10, random.in(-2, 0));
+  const double lowest = 0.01 - (random.once(2) ? 0 : random.in(0, 0.002));
+  double last = before;
+  for (double to : {lowest, 0.06}) {
+    while (X.p.z() != to) {
+      X.p.z() = to < X.p.z() ? std::max(to, X.p.z() - way) : std::min(to, X.p.z() + way);
+      t.pose(press, X);
+      const double force = t.tick(hand).force.norm();
+      ASSERT_LT(force, mostAfter(last, way, 0)) << "press at " << X.p.z();
+      last = force;
+    }
+  }
+  EXPECT_NEAR(t.tick(hand).force.z(), before, 1e-6) << "the hand is on the table as it was";
+}
+
+TEST(PinchProperty, APressThatClosesOnAHandDoesNotKickIt) { forSeeds(60, aPressDoesNotKick); }
+
+/** Onto the hand, which lies on the floor or hovers over it. */
+void aBodyThatFallsGainsNothing(unsigned seed, int& pressed) {
+  Random random(seed);
+  test::ToolHouse house("sim://default?hand_stiffness=1000&hand_damping=15");
+  const double radius = random.once(2) ? 0 : random.in(5e-4, kLargestBall);
+  if (radius > 0) house.send(CommandKind::kDeviceRadius, DeviceRadius{0, 0, radius});
+  house.send(CommandKind::kArm, DeviceRef{0});
+  house.aim({0, 0, radius - random.in(-0.006, 0.006)});
+  house.run(500);
+
+  const ShapeKind kinds[] = {ShapeKind::kBox, ShapeKind::kSphere, ShapeKind::kCylinder, ShapeKind::kCapsule};
+  const ShapeKind kind = kinds[random.below(4)];
+  const Vec3 size(random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(0.01, 0.03));
+  const double mass = random.in(0.05, 0.5), height = random.in(0.08, 0.12), about = random.in(0, 6.3);
+  const double tilt = random.once(2) ? 0 : random.in(0, 1.5);
+  AddObject body = test::object(test::kWall, kind, size, {random.in(-0.02, 0.02), random.in(-0.02, 0.02), height});
+  store(fromRotationVector(tilt * Vec3(std::cos(about), std::sin(about), 0)), body.q);
+  house.send(CommandKind::kAddObject, body);
+  SetBody order{};
+  order.object = test::kWall;
+  order.falls = 1;
+  order.mass = mass;
+  const Mat3 inertia = MassProperties::ofBox(mass, Vec3::Constant(0.05)).inertia_O;
+  for (int i = 0; i < 3; ++i) order.inertia[i] = inertia(i, i);
+  house.send(CommandKind::kSetBody, order);
+  house.run(20);
+  constexpr double kFall = 9.81;  // m/s^2
+  house.send(CommandKind::kSetGravity, SetGravity{{0, 0, -kFall}});
+
+  const RigidBody& rigid = house.servo->cycle().bodies().body(0).body;
+  Vec3 hand = house.out().pose.p;
+  double last = house.out().contact.force.norm(), given = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double speed = rigid.twist().v.norm() + 0.06 * rigid.twist().w.norm();
+    house.run(1);
+    const double force = house.out().contact.force.norm(), own = (house.out().pose.p - hand).norm();
+    given += std::max(0.0, (hand - house.out().pose.p).dot(house.out().contact.force));
+    hand = house.out().pose.p;
+    ASSERT_LT(force, mostAfter(last, 1e-3 * (speed + 1e-3 * kFall), own)) << i;
+    ASSERT_LT(rigid.kineticEnergy() + mass * kFall * (rigid.com().z() - height), given + 1e-5) << i;
+    if (house.out().contact.object == test::kWall) ++pressed;
+    last = force;
+  }
+}
+
+TEST(PinchProperty, ABodyThatFallsOnAHandGainsNothingAndDoesNotKickIt) {
+  int pressed = 0;
+  forSeeds(40, [&](unsigned seed) { aBodyThatFallsGainsNothing(seed, pressed); });
+  EXPECT_GT(pressed, 1000);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -103,6 +103,7 @@ void ProxyRenderer::begin(Step& step) HD_RT {
     const SceneObject& object = step.scene->slot(slot);
     if (object.id == object_) step.carrier = slot;
     if (!isBehind(object, slot)) start_[slot] = object.X_WO_before.q.conjugate() * (proxy_ - object.X_WO_before.p);
+    carried_[slot] = start_[slot];
   }
   followVertices(step);
 }

@@ -20,7 +20,7 @@ ProxyRenderer::Pinch ProxyRenderer::pinchOf(const Step& step) HD_RT {
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
     const Vec3 place = object.toWorld(start_[slot]);
-    const double way = (place - object.X_WO_before * start_[slot]).norm();
+    const double way = (place - object.X_WO_before * carried_[slot]).norm();  // With that of its vertices.
     carried_[slot] = start_[slot];
     far = std::max(far, (place - step.goal).norm());
     most = std::max(most, way);

@@ -222,6 +222,20 @@ TEST_F(CycleMount, ATorqueOfTheWorldIsAsMuchLessInTheHand) {
 }
 
 /** As recordings and configurations said it that knew of no scale. */
+TEST_F(CycleMount, AsFarAndAsLargeAsItMayBeIsTakenAndNoFarther) {
+  for (const double sense : {-1.0, 1.0}) {
+    EXPECT_TRUE(Mount::valid(mountAt({{0, sense * Mount::kFarthest, 0}, Quat::Identity()})));
+    EXPECT_FALSE(Mount::valid(mountAt({{0, sense * 100.001, 0}, Quat::Identity()})));
+  }
+  for (const double scale : {0.0, 0.01, 1.0, 100.0}) EXPECT_TRUE(Mount::valid(mountAt({}, 0, scale))) << scale;
+  for (const double scale : {0.0099, 100.1, -1.0}) EXPECT_FALSE(Mount::valid(mountAt({}, 0, scale))) << scale;
+  for (const double squared : {0.89, 0.91, 1.09, 1.11}) {
+    SetMount order = mountAt({});
+    order.q[0] = std::sqrt(squared);
+    EXPECT_EQ(Mount::valid(order), std::abs(squared - 1) < 0.1) << squared;
+  }
+}
+
 TEST_F(CycleMount, NoScaleIsOne) {
   EXPECT_EQ(Mount(mountAt({}, 0, 0)).scale(), 1);
   EXPECT_TRUE(Mount(mountAt({}, 0, 0)).identity());

@@ -30,13 +30,14 @@ class OverRelief : public test::SteppedCycle {
   }
   void addFloor(ShapeKind kind, double damping = 0) {
     add(test::solid(kGround, kind, {1000, damping, 0, 0}));
-    put(CommandKind::kSetSurface, SetSurface{kGround, 0, surface_});
+    giveRelief();
   }
   /** Plain, facing -x, at that x. */
   void addWall(double x) {
     const Pose X{{x, 0, 0}, fromRotationVector(-std::numbers::pi / 2 * Vec3::UnitY())};
     add(test::solid(makeObjectId(2, 1), ShapeKind::kPlane, {1000, 5, 0, 0}, X));
   }
+  void giveRelief() { put(CommandKind::kSetSurface, SetSurface{kGround, 0, surface_}); }
   void takeReliefAway() { put(CommandKind::kSetSurface, SetSurface{kGround, 0, {}}); }
   void moveFloor(const Vec3& to, const Vec3& v) {
     put(CommandKind::kObjectPose, poseMessage(kGround, {to, Quat::Identity()}, {v, Vec3::Zero()}));
@@ -141,6 +142,24 @@ TEST(CycleRelief, AReliefThatIsTakenAwayUnderAHandIsTheClientsDoing) {
     ASSERT_EQ(out.flags & HD_SAMPLE_PASSIVITY, 0u) << i;
   }
   EXPECT_GT(least, -1e-4);
+}
+
+/** What holds 0.5 mJ and then 12.5 mJ was given 12; taken back, they are no more than what is left can give. */
+TEST(CycleRelief, AnotherReliefIsChargedForWhatItAddsAndGetsNothingForWhatItTakes) {
+  constexpr double kShallow = 0.5 * 1000 * 1e-6, kDeep = 0.5 * 1000 * 25e-6;
+  OverRelief hand(black, 0.004);
+  hand.addFloor(ShapeKind::kPlane);
+  const double before = hand.come({0, 0, -0.005}).energy;
+  ASSERT_NEAR(before, kShallow, Passivity::kMargin);
+  hand.takeReliefAway();
+  for (int i = 0; i < 5; ++i) hand.at({0, 0, -0.005});
+  EXPECT_NEAR(hand.output->device[0].guard.energy, before + kDeep - kShallow, 1e-6);
+  hand.giveRelief();
+  for (int i = 0; i < 5; ++i) hand.at({0, 0, -0.005});
+  EXPECT_NEAR(hand.output->device[0].guard.energy, kShallow + Passivity::kMargin, 1e-6);
+  hand.takeReliefAway();
+  for (int i = 0; i < 5; ++i) hand.at({0, 0, -0.005});
+  EXPECT_NEAR(hand.output->device[0].guard.energy, kDeep + Passivity::kMargin, 1e-6) << "and again";
 }
 
 /**

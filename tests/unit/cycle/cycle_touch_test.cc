@@ -1,4 +1,5 @@
-// Of each object that a hand touches beginning and end are told in turns.
+// Of each object that a hand touches beginning and end are told in turns; and what is felt of each it feels of the
+// hand.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -67,6 +68,41 @@ TEST_F(CycleTouch, OfTwoAtOnceEachIsTold) {
   EXPECT_EQ(told_.back(), end(kOne));
   for (int i = 1; i <= 30; ++i) at({0.00197 - 1e-4 * i, 0, 0.012});
   EXPECT_EQ(told_, (std::vector{begin(kOne), begin(kOther), end(kOne), end(kOther)}));
+}
+
+/** A floor and a wall, both free: each is driven along its own normal, by its part of what presses the hand. */
+TEST(CycleTouchOfBodies, BetweenTwoEachGetsItsOwnPart) {
+  test::SteppedCycle hand(test::openConfig(10));
+  constexpr double kMass[] = {5, 8};
+  for (const std::uint32_t id : {kOne, kOther}) {  // Below z = 0, and before x = 0.
+    const Vec3 place = id == kOne ? Vec3(0, 0, -0.05) : Vec3(0.05, 0, 0);
+    hand.add(test::solid(id, ShapeKind::kBox, {800, 0, 0, 0}, {place, Quat::Identity()}, Vec3::Constant(0.05)));
+    const double inertia = 0.01;
+    hand.put(CommandKind::kSetBody,
+             SetBody{id, 0, kMass[objectSlot(id) - 1], {}, {inertia, inertia, inertia, 0, 0, 0}, 0});
+  }
+  hand.at({-0.003, 0, 0.003});
+  hand.arm();
+  Vec3 felt = Vec3::Zero();
+  bool both = false;
+  const auto go = [&](const Vec3& p) {
+    for (const std::uint32_t id : {kOne, kOther}) {  // They touch nothing else, which they are to be told.
+      ToolContacts none{};
+      none.device = kMaxDevices + objectSlot(id) - 1;
+      none.object = id;
+      hand.put(CommandKind::kToolContacts, none);
+    }
+    felt += 1e-3 * hand.at(p).guard.by_source[HD_SOURCE_SURFACE];
+    both = both || hand.output->device[0].contact.parts == 2;
+  };
+  for (int i = 0; i < 60; ++i) go(Vec3(-0.003, 0, 0.003) + 1e-4 * i * Vec3(1, 0, -1));
+  go({-0.003, 0, 0.003});
+  ASSERT_TRUE(both);
+  ASSERT_LT(felt.x(), -0.01);
+  ASSERT_GT(felt.z(), 0.01);
+  const auto speed = [&](std::uint32_t id) { return hand.cycle->scene().slot(objectSlot(id)).V_WO.v; };
+  EXPECT_LT((speed(kOne) - Vec3(0, 0, -felt.z() / kMass[0])).norm(), 1e-2 * felt.z() / kMass[0]);
+  EXPECT_LT((speed(kOther) - Vec3(-felt.x() / kMass[1], 0, 0)).norm(), -1e-2 * felt.x() / kMass[1]);
 }
 
 }  // namespace

@@ -2,44 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/stepped/solid.h"
-#include "tests/unit/render/model_rig.h"
+#include "tests/unit/render/slot_rig.h"
 
 namespace hapticd {
 namespace {
-
-class SlotTest : public ::testing::Test {
- protected:
-  MeshTable meshes;
-  Scene scene{meshes};
-  LocalModelSlot slot;
-  ToolPoint tool{{0, 0, -0.002}, Vec3::Zero(), 0};
-  std::int64_t now = 5'000 * kMs;
-
-  Vec3 at(std::int64_t ms) { return slot.evaluate(tool, now + ms * kMs, scene).force; }
-  void set(const hd_local_model& m, std::int64_t ms) {
-    ASSERT_EQ(slot.set(commandOf(m, ++seq_), now + ms * kMs, scene), ErrorCode::kOk);
-  }
-  /** A plane, each time another that says the same. */
-  hd_local_model planeAgain() {
-    hd_local_model m = modelOf(HD_MODEL_PLANE);
-    m.origin[0] = 1e-6 * static_cast<double>(seq_);
-    return m;
-  }
-  /** An object at p, moving with v. Returns its id. */
-  std::uint32_t addObject(const Vec3& p, const Vec3& v = Vec3::Zero()) {
-    const Pose X{p, Quat::Identity()};
-    const AddObject add = test::solid(makeObjectId(1, 1), ShapeKind::kGroup, {}, X);
-    EXPECT_EQ(scene.apply(makeCommand(CommandKind::kAddObject, add)), ErrorCode::kOk);
-    const hd_object_pose pose = poseMessage(add.object, X, {v, Vec3::Zero()});
-    EXPECT_EQ(scene.apply(makeCommand(CommandKind::kObjectPose, pose)), ErrorCode::kOk);
-    scene.advance(1e-3);
-    return makeObjectId(1, 1);
-  }
-
- private:
-  std::uint64_t seq_ = 0;
-};
 
 TEST_F(SlotTest, BlendsInFromNothing) {
   set(modelOf(HD_MODEL_PLANE), 0);
@@ -239,61 +205,6 @@ TEST_F(SlotTest, TheLeaseIsThatOfTheLastTimeItWasSent) {
   }
 }
 
-/** Of a blend what springs make is active, and what planes make is not, also where one breaks off another. */
-TEST_F(SlotTest, OfABlendTheSpringsPartIsActive) {
-  const auto spring = [&](double y) {
-    hd_local_model m = modelOf(HD_MODEL_SPRING, 300);
-    m.origin[1] = y;
-    return m;
-  };
-  const auto expectActive = [&](std::int64_t ms, const Vec3& passive) {
-    const ModelForce f = slot.evaluate(tool, now + ms * kMs, scene);
-    EXPECT_LT((f.force - f.active - passive).norm(), 1e-12) << ms << ": " << (f.force - f.active).transpose();
-    EXPECT_GT(f.force.norm(), 0.1) << ms;
-  };
-  set(spring(0.01), 0);
-  for (int ms = 0; ms <= 20; ++ms) (void)at(ms);
-  set(spring(-0.02), 21);
-  for (int ms = 21; ms < 25; ++ms) expectActive(ms, Vec3::Zero());
-  set(spring(0.03), 25);
-  for (int ms = 25; ms < 29; ++ms) expectActive(ms, Vec3::Zero());
-  set(modelOf(HD_MODEL_PLANE), 29);  // 1 N.
-  for (int ms = 29; ms < 45; ++ms) expectActive(ms, {0, 0, std::min(1.0, (ms - 28) / 10.0)});
-  set(spring(0.01), 45);
-  for (int ms = 45; ms < 60; ++ms) expectActive(ms, {0, 0, std::max(0.0, 1 - (ms - 44) / 10.0)});
-}
-
-TEST_F(SlotTest, OfWhatFadesTheSpringsPartIsActiveToo) {
-  hd_local_model m = modelOf(HD_MODEL_SPRING, 300);
-  m.origin[1] = 0.01;
-  m.lease_ns = 100 * kMs;
-  set(m, 0);
-  for (int ms = 0; ms < 140; ++ms) (void)at(ms);
-  const ModelForce f = slot.evaluate(tool, now + 140 * kMs, scene);
-  EXPECT_GT(f.force.norm(), 0.1);
-  EXPECT_LT((f.force - f.active).norm(), 1e-12);
-}
-
-/** Who moves both of them pays for the force of both, as far as each has it; a softer one puts in nothing itself. */
-TEST_F(SlotTest, OfABlendWhatMovesItIsCharged) {
-  const Vec3 v(0.03, 0, 0.2);
-  hd_local_model m = modelOf(HD_MODEL_PLANE, 1500);
-  m.frame = addObject({0, 0, 0.002}, v);
-  set(m, 0);
-  for (int ms = 0; ms < 15; ++ms) (void)at(ms);
-  m.material.stiffness = 500;
-  set(m, 15);
-  EXPECT_FLOAT_EQ(slot.status(now + 15 * kMs).weight, 0.1F);
-  for (int ms = 15; ms < 30; ++ms) {
-    const ModelForce f = slot.evaluate(tool, now + ms * kMs, scene);
-    EXPECT_GT(f.force.z(), 0.9);
-    EXPECT_LT((f.carried - f.force.cwiseProduct(v)).norm(), 1e-12) << ms;
-  }
-  EXPECT_FLOAT_EQ(slot.status(now + 30 * kMs).weight, 1);
-  slot.clear(now + 30 * kMs, 10 * kMs);
-  EXPECT_NEAR(slot.status(now + 33 * kMs).weight, 0.6, 1e-6);
-}
-
 TEST_F(SlotTest, RenewedWhileItFadesItComesBackWithoutAJump) {
   hd_local_model m = modelOf(HD_MODEL_PLANE);
   m.lease_ns = 100 * kMs;
@@ -402,21 +313,6 @@ TEST_F(SlotTest, FadesWhereItWasWhenItsObjectIsGone) {
   EXPECT_EQ(slot.set(commandOf(m), now, scene), ErrorCode::kNotFound);
 }
 
-/** Where it stays it moves no more: it pushes nobody, whatever the object did in its last tick. */
-TEST_F(SlotTest, RestsWhenItsObjectIsGoneInMidMotion) {
-  hd_local_model m = modelOf(HD_MODEL_PLANE);
-  m.frame = addObject({0, 0, 0.05}, {0, 0, 0.1});
-  set(m, 0);
-  (void)at(0);
-  tool.p.z() = 0.048;
-  (void)at(20);
-  ASSERT_NEAR(slot.evaluate(tool, now + 21 * kMs, scene).carried.z(), 0.1, 1e-9);
-  ASSERT_EQ(scene.apply(makeCommand(CommandKind::kRemoveObject, ObjectRef{m.frame})), ErrorCode::kOk);
-  const ModelForce gone = slot.evaluate(tool, now + 22 * kMs, scene);
-  EXPECT_NEAR(gone.force.z(), 1, 1e-9);
-  EXPECT_EQ(gone.carried.z(), 0);
-}
-
 TEST_F(SlotTest, ActsOnItsOwnDeviceOnly) {
   hd_local_model m = modelOf(HD_MODEL_PLANE);
   m.device = 1;
@@ -432,6 +328,38 @@ TEST_F(SlotTest, ActsOnItsOwnDeviceOnly) {
   EXPECT_NEAR(at(25).z(), 0.5, 1e-12);
 }
 
+/** With what is left of its lease, and under the number it came with. */
+TEST_F(SlotTest, WhatIsInForceIsSaidAnewForTheRestOfItsLease) {
+  hd_local_model plane = modelOf(HD_MODEL_PLANE);
+  hd_force_field field{};
+  plane.lease_ns = field.lease_ns = 100 * kMs;
+  field.radius = 0.1;
+  for (const Command& said : {commandOf(plane, 5), commandOf(field)}) {
+    slot.reset();
+    Command again;
+    EXPECT_FALSE(slot.restate(now, again)) << "nothing is there";
+    ASSERT_EQ(slot.set(said, now, scene), ErrorCode::kOk);
+    (void)at(0);
+    ASSERT_TRUE(slot.restate(now + 99 * kMs, again));
+    EXPECT_EQ(again.kind, said.kind);
+    EXPECT_EQ(again.seq, said.seq);
+    LocalModel model;
+    ASSERT_EQ(model.set(again), ErrorCode::kOk);
+    EXPECT_EQ(model.lease_ns(), 1 * kMs);
+    EXPECT_FALSE(slot.restate(now + 100 * kMs, again)) << "it ends";
+    slot.clear(now + 10 * kMs, 10 * kMs);
+    EXPECT_FALSE(slot.restate(now + 10 * kMs, again)) << "cleared";
+  }
+  plane.frame = addObject({0, 0, 0});
+  set(plane, 0);
+  (void)at(0);
+  Command again;
+  ASSERT_TRUE(slot.restate(now + 1 * kMs, again));
+  ASSERT_EQ(scene.apply(makeCommand(CommandKind::kRemoveObject, ObjectRef{plane.frame})), ErrorCode::kOk);
+  (void)at(1);
+  EXPECT_FALSE(slot.restate(now + 2 * kMs, again)) << "there is no such object any more";
+}
+
 TEST_F(SlotTest, RefusedModelChangesNothing) {
   set(modelOf(HD_MODEL_PLANE), 0);
   (void)at(0);
@@ -440,24 +368,6 @@ TEST_F(SlotTest, RefusedModelChangesNothing) {
   bad.normal[2] = 0;
   EXPECT_EQ(slot.set(commandOf(bad), now + 20 * kMs, scene), ErrorCode::kInvalidArgument);
   EXPECT_NEAR(at(40).z(), 1, 1e-12);
-}
-
-TEST_F(SlotTest, WhatABlendPutsInIsBooked) {
-  set(modelOf(HD_MODEL_PLANE, 500), 0);
-  double put_in = 0;
-  for (int ms = 0; ms < 20; ++ms) {
-    put_in += slot.evaluate(tool, now + ms * kMs, scene).carried.sum() * 1e-3;
-  }
-  EXPECT_NEAR(put_in, 0.5 * 500 * 4e-6, 1e-12) << "the energy of a plane that appears 2 mm about the hand";
-  const ModelForce f = slot.evaluate(tool, now + 20 * kMs, scene);
-  EXPECT_NEAR(f.stored, 0.5 * 500 * 4e-6, 1e-12);
-  EXPECT_EQ(f.carried, Vec3(0, 0, 0));
-  EXPECT_EQ(f.active, Vec3(0, 0, 0));
-  hd_local_model spring = modelOf(HD_MODEL_SPRING);
-  set(spring, 21);
-  (void)at(21);
-  const ModelForce s = slot.evaluate(tool, now + 40 * kMs, scene);
-  EXPECT_EQ(s.active, s.force) << "springs are active sources";
 }
 
 }  // namespace

@@ -467,6 +467,17 @@ TEST(ModelForce, RefusesWhatIsNoModel) {
   setHalfspace(m, {0, 0, 1}, 0);
   m.radius = -1e-3;
   EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
+  m = modelOf(HD_MODEL_CORNER);
+  while (m.count < HD_HALFSPACES) setHalfspace(m, {0, 0, 1}, 0);
+  ASSERT_EQ(LocalModel().set(commandOf(m)), ErrorCode::kOk) << "as many as there are";
+  ++m.count;
+  EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
+  m.count = 2;
+  m.halfspace[1][2] = 0;
+  EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument) << "one of them has no normal";
+  m = modelOf(HD_MODEL_SPRING);
+  m.radius = -1e-3;
+  EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
   m = modelOf(HD_MODEL_SPHERE);
   m.radius = 0;
   EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);

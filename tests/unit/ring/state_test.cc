@@ -48,6 +48,11 @@ TEST(Header, SaysWhatIsWrong) {
   EXPECT_EQ(with([](auto& h) { h.magic ^= 1; }), ErrorCode::kInvalidArgument);
   EXPECT_EQ(with([](auto& h) { h.region = 'B'; }), ErrorCode::kInvalidArgument);
   EXPECT_EQ(with([](auto& h) { h.region_bytes += 8; }), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(with([](auto& h) { h.region_bytes -= 8; }), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(with([](auto& h) { h.header_bytes += 8; }), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(with([](auto& h) { ++h.mailboxes; }), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(with([](auto& h) { h.device_count = 0; }), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(with([](auto& h) { h.device_count = HD_MAX_DEVICES; }), ErrorCode::kOk);
   EXPECT_EQ(with([](auto& h) { h.slot_bytes = 256; }), ErrorCode::kInvalidArgument);
   EXPECT_EQ(with([](auto& h) { h.ring_slots = 512; }), ErrorCode::kInvalidArgument);
   EXPECT_EQ(with([](auto& h) { h.sample_bytes += 8; }), ErrorCode::kInvalidArgument);

@@ -95,24 +95,31 @@ TEST_F(SlotEnergyTest, WhatABlendPutsInIsBooked) {
   EXPECT_EQ(s.active, s.force) << "springs are active sources";
 }
 
-/** What a blend puts in is booked along the axis in which it changes the force. */
+/** What a blend puts in is booked along the change of the force, also where it breaks off another one. */
 TEST_F(SlotEnergyTest, WhatABlendPutsInIsAlongTheChange) {
-  hd_local_model floor = modelOf(HD_MODEL_PLANE), wall = floor;
-  wall.normal[0] = 1;
-  wall.normal[2] = 0;
-  wall.origin[0] = 0.004;
-  set(floor, 0);
-  for (int ms = 0; ms < 20; ++ms) (void)at(ms);
-  set(wall, 20);
-  Vec3 put_in = Vec3::Zero();
-  for (int ms = 20; ms < 40; ++ms) {
-    const Vec3 carried = slot.evaluate(tool, now + ms * kMs, scene).carried;
-    ASSERT_EQ(carried.y(), 0) << ms;
-    put_in += 1e-3 * carried;
+  const auto wall = [&](double x, double depth) {
+    hd_local_model m = modelOf(HD_MODEL_PLANE);
+    store(Vec3(x, 0, std::sqrt(1 - x * x)), m.normal);
+    store(tool.p + depth * vec3(m.normal), m.origin);
+    return m;
+  };
+  for (const int broken_off : {20, 14, 11, 6}) {  // That many milliseconds after it has begun.
+    slot.reset();
+    set(wall(0, 0.002), 0);
+    for (int ms = 0; ms < 20; ++ms) (void)at(ms);
+    set(wall(-0.6, 0.003), 20);
+    for (int ms = 20; ms < 20 + broken_off; ++ms) (void)at(ms);
+    const int ms = 20 + broken_off;
+    const ModelForce before = slot.evaluate(tool, now + ms * kMs, scene);
+    set(wall(0.8, 0.006), ms);
+    Vec3 put_in = Vec3::Zero();
+    for (int i = 1; i <= 20; ++i) put_in += 1e-3 * slot.evaluate(tool, now + (ms + i) * kMs, scene).carried;
+    const ModelForce after = slot.evaluate(tool, now + (ms + 21) * kMs, scene);
+    EXPECT_NEAR(after.stored, 0.5 * 500 * 36e-6, 1e-9);
+    const Vec3 wanted = byAxis(after.stored - before.stored, after.force - before.force);
+    EXPECT_LT((put_in - wanted).norm(), 1e-9)
+        << broken_off << ": " << put_in.transpose() << " / " << wanted.transpose();
   }
-  // From 1 N upward to 2 N along x: in the squares of these.
-  const double more = 0.5 * 500 * (16e-6 - 4e-6);
-  EXPECT_LT((put_in - more * Vec3(0.8, 0, 0.2)).norm(), 1e-9) << put_in.transpose();
 }
 
 /** Of what fades as much is charged for, and held, as is felt. */

@@ -223,6 +223,7 @@ TEST_F(SlotTest, ClearBlendsOut) {
   (void)at(0);
   (void)at(20);
   slot.clear(now + 20 * kMs, 20 * kMs);
+  EXPECT_EQ(slot.status(now + 21 * kMs).state, 3u);
   EXPECT_NEAR(at(20).z(), 1, 1e-12);
   EXPECT_NEAR(at(30).z(), 0.5, 1e-12);
   EXPECT_EQ(at(40).z(), 0);
@@ -242,6 +243,29 @@ TEST_F(SlotTest, UpdatesOfOneSurfaceKeepAStickingHandStuck) {
   for (int ms = 22; ms < 1000; ++ms) {
     if (ms % 16 == 0) set(m, ms);
     ASSERT_NEAR(at(ms).x(), -0.5, 1e-12) << "creeps at " << ms << " ms";
+  }
+}
+
+/** However fast the surface goes with the hand that sticks to it, and however often it is said anew. */
+TEST_F(SlotTest, UpdatesOfASurfaceThatMovesKeepAStickingHandStuckToo) {
+  const Vec3 v(0.3, -0.2, 0);
+  hd_local_model m = modelOf(HD_MODEL_PLANE);
+  m.material.friction_static = 0.8;
+  m.material.friction_dynamic = 0.5;
+  m.frame = addObject({0.4, 0, 0}, v);
+  m.origin[0] = -0.4;
+  const Vec3 begun = scene.find(m.frame)->X_WO.p;
+  set(m, 0);
+  (void)at(0);
+  for (int ms = 1; ms < 400; ++ms) {
+    scene.advance(1e-3);
+    tool.p = scene.find(m.frame)->X_WO.p - begun + Vec3(ms > 20 ? 0.001 : 0, 0, -0.002);
+    if (ms > 30 && ms % 3 == 0) {
+      m.origin[1] = 1e-6 * ms;
+      set(m, ms);
+    }
+    const Vec3 force = at(ms);
+    if (ms > 20) ASSERT_LT((force - Vec3(-0.5, 0, 1)).norm(), 1e-9) << ms << ": " << force.transpose();
   }
 }
 

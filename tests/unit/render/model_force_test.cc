@@ -48,6 +48,8 @@ TEST(ModelForce, SpringsPullBothWaysAndHaveALength) {
   LoneModel rod(m);
   expectNear(rod.at({0.05, 0, 0}), {-2, 0, 0});
   expectNear(rod.at({0, 0.02, 0}), {0, 1, 0});
+  m.material.damping = 2;
+  expectNear(LoneModel(m).at({0.05, 0, 0}, {0.1, 5, -3}), {-2.2, 0, 0});  // Along itself alone.
 }
 
 TEST(ModelForce, FieldIsLinearAndFadesAtItsRim) {
@@ -64,8 +66,7 @@ TEST(ModelForce, FieldIsLinearAndFadesAtItsRim) {
   expectNear(field.at({0, 0.5100001, 0}), {0, 0, 0});
 }
 
-/** Largest |change of force| / |change of place| met on random walks through
- * and about the model. */
+/** Largest |change of force| / |change of place| met on random walks through and about the model. */
 double steepest(LoneModel model, double reach, unsigned seed) {
   std::uint32_t state = seedOf(seed);
   const auto random = [&state] {
@@ -82,8 +83,7 @@ double steepest(LoneModel model, double reach, unsigned seed) {
 }
 
 TEST(ModelForce, NothingJumpsAsTheToolMoves) {
-  // Frictionless, at rest: a jump would show as a slope of its height over a
-  // micrometre.
+  // Frictionless, at rest: a jump would show as a slope of its height over a micrometre.
   EXPECT_LT(steepest(LoneModel(modelOf(HD_MODEL_PLANE)), 0.01, 1), 501);
   EXPECT_LT(steepest(LoneModel(modelOf(HD_MODEL_SPHERE)), 0.021, 2), 500 * 11) << "steepest in the inner tenth";
   hd_local_model inside = modelOf(HD_MODEL_SPHERE);
@@ -103,8 +103,7 @@ TEST(ModelForce, NothingJumpsAsTheToolMoves) {
   EXPECT_LT(steepest(LoneModel(corner), 0.005, 6), 501);
 }
 
-/** A plane with friction 0.8 / 0.5, 2 mm deep: static cone 1.6 mm, dynamic cone
- * 1 mm. */
+/** A plane with friction 0.8 / 0.5, 2 mm deep: static cone 1.6 mm, dynamic cone 1 mm. */
 hd_local_model roughPlane() {
   hd_local_model m = modelOf(HD_MODEL_PLANE, 500);
   m.material.friction_static = 0.8;
@@ -118,8 +117,7 @@ TEST(ModelForce, FrictionSticksThenSlips) {
   expectNear(at(0), {0, 0, 1});
   expectNear(at(1.59), {-0.795, 0, 1});
   EXPECT_FALSE(plane.model.slips());
-  expectNear(at(0.5), {-0.25, 0, 1},
-             1e-12);                   // Sticking: back to the anchor is back to zero.
+  expectNear(at(0.5), {-0.25, 0, 1});  // Sticking: back to the anchor is back to zero.
   expectNear(at(1.61), {-0.5, 0, 1});  // Out of the static cone: on the border of the dynamic one.
   EXPECT_TRUE(plane.model.slips());
   expectNear(at(2.61), {-0.5, 0, 1});  // Sliding: mu_d N, whatever the way.
@@ -198,6 +196,12 @@ TEST(ModelForce, NoWayRoundInsideTheConeGives) {
         double gained = 0, exchanged = 0, stored = 0;
         Vec3 last_p = Vec3::Zero(), last_f = last_p;
         for (int i = 0; i <= 3 * kTicks; ++i) {
+          if (i == kTicks) {  // From here on it is another, that says the same.
+            m.origin[1] = 1e-12;
+            LoneModel next(m);
+            next.model.inherit(model.model, {}, {});
+            model = next;
+          }
           const double turn = sense * 2 * std::numbers::pi * i / kTicks;
           const double depth = std::min(0.002, 1e-6 * i) - 0.0005 * std::cos(turn);
           const Vec3 p(0.6e-3 * std::min(mu, 1.0) * (1 + std::sin(turn)), 0, -depth);
@@ -373,7 +377,7 @@ TEST(ModelForce, MovesAlongWithItsFrame) {
   LocalModel model;
   ASSERT_EQ(model.set(commandOf(modelOf(HD_MODEL_PLANE, 500, 4))), ErrorCode::kOk);
   ModelFrame frame;
-  frame.X_WF.p = {0, 0, 0.1};
+  frame.X_WF.p = {0, 0.02, 0.1};
   frame.X_WF.q = Quat(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitY()));  // The plane's z is W's x.
   frame.V_WF.v = {0.2, 0, 0};
   const ModelForce f = model.evaluate({-0.002, 0.3, 0.1}, {0.2, 0, 0}, frame);
@@ -382,7 +386,7 @@ TEST(ModelForce, MovesAlongWithItsFrame) {
   EXPECT_NEAR(f.stored, 0.5 * 500 * 4e-6, 1e-12);
   frame.V_WF.w = {0, 0, 1};
   const ModelForce turning = model.evaluate({-0.002, 0.05, 0.1}, {0.2, 0, 0}, frame);
-  expectNear(turning.force, {1 + 4 * -0.05, 0, 0});  // The plane there moves at 0.15 m/s, the hand leaves it.
+  expectNear(turning.force, {1 + 4 * -0.03, 0, 0});  // The plane there moves at 0.17 m/s, the hand leaves it.
 }
 
 TEST(ModelForce, EdgesAreAsRoundAsTheClientSays) {
@@ -469,7 +473,8 @@ TEST(ModelForce, RefusesWhatIsNoModel) {
   EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
   m = modelOf(HD_MODEL_CORNER);
   while (m.count < HD_HALFSPACES) setHalfspace(m, {0, 0, 1}, 0);
-  ASSERT_EQ(LocalModel().set(commandOf(m)), ErrorCode::kOk) << "as many as there are";
+  m.radius = -1;
+  ASSERT_EQ(LocalModel().set(commandOf(m)), ErrorCode::kOk) << "as many as there are; a corner has no radius";
   ++m.count;
   EXPECT_EQ(model.set(commandOf(m)), ErrorCode::kInvalidArgument);
   m.count = 2;

@@ -57,7 +57,7 @@ ErrorCode LocalModelSlot::set(const Command& command, std::int64_t now_ns, const
   if (const ErrorCode error = next.model.set(command); error != ErrorCode::kOk) return error;
   const std::uint32_t frame = next.model.frame();
   if (frame != 0 && scene.find(frame) == nullptr) return ErrorCode::kNotFound;
-  if (state_ == State::kInForce && !now_.frame_gone && next.model.isSame(now_.model)) {  // Nothing new but its lease.
+  if (state_ == State::kInForce && next.model.isSame(now_.model)) {  // Nothing new but its lease.
     seq_ = command.seq;
     applied_ns_ = now_ns;
     lease_ns_ = next.model.lease_ns();
@@ -173,7 +173,7 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
 }
 
 bool LocalModelSlot::restate(std::int64_t now_ns, Command& command) const HD_RT {
-  if (state_ != State::kInForce || now_.model.none() || now_.frame_gone) return false;  // What is cleared has no end.
+  if (state_ != State::kInForce || now_.model.none()) return false;  // What is cleared has no end.
   const std::int64_t left_ns = applied_ns_ + lease_ns_ - now_ns;
   if (left_ns <= 0) return false;
   command = now_.model.command();

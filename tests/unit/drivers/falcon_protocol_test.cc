@@ -61,6 +61,23 @@ TEST(FalconProtocol, StateByteIsUnsignedAndReachesAllHomedWithAllButtons) {
   EXPECT_EQ(readings[0].buttons, 15);
 }
 
+/** Nibbles from 0x41 to 0x50, a state from 0x41 to 0xc0, whatever the last byte says. */
+TEST(FalconProtocol, AByteBeyondItsRangeMakesNoPacket) {
+  const auto reads = [](std::size_t at, std::uint8_t byte) {
+    Bytes packet = kCaptured[1].bytes;
+    packet[at] = byte;
+    Parser parser;
+    return parse(parser, packet).size() == 1;
+  };
+  for (std::size_t at = 1; at <= 13; ++at) {
+    const std::uint8_t greatest = at < 13 ? 0x50 : 0xc0;
+    EXPECT_TRUE(reads(at, 0x41) && reads(at, greatest)) << at;
+    EXPECT_FALSE(reads(at, 0x40) || reads(at, static_cast<std::uint8_t>(greatest + 1))) << at;
+  }
+  EXPECT_TRUE(reads(14, 0x00) && reads(14, 0xff));
+  EXPECT_FALSE(reads(0, 0x3d) || reads(15, 0x3f));
+}
+
 TEST(FalconProtocol, AnIdleOrderIsThatOfTheVendor) {
   const auto bytes = encode({});
   EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "<AAAAAAAAAAAAAA>");

@@ -170,6 +170,40 @@ TEST(ReportDescriptor, ARangeOfUsagesEndsWithTheLastThereIs) {
   EXPECT_EQ(reports.fields()[0].choices, (std::vector<HidUsage>{0xffff'fffe, 0xffff'ffff}));
 }
 
+/** HID 1.11, 6.2.2.3: its length stands in its second byte; nobody has ever given one a meaning. */
+TEST(ReportDescriptor, ALongItemIsPassedOver) {
+  const Bytes around = {0x05, 0x01, 0x09, 0x04, 0xa1, 0x01, 0x15, 0x00, 0x25, 0x7f,
+                        0x75, 0x08, 0x95, 0x01, 0x09, 0x30, 0x81, 0x02, 0xc0};
+  const Bytes item = {0xfe, 0x02, 0xf0, 0xc0, 0xc0};  // Within it two bytes that would end collections.
+  for (std::size_t at = 0; at <= around.size(); at += at == 18 ? 1 : 2) {
+    Bytes all = around;
+    all.insert(all.begin() + static_cast<std::ptrdiff_t>(at), item.begin(), item.end());
+    const HidReports reports = parsed(all);
+    const HidField* x = reports.find(HidKind::kInput, hidUsage(1, 0x30));
+    ASSERT_NE(x, nullptr) << at;
+    EXPECT_EQ(x->bits, 8) << at;
+  }
+  for (std::size_t of_it = 1; of_it < item.size(); ++of_it) {
+    Bytes cut = around;
+    cut.insert(cut.end(), item.begin(), item.begin() + static_cast<std::ptrdiff_t>(of_it));
+    EXPECT_FALSE(HidReports::parse(cut).ok()) << of_it;
+  }
+}
+
+TEST(ReportDescriptor, APhysicalRangeIsThatOfTheFieldsAfterIt) {
+  const HidReports reports = parsed({0x05, 0x01, 0x09, 0x04, 0xa1, 0x01, 0x15, 0x00, 0x25,
+                                     0x7f, 0x75, 0x08, 0x95, 0x01, 0x09, 0x30, 0x81, 0x02,  // X, without one
+                                     0x36, 0x4c, 0xff, 0x46, 0x10, 0x27,                    // -180 to 10000
+                                     0x09, 0x31, 0x81, 0x02, 0xc0});                        // Y
+  const HidField *x = reports.find(HidKind::kInput, hidUsage(1, 0x30)),
+                 *y = reports.find(HidKind::kInput, hidUsage(1, 0x31));
+  ASSERT_TRUE(x != nullptr && y != nullptr);
+  EXPECT_EQ(x->physical_min, 0);
+  EXPECT_EQ(x->physical_max, 0);
+  EXPECT_EQ(y->physical_min, -180);
+  EXPECT_EQ(y->physical_max, 10000);
+}
+
 TEST(ReportDescriptor, PushAndPopBringTheOldStateBack) {
   const HidReports reports = parsed({0x05, 0x0f, 0x75, 0x08, 0x95, 0x01, 0x25, 0x64, 0xa4, 0x75,
                                      0x10, 0x09, 0x01, 0x91, 0x02, 0xb4, 0x09, 0x02, 0x91, 0x02});

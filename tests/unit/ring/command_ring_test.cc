@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cstring>
 #include <deque>
 #include <random>
 
@@ -109,6 +110,33 @@ TEST_P(CommandRing, ChangesAfterTheCopyHaveNoEffect) {
   EXPECT_EQ(slot.length, 8u);
 }
 
+// A slot is used anew every 256 commands, and the daemon refuses one whose reserved word is not zero.
+TEST_P(CommandRing, WhatStoodInASlotIsGone) {
+  hd_slot& used = r.b->ring[GetParam() % HD_RING_SLOTS];
+  std::memset(static_cast<void*>(&used), 0xff, sizeof used);
+  ASSERT_EQ(producer.push(HD_COMMAND_INTENT, {}, 0, seq), ErrorCode::kOk);
+  std::memset(static_cast<void*>(&slot), 0xff, sizeof slot);
+  ASSERT_EQ(consumer.pop(slot), Pop::kSlot);
+  EXPECT_EQ(slot.length, 0u);
+  EXPECT_EQ(slot.reserved, 0u);
+  EXPECT_EQ(slot.at_tick, 0u);
+  ASSERT_EQ(push(1), ErrorCode::kOk);
+  r.b->ring[(GetParam() + 1) % HD_RING_SLOTS].reserved = 9;
+  ASSERT_EQ(consumer.pop(slot), Pop::kSlot);
+  EXPECT_EQ(slot.reserved, 9u) << "for validate() to see";
+}
+
+// A head that the daemon cannot have written leaves no room, rather than more than there is.
+TEST_P(CommandRing, AnImpossibleHeadLeavesNoSpace) {
+  ASSERT_EQ(push(1), ErrorCode::kOk);
+  for (const std::uint32_t beyond : {1u, 2u, 1000u}) {
+    r.a->acks.ring_head = GetParam() + 1 + beyond;
+    EXPECT_EQ(producer.space(), 0u) << beyond;
+  }
+  r.a->acks.ring_head = GetParam() + 1;
+  EXPECT_EQ(producer.space(), HD_RING_SLOTS);
+}
+
 TEST_P(CommandRing, BehavesAsAQueueUnderRandomUse) {
   std::mt19937 random(seedOf(20240501 + GetParam()));
   std::deque<std::pair<std::uint64_t, std::uint64_t>> model;  // seq, value
@@ -161,6 +189,25 @@ TEST(Mailbox, HalfWrittenIsBusyAndKeepsWhatWas) {
   EXPECT_EQ(reader.read(copy), MailboxReader::Read::kBusy);
   box.guard = 4;
   EXPECT_EQ(reader.read(copy), MailboxReader::Read::kNew);
+}
+
+TEST(Mailbox, WhatStoodInItIsGone) {
+  Regions r;
+  hd_slot& box = r.b->mailbox[0];
+  std::memset(static_cast<void*>(&box), 0xff, sizeof box);
+  box.guard = 0;
+  MailboxWriter writer(&box);
+  MailboxReader reader(&box);
+  const std::array<std::byte, 11> payload{std::byte{1}, std::byte{2}};
+  std::uint64_t seq = 0;
+  hd_slot copy{};
+  ASSERT_EQ(writer.write(8, payload, seq), ErrorCode::kOk);
+  ASSERT_EQ(reader.read(copy), MailboxReader::Read::kNew);
+  EXPECT_EQ(copy.length, 11u);
+  EXPECT_EQ(copy.reserved, 0u);
+  EXPECT_EQ(copy.at_tick, 0u);
+  EXPECT_EQ(std::memcmp(copy.payload, payload.data(), 11), 0);
+  for (std::size_t i = 11; i < 16; ++i) EXPECT_EQ(copy.payload[i], 0) << i << ": the last word is filled up with zeros";
 }
 
 TEST(Mailbox, RefusesTooLong) {

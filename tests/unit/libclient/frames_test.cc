@@ -87,11 +87,19 @@ TEST(Frames, AMatrixMapsTheSameThingsInEveryFrame) {
   }
 }
 
-TEST(Frames, RefusesUnknownFrames) {
+TEST(Frames, RefusesUnknownFramesAndNoPlace) {
   double v[3] = {1, 2, 3};
   EXPECT_EQ(haptic_convert_vector(4, HAPTIC_FRAME_ROS, v, v), HAPTIC_INVALID_ARGUMENT);
   EXPECT_EQ(haptic_convert_vector(HAPTIC_FRAME_ROS, 4, v, v), HAPTIC_INVALID_ARGUMENT);
   EXPECT_EQ(v[0], 1);
+  double m[9] = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  EXPECT_EQ(haptic_convert_quaternion(HAPTIC_FRAME_ROS, 4, m, m), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_convert_matrix(HAPTIC_FRAME_ROS, 4, m, m), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(m[0], 1);
+  for (const auto convert : {haptic_convert_vector, haptic_convert_quaternion, haptic_convert_matrix}) {
+    EXPECT_EQ(convert(HAPTIC_FRAME_ROS, HAPTIC_FRAME_OPENGL, nullptr, m), HAPTIC_INVALID_ARGUMENT);
+    EXPECT_EQ(convert(HAPTIC_FRAME_ROS, HAPTIC_FRAME_OPENGL, m, nullptr), HAPTIC_INVALID_ARGUMENT);
+  }
 }
 
 }  // namespace

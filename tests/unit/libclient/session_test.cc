@@ -60,21 +60,105 @@ TEST_F(SessionTest, ReadsTheLatestSampleAndCountsWhatTheHistoryLost) {
   for (std::size_t i = 1; i < got->size(); ++i) ASSERT_EQ((*got)[i].tick, (*got)[i - 1].tick + 1);
 }
 
+/** By whom the header's C is used: nothing is written through a null, and nothing is read beyond the devices. */
+TEST_F(SessionTest, ReadingWithoutAPlaceToReadIntoIsRefused) {
+  haptic_session* const session = session_->get();
+  haptic_sample sample{};
+  haptic_acks acks{};
+  haptic_counters counters{};
+  haptic_model_status status{};
+  std::uint32_t count = 7;
+  const std::uint32_t devices = (*session_->describe())->device_count;
+  EXPECT_EQ(haptic_session_check(nullptr), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_session_latest(nullptr, &sample), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_session_latest(session, nullptr), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_session_latest_of(nullptr, 0, &sample), HAPTIC_INVALID_ARGUMENT);
+  for (const std::uint32_t device : {devices, devices + 1, 1000u})
+    EXPECT_EQ(haptic_session_latest_of(session, device, &sample), HAPTIC_INVALID_ARGUMENT) << device;
+  EXPECT_EQ(haptic_session_drain(nullptr, &sample, 1, &count, nullptr), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_session_drain(session, &sample, 1, nullptr, nullptr), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_session_drain(session, nullptr, 1, &count, nullptr), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_session_drain(session, nullptr, 0, &count, nullptr), HAPTIC_OK) << "who wants none has room for it";
+  EXPECT_EQ(count, 0u);
+  EXPECT_EQ(haptic_session_acks(nullptr, &acks), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_session_acks(session, nullptr), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_session_counters(nullptr, &counters), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_session_counters(session, nullptr), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_session_model_status(nullptr, 0, &status), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_session_model_status(session, 0, nullptr), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_push_space(nullptr), 0u);
+
+  daemon_->regionA()->acks.ended = 1;
+  count = 7;
+  EXPECT_EQ(haptic_session_drain(session, &sample, 1, &count, nullptr), HAPTIC_DISCONNECTED);
+  EXPECT_EQ(count, 0u) << "of a session that is over, too";
+  EXPECT_EQ(haptic_session_counters(session, &counters), HAPTIC_DISCONNECTED);
+  EXPECT_EQ(haptic_session_model_status(session, 0, &status), HAPTIC_DISCONNECTED);
+  EXPECT_EQ(haptic_push_space(session), 0u);
+}
+
+/** Models, fields and their clearing share a slot of the session, hence a mailbox; the device of a force is another. */
+TEST_F(SessionTest, WhatSharesASlotSharesItsMailbox) {
+  haptic_session* const session = session_->get();
+  haptic_push latest{};
+  latest.flags = HAPTIC_PUSH_LATEST;
+  haptic_local_model model = HAPTIC_LOCAL_MODEL_INIT;
+  model.kind = HAPTIC_MODEL_SPRING;
+  haptic_force_field field = HAPTIC_FORCE_FIELD_INIT;
+  field.radius = 0.01;
+  const haptic_client_force push = test::force(1);
+  ASSERT_EQ(haptic_push_local_model(session, &model, &latest), HAPTIC_OK);
+  ASSERT_EQ(haptic_push_client_force(session, &push, &latest), HAPTIC_OK);
+  ASSERT_EQ(haptic_push_force_field(session, &field, nullptr), HAPTIC_OK) << "it goes where its slot's newest goes";
+  const auto holds = [&](std::size_t box) {
+    hd_slot copy{};
+    MailboxReader reader(&daemon_->regionB()->mailbox[box]);
+    return reader.read(copy) == MailboxReader::Read::kNew ? copy.kind : std::uint32_t{HD_COMMAND_NONE};
+  };
+  EXPECT_EQ(holds(0), unsigned{HD_COMMAND_FORCE_FIELD});
+  EXPECT_EQ(holds(1), unsigned{HD_COMMAND_CLIENT_FORCE});
+  EXPECT_EQ(holds(2), unsigned{HD_COMMAND_NONE});
+  const haptic_clear_model clear{};
+  ASSERT_EQ(haptic_push_clear_model(session, &clear, nullptr), HAPTIC_OK);
+  EXPECT_EQ(holds(0), unsigned{HD_COMMAND_CLEAR_MODEL});
+}
+
+/** Each from its own place. */
 TEST_F(SessionTest, ReadsAcksCountersAndModels) {
   hd_region_a* a = daemon_->regionA();
-  a->acks.received_seq = 5;
-  a->acks.last_rejected_code = HAPTIC_NOT_FOUND;
-  a->acks.fade = 0.5f;
-  a->counters.cycles = 99;
-  a->counters.max_cycle_ns = 1234;
-  a->models[3] = {8, 77, 0.25f, 3, 0};
-  EXPECT_EQ(session_->acks()->received_seq, 5u);
-  EXPECT_EQ(session_->acks()->last_rejected_code, unsigned{HAPTIC_NOT_FOUND});
-  EXPECT_EQ(session_->acks()->fade, 0.5f);
-  EXPECT_EQ(session_->counters()->cycles, 99u);
-  EXPECT_EQ(session_->counters()->max_cycle_ns, 1234u);
-  EXPECT_EQ(session_->model(3)->seq, 8u);
-  EXPECT_EQ(session_->model(3)->weight, 0.25f);
+  a->acks = {11, 12, 13, 14, 15, 16, 17, 18, 19, -20, 0.5F, 0, 0, 0, {}};
+  a->counters = {31, 32, 33, 34, 35, 36, 37, 38, {}};
+  a->models[3] = {8, 77, 0.25F, 3, 0};
+  const auto acks = session_->acks();
+  ASSERT_TRUE(acks);
+  EXPECT_EQ(acks->ring_head, 11u);
+  EXPECT_EQ(acks->violations, 12u);
+  EXPECT_EQ(acks->received_seq, 13u);
+  EXPECT_EQ(acks->rejected, 14u);
+  EXPECT_EQ(acks->last_rejected_seq, 15u);
+  EXPECT_EQ(acks->last_rejected_code, 16u);
+  EXPECT_EQ(acks->stale_mailboxes, 17u);
+  EXPECT_EQ(acks->applied_seq, 18u);
+  EXPECT_EQ(acks->applied_tick, 19u);
+  EXPECT_EQ(acks->heartbeat_age_ns, -20);
+  EXPECT_EQ(acks->fade, 0.5F);
+  EXPECT_EQ(acks->ended, 0u);
+  const auto counters = session_->counters();
+  ASSERT_TRUE(counters);
+  EXPECT_EQ(counters->cycles, 31u);
+  EXPECT_EQ(counters->missed, 32u);
+  EXPECT_EQ(counters->overruns, 33u);
+  EXPECT_EQ(counters->stale_samples, 34u);
+  EXPECT_EQ(counters->contacts, 35u);
+  EXPECT_EQ(counters->faults, 36u);
+  EXPECT_EQ(counters->max_wake_ns, 37u);
+  EXPECT_EQ(counters->max_cycle_ns, 38u);
+  const auto model = session_->model(3);
+  ASSERT_TRUE(model);
+  EXPECT_EQ(model->seq, 8u);
+  EXPECT_EQ(model->age_ns, 77);
+  EXPECT_EQ(model->weight, 0.25F);
+  EXPECT_EQ(model->state, 3u);
   EXPECT_EQ(session_->model(8).code(), HAPTIC_INVALID_ARGUMENT);
 }
 

@@ -82,6 +82,13 @@ def main():
                 if opened(file.read()) != classes:
                     faults.append(f"{name} opens something else than {classes}")
             shutil.copy(os.path.join(source, name), os.path.join(scratch, "hapticd.service.d"))
+        stops = lines_of(os.path.join(units, "user/hapticd.service"), "ExecStopPost=")
+        if len(stops) != 1 or not stops[0].endswith("/hapticd/hapticd-safe %t/hapticd/armed"):
+            faults.append(f"user/hapticd.service brings nothing to zero when it has ended: {stops}")
+        for start in ("WatchdogSec=", "TimeoutAbortSec=", "LimitRTTIME=", "LimitCORE=", "TimeoutStopSec="):
+            ours, theirs = (lines_of(os.path.join(units, name), start) for name in ("hapticd.service", "user/hapticd.service"))
+            if ours != theirs or not ours:
+                faults.append(f"a user's own daemon has {theirs}, the service {ours}")
         for directory in (units, os.path.join(units, "user")):  # What no second start mends is not started again.
             if lines_of(os.path.join(directory, "hapticd.service"), "RestartPreventExitStatus=") != [
                     "RestartPreventExitStatus=1 2 3 5"]:

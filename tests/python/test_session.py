@@ -104,6 +104,12 @@ class Pushes(unittest.TestCase):
                 session.push_object_flags(number, 0, 0, latest=True)
         self.assertEqual(caught.exception.code, haptic.Code.QUOTA_EXCEEDED)
         self.assertIn("16 targets", str(caught.exception))  # And not: "the user's quota of sessions".
+        self.assertIn("latest=True", caught.exception.remedy)
+        for wrong, remedy in ((dict(object_id=0, mask=0), "Scene.find()"), (dict(object_id=1, mask=1 << 20), "ObjectFlag.ENABLED, ")):
+            with self.assertRaises(haptic.HapticError) as caught:
+                session.push_object_flags(value=0, **wrong)
+            self.assertIn(remedy, caught.exception.remedy)
+            self.assertNotRegex(str(caught.exception), "haptic_|HAPTIC_")
         session.push_object_flags(17, 0, 0)
         with self.assertRaisesRegex(haptic.HapticError, "^normal: is no unit vector"):
             session.push_plane((0, 0, 0), (0, 0, 2))
@@ -125,6 +131,8 @@ class Pushes(unittest.TestCase):
                 function(**wrong)
         scene.create("ball", haptic.ShapeKind.SPHERE, 0.01)
         self.assertEqual(scene.find("ball").size, (0.01, 0, 0))
+        with self.assertRaisesRegex(haptic.HapticError, "^path_count: is 1 "):
+            scene.set_effect("ball", haptic.EffectKind.GUIDE, path=[(0, 0, 0)])
 
     def test_everything_says_what_it_is(self):
         self.assertEqual(repr(self.session), "<Session, open>")

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import ctypes
 import enum
+import re
 from typing import Any
 
 from . import _abi
@@ -52,6 +53,28 @@ class HapticError(Exception):
         super().__init__(f"{message} ({remedy})" if remedy else message)
 
 
+#: What the library's words of C are called here.
+_OURS = {
+    "HAPTIC_OBJECT_ENABLED, _VISIBLE and _TWO_SIDED": "ObjectFlag.ENABLED, .VISIBLE and .TWO_SIDED",
+    "HAPTIC_PUSH_LATEST": "latest=True",
+    "haptic_effect_kind": "EffectKind",
+    "haptic_object_find()": "Scene.find()",
+    "haptic_reconnect()": "Client.reconnect()",
+    "haptic_session_info.": "Session.describe().",
+    "haptic_session_reopen()": "Session.reopen()",
+    "haptic_shape_kind": "ShapeKind",
+    # Structures, whose fields are arguments.
+    **{f"haptic_{name}.": "" for name in ("connect_options", "device_limits", "effect", "events_options", "object",
+                                          "session_options", "surface", "vibration")},
+}
+_C_WORDS = re.compile("|".join(map(re.escape, _OURS)))
+
+
+def _in_python(text: bytes) -> str:
+    """The library's text, with this package's names for what it names."""
+    return _C_WORDS.sub(lambda word: _OURS[word[0]], text.decode("utf-8", "replace"))
+
+
 def check(code: int) -> None:
     """Raises unless the code of a call without words is OK."""
     if code != 0:
@@ -64,5 +87,4 @@ def call(function: Any, *arguments: Any) -> None:
     error = _abi.Error()
     code = function(*arguments, ctypes.byref(error))
     if code != 0:
-        raise HapticError(code, *(getattr(error, name).decode("utf-8", "replace")
-                                  for name in ("where", "what", "remedy")))
+        raise HapticError(code, *(_in_python(getattr(error, name)) for name in ("where", "what", "remedy")))

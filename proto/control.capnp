@@ -408,7 +408,7 @@ struct Event {
   session @5 :UInt64;
   value @6 :UInt32;      # button mask, fault number, missed periods, model slot, number of the error
   point @7 :Vec3;
-  force @8 :Float64;     # N
+  force @8 :Float64;     # N, as the surface asks for; a hand that is not armed feels none
   text @9 :Text;
 }
 

@@ -42,7 +42,7 @@ typedef struct haptic_event {
   uint32_t value; /**< See haptic_event_kind. */
   uint32_t reserved;
   double point[3]; /**< [m] */
-  double force;    /**< [N] */
+  double force;    /**< That the surface asks for [N]; a hand that is not armed feels none of it. */
   char device[64];
   char object[64];
   char text[256];

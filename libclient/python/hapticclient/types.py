@@ -414,8 +414,9 @@ class TextureReport:
 
 @dataclass(frozen=True)
 class Event:
-    """What happened: `t_ns` [CLOCK_MONOTONIC] and `tick` say when, `point` [m] and `force` [N] where and how hard; `kind` is an
-    EventKind (a newer daemon may send others); `lost` counts events that came too fast since the subscription began."""
+    """What happened: `t_ns` [CLOCK_MONOTONIC] and `tick` say when, `point` [m] where, `force` [N] what the surface
+    asks for, of which a hand that is not armed feels none; `kind` is an EventKind (a newer daemon may send others); `lost` counts
+    events that came too fast since the subscription began."""
     kind: int
     t_ns: int
     tick: int

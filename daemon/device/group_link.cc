@@ -4,9 +4,18 @@
 
 #include <algorithm>
 
+#include "rt/cycle/restated.h"
 #include "rt/ring/state.h"
 
 namespace hapticd {
+namespace {
+
+bool isOfScene(const Command& command) {
+  const Restated by = whoRestates(command.kind);
+  return by == Restated::kSceneAdd || by == Restated::kSceneOrder || by == Restated::kScene;
+}
+
+}  // namespace
 
 GroupLink::GroupLink(std::string name, std::int64_t period_ns)
     : name_(std::move(name)), period_ns_(period_ns), meshes_(std::make_unique<MeshTable>()) {}
@@ -65,6 +74,18 @@ bool GroupLink::flush() {
     ++sent_;
   }
   return !outbox_.empty();
+}
+
+void GroupLink::forgetSceneOrders() {
+  for (Command& command : outbox_) {  // Replaced, not taken out: tickets count places.
+    if (isOfScene(command)) command = Command{};
+  }
+  // Once round the ring, whose two ends are both ours while the servo stands.
+  ControlToServo& ring = group_->servo().from_control;
+  Command command;
+  for (std::uint32_t left = ring.size(); left > 0 && ring.pop(command); --left) {
+    (void)ring.push(isOfScene(command) ? Command{} : command);  // There is room: one has just left.
+  }
 }
 
 bool GroupLink::urgent(const Command& command) {

@@ -61,6 +61,11 @@ class GroupLink final : public CommandSink {
   [[nodiscard]] bool lowerLimits(std::uint32_t device, const GuardLimits& most);
   /** Hands on what the servo has room for. True when orders still wait. */
   bool flush();
+  /**
+   * Only while the servo stands between two cycles: orders on their way that are the scene model's to restate become
+   * orders to do nothing, for a cycle that begins with the whole scene has obeyed them.
+   */
+  void forgetSceneOrders();
 
   /** Latest sample of a device; false before the first. */
   [[nodiscard]] bool latest(std::uint32_t device, hd_sample& out) const;

@@ -154,7 +154,6 @@ class Reader {
       visit(reader, element);
       reader.refuseUnknown();
       elements.push_back(std::move(element));
-      places_[key].push_back(entry.source().begin);
     }
   }
 
@@ -180,9 +179,11 @@ class Reader {
 
   /** New [[device]] entries start from these. */
   const LimitsConfig* device_limits = nullptr;
-  /** Where entry i of an array of tables begins. */
-  [[nodiscard]] toml::source_position place(std::string_view key, std::size_t i) const {
-    return places_.find(key)->second[i];
+  /** Where entry i of an array of tables says `inner`; where it begins, if it does not. */
+  [[nodiscard]] toml::source_position place(std::string_view key, std::size_t i, std::string_view inner) const {
+    const toml::table& entry = *table_.get(key)->as_array()->get(i)->as_table();
+    const toml::node* const node = entry.get(inner);
+    return (node == nullptr ? static_cast<const toml::node&>(entry) : *node).source().begin;
   }
 
  private:
@@ -250,7 +251,6 @@ class Reader {
   std::string path_;
   FirstError& errors_;
   std::set<std::string_view> known_;
-  std::map<std::string_view, std::vector<toml::source_position>> places_;
 };
 
 void checkLines(const Config& c, const Reader& root, FirstError& errors) {
@@ -262,18 +262,18 @@ void checkLines(const Config& c, const Reader& root, FirstError& errors) {
   std::set<std::string> seen;
   for (std::size_t i = 0; i < c.lines.size(); ++i) {
     const LineConfig& line = c.lines[i];
-    const auto at = root.place("line", i);
+    const auto at = [&](std::string_view key) { return root.place("line", i, key); };
     if (!among(kRoles, line.role)) {
-      errors.add(at, fmt::format("a [[line]] has the role \"{}\"", log::printable(line.role)),
+      errors.add(at("role"), fmt::format("a [[line]] has the role \"{}\"", log::printable(line.role)),
                  "stop, deadman, home, enable, heartbeat or led");
     }
     if (!among(kBiases, line.bias)) {
-      errors.add(at, fmt::format("a [[line]] has the bias \"{}\"", log::printable(line.bias)),
+      errors.add(at("bias"), fmt::format("a [[line]] has the bias \"{}\"", log::printable(line.bias)),
                  "as-is, pull-up, pull-down or none");
     }
-    if (line.name.empty()) errors.add(at, "a [[line]] has no name", "gpioinfo lists chips and lines");
+    if (line.name.empty()) errors.add(at("name"), "a [[line]] has no name", "gpioinfo lists chips and lines");
     if (!seen.insert(line.chip + '\0' + line.name).second)
-      errors.add(at, fmt::format("line \"{}\" stands twice", log::printable(line.name)));
+      errors.add(at("name"), fmt::format("line \"{}\" stands twice", log::printable(line.name)));
   }
 }
 
@@ -303,25 +303,26 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
   std::set<std::string> names, uris;
   for (std::size_t i = 0; i < c.groups.size(); ++i) {
     const GroupConfig& group = c.groups[i];
-    const auto at = root.place("group", i);
+    const auto at = [&](std::string_view key) { return root.place("group", i, key); };
     if (i == GroupConfig::kMost) {
-      errors.add(at, fmt::format("there are {} groups", c.groups.size()),
+      errors.add(at({}), fmt::format("there are {} groups", c.groups.size()),
                  fmt::format("a daemon has {} servos at most: put devices together", GroupConfig::kMost));
     }
-    if (group.name.empty()) errors.add(at, "a [[group]] has no name", "give it name = \"...\"");
+    if (group.name.empty()) errors.add(at("name"), "a [[group]] has no name", "give it name = \"...\"");
     if (!names.insert(group.name).second)
-      errors.add(at, fmt::format("group \"{}\" stands twice", log::printable(group.name)));
+      errors.add(at("name"), fmt::format("group \"{}\" stands twice", log::printable(group.name)));
     if (group.devices.empty()) {
-      errors.add(at, fmt::format("group \"{}\" has no devices", log::printable(group.name)),
+      errors.add(at("devices"), fmt::format("group \"{}\" has no devices", log::printable(group.name)),
                  "devices = [\"\"] takes the first real device, else the simulator");
     }
     if (group.devices.size() > HD_MAX_DEVICES) {
-      errors.add(at, fmt::format("group \"{}\" has {} devices", log::printable(group.name), group.devices.size()),
+      errors.add(at("devices"),
+                 fmt::format("group \"{}\" has {} devices", log::printable(group.name), group.devices.size()),
                  fmt::format("one servo serves at most {}", HD_MAX_DEVICES));
     }
     for (const std::string& uri : group.devices) {
       if (!uris.insert(uri).second) {
-        errors.add(at, fmt::format("device \"{}\" stands in two places", log::printable(uri)),
+        errors.add(at("devices"), fmt::format("device \"{}\" stands in two places", log::printable(uri)),
                    "a device has one servo");
       }
     }
@@ -329,13 +330,13 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
   checkLines(c, root, errors);
   uris.clear();
   for (std::size_t i = 0; i < c.devices.size(); ++i) {
-    const auto at = root.place("device", i);
+    const auto at = [&](std::string_view key) { return root.place("device", i, key); };
     if (c.devices[i].uri.empty())
-      errors.add(at, "a [[device]] has no uri", "uri = \"sim://falcon\" or a serial number");
+      errors.add(at("uri"), "a [[device]] has no uri", "uri = \"sim://falcon\" or a serial number");
     if (!uris.insert(c.devices[i].uri).second)
-      errors.add(at, fmt::format("device \"{}\" stands twice", log::printable(c.devices[i].uri)));
+      errors.add(at("uri"), fmt::format("device \"{}\" stands twice", log::printable(c.devices[i].uri)));
     if (const auto finger = parseFinger(c.devices[i].finger, "finger"); !finger)
-      errors.add(at, "finger: " + log::printable(finger.error().what), finger.error().remedy);
+      errors.add(at("finger"), "finger: " + log::printable(finger.error().what), finger.error().remedy);
   }
 }
 

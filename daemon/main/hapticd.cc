@@ -55,13 +55,15 @@ struct Sockets {
 };
 
 /** Those of systemd, else our own. Done first: a second daemon ends here, before it touches a device. */
-Result<Sockets> openSockets(const Config& config) {
+Result<Sockets> openSockets(const LoadedConfig& loaded) {
+  const Config& config = loaded.config;
   Sockets sockets;
   auto activated = activatedSockets();
   if (!activated) return activated.error();
   sockets.control = std::move(activated->control);
   sockets.admin = std::move(activated->admin);
   if (sockets.control.valid()) return sockets;  // systemd's choice of sockets is complete
+  if (auto r = checkGroup(loaded); !r) return r.error();
   auto paths = defaultSocketPaths(config.sockets.control, config.sockets.admin);
   if (!paths) return paths.error();
   auto control = ListenSocket::bind(paths->control, config.sockets.mode, config.sockets.group);
@@ -243,7 +245,7 @@ int start(const Options& options) {
   if (const auto folders = checkFolders(options.loaded); !folders)
     log::warn("{}", log::printable(toString(folders.error())));
 
-  auto sockets = openSockets(config);
+  auto sockets = openSockets(options.loaded);
   if (!sockets) return fail(sockets.error(), kExitSocket);
   auto armed = openArmedList(sockets->control.path());
   if (!armed) return fail(armed.error(), kExitFailure);

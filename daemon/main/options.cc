@@ -132,13 +132,17 @@ Result<void> checkWhole(Options& options) {
   if (good) good = checkProcessors(config);
   if (good) good = checkFolders(options.loaded);
   if (good) good = checkSocketPaths(config.sockets.control, config.sockets.admin);
-  if (good) good = standingAt(options.loaded.group_place, checkSocketGroup(config.sockets.group));
+  if (good) good = checkGroup(options.loaded);
   if (good) good = standingAt(options.loaded.builder_place, checkBuilder(config.builder.program));
   if (good) good = findLines(lineRequests(config.lines));
   return good;
 }
 
 }  // namespace
+
+Result<void> checkGroup(const LoadedConfig& loaded) {
+  return standingAt(loaded.group_place, checkSocketGroup(loaded.config.sockets.group));
+}
 
 int answer(const std::string& text) {
   if (std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0) return kExitOk;

@@ -34,4 +34,7 @@ struct Options {
 /** Reads the command line and the configuration it names. On a refusal or --help, `exit_code` says how to end. */
 [[nodiscard]] std::optional<Options> readOptions(int argc, char** argv, int& exit_code);
 
+/** Whether there is the group that the control socket is for; else also where the file names it. */
+[[nodiscard]] Result<void> checkGroup(const LoadedConfig& loaded);
+
 }  // namespace hapticd

@@ -262,6 +262,11 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
     EXPECT_EQ(missing.wait(), 2) << "found before a start finds it";
     EXPECT_NE(missing.output().find(place), std::string::npos) << missing.output();
   }
+  std::ofstream(bad, std::ios::trunc) << "[sockets]\ngroup = \"no-such-group\"\n";
+  Program groupless(directory, {"--config", bad, "--socket", socket});
+  EXPECT_EQ(groupless.wait(), 5);
+  EXPECT_NE(groupless.output().find("bad.toml:2:9: sockets.group: there is no group"), std::string::npos)
+      << groupless.output();
   for (const auto& [cpus, good] : {std::pair{"[0]", true}, {"[0, 1023]", false}}) {
     std::ofstream(bad, std::ios::trunc) << "[[group]]\nname = \"one\"\ndevices = [\"sim://\"]\ncpus = " << cpus << "\n";
     EXPECT_EQ(code({"--check-config", "--config", bad}), good ? 0 : 2) << cpus;

@@ -96,6 +96,18 @@ TEST(Config, ValuesThatDoNotFitTogetherAreRefused) {
   EXPECT_TRUE(parseConfig("[[group]]\nname='a'\ndevices=['x']\n[[device]]\nuri='x'", "f").ok());
 }
 
+TEST(Config, WhatDoesNotFitIsToldWhereItsKeyStands) {
+  for (const auto& [words, where] :
+       {std::pair{"[[device]]\nuri = 'x'\n\nfinger = 'wet'\n", "f:4:10"},
+        {"[[device]]\nuri='x'\n[[device]]\nforce_n = 1\nuri='x'\n", "f:5:5"},
+        {"[[group]]\nname='a'\ndevices=['x']\n[[group]]\ndevices=['y']\nname='a'\n", "f:6:6"},
+        {"[[group]]\nname='a'\ndevices=['x']\n[[group]]\nname='b'\ndevices=['x']\n", "f:6:9"},
+        {"[[group]]\nname='a'\n", "f:1:1"},
+        {"[[line]]\nname = 'A'\nrole = 'stopp'\n", "f:3:8"},
+        {"[[line]]\nrole = 'stop'\nname = 'A'\nbias = 'up'\n", "f:4:8"}})
+    EXPECT_EQ(refused(words).where, where) << words;
+}
+
 TEST(Config, FilesAndFoldersAreNamedFromTheRoot) {
   EXPECT_EQ(
       toString(refused("[builder]\nvdb = true\ncache = 'volumes'\n")),

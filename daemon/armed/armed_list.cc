@@ -19,6 +19,14 @@ bool writeAt(int fd, const std::string& text, long offset) {
   return ::pwrite(fd, text.data(), text.size(), offset) == static_cast<ssize_t>(text.size());
 }
 
+/** Whether whoever opens `path` finds this file. */
+bool isAt(int fd, const std::string& path) {
+  struct stat held {
+  }, there{};
+  return ::fstat(fd, &held) == 0 && ::lstat(path.c_str(), &there) == 0 && held.st_dev == there.st_dev &&
+         held.st_ino == there.st_ino;
+}
+
 }  // namespace
 
 std::vector<std::string> armedIn(std::string_view text) {
@@ -70,6 +78,11 @@ Result<void> ArmedList::add(const std::string& uri) {
   if (!file_.valid()) return {};
   const auto [it, fresh] = places_.try_emplace(uri, Place{end_, false});
   if (it->second.armed) return {};
+  if (!isAt(file_.get(), path_)) {  // Nobody would find it when we are dead.
+    if (fresh) places_.erase(it);
+    return Error{ErrorCode::kSystem, path_, "the list of armed devices has been removed",
+                 "start hapticd again: a device that cannot be listed is not armed"};
+  }
   if (!writeAt(file_.get(), uri + '\n', it->second.offset)) {
     const int why = errno;
     if (fresh) {

@@ -31,7 +31,7 @@ class ArmedList {
   /** Devices are closed by now: empties the file. */
   ~ArmedList();
 
-  /** Before the device is energised. kSystem when it cannot be written: then it must not be. */
+  /** Before the device is energised. kSystem when it cannot be written, or found by its name: then it must not be. */
   [[nodiscard]] Result<void> add(const std::string& uri);
   /** After it has been switched off. */
   void remove(const std::string& uri);

@@ -66,6 +66,23 @@ TEST_F(ArmedFile, WhoeverLivesHoldsIt) {
   EXPECT_EQ(second.error().code, ErrorCode::kDeviceBusy);
 }
 
+/** Whoever looks for what a dead daemon had armed goes by its name. */
+TEST_F(ArmedFile, WhatIsNotFoundUnderItsNameListsNothing) {
+  ArmedList list = open();
+  ASSERT_TRUE(list.add("falcon://1").ok());
+  ASSERT_EQ(std::remove(path().c_str()), 0);
+  for (const bool another : {false, true}) {
+    if (another) std::ofstream(path()) << "another's\n";
+    const auto refused = list.add("sim://x");
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::kSystem);
+    EXPECT_FALSE(refused.error().remedy.empty());
+    EXPECT_FALSE(list.has("sim://x"));
+  }
+  list.remove("falcon://1");
+  EXPECT_EQ(text(), "another's\n");
+}
+
 TEST_F(ArmedFile, AFolderThatIsNotThereIsAnError) {
   EXPECT_EQ(ArmedList::open(folder_.path() + "/no/armed").error().code, ErrorCode::kSystem);
 }

@@ -65,13 +65,27 @@ Result<UniqueFd> Uploads::region(std::uint64_t id) const {
 
 Uploads::Upload* Uploads::find(std::uint64_t id) {
   const auto it = uploads_.find(id);
-  return it == uploads_.end() ? nullptr : &it->second;
+  return it == uploads_.end() || it->second.cancelled ? nullptr : &it->second;
 }
 
 Uploads::Upload Uploads::take(std::uint64_t id) {
   Upload upload = std::move(uploads_.at(id));
   uploads_.erase(id);
   return upload;
+}
+
+template <class Work, class Tell>
+void Uploads::startAside(std::uint64_t id, Work work, Tell tell) {
+  aside_.start(std::move(work), [this, id, tell = std::move(tell)](auto made) mutable {
+    Upload& upload = uploads_.at(id);
+    upload.aside = false;
+    if (upload.cancelled) {
+      uploads_.erase(id);
+    } else {
+      tell(upload, std::move(made));
+    }
+  });
+  uploads_.at(id).aside = true;
 }
 
 Result<void> Uploads::freeze(std::uint64_t id) {
@@ -104,15 +118,15 @@ Result<void> Uploads::commitTexture(std::uint64_t id, TextureDone done) {
     return mapping.error();
   }
   upload.texture_done = std::move(done);
-  aside_.start(
+  startAside(
+      id,
       [file = std::move(upload.file), mapping = std::move(*mapping)]() mutable {
         auto texture = parseTexture(mapping.bytes());
         mapping = Mapping();  // Here: giving large memory back takes its time, too.
         file = Memfd();
         return texture;
       },
-      [this, id](Result<Texture> texture) {
-        if (find(id) == nullptr) return;  // cancelled
+      [this, id](Upload&, Result<Texture> texture) {
         if (!texture) return take(id).texture_done(texture.error());
         layOut(id, std::move(*texture));
       });
@@ -126,23 +140,30 @@ void Uploads::layOut(std::uint64_t id, Texture parsed) {
   if (auto r = quota_(upload.by.uid, bytes, 0); !r) return take(id).texture_done(r.error());
   upload.counts = bytes;
   const auto texture = std::make_shared<Texture>(std::move(parsed));
-  aside_.start([texture, periods = textures_.periodsFor(*texture),
-                lock = textures_.locks()] { return layOutAll(*texture, periods, lock); },
-               [this, id, texture](Result<LaidOut> made) {
-                 if (find(id) == nullptr) return;  // cancelled
-                 const Upload done = take(id);
-                 if (!made) return done.texture_done(made.error());
-                 auto added = textures_.add(std::move(*texture), done.by, std::move(*made));
-                 if (added) log::info("texture {} of '{}'", *added, log::printable(done.by.name));
-                 done.texture_done(added);
-               });
+  startAside(
+      id,
+      [texture, periods = textures_.periodsFor(*texture), lock = textures_.locks()] {
+        return layOutAll(*texture, periods, lock);
+      },
+      [this, id, texture](Upload&, Result<LaidOut> made) {
+        const Upload done = take(id);
+        if (!made) return done.texture_done(made.error());
+        auto added = textures_.add(std::move(*texture), done.by, std::move(*made));
+        if (added) log::info("texture {} of '{}'", *added, log::printable(done.by.name));
+        done.texture_done(added);
+      });
 }
 
 void Uploads::cancel(std::uint64_t id) {
   const auto it = uploads_.find(id);
   if (it == uploads_.end()) return;
-  if (it->second.job != 0 && builder_ != nullptr) builder_->cancel(it->second.job);
-  uploads_.erase(it);
+  Upload& upload = it->second;
+  if (upload.job != 0 && builder_ != nullptr) builder_->cancel(upload.job);
+  if (!upload.aside) return (void)uploads_.erase(it);
+  upload.cancelled = true;
+  upload.progress = {};
+  upload.done = {};
+  upload.texture_done = {};
 }
 
 void Uploads::poll() {
@@ -192,17 +213,16 @@ void Uploads::check(std::uint64_t id, CachedBuild built, MeshInfo info, bool cac
   const bool keep = !cached && cache_ != nullptr && !upload.cache_key.empty() && snapshot && volume;
   CachedBuild kept;
   if (keep) kept = {std::move(*snapshot), std::move(*volume), std::move(built.notes)};
-  aside_.start(
+  startAside(
+      id,
       [snapshot = std::move(built.snapshot), volume = std::move(built.volume), lock = meshes_.locks(),
        servos = meshes_.servos()]() mutable { return checkMesh(std::move(snapshot), std::move(volume), lock, servos); },
-      [this, id, cached, bytes, keep, kept = std::move(kept),
-       info = std::move(info)](Result<CheckedMesh> mesh) mutable {
-        Upload* const upload = find(id);
-        if (upload == nullptr) return;  // cancelled
+      [this, id, cached, bytes, keep, kept = std::move(kept), info = std::move(info)](
+          Upload& back, Result<CheckedMesh> mesh) mutable {
         if (!mesh && cached && mesh.error().code == ErrorCode::kBadSnapshot) {
           log::warn("a cached volume is built again: {}", toString(mesh.error()));
-          cache_->drop(upload->cache_key);
-          upload->counts = upload->file.size();
+          cache_->drop(back.cache_key);
+          back.counts = back.file.size();
           return build(id);
         }
         const Upload done = take(id);
@@ -234,19 +254,18 @@ void Uploads::lookUp(std::uint64_t id) {
     std::string key;
     std::optional<CachedBuild> build;
   };
-  aside_.start(
+  startAside(
+      id,
       [cache = cache_.get(), mapping = std::move(*mapped), uid = upload.by.uid]() -> Result<Found> {
         Found found{VolumeCache::keyOf(mapping.bytes(), uid), {}};
         found.build = cache->find(found.key);
         return found;
       },
-      [this, id, triangles = head.triangle_count](Result<Found> found) {
-        Upload* const looked_up = find(id);
-        if (looked_up == nullptr) return;  // cancelled
-        if (found) looked_up->cache_key = std::move(found->key);
+      [this, id, triangles = head.triangle_count](Upload& back, Result<Found> found) {
+        if (found) back.cache_key = std::move(found->key);
         if (!found || !found->build) return build(id);
         MeshInfo info;
-        info.owner = looked_up->by;
+        info.owner = back.by;
         info.triangles = triangles;
         check(id, std::move(*found->build), std::move(info), true);
       });

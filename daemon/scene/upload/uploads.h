@@ -50,7 +50,10 @@ class Uploads {
   [[nodiscard]] Result<void> commit(std::uint64_t id, Progress progress, Done done);
   /** What was filled is a texture (proto/texture.h). As commit(); what `done` is told has ended the upload. */
   [[nodiscard]] Result<void> commitTexture(std::uint64_t id, TextureDone done);
-  /** Forgets the upload; a build under way is cancelled and `done` not called. */
+  /**
+   * Forgets the upload; a build under way is cancelled and `done` not called. What is worked on aside counts until the
+   * thread has let go of it.
+   */
   void cancel(std::uint64_t id);
 
   /** Takes what the builder says, and what has been checked aside. Call every few milliseconds. */
@@ -67,7 +70,9 @@ class Uploads {
     Client by;
     std::uint64_t counts = 0;  ///< For its user: what it is, or is to become [bytes].
     bool committed = false;
-    std::uint64_t job = 0;  ///< Of the builder; 0: none.
+    bool aside = false;      ///< A thread of ours has its memory.
+    bool cancelled = false;  ///< And nobody waits for what that makes of it.
+    std::uint64_t job = 0;   ///< Of the builder; 0: none.
     Progress progress;
     Done done;
     TextureDone texture_done;
@@ -77,6 +82,9 @@ class Uploads {
   /** Null: it is cancelled. */
   [[nodiscard]] Upload* find(std::uint64_t id);
   [[nodiscard]] Upload take(std::uint64_t id);
+  /** Has `work` done aside; `tell` gets its upload and what it gave, if the upload is not cancelled meanwhile. */
+  template <class Work, class Tell>
+  void startAside(std::uint64_t id, Work work, Tell tell);
   void finish(std::uint64_t id, BuildReport& report);
   /** Looks whether it was built before; has it built if not. */
   void lookUp(std::uint64_t id);

@@ -50,15 +50,15 @@ void Supervisor::step() {
 
 bool Supervisor::heartbeatsAdvanced() {
   bool all = true;
+  std::map<const GroupLink*, std::uint64_t> seen;  // Made anew: where a group was another may stand by now.
   for (const auto& link : core_.devices().links()) {
-    const std::uint64_t cycles = link->cycles();
-    const auto [it, fresh] = last_cycles_.try_emplace(link.get(), cycles);
-    if (!fresh && it->second == cycles) {
-      log::error("the servo of group {} stands still", link->name());
-      all = false;
-    }
-    it->second = cycles;
+    const std::uint64_t cycles = seen[link.get()] = link->cycles();
+    const auto before = last_cycles_.find(link.get());
+    if (before == last_cycles_.end() || before->second != cycles) continue;
+    log::error("the servo of group {} stands still", link->name());
+    all = false;
   }
+  last_cycles_ = std::move(seen);
   return all;
 }
 

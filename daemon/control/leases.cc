@@ -401,6 +401,11 @@ Result<void> Core::setClutch(OpenDevice& device, bool held, std::uint32_t button
     return Error{ErrorCode::kInvalidArgument, device.name + "/clutch", fmt::format("there is no button {}", button),
                  "1 is the first; 0 binds none"};
   }
+  const std::uint32_t there = device.info().buttons + lines_.button_count.load(std::memory_order_relaxed);
+  if (button > there && button != device.clutch_button) {
+    return Error{ErrorCode::kInvalidArgument, device.name + "/clutch",
+                 fmt::format("there is no button {}: it has {}", button, there), "1 is the first; 0 binds none"};
+  }
   if (auto r = mayChange(device, by); !r) return r;
   device.clutch_held = held;
   device.clutch_button = button;

@@ -228,6 +228,12 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
     if (row->radius > 0) row->applyRadius();
     if (!row->mount.identity()) row->applyMount();
     if (row->clutch_button != 0) row->applyClutch();
+    const std::uint32_t buttons =
+        row->info().buttons + (lines_ == nullptr ? 0 : lines_->button_count.load(std::memory_order_relaxed));
+    if (row->clutch_button > buttons) {
+      log::warn("device {}: clutch_button = {}, and it has {} buttons: none holds its clutch", row->name,
+                row->clutch_button, buttons);
+    }
     if (row->finger.law != 0) row->applyFinger();
     log::info("device {}: {} ({}), group {}, {:g} Hz, {}", row->name, row->info().uri,
               log::printable(row->info().model), group.name, 1e9 / static_cast<double>(group_options.cycle.period_ns),

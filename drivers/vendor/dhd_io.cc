@@ -126,7 +126,7 @@ bool DhdIo::read(DeviceSample& sample) noexcept {
   if (gripper_ && sdk_->getGripperAngleRad(&sample.gripper_rad, id_) < 0) return false;
   sample.gripper_rad *= jaws_;
   if (!std::isfinite(sample.gripper_rad)) sample.p.setConstant(std::nan(""));
-  sample.buttons = sdk_->getButtonMask(id_);
+  sample.buttons = sdk_->getButtonMask(id_) & ((1u << DhdSdk::kMostButtons) - 1);  // What follows is the panel's.
   return true;
 }
 

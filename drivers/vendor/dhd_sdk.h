@@ -40,6 +40,7 @@ struct DhdSdk {
   int (*getPosition)(double* x, double* y, double* z, Id id) = nullptr;
   int (*getOrientationFrame)(double (*rows)[3], Id id) = nullptr;
   int (*getGripperAngleRad)(double* angle, Id id) = nullptr;
+  static constexpr std::uint32_t kMostButtons = 16;  ///< The SDK tells no device's own number.
   unsigned int (*getButtonMask)(Id id) = nullptr;
   int (*setForceAndTorqueAndGripperForce)(double fx, double fy, double fz, double tx, double ty, double tz, double fg,
                                           Id id) = nullptr;

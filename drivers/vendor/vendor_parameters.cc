@@ -2,6 +2,8 @@
 
 #include <charconv>
 
+#include "drivers/vendor/dhd_sdk.h"
+
 namespace hapticd {
 namespace {
 
@@ -83,6 +85,7 @@ Result<DhdSetup> resolveDhd(const DeviceUri& uri) {
   fill(kUnknown, setup.info);
   setup.info.calibration_style = "as its manual says: with the SDK's own programs, or by its button";
   setup.info.has_brakes = true;
+  setup.info.buttons = DhdSdk::kMostButtons;
   setup.info.has_velocity_limit = true;
   setup.info.uri = formatDeviceUri({"dhd", setup.index < 0 ? "default" : std::to_string(setup.index),
                                     difference(dhdParameterTable(), setup.parameters, {})});

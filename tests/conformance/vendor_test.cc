@@ -102,6 +102,7 @@ TEST(VendorInfo, TellsWhatTheDeviceIs) {
   const DeviceInfo& info = sigma.device().info();
   EXPECT_EQ(info.serial, "1234");
   EXPECT_EQ(info.driver_version, "1, SDK 3.17.0.0");
+  EXPECT_EQ(info.buttons, 16u) << "a panel's would stand over its own";
   EXPECT_TRUE(info.sensed_rotation && info.actuated_rotation && info.actuated_gripper && info.right_hand);
   EXPECT_GT(info.max_torque, 0);
   EXPECT_NEAR(info.gripper_max_angle, 0.5236, 1e-4) << "no spring could be put on its gripper at 0";
@@ -133,6 +134,15 @@ TEST(VendorPose, OrientationIsTurnedIntoOurFrame) {
     const Quat expected(Eigen::AngleAxisd(0.7, axis.normalized()));
     EXPECT_LT(servo.sample.q.angularDistance(expected), 1e-9);
   }
+}
+
+TEST(VendorPose, ButtonsAreThoseThatItCounts) {
+  VendorRig rig(Kind::kSigma7);
+  rig.makeReady();
+  rig.state.buttons = 0x18001;
+  Servo servo(rig);
+  servo.run(5);
+  EXPECT_EQ(servo.sample.buttons, 0x8001u);
 }
 
 TEST(VendorPose, WhatIsNoRotationIsNoReading) {

@@ -19,6 +19,7 @@ class Busy : public Script {
  public:
   explicit Busy(unsigned seed) : Script(seed), settings_(seed + 1) {
     (void)bench.core.scene().setGravity({0, 0, -9.81});
+    for (ScriptedDevice* device : bench.scripted) device->setButtons(1);  // What holds a clutch.
   }
 
   void run(int ticks) {

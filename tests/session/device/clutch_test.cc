@@ -48,6 +48,19 @@ TEST(DeviceClutch, HeldByAWordThePointStandsStillAndTheMountIsToldAfterwards) {
   EXPECT_NEAR(bench.get("pos")[0].get<double>(), -0.05, 1e-15) << "what is set next stands where the clutch has put it";
 }
 
+TEST(DeviceClutch, AButtonThatItDoesNotHaveIsRefused) {
+  ClutchBench bench;
+  const auto refused = bench.tree.set(bench.path + "/clutch?value=3", kSomebody);
+  ASSERT_FALSE(refused.ok()) << "it would never be held, and nobody told";
+  EXPECT_NE(refused.error().what.find("it has 0"), std::string::npos) << refused.error().what;
+  EXPECT_TRUE(bench.get("clutch")["button"].is_null());
+  bench.scripted[0]->setButtons(2);
+  EXPECT_FALSE(bench.tree.set(bench.path + "/clutch?value=3", kSomebody).ok());
+  bench.core.lines().button_count = 1;  // The panel's follow its own.
+  bench.clutch("3");
+  EXPECT_EQ(bench.get("clutch")["button"], 3);
+}
+
 TEST(DeviceClutch, AButtonOfTheConfigurationHoldsIt) {
   Config config = Bench::relaxed();
   config.devices.emplace_back();

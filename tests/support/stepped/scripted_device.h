@@ -37,6 +37,7 @@ class ScriptedDevice final : public Device {
   [[nodiscard]] Calibration calibration() const noexcept override { return calibrated; }
   [[nodiscard]] bool isOff() const noexcept override { return !hung; }
   void setUri(std::string uri) { info_.uri = std::move(uri); }
+  void setButtons(std::uint32_t count) { info_.buttons = count; }
   void actuateRotation() {
     info_.actuated_rotation = true;
     info_.max_torque = 1;

@@ -147,6 +147,7 @@ void JointStep::tell() HD_RT {
 
 void JointStep::solve() HD_RT {
   still_ = Twist{};
+  leaveOutImplied();
   startRows();
   sweep();
   remembered_ = touches_;

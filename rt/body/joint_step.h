@@ -72,6 +72,9 @@ class JointStep {
     std::uint64_t key = 0;
     Vec3 impulse = Vec3::Zero();
   };
+  // Touches that others imply (joint_thin.cc).
+  void leaveOutImplied() HD_RT;
+  [[nodiscard]] bool isOfSameFaces(std::uint32_t i, std::uint32_t j) const HD_RT;
   void startRows() HD_RT;
   void sweep() HD_RT;
   void leap(bool first) HD_RT;

@@ -1,4 +1,4 @@
-// Piles of boxes whose upper ones weigh much more than those below: they lie as high as the boxes are, and still.
+// Piles of boxes: they lie as high as the boxes are, and still, also where upper ones weigh much more than those below.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -92,6 +92,27 @@ TEST_P(Piles, LieAsHighAsTheirBoxesAndStill) {
   EXPECT_LT(aside, 20e-6) << "the lowest is not squeezed out";
   EXPECT_EQ(fastest, 0);
   EXPECT_LE(most, 1e-12 * had);
+}
+
+/** Up to as many as can move: their touches were more than the sweeps could do, and they buzzed at 1 mm/s for ever. */
+TEST(FreeBodies, EqualBoxesStraightOnEachOtherFallAsleep) {
+  const Vec3 half(0.02, 0.02, 0.01);
+  for (const double aside : {0.0, 0.5e-3}) {
+    for (std::size_t many = 6; many <= kMaxBodies; ++many) {
+      House house;
+      for (std::size_t k = 0; k < many; ++k) {
+        const double n = static_cast<double>(k);
+        addBox(house, k, half, 0.1, {0.3 + aside * static_cast<double>(k % 2), 0, (2 * n + 1) * half.z()}, 0);
+      }
+      house.run(20);
+      house.send(CommandKind::kSetGravity, SetGravity{{0, 0, -9.81}});
+      house.run(1000);
+      const Vec3 top = body(house, many - 1).body.com();
+      for (std::size_t k = 0; k < many; ++k) EXPECT_TRUE(body(house, k).asleep()) << k << " of " << many;
+      EXPECT_NEAR(top.z(), (2 * static_cast<double>(many) - 1) * half.z(), Tool::kSlop) << many;
+      EXPECT_NEAR(top.x(), 0.3 + aside * static_cast<double>((many - 1) % 2), Tool::kSlop) << many;
+    }
+  }
 }
 
 /** The hand's whole force goes through a body that weighs a hundredth of the tool. */

@@ -33,6 +33,7 @@ struct CollideRequest {
     Pose X_WO;
     Twist V_WO;        ///< Of the origin, in the world.
     double speed = 0;  ///< No point of the tool is faster relative to any obstacle [m/s].
+    bool put = false;  ///< It, or what is near it, was put there: what it lies deep in is looked for, too.
     std::uint32_t count = 0;
     std::array<Obstacle, kMostObstacles> obstacle;  ///< The nearest; see findObstacles().
 
@@ -46,6 +47,7 @@ struct CollideRequest {
       X_WO = other.X_WO;
       V_WO = other.V_WO;
       speed = other.speed;
+      put = other.put;
       count = other.count;
       std::copy_n(other.obstacle.begin(), std::min(count, kMostObstacles), obstacle.begin());
       return *this;

@@ -24,6 +24,8 @@ bool isLate(const WorkBudget& budget) HD_RT {
   return budget.clock != nullptr && budget.deadline_ns != 0 && budget.clock->now() >= budget.deadline_ns;
 }
 
+constexpr double kPutDeep = 0.2;               ///< How deep a body may have been put, for the first of its points [m].
+constexpr std::uint32_t kFirst = 8;            ///< The corners of a box.
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
 
 }  // namespace
@@ -402,6 +404,9 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     cursor_ = hot_cursor_ = 0;
     last_count_ = 0;
     field_.reset();
+  }
+  for (std::uint32_t i = 0; held.put && i < std::min(kFirst, points_.count()); ++i) {
+    depth_[i] = static_cast<float>(kPutDeep);
   }
   found_.count = 0;
   many_.fill(0);

@@ -81,6 +81,7 @@ ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
     entry->model.count = 0;
     entry->age = kStale;  // it stands until it is known what it touches
     entry->held = entry->ours = entry->stands = false;
+    entry->leading = kLeadOut;
     entry->put = std::max(0.0, kAnswerTime - scene.sinceArrival(objectSlot(order.object)));
   }
   entry->body = FreeBody(mass, order.damping, order.falls != 0);
@@ -123,6 +124,7 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
     entry->model.count = 0;
     entry->put = kAnswerTime;
   }
+  if (elsewhere || !by_control) entry->leading = kLeadOut;
   entry->body.wake();
   entry->stands = false;
   if (by_control) entry->ours = false;
@@ -134,6 +136,7 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
     Entry& entry = entry_[k];
     entry.mover = kNone;
+    entry.pushed = false;
     if (entry.object == 0) continue;
     const SceneObject* object = scene.find(entry.object);
     if (object == nullptr || !canMove(*object)) {
@@ -179,7 +182,7 @@ std::uint8_t FreeBodies::moverOf(std::uint8_t k) HD_RT {
 void FreeBodies::touch(const Touch& touch, std::uint8_t tool, std::uint8_t body) HD_RT {
   if (body != kNone && touch.gap < kTouching) {
     entry_[body].body.wake();
-    entry_[body].ours = true;
+    entry_[body].ours = entry_[body].pushed = true;
   }
   Touch tagged = touch;
   tagged.key |= std::uint64_t{tool + 1u} << kTagShift;
@@ -194,7 +197,7 @@ void FreeBodies::push(std::uint8_t body, const Vec3& impulse, const Vec3& at, co
   const Twist V = rigid.twist();
   const Twist change = mobility(body)(impulse, (at - rigid.com()).cross(impulse) + turning);
   entry.body.wake();
-  entry.ours = true;
+  entry.ours = entry.pushed = true;
   rigid.setTwist({V.v + change.v, V.w + change.w});
   if (entry.mover != kNone) joint_.moved(entry.mover);  // A tool that touches it has brought it in.
 }
@@ -259,6 +262,65 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   if (!entry.body.asleep()) entry.grip = grip;
 }
 
+/**
+ * Out of what it overlaps most, of all that stands and does not lead back. Of a plate that it is nearly through the far
+ * side would: out of one convex thing it goes on as it went. False: there is no way, or it would push what moves.
+ */
+bool FreeBodies::findWayOut(const Scene& scene, std::uint8_t k, Touch& out) HD_RT {
+  Entry& entry = entry_[k];
+  const std::uint32_t before = entry.out_of;
+  double most = Tool::kSlop, most_back = Tool::kSlop;
+  for (std::uint32_t i = 0; i < entry.model.count; ++i) {
+    const std::uint32_t slot = entry.model.point[i].body();
+    if (!meets(scene, k, slot)) continue;
+    const Touch touch = touchOf(scene, k, i);
+    if (find(slot) != kNone && touch.gap < kTouching) return false;
+    if (find(slot) != kNone) continue;
+    if (scene.sinceArrival(slot) < kStale) entry.leading = kLeadOut;
+    if (touch.n.dot(entry.way) < -0.5) {
+      if (-touch.gap < most_back) continue;
+      if (slot != before || scene.slot(slot).shape.kind == ShapeKind::kMesh) return false;
+      most_back = -touch.gap;
+    } else if (-touch.gap > most) {
+      most = -touch.gap;
+      out = touch;
+      entry.out_of = slot;
+    }
+  }
+  if (most > Tool::kSlop || !(most_back > Tool::kSlop)) return true;
+  out.n = entry.way;
+  out.gap = -most_back;
+  return true;
+}
+
+/**
+ * Nothing that happens to a body gives the energy to lift it out of what it was put into, or what came to stand about
+ * it. Whoever put it is taken to go on until it is out: the least way, as slowly as tools leave an overlap, and with no
+ * motion left to it. Not while a hand or tool touches it, nor beside other bodies: it would push them.
+ */
+void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
+  Entry& entry = entry_[k];
+  if (entry.put > 0 || entry.age >= kStale || entry.pushed) return;
+  Touch overlap;
+  const bool alone = findWayOut(scene, k, overlap);
+  if (!(entry.leading > 0)) return;
+  entry.leading -= dt;
+  settleTouches({&overlap, 1}, dt);
+  if (!alone || !(overlap.separate > kStirring)) {
+    entry.leading = 0;
+    entry.way.setZero();
+    return;
+  }
+  entry.way = overlap.n;
+  RigidBody& body = entry.body.body;
+  const Twist V = body.twist();
+  Pose X = body.pose();
+  X.p += dt * overlap.separate * entry.way;
+  body.place(X);
+  body.setTwist(V);
+  entry.body.wake();
+}
+
 /** Those that have fewer leave the rest to the others: who came last would have none, and fall through the floor. */
 std::uint32_t FreeBodies::fairShare(const Scene& scene) const HD_RT {
   std::array<std::uint32_t, kMaxBodies> wanted{};
@@ -317,6 +379,7 @@ void FreeBodies::step(Scene& scene, double dt) HD_RT {
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
     if (!free(k)) continue;
     Entry& entry = entry_[k];
+    leadOut(scene, k, dt);
     (void)moverOf(k);
     if (entry.age < kStale) {
       entry.stands = false;
@@ -351,7 +414,11 @@ bool FreeBodies::ask(const Scene& scene, std::span<const std::uint32_t> held, Co
     out.X_WO = entry.body.body.pose();
     out.V_WO = entry.body.body.originTwist();
     out.speed = speedBound(entry.body.body, *self);
+    out.put = entry.leading > 0;
     findObstacles(scene, *self, held, out);
+    for (std::uint32_t i = 0; i < out.count; ++i) {
+      out.put = out.put || scene.sinceArrival(out.obstacle[i].slot) < kStale;
+    }
   }
   return any;
 }

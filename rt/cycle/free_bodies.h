@@ -33,6 +33,7 @@ class FreeBodies {
  public:
   static constexpr double kStale = 0.1;        ///< No contacts for so long: a body stands still [s].
   static constexpr double kTouching = 1e-4;    ///< Gap at which a body is woken by what touches it [m].
+  static constexpr double kLeadOut = 3;        ///< The longest that what was put into something is led out of it [s].
   static constexpr double kMostGravity = 100;  ///< [m/s^2]
   static constexpr std::uint8_t kNone = 0xff;
 
@@ -85,12 +86,16 @@ class FreeBodies {
     std::uint32_t object = 0;  ///< Id, 0: unused.
     FreeBody body{MassProperties{}, 0, false};
     ContactModel model;
-    double age = 0;       ///< Of the contacts [s].
-    double put = 0;       ///< It was put elsewhere: so long until an answer tells of it there [s].
-    double grip = 0;      ///< The least friction that held it when it was last awake.
-    bool held = false;    ///< In a hand.
-    bool ours = false;    ///< Pushed here last: control is told where it goes.
-    bool stands = false;  ///< Its contacts are stale, and the scene knows that it stands.
+    double age = 0;            ///< Of the contacts [s].
+    double put = 0;            ///< It was put elsewhere: so long until an answer tells of it there [s].
+    double leading = 0;        ///< So long it may still be led out of what it was put into [s].
+    Vec3 way = Vec3::Zero();   ///< The way; zero: it has not begun.
+    std::uint32_t out_of = 0;  ///< Slot of what it is led out of.
+    double grip = 0;           ///< The least friction that held it when it was last awake.
+    bool held = false;         ///< In a hand.
+    bool ours = false;         ///< Pushed here last: control is told where it goes.
+    bool pushed = false;       ///< By a hand or tool, in this tick.
+    bool stands = false;       ///< Its contacts are stale, and the scene knows that it stands.
     std::uint8_t mover = kNone;
   };
   Entry* lookUp(std::uint32_t object) HD_RT;
@@ -99,6 +104,8 @@ class FreeBodies {
   [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
   [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
+  [[nodiscard]] bool findWayOut(const Scene& scene, std::uint8_t k, Touch& out) HD_RT;
+  void leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT;
   /** How many touches each body may have, so that all together have room. */
   [[nodiscard]] std::uint32_t fairShare(const Scene& scene) const HD_RT;
   /** The first `most` of them: those that ContactModel chose first hold it best. */

@@ -1,0 +1,129 @@
+// A body that was put into something that stands, or about which something has been put, comes out: slowly, the least
+// way, and without a motion that would be left to it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/shape/test_mesh.h"
+#include "tests/support/stepped/tool_house.h"
+
+namespace hapticd {
+namespace {
+
+using test::object;
+
+constexpr std::uint32_t kAbout = makeObjectId(20, 1), kPut = makeObjectId(21, 1);
+const Vec3 kAboutHalf(0.05, 0.05, 0.04), kAboutAt(0.2, 0, 0.1);
+
+enum class How : std::uint8_t { kMade, kMoved, kBlockMade };
+
+struct Put {
+  ShapeKind block, shape;
+  Vec3 size;
+  double deep;  ///< Its middle below the block's top [m].
+  How how;
+};
+
+class PutHouse {
+ public:
+  PutHouse() { house.meshes.publish(3, mesh_.view()); }
+  void addBlock(ShapeKind kind) {
+    AddObject block = object(kAbout, kind, kAboutHalf, kAboutAt);
+    block.shape.mesh = 3;
+    house.send(CommandKind::kAddObject, block);
+  }
+  void addBody(const Put& put, const Vec3& at) {
+    house.send(CommandKind::kAddObject, object(kPut, put.shape, put.size, at));
+    SetBody order{};
+    order.object = kPut;
+    order.falls = 1;
+    order.mass = 0.1;
+    for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-5;
+    house.send(CommandKind::kSetBody, order);
+  }
+  void put(const Put& put) {
+    const Vec3 at = kAboutAt + Vec3(0.001, 0.002, kAboutHalf.z() - put.deep);
+    if (put.how != How::kBlockMade) addBlock(put.block);
+    addBody(put, put.how == How::kMoved ? Vec3(kAboutAt + Vec3(0, 0, 0.2)) : at);
+    house.run(300);
+    if (put.how == How::kBlockMade) addBlock(put.block);
+    if (put.how != How::kMoved) return;
+    hd_object_pose pose{kPut, 0, {}, {1}, {}, {}};
+    store(at, pose.p);
+    house.send(CommandKind::kObjectPose, pose);
+    house.run(1);
+  }
+  [[nodiscard]] const FreeBody& body() const { return house.servo->cycle().bodies().body(0); }
+
+  test::ToolHouse house;
+
+ private:
+  test::TestMesh mesh_ = test::boxMesh(kAboutHalf);
+};
+
+TEST(PutInside, ComesOutSlowlyAndStays) {
+  const Vec3 ball(0.005, 0, 0), box(0.01, 0.01, 0.005);
+  const Put cases[] = {{ShapeKind::kBox, ShapeKind::kSphere, ball, 0.004, How::kMade},
+                       {ShapeKind::kMesh, ShapeKind::kSphere, ball, 0.025, How::kMoved},
+                       {ShapeKind::kMesh, ShapeKind::kBox, box, 0.004, How::kMoved},
+                       {ShapeKind::kBox, ShapeKind::kBox, box, 0.025, How::kBlockMade},
+                       {ShapeKind::kMesh, ShapeKind::kBox, box, 0.012, How::kMade}};
+  for (const Put& one : cases) {
+    PutHouse scene;
+    const std::string what = std::string(one.block == ShapeKind::kMesh ? "mesh" : "box") + ", " +
+                             (one.shape == ShapeKind::kBox ? "box " : "ball ") + std::to_string(one.deep);
+    if (one.how != How::kMade) {
+      scene.put(one);
+    } else {
+      scene.addBlock(one.block);
+      scene.addBody(one, kAboutAt + Vec3(0.001, 0.002, kAboutHalf.z() - one.deep));
+    }
+    double fastest = 0, motion = 0;
+    Vec3 was = scene.body().body.com();
+    for (int i = 0; i < 800; ++i) {
+      scene.house.run(1);
+      if (i > 1) fastest = std::max(fastest, (scene.body().body.com() - was).norm() / 1e-3);
+      motion = std::max(motion, scene.body().body.twist().v.norm());
+      was = scene.body().body.com();
+    }
+    const double lies = kAboutAt.z() + kAboutHalf.z() + (one.shape == ShapeKind::kBox ? one.size.z() : one.size.x());
+    EXPECT_NEAR(was.z(), lies, 2 * Tool::kSlop) << what;
+    EXPECT_NEAR(was.x(), kAboutAt.x() + 0.001, 1e-6) << what << ": the least way";
+    EXPECT_LE(fastest, 1.001 * Tool::kRecoverSpeed) << what;
+    EXPECT_LT(motion, 1e-6) << what;
+    EXPECT_TRUE(scene.body().asleep()) << what;
+  }
+}
+
+/** Weight does not take it down meanwhile. */
+TEST(PutInside, ComesOutAgainstItsWeight) {
+  PutHouse scene;
+  scene.house.send(CommandKind::kSetGravity, SetGravity{{0, 0, -9.81}});
+  scene.addBlock(ShapeKind::kMesh);
+  scene.addBody({ShapeKind::kMesh, ShapeKind::kBox, {0.01, 0.01, 0.005}, 0, How::kMade},
+                kAboutAt + Vec3(0, 0, kAboutHalf.z() - 0.02));
+  double lowest = 1;
+  for (int i = 0; i < 1000; ++i) {
+    scene.house.run(1);
+    lowest = std::min(lowest, scene.body().body.com().z());
+  }
+  EXPECT_GT(lowest, kAboutAt.z() + kAboutHalf.z() - 0.021);
+  EXPECT_NEAR(scene.body().body.com().z(), kAboutAt.z() + kAboutHalf.z() + 0.005, 2 * Tool::kSlop);
+  EXPECT_TRUE(scene.body().asleep());
+}
+
+/** Between two walls that both overlap it there is no way: it gives up, and lies still. */
+TEST(PutInside, GivesUpWhereThereIsNoWay) {
+  PutHouse scene;
+  for (const double side : {-1.0, 1.0}) {
+    scene.house.send(CommandKind::kAddObject, object(makeObjectId(side < 0 ? 30 : 31, 1), ShapeKind::kBox,
+                                                     {0.05, 0.5, 0.5}, {side * 0.0549, 0.3, 0.6}));
+  }
+  scene.addBody({ShapeKind::kBox, ShapeKind::kSphere, {0.005, 0, 0}, 0, How::kMade}, {0, 0.3, 0.6});
+  scene.house.run(4500);
+  EXPECT_TRUE(scene.body().asleep());
+  EXPECT_LT((scene.body().body.com() - Vec3(0, 0.3, 0.6)).norm(), 2e-4);
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -32,13 +32,13 @@ class PutHouse {
     block.shape.mesh = 3;
     house.send(CommandKind::kAddObject, block);
   }
-  void addBody(const Put& put, const Vec3& at) {
+  void addBody(const Put& put, const Vec3& at, double mass = 0.1) {
     house.send(CommandKind::kAddObject, object(kPut, put.shape, put.size, at));
     SetBody order{};
     order.object = kPut;
     order.falls = 1;
-    order.mass = 0.1;
-    for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-5;
+    order.mass = mass;
+    for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-4 * mass;
     house.send(CommandKind::kSetBody, order);
   }
   void put(const Put& put) {
@@ -123,6 +123,44 @@ TEST(PutInside, GivesUpWhereThereIsNoWay) {
   scene.house.run(4500);
   EXPECT_TRUE(scene.body().asleep());
   EXPECT_LT((scene.body().body.com() - Vec3(0, 0.3, 0.6)).norm(), 2e-4);
+}
+
+/** Beside another body it stays: it would push that, with energy from nowhere. */
+TEST(PutInside, PushesNoBodyAsItComesOut) {
+  PutHouse scene;
+  const Put box{ShapeKind::kBox, ShapeKind::kBox, {0.01, 0.01, 0.005}, 0, How::kMade};
+  const Vec3 other(0.1, 0.1, 0.012);
+  const std::uint32_t lies = makeObjectId(22, 1);
+  scene.house.send(CommandKind::kAddObject, object(lies, ShapeKind::kBox, box.size, other));
+  scene.addBody(box, {0.1, 0.1, 0.002});
+  SetBody order{};
+  order.object = lies;
+  order.mass = 0.1;
+  for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-5;
+  scene.house.send(CommandKind::kSetBody, order);
+  scene.house.run(500);
+  EXPECT_NEAR(scene.body().body.com().z(), 0.002, 1e-4);
+  EXPECT_NEAR(scene.house.servo->cycle().bodies().body(1).body.com().z(), other.z(), 1e-4);
+}
+
+/** A tool on it is not lifted; when that has gone it comes out. So heavy that what the tool has lost does not lift it.
+ */
+TEST(PutInside, WaitsForTheToolThatTouchesIt) {
+  PutHouse scene;
+  scene.house.send(CommandKind::kSetGravity, SetGravity{{0, 0, -9.81}});
+  scene.house.hold();
+  scene.house.aim({0, 0, 0.011});  // Its bottom is at 6 mm, the body's top at 7.
+  scene.house.run(1000);
+  scene.addBody({ShapeKind::kBox, ShapeKind::kBox, {0.01, 0.01, 0.005}, 0, How::kMade}, {0, 0, 0.002}, 5);
+  double highest = 0;
+  for (int i = 0; i < 500; ++i) {
+    scene.house.run(1);
+    highest = std::max(highest, scene.body().body.com().z());
+  }
+  EXPECT_LT(highest, 0.002 + 1e-4);
+  scene.house.aim({0, 0, 0.05});
+  scene.house.run(1000);
+  EXPECT_NEAR(scene.body().body.com().z(), 0.005, 2 * Tool::kSlop);
 }
 
 }  // namespace

@@ -262,14 +262,10 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   if (!entry.body.asleep()) entry.grip = grip;
 }
 
-/**
- * Out of what it overlaps most, of all that stands and does not lead back. Of a plate that it is nearly through the far
- * side would: out of one convex thing it goes on as it went. False: there is no way, or it would push what moves.
- */
+/** Out of what it overlaps most, of all that stands. False: that would lead back, or push what moves. */
 bool FreeBodies::findWayOut(const Scene& scene, std::uint8_t k, Touch& out) HD_RT {
   Entry& entry = entry_[k];
-  const std::uint32_t before = entry.out_of;
-  double most = Tool::kSlop, most_back = Tool::kSlop;
+  double most = Tool::kSlop + Tool::kRecoverTime * kStirring;
   for (std::uint32_t i = 0; i < entry.model.count; ++i) {
     const std::uint32_t slot = entry.model.point[i].body();
     if (!meets(scene, k, slot)) continue;
@@ -277,20 +273,11 @@ bool FreeBodies::findWayOut(const Scene& scene, std::uint8_t k, Touch& out) HD_R
     if (find(slot) != kNone && touch.gap < kTouching) return false;
     if (find(slot) != kNone) continue;
     if (scene.sinceArrival(slot) < kStale) entry.leading = kLeadOut;
-    if (touch.n.dot(entry.way) < -0.5) {
-      if (-touch.gap < most_back) continue;
-      if (slot != before || scene.slot(slot).shape.kind == ShapeKind::kMesh) return false;
-      most_back = -touch.gap;
-    } else if (-touch.gap > most) {
-      most = -touch.gap;
-      out = touch;
-      entry.out_of = slot;
-    }
+    if (-touch.gap <= most) continue;
+    most = -touch.gap;
+    out = touch;
   }
-  if (most > Tool::kSlop || !(most_back > Tool::kSlop)) return true;
-  out.n = entry.way;
-  out.gap = -most_back;
-  return true;
+  return out.n.dot(entry.way) > -0.5;
 }
 
 /**
@@ -306,7 +293,7 @@ void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
   if (!(entry.leading > 0)) return;
   entry.leading -= dt;
   settleTouches({&overlap, 1}, dt);
-  if (!alone || !(overlap.separate > kStirring)) {
+  if (!alone || !(overlap.separate > 0)) {
     entry.leading = 0;
     entry.way.setZero();
     return;

@@ -86,16 +86,15 @@ class FreeBodies {
     std::uint32_t object = 0;  ///< Id, 0: unused.
     FreeBody body{MassProperties{}, 0, false};
     ContactModel model;
-    double age = 0;            ///< Of the contacts [s].
-    double put = 0;            ///< It was put elsewhere: so long until an answer tells of it there [s].
-    double leading = 0;        ///< So long it may still be led out of what it was put into [s].
-    Vec3 way = Vec3::Zero();   ///< The way; zero: it has not begun.
-    std::uint32_t out_of = 0;  ///< Slot of what it is led out of.
-    double grip = 0;           ///< The least friction that held it when it was last awake.
-    bool held = false;         ///< In a hand.
-    bool ours = false;         ///< Pushed here last: control is told where it goes.
-    bool pushed = false;       ///< By a hand or tool, in this tick.
-    bool stands = false;       ///< Its contacts are stale, and the scene knows that it stands.
+    double age = 0;           ///< Of the contacts [s].
+    double put = 0;           ///< It was put elsewhere: so long until an answer tells of it there [s].
+    double leading = 0;       ///< So long it may still be led out of what it was put into [s].
+    Vec3 way = Vec3::Zero();  ///< The way; zero: it has not begun.
+    double grip = 0;          ///< The least friction that held it when it was last awake.
+    bool held = false;        ///< In a hand.
+    bool ours = false;        ///< Pushed here last: control is told where it goes.
+    bool pushed = false;      ///< By a hand or tool, in this tick.
+    bool stands = false;      ///< Its contacts are stale, and the scene knows that it stands.
     std::uint8_t mover = kNone;
   };
   Entry* lookUp(std::uint32_t object) HD_RT;

@@ -4,15 +4,17 @@ difference smaller, a wrong one larger, so that it settles where 71 % are right 
 
     09-discrimination.py > results.csv              a simulated hand, and an observer who judges as people do
     09-discrimination.py --person > results.csv     you: press the wall, lift the hand, press again, lift, answer 1 or 2
+    09-discrimination.py --person --resume results.csv >> results.csv      goes on where that was broken off
 
 WARNING: the device moves. Keep the workspace free and hold the handle.
 """
 import argparse
 import csv
 import math
+import os
 import sys
 import time
-from typing import NamedTuple
+from typing import Dict, List, NamedTuple
 
 import hapticclient as haptic
 import numpy as np
@@ -20,6 +22,8 @@ import numpy as np
 REFERENCE = 400.0  # stiffness of the wall that all are compared with [N/m]
 MOST = 3.0  # harder than that no wall becomes, as a part of the reference: devices buzz on the hardest
 TOP = -0.02  # of the wall [m]
+COLUMNS = ("seed", "trial", "t_s", "difference", "first_N_m", "second_N_m", "felt_first_N_m", "felt_second_N_m", "most_N",
+           "limited", "missed", "answer", "right", "response_s")
 MISSED = 5  # periods of the servo that a press may lack: more, and the wall was not what it should be
 
 
@@ -93,6 +97,8 @@ def press_once(session: haptic.Session, wall: int, stiffness: float) -> Press:
         session.push_intent((0, 0, TOP + (-0.008 if down else 0.01)), latest=True)  # of a simulated hand
         time.sleep(0.01)
         samples = session.drain()
+        if not session.latest()["flags"] & haptic.SampleFlag.ARMED:
+            sys.exit("forces are off (hapticctl status says why). Once they may be on again, --resume goes on from here")
         touching = samples[samples["contact_object"] == wall]
         kept += [touching] if len(touching) else []
         free_s = 0.0 if len(touching) else free_s + 0.01
@@ -101,6 +107,19 @@ def press_once(session: haptic.Session, wall: int, stiffness: float) -> Press:
     limited = bool((touched["flags"] & (haptic.SampleFlag.LIMITED | haptic.SampleFlag.SATURATED)).any())
     return Press(float(force @ depth / (depth @ depth)), float(force.max()), limited,
                  int(touched["missed"].max() - missed))
+
+
+def resume(path: str, stairs: Staircase) -> List[Dict[str, str]]:
+    """The trials of a file, answered once more."""
+    with open(path, newline="", encoding="utf-8") as file:
+        trials = list(csv.DictReader(file))
+    for line, trial in enumerate(trials, 2):
+        whole = tuple(trial) == COLUMNS and None not in trial.values()
+        wanted = (trials[0].get("seed"), str(line - 1), f"{stairs.level:.4f}")
+        if not whole or (trial["seed"], trial["trial"], trial["difference"]) != wanted:
+            sys.exit(f"{path}, line {line}: it does not follow from the lines before it: is it whole, and of one experiment?")
+        stairs.answer(trial["right"] == "1")
+    return trials
 
 
 def ask() -> int:
@@ -120,40 +139,59 @@ def main() -> int:
     parser.add_argument("--reversals", type=int, default=11, help="after as many the experiment ends, 4 at least (%(default)s)")
     parser.add_argument("--noise", type=float, default=0.15,
                         help="of the simulated observer, as a part of the stiffness (%(default)s)")
-    parser.add_argument("--seed", type=int, help="for the same order of walls again")
+    parser.add_argument("--seed", type=int, help="for the same order of walls again; else drawn, and a column of the results")
+    parser.add_argument("--resume", metavar="FILE", help="of an experiment that was broken off; new trials alone are written")
     options = parser.parse_args()
     if options.reversals < 4:
         parser.error("--reversals: the first three are not counted, so 4 at least")
     if not 0 < options.noise < 10:
         parser.error("--noise: more than 0 and less than 10")
-    rng = np.random.default_rng(options.seed)
-    observer = Observer(options.noise, rng)
-    stairs, trial, off = Staircase(0.5, options.reversals), 0, []
+    if options.seed is not None and options.seed < 0:
+        parser.error("--seed: 0 or more")
+    stairs, off = Staircase(0.5, options.reversals), []
+    before = resume(options.resume, stairs) if options.resume else []
+    seed = options.seed if options.seed is not None else int(np.random.default_rng().integers(1 << 31))
+    if before and options.seed not in (None, int(before[0]["seed"])):
+        parser.error(f"--seed: the experiment that is resumed has {before[0]['seed']}")
+    if before:
+        seed = int(before[0]["seed"])
+    trial, start = len(before), time.monotonic() - (float(before[-1]["t_s"]) if before else 0)
+    tell = (lambda words: print(words, file=sys.stderr, flush=True)) if options.person else (lambda words: None)
     rows = csv.writer(sys.stdout)
-    rows.writerow(("trial", "difference", "first_N_m", "second_N_m", "felt_first_N_m", "felt_second_N_m", "most_N", "limited",
-                   "missed", "answer", "right"))
+    if not options.resume or os.path.getsize(options.resume) == 0:
+        rows.writerow(COLUMNS)
     with haptic.Client(name="09-discrimination") as client, client.open_session() as session:
         wall = client.scene.create("wall", haptic.ShapeKind.BOX, (0.06, 0.06, 0.02), pose=haptic.Pose((0, 0, TOP - 0.02)))
         session.push_intent((0, 0, TOP + 0.01), latest=True)
         session.arm()
+        tell(f"Lift the handle above {1000 * TOP:.0f} mm, and hold it: forces begin in some two seconds.")
         while session.latest()["flags"] & (haptic.SampleFlag.RAMPING | haptic.SampleFlag.WAITING):
             time.sleep(0.01)
         while not stairs.done:
             trial, difference = trial + 1, stairs.level
             walls = [REFERENCE, REFERENCE * (1 + difference)]
+            rng = np.random.default_rng((seed, trial))  # of this trial, whichever were before it
             if rng.integers(2):
                 walls.reverse()
-            felt = [press(session, wall, stiffness) for stiffness in walls]
-            answer = ask() if options.person else observer.harder(felt[0].stiffness, felt[1].stiffness)
+            felt = []
+            for name, stiffness in zip(("first", "second"), walls):
+                tell(f"Trial {trial}: press the {name} wall, and lift the hand.")
+                felt.append(press(session, wall, stiffness))
+            asked = time.monotonic()
+            answer = ask() if options.person else Observer(options.noise, rng).harder(felt[0].stiffness, felt[1].stiffness)
+            now = time.monotonic()
             right = answer == (1 if walls[0] > walls[1] else 2)
             stairs.answer(right)
             off += [abs(touch.stiffness / stiffness - 1) for touch, stiffness in zip(felt, walls)
                     if not touch.limited and touch.missed <= MISSED]
-            rows.writerow((trial, f"{difference:.4f}", *(f"{stiffness:.1f}" for stiffness in walls),
+            rows.writerow((seed, trial, f"{now - start:.3f}", f"{difference:.4f}", *(f"{stiffness:.1f}" for stiffness in walls),
                            *(f"{touch.stiffness:.1f}" for touch in felt), f"{max(touch.force for touch in felt):.2f}",
-                           int(any(touch.limited for touch in felt)), sum(touch.missed for touch in felt), answer, int(right)))
+                           int(any(touch.limited for touch in felt)), sum(touch.missed for touch in felt), answer, int(right),
+                           f"{now - asked:.3f}"))
             sys.stdout.flush()  # an experiment that is broken off keeps its trials
-    print(f"{trial} trials: {100 * stairs.threshold():.0f} % harder is told in 71 of 100", file=sys.stderr)
+    print(f"seed {seed}, {trial} trials: {100 * stairs.threshold():.0f} % harder is told in 71 of 100", file=sys.stderr)
+    if trial == len(before):  # all was answered before
+        return 0
     if not off:
         sys.exit("no press was free of limits and of missed periods")
     print(f"walls were off by {100 * max(off):.1f} % at most", file=sys.stderr)
@@ -165,5 +203,7 @@ if __name__ == "__main__":
         sys.exit(main())
     except haptic.HapticError as error:
         sys.exit(str(error))
+    except OSError as error:
+        sys.exit(f"{error.filename or 'results'}: {error.strerror}")
     except KeyboardInterrupt:
         sys.exit(130)

@@ -2,7 +2,9 @@
 """examples/09-discrimination.py against an observer whose threshold is known. Usage: test_discrimination.py EXAMPLE"""
 import io
 import math
+import pathlib
 import sys
+import tempfile
 import unittest
 import unittest.mock
 
@@ -51,6 +53,52 @@ class Stairs(unittest.TestCase):
             stairs.answer(False)
         self.assertEqual(stairs.level, experiment.MOST)
         self.assertLess(experiment.REFERENCE * (1 + experiment.MOST), 2000)
+
+
+class Resumed(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.file = pathlib.Path(folder.name) / "results.csv"
+        self.stairs = experiment.Staircase(0.5, 11)
+        rows = [experiment.COLUMNS]
+        for trial, right in enumerate((1, 1, 0, 1, 1, 1, 1, 0, 1), 1):
+            row = {"seed": 7, "trial": trial, "t_s": trial, "difference": f"{self.stairs.level:.4f}", "right": right}
+            rows.append([row.get(column, 0) for column in experiment.COLUMNS])
+            self.stairs.answer(bool(right))
+        self.lines = [",".join(map(str, row)) + "\n" for row in rows]
+
+    def resumed(self, lines):
+        self.file.write_text("".join(lines), encoding="utf-8")
+        stairs = experiment.Staircase(0.5, 11)
+        return stairs, experiment.resume(str(self.file), stairs)
+
+    def test_goes_on_where_it_was_broken_off(self):
+        stairs, trials = self.resumed(self.lines)
+        self.assertEqual((stairs.level, stairs.turns), (self.stairs.level, self.stairs.turns))
+        for right in (True, False, True, True):
+            stairs.answer(right)
+            self.stairs.answer(right)
+        self.assertEqual((stairs.level, stairs.turns), (self.stairs.level, self.stairs.turns))
+        self.assertEqual((len(trials), trials[-1]["seed"], trials[-1]["t_s"]), (9, "7", "9"))
+        self.assertEqual(self.resumed([])[1], [])
+
+    def test_of_a_file_that_is_damaged_names_the_line(self):
+        other = self.lines[5].replace("7,", "8,", 1)
+        for lines, line in ((self.lines[:4] + self.lines[5:], 5), (self.lines[:8] + [self.lines[8][:12]], 9),
+                            (self.lines[:5] + [other] + self.lines[6:], 6), (["a,b\n1,2\n"], 2)):
+            with self.assertRaisesRegex(SystemExit, f"results.csv, line {line}: it does not follow"):
+                self.resumed(lines)
+
+
+class Pressed(unittest.TestCase):
+    def test_ends_where_forces_are_off(self):
+        # Trials without a force were written as if there had been one.
+        session, nothing = unittest.mock.MagicMock(), np.zeros(0, [("contact_object", "u8")])
+        session.drain.side_effect = [nothing] * 9
+        session.latest.return_value = {"missed": 0, "flags": experiment.haptic.SampleFlag.FAULT}
+        with self.assertRaisesRegex(SystemExit, "forces are off"):
+            experiment.press_once(session, 1, 400)
 
 
 class Answer(unittest.TestCase):

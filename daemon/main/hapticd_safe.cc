@@ -17,10 +17,11 @@ namespace {
 
 constexpr std::string_view kHelp =
     "hapticd-safe [FILE]\n"
-    "Brings to zero each device listed in FILE and empties it. Without FILE: armed in $RUNTIME_DIRECTORY, else\n"
-    "/run/hapticd/armed. hapticd writes that list before it arms; while it lives nothing is done.\n"
-    "Exit: 0 all is safe; 1 a device could not be brought to zero; 2 wrong usage; 3 hapticd lives or the list cannot "
-    "be read.\n";
+    "Brings to zero each device listed in FILE and empties it. Without FILE: armed in\n"
+    "$RUNTIME_DIRECTORY, else /run/hapticd/armed. hapticd writes that list before it\n"
+    "arms; while it lives nothing is done.\n"
+    "Exit: 0 all is safe; 1 a device could not be brought to zero; 2 wrong usage;\n"
+    "3 hapticd lives or the list cannot be read.\n";
 
 std::string listIn(int argc, char** argv) {
   if (argc == 2) return argv[1];

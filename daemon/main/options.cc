@@ -45,22 +45,24 @@ std::string isNotEmpty(const std::string& text) {
 void addOptions(CLI::App& app, Words& words, Options& options) {
   app.set_version_flag("--version", fmt::format("hapticd {}", kVersion));
   app.add_option("--config", words.config_file,
-                 "TOML file; else $HAPTICD_CONFIG, the service's or the user's hapticd.toml, else built-in defaults")
+                 "TOML file; else $HAPTICD_CONFIG, the service's or\n"
+                 "the user's hapticd.toml, else built-in defaults")
       ->check(isNotEmpty);
   app.add_option("--device", words.devices,
-                 "device URI or serial, e.g. sim://omega3; may be given several times. It must open, or hapticd ends")
+                 "device URI or serial, e.g. sim://omega3; may be\n"
+                 "given several times. It must open, or hapticd ends")
       ->allow_extra_args(false);
   app.add_option("--rate", words.rate_hz, "servo rate, 1000 to 4000 [Hz]")->check(isRate);
   app.add_option("--socket", words.socket, "path of the control socket")->check(isNotEmpty);
   app.add_option("--admin-socket", words.admin_socket, "path of the administration socket")->check(isNotEmpty);
   app.add_option("--log-level", words.level, "trace, debug, info, warn, error or off");
-  app.add_flag("--allow-no-rt", words.allow_no_rt, "run without real-time scheduling; every status then says so");
+  app.add_flag("--allow-no-rt", words.allow_no_rt, "run without real-time scheduling; every status\nthen says so");
   app.add_flag("--foreground", words.foreground, "stay in the foreground (hapticd always does)");
   app.add_flag("--check-config", options.check_config, "check the configuration and end");
   app.add_flag("--print-config", options.print_config, "print the configuration in force as TOML and end");
   app.footer(
-      "Exit codes: 0 ended as asked, 1 wrong usage, 2 configuration, 3 no real-time rights, 4 device, 5 socket, "
-      "6 other failure.");
+      "Exit codes: 0 ended as asked, 1 wrong usage, 2 configuration, 3 no real-time\n"
+      "rights, 4 device, 5 socket, 6 other failure.");
 }
 
 /** The command line's changes to the configuration. */
@@ -152,7 +154,7 @@ int answer(const std::string& text) {
 
 std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
   CLI::App app(
-      "hapticd: the haptic device server. It owns the devices and the servo; programs say what is to be felt.");
+      "hapticd: the haptic device server. It owns the devices and the servo; programs\nsay what is to be felt.");
   Words words;
   Options options;
   addOptions(app, words, options);

@@ -77,6 +77,11 @@ class Manual(unittest.TestCase):
             name = re.sub(r"^(surface|effect|local_model|client|gravity|guard|texture|transient)_[xyz]$", r"\1_", column)
             self.assertRegex(page, rf"\b{name}(\b|(?<=_) )", column)
 
+    def test_help_of_the_daemon_fits_a_terminal(self):
+        for name in ("hapticd", "hapticd-safe"):
+            for line in words(BUILD / "daemon" / name, "--help").splitlines():
+                self.assertLessEqual(len(line), 80, f"{name}: {line}")
+
     def test_every_key_and_option_of_hapticd_is_told(self):
         page = self.page("hapticd.toml.5")
         for key in re.findall(r"^(?:# )?(\w+) = ", (SOURCE / "systemd/hapticd.toml").read_text(), re.M):

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "daemon/builder/mesh/counted.h"
 #include "daemon/builder/mesh/mesh.h"
 
 namespace hapticd {
@@ -48,8 +49,8 @@ void connect(Mesh& mesh, BuildMonitor& monitor) {
   }
   if (crowded != 0) {
     monitor.notes.push_back(
-        fmt::format("{} edges belong to more than two triangles, the first at triangle {}; they count as borders",
-                    crowded, first_crowded));
+        fmt::format("{} to more than two triangles, the first at triangle {}; each counts as a border",
+                    counted(crowded, "edge belongs", "edges belong"), first_crowded));
   }
 }
 

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 
+#include "daemon/builder/mesh/counted.h"
 #include "daemon/builder/mesh/mesh.h"
 #include "daemon/builder/volume/winding.h"
 
@@ -69,18 +70,17 @@ class Orienter {
     for (const Part& part : parts_)
       if (any_turned && part.closed && part.volume > 0 && isTurnedCavity(part)) turn(part);
     if (flipped_ != 0) {
-      monitor_.notes.push_back(
-          fmt::format("turned {} triangles to the winding of their neighbours, the first is triangle {}", flipped_,
-                      first_flipped_));
+      monitor_.notes.push_back(fmt::format("turned {} to the winding of the neighbours, the first is triangle {}",
+                                           counted(flipped_, "triangle"), first_flipped_));
     }
     if (twisted_ != 0) {
       monitor_.notes.push_back(
-          fmt::format("the surface about triangle {} has one side only (as a Moebius strip); {} edges count as borders",
-                      first_twisted_, twisted_));
+          fmt::format("the surface about triangle {} has one side only (as a Moebius strip); {} as borders",
+                      first_twisted_, counted(twisted_, "edge counts", "edges count")));
     }
     if (inverted != 0) {
-      monitor_.notes.push_back(
-          fmt::format("turned {} closed parts outside out, the first begins at triangle {}", inverted, first_inverted));
+      monitor_.notes.push_back(fmt::format("turned {} outside out, the first begins at triangle {}",
+                                           counted(inverted, "closed part"), first_inverted));
     }
     mesh_.closed = std::all_of(parts_.begin(), parts_.end(), [](const Part& part) { return part.closed; });
   }

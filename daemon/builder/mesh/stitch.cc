@@ -7,6 +7,7 @@
 #include <numeric>
 #include <unordered_set>
 
+#include "daemon/builder/mesh/counted.h"
 #include "daemon/builder/mesh/mesh.h"
 #include "daemon/builder/mesh/point_tree.h"
 
@@ -298,8 +299,8 @@ void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor, std::int64_t work)
   }
   if (tally.count != 0) {
     monitor.notes.push_back(
-        fmt::format("cut {} edges at vertices that lay on them, the first of triangle {}: else they are cracks",
-                    tally.count, tally.first));
+        fmt::format("cut {} at vertices that lay on them, the first of triangle {}: else they are cracks",
+                    counted(tally.count, "edge"), tally.first));
   }
   if (gave_up) {
     monitor.notes.push_back(

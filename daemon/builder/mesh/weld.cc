@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "daemon/builder/mesh/counted.h"
 #include "daemon/builder/mesh/near_table.h"
 
 namespace hapticd {
@@ -105,7 +106,7 @@ Mesh weld(const MeshSource& source, BuildMonitor& monitor) {
   }
   if (dropped != 0) {
     monitor.notes.push_back(
-        fmt::format("removed {} triangles without area, the first is triangle {}", dropped, first_dropped));
+        fmt::format("removed {} without area, the first is triangle {}", counted(dropped, "triangle"), first_dropped));
   }
   return mesh;
 }
@@ -153,7 +154,8 @@ void dropDuplicates(Mesh& mesh, BuildMonitor& monitor) {
   }
   mesh.triangles.resize(kept);
   mesh.source_triangle.resize(kept);
-  monitor.notes.push_back(fmt::format("removed {} doubled triangles, the first is triangle {}", count, first));
+  monitor.notes.push_back(
+      fmt::format("removed {}, the first is triangle {}", counted(count, "doubled triangle"), first));
 }
 
 }  // namespace hapticd

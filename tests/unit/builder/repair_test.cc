@@ -109,8 +109,8 @@ TEST(Repair, ADoubledTriangleBehindASliverIsNamedByItsNumber) {
   const auto v = static_cast<std::uint32_t>(mesh.vertices.size()) - 3;
   mesh.triangles.insert(mesh.triangles.begin(), {v, v + 1, v + 2});
   mesh.triangles.push_back(mesh.triangles[3]);
-  EXPECT_THAT(build(mesh).notes, testing::IsSupersetOf({"removed 1 triangles without area, the first is triangle 0",
-                                                        "removed 1 doubled triangles, the first is triangle 13"}));
+  EXPECT_THAT(build(mesh).notes, testing::IsSupersetOf({"removed 1 triangle without area, the first is triangle 0",
+                                                        "removed 1 doubled triangle, the first is triangle 13"}));
 }
 
 TEST(Repair, EqualVerticesAreWeldedAndZerosHaveNoSign) {
@@ -130,7 +130,7 @@ TEST(Repair, UnusedVerticesGo) {
   for (Index3& t : mesh.triangles)
     for (std::uint32_t& v : t) ++v;
   const Built built = build(mesh);
-  EXPECT_THAT(built.notes, ElementsAre("dropped 1 vertices of no triangle"));
+  EXPECT_THAT(built.notes, ElementsAre("dropped 1 vertex of no triangle"));
   EXPECT_EQ(built.stats.vertices, 8u);
   EXPECT_LT(built.stats.upper[0], 0.011f);
 }
@@ -141,13 +141,13 @@ TEST(Repair, TheFewerTrianglesTurn) {
   const double good = signedVolume(build(torus(20, 10)).memory.view);
   ASSERT_GT(good, 0);
   const Built few = build(mesh);
-  EXPECT_THAT(few.notes, ElementsAre("turned 3 triangles to the winding of their neighbours, the first is triangle 7"));
+  EXPECT_THAT(few.notes, ElementsAre("turned 3 triangles to the winding of the neighbours, the first is triangle 7"));
   EXPECT_DOUBLE_EQ(signedVolume(few.memory.view), good);
   EXPECT_EQ(few.stats.flags & HD_MESH_CLOSED, HD_MESH_CLOSED);
   // All but three the wrong way round: the three turn first, then the whole.
   const Built most = build(mesh.flipAll());
-  EXPECT_THAT(most.notes, ElementsAre("turned 3 triangles to the winding of their neighbours, the first is triangle 7",
-                                      "turned 1 closed parts outside out, the first begins at triangle 0"));
+  EXPECT_THAT(most.notes, ElementsAre("turned 3 triangles to the winding of the neighbours, the first is triangle 7",
+                                      "turned 1 closed part outside out, the first begins at triangle 0"));
   EXPECT_DOUBLE_EQ(signedVolume(most.memory.view), good);
 }
 
@@ -155,7 +155,7 @@ TEST(Repair, OpenSurfacesKeepTheirMajority) {
   UploadMesh mesh = terrain(5, 1).flipAll();
   std::swap(mesh.triangles[30][0], mesh.triangles[30][1]);
   const Built built = build(mesh);
-  EXPECT_THAT(built.notes, Contains("turned 1 triangles to the winding of their neighbours, the first is triangle 30"));
+  EXPECT_THAT(built.notes, Contains("turned 1 triangle to the winding of the neighbours, the first is triangle 30"));
   EXPECT_EQ(built.stats.flags & HD_MESH_CLOSED, 0u);
   const MeshView& view = built.memory.view;
   for (std::uint32_t t = 0; t < view.triangle_count; ++t)
@@ -173,12 +173,12 @@ TEST(Repair, HollowsKeepLookingInward) {
   UploadMesh nested = shell;
   nested.add(hollow, {0, 0, 0}, 0.2f);  // hollow is wound inward now
   const Built inner = build(nested);
-  EXPECT_THAT(inner.notes, ElementsAre("turned 1 closed parts outside out, the first begins at triangle 24"));
+  EXPECT_THAT(inner.notes, ElementsAre("turned 1 closed part outside out, the first begins at triangle 24"));
   EXPECT_NEAR(signedVolume(inner.memory.view), 7e-6 + 0.064e-6, 1e-12);
   // Beside, not within: no hollow.
   UploadMesh beside = cube();
   beside.add(hollow, {0.1f, 0, 0}, 0.5f);
-  EXPECT_THAT(build(beside).notes, ElementsAre("turned 1 closed parts outside out, the first begins at triangle 12"));
+  EXPECT_THAT(build(beside).notes, ElementsAre("turned 1 closed part outside out, the first begins at triangle 12"));
 }
 
 // Only the outer part was turned, and the hollow became a second solid within the first.
@@ -210,10 +210,10 @@ TEST(Repair, AHollowInAnOpenSolidKeepsLookingInward) {
   EXPECT_THAT(build(mesh).notes, ElementsAre(StartsWith("open along 3 edges")));
   UploadMesh beside = open;  // Within nothing.
   beside.add(hollow, {0.1f, 0, 0}, 0.5f);
-  EXPECT_THAT(build(beside).notes, Contains("turned 1 closed parts outside out, the first begins at triangle 11"));
+  EXPECT_THAT(build(beside).notes, Contains("turned 1 closed part outside out, the first begins at triangle 11"));
   UploadMesh room = open;  // Whose walls look inward: the solid in it is one.
   room.flipAll().add(hollow, {0, 0, 0}, 0.5f);
-  EXPECT_THAT(build(room).notes, Contains("turned 1 closed parts outside out, the first begins at triangle 11"));
+  EXPECT_THAT(build(room).notes, Contains("turned 1 closed part outside out, the first begins at triangle 11"));
 }
 
 // One triangle the wrong way round says nothing of the others: the hollow was filled for it.
@@ -227,8 +227,7 @@ TEST(Repair, AHollowWithAWrongTriangleStaysAHollow) {
   const double right = signedVolume(build(mesh).memory.view);
   std::swap(mesh.triangles[12 + 7][0], mesh.triangles[12 + 7][1]);
   const Built built = build(mesh);
-  EXPECT_THAT(built.notes,
-              ElementsAre("turned 1 triangles to the winding of their neighbours, the first is triangle 19"));
+  EXPECT_THAT(built.notes, ElementsAre("turned 1 triangle to the winding of the neighbours, the first is triangle 19"));
   EXPECT_DOUBLE_EQ(signedVolume(built.memory.view), right);
 }
 
@@ -237,8 +236,8 @@ TEST(Repair, EdgesOfThreeTrianglesAreBorders) {
   mesh.vertices = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, -1, 0}};
   mesh.triangles = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
   const Built built = build(mesh);
-  EXPECT_THAT(built.notes, Contains("1 edges belong to more than two triangles, the first at triangle 0; "
-                                    "they count as borders"));
+  EXPECT_THAT(built.notes, Contains("1 edge belongs to more than two triangles, the first at triangle 0; "
+                                    "each counts as a border"));
   const MeshView& view = built.memory.view;
   for (std::uint32_t t = 0; t < 3; ++t)
     EXPECT_THAT(view.neighbours[t], ElementsAre(HD_NO_INDEX, HD_NO_INDEX, HD_NO_INDEX));

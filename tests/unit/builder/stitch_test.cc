@@ -163,8 +163,8 @@ TEST(Stitch, ATriangleWithoutAreaLeavesNoCrack) {
   mesh.triangles.push_back({t[0], t[1], 8});
   const Built built = build(mesh);
   EXPECT_THAT(built.notes,
-              ElementsAre("removed 1 triangles without area, the first is triangle 13",
-                          "cut 1 edges at vertices that lay on them, the first of triangle 1: else they are cracks"));
+              ElementsAre("removed 1 triangle without area, the first is triangle 13",
+                          "cut 1 edge at vertices that lay on them, the first of triangle 1: else they are cracks"));
   EXPECT_EQ(built.stats.flags & HD_MESH_CLOSED, HD_MESH_CLOSED);
   EXPECT_EQ(built.stats.triangles, 14u);
 }
@@ -248,7 +248,7 @@ TEST(Stitch, TheWeldingDistanceSaysWhatLiesOnAnEdge) {
   mesh.triangles = {{0, 1, 2}, {0, 4, 3}, {4, 1, 3}};
   EXPECT_THAT(build(mesh).notes, Not(Contains(HasSubstr("cut"))));
   EXPECT_THAT(build(mesh, 0, 2e-4f).notes,
-              Contains("cut 1 edges at vertices that lay on them, the first of triangle 0: else they are cracks"));
+              Contains("cut 1 edge at vertices that lay on them, the first of triangle 0: else they are cracks"));
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ TEST(Weld, TrianglesThatCollapseGoAndAreNamed) {
   mesh.triangles.push_back({7, 8, 3});
   const Built built = build(mesh, 0, 2e-4f);
   EXPECT_EQ(built.stats.triangles, 12u);
-  EXPECT_THAT(built.notes, testing::Contains("removed 1 triangles without area, the first is triangle 12"));
+  EXPECT_THAT(built.notes, testing::Contains("removed 1 triangle without area, the first is triangle 12"));
 }
 
 TEST(Weld, ADistanceThatCannotBeMeantIsRefused) {

@@ -148,7 +148,7 @@ TEST(Measured, PointsThatAreNotOnTheMeshAreLeftOut) {
   const std::size_t good = points.size();
   for (int i = 0; i < 60; ++i) points.push_back(points[static_cast<std::size_t>(i)] * 1.3);  // Where the table was hit.
   const Pose off{Vec3(0.002, -0.001, 0.001), Quat(Eigen::AngleAxisd(0.05, Vec3::UnitX()))};
-  const Registration r = registerPoints(NearestPoint(m), points, 0, off);
+  const Registration r = registerPoints(TreeNearest(m), points, 0, off);
   EXPECT_LT(r.X_MO.p.norm(), 1e-5);
   EXPECT_LT(r.X_MO.q.angularDistance(Quat::Identity()), 1e-3);
   EXPECT_GE(r.left_out, 60);
@@ -158,7 +158,7 @@ TEST(Measured, PointsThatAreNotOnTheMeshAreLeftOut) {
 TEST(Measured, RegistrationSettlesInSpiteOfNoise) {
   // Half a millimetre of noise and a tenth of the points elsewhere: which of them are left out changes with the pose.
   const Model m = potato();
-  const NearestPoint surface(m);
+  const TreeNearest surface(m);
   // The last four once went round in rings of poses for ever.
   for (std::uint32_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 334, 808, 1200, 2078}) {
     std::mt19937 random(hapticd::seedOf(seed));
@@ -174,6 +174,44 @@ TEST(Measured, RegistrationSettlesInSpiteOfNoise) {
     EXPECT_LT(r.X_MO.p.norm(), 5e-4) << seed;
     EXPECT_LT(r.rounds, 150) << seed;
   }
+}
+
+TEST(Measured, AFirstGuessThatLeadsAstrayIsLeft) {
+  const Model m = potato();
+  const Apparatus a = apparatus();
+  const Recording r = record(handling(m), a);
+  int lost = 0;
+  for (const Pose& off : {Pose{Vec3::Zero(), Quat(Eigen::AngleAxisd(3, Vec3::UnitX()))},
+                          Pose{Vec3::Zero(), Quat(Eigen::AngleAxisd(2, Vec3(1, 1, 0).normalized()))},
+                          Pose{Vec3(0.05, -0.04, 0.03), Quat(Eigen::AngleAxisd(1.5, Vec3::UnitZ()))},
+                          Pose{Vec3(1, 0, 0), Quat(Eigen::AngleAxisd(3, Vec3::UnitY()))}}) {
+    MeasuredOptions o = options();
+    o.first_guess = off * a.X_OM.inverse();
+    const Measured measured = onSurface(r, o, m);
+    const Pose residual = measured.registration.X_MO * a.X_OM;
+    EXPECT_LT(residual.p.norm(), 1e-4) << off.p.transpose();
+    EXPECT_LT(residual.q.angularDistance(Quat::Identity()), 2e-3);
+    const bool told = describe(measured).find("; not from the first guess, ") != std::string::npos;
+    EXPECT_EQ(told, measured.registration.guess_lost);
+    lost += told ? 1 : 0;
+  }
+  EXPECT_GE(lost, 2);
+  const Measured measured = onSurface(r, options(), m);
+  EXPECT_FALSE(measured.registration.guess_lost);
+  EXPECT_EQ(measured.registration.as_near, 0);
+}
+
+TEST(Measured, OfPlacesThatAreAlikeTheFirstGuessIsKept) {
+  Model m = sphere(0.05, 40);  // Three axes of different lengths: half a turn about each changes nothing.
+  for (auto& v : m.vertices) v[0] *= 1.4F, v[2] *= 0.7F;
+  const Apparatus a = apparatus();
+  MeasuredOptions o = options();
+  const Measured measured = onSurface(record(handling(m), a), o, m);
+  const Pose residual = measured.registration.X_MO * a.X_OM;
+  EXPECT_LT(residual.q.angularDistance(Quat::Identity()), 2e-3);
+  EXPECT_EQ(measured.registration.as_near, 3);
+  EXPECT_FALSE(measured.registration.guess_lost);
+  EXPECT_THAT(describe(measured), HasSubstr("; as near in 3 other places at least: the first guess decides; found"));
 }
 
 TEST(Measured, APlaneIsRegisteredInThreeDirectionsAndKeepsTheGuessInTheOthers) {
@@ -385,7 +423,7 @@ TEST(Measured, FaultsAreNamed) {
   Recording r = record(lissajous(plane(0.05, 3), {1, 2000, 1}), {});
   for (ForceSample& f : r.forces) f.t_s += 100;
   EXPECT_THAT([&] { (void)merge(r, {}); }, ThrowsMessage<Failure>(HasSubstr("one clock")));
-  EXPECT_THROW((void)registerPoints(NearestPoint(plane(1, 1)), {Vec3(0, 0, 0)}, 0, {}), Failure);
+  EXPECT_THROW((void)registerPoints(TreeNearest(plane(1, 1)), {Vec3(0, 0, 0)}, 0, {}), Failure);
 }
 
 TEST(Geodesics, AreGreatCirclesOnASphereAndStraightOnAPlane) {

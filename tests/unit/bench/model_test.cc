@@ -14,6 +14,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/nearest.h"
 #include "tools/haptic-bench/model/shapes.h"
+#include "tools/haptic-bench/model/tree_nearest.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 
 namespace haptic_bench {
@@ -156,6 +157,23 @@ TEST(NearestPoint, AgreesWithDenseSampling) {
     ASSERT_LE(found.distance, best + 1e-12);
     ASSERT_NEAR(found.distance, best, 0.02);
     ASSERT_NEAR((found.point - x).norm(), found.distance, 1e-12);
+  }
+}
+
+TEST(NearestPoint, IsTheTreesToo) {
+  std::mt19937 random(hapticd::seedOf(5));
+  for (const Model& m : {sphere(0.05, 12), ridge(1, 0.005, 0.05), plane(0.05, 3)}) {
+    const NearestPoint every(m);
+    const TreeNearest tree(m);
+    const auto one = [&random] { return 0.2 * (static_cast<double>(random()) / 4294967295.0) - 0.1; };
+    for (int i = 0; i < 1000; ++i) {
+      const Vec3 x(one(), one(), one());
+      const SurfacePoint a = every.find(x), b = tree.find(x);
+      ASSERT_NEAR(a.distance, b.distance, 1e-9) << m.name;
+      ASSERT_LT((x - a.point).norm(), (x - b.point).norm() + 1e-9);
+      ASSERT_EQ(a.inside, b.inside) << m.name << " " << x.transpose();
+      ASSERT_LT((a.outward(x) - b.outward(x)).norm(), 1e-6);
+    }
   }
 }
 

@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/measured/guesses.h"
+#include "tools/haptic-bench/tell.h"
 
 namespace haptic_bench {
 
@@ -22,7 +23,7 @@ Measured onSurface(const Recording& recording, const MeasuredOptions& options, c
   const auto last = std::find_if(merged.rbegin(), merged.rend(), touches).base();
   if (first == merged.end())
     throw Failure("recording", "nothing is touched in it", "a smaller contact, or another free time");
-  const NearestPoint surface(model);
+  const TreeNearest surface(model);
   measured.contacts = static_cast<int>(std::count_if(first, last, touches));
   measured.registration.X_MO = options.first_guess;
   if (!options.registered) {
@@ -33,7 +34,7 @@ Measured onSurface(const Recording& recording, const MeasuredOptions& options, c
     const std::size_t every = std::max<std::size_t>(1, touching.size() / static_cast<std::size_t>(options.points));
     for (std::size_t i = 0; i < touching.size(); i += every) points.push_back(touching[i]);
     measured.points = static_cast<int>(points.size());
-    measured.registration = registerPoints(surface, points, options.tip_radius, options.first_guess);
+    measured.registration = registerFromSeveral(surface, boxOf(model), points, options.tip_radius, options.first_guess);
     requireNear(model, measured.registration.rms, "recording: its contacts",
                 "see scale of the mesh, tip_x, tip_y and tip_z, the order of the quaternion, and the first guess");
   }
@@ -69,13 +70,21 @@ std::string describe(const Measured& measured) {
   }
   const Registration& r = measured.registration;
   if (measured.points == 0) return text + ", not registered";
+  std::string doubts;
+  if (r.guess_lost) {
+    doubts = r.guess_most > 0
+                 ? fmt::format("; not from the first guess, which leads to a place {:.3g} times as far off: look at it",
+                               r.guess_most / r.most)
+                 : "; not from the first guess, from which it does not settle: look at it";
+  }
+  if (r.as_near > 0) doubts += fmt::format("; as near in {} other places at least: the first guess decides", r.as_near);
   const Vec3& at = r.X_MO.p;
   const Eigen::AngleAxisd turn(r.X_MO.q);
   const Vec3 turned = turn.angle() * turn.axis();
   return text + fmt::format(
-                    "; {} registered: {:.3g} mm rms off the surface, {} left out, {} of 6 freedoms determined; found "
+                    "; {} registered: {:.3g} mm rms off the surface, {} left out, {} of 6 freedoms determined{}; found "
                     "x={:.8g},y={:.8g},z={:.8g},turn_x={:.8g},turn_y={:.8g},turn_z={:.8g}",
-                    measured.points - r.left_out, 1000 * r.rms, r.left_out, r.freedoms, at.x(), at.y(), at.z(),
+                    measured.points - r.left_out, 1000 * r.rms, r.left_out, r.freedoms, doubts, at.x(), at.y(), at.z(),
                     turned.x(), turned.y(), turned.z());
 }
 
@@ -103,7 +112,7 @@ std::vector<SurfaceSample> readMeasured(Spec& spec, const Model& model) {
   options.clock_s = spec.number("clock", 0, -1e10, 1e10);
   for (PoseSample& pose : recording.poses) pose.t_s += options.clock_s;
   Measured measured = onSurface(recording, options, model);
-  fmt::print(stderr, "measured: {}\n", describe(measured));
+  tellOnce("measured: " + describe(measured));
   return std::move(measured.out);
 }
 

@@ -11,7 +11,6 @@
 namespace haptic_bench {
 namespace {
 
-constexpr int kMaxRounds = 200;
 constexpr int kFreeRounds = 50;         // Then the steps fade ...
 constexpr double kFading = 0.8;         // ... by this in each.
 constexpr double kOpen = 0.5;           // Of the rms: the step that may be wanted still when they have.
@@ -23,7 +22,7 @@ struct Match {
   double miss = 0;  ///< Distance to where it should be, along the normal [m].
 };
 
-std::vector<Match> matchAll(const NearestPoint& surface, const std::vector<Vec3>& points, double offset,
+std::vector<Match> matchAll(const TreeNearest& surface, const std::vector<Vec3>& points, double offset,
                             const Pose& X_MO) {
   std::vector<Match> all;
   for (const Vec3& p : points) {
@@ -37,11 +36,10 @@ std::vector<Match> matchAll(const NearestPoint& surface, const std::vector<Vec3>
 
 }  // namespace
 
-Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>& points, double offset,
-                            const Pose& first_guess) {
-  if (points.size() < 6) {
+Registration registerPoints(const TreeNearest& surface, const std::vector<Vec3>& points, double offset,
+                            const Pose& first_guess, int max_rounds) {
+  if (points.size() < 6)
     throw Failure("registration", fmt::format("{} points are too few", points.size()), "at least 6 in contact");
-  }
   Registration r;
   r.X_MO = first_guess;
   Vec3 lower = points[0], upper = points[0];
@@ -50,12 +48,13 @@ Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>
   Eigen::Matrix<double, 6, 1> before = Eigen::Matrix<double, 6, 1>::Zero();
   double share = 1;  // Of a step that is taken.
   double most = 1;
-  for (r.rounds = 1; r.rounds <= kMaxRounds; ++r.rounds) {
+  for (r.rounds = 1; r.rounds <= max_rounds; ++r.rounds) {
     const std::vector<Match> matches = matchAll(surface, points, offset, r.X_MO);
     std::vector<double> misses;
     misses.reserve(matches.size());
     for (const Match& m : matches) misses.push_back(std::abs(m.miss));
-    std::nth_element(misses.begin(), misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2), misses.end());
+    std::sort(misses.begin(), misses.end());
+    r.most = misses[3 * misses.size() / 4];
     const double limit = 3 * misses[misses.size() / 2] + kUnmoved * extent;
 
     // A small turn w about the points' middle and a shift: (c x n) . w + n . shift = -miss; lengths in extents.
@@ -89,11 +88,10 @@ Registration registerPoints(const NearestPoint& surface, const std::vector<Vec3>
                                                  : Eigen::Quaterniond::Identity();
     r.X_MO = Pose{middle + shift - q * middle, q} * r.X_MO;
     if (step.norm() >= kUnmoved * extent) continue;
-    if (r.rounds <= kFreeRounds || wanted < std::max(kUnmoved * extent, kOpen * r.rms)) return r;
+    r.settled = r.rounds <= kFreeRounds || wanted < std::max(kUnmoved * extent, kOpen * r.rms);
     break;
   }
-  throw Failure("registration", fmt::format("it does not settle; the points are {:.3g} m off", r.rms),
-                "a better first guess, or the mesh that was touched");
+  return r;
 }
 
 }  // namespace haptic_bench

@@ -11,6 +11,7 @@
 
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/spec.h"
+#include "tools/haptic-bench/tell.h"
 
 namespace haptic_bench {
 namespace {
@@ -151,8 +152,7 @@ Table Table::read(const std::string& path, const std::string& names) {
   if (!file.read(text.data(), size)) throw Failure(path, "it cannot be read", "a regular file");
   Table table = parse(text, path, names);
   if (text.back() != '\n') {  // Which a file made by hand may lack, too.
-    fmt::print(stderr, "haptic-bench: {}: its last line does not end; was it cut off, its last number is wrong\n",
-               table.at(table.rows() - 1));
+    tellOnce(table.at(table.rows() - 1) + ": its last line does not end; was it cut off, its last number is wrong");
   }
   return table;
 }

@@ -1,0 +1,13 @@
+/** @file
+ * What a user should know beside the results: lines on the standard error.
+ */
+#pragma once
+
+#include <string>
+
+namespace haptic_bench {
+
+/** "haptic-bench: LINE" on the standard error, but once, however often a sweep reads the same file. */
+void tellOnce(const std::string& line);
+
+}  // namespace haptic_bench

@@ -5,10 +5,10 @@ import os
 import pathlib
 import signal
 import subprocess
-import sys
-import tempfile
 import time
 import unittest
+
+from bench_case import PROGRAM, BenchCase
 
 # From its 151st step on its force is no number. It says when it starts.
 LATE = """
@@ -64,25 +64,7 @@ extern "C" const haptic_algorithm* haptic_algorithm_table(void) {
 """
 
 
-class Commands(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-    def bench(self, *arguments, code=0):
-        done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
-        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
-        return done.stdout if code == 0 else done.stderr
-
-    def results(self, *arguments):
-        """{quantity: [value of each round]}"""
-        lines = [line for line in self.bench(*arguments, "--csv").splitlines() if not line.startswith("#")]
-        values = {}
-        for row in csv.DictReader(lines):
-            values.setdefault(row["quantity"], []).append(float(row["value"]))
-        return values
-
+class Commands(BenchCase):
     def test_samples_are_a_trajectory_again(self):
         samples = self.folder / "samples.csv"
         first = self.results("run", "-a", "nearest", "-m", "sphere:stacks=8", "-t", "spiral:seconds=1", "--rounds", 1, "--samples",
@@ -143,20 +125,6 @@ class Commands(unittest.TestCase):
         # Most likely results were to be shown.
         self.assertIn("cost.csv: it is there and is no page (another name; --with shows results)", self.bench("report", cost, code=1))
         self.assertTrue(cost.read_text(encoding="ascii").startswith("benchmark,"))
-
-    def test_what_is_shown_says_what_it_is(self):
-        run = ("run", "-a", "ours", "-m", "plane", "-t", "lissajous:seconds=0.1", "--rounds")
-        few, many = self.bench(*run, 5), self.bench(*run, 6)
-        self.assertRegex(few, r"b=0\n +median +range +rounds")
-        lines = few.splitlines()
-        at = next(i for i, line in enumerate(lines) if "median" in line)
-        self.assertEqual(lines[at - 1], "run plane lissajous:seconds=0.1 k=1000 mu_s=0 mu_d=0 b=0")
-        error = lines[at + 1]  # The columns' names stand above the columns.
-        self.assertEqual(len(error[:error.rindex(" 1 N^2")].rstrip()), lines[at].index("median") + len("median"))
-        self.assertRegex(many, r"b=0\n +median +95 % interval +rounds")
-        self.assertRegex(many, r"ours forces +[0-9a-f]{12} +1 hash\n")  # What is told once has no interval.
-        self.assertRegex(many, r"ours mean +[\d.e+]+ +[\d.e+]+ \.\. +[\d.e+]+  6 ns\n")
-        self.assertIn("b=0 r=0.001\n", self.bench(*run, 1, "--radius", 0.001))  # Another benchmark than with a point.
 
     def test_it_says_which_version_it_is(self):
         self.assertRegex(self.bench("--version"), r"^haptic-bench \d+\.\d+\.\d+\n$")
@@ -469,11 +437,11 @@ class Commands(unittest.TestCase):
         self.assertIn("its name is empty", self.bench("report", "", code=1))
         for words in (["run", "--samples", ""], ["replay", "x", "--export", ""], ["run", "-m", ""], ["--rounds", ""]):
             self.assertIn(f"{words[-2]}: what follows it is empty", self.bench(*words, code=2))
-        self.assertIn("--help", self.bench("run", "--colour", "red", code=2))
+        self.assertIn("haptic-bench run --help lists its options", self.bench("run", "--colour", "red", code=2))
+        self.assertIn("haptic-bench --help lists benchmarks and options", self.bench("--colour", "red", code=2))
         self.assertIn("zwith: there is no such benchmark (there is zwidth, ", self.bench("zwith", code=2))
         self.assertIn("subcommand is required", self.bench(code=2))
 
 
 if __name__ == "__main__":
-    PROGRAM = sys.argv.pop()
     unittest.main()

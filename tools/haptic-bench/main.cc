@@ -108,8 +108,11 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
       return kExitUsage;
     }
     const std::string wrong = unknownBenchmark(app);
-    std::fprintf(stderr, "haptic-bench: %s\n  haptic-bench --help lists benchmarks and options\n",
-                 wrong.empty() ? error.what() : wrong.c_str());
+    const std::vector<CLI::App*> named = app.get_subcommands();
+    std::fprintf(stderr, "haptic-bench: %s\n  haptic-bench %s--help lists %soptions\n",
+                 wrong.empty() ? error.what() : wrong.c_str(),
+                 named.empty() ? "" : (named.front()->get_name() + ' ').c_str(),
+                 named.empty() ? "benchmarks and " : "its ");
     return kExitUsage;
   }
   try {

@@ -93,7 +93,7 @@ TEST(RecordedSessions, WhatWasNotPushedIsNotJudged) {
   const Accuracy accuracy = judge(in, outcome.answers, 0.001);
   EXPECT_LT(accuracy.force_mse, 1e-12) << "2 N at 1 mm, which a device that is off does not push";
   EXPECT_LT(std::abs(accuracy.energy_error), 1e-12);
-  const Trajectory twice = faster(in, 2);
+  const Trajectory twice = atSpeed(in, 2);
   EXPECT_FALSE(twice.samples[49].judged);
   EXPECT_TRUE(twice.samples[51].judged);
   writeSession(path, 300, 300);

@@ -11,6 +11,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/result/results.h"
+#include "tools/haptic-bench/side_by_side.h"
 #include "tools/haptic-bench/spec.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial/trial.h"
@@ -85,20 +86,18 @@ int run(const RunOptions& options, const Common& common) {
   requireAlgorithms(options.algorithms, model, trajectory, options.surface);
   std::optional<WholeFile> samples;
   if (!options.samples.empty()) samples.emplace(options.samples);
-  std::vector<Series> all;
+  std::vector<Contender> all;
   std::deque<Trial> trials;
   for (const std::string& algorithm : options.algorithms)
     trials.emplace_back(algorithm, model, trajectory, options.surface);
   runRounds(trials, common.rounds);
-  for (const Trial& trial : trials) {
-    for (Series& s : describe(trial.algorithm(), trajectory, trial.outcome(), options.threshold))
-      all.push_back(std::move(s));
-  }
+  for (const Trial& trial : trials)
+    all.push_back({trial.algorithm(), describe(trial.algorithm(), trajectory, trial.outcome(), options.threshold)});
   std::string what =
       fmt::format("run {} {} k={} mu_s={} mu_d={} b={}", model.name, trajectory.name, options.surface.stiffness,
                   options.surface.friction_static, options.surface.friction_dynamic, options.surface.damping);
   if (options.surface.radius > 0) what += fmt::format(" r={}", options.surface.radius);
-  print(common, what, all);
+  printSideBySide(common, what, all);
   if (samples) writeSamples(*samples, trajectory, trials);
   tellDoubts(trials);
   return 0;
@@ -116,9 +115,7 @@ void addRun(CLI::App& app, Run& chosen) {
   sub->add_option("-t,--trajectory", options->trajectory, "Generator or file")->capture_default_str();
   addFileOptions(*sub, options->file);
   addSurface(*sub, options->surface);
-  sub->add_option("--threshold", options->threshold, "Position error above which samples are counted [m]")
-      ->capture_default_str()
-      ->check(positive());
+  addThreshold(*sub, options->threshold);
   sub->add_option("--samples", options->samples, "CSV file for every sample, answer and time of a step");
   whenNamed(sub, chosen, [options](const Common& common) { return run(*options, common); });
 }

@@ -1,4 +1,4 @@
-// haptic-bench sweep: one algorithm over stiffness, friction and speed.
+// haptic-bench sweep: algorithms over stiffness, friction and speed.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -8,6 +8,7 @@
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/option.h"
+#include "tools/haptic-bench/side_by_side.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial/trial.h"
 
@@ -52,19 +53,19 @@ int run(const SweepOptions& options, const Common& common) {
       for (const double speed : options.speed) {
         for (const std::string& algorithm : options.algorithms) {
           cells.push_back({fmt::format("{} k={} mu={} speed={}", algorithm, k, mu, speed),
-                           speed == 1 ? made : faster(made, speed)});
+                           speed == 1 ? made : atSpeed(made, speed)});
           trials.emplace_back(algorithm, model, cells.back().trajectory, surface);
         }
       }
     }
   }
   runRounds(trials, common.rounds);
-  std::vector<Series> all;
+  std::vector<Contender> all;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    for (Series& s : describe(cells[i].name, cells[i].trajectory, trials[i].outcome(), options.threshold))
-      all.push_back(std::move(s));
+    all.push_back(
+        {cells[i].name, describe(cells[i].name, cells[i].trajectory, trials[i].outcome(), options.threshold)});
   }
-  print(common, fmt::format("sweep {} {}", model.name, cells.front().trajectory.name), all);
+  printSideBySide(common, fmt::format("sweep {} {}", model.name, cells.front().trajectory.name), all);
   tellDoubts(trials);
   return 0;
 }
@@ -82,7 +83,8 @@ void addSweep(CLI::App& app, Run& chosen) {
       ->delimiter(',');
   bounded(sub, "--friction", options->friction, "Dynamic coefficient; several. At rest 1.25 times that", 0.0, 5.0)
       ->delimiter(',');
-  bounded(sub, "--speed", options->speed, "Times that of the trajectory; several", 1.0, 1000.0)->delimiter(',');
+  bounded(sub, "--speed", options->speed, "Times that of the trajectory; several", 0.01, 1000.0)->delimiter(',');
+  addThreshold(*sub, options->threshold);
   whenNamed(sub, chosen, [options](const Common& common) { return run(*options, common); });
 }
 

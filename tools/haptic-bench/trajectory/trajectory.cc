@@ -49,7 +49,7 @@ Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surfa
   return in;
 }
 
-Trajectory faster(const Trajectory& trajectory, double factor) {
+Trajectory atSpeed(const Trajectory& trajectory, double factor) {
   constexpr double kSame = 1e-6;  // Of a step: rounding of times.
   const std::vector<Sample>& from = trajectory.samples;
   const double mean = trajectory.duration_s() / std::max(1.0, static_cast<double>(from.size()) - 1);
@@ -58,7 +58,9 @@ Trajectory faster(const Trajectory& trajectory, double factor) {
       std::abs(mean - middle) < kSame * middle ? mean : middle;  // Even steps: without their rounding.
   const double steps = std::floor(trajectory.duration_s() / (period * factor) + kSame);
   if (steps > kMaxSamples) {
-    throw Failure(trajectory.name, fmt::format("{:.3g} samples fill its gaps", steps), "without the gaps");
+    throw Failure(
+        trajectory.name, fmt::format("at {} times its speed it has {:.3g} samples", factor, steps),
+        fmt::format("at most {:.0e}: a greater speed, or without its gaps", static_cast<double>(kMaxSamples)));
   }
   Trajectory out = trajectory;
   out.samples.clear();

@@ -57,9 +57,9 @@ struct SurfaceSample {
 [[nodiscard]] Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surface);
 
 /**
- * The same way at the same rate, at `factor` >= 1 times the speed. What falls between two samples lies on the line
+ * The same way at the same rate, at `factor` times the speed, above 0. What falls between two samples lies on the line
  * between them; where none does, as with whole factors and even steps, the samples are kept as they are.
  */
-[[nodiscard]] Trajectory faster(const Trajectory& trajectory, double factor);
+[[nodiscard]] Trajectory atSpeed(const Trajectory& trajectory, double factor);
 
 }  // namespace haptic_bench

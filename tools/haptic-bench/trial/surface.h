@@ -20,6 +20,9 @@ struct Surface {
 /** --stiffness, --damping, --friction-static, --friction-dynamic and --radius. */
 void addSurface(CLI::App& sub, Surface& surface);
 
+/** --threshold. */
+void addThreshold(CLI::App& sub, double& threshold);
+
 /** Throws Failure for friction that is less at rest than while sliding: no renderer of ours takes it. */
 void checkSurface(const Surface& surface);
 

@@ -67,6 +67,13 @@ haptic_algorithm_problem problemOf(const Model& model, const Trajectory& traject
   return problem;
 }
 
+double largestForce(const Trajectory& trajectory) {
+  double most = 0;
+  if (!trajectory.force_known) return most;
+  for (const Sample& s : trajectory.samples) most = std::max(most, s.force.norm());
+  return most;
+}
+
 }  // namespace
 
 void requireAlgorithms(const std::vector<std::string>& algorithms, const Model& model, const Trajectory& trajectory,
@@ -109,6 +116,15 @@ void tellDoubts(const std::deque<Trial>& trials) {
     if (trial.outcome().repeats || !told.insert(trial.algorithm()).second) continue;
     fmt::print(stderr, "haptic-bench: {}: its rounds differ in their forces: it depends on more than its input\n",
                trial.algorithm());
+  }
+  double most = 0;
+  for (const Trial& trial : trials) most = std::max(most, largestForce(trial.trajectory()));
+  constexpr double kOfAHand = 100;  // [N]
+  if (most > kOfAHand) {
+    fmt::print(stderr,
+               "haptic-bench: the forces of the trajectory reach {:.3g} N, more than a hand bears (a column's unit "
+               "stands behind its name, as in fx_mN)\n",
+               most);
   }
   const auto felt = [](const Answer& a) { return !a.force.isZero(0); };
   const auto feels = [&](const Trial& trial) {

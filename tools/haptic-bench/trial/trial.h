@@ -41,6 +41,7 @@ class Trial {
   void runRound();
 
   [[nodiscard]] const std::string& algorithm() const { return algorithm_; }
+  [[nodiscard]] const Trajectory& trajectory() const { return trajectory_; }
   [[nodiscard]] const Outcome& outcome() const { return outcome_; }
 
  private:
@@ -57,7 +58,8 @@ class Trial {
  */
 void runRounds(std::deque<Trial>& trials, int rounds);
 
-/** Says on the standard error whose rounds differed in their forces, and if nobody has felt any. */
+/** Says on the standard error whose rounds differed in their forces, if nobody has felt any, and if forces seem to be
+ * in another unit. */
 void tellDoubts(const std::deque<Trial>& trials);
 
 /** One alone. */

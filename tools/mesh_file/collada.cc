@@ -30,6 +30,9 @@ void requirePlainCollada(std::string_view bytes) {
   }
   if (file.select_node("//trifans"))
     throw MeshError("holds fans of triangles (<trifans>), which are not read", "export single triangles", kBadMesh);
+  if (file.select_node("//controller/morph"))
+    throw MeshError("holds a mesh with shape keys (<morph>), which is not read",
+                    "apply its shape keys before the export, or export it as glTF", kBadMesh);
   for (const auto& matrix : file.select_nodes("//skin/bind_shape_matrix")) {
     if (isIdentity(matrix.node().child_value())) continue;
     throw MeshError("holds a skin with a place of its own (<bind_shape_matrix>), which is not read",

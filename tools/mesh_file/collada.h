@@ -9,7 +9,8 @@ namespace hapticd_mesh_file {
 
 /**
  * Throws MeshError for what assimp (5.2) makes another shape of: parts that are skewed or placed by "lookat", fans of
- * triangles, skins that are put in place by a matrix of their own. `bytes` are the file; a packed one (.zae) passes.
+ * triangles, meshes with shape keys, skins that are put in place by a matrix of their own. `bytes` are the file; a
+ * packed one (.zae) passes.
  */
 void requirePlainCollada(std::string_view bytes);
 

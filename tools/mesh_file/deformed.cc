@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "tools/mesh_file/mesh_error.h"
 #include "tools/mesh_file/words.h"
 
@@ -53,8 +55,11 @@ Places placedBy(const aiMesh& mesh, const aiMatrix4x4& world) {
   return out;
 }
 
-Places deformed(const aiScene& scene, const aiMesh& mesh, const aiMatrix4x4& world) {
-  const std::vector<aiVector3D> stored = morphed(mesh);
+namespace {
+
+/** Vertices as stored, where joints put them. */
+Places skinned(const aiScene& scene, const aiMesh& mesh, const aiMatrix4x4& world,
+               const std::vector<aiVector3D>& stored) {
   Places out{std::vector<aiVector3D>(stored.size()), world.Determinant() < 0};
   std::vector<float> weights(stored.size());
   for (unsigned b = 0; b < mesh.mNumBones; ++b) {
@@ -71,6 +76,37 @@ Places deformed(const aiScene& scene, const aiMesh& mesh, const aiMatrix4x4& wor
   for (std::size_t v = 0; v < stored.size(); ++v)
     out.vertices[v] = weights[v] > 0 ? out.vertices[v] / weights[v] : world * stored[v];
   return out;
+}
+
+}  // namespace
+
+Places deformed(const aiScene& scene, const aiMesh& mesh, const aiMatrix4x4& world) {
+  return skinned(scene, mesh, world, morphed(mesh));
+}
+
+void requireAtRest(const aiScene& scene, const aiMesh& mesh, const aiMatrix4x4& world) {
+  if (!mesh.HasBones() || mesh.mNumVertices == 0) return;
+  for (unsigned b = 0; b < mesh.mNumBones; ++b)  // assimp has none where a COLLADA leaves out <bind_shape_matrix>.
+    if (mesh.mBones[b]->mOffsetMatrix.Determinant() == 0) return;
+  const Places read = placedBy(mesh, world);
+  Places seen;
+  try {
+    seen = skinned(scene, mesh, world, {mesh.mVertices, mesh.mVertices + mesh.mNumVertices});
+  } catch (const MeshError&) {
+    return;
+  }
+  aiVector3D lower = read.vertices.front(), upper = lower;
+  for (const aiVector3D& v : read.vertices) {
+    lower = {std::min(lower.x, v.x), std::min(lower.y, v.y), std::min(lower.z, v.z)};
+    upper = {std::max(upper.x, v.x), std::max(upper.y, v.y), std::max(upper.z, v.z)};
+  }
+  constexpr float kRounding = 1e-3f;  // Of the mesh: of matrices written in few digits.
+  const float most = kRounding * (upper - lower).Length();
+  for (std::size_t v = 0; v < read.vertices.size(); ++v) {
+    if ((seen.vertices[v] - read.vertices[v]).Length() <= most) continue;
+    throw MeshError("holds a skin that its joints have moved from its rest, which is not read",
+                    "apply its armature before the export, or export it as glTF", kBadMesh);
+  }
 }
 
 }  // namespace hapticd_mesh_file

@@ -1,5 +1,5 @@
 /** @file
- * Where the vertices of a glTF file are seen: morph targets and joints may have moved them from where they are stored.
+ * Where the vertices of a scene are seen: morph targets and joints may have moved them from where they are stored.
  */
 #pragma once
 
@@ -24,5 +24,11 @@ struct Places {
  * several.
  */
 [[nodiscard]] Places deformed(const aiScene& scene, const aiMesh& mesh, const aiMatrix4x4& world);
+
+/**
+ * Of a mesh that is read where its node is: throws MeshError if the joints of its skin put it elsewhere. Of joints
+ * whose nodes or places cannot be told nothing is known.
+ */
+void requireAtRest(const aiScene& scene, const aiMesh& mesh, const aiMatrix4x4& world);
 
 }  // namespace hapticd_mesh_file

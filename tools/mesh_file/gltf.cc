@@ -67,6 +67,21 @@ void requireWeightsOfMeshes(const nlohmann::json& file) {
   }
 }
 
+/** assimp shows what a node hides, with all below it. */
+void requireAllSeen(const nlohmann::json& file) {
+  const nlohmann::json::json_pointer visible("/extensions/KHR_node_visibility/visible");
+  if (!file.is_object() || !file.contains("nodes")) return;
+  for (const nlohmann::json& node : file["nodes"]) {
+    if (!node.contains(visible) || node[visible] != false) continue;
+    const auto name = node.find("name");
+    throw MeshError(
+        fmt::format(
+            "hides a node{} (KHR_node_visibility), which would be felt",
+            name != node.end() && name->is_string() ? " '" + shown(name->get<std::string>(), 60) + "'" : std::string()),
+        "delete what is hidden before the export", kBadMesh);
+  }
+}
+
 class Listener : public Assimp::LogStream {
  public:
   explicit Listener(bool& lost) : lost_(lost) {}
@@ -109,6 +124,7 @@ void requirePlainGltf(std::string_view bytes) {
   for (const std::string& name : names("extensionsUsed"))
     if (name == kInstances) refuseExtension(name);
   requireWeightsOfMeshes(file);
+  requireAllSeen(file);
 }
 
 std::string percentDecoded(std::string_view uri) {

@@ -64,12 +64,16 @@ class Gatherer {
  public:
   explicit Gatherer(MeshFile& out) : out_(out) {}
 
-  /** What the nodes of a scene hold, each in its place; `deforms`: which its morph targets and joints change. */
+  /**
+   * What the nodes of a scene hold, each in its place; `deforms`: which its morph targets and joints change. Else
+   * what they would change is refused.
+   */
   void node(const aiScene& scene, const aiNode& node, bool deforms, const aiMatrix4x4& parent = {}, int depth = 0) {
     if (depth > 512) throw MeshError("its nodes are nested more than 512 deep");
     const aiMatrix4x4 world = parent * node.mTransformation;
     for (unsigned i = 0; i < node.mNumMeshes; ++i) {
       const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
+      if (!deforms) requireAtRest(scene, mesh, world);
       add(polygonsOf(mesh, deforms ? deformed(scene, mesh, world) : placedBy(mesh, world)));
     }
     for (unsigned i = 0; i < node.mNumChildren; ++i) this->node(scene, *node.mChildren[i], deforms, world, depth + 1);
@@ -214,8 +218,9 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
   int not_felt = aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |
                  aiComponent_TEXCOORDS | aiComponent_ANIMATIONS | aiComponent_TEXTURES | aiComponent_LIGHTS |
                  aiComponent_CAMERAS;
-  if (!deforms) not_felt |= aiComponent_BONEWEIGHTS;
+  if (!deforms && !endsWith(path, ".dae") && !endsWith(path, ".fbx")) not_felt |= aiComponent_BONEWEIGHTS;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, not_felt);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // It would draw bones where no mesh is.
   const aiScene* scene = nullptr;
   std::string error;
   if (deforms) requirePlainGltf(bytesOf(path));

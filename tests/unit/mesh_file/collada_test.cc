@@ -1,4 +1,4 @@
-// COLLADA: what assimp makes another shape of is refused, and what it reads is not.
+// COLLADA and skins: what assimp makes another shape of is refused, and what it reads is not.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,15 +28,15 @@ std::string node(const std::string& inside) { return "<node>" + inside + "</node
 
 /** A skin of the triangle with one joint. */
 std::string skin(const std::string& matrix) {
-  const auto source = [](const std::string& id, const std::string& array, const std::string& type) {
-    return "<source id='" + id + "'>" + array + "<technique_common><accessor source='#" + id +
-           "a' count='1' stride='1'><param type='" + type + "'/></accessor></technique_common></source>";
+  const auto source = [](const std::string& id, const std::string& array, const std::string& type, int stride) {
+    return "<source id='" + id + "'>" + array + "<technique_common><accessor source='#" + id + "a' count='1' stride='" +
+           std::to_string(stride) + "'><param type='" + type + "'/></accessor></technique_common></source>";
   };
   const std::string none = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
   return "<library_controllers><controller id='c'><skin source='#g'>" + matrix +
-         source("j", "<Name_array id='ja' count='1'>a</Name_array>", "name") +
-         source("b", "<float_array id='ba' count='16'>" + none + "</float_array>", "float4x4") +
-         source("w", "<float_array id='wa' count='1'>1</float_array>", "float") +
+         source("j", "<Name_array id='ja' count='1'>a</Name_array>", "name", 1) +
+         source("b", "<float_array id='ba' count='16'>" + none + "</float_array>", "float4x4", 16) +
+         source("w", "<float_array id='wa' count='1'>1</float_array>", "float", 1) +
          "<joints><input semantic='JOINT' source='#j'/><input semantic='INV_BIND_MATRIX' source='#b'/></joints>"
          "<vertex_weights count='3'><input semantic='JOINT' source='#j' offset='0'/><input semantic='WEIGHT' "
          "source='#w' offset='1'/><vcount>1 1 1</vcount><v>0 0 0 0 0 0</v></vertex_weights></skin></controller>"
@@ -78,6 +78,59 @@ TEST_F(ReadMeshTest, ASkinOfColladaStandsWhereItsMeshDoes) {
   }
   EXPECT_EQ(refusal(file("a.dae", skinned("<bind_shape_matrix>2 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</bind_shape_matrix>"))),
             "holds a skin with a place of its own (<bind_shape_matrix>), which is not read");
+}
+
+// It was felt as at rest.
+TEST_F(ReadMeshTest, ASkinOfColladaThatIsPosedIsRefused) {
+  const auto at = [](const std::string& joint, const std::string& mesh) {
+    return collada("<node id='n' sid='a' name='a' type='JOINT'>" + joint + "</node>" +
+                       node(mesh + "<instance_controller url='#c'><skeleton>#n</skeleton></instance_controller>"),
+                   kTriangle, skin("<bind_shape_matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</bind_shape_matrix>"));
+  };
+  EXPECT_THAT(readMesh(file("a.dae", at("", "")), "the test", never).upper, ElementsAre(2, 3, 0));
+  EXPECT_EQ(refusal(file("a.dae", at("<rotate>0 0 1 0.001</rotate>", ""))), "not refused");  // Rounding.
+  EXPECT_EQ(refusal(file("a.dae", at("<rotate>0 0 1 30</rotate>", ""))),
+            "holds a skin that its joints have moved from its rest, which is not read");
+}
+
+// assimp left the mesh out, and drew a bone in its place.
+TEST_F(ReadMeshTest, AColladaWithShapeKeysIsRefused) {
+  const std::string morph =
+      "<library_controllers><controller id='c'><morph source='#g'/></controller></library_controllers>";
+  EXPECT_EQ(refusal(file("a.dae", collada(node("<instance_controller url='#c'/>"), kTriangle, morph))),
+            "holds a mesh with shape keys (<morph>), which is not read");
+  EXPECT_EQ(refusal(file("a.bvh",
+                         "HIERARCHY\nROOT hips\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n"
+                         "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 1\nFrame Time: 0.1\n0 0 0\n")),
+            "holds no triangle");
+}
+
+/** A triangle bound to one joint, that has been moved so far along x. */
+std::string fbx(double moved) {
+  const auto list = [](const char* name, int count, const std::string& numbers) {
+    return std::string(name) + ": *" + std::to_string(count) + " {\na: " + numbers + "\n}\n";
+  };
+  const auto shift = [&](const char* name, int x) {
+    return list(name, 16, "1,0,0,0,0,1,0,0,0,0,1,0," + std::to_string(x) + ",0,0,1");
+  };
+  return "; FBX 7.4.0 project file\nFBXHeaderExtension: {\nFBXHeaderVersion: 1003\nFBXVersion: 7400\n}\nObjects: {\n"
+         "Geometry: 1, \"Geometry::body\", \"Mesh\" {\n" +
+         list("Vertices", 9, "0,0,0,2,0,0,0,3,0") + list("PolygonVertexIndex", 3, "0,1,-3") +
+         "}\nModel: 2, \"Model::body\", \"Mesh\" {\nVersion: 232\n}\nModel: 3, \"Model::arm\", \"LimbNode\" "
+         "{\nVersion: "
+         "232\nProperties70: {\nP: \"Lcl Translation\", \"Lcl Translation\", \"\", \"A\"," +
+         std::to_string(5 + moved) +
+         ",0,0\n}\n}\nDeformer: 4, \"Deformer::skin\", \"Skin\" {\nVersion: 101\n}\n"
+         "Deformer: 5, \"SubDeformer::arm\", \"Cluster\" {\nVersion: 100\n" +
+         list("Indexes", 3, "0,1,2") + list("Weights", 3, "1,1,1") + shift("Transform", -5) +
+         shift("TransformLink", 5) +
+         "}\n}\nConnections: {\nC: \"OO\",2,0\nC: \"OO\",3,0\nC: \"OO\",1,2\nC: \"OO\",4,1\nC: \"OO\",5,4\nC: "
+         "\"OO\",3,5\n}\n";
+}
+
+TEST_F(ReadMeshTest, ASkinOfFbxIsReadAtItsRestAlone) {
+  EXPECT_THAT(readMesh(file("a.fbx", fbx(0)), "the test", never).upper, ElementsAre(2, 3, 0));
+  EXPECT_EQ(refusal(file("a.fbx", fbx(2))), "holds a skin that its joints have moved from its rest, which is not read");
 }
 
 }  // namespace

@@ -171,5 +171,23 @@ TEST_F(ReadMeshTest, AGltfWithASkinIsWhereItsJointsAre) {
   EXPECT_EQ(refusal(file("a.gltf", skinned("arm"))), "has a skin with a joint 'arm', and 2 nodes of that name");
 }
 
+// It was felt.
+TEST_F(ReadMeshTest, AGltfThatHidesANodeIsRefused) {
+  Accessors numbers;
+  numbers.add("VEC3", 3, {0, 0, 0, 1, 0, 0, 0, 1, 0});
+  const auto second = [&](const std::string& with) {
+    return file("a.gltf", numbers.file(R"("extensionsUsed":["KHR_node_visibility"],"scenes":[{"nodes":[0,1]}],)"
+                                       R"("nodes":[{"mesh":0},{"mesh":0,"translation":[9,0,0])" +
+                                       with + R"(}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}])"));
+  };
+  const std::string hidden = R"(,"extensions":{"KHR_node_visibility":{"visible":false}})";
+  EXPECT_EQ(refusal(second(hidden)), "hides a node (KHR_node_visibility), which would be felt");
+  EXPECT_EQ(refusal(second(R"(,"name":"lid")" + hidden)),
+            "hides a node 'lid' (KHR_node_visibility), which would be felt");
+  for (const char* const shown :
+       {"", R"(,"extensions":{"KHR_node_visibility":{"visible":true}})", R"(,"extensions":{"KHR_node_visibility":{}})"})
+    EXPECT_EQ(refusal(second(shown)), "not refused") << shown;
+}
+
 }  // namespace
 }  // namespace hapticd_mesh_file

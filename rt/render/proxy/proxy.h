@@ -294,6 +294,7 @@ class ProxyRenderer {
   void goToward(Step& step, const Vec3& target) HD_RT;
   bool nearerOn(Step& step, const Support& now, std::uint32_t slot, int i, Nearer& best) const HD_RT;
   [[nodiscard]] bool isWithin(Step& step, std::uint32_t slot) const HD_RT;
+  [[nodiscard]] bool isAbout(Step& step, std::uint32_t slot) const HD_RT;
   bool goAroundTo(Step& step, const Support& now, const Nearer& nearer) HD_RT;
   [[nodiscard]] static bool touchesHeld(const Step& step, std::uint32_t slot, const Vec3& x, double radius) HD_RT;
   bool goVia(Step& step, const Vec3* way, int count, double most) HD_RT;

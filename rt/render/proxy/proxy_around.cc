@@ -59,9 +59,12 @@ bool ProxyRenderer::goVia(Step& step, const Vec3* way, int count, double most) H
     bool hit = false;
     std::uint32_t slot = 0;
     SweepHit first;
-    if (!sweepTo(step, way[i], Vec3::Zero(), hit, slot, first) || hit) {
+    const bool known = sweepTo(step, way[i], Vec3::Zero(), hit, slot, first);
+    if (!known || hit) {
       proxy_ = from;
-      return false;
+      if (!known || step.unfelt != 0 || !isAbout(step, slot)) return false;
+      step.unfelt = slot;
+      return goVia(step, way, count, most);
     }
     proxy_ = way[i];
   }
@@ -163,6 +166,14 @@ bool ProxyRenderer::isWithin(Step& step, std::uint32_t slot) const HD_RT {
 }
 
 /**
+ * Whether a primitive, of one part and without a hollow, has appeared about the proxy: who is in it before and after a
+ * way has passed nothing.
+ */
+bool ProxyRenderer::isAbout(Step& step, std::uint32_t slot) const HD_RT {
+  return step.scene->slot(slot).shape.kind != ShapeKind::kMesh && !step.isHeldBy(slot) && isWithin(step, slot);
+}
+
+/**
  * Goes to a nearer part of the surface if a free way leads there; of several solids in which the hip is, to the nearest
  * to which one does. True if the proxy moved.
  */
@@ -189,9 +200,12 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
     for (; at > 0 && found.depth < place[at - 1].depth; --at) place[at] = place[at - 1];
     place[at] = found;
   }
-  for (int i = 0; i < count; ++i)
-    if (goAroundTo(step, now, place[i])) return true;
-  return false;
+  bool gone = false;
+  for (int i = 0; i < count && !gone; ++i) {
+    gone = goAroundTo(step, now, place[i]);
+    step.unfelt = 0;
+  }
+  return gone;
 }
 
 /** Goes there if a free way leads there. */

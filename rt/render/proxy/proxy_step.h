@@ -66,6 +66,7 @@ struct ProxyRenderer::Step {
   int leads = 0;               ///< Plans that led over edges of a mesh.
   int broken = 0;              ///< Ways above grooves that something stood in.
   std::uint32_t met = 0;       ///< Slot of the last surface met in this step, 0 for none.
+  std::uint32_t unfelt = 0;    ///< Slot of a solid about the proxy that is swept past; 0 for none.
   std::uint32_t carrier = 0;   ///< Slot of what held the proxy in the last tick, if any object has moved; 0: none.
   std::uint32_t gathered = 0;  ///< Visited for the surroundings: counted apart, they decide nothing.
   struct {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "tests/support/shape/test_mesh.h"
@@ -82,6 +83,37 @@ TEST(ProxyAppear, ABallComesOutOfAMeshThatMovesWithoutAKick) {
     ASSERT_LT(c.force.norm(), 1e-6) << i;
   }
   EXPECT_NEAR(t.tick(Vec3(0.001, 0.002, 0.012)).force.z(), 1, 1e-6) << "as large as ever";
+}
+
+/**
+ * A ball appears about who presses on a box deep below the top and deeper yet below its side, and reaches to both, but
+ * not to the edge between them: the hand goes from the one to the other as if it were not there.
+ */
+TEST(ProxyAppear, AWayAroundAnEdgeLeadsPastWhatHasAppearedAboutBothItsEnds) {
+  for (const double radius : {0.0, 5e-4}) {
+    for (const double mu : {0.0, 0.1}) {
+      const hd_material material{1000, 0, mu, 0.7 * mu};
+      TestScene t(radius), plain(radius);
+      const double deep = 0.01;
+      for (TestScene* s : {&t, &plain})
+        s->add(ShapeKind::kBox, Vec3::Constant(0.03), {Vec3::Constant(-0.03), kNotTurned}, material);
+      Vec3 hip;
+      const auto tick = [&](double x, double z) {
+        hip = Vec3(x, -0.03, z);
+        plain.tick(hip);
+        return t.tick(hip).force;
+      };
+      for (int i = 0; i <= 100; ++i) tick(-1.2 * deep, 0.01 - (0.01 + deep) * i / 100);
+      t.add(ShapeKind::kSphere, Vec3(1.4 * deep, 0, 0), {Vec3(-deep, -0.03, -deep), kNotTurned}, material);
+      bool over = false;
+      for (int i = 0; i <= 100; ++i) {
+        const Vec3 force = tick(-(1.2 - 0.004 * i) * deep, -deep);
+        ASSERT_NEAR((force - plain.contact.force).norm(), 0, 1e-6) << radius << " " << mu << ", step " << i;
+        over = over || force.x() > 2 * std::abs(force.z());
+      }
+      EXPECT_TRUE(over) << "the edge was never passed";
+    }
+  }
 }
 
 /** Nor do things below one that appears lose whom they carry. */

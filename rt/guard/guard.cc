@@ -188,7 +188,7 @@ void Guard::advanceState(const Wanted& wanted, const GuardInput& input) HD_RT {
       lowered_s_ += passed;
       const bool small = (wanted.passive + wanted.active).norm() < config_.small_force &&
                          wanted.torque.norm() < config_.small_torque &&
-                         std::abs(wanted.gripper) < config_.small_force && last_.force.isZero(0);
+                         std::abs(wanted.gripper) < config_.small_force && last_.isNothing();
       small_ticks_ = small ? small_ticks_ + 1 : 0;
       if (small_ticks_ >= config_.small_force_ticks) state_ = State::kArmed;
       return;
@@ -325,8 +325,7 @@ void Guard::step(const GuardInput& input, GuardOutput& output) HD_RT {
       latch(HD_FAULT_NOT_FINITE);
       sent = Sent{};
     }
-    const bool nothing = sent.force.isZero(0) && sent.torque.isZero(0) && sent.gripper == 0;
-    if (state_ == State::kLowering && nothing) state_ = State::kDisarmed;
+    if (state_ == State::kLowering && sent.isNothing()) state_ = State::kDisarmed;
   }
   last_ = sent;
   heating_.book(sent.force.norm(), input.dt);

@@ -132,6 +132,8 @@ class Guard {
     Vec3 force = Vec3::Zero();
     Vec3 torque = Vec3::Zero();
     double gripper = 0;
+
+    [[nodiscard]] bool isNothing() const HD_RT { return force.isZero(0) && torque.isZero(0) && gripper == 0; }
   };
 
   /** False when anything is not finite; by_source then has zeros in its place. */

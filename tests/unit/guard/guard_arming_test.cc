@@ -206,6 +206,33 @@ TEST(GuardArming, TheRampWaitsForWhatIsBeingLowered) {
   EXPECT_FALSE(rig.out.flags & HD_SAMPLE_WAITING);
 }
 
+/** A torque or a gripper's force too: the second in which they are down at the latest ends with the waiting. */
+TEST(GuardArming, TheRampWaitsForATorqueAndAGripperThatAreBeingLowered) {
+  for (const bool grips : {false, true}) {
+    GuardRig rig;
+    rig.armFully();
+    if (!grips) rig.in.source[HD_SOURCE_SURFACE].torque = {0, 0.2, 0};
+    rig.in.gripper_force = grips ? 2 : 0;
+    rig.step(100);
+    GuardLimits limits = rig.guard.limits();
+    limits.force_slew = limits.torque_slew = 0;
+    ASSERT_EQ(rig.guard.setLimits(limits), ErrorCode::kOk);
+    rig.guard.disarm();
+    rig.in.source = {};
+    rig.in.gripper_force = 0;
+    rig.step();
+    ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+    const auto sent = [&] { return rig.out.command.torque.norm() + rig.out.command.gripper_force; };
+    for (int i = 0; i < 990; ++i) {
+      ASSERT_TRUE(rig.step().flags & HD_SAMPLE_WAITING) << grips << " " << i;
+      ASSERT_GT(sent(), 0.1);
+    }
+    rig.step(20);
+    EXPECT_EQ(sent(), 0);
+    EXPECT_FALSE(rig.out.flags & HD_SAMPLE_WAITING);
+  }
+}
+
 TEST(GuardArming, ToldToArmInEveryTickItRampsAllTheSame) {
   GuardRig rig;
   rig.step();

@@ -1,6 +1,6 @@
 /** @file
  * The same scene told in another way: larger or smaller, its triangles in another order, turned, seen in a mirror or
- * from what moves. The hand feels the same.
+ * from what moves; or with something beside it that nobody touches. The hand feels the same.
  */
 #include <gtest/gtest.h>
 
@@ -82,7 +82,7 @@ class BumpyWorld {
     moving_ = random_.once(2);
     const bool friction = random_.once(2);
     const int count = 1 + random_.below(3);
-    meshes_.reserve(3);
+    meshes_.reserve(4);
     t_.proxy.setRadius(told_.scale * radius_);
     for (int i = 0; i < count; ++i) {
       const bool sheet = addMesh();
@@ -98,9 +98,18 @@ class BumpyWorld {
     t_.tick(told_(Vec3(0, 0, 0.5)));
   }
 
+  /** Something that nobody touches, and that moves in every second tick from now on. */
+  void moveSomethingFarAway() {
+    meshes_.push_back(test::boxMesh(Vec3::Constant(kBumpSize)));
+    far_ = t_.addMesh(meshes_.back().view(), {Vec3(0.3, -0.2, 0.2), Quat::Identity()});
+  }
+
   /** Where the proxy comes to, told back. */
   Vec3 next() {
     ++tick_;
+    if (far_ != 0 && tick_ % 2 == 0) {
+      EXPECT_EQ(t_.pose(far_, {Vec3(0.3, -0.2, 0.2 + 1e-5 * tick_), Quat::Identity()}), ErrorCode::kOk);
+    }
     for (std::size_t i = 0; moving_ && i < ids_.size(); ++i) {
       const double phase = 0.1 * tick_;
       const Pose X{home_[i].p + std::sin(phase) * sway_[i], rotated(home_[i].q, spin_[i], kTick * tick_)};
@@ -142,6 +151,7 @@ class BumpyWorld {
   std::vector<std::uint32_t> ids_;
   std::vector<Pose> home_;
   std::vector<Vec3> spin_, sway_;
+  std::uint32_t far_ = 0;
   double radius_ = 0, speed_ = 0.01;
   bool moving_ = false;
   int tick_ = 0, touched_ = 0;
@@ -176,6 +186,17 @@ TEST(InvarianceProperty, APowerOfTwoInSizeChangesNoBit) {
     Telling smaller;  // Larger objects would move at more than a teleport's speed.
     smaller.scale = std::exp2(-1 - random.below(12));
     BumpyWorld one(seed, {}), other(seed, smaller);
+    for (int i = 0; i < kTicks; ++i) {
+      ASSERT_EQ(one.next(), other.next()) << "tick " << i;
+      ASSERT_EQ(one.force(), other.force()) << "tick " << i;
+    }
+  });
+}
+/** Once 1 scene in 11 felt it. */
+TEST(InvarianceProperty, WhatMovesFarAwayChangesNoBit) {
+  forSeeds(100, [](unsigned seed) {
+    BumpyWorld one(seed, {}), other(seed, {});
+    other.moveSomethingFarAway();
     for (int i = 0; i < kTicks; ++i) {
       ASSERT_EQ(one.next(), other.next()) << "tick " << i;
       ASSERT_EQ(one.force(), other.force()) << "tick " << i;

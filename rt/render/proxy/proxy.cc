@@ -82,6 +82,18 @@ bool ProxyRenderer::isBehind(const SceneObject& object, std::uint32_t slot) cons
   return behind_ && start_id_[slot] == object.id && then.p == now.p && then.q.coeffs() == now.q.coeffs();
 }
 
+/**
+ * Whether the object's motion in this tick may have come upon the proxy where it stood. What has moved elsewhere has
+ * moved first, and stands: the proxy is swept against it as it is now.
+ */
+bool ProxyRenderer::mayCarry(const Step& step, const SceneObject& object) const HD_RT {
+  if (!object.moved) return false;
+  const Vec3 center = object.toLocal(object.center_W);
+  const double way = (object.center_W - object.X_WO_before.q * center - object.X_WO_before.p).norm();
+  const double reach = object.radius + way + radius_ + kAt * step.skin(object);
+  return !((object.center_W - proxy_).squaredNorm() > reach * reach);
+}
+
 /** So that the next step goes on from these places. */
 void ProxyRenderer::noteStarts(const Step& step) HD_RT {
   start_id_.fill(0);
@@ -91,12 +103,12 @@ void ProxyRenderer::noteStarts(const Step& step) HD_RT {
   }
 }
 
-/** Puts the proxy where it was relative to each object, if any object has moved since. */
+/** Puts the proxy where it was relative to each object, if any has moved where it stands. */
 void ProxyRenderer::begin(Step& step) HD_RT {
   const auto touchable = step.scene->touchable();
   const auto moves = step.scene->triangleMoves();
   step.carried = behind_;
-  for (const std::uint16_t slot : touchable) step.carried = step.carried || step.scene->slot(slot).moved;
+  for (const std::uint16_t slot : touchable) step.carried = step.carried || mayCarry(step, step.scene->slot(slot));
   if (!step.carried && moves.empty()) return;
   step.together = false;
   for (const std::uint16_t slot : touchable) {

@@ -229,6 +229,7 @@ class ProxyRenderer {
   static constexpr std::uint32_t kKeptSweeps = kMaxInGroove + 1;  ///< Of a step, for holdWhereItIs().
 
   void begin(Step& step) HD_RT;
+  [[nodiscard]] bool mayCarry(const Step& step, const SceneObject& object) const HD_RT;
   void noteStarts(const Step& step) HD_RT;
   void followVertices(Step& step) HD_RT;
   void noteFooting(const Step& step, std::uint32_t active, const Friction& friction) HD_RT;

@@ -30,6 +30,17 @@ TEST(ProxyInMotion, PlateRaisedByPosesPushesLikeOneRaisedByVelocity) {
   }
 }
 
+/** From tick to tick it stands before the hand and behind it, and never where the hand is. */
+TEST(ProxyInMotion, ABallThatFliesPastTheHandWithinATickIsFelt) {
+  for (const double radius : {0.0, 0.001}) {
+    TestScene t(radius);
+    const auto id = t.add(ShapeKind::kSphere, Vec3(0.0005, 0, 0), {Vec3(-0.0025, 0, 0), kNoTurn});
+    t.tick(Vec3::Zero());
+    t.pose(id, {Vec3(0.0025, 0, 0), kNoTurn}, {Vec3(5, 0, 0), Vec3::Zero()});
+    EXPECT_NEAR(t.tick(Vec3::Zero()).force.x(), 1000 * (0.0025 + 0.0005 + radius), 1e-9) << radius;
+  }
+}
+
 TEST(ProxyInMotion, DraggedPlanePullsByDynamicFriction) {
   for (const double depth : {1e-5, 1e-3}) {
     TestScene t;

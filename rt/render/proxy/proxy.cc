@@ -48,7 +48,8 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   step.scene = &scene;
   step.goal = hip_W;
   step.v_W = v_W;
-  step.end = proxy_;
+  step.end = step.began = proxy_;
+  step.behind = behind_ || !scene.triangleMoves().empty();
   step.scale = std::max(extent(proxy_), extent(hip_W));
   step.slip = step.slipped = slip_;
   surroundings_.tick();
@@ -163,6 +164,7 @@ bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, const Vec3& above, b
   for (const std::uint16_t i : step.scene->touchable()) {
     if (i == step.unfelt || (beside && step.isHeldBy(i))) continue;
     const SceneObject& object = step.scene->slot(i);
+    if (step.back && step.wasAt(object, target)) continue;
     const double skin = step.skin(object);
     if (step.together) {  // A ball that the segment does not reach.
       const Vec3 r = object.center_W - proxy_;
@@ -355,8 +357,8 @@ const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
 }
 
 /**
- * To where it was before it settled; relative to the object in the slot, if there is one, and then past all others.
- * False: one of them is in the way.
+ * To where it was before it settled; relative to the object in the slot, if there is one, and then past all others that
+ * have moved against that one. False: one of them is in the way.
  */
 bool ProxyRenderer::goBack(Step& step, const Vec3& from, std::uint32_t slot) HD_RT {
   if (slot != 0) {
@@ -367,7 +369,9 @@ bool ProxyRenderer::goBack(Step& step, const Vec3& from, std::uint32_t slot) HD_
     bool hit = false;
     std::uint32_t other = 0;
     SweepHit first;
+    step.back = true;
     const bool free = sweepTo(step, from, Vec3::Zero(), hit, other, first, true) && !hit;
+    step.back = false;
     step.held[0].slot = last;
     step.count = count;
     if (!free) return false;

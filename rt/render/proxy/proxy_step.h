@@ -80,9 +80,12 @@ struct ProxyRenderer::Step {
   int count = 0;
   MeshPlane sought[2];  ///< Faces on which the proxy was thought to come to lie, and something stood in its way;
   std::uint32_t sought_slot = 0;
-  int sought_count = 0;    ///< or in whose hollow, which has ended.
-  Support support;         ///< Of the proxy where it is,
-  bool supported = false;  ///< if that has been looked at.
+  int sought_count = 0;       ///< or in whose hollow, which has ended.
+  Support support;            ///< Of the proxy where it is,
+  bool supported = false;     ///< if that has been looked at.
+  Vec3 began = Vec3::Zero();  ///< Where the proxy was when the tick began.
+  bool behind = false;        ///< It was not at one place then, or vertices have moved since.
+  bool back = false;          ///< On the way back to a place where it was relative to one object.
 
   [[nodiscard]] bool isHeldBy(std::uint32_t slot) const HD_RT {
     for (int i = 0; i < count; ++i)
@@ -103,6 +106,13 @@ struct ProxyRenderer::Step {
     sought[0] = face;
     sought[1] = other;
     sought_count = faces;
+  }
+  /** Whether x is, seen from the object, where the proxy was when the tick began: to go back there passes none of it.
+   */
+  [[nodiscard]] bool wasAt(const SceneObject& object, const Vec3& x) const HD_RT {
+    const Vec3 then = object.X_WO_before.q.conjugate() * (began - object.X_WO_before.p);
+    const double near = kNear * skin(object);
+    return !behind && (object.toLocal(x) - then).squaredNorm() <= near * near;
   }
   /** All of them faces of meshes. */
   [[nodiscard]] bool isHeldByFaces() const HD_RT;

@@ -106,7 +106,6 @@ class BumpyWorld {
     t_.tick(told_(Vec3(0, 0, 0.5)));
   }
 
-  void standStill() { moving_ = false; }
   /** Something that nobody touches, and that moves in every second tick from now on. */
   void moveSomethingFarAway() {
     meshes_.push_back(test::boxMesh(Vec3::Constant(kBumpSize)));
@@ -205,8 +204,6 @@ TEST(InvarianceProperty, APowerOfTwoInSizeChangesNoBit) {
 TEST(InvarianceProperty, WhatMovesFarAwayChangesNoBit) {
   forSeeds(100, [](unsigned seed) {
     BumpyWorld one(seed, {}), other(seed, {});
-    one.standStill();
-    other.standStill();
     other.moveSomethingFarAway();
     for (int i = 0; i < kTicks; ++i) {
       ASSERT_EQ(one.next(), other.next()) << "tick " << i;
@@ -220,7 +217,7 @@ TEST(InvarianceProperty, TheOrderOfObjectsIsNotFelt) {
               telling.last_first = true;
               return telling;
             }),
-            2);
+            0);
 }
 /** Once a proxy was led over the first of several edges of a face, as its corners stood: 1 scene in 33 felt it. */
 TEST(InvarianceProperty, TheOrderOfTrianglesAndCornersIsNotFelt) {

@@ -245,6 +245,7 @@ class ProxyRenderer {
     double most = std::numeric_limits<double>::infinity();  ///< [m]
     Vec3 from = Vec3::Zero();
   };
+  [[nodiscard]] double wayOf(const Step& step, std::uint32_t slot) const HD_RT;
   Pinch pinchOf(const Step& step) HD_RT;
   [[nodiscard]] bool isUnderBody(const Step& step, const Vec3& from) const HD_RT;
   [[nodiscard]] bool isBetween(const Step& step) const HD_RT;

@@ -12,26 +12,42 @@ constexpr double kPushedAtOnce = 3;  // but one below 19 not far beyond where th
 
 }  // namespace
 
-/** Notes where the proxy is relative to each object, carried along by it: before it settles. */
+/** How far the object takes what is at the proxy in this tick, its vertices too [m]; negative: it is not there. */
+double ProxyRenderer::wayOf(const Step& step, std::uint32_t slot) const HD_RT {
+  const SceneObject& object = step.scene->slot(slot);
+  const double way = (object.toWorld(start_[slot]) - object.X_WO_before * carried_[slot]).norm();
+  const double reach = way + radius_ + kAt * step.skin(object);
+  const bool there = object.shape.kind == ShapeKind::kPlane
+                         ? start_[slot].z() <= reach
+                         : (object.center_W - object.toWorld(start_[slot])).norm() <= object.radius + reach;
+  return there ? way : -1;
+}
+
+/** Of the objects that are where the proxy is: what is far away is nobody's business. Notes the places carried along.
+ */
 ProxyRenderer::Pinch ProxyRenderer::pinchOf(const Step& step) HD_RT {
-  double far = (proxy_ - step.goal).norm(), most = 0, least = kAnyLength, skin = 0;
+  double far = (proxy_ - step.goal).norm(), most = -1, least = kAnyLength, carrier = least, skin = 0;
   bool firm = false;
-  Pinch pinch;
+  std::uint32_t mover = 0;
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
-    const Vec3 place = object.toWorld(start_[slot]);
-    const double way = (place - object.X_WO_before * carried_[slot]).norm();  // With that of its vertices.
+    const double way = wayOf(step, slot);
     carried_[slot] = start_[slot];
-    far = std::max(far, (place - step.goal).norm());
+    if (way < 0) continue;
+    far = std::max(far, (object.toWorld(start_[slot]) - step.goal).norm());
     most = std::max(most, way);
     skin = std::max(skin, step.skin(object));
-    const bool first = !object.loose && !firm;
-    if (first || (firm != object.loose && (way < least || (slot == step.carrier && way <= 2 * least)))) {
-      least = first ? way : std::min(least, way);
-      pinch.from = place;
-    }
+    if (slot == step.carrier) carrier = way;
+    if (object.loose ? firm || way >= least : firm && way >= least) continue;
     firm = firm || !object.loose;
+    least = way;
+    mover = slot;
   }
+  Pinch pinch;
+  pinch.from = proxy_;
+  if (most < 0) return pinch;
+  if (carrier <= 2 * least && !(firm && step.scene->slot(step.carrier).loose)) mover = step.carrier;
+  pinch.from = step.scene->slot(mover).toWorld(start_[mover]);
   pinch.most = far + std::min(kMostPushed * most, kPushedAtOnce * most + far / 2) + kAt * skin;
   return pinch;
 }

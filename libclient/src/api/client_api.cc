@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "libclient/src/api/call.h"
 #include "libclient/src/connection/loop.h"
 #include "libclient/src/reply/convert.h"
 
@@ -56,23 +57,6 @@ std::string programName() {
     rest.remove_prefix(std::max<std::size_t>(n, 1));
   }
   return name;
-}
-
-/** A call that answers with something for the caller to keep. */
-template <class Out, class Make, class Use>
-int reply(haptic_client* c, Out** out, haptic_error* error, Make&& make, Use&& use) {
-  return client::edge(error, [&]() -> Failure {
-    if (c == nullptr) return client::badArgument("client", "is null");
-    if (out == nullptr) return client::badArgument("result", "is null");
-    Reply memory;
-    Out* made = nullptr;
-    if (Failure failure =
-            client::callDaemon(*c->connection, make, [&](auto& results) { made = use(results, memory); })) {
-      return failure;
-    }
-    *out = memory.release(made);
-    return {};
-  });
 }
 
 haptic_text* text(Reply& memory, capnp::Text::Reader from) {
@@ -146,8 +130,8 @@ int haptic_get_daemon_info(haptic_client* c, haptic_daemon_info** info, haptic_e
 }
 
 int haptic_get(haptic_client* c, const char* path, haptic_text** json, haptic_error* error) {
-  if (path == nullptr) return client::report(client::badArgument("path", "is null"), error);
-  return reply(
+  if (path == nullptr) return client::refuse(error, "path", "is null");
+  return client::query(
       c, json, error,
       [&](Link& link) {
         auto request = link.daemon.getRequest();
@@ -158,49 +142,42 @@ int haptic_get(haptic_client* c, const char* path, haptic_text** json, haptic_er
 }
 
 int haptic_set(haptic_client* c, const char* uri, haptic_text** json, haptic_error* error) {
-  if (uri == nullptr) return client::report(client::badArgument("uri", "is null"), error);
-  haptic_text* answer = nullptr;
-  const int code = reply(
-      c, &answer, error,
+  if (uri == nullptr) return client::refuse(error, "uri", "is null");
+  return client::queryIfWanted(
+      c, json, error,
       [&](Link& link) {
         auto request = link.daemon.setRequest();
         request.setUri(uri);
         return request;
       },
       [](auto& results, Reply& memory) { return text(memory, results.getJson()); });
-  if (json != nullptr && code == HAPTIC_OK) {
-    *json = answer;
-  } else {
-    haptic_free(answer);
-  }
-  return code;
 }
 
 int haptic_get_configuration(haptic_client* c, haptic_text** toml, haptic_error* error) {
-  return reply(
+  return client::query(
       c, toml, error, [](Link& link) { return link.daemon.configurationRequest(); },
       [](auto& results, Reply& memory) { return text(memory, results.getToml()); });
 }
 
 int haptic_get_dump(haptic_client* c, haptic_text** json, haptic_error* error) {
-  return reply(
+  return client::query(
       c, json, error, [](Link& link) { return link.daemon.dumpRequest(); },
       [](auto& results, Reply& memory) { return text(memory, results.getJson()); });
 }
 
 int haptic_get_status(haptic_client* c, haptic_status** status, haptic_error* error) {
-  return reply(
+  return client::query(
       c, status, error, [](Link& link) { return link.daemon.stateRequest(); },
       [&](auto& results, Reply& memory) { return client::convert(results.getState(), c->connection->info(), memory); });
 }
 
 int haptic_get_statistics(haptic_client* c, const char* uri, int reset, haptic_statistics** statistics,
                           haptic_error* error) {
-  return reply(
+  return client::query(
       c, statistics, error,
       [&](Link& link) {
         auto request = link.daemon.statisticsRequest();
-        request.setUri(uri == nullptr ? "" : uri);
+        request.setUri(client::orEmpty(uri));
         request.setReset(reset != 0);
         return request;
       },
@@ -208,33 +185,26 @@ int haptic_get_statistics(haptic_client* c, const char* uri, int reset, haptic_s
 }
 
 int haptic_run_doctor(haptic_client* c, haptic_check_list** checks, haptic_error* error) {
-  return reply(
+  return client::query(
       c, checks, error, [](Link& link) { return link.daemon.doctorRequest(); },
       [](auto& results, Reply& memory) { return client::convert(results.getChecks(), memory); });
 }
 
 int haptic_list_devices(haptic_client* c, haptic_device_list** devices, haptic_error* error) {
-  return reply(
+  return client::query(
       c, devices, error, [](Link& link) { return link.daemon.listDevicesRequest(); },
       [](auto& results, Reply& memory) { return client::convert(results.getDevices(), memory); });
 }
 
 int haptic_open_device(haptic_client* c, const char* uri, haptic_device_info** device, haptic_error* error) {
-  haptic_device_info* answer = nullptr;
-  const int code = reply(
-      c, &answer, error,
+  return client::queryIfWanted(
+      c, device, error,
       [&](Link& link) {
         auto request = link.daemon.openDeviceRequest();
-        request.setUri(uri == nullptr ? "" : uri);
+        request.setUri(client::orEmpty(uri));
         return request;
       },
       [](auto& results, Reply& memory) { return client::convert(results.getDevice(), memory); });
-  if (device != nullptr && code == HAPTIC_OK) {
-    *device = answer;
-  } else {
-    haptic_free(answer);
-  }
-  return code;
 }
 
 }  // extern "C"

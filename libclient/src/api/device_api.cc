@@ -1,6 +1,7 @@
 // device.h: what answers with no reply of its own.
 #include <cmath>
 
+#include "libclient/src/api/call.h"
 #include "libclient/src/reply/convert.h"
 
 using hapticd::client::Failure;
@@ -10,25 +11,19 @@ namespace client = hapticd::client;
 extern "C" {
 
 int haptic_close_device(haptic_client* c, const char* uri, haptic_error* error) {
-  return client::edge(error, [&]() -> Failure {
-    if (c == nullptr) return client::badArgument("client", "is null");
-    if (uri == nullptr) return client::badArgument("uri", "is null");
-    return client::callDaemon(*c->connection, [&](Link& link) {
-      auto request = link.daemon.closeDeviceRequest();
-      request.setUri(uri);
-      return request;
-    });
+  if (uri == nullptr) return client::refuse(error, "uri", "is null");
+  return client::order(c, error, [&](Link& link) {
+    auto request = link.daemon.closeDeviceRequest();
+    request.setUri(uri);
+    return request;
   });
 }
 
 int haptic_stop(haptic_client* c, const char* uri, haptic_error* error) {
-  return client::edge(error, [&]() -> Failure {
-    if (c == nullptr) return client::badArgument("client", "is null");
-    return client::callDaemon(*c->connection, [&](Link& link) {
-      auto request = link.daemon.stopRequest();
-      request.setUri(uri == nullptr ? "" : uri);
-      return request;
-    });
+  return client::order(c, error, [&](Link& link) {
+    auto request = link.daemon.stopRequest();
+    request.setUri(client::orEmpty(uri));
+    return request;
   });
 }
 
@@ -49,7 +44,7 @@ int haptic_set_limits(haptic_client* c, const char* uri, const haptic_device_lim
     haptic_device_limits now{};
     const auto make = [&](Link& link) {
       auto request = link.daemon.setLimitsRequest();
-      request.setUri(uri == nullptr ? "" : uri);
+      request.setUri(client::orEmpty(uri));
       client::fill(wanted, request.initLimits());
       return request;
     };

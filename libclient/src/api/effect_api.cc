@@ -2,14 +2,13 @@
 #include <hapticclient/effect.h>
 
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <iterator>
 #include <string>
 #include <utility>
 
-#include "libclient/src/connection/loop.h"
+#include "libclient/src/connection/connection.h"
 #include "libclient/src/reply/failure.h"
 
 using hapticd::client::Failure;
@@ -21,12 +20,6 @@ namespace {
 constexpr const char* kKinds[] = {"none", "force", "viscous", "friction", "vibration", "guide"};
 constexpr std::uint32_t kMostPoints = 32;
 
-/** As the daemon reads it, whatever the locale, bit for bit. */
-void put(std::string& text, double value) {
-  char digits[32];
-  text.append(digits, std::to_chars(digits, std::end(digits), value).ptr);
-}
-
 Failure write(const haptic_effect& e, std::string& text) {
   if (e.kind >= std::size(kKinds))
     return client::badArgument("haptic_effect.kind", "is " + std::to_string(e.kind), "give a haptic_effect_kind");
@@ -37,8 +30,7 @@ Failure write(const haptic_effect& e, std::string& text) {
   for (const auto& [name, value] : numbers) {
     if (!std::isfinite(value))
       return client::badArgument(std::string("haptic_effect.") + name, "is not finite", "check how it was computed");
-    text.append(",").append(name).append("=");
-    put(text, value);
+    text.append(",").append(name).append("=").append(client::textOf(value));
   }
   text += ",path=";
   if (e.path_count == 0) {
@@ -56,7 +48,7 @@ Failure write(const haptic_effect& e, std::string& text) {
                                  "check how it was computed");
     }
     if (i > 0) text += ",";
-    put(text, static_cast<double>(static_cast<float>(e.path[i])));  // The servo has it as a float.
+    text += client::textOf(static_cast<double>(static_cast<float>(e.path[i])));  // The servo has it as a float.
   }
   return {};
 }

@@ -4,9 +4,9 @@
 
 #include <utility>
 
+#include "libclient/src/api/call.h"
 #include "libclient/src/connection/descriptor.h"
 #include "libclient/src/connection/loop.h"
-#include "libclient/src/reply/convert.h"
 
 using hapticd::client::Connection;
 using hapticd::client::Failure;
@@ -51,7 +51,7 @@ int haptic_record(haptic_client* c, const char* uri, haptic_recording** recordin
     Failure refusal;
     Failure broken = c->connection->call([&](Link& link) {
       auto request = link.daemon.recordRequest();
-      request.setUri(uri == nullptr ? "" : uri);
+      request.setUri(client::orEmpty(uri));
       return client::ask(kj::mv(request), refusal, [&](auto& results) { made->capability = results.getRecording(); })
           .then([&]() -> kj::Promise<void> {
             if (refusal) return kj::READY_NOW;

@@ -1,4 +1,5 @@
 // scene.h: objects.
+#include "libclient/src/api/call.h"
 #include "libclient/src/connection/descriptor.h"
 #include "libclient/src/reply/convert.h"
 
@@ -15,32 +16,12 @@ constexpr std::uint32_t kFlags =
 /** A change of a named object that is answered by a status alone. */
 template <class Make>
 int change(haptic_client* c, const char* name, const void* value, haptic_error* error, Make&& make) {
-  return client::edge(error, [&]() -> Failure {
-    if (c == nullptr) return client::badArgument("client", "is null");
-    if (name == nullptr) return client::badArgument("name", "is null");
-    if (value == nullptr) return client::badArgument("value", "is null");
-    return client::callDaemon(*c->connection, [&](Link& link) {
-      auto request = make(link.scene);
-      request.setName(name);
-      return request;
-    });
-  });
-}
-
-/** A list for the caller to keep. */
-template <class List, class Make, class Use>
-int list(haptic_client* c, List** out, haptic_error* error, Make&& make, Use&& use) {
-  return client::edge(error, [&]() -> Failure {
-    if (c == nullptr) return client::badArgument("client", "is null");
-    if (out == nullptr) return client::badArgument("result", "is null");
-    Reply memory;
-    List* made = nullptr;
-    if (Failure failure =
-            client::callDaemon(*c->connection, make, [&](auto& results) { made = use(results, memory); })) {
-      return failure;
-    }
-    *out = memory.release(made);
-    return {};
+  if (name == nullptr) return client::refuse(error, "name", "is null");
+  if (value == nullptr) return client::refuse(error, "value", "is null");
+  return client::order(c, error, [&](Link& link) {
+    auto request = make(link.scene);
+    request.setName(name);
+    return request;
   });
 }
 
@@ -102,36 +83,27 @@ int haptic_object_volume_file(haptic_client* c, const char* name, int* fd, hapti
 }
 
 int haptic_object_list_all(haptic_client* c, haptic_object_list** objects, haptic_error* error) {
-  return list(
+  return client::query(
       c, objects, error, [](Link& link) { return link.scene.listRequest(); },
       [](auto& results, Reply& memory) { return client::convert(results.getObjects(), memory); });
 }
 
 int haptic_mesh_list_all(haptic_client* c, haptic_mesh_list** meshes, haptic_error* error) {
-  return list(
+  return client::query(
       c, meshes, error, [](Link& link) { return link.scene.listMeshesRequest(); },
       [](auto& results, Reply& memory) { return client::convert(results.getMeshes(), memory); });
 }
 
 int haptic_object_find(haptic_client* c, const char* name, haptic_object_state** state, haptic_error* error) {
-  return client::edge(error, [&]() -> Failure {
-    if (c == nullptr) return client::badArgument("client", "is null");
-    if (name == nullptr) return client::badArgument("name", "is null");
-    if (state == nullptr) return client::badArgument("state", "is null");
-    Reply memory;
-    haptic_object_state* made = nullptr;
-    const auto make = [&](Link& link) {
-      auto request = link.scene.findRequest();
-      request.setName(name);
-      return request;
-    };
-    if (Failure failure = client::callDaemon(
-            *c->connection, make, [&](auto& results) { made = client::convert(results.getObject(), memory); })) {
-      return failure;
-    }
-    *state = memory.release(made);
-    return {};
-  });
+  if (name == nullptr) return client::refuse(error, "name", "is null");
+  return client::query(
+      c, state, error,
+      [&](Link& link) {
+        auto request = link.scene.findRequest();
+        request.setName(name);
+        return request;
+      },
+      [](auto& results, Reply& memory) { return client::convert(results.getObject(), memory); });
 }
 
 int haptic_object_set_pose(haptic_client* c, const char* name, const haptic_pose* pose, haptic_error* error) {
@@ -152,8 +124,7 @@ int haptic_object_set_material(haptic_client* c, const char* name, const haptic_
 }
 
 int haptic_object_set_flags(haptic_client* c, const char* name, uint32_t flags, haptic_error* error) {
-  if ((flags & ~kFlags) != 0)
-    return client::report(client::badArgument("flags", "has bits that are not defined"), error);
+  if ((flags & ~kFlags) != 0) return client::refuse(error, "flags", "has bits that are not defined");
   return change(c, name, name, error, [&](auto& scene) {
     auto request = scene.setFlagsRequest();
     request.setEnabled((flags & HAPTIC_OBJECT_ENABLED) != 0);
@@ -165,7 +136,7 @@ int haptic_object_set_flags(haptic_client* c, const char* name, uint32_t flags, 
 
 int haptic_object_set_shape(haptic_client* c, const char* name, const haptic_shape* shape, haptic_error* error) {
   if (shape != nullptr) {
-    if (const Failure bad = checkShape(*shape)) return client::report(bad, error);
+    if (const int bad = client::edge(error, [&] { return checkShape(*shape); })) return bad;
   }
   return change(c, name, shape, error, [&](auto& scene) {
     auto request = scene.setShapeRequest();
@@ -175,13 +146,10 @@ int haptic_object_set_shape(haptic_client* c, const char* name, const haptic_sha
 }
 
 int haptic_mesh_drop(haptic_client* c, uint64_t mesh, haptic_error* error) {
-  return client::edge(error, [&]() -> Failure {
-    if (c == nullptr) return client::badArgument("client", "is null");
-    return client::callDaemon(*c->connection, [&](Link& link) {
-      auto request = link.scene.dropMeshRequest();
-      request.setMesh(mesh);
-      return request;
-    });
+  return client::order(c, error, [&](Link& link) {
+    auto request = link.scene.dropMeshRequest();
+    request.setMesh(mesh);
+    return request;
   });
 }
 

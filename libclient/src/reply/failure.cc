@@ -38,6 +38,12 @@ int report(const Failure& failure, haptic_error* error) noexcept {
   return failure.code;
 }
 
+Failure wrongSize(const char* name, std::size_t size) {
+  const std::string type(name);
+  return badArgument(type + ".size", "is " + std::to_string(size) + ", which no version had",
+                     "set it to sizeof(" + type + ")");
+}
+
 Failure fromException() noexcept {
   try {
     try {

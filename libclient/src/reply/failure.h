@@ -53,6 +53,9 @@ inline Failure badArgument(std::string where, std::string what, std::string reme
   return {HAPTIC_INVALID_ARGUMENT, std::move(where), std::move(what), std::move(remedy)};
 }
 
+/** The refusal of a sized structure whose `size` no version had. */
+Failure wrongSize(const char* name, std::size_t size);
+
 /**
  * Reads a sized structure that may be older or newer than ours: what is missing stays as `out` has it; what we do not
  * know must be zero. `minimum`: bytes without which it makes no sense.
@@ -63,8 +66,7 @@ Failure readSized(const T* in, T& out, std::size_t minimum, const char* name) {
   const std::size_t size = in->size;
   constexpr std::size_t kMost = 4096;  // Else a size that nobody set has us read what is not there.
   if (size < minimum || size > kMost || size % 8 != 0) {
-    return badArgument(std::string(name) + ".size", "is " + std::to_string(size) + ", which no version had",
-                       std::string("set it to sizeof(") + name + ")");
+    return wrongSize(name, size);
   }
   std::memcpy(static_cast<void*>(&out), in, size < sizeof(T) ? size : sizeof(T));
   out.size = sizeof(T);
@@ -83,8 +85,7 @@ template <class T>
 Failure checkSized(const T* out, const char* name) {
   const std::size_t size = out->size;
   if (size >= 8 && size % 8 == 0) return {};
-  return badArgument(std::string(name) + ".size", "is " + std::to_string(size) + ", which no version had",
-                     std::string("set it to sizeof(") + name + ")");
+  return wrongSize(name, size);
 }
 
 /** Writes a sized structure into the caller's, as much of it as its `size` holds; the size stays the caller's. */

@@ -1,4 +1,4 @@
-// texture.h
+// texture.h: reliefs and vibrations on their way.
 #include <cstring>
 
 #include "libclient/src/connection/loop.h"
@@ -13,61 +13,6 @@ using hapticd::client::Mapping;
 using hapticd::client::Reply;
 namespace client = hapticd::client;
 namespace proto = hapticd::proto;
-
-namespace hapticd::client {
-
-haptic_surface* convert(proto::Surface::Reader from, Reply& reply) {
-  auto* to = reply.make<haptic_surface>();
-  to->smooth_deg = from.getSmoothDeg();
-  to->transient_gain = from.getTransientGain();
-  to->transient_hz = from.getTransientHz();
-  to->transient_decay_s = from.getTransientDecay();
-  to->relief = from.getRelief();
-  to->relief_depth = from.getReliefDepth();
-  to->relief_width = from.getReliefWidth();
-  to->relief_height = from.getReliefHeight();
-  to->vibration = from.getVibration();
-  to->vibration_mass = from.getVibrationMass();
-  return to;
-}
-
-haptic_texture_report* convert(proto::TextureReport::Reader from, Reply& reply) {
-  auto* to = reply.make<haptic_texture_report>();
-  to->relief = from.getRelief();
-  to->id = from.getId();
-  to->width = from.getWidth();
-  to->height = from.getHeight();
-  to->models = from.getModels();
-  to->uses = from.getUses();
-  to->rate_hz = from.getRate();
-  to->bytes = from.getBytes();
-  to->owner = reply.text(std::string_view(from.getOwner().cStr(), from.getOwner().size()));
-  return to;
-}
-
-haptic_texture_list* convert(capnp::List<proto::TextureReport>::Reader from, Reply& reply) {
-  auto* to = reply.make<haptic_texture_list>();
-  to->count = from.size();
-  auto** items = reply.makeArray<const haptic_texture_report*>(to->count);
-  for (std::uint32_t i = 0; i < to->count; ++i) items[i] = convert(from[i], reply);
-  to->items = items;
-  return to;
-}
-
-void fill(const haptic_surface& from, proto::Surface::Builder to) {
-  to.setSmoothDeg(from.smooth_deg);
-  to.setTransientGain(from.transient_gain);
-  to.setTransientHz(from.transient_hz);
-  to.setTransientDecay(from.transient_decay_s);
-  to.setRelief(from.relief);
-  to.setReliefDepth(from.relief_depth);
-  to.setReliefWidth(from.relief_width);
-  to.setReliefHeight(from.relief_height);
-  to.setVibration(from.vibration);
-  to.setVibrationMass(from.vibration_mass);
-}
-
-}  // namespace hapticd::client
 
 namespace {
 
@@ -137,22 +82,6 @@ Failure check(const haptic_vibration& v) {
 
 extern "C" {
 
-int haptic_object_set_surface(haptic_client* c, const char* name, const haptic_surface* surface, haptic_error* error) {
-  return client::edge(error, [&]() -> Failure {
-    if (c == nullptr) return client::badArgument("client", "is null");
-    if (name == nullptr) return client::badArgument("name", "is null");
-    haptic_surface full = HAPTIC_SURFACE_INIT;
-    if (Failure bad = client::readSized(surface, full, offsetof(haptic_surface, transient_gain), "haptic_surface"))
-      return bad;
-    return client::callDaemon(*c->connection, [&](Link& link) {
-      auto request = link.scene.setSurfaceRequest();
-      request.setName(name);
-      client::fill(full, request.initSurface());
-      return request;
-    });
-  });
-}
-
 int haptic_upload_relief(haptic_client* c, const uint16_t* grey, uint32_t width, uint32_t height,
                          haptic_texture_report** report, haptic_error* error) {
   return client::edge(error, [&]() -> Failure {
@@ -191,33 +120,6 @@ int haptic_upload_vibration(haptic_client* c, const haptic_vibration* vibration,
         to.put(model.a, v.order);
       }
       to.put(v.triangles, corners);
-    });
-  });
-}
-
-int haptic_texture_list_all(haptic_client* c, haptic_texture_list** textures, haptic_error* error) {
-  return client::edge(error, [&]() -> Failure {
-    if (c == nullptr) return client::badArgument("client", "is null");
-    if (textures == nullptr) return client::badArgument("textures", "is null");
-    Reply memory;
-    haptic_texture_list* made = nullptr;
-    if (Failure failure = client::callDaemon(
-            *c->connection, [](Link& link) { return link.scene.listTexturesRequest(); },
-            [&](auto& results) { made = client::convert(results.getTextures(), memory); })) {
-      return failure;
-    }
-    *textures = memory.release(made);
-    return {};
-  });
-}
-
-int haptic_texture_drop(haptic_client* c, uint64_t texture, haptic_error* error) {
-  return client::edge(error, [&]() -> Failure {
-    if (c == nullptr) return client::badArgument("client", "is null");
-    return client::callDaemon(*c->connection, [&](Link& link) {
-      auto request = link.scene.dropTextureRequest();
-      request.setTexture(texture);
-      return request;
     });
   });
 }

@@ -4,13 +4,13 @@
 #include <cstdlib>
 #include <numeric>
 
-#include "tools/mesh_file/dxf.h"
+#include "tools/mesh_file/assimp/dxf.h"
+#include "tools/mesh_file/assimp/three_mf.h"
 #include "tools/mesh_file/mesh_error.h"
-#include "tools/mesh_file/off.h"
-#include "tools/mesh_file/ply.h"
-#include "tools/mesh_file/stl.h"
-#include "tools/mesh_file/three_mf.h"
-#include "tools/mesh_file/x3d.h"
+#include "tools/mesh_file/own/off.h"
+#include "tools/mesh_file/own/ply.h"
+#include "tools/mesh_file/own/stl.h"
+#include "tools/mesh_file/own/x3d.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hapticd_mesh_file;

@@ -11,8 +11,8 @@
 
 #include "tools/mesh_file/child.h"
 #include "tools/mesh_file/mesh_error.h"
+#include "tools/mesh_file/own/words.h"
 #include "tools/mesh_file/scene.h"
-#include "tools/mesh_file/words.h"
 
 namespace hapticd_mesh_file {
 namespace {

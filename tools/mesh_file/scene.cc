@@ -20,19 +20,19 @@
 #include <unordered_map>
 #include <vector>
 
-#include "tools/mesh_file/collada.h"
-#include "tools/mesh_file/deformed.h"
-#include "tools/mesh_file/dxf.h"
-#include "tools/mesh_file/gltf.h"
+#include "tools/mesh_file/assimp/collada.h"
+#include "tools/mesh_file/assimp/deformed.h"
+#include "tools/mesh_file/assimp/dxf.h"
+#include "tools/mesh_file/assimp/gltf.h"
+#include "tools/mesh_file/assimp/three_mf.h"
 #include "tools/mesh_file/mesh_error.h"
-#include "tools/mesh_file/off.h"
-#include "tools/mesh_file/ply.h"
+#include "tools/mesh_file/own/off.h"
+#include "tools/mesh_file/own/ply.h"
+#include "tools/mesh_file/own/stl.h"
+#include "tools/mesh_file/own/words.h"
+#include "tools/mesh_file/own/x3d.h"
 #include "tools/mesh_file/polygon.h"
 #include "tools/mesh_file/polygons.h"
-#include "tools/mesh_file/stl.h"
-#include "tools/mesh_file/three_mf.h"
-#include "tools/mesh_file/words.h"
-#include "tools/mesh_file/x3d.h"
 
 namespace hapticd_mesh_file {
 namespace {

@@ -1,5 +1,5 @@
 // DXF: blocks that assimp would put elsewhere than the program that made the file.
-#include "tools/mesh_file/dxf.h"
+#include "tools/mesh_file/assimp/dxf.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

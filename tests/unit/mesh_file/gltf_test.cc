@@ -1,5 +1,5 @@
 // glTF: what assimp passes over in it.
-#include "tools/mesh_file/gltf.h"
+#include "tools/mesh_file/assimp/gltf.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -26,8 +26,8 @@
 #include "tests/support/process/temporary_directory.h"
 #include "tests/unit/mesh_file/mesh_files.h"
 #include "tools/mesh_file/child.h"
+#include "tools/mesh_file/own/words.h"
 #include "tools/mesh_file/polygon.h"
-#include "tools/mesh_file/words.h"
 
 namespace hapticd_mesh_file {
 namespace {

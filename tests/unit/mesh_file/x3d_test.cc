@@ -1,5 +1,5 @@
 // X3D: shapes in their places, as the standard writes them and H3D does; what is not known is refused by name.
-#include "tools/mesh_file/x3d.h"
+#include "tools/mesh_file/own/x3d.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-#include "tools/mesh_file/ply.h"
+#include "tools/mesh_file/own/ply.h"
 
 #include <fmt/format.h>
 
@@ -14,7 +14,7 @@
 #include <optional>
 #include <vector>
 
-#include "tools/mesh_file/words.h"
+#include "tools/mesh_file/own/words.h"
 
 namespace hapticd_mesh_file {
 namespace {

@@ -1,11 +1,11 @@
-#include "tools/mesh_file/collada.h"
+#include "tools/mesh_file/assimp/collada.h"
 
 #include <fmt/format.h>
 
 #include <pugixml.hpp>
 
 #include "tools/mesh_file/mesh_error.h"
-#include "tools/mesh_file/words.h"
+#include "tools/mesh_file/own/words.h"
 
 namespace hapticd_mesh_file {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/mesh_file/off.h"
+#include "tools/mesh_file/own/off.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "tools/mesh_file/mesh_error.h"
-#include "tools/mesh_file/words.h"
+#include "tools/mesh_file/own/words.h"
 
 namespace hapticd_mesh_file {
 namespace {

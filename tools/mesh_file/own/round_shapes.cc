@@ -1,4 +1,4 @@
-#include "tools/mesh_file/round_shapes.h"
+#include "tools/mesh_file/own/round_shapes.h"
 
 #include <cmath>
 #include <numbers>

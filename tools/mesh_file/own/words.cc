@@ -1,4 +1,4 @@
-#include "tools/mesh_file/words.h"
+#include "tools/mesh_file/own/words.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,11 +1,11 @@
-#include "tools/mesh_file/stl.h"
+#include "tools/mesh_file/own/stl.h"
 
 #include <fmt/format.h>
 
 #include <cstdint>
 #include <cstring>
 
-#include "tools/mesh_file/words.h"
+#include "tools/mesh_file/own/words.h"
 
 namespace hapticd_mesh_file {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/mesh_file/gltf.h"
+#include "tools/mesh_file/assimp/gltf.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "tools/mesh_file/mesh_error.h"
-#include "tools/mesh_file/words.h"
+#include "tools/mesh_file/own/words.h"
 
 namespace hapticd_mesh_file {
 namespace {

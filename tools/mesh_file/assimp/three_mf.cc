@@ -1,4 +1,4 @@
-#include "tools/mesh_file/three_mf.h"
+#include "tools/mesh_file/assimp/three_mf.h"
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -11,7 +11,7 @@
 #include <string>
 
 #include "tools/mesh_file/mesh_error.h"
-#include "tools/mesh_file/words.h"
+#include "tools/mesh_file/own/words.h"
 
 namespace hapticd_mesh_file {
 namespace {

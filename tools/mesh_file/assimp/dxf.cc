@@ -1,4 +1,4 @@
-#include "tools/mesh_file/dxf.h"
+#include "tools/mesh_file/assimp/dxf.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tools/mesh_file/mesh_error.h"
-#include "tools/mesh_file/words.h"
+#include "tools/mesh_file/own/words.h"
 
 namespace hapticd_mesh_file {
 namespace {

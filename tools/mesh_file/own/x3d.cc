@@ -1,4 +1,4 @@
-#include "tools/mesh_file/x3d.h"
+#include "tools/mesh_file/own/x3d.h"
 
 #include <fmt/format.h>
 
@@ -14,8 +14,8 @@
 #include <utility>
 
 #include "tools/mesh_file/mesh_error.h"
-#include "tools/mesh_file/round_shapes.h"
-#include "tools/mesh_file/words.h"
+#include "tools/mesh_file/own/round_shapes.h"
+#include "tools/mesh_file/own/words.h"
 
 namespace hapticd_mesh_file {
 namespace {

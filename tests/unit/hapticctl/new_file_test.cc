@@ -6,29 +6,14 @@
 #include <gtest/gtest.h>
 
 #include <cerrno>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 
-#include "tests/support/process/temporary_directory.h"
+#include "tests/unit/hapticctl/made_file.h"
 #include "tools/hapticctl/failure.h"
 
 namespace hapticctl {
 namespace {
 
-class NewFileTest : public ::testing::Test {
- protected:
-  void hold(const std::string& text) const { std::ofstream(path_) << text; }
-  /** What is in it, or "none". */
-  [[nodiscard]] std::string held() const {
-    std::stringstream text;
-    text << std::ifstream(path_).rdbuf();
-    return std::filesystem::exists(path_) ? text.str() : "none";
-  }
-
-  hapticd::test::TemporaryDirectory folder_;
-  const std::string path_ = folder_.path() + "/file";
-};
+using NewFileTest = MadeFileTest;
 
 TEST_F(NewFileTest, WithoutAByteItIsAsItWasBefore) {
   { const NewFile file(path_, false); }

@@ -10,23 +10,15 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
-#include "tests/support/process/temporary_directory.h"
+#include "tests/unit/hapticctl/made_file.h"
 #include "tools/hapticctl/failure.h"
 
 namespace hapticctl {
 namespace {
 
-class WholeFileTest : public ::testing::Test {
+class WholeFileTest : public MadeFileTest {
  protected:
-  void hold(const std::string& text) const { std::ofstream(path_) << text; }
-  /** What is in it, or "none". */
-  [[nodiscard]] std::string held() const {
-    std::stringstream text;
-    text << std::ifstream(path_).rdbuf();
-    return std::filesystem::exists(path_) ? text.str() : "none";
-  }
   [[nodiscard]] std::ptrdiff_t filesInFolder() const {
     const std::filesystem::directory_iterator all(folder_.path());
     return std::distance(begin(all), end(all));
@@ -39,9 +31,6 @@ class WholeFileTest : public ::testing::Test {
     }
     return "not refused";
   }
-
-  hapticd::test::TemporaryDirectory folder_;
-  const std::string path_ = folder_.path() + "/file";
 };
 
 TEST_F(WholeFileTest, ReplacesWhenAllOfItIsThere) {

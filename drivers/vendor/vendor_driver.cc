@@ -3,10 +3,10 @@
 #include <poll.h>
 
 #include "drivers/usb/usb_list.h"
-#include "drivers/vendor/dhd_io.h"
 #include "drivers/vendor/helper_device.h"
 #include "drivers/vendor/helper_protocol.h"
-#include "drivers/vendor/openhaptics_io.h"
+#include "drivers/vendor/sdk/dhd_io.h"
+#include "drivers/vendor/sdk/openhaptics_io.h"
 
 namespace hapticd {
 namespace {

@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/vendor/dhd_sdk.h"
-#include "drivers/vendor/hd_sdk.h"
-#include "drivers/vendor/pose_check.h"
+#include "drivers/vendor/sdk/dhd_sdk.h"
+#include "drivers/vendor/sdk/hd_sdk.h"
+#include "drivers/vendor/sdk/pose_check.h"
 #include "drivers/vendor/vendor_parameters.h"
 #include "tests/conformance/vendor_rig.h"
 #include "tests/support/time.h"

@@ -1,4 +1,4 @@
-#include "drivers/vendor/openhaptics_io.h"
+#include "drivers/vendor/sdk/openhaptics_io.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "drivers/vendor/dhd_sdk.h"
+#include "drivers/vendor/sdk/dhd_sdk.h"
 
 #include <fmt/format.h>
 

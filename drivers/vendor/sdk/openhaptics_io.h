@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "drivers/link/device_io.h"
-#include "drivers/vendor/hd_sdk.h"
-#include "drivers/vendor/pose_check.h"
+#include "drivers/vendor/sdk/hd_sdk.h"
+#include "drivers/vendor/sdk/pose_check.h"
 #include "drivers/vendor/vendor_parameters.h"
 #include "rt/base/clock.h"
 

@@ -1,4 +1,4 @@
-#include "drivers/vendor/sdk_library.h"
+#include "drivers/vendor/sdk/sdk_library.h"
 
 #include <dlfcn.h>
 #include <fmt/format.h>

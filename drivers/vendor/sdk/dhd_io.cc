@@ -1,4 +1,4 @@
-#include "drivers/vendor/dhd_io.h"
+#include "drivers/vendor/sdk/dhd_io.h"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "drivers/vendor/sdk_library.h"
+#include "drivers/vendor/sdk/sdk_library.h"
 
 namespace hapticd {
 

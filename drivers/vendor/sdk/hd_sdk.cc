@@ -1,4 +1,4 @@
-#include "drivers/vendor/hd_sdk.h"
+#include "drivers/vendor/sdk/hd_sdk.h"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "drivers/vendor/sdk_library.h"
+#include "drivers/vendor/sdk/sdk_library.h"
 
 namespace hapticd {
 

@@ -3,16 +3,13 @@
  */
 #pragma once
 
-#include <string>
-
-#include "rt/base/error.h"
+#include "drivers/sibling_program.h"
 
 namespace hapticd {
 
-/**
- * Where hapticd-builder is: `configured` if not empty, else beside the running program (a build tree), else the
- * libexec directory next to that of the program (an installation). kNotFound lists what was tried.
- */
-[[nodiscard]] Result<std::string> findBuilder(const std::string& configured);
+/** Where hapticd-builder is: see findSibling(). */
+[[nodiscard]] inline Result<std::string> findBuilder(const std::string& configured) {
+  return findSibling("hapticd-builder", configured, "install it, or set builder.program");
+}
 
 }  // namespace hapticd

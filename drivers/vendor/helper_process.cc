@@ -1,7 +1,6 @@
 #include "drivers/vendor/helper_process.h"
 
 #include <fcntl.h>
-#include <limits.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
@@ -12,9 +11,9 @@
 
 #include <cerrno>
 #include <cstring>
-#include <string_view>
 #include <utility>
-#include <vector>
+
+#include "drivers/sibling_program.h"
 
 namespace hapticd {
 namespace {
@@ -32,35 +31,12 @@ int connectTo(const std::string& path) {
   return -1;
 }
 
-/** The program, or "" with the places tried. */
-std::string findProgram(const std::string& configured, std::string& tried) {
-  std::vector<std::string> candidates;
-  if (!configured.empty()) {
-    candidates.push_back(configured);
-  } else {
-    char self[PATH_MAX];
-    const ssize_t size = ::readlink("/proc/self/exe", self, sizeof self);
-    const std::string_view path(self, size > 0 ? static_cast<std::size_t>(size) : 0);
-    const std::string folder(path.substr(0, path.rfind('/') + 1));
-    candidates.push_back(folder + "hapticd-vendor");
-    candidates.push_back(folder + HAPTICD_LIBEXEC_FROM_PROGRAM "/hapticd-vendor");
-  }
-  for (const std::string& candidate : candidates) {
-    if (::access(candidate.c_str(), X_OK) == 0) return candidate;
-    tried += (tried.empty() ? "" : " and ") + candidate;
-  }
-  return {};
-}
-
 }  // namespace
 
 Result<HelperProcess> HelperProcess::start(const HelperOptions& options) {
   if (const int fd = connectTo(options.socket); fd >= 0) return HelperProcess(fd, 0);
-  std::string tried;
-  std::string program = findProgram(options.program, tried);
-  if (program.empty()) {
-    return Error{ErrorCode::kNotFound, "hapticd-vendor", "not found at " + tried, "install it beside hapticd"};
-  }
+  auto program = findSibling("hapticd-vendor", options.program, "install it beside hapticd");
+  if (!program) return program.error();
   int pair[2];
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0) {
     return Error{ErrorCode::kSystem, "hapticd-vendor", std::string("socketpair: ") + std::strerror(errno), {}};
@@ -78,17 +54,17 @@ Result<HelperProcess> HelperProcess::start(const HelperOptions& options) {
   ::posix_spawnattr_setsigdefault(&attributes, &all);
   ::posix_spawnattr_setpgroup(&attributes, 0);  // a terminal's Ctrl-C is for the daemon
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-  char* const arguments[] = {program.data(), nullptr};
+  char* const arguments[] = {program->data(), nullptr};
   pid_t pid = 0;
   // As a fork would, but without copying the page tables of a locked process. The SDK finds its own settings by the
   // environment (OpenHaptics: GTDD_HOME).
-  const int bad = ::posix_spawn(&pid, program.c_str(), &files, &attributes, arguments, environ);
+  const int bad = ::posix_spawn(&pid, program->c_str(), &files, &attributes, arguments, environ);
   ::posix_spawn_file_actions_destroy(&files);
   ::posix_spawnattr_destroy(&attributes);
   ::close(pair[1]);
   if (bad == 0) return HelperProcess(pair[0], pid);
   ::close(pair[0]);
-  return Error{ErrorCode::kSystem, program, std::string("it does not start: ") + std::strerror(bad), {}};
+  return Error{ErrorCode::kSystem, *program, std::string("it does not start: ") + std::strerror(bad), {}};
 }
 
 void HelperProcess::end(int patience_ms) noexcept {

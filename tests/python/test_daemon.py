@@ -10,6 +10,7 @@ import hapticclient as haptic
 import numpy as np
 from hapticclient import arrays
 
+from tetrahedron import FACES, corners
 from waiting import eventually
 
 
@@ -81,10 +82,8 @@ class Daemon(unittest.TestCase):
 
     def test_scene_and_meshes(self):
         scene = self.client.scene
-        corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 0.01
-        faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
         stages = []
-        report = scene.upload(corners, faces, progress=lambda fraction, stage: stages.append(stage))
+        report = scene.upload(corners(0.01), FACES, progress=lambda fraction, stage: stages.append(stage))
         self.assertTrue(report.closed)
         self.assertEqual(report.triangles, 4)
         number = scene.create("tip", haptic.ShapeKind.MESH, mesh=report.id, pose=haptic.Pose((0, 0, -0.05)),

@@ -6,7 +6,8 @@ import hapticclient as haptic
 import numpy as np
 
 from own_daemon import OwnDaemonCase
-from waiting import eventually
+from tetrahedron import FACES, corners
+from waiting import armed, eventually
 
 
 class Restart(OwnDaemonCase):
@@ -30,8 +31,7 @@ class Restart(OwnDaemonCase):
     def feel_floor(self, session):
         """Arms, presses into a plane and compares with its law."""
         session.arm()
-        armed, ramping = haptic.SampleFlag.ARMED, haptic.SampleFlag.RAMPING
-        self.assertTrue(eventually(lambda: session.latest()["flags"] & (armed | ramping) == armed))
+        self.assertTrue(eventually(lambda: armed(session)))
         session.push_plane((0, 0, 0), (0, 0, 1), material=haptic.Material(200, 0), lease_s=10)
         session.push_intent((0, 0, -0.01), latest=True)
 
@@ -92,14 +92,13 @@ class Restart(OwnDaemonCase):
 
     def test_the_scene_is_empty_and_takes_the_same_names(self):
         scene = self.client.scene
-        corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 0.01
-        faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
-        report = scene.upload(corners, faces)
+        tip = corners(0.01), FACES
+        report = scene.upload(*tip)
         scene.create("tip", haptic.ShapeKind.MESH, mesh=report.id, flags=haptic.ObjectFlag.ENABLED | haptic.ObjectFlag.KEEP)
         self.restart()
         self.assertEqual((scene.list(), scene.meshes()), ([], []))
         self.refused(haptic.Code.NOT_FOUND, scene.create, "tip", haptic.ShapeKind.MESH, mesh=report.id)
-        again = scene.upload(corners, faces)
+        again = scene.upload(*tip)
         scene.create("tip", haptic.ShapeKind.MESH, mesh=again.id)
         self.assertEqual(scene.find("tip").mesh, again.id)
 

@@ -8,7 +8,7 @@ import unittest
 import hapticclient as haptic
 import numpy as np
 
-from waiting import eventually
+from waiting import armed, eventually
 
 MODEL, CLIENT, SURFACE = haptic.Source.LOCAL_MODEL, haptic.Source.CLIENT, haptic.Source.SURFACE
 
@@ -168,8 +168,7 @@ class Pushes(unittest.TestCase):
     def test_what_is_dated_waits_for_its_tick(self):
         session = self.session
         session.arm()
-        armed, ramping = haptic.SampleFlag.ARMED, haptic.SampleFlag.RAMPING
-        self.assertTrue(eventually(lambda: session.latest()["flags"] & (armed | ramping) == armed))
+        self.assertTrue(eventually(lambda: armed(session)))
         session.drain()
         at = int(session.latest()["tick"]) + 200
         self.last = session.push_force((0, 0.8, 0), lease_s=1, at_tick=at)

@@ -7,10 +7,10 @@ import hapticclient as haptic
 import numpy as np
 
 from own_daemon import OwnDaemonCase
+from tetrahedron import FACES, corners
 from waiting import eventually
 
-CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 0.02
-FACES = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+CORNERS = corners(0.02)
 
 
 class VolumeFile(OwnDaemonCase):

@@ -16,3 +16,9 @@ def eventually(condition, seconds=10.0):
                 raise
         time.sleep(0.005)
     return False
+
+
+def armed(session):
+    """Whether all of the force reaches the device: the ramp is over."""
+    on, ramping = haptic.SampleFlag.ARMED, haptic.SampleFlag.RAMPING
+    return session.latest()["flags"] & (on | ramping) == on

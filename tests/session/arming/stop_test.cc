@@ -196,13 +196,17 @@ TEST_F(ArmThatWaits, LeavesTheLeaseToAnOrderThatFollows) {
     ASSERT_TRUE(bench.core.disarm(session->id).ok());
     for (int i = 0; i < 100; ++i) bench.device().applyRadius();  // The first is answered before.
     bench.core.arm(session->id, into(second));
-    if (that_too) ASSERT_TRUE(bench.core.disarm(session->id).ok());
+    if (that_too) {
+      ASSERT_TRUE(bench.core.disarm(session->id).ok());
+    }
     bench.step(200);
     ASSERT_TRUE(first.has_value() && second.has_value());
     EXPECT_EQ(first->error().code, ErrorCode::kCancelled);
     EXPECT_EQ(second->ok(), !that_too);
     EXPECT_EQ(bench.device().lease, that_too ? 0 : session->id);
-    if (!that_too) ASSERT_TRUE(bench.core.releaseLease(session->id).ok());
+    if (!that_too) {
+      ASSERT_TRUE(bench.core.releaseLease(session->id).ok());
+    }
     expectOff();
   }
 }

@@ -131,6 +131,21 @@ Json branch(SceneModel& scene, const std::string& name) {
   return json;
 }
 
+/** What a store holds, named by its numbers. */
+template <class Store>
+Result<Json> readById(const ResourceName& name, const Store& store) {
+  Json all = Json::object();
+  std::vector<std::string> ids;
+  for (const auto* info : store.list()) {
+    ids.push_back(std::to_string(info->id));
+    all[ids.back()] = toJson(*info);
+  }
+  if (name.element.size() == 1) return all;
+  if (!all.contains(name.element[1])) return noSuchElement(name, 1, std::move(ids));
+  if (name.element.size() > 2) return tooDeep(name, 2);
+  return all[name.element[1]];
+}
+
 }  // namespace
 
 Error noSuchElement(const ResourceName& name, std::size_t i, std::vector<std::string> valid) {
@@ -317,30 +332,10 @@ Result<nlohmann::json> ResourceTree::readStatistics(const ResourceName& name) {
   return statistics(**device);
 }
 
-Result<nlohmann::json> ResourceTree::readMeshes(const ResourceName& name) {
-  Json all = Json::object();
-  std::vector<std::string> ids;
-  for (const MeshInfo* mesh : core_.meshes().list()) {
-    ids.push_back(std::to_string(mesh->id));
-    all[ids.back()] = toJson(*mesh);
-  }
-  if (name.element.size() == 1) return all;
-  if (!all.contains(name.element[1])) return noSuchElement(name, 1, std::move(ids));
-  if (name.element.size() > 2) return tooDeep(name, 2);
-  return all[name.element[1]];
-}
+Result<nlohmann::json> ResourceTree::readMeshes(const ResourceName& name) { return readById(name, core_.meshes()); }
 
 Result<nlohmann::json> ResourceTree::readTextures(const ResourceName& name) {
-  Json all = Json::object();
-  std::vector<std::string> ids;
-  for (const TextureInfo* texture : core_.scene().textures().list()) {
-    ids.push_back(std::to_string(texture->id));
-    all[ids.back()] = toJson(*texture);
-  }
-  if (name.element.size() == 1) return all;
-  if (!all.contains(name.element[1])) return noSuchElement(name, 1, std::move(ids));
-  if (name.element.size() > 2) return tooDeep(name, 2);
-  return all[name.element[1]];
+  return readById(name, core_.scene().textures());
 }
 
 std::string ResourceTree::dump() {

@@ -3,7 +3,14 @@
 namespace hapticd {
 namespace {
 
-Result<std::string> readName(capnp::Text::Reader in) { return readText(in, kMostName, "name"); }
+/** As answer(), for methods on the object that `name` names: runs `body(name, params, results)`. */
+template <class Context, class Body>
+kj::Promise<void> answerNamed(Context context, Body&& body) {
+  return answer(context, [&](auto params, auto results) -> Result<void> {
+    const auto name = readText(params.getName(), kMostName, "name");
+    return name ? body(*name, params, results) : name.error();
+  });
+}
 
 /** The last answer to a commit is out; the client may be slow, so only the newest report of progress waits. */
 class ProgressSender : public kj::Refcounted {
@@ -41,11 +48,8 @@ kj::Promise<void> SceneServer::create(CreateContext context) {
 }
 
 kj::Promise<void> SceneServer::remove(RemoveContext context) {
-  return answer(context, [&](auto params, auto) -> Result<void> {
-    auto name = readName(params.getName());
-    if (!name) return name.error();
-    return core_.scene().remove(*name, core_.client(connection_));
-  });
+  return answerNamed(context,
+                     [&](auto& name, auto, auto) { return core_.scene().remove(name, core_.client(connection_)); });
 }
 
 kj::Promise<void> SceneServer::list(ListContext context) {
@@ -58,10 +62,8 @@ kj::Promise<void> SceneServer::list(ListContext context) {
 }
 
 kj::Promise<void> SceneServer::find(FindContext context) {
-  return answer(context, [&](auto params, auto results) -> Result<void> {
-    auto name = readName(params.getName());
-    if (!name) return name.error();
-    auto object = core_.scene().find(*name);
+  return answerNamed(context, [&](auto& name, auto, auto results) -> Result<void> {
+    auto object = core_.scene().find(name);
     if (!object) return object.error();
     write(results.initObject(), *object);
     return {};
@@ -69,35 +71,25 @@ kj::Promise<void> SceneServer::find(FindContext context) {
 }
 
 kj::Promise<void> SceneServer::setPose(SetPoseContext context) {
-  return answer(context, [&](auto params, auto) -> Result<void> {
-    auto name = readName(params.getName());
-    if (!name) return name.error();
-    return core_.scene().setPose(*name, read(params.getPose()));
-  });
+  return answerNamed(
+      context, [&](auto& name, auto params, auto) { return core_.scene().setPose(name, read(params.getPose())); });
 }
 
 kj::Promise<void> SceneServer::setMaterial(SetMaterialContext context) {
-  return answer(context, [&](auto params, auto) -> Result<void> {
-    auto name = readName(params.getName());
-    if (!name) return name.error();
-    return core_.scene().setMaterial(*name, read(params.getMaterial()));
+  return answerNamed(context, [&](auto& name, auto params, auto) {
+    return core_.scene().setMaterial(name, read(params.getMaterial()));
   });
 }
 
 kj::Promise<void> SceneServer::setFlags(SetFlagsContext context) {
-  return answer(context, [&](auto params, auto) -> Result<void> {
-    auto name = readName(params.getName());
-    if (!name) return name.error();
-    return core_.scene().setFlags(*name, {params.getEnabled(), params.getVisible(), params.getTwoSided()});
+  return answerNamed(context, [&](auto& name, auto params, auto) {
+    return core_.scene().setFlags(name, {params.getEnabled(), params.getVisible(), params.getTwoSided()});
   });
 }
 
 kj::Promise<void> SceneServer::setShape(SetShapeContext context) {
-  return answer(context, [&](auto params, auto) -> Result<void> {
-    auto name = readName(params.getName());
-    if (!name) return name.error();
-    return core_.setShape(*name, read(params.getShape()));
-  });
+  return answerNamed(context,
+                     [&](auto& name, auto params, auto) { return core_.setShape(name, read(params.getShape())); });
 }
 
 kj::Promise<void> SceneServer::beginUpload(BeginUploadContext context) {
@@ -124,10 +116,8 @@ kj::Promise<void> SceneServer::listMeshes(ListMeshesContext context) {
 }
 
 kj::Promise<void> SceneServer::setSurface(SetSurfaceContext context) {
-  return answer(context, [&](auto params, auto) -> Result<void> {
-    auto name = readName(params.getName());
-    if (!name) return name.error();
-    return core_.scene().setSurface(*name, read(params.getSurface()));
+  return answerNamed(context, [&](auto& name, auto params, auto) {
+    return core_.scene().setSurface(name, read(params.getSurface()));
   });
 }
 
@@ -147,14 +137,12 @@ kj::Promise<void> SceneServer::listTextures(ListTexturesContext context) {
 }
 
 kj::Promise<void> SceneServer::volumeFile(VolumeFileContext context) {
-  return answer(context, [&](auto params, auto results) -> Result<void> {
-    auto name = readName(params.getName());
-    if (!name) return name.error();
-    auto object = core_.scene().find(*name);
+  return answerNamed(context, [&](auto& name, auto, auto results) -> Result<void> {
+    auto object = core_.scene().find(name);
     if (!object) return object.error();
     const MeshInfo* mesh = core_.meshes().find(object->spec.shape.mesh);
     if (object->spec.shape.kind != ShapeKind::kMesh || mesh == nullptr)
-      return Error{ErrorCode::kNotFound, *name, "it is not a mesh", {}};
+      return Error{ErrorCode::kNotFound, name, "it is not a mesh", {}};
     const Client& by = core_.client(connection_);
     auto file = RegionServer::handOut(core_, by.uid, core_.uploads().volumeFile(*mesh, by));
     if (!file) return file.error();

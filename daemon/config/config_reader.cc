@@ -277,29 +277,7 @@ void checkLines(const Config& c, const Reader& root, FirstError& errors) {
   }
 }
 
-/** What no single key can tell. */
-void checkTogether(const Config& c, const Reader& root, const toml::table& table, FirstError& errors) {
-  const auto place = [&](const char* section, const char* key) {
-    const toml::node* const node = table[section][key].node();
-    return node == nullptr ? table[section].node()->source().begin : node->source().begin;
-  };
-  if (c.servo.ingest_priority >= c.servo.servo_priority && table["servo"].node() != nullptr) {
-    errors.add(place("servo", "ingest_priority"),
-               fmt::format("ingest_priority {} is not below servo_priority {}", c.servo.ingest_priority,
-                           c.servo.servo_priority),
-               "ingest must never delay the servo");
-  }
-  const auto absolute = [&](const char* section, const char* key, const std::string& path) {
-    if (!path.empty() && path[0] != '/') {
-      errors.add(place(section, key), fmt::format("{} = \"{}\" is no absolute path", key, log::printable(path)),
-                 "begin it with /: the daemon is started now in one folder, now in another");
-    }
-  };
-  absolute("sockets", "control", c.sockets.control);
-  absolute("sockets", "admin", c.sockets.admin);
-  absolute("builder", "program", c.builder.program);
-  absolute("builder", "cache", c.builder.cache);
-  absolute("motions", "folder", c.motions.folder);
+void checkGroups(const Config& c, const Reader& root, FirstError& errors) {
   std::set<std::string> names, uris;
   for (std::size_t i = 0; i < c.groups.size(); ++i) {
     const GroupConfig& group = c.groups[i];
@@ -327,8 +305,10 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
       }
     }
   }
-  checkLines(c, root, errors);
-  uris.clear();
+}
+
+void checkDevices(const Config& c, const Reader& root, FirstError& errors) {
+  std::set<std::string> uris;
   for (std::size_t i = 0; i < c.devices.size(); ++i) {
     const auto at = [&](std::string_view key) { return root.place("device", i, key); };
     if (c.devices[i].uri.empty())
@@ -338,6 +318,34 @@ void checkTogether(const Config& c, const Reader& root, const toml::table& table
     if (const auto finger = parseFinger(c.devices[i].finger, "finger"); !finger)
       errors.add(at("finger"), "finger: " + log::printable(finger.error().what), finger.error().remedy);
   }
+}
+
+/** What no single key can tell. */
+void checkTogether(const Config& c, const Reader& root, const toml::table& table, FirstError& errors) {
+  const auto place = [&](const char* section, const char* key) {
+    const toml::node* const node = table[section][key].node();
+    return node == nullptr ? table[section].node()->source().begin : node->source().begin;
+  };
+  if (c.servo.ingest_priority >= c.servo.servo_priority && table["servo"].node() != nullptr) {
+    errors.add(place("servo", "ingest_priority"),
+               fmt::format("ingest_priority {} is not below servo_priority {}", c.servo.ingest_priority,
+                           c.servo.servo_priority),
+               "ingest must never delay the servo");
+  }
+  const auto absolute = [&](const char* section, const char* key, const std::string& path) {
+    if (!path.empty() && path[0] != '/') {
+      errors.add(place(section, key), fmt::format("{} = \"{}\" is no absolute path", key, log::printable(path)),
+                 "begin it with /: the daemon is started now in one folder, now in another");
+    }
+  };
+  absolute("sockets", "control", c.sockets.control);
+  absolute("sockets", "admin", c.sockets.admin);
+  absolute("builder", "program", c.builder.program);
+  absolute("builder", "cache", c.builder.cache);
+  absolute("motions", "folder", c.motions.folder);
+  checkGroups(c, root, errors);
+  checkLines(c, root, errors);
+  checkDevices(c, root, errors);
 }
 
 Result<Config> read(std::string_view text, std::string_view name) {

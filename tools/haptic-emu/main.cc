@@ -64,60 +64,58 @@ int play(const Options& options) {
   return kExitFailed;
 }
 
+void addFaults(CLI::App& one, std::vector<std::string>& faults) {
+  one.add_option("--fault", faults, "What goes wrong: KIND@FROM+LENGTH in seconds, several times")
+      ->expected(1, 100)
+      ->check(haptic_emu::isFault());
+}
+
+void addNumber(CLI::App& one, const char* name, double& value, const char* what, std::pair<double, double> range) {
+  one.add_option(name, value, what)->capture_default_str()->check(haptic_emu::within(range.first, range.second));
+}
+
+void addFalcon(CLI::App& app, Options& o) {
+  CLI::App& one = *app.add_subcommand("falcon", "A Novint Falcon; any file will do as its firmware");
+  addFaults(one, o.faults);
+  addNumber(one, "--press", o.habits.press, "How far the hand goes toward the base and back [m]", {0, 0.03});
+  addNumber(one, "--period", o.habits.period_s, "Time of one press, there and back [s]", {0.1, 60});
+  one.add_flag("!--no-homing", o.habits.homes, "The hand does not home it when it is asked to");
+  one.add_option("--port", o.vhci.port, "Port of vhci_hcd that it is plugged into")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 7))
+      ->transform(hapticd_options::decimal);
+  addNumber(one, "--every", o.every_s, "Seconds between two lines; 0 for none", {0, kLongest_s});
+}
+
+void addHid(CLI::App& app, haptic_emu::HidPlay& hid, const char* name, const char* what,
+            const std::vector<std::string>& kinds) {
+  CLI::App& one = *app.add_subcommand(name, what);
+  one.add_option("kind", hid.kind, "Which of them; the first unless said")->check(CLI::IsMember(kinds));
+  one.add_option("--serial", hid.serial, "Its serial number")->capture_default_str();
+  addFaults(one, hid.faults);
+  addNumber(one, "--press", hid.press, "How far the hand goes and back [m]", {0, 0.04});
+  addNumber(one, "--period", hid.period_s, "Time of one way there and back [s]", {0.1, 60});
+  addNumber(one, "--every", hid.every_s, "Seconds between two lines; 0 for none", {0, kLongest_s});
+  one.callback([&hid, name] { hid.device = name; });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
   hapticd::holdStandardStreams();
   CLI::App app{
-      "Plays a haptic device to this machine's kernel, packet by packet, with a simulated hand that homes it and "
-      "presses\n"
-      "to and fro. Needs root and the module vhci_hcd or uhid. One JSON line a second tells what the hand feels, in "
-      "the "
-      "device's\n"
-      "frame (a Falcon's: x right, y up, z toward the operator).",
+      "Plays a haptic device to this machine's kernel, packet by packet, with a simulated hand that homes it and\n"
+      "presses to and fro. Needs root and the module vhci_hcd or uhid. One JSON line a second tells what the hand\n"
+      "feels, in the device's frame (a Falcon's: x right, y up, z toward the operator).",
       "haptic-emu"};
   Options options;
   app.require_subcommand(1);
-  CLI::App* falcon = app.add_subcommand("falcon", "A Novint Falcon; any file will do as its firmware");
-  falcon->add_option("--fault", options.faults, "What goes wrong: KIND@FROM+LENGTH in seconds, several times")
-      ->expected(1, 100)
-      ->check(haptic_emu::isFault());
-  falcon->add_option("--press", options.habits.press, "How far the hand goes toward the base and back [m]")
-      ->capture_default_str()
-      ->check(haptic_emu::within(0, 0.03));
-  falcon->add_option("--period", options.habits.period_s, "Time of one press, there and back [s]")
-      ->capture_default_str()
-      ->check(haptic_emu::within(0.1, 60));
-  falcon->add_flag("!--no-homing", options.habits.homes, "The hand does not home it when it is asked to");
-  falcon->add_option("--port", options.vhci.port, "Port of vhci_hcd that it is plugged into")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 7))
-      ->transform(hapticd_options::decimal);
-  falcon->add_option("--every", options.every_s, "Seconds between two lines; 0 for none")
-      ->capture_default_str()
-      ->check(haptic_emu::within(0, kLongest_s));
+  addFalcon(app, options);
   haptic_emu::HidPlay hid;
-  const auto addHid = [&](const char* name, const char* what, const std::vector<std::string>& kinds) {
-    CLI::App* one = app.add_subcommand(name, what);
-    one->add_option("kind", hid.kind, "Which of them; the first unless said")->check(CLI::IsMember(kinds));
-    one->add_option("--serial", hid.serial, "Its serial number")->capture_default_str();
-    one->add_option("--fault", hid.faults, "What goes wrong: KIND@FROM+LENGTH in seconds, several times")
-        ->expected(1, 100)
-        ->check(haptic_emu::isFault());
-    one->add_option("--press", hid.press, "How far the hand goes and back [m]")
-        ->capture_default_str()
-        ->check(haptic_emu::within(0, 0.04));
-    one->add_option("--period", hid.period_s, "Time of one way there and back [s]")
-        ->capture_default_str()
-        ->check(haptic_emu::within(0.1, 60));
-    one->add_option("--every", hid.every_s, "Seconds between two lines; 0 for none")
-        ->capture_default_str()
-        ->check(haptic_emu::within(0, kLongest_s));
-    one->callback([&hid, name] { hid.device = name; });
-  };
-  addHid("woodyhid", "A WoodenHaptics or Polhem arm, by /dev/uhid", {"wooden2015", "polhem3"});
-  addHid("spacemouse", "A SpaceMouse whose button 1 is let go every fifth second, by /dev/uhid", {"old", "new"});
-  addHid("hidpid", "A joystick or wheel with force feedback, by /dev/uhid", {"joystick", "wheel"});
+  addHid(app, hid, "woodyhid", "A WoodenHaptics or Polhem arm, by /dev/uhid", {"wooden2015", "polhem3"});
+  addHid(app, hid, "spacemouse", "A SpaceMouse whose button 1 is let go every fifth second, by /dev/uhid",
+         {"old", "new"});
+  addHid(app, hid, "hidpid", "A joystick or wheel with force feedback, by /dev/uhid", {"joystick", "wheel"});
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

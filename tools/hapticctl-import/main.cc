@@ -29,10 +29,10 @@ enum Exit { kDone = 0, kRefused = 1, kUsage = 2, kFile = 5 };
 struct Options {
   InputOptions input;
   std::string crop, output, vdb, voxel_mm;
-  std::optional<double> iso;
-  double label = 0, smooth_mm = 0, resample_mm = 0;
+  std::optional<double> iso, label;
+  double smooth_mm = 0, resample_mm = 0;
   unsigned shrink = 1;
-  bool by_label = false, largest = false;
+  bool largest = false;
 };
 
 using hapticd_options::isNumber;
@@ -42,7 +42,7 @@ std::string isThere(const std::string& text) { return text.empty() ? "is empty" 
 
 /** Where the surface is. Turns distances about, so that what is solid is high. */
 float levelOf(const Options& o, Image& image) {
-  if (o.by_label) return 0.5f;
+  if (o.label) return 0.5f;
   if (!o.iso && !image.usual_iso)
     throw ImportError("--iso or --label", "is needed: what of this is solid?", "bone in CT is --iso 226");
   constexpr double kMost =
@@ -66,15 +66,15 @@ int draw(const Options& o, const std::string& output) {
   Image image = readInput(o.input);
   fmt::print("{}\n", describe(image));
   const float level = levelOf(o, image);
-  if (o.by_label) chooseLabel(image, o.label);
+  if (o.label) chooseLabel(image, *o.label);
   if (!o.crop.empty()) image = cropped(image, o.crop);
   if (o.smooth_mm > 0) smooth(image, o.smooth_mm);
   if (o.shrink > 1) image = shrink(image, o.shrink);
   if (o.resample_mm > 0) image = resample(std::move(image), o.resample_mm);
   Surface surface = isosurface(image, level);
   if (surface.triangles.empty()) {
-    throw ImportError(o.by_label ? "--label" : "--iso",
-                      o.by_label ? "no value is that: there is no surface" : "no value reaches it: there is no surface",
+    throw ImportError(o.label ? "--label" : "--iso",
+                      o.label ? "no value is that: there is no surface" : "no value reaches it: there is no surface",
                       "choose one within the values above");
   }
   const std::size_t all = surface.triangles.size();
@@ -137,20 +137,7 @@ int run(const Options& o, const std::vector<std::string>& rest) {
   return runHapticctl(words);
 }
 
-}  // namespace
-}  // namespace hapticctl_import
-
-int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
-  hapticd::holdStandardStreams();
-  std::signal(SIGXFSZ, SIG_IGN);     // A file that may not grow is told as one that could not be written.
-  std::signal(SIGPIPE, SIG_IGN);     // Who does not want to read on wants it loaded all the same.
-  using namespace hapticctl_import;  // NOLINT(google-build-using-namespace)
-  Options o;
-  CLI::App app{"Draw the surface of what is dense in a scan, and load it as something to touch.", "hapticctl import"};
-  app.footer(
-      "Reads DICOM series (a folder, or one of its files), NIfTI, NRRD, MetaImage, OpenVDB, InVesalius projects and\n"
-      "raw numbers. Further options go to hapticctl load: --points, --center, --name, --at, --friction, ...");
-  app.allow_extras();
+void addOptions(CLI::App& app, Options& o) {
   app.add_option("FILE", o.input.file, "The image, or a folder of DICOM slices")->required()->check(isThere);
   app.add_option("--series", o.input.series, "Which of several DICOM series: its number in the list, or its identifier")
       ->check(isThere);
@@ -162,8 +149,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   auto* iso = app.add_option("--iso", o.iso,
                              "Solid is what has at least this value (bone in CT: 226), of distances at most (.vdb: 0)")
                   ->check(isNumber);
-  auto* label =
-      app.add_option("--label", o.label, "Solid is what has exactly this value")->check(isNumber)->excludes(iso);
+  app.add_option("--label", o.label, "Solid is what has exactly this value")->check(isNumber)->excludes(iso);
   app.add_option("--crop", o.crop, "Only this part, in values of the file")
       ->type_name("X0:X1,Y0:Y1,Z0:Z1")
       ->check(isThere);
@@ -198,6 +184,23 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
       ->type_name("FILE.vdb")
       ->check(isThere)
       ->needs(voxel);
+}
+
+}  // namespace
+}  // namespace hapticctl_import
+
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends the program, as it should
+  hapticd::holdStandardStreams();
+  std::signal(SIGXFSZ, SIG_IGN);     // A file that may not grow is told as one that could not be written.
+  std::signal(SIGPIPE, SIG_IGN);     // Who does not want to read on wants it loaded all the same.
+  using namespace hapticctl_import;  // NOLINT(google-build-using-namespace)
+  Options o;
+  CLI::App app{"Draw the surface of what is dense in a scan, and load it as something to touch.", "hapticctl import"};
+  app.footer(
+      "Reads DICOM series (a folder, or one of its files), NIfTI, NRRD, MetaImage, OpenVDB, InVesalius projects and\n"
+      "raw numbers. Further options go to hapticctl load: --points, --center, --name, --at, --friction, ...");
+  app.allow_extras();
+  addOptions(app, o);
   app.failure_message([](const CLI::App*, const CLI::Error& error) {
     return fmt::format("hapticctl import: {} (hapticctl import --help tells how)\n", error.what());
   });
@@ -212,6 +215,5 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
                rest[0]);
     return kUsage;
   }
-  o.by_label = label->count() > 0;
   return report(o.input.file, [&] { return run(o, app.remaining()); });
 }

@@ -10,10 +10,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "rt/cycle/realtime.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/device/played_device.h"
 #include "tools/haptic-bench/device/played_sdk.h"
+#include "tools/haptic-bench/device/servo_thread.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/option.h"
 
@@ -115,20 +115,11 @@ Threads runThreads(const PlayedCase& played, double seconds, std::string& note) 
   IoDevice& device = rig->device();
   openOrThrow(device);
   if (!device.schedulingNote().empty()) note = device.schedulingNote();
-  RtThread servo;
-  const auto started = servo.start("servo", 256 * 1024, [&] {
-    (void)becomeRealtime(80);
-    DeviceSample sample;
-    std::int64_t deadline_ns = (clock.now() / kTick_ns + 1) * kTick_ns;
-    for (std::int64_t tick = 0; tick < std::llround(seconds * 1000); ++tick, deadline_ns += kTick_ns) {
-      clock.sleepUntil(deadline_ns);
-      const std::int64_t now_ns = clock.now();
-      device.read(now_ns, sample);
-      device.write(now_ns, waveAt(tick));
-    }
+  DeviceSample sample;
+  onServoThread(std::llround(seconds * 1000), clock, [&](std::int64_t tick, std::int64_t now_ns) {
+    device.read(now_ns, sample);
+    device.write(now_ns, waveAt(tick));
   });
-  if (!started) throw Failure(started.error());
-  servo.join();
   const Threads out{device.link().round_trip.summary(), device.link().age.summary()};
   device.close();
   return out;

@@ -13,8 +13,8 @@
 
 #include "drivers/vendor/helper_device.h"
 #include "drivers/vendor/vendor_driver.h"
-#include "rt/cycle/realtime.h"
 #include "tools/haptic-bench/beside_program.h"
+#include "tools/haptic-bench/device/servo_thread.h"
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
@@ -78,7 +78,6 @@ std::unique_ptr<PlayedDevice> playDhd(const std::string& sdk, Clock& clock) {
 }
 
 HelperFigures runHelper(const std::string& scheme, const std::string& sdk, double seconds) {
-  constexpr std::int64_t kTick_ns = 1'000'000;
   (void)sharedGrip();
   MonotonicClock clock;
   DeviceInfo info;
@@ -88,22 +87,13 @@ HelperFigures runHelper(const std::string& scheme, const std::string& sdk, doubl
   const std::int64_t ticks = std::llround(seconds * 1000), spent_ns = processorTime_ns(device.helper());
   Histogram age;
   std::int64_t inside_ns = 0;
-  RtThread servo;
-  const auto started = servo.start("servo", 256 * 1024, [&] {
-    (void)becomeRealtime(80);
-    DeviceSample sample;
-    std::int64_t deadline_ns = (clock.now() / kTick_ns + 1) * kTick_ns;
-    for (std::int64_t tick = 0; tick < ticks; ++tick, deadline_ns += kTick_ns) {
-      clock.sleepUntil(deadline_ns);
-      const std::int64_t now_ns = clock.now();
-      device.read(now_ns, sample);
-      device.write(now_ns, {});
-      inside_ns += clock.now() - now_ns;
-      if (sample.fresh) age.record(now_ns - sample.t_ns);
-    }
+  DeviceSample sample;
+  onServoThread(ticks, clock, [&](std::int64_t, std::int64_t now_ns) {
+    device.read(now_ns, sample);
+    device.write(now_ns, {});
+    inside_ns += clock.now() - now_ns;
+    if (sample.fresh) age.record(now_ns - sample.t_ns);
   });
-  orFail(started);
-  servo.join();
   const auto a_tick = [ticks](std::int64_t ns) { return static_cast<double>(ns) * 1e-3 / static_cast<double>(ticks); };
   const HelperFigures figures{device.roundTrip()->summary(), age.summary(), a_tick(inside_ns),
                               a_tick(processorTime_ns(device.helper()) - spent_ns)};

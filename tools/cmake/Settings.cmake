@@ -68,11 +68,15 @@ find_package(Threads REQUIRED)
 find_package(Eigen3 REQUIRED NO_MODULE)
 find_package(PkgConfig REQUIRED)
 
-# Sources of a room are found, not listed: a new file needs no other edit. Configure again is automatic.
+# hapticd_sources(OUT PATTERN... [EXCEPT REGEX]): sources of a room are found, not listed, so that a new file needs no
+# other edit. Configure again is automatic.
 function(hapticd_sources out)
-  set(patterns ${ARGN})
-  list(TRANSFORM patterns PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
-  file(GLOB_RECURSE found CONFIGURE_DEPENDS ${patterns})
+  cmake_parse_arguments(PARSE_ARGV 1 of "" EXCEPT "")
+  list(TRANSFORM of_UNPARSED_ARGUMENTS PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  file(GLOB_RECURSE found CONFIGURE_DEPENDS ${of_UNPARSED_ARGUMENTS})
+  if(of_EXCEPT)
+    list(FILTER found EXCLUDE REGEX ${of_EXCEPT})
+  endif()
   set(${out} ${found} PARENT_SCOPE)
 endfunction()
 

@@ -51,16 +51,18 @@ void requireTwo(const Image& image, const char* where) {
   throw ImportError(where, "there is one value along an axis: a single slice", "import all slices together");
 }
 
-void checkPlace(const Image& image) {
+double cellVolume(const Image& image) {
   const auto& s = image.step;
+  return s[0][0] * (s[1][1] * s[2][2] - s[1][2] * s[2][1]) - s[0][1] * (s[1][0] * s[2][2] - s[1][2] * s[2][0]) +
+         s[0][2] * (s[1][0] * s[2][1] - s[1][1] * s[2][0]);
+}
+
+void checkPlace(const Image& image) {
   for (std::size_t k = 0; k < 3; ++k) {
     if (!std::isfinite(image.origin[k]) || !(spacing(image, k) > 1e-6 && spacing(image, k) < 1e6))
       throw ImportError("spacing", "is not a length, or the origin no place", "correct the header");
   }
-  const double det = s[0][0] * (s[1][1] * s[2][2] - s[1][2] * s[2][1]) -
-                     s[0][1] * (s[1][0] * s[2][2] - s[1][2] * s[2][0]) +
-                     s[0][2] * (s[1][0] * s[2][1] - s[1][1] * s[2][0]);
-  if (!(std::abs(det) > 1e-6 * spacing(image, 0) * spacing(image, 1) * spacing(image, 2)))
+  if (!(std::abs(cellVolume(image)) > 1e-6 * spacing(image, 0) * spacing(image, 1) * spacing(image, 2)))
     throw ImportError("orientation", "the axes lie in one plane", "correct the header");
   constexpr double kFarthest = 1e6;  // Steps: vertices are floats, here a sixteenth of one apart.
   const double least = std::min({spacing(image, 0), spacing(image, 1), spacing(image, 2)});

@@ -50,6 +50,8 @@ void smooth(Image& image, double sigma_mm);
 void chooseLabel(Image& image, double label);
 /** Length of a step [mm]. */
 [[nodiscard]] double spacing(const Image& image, std::size_t axis);
+/** Of the cell that one step along each axis spans; negative if they are left-handed [mm^3]. */
+[[nodiscard]] double cellVolume(const Image& image);
 /** Throws ImportError at `where` unless two values are left along each axis. */
 void requireTwo(const Image& image, const char* where);
 /** Throws ImportError unless every number is finite and the steps span a space. */

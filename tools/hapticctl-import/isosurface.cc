@@ -121,15 +121,11 @@ Surface isosurface(const LatticeSolid& solid) {
 }
 
 Surface isosurface(const Image& image, float iso) {
-  const auto& s = image.step;
   LatticeSolid solid;
   solid.size = image.size;
   solid.layers = {image.values};
   solid.iso = iso;
-  solid.mirrored = s[0][0] * (s[1][1] * s[2][2] - s[1][2] * s[2][1]) -
-                       s[0][1] * (s[1][0] * s[2][2] - s[1][2] * s[2][0]) +
-                       s[0][2] * (s[1][0] * s[2][1] - s[1][1] * s[2][0]) <
-                   0;
+  solid.mirrored = cellVolume(image) < 0;
   solid.place = [&image](const Double3& at) {
     Double3 x;
     for (std::size_t k = 0; k < 3; ++k) {

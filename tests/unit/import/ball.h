@@ -12,6 +12,7 @@
 #include <cstring>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "tests/support/process/temporary_directory.h"
 #include "tests/support/random.h"
@@ -29,6 +30,15 @@ inline short valueAt(std::size_t x, std::size_t y, std::size_t z) {
   return static_cast<short>(std::lround(1000 - 100 * std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])));
 }
 
+/** All of them, x fastest. */
+inline std::vector<float> ballValues() {
+  std::vector<float> values;
+  for (std::size_t z = 0; z < kSize[2]; ++z)
+    for (std::size_t y = 0; y < kSize[1]; ++y)
+      for (std::size_t x = 0; x < kSize[0]; ++x) values.push_back(valueAt(x, y, z));
+  return values;
+}
+
 inline void append(std::string& bytes, short value, bool big_endian = false) {
   const auto v = static_cast<std::uint16_t>(value);
   const char low = static_cast<char>(v & 0xff), high = static_cast<char>(v >> 8);
@@ -38,9 +48,7 @@ inline void append(std::string& bytes, short value, bool big_endian = false) {
 
 inline std::string samples(bool big_endian = false) {
   std::string bytes;
-  for (std::size_t z = 0; z < kSize[2]; ++z)
-    for (std::size_t y = 0; y < kSize[1]; ++y)
-      for (std::size_t x = 0; x < kSize[0]; ++x) append(bytes, valueAt(x, y, z), big_endian);
+  for (const float value : ballValues()) append(bytes, static_cast<short>(value), big_endian);
   return bytes;
 }
 
@@ -91,10 +99,7 @@ inline std::string nifti() {
 
 inline void expectBall(const Image& image, const Double3& origin, const std::array<Double3, 3>& step) {
   EXPECT_EQ(image.size, kSize);
-  ASSERT_EQ(image.values.size(), 24u * 20 * 16);
-  for (std::size_t z = 0; z < 16; ++z)
-    for (std::size_t y = 0; y < 20; ++y)
-      for (std::size_t x = 0; x < 24; ++x) ASSERT_EQ(image.values[x + 24 * (y + 20 * z)], valueAt(x, y, z));
+  EXPECT_EQ(image.values, ballValues());
   for (std::size_t k = 0; k < 3; ++k) {
     EXPECT_NEAR(image.origin[k], origin[k], 1e-5);
     for (std::size_t a = 0; a < 3; ++a) EXPECT_NEAR(image.step[k][a], step[k][a], 1e-5) << k << a;
@@ -118,9 +123,7 @@ inline Image ballImage() {
   image.size = kSize;
   image.origin = {10, 20, 30};
   image.step = kPlain;
-  for (std::size_t z = 0; z < kSize[2]; ++z)
-    for (std::size_t y = 0; y < kSize[1]; ++y)
-      for (std::size_t x = 0; x < kSize[0]; ++x) image.values.push_back(valueAt(x, y, z));
+  image.values = ballValues();
   return image;
 }
 

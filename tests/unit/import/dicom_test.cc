@@ -26,6 +26,25 @@ void putSeries(const Folder& folder, const std::function<void(CtSlice&, double)>
   }
 }
 
+constexpr const char* kCapture = "1.2.840.10008.5.1.4.1.1.7.3";  // Multi-frame grayscale word secondary capture.
+constexpr const char* kDose = "1.2.840.10008.5.1.4.1.1.481.2";
+
+/** The ball's slices as the frames of one file. */
+CtSlice allSlices(const char* kind) {
+  CtSlice all = ballSlice(0);
+  all.kind = kind;
+  all.frames = static_cast<int>(kSize[2]);
+  all.values = samples();
+  return all;
+}
+
+/** How far each stands from the first [mm], as a dose says it. */
+std::string offsetsOfSlices() {
+  std::string offsets = "0";
+  for (std::size_t i = 1; i < kSize[2]; ++i) offsets += fmt::format("\\{}", 2 * i);
+  return offsets;
+}
+
 Image readOne(const std::string& path) {
   const auto all = dicomSeriesIn(path);
   EXPECT_EQ(all.size(), 1u);
@@ -66,10 +85,9 @@ TEST(Dicom, orientationSlopeAndInterceptAreHonoured) {
     EXPECT_NEAR(image.step[1][k], 1.5 * v[k], 1e-5);
     EXPECT_NEAR(image.step[2][k], -2.5 * w[k], 1e-5);
   }
-  for (std::size_t z = 0; z < 16; ++z)
-    for (std::size_t y = 0; y < 20; ++y)
-      for (std::size_t x = 0; x < 24; ++x)
-        ASSERT_EQ(image.values[x + 24 * (y + 20 * z)], 2.0f * valueAt(x, y, z) - 1024);
+  std::vector<float> rescaled = ballValues();
+  for (float& value : rescaled) value = 2 * value - 1024;
+  EXPECT_EQ(image.values, rescaled);
 }
 
 TEST(Dicom, slicesOfATiltedGantryStandObliquely) {
@@ -143,16 +161,10 @@ TEST(Dicom, aSeriesIsNotTakenForAnotherThatBeginsLikeIt) {
 
 TEST(Dicom, allSlicesMayBeInOneFile) {
   const Folder folder;
-  CtSlice all = ballSlice(0);
-  all.kind = "1.2.840.10008.5.1.4.1.1.7.3";  // Multi-frame grayscale word secondary capture.
-  all.frames = static_cast<int>(kSize[2]);
-  all.values = samples();
-  const std::string path = folder.put("all.dcm", dicomFile(all));
+  const std::string path = folder.put("all.dcm", dicomFile(allSlices(kCapture)));
   const Image image = readOne(path);
   ASSERT_EQ(image.size, kSize);
-  for (std::size_t z = 0; z < 16; ++z)
-    for (std::size_t y = 0; y < 20; ++y)
-      for (std::size_t x = 0; x < 24; ++x) ASSERT_EQ(image.values[x + 24 * (y + 20 * z)], valueAt(x, y, z));
+  EXPECT_EQ(image.values, ballValues());
 }
 
 // GDCM told 1 mm for all axes where frames were not in order, and took the first one's slope for all.
@@ -176,23 +188,16 @@ TEST(Dicom, framesOfAnEnhancedImageStandWhereEachSays) {
 // Of computed tomography and secondary captures GDCM took no spacing between frames, and told 1 mm.
 TEST(Dicom, framesWithoutGroupsStandAsFarApartAsIsSaid) {
   const Folder folder;
-  for (const char* const kind : {"1.2.840.10008.5.1.4.1.1.2", "1.2.840.10008.5.1.4.1.1.7.3"}) {
-    CtSlice all = ballSlice(0);
-    all.kind = kind;
-    all.frames = static_cast<int>(kSize[2]);
+  for (const char* const kind : {"1.2.840.10008.5.1.4.1.1.2", kCapture}) {
+    CtSlice all = allSlices(kind);
     all.between = 2;
-    all.values = samples();
     expectBall(readOne(folder.put("a.dcm", dicomFile(all))), {10, 20, 30}, kPlain);
     all.between = 0;
     all.groups = element(0x18, 0x88, "DS", "+2");  // A sign that DICOM allows (PS3.5 6.2).
     expectBall(readOne(folder.put("a.dcm", dicomFile(all))), {10, 20, 30}, kPlain);
   }
-  CtSlice dose = ballSlice(0);
-  dose.kind = "1.2.840.10008.5.1.4.1.1.481.2";
-  dose.frames = static_cast<int>(kSize[2]);
-  dose.values = samples();
-  std::string offsets = "0";
-  for (int i = 1; i < dose.frames; ++i) offsets += fmt::format("\\{}", 2 * i);
+  CtSlice dose = allSlices(kDose);
+  std::string offsets = offsetsOfSlices();
   dose.groups = element(0x3004, 0xc, "DS", offsets);
   expectBall(readOne(folder.put("a.dcm", dicomFile(dose))), {10, 20, 30}, kPlain);
   dose.groups = element(0x3004, 0xc, "DS", offsets.replace(offsets.find("10"), 2, "11"));
@@ -202,13 +207,8 @@ TEST(Dicom, framesWithoutGroupsStandAsFarApartAsIsSaid) {
 // GDCM gave the whole numbers of the file.
 TEST(Dicom, aDoseIsInItsUnit) {
   const Folder folder;
-  CtSlice dose = ballSlice(0);
-  dose.kind = "1.2.840.10008.5.1.4.1.1.481.2";
-  dose.frames = static_cast<int>(kSize[2]);
-  dose.values = samples();
-  std::string offsets = "0";
-  for (int i = 1; i < dose.frames; ++i) offsets += fmt::format("\\{}", 2 * i);
-  dose.groups = element(0x3004, 0xc, "DS", offsets) + element(0x3004, 0xe, "DS", "2.5E-3");
+  CtSlice dose = allSlices(kDose);
+  dose.groups = element(0x3004, 0xc, "DS", offsetsOfSlices()) + element(0x3004, 0xe, "DS", "2.5E-3");
   const Image image = readOne(folder.put("a.dcm", dicomFile(dose)));
   for (std::size_t z = 0; z < kSize[2]; ++z)
     EXPECT_FLOAT_EQ(image.values[480 * z + 99], 0.0025f * valueAt(3, 4, z)) << z;
@@ -268,11 +268,7 @@ TEST(Dicom, valuesInTheUpperBitsAreRefused) {
 // GDCM takes 1 mm, of what may be times and no places.
 TEST(Dicom, aSpacingThatIsNotSaidIsTold) {
   const Folder folder;
-  CtSlice all = ballSlice(0);
-  all.kind = "1.2.840.10008.5.1.4.1.1.7.3";
-  all.frames = static_cast<int>(kSize[2]);
-  all.values = samples();
-  EXPECT_THAT(readOne(folder.put("all.dcm", dicomFile(all))).format,
+  EXPECT_THAT(readOne(folder.put("all.dcm", dicomFile(allSlices(kCapture)))).format,
               HasSubstr("does not say the spacing of its frames"));
   const Folder series;
   putSeries(series, [](CtSlice& s, double) { s.row_spacing = 0; });
@@ -313,10 +309,8 @@ TEST(Dicom, whatGdcmWarnsOfIsKeptFromTheTerminal) {
 // They were what the memory held, or zeros.
 TEST(Dicom, valuesThatAreFewerThanFramesMakeAreMissed) {
   const Folder folder;
-  CtSlice all = ballSlice(0);
-  all.kind = "1.2.840.10008.5.1.4.1.1.7.3";
-  all.frames = static_cast<int>(kSize[2]);
-  all.values = samples().substr(2);
+  CtSlice all = allSlices(kCapture);
+  all.values.erase(0, 2);
   EXPECT_THAT(refusal([&] { return readOne(folder.put("all.dcm", dicomFile(all))); }),
               HasSubstr("15358 bytes are there, 15360 are needed"));
 }

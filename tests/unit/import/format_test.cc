@@ -42,16 +42,13 @@ TEST(Import, readsMetaImagesNamedInCapitals) {
 // They became 0: bone of --iso -300 all about the head.
 TEST(Import, whatIsNoNumberIsNothingSolid) {
   const Folder folder;
-  std::string floats;
-  for (std::size_t z = 0; z < kSize[2]; ++z)
-    for (std::size_t y = 0; y < kSize[1]; ++y)
-      for (std::size_t x = 0; x < kSize[0]; ++x) {
-        const float v = x == 3   ? std::numeric_limits<float>::quiet_NaN()
-                        : x == 4 ? -std::numeric_limits<float>::infinity()
-                        : x == 5 ? std::numeric_limits<float>::infinity()
-                                 : valueAt(x, y, z);
-        floats.append(reinterpret_cast<const char*>(&v), sizeof v);
-      }
+  std::vector<float> values = ballValues();
+  for (std::size_t row = 0; row < values.size(); row += kSize[0]) {
+    values[row + 3] = std::numeric_limits<float>::quiet_NaN();
+    values[row + 4] = -std::numeric_limits<float>::infinity();
+    values[row + 5] = std::numeric_limits<float>::infinity();
+  }
+  std::string floats(reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]);
   std::string header = metaImage();
   header.replace(header.find("MET_SHORT"), 9, "MET_FLOAT");
   const Image image = readScan(folder.put("a.mha", header + floats));

@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-#include "drivers/vendor/dhd_sdk.h"
+#include "drivers/vendor/sdk/dhd_sdk.h"
 
 namespace hapticd {
 namespace {

@@ -174,7 +174,9 @@ TEST(FingerProperty, TurningAHandGainsNothing) {
       paid -= 0.5 * (moment + out.guard.command.torque.z()) * speed * 1e-3;
       ASSERT_GT(paid, -1e-7) << tick;
     }
-    if (momentArm({static_cast<PadLaw>(finger.law), finger.radius, finger.arm}, 1) > 1e-3) EXPECT_GT(paid, 1e-6);
+    if (momentArm({static_cast<PadLaw>(finger.law), finger.radius, finger.arm}, 1) > 1e-3) {
+      EXPECT_GT(paid, 1e-6);
+    }
   });
 }
 

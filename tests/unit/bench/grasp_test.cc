@@ -80,8 +80,12 @@ TEST(BenchGrasp, ABarYieldsWhereTheClosedFormSays) {
     for (const double part : {0.5, 2.0}) {
       const Release one = letGo(coupled, kSandpaperArm, part * kSandpaperArm);
       EXPECT_NEAR(one.yields, one.closed, 0.02 * one.closed) << coupled << part;
-      if (!coupled && part < 1) EXPECT_LT(one.turned_5, 0.05);
-      if (!coupled && part > 1) EXPECT_LT(one.slid_30, 1e-4);
+      if (!coupled && part < 1) {
+        EXPECT_LT(one.turned_5, 0.05);
+      }
+      if (!coupled && part > 1) {
+        EXPECT_LT(one.slid_30, 1e-4);
+      }
     }
   }
 }

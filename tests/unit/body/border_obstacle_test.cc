@@ -23,7 +23,7 @@ double borderIn(const Shape& tool, bool as_mesh, bool turned) {
   house->meshes.publish(3, held.view());
   house->meshes.publish(4, sheet.view());
   as_mesh ? house->reshape(ShapeKind::kMesh, Vec3::Zero(), 3) : house->reshape(tool.kind, tool.size);
-  Vec3 hand(0, 0, 0.06), to, turn = Vec3::Zero();
+  Vec3 hand(0, 0, 0.06), to = Vec3::Zero(), turn = Vec3::Zero();
   house->aim(hand);
   house->run(500);
   AddObject wall = test::object(test::kWall, ShapeKind::kMesh, Vec3::Zero(), Vec3::Zero());

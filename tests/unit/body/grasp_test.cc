@@ -123,7 +123,9 @@ TEST(Grasp, WhatIsHeldComesToRest) {
         ASSERT_LT(away, 1.1 * sags + 1e-5) << mass << " kg, tick " << i;
         if (i >= 3500) late = std::max(late, away);
       }
-      if (soft) EXPECT_LT(late, 0.01 * sags + 1e-7) << mass;
+      if (soft) {
+        EXPECT_LT(late, 0.01 * sags + 1e-7) << mass;
+      }
     }
   }
 }

@@ -83,7 +83,9 @@ TEST_F(CycleClutch, AScaleThatComesWithTheReleaseMovesNothing) {
     put(CommandKind::kSetMount, scale);
     step();
     EXPECT_EQ(cycle->mount(0).scale(), in_one_tick ? 2 : 1);
-    if (in_one_tick) EXPECT_LT((out().pose.p - there).norm(), 1e-15);
+    if (in_one_tick) {
+      EXPECT_LT((out().pose.p - there).norm(), 1e-15);
+    }
     bool told = false;
     for (std::uint32_t i = 0; i < output->events.count; ++i) {
       const ServoEvent& event = output->events.event[i];

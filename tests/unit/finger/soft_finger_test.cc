@@ -134,7 +134,7 @@ TEST_F(SoftFingerTest, AnotherOrderLeavesWhatIsTwisted) {
 TEST_F(SoftFingerTest, WhatTurnsIsHeldByLessThanWhatSticks) {
   for (const bool coupled : {true, false}) {
     SetFinger order = usual();
-    order.flags = coupled ? 0 : kFingerUncoupled;
+    order.flags = coupled ? 0U : 0U + kFingerUncoupled;
     finger.set(order);
     finger.reset();
     (void)tick();

@@ -265,7 +265,9 @@ TEST_F(SlotTest, UpdatesOfASurfaceThatMovesKeepAStickingHandStuckToo) {
       set(m, ms);
     }
     const Vec3 force = at(ms);
-    if (ms > 20) ASSERT_LT((force - Vec3(-0.5, 0, 1)).norm(), 1e-9) << ms << ": " << force.transpose();
+    if (ms > 20) {
+      ASSERT_LT((force - Vec3(-0.5, 0, 1)).norm(), 1e-9) << ms << ": " << force.transpose();
+    }
   }
 }
 

@@ -228,7 +228,7 @@ TEST(ProxyInAGroove, RubsRoundASunkenSphereInFewSweeps) {
     const double h = random.in(0.6, 0.95) * circle, under = random.in(0.1, 0.3) * circle, step = random.in(0.002, 0.02);
     t.tick(Vec3(0, 0, 0.3));
     for (int i = 0; i <= 100; ++i) t.tick(Vec3(2 * circle + (h - 2 * circle) * i / 100, 0, ball - under));
-    Vec3 force;
+    Vec3 force = Vec3::Zero();
     for (int i = 0; i < 200; ++i) {
       const double angle = step * std::min(i, 180);
       const SurfaceContact& c = t.tick({h * std::cos(angle), h * std::sin(angle), ball - under});

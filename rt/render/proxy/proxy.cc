@@ -307,17 +307,19 @@ void ProxyRenderer::settle(Step& step) HD_RT {
  * the spring would gain by what has interrupted a way.
  */
 void ProxyRenderer::settleNearer(Step& step) HD_RT {
-  const std::uint32_t slot = step.together ? 0 : step.carrier;
-  const Pinch pinch = step.together ? Pinch{} : pinchOf(step);
-  const Vec3 from = slot != 0 ? step.scene->slot(slot).toWorld(start_[slot]) : proxy_;
-  const bool free = !step.together && slot == 0;
+  if (!step.together) [[unlikely]]
+    return settleCarried(step);
+  const Vec3 from = proxy_;
   settle(step);
-  if (!free && step.together && leadsAway(from, proxy_, step.goal) && goBack(step, from, slot)) {
-    step.plain = true;
-    settle(step);
-    if (leadsAway(from, proxy_, step.goal)) (void)goBack(step, from, slot);
-  }
-  leavePinch(step, pinch);
+  if (leadsAway(from, proxy_, step.goal)) settleAgain(step, from, 0);
+}
+
+/** From where it was: one way after the other, for one of several parts has led away. */
+void ProxyRenderer::settleAgain(Step& step, const Vec3& from, std::uint32_t slot) HD_RT {
+  if (!step.together || !goBack(step, from, slot)) return;
+  step.plain = true;
+  settle(step);
+  if (leadsAway(from, proxy_, step.goal)) (void)goBack(step, from, slot);
 }
 
 /** How far its places relative to the objects that hold it are from the proxy. */

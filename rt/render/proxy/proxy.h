@@ -240,6 +240,8 @@ class ProxyRenderer {
   void fitRadius(Step& step) HD_RT;
   void settle(Step& step) HD_RT;
   void settleNearer(Step& step) HD_RT;
+  void settleCarried(Step& step) HD_RT;
+  void settleAgain(Step& step, const Vec3& from, std::uint32_t slot) HD_RT;
   /** How far from the hip what moves may take the proxy in one tick, and where it stays if that would be farther. */
   struct Pinch {
     double most = std::numeric_limits<double>::infinity();  ///< [m]
@@ -334,9 +336,9 @@ class ProxyRenderer {
    */
   bool behind_ = false;
   std::array<Vec3, kMaxObjects> start_{};              ///< By slot, in the object's frame.
-  std::array<Vec3, kMaxObjects> carried_{};            ///< The same, before the proxy settles.
   std::array<std::uint32_t, kMaxObjects> start_id_{};  ///< Which object that was, 0 if it could not be touched,
   std::array<Pose, kMaxObjects> start_pose_{};         ///< and where it stood.
+  std::array<Vec3, kMaxObjects> carried_{};            ///< As start_, before the proxy settles.
 };
 
 }  // namespace hapticd

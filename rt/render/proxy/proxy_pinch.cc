@@ -94,4 +94,15 @@ void ProxyRenderer::leavePinch(Step& step, const Pinch& pinch) HD_RT {
   if (leadsAway(pinch.from, proxy_, step.goal)) (void)goBack(step, pinch.from, 0);
 }
 
+/** Where objects have moved: no farther than what held it takes it along, and where two close on it not to their rims.
+ */
+void ProxyRenderer::settleCarried(Step& step) HD_RT {
+  const Pinch pinch = pinchOf(step);
+  const std::uint32_t slot = step.carrier;
+  const Vec3 from = slot != 0 ? step.scene->slot(slot).toWorld(start_[slot]) : Vec3::Zero();
+  settle(step);
+  if (slot != 0 && leadsAway(from, proxy_, step.goal)) settleAgain(step, from, slot);
+  leavePinch(step, pinch);
+}
+
 }  // namespace hapticd

@@ -162,9 +162,10 @@ bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, const Vec3& above, b
   const Vec3 along = target - proxy_;
   const double along2 = along.squaredNorm();
   for (const std::uint16_t i : step.scene->touchable()) {
-    if (i == step.unfelt || (beside && step.isHeldBy(i))) continue;
+    if (i == step.unfelt) [[unlikely]]
+      continue;
     const SceneObject& object = step.scene->slot(i);
-    if (step.back && step.wasAt(object, target)) continue;
+    if (beside && (step.isHeldBy(i) || (step.back && step.wasAt(object, target)))) continue;
     const double skin = step.skin(object);
     if (step.together) {  // A ball that the segment does not reach.
       const Vec3 r = object.center_W - proxy_;

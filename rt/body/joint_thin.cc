@@ -16,7 +16,7 @@ constexpr double kSameGap = 1e-6;     ///< A gap may be so much narrower than th
 /** A touch in the plane that a group of them shares. */
 struct Spot {
   double x = 0, y = 0;
-  double gap = 0;  ///< At the end of the step, if no body moved.
+  double gap = 0;  ///< By which the step may close it against what stands: below zero it must open.
   std::uint32_t touch = 0;
 };
 
@@ -43,7 +43,7 @@ std::uint32_t hullOf(std::span<Spot> spots, std::span<Spot> hull) HD_RT {
   return n - 1;
 }
 
-/** Whether those at the corners imply this gap: between two planes it is linear, now and after any motion. */
+/** Whether what the corners may close implies what this one may: how far two planes near each other is linear. */
 bool isImplied(const Spot& spot, std::span<const Spot> hull) HD_RT {
   for (std::size_t i = 1; i + 1 < hull.size(); ++i) {
     const double whole = area(hull[0], hull[i], hull[i + 1]);
@@ -84,7 +84,8 @@ void JointStep::leaveOutImplied() HD_RT {
       if (seen[j] || !isOfSameFaces(i, j)) continue;
       seen[j] = true;
       const Vec3 at = placeOf(j);
-      const double gap = touch_[j].gap - dt_ * touch_[j].moving.dot(touch_[j].n);
+      const double closes = std::max(touch_[j].gap, -dt_ * touch_[j].separate);  // By no more than that.
+      const double gap = closes - dt_ * touch_[j].moving.dot(touch_[j].n);
       if (isFinite(at) && std::isfinite(gap)) spot[n++] = {x.dot(at), y.dot(at), gap, j};
     }
     if (n < kLeast) continue;

@@ -32,7 +32,7 @@ void Cycle::pushBodies(const SurfaceContact& contact, const Vec3& felt, const Ve
     const ContactPart& part = contact.part[i];
     force[i] = part.force + part.share * rest;
     const std::uint8_t body = bodies_.find(objectSlot(part.object));
-    if (body == FreeBodies::kNone) continue;
+    if (body == FreeBodies::kNone || !bodies_.moves(body)) continue;
     const Vec3 impulse = -dt * weight * force[i];
     const Vec3 r = part.point - bodies_.body(body).body.com();
     linear += impulse.dot(bodies_.velocityAt(body, part.point));

@@ -44,6 +44,12 @@ bool canMove(const SceneObject& object) HD_RT {
   return object.parent == 0 && object.shape.kind != ShapeKind::kGroup && object.shape.kind != ShapeKind::kPlane;
 }
 
+/** It may have been put into something, whichever way it was led out of another. */
+void FreeBodies::leadAnew(Entry& entry) HD_RT {
+  entry.leading = kLeadOut;
+  entry.way.setZero();
+}
+
 FreeBodies::Entry* FreeBodies::lookUp(std::uint32_t object) HD_RT {
   for (Entry& entry : entry_) {
     if (object != 0 && entry.object == object) return &entry;
@@ -81,7 +87,7 @@ ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
     entry->model.count = 0;
     entry->age = kStale;  // it stands until it is known what it touches
     entry->held = entry->ours = entry->stands = false;
-    entry->leading = kLeadOut;
+    leadAnew(*entry);
     entry->put = std::max(0.0, kAnswerTime - scene.sinceArrival(objectSlot(order.object)));
   }
   entry->body = FreeBody(mass, order.damping, order.falls != 0);
@@ -124,7 +130,7 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
     entry->model.count = 0;
     entry->put = kAnswerTime;
   }
-  if (elsewhere || !by_control) entry->leading = kLeadOut;
+  if (elsewhere || !by_control) leadAnew(*entry);
   entry->body.wake();
   entry->stands = false;
   if (by_control) entry->ours = false;
@@ -155,6 +161,7 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
       entry.model.count = 0;
       entry.age = kStale;
       entry.ours = true;
+      leadAnew(entry);
       entry.body.wake();
     }
     of_slot_[objectSlot(entry.object)] = k;

@@ -103,6 +103,7 @@ class FreeBodies {
   [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
   [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
+  static void leadAnew(Entry& entry) HD_RT;
   [[nodiscard]] bool findWayOut(const Scene& scene, std::uint8_t k, Touch& out) HD_RT;
   void leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT;
   /** How many touches each body may have, so that all together have room. */

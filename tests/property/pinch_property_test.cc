@@ -23,7 +23,8 @@ constexpr double kLargestBall = 0.004;  // The largest in the hand [m].
  */
 double mostAfter(double force, double way, double own) { return 1.5 * force + kPressed * (4 * way + 1.5 * own) + 1e-6; }
 
-/** It closes on a hand that lies on a table or hovers over it, over it by up to 2 mm, and opens. */
+/** It closes on a hand that lies on a table or hovers over it, over it by up to 2 mm, rests, and opens; in steps or
+ * not. */
 void aPressDoesNotKick(unsigned seed) {
   Random random(seed);
   const double radius = random.once(2) ? 0 : random.in(5e-4, kLargestBall), mu = random.once(2) ? 0 : random.in(0, 1);
@@ -32,17 +33,23 @@ void aPressDoesNotKick(unsigned seed) {
   t.add(ShapeKind::kBox, {0.1, 0.1, 0.05}, {{0, 0, -0.05}, Quat::Identity()}, material);
   const double tilt = random.once(2) ? 0 : std::pow(10, random.in(-7, -1)), about = random.in(0, 6.3);
   Pose X{{0, 0, 0.06}, fromRotationVector(tilt * Vec3(std::cos(about), std::sin(about), 0))};
-  const std::uint32_t press = t.add(ShapeKind::kBox, {0.06, 0.06, 0.01}, X, material);
+  hd_material softer = material;
+  if (tilt == 0) softer.stiffness = random.in(100, kPressed);  // In a wedge both press, each with its own.
+  const std::uint32_t press = t.add(ShapeKind::kBox, {0.06, 0.06, 0.01}, X, softer);
   const Vec3 hand(0, 0, radius - random.in(-0.003, 0.003));
   t.tick(Vec3(0, 0, 0.02));
   for (int i = 0; i < 50; ++i) t.tick(hand);
   const double before = t.contact.force.z(), way = 1e-3 * std::pow(10, random.in(-2, 0));
   const double lowest = 0.01 - (random.once(2) ? 0 : random.in(0, 0.002));
+  const int every = random.once(2) ? 1 : 5, rests = 20;
   double last = before;
   for (double to : {lowest, 0.06}) {
-    while (X.p.z() != to) {
-      X.p.z() = to < X.p.z() ? std::max(to, X.p.z() - way) : std::min(to, X.p.z() + way);
-      t.pose(press, X);
+    for (int i = 0, rested = 0; rested < rests; ++i) {
+      if (X.p.z() == to) ++rested;
+      if (i % every == 0 && X.p.z() != to) {
+        X.p.z() = to < X.p.z() ? std::max(to, X.p.z() - way) : std::min(to, X.p.z() + way);
+        t.pose(press, X);
+      }
       const double force = t.tick(hand).force.norm();
       ASSERT_LT(force, mostAfter(last, way, 0)) << "press at " << X.p.z();
       last = force;

@@ -33,6 +33,7 @@ void ProxyRenderer::reset(const Vec3& hip_W) HD_RT {
   slip_ = false;
   started_ = true;
   behind_ = false;
+  pinched_by_ = 0;
   crowded_ = true;
   arrivals_ = kNoArrivals;
 }

@@ -246,11 +246,13 @@ class ProxyRenderer {
   struct Pinch {
     double most = std::numeric_limits<double>::infinity();  ///< [m]
     Vec3 from = Vec3::Zero();
+    std::uint32_t by = 0;  ///< Slot of what holds it there.
+    double near = 0;       ///< What is nearer to that place closes on it [m].
   };
   [[nodiscard]] double wayOf(const Step& step, std::uint32_t slot) const HD_RT;
   Pinch pinchOf(const Step& step) HD_RT;
-  [[nodiscard]] bool isUnderBody(const Step& step, const Vec3& from) const HD_RT;
-  [[nodiscard]] bool isBetween(const Step& step) const HD_RT;
+  [[nodiscard]] bool isUnderBody(Step& step, const Pinch& pinch) const HD_RT;
+  [[nodiscard]] std::uint32_t pressedOfTwo(const Step& step, const Vec3& from) const HD_RT;
   void leavePinch(Step& step, const Pinch& pinch) HD_RT;
   [[nodiscard]] bool goBack(Step& step, const Vec3& from, std::uint32_t slot) HD_RT;
   bool sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot, SweepHit& first,
@@ -338,6 +340,7 @@ class ProxyRenderer {
   std::array<Vec3, kMaxObjects> start_{};              ///< By slot, in the object's frame.
   std::array<std::uint32_t, kMaxObjects> start_id_{};  ///< Which object that was, 0 if it could not be touched,
   std::array<Pose, kMaxObjects> start_pose_{};         ///< and where it stood.
+  std::uint32_t pinched_by_ = 0;                       ///< Object that holds a pinched proxy where it is; 0: none.
   std::array<Vec3, kMaxObjects> carried_{};            ///< As start_, before the proxy settles.
 };
 

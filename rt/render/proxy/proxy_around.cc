@@ -64,7 +64,9 @@ bool ProxyRenderer::goVia(Step& step, const Vec3* way, int count, double most) H
       proxy_ = from;
       if (!known || step.unfelt != 0 || !isAbout(step, slot)) return false;
       step.unfelt = slot;
-      return goVia(step, way, count, most);
+      const bool gone = goVia(step, way, count, most);
+      step.unfelt = 0;
+      return gone;
     }
     proxy_ = way[i];
   }
@@ -200,12 +202,9 @@ bool ProxyRenderer::goAround(Step& step) HD_RT {
     for (; at > 0 && found.depth < place[at - 1].depth; --at) place[at] = place[at - 1];
     place[at] = found;
   }
-  bool gone = false;
-  for (int i = 0; i < count && !gone; ++i) {
-    gone = goAroundTo(step, now, place[i]);
-    step.unfelt = 0;
-  }
-  return gone;
+  for (int i = 0; i < count; ++i)
+    if (goAroundTo(step, now, place[i])) return true;
+  return false;
 }
 
 /** Goes there if a free way leads there. */

@@ -28,7 +28,7 @@ double ProxyRenderer::wayOf(const Step& step, std::uint32_t slot) const HD_RT {
 ProxyRenderer::Pinch ProxyRenderer::pinchOf(const Step& step) HD_RT {
   double far = (proxy_ - step.goal).norm(), most = -1, least = kAnyLength, carrier = least, skin = 0;
   bool firm = false;
-  std::uint32_t mover = 0;
+  std::uint32_t mover = 0, carrying = 0;
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
     const double way = wayOf(step, slot);
@@ -37,7 +37,10 @@ ProxyRenderer::Pinch ProxyRenderer::pinchOf(const Step& step) HD_RT {
     far = std::max(far, (object.toWorld(start_[slot]) - step.goal).norm());
     most = std::max(most, way);
     skin = std::max(skin, step.skin(object));
-    if (slot == step.carrier) carrier = way;
+    if (pinched_by_ != 0 ? object.id == pinched_by_ : slot == step.carrier) {
+      carrier = way;
+      carrying = slot;
+    }
     if (object.loose ? firm || way >= least : firm && way >= least) continue;
     firm = firm || !object.loose;
     least = way;
@@ -46,30 +49,39 @@ ProxyRenderer::Pinch ProxyRenderer::pinchOf(const Step& step) HD_RT {
   Pinch pinch;
   pinch.from = proxy_;
   if (most < 0) return pinch;
-  if (carrier <= 2 * least && !(firm && step.scene->slot(step.carrier).loose)) mover = step.carrier;
+  if (carrier <= 2 * least && !(firm && step.scene->slot(carrying).loose)) mover = carrying;
+  pinch.by = mover;
+  pinch.near = radius_ + most + kAt * skin;
   pinch.from = step.scene->slot(mover).toWorld(start_[mover]);
   pinch.most = far + std::min(kMostPushed * most, kPushedAtOnce * most + far / 2) + kAt * skin;
   return pinch;
 }
 
-/** Whether a body that moves freely is about the place where a pinched proxy would stay. */
-bool ProxyRenderer::isUnderBody(const Step& step, const Vec3& from) const HD_RT {
+/** Whether a body that moves freely closes on the place where a pinched proxy would stay. */
+bool ProxyRenderer::isUnderBody(Step& step, const Pinch& pinch) const HD_RT {
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
-    if (object.loose && (object.center_W - from).norm() < object.radius + radius_ + kAt * step.skin(object))
-      return true;
+    const double reach = object.radius + pinch.near;
+    if (!object.loose || (object.center_W - pinch.from).squaredNorm() > reach * reach) continue;
+    Nearest near;
+    const Vec3 x = object.toLocal(pinch.from);
+    if (nearestWithin(object, x, pinch.near, step.vicinity(slot), step.work, near) != NearestResult::kNone) return true;
   }
   return false;
 }
 
-/** Whether two objects that face each other hold the proxy. */
-bool ProxyRenderer::isBetween(const Step& step) const HD_RT {
-  for (int i = 0; i < step.count; ++i)
-    for (int j = 0; j < i; ++j)
-      if (step.held[i].slot != step.held[j].slot &&
-          step.held[i].surface.normal.dot(step.held[j].surface.normal) < kFacing)
-        return true;
-  return false;
+/** Slot of that of two objects that face each other, the proxy between, which presses to `from`; 0: there are none. */
+std::uint32_t ProxyRenderer::pressedOfTwo(const Step& step, const Vec3& from) const HD_RT {
+  const Vec3 up = from - step.goal;
+  for (int i = 0; i < step.count; ++i) {
+    const Constraint& one = step.held[i];
+    for (int j = 0; j < i; ++j) {
+      const Constraint& other = step.held[j];
+      if (one.slot == other.slot || one.surface.normal.dot(other.surface.normal) >= kFacing) continue;
+      return one.surface.normal.dot(up) > other.surface.normal.dot(up) ? one.slot : other.slot;
+    }
+  }
+  return 0;
 }
 
 /**
@@ -78,13 +90,17 @@ bool ProxyRenderer::isBetween(const Step& step) const HD_RT {
  * body that lies on it comes over it, and is felt once it has been left: nobody is to be held by what he could lift.
  */
 void ProxyRenderer::leavePinch(Step& step, const Pinch& pinch) HD_RT {
-  if (step.together ? !((proxy_ - step.goal).norm() > pinch.most) : !isBetween(step)) return;
+  pinched_by_ = 0;
+  const std::uint32_t pressed = step.together ? step.carrier : pressedOfTwo(step, pinch.from);
+  if (step.together ? !((proxy_ - step.goal).norm() > pinch.most) : pressed == 0) return;
   step.count = 0;
   step.settled = step.supported = false;
-  if (!isUnderBody(step, pinch.from)) {
+  if (!isUnderBody(step, pinch)) {
     for (const std::uint16_t slot : step.scene->touchable()) start_[slot] = carried_[slot];
     proxy_ = pinch.from;
     step.together = false;
+    step.met = pressed != 0 ? pressed : pinch.by;
+    pinched_by_ = step.scene->slot(pinch.by).id;
     return;
   }
   arrive(step, pinch.from);

@@ -95,6 +95,22 @@ TEST(PutInside, ComesOutSlowlyAndStays) {
   }
 }
 
+/** Halfway out at the top it is put in at the bottom: that way leads back to nothing. */
+TEST(PutInside, ComesOutAnewWhereItIsPutAnew) {
+  PutHouse scene;
+  const double size = 0.005;
+  scene.addBlock(ShapeKind::kBox);
+  scene.addBody({ShapeKind::kBox, ShapeKind::kSphere, {size, 0, 0}, 0, How::kMade},
+                kAboutAt + Vec3(0, 0, kAboutHalf.z() - 0.02));
+  scene.house.run(100);
+  ASSERT_GT(scene.body().body.com().z(), kAboutAt.z() + kAboutHalf.z() - 0.015) << "it is being led up";
+  hd_object_pose pose{kPut, 0, {}, {1}, {}, {}};
+  store(kAboutAt - Vec3(0, 0, kAboutHalf.z() - 0.004), pose.p);
+  scene.house.send(CommandKind::kObjectPose, pose);
+  scene.house.run(800);
+  EXPECT_NEAR(scene.body().body.com().z(), kAboutAt.z() - kAboutHalf.z() - size, 2 * Tool::kSlop);
+}
+
 /** Weight does not take it down meanwhile. */
 TEST(PutInside, ComesOutAgainstItsWeight) {
   PutHouse scene;

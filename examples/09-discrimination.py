@@ -12,6 +12,7 @@ import argparse
 import csv
 import math
 import os
+import re
 import sys
 import time
 from typing import Dict, List, NamedTuple
@@ -112,14 +113,23 @@ def press_once(session: haptic.Session, wall: int, stiffness: float) -> Press:
 def resume(path: str, stairs: Staircase) -> List[Dict[str, str]]:
     """The trials of a file, answered once more."""
     with open(path, newline="", encoding="utf-8") as file:
-        trials = list(csv.DictReader(file))
+        lines = file.readlines()
+    trials = list(csv.DictReader(lines))
     for line, trial in enumerate(trials, 2):
         whole = tuple(trial) == COLUMNS and None not in trial.values()
         wanted = (trials[0].get("seed"), str(line - 1), f"{stairs.level:.4f}")
+        whole = whole and re.fullmatch("[0-9]{1,18}", trial["seed"]) and re.fullmatch(r"[0-9]{1,9}(\.[0-9]*)?", trial["t_s"])
         if not whole or (trial["seed"], trial["trial"], trial["difference"]) != wanted:
             sys.exit(f"{path}, line {line}: it does not follow from the lines before it: is it whole, and of one experiment?")
         stairs.answer(trial["right"] == "1")
+    if lines and not lines[-1].endswith("\n"):  # What is appended to it would go on in that line.
+        sys.exit(f"{path}, line {len(lines)}: it does not end in a line end: is it whole? If so, add one: echo >> {path}")
     return trials
+
+
+def report(seed: int, trials: int, stairs: Staircase) -> None:
+    """Says what came out; standard output is for the trials."""
+    print(f"seed {seed}, {trials} trials: {100 * stairs.threshold():.0f} % harder is told in 71 of 100", file=sys.stderr)
 
 
 def ask() -> int:
@@ -155,6 +165,9 @@ def main() -> int:
         parser.error(f"--seed: the experiment that is resumed has {before[0]['seed']}")
     if before:
         seed = int(before[0]["seed"])
+    if stairs.done:  # All was answered before: no device is needed.
+        report(seed, len(before), stairs)
+        return 0
     trial, start = len(before), time.monotonic() - (float(before[-1]["t_s"]) if before else 0)
     tell = (lambda words: print(words, file=sys.stderr, flush=True)) if options.person else (lambda words: None)
     rows = csv.writer(sys.stdout)
@@ -189,9 +202,7 @@ def main() -> int:
                            int(any(touch.limited for touch in felt)), sum(touch.missed for touch in felt), answer, int(right),
                            f"{now - asked:.3f}"))
             sys.stdout.flush()  # an experiment that is broken off keeps its trials
-    print(f"seed {seed}, {trial} trials: {100 * stairs.threshold():.0f} % harder is told in 71 of 100", file=sys.stderr)
-    if trial == len(before):  # all was answered before
-        return 0
+    report(seed, trial, stairs)
     if not off:
         sys.exit("no press was free of limits and of missed periods")
     print(f"walls were off by {100 * max(off):.1f} % at most", file=sys.stderr)

@@ -86,9 +86,29 @@ class Resumed(unittest.TestCase):
     def test_of_a_file_that_is_damaged_names_the_line(self):
         other = self.lines[5].replace("7,", "8,", 1)
         for lines, line in ((self.lines[:4] + self.lines[5:], 5), (self.lines[:8] + [self.lines[8][:12]], 9),
-                            (self.lines[:5] + [other] + self.lines[6:], 6), (["a,b\n1,2\n"], 2)):
+                            (self.lines[:5] + [other] + self.lines[6:], 6), (["a,b\n1,2\n"], 2),
+                            ([line.replace("7,", "x,", 1) for line in self.lines], 2),
+                            (self.lines[:1] + [self.lines[1].replace("7,1,1,", "7,1,x,")], 2)):
             with self.assertRaisesRegex(SystemExit, f"results.csv, line {line}: it does not follow"):
                 self.resumed(lines)
+
+
+    def test_of_a_file_without_its_last_line_end_is_refused(self):
+        with self.assertRaisesRegex(SystemExit, "results.csv, line 10: it does not end in a line end"):
+            self.resumed(self.lines[:-1] + [self.lines[-1].rstrip("\n")])
+
+    def test_when_all_is_answered_needs_no_device(self):
+        stairs, _ = self.resumed(self.lines)
+        self.assertEqual(len(stairs.turns), 3)
+        last = self.lines[9].replace("7,9,9,", "7,10,10,").replace(self.lines[9].split(",")[3], f"{stairs.level:.4f}")
+        self.file.write_text("".join(self.lines + [last]), encoding="utf-8")
+        with unittest.mock.patch.object(sys, "argv", ["09", "--reversals", "4", "--resume", str(self.file)]), \
+             unittest.mock.patch.object(experiment.haptic, "Client", side_effect=AssertionError("connects")), \
+             unittest.mock.patch.object(sys, "stderr", io.StringIO()) as said, \
+             unittest.mock.patch.object(sys, "stdout", io.StringIO()) as written:
+            self.assertEqual(experiment.main(), 0)
+        self.assertRegex(said.getvalue(), "^seed 7, 10 trials: .* harder")
+        self.assertEqual(written.getvalue(), "")
 
 
 class Pressed(unittest.TestCase):

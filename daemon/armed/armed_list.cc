@@ -77,12 +77,12 @@ void ArmedList::clear() {
 Result<void> ArmedList::add(const std::string& uri) {
   if (!file_.valid()) return {};
   const auto [it, fresh] = places_.try_emplace(uri, Place{end_, false});
-  if (it->second.armed) return {};
   if (!isAt(file_.get(), path_)) {  // Nobody would find it when we are dead.
     if (fresh) places_.erase(it);
     return Error{ErrorCode::kSystem, path_, "the list of armed devices has been removed",
                  "start hapticd again: a device that cannot be listed is not armed"};
   }
+  if (it->second.armed) return {};
   if (!writeAt(file_.get(), uri + '\n', it->second.offset)) {
     const int why = errno;
     if (fresh) {

@@ -78,6 +78,8 @@ TEST_F(ArmedFile, WhatIsNotFoundUnderItsNameListsNothing) {
     EXPECT_EQ(refused.error().code, ErrorCode::kSystem);
     EXPECT_FALSE(refused.error().remedy.empty());
     EXPECT_FALSE(list.has("sim://x"));
+    EXPECT_FALSE(list.add("falcon://1").ok()) << "armed again within the 100 ms that it stays listed";
+    EXPECT_TRUE(list.has("falcon://1")) << "it may be on still";
   }
   list.remove("falcon://1");
   EXPECT_EQ(text(), "another's\n");

@@ -225,7 +225,7 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
   std::string error;
   if (deforms) requirePlainGltf(bytesOf(path));
   if (endsWith(path, ".amf")) requireNotTurned(path);
-  if (endsWith(path, ".dae")) requirePlainCollada(bytesOf(path));
+  if (endsWith(path, ".dae") || endsWith(path, ".zae")) requirePlainCollada(bytesOf(path));
   if (endsWith(path, ".dxf")) requirePlainInserts(bytesOf(path));
   if (endsWith(path, ".3mf")) requireModelsOnly(bytesOf(path));
   const LostFaces lost;

@@ -67,6 +67,12 @@ TEST_F(ReadMeshTest, AColladaThatWouldBeAnotherShapeIsRefused) {
             "holds fans of triangles (<trifans>), which are not read");
 }
 
+// It was read unseen.
+TEST_F(ReadMeshTest, AColladaThatIsPackedIsRefused) {
+  for (const char* name : {"a.zae", "a.ZAE", "a.dae"})
+    EXPECT_EQ(refusal(file(name, "PK\3\4")), "is a packed COLLADA file, which is not read");
+}
+
 // The matrix was passed over.
 TEST_F(ReadMeshTest, ASkinOfColladaStandsWhereItsMeshDoes) {
   const auto skinned = [](const std::string& matrix) {

@@ -26,7 +26,6 @@ constexpr Format kFormats[] = {
     {".glb", kMetres, "glTF is in metres by its standard: --scale m"},
     {".x3d", kMetres, "X3D is read in metres, by the unit that it names if it names one: --scale m"},
     {".dae", kMetres, "COLLADA is read in metres, whatever unit it names: --scale m"},
-    {".zae", kMetres, "COLLADA is read in metres, whatever unit it names: --scale m"},
     {".fbx", kNotRead, "FBX is in cm unless it names another: --scale cm"},
     {".3mf", kNotRead, "3MF is in mm unless it names another: --scale mm"},
     {".amf", kNotRead, "AMF is in mm unless it names another: --scale mm"}};

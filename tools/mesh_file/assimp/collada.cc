@@ -19,6 +19,9 @@ bool isIdentity(std::string_view matrix) {
 }  // namespace
 
 void requirePlainCollada(std::string_view bytes) {
+  if (bytes.starts_with("PK"))  // What lies in it, this does not see.
+    throw MeshError("is a packed COLLADA file, which is not read", "unpack it (unzip), and take the .dae file in it",
+                    kBadMesh);
   pugi::xml_document file;
   if (!file.load_buffer(bytes.data(), bytes.size())) return;  // assimp says why.
   // Of a camera or a lamp it does not matter.

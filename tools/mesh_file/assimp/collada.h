@@ -10,7 +10,7 @@ namespace hapticd_mesh_file {
 /**
  * Throws MeshError for what assimp (5.2) makes another shape of: parts that are skewed or placed by "lookat", fans of
  * triangles, meshes with shape keys, skins that are put in place by a matrix of their own. `bytes` are the file; a
- * packed one (.zae) passes.
+ * packed one (.zae) is refused.
  */
 void requirePlainCollada(std::string_view bytes);
 

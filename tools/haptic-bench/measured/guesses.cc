@@ -97,13 +97,14 @@ Registration registerFromSeveral(const TreeNearest& surface, const Eigen::Aligne
     const Registration place = registerPoints(surface, points, offset, end.X_MO);
     if (place.settled && isNew(place)) places.push_back(place);
   }
-  if (places.empty()) {
+  const auto nearest = std::min_element(places.begin(), places.end(), nearer);
+  const bool better = nearest != places.end() && nearest->most + kNothing < kBetter * guessed.most;
+  if (!guessed.settled && !better) {
     throw Failure("registration", fmt::format("it does not settle; the points are {:.3g} m off", guessed.rms),
                   "a better first guess, or the mesh that was touched");
   }
-  Registration found = *std::min_element(places.begin(), places.end(), nearer);
-  found.guess_lost = !guessed.settled || found.most < kBetter * guessed.most;
-  if (!found.guess_lost) found = guessed;
+  Registration found = better ? *nearest : guessed;
+  found.guess_lost = better;
   if (found.guess_lost && guessed.settled) found.guess_most = guessed.most;
   const auto as_near = [&](const Registration& r) { return r.most < kAsNear * found.most + kNothing; };
   // Where the surface slides along itself there are ever so many.

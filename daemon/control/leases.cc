@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "daemon/control/core.h"
+#include "daemon/device/buttons.h"
 #include "daemon/device/limits.h"
 #include "daemon/device/mount.h"
 #include "rt/render/proxy/proxy.h"
@@ -401,7 +402,7 @@ Result<void> Core::setClutch(OpenDevice& device, bool held, std::uint32_t button
     return Error{ErrorCode::kInvalidArgument, device.name + "/clutch", fmt::format("there is no button {}", button),
                  "1 is the first; 0 binds none"};
   }
-  const std::uint32_t there = device.info().buttons + lines_.button_count.load(std::memory_order_relaxed);
+  const std::uint32_t there = buttonsOf(device.info(), &lines_);
   if (button > there && button != device.clutch_button) {
     return Error{ErrorCode::kInvalidArgument, device.name + "/clutch",
                  fmt::format("there is no button {}: it has {}", button, there), "1 is the first; 0 binds none"};

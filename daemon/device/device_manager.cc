@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "daemon/device/buttons.h"
 #include "daemon/device/finger_words.h"
 #include "daemon/device/limits.h"
 #include "daemon/device/mount.h"
@@ -228,8 +229,7 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
     if (row->radius > 0) row->applyRadius();
     if (!row->mount.identity()) row->applyMount();
     if (row->clutch_button != 0) row->applyClutch();
-    const std::uint32_t buttons =
-        row->info().buttons + (lines_ == nullptr ? 0 : lines_->button_count.load(std::memory_order_relaxed));
+    const std::uint32_t buttons = buttonsOf(row->info(), lines_);
     if (row->clutch_button > buttons) {
       log::warn("device {}: clutch_button = {}, and it has {} buttons: none holds its clutch", row->name,
                 row->clutch_button, buttons);

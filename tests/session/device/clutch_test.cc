@@ -59,6 +59,8 @@ TEST(DeviceClutch, AButtonThatItDoesNotHaveIsRefused) {
   bench.core.lines().button_count = 1;  // The panel's follow its own.
   bench.clutch("3");
   EXPECT_EQ(bench.get("clutch")["button"], 3);
+  bench.core.lines().button_count = 31;  // Too many beside its own: the servo leaves them all out.
+  EXPECT_FALSE(bench.tree.set(bench.path + "/clutch?value=4", kSomebody).ok());
 }
 
 TEST(DeviceClutch, AButtonOfTheConfigurationHoldsIt) {

@@ -151,7 +151,9 @@ TEST(Measured, PointsThatAreNotOnTheMeshAreLeftOut) {
   const Registration r = registerPoints(TreeNearest(m), points, 0, off);
   EXPECT_LT(r.X_MO.p.norm(), 1e-5);
   EXPECT_LT(r.X_MO.q.angularDistance(Quat::Identity()), 1e-3);
+  EXPECT_TRUE(r.settled);
   EXPECT_GE(r.left_out, 60);
+  EXPECT_FALSE(registerPoints(TreeNearest(m), points, 0, off, 1).settled);
   EXPECT_GT(good, 300u);
 }
 
@@ -172,6 +174,7 @@ TEST(Measured, RegistrationSettlesInSpiteOfNoise) {
     const Pose off{0.003 * vector(), Quat(Eigen::AngleAxisd(0.08, vector().normalized()))};
     const Registration r = registerPoints(surface, points, 0, off);
     EXPECT_LT(r.X_MO.p.norm(), 5e-4) << seed;
+    EXPECT_TRUE(r.settled) << seed;
     EXPECT_LT(r.rounds, 150) << seed;
   }
 }

@@ -84,11 +84,12 @@ Registration registerFromSeveral(const TreeNearest& surface, const Eigen::Aligne
   std::stable_sort(ends.begin(), ends.end(), nearer);
 
   std::vector<Registration> places;  // Each but once; the first is where the first guess leads, if it settles.
-  const auto isNew = [&](const Registration& r) {
-    return std::none_of(places.begin(), places.end(), [&](const Registration& p) {
+  const auto find = [&](const Registration& r) {
+    return std::find_if(places.begin(), places.end(), [&](const Registration& p) {
       return apart(p.X_MO, r.X_MO, measured) < kElsewhere * measured.diagonal().norm();
     });
   };
+  const auto isNew = [&](const Registration& r) { return find(r) == places.end(); };
   if (guessed.settled) places.push_back(guessed);
   int finalists = 0;
   for (const Registration& end : ends) {
@@ -98,14 +99,16 @@ Registration registerFromSeveral(const TreeNearest& surface, const Eigen::Aligne
     if (place.settled && isNew(place)) places.push_back(place);
   }
   const auto nearest = std::min_element(places.begin(), places.end(), nearer);
-  const bool better = nearest != places.end() && nearest->most + kNothing < kBetter * guessed.most;
-  if (!guessed.settled && !better) {
+  const auto own = find(guessed);  // Where it leads, though from there it may have gone to and fro.
+  const Registration& of_guess = own != places.end() ? *own : guessed;
+  const bool better = nearest != places.end() && nearest->most + kNothing < kBetter * of_guess.most;
+  if (!of_guess.settled && !better) {
     throw Failure("registration", fmt::format("it does not settle; the points are {:.3g} m off", guessed.rms),
                   "a better first guess, or the mesh that was touched");
   }
-  Registration found = better ? *nearest : guessed;
+  Registration found = better ? *nearest : of_guess;
   found.guess_lost = better;
-  if (found.guess_lost && guessed.settled) found.guess_most = guessed.most;
+  if (found.guess_lost && of_guess.settled) found.guess_most = of_guess.most;
   const auto as_near = [&](const Registration& r) { return r.most < kAsNear * found.most + kNothing; };
   // Where the surface slides along itself there are ever so many.
   if (found.freedoms == 6) found.as_near = static_cast<int>(std::count_if(places.begin(), places.end(), as_near)) - 1;

@@ -107,7 +107,8 @@ void aBodyThatFallsGainsNothing(unsigned seed, int& pressed) {
 
 TEST(PinchProperty, ABodyThatFallsOnAHandGainsNothingAndDoesNotKickIt) {
   int pressed = 0;
-  forSeeds(40, [&](unsigned seed) { aBodyThatFallsGainsNothing(seed, pressed); });
+  // In wedges in which only the bound by what the springs hold keeps the body from 42 J and from 8 mJ.
+  forSeeds({589u, 807u}, 40, [&](unsigned seed) { aBodyThatFallsGainsNothing(seed, pressed); });
   EXPECT_GT(pressed, 1000);
 }
 

@@ -23,8 +23,7 @@ double ProxyRenderer::wayOf(const Step& step, std::uint32_t slot) const HD_RT {
   return there ? way : -1;
 }
 
-/** Of the objects that are where the proxy is: what is far away is nobody's business. Notes the places carried along.
- */
+/** Of the objects that are where the proxy is, not of those far away. Notes the places to which they carry it. */
 ProxyRenderer::Pinch ProxyRenderer::pinchOf(const Step& step) HD_RT {
   double far = (proxy_ - step.goal).norm(), most = -1, least = kAnyLength, carrier = least, skin = 0;
   bool firm = false;
@@ -110,8 +109,7 @@ void ProxyRenderer::leavePinch(Step& step, const Pinch& pinch) HD_RT {
   if (leadsAway(pinch.from, proxy_, step.goal)) (void)goBack(step, pinch.from, 0);
 }
 
-/** Where objects have moved: no farther than what held it takes it along, and where two close on it not to their rims.
- */
+/** Where objects have moved: no farther than they take it along, and not to the rims of two that close on it. */
 void ProxyRenderer::settleCarried(Step& step) HD_RT {
   const Pinch pinch = pinchOf(step);
   const std::uint32_t slot = step.carrier;

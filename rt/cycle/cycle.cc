@@ -354,13 +354,19 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     source[HD_SOURCE_TRANSIENT].force = added.transient;
     energy.relief = added.relief;
     energy.carried = out.contact.force.cwiseProduct(out.contact.velocity) + out.contact.apart + added.carried;
-    energy.carried += byAxis(changed(device, out.contact, added.stored) / period(), out.contact.force + added.relief);
+    const double put_in = changed(device, out.contact, added.stored);
+    device.lending.energy += put_in;
+    energy.carried += byAxis(put_in / period(), out.contact.force + added.relief);
     if (out.contact.object != 0) {
       energy.stored = added.stored;
       energy.damping = std::max(out.contact.damping_gain, pad.damping);
-      pushBodies(out.contact, out.contact.force + added.texture(), pad.moment * out.contact.normal,
+      pushBodies(device, sample.p, out.contact, out.contact.force + added.texture(), pad.moment * out.contact.normal,
                  device.clutch.weight());
+    } else {
+      device.lending.energy = 0;
+      device.lending.count = 0;
     }
+    device.lending.hand = sample.p;
   }
 
   source[HD_SOURCE_EFFECT].force = device.object_effects.step(scene_, sample.p, out.velocity.v, period(), input.now_ns);

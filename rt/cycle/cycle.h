@@ -102,6 +102,21 @@ class Cycle {
     std::uint32_t surface = 0;  ///< Surface::changes.
     double stiffness = 0;       ///< [N/m]
   };
+  /** What one that holds a hand got from it in a tick. */
+  struct Given {
+    std::uint32_t object = 0;  ///< Id.
+    std::uint8_t body = FreeBodies::kNone;
+    Vec3 at = Vec3::Zero();        ///< Where in W; of a body, from its center of mass [m].
+    Vec3 impulse = Vec3::Zero();   ///< In W [N s].
+    Vec3 velocity = Vec3::Zero();  ///< Of the body there, before, in W [m/s].
+  };
+  /** What the springs that hold a hand may give to free bodies, and what they gave in the last tick. */
+  struct Lending {
+    double energy = 0;         ///< [J]
+    Vec3 hand = Vec3::Zero();  ///< Where the point was, in W [m].
+    std::uint32_t count = 0;
+    std::array<Given, kMaxHolding> given;
+  };
   struct DeviceState {
     DeviceState(const GuardConfig& config, std::uint32_t device) noexcept : guard(config), effects(device) {}
     Guard guard;
@@ -126,6 +141,7 @@ class Cycle {
     std::array<std::uint32_t, kMaxHolding> touched{};  ///< Objects whose touch was told, named when it ends.
     std::array<PressedObject, kMaxHolding> pressed{};  ///< Objects of the last tick's contact,
     double pressed_stored = 0;                         ///< and what their springs held [J].
+    Lending lending;
     std::uint32_t last_fault = HD_FAULT_NONE;
     bool last_armed = false;
     bool last_warm = false;
@@ -153,7 +169,9 @@ class Cycle {
   ErrorCode applyToBodies(const Command& command) HD_RT;
   [[nodiscard]] std::uint32_t heldObjects(std::array<std::uint32_t, kMaxDevices>& held) const HD_RT;
   void moveTools(const CycleInput& input, CycleOutput& output) HD_RT;
-  void pushBodies(const SurfaceContact& contact, const Vec3& felt, const Vec3& turning, double weight) HD_RT;
+  void pushBodies(DeviceState& device, const Vec3& hand, const SurfaceContact& contact, const Vec3& felt,
+                  const Vec3& turning, double weight) HD_RT;
+  [[nodiscard]] double lent(const Lending& last) const HD_RT;
   FingerForces touchSoftly(std::uint32_t d, DeviceOutput& out) HD_RT;
   double changed(DeviceState& device, const SurfaceContact& contact, double stored) const HD_RT;
   /** The point is where the reading says. */

@@ -11,40 +11,72 @@ namespace hapticd {
  * What the hand feels of free bodies they feel of it; where several objects hold it, each its own part. `turning` is
  * for that which it touched first; `weight` of all that is rendered is felt.
  *
- * In a narrow wedge a small force has large parts, F / sin(angle), which in one tick would throw a body much harder
- * than the springs could. Together they give no more than those hold: s J . v + s^2 J . M^-1 J / 2 <= stored, s at
- * most 1.
+ * In a narrow wedge a small force has large parts, F / sin(angle), and a proxy between two that close on it goes far:
+ * a body would be thrown much harder than it came. So it is given no more than was put into the springs (lent()):
+ * s J . v + s^2 J . M^-1 J / 2 <= lent, s at most 1.
  */
-void Cycle::pushBodies(const SurfaceContact& contact, const Vec3& felt, const Vec3& turning, double weight) HD_RT {
+void Cycle::pushBodies(DeviceState& device, const Vec3& hand, const SurfaceContact& contact, const Vec3& felt,
+                       const Vec3& turning, double weight) HD_RT {
   const double dt = period();
-  const auto push = [&](std::uint32_t object, const Vec3& force, const Vec3& at) HD_RT {
-    const std::uint8_t body = bodies_.find(objectSlot(object));
-    if (body == FreeBodies::kNone) return;
-    bodies_.push(body, -dt * weight * force, at,
-                 object == contact.object ? Vec3(-dt * weight * turning) : Vec3(Vec3::Zero()));
-  };
-  if (contact.parts == 0) return push(contact.object, felt, contact.point);
+  std::array<ContactPart, kMaxHolding> part = contact.part;
   Vec3 rest = felt;
-  for (std::uint32_t i = 0; i < contact.parts; ++i) rest -= contact.part[i].force;
-  std::array<Vec3, kMaxHolding> force;
-  double linear = 0, square = 0;
-  for (std::uint32_t i = 0; i < contact.parts; ++i) {
-    const ContactPart& part = contact.part[i];
-    force[i] = part.force + part.share * rest;
-    const std::uint8_t body = bodies_.find(objectSlot(part.object));
-    if (body == FreeBodies::kNone || !bodies_.moves(body)) continue;
-    const Vec3 impulse = -dt * weight * force[i];
-    const Vec3 r = part.point - bodies_.body(body).body.com();
-    linear += impulse.dot(bodies_.velocityAt(body, part.point));
-    square += 0.5 * impulse.dot(bodies_.mobility(body).at(r) * impulse);
+  for (std::uint32_t i = 0; i < contact.parts; ++i) rest -= part[i].force;
+  for (std::uint32_t i = 0; i < contact.parts; ++i) part[i].force += part[i].share * rest;
+  if (contact.parts == 0) part[0] = {contact.object, contact.point, felt, 1};
+
+  Lending& lending = device.lending;
+  const double by_hand = felt.dot(lending.hand - hand);
+  double linear = 0, square = 0, lent = this->lent(lending) + by_hand;
+  lending.count = std::max(contact.parts, 1U);
+  bool touched = false;
+  for (std::uint32_t i = 0; i < lending.count; ++i) {
+    Given& given = lending.given[i];
+    given = {part[i].object, bodies_.find(objectSlot(part[i].object)), part[i].point, -dt * weight * part[i].force};
+    if (given.body == FreeBodies::kNone) continue;
+    touched = true;
+    if (!bodies_.moves(given.body)) continue;
+    given.velocity = bodies_.velocityAt(given.body, part[i].point);
+    given.at -= bodies_.body(given.body).body.com();
+    linear += given.impulse.dot(given.velocity);
+    square += 0.5 * given.impulse.dot(bodies_.mobility(given.body).at(given.at) * given.impulse);
+    if (bodies_.wasPut(given.body)) lent = contact.stored;
   }
+  // More than the springs hold is what dampers take from the hand now, and, half-way out of an elastic bounce, up to
+  // J . v: a step's force is that of its place, and its way that of the velocity which this leaves.
+  const double most = contact.stored + std::max(0.0, linear) + std::max(0.0, by_hand);
+  lending.energy = touched ? std::clamp(lent, 0.0, most) : contact.stored;
   double scale = 1;
-  if (linear + square > contact.stored) {
-    const double root = std::sqrt(linear * linear + 4 * square * contact.stored);
-    scale = linear > 0 ? 2 * contact.stored / (linear + root) : (root - linear) / (2 * square);
+  if (linear + square > lending.energy) {
+    const double root = std::sqrt(linear * linear + 4 * square * lending.energy);
+    scale = linear > 0 ? 2 * lending.energy / (linear + root) : (root - linear) / (2 * square);
   }
-  for (std::uint32_t i = 0; i < contact.parts; ++i)
-    push(contact.part[i].object, scale * force[i], contact.part[i].point);
+  for (std::uint32_t i = 0; i < lending.count; ++i) {
+    Given& given = lending.given[i];
+    if (given.body == FreeBodies::kNone) continue;
+    given.impulse *= scale;
+    bodies_.push(given.body, given.impulse, part[i].point,
+                 given.object == contact.object ? Vec3(-dt * weight * turning) : Vec3(Vec3::Zero()));
+  }
+}
+
+/**
+ * What springs have still to lend after a tick [J], in which clients' objects worked on them, and bodies: by the
+ * impulse J that it got each lost J . (v + v') / 2, v' what all that was pushed left of its velocity v.
+ */
+double Cycle::lent(const Lending& last) const HD_RT {
+  double lent = last.energy;
+  for (std::uint32_t i = 0; i < last.count; ++i) {
+    const Given& given = last.given[i];
+    const SceneObject* const object = scene_.find(given.object);
+    if (object == nullptr) continue;
+    const std::uint8_t body = bodies_.find(objectSlot(given.object));
+    if (body != given.body) continue;
+    if (body == FreeBodies::kNone)
+      lent -= given.impulse.dot(object->velocityAt(given.at));
+    else
+      lent -= 0.5 * given.impulse.dot(given.velocity + bodies_.velocityOf(body, given.at));
+  }
+  return lent;
 }
 
 /**

@@ -62,8 +62,11 @@ class FreeBodies {
   void touch(const Touch& touch, std::uint8_t tool, std::uint8_t body) HD_RT;
   /** Of the body's point at x_W; zero where it stands [m/s]. */
   [[nodiscard]] Vec3 velocityAt(std::uint8_t k, const Vec3& x_W) const HD_RT {
-    const RigidBody& rigid = entry_[k].body.body;
-    return entry_[k].age < kStale ? hapticd::velocityAt(rigid.twist(), x_W - rigid.com()) : Vec3(Vec3::Zero());
+    return velocityOf(k, x_W - entry_[k].body.body.com());
+  }
+  /** The same of the point at r from its center of mass [m]. */
+  [[nodiscard]] Vec3 velocityOf(std::uint8_t k, const Vec3& r) const HD_RT {
+    return entry_[k].age < kStale ? hapticd::velocityAt(entry_[k].body.body.twist(), r) : Vec3(Vec3::Zero());
   }
   /** Whether what pushes it moves it now; else it stands. */
   [[nodiscard]] bool moves(std::uint8_t k) const HD_RT { return entry_[k].age < kStale; }

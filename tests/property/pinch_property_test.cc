@@ -15,13 +15,15 @@ namespace hapticd {
 namespace {
 
 constexpr double kPressed = 1000;       // N/m
-constexpr double kLargestBall = 0.004;  // The largest in the hand [m].
+constexpr double kLargestBall = 0.004;  // In the hand [m].
 
 /**
- * By one tick's motion of what closes, and half of how far the hand is behind already, a proxy may come farther from
- * it, no more: proxy_pinch.cc. By `own` the hand moved [m].
+ * By one tick's motion of what closes, three times it more, and half of how far the hand then is behind, a proxy may
+ * come farther from it, no more: proxy_pinch.cc. By `own` the hand moved [m].
  */
-double mostAfter(double force, double way, double own) { return 1.5 * force + kPressed * (4 * way + 1.5 * own) + 1e-6; }
+double mostAfter(double force, double way, double own) {
+  return 1.5 * force + kPressed * (4.5 * way + 1.5 * own) + 1e-6;
+}
 
 /** It closes on a hand that lies on a table or hovers over it, over it by up to 2 mm, rests, and opens; in steps or
  * not. */
@@ -60,6 +62,16 @@ void aPressDoesNotKick(unsigned seed) {
 
 TEST(PinchProperty, APressThatClosesOnAHandDoesNotKickIt) { forSeeds(60, aPressDoesNotKick); }
 
+/** Of its points, none of which is farther than 0.06 m from its center [m/s]. */
+double fastest(const RigidBody& body) { return body.twist().v.norm() + 0.06 * body.twist().w.norm(); }
+
+constexpr double kFall = 9.81;  // m/s^2
+
+/** In steps in which the velocity after them moves it, what falls conserves this [J]. */
+double energyOf(const RigidBody& body) {
+  return body.kineticEnergy() + body.mass() * kFall * (body.com().z() - 0.5e-3 * body.twist().v.z());
+}
+
 /** Onto the hand, which lies on the floor or hovers over it. */
 void aBodyThatFallsGainsNothing(unsigned seed, int& pressed) {
   Random random(seed);
@@ -72,10 +84,11 @@ void aBodyThatFallsGainsNothing(unsigned seed, int& pressed) {
 
   const ShapeKind kinds[] = {ShapeKind::kBox, ShapeKind::kSphere, ShapeKind::kCylinder, ShapeKind::kCapsule};
   const ShapeKind kind = kinds[random.below(4)];
-  const Vec3 size(random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(0.01, 0.03));
+  const Vec3 size{random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(0.01, 0.03)};
   const double mass = random.in(0.05, 0.5), height = random.in(0.08, 0.12), about = random.in(0, 6.3);
   const double tilt = random.once(2) ? 0 : random.in(0, 1.5);
-  AddObject body = test::object(test::kWall, kind, size, {random.in(-0.02, 0.02), random.in(-0.02, 0.02), height});
+  const Vec3 at{random.in(-0.02, 0.02), random.in(-0.02, 0.02), height};
+  AddObject body = test::object(test::kWall, kind, size, at);
   store(fromRotationVector(tilt * Vec3(std::cos(about), std::sin(about), 0)), body.q);
   house.send(CommandKind::kAddObject, body);
   SetBody order{};
@@ -86,20 +99,20 @@ void aBodyThatFallsGainsNothing(unsigned seed, int& pressed) {
   for (int i = 0; i < 3; ++i) order.inertia[i] = inertia(i, i);
   house.send(CommandKind::kSetBody, order);
   house.run(20);
-  constexpr double kFall = 9.81;  // m/s^2
   house.send(CommandKind::kSetGravity, SetGravity{{0, 0, -kFall}});
 
   const RigidBody& rigid = house.servo->cycle().bodies().body(0).body;
   Vec3 hand = house.out().pose.p;
-  double last = house.out().contact.force.norm(), given = 0;
+  double last = house.out().contact.force.norm(), given = house.out().contact.stored;
   for (int i = 0; i < 1000; ++i) {
-    const double speed = rigid.twist().v.norm() + 0.06 * rigid.twist().w.norm();
+    const double before = fastest(rigid);
     house.run(1);
+    const double speed = std::max(before, fastest(rigid));
     const double force = house.out().contact.force.norm(), own = (house.out().pose.p - hand).norm();
     given += std::max(0.0, (hand - house.out().pose.p).dot(house.out().contact.force));
     hand = house.out().pose.p;
     ASSERT_LT(force, mostAfter(last, 1e-3 * (speed + 1e-3 * kFall), own)) << i;
-    ASSERT_LT(rigid.kineticEnergy() + mass * kFall * (rigid.com().z() - height), given + 1e-5) << i;
+    ASSERT_LT(energyOf(rigid) - mass * kFall * height, given + 1e-5) << i;
     if (house.out().contact.object == test::kWall) ++pressed;
     last = force;
   }
@@ -107,8 +120,8 @@ void aBodyThatFallsGainsNothing(unsigned seed, int& pressed) {
 
 TEST(PinchProperty, ABodyThatFallsOnAHandGainsNothingAndDoesNotKickIt) {
   int pressed = 0;
-  // In wedges in which only the bound by what the springs hold keeps the body from 42 J and from 8 mJ.
-  forSeeds({589u, 807u}, 40, [&](unsigned seed) { aBodyThatFallsGainsNothing(seed, pressed); });
+  // Which got 2 to 9 mJ from a proxy that they had pushed far out of a wedge in a tick.
+  forSeeds({591u, 807u, 1842u}, 40, [&](unsigned seed) { aBodyThatFallsGainsNothing(seed, pressed); });
   EXPECT_GT(pressed, 1000);
 }
 

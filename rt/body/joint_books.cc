@@ -5,6 +5,11 @@
 #include "rt/body/share_search.h"
 
 namespace hapticd {
+namespace {
+
+constexpr double kMostSqueezed = 4;  // A wedge of 14 degrees; twice what a bat gives that nothing brakes.
+
+}  // namespace
 
 double JointStep::reserveOf(std::uint8_t island) const HD_RT {
   double pool = 0;
@@ -15,13 +20,28 @@ double JointStep::reserveOf(std::uint8_t island) const HD_RT {
   return pool;
 }
 
-/** Work of what moves as told. */
+/**
+ * Work of what moves as told. Between two that close no motion of a body is one that both allow: impulses grow without
+ * end, and where such a press lets go it would fling the body at any speed, as if it were infinitely strong. So it
+ * brings bodies to no more than kMostSqueezed times its own speed.
+ */
 double JointStep::givenTo(std::uint8_t island) const HD_RT {
-  double given = 0;
+  double given = 0, fastest = 0;
   for (std::uint32_t i = 0; i < touches_; ++i) {
-    if (joins(i, island) && pair_[i].b == kFixed) given += (row_[i].axes * lambda_[i]).dot(touch_[i].moving);
+    if (!joins(i, island) || pair_[i].b != kFixed) continue;
+    given += (row_[i].axes * lambda_[i]).dot(touch_[i].moving);
+    fastest = std::max(fastest, touch_[i].moving.norm());
   }
-  return given;
+  if (!(given > 0)) return given;
+  double mass = 0, kinetic = 0;
+  for (std::uint32_t k = 0; k < movers_; ++k) {
+    if (mover_[k].island != island) continue;
+    if (mover_[k].tool != nullptr) return given;  // It also works on the hand, which takes it out of the press.
+    mass += mover_[k].body->body.mass();
+    kinetic += mover_[k].body->body.kineticEnergy();
+  }
+  const double most = kMostSqueezed * fastest;
+  return std::min(given, std::max(0.0, 0.5 * mass * most * most - kinetic) + mass * gravity_.norm() * most * dt_);
 }
 
 /** Moves all by that share of their velocities, into moved_. What energy grew by, without the work of weights. */

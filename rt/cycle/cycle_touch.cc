@@ -17,6 +17,18 @@ namespace hapticd {
  */
 void Cycle::pushBodies(DeviceState& device, const Vec3& hand, const SurfaceContact& contact, const Vec3& felt,
                        const Vec3& turning, double weight) HD_RT {
+  Lending& lending = device.lending;
+  const std::uint32_t count = std::max(contact.parts, 1U);
+  bool touched = false;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t object = contact.parts > 0 ? contact.part[i].object : contact.object;
+    touched = touched || bodies_.find(objectSlot(object)) != FreeBodies::kNone;
+  }
+  if (!touched) {
+    lending.energy = contact.stored;
+    lending.count = 0;
+    return;
+  }
   const double dt = period();
   std::array<ContactPart, kMaxHolding> part = contact.part;
   Vec3 rest = felt;
@@ -24,17 +36,13 @@ void Cycle::pushBodies(DeviceState& device, const Vec3& hand, const SurfaceConta
   for (std::uint32_t i = 0; i < contact.parts; ++i) part[i].force += part[i].share * rest;
   if (contact.parts == 0) part[0] = {contact.object, contact.point, felt, 1};
 
-  Lending& lending = device.lending;
   const double by_hand = felt.dot(lending.hand - hand);
   double linear = 0, square = 0, lent = this->lent(lending) + by_hand;
-  lending.count = std::max(contact.parts, 1U);
-  bool touched = false;
-  for (std::uint32_t i = 0; i < lending.count; ++i) {
+  lending.count = count;
+  for (std::uint32_t i = 0; i < count; ++i) {
     Given& given = lending.given[i];
     given = {part[i].object, bodies_.find(objectSlot(part[i].object)), part[i].point, -dt * weight * part[i].force};
-    if (given.body == FreeBodies::kNone) continue;
-    touched = true;
-    if (!bodies_.moves(given.body)) continue;
+    if (given.body == FreeBodies::kNone || !bodies_.moves(given.body)) continue;
     given.velocity = bodies_.velocityAt(given.body, part[i].point);
     given.at -= bodies_.body(given.body).body.com();
     linear += given.impulse.dot(given.velocity);
@@ -43,14 +51,13 @@ void Cycle::pushBodies(DeviceState& device, const Vec3& hand, const SurfaceConta
   }
   // More than the springs hold is what dampers take from the hand now, and, half-way out of an elastic bounce, up to
   // J . v: a step's force is that of its place, and its way that of the velocity which this leaves.
-  const double most = contact.stored + std::max(0.0, linear) + std::max(0.0, by_hand);
-  lending.energy = touched ? std::clamp(lent, 0.0, most) : contact.stored;
+  lending.energy = std::clamp(lent, 0.0, contact.stored + std::max(0.0, linear) + std::max(0.0, by_hand));
   double scale = 1;
   if (linear + square > lending.energy) {
     const double root = std::sqrt(linear * linear + 4 * square * lending.energy);
     scale = linear > 0 ? 2 * lending.energy / (linear + root) : (root - linear) / (2 * square);
   }
-  for (std::uint32_t i = 0; i < lending.count; ++i) {
+  for (std::uint32_t i = 0; i < count; ++i) {
     Given& given = lending.given[i];
     if (given.body == FreeBodies::kNone) continue;
     given.impulse *= scale;

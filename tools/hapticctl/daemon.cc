@@ -67,7 +67,7 @@ Session::Session(const Daemon& daemon, const std::string& device) {
   haptic_session_options options = HAPTIC_SESSION_OPTIONS_INIT;
   std::string uri = device;
   if (uri.empty()) {
-    const auto devices = daemon.ask<haptic_device_list>(haptic_list_devices);
+    const auto devices = daemon.ask<haptic_device_list>(haptic_device_list_all);
     if (devices->count > 0 && devices->items[0]->open != 0) uri = devices->items[0]->uri;
   }
   options.uri = uri.c_str();
@@ -96,7 +96,7 @@ const haptic_device_info& findDevice(const haptic_device_list& devices, const st
 
 std::string deviceUri(const Daemon& daemon, const std::string& wanted) {
   if (wanted.empty()) return {};
-  const auto devices = daemon.ask<haptic_device_list>(haptic_list_devices);
+  const auto devices = daemon.ask<haptic_device_list>(haptic_device_list_all);
   return findDevice(*devices, wanted).uri;
 }
 

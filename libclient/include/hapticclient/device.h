@@ -98,7 +98,7 @@ typedef struct haptic_device_limits {
 } haptic_device_limits;
 
 /** Open devices first, then those found, then those that are configured and missing (`problem`). Blocks; any thread. */
-HAPTIC_API int haptic_list_devices(haptic_client* client, haptic_device_list** devices, haptic_error* error);
+HAPTIC_API int haptic_device_list_all(haptic_client* client, haptic_device_list** devices, haptic_error* error);
 
 /**
  * Opens a device by URI, name or serial number. Null or "": the first open device; if none is open, the first real one,
@@ -106,7 +106,7 @@ HAPTIC_API int haptic_list_devices(haptic_client* client, haptic_device_list** d
  * clients that have opened it, or a session on it, have disconnected, unless an administrator is among them. `device`
  * may be null. Blocks; any thread.
  */
-HAPTIC_API int haptic_open_device(haptic_client* client, const char* uri, haptic_device_info** device,
+HAPTIC_API int haptic_device_open(haptic_client* client, const char* uri, haptic_device_info** device,
                                   haptic_error* error);
 
 /**
@@ -115,7 +115,7 @@ HAPTIC_API int haptic_open_device(haptic_client* client, const char* uri, haptic
  * does. Administration; but a simulated one that is not configured may be closed by a client that alone has asked for
  * it, of those that are still there. Blocks; any thread.
  */
-HAPTIC_API int haptic_close_device(haptic_client* client, const char* uri, haptic_error* error);
+HAPTIC_API int haptic_device_close(haptic_client* client, const char* uri, haptic_error* error);
 
 /** Zero force at once, latched until armed again. Null or "" stops every device. Anybody may. Blocks; any thread. */
 HAPTIC_API int haptic_stop(haptic_client* client, const char* uri, haptic_error* error);
@@ -125,8 +125,8 @@ HAPTIC_API int haptic_stop(haptic_client* client, const char* uri, haptic_error*
  * holder's user or administration, raising takes administration. `in_force`, if not null, receives the limits that hold
  * now: set its `size`. Blocks; any thread.
  */
-HAPTIC_API int haptic_set_limits(haptic_client* client, const char* uri, const haptic_device_limits* limits,
-                                 haptic_device_limits* in_force, haptic_error* error);
+HAPTIC_API int haptic_device_set_limits(haptic_client* client, const char* uri, const haptic_device_limits* limits,
+                                        haptic_device_limits* in_force, haptic_error* error);
 
 #ifdef __cplusplus
 }

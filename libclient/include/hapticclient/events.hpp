@@ -19,7 +19,7 @@ class Events {
   Result<haptic_event> next(std::chrono::nanoseconds timeout) {
     haptic_event event;
     event.size = sizeof event;
-    const int code = haptic_next_event(handle_.get(), &event, timeout.count());
+    const int code = haptic_events_next(handle_.get(), &event, timeout.count());
     if (code != HAPTIC_OK) return Error{code, {}, {}, {}};
     return event;
   }

@@ -11,6 +11,8 @@
  * World frame: right-handed, x toward the operator, y to the operator's right, z up; SI units; quaternions w, x, y, z;
  * times are CLOCK_MONOTONIC nanoseconds. Other axes: frames.h.
  *
+ * A call is haptic_<thing>_<verb>; without a thing it concerns the connection or the whole daemon: haptic_stop().
+ *
  * - base.h     errors, ownership, common types
  * - client.h   the connection, resources by name
  * - device.h   devices, limits, stop

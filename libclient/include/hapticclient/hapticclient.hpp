@@ -67,15 +67,15 @@ class Client {
   }
 
   [[nodiscard]] Result<Reply<haptic_device_list>> devices() const {
-    return detail::ask<haptic_device_list>([&](auto** out, auto* e) { return haptic_list_devices(get(), out, e); });
+    return detail::ask<haptic_device_list>([&](auto** out, auto* e) { return haptic_device_list_all(get(), out, e); });
   }
   /** Empty: the first open device; if none is open, the first real one, else the simulator. */
   Result<Reply<haptic_device_info>> openDevice(const std::string& uri = {}) {
     return detail::ask<haptic_device_info>(
-        [&](auto** out, auto* e) { return haptic_open_device(get(), uri.c_str(), out, e); });
+        [&](auto** out, auto* e) { return haptic_device_open(get(), uri.c_str(), out, e); });
   }
   Result<void> closeDevice(const std::string& uri) {
-    return detail::run([&](auto* e) { return haptic_close_device(get(), uri.c_str(), e); });
+    return detail::run([&](auto* e) { return haptic_device_close(get(), uri.c_str(), e); });
   }
   /** Empty: every device. */
   Result<void> stop(const std::string& uri = {}) {
@@ -85,7 +85,8 @@ class Client {
   Result<haptic_device_limits> setLimits(const std::string& uri, haptic_device_limits limits) {
     haptic_device_limits in_force{};
     limits.size = in_force.size = sizeof limits;
-    auto done = detail::run([&](auto* e) { return haptic_set_limits(get(), uri.c_str(), &limits, &in_force, e); });
+    auto done =
+        detail::run([&](auto* e) { return haptic_device_set_limits(get(), uri.c_str(), &limits, &in_force, e); });
     if (!done) return done.error();
     return in_force;
   }
@@ -128,7 +129,7 @@ class Client {
   /** Empty: the first device. It must not be armed. */
   Result<Recording> record(const std::string& uri = {}) {
     haptic_recording* handle = nullptr;
-    auto done = detail::run([&](auto* e) { return haptic_record(get(), uri.c_str(), &handle, e); });
+    auto done = detail::run([&](auto* e) { return haptic_recording_start(get(), uri.c_str(), &handle, e); });
     if (!done) return done.error();
     return Recording(handle);
   }

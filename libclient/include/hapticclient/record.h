@@ -28,7 +28,8 @@ typedef struct haptic_recording_end {
  * a recording begins with the servo's cycle made anew. Takes the administration connection where another user has a
  * session on it (HAPTIC_PERMISSION_DENIED). HAPTIC_ALREADY_EXISTS: it is being recorded. Blocks; any thread.
  */
-HAPTIC_API int haptic_record(haptic_client* client, const char* uri, haptic_recording** recording, haptic_error* error);
+HAPTIC_API int haptic_recording_start(haptic_client* client, const char* uri, haptic_recording** recording,
+                                      haptic_error* error);
 
 /**
  * The stream: read it and write what comes to a file as it is, until its end. Who reads too slowly ends the recording

@@ -132,7 +132,7 @@ typedef struct haptic_session haptic_session;
 typedef struct haptic_session_options {
   uint32_t size;
   uint32_t flags;   /**< 0 */
-  const char* uri;  /**< Device by URI, name or serial; null or "" as haptic_open_device() tells. */
+  const char* uri;  /**< Device by URI, name or serial; null or "" as haptic_device_open() tells. */
   const char* name; /**< Null: the connection's name. */
 } haptic_session_options;
 

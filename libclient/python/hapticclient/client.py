@@ -83,7 +83,7 @@ class Events(Handle):
         raw = _abi.Event()
         while True:
             left = max(0, end - _lib.haptic_now_ns())
-            code = _lib.haptic_next_event(self._handle, ctypes.byref(raw), min(left, 200_000_000))
+            code = _lib.haptic_events_next(self._handle, ctypes.byref(raw), min(left, 200_000_000))
             if code == Code.TIMEOUT and left > 200_000_000:
                 continue
             if code == Code.TIMEOUT:
@@ -306,17 +306,17 @@ class Client(Handle):
 
     def devices(self) -> list[DeviceInfo]:
         """Open devices first, then those found, then those that are configured and missing (`problem`)."""
-        with _Reply(_abi.DeviceList, _lib.haptic_list_devices, self._handle) as reply:
+        with _Reply(_abi.DeviceList, _lib.haptic_device_list_all, self._handle) as reply:
             return [device_info(entry) for entry in _entries(reply)]
 
     def open_device(self, uri: str = "") -> DeviceInfo:
         """By URI, name or serial; without one the first open device, else the first real one, else the simulator."""
-        with _Reply(_abi.DeviceInfo, _lib.haptic_open_device, self._handle, arrays.text(uri)) as reply:
+        with _Reply(_abi.DeviceInfo, _lib.haptic_device_open, self._handle, arrays.text(uri)) as reply:
             return device_info(reply)
 
     def close_device(self, uri: str) -> None:
         """Administration; but a simulated device that only this client has asked for, and that is not configured, may go."""
-        call(_lib.haptic_close_device, self._handle, arrays.text(uri))
+        call(_lib.haptic_device_close, self._handle, arrays.text(uri))
 
     def stop(self, uri: str = "") -> None:
         """Zero force at once; without a URI on every device."""
@@ -331,7 +331,7 @@ class Client(Handle):
                 raise TypeError(f"no limit is called {name}")
             setattr(raw, name, value)
         in_force = _abi.DeviceLimits()
-        call(_lib.haptic_set_limits, self._handle, arrays.text(uri), ctypes.byref(raw), ctypes.byref(in_force))
+        call(_lib.haptic_device_set_limits, self._handle, arrays.text(uri), ctypes.byref(raw), ctypes.byref(in_force))
         return plain(DeviceLimits, in_force)
 
     def status(self) -> Status:

@@ -190,13 +190,13 @@ int haptic_run_doctor(haptic_client* c, haptic_check_list** checks, haptic_error
       [](auto& results, Reply& memory) { return client::convert(results.getChecks(), memory); });
 }
 
-int haptic_list_devices(haptic_client* c, haptic_device_list** devices, haptic_error* error) {
+int haptic_device_list_all(haptic_client* c, haptic_device_list** devices, haptic_error* error) {
   return client::query(
       c, devices, error, [](Link& link) { return link.daemon.listDevicesRequest(); },
       [](auto& results, Reply& memory) { return client::convert(results.getDevices(), memory); });
 }
 
-int haptic_open_device(haptic_client* c, const char* uri, haptic_device_info** device, haptic_error* error) {
+int haptic_device_open(haptic_client* c, const char* uri, haptic_device_info** device, haptic_error* error) {
   return client::queryIfWanted(
       c, device, error,
       [&](Link& link) {

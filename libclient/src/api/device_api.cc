@@ -10,7 +10,7 @@ namespace client = hapticd::client;
 
 extern "C" {
 
-int haptic_close_device(haptic_client* c, const char* uri, haptic_error* error) {
+int haptic_device_close(haptic_client* c, const char* uri, haptic_error* error) {
   if (uri == nullptr) return client::refuse(error, "uri", "is null");
   return client::order(c, error, [&](Link& link) {
     auto request = link.daemon.closeDeviceRequest();
@@ -27,8 +27,8 @@ int haptic_stop(haptic_client* c, const char* uri, haptic_error* error) {
   });
 }
 
-int haptic_set_limits(haptic_client* c, const char* uri, const haptic_device_limits* limits,
-                      haptic_device_limits* in_force, haptic_error* error) {
+int haptic_device_set_limits(haptic_client* c, const char* uri, const haptic_device_limits* limits,
+                             haptic_device_limits* in_force, haptic_error* error) {
   return client::edge(error, [&]() -> Failure {
     if (c == nullptr) return client::badArgument("client", "is null");
     haptic_device_limits wanted{};

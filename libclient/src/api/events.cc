@@ -236,7 +236,7 @@ int haptic_events_open(haptic_client* c, const haptic_events_options* options, h
   });
 }
 
-int haptic_next_event(haptic_events* events, haptic_event* event, int64_t timeout_ns) {
+int haptic_events_next(haptic_events* events, haptic_event* event, int64_t timeout_ns) {
   if (events == nullptr || event == nullptr) return HAPTIC_INVALID_ARGUMENT;
   if (!events->connection->ownProcess()) return HAPTIC_DISCONNECTED;
   return client::edge(nullptr, [&]() -> Failure {

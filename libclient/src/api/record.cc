@@ -43,7 +43,7 @@ kj::Promise<void> takeStream(haptic_recording& recording, Failure& refusal) {
 
 extern "C" {
 
-int haptic_record(haptic_client* c, const char* uri, haptic_recording** recording, haptic_error* error) {
+int haptic_recording_start(haptic_client* c, const char* uri, haptic_recording** recording, haptic_error* error) {
   return client::edge(error, [&]() -> Failure {
     if (c == nullptr) return client::badArgument("client", "is null");
     if (recording == nullptr) return client::badArgument("recording", "is null");

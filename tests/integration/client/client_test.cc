@@ -253,7 +253,7 @@ TEST_F(ClientIntegration, LimitsFallFreelyAndRiseByAdministration) {
   haptic_device_limits unsized{};
   limits.size = sizeof limits;
   limits.force = before / 4;
-  EXPECT_EQ(haptic_set_limits(client.get(), "", &limits, &unsized, nullptr), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(haptic_device_set_limits(client.get(), "", &limits, &unsized, nullptr), HAPTIC_INVALID_ARGUMENT);
   EXPECT_EQ((*client.status())->devices[0]->limits->force, before / 2) << "a refusal changes nothing";
   limits.force = before;
   EXPECT_EQ(client.setLimits("", limits).code(), HAPTIC_PERMISSION_DENIED);

@@ -28,7 +28,7 @@ TEST(Fork, AChildMayCloseAllHandlesAndTheParentGoesOn) {
   haptic_events* events = nullptr;
   ASSERT_EQ(haptic_connect(&options, &client, &error), HAPTIC_OK) << error.what;
   ASSERT_EQ(haptic_session_open(client, nullptr, &session, &error), HAPTIC_OK) << error.what;
-  ASSERT_EQ(haptic_record(client, nullptr, &recording, &error), HAPTIC_OK) << error.what;
+  ASSERT_EQ(haptic_recording_start(client, nullptr, &recording, &error), HAPTIC_OK) << error.what;
   ASSERT_EQ(haptic_upload_begin(client, 3, 1, 0, &upload, &error), HAPTIC_OK) << error.what;
   ASSERT_EQ(haptic_events_open(client, nullptr, &events, &error), HAPTIC_OK) << error.what;
 

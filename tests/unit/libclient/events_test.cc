@@ -118,7 +118,7 @@ TEST_F(EventsTest, CallbacksRunOnTheLibrarysThreadAndMayNotWait) {
   options.callback = [](const haptic_event* event, void* user) {
     auto& h = *static_cast<Heard*>(user);
     haptic_device_list* devices = nullptr;
-    h.code = haptic_list_devices(h.client, &devices, nullptr);
+    h.code = haptic_device_list_all(h.client, &devices, nullptr);
     h.sum += event->value;
   };
   haptic_events* events = nullptr;

@@ -89,7 +89,7 @@ int follow(const EventsOptions& options, const Globals& globals) {
     if (options.duration_s > 0 && haptic_now_ns() >= end_ns) break;
     haptic_event event{};
     event.size = sizeof event;
-    const int code = haptic_next_event(events.get(), &event, 50'000'000);
+    const int code = haptic_events_next(events.get(), &event, 50'000'000);
     if (code == HAPTIC_TIMEOUT) {
       flush();
       expectReader();

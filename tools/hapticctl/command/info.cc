@@ -107,7 +107,7 @@ void addInfo(CLI::App& app, Action& chosen) {
   command->add_option("DEVICE", *device, "URI, name or serial; without it: the first of list");
   whenNamed(command, chosen, [device](const Globals& globals) {
     const Daemon daemon(globals);
-    const auto devices = daemon.ask<haptic_device_list>(haptic_list_devices);
+    const auto devices = daemon.ask<haptic_device_list>(haptic_device_list_all);
     const haptic_device_info& found = openOrFound(*devices, *device);
     if (globals.json) {
       putJson(toJson(found));

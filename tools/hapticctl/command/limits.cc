@@ -76,7 +76,7 @@ void addLimits(CLI::App& app, Action& chosen) {
     if (change) {
       in_force.size = sizeof in_force;
       try {
-        daemon.tell(haptic_set_limits, found->uri, &o->wanted, &in_force);
+        daemon.tell(haptic_device_set_limits, found->uri, &o->wanted, &in_force);
       } catch (Failure& failure) {
         if (failure.code == "LEASE_REQUIRED" || failure.code == "PERMISSION_DENIED") {
           failure.remedy = "use the administration socket: hapticctl --admin limits ...";

@@ -13,7 +13,7 @@ void addList(CLI::App& app, Action& chosen) {
   CLI::App* command = app.add_subcommand("list", "List devices: open ones first, then those found, then those missing");
   whenNamed(command, chosen, [](const Globals& globals) {
     const Daemon daemon(globals);
-    const auto devices = daemon.ask<haptic_device_list>(haptic_list_devices);
+    const auto devices = daemon.ask<haptic_device_list>(haptic_device_list_all);
     if (globals.json) {
       Json all = Json::array();
       for (std::uint32_t i = 0; i < devices->count; ++i) all.push_back(toJson(*devices->items[i]));

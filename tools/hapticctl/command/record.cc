@@ -79,7 +79,7 @@ int record(const RecordOptions& options, const Globals& globals) {
   NewFile file(options.file, options.replace);
   haptic_error error = HAPTIC_ERROR_INIT;
   haptic_recording* raw = nullptr;
-  check(haptic_record(daemon.client(), uri.c_str(), &raw, &error), error);
+  check(haptic_recording_start(daemon.client(), uri.c_str(), &raw, &error), error);
   const std::unique_ptr<haptic_recording, CloseRecording> recording(raw);
   const std::int64_t begin_ns = haptic_now_ns();
   if (!globals.json) note(fmt::format("recording to {}; Ctrl-C ends it", options.file));

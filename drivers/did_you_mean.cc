@@ -1,0 +1,40 @@
+#include "drivers/did_you_mean.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "rt/base/edit_distance.h"
+
+namespace hapticd {
+
+std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates) {
+  std::string_view best;
+  std::size_t fewest = 4;  // More edits than this is another word.
+  for (const std::string_view candidate : candidates) {
+    std::size_t edits = editDistance(word.substr(0, 64), candidate);
+    if (edits >= candidate.size()) continue;
+    if (word.size() > 2 && candidate.find(word) != std::string_view::npos) edits = std::min<std::size_t>(edits, 3);
+    if (edits < fewest) {
+      fewest = edits;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+std::string nearestNames(std::string_view wanted, std::vector<std::string> names, std::size_t most) {
+  wanted = wanted.substr(0, 64);
+  if (names.size() > most) {
+    std::vector<std::pair<std::size_t, std::string>> ranked;
+    ranked.reserve(names.size());
+    for (auto& name : names) ranked.emplace_back(editDistance(wanted, name), std::move(name));
+    std::sort(ranked.begin(), ranked.end());
+    names.clear();
+    for (std::size_t i = 0; i < most; ++i) names.push_back(std::move(ranked[i].second));
+  }
+  std::string joined;
+  for (const auto& name : names) joined += (joined.empty() ? "" : ", ") + name;
+  return joined;
+}
+
+}  // namespace hapticd

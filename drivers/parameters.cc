@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "drivers/nearest.h"
+#include "drivers/did_you_mean.h"
 #include "drivers/number.h"
 
 namespace hapticd {

@@ -8,7 +8,6 @@
 #include "drivers/driver.h"
 #include "drivers/falcon/falcon_driver.h"
 #include "drivers/hidpid/hidpid_driver.h"
-#include "drivers/nearest.h"
 #include "drivers/pantograph/pantograph_driver.h"
 #include "drivers/parameters.h"
 #include "drivers/replay/replay_driver.h"
@@ -16,6 +15,7 @@
 #include "drivers/spacemouse/spacemouse_driver.h"
 #include "drivers/vendor/vendor_driver.h"
 #include "drivers/woodyhid/woodyhid_driver.h"
+#include "rt/base/edit_distance.h"
 
 namespace hapticd {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "daemon/config/config_schema.h"
 #include "daemon/device/finger_words.h"
-#include "drivers/nearest.h"
+#include "rt/base/edit_distance.h"
 
 namespace hapticd {
 namespace {

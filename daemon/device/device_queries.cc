@@ -5,7 +5,7 @@
 
 #include "daemon/device/device_manager.h"
 #include "daemon/log/log.h"
-#include "drivers/nearest.h"
+#include "drivers/did_you_mean.h"
 
 namespace hapticd {
 

@@ -7,7 +7,7 @@
 
 #include "daemon/resource/properties.h"
 #include "daemon/version.h"
-#include "drivers/nearest.h"
+#include "drivers/did_you_mean.h"
 
 namespace hapticd {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "daemon/scene/scene_model.h"
-#include "drivers/nearest.h"
+#include "drivers/did_you_mean.h"
 
 namespace hapticd {
 

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
+#include "drivers/did_you_mean.h"
 #include "drivers/hash.h"
-#include "drivers/nearest.h"
 #include "drivers/sim/sim_parameters.h"
 
 namespace hapticd {

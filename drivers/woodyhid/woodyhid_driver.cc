@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "drivers/did_you_mean.h"
 #include "drivers/hid/hidraw_transport.h"
 #include "drivers/link/io_device.h"
-#include "drivers/nearest.h"
 #include "drivers/woodyhid/woodyhid_io.h"
 #include "drivers/woodyhid/woodyhid_parameters.h"
 

@@ -10,7 +10,7 @@
 #include <iostream>
 #include <new>
 
-#include "drivers/nearest.h"
+#include "drivers/did_you_mean.h"
 #include "rt/base/standard_streams.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"

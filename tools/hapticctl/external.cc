@@ -5,28 +5,10 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <numeric>
+
+#include "rt/base/edit_distance.h"
 
 namespace hapticctl {
-namespace {
-
-/** Levenshtein distance: how many letters to add, drop or change. */
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
-    }
-  }
-  return row.back();
-}
-
-}  // namespace
 
 std::string findExternal(std::string_view name) {
   // A word of the command line becomes part of a path: only plain words may.
@@ -82,7 +64,7 @@ std::vector<std::string> suggestions(std::string_view word, const std::vector<st
   std::vector<std::pair<std::size_t, std::string>> near;
   for (const std::string& candidate : known) {
     const bool begins = word.size() >= 2 && std::string_view(candidate).starts_with(word);
-    const std::size_t d = begins ? 0 : distance(word, candidate);
+    const std::size_t d = begins ? 0 : hapticd::editDistance(word, candidate);
     if (begins || d <= std::max<std::size_t>(1, std::min(word.size(), candidate.size()) / 3))
       near.emplace_back(d, candidate);
   }

@@ -5,7 +5,7 @@
 #include <functional>
 #include <limits>
 
-#include "drivers/nearest.h"
+#include "drivers/did_you_mean.h"
 #include "tests/unit/daemon/fake_sink.h"
 
 namespace hapticd::test {

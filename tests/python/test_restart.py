@@ -5,7 +5,7 @@ import unittest
 import hapticclient as haptic
 import numpy as np
 
-from own_daemon import OwnDaemonCase
+from own_daemon_case import OwnDaemonCase
 from tetrahedron import FACES, corners
 from waiting import armed, eventually
 

@@ -6,14 +6,15 @@ import json
 import math
 import os
 import pathlib
-import shutil
 import struct
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 import zlib
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support/process"))
+from own_daemon import OwnDaemon  # noqa: E402  (it lies there)
 
 BUILD = pathlib.Path(sys.argv.pop(1)).resolve()
 HAPTICCTL = BUILD / "tools/hapticctl/hapticctl"
@@ -65,34 +66,15 @@ def eventually(holds, seconds=10):
 class Case(unittest.TestCase):
     """A directory of its own, and a daemon for the whole class unless it wants none."""
     wants_daemon = True
-    daemon = None
     config = ""
 
     @classmethod
     def setUpClass(cls):
-        cls.directory = pathlib.Path(tempfile.mkdtemp(prefix="hapticctl-test-"))
-        cls.socket = cls.directory / "control.sock"
+        cls.daemon = OwnDaemon(HAPTICD, config=cls.config)
+        cls.addClassCleanup(cls.daemon.close)
+        cls.directory, cls.socket = cls.daemon.directory, cls.daemon.socket
         if cls.wants_daemon:
-            cls.start_daemon()
-
-    @classmethod
-    def start_daemon(cls):
-        with open(cls.directory / "log", "ab") as log:
-            (cls.directory / "hapticd.toml").write_text(cls.config.replace("DIRECTORY", str(cls.directory)))
-            more = ["--config", cls.directory / "hapticd.toml"] if cls.config else []
-            cls.daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", cls.socket, *more], stdout=log, stderr=log)
-        end = time.monotonic() + 20
-        while subprocess.run([HAPTICCTL, "--socket", cls.socket, "status"], capture_output=True, check=False).returncode != 0:
-            if cls.daemon.poll() is not None or time.monotonic() > end:
-                raise RuntimeError((cls.directory / "log").read_text())
-            time.sleep(0.05)
-
-    @classmethod
-    def tearDownClass(cls):
-        if cls.daemon is not None:
-            cls.daemon.terminate()
-            cls.daemon.wait(10)
-        shutil.rmtree(cls.directory)
+            cls.daemon.start()
 
     def run_ctl(self, *arguments, exit_code=0, **options):
         environment = {**os.environ, **SILENT, "HAPTICD_SOCKET": str(self.socket)}

@@ -8,18 +8,17 @@ import os
 import pathlib
 import re
 import resource
-import shutil
 import socket
 import subprocess
 import time
 import unittest
 
-from daemon_case import HAPTICCTL, HAPTICD, Case, eventually, stl
+from daemon_case import HAPTICCTL, HAPTICD, Case, OwnDaemon, eventually, stl
 
 
 class Descriptors(Case):
     def descriptors(self):
-        return len(os.listdir(f"/proc/{self.daemon.pid}/fd"))
+        return len(os.listdir(f"/proc/{self.daemon.process.pid}/fd"))
 
     def served(self):
         return subprocess.run([HAPTICCTL, "--socket", self.socket, "status"], capture_output=True, check=False).returncode == 0
@@ -31,7 +30,7 @@ class Descriptors(Case):
         return client
 
     def test_who_comes_when_none_is_left_is_hung_up_on_and_served_when_there_is(self):
-        pid = self.daemon.pid
+        pid = self.daemon.process.pid
         time.sleep(0.2)  # Whoever asked at the start is gone then.
         before = self.descriptors()
         soft, hard = resource.prlimit(pid, resource.RLIMIT_NOFILE)
@@ -40,8 +39,7 @@ class Descriptors(Case):
         silent = [self.connect() for _ in range(12)]
         said = self.run_ctl("status", exit_code=3).stderr
         self.assertIn("the daemon hung up\n  it may have too many clients: end some; hapticd's log says why", said)
-        self.assertIn("Too many open files (end clients, or raise LimitNOFILE= or ulimit -n)",
-                      (self.directory / "log").read_text())
+        self.assertIn("Too many open files (end clients, or raise LimitNOFILE= or ulimit -n)", self.daemon.log())
         self.run_ctl("--admin", "stop")  # Whoever fills it up does not keep it armed.
         for client in silent:
             client.close()
@@ -67,7 +65,7 @@ class Descriptors(Case):
             client.close()
         self.assertTrue(eventually(self.served), "there is room again")
         self.assertTrue(eventually(lambda: self.descriptors() == before), "and nothing is left open")
-        self.assertNotIn("control:", (self.directory / "log").read_text())
+        self.assertNotIn("control:", self.daemon.log())
 
     @staticmethod
     def stays(client):
@@ -142,25 +140,15 @@ class Threads(Case):
     nobody = {"user": 65534, "group": 65534, "extra_groups": []} if os.getuid() == 0 else {}
 
     def setUp(self):
+        self.daemon = OwnDaemon(HAPTICD, config='[builder]\ncache = "DIRECTORY/cache"\n', **self.nobody)
+        self.addCleanup(self.daemon.close)
+        self.directory, self.socket = self.daemon.directory, self.daemon.socket
         self.directory.chmod(0o777)
-        shutil.rmtree(self.directory / "cache", ignore_errors=True)
-        self.start()
-        self.addCleanup(lambda: self.daemon.wait(10))
-        self.addCleanup(lambda: self.daemon.terminate())
-
-    def start(self):
-        config = self.file("hapticd.toml", f'[builder]\ncache = "{self.directory}/cache"\n')
-        with open(self.directory / "log", "wb") as log:
-            self.daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket, "--config", config],
-                                           stdout=log, stderr=log, **self.nobody)
-        self.assertTrue(eventually(lambda: "ready:" in self.log(), 20), self.log())
-
-    def log(self):
-        return (self.directory / "log").read_text()
+        self.daemon.start()
 
     def tasks(self, most=resource.getrlimit(resource.RLIMIT_NPROC)[0]):
         most = "unlimited" if most == resource.RLIM_INFINITY else most
-        subprocess.run(["prlimit", "--pid", str(self.daemon.pid), f"--nproc={most}:"], check=True, **self.nobody)
+        subprocess.run(["prlimit", "--pid", str(self.daemon.process.pid), f"--nproc={most}:"], check=True, **self.nobody)
 
     def test_a_recording_without_a_thread_is_refused_and_hurts_nobody(self):
         self.tasks(1)
@@ -181,7 +169,7 @@ class Threads(Case):
     def test_a_volume_that_no_thread_can_keep_is_felt_and_kept_the_next_time(self):
         self.tasks(1)
         self.load()
-        self.assertIn("a volume is not kept on disk: no thread can be started", self.log())
+        self.assertIn("a volume is not kept on disk: no thread can be started", self.daemon.log())
         self.assertEqual(self.kept(".hvol"), [])
         self.tasks()
         self.load()
@@ -194,11 +182,10 @@ class Threads(Case):
         self.assertTrue(eventually(lambda: self.kept(".vdb")))
         self.kept(".vdb")[0].unlink()
         self.daemon.terminate()  # Its maker's thread lives; the next one has none.
-        self.daemon.wait(10)
-        self.start()
+        self.daemon.start()
         self.tasks(1)
         self.load()
-        self.assertIn("no OpenVDB file beside a cached volume", self.log())
+        self.assertIn("no OpenVDB file beside a cached volume", self.daemon.log())
         self.tasks()
         self.load()
         self.assertTrue(eventually(lambda: self.kept(".vdb")))
@@ -207,14 +194,14 @@ class Threads(Case):
 class Memory(Case):
     def room(self, more):
         """Of what the daemon may still take, in KiB."""
-        status = pathlib.Path(f"/proc/{self.daemon.pid}/status").read_text()
+        status = pathlib.Path(f"/proc/{self.daemon.process.pid}/status").read_text()
         limit = (int(re.search(r"VmData:\s+(\d+)", status)[1]) + more) * 1024
-        resource.prlimit(self.daemon.pid, resource.RLIMIT_DATA, (limit, self.hard))
+        resource.prlimit(self.daemon.process.pid, resource.RLIMIT_DATA, (limit, self.hard))
 
     def setUp(self):
-        before = resource.prlimit(self.daemon.pid, resource.RLIMIT_DATA)
+        before = resource.prlimit(self.daemon.process.pid, resource.RLIMIT_DATA)
         self.hard = before[1]
-        self.addCleanup(resource.prlimit, self.daemon.pid, resource.RLIMIT_DATA, before)
+        self.addCleanup(resource.prlimit, self.daemon.process.pid, resource.RLIMIT_DATA, before)
 
     def cycles(self):
         return self.json("get", "/statistics/sim")["cycles"]
@@ -230,7 +217,7 @@ class Memory(Case):
             self.room(more)
             command = [HAPTICCTL, "--socket", self.socket, "record", "--replace", self.directory / "some", "--for", "0.5"]
             ends += subprocess.run(command, capture_output=True, text=True, timeout=60, check=False).stderr
-            self.assertIsNone(self.daemon.poll(), (self.directory / "log").read_text())
+            self.assertIsNone(self.daemon.process.poll(), self.daemon.log())
         self.assertIn("the recording ended by itself: no memory", ends)
 
 

@@ -433,11 +433,11 @@ class DaemonDies(Case):
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as monitor:
             monitor.stdout.readline()
             monitor.stdout.readline()
-            self.daemon.send_signal(signal.SIGSTOP)
+            self.daemon.process.send_signal(signal.SIGSTOP)
             try:
                 self.assertIn("does the servo stand?", monitor.communicate(timeout=20)[1])
             finally:
-                self.daemon.send_signal(signal.SIGCONT)
+                self.daemon.process.send_signal(signal.SIGCONT)
                 monitor.kill()
             self.assertEqual(monitor.returncode, 0)
 
@@ -445,7 +445,6 @@ class DaemonDies(Case):
         with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "monitor"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as monitor:
             monitor.stdout.readline()
             self.daemon.kill()
-            self.daemon.wait()
             self.assertNotEqual(monitor.communicate(timeout=20)[1], "")
             self.assertEqual(monitor.returncode, 4)
 

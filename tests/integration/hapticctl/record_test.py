@@ -6,47 +6,28 @@ Usage: record_test.py BUILD_DIRECTORY [unittest arguments]
 import csv
 import json
 import os
-import pathlib
 import random
 import resource
-import shutil
 import signal
 import subprocess
-import sys
-import tempfile
 import time
 import unittest
 
-BUILD = pathlib.Path(sys.argv.pop(1)).resolve()
-HAPTICCTL = BUILD / "tools/hapticctl/hapticctl"
+from daemon_case import BUILD, HAPTICCTL, HAPTICD, OwnDaemon
+
 BENCH = BUILD / "tools/haptic-bench/haptic-bench"
-HAPTICD = BUILD / "daemon/hapticd"
 TAP = "sim://default?motion=tap&centre=0,0,0.005&direction=0,0,-1&depth=0.015&period=0.5&hand_stiffness=400"
 
 
 class Record(unittest.TestCase):
     def setUp(self):
-        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="record-test-"))
-        self.socket = self.directory / "control.sock"
-        (self.directory / "toml").write_text("[guard]\narm_ramp_ms = 100\n")
-        self.log = open(self.directory / "log", "ab")
-        self.daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket, "--device", TAP,
-                                        "--config", self.directory / "toml"], stdout=self.log, stderr=self.log)
-        end = time.monotonic() + 20
-        while self.ctl("status", check=False).returncode != 0:
-            if self.daemon.poll() is not None or time.monotonic() > end:
-                raise RuntimeError((self.directory / "log").read_text())
-            time.sleep(0.05)
+        self.daemon = OwnDaemon(HAPTICD, "--device", TAP, config="[guard]\narm_ramp_ms = 100\n")
+        self.addCleanup(self.daemon.close)
+        self.directory, self.socket = self.daemon.directory, self.daemon.socket
+        self.daemon.start()
         # Things to feel: they stay when hapticctl has gone.
         self.ctl("add", "plane", "--name", "floor", "--stiffness", "500")
         self.file = self.directory / "session.hrec"
-
-    def tearDown(self):
-        if self.daemon.poll() is None:
-            self.daemon.terminate()
-            self.daemon.wait(10)
-        self.log.close()
-        shutil.rmtree(self.directory)
 
     def ctl(self, *arguments, check=True):
         return subprocess.run([HAPTICCTL, "--socket", self.socket, *map(str, arguments)], capture_output=True, text=True,
@@ -233,7 +214,6 @@ class Record(unittest.TestCase):
         time.sleep(random.uniform(1.2, 2.2))
         self.daemon.kill()
         elapsed = time.monotonic() - began
-        self.daemon.wait(10)
         _, errors = recording.communicate(timeout=30)
         self.assertEqual(recording.returncode, 4, errors)
         self.assertIn("holds what came until then", errors)
@@ -244,7 +224,7 @@ class Record(unittest.TestCase):
     def test_a_daemon_that_stops_ends_the_recording_in_good_order(self):
         recording = self.start()
         time.sleep(0.5)
-        self.daemon.terminate()
+        self.daemon.process.terminate()
         recording.communicate(timeout=30)
         self.assertNotEqual(recording.returncode, 0)
         told = self.replay("--verify")

@@ -13,45 +13,35 @@ import signal
 import struct
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-SDK = pathlib.Path(sys.argv.pop(2)).resolve()
-BUILD = pathlib.Path(sys.argv.pop(1)).resolve()
-HAPTICCTL = BUILD / "tools/hapticctl/hapticctl"
+from daemon_case import BUILD, HAPTICCTL, HAPTICD, OwnDaemon
+
+SDK = pathlib.Path(sys.argv.pop(1)).resolve()
 STATE_BYTES = 4096
 PATIENCE_S = 20
 
 
 class Vendor(unittest.TestCase):
     def setUp(self):
-        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="hapticd-vendor-test-"))
-        self.socket = self.directory / "control.sock"
         self.uri = f"dhd://default?sdk={SDK}"
+        self.daemon = OwnDaemon(HAPTICD, config=f'[guard]\narm_ramp_ms = 100\n[[group]]\nname = "desk"\ndevices = ["{self.uri}"]\n')
+        self.addCleanup(self.daemon.close)
+        self.directory, self.socket = self.daemon.directory, self.daemon.socket
         path = self.directory / "device"
         path.write_bytes(bytes(STATE_BYTES))
         with open(path, "r+b") as file:
             self.device = mmap.mmap(file.fileno(), STATE_BYTES)
-        (self.directory / "hapticd.toml").write_text(
-            f'[guard]\narm_ramp_ms = 100\n[[group]]\nname = "desk"\ndevices = ["{self.uri}"]\n')
         self.place(0.02)
         self.arming = None
-        self.start()
-
-    def start(self):
-        with open(self.directory / "log", "wb") as log:
-            self.daemon = subprocess.Popen(
-                [BUILD / "daemon/hapticd", "--allow-no-rt", "--socket", self.socket, "--config", self.directory / "hapticd.toml"],
-                stdout=log, stderr=log, env={**os.environ, "FAKE_SDK_STATE": str(self.directory / "device")})
-        self.until(lambda: self.ctl("status").returncode == 0)
+        self.daemon.options["env"] = {**os.environ, "FAKE_SDK_STATE": str(path)}
+        self.daemon.start()
 
     def tearDown(self):
-        for process in (self.arming, self.daemon):
-            if process is not None:
-                process.kill()
-                process.wait()
-        shutil.rmtree(self.directory)
+        if self.arming is not None:
+            self.arming.kill()
+            self.arming.wait()
 
     def ctl(self, *arguments):
         return subprocess.run([HAPTICCTL, "--socket", self.socket, *map(str, arguments)], capture_output=True, text=True, check=False)
@@ -60,7 +50,7 @@ class Vendor(unittest.TestCase):
         end = time.monotonic() + PATIENCE_S
         while not condition():
             if time.monotonic() > end:
-                self.fail((self.directory / "log").read_text())
+                self.fail(self.daemon.log())
             time.sleep(0.005)
 
     def place(self, z):
@@ -70,7 +60,7 @@ class Vendor(unittest.TestCase):
         return struct.unpack("3d", self.device[24:48])
 
     def helper(self):
-        done = subprocess.run(["pgrep", "-P", str(self.daemon.pid), "-x", "hapticd-vendor"], capture_output=True, text=True, check=False)
+        done = subprocess.run(["pgrep", "-P", str(self.daemon.process.pid), "-x", "hapticd-vendor"], capture_output=True, text=True, check=False)
         return int(done.stdout) if done.stdout.strip() else 0
 
     def arm(self):
@@ -111,7 +101,6 @@ class Vendor(unittest.TestCase):
         armed = self.directory / "armed"
         self.assertEqual(armed.read_text().strip("\0\n "), self.uri)
         self.daemon.kill()
-        self.daemon.wait()
         self.until(lambda: self.force() == (0, 0, 0))
         done = subprocess.run([BUILD / "daemon/hapticd-safe", armed], capture_output=True, text=True, check=False,
                               env={**os.environ, "FAKE_SDK_STATE": str(self.directory / "device")})
@@ -120,12 +109,11 @@ class Vendor(unittest.TestCase):
 
     def test_a_daemon_starts_without_a_device_that_does_not_open_and_finds_it_later(self):
         self.daemon.terminate()
-        self.daemon.wait()
         later = self.directory / "later.so"
         uri = f"dhd://default?sdk={later}"
         (self.directory / "hapticd.toml").write_text(
             f'[[group]]\nname = "desk"\ndevices = ["{uri}"]\n[[group]]\nname = "other"\ndevices = ["sim://omega3"]\n')
-        self.start()
+        self.daemon.start()
         rows = {device["uri"]: device for device in json.loads(self.ctl("list", "--json").stdout)}
         self.assertTrue(rows["sim://omega3"]["open"])
         self.assertFalse(rows[uri]["open"])
@@ -136,18 +124,17 @@ class Vendor(unittest.TestCase):
         self.assertNotIn("actuates", told, "nobody has asked it")
         doctor = self.ctl("doctor").stdout
         self.assertRegex(doctor, r"RED\s+daemon: missing device\s+dhd://.*group desk")
-        log = (self.directory / "log").read_text()
+        log = self.daemon.log()
         self.assertEqual(log.count("is missing"), 1, log)
         shutil.copy(SDK, self.directory / "copying")
         os.rename(self.directory / "copying", later)  # whole at once
         self.until(lambda: "device dhd" in self.ctl("doctor").stdout)
         self.assertNotIn("missing", self.ctl("list").stdout + self.ctl("doctor").stdout)
-        self.daemon.terminate()
-        self.assertEqual(self.daemon.wait(), 0)
+        self.assertEqual(self.daemon.terminate(), 0)
 
     def test_a_device_of_the_command_line_must_open(self):
         (self.directory / "second").mkdir()
-        done = subprocess.run([BUILD / "daemon/hapticd", "--allow-no-rt", "--socket", self.directory / "second/control.sock", "--device",
+        done = subprocess.run([HAPTICD, "--allow-no-rt", "--socket", self.directory / "second/control.sock", "--device",
                                "dhd://default?sdk=/nowhere/lib.so"], capture_output=True, text=True, check=False, timeout=60)
         self.assertEqual(done.returncode, 4, done.stderr)
         self.assertIn("/nowhere/lib.so", done.stdout + done.stderr)

@@ -1,0 +1,64 @@
+"""A daemon of a test's own, for tests in Python."""
+import ctypes
+import pathlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+
+_LIBC = ctypes.CDLL(None)
+_PR_SET_PDEATHSIG = 1
+
+
+class OwnDaemon:
+    """hapticd in a directory of its own, which has its sockets, hapticd.toml and log. Stands still until start().
+
+    DIRECTORY in the configuration is that directory; without a configuration there is the built-in one. `options` are
+    those of subprocess.Popen. close() ends it and removes the directory; it does not outlive a test that is killed.
+    """
+
+    def __init__(self, program, *arguments, config="", **options):
+        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="hapticd-test-"))
+        self.socket = self.directory / "control.sock"
+        self.options = options
+        self.process = None
+        self._command = [program, "--allow-no-rt", "--socket", self.socket, *arguments]
+        if config:
+            file = self.directory / "hapticd.toml"
+            file.write_text(config.replace("DIRECTORY", str(self.directory)))
+            self._command += ["--config", file]
+
+    def start(self):
+        """Until it is ready. Also again, on the same socket."""
+        said = len(self.log())
+        with open(self.directory / "log", "ab") as log:
+            self.process = subprocess.Popen(self._command, stdout=log, stderr=log, **self.options,
+                                            preexec_fn=lambda: _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL))
+        end = time.monotonic() + 30
+        while "ready: " not in self.log()[said:]:
+            if self.process.poll() is not None or time.monotonic() > end:
+                raise RuntimeError(self.log())
+            time.sleep(0.01)
+
+    def log(self):
+        path = self.directory / "log"
+        return path.read_text() if path.exists() else ""
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+    def terminate(self):
+        """Gives its exit code."""
+        self.process.terminate()
+        return self.process.wait(20)
+
+    def close(self):
+        try:
+            if self.process is not None:
+                self.terminate()
+        finally:
+            if self.process is not None:
+                self.kill()
+            shutil.rmtree(self.directory)

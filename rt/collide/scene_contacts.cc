@@ -332,7 +332,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     const Sided was = side_[i].slot == obstacle.slot ? side_[i] : Sided{};
     int side = was.side;
     Vec3 x_W = middle_W;
-    const auto look = [&] HD_RT {
+    const auto look = [&]() HD_RT {
       return disc ? lookFromDisc(i, held, obstacle, reach, purse, side, x_W, at)
                   : lookAt(obstacle, obstacle.X_WO.inverse() * x_W, reach, purse, side, at);
     };

@@ -111,7 +111,7 @@ Result<void> Core::acquireLease(std::uint64_t id) {
   OpenDevice& device = *session->device;
   if (device.lease == id) return {};
   device.lease = id;
-  // Who takes it does not find the hand off its point by another's word.
+  // A clutch that another client held does not pass on to the new holder.
   if (std::exchange(device.clutch_held, false)) device.applyClutch();
   log::info("{}: lease to '{}' (pid {})", device.name, log::printable(session->client.name), session->client.pid);
   publish(EventKind::kLeaseTaken, device.name, session->client.name, id);
@@ -128,7 +128,7 @@ Result<void> Core::releaseLease(std::uint64_t id) {
 void Core::loseLease(OpenDevice& device, const std::string& why) {
   const std::uint64_t session = std::exchange(device.lease, 0);
   switchOff(device, CommandKind::kDisarm);
-  // While its force is lowered none comes back, and who arms it next does not find the hand off its point.
+  // Let the clutch go: the force is being lowered anyway, and whoever arms next should not find it held.
   if (std::exchange(device.clutch_held, false)) device.applyClutch();
   log::info("{}: lease of session {} ends, disarmed: {}", device.name, session, why);
   publish(EventKind::kLeaseLost, device.name, why, session);
@@ -146,7 +146,7 @@ Result<void> Core::mayArm(OpenDevice& device) const {
   if (asleep_) {
     return Error{ErrorCode::kWouldBlock, device.name, "the machine goes to sleep", "arm it when the machine is awake"};
   }
-  if (stopping_) {  // A client may be quick to reconnect, and the end would come on a force that rises.
+  if (stopping_) {  // A client that reconnects quickly must not be ramping up when hapticd ends.
     return Error{ErrorCode::kWouldBlock, device.name, "hapticd stops", "arm it when hapticd is back"};
   }
   if (device.device().calibration() == Calibration::kNeeded || device.device().calibration() == Calibration::kRunning) {
@@ -208,7 +208,7 @@ void Core::pollArms() {
         arm.done({});
       }
     } else if (clock_.now() - arm.since_ns > kArmAnswerNs) {
-      // Else it came to be armed after this answer. Whoever has lost the lease was disarmed then.
+      // Disarm, or the order might still arm it after this refusal. A lease lost meanwhile has disarmed it already.
       if (device.lease == arm.session) {
         if (arm.took_lease) {
           loseLease(device, "it could not be armed");

@@ -100,7 +100,7 @@ void Core::refusedByServo(const std::string& device, const ServoEvent& e, Sessio
 
 void Core::translate(GroupLink& link, const ServoEvent& e) {
   OpenDevice* const device = devices_.at(link, e.device);
-  // Of what else the servo tells it names no session, and slot 0 is somebody's.
+  // Other events name no session: their 0 is not slot 0, which belongs to somebody.
   const bool told_of = e.kind == ServoEventKind::kModelExpired || e.kind == ServoEventKind::kCommandRefused;
   Session* const session = told_of ? sessions_.bySlot(link, e.session) : nullptr;
   const std::string name = device == nullptr ? link.name() : device->name;

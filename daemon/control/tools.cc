@@ -74,7 +74,7 @@ void Core::hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& objec
   const MassProperties mass = massOf(shape, meshes_, wish.mass);
   const DeviceInfo& info = device.info();
   const double dt = static_cast<double>(device.link->group().options().cycle.period_ns) * 1e-9;
-  // Chosen as the device is to bear them, for the mass that it feels; told in the world.
+  // Gains are chosen in the device's own scale, for the mass as felt there, then converted to the world's.
   const double s = device.mount.scale();
   const CouplingNeeds needs{s * wish.mass, mass.inertia_O.trace() / 3 / s, dt, s * wish.stiffness};
   CouplingGains gains = chooseGains(info, needs);

@@ -89,7 +89,7 @@ Result<void> DeviceGroup::startThreads() {
   };
 
   auto ingest = run(ingest_thread_, "ingest", options_.ingest_priority, [this] {
-    // The servo's deadlines are whole periods: half a period off them, neither wakes while the other works.
+    // The servo wakes at whole periods, ingest half a period later, so that neither wakes while the other works.
     const std::int64_t period_ns = options_.cycle.period_ns;
     while (!stop_others_.load(std::memory_order_relaxed)) {
       ingest_->step(clock_.now(), servo_->counters.tick.load(std::memory_order_relaxed));
@@ -97,7 +97,7 @@ Result<void> DeviceGroup::startThreads() {
     }
   });
   if (!ingest) return ingest;
-  // Below both that it must never delay, wherever the configuration puts them.
+  // Below servo and ingest, which it must never delay, whatever priorities the configuration gives them.
   const int below = std::min(options_.servo_priority, options_.ingest_priority) - 1;
   const int collide_priority = std::clamp(below, 1, options_.collide_priority);
   auto collide = run(collide_thread_, "collide", collide_priority, [this] {
@@ -180,7 +180,7 @@ bool DeviceGroup::endThreads(std::int64_t patience_ns) {
 void DeviceGroup::joinAll() noexcept {
   stop_.store(true, std::memory_order_release);  // R4
   servo_thread_.join();
-  SafetyLines::giveBack(std::exchange(servo_->sign, nullptr));  // At once: what is left may take longer than its beat.
+  SafetyLines::giveBack(std::exchange(servo_->sign, nullptr));  // First: to join the others may outlast its beat.
   stop_others_.store(true, std::memory_order_relaxed);
   collide_thread_.join();
   ingest_thread_.join();

@@ -143,7 +143,7 @@ void DeviceManager::poll() {
     GroupOpening opening = std::move(*it);
     groups_opening_.erase(it);
     finish(opening);
-    it = groups_opening_.begin();  // It may have been the turn's only obstacle, and may have begun others.
+    it = groups_opening_.begin();  // Again from the start: others may be free to finish, or newly begun.
   }
 }
 

@@ -80,7 +80,7 @@ void GroupLink::forgetSceneOrders() {
   for (Command& command : outbox_) {  // Replaced, not taken out: tickets count places.
     if (isOfScene(command)) command = Command{};
   }
-  // Once round the ring, whose two ends are both ours while the servo stands.
+  // Each entry is popped and pushed back once: while the servo stands still, both ends of the ring are ours.
   ControlToServo& ring = group_->servo().from_control;
   Command command;
   for (std::uint32_t left = ring.size(); left > 0 && ring.pop(command); --left) {

@@ -106,7 +106,7 @@ void WantedGroups::answered(Wanted& wanted, const GroupConfig& tried, const Resu
   const Error& why = result.error();
   if (why.code == ErrorCode::kNoRealtime && fatal_) fatal_ = why;
   if (why.code == ErrorCode::kNoRealtime && patient() && !wanted.tried) return;  // The start ends with it.
-  // Only for its own sake: another one may find all the same that a device of its group is not there.
+  // Pass over a candidate only if it failed itself, not if another device of its group is missing.
   if (wanted.candidates.size() > 1 && devices_.culprit() == wanted.candidates.front()) {
     log::warn("{} does not open and is passed over: {}", log::printable(wanted.candidates.front()),
               log::printable(toString(why)));

@@ -181,7 +181,7 @@ void BuilderLeash::State::condemn(std::string why) {
   doom = std::move(why);
   closed = true;
   ::epoll_ctl(epoll.get(), EPOLL_CTL_DEL, socket.get(), nullptr);
-  ::kill(pid, SIGKILL);  // Does not change how it died if it is dying already.
+  ::kill(pid, SIGKILL);  // If it is dying already, its exit status stays as it is.
 }
 
 void BuilderLeash::State::lose(std::string why) {
@@ -277,7 +277,7 @@ void BuilderLeash::State::handle(BuilderFrame& frame) {
 
 void BuilderLeash::State::checkEnd() {
   if (pid == 0) return;
-  // Until it is reaped its number is nobody else's: receive() may have it killed.
+  // WNOWAIT: until it is reaped its pid cannot be another process's, and receive() may still kill it.
   siginfo_t info{};
   if (::waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid != pid) return;
   receive();  // what it said before

@@ -15,7 +15,7 @@ Result<pid_t> spawnProgram(const std::string& program, const std::vector<std::st
                            std::span<const int> fds) {
   constexpr int kFirst = 3;
   const int end = kFirst + static_cast<int>(fds.size());
-  // Out of the way of the numbers they shall have: else one could be closed by another's coming.
+  // First copied above the numbers they are to get, or one dup2() could close another that is still needed.
   std::vector<UniqueFd> copies;
   for (const int fd : fds) {
     copies.emplace_back(::fcntl(fd, F_DUPFD_CLOEXEC, end));

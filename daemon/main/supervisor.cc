@@ -50,7 +50,7 @@ void Supervisor::step() {
 
 bool Supervisor::heartbeatsAdvanced() {
   bool all = true;
-  std::map<const GroupLink*, std::uint64_t> seen;  // Made anew: where a group was another may stand by now.
+  std::map<const GroupLink*, std::uint64_t> seen;  // A fresh map: an address may be another group's by now.
   for (const auto& link : core_.devices().links()) {
     const std::uint64_t cycles = seen[link.get()] = link->cycles();
     const auto before = last_cycles_.find(link.get());

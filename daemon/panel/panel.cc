@@ -151,7 +151,7 @@ void Panel::show(std::int64_t now_ns) noexcept {
     const bool used = sign.used.load(std::memory_order_acquire);
     const std::uint64_t cycles = sign.cycles.load(std::memory_order_acquire);  // A9, pairs with R9 in Servo::runOnce()
     const bool advanced = cycles != std::exchange(seen_cycles_[i], cycles);
-    if (!used || cycles == 0) continue;  // While one is started it is no reason to take the others' amplifiers off.
+    if (!used || cycles == 0) continue;  // One that is just starting takes no other's amplifier off.
     alive = alive && advanced;
     enabled = enabled || (advanced && sign.enabled.load(std::memory_order_relaxed));
   }

@@ -87,7 +87,7 @@ void Recorder::run() noexcept {
   }
   try {
     record();
-  } catch (...) {               // Nobody is above us, and there is but one thing that it can be.
+  } catch (...) {               // This thread's last frame; only bad_alloc can come.
     end_.reason = "no memory";  // Short enough to need none.
     end_.lost = log_->lost();
   }
@@ -107,7 +107,7 @@ void Recorder::record() {
       changed_.wait_for(lock, kRound, [this] { return reason_.has_value(); });
       if (reason_) reason = *reason_;
     }
-    // Read before draining: of a log that is finished or broken nothing is missed then.
+    // Whether the log has ended is read before draining it, so that its last entries are drained as well.
     const bool last = !reason.empty() || log_->lost() != 0;
     going = drain(writer);
     end_.cycles = writer.cycles();

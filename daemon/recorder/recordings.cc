@@ -170,8 +170,8 @@ void Recordings::endRecording(Recording& recording, const std::string& reason) {
   recording.ending_since_ns = clock_.now();
   if (recording.link == nullptr) return;
   recording.link->group().servo().log.store(nullptr, std::memory_order_relaxed);
-  // The cycle under way may have the log still; the one after it, a sleep later, has not. What they wrote is there when
-  // cycles() counts them.
+  // The cycle under way may still be writing to the log, the next one is not. Both have ended, and what was written
+  // is visible, when cycles() has counted them.
   recording.let_go_after = recording.link->cycles() + 2;
 }
 

@@ -81,7 +81,7 @@ Result<bool> BlockReader::next(kj::Array<capnp::word>& message) {
   if (head.bytes == 0 || head.bytes % 8 != 0 || head.bytes > kMostBlockBytes) {
     return damaged(fmt::format("the block claims {} bytes", head.bytes));
   }
-  // Piece by piece: a claim costs nothing, only bytes that are there do.
+  // Read piece by piece, so that a block which claims to be huge takes no more memory than it really has bytes.
   std::vector<std::byte> bytes;
   while (bytes.size() < head.bytes) {
     const std::size_t before = bytes.size();

@@ -87,7 +87,7 @@ Result<std::unique_ptr<Replayer>> Replayer::open(const std::string& path) {
 
 Result<std::unique_ptr<Replayer>> Replayer::start(RecordingReader reader) {
   std::unique_ptr<Replayer> out(new Replayer(std::move(reader)));
-  // The meshes at the start stand before the first cycle: with it they are read.
+  // Reading the first cycle also reads the meshes of the start, which stand before it.
   if (auto more = out->readOne(); !more) return more.error();
   out->cycle_ = makeCycle(out->reader_.header().start, *out->table_);
   return out;

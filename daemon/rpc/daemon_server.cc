@@ -111,7 +111,7 @@ kj::Promise<void> DaemonServer::openSession(OpenSessionContext context) {
 
 kj::Promise<void> DaemonServer::scene(SceneContext context) {
   return answer(context, [&](auto, auto results) -> Result<void> {
-    // One for all who ask: a client that releases none would have the daemon keep them all.
+    // One object for every request: else a client that never releases any would make the daemon keep them all.
     KJ_IF_MAYBE (scene, scene_) {
       results.setScene(*scene);
     } else {

@@ -135,7 +135,7 @@ void ControlServer::accept(kj::AuthenticatedStream stream, bool administration) 
       core_.disconnect(number);
     };
     auto id = core_.connect(pid, *uid, administration);
-    if (!id && !administration) {  // Nobody keeps others from stopping a device by coming to stop one.
+    if (!id && !administration) {  // No user may block stopping by holding all the places for it.
       if (const auto oldest = core_.clients().oldestToStop(*uid)) {
         leave(*oldest);
         id = core_.connect(pid, *uid, administration);

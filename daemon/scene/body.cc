@@ -57,7 +57,7 @@ std::string withoutField(const std::string& name, const ShapeSpec& shape, const 
     return fmt::format("'{}' has no volume: its vertices alone touch; load it with one (--voxel)", name);
   }
   if (volume->patches.size() <= most_patches) return {};
-  // Points go by the square of the voxel; a tenth for what does not scale.
+  // The number of points goes with 1 / voxel^2; a tenth is added for what does not scale so.
   const double points = volume->point_count / kFewestOfAPatch / most_patches;
   const double voxel_mm = 1.1e3 * double{volume->voxel} * std::sqrt(std::max(1.0, points));
   return fmt::format(

@@ -235,7 +235,7 @@ Result<void> SceneModel::setShape(std::string_view name, const ShapeSpec& shape)
   object->spec.shape = shape;
   post(*object, shapeCommand(*object));
   if (object->spec.body.mass > 0) {
-    // Its mass is spread over the new shape; what has no end stays where it is.
+    // Its mass is spread over the new shape; an infinite shape (a plane) can have none and no longer moves.
     if (!checkMovable(describe(objectSlot(object->id)).spec, meshes_, "shape")) object->spec.body.mass = 0;
     post(*object, bodyCommand(*object));
   }
@@ -245,7 +245,7 @@ Result<void> SceneModel::setShape(std::string_view name, const ShapeSpec& shape)
 }
 
 void SceneModel::clientLeft(std::uint64_t connection) {
-  // Who carries somebody else's object stays and becomes that one's; deepest first would not see it, so parents first.
+  // An object that carries another client's stays and becomes that client's. Parents first: it shows only from there.
   const auto foreign = [&](std::uint32_t root) -> const Object* {
     std::vector<std::uint32_t> open = childSlots(root);
     for (std::size_t i = 0; i < open.size(); ++i) {

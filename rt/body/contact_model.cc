@@ -100,7 +100,7 @@ Touch ContactModel::touch(std::uint32_t i, const Pose& X_WA, const Vec3& com_W, 
   to.n = X_WB.q * n_B;
   to.gap = to.n.dot(a - X_WB.p) - from.offset;
   to.r_a = a - com_W;
-  to.moving = V_WB.v + V_WB.w.cross(a - X_WB.p);  // what B's surface does where A's point is
+  to.moving = V_WB.v + V_WB.w.cross(a - X_WB.p);  // velocity of B's surface at A's point
   to.key = from.key;
   return to;
 }

@@ -77,7 +77,7 @@ void JointStep::sweep() HD_RT {
     ++rounds;
     work_ += touches_;
     if (!(changed > ConstraintResponse::kTolerance)) break;
-    // Where the last one has not helped, as where touches jam and no impulses will do, sweeps go on alone.
+    // Leap only while leaps help: where touches jam, so that no impulses solve them, plain sweeps go on.
     if (joined_ && rounds == next_leap && changed < at_leap &&
         work_ + leap_cost + kNextLeap * touches_ <= kMaxRelaxations) {
       leap(rounds == kFirstLeap);

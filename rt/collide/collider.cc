@@ -36,7 +36,7 @@ void Collider::step(Clock* clock) HD_RT {
     const std::int64_t deadline_ns = clock != nullptr ? clock->now() + share_ns : 0;
     ContactModel& model = answer_[d];
     DetectorReport report;
-    // What it says is felt until the next answer: one period ahead, and half for the way.
+    // [s] An answer is in force until the next: one period, plus half a period until it has arrived.
     const double ahead = 1.5e-9 * static_cast<double>(kPeriodNs);
     contacts_[d]->find(held, ahead, {kUnits, deadline_ns, clock}, model, report);
     Command answer;

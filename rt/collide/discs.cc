@@ -76,7 +76,7 @@ SceneContacts::Looked SceneContacts::lookFromDisc(std::uint32_t i, const Collide
   };
   const double first = c.z(), seen = across();
   if (std::clamp(seen, least, most) != first && moveTo(seen)) {
-    // Along an edge the place goes with the disc by a part of its way: two of them tell where they meet. Facets do not.
+    // On an edge the contact shifts in proportion to the disc: a secant step finds where both meet. Not on a facet.
     const double second = c.z(), slope = (across() - seen) / (second - first);
     const double meet = (seen - slope * first) / (1 - slope);
     if (slope < kWithEdge && std::abs(std::clamp(meet, least, most) - second) > kMetEdge) {
@@ -120,7 +120,7 @@ bool SceneContacts::isThere(const Contact& contact, const CollideRequest::Held& 
   const Looked looked = lookAt(obstacle, obstacle.X_WO.inverse() * contact.p_WA, reach, purse, side, there);
   const double most = contact.depth > 0 ? -kAsDeep * contact.depth : -contact.depth;
   if (looked != Looked::kNear || !(there.gap <= ContactModel::kLeastReach + most)) return false;
-  // Nothing is inside a sheet, and behind it, beyond its border, is not in it.
+  // A sheet has no inside: what lies behind it but beyond its border does not touch it.
   return !there.border || there.gap >= -ContactModel::kLeastReach;
 }
 

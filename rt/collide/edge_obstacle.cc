@@ -124,7 +124,7 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
   const auto add = [&](const Edge& edge, double t, std::uint32_t feature) HD_RT {
     const double reach = std::max(kReach, margin);
     double apart = gapAt(edge.point(t), Vec3::Zero(), reach), times = 1;
-    if (apart < 0 && apart > -2 * kToSide) {  // From just within the tool no normal is sure: a little farther.
+    if (apart < 0 && apart > -2 * kToSide) {  // Barely inside, the normal is unreliable: look from farther out.
       times = 1.25;
       if (t > 0 && t < 1)
         t = nearestBeside(t, edge.length(),
@@ -132,7 +132,7 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
       apart = gapAt(edge.point(t), Vec3::Zero(), reach, times);
     }
     const Vec3 x_B = edge.point(t);
-    // A vertex of the tool is one of its points, and its mantle has discs.
+    // Vertices of the tool are met as its points, and its mantle by discs: neither is an edge's to find.
     if (!(apart <= margin + 2 * kInset) || nearest.kind == FeatureKind::kVertex) return;
     Vec3 n_A = normal(apart), p_A = nearest.point;
     double gap = n_A.dot(p_A - X_AB * x_B);

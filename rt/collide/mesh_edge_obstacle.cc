@@ -256,7 +256,7 @@ bool SceneContacts::RidgeSearch::add(const Ridge& ridge, std::uint32_t triangle,
                                      std::uint32_t j) HD_RT {
   const double length = ridge.length(), reach = std::max(kReach, margin);
   double inset = std::min(kInset, 0.25 * length), gap_inset = gapAt(ridge.at(t) - inset * ridge.out, reach);
-  if (gap_inset < 0 && gap_inset > -2 * kToSide) {  // From just within the tool no normal is sure: a little farther.
+  if (gap_inset < 0 && gap_inset > -2 * kToSide) {  // Barely inside, the normal is unreliable: look from farther out.
     inset *= 1.25;
     if (t > 0 && t < 1)
       t = nearestBeside(t, length, [&](double at) HD_RT { return gapAt(ridge.at(at) - inset * ridge.out, reach); });

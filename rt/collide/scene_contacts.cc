@@ -235,7 +235,7 @@ void SceneContacts::lookAhead(std::uint32_t k, const CollideRequest::Held& held,
   query.b.X_WO = later(obstacle.X_WO, obstacle.V_WO);
   findIn(k, query);
   field_found_.report.touching = 0;  // Not yet.
-  // A contact is a point of the tool and a plane of the obstacle: both are taken back to where their bodies are.
+  // Found where the bodies will be: its point goes back with the tool, its plane with the obstacle.
   const Pose back_A = held.X_WO * query.a.X_WO.inverse(), back_B = obstacle.X_WO * query.b.X_WO.inverse();
   const std::uint32_t found = found_.count;
   std::uint32_t met = 0;
@@ -268,7 +268,7 @@ SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obst
     if (!isSheet(obstacle.shape)) {
       side = 0;
     } else {
-      // Nothing is inside: a wall from the side that the point came from, and none beside the rim.
+      // A sheet has no inside: it is a wall seen from the side the point came from, and nothing beside its rim.
       const bool beside =
           nearest.kind != FeatureKind::kFace && std::abs(way.dot(nearest.pseudo_normal)) < 0.5 * distance;
       if (side == 0 || beside) side = inside ? -1 : 1;
@@ -337,7 +337,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
                   : lookAt(obstacle, obstacle.X_WO.inverse() * x_W, reach, purse, side, at);
     };
     Looked looked = look();
-    // Over a border between two questions it is another side, not a way through.
+    // A point that went around the border since the last question has changed sides, not gone through the sheet.
     if (looked == Looked::kNear && side != 0 && !was.in && at.gap < 0 &&
         hasGoneRound(points_.at(i), held, obstacle, at.out, purse)) {
       side = 0;
@@ -365,7 +365,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     keep(contact, held, k);
     purse.report.touching += contact.depth >= 0 ? 1 : 0;
   }
-  // How deep a point was is kept until it is known to be elsewhere: without, it would be out of reach.
+  // A point's depth is kept until it is known to have left: the search reaches only as deep as it says.
   const bool known = finished && !unknown;
   hot_[i] = hot || (!known && hot_[i]);
   if (known || sided.side != 0) side_[i] = sided;

@@ -73,7 +73,7 @@ ErrorCode Cycle::applySessionOrder(const Command& command, const CycleInput& inp
       break;
     default:
       session.free();
-      // The slot's next owner may not inherit what this one sent ahead.
+      // Commands that this session sent for later ticks must not act for the slot's next owner.
       for (std::uint32_t i = 0; i < pending_count_; ++i) {
         if (pending_[i].session == slot) pending_[i].kind = CommandKind::kNone;
       }
@@ -146,7 +146,7 @@ ErrorCode Cycle::applyMount(const SetMount& order) HD_RT {
   DeviceState& device = devices_[order.device];
   if (!Mount::valid(order)) return ErrorCode::kInvalidArgument;
   if (device.guard.armed()) return ErrorCode::kWouldBlock;
-  // Of a hand that is off its point the clutch brings the place along when it is let go, in the new scale.
+  // While the clutch is held only the scale changes here; the place follows when it is let go.
   if (order.keeps_place != 0) {
     device.mount = Mount(device.mount.pose(), order.scale);
   } else {
@@ -301,7 +301,7 @@ void Cycle::moveTools(const CycleInput& input, CycleOutput& output) HD_RT {
     const DeviceSample& sample = place(d, input);
     Twist& velocity = output.device[d].velocity;
     output.device[d].pose = {sample.p, sample.q};
-    if (!usable(input.device[d]) || !usable(sample)) {  // the guard latches on it; nothing here may see it
+    if (!usable(input.device[d]) || !usable(sample)) {  // The guard latches a fault; nothing may compute with it.
       device.started = false;
       device.velocity.reset();
       device.tool.forget();
@@ -343,7 +343,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     source[HD_SOURCE_SURFACE].force = out.contact.force;
     const SurfaceForces added =
         device.effects.step(scene_, out.contact, device.proxy.holding(), sample.p, out.velocity.v);
-    // Where a relief takes the ground from under the finger, friction bears as much less.
+    // A relief that takes away part of the normal force takes the same part of the pad's friction.
     if (const double presses = out.contact.force.dot(out.contact.normal); presses > 0) {
       const double left = std::clamp(1 + added.relief.dot(out.contact.normal) / presses, 0.0, 1.0);
       pad.moment *= left;
@@ -403,7 +403,7 @@ void Cycle::bringToDevice(std::uint32_t d, const DeviceOutput& out) HD_RT {
 }
 
 void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput& out) HD_RT {
-  // What touches the scene is the tool, and not the device's own point: that one starts anew when the hand is empty.
+  // The tool touches the scene instead of the device's own point, which starts afresh when the tool is let go.
   DeviceState& device = devices_[d];
   device.proxy.reset(sample.p);
   device.shading.reset();

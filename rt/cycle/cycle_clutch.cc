@@ -15,7 +15,7 @@ void Cycle::moveClutch(std::uint32_t d, const CycleInput& input) HD_RT {
   if (held == clutch.frozen() || (held && clutch.weight() > 0)) return;
   const Vec3 here = device.mount.toWorld(Pose{read.p, read.q}).p;
   if (held) return clutch.freeze(device.started ? device.rest : here);
-  // What would be too far for a mount is felt nowhere else either: the point goes there, while nothing is felt.
+  // A mount reaches only so far. Beyond, the point moves to the nearest place it can have; nothing is felt meanwhile.
   clutch.thaw();
   Pose X_WD = device.mount.pose();
   X_WD.p = (X_WD.p + (clutch.anchor() - here)).cwiseMax(-Mount::kFarthest).cwiseMin(Mount::kFarthest);

@@ -36,7 +36,7 @@ std::uint32_t objectOf(const Command& command) HD_RT {
   }
 }
 
-// A new kind does not compile before it is decided here whether it names a device.
+// A new kind of command does not compile until this switch says whether it names a device.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wswitch"
 /** The device that an order is for; 0 as well where it is for none. */
@@ -73,7 +73,7 @@ std::uint32_t deviceOf(const Command& command) HD_RT {
     case CommandKind::kReviveSession:
     case CommandKind::kFreeSession:
     case CommandKind::kSetSurface:
-    case CommandKind::kToolContacts:  // Of a body as well.
+    case CommandKind::kToolContacts:  // May also be for a body.
     case CommandKind::kSetBody:
     case CommandKind::kSetGravity:
     case CommandKind::kSetEffect:

@@ -36,7 +36,7 @@ void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orde
 
 std::unique_ptr<Cycle> makeCycle(const CycleStart& start, const MeshTable& meshes) {
   auto cycle = std::make_unique<Cycle>(start.config, meshes);
-  // When vertices have moved is told by the clock of the cycle before; a replay has not seen that one.
+  // Vertex motion is timed by the clock of the cycle before, which a replay has not seen: begin without any.
   for (std::uint32_t entry = 0; entry < kMaxMeshes; ++entry)
     if (MeshView* const mesh = meshes.get(entry)) forgetMotion(*mesh);
   for (std::uint32_t d = 0; d < start.config.device_count; ++d) {

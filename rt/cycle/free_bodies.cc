@@ -206,7 +206,7 @@ void FreeBodies::push(std::uint8_t body, const Vec3& impulse, const Vec3& at, co
   entry.body.wake();
   entry.ours = entry.pushed = true;
   rigid.setTwist({V.v + change.v, V.w + change.w});
-  if (entry.mover != kNone) joint_.moved(entry.mover);  // A tool that touches it has brought it in.
+  if (entry.mover != kNone) joint_.moved(entry.mover);  // A tool that touches it has added it to the joint step.
 }
 
 /** Contact i of body k as it stands now. Against a body that moves r_b counts, else `moving`. */
@@ -360,7 +360,7 @@ void FreeBodies::place(Scene& scene, const Entry& entry, const Twist& V_WC) HD_R
   const RigidBody& body = entry.body.body;
   const Pose X = body.pose();
   const Twist V{V_WC.v - V_WC.w.cross(body.com() - X.p), V_WC.w};
-  // Ours as if a client moved it: so control and the other groups learn where it is.
+  // Applied as a client's own move would be, so that control and the other groups learn the pose (PoseBoard).
   const std::uint32_t mover = entry.ours ? 0 : kControlSession;
   (void)scene.apply(makeCommand(CommandKind::kObjectPose, poseMessage(entry.object, X, V), mover));
 }

@@ -73,7 +73,7 @@ void HeldTool::gather(const Scene& scene, const FreeBodies& bodies) HD_RT {
     const SceneObject& object = scene.slot(slot);
     if (!isFelt(object)) continue;
     const std::uint8_t body = bodies.find(slot);
-    // What it touched where something else stood, or the same elsewhere, may be deep in it: a blow by the whole leap.
+    // Skip contacts with what has been replaced or has jumped: by its whole leap deep, they would hit the hand.
     if (body != FreeBodies::kNone ? bodies.wasPut(body) : !isKnown(scene, slot)) continue;
     body_of_[touches_] = body;
     Touch& touch = touch_[touches_++];
@@ -100,7 +100,7 @@ void HeldTool::yieldTo(const Scene& scene) HD_RT {
     const auto slot = static_cast<std::uint32_t>(touch_[i].key >> 24);
     const double give = 1 / scene.slot(slot).material.stiffness - 1 / stiffness_end;
     if (!(give > 0)) continue;
-    // All that overlap the object share its stiffness: a face is no stiffer than a corner.
+    // Contacts that overlap one object share its stiffness, so that a face is no stiffer than a corner.
     const auto overlap = [&](const Touch& t) HD_RT { return t.gap < 0 && t.key >> 24 == slot; };
     const auto sharing = std::count_if(touch_.begin(), touch_.begin() + touches_, overlap);
     touch_[i].give = give * static_cast<double>(std::max<std::ptrdiff_t>(1, sharing));
@@ -176,7 +176,7 @@ void HeldTool::finish(Scene& scene, const Twist& velocity, double dt, HeldToolOu
   out.weight = std::clamp(1 - (age_ - kStale) / kFade, 0.0, 1.0);
   out.wrench.force = out.weight * step_.on_device.force;
   if (order_.shows_torque != 0) out.wrench.torque = out.weight * step_.on_device.torque;
-  // Energy that does not come through the force: what moves, the weight, and the wrist, shared among the axes.
+  // Power beyond force times velocity: from moving obstacles, the weight, and the wrist's torque, split by axis.
   const bool direct = (order_.flags & kToolDirect) != 0;
   const double wrist = -step_.on_device.torque.dot(velocity.w);
   const Vec3 moved = direct ? Vec3(dt * tool_.body().twist().v) : Vec3(tool_.body().com() - com_);
@@ -184,13 +184,13 @@ void HeldTool::finish(Scene& scene, const Twist& velocity, double dt, HeldToolOu
   out.stored = direct ? stored_ : tool_.energy() + tool_.reserve();
   noteTouch(scene, out);
 
-  // As if a client moved it: so control and the other groups learn where it is (PoseBoard).
+  // Applied as a client's own move would be: so control and the other groups learn the pose (PoseBoard).
   const auto place = poseMessage(order_.object, tool_.body().pose(), tool_.body().originTwist());
   (void)scene.apply(makeCommand(CommandKind::kObjectPose, place, 0));
 }
 
 void HeldTool::noteTouch(const Scene& scene, HeldToolOutput& out) HD_RT {
-  // What touched goes on touching until it is clearly off: a tool at rest is no series of touches.
+  // Hysteresis: a touch ends only when the tool is clearly off, or a tool at rest would touch again and again.
   const double off = touched_ != 0 ? kOff : kOn;
   double nearest = off;
   for (std::uint32_t i = 0; i < touches_; ++i) {

@@ -31,7 +31,7 @@ class Mount {
   /** Of a place and a scale that such an order can say. */
   explicit Mount(const Pose& X_WD, double scale = 1) noexcept : X_WD_(X_WD), scale_(scale) {
     Quat& q = X_WD_.q;
-    // Only where it is no unit one yet: the order made of a mount gives the same mount, bit for bit.
+    // A unit quaternion stays as it is, so that a mount made from a mount's own order is the same bit for bit.
     if (std::abs(q.squaredNorm() - 1) > 0x1p-49) q.normalize();
     if (q.vec().isZero(0)) q.setIdentity();
     identity_ = X_WD_.p.isZero(0) && q.vec().isZero(0) && scale_ == 1;

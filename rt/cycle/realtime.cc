@@ -23,7 +23,7 @@
 namespace hapticd {
 namespace {
 
-// The word by which this thread's processor rounds, and what in it makes zeros of denormals, given and got.
+// Reads and sets this thread's floating-point control word, and its bits that flush denormals to zero.
 #if defined(__SSE2__)
 constexpr std::uint64_t kZeroDenormals = _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON;
 std::uint64_t arithmetic() noexcept { return _mm_getcsr(); }

@@ -166,7 +166,7 @@ SessionShare::Share SessionShare::evaluate(const ToolPoint& tool, std::int64_t n
 
   const double in_limit = shrink((share.local_model + share.client_force).norm(), limits_.force_n);
   scaleForce(share, in_limit);
-  share.stored *= 2 - in_limit;  // A spring that is bound gives back its limit all the way to where it was not.
+  share.stored *= 2 - in_limit;  // As in Guard::pass(): a capped spring gives back more than the cap's share.
   share.client_torque *= shrink(share.client_torque.norm(), limits_.torque_nm);
 
   Envelope& envelope = force_[tool.device];

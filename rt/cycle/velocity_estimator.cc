@@ -6,7 +6,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kRounded = 1 + 0x1p-10;  // Readings a step apart, in parts of it: those of a float's rounding, too.
+constexpr double kRounded = 1 + 0x1p-10;  // [steps] So near, readings count as one step apart: floats round.
 
 /**
  * The end-fit line of one axis, which takes samples from the newest on. The slopes of the lines that pass all of them

@@ -69,7 +69,7 @@ bool ObjectEffects::find(const SceneObject& object, const EffectParameters& effe
     query.limit = static_cast<std::uint32_t>(most_visits);
     query.nearly = true;
     const bool mesh = object.shape.kind == ShapeKind::kMesh;
-    // A field fills a solid however deep; where a solid holds the hand, its guide is as deep as at the surface.
+    // A field fills its solid at any depth, and so does the guide of a solid that holds the hand inside.
     const bool fills = guide ? holdsInside(object) : !mesh;
     if (mesh || !fills) query.reach = effect.reach;
     Nearest nearest;

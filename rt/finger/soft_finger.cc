@@ -80,7 +80,7 @@ FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contac
   q_hand_ = q_now_;
   normal_ = contact.normal;
 
-  // What presses, and how much of friction is taken by what is across: eq. 2.48's x, of both coefficients.
+  // The normal force, and the share of friction that sliding forces take already: x of eq. 2.48, for mu_s and mu_d.
   const double pressed = pressOf(contact);
   const Vec3 lag = contact.pull - contact.pull.dot(normal_) * normal_;
   const double across = contact.stiffness * lag.norm();
@@ -101,7 +101,7 @@ FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contac
   if (slips_) twist_ = std::copysign(sliding / k, moment);
   out.moment = k * twist_;
 
-  // The pad is viscous while it sticks, and never more than friction.
+  // While it sticks the pad is viscous too, but spring and viscosity together never exceed friction.
   const double w_relative = (motion.w_object - motion.hand.w).dot(normal_);
   const Vec3 v = contact.velocity - motion.hand.v, v_across = v - v.dot(normal_) * normal_;
   if (!slips_) out.moment = std::clamp(out.moment + k * kTwistRetardation * w_relative, -still, still);

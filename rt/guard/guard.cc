@@ -22,7 +22,7 @@ constexpr double kMostTogether = 1.5;
 
 double toGrid(double x) HD_RT {
   const double steps = x * kPerGrid;
-  // As std::trunc, which is a call where the processor is not known to have SSE 4.1. From 2^53 on each number is on it.
+  // As std::trunc, which is a function call without SSE 4.1. From 2^53 steps on every double lies on the grid.
   return std::abs(steps) < 0x1p53 ? static_cast<double>(static_cast<std::int64_t>(steps)) * kGrid : x;
 }
 /** Toward zero: never longer than x. */
@@ -150,7 +150,7 @@ std::uint32_t Guard::causeOf(const GuardInput& input, bool sources_finite) const
 }
 
 double Guard::storedIn(const GuardInput& input, const Wanted& wanted) HD_RT {
-  // Known, though damping may take all of its force just now: whether that is zero to the bit is rounding.
+  // A stated energy is used even while damping cancels the whole force, which is then zero only up to rounding.
   if (input.stored >= 0 && input.stored <= kLargest) return input.stored;
   return wanted.passive.isZero(0) ? 0 : -1;
 }
@@ -162,14 +162,14 @@ void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
   past_passive_.push(last_passive_);
   const Vec3 acted = past_passive_.acted(config_.delay);
   const double stored = storedIn(input, wanted);
-  // Bodies went on through periods that were missed. What was put in at once counts as often, up to what is stored.
+  // Bodies kept moving in missed periods: what they bring in one tick counts for each; limitStore() caps the sum.
   const Vec3 carried = (1.0 + input.missed) * last_carried_;
   passivity_.observe(acted, moved, carried + last_ramped_);
   passivity_.limitStore(stored);
   if (stored >= 0 && last_stored_ >= 0) {
     const double leaked = last_share_ * (stored - last_stored_) + acted.dot(moved) - carried.sum();
-    // Along the way the force should have gone from what acted to what it is now: more than that over the way is no
-    // leak of a wall, but somebody who has moved or changed it without saying so.
+    // A wall can leak at most the way times the change of its force, from what acted to what it is now. Anything
+    // beyond that comes from somebody who moved or changed the wall without saying so.
     passivity_.follow(std::min(leaked, (last_share_ * wanted.passive - acted).norm() * moved.norm()));
   }
   last_stored_ = stored;
@@ -178,7 +178,7 @@ void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
 
 void Guard::advanceState(const Wanted& wanted, const GuardInput& input) HD_RT {
   const double dt = input.dt;
-  // Of what ends by a time all that has passed counts; what rises waits for ticks.
+  // Missed periods count toward deadlines; the ramp rises only by ticks that ran.
   const double passed = dt * (1.0 + input.missed);
   ramp_rose_ = 0;
   switch (state_) {
@@ -224,7 +224,7 @@ Guard::Sent Guard::limit(const GuardInput& input, const Wanted& wanted, const Se
   const double ww = w.squaredNorm();
   const double linear = vv > kSlowest * kSlowest ? std::max(0.0, out.force.dot(v)) : 0.0;
   const double angular = ww > kSlowest * kSlowest ? std::max(0.0, out.torque.dot(w)) : 0.0;
-  // What active sources put in, as far as the limits above let them. Torque has no passive source.
+  // Power of the active sources after the limits above. All torque counts as active: no passive source makes any.
   const double wanted_norm = (wanted.passive + wanted.active + wanted.gravity).norm();
   const double share = wanted_norm > 0 ? std::min(1.0, out.force.norm() / wanted_norm) : 0.0;
   const double active = std::max(0.0, share * (wanted.active.dot(v) + carried_power_));
@@ -252,7 +252,7 @@ Guard::Sent Guard::slew(const Sent& target, double dt) const HD_RT {
     return Vec3(from + toGrid(clampStrictly(to - from, rate * dt)));
   };
   Sent out;
-  // A limit that was lowered clamps what stands at once, that of warm motors too; the slew binds from there.
+  // A lowered limit, that of warm motors too, clamps the present force at once; the slew limit applies from there.
   const double most = radiusOf(std::min(limits.force, heating_.allowed()));
   out.force = step(toGrid(clampStrictly(last_.force, most)), target.force, limits.force_slew);
   out.torque = step(toGrid(clampStrictly(last_.torque, radiusOf(limits.torque))), target.torque, limits.torque_slew);
@@ -283,16 +283,16 @@ Guard::Sent Guard::pass(const GuardInput& input, const Wanted& wanted, std::uint
   Sent out = slew(limit(input, wanted, target, flags), input.dt);
   if (state_ != State::kArmed && lowered_s_ >= kLower_s) out = Sent{};
 
-  // Who made what was sent: all sources shrink alike under ramp and limits; what the slew leaves counts as passive.
+  // Split what is sent by source: ramp and limits scale all alike; what the slew still holds counts as passive.
   const double tt = total.squaredNorm();
-  // Sources that cancel each other are sent for all that.
+  // Sources that cancel each other count as sent in full, though nothing is left of their sum.
   const double share = tt > 0 ? std::clamp(out.force.dot(total) / tt, 0.0, 1.0) : target_share;
   last_passive_ = out.force - share * (wanted.active + wanted.gravity);
   last_share_ = share;
   last_carried_ = share * input.dt * wanted.carried;
   last_ramped_.setZero();
   if (ramp_rose_ > 0) {
-    // A spring that limits bind gives back its limit all the way to where they do not.
+    // A spring capped at the share b of its force gives back b (2 - b) of its energy: the cap, then what is below it.
     const double bound = std::min(1.0, share / ramp_);
     last_ramped_ = byAxis(ramp_rose_ * ramp_ * bound * (2 - bound) * std::max(0.0, last_stored_), wanted.passive);
   }
@@ -313,7 +313,7 @@ void Guard::step(const GuardInput& input, GuardOutput& output) HD_RT {
   }
   if (present_cause_ != HD_FAULT_NONE && (armed() || latchesWhileDisarmed(present_cause_))) latch(present_cause_);
   if (isFinite(input.sample->p)) last_p_ = input.sample->p;
-  // What stood through the periods that were missed; before a fault, too.
+  // The former force stood through the missed periods, even if this tick is a fault.
   heating_.book(held, input.missed * input.dt);
 
   output.flags = 0;

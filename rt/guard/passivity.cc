@@ -20,7 +20,7 @@ void Passivity::limitStore(double stored) HD_RT {
   const double cap = kMargin + (stored >= 0 ? std::min(stored, kMaxStored) : kMaxStored);
   const double excess = energy_.sum() - cap;
   if (!(excess > 0)) return;
-  // Taken from the axes that hold energy, in proportion: none of them turns negative by it.
+  // The excess is taken from the axes that hold energy, in proportion, so that none turns negative.
   const Vec3 held = energy_.cwiseMax(0.0);
   energy_ -= held * std::min(1.0, excess / held.sum());
 }
@@ -41,7 +41,7 @@ Vec3 Passivity::control(const Vec3& f, const Vec3& v, const Vec3& v_buzz, const 
   }
 
   const Vec3 ahead = energy_ + dt * (carried_power - f.cwiseProduct(v));
-  // Where: axes in proportion to their own debt, so that the damping moves from axis to axis without a jump.
+  // Each axis is damped in proportion to its own debt, so that damping passes from axis to axis without a jump.
   Vec3 weight = (-ahead).cwiseMax(0.0);
   const double largest = weight.maxCoeff();
   if (largest > 0) {

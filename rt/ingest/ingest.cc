@@ -56,7 +56,7 @@ void Ingest::takeOrders(std::int64_t now_ns) HD_RT {
 }
 
 void Ingest::watchHeartbeat(Slot& slot, std::int64_t now_ns) HD_RT {
-  // The client's clock says only whether it moves; its age is by ours.
+  // The client's heartbeat only has to change; how old it is, is measured by our own clock.
   const std::int64_t heartbeat_ns = slot.consumer.heartbeat();
   if (heartbeat_ns != slot.last_heartbeat_ns) {
     slot.last_heartbeat_ns = heartbeat_ns;

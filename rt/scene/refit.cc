@@ -55,8 +55,8 @@ void Refit::add(std::uint32_t triangle) HD_RT {
 }
 
 void Refit::finish() HD_RT {
-  // Level by level. What changes a box has the one above made anew, also where a shorter branch came there before: so
-  // that every box is exact in the end, and one that stays the same ends the climb.
+  // Upward, level by level: a box that changed has its parent computed again, even if a shorter branch did so already.
+  // So every box is exact in the end; one that did not change ends the climb.
   while (count_ > 0) {
     std::sort(place_, place_ + count_);
     const std::uint32_t* const end = std::unique(place_, place_ + count_);

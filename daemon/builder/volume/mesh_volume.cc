@@ -96,7 +96,7 @@ Result<VolumeImage> writeWith(const ClosedSurface& surface, const VolumeLattice&
 }  // namespace
 
 SurfaceExtent extentOf(const MeshView& mesh, double voxel_m) {
-  constexpr double kCounted = 1000;  // Fewer samples of a triangle are counted, more are estimated 15 % high at most.
+  constexpr double kCounted = 1000;  // Up to so many samples are counted, more are estimated (at most 15 % high).
   const double step = voxel_m / kSamplesPerVoxel;
   SurfaceExtent out;
   for (std::uint32_t t = 0; t < mesh.triangle_count; ++t) {
@@ -115,12 +115,12 @@ SurfaceExtent extentOf(const MeshView& mesh, double voxel_m) {
 double bytesToBuild(const VolumeLattice& lattice, const SurfaceExtent& surface, const VolumeOptions& options) {
   const double cells = static_cast<double>(lattice.cells[0]) * lattice.cells[1] * lattice.cells[2];
   const double in_voxels = surface.area / (lattice.voxel * lattice.voxel), edge = HD_BRICK_EDGE;
-  // A surface meets 1.5 cells per cell's area on average, and the band as many again as it is wide.
+  // A surface crosses 1.5 cells for each cell's area on average; the band adds cells in proportion to its width.
   const double bricks = std::min(cells, in_voxels / (edge * edge) * (1.5 + 2 * (options.band_voxels + 1) / edge));
   const double spacing = options.point_spacing_m > 0 ? options.point_spacing_m / lattice.voxel : 1;
-  // Those of needles, which their area does not tell, may each become a point.
+  // Samples of needles, more than their area suggests, may each become a point.
   const double needles = std::max(0.0, surface.samples - 2 * 9 * in_voxels);
-  // A point is one of the samples, however near to one another they are wanted.
+  // Every point is one of the samples, however small a spacing is asked for.
   const double points = std::min(surface.samples, 1.5 * in_voxels / (spacing * spacing) + needles);
   // 56 bytes a sample, and 32 while they are sorted.
   return cells * 10 + bricks * 2 * 2 * HD_BRICK_STRIDE + points * (2 * 56 + 2 * 18) + surface.samples * (56 + 32);

@@ -65,10 +65,10 @@ Result<void> writeFile(const std::string& path, int snapshot, int volume, const 
   head.volume_header = *header;
   const auto whole = [&](const void* data, std::size_t bytes) {
     const ssize_t n = ::write(file.get(), data, bytes);
-    if (n >= 0 && n != static_cast<ssize_t>(bytes)) errno = ENOSPC;  // What stands behind a part of a write.
+    if (n >= 0 && n != static_cast<ssize_t>(bytes)) errno = ENOSPC;  // A short write means a full disk.
     return n == static_cast<ssize_t>(bytes);
   };
-  // Descriptors of one memfd share their place: from the start, whoever read last.
+  // Descriptors of one memfd share their offset, so rewind: somebody else may have read it.
   if (::lseek(snapshot, 0, SEEK_SET) != 0 || ::lseek(volume, 0, SEEK_SET) != 0)
     return systemError(path, "lseek", errno);
   if (whole(&head, sizeof head) && copy(snapshot, file.get(), head.snapshot_bytes) &&
@@ -201,7 +201,7 @@ void VolumeCache::prune() {
   }
   for (const Entry& entry : entries) {
     if (sum <= most_bytes_) return;
-    // The last one's volume rather stands alone than not at all.
+    // The OpenVDB file goes first; the newest volume is better kept without its own than dropped.
     remove(entry.vdb, entry.vdb_bytes);
     if (&entry == &entries.back() && sum <= most_bytes_) return;
     remove(entry.cached, entry.bytes);
@@ -209,7 +209,7 @@ void VolumeCache::prune() {
 }
 
 std::string VolumeCache::keyOf(std::span<const std::byte> upload, std::uint32_t uid) {
-  // The checksum leaves out what is short of a word.
+  // The checksum covers whole words only: add the bytes after the last of them.
   std::uint64_t rest = 0;
   const std::size_t tail = upload.size() % 8;
   std::memcpy(&rest, upload.data() + upload.size() - tail, tail);
@@ -278,7 +278,7 @@ void VolumeCache::keep(const std::string& key, UniqueFd snapshot, UniqueFd volum
 void VolumeCache::write() noexcept {
   std::unique_lock lock(mutex_);
   while (!jobs_.empty()) {
-    Job& job = jobs_.front();  // Stays where it is when others come behind it.
+    Job& job = jobs_.front();  // A reference stays valid while others are appended.
     lock.unlock();
     try {
       store(job);

@@ -202,7 +202,7 @@ void Uploads::finish(std::uint64_t id, BuildReport& report) {
 
 void Uploads::check(std::uint64_t id, CachedBuild built, MeshInfo info, bool cached) {
   Upload& upload = uploads_.at(id);
-  // Sizes of the memory itself: what is said of it is not believed. It does not count beside what it becomes.
+  // Count the memory by its real size, not by what its header says, and in place of the upload it was made from.
   const std::uint64_t bytes = meshes_.bytesFor(built.snapshot, built.volume);
   upload.counts = 0;
   if (auto r = quota_(upload.by.uid, bytes, info.triangles); !r) return take(id).done(r.error());

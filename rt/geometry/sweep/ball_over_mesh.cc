@@ -30,7 +30,7 @@ class BallOverMesh {
       height = -height;
       approach = -approach;
     }
-    // Behind the face all the way, or above its plane until too late. Edges seen from behind belong to a neighbour.
+    // Behind the face all the way, or at its plane too late. Edges seen from behind are left to the neighbour.
     if (std::max(height, height - approach) < -kGrazing * sweep_.radius - rounding_) return;
     const double above = height - sweep_.radius;
     if (above > 0 && approach <= 0) return;
@@ -89,7 +89,7 @@ class BallOverMesh {
       const double gap = distance - sweep_.radius;
       if (step == 0 && gap < -std::max(sweep_.tolerance, rounding_)) return false;
       const double next = t - gap * distance / turning;  // Newton's.
-      // But for rounding, of which a gap of a hair is full: two triangles tell the same of the edge that they share.
+      // Allow for rounding, which is most of a tiny gap, so that both triangles at an edge give the same answer.
       if (gap > rounding_ && t - (gap - rounding_) * distance / turning > t_max) return false;
       out = away / distance;
       if (gap <= rounding_) return true;

@@ -55,8 +55,8 @@ void sweepTriangle(const MeshView& mesh, std::uint32_t t, const Line& line, cons
     approach = -approach;
     height = -height;
   }
-  // Nobody comes to lie on a triangle itself: of a two-sided one nobody knows there from which side, and who lies in
-  // the wall of a one-sided mesh is not above the floor that ends there.
+  // A sweep never ends exactly on a triangle: on a two-sided one the side would be unknown, and a point exactly in
+  // the wall of a one-sided mesh is not above the floor that ends at that wall.
   const double behind = (sweep.two_sided ? kOfTwoSided : 1) * sweep.tolerance;
   if (approach <= 0 || height < -behind || height >= approach + sweep.tolerance) return;
   const double time = std::min(std::max(height, 0.0) / approach, kAtEnd);

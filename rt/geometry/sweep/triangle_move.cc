@@ -62,7 +62,7 @@ bool overtakes(const TriangleMove& move, int side, double skin, Vec3& x) HD_RT {
   const double area0 = n0.norm(), area1 = n1.norm();
   if (area0 == 0 || area1 == 0) return false;
   const double v0 = side * n0.dot(x - before.v[0]);
-  if (v0 < -kLiesOn * skin * area0) {  // A push has led through it, and it moves on.
+  if (v0 < -kLiesOn * skin * area0) {  // An earlier push led x through it.
     if (!after.covers(x)) return false;
   } else {
     if (v1 / area1 >= v0 / area0) return false;
@@ -72,7 +72,7 @@ bool overtakes(const TriangleMove& move, int side, double skin, Vec3& x) HD_RT {
     Triangle then = before;
     then.v[move.corner] += t * way;
     if (!then.covers(x)) return false;
-    // On with the point of the surface that has reached it, so that it comes to lie on this triangle and no other.
+    // Carry x along with the surface point that reached it, so that it ends on this triangle and on no other.
     x += (1 - t) * std::clamp(then.weight(move.corner, x), 0.0, 1.0) * way;
   }
   x += (side * skin - n1.dot(x - after.v[0]) / area1) / area1 * n1;

@@ -94,7 +94,7 @@ void LocalModelSlot::replace(const Framed& next, std::uint64_t seq, std::int64_t
       appeared_[i] = before_weight_ * stored_of_now_[i] - stored_[i];
       stored_of_now_[i] = 0;
     }
-  }  // Else the model replaced never came into force: what it was to replace still stands.
+  }  // Else the replaced model never came into force, and its predecessor stays.
   now_ = next;
   state_ = State::kInForce;
   blending_ = true;
@@ -151,8 +151,8 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
     }
     const double c = before_weight_;
     const Vec3& r = residual_[tool.device];
-    // The client changes the world by the blend: what energy it has put in since the last tick is its own, not the
-    // world's; the first time with what the old model's new share of it began.
+    // Blending to another model changes stored energy without any motion. That change since the last tick is charged to
+    // the client as work of its own; the first time with the jump by which the old model's share began.
     const double begun = former_ns_ == blend_start_ns_ ? appeared_[tool.device] : 0.0;
     const double grown = (s - s_former) * (out.stored - c * old.stored) + begun;
     const double dt = static_cast<double>(now_ns - former_ns_) * 1e-9;

@@ -187,7 +187,7 @@ LocalModel::Contact LocalModel::findContact(const Vec3& x) const HD_RT {
   c.elastic = k * c.full * share;
   c.depth *= share;  // The friction cone closes where the normal force vanishes.
   if (share < 1 && local_.kind == HD_MODEL_SPHERE) c.full = fullInCore(local_.radius, share);
-  // Toward the middle, where the force fades, a stuck one fades too: from what it is in a straight way to that place.
+  // Toward a sphere's middle, where its force fades, the limit of a sticking hand's force falls linearly with it.
   if (share < kMiddle) c.most = c.depth * (1 + std::clamp(2 * share / kMiddle - 1, 0.0, 1.0));
   return c;
 }
@@ -232,7 +232,7 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
     holdAt(r > 0 ? Vec3(keeps / r * t) : Vec3::Zero(), contact.depth);
   } else if (along > contact.most) {
     holdAt(std::min(1.0, std::sqrt(std::max(0.0, most2)) / std::max(r, kLeastLength)) * t, contact.most);
-  } else if (beyond_ > 0 && along < contact.depth && most2 > r * r) {  // Held deeper in, where it was less.
+  } else if (beyond_ > 0 && along < contact.depth && most2 > r * r) {  // It was held less deep than the contact is now.
     holdAt(t, contact.depth);
     beyond_ += most2 - r * r;
   }

@@ -16,7 +16,7 @@ inline constexpr double kNeedle2 = 0x1p-20;  ///< Squared: how thin a needle is 
 
 /**
  * one x other, twice the area of the triangle between two of its edges; its direction is exact to rounding also for a
- * needle, whose edges nearly have one direction and whose plane a plain cross product tips by more than a hair.
+ * needle, whose edges nearly have one direction and whose plane a plain cross product tips by more than a skin.
  */
 [[nodiscard, gnu::always_inline]] inline Vec3 areaVector(const Vec3& one, const Vec3& other) HD_RT {
   Vec3 n = one.cross(other);

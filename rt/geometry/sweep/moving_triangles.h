@@ -24,7 +24,7 @@ struct Meeting {
  * a triangle passes the point. In one step only, a mesh that moves by more than a gap of it is wide would pass through
  * itself between two vertices, and take in who is in the gap. On which side of a triangle the point is, is remembered
  * where it lies too near to tell, and after each step it is put a skin above all on which it lies: what one face leaves
- * of a hair, another one would. All in the mesh's frame. Servo-safe; 30 kB.
+ * of a skin, another one would. All in the mesh's frame. Servo-safe; 30 kB.
  */
 class MovingTriangles {
  public:

@@ -10,13 +10,13 @@ namespace {
 constexpr int kMaxRounds = 12;        // Hits before the surfaces are looked at afresh,
 constexpr int kMaxVain = 2;           // and that without having come nearer: round and round.
 constexpr double kMostBack = 0x1p14;  // Times rounding that a proxy is put back onto its surfaces,
-constexpr double kHovers = 32;        // Times rounding: two hairs.
+constexpr double kHovers = 32;        // Times rounding: two skins.
 constexpr double kMostApart = 5;      // and times what lies between its places relative to them.
 
 constexpr std::uint64_t kNoArrivals = ~std::uint64_t{0};  // Of no scene.
 
 /**
- * Planes so nearly parallel that a hair shifts the line in which they meet tell no more; nor does one that the proxy
+ * Planes so nearly parallel that a skin shifts the line in which they meet tell no more; nor does one that the proxy
  * has left behind, when a tick's sweeps are used up. Out of the way of one plane.
  */
 [[gnu::noinline]] void distrustFarPlanes(const Vec3& proxy, double most, Vec3& at, Vec3& foot) HD_RT {
@@ -220,7 +220,7 @@ void ProxyRenderer::arrive(Step& step, const Vec3& target) HD_RT {
   step.noteGone();
 }
 
-/** Goes on the way to `target` as far as a hair above the surface met there, also where the way only grazes it. */
+/** Goes on the way to `target` as far as a skin above the surface met there, also where the way only grazes it. */
 void ProxyRenderer::comeTo(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT {
   const SceneObject& object = step.scene->slot(slot);
   const double approach = -first.normal.dot(object.toLocal(target) - startIn(step, slot));
@@ -334,7 +334,7 @@ double ProxyRenderer::spread(const Step& step) const HD_RT {
   return most;
 }
 
-/** The surfaces that hold the proxy against the hip; the proxy's hair above them is not felt. */
+/** The surfaces that hold the proxy against the hip; the proxy's skin above them is not felt. */
 const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
   Support& s = step.support;
   if (step.supported) return s;
@@ -348,7 +348,7 @@ const ProxyRenderer::Support& ProxyRenderer::support(Step& step) const HD_RT {
   }
   s.foot = step.goal;
   const bool held = step.count > 0 && nearestInside(exact, step.count, rounding, s.foot, s.active) && s.active != 0;
-  // On a two-sided sheet itself, or less than a hair above: the proxy hovers, nothing is felt.
+  // On a two-sided sheet itself, or less than a skin above: the proxy hovers, nothing is felt.
   const bool hovers = !held && step.count > 0 && (proxy_ - step.goal).norm() <= kHovers * rounding;
   s.at = hovers ? step.goal : proxy_;
   if (held && !nearestOnPlanes(exact, s.active, s.at)) s.at = proxy_;

@@ -85,9 +85,9 @@ struct ProxyEffort {
 /**
  * Proxy of one device point: a point, or a ball of some radius about it. Servo thread only; deterministic.
  *
- * The proxy moves only along swept segments that are free, and so never enters a solid from outside. It is kept a hair
+ * The proxy moves only along swept segments that are free, and so never enters a solid from outside. It is kept a skin
  * above the surfaces it touches: 2^-40 of the coordinates involved, about 8000 times their rounding; forces are
- * computed from the surface itself, without the hair.
+ * computed from the surface itself, without the skin.
  */
 class ProxyRenderer {
  public:

@@ -400,7 +400,7 @@ double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
   return 0;
 }
 
-/** A face that is known to hold the proxy, a hair below it. */
+/** A face that is known to hold the proxy, a skin below it. */
 void ProxyRenderer::holdFace(Step& step, std::uint32_t slot, const MeshPlane& face) HD_RT {
   const SceneObject& object = step.scene->slot(slot);
   const HalfSpace& plane = face.plane;

@@ -50,7 +50,7 @@ bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, do
     slid = slide;
     before = out;
   }
-  if ((last - at).norm() <= rest) {  // A hair aside, and the plane there is turned by more than that.
+  if ((last - at).norm() <= rest) {  // A skin aside, and the plane there is turned by more than that.
     plan.goTo(at);
     return plan.stay = true;
   }

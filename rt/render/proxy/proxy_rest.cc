@@ -17,7 +17,7 @@ void ProxyRenderer::noteRest(const Step& step, std::uint32_t active) HD_RT {
 }
 
 /**
- * Lets the same surfaces hold the proxy, if none has moved or changed, it is a hair above all of them and the goal is
+ * Lets the same surfaces hold the proxy, if none has moved or changed, it is a skin above all of them and the goal is
  * below one: the sweeps to the goal would find them at once.
  */
 bool ProxyRenderer::holdAgain(Step& step) HD_RT {

@@ -26,7 +26,7 @@ bool outward(const Nearest& near, const Vec3& x, bool two_sided, double skin, do
   return true;
 }
 
-/** The hair above an object where the proxy touches it, however far away it is now. */
+/** The skin above an object where the proxy touches it, however far away it is now. */
 template <class Step>
 double skinInTouch(const Step& step, const SceneObject& object) HD_RT {
   const double size = object.radius + (object.center_W - object.X_WO.p).norm();

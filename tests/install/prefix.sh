@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs everything elsewhere and uses it as a stranger would: the programs, the library by pkg-config, by find_package,
-# from Python. Usage: run.sh BUILD_DIRECTORY SOURCE_DIRECTORY
+# from Python. Usage: prefix.sh BUILD_DIRECTORY SOURCE_DIRECTORY
 set -eu
 build=$1
 source=$2

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What haptic-emu takes on its command line and what it refuses. Usage: options_test.py HAPTIC_EMU"""
+"""What haptic-emu takes on its command line and what it refuses. Usage: emu_options_test.py HAPTIC_EMU"""
 import subprocess
 import sys
 import unittest

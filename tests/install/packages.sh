@@ -1,5 +1,5 @@
 #!/bin/sh
-# Checks the Debian packages of a folder: tests/packages/check DIRECTORY SOURCE
+# Checks the Debian packages of a folder: packages.sh DIRECTORY SOURCE
 # Names, files in Debian's places, scripts, dependencies; then extracts all of them into a scratch root, runs the daemon there and
 # compiles an example against what was extracted, by pkg-config and by CMake.
 set -eu

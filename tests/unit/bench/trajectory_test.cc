@@ -28,6 +28,67 @@ TEST(Trajectories, PressedInTheyFeelTheForceAtTheStiffness) {
   EXPECT_GT(in.start.norm(), 0.001);
 }
 
+TEST(Trajectories, FollowTheCurvesThatTheyPromise) {
+  /** Of sample i of n, as a share of the way. */
+  const auto share = [](std::size_t i, const Trajectory& in) {
+    return (static_cast<double>(i) + 0.5) / static_cast<double>(in.samples.size());
+  };
+  const Trajectory around = makeTrajectory("spiral:turns=3,seconds=1", makeModel("sphere:radius=0.05"), {1000});
+  for (std::size_t i = 0; i < around.samples.size(); ++i) {
+    const double polar = EIGEN_PI * share(i, around), azimuth = 6 * polar;
+    const Vec3 n(std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar));
+    ASSERT_LT((around.samples[i].proxy - 0.05 * n).norm(), 1e-12) << i;
+  }
+
+  const Model flat = makeModel("plane");
+  const Trajectory figure = makeTrajectory("lissajous:seconds=1", flat, {1000});
+  for (std::size_t i = 0; i < figure.samples.size(); ++i) {
+    const double phase = 2 * EIGEN_PI * share(i, figure);
+    const Vec3 p(std::sin(3 * phase), std::sin(2 * phase), 0);
+    ASSERT_LT((figure.samples[i].proxy - flat.half / 2 * p).norm(), 1e-12) << i;
+  }
+
+  const Trajectory straight = makeTrajectory("reach:tremor=0,seconds=9,force=5", flat, {1000});
+  for (std::size_t i = 0; i < straight.samples.size(); ++i) {
+    const double t = std::fmod((static_cast<double>(i) + 0.5) / 1000, 4), tau = (t < 2 ? t : 4 - t) / 2;
+    const double way = 10 * std::pow(tau, 3) - 15 * std::pow(tau, 4) + 6 * std::pow(tau, 5);  // Flash and Hogan 1985.
+    ASSERT_LT((straight.samples[i].proxy - flat.half * (way - 0.5) * Vec3(1, 0.7, 0)).norm(), 1e-12) << i;
+    ASSERT_EQ(straight.samples[i].force, Vec3(0, 0, 5));
+  }
+}
+
+TEST(Trajectories, ThePressedHandLiesBehindItsPoint) {
+  const Surface surface{500, 0, 0.6, 0.4, 0.01};
+  // Climbing, straight up, and on: friction is against what lies along the surface.
+  const std::vector<SurfaceSample> out{{0, Vec3(0, 0, 0), Vec3::UnitZ(), 2},
+                                       {1, Vec3(0, 1, 1), Vec3::UnitZ(), 2},
+                                       {2, Vec3(0, 1, 2), Vec3::UnitZ(), 3},
+                                       {3, Vec3(1, 1, 2), Vec3::UnitZ(), 3}};
+  const Vec3 forces[] = {{0, -0.8, 2}, {0, -0.8, 2}, {0, 0, 3}, {-1.2, 0, 3}};
+  const Trajectory in = pressInto(out, surface);
+  ASSERT_EQ(in.samples.size(), out.size());
+  EXPECT_TRUE(in.force_known && in.proxy_known);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    EXPECT_EQ(in.samples[i].t_s, out[i].t_s);
+    EXPECT_LT((in.samples[i].force - forces[i]).norm(), 1e-15) << i;
+    EXPECT_LT((in.samples[i].proxy - out[i].point - Vec3(0, 0, 0.01)).norm(), 1e-15) << "a radius outside";
+    EXPECT_LT((in.samples[i].proxy - in.samples[i].hip - forces[i] / 500).norm(), 1e-15) << i;
+  }
+  EXPECT_LT((in.start - Vec3(0, 0, 0.01 + 2.0 / 500)).norm(), 1e-15);
+  EXPECT_EQ(pressInto({out[0]}, surface).samples[0].force, Vec3(0, 0, 2)) << "one alone slides nowhere";
+  EXPECT_EQ(pressInto(out, {500}).samples[1].force, Vec3(0, 0, 2));
+}
+
+TEST(Trajectories, ThePeriodIsTheMiddleStep) {
+  Trajectory way;
+  for (const double t : {1.0, 2.0, 3.0, 13.0, 17.0, 18.5}) way.samples.emplace_back().t_s = t;
+  EXPECT_EQ(way.period_s(), 1.5);
+  way.samples.resize(2);
+  EXPECT_EQ(way.period_s(), 1);
+  way.samples.resize(1);
+  EXPECT_EQ(way.period_s(), 1e-3);
+}
+
 TEST(Trajectories, FrictionDragsTheHandBehindAtTheAngleOfTheCone) {
   const Trajectory in = makeTrajectory("lissajous:seconds=4", makeModel("plane"), {1000, 0, 0.6, 0.4});
   for (std::size_t i = 1; i < in.samples.size(); ++i) {
@@ -57,8 +118,18 @@ TEST(Trajectories, OfOtherSpeedsMoveEvenly) {
   }
 }
 
+TEST(Trajectories, BetweenSamplesOfWhichOneIsNotJudgedNothingIs) {
+  Trajectory way;
+  for (int i = 0; i < 6; ++i) way.samples.push_back({0.001 * i, Vec3(i, 0, 0), {}, {}, i != 3});
+  const Trajectory made = atSpeed(way, 0.5);
+  ASSERT_EQ(made.samples.size(), 11u);
+  for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(made.samples[i].judged, i < 5 || i > 7) << i;
+  EXPECT_EQ(atSpeed(way, 5 * (1 + 5e-7)).samples.back().hip, Vec3(5, 0, 0)) << "rounded to the last one";
+}
+
 TEST(Trajectories, FasterByWholeFactorsKeepsTheSamples) {
-  const Trajectory way = makeTrajectory("spiral:seconds=60", makeModel("sphere"), {1000});
+  Trajectory way = makeTrajectory("spiral:seconds=60", makeModel("sphere"), {1000});
+  for (Sample& s : way.samples) s.t_s += 2000;  // Steps are rounded then.
   const Trajectory made = atSpeed(way, 3);
   ASSERT_EQ(made.samples.size(), 20000u);
   for (std::size_t i = 0; i < made.samples.size(); ++i) ASSERT_EQ(made.samples[i].hip, way.samples[3 * i].hip) << i;
@@ -73,7 +144,7 @@ TEST(Trajectories, FasterOverAGapOfYearsIsRefused) {
 TEST(Trajectories, ProfileRunsByArcLength) {
   const Model model = makeModel("ridge:degrees=75");
   const Trajectory in = makeTrajectory("profile", model, {1000});
-  const double flank = 0.005 / std::sin(75 * EIGEN_PI / 180), foot = 0.005 / std::tan(75 * EIGEN_PI / 180);
+  const double angle = 75 * EIGEN_PI / 180, flank = 0.005 / std::sin(angle), foot = 0.005 / std::tan(angle);
   EXPECT_NEAR(in.duration_s(), (0.06 - 2 * foot + 2 * flank) / 0.02, 0.003);
   EXPECT_NEAR(in.samples.front().proxy.x(), -0.03, 2e-5);
   EXPECT_NEAR(in.samples.back().proxy.x(), 0.03, 4e-5);
@@ -81,6 +152,11 @@ TEST(Trajectories, ProfileRunsByArcLength) {
   for (std::size_t i = 1; i < in.samples.size(); ++i) {
     const double step = (in.samples[i].proxy - in.samples[i - 1].proxy).norm();
     ASSERT_LT(step, 2.0000001e-5);  // Shorter only around a corner.
+    const Vec3& p = in.samples[i].proxy;
+    ASSERT_NEAR(p.z(), std::max(0.0, 0.005 - std::abs(p.x()) * std::tan(angle)), 1e-12);
+    const double side = p.z() > 0 ? std::copysign(std::sin(angle), p.x()) : 0;
+    ASSERT_LT((in.samples[i].force - Vec3(side, 0, std::sqrt(1 - side * side))).norm(), 1e-12) << "the face's normal";
+    ASSERT_EQ(p.y(), 0.0123);
     top = std::max(top, in.samples[i].proxy.z());
   }
   EXPECT_NEAR(top, 0.005, 2e-5);
@@ -98,8 +174,12 @@ TEST(Trajectories, SwingStaysInTheBowlAndRests) {
   const Model model = makeModel("bowl");
   const Trajectory in = makeTrajectory("swing:seconds=3", model, {1000});
   double fastest = 0;
+  const double most = 0.8 * model.half / 0.05;  // An angle from the bottom.
   for (std::size_t i = 0; i < in.samples.size(); ++i) {
     ASSERT_NEAR((in.samples[i].proxy - Vec3(0, 0, 0.05)).norm(), 0.05, 1e-12);
+    const double angle = most * std::sin(std::min(1e-3 * (static_cast<double>(i) + 0.5), 2.7) * 0.1 / (0.05 * most));
+    const Vec3 along(0.8, 0.6, 0);
+    ASSERT_LT((in.samples[i].proxy - 0.05 * (std::sin(angle) * along + Vec3(0, 0, 1 - std::cos(angle)))).norm(), 1e-12);
     ASSERT_NEAR((in.samples[i].hip - Vec3(0, 0, 0.05)).norm(), 0.051, 1e-12) << "deeper, into the solid";
     if (i > 0) fastest = std::max(fastest, (in.samples[i].proxy - in.samples[i - 1].proxy).norm() * 1000);
   }
@@ -157,6 +237,8 @@ TEST(Trajectories, RoundingTakesNoSample) {
     EXPECT_EQ(samplesIn(seconds, pace), samples);
     EXPECT_EQ(lissajous(model, pace).size(), samples);
   }
+  EXPECT_EQ(samplesIn(kMaxSamples, {0, 1, 1}), static_cast<std::size_t>(kMaxSamples));
+  EXPECT_THROW((void)samplesIn(kMaxSamples + 1, {0, 1, 1}), Failure);
 }
 
 TEST(Trajectories, AStrokeOverATwoSidedSheetHasTheNormalOfItsFacet) {
@@ -173,6 +255,8 @@ TEST(Trajectories, FaultsAreNamed) {
     EXPECT_THROW((void)makeTrajectory(spec, model, {1000}), Failure) << spec;
   }
   EXPECT_THROW((void)makeTrajectory("profile:length=0.2", makeModel("ridge"), {1000}), Failure) << "off the plane";
+  EXPECT_THROW((void)makeTrajectory("profile:y=-0.06", makeModel("ridge"), {1000}), Failure) << "beside it";
+  EXPECT_THROW((void)makeTrajectory("profile:length=0.001", makeModel("ridge"), {1000}), Failure) << "on the ridge";
 }
 
 }  // namespace

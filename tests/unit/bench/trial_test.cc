@@ -5,6 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <utility>
+
 #include "tools/haptic-bench/algorithm/registry.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/trajectory/registry.h"
@@ -115,18 +118,69 @@ TEST(Metrics, HaveTheirClosedForm) {
   truth.force_known = truth.proxy_known = true;
   std::vector<Answer> answers;
   for (int i = 0; i < 10; ++i) {
-    truth.samples.push_back({0.001 * i, Vec3(0.001 * i, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 1)});
-    answers.push_back({Vec3(i, 0, 1), Vec3(0, 0, i < 3 ? 0.002 : 0.0), true});
+    truth.samples.push_back({0.001 * i, Vec3(0.001 * i, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, 1)});
+    answers.push_back({Vec3(i + 1, 0, 1), Vec3(0, 0, i < 3 ? 1.25 : i == 3 ? 1.125 : 1), true});
   }
-  const Accuracy a = judge(truth, answers, 0.001);
-  EXPECT_DOUBLE_EQ(a.force_mse, 28.5);
-  EXPECT_DOUBLE_EQ(a.energy_error, 0.001 * 81 / 2) << "of a force that rises by a newton a millimetre, over 9 mm";
-  EXPECT_EQ(a.above, 3u);
-  EXPECT_DOUBLE_EQ(a.proxy_max, 0.002);
-  EXPECT_DOUBLE_EQ(a.proxy_rms, 0.002 * std::sqrt(0.3));
-  answers[9].force.x() = std::nextafter(9.0, 10.0);
-  EXPECT_NE(judge(truth, answers, 0.001).hash, a.hash);
+  const Accuracy a = judge(truth, answers, 0.125);
+  EXPECT_DOUBLE_EQ(a.force_mse, 38.5);
+  EXPECT_DOUBLE_EQ(a.energy_error, 0.001 * 99 / 2) << "of a force that rises by a newton a millimetre, over 9 mm";
+  EXPECT_EQ(a.above, 3u) << "the fourth is as far off as the threshold";
+  EXPECT_DOUBLE_EQ(a.proxy_max, 0.25);
+  EXPECT_DOUBLE_EQ(a.proxy_rms, 0.125 * std::sqrt(1.3));
 
+  Trajectory unknown = truth;
+  unknown.force_known = false;
+  Accuracy b = judge(unknown, answers, 0.125);
+  EXPECT_EQ(b.force_mse, 0);
+  EXPECT_EQ(b.energy_error, 0);
+  EXPECT_EQ(b.proxy_rms, a.proxy_rms);
+  unknown.force_known = true;
+  unknown.proxy_known = false;
+  b = judge(unknown, answers, 0.125);
+  EXPECT_EQ(b.force_mse, a.force_mse);
+  EXPECT_EQ(b.proxy_rms, 0);
+  EXPECT_EQ(b.proxy_max, 0);
+  EXPECT_EQ(b.above, 0u);
+
+  // What is not judged adds no error, and no work on the way to it or from it.
+  truth.samples[4].judged = truth.samples[5].judged = false;
+  b = judge(truth, answers, 0.125);
+  EXPECT_DOUBLE_EQ(b.force_mse, 40.5);
+  EXPECT_DOUBLE_EQ(b.energy_error, 0.001 * (15 - 7.5 + 51 - 25.5));
+  EXPECT_EQ(b.hash, a.hash) << "of all forces";
+  for (int i = 0; i < 9; ++i) truth.samples[static_cast<std::size_t>(i)].judged = false;
+  EXPECT_DOUBLE_EQ(judge(truth, answers, 0.125).force_mse, 100);
+  truth.samples[9].judged = false;
+  EXPECT_EQ(judge(truth, answers, 0.125).force_mse, 0);
+}
+
+TEST(Metrics, TheirHashIsThatOfTheForcesBits) {
+  Trajectory truth;
+  truth.samples.resize(4);
+  std::vector<Answer> answers(4);
+  for (std::size_t i = 0; i < 4; ++i) answers[i].force = Vec3(1.0 + static_cast<double>(i), 0, 0.5);
+  const auto hash = [&] { return judge(truth, answers, 1).hash; };
+  const std::uint64_t before = hash();
+  EXPECT_LT(before, std::uint64_t{1} << 48) << "a double holds it";
+  EXPECT_GE(before, std::uint64_t{1} << 32);
+  for (Answer& answer : answers) answer.force.y() = -0.0;
+  EXPECT_EQ(hash(), before) << "a zero's sign is no difference";
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (const int axis : {0, 2}) {
+      double& force = answers[i].force[axis];
+      const double was = std::exchange(force, std::nextafter(force, 10));
+      EXPECT_NE(hash(), before) << i << " " << axis;
+      force = was;
+    }
+  }
+  std::swap(answers[1], answers[2]);
+  EXPECT_NE(hash(), before) << "in another order";
+  std::swap(answers[1], answers[2]);
+  for (const int axis : {0, 2}) answers[1].force[axis] = -answers[1].force[axis];
+  EXPECT_NE(hash(), before) << "two signs";
+}
+
+TEST(Metrics, TimesAreByNearestRank) {
   std::vector<std::int64_t> ns;
   for (int i = 1000; i > 0; --i) ns.push_back(i);
   const Timing t = summarise(ns);

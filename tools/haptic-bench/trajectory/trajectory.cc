@@ -38,7 +38,7 @@ Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surfa
     if (surface.friction_dynamic > 0 && out.size() > 1) {
       const Vec3 way = i == 0 ? Vec3(out[1].point - s.point) : Vec3(s.point - out[i - 1].point);
       const Vec3 slide = way - s.normal * s.normal.dot(way);
-      if (slide.norm() > 0) force -= surface.friction_dynamic * s.force * slide.normalized();
+      force -= surface.friction_dynamic * s.force * slide.normalized();
     }
     const Vec3 centre = s.point + surface.radius * s.normal;
     in.samples.push_back({s.t_s, centre - force / surface.stiffness, centre, force});
